@@ -1,0 +1,186 @@
+#include "expr/derivative.hpp"
+
+#include <cmath>
+
+#include "base/error.hpp"
+#include "base/interrupt.hpp"
+
+namespace pendula {
+namespace {
+
+bool moves_with_time(const Symbol& s) { return s.kind == Kind::variable || s.kind == Kind::input; }
+
+/// Forward sweep: d e where `seed` gives the derivative of a leaf.
+template <class Seed>
+Expr tangent(Expr e, const Seed& seed) {
+  static NodeMap<Expr> d;
+  d.clear();
+  for (Expr node : topological({&e, 1})) {
+    Expr sum = 0;
+    if (node.is_symbol()) {
+      sum = seed(node);
+    } else {
+      const auto operands = node.operands();
+      for (std::size_t i = 0; i < operands.size(); ++i) {
+        const Expr di = d[operands[i]];
+        if (!di.is_zero()) sum += local_derivative(node, static_cast<int>(i)) * di;
+      }
+    }
+    d[node] = sum;
+  }
+  return d[e];
+}
+
+/// Reverse sweep: calls found(leaf, adjoint) for every symbol that e depends on.
+template <class Found>
+void reverse_sweep(Expr e, const Found& found) {
+  static NodeMap<Expr> adjoint;
+  adjoint.clear();
+  const std::vector<Expr> order = topological({&e, 1});
+  adjoint[e] = 1;
+  for (auto it = order.rbegin(); it != order.rend(); ++it) {
+    const Expr node = *it, weight = adjoint[node];
+    if (weight.is_zero()) continue;
+    if (node.is_symbol()) {
+      found(node, weight);
+      continue;
+    }
+    const auto operands = node.operands();
+    for (std::size_t i = 0; i < operands.size(); ++i) {
+      if (operands[i].is_constant()) continue;
+      const Expr term = weight * local_derivative(node, static_cast<int>(i));
+      adjoint[operands[i]] += term;
+    }
+  }
+}
+
+double value_of(Expr node, const NodeMap<double>& values) {
+  const auto operands = node.operands();
+  const auto at = [&](std::size_t i) {
+    return i < operands.size() ? const_cast<NodeMap<double>&>(values)[operands[i]] : 0.0;
+  };
+  return apply(node.op(), at(0), at(1), at(2));
+}
+
+/// Fills `values` for all nodes below the outputs, in topological order; `visit` sees each node after its value.
+template <class Visit>
+void evaluate_nodes(std::span<const Expr> outputs, const std::unordered_map<Expr, double>& leaf_values,
+                    NodeMap<double>& values, const Visit& visit) {
+  for (Expr node : topological(outputs)) {
+    if (const auto given = leaf_values.find(node); given != leaf_values.end()) {
+      values[node] = given->second;
+    } else if (node.is_constant()) {
+      values[node] = constant_value(node);
+    } else if (node.is_symbol()) {
+      const Symbol& s = symbol_of(node);
+      if (s.kind != Kind::constant)
+        throw Error(text("no value for '", s.name, std::string(s.order, '\''), "'"));
+      values[node] = constant_value(*s.value);
+    } else if (node.op() == Op::call) {
+      throw Error(text("'", call_of(node).name, "' is an unspecified function: it has no value; substitute it with subs"));
+    } else {
+      values[node] = value_of(node, values);
+    }
+    visit(node);
+  }
+}
+
+}  // namespace
+
+Expr partial(Expr e, Expr leaf) {
+  return tangent(e, [&](Expr node) { return node == leaf ? Expr(1) : Expr(0); });
+}
+
+std::vector<Expr> gradient(Expr e, std::span<const Expr> leaves) {
+  std::unordered_map<Expr, std::size_t> position;
+  for (std::size_t j = 0; j < leaves.size(); ++j) position.emplace(leaves[j], j);
+  std::vector<Expr> g(leaves.size());
+  reverse_sweep(e, [&](Expr leaf, Expr adjoint) {
+    if (const auto it = position.find(leaf); it != position.end()) g[it->second] = adjoint;
+  });
+  for (std::size_t j = 0; j < leaves.size(); ++j) g[j] = g[position.at(leaves[j])];  // a leaf listed twice
+  return g;
+}
+
+MatX jacobian(std::span<const Expr> f, std::span<const Expr> x) {
+  MatX j(static_cast<Eigen::Index>(f.size()), static_cast<Eigen::Index>(x.size()));
+  for (std::size_t i = 0; i < f.size(); ++i) {
+    const auto row = gradient(f[i], x);
+    for (std::size_t k = 0; k < x.size(); ++k) j(i, k) = row[k];
+  }
+  return j;
+}
+
+std::vector<Entry> sparse_jacobian(std::span<const Expr> f, std::span<const Expr> x) {
+  std::unordered_map<Expr, int> column;
+  for (std::size_t j = 0; j < x.size(); ++j) column.emplace(x[j], static_cast<int>(j));
+  std::vector<Entry> found;
+  for (std::size_t i = 0; i < f.size(); ++i) {
+    poll_interrupt();
+    const std::size_t first = found.size();
+    reverse_sweep(f[i], [&](Expr leaf, Expr adjoint) {
+      if (const auto it = column.find(leaf); it != column.end() && !adjoint.is_zero())
+        found.push_back({static_cast<int>(i), it->second, adjoint});
+    });
+    std::sort(found.begin() + static_cast<std::ptrdiff_t>(first), found.end(),
+              [](const Entry& a, const Entry& b) { return a.column < b.column; });
+  }
+  return found;
+}
+
+Expr total_derivative(Expr e, int order) {
+  for (int k = 0; k < order; ++k)
+    e = tangent(e, [](Expr leaf) {
+      const Symbol& s = symbol_of(leaf);
+      if (s.kind == Kind::time) return Expr(1);
+      return moves_with_time(s) ? derivative_leaf(leaf) : Expr(0);
+    });
+  return e;
+}
+
+std::vector<Expr> substitute(std::span<const Expr> outputs, const Substitution& replacements) {
+  static NodeMap<Expr> image;
+  image.clear();
+  for (Expr node : topological(outputs)) {
+    if (const auto it = replacements.find(node); it != replacements.end()) {
+      image[node] = it->second;
+    } else if (node.op() == Op::call) {
+      FunctionCall moved = call_of(node);
+      for (Expr& argument : moved.arguments) argument = image[argument];
+      image[node] = call(moved);
+    } else if (const auto x = node.operands(); x.empty()) {
+      image[node] = node;
+    } else {
+      const Expr a = image[x[0]], b = x.size() > 1 ? image[x[1]] : Expr(0), c = x.size() > 2 ? image[x[2]] : Expr(0);
+      const bool same = a == x[0] && (x.size() < 2 || b == x[1]) && (x.size() < 3 || c == x[2]);
+      image[node] = same ? node : make(node.op(), a, b, c);
+    }
+  }
+  std::vector<Expr> result;
+  result.reserve(outputs.size());
+  for (Expr output : outputs) result.push_back(image[output]);
+  return result;
+}
+
+Expr substitute(Expr e, const Substitution& replacements) { return substitute(std::span(&e, 1), replacements)[0]; }
+
+std::vector<double> evaluate(std::span<const Expr> outputs, const std::unordered_map<Expr, double>& leaf_values) {
+  static NodeMap<double> values;
+  values.clear();
+  evaluate_nodes(outputs, leaf_values, values, [](Expr) {});
+  std::vector<double> result;
+  for (Expr output : outputs) result.push_back(values[output]);
+  return result;
+}
+
+std::optional<Expr> first_undefined(Expr e, const std::unordered_map<Expr, double>& leaf_values) {
+  static NodeMap<double> values;
+  values.clear();
+  std::optional<Expr> culprit;
+  evaluate_nodes({&e, 1}, leaf_values, values, [&](Expr node) {
+    if (!culprit && !std::isfinite(values[node])) culprit = node;  // operands come first: theirs are finite
+  });
+  return culprit;
+}
+
+}  // namespace pendula

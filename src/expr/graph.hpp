@@ -1,0 +1,222 @@
+// The expression graph: one process-wide, hash-consed arena of scalar nodes.
+//
+// An Expr is a 4-byte index. Structurally equal expressions have the same index, so == is one comparison and building
+// the same model twice costs no memory. Operands precede their operation: indices are a topological order, and every
+// algorithm over a graph is a loop over increasing (values, tangents) or decreasing (adjoints) indices.
+//
+// Construction folds lightly (constants, x + 0, 1·x, -(-x)); it never reorders floating-point work. What people read
+// is put in order by print.hpp, what they ask to be simplified by rewrite.hpp. Constants are exact rationals whenever
+// they can be: a double is read as its simplest rational if the denominator is at most 10⁶ (LANGUAGE.md §1).
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include <gmpxx.h>
+
+namespace pendula {
+
+enum class Op : std::uint8_t {
+  constant,
+  symbol,
+  call,  ///< an unspecified function g(x, z) or one of its formal partial derivatives
+#define OP(name, arity, style, value, da, db, dc, lo, hi, latex, help) name,
+#include "expr/ops.def"
+#undef OP
+};
+
+enum class Style : std::uint8_t { infix, named, cond };
+
+struct OpInfo {
+  const char* name;
+  int arity;
+  Style style;
+  double lo, hi;
+  const char* latex;
+  const char* help;
+};
+
+/// The row of ops.def (not for constant, symbol, call).
+const OpInfo& info(Op op);
+/// First and one past the last operation of the table: `for (Op op = first_op; op < end_op; op = next(op))`.
+constexpr Op first_op = Op::neg;
+constexpr Op end_op = static_cast<Op>(static_cast<int>(Op::ifelse) + 1);
+constexpr Op next(Op op) { return static_cast<Op>(static_cast<int>(op) + 1); }
+
+/// What a symbol stands for. The identity of a symbol is (kind, name, order).
+enum class Kind : std::uint8_t {
+  time,       ///< t
+  variable,   ///< unknown function of time
+  input,      ///< known function of time
+  parameter,  ///< constant, value given later or by default
+  constant,   ///< a number with a name: π
+  slot        ///< internal argument of a kernel (a stage derivative), never seen by users
+};
+
+class Expr {
+ public:
+  Expr() = default;  ///< zero, so that Eigen can fill matrices
+  Expr(int value);
+  Expr(long value);
+  Expr(double value);  ///< exact where it can be read as a simple rational; throws Error unless finite
+  explicit Expr(const mpq_class& value);
+
+  static Expr at(std::uint32_t id) {
+    Expr e;
+    e.id_ = id;
+    return e;
+  }
+  std::uint32_t id() const { return id_; }
+  friend bool operator==(Expr a, Expr b) { return a.id_ == b.id_; }
+  friend bool operator!=(Expr a, Expr b) { return a.id_ != b.id_; }
+  friend bool operator<(Expr a, Expr b) = delete;  // conditions are lt(a, b)
+
+  Op op() const;
+  /// Operands of an operation (arity of them) or the arguments of a call; empty for leaves.
+  std::span<const Expr> operands() const;
+  Expr operand(int i) const { return operands()[i]; }
+
+  bool is_constant() const { return op() == Op::constant; }
+  bool is_symbol() const { return op() == Op::symbol; }
+  bool is_zero() const { return id_ == 0; }
+  bool is_one() const { return id_ == 1; }
+
+  Expr& operator+=(Expr b);
+  Expr& operator-=(Expr b);
+  Expr& operator*=(Expr b);
+  Expr& operator/=(Expr b);
+
+ private:
+  std::uint32_t id_ = 0;
+};
+
+// ── constants ────────────────────────────────────────────────────────────────────────────────────────────────────
+
+/// The exact value of a constant, or nothing if it is not a constant or was only known as a double.
+const mpq_class* exact_value(Expr e);
+/// The value of a constant as a double. Requires is_constant().
+double constant_value(Expr e);
+/// "3", "-1/3", "2.5", "1e-3" read exactly. Throws Error.
+Expr parse_number(const std::string& text);
+/// The simplest rational that is this double, if its denominator is at most 10⁶ (continued fraction).
+std::optional<mpq_class> simplest_rational(double value);
+
+// ── symbols ──────────────────────────────────────────────────────────────────────────────────────────────────────
+
+struct Symbol {
+  Kind kind;
+  std::string name;   ///< "x", or "q3" for the third component of q
+  int order = 0;      ///< x, x′, x″ …: a time derivative is a leaf, not an operation
+  Expr base;          ///< the leaf of order 0
+  std::string vector; ///< name of the column this is a component of, or ""
+  int component = 0;  ///< 1-based, 0 for a scalar
+  std::string unit;
+  std::string label;  ///< words for axes and ledgers
+  std::optional<Expr> value;  ///< parameters: default; named constants: their value
+};
+
+/// The leaf of this kind and name, made on first use. Names: letters, digits, underscores, not starting with a digit.
+/// Throws Error on anything else.
+Expr symbol(Kind kind, const std::string& name);
+/// The n leaves name1 … namen of a column; prints as one vector.
+std::vector<Expr> symbol_vector(Kind kind, const std::string& name, int size);
+/// t, the independent variable, and π.
+Expr time_symbol();
+Expr pi();
+/// The description of a leaf. Requires is_symbol(). The reference stays valid.
+const Symbol& symbol_of(Expr leaf);
+Symbol& attributes(Expr leaf);  ///< to set unit, label, value
+/// x, order + k -> the leaf x^(order+k). Requires a variable or input leaf.
+Expr derivative_leaf(Expr leaf, int k = 1);
+/// The latest column declared with this name, or empty.
+std::vector<Expr> vector_components(const std::string& name);
+/// Names of all columns declared so far, in order of declaration.
+const std::vector<std::string>& vector_names();
+
+// ── unspecified functions ────────────────────────────────────────────────────────────────────────────────────────
+
+/// The application of an unspecified function to arguments, or a formal partial derivative of it.
+struct FunctionCall {
+  std::string name;               ///< "g", or "g2" for the second of several outputs
+  std::vector<int> groups;        ///< sizes of the arguments as the user gave them: g(x, z) with x ∈ ℝ³ is {3, 1}
+  std::vector<int> partial;       ///< order of differentiation with respect to every scalar argument
+  std::vector<Expr> arguments;    ///< scalar arguments, flattened
+};
+Expr call(const FunctionCall& application);
+/// Requires op() == Op::call.
+const FunctionCall& call_of(Expr e);
+
+// ── construction ─────────────────────────────────────────────────────────────────────────────────────────────────
+
+/// The node of an operation, folded and interned. Throws Error where a constant operation has no real value (1/0).
+Expr make(Op op, Expr a, Expr b = {}, Expr c = {});
+
+inline Expr operator+(Expr a, Expr b) { return make(Op::add, a, b); }
+inline Expr operator-(Expr a, Expr b) { return make(Op::sub, a, b); }
+inline Expr operator*(Expr a, Expr b) { return make(Op::mul, a, b); }
+inline Expr operator/(Expr a, Expr b) { return make(Op::div, a, b); }
+inline Expr operator-(Expr a) { return make(Op::neg, a); }
+inline Expr& Expr::operator+=(Expr b) { return *this = *this + b; }
+inline Expr& Expr::operator-=(Expr b) { return *this = *this - b; }
+inline Expr& Expr::operator*=(Expr b) { return *this = *this * b; }
+inline Expr& Expr::operator/=(Expr b) { return *this = *this / b; }
+#define PENDULA_ARITY1(name) \
+  inline Expr name(Expr a) { return make(Op::name, a); }
+#define PENDULA_ARITY2(name) \
+  inline Expr name(Expr a, Expr b) { return make(Op::name, a, b); }
+#define PENDULA_ARITY3(name) \
+  inline Expr name(Expr a, Expr b, Expr c) { return make(Op::name, a, b, c); }
+#define OP(name, arity, style, value, da, db, dc, lo, hi, latex, help) PENDULA_ARITY##arity(name)
+#include "expr/ops.def"
+#undef OP
+#undef PENDULA_ARITY1
+#undef PENDULA_ARITY2
+#undef PENDULA_ARITY3
+
+/// ∂/∂operand[i] of an operation or call, as an expression.
+Expr local_derivative(Expr e, int i);
+/// The operation in double arithmetic.
+double apply(Op op, double a, double b, double c);
+
+// ── traversal ────────────────────────────────────────────────────────────────────────────────────────────────────
+
+/// Every node the outputs depend on, operands first. Iterative: depth does not matter. Cost: linear in the result.
+std::vector<Expr> topological(std::span<const Expr> outputs);
+/// The leaves (symbols) the outputs depend on, in order of first declaration.
+std::vector<Expr> leaves(std::span<const Expr> outputs);
+bool depends_on(Expr e, Expr leaf);
+/// Number of nodes in the graph so far.
+std::size_t graph_size();
+
+/// A value for every node of the graph that a pass touches: a sparse map from Expr to T with O(1) reset.
+template <class T>
+class NodeMap {
+ public:
+  void clear() { ++stamp_; }
+  bool has(Expr e) const { return e.id() < stamps_.size() && stamps_[e.id()] == stamp_; }
+  T& operator[](Expr e) {
+    if (e.id() >= stamps_.size()) {
+      const std::size_t size = std::max(graph_size(), std::size_t{e.id()} + 1);
+      stamps_.resize(size + size / 2, 0), values_.resize(size + size / 2);
+    }
+    if (stamps_[e.id()] != stamp_) stamps_[e.id()] = stamp_, values_[e.id()] = T();
+    return values_[e.id()];
+  }
+
+ private:
+  std::vector<std::uint32_t> stamps_;
+  std::vector<T> values_;
+  std::uint32_t stamp_ = 1;
+};
+
+}  // namespace pendula
+
+template <>
+struct std::hash<pendula::Expr> {
+  std::size_t operator()(pendula::Expr e) const noexcept { return e.id(); }
+};
