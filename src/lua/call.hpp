@@ -1,6 +1,6 @@
-// How a C++ function is written for Lua. A binding file holds small functions `int name(Call&)` and one table of rows;
-// each row carries signature, text, example and the example's printed result, which feed help(), the manual and the
-// doctest. No numerics here.
+// How a C++ function is written for Lua. A binding file holds small functions `int name(Call&)` and one table
+// of rows; each row carries signature, text, example and the example's printed result, which feed help(), the
+// manual and the doctest. No numerics here.
 //
 //   static int reduce(Call& call) {
 //     const auto& system = call.object<dae::Model>(1, "system");
@@ -8,14 +8,14 @@
 //     return call.push(dae::reduce(system, options.string("form", "acc")));
 //   }
 //   extern const Module dae_module = {"dae", "Differential-algebraic equations", {
-//     {"model:reduce", reduce, "sys:reduce([form]) -> model", "Lowers the index …", "example code", "printed result"}}};
+//     {"model:reduce", reduce, "sys:reduce([form]) -> model", "Lowers the index …", "example code", "printed
+//     result"}}};
 //
 // The name of a row says what it is:
-//   "sin"           a global function                   "=pi"          a global value (called once at start-up)
-//   "rk.gauss"      a function in the library table rk  "=rk.rk4"      a value in that table
-//   "dae"           together with "dae.linear": the library table dae is callable
-//   "model:reduce"  a method of the type named "model"  "model#kind"   a field, computed when it is read
-//   "model:__call"  a metamethod
+//   "sin"           a global function                   "=pi"          a global value (called once at
+//   start-up) "rk.gauss"      a function in the library table rk  "=rk.rk4"      a value in that table "dae"
+//   together with "dae.linear": the library table dae is callable "model:reduce"  a method of the type named
+//   "model"  "model#kind"   a field, computed when it is read "model:__call"  a metamethod
 #pragma once
 
 #include <functional>
@@ -44,7 +44,7 @@ struct Row {
 };
 
 struct Module {
-  const char* name;   ///< heading in help() and the manual
+  const char* name;  ///< heading in help() and the manual
   const char* title;
   std::vector<Row> rows;
 };
@@ -57,7 +57,7 @@ struct TypeName;
 class Options {
  public:
   bool has(const char* key) const;
-  double number(const char* key) const;                        ///< required
+  double number(const char* key) const;  ///< required
   double number(const char* key, double fallback) const;
   long integer(const char* key, long fallback) const;
   bool boolean(const char* key, bool fallback) const;
@@ -74,8 +74,8 @@ class Options {
   int index_;  ///< absolute stack index of the table; 0: no table was given
 };
 
-/// One call from Lua: typed arguments in, values out. Indices are 1-based; `name` is the argument's name in the
-/// signature and appears in error texts: "bad argument #2 'dt': expected a number, got nil".
+/// One call from Lua: typed arguments in, values out. Indices are 1-based; `name` is the argument's name in
+/// the signature and appears in error texts: "bad argument #2 'dt': expected a number, got nil".
 class Call {
  public:
   Call(lua_State* state, const Row& row);
@@ -88,7 +88,7 @@ class Call {
 
   double number(int i, const char* name) const;  ///< numbers only; a numeric string is an error
   double number(int i, const char* name, double fallback) const;
-  long integer(int i, const char* name) const;   ///< 3 and 3.0, not 3.5
+  long integer(int i, const char* name) const;  ///< 3 and 3.0, not 3.5
   long integer(int i, const char* name, long fallback) const;
   bool boolean(int i, const char* name) const;
   std::string string(int i, const char* name) const;
@@ -109,7 +109,8 @@ class Call {
     return std::static_pointer_cast<const T>(required(i, TypeName<T>::value, name));
   }
 
-  /// The table of options at argument i (absent or nil: all fallbacks). Throws on unknown keys and non-string keys.
+  /// The table of options at argument i (absent or nil: all fallbacks). Throws on unknown keys and non-string
+  /// keys.
   Options options(int i, std::initializer_list<const char*> known) const;
 
   [[noreturn]] void wrong(int i, const char* name, const std::string& expected) const;
@@ -140,8 +141,8 @@ void push_object(lua_State* L, std::shared_ptr<const void> object, const char* t
 /// The type name of the value at `index` as a user would say it: "a number", "nil", "a solution".
 std::string describe(lua_State* L, int index);
 
-/// Calls the function below its `arguments` arguments; a Lua error is thrown on as LuaError (position kept), an
-/// interrupt as Interrupted. Every call from C++ back into Lua goes through here.
+/// Calls the function below its `arguments` arguments; a Lua error is thrown on as LuaError (position kept),
+/// an interrupt as Interrupted. Every call from C++ back into Lua goes through here.
 void protected_call(lua_State* L, int arguments, int results);
 
 /// An error raised inside a Lua callback: the text already carries script and line, none is added.

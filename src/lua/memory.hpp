@@ -1,0 +1,36 @@
+// How much memory a script may take: Lua's own blocks are counted and capped, and C++ values that Lua only
+// holds by a 16-byte handle make the collector run when the process grows.
+#pragma once
+
+#include <cstddef>
+#include <string>
+
+#include <lua.hpp>
+
+namespace pendula::lua {
+
+/// A state whose blocks may sum up to min(half of the machine's memory, 8 GiB); nullptr if memory is short.
+/// lua_close frees everything.
+lua_State* new_capped_state();
+
+/// "script.lua:3: not enough memory (…)" for the last request that was refused.
+std::string memory_message(lua_State* L);
+
+/// While it lives there is room for an error text although the cap is reached.
+class Reserve {
+ public:
+  explicit Reserve(lua_State* L);
+  ~Reserve();
+  Reserve(const Reserve&) = delete;
+  Reserve& operator=(const Reserve&) = delete;
+
+ private:
+  size_t* cap_;
+};
+
+/// Called whenever an object is handed to Lua. The collector sees only small handles; every 64 objects this
+/// looks at the resident size of the process and runs a full collection when it has doubled since the last
+/// one.
+void collect_if_grown(lua_State* L);
+
+}  // namespace pendula::lua

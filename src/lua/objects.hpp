@@ -1,0 +1,43 @@
+// Objects in Lua: a userdata that shares ownership of an immutable C++ value, and one metatable per type
+// name.
+//
+//   metatable = { __name = type, __metatable = type, __index, __newindex, __gc, __tostring, __concat, rows
+//   "type:__x",
+//                 [methods] = { name = function }, [fields] = { name = function }, [fallback] = row
+//                 "type:__index" }
+//
+// The metatable never reaches a script: getmetatable(object) is the type name.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include <lua.hpp>
+
+namespace pendula::lua {
+
+/// The pointer inside the userdata at `index` if it is one of ours and of this type, else nullptr. The
+/// pointer itself is null when the object was finalized and resurrected by a script's __gc.
+std::shared_ptr<const void>* object_at(lua_State* L, int index, const char* type);
+
+/// Pushes the metatable of a type; the first use makes it.
+void push_metatable(lua_State* L, const char* type);
+
+/// Pops a function and makes it `member` of the type: a method, a field (computed when read), or, when the
+/// name starts with two underscores, a metamethod.
+enum class Member { method, field };
+void set_member(lua_State* L, const char* type, const char* member, Member kind);
+
+/// Pushes a method, field or metamethod; nil (and false) if the type has none of that name. Never makes a
+/// type.
+bool push_member(lua_State* L, const char* type, const char* member);
+
+/// The names of all types so far, and a type's methods and fields, sorted. For help and completion.
+std::vector<std::string> type_names(lua_State* L);
+std::vector<std::string> member_names(lua_State* L, const char* type);
+
+/// The type name of one of our objects, or "".
+std::string object_type(lua_State* L, int index);
+
+}  // namespace pendula::lua

@@ -1,0 +1,24 @@
+-- doc{}: how a library function written in Lua gets its name and its documentation, in one place.
+--
+--   doc { name = "settling_time", sig = "settling_time(wn, zeta) -> seconds", module = "lti",
+--         text = "Time after which a second-order step response stays within 2 %.",
+--         example = "settling_time(2, 0.5)", gives = "4.0",
+--         function(wn, zeta) return 4 / (wn * zeta) end }
+--
+-- The name says what it is, as in the rows of C++ (src/lua/call.hpp): "f", "rk.f", "model:f", "model#f", "model:__add".
+
+documented = {}  -- the entries, in order
+
+function doc(entry)
+  if type(entry) ~= "table" then fail("doc: expected a table { name =, sig =, text =, function … end }") end
+  for _, key in ipairs { "name", "sig", "text" } do
+    if type(entry[key]) ~= "string" then fail("doc: '" .. key .. "' must be a string") end
+  end
+  if entry[1] == nil then fail("doc: the function itself is missing (the last item of the table)") end
+  documented[#documented + 1] = {
+    name = entry.name, sig = entry.sig, text = entry.text, example = entry.example or "", gives = entry.gives or "",
+    module = entry.module or "library", title = entry.title or "", value = entry[1],
+  }
+  install(entry.name, entry[1])
+  return entry[1]
+end
