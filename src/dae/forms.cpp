@@ -1,0 +1,205 @@
+// The model classes of exam problem 3, and the conversions between them.
+#include <algorithm>
+#include <unordered_set>
+
+#include "base/error.hpp"
+#include "dae/model.hpp"
+#include "expr/print.hpp"
+
+namespace pendula::dae {
+namespace {
+
+using Index = Eigen::Index;
+
+std::vector<Expr> list(const VecX& v) { return {v.data(), v.data() + v.size()}; }
+
+VecX derivative(const VecX& x) {
+  return x.unaryExpr([](Expr e) {
+    if (!e.is_symbol() || symbol_of(e).kind != pendula::Kind::variable)
+      throw Error(text("x must be made of variables (var \"x\"), got '", to_text(e), "'"));
+    return derivative_leaf(e);
+  });
+}
+
+void check_size(const char* what, Index got, Index wanted, const char* per) {
+  if (got != wanted) throw Error(text(what, " has ", got, " rows, but there are ", wanted, " ", per));
+}
+
+/// Names of all symbols a model uses, so that new ones do not collide.
+std::unordered_set<std::string> used_names(const Model& m) {
+  std::unordered_set<std::string> names;
+  for (Expr leaf : leaves(m.residuals)) names.insert(symbol_of(leaf).name), names.insert(symbol_of(leaf).vector);
+  return names;
+}
+
+std::string fresh_name(const std::unordered_set<std::string>& used, const std::string& wish, const std::string& fallback) {
+  if (!used.count(wish)) return wish;
+  std::string name = fallback;
+  while (used.count(name)) name += "_";
+  return name;
+}
+
+/// The unknowns of a model grouped as the user declared them: a column, or single variables.
+struct Group {
+  std::string name;
+  std::vector<Expr> leaves;
+  int order;
+};
+
+std::vector<Group> groups(const Model& m) {
+  std::vector<Group> out;
+  for (const Variable& v : m.variables) {
+    const Symbol& s = symbol_of(v.leaf);
+    const bool same = !s.vector.empty() && !out.empty() && out.back().name == s.vector && out.back().order == v.order;
+    if (!same) out.push_back({s.vector.empty() ? s.name : s.vector, {}, v.order});
+    out.back().leaves.push_back(v.leaf);
+  }
+  return out;
+}
+
+/// New variables beside a group: a column of the same size, or a scalar.
+std::vector<Expr> beside(const Group& g, const std::string& name) {
+  if (g.leaves.size() == 1) return {symbol(pendula::Kind::variable, name)};
+  return symbol_vector(pendula::Kind::variable, name, static_cast<int>(g.leaves.size()));
+}
+
+VecX mapped(const VecX& v, const Substitution& s) { return column(substitute(entries(v), s)); }
+
+ModelOptions child_of(const ModelPtr& m) {
+  ModelOptions options;
+  options.name = m->name;
+  options.parent = m;
+  options.form = m->form;
+  options.relations = m->relations;
+  options.invariants = m->invariants;
+  options.mechanics = m->mechanics;
+  return options;
+}
+
+void move_invariants(ModelOptions& options, const Substitution& s) {
+  for (Constraint& c : options.invariants) c.residual = substitute(c.residual, s);
+  for (auto& [leaf, meaning] : options.relations) meaning = substitute(meaning, s);
+}
+
+}  // namespace
+
+ModelPtr semi_explicit(const VecX& x, const VecX& z, const VecX& u, const VecX& f, const VecX& g, std::string name) {
+  check_size("f", f.size(), x.size(), "states in x");
+  ModelOptions options;
+  options.name = std::move(name);
+  options.x = list(x), options.z = list(z), options.u = list(u);
+  std::vector<Block> blocks;
+  if (x.size()) blocks.push_back({derivative(x), f, ""});
+  if (g.size()) blocks.push_back({VecX::Zero(g.size()), g, ""});
+  ModelPtr m = make_model(std::move(blocks), std::move(options));
+  if (m->kind != Kind::semi_explicit && m->kind != Kind::ode)
+    throw Error("f and g of a semi-explicit model must not contain derivatives; write dae.implicit{ F = … }");
+  return m;
+}
+
+ModelPtr implicit(const VecX& x, const VecX& z, const VecX& u, const VecX& F, std::string name) {
+  ModelOptions options;
+  options.name = std::move(name);
+  options.x = list(x), options.z = list(z), options.u = list(u);
+  return make_model({{VecX::Zero(F.size()), F, ""}}, std::move(options));
+}
+
+ModelPtr linear(const MatX& E, const MatX& A, const MatX& B, VecX x, VecX u, std::string name) {
+  const Index n = E.cols();
+  if (A.rows() != E.rows() || A.cols() != n)
+    throw Error(text("E is ", E.rows(), "×", n, ", but A is ", A.rows(), "×", A.cols(), "; both must have the same size"));
+  if (x.size() == 0) x = column(symbol_vector(pendula::Kind::variable, "x", static_cast<int>(n)));
+  check_size("x", x.size(), n, "columns in E");
+  if (B.size() && B.rows() != E.rows()) throw Error(text("B has ", B.rows(), " rows, but E has ", E.rows()));
+  if (B.size() && u.size() == 0) u = column(symbol_vector(pendula::Kind::input, "u", static_cast<int>(B.cols())));
+  if (u.size()) check_size("u", u.size(), B.cols(), "columns in B");
+  ModelOptions options;
+  options.name = std::move(name);
+  options.x = list(x), options.u = list(u);
+  VecX right = A * x;
+  if (B.size()) right += B * u;
+  return make_model({{E * derivative(x), right, ""}}, std::move(options));
+}
+
+ModelPtr to_implicit(const ModelPtr& model) {
+  ModelOptions options = child_of(model);
+  options.trace.push_back("F(x′, x, z, u) = right side - left side of every equation");
+  std::vector<Block> blocks;
+  for (const Block& b : model->blocks) blocks.push_back({VecX::Zero(b.lhs.size()), b.rhs - b.lhs, b.note});
+  return make_model(std::move(blocks), std::move(options));
+}
+
+ModelPtr to_first_order(const ModelPtr& model) {
+  ModelOptions options = child_of(model);
+  Substitution lower;
+  std::vector<Block> blocks;
+  auto used = used_names(*model);
+  for (const Group& g : groups(*model)) {
+    std::vector<Expr> below = g.leaves;
+    for (int k = 1; k < g.order; ++k) {
+      const std::string wish = g.name.size() == 1 && g.name == "q" && k == 1 ? "v" : g.name + "_dot" + (k > 1 ? std::to_string(k) : "");
+      const std::string name = fresh_name(used, k == 1 ? (used.count("v") ? wish : "v") : wish, wish);
+      used.insert(name);
+      const std::vector<Expr> v = beside(g, name);
+      Block tie{VecX(static_cast<Index>(v.size())), column(v), ""};
+      for (std::size_t i = 0; i < v.size(); ++i) {
+        tie.lhs[static_cast<Index>(i)] = derivative_leaf(below[i]);
+        lower[derivative_leaf(g.leaves[i], k)] = v[i];
+        if (k + 1 == g.order) lower[derivative_leaf(g.leaves[i], g.order)] = derivative_leaf(v[i]);
+      }
+      options.trace.push_back(vector_to_text(tie.lhs) + " = " + vector_to_text(tie.rhs) + ": a new variable for the derivative");
+      blocks.push_back(std::move(tie));
+      below = v;
+    }
+  }
+  if (blocks.empty()) return model;
+  move_invariants(options, lower);
+  for (const auto& [leaf, meaning] : lower) options.relations[leaf] = meaning;
+  if (options.mechanics) options.mechanics.reset();
+  for (const Block& b : model->blocks) blocks.push_back({mapped(b.lhs, lower), mapped(b.rhs, lower), b.note});
+  return make_model(std::move(blocks), std::move(options));
+}
+
+ModelPtr to_semi_explicit(const ModelPtr& given) {
+  const ModelPtr model = to_first_order(given);
+  if (model->kind == Kind::ode || (model->kind == Kind::semi_explicit && !model->mass_matrix)) return model;
+  ModelOptions options = child_of(model);
+  std::vector<Block> blocks;
+  Substitution delta;
+  std::unordered_set<Expr> solved;
+  std::unordered_set<std::size_t> solved_residuals;
+  for (const Solved& row : solved_rows(*model)) solved.insert(row.derivative), solved_residuals.insert(row.residual);
+  auto used = used_names(*model);
+  for (const Group& g : groups(*model)) {
+    if (g.order == 0 || solved.count(derivative_leaf(g.leaves[0]))) continue;
+    const std::string name = fresh_name(used, "delta_" + g.name, "delta_" + g.name + "_");
+    used.insert(name);
+    const std::vector<Expr> d = beside(g, name);
+    Block tie{VecX(static_cast<Index>(d.size())), column(d), ""};
+    for (std::size_t i = 0; i < d.size(); ++i) tie.lhs[static_cast<Index>(i)] = delta[derivative_leaf(g.leaves[i])] = derivative_leaf(g.leaves[i]);
+    for (std::size_t i = 0; i < d.size(); ++i) delta[derivative_leaf(g.leaves[i])] = d[i];
+    options.trace.push_back(vector_to_text(tie.lhs) + " = " + vector_to_text(tie.rhs) + ": a new algebraic variable");
+    blocks.push_back(std::move(tie));
+  }
+  for (const auto& [leaf, meaning] : delta) options.relations[leaf] = meaning;
+  for (std::size_t b = 0, i = 0; b < model->blocks.size(); i += static_cast<std::size_t>(model->blocks[b].lhs.size()), ++b) {
+    const Block& block = model->blocks[b];
+    const bool keep = solved_residuals.count(i);
+    if (keep) blocks.push_back({mapped(block.lhs, delta), mapped(block.rhs, delta), block.note});
+    else blocks.push_back({VecX::Zero(block.lhs.size()), mapped(block.rhs - block.lhs, delta), block.note});
+  }
+  return make_model(std::move(blocks), std::move(options));
+}
+
+Expr resolve(const Model& model, Expr e) {
+  for (const Model* m = &model; m; m = m->parent.get()) {
+    if (m->relations.empty()) continue;
+    e = substitute(e, model.relations);
+    break;
+  }
+  // Symbols that a descendant introduced (v for q′) mean the older expression in an ancestor: the relations of the
+  // descendant, read backwards, are kept by the caller that knows both models (Start::value).
+  return e;
+}
+
+}  // namespace pendula::dae

@@ -1,0 +1,285 @@
+#include "dae/model.hpp"
+
+#include <algorithm>
+#include <set>
+#include <unordered_set>
+
+#include "base/error.hpp"
+#include "base/text.hpp"
+#include "dae/rank.hpp"
+#include "expr/print.hpp"
+
+namespace pendula::dae {
+namespace {
+
+bool is_unknown(Expr leaf) { return symbol_of(leaf).kind == pendula::Kind::variable; }
+
+void check_block(const Block& block, std::size_t number) {
+  if (block.lhs.size() != block.rhs.size())
+    throw Error(text("equation ", number, ": the left side has ", block.lhs.size(), " rows, the right side ",
+                     block.rhs.size()));
+  if (block.lhs.size() == 0) throw Error(text("equation ", number, " is empty"));
+}
+
+/// Collects residuals with their origin.
+void flatten(Model& m) {
+  for (std::size_t b = 0; b < m.blocks.size(); ++b) {
+    check_block(m.blocks[b], b + 1);
+    for (Eigen::Index row = 0; row < m.blocks[b].lhs.size(); ++row) {
+      m.residuals.push_back(m.blocks[b].lhs[row] - m.blocks[b].rhs[row]);
+      m.origin.push_back({static_cast<int>(b), static_cast<int>(row)});
+      const Expr r = m.residuals.back();
+      if (r.is_constant())
+        throw Error(text("equation ", b + 1, " contains no symbol",
+                         r.is_zero() ? ": it reads 0 = 0" : text(": it reads 0 = ", to_text(r))));
+    }
+  }
+}
+
+/// Two symbols of one name make a model unreadable, and tables keyed by names ambiguous.
+void check_names(std::span<const Expr> all) {
+  std::unordered_map<std::string, Expr> seen;
+  for (Expr leaf : all) {
+    const Symbol& s = symbol_of(leaf);
+    if (s.kind == pendula::Kind::constant) continue;
+    const auto [it, made] = seen.try_emplace(s.name, s.base);
+    if (!made && it->second != s.base)
+      throw Error(text("two different symbols are called '", s.name,
+                       "' in this model; one is a variable, parameter or input of another kind: rename one"));
+  }
+}
+
+void collect_symbols(Model& m, const ModelOptions& options) {
+  std::unordered_map<Expr, int> order;
+  std::vector<Expr> bases;
+  const auto add_variable = [&](Expr base, int k) {
+    const auto [it, made] = order.try_emplace(base, k);
+    if (made) bases.push_back(base);
+    it->second = std::max(it->second, k);
+  };
+  std::set<std::uint32_t> inputs, parameters;
+  const std::vector<Expr> all = leaves(m.residuals);
+  check_names(all);
+  for (Expr x : options.x) add_variable(symbol_of(x).base, 0);
+  for (Expr z : options.z) add_variable(symbol_of(z).base, 0);
+  for (Expr u : options.u) inputs.insert(symbol_of(u).base.id());
+  const bool declared = !options.x.empty() || !options.z.empty();
+  for (Expr leaf : all) {
+    const Symbol& s = symbol_of(leaf);
+    if (s.kind == pendula::Kind::parameter) parameters.insert(leaf.id());
+    if (s.kind == pendula::Kind::input || (s.kind == pendula::Kind::variable && inputs.count(s.base.id())))
+      inputs.insert(s.base.id());
+    else if (s.kind == pendula::Kind::variable) {
+      if (declared && !order.count(s.base))
+        throw Error(text("the equations contain '", s.name, "', which is not among the declared unknowns; add it to x or z"));
+      add_variable(s.base, s.order);
+    }
+  }
+  for (Expr z : options.z)
+    if (order.at(symbol_of(z).base) > 0)
+      throw Error(text("'", symbol_of(z).name, "' was declared algebraic (z), but its derivative occurs; move it to x"));
+  if (!declared) std::sort(bases.begin(), bases.end(), [](Expr a, Expr b) { return a.id() < b.id(); });
+  for (Expr base : bases) m.variables.push_back({base, order.at(base)});
+  for (auto id : inputs) m.inputs.push_back(Expr::at(id));
+  for (auto id : parameters) m.parameters.push_back(Expr::at(id));
+}
+
+void capture_values(Model& m, const ModelOptions& options) {
+  for (Expr p : m.parameters) {
+    if (const auto given = options.values.find(p); given != options.values.end())
+      m.values[p] = given->second;
+    else if (const auto inherited = m.parent ? m.parent->values.find(p) : m.values.end();
+             m.parent && inherited != m.parent->values.end())
+      m.values[p] = inherited->second;
+    else if (symbol_of(p).value)
+      m.values[p] = *symbol_of(p).value;
+  }
+}
+
+bool contains_any(Expr e, const std::unordered_set<Expr>& set) {
+  for (Expr leaf : leaves({&e, 1}))
+    if (set.count(leaf)) return true;
+  return false;
+}
+
+/// Rows with derivatives, rows without; whether ∂(rows with)/∂x′ is generically nonsingular.
+Kind classify(const Model& m, bool& mass_matrix) {
+  const std::vector<Expr> top = m.top_derivatives();
+  const std::unordered_set<Expr> top_set(top.begin(), top.end());
+  std::vector<Expr> with;
+  for (Expr r : m.residuals)
+    if (contains_any(r, top_set)) with.push_back(r);
+  const bool pure = m.algebraic().empty();
+  const bool square = m.residuals.size() == m.variables.size();
+  if (square && with.size() == top.size()) {
+    if (solved_rows(m).size() == top.size()) return pure ? Kind::ode : Kind::semi_explicit;
+    const MatX J = jacobian(with, top);
+    const bool linear = std::none_of(J.data(), J.data() + J.size(), [&](Expr e) { return contains_any(e, top_set); });
+    std::unordered_set<Expr> z;
+    for (Expr leaf : m.algebraic()) z.insert(leaf);
+    const bool free_of_z = std::none_of(J.data(), J.data() + J.size(), [&](Expr e) { return contains_any(e, z); });
+    const bool regular = generic_rank(J) == static_cast<int>(top.size());
+    if (pure && regular) return Kind::implicit_ode;
+    if (linear && free_of_z && regular) {
+      mass_matrix = true;
+      return Kind::semi_explicit;
+    }
+  }
+  return Kind::fully_implicit;
+}
+
+}  // namespace
+
+const char* kind_name(Kind kind) {
+  switch (kind) {
+    case Kind::ode: return "ODE";
+    case Kind::implicit_ode: return "implicit ODE";
+    case Kind::semi_explicit: return "semi-explicit";
+    case Kind::fully_implicit: return "fully implicit";
+  }
+  return "";
+}
+
+std::vector<Expr> Model::states() const {
+  std::vector<Expr> x;
+  int highest = 0;
+  for (const Variable& v : variables) highest = std::max(highest, v.order);
+  for (int k = 0; k < highest; ++k)
+    for (const Variable& v : variables)
+      if (k < v.order) x.push_back(derivative_leaf(v.leaf, k));
+  return x;
+}
+
+std::vector<Expr> Model::algebraic() const {
+  std::vector<Expr> z;
+  for (const Variable& v : variables)
+    if (v.order == 0) z.push_back(v.leaf);
+  return z;
+}
+
+std::vector<Expr> Model::top_derivatives() const {
+  std::vector<Expr> top;
+  for (const Variable& v : variables)
+    if (v.order > 0) top.push_back(derivative_leaf(v.leaf, v.order));
+  return top;
+}
+
+std::string Model::label(std::size_t residual) const {
+  const auto [block, row] = origin[residual];
+  return blocks[block].lhs.size() == 1 ? text("(", block + 1, ")") : text("(", block + 1, ")[", row + 1, "]");
+}
+
+std::string Model::equation_text(std::size_t residual) const {
+  const auto [block, row] = origin[residual];
+  return to_text(blocks[block].lhs[row]) + " = " + to_text(blocks[block].rhs[row]);
+}
+
+ModelPtr make_model(std::vector<Block> blocks, ModelOptions options) {
+  if (blocks.empty()) throw Error("a model needs at least one equation, for example dae{ der(x) ~ -x }");
+  auto m = std::make_shared<Model>();
+  m->name = options.name;
+  m->blocks = std::move(blocks);
+  m->form = options.form;
+  m->parent = options.parent;
+  flatten(*m);
+  collect_symbols(*m, options);
+  if (m->variables.empty())
+    throw Error("the equations contain no unknown; declare unknowns with var or vars: x = var \"x\"");
+  capture_values(*m, options);
+  m->kind = classify(*m, m->mass_matrix);
+  m->trace = std::move(options.trace);
+  m->relations = std::move(options.relations);
+  m->invariants = std::move(options.invariants);
+  m->mechanics = std::move(options.mechanics);
+  return m;
+}
+
+ModelPtr with_values(const ModelPtr& model, const ParameterValues& values) {
+  auto copy = std::make_shared<Model>(*model);
+  for (const auto& [p, value] : values) {
+    if (std::find(copy->parameters.begin(), copy->parameters.end(), p) == copy->parameters.end()) {
+      std::vector<std::string> names;
+      for (Expr q : copy->parameters) names.push_back(symbol_of(q).name);
+      throw Error(text("the model has no parameter '", symbol_of(p).name, "'.", did_you_mean(symbol_of(p).name, names)));
+    }
+    copy->values[p] = value;
+  }
+  return copy;
+}
+
+std::vector<Solved> solved_rows(const Model& m) {
+  std::unordered_set<Expr> top_set, taken, unknown;
+  for (Expr leaf : m.top_derivatives()) top_set.insert(leaf);
+  std::vector<Solved> rows;
+  for (std::size_t i = 0; i < m.residuals.size(); ++i) {
+    const Expr r = m.residuals[i];
+    std::vector<Expr> found;
+    for (Expr leaf : leaves({&r, 1}))
+      if (top_set.count(leaf)) found.push_back(leaf);
+    if (found.size() != 1 || taken.count(found[0])) continue;
+    const Expr slope = partial(r, found[0]);
+    bool constant = !slope.is_zero();
+    for (Expr leaf : leaves({&slope, 1})) constant = constant && !is_unknown(leaf);
+    if (!constant) continue;
+    taken.insert(found[0]);
+    const Expr rest = substitute(r, {{found[0], Expr(0)}});
+    rows.push_back({i, found[0], -rest / slope});
+  }
+  return rows;
+}
+
+/// x′ = f, 0 = g, when every derivative has its own solved row.
+static void fill_explicit_form(const Model& m, FirstOrder& fo) {
+  std::unordered_map<Expr, Expr> f;
+  std::unordered_set<std::size_t> used;
+  for (const Solved& row : solved_rows(m)) f[row.derivative] = row.f, used.insert(row.residual);
+  if (f.size() != m.top_derivatives().size()) return;
+  const std::unordered_set<Expr> top = [&] {
+    const auto list = m.top_derivatives();
+    return std::unordered_set<Expr>(list.begin(), list.end());
+  }();
+  for (std::size_t i = 0; i < m.residuals.size(); ++i) {
+    if (used.count(i)) continue;
+    if (contains_any(m.residuals[i], top)) return;
+    fo.g.push_back(m.residuals[i]);
+  }
+  for (const auto& [derivative, right] : f)
+    if (contains_any(right, top)) return;
+  for (std::size_t i = 0; i < fo.x.size(); ++i) {
+    const auto it = f.find(fo.xdot[i]);
+    fo.f.push_back(it == f.end() ? derivative_leaf(fo.x[i]) : it->second);
+  }
+  fo.semi_explicit = true;
+}
+
+FirstOrder first_order(const Model& m) {
+  if (m.residuals.size() != m.variables.size())
+    throw Error(text("the model has ", m.residuals.size(), " equations for ", m.variables.size(),
+                     " unknowns; it cannot be solved as it stands"));
+  FirstOrder fo;
+  fo.x = m.states();
+  fo.z = m.algebraic();
+  fo.p = m.parameters;
+  const std::unordered_set<Expr> state_set(fo.x.begin(), fo.x.end());
+  for (Expr x : fo.x) {
+    const Expr next = derivative_leaf(x);
+    if (!state_set.count(next)) {
+      fo.xdot.push_back(next);
+      continue;
+    }
+    const Symbol& s = symbol_of(x);
+    fo.xdot.push_back(symbol(pendula::Kind::slot, text("K_", s.name, "_", s.order)));
+    fo.F.push_back(fo.xdot.back() - next);
+    fo.label.push_back(to_text(next) + " is the derivative of " + to_text(x));
+  }
+  for (std::size_t i = 0; i < m.residuals.size(); ++i) {
+    fo.F.push_back(m.residuals[i]);
+    fo.label.push_back("equation " + m.label(i) + ": " + m.equation_text(i));
+  }
+  for (Expr leaf : leaves(m.residuals))
+    if (std::find(m.inputs.begin(), m.inputs.end(), symbol_of(leaf).base) != m.inputs.end()) fo.u.push_back(leaf);
+  fill_explicit_form(m, fo);
+  return fo;
+}
+
+}  // namespace pendula::dae

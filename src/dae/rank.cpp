@@ -1,0 +1,73 @@
+#include "dae/rank.hpp"
+
+#include <Eigen/QR>
+#include <Eigen/SVD>
+#include <cmath>
+#include <random>
+
+#include "expr/derivative.hpp"
+
+namespace pendula::dae {
+namespace {
+
+/// Rows, then columns, divided by their largest entry: the rank shall not depend on units.
+Mat equilibrated(Mat m) {
+  for (Eigen::Index i = 0; i < m.rows(); ++i)
+    if (const double s = m.row(i).cwiseAbs().maxCoeff(); s > 0) m.row(i) /= s;
+  for (Eigen::Index j = 0; j < m.cols(); ++j)
+    if (const double s = m.col(j).cwiseAbs().maxCoeff(); s > 0) m.col(j) /= s;
+  return m;
+}
+
+constexpr double rank_tolerance = 1e-9;  // relative to σ₁: far above rounding (1e-15·n), far below what models mean
+
+}  // namespace
+
+std::unordered_map<Expr, double> random_point(std::span<const Expr> outputs, int attempt) {
+  std::mt19937_64 random(0x9e3779b97f4a7c15ull + static_cast<unsigned>(attempt));
+  std::uniform_real_distribution<double> value(0.5, 1.5);
+  std::unordered_map<Expr, double> point;
+  for (Expr node : topological(outputs)) {
+    const bool named_constant = node.is_symbol() && symbol_of(node).kind == Kind::constant;
+    if ((node.is_symbol() && !named_constant) || node.op() == Op::call) point[node] = value(random);
+  }
+  return point;
+}
+
+Mat evaluate(const MatX& m, const std::unordered_map<Expr, double>& values) {
+  const auto v = pendula::evaluate(entries(m), values);
+  return Eigen::Map<const Mat>(v.data(), m.rows(), m.cols());
+}
+
+int numeric_rank(const Mat& m, double* gap) {
+  if (m.size() == 0) return 0;
+  const Eigen::JacobiSVD<Mat> svd(equilibrated(m));
+  const Vec s = svd.singularValues();
+  int rank = 0;
+  while (rank < s.size() && s[rank] > rank_tolerance * s[0] && s[rank] > 0) ++rank;
+  if (gap) *gap = rank ? s[rank - 1] / s[0] : 0;
+  return rank;
+}
+
+int generic_rank(const MatX& m) {
+  if (m.size() == 0) return 0;
+  int best = 0;
+  for (int attempt = 0, valid = 0; attempt < 12 && valid < 3; ++attempt) {
+    const Mat value = evaluate(m, random_point(entries(m), attempt));
+    if (!value.allFinite()) continue;
+    ++valid;
+    best = std::max(best, numeric_rank(value));
+    if (best == std::min(m.rows(), m.cols())) break;
+  }
+  return best;
+}
+
+Mat null_space(const Mat& m) {
+  if (m.cols() == 0) return Mat(0, 0);
+  if (m.rows() == 0) return Mat::Identity(m.cols(), m.cols());
+  const Eigen::JacobiSVD<Mat> svd(m, Eigen::ComputeFullV);
+  const int rank = numeric_rank(m);
+  return svd.matrixV().rightCols(m.cols() - rank);
+}
+
+}  // namespace pendula::dae
