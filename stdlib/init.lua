@@ -1,2 +1,4 @@
 -- The load order of the stdlib. A file may use what the files before it define.
 include "prelude"    -- doc{}
+include "help"       -- help, apropos, examples
+include "testing"    -- test, expect

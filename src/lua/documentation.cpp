@@ -96,6 +96,11 @@ int position(lua_State* L) {
 
 int fail(lua_State* L) { throw Error(error_text(L, 1)); }
 
+int load_check(lua_State* L) {
+  include_embedded(L, "doc_check");
+  return 1;
+}
+
 int columns(lua_State* L) {
   size_t size = 0;
   const char* bytes = luaL_checklstring(L, 1, &size);
@@ -119,6 +124,19 @@ void open_documentation(lua_State* L) {
     lua_setfield(L, -2, name);
   }
   lua_pop(L, 1);
+}
+
+std::vector<std::string> check_documentation(lua_State* L) {
+  lua_pushcfunction(L, guarded<load_check>);
+  protected_call(L, 0, 1);
+  protected_call(L, 0, 1);
+  std::vector<std::string> complaints;
+  for (lua_Integer i = 1; lua_rawgeti(L, -1, i) == LUA_TSTRING; ++i) {
+    complaints.emplace_back(lua_tostring(L, -1));
+    lua_pop(L, 1);
+  }
+  lua_pop(L, 2);
+  return complaints;
 }
 
 }  // namespace pendula::lua

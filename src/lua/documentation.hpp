@@ -2,6 +2,9 @@
 // the user's line. Visible in the environment of stdlib chunks only.
 #pragma once
 
+#include <string>
+#include <vector>
+
 #include <lua.hpp>
 
 namespace pendula::lua {
@@ -16,5 +19,10 @@ namespace pendula::lua {
 ///   "exam.lua:12: " of the user's innermost line, or "" fail(message)              an error at that position
 ///   width(text)                terminal columns
 void open_documentation(lua_State* L);
+
+/// The doctest of all rows, C++ and Lua: runs every example in an environment of its own and compares what it prints.
+/// Returns "name: complaint" for each row whose example fails or prints something else, that is a global or library
+/// function without an example, or that lacks signature or text.
+std::vector<std::string> check_documentation(lua_State* L);
 
 }  // namespace pendula::lua

@@ -107,7 +107,9 @@ std::string user_position(lua_State* L) {
   for (int level = 0; lua_getstack(L, level, &frame) != 0; ++level) {
     lua_getinfo(L, "Sl", &frame);
     if (frame.currentline <= 0 || std::strncmp(frame.source, "=stdlib/", 8) == 0) continue;
-    return text(frame.short_src, ":", frame.currentline, ": ");
+    // Lua cuts short_src at 60 characters; a file name stays whole, so that editors can jump to it.
+    const char* source = frame.source[0] == '@' ? frame.source + 1 : frame.short_src;
+    return text(source, ":", frame.currentline, ": ");
   }
   return "";
 }

@@ -1,0 +1,306 @@
+-- help(), apropos, examples: what the documentation rows say, laid out for a terminal.
+
+local page_width = 96
+
+-- ── the entries ─────────────────────────────────────────────────────────────────────────────────────────────────────
+
+-- "model:reduce" -> "model", ":", "reduce";  "sin" -> nil, "", "sin"
+local function split_name(name)
+  local owner, separator, member = name:match "^([^:#.]+)([:#.])(.+)$"
+  if owner then return owner, separator, member end
+  return nil, "", name
+end
+
+local cache, cached_count
+
+-- All documented things: C++ rows in the order of the modules, then the stdlib's own. `value` is what the name stands for.
+function entries()
+  if cache and cached_count == #documented then return cache end
+  cache, cached_count = {}, #documented
+  for _, row in ipairs(rows()) do
+    row.is_value = row.name:sub(1, 1) == "="
+    row.name = row.name:gsub("^=", "")
+    cache[#cache + 1] = row
+  end
+  for _, row in ipairs(documented) do cache[#cache + 1] = row end
+  for _, row in ipairs(cache) do
+    row.owner, row.separator, row.member = split_name(row.name)
+    if row.value == nil then row.value = named(row.name) end
+  end
+  return cache
+end
+
+local function is_member(entry) return entry.separator == ":" or entry.separator == "#" end
+local function is_metamethod(entry) return entry.separator == ":" and entry.member:sub(1, 2) == "__" end
+
+-- ── layout ──────────────────────────────────────────────────────────────────────────────────────────────────────────
+
+local function pad(s, columns) return s .. (" "):rep(columns - width(s)) end
+
+-- Words of `s` in lines of at most `columns`.
+local function wrapped(s, columns)
+  local lines, line = {}, ""
+  for word in s:gmatch "%S+" do
+    if line ~= "" and width(line) + 1 + width(word) > columns then
+      lines[#lines + 1] = line
+      line = word
+    else
+      line = line == "" and word or line .. " " .. word
+    end
+  end
+  lines[#lines + 1] = line
+  return lines
+end
+
+-- Two columns: { left, right } pairs, the right one wrapped. Wide left cells get a line of their own.
+local function print_pairs(pairs_list, indent)
+  local left_width = 0
+  for _, pair in ipairs(pairs_list) do
+    local w = width(pair[1])
+    if w <= 36 then left_width = math.max(left_width, w) end
+  end
+  local margin = (" "):rep(indent)
+  for _, pair in ipairs(pairs_list) do
+    local lines = wrapped(pair[2], page_width - indent - left_width - 2)
+    local left = pair[1]
+    if width(left) > left_width then
+      print(margin .. left)
+      left = ""
+    end
+    for i, line in ipairs(lines) do
+      local text = margin .. pad(i == 1 and left or "", left_width) .. "  " .. line
+      print((text:gsub("%s+$", "")))
+    end
+  end
+end
+
+local function first_sentence(text) return (text:match "^(.-[.!?])%s" or text):gsub("%s+", " ") end
+
+local function print_example(entry, indent)
+  local margin = (" "):rep(indent)
+  for line in entry.example:gmatch "[^\n]+" do print(margin .. "> " .. line) end
+  for line in entry.gives:gmatch "[^\n]+" do print(margin .. line) end
+end
+
+local function print_entry(entry)
+  print(entry.sig ~= "" and entry.sig or entry.name)
+  for _, line in ipairs(wrapped(entry.text, page_width - 2)) do print("  " .. line) end
+  if entry.example ~= "" then print_example(entry, 4) end
+end
+
+-- One line per entry: signature and first sentence.
+local function print_list(list)
+  local lines = {}
+  for _, entry in ipairs(list) do
+    lines[#lines + 1] = { entry.sig ~= "" and entry.sig or entry.name, first_sentence(entry.text) }
+  end
+  print_pairs(lines, 2)
+end
+
+-- ── finding ─────────────────────────────────────────────────────────────────────────────────────────────────────────
+
+local function all(predicate)
+  local found = {}
+  for _, entry in ipairs(entries()) do
+    if predicate(entry) then found[#found + 1] = entry end
+  end
+  return found
+end
+
+-- The entries a user may mean by `name`: its full name; a member's bare name; "sys:reduce" for any variable name.
+local function find(name)
+  local found = all(function(e) return e.name == name end)
+  if #found > 0 then return found end
+  local owner, separator, member = split_name(name)
+  if separator == "." or separator == ":" then
+    local variable = rawget(_G, owner)
+    local type_name = object_type(variable)
+    found = all(function(e)
+      return is_member(e) and e.member == member and (e.owner == owner or not type_name or e.owner == type_name)
+    end)
+  elseif separator == "" then
+    found = all(function(e) return e.member == name end)
+  end
+  return found
+end
+
+local function members_of_type(type_name)
+  return all(function(e) return is_member(e) and e.owner == type_name and not is_metamethod(e) end)
+end
+
+local function all_names()
+  local names, seen = {}, {}
+  local function add(name)
+    if name and not seen[name] then
+      seen[name] = true
+      names[#names + 1] = name
+    end
+  end
+  for _, entry in ipairs(entries()) do
+    if not is_metamethod(entry) then
+      add(entry.name)
+      add(entry.member)
+      add(entry.owner)
+      add(entry.module)
+    end
+  end
+  return names
+end
+
+-- ── the pages ───────────────────────────────────────────────────────────────────────────────────────────────────────
+
+local function help_type(type_name)
+  local members = members_of_type(type_name)
+  local operators = all(function(e) return is_metamethod(e) and e.owner == type_name and e.sig ~= "" end)
+  if #members + #operators == 0 then return false end
+  print(type_name)
+  for _, part in ipairs { { "fields", "#" }, { "methods", ":" } } do
+    local list = {}
+    for _, entry in ipairs(members) do
+      if entry.separator == part[2] then list[#list + 1] = entry end
+    end
+    if #list > 0 then
+      print(part[1])
+      print_list(list)
+    end
+  end
+  if #operators > 0 then
+    print("operators")
+    print_list(operators)
+  end
+  return true
+end
+
+local function help_library(name)
+  local list = all(function(e) return e.separator == "." and e.owner == name end)
+  if #list == 0 then return false end
+  print(name)
+  print_list(list)
+  return true
+end
+
+local function help_module(name)
+  local list = all(function(e) return e.module == name and not is_metamethod(e) end)
+  if #list == 0 then return false end
+  print(list[1].title ~= "" and list[1].title or name)
+  print_list(list)
+  return true
+end
+
+local function overview()
+  print("Lua 5.4 and a vocabulary for dynamic systems.")
+  print('help "name" explains one, help(value) a value, apropos "word" searches, examples "name" shows it in use.')
+  print()
+  local lines, by_module = {}, {}
+  for _, entry in ipairs(entries()) do
+    if not is_member(entry) then
+      local line = by_module[entry.module]
+      if not line then
+        line = { entry.title ~= "" and entry.title or entry.module, "" }
+        by_module[entry.module] = line
+        lines[#lines + 1] = line
+      end
+      line[2] = line[2] .. " " .. entry.name
+    end
+  end
+  local types_line = {}
+  for _, name in ipairs(types()) do
+    if #members_of_type(name) > 0 then types_line[#types_line + 1] = name end
+  end
+  if #types_line > 0 then lines[#lines + 1] = { "Types of values", table.concat(types_line, " ") } end
+  print_pairs(lines, 0)
+end
+
+local function help_name(name)
+  local found = find(name)
+  for i, entry in ipairs(found) do
+    if i > 1 then print() end
+    print_entry(entry)
+  end
+  local shown = #found > 0
+  -- A word may name a function and a type ("expr") or a library and a module ("dae"): show both.
+  for _, page in ipairs { help_type, help_library, #found == 0 and help_module or nil } do
+    if shown and (page == help_type and #members_of_type(name) > 0) then print() end
+    shown = page(name) or shown
+  end
+  if shown then return end
+  local builtin = rawget(_G, name:match "^[^.:]+" or name)
+  if builtin ~= nil and named(name) == nil and (type(builtin) == "function" or type(builtin) == "table") then
+    print(name .. " is not from Pendula; Lua's own functions are described at https://www.lua.org/manual/5.4/")
+    return
+  end
+  fail("help: there is nothing called '" .. name .. "'." .. did_you_mean(name, all_names())
+       .. ' (search: apropos "' .. name .. '")')
+end
+
+local function help_value(value)
+  local type_name = object_type(value)
+  if type_name then
+    if not help_type(type_name) then print(type_name .. ": a value without fields or methods") end
+    return
+  end
+  for _, entry in ipairs(entries()) do
+    if rawequal(entry.value, value) then return help_name(entry.name) end
+  end
+  if type(value) == "function" then
+    print("a function without documentation")
+  elseif value == nil then
+    fail 'help: got nil; write help "name" with quotes, or help() for the overview'
+  else
+    print("a " .. type(value) .. ": " .. tostring(value))
+  end
+end
+
+doc { name = "help", module = "help", title = "Help", sig = "help([name or value])",
+  text = "Explains a name, a function or a value; without an argument it lists everything.",
+  example = 'help "apropos"', gives = [[
+apropos(word)
+  Lists everything whose name, signature or text contains the word.
+    > apropos "apropos"
+      apropos(word)  Lists everything whose name, signature or text contains the word.]],
+  function(...)
+    if select("#", ...) == 0 then return overview() end
+    local what = ...
+    if type(what) == "string" then return help_name(what) end
+    return help_value(what)
+  end }
+
+doc { name = "apropos", module = "help", sig = "apropos(word)",
+  text = "Lists everything whose name, signature or text contains the word.",
+  example = 'apropos "apropos"',
+  gives = "  apropos(word)  Lists everything whose name, signature or text contains the word.",
+  function(word)
+    if type(word) ~= "string" or word == "" then fail 'apropos: expected a word, as in apropos "index"' end
+    local lower = word:lower()
+    local found = all(function(e)
+      return (e.name .. "\n" .. e.sig .. "\n" .. e.text):lower():find(lower, 1, true) ~= nil and not is_metamethod(e)
+    end)
+    if #found == 0 then
+      print("nothing mentions '" .. word .. "'." .. did_you_mean(word, all_names()))
+      return
+    end
+    print_list(found)
+  end }
+
+doc { name = "examples", module = "help", sig = "examples(name)",
+  text = "Shows the examples of a name and every other example that uses it, with what they print.",
+  example = 'examples "apropos"', gives = [[
+> apropos "apropos"
+  apropos(word)  Lists everything whose name, signature or text contains the word.]],
+  function(name)
+    if type(name) ~= "string" then fail 'examples: expected a name, as in examples "help"' end
+    local found = find(name)
+    if #found == 0 then
+      fail("examples: there is nothing called '" .. name .. "'." .. did_you_mean(name, all_names()))
+    end
+    local _, _, member = split_name(name)
+    local uses = "%f[%w_]" .. member:gsub("%W", "%%%0") .. "%f[^%w_]"
+    local own = {}
+    for _, entry in ipairs(found) do own[entry] = true end
+    local list = all(function(e) return e.example ~= "" and (own[e] or e.example:find(uses) ~= nil) end)
+    if #list == 0 then print("no examples of " .. name) end
+    for i, entry in ipairs(list) do
+      if i > 1 then print() end
+      print_example(entry, 0)
+    end
+  end }
