@@ -1,0 +1,67 @@
+// What a start tells: values of expressions, also in the words of related models, and the ledger.
+#include <cmath>
+
+#include "base/error.hpp"
+#include "base/text.hpp"
+#include "dae/start.hpp"
+#include "expr/print.hpp"
+
+namespace pendula::dae {
+namespace {
+
+const char* word(Origin origin) {
+  switch (origin) {
+    case Origin::fixed: return "fixed";
+    case Origin::redundant: return "fixed (redundant, consistent)";
+    case Origin::chosen: return "free, chosen near the guess";
+    case Origin::computed: return "computed";
+    case Origin::given: return "given";
+  }
+  return "";
+}
+
+}  // namespace
+
+double Start::operator()(Expr e) const {
+  const Expr own = resolve(*model, e);
+  for (Expr leaf : leaves({&own, 1})) {
+    const Symbol& s = symbol_of(leaf);
+    if (values.count(leaf) || s.kind == pendula::Kind::constant) continue;
+    if (s.value && s.kind == pendula::Kind::parameter) continue;
+    std::vector<std::string> names;
+    for (const auto& row : rows) names.push_back(to_text(row.leaf));
+    throw Error(text("the start has no value for '", to_text(leaf), "'.", did_you_mean(to_text(leaf), names)));
+  }
+  auto all = values;
+  for (Expr leaf : leaves({&own, 1}))
+    if (!all.count(leaf) && symbol_of(leaf).value) all[leaf] = pendula::evaluate({&*symbol_of(leaf).value, 1}, {})[0];
+  return pendula::evaluate({&own, 1}, all)[0];
+}
+
+std::optional<double> Start::value_for(const Model& other, Expr leaf) const {
+  const auto known = [&](Expr e) -> std::optional<double> {
+    const auto it = values.find(e);
+    return it == values.end() ? std::nullopt : std::optional(it->second);
+  };
+  if (const auto here = known(leaf)) return here;
+  if (const auto here = known(resolve(*model, leaf))) return here;
+  for (const auto& [old, meaning] : other.relations)  // `other` renamed it: v for q′
+    if (meaning == leaf)
+      if (const auto here = known(resolve(*model, old))) return here;
+  return {};
+}
+
+std::string Start::ledger() const {
+  std::string out = text("consistent start at t = ", rounded(t), ": ", free, free == 1 ? " free initial value" : " free initial values", "\n");
+  Table table({false, true, false});
+  for (const LedgerRow& row : rows) table.row({to_text(row.leaf), rounded(row.value), word(row.origin)});
+  out += table.str(2);
+  if (constraints.empty()) return out;
+  out += "constraints\n";
+  Table residuals({false, true, false});
+  for (const auto& [c, r] : constraints)
+    residuals.row({c.label, std::fabs(r) < 1e-12 ? "≤ 1e-12" : rounded(r, 2), "0 = " + to_text(c.residual)});
+  return out + residuals.str(2);
+}
+
+}  // namespace pendula::dae

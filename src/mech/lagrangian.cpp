@@ -1,0 +1,172 @@
+#include "mech/lagrangian.hpp"
+
+#include <unordered_set>
+
+#include "base/error.hpp"
+#include "base/text.hpp"
+#include "dae/rank.hpp"
+#include "expr/print.hpp"
+#include "expr/rewrite.hpp"
+
+namespace pendula::mech {
+namespace {
+
+using Index = Eigen::Index;
+
+VecX dot(const VecX& q, int order = 1) {
+  return q.unaryExpr([=](Expr e) { return derivative_leaf(e, order); });
+}
+
+bool depends_on_any(Expr e, const VecX& set) {
+  const auto inside = leaves({&e, 1});
+  for (Expr leaf : inside)
+    for (Expr x : set)
+      if (leaf == x) return true;
+  return false;
+}
+
+MatX simplified(const MatX& m) { return m.unaryExpr([](Expr e) { return simplify(e); }); }
+
+VecX gradient_column(Expr e, const VecX& x) { return column(gradient(e, entries(x))); }
+
+void check_coordinates(const Lagrangian& s) {
+  if (s.q.size() == 0) throw Error("lagrange: q is empty; give the generalised coordinates: q = { theta, x } or q = var(\"q\", 6)");
+  std::unordered_set<Expr> seen;
+  for (Expr q : s.q) {
+    if (!q.is_symbol() || symbol_of(q).kind != Kind::variable || symbol_of(q).order != 0)
+      throw Error(text("lagrange: q must contain variables (var \"x\"), got '", to_text(q), "'"));
+    if (!seen.insert(q).second) throw Error(text("lagrange: '", to_text(q), "' stands twice in q"));
+  }
+}
+
+void check_energies(const Lagrangian& s) {
+  const VecX v = dot(s.q);
+  if (!depends_on_any(s.T, v))
+    throw Error(text("lagrange: T = ", to_text(s.T), " contains no velocity; kinetic energy is made of q.dot, for example m/2*x.dot^2"));
+  const Expr energies[] = {s.T, s.V};
+  for (Expr leaf : leaves(energies)) {
+    const Symbol& sym = symbol_of(leaf);
+    if (sym.kind != Kind::variable) continue;
+    const bool coordinate = std::find(s.q.begin(), s.q.end(), sym.base) != s.q.end();
+    if (!coordinate)
+      throw Error(text("lagrange: the energies contain '", to_text(leaf), "', but '", sym.name, "' is not in q; add it to q, or make it an input or a parameter"));
+    if (sym.order > 1) throw Error(text("lagrange: the energies contain '", to_text(leaf), "'; they may depend on q, q.dot and t only"));
+  }
+}
+
+void check_constraints(const Lagrangian& s) {
+  for (Index i = 0; i < s.C.size(); ++i) {
+    const Expr c = s.C[i];
+    if (!depends_on_any(c, s.q))
+      throw Error(text("lagrange: constraint C[", i + 1, "] = ", to_text(c), " depends on no coordinate of q; C(q) = 0 has to restrict q"));
+    if (depends_on_any(c, dot(s.q)))
+      throw Error(text("lagrange: constraint C[", i + 1, "] = ", to_text(c), " contains velocities; only C(q) = 0 has a multiplier of this kind. Write the equations with dae{ … }"));
+  }
+}
+
+/// Rank of ∂C/∂q: rows that depend on the others are redundant, and their multipliers would not be determined.
+void check_redundancy(const Lagrangian& s, const MatX& dCdq) {
+  if (dae::generic_rank(dCdq) == dCdq.rows()) return;
+  for (Index i = 1; i <= dCdq.rows(); ++i) {
+    if (dae::generic_rank(dCdq.topRows(i)) == i) continue;
+    throw Error(text("lagrange: constraint C[", i, "] = ", to_text(s.C[i - 1]),
+                     " is redundant: its gradient depends on those of the constraints before it, so the multipliers would not be determined. Remove it from C"));
+  }
+}
+
+/// W must be regular on ker ∂C/∂q: exactly then [W Cqᵀ; Cq 0] is regular (Cq has full rank here).
+void check_mass(const Lagrangian& s, const MatX& M, const MatX& dCdq) {
+  const Index n = M.rows(), m = dCdq.rows();
+  MatX K = MatX::Zero(n + m, n + m);
+  K.topLeftCorner(n, n) = M;
+  K.topRightCorner(n, m) = dCdq.transpose();
+  K.bottomLeftCorner(m, n) = dCdq;
+  if (dae::generic_rank(K) == n + m) return;
+  const Mat value = dae::evaluate(K, dae::random_point(entries(K), 0));
+  const Mat N = dae::null_space(value);
+  std::vector<std::string> free;
+  for (Index i = 0; i < n; ++i)
+    if (N.cols() && N.row(i).norm() > 1e-9) free.push_back(to_text(s.q[i]));
+  throw Error(text("lagrange: the mass matrix is singular", m ? " on the directions the constraints leave free" : "", ": no kinetic energy resists a motion of ",
+                   join(free, ", "), ". Give it a mass in T", m ? ", or constrain it" : "", "; massless coordinates must be determined by constraints"));
+}
+
+VecX multipliers(const Lagrangian& s) {
+  const auto m = static_cast<int>(s.C.size());
+  if (m == 0) return {};
+  std::vector<Expr> used(s.C.begin(), s.C.end());
+  used.insert(used.end(), {s.T, s.V});
+  used.insert(used.end(), s.Q.begin(), s.Q.end());
+  for (Expr leaf : leaves(used))
+    if (symbol_of(leaf).name == s.multipliers || (m > 1 && symbol_of(leaf).vector == s.multipliers))
+      throw Error(text("lagrange: '", s.multipliers, "' names the multipliers, but the model uses it already; choose another name: multipliers = \"lambda\""));
+  if (m == 1) return VecX::Constant(1, symbol(Kind::variable, s.multipliers));
+  return column(symbol_vector(Kind::variable, s.multipliers, m));
+}
+
+}  // namespace
+
+dae::ModelPtr lagrange(const Lagrangian& s) {
+  check_coordinates(s);
+  check_energies(s);
+  check_constraints(s);
+  const Index n = s.q.size();
+  if (s.Q.size() && s.Q.size() != n)
+    throw Error(text("lagrange: Q has ", s.Q.size(), " rows, but there are ", n, " coordinates in q; see generalized_force(q, { {p, F} })"));
+  dae::Mechanics mech;
+  mech.q = s.q, mech.T = s.T, mech.V = s.V, mech.C = s.C;
+  mech.Q = s.Q.size() ? s.Q : VecX(VecX::Zero(n));
+  const VecX v = dot(s.q), a = dot(s.q, 2);
+  const Expr L = s.T - s.V;
+  const VecX momentum = gradient_column(L, v);                  // ∂L/∂q′
+  mech.M = simplified(jacobian(entries(momentum), entries(v)));  // W = ∂²L/∂q′²
+  Substitution at_rest;
+  for (Expr leaf : a) at_rest[leaf] = Expr(0);
+  mech.rhs = VecX(n);
+  const VecX slope = gradient_column(L, s.q);
+  for (Index i = 0; i < n; ++i)  // d/dt ∂L/∂q′ = W q″ + (terms without q″)
+    mech.rhs[i] = simplify(mech.Q[i] + slope[i] - substitute(total_derivative(momentum[i]), at_rest));
+  mech.dCdq = simplified(s.C.size() ? jacobian(entries(s.C), entries(s.q)) : MatX(0, n));
+  mech.multipliers = multipliers(s);
+  check_redundancy(s, mech.dCdq);
+  check_mass(s, mech.M, mech.dCdq);
+
+  VecX left = mech.M * a;
+  if (s.C.size()) left += mech.dCdq.transpose() * mech.multipliers;
+  std::vector<dae::Block> blocks{{left, mech.rhs, ""}};
+  if (s.C.size()) blocks.push_back({VecX::Zero(s.C.size()), s.C, ""});
+  dae::ModelOptions options;
+  options.name = s.name;
+  options.x.assign(s.q.begin(), s.q.end());
+  options.z.assign(mech.multipliers.begin(), mech.multipliers.end());
+  options.mechanics = std::move(mech);
+  return dae::make_model(std::move(blocks), std::move(options));
+}
+
+VecX generalized_force(const VecX& q, const std::vector<std::pair<VecX, VecX>>& forces) {
+  VecX Q = VecX::Zero(q.size());
+  for (std::size_t k = 0; k < forces.size(); ++k) {
+    const auto& [p, F] = forces[k];
+    if (p.size() != F.size())
+      throw Error(text("generalized_force: pair ", k + 1, ": the point has ", p.size(), " components, the force ", F.size()));
+    Q += jacobian(entries(p), entries(q)).transpose() * F;  // δW = Fᵀ δp = Fᵀ (∂p/∂q) δq
+  }
+  return Q;
+}
+
+MatrixForm matrix_form(const dae::Mechanics& mech) {
+  const Index n = mech.q.size(), m = mech.C.size();
+  MatrixForm form{MatX::Zero(n + m, n + m), VecX(n + m), VecX(n + m)};
+  form.A.topLeftCorner(n, n) = mech.M;
+  form.A.topRightCorner(n, m) = mech.dCdq.transpose();
+  form.A.bottomLeftCorner(m, n) = mech.dCdq;
+  form.unknowns << dot(mech.q, 2), mech.multipliers;
+  form.c.head(n) = mech.rhs;
+  Substitution at_rest;
+  for (Expr leaf : dot(mech.q, 2)) at_rest[leaf] = Expr(0);
+  for (Index i = 0; i < m; ++i)  // C″ = Cq q″ + (velocity terms)
+    form.c[n + i] = -simplify(substitute(total_derivative(mech.C[i], 2), at_rest));
+  return form;
+}
+
+}  // namespace pendula::mech
