@@ -1,0 +1,213 @@
+// 2-D figures in a terminal.
+//
+//                        title
+//   y label                    ⠤⠤ legend
+//       ┌────────────────────────────────┐
+//   1.0 ┤
+#include "plot/braille.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "base/text.hpp"
+#include "plot/sheet.hpp"
+#include "plot/ticks.hpp"
+
+namespace pendula::plot {
+namespace {
+
+using Eigen::Index;
+
+int width_of(const std::string& s) { return static_cast<int>(characters(s).size()); }
+
+/// The drawing area in cells (inside the frame) and how data map to its dots.
+struct Frame {
+  const Figure& figure;
+  Range range[2];
+  int left = 0, top = 0, columns = 0, rows = 0;  ///< cells
+
+  Clip clip() const { return {2 * left, 4 * top, 2 * (left + columns) - 1, 4 * (top + rows) - 1}; }
+  double x(double value) const { return 2 * left + at(0, value) * (2 * columns - 1); }
+  double y(double value) const { return 4 * (top + rows) - 1 - at(1, value) * (4 * rows - 1); }
+
+ private:
+  /// Values far outside the limits are drawn as if they were a thousand million frames away.
+  double at(size_t axis, double value) const {
+    return std::clamp(fraction(figure.axes[axis], range[axis], value), -1e9, 1e9);
+  }
+};
+
+/// Shrinks the frame until one unit has as many dots along x as along y.
+void make_equal(Frame& f) {
+  const double dots_x = 2 * f.columns - 1, dots_y = 4 * f.rows - 1;
+  const double per_unit = std::min(dots_x / f.range[0].span(), dots_y / f.range[1].span());
+  f.columns = std::clamp(static_cast<int>(std::ceil((per_unit * f.range[0].span() + 1) / 2)), 6, f.columns);
+  f.rows = std::clamp(static_cast<int>(std::ceil((per_unit * f.range[1].span() + 1) / 4)), 3, f.rows);
+}
+
+void draw_cells(Canvas& canvas, const Frame& f, const Series& s, const Look& l) {
+  const Clip clip = f.clip();
+  for (Index i = 0; i < s.x.size(); ++i) {
+    if (!drawable(f.figure, s, i)) continue;
+    const double x0 = f.x(s.x[i] - 0.45), x1 = f.x(s.x[i] + 0.45);
+    const double ya = f.y(s.y[i] - 0.45), yb = f.y(s.y[i] + 0.45), y0 = std::min(ya, yb),
+                 y1 = std::max(ya, yb);
+    const auto dot = [](double v, int low, int high) {
+      return static_cast<int>(std::clamp<double>(std::lround(v), low, high));
+    };
+    if (x1 < clip.left || x0 > clip.right || y1 < clip.top || y0 > clip.bottom) continue;
+    for (int y = dot(y0, clip.top, clip.bottom); y <= dot(y1, clip.top, clip.bottom); ++y)
+      for (int x = dot(x0, clip.left, clip.right); x <= dot(x1, clip.left, clip.right); ++x)
+        canvas.dot(x, y, l.pen.colour);
+  }
+}
+
+void draw_line(Canvas& canvas, const Frame& f, const Series& s, Look& l) {
+  const Clip clip = f.clip();
+  Marker mark(canvas, l, 12);
+  for (Index i = 0; i < s.x.size(); ++i) {
+    if (!drawable(f.figure, s, i)) continue;
+    const double x = f.x(s.x[i]), y = f.y(s.y[i]);
+    const bool joined = i > 0 && drawable(f.figure, s, i - 1);
+    const bool alone = !joined && (i + 1 == s.x.size() || !drawable(f.figure, s, i + 1));
+    if (alone) l.pen.travelled = 0, canvas.line(x, y, x, y, l.pen, clip);  // between two gaps: still a dot
+    if (!joined) continue;
+    const double x0 = f.x(s.x[i - 1]), y0 = f.y(s.y[i - 1]);
+    if (s.style == Style::steps) {
+      canvas.line(x0, y0, x, y0, l.pen, clip);
+      canvas.line(x, y0, x, y, l.pen, clip);
+    } else {
+      canvas.line(x0, y0, x, y, l.pen, clip);
+    }
+    if (l.marked) mark(x, y, clip);
+  }
+}
+
+void draw_points(Canvas& canvas, const Frame& f, const Series& s, Look& l) {
+  const Clip clip = f.clip();
+  Marker mark(canvas, l, s.style == Style::points ? 0 : 2);
+  const double zero = f.figure.axes[1].log ? clip.bottom : f.y(0);
+  for (Index i = 0; i < s.x.size(); ++i) {
+    if (!drawable(f.figure, s, i)) continue;
+    const double x = f.x(s.x[i]), y = f.y(s.y[i]);
+    if (s.style == Style::impulses) canvas.line(x, zero, x, y, l.pen, clip);
+    if (s.style == Style::dots)
+      canvas.line(x, y, x, y, l.pen, clip);
+    else
+      mark(x, y, clip);
+  }
+}
+
+void draw_frame(Canvas& canvas, const Frame& f) {
+  const int right = f.left + f.columns, bottom = f.top + f.rows;
+  for (int c = f.left; c < right; ++c)
+    for (int r : {f.top - 1, bottom}) canvas.glyph(c, r, "─", faint);
+  for (int r = f.top; r < bottom; ++r)
+    for (int c : {f.left - 1, right}) canvas.glyph(c, r, "│", faint);
+  canvas.glyph(f.left - 1, f.top - 1, "┌", faint);
+  canvas.glyph(right, f.top - 1, "┐", faint);
+  canvas.glyph(f.left - 1, bottom, "└", faint);
+  canvas.glyph(right, bottom, "┘", faint);
+}
+
+/// Column where the number of tick k begins: centred under its mark, but on the sheet.
+int label_column(const Frame& f, const Ticks& t, size_t k, int columns) {
+  const int width = width_of(t.text[k]);
+  const int mark = static_cast<int>(std::lround(f.x(t.at[k]))) / 2;
+  return std::clamp(mark - width / 2, 0, std::max(0, columns - width));
+}
+
+/// As many ticks as can be told apart: neighbouring numbers keep two columns between them.
+Ticks fitting_ticks(const Frame& f, int columns) {
+  Ticks t;
+  for (int count = std::max(1, f.columns / 8); count >= 1; --count) {
+    t = ticks(f.figure.axes[0], f.range[0], count);
+    bool fits = true;
+    std::vector<std::pair<int, int>> spans;
+    for (size_t k = 0; k < t.at.size(); ++k) {
+      const int begin = label_column(f, t, k, columns);
+      spans.emplace_back(begin, begin + width_of(t.text[k]));
+    }
+    std::sort(spans.begin(), spans.end());
+    for (size_t k = 1; k < spans.size(); ++k) fits = fits && spans[k].first >= spans[k - 1].second + 2;
+    if (fits) break;
+  }
+  return t;
+}
+
+void draw_y_ticks(Canvas& canvas, const Frame& f, const Ticks& t) {
+  for (size_t k = 0; k < t.at.size(); ++k) {
+    const int row = static_cast<int>(std::lround(f.y(t.at[k]))) / 4;
+    canvas.glyph(f.left - 1, row, "┤", faint);
+    canvas.write(f.left - 2 - width_of(t.text[k]), row, t.text[k]);
+  }
+}
+
+void draw_x_ticks(Canvas& canvas, const Frame& f, const Ticks& t) {
+  for (size_t k = 0; k < t.at.size(); ++k) {
+    canvas.glyph(static_cast<int>(std::lround(f.x(t.at[k]))) / 2, f.top + f.rows, "┬", faint);
+    canvas.write(label_column(f, t, k, canvas.columns()), f.top + f.rows + 1, t.text[k]);
+  }
+}
+
+void write_centred(Canvas& canvas, const Frame& f, int row, const std::string& what) {
+  const int room = canvas.columns(), width = std::min(room, width_of(what));
+  const int column = std::clamp(f.left + (f.columns - width) / 2, 0, room - width);
+  canvas.write(column, row, shortened(what, room));
+}
+
+void draw_series(Canvas& canvas, const Frame& f, Palette palette) {
+  for (size_t k = 0; k < f.figure.series.size(); ++k) {
+    const Series& s = f.figure.series[k];
+    Look l = look(f.figure, k, palette);
+    if (s.style == Style::cells)
+      draw_cells(canvas, f, s, l);
+    else if (draws_line(s.style))
+      draw_line(canvas, f, s, l);
+    if (draws_points(s.style) || s.style == Style::dots) draw_points(canvas, f, s, l);
+  }
+}
+
+}  // namespace
+
+std::string draw_flat(const Figure& figure, const Terminal& terminal) {
+  Frame f{figure, {visible(figure, 0), visible(figure, 1)}};
+  const int columns = terminal.columns;
+  const int notes = static_cast<int>(note_lines(figure, columns).size());
+  f.rows = std::clamp(terminal.rows - 8 - notes, 6, std::max(10, columns * 9 / 40));
+  // The y numbers decide the left margin; for an equal figure the frame, and with it the ticks, may still
+  // shrink.
+  Ticks y_ticks;
+  for (int pass = 0; pass < 2; ++pass) {
+    y_ticks = ticks(figure.axes[1], f.range[1], std::max(2, f.rows / 3));
+    int width = 0;
+    for (const std::string& s : y_ticks.text) width = std::max(width, width_of(s));
+    f.left = width + 2;
+    f.columns = columns - f.left - 1;
+    if (figure.equal) make_equal(f);
+  }
+  const Ticks x_ticks = fitting_ticks(f, columns);
+  const std::string y_label = shortened(labelled(axis_label(figure, 1), y_ticks), columns);
+  const std::string x_label = labelled(axis_label(figure, 0), x_ticks);
+  const Legend legend(figure, terminal, columns - 1);
+  const int right = f.left + f.columns + 1;
+  // The legend shares the line of the y label when both fit.
+  const bool shared = legend.rows() == 1 && width_of(y_label) + 3 + legend.width() <= right;
+  const int title_rows = figure.title.empty() ? 0 : 1;
+  const int header = title_rows + legend.rows() + (y_label.empty() || shared ? 0 : 1);
+  f.top = header + 1;
+  const int footer = f.top + f.rows + 2 + (x_label.empty() ? 0 : 1);
+
+  Canvas canvas(columns, footer);
+  if (title_rows) write_centred(canvas, f, 0, figure.title);
+  legend.draw(canvas, std::max(0, right - legend.width()), title_rows);
+  canvas.write(0, header - 1, y_label);
+  draw_frame(canvas, f);
+  draw_y_ticks(canvas, f, y_ticks);
+  draw_x_ticks(canvas, f, x_ticks);
+  draw_series(canvas, f, terminal.palette);
+  if (!x_label.empty()) write_centred(canvas, f, f.top + f.rows + 2, x_label);
+  return canvas.str(terminal.palette) + note_text(figure, terminal);
+}
+
+}  // namespace pendula::plot

@@ -1,0 +1,260 @@
+#include "plot/figure.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include "base/error.hpp"
+#include "base/text.hpp"
+
+namespace pendula::plot {
+namespace {
+
+using Eigen::Index;
+
+const char* const axis_names[] = {"x", "y", "z"};
+
+double coordinate(const Series& s, int axis, Index i) {
+  return axis == 0 ? s.x[i] : axis == 1 ? s.y[i] : s.z[i];
+}
+
+int dimensions(const Figure& f) { return f.three_d ? 3 : 2; }
+
+/// "'C1'", "series 2", or "the data" when there is only one.
+std::string called(const Figure& f, size_t k) {
+  if (!f.series[k].label.empty()) return "'" + f.series[k].label + "'";
+  return f.series.size() == 1 ? "the data" : text("series ", k + 1);
+}
+
+std::string values(Index n) { return text(n, n == 1 ? " value" : " values"); }
+
+void check_lengths(const Figure& f, size_t k) {
+  const Series& s = f.series[k];
+  const std::string where = f.series.size() > 1 ? " (" + called(f, k) + ")" : "";
+  if (s.x.size() != s.y.size())
+    throw Error(text("x has ", values(s.x.size()), " but y has ", s.y.size(), where));
+  if (f.three_d && s.z.size() != s.x.size())
+    throw Error(text("x has ", values(s.x.size()), " but z has ", s.z.size(), where));
+  if (s.x.size() == 0)
+    throw Error("nothing to draw: " + called(f, k) +
+                (k || f.series.size() > 1 || !s.label.empty() ? " has" : " have") + " no points");
+}
+
+void check_surface(const Surface& s, size_t k) {
+  if (s.x.rows() != s.y.rows() || s.x.rows() != s.z.rows() || s.x.cols() != s.y.cols() ||
+      s.x.cols() != s.z.cols())
+    throw Error(text("surface ", k + 1, ": x, y and z must be grids of the same size, but they are ",
+                     s.x.rows(), "×", s.x.cols(), ", ", s.y.rows(), "×", s.y.cols(), " and ", s.z.rows(), "×",
+                     s.z.cols()));
+  if (s.x.rows() < 2 || s.x.cols() < 2)
+    throw Error(text("surface ", k + 1, ": a grid needs at least 2×2 nodes, this one has ", s.x.rows(), "×",
+                     s.x.cols()));
+}
+
+void check_axes(const Figure& f) {
+  for (int a = 0; a < dimensions(f); ++a) {
+    const Axis& axis = f.axes[a];
+    if (f.three_d && axis.log)
+      throw Error("logarithmic axes exist in 2-D figures only; plot3 the logarithm instead");
+    if (!axis.limits) continue;
+    const auto [low, high] = *axis.limits;
+    const std::string what = text(axis_names[a], "lim = {", shortest(low), ", ", shortest(high), "}");
+    if (!std::isfinite(low) || !std::isfinite(high))
+      throw Error(what + ": both limits must be finite numbers");
+    if (!(low < high)) throw Error(what + ": the first limit must be below the second");
+    if (axis.log && low <= 0) throw Error(what + ": limits of a logarithmic axis must be positive");
+  }
+  if (!(f.tilt >= 0 && f.tilt <= 90) || !std::isfinite(f.turn))
+    throw Error(
+        text("view = {", shortest(f.tilt), ", ", shortest(f.turn),
+             "}: the tilt must lie between 0 (from above) and 90 degrees, the turn be a number of degrees"));
+  for (int n : f.size)
+    if (n && (n < 100 || n > 10000))
+      throw Error(
+          text("size = {", f.size[0], ", ", f.size[1], "}: width and height must lie between 100 and 10000"));
+}
+
+/// Why points of series k cannot be drawn, as notes. Returns the number that can.
+Index count_gaps(Figure& f, size_t k) {
+  const Series& s = f.series[k];
+  Index infinite = 0, negative[2] = {0, 0}, good = 0;
+  for (Index i = 0; i < s.x.size(); ++i) {
+    bool finite = true;
+    for (int a = 0; a < dimensions(f); ++a) finite = finite && std::isfinite(coordinate(s, a, i));
+    if (!finite)
+      ++infinite;
+    else if (f.axes[0].log && s.x[i] <= 0)
+      ++negative[0];
+    else if (f.axes[1].log && s.y[i] <= 0)
+      ++negative[1];
+    else
+      ++good;
+  }
+  if (infinite)
+    f.notes.push_back(text(infinite, " of ", s.x.size(), " points of ", called(f, k),
+                           infinite == 1 ? " is" : " are", " not finite (drawn as gaps)"));
+  for (int a = 0; a < 2; ++a)
+    if (negative[a])
+      f.notes.push_back(text(negative[a], " of ", s.x.size(), " points of ", called(f, k),
+                             negative[a] == 1 ? " is" : " are", " not positive: no place on the logarithmic ",
+                             axis_names[a], " axis"));
+  return good;
+}
+
+void check_something_to_draw(Figure& f) {
+  if (f.series.empty() && f.surfaces.empty()) throw Error("nothing to draw: the figure has no series");
+  Index good = 0, all = 0;
+  for (size_t k = 0; k < f.series.size(); ++k) good += count_gaps(f, k), all += f.series[k].x.size();
+  for (const Surface& s : f.surfaces)
+    good += (s.x.array().isFinite() && s.y.array().isFinite() && s.z.array().isFinite()).count();
+  if (good) return;
+  for (int a = 0; a < 2; ++a)
+    if (f.axes[a].log)
+      throw Error(text("nothing to draw: the ", axis_names[a], " axis is logarithmic, but none of the ", all,
+                       " points has a positive finite ", axis_names[a], "; use ",
+                       f.axes[1 - a].log ? (a ? "semilogx" : "semilogy") : "plot", " instead"));
+  throw Error(text("nothing to draw: ", all == 1 ? "the only point is" : text("all ", all, " points are"),
+                   " NaN or infinite"));
+}
+
+bool inside(const Figure& f, const Series& s, Index i, int except) {
+  for (int a = 0; a < dimensions(f); ++a)
+    if (a != except && f.axes[a].limits) {
+      const double v = coordinate(s, a, i);
+      if (v < f.axes[a].limits->low || v > f.axes[a].limits->high) return false;
+    }
+  return true;
+}
+
+/// Range of the drawable data along one axis; `limited`: only points inside the limits of the other axes.
+std::optional<Range> extent(const Figure& f, int axis, bool limited) {
+  constexpr double inf = std::numeric_limits<double>::infinity();
+  Range r{inf, -inf};
+  const auto take = [&](double v) { r.low = std::min(r.low, v), r.high = std::max(r.high, v); };
+  for (const Series& s : f.series) {
+    bool any = false;
+    for (Index i = 0; i < s.x.size(); ++i)
+      if (drawable(f, s, i) && (!limited || inside(f, s, i, axis))) take(coordinate(s, axis, i)), any = true;
+    if (any && s.style == Style::impulses && axis == dimensions(f) - 1 && !f.axes[axis].log) take(0);
+  }
+  for (const Surface& s : f.surfaces) {
+    const Mat& m = axis == 0 ? s.x : axis == 1 ? s.y : s.z;
+    for (Index i = 0; i < m.size(); ++i)
+      if (std::isfinite(m.data()[i])) take(m.data()[i]);
+  }
+  if (!(r.low <= r.high)) return std::nullopt;
+  return r;
+}
+
+bool is_tight(const Figure& f, int axis) {
+  return !f.three_d && axis == 0 && !f.equal &&
+         std::all_of(f.series.begin(), f.series.end(),
+                     [](const Series& s) { return s.style == Style::line || s.style == Style::steps; });
+}
+
+/// A range that has room to draw in: `margin` of its span at each end; a constant c gets c ± 5 % (0: ± 1).
+Range widened(Range r, bool log, double margin) {
+  if (log) {
+    const double decades = std::log10(r.high) - std::log10(r.low);
+    const double pad = decades < 1e-9 ? 0.5 : margin * decades;
+    return {std::max(r.low * std::pow(10, -pad), std::numeric_limits<double>::min()),
+            std::min(r.high * std::pow(10, pad), std::numeric_limits<double>::max())};
+  }
+  const double size = std::max(std::abs(r.low), std::abs(r.high));
+  if (!std::isfinite(r.span()) || size > 1e300)
+    throw Error(text("the values reach from ", rounded(r.low, 3), " to ", rounded(r.high, 3),
+                     ", too far for a linear axis; set xlim or ylim, or use semilogy"));
+  if (size < 1e-300) return {-1, 1};
+  if (r.span() <= 1e-13 * size) return {r.low - 0.05 * size, r.high + 0.05 * size};
+  const double pad = margin * r.span();
+  return {r.low - pad, r.high + pad};
+}
+
+}  // namespace
+
+const std::vector<std::string>& style_names() {
+  static const std::vector<std::string> names{"line",     "points", "line+points", "dots",
+                                              "impulses", "steps",  "cells"};  // in the order of Style
+  return names;
+}
+
+Style style_named(const std::string& name) {
+  const auto& names = style_names();
+  const auto it = std::find(names.begin(), names.end(), name);
+  if (it == names.end())
+    throw Error("unknown style '" + name + "'." + did_you_mean(name, names) +
+                " Styles: " + join(names, ", "));
+  return static_cast<Style>(it - names.begin());
+}
+
+bool drawable(const Figure& f, const Series& s, Index i) {
+  for (int a = 0; a < dimensions(f); ++a) {
+    const double v = coordinate(s, a, i);
+    if (!std::isfinite(v) || (f.axes[a].log && v <= 0)) return false;
+  }
+  return true;
+}
+
+Figure checked(Figure f) {
+  check_axes(f);
+  for (size_t k = 0; k < f.series.size(); ++k) check_lengths(f, k);
+  for (size_t k = 0; k < f.surfaces.size(); ++k) check_surface(f.surfaces[k], k);
+  if (!f.surfaces.empty() && !f.three_d) throw Error("surfaces belong to 3-D figures; use plot3");
+  check_something_to_draw(f);
+  for (int a = 0; a < dimensions(f); ++a) visible(f, a);  // throws now rather than when the figure is drawn
+  return f;
+}
+
+Range visible(const Figure& f, int axis) {
+  if (f.axes[axis].limits) return *f.axes[axis].limits;
+  auto r = extent(f, axis, true);
+  if (!r) r = extent(f, axis, false);
+  return widened(r.value_or(Range{}), f.axes[axis].log, is_tight(f, axis) ? 0 : f.three_d ? 0.02 : 0.04);
+}
+
+bool has_legend(const Figure& f) {
+  const auto labelled =
+      std::count_if(f.series.begin(), f.series.end(), [](const Series& s) { return !s.label.empty(); });
+  return f.legend && labelled > 0 && f.series.size() > 1;
+}
+
+std::string axis_label(const Figure& f, int axis) {
+  const bool value_axis = axis == 1 && !f.three_d;
+  if (f.axes[axis].label.empty() && value_axis && f.series.size() == 1) return f.series[0].label;
+  return f.axes[axis].label;
+}
+
+std::string describe(const Figure& f) {
+  Index points = 0;
+  for (const Series& s : f.series) points += s.x.size();
+  std::string out = f.three_d ? "3-D figure" : "figure";
+  if (!f.title.empty()) out += " '" + f.title + "'";
+  std::vector<std::string> parts;
+  if (!f.series.empty()) {
+    parts.push_back(text(f.series.size(), " series"));
+    parts.push_back(text(points, points == 1 ? " point" : " points"));
+  }
+  if (!f.surfaces.empty())
+    parts.push_back(text(f.surfaces.size(), f.surfaces.size() == 1 ? " surface" : " surfaces"));
+  return out + ": " + join(parts, ", ");
+}
+
+Surface sphere(double radius, const std::array<double, 3>& center, int latitudes, int longitudes) {
+  if (!(radius > 0) || !std::isfinite(radius))
+    throw Error(text("the radius must be a positive number, got ", shortest(radius)));
+  for (double c : center)
+    if (!std::isfinite(c)) throw Error("the center must be three finite numbers");
+  Surface s;
+  s.x = s.y = s.z = Mat(latitudes + 1, longitudes + 1);
+  for (int i = 0; i <= latitudes; ++i)
+    for (int j = 0; j <= longitudes; ++j) {
+      const double polar = std::numbers::pi * i / latitudes, around = 2 * std::numbers::pi * j / longitudes;
+      s.x(i, j) = center[0] + radius * std::sin(polar) * std::cos(around);
+      s.y(i, j) = center[1] + radius * std::sin(polar) * std::sin(around);
+      s.z(i, j) = center[2] + radius * std::cos(polar);
+    }
+  return s;
+}
+
+}  // namespace pendula::plot

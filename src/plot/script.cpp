@@ -1,0 +1,111 @@
+#include "plot/script.hpp"
+
+#include <cmath>
+#include <cstdio>
+
+#include "base/error.hpp"
+#include "base/text.hpp"
+#include "plot/canvas.hpp"
+#include "plot/ticks.hpp"
+
+namespace pendula::plot {
+
+using Eigen::Index;
+
+std::string series_colour(size_t k) {
+  static const char* const colours[] = {"#0072B2", "#D55E00", "#009E73", "#CC79A7",
+                                        "#E69F00", "#56B4E9", "#000000"};
+  return colours[k % 7];
+}
+
+std::string quoted(const std::string& utf8) {
+  std::string out = "'";
+  for (const std::string& c : characters(utf8)) out += c == "'" ? "''" : c;
+  return out + "'";
+}
+
+std::string translucent(const std::string& colour, double opacity) {
+  char alpha[8];
+  std::snprintf(alpha, sizeof alpha, "#%02X", static_cast<int>(std::lround(255 * (1 - opacity))));
+  return alpha + colour.substr(1);
+}
+
+void Block::row(double x, double y) {
+  rows_ += shortest(x) + " " + shortest(y) + "\n";
+  any_ = open_ = true;
+}
+
+void Block::gap() {
+  if (open_) rows_ += "\n";
+  open_ = false;
+}
+
+std::string preamble(const Figure& figure, const std::string& format) {
+  const int width = figure.size[0] ? figure.size[0] : figure.three_d ? 700 : 800;
+  const int height = figure.size[1] ? figure.size[1] : figure.three_d ? 640 : 500;
+  std::string out = "set encoding utf8\n";
+  if (format == "svg")
+    out += text("set terminal svg size ", width, ",", height,
+                " fixed rounded noenhanced font 'DejaVu Sans,Arial,sans-serif,14' background '#FFFFFF'\n");
+  else if (format == "png")  // twice the size, so that it stays sharp on dense screens and in print
+    out += text("set terminal pngcairo size ", 2 * width, ",", 2 * height,
+                " rounded noenhanced font 'DejaVu Sans,11' fontscale 2 linewidth 2 pointscale 2 background "
+                "'#FFFFFF'\n");
+  else
+    out += text("set terminal pdfcairo size ", width / 96.0, "in,", height / 96.0,
+                "in rounded noenhanced font 'DejaVu Sans,11' background '#FFFFFF'\n");
+  if (!figure.title.empty()) {
+    // With a legend in between, the title stands clear of the frame.
+    const bool legend = !figure.three_d && has_legend(figure);
+    out += "set title " + quoted(figure.title) + (legend ? " offset 0,1.6" : "") + " font ',16' noenhanced\n";
+  }
+  return out;
+}
+
+std::string note_labels(const Figure& figure) {
+  std::string out;
+  const double height = figure.size[1] ? figure.size[1] : figure.three_d ? 640 : 500;
+  for (size_t k = 0; k < figure.notes.size(); ++k)
+    out += text("set label ", 1000 + k, " ", quoted(figure.notes[k]), " at screen 0.015,",
+                rounded((12 + 16.0 * static_cast<double>(figure.notes.size() - 1 - k)) / height, 6),
+                " font ',10' textcolor '#666666' noenhanced\n");
+  return out;
+}
+
+std::vector<Index> thinned(const Figure& f, const Series& s) {
+  std::vector<Index> kept;
+  const Index n = s.x.size();
+  if (!f.three_d &&
+      (s.style == Style::cells || s.style == Style::steps || s.style == Style::impulses || n < 3000)) {
+    for (Index i = 0; i < n; ++i) kept.push_back(drawable(f, s, i) ? i : -1);
+    return kept;
+  }
+  constexpr double resolution = 1.0 / 4000;  // of the width and height of the frame
+  const int axes = f.three_d ? 3 : 2;
+  Range range[3];
+  for (int a = 0; a < axes; ++a) range[a] = visible(f, a);
+  const auto place = [&](Index i, int a) {
+    return fraction(f.axes[static_cast<size_t>(a)], range[a], a == 0 ? s.x[i] : a == 1 ? s.y[i] : s.z[i]);
+  };
+  double last[3] = {0, 0, 0};
+  Index skipped = -1;
+  for (Index i = 0; i < n; ++i) {
+    if (!drawable(f, s, i)) {
+      if (skipped >= 0) kept.push_back(skipped);
+      kept.push_back(skipped = -1);
+      continue;
+    }
+    double moved = 0;
+    for (int a = 0; a < axes; ++a) moved = std::max(moved, std::abs(place(i, a) - last[a]));
+    if (!kept.empty() && kept.back() >= 0 && moved < resolution && i + 1 < n) {
+      skipped = i;
+      continue;
+    }
+    for (int a = 0; a < axes; ++a) last[a] = place(i, a);
+    kept.push_back(i);
+    skipped = -1;
+  }
+  return kept;
+}
+
+}  // namespace pendula::plot
