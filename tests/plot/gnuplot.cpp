@@ -73,7 +73,7 @@ TEST_CASE("gnuplot: saves SVG, PNG and PDF that contain what was asked") {
   }
   save(checked(drift()), folder / "b.svg");
   const std::string svg = contents(folder / "b.svg");
-  for (const char* word : {"t [s]", "C [m²]", "×10⁻⁷", "C₁", "C_2^{x}", "&lt;C&gt; &amp; it", "$(x)"}) {
+  for (const char* word : {"t [s]", "C [m²]", "×10⁻⁷", "C₁", "C_2^{x}", "&lt;C> &amp; it", "$(x)"}) {
     INFO(std::string(word));
     CHECK(svg.find(word) != std::string::npos);
   }
