@@ -284,9 +284,7 @@ doc { name = "apropos", module = "help", sig = "apropos(word)",
 
 doc { name = "examples", module = "help", sig = "examples(name)",
   text = "Shows the examples of a name and every other example that uses it, with what they print.",
-  example = 'examples "apropos"', gives = [[
-> apropos "apropos"
-  apropos(word)  Lists everything whose name, signature or text contains the word.]],
+  example = 'examples "apropos"',
   function(name)
     if type(name) ~= "string" then fail 'examples: expected a name, as in examples "help"' end
     local found = find(name)

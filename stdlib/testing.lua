@@ -132,27 +132,25 @@ end
 local checks = {}
 
 local function verdict(message)
-  pending = nil
   if message then failed(position(), message) else passed() end
 end
 
 function checks:near(wanted, tol)
   if tol == nil then tol = 1e-9 end
   if type(tol) ~= "number" or not (tol >= 0) then fail "expect(a):near(b, tol): tol must be a number ≥ 0" end
-  verdict(near_complaint(self.value, wanted, tol))
+  verdict(near_complaint(self.held[1], wanted, tol))
 end
 
 function checks:equals(wanted)
-  verdict(not same(self.value, wanted, 0) and "expected " .. show(wanted) .. ", got " .. show(self.value) or nil)
+  verdict(not same(self.held[1], wanted, 0) and "expected " .. show(wanted) .. ", got " .. show(self.held[1]) or nil)
 end
 
 function checks:fails(text)
   if text ~= nil and type(text) ~= "string" then fail 'expect(f):fails "text": the text must be a string' end
-  if type(self.value) ~= "function" then
+  if type(self.held[1]) ~= "function" then
     fail "expect(f):fails needs a function to call: expect(function() … end):fails \"text\""
   end
-  pending = nil
-  local good, err = pcall(self.value)
+  local good, err = pcall(self.held[1])
   if rawequal(err, abort) then error(abort, 0) end
   local message = type(err) == "string" and err or show(err)
   if good then
@@ -166,13 +164,13 @@ end
 
 function checks:matches(pattern)
   if type(pattern) ~= "string" then fail "expect(s):matches(pattern): the pattern must be a string" end
-  local text = type(self.value) == "string" and self.value or tostring(self.value)
+  local text = type(self.held[1]) == "string" and self.held[1] or tostring(self.held[1])
   verdict(not text:find(pattern) and "'" .. text .. "' does not match '" .. pattern .. "'" or nil)
 end
 
-function checks:is_true() verdict(self.value ~= true and "expected true, got " .. show(self.value) or nil) end
-function checks:is_false() verdict(self.value ~= false and "expected false, got " .. show(self.value) or nil) end
-function checks:is_nil() verdict(self.value ~= nil and "expected nil, got " .. show(self.value) or nil) end
+function checks:is_true() verdict(self.held[1] ~= true and "expected true, got " .. show(self.held[1]) or nil) end
+function checks:is_false() verdict(self.held[1] ~= false and "expected false, got " .. show(self.held[1]) or nil) end
+function checks:is_nil() verdict(self.held[1] ~= nil and "expected nil, got " .. show(self.held[1]) or nil) end
 
 local check_names = {}
 for name in pairs(checks) do check_names[#check_names + 1] = name end
@@ -183,8 +181,8 @@ local expectation = {
   __name = "expectation",
   __tostring = function() return "expect(…): add a check such as :equals(v)" end,
   __index = function(_, key)
-    if checks[key] then return checks[key] end
     pending = nil
+    if checks[key] then return checks[key] end
     fail("expect has no check '" .. tostring(key) .. "'." .. did_you_mean(tostring(key), check_names)
          .. " (checks: " .. table.concat(check_names, ", ") .. ")")
   end,
@@ -200,7 +198,7 @@ doc { name = "expect", module = "testing", title = "Tests", sig = "expect(value)
   function(value)
     check_pending()
     pending = { where = position() }
-    return setmetatable({ value = value }, expectation)
+    return setmetatable({ held = { value } }, expectation)  -- boxed: nil must not reach __index
   end }
 
 -- ── test ────────────────────────────────────────────────────────────────────────────────────────────────────────────

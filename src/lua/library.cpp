@@ -145,16 +145,37 @@ void push_copy_of_globals(lua_State* L) {
   lua_settop(L, copy);
 }
 
+/// Methods of strings come from our copy first, so that a script that changes the table `string` cannot break
+/// the stdlib; what it adds there is found after that.
+void protect_string_methods(lua_State* L) {
+  push_registry(L, &originals_key);
+  lua_getfield(L, -1, "string");
+  lua_createtable(L, 0, 1);
+  lua_getglobal(L, "string");
+  lua_setfield(L, -2, "__index");
+  lua_setmetatable(L, -2);
+  lua_pushliteral(L, "");
+  lua_getmetatable(L, -1);
+  lua_pushvalue(L, -3);
+  lua_setfield(L, -2, "__index");
+  lua_pop(L, 4);
+}
+
 }  // namespace
 
 void open_library(lua_State* L) {
   push_copy_of_globals(L);
   lua_rawsetp(L, LUA_REGISTRYINDEX, &originals_key);
+  protect_string_methods(L);
 
   lua_newtable(L);
   make_strict(L, "pendula", guarded<unknown_entry>);
   lua_pushvalue(L, -1);
   lua_rawsetp(L, LUA_REGISTRYINDEX, &vocabulary_key);
+  push_registry(L, &originals_key);
+  lua_pushvalue(L, -2);
+  lua_setfield(L, -2, "pendula");
+  lua_pop(L, 1);
   lua_setglobal(L, "pendula");
 
   lua_pushglobaltable(L);

@@ -1,6 +1,7 @@
 #include "lua/memory.hpp"
 
 #include <fcntl.h>
+#include <sys/resource.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -96,6 +97,18 @@ lua_State* new_capped_state() {
   lua_State* L = lua_newstate(allocate, budget);
   if (!L && budget->used == 0) delete budget;
   return L;
+}
+
+void set_memory_cap(lua_State* L, size_t bytes) { budget_of(L).cap = bytes; }
+
+void limit_process_memory() {
+#ifndef __SANITIZE_ADDRESS__
+  rlimit limit = {};
+  const rlim_t wanted = physical_memory() / 4 * 3;
+  if (getrlimit(RLIMIT_DATA, &limit) != 0 || limit.rlim_cur <= wanted) return;
+  limit.rlim_cur = wanted;
+  setrlimit(RLIMIT_DATA, &limit);
+#endif
 }
 
 std::string memory_message(lua_State* L) {

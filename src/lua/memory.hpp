@@ -13,6 +13,14 @@ namespace pendula::lua {
 /// lua_close frees everything.
 lua_State* new_capped_state();
 
+/// Another cap for this state; for tests.
+void set_memory_cap(lua_State* L, size_t bytes);
+
+/// Lowers the process's data limit to three quarters of the machine's memory (once; never raises it), so that
+/// a C++ result that does not fit is an error and not the end of the process. Nothing under the address
+/// sanitizer.
+void limit_process_memory();
+
 /// "script.lua:3: not enough memory (…)" for the last request that was refused.
 std::string memory_message(lua_State* L);
 

@@ -44,6 +44,7 @@ int explain_error(lua_State* L) {
 }  // namespace
 
 lua_State* new_state() {
+  limit_process_memory();
   lua_State* L = new_capped_state();
   if (!L) throw Error("not enough memory for a Lua state");
   lua_atpanic(L, panic);

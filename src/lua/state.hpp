@@ -10,6 +10,9 @@
 
 namespace pendula::lua {
 
+/// Ctrl-C: a SIGINT handler calls pendula::request_interrupt() (base/interrupt.hpp), which also stops Lua
+/// loops; whoever reports the interruption clears interrupt_requested.
+///
 /// Opens a state with everything in it. Throws Error if memory is short. Cost: about 5 ms (the stdlib is
 /// bytecode). The caller closes it with lua_close.
 lua_State* new_state();
