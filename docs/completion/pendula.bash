@@ -1,0 +1,21 @@
+# bash completion for pendula: options, then Lua files; everything behind the script is the script's.
+_pendula() {
+  local word=${COMP_WORDS[COMP_CWORD]} previous=${COMP_WORDS[COMP_CWORD - 1]} i
+  compopt -o filenames
+  COMPREPLY=()
+  [[ $previous == -e && $COMP_CWORD -gt 1 ]] && return
+  for ((i = 1; i < COMP_CWORD; i++)); do
+    case ${COMP_WORDS[i]} in
+      test) mapfile -t COMPREPLY < <(compgen -f -X '!*.lua' -- "$word"; compgen -d -- "$word"); return ;;
+      -e) ((i++)) ;;
+      -?*) ;;
+      *) mapfile -t COMPREPLY < <(compgen -f -- "$word"); return ;;
+    esac
+  done
+  if [[ $word == -* ]]; then
+    mapfile -t COMPREPLY < <(compgen -W '-e -i - -- --no-color --version --help' -- "$word")
+    return
+  fi
+  mapfile -t COMPREPLY < <(compgen -f -X '!*.lua' -- "$word"; compgen -d -- "$word"; compgen -W test -- "$word")
+}
+complete -F _pendula pendula

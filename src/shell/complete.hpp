@@ -1,0 +1,16 @@
+// Completion at the prompt: global names and keywords, fields behind a dot, methods behind a colon, file
+// names inside quotes. Looks at values without changing them; what fails or takes long completes to nothing.
+#pragma once
+
+#include <lua.hpp>
+
+#include <string_view>
+
+#include "shell/reader.hpp"
+
+namespace pendula::shell {
+
+/// `text` is the entry up to the cursor.
+Completions complete(lua_State* L, std::string_view text);
+
+}  // namespace pendula::shell

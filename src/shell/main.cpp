@@ -1,0 +1,88 @@
+// pendula: the interactive session, scripts, scripted tests.
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstdio>
+#include <cstring>
+#include <memory>
+
+#include "lua/state.hpp"
+#include "lua/testing.hpp"
+#include "shell/options.hpp"
+#include "shell/repl.hpp"
+#include "shell/script.hpp"
+#include "shell/signals.hpp"
+#include "shell/terminal.hpp"
+
+namespace pendula::shell {
+namespace {
+
+using State = std::unique_ptr<lua_State, decltype(&lua_close)>;
+
+int run_tests(const Options& options) {
+  catch_interrupt_in_script();
+  return lua::run_tests(options.arguments);
+}
+
+/// -e, then the script; the first error ends it.
+Status run_scripts(lua_State* L, const Options& options, bool script_from_stdin) {
+  for (const auto& code : options.code)
+    if (const Status status = run_source(L, code, "=-e"); status != ok) return status;
+  if (script_from_stdin) return run_file(L, "-", options.arguments);
+  return options.script.empty() ? ok : run_file(L, options.script, options.arguments);
+}
+
+int run(const Options& options) {
+  const bool nothing_given = options.code.empty() && options.script.empty() && !options.interactive;
+  const bool person = is_terminal(STDIN_FILENO);
+  const bool session = options.interactive || (nothing_given && person);
+  catch_interrupt_in_script();
+  const State state(lua::new_state(), lua_close);
+  set_arguments(state.get(), options.before, options.script, options.arguments);
+  const Status status =
+      run_scripts(state.get(), options, options.script == "-" || (nothing_given && !person));
+  // With -i, a script that failed can be looked at; the exit status still tells of it.
+  if (session && status != interrupted) run_session(state.get());
+  return status;
+}
+
+int dispatch(const Options& options) {
+  if (!options.colour) refuse_colour();
+  catch_broken_pipe();
+  switch (options.action) {
+    case Options::Action::version:
+      std::printf("pendula %s (%s)\n", PENDULA_VERSION, LUA_RELEASE);
+      return ok;
+    case Options::Action::help:
+      std::fputs(help_text(), stdout);
+      return ok;
+    case Options::Action::test:
+      return run_tests(options);
+    case Options::Action::run:
+      return run(options);
+  }
+  return failed;
+}
+
+/// A full disk must not look like success.
+int check_output(int status) {
+  if (std::fflush(stdout) == 0 && !std::ferror(stdout)) return status;
+  complain(std::string("pendula: cannot write standard output: ") + std::strerror(errno) + ".");
+  return status == ok ? static_cast<int>(failed) : status;
+}
+
+}  // namespace
+}  // namespace pendula::shell
+
+int main(int argc, char** argv) {
+  using namespace pendula::shell;
+  try {
+    return check_output(dispatch(parse_options({argv, argv + argc})));
+  } catch (const UsageError& e) {
+    complain(std::string("pendula: ") + e.what() + "\n'pendula --help' shows the options.");
+    return usage;
+  } catch (const std::exception& e) {
+    complain(std::string("pendula: ") + e.what());
+    return failed;
+  }
+}

@@ -1,0 +1,15 @@
+#include <unistd.h>
+
+#include "shell/reader.hpp"
+#include "shell/terminal.hpp"
+
+namespace pendula::shell {
+
+std::unique_ptr<Reader> open_reader([[maybe_unused]] Completer completer) {
+#ifdef PENDULA_READLINE
+  if (is_terminal(STDIN_FILENO)) return open_readline_reader(std::move(completer));
+#endif
+  return open_plain_reader();
+}
+
+}  // namespace pendula::shell

@@ -1,0 +1,88 @@
+#include "shell/options.hpp"
+
+#include "base/text.hpp"
+
+namespace pendula::shell {
+namespace {
+
+const std::vector<std::string> long_options = {"--help", "--version", "--no-color"};
+
+/// Reads one option at words[i]; moves i over its value.
+void read_option(const std::vector<std::string>& words, std::size_t& i, Options& options) {
+  const std::string& word = words[i];
+  if (word == "-e") {
+    if (i + 1 == words.size()) throw UsageError("option -e needs a text: pendula -e 'print(1 + 1)'");
+    options.code.push_back(words[++i]);
+  } else if (word.rfind("-e", 0) == 0) {
+    options.code.push_back(word.substr(2));
+  } else if (word == "-i") {
+    options.interactive = true;
+  } else if (word == "--no-color") {
+    options.colour = false;
+  } else if (word == "-v" || word == "--version") {
+    options.action = Options::Action::version;
+  } else if (word == "-h" || word == "--help") {
+    options.action = Options::Action::help;
+  } else {
+    throw UsageError("unknown option '" + word + "'." + did_you_mean(word, long_options));
+  }
+}
+
+void take_rest(const std::vector<std::string>& words, std::size_t i, std::vector<std::string>& rest) {
+  rest.assign(words.begin() + static_cast<std::ptrdiff_t>(i), words.end());
+}
+
+}  // namespace
+
+Options parse_options(const std::vector<std::string>& words) {
+  Options options;
+  std::size_t i = 1;
+  bool only_operands = false;
+  for (; i < words.size(); ++i) {
+    if (words[i] == "--" && !only_operands) {
+      only_operands = true;
+    } else if (only_operands || words[i] == "-" || words[i].rfind('-', 0) != 0) {
+      break;
+    } else {
+      read_option(words, i, options);
+      if (options.action != Options::Action::run) return options;
+    }
+  }
+  options.before.assign(words.begin(),
+                        words.begin() + static_cast<std::ptrdiff_t>(std::min(i, words.size())));
+  if (i >= words.size()) return options;
+  if (words[i] == "test" && !only_operands && options.code.empty() && !options.interactive) {
+    options.action = Options::Action::test;
+    take_rest(words, i + 1, options.arguments);
+    if (options.arguments.empty())
+      throw UsageError("'pendula test' needs files or folders: pendula test tests");
+    return options;
+  }
+  options.script = words[i];
+  if (options.script.empty()) throw UsageError("the name of the script is empty");
+  take_rest(words, i + 1, options.arguments);
+  return options;
+}
+
+const char* help_text() {
+  return R"(usage: pendula [options] [script.lua [arguments]]
+       pendula test path...
+
+Without a script: an interactive session, or, if standard input is not a terminal, the script that stands there.
+
+  -e CODE       run CODE; several are run in order, before the script
+  -i            go on with an interactive session behind -e and the script
+  -             the script is standard input
+  --no-color    no colour (also: the environment variable NO_COLOR)
+  --version     print the version
+  --help        print this text
+  --            what follows is the script, whatever it looks like
+
+pendula test    runs scripted tests, files or all *.lua below a folder
+
+A script finds its arguments in the table arg and in ... . Exit status: 0, 1 after an error, 2 for a wrong
+command line, 130 after Ctrl-C.
+)";
+}
+
+}  // namespace pendula::shell

@@ -1,0 +1,53 @@
+// Where the lines of a session come from: GNU readline on a terminal, plain reading elsewhere.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace pendula::shell {
+
+struct Line {
+  enum class Kind {
+    text,
+    abandoned,  ///< Ctrl-C: what was typed is gone
+    end,        ///< Ctrl-D on an empty line, or the end of the input
+  };
+  Kind kind;
+  std::string text;
+};
+
+/// What may stand at the end of the text typed so far.
+struct Completions {
+  std::size_t begin = 0;           ///< offset in the text of the word to complete
+  std::vector<std::string> words;  ///< replacements for the word, sorted
+  char file_quote = '\0';          ///< inside a string: the quote that opened it, and `words` is not used
+};
+
+/// `text` is the entry up to the cursor. Must not throw.
+using Completer = std::function<Completions(std::string_view text)>;
+
+class Reader {
+ public:
+  virtual ~Reader() = default;
+
+  /// Waits for a line. `pending` is what was typed before on the same entry, "" at its first line.
+  virtual Line read(const std::string& pending) = 0;
+
+  /// Keeps an entry for recall: one history entry, however many lines it has.
+  virtual void remember(const std::string& entry) = 0;
+};
+
+/// A reader on standard input. With line editing if the build has it (PENDULA_READLINE) and a person is
+/// typing.
+std::unique_ptr<Reader> open_reader(Completer completer);
+
+std::unique_ptr<Reader> open_plain_reader();
+std::unique_ptr<Reader> open_readline_reader(Completer completer);  ///< only with PENDULA_READLINE
+
+inline constexpr std::string_view first_prompt = "> ";
+inline constexpr std::string_view next_prompt = "… ";
+
+}  // namespace pendula::shell

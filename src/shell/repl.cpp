@@ -1,0 +1,191 @@
+#include "shell/repl.hpp"
+
+#include <unistd.h>
+
+#include <cstdio>
+
+#include "base/interrupt.hpp"
+#include "lua/objects.hpp"
+#include "lua/state.hpp"
+#include "shell/complete.hpp"
+#include "shell/echo.hpp"
+#include "shell/entry.hpp"
+#include "shell/reader.hpp"
+#include "shell/script.hpp"
+#include "shell/signals.hpp"
+#include "shell/terminal.hpp"
+
+namespace pendula::shell {
+namespace {
+
+/// Pushes the global, or nil if it is undefined.
+int push_global(lua_State* L, const std::string& name) {
+  lua_pushglobaltable(L);
+  lua_pushlstring(L, name.data(), name.size());
+  const int type = lua_rawget(L, -2);
+  lua_remove(L, -2);
+  return type;
+}
+
+bool is_defined(lua_State* L, const std::string& name) {
+  const bool defined = push_global(L, name) != LUA_TNIL;
+  lua_pop(L, 1);
+  return defined;
+}
+
+/// Does the global hold what the user put there, and not the vocabulary's own value?
+bool is_users(lua_State* L, const std::string& name) {
+  bool own = push_global(L, name) != LUA_TNIL;
+  if (own && push_global(L, "pendula") == LUA_TTABLE) {
+    lua_pushlstring(L, name.data(), name.size());
+    lua_rawget(L, -2);
+    own = !lua_rawequal(L, -1, -3);
+    lua_pop(L, 1);
+  }
+  lua_pop(L, own ? 2 : 1);
+  return own;
+}
+
+/// The call that answers `path?`: about the user's own value if there is one, else about the name.
+std::string help_call(lua_State* L, const std::string& path) {
+  const auto names = path_names(path);
+  if (names.size() == 1) return is_users(L, path) ? "help(" + path + ")" : "help \"" + path + "\"";
+  push_global(L, names[0]);
+  const std::string type = lua::object_type(L, -1);
+  lua_pop(L, 1);
+  const char separator = path[names[0].size()];
+  if (type.empty() || names.size() > 2) return "help \"" + path + "\"";
+  return "help \"" + type + separator + names[1] + "\"";
+}
+
+class Session {
+ public:
+  explicit Session(lua_State* L)
+      : L_(L), reader_(open_reader([L](std::string_view text) { return complete(L, text); })) {}
+
+  void run();
+
+ private:
+  void feed(const std::string& text);
+  bool command(const std::string& entry);
+  void evaluate_pieces(const std::string& entry);
+  bool evaluate(const std::string& entry);
+  void report(const std::string& entry);
+
+  lua_State* L_;
+  std::unique_ptr<Reader> reader_;
+  std::string pending_;  ///< the lines of an entry that is not complete yet
+  bool leave_ = false;
+};
+
+void Session::run() {
+  while (!leave_) {
+    const Line line = reader_->read(pending_);
+    if (line.kind == Line::Kind::text) {
+      feed(line.text);
+      continue;
+    }
+    // Ctrl-D gives up an unfinished entry; only on a fresh prompt it leaves.
+    if (line.kind == Line::Kind::end) {
+      std::puts("");
+      leave_ = pending_.empty();
+    }
+    pending_.clear();
+  }
+}
+
+void Session::feed(const std::string& text) {
+  const bool first = pending_.empty();
+  const std::string entry = first ? without_prompts(text) : pending_ + "\n" + text;
+  if (trimmed(entry).empty() || (first && command(entry))) return;
+  const Reading reading = compile(L_, entry);
+  if (reading == Reading::incomplete) {
+    pending_ = entry;
+    return;
+  }
+  lua_pop(L_, 1);
+  pending_.clear();
+  reader_->remember(entry);
+  if (reading == Reading::wrong && entry.find('\n') != std::string::npos) {
+    evaluate_pieces(entry);
+  } else {
+    evaluate(entry);
+  }
+}
+
+/// What is no Lua: how to leave, and the question mark. A global of the user's goes first.
+bool Session::command(const std::string& entry) {
+  const auto word = trimmed(entry);
+  for (const char* name : {"exit", "quit"}) {
+    if (word != name && word != std::string(name) + "()") continue;
+    return leave_ = !is_defined(L_, name);
+  }
+  const std::string path = help_path(word);
+  if (path.empty() && word != "help") return false;
+  reader_->remember(entry);
+  evaluate(path.empty() ? "help()" : help_call(L_, path));
+  return true;
+}
+
+/// The first error ends it, as if the lines had been typed one by one.
+void Session::evaluate_pieces(const std::string& entry) {
+  const auto parts = pieces(L_, entry);
+  for (const auto& part : parts) {
+    const Reading reading = compile(L_, part);
+    if (reading == Reading::incomplete) {
+      pending_ = part;
+      return;
+    }
+    lua_pop(L_, 1);
+    if (!evaluate(part)) return;
+  }
+}
+
+bool Session::evaluate(const std::string& entry) {
+  interrupt_requested = false;
+  const int base = lua_gettop(L_);
+  bool good = compile(L_, entry) == Reading::complete && lua::run(L_, 0, LUA_MULTRET);
+  if (good && lua_gettop(L_) > base) {
+    luaL_checkstack(L_, 1, "too many values");
+    lua_pushcfunction(L_, echo_values);
+    lua_insert(L_, base + 1);
+    good = lua::run(L_, lua_gettop(L_) - base - 1, 0);
+  }
+  if (!good) report(entry);
+  lua_settop(L_, base);
+  interrupt_requested = false;
+  std::fflush(stdout);
+  return good;
+}
+
+/// The position "stdin:1:" says nothing about an entry of one line; of several, the line is worth knowing.
+void Session::report(const std::string& entry) {
+  if (lua::is_interrupt(L_, -1)) {
+    // The terminal has just shown ^C.
+    complain(is_terminal(STDIN_FILENO) ? "\ninterrupted" : "interrupted");
+    return;
+  }
+  std::string message = lua_tostring(L_, -1);
+  constexpr std::string_view chunk = "stdin:";
+  if (message.rfind(chunk, 0) == 0) {
+    const auto end = message.find(": ", chunk.size());
+    const bool several = entry.find('\n') != std::string::npos;
+    if (end != std::string::npos)
+      message = (several ? "line " + message.substr(chunk.size(), end - chunk.size()) + ": " : "") +
+                message.substr(end + 2);
+  }
+  complain(message);
+}
+
+}  // namespace
+
+void run_session(lua_State* L) {
+  use_utf8();
+  if (is_terminal(STDIN_FILENO))
+    std::printf("Pendula %s, Lua for dynamic systems.  help() shows the way, Ctrl-D leaves.\n",
+                PENDULA_VERSION);
+  catch_interrupt_in_session();
+  Session(L).run();
+}
+
+}  // namespace pendula::shell

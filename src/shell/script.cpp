@@ -1,0 +1,124 @@
+#include "shell/script.hpp"
+
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstdio>
+#include <cstring>
+#include <filesystem>
+#include <optional>
+
+#include "base/interrupt.hpp"
+#include "base/text.hpp"
+#include "lua/state.hpp"
+#include "shell/hints.hpp"
+#include "shell/terminal.hpp"
+
+namespace pendula::shell {
+namespace {
+
+/// Everything there is to read, or nothing with errno set; Ctrl-C while waiting is EINTR.
+std::optional<std::string> read_all(std::FILE* file) {
+  std::string source;
+  char chunk[1 << 14];
+  std::size_t count = 0;
+  while ((count = std::fread(chunk, 1, sizeof chunk, file)) > 0) source.append(chunk, count);
+  if (std::ferror(file)) return std::nullopt;
+  return source;
+}
+
+std::optional<std::string> read_file(const std::string& path) {
+  if (path == "-") return read_all(stdin);
+  std::FILE* file = std::fopen(path.c_str(), "rb");
+  if (!file) return std::nullopt;
+  auto source = read_all(file);
+  const int error = errno;
+  std::fclose(file);
+  errno = error;
+  return source;
+}
+
+/// Blanks a byte order mark and a shebang line; line numbers stay.
+void skip_preamble(std::string& source) {
+  if (source.rfind("\xEF\xBB\xBF", 0) == 0) source.erase(0, 3);
+  if (source.rfind('#', 0) == 0) source.erase(0, source.find('\n'));
+}
+
+/// " Did you mean 'exam.lua'?" among the Lua files beside a path that does not exist.
+std::string similar_file(const std::string& path) {
+  const std::filesystem::path wanted(path);
+  const auto folder = wanted.has_parent_path() ? wanted.parent_path() : std::filesystem::path(".");
+  std::vector<std::string> names;
+  std::error_code ignored;
+  for (const auto& entry : std::filesystem::directory_iterator(folder, ignored))
+    if (entry.path().extension() == ".lua") names.push_back(entry.path().filename().string());
+  return did_you_mean(wanted.filename().string(), names);
+}
+
+Status cannot_read(const std::string& path, int error) {
+  if (error == EINTR && interrupt_requested) return complain("interrupted"), interrupted;
+  std::string message = "pendula: cannot read '" + path + "': " + std::strerror(error) + ".";
+  if (error == ENOENT) message += similar_file(path);
+  complain(message);
+  return failed;
+}
+
+/// Takes the error text from the stack and puts it back with a hint.
+void add_hint(lua_State* L, const std::string& source) {
+  const std::string error = lua_tostring(L, -1);
+  const std::string hint = syntax_hint(source, error);
+  lua_pushlstring(L, hint.data(), hint.size());
+  lua_concat(L, 2);
+}
+
+}  // namespace
+
+void complain(const std::string& message) {
+  std::fflush(stdout);
+  const std::string line = red(message, STDERR_FILENO) + "\n";
+  std::fwrite(line.data(), 1, line.size(), stderr);
+}
+
+Status report_error(lua_State* L) {
+  const bool stopped = lua::is_interrupt(L, -1);
+  std::size_t length = 0;
+  const char* text = stopped ? "interrupted" : lua_tolstring(L, -1, &length);
+  complain(stopped || !text ? (stopped ? text : "an error without a text") : std::string(text, length));
+  lua_pop(L, 1);
+  return stopped ? interrupted : failed;
+}
+
+void set_arguments(lua_State* L, const std::vector<std::string>& before, const std::string& script,
+                   const std::vector<std::string>& arguments) {
+  lua_createtable(L, static_cast<int>(arguments.size()), static_cast<int>(before.size() + 1));
+  const auto set = [&](const std::string& value, lua_Integer index) {
+    lua_pushlstring(L, value.data(), value.size());
+    lua_rawseti(L, -2, index);
+  };
+  // As in lua.c: without a script, the program itself is at 0.
+  const auto shift = static_cast<lua_Integer>(before.size()) - (script.empty() ? 1 : 0);
+  for (std::size_t i = 0; i < before.size(); ++i) set(before[i], static_cast<lua_Integer>(i) - shift);
+  if (!script.empty()) set(script, 0);
+  for (std::size_t i = 0; i < arguments.size(); ++i) set(arguments[i], static_cast<lua_Integer>(i + 1));
+  lua_setglobal(L, "arg");
+}
+
+Status run_source(lua_State* L, std::string source, const std::string& chunk,
+                  const std::vector<std::string>& arguments) {
+  skip_preamble(source);
+  if (luaL_loadbufferx(L, source.data(), source.size(), chunk.c_str(), "t") != LUA_OK) {
+    add_hint(L, source);
+    return report_error(L);
+  }
+  luaL_checkstack(L, static_cast<int>(arguments.size()), "too many arguments");
+  for (const auto& argument : arguments) lua_pushlstring(L, argument.data(), argument.size());
+  return lua::run(L, static_cast<int>(arguments.size()), 0) ? ok : report_error(L);
+}
+
+Status run_file(lua_State* L, const std::string& path, const std::vector<std::string>& arguments) {
+  auto source = read_file(path);
+  if (!source) return cannot_read(path, errno);
+  return run_source(L, std::move(*source), path == "-" ? "=stdin" : "@" + path, arguments);
+}
+
+}  // namespace pendula::shell
