@@ -190,7 +190,7 @@ Solution solve(const System& s, const StartRequest& request, const Model& model,
   if (!without.solved) {
     Index worst = 0;
     failed.scaled_residual.maxCoeff(&worst);
-    throw Failure(text("init: no consistent start was found; the worst residual remains in ", s.labels[static_cast<std::size_t>(worst)],
+    throw Failure(text("no consistent start was found; the worst residual remains in ", s.labels[static_cast<std::size_t>(worst)],
                        ". Give a guess near the solution: guess = { … }"));
   }
   std::fill(active.begin(), active.end(), 1);
@@ -209,7 +209,7 @@ Solution solve(const System& s, const StartRequest& request, const Model& model,
   for (std::size_t i = 0; i < s.low->invariants.size(); ++i)
     if (size[static_cast<Index>(i)] > solved_below)
       violated.push_back(text(s.labels[i], ":  0 ≠ ", rounded(r[static_cast<Index>(i)], 6), " = ", to_text(s.rows[i])));
-  throw Error(text("init: the fixed values contradict each other and the constraints.\n  conflict: ", join(fixes, ", "),
+  throw Error(text("the fixed values contradict each other and the constraints.\n  conflict: ", join(fixes, ", "),
                    violated.empty() ? "" : "\n  violated: " + join(violated, "\n            "),
                    "\n  Leave one of them out of fix, or move it to guess."));
 }
@@ -228,7 +228,7 @@ Solution solve(const System& s, const StartRequest& request, const Model& model,
   for (Index k = 0; k < std::min(N.cols(), qr.rank()); ++k) chosen.push_back(qr.colsPermutation().indices()[k]);
   std::sort(chosen.begin(), chosen.end());
   for (Index k : chosen) choice.push_back(candidates[static_cast<std::size_t>(k)]);
-  throw Error(text("init: ", N.cols(), N.cols() == 1 ? " initial value is" : " initial values are", " neither fixed nor determined.\n  candidates: ",
+  throw Error(text(N.cols(), N.cols() == 1 ? " initial value is" : " initial values are", " neither fixed nor determined.\n  candidates: ",
                    join(candidates, ", "), "\n  for example fix: ", join(choice, ", "),
                    "   (or give a guess for them: guess = { … })"));
 }

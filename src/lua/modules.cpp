@@ -3,8 +3,14 @@
 
 namespace pendula::lua {
 
+extern const Module dae_module;
+extern const Module mech_module;
+
 const std::vector<const Module*>& modules() {
-  static const std::vector<const Module*> list = {};
+  static const std::vector<const Module*> list = {
+      &mech_module,
+      &dae_module,
+  };
   return list;
 }
 

@@ -38,4 +38,7 @@ struct MatrixForm {
 };
 MatrixForm matrix_form(const dae::Mechanics& mechanics);
 
+/// The three blocks side by side: A · unknowns = c, aligned row by row.
+std::string describe(const MatrixForm& form);
+
 }  // namespace pendula::mech

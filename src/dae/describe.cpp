@@ -1,0 +1,112 @@
+// print(sys): header, numbered equations as a textbook sets them, unknowns, parameters.
+#include <algorithm>
+
+#include "base/error.hpp"
+#include "base/text.hpp"
+#include "dae/model.hpp"
+#include "dae/reduce.hpp"
+#include "expr/print.hpp"
+
+namespace pendula::dae {
+namespace {
+
+using Index = Eigen::Index;
+
+std::string count(std::size_t n, const char* what) { return text(n, " ", what, n == 1 ? "" : "s"); }
+
+/// A column equation by vector names, if both sides have such a form that is short enough to read.
+std::optional<std::string> vector_equation(const VecX& lhs, const VecX& rhs) {
+  constexpr int widest = 100;
+  const std::string left = vector_to_text(lhs), right = vector_to_text(rhs);
+  const std::string line = left + " = " + right;
+  const bool listed = line.find(", ") != std::string::npos;  // some side is only (a, b, c)
+  return listed || display_width(line) > widest ? std::nullopt : std::optional(line);
+}
+
+/// Equal parts of the rows (of a system of points in space: the points), each as a vector equation.
+std::optional<std::vector<std::string>> split_equation(const Block& b) {
+  for (Index parts = 2; parts <= b.lhs.size() / 2; ++parts) {
+    if (b.lhs.size() % parts) continue;
+    const Index size = b.lhs.size() / parts;
+    std::vector<std::string> lines;
+    for (Index k = 0; k < parts; ++k)
+      if (const auto line = vector_equation(b.lhs.segment(k * size, size), b.rhs.segment(k * size, size))) lines.push_back(*line);
+    if (static_cast<Index>(lines.size()) == parts) return lines;
+  }
+  return {};
+}
+
+std::vector<std::string> lines_of(const Block& b) {
+  if (b.lhs.size() == 1) return {to_text(b.lhs[0]) + " = " + to_text(b.rhs[0])};
+  if (const auto line = vector_equation(b.lhs, b.rhs)) return {*line};
+  if (const auto lines = split_equation(b)) return *lines;
+  std::vector<std::string> lines;
+  for (Index i = 0; i < b.lhs.size(); ++i) lines.push_back(to_text(b.lhs[i]) + " = " + to_text(b.rhs[i]));
+  return lines;
+}
+
+std::string header(const Model& m) {
+  std::string out = m.name.empty() ? "" : m.name + ": ";
+  out += kind_name(m.kind);
+  if (m.kind == Kind::semi_explicit || m.kind == Kind::fully_implicit) out += " DAE";
+  const std::size_t n = m.states().size(), z = m.algebraic().size();
+  out += text(", ", count(n, "differential"), z ? text(" + ", z, " algebraic variable", n + z == 1 ? "" : "s") : text(" variable", n == 1 ? "" : "s"));
+  if (m.residuals.size() != m.variables.size())
+    return out + text("; ", count(m.residuals.size(), "equation"), " for ", count(m.variables.size(), "unknown"));
+  const Analysis a = analyse(m);
+  if (a.regular) out += text(", index ", a.index, ", ", count(static_cast<std::size_t>(a.dof), "free initial value"));
+  return out;
+}
+
+/// x, y, q (6): columns by name and size.
+std::string grouped(const std::vector<Expr>& list) {
+  std::vector<std::string> names;
+  for (std::size_t i = 0; i < list.size();) {
+    const Symbol& s = symbol_of(list[i]);
+    std::size_t n = 1;
+    if (!s.vector.empty())
+      while (i + n < list.size() && symbol_of(list[i + n]).vector == s.vector && symbol_of(list[i + n]).order == s.order) ++n;
+    if (n == 1) names.push_back(to_text(list[i]));
+    else names.push_back(text(vector_to_text(column(std::span(list).subspan(i, n))), " (", n, ")"));
+    i += n;
+  }
+  return join(names, ", ");
+}
+
+std::string parameter_values(const Model& m) {
+  std::vector<std::string> words;
+  for (Expr p : m.parameters) {
+    const auto it = m.values.find(p);
+    words.push_back(to_text(p) + (it == m.values.end() ? " (no value)" : " = " + to_text(it->second)));
+  }
+  return join(words, ", ");
+}
+
+}  // namespace
+
+std::string describe(const Model& m) {
+  std::string out = header(m) + "\n";
+  if (m.mechanics)
+    out += m.mechanics->C.size() ? "Lagrange, L = T - V - zᵀC:  W(q) q″ + (∂C/∂q)ᵀ z = rhs,  0 = C(q)\n" : "Lagrange, L = T - V:  W(q) q″ = rhs\n";
+  Table equations;
+  for (std::size_t b = 0; b < m.blocks.size(); ++b) {
+    const auto lines = lines_of(m.blocks[b]);
+    for (std::size_t i = 0; i < lines.size(); ++i)
+      equations.row({i == 0 ? text("(", b + 1, ")") : "", lines[i], i == 0 && !m.blocks[b].note.empty() ? "[" + m.blocks[b].note + "]" : ""});
+  }
+  out += equations.str(2);
+  Table symbols;
+  if (!m.states().empty()) symbols.row({"differential", grouped(m.states())});
+  if (!m.algebraic().empty()) symbols.row({"algebraic", grouped(m.algebraic())});
+  if (!m.inputs.empty()) symbols.row({"inputs", grouped(m.inputs)});
+  if (!m.parameters.empty()) symbols.row({"parameters", parameter_values(m)});
+  if (!m.invariants.empty()) {
+    std::vector<std::string> words;
+    for (const Constraint& c : m.invariants) words.push_back(c.label + " = 0");
+    symbols.row({"start must keep", join(words, ", ")});
+  }
+  out += symbols.str(2);
+  return out.substr(0, out.size() - 1);
+}
+
+}  // namespace pendula::dae
