@@ -20,9 +20,9 @@ namespace pendula::lua {
 ///   width(text)                terminal columns
 void open_documentation(lua_State* L);
 
-/// The doctest of all rows, C++ and Lua: runs every example in an environment of its own and compares what it prints.
-/// Returns "name: complaint" for each row whose example fails or prints something else, that is a global or library
-/// function without an example, or that lacks signature or text.
+/// The doctest of all rows, C++ and Lua: runs every example in an environment of its own and compares what it
+/// prints. Returns "name: complaint" for each row whose example fails or prints something else, that is a
+/// global or library function without an example, or that lacks signature or text.
 std::vector<std::string> check_documentation(lua_State* L);
 
 }  // namespace pendula::lua
