@@ -58,7 +58,9 @@ void collect_symbols(Model& m, const ModelOptions& options) {
     it->second = std::max(it->second, k);
   };
   std::set<std::uint32_t> inputs, parameters;
-  const std::vector<Expr> all = leaves(m.residuals);
+  std::vector<Expr> everything = m.residuals;  // the length of the pendulum is a parameter of C = 0 only
+  for (const Constraint& c : options.invariants) everything.push_back(c.residual);
+  const std::vector<Expr> all = leaves(everything);
   check_names(all);
   for (Expr x : options.x) add_variable(symbol_of(x).base, 0);
   for (Expr z : options.z) add_variable(symbol_of(z).base, 0);

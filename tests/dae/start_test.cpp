@@ -1,0 +1,139 @@
+// Consistent starts of mechanical index-3 models, against numbers of ERRATA.md 1b and against conditions by hand.
+#include <doctest/doctest.h>
+
+#include <cmath>
+
+#include "base/error.hpp"
+#include "dae/reduce.hpp"
+#include "dae/start.hpp"
+#include "mech/lagrangian.hpp"
+
+using namespace pendula;
+
+namespace {
+
+VecX dots(const VecX& q, int k = 1) {
+  return q.unaryExpr([=](Expr e) { return derivative_leaf(e, k); });
+}
+
+struct TwoMasses {
+  VecX q = column(symbol_vector(Kind::variable, "q", 6));
+  dae::ModelPtr model;
+  TwoMasses() {
+    const Expr m = symbol(Kind::parameter, "m"), g = symbol(Kind::parameter, "g"), R = symbol(Kind::parameter, "R"), L = symbol(Kind::parameter, "L");
+    mech::Lagrangian s;
+    const VecX p1 = q.head(3), d = q.tail(3) - q.head(3), v = dots(q);
+    s.q = q;
+    s.T = m / 2 * v.dot(v);
+    s.V = m * g * (q[2] + q[5]);
+    s.C.resize(2);
+    s.C << (p1.dot(p1) - R * R) / 2, (d.dot(d) - L * L) / 2;
+    model = dae::with_values(mech::lagrange(s), {{m, 1}, {g, Expr(9.81)}, {R, 1}, {L, Expr(0.5)}});
+  }
+  dae::LeafValues fix(std::array<double, 6> position, std::array<double, 6> velocity) const {
+    dae::LeafValues list;
+    for (int i = 0; i < 6; ++i) list.push_back({q[i], position[i]}), list.push_back({derivative_leaf(q[i]), velocity[i]});
+    return list;
+  }
+};
+
+template <class Call>
+std::string message(const Call& call) {
+  try {
+    call();
+  } catch (const UserFacing& e) {
+    return e.what();
+  }
+  return "";
+}
+
+const std::array<double, 6> exam_position{.6, 0, -.8, .6, 0, -1.3}, exam_velocity{.8, .5, .6, 1.1, .3, .6};
+
+}  // namespace
+
+TEST_CASE("exam 1b: index 3, eight free initial values, conditions C = 0 and C′ = 0") {
+  const TwoMasses s;
+  const auto a = dae::analyse(*s.model);
+  CHECK(a.regular);
+  CHECK(a.index == 3);
+  CHECK(a.dof == 8);
+  CHECK(a.constraints.size() == 4);
+  const auto low = dae::reduce_acc(s.model);
+  CHECK(dae::analyse(*low).index == 1);
+  CHECK(dae::analyse(*low).dof == 8);
+  CHECK(low->kind == dae::Kind::fully_implicit);
+}
+
+TEST_CASE("exam 1b: accelerations and multipliers at the start of ERRATA.md to 1e-11") {
+  const TwoMasses s;
+  dae::StartRequest request;
+  request.fix = s.fix(exam_position, exam_velocity);
+  const auto at = dae::init(s.model, request);
+  const double acceleration[] = {-8.119411764706, 0, -4.527058823529, 0, 0, -4.267058823529};
+  for (int i = 0; i < 6; ++i) CHECK(std::fabs((*at)(derivative_leaf(s.q[i], 2)) - acceleration[i]) < 1e-11);
+  const auto& z = s.model->mechanics->multipliers;
+  CHECK(std::fabs((*at)(z[0]) - 13.532352941176) < 1e-11);
+  CHECK(std::fabs((*at)(z[1]) - 11.085882352941) < 1e-11);
+  CHECK(at->free == 8);
+}
+
+TEST_CASE("twelve fixes where eight are free: four are redundant, and the ledger says so") {
+  const TwoMasses s;
+  dae::StartRequest request;
+  request.fix = s.fix(exam_position, exam_velocity);
+  int redundant = 0;
+  for (const auto& row : dae::init(s.model, request)->rows) redundant += row.origin == dae::Origin::redundant;
+  CHECK(redundant == 4);
+}
+
+TEST_CASE("contradicting fixes: the conflict is named, with the residual") {
+  const TwoMasses s;
+  dae::StartRequest request;
+  request.fix = s.fix({.6, 0, -.9, .6, 0, -1.4}, exam_velocity);
+  const std::string text = message([&] { dae::init(s.model, request); });
+  CHECK(text.find("contradict") != std::string::npos);
+  CHECK(text.find("C₁") != std::string::npos);
+}
+
+TEST_CASE("too few fixes: the candidates are listed, unless a guess covers them") {
+  const TwoMasses s;
+  dae::StartRequest request;
+  for (int i = 0; i < 6; ++i) request.fix.push_back({s.q[i], exam_position[i]});
+  CHECK(message([&] { dae::init(s.model, request); }).find("4 initial values are neither fixed nor determined") != std::string::npos);
+  for (int i = 0; i < 6; ++i) request.guess.push_back({derivative_leaf(s.q[i]), 0});
+  const auto at = dae::init(s.model, request);
+  for (int i = 0; i < 6; ++i) CHECK(std::fabs((*at)(derivative_leaf(s.q[i]))) < 1e-12);  // nearest to the guess: at rest
+}
+
+TEST_CASE("a guess is only a starting point: it moves onto the constraint") {
+  const TwoMasses s;
+  dae::StartRequest request;
+  for (int i = 0; i < 6; ++i) {
+    request.guess.push_back({s.q[i], exam_position[i] * 1.1});
+    request.guess.push_back({derivative_leaf(s.q[i]), exam_velocity[i]});
+  }
+  const auto at = dae::init(s.model, request);
+  double length = 0;
+  for (int i = 0; i < 3; ++i) length += std::pow((*at)(s.q[i]), 2);
+  CHECK(length == doctest::Approx(1).epsilon(1e-10));  // solved_below in start.cpp
+}
+
+TEST_CASE("a start serves the first-order form: v means q′") {
+  const TwoMasses s;
+  dae::StartRequest request;
+  request.fix = s.fix(exam_position, exam_velocity);
+  const auto at = dae::init(s.model, request);
+  const auto first = dae::to_first_order(s.model);
+  CHECK(dae::analyse(*first).index == 3);
+  for (Expr leaf : first->states()) CHECK(at->value_for(*first, leaf).has_value());
+}
+
+TEST_CASE("a parameter without a value and an input without a value are named") {
+  const Expr x = symbol(Kind::variable, "x"), k = symbol(Kind::parameter, "k_without_value"), u = symbol(Kind::input, "u");
+  VecX l(1), r(1);
+  l << derivative_leaf(x);
+  r << -k * x;
+  CHECK(message([&] { dae::init(dae::make_model({{l, r, ""}}), {}); }).find("'k_without_value' has no value") != std::string::npos);
+  r << u - x;
+  CHECK(message([&] { dae::init(dae::make_model({{l, r, ""}}), {}); }).find("input 'u' has no value") != std::string::npos);
+}
