@@ -1,8 +1,9 @@
 // Expressions become a numeric function: one evaluation of all outputs for one point.
 //
-// A Kernel is immutable and can be called from several threads when each brings its own workspace. The default back end
-// is the grouped tape: instructions are scheduled in runs of one operation, so that the interpreter's dispatch is paid
-// per run and not per operation (DESIGN.md §3), every result is bit-reproducible and uses the scalar libm.
+// A Kernel is immutable and can be called from several threads when each brings its own workspace. The
+// default back end is the grouped tape: instructions are scheduled in runs of one operation, so that the
+// interpreter's dispatch is paid per run and not per operation (DESIGN.md §3), every result is
+// bit-reproducible and uses the scalar libm.
 #pragma once
 
 #include <span>
@@ -17,14 +18,14 @@ class Kernel {
  public:
   Kernel() = default;
 
-  /// Compiles outputs as functions of the leaves `inputs`. Named constants (π) and numbers are built in; parameters are
-  /// always inputs. Throws Error naming a leaf that is not among the inputs, or an unspecified function.
-  /// Cost: linear in the number of nodes (10⁶ nodes: under a second).
+  /// Compiles outputs as functions of the leaves `inputs`. Named constants (π) and numbers are built in;
+  /// parameters are always inputs. Throws Error naming a leaf that is not among the inputs, or an unspecified
+  /// function. Cost: linear in the number of nodes (10⁶ nodes: under a second).
   Kernel(std::span<const Expr> outputs, std::span<const Expr> inputs);
 
   std::size_t inputs() const { return input_count_; }
   std::size_t outputs() const { return output_slot_.size(); }
-  std::size_t operations() const;                     ///< instructions on the tape
+  std::size_t operations() const;  ///< instructions on the tape
   std::size_t workspace_size() const { return slots_; }
 
   /// in: inputs() values, out: outputs() values, work: workspace_size() values. No allocation.

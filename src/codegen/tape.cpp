@@ -53,10 +53,12 @@ class Lowering {
       values_[node] = constant(constant_value(node));
     } else if (node.is_symbol()) {
       const Symbol& s = symbol_of(node);
-      if (s.kind != Kind::constant) throw Error(text("'", s.name, std::string(s.order, '\''), "' has no value here"));
+      if (s.kind != Kind::constant)
+        throw Error(text("'", s.name, std::string(s.order, '\''), "' has no value here"));
       values_[node] = constant(constant_value(*s.value));
     } else if (node.op() == Op::call) {
-      throw Error(text("'", call_of(node).name, "' is an unspecified function and has no values; substitute it with subs"));
+      throw Error(text("'", call_of(node).name,
+                       "' is an unspecified function and has no values; substitute it with subs"));
     }
   }
 
@@ -92,7 +94,8 @@ class Lowering {
 
 int arity(Op op) { return info(op).arity; }
 
-/// List scheduling: of all operations that are ready, the one with most instructions runs next, all of them at once.
+/// List scheduling: of all operations that are ready, the one with most instructions runs next, all of them
+/// at once.
 class Schedule {
  public:
   Schedule(const std::vector<Instruction>& instructions, Slot first) : code_(instructions), first_(first) {
@@ -186,14 +189,14 @@ void Kernel::run(const double* in, double* out, double* w) const {
     double* const r = w + run.first_slot;
     const std::size_t n = run.count;
     switch (run.op) {
-#define OP(name, arity, style, value, da, db, dc, lo, hi, latex, help)     \
-  case Op::name:                                                           \
-    for (std::size_t k = 0; k < n; ++k) {                                  \
-      [[maybe_unused]] const double a = w[o[k]];                           \
-      [[maybe_unused]] const double b = arity > 1 ? w[o[n + k]] : 0;       \
-      [[maybe_unused]] const double c = arity > 2 ? w[o[2 * n + k]] : 0;   \
-      r[k] = static_cast<double>(value);                                   \
-    }                                                                      \
+#define OP(name, arity, style, value, da, db, dc, lo, hi, latex, help)   \
+  case Op::name:                                                         \
+    for (std::size_t k = 0; k < n; ++k) {                                \
+      [[maybe_unused]] const double a = w[o[k]];                         \
+      [[maybe_unused]] const double b = arity > 1 ? w[o[n + k]] : 0;     \
+      [[maybe_unused]] const double c = arity > 2 ? w[o[2 * n + k]] : 0; \
+      r[k] = static_cast<double>(value);                                 \
+    }                                                                    \
     break;
 #include "expr/ops.def"
 #undef OP

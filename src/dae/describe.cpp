@@ -30,7 +30,8 @@ std::optional<std::vector<std::string>> split_equation(const Block& b) {
     const Index size = b.lhs.size() / parts;
     std::vector<std::string> lines;
     for (Index k = 0; k < parts; ++k)
-      if (const auto line = vector_equation(b.lhs.segment(k * size, size), b.rhs.segment(k * size, size))) lines.push_back(*line);
+      if (const auto line = vector_equation(b.lhs.segment(k * size, size), b.rhs.segment(k * size, size)))
+        lines.push_back(*line);
     if (static_cast<Index>(lines.size()) == parts) return lines;
   }
   return {};
@@ -50,11 +51,15 @@ std::string header(const Model& m) {
   out += kind_name(m.kind);
   if (m.kind == Kind::semi_explicit || m.kind == Kind::fully_implicit) out += " DAE";
   const std::size_t n = m.states().size(), z = m.algebraic().size();
-  out += text(", ", count(n, "differential"), z ? text(" + ", z, " algebraic variable", n + z == 1 ? "" : "s") : text(" variable", n == 1 ? "" : "s"));
+  out += text(", ", n, " differential",
+              z ? text(" + ", z, " algebraic variable", n + z == 1 ? "" : "s")
+                : text(" variable", n == 1 ? "" : "s"));
   if (m.residuals.size() != m.variables.size())
-    return out + text("; ", count(m.residuals.size(), "equation"), " for ", count(m.variables.size(), "unknown"));
+    return out +
+           text("; ", count(m.residuals.size(), "equation"), " for ", count(m.variables.size(), "unknown"));
   const Analysis a = analyse(m);
-  if (a.regular) out += text(", index ", a.index, ", ", count(static_cast<std::size_t>(a.dof), "free initial value"));
+  if (a.regular)
+    out += text(", index ", a.index, ", ", count(static_cast<std::size_t>(a.dof), "free initial value"));
   return out;
 }
 
@@ -65,9 +70,13 @@ std::string grouped(const std::vector<Expr>& list) {
     const Symbol& s = symbol_of(list[i]);
     std::size_t n = 1;
     if (!s.vector.empty())
-      while (i + n < list.size() && symbol_of(list[i + n]).vector == s.vector && symbol_of(list[i + n]).order == s.order) ++n;
-    if (n == 1) names.push_back(to_text(list[i]));
-    else names.push_back(text(vector_to_text(column(std::span(list).subspan(i, n))), " (", n, ")"));
+      while (i + n < list.size() && symbol_of(list[i + n]).vector == s.vector &&
+             symbol_of(list[i + n]).order == s.order)
+        ++n;
+    if (n == 1)
+      names.push_back(to_text(list[i]));
+    else
+      names.push_back(text(vector_to_text(column(std::span(list).subspan(i, n))), " (", n, ")"));
     i += n;
   }
   return join(names, ", ");
@@ -87,12 +96,14 @@ std::string parameter_values(const Model& m) {
 std::string describe(const Model& m) {
   std::string out = header(m) + "\n";
   if (m.mechanics)
-    out += m.mechanics->C.size() ? "Lagrange, L = T - V - zᵀC:  W(q) q″ + (∂C/∂q)ᵀ z = rhs,  0 = C(q)\n" : "Lagrange, L = T - V:  W(q) q″ = rhs\n";
+    out += m.mechanics->C.size() ? "Lagrange, L = T - V - zᵀC:  W(q) q″ + (∂C/∂q)ᵀ z = rhs,  0 = C(q)\n"
+                                 : "Lagrange, L = T - V:  W(q) q″ = rhs\n";
   Table equations;
   for (std::size_t b = 0; b < m.blocks.size(); ++b) {
     const auto lines = lines_of(m.blocks[b]);
     for (std::size_t i = 0; i < lines.size(); ++i)
-      equations.row({i == 0 ? text("(", b + 1, ")") : "", lines[i], i == 0 && !m.blocks[b].note.empty() ? "[" + m.blocks[b].note + "]" : ""});
+      equations.row({i == 0 ? text("(", b + 1, ")") : "", lines[i],
+                     i == 0 && !m.blocks[b].note.empty() ? "[" + m.blocks[b].note + "]" : ""});
   }
   out += equations.str(2);
   Table symbols;

@@ -28,11 +28,13 @@ void check_size(const char* what, Index got, Index wanted, const char* per) {
 /// Names of all symbols a model uses, so that new ones do not collide.
 std::unordered_set<std::string> used_names(const Model& m) {
   std::unordered_set<std::string> names;
-  for (Expr leaf : leaves(m.residuals)) names.insert(symbol_of(leaf).name), names.insert(symbol_of(leaf).vector);
+  for (Expr leaf : leaves(m.residuals))
+    names.insert(symbol_of(leaf).name), names.insert(symbol_of(leaf).vector);
   return names;
 }
 
-std::string fresh_name(const std::unordered_set<std::string>& used, const std::string& wish, const std::string& fallback) {
+std::string fresh_name(const std::unordered_set<std::string>& used, const std::string& wish,
+                       const std::string& fallback) {
   if (!used.count(wish)) return wish;
   std::string name = fallback;
   while (used.count(name)) name += "_";
@@ -50,7 +52,8 @@ std::vector<Group> groups(const Model& m) {
   std::vector<Group> out;
   for (const Variable& v : m.variables) {
     const Symbol& s = symbol_of(v.leaf);
-    const bool same = !s.vector.empty() && !out.empty() && out.back().name == s.vector && out.back().order == v.order;
+    const bool same =
+        !s.vector.empty() && !out.empty() && out.back().name == s.vector && out.back().order == v.order;
     if (!same) out.push_back({s.vector.empty() ? s.name : s.vector, {}, v.order});
     out.back().leaves.push_back(v.leaf);
   }
@@ -83,7 +86,8 @@ void move_invariants(ModelOptions& options, const Substitution& s) {
 
 }  // namespace
 
-ModelPtr semi_explicit(const VecX& x, const VecX& z, const VecX& u, const VecX& f, const VecX& g, std::string name) {
+ModelPtr semi_explicit(const VecX& x, const VecX& z, const VecX& u, const VecX& f, const VecX& g,
+                       std::string name) {
   check_size("f", f.size(), x.size(), "states in x");
   ModelOptions options;
   options.name = std::move(name);
@@ -107,11 +111,13 @@ ModelPtr implicit(const VecX& x, const VecX& z, const VecX& u, const VecX& F, st
 ModelPtr linear(const MatX& E, const MatX& A, const MatX& B, VecX x, VecX u, std::string name) {
   const Index n = E.cols();
   if (A.rows() != E.rows() || A.cols() != n)
-    throw Error(text("E is ", E.rows(), "×", n, ", but A is ", A.rows(), "×", A.cols(), "; both must have the same size"));
+    throw Error(text("E is ", E.rows(), "×", n, ", but A is ", A.rows(), "×", A.cols(),
+                     "; both must have the same size"));
   if (x.size() == 0) x = column(symbol_vector(pendula::Kind::variable, "x", static_cast<int>(n)));
   check_size("x", x.size(), n, "columns in E");
   if (B.size() && B.rows() != E.rows()) throw Error(text("B has ", B.rows(), " rows, but E has ", E.rows()));
-  if (B.size() && u.size() == 0) u = column(symbol_vector(pendula::Kind::input, "u", static_cast<int>(B.cols())));
+  if (B.size() && u.size() == 0)
+    u = column(symbol_vector(pendula::Kind::input, "u", static_cast<int>(B.cols())));
   if (u.size()) check_size("u", u.size(), B.cols(), "columns in B");
   ModelOptions options;
   options.name = std::move(name);
@@ -137,7 +143,9 @@ ModelPtr to_first_order(const ModelPtr& model) {
   for (const Group& g : groups(*model)) {
     std::vector<Expr> below = g.leaves;
     for (int k = 1; k < g.order; ++k) {
-      const std::string wish = g.name.size() == 1 && g.name == "q" && k == 1 ? "v" : g.name + "_dot" + (k > 1 ? std::to_string(k) : "");
+      const std::string wish = g.name.size() == 1 && g.name == "q" && k == 1
+                                   ? "v"
+                                   : g.name + "_dot" + (k > 1 ? std::to_string(k) : "");
       const std::string name = fresh_name(used, k == 1 ? (used.count("v") ? wish : "v") : wish, wish);
       used.insert(name);
       const std::vector<Expr> v = beside(g, name);
@@ -147,7 +155,8 @@ ModelPtr to_first_order(const ModelPtr& model) {
         lower[derivative_leaf(g.leaves[i], k)] = v[i];
         if (k + 1 == g.order) lower[derivative_leaf(g.leaves[i], g.order)] = derivative_leaf(v[i]);
       }
-      options.trace.push_back(vector_to_text(tie.lhs) + " = " + vector_to_text(tie.rhs) + ": a new variable for the derivative");
+      options.trace.push_back(vector_to_text(tie.lhs) + " = " + vector_to_text(tie.rhs) +
+                              ": a new variable for the derivative");
       blocks.push_back(std::move(tie));
       below = v;
     }
@@ -168,7 +177,8 @@ ModelPtr to_semi_explicit(const ModelPtr& given) {
   Substitution delta;
   std::unordered_set<Expr> solved;
   std::unordered_set<std::size_t> solved_residuals;
-  for (const Solved& row : solved_rows(*model)) solved.insert(row.derivative), solved_residuals.insert(row.residual);
+  for (const Solved& row : solved_rows(*model))
+    solved.insert(row.derivative), solved_residuals.insert(row.residual);
   auto used = used_names(*model);
   for (const Group& g : groups(*model)) {
     if (g.order == 0 || solved.count(derivative_leaf(g.leaves[0]))) continue;
@@ -176,17 +186,22 @@ ModelPtr to_semi_explicit(const ModelPtr& given) {
     used.insert(name);
     const std::vector<Expr> d = beside(g, name);
     Block tie{VecX(static_cast<Index>(d.size())), column(d), ""};
-    for (std::size_t i = 0; i < d.size(); ++i) tie.lhs[static_cast<Index>(i)] = delta[derivative_leaf(g.leaves[i])] = derivative_leaf(g.leaves[i]);
+    for (std::size_t i = 0; i < d.size(); ++i)
+      tie.lhs[static_cast<Index>(i)] = delta[derivative_leaf(g.leaves[i])] = derivative_leaf(g.leaves[i]);
     for (std::size_t i = 0; i < d.size(); ++i) delta[derivative_leaf(g.leaves[i])] = d[i];
-    options.trace.push_back(vector_to_text(tie.lhs) + " = " + vector_to_text(tie.rhs) + ": a new algebraic variable");
+    options.trace.push_back(vector_to_text(tie.lhs) + " = " + vector_to_text(tie.rhs) +
+                            ": a new algebraic variable");
     blocks.push_back(std::move(tie));
   }
   for (const auto& [leaf, meaning] : delta) options.relations[leaf] = meaning;
-  for (std::size_t b = 0, i = 0; b < model->blocks.size(); i += static_cast<std::size_t>(model->blocks[b].lhs.size()), ++b) {
+  for (std::size_t b = 0, i = 0; b < model->blocks.size();
+       i += static_cast<std::size_t>(model->blocks[b].lhs.size()), ++b) {
     const Block& block = model->blocks[b];
     const bool keep = solved_residuals.count(i);
-    if (keep) blocks.push_back({mapped(block.lhs, delta), mapped(block.rhs, delta), block.note});
-    else blocks.push_back({VecX::Zero(block.lhs.size()), mapped(block.rhs - block.lhs, delta), block.note});
+    if (keep)
+      blocks.push_back({mapped(block.lhs, delta), mapped(block.rhs, delta), block.note});
+    else
+      blocks.push_back({VecX::Zero(block.lhs.size()), mapped(block.rhs - block.lhs, delta), block.note});
   }
   return make_model(std::move(blocks), std::move(options));
 }
@@ -197,8 +212,8 @@ Expr resolve(const Model& model, Expr e) {
     e = substitute(e, model.relations);
     break;
   }
-  // Symbols that a descendant introduced (v for q′) mean the older expression in an ancestor: the relations of the
-  // descendant, read backwards, are kept by the caller that knows both models (Start::value).
+  // Symbols that a descendant introduced (v for q′) mean the older expression in an ancestor: the relations
+  // of the descendant, read backwards, are kept by the caller that knows both models (Start::value).
   return e;
 }
 

@@ -1,4 +1,5 @@
 // What a start tells: values of expressions, also in the words of related models, and the ledger.
+#include <algorithm>
 #include <cmath>
 
 #include "base/error.hpp"
@@ -11,11 +12,16 @@ namespace {
 
 const char* word(Origin origin) {
   switch (origin) {
-    case Origin::fixed: return "fixed";
-    case Origin::redundant: return "fixed (redundant, consistent)";
-    case Origin::chosen: return "free, chosen near the guess";
-    case Origin::computed: return "computed";
-    case Origin::given: return "given";
+    case Origin::fixed:
+      return "fixed";
+    case Origin::redundant:
+      return "fixed (redundant, consistent)";
+    case Origin::chosen:
+      return "free, chosen near the guess";
+    case Origin::computed:
+      return "computed";
+    case Origin::given:
+      return "given";
   }
   return "";
 }
@@ -30,11 +36,13 @@ double Start::operator()(Expr e) const {
     if (s.value && s.kind == pendula::Kind::parameter) continue;
     std::vector<std::string> names;
     for (const auto& row : rows) names.push_back(to_text(row.leaf));
-    throw Error(text("the start has no value for '", to_text(leaf), "'.", did_you_mean(to_text(leaf), names)));
+    throw Error(
+        text("the start has no value for '", to_text(leaf), "'.", did_you_mean(to_text(leaf), names)));
   }
   auto all = values;
   for (Expr leaf : leaves({&own, 1}))
-    if (!all.count(leaf) && symbol_of(leaf).value) all[leaf] = pendula::evaluate({&*symbol_of(leaf).value, 1}, {})[0];
+    if (!all.count(leaf) && symbol_of(leaf).value)
+      all[leaf] = pendula::evaluate({&*symbol_of(leaf).value, 1}, {})[0];
   return pendula::evaluate({&own, 1}, all)[0];
 }
 
@@ -52,7 +60,10 @@ std::optional<double> Start::value_for(const Model& other, Expr leaf) const {
 }
 
 std::string Start::ledger() const {
-  std::string out = text("consistent start at t = ", rounded(t), ": ", free, free == 1 ? " free initial value" : " free initial values", "\n");
+  const bool consistent = std::all_of(constraints.begin(), constraints.end(),
+                                      [](const auto& c) { return std::fabs(c.second) < 1e-9; });
+  std::string out = text(consistent ? "consistent" : "inconsistent", " start at t = ", rounded(t), ": ", free,
+                         free == 1 ? " free initial value" : " free initial values", "\n");
   Table table({false, true, false});
   for (const LedgerRow& row : rows) table.row({to_text(row.leaf), rounded(row.value), word(row.origin)});
   out += table.str(2);

@@ -73,13 +73,15 @@ void collect_symbols(Model& m, const ModelOptions& options) {
       inputs.insert(s.base.id());
     else if (s.kind == pendula::Kind::variable) {
       if (declared && !order.count(s.base))
-        throw Error(text("the equations contain '", s.name, "', which is not among the declared unknowns; add it to x or z"));
+        throw Error(text("the equations contain '", s.name,
+                         "', which is not among the declared unknowns; add it to x or z"));
       add_variable(s.base, s.order);
     }
   }
   for (Expr z : options.z)
     if (order.at(symbol_of(z).base) > 0)
-      throw Error(text("'", symbol_of(z).name, "' was declared algebraic (z), but its derivative occurs; move it to x"));
+      throw Error(text("'", symbol_of(z).name,
+                       "' was declared algebraic (z), but its derivative occurs; move it to x"));
   if (!declared) std::sort(bases.begin(), bases.end(), [](Expr a, Expr b) { return a.id() < b.id(); });
   for (Expr base : bases) m.variables.push_back({base, order.at(base)});
   for (auto id : inputs) m.inputs.push_back(Expr::at(id));
@@ -116,10 +118,12 @@ Kind classify(const Model& m, bool& mass_matrix) {
   if (square && with.size() == top.size()) {
     if (solved_rows(m).size() == top.size()) return pure ? Kind::ode : Kind::semi_explicit;
     const MatX J = jacobian(with, top);
-    const bool linear = std::none_of(J.data(), J.data() + J.size(), [&](Expr e) { return contains_any(e, top_set); });
+    const bool linear =
+        std::none_of(J.data(), J.data() + J.size(), [&](Expr e) { return contains_any(e, top_set); });
     std::unordered_set<Expr> z;
     for (Expr leaf : m.algebraic()) z.insert(leaf);
-    const bool free_of_z = std::none_of(J.data(), J.data() + J.size(), [&](Expr e) { return contains_any(e, z); });
+    const bool free_of_z =
+        std::none_of(J.data(), J.data() + J.size(), [&](Expr e) { return contains_any(e, z); });
     const bool regular = generic_rank(J) == static_cast<int>(top.size());
     if (pure && regular) return Kind::implicit_ode;
     if (linear && free_of_z && regular) {
@@ -134,10 +138,14 @@ Kind classify(const Model& m, bool& mass_matrix) {
 
 const char* kind_name(Kind kind) {
   switch (kind) {
-    case Kind::ode: return "ODE";
-    case Kind::implicit_ode: return "implicit ODE";
-    case Kind::semi_explicit: return "semi-explicit";
-    case Kind::fully_implicit: return "fully implicit";
+    case Kind::ode:
+      return "ODE";
+    case Kind::implicit_ode:
+      return "implicit ODE";
+    case Kind::semi_explicit:
+      return "semi-explicit";
+    case Kind::fully_implicit:
+      return "fully implicit";
   }
   return "";
 }
@@ -202,7 +210,8 @@ ModelPtr with_values(const ModelPtr& model, const ParameterValues& values) {
     if (std::find(copy->parameters.begin(), copy->parameters.end(), p) == copy->parameters.end()) {
       std::vector<std::string> names;
       for (Expr q : copy->parameters) names.push_back(symbol_of(q).name);
-      throw Error(text("the model has no parameter '", symbol_of(p).name, "'.", did_you_mean(symbol_of(p).name, names)));
+      throw Error(text("the model has no parameter '", symbol_of(p).name, "'.",
+                       did_you_mean(symbol_of(p).name, names)));
     }
     copy->values[p] = value;
   }
@@ -279,7 +288,8 @@ FirstOrder first_order(const Model& m) {
     fo.label.push_back("equation " + m.label(i) + ": " + m.equation_text(i));
   }
   for (Expr leaf : leaves(m.residuals))
-    if (std::find(m.inputs.begin(), m.inputs.end(), symbol_of(leaf).base) != m.inputs.end()) fo.u.push_back(leaf);
+    if (std::find(m.inputs.begin(), m.inputs.end(), symbol_of(leaf).base) != m.inputs.end())
+      fo.u.push_back(leaf);
   fill_explicit_form(m, fo);
   return fo;
 }

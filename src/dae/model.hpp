@@ -1,8 +1,10 @@
-// A model: equations between expressions, the unknowns they contain, parameter values, and where it came from.
+// A model: equations between expressions, the unknowns they contain, parameter values, and where it came
+// from.
 //
-// A model is an immutable value. Every operation (reduce, first_order, with …) returns a new model whose lineage says
-// which model it was made from, step by step (trace), and which of its symbols mean which expressions of its ancestors
-// (relations): a start or an expression of one form can be used with every other form.
+// A model is an immutable value. Every operation (reduce, first_order, with …) returns a new model whose
+// lineage says which model it was made from, step by step (trace), and which of its symbols mean which
+// expressions of its ancestors (relations): a start or an expression of one form can be used with every other
+// form.
 #pragma once
 
 #include <memory>
@@ -35,11 +37,11 @@ struct Variable {
 
 /// A condition on the initial values, explicit or hidden.
 struct Constraint {
-  Expr residual;       ///< 0 = residual, in states, inputs, parameters and t
-  int origin;          ///< index of the block it came from
-  int row;             ///< row of that block
-  int derivative;      ///< 0: as written; k: differentiated k times
-  std::string label;   ///< "C₁", "C₁′" …
+  Expr residual;      ///< 0 = residual, in states, inputs, parameters and t
+  int origin;         ///< index of the block it came from
+  int row;            ///< row of that block
+  int derivative;     ///< 0: as written; k: differentiated k times
+  std::string label;  ///< "C₁", "C₁′" …
 };
 
 /// What the lagrange front end knows beyond the equations.
@@ -47,8 +49,8 @@ struct Mechanics {
   VecX q;
   Expr T, V;
   VecX C, Q, multipliers;
-  MatX M;       ///< mass matrix W(q)
-  VecX rhs;     ///< W q″ + (∂C/∂q)ᵀ z = rhs
+  MatX M;    ///< mass matrix W(q)
+  VecX rhs;  ///< W q″ + (∂C/∂q)ᵀ z = rhs
   MatX dCdq;
 };
 
@@ -64,20 +66,20 @@ struct Model {
   std::vector<Variable> variables;          ///< in order of declaration
   std::vector<Expr> inputs;                 ///< leaves of order 0
   std::vector<Expr> parameters;
-  ParameterValues values;                   ///< of parameters; what is missing must be given later
+  ParameterValues values;  ///< of parameters; what is missing must be given later
   Kind kind = Kind::fully_implicit;
   bool mass_matrix = false;  ///< semi-explicit after inverting a nonsingular M(x, t)
 
-  std::string form;                 ///< "" as written, "acc" …: the form reduce() made
+  std::string form;  ///< "" as written, "acc" …: the form reduce() made
   ModelPtr parent;
-  std::vector<std::string> trace;   ///< how it was derived from the parent, line by line
-  Substitution relations;           ///< leaf that is no unknown here -> expression in unknowns of this model
+  std::vector<std::string> trace;  ///< how it was derived from the parent, line by line
+  Substitution relations;          ///< leaf that is no unknown here -> expression in unknowns of this model
   std::vector<Constraint> invariants;  ///< conditions on the start that the equations no longer impose
   std::optional<Mechanics> mechanics;
 
-  std::vector<Expr> states() const;     ///< x_j^(k), k < order_j: all of order 0 first, then order 1 …
+  std::vector<Expr> states() const;  ///< x_j^(k), k < order_j: all of order 0 first, then order 1 …
   std::vector<Expr> algebraic() const;
-  std::vector<Expr> top_derivatives() const;  ///< x_j^(order_j) of the differential variables
+  std::vector<Expr> top_derivatives() const;      ///< x_j^(order_j) of the differential variables
   std::string label(std::size_t residual) const;  ///< "(3)" or "(3)[2]"
   std::string equation_text(std::size_t residual) const;
 };
@@ -95,20 +97,22 @@ struct ModelOptions {
   std::optional<Mechanics> mechanics;
 };
 
-/// Builds and classifies a model. Throws Error: no equations, sizes differ, two symbols of one name, a symbol that was
-/// not declared although x, z or u were given, a derivative of a variable declared algebraic.
-/// Cost: linear in the size of the expressions, plus one rank computation of ∂F/∂x′.
+/// Builds and classifies a model. Throws Error: no equations, sizes differ, two symbols of one name, a symbol
+/// that was not declared although x, z or u were given, a derivative of a variable declared algebraic. Cost:
+/// linear in the size of the expressions, plus one rank computation of ∂F/∂x′.
 ModelPtr make_model(std::vector<Block> blocks, ModelOptions options = {});
 
 /// The same model with other parameter values. Throws Error on a parameter it does not have.
 ModelPtr with_values(const ModelPtr& model, const ParameterValues& values);
 
 /// x′ = f, 0 = g.  F(x′, x, z, u) = 0.  E x′ = A x + B u (x may be empty: made as var("x", n)).
-ModelPtr semi_explicit(const VecX& x, const VecX& z, const VecX& u, const VecX& f, const VecX& g, std::string name = "");
+ModelPtr semi_explicit(const VecX& x, const VecX& z, const VecX& u, const VecX& f, const VecX& g,
+                       std::string name = "");
 ModelPtr implicit(const VecX& x, const VecX& z, const VecX& u, const VecX& F, std::string name = "");
 ModelPtr linear(const MatX& E, const MatX& A, const MatX& B, VecX x, VecX u, std::string name = "");
 
-/// Conversions (exam problem 3(a)–(c)). Semi-explicit: solved equations stay, otherwise x′ = δ with new algebraic δ.
+/// Conversions (exam problem 3(a)–(c)). Semi-explicit: solved equations stay, otherwise x′ = δ with new
+/// algebraic δ.
 ModelPtr to_semi_explicit(const ModelPtr& model);
 ModelPtr to_implicit(const ModelPtr& model);
 /// Variables of order > 1 get their derivatives as new variables: q″ = f becomes q′ = v, v′ = f.
@@ -117,7 +121,8 @@ ModelPtr to_first_order(const ModelPtr& model);
 /// The lowering for the integrators. Throws Error unless there are as many equations as unknowns.
 FirstOrder first_order(const Model& model);
 
-/// An expression in symbols of this model or of its lineage, rewritten in unknowns of this model (q.dot -> v).
+/// An expression in symbols of this model or of its lineage, rewritten in unknowns of this model (q.dot ->
+/// v).
 Expr resolve(const Model& model, Expr e);
 
 /// An equation solved for a first derivative: x_j′ = f.
@@ -126,7 +131,8 @@ struct Solved {
   Expr derivative;  ///< the top derivative leaf
   Expr f;
 };
-/// Rows that contain one top derivative, linearly, with a coefficient free of unknowns; each derivative at most once.
+/// Rows that contain one top derivative, linearly, with a coefficient free of unknowns; each derivative at
+/// most once.
 std::vector<Solved> solved_rows(const Model& model);
 
 /// print(model): header, numbered equations, unknowns, parameters.

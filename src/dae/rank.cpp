@@ -19,7 +19,8 @@ Mat equilibrated(Mat m) {
   return m;
 }
 
-constexpr double rank_tolerance = 1e-9;  // relative to σ₁: far above rounding (1e-15·n), far below what models mean
+constexpr double rank_tolerance =
+    1e-9;  // relative to σ₁: far above rounding (1e-15·n), far below what models mean
 
 }  // namespace
 

@@ -6,12 +6,13 @@
 
 namespace pendula::dae {
 
-/// Deterministic pseudo-random values in [0.5, 1.5] for every leaf and unspecified function the outputs contain.
-/// The `attempt`-th draw; different attempts are independent.
+/// Deterministic pseudo-random values in [0.5, 1.5] for every leaf and unspecified function the outputs
+/// contain. The `attempt`-th draw; different attempts are independent.
 std::unordered_map<Expr, double> random_point(std::span<const Expr> outputs, int attempt);
 
-/// Largest rank over several random points. Rank deficiency at all of them means "identically singular" up to a set of
-/// measure zero; points where an entry is not finite are skipped. Cost: a few evaluations and one SVD each.
+/// Largest rank over several random points. Rank deficiency at all of them means "identically singular" up to
+/// a set of measure zero; points where an entry is not finite are skipped. Cost: a few evaluations and one
+/// SVD each.
 int generic_rank(const MatX& m);
 
 /// Numeric rank by SVD after scaling rows and columns to unit size; `gap`, if given, receives σ_r / σ_1.

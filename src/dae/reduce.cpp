@@ -33,7 +33,8 @@ Signature signature(const Model& m) {
   return sigma;
 }
 
-/// J_ij = ∂F_i/∂x_j^{(d_j - c_i)}; equal to ∂F_i^{(c_i)}/∂x_j^{(d_j)} by Griewank's lemma (Pryce 2001, eq. (3.2)).
+/// J_ij = ∂F_i/∂x_j^{(d_j - c_i)}; equal to ∂F_i^{(c_i)}/∂x_j^{(d_j)} by Griewank's lemma (Pryce 2001, eq.
+/// (3.2)).
 MatX system_jacobian(const Model& m, const Offsets& o) {
   const auto n = static_cast<Eigen::Index>(m.variables.size());
   MatX J = MatX::Zero(n, n);
@@ -41,7 +42,8 @@ MatX system_jacobian(const Model& m, const Offsets& o) {
     std::vector<Expr> x;
     std::vector<Eigen::Index> where;
     for (Eigen::Index j = 0; j < n; ++j)
-      if (const int k = o.d[j] - o.c[i]; k >= 0) x.push_back(derivative_leaf(m.variables[j].leaf, k)), where.push_back(j);
+      if (const int k = o.d[j] - o.c[i]; k >= 0)
+        x.push_back(derivative_leaf(m.variables[j].leaf, k)), where.push_back(j);
     const auto row = gradient(m.residuals[i], x);
     for (std::size_t k = 0; k < row.size(); ++k) J(i, where[k]) = row[k];
   }
@@ -104,22 +106,31 @@ class Differentiation {
   void reduce_block(std::size_t b, std::size_t first, std::size_t rows) {
     int most = 0;
     bool uniform = true;
-    for (std::size_t r = 0; r < rows; ++r) most = std::max(most, times(first + r)), uniform = uniform && times(first + r) == times(first);
+    for (std::size_t r = 0; r < rows; ++r)
+      most = std::max(most, times(first + r)), uniform = uniform && times(first + r) == times(first);
     if (most == 0) return blocks.push_back(m_.blocks[b]);
     VecX residual = column(std::span(m_.residuals).subspan(first, rows));
     for (Eigen::Index r = 0; r < residual.size(); ++r)  // 0 = C reads better than 0 = -C
       if (m_.blocks[b].lhs[r].is_zero()) residual[r] = m_.blocks[b].rhs[r];
-    trace.push_back(text("(", b + 1, ")  0 = ", vector_to_text(residual), uniform ? text("   is differentiated ", most == 1 ? "once" : most == 2 ? "twice" : text(most, " times")) : ""));
+    trace.push_back(text("(", b + 1, ")  0 = ", vector_to_text(residual),
+                         uniform ? text("   is differentiated ", most == 1   ? "once"
+                                                                 : most == 2 ? "twice"
+                                                                             : text(most, " times"))
+                                 : ""));
     for (int k = 0; k < most; ++k) {
       for (std::size_t r = 0; r < rows; ++r) {
         if (k >= times(first + r)) continue;
         Expr& e = residual[static_cast<Eigen::Index>(r)];
-        constraints.push_back({e, static_cast<int>(b), static_cast<int>(r), k, constraint_label(m_, first + r, k)});
+        constraints.push_back(
+            {e, static_cast<int>(b), static_cast<int>(r), k, constraint_label(m_, first + r, k)});
         e = simplify(substitute(total_derivative(e), known_));
       }
-      trace.push_back(text("     ", k == 0 ? "d/dt" : text("d", superscript(k + 1), "/dt", superscript(k + 1)), ":  0 = ", vector_to_text(residual)));
+      trace.push_back(text("     ",
+                           k == 0 ? "d/dt" : text("d", superscript(k + 1), "/dt", superscript(k + 1)),
+                           ":  0 = ", vector_to_text(residual)));
     }
-    const std::string note = text("(", b + 1, ")", most == 1 ? " differentiated" : text(" differentiated ", most, " times"));
+    const std::string note =
+        text("(", b + 1, ")", most == 1 ? " differentiated" : text(" differentiated ", most, " times"));
     blocks.push_back({VecX::Zero(residual.size()), residual, uniform ? note : ""});
   }
 
@@ -139,7 +150,8 @@ void describe_substitutions(const Model& m, std::vector<std::string>& lines) {
     const auto known = kinematics(m);
     if (!known.count(solved.derivative)) continue;
     const int block = m.origin[solved.residual].first;
-    const std::string line = text("with (", block + 1, ")  ", vector_to_text(m.blocks[block].lhs), " = ", vector_to_text(m.blocks[block].rhs));
+    const std::string line = text("with (", block + 1, ")  ", vector_to_text(m.blocks[block].lhs), " = ",
+                                  vector_to_text(m.blocks[block].rhs));
     if (std::find(lines.begin(), lines.end(), line) == lines.end()) lines.push_back(line);
   }
 }
@@ -157,8 +169,9 @@ Analysis analyse(const Model& m) {
   if (m.residuals.size() != m.variables.size()) {
     std::vector<Expr> unknowns;
     for (const Variable& v : m.variables) unknowns.push_back(v.leaf);
-    throw Error(text("the model has ", m.residuals.size(), " equations for ", m.variables.size(), " unknowns (",
-                     names_of(unknowns), "): ", m.residuals.size() < m.variables.size() ? "add equations" : "remove equations"));
+    throw Error(text("the model has ", m.residuals.size(), " equations for ", m.variables.size(),
+                     " unknowns (", names_of(unknowns),
+                     "): ", m.residuals.size() < m.variables.size() ? "add equations" : "remove equations"));
   }
   Analysis a;
   a.offsets = offsets(signature(m), static_cast<int>(m.variables.size()));
@@ -181,12 +194,16 @@ Analysis require_regular(const Model& m) {
   Analysis a = analyse(m);
   if (!a.offsets.unmatched.empty()) {
     std::vector<std::string> rows;
-    for (int i : a.offsets.unmatched) rows.push_back(m.label(static_cast<std::size_t>(i)) + " " + m.equation_text(static_cast<std::size_t>(i)));
-    throw Failure(text("the model is structurally singular: no unknown is left for equation ", join(rows, "; ")));
+    for (int i : a.offsets.unmatched)
+      rows.push_back(m.label(static_cast<std::size_t>(i)) + " " +
+                     m.equation_text(static_cast<std::size_t>(i)));
+    throw Failure(
+        text("the model is structurally singular: no unknown is left for equation ", join(rows, "; ")));
   }
   if (!a.regular)
-    throw Failure(text("the system Jacobian of the structural analysis is singular (rank ", a.rank, " of ", m.variables.size(),
-                       "): the structural index ", a.offsets.index(), " would be wrong, so no index is given"));
+    throw Failure(text("the system Jacobian of the structural analysis is singular (rank ", a.rank, " of ",
+                       m.variables.size(), "): the structural index ", a.offsets.index(),
+                       " would be wrong, so no index is given"));
   return a;
 }
 
@@ -210,14 +227,18 @@ ModelPtr reduce_acc(const ModelPtr& model) {
   const MatX J = top_jacobian(*low);
   const int rank = generic_rank(J);
   if (rank < J.rows())
-    throw Failure(text("differentiating did not lower the index to 1: the Jacobian with respect to (", names_of(low->top_derivatives()),
-                       low->algebraic().empty() ? "" : ", ", names_of(low->algebraic()), ") has rank ", rank, " of ", J.rows()));
+    throw Failure(text("differentiating did not lower the index to 1: the Jacobian with respect to (",
+                       names_of(low->top_derivatives()), low->algebraic().empty() ? "" : ", ",
+                       names_of(low->algebraic()), ") has rank ", rank, " of ", J.rows()));
   auto done = std::make_shared<Model>(*low);
-  done->trace.push_back(text("The Jacobian with respect to (", names_of(low->top_derivatives()), low->algebraic().empty() ? "" : ", ",
-                             names_of(low->algebraic()), ") has rank ", rank, " of ", J.rows(), ": index ", low->algebraic().empty() && low->kind != Kind::fully_implicit ? 0 : 1, "."));
+  done->trace.push_back(text("The Jacobian with respect to (", names_of(low->top_derivatives()),
+                             low->algebraic().empty() ? "" : ", ", names_of(low->algebraic()), ") has rank ",
+                             rank, " of ", J.rows(), ": index ",
+                             low->algebraic().empty() && low->kind != Kind::fully_implicit ? 0 : 1, "."));
   std::vector<std::string> conditions;
   for (const Constraint& c : done->invariants) conditions.push_back(c.label + " = 0");
-  done->trace.push_back("The new model no longer imposes them, so the start must satisfy: " + join(conditions, ", ") + ".");
+  done->trace.push_back(
+      "The new model no longer imposes them, so the start must satisfy: " + join(conditions, ", ") + ".");
   return done;
 }
 
@@ -225,7 +246,8 @@ std::vector<std::string> reduction_forms() { return {"acc"}; }
 
 ModelPtr reduce(const ModelPtr& model, const std::string& form) {
   if (form.empty() || form == "acc") return reduce_acc(model);
-  throw Error(text("unknown form '", form, "'.", did_you_mean(form, reduction_forms()), " Forms: ", join(reduction_forms(), ", ")));
+  throw Error(text("unknown form '", form, "'.", did_you_mean(form, reduction_forms()),
+                   " Forms: ", join(reduction_forms(), ", ")));
 }
 
 std::string trace(const Model& m) {

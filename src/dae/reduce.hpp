@@ -16,16 +16,18 @@ struct Analysis {
   std::vector<Constraint> constraints;  ///< conditions on the start, explicit and hidden
 };
 
-/// Σ-method, then the generic rank of the system Jacobian. Throws Error unless there are as many equations as unknowns.
+/// Σ-method, then the generic rank of the system Jacobian. Throws Error unless there are as many equations as
+/// unknowns.
 Analysis analyse(const Model& model);
 
-/// The same, but throws a Failure that says why and which combination is singular unless the analysis is regular.
+/// The same, but throws a Failure that says why and which combination is singular unless the analysis is
+/// regular.
 Analysis require_regular(const Model& model);
 
-/// Form "acc": every constraint is differentiated until the model has index 1 (for mechanisms: down to accelerations).
-/// Derivatives that the model solves for without algebraic variables (q′ = v) are substituted on the way. The original
-/// conditions become invariants of the new model. Returns the model itself if its index is at most 1.
-/// See Hairer & Wanner, Solving ODEs II, 2nd ed., §VII.1 and VII.2; exam problem 1(b).
+/// Form "acc": every constraint is differentiated until the model has index 1 (for mechanisms: down to
+/// accelerations). Derivatives that the model solves for without algebraic variables (q′ = v) are substituted
+/// on the way. The original conditions become invariants of the new model. Returns the model itself if its
+/// index is at most 1. See Hairer & Wanner, Solving ODEs II, 2nd ed., §VII.1 and VII.2; exam problem 1(b).
 ModelPtr reduce_acc(const ModelPtr& model);
 
 /// reduce(form): "" chooses. Throws Error on an unknown form with the list of those that exist.

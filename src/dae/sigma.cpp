@@ -14,8 +14,13 @@ constexpr int far = std::numeric_limits<int>::max() / 4;
 class Transversal {
  public:
   Transversal(const Signature& sigma, int variables)
-      : sigma_(sigma), variable_of(sigma.size(), none), equation_of(variables, none), row_(sigma.size(), 0),
-        column_(variables, 0), distance_(variables, far), from_(variables, none) {
+      : sigma_(sigma),
+        variable_of(sigma.size(), none),
+        equation_of(variables, none),
+        row_(sigma.size(), 0),
+        column_(variables, 0),
+        distance_(variables, far),
+        from_(variables, none) {
     for (std::size_t i = 0; i < sigma.size(); ++i) {
       for (const auto& entry : sigma[i]) row_[i] = std::max(row_[i], entry.order);
     }

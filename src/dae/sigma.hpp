@@ -1,11 +1,12 @@
 // Structural analysis of a DAE by the Σ-method: integers only, no symbols.
 //
-// σ_ij is the highest order of derivative of variable j in equation i, or absent. A transversal of greatest value assigns
-// an equation to every variable; the smallest dual solution says how often every equation has to be differentiated:
+// σ_ij is the highest order of derivative of variable j in equation i, or absent. A transversal of greatest
+// value assigns an equation to every variable; the smallest dual solution says how often every equation has
+// to be differentiated:
 //   c_i ≥ 0,  d_j - c_i ≥ σ_ij  with equality on the transversal.
-// See Pryce, A simple structural analysis method for DAEs, BIT 41(2), 2001; equivalent to Pantelides (1988) where that
-// succeeds. The answer is structural: it holds where the system Jacobian ∂F_i^{(c_i)}/∂x_j^{(d_j)} is regular, and
-// that has to be checked.
+// See Pryce, A simple structural analysis method for DAEs, BIT 41(2), 2001; equivalent to Pantelides (1988)
+// where that succeeds. The answer is structural: it holds where the system Jacobian ∂F_i^{(c_i)}/∂x_j^{(d_j)}
+// is regular, and that has to be checked.
 #pragma once
 
 #include <vector>
@@ -20,16 +21,16 @@ struct SignatureEntry {
 using Signature = std::vector<std::vector<SignatureEntry>>;
 
 struct Offsets {
-  std::vector<int> c, d;          ///< per equation, per variable
-  std::vector<int> equation_of;   ///< the transversal: per variable
-  std::vector<int> unmatched;     ///< equations that cannot be matched: structurally singular if not empty
-  int value = 0;                  ///< of the transversal: Σ d - Σ c, the structural number of degrees of freedom
+  std::vector<int> c, d;         ///< per equation, per variable
+  std::vector<int> equation_of;  ///< the transversal: per variable
+  std::vector<int> unmatched;    ///< equations that cannot be matched: structurally singular if not empty
+  int value = 0;  ///< of the transversal: Σ d - Σ c, the structural number of degrees of freedom
   /// max c, plus one if some d is 0.
   int index() const;
 };
 
-/// Requires as many equations as variables. Cost: successive shortest augmenting paths, O(n (nnz + n log n)) at worst,
-/// near linear on sparse models.
+/// Requires as many equations as variables. Cost: successive shortest augmenting paths, O(n (nnz + n log n))
+/// at worst, near linear on sparse models.
 Offsets offsets(const Signature& sigma, int variables);
 
 }  // namespace pendula::dae

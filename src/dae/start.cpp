@@ -17,7 +17,7 @@ namespace {
 
 using Index = Eigen::Index;
 
-constexpr double solved_below = 1e-10;   // scaled residual that counts as satisfied
+constexpr double solved_below = 1e-10;  // scaled residual that counts as satisfied
 constexpr int max_iterations = 60;
 
 /// The equations of a start: residuals of the index-1 form, invariants, and one row per fix.
@@ -30,10 +30,13 @@ class System {
     for (std::size_t j = 0; j < unknowns.size(); ++j) column_[unknowns[j]] = static_cast<Index>(j);
     state_count = low->states().size();
     bind(*model);
-    for (const Constraint& c : low->invariants) add(c.residual, c.label);
-    for (std::size_t i = 0; i < low->residuals.size(); ++i) add(low->residuals[i], "equation " + low->label(i));
+    if (request.keep_invariants)
+      for (const Constraint& c : low->invariants) add(c.residual, c.label);
+    for (std::size_t i = 0; i < low->residuals.size(); ++i)
+      add(low->residuals[i], "equation " + low->label(i));
     first_fix = rows.size();
-    for (const auto& [leaf, value] : request.fix) add(resolve(*model, leaf) - Expr(value), text(to_text(leaf), " = ", rounded(value)));
+    for (const auto& [leaf, value] : request.fix)
+      add(resolve(*model, leaf) - Expr(value), text(to_text(leaf), " = ", rounded(value)));
     jacobian_ = sparse_jacobian(rows, unknowns);
     for (const auto& entry : jacobian_) slopes_.push_back(entry.value);
     check_known();
@@ -62,7 +65,8 @@ class System {
     Mat J = Mat::Zero(static_cast<Index>(rows.size()), w.size());
     const auto values = pendula::evaluate(slopes_, point(w));
     for (std::size_t k = 0; k < values.size(); ++k)
-      if (active[static_cast<std::size_t>(jacobian_[k].row)]) J(jacobian_[k].row, jacobian_[k].column) = values[k];
+      if (active[static_cast<std::size_t>(jacobian_[k].row)])
+        J(jacobian_[k].row, jacobian_[k].column) = values[k];
     return J;
   }
 
@@ -82,9 +86,13 @@ class System {
     known[time_symbol()] = request_.t;
     for (Expr p : low->parameters) {
       const auto given = request_.parameters.find(p), own = model.values.find(p);
-      if (given != request_.parameters.end()) known[p] = pendula::evaluate({&given->second, 1}, {})[0];
-      else if (own != model.values.end()) known[p] = pendula::evaluate({&own->second, 1}, {})[0];
-      else throw Error(text("parameter '", symbol_of(p).name, "' has no value; give one: sys:with{ ", symbol_of(p).name, " = … } or params = { ", symbol_of(p).name, " = … }"));
+      if (given != request_.parameters.end())
+        known[p] = pendula::evaluate({&given->second, 1}, {})[0];
+      else if (own != model.values.end())
+        known[p] = pendula::evaluate({&own->second, 1}, {})[0];
+      else
+        throw Error(text("parameter '", symbol_of(p).name, "' has no value; give one: sys:with{ ",
+                         symbol_of(p).name, " = … } or params = { ", symbol_of(p).name, " = … }"));
     }
   }
 
@@ -93,10 +101,12 @@ class System {
       const Symbol& s = symbol_of(leaf);
       if (known.count(leaf) || column_.count(leaf) || s.kind == pendula::Kind::constant) continue;
       if (s.kind == pendula::Kind::input)
-        throw Error(text("input '", to_text(leaf), "' has no value; give inputs = { ", s.name, " = function(t) … end }",
+        throw Error(text("input '", to_text(leaf), "' has no value; give inputs = { ", s.name,
+                         " = function(t) … end }",
                          s.order ? " as an expression in t, so that it can be differentiated" : ""));
       if (s.kind == pendula::Kind::parameter) throw Error(text("parameter '", s.name, "' has no value"));
-      throw Error(text("'", to_text(leaf), "' is not an unknown of this model", did_you_mean_unknown(s.name)));
+      throw Error(
+          text("'", to_text(leaf), "' is not an unknown of this model", did_you_mean_unknown(s.name)));
     }
   }
 
@@ -152,12 +162,13 @@ Solution gauss_newton(const System& s, Vec w, const std::vector<char>& active) {
     if (stalled) break;
     w = trial;
   }
-  if (out.w.size() == 0) out.w = w, out.scaled_residual = Vec::Constant(static_cast<Index>(s.rows.size()), INFINITY);
+  if (out.w.size() == 0)
+    out.w = w, out.scaled_residual = Vec::Constant(static_cast<Index>(s.rows.size()), INFINITY);
   return out;
 }
 
-/// Starting points in order: the guess with zeros elsewhere, then zeros replaced by small distinct numbers (symmetric
-/// points such as 0 are often singular), then two larger spreads.
+/// Starting points in order: the guess with zeros elsewhere, then zeros replaced by small distinct numbers
+/// (symmetric points such as 0 are often singular), then two larger spreads.
 Vec first_guess(const System& s, const StartRequest& request, const Model& model, int attempt) {
   Vec w(static_cast<Index>(s.unknowns.size()));
   constexpr double golden = 0.6180339887498949;
@@ -172,25 +183,30 @@ Vec first_guess(const System& s, const StartRequest& request, const Model& model
   return w;
 }
 
-Solution solve(const System& s, const StartRequest& request, const Model& model, const std::vector<char>& active) {
+Solution solve(const System& s, const StartRequest& request, const Model& model,
+               const std::vector<char>& active) {
   Solution best;
   for (int attempt = 0; attempt < 4; ++attempt) {
     Solution next = gauss_newton(s, first_guess(s, request, model, attempt), active);
     if (next.solved) return next;
-    if (attempt == 0 || next.scaled_residual.maxCoeff() < best.scaled_residual.maxCoeff()) best = std::move(next);
+    if (attempt == 0 || next.scaled_residual.maxCoeff() < best.scaled_residual.maxCoeff())
+      best = std::move(next);
   }
   return best;
 }
 
-/// Too many fixes: drops every fix that is not needed for the contradiction; what remains is a smallest conflict.
-[[noreturn]] void explain_conflict(const System& s, const StartRequest& request, const Model& model, const Solution& failed) {
+/// Too many fixes: drops every fix that is not needed for the contradiction; what remains is a smallest
+/// conflict.
+[[noreturn]] void explain_conflict(const System& s, const StartRequest& request, const Model& model,
+                                   const Solution& failed) {
   std::vector<char> active(s.rows.size(), 1);
   for (std::size_t i = s.first_fix; i < s.rows.size(); ++i) active[i] = 0;
   const Solution without = solve(s, request, model, active);
   if (!without.solved) {
     Index worst = 0;
     failed.scaled_residual.maxCoeff(&worst);
-    throw Failure(text("no consistent start was found; the worst residual remains in ", s.labels[static_cast<std::size_t>(worst)],
+    throw Failure(text("no consistent start was found; the worst residual remains in ",
+                       s.labels[static_cast<std::size_t>(worst)],
                        ". Give a guess near the solution: guess = { … }"));
   }
   std::fill(active.begin(), active.end(), 1);
@@ -206,12 +222,14 @@ Solution solve(const System& s, const StartRequest& request, const Model& model,
     if (const auto j = s.position(resolve(model, leaf))) w[*j] = value;
   const std::vector<char> all(s.rows.size(), 1);
   const Vec r = s.residual(w, all), size = scaled(r, s.jacobian(w, all), w);
-  for (std::size_t i = 0; i < s.low->invariants.size(); ++i)
+  for (std::size_t i = 0; request.keep_invariants && i < s.low->invariants.size(); ++i)
     if (size[static_cast<Index>(i)] > solved_below)
-      violated.push_back(text(s.labels[i], ":  0 ≠ ", rounded(r[static_cast<Index>(i)], 6), " = ", to_text(s.rows[i])));
-  throw Error(text("the fixed values contradict each other and the constraints.\n  conflict: ", join(fixes, ", "),
-                   violated.empty() ? "" : "\n  violated: " + join(violated, "\n            "),
-                   "\n  Leave one of them out of fix, or move it to guess."));
+      violated.push_back(
+          text(s.labels[i], ":  0 ≠ ", rounded(r[static_cast<Index>(i)], 6), " = ", to_text(s.rows[i])));
+  throw Error(
+      text("the fixed values contradict each other and the constraints.\n  conflict: ", join(fixes, ", "),
+           violated.empty() ? "" : "\n  violated: " + join(violated, "\n            "),
+           "\n  Leave one of them out of fix, or move it to guess."));
 }
 
 /// Rows of the null space that can move: which unknowns are undetermined, and a good choice among the states.
@@ -219,17 +237,21 @@ Solution solve(const System& s, const StartRequest& request, const Model& model,
   std::vector<std::string> candidates, choice;
   std::vector<Index> rows;
   for (Index j = 0; j < N.rows(); ++j)
-    if (N.row(j).norm() > 1e-8 && (static_cast<std::size_t>(j) < s.state_count || N.topRows(static_cast<Index>(s.state_count)).norm() < 1e-8))
+    if (N.row(j).norm() > 1e-8 && (static_cast<std::size_t>(j) < s.state_count ||
+                                   N.topRows(static_cast<Index>(s.state_count)).norm() < 1e-8))
       candidates.push_back(to_text(s.unknowns[static_cast<std::size_t>(j)])), rows.push_back(j);
   Mat candidates_matrix(static_cast<Index>(rows.size()), N.cols());
   for (std::size_t k = 0; k < rows.size(); ++k) candidates_matrix.row(static_cast<Index>(k)) = N.row(rows[k]);
-  const Eigen::ColPivHouseholderQR<Mat> qr(candidates_matrix.transpose());  // the most independent rows come first
+  const Eigen::ColPivHouseholderQR<Mat> qr(
+      candidates_matrix.transpose());  // the most independent rows come first
   std::vector<Index> chosen;
-  for (Index k = 0; k < std::min(N.cols(), qr.rank()); ++k) chosen.push_back(qr.colsPermutation().indices()[k]);
+  for (Index k = 0; k < std::min(N.cols(), qr.rank()); ++k)
+    chosen.push_back(qr.colsPermutation().indices()[k]);
   std::sort(chosen.begin(), chosen.end());
   for (Index k : chosen) choice.push_back(candidates[static_cast<std::size_t>(k)]);
-  throw Error(text(N.cols(), N.cols() == 1 ? " initial value is" : " initial values are", " neither fixed nor determined.\n  candidates: ",
-                   join(candidates, ", "), "\n  for example fix: ", join(choice, ", "),
+  throw Error(text(N.cols(), N.cols() == 1 ? " initial value is" : " initial values are",
+                   " neither fixed nor determined.\n  candidates: ", join(candidates, ", "),
+                   "\n  for example fix: ", join(choice, ", "),
                    "   (or give a guess for them: guess = { … })"));
 }
 
@@ -270,14 +292,18 @@ void fill_ledger(Start& at, const System& s, const StartRequest& request, const 
   const auto redundant = redundant_fixes(s, J);
   std::unordered_map<Expr, Origin> origin;
   for (std::size_t i = 0; i < request.fix.size(); ++i)
-    origin[resolve(model, request.fix[i].first)] = redundant[s.first_fix + i] ? Origin::redundant : Origin::fixed;
+    origin[resolve(model, request.fix[i].first)] =
+        redundant[s.first_fix + i] ? Origin::redundant : Origin::fixed;
   const Mat N = null_space(J);
   const auto covered = guessed(s, request, model);
   for (std::size_t j = 0; j < s.unknowns.size(); ++j) {
     const Expr leaf = s.unknowns[j];
     const auto it = origin.find(leaf);
     const bool chosen = covered[j] && N.cols() && N.row(static_cast<Index>(j)).norm() > 1e-8;
-    at.rows.push_back({leaf, at.values.at(leaf), it != origin.end() ? it->second : chosen ? Origin::chosen : Origin::computed});
+    at.rows.push_back({leaf, at.values.at(leaf),
+                       it != origin.end() ? it->second
+                       : chosen           ? Origin::chosen
+                                          : Origin::computed});
   }
   at.free = static_cast<int>(s.unknowns.size()) - numeric_rank(J.topRows(static_cast<Index>(s.first_fix)));
 }
@@ -298,8 +324,10 @@ StartPtr init(const ModelPtr& model, const StartRequest& request) {
   for (const auto& [leaf, value] : request.inputs)
     at->values[leaf] = pendula::evaluate({&value, 1}, at->values)[0];
   fill_ledger(*at, s, request, *model, J);
-  const Vec r = s.residual(solution.w, all);
-  for (std::size_t i = 0; i < s.low->invariants.size(); ++i) at->constraints.push_back({s.low->invariants[i], r[static_cast<Index>(i)]});
+  for (const Constraint& c : s.low->invariants) {
+    const Expr residual = substitute(c.residual, request.inputs);
+    at->constraints.push_back({c, pendula::evaluate({&residual, 1}, at->values)[0]});
+  }
   return at;
 }
 

@@ -62,7 +62,8 @@ double value_of(Expr node, const NodeMap<double>& values) {
   return apply(node.op(), at(0), at(1), at(2));
 }
 
-/// Fills `values` for all nodes below the outputs, in topological order; `visit` sees each node after its value.
+/// Fills `values` for all nodes below the outputs, in topological order; `visit` sees each node after its
+/// value.
 template <class Visit>
 void evaluate_nodes(std::span<const Expr> outputs, const std::unordered_map<Expr, double>& leaf_values,
                     NodeMap<double>& values, const Visit& visit) {
@@ -77,7 +78,8 @@ void evaluate_nodes(std::span<const Expr> outputs, const std::unordered_map<Expr
         throw Error(text("no value for '", s.name, std::string(s.order, '\''), "'"));
       values[node] = constant_value(*s.value);
     } else if (node.op() == Op::call) {
-      throw Error(text("'", call_of(node).name, "' is an unspecified function: it has no value; substitute it with subs"));
+      throw Error(text("'", call_of(node).name,
+                       "' is an unspecified function: it has no value; substitute it with subs"));
     } else {
       values[node] = value_of(node, values);
     }
@@ -151,7 +153,8 @@ std::vector<Expr> substitute(std::span<const Expr> outputs, const Substitution& 
     } else if (const auto x = node.operands(); x.empty()) {
       image[node] = node;
     } else {
-      const Expr a = image[x[0]], b = x.size() > 1 ? image[x[1]] : Expr(0), c = x.size() > 2 ? image[x[2]] : Expr(0);
+      const Expr a = image[x[0]], b = x.size() > 1 ? image[x[1]] : Expr(0),
+                 c = x.size() > 2 ? image[x[2]] : Expr(0);
       const bool same = a == x[0] && (x.size() < 2 || b == x[1]) && (x.size() < 3 || c == x[2]);
       image[node] = same ? node : make(node.op(), a, b, c);
     }
@@ -162,9 +165,12 @@ std::vector<Expr> substitute(std::span<const Expr> outputs, const Substitution& 
   return result;
 }
 
-Expr substitute(Expr e, const Substitution& replacements) { return substitute(std::span(&e, 1), replacements)[0]; }
+Expr substitute(Expr e, const Substitution& replacements) {
+  return substitute(std::span(&e, 1), replacements)[0];
+}
 
-std::vector<double> evaluate(std::span<const Expr> outputs, const std::unordered_map<Expr, double>& leaf_values) {
+std::vector<double> evaluate(std::span<const Expr> outputs,
+                             const std::unordered_map<Expr, double>& leaf_values) {
   static NodeMap<double> values;
   values.clear();
   evaluate_nodes(outputs, leaf_values, values, [](Expr) {});

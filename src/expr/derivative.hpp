@@ -11,8 +11,8 @@ namespace pendula {
 /// ∂e/∂leaf. Requires a leaf. Cost: linear in the nodes of e.
 Expr partial(Expr e, Expr leaf);
 
-/// (∂e/∂leaf)ᵢ for every leaf by one reverse sweep (Griewank & Walther, Evaluating Derivatives, 2nd ed., §3.2).
-/// Cost: a small multiple of the nodes of e, whatever the number of leaves.
+/// (∂e/∂leaf)ᵢ for every leaf by one reverse sweep (Griewank & Walther, Evaluating Derivatives, 2nd ed.,
+/// §3.2). Cost: a small multiple of the nodes of e, whatever the number of leaves.
 std::vector<Expr> gradient(Expr e, std::span<const Expr> leaves);
 
 /// ∂fᵢ/∂xⱼ as an m×n matrix.
@@ -22,7 +22,8 @@ struct Entry {
   int row, column;
   Expr value;
 };
-/// The structurally nonzero ∂fᵢ/∂xⱼ, by rows, columns ascending. Cost: one reverse sweep per row over that row's nodes.
+/// The structurally nonzero ∂fᵢ/∂xⱼ, by rows, columns ascending. Cost: one reverse sweep per row over that
+/// row's nodes.
 std::vector<Entry> sparse_jacobian(std::span<const Expr> f, std::span<const Expr> x);
 
 /// de/dt = ∂e/∂t + Σ ∂e/∂x^(k) x^(k+1) over all variables and inputs.
@@ -35,7 +36,8 @@ std::vector<Expr> substitute(std::span<const Expr> outputs, const Substitution& 
 
 /// The value of every output where the leaves have the given values; named constants (π) are known.
 /// Throws Error naming the first leaf without a value or an unspecified function. May return NaN or inf.
-std::vector<double> evaluate(std::span<const Expr> outputs, const std::unordered_map<Expr, double>& leaf_values);
+std::vector<double> evaluate(std::span<const Expr> outputs,
+                             const std::unordered_map<Expr, double>& leaf_values);
 
 /// The first node (operands first) whose value is not finite although those of its operands are, or nothing.
 std::optional<Expr> first_undefined(Expr e, const std::unordered_map<Expr, double>& leaf_values);

@@ -8,7 +8,7 @@
 namespace pendula {
 namespace {
 
-constexpr long max_bits = 1 << 14;      // exact constants beyond this many bits continue as doubles
+constexpr long max_bits = 1 << 14;  // exact constants beyond this many bits continue as doubles
 constexpr long max_exponent = 4096;
 
 bool small(const mpq_class& q) {
@@ -24,7 +24,8 @@ std::string show(Op op, Expr a, Expr b) {
   const OpInfo& row = info(op);
   if (op == Op::div) return number(a) + "/" + number(b);
   if (op == Op::pow) return number(a) + "^" + number(b);
-  return row.arity == 1 ? text(row.name, "(", number(a), ")") : text(row.name, "(", number(a), ", ", number(b), ")");
+  return row.arity == 1 ? text(row.name, "(", number(a), ")")
+                        : text(row.name, "(", number(a), ", ", number(b), ")");
 }
 
 [[noreturn]] void undefined(Op op, Expr a, Expr b) {
@@ -47,34 +48,64 @@ std::optional<mpq_class> exact_power(const mpq_class& base, const mpq_class& exp
 }
 
 std::optional<mpq_class> exact_root(const mpq_class& q) {
-  if (q < 0 || !mpz_perfect_square_p(q.get_num_mpz_t()) || !mpz_perfect_square_p(q.get_den_mpz_t())) return {};
+  if (q < 0 || !mpz_perfect_square_p(q.get_num_mpz_t()) || !mpz_perfect_square_p(q.get_den_mpz_t()))
+    return {};
   return mpq_class(sqrt(q.get_num()), sqrt(q.get_den()));
 }
 
 /// The exact result of an operation on rationals, where it is rational.
 std::optional<mpq_class> exact_result(Op op, const mpq_class& a, const mpq_class& b) {
   switch (op) {
-    case Op::neg: return -a;
-    case Op::add: return a + b;
-    case Op::sub: return a - b;
-    case Op::mul: return a * b;
-    case Op::div: return b == 0 ? std::optional<mpq_class>{} : a / b;
-    case Op::pow: return exact_power(a, b);
-    case Op::sqrt: return exact_root(a);
-    case Op::abs: return abs(a);
-    case Op::sign: return mpq_class(sgn(a));
-    case Op::min: return a < b ? a : b;
-    case Op::max: return a > b ? a : b;
-    case Op::lt: return mpq_class(a < b);
-    case Op::le: return mpq_class(a <= b);
-    case Op::both: return mpq_class(a != 0 && b != 0);
-    case Op::either: return mpq_class(a != 0 || b != 0);
-    case Op::cos: case Op::cosh: case Op::exp: return a == 0 ? std::optional<mpq_class>{1} : std::nullopt;
-    case Op::log: case Op::acosh: return a == 1 ? std::optional<mpq_class>{0} : std::nullopt;
-    case Op::acos: return a == 1 ? std::optional<mpq_class>{0} : std::nullopt;
-    case Op::sin: case Op::tan: case Op::asin: case Op::atan: case Op::sinh: case Op::tanh: case Op::asinh: case Op::atanh:
+    case Op::neg:
+      return -a;
+    case Op::add:
+      return a + b;
+    case Op::sub:
+      return a - b;
+    case Op::mul:
+      return a * b;
+    case Op::div:
+      return b == 0 ? std::optional<mpq_class>{} : a / b;
+    case Op::pow:
+      return exact_power(a, b);
+    case Op::sqrt:
+      return exact_root(a);
+    case Op::abs:
+      return abs(a);
+    case Op::sign:
+      return mpq_class(sgn(a));
+    case Op::min:
+      return a < b ? a : b;
+    case Op::max:
+      return a > b ? a : b;
+    case Op::lt:
+      return mpq_class(a < b);
+    case Op::le:
+      return mpq_class(a <= b);
+    case Op::both:
+      return mpq_class(a != 0 && b != 0);
+    case Op::either:
+      return mpq_class(a != 0 || b != 0);
+    case Op::cos:
+    case Op::cosh:
+    case Op::exp:
+      return a == 0 ? std::optional<mpq_class>{1} : std::nullopt;
+    case Op::log:
+    case Op::acosh:
+      return a == 1 ? std::optional<mpq_class>{0} : std::nullopt;
+    case Op::acos:
+      return a == 1 ? std::optional<mpq_class>{0} : std::nullopt;
+    case Op::sin:
+    case Op::tan:
+    case Op::asin:
+    case Op::atan:
+    case Op::sinh:
+    case Op::tanh:
+    case Op::asinh:
+    case Op::atanh:
       return a == 0 ? std::optional<mpq_class>{0} : std::nullopt;
-    default: return {};
+    default:
+      return {};
   }
 }
 
@@ -175,12 +206,17 @@ std::optional<Expr> fold(Op op, Expr a, Expr b, Expr c) {
       if (a.op() == Op::sub) return a.operand(1) - a.operand(0);
       return {};
     case Op::add:
-    case Op::sub: return fold_sum(op, a, b);
-    case Op::mul: return fold_product(a, b);
-    case Op::div: return fold_quotient(a, b);
-    case Op::pow: return fold_power(a, b);
+    case Op::sub:
+      return fold_sum(op, a, b);
+    case Op::mul:
+      return fold_product(a, b);
+    case Op::div:
+      return fold_quotient(a, b);
+    case Op::pow:
+      return fold_power(a, b);
     case Op::min:
-    case Op::max: return a == b ? std::optional<Expr>{a} : std::nullopt;
+    case Op::max:
+      return a == b ? std::optional<Expr>{a} : std::nullopt;
     case Op::both:
       if (a.is_constant()) return a.is_zero() ? a : b;
       if (b.is_constant()) return b.is_zero() ? b : a;
@@ -189,7 +225,8 @@ std::optional<Expr> fold(Op op, Expr a, Expr b, Expr c) {
       if (a.is_constant()) return a.is_zero() ? b : a;
       if (b.is_constant()) return b.is_zero() ? a : b;
       return {};
-    default: return {};
+    default:
+      return {};
   }
 }
 
@@ -197,8 +234,8 @@ std::optional<mpq_class> simplest_rational(double value) {
   constexpr double max_denominator = 1e6;
   if (!std::isfinite(value)) return {};
   if (value == std::floor(value)) return mpq_class(value);
-  // Continued fraction; the convergents p/q are best approximations (Hardy & Wright, ch. X). The first one that
-  // rounds to the very same double is the simplest.
+  // Continued fraction; the convergents p/q are best approximations (Hardy & Wright, ch. X). The first one
+  // that rounds to the very same double is the simplest.
   mpz_class p0 = 0, q0 = 1, p1 = 1, q1 = 0;
   mpq_class rest(std::fabs(value));
   while (true) {
@@ -220,7 +257,9 @@ std::optional<mpq_class> simplest_rational(double value) {
 Expr parse_number(const std::string& word) {
   std::string number = word;
   std::erase_if(number, [](char ch) { return ch == ' '; });
-  const auto bad = [&]() -> Error { return Error(text("'", word, "' is not a number; write 3, 1/3, 0.25 or 1e-3")); };
+  const auto bad = [&]() -> Error {
+    return Error(text("'", word, "' is not a number; write 3, 1/3, 0.25 or 1e-3"));
+  };
   if (const auto slash = number.find('/'); slash != std::string::npos) {
     const Expr low = parse_number(number.substr(slash + 1));
     if (low.is_zero()) throw Error(text("'", word, "' divides by zero"));
@@ -231,7 +270,9 @@ Expr parse_number(const std::string& word) {
   size_t i = 0;
   bool point = false, any = false;
   if (i < number.size() && (number[i] == '-' || number[i] == '+')) digits += number[i++] == '-' ? "-" : "";
-  for (; i < number.size() && (std::isdigit(static_cast<unsigned char>(number[i])) || (number[i] == '.' && !point)); ++i) {
+  for (; i < number.size() &&
+         (std::isdigit(static_cast<unsigned char>(number[i])) || (number[i] == '.' && !point));
+       ++i) {
     if (number[i] == '.') {
       point = true;
     } else {

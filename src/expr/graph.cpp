@@ -118,8 +118,10 @@ std::string key_of(Kind kind, const std::string& name, int order) {
 
 void check_name(const std::string& name) {
   bool good = !name.empty() && !std::isdigit(static_cast<unsigned char>(name[0]));
-  for (unsigned char c : name) good = good && (std::isalnum(c) || c == '_' || c >= 0x80);  // UTF-8 letters pass
-  if (!good) throw Error(text("'", name, "' is not a name: use letters, digits and _, not starting with a digit"));
+  for (unsigned char c : name)
+    good = good && (std::isalnum(c) || c == '_' || c >= 0x80);  // UTF-8 letters pass
+  if (!good)
+    throw Error(text("'", name, "' is not a name: use letters, digits and _, not starting with a digit"));
 }
 
 }  // namespace
@@ -143,15 +145,18 @@ std::span<const Expr> Expr::operands() const {
   return {n.operand.data(), static_cast<std::size_t>(info(n.op).arity)};
 }
 
-// ── constants ────────────────────────────────────────────────────────────────────────────────────────────────────
+// ── constants
+// ────────────────────────────────────────────────────────────────────────────────────────────────────
 
 Expr::Expr(int value) : Expr(static_cast<long>(value)) {}
-Expr::Expr(long value) : Expr(value == 0 || value == 1 ? at(static_cast<std::uint32_t>(value))
-                                                       : graph().exact(mpq_class(value))) {}
+Expr::Expr(long value)
+    : Expr(value == 0 || value == 1 ? at(static_cast<std::uint32_t>(value))
+                                    : graph().exact(mpq_class(value))) {}
 Expr::Expr(const mpq_class& value) : Expr(graph().exact(value)) {}
 
 Expr::Expr(double value) {
-  if (!std::isfinite(value)) throw Error(text("the number ", shortest(value), " cannot be part of an expression"));
+  if (!std::isfinite(value))
+    throw Error(text("the number ", shortest(value), " cannot be part of an expression"));
   if (const auto q = simplest_rational(value)) {
     *this = graph().exact(*q);
     return;
@@ -163,7 +168,9 @@ Expr::Expr(double value) {
   *this = it->second;
 }
 
-static const Constant& constant_of(Expr e) { return graph().constants[graph().nodes[e.id()].operand[0].id()]; }
+static const Constant& constant_of(Expr e) {
+  return graph().constants[graph().nodes[e.id()].operand[0].id()];
+}
 
 const mpq_class* exact_value(Expr e) {
   if (!e.is_constant()) return nullptr;
@@ -173,7 +180,8 @@ const mpq_class* exact_value(Expr e) {
 
 double constant_value(Expr e) { return constant_of(e).value; }
 
-// ── symbols ──────────────────────────────────────────────────────────────────────────────────────────────────────
+// ── symbols
+// ──────────────────────────────────────────────────────────────────────────────────────────────────────
 
 static Expr leaf_of(Symbol s) {
   Graph& g = graph();
@@ -233,7 +241,8 @@ Symbol& attributes(Expr leaf) {
 Expr derivative_leaf(Expr leaf, int k) {
   if (k == 0) return leaf;
   const Symbol& s = symbol_of(leaf);
-  PENDULA_ASSERT(s.kind == Kind::variable || s.kind == Kind::input, "only functions of time have derivatives");
+  PENDULA_ASSERT(s.kind == Kind::variable || s.kind == Kind::input,
+                 "only functions of time have derivatives");
   Symbol d;
   d.kind = s.kind;
   d.name = s.name;
@@ -252,7 +261,8 @@ std::vector<Expr> vector_components(const std::string& name) {
 
 const std::vector<std::string>& vector_names() { return graph().vector_names; }
 
-// ── unspecified functions ────────────────────────────────────────────────────────────────────────────────────────
+// ── unspecified functions
+// ────────────────────────────────────────────────────────────────────────────────────────
 
 Expr call(const FunctionCall& application) {
   check_name(application.name);
@@ -271,7 +281,8 @@ const FunctionCall& call_of(Expr e) {
   return graph().calls[graph().nodes[e.id()].operand[0].id()];
 }
 
-// ── construction ─────────────────────────────────────────────────────────────────────────────────────────────────
+// ── construction
+// ─────────────────────────────────────────────────────────────────────────────────────────────────
 
 Expr make(Op op, Expr a, Expr b, Expr c) {
   if (const auto folded = fold(op, a, b, c)) return *folded;
@@ -314,7 +325,8 @@ Expr local_derivative(Expr e, int i) {
   }
 }
 
-// ── traversal ────────────────────────────────────────────────────────────────────────────────────────────────────
+// ── traversal
+// ────────────────────────────────────────────────────────────────────────────────────────────────────
 
 std::vector<Expr> topological(std::span<const Expr> outputs) {
   static NodeMap<char> seen;

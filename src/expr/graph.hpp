@@ -1,12 +1,14 @@
 // The expression graph: one process-wide, hash-consed arena of scalar nodes.
 //
-// An Expr is a 4-byte index. Structurally equal expressions have the same index, so == is one comparison and building
-// the same model twice costs no memory. Operands precede their operation: indices are a topological order, and every
-// algorithm over a graph is a loop over increasing (values, tangents) or decreasing (adjoints) indices.
+// An Expr is a 4-byte index. Structurally equal expressions have the same index, so == is one comparison and
+// building the same model twice costs no memory. Operands precede their operation: indices are a topological
+// order, and every algorithm over a graph is a loop over increasing (values, tangents) or decreasing
+// (adjoints) indices.
 //
-// Construction folds lightly (constants, x + 0, 1·x, -(-x)); it never reorders floating-point work. What people read
-// is put in order by print.hpp, what they ask to be simplified by rewrite.hpp. Constants are exact rationals whenever
-// they can be: a double is read as its simplest rational if the denominator is at most 10⁶ (LANGUAGE.md §1).
+// Construction folds lightly (constants, x + 0, 1·x, -(-x)); it never reorders floating-point work. What
+// people read is put in order by print.hpp, what they ask to be simplified by rewrite.hpp. Constants are
+// exact rationals whenever they can be: a double is read as its simplest rational if the denominator is at
+// most 10⁶ (LANGUAGE.md §1).
 #pragma once
 
 #include <algorithm>
@@ -95,7 +97,8 @@ class Expr {
   std::uint32_t id_ = 0;
 };
 
-// ── constants ────────────────────────────────────────────────────────────────────────────────────────────────────
+// ── constants
+// ────────────────────────────────────────────────────────────────────────────────────────────────────
 
 /// The exact value of a constant, or nothing if it is not a constant or was only known as a double.
 const mpq_class* exact_value(Expr e);
@@ -106,22 +109,23 @@ Expr parse_number(const std::string& text);
 /// The simplest rational that is this double, if its denominator is at most 10⁶ (continued fraction).
 std::optional<mpq_class> simplest_rational(double value);
 
-// ── symbols ──────────────────────────────────────────────────────────────────────────────────────────────────────
+// ── symbols
+// ──────────────────────────────────────────────────────────────────────────────────────────────────────
 
 struct Symbol {
   Kind kind;
-  std::string name;   ///< "x", or "q3" for the third component of q
-  int order = 0;      ///< x, x′, x″ …: a time derivative is a leaf, not an operation
-  Expr base;          ///< the leaf of order 0
-  std::string vector; ///< name of the column this is a component of, or ""
-  int component = 0;  ///< 1-based, 0 for a scalar
+  std::string name;    ///< "x", or "q3" for the third component of q
+  int order = 0;       ///< x, x′, x″ …: a time derivative is a leaf, not an operation
+  Expr base;           ///< the leaf of order 0
+  std::string vector;  ///< name of the column this is a component of, or ""
+  int component = 0;   ///< 1-based, 0 for a scalar
   std::string unit;
-  std::string label;  ///< words for axes and ledgers
+  std::string label;          ///< words for axes and ledgers
   std::optional<Expr> value;  ///< parameters: default; named constants: their value
 };
 
-/// The leaf of this kind and name, made on first use. Names: letters, digits, underscores, not starting with a digit.
-/// Throws Error on anything else.
+/// The leaf of this kind and name, made on first use. Names: letters, digits, underscores, not starting with
+/// a digit. Throws Error on anything else.
 Expr symbol(Kind kind, const std::string& name);
 /// The n leaves name1 … namen of a column; prints as one vector.
 std::vector<Expr> symbol_vector(Kind kind, const std::string& name, int size);
@@ -138,22 +142,25 @@ std::vector<Expr> vector_components(const std::string& name);
 /// Names of all columns declared so far, in order of declaration.
 const std::vector<std::string>& vector_names();
 
-// ── unspecified functions ────────────────────────────────────────────────────────────────────────────────────────
+// ── unspecified functions
+// ────────────────────────────────────────────────────────────────────────────────────────
 
 /// The application of an unspecified function to arguments, or a formal partial derivative of it.
 struct FunctionCall {
-  std::string name;               ///< "g", or "g2" for the second of several outputs
-  std::vector<int> groups;        ///< sizes of the arguments as the user gave them: g(x, z) with x ∈ ℝ³ is {3, 1}
-  std::vector<int> partial;       ///< order of differentiation with respect to every scalar argument
-  std::vector<Expr> arguments;    ///< scalar arguments, flattened
+  std::string name;         ///< "g", or "g2" for the second of several outputs
+  std::vector<int> groups;  ///< sizes of the arguments as the user gave them: g(x, z) with x ∈ ℝ³ is {3, 1}
+  std::vector<int> partial;     ///< order of differentiation with respect to every scalar argument
+  std::vector<Expr> arguments;  ///< scalar arguments, flattened
 };
 Expr call(const FunctionCall& application);
 /// Requires op() == Op::call.
 const FunctionCall& call_of(Expr e);
 
-// ── construction ─────────────────────────────────────────────────────────────────────────────────────────────────
+// ── construction
+// ─────────────────────────────────────────────────────────────────────────────────────────────────
 
-/// The node of an operation, folded and interned. Throws Error where a constant operation has no real value (1/0).
+/// The node of an operation, folded and interned. Throws Error where a constant operation has no real value
+/// (1/0).
 Expr make(Op op, Expr a, Expr b = {}, Expr c = {});
 
 inline Expr operator+(Expr a, Expr b) { return make(Op::add, a, b); }
@@ -183,9 +190,11 @@ Expr local_derivative(Expr e, int i);
 /// The operation in double arithmetic.
 double apply(Op op, double a, double b, double c);
 
-// ── traversal ────────────────────────────────────────────────────────────────────────────────────────────────────
+// ── traversal
+// ────────────────────────────────────────────────────────────────────────────────────────────────────
 
-/// Every node the outputs depend on, operands first. Iterative: depth does not matter. Cost: linear in the result.
+/// Every node the outputs depend on, operands first. Iterative: depth does not matter. Cost: linear in the
+/// result.
 std::vector<Expr> topological(std::span<const Expr> outputs);
 /// The leaves (symbols) the outputs depend on, in order of first declaration.
 std::vector<Expr> leaves(std::span<const Expr> outputs);

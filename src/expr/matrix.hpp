@@ -12,7 +12,15 @@ struct NumTraits<pendula::Expr> : GenericNumTraits<pendula::Expr> {
   using NonInteger = pendula::Expr;
   using Nested = pendula::Expr;
   using Literal = pendula::Expr;
-  enum { IsComplex = 0, IsInteger = 0, IsSigned = 1, RequireInitialization = 1, ReadCost = 1, AddCost = 40, MulCost = 40 };
+  enum {
+    IsComplex = 0,
+    IsInteger = 0,
+    IsSigned = 1,
+    RequireInitialization = 1,
+    ReadCost = 1,
+    AddCost = 40,
+    MulCost = 40
+  };
 };
 }  // namespace Eigen
 

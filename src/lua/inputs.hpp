@@ -15,16 +15,19 @@ struct NumericInput {
 };
 
 struct Inputs {
-  Substitution expressions;           ///< every input leaf of the model, derivatives included, where it is known exactly
+  Substitution
+      expressions;  ///< every input leaf of the model, derivatives included, where it is known exactly
   std::vector<NumericInput> numeric;  ///< the rest; derivatives of these are not available
 };
 
-/// Reads the option `inputs` of init and integrate. A Lua function is called once with the symbol t; if that gives an
-/// expression, derivatives are exact. The callbacks keep a reference to the function; they must not outlive L.
-/// Throws Error on what is no input of the model (did you mean), wrong sizes, results that are not numbers.
+/// Reads the option `inputs` of init and integrate. A Lua function is called once with the symbol t; if that
+/// gives an expression, derivatives are exact. The callbacks keep a reference to the function; they must not
+/// outlive L. Throws Error on what is no input of the model (did you mean), wrong sizes, results that are not
+/// numbers.
 Inputs read_inputs(const Options& options, const dae::Model& model, lua_State* L);
 
 /// Parameter overrides: params = { m = 2 }.
-dae::ParameterValues read_parameters(lua_State* L, int index, const dae::Model& model, const std::string& what);
+dae::ParameterValues read_parameters(lua_State* L, int index, const dae::Model& model,
+                                     const std::string& what);
 
 }  // namespace pendula::lua

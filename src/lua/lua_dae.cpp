@@ -1,5 +1,7 @@
 // The `dae` module: models, their forms, constraints, and consistent starts. Reads arguments, calls src/dae.
 #include <algorithm>
+#include <cmath>
+#include <cstdio>
 
 #include "base/text.hpp"
 
@@ -8,6 +10,7 @@
 #include "expr/print.hpp"
 #include "lua/inputs.hpp"
 #include "lua/lua_dae.hpp"
+#include "lua/objects.hpp"
 #include "lua/values.hpp"
 
 namespace pendula::lua {
@@ -16,7 +19,10 @@ namespace pendula::lua {
 struct Constraints {
   std::vector<dae::Constraint> list;
 };
-template <> struct TypeName<Constraints> { static constexpr const char* value = "constraints"; };
+template <>
+struct TypeName<Constraints> {
+  static constexpr const char* value = "constraints";
+};
 
 dae::LeafValues read_leaf_values(lua_State* L, int index, const std::string& what, const dae::Model& model) {
   return to_symbol_numbers(L, index, what, known_leaves(model));
@@ -48,6 +54,65 @@ dae::StartRequest read_start_request(lua_State* L, const Options& options, const
   return request;
 }
 
+/// A start of a relative, in the leaves of this model.
+static dae::StartPtr translated(const dae::StartPtr& at, const dae::ModelPtr& model) {
+  if (at->model == model) return at;
+  dae::StartRequest request;
+  request.t = at->t;
+  request.keep_invariants = false;
+  for (Expr leaf : model->states()) {
+    const auto value = at->value_for(*model, leaf);
+    if (!value)
+      throw Error(text("start has no value for '", to_text(leaf),
+                       "': it belongs to another model; make one with sys:init{ … }"));
+    request.fix.push_back({leaf, *value});
+  }
+  for (Expr leaf : model->algebraic())
+    if (const auto value = at->value_for(*model, leaf)) request.guess.push_back({leaf, *value});
+  for (Expr leaf : model->inputs)
+    if (const auto value = at->value_for(*model, leaf)) request.inputs[leaf] = Expr(*value);
+  for (Expr p : model->parameters)
+    if (const auto it = at->values.find(p); it != at->values.end()) request.parameters[p] = Expr(it->second);
+  return dae::init(model, request);
+}
+
+dae::StartPtr read_start(lua_State* L, const Options& options, const dae::ModelPtr& model) {
+  if (!options.has("start"))
+    throw Error("needs a start: start = sys:init{ fix = { … } }, or a table start = { x = 1 }");
+  const int index = options.push("start");
+  if (lua_isuserdata(L, index)) {
+    const auto* held = object_at(L, index, TypeName<dae::Start>::value);
+    if (!held)
+      throw Error(text("start must be a result of init or a table { x = 1, … }, got ", describe(L, index)));
+    const auto at = std::static_pointer_cast<const dae::Start>(*held);
+    lua_pop(L, 1);
+    return translated(at, model);
+  }
+  if (!lua_istable(L, index))
+    throw Error(text("start must be a result of init or a table { x = 1, … }, got ", describe(L, index)));
+  dae::StartRequest request = read_start_request(L, options, *model);
+  request.fix = read_leaf_values(L, index, "start", *model);
+  lua_pop(L, 1);
+  try {
+    return dae::init(model, request);
+  } catch (const Error& conflict) {
+    if (model->invariants.empty()) throw;
+    request.keep_invariants = false;
+    dae::StartPtr at;
+    try {
+      at = dae::init(model, request);
+    } catch (const UserFacing&) {
+      throw conflict;  // not the invariants' fault: the first explanation is the right one
+    }
+    std::vector<std::string> broken;
+    for (const auto& [c, value] : at->constraints)
+      if (std::fabs(value) > 1e-9) broken.push_back(text(c.label, " = ", rounded(value, 4)));
+    std::fprintf(stderr, "warning: the start is inconsistent: %s; sol:drift() shows what follows from it\n",
+                 join(broken, ", ").c_str());
+    return at;
+  }
+}
+
 namespace {
 
 VecX option_column(Call& call, const Options& options, const char* key) {
@@ -70,7 +135,8 @@ dae::ModelPtr model_ptr(Call& call) { return call.shared<dae::Model>(1, "model")
 std::vector<dae::Block> to_blocks(const std::vector<Equation>& equations) {
   std::vector<dae::Block> blocks;
   for (const Equation& e : equations) {
-    const VecX l = Eigen::Map<const VecX>(e.lhs.data(), e.lhs.size()), r = Eigen::Map<const VecX>(e.rhs.data(), e.rhs.size());
+    const VecX l = Eigen::Map<const VecX>(e.lhs.data(), e.lhs.size()),
+               r = Eigen::Map<const VecX>(e.rhs.data(), e.rhs.size());
     blocks.push_back({l, r, ""});
   }
   return blocks;
@@ -87,22 +153,25 @@ int make(Call& call) {
 int make_semi_explicit(Call& call) {
   const Options o = call.options(1, {"x", "z", "u", "f", "g", "name"});
   if (!o.has("x") || !o.has("f")) throw Error("expected { x =, z =, u =, f =, g = }: x and f are required");
-  return call.push(dae::semi_explicit(option_column(call, o, "x"), option_column(call, o, "z"), option_column(call, o, "u"),
-                                      option_column(call, o, "f"), option_column(call, o, "g"), o.string("name", "")));
+  return call.push(dae::semi_explicit(option_column(call, o, "x"), option_column(call, o, "z"),
+                                      option_column(call, o, "u"), option_column(call, o, "f"),
+                                      option_column(call, o, "g"), o.string("name", "")));
 }
 
 int make_implicit(Call& call) {
   const Options o = call.options(1, {"x", "z", "u", "F", "name"});
   if (!o.has("F")) throw Error("expected { x =, z =, u =, F = }: F(x′, x, z, u) is required");
-  return call.push(dae::implicit(option_column(call, o, "x"), option_column(call, o, "z"), option_column(call, o, "u"),
-                                 option_column(call, o, "F"), o.string("name", "")));
+  return call.push(dae::implicit(option_column(call, o, "x"), option_column(call, o, "z"),
+                                 option_column(call, o, "u"), option_column(call, o, "F"),
+                                 o.string("name", "")));
 }
 
 int make_linear(Call& call) {
   const Options o = call.options(1, {"E", "A", "B", "x", "u", "name"});
   if (!o.has("E") || !o.has("A")) throw Error("expected { E =, A =, B =, u = }: E and A are required");
-  return call.push(dae::linear(option_matrix(call, o, "E"), option_matrix(call, o, "A"), option_matrix(call, o, "B"),
-                               option_column(call, o, "x"), option_column(call, o, "u"), o.string("name", "")));
+  return call.push(dae::linear(option_matrix(call, o, "E"), option_matrix(call, o, "A"),
+                               option_matrix(call, o, "B"), option_column(call, o, "x"),
+                               option_column(call, o, "u"), o.string("name", "")));
 }
 
 int kind(Call& call) { return call.push(dae::kind_name(model_of(call).kind)); }
@@ -143,7 +212,8 @@ int reduce(Call& call) { return call.push(dae::reduce(model_ptr(call), call.stri
 int trace(Call& call) {
   collect_aliases(call.L);
   const std::string story = dae::trace(model_of(call));
-  return call.push(story.empty() ? "The model stands as it was written; nothing was derived." : story.substr(0, story.size() - 1));
+  return call.push(story.empty() ? "The model stands as it was written; nothing was derived."
+                                 : story.substr(0, story.size() - 1));
 }
 
 int with(Call& call) {
@@ -157,30 +227,39 @@ int model_text(Call& call) {
 }
 
 int init(Call& call) {
-  const Options o = call.options(2, {"fix", "guess", "inputs", "params", "from"});
-  return call.push(dae::init(model_ptr(call), read_start_request(call.L, o, model_of(call))));
+  const Options o = call.options(2, {"fix", "guess", "inputs", "params", "from", "consistent"});
+  dae::StartRequest request = read_start_request(call.L, o, model_of(call));
+  request.keep_invariants = o.boolean("consistent", true);
+  return call.push(dae::init(model_ptr(call), request));
 }
 
-// ── constraints and starts ───────────────────────────────────────────────────────────────────────────────────────────
+// ── constraints and starts
+// ───────────────────────────────────────────────────────────────────────────────────────────
 
 int constraints_text(Call& call) {
   collect_aliases(call.L);
   const auto& list = call.object<Constraints>(1, "constraints").list;
-  if (list.empty()) return call.push("no conditions: every initial value of the differential variables is free");
+  if (list.empty())
+    return call.push("no conditions: every initial value of the differential variables is free");
   Table table;
   for (const auto& c : list)
     table.row({c.label + ":", "0 = " + to_text(c.residual),
-               c.derivative == 0 ? text("from (", c.origin + 1, ")") : text("(", c.origin + 1, ") differentiated", c.derivative == 1 ? "" : text(" ", c.derivative, " times"))});
+               c.derivative == 0 ? text("from (", c.origin + 1, ")")
+                                 : text("(", c.origin + 1, ") differentiated",
+                                        c.derivative == 1 ? "" : text(" ", c.derivative, " times"))});
   std::string out = table.str();
   return call.push(out.substr(0, out.size() - 1));
 }
 
-int constraints_length(Call& call) { return call.push(static_cast<long>(call.object<Constraints>(1, "constraints").list.size())); }
+int constraints_length(Call& call) {
+  return call.push(static_cast<long>(call.object<Constraints>(1, "constraints").list.size()));
+}
 
 int constraints_item(Call& call) {
   const auto& list = call.object<Constraints>(1, "constraints").list;
   const long i = call.integer(2, "index");
-  if (i < 1 || i > static_cast<long>(list.size())) throw Error(text("there are ", list.size(), " constraints; number ", i, " does not exist"));
+  if (i < 1 || i > static_cast<long>(list.size()))
+    throw Error(text("there are ", list.size(), " constraints; number ", i, " does not exist"));
   MatX zero = MatX::Zero(1, 1), residual(1, 1);
   residual(0, 0) = list[static_cast<std::size_t>(i - 1)].residual;
   return push_equation(call.L, {zero, residual});
@@ -213,44 +292,75 @@ const Module dae_module = {
     "Differential-algebraic equations",
     {
         {"dae", make, "dae{ equation, equation, …, name = \"…\" } -> model",
-         "A model from any mix of scalar and column equations (lhs ~ rhs). Unknowns are the variables that occur; inputs and parameters are recognised.",
+         "A model from any mix of scalar and column equations (lhs ~ rhs). Unknowns are the variables that "
+         "occur; inputs and parameters are recognised.",
          "x, z = vars \"x z\"  return dae{ der(x) ~ z - x, 0 ~ x + 2*z }.kind", "semi-explicit"},
-        {"dae.semi_explicit", make_semi_explicit, "dae.semi_explicit{ x =, z =, u =, f =, g =, name = } -> model",
+        {"dae.semi_explicit", make_semi_explicit,
+         "dae.semi_explicit{ x =, z =, u =, f =, g =, name = } -> model",
          "x′ = f(x, z, u), 0 = g(x, z, u). Symbols that are not declared in x, z, u are refused.",
-         "x, z = vars \"x z\"  return dae.semi_explicit{ x = x, z = z, f = z - x, g = x + 2*z }:index()", "1"},
-        {"dae.implicit", make_implicit, "dae.implicit{ x =, z =, u =, F =, name = } -> model", "F(x′, x, z, u) = 0.",
-         "x = var \"x\"  return dae.implicit{ x = x, F = der(x)^3 + x }.kind", "implicit ODE"},
-        {"dae.linear", make_linear, "dae.linear{ E =, A =, B =, x =, u = } -> model", "E x′ = A x + B u; x and u are made if they are not given.",
+         "x, z = vars \"x z\"  return dae.semi_explicit{ x = x, z = z, f = z - x, g = x + 2*z }:index()",
+         "1"},
+        {"dae.implicit", make_implicit, "dae.implicit{ x =, z =, u =, F =, name = } -> model",
+         "F(x′, x, z, u) = 0.", "x = var \"x\"  return dae.implicit{ x = x, F = der(x)^3 + x }.kind",
+         "implicit ODE"},
+        {"dae.linear", make_linear, "dae.linear{ E =, A =, B =, x =, u = } -> model",
+         "E x′ = A x + B u; x and u are made if they are not given.",
          "return #dae.linear{ E = {{1, 0}, {0, 0}}, A = eye(2) }.differential", "1"},
-        {"model#kind", kind, "sys.kind -> string", "\"ODE\", \"implicit ODE\", \"semi-explicit\" or \"fully implicit\".", "", ""},
+        {"model#kind", kind, "sys.kind -> string",
+         "\"ODE\", \"implicit ODE\", \"semi-explicit\" or \"fully implicit\".", "", ""},
         {"model#name", name, "sys.name -> string", "The name given to the model.", "", ""},
         {"model#form", form, "sys.form -> string", "The form reduce() made: \"acc\" …, or \"\".", "", ""},
-        {"model#differential", differential, "sys.differential -> column", "The states: every variable that is differentiated, with its lower derivatives.", "", ""},
-        {"model#algebraic", algebraic, "sys.algebraic -> column", "The variables that occur without derivative.", "", ""},
+        {"model#differential", differential, "sys.differential -> column",
+         "The states: every variable that is differentiated, with its lower derivatives.", "", ""},
+        {"model#algebraic", algebraic, "sys.algebraic -> column",
+         "The variables that occur without derivative.", "", ""},
         {"model#inputs", inputs, "sys.inputs -> column", "Known functions of time.", "", ""},
-        {"model#parameters", parameters, "sys.parameters -> column", "Constants whose values can be changed with sys:with{ … }.", "", ""},
-        {"model#equations", equations, "sys.equations -> list of equations", "The equations as they were written; equation i is number (i).", "", ""},
-        {"model:semi_explicit", to_semi_explicit, "sys:semi_explicit() -> model", "x′ = f, 0 = g. A fully implicit model gets x′ = δ with new algebraic variables δ (exam problem 3(c)).", "", ""},
-        {"model:implicit", to_implicit, "sys:implicit() -> model", "0 = F(x′, x, z, u) (exam problem 3(b)).", "", ""},
-        {"model:first_order", to_first_order, "sys:first_order() -> model", "Derivatives of order two and more become new variables.", "", ""},
-        {"model:index", index, "sys:index() -> integer", "The differentiation index, from structure and checked by the rank of the system Jacobian.",
+        {"model#parameters", parameters, "sys.parameters -> column",
+         "Constants whose values can be changed with sys:with{ … }.", "", ""},
+        {"model#equations", equations, "sys.equations -> list of equations",
+         "The equations as they were written; equation i is number (i).", "", ""},
+        {"model:semi_explicit", to_semi_explicit, "sys:semi_explicit() -> model",
+         "x′ = f, 0 = g. A fully implicit model gets x′ = δ with new algebraic variables δ (exam problem "
+         "3(c)).",
+         "", ""},
+        {"model:implicit", to_implicit, "sys:implicit() -> model", "0 = F(x′, x, z, u) (exam problem 3(b)).",
+         "", ""},
+        {"model:first_order", to_first_order, "sys:first_order() -> model",
+         "Derivatives of order two and more become new variables.", "", ""},
+        {"model:index", index, "sys:index() -> integer",
+         "The differentiation index, from structure and checked by the rank of the system Jacobian.",
          "x, z = vars \"x z\"  return dae{ der(x) ~ z, 0 ~ x - sin(t) }:index()", "2"},
-        {"model:dof", dof, "sys:dof() -> integer", "The number of free initial values.", "x, z = vars \"x z\"  return dae{ der(x) ~ z, 0 ~ x - sin(t) }:dof()", "0"},
-        {"model:constraints", constraints, "sys:constraints() -> constraints", "Every condition on the initial values of the states, explicit and hidden, with the equation it came from.",
-         "x, z = vars \"x z\"  return dae{ der(x) ~ z, 0 ~ x - sin(t) }:constraints()", "(2):  0 = x - sin(t)  from (2)"},
-        {"model:reduce", reduce, "sys:reduce([form]) -> model", "A model of index at most 1. Form \"acc\": constraints are differentiated down to accelerations; the start then has to satisfy the original ones.",
+        {"model:dof", dof, "sys:dof() -> integer", "The number of free initial values.",
+         "x, z = vars \"x z\"  return dae{ der(x) ~ z, 0 ~ x - sin(t) }:dof()", "0"},
+        {"model:constraints", constraints, "sys:constraints() -> constraints",
+         "Every condition on the initial values of the states, explicit and hidden, with the equation it "
+         "came from.",
+         "x, z = vars \"x z\"  return dae{ der(x) ~ z, 0 ~ x - sin(t) }:constraints()",
+         "(2):  0 = x - sin(t)  from (2)"},
+        {"model:reduce", reduce, "sys:reduce([form]) -> model",
+         "A model of index at most 1. Form \"acc\": constraints are differentiated down to accelerations; "
+         "the start then has to satisfy the original ones.",
          "x, z = vars \"x z\"  return dae{ der(x) ~ z, 0 ~ x - sin(t) }:reduce(\"acc\"):index()", "1"},
         {"model:trace", trace, "sys:trace() -> string", "The derivation of this form, step by step.", "", ""},
-        {"model:with", with, "sys:with{ m = 2 } -> model", "The same model with other parameter values.", "", ""},
-        {"model:init", init, "sys:init{ fix =, guess =, inputs =, params =, from = } -> start",
-         "A consistent start. fix is a condition, guess only a starting point. Errors name conflicting fixes or the candidates that are free.",
+        {"model:with", with, "sys:with{ m = 2 } -> model", "The same model with other parameter values.", "",
+         ""},
+        {"model:init", init,
+         "sys:init{ fix =, guess =, inputs =, params =, from =, consistent = true } -> start",
+         "A consistent start. fix is a condition, guess only a starting point. Errors name conflicting fixes "
+         "or the candidates that are free. consistent = false lets a reduced form start off the constraints "
+         "it no longer imposes, to study drift.",
          "x, z = vars \"x z\"  return dae{ der(x) ~ z - x, 0 ~ x + 2*z }:init{ fix = { x = 2 } }(z)", "-1.0"},
-        {"model:__tostring", model_text, "print(sys)", "Header, numbered equations, unknowns and parameters.", "", ""},
-        {"constraints:__tostring", constraints_text, "print(sys:constraints())", "One condition per line.", "", ""},
+        {"model:__tostring", model_text, "print(sys)", "Header, numbered equations, unknowns and parameters.",
+         "", ""},
+        {"constraints:__tostring", constraints_text, "print(sys:constraints())", "One condition per line.",
+         "", ""},
         {"constraints:__len", constraints_length, "#sys:constraints()", "Their number.", "", ""},
-        {"constraints:__index", constraints_item, "sys:constraints()[i] -> equation", "0 ~ condition.", "", ""},
-        {"start:__call", start_value, "at(expression) -> number or matrix", "The value of any expression at the start, accelerations and multipliers included.", "", ""},
-        {"start:ledger", start_ledger, "at:ledger() -> string", "Every variable: fixed, free, computed; the residual of every constraint.", "", ""},
+        {"constraints:__index", constraints_item, "sys:constraints()[i] -> equation", "0 ~ condition.", "",
+         ""},
+        {"start:__call", start_value, "at(expression) -> number or matrix",
+         "The value of any expression at the start, accelerations and multipliers included.", "", ""},
+        {"start:ledger", start_ledger, "at:ledger() -> string",
+         "Every variable: fixed, free, computed; the residual of every constraint.", "", ""},
         {"start#t", start_time, "at.t -> number", "The time of the start.", "", ""},
         {"start:__tostring", start_text, "print(at)", "The ledger.", "", ""},
     }};

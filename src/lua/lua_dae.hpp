@@ -6,8 +6,14 @@
 
 namespace pendula::lua {
 
-template <> struct TypeName<dae::Model> { static constexpr const char* value = "model"; };
-template <> struct TypeName<dae::Start> { static constexpr const char* value = "start"; };
+template <>
+struct TypeName<dae::Model> {
+  static constexpr const char* value = "model";
+};
+template <>
+struct TypeName<dae::Start> {
+  static constexpr const char* value = "start";
+};
 
 /// Every leaf of the model and of its lineage that a user may name.
 std::vector<Expr> known_leaves(const dae::Model& model);
@@ -17,5 +23,11 @@ dae::LeafValues read_leaf_values(lua_State* L, int index, const std::string& wha
 
 /// The options fix, guess, inputs, params, from.
 dae::StartRequest read_start_request(lua_State* L, const Options& options, const dae::Model& model);
+
+/// The option `start` of integrate and its relatives: a result of init (of this model or a relative), or a
+/// table of conditions that init completes (options inputs, params, from are read too). A table that
+/// contradicts only the invariants of a reduced form is accepted with a warning on stderr: its drift is what
+/// drift() explains. Throws Error when it is absent.
+dae::StartPtr read_start(lua_State* L, const Options& options, const dae::ModelPtr& model);
 
 }  // namespace pendula::lua

@@ -7,7 +7,10 @@
 
 namespace pendula::lua {
 
-template <> struct TypeName<mech::MatrixForm> { static constexpr const char* value = "matrix_form"; };
+template <>
+struct TypeName<mech::MatrixForm> {
+  static constexpr const char* value = "matrix_form";
+};
 
 namespace {
 
@@ -43,7 +46,8 @@ int generalized_force(Call& call) {
   call.table(2, "forces");
   std::vector<std::pair<VecX, VecX>> forces;
   for (lua_Integer i = 1, n = luaL_len(L, 2); i <= n; ++i) {
-    if (lua_geti(L, 2, i) != LUA_TTABLE) throw Error(text("force ", i, " must be a pair {point, force}, got ", describe(L, -1)));
+    if (lua_geti(L, 2, i) != LUA_TTABLE)
+      throw Error(text("force ", i, " must be a pair {point, force}, got ", describe(L, -1)));
     lua_geti(L, -1, 1);
     lua_geti(L, -2, 2);
     forces.push_back({to_column(L, -2, text("the point of force ", i)), to_column(L, -1, text("force ", i))});
@@ -54,7 +58,8 @@ int generalized_force(Call& call) {
 
 const dae::Mechanics& mechanics(Call& call) {
   const auto& model = call.object<dae::Model>(1, "model");
-  if (!model.mechanics) throw Error("this model was not made by lagrange{ … }: it has no mass matrix, energy or constraints C");
+  if (!model.mechanics)
+    throw Error("this model was not made by lagrange{ … }: it has no mass matrix, energy or constraints C");
   return *model.mechanics;
 }
 
@@ -93,21 +98,28 @@ const Module mech_module = {
     {
         {"lagrange", lagrange, "lagrange{ q =, T =, V =, C =, Q =, multipliers = \"z\", name = } -> model",
          "d/dt ∂L/∂q′ - ∂L/∂q = Q with L = T - V - zᵀC: the equations W(q) q″ + (∂C/∂q)ᵀ z = rhs, 0 = C(q).",
-         "th = var \"theta\"  m, g, l = params \"m g l\"  return lagrange{ q = {th}, T = m*l^2*th.dot^2/2, V = -m*g*l*cos(th) }.rhs[1]",
+         "th = var \"theta\"  m, g, l = params \"m g l\"  return lagrange{ q = {th}, T = m*l^2*th.dot^2/2, V "
+         "= -m*g*l*cos(th) }.rhs[1]",
          "-g l m sin(θ)"},
-        {"generalized_force", generalized_force, "generalized_force(q, { {p, F}, … }) -> column", "Virtual work: Q = Σ (∂p/∂q)ᵀ F for forces F at points p(q).",
-         "th = var \"theta\"  F = param \"F\"  return generalized_force({th}, { {vec{sin(th), -cos(th)}, vec{F, 0}} })[1]", "F cos(θ)"},
+        {"generalized_force", generalized_force, "generalized_force(q, { {p, F}, … }) -> column",
+         "Virtual work: Q = Σ (∂p/∂q)ᵀ F for forces F at points p(q).",
+         "th = var \"theta\"  F = param \"F\"  return generalized_force({th}, { {vec{sin(th), -cos(th)}, "
+         "vec{F, 0}} })[1]",
+         "F cos(θ)"},
         {"model#M", M, "sys.M -> matrix", "The mass matrix W(q) = ∂²L/∂q′².", "", ""},
         {"model#rhs", rhs, "sys.rhs -> column", "W(q) q″ + (∂C/∂q)ᵀ z = rhs.", "", ""},
         {"model#q", q, "sys.q -> column", "The generalised coordinates.", "", ""},
         {"model#C", C, "sys.C -> column", "The constraints C(q) = 0.", "", ""},
         {"model#Q", Q, "sys.Q -> column", "The generalised forces.", "", ""},
         {"model#dCdq", dCdq, "sys.dCdq -> matrix", "∂C/∂q, one row per constraint.", "", ""},
-        {"model#multipliers", multipliers, "sys.multipliers -> column", "The multipliers z of the constraints; the constraint force is -(∂C/∂q)ᵀ z.", "", ""},
+        {"model#multipliers", multipliers, "sys.multipliers -> column",
+         "The multipliers z of the constraints; the constraint force is -(∂C/∂q)ᵀ z.", "", ""},
         {"model#T", kinetic, "sys.T -> expression", "Kinetic energy.", "", ""},
         {"model#V", potential, "sys.V -> expression", "Potential energy.", "", ""},
-        {"model#energy", energy, "sys.energy -> expression", "T + V; constant along solutions without forces, if T and V do not depend on t.", "", ""},
-        {"model#matrix_form", matrix_form, "sys.matrix_form -> matrix form", "[M Cqᵀ; Cq 0][q″; z] = c, without constraints M q″ = rhs.", "", ""},
+        {"model#energy", energy, "sys.energy -> expression",
+         "T + V; constant along solutions without forces, if T and V do not depend on t.", "", ""},
+        {"model#matrix_form", matrix_form, "sys.matrix_form -> matrix form",
+         "[M Cqᵀ; Cq 0][q″; z] = c, without constraints M q″ = rhs.", "", ""},
         {"matrix_form#A", form_A, "form.A -> matrix", "[M Cqᵀ; Cq 0], or M.", "", ""},
         {"matrix_form#unknowns", form_unknowns, "form.unknowns -> column", "[q″; z].", "", ""},
         {"matrix_form#c", form_c, "form.c -> column", "The right side.", "", ""},

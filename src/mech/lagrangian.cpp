@@ -25,12 +25,15 @@ bool depends_on_any(Expr e, const VecX& set) {
   return false;
 }
 
-MatX simplified(const MatX& m) { return m.unaryExpr([](Expr e) { return simplify(e); }); }
+MatX simplified(const MatX& m) {
+  return m.unaryExpr([](Expr e) { return simplify(e); });
+}
 
 VecX gradient_column(Expr e, const VecX& x) { return column(gradient(e, entries(x))); }
 
 void check_coordinates(const Lagrangian& s) {
-  if (s.q.size() == 0) throw Error("q is empty; give the generalised coordinates: q = { theta, x } or q = var(\"q\", 6)");
+  if (s.q.size() == 0)
+    throw Error("q is empty; give the generalised coordinates: q = { theta, x } or q = var(\"q\", 6)");
   std::unordered_set<Expr> seen;
   for (Expr q : s.q) {
     if (!q.is_symbol() || symbol_of(q).kind != Kind::variable || symbol_of(q).order != 0)
@@ -42,15 +45,18 @@ void check_coordinates(const Lagrangian& s) {
 void check_energies(const Lagrangian& s) {
   const VecX v = dot(s.q);
   if (!depends_on_any(s.T, v))
-    throw Error(text("T = ", to_text(s.T), " contains no velocity; kinetic energy is made of q.dot, for example m/2*x.dot^2"));
+    throw Error(text("T = ", to_text(s.T),
+                     " contains no velocity; kinetic energy is made of q.dot, for example m/2*x.dot^2"));
   const Expr energies[] = {s.T, s.V};
   for (Expr leaf : leaves(energies)) {
     const Symbol& sym = symbol_of(leaf);
     if (sym.kind != Kind::variable) continue;
     const bool coordinate = std::find(s.q.begin(), s.q.end(), sym.base) != s.q.end();
     if (!coordinate)
-      throw Error(text("the energies contain '", to_text(leaf), "', but '", sym.name, "' is not in q; add it to q, or make it an input or a parameter"));
-    if (sym.order > 1) throw Error(text("the energies contain '", to_text(leaf), "'; they may depend on q, q.dot and t only"));
+      throw Error(text("the energies contain '", to_text(leaf), "', but '", sym.name,
+                       "' is not in q; add it to q, or make it an input or a parameter"));
+    if (sym.order > 1)
+      throw Error(text("the energies contain '", to_text(leaf), "'; they may depend on q, q.dot and t only"));
   }
 }
 
@@ -58,19 +64,24 @@ void check_constraints(const Lagrangian& s) {
   for (Index i = 0; i < s.C.size(); ++i) {
     const Expr c = s.C[i];
     if (!depends_on_any(c, s.q))
-      throw Error(text("constraint C[", i + 1, "] = ", to_text(c), " depends on no coordinate of q; C(q) = 0 has to restrict q"));
+      throw Error(text("constraint C[", i + 1, "] = ", to_text(c),
+                       " depends on no coordinate of q; C(q) = 0 has to restrict q"));
     if (depends_on_any(c, dot(s.q)))
-      throw Error(text("constraint C[", i + 1, "] = ", to_text(c), " contains velocities; only C(q) = 0 has a multiplier of this kind. Write the equations with dae{ … }"));
+      throw Error(text("constraint C[", i + 1, "] = ", to_text(c),
+                       " contains velocities; only C(q) = 0 has a multiplier of this kind. Write the "
+                       "equations with dae{ … }"));
   }
 }
 
-/// Rank of ∂C/∂q: rows that depend on the others are redundant, and their multipliers would not be determined.
+/// Rank of ∂C/∂q: rows that depend on the others are redundant, and their multipliers would not be
+/// determined.
 void check_redundancy(const Lagrangian& s, const MatX& dCdq) {
   if (dae::generic_rank(dCdq) == dCdq.rows()) return;
   for (Index i = 1; i <= dCdq.rows(); ++i) {
     if (dae::generic_rank(dCdq.topRows(i)) == i) continue;
     throw Error(text("constraint C[", i, "] = ", to_text(s.C[i - 1]),
-                     " is redundant: its gradient depends on those of the constraints before it, so the multipliers would not be determined. Remove it from C"));
+                     " is redundant: its gradient depends on those of the constraints before it, so the "
+                     "multipliers would not be determined. Remove it from C"));
   }
 }
 
@@ -87,8 +98,9 @@ void check_mass(const Lagrangian& s, const MatX& M, const MatX& dCdq) {
   std::vector<std::string> free;
   for (Index i = 0; i < n; ++i)
     if (N.cols() && N.row(i).norm() > 1e-9) free.push_back(to_text(s.q[i]));
-  throw Error(text("the mass matrix is singular", m ? " on the directions the constraints leave free" : "", ": no kinetic energy resists a motion of ",
-                   join(free, ", "), ". Give it a mass in T", m ? ", or constrain it" : "", "; massless coordinates must be determined by constraints"));
+  throw Error(text("the mass matrix is singular", m ? " on the directions the constraints leave free" : "",
+                   ": no kinetic energy resists a motion of ", join(free, ", "), ". Give it a mass in T",
+                   m ? ", or constrain it" : "", "; massless coordinates must be determined by constraints"));
 }
 
 VecX multipliers(const Lagrangian& s) {
@@ -99,7 +111,9 @@ VecX multipliers(const Lagrangian& s) {
   used.insert(used.end(), s.Q.begin(), s.Q.end());
   for (Expr leaf : leaves(used))
     if (symbol_of(leaf).name == s.multipliers || (m > 1 && symbol_of(leaf).vector == s.multipliers))
-      throw Error(text("'", s.multipliers, "' names the multipliers, but the model uses it already; choose another name: multipliers = \"lambda\""));
+      throw Error(text("'", s.multipliers,
+                       "' names the multipliers, but the model uses it already; choose another name: "
+                       "multipliers = \"lambda\""));
   if (m == 1) return VecX::Constant(1, symbol(Kind::variable, s.multipliers));
   return column(symbol_vector(Kind::variable, s.multipliers, m));
 }
@@ -112,13 +126,14 @@ dae::ModelPtr lagrange(const Lagrangian& s) {
   check_constraints(s);
   const Index n = s.q.size();
   if (s.Q.size() && s.Q.size() != n)
-    throw Error(text("Q has ", s.Q.size(), " rows, but there are ", n, " coordinates in q; see generalized_force(q, { {p, F} })"));
+    throw Error(text("Q has ", s.Q.size(), " rows, but there are ", n,
+                     " coordinates in q; see generalized_force(q, { {p, F} })"));
   dae::Mechanics mech;
   mech.q = s.q, mech.T = s.T, mech.V = s.V, mech.C = s.C;
   mech.Q = s.Q.size() ? s.Q : VecX(VecX::Zero(n));
   const VecX v = dot(s.q), a = dot(s.q, 2);
   const Expr L = s.T - s.V;
-  const VecX momentum = gradient_column(L, v);                  // ∂L/∂q′
+  const VecX momentum = gradient_column(L, v);                   // ∂L/∂q′
   mech.M = simplified(jacobian(entries(momentum), entries(v)));  // W = ∂²L/∂q′²
   Substitution at_rest;
   for (Expr leaf : a) at_rest[leaf] = Expr(0);
@@ -173,8 +188,10 @@ std::string describe(const MatrixForm& form) {
   const auto lines = [](const MatX& m) {
     std::vector<std::string> out(1);
     for (char c : matrix_to_text(m))
-      if (c == '\n') out.emplace_back();
-      else out.back() += c;
+      if (c == '\n')
+        out.emplace_back();
+      else
+        out.back() += c;
     if (out.back().empty()) out.pop_back();
     return out;
   };

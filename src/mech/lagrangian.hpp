@@ -8,11 +8,11 @@
 namespace pendula::mech {
 
 struct Lagrangian {
-  VecX q;                     ///< generalised coordinates: variables
-  Expr T;                     ///< kinetic energy, a function of q, q′, t
-  Expr V;                     ///< potential energy
-  VecX C;                     ///< constraints C(q, t) = 0, may be empty
-  VecX Q;                     ///< generalised forces, empty: none
+  VecX q;  ///< generalised coordinates: variables
+  Expr T;  ///< kinetic energy, a function of q, q′, t
+  Expr V;  ///< potential energy
+  VecX C;  ///< constraints C(q, t) = 0, may be empty
+  VecX Q;  ///< generalised forces, empty: none
   std::string multipliers = "z";
   std::string name;
 };
@@ -21,7 +21,8 @@ struct Lagrangian {
 ///
 /// shapes    q ∈ ℝⁿ, C ∈ ℝᵐ, Q ∈ ℝⁿ; W = ∂²T/∂q′² ∈ ℝⁿˣⁿ
 /// requires  W regular on ker ∂C/∂q and ∂C/∂q of full rank, both generically; W itself may be singular
-/// throws    Error: q not made of variables, T without velocities, a constraint without coordinates or redundant, wrong
+/// throws    Error: q not made of variables, T without velocities, a constraint without coordinates or
+/// redundant, wrong
 ///           sizes, a mass matrix singular on ker ∂C/∂q (names the coordinates)
 /// see       exam (60)–(62); Hairer & Wanner, Solving ODEs II, 2nd ed., §VII.1 (1.46)
 dae::ModelPtr lagrange(const Lagrangian& system);

@@ -1,4 +1,5 @@
-// Consistent starts of mechanical index-3 models, against numbers of ERRATA.md 1b and against conditions by hand.
+// Consistent starts of mechanical index-3 models, against numbers of ERRATA.md 1b and against conditions by
+// hand.
 #include <doctest/doctest.h>
 
 #include <cmath>
@@ -20,7 +21,8 @@ struct TwoMasses {
   VecX q = column(symbol_vector(Kind::variable, "q", 6));
   dae::ModelPtr model;
   TwoMasses() {
-    const Expr m = symbol(Kind::parameter, "m"), g = symbol(Kind::parameter, "g"), R = symbol(Kind::parameter, "R"), L = symbol(Kind::parameter, "L");
+    const Expr m = symbol(Kind::parameter, "m"), g = symbol(Kind::parameter, "g"),
+               R = symbol(Kind::parameter, "R"), L = symbol(Kind::parameter, "L");
     mech::Lagrangian s;
     const VecX p1 = q.head(3), d = q.tail(3) - q.head(3), v = dots(q);
     s.q = q;
@@ -32,7 +34,8 @@ struct TwoMasses {
   }
   dae::LeafValues fix(std::array<double, 6> position, std::array<double, 6> velocity) const {
     dae::LeafValues list;
-    for (int i = 0; i < 6; ++i) list.push_back({q[i], position[i]}), list.push_back({derivative_leaf(q[i]), velocity[i]});
+    for (int i = 0; i < 6; ++i)
+      list.push_back({q[i], position[i]}), list.push_back({derivative_leaf(q[i]), velocity[i]});
     return list;
   }
 };
@@ -99,10 +102,13 @@ TEST_CASE("too few fixes: the candidates are listed, unless a guess covers them"
   const TwoMasses s;
   dae::StartRequest request;
   for (int i = 0; i < 6; ++i) request.fix.push_back({s.q[i], exam_position[i]});
-  CHECK(message([&] { dae::init(s.model, request); }).find("4 initial values are neither fixed nor determined") != std::string::npos);
+  CHECK(message([&] {
+          dae::init(s.model, request);
+        }).find("4 initial values are neither fixed nor determined") != std::string::npos);
   for (int i = 0; i < 6; ++i) request.guess.push_back({derivative_leaf(s.q[i]), 0});
   const auto at = dae::init(s.model, request);
-  for (int i = 0; i < 6; ++i) CHECK(std::fabs((*at)(derivative_leaf(s.q[i]))) < 1e-12);  // nearest to the guess: at rest
+  for (int i = 0; i < 6; ++i)
+    CHECK(std::fabs((*at)(derivative_leaf(s.q[i]))) < 1e-12);  // nearest to the guess: at rest
 }
 
 TEST_CASE("a guess is only a starting point: it moves onto the constraint") {
@@ -129,11 +135,16 @@ TEST_CASE("a start serves the first-order form: v means q′") {
 }
 
 TEST_CASE("a parameter without a value and an input without a value are named") {
-  const Expr x = symbol(Kind::variable, "x"), k = symbol(Kind::parameter, "k_without_value"), u = symbol(Kind::input, "u");
+  const Expr x = symbol(Kind::variable, "x"), k = symbol(Kind::parameter, "k_without_value"),
+             u = symbol(Kind::input, "u");
   VecX l(1), r(1);
   l << derivative_leaf(x);
   r << -k * x;
-  CHECK(message([&] { dae::init(dae::make_model({{l, r, ""}}), {}); }).find("'k_without_value' has no value") != std::string::npos);
+  CHECK(message([&] {
+          dae::init(dae::make_model({{l, r, ""}}), {});
+        }).find("'k_without_value' has no value") != std::string::npos);
   r << u - x;
-  CHECK(message([&] { dae::init(dae::make_model({{l, r, ""}}), {}); }).find("input 'u' has no value") != std::string::npos);
+  CHECK(message([&] {
+          dae::init(dae::make_model({{l, r, ""}}), {});
+        }).find("input 'u' has no value") != std::string::npos);
 }

@@ -30,7 +30,8 @@ mech::Lagrangian cart_pendulum() {  // angle from the horizontal (ERRATA, lectur
   const Expr x = var("x"), th = var("theta"), m = param("m"), M = param("M"), L = param("L"), g = param("g");
   mech::Lagrangian s;
   s.q = col({x, th});
-  s.T = (m + M) * dot(x) * dot(x) / 2 + M * L * L * dot(th) * dot(th) / 2 - L * M * dot(th) * dot(x) * sin(th);
+  s.T =
+      (m + M) * dot(x) * dot(x) / 2 + M * L * L * dot(th) * dot(th) / 2 - L * M * dot(th) * dot(x) * sin(th);
   s.V = M * g * L * sin(th);
   return s;
 }
