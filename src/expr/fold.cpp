@@ -290,7 +290,8 @@ Expr parse_number(const std::string& word) {
   if (i != number.size() || std::labs(exponent) > max_exponent) throw bad();
   mpz_class scale;
   mpz_ui_pow_ui(scale.get_mpz_t(), 10, std::labs(exponent));
-  mpq_class q = exponent < 0 ? mpq_class(mpz_class(digits), scale) : mpq_class(mpz_class(digits) * scale);
+  const mpz_class mantissa(digits, 10);  // base 10: by itself GMP reads "025" as octal
+  mpq_class q = exponent < 0 ? mpq_class(mantissa, scale) : mpq_class(mantissa * scale);
   q.canonicalize();
   return Expr(q);
 }
