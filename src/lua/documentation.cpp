@@ -6,7 +6,6 @@
 #include "base/text.hpp"
 #include "lua/library.hpp"
 #include "lua/objects.hpp"
-#include "lua/state.hpp"
 #include "lua/trampoline.hpp"
 
 namespace pendula::lua {
@@ -42,7 +41,7 @@ void push_strings(lua_State* L, const std::vector<std::string>& strings) {
 int all_rows(lua_State* L) {
   lua_newtable(L);
   lua_Integer n = 0;
-  for (const Module* module : modules()) {
+  for (const Module* module : added_modules(L)) {
     for (const Row& row : module->rows) {
       lua_createtable(L, 0, 7);
       const std::pair<const char*, const char*> fields[] = {

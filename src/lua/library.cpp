@@ -12,7 +12,7 @@ namespace pendula::lua {
 
 namespace {
 
-char environment_key, originals_key, vocabulary_key;
+char environment_key, originals_key, vocabulary_key, modules_key;
 
 void push_registry(lua_State* L, const char* key) { lua_rawgetp(L, LUA_REGISTRYINDEX, key); }
 
@@ -167,6 +167,8 @@ void open_library(lua_State* L) {
   push_copy_of_globals(L);
   lua_rawsetp(L, LUA_REGISTRYINDEX, &originals_key);
   protect_string_methods(L);
+  lua_newtable(L);
+  lua_rawsetp(L, LUA_REGISTRYINDEX, &modules_key);
 
   lua_newtable(L);
   make_strict(L, "pendula", guarded<unknown_entry>);
@@ -254,7 +256,22 @@ void push_named(lua_State* L, const std::string& name) {
   lua_remove(L, -2);
 }
 
+std::vector<const Module*> added_modules(lua_State* L) {
+  std::vector<const Module*> modules;
+  push_registry(L, &modules_key);
+  for (lua_Integer i = 1; lua_rawgeti(L, -1, i) == LUA_TLIGHTUSERDATA; ++i) {
+    modules.push_back(static_cast<const Module*>(lua_touserdata(L, -1)));
+    lua_pop(L, 1);
+  }
+  lua_pop(L, 2);
+  return modules;
+}
+
 void add_module(lua_State* L, const Module& module) {
+  push_registry(L, &modules_key);
+  lua_pushlightuserdata(L, const_cast<Module*>(&module));
+  lua_rawseti(L, -2, static_cast<lua_Integer>(lua_rawlen(L, -2)) + 1);
+  lua_pop(L, 1);
   for (const Row& row : module.rows) {
     push_row(L, row);
     if (row.name[0] == '=') {

@@ -15,8 +15,11 @@ namespace pendula::lua {
 /// libraries.
 void open_library(lua_State* L);
 
-/// Registers all rows of a module.
+/// Registers all rows of a module, which must live as long as the state.
 void add_module(lua_State* L, const Module& module);
+
+/// The modules added so far, in order.
+std::vector<const Module*> added_modules(lua_State* L);
 
 /// Pops a value and gives it the name of a row ("sin", "rk.gauss", "model:plot", "model#energy",
 /// "model:__call").

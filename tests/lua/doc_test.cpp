@@ -1,6 +1,8 @@
 // Every example in the documentation is run, and help answers for everything that is documented.
 #include <doctest/doctest.h>
 
+#include <algorithm>
+
 #include "lua/documentation.hpp"
 #include "lua/library.hpp"
 #include "widgets.hpp"
@@ -28,6 +30,27 @@ TEST_CASE("documentation: help answers for every documented name") {
   lua::run(L, 0, 1);
   CHECK(std::string(lua_tostring(L, -1)) == "");
   lua_close(L);
+}
+
+TEST_CASE("documentation: examples that lie, fail or are missing are found") {
+  static const lua::Module liars = {"liars",
+                                    "Liars",
+                                    {{"one", nullptr, "one()", "One.", "1 + 1", "3"},
+                                     {"two", nullptr, "two()", "Two.", "nothing_here", ""},
+                                     {"three", nullptr, "three()", "Three.", "", ""},
+                                     {"four", nullptr, "", "Four.", "1", "1"},
+                                     {"five.six", nullptr, "five.six()", "Six"}}};
+  lua::Session session;
+  lua::add_module(session.L, liars);
+  const std::vector<std::string> complaints = lua::check_documentation(session.L);
+  const auto found = [&](const char* text) {
+    return std::count(complaints.begin(), complaints.end(), text) == 1;
+  };
+  CHECK(found("one: the example prints\n2\nbut the documentation says\n3"));
+  CHECK(found("two: the example fails: example:1: undefined variable 'nothing_here'."));
+  CHECK(found("three: a function needs an example"));
+  CHECK(found("four: signature and text must not be empty"));
+  CHECK(found("five.six: the text must end with a full stop"));
 }
 
 TEST_CASE("help: unknown names and wrong arguments") {
