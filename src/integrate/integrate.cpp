@@ -1,0 +1,168 @@
+#include "integrate/integrate.hpp"
+
+#include <cmath>
+#include <ctime>
+#include <limits>
+
+#include "base/interrupt.hpp"
+#include "base/text.hpp"
+
+namespace pendula::integrate {
+namespace {
+
+constexpr double most_steps = 1e12;
+constexpr double most_saved = 2.5e8;  // numbers: 2 GB
+
+void check_times(const Plan& plan) {
+  const std::vector<double>& times = *plan.times;
+  if (times.empty()) throw Error("integrate: times is empty; leave it out to save every step");
+  for (std::size_t i = 0; i < times.size(); ++i) {
+    if (!std::isfinite(times[i])) throw Error(text("integrate: times[", i + 1, "] is not a finite number"));
+    if (times[i] < plan.from || times[i] > plan.to) {
+      throw Error(text("integrate: times[", i + 1, "] = ", rounded(times[i]), " lies outside ",
+                       rounded(plan.from), " ≤ t ≤ ", rounded(plan.to)));
+    }
+    if (i > 0 && times[i] <= times[i - 1]) {
+      throw Error(text("integrate: times must increase, but times[", i, "] = ", rounded(times[i - 1]),
+                       " and times[", i + 1, "] = ", rounded(times[i])));
+    }
+  }
+}
+
+void check(const Plan& plan, const Problem& problem) {
+  if (!std::isfinite(plan.from) || !std::isfinite(plan.to))
+    throw Error("integrate: from and to must be finite numbers");
+  if (plan.to <= plan.from) {
+    throw Error(
+        text("integrate: to = ", rounded(plan.to), " must be greater than from = ", rounded(plan.from)));
+  }
+  if (!(plan.dt > 0) || !std::isfinite(plan.dt)) {
+    throw Error(text("integrate: dt = ", rounded(plan.dt),
+                     "; the step must be a positive number, for example dt = 0.01"));
+  }
+  const double steps = (plan.to - plan.from) / plan.dt;
+  if (steps > most_steps || plan.to - plan.dt == plan.to) {
+    throw Error(text("integrate: dt = ", rounded(plan.dt), " is too small for an interval of ",
+                     rounded(plan.to - plan.from)));
+  }
+  if (plan.times) return check_times(plan);
+  const double width = 1 + 2 * problem.n() + problem.m();
+  if (steps * width > most_saved) {
+    throw Error(text("integrate: ", rounded(steps, 3),
+                     " steps are too many to save; give the times to keep, times = ", "linspace(",
+                     rounded(plan.from), ", ", rounded(plan.to), ", 1001), or a larger dt"));
+  }
+}
+
+void check_start(const Point& start, const Problem& problem) {
+  PENDULA_ASSERT(start.x.size() == problem.n(), "a start with a wrong number of states");
+  for (int i = 0; i < problem.n(); ++i)
+    if (!std::isfinite(start.x[i]))
+      throw Error(text("integrate: the start of ", problem.x_name(i), " is not finite"));
+}
+
+/// The number of steps: rounding must not add a step of length 1e-16.
+long count_steps(const Plan& plan) {
+  const double exact = (plan.to - plan.from) / plan.dt;
+  const double nearest = std::round(exact);
+  const double count =
+      std::fabs(exact - nearest) <= 1e-9 * std::max(1.0, nearest) ? nearest : std::ceil(exact);
+  return std::max(1L, static_cast<long>(count));
+}
+
+/// Saves mesh points, or the requested times on the way from one mesh point to the next.
+class Saver {
+ public:
+  Saver(Solution& solution, RungeKutta& engine, const Plan& plan)
+      : solution_(solution),
+        engine_(engine),
+        plan_(plan),
+        rounding_(4 * std::numeric_limits<double>::epsilon() *
+                  std::max(std::fabs(plan.from), std::fabs(plan.to))) {}
+
+  void start(const Point& point) { advance(point, point); }
+
+  void advance(const Point& from, const Point& to) {
+    if (!plan_.times) return solution_.save(to);
+    for (; next_ < plan_.times->size() && (*plan_.times)[next_] <= to.t + rounding_; ++next_) {
+      const double t = (*plan_.times)[next_];
+      if (t >= to.t - rounding_) {
+        between_ = to;
+      } else {
+        engine_.step(from, t - from.t, between_, false);
+      }
+      between_.t = t;  // the time as it was asked for
+      solution_.save(between_);
+    }
+  }
+
+ private:
+  Solution& solution_;
+  RungeKutta& engine_;
+  const Plan& plan_;
+  double rounding_;
+  std::size_t next_ = 0;
+  Point between_;
+};
+
+/// Steps until the end or until something stops them; returns the status.
+std::string run(RungeKutta& engine, Point& here, const Plan& plan, Saver& saver) {
+  const long steps = count_steps(plan);
+  const double last = plan.to - (plan.from + static_cast<double>(steps - 1) * plan.dt);
+  const bool even = std::fabs(last - plan.dt) <= 1e-9 * plan.dt * static_cast<double>(steps);
+  Point next;
+  try {
+    for (long k = 1; k <= steps; ++k) {
+      poll_interrupt();
+      engine.step(here, k < steps || even ? plan.dt : last, next, true);
+      next.t = k < steps ? plan.from + static_cast<double>(k) * plan.dt : plan.to;
+      engine.at_time(next.t);
+      saver.advance(here, next);
+      std::swap(here, next);
+    }
+  } catch (const Interrupted&) {
+    return "interrupted";
+  } catch (const UserFacing& failure) {
+    return text("stopped at t = ", rounded(here.t, 6), ": ", failure.what());
+  }
+  return "finished";
+}
+
+/// An engine and a start with x′ and z. With `direct`, a model whose x′ and z are determined is still treated
+/// as index 1.
+std::shared_ptr<RungeKutta> prepare(const ProblemPtr& problem, const TableauPtr& tableau, Point& start,
+                                    bool direct) {
+  auto engine = std::make_shared<RungeKutta>(problem, tableau);
+  try {
+    engine->settle(start);
+    engine->require_determined(start);
+    return engine;
+  } catch (const Error& error) {
+    if (!direct) throw Error(text("integrate: ", error.what()));
+  } catch (const Failure& failure) {
+    if (!direct)
+      throw Failure(text("integrate: at the start, t = ", rounded(start.t, 6), ": ", failure.what()));
+  }
+  return std::make_shared<RungeKutta>(problem, tableau, true);
+}
+
+}  // namespace
+
+SolutionPtr integrate(ProblemPtr problem, TableauPtr tableau, Point start, const Plan& plan) {
+  check(plan, *problem);
+  check_start(start, *problem);
+  const std::clock_t begin = std::clock();
+  start.t = plan.from;
+  if (start.xdot.size() == 0) start.xdot = Vec::Zero(problem->n());
+  if (start.z.size() == 0) start.z = Vec::Zero(problem->m());
+  const std::shared_ptr<RungeKutta> engine = prepare(problem, tableau, start, plan.direct);
+  auto solution = std::make_shared<Solution>(engine, plan.dt);
+  Saver saver(*solution, *engine, plan);
+  saver.start(start);
+  const std::string status = run(*engine, start, plan, saver);
+  const double seconds = static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC;
+  solution->finish(status, engine->stats(), seconds);
+  return solution;
+}
+
+}  // namespace pendula::integrate

@@ -1,0 +1,92 @@
+#include "integrate/problem.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "base/error.hpp"
+#include "expr/derivative.hpp"
+
+namespace pendula::integrate {
+namespace {
+
+std::string leaf_name(Expr leaf) {
+  const Symbol& s = symbol_of(leaf);
+  std::string name = s.vector.empty() ? s.name : text(s.vector, "[", s.component, "]");
+  for (int k = 0; k < s.order; ++k) name += "′";
+  return name;
+}
+
+}  // namespace
+
+Problem::Problem(dae::FirstOrder model, Vec parameters, std::vector<Input> inputs)
+    : model_(std::move(model)), inputs_(std::move(inputs)) {
+  const std::size_t n = model_.x.size(), m = model_.z.size();
+  PENDULA_ASSERT(model_.xdot.size() == n && model_.F.size() == n + m, "a first-order form with wrong sizes");
+  PENDULA_ASSERT(!model_.is_ode() || model_.f.size() == n, "an explicit form with wrong sizes");
+  if (parameters.size() != static_cast<Eigen::Index>(model_.p.size())) {
+    throw Error(text("integrate: ", parameters.size(), " values for ", model_.p.size(), " parameters"));
+  }
+  for (std::size_t i = 0; i < model_.p.size(); ++i)
+    if (!std::isfinite(parameters[static_cast<Eigen::Index>(i)]))
+      throw Error(text("integrate: the parameter ", leaf_name(model_.p[i]), " is not a finite number"));
+  for (std::size_t i = inputs_.size(); i < model_.u.size(); ++i) {
+    const std::string name = leaf_name(model_.u[i]);
+    throw Error(text("integrate: the input ", name, " has no values; give inputs = { ", name,
+                     " = function(t) … end }"));
+  }
+  arguments_ = {time_symbol()};
+  for (const auto* group : {&model_.x, &model_.xdot, &model_.z, &model_.u, &model_.p})
+    arguments_.insert(arguments_.end(), group->begin(), group->end());
+  values_.assign(arguments_.size(), 0);
+  std::copy(parameters.begin(), parameters.end(), values_.end() - parameters.size());
+
+  F_ = codegen::Kernel(model_.F, arguments_);
+  if (is_ode()) f_ = codegen::Kernel(model_.f, arguments_);
+  const std::span<const Expr> unknowns(arguments_.data() + 1, 2 * n + m);
+  std::vector<Expr> partials;
+  for (const pendula::Entry& entry : sparse_jacobian(model_.F, unknowns)) {
+    pattern_.push_back({entry.row, entry.column});
+    partials.push_back(entry.value);
+  }
+  J_ = codegen::Kernel(partials, arguments_);
+  jacobian_values_.resize(partials.size());
+}
+
+void Problem::place(double t, const double* x, const double* xdot, const double* z) {
+  double* to = values_.data();
+  *to++ = t;
+  to = std::copy_n(x, n(), to);
+  to = std::copy_n(xdot, n(), to);
+  to = std::copy_n(z, m(), to);
+  for (std::size_t i = 0; i < model_.u.size(); ++i, ++to) {
+    *to = inputs_[i](t);
+    if (!std::isfinite(*to))
+      throw Failure(text("the input ", leaf_name(model_.u[i]), " is ", *to, " at t = ", t));
+  }
+}
+
+void Problem::residual(double* F) { F_(values_.data(), F); }
+
+void Problem::rhs(double* f) { f_(values_.data(), f); }
+
+const std::vector<double>& Problem::jacobian() {
+  J_(values_.data(), jacobian_values_.data());
+  return jacobian_values_;
+}
+
+std::string Problem::x_name(int i) const { return leaf_name(model_.x[static_cast<std::size_t>(i)]); }
+
+std::string Problem::xdot_name(int i) const {
+  const Expr leaf = model_.xdot[static_cast<std::size_t>(i)];
+  return symbol_of(leaf).kind == Kind::slot ? x_name(i) + "′" : leaf_name(leaf);
+}
+
+std::string Problem::z_name(int i) const { return leaf_name(model_.z[static_cast<std::size_t>(i)]); }
+
+std::string Problem::equation_name(int row) const {
+  const auto i = static_cast<std::size_t>(row);
+  const bool labelled = i < model_.label.size() && !model_.label[i].empty();
+  return labelled ? model_.label[i] : text("equation ", row + 1);
+}
+
+}  // namespace pendula::integrate

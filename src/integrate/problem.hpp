@@ -1,0 +1,71 @@
+// A model with numbers in it: compiled residual, exact sparse Jacobian, parameter values, input functions.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "base/math.hpp"
+#include "codegen/kernel.hpp"
+#include "dae/first_order.hpp"
+
+namespace pendula::integrate {
+
+/// A point of a trajectory: x ∈ ℝⁿ, x′ ∈ ℝⁿ, z ∈ ℝᵐ.
+struct Point {
+  double t = 0;
+  Vec x, xdot, z;
+};
+
+/// F(t, x, x′, z, u, p) = 0 and, for explicit ODEs, f(t, x, u, p). Evaluation is place() and then any of the
+/// functions. Not for two threads at once: copy the problem.
+class Problem {
+ public:
+  using Input = std::function<double(double)>;
+
+  /// parameters and inputs in the order of model.p and model.u.
+  /// Throws Error on wrong sizes, parameters that are not finite, and equations with leaves that have no
+  /// value.
+  Problem(dae::FirstOrder model, Vec parameters, std::vector<Input> inputs = {});
+
+  const dae::FirstOrder& model() const { return model_; }
+  int n() const { return static_cast<int>(model_.x.size()); }
+  int m() const { return static_cast<int>(model_.z.size()); }
+  bool is_ode() const { return model_.is_ode(); }
+
+  /// Chooses where to evaluate. Arrays of n, n and m numbers. Throws Failure naming an input that is not
+  /// finite at t.
+  void place(double t, const double* x, const double* xdot, const double* z);
+  void residual(double* F);  ///< n + m values
+  void rhs(double* f);       ///< n values; requires is_ode()
+
+  /// ∂F/∂(x, x′, z) at the point: entries with columns 0 … n-1 | n … 2n-1 | 2n … 2n+m-1, sorted by rows.
+  struct Entry {
+    int row, column;
+  };
+  const std::vector<Entry>& pattern() const { return pattern_; }
+  const std::vector<double>& jacobian();
+
+  /// The leaves [t, x, x′, z, u, p], the arguments of every kernel of this problem, and their values at the
+  /// point.
+  const std::vector<Expr>& arguments() const { return arguments_; }
+  const std::vector<double>& values() const { return values_; }
+
+  std::string x_name(int i) const;
+  std::string xdot_name(int i) const;
+  std::string z_name(int i) const;
+  std::string equation_name(int row) const;  ///< the label, or "equation 3"
+
+ private:
+  dae::FirstOrder model_;
+  std::vector<Input> inputs_;
+  std::vector<Expr> arguments_;
+  std::vector<double> values_, jacobian_values_;
+  std::vector<Entry> pattern_;
+  codegen::Kernel F_, f_, J_;
+};
+
+using ProblemPtr = std::shared_ptr<Problem>;
+
+}  // namespace pendula::integrate

@@ -1,0 +1,275 @@
+#include "integrate/tableau.hpp"
+
+#include <cmath>
+#include <functional>
+#include <limits>
+#include <utility>
+
+#include "base/error.hpp"
+#include "base/text.hpp"
+
+namespace pendula::integrate {
+namespace {
+
+constexpr int most_stages = 256;
+
+/// 4/3 where the sum is an exact fraction, else a double.
+std::string sum_text(std::span<const Expr> terms, const Real& value) {
+  Expr sum;
+  for (Expr term : terms) sum += term;
+  const mpq_class* exact = exact_value(sum);
+  return exact ? exact->get_str() : rounded(nearest_double(value), 12);
+}
+
+std::vector<Expr> row(const MatX& A, Eigen::Index i) {
+  std::vector<Expr> result(static_cast<std::size_t>(A.cols()));
+  for (Eigen::Index j = 0; j < A.cols(); ++j) result[static_cast<std::size_t>(j)] = A(i, j);
+  return result;
+}
+
+Real row_sum(const Coefficients& rk, int i) {
+  Real sum(0, rk.bits);
+  for (int j = 0; j < rk.stages(); ++j) sum += rk.A(i, j);
+  return sum;
+}
+
+/// A tolerance that knows about cancellation: unit × the largest sum of absolute values.
+Real slack(const Coefficients& rk, const RealVector& terms) {
+  Real size(1, rk.bits);
+  for (const Real& term : terms) size += abs(term);
+  return Real(size * rk.unit);
+}
+
+}  // namespace
+
+Tableau::Tableau(TableauData data) : data_(std::move(data)) {
+  check_sizes();
+  evaluate_entries();
+  check_sums();
+  round();
+  check_claims();
+}
+
+Tableau::Tableau(TableauData data, Coefficients coefficients)
+    : data_(std::move(data)), coefficients_(std::move(coefficients)) {
+  check_sizes();
+  PENDULA_ASSERT(coefficients_.stages() == data_.b.size(), "coefficients do not fit their tableau");
+  check_sums();
+  round();
+  check_claims();
+}
+
+void Tableau::check_sizes() const {
+  const auto s = data_.A.rows();
+  if (s == 0) throw Error(text(subject(), ": A is empty; it needs one row per stage"));
+  if (data_.A.cols() != s) {
+    throw Error(text(subject(), ": A has ", s, " rows and ", data_.A.cols(), " columns; it must be square"));
+  }
+  if (s > most_stages) throw Error(text(subject(), ": ", s, " stages; the limit is ", most_stages));
+  const auto check = [&](const VecX& v, const char* what) {
+    if (v.size() == s) return;
+    throw Error(text(subject(), ": ", what, " has ", v.size(), v.size() == 1 ? " entry" : " entries",
+                     ", but A has ", s, s == 1 ? " row" : " rows"));
+  };
+  check(data_.b, "b");
+  if (data_.c) check(*data_.c, "c");
+  if (data_.bhat) check(*data_.bhat, "bhat");
+}
+
+void Tableau::evaluate_entries() {
+  const int s = static_cast<int>(data_.A.rows());
+  bool inexact = false;
+  Coefficients& rk = coefficients_;
+  rk.bits = 256;
+  const auto value = [&](Expr e, const auto&... place) {
+    try {
+      return precise_value(e, rk.bits, inexact);
+    } catch (const Error& error) {
+      throw Error(text(subject(), ": ", pendula::text(place...), " is not a number (", error.what(), ")"));
+    }
+  };
+  const auto column = [&](const VecX& v, const char* letter) {
+    RealVector result;
+    for (int i = 0; i < s; ++i) result.push_back(value(v[i], letter, "[", i + 1, "]"));
+    return result;
+  };
+  rk.A = RealMatrix(s, rk.bits);
+  for (int i = 0; i < s; ++i)
+    for (int j = 0; j < s; ++j) rk.A(i, j) = value(data_.A(i, j), "A[", i + 1, "][", j + 1, "]");
+  rk.b = column(data_.b, "b");
+  if (data_.bhat) rk.bhat = column(*data_.bhat, "bhat");
+  if (!data_.c) {
+    data_.c = VecX(s);
+    for (int i = 0; i < s; ++i)
+      for (int j = 0; j < s; ++j) (*data_.c)[i] += data_.A(i, j);
+  }
+  rk.c = column(*data_.c, "c");
+  rk.unit = inexact ? 0x1p-49 : std::ldexp(1.0, -static_cast<int>(rk.bits) / 2);
+}
+
+void Tableau::check_sums() const {
+  const Coefficients& rk = coefficients_;
+  for (int i = 0; i < rk.stages(); ++i) {
+    const Real sum = row_sum(rk, i);
+    RealVector terms;
+    for (int j = 0; j < rk.stages(); ++j) terms.push_back(rk.A(i, j));
+    if (abs(sum - rk.c[i]) <= slack(rk, terms)) continue;
+    const Expr c = (*data_.c)[i];
+    throw Error(text(subject(), ": row ", i + 1, " of A sums to ", sum_text(row(data_.A, i), sum), ", but c[",
+                     i + 1, "] = ", sum_text(std::span(&c, 1), rk.c[i])));
+  }
+  const auto check_weights = [&](const VecX& exact, const RealVector& b, const char* what) {
+    Real sum(0, rk.bits);
+    for (const Real& weight : b) sum += weight;
+    if (abs(sum - 1) <= slack(rk, b)) return;
+    throw Error(text(subject(), ": ", what, " sums to ", sum_text(entries(exact), sum), ", not 1"));
+  };
+  check_weights(data_.b, rk.b, "b");
+  if (data_.bhat) check_weights(*data_.bhat, rk.bhat, "bhat");
+}
+
+void Tableau::check_claims() const {
+  if (data_.order && *data_.order != order()) {
+    throw Error(
+        text(subject(), ": order ", *data_.order, " is claimed, but the order conditions give ", order()));
+  }
+  if (!data_.embedded) return;
+  if (!data_.bhat) throw Error(text(subject(), ": embedded = ", *data_.embedded, " needs the weights bhat"));
+  if (*data_.embedded != embedded_order()) {
+    throw Error(text(subject(), ": embedded order ", *data_.embedded,
+                     " is claimed, but the order conditions give ", embedded_order()));
+  }
+}
+
+void Tableau::round() {
+  const int s = coefficients_.stages();
+  const auto column = [&](const RealVector& v) {
+    Vec result(s);
+    for (int i = 0; i < s; ++i) result[i] = nearest_double(v[i]);
+    return result;
+  };
+  A_.resize(s, s);
+  for (int i = 0; i < s; ++i)
+    for (int j = 0; j < s; ++j) A_(i, j) = nearest_double(coefficients_.A(i, j));
+  b_ = column(coefficients_.b);
+  c_ = column(coefficients_.c);
+  if (data_.bhat) bhat_ = column(coefficients_.bhat);
+}
+
+bool Tableau::is_explicit() const { return A_.triangularView<Eigen::Upper>().toDenseMatrix().isZero(0); }
+
+bool Tableau::is_diagonally_implicit() const {
+  return A_.triangularView<Eigen::StrictlyUpper>().toDenseMatrix().isZero(0) && !is_explicit();
+}
+
+bool Tableau::starts_explicit() const { return c_[0] == 0 && A_.row(0).isZero(0); }
+
+bool Tableau::is_stiffly_accurate() const {
+  const Coefficients& rk = coefficients_;
+  const int last = stages() - 1;
+  for (int j = 0; j <= last; ++j)
+    if (!equal(rk.A(last, j), rk.b[j], rk)) return false;
+  return equal(rk.c[last], Real(1, rk.bits), rk);
+}
+
+bool Tableau::is_symplectic() const {
+  const Coefficients& rk = coefficients_;
+  for (int i = 0; i < stages(); ++i) {
+    for (int j = 0; j <= i; ++j) {
+      const Real left(rk.b[i] * rk.A(i, j) + rk.b[j] * rk.A(j, i)), right(rk.b[i] * rk.b[j]);
+      if (!equal(left, right, rk)) return false;
+    }
+  }
+  return true;
+}
+
+// The adjoint method has a*ᵢⱼ = b_{s+1-j} - a_{s+1-i,s+1-j} and b*ⱼ = b_{s+1-j} (Geometric Integration, Thm
+// V.2.3).
+bool Tableau::is_symmetric() const {
+  const Coefficients& rk = coefficients_;
+  const int last = stages() - 1;
+  for (int i = 0; i <= last; ++i) {
+    if (!equal(rk.b[i], rk.b[last - i], rk)) return false;
+    for (int j = 0; j <= last; ++j)
+      if (!equal(Real(rk.A(i, j) + rk.A(last - i, last - j)), rk.b[j], rk)) return false;
+  }
+  return true;
+}
+
+// R(z) = det(I - z(A - 𝟙bᵀ)) / det(I - zA) (Hairer & Wanner, Solving ODEs II, 2nd ed., Prop. IV.3.2). The
+// coefficient of (-z)^k in det(I - zM) is the k-th elementary symmetric function of M's eigenvalues
+// (Faddeev-LeVerrier).
+double Tableau::stability_at_infinity() const {
+  const Coefficients& rk = coefficients_;
+  const int s = stages();
+  const auto leading = [&](const RealMatrix& M) {
+    RealMatrix power(s, rk.bits);  // becomes M(…(M(M - e₁) + e₂)… )
+    for (int i = 0; i < s; ++i) power(i, i) = 1;
+    std::pair<int, Real> last{0, Real(1, rk.bits)};
+    for (int k = 1; k <= s; ++k) {
+      RealMatrix product(s, rk.bits);
+      Real trace(0, rk.bits), size(0, rk.bits);  // |M||power|: what a rounded trace is compared with
+      for (int i = 0; i < s; ++i)
+        for (int j = 0; j < s; ++j)
+          for (int l = 0; l < s; ++l) {
+            const Real term(M(i, l) * power(l, j));
+            product(i, j) += term;
+            if (i == j) trace += term;
+            size += abs(term);
+          }
+      const bool zero = abs(trace) <= rk.unit * size;
+      Real coefficient(0, rk.bits);
+      if (!zero) coefficient = -trace / k;
+      if (!zero) last = {k, coefficient};
+      for (int i = 0; i < s; ++i) product(i, i) += coefficient;
+      power = product;
+    }
+    return last;
+  };
+  RealMatrix numerator(s, rk.bits);
+  for (int i = 0; i < s; ++i)
+    for (int j = 0; j < s; ++j) numerator(i, j) = rk.A(i, j) - rk.b[j];
+  const auto [degree, top] = leading(numerator);
+  const auto [pole_degree, bottom] = leading(rk.A);
+  if (degree < pole_degree) return 0;
+  const double ratio = nearest_double(Real(top / bottom));
+  return degree == pole_degree ? ratio : std::copysign(std::numeric_limits<double>::infinity(), ratio);
+}
+
+namespace {
+
+using Property = std::pair<std::string, std::function<bool(const Tableau&)>>;
+
+const std::vector<Property>& property_table() {
+  static const std::vector<Property> table = {
+      {"explicit", &Tableau::is_explicit},
+      {"implicit", &Tableau::is_implicit},
+      {"diagonally implicit", &Tableau::is_diagonally_implicit},
+      {"FSAL", &Tableau::is_fsal},
+      {"stiffly accurate", &Tableau::is_stiffly_accurate},
+      {"collocation", &Tableau::is_collocation},
+      {"symplectic", &Tableau::is_symplectic},
+      {"symmetric", &Tableau::is_symmetric},
+  };
+  return table;
+}
+
+}  // namespace
+
+const std::vector<std::string>& Tableau::properties() {
+  static const std::vector<std::string> names = [] {
+    std::vector<std::string> list;
+    for (const Property& property : property_table()) list.push_back(property.first);
+    return list;
+  }();
+  return names;
+}
+
+bool Tableau::is(const std::string& property) const {
+  for (const auto& [name, holds] : property_table())
+    if (name == property) return holds(*this);
+  throw Error(text("unknown property '", property, "'.", did_you_mean(property, properties()),
+                   " Known are: ", join(properties(), ", ")));
+}
+
+}  // namespace pendula::integrate

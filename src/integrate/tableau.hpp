@@ -1,0 +1,97 @@
+// A Butcher tableau is data; everything else about the method is derived from it.
+//
+//     c₁ │ a₁₁ … a₁ₛ
+//     ⋮  │  ⋮     ⋮       Kᵢ = f(x + Δt Σⱼ aᵢⱼ Kⱼ, t + cᵢ Δt),   x₊ = x + Δt Σᵢ bᵢ Kᵢ
+//     cₛ │ aₛ₁ … aₛₛ
+//     ───┼──────────      Hairer, Nørsett & Wanner, Solving ODEs I, 2nd ed., §II.1
+//        │ b₁  … bₛ
+//
+// Entries are exact expressions of numbers (1/3, sqrt(3)/6); the doubles of the engine are the nearest ones.
+// The constructor rejects what the book rejects, and an order that is claimed is proved.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "base/math.hpp"
+#include "expr/matrix.hpp"
+#include "integrate/order.hpp"
+
+namespace pendula::integrate {
+
+struct TableauData {
+  std::string name = "tableau";
+  std::string text;  ///< what it is good for, one line
+  std::string cite;
+  MatX A;                              ///< s × s
+  VecX b;                              ///< s
+  std::optional<VecX> c;               ///< s; row sums of A if absent
+  std::optional<VecX> bhat;            ///< s, the weights of the embedded method
+  std::optional<int> order, embedded;  ///< claims, checked
+};
+
+class Tableau {
+ public:
+  /// Throws Error naming the tableau and the row: sizes, entries that are no numbers, Σⱼ aᵢⱼ ≠ cᵢ, Σ bᵢ ≠ 1,
+  /// an order claimed that the order conditions do not give.
+  explicit Tableau(TableauData data);
+  /// The same with coefficients known to more digits than `data` holds (nodes of high collocation methods).
+  Tableau(TableauData data, Coefficients coefficients);
+
+  const std::string& name() const { return data_.name; }
+  const TableauData& data() const { return data_; }  ///< exact entries; c is always there
+  int stages() const { return static_cast<int>(b_.size()); }
+  const Mat& A() const { return A_; }
+  const Vec& b() const { return b_; }
+  const Vec& c() const { return c_; }
+  const std::optional<Vec>& bhat() const { return bhat_; }
+  const Coefficients& coefficients() const { return coefficients_; }
+
+  int order() const { return algebraic_order(coefficients_, coefficients_.b); }
+  /// The order with bhat in place of b. Requires bhat.
+  int embedded_order() const { return algebraic_order(coefficients_, coefficients_.bhat); }
+  int stage_order() const { return integrate::stage_order(coefficients_); }
+
+  bool is_explicit() const;  ///< strictly lower triangular: one stage after another, nothing to solve
+  bool is_diagonally_implicit() const;  ///< lower triangular with a nonzero diagonal: stage by stage
+  bool is_implicit() const { return !is_explicit(); }
+  /// c₁ = 0 and a first row of zeros: the first stage is x′ at the mesh point.
+  bool starts_explicit() const;
+  /// The last row of A is b and cₛ = 1: the last stage is the new point.
+  bool is_stiffly_accurate() const;
+  /// Both of the above, explicit: the last stage is the first of the next step.
+  bool is_fsal() const { return starts_explicit() && is_stiffly_accurate(); }
+  bool is_collocation() const { return satisfies_collocation(coefficients_); }
+  bool is_symplectic()
+      const;  ///< bᵢaᵢⱼ + bⱼaⱼᵢ = bᵢbⱼ: keeps quadratic invariants (Geometric Integration, §IV.2)
+  bool is_symmetric() const;  ///< a step of -Δt undoes a step of Δt (§V.2)
+  /// R(∞) of x′ = λx, λΔt → ∞: what becomes of stiff components; ±inf for explicit methods.
+  double stability_at_infinity() const;
+
+  /// A property by its name: "explicit", "stiffly accurate", …. Throws Error listing the names.
+  bool is(const std::string& property) const;
+  static const std::vector<std::string>& properties();
+
+  std::string str() const;    ///< drawn, over several lines
+  std::string latex() const;  ///< an array environment
+
+ private:
+  void check_sizes() const;
+  void evaluate_entries();
+  void check_sums() const;
+  void check_claims() const;
+  void round();
+  std::string subject() const { return "tableau '" + data_.name + "'"; }
+
+  TableauData data_;
+  Coefficients coefficients_;
+  Mat A_;
+  Vec b_, c_;
+  std::optional<Vec> bhat_;
+};
+
+using TableauPtr = std::shared_ptr<const Tableau>;
+
+}  // namespace pendula::integrate
