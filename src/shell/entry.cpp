@@ -44,10 +44,12 @@ std::string message(lua_State* L) {
   return result;
 }
 
-/// Lua says "near <eof>" when the text ended too early. "syntax error near <eof>" is different: the last
-/// statement is an expression, and more lines would not mend it.
-bool wants_more(const std::string& error) {
-  return ends_with(error, "near <eof>") && !ends_with(error, "syntax error near <eof>");
+/// Lua says "near <eof>" when the text ended too early. Two such errors more lines would not mend: "syntax
+/// error near <eof>", the last statement is an expression, and a quoted string without its end, unless a
+/// backslash continues it.
+bool wants_more(std::string_view entry, std::string_view error) {
+  if (!ends_with(error, "near <eof>") || ends_with(error, "syntax error near <eof>")) return false;
+  return !contains(error, "unfinished string") || ends_with(entry, "\\") || ends_with(entry, "\\z");
 }
 
 bool begins_statement(std::string_view source) {
@@ -126,6 +128,12 @@ bool continues(std::string_view line) {
                      [&](std::string_view word) { return tokens[0].is(word); });
 }
 
+/// Nothing but white space and comments?
+bool is_blank(std::string_view line) {
+  const auto tokens = tokenize(line);
+  return tokens.empty() || tokens[0].kind == TokenKind::unfinished_comment;
+}
+
 std::vector<std::string> lines_of(const std::string& text) {
   std::vector<std::string> lines;
   std::size_t begin = 0;
@@ -175,12 +183,12 @@ Reading compile(lua_State* L, const std::string& entry) {
   const std::string body(echo_only ? text.substr(1) : std::string_view(entry));
   if (loads(L, "return " + body)) return Reading::complete;
   const std::string as_expression = message(L);
-  if (wants_more(as_expression)) return Reading::incomplete;
+  if (wants_more(entry, as_expression)) return Reading::incomplete;
   std::string error = as_expression;
   if (!echo_only) {
     if (loads(L, globalize(entry))) return Reading::complete;
     const std::string as_statement = message(L);
-    if (wants_more(as_statement)) return Reading::incomplete;
+    if (wants_more(entry, as_statement)) return Reading::incomplete;
     if (const std::string both = return_last(entry); !both.empty()) {
       if (loads(L, both)) return Reading::complete;
       lua_pop(L, 1);
@@ -195,13 +203,15 @@ Reading compile(lua_State* L, const std::string& entry) {
 std::vector<std::string> pieces(lua_State* L, const std::string& entry) {
   std::vector<std::string> result;
   Reading last = Reading::complete;
+  std::size_t number = 0;
   for (const std::string& line : lines_of(entry)) {
+    ++number;
     const bool goes_on = !result.empty() && (last == Reading::incomplete || continues(line));
-    if (!goes_on && trimmed(line).empty()) continue;
+    if (!goes_on && is_blank(line)) continue;
     if (goes_on) {
       result.back() += "\n" + line;
     } else {
-      result.push_back(line);
+      result.push_back(std::string(number - 1, '\n') + line);  // Lua then counts the lines of the whole entry
     }
     last = compile(L, result.back());
     if (last != Reading::incomplete) lua_pop(L, 1);

@@ -2,6 +2,7 @@
 
 #include <unistd.h>
 
+#include <algorithm>
 #include <cstdio>
 
 #include "base/interrupt.hpp"
@@ -58,6 +59,16 @@ std::string help_call(lua_State* L, const std::string& path) {
   return "help \"" + type + separator + names[1] + "\"";
 }
 
+/// Could the parts be typed one by one? Not if a variable has to be closed behind all of them.
+bool all_complete(lua_State* L, const std::vector<std::string>& parts) {
+  const int base = lua_gettop(L);
+  const bool complete = std::all_of(parts.begin(), parts.end(), [&](const std::string& part) {
+    return part.find("<close>") == std::string::npos && compile(L, part) == Reading::complete;
+  });
+  lua_settop(L, base);
+  return complete;
+}
+
 class Session {
  public:
   explicit Session(lua_State* L)
@@ -68,7 +79,7 @@ class Session {
  private:
   void feed(const std::string& text);
   bool command(const std::string& entry);
-  void evaluate_pieces(const std::string& entry);
+  void evaluate_pieces(const std::vector<std::string>& parts);
   bool evaluate(const std::string& entry);
   void report(const std::string& entry);
 
@@ -106,10 +117,13 @@ void Session::feed(const std::string& text) {
   lua_pop(L_, 1);
   pending_.clear();
   reader_->remember(entry);
-  if (reading == Reading::wrong && entry.find('\n') != std::string::npos) {
-    evaluate_pieces(entry);
-  } else {
+  const auto parts = pieces(L_, entry);
+  // A chunk that is more than its pieces runs as a whole: goto, <close>.
+  const bool whole = reading == Reading::complete && !all_complete(L_, parts);
+  if (parts.size() < 2 || whole) {
     evaluate(entry);
+  } else {
+    evaluate_pieces(parts);
   }
 }
 
@@ -128,8 +142,7 @@ bool Session::command(const std::string& entry) {
 }
 
 /// The first error ends it, as if the lines had been typed one by one.
-void Session::evaluate_pieces(const std::string& entry) {
-  const auto parts = pieces(L_, entry);
+void Session::evaluate_pieces(const std::vector<std::string>& parts) {
   for (const auto& part : parts) {
     const Reading reading = compile(L_, part);
     if (reading == Reading::incomplete) {
@@ -146,7 +159,7 @@ bool Session::evaluate(const std::string& entry) {
   const int base = lua_gettop(L_);
   bool good = compile(L_, entry) == Reading::complete && lua::run(L_, 0, LUA_MULTRET);
   if (good && lua_gettop(L_) > base) {
-    luaL_checkstack(L_, 1, "too many values");
+    if (!lua_checkstack(L_, 10)) lua_settop(L_, base + 100);  // a million values: enough is shown
     lua_pushcfunction(L_, echo_values);
     lua_insert(L_, base + 1);
     good = lua::run(L_, lua_gettop(L_) - base - 1, 0);

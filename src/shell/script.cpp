@@ -110,7 +110,8 @@ Status run_source(lua_State* L, std::string source, const std::string& chunk,
     add_hint(L, source);
     return report_error(L);
   }
-  luaL_checkstack(L, static_cast<int>(arguments.size()), "too many arguments");
+  if (!lua_checkstack(L, static_cast<int>(arguments.size()) + 10))
+    return complain("pendula: too many arguments"), failed;
   for (const auto& argument : arguments) lua_pushlstring(L, argument.data(), argument.size());
   return lua::run(L, static_cast<int>(arguments.size()), 0) ? ok : report_error(L);
 }

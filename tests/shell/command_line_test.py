@@ -1,0 +1,183 @@
+# The command line: what runs, what is printed where, which exit status.
+import os
+import pty
+import select
+import signal
+import subprocess
+import sys
+import time
+
+from terminal import PATIENCE, PROGRAM, Suite, check, check_in
+
+
+def run(*words, stdin="", expect=0, **options):
+    """Runs the program; the result has stdout and stderr as text."""
+    result = subprocess.run([PROGRAM, *words], input=stdin, capture_output=True, encoding="utf-8",
+                            timeout=4 * PATIENCE, **options)
+    check(result.returncode, expect, f"pendula {' '.join(words)}: status; {result.stdout}{result.stderr}")
+    return result
+
+
+def write(home, name, text):
+    path = os.path.join(home, name)
+    with open(path, "w", encoding="utf-8", newline="") as file:
+        file.write(text)
+    return path
+
+
+def test_script_and_arguments(terminal, home):
+    path = write(home, "exam.lua", "print(arg[0], arg[1], #arg, ...)\n")
+    check(run(path, "one", "-e", "--help").stdout, f"{path}\tone\t3\tone\t-e\t--help\n")
+    path = write(home, "test", "print 'a script named test'")
+    check(run("./test", cwd=home).stdout, "a script named test\n")
+    check(run("--", "test", cwd=home).stdout, "a script named test\n")
+    check(run("-e", "print(arg[0] == arg[-2], arg[1])").stdout, "false\tnil\n")
+
+
+def test_code(terminal, home):
+    check(run("-e", "x = 1", "-e", "print(x)", "-eprint(x + 1)").stdout, "1\n2\n")
+    path = write(home, "a.lua", "print(x, ...)")
+    check(run("-e", "x = 5", path, "b").stdout, "5\tb\n")
+    check(run("-e", "print 'π'").stdout, "π\n")
+
+
+def test_standard_input(terminal, home):
+    check(run(stdin="local x = 1\nprint(x)").stdout, "1\n")
+    check(run("-", "a", "b", stdin="print(...)").stdout, "a\tb\n")
+    check(run("-", stdin="#!/usr/bin/env pendula\nprint 'shebang'").stdout, "shebang\n")
+    check(run(stdin="").stdout, "")
+
+
+def test_first_error_ends_it_however_it_was_started(terminal, home):
+    broken = "print 'before'\nprint(nil + 1)\nprint 'after'\n"
+    path = write(home, "broken.lua", broken)
+    for words, stdin, place in (([path], "", f"{path}:2:"), (["-"], broken, "stdin:2:"), ([], broken, "stdin:2:"),
+                                (["-e", broken], "", "-e:2:"), (["-e", broken, "-e", "print 'later'"], "", "-e:2:"),
+                                (["-i", path], "", f"{path}:2:")):
+        result = run(*words, stdin=stdin, expect=1)
+        check(result.stdout.startswith("before\n"), True, f"{words}: {result.stdout}")
+        check("after" in result.stdout or "later" in result.stdout, False, f"{words}: {result.stdout}")
+        check_in(place, result.stderr, str(words))
+        check("\033" in result.stderr, False, "colour without a terminal")
+
+
+def test_preamble_and_line_numbers(terminal, home):
+    check(run(write(home, "a.lua", "#!/usr/bin/env pendula\nprint 'ran'")).stdout, "ran\n")
+    check(run(write(home, "b.lua", "\ufeffprint 'mark'")).stdout, "mark\n")
+    check(run(write(home, "c.lua", "print 'dos'\r\n")).stdout, "dos\n")
+    check_in("d.lua:2:", run(write(home, "d.lua", "#!shebang\nerror 'x'"), expect=1).stderr)
+    check_in("e.lua:3: ", run(write(home, "e.lua", "x = 1\n\nif x != 1 then end"), expect=1).stderr)
+    check_in("not equal is written ~=", run(os.path.join(home, "e.lua"), expect=1).stderr)
+
+
+def test_files_that_cannot_be_run(terminal, home):
+    write(home, "exam.lua", "")
+    result = run("exma.lua", expect=1, cwd=home)
+    check_in("cannot read 'exma.lua': No such file or directory. Did you mean 'exam.lua'?", result.stderr)
+    check_in("Is a directory", run(home, expect=1).stderr)
+    path = write(home, "code.luac", "\x1bLua nonsense")
+    check_in("binary", run(path, expect=1).stderr)
+
+
+def test_usage(terminal, home):
+    check(run("--version").stdout.startswith("pendula "), True)
+    check(run("-v").stdout, run("--version").stdout)
+    check_in("usage: pendula", run("--help").stdout)
+    check_in("unknown option '--verison'. Did you mean '--version'?", run("--verison", expect=2).stderr)
+    check_in("unknown option '-x'", run("-x", "a.lua", expect=2).stderr)
+    check_in("option -e needs", run("-e", expect=2).stderr)
+    check_in("'pendula test' needs", run("test", expect=2).stderr)
+    check_in("empty", run("", expect=2).stderr)
+
+
+def test_scripted_tests(terminal, home):
+    good = write(home, "good.lua", "test('sum', function() expect(1 + 1):equals(2) end)")
+    check_in("1 passed, 0 failed", run("test", good).stdout)
+    write(home, "bad.lua", "test('sum', function() expect(1 + 1):equals(3) end)")
+    result = run("test", home, expect=1)
+    check_in("1 passed, 1 failed", result.stdout)
+    check_in("bad.lua:1:", result.stdout + result.stderr)
+
+
+def test_session_without_a_terminal(terminal, home):
+    result = run("-i", stdin="1 + 1\nfor i = 1, 2 do\nprint('i', i)\nend\nerror 'no'\n'alive'")
+    for text in ("> 2\n", "i\t1\ni\t2\n", "> alive\n"):
+        check_in(text, result.stdout)
+    check_in("no\n", result.stderr)
+    check("Pendula" in result.stdout, False, "the banner is for people")
+
+
+def test_exit_from_lua(terminal, home):
+    run("-e", "os.exit(7)", expect=7)
+    run("-e", "os.exit(false)", expect=1)
+    check(run("-e", "io.write 'flushed' os.exit(true)").stdout, "flushed")
+
+
+def interrupted(process):
+    process.send_signal(signal.SIGINT)
+    out, err = process.communicate(timeout=PATIENCE)
+    check(process.returncode, 130, err)
+    check(err.splitlines()[-1:], ["interrupted"], err)
+    return out
+
+
+def test_ctrl_c_ends_a_script(terminal, home):
+    loop = "print 'busy' io.flush() while true do pcall(function() while true do end end) end"
+    path = write(home, "loop.lua", loop)
+    for words in ([path], ["-e", loop]):
+        process = subprocess.Popen([PROGRAM, *words], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+        check(process.stdout.readline(), "busy\n")
+        interrupted(process)
+    process = subprocess.Popen([PROGRAM, "-e", "print 'busy' io.flush() io.read() print 'no'"], text=True,
+                               stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+    check(process.stdout.readline(), "busy\n")
+    check("no" in interrupted(process), False)
+
+
+def test_output_that_goes_nowhere(terminal, home):
+    process = subprocess.Popen([PROGRAM, "-e", "for i = 1, 1e9 do print(i) end"], stdout=subprocess.PIPE,
+                               stderr=subprocess.PIPE, text=True)
+    check(process.stdout.readline(), "1\n")
+    process.stdout.close()
+    check(process.stderr.read(), "", "a broken pipe is quiet")
+    check(process.wait(timeout=PATIENCE) != 0, True)
+    with open("/dev/full", "w") as full:
+        result = subprocess.run([PROGRAM, "-e", "print(1)"], stdout=full, stderr=subprocess.PIPE, text=True)
+    check(result.returncode, 1)
+    check_in("cannot write standard output", result.stderr)
+
+
+def seconds_to_prompt(home):
+    """From fork to the first prompt on a terminal."""
+    start = time.monotonic()
+    pid, terminal = pty.fork()
+    if pid == 0:
+        os.execve(PROGRAM, [PROGRAM], {"HOME": home, "TERM": "xterm", "LC_ALL": "C.UTF-8"})
+    seen = b""
+    while b"> " not in seen and select.select([terminal], [], [], PATIENCE)[0]:
+        seen += os.read(terminal, 4096)
+    took = time.monotonic() - start
+    os.kill(pid, signal.SIGKILL)
+    os.waitpid(pid, 0)
+    os.close(terminal)
+    check(b"> " in seen, True, "no prompt")
+    return took
+
+
+def test_prompt_within_ten_milliseconds(terminal, home):
+    with open(PROGRAM, "rb") as file:
+        sanitized = b"__asan_init" in file.read()
+    # The machine may be busy: the best of many starts is the program's own time.
+    best = seconds_to_prompt(home)
+    for _ in range(0 if sanitized else 300):
+        if best < 0.010:
+            break
+        best = min(best, seconds_to_prompt(home))
+    print(f"prompt after {1000 * best:.1f} ms")
+    check(best < 0.010 or sanitized, True, f"prompt after {1000 * best:.1f} ms")
+
+
+if __name__ == "__main__":
+    names = sys.argv[1:]
+    tests = [value for name, value in list(globals().items()) if name.startswith("test_")]
+    sys.exit(Suite().run([t for t in tests if not names or any(n in t.__name__ for n in names)]))

@@ -1,0 +1,299 @@
+# The interactive session, driven through tmux as a person would.
+import os
+import sys
+
+from terminal import PROGRAM, Suite, check, check_in, quoted
+
+
+def started(terminal, **options):
+    window = terminal(**options)
+    window.wait_prompt("Pendula")
+    return window
+
+
+def test_values_are_echoed(terminal, home):
+    w = started(terminal)
+    w.enter("6 * 7")
+    w.wait("^42$", pattern=True)
+    w.enter("x = 5")
+    w.enter("x, x + 1")
+    w.wait("^5 +6$", pattern=True)
+    w.enter("nil")
+    w.enter("= ans + 10")
+    w.wait("^15$", pattern=True)
+    w.enter("{1, {2}, k = 'a'}")
+    w.wait('{1, {2}, k = "a"}')
+    w.enter("y = 3; y^2")
+    w.wait("^9.0$", pattern=True)
+
+
+def test_local_survives_its_line(terminal, home):
+    w = started(terminal)
+    w.enter("local speed <const> = 12")
+    w.enter("local function twice(v) return 2 * v end")
+    w.enter("twice(speed)")
+    w.wait("^24$", pattern=True)
+
+
+def test_entry_of_several_lines(terminal, home):
+    w = started(terminal)
+    w.enter("for i = 1, 3 do")
+    w.wait("^…$", pattern=True)
+    w.key("Tab")
+    w.enter("print('turn ' .. i)")
+    w.enter("end")
+    w.wait("turn 3")
+    w.enter("1 +")
+    w.enter("99")
+    w.wait("^100$", pattern=True)
+    w.key("Up")
+    w.wait("^> 1 \\+\n99\\Z", pattern=True)
+    w.key("Up")
+    w.wait("^> for i = 1, 3 do\n  print\\('turn ' .. i\\)\nend\\Z", pattern=True)
+    w.key("Enter")
+    w.wait("turn 3[^\\0]*turn 3$", pattern=True)
+
+
+def test_errors_leave_the_session_alive(terminal, home):
+    w = started(terminal)
+    w.enter("error('it broke')")
+    w.wait("^it broke$", pattern=True)
+    w.enter("no_such_thing")
+    w.wait("undefined variable 'no_such_thing'")
+    w.enter("x y")
+    w.wait("end of line expected near 'y'")
+    w.enter("x != 2")
+    w.wait("not equal is written ~=")
+    w.enter("table.unpack({}, 1, 999900)")
+    w.enter("'still ' .. 'here'")
+    w.wait("^still here$", pattern=True)
+
+
+def test_completion(terminal, home):
+    os.makedirs(os.path.join(home, "data"))
+    open(os.path.join(home, "data", "hairdryer.csv"), "w").close()
+    w = started(terminal, command=f"sh -c {quoted('cd; exec ' + quoted(PROGRAM))}")
+    w.enter("wagon = {mass = 1, length = 2, roll = function() return 'rolling' end}")
+    w.type("wag")
+    w.key("Tab")
+    w.type(".")
+    w.key("Tab", "Tab")
+    w.wait("^length +mass +roll$", pattern=True)
+    w.type("ma")
+    w.key("Tab", "Enter")
+    w.wait("^1$", pattern=True)
+    w.type("wagon:")
+    w.key("Tab")
+    w.type("()")
+    w.key("Enter")
+    w.wait("^rolling$", pattern=True)
+    w.type("#'da")
+    w.key("Tab")
+    w.type("hair")
+    w.key("Tab", "Enter")
+    w.wait("^18$", pattern=True)
+    w.type("whi")
+    w.key("Tab")
+    w.wait("^> while$", pattern=True)
+
+
+def test_ctrl_c_at_the_prompt(terminal, home):
+    w = started(terminal)
+    w.type("abandoned = 1")
+    w.wait("> abandoned = 1")
+    w.key("C-c")
+    w.wait_prompt("abandoned = 1^C")
+    w.enter("function unfinished()")
+    w.wait("^…$", pattern=True)
+    w.key("C-c")
+    w.wait_prompt("… ^C")
+    w.enter("rawget(_G, 'abandoned') or 'not there'")
+    w.wait("^not there$", pattern=True)
+    # Not a letter may be lost after it.
+    w.enter("'first' .. 'line'")
+    w.wait("^firstline$", pattern=True)
+
+
+def test_ctrl_c_in_a_lua_loop(terminal, home):
+    w = started(terminal)
+    for turn in (1, 2, 3):
+        w.enter(f"kept = {turn}; print('busy', kept); while true do pcall(error) end")
+        w.wait(f"^busy +{turn}$", pattern=True)
+        w.key("C-c")
+        w.wait_prompt(f"busy    {turn}")
+        check_in("interrupted", w.screen())
+    w.enter("kept * 100")
+    w.wait("^300$", pattern=True)
+
+
+def test_ctrl_c_in_a_long_integration(terminal, home):
+    w = started(terminal)
+    w.enter("x = var 'x'; oscillator = dae { der(x, 2) ~ -x }")
+    w.enter("print 'busy'; oscillator:first_order():integrate "
+            "{ start = {x = 1, [x.dot] = 0}, to = 1e9, dt = 1e-3, method = rk.rk4 }")
+    w.wait("^busy$", pattern=True)
+    w.key("C-c")
+    w.wait_prompt("interrupted")
+    w.enter("'alive'")
+    w.wait("^alive$", pattern=True)
+
+
+def test_ctrl_d(terminal, home):
+    w = started(terminal)
+    w.type("abc")
+    w.wait("> abc")
+    w.key("C-a", "C-d")  # deletes a letter, does not leave
+    w.wait("> bc")
+    w.key("C-c")
+    w.wait_prompt("bc^C")
+    w.enter("f(")
+    w.wait("^…$", pattern=True)
+    w.key("C-d")  # gives up the entry
+    w.wait_prompt("…")
+    w.key("C-d")
+    w.wait("[ended with 0]")
+
+
+def test_exit_and_quit(terminal, home):
+    for word in ("exit", "quit", "quit()"):
+        w = started(terminal)
+        w.enter(word)
+        w.wait("[ended with 0]")
+
+
+def test_history_across_sessions(terminal, home):
+    w = started(terminal)
+    w.enter("function area(r)")
+    w.enter("  return 'r\\\\' .. r  -- a backslash, \"quotes\"")
+    w.enter("end")
+    w.enter("area(2)")
+    w.wait("^r\\\\2$", pattern=True)
+    w.enter("area(2)")
+    w.key("C-d")
+    w.wait("[ended with 0]")
+    path = os.path.join(home, ".local/state/pendula/history")
+    check(open(path).read().count("area(2)"), 1, "the same entry twice in a row is kept once")
+    check(os.stat(path).st_mode & 0o777, 0o600)
+    w = started(terminal)
+    w.key("Up")
+    w.wait("> area(2)")
+    w.key("Up")
+    w.wait("^> function area\\(r\\)\n  return 'r\\\\\\\\' .. r  -- a backslash, \"quotes\"\nend\\Z", pattern=True)
+    w.key("Enter")
+    w.enter("area(7)")
+    w.wait("^r\\\\7$", pattern=True)
+
+
+def test_history_place(terminal, home):
+    state = os.path.join(home, "state")
+    w = started(terminal, XDG_STATE_HOME=state)
+    w.enter("1")
+    w.wait("^1$", pattern=True)
+    check(open(os.path.join(state, "pendula/history")).read(), "1\n")
+
+
+def test_paste(terminal, home):
+    w = started(terminal)
+    w.paste("local a = 1\nfunction f(n)\n\treturn n + a\nend\nf(10)\nb = f(20)\nprint('b is ' .. b)\n")
+    w.wait("print('b is ' .. b)")
+    w.key("Enter")
+    w.wait("^11$", pattern=True)
+    w.wait("^b is 21$", pattern=True)
+    w.key("Up")
+    w.wait("^> local a = 1\nfunction f[^\\0]*print\\('b is ' .. b\\)\\Z", pattern=True)
+    w.key("C-c")
+    w.paste("> c = 5\n> c * 3\n15\n> for i = 7, 8 do\n… print('i', i)\n… end\n")
+    w.wait("… end")
+    w.key("Enter")
+    w.wait("^15\ni +7\ni +8\n", pattern=True)
+
+
+def test_large_paste(terminal, home):
+    w = started(terminal)
+    lines = [f"v{i} = {i}" for i in range(500)]
+    w.paste("\n".join(lines) + "\nprint(v0 + v499, 'all')")
+    w.wait("'all'\\)\\Z", pattern=True)
+    w.key("Enter")
+    w.wait("^499 +all$", pattern=True)
+
+
+def test_question_mark(terminal, home):
+    w = started(terminal)
+    w.enter("apropos?")
+    w.wait("apropos", pattern=True)
+    first = w.screen().split("apropos?", 1)[1]
+    w.key("C-l")
+    w.enter('help "apropos"')
+    w.wait_prompt()
+    check(w.screen().split('help "apropos"', 1)[1].strip(), first.strip())
+
+
+def test_colour_only_for_people_who_want_it(terminal, home):
+    w = started(terminal)
+    w.enter("error 'red'")
+    w.wait("\033[31mred", options=("-e",))
+    for options in ({"NO_COLOR": "1"}, {"command": quoted(PROGRAM) + " --no-color"}, {"TERM": "dumb"}):
+        w = started(terminal, **options)
+        w.enter("error 'plain'")
+        w.wait("^plain$", pattern=True)
+        check("\033" in w.screen("-e"), False, f"escape sequences with {options}")
+
+
+def test_window_size_changes(terminal, home):
+    w = started(terminal)
+    w.tmux("resize-window", "-x", "60", "-y", "20")
+    w.type("'" + "a" * 70 + "' .. 'end'")
+    w.wait("'end'")
+    w.tmux("resize-window", "-x", "90", "-y", "20")
+    w.key("C-a", "C-k")
+    w.wait_prompt()
+    w.enter("1 + 2")
+    w.wait("^3$", pattern=True)
+
+
+def test_suspend_and_resume(terminal, home):
+    w = terminal(command="bash --norc --noprofile", PS1="shell: ")
+    w.wait("shell:")
+    w.enter(quoted(PROGRAM))
+    w.wait_prompt("Pendula")
+    w.type("6 * ")
+    w.wait("> 6 *")
+    w.key("C-z")
+    w.wait("Stopped")
+    w.enter("fg")
+    w.wait("^> 6 \\*\\Z", pattern=True)
+    w.type("7")
+    w.key("Enter")
+    w.wait("^42$", pattern=True)
+
+
+def test_script_then_session(terminal, home):
+    path = os.path.join(home, "model.lua")
+    with open(path, "w") as file:
+        file.write("mass = 4\nlocal hidden = 1\nprint('loaded', ...)\n")
+    w = terminal(command=f"{quoted(PROGRAM)} -i {quoted(path)} red blue")
+    w.wait_prompt("loaded  red     blue")
+    w.enter("mass * 2, arg[2]")
+    w.wait("^8 +blue$", pattern=True)
+    with open(path, "a") as file:
+        file.write("error('half way')\n")
+    w = terminal(command=f"{quoted(PROGRAM)} -i {quoted(path)}")
+    w.wait_prompt("model.lua:4: half way")
+    w.enter("mass")
+    w.wait("^4$", pattern=True)
+    w.key("C-d")
+    w.wait("[ended with 1]")
+
+
+def test_ctrl_c_in_a_script(terminal, home):
+    w = terminal(command=f"{quoted(PROGRAM)} -e {quoted('print(1) while true do end')}")
+    w.wait("^1$", pattern=True)
+    w.key("C-c")
+    w.wait("interrupted")
+    w.wait("[ended with 130]")
+
+
+if __name__ == "__main__":
+    names = sys.argv[1:]
+    tests = [value for name, value in list(globals().items()) if name.startswith("test_")]
+    sys.exit(Suite().run([t for t in tests if not names or any(n in t.__name__ for n in names)]))
