@@ -3,13 +3,25 @@
 
 namespace pendula::lua {
 
+extern const Module expr_module;
+extern const Module functions_module;
+extern const Module matrix_module;
+extern const Module calculus_module;
+extern const Module algebra_module;
 extern const Module dae_module;
 extern const Module mech_module;
+extern const Module plot_module;
 
 const std::vector<const Module*>& modules() {
   static const std::vector<const Module*> list = {
+      &expr_module,
+      &functions_module,
+      &matrix_module,
+      &calculus_module,
+      &algebra_module,
       &mech_module,
       &dae_module,
+      &plot_module,
   };
   return list;
 }

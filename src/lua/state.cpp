@@ -8,6 +8,7 @@
 #include "lua/memory.hpp"
 #include "lua/safe.hpp"
 #include "lua/trampoline.hpp"
+#include "lua/values.hpp"
 
 namespace pendula::lua {
 
@@ -25,6 +26,7 @@ int open_everything(lua_State* L) {
   open_library(L);
   open_documentation(L);
   for (const Module* module : modules()) add_module(L, *module);
+  open_numbers(L);
   include_embedded(L, "init");
   lua_gc(L, LUA_GCRESTART);
   return 0;

@@ -105,6 +105,11 @@ void open_numbers(lua_State* L);
 
 // ── names ──
 
+/// Every symbol a script has declared so far (order 0), in order; for names that an expression does not
+/// contain.
+const std::vector<Expr>& declared_symbols();
+void note_declared(std::span<const Expr> leaves);
+
 /// "x", "x'" or "q3''": a leaf as a user writes it in a string.
 std::string leaf_name(Expr leaf);
 /// Words for an axis: the label if there is one, else the printed expression; " [unit]" where the unit is

@@ -4,6 +4,7 @@
 #include <cstring>
 #include <map>
 #include <unordered_map>
+#include <unordered_set>
 
 #include "base/text.hpp"
 #include "expr/print.hpp"
@@ -43,6 +44,15 @@ std::vector<std::string> names_of(std::span<const Expr> known) {
   return names;
 }
 
+/// All entries of the declared column, also those that are not among the known ones.
+std::vector<Expr> whole_column(const std::vector<Expr>& known, const std::string& name) {
+  std::vector<Expr> all = vector_components(name);
+  const int order = symbol_of(known[0]).order;
+  if (order > 0)
+    for (Expr& leaf : all) leaf = derivative_leaf(leaf, order);
+  return std::find(all.begin(), all.end(), known[0]) == all.end() ? known : all;
+}
+
 std::vector<Expr> leaves_named(const std::string& word, const std::string& what,
                                std::span<const Expr> known) {
   const Name name = split_name(word);
@@ -61,7 +71,7 @@ std::vector<Expr> leaves_named(const std::string& word, const std::string& what,
   std::sort(components.begin(), components.end(),
             [](Expr a, Expr b) { return symbol_of(a).component < symbol_of(b).component; });
   components.erase(std::unique(components.begin(), components.end()), components.end());
-  if (!components.empty()) return components;
+  if (!components.empty()) return whole_column(components, name.base);
   throw Error(text(what, ": unknown symbol '", word, "'.", did_you_mean(word, names_of(known))));
 }
 
@@ -108,6 +118,19 @@ void refuse_repetition(std::vector<SymbolEntry>& entries, const std::string& wha
 }
 
 }  // namespace
+
+static std::vector<Expr>& declarations() {
+  static std::vector<Expr> list;
+  return list;
+}
+
+const std::vector<Expr>& declared_symbols() { return declarations(); }
+
+void note_declared(std::span<const Expr> leaves) {
+  static std::unordered_set<Expr> seen;
+  for (Expr leaf : leaves)
+    if (seen.insert(leaf).second) declarations().push_back(leaf);
+}
 
 std::string leaf_name(Expr leaf) {
   const Symbol& s = symbol_of(leaf);
