@@ -9,6 +9,7 @@
 #include "lua/state.hpp"
 #include "lua/testing.hpp"
 #include "shell/options.hpp"
+#include "shell/reader.hpp"
 #include "shell/repl.hpp"
 #include "shell/script.hpp"
 #include "shell/signals.hpp"
@@ -51,7 +52,8 @@ int dispatch(const Options& options) {
   catch_broken_pipe();
   switch (options.action) {
     case Options::Action::version:
-      std::printf("pendula %s (%s)\n", PENDULA_VERSION, LUA_RELEASE);
+      std::printf("pendula %s (%s%s)\n", PENDULA_VERSION, LUA_RELEASE,
+                  has_line_editing() ? ", with readline" : "");
       return ok;
     case Options::Action::help:
       std::fputs(help_text(), stdout);

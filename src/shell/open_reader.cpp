@@ -5,6 +5,14 @@
 
 namespace pendula::shell {
 
+bool has_line_editing() {
+#ifdef PENDULA_READLINE
+  return true;
+#else
+  return false;
+#endif
+}
+
 std::unique_ptr<Reader> open_reader([[maybe_unused]] Completer completer) {
 #ifdef PENDULA_READLINE
   if (is_terminal(STDIN_FILENO)) return open_readline_reader(std::move(completer));

@@ -44,6 +44,9 @@ class Reader {
 /// typing.
 std::unique_ptr<Reader> open_reader(Completer completer);
 
+/// Was the program built with readline?
+bool has_line_editing();
+
 std::unique_ptr<Reader> open_plain_reader();
 std::unique_ptr<Reader> open_readline_reader(Completer completer);  ///< only with PENDULA_READLINE
 
