@@ -98,6 +98,7 @@ std::optional<Number> Number::power(const Number& a, const mpz_class& n) {
 // ────────────────────────────────────────────────────────────────────────────────────────────────────
 
 void Traits::include(const Traits& part) {
+  if (part.level >= level) degree = part.level > level ? part.degree : std::max(degree, part.degree);
   order = std::max(order, part.order);
   level = std::max(level, part.level);
   depth = std::max(depth, part.depth);
@@ -122,7 +123,14 @@ void NormalForms::collect(Term& term) const {
 Traits NormalForms::traits_of(const Term& term) const {
   Traits t;
   t.tokens = 1;
-  for (const Factor& f : term.factors) t.include(atoms_[f.atom].traits);
+  double degree = 0;
+  for (const Factor& f : term.factors) {
+    const Traits& part = atoms_[f.atom].traits;
+    if (part.level > t.level) degree = 0;
+    if (part.level >= t.level) degree += f.exponent.get_d() * part.degree;
+    t.include(part);
+  }
+  t.degree = degree;
   return t;
 }
 
@@ -161,6 +169,7 @@ AtomId NormalForms::intern(Atom a) {
       return it->second;
   }
   for (SumId s : a.args) a.traits.include(traits(s));
+  if (a.kind != AtomKind::sum) a.traits.degree = a.kind == AtomKind::leaf ? 1 : 0;
   a.traits.depth += 1;
   a.traits.tokens += 1;
   atoms_.push_back(std::move(a));

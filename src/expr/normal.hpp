@@ -13,6 +13,7 @@
 // bounded: beyond the bound a sum stays an atom.
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <unordered_map>
 
@@ -74,6 +75,7 @@ struct Traits {
   int level = -1;  ///< 2 has variables, 1 has inputs or t, 0 has parameters, -1 numbers only
   int depth = 0;
   double tokens = 0;  ///< length when written out as a tree
+  double degree = 0;  ///< in leaves of that level, outside functions: x sin(x) has degree 1, 1/x degree -1
   void include(const Traits& part);
 };
 
@@ -90,7 +92,6 @@ struct Atom {
 /// What decides the place of a term among others, computed once per term.
 struct TermKey {
   Traits traits;
-  mpq_class degree;
   std::vector<Factor> leaves[3];  ///< leaf factors by level, highest derivative first
 };
 
@@ -136,6 +137,7 @@ class NormalForms {
   bool factor_before(const Factor& a, const Factor& b) const;
   std::vector<Factor> ordered_factors(const Term& term) const;
   std::vector<Term> ordered_terms(SumId sum) const;
+  const std::vector<std::uint32_t>& order_of(SumId sum) const;  ///< positions in textbook order
   int compare(AtomId a, AtomId b, int depth = 0) const;
   int compare_sums(SumId a, SumId b, int depth) const;
   int factor_rank(const Factor& f) const;
@@ -153,6 +155,7 @@ class NormalForms {
   SumId form_of_product(Expr e);
   SumId form_of_other(Expr e);
   std::vector<Expr> region(Expr head) const;
+  std::vector<SumId> below(SumId root, const std::function<bool(SumId)>& skip) const;
   bool inside(Expr operand, Role r) const { return role(operand) == r && !memo_.contains(operand); }
   Expr build(AtomId atom, const mpq_class& exponent) const;
   Expr build_term(const Term& term) const;  // without regard to its sign
@@ -162,6 +165,7 @@ class NormalForms {
   double copied_ = 0;  // terms copied so far
   std::unordered_map<Expr, SumId> memo_;
   std::unordered_map<SumId, Expr> built_;
+  mutable std::unordered_map<SumId, std::vector<std::uint32_t>> order_;
   std::vector<Interned> sums_;
   std::vector<Atom> atoms_;
   std::unordered_multimap<std::size_t, SumId> sum_table_;

@@ -1,6 +1,6 @@
 // Textbook order of terms and factors, and the expression of a form. The order depends on structure and on
 // the order of declaration of the symbols, never on the ids of operations.
-#include <cmath>
+#include <numeric>
 
 #include "expr/normal.hpp"
 
@@ -19,22 +19,6 @@ int compare_names(Expr a, Expr b) {
   const Symbol &s = symbol_of(a), &t = symbol_of(b);
   if (s.base != t.base) return three_way(s.base.id(), t.base.id());
   return three_way(s.order, t.order);
-}
-
-/// Only leaves and sums in parentheses count: x sin(x) has degree 1, 1/x degree -1.
-mpq_class degree(const NormalForms& forms, const Term& term, int level, int depth = 0) {
-  mpq_class sum = 0;
-  for (const Factor& f : term.factors) {
-    const Atom& a = forms.atom(f.atom);
-    if (a.traits.level != level) continue;
-    if (a.kind == AtomKind::leaf) sum += f.exponent;
-    if (a.kind != AtomKind::sum || depth > 3) continue;
-    mpq_class highest = 0;
-    for (const Term& t : forms.sum(a.args[0]))
-      highest = std::max(highest, degree(forms, t, level, depth + 1));
-    sum += f.exponent * highest;
-  }
-  return sum;
 }
 
 /// The leaves of the given level, highest derivative first, then by declaration.
@@ -86,17 +70,17 @@ int NormalForms::compare_sums(SumId s, SumId t, int depth) const {
   if (s == t) return 0;
   if (sum(s).size() != sum(t).size()) return three_way(sum(s).size(), sum(t).size());
   if (sum(s).size() > 64) return three_way(s, t);
-  const auto a = ordered_terms(s), b = ordered_terms(t);
-  for (std::size_t i = 0; i < a.size(); ++i) {
-    if (a[i].factors.size() != b[i].factors.size())
-      return three_way(a[i].factors.size(), b[i].factors.size());
-    const auto f = ordered_factors(a[i]), g = ordered_factors(b[i]);
+  const std::vector<std::uint32_t>&order_s = order_of(s), &order_t = order_of(t);
+  for (std::size_t i = 0; i < order_s.size(); ++i) {
+    const Term &a = sum(s)[order_s[i]], &b = sum(t)[order_t[i]];
+    if (a.factors.size() != b.factors.size()) return three_way(a.factors.size(), b.factors.size());
+    const auto f = ordered_factors(a), g = ordered_factors(b);
     for (std::size_t k = 0; k < f.size(); ++k) {
       if (const int c = compare(f[k].atom, g[k].atom, depth + 1)) return c;
       if (f[k].exponent != g[k].exponent) return three_way(g[k].exponent, f[k].exponent);
     }
-    if (a[i].coefficient.value() != b[i].coefficient.value())
-      return three_way(b[i].coefficient.value(), a[i].coefficient.value());
+    if (a.coefficient.value() != b.coefficient.value())
+      return three_way(b.coefficient.value(), a.coefficient.value());
   }
   return three_way(s, t);
 }
@@ -134,8 +118,7 @@ std::vector<Factor> NormalForms::ordered_factors(const Term& term) const {
 }
 
 TermKey NormalForms::key(const Term& t) const {
-  TermKey k{traits_of(t), 0, {}};
-  k.degree = degree(*this, t, k.traits.level);
+  TermKey k{traits_of(t), {}};
   for (int level = 0; level <= 2; ++level) k.leaves[level] = leaves_of(*this, t, level);
   return k;
 }
@@ -143,7 +126,7 @@ TermKey NormalForms::key(const Term& t) const {
 bool NormalForms::term_before(const Term& s, const TermKey& ks, const Term& t, const TermKey& kt) const {
   if (ks.traits.order != kt.traits.order) return ks.traits.order > kt.traits.order;
   if (ks.traits.level != kt.traits.level) return ks.traits.level > kt.traits.level;
-  if (ks.degree != kt.degree) return ks.degree > kt.degree;
+  if (ks.traits.degree != kt.traits.degree) return ks.traits.degree > kt.traits.degree;
   for (int level = 2; level >= 0; --level)
     if (const int c = compare_leaves(*this, ks.leaves[level], kt.leaves[level])) return c < 0;
   if (s.factors.size() != t.factors.size()) return s.factors.size() < t.factors.size();
@@ -155,17 +138,46 @@ bool NormalForms::term_before(const Term& s, const TermKey& ks, const Term& t, c
   return false;
 }
 
+/// Every sum that `root` is made of, operands first.
+std::vector<SumId> NormalForms::below(SumId root, const std::function<bool(SumId)>& skip) const {
+  std::vector<SumId> stack{root}, found;
+  std::unordered_map<SumId, bool> seen{{root, true}};
+  while (!stack.empty()) {
+    const SumId id = stack.back();
+    stack.pop_back();
+    if (skip(id)) continue;
+    found.push_back(id);
+    for (const Term& t : sum(id))
+      for (const Factor& f : t.factors)
+        for (SumId part : atoms_[f.atom].args)
+          if (seen.try_emplace(part, true).second) stack.push_back(part);
+  }
+  std::sort(found.begin(), found.end());  // parts are interned before what they are part of
+  return found;
+}
+
+const std::vector<std::uint32_t>& NormalForms::order_of(SumId root) const {
+  if (const auto it = order_.find(root); it != order_.end()) return it->second;
+  // The sums below come first: a comparison then finds their order ready, and recursion stays shallow.
+  for (SumId id : below(root, [&](SumId s) { return order_.contains(s); })) {
+    const Sum& terms = sum(id);
+    std::vector<std::uint32_t> order(terms.size());
+    std::iota(order.begin(), order.end(), 0u);
+    std::vector<TermKey> keys;
+    if (terms.size() > 1)
+      for (const Term& t : terms) keys.push_back(key(t));
+    std::stable_sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) {
+      return term_before(terms[a], keys[a], terms[b], keys[b]);
+    });
+    order_[id] = std::move(order);
+  }
+  return order_.at(root);
+}
+
 std::vector<Term> NormalForms::ordered_terms(SumId id) const {
-  const Sum& terms = sum(id);
-  if (terms.size() < 2) return terms;
-  std::vector<TermKey> keys;
-  std::vector<std::size_t> order;
-  for (const Term& t : terms) keys.push_back(key(t)), order.push_back(order.size());
-  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
-    return term_before(terms[a], keys[a], terms[b], keys[b]);
-  });
   std::vector<Term> result;
-  for (std::size_t i : order) result.push_back(terms[i]);
+  result.reserve(sum(id).size());
+  for (std::uint32_t i : order_of(id)) result.push_back(sum(id)[i]);
   return result;
 }
 
@@ -199,7 +211,7 @@ Expr NormalForms::build(AtomId id, const mpq_class& exponent) const {
       base = make(a.op, x[0], x[1], x[2]);
     }
   }
-  return pow(base, Expr(exponent));
+  return exponent == mpq_class(1, 2) ? sqrt(base) : pow(base, Expr(exponent));
 }
 
 Expr NormalForms::build_term(const Term& term) const {
@@ -225,21 +237,7 @@ Expr NormalForms::build_term(const Term& term) const {
 }
 
 Expr NormalForms::build(SumId root) {
-  // The sums below have smaller ids: building them in order keeps the recursion one level deep.
-  std::vector<SumId> stack{root}, needed;
-  std::unordered_map<SumId, bool> seen{{root, true}};
-  while (!stack.empty()) {
-    const SumId id = stack.back();
-    stack.pop_back();
-    needed.push_back(id);
-    for (const Term& t : sum(id))
-      for (const Factor& f : t.factors)
-        for (SumId below : atoms_[f.atom].args)
-          if (seen.try_emplace(below, true).second) stack.push_back(below);
-  }
-  std::sort(needed.begin(), needed.end());
-  for (SumId id : needed) {
-    if (built_.contains(id)) continue;
+  for (SumId id : below(root, [&](SumId s) { return built_.contains(s); })) {
     Expr result = 0;
     bool first = true;
     for (const Term& t : ordered_terms(id)) {
