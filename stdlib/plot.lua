@@ -51,34 +51,23 @@ end
 
 -- ── labels ──────────────────────────────────────────────────────────────────────────────────────────────────────────
 
-local function label(expression)
-  local label_of = named "label_of"
-  local text = label_of and label_of(expression) or tostring(expression)
-  return (text:gsub("%s*\n%s*", " "))
-end
-
 local function size(value) return value.rows * value.cols end
 
--- One label for each scalar in an expression or a column of them.
+-- One label for each scalar in an expression or a column of them; figure{} finds the words for an expression.
 local function labels_of(expression, into)
   if object_type(expression) ~= "matrix" then
-    into[#into + 1] = label(expression)
+    into[#into + 1] = object_type(expression) and expression or tostring(expression)
   else
-    for i = 1, size(expression) do into[#into + 1] = label(expression[i]) end
+    for i = 1, size(expression) do labels_of(expression[i], into) end
   end
   return into
-end
-
-local function time_label()
-  return named "t" and label(named "t") or "t"
 end
 
 -- options.labels = "x" or { "x", "y" } spread over the series in the order of their columns.
 local function spread_labels(by, series, options)
   local given = options.labels
   if given == nil then return end
-  if type(given) == "string" then given = { given } end
-  if type(given) ~= "table" then fail(by .. ": option 'labels' must be a list of strings") end
+  if type(given) ~= "table" then given = { given } end
   local at = 1
   for _, each in ipairs(series) do
     each.labels = { unpack(given, at, at + each.count - 1) }
@@ -195,7 +184,7 @@ local function plot_with(by, axes, ...)
   set_styles(by, series, options)
   local description = copy_options({ by = by, series = series, xwhole = bare or nil }, options)
   for key, value in pairs(axes) do description[key] = value end
-  if along_time and description.xlabel == nil then description.xlabel = time_label() end
+  if along_time and description.xlabel == nil then description.xlabel = named "t" end
   for _, each in ipairs(series) do each.count = nil end
   return figure(description)
 end
@@ -245,8 +234,8 @@ local function add_trajectories(by, series, solution, what)
   for _, point in ipairs(points) do
     local parts = type(point) == "table" and point or { point[1], point[2], point[3] }
     local each = { x = solution(parts[1]), y = solution(parts[2]), z = solution(parts[3]), count = 1 }
-    if #points == 1 then axes = { label(parts[1]), label(parts[2]), label(parts[3]) }
-    else each.labels = { label(point) } end
+    if #points == 1 then axes = labels_of(parts[3], labels_of(parts[2], labels_of(parts[1], {})))
+    else each.labels = { type(point) == "table" and ("point %d"):format(#series + 1) or point } end
     series[#series + 1] = each
   end
   return axes

@@ -53,6 +53,31 @@ double number_with_defaults(lua_State* L, int index, const std::string& what) {
   return evaluate({&e, 1}, values)[0];
 }
 
+/// Words for a label: a string, or an expression, which is called by its label and unit (x: "position [m]").
+std::string words(lua_State* L, int index, const std::string& what) {
+  if (lua_type(L, index) == LUA_TSTRING) {
+    size_t size = 0;
+    const char* bytes = lua_tolstring(L, index, &size);
+    return {bytes, size};
+  }
+  const auto* expression = object_at(L, index, TypeName<Expr>::value);
+  if (expression && *expression) return label_of(*static_cast<const Expr*>(expression->get()));
+  if (!object_at(L, index, TypeName<Matrix>::value))
+    throw Error(text(what, " must be a string or an expression, not ", describe(L, index)));
+  std::string shown = luaL_tolstring(L, index, nullptr);
+  lua_pop(L, 1);
+  for (char& c : shown)
+    if (c == '\n') c = ' ';
+  return shown;
+}
+
+std::string words_option(Call& call, const Options& options, const char* key) {
+  if (!options.has(key)) return "";
+  const std::string found = words(call.L, options.push(key), text("option '", key, "'"));
+  lua_pop(call.L, 1);
+  return found;
+}
+
 /// Reads the fields of a table that describes one series; in Lua:
 /// { x = column, y = matrix [, z = column], labels = {…}, style = "line" } or { points = n×3 matrix, … }.
 class SeriesReader {
@@ -60,7 +85,7 @@ class SeriesReader {
   SeriesReader(lua_State* L, int table, plot::Figure& figure) : L_(L), table_(table), figure_(figure) {}
 
   void read() {
-    if (field("style")) style_ = plot::style_named(word("style"));
+    if (field("style")) style_ = plot::style_named(words(L_, lua_gettop(L_), "style"));
     read_labels();
     if (field("points")) return read_points();
     const Mat x = field("x") ? columns(L_, lua_gettop(L_), "x") : Mat();
@@ -85,17 +110,13 @@ class SeriesReader {
     lua_pop(L_, 1);
     return false;
   }
-  std::string word(const char* what) {
-    if (lua_type(L_, -1) != LUA_TSTRING) throw Error(text(what, " must be a string, not ", describe(L_, -1)));
-    return lua_tostring(L_, -1);
-  }
   void read_labels() {
     if (!field("labels")) return;
     if (!lua_istable(L_, -1)) throw Error(text("labels must be a list of strings, not ", describe(L_, -1)));
     const int list = lua_gettop(L_);
     for (lua_Integer i = 1, n = list_size(L_, list, "labels"); i <= n; ++i) {
       lua_rawgeti(L_, list, i);
-      labels_.push_back(word("a label"));
+      labels_.push_back(words(L_, lua_gettop(L_), "a label"));
       lua_pop(L_, 1);
     }
   }
@@ -152,7 +173,7 @@ void read_axes(Call& call, const Options& o, plot::Figure& f) {
   const char* const labels[] = {"xlabel", "ylabel", "zlabel"};
   const char* const limits[] = {"xlim", "ylim", "zlim"};
   for (size_t a = 0; a < 3; ++a) {
-    f.axes[a].label = o.string(labels[a], "");
+    f.axes[a].label = words_option(call, o, labels[a]);
     if (const auto pair = pair_option(call, o, limits[a]))
       f.axes[a].limits = plot::Range{(*pair)[0], (*pair)[1]};
   }
@@ -176,7 +197,7 @@ plot::Figure read_figure(Call& call) {
                        "ylim",   "zlim",     "xlog",    "ylog",   "xwhole", "ywhole", "yreversed",
                        "view",   "size",     "three_d", "equal",  "legend", "notes",  "by"});
   plot::Figure f;
-  f.title = o.string("title", "");
+  f.title = words_option(call, o, "title");
   f.three_d = o.boolean("three_d", false);
   f.equal = o.boolean("equal", false);
   f.legend = o.boolean("legend", true);

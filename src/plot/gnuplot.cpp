@@ -6,7 +6,6 @@
 
 #include "base/error.hpp"
 #include "base/text.hpp"
-#include "plot/canvas.hpp"
 #include "plot/script.hpp"
 #include "plot/ticks.hpp"
 
@@ -36,15 +35,23 @@ std::string axis_lines(const Figure& f, int a) {
   return out;
 }
 
+/// Where the legend never hides data: above the frame while it fits there, then to the right, long labels
+/// below.
 std::string key_lines(const Figure& f) {
-  if (!has_legend(f)) return "unset key\n";
-  const std::string common = " noenhanced samplen 2.5 spacing 1.15 textcolor '#333333'\n";
-  size_t length = 0;
-  for (const Series& each : f.series) length += 6 + characters(each.label).size();
-  if (length > 80) return "set key outside right top vertical Left reverse" + common;
-  if (f.title.empty()) return "set key above right horizontal Left reverse" + common;
+  const std::string common = " Left reverse noenhanced samplen 2.5 spacing 1.15 textcolor '#333333'\n";
+  switch (legend_place(f)) {
+    case LegendPlace::none:
+      return "unset key\nset rmargin 3\n";
+    case LegendPlace::right:
+      return "set key outside right top vertical" + common;
+    case LegendPlace::below:
+      return "set rmargin 3\nset key below vertical maxcols 1" + common;
+    case LegendPlace::above:
+      break;
+  }
+  if (f.title.empty()) return "set rmargin 3\nset key above right horizontal" + common;
   // Between the title and the frame; gnuplot's own place would be above the title.
-  return "set tmargin 4.8\nset key at graph 1, graph 1.02 right bottom horizontal Left reverse" + common;
+  return "set rmargin 3\nset tmargin 4.8\nset key at graph 1, graph 1.02 right bottom horizontal" + common;
 }
 
 /// "with …" for one series; colour and dashes tell series apart.
@@ -90,8 +97,7 @@ std::string flat_script(const Figure& f) {
       "set grid xtics ytics linetype 1 linewidth 0.6 linecolor rgb '#DDDDDD'\n"
       "set tics out scale 0.6 textcolor rgb '#333333'\n";
   out += axis_lines(f, 0) + axis_lines(f, 1) + key_lines(f) + note_labels(f);
-  out += "set rmargin 3\n";
-  if (!f.notes.empty())
+  if (!f.notes.empty() && legend_place(f) != LegendPlace::below)
     out += text("set bmargin ",
                 (axis_label(f, 0).empty() ? 2.5 : 4.0) + 1.1 * static_cast<double>(f.notes.size()), "\n");
   if (f.equal) out += "set size ratio -1\n";

@@ -1,5 +1,6 @@
 #include "plot/script.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 
@@ -40,6 +41,18 @@ void Block::gap() {
   open_ = false;
 }
 
+LegendPlace legend_place(const Figure& figure) {
+  if (!has_legend(figure)) return LegendPlace::none;
+  size_t length = 0, longest = 0;  // in characters; 80 of them are as wide as the frame
+  for (const Series& s : figure.series) {
+    const size_t own = characters(s.label).size();
+    length += 6 + own;
+    longest = std::max(longest, own);
+  }
+  if (length <= 80) return LegendPlace::above;
+  return longest <= 25 ? LegendPlace::right : LegendPlace::below;
+}
+
 std::string preamble(const Figure& figure, const std::string& format) {
   const int width = figure.size[0] ? figure.size[0] : figure.three_d ? 700 : 800;
   const int height = figure.size[1] ? figure.size[1] : figure.three_d ? 640 : 500;
@@ -56,7 +69,7 @@ std::string preamble(const Figure& figure, const std::string& format) {
                 "in rounded noenhanced font 'DejaVu Sans,11' background '#FFFFFF'\n");
   if (!figure.title.empty()) {
     // With a legend in between, the title stands clear of the frame.
-    const bool legend = !figure.three_d && has_legend(figure);
+    const bool legend = !figure.three_d && legend_place(figure) == LegendPlace::above;
     out += "set title " + quoted(figure.title) + (legend ? " offset 0,1.6" : "") + " font ',16' noenhanced\n";
   }
   return out;

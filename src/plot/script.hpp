@@ -34,6 +34,9 @@ class Block {
   bool any_ = false, open_ = false;
 };
 
+enum class LegendPlace { none, above, right, below };
+LegendPlace legend_place(const Figure& figure);
+
 /// The preamble: terminal with its size, fonts, no interpretation of markup, title.
 std::string preamble(const Figure& figure, const std::string& format);
 

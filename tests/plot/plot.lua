@@ -44,7 +44,7 @@ test("what cannot be drawn is counted or refused", function()
   expect(function() plot(x, y, { style = "lines" }) end):fails "unknown style 'lines'. Did you mean 'line'?"
   expect(function() plot(x, y, { xlim = { 2, 1 } }) end):fails "xlim = {2, 1}: the first limit must be below the second"
   expect(function() plot(x, y, { xlim = 3 }) end):fails "option 'xlim': expected a list, got a number"
-  expect(function() plot(x, y, { title = 3 }) end):fails "option 'title': expected a string, got a number"
+  expect(function() plot(x, y, { title = 3 }) end):fails "option 'title' must be a string or an expression, not a number"
   expect(function() plot3(x, y) end):fails "plot3: expected x, y, z or sol, p, but there are 2 arguments"
   expect(function() plot3 { surfaces = { 3 } } end):fails "surfaces[1] must be a surface"
   expect(function() plot3(x, y, z, { view = { 100, 0 } }) end):fails "the tilt must lie between 0"
