@@ -44,6 +44,21 @@ end
 
 local function is_solution(value) return object_type(value) == "solution" end
 
+-- A hole would make a shorter list: it is reported.
+local function check_holes(by, list)
+  local last = 0
+  for key in pairs(list) do
+    if math.type(key) ~= "integer" or key < 1 then
+      fail(("%s: a list of expressions has no key '%s'; options are a table of their own"):format(by, tostring(key)))
+    end
+    last = math.max(last, key)
+  end
+  for i = 1, last do
+    if list[i] == nil then fail(("%s: entry %d of the list is nil"):format(by, i)) end
+  end
+  return list
+end
+
 -- Columns inside a list, as in plot(x, {y1, y2}). Constants such as sqrt(2) are numbers, not columns.
 local function is_list_of_columns(value)
   return type(value) == "table" and (type(value[1]) == "table" or object_type(value[1]) == "matrix")
@@ -115,7 +130,7 @@ local function add_pair(by, series, x, y)
 end
 
 local function add_along_solution(by, series, solution, what)
-  for _, expression in ipairs(type(what) == "table" and what or { what }) do
+  for _, expression in ipairs(type(what) == "table" and check_holes(by, what) or { what }) do
     local names = labels_of(expression, {})
     series[#series + 1] = { x = solution.t, y = solution(expression), labels = names, count = #names }
   end
@@ -218,8 +233,9 @@ local function is_point(value) return object_type(value) == "matrix" and size(va
 -- { p1, p2 } are two points, { x, y, z } with three scalars is one.
 local function points_of(by, what)
   if is_point(what) then return { what } end
-  if type(what) == "table" and #what == 3 and not is_point(what[1]) then return { what } end
   if type(what) ~= "table" then fail(by .. ": expected a point with three components, such as p or { x, y, z }") end
+  check_holes(by, what)
+  if #what == 3 and not is_point(what[1]) then return { what } end
   for i = 1, #what do
     if not is_point(what[i]) and not (type(what[i]) == "table" and #what[i] == 3) then
       fail(("%s: entry %d of the list is not a point with three components"):format(by, i))
@@ -244,7 +260,9 @@ end
 local function read_space(by, arguments)
   local series, axes, along = {}, nil, false
   local n = arguments.n
-  if n == 1 then
+  if n == 1 and is_solution(arguments[1]) then
+    fail(by .. ": what is to be drawn of this solution? write plot3(sol, p) with a point p")
+  elseif n == 1 then
     series[1] = { points = check_column(by, "the matrix of points", arguments[1]), count = 1 }
   elseif is_solution(arguments[1]) then
     along = true
