@@ -28,10 +28,20 @@ std::vector<mpq_class> rational_eigenvalues(const MatX& a, std::vector<mpq_class
   return rational::divide_rational_roots(rest, {re.data(), re.data() + re.size()});
 }
 
+/// √q as k √n with n free of small squares.
+Expr square_root(const mpq_class& q) {
+  mpz_class n = q.get_num() * q.get_den(), k = 1;  // √(a/b) = √(a b)/b
+  for (unsigned long p = 2; p < 1000 && mpz_class(p) * p <= n; ++p)
+    while (mpz_divisible_ui_p(n.get_mpz_t(), p * p)) n /= p * p, k *= p;
+  mpq_class factor(k, q.get_den());
+  factor.canonicalize();
+  return Expr(factor) * sqrt(Expr(mpq_class(n)));
+}
+
 /// s² + b s + c = 0
 void add_quadratic(const std::vector<mpq_class>& p, std::vector<Eigenvalue>& values) {
-  const mpq_class b = p[1], discriminant = b * b / 4 - p[2];
-  const Expr centre(mpq_class(-b / 2)), half = sqrt(Expr(mpq_class(abs(discriminant))));
+  const mpq_class discriminant = p[1] * p[1] / 4 - p[2];
+  const Expr centre(mpq_class(-p[1] / 2)), half = square_root(abs(discriminant));
   for (const Expr offset : {-half, half})
     values.push_back(discriminant < 0 ? Eigenvalue{centre, offset} : Eigenvalue{centre + offset, 0});
 }

@@ -6,6 +6,7 @@
 #include "lua/interrupts.hpp"
 #include "lua/objects.hpp"
 #include "lua/trampoline.hpp"
+#include "lua/values.hpp"
 
 namespace pendula::lua {
 
@@ -61,8 +62,9 @@ void Call::wrong(int i, const char* name, const std::string& expected) const {
 }
 
 double Call::number(int i, const char* name) const {
-  if (i > count_ || lua_type(L, i) != LUA_TNUMBER) wrong(i, name, "a number");
-  return lua_tonumber(L, i);
+  if (i <= count_ && lua_type(L, i) == LUA_TNUMBER) return lua_tonumber(L, i);
+  if (const auto value = constant_at(L, i)) return *value;  // 2*pi
+  wrong(i, name, "a number");
 }
 
 double Call::number(int i, const char* name, double fallback) const {

@@ -7,19 +7,10 @@
 #include "base/text.hpp"
 #include "expr/derivative.hpp"
 #include "expr/print.hpp"
+#include "lua/lua_expr_subs.hpp"
 #include "lua/objects.hpp"
 
 namespace pendula::lua {
-
-/// func("g", m): applied to arguments it gives calls with formal partial derivatives.
-struct UnspecifiedFunction {
-  std::string name;
-  int outputs;
-};
-template <>
-struct TypeName<UnspecifiedFunction> {
-  static constexpr const char* value = "func";
-};
 
 namespace {
 
@@ -173,7 +164,7 @@ int apply_func(Call& call) {
   application.partial.assign(application.arguments.size(), 0);
   VecX outputs(f.outputs);
   for (int k = 0; k < f.outputs; ++k) {
-    application.name = f.outputs == 1 ? f.name : f.name + std::to_string(k + 1);
+    application.name = output_name(f, k);
     outputs[k] = pendula::call(application);
   }
   return push_value(call.L, MatX(outputs));

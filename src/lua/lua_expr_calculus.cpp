@@ -1,7 +1,6 @@
 // The `calculus` module: partial derivatives, substitution, rewriting, evaluation, and the text of
 // expressions.
 #include <algorithm>
-#include <map>
 
 #include "base/text.hpp"
 #include "expr/derivative.hpp"
@@ -10,6 +9,7 @@
 #include "expr/rewrite.hpp"
 #include "lua/lua_expr.hpp"
 #include "lua/lua_expr_evaluate.hpp"
+#include "lua/lua_expr_subs.hpp"
 #include "lua/objects.hpp"
 
 namespace pendula::lua {
@@ -64,87 +64,13 @@ int push_implicit_jacobian(Call& call) {
   return push_value(call.L, linalg::implicit_jacobian(entries(r), z, y));
 }
 
-// ── the same to every entry ──
-
-/// f on an expression, on every entry of a matrix or a list, on both sides of an equation.
-template <class F>
-int each(Call& call, const F& f) {
-  if (call.is<Equation>(1)) {
-    Equation equation = call.object<Equation>(1, "equation");
-    equation.lhs = f(equation.lhs);
-    equation.rhs = f(equation.rhs);
-    return push_equation(call.L, std::move(equation));
-  }
-  if (call.is<Matrix>(1) && call.object<Matrix>(1, "e").numeric()) return lua_settop(call.L, 1), 1;
-  return push_value(call.L, f(to_matrix(call.L, 1, "e")));
-}
+// ── rewriting ──
 
 int push_simplified(Call& call) {
   return each(call, [](const MatX& m) { return MatX(m.unaryExpr([](Expr e) { return simplify(e); })); });
 }
 int push_expanded(Call& call) {
   return each(call, [](const MatX& m) { return MatX(m.unaryExpr([](Expr e) { return expand(e); })); });
-}
-
-// ── substitution ──
-
-/// What stands for a symbol of some order stands, differentiated, for its derivatives: {[x] = sin(t)} makes
-/// x′ cos t. A derivative that is itself a key starts anew.
-void add_derivatives(std::span<const Expr> outputs, Substitution& replacements) {
-  std::map<std::uint32_t, std::map<int, Expr>> by_base;  // base leaf -> order -> value
-  for (const auto& [key, value] : replacements)
-    if (key.is_symbol() && (symbol_of(key).kind == Kind::variable || symbol_of(key).kind == Kind::input))
-      by_base[symbol_of(key).base.id()][symbol_of(key).order] = value;
-  for (Expr leaf : leaves(outputs)) {
-    const auto known = by_base.find(symbol_of(leaf).base.id());
-    if (known == by_base.end() || symbol_of(leaf).kind == Kind::time) continue;
-    const int order = symbol_of(leaf).order;
-    auto it = known->second.upper_bound(order);
-    if (it == known->second.begin()) continue;
-    --it;
-    if (it->first < order) replacements.emplace(leaf, total_derivative(it->second, order - it->first));
-  }
-}
-
-void add_replacement(Call& call, std::span<const Expr> known, int key, int value,
-                     Substitution& replacements) {
-  const bool named = lua_type(call.L, key) == LUA_TSTRING;
-  std::vector<Expr> from;
-  if (named) {
-    from = to_leaves(call.L, key, "the table", known);
-  } else {
-    if (lua_type(call.L, key) != LUA_TUSERDATA)
-      throw Error(text("a key of the table must be a symbol, an expression, a column or a name, not ",
-                       describe(call.L, key)));
-    const MatX m = to_matrix(call.L, key, "a key of the table");
-    from.assign(m.data(), m.data() + m.size());
-  }
-  const MatX to = to_matrix(call.L, value, "a value of the table");
-  if (to.size() != static_cast<Eigen::Index>(from.size()))
-    throw Error(text("'", named ? lua_tostring(call.L, key) : to_text(from[0]), "' stands for ", from.size(),
-                     from.size() == 1 ? " entry" : " entries", ", but its value has ", to.size()));
-  for (std::size_t i = 0; i < from.size(); ++i) {
-    const auto [it, made] = replacements.emplace(from[i], to.data()[i]);
-    if (!made) throw Error(text("the table gives '", to_text(from[i]), "' twice"));
-  }
-}
-
-int subs(Call& call) {
-  call.table(2, "table");
-  const auto replace = [&](const MatX& m) {
-    const auto known = leaves(entries(m));
-    Substitution replacements;
-    lua_pushnil(call.L);
-    while (lua_next(call.L, 2) != 0) {
-      const int value = lua_gettop(call.L);
-      add_replacement(call, known, value - 1, value, replacements);
-      lua_settop(call.L, value - 1);
-    }
-    add_derivatives(entries(m), replacements);
-    const auto replaced = substitute(entries(m), replacements);
-    return MatX(Eigen::Map<const MatX>(replaced.data(), m.rows(), m.cols()));
-  };
-  return each(call, replace);
 }
 
 // ── text ──
@@ -224,10 +150,11 @@ const Module calculus_module = {
          "x, y = vars \"x y\"; hessian(x*y, {x, y})(1, 2)", "1"},
         {"diff", diff, "diff(e, x [, n]) -> expression", "The n-th partial derivative by one symbol.",
          "x = var \"x\"; diff(x^3, x, 3)", "6"},
-        {"subs", subs, "subs(e, {[x] = …}) -> expression",
+        {"subs", push_substituted, "subs(e, {[x] = …}) -> expression",
          "Replaces symbols, columns or whole subexpressions, all at once. What stands for x stands, "
          "differentiated, for "
-         "x.dot too, unless x.dot is itself a key: a constant makes it 0.",
+         "x.dot too, unless x.dot is itself a key: a constant makes it 0. For an unspecified function g give "
+         "[g] = function(x) … end.",
          "x = var \"x\"; subs(x.dot + x, {[x] = t^2}) == 2*t + t^2", "true"},
         {"simplify", push_simplified, "simplify(e) -> expression",
          "Like terms and factors collected; the value is kept.",

@@ -6,6 +6,7 @@ namespace pendula::lua {
 extern const Module expr_module;
 extern const Module functions_module;
 extern const Module matrix_module;
+extern const Module entries_module;
 extern const Module calculus_module;
 extern const Module algebra_module;
 extern const Module dae_module;
@@ -17,6 +18,7 @@ const std::vector<const Module*>& modules() {
       &expr_module,
       &functions_module,
       &matrix_module,
+      &entries_module,
       &calculus_module,
       &algebra_module,
       &mech_module,

@@ -3,6 +3,7 @@
 
 #include "base/text.hpp"
 #include "lua/call.hpp"
+#include "lua/values.hpp"
 
 namespace pendula::lua {
 
@@ -62,8 +63,10 @@ bool Options::has(const char* key) const {
 }
 
 double Options::number(const char* key) const {
-  if (push_option(call_->L, index_, key) != LUA_TNUMBER) wrong(key, "a number");
-  const double value = lua_tonumber(call_->L, -1);
+  const bool plain = push_option(call_->L, index_, key) == LUA_TNUMBER;
+  const auto constant = plain ? std::nullopt : constant_at(call_->L, -1);  // 2*pi
+  if (!plain && !constant) wrong(key, "a number");
+  const double value = plain ? lua_tonumber(call_->L, -1) : *constant;
   lua_pop(call_->L, 1);
   return value;
 }

@@ -200,6 +200,11 @@ std::optional<double> number_value(Expr e) {
   return evaluate({&e, 1}, {})[0];
 }
 
+std::optional<double> constant_at(lua_State* L, int index) {
+  const Expr* e = object<Expr>(L, index);
+  return e ? number_value(*e) : std::nullopt;
+}
+
 double to_number(lua_State* L, int index, const std::string& what) {
   if (lua_type(L, index) == LUA_TNUMBER) return lua_tonumber(L, index);
   return number_in(to_expr(L, index, what), what);

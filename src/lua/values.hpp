@@ -52,6 +52,8 @@ bool is_expression(lua_State* L, int index);  ///< expr, number, or number strin
 std::optional<double> number_value(Expr e);
 /// A number, or anything that has one value: "1/3", 2*pi, sqrt(2).
 double to_number(lua_State* L, int index, const std::string& what);
+/// The value if there is an expr without symbols at `index` (2*pi); what Call::number takes besides numbers.
+std::optional<double> constant_at(lua_State* L, int index);
 /// A number, a number string, an expr or a 1×1 matrix.
 Expr to_expr(lua_State* L, int index, const std::string& what);
 /// The number of entries of a list at an absolute index. A hole ("entry 2 of C is nil") and a key that is not
