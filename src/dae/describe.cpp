@@ -14,10 +14,22 @@ using Index = Eigen::Index;
 
 std::string count(std::size_t n, const char* what) { return text(n, " ", what, n == 1 ? "" : "s"); }
 
+/// A column by names; one with a single entry as a multiple of a unit vector: -m g e₃.
+std::string column_text(const VecX& v) {
+  Index only = -1;
+  for (Index i = 0; i < v.size(); ++i)
+    if (!v[i].is_zero()) only = only == -1 ? i : v.size();
+  if (only == -1) return "0";
+  if (only == v.size()) return vector_to_text(v);
+  const std::string factor = to_text(v[only]);
+  const bool sum = factor.find(" + ") != std::string::npos || factor.find(" - ") != std::string::npos;
+  return (v[only].is_one() ? "" : sum ? "(" + factor + ") " : factor + " ") + "e" + subscript(only + 1);
+}
+
 /// A column equation by vector names, if both sides have such a form that is short enough to read.
 std::optional<std::string> vector_equation(const VecX& lhs, const VecX& rhs) {
   constexpr int widest = 100;
-  const std::string left = vector_to_text(lhs), right = vector_to_text(rhs);
+  const std::string left = column_text(lhs), right = column_text(rhs);
   const std::string line = left + " = " + right;
   const bool listed = line.find(", ") != std::string::npos;  // some side is only (a, b, c)
   return listed || display_width(line) > widest ? std::nullopt : std::optional(line);

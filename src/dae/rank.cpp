@@ -3,8 +3,10 @@
 #include <Eigen/QR>
 #include <Eigen/SVD>
 #include <cmath>
+#include <optional>
 #include <random>
 
+#include "dae/modular.hpp"
 #include "expr/derivative.hpp"
 
 namespace pendula::dae {
@@ -50,17 +52,29 @@ int numeric_rank(const Mat& m, double* gap) {
   return rank;
 }
 
-int generic_rank(const MatX& m) {
-  if (m.size() == 0) return 0;
-  int best = 0;
+/// The largest numeric rank at three random points: sees identities between transcendental functions. Nothing
+/// if the entries are not finite at any point tried.
+static std::optional<int> sampled_rank(const MatX& m) {
+  std::optional<int> best;
   for (int attempt = 0, valid = 0; attempt < 12 && valid < 3; ++attempt) {
     const Mat value = evaluate(m, random_point(entries(m), attempt));
     if (!value.allFinite()) continue;
     ++valid;
-    best = std::max(best, numeric_rank(value));
+    best = std::max(best.value_or(0), numeric_rank(value));
     if (best == std::min(m.rows(), m.cols())) break;
   }
   return best;
+}
+
+int generic_rank(const MatX& m) {
+  if (m.size() == 0) return 0;
+  std::vector<Entry> nonzero;
+  for (Eigen::Index i = 0; i < m.rows(); ++i)
+    for (Eigen::Index j = 0; j < m.cols(); ++j)
+      if (!m(i, j).is_zero()) nonzero.push_back({static_cast<int>(i), static_cast<int>(j), m(i, j)});
+  const int exact = modular_rank(nonzero, static_cast<int>(m.rows()), static_cast<int>(m.cols())).rank;
+  constexpr Eigen::Index affordable = 200;  // singular values cost O(n³)
+  return std::max(m.rows(), m.cols()) > affordable ? exact : std::min(exact, sampled_rank(m).value_or(exact));
 }
 
 Mat null_space(const Mat& m) {

@@ -56,6 +56,8 @@ std::string primes(int k) {
   return out;
 }
 
+std::string column_text(const VecX& v) { return v.size() == 1 ? to_text(v[0]) : vector_to_text(v); }
+
 std::string constraint_label(const Model& m, std::size_t residual, int k) {
   const auto [block, row] = m.origin[residual];
   if (m.mechanics && row < m.mechanics->C.size() && block == static_cast<int>(m.blocks.size()) - 1)
@@ -112,7 +114,7 @@ class Differentiation {
     VecX residual = column(std::span(m_.residuals).subspan(first, rows));
     for (Eigen::Index r = 0; r < residual.size(); ++r)  // 0 = C reads better than 0 = -C
       if (m_.blocks[b].lhs[r].is_zero()) residual[r] = m_.blocks[b].rhs[r];
-    trace.push_back(text("(", b + 1, ")  0 = ", vector_to_text(residual),
+    trace.push_back(text("(", b + 1, ")  0 = ", column_text(residual),
                          uniform ? text("   is differentiated ", most == 1   ? "once"
                                                                  : most == 2 ? "twice"
                                                                              : text(most, " times"))
@@ -127,7 +129,7 @@ class Differentiation {
       }
       trace.push_back(text("     ",
                            k == 0 ? "d/dt" : text("d", superscript(k + 1), "/dt", superscript(k + 1)),
-                           ":  0 = ", vector_to_text(residual)));
+                           ":  0 = ", column_text(residual)));
     }
     const std::string note =
         text("(", b + 1, ")", most == 1 ? " differentiated" : text(" differentiated ", most, " times"));
@@ -150,8 +152,8 @@ void describe_substitutions(const Model& m, std::vector<std::string>& lines) {
     const auto known = kinematics(m);
     if (!known.count(solved.derivative)) continue;
     const int block = m.origin[solved.residual].first;
-    const std::string line = text("with (", block + 1, ")  ", vector_to_text(m.blocks[block].lhs), " = ",
-                                  vector_to_text(m.blocks[block].rhs));
+    const std::string line = text("with (", block + 1, ")  ", column_text(m.blocks[block].lhs), " = ",
+                                  column_text(m.blocks[block].rhs));
     if (std::find(lines.begin(), lines.end(), line) == lines.end()) lines.push_back(line);
   }
 }

@@ -3,7 +3,7 @@
 #include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
-#include <set>
+#include <utility>
 
 #include "base/error.hpp"
 #include "base/interrupt.hpp"
@@ -308,13 +308,31 @@ void fill_ledger(Start& at, const System& s, const StartRequest& request, const 
   at.free = static_cast<int>(s.unknowns.size()) - numeric_rank(J.topRows(static_cast<Index>(s.first_fix)));
 }
 
+/// Fixed values exactly as given, and zero where zero satisfies the equations to rounding: least-norm steps
+/// leave 1e-16.
+void clean(const System& s, const StartRequest& request, const Model& model, Vec& w) {
+  const std::vector<char> all(s.rows.size(), 1);
+  constexpr double rounding = 1e-14;
+  const auto try_value = [&](Index j, double value) {
+    const double old = std::exchange(w[j], value);
+    const Vec r = s.residual(w, all);
+    if (!r.allFinite() || scaled(r, s.jacobian(w, all), w).maxCoeff() > rounding) w[j] = old;
+  };
+  for (const auto& [leaf, value] : request.fix)
+    if (const auto j = s.position(resolve(model, leaf))) try_value(*j, value);
+  const double largest = w.size() ? w.cwiseAbs().maxCoeff() : 0;
+  for (Index j = 0; j < w.size(); ++j)
+    if (w[j] != 0 && std::fabs(w[j]) < rounding * 10 * (1 + largest)) try_value(j, 0);
+}
+
 }  // namespace
 
 StartPtr init(const ModelPtr& model, const StartRequest& request) {
   const System s(model, request);
   const std::vector<char> all(s.rows.size(), 1);
-  const Solution solution = solve(s, request, *model, all);
+  Solution solution = solve(s, request, *model, all);
   if (!solution.solved) explain_conflict(s, request, *model, solution);
+  clean(s, request, *model, solution.w);
   const Mat J = s.jacobian(solution.w, all);
   if (const Mat N = undetermined(J, guessed(s, request, *model)); N.cols() > 0) explain_freedom(s, N);
   auto at = std::make_shared<Start>();

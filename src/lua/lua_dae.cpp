@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <cstring>
 
 #include "base/text.hpp"
 
@@ -143,11 +144,23 @@ std::vector<dae::Block> to_blocks(const std::vector<Equation>& equations) {
 }
 
 int make(Call& call) {
+  lua_State* L = call.L;
   call.table(1, "equations");
   dae::ModelOptions options;
-  if (lua_getfield(call.L, 1, "name") == LUA_TSTRING) options.name = lua_tostring(call.L, -1);
-  lua_pop(call.L, 1);
-  return call.push(dae::make_model(to_blocks(to_equations(call.L, 1, "the list of equations")), options));
+  lua_newtable(L);  // the same list without the option `name`
+  const int list = lua_gettop(L);
+  for (lua_pushnil(L); lua_next(L, 1);) {
+    if (lua_type(L, -2) == LUA_TSTRING && std::strcmp(lua_tostring(L, -2), "name") == 0) {
+      if (lua_type(L, -1) != LUA_TSTRING) throw Error(text("name must be a string, got ", describe(L, -1)));
+      options.name = lua_tostring(L, -1);
+      lua_pop(L, 1);
+      continue;
+    }
+    lua_pushvalue(L, -2);
+    lua_insert(L, -2);
+    lua_settable(L, list);
+  }
+  return call.push(dae::make_model(to_blocks(to_equations(L, list, "the list of equations")), options));
 }
 
 int make_semi_explicit(Call& call) {

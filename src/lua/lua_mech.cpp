@@ -100,7 +100,7 @@ const Module mech_module = {
          "d/dt ∂L/∂q′ - ∂L/∂q = Q with L = T - V - zᵀC: the equations W(q) q″ + (∂C/∂q)ᵀ z = rhs, 0 = C(q).",
          "th = var \"theta\"  m, g, l = params \"m g l\"  return lagrange{ q = {th}, T = m*l^2*th.dot^2/2, V "
          "= -m*g*l*cos(th) }.rhs[1]",
-         "-g l m sin(θ)"},
+         "-m g l sin(θ)"},
         {"generalized_force", generalized_force, "generalized_force(q, { {p, F}, … }) -> column",
          "Virtual work: Q = Σ (∂p/∂q)ᵀ F for forces F at points p(q).",
          "th = var \"theta\"  F = param \"F\"  return generalized_force({th}, { {vec{sin(th), -cos(th)}, "

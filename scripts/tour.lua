@@ -1,0 +1,67 @@
+-- A tour of Pendula: five minutes through everything that exists.   pendula scripts/tour.lua
+-- Each step prints what the line above it gives.
+
+print "── 1 Symbols and expressions ──"
+x, y = vars "x y"                       -- unknown functions of time
+m, g, l, k = params "m=1 g=9.81 l=2 k=5"
+e = m*x.dot^2/2 - k*x^2/2
+print(e)
+print(der(e))                           -- the total time derivative
+print(gradient(e, vec{x, y}).T)
+print(expand((x + 1)^3), simplify((x^2 - 1)/(x - 1)), simplify(sin(x)^2 + cos(x)^2))
+print(1/3 + rational "1/6", sqrt(2), 2*pi)      -- exact
+print(evaluate(e, { [x] = 0.5, [x.dot] = 2 }))
+print(e:latex())
+p = var("p", 3)
+print(p.T*p.dot, cross(p, vec{0, 0, 1}).T, norm(p))
+print(jacobian(vec{x*y, sin(x)}, vec{x, y}))
+h = func "h"
+print(diff(h(x, y), x))                 -- a formal partial derivative
+print(ifelse(lt(x, 0), -x, x))
+f = fn({x, y}, x*y + 1)                 -- compiled
+print(f(2, 3))
+
+print "\n── 2 Lagrange mechanics ──"
+th = var "theta"
+pend = lagrange { q = {th}, T = m*l^2*th.dot^2/2, V = -m*g*l*cos(th) }
+print(pend)
+M = param "M"
+s = var "s"
+cart = lagrange { q = {s, th},
+  T = (M + m)*s.dot^2/2 + m*l^2*th.dot^2/2 + m*l*s.dot*th.dot*cos(th), V = -m*g*l*cos(th) }
+print(cart.matrix_form)
+
+print "\n── 3 DAEs ──"
+v, z = var("v", 3), var "z"
+L = param("L", 1)
+ball = dae { der(p) ~ v, m*der(v) ~ -m*g*vec{0, 0, 1} - z*p, 0 ~ (p.T*p - L^2)/2, name = "spherical pendulum" }
+print(ball)
+print(ball:constraints())
+low = ball:reduce "acc"
+print(low:trace())
+at = ball:init { fix = { [p] = {1, 0, 0}, [v] = {0, 1, 0} } }
+print(at:ledger())
+
+print "\n── 4 Tableaus ──"
+print(rk.rk4)
+print(rk.gauss(2))
+mine = tableau [[ 0   |
+                  1/2 | 1/2
+                      | 0   1 ]]
+print("order " .. mine:order())
+
+print "\n── 5 Integration ──"
+sol = low:integrate { start = at, to = 2, method = rk.gauss(3), dt = 0.01 }
+print(sol(vstack(p, v), 2).T)
+print(sol.status)
+print(sol:drift())
+swing = pend:integrate { start = { theta = 2, [th.dot] = 0 }, to = 10, method = rk.gauss(2), dt = 0.02 }
+print(("energy at the start %.6f, after 10 s %.6f"):format(swing(pend.energy, 0), swing(pend.energy, 10)))
+
+print "\n── 6 Plots ──"
+plot(swing, { th, th.dot }, { title = "a pendulum let go at 2 rad" }):show()
+
+print "\n── 7 Errors say what to do ──"
+print(select(2, pcall(function() return ball:integrate { start = at, to = 1, method = rk.rk4, dt = 0.01 } end)))
+print(select(2, pcall(function() return ball:init { fix = { [p] = {2, 0, 0}, [v] = {0, 1, 0} } } end)))
+print(select(2, pcall(function() return if_lese(x) end)))
