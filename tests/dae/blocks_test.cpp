@@ -41,8 +41,8 @@ TEST_CASE("random patterns: the parts cover everything once and are block triang
         covered_columns(b.over.columns.begin(), b.over.columns.end());
     covered_rows.insert(b.under.rows.begin(), b.under.rows.end());
     covered_columns.insert(b.under.columns.begin(), b.under.columns.end());
-    std::set<int> known(b.under.columns.begin(),
-                        b.under.columns.end());  // square rows may use columns of the under part
+    std::set<int> known(b.over.columns.begin(),
+                        b.over.columns.end());  // square rows may use columns of the over-determined part
     for (const Part& part : b.square) {
       CHECK(part.rows.size() == part.columns.size());
       known.insert(part.columns.begin(), part.columns.end());
