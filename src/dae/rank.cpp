@@ -6,7 +6,6 @@
 #include <optional>
 #include <random>
 
-#include "dae/modular.hpp"
 #include "expr/derivative.hpp"
 
 namespace pendula::dae {
@@ -66,15 +65,22 @@ static std::optional<int> sampled_rank(const MatX& m) {
   return best;
 }
 
+ModularRank generic_rank(std::span<const Entry> entries, int rows, int columns) {
+  ModularRank exact = modular_rank(entries, rows, columns);
+  constexpr int affordable = 64;  // singular values cost O(n³)
+  if (std::max(rows, columns) > affordable || exact.rank == 0) return exact;
+  MatX m = MatX::Zero(rows, columns);
+  for (const Entry& e : entries) m(e.row, e.column) = e.value;
+  exact.rank = std::min(exact.rank, sampled_rank(m).value_or(exact.rank));
+  return exact;
+}
+
 int generic_rank(const MatX& m) {
-  if (m.size() == 0) return 0;
   std::vector<Entry> nonzero;
   for (Eigen::Index i = 0; i < m.rows(); ++i)
     for (Eigen::Index j = 0; j < m.cols(); ++j)
       if (!m(i, j).is_zero()) nonzero.push_back({static_cast<int>(i), static_cast<int>(j), m(i, j)});
-  const int exact = modular_rank(nonzero, static_cast<int>(m.rows()), static_cast<int>(m.cols())).rank;
-  constexpr Eigen::Index affordable = 200;  // singular values cost O(n³)
-  return std::max(m.rows(), m.cols()) > affordable ? exact : std::min(exact, sampled_rank(m).value_or(exact));
+  return generic_rank(nonzero, static_cast<int>(m.rows()), static_cast<int>(m.cols())).rank;
 }
 
 Mat null_space(const Mat& m) {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "base/math.hpp"
+#include "dae/modular.hpp"
 #include "expr/matrix.hpp"
 
 namespace pendula::dae {
@@ -14,6 +15,7 @@ std::unordered_map<Expr, double> random_point(std::span<const Expr> outputs, int
 /// a set of measure zero; points where an entry is not finite are skipped. Cost: a few evaluations and one
 /// SVD each.
 int generic_rank(const MatX& m);
+ModularRank generic_rank(std::span<const Entry> entries, int rows, int columns);
 
 /// Numeric rank by SVD after scaling rows and columns to unit size; `gap`, if given, receives σ_r / σ_1.
 int numeric_rank(const Mat& m, double* gap = nullptr);

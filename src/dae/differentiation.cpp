@@ -1,0 +1,110 @@
+#include "dae/differentiation.hpp"
+
+#include <algorithm>
+#include <unordered_set>
+
+#include "base/error.hpp"
+#include "base/text.hpp"
+#include "expr/print.hpp"
+#include "expr/rewrite.hpp"
+
+namespace pendula::dae {
+
+Substitution kinematics(const Model& m) {
+  const auto z = m.algebraic(), top = m.top_derivatives();
+  std::unordered_set<Expr> unknown(z.begin(), z.end());
+  unknown.insert(top.begin(), top.end());
+  Substitution known;
+  for (const Solved& row : solved_rows(m)) {
+    const auto inside = leaves({&row.f, 1});
+    if (std::none_of(inside.begin(), inside.end(), [&](Expr leaf) { return unknown.count(leaf) > 0; }))
+      known[row.derivative] = row.f;
+  }
+  return known;
+}
+
+namespace {
+
+std::string primes(int k) {
+  std::string out;
+  for (int i = 0; i < k; ++i) out += "′";
+  return out;
+}
+
+std::string column_text(const VecX& v) { return v.size() == 1 ? to_text(v[0]) : vector_to_text(v); }
+
+std::string constraint_label(const Model& m, std::size_t residual, int k) {
+  const auto [block, row] = m.origin[residual];
+  if (m.mechanics && row < m.mechanics->C.size() && block == static_cast<int>(m.blocks.size()) - 1)
+    return (m.mechanics->C.size() == 1 ? "C" : "C" + subscript(row + 1)) + primes(k);
+  return m.label(residual) + primes(k);
+}
+
+/// One reduction in progress: differentiates blocks, records constraints and the story.
+class Differentiation {
+ public:
+  Differentiation(const Model& model, const Offsets& o) : m_(model), o_(o), known_(kinematics(model)) {
+    for (Expr leaf : m_.top_derivatives()) top_.insert(leaf);
+    std::size_t first = 0;
+    for (std::size_t b = 0; b < m_.blocks.size(); ++b) {
+      const auto rows = static_cast<std::size_t>(m_.blocks[b].lhs.size());
+      reduce_block(b, first, rows);
+      first += rows;
+    }
+  }
+
+  Differentiated result;
+
+ private:
+  bool substituted(std::size_t i) const {
+    for (Expr leaf : leaves({&m_.residuals[i], 1}))
+      if (known_.count(leaf)) return top_.count(leaf) > 0;
+    return false;
+  }
+
+  int times(std::size_t i) const { return substituted(i) ? 0 : o_.c[i]; }
+
+  void reduce_block(std::size_t b, std::size_t first, std::size_t rows) {
+    int most = 0;
+    bool uniform = true;
+    for (std::size_t r = 0; r < rows; ++r)
+      most = std::max(most, times(first + r)), uniform = uniform && times(first + r) == times(first);
+    if (most == 0) return result.blocks.push_back(m_.blocks[b]);
+    VecX residual = column(std::span(m_.residuals).subspan(first, rows));
+    for (Eigen::Index r = 0; r < residual.size(); ++r)  // 0 = C reads better than 0 = -C
+      if (m_.blocks[b].lhs[r].is_zero()) residual[r] = m_.blocks[b].rhs[r];
+    result.trace.push_back(text("(", b + 1, ")  0 = ", column_text(residual),
+                                uniform ? text("   is differentiated ", most == 1   ? "once"
+                                                                        : most == 2 ? "twice"
+                                                                                    : text(most, " times"))
+                                        : ""));
+    for (int k = 0; k < most; ++k) {
+      for (std::size_t r = 0; r < rows; ++r) {
+        if (k >= times(first + r)) continue;
+        Expr& e = residual[static_cast<Eigen::Index>(r)];
+        result.constraints.push_back(
+            {e, static_cast<int>(b), static_cast<int>(r), k, constraint_label(m_, first + r, k)});
+        e = simplify(substitute(total_derivative(e), known_));
+      }
+      result.trace.push_back(text("     ",
+                                  k == 0 ? "d/dt" : text("d", superscript(k + 1), "/dt", superscript(k + 1)),
+                                  ":  0 = ", column_text(residual)));
+    }
+    const std::string note =
+        text("(", b + 1, ")", most == 1 ? " differentiated" : text(" differentiated ", most, " times"));
+    result.blocks.push_back({VecX::Zero(residual.size()), residual, uniform ? note : ""});
+  }
+
+  const Model& m_;
+  const Offsets& o_;
+  Substitution known_;
+  std::unordered_set<Expr> top_;
+};
+
+}  // namespace
+
+Differentiated differentiate(const Model& model, const Offsets& offsets) {
+  return Differentiation(model, offsets).result;
+}
+
+}  // namespace pendula::dae
