@@ -2,9 +2,6 @@
 
 #include <cmath>
 
-#include "base/error.hpp"
-#include "base/interrupt.hpp"
-
 namespace pendula {
 namespace {
 
@@ -40,13 +37,6 @@ bool factors_less(const std::vector<Factor>& a, const std::vector<Factor>& b) {
                                       [](const Factor& x, const Factor& y) {
                                         return x.atom != y.atom ? x.atom < y.atom : x.exponent < y.exponent;
                                       });
-}
-
-/// n of x^n where n is a whole number that fits comfortably.
-std::optional<long> whole_exponent(Expr power) {
-  const mpq_class* n = exact_value(power.operand(1));
-  if (!n || n->get_den() != 1 || !n->get_num().fits_slong_p() || abs(*n) > 1'000'000) return {};
-  return n->get_num().get_si();
 }
 
 }  // namespace
@@ -122,14 +112,16 @@ void NormalForms::collect(Term& term) const {
 
 Traits NormalForms::traits_of(const Term& term) const {
   Traits t;
-  t.tokens = 1;
+  t.tokens = !term.coefficient.is(1) && !term.coefficient.is(-1);
   double degree = 0;
   for (const Factor& f : term.factors) {
     const Traits& part = atoms_[f.atom].traits;
     if (part.level > t.level) degree = 0;
     if (part.level >= t.level) degree += f.exponent.get_d() * part.degree;
     t.include(part);
+    t.tokens += f.exponent != 1 && f.exponent != -1;
   }
+  t.tokens = std::max(t.tokens, 1.0);
   t.degree = degree;
   return t;
 }
@@ -153,6 +145,7 @@ SumId NormalForms::intern(Sum terms) {
     if (sum(it->second) == merged) return it->second;
   Traits traits;
   for (const Term& t : merged) traits.include(traits_of(t));
+  traits.tokens += merged.empty() ? 1 : static_cast<double>(merged.size() - 1);
   storage_.push_back(std::make_unique<Sum>(std::move(merged)));
   sums_.push_back({storage_.back().get(), traits});
   const auto id = static_cast<SumId>(sums_.size() - 1);
@@ -171,7 +164,7 @@ AtomId NormalForms::intern(Atom a) {
   for (SumId s : a.args) a.traits.include(traits(s));
   if (a.kind != AtomKind::sum) a.traits.degree = a.kind == AtomKind::leaf ? 1 : 0;
   a.traits.depth += 1;
-  a.traits.tokens += 1;
+  a.traits.tokens += a.kind != AtomKind::sum;
   atoms_.push_back(std::move(a));
   const auto id = static_cast<AtomId>(atoms_.size() - 1);
   atom_table_.emplace(h, id);
@@ -221,37 +214,72 @@ SumId NormalForms::scaled(SumId s, const Number& by) {
   return intern(std::move(terms));
 }
 
+Number NormalForms::take_content(Sum& terms) const {
+  const Number c = content(terms);
+  if (!c.is(1))
+    for (Term& t : terms) t.coefficient = t.coefficient * *Number::power(c, -1);
+  return c;
+}
+
 void NormalForms::multiply(Term& term, SumId base, const mpq_class& exponent) {
-  const bool whole = exponent.get_den() == 1;
+  if (exponent.get_den() != 1) return multiply_root(term, base, exponent);
   const Sum& terms = sum(base);
-  if (terms.empty() && exponent > 0) {
-    term.coefficient = 0;
+  const mpz_class& n = exponent.get_num();
+  if (terms.empty()) {
+    term.coefficient = n > 0 ? Number(0) : term.coefficient;
+    if (n < 0) term.factors.push_back({sum_atom(base), exponent});
   } else if (terms.size() == 1) {
-    const Term& t = terms[0];
-    const auto c = whole ? Number::power(t.coefficient, exponent.get_num()) : std::nullopt;
-    const bool atom = t.coefficient.is(1) && t.factors.size() == 1 && t.factors[0].exponent == 1;
-    if (c || atom) {
-      if (c) term.coefficient = term.coefficient * *c;
-      for (const Factor& f : t.factors) term.factors.push_back({f.atom, f.exponent * exponent});
+    const auto c = Number::power(terms[0].coefficient, n);
+    if (c) {
+      term.coefficient = term.coefficient * *c;
+      for (const Factor& f : terms[0].factors) term.factors.push_back({f.atom, f.exponent * exponent});
     } else {
       term.factors.push_back({sum_atom(base), exponent});
     }
   } else {
-    Number c = whole ? content(terms) : Number(1);
-    if (whole && fixed_sign_ && ordered_terms(base)[0].coefficient.sign() < 0) c = -c;
-    const auto outside = Number::power(c, exponent.get_num());
-    if (outside && !c.is(1)) {
-      const Number inverse = *Number::power(c, -1);
-      term.coefficient = term.coefficient * *outside;
-      base = scaled(base, inverse);
+    Sum rest = terms;
+    const Term common = take_common(rest);
+    const auto c = Number::power(common.coefficient, n);
+    if (!c) {
+      term.factors.push_back({sum_atom(base), exponent});
+      return;
     }
-    term.factors.push_back({sum_atom(base), exponent});
+    term.coefficient = term.coefficient * *c;
+    for (const Factor& f : common.factors) term.factors.push_back({f.atom, f.exponent * exponent});
+    term.factors.push_back({sum_atom(intern(std::move(rest))), exponent});
+  }
+}
+
+void NormalForms::multiply_root(Term& term, SumId base, const mpq_class& exponent) {
+  const Sum& terms = sum(base);
+  const bool atom = terms.size() == 1 && terms[0].coefficient.is(1) && terms[0].factors.size() == 1 &&
+                    terms[0].factors[0].exponent == 1;
+  term.factors.push_back({atom ? terms[0].factors[0].atom : sum_atom(base), exponent});
+}
+
+void NormalForms::settle(Term& term) {
+  collect(term);
+  const auto dissolves = [&](const Factor& f) {
+    const Atom& a = atom(f.atom);
+    return a.kind == AtomKind::sum && f.exponent.get_den() == 1 && sum(a.args[0]).size() == 1;
+  };
+  for (auto it = term.factors.begin(); it != term.factors.end(); ++it) {
+    if (!dissolves(*it)) continue;
+    const Factor f = *it;
+    const std::size_t before = term.factors.size();
+    term.factors.erase(it);
+    multiply(term, atom(f.atom).args[0], f.exponent);
+    if (term.factors.size() == before && term.factors.back() == f) return collect(term);  // too large
+    return settle(term);
   }
 }
 
 SumId NormalForms::product(Term term) {
-  if (term.coefficient.sign() == 0) return intern(Sum{});
-  collect(term);
+  settle(term);
+  return term.coefficient.sign() == 0 ? intern(Sum{}) : rewritten_product(std::move(term));
+}
+
+SumId NormalForms::finished_product(Term term) {
   const bool unit = term.coefficient.is(1) || term.coefficient.is(-1);
   if (unit && term.factors.size() == 1 && term.factors[0].exponent == 1) {
     const Atom& a = atom(term.factors[0].atom);
@@ -261,165 +289,6 @@ SumId NormalForms::product(Term term) {
     }
   }
   return intern(Sum{std::move(term)});
-}
-
-// ── from the graph
-// ───────────────────────────────────────────────────────────────────────────────────────────────
-
-NormalForms::Role NormalForms::role(Expr e) {
-  switch (e.op()) {
-    case Op::neg:
-    case Op::add:
-    case Op::sub:
-      return Role::sum;
-    case Op::mul:
-    case Op::div:
-      return Role::product;
-    case Op::pow:
-      return whole_exponent(e) ? Role::product : Role::other;
-    default:
-      return Role::other;
-  }
-}
-
-SumId NormalForms::form(Expr e) {
-  const std::vector<Expr> order = topological({&e, 1});
-  // A head needs a form of its own: the output, and every operand that does not continue the sum or product
-  // above it.
-  std::unordered_map<Expr, bool> head;
-  head[e] = true;
-  for (Expr node : order) {
-    const Role r = role(node);
-    for (Expr operand : node.operands())
-      if (r == Role::other || role(operand) != r) head[operand] = true;
-  }
-  std::size_t count = 0;
-  for (Expr node : order) {
-    if (++count % 256 == 0) poll_interrupt();
-    if (head.contains(node) && !memo_.contains(node)) {
-      const SumId s = form_of_head(node);
-      memo_[node] = s;
-    }
-  }
-  return memo_[e];
-}
-
-SumId NormalForms::form_of_head(Expr e) {
-  switch (role(e)) {
-    case Role::sum:
-      return form_of_sum(e);
-    case Role::product:
-      return form_of_product(e);
-    default:
-      return form_of_other(e);
-  }
-}
-
-/// The nodes of the sum (product) that ends in `head`, operands first, up to nodes that have a form already.
-std::vector<Expr> NormalForms::region(Expr head) const {
-  const Role r = role(head);
-  std::vector<Expr> order;
-  std::unordered_map<Expr, bool> seen{{head, true}};
-  std::vector<std::pair<Expr, std::size_t>> stack{{head, 0}};
-  while (!stack.empty()) {
-    auto& [e, entered] = stack.back();
-    const auto operands = e.operands();
-    if (entered == operands.size()) {
-      order.push_back(e);
-      stack.pop_back();
-      continue;
-    }
-    const Expr operand = operands[entered++];
-    if (inside(operand, r) && seen.try_emplace(operand, true).second) stack.push_back({operand, 0});
-  }
-  return order;
-}
-
-void NormalForms::append(Sum& terms, SumId part, const mpz_class& weight) {
-  const Number w{mpq_class(weight)};
-  const Sum& add = sum(part);
-  copied_ += static_cast<double>(add.size());
-  if (add.size() > 1 && copied_ > copy_limit) {
-    terms.push_back({w, {{sum_atom(part), 1}}});
-    return;
-  }
-  for (const Term& t : add) terms.push_back({t.coefficient * w, t.factors});
-}
-
-SumId NormalForms::form_of_sum(Expr e) {
-  const std::vector<Expr> nodes = region(e);
-  std::unordered_map<Expr, mpz_class> weight;
-  Sum terms;
-  weight[e] = 1;
-  for (auto it = nodes.rbegin(); it != nodes.rend(); ++it) {
-    const mpz_class w = weight[*it];
-    const auto operands = it->operands();
-    for (std::size_t i = 0; i < operands.size(); ++i) {
-      const bool minus = it->op() == Op::neg || (it->op() == Op::sub && i == 1);
-      const mpz_class wi = minus ? mpz_class(-w) : w;
-      if (!inside(operands[i], Role::sum)) {
-        append(terms, memo_.at(operands[i]), wi);
-      } else if (mpz_sizeinbase(wi.get_mpz_t(), 2) > weight_bits) {
-        terms.push_back(
-            {Number(mpq_class(wi)), {{intern(Atom{AtomKind::opaque, Op::add, operands[i], {}, {}}), 1}}});
-      } else {
-        weight[operands[i]] += wi;
-      }
-    }
-    weight.erase(*it);
-  }
-  return intern(std::move(terms));
-}
-
-SumId NormalForms::form_of_product(Expr e) {
-  const std::vector<Expr> nodes = region(e);
-  std::unordered_map<Expr, mpz_class> exponent;
-  std::vector<std::pair<Expr, mpz_class>> bases;
-  exponent[e] = 1;
-  for (auto it = nodes.rbegin(); it != nodes.rend(); ++it) {
-    const mpz_class n = exponent[*it];
-    const auto operands = it->operands();
-    for (std::size_t i = 0; i < operands.size(); ++i) {
-      if (it->op() == Op::pow && i == 1) continue;
-      const mpz_class ni = it->op() == Op::pow             ? mpz_class(n * *whole_exponent(*it))
-                           : it->op() == Op::div && i == 1 ? mpz_class(-n)
-                                                           : n;
-      const bool longer = mpz_sizeinbase(ni.get_mpz_t(), 2) > weight_bits;
-      if (inside(operands[i], Role::product) && !longer) {
-        exponent[operands[i]] += ni;
-      } else {
-        bases.emplace_back(operands[i], ni);
-      }
-    }
-    exponent.erase(*it);
-  }
-  Term term{1, {}};
-  for (const auto& [base, n] : bases) {
-    const auto it = memo_.find(base);
-    const bool undefined =
-        it != memo_.end() && sum(it->second).empty() && n < 0;  // 1/(x - x): leave it alone
-    if (it == memo_.end() || undefined) {
-      term.factors.push_back({intern(Atom{AtomKind::opaque, Op::mul, base, {}, {}}), mpq_class(n)});
-    } else {
-      multiply(term, it->second, mpq_class(n));
-    }
-  }
-  return product(std::move(term));
-}
-
-SumId NormalForms::form_of_other(Expr e) {
-  if (e.is_constant()) return number(Number::of(e));
-  if (e.is_symbol()) return single(leaf_atom(e));
-  std::vector<SumId> args;
-  for (Expr operand : e.operands()) args.push_back(memo_.at(operand));
-  if (e.op() == Op::call) return single(intern(Atom{AtomKind::call, Op::call, e, std::move(args), {}}));
-  if (e.op() != Op::pow) return single(function_atom(e.op(), std::move(args)));
-  if (const mpq_class* q = exact_value(e.operand(1)); q && !sum(args[0]).empty()) {
-    Term term{1, {}};
-    multiply(term, args[0], *q);
-    return product(std::move(term));
-  }
-  return single(power_atom(args[0], args[1]));
 }
 
 }  // namespace pendula

@@ -97,8 +97,8 @@ struct TermKey {
 
 class NormalForms {
  public:
-  /// fixed_sign: x - y and y - x in parentheses become one atom (simplify); otherwise they stay as written.
-  explicit NormalForms(bool fixed_sign = false) : fixed_sign_(fixed_sign) { intern(Sum{}); }
+  NormalForms() { intern(Sum{}); }
+  virtual ~NormalForms() = default;
 
   /// The collected form of e. Cost: linear in the nodes of e, and in the terms copied (bounded).
   SumId form(Expr e);
@@ -118,8 +118,7 @@ class NormalForms {
   SumId single(AtomId atom, const mpq_class& exponent = 1) {
     return intern(Sum{Term{1, {{atom, exponent}}}});
   }
-  /// Multiplies `term` by base^exponent. Requires an integer exponent unless base is one atom to the first
-  /// power.
+  /// Multiplies `term` by base^exponent, constants and common factors taken out where that is possible.
   void multiply(Term& term, SumId base, const mpq_class& exponent);
   /// A product as a sum: ±(a + b) is written out, everything else is one term.
   SumId product(Term term);
@@ -143,6 +142,25 @@ class NormalForms {
   int factor_rank(const Factor& f) const;
   Traits traits_of(const Term& term) const;
 
+ protected:
+  // Where simplify and expand (rewrite_forms.hpp) come in; the printer leaves things as they are.
+  virtual SumId function(Op op, std::vector<SumId> args) {
+    return single(function_atom(op, std::move(args)));
+  }
+  virtual SumId power(SumId base, SumId exponent) { return single(power_atom(base, exponent)); }
+  /// base^exponent for an exponent that is not whole.
+  virtual void multiply_root(Term& term, SumId base, const mpq_class& exponent);
+  /// Takes a common factor out of a sum of several terms; returns it, and leaves the rest in `terms`.
+  virtual Term take_common(Sum& terms) const { return {take_content(terms), {}}; }
+  virtual SumId rewritten_product(Term term) { return finished_product(std::move(term)); }
+  virtual SumId rewritten_sum(SumId sum) { return sum; }
+
+  Number take_content(Sum& terms) const;
+  SumId finished_product(Term term);
+  /// Equal atoms together, sums of one term dissolved.
+  void settle(Term& term);
+  std::vector<SumId> below(SumId root, const std::function<bool(SumId)>& skip) const;
+
  private:
   struct Interned {
     const Sum* terms;
@@ -155,13 +173,11 @@ class NormalForms {
   SumId form_of_product(Expr e);
   SumId form_of_other(Expr e);
   std::vector<Expr> region(Expr head) const;
-  std::vector<SumId> below(SumId root, const std::function<bool(SumId)>& skip) const;
   bool inside(Expr operand, Role r) const { return role(operand) == r && !memo_.contains(operand); }
   Expr build(AtomId atom, const mpq_class& exponent) const;
   Expr build_term(const Term& term) const;  // without regard to its sign
   void append(Sum& terms, SumId part, const mpz_class& weight);
 
-  bool fixed_sign_;
   double copied_ = 0;  // terms copied so far
   std::unordered_map<Expr, SumId> memo_;
   std::unordered_map<SumId, Expr> built_;

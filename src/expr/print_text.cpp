@@ -124,7 +124,7 @@ class Unicode final : public Notation {
       case Op::neg:
         return {"-" + operand(0), Bind::sum};
       default:
-        return call(info(op).name, args);
+        return {info(op).name + list(args).text};
     }
   }
 
