@@ -3,3 +3,4 @@ include "prelude"    -- doc{}
 include "help"       -- help, apropos, examples
 include "testing"    -- test, expect
 include "plot"       -- plot, plot3, semilogy, semilogx, loglog, spy
+include "tableaus/init"  -- rk.euler, rk.rk4, …

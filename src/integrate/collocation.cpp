@@ -134,7 +134,7 @@ Real refine(int s, int kappa, double start, mp_bitcnt_t bits) {
 
 void check_stages(const char* name, long stages) {
   if (stages >= 1 && stages <= most_stages) return;
-  throw Error(text("rk.", name, "(", stages, "): the number of stages must be between 1 and ", most_stages));
+  throw Error(text(name, "(", stages, "): the number of stages must be between 1 and ", most_stages));
 }
 
 Tableau drawn(const char* drawing, const std::string& name, const char* note, const char* cite) {
@@ -148,9 +148,8 @@ Tableau drawn(const char* drawing, const std::string& name, const char* note, co
 }  // namespace
 
 Tableau collocation(std::span<const Expr> nodes) {
-  if (nodes.empty()) throw Error("rk.collocation: needs at least one node: rk.collocation{ \"1/3\", 1 }");
-  if (nodes.size() > most_stages)
-    throw Error(text("rk.collocation: ", nodes.size(), " nodes; the limit is ", most_stages));
+  if (nodes.empty()) throw Error("needs at least one node: rk.collocation{ \"1/3\", 1 }");
+  if (nodes.size() > most_stages) throw Error(text(nodes.size(), " nodes; the limit is ", most_stages));
   const mp_bitcnt_t bits = digits_for(nodes.size());
   bool inexact = false, rational = true;
   RealVector values;
@@ -164,8 +163,7 @@ Tableau collocation(std::span<const Expr> nodes) {
   for (std::size_t i = 0; i < values.size(); ++i)
     for (std::size_t j = 0; j < i; ++j)
       if (nearest_double(values[i]) == nearest_double(values[j]))
-        throw Error(
-            text("rk.collocation: nodes ", j + 1, " and ", i + 1, " are equal; the nodes must be distinct"));
+        throw Error(text("nodes ", j + 1, " and ", i + 1, " are equal; the nodes must be distinct"));
   TableauData data;
   if (rational) data = exact_collocation(fractions);
   data.name = "collocation";

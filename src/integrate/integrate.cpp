@@ -15,50 +15,46 @@ constexpr double most_saved = 2.5e8;  // numbers: 2 GB
 
 void check_times(const Plan& plan) {
   const std::vector<double>& times = *plan.times;
-  if (times.empty()) throw Error("integrate: times is empty; leave it out to save every step");
+  if (times.empty()) throw Error("times is empty; leave it out to save every step");
   for (std::size_t i = 0; i < times.size(); ++i) {
-    if (!std::isfinite(times[i])) throw Error(text("integrate: times[", i + 1, "] is not a finite number"));
+    if (!std::isfinite(times[i])) throw Error(text("times[", i + 1, "] is not a finite number"));
     if (times[i] < plan.from || times[i] > plan.to) {
-      throw Error(text("integrate: times[", i + 1, "] = ", rounded(times[i]), " lies outside ",
-                       rounded(plan.from), " ≤ t ≤ ", rounded(plan.to)));
+      throw Error(text("times[", i + 1, "] = ", rounded(times[i]), " lies outside ", rounded(plan.from),
+                       " ≤ t ≤ ", rounded(plan.to)));
     }
     if (i > 0 && times[i] <= times[i - 1]) {
-      throw Error(text("integrate: times must increase, but times[", i, "] = ", rounded(times[i - 1]),
-                       " and times[", i + 1, "] = ", rounded(times[i])));
+      throw Error(text("times must increase, but times[", i, "] = ", rounded(times[i - 1]), " and times[",
+                       i + 1, "] = ", rounded(times[i])));
     }
   }
 }
 
 void check(const Plan& plan, const Problem& problem) {
-  if (!std::isfinite(plan.from) || !std::isfinite(plan.to))
-    throw Error("integrate: from and to must be finite numbers");
+  if (!std::isfinite(plan.from) || !std::isfinite(plan.to)) throw Error("from and to must be finite numbers");
   if (plan.to <= plan.from) {
-    throw Error(
-        text("integrate: to = ", rounded(plan.to), " must be greater than from = ", rounded(plan.from)));
+    throw Error(text("to = ", rounded(plan.to), " must be greater than from = ", rounded(plan.from)));
   }
   if (!(plan.dt > 0) || !std::isfinite(plan.dt)) {
-    throw Error(text("integrate: dt = ", rounded(plan.dt),
-                     "; the step must be a positive number, for example dt = 0.01"));
+    throw Error(
+        text("dt = ", rounded(plan.dt), "; the step must be a positive number, for example dt = 0.01"));
   }
   const double steps = (plan.to - plan.from) / plan.dt;
   if (steps > most_steps || plan.to - plan.dt == plan.to) {
-    throw Error(text("integrate: dt = ", rounded(plan.dt), " is too small for an interval of ",
-                     rounded(plan.to - plan.from)));
+    throw Error(
+        text("dt = ", rounded(plan.dt), " is too small for an interval of ", rounded(plan.to - plan.from)));
   }
   if (plan.times) return check_times(plan);
   const double width = 1 + 2 * problem.n() + problem.m();
   if (steps * width > most_saved) {
-    throw Error(text("integrate: ", rounded(steps, 3),
-                     " steps are too many to save; give the times to keep, times = ", "linspace(",
-                     rounded(plan.from), ", ", rounded(plan.to), ", 1001), or a larger dt"));
+    throw Error(text("", rounded(steps, 3), " steps are too many to save; give the times to keep, times = ",
+                     "linspace(", rounded(plan.from), ", ", rounded(plan.to), ", 1001), or a larger dt"));
   }
 }
 
 void check_start(const Point& start, const Problem& problem) {
   PENDULA_ASSERT(start.x.size() == problem.n(), "a start with a wrong number of states");
   for (int i = 0; i < problem.n(); ++i)
-    if (!std::isfinite(start.x[i]))
-      throw Error(text("integrate: the start of ", problem.x_name(i), " is not finite"));
+    if (!std::isfinite(start.x[i])) throw Error(text("the start of ", problem.x_name(i), " is not finite"));
 }
 
 /// The number of steps: rounding must not add a step of length 1e-16.
@@ -122,7 +118,7 @@ std::string run(RungeKutta& engine, Point& here, const Plan& plan, Saver& saver)
     }
   } catch (const Interrupted&) {
     return "interrupted";
-  } catch (const UserFacing& failure) {
+  } catch (const Failure& failure) {
     return text("stopped at t = ", rounded(here.t, 6), ": ", failure.what());
   }
   return "finished";
@@ -137,11 +133,8 @@ std::shared_ptr<RungeKutta> prepare(const ProblemPtr& problem, const TableauPtr&
     engine->settle(start);
     engine->require_determined(start);
     return engine;
-  } catch (const Error& error) {
-    if (!direct) throw Error(text("integrate: ", error.what()));
   } catch (const Failure& failure) {
-    if (!direct)
-      throw Failure(text("integrate: at the start, t = ", rounded(start.t, 6), ": ", failure.what()));
+    if (!direct) throw Failure(text("at the start, t = ", rounded(start.t, 6), ": ", failure.what()));
   }
   return std::make_shared<RungeKutta>(problem, tableau, true);
 }

@@ -23,9 +23,9 @@ struct Plan {
 /// returns   the solution; when a step fails, a value is not finite or Ctrl-C is pressed, the part computed
 /// so far, and
 ///           status() says why
-/// throws    Error on a bad plan (dt ≤ 0, to ≤ from, times), and when the start determines no x′ and z (index
-/// above 1);
-///           Failure when Newton finds none
+/// throws    Error on a bad plan (dt ≤ 0, to ≤ from, times); Failure when the start determines no x′ and z
+/// (index above 1)
+///           or Newton finds none; what an input function throws
 /// cost      per step of an s-stage fully implicit method: O((s(n + m))³) per Newton iteration
 SolutionPtr integrate(ProblemPtr problem, TableauPtr tableau, Point start, const Plan& plan);
 

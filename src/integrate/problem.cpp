@@ -24,15 +24,14 @@ Problem::Problem(dae::FirstOrder model, Vec parameters, std::vector<Input> input
   PENDULA_ASSERT(model_.xdot.size() == n && model_.F.size() == n + m, "a first-order form with wrong sizes");
   PENDULA_ASSERT(!model_.is_ode() || model_.f.size() == n, "an explicit form with wrong sizes");
   if (parameters.size() != static_cast<Eigen::Index>(model_.p.size())) {
-    throw Error(text("integrate: ", parameters.size(), " values for ", model_.p.size(), " parameters"));
+    throw Error(text("", parameters.size(), " values for ", model_.p.size(), " parameters"));
   }
   for (std::size_t i = 0; i < model_.p.size(); ++i)
     if (!std::isfinite(parameters[static_cast<Eigen::Index>(i)]))
-      throw Error(text("integrate: the parameter ", leaf_name(model_.p[i]), " is not a finite number"));
+      throw Error(text("the parameter ", leaf_name(model_.p[i]), " is not a finite number"));
   for (std::size_t i = inputs_.size(); i < model_.u.size(); ++i) {
     const std::string name = leaf_name(model_.u[i]);
-    throw Error(text("integrate: the input ", name, " has no values; give inputs = { ", name,
-                     " = function(t) … end }"));
+    throw Error(text("the input ", name, " has no values; give inputs = { ", name, " = function(t) … end }"));
   }
   arguments_ = {time_symbol()};
   for (const auto* group : {&model_.x, &model_.xdot, &model_.z, &model_.u, &model_.p})

@@ -94,7 +94,7 @@ void RungeKutta::prepare_weights() {
     limit_weights_ = lu.solve(tableau_->b());
   } else if (!stiffly_accurate_ || tableau_->is_explicit()) {
     throw Error(text(
-        "integrate: the method ", tableau_->name(),
+        "the method ", tableau_->name(),
         " gives no z at the end of a step of a model of index 2 or more. Use rk.radau(2), rk.gauss(2) or ",
         "rk.implicit_euler, or reduce the model: sys:reduce():integrate{…}"));
   }
@@ -117,7 +117,7 @@ void RungeKutta::settle(Point& point) {
   w_ << point.xdot, point.z;
   equations_.set(Vec::Constant(1, point.t), point.x, Mat::Zero(1, 1));
   const NewtonResult result = newton(w_);
-  if (result.outcome == Outcome::singular) report_undetermined(point, newton_.last_jacobian());
+  if (result.outcome == Outcome::singular) report_undetermined(newton_.last_jacobian());
   if (!result.ok()) report(result, "for x′ and z at the mesh point", 0);
   point.xdot = w_.head(n);
   point.z = w_.tail(problem_->m());
@@ -133,7 +133,7 @@ void RungeKutta::require_determined(const Point& point) {
   Vec size(N);
   equations_.jacobian(w_, J, size);
   ++stats_.factorisations;
-  if (!ScaledLU().factorise(J)) report_undetermined(point, J);
+  if (!ScaledLU().factorise(J)) report_undetermined(J);
 }
 
 NewtonResult RungeKutta::newton(Vec& w) {
@@ -268,7 +268,7 @@ void RungeKutta::report(const NewtonResult& result, const std::string& where, do
                      "). Try a smaller dt; the solution may also cease to exist here"));
 }
 
-void RungeKutta::report_undetermined(const Point& point, const Mat& J) const {
+void RungeKutta::report_undetermined(const Mat& J) const {
   Vec right, left;
   ScaledLU::null_vectors(J, right, left);
   constexpr double visible =
@@ -280,9 +280,9 @@ void RungeKutta::report_undetermined(const Point& point, const Mat& J) const {
   }
   for (int i = 0; i < left.size(); ++i)
     if (std::fabs(left[i]) >= visible) equations.push_back(problem_->equation_name(i));
-  throw Error(
-      text("the equations do not determine ", join(unknowns, ", "), " at t = ", rounded(point.t, 6), " (",
-           join(equations, "; "), equations.size() == 1 ? " does" : " do",
+  throw Failure(
+      text("the equations do not determine ", join(unknowns, ", "), " (", join(equations, "; "),
+           equations.size() == 1 ? " does" : " do",
            " not restrict them): the index is above 1, or this point is singular. Reduce the index first: ",
            "sys:reduce():integrate{…}"));
 }

@@ -55,7 +55,7 @@ class RungeKutta {
   /// converge.
   void settle(Point& point);
 
-  /// Throws the same Error if ∂F/∂(x′, z) is singular at a settled point: x′ and z solve the equations, but
+  /// Throws the same Failure if ∂F/∂(x′, z) is singular at a settled point: x′ and z solve the equations, but
   /// not uniquely.
   void require_determined(const Point& point);
 
@@ -85,7 +85,7 @@ class RungeKutta {
   NewtonResult newton(Vec& w);
   void require_finite(const Vec& x) const;
   [[noreturn]] void report(const NewtonResult& result, const std::string& where, double dt) const;
-  [[noreturn]] void report_undetermined(const Point& point, const Mat& J) const;
+  [[noreturn]] void report_undetermined(const Mat& J) const;
 
   ProblemPtr problem_;
   TableauPtr tableau_;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cctype>
 #include <functional>
+#include <optional>
 #include <sstream>
 
 #include "base/error.hpp"
@@ -158,8 +159,7 @@ std::vector<Line> split_lines(const std::string& drawing) {
     if (content.find_first_not_of(" \t\r-+|=") == std::string::npos) continue;
     const std::size_t bar = content.find('|');
     if (bar == std::string::npos || content.find('|', bar + 1) != std::string::npos) {
-      throw Error(
-          text("tableau: line ", number, " needs one '|' between c and the row of A: '", content, "'"));
+      throw Error(text("line ", number, " needs one '|' between c and the row of A: '", content, "'"));
     }
     lines.push_back({number, split_entries(content.substr(0, bar)), split_entries(content.substr(bar + 1))});
   }
@@ -170,14 +170,13 @@ Expr entry_of_line(const Line& line, const std::string& entry) {
   try {
     return parse_entry(entry);
   } catch (const Error& error) {
-    throw Error(text("tableau: line ", line.number, ": ", error.what()));
+    throw Error(text("line ", line.number, ": ", error.what()));
   }
 }
 
 VecX weights(const Line& line, Eigen::Index s) {
   if (static_cast<Eigen::Index>(line.right.size()) != s) {
-    throw Error(
-        text("tableau: line ", line.number, " has ", line.right.size(), " weights for ", s, " stages"));
+    throw Error(text("line ", line.number, " has ", line.right.size(), " weights for ", s, " stages"));
   }
   VecX b(s);
   for (Eigen::Index j = 0; j < s; ++j) b[j] = entry_of_line(line, line.right[static_cast<std::size_t>(j)]);
@@ -212,10 +211,25 @@ std::string repeat(const std::string& piece, int count) {
   return result;
 }
 
-/// Decimal fractions that stand for rounded numbers are shortened; everything else is shown as it was given.
+/// The fraction to be printed, unless it is a long decimal that stands for a rounded number.
+std::optional<mpq_class> shown_fraction(Expr e) {
+  const mpq_class* exact = exact_value(e);
+  if (!exact || exact->get_den() > mpz_class("1000000000000")) return {};
+  return *exact;
+}
+
 std::string show_text(Expr e) {
-  if (e.is_constant() && !exact_value(e)) return rounded(constant_value(e), 8);
-  return to_text(e);
+  if (const auto fraction = shown_fraction(e)) return fraction->get_str();
+  return e.is_constant() ? rounded(constant_value(e), 8) : to_text(e);
+}
+
+std::string show_latex(Expr e) {
+  const auto fraction = shown_fraction(e);
+  if (!fraction) return e.is_constant() ? rounded(constant_value(e), 8) : to_latex(e);
+  if (fraction->get_den() == 1) return fraction->get_str();
+  const mpz_class numerator = abs(fraction->get_num());
+  return text(sgn(*fraction) < 0 ? "-" : "", "\\frac{", numerator.get_str(), "}{",
+              fraction->get_den().get_str(), "}");
 }
 
 std::string drawn(const std::vector<std::vector<std::string>>& rows, int stages) {
@@ -245,19 +259,17 @@ TableauData parse_tableau(const std::string& drawing) {
   const auto is_stage = [](const Line& line) { return !line.left.empty(); };
   const auto end = std::find_if_not(lines.begin(), lines.end(), is_stage);
   const Eigen::Index s = end - lines.begin();
-  if (s == 0) throw Error("tableau: no line of the form 'c | a …' found");
-  if (end == lines.end()) throw Error("tableau: the weights are missing; add a last line '| b1 b2 …'");
+  if (s == 0) throw Error("no line of the form 'c | a …' found");
+  if (end == lines.end()) throw Error("the weights are missing; add a last line '| b1 b2 …'");
   TableauData data;
   data.A = MatX::Constant(s, s, Expr());
   data.c = VecX(s);
   for (Eigen::Index i = 0; i < s; ++i) {
     const Line& line = lines[static_cast<std::size_t>(i)];
     if (line.left.size() != 1)
-      throw Error(
-          text("tableau: line ", line.number, " has ", line.left.size(), " entries left of '|', not 1"));
+      throw Error(text("line ", line.number, " has ", line.left.size(), " entries left of '|', not 1"));
     if (static_cast<Eigen::Index>(line.right.size()) > s) {
-      throw Error(
-          text("tableau: line ", line.number, " has ", line.right.size(), " entries for ", s, " stages"));
+      throw Error(text("line ", line.number, " has ", line.right.size(), " entries for ", s, " stages"));
     }
     (*data.c)[i] = entry_of_line(line, line.left[0]);
     for (std::size_t j = 0; j < line.right.size(); ++j)
@@ -265,8 +277,7 @@ TableauData parse_tableau(const std::string& drawing) {
   }
   data.b = weights(*end, s);
   if (end + 1 != lines.end()) data.bhat = weights(*(end + 1), s);
-  if (lines.end() - end > 2)
-    throw Error(text("tableau: line ", (end + 2)->number, " follows the weights b and bhat"));
+  if (lines.end() - end > 2) throw Error(text("line ", (end + 2)->number, " follows the weights b and bhat"));
   return data;
 }
 
@@ -280,7 +291,7 @@ std::string Tableau::str() const {
 }
 
 std::string Tableau::latex() const {
-  const auto rows = cells(*this, [](Expr e) { return to_latex(e); });
+  const auto rows = cells(*this, show_latex);
   std::string result = "\\begin{array}{c|" + repeat("c", stages()) + "}\n";
   for (std::size_t i = 0; i < rows.size(); ++i) {
     if (static_cast<int>(i) == stages()) result += "\\hline\n";

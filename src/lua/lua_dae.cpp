@@ -55,6 +55,17 @@ dae::StartRequest read_start_request(lua_State* L, const Options& options, const
   return request;
 }
 
+dae::ParameterValues parameter_overrides(const dae::Start& at) {
+  dae::ParameterValues overrides;
+  for (Expr p : at.model->parameters) {
+    const auto used = at.values.find(p);
+    const auto own = at.model->values.find(p);
+    if (used == at.values.end()) continue;
+    if (own == at.model->values.end() || number_value(own->second) != used->second) overrides[p] = Expr(used->second);
+  }
+  return overrides;
+}
+
 /// A start of a relative, in the leaves of this model.
 static dae::StartPtr translated(const dae::StartPtr& at, const dae::ModelPtr& model) {
   if (at->model == model) return at;
@@ -72,8 +83,9 @@ static dae::StartPtr translated(const dae::StartPtr& at, const dae::ModelPtr& mo
     if (const auto value = at->value_for(*model, leaf)) request.guess.push_back({leaf, *value});
   for (Expr leaf : model->inputs)
     if (const auto value = at->value_for(*model, leaf)) request.inputs[leaf] = Expr(*value);
-  for (Expr p : model->parameters)
-    if (const auto it = at->values.find(p); it != at->values.end()) request.parameters[p] = Expr(it->second);
+  for (const auto& [p, value] : parameter_overrides(*at))
+    if (std::find(model->parameters.begin(), model->parameters.end(), p) != model->parameters.end())
+      request.parameters[p] = value;
   return dae::init(model, request);
 }
 

@@ -24,6 +24,9 @@ dae::LeafValues read_leaf_values(lua_State* L, int index, const std::string& wha
 /// The options fix, guess, inputs, params, from.
 dae::StartRequest read_start_request(lua_State* L, const Options& options, const dae::Model& model);
 
+/// The parameters whose values at the start are not those of the start's model: they were given to init.
+dae::ParameterValues parameter_overrides(const dae::Start& at);
+
 /// The option `start` of integrate and its relatives: a result of init (of this model or a relative), or a
 /// table of conditions that init completes (options inputs, params, from are read too). A table that
 /// contradicts only the invariants of a reduced form is accepted with a warning on stderr: its drift is what

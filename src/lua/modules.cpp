@@ -11,6 +11,8 @@ extern const Module calculus_module;
 extern const Module algebra_module;
 extern const Module dae_module;
 extern const Module mech_module;
+extern const Module tableau_module;
+extern const Module integrate_module;
 extern const Module plot_module;
 
 const std::vector<const Module*>& modules() {
@@ -23,6 +25,8 @@ const std::vector<const Module*>& modules() {
       &algebra_module,
       &mech_module,
       &dae_module,
+      &tableau_module,
+      &integrate_module,
       &plot_module,
   };
   return list;

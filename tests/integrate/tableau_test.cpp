@@ -158,13 +158,13 @@ TEST_CASE("tableau: what the constructor refuses, and why") {
         "tableau 'x': row 4 of A sums to 10/9, but c[4] = 1");
   CHECK(refusal("0 | \n 1 | 1 \n | 1/2 1/3") == "tableau 'x': b sums to 5/6, not 1");
   CHECK(refusal("0 | \n 1 | 1 \n | 1/2 1/2 \n | 1 1") == "tableau 'x': bhat sums to 2, not 1");
-  CHECK(refusal("0 | \n 1 | 1 \n | 1") == "tableau: line 3 has 1 weights for 2 stages");
-  CHECK(refusal("0 | \n 1 | 1 0 0 \n | 1 0") == "tableau: line 2 has 3 entries for 2 stages");
-  CHECK(refusal("0 | 0") == "tableau: the weights are missing; add a last line '| b1 b2 …'");
-  CHECK(refusal("") == "tableau: no line of the form 'c | a …' found");
-  CHECK(refusal("0 0 \n | 1") == "tableau: line 1 needs one '|' between c and the row of A: '0 0 '");
+  CHECK(refusal("0 | \n 1 | 1 \n | 1") == "line 3 has 1 weights for 2 stages");
+  CHECK(refusal("0 | \n 1 | 1 0 0 \n | 1 0") == "line 2 has 3 entries for 2 stages");
+  CHECK(refusal("0 | 0") == "the weights are missing; add a last line '| b1 b2 …'");
+  CHECK(refusal("") == "no line of the form 'c | a …' found");
+  CHECK(refusal("0 0 \n | 1") == "line 1 needs one '|' between c and the row of A: '0 0 '");
   CHECK(refusal("0 | y \n | 1") ==
-        "tableau: line 1: 'y' is not a number: expected a number, pi or a function such as sqrt at 'y'");
+        "line 1: 'y' is not a number: expected a number, pi or a function such as sqrt at 'y'");
   TableauData data = parse_tableau("0 | \n 1 | 1 \n | 1/2 1/2");
   data.name = "heun";
   data.order = 3;
@@ -175,11 +175,10 @@ TEST_CASE("tableau: what the constructor refuses, and why") {
   CHECK_THROWS_WITH_AS(Tableau{data}, "tableau 'heun': b has 3 entries, but A has 2 rows", Error);
   data.b = VecX::Constant(2, symbol(Kind::parameter, "gamma"));
   CHECK_THROWS_WITH_AS(Tableau{data}, doctest::Contains("tableau 'heun': b[1] is not a number"), Error);
-  CHECK_THROWS_WITH_AS(gauss(0), "rk.gauss(0): the number of stages must be between 1 and 100", Error);
+  CHECK_THROWS_WITH_AS(gauss(0), "gauss(0): the number of stages must be between 1 and 100", Error);
   CHECK_THROWS_AS(gauss(101), Error);
   const Expr twice[] = {parse_number("1/2"), parse_number("0.5")};
-  CHECK_THROWS_WITH_AS(collocation(twice),
-                       "rk.collocation: nodes 1 and 2 are equal; the nodes must be distinct", Error);
+  CHECK_THROWS_WITH_AS(collocation(twice), "nodes 1 and 2 are equal; the nodes must be distinct", Error);
 }
 
 TEST_CASE("tableau: published decimals are taken for the rounded numbers that they are") {

@@ -1,0 +1,180 @@
+// The `rk` table and the type "tableau". Reads arguments, calls src/integrate.
+#include "base/text.hpp"
+#include "integrate/collocation.hpp"
+#include "integrate/tableau_text.hpp"
+#include "lua/lua_integrate.hpp"
+#include "lua/trampoline.hpp"
+#include "lua/values.hpp"
+
+namespace pendula::lua {
+namespace {
+
+using integrate::Tableau;
+
+const Tableau& self(Call& call) { return call.object<Tableau>(1, "tableau"); }
+
+int push_new(Call& call, Tableau tableau) {
+  return call.push(std::make_shared<const Tableau>(std::move(tableau)));
+}
+
+/// A number, an expression of numbers, or a string such as "sqrt(3)/6-(1/2)".
+Expr read_entry(lua_State* L, int index, const std::string& what) {
+  if (lua_type(L, index) != LUA_TSTRING) return to_expr(L, index, what);
+  try {
+    return integrate::parse_entry(lua_tostring(L, index));
+  } catch (const Error& error) {
+    throw Error(text(what, ": ", error.what()));
+  }
+}
+
+VecX read_list(lua_State* L, int index, const std::string& what) {
+  if (!lua_istable(L, index)) return to_column(L, index, what);
+  const int list = lua_absindex(L, index);
+  VecX result(static_cast<Eigen::Index>(list_size(L, list, what)));
+  for (Eigen::Index i = 0; i < result.size(); ++i) {
+    lua_geti(L, list, static_cast<lua_Integer>(i) + 1);
+    result[i] = read_entry(L, -1, text(what, "[", i + 1, "]"));
+    lua_pop(L, 1);
+  }
+  return result;
+}
+
+/// Rows of an explicit method may stop at the diagonal.
+MatX read_rows(lua_State* L, int index) {
+  if (!lua_istable(L, index)) return to_matrix(L, index, "A");
+  const auto s = static_cast<Eigen::Index>(list_size(L, index, "A"));
+  MatX A = MatX::Constant(s, s, Expr());
+  for (Eigen::Index i = 0; i < s; ++i) {
+    const std::string what = text("row ", i + 1, " of A");
+    if (lua_geti(L, index, static_cast<lua_Integer>(i) + 1) != LUA_TTABLE) {
+      throw Error(text(what, " must be a list of numbers, got ", describe(L, -1)));
+    }
+    const VecX row = read_list(L, -1, what);
+    if (row.size() > s)
+      throw Error(text(what, " has ", row.size(), " entries for ", s, s == 1 ? " stage" : " stages"));
+    A.row(i).head(row.size()) = row.transpose();
+    lua_pop(L, 1);
+  }
+  return A;
+}
+
+integrate::TableauData read_fields(Call& call) {
+  const Options options =
+      call.options(1, {"name", "text", "cite", "order", "embedded", "A", "b", "c", "bhat"});
+  if (!options.has("A") || !options.has("b"))
+    throw Error("expected { A = { {…}, … }, b = {…}, c = {…} }: A and b are required");
+  integrate::TableauData data;
+  data.name = options.string("name", data.name);
+  data.text = options.string("text", "");
+  data.cite = options.string("cite", "");
+  if (options.has("order")) data.order = static_cast<int>(options.integer("order", 0));
+  if (options.has("embedded")) data.embedded = static_cast<int>(options.integer("embedded", 0));
+  data.A = read_rows(call.L, options.push("A"));
+  data.b = read_list(call.L, options.push("b"), "b");
+  if (options.has("c")) data.c = read_list(call.L, options.push("c"), "c");
+  if (options.has("bhat")) data.bhat = read_list(call.L, options.push("bhat"), "bhat");
+  lua_settop(call.L, call.count());
+  return data;
+}
+
+int make(Call& call) {
+  if (!lua_isstring(call.L, 1)) call.table(1, "tableau");
+  integrate::TableauData data =
+      lua_isstring(call.L, 1) ? integrate::parse_tableau(call.string(1, "tableau")) : read_fields(call);
+  try {
+    return push_new(call, Tableau(std::move(data)));
+  } catch (const Error& error) {  // it begins with "tableau 'name'": no second "tableau:" before it
+    throw LuaError(user_position(call.L) + error.what());
+  }
+}
+
+int gauss(Call& call) { return push_new(call, integrate::gauss(call.integer(1, "stages"))); }
+int radau(Call& call) { return push_new(call, integrate::radau(call.integer(1, "stages"))); }
+int collocation(Call& call) {
+  const VecX nodes = read_list(call.L, 1, "nodes");
+  return push_new(call, integrate::collocation(entries(nodes)));
+}
+
+/// Exact where all entries are; a matrix of doubles is not interned in the expression graph.
+template <class Exact, class Numeric>
+int push_entries(Call& call, const Exact& exact_entries, const Numeric& numeric) {
+  for (Eigen::Index i = 0; i < exact_entries.size(); ++i) {
+    const Expr e = exact_entries.data()[i];
+    if (e.is_constant() && !exact_value(e)) return push_matrix(call.L, Mat(numeric));
+  }
+  return push_matrix(call.L, MatX(exact_entries));
+}
+
+int A(Call& call) { return push_entries(call, self(call).data().A, self(call).A()); }
+int b(Call& call) { return push_entries(call, self(call).data().b, self(call).b()); }
+int c(Call& call) { return push_entries(call, *self(call).data().c, self(call).c()); }
+int bhat(Call& call) {
+  const Tableau& tab = self(call);
+  if (tab.bhat()) return push_entries(call, *tab.data().bhat, *tab.bhat());
+  lua_pushnil(call.L);
+  return 1;
+}
+
+int name(Call& call) { return call.push(self(call).name()); }
+int note(Call& call) { return call.push(self(call).data().text); }
+int cite(Call& call) { return call.push(self(call).data().cite); }
+int stages(Call& call) { return call.push(self(call).stages()); }
+int order(Call& call) { return call.push(self(call).order()); }
+int stage_order(Call& call) { return call.push(self(call).stage_order()); }
+int is(Call& call) { return call.push(self(call).is(call.string(2, "property"))); }
+int latex(Call& call) { return call.push(self(call).latex()); }
+int drawn(Call& call) {
+  const std::string text = self(call).str();
+  return call.push(text.substr(0, text.size() - 1));
+}
+
+}  // namespace
+
+extern const Module tableau_module;
+const Module tableau_module = {
+    "rk",
+    "Butcher tableaus",
+    {
+        {"tableau", make,
+         "tableau{ A =, b =, c =, bhat =, name =, order = } or tableau [[ drawing ]] -> tableau",
+         "A Runge-Kutta method from its coefficients, as a table or drawn with one line 'c | a a …' per "
+         "stage and a last "
+         "line '| b b …'. Entries are numbers or strings such as \"sqrt(3)/6\"; c defaults to the row sums "
+         "of A. An order "
+         "that is claimed is proved.",
+         "return tableau [[ 0   |\n1/2 | 1/2\n    | 0  1 ]]:order()", "2"},
+        {"rk.gauss", gauss, "rk.gauss(stages) -> tableau",
+         "Gauss-Legendre collocation of order 2s: the nodes are the zeros of the shifted Legendre "
+         "polynomial.",
+         "return rk.gauss(2)",
+         "gauss(2): 2 stages, order 4, fully implicit\n\n"
+         "1/2 - √3/6 │ 1/4         1/4 - √3/6\n1/2 + √3/6 │ 1/4 + √3/6  1/4\n"
+         "───────────┼───────────────────────\n           │ 1/2         1/2"},
+        {"rk.radau", radau, "rk.radau(stages) -> tableau",
+         "Radau IIA collocation of order 2s - 1: stiffly accurate, L-stable, good for DAEs.",
+         "return rk.radau(3):order()", "5"},
+        {"rk.collocation", collocation, "rk.collocation{ node, … } -> tableau",
+         "The collocation method with these nodes, in units of the step.",
+         "return rk.collocation{ \"1/3\", 1 }:order()", "3"},
+        {"tableau#A", A, "tab.A -> matrix", "The coefficients aᵢⱼ.", "", ""},
+        {"tableau#b", b, "tab.b -> column", "The weights.", "", ""},
+        {"tableau#c", c, "tab.c -> column", "The nodes.", "", ""},
+        {"tableau#bhat", bhat, "tab.bhat -> column or nil", "The weights of the embedded method.", "", ""},
+        {"tableau#name", name, "tab.name -> string", "The name of the method.", "", ""},
+        {"tableau#text", note, "tab.text -> string", "What the method is good for.", "", ""},
+        {"tableau#cite", cite, "tab.cite -> string", "Where the method comes from.", "", ""},
+        {"tableau#stages", stages, "tab.stages -> integer", "The number of stages s.", "", ""},
+        {"tableau:order", order, "tab:order() -> integer",
+         "The order, decided from the coefficients by simplifying assumptions and rooted trees.", "", ""},
+        {"tableau:stage_order", stage_order, "tab:stage_order() -> integer",
+         "The largest q with C(q) and B(q): the order of each stage.", "", ""},
+        {"tableau:is", is, "tab:is(property) -> boolean",
+         "\"explicit\", \"implicit\", \"diagonally implicit\", \"FSAL\", \"stiffly accurate\", "
+         "\"collocation\", "
+         "\"symplectic\" or \"symmetric\".",
+         "return rk.gauss(3):is \"symplectic\"", "true"},
+        {"tableau:latex", latex, "tab:latex() -> string", "The tableau as a LaTeX array.", "", ""},
+        {"tableau:__tostring", drawn, "print(tab)", "The tableau as a book draws it.", "", ""},
+    }};
+
+}  // namespace pendula::lua

@@ -1,0 +1,51 @@
+-- A suite over every tableau that is registered: a new one is tested by being listed (STYLE.md §12).
+local methods = {}
+for name, tab in pairs(rk) do
+  if type(tab) == "userdata" then methods[#methods + 1] = { name = name, tab = tab } end
+end
+for _, tab in ipairs { rk.gauss(1), rk.gauss(2), rk.gauss(3), rk.gauss(4), rk.radau(2), rk.radau(3), rk.collocation { 0, "1/2", 1 } } do
+  methods[#methods + 1] = { name = tab.name, tab = tab }
+end
+table.sort(methods, function(a, b) return a.name < b.name end)
+
+local x, y, z = vars "x y z"
+
+-- Nonlinear, non-autonomous, with solutions in closed form; a linear problem sees only the tall trees.
+local problems = {
+  { name = "x' = t x^2", model = dae { der(x) ~ t * x^2 }, start = { x = 0.5 }, exact = 1 / 1.5 },
+  { name = "x' = x y, y' = -log x", model = dae { der(x) ~ x * y, der(y) ~ -log(x) }, start = { x = 1, y = 1 },
+    exact = math.exp(math.sin(1)) },
+  { name = "x' = -z, z^3 + z = x^2 + t (index 1)", model = dae { der(x) ~ -z, 0 ~ z^3 + z - x^2 - t }, start = { x = 1 } },
+}
+
+local function at_one(problem, tab, dt)
+  return problem.model:integrate { start = problem.start, to = 1, method = tab, dt = dt }:final(x)
+end
+
+for _, problem in ipairs(problems) do
+  if not problem.exact then problem.exact = at_one(problem, rk.gauss(6), 1 / 32) end
+end
+
+for _, method in ipairs(methods) do
+  local tab, p = method.tab, method.tab:order()
+  test(method.name .. " says where it comes from", function()
+    expect(#tab.text > 0 or tab.name == "collocation"):is_true()
+    expect(#tab.cite > 0):is_true()
+  end)
+  test(method.name .. " converges at its order", function()
+    -- Steps so small that the leading term dominates, errors so large that rounding (1e-14) does not.
+    local dt = p <= 2 and 1 / 64 or p <= 5 and 1 / 32 or 1 / 4
+    for _, problem in ipairs(problems) do
+      local coarse = math.abs(at_one(problem, tab, dt) - problem.exact)
+      local fine = math.abs(at_one(problem, tab, dt / 2) - problem.exact)
+      local slope = math.log(coarse / fine, 2)
+      -- One-sided: lucky cancellation may give more.
+      if slope < p - 0.25 and fine > 1e-13 then error(("%s: slope %.2f, order %d"):format(problem.name, slope, p)) end
+    end
+  end)
+  test(method.name .. " integrates polynomials of its degree exactly", function()
+    local model = dae { der(x) ~ p * t^(p - 1) }
+    local sol = model:integrate { start = { x = 0 }, to = 1, method = tab, dt = 0.25 }
+    expect(sol:final(x)):near(1, 4e-15)                    -- 4 steps of a few roundings each
+  end)
+end
