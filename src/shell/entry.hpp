@@ -28,9 +28,9 @@ Reading compile(lua_State* L, const std::string& entry);
 /// left alone.
 std::string globalize(std::string_view source);
 
-/// Splits pasted lines into entries that run one after the other as if they had been typed, each with the line breaks
-/// in front that keep its line numbers. The last one may be incomplete. A line that begins with an operator continues
-/// the one before.
+/// Splits pasted lines into entries that run one after the other as if they had been typed, each with the
+/// line breaks in front that keep its line numbers. The last one may be incomplete. A line that begins with
+/// an operator continues the one before.
 std::vector<std::string> pieces(lua_State* L, const std::string& entry);
 
 /// Lines copied from a session or a book: if the first begins with the prompt, only what stands behind a

@@ -87,8 +87,8 @@ int PromptSignals::wait(int fd) const {
   pollfd input{fd, POLLIN, 0};
   sigset_t open = before_;
   for (int signal : prompt_signals) sigdelset(&open, signal);
-  // A signal goes before input: Ctrl-C has emptied the terminal's queue, so what stands there now was typed after it.
-  // ppoll alone would report the input and leave the signal pending.
+  // A signal goes before input: Ctrl-C has emptied the terminal's queue, so what stands there now was typed
+  // after it. ppoll alone would report the input and leave the signal pending.
   const timespec at_once{0, 0};
   if (ppoll(nullptr, 0, &at_once, &open) < 0 && errno == EINTR) return arrived;
   if (ppoll(&input, 1, nullptr, &open) < 0 && errno == EINTR) return arrived;

@@ -184,6 +184,7 @@ def test_history_across_sessions(terminal, home):
     w.enter("area(2)")
     w.wait("^r\\\\2$", pattern=True)
     w.enter("area(2)")
+    w.wait_prompt("r\\2\n> area(2)\nr\\2\n")
     w.key("C-d")
     w.wait("[ended with 0]")
     path = os.path.join(home, ".local/state/pendula/history")
@@ -238,7 +239,7 @@ def test_large_paste(terminal, home):
 def test_question_mark(terminal, home):
     w = started(terminal)
     w.enter("apropos?")
-    w.wait("apropos", pattern=True)
+    w.wait_prompt("apropos?")
     first = w.screen().split("apropos?", 1)[1]
     w.key("C-l")
     w.enter('help "apropos"')

@@ -101,7 +101,7 @@ class Suite:
             try:
                 test(terminal, home)
                 self.passed += 1
-            except (Failure, AssertionError, subprocess.TimeoutExpired) as error:
+            except (Failure, OSError, subprocess.TimeoutExpired) as error:
                 self.failed += 1
                 print(f"FAILED {test.__name__}: {error}")
             finally:
