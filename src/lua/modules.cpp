@@ -11,6 +11,7 @@ extern const Module calculus_module;
 extern const Module algebra_module;
 extern const Module dae_module;
 extern const Module mech_module;
+extern const Module structure_module;
 extern const Module tableau_module;
 extern const Module integrate_module;
 extern const Module plot_module;
@@ -25,6 +26,7 @@ const std::vector<const Module*>& modules() {
       &algebra_module,
       &mech_module,
       &dae_module,
+      &structure_module,
       &tableau_module,
       &integrate_module,
       &plot_module,

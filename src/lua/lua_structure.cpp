@@ -1,0 +1,123 @@
+// structure(): the structural analysis as a value that prints. Reads arguments, calls src/dae/structure.
+#include "dae/structure.hpp"
+
+#include <limits>
+
+#include "lua/lua_dae.hpp"
+#include "lua/objects.hpp"
+#include "lua/values.hpp"
+
+namespace pendula::lua {
+
+template <>
+struct TypeName<dae::Structure> {
+  static constexpr const char* value = "structure";
+};
+
+namespace {
+
+int structure(Call& call) {
+  const Options o = call.options(2, {"at"});
+  dae::StartPtr at;
+  if (o.has("at")) {
+    const auto* held = object_at(call.L, o.push("at"), TypeName<dae::Start>::value);
+    if (!held) throw Error("at must be a result of init: at = sys:init{ fix = { … } }");
+    at = std::static_pointer_cast<const dae::Start>(*held);
+  }
+  return call.push(
+      std::make_shared<const dae::Structure>(dae::structure(call.shared<dae::Model>(1, "model"), at)));
+}
+
+const dae::Structure& self(Call& call) { return call.object<dae::Structure>(1, "structure"); }
+
+int push_integers(lua_State* L, const std::vector<int>& list) {
+  lua_createtable(L, static_cast<int>(list.size()), 0);
+  for (std::size_t i = 0; i < list.size(); ++i) {
+    lua_pushinteger(L, list[i]);
+    lua_rawseti(L, -2, static_cast<lua_Integer>(i + 1));
+  }
+  return 1;
+}
+
+int c(Call& call) { return push_integers(call.L, self(call).analysis.offsets.c); }
+int d(Call& call) { return push_integers(call.L, self(call).analysis.offsets.d); }
+
+int sigma(Call& call) {
+  const dae::Structure& s = self(call);
+  const std::size_t n = s.model->variables.size();
+  lua_createtable(call.L, static_cast<int>(s.analysis.sigma.size()), 0);
+  for (std::size_t i = 0; i < s.analysis.sigma.size(); ++i) {
+    lua_createtable(call.L, static_cast<int>(n), 0);
+    for (std::size_t j = 0; j < n; ++j) {
+      lua_pushnumber(call.L, -std::numeric_limits<double>::infinity());
+      lua_rawseti(call.L, -2, static_cast<lua_Integer>(j + 1));
+    }
+    for (const dae::SignatureEntry& e : s.analysis.sigma[i]) {
+      lua_pushinteger(call.L, e.order);
+      lua_rawseti(call.L, -2, e.variable + 1);
+    }
+    lua_rawseti(call.L, -2, static_cast<lua_Integer>(i + 1));
+  }
+  return 1;
+}
+
+int push_known(Call& call, const std::optional<int>& value) {
+  if (value) return call.push(*value);
+  lua_pushnil(call.L);
+  return 1;
+}
+
+int structural_index(Call& call) {
+  const dae::Structure& s = self(call);
+  return push_known(call, s.verdict == dae::Verdict::structurally_singular
+                              ? std::nullopt
+                              : std::optional(s.structural_index));
+}
+int structural_dof(Call& call) {
+  const dae::Structure& s = self(call);
+  return push_known(call, s.verdict == dae::Verdict::structurally_singular ? std::nullopt
+                                                                           : std::optional(s.structural_dof));
+}
+int index(Call& call) { return push_known(call, self(call).index); }
+int dof(Call& call) { return push_known(call, self(call).dof); }
+int verdict(Call& call) { return call.push(dae::verdict_name(self(call).verdict)); }
+int valid(Call& call) { return call.push(self(call).verdict == dae::Verdict::valid); }
+
+int structure_text(Call& call) {
+  collect_aliases(call.L);
+  return call.push(dae::describe(self(call)));
+}
+
+}  // namespace
+
+extern const Module structure_module;
+const Module structure_module = {
+    "structure",
+    "Structural analysis",
+    {
+        {"model:structure", structure, "sys:structure([{ at = start }]) -> structure",
+         "Σ matrix, offsets, blocks, structural index, and whether all that may be believed: the rank of the "
+         "system Jacobian, exactly, "
+         "and numerically at a start.",
+         "x, z = vars \"x z\"  return dae{ der(x) ~ z, 0 ~ x - sin(t) }:structure().verdict", "valid"},
+        {"structure#sigma", sigma, "s.sigma -> list of rows",
+         "σ_ij: highest derivative of unknown j in equation i, -inf where absent.", "", ""},
+        {"structure#c", c, "s.c -> list", "How often every equation is differentiated.", "", ""},
+        {"structure#d", d, "s.d -> list", "Highest derivative of every unknown after that.", "", ""},
+        {"structure#structural_index", structural_index, "s.structural_index -> integer or nil",
+         "max c, plus one if some d is 0.", "", ""},
+        {"structure#structural_dof", structural_dof, "s.structural_dof -> integer or nil", "Σ d - Σ c.", "",
+         ""},
+        {"structure#index", index, "s.index -> integer or nil",
+         "The differentiation index where the analysis is valid.", "", ""},
+        {"structure#dof", dof, "s.dof -> integer or nil",
+         "The number of free initial values where the analysis is valid.", "", ""},
+        {"structure#verdict", verdict, "s.verdict -> string",
+         "\"valid\", \"valid but singular at this point\", \"identically singular\" or \"structurally "
+         "singular\".",
+         "", ""},
+        {"structure#valid", valid, "s.valid -> boolean", "Whether the verdict is \"valid\".", "", ""},
+        {"structure:__tostring", structure_text, "print(sys:structure())", "The whole report.", "", ""},
+    }};
+
+}  // namespace pendula::lua
