@@ -3,12 +3,17 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <unordered_map>
+
+#include "base/error.hpp"
+#include "expr/solve.hpp"
 
 namespace pendula::generic {
 namespace {
 
 constexpr std::uint64_t prime = (std::uint64_t{1} << 61) - 1;
-constexpr int attempts = 8;  // points tried until one lies in the domain
+constexpr double solve_error = 1e-12;  // relative; small systems at points where they are not singular
+constexpr int attempts = 16;  // points tried until one lies in the domain
 
 __extension__ using wide = unsigned __int128;
 
@@ -34,111 +39,231 @@ Residue residue_of(const mpz_class& n) {
 }
 
 struct Undefined {};  // a division by zero at this point: draw another
-struct NotRational {};
+
+Residue quotient(Residue a, Residue b) {
+  if (b.is_zero()) throw Undefined{};
+  return a / b;
+}
 
 Residue constant_residue(Expr e) {
   const mpq_class* exact = exact_value(e);
   const mpq_class q = exact ? *exact : mpq_class(constant_value(e));
-  const Residue low = residue_of(q.get_den());
-  if (low.is_zero()) throw NotRational{};
-  return residue_of(q.get_num()) / low;
+  return quotient(residue_of(q.get_num()), residue_of(q.get_den()));
 }
 
-Residue operation_residue(Expr node, const std::vector<Residue>& x) {
-  switch (node.op()) {
-    case Op::neg:
-      return Residue{} - x[0];
-    case Op::add:
-      return x[0] + x[1];
-    case Op::sub:
-      return x[0] - x[1];
-    case Op::mul:
-      return x[0] * x[1];
-    case Op::div:
-      if (x[1].is_zero()) throw Undefined{};
-      return x[0] / x[1];
-    case Op::pow: {
-      const mpq_class* n = exact_value(node.operand(1));
-      if (!n || n->get_den() != 1 || abs(*n) > 1'000'000) throw NotRational{};
-      const Residue whole = power(x[0], mpz_class(abs(n->get_num())).get_ui());
-      if (*n >= 0) return whole;
-      if (whole.is_zero()) throw Undefined{};
-      return Residue{1} / whole;
-    }
-    default:
-      throw NotRational{};
-  }
+/// A point of the unit circle: what stands for an angle.
+struct Rotation {
+  Residue cosine, sine;
+};
+
+Rotation turn(Rotation a, Rotation b) {
+  return {a.cosine * b.cosine - a.sine * b.sine, a.sine * b.cosine + a.cosine * b.sine};
 }
+Rotation back(Rotation a) { return {a.cosine, Residue{} - a.sine}; }
+
+/// One random point and the values of all nodes there.
+class Point {
+ public:
+  Point(std::uint64_t seed, NodeMap<Residue>& values) : seed_(seed), values_(values) {}
+
+  Residue value(Expr node) {
+    if (node.is_constant()) return constant_residue(node);
+    if (node.is_symbol() || node.op() == Op::call) return drawn(node);  // π too: it is transcendental
+    const auto x = [&](int i) { return values_[node.operand(i)]; };
+    switch (node.op()) {
+      case Op::neg:
+        return Residue{} - x(0);
+      case Op::add:
+        return x(0) + x(1);
+      case Op::sub:
+        return x(0) - x(1);
+      case Op::mul:
+        return x(0) * x(1);
+      case Op::div:
+        return quotient(x(0), x(1));
+      case Op::pow:
+        return power_value(node);
+      case Op::sqrt:
+        return root(x(0), node);
+      case Op::solve:
+        return solved(node);
+      case Op::sin:
+        return angle(node.operand(0), 0).sine;
+      case Op::cos:
+        return angle(node.operand(0), 0).cosine;
+      case Op::tan:
+        return quotient(angle(node.operand(0), 0).sine, angle(node.operand(0), 0).cosine);
+      case Op::exp:
+        return exponential(node.operand(0), 0);
+      case Op::sinh:
+        return hyperbolic(node.operand(0), true);
+      case Op::cosh:
+        return hyperbolic(node.operand(0), false);
+      case Op::tanh:
+        return quotient(hyperbolic(node.operand(0), true), hyperbolic(node.operand(0), false));
+      default:
+        return drawn(node);
+    }
+  }
+
+ private:
+  static constexpr int deepest = 200;  // of a sum inside a sine; below that the sum is drawn as one angle
+
+  Residue drawn(Expr node) const { return {random_bits(seed_, node) % prime}; }
+
+  /// A component of a linear system; the head solves it for all of them.
+  Residue solved(Expr node) {
+    std::vector<Residue>& x = solutions_[head_of(node)];
+    if (component_of(node) == 0) {
+      std::vector<Residue> operands;
+      for (Expr operand : node.operands()) operands.push_back(values_[operand]);
+      x = eliminate(std::move(operands), system_of(node).size, [](Residue r) { return r.is_zero() ? 0 : 1; });
+      if (x.empty()) throw Undefined{};
+    }
+    return x[static_cast<std::size_t>(component_of(node))];
+  }
+
+  Residue root(Residue square, Expr node) const {
+    const Residue r = power(square, (prime + 1) / 4);  // the prime is 3 modulo 4
+    return (r * r - square).is_zero() ? r : drawn(node);
+  }
+
+  Residue power_value(Expr node) {
+    const mpq_class* n = exact_value(node.operand(1));
+    if (!n || n->get_den() > 2 || abs(n->get_num()) > 1'000'000) return drawn(node);
+    const Residue base = values_[node.operand(0)];
+    const Residue whole =
+        power(n->get_den() == 1 ? base : root(base, node.operand(0)), mpz_class(abs(n->get_num())).get_ui());
+    return *n >= 0 ? whole : quotient(Residue{1}, whole);
+  }
+
+  /// A small integer factor of a product, and the rest; 0 if there is none.
+  static std::pair<long, Expr> multiple(Expr e) {
+    if (e.op() == Op::mul)
+      for (int i : {0, 1})
+        if (const mpq_class* q = exact_value(e.operand(i)); q && q->get_den() == 1 && abs(*q) <= 1000)
+          return {q->get_num().get_si(), e.operand(1 - i)};
+    return {0, e};
+  }
+
+  Rotation angle(Expr e, int depth) {
+    if (e.is_zero()) return {Residue{1}, Residue{0}};
+    if (depth < deepest) {
+      if (e.op() == Op::neg) return back(angle(e.operand(0), depth + 1));
+      if (e.op() == Op::add) return turn(angle(e.operand(0), depth + 1), angle(e.operand(1), depth + 1));
+      if (e.op() == Op::sub)
+        return turn(angle(e.operand(0), depth + 1), back(angle(e.operand(1), depth + 1)));
+      if (const auto [n, rest] = multiple(e); n != 0) {
+        Rotation total{Residue{1}, Residue{0}};
+        const Rotation one = n > 0 ? angle(rest, depth + 1) : back(angle(rest, depth + 1));
+        for (long k = 0; k < std::labs(n); ++k) total = turn(total, one);
+        return total;
+      }
+    }
+    const Residue h = drawn(e), square = h * h, low = Residue{1} + square;  // the tangent of half the angle
+    return {quotient(Residue{1} - square, low), quotient(h + h, low)};
+  }
+
+  Residue exponential(Expr e, int depth) {
+    if (e.is_zero()) return Residue{1};
+    if (depth < deepest) {
+      if (e.op() == Op::neg) return quotient(Residue{1}, exponential(e.operand(0), depth + 1));
+      if (e.op() == Op::add)
+        return exponential(e.operand(0), depth + 1) * exponential(e.operand(1), depth + 1);
+      if (e.op() == Op::sub)
+        return quotient(exponential(e.operand(0), depth + 1), exponential(e.operand(1), depth + 1));
+      if (const auto [n, rest] = multiple(e); n != 0) {
+        const Residue whole = power(exponential(rest, depth + 1), static_cast<std::uint64_t>(std::labs(n)));
+        return n > 0 ? whole : quotient(Residue{1}, whole);
+      }
+    }
+    return drawn(e);
+  }
+
+  Residue hyperbolic(Expr e, bool odd) {
+    const Residue up = exponential(e, 0), down = quotient(Residue{1}, up);
+    return (odd ? up - down : up + down) / Residue{2};
+  }
+
+  std::uint64_t seed_;
+  NodeMap<Residue>& values_;
+  std::unordered_map<Expr, std::vector<Residue>> solutions_;  // of linear systems, by their heads
+};
 
 std::vector<Residue> residues_at(std::span<const Expr> outputs, std::span<const Expr> order,
                                  std::uint64_t seed) {
   static NodeMap<Residue> values;
   values.clear();
-  std::vector<Residue> x;
+  Point point(seed, values);
   for (Expr node : order) {
-    if (node.is_constant()) {
-      values[node] = constant_residue(node);
-    } else if (node.is_symbol() || node.op() == Op::call) {  // π too: it is transcendental
-      values[node] = Residue{random_bits(seed, node) % prime};
-    } else {
-      x.clear();
-      for (Expr operand : node.operands()) x.push_back(values[operand]);
-      values[node] = operation_residue(node, x);
-    }
+    const Residue value = point.value(node);
+    values[node] = value;
   }
   std::vector<Residue> result;
   for (Expr output : outputs) result.push_back(values[output]);
   return result;
 }
 
-Real operation_real(Expr node, const std::vector<Real>& x) {
-  switch (node.op()) {
-    case Op::neg:
-      return {-x[0].value, x[0].scale};
-    case Op::add:
-      return x[0] + x[1];
-    case Op::sub:
-      return x[0] - x[1];
-    case Op::mul:
-      return x[0] * x[1];
-    case Op::div:
-      return x[0] / x[1];
-    default:
-      break;
+// ── double precision ──
+
+constexpr double unit = 1.2e-16;  // of rounding
+
+/// A value with a bound on its rounding error (running error analysis: Higham, Accuracy and Stability of
+/// Numerical Algorithms, 2nd ed., §3.3).
+struct Real {
+  double value = 0, error = 0;
+  /// The bound is of first order and library functions round worse than arithmetic: hence the factor.
+  bool is_zero() const { return std::fabs(value) <= 16 * error; }
+};
+
+/// An operation with its rounding and the operands' errors times the slopes.
+Real operation(Op op, const std::array<Real, 3>& x, int arity) {
+  const double value = apply(op, x[0].value, x[1].value, x[2].value);
+  double error = unit * std::fabs(value);
+  for (int i = 0; i < arity; ++i) {
+    if (x[i].error == 0) continue;
+    std::array<double, 3> moved = {x[0].value, x[1].value, x[2].value};
+    const double h = std::max(x[i].error, 1e-7 * std::max(std::fabs(moved[i]), 1e-3));
+    moved[i] += h;
+    const double slope = (apply(op, moved[0], moved[1], moved[2]) - value) / h;
+    if (std::isfinite(slope)) error += std::fabs(slope) * x[i].error;
   }
-  std::array<double, 3> v{};
-  double scale = 1;
-  for (std::size_t i = 0; i < x.size(); ++i)
-    v[i] = x[i].is_zero() ? 0 : x[i].value, scale = std::max(scale, x[i].scale);
-  const double value = apply(node.op(), v[0], v[1], v[2]);
-  return {value, std::max(std::fabs(value), scale * 1e-3)};
+  return {value, error};
 }
 
-std::vector<Real> reals_at(std::span<const Expr> outputs, std::span<const Expr> order, std::uint64_t seed) {
+Real real_at(Expr e, std::uint64_t seed) {
   static NodeMap<Real> values;
   values.clear();
-  std::vector<Real> x;
-  for (Expr node : order) {
-    double leaf = 0;
-    if (node.is_constant()) {
-      leaf = constant_value(node);
-    } else if (node.is_symbol() && symbol_of(node).kind == Kind::constant) {
-      leaf = constant_value(*symbol_of(node).value);
-    } else if (node.is_symbol() || node.op() == Op::call) {
-      // Around 1 at first, where roots and logarithms are defined; later points lie in (-1, 1) too.
+  std::unordered_map<Expr, std::vector<double>> solutions;
+  for (Expr node : topological({&e, 1})) {
+    if (node.is_constant() || (node.is_symbol() && symbol_of(node).kind == Kind::constant)) {
+      const double value = constant_value(node.is_constant() ? node : *symbol_of(node).value);
+      values[node] = {value, unit * std::fabs(value)};
+    } else if (node.is_symbol() || node.op() == Op::call || node.op() >= end_op) {
+      // Around 1 at first, where roots and logarithms are defined; every other point lies in (-1, 1).
       const double u = static_cast<double>(random_bits(seed, node) >> 11) * 0x1p-53;
-      leaf = seed % 2 == 0 ? 0.5 + u : 2 * u - 1;
+      values[node] = {seed % 2 == 0 ? 0.5 + u : 2 * u - 1, 0};
+    } else if (node.op() == Op::solve) {
+      if (component_of(node) == 0)
+        solutions[node] = solution_value(node, [](Expr operand) { return values[operand].value; });
+      const double value = solutions[head_of(node)][static_cast<std::size_t>(component_of(node))];
+      values[node] = {value, solve_error * std::fabs(value)};
     } else {
-      x.clear();
-      for (Expr operand : node.operands()) x.push_back(values[operand]);
-      values[node] = operation_real(node, x);
-      continue;
+      std::array<Real, 3> x;
+      const auto operands = node.operands();
+      for (std::size_t i = 0; i < operands.size(); ++i) x[i] = values[operands[i]];
+      values[node] = operation(node.op(), x, static_cast<int>(operands.size()));
     }
-    values[node] = {leaf, std::fabs(leaf)};
   }
-  std::vector<Real> result;
-  for (Expr output : outputs) result.push_back(values[output]);
-  return result;
+  return values[e];
+}
+
+/// Functions that are drawn or folded above without all their identities.
+bool has_other_functions(Expr e) {
+  for (Expr node : topological({&e, 1}))
+    if (node.op() > Op::pow && node.op() != Op::sin && node.op() != Op::cos && node.op() != Op::exp)
+      return true;
+  return false;
 }
 
 }  // namespace
@@ -150,43 +275,29 @@ Residue operator*(Residue a, Residue b) {
 }
 Residue operator/(Residue a, Residue b) { return a * power(b, prime - 2); }  // Fermat
 
-Real operator+(Real a, Real b) { return {a.value + b.value, a.scale + b.scale}; }
-Real operator-(Real a, Real b) { return {a.value - b.value, a.scale + b.scale}; }
-Real operator*(Real a, Real b) { return {a.value * b.value, a.scale * b.scale}; }
-Real operator/(Real a, Real b) {
-  const double low = std::fabs(b.value);
-  return {a.value / b.value, a.scale / low * std::max(1.0, b.scale / low)};
-}
-// 10⁵ roundings at the size of the terms: far above what is met, far below what a true value leaves.
-bool Real::is_zero() const { return std::fabs(value) <= 2e-11 * scale; }
-
-std::optional<std::vector<Residue>> residues(std::span<const Expr> outputs) {
+std::vector<Residue> residues(std::span<const Expr> outputs) {
   const std::vector<Expr> order = topological(outputs);
   for (std::uint64_t seed = 1; seed <= attempts; ++seed) {
     try {
       return residues_at(outputs, order, seed);
     } catch (Undefined) {
-    } catch (NotRational) {
-      return {};
     }
   }
-  return {};
-}
-
-std::vector<Real> reals(std::span<const Expr> outputs) {
-  const std::vector<Expr> order = topological(outputs);
-  std::vector<Real> values;
-  for (std::uint64_t seed = 2; seed < 2 + attempts; ++seed) {
-    values = reals_at(outputs, order, seed);
-    if (std::all_of(values.begin(), values.end(), [](Real r) { return std::isfinite(r.value); })) break;
-  }
-  return values;
+  throw Error("an expression divides by a term that is zero for all values of its symbols");
 }
 
 bool is_zero(Expr e) {
   if (e.is_constant()) return constant_value(e) == 0;
-  if (const auto value = residues({&e, 1})) return value->front().is_zero();
-  return reals({&e, 1})[0].is_zero();
+  if (residues({&e, 1})[0].is_zero()) return true;
+  if (!has_other_functions(e)) return false;
+  int finite = 0;
+  for (std::uint64_t seed = 2; seed < 2 + attempts && finite < 4; ++seed) {
+    const Real r = real_at(e, seed);
+    if (!std::isfinite(r.value)) continue;
+    ++finite;
+    if (!r.is_zero()) return false;
+  }
+  return finite > 0;
 }
 
 }  // namespace pendula::generic

@@ -1,12 +1,12 @@
 // What is true of an expression at almost all values of its symbols, found at random points.
 //
-// A rational expression is evaluated modulo the prime 2⁶¹ - 1: a value that is not identically zero vanishes
-// there with probability below degree/10¹⁸ (Schwartz, J. ACM 27(4), 1980). Other functions are evaluated in
-// double precision, with a bound on what rounding may leave. Points are drawn from fixed seeds: the answers
-// are the same in every run.
+// Expressions are evaluated modulo the prime 2⁶¹ - 1: exact, so that elimination may run on the values. A
+// rational function that is not identically zero vanishes there with probability below degree/10¹⁸ (Schwartz,
+// J. ACM 27(4), 1980). sin and cos of one angle are drawn as a point of the unit circle, exponentials as
+// powers of one number, with the addition theorems; roots are roots where there are any; every other function
+// is drawn like a symbol. Points come from fixed seeds: the answers are the same in every run.
 #pragma once
 
-#include <optional>
 #include <span>
 #include <vector>
 
@@ -24,23 +24,11 @@ struct Residue {
   bool is_zero() const { return value == 0; }
 };
 
-/// A double that knows how large the terms were from which it came, so that cancellation to rounding is zero.
-struct Real {
-  double value = 0, scale = 0;
-  friend Real operator+(Real a, Real b);
-  friend Real operator-(Real a, Real b);
-  friend Real operator*(Real a, Real b);
-  friend Real operator/(Real a, Real b);
-  bool is_zero() const;
-};
+/// The outputs at a random point. Throws Error if one divides by what vanishes for all values.
+std::vector<Residue> residues(std::span<const Expr> outputs);
 
-/// The outputs at a random point; nothing if one of them is not a rational function.
-std::optional<std::vector<Residue>> residues(std::span<const Expr> outputs);
-/// The same in double precision. Unspecified functions are drawn like symbols. May hold NaN if no point of
-/// the domain was found.
-std::vector<Real> reals(std::span<const Expr> outputs);
-
-/// Does e vanish for all values of its symbols?
+/// Does e vanish for all values of its symbols? Where functions other than those above are in it, a value
+/// that cancels to rounding at random points in double precision counts as zero.
 bool is_zero(Expr e);
 
 }  // namespace pendula::generic

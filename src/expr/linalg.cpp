@@ -15,7 +15,6 @@
 namespace pendula::linalg {
 namespace {
 
-using generic::Real;
 using generic::Residue;
 
 constexpr Eigen::Index minors_up_to = 8;  // 2ⁿ minors: 256 of them
@@ -25,11 +24,22 @@ void require_square(const MatX& a) {
   if (a.rows() != a.cols()) throw Error(text("the matrix must be square, not ", a.rows(), "×", a.cols()));
 }
 
-[[noreturn]] void singular(const MatX& a) {
+/// "A v = 0 for v = (2, -1)", or the columns that depend on each other where v is long.
+std::string dependency(const MatX& a) {
   const auto v = null_vector(a);
-  const bool symbolic = !is_rational(a);
-  throw Error(text("the matrix is singular", symbolic ? " for all values of its symbols" : "",
-                   ": A v = 0 for v = ", v ? vector_to_text(*v) : "some v"));
+  if (!v) return "its columns depend on each other";
+  constexpr std::size_t readable = 160;
+  if (const std::string shown = vector_to_text(*v); shown.size() <= readable)
+    return "A v = 0 for v = " + shown;
+  std::string columns;
+  for (Eigen::Index j = 0; j < v->size(); ++j)
+    if (!(*v)[j].is_zero()) columns += text(columns.empty() ? "" : ", ", j + 1);
+  return "its columns " + columns + " depend on each other";
+}
+
+[[noreturn]] void singular(const MatX& a) {
+  throw Error(text("the matrix is singular", is_rational(a) ? "" : " for all values of its symbols", ": ",
+                   dependency(a)));
 }
 
 // ── determinants by minors ──
@@ -80,10 +90,9 @@ MatX adjugate(const MatX& a) {
 // ── elimination on the graph, steered by a random point ──
 
 /// [a | …] with the value of every entry at a random point beside it: what is zero there is zero.
-template <class Field>
 class Elimination {
  public:
-  Elimination(MatX a, std::vector<Field> values) : a_(std::move(a)), values_(std::move(values)) {
+  Elimination(MatX a, std::vector<Residue> values) : a_(std::move(a)), values_(std::move(values)) {
     drop_zeros();
   }
 
@@ -107,14 +116,14 @@ class Elimination {
   int sign() const { return sign_; }
 
  private:
-  Field& value(Eigen::Index i, Eigen::Index j) {
+  Residue& value(Eigen::Index i, Eigen::Index j) {
     return values_[static_cast<std::size_t>(j * a_.rows() + i)];
   }
 
   void drop_zeros() {
     for (Eigen::Index k = 0; k < a_.size(); ++k)
       if (values_[static_cast<std::size_t>(k)].is_zero())
-        a_.data()[k] = 0, values_[static_cast<std::size_t>(k)] = Field{};
+        a_.data()[k] = 0, values_[static_cast<std::size_t>(k)] = Residue{};
   }
 
   /// Numbers before expressions, then the row with the fewest entries (least fill, as Markowitz).
@@ -137,7 +146,7 @@ class Elimination {
 
   void clear_column(Eigen::Index r, Eigen::Index c) {
     const Expr pivot = a_(r, c);
-    const Field pivot_value = value(r, c);
+    const Residue pivot_value = value(r, c);
     pivots_.push_back(pivot);
     for (Eigen::Index j = c; j < a_.cols(); ++j) {
       if (a_(r, j).is_zero()) continue;
@@ -148,18 +157,18 @@ class Elimination {
       if (i == r || a_(i, c).is_zero()) continue;
       poll_interrupt();
       const Expr factor = a_(i, c);
-      const Field factor_value = value(i, c);
+      const Residue factor_value = value(i, c);
       for (Eigen::Index j = c; j < a_.cols(); ++j) {
         if (a_(r, j).is_zero()) continue;
         value(i, j) = value(i, j) - factor_value * value(r, j);
         a_(i, j) = value(i, j).is_zero() ? Expr(0) : a_(i, j) - factor * a_(r, j);
       }
-      a_(i, c) = 0, value(i, c) = Field{};
+      a_(i, c) = 0, value(i, c) = Residue{};
     }
   }
 
   MatX a_;
-  std::vector<Field> values_;
+  std::vector<Residue> values_;
   std::vector<Expr> pivots_;
   int sign_ = 1;
 };
@@ -171,17 +180,10 @@ struct Reduced {
   int sign;
 };
 
-template <class Field>
-Reduced reduce_with(const MatX& a, std::vector<Field> values, Eigen::Index columns) {
-  Elimination<Field> elimination(a, std::move(values));
+Reduced reduce(const MatX& a, Eigen::Index columns) {
+  Elimination elimination(a, generic::residues(entries(a)));
   const auto pivots = elimination.run(columns);
   return {elimination.matrix(), pivots, elimination.pivots(), elimination.sign()};
-}
-
-Reduced reduce(const MatX& a, Eigen::Index columns) {
-  if (auto values = generic::residues(entries(a)))
-    return reduce_with<Residue>(a, std::move(*values), columns);
-  return reduce_with<Real>(a, generic::reals(entries(a)), columns);
 }
 
 MatX side_by_side(const MatX& a, const MatX& b) {
@@ -283,7 +285,10 @@ std::optional<VecX> null_vector(const MatX& a) {
   VecX v = VecX::Zero(a.cols());
   v[free_column] = 1;
   for (std::size_t i = 0; i < pivots.size(); ++i)
-    v[pivots[i]] = simplify(-reduced.matrix(static_cast<Eigen::Index>(i), free_column));
+    v[pivots[i]] = -reduced.matrix(static_cast<Eigen::Index>(i), free_column);
+  constexpr std::size_t readable = 500;
+  if (topological(entries(v)).size() > readable) return v;
+  for (Expr& e : v) e = simplify(e);
   return v;
 }
 

@@ -3,7 +3,7 @@
 #include <map>
 
 #include "base/error.hpp"
-#include "expr/generic.hpp"
+#include "expr/derivative.hpp"
 #include "expr/linalg.hpp"
 #include "expr/rational.hpp"
 #include "expr/rewrite.hpp"
@@ -17,7 +17,7 @@ Mat in_doubles(const MatX& a) {
 
 bool before(const Eigenvalue& a, const Eigenvalue& b) {
   // Surds are compared by their decimal values.
-  const auto number = [](Expr e) { return generic::reals({&e, 1})[0].value; };
+  const auto number = [](Expr e) { return evaluate({&e, 1}, {})[0]; };
   return std::pair(number(a.re), number(a.im)) < std::pair(number(b.re), number(b.im));
 }
 

@@ -97,9 +97,9 @@ int param(Call& call) {
   if (only_options || !call.has(2) || is_expression(call.L, 2)) {
     const Expr leaf = symbol(Kind::parameter, name);
     set_attributes({&leaf, 1}, given);
-    attributes(leaf).value.reset();
-    if (!only_options && call.has(2))
-      attributes(leaf).value = default_value(to_expr(call.L, 2, "value"), name);
+    std::optional<Expr> value;
+    if (!only_options && call.has(2)) value = default_value(to_expr(call.L, 2, "value"), name);
+    attributes(leaf).value = value;
     return push_expr(call.L, leaf);
   }
   const VecX values = to_column(call.L, 2, "value");
@@ -131,10 +131,11 @@ int params(Call& call) {
     const auto equals = word.find('=');
     const std::string name = word.substr(0, equals);
     check_free_name(name);
+    std::optional<Expr> value;
+    if (equals != std::string::npos) value = parse_number(word.substr(equals + 1));
     const Expr leaf = symbol(Kind::parameter, name);
     set_attributes({&leaf, 1}, given);
-    attributes(leaf).value.reset();
-    if (equals != std::string::npos) attributes(leaf).value = parse_number(word.substr(equals + 1));
+    attributes(leaf).value = value;
     push_expr(call.L, leaf);
   }
   return static_cast<int>(words.size());
@@ -259,6 +260,8 @@ int binary(Call& call) {
 
 int negative(Call& call) { return push(call.L, product(Expr(-1), to_value(call.L, 1, "the operand"))); }
 
+Value scalar_or_matrix(const MatX& m) { return m.size() == 1 ? Value(m(0, 0)) : Value(m); }
+
 /// Both sides in one shape: 0 ~ C means that every entry of C is zero.
 int equate(Call& call) {
   for (int i : {1, 2})
@@ -268,7 +271,8 @@ int equate(Call& call) {
   if (is_zero(lhs)) lhs = MatX::Zero(rhs.rows(), rhs.cols());
   if (is_zero(rhs)) rhs = MatX::Zero(lhs.rows(), lhs.cols());
   if (lhs.rows() != rhs.rows() || lhs.cols() != rhs.cols())
-    throw Error(text("the left side is a ", shape(lhs), ", the right side a ", shape(rhs)));
+    throw Error(text("the left side is a ", shape(scalar_or_matrix(lhs)), ", the right side a ",
+                     shape(scalar_or_matrix(rhs))));
   return push_equation(call.L, {lhs, rhs});
 }
 

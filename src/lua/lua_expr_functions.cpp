@@ -77,6 +77,15 @@ int swapped(Call& call) {  // gt(a, b) is lt(b, a)
   return named<op>(call);
 }
 
+/// Replaces a list by its entries.
+void spread(Call& call) {
+  const lua_Integer n = list_size(call.L, 1, "the list");
+  if (n == 0) throw Error("the list is empty");
+  luaL_checkstack(call.L, static_cast<int>(n) + 20, "the list is too long");
+  for (lua_Integer i = 1; i <= n; ++i) lua_rawgeti(call.L, 1, i);
+  lua_remove(call.L, 1);
+}
+
 /// Folds the arguments, or the entries of the one list or matrix that is given.
 template <Op op>
 int folded(Call& call) {
@@ -84,7 +93,9 @@ int folded(Call& call) {
     throw Error(text("expected at least one argument (usage: ", call.row.signature, ")"));
   constexpr bool condition = op == Op::both || op == Op::either;
   std::vector<Value> operands;
-  for (int i = 1; i <= call.count(); ++i)
+  if (condition && call.count() == 1 && lua_istable(call.L, 1)) spread(call);  // a list may hold booleans
+  const int count = lua_gettop(call.L);
+  for (int i = 1; i <= count; ++i)
     operands.push_back(condition ? to_condition(call.L, i, text("argument ", i))
                                  : to_value(call.L, i, text("argument ", i)));
   if (operands.size() == 1 && is_matrix(operands[0])) {

@@ -10,11 +10,12 @@ namespace {
 
 // ── indexing ──
 
-/// 1-based position in 1..n, or an error that says the size.
-Eigen::Index position(lua_Integer i, Eigen::Index n, const char* what, const std::string& of) {
+/// 0-based position of the i-th of n, or an error that says the size. `what`: "entry", "row", "column".
+Eigen::Index position(lua_Integer i, Eigen::Index n, const std::string& what, const std::string& of) {
   if (i >= 1 && i <= n) return i - 1;
-  throw Error(text(what, " ", i, " is out of range: a ", of, " has ", n, " ", n == 1 ? "entry" : "entries",
-                   " there", i == 0 ? " (the first is 1)" : ""));
+  const std::string plural = what == "entry" ? "entries" : what + "s";
+  throw Error(text(what, " ", i, " is out of range: a ", of, " has ", n, " ", n == 1 ? what : plural,
+                   i == 0 ? " (the first is 1)" : ""));
 }
 
 int index(Call& call) {
@@ -28,7 +29,7 @@ int index(Call& call) {
   return visit(call, [&](const auto& m) {
     using M = std::decay_t<decltype(m)>;
     if (m.rows() == 1 || m.cols() == 1)
-      return push_entry(call.L, m.data()[position(i, m.size(), "index", shape(m))]);
+      return push_entry(call.L, m.data()[position(i, m.size(), "entry", shape(m))]);
     return push_matrix(call.L, M(m.row(position(i, m.rows(), "row", shape(m)))));
   });
 }

@@ -82,6 +82,9 @@ int default_tostring(lua_State* L) {
 
 /// "x = " .. value
 int concatenate(lua_State* L) {
+  for (int i : {1, 2})
+    if (lua_isnil(L, i) || lua_isboolean(L, i) || lua_istable(L, i) || lua_isfunction(L, i))
+      throw Error(text("attempt to concatenate ", describe(L, i)));
   luaL_tolstring(L, 1, nullptr);
   luaL_tolstring(L, 2, nullptr);
   lua_concat(L, 2);
@@ -112,7 +115,7 @@ void make_metatable(lua_State* L, const char* type) {
   lua_setfield(L, meta, "__newindex");
   lua_pushcfunction(L, finalize);
   lua_setfield(L, meta, "__gc");
-  lua_pushcfunction(L, concatenate);
+  lua_pushcfunction(L, guarded<concatenate>);
   lua_setfield(L, meta, "__concat");
   lua_pushstring(L, type);
   lua_pushcclosure(L, default_tostring, 1);

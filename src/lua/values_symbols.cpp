@@ -105,8 +105,10 @@ void refuse_repetition(std::vector<SymbolEntry>& entries, const std::string& wha
   for (const SymbolEntry& entry : entries)
     for (Expr leaf : entry.leaves)
       if (const auto [it, fresh] = seen.emplace(leaf, &entry); !fresh)
-        throw Error(text(what, " gives '", leaf_name(leaf), "' twice: with the keys '", it->second->key,
-                         "' and '", entry.key, "'"));
+        throw Error(text(what, " gives '", leaf_name(leaf), "' twice: ",
+                         it->second->key == entry.key
+                             ? "by the symbol and by its name"
+                             : text("with '", it->second->key, "' and with '", entry.key, "'")));
 }
 
 [[noreturn]] void not_an_equation(lua_State* L, int index, const std::string& what) {
