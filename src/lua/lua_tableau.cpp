@@ -142,20 +142,20 @@ const Module tableau_module = {
          "line '| b b …'. Entries are numbers or strings such as \"sqrt(3)/6\"; c defaults to the row sums "
          "of A. An order "
          "that is claimed is proved.",
-         "return tableau [[ 0   |\n1/2 | 1/2\n    | 0  1 ]]:order()", "2"},
+         "tableau [[ 0   |\n1/2 | 1/2\n    | 0  1 ]]:order()", "2"},
         {"rk.gauss", gauss, "rk.gauss(stages) -> tableau",
          "Gauss-Legendre collocation of order 2s: the nodes are the zeros of the shifted Legendre "
          "polynomial.",
-         "return rk.gauss(2)",
+         "rk.gauss(2)",
          "gauss(2): 2 stages, order 4, fully implicit\n\n"
          "1/2 - √3/6 │ 1/4         1/4 - √3/6\n1/2 + √3/6 │ 1/4 + √3/6  1/4\n"
          "───────────┼───────────────────────\n           │ 1/2         1/2"},
         {"rk.radau", radau, "rk.radau(stages) -> tableau",
          "Radau IIA collocation of order 2s - 1: stiffly accurate, L-stable, good for DAEs.",
-         "return rk.radau(3):order()", "5"},
+         "rk.radau(3):order()", "5"},
         {"rk.collocation", collocation, "rk.collocation{ node, … } -> tableau",
          "The collocation method with these nodes, in units of the step.",
-         "return rk.collocation{ \"1/3\", 1 }:order()", "3"},
+         "rk.collocation{ \"1/3\", 1 }:order()", "3"},
         {"tableau#A", A, "tab.A -> matrix", "The coefficients aᵢⱼ.", "", ""},
         {"tableau#b", b, "tab.b -> column", "The weights.", "", ""},
         {"tableau#c", c, "tab.c -> column", "The nodes.", "", ""},
@@ -172,7 +172,7 @@ const Module tableau_module = {
          "\"explicit\", \"implicit\", \"diagonally implicit\", \"FSAL\", \"stiffly accurate\", "
          "\"collocation\", "
          "\"symplectic\" or \"symmetric\".",
-         "return rk.gauss(3):is \"symplectic\"", "true"},
+         "rk.gauss(3):is \"symplectic\"", "true"},
         {"tableau:latex", latex, "tab:latex() -> string", "The tableau as a LaTeX array.", "", ""},
         {"tableau:__tostring", drawn, "print(tab)", "The tableau as a book draws it.", "", ""},
     }};

@@ -8,7 +8,7 @@ for _, name in ipairs(names) do
   local tab = include("tableaus/" .. name)
   doc {
     name = "rk." .. name, sig = "rk." .. name, module = "rk", title = "Butcher tableaus",
-    text = tab.text .. " [" .. tab.cite .. "]",
+    text = tab.text .. " (" .. tab.cite .. ")",
     example = "rk." .. name .. ":order()", gives = tostring(tab:order()),
     tab,
   }
