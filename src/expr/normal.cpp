@@ -274,6 +274,35 @@ void NormalForms::settle(Term& term) {
   }
 }
 
+bool NormalForms::multiplies_out(const Factor& f) const {
+  return atoms_[f.atom].kind == AtomKind::sum && f.exponent >= 1 && f.exponent.get_den() == 1;
+}
+
+bool NormalForms::multiplies_out(const Term& t) const {
+  return std::any_of(t.factors.begin(), t.factors.end(), [&](const Factor& f) { return multiplies_out(f); });
+}
+
+Term NormalForms::times(const Term& a, const Term& b) {
+  Term product{a.coefficient * b.coefficient, {}};
+  product.factors.reserve(a.factors.size() + b.factors.size());
+  auto x = a.factors.begin(), y = b.factors.begin();
+  while (x != a.factors.end() || y != b.factors.end()) {
+    if (y == b.factors.end() || (x != a.factors.end() && x->atom < y->atom)) {
+      product.factors.push_back(*x++);
+    } else if (x == a.factors.end() || y->atom < x->atom) {
+      product.factors.push_back(*y++);
+    } else {
+      product.factors.push_back({x->atom, x->exponent + y->exponent});
+      if (product.factors.back().exponent == 0) product.factors.pop_back();
+      ++x, ++y;
+    }
+  }
+  if (std::any_of(product.factors.begin(), product.factors.end(),
+                  [&](const Factor& f) { return atoms_[f.atom].kind == AtomKind::sum; }))
+    settle(product);
+  return product;
+}
+
 SumId NormalForms::product(Term term) {
   settle(term);
   return term.coefficient.sign() == 0 ? intern(Sum{}) : rewritten_product(std::move(term));

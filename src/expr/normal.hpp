@@ -124,6 +124,11 @@ class NormalForms {
   SumId product(Term term);
   /// The rational c for which sum/c has small whole coefficients: gcd of numerators over lcm of denominators.
   Number content(const Sum& terms) const;
+  /// A sum in parentheses to a positive whole power.
+  bool multiplies_out(const Factor& f) const;
+  bool multiplies_out(const Term& t) const;
+  /// The product of two terms, settled.
+  Term times(const Term& a, const Term& b);
   void collect(Term& term) const;  ///< factors in order, equal atoms together
   SumId scaled(SumId sum, const Number& by);
 
@@ -175,7 +180,9 @@ class NormalForms {
   std::vector<Expr> region(Expr head) const;
   bool inside(Expr operand, Role r) const { return role(operand) == r && !memo_.contains(operand); }
   Expr build(AtomId atom, const mpq_class& exponent) const;
-  Expr build_term(const Term& term) const;  // without regard to its sign
+  Expr build_term(const Term& term, bool turned) const;  // without its sign; turned: with the sign of its sum
+  bool turns(const Term& term) const;
+  bool turns(const Factor& f) const;
   void append(Sum& terms, SumId part, const mpz_class& weight);
 
   double copied_ = 0;  // terms copied so far

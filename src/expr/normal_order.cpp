@@ -97,6 +97,8 @@ int NormalForms::factor_rank(const Factor& f) const {
       return 7;
     case AtomKind::opaque:
       return 7;
+    case AtomKind::function:
+      return a.op == Op::sqrt || a.op == Op::abs ? 7 : 8;
     default:
       return 8;
   }
@@ -214,15 +216,26 @@ Expr NormalForms::build(AtomId id, const mpq_class& exponent) const {
   return exponent == mpq_class(1, 2) ? sqrt(base) : pow(base, Expr(exponent));
 }
 
-Expr NormalForms::build_term(const Term& term) const {
+/// Whether -c (x - y) can be written c (y - x).
+bool NormalForms::turns(const Term& term) const {
+  return std::any_of(term.factors.begin(), term.factors.end(), [&](const Factor& f) { return turns(f); });
+}
+
+bool NormalForms::turns(const Factor& f) const {
+  if (atoms_[f.atom].kind != AtomKind::sum || f.exponent != 1) return false;
+  const Sum& terms = sum(atoms_[f.atom].args[0]);
+  return std::any_of(terms.begin(), terms.end(), [](const Term& t) { return t.coefficient.sign() < 0; });
+}
+
+Expr NormalForms::build_term(const Term& term, bool turned) const {
   const auto times = [](Expr a, Expr b) { return a.is_one() ? b : a * b; };
   Expr above = 1, below = 1;
   for (const Factor& f : ordered_factors(term)) {
-    if (f.exponent > 0) {
-      above = times(above, build(f.atom, f.exponent));
-    } else {
-      below = times(below, build(f.atom, -f.exponent));
-    }
+    const bool turn = turned && turns(f);
+    if (turn) turned = false;
+    const Expr e = build(f.atom, abs(f.exponent));
+    Expr& side = f.exponent > 0 ? above : below;
+    side = times(side, turn ? -e : e);
   }
   const Number& c = term.coefficient;
   const Number size = c.sign() < 0 ? -c : c;
@@ -241,8 +254,9 @@ Expr NormalForms::build(SumId root) {
     Expr result = 0;
     bool first = true;
     for (const Term& t : ordered_terms(id)) {
-      const Expr e = build_term(t);
-      result = t.coefficient.sign() < 0 ? (first ? -e : result - e) : (first ? e : result + e);
+      const bool minus = t.coefficient.sign() < 0, turned = minus && sum(id).size() == 1 && turns(t);
+      const Expr e = build_term(t, turned);
+      result = minus && !turned ? (first ? -e : result - e) : (first ? e : result + e);
       first = false;
     }
     built_[id] = result;

@@ -13,8 +13,6 @@ constexpr double most_expanded_products = 2e6;
 constexpr std::size_t most_rounds = 12;
 constexpr int most_product_rules = 40;
 
-bool whole_and_positive(const mpq_class& n) { return n >= 1 && n.get_den() == 1; }
-
 /// The d-th root of a positive rational, if it is rational.
 std::optional<mpq_class> exact_root(const mpq_class& q, unsigned long d) {
   mpq_class root;
@@ -32,7 +30,7 @@ SumId Expander::rewritten_product(Term term) {
   Sum result{Term{term.coefficient, {}}};
   std::vector<Factor> sums;
   for (const Factor& f : term.factors) {
-    const bool out = atom(f.atom).kind == AtomKind::sum && whole_and_positive(f.exponent);
+    const bool out = multiplies_out(f);
     (out ? sums : result[0].factors).push_back(f);
   }
   for (const Factor& f : sums) {
@@ -48,16 +46,21 @@ SumId Expander::rewritten_product(Term term) {
       Sum product;
       product.reserve(result.size() * by.size());
       for (const Term& a : result)
-        for (const Term& b : by) {
-          Term ab{a.coefficient * b.coefficient, a.factors};
-          ab.factors.insert(ab.factors.end(), b.factors.begin(), b.factors.end());
-          settle(ab);
-          product.push_back(std::move(ab));
-        }
+        for (const Term& b : by) product.push_back(times(a, b));
       result = sum(intern(std::move(product)));
     }
   }
-  return sums.empty() ? finished_product(std::move(result[0])) : intern(std::move(result));
+  if (sums.empty()) return finished_product(std::move(result[0]));
+  Sum whole;
+  for (Term& t : result) {
+    if (!multiplies_out(t)) {
+      whole.push_back(std::move(t));
+      continue;
+    }
+    const SumId again = rewritten_product(std::move(t));  // √(x + 1) √(x + 1) gave x + 1
+    whole.insert(whole.end(), sum(again).begin(), sum(again).end());
+  }
+  return intern(std::move(whole));
 }
 
 Expr expand(Expr e) {

@@ -16,18 +16,12 @@ constexpr double work_limit = 5e6;
 double multiplied_size(const NormalForms& forms, const Term& term) {
   double size = 1;
   for (const Factor& f : term.factors) {
+    if (!forms.multiplies_out(f)) continue;
     const Atom& a = forms.atom(f.atom);
-    if (a.kind != AtomKind::sum || f.exponent < 1 || f.exponent.get_den() != 1) continue;
     const double n = static_cast<double>(forms.sum(a.args[0]).size());
     for (mpz_class k = 0; k < f.exponent.get_num() && size < 1e9; ++k) size *= n;
   }
   return size;
-}
-
-bool multiplies_out(const NormalForms& forms, const Term& term) {
-  return std::any_of(term.factors.begin(), term.factors.end(), [&](const Factor& f) {
-    return forms.atom(f.atom).kind == AtomKind::sum && f.exponent >= 1 && f.exponent.get_den() == 1;
-  });
 }
 
 /// Lexicographic order of monomials: the greater has the higher power of the first atom in which they differ.
@@ -58,9 +52,8 @@ std::optional<Sum> Simplifier::multiplied_out(const Term& term, std::size_t limi
   while (!open.empty()) {
     Term t = std::move(open.back());
     open.pop_back();
-    const auto it = std::find_if(t.factors.begin(), t.factors.end(), [&](const Factor& f) {
-      return atom(f.atom).kind == AtomKind::sum && f.exponent >= 1 && f.exponent.get_den() == 1;
-    });
+    const auto it =
+        std::find_if(t.factors.begin(), t.factors.end(), [&](const Factor& f) { return multiplies_out(f); });
     if (it == t.factors.end()) {
       done.push_back(std::move(t));
     } else {
@@ -68,10 +61,7 @@ std::optional<Sum> Simplifier::multiplied_out(const Term& term, std::size_t limi
       it->exponent -= 1;
       if (it->exponent == 0) t.factors.erase(it);
       for (const Term& part : sum(inside)) {
-        Term product = t;
-        product.coefficient = product.coefficient * part.coefficient;
-        product.factors.insert(product.factors.end(), part.factors.begin(), part.factors.end());
-        settle(product);
+        Term product = times(t, part);
         open.push_back(std::move(product));
         if (++work_; done.size() + open.size() > limit || work_ > work_limit) return {};
       }
@@ -115,7 +105,7 @@ void Simplifier::expanded(SumId s, std::vector<SumId>& candidates) {
   const std::vector<Term> terms = ordered_terms(s);
   std::vector<std::pair<double, std::size_t>> sizes;
   for (std::size_t i = 0; i < terms.size(); ++i)
-    if (multiplies_out(*this, terms[i])) sizes.emplace_back(multiplied_size(*this, terms[i]), i);
+    if (multiplies_out(terms[i])) sizes.emplace_back(multiplied_size(*this, terms[i]), i);
   std::stable_sort(sizes.begin(), sizes.end(),
                    [](const auto& a, const auto& b) { return a.first < b.first; });
   std::vector<bool> out(terms.size(), false);
@@ -188,7 +178,7 @@ void Simplifier::grouped(SumId s, std::vector<SumId>& candidates) {
   for (const Group& g : groups) candidates.push_back(with_grouped(terms, g.common, g.members));
   Term whole{1, {}};
   multiply(whole, s, 1);
-  candidates.push_back(product(std::move(whole)));
+  if (whole.factors.size() > 1) candidates.push_back(product(std::move(whole)));  // 2 x + 2 y stays
   work_ += static_cast<double>(terms.size() * candidates.size());
 }
 
