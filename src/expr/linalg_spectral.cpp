@@ -161,6 +161,8 @@ std::optional<std::vector<Eigenvalue>> exact_eigenvalues(const MatX& a) {
   std::vector<Eigenvalue> values;
   for (const mpq_class& q : rational_eigenvalues(a, rest)) values.push_back({Expr(q), 0});
   if (rest.size() > 3) return {};
+  if (rest.size() == 2)
+    values.push_back({Expr(mpq_class(-rest[1])), 0});  // too large for the doubles it was sought near
   if (rest.size() == 3) add_quadratic(rest, values);
   std::sort(values.begin(), values.end(), before);
   return values;
@@ -173,8 +175,9 @@ std::optional<MatX> exact_exponential(const MatX& a) {
   if (!split_matrix) return {};
   const auto& [r, s] = *split_matrix;
   std::vector<mpq_class> rest;
-  const std::vector<mpq_class> lambda = rational_eigenvalues(r, rest);
-  if (rest.size() > 1) return {};
+  std::vector<mpq_class> lambda = rational_eigenvalues(r, rest);
+  if (rest.size() == 2) lambda.push_back(-rest[1]);
+  if (rest.size() > 2) return {};
   // eᴿˢ = Σ rₖ₊₁(s) Pₖ,  P₀ = I, Pₖ = Pₖ₋₁(R - λₖI),  r₁ = e^{λ₁s}, rₖ₊₁′ = λₖ₊₁rₖ₊₁ + rₖ.
   MatX p = MatX::Identity(r.rows(), r.cols()), total = MatX::Zero(r.rows(), r.cols());
   ExpPolynomial coefficient{{lambda[0], {1}}};

@@ -335,16 +335,16 @@ const Operator operators[] = {
 std::vector<Row> rows() {
   static std::deque<std::string> names;  // a Row holds pointers
   std::vector<Row> all = {
-      {"=t", time, "t", "The independent variable: time.", "diff(t^2, t)", "2*t"},
+      {"=t", time, "t", "The independent variable: time.", "diff(t^2, t)", "2 t"},
       {"=pi", number_pi, "pi", "The number π as a symbol; math.pi is its double.", "evaluate(cos(pi))",
        "-1.0"},
       {"var", var, "var(name [, size] [, {unit =, text =}]) -> symbol or column",
        "An unknown function of time, or a column of them: var(\"q\", 3) has the entries q1, q2, q3. Unit and "
        "text "
        "appear on axes and in ledgers.",
-       "q = var(\"q\", 3); q.T*q", ""},
+       "q = var(\"q\", 3); q.T*q", "qᵀq"},
       {"vars", vars, "vars \"x y z\" -> x, y, z", "Several unknown functions of time.",
-       "x, y = vars \"x y\"; diff(x^2*y, x)", ""},
+       "x, y = vars \"x y\"; diff(x^2*y, x)", "2 x y"},
       {"param", param, "param(name [, value] [, {unit =, text =}]) -> symbol or column",
        "A constant with a default value: a number, \"1/3\", or a list for a column. Without a value it must "
        "be given "
@@ -357,12 +357,12 @@ std::vector<Row> rows() {
        "A known function of time (or a column), given at init and integration.", "u = input(\"u\", 2); #u",
        "2"},
       {"inputs", inputs, "inputs \"u w\" -> u, w", "Several known functions of time.",
-       "u, w = inputs \"u w\"; der(u*w)", ""},
+       "u, w = inputs \"u w\"; der(u*w)", "w u′ + u w′"},
       {"func", func, "func(name [, outputs]) -> function",
        "An unspecified function: g(x, z) is an expression with formal partial derivatives; arguments are "
        "scalars or "
        "columns, several outputs make a column.",
-       "x, z = vars \"x z\"; g = func \"g\"; g(x, z)", ""},
+       "x, z = vars \"x z\"; g = func \"g\"; g(x, z)", "g(x, z)"},
       {"func:__call", apply_func, "g(x, …)", "The function applied to scalars or columns."},
       {"func:__tostring", func_tostring, "tostring(g)", "Name and number of outputs."},
       {"rational", rational, "rational \"1/3\" -> number", "An exact number from text or a number.",
@@ -370,7 +370,7 @@ std::vector<Row> rows() {
       {"der", der, "der(e [, n]) -> e′",
        "The n-th total derivative in time by the chain rule, of any expression, matrix or "
        "equation.",
-       "x = var \"x\"; der(sin(x))", ""},
+       "x = var \"x\"; der(sin(x))", "x′ cos(x)"},
       {"expr#dot", dot, "e.dot", "The time derivative, der(e)."},
       {"expr#ddot", ddot, "e.ddot", "The second time derivative, der(e, 2)."},
       {"matrix#dot", dot, "v.dot", "The time derivative of every entry."},

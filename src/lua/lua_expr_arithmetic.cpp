@@ -142,7 +142,10 @@ Value to_value(lua_State* L, int index, const std::string& what) {
     if (m.numeric()) return one ? Value(std::get<Mat>(m.store)(0, 0)) : std::get<Mat>(m.store);
     return one ? Value(std::get<MatX>(m.store)(0, 0)) : std::get<MatX>(m.store);
   }
-  if (lua_istable(L, index)) return to_matrix(L, index, what);
+  if (lua_istable(L, index)) {
+    const MatX m = to_matrix(L, index, what);
+    return m.size() == 1 ? Value(m(0, 0)) : Value(m);
+  }
   if (lua_type(L, index) != LUA_TNUMBER && lua_type(L, index) != LUA_TSTRING &&
       !object_at(L, index, TypeName<Expr>::value))
     throw Error(

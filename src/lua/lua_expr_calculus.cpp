@@ -175,7 +175,7 @@ const Module calculus_module = {
         {"implicit_jacobian", push_implicit_jacobian, "implicit_jacobian(r, z, y) -> matrix",
          "∂z/∂y = -(∂r/∂z)⁻¹ ∂r/∂y where r(y, z) = 0. ∂r/∂z must be regular: sufficient for z(y) to exist, "
          "not necessary.",
-         "y, z = vars \"y z\"; implicit_jacobian(z^2 - y, z, y) == 1/(2*z)", ""},
+         "y, z = vars \"y z\"; implicit_jacobian(z^2 - y, z, y) == 1/(2*z)", "true"},
         {"expr:latex", latex, "e:latex()", "The LaTeX text."},
         {"expr:code", code, "e:code()", "Lua text that rebuilds e."},
         {"matrix:latex", latex, "A:latex()", "The LaTeX text."},

@@ -159,6 +159,7 @@ int map(Call& call) {
   call.function(2, "f");
   const bool of_matrix = call.is<Matrix>(1);
   if (!of_matrix) call.table(1, "list");
+  lua_settop(call.L, 2);
   const lua_Integer n = of_matrix ? 0 : list_size(call.L, 1, "the list");
   if (!of_matrix) {
     lua_createtable(call.L, static_cast<int>(std::min<lua_Integer>(n, 1 << 20)), 0);
