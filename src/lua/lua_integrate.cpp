@@ -112,9 +112,9 @@ int integrate_model(Call& call) {
     simulation.numeric_inputs.emplace_back(input.leaf, std::move(input.value));
   const integrate::TrajectoryPtr result = integrate::simulate(model, simulation);
   if (result->solution().status() == "interrupted") {
-    if (!typed_at_prompt(call.L)) throw Interrupted();
+    if (!typed_at_prompt(call.L) || result->solution().t().empty()) throw Interrupted();
     interrupt_requested = false;
-    std::fprintf(stderr, "interrupted at t = %s; the part computed so far is the result\n",
+    std::fprintf(stderr, "\ninterrupted at t = %s; the part computed so far is the result\n",
                  rounded(result->solution().t().back(), 6).c_str());
   }
   return call.push(result);

@@ -3,10 +3,13 @@ import os
 import re
 import shutil
 import subprocess
+import sys
 import tempfile
 import time
 
 PROGRAM = os.path.abspath(os.environ.get("PENDULA", "build/release/pendula"))
+if not os.access(PROGRAM, os.X_OK):
+    sys.exit(f"no program at {PROGRAM}: ./dev build makes it, the variable PENDULA names another one")
 PATIENCE = float(os.environ.get("PENDULA_PATIENCE", "30"))  # seconds; a slow machine may need all of them
 
 
