@@ -37,12 +37,22 @@ class Kernel {
  private:
   struct Run {
     Op op;
-    std::uint32_t first_slot, count, first_operand;
+    std::uint32_t first_slot, count, first_operand;  ///< of Op::solve: first_operand is a linear step
   };
+  /// A linear system on the tape: a factorisation, or a solution with one that was made before.
+  struct LinearStep {
+    bool factor;  ///< n² operands become LU and pivots, n² + n results; otherwise n become n
+    int n;
+    std::uint32_t first_operand;
+    std::uint32_t factors;  ///< slot of LU and pivots
+    bool transposed;
+  };
+  void run_linear(const LinearStep& step, std::uint32_t result, double* w) const;
   double* work() const;
   std::size_t input_count_ = 0, slots_ = 0;
   std::vector<double> constants_;
   std::vector<Run> runs_;
+  std::vector<LinearStep> linear_;
   std::vector<std::uint32_t> operands_;  ///< arity × count slot numbers per run, operand by operand
   std::vector<std::uint32_t> output_slot_;
   mutable std::vector<double> work_;

@@ -8,16 +8,26 @@
 
 #include "base/error.hpp"
 #include "codegen/kernel.hpp"
+#include "expr/solve.hpp"
 
 namespace pendula::codegen {
 namespace {
 
 using Slot = std::uint32_t;
 
+/// Parts of a linear system: its matrix is factored once, every right side solved, components taken out.
+enum class Part : std::uint8_t { none, factor, solve, component };
+
 /// An operation on earlier values. Values are numbered: inputs and constants first, then instructions.
+/// factor: `extra` holds the matrix row by row; solve: operand[0] is the factor, `extra` the right side;
+/// component: operand[0] is the solve, operand[1] the number of the component.
 struct Instruction {
   Op op;
-  std::array<Slot, 3> operand;
+  std::array<Slot, 3> operand{};
+  Part part = Part::none;
+  bool transposed = false;
+  int size = 0;
+  std::vector<Slot> extra{};
 };
 
 /// x^n for integers |n| ≤ 16 becomes products: no call into libm, and x² is rounded once.
@@ -74,7 +84,30 @@ class Lowering {
     return count_++;
   }
 
+  Slot emit(Instruction instruction) {
+    instructions.push_back(std::move(instruction));
+    return count_++;
+  }
+
+  Slot lower_solution(Expr node) {
+    if (const int k = component_of(node))
+      return emit({Op::solve, {values_[head_of(node)], static_cast<Slot>(k), 0}, Part::component});
+    const LinearSystem& s = system_of(node);
+    const auto [factor, made] = factors_.try_emplace(s.matrix, 0);
+    if (made) {
+      Instruction matrix{Op::solve, {}, Part::factor, false, s.size};
+      for (int i = 0; i < s.size; ++i)
+        for (int j = 0; j < s.size; ++j)
+          matrix.extra.push_back(values_[s.transposed ? s.a(j, i) : s.a(i, j)]);
+      factor->second = emit(std::move(matrix));
+    }
+    Instruction solution{Op::solve, {factor->second}, Part::solve, s.transposed, s.size};
+    for (int i = 0; i < s.size; ++i) solution.extra.push_back(values_[s.b(i)]);
+    return emit(std::move(solution));
+  }
+
   Slot lower(Expr node) {
+    if (node.op() == Op::solve) return lower_solution(node);
     const auto x = node.operands();
     const Slot a = values_[x[0]];
     if (const long n = product_exponent(node)) return power(a, n);
@@ -89,10 +122,17 @@ class Lowering {
   }
 
   NodeMap<Slot> values_;
+  std::unordered_map<std::uint32_t, Slot> factors_;  // by the number of the matrix
   Slot count_ = 0, one_ = 0;
 };
 
 int arity(Op op) { return info(op).arity; }
+
+/// How many of operand[] are values: the number of a component is not.
+int plain_operands(const Instruction& i) {
+  if (i.part == Part::none) return arity(i.op);
+  return i.part == Part::factor ? 0 : 1;
+}
 
 /// List scheduling: of all operations that are ready, the one with most instructions runs next, all of them
 /// at once.
@@ -125,9 +165,12 @@ class Schedule {
 
   template <class Use>
   void each_use(const Use& use) const {
-    for (Slot i = 0; i < code_.size(); ++i)
-      for (int k = 0; k < arity(code_[i].op); ++k)
+    for (Slot i = 0; i < code_.size(); ++i) {
+      for (int k = 0; k < plain_operands(code_[i]); ++k)
         if (code_[i].operand[k] >= first_) use(code_[i].operand[k] - first_, i);
+      for (Slot value : code_[i].extra)
+        if (value >= first_) use(value - first_, i);
+    }
   }
 
   void count_users() {
@@ -153,7 +196,28 @@ Kernel::Kernel(std::span<const Expr> outputs, std::span<const Expr> inputs) : in
   std::vector<Slot> slot(low.first_instruction + low.instructions.size());
   for (Slot i = 0; i < low.first_instruction; ++i) slot[i] = i;
   slots_ = low.first_instruction;
+  const auto add_linear = [&](Slot i) {
+    const Instruction& code = low.instructions[i];
+    Slot& result = slot[low.first_instruction + i];
+    const Slot from = slot[code.operand[0]];
+    if (code.part == Part::component) {  // lies behind its head already
+      result = from + code.operand[1];
+      return;
+    }
+    const bool factor = code.part == Part::factor;
+    const auto n = static_cast<std::size_t>(code.size);
+    result = static_cast<Slot>(slots_);
+    slots_ += factor ? n * n + n : n;
+    runs_.push_back({Op::solve, result, 1, static_cast<Slot>(linear_.size())});
+    linear_.push_back(
+        {factor, code.size, static_cast<Slot>(operands_.size()), factor ? result : from, code.transposed});
+    for (Slot value : code.extra) operands_.push_back(slot[value]);
+  };
   Schedule(low.instructions, low.first_instruction).each_run([&](Op op, const std::vector<Slot>& members) {
+    if (op == Op::solve) {
+      std::for_each(members.begin(), members.end(), add_linear);
+      return;
+    }
     runs_.push_back({op, static_cast<Slot>(slots_), static_cast<Slot>(members.size()),
                      static_cast<Slot>(operands_.size())});
     for (int k = 0; k < arity(op); ++k)
@@ -200,6 +264,9 @@ void Kernel::run(const double* in, double* out, double* w) const {
     break;
 #include "expr/ops.def"
 #undef OP
+      case Op::solve:
+        run_linear(linear_[run.first_operand], run.first_slot, w);
+        break;
       default:
         internal_error(__FILE__, __LINE__, "not an operation on the tape");
     }

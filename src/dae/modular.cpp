@@ -6,6 +6,7 @@
 #include <set>
 
 #include "base/interrupt.hpp"
+#include "expr/solve.hpp"
 
 namespace pendula::dae {
 namespace {
@@ -49,6 +50,22 @@ Residue from_rational(const mpq_class& q) {
 
 /// Thrown at a pole: another random point is tried.
 struct Pole {};
+
+/// Arithmetic by operators, for the elimination that all number types share (solve.hpp).
+struct Field {
+  Residue value;
+  friend Field operator-(Field a, Field b) { return {plus(a.value, minus(b.value))}; }
+  friend Field operator*(Field a, Field b) { return {times(a.value, b.value)}; }
+  friend Field operator/(Field a, Field b) { return {times(a.value, inverse(b.value))}; }
+};
+
+std::vector<Field> solved(Expr head, NodeMap<Residue>& known) {
+  std::vector<Field> operands;
+  for (Expr operand : head.operands()) operands.push_back({known[operand]});
+  auto x = eliminate(std::move(operands), system_of(head).size, [](Field f) { return f.value ? 1 : 0; });
+  if (x.empty()) throw Pole();
+  return x;
+}
 
 class Evaluation {
  public:
@@ -213,8 +230,14 @@ std::vector<Residue> evaluate_modular(std::span<const Expr> outputs, int attempt
   static NodeMap<Residue> known;
   known.clear();
   const Evaluation evaluation(attempt);
+  std::unordered_map<Expr, std::vector<Field>> solutions;  // of linear systems, by their heads
   try {
     for (Expr node : topological(outputs)) {
+      if (node.op() == Op::solve) {
+        if (component_of(node) == 0) solutions[node] = solved(node, known);
+        known[node] = solutions[head_of(node)][static_cast<std::size_t>(component_of(node))].value;
+        continue;
+      }
       const Residue v = evaluation.value(node, known);
       known[node] = v;
     }

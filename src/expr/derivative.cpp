@@ -4,6 +4,7 @@
 
 #include "base/error.hpp"
 #include "base/interrupt.hpp"
+#include "expr/solve.hpp"
 
 namespace pendula {
 namespace {
@@ -15,10 +16,15 @@ template <class Seed>
 Expr tangent(Expr e, const Seed& seed) {
   static NodeMap<Expr> d;
   d.clear();
+  std::unordered_map<Expr, VecX> solved;  // of every linear system, by its head
   for (Expr node : topological({&e, 1})) {
     Expr sum = 0;
     if (node.is_symbol()) {
       sum = seed(node);
+    } else if (node.op() == Op::solve) {
+      if (component_of(node) == 0)
+        solved[node] = solution_tangent(node, [](Expr operand) { return d[operand]; });
+      sum = solved[head_of(node)][component_of(node)];
     } else {
       const auto operands = node.operands();
       for (std::size_t i = 0; i < operands.size(); ++i) {
@@ -31,26 +37,43 @@ Expr tangent(Expr e, const Seed& seed) {
   return d[e];
 }
 
-/// Reverse sweep: calls found(leaf, adjoint) for every symbol that e depends on.
-template <class Found>
-void reverse_sweep(Expr e, const Found& found) {
+/// Reverse sweep: calls found(leaf, adjoint) for every leaf among `wanted` that e depends on. Nodes without
+/// such leaves below them are not entered.
+template <class Wanted, class Found>
+void reverse_sweep(Expr e, const Wanted& wanted, const Found& found) {
   static NodeMap<Expr> adjoint;
-  adjoint.clear();
+  static NodeMap<char> active;
+  adjoint.clear(), active.clear();
   const std::vector<Expr> order = topological({&e, 1});
+  for (Expr node : order) {
+    const auto operands = node.operands();
+    active[node] = node.is_symbol() ? wanted(node)
+                                    : std::any_of(operands.begin(), operands.end(),
+                                                  [](Expr operand) { return active[operand] != 0; });
+  }
+  std::unordered_map<Expr, VecX> of_system;  // the adjoints of all components, by the head
+  const auto add = [](Expr operand, Expr term) { adjoint[operand] += term; };
   adjoint[e] = 1;
   for (auto it = order.rbegin(); it != order.rend(); ++it) {
     const Expr node = *it, weight = adjoint[node];
+    if (!active[node]) continue;
+    if (node.op() == Op::solve) {
+      const Expr head = head_of(node);
+      VecX& weights = of_system.try_emplace(head, VecX::Zero(system_of(head).size)).first->second;
+      weights[component_of(node)] = weight;
+      if (node == head)
+        solution_adjoint(
+            head, weights, [](Expr o) { return active[o] != 0; }, add);
+      continue;
+    }
     if (weight.is_zero()) continue;
     if (node.is_symbol()) {
       found(node, weight);
       continue;
     }
     const auto operands = node.operands();
-    for (std::size_t i = 0; i < operands.size(); ++i) {
-      if (operands[i].is_constant()) continue;
-      const Expr term = weight * local_derivative(node, static_cast<int>(i));
-      adjoint[operands[i]] += term;
-    }
+    for (std::size_t i = 0; i < operands.size(); ++i)
+      if (active[operands[i]]) add(operands[i], weight * local_derivative(node, static_cast<int>(i)));
   }
 }
 
@@ -67,6 +90,7 @@ double value_of(Expr node, const NodeMap<double>& values) {
 template <class Visit>
 void evaluate_nodes(std::span<const Expr> outputs, const std::unordered_map<Expr, double>& leaf_values,
                     NodeMap<double>& values, const Visit& visit) {
+  std::unordered_map<Expr, std::vector<double>> solved;
   for (Expr node : topological(outputs)) {
     if (const auto given = leaf_values.find(node); given != leaf_values.end()) {
       values[node] = given->second;
@@ -80,6 +104,10 @@ void evaluate_nodes(std::span<const Expr> outputs, const std::unordered_map<Expr
     } else if (node.op() == Op::call) {
       throw Error(text("'", call_of(node).name,
                        "' is an unspecified function: it has no value; substitute it with subs"));
+    } else if (node.op() == Op::solve) {
+      if (component_of(node) == 0)
+        solved[node] = solution_value(node, [&](Expr operand) { return values[operand]; });
+      values[node] = solved[head_of(node)][static_cast<std::size_t>(component_of(node))];
     } else {
       values[node] = value_of(node, values);
     }
@@ -97,9 +125,9 @@ std::vector<Expr> gradient(Expr e, std::span<const Expr> leaves) {
   std::unordered_map<Expr, std::size_t> position;
   for (std::size_t j = 0; j < leaves.size(); ++j) position.emplace(leaves[j], j);
   std::vector<Expr> g(leaves.size());
-  reverse_sweep(e, [&](Expr leaf, Expr adjoint) {
-    if (const auto it = position.find(leaf); it != position.end()) g[it->second] = adjoint;
-  });
+  reverse_sweep(
+      e, [&](Expr leaf) { return position.count(leaf) > 0; },
+      [&](Expr leaf, Expr adjoint) { g[position.at(leaf)] = adjoint; });
   for (std::size_t j = 0; j < leaves.size(); ++j) g[j] = g[position.at(leaves[j])];  // a leaf listed twice
   return g;
 }
@@ -120,10 +148,11 @@ std::vector<Entry> sparse_jacobian(std::span<const Expr> f, std::span<const Expr
   for (std::size_t i = 0; i < f.size(); ++i) {
     poll_interrupt();
     const std::size_t first = found.size();
-    reverse_sweep(f[i], [&](Expr leaf, Expr adjoint) {
-      if (const auto it = column.find(leaf); it != column.end() && !adjoint.is_zero())
-        found.push_back({static_cast<int>(i), it->second, adjoint});
-    });
+    reverse_sweep(
+        f[i], [&](Expr leaf) { return column.count(leaf) > 0; },
+        [&](Expr leaf, Expr adjoint) {
+          found.push_back({static_cast<int>(i), column.at(leaf), adjoint});
+        });
     std::sort(found.begin() + static_cast<std::ptrdiff_t>(first), found.end(),
               [](const Entry& a, const Entry& b) { return a.column < b.column; });
   }
@@ -143,13 +172,18 @@ Expr total_derivative(Expr e, int order) {
 std::vector<Expr> substitute(std::span<const Expr> outputs, const Substitution& replacements) {
   static NodeMap<Expr> image;
   image.clear();
+  std::unordered_map<Expr, VecX> solved;
+  const auto of = [](Expr operand) { return image[operand]; };
   for (Expr node : topological(outputs)) {
+    if (node.op() == Op::solve && component_of(node) == 0) solved[node] = mapped_solution(node, of);
     if (const auto it = replacements.find(node); it != replacements.end()) {
       image[node] = it->second;
     } else if (node.op() == Op::call) {
       FunctionCall moved = call_of(node);
       for (Expr& argument : moved.arguments) argument = image[argument];
       image[node] = call(moved);
+    } else if (node.op() == Op::solve) {
+      image[node] = solved[head_of(node)][component_of(node)];
     } else if (const auto x = node.operands(); x.empty()) {
       image[node] = node;
     } else {

@@ -54,6 +54,18 @@ std::uint64_t hash_of(const Node& n) {
   return mix(low ^ mix(n.operand[2].id() | std::uint64_t{static_cast<unsigned>(n.op)} << 32));
 }
 
+/// The double nearest to q. CAUTION: mpq get_d truncates, and 981/100 would not be the 9.81 it was read from.
+double nearest_double(const mpq_class& q) {
+  const double below = q.get_d();  // towards zero
+  const double above = std::nextafter(below, q < 0 ? -HUGE_VAL : HUGE_VAL);
+  if (!std::isfinite(below) || !std::isfinite(above)) return below;
+  const int order = cmp(mpq_class(abs(q - mpq_class(below))), mpq_class(abs(mpq_class(above) - q)));
+  std::uint64_t bits;
+  std::memcpy(&bits, &below, sizeof bits);
+  const bool even = bits % 2 == 0;
+  return order < 0 || (order == 0 && even) ? below : above;
+}
+
 struct Graph {
   Arena<Node> nodes;
   std::deque<Constant> constants;
@@ -74,7 +86,7 @@ struct Graph {
 
   Expr exact(const mpq_class& q) {
     const auto [it, made] = exact_constants.try_emplace(q.get_str());
-    if (made) it->second = leaf(Op::constant, constants, Constant{q, q.get_d()});
+    if (made) it->second = leaf(Op::constant, constants, Constant{q, nearest_double(q)});
     return it->second;
   }
 
@@ -133,7 +145,8 @@ const OpInfo& info(Op op) {
 #include "expr/ops.def"
 #undef OP
   };
-  return table[static_cast<int>(op) - static_cast<int>(first_op)];
+  static const OpInfo solve = {"solve", 0, Style::named, 0, 0, "solve", "component of a linear system"};
+  return op == Op::solve ? solve : table[static_cast<int>(op) - static_cast<int>(first_op)];
 }
 
 Op Expr::op() const { return graph().nodes[id_].op; }
@@ -142,6 +155,10 @@ std::span<const Expr> Expr::operands() const {
   const Node& n = graph().nodes[id_];
   if (n.op == Op::call) return graph().calls[n.operand[0].id()].arguments;
   if (n.op <= Op::symbol) return {};
+  if (n.op == Op::solve) {
+    if (n.operand[1].id() == 0) return solve_operands(n.operand[0].id());
+    return {&n.operand[2], 1};
+  }
   return {n.operand.data(), static_cast<std::size_t>(info(n.op).arity)};
 }
 
@@ -289,6 +306,16 @@ Expr make(Op op, Expr a, Expr b, Expr c) {
   const bool commutes = op == Op::add || op == Op::mul || op == Op::min || op == Op::max;
   if (commutes && b.id() < a.id()) std::swap(a, b);
   return graph().intern({op, {a, b, c}});
+}
+
+Expr solve_node(std::uint32_t system, std::uint32_t component, Expr head) {
+  return graph().intern({Op::solve, {Expr::at(system), Expr::at(component), head}});
+}
+
+SolveIndex solve_index(Expr e) {
+  PENDULA_ASSERT(e.op() == Op::solve, "not a component of a linear system");
+  const Node& n = graph().nodes[e.id()];
+  return {n.operand[0].id(), n.operand[1].id()};
 }
 
 double apply(Op op, double a, double b, double c) {

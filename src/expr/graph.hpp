@@ -27,6 +27,7 @@ enum class Op : std::uint8_t {
   constant,
   symbol,
   call,  ///< an unspecified function g(x, z) or one of its formal partial derivatives
+  solve,  ///< a component of the solution of a linear system (solve.hpp)
 #define OP(name, arity, style, value, da, db, dc, lo, hi, latex, help) name,
 #include "expr/ops.def"
 #undef OP
@@ -43,7 +44,7 @@ struct OpInfo {
   const char* help;
 };
 
-/// The row of ops.def (not for constant, symbol, call).
+/// The row of ops.def; of solve only the name. Not for constant, symbol, call.
 const OpInfo& info(Op op);
 /// First and one past the last operation of the table: `for (Op op = first_op; op < end_op; op = next(op))`.
 constexpr Op first_op = Op::neg;
@@ -79,7 +80,8 @@ class Expr {
   friend bool operator<(Expr a, Expr b) = delete;  // conditions are lt(a, b)
 
   Op op() const;
-  /// Operands of an operation (arity of them) or the arguments of a call; empty for leaves.
+  /// Operands of an operation (arity of them), the arguments of a call, the entries of a linear system; empty
+  /// for leaves.
   std::span<const Expr> operands() const;
   Expr operand(int i) const { return operands()[i]; }
 
@@ -184,6 +186,15 @@ inline Expr& Expr::operator/=(Expr b) { return *this = *this / b; }
 #undef PENDULA_ARITY1
 #undef PENDULA_ARITY2
 #undef PENDULA_ARITY3
+
+/// The node of a component of a linear system; only solve.cpp, which keeps the systems, calls these. The head
+/// of the components that follow it is their operand.
+struct SolveIndex {
+  std::uint32_t system, component;
+};
+Expr solve_node(std::uint32_t system, std::uint32_t component, Expr head);
+SolveIndex solve_index(Expr e);
+std::span<const Expr> solve_operands(std::uint32_t system);  ///< defined in solve.cpp
 
 /// ∂/∂operand[i] of an operation or call, as an expression.
 Expr local_derivative(Expr e, int i);

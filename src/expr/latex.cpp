@@ -66,6 +66,7 @@ class Latex final : public Notation {
                below_line(s.below), order);
   }
 
+  Piece solution(int i) const override { return {"(A^{-1} b)_{" + std::to_string(i) + "}"}; }
   Piece unit_vector(int i) const override { return {"\\mathbf{e}" + below_line(std::to_string(i))}; }
 
   Piece power(const Piece& base, const mpq_class& exponent) const override {

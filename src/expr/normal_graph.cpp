@@ -164,6 +164,11 @@ SumId NormalForms::form_of_product(Expr e) {
 SumId NormalForms::form_of_other(Expr e) {
   if (e.is_constant()) return number(Number::of(e));
   if (e.is_symbol()) return single(leaf_atom(e));
+  if (e.op() == Op::solve) {  // printed by name, rewritten as a whole
+    Atom atom{AtomKind::opaque, Op::solve, e, {}, {}};
+    atom.traits.level = 2;
+    return single(intern(std::move(atom)));
+  }
   std::vector<SumId> args;
   for (Expr operand : e.operands()) args.push_back(memo_.at(operand));
   if (e.op() == Op::call) return single(intern(Atom{AtomKind::call, Op::call, e, std::move(args), {}}));

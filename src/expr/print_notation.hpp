@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "base/text.hpp"
 #include "expr/normal.hpp"
 
 namespace pendula {
@@ -42,6 +43,8 @@ class Notation {
   virtual Piece partial(const std::string& name, const std::vector<Piece>& wrt) const = 0;
   virtual Piece partial_at(const std::string& name, const std::vector<int>& places,
                            const std::vector<Piece>& args) const = 0;
+  /// Component i of the solution of a linear system, which is too large to be written out.
+  virtual Piece solution(int i) const { return {"(A⁻¹b)" + subscript(i)}; }
   virtual Piece list(const std::vector<Piece>& entries) const = 0;  ///< a column written out
   virtual Piece elided(const std::string& what) const = 0;
   virtual std::string parenthesised(const std::string& inside) const = 0;

@@ -1,6 +1,7 @@
 #include "expr/print_writer.hpp"
 
 #include "base/error.hpp"
+#include "expr/solve.hpp"
 
 namespace pendula {
 namespace {
@@ -140,6 +141,7 @@ Piece Writer::factor(AtomId id, const mpq_class& exponent) {
 Piece Writer::atom(AtomId id) {
   const Atom a = forms_.atom(id);
   if (a.kind == AtomKind::leaf) return notation_.symbol(symbol_of(a.node));
+  if (a.op == Op::solve) return notation_.solution(component_of(a.node) + 1);
   const bool hidden = eliding_ && ((nesting_ > shown_nesting && a.traits.tokens > small_part) ||
                                    (written_ > shown_pieces && a.traits.tokens > 3));
   if (hidden || a.kind == AtomKind::opaque) return notation_.elided(text(operations(a), " operations"));
