@@ -6,6 +6,7 @@
 
 #include "base/text.hpp"
 
+#include "dae/lineage.hpp"
 #include "dae/reduce.hpp"
 #include "dae/start.hpp"
 #include "expr/print.hpp"
@@ -15,15 +16,6 @@
 #include "lua/values.hpp"
 
 namespace pendula::lua {
-
-/// A list of consistency conditions as a value that prints.
-struct Constraints {
-  std::vector<dae::Constraint> list;
-};
-template <>
-struct TypeName<Constraints> {
-  static constexpr const char* value = "constraints";
-};
 
 dae::LeafValues read_leaf_values(lua_State* L, int index, const std::string& what, const dae::Model& model) {
   return to_symbol_numbers(L, index, what, known_leaves(model));
@@ -61,7 +53,8 @@ dae::ParameterValues parameter_overrides(const dae::Start& at) {
     const auto used = at.values.find(p);
     const auto own = at.model->values.find(p);
     if (used == at.values.end()) continue;
-    if (own == at.model->values.end() || number_value(own->second) != used->second) overrides[p] = Expr(used->second);
+    if (own == at.model->values.end() || number_value(own->second) != used->second)
+      overrides[p] = Expr(used->second);
   }
   return overrides;
 }
@@ -232,7 +225,24 @@ int constraints(Call& call) {
   return call.push(std::shared_ptr<const Constraints>(list));
 }
 
-int reduce(Call& call) { return call.push(dae::reduce(model_ptr(call), call.string(2, "form", ""))); }
+int reduce(Call& call) {
+  lua_State* L = call.L;
+  const dae::ModelPtr model = model_ptr(call);
+  dae::ReduceOptions request;
+  if (call.has(3)) {
+    const Options o = call.options(3, {"alpha", "beta", "at"});
+    for (const auto& [key, gain] : {std::pair{"alpha", &request.alpha}, std::pair{"beta", &request.beta}})
+      if (o.has(key)) *gain = to_expr(L, o.push(key), key);
+    if (o.has("at")) {
+      const auto* held = object_at(L, o.push("at"), TypeName<dae::Start>::value);
+      if (!held) throw Error("at must be a start: at = sys:init{ … }");
+      request.at =
+          translated(std::static_pointer_cast<const dae::Start>(*held), dae::original(model))->values;
+    }
+    lua_settop(L, call.count());
+  }
+  return call.push(dae::reduce(model, call.string(2, "form", ""), request));
+}
 
 int trace(Call& call) {
   collect_aliases(call.L);
@@ -334,7 +344,8 @@ const Module dae_module = {
         {"model#kind", kind, "sys.kind -> string",
          "\"ODE\", \"implicit ODE\", \"semi-explicit\" or \"fully implicit\".", "", ""},
         {"model#name", name, "sys.name -> string", "The name given to the model.", "", ""},
-        {"model#form", form, "sys.form -> string", "The form reduce() made: \"acc\" …, or \"\".", "", ""},
+        {"model#form", form, "sys.form -> string", "The form reduce() made: \"acc\", \"project\" …, or \"\".",
+         "", ""},
         {"model#differential", differential, "sys.differential -> column",
          "The states: every variable that is differentiated, with its lower derivatives.", "", ""},
         {"model#algebraic", algebraic, "sys.algebraic -> column",
@@ -362,9 +373,14 @@ const Module dae_module = {
          "came from.",
          "x, z = vars \"x z\"  return dae{ der(x) ~ z, 0 ~ x - sin(t) }:constraints()",
          "(2):  0 = x - sin(t)  from (2)"},
-        {"model:reduce", reduce, "sys:reduce([form]) -> model",
-         "A model of index at most 1. Form \"acc\": constraints are differentiated down to accelerations; "
-         "the start then has to satisfy the original ones.",
+        {"model:reduce", reduce, "sys:reduce([form [, { alpha =, beta =, at = start }]]) -> model",
+         "A model of lower index. \"acc\" differentiates constraints down to accelerations, \"ode\" solves "
+         "these "
+         "for x′ = f, \"project\" keeps the constraints by projection after every step, \"baumgarte\" lets "
+         "violations decay (gains alpha, beta), \"ggl\" keeps C = 0 and C′ = 0 with additional multipliers "
+         "(index 2), \"dummy\" makes dependent derivatives algebraic, chosen at a start, \"minimal\" "
+         "substitutes "
+         "dependent coordinates. Without a form the best road for simulation; trace() says which and why.",
          "x, z = vars \"x z\"  return dae{ der(x) ~ z, 0 ~ x - sin(t) }:reduce(\"acc\"):index()", "1"},
         {"model:trace", trace, "sys:trace() -> string", "The derivation of this form, step by step.", "", ""},
         {"model:with", with, "sys:with{ m = 2 } -> model", "The same model with other parameter values.", "",

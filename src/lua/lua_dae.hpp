@@ -15,6 +15,15 @@ struct TypeName<dae::Start> {
   static constexpr const char* value = "start";
 };
 
+/// A list of consistency conditions as a value that prints.
+struct Constraints {
+  std::vector<dae::Constraint> list;
+};
+template <>
+struct TypeName<Constraints> {
+  static constexpr const char* value = "constraints";
+};
+
 /// Every leaf of the model and of its lineage that a user may name.
 std::vector<Expr> known_leaves(const dae::Model& model);
 

@@ -10,6 +10,7 @@ extern const Module entries_module;
 extern const Module calculus_module;
 extern const Module algebra_module;
 extern const Module dae_module;
+extern const Module pencil_module;
 extern const Module mech_module;
 extern const Module structure_module;
 extern const Module tableau_module;
@@ -26,6 +27,7 @@ const std::vector<const Module*>& modules() {
       &algebra_module,
       &mech_module,
       &dae_module,
+      &pencil_module,
       &structure_module,
       &tableau_module,
       &integrate_module,

@@ -1,0 +1,194 @@
+#include "dae/pencil.hpp"
+
+#include <algorithm>
+
+#include "base/error.hpp"
+#include "base/interrupt.hpp"
+#include "dae/pencil_shuffle.hpp"
+#include "expr/rewrite.hpp"
+
+namespace pendula::dae {
+namespace {
+
+RationalMatrix at(const LinearForm& f, long s) { return mpq_class(s) * f.E - f.A; }
+
+/// An s with det(sE - A) ≠ 0, or nothing: a polynomial of degree ≤ n that vanishes at n + 1 points is zero.
+std::optional<long> regular_point(const LinearForm& f) {
+  if (f.rows() != f.size()) return {};
+  for (long s = 0; s <= f.size(); ++s)
+    if (rank(at(f, s)) == f.size()) return s;
+  return {};
+}
+
+/// The rank of sE - A at almost every s: at most min(rows, columns) values of s have a smaller one.
+int generic_rank_of(const LinearForm& f) {
+  int best = 0;
+  const int limit = std::min(f.rows(), f.size());
+  for (long s = 0; s <= limit && best < limit; ++s) best = std::max(best, rank(at(f, s)));
+  return best;
+}
+
+/// A minimal basis of {x(s) : (sE - A) x(s) = 0}: vectors of degree 0, 1, … that are no combinations of
+/// shifted earlier ones. With x = Σ xₖ sᵏ the equations are E xₖ₋₁ = A xₖ, k = 0 … d+1.
+std::vector<PolynomialVector> minimal_basis(const RationalMatrix& E, const RationalMatrix& A, int count) {
+  const int m = E.rows(), n = E.cols();
+  std::vector<PolynomialVector> basis;
+  for (int d = 0; static_cast<int>(basis.size()) < count; ++d) {
+    PENDULA_ASSERT(d <= std::min(m, n) + 1, "a minimal basis of a pencil is incomplete");
+    RationalMatrix toeplitz((d + 2) * m, (d + 1) * n);
+    for (int k = 0; k <= d; ++k) {
+      toeplitz.set(k * m, k * n, mpq_class(-1) * A);
+      toeplitz.set((k + 1) * m, k * n, E);
+    }
+    RationalMatrix known((d + 1) * n, 0);
+    for (const PolynomialVector& v : basis)
+      for (int shift = 0; shift + v.coefficient.cols() <= d + 1; ++shift) {
+        RationalMatrix stacked((d + 1) * n, 1);
+        for (int k = 0; k < v.coefficient.cols(); ++k)
+          stacked.set((k + shift) * n, 0, v.coefficient.columns(k, 1));
+        known = beside(known, stacked);
+      }
+    const RationalMatrix fresh = complement(known, kernel(toeplitz));
+    for (int j = 0; j < fresh.cols(); ++j) {
+      PolynomialVector v{RationalMatrix(n, d + 1)};
+      for (int k = 0; k <= d; ++k) v.coefficient.set(0, k, fresh.block(k * n, j, n, 1));
+      basis.push_back(std::move(v));
+    }
+  }
+  return basis;
+}
+
+struct WongSpaces {
+  RationalMatrix V, W;
+  int index = 0;  ///< the number of steps until W stands still
+};
+
+WongSpaces wong_spaces(const RationalMatrix& E, const RationalMatrix& A) {
+  const int n = E.cols();
+  WongSpaces s{RationalMatrix::identity(n), RationalMatrix(n, 0), 0};
+  while (true) {
+    RationalMatrix next = preimage(A, E * s.V);
+    if (next.cols() == s.V.cols()) break;
+    s.V = std::move(next);
+  }
+  while (true) {
+    RationalMatrix next = preimage(E, A * s.W);
+    if (next.cols() == s.W.cols()) break;
+    s.W = std::move(next);
+    ++s.index;
+  }
+  return s;
+}
+
+/// Every set of columns that the block-diagonal matrix m couples is scaled to coprime integers as a whole: m
+/// stays.
+RationalMatrix scaled_chains(RationalMatrix basis, const RationalMatrix& m) {
+  for (int first = 0, last; first < m.rows(); first = last + 1) {
+    last = first;
+    for (int i = first; i <= last; ++i)
+      for (int j = i + 1; j < m.rows(); ++j)
+        if (m(i, j) != 0 || m(j, i) != 0) last = std::max(last, j);
+    const RationalMatrix chain = basis.columns(first, last - first + 1);
+    basis.set(0, first,
+              primitive_factor(chain.columns(0, 1)) < 0 ? -abs(primitive_factor(chain)) * chain
+                                                        : abs(primitive_factor(chain)) * chain);
+  }
+  return basis;
+}
+
+void weierstrass(Pencil& p, long regular_at) {
+  const RationalMatrix &E = p.form.E, &A = p.form.A;
+  const int n = E.rows();
+  const WongSpaces s = wong_spaces(E, A);
+  p.dof = s.V.cols(), p.index = s.index;
+  PENDULA_ASSERT(s.V.cols() + s.W.cols() == n, "the Wong spaces of a regular pencil do not fill the space");
+  const auto transform = [&](const RationalMatrix& V, const RationalMatrix& W) {
+    const auto S = inverse(beside(E * V, A * W));
+    PENDULA_ASSERT(S.has_value(), "[E V, A W] of a regular pencil is singular");
+    p.T = beside(V, W), p.S = *S;
+    const RationalMatrix SAT = p.S * A * p.T, SET = p.S * E * p.T;
+    p.J = SAT.block(0, 0, p.dof, p.dof);
+    p.N = SET.block(p.dof, p.dof, n - p.dof, n - p.dof);
+  };
+  transform(s.V, s.W);
+  transform(s.V * jordan_basis(p.J), s.W * nilpotent_chains(p.N));
+  transform(scaled_chains(p.T.columns(0, p.dof), p.J), scaled_chains(p.T.columns(p.dof, n - p.dof), p.N));
+
+  RationalMatrix power = RationalMatrix::identity(n - p.dof);
+  for (int k = 0; k < p.index; ++k) power = power * p.N;
+  PENDULA_ASSERT(p.S * E * p.T == diagonal(RationalMatrix::identity(p.dof), p.N), "S E T is not diag(I, N)");
+  PENDULA_ASSERT(p.S * A * p.T == diagonal(p.J, RationalMatrix::identity(n - p.dof)),
+                 "S A T is not diag(J, I)");
+  PENDULA_ASSERT(power.is_zero(), "N is not nilpotent of the index of the Wong sequence");
+
+  // det(sE - A) = det(sI - J) det(sN - I) / (det S det T), and det(sN - I) = (-1)ⁿ⁻ᵈ.
+  const mpq_class factor = ((n - p.dof) % 2 ? -1 : 1) / (determinant(p.S) * determinant(p.T));
+  p.det = characteristic(p.J);
+  for (mpq_class& c : p.det) c *= factor;
+  PENDULA_ASSERT(value(p.det, mpq_class(regular_at)) == determinant(at(p.form, regular_at)),
+                 "det(sE - A) differs from its value at a point");
+}
+
+/// Constraints of the shuffle algorithm, those that contain algebraic variables solved for one each and kept
+/// apart.
+void constrain(Pencil& p) {
+  const LinearForm& f = p.form;
+  std::vector<int> algebraic;
+  for (int j = 0; j < f.size(); ++j)
+    if (f.E.columns(j, 1).is_zero()) algebraic.push_back(j);
+  std::vector<std::pair<int, ShuffleConstraint>> pivots;
+  const Shuffle s = shuffle(f);
+  PENDULA_ASSERT(s.rounds() == p.index, "the number of shuffles differs from the index of the Wong sequence");
+  PENDULA_ASSERT(static_cast<int>(s.constraints.size()) == f.size() - p.dof, "the shuffle lost a constraint");
+  for (ShuffleConstraint c : s.constraints) {
+    PENDULA_ASSERT((c.a * p.basis()).is_zero(), "a constraint of the shuffle is violated by a solution");
+    for (const auto& [j, row] : pivots) {
+      if (c.a(0, j) == 0) continue;
+      const mpq_class factor = c.a(0, j) / row.a(0, j);
+      c.a = c.a - factor * row.a;
+      c.g = c.g - Expr(factor) * row.g;
+      c.derivative = std::max(c.derivative, row.derivative);
+    }
+    const mpq_class scale = primitive_factor(c.a);
+    c.a = scale * c.a, c.g = simplify(Expr(scale) * c.g);
+    Expr residual = c.g;
+    for (int j = f.size(); j-- > 0;)
+      if (c.a(0, j) != 0) residual = Expr(c.a(0, j)) * f.x[static_cast<std::size_t>(j)] + residual;
+    const auto [block, row] = f.origin[static_cast<std::size_t>(c.row)];
+    std::string label = f.label[static_cast<std::size_t>(c.row)];
+    for (int k = 0; k < c.derivative; ++k) label += "′";
+    const auto pivot =
+        std::find_if(algebraic.begin(), algebraic.end(), [&](int j) { return c.a(0, j) != 0; });
+    auto& list = pivot == algebraic.end() ? p.constraints : p.algebraic;
+    list.push_back({simplify(residual), block, row, c.derivative, label});
+    if (pivot != algebraic.end()) pivots.emplace_back(*pivot, std::move(c));
+  }
+}
+
+}  // namespace
+
+Pencil pencil(const LinearForm& form) {
+  Pencil p;
+  p.form = form;
+  const auto point = regular_point(form);
+  p.regular = point.has_value();
+  p.rank = p.regular ? form.size() : generic_rank_of(form);
+  if (p.regular) {
+    weierstrass(p, *point);
+    p.modes = modes(p.det);
+    constrain(p);
+  } else {
+    p.columns = minimal_basis(form.E, form.A, form.size() - p.rank);
+    p.rows = minimal_basis(form.E.transposed(), form.A.transposed(), form.rows() - p.rank);
+  }
+  return p;
+}
+
+Pencil pencil(const Model& model) {
+  std::string reason;
+  const auto form = linear_form(model, &reason);
+  if (!form) throw Error(reason);
+  return pencil(*form);
+}
+
+}  // namespace pendula::dae
