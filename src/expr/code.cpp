@@ -121,9 +121,11 @@ class CodeWriter {
       return applied(named(e.op()), std::move(args));
     }
     Expr a = x[0], b = x.size() > 1 ? x[1] : Expr(0);
-    // A sum or product folds in one order of its operands only when one of them is a constant: keep the order
-    // that stays.
-    if ((e.op() == Op::add || e.op() == Op::mul) && make(e.op(), a, b) != e) std::swap(a, b);
+    // Numbers lead products. A sum with a number may fold in one order of its operands: keep the order that
+    // stays.
+    const bool commutes = e.op() == Op::add || e.op() == Op::mul;
+    if (e.op() == Op::mul && b.is_constant()) std::swap(a, b);
+    if (commutes && make(e.op(), a, b) != e) std::swap(a, b);
     Snippet left = operand(a, exact);
     if (e.op() == Op::neg) {
       const bool sign = left.text[0] == '-';
