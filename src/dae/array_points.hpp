@@ -1,0 +1,55 @@
+// Points that satisfy F_k = 0, and the ranks of the derivative array there.
+#pragma once
+
+#include <optional>
+#include <unordered_map>
+
+#include "base/math.hpp"
+#include "dae/derivative_array.hpp"
+
+namespace pendula::dae {
+
+struct RankGap {
+  int rank = 0;
+  double gap = 0;  ///< σ_r / σ_{r+1}, rounding level taken as the least σ
+};
+
+/// Rank by singular values after equilibration of rows and columns, cut at the widest gap below 1e-8 σ₁.
+RankGap rank_with_gap(const Mat& m);
+
+struct ArrayRanks {
+  int all = 0, y = 0, higher = 0;  ///< of ∂F_k/∂(x, y), ∂F_k/∂y, and the latter without the columns of x′
+  double gap = 0;
+  bool slow = false;  ///< Gauss-Newton converged linearly: the Jacobian loses rank at the solution
+};
+
+/// The numeric derivative array at one k. All functions of time but the unknowns get values of their own.
+class NumericArray {
+ public:
+  explicit NumericArray(const DerivativeArray& array);
+
+  /// Values for t, inputs, parameters without value: drawn from the seed and the name, the same for every k.
+  std::unordered_map<Expr, double> known(int seed) const;
+
+  /// From `w` to a solution of F_k = 0, the first `held` unknowns kept; nothing if there is none near.
+  struct Solution {
+    Vec w;
+    bool slow;
+  };
+  std::optional<Solution> project(Vec w, const std::unordered_map<Expr, double>& known,
+                                  Eigen::Index held) const;
+
+  /// `y_only`: the point was found with x held, so that ranks of y are what can be said.
+  ArrayRanks ranks(const Solution& at, const std::unordered_map<Expr, double>& known) const;
+
+  const std::vector<Expr>& columns() const { return columns_; }
+
+ private:
+  void evaluate_at(const Vec& w, const std::unordered_map<Expr, double>& known, Vec& r, Mat& J) const;
+
+  std::vector<Expr> columns_, outputs_;
+  std::vector<Entry> entries_;
+  std::size_t rows_, states_, first_;
+};
+
+}  // namespace pendula::dae

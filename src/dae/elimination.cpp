@@ -1,0 +1,174 @@
+#include "dae/elimination.hpp"
+
+#include <algorithm>
+#include <numeric>
+#include <unordered_set>
+
+#include "base/error.hpp"
+#include "base/interrupt.hpp"
+#include "base/text.hpp"
+#include "dae/array_conditions.hpp"
+#include "dae/rank.hpp"
+#include "expr/generic.hpp"
+#include "expr/print.hpp"
+#include "expr/rewrite.hpp"
+
+namespace pendula::dae {
+namespace {
+
+/// Which entries vanish at two points modulo a prime: cheap, and confirmed by the caller.
+std::vector<std::size_t> suspected_zeros(const std::vector<Entry>& entries) {
+  std::vector<Expr> values;
+  for (const Entry& e : entries) values.push_back(e.value);
+  std::vector<char> nonzero(entries.size(), 0);
+  for (int attempt = 0; attempt < 2; ++attempt) {
+    const auto residues = evaluate_modular(values, attempt);
+    for (std::size_t k = 0; k < residues.size(); ++k) nonzero[k] |= residues[k] != 0;
+  }
+  std::vector<std::size_t> zeros;
+  for (std::size_t k = 0; k < entries.size(); ++k)
+    if (!nonzero[k]) zeros.push_back(k);
+  return zeros;
+}
+
+bool has_unknown(Expr e, const std::vector<Expr>& variables) {
+  const std::unordered_set<Expr> bases(variables.begin(), variables.end());
+  for (Expr leaf : leaves({&e, 1}))
+    if (bases.count(symbol_of(leaf).base)) return true;
+  return false;
+}
+
+Expr without_leaf(Expr e, Expr leaf) {
+  try {
+    return substitute(e, {{leaf, Expr(0)}});
+  } catch (const Error&) {  // a quotient that happens to be undefined at 0
+    return substitute(e, {{leaf, Expr(1)}});
+  }
+}
+
+}  // namespace
+
+Equations equations_of(const Model& m) {
+  Equations e;
+  e.residuals = m.residuals;
+  for (const Variable& v : m.variables) e.variables.push_back(v.leaf);
+  for (std::size_t i = 0; i < m.residuals.size(); ++i) e.labels.push_back(m.label(i));
+  e.notes.resize(m.residuals.size());
+  e.differentiated.assign(m.residuals.size(), 0);
+  return e;
+}
+
+Structure structure_of(const Equations& e) {
+  PENDULA_ASSERT(e.residuals.size() == e.variables.size(), "the equations of a repair are square");
+  Model bare;  // signature() reads residuals and variables only
+  bare.residuals = e.residuals;
+  for (Expr v : e.variables) bare.variables.push_back({v, 0});
+  Structure s;
+  const auto n = static_cast<int>(e.variables.size());
+  s.sigma = signature(bare);
+  s.offsets = offsets(s.sigma, n);
+  s.matched = s.offsets.unmatched.empty();
+  if (!s.matched) return s;
+  for (int i = 0; i < n; ++i) {
+    std::vector<Expr> leading;
+    std::vector<int> where;
+    for (const SignatureEntry& entry : s.sigma[i])
+      if (s.offsets.d[entry.variable] - s.offsets.c[i] == entry.order)
+        leading.push_back(derivative_leaf(e.variables[entry.variable], entry.order)),
+            where.push_back(entry.variable);
+    const auto row = gradient(e.residuals[i], leading);
+    for (std::size_t k = 0; k < row.size(); ++k)
+      if (!row[k].is_zero()) s.jacobian.push_back({i, where[k], row[k]});
+  }
+  s.rank = generic_rank(s.jacobian, n, n);
+  s.regular = s.rank.rank == n;
+  return s;
+}
+
+Expr without_cancelled(Expr e, const std::vector<Expr>& variables) {
+  const std::unordered_set<Expr> bases(variables.begin(), variables.end());
+  std::vector<Expr> unknowns;
+  for (Expr leaf : leaves({&e, 1}))
+    if (bases.count(symbol_of(leaf).base)) unknowns.push_back(leaf);
+  const auto slopes = gradient(e, unknowns);
+  for (std::size_t k = 0; k < unknowns.size(); ++k)
+    if (slopes[k].is_zero() || generic::is_zero(slopes[k])) e = without_leaf(e, unknowns[k]);
+  return simplify(e);
+}
+
+Step replace_equation(Equations& e, std::size_t i, Expr residual, const std::string& how,
+                      std::vector<std::string>& story) {
+  if (!has_unknown(residual, e.variables)) {
+    const bool zero = residual.is_zero() || generic::is_zero(residual);
+    story.push_back(
+        text(how, ":  0 = ", zero ? "0" : to_text(residual),
+             zero ? "   the equations depend on each other: one more is needed"
+                  : "   contains no unknown: the equations contradict each other unless it holds"));
+    return Step::dependent;
+  }
+  story.push_back(text(how, ":  0 = ", to_text(residual), "   replaces ", e.labels[i]));
+  e.residuals[i] = residual;
+  e.notes[i] = how;
+  return Step::changed;
+}
+
+Step drop_cancelled(Equations& e, const Structure& s, std::vector<std::string>& story) {
+  Step step = Step::nothing;
+  for (std::size_t k : suspected_zeros(s.jacobian)) {
+    const auto& [i, j, value] = s.jacobian[k];
+    if (!generic::is_zero(value)) continue;
+    const Expr leaf = derivative_leaf(e.variables[j], s.offsets.d[j] - s.offsets.c[i]);
+    const Step done =
+        replace_equation(e, static_cast<std::size_t>(i), simplify(without_leaf(e.residuals[i], leaf)),
+                         text(e.labels[i], " without ", to_text(leaf), ", which cancels"), story);
+    if (done == Step::dependent) return done;
+    step = Step::changed;
+  }
+  return step;
+}
+
+Step eliminate_constant_rows(Equations& e, const Structure& s, std::vector<std::string>& story) {
+  std::vector<TrackedRow> rows(e.residuals.size());
+  std::vector<char> constant(e.residuals.size(), 1);
+  for (const auto& [i, j, value] : s.jacobian) {
+    const mpq_class* q = exact_value(value);
+    if (q)
+      rows[i].entries[j] = *q;
+    else
+      constant[i] = 0;
+  }
+  std::vector<std::size_t> order;
+  for (std::size_t i = 0; i < rows.size(); ++i)
+    if (constant[i]) rows[i].combination[static_cast<int>(i)] = 1, order.push_back(i);
+  const auto& c = s.offsets.c;  // the last row of a combination has the least offset: it may be replaced
+  std::stable_sort(order.begin(), order.end(), [&](auto a, auto b) { return c[a] > c[b]; });
+  TrackedElimination elimination;
+  const Equations before = e;
+  Step step = Step::nothing;
+  for (std::size_t i : order) {
+    poll_interrupt();
+    TrackedRow left = elimination.add(std::move(rows[i]));
+    if (!left.entries.empty()) continue;
+    make_coprime(left.combination);
+    if (left.combination.at(static_cast<int>(i)) < 0)
+      for (auto& [r, value] : left.combination) value = -value;
+    Expr sum = 0;
+    int times = 0;
+    for (const auto& [r, value] : left.combination) {
+      sum += Expr(value) * total_derivative(before.residuals[r], c[r] - c[i]);
+      times = std::max(times, before.differentiated[r] + c[r] - c[i]);
+    }
+    const std::string how = combination_text(left.combination, [&](int r) {
+      std::string label = e.labels[r];
+      for (int k = c[i]; k < c[r]; ++k) label += "′";
+      return label;
+    });
+    if (replace_equation(e, i, without_cancelled(sum, e.variables), how, story) == Step::dependent)
+      return Step::dependent;
+    e.differentiated[i] = times;
+    step = Step::changed;
+  }
+  return step;
+}
+
+}  // namespace pendula::dae
