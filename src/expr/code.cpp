@@ -6,6 +6,7 @@
 #include "base/error.hpp"
 #include "base/text.hpp"
 #include "expr/print.hpp"
+#include "expr/solve.hpp"
 
 namespace pendula {
 namespace {
@@ -113,6 +114,7 @@ class CodeWriter {
     if (e.is_constant()) return constant_code(e, true);
     if (e.is_symbol()) return symbol_code(e);
     if (e.op() == Op::call) return call_code(call_of(e));
+    if (e.op() == Op::solve) return solution_code(e);
     const auto x = e.operands();
     const bool exact = std::all_of(x.begin(), x.end(), [](Expr o) { return o.is_constant(); });
     if (info(e.op()).style != Style::infix) {
@@ -173,8 +175,8 @@ class CodeWriter {
       }
       std::vector<Snippet> entries(next, next + size);
       next += size;
-      Snippet list = applied("", std::move(entries));
-      list.text = "vec{" + list.text.substr(1, list.text.size() - 2) + "}";
+      Snippet list = listed(std::move(entries));
+      list.text.insert(0, "vec");
       grouped.push_back(std::move(list));
     }
     return applied("func(" + quoted(f.name) + ")", std::move(grouped));
@@ -201,7 +203,31 @@ class CodeWriter {
     return {"subs(" + d.text + ", {" + replacements + "})", whole, depth + 3};
   }
 
+  /// A linear system is solved once, into the table; its components are entries of that column.
+  Snippet solution_code(Expr e) {
+    if (component_of(e) > 0) return {text(solutions_.at(head_of(e)), "[", component_of(e) + 1, "]")};
+    const LinearSystem& system = system_of(e);
+    const int n = system.size;
+    std::vector<Snippet> rows, right;
+    for (int i = 0; i < n; ++i) {
+      std::vector<Snippet> row;
+      for (int j = 0; j < n; ++j) row.push_back(operand(system.a(i, j)));
+      rows.push_back(listed(std::move(row)));
+    }
+    for (int i = 0; i < n; ++i) right.push_back(operand(system.b(i)));
+    const Snippet column = stored(applied("solve", {listed(std::move(rows)), listed(std::move(right))}));
+    solutions_[e] = column.text;
+    return {column.text + "[1]"};
+  }
+
+  static Snippet listed(std::vector<Snippet> entries) {
+    Snippet list = applied("", std::move(entries));
+    list.text = "{" + list.text.substr(1, list.text.size() - 2) + "}";
+    return list;
+  }
+
   Expr output_;
+  std::unordered_map<Expr, std::string> solutions_;  // by head
   std::vector<Expr> nodes_;
   std::unordered_map<Expr, int> uses_;
   std::unordered_map<Expr, Snippet> text_;

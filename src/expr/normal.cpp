@@ -257,6 +257,14 @@ void NormalForms::multiply_root(Term& term, SumId base, const mpq_class& exponen
   term.factors.push_back({atom ? terms[0].factors[0].atom : sum_atom(base), exponent});
 }
 
+SumId NormalForms::function(Op op, std::vector<SumId> args) {
+  if (op != Op::sqrt) return single(function_atom(op, std::move(args)));
+  if (sum(args[0]).empty()) return args[0];
+  Term root{1, {}};
+  multiply(root, args[0], mpq_class(1, 2));
+  return product(std::move(root));
+}
+
 void NormalForms::settle(Term& term) {
   collect(term);
   const auto dissolves = [&](const Factor& f) {

@@ -149,9 +149,7 @@ class NormalForms {
 
  protected:
   // Where simplify and expand (rewrite_forms.hpp) come in; the printer leaves things as they are.
-  virtual SumId function(Op op, std::vector<SumId> args) {
-    return single(function_atom(op, std::move(args)));
-  }
+  virtual SumId function(Op op, std::vector<SumId> args);  ///< √x is x^(1/2) everywhere
   virtual SumId power(SumId base, SumId exponent) { return single(power_atom(base, exponent)); }
   /// base^exponent for an exponent that is not whole.
   virtual void multiply_root(Term& term, SumId base, const mpq_class& exponent);

@@ -98,7 +98,7 @@ int NormalForms::factor_rank(const Factor& f) const {
     case AtomKind::opaque:
       return 7;
     case AtomKind::function:
-      return a.op == Op::sqrt || a.op == Op::abs ? 7 : 8;
+      return a.op == Op::abs ? 7 : 8;
     default:
       return 8;
   }

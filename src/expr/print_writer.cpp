@@ -132,8 +132,10 @@ Piece Writer::lift(const Lift& l) {
 
 Piece Writer::factor(AtomId id, const mpq_class& exponent) {
   if (exponent.get_den() == 2 && exponent.get_num() == 1) {
-    const Atom& a = forms_.atom(id);
-    return notation_.root(a.kind == AtomKind::sum ? sum(a.args[0]) : atom(id));
+    const Atom a = forms_.atom(id);
+    if (a.kind != AtomKind::sum) return notation_.root(atom(id));
+    const auto n = norm(a.args[0]);
+    return n ? *n : notation_.root(atom(id));
   }
   return notation_.power(atom(id), exponent);
 }
@@ -165,10 +167,6 @@ Piece Writer::atom(AtomId id) {
 }
 
 Piece Writer::function(const Atom& a) {
-  if (a.op == Op::sqrt) {
-    if (const auto n = norm(a.args[0])) return *n;
-    return notation_.root(sum(a.args[0]));
-  }
   if (a.op == Op::abs) return notation_.absolute(sum(a.args[0]));
   std::vector<Piece> args;
   for (SumId s : a.args) args.push_back(sum(s));

@@ -3,6 +3,7 @@
 
 #include "expr/derivative.hpp"
 #include "expr/print.hpp"
+#include "expr/solve.hpp"
 #include "lua/library.hpp"
 #include "lua/state.hpp"
 #include "lua/values.hpp"
@@ -19,14 +20,20 @@ class Session {
   ~Session() { lua_close(L_); }
   /// "" where the code rebuilds e, the error text or what it built otherwise.
   std::string complaint(Expr e) {
-    const std::string code = "return " + to_code(e);
-    lua_settop(L_, 0);
-    if (luaL_loadstring(L_, code.c_str()) != LUA_OK || !lua::run(L_, 0, 1)) return lua_tostring(L_, -1);
+    if (!run(to_code(e))) return lua_tostring(L_, -1);
     const Expr back = lua::to_expr(L_, -1, "code");
     return back == e ? "" : "built " + to_text(back) + " instead of " + to_text(e);
   }
+  Expr rebuilt(Expr e) {
+    REQUIRE(run(to_code(e)));
+    return lua::to_expr(L_, -1, "code");
+  }
 
  private:
+  bool run(const std::string& code) {
+    lua_settop(L_, 0);
+    return luaL_loadstring(L_, ("return " + code).c_str()) == LUA_OK && lua::run(L_, 0, 1);
+  }
   lua_State* L_;
 };
 
@@ -95,6 +102,20 @@ TEST_CASE("code: deep, shared and large expressions are rebuilt, in linear lengt
     CHECK(session.complaint(e) == "");
     CHECK(to_code(e).size() < 60 * topological({&e, 1}).size());
   }
+}
+
+TEST_CASE("code: the solution of a linear system has the same value") {
+  Session session;
+  const Expr x = symbol(Kind::variable, "x"), y = symbol(Kind::variable, "y");
+  MatX a(3, 3);
+  a << x, y, 1, y, x * y + 5, 2, 1, 0, x + 3;
+  VecX b(3);
+  b << y, 1, x;
+  const VecX solution = linear_solution(a, b);
+  const Expr e = solution[0] * sin(solution[1]) + solution[2];
+  const Expr pair[] = {e, session.rebuilt(e)};
+  const auto values = evaluate(pair, {{x, 0.7}, {y, -1.3}});
+  CHECK(values[0] == doctest::Approx(values[1]).epsilon(1e-12));
 }
 
 TEST_CASE("code: random expressions are rebuilt") {
