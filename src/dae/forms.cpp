@@ -3,7 +3,7 @@
 #include <unordered_set>
 
 #include "base/error.hpp"
-#include "dae/model.hpp"
+#include "dae/lineage.hpp"
 #include "expr/print.hpp"
 
 namespace pendula::dae {
@@ -23,65 +23,6 @@ VecX derivative(const VecX& x) {
 
 void check_size(const char* what, Index got, Index wanted, const char* per) {
   if (got != wanted) throw Error(text(what, " has ", got, " rows, but there are ", wanted, " ", per));
-}
-
-/// Names of all symbols a model uses, so that new ones do not collide.
-std::unordered_set<std::string> used_names(const Model& m) {
-  std::unordered_set<std::string> names;
-  for (Expr leaf : leaves(m.residuals))
-    names.insert(symbol_of(leaf).name), names.insert(symbol_of(leaf).vector);
-  return names;
-}
-
-std::string fresh_name(const std::unordered_set<std::string>& used, const std::string& wish,
-                       const std::string& fallback) {
-  if (!used.count(wish)) return wish;
-  std::string name = fallback;
-  while (used.count(name)) name += "_";
-  return name;
-}
-
-/// The unknowns of a model grouped as the user declared them: a column, or single variables.
-struct Group {
-  std::string name;
-  std::vector<Expr> leaves;
-  int order;
-};
-
-std::vector<Group> groups(const Model& m) {
-  std::vector<Group> out;
-  for (const Variable& v : m.variables) {
-    const Symbol& s = symbol_of(v.leaf);
-    const bool same =
-        !s.vector.empty() && !out.empty() && out.back().name == s.vector && out.back().order == v.order;
-    if (!same) out.push_back({s.vector.empty() ? s.name : s.vector, {}, v.order});
-    out.back().leaves.push_back(v.leaf);
-  }
-  return out;
-}
-
-/// New variables beside a group: a column of the same size, or a scalar.
-std::vector<Expr> beside(const Group& g, const std::string& name) {
-  if (g.leaves.size() == 1) return {symbol(pendula::Kind::variable, name)};
-  return symbol_vector(pendula::Kind::variable, name, static_cast<int>(g.leaves.size()));
-}
-
-VecX mapped(const VecX& v, const Substitution& s) { return column(substitute(entries(v), s)); }
-
-ModelOptions child_of(const ModelPtr& m) {
-  ModelOptions options;
-  options.name = m->name;
-  options.parent = m;
-  options.form = m->form;
-  options.relations = m->relations;
-  options.invariants = m->invariants;
-  options.mechanics = m->mechanics;
-  return options;
-}
-
-void move_invariants(ModelOptions& options, const Substitution& s) {
-  for (Constraint& c : options.invariants) c.residual = substitute(c.residual, s);
-  for (auto& [leaf, meaning] : options.relations) meaning = substitute(meaning, s);
 }
 
 }  // namespace

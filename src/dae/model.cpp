@@ -83,6 +83,10 @@ void collect_symbols(Model& m, const ModelOptions& options) {
       throw Error(text("'", symbol_of(z).name,
                        "' was declared algebraic (z), but its derivative occurs; move it to x"));
   if (!declared) std::sort(bases.begin(), bases.end(), [](Expr a, Expr b) { return a.id() < b.id(); });
+  std::vector<Expr> meanings;  // a multiplier may be the only thing that depends on the mass
+  for (const auto& [leaf, meaning] : options.relations) meanings.push_back(meaning);
+  for (Expr leaf : leaves(meanings))
+    if (symbol_of(leaf).kind == pendula::Kind::parameter) parameters.insert(leaf.id());
   for (Expr base : bases) m.variables.push_back({base, order.at(base)});
   for (auto id : inputs) m.inputs.push_back(Expr::at(id));
   for (auto id : parameters) m.parameters.push_back(Expr::at(id));
@@ -200,6 +204,8 @@ ModelPtr make_model(std::vector<Block> blocks, ModelOptions options) {
   m->trace = std::move(options.trace);
   m->relations = std::move(options.relations);
   m->invariants = std::move(options.invariants);
+  m->drift = options.drift;
+  m->projections = std::move(options.projections);
   m->mechanics = std::move(options.mechanics);
   return m;
 }

@@ -54,6 +54,22 @@ struct Mechanics {
   MatX dCdq;
 };
 
+/// How a solution may leave the constraints that a form was derived from (its invariants).
+enum class DriftLaw {
+  none,  ///< not at all: they are equations of the model, or the solution is projected onto them
+  polynomial,  ///< C⁽ᵈ⁾ = 0 is imposed: C(t) = Σ C⁽ᵏ⁾(0) tᵏ/k!, k < d; for mechanisms a straight line
+  decay  ///< a stable linear equation in C is imposed: what is off decays
+};
+
+/// Conditions that a solution is moved back onto after every step: the smallest change of `unknowns`, in the
+/// norm √(dxᵀ W dx), with 0 = G. Stages are worked off in order: positions, then velocities.
+struct Projection {
+  std::vector<Expr> unknowns;   ///< states, n
+  std::vector<Expr> residuals;  ///< G, m < n, in states, inputs, parameters and t
+  std::vector<Entry> jacobian;  ///< ∂G/∂unknowns
+  MatX weight;                  ///< W, n×n; empty: the identity
+};
+
 /// "ODE", "implicit ODE", "semi-explicit" or "fully implicit".
 enum class Kind { ode, implicit_ode, semi_explicit, fully_implicit };
 const char* kind_name(Kind kind);
@@ -74,7 +90,9 @@ struct Model {
   ModelPtr parent;
   std::vector<std::string> trace;  ///< how it was derived from the parent, line by line
   Substitution relations;          ///< leaf that is no unknown here -> expression in unknowns of this model
-  std::vector<Constraint> invariants;  ///< conditions on the start that the equations no longer impose
+  std::vector<Constraint> invariants;   ///< conditions on the start that the equations no longer impose
+  DriftLaw drift = DriftLaw::none;      ///< of the invariants
+  std::vector<Projection> projections;  ///< form "project": for the integrator, after every step
   std::optional<Mechanics> mechanics;
 
   std::vector<Expr> states() const;  ///< x_j^(k), k < order_j: all of order 0 first, then order 1 …
@@ -94,6 +112,8 @@ struct ModelOptions {
   std::vector<std::string> trace;
   Substitution relations;
   std::vector<Constraint> invariants;
+  DriftLaw drift = DriftLaw::none;
+  std::vector<Projection> projections;
   std::optional<Mechanics> mechanics;
 };
 

@@ -6,17 +6,13 @@
 #include "base/error.hpp"
 #include "base/text.hpp"
 #include "dae/differentiation.hpp"
+#include "dae/lineage.hpp"
 #include "dae/rank.hpp"
 #include "expr/print.hpp"
 #include "expr/rewrite.hpp"
 
 namespace pendula::dae {
 namespace {
-std::string names_of(const std::vector<Expr>& list) {
-  std::vector<std::string> names;
-  for (Expr e : list) names.push_back(to_text(e));
-  return join(names, ", ");
-}
 
 void describe_substitutions(const Model& m, std::vector<std::string>& lines) {
   const auto known = kinematics(m);
@@ -48,6 +44,7 @@ ModelPtr reduce_acc(const ModelPtr& model) {
   options.parent = model;
   options.relations = model->relations;
   options.invariants = model->invariants;
+  options.drift = DriftLaw::polynomial;
   options.invariants.insert(options.invariants.end(), d.constraints.begin(), d.constraints.end());
   options.mechanics = model->mechanics;
   for (const Variable& v : model->variables) (v.order ? options.x : options.z).push_back(v.leaf);
@@ -71,14 +68,6 @@ ModelPtr reduce_acc(const ModelPtr& model) {
   done->trace.push_back(
       "The new model no longer imposes them, so the start must satisfy: " + join(conditions, ", ") + ".");
   return done;
-}
-
-std::vector<std::string> reduction_forms() { return {"acc"}; }
-
-ModelPtr reduce(const ModelPtr& model, const std::string& form) {
-  if (form.empty() || form == "acc") return reduce_acc(model);
-  throw Error(text("unknown form '", form, "'.", did_you_mean(form, reduction_forms()),
-                   " Forms: ", join(reduction_forms(), ", ")));
 }
 
 std::string trace(const Model& m) {

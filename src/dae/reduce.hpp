@@ -11,8 +11,13 @@ namespace pendula::dae {
 /// index is at most 1. See Hairer & Wanner, Solving ODEs II, 2nd ed., §VII.1 and VII.2; exam problem 1(b).
 ModelPtr reduce_acc(const ModelPtr& model);
 
+struct ReduceOptions {
+  std::optional<Expr> alpha, beta;           ///< gains of "baumgarte", numbers or parameters
+  std::unordered_map<Expr, double> at = {};  ///< a point near which coordinates are chosen; empty: generic
+};
+
 /// reduce(form): "" chooses. Throws Error on an unknown form with the list of those that exist.
-ModelPtr reduce(const ModelPtr& model, const std::string& form);
+ModelPtr reduce(const ModelPtr& model, const std::string& form, const ReduceOptions& options = {});
 std::vector<std::string> reduction_forms();
 
 /// The derivation from the original model to this one, oldest step first.

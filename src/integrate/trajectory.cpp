@@ -113,7 +113,8 @@ std::vector<Invariant> Trajectory::invariants() const {
   };
   for (const dae::Constraint& c : model_->invariants) {
     if (c.derivative != 0) continue;
-    add(c, true);
+    add(c, model_->drift == dae::DriftLaw::polynomial);
+    if (model_->drift != dae::DriftLaw::polynomial) continue;
     for (int k = 1;; ++k) {
       const auto next =
           std::find_if(model_->invariants.begin(), model_->invariants.end(), [&](const dae::Constraint& d) {

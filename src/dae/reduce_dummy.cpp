@@ -1,0 +1,252 @@
+// Form "dummy": index reduction with dummy derivatives.
+//
+// Equation i is kept with all its derivatives up to order c_i. That makes Σ c_i equations too many; as many
+// derivatives x_j⁽ᵏ⁾ become algebraic variables of their own, chosen so that the Jacobian of every group of
+// differentiated equations with respect to them is regular (Mattsson & Söderlind, SIAM J. Sci. Comput. 14(3),
+// 1993): stage s takes the rows with c_i ≥ s of the system Jacobian and, among the columns of the stage
+// before, as many independent ones; of their variables the derivative of order d_j - s + 1 is a dummy.
+#include <Eigen/QR>
+#include <Eigen/SVD>
+#include <algorithm>
+#include <cmath>
+
+#include "base/error.hpp"
+#include "base/text.hpp"
+#include "dae/lineage.hpp"
+#include "dae/rank.hpp"
+#include "dae/reduced_forms.hpp"
+#include "expr/print.hpp"
+#include "expr/rewrite.hpp"
+
+namespace pendula::dae {
+namespace {
+
+using Index = Eigen::Index;
+using Numbers = std::unordered_map<Expr, double>;
+
+/// The numeric rows of the system Jacobian that belong to differentiated equations.
+class ConstraintJacobian {
+ public:
+  ConstraintJacobian(const Model& m, const Numbers& point) : m_(m), analysis(require_regular(m)) {
+    std::vector<Expr> slopes;
+    for (const Entry& e : analysis.jacobian)
+      if (analysis.offsets.c[static_cast<std::size_t>(e.row)] > 0) slopes.push_back(e.value);
+    const Numbers values = complete(slopes, point);
+    const auto numbers = pendula::evaluate(slopes, values);
+    const auto n = static_cast<Index>(m.variables.size());
+    J_ = Mat::Zero(n, n);
+    std::size_t k = 0;
+    for (const Entry& e : analysis.jacobian)
+      if (analysis.offsets.c[static_cast<std::size_t>(e.row)] > 0) J_(e.row, e.column) = numbers[k++];
+    if (!J_.allFinite()) throw Failure("form \"dummy\": the constraint Jacobian is not finite at this point");
+  }
+
+  std::vector<Index> rows(int stage) const {
+    std::vector<Index> list;
+    for (std::size_t i = 0; i < analysis.offsets.c.size(); ++i)
+      if (analysis.offsets.c[i] >= stage) list.push_back(static_cast<Index>(i));
+    return list;
+  }
+
+  /// The block of these rows and columns, every row divided by its largest entry.
+  Mat block(const std::vector<Index>& rows, const std::vector<Index>& columns) const {
+    Mat G(static_cast<Index>(rows.size()), static_cast<Index>(columns.size()));
+    for (Index i = 0; i < G.rows(); ++i) {
+      const auto row = J_.row(rows[static_cast<std::size_t>(i)]);
+      const double largest = row.cwiseAbs().maxCoeff();
+      for (Index j = 0; j < G.cols(); ++j)
+        G(i, j) = largest > 0 ? row[columns[static_cast<std::size_t>(j)]] / largest : 0;
+    }
+    return G;
+  }
+
+  Expr dummy(Index column, int stage) const {
+    const auto j = static_cast<std::size_t>(column);
+    return derivative_leaf(m_.variables[j].leaf, analysis.offsets.d[j] - stage + 1);
+  }
+
+ private:
+  /// Values of the leaves: the point, then the parameters, then generic numbers if no point is given.
+  Numbers complete(std::span<const Expr> outputs, const Numbers& point) const {
+    Numbers values = point.empty() ? random_point(outputs, 0) : point;
+    for (Expr leaf : leaves(outputs)) {
+      if (symbol_of(leaf).kind == pendula::Kind::constant || point.count(leaf)) continue;
+      if (const auto it = m_.values.find(leaf); it != m_.values.end())
+        values[leaf] = pendula::evaluate({&it->second, 1}, {})[0];
+      else if (!point.empty())
+        throw Error(text("form \"dummy\": the point gives no value for ", to_text(leaf),
+                         "; pass a start: reduce(\"dummy\", { at = sys:init{ … } })"));
+    }
+    return values;
+  }
+
+  const Model& m_;
+
+ public:
+  const Analysis analysis;
+
+ private:
+  Mat J_;
+};
+
+double regularity(const Mat& square) {
+  if (square.size() == 0) return 1;
+  const Vec s = Eigen::JacobiSVD<Mat>(square).singularValues();
+  return s[0] > 0 ? s[s.size() - 1] / s[0] : 0;
+}
+
+std::vector<Index> every(Index n) {
+  std::vector<Index> list;
+  for (Index j = 0; j < n; ++j) list.push_back(j);
+  return list;
+}
+
+}  // namespace
+
+DummySelection select_dummies(const Model& m, const Numbers& point) {
+  const ConstraintJacobian J(m, point);
+  DummySelection selection;
+  selection.quality = 1;
+  std::vector<Index> columns = every(static_cast<Index>(m.variables.size()));
+  for (int stage = 1;; ++stage) {
+    const std::vector<Index> rows = J.rows(stage);
+    if (rows.empty()) break;
+    const Mat G = J.block(rows, columns);
+    const Eigen::ColPivHouseholderQR<Mat> qr(G);
+    if (qr.rank() < G.rows())
+      throw Failure(text("form \"dummy\": the constraint Jacobian has rank ", qr.rank(), " of ", G.rows(),
+                         " at this point: the constraints are singular there"));
+    std::vector<Index> chosen;
+    for (Index k = 0; k < G.rows(); ++k)
+      chosen.push_back(columns[static_cast<std::size_t>(qr.colsPermutation().indices()[k])]);
+    std::sort(chosen.begin(), chosen.end());
+    selection.quality = std::min(selection.quality, regularity(J.block(rows, chosen)));
+    for (Index j : chosen) selection.dummies.push_back(J.dummy(j, stage));
+    columns = std::move(chosen);
+  }
+  std::sort(selection.dummies.begin(), selection.dummies.end(), [](Expr a, Expr b) {
+    const Symbol &s = symbol_of(a), &t = symbol_of(b);
+    return s.base != t.base ? s.base.id() < t.base.id() : s.order < t.order;
+  });
+  return selection;
+}
+
+double dummy_quality(const Model& m, const DummySelection& selection, const Numbers& point) {
+  const ConstraintJacobian J(m, point);
+  double quality = 1;
+  for (int stage = 1;; ++stage) {
+    const std::vector<Index> rows = J.rows(stage);
+    if (rows.empty()) return quality;
+    std::vector<Index> columns;
+    for (Index j = 0; j < static_cast<Index>(m.variables.size()); ++j) {
+      if (J.analysis.offsets.d[static_cast<std::size_t>(j)] < stage - 1) continue;
+      if (std::count(selection.dummies.begin(), selection.dummies.end(), J.dummy(j, stage)))
+        columns.push_back(j);
+    }
+    if (columns.size() != rows.size()) throw Error("the selection of dummy derivatives is of another model");
+    quality = std::min(quality, regularity(J.block(rows, columns)));
+  }
+}
+
+// ── the model with a selection
+// ────────────────────────────────────────────────────────────────────────────────
+
+namespace {
+
+/// Every block with its derivatives; rows of a block that are differentiated differently often stand alone.
+std::vector<Block> with_derivatives(const Model& m, const Offsets& o, std::vector<std::string>& trace) {
+  std::vector<Block> blocks;
+  std::size_t first = 0;
+  for (std::size_t b = 0; b < m.blocks.size(); ++b) {
+    const auto size = static_cast<std::size_t>(m.blocks[b].lhs.size());
+    blocks.push_back(m.blocks[b]);
+    int most = 0;
+    for (std::size_t r = 0; r < size; ++r) most = std::max(most, o.c[first + r]);
+    std::vector<Expr> residual(m.residuals.begin() + static_cast<std::ptrdiff_t>(first),
+                               m.residuals.begin() + static_cast<std::ptrdiff_t>(first + size));
+    for (std::size_t r = 0; r < size; ++r)  // 0 = C reads better than 0 = -C
+      if (m.blocks[b].lhs[static_cast<Index>(r)].is_zero())
+        residual[r] = m.blocks[b].rhs[static_cast<Index>(r)];
+    for (int k = 1; k <= most; ++k) {
+      std::vector<Expr> rows;
+      for (std::size_t r = 0; r < size; ++r)
+        if (k <= o.c[first + r]) rows.push_back(residual[r] = simplify(total_derivative(residual[r])));
+      const VecX right = column(rows);
+      const std::string note = text("(", b + 1, ") differentiated",
+                                    k == 1   ? ""
+                                    : k == 2 ? " twice"
+                                             : text(" ", k, " times"));
+      trace.push_back(text("dummy: ", note, ":  0 = ", column_text(right)));
+      blocks.push_back({VecX::Zero(right.size()), right, note});
+    }
+    first += size;
+  }
+  return blocks;
+}
+
+/// A new algebraic variable for every dummy: y′ -> y_dot, y″ -> y_ddot.
+Substitution stand_ins(const Model& m, const DummySelection& selection, std::vector<Expr>& made) {
+  auto used = used_names(m);
+  Substitution s;
+  for (Expr leaf : selection.dummies) {
+    const Symbol& symbol = symbol_of(leaf);
+    if (symbol.order == 0) continue;  // the variable itself has become algebraic
+    std::string name = symbol.name + "_";
+    for (int k = 1; k < std::min(symbol.order, 3); ++k) name += "d";
+    name += symbol.order > 3 ? text("d", symbol.order, "ot") : "dot";
+    name = fresh_name(used, name, name + "_");
+    used.insert(name);
+    s[leaf] = pendula::symbol(pendula::Kind::variable, name);
+    made.push_back(s[leaf]);
+  }
+  return s;
+}
+
+}  // namespace
+
+ModelPtr reduce_dummy(const ModelPtr& model, const DummySelection& selection) {
+  const ModelPtr source = original(model);
+  const Analysis a = require_regular(*source);
+  if (selection.dummies.empty())
+    throw Error(text("form \"dummy\": the model has index ", a.index,
+                     " and no equation that has to be differentiated; it can be integrated as it stands"));
+  ModelOptions options = child_of(source);
+  options.form = "dummy";
+  options.u = source->inputs;
+  std::vector<Block> blocks = with_derivatives(*source, a.offsets, options.trace);
+  std::vector<Expr> made;
+  const Substitution s = stand_ins(*source, selection, made);
+  for (Block& b : blocks) b.lhs = mapped(b.lhs, s), b.rhs = mapped(b.rhs, s);
+  move_invariants(options, s);
+  for (const auto& [leaf, meaning] : s) options.relations[leaf] = meaning;
+  std::vector<Expr> states;
+  for (std::size_t j = 0; j < source->variables.size(); ++j) {
+    const Expr x = source->variables[j].leaf;
+    int order = a.offsets.d[j];
+    for (Expr leaf : selection.dummies) order -= symbol_of(leaf).base == x;
+    (order > 0 ? options.x : options.z).push_back(x);
+    for (int k = 0; k < order; ++k) states.push_back(derivative_leaf(x, k));
+  }
+  options.z.insert(options.z.end(), made.begin(), made.end());
+  options.trace.push_back(
+      text("     ", names_of(selection.dummies), " are dummy derivatives, algebraic: ", names_of(made)));
+  options.trace.push_back(text("     states in use: ", names_of(states), "; quality of the choice ",
+                               rounded(selection.quality, 3),
+                               " (1 is best, 0 singular: choose again there)"));
+  options.trace.push_back("     Every constraint is an equation, so nothing drifts; the index is 1.");
+  return make_model(std::move(blocks), std::move(options));
+}
+
+ModelPtr reduce_dummy(const ModelPtr& model, const ReduceOptions& options) {
+  const ModelPtr source = original(model);
+  const DummySelection selection = select_dummies(*source, options.at);
+  const ModelPtr done = reduce_dummy(model, selection);
+  if (!options.at.empty()) return done;
+  auto copy = std::make_shared<Model>(*done);
+  copy->trace.push_back(
+      "     The states were chosen at a generic point; name the start to choose them there: "
+      "reduce(\"dummy\", { at = sys:init{ … } }).");
+  return copy;
+}
+
+}  // namespace pendula::dae

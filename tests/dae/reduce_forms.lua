@@ -1,0 +1,51 @@
+-- The forms of a model as a user types them: all of them move like the others.
+local p = var("p", 3)
+local m, g, L = params "m=1 g=9.81 L=1"
+local ball = lagrange { q = p, T = m/2 * p.dot.T*p.dot, V = m*g*p[3], C = { (p.T*p - L^2)/2 } }
+local at = ball:init { fix = { [p] = { .6, 0, -.8 }, [p.dot] = { .8, .5, .6 } } }
+
+local function final(low, start)
+  return low:integrate { start = start or at, to = 0.5, dt = 0.0025, method = rk.gauss(3), direct = true }
+end
+
+test("every form of the pendulum ends where form acc ends", function()
+  local wanted = final(ball:reduce "acc"):final(p)
+  for _, form in ipairs { "ode", "project", "baumgarte" } do
+    expect(final(ball:reduce(form)):final(p)):near(wanted, 1e-10)     -- order 6: the step error is below 1e-12
+  end
+  expect(final(ball:reduce("dummy", { at = at })):final(p)):near(wanted, 1e-10)
+  local ggl = ball:reduce("ggl"):integrate { start = at, to = 0.5, dt = 0.0025, method = rk.radau(3), direct = true }
+  expect(ggl:final(p)):near(wanted, 1e-9)
+end)
+
+test("eliminated multipliers and accelerations keep their values", function()
+  local ode = ball:reduce "ode"
+  expect(ode:index()):equals(0)
+  local other = ode:init { fix = { [p] = { .6, 0, -.8 }, [p.dot] = { .8, .5, .6 } } }
+  local z = ball.algebraic[1]
+  expect(other(z)):near(at(z), 1e-12)
+  local sol = final(ode)
+  expect(sol(z, 0)):near(at(z), 1e-12)
+  expect(sol(der(p[1], 2), 0)):near(at(der(p[1], 2)), 1e-12)
+end)
+
+test("baumgarte lets a violation decay, acc lets it grow along a line", function()
+  local off = { [p] = { .6, 0, -.8 }, [p.dot] = { .9, .5, .6 } }
+  local function violation(low) return low:integrate { start = low:init { fix = off, consistent = false }, to = 2,
+    dt = 0.01, method = rk.gauss(2) }:final((p.T*p - L^2)/2) end
+  expect(violation(ball:reduce "acc")):near(0.12, 1e-6)               -- C(0) + 2 C'(0), C'(0) = 0.06
+  expect(math.abs(violation(ball:reduce("baumgarte", { alpha = 10 })))):near(0, 1e-7)   -- 0.06 t exp(-10 t) at t = 2
+end)
+
+test("reduce() names its choice; unknown forms and options are refused", function()
+  local best = ball:reduce()
+  expect(best.form):equals "project"
+  expect(best:trace():find('reduce() chose form "project" over the explicit form "ode"', 1, true) ~= nil):equals(true)
+  local x = var "x"
+  expect(dae { der(x) ~ -x }:reduce():trace():find("left the model as it is", 1, true) ~= nil):equals(true)
+  expect(function() ball:reduce "minimum" end):fails "Did you mean 'minimal'"
+  expect(function() ball:reduce "minimal" end):fails "linear in none of"
+  expect(function() ball:reduce("acc", { alpha = 1 }) end):fails "has none"
+  expect(function() ball:reduce("baumgarte", { alpha = -1 }) end):fails "must be positive"
+  expect(function() ball:reduce("dummy", { at = 3 }) end):fails "at must be a start"
+end)
