@@ -140,7 +140,7 @@ std::string Drift::verdict() const {
 
 Drift drift(const Solution& solution, const std::vector<Invariant>& invariants) {
   Drift result;
-  if (solution.size() == 0) return result;
+  if (solution.size() == 0) solution.final();  // throws
   result.from = solution.t().front(), result.to = solution.t().back();
   for (const Invariant& invariant : invariants) {
     std::vector<Expr> wanted = invariant.chain;

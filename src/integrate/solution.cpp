@@ -41,8 +41,14 @@ Point Solution::point(int i) const {
           column(z_, i, problem().m())};
 }
 
+Point Solution::final() const {
+  if (size() == 0)
+    throw Error(text("the solution holds no points: ", status_, " before the first saved time"));
+  return point(size() - 1);
+}
+
 Point Solution::at(double t) const {
-  if (size() == 0) throw Error("the solution holds no points");
+  if (size() == 0) return final();  // throws
   const double rounding =
       4 * std::numeric_limits<double>::epsilon() * std::max(std::fabs(t_.front()), std::fabs(t_.back()));
   if (!(t >= t_.front() - rounding && t <= t_.back() + rounding)) {

@@ -30,7 +30,8 @@ class Solution {
   int size() const { return static_cast<int>(t_.size()); }
   const std::vector<double>& t() const { return t_; }
   Point point(int i) const;  ///< 0 ≤ i < size()
-  Point final() const { return point(size() - 1); }
+  /// The last saved point. Throws Error if nothing was saved.
+  Point final() const;
 
   /// The point at any time of the interval. Between saved times the method continues from the last saved time
   /// with steps dt and a shortened last one: as accurate as the mesh itself, and x′, z solve the equations.

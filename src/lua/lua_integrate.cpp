@@ -59,11 +59,10 @@ integrate::TableauPtr read_method(Call& call, const Options& options) {
 }
 
 integrate::Plan read_plan(Call& call, const Options& options, double from) {
-  if (!options.has("to")) throw Error("the end is missing; give to = 10");
+  if (!options.has("to") && !options.has("times")) throw Error("the end is missing; give to = 10");
   if (!options.has("dt")) throw Error("the step is missing; give dt = 0.01");
   integrate::Plan plan;
   plan.from = options.number("from", from);
-  plan.to = options.number("to");
   plan.dt = options.number("dt");
   plan.direct = options.boolean("direct", false);
   if (options.has("times")) {
@@ -71,6 +70,9 @@ integrate::Plan read_plan(Call& call, const Options& options, double from) {
     plan.times = std::vector<double>(times.begin(), times.end());
     lua_pop(call.L, 1);
   }
+  // Without `to`, the last of `times` is the end; an empty list is refused by integrate() itself.
+  const bool last = plan.times && !plan.times->empty();
+  plan.to = options.number("to", last ? plan.times->back() : plan.from + 1);
   return plan;
 }
 
@@ -148,9 +150,8 @@ int value(Call& call) {
 }
 
 int final(Call& call) {
-  const integrate::Solution& solution = self(call).solution();
-  if (call.has(2)) return push_at(call, read_expression(call, 2), solution.t().back());
-  return push_matrix(call.L, Mat(solution.final().x));
+  const integrate::Point end = self(call).solution().final();
+  return call.has(2) ? push_at(call, read_expression(call, 2), end.t) : push_matrix(call.L, Mat(end.x));
 }
 
 int times(Call& call) {

@@ -96,6 +96,16 @@ test("a solution that ceases to exist stops with status and time", function()
   expect(explicit.status):matches "^stopped at t = 1%.%d*: x.* is not finite"
 end)
 
+test("a solution without saved points says so", function()
+  local sol = dae { der(x) ~ x^2 }:integrate { start = { x = 1 }, times = { 5 }, dt = 0.01, method = rk.implicit_euler }
+  expect(sol.status):matches "^stopped at t = 0%.9"
+  expect(#sol(x)):equals(0)
+  expect(tostring(sol)):matches "^solution: stopped"
+  for _, f in ipairs { function() sol:final() end, function() sol:final(x) end, function() sol(x, 1) end, function() sol:drift() end } do
+    expect(f):fails "the solution holds no points: stopped"
+  end
+end)
+
 test("what cannot be integrated is refused with the remedy", function()
   local function refuse(model, options, words)
     expect(function()
