@@ -111,7 +111,10 @@ void weierstrass(Pencil& p, long regular_at) {
     p.N = SET.block(p.dof, p.dof, n - p.dof, n - p.dof);
   };
   transform(s.V, s.W);
-  transform(s.V * jordan_basis(p.J), s.W * nilpotent_chains(p.N));
+  p.det = characteristic(p.J);
+  const std::vector<Factor> split = factors(p.det);
+  p.modes = modes(split);
+  transform(s.V * jordan_basis(p.J, split), s.W * nilpotent_chains(p.N));
   transform(scaled_chains(p.T.columns(0, p.dof), p.J), scaled_chains(p.T.columns(p.dof, n - p.dof), p.N));
 
   RationalMatrix power = RationalMatrix::identity(n - p.dof);
@@ -123,25 +126,49 @@ void weierstrass(Pencil& p, long regular_at) {
 
   // det(sE - A) = det(sI - J) det(sN - I) / (det S det T), and det(sN - I) = (-1)ⁿ⁻ᵈ.
   const mpq_class factor = ((n - p.dof) % 2 ? -1 : 1) / (determinant(p.S) * determinant(p.T));
-  p.det = characteristic(p.J);
   for (mpq_class& c : p.det) c *= factor;
   PENDULA_ASSERT(value(p.det, mpq_class(regular_at)) == determinant(at(p.form, regular_at)),
                  "det(sE - A) differs from its value at a point");
 }
 
-/// Constraints of the shuffle algorithm, those that contain algebraic variables solved for one each and kept
-/// apart.
-void constrain(Pencil& p) {
-  const LinearForm& f = p.form;
+/// The coefficients of the unknowns in a linear expression.
+RationalMatrix row_of(Expr residual, const LinearForm& f) {
+  RationalMatrix row(1, f.size());
+  const std::vector<Expr> slopes = gradient(residual, f.x);
+  for (int j = 0; j < f.size(); ++j) {
+    const Expr slope = simplify(slopes[static_cast<std::size_t>(j)]);
+    PENDULA_ASSERT(exact_value(slope) != nullptr, "a constraint of a linear system is not linear");
+    row(0, j) = *exact_value(slope);
+  }
+  return row;
+}
+
+Constraint constraint_of(const LinearForm& f, const ShuffleConstraint& c) {
+  Expr residual = c.g;
+  for (int j = f.size(); j-- > 0;)
+    if (c.a(0, j) != 0) residual = Expr(c.a(0, j)) * f.x[static_cast<std::size_t>(j)] + residual;
+  const auto [block, row] = f.origin[static_cast<std::size_t>(c.row)];
+  std::string label = f.label[static_cast<std::size_t>(c.row)];
+  for (int k = 0; k < c.derivative; ++k) label += "′";
+  return {simplify(residual), block, row, c.derivative, label};
+}
+
+}  // namespace
+
+LinearIndex linear_index(const LinearForm& f) {
+  LinearIndex result;
+  const Shuffle s = shuffle(f);
+  result.regular = s.regular;
+  if (!s.regular) return result;
+  result.index = s.rounds();
+  result.dof = f.size() - static_cast<int>(s.constraints.size());
   std::vector<int> algebraic;
   for (int j = 0; j < f.size(); ++j)
     if (f.E.columns(j, 1).is_zero()) algebraic.push_back(j);
+  // Conditions that contain algebraic variables are solved for one each; what is left of the others is in the
+  // states.
   std::vector<std::pair<int, ShuffleConstraint>> pivots;
-  const Shuffle s = shuffle(f);
-  PENDULA_ASSERT(s.rounds() == p.index, "the number of shuffles differs from the index of the Wong sequence");
-  PENDULA_ASSERT(static_cast<int>(s.constraints.size()) == f.size() - p.dof, "the shuffle lost a constraint");
   for (ShuffleConstraint c : s.constraints) {
-    PENDULA_ASSERT((c.a * p.basis()).is_zero(), "a constraint of the shuffle is violated by a solution");
     for (const auto& [j, row] : pivots) {
       if (c.a(0, j) == 0) continue;
       const mpq_class factor = c.a(0, j) / row.a(0, j);
@@ -151,21 +178,13 @@ void constrain(Pencil& p) {
     }
     const mpq_class scale = primitive_factor(c.a);
     c.a = scale * c.a, c.g = simplify(Expr(scale) * c.g);
-    Expr residual = c.g;
-    for (int j = f.size(); j-- > 0;)
-      if (c.a(0, j) != 0) residual = Expr(c.a(0, j)) * f.x[static_cast<std::size_t>(j)] + residual;
-    const auto [block, row] = f.origin[static_cast<std::size_t>(c.row)];
-    std::string label = f.label[static_cast<std::size_t>(c.row)];
-    for (int k = 0; k < c.derivative; ++k) label += "′";
     const auto pivot =
         std::find_if(algebraic.begin(), algebraic.end(), [&](int j) { return c.a(0, j) != 0; });
-    auto& list = pivot == algebraic.end() ? p.constraints : p.algebraic;
-    list.push_back({simplify(residual), block, row, c.derivative, label});
+    (pivot == algebraic.end() ? result.constraints : result.algebraic).push_back(constraint_of(f, c));
     if (pivot != algebraic.end()) pivots.emplace_back(*pivot, std::move(c));
   }
+  return result;
 }
-
-}  // namespace
 
 Pencil pencil(const LinearForm& form) {
   Pencil p;
@@ -175,8 +194,14 @@ Pencil pencil(const LinearForm& form) {
   p.rank = p.regular ? form.size() : generic_rank_of(form);
   if (p.regular) {
     weierstrass(p, *point);
-    p.modes = modes(p.det);
-    constrain(p);
+    LinearIndex low = linear_index(form);
+    PENDULA_ASSERT(low.regular && low.index == p.index && low.dof == p.dof,
+                   "the shuffle algorithm and the Wong sequences differ");
+    for (const auto* list : {&low.constraints, &low.algebraic})
+      for (const Constraint& c : *list)
+        PENDULA_ASSERT((row_of(c.residual, form) * p.basis()).is_zero(),
+                       "a constraint of the shuffle is violated by a solution");
+    p.constraints = std::move(low.constraints), p.algebraic = std::move(low.algebraic);
   } else {
     p.columns = minimal_basis(form.E, form.A, form.size() - p.rank);
     p.rows = minimal_basis(form.E.transposed(), form.A.transposed(), form.rows() - p.rank);

@@ -24,7 +24,7 @@ namespace pendula::dae {
 /// x′ …, and the rows that tie them together come first.
 struct LinearForm {
   RationalMatrix E, A, B;
-  std::vector<Expr> x;        ///< states, then algebraic variables
+  std::vector<Expr> x;        ///< the unknowns in their order, then x′, x″ … that are states
   std::vector<Expr> u;        ///< the input leaves that occur linearly; derivatives of inputs are separate
   VecX f;                     ///< what contains neither x nor u: t, parameters, other functions of the inputs
   std::vector<int> equation;  ///< of each row: index into model.residuals, -1 for a tie
@@ -44,6 +44,16 @@ struct LinearForm {
 std::optional<LinearForm> linear_form(const Model& model, std::string* reason = nullptr,
                                       const ParameterValues& values = {}, int most = 300);
 
+/// What index analysis needs, without transformations: fast and sparse (a second for a hundred equations).
+struct LinearIndex {
+  bool regular = false;  ///< the rest is meaningless if not
+  int index = 0, dof = 0;
+  std::vector<Constraint> constraints;  ///< conditions on the states: explicit, then hidden
+  std::vector<Constraint> algebraic;    ///< conditions from which the algebraic variables follow
+};
+/// By the shuffle algorithm (pencil_shuffle.hpp), exactly.
+LinearIndex linear_index(const LinearForm& form);
+
 /// Polynomial combinations that make a pencil singular: y(s)ᵀ(sE - A) = 0 or (sE - A) x(s) = 0 of least
 /// degree.
 struct PolynomialVector {
@@ -62,10 +72,9 @@ struct Pencil {
   // ── regular ──
   Polynomial det;  ///< det(sE - A), lowest power first
   int dof = 0, index = 0;
-  std::vector<Mode> modes;              ///< the zeros of det, by real part
-  RationalMatrix S, T, J, N;            ///< J: dof × dof
-  std::vector<Constraint> constraints;  ///< conditions on the states: explicit, then hidden
-  std::vector<Constraint> algebraic;    ///< conditions from which the algebraic variables follow
+  std::vector<Mode> modes;                         ///< the zeros of det, by real part
+  RationalMatrix S, T, J, N;                       ///< J: dof × dof
+  std::vector<Constraint> constraints, algebraic;  ///< as in LinearIndex
 
   /// Basis of the x(0) that are consistent with g = 0; shifted by inputs otherwise.
   RationalMatrix basis() const { return T.columns(0, dof); }

@@ -41,10 +41,11 @@ class Extraction {
       const auto q = rational(v);
       put_in_[p] = q ? Expr(*q) : v;
     }
-    form_.x = model.states();
-    const auto z = model.algebraic();
-    states_ = static_cast<int>(form_.x.size());
-    form_.x.insert(form_.x.end(), z.begin(), z.end());
+    int highest = 1;
+    for (const Variable& v : model.variables) highest = std::max(highest, v.order);
+    for (int k = 0; k < highest; ++k)
+      for (const Variable& v : model.variables)
+        if (k == 0 || k < v.order) form_.x.push_back(derivative_leaf(v.leaf, k));
     for (std::size_t j = 0; j < form_.x.size(); ++j) column_[form_.x[j]] = static_cast<int>(j);
   }
 
@@ -52,7 +53,7 @@ class Extraction {
   std::string run() {
     const int n = static_cast<int>(form_.x.size());
     std::vector<std::pair<int, int>> ties;
-    for (int j = 0; j < states_; ++j)
+    for (int j = 0; j < n; ++j)
       if (const auto next = column_.find(derivative_leaf(form_.x[static_cast<std::size_t>(j)]));
           next != column_.end())
         ties.push_back({j, next->second});
@@ -123,9 +124,9 @@ class Extraction {
   }
 
   int input_column(Expr leaf) {
-    const auto it = std::find(form_.u.begin(), form_.u.end(), leaf);
-    if (it == form_.u.end()) form_.u.push_back(leaf);
-    return static_cast<int>(it - form_.u.begin());
+    const auto at = static_cast<int>(std::find(form_.u.begin(), form_.u.end(), leaf) - form_.u.begin());
+    if (at == static_cast<int>(form_.u.size())) form_.u.push_back(leaf);
+    return at;
   }
 
   void note_used(Expr slope) {
@@ -152,7 +153,7 @@ class Extraction {
                     " has no value; give it one with sys:with{ ", symbol.name, " = 1 }");
       if (symbol.kind == pendula::Kind::variable && !is_input(symbol.base))
         return text(where, " is not linear: the term ", to_text(culprit), " is not a constant times ",
-                    to_text(leaf));
+                    to_text(leaf), "; sys:linearize(at) makes a linear model at a point");
       if (symbol.kind != pendula::Kind::constant)
         return text("the coefficient ", to_text(slope), " of ", to_text(leaf), " in ", where,
                     " is not constant: it depends on ", to_text(s));
@@ -170,7 +171,6 @@ class Extraction {
   Substitution put_in_;
   std::unordered_map<Expr, int> column_;
   std::vector<InputEntry> inputs_;
-  int states_ = 0;
 };
 
 }  // namespace

@@ -203,9 +203,9 @@ std::vector<Factor> factors(const Polynomial& given) {
   return list;
 }
 
-std::vector<Mode> modes(const Polynomial& p) {
+std::vector<Mode> modes(const std::vector<Factor>& factors) {
   std::vector<Mode> list;
-  for (const Factor& f : factors(p)) {
+  for (const Factor& f : factors) {
     if (f.degree() == 1) {
       list.push_back({f.zeros[0], f.multiplicity, std::pair(Expr(mpq_class(-f.p[0])), Expr(0))});
     } else if (f.degree() == 2) {
@@ -251,22 +251,23 @@ RationalMatrix nilpotent_chains(const RationalMatrix& m) {
   return chains;
 }
 
-RationalMatrix jordan_basis(const RationalMatrix& m) {
+RationalMatrix jordan_basis(const RationalMatrix& m, const std::vector<Factor>& factors) {
   const int n = m.rows();
-  RationalMatrix basis(n, 0);
-  for (const Factor& f : factors(characteristic(m))) {
+  RationalMatrix basis(n, 0),
+      others = RationalMatrix::identity(n);  // others: Π (m - λI)ᵏ, its image is the rest
+  for (const Factor& f : factors) {
+    if (f.degree() != 1) continue;
+    const RationalMatrix shifted = value(f.p, m);
     RationalMatrix power = RationalMatrix::identity(n);
-    for (int i = 0; i < f.multiplicity; ++i) power = power * value(f.p, m);
-    RationalMatrix component = kernel(power);
-    if (f.degree() == 1) {
-      // m - λI maps the component to itself: in its coordinates a nilpotent matrix.
-      const Reduced r = reduced(beside(component, value(f.p, m) * component), component.cols());
-      component =
-          component * nilpotent_chains(r.form.block(0, component.cols(), component.cols(), component.cols()));
-    }
-    basis = beside(basis, component);
+    for (int i = 0; i < f.multiplicity; ++i) power = power * shifted;
+    others = others * power;
+    // m - λI maps its component to itself: in the coordinates of that a nilpotent matrix.
+    const RationalMatrix component = kernel(power);
+    const int size = component.cols();
+    const Reduced r = reduced(beside(component, shifted * component), size);
+    basis = beside(basis, component * nilpotent_chains(r.form.block(0, size, size, size)));
   }
-  return basis;
+  return basis.cols() == 0 ? others : beside(basis, span(others));
 }
 
 }  // namespace pendula::dae

@@ -44,12 +44,13 @@ struct Mode {
   int multiplicity;
   std::optional<std::pair<Expr, Expr>> exact;  ///< real and imaginary part
 };
-std::vector<Mode> modes(const Polynomial& p);  ///< by real part, then imaginary part
+std::vector<Mode> modes(const std::vector<Factor>& factors);  ///< by real part, then imaginary part
 
 /// Chains for a nilpotent matrix: P with P⁻¹ m P = Jordan form (ones above the diagonal), long blocks first.
 RationalMatrix nilpotent_chains(const RationalMatrix& m);
-/// P with P⁻¹ m P = diag(Jordan blocks of the rational eigenvalues, rest).
-RationalMatrix jordan_basis(const RationalMatrix& m);
+/// P with P⁻¹ m P = diag(Jordan blocks of the rational eigenvalues, rest); the factors of the characteristic
+/// polynomial.
+RationalMatrix jordan_basis(const RationalMatrix& m, const std::vector<Factor>& factors);
 
 /// e^{m t} v. Exact where the factors of the characteristic polynomial have degree 1 or 2; decimals in the
 /// rest. Splits m = D + N by Newton's iteration for the squarefree factor (Chevalley), which is exact over ℚ.

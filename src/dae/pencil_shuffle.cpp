@@ -53,15 +53,16 @@ class Shuffling {
   }
 
   Shuffle run() {
-    while (true) {
+    // A regular pencil ends after at most n rounds; a singular one shows a row 0 = g before.
+    result_.regular = form_.rows() == form_.size();
+    while (result_.regular) {
       const int rank = eliminate();
       result_.ranks.push_back(rank);
-      if (rank == form_.size()) break;
-      PENDULA_ASSERT(result_.rounds() < form_.size(), "the shuffle of a regular pencil did not end");
+      if (rank == form_.size() || !result_.regular) break;
       differentiate();
-      ++round_;
+      result_.regular = ++round_ <= form_.size();
     }
-    solve();
+    if (result_.regular) solve();
     return std::move(result_);
   }
 
@@ -127,6 +128,10 @@ class Shuffling {
       Row r = combined(combinations[k]);
       const Row& old = active_[dependent_[k]];
       PENDULA_ASSERT(r.e.is_zero(), "a combination of dependent rows keeps derivatives");
+      if (r.a.is_zero()) {
+        result_.regular = false;
+        return n;
+      }
       r.name = old.name, r.origin = old.origin, r.derivative = old.derivative;
       normalise(r, true);
       step(ShuffleStep::Kind::combination, multiples(combinations[k]), r);

@@ -37,6 +37,8 @@ struct ShuffleConstraint {
 };
 
 struct Shuffle {
+  bool regular =
+      true;  ///< false: a row vanished on both sides, the pencil is singular; the rest is incomplete
   std::vector<ShuffleStep> steps;
   std::vector<ShuffleConstraint> constraints;
   std::vector<int> ranks;         ///< of E before round 1, 2, …, and at the end
@@ -45,10 +47,10 @@ struct Shuffle {
   int rounds() const { return static_cast<int>(ranks.size()) - 1; }
 };
 
-/// requires  a regular pencil
+/// Cost: a few eliminations of E; the rows stay as sparse as the system is.
 Shuffle shuffle(const LinearForm& form);
 
-/// The derivation as an exam answer.
+/// The derivation as an exam answer. Requires s.regular.
 std::string describe(const Shuffle& s, const LinearForm& form);
 
 }  // namespace pendula::dae

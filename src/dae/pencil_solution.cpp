@@ -28,14 +28,15 @@ VecX at_time(VecX v, Expr time) {
 
 /// The forcing with the values of parameters and the given inputs put in.
 VecX forcing(const Pencil& p, const SolutionRequest& request) {
-  Substitution known;
-  for (const auto& [parameter, v] : p.form.values) known[parameter] = v;
+  Substitution values, known;
+  for (const auto& [parameter, v] : p.form.values) values[parameter] = v;
+  known = values;
   VecX g = p.form.forcing();
   for (Expr leaf : leaves(entries(g))) {
     const Symbol& s = symbol_of(leaf);
     if (s.kind == pendula::Kind::time || s.kind == pendula::Kind::parameter) continue;
     if (const auto it = request.inputs.find(s.base); it != request.inputs.end())
-      known[leaf] = s.order == 0 ? it->second : total_derivative(it->second, s.order);
+      known[leaf] = substitute(s.order == 0 ? it->second : total_derivative(it->second, s.order), values);
   }
   return column(substitute(entries(g), known));
 }
@@ -150,9 +151,9 @@ std::string names(const std::vector<Expr>& list) {
     got += Expr(mpq_class(factor * y(0, i))) * v;
   }
   shift = simplify(Expr(factor) * shift);
-  throw Error(text("x0 is not consistent: the constraints demand 0 = ", to_text(simplify(condition - shift)),
-                   ", but the given values make that ", to_text(simplify(got - shift)),
-                   "; see p.constraints, or leave one of these values out"));
+  throw Error(text("x0 is not consistent: 0 ≠ ", to_text(simplify(got - shift)), " = ",
+                   to_text(simplify(condition - shift)),
+                   " follows from the constraints; see p.constraints, or leave one of these values out"));
 }
 
 /// c with T₁ c + shift = x0 in the given components.

@@ -63,11 +63,13 @@ std::string row_text(const LinearForm& f, const PolynomialVector& y) {
   const VecX g = f.forcing();
   std::string combined;
   Expr rest = 0;
+  mpq_class sign = 0;  // the first term that is printed is positive
   for (int k = y.coefficient.cols(); k-- > 0;)
     for (int i = f.rows(); i-- > 0;) {
-      const mpq_class& c = y.coefficient(i, k);
-      if (c == 0) continue;
-      combined += c < 0 ? (combined.empty() ? "-" : " - ") : (combined.empty() ? "" : " + ");
+      if (y.coefficient(i, k) == 0) continue;
+      if (sign == 0) sign = sgn(y.coefficient(i, k));
+      const mpq_class c = sign * y.coefficient(i, k);
+      combined += combined.empty() ? "" : c < 0 ? " - " : " + ";
       if (abs(c) != 1) combined += to_text(Expr(mpq_class(abs(c)))) + " ";
       const std::string& label = f.label[static_cast<std::size_t>(i)];
       combined += differentiated(label.empty() ? "(derivatives of states)" : label, k);

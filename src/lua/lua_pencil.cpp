@@ -106,10 +106,7 @@ int shuffle(Call& call) {
   const dae::ModelPtr lowered = dae::to_first_order(p.model);
   const auto form = dae::linear_form(*lowered);
   PENDULA_ASSERT(form.has_value(), "a linear model is not linear with its derivatives as variables");
-  std::string out;
-  if (lowered != p.model)
-    for (const std::string& line : lowered->trace) out += line + "\n";
-  return call.push(out + dae::describe(dae::shuffle(*form), *form));
+  return call.push(dae::describe(dae::shuffle(*form), *form));
 }
 
 Expr constant_entry(Expr e, const std::string& what) {
@@ -189,7 +186,7 @@ const Module pencil_module = {
          "solutions. Parameters have their values; an equation that is not linear is named.",
          "x = var(\"x\", 3)  p = dae{ mat{{1,1,0},{0,0,1},{1,1,1}} * der(x) ~ x }:pencil()  return p.index, "
          "p.dof, p.det",
-         "2\t1\t1 - 2 s"},
+         "2\t1\t2 s - 1"},
         {"pencil#regular", is_regular, "p.regular -> boolean", "det(sE - A) is not identically zero.", "",
          ""},
         {"pencil#rank", rank, "p.rank -> integer", "The rank of sE - A at almost every s.", "", ""},
@@ -222,7 +219,7 @@ const Module pencil_module = {
         {"pencil#constraints", constraints, "p.constraints -> constraints",
          "What every start must satisfy, explicit and hidden, in the states.",
          "x = var(\"x\", 3)  return dae{ mat{{1,1,0},{0,0,1},{1,1,1}} * der(x) ~ x }:pencil().constraints[2]",
-         "0 ~ x1 - x2"},
+         "0 = x₁ - x₂"},
         {"pencil#algebraic", algebraic, "p.algebraic -> constraints",
          "The conditions from which the algebraic variables follow.", "", ""},
         {"pencil:solution", solution, "p:solution([x0 [, { inputs =, from = 0 }]]) -> column",

@@ -1,0 +1,42 @@
+-- sys:pencil() from Lua: the exam, the lecture, options and errors.
+local X = var("x", 3)
+local exam = dae { mat { { 1, 1, 0 }, { 0, 0, 1 }, { 1, 1, 1 } } * der(X) ~ X }
+
+test("exam 3(d)", function()
+  local p = exam:pencil()
+  expect(p.regular):equals(true)
+  expect(p.index):equals(2)
+  expect(p.dof):equals(1)
+  expect(tostring(p.det)):equals "2 s - 1"
+  expect(tostring(p.modes[1].re)):equals "1/2"
+  expect(#p.constraints):equals(2)
+  expect(tostring(p.basis)):equals "(1, 1, 2)"
+  expect(tostring(p)):matches "0 = x₁ %- x₂"
+  expect(p:shuffle()):matches "%(d%) %- %(a%) %+ %(b%):"
+  local alpha = param "alpha"
+  expect(tostring(p:solution { x1 = alpha })):equals "(α exp(t/2), α exp(t/2), 2 α exp(t/2))"
+  expect(tostring(p:solution { 1, 1, 2 })):equals "(exp(t/2), exp(t/2), 2 exp(t/2))"
+  expect(function() p:solution { 1, 2, 3 } end):fails "x0 is not consistent: 0 ≠ -1 = x₁ - x₂"
+  expect(function() p:solution { 1, 2 } end):fails "x0 has 2 entries for 3 unknowns"
+  expect(function() p:solution { x1 = t } end):fails "must not depend on t"
+end)
+
+test("inputs", function()
+  local x, y, u = var "x", var "y", input "u"
+  local p = dae { der(x) ~ y, 0 ~ x - y + u }:pencil()
+  local s = p:solution({ x = 1 }, { inputs = { [u] = sin(t) } })
+  expect(evaluate(s, { t = 0 })[1]):equals(1)
+  expect(tostring(p:solution({ x = 0 }, { inputs = { [u] = function(t) return exp(t) end } })[1])):equals "t exp(t)"
+  expect(function() p:solution { x = 1 } end):fails "the input 'u' needs an expression in t"
+  expect(function() p:solution({ x = 1 }, { inputs = { u = tanh(t) } }) end):fails "tanh(t) is no polynomial"
+  expect(function() p:solution({ x = 1 }, { input = {} }) end):fails "Did you mean 'inputs'?"
+end)
+
+test("what has no pencil", function()
+  local x, y = var "x", var "y"
+  expect(function() dae { der(x) ~ y ^ 2, 0 ~ x + y }:pencil() end):fails "equation (1) 'x′ = y²' is not linear"
+  local p = dae { der(x) ~ y, 2 * der(x) ~ 2 * y }:pencil()
+  expect(p.regular):equals(false)
+  expect(function() return p.index end):fails "the pencil is singular and has no index"
+  expect(tostring(p)):matches "one of these equations is redundant"
+end)
