@@ -76,7 +76,7 @@ std::string row_text(const LinearForm& f, const PolynomialVector& y) {
       rest += Expr(c) * (k == 0 ? g[i] : total_derivative(g[i], k));
     }
   rest = simplify(rest);
-  const char* verdict = rest.is_zero()       ? "one of these equations is redundant"
+  const char* verdict = rest.is_zero()       ? "one equation too many, no contradiction"
                         : rest.is_constant() ? "the equations contradict each other"
                                              : "a condition on the inputs, or a contradiction";
   return combined + " reads 0 = " + to_text(rest) + ": " + verdict;
