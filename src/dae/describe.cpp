@@ -4,7 +4,7 @@
 #include "base/error.hpp"
 #include "base/text.hpp"
 #include "dae/model.hpp"
-#include "dae/reduce.hpp"
+#include "dae/truth.hpp"
 #include "expr/print.hpp"
 
 namespace pendula::dae {
@@ -69,10 +69,13 @@ std::string header(const Model& m) {
   if (m.residuals.size() != m.variables.size())
     return out +
            text("; ", count(m.residuals.size(), "equation"), " for ", count(m.variables.size(), "unknown"));
-  const Analysis a = analyse(m);
-  if (a.regular)
-    out += text(", index ", a.index, ", ", count(static_cast<std::size_t>(a.dof), "free initial value"));
-  return out;
+  try {
+    const Truth known = truth(m);
+    return out + text(", index ", known.index_is_bound ? "at most " : "", known.index, ", ",
+                      count(static_cast<std::size_t>(known.dof), "free initial value"));
+  } catch (const Failure&) {
+    return out + ", no index (sys:structure() says why)";
+  }
 }
 
 /// x, y, q (6): columns by name and size.
@@ -85,8 +88,9 @@ std::string grouped(const std::vector<Expr>& list) {
       while (i + n < list.size() && symbol_of(list[i + n]).vector == s.vector &&
              symbol_of(list[i + n]).order == s.order)
         ++n;
-    if (n == 1)
-      names.push_back(to_text(list[i]));
+    const bool whole = n > 1 && vector_components(s.vector).size() == n;
+    if (!whole)
+      for (std::size_t k = 0; k < n; ++k) names.push_back(to_text(list[i + k]));
     else
       names.push_back(text(vector_to_text(column(std::span(list).subspan(i, n))), " (", n, ")"));
     i += n;

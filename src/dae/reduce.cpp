@@ -5,6 +5,7 @@
 
 #include "base/error.hpp"
 #include "base/text.hpp"
+#include "dae/conversion.hpp"
 #include "dae/differentiation.hpp"
 #include "dae/lineage.hpp"
 #include "dae/rank.hpp"
@@ -35,6 +36,9 @@ std::vector<Entry> top_jacobian(const Model& m) {
 }
 
 ModelPtr reduce_acc(const ModelPtr& model) {
+  const Analysis as_written = analyse(*model);
+  if (!as_written.regular && as_written.offsets.unmatched.empty())
+    if (const auto repaired = repair(model)) return reduce_acc(repaired->model);
   const Analysis a = require_regular(*model);
   if (a.index <= 1 && a.offsets.value == static_cast<int>(model->states().size())) return model;
   Differentiated d = differentiate(*model, a.offsets);

@@ -5,6 +5,7 @@
 #include "base/error.hpp"
 #include "base/text.hpp"
 #include "dae/rank.hpp"
+#include "dae/truth.hpp"
 #include "expr/print.hpp"
 
 namespace pendula::dae {
@@ -40,7 +41,7 @@ Pattern jacobian_pattern(const Analysis& a, std::size_t rows) {
 
 /// σ_n/σ_1 of the system Jacobian at a start, rows and columns scaled; nothing if the start lacks a leaf or
 /// is too large.
-std::optional<double> gap_at(const Structure& s, const Start& at) {
+std::optional<double> gap_at(const StructureReport& s, const Start& at) {
   constexpr std::size_t affordable = 300;
   const std::size_t n = s.model->variables.size();
   if (n > affordable) return {};
@@ -51,7 +52,7 @@ std::optional<double> gap_at(const Structure& s, const Start& at) {
 }
 
 /// Σ with * on the transversal, c at the right, d below.
-std::string sigma_table(const Structure& s) {
+std::string sigma_table(const StructureReport& s) {
   const Model& m = *s.model;
   const Analysis& a = s.analysis;
   const auto n = static_cast<int>(m.variables.size());
@@ -83,7 +84,7 @@ std::string sigma_table(const Structure& s) {
   return table.str(2);
 }
 
-std::string blocks_text(const Structure& s) {
+std::string blocks_text(const StructureReport& s) {
   const Model& m = *s.model;
   std::string out;
   if (!s.blocks.over.rows.empty())
@@ -111,7 +112,7 @@ std::string blocks_text(const Structure& s) {
   return out;
 }
 
-std::string verdict_text(const Structure& s) {
+std::string verdict_text(const StructureReport& s) {
   const Analysis& a = s.analysis;
   const std::size_t n = s.model->variables.size();
   switch (s.verdict) {
@@ -150,8 +151,8 @@ const char* verdict_name(Verdict verdict) {
   return "";
 }
 
-Structure structure(const ModelPtr& model, const StartPtr& at) {
-  Structure s;
+StructureReport structure(const ModelPtr& model, const StartPtr& at) {
+  StructureReport s;
   s.model = model;
   const Model& m = *model;
   const auto n = static_cast<int>(m.variables.size());
@@ -169,28 +170,34 @@ Structure structure(const ModelPtr& model, const StartPtr& at) {
   s.structural_index = s.analysis.offsets.index();
   s.structural_dof = s.analysis.offsets.value;
   s.blocks = dulmage_mendelsohn(jacobian_pattern(s.analysis, m.residuals.size()), n);
+  try {
+    const Truth known = truth(m, s.analysis);
+    s.index = known.index;
+    s.dof = known.dof;
+    s.by = known.by;
+    s.index_is_bound = known.index_is_bound;
+  } catch (const Failure& e) {
+    s.by = e.what();
+  }
   if (!s.analysis.regular) {
     s.verdict = Verdict::identically_singular;
     return s;
   }
-  s.index = s.analysis.index;
-  s.dof = s.analysis.dof;
   if (at) s.gap = gap_at(s, *at);
   if (s.gap && *s.gap == 0) s.verdict = Verdict::singular_here;
   return s;
 }
 
-std::string describe(const Structure& s) {
+std::string describe(const StructureReport& s) {
   std::string out = s.model->name.empty() ? "" : s.model->name + "\n";
   out += sigma_table(s) + blocks_text(s);
   if (s.verdict != Verdict::structurally_singular)
     out += text("structural index ", s.structural_index, ", structural degrees of freedom ", s.structural_dof,
                 "\n");
   out += "verdict: " + verdict_text(s);
-  if (s.index)
-    out += text("\nindex ", *s.index, ", ", *s.dof,
-                *s.dof == 1 ? " free initial value" : " free initial values");
-  return out;
+  if (!s.index) return out + (s.by.empty() ? "" : "\n" + s.by);
+  return out + text("\ntrue index ", s.index_is_bound ? "at most " : "", *s.index, ", ", *s.dof,
+                    *s.dof == 1 ? " free initial value" : " free initial values", " (", s.by, ")");
 }
 
 }  // namespace pendula::dae

@@ -16,7 +16,7 @@ enum class Verdict {
 };
 const char* verdict_name(Verdict verdict);
 
-struct Structure {
+struct StructureReport {
   ModelPtr model;
   Analysis analysis;
   Blocks blocks;  ///< of the system Jacobian; of the incidence where there is none
@@ -24,13 +24,15 @@ struct Structure {
   std::optional<double> gap;  ///< σ_n / σ_1 of the scaled system Jacobian at the point
   int structural_index = 0, structural_dof = 0;
   std::optional<int> index, dof;  ///< true ones, where they are known
+  bool index_is_bound = false;    ///< too large for a referee: at most this
+  std::string by;                 ///< how the true index was found, or why there is none
 };
 
 /// Analyses a model of any shape; `at`, if given, is a point where the system Jacobian is looked at
 /// numerically.
-Structure structure(const ModelPtr& model, const StartPtr& at = nullptr);
+StructureReport structure(const ModelPtr& model, const StartPtr& at = nullptr);
 
 /// Σ with offsets and transversal, blocks, indices, verdict. At most 12 equations are written out.
-std::string describe(const Structure& structure);
+std::string describe(const StructureReport& structure);
 
 }  // namespace pendula::dae

@@ -9,6 +9,7 @@
 #include "dae/lineage.hpp"
 #include "dae/reduce.hpp"
 #include "dae/start.hpp"
+#include "dae/truth.hpp"
 #include "expr/print.hpp"
 #include "lua/inputs.hpp"
 #include "lua/lua_dae.hpp"
@@ -216,12 +217,12 @@ int to_semi_explicit(Call& call) { return call.push(dae::to_semi_explicit(model_
 int to_implicit(Call& call) { return call.push(dae::to_implicit(model_ptr(call))); }
 int to_first_order(Call& call) { return call.push(dae::to_first_order(model_ptr(call))); }
 
-int index(Call& call) { return call.push(dae::require_regular(model_of(call)).index); }
-int dof(Call& call) { return call.push(dae::require_regular(model_of(call)).dof); }
+int index(Call& call) { return call.push(dae::truth(model_of(call)).index); }
+int dof(Call& call) { return call.push(dae::truth(model_of(call)).dof); }
 
 int constraints(Call& call) {
   auto list = std::make_shared<Constraints>();
-  list->list = dae::require_regular(model_of(call)).constraints;
+  list->list = dae::truth(model_of(call)).constraints;
   return call.push(std::shared_ptr<const Constraints>(list));
 }
 

@@ -146,7 +146,10 @@ int sum_of(Call& call) {
   const lua_Integer n = list_size(call.L, 1, "the list");
   lua_pushinteger(call.L, 0);
   for (lua_Integer i = 1; i <= n; ++i) {
-    lua_rawgeti(call.L, 1, i);
+    const int type = lua_rawgeti(call.L, 1, i);
+    if (type != LUA_TNUMBER && type != LUA_TUSERDATA && type != LUA_TSTRING)
+      throw Error(text("entry ", i, " of the list must be a number, an expression or a matrix, got ",
+                       describe(call.L, -1)));
     if (i == 1)
       lua_remove(call.L, -2);  // a list of vectors starts with its first one
     else

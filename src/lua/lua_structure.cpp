@@ -10,7 +10,7 @@
 namespace pendula::lua {
 
 template <>
-struct TypeName<dae::Structure> {
+struct TypeName<dae::StructureReport> {
   static constexpr const char* value = "structure";
 };
 
@@ -25,10 +25,10 @@ int structure(Call& call) {
     at = std::static_pointer_cast<const dae::Start>(*held);
   }
   return call.push(
-      std::make_shared<const dae::Structure>(dae::structure(call.shared<dae::Model>(1, "model"), at)));
+      std::make_shared<const dae::StructureReport>(dae::structure(call.shared<dae::Model>(1, "model"), at)));
 }
 
-const dae::Structure& self(Call& call) { return call.object<dae::Structure>(1, "structure"); }
+const dae::StructureReport& self(Call& call) { return call.object<dae::StructureReport>(1, "structure"); }
 
 int push_integers(lua_State* L, const std::vector<int>& list) {
   lua_createtable(L, static_cast<int>(list.size()), 0);
@@ -43,7 +43,7 @@ int c(Call& call) { return push_integers(call.L, self(call).analysis.offsets.c);
 int d(Call& call) { return push_integers(call.L, self(call).analysis.offsets.d); }
 
 int sigma(Call& call) {
-  const dae::Structure& s = self(call);
+  const dae::StructureReport& s = self(call);
   const std::size_t n = s.model->variables.size();
   lua_createtable(call.L, static_cast<int>(s.analysis.sigma.size()), 0);
   for (std::size_t i = 0; i < s.analysis.sigma.size(); ++i) {
@@ -68,13 +68,13 @@ int push_known(Call& call, const std::optional<int>& value) {
 }
 
 int structural_index(Call& call) {
-  const dae::Structure& s = self(call);
+  const dae::StructureReport& s = self(call);
   return push_known(call, s.verdict == dae::Verdict::structurally_singular
                               ? std::nullopt
                               : std::optional(s.structural_index));
 }
 int structural_dof(Call& call) {
-  const dae::Structure& s = self(call);
+  const dae::StructureReport& s = self(call);
   return push_known(call, s.verdict == dae::Verdict::structurally_singular ? std::nullopt
                                                                            : std::optional(s.structural_dof));
 }

@@ -41,7 +41,7 @@ local typed = {
   { "return mat{{1}, {2, 3}}", "2" }, { "return vec{1, {}}", "" }, { "return vec{{}}", "" }, { "return mat{{x}, print}", "function" }, { "return diag('a')", "" },
   { "return eig(mat{{1,2,3}})", "" }, { "return expm(vec{1,2})", "" }, { "return charpoly(vec{1,2})", "" }, { "return rank()", "" },
   { "return linspace(0, 1, 0)", "" }, { "return linspace(0, 1, -3)", "" }, { "return linspace(0, 1, 1e12)", "" },
-  { "return linspace('a', 1, 3)", "" }, { "return sum(print)", "" }, { "return sum{1, print}", "" }, { "return map(3, sin)", "" }, { "return map({1}, 3)", "" },
+  { "return linspace('a', 1, 3)", "" }, { "return sum(print)", "" }, { "return sum{1, print}", "entry 2" }, { "return sum{print}", "entry 1" }, { "return map(3, sin)", "" }, { "return map({1}, 3)", "" },
   { "return sum{1, nil, 2}", "" }, { "return blkdiag()", "" }, { "return vec{1, 'two'}", "two" }, { "return vec{1, true}", "boolean" },
   { "return vec{print}", "function" }, { "return q.T.T.foo", "foo" },
   -- calculus

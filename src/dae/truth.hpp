@@ -1,0 +1,30 @@
+// The index as it is: the structural answer where it is proved, else the pencil, derivative arrays, or a
+// repair.
+#pragma once
+
+#include "dae/analysis.hpp"
+
+namespace pendula::dae {
+
+struct Truth {
+  int index = 0;                        ///< differentiation index
+  int dof = 0;                          ///< free initial values
+  std::vector<Constraint> constraints;  ///< conditions on the states, explicit and hidden
+  bool complete = true;                 ///< the list of constraints has them all
+  bool index_is_bound = false;          ///< too large for a referee: the index is at most this
+  std::string by;                       ///< how it was found, in words
+};
+
+/// Roads, in this order: for linear systems with constant coefficients the exact shuffle algorithm
+/// (pencil.hpp); else, up to a size, the derivative array (derivative_array.hpp); else the structure, if its
+/// system Jacobian is regular. Conditions come from the shuffle, from differentiating by offsets where these
+/// are valid, or from the repaired model.
+///
+/// requires  as many equations as unknowns (throws Error)
+/// throws    Failure that says what each road found, where none leads to an index: singular systems, an index
+/// that depends
+///           on the point
+Truth truth(const Model& model, const Analysis& analysis);
+Truth truth(const Model& model);
+
+}  // namespace pendula::dae
