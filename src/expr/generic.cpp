@@ -13,7 +13,7 @@ namespace {
 
 constexpr std::uint64_t prime = (std::uint64_t{1} << 61) - 1;
 constexpr double solve_error = 1e-12;  // relative; small systems at points where they are not singular
-constexpr int attempts = 16;  // points tried until one lies in the domain
+constexpr int attempts = 16;           // points tried until one lies in the domain
 
 __extension__ using wide = unsigned __int128;
 

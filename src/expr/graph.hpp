@@ -26,7 +26,7 @@ namespace pendula {
 enum class Op : std::uint8_t {
   constant,
   symbol,
-  call,  ///< an unspecified function g(x, z) or one of its formal partial derivatives
+  call,   ///< an unspecified function g(x, z) or one of its formal partial derivatives
   solve,  ///< a component of the solution of a linear system (solve.hpp)
 #define OP(name, arity, style, value, da, db, dc, lo, hi, latex, help) name,
 #include "expr/ops.def"

@@ -19,19 +19,9 @@ extern const Module plot_module;
 
 const std::vector<const Module*>& modules() {
   static const std::vector<const Module*> list = {
-      &expr_module,
-      &functions_module,
-      &matrix_module,
-      &entries_module,
-      &calculus_module,
-      &algebra_module,
-      &mech_module,
-      &dae_module,
-      &pencil_module,
-      &structure_module,
-      &tableau_module,
-      &integrate_module,
-      &plot_module,
+      &expr_module,    &functions_module, &matrix_module, &entries_module, &calculus_module,
+      &algebra_module, &mech_module,      &dae_module,    &pencil_module,  &structure_module,
+      &tableau_module, &integrate_module, &plot_module,
   };
   return list;
 }
