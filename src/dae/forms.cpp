@@ -110,39 +110,54 @@ ModelPtr to_first_order(const ModelPtr& model) {
   return make_model(std::move(blocks), std::move(options));
 }
 
+/// Blocks all of whose rows are solved for a derivative, and what these derivatives are.
+struct SolvedBlocks {
+  std::vector<char> whole;
+  Substitution derivative;
+};
+
+static SolvedBlocks solved_blocks(const Model& m) {
+  std::vector<Index> solved_in(m.blocks.size(), 0);
+  for (const Solved& row : solved_rows(m))
+    ++solved_in[static_cast<std::size_t>(m.origin[row.residual].first)];
+  SolvedBlocks result;
+  for (std::size_t b = 0; b < m.blocks.size(); ++b)
+    result.whole.push_back(solved_in[b] == m.blocks[b].lhs.size());
+  for (const Solved& row : solved_rows(m))
+    if (result.whole[static_cast<std::size_t>(m.origin[row.residual].first)])
+      result.derivative[row.derivative] = row.f;
+  return result;
+}
+
 ModelPtr to_semi_explicit(const ModelPtr& given) {
   const ModelPtr model = to_first_order(given);
   if (model->kind == Kind::ode || (model->kind == Kind::semi_explicit && !model->mass_matrix)) return model;
   ModelOptions options = child_of(model);
   std::vector<Block> blocks;
-  Substitution delta;
-  std::unordered_set<Expr> solved;
-  std::unordered_set<std::size_t> solved_residuals;
-  for (const Solved& row : solved_rows(*model))
-    solved.insert(row.derivative), solved_residuals.insert(row.residual);
+  const SolvedBlocks solved = solved_blocks(*model);
+  Substitution known = solved.derivative;  // in the other rows: x′ -> f where it is solved for, else x′ -> δ
   auto used = used_names(*model);
   for (const Group& g : groups(*model)) {
-    if (g.order == 0 || solved.count(derivative_leaf(g.leaves[0]))) continue;
+    if (g.order == 0 || known.count(derivative_leaf(g.leaves[0]))) continue;
     const std::string name = fresh_name(used, "delta_" + g.name, "delta_" + g.name + "_");
     used.insert(name);
     const std::vector<Expr> d = beside(g, name);
     Block tie{VecX(static_cast<Index>(d.size())), column(d), ""};
-    for (std::size_t i = 0; i < d.size(); ++i)
-      tie.lhs[static_cast<Index>(i)] = delta[derivative_leaf(g.leaves[i])] = derivative_leaf(g.leaves[i]);
-    for (std::size_t i = 0; i < d.size(); ++i) delta[derivative_leaf(g.leaves[i])] = d[i];
+    for (std::size_t i = 0; i < d.size(); ++i) {
+      const Expr derivative = derivative_leaf(g.leaves[i]);
+      tie.lhs[static_cast<Index>(i)] = derivative;
+      known[derivative] = options.relations[derivative] = d[i];
+    }
     options.trace.push_back(vector_to_text(tie.lhs) + " = " + vector_to_text(tie.rhs) +
                             ": a new algebraic variable");
     blocks.push_back(std::move(tie));
   }
-  for (const auto& [leaf, meaning] : delta) options.relations[leaf] = meaning;
-  for (std::size_t b = 0, i = 0; b < model->blocks.size();
-       i += static_cast<std::size_t>(model->blocks[b].lhs.size()), ++b) {
+  for (std::size_t b = 0; b < model->blocks.size(); ++b) {
     const Block& block = model->blocks[b];
-    const bool keep = solved_residuals.count(i);
-    if (keep)
-      blocks.push_back({mapped(block.lhs, delta), mapped(block.rhs, delta), block.note});
+    if (solved.whole[b])
+      blocks.push_back(block);
     else
-      blocks.push_back({VecX::Zero(block.lhs.size()), mapped(block.rhs - block.lhs, delta), block.note});
+      blocks.push_back({VecX::Zero(block.lhs.size()), mapped(block.rhs - block.lhs, known), block.note});
   }
   return make_model(std::move(blocks), std::move(options));
 }

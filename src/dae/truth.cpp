@@ -5,6 +5,8 @@
 #include "dae/conversion.hpp"
 #include "dae/derivative_array.hpp"
 #include "dae/pencil.hpp"
+#include "dae/rank.hpp"
+#include "dae/start.hpp"
 #include "expr/print.hpp"
 
 namespace pendula::dae {
@@ -70,6 +72,44 @@ Truth from_array(const ModelPtr& model, const Analysis& a, const ArrayResult& ar
   return t;
 }
 
+/// A start near the `attempt`-th random values; what has no value is random too.
+StartRequest random_start(const Model& m, int attempt) {
+  std::vector<Expr> unknowns = m.states();
+  const auto z = m.algebraic();
+  unknowns.insert(unknowns.end(), z.begin(), z.end());
+  std::vector<Expr> all = unknowns;
+  all.insert(all.end(), m.parameters.begin(), m.parameters.end());
+  for (Expr u : m.inputs)
+    for (int k = 0; k <= 4; ++k) all.push_back(derivative_leaf(u, k));
+  const auto value = random_point(all, attempt);
+  StartRequest request;
+  request.t = 0.7;
+  for (Expr leaf : unknowns) request.guess.push_back({leaf, value.at(leaf)});
+  for (Expr p : m.parameters)
+    if (!m.values.count(p)) request.parameters[p] = Expr(value.at(p));
+  for (Expr leaf : all)
+    if (symbol_of(leaf).kind == pendula::Kind::input) request.inputs[leaf] = Expr(value.at(leaf));
+  return request;
+}
+
+/// Is the system Jacobian regular at some consistent point? Then offsets, degrees of freedom and the bound on
+/// the index are right (Pryce 2001, Thm 4.2). It can be regular almost everywhere and yet singular wherever
+/// the equations hold. Nothing if no point was found.
+std::optional<bool> regular_on_solutions(const ModelPtr& model, const Analysis& a) {
+  std::optional<bool> answer;
+  const auto n = static_cast<Eigen::Index>(model->variables.size());
+  for (int attempt = 0; attempt < 4 && answer != true; ++attempt) try {
+      const StartRequest request = random_start(*model, attempt);
+      const StartPtr at = init(model, request);
+      Mat J = Mat::Zero(n, n);
+      for (const Entry& e : a.jacobian) J(e.row, e.column) = (*at)(substitute(e.value, request.inputs));
+      if (J.allFinite()) answer = numeric_rank(J) == n;
+    } catch (const UserFacing&) {
+      continue;  // no consistent point from here
+    }
+  return answer;
+}
+
 [[noreturn]] void no_road(const Model& m, const Analysis& a, const ArrayResult* array,
                           const std::vector<std::string>& tried) {
   const auto n = m.variables.size();
@@ -96,7 +136,14 @@ Truth truth(const Model& m, const Analysis& a) {
   const bool small = m.variables.size() <= array_affordable;
   if (!a.regular || small) {
     const ArrayResult array = derivative_array(m);
-    if (array.verdict == ArrayVerdict::determined) return from_array(model, a, array);
+    const bool determined = array.verdict == ArrayVerdict::determined;
+    if (a.regular && (!determined || array.dof != a.dof || array.index > a.index)) {
+      // The array may have met a singular branch of the solutions; the structure is right if it is so at one
+      // point.
+      if (!determined || regular_on_solutions(model, a).value_or(true))
+        return from_structure(a, "structure, system Jacobian regular, also at consistent points");
+    }
+    if (determined) return from_array(model, a, array);
     if (!a.regular) {
       std::vector<std::string> tried;
       const auto repaired = repair(model, &tried);

@@ -64,6 +64,17 @@ void Problem::place(double t, const double* x, const double* xdot, const double*
   }
 }
 
+void Problem::set_projections(const std::vector<dae::Projection>& stages) {
+  for (const dae::Projection& stage : stages) projectors_.emplace_back(stage, model_.x, arguments_);
+}
+
+void Problem::project(double t, Vec& x) {
+  const Vec none = Vec::Zero(std::max(n(), m()));  // x′ and z do not occur in conditions on the states
+  place(t, x.data(), none.data(), none.data());
+  for (const Projector& projector : projectors_) projector.run(values_, 1);
+  std::copy_n(values_.begin() + 1, n(), x.data());
+}
+
 void Problem::residual(double* F) { F_(values_.data(), F); }
 
 void Problem::rhs(double* f) { f_(values_.data(), f); }

@@ -9,6 +9,7 @@
 #include "base/math.hpp"
 #include "codegen/kernel.hpp"
 #include "dae/first_order.hpp"
+#include "integrate/projection.hpp"
 
 namespace pendula::integrate {
 
@@ -33,6 +34,12 @@ class Problem {
   int n() const { return static_cast<int>(model_.x.size()); }
   int m() const { return static_cast<int>(model_.z.size()); }
   bool is_ode() const { return model_.is_ode(); }
+
+  /// Conditions that every mesh point is moved onto; in states, inputs, parameters and t.
+  void set_projections(const std::vector<dae::Projection>& stages);
+  bool projects() const { return !projectors_.empty(); }
+  /// Moves x onto the conditions at time t, stage by stage. Throws Failure.
+  void project(double t, Vec& x);
 
   /// Chooses where to evaluate. Arrays of n, n and m numbers. Throws Failure naming an input that is not
   /// finite at t.
@@ -64,6 +71,7 @@ class Problem {
   std::vector<double> values_, jacobian_values_;
   std::vector<Entry> pattern_;
   codegen::Kernel F_, f_, J_;
+  std::vector<Projector> projectors_;
 };
 
 using ProblemPtr = std::shared_ptr<Problem>;

@@ -164,6 +164,7 @@ void RungeKutta::step(const Point& from, double dt, Point& to, bool remember) {
   to.t = from.t + dt;
   to.x = from.x + dt * (K_ * tableau_->b());
   require_finite(to.x);
+  if (problem_->projects()) problem_->project(to.t, to.x);
   complete(from, to);
   ++stats_.steps;
   if (!remember) return;
@@ -228,7 +229,7 @@ void RungeKutta::solve_coupled(const Point& from, double dt, Block block) {
 
 /// x′ and z at the new point.
 void RungeKutta::complete(const Point& from, Point& to) {
-  if (stiffly_accurate_) {  // the last stage is F(tₖ₊₁, xₖ₊₁, x′, z) = 0
+  if (stiffly_accurate_ && !problem_->projects()) {  // the last stage is F(tₖ₊₁, xₖ₊₁, x′, z) = 0
     to.xdot = K_.rightCols(1);
     to.z = Z_.rightCols(1);
   } else if (direct_) {

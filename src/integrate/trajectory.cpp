@@ -13,11 +13,10 @@ void require_low_index(const dae::Model& model, bool direct) {
   const dae::Analysis analysis = dae::analyse(model);
   if (direct || !analysis.regular || analysis.index <= 1)
     return;  // not regular: the engine looks at the numbers
-  throw Error(text(
-      "the model has index ", analysis.index,
-      "; fixed-step integration needs index 0 or 1. Integrate a reduced ",
-      "form: sys:reduce():integrate{…}, which differentiates the constraints (form \"acc\"), or study the ",
-      "model as it stands with direct = true"));
+  throw Error(text("the model has index ", analysis.index,
+                   "; fixed-step integration needs index 0 or 1. Integrate a reduced ",
+                   "form: sys:reduce():integrate{…}, or sys:reduce \"acc\" to see the drift, or study the ",
+                   "model as it stands with direct = true"));
 }
 
 double parameter_value(Expr p, const dae::Model& model, const Simulation& simulation) {
@@ -74,6 +73,17 @@ Point starting_point(const dae::Start& start, const dae::FirstOrder& form) {
   return point;
 }
 
+/// The model's projections with known inputs written into them.
+std::vector<dae::Projection> projections(const dae::Model& model, const Substitution& inputs) {
+  std::vector<dae::Projection> stages = model.projections;
+  for (dae::Projection& stage : stages) {
+    stage.residuals = substitute(stage.residuals, inputs);
+    for (Entry& e : stage.jacobian) e.value = substitute(e.value, inputs);
+    for (Expr& e : stage.weight.reshaped()) e = substitute(e, inputs);
+  }
+  return stages;
+}
+
 }  // namespace
 
 TrajectoryPtr simulate(const dae::ModelPtr& model, const Simulation& simulation) {
@@ -87,6 +97,7 @@ TrajectoryPtr simulate(const dae::ModelPtr& model, const Simulation& simulation)
   for (Expr u : form.u) inputs.push_back(input_of(u, simulation));
   const Point start = starting_point(*simulation.start, form);
   const auto problem = std::make_shared<Problem>(std::move(form), std::move(parameters), std::move(inputs));
+  problem->set_projections(projections(*model, simulation.inputs));
   return std::make_shared<const Trajectory>(model, simulation.inputs,
                                             integrate(problem, simulation.method, start, simulation.plan));
 }

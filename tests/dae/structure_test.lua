@@ -111,3 +111,11 @@ test("the transistor amplifier: index 1, five of eight values free", function()
   expect(s:dof()):equals(5)
   expect(#s:constraints()):equals(3)
 end)
+
+test("branches: an index-1 model whose equations have a singular solution too is still index 1", function()
+  local x, y = vars "x y"
+  local circle = dae { der(x) ~ -x*y, 0 ~ y^2 + x^2 - 1 }
+  expect(circle:index()):equals(1)
+  expect(circle:dof()):equals(1)
+  expect(dae { der(x) ~ y, 0 ~ -y^3 - x }:index()):equals(1)
+end)

@@ -1,0 +1,34 @@
+// Moving a state back onto the constraints it should satisfy: what a form "project" asks of the integrator.
+#pragma once
+
+#include <vector>
+
+#include "base/math.hpp"
+#include "codegen/kernel.hpp"
+#include "dae/model.hpp"
+
+namespace pendula::integrate {
+
+/// One stage: the least change of some states, in the norm √(dxᵀ W dx), with G(t, x) = 0.
+/// See Hairer & Wanner, Solving ODEs II, 2nd ed., §VII.2, "projection methods".
+class Projector {
+ public:
+  /// states: the x of the problem; arguments: what every kernel of the problem takes. Throws Error where a
+  /// condition contains a leaf that is not among the arguments.
+  Projector(const dae::Projection& stage, std::span<const Expr> states, std::span<const Expr> arguments);
+
+  /// Newton's method on [W Jᵀ; J 0] [dx; λ] = [0; -G] until dx is rounding. `values`: the arguments, of which
+  /// the states (from position first_state on) are moved. Throws Failure if it does not converge.
+  void run(std::vector<double>& values, std::size_t first_state) const;
+
+ private:
+  void assemble(const std::vector<double>& numbers, Mat& K, Vec& right) const;
+  std::vector<std::size_t> moved_;  ///< positions in the states
+  std::vector<pendula::Entry> jacobian_;
+  bool weighted_;
+  std::string conditions_;  ///< for messages
+  std::size_t residuals_;
+  codegen::Kernel kernel_;  ///< G, entries of J, W row by row
+};
+
+}  // namespace pendula::integrate
