@@ -13,7 +13,7 @@ end
 
 local function error_of(sol)
   local x, worst = sol(vstack(p, p.dot), 2), 0
-  for i = 1, 6 do worst = math.max(worst, math.abs(x(1, i) - reference[i])) end
+  for i = 1, 6 do worst = math.max(worst, math.abs(x[i] - reference[i])) end
   return worst
 end
 
