@@ -42,6 +42,15 @@ print(low:trace())
 at = ball:init { fix = { [p] = {1, 0, 0}, [v] = {0, 1, 0} } }
 print(at:ledger())
 
+print(ball:structure())
+trap = dae.linear { E = {{1, 1, 0}, {0, 0, 1}, {1, 1, 1}}, A = eye(3), name = "exam 3(d): purely structural analysis fails" }
+print(trap:structure())
+print(trap:pencil())
+for _, form in ipairs { "acc", "ggl", "baumgarte", "ode", "project", "dummy" } do
+  local reduced = ball:reduce(form)
+  print(("%-10s %-15s index %d"):format(form, reduced.kind, reduced:index()))
+end
+
 print "\n── 4 Tableaus ──"
 print(rk.rk4)
 print(rk.gauss(2))
@@ -51,10 +60,12 @@ mine = tableau [[ 0   |
 print("order " .. mine:order())
 
 print "\n── 5 Integration ──"
-sol = low:integrate { start = at, to = 2, method = rk.gauss(3), dt = 0.01 }
+sol = low:integrate { start = at, to = 2, method = rk.gauss(2), dt = 0.01 }
 print(sol(vstack(p, v), 2).T)
 print(sol.status)
 print(sol:drift())
+kept = ball:reduce():integrate { start = at, to = 2, method = rk.rk4, dt = 0.01 }
+print(kept:drift())
 swing = pend:integrate { start = { theta = 2, [th.dot] = 0 }, to = 10, method = rk.gauss(2), dt = 0.02 }
 print(("energy at the start %.6f, after 10 s %.6f"):format(swing(pend.energy, 0), swing(pend.energy, 10)))
 

@@ -57,7 +57,8 @@ Truth from_array(const ModelPtr& model, const Analysis& a, const ArrayResult& ar
   Truth t;
   t.index = array.index;
   t.dof = array.dof;
-  t.by = "derivative array: " + array.covered;
+  t.by =
+      array.exact ? "derivative array, exact" : text("derivative array, ranks at ", array.points, " points");
   if (a.regular && a.dof == array.dof) {
     t.constraints = a.constraints;
     return t;
@@ -148,8 +149,7 @@ Truth truth(const Model& m, const Analysis& a) {
       std::vector<std::string> tried;
       const auto repaired = repair(model, &tried);
       if (!repaired || array.verdict != ArrayVerdict::not_covered) no_road(m, a, &array, tried);
-      Truth t = from_structure(require_regular(*repaired->model),
-                               "structure of the repaired equations; " + array.covered);
+      Truth t = from_structure(require_regular(*repaired->model), "structure of the repaired equations");
       t.constraints = repaired_constraints(*repaired);
       t.index = repaired->differentiations;
       t.index_is_bound = true;
