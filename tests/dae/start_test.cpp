@@ -85,7 +85,8 @@ TEST_CASE("twelve fixes where eight are free: four are redundant, and the ledger
   dae::StartRequest request;
   request.fix = s.fix(exam_position, exam_velocity);
   int redundant = 0;
-  for (const auto& row : dae::init(s.model, request)->rows) redundant += row.origin == dae::Origin::redundant;
+  const auto at = dae::init(s.model, request);
+  for (const auto& row : at->rows) redundant += row.origin == dae::Origin::redundant;
   CHECK(redundant == 4);
 }
 
