@@ -2,9 +2,12 @@
 
 #include <Eigen/QR>
 #include <Eigen/SVD>
+#include <algorithm>
 #include <cmath>
 #include <random>
+#include <unordered_set>
 
+#include "base/error.hpp"
 #include "base/interrupt.hpp"
 
 namespace pendula::dae {
@@ -16,6 +19,8 @@ constexpr double solved_below = 1e-11;  // scaled residual of a point
 constexpr int max_iterations = 120;     // exponentials come down by one per Newton step
 constexpr double rank_cut = 1e-8;       // relative to σ₁: σ above it always counts
 constexpr double rounding = 1e-16;
+constexpr double off_domain = 1e-6;  // what must not vanish is larger; starting values are near 1
+constexpr double far_away = 1e10;    // starting values are near 1
 
 Mat equilibrated(Mat m) {
   for (int sweep = 0; sweep < 3; ++sweep) {
@@ -33,21 +38,98 @@ double scaled_size(const Vec& r, const Mat& J, const Vec& w) {
                   : 0;
 }
 
-/// The least-norm step in the free unknowns, rows scaled to unit size.
-Vec gauss_newton_step(const Vec& r, const Mat& J, Index held) {
-  Mat scaled = J.rightCols(J.cols() - held);
-  Vec right = -r;
-  for (Index i = 0; i < scaled.rows(); ++i)
-    if (const double s = scaled.row(i).cwiseAbs().maxCoeff(); s > 0) scaled.row(i) /= s, right[i] /= s;
-  Eigen::CompleteOrthogonalDecomposition<Mat> qr;
-  qr.setThreshold(1e-11);  // as in start.cpp: below it a direction counts as undetermined
-  qr.compute(scaled);
-  Vec step = Vec::Zero(J.cols());
-  step.tail(J.cols() - held) = qr.solve(right);
-  return step;
+/// Least-norm Newton steps with one Jacobian, in unknowns and equations scaled to unit size: neither units
+/// nor the growth of high derivatives matter.
+class NewtonStep {
+ public:
+  NewtonStep(const Mat& J, Index held) : held_(held), columns_(J.cols()) {
+    Mat m = J.rightCols(J.cols() - held);
+    row_ = Vec::Ones(m.rows()), column_ = Vec::Ones(m.cols());
+    for (int sweep = 0; sweep < 3; ++sweep) {
+      for (Index i = 0; i < m.rows(); ++i)
+        if (const double s = m.row(i).cwiseAbs().maxCoeff(); s > 0) m.row(i) /= s, row_[i] *= s;
+      for (Index j = 0; j < m.cols(); ++j)
+        if (const double s = m.col(j).cwiseAbs().maxCoeff(); s > 0) m.col(j) /= s, column_[j] *= s;
+    }
+    qr_.setThreshold(1e-12);  // below it a direction counts as undetermined; rounding is 1e-15
+    qr_.compute(m);
+  }
+
+  /// -J⁺ r in scaled unknowns: what the size of a step is measured in.
+  Vec scaled(const Vec& r) const { return qr_.solve(-r.cwiseQuotient(row_)); }
+  Vec step(const Vec& s) const {
+    Vec out = Vec::Zero(columns_);
+    out.tail(columns_ - held_) = s.cwiseQuotient(column_);
+    return out;
+  }
+
+ private:
+  Index held_, columns_;
+  Vec row_, column_;
+  Eigen::CompleteOrthogonalDecomposition<Mat> qr_;
+};
+
+bool has_calls(const std::vector<Expr>& e) {
+  const auto nodes = topological(e);
+  return std::any_of(nodes.begin(), nodes.end(), [](Expr n) { return n.op() == Op::call; });
+}
+
+/// A smooth function of the same arguments without special properties: 2nd-degree terms and a sine.
+Expr generic_function(const FunctionCall& f) {
+  std::size_t state = std::hash<std::string>()(f.name);
+  const auto draw = [&] {
+    state = state * 6364136223846793005ull + 1442695040888963407ull;
+    return Expr(mpq_class(static_cast<long>((state >> 33) % 89) + 11, 60));
+  };
+  std::vector<Expr> slots;
+  Expr phase = draw(), sum = draw();
+  for (std::size_t i = 0; i < f.arguments.size(); ++i) {
+    const Expr s = symbol(pendula::Kind::slot, text("arg_", i));
+    phase += draw() * s;
+    sum += draw() * s + draw() / Expr(7) * s * s;
+    if (i > 0) sum += draw() / Expr(5) * s * slots.back();
+    slots.push_back(s);
+  }
+  sum += sin(phase);
+  for (std::size_t i = 0; i < slots.size(); ++i)
+    for (int k = 0; k < f.partial[i]; ++k) sum = partial(sum, slots[i]);
+  Substitution arguments;
+  for (std::size_t i = 0; i < slots.size(); ++i) arguments[slots[i]] = f.arguments[i];
+  return substitute(sum, arguments);
+}
+
+/// Values at w, and which of them are cancellation: as large as their change when w moves by 1e-10. Scaling
+/// would make numbers of such a 1e-16.
+std::pair<std::vector<double>, std::vector<char>> evaluate_stable(
+    const std::vector<Expr>& outputs, const std::vector<Expr>& columns, const Vec& w,
+    const std::unordered_map<Expr, double>& known) {
+  constexpr double golden = 0.6180339887498949;
+  auto here = known, moved = known;
+  for (std::size_t j = 0; j < columns.size(); ++j) {
+    const double x = w[static_cast<Index>(j)], part = std::fmod((static_cast<double>(j) + 1) * golden, 1.0);
+    here[columns[j]] = x;
+    moved[columns[j]] = x + (0.5 + part) * 1e-10 * (std::fabs(x) + 0.01);
+  }
+  auto values = pendula::evaluate(outputs, here);
+  const auto other = pendula::evaluate(outputs, moved);
+  std::vector<char> noise(values.size());
+  for (std::size_t k = 0; k < values.size(); ++k)
+    noise[k] = std::fabs(values[k]) <= 10 * std::fabs(values[k] - other[k]);
+  return {std::move(values), std::move(noise)};
 }
 
 }  // namespace
+
+std::vector<Expr> without_calls(std::vector<Expr> e) {
+  while (has_calls(e)) {
+    Substitution innermost;
+    for (Expr node : topological(e))
+      if (node.op() == Op::call && !has_calls(call_of(node).arguments))
+        innermost[node] = generic_function(call_of(node));
+    e = substitute(e, innermost);
+  }
+  return e;
+}
 
 RankGap rank_with_gap(const Mat& m) {
   if (m.size() == 0) return {0, 1 / rounding};
@@ -73,6 +155,30 @@ NumericArray::NumericArray(const DerivativeArray& array)
   for (const Entry& e : entries_) outputs_.push_back(e.value);
 }
 
+NumericArray::NumericArray(std::vector<Expr> rows, std::vector<Expr> columns)
+    : columns_(std::move(columns)),
+      outputs_(std::move(rows)),
+      entries_(sparse_jacobian(outputs_, columns_)),
+      rows_(outputs_.size()),
+      states_(0),
+      first_(0) {
+  for (const Entry& e : entries_) outputs_.push_back(e.value);
+}
+
+Vec NumericArray::start(int seed, const std::unordered_map<Expr, double>& continued) const {
+  constexpr double golden = 0.6180339887498949;
+  constexpr double spread[] = {1, 2, 0.3, 5};
+  const double size = spread[seed / 3 % 4];
+  Vec w(static_cast<Index>(columns_.size()));
+  for (std::size_t j = 0; j < columns_.size(); ++j) {
+    const double fraction = std::fmod((static_cast<double>(j) + 1) * golden * (seed + 1), 1.0);
+    const auto it = continued.find(columns_[j]);
+    const double fresh = seed % 3 == 0 ? 0.3 + size * fraction : size * (2 * fraction - 1);
+    w[static_cast<Index>(j)] = it != continued.end() ? it->second : fresh;
+  }
+  return w;
+}
+
 std::unordered_map<Expr, double> NumericArray::known(int seed) const {
   const std::unordered_map<Expr, char> unknown = [&] {
     std::unordered_map<Expr, char> set;
@@ -92,13 +198,11 @@ std::unordered_map<Expr, double> NumericArray::known(int seed) const {
 
 void NumericArray::evaluate_at(const Vec& w, const std::unordered_map<Expr, double>& known, Vec& r,
                                Mat& J) const {
-  auto point = known;
-  for (std::size_t j = 0; j < columns_.size(); ++j) point[columns_[j]] = w[static_cast<Index>(j)];
-  const auto values = pendula::evaluate(outputs_, point);
-  r = Eigen::Map<const Vec>(values.data(), static_cast<Index>(rows_));
+  const auto values = evaluate_stable(outputs_, columns_, w, known);
+  r = Eigen::Map<const Vec>(values.first.data(), static_cast<Index>(rows_));
   J = Mat::Zero(static_cast<Index>(rows_), w.size());
   for (std::size_t k = 0; k < entries_.size(); ++k)
-    J(entries_[k].row, entries_[k].column) = values[rows_ + k];
+    if (!values.second[rows_ + k]) J(entries_[k].row, entries_[k].column) = values.first[rows_ + k];
 }
 
 std::optional<NumericArray::Solution> NumericArray::project(Vec w,
@@ -112,20 +216,25 @@ std::optional<NumericArray::Solution> NumericArray::project(Vec w,
   for (int iteration = 0; iteration < max_iterations; ++iteration) {
     poll_interrupt();
     if (!r.allFinite() || !J.allFinite()) return {};
-    const Vec step = gauss_newton_step(r, J, held);
+    const NewtonStep newton(J, held);
+    const Vec s = newton.scaled(r), step = newton.step(s);
     if (!step.allFinite()) return {};
     const bool solved = scaled_size(r, J, w) < solved_below;
     const double size = step.norm() / (1 + w.norm());
+    if (w.size() && w.cwiseAbs().maxCoeff() > far_away) return {};  // no solution: it runs off to infinity
     if (solved && size < 1e-13) return Solution{w, linear >= 5};
     linear = size > 0.1 * last_step && size < 0.95 * last_step ? linear + 1 : 0;
     last_step = size;
     if (solved && linear >= 12) return Solution{w, true};
-    double alpha = 1;
-    for (; alpha > 1e-6; alpha /= 2) {
+    double alpha =
+        1;  // natural monotonicity: the next step, with this Jacobian, is shorter (Deuflhard 2004, §2)
+    for (; alpha > 1e-5; alpha /= 2) {
       evaluate_at(w + alpha * step, known, next_r, next_J);
-      if (next_r.allFinite() && next_J.allFinite() && next_r.norm() <= (1 - 0.01 * alpha) * r.norm()) break;
+      if (next_r.allFinite() && next_J.allFinite() &&
+          newton.scaled(next_r).norm() <= (1 - alpha / 4) * s.norm())
+        break;
     }
-    if (alpha <= 1e-6) {  // no further decrease: rounding level, or no solution here
+    if (alpha <= 1e-5) {  // no further decrease: rounding level, or no solution here
       if (!solved) return {};
       return Solution{w, linear >= 5};
     }
@@ -144,6 +253,52 @@ ArrayRanks NumericArray::ranks(const Solution& at, const std::unordered_map<Expr
   const RankGap all = rank_with_gap(J), y = rank_with_gap(J.rightCols(J.cols() - x)),
                 higher = rank_with_gap(J.rightCols(J.cols() - x - n));
   return {all.rank, y.rank, higher.rank, std::min({all.gap, y.gap, higher.gap}), at.slow};
+}
+
+std::optional<RankGap> rank_on_solutions(const std::vector<Expr>& residuals,
+                                         const std::vector<Expr>& variables, const Offsets& offsets,
+                                         const std::vector<Entry>& jacobian, const std::vector<Expr>& nonzero,
+                                         int most) {
+  const auto n = static_cast<int>(variables.size());
+  const std::unordered_set<Expr> bases(variables.begin(), variables.end());
+  const auto unknown = [&](Expr leaf) { return bases.count(symbol_of(leaf).base) > 0; };
+  std::vector<Expr> slopes;
+  for (const Entry& e : jacobian) slopes.push_back(e.value);
+  const std::vector<Expr> inside = leaves(slopes);
+  if (n > most || std::none_of(inside.begin(), inside.end(), unknown)) return {};
+  std::vector<Expr> rows, columns;
+  for (std::size_t i = 0; i < residuals.size(); ++i)
+    for (int k = 0; k <= offsets.c[i]; ++k) rows.push_back(k ? total_derivative(rows.back()) : residuals[i]);
+  const std::size_t equations = rows.size();
+  rows.insert(rows.end(), slopes.begin(), slopes.end());
+  rows.insert(rows.end(), nonzero.begin(), nonzero.end());
+  rows = without_calls(rows);
+  slopes.assign(rows.begin() + static_cast<std::ptrdiff_t>(equations), rows.end());
+  rows.resize(equations);
+  std::vector<Expr> everything = rows;
+  everything.insert(everything.end(), slopes.begin(), slopes.end());
+  for (Expr leaf : leaves(everything))
+    if (unknown(leaf)) columns.push_back(leaf);
+  const NumericArray numeric(rows, columns);
+  std::optional<RankGap> best;
+  for (int seed = 0, found = 0; seed < 12 && found < 3; ++seed) {
+    const auto values = numeric.known(seed);
+    const auto at = numeric.project(numeric.start(seed), values, 0);
+    if (!at || at->slow) continue;
+    const auto [v, noise] = evaluate_stable(slopes, columns, at->w, values);
+    if (std::any_of(v.begin() + static_cast<std::ptrdiff_t>(jacobian.size()), v.end(),
+                    [](double x) { return std::fabs(x) < off_domain; }))
+      continue;
+    ++found;
+    Mat J = Mat::Zero(n, n);
+    for (std::size_t k = 0; k < jacobian.size(); ++k)
+      if (!noise[k]) J(jacobian[k].row, jacobian[k].column) = v[k];
+    if (!J.allFinite()) continue;
+    const RankGap rank = rank_with_gap(J);
+    if (!best || rank.rank > best->rank) best = rank;
+    if (best->rank == n) break;
+  }
+  return best;
 }
 
 }  // namespace pendula::dae

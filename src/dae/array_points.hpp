@@ -6,6 +6,7 @@
 
 #include "base/math.hpp"
 #include "dae/derivative_array.hpp"
+#include "dae/sigma.hpp"
 
 namespace pendula::dae {
 
@@ -27,6 +28,8 @@ struct ArrayRanks {
 class NumericArray {
  public:
   explicit NumericArray(const DerivativeArray& array);
+  /// Any equations in any unknowns.
+  NumericArray(std::vector<Expr> rows, std::vector<Expr> columns);
 
   /// Values for t, inputs, parameters without value: drawn from the seed and the name, the same for every k.
   std::unordered_map<Expr, double> known(int seed) const;
@@ -44,6 +47,9 @@ class NumericArray {
 
   const std::vector<Expr>& columns() const { return columns_; }
 
+  /// The starting values of a seed; `continued` where it has a value.
+  Vec start(int seed, const std::unordered_map<Expr, double>& continued = {}) const;
+
  private:
   void evaluate_at(const Vec& w, const std::unordered_map<Expr, double>& known, Vec& r, Mat& J) const;
 
@@ -51,5 +57,15 @@ class NumericArray {
   std::vector<Entry> entries_;
   std::size_t rows_, states_, first_;
 };
+
+/// The rank of the system Jacobian of the Σ-method where it matters: at points that satisfy the equations
+/// and their derivatives up to c_i. It is less than the generic rank if an entry or the determinant contains
+/// the equations themselves, as in F_2 + x F_1 = 0. The largest rank of three points; nothing if the Jacobian
+/// contains no unknown (then the generic rank decides), if it has more than `most` rows, or if no point was
+/// found. Points where one of `nonzero` vanishes do not count.
+std::optional<RankGap> rank_on_solutions(const std::vector<Expr>& residuals,
+                                         const std::vector<Expr>& variables, const Offsets& offsets,
+                                         const std::vector<Entry>& jacobian,
+                                         const std::vector<Expr>& nonzero = {}, int most = 60);
 
 }  // namespace pendula::dae

@@ -1,6 +1,7 @@
 #include "dae/conversion.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <numeric>
 #include <unordered_set>
 
@@ -11,7 +12,6 @@
 #include "expr/generic.hpp"
 #include "expr/linalg.hpp"
 #include "expr/print.hpp"
-#include "expr/rewrite.hpp"
 
 namespace pendula::dae {
 namespace {
@@ -20,6 +20,8 @@ using Index = Eigen::Index;
 
 constexpr int max_conversions = 30;
 constexpr std::size_t largest_circuit = 200;  // equations in one dependent set that is searched for
+constexpr double ratio_denominators = 5040;   // constant ratios p/q that are recognised: q divides 7!
+constexpr double longest_entry = 60;          // operations in an entry of J that null vectors are formed of
 constexpr std::size_t symbolic_circuit = 8;   // beyond it null vectors are too long to be of use
 
 std::vector<Entry> transposed(std::vector<Entry> entries) {
@@ -66,8 +68,8 @@ std::vector<int> circuit(const std::vector<Entry>& entries, int n) {
 }
 
 /// The null vector of the rows of a circuit: Σ u_i row_i = 0.
-std::optional<VecX> null_vector_of(const std::vector<Entry>& entries, const std::vector<int>& rows, int n) {
-  const auto part = rows_of(entries, rows);
+std::optional<VecX> null_vector_of(const std::vector<Entry>& J, const std::vector<int>& rows, int n) {
+  const auto part = rows_of(J, rows);
   const auto size = static_cast<int>(rows.size());
   const auto rank = modular_rank(part, size, n);
   const std::unordered_set<int> skipped(rank.dependent_columns.begin(), rank.dependent_columns.end());
@@ -78,10 +80,12 @@ std::optional<VecX> null_vector_of(const std::vector<Entry>& entries, const std:
   MatX m = MatX::Zero(columns, size);
   for (const Entry& e : part)
     if (position[e.column] >= 0) m(position[e.column], e.row) = e.value;
+  for (Expr e : entries(m))
+    if (!is_short(e, longest_entry)) return {};
   auto u = linalg::null_vector(m);
-  if (!u) return {};
+  if (!u || std::any_of(u->begin(), u->end(), [](Expr x) { return !is_short(x); })) return {};
   for (Expr& e : *u) {
-    e = simplify(e);
+    e = tidied(e);
     if (e.is_zero() || generic::is_zero(e)) return {};
   }
   return u;
@@ -110,16 +114,26 @@ struct Scaled {
   }
 };
 
+/// a/b where it is the same rational number everywhere, whatever the form of a and b.
+std::optional<Expr> constant_ratio(Expr a, Expr b) {
+  const std::vector<Expr> both{a, b};
+  const auto at = pendula::evaluate(both, random_point(both, 0));
+  const double near = std::round(at[0] / at[1] * ratio_denominators) / ratio_denominators;
+  if (!(std::fabs(near) < 1e6)) return {};
+  const Expr ratio(near);
+  return generic::is_zero(a - ratio * b) ? std::optional(ratio) : std::nullopt;
+}
+
 Scaled scaled(const VecX& u, std::size_t l) {
   Scaled s;
   const Expr pivot = u[static_cast<Index>(l)];
-  for (Expr e : u) s.u.push_back(simplify(e / pivot));
+  for (Expr e : u) s.u.push_back(constant_ratio(e, pivot).value_or(tidied(e / pivot)));
   for (Expr e : s.u)
     for (Expr d : denominators(e))
       if (std::find(s.nonzero.begin(), s.nonzero.end(), d) == s.nonzero.end()) s.nonzero.push_back(d);
   if (s.nonzero.size() == 1) {  // without fractions: multiplied by the denominator where that removes them
     Scaled whole = s;
-    for (Expr& e : whole.u) e = simplify(e * s.nonzero[0]);
+    for (Expr& e : whole.u) e = tidied(e * s.nonzero[0]);
     if (std::all_of(whole.u.begin(), whole.u.end(), [](Expr e) { return denominators(e).empty(); }))
       return whole;
   }
@@ -150,7 +164,7 @@ std::string domain_text(const std::vector<Expr>& nonzero) {
 std::string factor_text(Expr u, const std::string& label, bool first) {
   std::string size = to_text(u);
   const bool negative = size.starts_with("-") && size.find_first_of("+-", 1) == std::string::npos;
-  if (negative) size = to_text(simplify(-u));
+  if (negative) size = to_text(tidied(-u));
   if (!negative && size.find_first_of("+-") != std::string::npos) size = "(" + size + ")";
   const std::string sign = first ? (negative ? "-" : "") : (negative ? " - " : " + ");
   return sign + (size == "1" ? "" : size + " ") + label;
@@ -199,7 +213,7 @@ class SharedCombination {
       if (k == l_) continue;
       const int j = variables_[k];
       const Expr top = derivative_leaf(before[j], d[j] - highest_), share = v_.u[k] * pivot;
-      const Expr w = fresh_unknown(e), value = simplify(top - share);
+      const Expr w = fresh_unknown(e), value = tidied(top - share);
       replaced.push_back({j, w + share});
       definitions[w] = value;
       e.variables.push_back(w);
@@ -243,8 +257,7 @@ class SharedCombination {
 
 }  // namespace
 
-Step convert_by_combination(Equations& e, const Structure& s, std::vector<std::string>& story,
-                            std::vector<Expr>& nonzero) {
+Step convert_by_combination(Equations& e, const Structure& s, std::vector<std::string>& story) {
   const auto n = static_cast<int>(e.variables.size());
   if (e.residuals.size() > largest_circuit) return Step::nothing;
   const auto rows = circuit(s.jacobian, n);
@@ -285,12 +298,12 @@ Step convert_by_combination(Equations& e, const Structure& s, std::vector<std::s
   story.back() += ", " + domain_text(best->nonzero);
   if (step == Step::dependent) return step;
   e.differentiated[target] = times;
-  add_new(nonzero, best->nonzero);
+  add_new(e.nonzero, best->nonzero);
   return step;
 }
 
 Step convert_by_substitution(Equations& e, const Structure& s, std::vector<std::string>& story,
-                             std::vector<Expr>& nonzero, Substitution& definitions) {
+                             Substitution& definitions) {
   const auto n = static_cast<int>(e.variables.size());
   if (e.residuals.size() > largest_circuit) return Step::nothing;
   const auto columns = transposed(s.jacobian);
@@ -302,14 +315,14 @@ Step convert_by_substitution(Equations& e, const Structure& s, std::vector<std::
   for (std::size_t l = 0; l < variables.size(); ++l) {
     Scaled candidate = scaled(*v, l);
     const Expr pivot = candidate.u[l];
-    for (Expr& x : candidate.u) x = simplify(x / pivot);  // here v_l = 1 is needed, fractions or not
+    for (Expr& x : candidate.u) x = tidied(x / pivot);  // here v_l = 1 is needed, fractions or not
     if (SharedCombination(s, variables, candidate, l).allowed(e.variables) &&
         (!best || candidate.complexity() < best->first.complexity()))
       best = {candidate, l};
   }
   if (!best) return Step::nothing;
   SharedCombination(s, variables, best->first, best->second).apply(e, story, definitions);
-  add_new(nonzero, best->first.nonzero);
+  add_new(e.nonzero, best->first.nonzero);
   return Step::changed;
 }
 
@@ -326,9 +339,16 @@ bool make_regular(Equations& e, Structure& s, Repaired& r) {
     }
     Step done = drop_cancelled(e, s, r.story);
     if (done == Step::nothing && s.regular) return true;
+    if (done == Step::nothing && s.singular_on_solutions) {
+      r.story.push_back(
+          "the system Jacobian is regular in general, but singular wherever the equations hold: it contains "
+          "the "
+          "equations themselves, and what the structure says is wrong");
+      return false;
+    }
     if (done == Step::nothing) done = eliminate_constant_rows(e, s, r.story);
-    if (done == Step::nothing) done = convert_by_combination(e, s, r.story, r.nonzero);
-    if (done == Step::nothing) done = convert_by_substitution(e, s, r.story, r.nonzero, r.definitions);
+    if (done == Step::nothing) done = convert_by_combination(e, s, r.story);
+    if (done == Step::nothing) done = convert_by_substitution(e, s, r.story, r.definitions);
     if (done != Step::changed) {
       if (done == Step::nothing)
         r.story.push_back(text("the system Jacobian still has rank ", s.rank.rank, " of ", e.variables.size(),
@@ -361,7 +381,7 @@ std::vector<Block> blocks_of(const Model& m, const Equations& e) {
       Block b{VecX(1), VecX(1), e.notes[i]};
       const Expr w = e.variables[i];
       b.lhs << w;
-      b.rhs << simplify(w - e.residuals[i]);
+      b.rhs << tidied(w - e.residuals[i]);
       blocks.push_back(b);
     } else if (!e.notes[i].empty() || e.residuals[i] != m.residuals[i]) {
       Block& b = blocks[static_cast<std::size_t>(m.origin[i].first)];
@@ -414,7 +434,7 @@ bool put_in_values(const Model& m, Equations& e, const Structure& s, std::vector
   if (values.empty()) return false;
   const auto residuals = substitute(e.residuals, values);
   for (std::size_t i = 0; i < residuals.size(); ++i)
-    e.residuals[i] = residuals[i] == e.residuals[i] ? residuals[i] : simplify(residuals[i]);
+    e.residuals[i] = residuals[i] == e.residuals[i] ? residuals[i] : tidied(residuals[i]);
   story.push_back("with the parameter values " + join(names, ", "));
   return true;
 }
@@ -435,6 +455,7 @@ std::optional<Repaired> repair(const ModelPtr& model, std::vector<std::string>* 
   const bool done = make_regular(e, s, r);
   if (!done && why) *why = r.story;
   if (!done || e.residuals == model->residuals) return {};
+  r.nonzero = e.nonzero;
   r.offsets = s.offsets;
   r.dof = s.offsets.value - static_cast<int>(model->invariants.size());
   r.differentiations = differentiations(e, s, model->variables.size());

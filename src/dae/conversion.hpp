@@ -37,11 +37,10 @@ struct Repaired {
 /// given parameter values is repaired with these values put in. Requires as many equations as unknowns.
 std::optional<Repaired> repair(const ModelPtr& model, std::vector<std::string>* why = nullptr);
 
-/// One conversion by linear combination or, where that is not possible, by substitution. `nonzero` and
-/// `definitions` are appended to.
-Step convert_by_combination(Equations& e, const Structure& s, std::vector<std::string>& story,
-                            std::vector<Expr>& nonzero);
+/// One conversion by linear combination or, where that is not possible, by substitution. Where it is
+/// valid is added to e.nonzero, new unknowns to `definitions`.
+Step convert_by_combination(Equations& e, const Structure& s, std::vector<std::string>& story);
 Step convert_by_substitution(Equations& e, const Structure& s, std::vector<std::string>& story,
-                             std::vector<Expr>& nonzero, Substitution& definitions);
+                             Substitution& definitions);
 
 }  // namespace pendula::dae

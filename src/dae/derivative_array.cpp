@@ -18,7 +18,9 @@ namespace {
 using Index = Eigen::Index;
 
 constexpr std::size_t most_nodes = 400'000;  // of F_k: about a second of evaluations
-constexpr int max_seeds = 12;                // starting values tried for the points of one model
+constexpr double clear_gap = 1e5;            // between singular values that count and those that do not
+constexpr double near_enough = 1e3;          // of a point that is called singular
+constexpr int max_seeds = 24;                // starting values tried for the points of one model
 
 std::vector<Expr> with_parameter_values(const Model& m) {
   Substitution values(m.values.begin(), m.values.end());
@@ -78,46 +80,6 @@ bool exactly_linear(const std::vector<Expr>& residuals, const Model& m) {
   return residues_suffice(coefficients);
 }
 
-bool has_calls(const std::vector<Expr>& e) {
-  const auto nodes = topological(e);
-  return std::any_of(nodes.begin(), nodes.end(), [](Expr n) { return n.op() == Op::call; });
-}
-
-/// A smooth function of the same arguments without special properties: 2nd-degree terms and a sine.
-Expr generic_function(const FunctionCall& f) {
-  std::size_t state = std::hash<std::string>()(f.name);
-  const auto draw = [&] {
-    state = state * 6364136223846793005ull + 1442695040888963407ull;
-    return Expr(mpq_class(static_cast<long>((state >> 33) % 89) + 11, 60));
-  };
-  std::vector<Expr> slots;
-  Expr phase = draw(), sum = draw();
-  for (std::size_t i = 0; i < f.arguments.size(); ++i) {
-    const Expr s = symbol(pendula::Kind::slot, text("arg_", i));
-    phase += draw() * s;
-    sum += draw() * s + draw() / Expr(7) * s * s;
-    if (i > 0) sum += draw() / Expr(5) * s * slots.back();
-    slots.push_back(s);
-  }
-  sum += sin(phase);
-  for (std::size_t i = 0; i < slots.size(); ++i)
-    for (int k = 0; k < f.partial[i]; ++k) sum = partial(sum, slots[i]);
-  Substitution arguments;
-  for (std::size_t i = 0; i < slots.size(); ++i) arguments[slots[i]] = f.arguments[i];
-  return substitute(sum, arguments);
-}
-
-std::vector<Expr> without_calls(std::vector<Expr> e) {
-  while (has_calls(e)) {
-    Substitution innermost;
-    for (Expr node : topological(e))
-      if (node.op() == Op::call && !has_calls(call_of(node).arguments))
-        innermost[node] = generic_function(call_of(node));
-    e = substitute(e, innermost);
-  }
-  return e;
-}
-
 /// One determination of the index: the residuals as they are, without regard to the model's parameter values.
 struct Determination {
   ArrayVerdict verdict = ArrayVerdict::not_covered;
@@ -169,21 +131,6 @@ struct Walker {
   std::unordered_map<Expr, double> values;
 };
 
-Vec start_of(const Walker& walker, const std::vector<Expr>& columns) {
-  constexpr double golden = 0.6180339887498949;
-  const double spread[] = {1, 2, 0.3, 5};
-  Vec w(static_cast<Index>(columns.size()));
-  for (std::size_t j = 0; j < columns.size(); ++j) {
-    const auto it = walker.values.find(columns[j]);
-    const double fraction = std::fmod((static_cast<double>(j) + 1) * golden * (walker.seed + 1), 1.0);
-    const double size = spread[walker.seed / 3 % 4];
-    w[static_cast<Index>(j)] = it != walker.values.end() ? it->second
-                                                         : (walker.seed % 3 == 0 ? 0.3 + size * fraction
-                                                                                 : size * (2 * fraction - 1));
-  }
-  return w;
-}
-
 struct PointRanks {
   Walker walker;
   ArrayRanks ranks;
@@ -191,33 +138,44 @@ struct PointRanks {
 
 /// Up to options.points solutions of F_k = 0: the walkers continued, then new ones.
 std::vector<PointRanks> find_points(const NumericArray& numeric, std::vector<Walker>& walkers, int& next_seed,
-                                    int points) {
+                                    int points, int& unclear) {
   std::vector<PointRanks> found;
   const auto visit = [&](Walker walker) {
     const auto known = numeric.known(walker.seed);
-    const auto solution = numeric.project(start_of(walker, numeric.columns()), known, 0);
+    const auto solution = numeric.project(numeric.start(walker.seed, walker.values), known, 0);
     if (!solution) return;
     for (std::size_t j = 0; j < numeric.columns().size(); ++j)
       walker.values[numeric.columns()[j]] = solution->w[static_cast<Index>(j)];
-    found.push_back({std::move(walker), numeric.ranks(*solution, known)});
+    const ArrayRanks ranks = numeric.ranks(*solution, known);
+    if (ranks.slow && solution->w.cwiseAbs().maxCoeff() > near_enough) return;  // slow since it runs off
+    if (ranks.gap >= clear_gap || ranks.slow)
+      found.push_back({std::move(walker), ranks});
+    else
+      ++unclear;
   };
   for (Walker& w : walkers) visit(std::move(w));
   while (static_cast<int>(found.size()) < points && next_seed < max_seeds) visit({next_seed++, {}});
   walkers.clear();
-  for (const PointRanks& p : found) walkers.push_back(p.walker);
+  for (const PointRanks& p : found)
+    if (!p.ranks.slow) walkers.push_back(p.walker);
   return found;
 }
 
 /// Reads off one k: true if the search is over.
-bool judge(Determination& d, const std::vector<PointRanks>& found, int k, int n, int rows) {
+bool judge(Determination& d, const std::vector<PointRanks>& found, int unclear, int k, int n, int rows) {
+  int most = 0;  // where the equations lose rank themselves, branches meet: such points do not count
+  for (const PointRanks& p : found)
+    if (!p.ranks.slow) most = std::max(most, p.ranks.all);
   std::vector<const PointRanks*> regular;
   for (const PointRanks& p : found)
-    if (!p.ranks.slow) regular.push_back(&p);
+    if (!p.ranks.slow && p.ranks.all == most) regular.push_back(&p);
   d.points = static_cast<int>(found.size());
-  if (found.empty() || regular.empty()) {
-    d.verdict = found.empty() ? ArrayVerdict::not_covered : ArrayVerdict::singular;
-    if (found.empty())
-      d.why = text("no point with F", subscript(k), " = 0 was found from ", max_seeds, " starting values");
+  if (regular.empty()) {  // one slow point alone may be an accident
+    d.verdict = found.size() < 2 ? ArrayVerdict::not_covered : ArrayVerdict::singular;
+    if (found.size() < 2)
+      d.why =
+          text("no point with F", subscript(k), " = 0", unclear ? " and a clear gap of singular values" : "",
+               " was found from ", max_seeds, " starting values");
     return true;
   }
   int full = 0;
@@ -247,7 +205,7 @@ Determination determine_at_points(DerivativeArray array, const ArrayOptions& opt
   Determination d;
   d.states = static_cast<int>(array.states().size());
   std::vector<Walker> walkers;
-  int next_seed = 0;
+  int next_seed = 0, unclear = 0;
   for (int k = 0; k <= options.max_order; ++k, array.extend()) {
     if (static_cast<int>(array.columns().size()) > options.max_columns) {
       d.why = text("F", subscript(k), " has ", array.columns().size(), " columns");
@@ -258,9 +216,10 @@ Determination determine_at_points(DerivativeArray array, const ArrayOptions& opt
       return d;
     }
     const NumericArray numeric(array);
-    const auto found = find_points(numeric, walkers, next_seed, options.points);
+    const auto found = find_points(numeric, walkers, next_seed, options.points, unclear);
     d.tried = k;
-    if (judge(d, found, k, static_cast<int>(array.first().size()), static_cast<int>(array.rows().size())))
+    if (judge(d, found, unclear, k, static_cast<int>(array.first().size()),
+              static_cast<int>(array.rows().size())))
       return d;
   }
   d.verdict = d.lowest >= 0 ? ArrayVerdict::varying : ArrayVerdict::undetermined;
@@ -306,7 +265,7 @@ std::string words(const Determination& d) {
 
 /// The rank of the conditions found so far equals their number, at a point of the solution.
 auto independence(const Model& m, const DerivativeArray& array, const Determination& d) {
-  const bool symbolic = d.exact || has_calls(m.residuals);
+  const bool symbolic = d.exact || without_calls(m.residuals) != m.residuals;
   std::unordered_map<Expr, double> point = d.point;
   if (!symbolic) {
     for (const auto& [leaf, value] : NumericArray(array).known(0)) point.emplace(leaf, value);

@@ -81,6 +81,9 @@ struct ArrayResult {
   std::string covered;               ///< what was done and what was not
 };
 
+/// Every unspecified function replaced by a smooth one without special properties, the same for equal names.
+std::vector<Expr> without_calls(std::vector<Expr> e);
+
 struct ArrayOptions {
   int max_order = 8;      ///< nonlinear systems: F_k with k up to this; linear ones go up to their size
   int max_columns = 260;  ///< of ∂F_k/∂(x, y) for numeric ranks (singular values cost O(n³))

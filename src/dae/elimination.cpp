@@ -8,6 +8,7 @@
 #include "base/interrupt.hpp"
 #include "base/text.hpp"
 #include "dae/array_conditions.hpp"
+#include "dae/array_points.hpp"
 #include "dae/rank.hpp"
 #include "expr/generic.hpp"
 #include "expr/print.hpp"
@@ -82,8 +83,24 @@ Structure structure_of(const Equations& e) {
   }
   s.rank = generic_rank(s.jacobian, n, n);
   s.regular = s.rank.rank == n;
+  if (!s.regular) return s;
+  if (const auto there = rank_on_solutions(e.residuals, e.variables, s.offsets, s.jacobian, e.nonzero);
+      there && there->rank < n)
+    s.regular = false, s.singular_on_solutions = true;
   return s;
 }
+
+bool is_short(Expr e, double nodes) {
+  std::unordered_map<Expr, double> size;
+  for (Expr node : topological({&e, 1})) {
+    double sum = 1;
+    for (Expr operand : node.operands()) sum += size[operand];
+    size[node] = sum;
+  }
+  return size[e] <= nodes;
+}
+
+Expr tidied(Expr e) { return is_short(e) ? simplify(e) : e; }
 
 Expr without_cancelled(Expr e, const std::vector<Expr>& variables) {
   const std::unordered_set<Expr> bases(variables.begin(), variables.end());
@@ -93,7 +110,7 @@ Expr without_cancelled(Expr e, const std::vector<Expr>& variables) {
   const auto slopes = gradient(e, unknowns);
   for (std::size_t k = 0; k < unknowns.size(); ++k)
     if (slopes[k].is_zero() || generic::is_zero(slopes[k])) e = without_leaf(e, unknowns[k]);
-  return simplify(e);
+  return tidied(e);
 }
 
 Step replace_equation(Equations& e, std::size_t i, Expr residual, const std::string& how,
@@ -119,7 +136,7 @@ Step drop_cancelled(Equations& e, const Structure& s, std::vector<std::string>& 
     if (!generic::is_zero(value)) continue;
     const Expr leaf = derivative_leaf(e.variables[j], s.offsets.d[j] - s.offsets.c[i]);
     const Step done =
-        replace_equation(e, static_cast<std::size_t>(i), simplify(without_leaf(e.residuals[i], leaf)),
+        replace_equation(e, static_cast<std::size_t>(i), tidied(without_leaf(e.residuals[i], leaf)),
                          text(e.labels[i], " without ", to_text(leaf), ", which cancels"), story);
     if (done == Step::dependent) return done;
     step = Step::changed;

@@ -20,6 +20,7 @@ struct Equations {
   std::vector<Expr> residuals, variables;  ///< variables: leaves of order 0
   std::vector<std::string> labels;         ///< of every equation: "(3)", "(2)[1]"
   std::vector<std::string> notes;   ///< what an equation has become: "(3) - (1) - (2)"; empty: as written
+  std::vector<Expr> nonzero;        ///< equivalent to the original ones where none of these vanishes
   std::vector<int> differentiated;  ///< how often original equations were differentiated for it
 };
 
@@ -31,9 +32,11 @@ struct Structure {
   std::vector<Entry> jacobian;
   ModularRank rank;
   bool matched = false, regular = false;
+  bool singular_on_solutions = false;  ///< generically regular, but not where the equations hold
 };
 
-/// Σ-method and generic rank of the system Jacobian, as analyse() does. Requires as many equations as
+/// Σ-method and generic rank of the system Jacobian, as analyse() does, and for up to 60 equations its rank
+/// at points that satisfy them. Requires as many equations as
 /// variables.
 Structure structure_of(const Equations& e);
 
@@ -49,7 +52,12 @@ Step drop_cancelled(Equations& e, const Structure& s, std::vector<std::string>& 
 /// All independent combinations of equations whose rows of J are rational constants, at once.
 Step eliminate_constant_rows(Equations& e, const Structure& s, std::vector<std::string>& story);
 
-/// e without the leaves of these variables on which it does not really depend, simplified.
+/// Written out as a tree, e has at most `nodes` operations.
+bool is_short(Expr e, double nodes = 1000);
+/// simplify(e) where that is quick, else e.
+Expr tidied(Expr e);
+
+/// e without the leaves of these variables on which it does not really depend, tidied.
 Expr without_cancelled(Expr e, const std::vector<Expr>& variables);
 
 /// Puts 0 = residual in the place of equation i and tells it; `dependent` if no unknown is left.

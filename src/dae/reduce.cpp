@@ -51,7 +51,10 @@ ModelPtr reduce_acc(const ModelPtr& model) {
   options.drift = DriftLaw::polynomial;
   options.invariants.insert(options.invariants.end(), d.constraints.begin(), d.constraints.end());
   options.mechanics = model->mechanics;
-  for (const Variable& v : model->variables) (v.order ? options.x : options.z).push_back(v.leaf);
+  for (std::size_t j = 0; j < model->variables.size(); ++j) {  // an algebraic one may have got a derivative
+    const Variable& v = model->variables[j];
+    (v.order > 0 || a.offsets.d[j] > 0 ? options.x : options.z).push_back(v.leaf);
+  }
   options.u = model->inputs;
   options.trace = std::move(d.trace);
   describe_substitutions(*model, options.trace);

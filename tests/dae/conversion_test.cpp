@@ -145,3 +145,32 @@ TEST_CASE("the row of a column equation is replaced in place and noted") {
   REQUIRE(r->blocks.size() == 1);
   CHECK(r->blocks[0].note.find("row 3: (1)[3] - (1)[1] - (1)[2]") != std::string::npos);
 }
+
+TEST_CASE("a Jacobian that contains the equations: regular in general, singular where they hold") {
+  // e = x′ + y - t; in 0 = x - t + z e the coefficient of z is e itself, which is 0
+  const Expr x = unknown("x"), y = unknown("y"), z = unknown("z"), t = time_symbol();
+  const Expr e = derivative_leaf(x) + y - t;
+  const auto m = model({{e, 0}, {x - t + z * e, 0}, {derivative_leaf(z), x}});
+  const ArrayResult truth = derivative_array(*m);
+  CAPTURE(truth.text);
+  CHECK(truth.verdict == ArrayVerdict::determined);
+  CHECK(truth.index == 2);  // x = t, y = 1 - … needs x″
+  CHECK(truth.dof == 1);
+}
+
+TEST_CASE("a structure that is right in general and wrong on the solutions is not called regular") {
+  // x′ = z, 0 = y + z e, e = x - t: on solutions ∂/∂z of the second vanishes
+  const Expr x = unknown("x"), y = unknown("y"), z = unknown("z"), t = time_symbol();
+  const auto m = model({{derivative_leaf(y), z}, {x - t, 0}, {y - sin(t) + z * (x - t), 0}});
+  const Structure s = structure_of(equations_of(*m));
+  CHECK(s.rank.rank == 3);
+  CHECK(s.singular_on_solutions);
+  CHECK_FALSE(s.regular);
+  std::vector<std::string> why;
+  CHECK_FALSE(repair(m, &why));
+  CHECK(why.back().find("singular wherever the equations hold") != std::string::npos);
+  const ArrayResult truth = derivative_array(*m);
+  CAPTURE(truth.text);
+  CHECK(truth.index == 2);
+  CHECK(truth.dof == 0);
+}

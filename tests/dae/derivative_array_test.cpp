@@ -143,9 +143,7 @@ TEST_CASE("models without an index are told apart from those that have one") {
   check_truth(model({{derivative_leaf(x), -x * y}, {derivative_leaf(y), x}}), 0, 2);
 }
 
-TEST_CASE("branches of different index are not averaged: 0 = z (z - x) with x′ = …") {
-  // on z = x the algebraic variable is determined with ∂/∂z ≠ 0, on z = 0 too: index 1; but in 0 = x (z - x)
-  // the branch x = 0 leaves z to the derivative
+TEST_CASE("points where branches meet do not count: 0 = z (z - x - 2) is index 1 on both of them") {
   const Expr x = unknown("x"), z = unknown("z");
   check_truth(model({{derivative_leaf(x), 1 - z}, {0, z * (z - x - 2)}}), 1, 1);
 }

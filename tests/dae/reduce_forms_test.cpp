@@ -212,6 +212,15 @@ TEST_CASE("index 1 and 0: nothing to stabilise; ode eliminates algebraic variabl
   CHECK(reason(linear, "ac").find("Did you mean 'acc'?") != std::string::npos);
 }
 
+TEST_CASE("an algebraic variable whose equation is differentiated becomes a state") {
+  const Expr x = var("x"), w = var("w"), z = var("z"), y = var("y"), t = time_symbol();
+  const Problem p{dae::make_model({{col({0, 0}), col({x + w - sin(t), x - w - cos(t)}), ""},
+                                   {col({z, der(y)}), col({der(x), z - y}), ""}}),
+                  {{y, 1}},
+                  {z, der(y)}};
+  check_forms(p, {{"acc", 1}, {"ode", 0}, {"baumgarte", 1}, {"project", 0}, {"dummy", 1}, {"minimal", 0}});
+}
+
 TEST_CASE("baumgarte: the residual is C″ + 2α C′ + β² C; gains are checked and can be parameters") {
   const auto p = pendulum();
   dae::ReduceOptions options;
