@@ -154,7 +154,7 @@ TEST_CASE("a Jacobian that contains the equations: regular in general, singular 
   const ArrayResult truth = derivative_array(*m);
   CAPTURE(truth.text);
   CHECK(truth.verdict == ArrayVerdict::determined);
-  CHECK(truth.index == 2);  // x = t, y = 1 - … needs x″
+  CHECK(truth.index == 2);  // x = t, and y = t - x′ needs x″ for y′
   CHECK(truth.dof == 1);
 }
 
