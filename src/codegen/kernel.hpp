@@ -3,9 +3,11 @@
 // A Kernel is immutable and can be called from several threads when each brings its own workspace. The
 // default back end is the grouped tape: instructions are scheduled in runs of one operation, so that the
 // interpreter's dispatch is paid per run and not per operation (DESIGN.md §3), every result is
-// bit-reproducible and uses the scalar libm.
+// bit-reproducible and uses the scalar libm. A kernel that is run often gets machine code on the way, with
+// the same results bit for bit.
 #pragma once
 
+#include <memory>
 #include <span>
 #include <string>
 #include <vector>
@@ -13,6 +15,8 @@
 #include "expr/graph.hpp"
 
 namespace pendula::codegen {
+
+class Hot;
 
 class Kernel {
  public:
@@ -28,11 +32,23 @@ class Kernel {
   std::size_t operations() const;  ///< instructions on the tape
   std::size_t workspace_size() const { return slots_; }
 
-  /// in: inputs() values, out: outputs() values, work: workspace_size() values. No allocation.
+  /// in: inputs() values, out: outputs() values, work: workspace_size() values; they must not overlap. No
+  /// allocation, but for the one evaluation in which machine code is made.
   void run(const double* in, double* out, double* work) const;
   /// The same with a private workspace; not for two threads at once.
   void operator()(const double* in, double* out) const { run(in, out, work()); }
   std::vector<double> operator()(std::span<const double> in) const;
+
+  /// Many points, one after another in `in` and `out`; four at a time where the processor can. sin, exp … may
+  /// then differ from those of run() in the last place.
+  void run_many(const double* in, double* out, std::size_t points) const;
+
+  /// The same by the tape alone, the reference.
+  void run_tape(const double* in, double* out, double* work) const;
+  /// Makes machine code at once, for a kernel that is going to be run thousands of times. True if there is
+  /// some.
+  bool accelerate() const;
+  bool is_machine_code() const;
 
  private:
   struct Run {
@@ -56,6 +72,7 @@ class Kernel {
   std::vector<std::uint32_t> operands_;  ///< arity × count slot numbers per run, operand by operand
   std::vector<std::uint32_t> output_slot_;
   mutable std::vector<double> work_;
+  std::shared_ptr<Hot> hot_;  ///< shared by copies: code is made once
 };
 
 }  // namespace pendula::codegen

@@ -1,0 +1,399 @@
+// Machine code for x86-64: scalar SSE2 or AVX, and four AVX2 lanes. The only file that knows asmjit.
+#include "codegen/machine.hpp"
+
+#ifdef PENDULA_MACHINE_CODE
+#include <cstring>
+
+#include <asmjit/x86.h>
+
+#include "codegen/functions.hpp"
+#include "codegen/isa_x86.hpp"
+#include "codegen/registers.hpp"
+
+namespace pendula::codegen {
+namespace {
+
+using namespace asmjit;
+
+JitRuntime& runtime() {
+  static JitRuntime runtime;
+  return runtime;
+}
+
+bool has_avx2() {
+  const auto& f = CpuInfo::host().features().x86();
+  return f.hasAVX() && f.hasAVX2();
+}
+
+const Isa* isa_for(int lanes) {
+  if (lanes == 4) return has_avx2() ? &avx4 : nullptr;
+  if (lanes != 1) return nullptr;
+  return has_avx2() ? &avx : &sse2;
+}
+
+/// Emits one program. Registers 0 … 13 hold values, 14 and 15 are scratch.
+class Emitter {
+ public:
+  Emitter(const Program& program, const Isa& isa, CodeHolder& code)
+      : p_(program), isa_(isa), a_(&code), order_(call_order(program)), r_(program, order_, 14) {
+    constants_ = a_.newLabel();
+    result_positions();
+  }
+
+  void emit_all() {
+    a_.push(x86::rbx), a_.push(x86::r12), a_.push(x86::r13);
+    a_.mov(x86::rbx, x86::rdi), a_.mov(x86::r12, x86::rsi), a_.mov(x86::r13, x86::rdx);
+    copy_leaf_results();
+    for (Slot i : order_) emit(p_.first_instruction() + i, p_.instructions[i]);
+    if (isa_.lanes > 1) a_.vzeroupper();
+    a_.pop(x86::r13), a_.pop(x86::r12), a_.pop(x86::rbx);
+    a_.ret();
+    embed_constants();
+  }
+
+  std::size_t work_numbers() const { return r_.work_size() * static_cast<std::size_t>(isa_.lanes); }
+
+ private:
+  // ── memory and registers ──
+  x86::Vec reg(int r) const {
+    return isa_.lanes == 4 ? x86::Vec(x86::ymm(static_cast<std::uint32_t>(r)))
+                           : x86::Vec(x86::xmm(static_cast<std::uint32_t>(r)));
+  }
+  x86::Mem at(Home home) const {
+    const auto offset = static_cast<std::int32_t>(home.index) * 8 * isa_.lanes;
+    const auto size = static_cast<std::uint32_t>(8 * isa_.lanes);
+    switch (home.array) {
+      case Home::Array::input:
+        return x86::ptr(x86::rbx, offset, size);
+      case Home::Array::output:
+        return x86::ptr(x86::r12, offset, size);
+      case Home::Array::work:
+        return x86::ptr(x86::r13, offset, size);
+      default:
+        return x86::ptr(constants_, constant_offset(home.index), size);
+    }
+  }
+  /// The pool: sign, absolute value, one and zero, 32 bytes each; then the constants of the program.
+  enum Mask { sign_bit, all_but_sign, one, zero };
+  std::int32_t constant_offset(Slot i) const { return 128 + static_cast<std::int32_t>(i) * 8 * isa_.lanes; }
+  x86::Mem mask(Mask m) const { return x86::ptr(constants_, 32 * m, isa_.lanes == 4 ? 32 : 16); }
+
+  void load(int r, Slot value) {
+    if (const int from = r_.of(value); from >= 0) {
+      if (from != r) a_.emit(isa_.copy, reg(r), reg(from));
+    } else {
+      a_.emit(isa_.load, reg(r), at(r_.home(value)));
+    }
+  }
+  void keep(int r) {  ///< gives the value of a register a home
+    Home& home = r_.home(r_.in(r));
+    if (home) return;
+    home = {Home::Array::work, r_.new_slot()};
+    a_.emit(isa_.store, at(home), reg(r));
+  }
+  int take(unsigned pinned) {  ///< a register for a new value
+    if (const int r = r_.vacant(); r >= 0) return r;
+    const int r = r_.furthest(pinned);
+    keep(r);
+    r_.empty(r);
+    return r;
+  }
+  int in_register(Slot value, unsigned& pinned) {
+    int r = r_.of(value);
+    if (r < 0) {
+      r = take(pinned);
+      load(r, value);
+      r_.assign(r, value);
+    }
+    pinned |= 1U << r;
+    return r;
+  }
+  Operand operand(Slot value) const {
+    const int r = r_.of(value);
+    return r >= 0 ? Operand(reg(r)) : Operand(at(const_cast<Registers&>(r_).home(value)));
+  }
+
+  // ── operations ──
+  /// d = a op b; d may be the register of a. In SSE code d must not be that of b.
+  void three(x86::Inst::Id op, int d, int a, const Operand& b) {
+    if (isa_.vex) {
+      a_.emit(op, reg(d), reg(a), b);
+      return;
+    }
+    if (d != a) a_.emit(isa_.copy, reg(d), reg(a));
+    a_.emit(op, reg(d), b);
+  }
+  void compare(int d, int a, const Operand& b, unsigned predicate) {
+    if (isa_.vex) {
+      a_.emit(isa_.cmp, reg(d), reg(a), b, Imm(predicate));
+      return;
+    }
+    if (d != a) a_.emit(isa_.copy, reg(d), reg(a));
+    a_.emit(isa_.cmp, reg(d), b, Imm(predicate));
+  }
+  Operand zero_number() const {
+    return x86::ptr(constants_, 32 * zero, static_cast<std::uint32_t>(8 * isa_.lanes));
+  }
+
+  void emit(Slot value, const Instruction& i);
+  int emit_arithmetic(const Instruction& i);
+  int emit_logic(const Instruction& i);
+  void emit_call(Slot value, const Instruction& i);
+  void emit_linear(Slot value, const Instruction& i);
+  void finish(Slot value, int r);
+  void leave_registers();
+  void call(const void* function);
+  void copy_leaf_results();
+  void embed_constants();
+  void result_positions();
+  void consume(const Instruction& i) {
+    p_.each_operand(i, [&](Slot v) { r_.used(v); });
+  }
+
+  const Program& p_;
+  const Isa& isa_;
+  x86::Assembler a_;
+  std::vector<Slot> order_;
+  Registers r_;
+  Label constants_;
+  std::vector<Slot> outputs_, outputs_of_;  ///< positions of outputs, value by value
+};
+
+void Emitter::result_positions() {
+  outputs_of_.assign(p_.first_instruction() + p_.instructions.size() + 1, 0);
+  for (Slot value : p_.results) ++outputs_of_[value + 1];
+  for (std::size_t i = 1; i < outputs_of_.size(); ++i) outputs_of_[i] += outputs_of_[i - 1];
+  outputs_.resize(p_.results.size());
+  std::vector<Slot> next(outputs_of_.begin(), outputs_of_.end() - 1);
+  for (Slot k = 0; k < p_.results.size(); ++k) outputs_[next[p_.results[k]]++] = k;
+}
+
+void Emitter::copy_leaf_results() {
+  for (Slot k = 0; k < p_.results.size(); ++k) {
+    const Slot value = p_.results[k];
+    if (value >= p_.first_instruction()) continue;
+    a_.emit(isa_.load, reg(15), at(r_.home(value)));
+    a_.emit(isa_.store, at({Home::Array::output, k}), reg(15));
+  }
+}
+
+void Emitter::embed_constants() {
+  a_.align(AlignMode::kData, 32);
+  a_.bind(constants_);
+  const auto pool = [&](std::uint64_t bits, int count) {
+    for (int k = 0; k < count; ++k) a_.embedUInt64(bits);
+  };
+  const auto bits = [](double x) {
+    std::uint64_t b;
+    std::memcpy(&b, &x, sizeof b);
+    return b;
+  };
+  pool(std::uint64_t{1} << 63, 4), pool(~(std::uint64_t{1} << 63), 4), pool(bits(1.0), 4), pool(0, 4);
+  for (double x : p_.constants) pool(bits(x), isa_.lanes);
+}
+
+/// The result is in register r: it goes to its outputs, and stays if it is used again.
+void Emitter::finish(Slot value, int r) {
+  for (Slot k = outputs_of_[value]; k < outputs_of_[value + 1]; ++k) {
+    const Home out{Home::Array::output, outputs_[k]};
+    a_.emit(isa_.store, at(out), reg(r));
+    r_.home(value) = out;
+  }
+  if (r_.alive(value)) r_.assign(r, value);
+}
+
+int Emitter::emit_arithmetic(const Instruction& i) {
+  unsigned pinned = 0;
+  const int arity = i.operands();
+  Slot a = i.operand[0], b = arity > 1 ? i.operand[1] : a;
+  const bool commutes = i.op == Op::add || i.op == Op::mul;
+  if (commutes && r_.of(a) < 0 && r_.of(b) >= 0) std::swap(a, b);
+  if (i.op == Op::sqrt) {
+    const Operand from = operand(a);
+    consume(i);
+    const int d = take(from.isReg() ? 1U << from.as<x86::Vec>().id() : 0U);
+    if (isa_.vex && isa_.lanes == 1) {
+      // vsqrtsd takes the upper half from its second operand
+      if (from.isReg())
+        a_.emit(isa_.sqrt, reg(d), from, from);
+      else
+        a_.emit(isa_.load, reg(14), from), a_.emit(isa_.sqrt, reg(d), reg(14), reg(14));
+    } else {
+      a_.emit(isa_.sqrt, reg(d), from);
+    }
+    return d;
+  }
+  const int ra = in_register(a, pinned);
+  if (i.op == Op::neg || i.op == Op::abs) {
+    consume(i);
+    const int d = take(pinned);
+    three(i.op == Op::neg ? isa_.bxor : isa_.band, d, ra, mask(i.op == Op::neg ? sign_bit : all_but_sign));
+    return d;
+  }
+  const Operand ob = operand(b);
+  if (ob.isReg()) pinned |= 1U << ob.as<x86::Vec>().id();
+  const x86::Inst::Id op = i.op == Op::add   ? isa_.add
+                           : i.op == Op::sub ? isa_.sub
+                           : i.op == Op::mul ? isa_.mul
+                           : i.op == Op::div ? isa_.div
+                           : i.op == Op::min ? isa_.min
+                                             : isa_.max;
+  consume(i);
+  // With two operands, the first register becomes the result if its value is not needed any more.
+  int d = !isa_.vex && r_.in(ra) == Registers::never ? ra : take(pinned);
+  if (!isa_.vex && d != ra && ob.isReg() && static_cast<int>(ob.as<x86::Vec>().id()) == d) {
+    a_.emit(isa_.copy, reg(15), reg(d));  // the result would overwrite the second operand
+    three(op, d, ra, reg(15));
+    return d;
+  }
+  three(op, d, ra, ob);
+  return d;
+}
+
+int Emitter::emit_logic(const Instruction& i) {
+  constexpr unsigned lt = 1, le = 2, neq = 4;
+  unsigned pinned = 0;
+  const int ra = in_register(i.operand[0], pinned);
+  const int rb = i.operands() > 1 ? in_register(i.operand[1], pinned) : ra;
+  const int rc = i.operands() > 2 ? in_register(i.operand[2], pinned) : ra;
+  switch (i.op) {
+    case Op::lt:
+    case Op::le:
+      compare(14, ra, reg(rb), i.op == Op::lt ? lt : le);
+      three(isa_.band, 14, 14, mask(one));
+      break;
+    case Op::both:
+    case Op::either:
+      compare(14, ra, zero_number(), neq);
+      compare(15, rb, zero_number(), neq);
+      three(i.op == Op::both ? isa_.band : isa_.bor, 14, 14, reg(15));
+      three(isa_.band, 14, 14, mask(one));
+      break;
+    case Op::sign:
+      a_.emit(isa_.load, reg(15), zero_number());
+      compare(14, 15, reg(ra), lt);
+      three(isa_.band, 14, 14, mask(one));
+      compare(15, ra, zero_number(), lt);
+      three(isa_.band, 15, 15, mask(one));
+      three(isa_.sub, 14, 14, reg(15));
+      break;
+    default:  // ifelse
+      compare(14, ra, zero_number(), neq);
+      three(isa_.band, 15, 14, reg(rb));
+      three(isa_.bandn, 14, 14, reg(rc));
+      three(isa_.bor, 14, 14, reg(15));
+  }
+  consume(i);
+  const int d = take(pinned);
+  a_.emit(isa_.copy, reg(d), reg(14));
+  return d;
+}
+
+void Emitter::leave_registers() {
+  for (int r = 0; r < 14; ++r) {
+    if (r_.in(r) == Registers::never) continue;
+    keep(r);
+    r_.empty(r);
+  }
+}
+
+void Emitter::call(const void* function) {
+  a_.mov(x86::rax, Imm(reinterpret_cast<std::uintptr_t>(function)));
+  a_.call(x86::rax);
+}
+
+void Emitter::emit_call(Slot value, const Instruction& i) {
+  // Operands go through the scratch registers: the arguments may sit in each other's places.
+  load(15, i.operand[0]);
+  if (i.operands() > 1) load(14, i.operand[1]);
+  consume(i);
+  leave_registers();
+  a_.emit(isa_.copy, reg(0), reg(15));
+  if (i.operands() > 1) a_.emit(isa_.copy, reg(1), reg(14));
+  call(isa_.lanes == 4 ? lane_function(i.op) : scalar_function(i.op));
+  finish(value, 0);
+}
+
+void Emitter::emit_linear(Slot value, const Instruction& i) {
+  const Slot region = r_.new_slot(i.results());
+  Slot k = region;
+  for (int e = 0; e < i.extras(); ++e) {
+    load(15, p_.extra[i.first_extra + static_cast<Slot>(e)]);
+    a_.emit(isa_.store, at({Home::Array::work, k++}), reg(15));
+  }
+  const Home factors = i.part == Part::solve ? r_.home(i.operand[0]) : Home{};
+  consume(i);
+  leave_registers();
+  if (isa_.lanes > 1) a_.vzeroupper();
+  const Home result{Home::Array::work, region};
+  a_.lea(x86::rdi, at(result));
+  a_.mov(x86::esi, Imm(i.size));
+  if (i.part == Part::factor) {
+    call(factor_function(isa_.lanes));
+  } else {
+    a_.lea(x86::rdx, at(factors));
+    a_.mov(x86::ecx, Imm(i.transposed ? 1 : 0));
+    call(solve_function(isa_.lanes));
+  }
+  r_.home(value) = result;
+  if (i.part == Part::solve && outputs_of_[value] < outputs_of_[value + 1]) {
+    a_.emit(isa_.load, reg(0), at(result));
+    const Home home = result;
+    finish(value, 0);
+    r_.home(value) = home;  // the components are found from here
+  }
+}
+
+void Emitter::emit(Slot value, const Instruction& i) {
+  r_.next_instruction();
+  if (i.part == Part::factor || i.part == Part::solve) {
+    emit_linear(value, i);
+  } else if (i.part == Part::component) {
+    Home home = r_.home(i.operand[0]);
+    home.index += i.operand[1];
+    r_.home(value) = home;
+    consume(i);
+    if (outputs_of_[value] < outputs_of_[value + 1]) {
+      a_.emit(isa_.load, reg(15), at(home));
+      for (Slot k = outputs_of_[value]; k < outputs_of_[value + 1]; ++k)
+        a_.emit(isa_.store, at({Home::Array::output, outputs_[k]}), reg(15));
+    }
+  } else if (is_call(i)) {
+    emit_call(value, i);
+  } else if (i.op == Op::lt || i.op == Op::le || i.op == Op::both || i.op == Op::either || i.op == Op::sign ||
+             i.op == Op::ifelse) {
+    finish(value, emit_logic(i));
+  } else {
+    finish(value, emit_arithmetic(i));
+  }
+}
+
+}  // namespace
+
+bool Machine::available(int lanes) { return isa_for(lanes) != nullptr; }
+
+std::unique_ptr<const Machine> Machine::compile(const Program& program, int lanes) {
+  const Isa* isa = isa_for(lanes);
+  if (!isa) return nullptr;
+  CodeHolder code;
+  if (code.init(runtime().environment()) != kErrorOk) return nullptr;
+  Emitter emitter(program, *isa, code);
+  emitter.emit_all();
+  Function function = nullptr;
+  if (runtime().add(&function, &code) != kErrorOk) return nullptr;
+  return std::unique_ptr<const Machine>(new Machine(function, emitter.work_numbers(), code.codeSize()));
+}
+
+Machine::~Machine() { runtime().release(function_); }
+
+}  // namespace pendula::codegen
+
+#else
+
+namespace pendula::codegen {
+bool Machine::available(int) { return false; }
+std::unique_ptr<const Machine> Machine::compile(const Program&, int) { return nullptr; }
+Machine::~Machine() = default;
+}  // namespace pendula::codegen
+
+#endif

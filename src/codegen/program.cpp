@@ -1,0 +1,121 @@
+// Expr graph -> program.
+#include "codegen/program.hpp"
+
+#include <unordered_map>
+
+#include "base/error.hpp"
+#include "expr/solve.hpp"
+
+namespace pendula::codegen {
+namespace {
+
+/// x^n for integers |n| ≤ 16 becomes products: no call into libm, and x² is rounded once.
+long product_exponent(Expr node) {
+  const mpq_class* n = node.op() == Op::pow ? exact_value(node.operand(1)) : nullptr;
+  return n && n->get_den() == 1 && abs(*n) <= 16 ? n->get_num().get_si() : 0;
+}
+
+class Lowering {
+ public:
+  Program program;
+
+  Lowering(std::span<const Expr> outputs, std::span<const Expr> inputs) {
+    program.inputs = inputs.size();
+    for (Expr input : inputs) values_[input] = count_++;
+    const std::vector<Expr> order = topological(outputs);
+    for (Expr node : order)
+      if (!values_.has(node)) add_leaf(node);
+    constant(1.0);  // for negative powers
+    for (Expr node : order)
+      if (!values_.has(node)) {
+        const Slot value = lower(node);
+        values_[node] = value;
+      }
+    for (Expr output : outputs) program.results.push_back(values_[output]);
+  }
+
+ private:
+  void add_leaf(Expr node) {
+    if (node.is_constant()) {
+      const Slot value = constant(constant_value(node));
+      values_[node] = value;
+    } else if (node.is_symbol()) {
+      const Symbol& s = symbol_of(node);
+      if (s.kind != Kind::constant)
+        throw Error(text("'", s.name, std::string(s.order, '\''), "' has no value here"));
+      const Slot value = constant(constant_value(*s.value));
+      values_[node] = value;
+    } else if (node.op() == Op::call) {
+      throw Error(text("'", call_of(node).name,
+                       "' is an unspecified function and has no values; substitute it with subs"));
+    }
+  }
+
+  Slot constant(double value) {
+    if (value == 1.0 && one_) return one_;
+    program.constants.push_back(value);
+    if (value == 1.0) one_ = count_;
+    return count_++;
+  }
+
+  Slot emit(const Instruction& instruction) {
+    program.instructions.push_back(instruction);
+    return count_++;
+  }
+  Slot emit(Op op, Slot a, Slot b = 0, Slot c = 0) { return emit({.op = op, .operand = {a, b, c}}); }
+
+  Slot lower_solution(Expr node) {
+    if (const int k = component_of(node))
+      return emit({.op = Op::solve,
+                   .part = Part::component,
+                   .operand = {values_[head_of(node)], static_cast<Slot>(k), 0}});
+    const LinearSystem& s = system_of(node);
+    const auto [factor, made] = factors_.try_emplace(s.matrix, 0);
+    const auto begin_extra = [&] { return static_cast<Slot>(program.extra.size()); };
+    if (made) {
+      const Slot first = begin_extra();
+      for (int i = 0; i < s.size; ++i)
+        for (int j = 0; j < s.size; ++j)
+          program.extra.push_back(values_[s.transposed ? s.a(j, i) : s.a(i, j)]);
+      factor->second = emit({.op = Op::solve, .part = Part::factor, .size = s.size, .first_extra = first});
+    }
+    const Slot first = begin_extra();
+    for (int i = 0; i < s.size; ++i) program.extra.push_back(values_[s.b(i)]);
+    return emit({.op = Op::solve,
+                 .part = Part::solve,
+                 .transposed = s.transposed,
+                 .operand = {factor->second, 0, 0},
+                 .size = s.size,
+                 .first_extra = first});
+  }
+
+  Slot lower(Expr node) {
+    if (node.op() == Op::solve) return lower_solution(node);
+    const auto x = node.operands();
+    const Slot a = values_[x[0]];
+    if (const long n = product_exponent(node)) return power(a, n);
+    return emit(node.op(), a, x.size() > 1 ? values_[x[1]] : 0, x.size() > 2 ? values_[x[2]] : 0);
+  }
+
+  Slot power(Slot base, long n) {
+    if (n < 0) {
+      const Slot positive = power(base, -n);
+      return emit(Op::div, one_, positive);
+    }
+    if (n == 1) return base;
+    const Slot half = power(base, n / 2), square = emit(Op::mul, half, half);
+    return n % 2 ? emit(Op::mul, square, base) : square;
+  }
+
+  NodeMap<Slot> values_;
+  std::unordered_map<std::uint32_t, Slot> factors_;  // by the number of the matrix
+  Slot count_ = 0, one_ = 0;
+};
+
+}  // namespace
+
+Program lower(std::span<const Expr> outputs, std::span<const Expr> inputs) {
+  return std::move(Lowering(outputs, inputs).program);
+}
+
+}  // namespace pendula::codegen

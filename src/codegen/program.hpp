@@ -1,0 +1,56 @@
+// A kernel before it becomes code: operations on numbered values. Inputs and constants come first, then one
+// value per instruction; operands precede their instruction.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "expr/graph.hpp"
+
+namespace pendula::codegen {
+
+using Slot = std::uint32_t;
+
+/// Parts of a linear system: its matrix is factored once, every right side solved, components taken out.
+enum class Part : std::uint8_t { none, factor, solve, component };
+
+/// An operation on earlier values.
+/// factor: the extra operands are the matrix row by row; solve: operand[0] is the factor, the extra operands
+/// the right side; component: operand[0] is the solve, operand[1] the number of the component.
+struct Instruction {
+  Op op;
+  Part part = Part::none;
+  bool transposed = false;
+  std::array<Slot, 3> operand{};
+  int size = 0;          ///< of the linear system
+  Slot first_extra = 0;  ///< position in Program::extra
+  int extras() const { return part == Part::factor ? size * size : part == Part::solve ? size : 0; }
+  /// How many of operand[] are values: the number of a component is not.
+  int operands() const { return part == Part::none ? info(op).arity : part == Part::factor ? 0 : 1; }
+  /// How many numbers it leaves behind: LU and pivots, a solution, or one number.
+  int results() const { return part == Part::factor ? size * size + size : part == Part::solve ? size : 1; }
+};
+
+struct Program {
+  std::size_t inputs = 0;
+  std::vector<double> constants;
+  std::vector<Instruction> instructions;
+  std::vector<Slot> extra;
+  std::vector<Slot> results;
+  Slot first_instruction() const { return static_cast<Slot>(inputs + constants.size()); }
+  const Instruction& of(Slot value) const { return instructions[value - first_instruction()]; }
+
+  /// Calls use(value) for every operand of an instruction.
+  template <class Use>
+  void each_operand(const Instruction& i, const Use& use) const {
+    for (int k = 0; k < i.operands(); ++k) use(i.operand[static_cast<std::size_t>(k)]);
+    for (int k = 0; k < i.extras(); ++k) use(extra[i.first_extra + static_cast<Slot>(k)]);
+  }
+};
+
+/// Throws Error naming a leaf that is not among the inputs, or an unspecified function.
+Program lower(std::span<const Expr> outputs, std::span<const Expr> inputs);
+
+}  // namespace pendula::codegen

@@ -1,0 +1,163 @@
+// Machine code against the tape: the same bits, on every operation and on random graphs.
+#include <doctest/doctest.h>
+
+#include <bit>
+#include <cmath>
+
+#include "codegen/kernel.hpp"
+#include "codegen/machine.hpp"
+#include "expr/solve.hpp"
+#include "tests/expr/random_expressions.hpp"
+
+using namespace pendula;
+using codegen::Kernel;
+
+namespace {
+
+bool same(double a, double b) {
+  return std::bit_cast<std::uint64_t>(a) == std::bit_cast<std::uint64_t>(b) ||
+         (std::isnan(a) && std::isnan(b));
+}
+
+/// Every output of both roads at one point; the number of outputs that differ.
+int differences(const Kernel& kernel, const std::vector<double>& in) {
+  std::vector<double> work(kernel.workspace_size()), tape(kernel.outputs()), code(kernel.outputs());
+  kernel.run_tape(in.data(), tape.data(), work.data());
+  kernel.run(in.data(), code.data(), work.data());
+  int count = 0;
+  for (std::size_t i = 0; i < tape.size(); ++i) count += !same(tape[i], code[i]);
+  return count;
+}
+
+const std::vector<double> awkward = {0.0,
+                                     -0.0,
+                                     1.0,
+                                     -1.0,
+                                     0.5,
+                                     -2.5,
+                                     1e-320,
+                                     1e300,
+                                     -1e300,
+                                     static_cast<double>(NAN),
+                                     static_cast<double>(INFINITY),
+                                     static_cast<double>(-INFINITY)};
+
+}  // namespace
+
+TEST_CASE("machine code: every operation agrees with the tape bit for bit, on ordinary and awkward numbers") {
+  if (!codegen::Machine::available()) return;
+  const Expr x[] = {symbol(Kind::variable, "mx"), symbol(Kind::variable, "my"), symbol(Kind::variable, "mz")};
+  std::vector<Expr> outputs;
+  for (Op op = first_op; op < end_op; op = next(op)) {
+    outputs.push_back(
+        make(op, x[0], info(op).arity > 1 ? x[1] : Expr(0), info(op).arity > 2 ? x[2] : Expr(0)));
+    outputs.push_back(
+        make(op, x[1], info(op).arity > 1 ? x[0] : Expr(0), info(op).arity > 2 ? x[2] : Expr(0)) + 1);
+  }
+  const Kernel kernel(outputs, x);
+  REQUIRE(kernel.accelerate());
+  for (double a : awkward)
+    for (double b : awkward)
+      for (double c : {0.0, 2.0, static_cast<double>(NAN)}) CHECK(differences(kernel, {a, b, c}) == 0);
+}
+
+TEST_CASE("machine code: random graphs with many live values agree with the tape bit for bit") {
+  if (!codegen::Machine::available()) return;
+  RandomExpressions random(20261121);
+  for (int round = 0; round < 60; ++round) {
+    std::vector<Expr> outputs;
+    for (int k = 0; k < 1 + round * 3; ++k) outputs.push_back(random.expression(2 + random.pick(9)));
+    // Sums of everything keep values alive across the whole program.
+    Expr all = 0;
+    for (Expr e : outputs) all = all + e * all + e;
+    outputs.push_back(all), outputs.push_back(outputs[0]);
+    const auto at = random.point();
+    std::vector<Expr> inputs;
+    std::vector<double> in;
+    for (const auto& [leaf, value] : at) inputs.push_back(leaf), in.push_back(value);
+    const Kernel kernel(outputs, inputs);
+    if (!kernel.accelerate()) continue;
+    for (int point = 0; point < 5; ++point) {
+      CHECK(differences(kernel, in) == 0);
+      for (double& v : in) v = -1.3 * v + 0.1;
+    }
+  }
+}
+
+TEST_CASE("machine code: linear systems, with shared factors and components as outputs") {
+  if (!codegen::Machine::available()) return;
+  RandomExpressions random(7);
+  for (int n = 2; n <= 7; ++n) {
+    MatX A(n, n);
+    VecX b(n), c(n);
+    for (int i = 0; i < n; ++i) {
+      for (int j = 0; j < n; ++j) A(i, j) = random.expression(3) + (i == j ? Expr(7) : Expr(0));
+      b[i] = random.expression(4), c[i] = random.expression(2);
+    }
+    const VecX x = linear_solution(A, b), y = linear_solution(A.transpose(), c);
+    std::vector<Expr> outputs(x.begin(), x.end());
+    for (Expr e : y) outputs.push_back(sin(e)), outputs.push_back(e);
+    const auto at = random.point();
+    std::vector<Expr> inputs;
+    std::vector<double> in;
+    for (const auto& [leaf, value] : at) inputs.push_back(leaf), in.push_back(value);
+    const Kernel kernel(outputs, inputs);
+    REQUIRE(kernel.accelerate());
+    CHECK(differences(kernel, in) == 0);
+  }
+}
+
+TEST_CASE("machine code: a kernel that is run often switches by itself, copies share the code") {
+  if (!codegen::Machine::available()) return;
+  const Expr x[] = {symbol(Kind::variable, "mx")};
+  Expr e = x[0];
+  for (int i = 0; i < 2000; ++i) e = e * x[0] + 1;
+  const Kernel kernel({&e, 1}, x), copy = kernel;
+  double first = 0, out = 0;
+  const double in = 0.5;
+  std::vector<double> work(kernel.workspace_size());
+  kernel.run(&in, &first, work.data());
+  CHECK(!kernel.is_machine_code());
+  for (int i = 0; i < 1000; ++i) kernel.run(&in, &out, work.data());
+  CHECK(copy.is_machine_code());
+  CHECK(same(first, out));
+}
+
+TEST_CASE("machine code: four lanes agree with the tape, arithmetic to the bit and functions to 2 ulp") {
+  if (!codegen::Machine::available(4)) return;
+  const Expr x[] = {symbol(Kind::variable, "mx"), symbol(Kind::variable, "my"), symbol(Kind::variable, "mz")};
+  for (Op op = first_op; op < end_op; op = next(op)) {
+    const int arity = info(op).arity;
+    const Expr outputs[] = {make(op, x[0], arity > 1 ? x[1] : Expr(0), arity > 2 ? x[2] : Expr(0)), x[2]};
+    const Kernel kernel(outputs, x);
+    constexpr std::size_t points = 131;  // not a multiple of four
+    std::vector<double> in(3 * points), many(2 * points), one(2), work(kernel.workspace_size());
+    for (std::size_t i = 0; i < in.size(); ++i)
+      in[i] = info(op).lo + (info(op).hi - info(op).lo) * static_cast<double>(i * 37 % 401) / 401;
+    kernel.run_many(in.data(), many.data(), points);
+    int wrong = 0;
+    for (std::size_t p = 0; p < points; ++p) {
+      kernel.run_tape(in.data() + 3 * p, one.data(), work.data());
+      const double ulp = std::nextafter(std::fabs(one[0]), 1e308) - std::fabs(one[0]);
+      wrong += !(std::fabs(many[2 * p] - one[0]) <= 2 * ulp) || many[2 * p + 1] != one[1];
+    }
+    CHECK_MESSAGE(wrong == 0, info(op).name);
+  }
+}
+
+TEST_CASE("machine code: linear systems on lanes") {
+  const Expr x[] = {symbol(Kind::variable, "mx"), symbol(Kind::variable, "my")};
+  MatX A(3, 3);
+  A << x[0] + 4, x[1], 1, x[1], x[0] + 5, x[0] * x[1], 1, x[0], 6;
+  VecX b(3);
+  b << x[0], 1, x[1];
+  const VecX y = linear_solution(A, b);
+  const Kernel kernel(std::vector<Expr>(y.begin(), y.end()), x);
+  std::vector<double> in(2 * 80), many(3 * 80), one(3), work(kernel.workspace_size());
+  for (std::size_t i = 0; i < in.size(); ++i) in[i] = std::sin(static_cast<double>(i));
+  kernel.run_many(in.data(), many.data(), 80);
+  for (std::size_t p = 0; p < 80; ++p) {
+    kernel.run_tape(in.data() + 2 * p, one.data(), work.data());
+    for (std::size_t k = 0; k < 3; ++k) CHECK(same(one[k], many[3 * p + k]));
+  }
+}
