@@ -1,0 +1,49 @@
+// LU factorisation of matrices of one sparsity pattern as straight-line code: no loops, no indices, no zeros.
+//
+// The pivots are chosen once, on actual numbers: the sparsest of those that are not small (Markowitz with
+// threshold; Duff, Erisman & Reid, Direct Methods for Sparse Matrices, 2nd ed., §7.2 and §5.2). The
+// elimination with these pivots becomes machine code. Later matrices may need other pivots: then the
+// multipliers grow, factorise() notices and refuses.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "codegen/machine.hpp"
+
+namespace pendula::codegen {
+
+class StraightLU {
+ public:
+  struct Position {
+    int row, column;
+  };
+
+  /// A plan for n×n matrices with these positions (an entry may be given in parts: they are added), from the
+  /// values of one of them; complex numbers are pairs (re, im). Nothing if that matrix is singular to
+  /// rounding, if the code would be longer than `longest` instructions, or where there is no machine code.
+  /// Cost: O(n · fill) for the pivots, 0.15 µs per instruction.
+  static std::optional<StraightLU> plan(int n, const std::vector<Position>& positions, const double* values,
+                                        bool complex, std::size_t longest = 60'000);
+
+  /// False if a pivot is zero, a multiplier has grown beyond 10³ times what the plan allows, or a number is
+  /// not finite: nothing is factorised then.
+  bool factorise(const double* values);
+  /// b ← A⁻¹ b, n numbers or pairs. Requires a factorisation.
+  void solve(double* b);
+
+  std::size_t instructions() const { return instructions_; }  ///< of factorisation and solution together
+  std::size_t code_bytes() const { return factor_->code_bytes() + solve_->code_bytes(); }
+
+ private:
+  StraightLU() = default;
+  int n_ = 0, width_ = 1;  ///< width: numbers per entry
+  std::size_t multipliers_ = 0, factors_ = 0, instructions_ = 0;
+  std::shared_ptr<const Machine> factor_, solve_;
+  std::vector<double> limits_;   ///< of the multipliers
+  std::vector<double> numbers_;  ///< multipliers | upper part and reciprocal pivots | right side
+  std::vector<double> work_;
+};
+
+}  // namespace pendula::codegen
