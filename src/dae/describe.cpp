@@ -49,12 +49,18 @@ std::optional<std::vector<std::string>> split_equation(const Block& b) {
   return {};
 }
 
-std::vector<std::string> lines_of(const Block& b) {
-  if (b.lhs.size() == 1) return {to_text(b.lhs[0]) + " = " + to_text(b.rhs[0])};
-  if (const auto line = vector_equation(b.lhs, b.rhs)) return {*line};
-  if (const auto lines = split_equation(b)) return *lines;
-  std::vector<std::string> lines;
-  for (Index i = 0; i < b.lhs.size(); ++i) lines.push_back(to_text(b.lhs[i]) + " = " + to_text(b.rhs[i]));
+struct Lines {
+  std::vector<std::string> text;
+  bool rows = false;  ///< one line per row: (3a), (3b) …
+};
+
+Lines lines_of(const Block& b) {
+  if (b.lhs.size() == 1) return {{to_text(b.lhs[0]) + " = " + to_text(b.rhs[0])}};
+  if (const auto line = vector_equation(b.lhs, b.rhs)) return {{*line}};
+  if (const auto lines = split_equation(b)) return {*lines};
+  Lines lines{{}, true};
+  for (Index i = 0; i < b.lhs.size(); ++i)
+    lines.text.push_back(to_text(b.lhs[i]) + " = " + to_text(b.rhs[i]));
   return lines;
 }
 
@@ -116,9 +122,13 @@ std::string describe(const Model& m) {
                                  : "Lagrange, L = T - V:  W(q) q″ = rhs\n";
   Table equations;
   for (std::size_t b = 0; b < m.blocks.size(); ++b) {
-    const auto lines = lines_of(m.blocks[b]);
-    for (std::size_t i = 0; i < lines.size(); ++i)
-      equations.row({i == 0 ? text("(", b + 1, ")") : "", lines[i],
+    const Lines lines = lines_of(m.blocks[b]);
+    const auto number = [&](std::size_t i) {
+      if (lines.rows) return text("(", b + 1, row_letter(static_cast<int>(i), m.blocks[b].lhs.size()), ")");
+      return i == 0 ? text("(", b + 1, ")") : "";
+    };
+    for (std::size_t i = 0; i < lines.text.size(); ++i)
+      equations.row({number(i), lines.text[i],
                      i == 0 && !m.blocks[b].note.empty() ? "[" + m.blocks[b].note + "]" : ""});
   }
   out += equations.str(2);

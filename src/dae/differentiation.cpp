@@ -5,6 +5,7 @@
 
 #include "base/error.hpp"
 #include "base/text.hpp"
+#include "dae/story.hpp"
 #include "expr/print.hpp"
 #include "expr/rewrite.hpp"
 
@@ -26,12 +27,9 @@ Substitution kinematics(const Model& m) {
 namespace {
 
 std::string primes(int k) {
-  std::string out;
-  for (int i = 0; i < k; ++i) out += "′";
-  return out;
+  constexpr const char* signs[] = {"", "′", "″", "‴"};
+  return k < 4 ? signs[k] : text("⁽", superscript(k), "⁾");
 }
-
-std::string column_text(const VecX& v) { return v.size() == 1 ? to_text(v[0]) : vector_to_text(v); }
 
 std::string constraint_label(const Model& m, std::size_t residual, int k) {
   const auto [block, row] = m.origin[residual];
@@ -73,7 +71,7 @@ class Differentiation {
     VecX residual = column(std::span(m_.residuals).subspan(first, rows));
     for (Eigen::Index r = 0; r < residual.size(); ++r)  // 0 = C reads better than 0 = -C
       if (m_.blocks[b].lhs[r].is_zero()) residual[r] = m_.blocks[b].rhs[r];
-    result.trace.push_back(text("(", b + 1, ")  0 = ", column_text(residual),
+    result.trace.push_back(text("(", b + 1, ")  ", formula("0 = ", ref(residual)),
                                 uniform ? text("   is differentiated ", most == 1   ? "once"
                                                                         : most == 2 ? "twice"
                                                                                     : text(most, " times"))
@@ -88,10 +86,12 @@ class Differentiation {
       }
       result.trace.push_back(text("     ",
                                   k == 0 ? "d/dt" : text("d", superscript(k + 1), "/dt", superscript(k + 1)),
-                                  ":  0 = ", column_text(residual)));
+                                  ":  ", formula("0 = ", ref(residual))));
     }
-    const std::string note =
-        text("(", b + 1, ")", most == 1 ? " differentiated" : text(" differentiated ", most, " times"));
+    const std::string note = text("(", b + 1, ")", " differentiated",
+                                  most == 1   ? ""
+                                  : most == 2 ? " twice"
+                                              : text(" ", most, " times"));
     result.blocks.push_back({VecX::Zero(residual.size()), residual, uniform ? note : ""});
   }
 

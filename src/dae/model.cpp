@@ -178,9 +178,15 @@ std::vector<Expr> Model::top_derivatives() const {
   return top;
 }
 
+std::string row_letter(int row, Eigen::Index rows) {
+  constexpr Eigen::Index letters = 26;
+  return rows <= letters ? std::string(1, static_cast<char>('a' + row)) : text(".", row + 1);
+}
+
 std::string Model::label(std::size_t residual) const {
   const auto [block, row] = origin[residual];
-  return blocks[block].lhs.size() == 1 ? text("(", block + 1, ")") : text("(", block + 1, ")[", row + 1, "]");
+  return blocks[block].lhs.size() == 1 ? text("(", block + 1, ")")
+                                       : text("(", block + 1, row_letter(row, blocks[block].lhs.size()), ")");
 }
 
 std::string Model::equation_text(std::size_t residual) const {

@@ -70,6 +70,9 @@ struct Projection {
   MatX weight;                  ///< W, n×n; empty: the identity
 };
 
+/// What tells the rows of equation (3) apart: "b" in (3b); ".27" where letters do not suffice.
+std::string row_letter(int row, Eigen::Index rows);
+
 /// "ODE", "implicit ODE", "semi-explicit" or "fully implicit".
 enum class Kind { ode, implicit_ode, semi_explicit, fully_implicit };
 const char* kind_name(Kind kind);
@@ -98,7 +101,7 @@ struct Model {
   std::vector<Expr> states() const;  ///< x_j^(k), k < order_j: all of order 0 first, then order 1 …
   std::vector<Expr> algebraic() const;
   std::vector<Expr> top_derivatives() const;      ///< x_j^(order_j) of the differential variables
-  std::string label(std::size_t residual) const;  ///< "(3)" or "(3)[2]"
+  std::string label(std::size_t residual) const;  ///< "(3)", or "(3b)" for row 2 of a column equation
   std::string equation_text(std::size_t residual) const;
 };
 

@@ -9,6 +9,7 @@
 #include "dae/differentiation.hpp"
 #include "dae/lineage.hpp"
 #include "dae/rank.hpp"
+#include "dae/story.hpp"
 #include "expr/print.hpp"
 #include "expr/rewrite.hpp"
 
@@ -20,8 +21,8 @@ void describe_substitutions(const Model& m, std::vector<std::string>& lines) {
   for (const auto& solved : solved_rows(m)) {
     if (!known.count(solved.derivative)) continue;
     const int block = m.origin[solved.residual].first;
-    const std::string line = text("with (", block + 1, ")  ", vector_to_text(m.blocks[block].lhs), " = ",
-                                  vector_to_text(m.blocks[block].rhs));
+    const std::string line =
+        text("with (", block + 1, ")  ", formula(ref(m.blocks[block].lhs), " = ", ref(m.blocks[block].rhs)));
     if (std::find(lines.begin(), lines.end(), line) == lines.end()) lines.push_back(line);
   }
 }
@@ -79,7 +80,7 @@ ModelPtr reduce_acc(const ModelPtr& model) {
 
 std::string trace(const Model& m) {
   std::string story = m.parent ? trace(*m.parent) : "";
-  for (const std::string& line : m.trace) story += line + "\n";
+  for (const std::string& line : m.trace) story += rendered(line) + "\n";
   return story;
 }
 

@@ -15,6 +15,7 @@
 #include "dae/lineage.hpp"
 #include "dae/rank.hpp"
 #include "dae/reduced_forms.hpp"
+#include "dae/story.hpp"
 #include "expr/print.hpp"
 #include "expr/rewrite.hpp"
 
@@ -155,11 +156,10 @@ namespace {
 
 /// Every block with its derivatives; rows of a block that are differentiated differently often stand alone.
 std::vector<Block> with_derivatives(const Model& m, const Offsets& o, std::vector<std::string>& trace) {
-  std::vector<Block> blocks;
+  std::vector<Block> blocks = m.blocks;  // the equations keep their numbers, derivatives follow
   std::size_t first = 0;
   for (std::size_t b = 0; b < m.blocks.size(); ++b) {
     const auto size = static_cast<std::size_t>(m.blocks[b].lhs.size());
-    blocks.push_back(m.blocks[b]);
     int most = 0;
     for (std::size_t r = 0; r < size; ++r) most = std::max(most, o.c[first + r]);
     std::vector<Expr> residual(m.residuals.begin() + static_cast<std::ptrdiff_t>(first),
@@ -176,7 +176,7 @@ std::vector<Block> with_derivatives(const Model& m, const Offsets& o, std::vecto
                                     k == 1   ? ""
                                     : k == 2 ? " twice"
                                              : text(" ", k, " times"));
-      trace.push_back(text("dummy: ", note, ":  0 = ", column_text(right)));
+      trace.push_back(text("dummy: ", note, ":  ", formula("0 = ", ref(right))));
       blocks.push_back({VecX::Zero(right.size()), right, note});
     }
     first += size;

@@ -11,6 +11,7 @@
 #include "dae/lineage.hpp"
 #include "dae/rank.hpp"
 #include "dae/reduced_forms.hpp"
+#include "dae/story.hpp"
 #include "expr/generic.hpp"
 #include "expr/print.hpp"
 #include "expr/rewrite.hpp"
@@ -60,9 +61,9 @@ class Dependents {
     const Expr phi = simplify(-rest / best->slope);
     for (auto& [leaf, older] : solved) older = simplify(substitute(older, with_derivatives(best->leaf, phi)));
     solved.push_back({best->leaf, phi});
-    trace.push_back(text("minimal: ", c.label, " = 0 is linear in ", to_text(best->leaf), ":  ",
-                         to_text(best->leaf), " = ", to_text(phi),
-                         best->safe ? "" : text(",  valid where ", to_text(simplify(best->slope)), " ≠ 0")));
+    trace.push_back(text("minimal: ", c.label, " = 0 is linear in ", ref(best->leaf), ":  ",
+                         formula(ref(best->leaf), " = ", ref(phi)),
+                         best->safe ? "" : ",  valid where " + formula(ref(simplify(best->slope)), " ≠ 0")));
   }
 
   /// y -> φ, y′ -> φ′ … for everything solved so far.

@@ -7,6 +7,7 @@
 #include "dae/lineage.hpp"
 #include "dae/rank.hpp"
 #include "dae/reduced_forms.hpp"
+#include "dae/story.hpp"
 #include "expr/print.hpp"
 #include "expr/rewrite.hpp"
 #include "expr/solve.hpp"
@@ -118,11 +119,8 @@ std::vector<std::string> story(const Elimination& e, const Model& low) {
                        grouped_names(e.unknowns), "):  A w = b"));
   constexpr Index widest = 8;
   if (e.A.rows() <= widest) {
-    std::string matrix = matrix_to_text(e.A);
-    for (std::size_t k = 0; (k = matrix.find('\n', k)) != std::string::npos; k += 10)
-      matrix.replace(k, 1, "\n         ");
-    lines.push_back("     A = " + matrix);
-    lines.push_back("     b = " + column_text(e.b));
+    lines.push_back("     " + formula("A = ", ref(e.A)));
+    lines.push_back("     " + formula("b = ", ref(e.b)));
   }
   if (e.unknowns.size() > 1)
     lines.push_back(

@@ -9,6 +9,7 @@
 #include "dae/lineage.hpp"
 #include "dae/rank.hpp"
 #include "dae/reduced_forms.hpp"
+#include "dae/story.hpp"
 #include "expr/print.hpp"
 
 namespace pendula::dae {
@@ -128,8 +129,8 @@ ModelPtr reduce_project(const ModelPtr& model) {
   for (const Projection& p : done->projections)
     done->trace.push_back(text("project: after every step ", grouped_names(p.unknowns),
                                " move as little as possible",
-                               p.weight.size() ? ", measured with the mass matrix," : "",
-                               " until 0 = ", column_text(column(p.residuals))));
+                               p.weight.size() ? ", measured with the mass matrix," : "", " until ",
+                               formula("0 = ", ref(column(p.residuals)))));
   done->trace.push_back("     The constraints are kept to rounding, so nothing drifts.");
   return done;
 }

@@ -6,6 +6,7 @@
 #include "dae/differentiation.hpp"
 #include "dae/lineage.hpp"
 #include "dae/reduced_forms.hpp"
+#include "dae/story.hpp"
 #include "expr/print.hpp"
 
 namespace pendula::dae {
@@ -98,7 +99,8 @@ ModelPtr reduce_ggl(const ModelPtr& model) {
   options.z.insert(options.z.end(), mu.begin(), mu.end());
   options.trace = {
       text("ggl: ", join(below, ", "), below.size() == 1 ? " stays" : " stay", " as it was written, and ",
-           join(labels, ", "), below.size() == 1 ? " joins it" : " join", ":  0 = ", column_text(velocity)),
+           join(labels, ", "), below.size() == 1 ? " joins it" : " join", ":  ",
+           formula("0 = ", ref(velocity))),
       text("     q′ = v - (∂C/∂q)ᵀ μ with new multipliers ", grouped_names(mu),
            ", one for each; they vanish on the exact solution, because C = 0 and C′ = 0 imply q′ = v."),
       "     The index is 2; both conditions are equations, so nothing drifts. Suited to Radau IIA methods."};

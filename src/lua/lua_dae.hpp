@@ -36,6 +36,9 @@ dae::StartRequest read_start_request(lua_State* L, const Options& options, const
 /// The parameters whose values at the start are not those of the start's model: they were given to init.
 dae::ParameterValues parameter_overrides(const dae::Start& at);
 
+/// A start of a relative, in the leaves of this model. Throws Error where a state has no value.
+dae::StartPtr translated(const dae::StartPtr& at, const dae::ModelPtr& model);
+
 /// The option `start` of integrate and its relatives: a result of init (of this model or a relative), or a
 /// table of conditions that init completes (options inputs, params, from are read too). A table that
 /// contradicts only the invariants of a reduced form is accepted with a warning on stderr: its drift is what

@@ -89,8 +89,16 @@ Expr default_value(Expr e, const std::string& name) {
   throw Error(text("the value of '", name, "' must be a number, not the expression ", to_text(e)));
 }
 
+int params(Call& call);
+
 int param(Call& call) {
   const std::string name = call.string(1, "name");
+  if (name.find('=') != std::string::npos) {  // param "L=1"
+    if (call.has(2) && !(lua_istable(call.L, 2) && lua_rawlen(call.L, 2) == 0))
+      throw Error(text("'", name, "' has its value already; write param \"", name, "\" or param(\"",
+                       name.substr(0, name.find_first_of("= ")), "\", value)"));
+    return params(call);
+  }
   check_free_name(name);
   const bool only_options = lua_istable(call.L, 2) && lua_rawlen(call.L, 2) == 0;
   const Attributes given = read_attributes(call, only_options ? 2 : 3);
@@ -346,7 +354,8 @@ std::vector<Row> rows() {
       {"vars", vars, "vars \"x y z\" -> x, y, z", "Several unknown functions of time.",
        "x, y = vars \"x y\"; diff(x^2*y, x)", "2 x y"},
       {"param", param, "param(name [, value] [, {unit =, text =}]) -> symbol or column",
-       "A constant with a default value: a number, \"1/3\", or a list for a column. Without a value it must "
+       "A constant with a default value: a number, \"1/3\", or a list for a column; also param \"L=2\". "
+       "Without a value it must "
        "be given "
        "later.",
        "L = param(\"L\", 2); evaluate(L^2)", "4.0"},

@@ -10,6 +10,8 @@ extern const Module entries_module;
 extern const Module calculus_module;
 extern const Module algebra_module;
 extern const Module dae_module;
+extern const Module forms_module;
+extern const Module start_module;
 extern const Module pencil_module;
 extern const Module mech_module;
 extern const Module structure_module;
@@ -19,9 +21,9 @@ extern const Module plot_module;
 
 const std::vector<const Module*>& modules() {
   static const std::vector<const Module*> list = {
-      &expr_module,    &functions_module, &matrix_module, &entries_module, &calculus_module,
-      &algebra_module, &mech_module,      &dae_module,    &pencil_module,  &structure_module,
-      &tableau_module, &integrate_module, &plot_module,
+      &expr_module,    &functions_module, &matrix_module,  &entries_module,   &calculus_module,
+      &algebra_module, &mech_module,      &dae_module,     &forms_module,     &start_module,
+      &pencil_module,  &structure_module, &tableau_module, &integrate_module, &plot_module,
   };
   return list;
 }

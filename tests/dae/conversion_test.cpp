@@ -143,7 +143,7 @@ TEST_CASE("the row of a column equation is replaced in place and noted") {
   const auto r = repair(make_model({b}));
   REQUIRE(r);
   REQUIRE(r->blocks.size() == 1);
-  CHECK(r->blocks[0].note.find("row 3: (1)[3] - (1)[1] - (1)[2]") != std::string::npos);
+  CHECK(r->blocks[0].note.find("row 3: (1c) - (1a) - (1b)") != std::string::npos);
 }
 
 TEST_CASE("a Jacobian that contains the equations: regular in general, singular where they hold") {

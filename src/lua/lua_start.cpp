@@ -1,0 +1,169 @@
+// Consistent starts: init, ledgers, and what integrate takes as a start. Reads arguments, calls src/dae.
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+#include "base/text.hpp"
+#include "dae/lineage.hpp"
+#include "dae/start.hpp"
+#include "expr/print.hpp"
+#include "lua/inputs.hpp"
+#include "lua/lua_dae.hpp"
+#include "lua/objects.hpp"
+#include "lua/values.hpp"
+
+namespace pendula::lua {
+
+dae::LeafValues read_leaf_values(lua_State* L, int index, const std::string& what, const dae::Model& model) {
+  return to_symbol_numbers(L, index, what, known_leaves(model));
+}
+
+std::vector<Expr> known_leaves(const dae::Model& model) {
+  std::vector<Expr> known;
+  for (const dae::Model* m = &model; m; m = m->parent.get())
+    for (const auto& v : m->variables)
+      for (int k = 0; k <= std::max(v.order, 1); ++k) known.push_back(derivative_leaf(v.leaf, k));
+  return known;
+}
+
+dae::StartRequest read_start_request(lua_State* L, const Options& options, const dae::Model& model) {
+  dae::StartRequest request;
+  for (const auto& [key, target] : {std::pair{"fix", &request.fix}, std::pair{"guess", &request.guess}})
+    if (options.has(key)) {
+      *target = read_leaf_values(L, options.push(key), key, model);
+      lua_pop(L, 1);
+    }
+  if (options.has("params")) {
+    request.parameters = read_parameters(L, options.push("params"), model, "params");
+    lua_pop(L, 1);
+  }
+  request.t = options.number("from", 0);
+  const Inputs inputs = read_inputs(options, model, L);
+  request.inputs = inputs.expressions;
+  for (const auto& input : inputs.numeric) request.inputs[input.leaf] = Expr(input.value(request.t));
+  return request;
+}
+
+dae::ParameterValues parameter_overrides(const dae::Start& at) {
+  dae::ParameterValues overrides;
+  for (Expr p : at.model->parameters) {
+    const auto used = at.values.find(p);
+    const auto own = at.model->values.find(p);
+    if (used == at.values.end()) continue;
+    if (own == at.model->values.end() || number_value(own->second) != used->second)
+      overrides[p] = Expr(used->second);
+  }
+  return overrides;
+}
+
+/// A start of a relative, in the leaves of this model.
+dae::StartPtr translated(const dae::StartPtr& at, const dae::ModelPtr& model) {
+  if (at->model == model) return at;
+  dae::StartRequest request;
+  request.t = at->t;
+  request.keep_invariants = false;
+  for (Expr leaf : model->states()) {
+    const auto value = at->value_for(*model, leaf);
+    if (!value)
+      throw Error(text("start has no value for '", to_text(leaf),
+                       "': it belongs to another model; make one with sys:init{ … }"));
+    request.fix.push_back({leaf, *value});
+  }
+  for (Expr leaf : model->algebraic())
+    if (const auto value = at->value_for(*model, leaf)) request.guess.push_back({leaf, *value});
+  for (Expr leaf : model->inputs)
+    if (const auto value = at->value_for(*model, leaf)) request.inputs[leaf] = Expr(*value);
+  for (const auto& [p, value] : parameter_overrides(*at))
+    if (std::find(model->parameters.begin(), model->parameters.end(), p) != model->parameters.end())
+      request.parameters[p] = value;
+  return dae::init(model, request);
+}
+
+dae::StartPtr read_start(lua_State* L, const Options& options, const dae::ModelPtr& model) {
+  if (!options.has("start"))
+    throw Error("needs a start: start = sys:init{ fix = { … } }, or a table start = { x = 1 }");
+  const int index = options.push("start");
+  if (lua_isuserdata(L, index)) {
+    const auto* held = object_at(L, index, TypeName<dae::Start>::value);
+    if (!held)
+      throw Error(text("start must be a result of init or a table { x = 1, … }, got ", describe(L, index)));
+    const auto at = std::static_pointer_cast<const dae::Start>(*held);
+    lua_pop(L, 1);
+    return translated(at, model);
+  }
+  if (!lua_istable(L, index))
+    throw Error(text("start must be a result of init or a table { x = 1, … }, got ", describe(L, index)));
+  dae::StartRequest request = read_start_request(L, options, *model);
+  request.fix = read_leaf_values(L, index, "start", *model);
+  lua_pop(L, 1);
+  try {
+    return dae::init(model, request);
+  } catch (const Error& conflict) {
+    if (model->invariants.empty()) throw;
+    request.keep_invariants = false;
+    dae::StartPtr at;
+    try {
+      at = dae::init(model, request);
+    } catch (const UserFacing&) {
+      throw conflict;  // not the invariants' fault: the first explanation is the right one
+    }
+    std::vector<std::string> broken;
+    for (const auto& [c, value] : at->constraints)
+      if (std::fabs(value) > 1e-9) broken.push_back(text(c.label, " = ", rounded(value, 4)));
+    std::fprintf(stderr, "warning: the start is inconsistent: %s; sol:drift() shows what follows from it\n",
+                 join(broken, ", ").c_str());
+    return at;
+  }
+}
+
+namespace {
+
+int init(Call& call) {
+  const auto model = call.shared<dae::Model>(1, "model");
+  const Options o = call.options(2, {"fix", "guess", "inputs", "params", "from", "consistent"});
+  dae::StartRequest request = read_start_request(call.L, o, *model);
+  request.keep_invariants = o.boolean("consistent", true);
+  return call.push(dae::init(model, request));
+}
+
+const dae::Start& start_of(Call& call) { return call.object<dae::Start>(1, "start"); }
+
+int start_value(Call& call) {
+  const dae::Start& at = start_of(call);
+  const MatX e = to_matrix(call.L, 2, "expression");
+  Mat value(e.rows(), e.cols());
+  for (Eigen::Index i = 0; i < e.size(); ++i) value.data()[i] = at(e.data()[i]);
+  return value.size() == 1 ? call.push(value(0, 0)) : push_matrix(call.L, value);
+}
+
+int start_ledger(Call& call) {
+  collect_aliases(call.L);
+  const std::string ledger = start_of(call).ledger();
+  return call.push(ledger.substr(0, ledger.size() - 1));
+}
+
+int start_text(Call& call) { return start_ledger(call); }
+int start_time(Call& call) { return call.push(start_of(call).t); }
+
+}  // namespace
+
+extern const Module start_module;
+const Module start_module = {
+    "start",
+    "Consistent starts",
+    {
+        {"model:init", init,
+         "sys:init{ fix =, guess =, inputs =, params =, from =, consistent = true } -> start",
+         "A consistent start. fix is a condition, guess only a starting point. Errors name conflicting fixes "
+         "or the candidates that are free. consistent = false lets a reduced form start off the constraints "
+         "it no longer imposes, to study drift.",
+         "x, z = vars \"x z\"  return dae{ der(x) ~ z - x, 0 ~ x + 2*z }:init{ fix = { x = 2 } }(z)", "-1.0"},
+        {"start:__call", start_value, "at(expression) -> number or matrix",
+         "The value of any expression at the start, accelerations and multipliers included.", "", ""},
+        {"start:ledger", start_ledger, "at:ledger() -> string",
+         "Every variable: fixed, free, computed; the residual of every constraint.", "", ""},
+        {"start#t", start_time, "at.t -> number", "The time of the start.", "", ""},
+        {"start:__tostring", start_text, "print(at)", "The ledger.", "", ""},
+    }};
+
+}  // namespace pendula::lua
