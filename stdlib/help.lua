@@ -22,7 +22,13 @@ function entries()
     row.name = row.name:gsub("^=", "")
     cache[#cache + 1] = row
   end
-  for _, row in ipairs(documented) do cache[#cache + 1] = row end
+  for _, row in ipairs(documented) do
+    if row.describe then
+      row.describe(row)
+      row.describe = nil
+    end
+    cache[#cache + 1] = row
+  end
   for _, row in ipairs(cache) do
     row.owner, row.separator, row.member = split_name(row.name)
     if row.value == nil then row.value = named(row.name) end
@@ -240,7 +246,7 @@ local function help_value(value)
     return
   end
   for _, entry in ipairs(entries()) do
-    if rawequal(entry.value, value) then return help_name(entry.name) end
+    if value ~= nil and rawequal(entry.value, value) then return help_name(entry.name) end
   end
   if type(value) == "function" then
     print("a function without documentation")

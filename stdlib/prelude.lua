@@ -7,6 +7,9 @@
 --
 -- The name says what it is, as in the rows of C++ (src/lua/call.hpp): "f", "rk.f", "model:f", "model#f", "model:__add".
 
+-- An entry of a library that is seldom needed has load = function() … end instead of the value: it is made when first
+-- touched. describe = function(entry) … end sets text and example when they are first read.
+
 documented = {}  -- the entries, in order
 
 function doc(entry)
@@ -14,11 +17,12 @@ function doc(entry)
   for _, key in ipairs { "name", "sig", "text" } do
     if type(entry[key]) ~= "string" then fail("doc: '" .. key .. "' must be a string") end
   end
-  if entry[1] == nil then fail("doc: the function itself is missing (the last item of the table)") end
+  if entry[1] == nil and not entry.load then fail("doc: the function itself is missing (the last item of the table)") end
   documented[#documented + 1] = {
     name = entry.name, sig = entry.sig, text = entry.text, example = entry.example or "", gives = entry.gives or "",
-    module = entry.module or "library", title = entry.title or "", value = entry[1],
+    module = entry.module or "library", title = entry.title or "", value = entry[1], describe = entry.describe,
   }
+  if entry.load then return install_lazy(entry.name, entry.load) end
   install(entry.name, entry[1])
   return entry[1]
 end

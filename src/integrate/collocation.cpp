@@ -151,11 +151,12 @@ Tableau collocation(std::span<const Expr> nodes) {
   if (nodes.empty()) throw Error("needs at least one node: rk.collocation{ \"1/3\", 1 }");
   if (nodes.size() > most_stages) throw Error(text(nodes.size(), " nodes; the limit is ", most_stages));
   const mp_bitcnt_t bits = digits_for(nodes.size());
-  bool inexact = false, rational = true;
+  double error = 0;
+  bool rational = true;
   RealVector values;
   std::vector<mpq_class> fractions;
   for (Expr node : nodes) {
-    values.push_back(precise_value(node, bits, inexact));
+    values.push_back(precise_value(node, bits, error));
     const mpq_class* fraction = exact_value(node);
     rational = rational && fraction;
     if (fraction) fractions.push_back(*fraction);

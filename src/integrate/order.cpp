@@ -67,93 +67,91 @@ int largest(int limit, const Condition& holds) {
   return q;
 }
 
-/// All rooted trees by increasing order, each with φ(τ), A φ(τ), their sizes and γ(τ).
-/// φ(τ)ᵢ = ∏ over children υ of τ of (A φ(υ))ᵢ, γ(τ) = |τ| ∏ γ(υ)  (§II.2).
-class Trees {
- public:
-  explicit Trees(const Coefficients& rk) : rk_(rk) {}
-
-  bool order_holds(int order, const RealVector& b) {
-    while (static_cast<int>(first_.size()) <= order) grow();
-    for (std::size_t i = first_[order - 1]; i < first_[order]; ++i)
-      if (!condition(trees_[i], b)) return false;
-    return true;
-  }
-
- private:
-  struct Tree {
-    RealVector phi, size;     ///< φ and ∏ Σ|a||φ|, the scale of its rounding
-    RealVector stage, scale;  ///< A φ and its scale: what a parent multiplies
-    long gamma = 1;           ///< at most |τ|!
-  };
-
-  bool condition(const Tree& tree, const RealVector& b) const {
-    Sum sum(rk_);
-    for (int i = 0; i < rk_.stages(); ++i) sum.add(Real(b[i] * tree.phi[i]), Real(abs(b[i]) * tree.size[i]));
-    return sum.equals(Real(Real(1, rk_.bits) / tree.gamma));
-  }
-
-  /// Appends the trees of the next order: multisets of smaller trees with order - 1 nodes in all.
-  void grow() {
-    if (first_.empty()) first_ = {0};
-    const int order = static_cast<int>(first_.size());
-    const std::size_t known = trees_.size();
-    Tree root;
-    root.phi = root.size = RealVector(rk_.stages(), Real(1, rk_.bits));
-    root.gamma = order;
-    hang(root, order - 1, known);
-    first_.push_back(trees_.size());
-  }
-
-  /// Hangs subtrees with `nodes` nodes in all below the partial tree, each of number at most `last`.
-  void hang(const Tree& partial, int nodes, std::size_t last) {
-    if (nodes == 0) return finish(partial);
-    for (std::size_t child = std::min(last, first_[nodes]); child-- > 0;) {
-      Tree next = partial;
-      for (int i = 0; i < rk_.stages(); ++i) {
-        next.phi[i] *= trees_[child].stage[i];
-        next.size[i] *= trees_[child].scale[i];
-      }
-      next.gamma *= trees_[child].gamma;
-      hang(next, nodes - order_of(child), child + 1);
-    }
-  }
-
-  int order_of(std::size_t tree) const {
-    return static_cast<int>(std::upper_bound(first_.begin(), first_.end(), tree) - first_.begin());
-  }
-
-  void finish(Tree tree) {
-    poll_interrupt();
-    tree.stage = tree.scale = RealVector(rk_.stages(), Real(0, rk_.bits));
-    for (int i = 0; i < rk_.stages(); ++i) {
-      for (int j = 0; j < rk_.stages(); ++j) {
-        tree.stage[i] += rk_.A(i, j) * tree.phi[j];
-        tree.scale[i] += abs(rk_.A(i, j)) * tree.size[j];
-      }
-    }
-    trees_.push_back(std::move(tree));
-  }
-
-  const Coefficients& rk_;
-  std::vector<Tree> trees_;
-  std::vector<std::size_t> first_;  ///< trees of order n are numbers first_[n-1] … first_[n] - 1
-};
-
 }  // namespace
 
-int algebraic_order(const Coefficients& rk, const RealVector& b) {
+const ElementaryWeights::Entry& ElementaryWeights::entry(int tree) {
+  const int s = rk_.stages();
+  const RealVector ones(static_cast<std::size_t>(s), Real(1, rk_.bits));
+  const RealVector zeros(static_cast<std::size_t>(s), Real(0, rk_.bits));
+  int order = 1;
+  while (trees_of_order(order).last <= tree) ++order;
+  const auto trees = rooted_trees(order);
+  while (static_cast<int>(entries_.size()) <= tree) {
+    poll_interrupt();
+    Entry next{ones, ones, zeros, zeros};
+    for (int child : trees[entries_.size()].children) {
+      for (int i = 0; i < s; ++i) {
+        next.phi[i] *= entries_[child].stage[i];
+        next.size[i] *= entries_[child].scale[i];
+      }
+    }
+    for (int i = 0; i < s; ++i) {
+      for (int j = 0; j < s; ++j) {
+        if (rk_.A(i, j) == 0) continue;
+        next.stage[i] += rk_.A(i, j) * next.phi[j];
+        next.scale[i] += abs(rk_.A(i, j)) * next.size[j];
+      }
+    }
+    entries_.push_back(std::move(next));
+  }
+  return entries_[tree];
+}
+
+const RealVector& ElementaryWeights::phi(int tree) { return entry(tree).phi; }
+
+Real ElementaryWeights::weight(int tree, const RealVector& b) {
+  const Entry& at = entry(tree);
+  Real sum(0, rk_.bits);
+  for (int i = 0; i < rk_.stages(); ++i) sum += b[i] * at.phi[i];
+  return sum;
+}
+
+bool ElementaryWeights::equals(int tree, const RealVector& b, const Real& target) {
+  const Entry& at = entry(tree);
+  Sum sum(rk_);
+  for (int i = 0; i < rk_.stages(); ++i) sum.add(Real(b[i] * at.phi[i]), Real(abs(b[i]) * at.size[i]));
+  return sum.equals(target);
+}
+
+bool ElementaryWeights::order_holds(int order, const RealVector& b) {
+  const auto trees = rooted_trees(order);
+  const TreeRange range = trees_of_order(order);
+  for (int tree = range.first; tree < range.last; ++tree)
+    if (!equals(tree, b, Real(Real(1, rk_.bits) / trees[tree].gamma))) return false;
+  return true;
+}
+
+int continuous_order(const Coefficients& rk, const std::vector<RealVector>& columns, int limit) {
+  ElementaryWeights weights(rk);
+  return largest(limit, [&](int order) {
+    const auto trees = rooted_trees(order);
+    const TreeRange range = trees_of_order(order);
+    for (int tree = range.first; tree < range.last; ++tree) {
+      for (std::size_t k = 1; k <= columns.size(); ++k) {
+        Real target(0, rk.bits);
+        if (static_cast<int>(k) == order) target = Real(1, rk.bits) / trees[tree].gamma;
+        if (!weights.equals(tree, columns[k - 1], target)) return false;
+      }
+    }
+    return true;
+  });
+}
+
+SimplifyingAssumptions simplifying_assumptions(const Coefficients& rk, const RealVector& b) {
   const int s = rk.stages();
   const auto c = powers(rk, 2 * s);
-  const int p =
-      largest(2 * s, [&](int q) { return quadrature(rk, b, c, q); });  // 2s is the most a quadrature can do
-  const int eta = largest(s, [&](int q) { return collocation(rk, c, q); });
-  const int zeta = largest(s, [&](int q) { return adjoint(rk, b, c, q); });
+  return {largest(2 * s, [&](int q) { return quadrature(rk, b, c, q); }),  // 2s: the most a quadrature can do
+          largest(s, [&](int q) { return collocation(rk, c, q); }),
+          largest(s, [&](int q) { return adjoint(rk, b, c, q); })};
+}
+
+int algebraic_order(const Coefficients& rk, const RealVector& b) {
+  const auto [p, eta, zeta] = simplifying_assumptions(rk, b);
   const int proven = std::min({p, eta + zeta + 1, 2 * eta + 2});
   if (proven == p) return p;
-  Trees trees(rk);
+  ElementaryWeights weights(rk);
   int order = proven;
-  while (order < std::min(p, largest_tree_order) && trees.order_holds(order + 1, b)) ++order;
+  while (order < std::min(p, largest_tree_order) && weights.order_holds(order + 1, b)) ++order;
   return order;
 }
 

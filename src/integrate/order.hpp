@@ -12,6 +12,7 @@
 #pragma once
 
 #include "integrate/precise.hpp"
+#include "integrate/trees.hpp"
 
 namespace pendula::integrate {
 
@@ -21,7 +22,7 @@ namespace pendula::integrate {
 struct Coefficients {
   RealMatrix A;
   RealVector b, c;
-  RealVector bhat;  ///< empty if there is no embedded method
+  RealVector bhat, bhat2;  ///< empty if there is no (second) embedded method
   mp_bitcnt_t bits = 0;
   double unit = 0;
 
@@ -34,6 +35,40 @@ inline constexpr int largest_tree_order = 12;
 
 /// The order of the method with weights b (rk.b or rk.bhat). Cost: O(s³) for the assumptions, s² per tree.
 int algebraic_order(const Coefficients& rk, const RealVector& b);
+
+/// The weights Σ bᵢφᵢ(τ) of a tableau, tree by tree. Cost: s² multiplications per tree, once.
+class ElementaryWeights {
+ public:
+  explicit ElementaryWeights(const Coefficients& rk) : rk_(rk) {}
+
+  /// φ(τ) and, by component, the scale of its rounding.
+  const RealVector& phi(int tree);
+  Real weight(int tree, const RealVector& b);
+  /// Σ bᵢφᵢ(τ) = target up to rounding.
+  bool equals(int tree, const RealVector& b, const Real& target);
+  /// Σ bᵢφᵢ(τ) = 1/γ(τ) for every tree of this order.
+  bool order_holds(int order, const RealVector& b);
+
+ private:
+  struct Entry {
+    RealVector phi, size;     ///< φ and ∏ Σ|a||φ|, the scale of its rounding
+    RealVector stage, scale;  ///< A φ and its scale: what a parent multiplies
+  };
+  const Entry& entry(int tree);
+
+  const Coefficients& rk_;
+  std::vector<Entry> entries_;
+};
+
+/// The order of a dense output: the largest q ≤ limit with Σᵢ bᵢ(θ)φᵢ(τ) = θ^|τ|/γ(τ) for |τ| ≤ q, where
+/// bᵢ(θ) = Σₖ columns[k-1][i] θᵏ.
+int continuous_order(const Coefficients& rk, const std::vector<RealVector>& columns, int limit);
+
+/// The largest p with B(p), η with C(η), ζ with D(ζ).
+struct SimplifyingAssumptions {
+  int B = 0, C = 0, D = 0;
+};
+SimplifyingAssumptions simplifying_assumptions(const Coefficients& rk, const RealVector& b);
 
 /// The largest q with C(q) and B(q).
 int stage_order(const Coefficients& rk);

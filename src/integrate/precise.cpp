@@ -1,5 +1,6 @@
 #include "integrate/precise.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -9,23 +10,28 @@
 namespace pendula::integrate {
 namespace {
 
-/// Has a denominator 2ᵃ5ᵇ above 10¹².
-bool long_decimal(const mpq_class& value) {
+/// Half a unit in the last digit of a fraction with denominator 2ᵃ5ᵇ above 10¹², relative to its value; 0 for
+/// other fractions.
+double decimal_error(const mpq_class& value) {
+  if (value.get_den() < mpz_class("1000000000000")) return 0;
   mpz_class denominator = value.get_den();
-  if (denominator < mpz_class("1000000000000")) return false;
-  while (mpz_divisible_ui_p(denominator.get_mpz_t(), 10)) denominator /= 10;
-  while (mpz_divisible_ui_p(denominator.get_mpz_t(), 5)) denominator /= 5;
-  while (mpz_divisible_ui_p(denominator.get_mpz_t(), 2)) denominator /= 2;
-  return denominator == 1;
+  int digits = 0;
+  for (; denominator != 1; ++digits) {
+    mpz_class common;
+    mpz_gcd_ui(common.get_mpz_t(), denominator.get_mpz_t(), 10);
+    if (common == 1) return 0;
+    denominator /= common;
+  }
+  return 0.5 * std::pow(10.0, -digits) / std::fabs(value.get_d());
 }
 
 class Evaluation {
  public:
-  Evaluation(mp_bitcnt_t bits, bool& rounded) : bits_(bits), rounded_(rounded) {}
+  Evaluation(mp_bitcnt_t bits, double& error) : bits_(bits), error_(error) {}
 
   Real value(Expr e) {
     if (const mpq_class* exact = exact_value(e)) {
-      rounded_ = rounded_ || long_decimal(*exact);
+      error_ = std::max(error_, decimal_error(*exact));
       return Real(*exact, bits_);
     }
     switch (e.op()) {
@@ -75,17 +81,17 @@ class Evaluation {
   Real in_doubles(Expr e) {
     const double number = evaluate(std::span(&e, 1), {})[0];  // throws on symbols
     if (!std::isfinite(number)) throw Error("not a finite number");
-    rounded_ = true;
+    error_ = std::max(error_, 0x1p-53);
     return Real(number, bits_);
   }
 
   mp_bitcnt_t bits_;
-  bool& rounded_;
+  double& error_;
 };
 
 }  // namespace
 
-Real precise_value(Expr e, mp_bitcnt_t bits, bool& rounded) { return Evaluation(bits, rounded).value(e); }
+Real precise_value(Expr e, mp_bitcnt_t bits, double& error) { return Evaluation(bits, error).value(e); }
 
 double nearest_double(const Real& value) {
   const double toward_zero = value.get_d();  // mpf truncates

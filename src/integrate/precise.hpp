@@ -28,10 +28,11 @@ class RealMatrix {
 };
 
 /// The value of an expression of numbers (+ - × ÷, integer powers, sqrt) to `bits` binary digits. Whatever
-/// else it contains (π, cos …, numbers known as doubles only) is taken as a double and sets `rounded`; so
-/// does a decimal fraction of more than 12 digits, which stands for an irrational number in most published
-/// tableaus. Throws Error unless the expression is a number.
-Real precise_value(Expr e, mp_bitcnt_t bits, bool& rounded);
+/// else it contains (π, cos …, numbers known as doubles only) is taken as a double, and a decimal fraction of
+/// more than 12 digits stands for an irrational number in most published tableaus: `error` becomes the
+/// largest relative error so far, 2⁻⁵³ or half a unit of the last digit. Throws Error unless the expression
+/// is a number.
+Real precise_value(Expr e, mp_bitcnt_t bits, double& error);
 
 /// The double nearest to the value.
 double nearest_double(const Real& value);

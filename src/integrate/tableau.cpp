@@ -1,5 +1,6 @@
 #include "integrate/tableau.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <functional>
 #include <limits>
@@ -74,18 +75,19 @@ void Tableau::check_sizes() const {
   check(data_.b, "b");
   if (data_.c) check(*data_.c, "c");
   if (data_.bhat) check(*data_.bhat, "bhat");
+  if (data_.bhat2) check(*data_.bhat2, "bhat2");
 }
 
 void Tableau::evaluate_entries() {
   const int s = static_cast<int>(data_.A.rows());
-  bool inexact = false;
+  double error = 0;
   Coefficients& rk = coefficients_;
   rk.bits = 256;
   const auto value = [&](Expr e, const auto&... place) {
     try {
-      return precise_value(e, rk.bits, inexact);
-    } catch (const Error& error) {
-      throw Error(text(subject(), ": ", pendula::text(place...), " is not a number (", error.what(), ")"));
+      return precise_value(e, rk.bits, error);
+    } catch (const Error& refusal) {
+      throw Error(text(subject(), ": ", pendula::text(place...), " is not a number (", refusal.what(), ")"));
     }
   };
   const auto column = [&](const VecX& v, const char* letter) {
@@ -98,13 +100,15 @@ void Tableau::evaluate_entries() {
     for (int j = 0; j < s; ++j) rk.A(i, j) = value(data_.A(i, j), "A[", i + 1, "][", j + 1, "]");
   rk.b = column(data_.b, "b");
   if (data_.bhat) rk.bhat = column(*data_.bhat, "bhat");
+  if (data_.bhat2) rk.bhat2 = column(*data_.bhat2, "bhat2");
   if (!data_.c) {
     data_.c = VecX(s);
     for (int i = 0; i < s; ++i)
       for (int j = 0; j < s; ++j) (*data_.c)[i] += data_.A(i, j);
   }
   rk.c = column(*data_.c, "c");
-  rk.unit = inexact ? 0x1p-49 : std::ldexp(1.0, -static_cast<int>(rk.bits) / 2);
+  const double exact = std::ldexp(1.0, -static_cast<int>(rk.bits) / 2);
+  rk.unit = error > 0 ? std::clamp(16 * error, exact, 0x1p-49) : exact;
 }
 
 void Tableau::check_sums() const {
@@ -126,18 +130,88 @@ void Tableau::check_sums() const {
   };
   check_weights(data_.b, rk.b, "b");
   if (data_.bhat) check_weights(*data_.bhat, rk.bhat, "bhat");
+  if (data_.bhat2) check_weights(*data_.bhat2, rk.bhat2, "bhat2");
 }
 
-void Tableau::check_claims() const {
-  if (data_.order && *data_.order != order()) {
+void Tableau::check_claims() {
+  order_ = algebraic_order(coefficients_, coefficients_.b);
+  if (data_.order && *data_.order != order_) {
     throw Error(
-        text(subject(), ": order ", *data_.order, " is claimed, but the order conditions give ", order()));
+        text(subject(), ": order ", *data_.order, " is claimed, but the order conditions give ", order_));
   }
+  check_dense();
   if (!data_.embedded) return;
   if (!data_.bhat) throw Error(text(subject(), ": embedded = ", *data_.embedded, " needs the weights bhat"));
   if (*data_.embedded != embedded_order()) {
     throw Error(text(subject(), ": embedded order ", *data_.embedded,
                      " is claimed, but the order conditions give ", embedded_order()));
+  }
+}
+
+int Tableau::embedded_order() const { return algebraic_order(coefficients_, coefficients_.bhat); }
+
+// The interpolant's stages are those of a larger explicit-tailed tableau; its order is decided like any
+// other.
+void Tableau::check_dense() {
+  if (!data_.dense) return derive_dense();
+  const DenseData& dense = *data_.dense;
+  const int s = stages(), e = static_cast<int>(dense.c.size());
+  if (dense.A.rows() != e || (e > 0 && dense.A.cols() != s + e) || dense.b.rows() != s + e ||
+      dense.b.cols() == 0)
+    throw Error(text(subject(), ": dense needs one list of coefficients for each of the ", s + e, " stages"));
+  const Coefficients& rk = coefficients_;
+  Coefficients all = rk;
+  all.A = RealMatrix(s + e, rk.bits);
+  double error = 0;
+  const auto value = [&](Expr entry) { return precise_value(entry, rk.bits, error); };
+  for (int i = 0; i < s + e; ++i)
+    for (int j = 0; j < s + e; ++j) {
+      if (i < s && j < s) all.A(i, j) = rk.A(i, j);
+      if (i >= s) all.A(i, j) = value(dense.A(i - s, j));
+    }
+  for (int i = 0; i < e; ++i) all.c.push_back(value(dense.c[i]));
+  if (error > 0) all.unit = std::clamp(16 * error, all.unit, 0x1p-49);
+  for (int i = s; i < s + e; ++i) {
+    if (abs(row_sum(all, i) - all.c[i]) <= 16 * all.unit * (1 + s + e)) continue;
+    throw Error(text(subject(), ": row ", i - s + 1, " of dense.A does not sum to dense.c[", i - s + 1, "]"));
+  }
+  std::vector<RealVector> columns;
+  dense_ = DenseOutput{Mat(e, s + e), Vec(e), Mat(s + e, dense.b.cols()), 0};
+  for (Eigen::Index k = 0; k < dense.b.cols(); ++k) {
+    columns.emplace_back();
+    for (int i = 0; i < s + e; ++i) {
+      columns.back().push_back(value(dense.b(i, k)));
+      dense_->b(i, k) = nearest_double(columns.back().back());
+    }
+  }
+  for (int i = 0; i < e; ++i) {
+    dense_->c[i] = nearest_double(all.c[s + i]);
+    for (int j = 0; j < s + e; ++j) dense_->A(i, j) = nearest_double(all.A(s + i, j));
+  }
+  dense_->order = continuous_order(all, columns, dense.order.value_or(order_));
+  if (dense.order && dense_->order != *dense.order) {
+    throw Error(text(subject(), ": dense output of order ", *dense.order,
+                     " is claimed, but the order conditions give ", dense_->order));
+  }
+}
+
+/// bᵢ(θ) = ∫₀^θ ℓᵢ: the collocation polynomial itself, of order s between the mesh points.
+void Tableau::derive_dense() {
+  constexpr int most = 20;  // in powers of θ the coefficients of more nodes cancel in doubles
+  const int s = stages();
+  if (s > most || !is_collocation()) return;
+  const Coefficients& rk = coefficients_;
+  dense_ = DenseOutput{Mat(0, s), Vec(0), Mat(s, s), s};
+  for (int j = 0; j < s; ++j) {
+    RealVector ell(1, Real(1, rk.bits));  // coefficients of ∏ (τ - cᵢ)/(cⱼ - cᵢ)
+    for (int i = 0; i < s; ++i) {
+      if (i == j) continue;
+      const Real scale(rk.c[j] - rk.c[i]);
+      ell.push_back(Real(0, rk.bits));
+      for (std::size_t k = ell.size(); k-- > 0;)
+        ell[k] = ((k > 0 ? ell[k - 1] : Real(0, rk.bits)) - rk.c[i] * ell[k]) / scale;
+    }
+    for (int k = 0; k < s; ++k) dense_->b(j, k) = nearest_double(Real(ell[k] / (k + 1)));
   }
 }
 
@@ -154,6 +228,7 @@ void Tableau::round() {
   b_ = column(coefficients_.b);
   c_ = column(coefficients_.c);
   if (data_.bhat) bhat_ = column(coefficients_.bhat);
+  if (data_.bhat2) bhat2_ = column(coefficients_.bhat2);
 }
 
 bool Tableau::is_explicit() const { return A_.triangularView<Eigen::Upper>().toDenseMatrix().isZero(0); }

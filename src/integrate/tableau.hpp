@@ -21,6 +21,25 @@
 
 namespace pendula::integrate {
 
+/// x(tₖ + θΔt) ≈ xₖ + Δt Σᵢ bᵢ(θ) Kᵢ with bᵢ(θ) = Σⱼ b(i, j-1) θʲ, over the s stages and e extra ones that
+/// are computed only when a value between the mesh points is wanted. The extra stage i is explicit: row i of
+/// A holds the coefficients of the stages 1 … s + i - 1. The first extra stage is often c = 1, A = bᵀ: x′ at
+/// the new point. (Solving ODEs I, §II.6)
+struct DenseData {
+  MatX A;                    ///< e × (s + e)
+  VecX c;                    ///< e
+  MatX b;                    ///< (s + e) × degree
+  std::optional<int> order;  ///< a claim, checked
+};
+
+struct DenseOutput {  ///< the same in doubles
+  Mat A;
+  Vec c;
+  Mat b;
+  int order = 0;
+  int extra() const { return static_cast<int>(c.size()); }
+};
+
 struct TableauData {
   std::string name = "tableau";
   std::string text;  ///< what it is good for, one line
@@ -29,7 +48,9 @@ struct TableauData {
   VecX b;                              ///< s
   std::optional<VecX> c;               ///< s; row sums of A if absent
   std::optional<VecX> bhat;            ///< s, the weights of the embedded method
+  std::optional<VecX> bhat2;           ///< a second, cruder embedded method (dop853)
   std::optional<int> order, embedded;  ///< claims, checked
+  std::optional<DenseData> dense;
 };
 
 class Tableau {
@@ -47,11 +68,16 @@ class Tableau {
   const Vec& b() const { return b_; }
   const Vec& c() const { return c_; }
   const std::optional<Vec>& bhat() const { return bhat_; }
+  const std::optional<Vec>& bhat2() const { return bhat2_; }
+  /// The interpolant given with the coefficients; if there is none, the collocation polynomial of a
+  /// collocation method (order s); else nothing.
+  const std::optional<DenseOutput>& dense() const { return dense_; }
   const Coefficients& coefficients() const { return coefficients_; }
 
-  int order() const { return algebraic_order(coefficients_, coefficients_.b); }
-  /// The order with bhat in place of b. Requires bhat.
-  int embedded_order() const { return algebraic_order(coefficients_, coefficients_.bhat); }
+  int order() const { return order_; }
+  /// The order with bhat (bhat2) in place of b. Requires that there is one.
+  int embedded_order() const;
+  int second_embedded_order() const { return algebraic_order(coefficients_, coefficients_.bhat2); }
   int stage_order() const { return integrate::stage_order(coefficients_); }
 
   bool is_explicit() const;  ///< strictly lower triangular: one stage after another, nothing to solve
@@ -81,7 +107,9 @@ class Tableau {
   void check_sizes() const;
   void evaluate_entries();
   void check_sums() const;
-  void check_claims() const;
+  void check_claims();
+  void check_dense();
+  void derive_dense();
   void round();
   std::string subject() const { return "tableau '" + data_.name + "'"; }
 
@@ -89,7 +117,9 @@ class Tableau {
   Coefficients coefficients_;
   Mat A_;
   Vec b_, c_;
-  std::optional<Vec> bhat_;
+  std::optional<Vec> bhat_, bhat2_;
+  std::optional<DenseOutput> dense_;
+  int order_ = 0;
 };
 
 using TableauPtr = std::shared_ptr<const Tableau>;

@@ -25,6 +25,14 @@ int install_value(lua_State* L) {
   return 0;
 }
 
+int install_loader(lua_State* L) {
+  const std::string name = luaL_checkstring(L, 1);
+  luaL_checktype(L, 2, LUA_TFUNCTION);
+  lua_settop(L, 2);
+  install_lazy(L, name);
+  return 0;
+}
+
 int named_value(lua_State* L) {
   push_named(L, luaL_checkstring(L, 1));
   return 1;
@@ -110,13 +118,18 @@ int columns(lua_State* L) {
 }  // namespace
 
 void open_documentation(lua_State* L) {
-  const std::pair<const char*, lua_CFunction> functions[] = {
-      {"include", guarded<include_file>}, {"install", guarded<install_value>},
-      {"named", guarded<named_value>},    {"rows", guarded<all_rows>},
-      {"types", guarded<all_types>},      {"members", guarded<members_of>},
-      {"object_type", guarded<type_of>},  {"did_you_mean", guarded<nearest>},
-      {"position", guarded<position>},    {"fail", guarded<fail>},
-      {"width", guarded<columns>}};
+  const std::pair<const char*, lua_CFunction> functions[] = {{"include", guarded<include_file>},
+                                                             {"install", guarded<install_value>},
+                                                             {"install_lazy", guarded<install_loader>},
+                                                             {"named", guarded<named_value>},
+                                                             {"rows", guarded<all_rows>},
+                                                             {"types", guarded<all_types>},
+                                                             {"members", guarded<members_of>},
+                                                             {"object_type", guarded<type_of>},
+                                                             {"did_you_mean", guarded<nearest>},
+                                                             {"position", guarded<position>},
+                                                             {"fail", guarded<fail>},
+                                                             {"width", guarded<columns>}};
   push_stdlib_environment(L);
   for (const auto& [name, function] : functions) {
     lua_pushcfunction(L, function);

@@ -12,7 +12,8 @@ namespace pendula::lua {
 /// Adds the functions below to the environment of the stdlib (after open_library).
 ///   include "file"             runs stdlib/file.lua and returns its result
 ///   install(name, value)       gives a value the name of a row: "sin", "rk.gauss", "model:plot",
-///   "model#energy" named(name)                what a row name stands for, or nil rows() a list of { name,
+///   "model#energy" install_lazy(name, function) the same for an entry of a library made when it is touched
+///   named(name)                what a row name stands for, or nil rows() a list of { name,
 ///   sig, text, example, gives, module, title } of all C++ rows members(type)              the sorted names
 ///   of a type's methods and fields; types() lists the types object_type(value)         "model" …, or nil if
 ///   the value is not one of ours did_you_mean(word, list)   " Did you mean 'x'?" or "" position()

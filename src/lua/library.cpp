@@ -13,6 +13,8 @@ namespace pendula::lua {
 namespace {
 
 char environment_key, originals_key, vocabulary_key, modules_key;
+constexpr const char* lazy_field =
+    "__lazy";  ///< of a library table's metatable: name -> function that makes it
 
 void push_registry(lua_State* L, const char* key) { lua_rawgetp(L, LUA_REGISTRYINDEX, key); }
 
@@ -31,14 +33,59 @@ int undefined_global(lua_State* L) {
   throw Error(text("undefined variable '", name, "'.", did_you_mean(name, global_names(L))));
 }
 
-/// __index of a library table such as rk. Upvalue: its name.
+/// __index of a library table such as rk: what was installed lazily is made now. Upvalue: the table's name.
 int unknown_entry(lua_State* L) {
   const std::string library = lua_tostring(L, lua_upvalueindex(1));
-  const std::string key = luaL_tolstring(L, 2, nullptr);
   std::vector<std::string> names;
+  if (luaL_getmetafield(L, 1, lazy_field) == LUA_TTABLE) {
+    lua_pushvalue(L, 2);
+    if (lua_rawget(L, -2) == LUA_TFUNCTION) {
+      lua_call(L, 0, 1);
+      lua_pushvalue(L, 2);
+      lua_pushvalue(L, -2);
+      lua_rawset(L, 1);
+      return 1;
+    }
+    lua_pop(L, 1);
+    append_names(L, names);
+  }
+  lua_settop(L, 2);
+  const std::string key = luaL_tolstring(L, 2, nullptr);
   lua_pushvalue(L, 1);
   append_names(L, names);
   throw Error(text("'", library, "' has no entry '", key, "'.", did_you_mean(key, names)));
+}
+
+/// The iterator of pairs(rk): the next name and its value, which is made if need be. Upvalues: the table, the
+/// names, how many were given out.
+int next_entry(lua_State* L) {
+  const lua_Integer i = lua_tointeger(L, lua_upvalueindex(3)) + 1;
+  lua_pushinteger(L, i);
+  lua_replace(L, lua_upvalueindex(3));
+  if (lua_geti(L, lua_upvalueindex(2), i) == LUA_TNIL) return 1;
+  lua_pushvalue(L, -1);
+  lua_gettable(L, lua_upvalueindex(1));
+  return 2;
+}
+
+/// __pairs of a library table: all its names in order, those that are not made yet included.
+int library_pairs(lua_State* L) {
+  std::vector<std::string> names;
+  if (luaL_getmetafield(L, 1, lazy_field) == LUA_TTABLE) append_names(L, names);
+  lua_settop(L, 1);
+  lua_pushvalue(L, 1);
+  append_names(L, names);
+  std::sort(names.begin(), names.end());
+  names.erase(std::unique(names.begin(), names.end()), names.end());
+  lua_settop(L, 1);
+  lua_createtable(L, static_cast<int>(names.size()), 0);
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    lua_pushlstring(L, names[i].data(), names[i].size());
+    lua_seti(L, 2, static_cast<lua_Integer>(i) + 1);
+  }
+  lua_pushinteger(L, 0);
+  lua_pushcclosure(L, guarded<next_entry>, 3);
+  return 1;
 }
 
 /// __call of a library table that is also a function, such as dae. Upvalue: the function.
@@ -111,6 +158,10 @@ void push_library_table(lua_State* L, const std::string& library) {
   if (type == LUA_TTABLE) return;
   lua_newtable(L);
   make_strict(L, library, guarded<unknown_entry>);
+  lua_getmetatable(L, -1);
+  lua_pushcfunction(L, guarded<library_pairs>);
+  lua_setfield(L, -2, "__pairs");
+  lua_pop(L, 1);
   lua_pushvalue(L, -1);
   set_global(L, library);
   if (type == LUA_TFUNCTION) {
@@ -233,6 +284,23 @@ void install(lua_State* L, const std::string& name) {
   lua_pushvalue(L, -3);
   lua_rawset(L, -3);
   lua_pop(L, 2);
+}
+
+void install_lazy(lua_State* L, const std::string& name) {
+  const size_t separator = name.find('.');
+  if (separator == std::string::npos)
+    throw std::logic_error(name + ": only entries of a library can be lazy");
+  push_library_table(L, name.substr(0, separator));
+  lua_getmetatable(L, -1);
+  if (lua_getfield(L, -1, lazy_field) != LUA_TTABLE) {
+    lua_pop(L, 1);
+    lua_newtable(L);
+    lua_pushvalue(L, -1);
+    lua_setfield(L, -3, lazy_field);
+  }
+  lua_pushvalue(L, -4);
+  lua_setfield(L, -2, name.substr(separator + 1).c_str());
+  lua_pop(L, 4);
 }
 
 void push_named(lua_State* L, const std::string& name) {

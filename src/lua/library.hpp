@@ -25,6 +25,9 @@ std::vector<const Module*> added_modules(lua_State* L);
 /// "model:__call").
 void install(lua_State* L, const std::string& name);
 
+/// Pops a function that makes the value of the library entry `name` ("rk.dop853") when it is first touched.
+void install_lazy(lua_State* L, const std::string& name);
+
 /// Pushes what a row name stands for; nil if there is nothing.
 void push_named(lua_State* L, const std::string& name);
 

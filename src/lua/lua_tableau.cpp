@@ -1,23 +1,13 @@
 // The `rk` table and the type "tableau". Reads arguments, calls src/integrate.
+#include "lua/lua_tableau.hpp"
 #include "base/text.hpp"
 #include "integrate/collocation.hpp"
 #include "integrate/tableau_text.hpp"
-#include "lua/lua_integrate.hpp"
 #include "lua/trampoline.hpp"
 #include "lua/values.hpp"
 
 namespace pendula::lua {
-namespace {
 
-using integrate::Tableau;
-
-const Tableau& self(Call& call) { return call.object<Tableau>(1, "tableau"); }
-
-int push_new(Call& call, Tableau tableau) {
-  return call.push(std::make_shared<const Tableau>(std::move(tableau)));
-}
-
-/// A number, an expression of numbers, or a string such as "sqrt(3)/6-(1/2)".
 Expr read_entry(lua_State* L, int index, const std::string& what) {
   if (lua_type(L, index) != LUA_TSTRING) return to_expr(L, index, what);
   try {
@@ -39,28 +29,64 @@ VecX read_list(lua_State* L, int index, const std::string& what) {
   return result;
 }
 
-/// Rows of an explicit method may stop at the diagonal.
-MatX read_rows(lua_State* L, int index) {
-  if (!lua_istable(L, index)) return to_matrix(L, index, "A");
-  const auto s = static_cast<Eigen::Index>(list_size(L, index, "A"));
-  MatX A = MatX::Constant(s, s, Expr());
-  for (Eigen::Index i = 0; i < s; ++i) {
-    const std::string what = text("row ", i + 1, " of A");
-    if (lua_geti(L, index, static_cast<lua_Integer>(i) + 1) != LUA_TTABLE) {
-      throw Error(text(what, " must be a list of numbers, got ", describe(L, -1)));
+MatX read_rows(lua_State* L, int index, const std::string& what, Eigen::Index rows, Eigen::Index columns) {
+  if (!lua_istable(L, index)) return to_matrix(L, index, what);
+  const int list = lua_absindex(L, index);
+  const auto size = static_cast<Eigen::Index>(list_size(L, list, what));
+  if (rows >= 0 && size != rows)
+    throw Error(text(what, " has ", size, size == 1 ? " row" : " rows", ", not ", rows));
+  MatX M = MatX::Constant(size, columns < 0 ? size : columns, Expr());
+  for (Eigen::Index i = 0; i < size; ++i) {
+    const std::string place = text("row ", i + 1, " of ", what);
+    if (lua_geti(L, list, static_cast<lua_Integer>(i) + 1) != LUA_TTABLE) {
+      throw Error(text(place, " must be a list of numbers, got ", describe(L, -1)));
     }
-    const VecX row = read_list(L, -1, what);
-    if (row.size() > s)
-      throw Error(text(what, " has ", row.size(), " entries for ", s, s == 1 ? " stage" : " stages"));
-    A.row(i).head(row.size()) = row.transpose();
+    const VecX row = read_list(L, -1, place);
+    if (row.size() > M.cols()) {
+      throw Error(
+          text(place, " has ", row.size(), " entries for ", M.cols(), M.cols() == 1 ? " stage" : " stages"));
+    }
+    M.row(i).head(row.size()) = row.transpose();
     lua_pop(L, 1);
   }
-  return A;
+  return M;
+}
+
+namespace {
+
+using integrate::Tableau;
+
+const Tableau& self(Call& call) { return call.object<Tableau>(1, "tableau"); }
+
+int push_new(Call& call, Tableau tableau) {
+  return call.push(std::make_shared<const Tableau>(std::move(tableau)));
+}
+
+/// dense = { order =, b = { {coefficients of θ, θ², …}, … }, c =, A = } (c and A of the extra stages).
+integrate::DenseData read_dense(lua_State* L, int index, Eigen::Index s) {
+  if (!lua_istable(L, index)) throw Error("dense must be a table { b = { {…}, … }, order = }");
+  integrate::DenseData dense;
+  if (lua_getfield(L, index, "order") != LUA_TNIL)
+    dense.order = static_cast<int>(to_number(L, -1, "dense.order"));
+  if (lua_getfield(L, index, "c") != LUA_TNIL) dense.c = read_list(L, -1, "dense.c");
+  const Eigen::Index extra = dense.c.size();
+  dense.A = MatX::Constant(extra, s + extra, Expr());
+  if (lua_getfield(L, index, "A") == LUA_TTABLE) dense.A = read_rows(L, -1, "dense.A", extra, s + extra);
+  if (lua_getfield(L, index, "b") != LUA_TTABLE) throw Error("dense.b must be a list of lists");
+  Eigen::Index degree = 0;
+  for (lua_Integer i = 1; lua_geti(L, -1, i) == LUA_TTABLE; ++i) {
+    degree = std::max(degree, static_cast<Eigen::Index>(lua_rawlen(L, -1)));
+    lua_pop(L, 1);
+  }
+  lua_pop(L, 1);
+  dense.b = read_rows(L, -1, "dense.b", s + extra, degree);
+  lua_pop(L, 4);
+  return dense;
 }
 
 integrate::TableauData read_fields(Call& call) {
   const Options options =
-      call.options(1, {"name", "text", "cite", "order", "embedded", "A", "b", "c", "bhat"});
+      call.options(1, {"name", "text", "cite", "order", "embedded", "A", "b", "c", "bhat", "bhat2", "dense"});
   if (!options.has("A") || !options.has("b"))
     throw Error("expected { A = { {…}, … }, b = {…}, c = {…} }: A and b are required");
   integrate::TableauData data;
@@ -69,10 +95,12 @@ integrate::TableauData read_fields(Call& call) {
   data.cite = options.string("cite", "");
   if (options.has("order")) data.order = static_cast<int>(options.integer("order", 0));
   if (options.has("embedded")) data.embedded = static_cast<int>(options.integer("embedded", 0));
-  data.A = read_rows(call.L, options.push("A"));
+  data.A = read_rows(call.L, options.push("A"), "A", -1, -1);
   data.b = read_list(call.L, options.push("b"), "b");
   if (options.has("c")) data.c = read_list(call.L, options.push("c"), "c");
   if (options.has("bhat")) data.bhat = read_list(call.L, options.push("bhat"), "bhat");
+  if (options.has("bhat2")) data.bhat2 = read_list(call.L, options.push("bhat2"), "bhat2");
+  if (options.has("dense")) data.dense = read_dense(call.L, options.push("dense"), data.A.rows());
   lua_settop(call.L, call.count());
   return data;
 }

@@ -70,6 +70,10 @@ void offer_members(lua_State* L, Request& request) {
   if (const std::string type = lua::object_type(L, -1); !type.empty()) return offer_object(L, type, request);
   for (int depth = 0; depth < deepest; ++depth) {
     if (lua_istable(L, -1)) offer_keys(L, -1, request);
+    if (luaL_getmetafield(L, -1, "__lazy") != LUA_TNIL) {  // entries of a library that are not made yet
+      if (lua_istable(L, -1)) offer_keys(L, -1, request);
+      lua_pop(L, 1);
+    }
     if (luaL_getmetafield(L, -1, "__index") != LUA_TTABLE) return;
   }
 }

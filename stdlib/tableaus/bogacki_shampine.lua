@@ -1,4 +1,4 @@
-return tableau {
+return {
   name = "bogacki_shampine", order = 3, embedded = 2,
   text = "Four stages, FSAL. A good explicit default at loose tolerance.",
   cite = "Bogacki & Shampine, Appl. Math. Lett. 2(4), 1989",

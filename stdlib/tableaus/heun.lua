@@ -1,4 +1,4 @@
-return tableau {
+return {
   name = "heun", order = 2,
   text = "Explicit trapezoidal rule: the mean of the slopes at both ends.",
   cite = "Heun, Z. Math. Phys. 45, 1900; Runge, Math. Annalen 46, 1895",

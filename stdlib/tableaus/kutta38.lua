@@ -1,4 +1,4 @@
-return tableau {
+return {
   name = "kutta38", order = 4,
   text = "The 3/8 rule: smaller error constants than rk4.",
   cite = "Kutta, Z. Math. Phys. 46, 1901; Hairer, Nørsett & Wanner, Solving ODEs I, 2nd ed., Table II.1.2",

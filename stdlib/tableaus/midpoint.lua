@@ -1,4 +1,4 @@
-return tableau {
+return {
   name = "midpoint", order = 2,
   text = "Explicit midpoint rule: the slope in the middle of an Euler step.",
   cite = "Runge, Math. Annalen 46, 1895; Hairer, Nørsett & Wanner, Solving ODEs I, 2nd ed., §II.1",

@@ -1,4 +1,4 @@
-return tableau {
+return {
   name = "rk4", order = 4,
   text = "The classical method of order four.",
   cite = "Kutta, Z. Math. Phys. 46, 1901; Hairer, Nørsett & Wanner, Solving ODEs I, 2nd ed., Table II.1.2",
