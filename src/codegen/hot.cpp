@@ -1,9 +1,5 @@
 #include "codegen/hot.hpp"
 
-#include <vector>
-
-#include "codegen/kernel.hpp"
-
 namespace pendula::codegen {
 namespace {
 
@@ -38,27 +34,5 @@ const Machine* Hot::lanes() {
   });
   return lanes_.get();
 }
-
-void Kernel::run_many(const double* in, double* out, std::size_t points) const {
-  constexpr std::size_t lanes = 4, worth_it = 64;
-  const std::size_t n = inputs(), m = outputs();
-  const Machine* machine = hot_ && points >= worth_it ? hot_->lanes() : nullptr;
-  std::size_t done = 0;
-  if (machine) {
-    std::vector<double> x(lanes * n), y(lanes * m), work(machine->workspace_size());
-    for (; done + lanes <= points; done += lanes) {
-      for (std::size_t lane = 0; lane < lanes; ++lane)
-        for (std::size_t k = 0; k < n; ++k) x[lanes * k + lane] = in[(done + lane) * n + k];
-      machine->run(x.data(), y.data(), work.data());
-      for (std::size_t lane = 0; lane < lanes; ++lane)
-        for (std::size_t k = 0; k < m; ++k) out[(done + lane) * m + k] = y[lanes * k + lane];
-    }
-  }
-  std::vector<double> work(workspace_size());
-  for (; done < points; ++done) run(in + done * n, out + done * m, work.data());
-}
-
-bool Kernel::accelerate() const { return hot_ && hot_->compile(); }
-bool Kernel::is_machine_code() const { return hot_ && hot_->made(); }
 
 }  // namespace pendula::codegen

@@ -16,19 +16,18 @@
 
 namespace pendula::codegen {
 
-class Hot;
-
 class Kernel {
  public:
   Kernel() = default;
 
   /// Compiles outputs as functions of the leaves `inputs`. Named constants (π) and numbers are built in;
   /// parameters are always inputs. Throws Error naming a leaf that is not among the inputs, or an unspecified
-  /// function. Cost: linear in the number of nodes (10⁶ nodes: under a second).
+  /// function. Cost: linear in the number of nodes (10⁶ nodes: under a second); nothing if the same outputs
+  /// and inputs were compiled before and are still remembered.
   Kernel(std::span<const Expr> outputs, std::span<const Expr> inputs);
 
   std::size_t inputs() const { return input_count_; }
-  std::size_t outputs() const { return output_slot_.size(); }
+  std::size_t outputs() const { return output_count_; }
   std::size_t operations() const;  ///< instructions on the tape
   std::size_t workspace_size() const { return slots_; }
 
@@ -51,28 +50,11 @@ class Kernel {
   bool is_machine_code() const;
 
  private:
-  struct Run {
-    Op op;
-    std::uint32_t first_slot, count, first_operand;  ///< of Op::solve: first_operand is a linear step
-  };
-  /// A linear system on the tape: a factorisation, or a solution with one that was made before.
-  struct LinearStep {
-    bool factor;  ///< n² operands become LU and pivots, n² + n results; otherwise n become n
-    int n;
-    std::uint32_t first_operand;
-    std::uint32_t factors;  ///< slot of LU and pivots
-    bool transposed;
-  };
-  void run_linear(const LinearStep& step, std::uint32_t result, double* w) const;
+  struct Code;
   double* work() const;
-  std::size_t input_count_ = 0, slots_ = 0;
-  std::vector<double> constants_;
-  std::vector<Run> runs_;
-  std::vector<LinearStep> linear_;
-  std::vector<std::uint32_t> operands_;  ///< arity × count slot numbers per run, operand by operand
-  std::vector<std::uint32_t> output_slot_;
+  std::shared_ptr<Code> code_;  ///< shared by copies and by kernels of the same expressions
+  std::size_t input_count_ = 0, output_count_ = 0, slots_ = 0;
   mutable std::vector<double> work_;
-  std::shared_ptr<Hot> hot_;  ///< shared by copies: code is made once
 };
 
 }  // namespace pendula::codegen

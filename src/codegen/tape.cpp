@@ -1,4 +1,4 @@
-// Expr graph -> grouped tape: lower, schedule into runs of one operation, number the slots.
+// Program -> grouped tape: schedule into runs of one operation, number the slots. And its interpreter.
 //
 // Workspace layout: inputs | constants | results in order of execution. Results of one run are contiguous.
 #include <algorithm>
@@ -6,8 +6,8 @@
 #include <cmath>
 
 #include "base/error.hpp"
-#include "codegen/hot.hpp"
-#include "codegen/kernel.hpp"
+#include "codegen/tape.hpp"
+#include "expr/solve.hpp"
 
 namespace pendula::codegen {
 namespace {
@@ -68,8 +68,7 @@ class Schedule {
 
 }  // namespace
 
-Kernel::Kernel(std::span<const Expr> outputs, std::span<const Expr> inputs) : input_count_(inputs.size()) {
-  Program low = lower(outputs, inputs);
+Tape::Tape(const Program& low) : input_count_(low.inputs) {
   constants_ = low.constants;
   const Slot first = low.first_instruction();
   std::vector<Slot> slot(first + low.instructions.size());
@@ -105,36 +104,29 @@ Kernel::Kernel(std::span<const Expr> outputs, std::span<const Expr> inputs) : in
     for (Slot i : members) slot[first + i] = static_cast<Slot>(slots_++);
   });
   for (Slot value : low.results) output_slot_.push_back(slot[value]);
-  hot_ = std::make_shared<Hot>(std::move(low));
 }
 
-std::size_t Kernel::operations() const {
+std::size_t Tape::operations() const {
   std::size_t n = 0;
   for (const Run& run : runs_) n += run.count;
   return n;
 }
 
-double* Kernel::work() const {
-  work_.resize(slots_);
-  return work_.data();
+// Dense LU with partial pivoting on slots. All right sides with the same matrix, or with its transpose, share
+// one factorisation.
+void Tape::run_linear(const LinearStep& step, std::uint32_t result, double* w) const {
+  const std::uint32_t* const operands = operands_.data() + step.first_operand;
+  const int n = step.n, count = step.factor ? n * n : n;
+  double* const r = w + result;
+  for (int i = 0; i < count; ++i) r[i] = w[operands[i]];
+  const double* const factors = w + step.factors;
+  if (step.factor)
+    lu_factor(r, r + n * n, n);
+  else
+    lu_solve(factors, factors + n * n, r, n, step.transposed);
 }
 
-std::vector<double> Kernel::operator()(std::span<const double> in) const {
-  PENDULA_ASSERT(in.size() == input_count_, "a kernel got the wrong number of inputs");
-  std::vector<double> out(outputs());
-  (*this)(in.data(), out.data());
-  return out;
-}
-
-void Kernel::run(const double* in, double* out, double* w) const {
-  if (const Machine* machine = hot_ ? hot_->code() : nullptr) {
-    machine->run(in, out, w);
-    return;
-  }
-  run_tape(in, out, w);
-}
-
-void Kernel::run_tape(const double* in, double* out, double* w) const {
+void Tape::run(const double* in, double* out, double* w) const {
   std::copy(in, in + input_count_, w);
   std::copy(constants_.begin(), constants_.end(), w + input_count_);
   for (const Run& run : runs_) {

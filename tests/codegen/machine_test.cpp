@@ -109,7 +109,7 @@ TEST_CASE("machine code: linear systems, with shared factors and components as o
 
 TEST_CASE("machine code: a kernel that is run often switches by itself, copies share the code") {
   if (!codegen::Machine::available()) return;
-  const Expr x[] = {symbol(Kind::variable, "mx")};
+  const Expr x[] = {symbol(Kind::variable, "mhot")};
   Expr e = x[0];
   for (int i = 0; i < 2000; ++i) e = e * x[0] + 1;
   const Kernel kernel({&e, 1}, x), copy = kernel;
@@ -160,4 +160,17 @@ TEST_CASE("machine code: linear systems on lanes") {
     kernel.run_tape(in.data() + 2 * p, one.data(), work.data());
     for (std::size_t k = 0; k < 3; ++k) CHECK(same(one[k], many[3 * p + k]));
   }
+}
+
+TEST_CASE("kernels: the same expressions are compiled once, other inputs are another kernel") {
+  const Expr x = symbol(Kind::variable, "mx"), y = symbol(Kind::variable, "my");
+  const Expr e = x * 3 + y;
+  const Expr xy[] = {x, y}, yx[] = {y, x};
+  const Kernel a({&e, 1}, xy), b({&e, 1}, xy), c({&e, 1}, yx);
+  if (a.accelerate()) {
+    CHECK(b.is_machine_code());
+    CHECK(!c.is_machine_code());
+  }
+  CHECK(b(std::vector<double>{1, 2})[0] == 5);
+  CHECK(c(std::vector<double>{1, 2})[0] == 7);
 }

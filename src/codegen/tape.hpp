@@ -1,0 +1,43 @@
+// The grouped tape: the portable back end and the reference of every other one.
+//
+// Workspace: inputs | constants | results in order of execution; the results of one run are contiguous.
+#pragma once
+
+#include "codegen/program.hpp"
+
+namespace pendula::codegen {
+
+class Tape {
+ public:
+  Tape() = default;
+  explicit Tape(const Program& program);
+
+  std::size_t inputs() const { return input_count_; }
+  std::size_t outputs() const { return output_slot_.size(); }
+  std::size_t operations() const;
+  std::size_t workspace_size() const { return slots_; }
+  void run(const double* in, double* out, double* work) const;
+
+ private:
+  struct Run {
+    Op op;
+    Slot first_slot, count, first_operand;  ///< of Op::solve: first_operand is a linear step
+  };
+  /// A linear system on the tape: a factorisation, or a solution with one that was made before.
+  struct LinearStep {
+    bool factor;  ///< n² operands become LU and pivots, n² + n results; otherwise n become n
+    int n;
+    Slot first_operand;
+    Slot factors;  ///< slot of LU and pivots
+    bool transposed;
+  };
+  void run_linear(const LinearStep& step, Slot result, double* w) const;
+  std::size_t input_count_ = 0, slots_ = 0;
+  std::vector<double> constants_;
+  std::vector<Run> runs_;
+  std::vector<LinearStep> linear_;
+  std::vector<Slot> operands_;  ///< arity × count slot numbers per run, operand by operand
+  std::vector<Slot> output_slot_;
+};
+
+}  // namespace pendula::codegen
