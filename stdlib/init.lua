@@ -4,3 +4,4 @@ include "help"       -- help, apropos, examples
 include "testing"    -- test, expect
 include "plot"       -- plot, plot3, semilogy, semilogx, loglog, spy
 include "tableaus/init"  -- rk.euler, rk.rk4, …
+include "laboratory"  -- pictures of newton, basins, converge, sweep

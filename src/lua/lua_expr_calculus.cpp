@@ -167,10 +167,11 @@ const Module calculus_module = {
          "The value; keys are names or symbols, columns take lists. Parameters without an entry have their "
          "default values.",
          "x = var \"x\"; evaluate(x^2, {x = 0.5})", "0.25"},
-        {"fn", push_compiled, "fn(arguments, e) -> function",
+        {"fn", push_compiled, "fn(arguments, e) -> function  ·  fn(function(x, y) … end)",
          "A compiled numeric function: arguments are symbols or columns; f(1, 2) is a number or a matrix. A "
-         "matrix "
-         "argument holds one point per row, and so does the result.",
+         "matrix argument holds one point per row, and so does the result. A Lua function is followed with "
+         "symbols "
+         "once and compiled: no branches on its arguments, the vocabulary's functions only.",
          "x, y = vars \"x y\"; f = fn({x, y}, x*y); f(2, 3)", "6.0"},
         {"implicit_jacobian", push_implicit_jacobian, "implicit_jacobian(r, z, y) -> matrix",
          "∂z/∂y = -(∂r/∂z)⁻¹ ∂r/∂y where r(y, z) = 0. ∂r/∂z must be regular: sufficient for z(y) to exist, "

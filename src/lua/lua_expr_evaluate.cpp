@@ -10,6 +10,7 @@
 #include "expr/derivative.hpp"
 #include "expr/print.hpp"
 #include "lua/lua_expr.hpp"
+#include "lua/traced.hpp"
 
 namespace pendula::lua {
 
@@ -70,6 +71,26 @@ void complete(Point& point, std::span<const Expr> outputs, const char* remedy) {
       where.push_back(text(leaf_name(leaf), " = ", rounded(it->second, 6)));
   throw Error(text("'", to_text(subexpression), "' has no finite value", where.empty() ? "" : " at ",
                    join(where, ", ")));
+}
+
+/// fn(function(x, y) … end): the function is followed with symbols named like its parameters.
+void read_lua_function(Call& call, CompiledFunction& f) {
+  const int function = call.has(2) ? 2 : 1;
+  if (function == 1)
+    for (const std::string& name : parameter_names(call.L, 1)) {
+      f.inputs.push_back(symbol(Kind::variable, name));
+      f.names.push_back(name);
+      f.sizes.push_back(1);
+    }
+  std::vector<Expr> arguments = f.inputs;
+  if (arguments.empty())
+    throw Error("a function without named parameters needs a list of arguments: fn({x, y}, f)");
+  std::string why;
+  const auto traced = trace(call.L, function, arguments, why);
+  if (!traced)
+    throw Error(text("the function cannot be followed with symbols: ", why,
+                     "\nUse the vocabulary's functions (sin, not math.sin; ifelse, not if)"));
+  f.outputs = *traced;
 }
 
 /// The arguments of fn: a list whose entries are symbols or columns, or one of them.
@@ -180,9 +201,16 @@ int push_evaluated(Call& call) {
 
 int push_compiled(Call& call) {
   auto f = std::make_shared<CompiledFunction>();
-  f->outputs = to_matrix(call.L, 2, "e");
-  const auto known = leaves(entries(f->outputs));
-  read_signature(call, *f, known);
+  if (lua_isfunction(call.L, 1) && !call.has(2)) {
+    read_lua_function(call, *f);
+  } else if (lua_isfunction(call.L, 2)) {
+    read_signature(call, *f, declared_symbols());
+    read_lua_function(call, *f);
+  } else {
+    f->outputs = to_matrix(call.L, 2, "e");
+    const auto known = leaves(entries(f->outputs));
+    read_signature(call, *f, known);
+  }
   add_defaults(*f);
   // Row by row: the order in which one point's results stand in a row.
   const MatX by_rows = f->outputs.transpose();

@@ -86,6 +86,12 @@ class SeriesReader {
 
   void read() {
     if (field("style")) style_ = plot::style_named(words(L_, lua_gettop(L_), "style"));
+    if (field("cell")) {
+      const Vec size = to_numbers(L_, lua_gettop(L_), "cell");
+      if (size.size() != 2 || !(size.minCoeff() > 0))
+        throw Error("cell must be { width, height }, both positive");
+      cell_ = {size[0], size[1]};
+    }
     read_labels();
     if (field("points")) return read_points();
     const Mat x = field("x") ? columns(L_, lua_gettop(L_), "x") : Mat();
@@ -129,7 +135,7 @@ class SeriesReader {
   }
   void add(Vec x, Vec y, Vec z) {
     const std::string label = added_ < labels_.size() ? labels_[added_] : "";
-    figure_.series.push_back({label, std::move(x), std::move(y), std::move(z), style_});
+    figure_.series.push_back({label, std::move(x), std::move(y), std::move(z), style_, cell_});
     ++added_;
   }
 
@@ -137,6 +143,7 @@ class SeriesReader {
   int table_;
   plot::Figure& figure_;
   plot::Style style_ = plot::Style::line;
+  std::array<double, 2> cell_{0.9, 0.9};
   std::vector<std::string> labels_;
   size_t added_ = 0;
 };

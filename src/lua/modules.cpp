@@ -18,14 +18,15 @@ extern const Module structure_module;
 extern const Module tableau_module;
 extern const Module methods_module;
 extern const Module integrate_module;
+extern const Module newton_module;
 extern const Module plot_module;
 
 const std::vector<const Module*>& modules() {
   static const std::vector<const Module*> list = {
-      &expr_module,     &functions_module, &matrix_module,    &entries_module,
-      &calculus_module, &algebra_module,   &mech_module,      &dae_module,
-      &forms_module,    &start_module,     &pencil_module,    &structure_module,
-      &tableau_module,  &methods_module,   &integrate_module, &plot_module,
+      &expr_module,    &functions_module, &matrix_module,  &entries_module, &calculus_module,
+      &algebra_module, &mech_module,      &dae_module,     &forms_module,   &start_module,
+      &pencil_module,  &structure_module, &tableau_module, &methods_module, &integrate_module,
+      &newton_module,  &plot_module,
   };
   return list;
 }

@@ -49,8 +49,8 @@ void draw_cells(Canvas& canvas, const Frame& f, const Series& s, const Look& l) 
   const Clip clip = f.clip();
   for (Index i = 0; i < s.x.size(); ++i) {
     if (!drawable(f.figure, s, i)) continue;
-    const double x0 = f.x(s.x[i] - 0.45), x1 = f.x(s.x[i] + 0.45);
-    const double ya = f.y(s.y[i] - 0.45), yb = f.y(s.y[i] + 0.45), y0 = std::min(ya, yb),
+    const double x0 = f.x(s.x[i] - s.cell[0] / 2), x1 = f.x(s.x[i] + s.cell[0] / 2);
+    const double ya = f.y(s.y[i] - s.cell[1] / 2), yb = f.y(s.y[i] + s.cell[1] / 2), y0 = std::min(ya, yb),
                  y1 = std::max(ya, yb);
     const auto dot = [](double v, int low, int high) {
       return static_cast<int>(std::clamp<double>(std::lround(v), low, high));

@@ -44,6 +44,7 @@ struct Series {
   std::string label;
   Vec x, y, z;
   Style style = Style::line;
+  std::array<double, 2> cell{0.9, 0.9};  ///< width and height of Style::cells
 };
 
 /// A surface on a parametric grid: node (i, j) is (x(i,j), y(i,j), z(i,j)); drawn as a mesh one can see

@@ -113,12 +113,16 @@ std::string flat_script(const Figure& f) {
     }
     if (block.empty()) continue;
     out += block.str();
-    const std::string columns = s.style == Style::cells ? " using 1:2:(0.45):(0.45) " : " using 1:2 ";
+    const std::string columns = s.style == Style::cells ? text(" using 1:2:(", shortest(s.cell[0] / 2), "):(",
+                                                               shortest(s.cell[1] / 2), ") ")
+                                                        : " using 1:2 ";
     const std::string title = s.label.empty() ? " notitle" : " title " + quoted(s.label);
     plots += (plots.empty() ? "plot " : ", \\\n     ") + block.name() + columns + with_style(s, k) + title;
-    if (s.style == Style::impulses)
-      plots += ", \\\n     " + block.name() + columns + with_style({"", {}, {}, {}, Style::points}, k) +
-               " notitle";
+    if (s.style == Style::impulses) {
+      Series marks;
+      marks.style = Style::points;
+      plots += ", \\\n     " + block.name() + columns + with_style(marks, k) + " notitle";
+    }
   }
   return out + plots + "\n";
 }
