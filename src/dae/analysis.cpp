@@ -4,42 +4,110 @@
 
 #include "base/error.hpp"
 #include "base/text.hpp"
+#include "dae/balance.hpp"
 #include "dae/differentiation.hpp"
+#include "dae/on_solutions.hpp"
 #include "dae/rank.hpp"
+#include "dae/remembered.hpp"
 #include "expr/print.hpp"
 
 namespace pendula::dae {
 namespace {
 
-std::string names_of(const std::vector<Expr>& list) {
-  std::vector<std::string> names;
-  for (Expr e : list) names.push_back(to_text(e));
-  return join(names, ", ");
+std::vector<Expr> leaves_of(const Model& m) {
+  std::vector<Expr> list;
+  for (const Variable& v : m.variables) list.push_back(v.leaf);
+  return list;
 }
 
-/// J_ij = ∂F_i/∂x_j^(d_j - c_i); equal to ∂F_i^(c_i)/∂x_j^(d_j) by Griewank's lemma (Pryce 2001, eq. (3.2)).
-std::vector<Entry> system_jacobian(const Model& m, const Offsets& o, const Signature& sigma) {
+/// Is J of full rank for the parameter values of the model too? Values are rational or doubles, so that the
+/// rank modulo a prime is exact.
+bool regular_at_values(const Model& m, const Analysis& a) {
+  std::vector<Expr> slopes;
+  for (const Entry& e : a.jacobian) slopes.push_back(e.value);
+  Substitution values;
+  for (Expr leaf : leaves(slopes))
+    if (const auto it = m.values.find(leaf); it != m.values.end()) values[leaf] = it->second;
+  if (values.empty()) return true;
+  std::vector<Entry> there = a.jacobian;
+  try {
+    const auto numbers = substitute(slopes, values);
+    for (std::size_t k = 0; k < there.size(); ++k) there[k].value = numbers[k];
+  } catch (const Error&) {  // a division by zero: the model says nothing there
+    return false;
+  }
+  std::erase_if(there, [](const Entry& e) { return e.value.is_zero(); });
+  const auto n = static_cast<int>(m.variables.size());
+  return modular_rank(there, n, n).rank == n;
+}
+
+/// Ranks of J at points that satisfy the equations; nothing if they cannot differ or are not affordable.
+std::optional<SolutionRanks> ranks_on_solutions(const Model& m, const Analysis& a) {
+  if (!m.form.empty() || !m.invariants.empty() || m.variables.size() > OnSolutions::affordable) return {};
+  static Remembered<std::optional<SolutionRanks>> remembered;
+  auto key = key_of(m);
+  if (const auto* known = remembered.find(key)) return *known;
+  const Substitution values(m.values.begin(), m.values.end());
+  std::vector<Entry> jacobian = a.jacobian;
+  for (Entry& e : jacobian) e.value = substitute(e.value, values);
+  const OnSolutions there(residuals_at_values(m), leaves_of(m), a.offsets, std::move(jacobian));
+  return remembered.keep(std::move(key), there.applies() ? std::optional(there.ranks()) : std::nullopt);
+}
+
+Standing standing_of(const Model& m, Analysis& a) {
+  const auto n = static_cast<int>(m.variables.size());
+  if (a.rank.rank < n) return Standing::identically;
+  if (!regular_at_values(m, a)) return Standing::at_values;
+  a.solutions = ranks_on_solutions(m, a);
+  return a.solutions && a.solutions->always_below(n) ? Standing::on_solutions : Standing::regular;
+}
+
+}  // namespace
+
+std::vector<std::uint32_t> key_of(const Model& m) {
+  std::vector<std::uint32_t> key;
+  for (std::size_t i = 0; i < m.residuals.size(); ++i) {
+    key.push_back(m.residuals[i].id());
+    key.push_back(static_cast<std::uint32_t>(m.origin[i].first));
+    key.push_back(static_cast<std::uint32_t>(m.origin[i].second));
+  }
+  for (const Variable& v : m.variables) {
+    key.push_back(v.leaf.id());
+    key.push_back(static_cast<std::uint32_t>(v.order));
+  }
+  for (Expr p : m.parameters)
+    if (const auto it = m.values.find(p); it != m.values.end()) {
+      key.push_back(p.id());
+      key.push_back(it->second.id());
+    }
+  for (const Constraint& c : m.invariants) key.push_back(c.residual.id());
+  key.push_back(m.mechanics ? static_cast<std::uint32_t>(m.mechanics->C.size()) + 1 : 0);
+  return key;
+}
+
+std::vector<Entry> system_jacobian(const std::vector<Expr>& residuals, const std::vector<Expr>& variables,
+                                   const Offsets& o, const Signature& sigma) {
   std::vector<Entry> J;
   for (std::size_t i = 0; i < sigma.size(); ++i) {
-    std::vector<Expr> x;
+    std::vector<Expr> leading;
     std::vector<int> where;
     for (const SignatureEntry& e : sigma[i])
       if (o.d[e.variable] - o.c[i] == e.order)
-        x.push_back(derivative_leaf(m.variables[e.variable].leaf, e.order)), where.push_back(e.variable);
-    const auto row = gradient(m.residuals[i], x);
+        leading.push_back(derivative_leaf(variables[e.variable], e.order)), where.push_back(e.variable);
+    const auto row = gradient(residuals[i], leading);
     for (std::size_t k = 0; k < row.size(); ++k)
       if (!row[k].is_zero()) J.push_back({static_cast<int>(i), where[k], row[k]});
   }
   return J;
 }
 
-}  // namespace
+Signature signature(const Model& m) { return signature(m.residuals, leaves_of(m)); }
 
-Signature signature(const Model& m) {
+Signature signature(const std::vector<Expr>& residuals, const std::vector<Expr>& variables) {
   std::unordered_map<Expr, int> number;
-  for (std::size_t j = 0; j < m.variables.size(); ++j) number[m.variables[j].leaf] = static_cast<int>(j);
+  for (std::size_t j = 0; j < variables.size(); ++j) number[variables[j]] = static_cast<int>(j);
   Signature sigma;
-  for (Expr r : m.residuals) {
+  for (Expr r : residuals) {
     std::unordered_map<int, int> highest;
     for (Expr leaf : leaves({&r, 1})) {
       const Symbol& s = symbol_of(leaf);
@@ -66,21 +134,16 @@ Pattern incidence(const Model& m) {
 }
 
 Analysis analyse(const Model& m) {
-  if (m.residuals.size() != m.variables.size()) {
-    std::vector<Expr> unknowns;
-    for (const Variable& v : m.variables) unknowns.push_back(v.leaf);
-    throw Error(text("the model has ", m.residuals.size(), " equations for ", m.variables.size(),
-                     " unknowns (", names_of(unknowns),
-                     "): ", m.residuals.size() < m.variables.size() ? "add equations" : "remove equations"));
-  }
+  if (m.residuals.size() != m.variables.size()) throw Error(imbalance(m));
   Analysis a;
   const auto n = static_cast<int>(m.variables.size());
   a.sigma = signature(m);
   a.offsets = offsets(a.sigma, n);
   if (!a.offsets.unmatched.empty()) return a;
-  a.jacobian = system_jacobian(m, a.offsets, a.sigma);
+  a.jacobian = system_jacobian(m.residuals, leaves_of(m), a.offsets, a.sigma);
   a.rank = generic_rank(a.jacobian, n, n);
-  a.regular = a.rank.rank == n;
+  a.standing = standing_of(m, a);
+  a.regular = a.standing == Standing::regular;
   if (!a.regular) return a;
   a.index = a.offsets.index();
   a.dof = a.offsets.value;
@@ -92,21 +155,40 @@ Analysis analyse(const Model& m) {
   return a;
 }
 
+std::string why_not_regular(const Model& m, const Analysis& a) {
+  const auto n = m.variables.size();
+  switch (a.standing) {
+    case Standing::unmatched:
+      return imbalance(m);
+    case Standing::identically:
+      return text("the system Jacobian of the structural analysis is singular (rank ", a.rank.rank, " of ", n,
+                  "): the structural index ", a.offsets.index(), " would be wrong");
+    case Standing::at_values:
+      return text(
+          "for these parameter values the system Jacobian of the structural analysis is singular; "
+          "the structural index ",
+          a.offsets.index(), " holds for almost all other values only");
+    case Standing::on_solutions:
+      return text(
+          "the system Jacobian of the structural analysis has full rank in general, but is singular "
+          "where the equations hold: the structural index ",
+          a.offsets.index(),
+          " would be wrong. Is there an equation whose gradient vanishes where it holds, as that of C² "
+          "= 0 does? Write C = 0");
+    case Standing::regular:
+      break;
+  }
+  return "";
+}
+
 Analysis require_regular(const Model& m) {
   Analysis a = analyse(m);
-  if (!a.offsets.unmatched.empty()) {
-    std::vector<std::string> rows;
-    for (int i : a.offsets.unmatched)
-      rows.push_back(m.label(static_cast<std::size_t>(i)) + " " +
-                     m.equation_text(static_cast<std::size_t>(i)));
-    throw Failure(
-        text("the model is structurally singular: no unknown is left for equation ", join(rows, "; ")));
-  }
-  if (!a.regular)
-    throw Failure(text("the system Jacobian of the structural analysis is singular (rank ", a.rank.rank,
-                       " of ", m.variables.size(), "): the structural index ", a.offsets.index(),
-                       " would be wrong, so no index is given"));
+  if (!a.regular) throw Failure("no index is given: " + why_not_regular(m, a));
   return a;
+}
+
+std::vector<Expr> residuals_at_values(const Model& m) {
+  return substitute(m.residuals, Substitution(m.values.begin(), m.values.end()));
 }
 
 }  // namespace pendula::dae

@@ -1,34 +1,62 @@
 // Index analysis: what the structure of a model says, and whether it may be believed.
 #pragma once
 
+#include <optional>
+
 #include "dae/blocks.hpp"
 #include "dae/model.hpp"
 #include "dae/modular.hpp"
+#include "dae/on_solutions.hpp"
 #include "dae/sigma.hpp"
 
 namespace pendula::dae {
+
+/// What the system Jacobian J says about the structural answer.
+enum class Standing {
+  regular,       ///< full rank: the structural answer is valid
+  at_values,     ///< full rank for almost all parameter values, but not for those of this model
+  on_solutions,  ///< full rank in general, but at no point found that satisfies the equations
+  identically,   ///< never full rank
+  unmatched      ///< there is no transversal, hence no J
+};
 
 struct Analysis {
   Signature sigma;              ///< σ_ij
   Offsets offsets;              ///< c, d and the transversal; empty transversal: structurally singular
   std::vector<Entry> jacobian;  ///< system Jacobian, by rows
   ModularRank rank;             ///< its generic rank, with the rows and columns that are dependent
-  bool regular = false;         ///< full rank: the structural answer is valid
-  int index = 0;                ///< differentiation index where regular
-  int dof = 0;                  ///< free initial values where regular
-  std::vector<Constraint> constraints;  ///< conditions on the start, explicit and hidden
+  Standing standing = Standing::unmatched;
+  bool regular = false;                    ///< standing == Standing::regular
+  std::optional<SolutionRanks> solutions;  ///< ranks of J where the equations hold, where that was looked at
+  int index = 0;                           ///< differentiation index where regular
+  int dof = 0;                             ///< free initial values where regular
+  std::vector<Constraint> constraints;     ///< conditions on the start, explicit and hidden
 };
 
-/// Σ-method, then the generic rank of the system Jacobian J_ij = ∂F_i/∂x_j^(d_j - c_i), exactly modulo a
-/// large prime and, up to 64 equations, numerically at random points. Throws Error unless there are as many
-/// equations as unknowns. Cost: near linear on sparse models.
+/// Σ-method, then the rank of the system Jacobian J_ij = ∂F_i/∂x_j^(d_j - c_i): exactly modulo a large prime
+/// for all values of its symbols, then for the parameter values of the model; up to 64 equations numerically
+/// at random points; up to 60 equations, where J contains unknowns, at points that satisfy the equations
+/// (not for reduced forms, which are regular by construction). Throws Error unless there are as many
+/// equations as unknowns. Cost: near linear on sparse models; the points on solutions are remembered.
 Analysis analyse(const Model& model);
 
 /// The same, but throws a Failure that says why unless the analysis is regular.
 Analysis require_regular(const Model& model);
 
+/// What `require_regular` throws, and index(), dof() where nothing leads to an index.
+std::string why_not_regular(const Model& model, const Analysis& analysis);
+
+/// A copy of the residuals with the parameter values of the model put in.
+std::vector<Expr> residuals_at_values(const Model& model);
+
 /// σ_ij of every equation.
 Signature signature(const Model& model);
+Signature signature(const std::vector<Expr>& residuals, const std::vector<Expr>& variables);
+
+/// J_ij = ∂F_i/∂x_j^(d_j - c_i) by rows; equal to ∂F_i^(c_i)/∂x_j^(d_j) by Griewank's lemma (Pryce 2001,
+/// eq. (3.2)).
+std::vector<Entry> system_jacobian(const std::vector<Expr>& residuals, const std::vector<Expr>& variables,
+                                   const Offsets& offsets, const Signature& sigma);
 
 /// Who appears where, whatever the order of derivative: the pattern for over- and under-determined parts.
 Pattern incidence(const Model& model);

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 #include <random>
-#include <unordered_set>
 
 #include "base/error.hpp"
 #include "base/interrupt.hpp"
@@ -19,8 +18,7 @@ constexpr double solved_below = 1e-11;  // scaled residual of a point
 constexpr int max_iterations = 120;     // exponentials come down by one per Newton step
 constexpr double rank_cut = 1e-8;       // relative to σ₁: σ above it always counts
 constexpr double rounding = 1e-16;
-constexpr double off_domain = 1e-6;  // what must not vanish is larger; starting values are near 1
-constexpr double far_away = 1e10;    // starting values are near 1
+constexpr double far_away = 1e10;  // starting values are near 1
 
 Mat equilibrated(Mat m) {
   for (int sweep = 0; sweep < 3; ++sweep) {
@@ -98,11 +96,21 @@ Expr generic_function(const FunctionCall& f) {
   return substitute(sum, arguments);
 }
 
-/// Values at w, and which of them are cancellation: as large as their change when w moves by 1e-10. Scaling
-/// would make numbers of such a 1e-16.
-std::pair<std::vector<double>, std::vector<char>> evaluate_stable(
-    const std::vector<Expr>& outputs, const std::vector<Expr>& columns, const Vec& w,
-    const std::unordered_map<Expr, double>& known) {
+}  // namespace
+
+std::vector<Expr> without_calls(std::vector<Expr> e) {
+  while (has_calls(e)) {
+    Substitution innermost;
+    for (Expr node : topological(e))
+      if (node.op() == Op::call && !has_calls(call_of(node).arguments))
+        innermost[node] = generic_function(call_of(node));
+    e = substitute(e, innermost);
+  }
+  return e;
+}
+
+StableValues evaluate_stable(const std::vector<Expr>& outputs, const std::vector<Expr>& columns, const Vec& w,
+                             const std::unordered_map<Expr, double>& known) {
   constexpr double golden = 0.6180339887498949;
   auto here = known, moved = known;
   for (std::size_t j = 0; j < columns.size(); ++j) {
@@ -116,19 +124,6 @@ std::pair<std::vector<double>, std::vector<char>> evaluate_stable(
   for (std::size_t k = 0; k < values.size(); ++k)
     noise[k] = std::fabs(values[k]) <= 10 * std::fabs(values[k] - other[k]);
   return {std::move(values), std::move(noise)};
-}
-
-}  // namespace
-
-std::vector<Expr> without_calls(std::vector<Expr> e) {
-  while (has_calls(e)) {
-    Substitution innermost;
-    for (Expr node : topological(e))
-      if (node.op() == Op::call && !has_calls(call_of(node).arguments))
-        innermost[node] = generic_function(call_of(node));
-    e = substitute(e, innermost);
-  }
-  return e;
 }
 
 RankGap rank_with_gap(const Mat& m) {
@@ -198,11 +193,11 @@ std::unordered_map<Expr, double> NumericArray::known(int seed) const {
 
 void NumericArray::evaluate_at(const Vec& w, const std::unordered_map<Expr, double>& known, Vec& r,
                                Mat& J) const {
-  const auto values = evaluate_stable(outputs_, columns_, w, known);
-  r = Eigen::Map<const Vec>(values.first.data(), static_cast<Index>(rows_));
+  const auto [values, noise] = evaluate_stable(outputs_, columns_, w, known);
+  r = Eigen::Map<const Vec>(values.data(), static_cast<Index>(rows_));
   J = Mat::Zero(static_cast<Index>(rows_), w.size());
   for (std::size_t k = 0; k < entries_.size(); ++k)
-    if (!values.second[rows_ + k]) J(entries_[k].row, entries_[k].column) = values.first[rows_ + k];
+    if (!noise[rows_ + k]) J(entries_[k].row, entries_[k].column) = values[rows_ + k];
 }
 
 std::optional<NumericArray::Solution> NumericArray::project(Vec w,
@@ -253,52 +248,6 @@ ArrayRanks NumericArray::ranks(const Solution& at, const std::unordered_map<Expr
   const RankGap all = rank_with_gap(J), y = rank_with_gap(J.rightCols(J.cols() - x)),
                 higher = rank_with_gap(J.rightCols(J.cols() - x - n));
   return {all.rank, y.rank, higher.rank, std::min({all.gap, y.gap, higher.gap}), at.slow};
-}
-
-std::optional<RankGap> rank_on_solutions(const std::vector<Expr>& residuals,
-                                         const std::vector<Expr>& variables, const Offsets& offsets,
-                                         const std::vector<Entry>& jacobian, const std::vector<Expr>& nonzero,
-                                         int most) {
-  const auto n = static_cast<int>(variables.size());
-  const std::unordered_set<Expr> bases(variables.begin(), variables.end());
-  const auto unknown = [&](Expr leaf) { return bases.count(symbol_of(leaf).base) > 0; };
-  std::vector<Expr> slopes;
-  for (const Entry& e : jacobian) slopes.push_back(e.value);
-  const std::vector<Expr> inside = leaves(slopes);
-  if (n > most || std::none_of(inside.begin(), inside.end(), unknown)) return {};
-  std::vector<Expr> rows, columns;
-  for (std::size_t i = 0; i < residuals.size(); ++i)
-    for (int k = 0; k <= offsets.c[i]; ++k) rows.push_back(k ? total_derivative(rows.back()) : residuals[i]);
-  const std::size_t equations = rows.size();
-  rows.insert(rows.end(), slopes.begin(), slopes.end());
-  rows.insert(rows.end(), nonzero.begin(), nonzero.end());
-  rows = without_calls(rows);
-  slopes.assign(rows.begin() + static_cast<std::ptrdiff_t>(equations), rows.end());
-  rows.resize(equations);
-  std::vector<Expr> everything = rows;
-  everything.insert(everything.end(), slopes.begin(), slopes.end());
-  for (Expr leaf : leaves(everything))
-    if (unknown(leaf)) columns.push_back(leaf);
-  const NumericArray numeric(rows, columns);
-  std::optional<RankGap> best;
-  for (int seed = 0, found = 0; seed < 12 && found < 3; ++seed) {
-    const auto values = numeric.known(seed);
-    const auto at = numeric.project(numeric.start(seed), values, 0);
-    if (!at || at->slow) continue;
-    const auto [v, noise] = evaluate_stable(slopes, columns, at->w, values);
-    if (std::any_of(v.begin() + static_cast<std::ptrdiff_t>(jacobian.size()), v.end(),
-                    [](double x) { return std::fabs(x) < off_domain; }))
-      continue;
-    ++found;
-    Mat J = Mat::Zero(n, n);
-    for (std::size_t k = 0; k < jacobian.size(); ++k)
-      if (!noise[k]) J(jacobian[k].row, jacobian[k].column) = v[k];
-    if (!J.allFinite()) continue;
-    const RankGap rank = rank_with_gap(J);
-    if (!best || rank.rank > best->rank) best = rank;
-    if (best->rank == n) break;
-  }
-  return best;
 }
 
 }  // namespace pendula::dae

@@ -6,7 +6,6 @@
 
 #include "base/math.hpp"
 #include "dae/derivative_array.hpp"
-#include "dae/sigma.hpp"
 
 namespace pendula::dae {
 
@@ -58,14 +57,13 @@ class NumericArray {
   std::size_t rows_, states_, first_;
 };
 
-/// The rank of the system Jacobian of the Σ-method where it matters: at points that satisfy the equations
-/// and their derivatives up to c_i. It is less than the generic rank if an entry or the determinant contains
-/// the equations themselves, as in F_2 + x F_1 = 0. The largest rank of three points; nothing if the Jacobian
-/// contains no unknown (then the generic rank decides), if it has more than `most` rows, or if no point was
-/// found. Points where one of `nonzero` vanishes do not count.
-std::optional<RankGap> rank_on_solutions(const std::vector<Expr>& residuals,
-                                         const std::vector<Expr>& variables, const Offsets& offsets,
-                                         const std::vector<Entry>& jacobian,
-                                         const std::vector<Expr>& nonzero = {}, int most = 60);
+/// Values at w, and which of them are cancellation: as large as their change when w moves by 1e-10. Scaling
+/// would make numbers of such a 1e-16.
+struct StableValues {
+  std::vector<double> value;
+  std::vector<char> noise;
+};
+StableValues evaluate_stable(const std::vector<Expr>& outputs, const std::vector<Expr>& columns, const Vec& w,
+                             const std::unordered_map<Expr, double>& known);
 
 }  // namespace pendula::dae

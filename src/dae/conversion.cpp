@@ -449,7 +449,8 @@ std::optional<Repaired> repair(const ModelPtr& model, std::vector<std::string>* 
     Equations given = e;
     std::vector<std::string> story;
     if (put_in_values(*model, given, s, story))
-      if (Structure there = structure_of(given); !there.regular)
+      if (Structure there = structure_of(given);
+          !there.regular || there.offsets.c != s.offsets.c || there.offsets.d != s.offsets.d)
         e = std::move(given), s = std::move(there), r.story = std::move(story);
   }
   const bool done = make_regular(e, s, r);

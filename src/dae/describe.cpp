@@ -3,7 +3,10 @@
 
 #include "base/error.hpp"
 #include "base/text.hpp"
+#include "dae/balance.hpp"
+#include "dae/classification.hpp"
 #include "dae/model.hpp"
+#include "dae/rank.hpp"
 #include "dae/truth.hpp"
 #include "expr/print.hpp"
 
@@ -26,10 +29,15 @@ std::string column_text(const VecX& v) {
   return (v[only].is_one() ? "" : sum ? "(" + factor + ") " : factor + " ") + "e" + subscript(only + 1);
 }
 
+bool is_unit_multiple(const VecX& v) {
+  return std::count_if(v.begin(), v.end(), [](Expr e) { return !e.is_zero(); }) == 1;
+}
+
 /// A column equation by vector names, if both sides have such a form that is short enough to read.
 std::optional<std::string> vector_equation(const VecX& lhs, const VecX& rhs) {
   constexpr int widest = 100;
   const std::string left = column_text(lhs), right = column_text(rhs);
+  if (is_unit_multiple(lhs)) return {};  // x₁′ e₁ = … reads better row by row
   const std::string line = left + " = " + right;
   const bool listed = line.find(", ") != std::string::npos;  // some side is only (a, b, c)
   return listed || display_width(line) > widest ? std::nullopt : std::optional(line);
@@ -113,6 +121,25 @@ std::string parameter_values(const Model& m) {
   return join(words, ", ");
 }
 
+/// Every unknown is differentiated: the rank of ∂F/∂x′ decides between implicit ODE and DAE.
+void leading_rank(const Model& m, Table& symbols) {
+  constexpr std::size_t affordable = 300;
+  const auto top = m.top_derivatives();
+  if (m.kind == Kind::ode || !m.algebraic().empty() || top.size() != m.residuals.size() ||
+      top.size() > affordable)
+    return;
+  const auto n = static_cast<int>(top.size());
+  const ModularRank rank = generic_rank(sparse_jacobian(residuals_at_values(m), top), n, n);
+  const char* word = m.variables[0].order > 1 ? "∂F/∂x″" : "∂F/∂x′";
+  symbols.row({word, rank.rank == n ? text("nonsingular (rank ", n, "): an implicit ODE")
+                                    : text("singular (rank ", rank.rank, " of ", n,
+                                           rank.dependent_rows.empty()
+                                               ? ""
+                                               : text("; ", equation_list(m, rank.dependent_rows),
+                                                      " depends on the others"),
+                                           "): a DAE, though every unknown is differentiated")});
+}
+
 }  // namespace
 
 std::string describe(const Model& m) {
@@ -137,6 +164,8 @@ std::string describe(const Model& m) {
   if (!m.algebraic().empty()) symbols.row({"algebraic", grouped(m.algebraic())});
   if (!m.inputs.empty()) symbols.row({"inputs", grouped(m.inputs)});
   if (!m.parameters.empty()) symbols.row({"parameters", parameter_values(m)});
+  leading_rank(m, symbols);
+  for (const auto& [word, line] : classification(m)) symbols.row({word, line});
   if (!m.invariants.empty()) {
     std::vector<std::string> words;
     for (const Constraint& c : m.invariants) words.push_back(c.label + " = 0");

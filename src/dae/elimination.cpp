@@ -8,7 +8,7 @@
 #include "base/interrupt.hpp"
 #include "base/text.hpp"
 #include "dae/array_conditions.hpp"
-#include "dae/array_points.hpp"
+#include "dae/on_solutions.hpp"
 #include "dae/rank.hpp"
 #include "expr/generic.hpp"
 #include "expr/print.hpp"
@@ -61,31 +61,18 @@ Equations equations_of(const Model& m) {
 
 Structure structure_of(const Equations& e) {
   PENDULA_ASSERT(e.residuals.size() == e.variables.size(), "the equations of a repair are square");
-  Model bare;  // signature() reads residuals and variables only
-  bare.residuals = e.residuals;
-  for (Expr v : e.variables) bare.variables.push_back({v, 0});
   Structure s;
   const auto n = static_cast<int>(e.variables.size());
-  s.sigma = signature(bare);
+  s.sigma = signature(e.residuals, e.variables);
   s.offsets = offsets(s.sigma, n);
   s.matched = s.offsets.unmatched.empty();
   if (!s.matched) return s;
-  for (int i = 0; i < n; ++i) {
-    std::vector<Expr> leading;
-    std::vector<int> where;
-    for (const SignatureEntry& entry : s.sigma[i])
-      if (s.offsets.d[entry.variable] - s.offsets.c[i] == entry.order)
-        leading.push_back(derivative_leaf(e.variables[entry.variable], entry.order)),
-            where.push_back(entry.variable);
-    const auto row = gradient(e.residuals[i], leading);
-    for (std::size_t k = 0; k < row.size(); ++k)
-      if (!row[k].is_zero()) s.jacobian.push_back({i, where[k], row[k]});
-  }
+  s.jacobian = system_jacobian(e.residuals, e.variables, s.offsets, s.sigma);
   s.rank = generic_rank(s.jacobian, n, n);
   s.regular = s.rank.rank == n;
   if (!s.regular) return s;
-  if (const auto there = rank_on_solutions(e.residuals, e.variables, s.offsets, s.jacobian, e.nonzero);
-      there && there->rank < n)
+  if (const OnSolutions there(e.residuals, e.variables, s.offsets, s.jacobian, e.nonzero);
+      there.applies() && there.ranks().always_below(n))
     s.regular = false, s.singular_on_solutions = true;
   return s;
 }
@@ -117,10 +104,12 @@ Step replace_equation(Equations& e, std::size_t i, Expr residual, const std::str
                       std::vector<std::string>& story) {
   if (!has_unknown(residual, e.variables)) {
     const bool zero = residual.is_zero() || generic::is_zero(residual);
+    const bool never = !zero && residual.is_constant();
     story.push_back(
         text(how, ":  0 = ", zero ? "0" : to_text(residual),
-             zero ? "   the equations depend on each other: one more is needed"
-                  : "   contains no unknown: the equations contradict each other unless it holds"));
+             zero    ? "   the equations depend on each other: one more is needed"
+             : never ? "   the equations contradict each other"
+                     : "   contains no unknown: the equations contradict each other unless it holds"));
     return Step::dependent;
   }
   story.push_back(text(how, ":  0 = ", to_text(residual), "   replaces ", e.labels[i]));

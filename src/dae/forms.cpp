@@ -3,6 +3,8 @@
 #include <unordered_set>
 
 #include "base/error.hpp"
+#include "base/text.hpp"
+#include "dae/classification.hpp"
 #include "dae/lineage.hpp"
 #include "expr/print.hpp"
 
@@ -68,12 +70,21 @@ ModelPtr linear(const MatX& E, const MatX& A, const MatX& B, VecX x, VecX u, std
   return make_model({{E * derivative(x), right, ""}}, std::move(options));
 }
 
+/// The same model with one more line of its story, which can only be told now that it is made.
+template <class Line>
+static ModelPtr with_last_line(const ModelPtr& model, Line line) {
+  auto copy = std::make_shared<Model>(*model);
+  copy->trace.push_back(line(*model));
+  return copy;
+}
+
 ModelPtr to_implicit(const ModelPtr& model) {
   ModelOptions options = child_of(model);
   options.trace.push_back("F(x′, x, z, u) = right side - left side of every equation");
   std::vector<Block> blocks;
   for (const Block& b : model->blocks) blocks.push_back({VecX::Zero(b.lhs.size()), b.rhs - b.lhs, b.note});
-  return make_model(std::move(blocks), std::move(options));
+  return with_last_line(make_model(std::move(blocks), std::move(options)),
+                        [](const Model& m) { return counts(m); });
 }
 
 ModelPtr to_first_order(const ModelPtr& model) {
@@ -159,7 +170,11 @@ ModelPtr to_semi_explicit(const ModelPtr& given) {
     else
       blocks.push_back({VecX::Zero(block.lhs.size()), mapped(block.rhs - block.lhs, known), block.note});
   }
-  return make_model(std::move(blocks), std::move(options));
+  return with_last_line(make_model(std::move(blocks), std::move(options)), [](const Model& m) {
+    const std::size_t n = m.states().size(), z = m.algebraic().size();
+    return text("x′ = f, 0 = g with n_x = ", n, ", n_z = ", z, ": g has ", m.residuals.size() - n,
+                m.residuals.size() == n + z ? " rows, as many as there are algebraic variables" : " rows");
+  });
 }
 
 Expr resolve(const Model& model, Expr e) {

@@ -29,9 +29,12 @@ void flatten(Model& m) {
       m.residuals.push_back(m.blocks[b].lhs[row] - m.blocks[b].rhs[row]);
       m.origin.push_back({static_cast<int>(b), static_cast<int>(row)});
       const Expr r = m.residuals.back();
-      if (r.is_constant())
-        throw Error(text("equation ", b + 1, " contains no symbol",
-                         r.is_zero() ? ": it reads 0 = 0" : text(": it reads 0 = ", to_text(r))));
+      if (!r.is_constant()) continue;
+      const bool one = m.blocks[b].lhs.size() == 1;
+      if (r.is_zero() && !one) continue;  // of a column: E and A may have zero rows; structure() names them
+      throw Error(text("equation ", b + 1, one ? "" : text(", row ", row + 1),
+                       " contains no symbol: it reads 0 = ", to_text(r),
+                       r.is_zero() ? "" : ", which never holds"));
     }
   }
 }

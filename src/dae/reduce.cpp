@@ -5,6 +5,7 @@
 
 #include "base/error.hpp"
 #include "base/text.hpp"
+#include "dae/classification.hpp"
 #include "dae/conversion.hpp"
 #include "dae/differentiation.hpp"
 #include "dae/lineage.hpp"
@@ -71,6 +72,8 @@ ModelPtr reduce_acc(const ModelPtr& model) {
                              low->algebraic().empty() ? "" : ", ", names_of(low->algebraic()), ") has rank ",
                              rank, " of ", n, ": index ",
                              low->algebraic().empty() && low->kind != Kind::fully_implicit ? 0 : 1, "."));
+  for (const auto& [word, line] : classification(*model))
+    if (word == "holds") done->trace.push_back("The original model has " + line + ".");
   std::vector<std::string> conditions;
   for (const Constraint& c : done->invariants) conditions.push_back(c.label + " = 0");
   done->trace.push_back(

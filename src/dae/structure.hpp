@@ -5,6 +5,7 @@
 
 #include "dae/analysis.hpp"
 #include "dae/start.hpp"
+#include "dae/validity.hpp"
 
 namespace pendula::dae {
 
@@ -21,11 +22,14 @@ struct StructureReport {
   Analysis analysis;
   Blocks blocks;  ///< of the system Jacobian; of the incidence where there is none
   Verdict verdict = Verdict::valid;
-  std::optional<double> gap;  ///< σ_n / σ_1 of the scaled system Jacobian at the point
+  std::optional<double> gap;  ///< σ_n / σ_1 of the scaled system Jacobian at the point; 0 if singular there
+  std::vector<std::string> null_vector;  ///< unknowns in its null vector, where it is singular there
+  Validity validity;                     ///< where the structural answer holds
   int structural_index = 0, structural_dof = 0;
-  std::optional<int> index, dof;  ///< true ones, where they are known
-  bool index_is_bound = false;    ///< too large for a referee: at most this
-  std::string by;                 ///< how the true index was found, or why there is none
+  std::optional<int> index, dof;   ///< true ones, where they are known
+  bool index_is_bound = false;     ///< too large for a referee: at most this
+  std::string by;                  ///< how the true index was found, or why there is none
+  std::vector<std::string> notes;  ///< other branches of the solutions, other parameter values, conditions
 };
 
 /// Analyses a model of any shape; `at`, if given, is a point where the system Jacobian is looked at

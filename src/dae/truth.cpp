@@ -5,9 +5,7 @@
 #include "dae/conversion.hpp"
 #include "dae/derivative_array.hpp"
 #include "dae/pencil.hpp"
-#include "dae/rank.hpp"
-#include "dae/start.hpp"
-#include "expr/print.hpp"
+#include "dae/remembered.hpp"
 
 namespace pendula::dae {
 namespace {
@@ -24,6 +22,15 @@ Truth from_structure(const Analysis& a, const std::string& by) {
   return t;
 }
 
+/// What makes a pencil singular, where elimination shows it: "(2) - (1):  0 = 1 …".
+std::string why_singular(const Model& m) {
+  std::vector<std::string> tried;
+  repair(std::make_shared<const Model>(m), &tried);
+  std::string out;
+  for (const std::string& line : tried) out += "\n  " + line;
+  return out;
+}
+
 std::optional<Truth> from_pencil(const Model& m) {
   const auto form = linear_form(m);
   if (!form) return {};
@@ -31,7 +38,8 @@ std::optional<Truth> from_pencil(const Model& m) {
   if (!linear.regular)
     throw Failure(text(
         "the pencil sE - A is singular (det(sE - A) = 0 for every s): the equations depend on each other or "
-        "leave unknowns open, so there is no index; sys:pencil() shows which"));
+        "leave unknowns open, so there is no index; sys:pencil() shows which",
+        why_singular(m)));
   Truth t;
   t.index = linear.index;
   t.dof = linear.dof;
@@ -73,92 +81,88 @@ Truth from_array(const ModelPtr& model, const Analysis& a, const ArrayResult& ar
   return t;
 }
 
-/// A start near the `attempt`-th random values; what has no value is random too.
-StartRequest random_start(const Model& m, int attempt) {
-  std::vector<Expr> unknowns = m.states();
-  const auto z = m.algebraic();
-  unknowns.insert(unknowns.end(), z.begin(), z.end());
-  std::vector<Expr> all = unknowns;
-  all.insert(all.end(), m.parameters.begin(), m.parameters.end());
-  for (Expr u : m.inputs)
-    for (int k = 0; k <= 4; ++k) all.push_back(derivative_leaf(u, k));
-  const auto value = random_point(all, attempt);
-  StartRequest request;
-  request.t = 0.7;
-  for (Expr leaf : unknowns) request.guess.push_back({leaf, value.at(leaf)});
-  for (Expr p : m.parameters)
-    if (!m.values.count(p)) request.parameters[p] = Expr(value.at(p));
-  for (Expr leaf : all)
-    if (symbol_of(leaf).kind == pendula::Kind::input) request.inputs[leaf] = Expr(value.at(leaf));
-  return request;
-}
-
-/// Is the system Jacobian regular at some consistent point? Then offsets, degrees of freedom and the bound on
-/// the index are right (Pryce 2001, Thm 4.2). It can be regular almost everywhere and yet singular wherever
-/// the equations hold. Nothing if no point was found.
-std::optional<bool> regular_on_solutions(const ModelPtr& model, const Analysis& a) {
-  std::optional<bool> answer;
-  const auto n = static_cast<Eigen::Index>(model->variables.size());
-  for (int attempt = 0; attempt < 4 && answer != true; ++attempt) try {
-      const StartRequest request = random_start(*model, attempt);
-      const StartPtr at = init(model, request);
-      Mat J = Mat::Zero(n, n);
-      for (const Entry& e : a.jacobian) J(e.row, e.column) = (*at)(substitute(e.value, request.inputs));
-      if (J.allFinite()) answer = numeric_rank(J) == n;
-    } catch (const UserFacing&) {
-      continue;  // no consistent point from here
-    }
-  return answer;
-}
-
 [[noreturn]] void no_road(const Model& m, const Analysis& a, const ArrayResult* array,
                           const std::vector<std::string>& tried) {
-  const auto n = m.variables.size();
-  std::string why =
-      a.offsets.unmatched.empty()
-          ? text("the system Jacobian is identically singular (rank ", a.rank.rank, " of ", n,
-                 "), so the structural index ", a.offsets.index(), " would be wrong")
-          : "the model is structurally singular: sys:structure() names the over- and under-determined parts";
+  std::string why = why_not_regular(m, a);
   if (array) why += "\n  derivative array: " + array->text;
   for (const std::string& line : tried) why += "\n  " + line;
   throw Failure("no index can be given: " + why);
 }
 
-}  // namespace
+/// The structure's answer, and at which points it was confirmed.
+Truth confirmed_structure(const Model& m, const Analysis& a) {
+  const auto n = static_cast<int>(m.variables.size());
+  std::string by = "structure, system Jacobian regular";
+  if (a.solutions && a.solutions->most == n)
+    by += ", also at a consistent point";
+  else if (a.solutions)
+    by += "; no consistent point was found to confirm it";
+  else if (n > OnSolutions::affordable)
+    by += text("; not confirmed at consistent points (more than ", OnSolutions::affordable, " equations)");
+  Truth t = from_structure(a, by);
+  t.index_is_bound = a.index > 1;
+  return t;
+}
 
-Truth truth(const Model& m, const Analysis& a) {
+Truth without_regular_structure(const ModelPtr& model, const Analysis& a, const ArrayResult& array) {
+  if (array.verdict == ArrayVerdict::determined) return from_array(model, a, array);
+  std::vector<std::string> tried;
+  const auto repaired = repair(model, &tried);
+  if (!repaired || array.verdict != ArrayVerdict::not_covered) no_road(*model, a, &array, tried);
+  Truth t = from_structure(require_regular(*repaired->model), "structure of the repaired equations");
+  t.constraints = repaired_constraints(*repaired);
+  t.index = repaired->differentiations;
+  t.index_is_bound = true;
+  return t;
+}
+
+Truth find(const Model& m, const Analysis& a) {
   if (!m.invariants
            .empty()) {  // a reduced form: made regular on purpose, with conditions its equations do not know
     if (!a.regular) no_road(m, a, nullptr, {});
     return from_structure(a, "structure of a reduced form, system Jacobian regular");
   }
+  if (a.standing == Standing::unmatched) no_road(m, a, nullptr, {});
   if (auto t = from_pencil(m)) return *t;
+  if (a.regular && m.variables.size() > array_affordable) return confirmed_structure(m, a);
   const auto model = std::make_shared<const Model>(m);
-  const bool small = m.variables.size() <= array_affordable;
-  if (!a.regular || small) {
-    const ArrayResult array = derivative_array(m);
-    const bool determined = array.verdict == ArrayVerdict::determined;
-    if (a.regular && (!determined || array.dof != a.dof || array.index > a.index)) {
-      // The array may have met a singular branch of the solutions; the structure is right if it is so at one
-      // point.
-      if (!determined || regular_on_solutions(model, a).value_or(true))
-        return from_structure(a, "structure, system Jacobian regular, also at consistent points");
-    }
-    if (determined) return from_array(model, a, array);
-    if (!a.regular) {
-      std::vector<std::string> tried;
-      const auto repaired = repair(model, &tried);
-      if (!repaired || array.verdict != ArrayVerdict::not_covered) no_road(m, a, &array, tried);
-      Truth t = from_structure(require_regular(*repaired->model), "structure of the repaired equations");
-      t.constraints = repaired_constraints(*repaired);
-      t.index = repaired->differentiations;
-      t.index_is_bound = true;
-      return t;
-    }
-  }
-  Truth t = from_structure(a, "structure, system Jacobian regular");
-  t.index_is_bound = a.index > 1;
+  const ArrayResult array = derivative_array(m);
+  if (!a.regular) return without_regular_structure(model, a, array);
+  if (array.verdict == ArrayVerdict::determined && array.dof == a.dof && array.index <= a.index)
+    return from_array(model, a, array);
+  Truth t = confirmed_structure(m, a);
+  if (array.verdict == ArrayVerdict::determined)
+    t.notes.push_back("on another branch of the solutions, where the system Jacobian is singular: " +
+                      array.text);
+  if (array.verdict == ArrayVerdict::varying || array.verdict == ArrayVerdict::singular)
+    t.notes.push_back("derivative array: " + array.text);
   return t;
+}
+
+struct Outcome {
+  std::optional<Truth> truth;
+  std::string failure;
+};
+
+}  // namespace
+
+Truth truth(const Model& m, const Analysis& a) {
+  constexpr std::size_t kept = 500;  // equations; beyond them the structure decides, and quickly
+  static Remembered<Outcome> remembered;
+  if (m.residuals.size() > kept) return find(m, a);
+  auto key = key_of(m);
+  const Outcome* known = remembered.find(key);
+  if (!known) {
+    Outcome outcome;
+    try {
+      outcome.truth = find(m, a);
+    } catch (const Failure& e) {
+      outcome.failure = e.what();
+    }
+    known = &remembered.keep(std::move(key), std::move(outcome));
+  }
+  if (!known->truth) throw Failure(known->failure);
+  return *known->truth;
 }
 
 Truth truth(const Model& m) { return truth(m, analyse(m)); }

@@ -61,10 +61,13 @@ int sigma(Call& call) {
   return 1;
 }
 
-int push_known(Call& call, const std::optional<int>& value) {
-  if (value) return call.push(*value);
+int push_nil(Call& call) {
   lua_pushnil(call.L);
   return 1;
+}
+
+int push_known(Call& call, const std::optional<int>& value) {
+  return value ? call.push(*value) : push_nil(call);
 }
 
 int structural_index(Call& call) {
@@ -82,6 +85,71 @@ int index(Call& call) { return push_known(call, self(call).index); }
 int dof(Call& call) { return push_known(call, self(call).dof); }
 int verdict(Call& call) { return call.push(dae::verdict_name(self(call).verdict)); }
 int valid(Call& call) { return call.push(self(call).verdict == dae::Verdict::valid); }
+
+int jacobian(Call& call) {
+  const dae::StructureReport& s = self(call);
+  constexpr Eigen::Index most = 300;  // beyond it the matrix would fill the memory with zeros
+  if (s.verdict == dae::Verdict::structurally_singular) return push_nil(call);
+  const auto n = static_cast<Eigen::Index>(s.model->variables.size());
+  if (n > most)
+    throw Error(text("the system Jacobian has ", n, " rows; it is written out up to ", most,
+                     " (s.blocks lists the blocks)"));
+  MatX J = MatX::Zero(n, n);
+  for (const Entry& e : s.analysis.jacobian) J(e.row, e.column) = e.value;
+  return push_matrix(call.L, J);
+}
+
+int gap(Call& call) {
+  const auto& value = self(call).gap;
+  return value ? call.push(*value) : push_nil(call);
+}
+
+int nonzero(Call& call) {
+  lua_newtable(call.L);
+  lua_Integer k = 0;
+  for (const dae::Condition& c : self(call).validity.conditions) {
+    push_expr(call.L, c.factor);
+    lua_rawseti(call.L, -2, ++k);
+  }
+  return 1;
+}
+
+/// { equations = {"(1)", …}, unknowns = {x, …} }
+void push_part(lua_State* L, const dae::Model& m, const dae::Part& part) {
+  lua_createtable(L, 0, 2);
+  lua_createtable(L, static_cast<int>(part.rows.size()), 0);
+  for (std::size_t k = 0; k < part.rows.size(); ++k) {
+    lua_pushstring(L, m.label(static_cast<std::size_t>(part.rows[k])).c_str());
+    lua_rawseti(L, -2, static_cast<lua_Integer>(k + 1));
+  }
+  lua_setfield(L, -2, "equations");
+  lua_createtable(L, static_cast<int>(part.columns.size()), 0);
+  for (std::size_t k = 0; k < part.columns.size(); ++k) {
+    push_expr(L, m.variables[static_cast<std::size_t>(part.columns[k])].leaf);
+    lua_rawseti(L, -2, static_cast<lua_Integer>(k + 1));
+  }
+  lua_setfield(L, -2, "unknowns");
+}
+
+int over(Call& call) {
+  push_part(call.L, *self(call).model, self(call).blocks.over);
+  return 1;
+}
+
+int under(Call& call) {
+  push_part(call.L, *self(call).model, self(call).blocks.under);
+  return 1;
+}
+
+int blocks(Call& call) {
+  const dae::StructureReport& s = self(call);
+  lua_createtable(call.L, static_cast<int>(s.blocks.square.size()), 0);
+  for (std::size_t k = 0; k < s.blocks.square.size(); ++k) {
+    push_part(call.L, *s.model, s.blocks.square[k]);
+    lua_rawseti(call.L, -2, static_cast<lua_Integer>(k + 1));
+  }
+  return 1;
+}
 
 int structure_text(Call& call) {
   collect_aliases(call.L);
@@ -117,6 +185,21 @@ const Module structure_module = {
          "singular\".",
          "", ""},
         {"structure#valid", valid, "s.valid -> boolean", "Whether the verdict is \"valid\".", "", ""},
+        {"structure#J", jacobian, "s.J -> matrix or nil",
+         "The system Jacobian J_ij = ∂F_i/∂x_j^(d_j - c_i), symbolic.",
+         "x, z = vars \"x z\"  return dae{ der(x) ~ z, 0 ~ x - z^3 }:structure().J[2][2]", "3 z²"},
+        {"structure#gap", gap, "s.gap -> number or nil",
+         "σ_min/σ_max of the scaled system Jacobian at the point given as at; 0 where it is singular.", "",
+         ""},
+        {"structure#nonzero", nonzero, "s.nonzero -> list of expressions",
+         "Factors of det J: the structural answer holds where none of them vanishes.",
+         "x, z = vars \"x z\"  return dae{ der(x) ~ z, 0 ~ x - z^3 }:structure().nonzero[1]", "z"},
+        {"structure#over", over, "s.over -> { equations, unknowns }",
+         "The over-determined part: more equations than unknowns.", "", ""},
+        {"structure#under", under, "s.under -> { equations, unknowns }",
+         "The under-determined part: more unknowns than equations.", "", ""},
+        {"structure#blocks", blocks, "s.blocks -> list of { equations, unknowns }",
+         "The square blocks, each solvable after those before it.", "", ""},
         {"structure:__tostring", structure_text, "print(sys:structure())", "The whole report.", "", ""},
     }};
 

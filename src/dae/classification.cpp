@@ -1,0 +1,137 @@
+#include "dae/classification.hpp"
+
+#include <algorithm>
+#include <unordered_set>
+
+#include "base/error.hpp"
+#include "base/text.hpp"
+#include "dae/balance.hpp"
+#include "expr/print.hpp"
+
+namespace pendula::dae {
+namespace {
+
+bool has_calls(const std::vector<Expr>& list) {
+  const auto nodes = topological(list);
+  return std::any_of(nodes.begin(), nodes.end(),
+                     [](Expr e) { return !e.is_constant() && !e.is_symbol() && e.op() == Op::call; });
+}
+
+bool contains(Expr e, const std::unordered_set<Expr>& set) {
+  const auto inside = leaves({&e, 1});
+  return std::any_of(inside.begin(), inside.end(), [&](Expr leaf) { return set.count(leaf) > 0; });
+}
+
+/// The rows without x′, and those of them without z.
+struct AlgebraicRows {
+  std::vector<int> all, without_z;
+};
+
+AlgebraicRows algebraic_rows(const Model& m) {
+  const auto top = m.top_derivatives(), z = m.algebraic();
+  const std::unordered_set<Expr> derivatives(top.begin(), top.end()), algebraic(z.begin(), z.end());
+  AlgebraicRows rows;
+  for (std::size_t i = 0; i < m.residuals.size(); ++i) {
+    if (contains(m.residuals[i], derivatives)) continue;
+    rows.all.push_back(static_cast<int>(i));
+    if (!contains(m.residuals[i], algebraic)) rows.without_z.push_back(static_cast<int>(i));
+  }
+  return rows;
+}
+
+/// In a semi-explicit model the index is 1 exactly where ∂g/∂z is regular, and 2, if g = g(x), exactly where
+/// ∂g/∂x ∂f/∂z is.
+bool condition_is_sharp(const Model& m, const Analysis& a) {
+  return m.kind == dae::Kind::semi_explicit && !m.mass_matrix && a.offsets.index() <= 2;
+}
+
+std::string functions_text(const Model& m, const Analysis& a, const Validity& v) {
+  const int index = a.offsets.index();
+  const AlgebraicRows rows = algebraic_rows(m);
+  std::string where = conditions_text(v, Condition::Kind::functions);
+  if (where.empty() || !v.complete) {
+    std::vector<int> z;
+    for (std::size_t j = 0; j < m.variables.size(); ++j)
+      if (m.variables[j].order == 0) z.push_back(static_cast<int>(j));
+    const std::string g = equation_list(m, rows.all);
+    where = index == 1 ? text("∂(", g, ")/∂(", unknown_list(m, z), ") is nonsingular")
+                       : "the system Jacobian is nonsingular";
+  }
+  std::string line = text("index ", index, " where ", where);
+  if (condition_is_sharp(m, a))
+    line += text("; where ", v.conditions.size() == 1 ? "it" : "one of them",
+                 " vanishes identically, the index is at least ", index + 1);
+  return line;
+}
+
+}  // namespace
+
+std::vector<std::string> condition_lines(const Model& m, const Analysis& a, const Validity& v) {
+  std::vector<std::string> lines;
+  const auto any = [&](Condition::Kind kind) {
+    return std::any_of(v.conditions.begin(), v.conditions.end(),
+                       [&](const Condition& c) { return c.kind == kind; });
+  };
+  if (any(Condition::Kind::functions)) lines.push_back(functions_text(m, a, v));
+  const std::string parameters = conditions_text(v, Condition::Kind::parameters),
+                    state = conditions_text(v, Condition::Kind::state);
+  if (!parameters.empty() || !state.empty())
+    lines.push_back("the structural answer holds where " + parameters +
+                    (parameters.empty() || state.empty() ? "" : ", ") + state);
+  std::vector<std::string> reached;
+  bool none = false;
+  for (const Condition& c : v.conditions) {
+    if (c.reached == true) reached.push_back(to_text(c.factor) + " = 0");
+    none = none || c.reached == false;
+  }
+  if (reached.empty() && none) lines.back() += "; no consistent point where that fails was found";
+  if (!reached.empty())
+    lines.push_back(text("singular points: there are consistent points with ",
+                         join(reached, " and others with "), "; the index changes there"));
+  return lines;
+}
+
+std::vector<std::pair<std::string, std::string>> classification(const Model& m) {
+  std::vector<std::pair<std::string, std::string>> rows;
+  if (m.kind != dae::Kind::semi_explicit || !has_calls(m.residuals) ||
+      m.residuals.size() != m.variables.size())
+    return rows;
+  const Analysis a = analyse(m);
+  if (a.standing == Standing::unmatched) return rows;
+  const AlgebraicRows g = algebraic_rows(m);
+  if (!g.without_z.empty()) {
+    const std::string names = equation_list(m, g.without_z);
+    const bool one = g.without_z.size() == 1;
+    rows.push_back(
+        {"∂g/∂z", text(names, one ? " does" : " do", " not contain the algebraic variables: ∂g/∂z is ",
+                       "rank deficient, so the index is at least 2")});
+  }
+  Blocks blocks;
+  if (a.standing != Standing::identically) {
+    Pattern pattern(m.residuals.size());
+    for (const Entry& e : a.jacobian) pattern[static_cast<std::size_t>(e.row)].push_back(e.column);
+    blocks = dulmage_mendelsohn(pattern, static_cast<int>(m.variables.size()));
+    const auto lines = condition_lines(m, a, validity(m, a, blocks));
+    for (const std::string& line : lines) rows.push_back({"holds", line});
+  }
+  std::vector<std::string> conditions;
+  for (const Constraint& c : a.constraints) conditions.push_back("0 = " + to_text(c.residual));
+  if (!conditions.empty()) rows.push_back({"consistency", join(conditions, ", ")});
+  return rows;
+}
+
+std::string counts(const Model& m) {
+  const std::size_t n = m.top_derivatives().size(), z = m.algebraic().size(), u = m.inputs.size(),
+                    rows = m.residuals.size();
+  std::string out = text("n = n_x = ", n, ", n_z = ", z, u ? text(", n_u = ", u) : "",
+                         ": x′ has as many entries as x, and F has m = ", rows);
+  if (rows == n + z)
+    out +=
+        " = n_x + n_z rows, one for each of the unknowns x′ and z, so that ∂F/∂(x′, z) is square and can be "
+        "nonsingular (implicit function theorem)";
+  else
+    out += text(" rows for the ", n + z, " unknowns x′ and z: m should be n_x + n_z");
+  return out;
+}
+
+}  // namespace pendula::dae

@@ -1,0 +1,99 @@
+#include "dae/on_solutions.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <unordered_set>
+
+#include "dae/array_points.hpp"
+
+namespace pendula::dae {
+namespace {
+
+using Index = Eigen::Index;
+
+constexpr double off_domain = 1e-6;     // what must not vanish is larger; starting values are near 1
+constexpr double near_enough = 1e3;     // of a point where something vanishes: not a limit at infinity
+constexpr std::size_t longest = 20000;  // operations of the differentiated equations
+
+}  // namespace
+
+OnSolutions::OnSolutions(const std::vector<Expr>& residuals, std::vector<Expr> variables,
+                         const Offsets& offsets, std::vector<Entry> jacobian,
+                         const std::vector<Expr>& nonzero)
+    : size_(static_cast<int>(variables.size())),
+      variables_(std::move(variables)),
+      jacobian_(std::move(jacobian)) {
+  const std::unordered_set<Expr> bases(variables_.begin(), variables_.end());
+  for (const Entry& e : jacobian_) slopes_.push_back(e.value);
+  const std::vector<Expr> inside = leaves(slopes_);
+  const bool varies = std::any_of(inside.begin(), inside.end(),
+                                  [&](Expr leaf) { return bases.count(symbol_of(leaf).base) > 0; });
+  if (size_ > affordable || !varies) return;
+  for (std::size_t i = 0; i < residuals.size(); ++i)
+    for (int k = 0; k <= offsets.c[i]; ++k)
+      rows_.push_back(k ? total_derivative(rows_.back()) : residuals[i]);
+  if (topological(rows_).size() > longest) return;
+  applies_ = true;
+  const auto equations = static_cast<std::ptrdiff_t>(rows_.size());
+  slopes_.insert(slopes_.end(), nonzero.begin(), nonzero.end());
+  rows_.insert(rows_.end(), slopes_.begin(), slopes_.end());
+  rows_ = without_calls(rows_);  // together: the same function in equations and entries
+  slopes_.assign(rows_.begin() + equations, rows_.end());
+  rows_.resize(static_cast<std::size_t>(equations));
+}
+
+namespace {
+
+std::vector<Expr> unknowns_in(std::vector<Expr> rows, const std::vector<Expr>& more,
+                              const std::vector<Expr>& variables) {
+  rows.insert(rows.end(), more.begin(), more.end());
+  const std::unordered_set<Expr> bases(variables.begin(), variables.end());
+  std::vector<Expr> found;
+  for (Expr leaf : leaves(rows))
+    if (bases.count(symbol_of(leaf).base)) found.push_back(leaf);
+  return found;
+}
+
+}  // namespace
+
+SolutionRanks OnSolutions::ranks(int wanted, int seeds) const {
+  SolutionRanks result;
+  const std::vector<Expr> columns = unknowns_in(rows_, slopes_, variables_);
+  const NumericArray numeric(rows_, columns);
+  const int enough = std::max(wanted, size_ <= 12 ? 8 : 3);  // before the rank is called deficient
+  for (int seed = 0; seed < seeds && result.points < enough; ++seed) {
+    const auto known = numeric.known(seed);
+    const auto at = numeric.project(numeric.start(seed), known, 0);
+    if (!at) continue;
+    if (at->slow) {
+      if (at->w.cwiseAbs().maxCoeff() < near_enough) ++result.slow;
+      continue;
+    }
+    const auto [value, noise] = evaluate_stable(slopes_, columns, at->w, known);
+    const auto allowed = static_cast<std::ptrdiff_t>(jacobian_.size());
+    if (std::any_of(value.begin() + allowed, value.end(), [](double x) { return std::fabs(x) < off_domain; }))
+      continue;
+    Mat J = Mat::Zero(size_, size_);
+    for (std::size_t k = 0; k < jacobian_.size(); ++k)
+      if (!noise[k]) J(jacobian_[k].row, jacobian_[k].column) = value[k];
+    if (!J.allFinite()) continue;
+    const int rank = rank_with_gap(J).rank;
+    result.most = std::max(result.most, rank);
+    result.least = result.points++ ? std::min(result.least, rank) : rank;
+    if (wanted == 1 && rank == size_) break;
+  }
+  return result;
+}
+
+bool OnSolutions::reaches(Expr factor, int seeds) const {
+  std::vector<Expr> rows = rows_;
+  rows.push_back(without_calls({factor})[0]);
+  const NumericArray numeric(rows, unknowns_in(rows, {}, variables_));
+  for (int seed = 0; seed < seeds; ++seed) {
+    const auto at = numeric.project(numeric.start(seed), numeric.known(seed), 0);
+    if (at && at->w.cwiseAbs().maxCoeff() < near_enough) return true;
+  }
+  return false;
+}
+
+}  // namespace pendula::dae
