@@ -1,0 +1,138 @@
+// lsq: linear least squares with weights or a covariance. Reads arguments, calls src/sysid/least_squares.
+#include "base/text.hpp"
+#include "lua/lua_sysid.hpp"
+
+namespace pendula::lua {
+
+using Eigen::Index;
+
+struct LsqResult {
+  sysid::WeightedLeastSquares fit;
+  std::vector<std::string> names;
+};
+template <>
+struct TypeName<LsqResult> {
+  static constexpr const char* value = "lsq_result";
+};
+
+namespace {
+
+int lsq(Call& call) {
+  lua_State* L = call.L;
+  const Mat A = to_data(L, 1, "A");
+  const Vec y = to_data(L, 2, "y").reshaped();
+  const Options o = call.options(3, {"covariance", "weights", "names", "noise"});
+  if (o.has("covariance") && o.has("weights"))
+    throw Error("give covariance or weights, not both (weights = 1/variance)");
+  // A list of n numbers is a column, but beside a single observation it is that row.
+  const Mat rows = A.cols() == 1 && y.size() == 1 ? Mat(A.transpose()) : A;
+  sysid::Weighting weighting;
+  if (o.has("covariance")) weighting.covariance = to_data(L, o.push("covariance"), "covariance");
+  if (o.has("weights")) weighting.weights = to_data(L, o.push("weights"), "weights").reshaped();
+  LsqResult result;
+  if (o.has("names")) {
+    result.names = to_words(L, o.push("names"), "names");
+    if (static_cast<Index>(result.names.size()) != rows.cols())
+      throw Error(text("names: expected ", rows.cols(), ", one per column of A, got ", result.names.size()));
+  } else {
+    for (Index i = 1; i <= rows.cols(); ++i) result.names.push_back("θ" + subscript(static_cast<long>(i)));
+  }
+  lua_settop(L, call.count());
+  if (const auto noise = read_noise(call, o)) {
+    if (noise->kind != sysid::Density::Kind::uniform)
+      throw Error("lsq takes noise = uniform(low, high); for other densities see arx and mle");
+    if (rows.rows() != y.size())
+      throw Error(text("A has ", rows.rows(), " rows but y has ", y.size(), " entries"));
+    sysid::Regression r{rows, y, result.names, {}};
+    for (Index i = 1; i <= y.size(); ++i) r.sample.push_back(i);
+    return push_parameter_set(call, std::move(r), *noise);
+  }
+  result.fit = sysid::least_squares(rows, y, weighting);
+  return call.push(std::make_shared<const LsqResult>(std::move(result)));
+}
+
+const LsqResult& self(Call& call) { return call.object<LsqResult>(1, "lsq_result"); }
+int theta(Call& call) { return push_matrix(call.L, Mat(self(call).fit.theta)); }
+int covariance(Call& call) { return push_matrix(call.L, self(call).fit.covariance); }
+int deviations(Call& call) {
+  return push_matrix(call.L, Mat(sysid::standard_deviations(self(call).fit, self(call).fit.covariance)));
+}
+int rank(Call& call) { return call.push(static_cast<long>(self(call).fit.rank)); }
+int sigma2(Call& call) { return call.push(self(call).fit.sigma2); }
+int sse(Call& call) { return call.push(self(call).fit.sse); }
+int residuals(Call& call) { return push_matrix(call.L, Mat(self(call).fit.residuals)); }
+int null_space(Call& call) { return push_matrix(call.L, self(call).fit.null_space); }
+int exact(Call& call) { return call.push(self(call).fit.exact()); }
+int unidentifiable(Call& call) {
+  return push_words(call.L, sysid::free_directions(self(call).fit.null_space, self(call).names));
+}
+
+int to_text(Call& call) {
+  const auto& [fit, names] = self(call);
+  const Vec std = sysid::standard_deviations(fit, fit.covariance);
+  const bool uncertain = fit.known_noise || fit.sigma2 > 0;
+  std::string out = text("least squares: ", fit.rows, fit.rows == 1 ? " row, " : " rows, ", names.size(),
+                         names.size() == 1 ? " parameter, rank " : " parameters, rank ", fit.rank, "\n");
+  Table table({false, true, false});
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    const auto k = static_cast<Index>(i);
+    table.row({names[i], rounded(fit.theta[k]),
+               !fit.identifiable(k) ? "not identifiable"
+               : uncertain          ? "± " + rounded(std[k], 4)
+                                    : ""});
+  }
+  out += table.str(2);
+  if (fit.known_noise)
+    out += text("  covariance (Aᵀ S⁻¹ A)⁻¹ with the given S\n");
+  else if (fit.exact())
+    out += "  the data are reproduced exactly (to rounding)\n";
+  else if (fit.sigma2 > 0)
+    out += text("  covariance σ² (AᵀA)⁻¹ with σ² = SSE/(rows - rank) = ", rounded(fit.sigma2), "\n");
+  else
+    out += "  as many rows as parameters: the noise cannot be estimated\n";
+  if (fit.null_space.cols() > 0) out += "  the estimate shown is the one of minimum norm\n";
+  for (const std::string& line : sysid::free_directions(fit.null_space, names)) out += "    " + line + "\n";
+  out.pop_back();
+  return call.push(out);
+}
+
+}  // namespace
+
+extern const Module lsq_module;
+const Module lsq_module = {
+    "identification",
+    "",
+    {
+        {"lsq", lsq, "lsq(A, y [, { covariance = S | weights = w, names = {…} }]) -> lsq_result",
+         "θ that minimises (Aθ - y)ᵀ S⁻¹ (Aθ - y). With S, the covariance of the noise, cov θ = (Aᵀ S⁻¹ "
+         "A)⁻¹; without it, "
+         "σ̂² (AᵀA)⁻¹; weights are 1/variances up to a common factor. When the rank is deficient the estimate "
+         "has minimum norm and the result says which "
+         "combinations are free.",
+         "print(lsq({ {0, 1} }, {1}, { names = {\"a\", \"b\"} }))",
+         "least squares: 1 row, 2 parameters, rank 1\n"
+         "  a  0  not identifiable\n"
+         "  b  1\n"
+         "  the data are reproduced exactly (to rounding)\n"
+         "  the estimate shown is the one of minimum norm\n"
+         "    a is not identifiable"},
+        {"lsq_result#theta", theta, "r.theta -> column", "The estimate.", "", ""},
+        {"lsq_result#covariance", covariance, "r.covariance -> matrix", "Its covariance.", "", ""},
+        {"lsq_result#cov", covariance, "r.cov -> matrix", "Its covariance.", "", ""},
+        {"lsq_result#std", deviations, "r.std -> column", "Standard deviations; inf where not identifiable.",
+         "", ""},
+        {"lsq_result#rank", rank, "r.rank -> integer", "The rank of A.", "", ""},
+        {"lsq_result#sigma2", sigma2, "r.sigma2 -> number", "SSE/(rows - rank), in units of the weights.", "",
+         ""},
+        {"lsq_result#sse", sse, "r.sse -> number", "The weighted sum of squares.", "", ""},
+        {"lsq_result#residuals", residuals, "r.residuals -> column", "y - Aθ.", "", ""},
+        {"lsq_result#null_space", null_space, "r.null_space -> matrix",
+         "θ + null_space α predicts the same for every α.", "", ""},
+        {"lsq_result#exact", exact, "r.exact -> boolean", "The residual is rounding.", "", ""},
+        {"lsq_result#unidentifiable", unidentifiable, "r.unidentifiable -> list",
+         "The free combinations in words; empty at full rank.", "", ""},
+        {"lsq_result:__tostring", to_text, "print(r)",
+         "Estimate ± standard deviation, rank and free combinations.", "", ""},
+    }};
+
+}  // namespace pendula::lua

@@ -1,0 +1,363 @@
+// arx, fir and the methods of estimated models. Reads arguments, calls src/sysid.
+#include <cmath>
+#include <limits>
+
+#include "base/text.hpp"
+#include "lua/lua_sysid.hpp"
+#include "lua/objects.hpp"
+
+namespace pendula::lua {
+
+using Eigen::Index;
+using sysid::IdData;
+using sysid::IdModel;
+using sysid::PolyModel;
+
+namespace {
+
+/// An order option as one row per output: a number, a list (per input), or a matrix (outputs × inputs).
+std::vector<int> order_row(Call& call, const Options& o, const char* key, Index output, Index outputs,
+                           int fallback) {
+  if (!o.has(key)) return {fallback};
+  const Mat m = to_data(call.L, o.push(key), key);
+  lua_settop(call.L, call.count());
+  for (const double v : m.reshaped())
+    if (v != std::round(v) || !(std::abs(v) < 1e6))
+      throw Error(text(key, " must be a whole number, got ", shortest(v)));
+  std::vector<int> out;
+  if (m.cols() > 1 && m.rows() == outputs && outputs > 1) {
+    for (const double v : m.row(output)) out.push_back(static_cast<int>(v));
+  } else {
+    for (const double v : m.reshaped()) out.push_back(static_cast<int>(v));
+  }
+  return out;
+}
+
+}  // namespace
+
+sysid::Orders read_orders(Call& call, const Options& o, const IdData& d, Index output) {
+  sysid::Orders orders;
+  const Index ny = d.outputs();
+  const auto single = [&](const char* key) {
+    const std::vector<int> row = order_row(call, o, key, output, ny, 0);
+    if (row.size() != 1) throw Error(text(key, " must be one whole number, got ", row.size()));
+    return row[0];
+  };
+  orders.nc = single("nc"), orders.nd = single("nd");
+  const std::vector<int> na = order_row(call, o, "na", output, ny, 0);
+  if (na.size() != 1 && static_cast<Index>(na.size()) != ny)
+    throw Error(text("na must be one whole number", ny > 1 ? text(" or a ", ny, "×", ny, " matrix") : "",
+                     ", got ", na.size(), " numbers"));
+  orders.na = na.size() == 1 ? na[0] : na[static_cast<std::size_t>(output)];
+  if (d.inputs() == 0) {
+    for (const char* key : {"nb", "nf"})
+      if (o.has(key)) throw Error(text(key, " is given, but the data has no input u"));
+    return sysid::checked(orders, d);
+  }
+  orders.nb = order_row(call, o, "nb", output, ny, 0);
+  orders.nk = order_row(call, o, "nk", output, ny, 1);
+  orders.nf = order_row(call, o, "nf", output, ny, 0);
+  return sysid::checked(orders, d);
+}
+
+namespace {
+
+/// couplings[j]: past values of output j in the equation of `output`.
+std::vector<int> read_coupling(Call& call, const Options& o, const IdData& d, Index output) {
+  std::vector<int> row = order_row(call, o, "na", output, d.outputs(), 0);
+  if (row.size() == 1) row.assign(static_cast<std::size_t>(d.outputs()), row[0]);
+  for (const int v : row)
+    if (v < 0) throw Error(text("na must not be negative, got ", v));
+  return row;
+}
+
+int estimate_arx(Call& call, const Options& o) {
+  const IdData& d = call.object<IdData>(1, "data");
+  std::vector<sysid::Orders> orders;
+  std::vector<std::vector<int>> couplings;
+  for (Index i = 0; i < d.outputs(); ++i) {
+    orders.push_back(read_orders(call, o, d, i));
+    couplings.push_back(read_coupling(call, o, d, i));
+  }
+  const sysid::Start start = sysid::start_named(o.string("ic", "drop"));
+  if (const auto noise = read_noise(call, o)) {
+    if (d.outputs() > 1)
+      throw Error("noise densities are for data with one output; take one: iddata{ y = d.y:block(…), … }");
+    if (noise->kind == sysid::Density::Kind::uniform)
+      return push_parameter_set(call, sysid::regression(d, 0, orders[0], start), *noise);
+    IdModel m;
+    m.inputs = d.inputs();
+    m.outputs.push_back(sysid::arx(d, 0, orders[0], start, *noise));
+    return call.push(std::make_shared<const IdModel>(std::move(m)));
+  }
+  return call.push(std::make_shared<const IdModel>(sysid::arx(d, orders, couplings, start)));
+}
+
+int arx(Call& call) {
+  call.object<IdData>(1, "data");
+  call.table(2, "orders");
+  return estimate_arx(call, call.options(2, {"na", "nb", "nk", "ic", "noise"}));
+}
+
+int fir(Call& call) {
+  call.object<IdData>(1, "data");
+  call.table(2, "orders");
+  const Options o = call.options(2, {"nb", "nk", "ic", "noise"});
+  if (!o.has("nb")) throw Error("nb is missing: the number of coefficients, fir(d, { nb = 10, nk = 1 })");
+  return estimate_arx(call, o);
+}
+
+// ── fields ──
+
+const IdModel& self(Call& call) { return call.object<IdModel>(1, "idmodel"); }
+
+/// A value per output: the value itself when there is one, else a list.
+template <class Push>
+int each_output(Call& call, const Push& push) {
+  const IdModel& m = self(call);
+  if (m.outputs.size() == 1) return push(m.outputs[0]);
+  lua_createtable(call.L, static_cast<int>(m.outputs.size()), 0);
+  lua_Integer i = 0;
+  for (const PolyModel& row : m.outputs) {
+    push(row);
+    lua_rawseti(call.L, -2, ++i);
+  }
+  return 1;
+}
+
+int push_polynomials(lua_State* L, const std::vector<Vec>& list) {
+  if (list.size() == 1) return push_row(L, list[0]);
+  lua_createtable(L, static_cast<int>(list.size()), 0);
+  lua_Integer i = 0;
+  for (const Vec& v : list) {
+    push_row(L, v);
+    lua_rawseti(L, -2, ++i);
+  }
+  return 1;
+}
+
+int theta(Call& call) {
+  return each_output(call, [&](const PolyModel& m) { return push_matrix(call.L, Mat(m.theta)); });
+}
+int std_(Call& call) {
+  for (const PolyModel& m : self(call).outputs)
+    if (m.std.size() == 0)
+      throw Error(
+          "this estimate has no standard deviation: it lies in a corner of the feasible set and converges "
+          "like 1/N");
+  return each_output(call, [&](const PolyModel& m) { return push_matrix(call.L, Mat(m.std)); });
+}
+int cov(Call& call) {
+  for (const PolyModel& m : self(call).outputs)
+    if (m.covariance.size() == 0)
+      throw Error("this estimate has no covariance: it lies in a corner of the feasible set");
+  return each_output(call, [&](const PolyModel& m) { return push_matrix(call.L, m.covariance); });
+}
+int correlation(Call& call) {
+  return each_output(call, [&](const PolyModel& m) {
+    Mat c = m.covariance;
+    const Vec s = c.diagonal().cwiseSqrt();
+    for (Index i = 0; i < c.rows(); ++i)
+      for (Index j = 0; j < c.cols(); ++j) c(i, j) = s[i] * s[j] > 0 ? c(i, j) / (s[i] * s[j]) : i == j;
+    return push_matrix(call.L, c);
+  });
+}
+int A(Call& call) {
+  return each_output(call, [&](const PolyModel& m) { return push_row(call.L, m.p.A); });
+}
+int B(Call& call) {
+  return each_output(call, [&](const PolyModel& m) { return push_polynomials(call.L, m.p.B); });
+}
+int C(Call& call) {
+  return each_output(call, [&](const PolyModel& m) { return push_row(call.L, m.p.C); });
+}
+int D(Call& call) {
+  return each_output(call, [&](const PolyModel& m) { return push_row(call.L, m.p.D); });
+}
+int F(Call& call) {
+  return each_output(call, [&](const PolyModel& m) { return push_polynomials(call.L, m.p.F); });
+}
+int noise(Call& call) { return call.push(self(call).outputs[0].noise); }
+int log_likelihood(Call& call) { return call.push(self(call).outputs[0].log_likelihood); }
+int names(Call& call) {
+  return each_output(call, [&](const PolyModel& m) { return push_words(call.L, m.names); });
+}
+template <double sysid::Criteria::*member>
+int quality(Call& call) {
+  return each_output(call, [&](const PolyModel& m) { return call.push(m.quality.*member); });
+}
+int rows(Call& call) {
+  return each_output(call, [&](const PolyModel& m) { return call.push(static_cast<long>(m.quality.rows)); });
+}
+int rank(Call& call) {
+  return each_output(call, [&](const PolyModel& m) { return call.push(static_cast<long>(m.rank)); });
+}
+int exact(Call& call) {
+  return each_output(call, [&](const PolyModel& m) { return call.push(m.exact); });
+}
+int unidentifiable(Call& call) {
+  return each_output(call, [&](const PolyModel& m) { return push_words(call.L, m.unidentifiable); });
+}
+int advice(Call& call) {
+  return each_output(call, [&](const PolyModel& m) { return push_words(call.L, m.advice); });
+}
+int kind(Call& call) { return call.push(self(call).outputs[0].kind); }
+int Ts(Call& call) { return call.push(self(call).outputs[0].Ts); }
+int to_text(Call& call) { return call.push(sysid::describe(self(call))); }
+
+// ── methods ──
+
+struct Mode {
+  Index horizon = 1;
+  sysid::Seed seed = sysid::Seed::data;
+};
+
+/// Argument 3: nothing, a horizon, "simulation", or { horizon =, init = }.
+Mode read_mode(Call& call, Index horizon) {
+  Mode mode;
+  mode.horizon = horizon;
+  const auto positive = [](long h) {
+    if (h < 1) throw Error(text("horizon must be at least 1, got ", h));
+    return static_cast<Index>(h);
+  };
+  const auto word = [&](const std::string& w) -> Index {
+    if (w == "simulation") return 0;
+    if (w == "prediction" || w == "1-step") return 1;
+    throw Error(text("unknown mode '", w, "'.", did_you_mean(w, {"simulation", "prediction"}),
+                     " (\"prediction\", \"simulation\", or a horizon)"));
+  };
+  if (!call.has(3)) return mode;
+  if (lua_type(call.L, 3) == LUA_TSTRING) {
+    mode.horizon = word(call.string(3, "mode"));
+  } else if (!lua_istable(call.L, 3)) {
+    if (lua_type(call.L, 3) == LUA_TNUMBER && std::isinf(lua_tonumber(call.L, 3)))
+      return mode.horizon = 0, mode;
+    mode.horizon = positive(call.integer(3, "horizon"));
+  } else {
+    const Options o = call.options(3, {"horizon", "init"});
+    if (o.has("horizon")) mode.horizon = positive(o.integer("horizon", 1));
+    mode.seed = sysid::seed_named(o.string("init", "data"));
+  }
+  return mode;
+}
+
+std::vector<sysid::Response> respond(Call& call, Index horizon) {
+  const Mode mode = read_mode(call, horizon);
+  return sysid::predict(self(call), call.object<IdData>(2, "data"), mode.horizon, mode.seed);
+}
+
+int push_columns(Call& call, const std::vector<sysid::Response>& r, Vec sysid::Response::*member) {
+  Index rows = std::numeric_limits<Index>::max();
+  for (const auto& each : r) rows = std::min(rows, (each.*member).size());
+  Mat m(rows, static_cast<Index>(r.size()));
+  for (std::size_t i = 0; i < r.size(); ++i) m.col(static_cast<Index>(i)) = (r[i].*member).tail(rows);
+  return push_matrix(call.L, m);
+}
+
+int predict(Call& call) { return push_columns(call, respond(call, 1), &sysid::Response::values); }
+int simulate(Call& call) { return push_columns(call, respond(call, 0), &sysid::Response::values); }
+int residuals(Call& call) { return push_columns(call, respond(call, 1), &sysid::Response::errors); }
+
+int fit(Call& call) {
+  const Mode mode = read_mode(call, 1);
+  const auto r = respond(call, 1);
+  if (r.size() == 1) {
+    call.push(r[0].fit);
+  } else {
+    Vec all(static_cast<Index>(r.size()));
+    for (std::size_t i = 0; i < r.size(); ++i) all[static_cast<Index>(i)] = r[i].fit;
+    push_matrix(call.L, Mat(all));
+  }
+  const std::string what = mode.horizon == 0 ? "simulation" : text(mode.horizon, "-step prediction");
+  call.push(text("% fit, ", what, ", ", r[0].rows.size(), " samples"));
+  return 2;
+}
+
+}  // namespace
+
+extern const Module idmodel_module;
+const Module idmodel_module = {
+    "identification",
+    "",
+    {
+        {"arx", arx, "arx(d, { na =, nb =, nk = 1, ic = \"drop\", noise = }) -> idmodel",
+         "Least-squares estimate of A(q) y(t) = B(q) u(t) + e(t): na past outputs, nb past inputs after a "
+         "delay of nk samples; "
+         "b_k multiplies u(t-k). Several inputs: lists nb, nk; several outputs: matrices. ic says what "
+         "happens before the first "
+         "sample: \"drop\" the rows that need it, \"zero\", or \"estimate\". noise: maximum likelihood for "
+         "that density; "
+         "uniform(low, high) gives the set of parameters.",
+         "d = iddata{ y = {0, 1, .6, -.7, 1.5, 1.9}, u = {1, 0, -1, 2, 1, 0} }\nm = arx(d, { na = 1, nb = 1, "
+         "nk = 1 })\n"
+         "print(m.theta.T)",
+         "[-0.6031634446  0.985940246]"},
+        {"fir", fir, "fir(d, { nb =, nk = 1, ic = \"drop\" }) -> idmodel",
+         "Least-squares estimate of the impulse response y(t) = Σ b_k u(t-k) + e(t).",
+         "print(fir(iddata{ y = {0, 2, 1, 4}, u = {1, 0.5, 2, 1} }, { nb = 1 }).theta)", "[2]"},
+        {"idmodel#theta", theta, "mod.theta -> column",
+         "The estimated parameters, in the order of mod.names.", "", ""},
+        {"idmodel#std", std_, "mod.std -> column",
+         "Their standard deviations; inf where a parameter is not identifiable.", "", ""},
+        {"idmodel#cov", cov, "mod.cov -> matrix", "Their covariance, σ̂²(ΦᵀΦ)⁻¹ for linear least squares.", "",
+         ""},
+        {"idmodel#correlation", correlation, "mod.correlation -> matrix", "Their correlation.", "", ""},
+        {"idmodel#names", names, "mod.names -> list", "The names of the parameters: a1, a2, b1, …", "", ""},
+        {"idmodel#A", A, "mod.A -> row", "A(q) = 1 + a1 q⁻¹ + …", "", ""},
+        {"idmodel#B", B, "mod.B -> row", "B(q), leading zeros for the delay; several inputs: a list.", "",
+         ""},
+        {"idmodel#C", C, "mod.C -> row", "C(q) = 1 + c1 q⁻¹ + …", "", ""},
+        {"idmodel#D", D, "mod.D -> row", "D(q) = 1 + d1 q⁻¹ + …", "", ""},
+        {"idmodel#F", F, "mod.F -> row", "F(q) = 1 + f1 q⁻¹ + …; several inputs: a list.", "", ""},
+        {"idmodel#loss", quality<&sysid::Criteria::loss>, "mod.loss -> number", "V = SSE/rows.", "", ""},
+        {"idmodel#mse", quality<&sysid::Criteria::loss>, "mod.mse -> number",
+         "The same as mod.loss: the mean square of the one-step errors.", "", ""},
+        {"idmodel#sse", quality<&sysid::Criteria::sse>, "mod.sse -> number",
+         "Sum of squared one-step errors.", "", ""},
+        {"idmodel#sigma2", quality<&sysid::Criteria::sigma2>, "mod.sigma2 -> number",
+         "Noise variance SSE/(rows - d).", "", ""},
+        {"idmodel#fpe", quality<&sysid::Criteria::fpe>, "mod.fpe -> number",
+         "Final prediction error V (1 + d/N)/(1 - d/N).", "", ""},
+        {"idmodel#aic", quality<&sysid::Criteria::aic>, "mod.aic -> number",
+         "Akaike's criterion N ln V + 2d.", "", ""},
+        {"idmodel#bic", quality<&sysid::Criteria::bic>, "mod.bic -> number",
+         "Bayesian criterion N ln V + d ln N.", "", ""},
+        {"idmodel#fit_percent", quality<&sysid::Criteria::fit>, "mod.fit_percent -> number",
+         "One-step fit on the estimation data in %.", "", ""},
+        {"idmodel#rows", rows, "mod.rows -> integer", "Rows of the regression that were used.", "", ""},
+        {"idmodel#rank", rank, "mod.rank -> integer", "Rank of the regressor.", "", ""},
+        {"idmodel#exact", exact, "mod.exact -> boolean", "The data are reproduced to rounding.", "", ""},
+        {"idmodel#unidentifiable", unidentifiable, "mod.unidentifiable -> list",
+         "The combinations of parameters that the data leave free, in words; empty if there are none.", "",
+         ""},
+        {"idmodel#advice", advice, "mod.advice -> list", "Why they are free and what to change.", "", ""},
+        {"idmodel#noise", noise, "mod.noise -> string", "Maximum likelihood: the density in words.", "", ""},
+        {"idmodel#log_likelihood", log_likelihood, "mod.log_likelihood -> number",
+         "Maximum likelihood: ln L at θ.", "", ""},
+        {"idmodel#kind", kind, "mod.kind -> string", "ARX, FIR, ARMAX, OE, BJ, …", "", ""},
+        {"idmodel#Ts", Ts, "mod.Ts -> number", "The sampling time.", "", ""},
+        {"idmodel:predict", predict,
+         "mod:predict(d [, horizon | { horizon = 1, init = \"data\" }]) -> column",
+         "ŷ(t|t-horizon) at every sample. init says what stands before the first sample: \"data\" takes the "
+         "first measured "
+         "outputs as they are, \"zero\" starts from rest, \"estimate\" fits the initial state.",
+         "d = iddata{ y = {0, 2, 1, 4}, u = {1, 0.5, 2, 1} }\nprint(fir(d, { nb = 1 }):predict(d).T)",
+         "[0  2  1  4]"},
+        {"idmodel:simulate", simulate, "mod:simulate(d [, { init = \"data\" }]) -> column",
+         "The output computed from the input alone; init as in predict.",
+         "d = iddata{ y = {1, .5, .25, .125}, u = {0, 0, 0, 0} }\nprint(arx(d, { na = 1 }):simulate(d).T)",
+         "[1  0.5  0.25  0.125]"},
+        {"idmodel:residuals", residuals, "mod:residuals(d [, horizon]) -> column",
+         "y - ŷ at the samples that are compared: those after the first ones that seed the predictor.",
+         "d = iddata{ y = {0, 2, 1, 4}, u = {1, 0.5, 2, 1} }\n#fir(d, { nb = 1 }):residuals(d)", "3"},
+        {"idmodel:fit", fit,
+         "mod:fit(d [, horizon | \"simulation\" | { horizon =, init = }]) -> percent, label",
+         "100 (1 - ‖y - ŷ‖/‖y - ȳ‖) on the compared samples, and in words what was compared.",
+         "d = iddata{ y = {0, 2, 1, 4}, u = {1, 0.5, 2, 1} }\nprint(fir(d, { nb = 1 }):fit(d))",
+         "100.0\t% fit, 1-step prediction, 3 samples"},
+        {"idmodel:__tostring", to_text, "print(mod)",
+         "The polynomials, the difference equation, parameters ± standard deviation, criteria and fit.", "",
+         ""},
+    }};
+
+}  // namespace pendula::lua
