@@ -238,7 +238,7 @@ const Module likelihood_module = {
          "d = iddata{ y = {1, 2, 3, 40}, u = {1, 2, 3, 4} }\n"
          "m = fir(d, { nb = 1, nk = 0, noise = density(function(e) return 1/(1 + e^2)^2 end) })\n"
          "print((\"%.3f\"):format(m.theta[1]))",
-         "1.016"},
+         "1.008"},
         {"density:__tostring", density_text, "print(density)", "The density in words.", "", ""},
         {"parameter_set#feasible", feasible, "set.feasible -> boolean",
          "There are parameters that explain all rows.", "", ""},
