@@ -193,6 +193,14 @@ local function help_module(name)
   return true
 end
 
+-- The names of a module on one line of the overview; of a long library (rk, problems) the first ones.
+local shown_of_library = 8
+
+local function names_line(names, module)
+  if #names <= 2*shown_of_library or not names[#names]:find(".", 1, true) then return table.concat(names, " ") end
+  return table.concat(names, " ", 1, shown_of_library) .. (' … and %d more: help "%s"'):format(#names - shown_of_library, module)
+end
+
 local function overview()
   print("Lua 5.4 and a vocabulary for dynamic systems.")
   print('help "name" explains one, help(value) a value, apropos "word" searches, examples "name" shows it in use.')
@@ -202,13 +210,14 @@ local function overview()
     if not is_member(entry) then
       local line = by_module[entry.module]
       if not line then
-        line = { entry.title ~= "" and entry.title or entry.module, "" }
+        line = { entry.title ~= "" and entry.title or entry.module, {}, entry.module }
         by_module[entry.module] = line
         lines[#lines + 1] = line
       end
-      line[2] = line[2] .. " " .. entry.name
+      table.insert(line[2], entry.name)
     end
   end
+  for _, line in ipairs(lines) do line[2] = names_line(line[2], line[3]) end
   local types_line = {}
   for _, name in ipairs(types()) do
     if #members_of_type(name) > 0 then types_line[#types_line + 1] = name end

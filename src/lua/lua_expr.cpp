@@ -187,7 +187,10 @@ int func_tostring(Call& call) {
 
 int time(Call& call) { return push_expr(call.L, time_symbol()); }
 int number_pi(Call& call) { return push_expr(call.L, pi()); }
-int rational(Call& call) { return push_expr(call.L, to_expr(call.L, 1, "the number")); }
+int rational(Call& call) {
+  const Expr p = to_expr(call.L, 1, "the number");
+  return push_expr(call.L, call.has(2) ? p / to_expr(call.L, 2, "the denominator") : p);
+}
 
 // ── derivatives in time ──
 
@@ -374,8 +377,8 @@ std::vector<Row> rows() {
        "x, z = vars \"x z\"; g = func \"g\"; g(x, z)", "g(x, z)"},
       {"func:__call", apply_func, "g(x, …)", "The function applied to scalars or columns."},
       {"func:__tostring", func_tostring, "tostring(g)", "Name and number of outputs."},
-      {"rational", rational, "rational \"1/3\" -> number", "An exact number from text or a number.",
-       "rational \"1/3\" + rational \"1/6\"", "1/2"},
+      {"rational", rational, "rational(p [, q]) -> number",
+       "An exact number from text such as \"1/3\", or p/q.", "rational \"1/3\" + rational \"1/6\"", "1/2"},
       {"der", der, "der(e [, n]) -> e′",
        "The n-th total derivative in time by the chain rule, of any expression, matrix or "
        "equation.",

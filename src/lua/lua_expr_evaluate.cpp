@@ -33,12 +33,14 @@ namespace {
 
 using Point = std::unordered_map<Expr, double>;
 
-/// The symbols a key may name: those of the expression, then every declared one of another name (harmless
-/// extras).
+/// The symbols a key may name: those of the expression, then t and every declared one of another name
+/// (harmless extras).
 std::vector<Expr> nameable(std::span<const Expr> outputs) {
   std::vector<Expr> known = leaves(outputs);
   const auto taken = known;
-  for (Expr leaf : declared_symbols()) {
+  std::vector<Expr> extras = declared_symbols();
+  extras.insert(extras.begin(), time_symbol());
+  for (Expr leaf : extras) {
     const bool clash = std::any_of(taken.begin(), taken.end(), [&](Expr e) {
       return symbol_of(e).name == symbol_of(leaf).name && symbol_of(e).order == 0;
     });
