@@ -4,6 +4,7 @@
 #include <unordered_map>
 
 #include "base/error.hpp"
+#include "codegen/symmetric.hpp"
 #include "expr/solve.hpp"
 
 namespace pendula::codegen {
@@ -26,6 +27,8 @@ class Lowering {
     for (Expr node : order)
       if (!values_.has(node)) add_leaf(node);
     constant(1.0);  // for negative powers
+    for (Expr node : order)
+      if (node.op() == Op::solve && !zero_) zero_ = constant(0.0);  // of sparse matrices
     for (Expr node : order)
       if (!values_.has(node)) {
         const Slot value = lower(node);
@@ -65,21 +68,38 @@ class Lowering {
   Slot emit(Op op, Slot a, Slot b = 0, Slot c = 0) { return emit({.op = op, .operand = {a, b, c}}); }
 
   Slot lower_solution(Expr node) {
-    if (const int k = component_of(node))
-      return emit({.op = Op::solve,
-                   .part = Part::component,
-                   .operand = {values_[head_of(node)], static_cast<Slot>(k), 0}});
+    if (const int k = component_of(node)) {
+      const Expr head = head_of(node);
+      const auto known = solutions_.find(head);
+      if (known != solutions_.end()) return known->second[static_cast<std::size_t>(k)];
+      return emit(
+          {.op = Op::solve, .part = Part::component, .operand = {values_[head], static_cast<Slot>(k), 0}});
+    }
     const LinearSystem& s = system_of(node);
-    const auto [factor, made] = factors_.try_emplace(s.matrix, 0);
-    const auto begin_extra = [&] { return static_cast<Slot>(program.extra.size()); };
+    return s.definite ? lower_definite(node, s) : lower_dense(s);
+  }
+
+  Slot lower_definite(Expr head, const LinearSystem& s) {
+    const Emit put = [this](Op op, Slot a, Slot b) { return op == Op::constant ? one_ : emit(op, a, b); };
+    const auto [factor, made] = symmetric_.try_emplace(s.matrix);
     if (made) {
-      const Slot first = begin_extra();
-      for (int i = 0; i < s.size; ++i)
-        for (int j = 0; j < s.size; ++j)
-          program.extra.push_back(values_[s.transposed ? s.a(j, i) : s.a(i, j)]);
+      std::vector<SymmetricEntry> entries;
+      for (std::size_t k = 0; k < s.entries(); ++k)
+        entries.push_back({s.places[k].first, s.places[k].second, values_[s.operands[k]]});
+      factor->second = factor_symmetric(s.size, entries, put);
+    }
+    std::vector<Slot> b;
+    for (int i = 0; i < s.size; ++i) b.push_back(values_[s.b(i)]);
+    return (solutions_[head] = solve_symmetric(factor->second, b, put))[0];
+  }
+
+  Slot lower_dense(const LinearSystem& s) {
+    const auto [factor, made] = factors_.try_emplace(s.matrix, 0);
+    if (made) {
+      const Slot first = begin_matrix(s);
       factor->second = emit({.op = Op::solve, .part = Part::factor, .size = s.size, .first_extra = first});
     }
-    const Slot first = begin_extra();
+    const auto first = static_cast<Slot>(program.extra.size());
     for (int i = 0; i < s.size; ++i) program.extra.push_back(values_[s.b(i)]);
     return emit({.op = Op::solve,
                  .part = Part::solve,
@@ -87,6 +107,20 @@ class Lowering {
                  .operand = {factor->second, 0, 0},
                  .size = s.size,
                  .first_extra = first});
+  }
+
+  /// Row by row with zeros, as the first of all systems with this matrix saw it.
+  Slot begin_matrix(const LinearSystem& s) {
+    const auto first = static_cast<Slot>(program.extra.size());
+    const auto n = static_cast<std::size_t>(s.size);
+    program.extra.resize(program.extra.size() + n * n, zero_);
+    for (std::size_t k = 0; k < s.entries(); ++k) {
+      auto [i, j] = s.places[k];
+      if (s.transposed) std::swap(i, j);
+      program.extra[first + static_cast<std::size_t>(i) * n + static_cast<std::size_t>(j)] =
+          values_[s.operands[k]];
+    }
+    return first;
   }
 
   Slot lower(Expr node) {
@@ -109,7 +143,9 @@ class Lowering {
 
   NodeMap<Slot> values_;
   std::unordered_map<std::uint32_t, Slot> factors_;  // by the number of the matrix
-  Slot count_ = 0, one_ = 0;
+  std::unordered_map<std::uint32_t, SymmetricFactor> symmetric_;
+  std::unordered_map<Expr, std::vector<Slot>> solutions_;  // of definite systems, by head
+  Slot count_ = 0, one_ = 0, zero_ = 0;
 };
 
 }  // namespace

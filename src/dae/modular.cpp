@@ -62,7 +62,7 @@ struct Field {
 std::vector<Field> solved(Expr head, NodeMap<Residue>& known) {
   std::vector<Field> operands;
   for (Expr operand : head.operands()) operands.push_back({known[operand]});
-  auto x = eliminate(std::move(operands), system_of(head).size, [](Field f) { return f.value ? 1 : 0; });
+  auto x = eliminate(system_of(head), operands, [](Field f) { return f.value ? 1 : 0; });
   if (x.empty()) throw Pole();
   return x;
 }

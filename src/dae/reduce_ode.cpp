@@ -4,6 +4,7 @@
 
 #include "base/error.hpp"
 #include "base/text.hpp"
+#include "dae/definite.hpp"
 #include "dae/lineage.hpp"
 #include "dae/rank.hpp"
 #include "dae/reduced_forms.hpp"
@@ -49,8 +50,9 @@ class Elimination {
 
   Substitution solved;         ///< top derivative or algebraic variable -> expression in states
   std::vector<Expr> unknowns;  ///< of the linear system
-  MatX A;
+  std::vector<Entry> A;
   VecX b;
+  bool definite = false;          ///< A needs no pivoting
   std::vector<std::size_t> rows;  ///< residuals that make the system
 
  private:
@@ -74,12 +76,14 @@ class Elimination {
     for (std::size_t i : rows) rest.push_back(substitute(m_.residuals[i], solved));
     constexpr Index readable = 12;  // simplify what people will read
     const auto tidy = [&](Expr e) { return n <= readable ? simplify(e) : e; };
-    A = jacobian(rest, unknowns).unaryExpr(tidy);
+    A = sparse_jacobian(rest, unknowns);
+    for (Entry& e : A) e.value = tidy(e.value);
     check_linear();
+    definite = n > 1 && is_definite(static_cast<int>(n), A, parameter_numbers());
     Substitution zero;
     for (Expr w : unknowns) zero[w] = Expr(0);
     b = -column(substitute(rest, zero)).unaryExpr(tidy);
-    const VecX w = linear_solution(A, b);
+    const VecX w = linear_solution(A, b, definite);
     Substitution values;
     for (Index j = 0; j < n; ++j) values[unknowns[static_cast<std::size_t>(j)]] = w[j];
     for (auto& [leaf, f] : solved) f = substitute(f, values);
@@ -88,15 +92,20 @@ class Elimination {
 
   void check_linear() const {
     const std::unordered_set<Expr> set(unknowns.begin(), unknowns.end());
-    for (Index i = 0; i < A.rows(); ++i)
-      for (Index j = 0; j < A.cols(); ++j) {
-        if (!contains(A(i, j), set)) continue;
-        const std::size_t row = rows[static_cast<std::size_t>(i)];
-        throw Error(text("form \"ode\": equation ", m_.label(row), "  ", m_.equation_text(row),
-                         " is not linear in ", to_text(unknowns[static_cast<std::size_t>(j)]),
-                         ", so it cannot be solved for it by a linear solve. Use reduce \"acc\" (index 1), "
-                         "which is solved by Newton's method in every step"));
-      }
+    for (const Entry& e : A) {
+      if (!contains(e.value, set)) continue;
+      const std::size_t row = rows[static_cast<std::size_t>(e.row)];
+      throw Error(text("form \"ode\": equation ", m_.label(row), "  ", m_.equation_text(row),
+                       " is not linear in ", to_text(unknowns[static_cast<std::size_t>(e.column)]),
+                       ", so it cannot be solved for it by a linear solve. Use reduce \"acc\" (index 1), "
+                       "which is solved by Newton's method in every step"));
+    }
+  }
+
+  std::unordered_map<Expr, double> parameter_numbers() const {
+    std::unordered_map<Expr, double> numbers;
+    for (const auto& [p, value] : m_.values) numbers[p] = pendula::evaluate({&value, 1}, {})[0];
+    return numbers;
   }
 
   const Model& m_;
@@ -118,13 +127,16 @@ std::vector<std::string> story(const Elimination& e, const Model& low) {
   lines.push_back(text("ode: ", join(labels, ", "), e.rows.size() == 1 ? " is" : " are", " linear in w = (",
                        grouped_names(e.unknowns), "):  A w = b"));
   constexpr Index widest = 8;
-  if (e.A.rows() <= widest) {
-    lines.push_back("     " + formula("A = ", ref(e.A)));
+  if (e.b.size() <= widest) {
+    MatX A = MatX::Zero(e.b.size(), e.b.size());
+    for (const Entry& a : e.A) A(a.row, a.column) = a.value;
+    lines.push_back("     " + formula("A = ", ref(A)));
     lines.push_back("     " + formula("b = ", ref(e.b)));
   }
   if (e.unknowns.size() > 1)
-    lines.push_back(
-        "     w = A⁻¹ b is solved numerically wherever it is needed (LU with pivoting), never expanded.");
+    lines.push_back(text("     w = A⁻¹ b is solved numerically wherever it is needed (",
+                         e.definite ? "A is symmetric and definite: L D Lᵀ" : "LU with pivoting",
+                         "), never expanded."));
   return lines;
 }
 

@@ -209,9 +209,12 @@ class CodeWriter {
     const LinearSystem& system = system_of(e);
     const int n = system.size;
     std::vector<Snippet> rows, right;
+    MatX A = MatX::Zero(n, n);
+    for (std::size_t k = 0; k < system.entries(); ++k)
+      A(system.places[k].first, system.places[k].second) = system.operands[k];
     for (int i = 0; i < n; ++i) {
       std::vector<Snippet> row;
-      for (int j = 0; j < n; ++j) row.push_back(operand(system.a(i, j)));
+      for (int j = 0; j < n; ++j) row.push_back(operand(A(i, j)));
       rows.push_back(listed(std::move(row)));
     }
     for (int i = 0; i < n; ++i) right.push_back(operand(system.b(i)));

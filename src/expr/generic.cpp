@@ -117,7 +117,7 @@ class Point {
     if (component_of(node) == 0) {
       std::vector<Residue> operands;
       for (Expr operand : node.operands()) operands.push_back(values_[operand]);
-      x = eliminate(std::move(operands), system_of(node).size, [](Residue r) { return r.is_zero() ? 0 : 1; });
+      x = eliminate(system_of(node), operands, [](Residue r) { return r.is_zero() ? 0 : 1; });
       if (x.empty()) throw Undefined{};
     }
     return x[static_cast<std::size_t>(component_of(node))];

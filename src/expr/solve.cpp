@@ -1,5 +1,6 @@
 #include "expr/solve.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <deque>
 #include <unordered_map>
@@ -10,30 +11,55 @@
 namespace pendula {
 namespace {
 
-std::size_t hash_of(std::span<const Expr> list) {
-  std::uint64_t h = list.size();
-  for (Expr e : list) {
-    h = (h ^ e.id()) * 0x9e3779b97f4a7c15ull;
+using Places = std::vector<std::pair<int, int>>;
+
+/// A matrix as a list of numbers: row, column and value of every entry, by rows.
+using Key = std::vector<std::uint32_t>;
+
+std::size_t hash_of(const Key& key) {
+  std::uint64_t h = key.size();
+  for (std::uint32_t word : key) {
+    h = (h ^ word) * 0x9e3779b97f4a7c15ull;
     h ^= h >> 29;
   }
   return h;
 }
 
+Key key_of(std::vector<Entry> entries, bool turned) {
+  if (turned)
+    for (Entry& e : entries) std::swap(e.row, e.column);
+  std::sort(entries.begin(), entries.end(), [](const Entry& a, const Entry& b) {
+    return std::pair(a.row, a.column) < std::pair(b.row, b.column);
+  });
+  Key key;
+  for (const Entry& e : entries) {
+    key.push_back(static_cast<std::uint32_t>(e.row)), key.push_back(static_cast<std::uint32_t>(e.column));
+    key.push_back(e.value.id());
+  }
+  return key;
+}
+
 /// All systems so far, each once, and all matrices so far, each once together with its transpose.
 struct Systems {
   std::deque<LinearSystem> list;
-  std::deque<std::vector<Expr>> matrices;  // row by row
+  std::deque<Key> matrices;
   std::unordered_multimap<std::size_t, std::uint32_t> system_table, matrix_table;
 
-  std::uint32_t intern(std::vector<Expr> operands, int n) {
-    const std::size_t h = hash_of(operands);
+  /// entries: by rows.
+  std::uint32_t intern(const std::vector<Entry>& entries, const VecX& b, bool definite) {
+    const Key matrix = key_of(entries, false);
+    LinearSystem s;
+    s.size = static_cast<int>(b.size());
+    for (const Entry& e : entries) s.places.emplace_back(e.row, e.column), s.operands.push_back(e.value);
+    s.operands.insert(s.operands.end(), b.begin(), b.end());
+    Key whole = matrix;
+    for (Expr e : b) whole.push_back(e.id());
+    const std::size_t h = hash_of(whole);
     const auto [first, last] = system_table.equal_range(h);
     for (auto it = first; it != last; ++it)
-      if (list[it->second].operands == operands) return it->second;
-    LinearSystem s;
-    s.size = n;
-    place_matrix(s, std::span(operands).first(static_cast<std::size_t>(n) * n));
-    s.operands = std::move(operands);
+      if (list[it->second].places == s.places && list[it->second].operands == s.operands) return it->second;
+    s.definite = definite;
+    place_matrix(s, entries, matrix);
     list.push_back(std::move(s));
     const auto index = static_cast<std::uint32_t>(list.size() - 1);
     system_table.emplace(h, index);
@@ -41,27 +67,23 @@ struct Systems {
   }
 
  private:
-  std::optional<std::uint32_t> find(std::span<const Expr> matrix) const {
+  std::optional<std::uint32_t> find(const Key& matrix) const {
     const auto [first, last] = matrix_table.equal_range(hash_of(matrix));
     for (auto it = first; it != last; ++it)
-      if (std::equal(matrix.begin(), matrix.end(), matrices[it->second].begin(), matrices[it->second].end()))
-        return it->second;
+      if (matrices[it->second] == matrix) return it->second;
     return {};
   }
 
-  void place_matrix(LinearSystem& s, std::span<const Expr> matrix) {
+  void place_matrix(LinearSystem& s, const std::vector<Entry>& entries, const Key& matrix) {
     if (const auto known = find(matrix)) {
       s.matrix = *known;
       return;
     }
-    std::vector<Expr> turned;
-    for (int i = 0; i < s.size; ++i)
-      for (int j = 0; j < s.size; ++j) turned.push_back(matrix[static_cast<std::size_t>(j * s.size + i)]);
-    if (const auto known = find(turned)) {
+    if (const auto known = find(key_of(entries, true))) {
       s.matrix = *known, s.transposed = true;
       return;
     }
-    matrices.emplace_back(matrix.begin(), matrix.end());
+    matrices.push_back(matrix);
     s.matrix = static_cast<std::uint32_t>(matrices.size() - 1);
     matrix_table.emplace(hash_of(matrix), s.matrix);
   }
@@ -75,115 +97,152 @@ Systems& systems() {
 /// A system on its way to a node: takes out unknowns that need no elimination.
 class Peeling {
  public:
-  Peeling(const MatX& A, const VecX& b) : A_(A), b_(b), x_(b.size()) {
-    for (Eigen::Index i = 0; i < b.size(); ++i) rows_.push_back(i), columns_.push_back(i);
+  Peeling(const std::vector<Entry>& A, const VecX& b, bool definite)
+      : b_(b),
+        x_(b.size()),
+        rows_(static_cast<std::size_t>(b.size())),
+        columns_(rows_.size()),
+        definite_(definite) {
+    for (const Entry& e : A)
+      if (!e.value.is_zero()) row(e.row)[e.column] = e.value, column(e.column).insert(e.row);
+    for (int i = 0; i < static_cast<int>(b.size()); ++i) {
+      left_rows_.insert(i), left_columns_.insert(i);
+      note_row(i), note_column(i);
+    }
   }
 
   VecX solution() {
-    while (lone_in_row() || lone_in_column()) {
-    }
+    while (!lone_rows_.empty() || !lone_columns_.empty())
+      lone_rows_.empty() ? take_column(*lone_columns_.begin()) : take_row(*lone_rows_.begin());
     solve_rest();
     for (auto it = later_.rbegin(); it != later_.rend(); ++it) {
       Expr right = b_[it->row];
-      for (Eigen::Index j : it->others)
-        if (!A_(it->row, j).is_zero()) right -= A_(it->row, j) * x_[j];
-      x_[it->column] = right / A_(it->row, it->column);
+      for (const auto& [j, value] : it->others) right -= value * x_[j];
+      x_[it->column] = right / it->pivot;
     }
     return x_;
   }
 
  private:
   struct Later {
-    Eigen::Index row, column;
-    std::vector<Eigen::Index> others;
+    int row, column;
+    Expr pivot;
+    std::map<int, Expr> others;
   };
 
-  [[noreturn]] static void singular(const char* what, Eigen::Index i) {
+  std::map<int, Expr>& row(int i) { return rows_[static_cast<std::size_t>(i)]; }
+  std::set<int>& column(int j) { return columns_[static_cast<std::size_t>(j)]; }
+
+  [[noreturn]] static void singular(const char* what, int i) {
     throw Error(
         text("a linear system cannot be solved: ", what, " ", i + 1, " of its matrix contains only zeros"));
   }
+  void note_row(int i) {
+    if (row(i).empty()) singular("row", i);
+    if (row(i).size() == 1) lone_rows_.insert(i);
+  }
+  void note_column(int j) {
+    if (column(j).empty()) singular("column", j);
+    if (column(j).size() == 1) lone_columns_.insert(j);
+  }
 
   /// a x_j = b: x_j is known, and moves to the right side of the other rows.
-  bool lone_in_row() {
-    for (std::size_t r = 0; r < rows_.size(); ++r) {
-      const Eigen::Index i = rows_[r];
-      Eigen::Index only = -1;
-      int count = 0;
-      for (Eigen::Index j : columns_)
-        if (!A_(i, j).is_zero()) only = j, ++count;
-      if (count == 0) singular("row", i);
-      if (count > 1) continue;
-      x_[only] = b_[i] / A_(i, only);
-      remove(i, only);
-      for (Eigen::Index k : rows_)
-        if (!A_(k, only).is_zero()) b_[k] -= A_(k, only) * x_[only];
-      return true;
+  void take_row(int i) {
+    const auto [j, pivot] = *row(i).begin();
+    x_[j] = b_[i] / pivot;
+    remove(i, j);
+    column(j).erase(i);
+    for (int k : column(j)) {
+      b_[k] -= row(k).at(j) * x_[j];
+      row(k).erase(j);
+      note_row(k);
     }
-    return false;
   }
 
   /// x_j occurs in row i only: the others are solved without it, x_j afterwards.
-  bool lone_in_column() {
-    for (std::size_t c = 0; c < columns_.size(); ++c) {
-      const Eigen::Index j = columns_[c];
-      Eigen::Index only = -1;
-      int count = 0;
-      for (Eigen::Index i : rows_)
-        if (!A_(i, j).is_zero()) only = i, ++count;
-      if (count == 0) singular("column", j);
-      if (count > 1) continue;
-      remove(only, j);
-      later_.push_back({only, j, columns_});
-      return true;
+  void take_column(int j) {
+    const int i = *column(j).begin();
+    Later later{i, j, row(i).at(j), row(i)};
+    later.others.erase(j);
+    remove(i, j);
+    for (const auto& [k, value] : later.others) {
+      column(k).erase(i);
+      note_column(k);
     }
-    return false;
+    later_.push_back(std::move(later));
   }
 
-  void remove(Eigen::Index row, Eigen::Index column) {
-    std::erase(rows_, row);
-    std::erase(columns_, column);
+  void remove(int i, int j) {
+    left_rows_.erase(i), left_columns_.erase(j);
+    lone_rows_.erase(i), lone_columns_.erase(j);
   }
 
   void solve_rest() {
-    const auto n = static_cast<int>(rows_.size());
+    const auto n = static_cast<Eigen::Index>(left_rows_.size());
     if (n == 0) return;
-    MatX A(n, n);
+    std::map<int, int> number;
+    for (int j : left_columns_) number.emplace(j, static_cast<int>(number.size()));
+    std::vector<Entry> A;
     VecX b(n);
-    for (int i = 0; i < n; ++i) {
-      for (int j = 0; j < n; ++j) A(i, j) = A_(rows_[i], columns_[j]);
-      b[i] = b_[rows_[i]];
+    Eigen::Index r = 0;
+    for (int i : left_rows_) {
+      for (const auto& [j, value] : row(i)) A.push_back({static_cast<int>(r), number.at(j), value});
+      b[r++] = b_[i];
     }
-    const bool numbers = linalg::is_rational(A) && linalg::is_rational(b);
-    const VecX x = numbers ? VecX(linalg::solve(A, MatX(b)).col(0)) : nodes(A, b);
-    for (int j = 0; j < n; ++j) x_[columns_[j]] = x[j];
+    const VecX x = solved(A, b);
+    for (const auto& [j, k] : number) x_[j] = x[k];
   }
 
-  static VecX nodes(const MatX& A, const VecX& b) {
-    const bool zero = std::all_of(b.begin(), b.end(), [](Expr e) { return e.is_zero(); });
-    if (zero) return VecX::Zero(b.size());
-    const auto n = static_cast<int>(b.size());
-    std::vector<Expr> operands;
-    for (int i = 0; i < n; ++i)
-      for (int j = 0; j < n; ++j) operands.push_back(A(i, j));
-    operands.insert(operands.end(), b.begin(), b.end());
-    const std::uint32_t system = systems().intern(std::move(operands), n);
-    const Expr head = solve_node(system, 0, {});
-    VecX x(n);
-    for (int i = 0; i < n; ++i) x[i] = component(head, i);
+  VecX solved(const std::vector<Entry>& A, const VecX& b) const {
+    if (std::all_of(b.begin(), b.end(), [](Expr e) { return e.is_zero(); })) return VecX::Zero(b.size());
+    const bool numbers = linalg::is_rational(b) && std::all_of(A.begin(), A.end(), [](const Entry& e) {
+                           return exact_value(e.value) != nullptr;
+                         });
+    if (numbers) {
+      MatX dense = MatX::Zero(b.size(), b.size());
+      for (const Entry& e : A) dense(e.row, e.column) = e.value;
+      return linalg::solve(dense, MatX(b)).col(0);
+    }
+    const Expr head = solve_node(systems().intern(A, b, definite_), 0, {});
+    VecX x(b.size());
+    for (int i = 0; i < static_cast<int>(b.size()); ++i) x[i] = component(head, i);
     return x;
   }
 
-  const MatX& A_;
   VecX b_, x_;
-  std::vector<Eigen::Index> rows_, columns_;
+  std::vector<std::map<int, Expr>> rows_;
+  std::vector<std::set<int>> columns_;  // rows that a column occurs in
+  bool definite_;
+  std::set<int> left_rows_, left_columns_, lone_rows_, lone_columns_;
   std::vector<Later> later_;
 };
 
+std::vector<Entry> nonzeros(const MatX& A) {
+  std::vector<Entry> list;
+  for (Eigen::Index i = 0; i < A.rows(); ++i)
+    for (Eigen::Index j = 0; j < A.cols(); ++j)
+      if (!A(i, j).is_zero()) list.push_back({static_cast<int>(i), static_cast<int>(j), A(i, j)});
+  return list;
+}
+
+std::vector<Entry> matrix_of(const LinearSystem& s, bool transposed = false) {
+  std::vector<Entry> A;
+  for (std::size_t k = 0; k < s.entries(); ++k) {
+    const auto [i, j] = s.places[k];
+    A.push_back(transposed ? Entry{j, i, s.operands[k]} : Entry{i, j, s.operands[k]});
+  }
+  return A;
+}
+
 }  // namespace
+
+VecX linear_solution(const std::vector<Entry>& A, const VecX& b, bool definite) {
+  return Peeling(A, b, definite).solution();
+}
 
 VecX linear_solution(const MatX& A, const VecX& b) {
   PENDULA_ASSERT(A.rows() == A.cols() && A.rows() == b.size(), "a linear system that is not square");
-  return Peeling(A, b).solution();
+  return linear_solution(nonzeros(A), b);
 }
 
 std::span<const Expr> solve_operands(std::uint32_t system) { return systems().list[system].operands; }
@@ -200,59 +259,59 @@ Expr component(Expr head, int i) {
 
 VecX mapped_solution(Expr head, const std::function<Expr(Expr)>& image) {
   const LinearSystem& s = system_of(head);
-  MatX A(s.size, s.size);
+  std::vector<Entry> A = matrix_of(s);
   VecX b(s.size), x(s.size);
   bool same = true;
-  for (int i = 0; i < s.size; ++i) {
-    for (int j = 0; j < s.size; ++j) A(i, j) = image(s.a(i, j)), same = same && A(i, j) == s.a(i, j);
-    b[i] = image(s.b(i)), same = same && b[i] == s.b(i);
+  for (Entry& e : A) {
+    const Expr now = image(e.value);
+    same = same && now == e.value;
+    e.value = now;
   }
-  if (!same) return linear_solution(A, b);
+  for (int i = 0; i < s.size; ++i) b[i] = image(s.b(i)), same = same && b[i] == s.b(i);
+  if (!same) return linear_solution(A, b, s.definite);
   for (int i = 0; i < s.size; ++i) x[i] = component(head, i);
   return x;
-}
-
-static MatX matrix_of(const LinearSystem& s) {
-  MatX A(s.size, s.size);
-  for (int i = 0; i < s.size; ++i)
-    for (int j = 0; j < s.size; ++j) A(i, j) = s.a(i, j);
-  return A;
 }
 
 VecX solution_tangent(Expr head, const std::function<Expr(Expr)>& d) {
   const LinearSystem& s = system_of(head);
   VecX right(s.size);
-  bool moves = false;
-  for (int i = 0; i < s.size; ++i) {
-    right[i] = d(s.b(i));
-    for (int j = 0; j < s.size; ++j)
-      if (const Expr slope = d(s.a(i, j)); !slope.is_zero()) right[i] -= slope * component(head, j);
-    moves = moves || !right[i].is_zero();
-  }
-  return moves ? linear_solution(matrix_of(s), right) : VecX(VecX::Zero(s.size));
+  for (int i = 0; i < s.size; ++i) right[i] = d(s.b(i));
+  for (const Entry& e : matrix_of(s))
+    if (const Expr slope = d(e.value); !slope.is_zero()) right[e.row] -= slope * component(head, e.column);
+  const bool moves = std::any_of(right.begin(), right.end(), [](Expr e) { return !e.is_zero(); });
+  return moves ? linear_solution(matrix_of(s), right, s.definite) : VecX(VecX::Zero(s.size));
 }
 
 void solution_adjoint(Expr head, const VecX& adjoints, const std::function<bool(Expr)>& active,
                       const std::function<void(Expr, Expr)>& add) {
   if (std::all_of(adjoints.begin(), adjoints.end(), [](Expr e) { return e.is_zero(); })) return;
   const LinearSystem& s = system_of(head);
-  const VecX lambda = linear_solution(matrix_of(s).transpose(), adjoints);
-  for (int i = 0; i < s.size; ++i) {
-    if (lambda[i].is_zero()) continue;
-    if (active(s.b(i))) add(s.b(i), lambda[i]);
-    for (int j = 0; j < s.size; ++j)
-      if (active(s.a(i, j))) add(s.a(i, j), -(lambda[i] * component(head, j)));
-  }
+  const VecX lambda = linear_solution(matrix_of(s, true), adjoints, s.definite);
+  for (int i = 0; i < s.size; ++i)
+    if (!lambda[i].is_zero() && active(s.b(i))) add(s.b(i), lambda[i]);
+  for (const Entry& e : matrix_of(s))
+    if (!lambda[e.row].is_zero() && active(e.value))
+      add(e.value, -(lambda[e.row] * component(head, e.column)));
 }
 
 std::vector<double> solution_value(Expr head, const std::function<double(Expr)>& value) {
   const LinearSystem& s = system_of(head);
-  const auto n = static_cast<std::size_t>(s.size);
-  std::vector<double> numbers, pivot(n);
+  constexpr int dense = 32;
+  std::vector<double> numbers;
   for (Expr operand : s.operands) numbers.push_back(value(operand));
-  lu_factor(numbers.data(), pivot.data(), s.size);
-  lu_solve(numbers.data(), pivot.data(), numbers.data() + n * n, s.size, false);
-  return {numbers.end() - s.size, numbers.end()};
+  const auto n = static_cast<std::size_t>(s.size);
+  if (s.size > dense) {
+    const auto x = eliminate(s, numbers, [](double a) { return std::fabs(a); });
+    return x.empty() ? std::vector<double>(n, NAN) : x;
+  }
+  std::vector<double> A(n * n, 0), pivot(n), x(numbers.end() - s.size, numbers.end());
+  for (std::size_t k = 0; k < s.entries(); ++k)
+    A[static_cast<std::size_t>(s.places[k].first) * n + static_cast<std::size_t>(s.places[k].second)] =
+        numbers[k];
+  lu_factor(A.data(), pivot.data(), s.size);
+  lu_solve(A.data(), pivot.data(), x.data(), s.size, false);
+  return x;
 }
 
 // ── numbers

@@ -11,21 +11,26 @@
 #pragma once
 
 #include <functional>
+#include <map>
+#include <set>
 #include <vector>
 
+#include "expr/derivative.hpp"
 #include "expr/matrix.hpp"
 
 namespace pendula {
 
-/// One system of equations: what all components of its solution have in common.
+/// One system of equations: what all components of its solution have in common. The matrix is sparse.
 struct LinearSystem {
   int size = 0;
-  std::vector<Expr> operands;  ///< A row by row, then b: size² + size
-  std::uint32_t matrix = 0;    ///< equal for systems with the same A, or with A and Aᵀ: one factorisation
-  bool transposed = false;     ///< A is the transpose of the matrix of that number as it was first seen
+  std::vector<std::pair<int, int>> places;  ///< row and column of the entries of A, by rows
+  std::vector<Expr> operands;               ///< the entries of A in this order, then b
+  std::uint32_t matrix = 0;  ///< equal for systems with the same A, or with A and Aᵀ: one factorisation
+  bool transposed = false;   ///< A is the transpose of the matrix of that number as it was first seen
+  bool definite = false;     ///< A is symmetric and positive or negative definite: needs no pivoting
 
-  Expr a(int i, int j) const { return operands[static_cast<std::size_t>(i * size + j)]; }
-  Expr b(int i) const { return operands[static_cast<std::size_t>(size * size + i)]; }
+  std::size_t entries() const { return places.size(); }
+  Expr b(int i) const { return operands[entries() + static_cast<std::size_t>(i)]; }
 };
 
 /// x with A x = b. Unknowns that stand alone in a row, or in one row only, are divided out; b = 0 gives 0,
@@ -34,6 +39,10 @@ struct LinearSystem {
 /// shapes    A ∈ ℝⁿˣⁿ, b ∈ ℝⁿ
 /// throws    Error if A has a row or column of zeros, or is rational and singular
 VecX linear_solution(const MatX& A, const VecX& b);
+
+/// The same with the nonzero entries of A. `definite`: the caller knows that A is symmetric, and definite
+/// wherever it is regular; it is then factored without pivoting, in an order that keeps it sparse.
+VecX linear_solution(const std::vector<Entry>& A, const VecX& b, bool definite = false);
 
 /// Requires op() == Op::solve. The reference stays valid.
 const LinearSystem& system_of(Expr e);
@@ -61,31 +70,59 @@ void lu_factor(double* a, double* pivot, int n);
 /// b becomes A⁻¹ b, or A⁻ᵀ b. Requires the result of lu_factor.
 void lu_solve(const double* lu, const double* pivot, double* b, int n, bool transposed);
 
-/// The solution over any field: `strength` of a number says how good a pivot it is, 0: it is zero.
-/// operands as in LinearSystem. Returns an empty list where the matrix is singular.
+/// The solution over any field: `strength` of a number says how good a pivot it is, 0: it is zero. numbers:
+/// in the order of LinearSystem::operands. Returns an empty list where the matrix is singular. Cost: that of
+/// the fill.
 template <class T, class Strength>
-std::vector<T> eliminate(std::vector<T> operands, int n, const Strength& strength) {
-  const auto a = [&](int i, int j) -> T& { return operands[static_cast<std::size_t>(i * n + j)]; };
-  const auto b = [&](int i) -> T& { return operands[static_cast<std::size_t>(n * n + i)]; };
+std::vector<T> eliminate(const LinearSystem& system, const std::vector<T>& numbers,
+                         const Strength& strength) {
+  const int n = system.size;
+  const auto at = [](int i) { return static_cast<std::size_t>(i); };
+  std::vector<std::map<int, T>> rows(at(n));
+  std::vector<std::set<int>> users(at(n));  // rows of a column, those that have been pivots excepted
+  std::vector<T> b(numbers.end() - n, numbers.end());
+  for (std::size_t k = 0; k < system.entries(); ++k) {
+    const auto [i, j] = system.places[k];
+    if (strength(numbers[k]) == 0) continue;
+    rows[at(i)].emplace(j, numbers[k]);
+    users[at(j)].insert(i);
+  }
+  std::vector<int> pivots;
   for (int k = 0; k < n; ++k) {
-    int best = k;
-    for (int i = k + 1; i < n; ++i)
-      if (strength(a(i, k)) > strength(a(best, k))) best = i;
-    if (strength(a(best, k)) == 0) return {};
-    for (int j = 0; j < n; ++j) std::swap(a(k, j), a(best, j));
-    std::swap(b(k), b(best));
-    for (int i = k + 1; i < n; ++i) {
-      if (strength(a(i, k)) == 0) continue;
-      const T factor = a(i, k) / a(k, k);
-      for (int j = k + 1; j < n; ++j) a(i, j) = a(i, j) - factor * a(k, j);
-      b(i) = b(i) - factor * b(k);
+    int best = -1;
+    for (int i : users[at(k)])
+      if (best < 0 || strength(rows[at(i)].at(k)) > strength(rows[at(best)].at(k))) best = i;
+    if (best < 0) return {};
+    pivots.push_back(best);
+    const std::map<int, T>& pivot = rows[at(best)];
+    for (const auto& [j, value] : pivot) users[at(j)].erase(best);
+    for (int i : users[at(k)]) {
+      std::map<int, T>& row = rows[at(i)];
+      const T factor = row.at(k) / pivot.at(k);
+      row.erase(k);
+      for (const auto& [j, value] : pivot) {
+        if (j <= k) continue;
+        const auto old = row.find(j);
+        const T now = (old == row.end() ? T{} : old->second) - factor * value;
+        if (strength(now) == 0) {
+          if (old != row.end()) row.erase(old), users[at(j)].erase(i);
+        } else if (old != row.end()) {
+          old->second = now;
+        } else {
+          row.emplace(j, now), users[at(j)].insert(i);
+        }
+      }
+      b[at(i)] = b[at(i)] - factor * b[at(best)];
     }
   }
-  for (int i = n - 1; i >= 0; --i) {
-    for (int j = i + 1; j < n; ++j) b(i) = b(i) - a(i, j) * b(j);
-    b(i) = b(i) / a(i, i);
+  std::vector<T> x(b);
+  for (int k = n - 1; k >= 0; --k) {
+    T value = b[at(pivots[at(k)])];
+    for (const auto& [j, entry] : rows[at(pivots[at(k)])])
+      if (j > k) value = value - entry * x[at(j)];
+    x[at(k)] = value / rows[at(pivots[at(k)])].at(k);
   }
-  return {operands.end() - n, operands.end()};
+  return x;
 }
 
 }  // namespace pendula

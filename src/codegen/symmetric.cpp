@@ -1,0 +1,75 @@
+#include "codegen/symmetric.hpp"
+
+#include <Eigen/OrderingMethods>
+#include <Eigen/SparseCore>
+
+#include <map>
+
+namespace pendula::codegen {
+namespace {
+
+std::vector<int> minimum_degree(int n, const std::vector<SymmetricEntry>& entries) {
+  std::vector<Eigen::Triplet<double>> places;
+  for (const SymmetricEntry& e : entries)
+    places.emplace_back(e.row, e.column, 1.0), places.emplace_back(e.column, e.row, 1.0);
+  Eigen::SparseMatrix<double> pattern(n, n);
+  pattern.setFromTriplets(places.begin(), places.end());
+  Eigen::PermutationMatrix<Eigen::Dynamic, Eigen::Dynamic, int> permutation;
+  Eigen::AMDOrdering<int>()(pattern, permutation);
+  return {permutation.indices().begin(), permutation.indices().end()};
+}
+
+}  // namespace
+
+SymmetricFactor factor_symmetric(int n, const std::vector<SymmetricEntry>& entries, const Emit& emit) {
+  const auto at = [](int i) { return static_cast<std::size_t>(i); };
+  SymmetricFactor f;
+  f.order = minimum_degree(n, entries);
+  std::vector<int> step(at(n));
+  for (int k = 0; k < n; ++k) step[at(f.order[at(k)])] = k;
+  std::vector<std::map<int, Slot>> rows(at(n));  // upper triangle, by steps
+  for (const SymmetricEntry& e : entries) {
+    const int i = step[at(e.row)], j = step[at(e.column)];
+    rows[at(std::min(i, j))].emplace(std::max(i, j), e.value);
+  }
+  const Slot one = emit(Op::constant, 0, 0);
+  for (int k = 0; k < n; ++k) {
+    const std::map<int, Slot>& pivot_row = rows[at(k)];
+    f.reciprocal.push_back(emit(Op::div, one, pivot_row.at(k)));
+    f.below.emplace_back();
+    for (auto i = pivot_row.upper_bound(k); i != pivot_row.end(); ++i) {
+      const Slot l = emit(Op::mul, i->second, f.reciprocal.back());
+      f.below.back().push_back({i->first, l});
+      std::map<int, Slot>& row = rows[at(i->first)];
+      for (auto j = i; j != pivot_row.end(); ++j) {
+        const Slot product = emit(Op::mul, l, j->second);
+        const auto old = row.find(j->first);
+        if (old == row.end())
+          row[j->first] = emit(Op::neg, product, 0);  // fill
+        else
+          old->second = emit(Op::sub, old->second, product);
+      }
+    }
+  }
+  return f;
+}
+
+std::vector<Slot> solve_symmetric(const SymmetricFactor& f, const std::vector<Slot>& b, const Emit& emit) {
+  const std::size_t n = b.size();
+  std::vector<Slot> y(n), x(n);
+  for (std::size_t k = 0; k < n; ++k) y[k] = b[static_cast<std::size_t>(f.order[k])];
+  for (std::size_t k = 0; k < n; ++k)
+    for (const auto& [row, l] : f.below[k]) {
+      Slot& to = y[static_cast<std::size_t>(row)];
+      to = emit(Op::sub, to, emit(Op::mul, l, y[k]));
+    }
+  for (std::size_t k = n; k-- > 0;) {
+    y[k] = emit(Op::mul, y[k], f.reciprocal[k]);
+    for (const auto& [row, l] : f.below[k])
+      y[k] = emit(Op::sub, y[k], emit(Op::mul, l, y[static_cast<std::size_t>(row)]));
+    x[static_cast<std::size_t>(f.order[k])] = y[k];
+  }
+  return x;
+}
+
+}  // namespace pendula::codegen
