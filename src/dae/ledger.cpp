@@ -4,7 +4,7 @@
 
 #include "base/error.hpp"
 #include "base/text.hpp"
-#include "dae/start.hpp"
+#include "dae/start_system.hpp"
 #include "expr/print.hpp"
 
 namespace pendula::dae {
@@ -20,8 +20,8 @@ const char* word(Origin origin) {
       return "free, chosen near the guess";
     case Origin::computed:
       return "computed";
-    case Origin::given:
-      return "given";
+    case Origin::moved:
+      return "moved (nearest)";
   }
   return "";
 }
@@ -67,6 +67,14 @@ std::string Start::ledger() const {
   Table table({false, true, false});
   for (const LedgerRow& row : rows) table.row({to_text(row.leaf), rounded(row.value), word(row.origin)});
   out += table.str(2);
+  for (const Moved& m : moved)
+    out += text(m.from == moved[0].from && m.leaf == moved[0].leaf ? "moved onto the constraints\n" : "",
+                "  ", to_text(m.leaf), "  from ", rounded(m.from), " to ", rounded(m.to), "\n");
+  const auto other = branches();
+  if (!other.empty()) out += "other roots\n";
+  for (const Branch& b : other)
+    out += text("  ", b.formula.empty() ? to_text(b.leaf) : b.formula, ": here ", rounded(b.here), "; ",
+                rounded(b.there), " with guess = { ", key_text(b.leaf), " = ", rounded(b.there, 4), " }\n");
   if (constraints.empty()) return out;
   out += "constraints\n";
   Table residuals({false, true, false});

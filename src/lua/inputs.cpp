@@ -80,9 +80,12 @@ Inputs read_inputs(const Options& options, const dae::Model& model, lua_State* L
   Inputs inputs;
   if (!options.has("inputs")) return inputs;
   const int table = options.push("inputs");
-  each_symbol_entry(L, table, "inputs", model.inputs, [&](const SymbolEntry& entry) {
+  std::vector<Expr> known = model.inputs;  // and their derivatives, for functions that cannot be traced
+  for (Expr u : model.inputs)
+    for (int k = 1; k <= 4; ++k) known.push_back(derivative_leaf(u, k));
+  each_symbol_entry(L, table, "inputs", known, [&](const SymbolEntry& entry) {
     for (Expr leaf : entry.leaves)
-      if (std::find(model.inputs.begin(), model.inputs.end(), leaf) == model.inputs.end())
+      if (std::find(model.inputs.begin(), model.inputs.end(), symbol_of(leaf).base) == model.inputs.end())
         throw Error(text("'", entry.key, "' is not an input of this model"));
     if (!lua_isfunction(L, entry.value))
       return give(entry.leaves, to_matrix(L, entry.value, "input " + entry.key), entry.key,
@@ -98,7 +101,7 @@ Inputs read_inputs(const Options& options, const dae::Model& model, lua_State* L
   Substitution all = inputs.expressions;
   for (const auto& [leaf, value] : inputs.expressions)
     for (int k = 1; k <= 4; ++k)
-      if (symbol_of(leaf).order == 0) all[derivative_leaf(leaf, k)] = total_derivative(value, k);
+      if (symbol_of(leaf).order == 0) all.try_emplace(derivative_leaf(leaf, k), total_derivative(value, k));
   inputs.expressions = std::move(all);
   return inputs;
 }

@@ -40,7 +40,10 @@ dae::StartRequest read_start_request(lua_State* L, const Options& options, const
   request.t = options.number("from", 0);
   const Inputs inputs = read_inputs(options, model, L);
   request.inputs = inputs.expressions;
-  for (const auto& input : inputs.numeric) request.inputs[input.leaf] = Expr(input.value(request.t));
+  for (const auto& input : inputs.numeric) {
+    request.inputs[input.leaf] = Expr(input.value(request.t));
+    request.numeric_inputs.push_back(input.leaf);
+  }
   return request;
 }
 
@@ -120,17 +123,24 @@ namespace {
 
 int init(Call& call) {
   const auto model = call.shared<dae::Model>(1, "model");
-  const Options o = call.options(2, {"fix", "guess", "inputs", "params", "from", "consistent"});
+  const Options o = call.options(2, {"fix", "guess", "inputs", "params", "from", "consistent", "nearest"});
   dae::StartRequest request = read_start_request(call.L, o, *model);
   request.keep_invariants = o.boolean("consistent", true);
-  return call.push(dae::init(model, request));
+  request.nearest = o.boolean("nearest", false);
+  const dae::StartPtr at = dae::init(model, request);
+  for (const dae::Moved& m : at->moved)
+    std::printf("nearest: %s moved from %s to %s\n", to_text(m.leaf).c_str(), rounded(m.from).c_str(),
+                rounded(m.to).c_str());
+  return call.push(at);
 }
 
 const dae::Start& start_of(Call& call) { return call.object<dae::Start>(1, "start"); }
 
 int start_value(Call& call) {
   const dae::Start& at = start_of(call);
-  const MatX e = to_matrix(call.L, 2, "expression");
+  const bool name = lua_type(call.L, 2) == LUA_TSTRING;
+  const MatX e = name ? MatX(column(to_leaves(call.L, 2, "expression", known_leaves(*at.model))))
+                      : to_matrix(call.L, 2, "expression");
   Mat value(e.rows(), e.cols());
   for (Eigen::Index i = 0; i < e.size(); ++i) value.data()[i] = at(e.data()[i]);
   return value.size() == 1 ? call.push(value(0, 0)) : push_matrix(call.L, value);
@@ -144,6 +154,42 @@ int start_ledger(Call& call) {
 
 int start_text(Call& call) { return start_ledger(call); }
 int start_time(Call& call) { return call.push(start_of(call).t); }
+int start_free(Call& call) { return call.push(start_of(call).free); }
+
+void set_number(lua_State* L, const char* key, double value) {
+  lua_pushnumber(L, value);
+  lua_setfield(L, -2, key);
+}
+
+/// A list of { variable =, from =, to = }.
+int start_moved(Call& call) {
+  lua_newtable(call.L);
+  int i = 0;
+  for (const dae::Moved& m : start_of(call).moved) {
+    lua_newtable(call.L);
+    push_expr(call.L, m.leaf);
+    lua_setfield(call.L, -2, "variable");
+    set_number(call.L, "from", m.from), set_number(call.L, "to", m.to);
+    lua_rawseti(call.L, -2, ++i);
+  }
+  return 1;
+}
+
+/// A list of { variable =, here =, there =, formula = }.
+int start_branches(Call& call) {
+  lua_newtable(call.L);
+  int i = 0;
+  for (const dae::Branch& b : start_of(call).branches()) {
+    lua_newtable(call.L);
+    push_expr(call.L, b.leaf);
+    lua_setfield(call.L, -2, "variable");
+    set_number(call.L, "here", b.here), set_number(call.L, "there", b.there);
+    lua_pushlstring(call.L, b.formula.data(), b.formula.size());
+    lua_setfield(call.L, -2, "formula");
+    lua_rawseti(call.L, -2, ++i);
+  }
+  return 1;
+}
 
 }  // namespace
 
@@ -153,15 +199,29 @@ const Module start_module = {
     "Consistent starts",
     {
         {"model:init", init,
-         "sys:init{ fix =, guess =, inputs =, params =, from =, consistent = true } -> start",
-         "A consistent start. fix is a condition, guess only a starting point. Errors name conflicting fixes "
-         "or the candidates that are free. consistent = false lets a reduced form start off the constraints "
-         "it no longer imposes, to study drift.",
+         "sys:init{ fix =, guess =, inputs =, params =, from =, nearest = false, consistent = true } -> "
+         "start",
+         "A consistent start at any index. fix is a condition, guess only a starting point. Errors name "
+         "conflicting fixes with the equation they violate, or the candidates that are free and a call that "
+         "works. nearest = true moves contradictory fixes onto the constraints, as little as possible in "
+         "units of their own, and prints what moved. consistent = false lets a reduced form start off the "
+         "constraints it no longer imposes, to study drift. The result does not depend on units.",
          "x, z = vars \"x z\"  return dae{ der(x) ~ z - x, 0 ~ x + 2*z }:init{ fix = { x = 2 } }(z)", "-1.0"},
         {"start:__call", start_value, "at(expression) -> number or matrix",
          "The value of any expression at the start, accelerations and multipliers included.", "", ""},
         {"start:ledger", start_ledger, "at:ledger() -> string",
          "Every variable: fixed, free, computed; the residual of every constraint.", "", ""},
+        {"start#free", start_free, "at.free -> integer", "The number of initial values that could be chosen.",
+         "", ""},
+        {"start#moved", start_moved, "at.moved -> list of { variable =, from =, to = }",
+         "The fixed values that nearest = true moved.", "", ""},
+        {"start:branches", start_branches,
+         "at:branches() -> list of { variable =, here =, there =, formula = }",
+         "Other roots of the equations for the same fixes; a guess near `there` chooses them.",
+         "x, y = vars \"x y\"\nat = dae{ der(x) ~ -x, 0 ~ x^2 + y^2 - 1 }:init{ fix = { x = 0.6 }, guess = { "
+         "y "
+         "= 1 } }\nreturn at:branches()[1].formula",
+         "y = ±√(1 - x²)"},
         {"start#t", start_time, "at.t -> number", "The time of the start.", "", ""},
         {"start:__tostring", start_text, "print(at)", "The ledger.", "", ""},
     }};

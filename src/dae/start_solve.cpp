@@ -1,0 +1,175 @@
+#include <Eigen/QR>
+#include <Eigen/SparseCholesky>
+#include <algorithm>
+#include <cmath>
+
+#include "base/interrupt.hpp"
+#include "dae/start_system.hpp"
+
+namespace pendula::dae {
+namespace {
+
+using Index = Eigen::Index;
+using Sparse = Eigen::SparseMatrix<double>;
+
+constexpr double solved_below = 1e-10;  // scaled residual that counts as satisfied
+constexpr int max_iterations = 60;
+
+/// Residual and Jacobian of the rows that take part, in the unknowns that may move.
+class Selected {
+ public:
+  Selected(const StartSystem& s, const Selection& selection) : s_(s), selection_(selection) {}
+
+  Vec residual(const Vec& w) const {
+    Vec r = s_.residual(w);
+    for (Index i = 0; i < r.size(); ++i)
+      if (!row(i)) r[i] = 0;
+    return r;
+  }
+
+  Sparse jacobian(const Vec& w) const {
+    Sparse J = s_.jacobian(w);
+    if (selection_.rows.empty() && selection_.held.empty()) return J;
+    J.prune([&](Index i, Index j, double) { return row(i) && moves(j); });
+    return J;
+  }
+
+ private:
+  bool row(Index i) const { return selection_.rows.empty() || selection_.rows[static_cast<std::size_t>(i)]; }
+  bool moves(Index j) const {
+    return selection_.held.empty() || !selection_.held[static_cast<std::size_t>(j)];
+  }
+  const StartSystem& s_;
+  const Selection& selection_;
+};
+
+bool finite(const Sparse& J) {
+  return std::all_of(J.valuePtr(), J.valuePtr() + J.nonZeros(), [](double v) { return std::isfinite(v); });
+}
+
+/// |r_i| / (1 + Σ_j |J_ij ω_j|): 1 is the row's unit.
+Vec relative(const Vec& r, const Sparse& J, const Vec& omega) {
+  return r.cwiseAbs().cwiseQuotient(Vec::Ones(r.size()) + J.cwiseAbs() * omega.cwiseAbs());
+}
+
+/// Rows of unit length: an equation that is flat at this point counts as much as the others.
+Vec row_weights(const Sparse& J) {
+  Vec weight = Vec::Zero(J.rows());
+  for (Index j = 0; j < J.outerSize(); ++j)
+    for (Sparse::InnerIterator it(J, j); it; ++it)
+      weight[it.row()] = std::max(weight[it.row()], std::fabs(it.value()));
+  return weight.unaryExpr([](double largest) { return largest > 0 ? 1 / largest : 1; });
+}
+
+/// The smallest d that minimises ‖J d + r‖.
+Vec least_step(const Sparse& J, const Vec& r) {
+  if (J.cols() <= dense_up_to) {
+    Eigen::CompleteOrthogonalDecomposition<Mat> qr;
+    qr.setThreshold(1e-11);  // relative pivot below which a direction counts as undetermined
+    qr.compute(Mat(J));
+    return qr.solve(-r);
+  }
+  // [I J; Jᵀ -μ² I] [y; d] = [-r; 0]: d minimises ‖J d + r‖² + μ² ‖d‖².
+  constexpr double mu_squared = 1e-12;
+  const Index m = J.rows(), n = J.cols();
+  std::vector<Eigen::Triplet<double>> entries;
+  for (Index i = 0; i < m; ++i) entries.emplace_back(i, i, 1);
+  for (Index j = 0; j < n; ++j) entries.emplace_back(m + j, m + j, -mu_squared);
+  for (Index j = 0; j < J.outerSize(); ++j)
+    for (Sparse::InnerIterator it(J, j); it; ++it) entries.emplace_back(m + j, it.row(), it.value());
+  Sparse K(m + n, m + n);
+  K.setFromTriplets(entries.begin(), entries.end());
+  const Eigen::SimplicialLDLT<Sparse> factors(K);
+  Vec right = Vec::Zero(m + n);
+  right.head(m) = -r;
+  Vec x = factors.solve(right);
+  x += factors.solve(right - K.selfadjointView<Eigen::Lower>() * x);
+  return x.tail(n);
+}
+
+/// What has no guess moves a thousand times more readily than what has one.
+Vec reaches(const StartSystem& s) {
+  constexpr double ready = 1e3;
+  const auto guessed = s.guessed();
+  const bool any = std::find(guessed.begin(), guessed.end(), 1) != guessed.end();
+  Vec reach = Vec::Constant(static_cast<Index>(guessed.size()), any ? ready : 1);
+  for (std::size_t j = 0; j < guessed.size(); ++j)
+    if (guessed[j]) reach[static_cast<Index>(j)] = 1;
+  return reach;
+}
+
+}  // namespace
+
+StartSolution gauss_newton(const StartSystem& s, Vec w, const Selection& selection) {
+  const Selected system(s, selection);
+  const Vec reach = reaches(s);
+  StartSolution out;
+  out.w = w, out.residual = Vec::Constant(static_cast<Index>(s.rows.size()), INFINITY);
+  for (int iteration = 0; iteration < max_iterations; ++iteration) {
+    poll_interrupt();
+    const Vec r = system.residual(w);
+    const Sparse J = system.jacobian(w);
+    if (!r.allFinite() || !finite(J)) {
+      out.defined = iteration > 0;
+      break;
+    }
+    const Vec omega = w.cwiseQuotient(s.unit);
+    out.w = w;
+    out.residual = relative(r, J, omega);
+    if (out.residual.size() == 0 || out.residual.maxCoeff() < solved_below) out.solved = true;
+    if (r.norm() == 0) break;
+    const Vec weight = row_weights(J);
+    const Sparse weighted = weight.asDiagonal() * J * reach.asDiagonal();
+    const Vec step = reach.cwiseProduct(least_step(weighted, weight.cwiseProduct(r)));
+    if (!step.allFinite()) break;
+    const double size = weight.cwiseProduct(r).norm();
+    double alpha = 1;
+    Vec trial;
+    for (; alpha > 1e-4; alpha /= 2) {
+      trial = w + alpha * step.cwiseProduct(s.unit);
+      const Vec next = weight.cwiseProduct(system.residual(trial));
+      if (next.allFinite() && next.norm() <= (1 - 0.1 * alpha) * size) break;
+    }
+    const double moved = alpha * step.norm(), far = 1 + omega.norm();
+    const bool stalled = alpha <= 1e-4 || moved <= 1e-15 * far;
+    if (stalled || (out.solved && moved <= 4e-16 * far)) break;
+    w = trial;
+  }
+  return out;
+}
+
+Vec first_point(const StartSystem& s, int attempt) {
+  Vec w(static_cast<Index>(s.unknowns.size()));
+  constexpr double golden = 0.6180339887498949;
+  const double spread[] = {0, 0.1, 1, 3};
+  for (Index j = 0; j < w.size(); ++j) {
+    const double fraction = std::fmod((static_cast<double>(j) + 1) * golden, 1.0);
+    w[j] = s.unit[j] * spread[attempt] * (attempt < 2 ? fraction : 2 * fraction - 1);
+  }
+  for (const auto& list : {s.request.guess, s.request.fix})
+    for (const auto& [leaf, value] : list)
+      if (const auto j = s.position(resolve(s.model, leaf))) w[*j] = value;
+  return w;
+}
+
+StartSolution solve_start(const StartSystem& s, const Selection& selection) {
+  StartSolution best;
+  bool defined = false;
+  Selection held = selection;  // fixed values as they are; free to move only where that does not work
+  if (held.held.empty()) held.held = s.fixed();
+  for (std::size_t k = 0; k < s.fixes() && !selection.rows.empty(); ++k)
+    if (const auto j = s.fixed_unknown(k); j && !selection.rows[s.first_fix + k])
+      held.held[static_cast<std::size_t>(*j)] = 0;
+  for (int attempt = 0; attempt < 4; ++attempt) {
+    StartSolution next = gauss_newton(s, first_point(s, attempt), held);
+    if (next.solved) return next;
+    next = gauss_newton(s, first_point(s, attempt), selection);
+    if (next.solved) return next;
+    defined = defined || next.defined;
+    if (attempt == 0 || next.residual.maxCoeff() < best.residual.maxCoeff()) best = std::move(next);
+  }
+  best.defined = defined;
+  return best;
+}
+
+}  // namespace pendula::dae

@@ -1,0 +1,158 @@
+-- init: what it computes at any index, and what it says where it cannot.
+local x, y, u, v, lam = vars "x y u v lam"
+local m, g, L = params "m=1 g=9.81 L=1"
+local ball = dae { der(x) ~ u, der(y) ~ v, m*der(u) ~ -lam*x, m*der(v) ~ -lam*y - m*g, 0 ~ x^2 + y^2 - L^2 }
+local a, b, c = vars "a b c"
+local line = dae { der(a) ~ -a, 0 ~ 3*a - b }
+local chain = dae { der(a) ~ -a, 0 ~ 3*a - c, 0 ~ c - b }
+
+local function says(words, sys, request)
+  local good, message = pcall(function() return sys:init(request) end)
+  expect(good):equals(false)
+  for _, part in ipairs(words) do
+    if not tostring(message):find(part, 1, true) then expect(message):equals(part) end
+  end
+end
+local function ledger(words, at)
+  for _, part in ipairs(words) do
+    if not at:ledger():find(part, 1, true) then expect(at:ledger()):equals(part) end
+  end
+end
+
+test("too many fixes: the smallest conflict, written by the equation itself", function()
+  says({ "conflict: a = 3, b = 1", "violated: (2):  0 ≠ 8 = 3 a - b" }, line, { fix = { a = 3, b = 1 } })
+  says({ "conflict: a = 3, b = 1", "(2), (3):  0 ≠ 8 = 3 a - b" }, chain, { fix = { a = 3, b = 1 } })   -- c eliminated
+  says({ "conflict: x = 3\n", "(5):  0 ≠ 8 = x² + y² - L²  at x = 3, y = 0" }, ball, { fix = { x = 3, u = 0 } })
+  says({ "conflict: x = 0.6, y = 0.7\n", "0 ≠ -0.15 = x² + y² - L²", "nearest = true" }, ball,
+    { fix = { x = .6, y = .7, u = 0, lam = 1 } })
+end)
+
+test("too few: candidates, directions, and a call that works", function()
+  says({ "1 initial value is neither fixed nor determined", "candidates: u, v", "(u, v) may move along (1, -0.75)",
+    "sys:init{ fix = { x = 0.6, u = 0 } }" }, ball, { fix = { x = 0.6 } })
+  expect(ball:init { fix = { x = 0.6, u = 0 } }(lam)):near(-9.81*0.8, 1e-12)     -- the call, as it was printed
+  says({ "2 initial values", "candidates: x, y, u, v", "sys:init{ fix = { x = 0, u = 0 } }" }, ball, {})
+  local q = var("q", 2)
+  local two = dae { der(q, 2) ~ -q }
+  says({ "sys:init{ fix = { [q[1]] = 0, [q[2]] = 0, [q[1].dot] = 0, [q[2].dot] = 0 } }" }, two, {})
+  expect(two:init { fix = { [q[1]] = 0, [q[2]] = 0, [q[1].dot] = 0, [q[2].dot] = 0 } }.free):equals(4)
+end)
+
+test("a singular point: what is determined twice, and the null vector", function()
+  says({ "y = -1, v = 0 are determined by the rest already", "x may move alone" }, ball, { fix = { y = -1, v = 0 } })
+  local flat = dae { der(a) ~ -a, 0 ~ (2*b + c)*a, 0 ~ b*a - c*a*a }     -- at a = 0 nothing holds b and c
+  says({ "The equations are singular here", "may move alone" }, flat, { fix = { a = 0 } })
+  local tilted = dae { der(a) ~ -a, 0 ~ 2*b + c - a, 0 ~ (2*b + c)*(1 + a) - a - a^2 + a*b }
+  says({ "(b, c) may move along (1, -2)" }, tilted, { fix = { a = 0 } })
+end)
+
+test("several roots: the branch, its formula, and the guess for the other one", function()
+  local at = ball:init { fix = { x = .6, u = 0 }, guess = { y = -1 } }
+  expect(at(y)):near(-0.8, 1e-14)
+  ledger({ "other roots", "y = ±√(L² - x²): here -0.8; 0.8 with guess = { y = 0.8 }" }, at)
+  local other = at:branches()[1]
+  expect(other.variable):equals(y)
+  expect(ball:init { fix = { x = .6, u = 0 }, guess = { [y] = other.there } }(y)):near(0.8, 1e-14)
+  expect(#line:init { fix = { a = 1 } }:branches()):equals(0)
+end)
+
+test("nearest: contradictory fixes move onto the constraints, as little as possible", function()
+  local at = ball:init { fix = { x = 3, y = 4, u = 0 }, nearest = true }
+  expect(at(x)):near(0.6, 1e-9)
+  expect(at(y)):near(0.8, 1e-9)
+  ledger({ "moved (nearest)", "x  from 3 to 0.6", "y  from 4 to 0.8" }, at)
+  expect(#at.moved):equals(2)
+  expect(at.moved[1].variable):equals(x)
+  expect(at.moved[1].from):equals(3)
+  expect(#ball:init { fix = { x = 0.6, u = 0 }, nearest = true }.moved):equals(0)
+  -- units of b are three times those of a: min (a - 3)² + ((b - 1)/3)² with b = 3 a
+  expect(line:init { fix = { a = 3, b = 1 }, nearest = true }(a)):near(5/3, 1e-9)
+end)
+
+test("fixes are kept exactly, redundant ones are marked, guesses are covered", function()
+  local at = ball:init { fix = { x = .6, y = .8, u = 0, v = 0 } }
+  ledger({ "y        0.8  fixed (redundant, consistent)", "v          0  fixed (redundant, consistent)" }, at)
+  expect(at(x)):equals(0.6)
+  expect(at.free):equals(2)
+  local near = ball:init { guess = { x = .6, y = -.9, u = 0, v = 0 } }
+  expect(near(x^2 + y^2)):near(1, 1e-12)
+  ledger({ "free, chosen near the guess" }, near)
+  expect(near "lam"):equals(near(lam))
+end)
+
+test("equations without a value at the guess name equation and variable", function()
+  local root = dae { der(a) ~ -a, 0 ~ b - sqrt(a) }
+  says({ "equation (2)", "has no value at a = -1", "√a is undefined", "fix a where it has one" }, root, { fix = { a = -1 } })
+  says({ "has no value at a = -1", "guess = { a = … }" }, root, { guess = { a = -1 } })
+  expect(root:init { fix = { a = 0 } }(b)):equals(0)          -- the slope there is infinite, the value is not
+  says({ "log(a) is undefined" }, dae { der(a) ~ -a, 0 ~ b - log(a) }, { guess = { a = 0 } })
+  says({ "0 ≠ 1", "1 - a b" }, dae { der(a) ~ -a, 0 ~ 1 - b*a }, { fix = { a = 0 } })
+  says({ "no consistent start was found", "(2):  0 ≠ 1" }, dae { der(a) ~ -a, 0 ~ b^2 + 1 }, {})
+end)
+
+test("inputs: derivatives by tracing, or by name", function()
+  local w = input "w"
+  local z1, z2 = vars "z1 z2"
+  local sys = dae { der(z1) ~ z2, 0 ~ z1 - w }
+  expect(sys:init { inputs = { w = function(t) return sin(2*t) end } }(z2)):near(2, 1e-14)
+  local function table_function(t) if t > 0.5 then return 1.0 end return 3*t end
+  says({ "input 'w′' has no value", "could not be followed symbolically", "[w.dot] = value" }, sys,
+    { inputs = { w = table_function } })
+  expect(sys:init { inputs = { [w] = table_function, [w.dot] = 3 } }(z2)):near(3, 1e-14)
+  says({ "input 'w' has no value" }, sys, {})
+end)
+
+test("units do not matter: models in units of 1e-9 and 1e9, equations multiplied by such factors", function()
+  local function starts(k, e)
+    local X, Y, U, V, F = k[1]*x, k[2]*y, k[3]*u, k[4]*v, k[5]*lam
+    local sys = dae { e[1]*(der(X) - U) ~ 0, 0 ~ e[2]*(der(Y) - V), e[3]*(m*der(U) + F*X) ~ 0,
+      0 ~ e[4]*(m*der(V) + F*Y + m*g), 0 ~ e[5]*(X^2 + Y^2 - L^2) }
+    local out = {}
+    for _, request in ipairs {
+      { fix = { x = .6/k[1], u = .3/k[3] }, guess = { y = -1/k[2] } },
+      { fix = { x = .6/k[1], u = .3/k[3] } },
+      { guess = { x = .6/k[1], y = -1/k[2], u = .3/k[3], v = 0 } },
+    } do
+      local at = sys:init(request)
+      for _, quantity in ipairs { X, Y, U, V, F } do out[#out + 1] = at(quantity) end
+    end
+    for i, request in ipairs { { x = .6/k[1] }, { x = .6/k[1], y = .7/k[2], u = 0 } } do
+      local _, message = pcall(function() sys:init { fix = request } end)
+      out[#out + 1] = message:find(i == 1 and "1 initial value is" or "contradict", 1, true) and i or 0
+    end
+    return out
+  end
+  local wanted = starts({ 1, 1, 1, 1, 1 }, { 1, 1, 1, 1, 1 })
+  expect(wanted[#wanted]):equals(2)
+  expect(wanted[#wanted - 1]):equals(1)
+  expect(starts({ 1e-9, 1e-9, 1e-9, 1e-9, 1 }, { 1, 1, 1, 1, 1 })):near(wanted, 1e-11)
+  expect(starts({ 1e9, 1e-9, 1, 1e5, 1e-3 }, { 1e9, 1e-9, 1e6, 1, 1e-9 })):near(wanted, 1e-11)
+  expect(starts({ 1, 1, 1, 1, 1 }, { 1e9, 1e9, 1e-9, 1e-9, 1e9 })):near(wanted, 1e-11)
+end)
+
+test("2000 unknowns: the diode ladder starts at once, and its errors stay short", function()
+  local N = 1000
+  local w, c_ = var("w", N), var("vc", N)
+  local R, C, Is, VT = params "R=10 C=1e-9 Is=1e-12 VT=0.02585"
+  local equations = {}
+  for k = 1, N do
+    local before = k == 1 and 1 or c_[k - 1]
+    equations[#equations + 1] = 0 ~ (before - w[k])/R + (c_[k] - w[k])/R - Is*(exp(w[k]/VT) - 1)
+    equations[#equations + 1] = C*der(c_[k]) ~ (w[k] - c_[k])/R + (k < N and (w[k + 1] - c_[k])/R or 0)
+  end
+  local ladder = dae(equations)
+  local zero = {}
+  for k = 1, N do zero[k] = 0 end
+  local at = ladder:init { fix = { [c_] = zero } }
+  -- (1 - w)/R - w/R = Is (exp(w/VT) - 1), solved here by bisection
+  local low, high = 0, 1
+  for _ = 1, 60 do
+    local mid = (low + high)/2
+    if (1 - 2*mid)/10 > 1e-12*(math.exp(mid/0.02585) - 1) then low = mid else high = mid end
+  end
+  expect(at(w[1])):near(low, 1e-10)
+  expect(at(w[2])):equals(0)
+  expect(at.free):equals(N)
+  says({ "999 initial values", "… (999 in all)" }, ladder, { fix = { [c_[1]] = 0 } })
+  says({ "conflict: w₅ = 0.3, vc₄ = 0, vc₅ = 0" }, ladder, { fix = { [c_] = zero, [w[5]] = 0.3 } })
+end)
