@@ -29,11 +29,26 @@ void check_times(const Plan& plan) {
   }
 }
 
-void check(const Plan& plan, const Problem& problem) {
+}  // namespace
+
+void check_interval(const Plan& plan) {
   if (!std::isfinite(plan.from) || !std::isfinite(plan.to)) throw Error("from and to must be finite numbers");
   if (plan.to <= plan.from) {
     throw Error(text("to = ", rounded(plan.to), " must be greater than from = ", rounded(plan.from)));
   }
+  if (plan.times) check_times(plan);
+}
+
+void check_start(const Point& start, const Problem& problem) {
+  PENDULA_ASSERT(start.x.size() == problem.n(), "a start with a wrong number of states");
+  for (int i = 0; i < problem.n(); ++i)
+    if (!std::isfinite(start.x[i])) throw Error(text("the start of ", problem.x_name(i), " is not finite"));
+}
+
+namespace {
+
+void check(const Plan& plan, const Problem& problem) {
+  check_interval(plan);
   if (!(plan.dt > 0) || !std::isfinite(plan.dt)) {
     throw Error(
         text("dt = ", rounded(plan.dt), "; the step must be a positive number, for example dt = 0.01"));
@@ -43,18 +58,12 @@ void check(const Plan& plan, const Problem& problem) {
     throw Error(
         text("dt = ", rounded(plan.dt), " is too small for an interval of ", rounded(plan.to - plan.from)));
   }
-  if (plan.times) return check_times(plan);
+  if (plan.times) return;
   const double width = 1 + 2 * problem.n() + problem.m();
   if (steps * width > most_saved) {
     throw Error(text("", rounded(steps, 3), " steps are too many to save; give the times to keep, times = ",
                      "linspace(", rounded(plan.from), ", ", rounded(plan.to), ", 1001), or a larger dt"));
   }
-}
-
-void check_start(const Point& start, const Problem& problem) {
-  PENDULA_ASSERT(start.x.size() == problem.n(), "a start with a wrong number of states");
-  for (int i = 0; i < problem.n(); ++i)
-    if (!std::isfinite(start.x[i])) throw Error(text("the start of ", problem.x_name(i), " is not finite"));
 }
 
 /// The number of steps: rounding must not add a step of length 1e-16.
@@ -65,6 +74,29 @@ long count_steps(const Plan& plan) {
       std::fabs(exact - nearest) <= 1e-9 * std::max(1.0, nearest) ? nearest : std::ceil(exact);
   return std::max(1L, static_cast<long>(count));
 }
+
+/// Between the saved points the method itself continues with steps dt and a shortened last one.
+class FixedContinuation : public Continuation {
+ public:
+  FixedContinuation(std::shared_ptr<RungeKutta> engine, double dt) : engine_(std::move(engine)), dt_(dt) {}
+
+  Point at(const Points& saved, double t) override {
+    const double rounding = 4 * std::numeric_limits<double>::epsilon() *
+                            std::max(std::fabs(saved.t().front()), std::fabs(saved.t().back()));
+    Point here = saved[saved.index_at(t, rounding)], next;
+    while (t - here.t > rounding) {
+      poll_interrupt();
+      const double left = t - here.t;
+      engine_->step(here, left < dt_ * (1 + 1e-9) ? left : dt_, next, false);
+      std::swap(here, next);
+    }
+    return here;
+  }
+
+ private:
+  std::shared_ptr<RungeKutta> engine_;
+  double dt_;
+};
 
 /// Saves mesh points, or the requested times on the way from one mesh point to the next.
 class Saver {
@@ -149,7 +181,9 @@ SolutionPtr integrate(ProblemPtr problem, TableauPtr tableau, Point start, const
   if (start.xdot.size() == 0) start.xdot = Vec::Zero(problem->n());
   if (start.z.size() == 0) start.z = Vec::Zero(problem->m());
   const std::shared_ptr<RungeKutta> engine = prepare(problem, tableau, start, plan.direct);
-  auto solution = std::make_shared<Solution>(engine, plan.dt);
+  auto solution = std::make_shared<Solution>(problem);
+  solution->set_method(tableau->name(), plan.dt);
+  solution->set_continuation(std::make_shared<FixedContinuation>(engine, plan.dt));
   Saver saver(*solution, *engine, plan);
   saver.start(start);
   const std::string status = run(*engine, start, plan, saver);

@@ -1,21 +1,52 @@
-// From a start to a solution with a fixed step.
+// From a start to a solution: what is asked for, and the driver for fixed steps.
 #pragma once
 
+#include <functional>
+#include <limits>
 #include <optional>
 #include <vector>
 
+#include "integrate/events.hpp"
+#include "integrate/runge_kutta.hpp"
 #include "integrate/solution.hpp"
+#include "integrate/tolerances.hpp"
 
 namespace pendula::integrate {
 
 struct Plan {
   double from = 0, to = 0;
-  double dt = 0;
-  /// Ascending times inside [from, to] at which points are saved; every mesh point if absent. A time between
-  /// two mesh points is reached by a shortened step of its own: the mesh does not depend on `times`.
+  double dt = 0;  ///< 0: adaptive
+  /// Ascending times inside [from, to] at which points are saved; every mesh point if absent. Fixed steps: a
+  /// time between two mesh points is reached by a shortened step of its own, the mesh does not depend on
+  /// `times`. Adaptive: the continuous extension is evaluated.
   std::optional<std::vector<double>> times;
   bool direct = false;  ///< integrate a model of index 2 or more as it stands
+
+  // ── adaptive only ──
+  Tolerances tolerances;  ///< empty: rtol = 1e-6, atol = 1e-9
+  double dt_first = 0;    ///< 0: chosen
+  double dt_max = std::numeric_limits<double>::infinity();
+  long most_steps = 10'000'000;
+  /// Index of every unknown of (x, z) for the error test of a model of index 2 or 3 (Hairer & Wanner II,
+  /// §VII.4); empty: all 1.
+  std::vector<int> variable_index;
+  EventList events;
+  /// Called now and then with the time reached; for a progress line.
+  std::function<void(double t, const Stats&)> progress;
 };
+
+/// A method of any kind. family: "tableau" (fixed steps, or adaptive by an embedded method or collocation),
+/// "auto", "radau", "bdf", "rosenbrock"; order: of fixed-order BDF.
+struct Method {
+  std::string family = "auto";
+  TableauPtr tableau;
+  int order = 0;
+  std::vector<TableauPtr> explicit_choice;  ///< "auto": for loose, medium and tight tolerances
+};
+
+/// Throws Error on a bad plan: from, to, times, what is not finite.
+void check_interval(const Plan& plan);
+void check_start(const Point& start, const Problem& problem);
 
 /// Steps tₖ = from + k dt; the last one is shortened to end at `to`. start: x is taken as it is, x′ and z are
 /// starting values of Newton's method (start.t is ignored).

@@ -52,11 +52,17 @@ Problem::Problem(dae::FirstOrder model, Vec parameters, std::vector<Input> input
 }
 
 void Problem::place(double t, const double* x, const double* xdot, const double* z) {
-  double* to = values_.data();
-  *to++ = t;
+  double* to = unknowns();
   to = std::copy_n(x, n(), to);
   to = std::copy_n(xdot, n(), to);
-  to = std::copy_n(z, m(), to);
+  std::copy_n(z, m(), to);
+  set_time(t);
+}
+
+void Problem::set_time(double t) {
+  values_[0] = t;
+  if (inputs_.empty()) return;
+  double* to = values_.data() + 1 + 2 * n() + m();
   for (std::size_t i = 0; i < model_.u.size(); ++i, ++to) {
     *to = inputs_[i](t);
     if (!std::isfinite(*to))
@@ -69,10 +75,23 @@ void Problem::set_projections(const std::vector<dae::Projection>& stages) {
 }
 
 void Problem::project(double t, Vec& x) {
-  const Vec none = Vec::Zero(std::max(n(), m()));  // x′ and z do not occur in conditions on the states
-  place(t, x.data(), none.data(), none.data());
-  for (const Projector& projector : projectors_) projector.run(values_, 1);
+  std::fill_n(std::copy_n(x.data(), n(), unknowns()), n() + m(), 0.0);  // x′ and z do not occur in conditions
+  set_time(t);
+  for (Projector& projector : projectors_) projector.run(values_, 1);
   std::copy_n(values_.begin() + 1, n(), x.data());
+}
+
+bool Problem::project_if_needed(double t, Vec& x, const Vec& rtol, const Vec& atol, double share) {
+  std::copy_n(x.data(), n(), unknowns());
+  set_time(t);
+  bool moved = false;
+  for (Projector& projector : projectors_) {
+    if (!moved && projector.holds(values_, 1, rtol, atol, share)) continue;
+    projector.run(values_, 1);
+    moved = true;
+  }
+  if (moved) std::copy_n(values_.begin() + 1, n(), x.data());
+  return moved;
 }
 
 void Problem::residual(double* F) { F_(values_.data(), F); }

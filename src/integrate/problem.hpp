@@ -40,10 +40,16 @@ class Problem {
   bool projects() const { return !projectors_.empty(); }
   /// Moves x onto the conditions at time t, stage by stage. Throws Failure.
   void project(double t, Vec& x);
+  /// The same, but only when a condition is violated by more than `share` of what a change of every state by
+  /// its tolerance would do to it. Returns whether x moved.
+  bool project_if_needed(double t, Vec& x, const Vec& rtol, const Vec& atol, double share);
 
   /// Chooses where to evaluate. Arrays of n, n and m numbers. Throws Failure naming an input that is not
   /// finite at t.
   void place(double t, const double* x, const double* xdot, const double* z);
+  /// The same in two parts: the time (and inputs), then x, x′ and z written to unknowns(), 2n + m numbers.
+  void set_time(double t);
+  double* unknowns() { return values_.data() + 1; }
   void residual(double* F);  ///< n + m values
   void rhs(double* f);       ///< n values; requires is_ode()
 

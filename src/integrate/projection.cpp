@@ -1,6 +1,5 @@
 #include "integrate/projection.hpp"
 
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 
@@ -13,7 +12,7 @@ using Index = Eigen::Index;
 
 Projector::Projector(const dae::Projection& stage, std::span<const Expr> states,
                      std::span<const Expr> arguments)
-    : jacobian_(stage.jacobian), weighted_(stage.weight.size() > 0), residuals_(stage.residuals.size()) {
+    : stage_(stage), residuals_(stage.residuals.size()) {
   for (Expr unknown : stage.unknowns) {
     const auto at = std::find(states.begin(), states.end(), unknown);
     PENDULA_ASSERT(at != states.end(), "a projection moves something that is not a state");
@@ -22,48 +21,100 @@ Projector::Projector(const dae::Projection& stage, std::span<const Expr> states,
   conditions_ =
       stage.residuals.size() == 1 ? to_text(stage.residuals[0]) : vector_to_text(column(stage.residuals));
   std::vector<Expr> outputs = stage.residuals;
-  for (const pendula::Entry& e : jacobian_) outputs.push_back(e.value);
-  if (weighted_)
-    for (Index i = 0; i < stage.weight.rows(); ++i)
-      for (Index j = 0; j < stage.weight.cols(); ++j) outputs.push_back(stage.weight(i, j));
-  kernel_ = codegen::Kernel(outputs, arguments);
-}
-
-void Projector::assemble(const std::vector<double>& numbers, Mat& K, Vec& right) const {
-  const auto n = static_cast<Index>(moved_.size()), m = static_cast<Index>(residuals_);
-  K.setZero();
-  right.setZero();
-  auto number = numbers.begin();
-  for (Index i = 0; i < m; ++i) right[n + i] = -*number++;
-  for (const pendula::Entry& e : jacobian_) K(n + e.row, e.column) = K(e.column, n + e.row) = *number++;
-  if (!weighted_) {
-    K.topLeftCorner(n, n).setIdentity();
-    return;
+  for (const pendula::Entry& e : stage.jacobian) {
+    outputs.push_back(e.value);
+    jacobian_.push_back({e.row, e.column});
   }
-  for (Index i = 0; i < n; ++i)
-    for (Index j = 0; j < n; ++j) K(i, j) = *number++;
+  for (Index i = 0; i < stage.weight.rows(); ++i)
+    for (Index j = 0; j < stage.weight.cols(); ++j) {
+      if (stage.weight(i, j).is_zero()) continue;
+      outputs.push_back(stage.weight(i, j));
+      weights_.push_back({static_cast<int>(i), static_cast<int>(j)});
+    }
+  kernel_ = codegen::Kernel(outputs, arguments);
+  residual_kernel_ = codegen::Kernel(stage.residuals, arguments);
+  prepare();
 }
 
-void Projector::run(std::vector<double>& values, std::size_t first_state) const {
+Projector::Projector(const Projector& other)
+    : stage_(other.stage_),
+      moved_(other.moved_),
+      jacobian_(other.jacobian_),
+      weights_(other.weights_),
+      conditions_(other.conditions_),
+      residuals_(other.residuals_),
+      kernel_(other.kernel_),
+      residual_kernel_(other.residual_kernel_),
+      last_jacobian_(other.last_jacobian_) {
+  prepare();
+}
+
+void Projector::prepare() {
+  const int n = static_cast<int>(moved_.size()), size = n + static_cast<int>(residuals_);
+  std::vector<Position> pattern;
+  for (const Position& p : jacobian_) {
+    pattern.push_back({n + p.row, p.column});
+    pattern.push_back({p.column, n + p.row});
+  }
+  if (stage_.weight.size() == 0)
+    for (int i = 0; i < n; ++i) pattern.push_back({i, i});
+  for (const Position& p : weights_) pattern.push_back(p);
+  solver_.analyse(size, pattern);
+  matrix_.assign(pattern.size(), 1);
+  numbers_.resize(kernel_.outputs());
+  right_.resize(static_cast<std::size_t>(size));
+  conditions_now_.resize(residuals_);
+}
+
+bool Projector::holds(const std::vector<double>& values, std::size_t first_state, const Vec& rtol,
+                      const Vec& atol, double share) {
+  if (last_jacobian_.empty()) return false;
+  residual_kernel_(values.data(), conditions_now_.data());
+  std::fill(right_.begin(), right_.end(), 0.0);
+  for (std::size_t k = 0; k < jacobian_.size(); ++k) {
+    const std::size_t j = moved_[static_cast<std::size_t>(jacobian_[k].column)];
+    const auto i = static_cast<Index>(j);
+    right_[static_cast<std::size_t>(jacobian_[k].row)] +=
+        std::fabs(last_jacobian_[k]) * (atol[i] + rtol[i] * std::fabs(values[first_state + j]));
+  }
+  for (std::size_t i = 0; i < residuals_; ++i)
+    if (!(std::fabs(conditions_now_[i]) <= share * right_[i])) return false;
+  return true;
+}
+
+/// One step of Newton's method; false where the matrix is singular or something is not finite.
+bool Projector::correct(std::vector<double>& values, std::size_t first_state, double& moved,
+                        double& largest) {
+  const std::size_t n = moved_.size();
+  kernel_(values.data(), numbers_.data());
+  std::fill(right_.begin(), right_.end(), 0.0);
+  const double* number = numbers_.data();
+  for (std::size_t i = 0; i < residuals_; ++i) right_[n + i] = -*number++;
+  last_jacobian_.assign(number, number + jacobian_.size());
+  double* entry = matrix_.data();
+  for (std::size_t k = 0; k < jacobian_.size(); ++k, ++number) *entry++ = *number, *entry++ = *number;
+  if (stage_.weight.size() == 0) entry += n;  // stays the identity
+  std::copy_n(number, weights_.size(), entry);
+  if (!solver_.factorise(matrix_.data())) return false;
+  solver_.solve(right_.data());
+  moved = largest = 0;
+  for (std::size_t j = 0; j < n; ++j) {
+    if (!std::isfinite(right_[j])) return false;
+    double& x = values[first_state + moved_[j]];
+    x += right_[j];
+    moved = std::max(moved, std::fabs(right_[j]));
+    largest = std::max(largest, std::fabs(x));
+  }
+  return true;
+}
+
+void Projector::run(std::vector<double>& values, std::size_t first_state) {
   constexpr int most_steps = 30;
-  const auto n = static_cast<Index>(moved_.size()), size = n + static_cast<Index>(residuals_);
-  std::vector<double> numbers(kernel_.outputs());
-  Mat K(size, size);
-  Vec right(size);
   for (int k = 0; k < most_steps; ++k) {
-    kernel_(values.data(), numbers.data());
-    assemble(numbers, K, right);
-    if (!K.allFinite() || !right.allFinite()) break;
-    const Vec step = K.partialPivLu().solve(right).head(n);
-    if (!step.allFinite()) break;
-    double largest = 0;
-    for (Index j = 0; j < n; ++j) {
-      double& x = values[first_state + moved_[static_cast<std::size_t>(j)]];
-      x += step[j];
-      largest = std::max(largest, std::fabs(x));
-    }
+    double moved = 0, largest = 0;
+    if (!correct(values, first_state, moved, largest)) break;
     const double rounding = k < 4 ? 1e-14 : 1e-11;  // badly scaled constraints stay at their own rounding
-    if (step.cwiseAbs().maxCoeff() <= rounding * (1 + largest)) return;
+    if (moved <= rounding * (1 + largest)) return;
   }
   throw Failure(text("the state could not be moved back onto 0 = ", conditions_,
                      ": it is too far away, or the constraints are singular there. Try a smaller dt"));

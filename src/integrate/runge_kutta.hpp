@@ -13,17 +13,10 @@
 #include "base/error.hpp"
 #include "integrate/newton.hpp"
 #include "integrate/problem.hpp"
+#include "integrate/stats.hpp"
 #include "integrate/tableau.hpp"
 
 namespace pendula::integrate {
-
-struct Stats {
-  long steps = 0;
-  long evaluations = 0;  ///< of F or f, one per stage
-  long jacobians = 0;    ///< of F, one per stage
-  long factorisations = 0;
-  long newton_iterations = 0;
-};
 
 /// F at k coupled points: r(w) for w = (K₁, z₁, …, Kₖ, zₖ).
 class StageEquations : public Equations {

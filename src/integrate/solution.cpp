@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "base/error.hpp"
 #include "base/interrupt.hpp"
 #include "base/text.hpp"
 
@@ -18,15 +19,33 @@ Vec column(const std::vector<double>& from, int i, int size) {
 
 }  // namespace
 
-Solution::Solution(std::shared_ptr<RungeKutta> engine, double dt)
-    : engine_(std::move(engine)), values_problem_(std::make_shared<Problem>(engine_->problem())), dt_(dt) {}
-
-void Solution::save(const Point& point) {
+void Points::add(const Point& point) {
   t_.push_back(point.t);
   append(x_, point.x);
   append(xdot_, point.xdot);
   append(z_, point.z);
 }
+
+Point Points::operator[](int i) const {
+  return {t_[static_cast<std::size_t>(i)], column(x_, i, n_), column(xdot_, i, n_), column(z_, i, m_)};
+}
+
+void Points::get(int i, Point& out) const {
+  out.t = t_[static_cast<std::size_t>(i)];
+  out.x = Eigen::Map<const Vec>(x_.data() + static_cast<std::ptrdiff_t>(i) * n_, n_);
+  out.xdot = Eigen::Map<const Vec>(xdot_.data() + static_cast<std::ptrdiff_t>(i) * n_, n_);
+  out.z = Eigen::Map<const Vec>(z_.data() + static_cast<std::ptrdiff_t>(i) * m_, m_);
+}
+
+int Points::index_at(double t, double rounding) const {
+  const auto after = std::upper_bound(t_.begin(), t_.end(), t + rounding);
+  return std::max(0, static_cast<int>(after - t_.begin()) - 1);
+}
+
+Solution::Solution(ProblemPtr problem)
+    : problem_(std::move(problem)),
+      values_problem_(std::make_shared<Problem>(*problem_)),
+      points_(problem_->n(), problem_->m()) {}
 
 void Solution::finish(std::string status, const Stats& stats, double seconds) {
   status_ = std::move(status);
@@ -36,9 +55,7 @@ void Solution::finish(std::string status, const Stats& stats, double seconds) {
 
 Point Solution::point(int i) const {
   PENDULA_ASSERT(i >= 0 && i < size(), "a point outside the solution");
-  const int n = problem().n();
-  return {t_[static_cast<std::size_t>(i)], column(x_, i, n), column(xdot_, i, n),
-          column(z_, i, problem().m())};
+  return points_[i];
 }
 
 Point Solution::final() const {
@@ -49,22 +66,18 @@ Point Solution::final() const {
 
 Point Solution::at(double t) const {
   if (size() == 0) return final();  // throws
+  auto [first, last] =
+      between_ ? between_->interval(points_) : std::pair(points_.t().front(), points_.t().back());
   const double rounding =
-      4 * std::numeric_limits<double>::epsilon() * std::max(std::fabs(t_.front()), std::fabs(t_.back()));
-  if (!(t >= t_.front() - rounding && t <= t_.back() + rounding)) {
-    throw Error(text("t = ", rounded(t), " lies outside the solution, which covers ", rounded(t_.front()),
-                     " ≤ t ≤ ", rounded(t_.back())));
+      4 * std::numeric_limits<double>::epsilon() * std::max(std::fabs(first), std::fabs(last));
+  if (!(t >= first - rounding && t <= last + rounding)) {
+    throw Error(text("t = ", rounded(t), " lies outside the solution, which covers ", rounded(first),
+                     " ≤ t ≤ ", rounded(last)));
   }
-  const auto after = std::upper_bound(t_.begin(), t_.end(), t + rounding);
-  const int i = std::max(0, static_cast<int>(after - t_.begin()) - 1);
-  Point here = point(i), next;
-  while (t - here.t > rounding) {
-    poll_interrupt();
-    const double left = t - here.t;
-    engine_->step(here, left < dt_ * (1 + 1e-9) ? left : dt_, next, false);
-    std::swap(here, next);
-  }
-  return here;
+  const int i = points_.index_at(t, rounding);
+  if (std::fabs(t - points_.t()[static_cast<std::size_t>(i)]) <= rounding) return points_[i];
+  if (!between_) throw Error("this solution holds its saved points only; ask for these times");
+  return between_->at(points_, t);
 }
 
 const codegen::Kernel& Solution::kernel(std::span<const Expr> expressions) const {
@@ -98,22 +111,30 @@ Vec Solution::values(std::span<const Expr> expressions, double t) const {
   return result;
 }
 
+Vec Solution::values(std::span<const Expr> expressions, const Point& point) const {
+  Vec result(static_cast<Eigen::Index>(expressions.size()));
+  evaluate(kernel(expressions), point, result.data());
+  return result;
+}
+
 std::string Solution::str() const {
   if (size() == 0) return "solution: " + status_ + "\n";
   Table table({false, false, true});
   const Point end = final();
   for (int i = 0; i < problem().n(); ++i) table.row({problem().x_name(i), "=", rounded(end.x[i])});
   for (int i = 0; i < problem().m(); ++i) table.row({problem().z_name(i), "=", rounded(end.z[i])});
-  return text("solution by ", method().name(), ", dt = ", rounded(dt_, 6), ": ", stats_.steps,
-              stats_.steps == 1 ? " step" : " steps", " from t = ", rounded(t_.front(), 6), " to ",
-              rounded(end.t, 6), ", ", status_, "\n", table.str(2));
+  const std::string step = dt_ > 0 ? text(", dt = ", rounded(dt_, 6)) : "";
+  return text("solution by ", method_, step, ": ", stats_.steps, stats_.steps == 1 ? " step" : " steps",
+              " from t = ", rounded(t().front(), 6), " to ", rounded(end.t, 6), ", ", status_, "\n",
+              table.str(2));
 }
 
 std::string Solution::stats_text() const {
   Table table({false, true});
   const auto row = [&](const char* what, long count) { table.row({what, std::to_string(count)}); };
-  table.row({"method", method().name()});
+  table.row({"method", method_});
   row("steps", stats_.steps);
+  if (dt_ == 0) row("rejected", stats_.rejected);
   row("evaluations", stats_.evaluations);
   row("Jacobians", stats_.jacobians);
   row("factorisations", stats_.factorisations);

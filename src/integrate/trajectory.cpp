@@ -1,10 +1,12 @@
 #include "integrate/trajectory.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 #include "base/text.hpp"
 #include "dae/reduce.hpp"
 #include "expr/print.hpp"
+#include "integrate/projection.hpp"
 
 namespace pendula::integrate {
 namespace {
@@ -14,7 +16,7 @@ void require_low_index(const dae::Model& model, bool direct) {
   if (direct || !analysis.regular || analysis.index <= 1)
     return;  // not regular: the engine looks at the numbers
   throw Error(text("the model has index ", analysis.index,
-                   "; fixed-step integration needs index 0 or 1. Integrate a reduced ",
+                   "; integration needs index 0 or 1. Integrate a reduced ",
                    "form: sys:reduce():integrate{…}, or sys:reduce \"acc\" to see the drift, or study the ",
                    "model as it stands with direct = true"));
 }
@@ -84,6 +86,145 @@ std::vector<dae::Projection> projections(const dae::Model& model, const Substitu
   return stages;
 }
 
+/// One number per unknown of (x, z).
+Vec tolerance(const ToleranceRequest& request, double fallback, const dae::Model& model,
+              const dae::FirstOrder& form, const std::string& what) {
+  std::vector<Expr> unknowns = form.x;
+  unknowns.insert(unknowns.end(), form.z.begin(), form.z.end());
+  Vec result = Vec::Constant(static_cast<Eigen::Index>(unknowns.size()), request.all.value_or(fallback));
+  if (!request.list.empty()) {
+    if (request.list.size() != unknowns.size() && request.list.size() != form.x.size())
+      throw Error(text(what, " has ", request.list.size(), " entries for ", form.x.size(), " states and ",
+                       form.z.size(), " algebraic variables"));
+    std::copy(request.list.begin(), request.list.end(), result.begin());
+  }
+  for (const auto& [leaf, value] : request.some) {
+    const Expr own = dae::resolve(model, leaf);
+    const auto at = std::find(unknowns.begin(), unknowns.end(), own);
+    if (at == unknowns.end())
+      throw Error(text(what, ": ", to_text(leaf), " is not a state or an algebraic variable of this model"));
+    result[at - unknowns.begin()] = value;
+  }
+  return result;
+}
+
+/// How often each unknown stands below the highest hidden constraint (Hairer & Wanner II, §VII.4): from the
+/// offsets of the structural analysis, 1 + max c - d + order of derivative.
+std::vector<int> variable_indices(const dae::Model& model, const dae::FirstOrder& form) {
+  const dae::Analysis analysis = dae::analyse(model);
+  std::vector<int> result(form.x.size() + form.z.size(), 1);
+  if (!analysis.regular || analysis.index < 2) return result;
+  const int highest = *std::max_element(analysis.offsets.c.begin(), analysis.offsets.c.end());
+  const auto index_of = [&](Expr leaf) {
+    for (std::size_t j = 0; j < model.variables.size(); ++j)
+      if (model.variables[j].leaf == symbol_of(leaf).base || model.variables[j].leaf == leaf)
+        return std::max(1, 1 + highest - analysis.offsets.d[j] + symbol_of(leaf).order);
+    return 1;
+  };
+  for (std::size_t i = 0; i < form.x.size(); ++i) result[i] = index_of(form.x[i]);
+  for (std::size_t i = 0; i < form.z.size(); ++i) result[form.x.size() + i] = index_of(form.z[i]);
+  return result;
+}
+
+/// Conditions on the states alone that a reset must not break: hidden constraints and invariants.
+std::vector<dae::Constraint> state_conditions(const dae::Model& model) {
+  std::vector<dae::Constraint> result;
+  for (const dae::Projection& stage : model.projections)
+    for (Expr e : stage.residuals) result.push_back({e, 0, 0, 0, ""});
+  if (result.empty()) result = model.invariants;
+  const dae::Analysis analysis = dae::analyse(model);
+  if (analysis.regular) result.insert(result.end(), analysis.constraints.begin(), analysis.constraints.end());
+  return result;
+}
+
+/// Moves the states that were not reset onto the conditions, by the least change.
+std::function<void(Point&, const std::vector<int>&)> reinitialiser(const dae::Model& model,
+                                                                   const ProblemPtr& problem,
+                                                                   const Substitution& inputs) {
+  const std::vector<Expr>& x = problem->model().x;
+  std::vector<Expr> conditions;
+  for (const dae::Constraint& c : state_conditions(model)) {
+    const Expr e = substitute(dae::resolve(model, c.residual), inputs);
+    const std::vector<Expr> inside = leaves({&e, 1});
+    const auto foreign = [&](Expr leaf) {
+      const auto& z = problem->model().z;
+      return std::find(z.begin(), z.end(), leaf) != z.end();
+    };
+    if (std::none_of(inside.begin(), inside.end(), foreign)) conditions.push_back(e);
+  }
+  if (conditions.empty()) return {};
+  return [problem, conditions, x](Point& point, const std::vector<int>& reset) {
+    dae::Projection stage;
+    for (int i = 0; i < static_cast<int>(x.size()); ++i)
+      if (std::find(reset.begin(), reset.end(), i) == reset.end())
+        stage.unknowns.push_back(x[static_cast<std::size_t>(i)]);
+    stage.residuals = conditions;
+    stage.jacobian = sparse_jacobian(conditions, stage.unknowns);
+    problem->place(point.t, point.x.data(), point.xdot.data(), point.z.data());
+    std::vector<double> values = problem->values();
+    const codegen::Kernel residuals(conditions, problem->arguments());
+    const codegen::Kernel sizes(
+        [&] {
+          std::vector<Expr> terms;
+          for (Expr c : conditions) {
+            Expr size;
+            const std::vector<Expr> partials = gradient(c, x);
+            for (std::size_t j = 0; j < x.size(); ++j) size += abs(partials[j] * x[j]);
+            terms.push_back(size);
+          }
+          return terms;
+        }(),
+        problem->arguments());
+    const std::vector<double> off = residuals(values), size = sizes(values);
+    bool holds = true;
+    for (std::size_t i = 0; i < off.size(); ++i) holds = holds && std::fabs(off[i]) <= 1e-7 * size[i] + 1e-12;
+    if (holds) return;
+    try {
+      Projector(stage, x, problem->arguments()).run(values, 1);
+    } catch (const Failure&) {
+      throw Failure(text("the values after the reset contradict a constraint of the model, and no change of ",
+                         "the other states repairs it; reset more states, or fewer"));
+    }
+    std::copy_n(values.begin() + 1, x.size(), point.x.data());
+  };
+}
+
+/// Writes the model's events, tolerances and indices into the plan of a run.
+void complete_plan(Plan& plan, const dae::ModelPtr& model, const Simulation& simulation,
+                   const ProblemPtr& problem, const std::shared_ptr<TrajectoryPtr>& so_far) {
+  const dae::FirstOrder& form = problem->model();
+  plan.tolerances.rtol = tolerance(simulation.rtol, 1e-6, *model, form, "rtol");
+  plan.tolerances.atol =
+      tolerance(simulation.atol, 1e-3 * simulation.rtol.all.value_or(1e-6), *model, form, "atol");
+  if (plan.direct) plan.variable_index = variable_indices(*model, form);
+  const auto own = [&](Expr e) { return substitute(dae::resolve(*model, e), simulation.inputs); };
+  bool resets = false;
+  for (const ModelEvent& wish : simulation.events) {
+    Event event;
+    event.when = own(wish.when);
+    event.direction = wish.direction;
+    event.stop = wish.stop;
+    for (const auto& [state, value] : wish.reset)
+      event.reset.emplace_back(dae::resolve(*model, state), own(value));
+    if (wish.call) {
+      event.call = [call = wish.call, so_far, model](const Point&) {
+        EventReply reply = call(*so_far);
+        for (auto& [state, value] : reply.reset) state = dae::resolve(*model, state);
+        return reply;
+      };
+    }
+    resets = resets || wish.call || !wish.reset.empty();
+    plan.events.list.push_back(std::move(event));
+  }
+  if (resets) plan.events.reinitialise = reinitialiser(*model, problem, simulation.inputs);
+  for (Expr surface : switching_surfaces(form.F)) {
+    Event event;
+    event.when = surface;
+    event.surface = true;
+    plan.events.list.push_back(event);
+  }
+}
+
 }  // namespace
 
 TrajectoryPtr simulate(const dae::ModelPtr& model, const Simulation& simulation) {
@@ -98,8 +239,20 @@ TrajectoryPtr simulate(const dae::ModelPtr& model, const Simulation& simulation)
   const Point start = starting_point(*simulation.start, form);
   const auto problem = std::make_shared<Problem>(std::move(form), std::move(parameters), std::move(inputs));
   problem->set_projections(projections(*model, simulation.inputs));
-  return std::make_shared<const Trajectory>(model, simulation.inputs,
-                                            integrate(problem, simulation.method, start, simulation.plan));
+  const auto wrap = [&](SolutionPtr solution) {
+    return std::make_shared<const Trajectory>(model, simulation.inputs, std::move(solution),
+                                              simulation.events);
+  };
+  if (simulation.plan.dt > 0 || simulation.plan.dt < 0 || std::isnan(simulation.plan.dt))
+    return wrap(integrate(problem, simulation.method.tableau, start, simulation.plan));
+  Plan plan = simulation.plan;
+  const auto so_far = std::make_shared<TrajectoryPtr>();
+  complete_plan(plan, model, simulation, problem, so_far);
+  const SolutionPtr solution =
+      integrate_adaptive(problem, simulation.method, start, plan,
+                         [&](SolutionPtr running) { *so_far = wrap(std::move(running)); });
+  so_far->reset();  // the callbacks and the solution must not keep each other alive
+  return wrap(solution);
 }
 
 std::vector<Expr> Trajectory::resolved(std::span<const Expr> expressions) const {

@@ -3,27 +3,54 @@
 #pragma once
 
 #include "dae/start.hpp"
+#include "integrate/adaptive.hpp"
 #include "integrate/drift.hpp"
-#include "integrate/integrate.hpp"
 
 namespace pendula::integrate {
+
+/// A tolerance for all unknowns and others for some of them, by the leaves of the model.
+struct ToleranceRequest {
+  std::optional<double> all;
+  std::vector<std::pair<Expr, double>> some;
+  std::vector<double> list;  ///< instead: in the order of the states, then the algebraic variables
+};
+
+class Trajectory;
+
+/// An event in the words of the model.
+struct ModelEvent {
+  Expr when;
+  int direction = 0;
+  bool stop = false;
+  std::vector<std::pair<Expr, Expr>> reset;
+  /// Sees the solution so far, which ends at the event.
+  std::function<EventReply(const std::shared_ptr<const Trajectory>&)> call;
+};
 
 struct Simulation {
   dae::StartPtr start;              ///< of this model; x is taken from it, x′ and z as starting values
   dae::ParameterValues parameters;  ///< override those of the model
   Substitution inputs;              ///< input leaf (of any order) -> expression in t and parameters
   std::vector<std::pair<Expr, Problem::Input>> numeric_inputs;
-  TableauPtr method;
-  Plan plan;
+  Method method;  ///< a tableau with plan.dt: fixed steps
+  Plan plan;      ///< its tolerances, variable indices and events are filled in from what follows
+  ToleranceRequest rtol, atol;
+  std::vector<ModelEvent> events;
 };
 
 class Trajectory {
  public:
-  Trajectory(dae::ModelPtr model, Substitution inputs, SolutionPtr solution)
-      : model_(std::move(model)), inputs_(std::move(inputs)), solution_(std::move(solution)) {}
+  Trajectory(dae::ModelPtr model, Substitution inputs, SolutionPtr solution,
+             std::vector<ModelEvent> events = {})
+      : model_(std::move(model)),
+        inputs_(std::move(inputs)),
+        solution_(std::move(solution)),
+        events_(std::move(events)) {}
 
   const dae::ModelPtr& model() const { return model_; }
   const Solution& solution() const { return *solution_; }
+  /// The expression of an event, for messages: as it was asked for.
+  const std::vector<ModelEvent>& events() const { return events_; }
 
   /// One row per saved time, one column per expression; or the values at time t.
   /// Throws Error naming a symbol that is not of this model or its lineage.
@@ -40,11 +67,13 @@ class Trajectory {
   dae::ModelPtr model_;
   Substitution inputs_;
   SolutionPtr solution_;
+  std::vector<ModelEvent> events_;
 };
 
 using TrajectoryPtr = std::shared_ptr<const Trajectory>;
 
 /// Integrates a model.
+/// plan.dt = 0: adaptively, with rtol = 1e-6 and atol = 1e-3 rtol where nothing else is asked for.
 /// Throws Error when the index is 2 or more (unless plan.direct), a parameter or an input has no value, the
 /// derivative of an input that is only known as a function of numbers is needed; and whatever integrate()
 /// throws.

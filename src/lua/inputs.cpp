@@ -4,27 +4,10 @@
 #include <cmath>
 
 #include "expr/print.hpp"
+#include "lua/function_reference.hpp"
 
 namespace pendula::lua {
 namespace {
-
-/// A Lua function kept alive by the registry for as long as some callback holds it.
-class FunctionReference {
- public:
-  FunctionReference(lua_State* L, int index) : L_(L) {
-    lua_pushvalue(L, index);
-    reference_ = luaL_ref(L, LUA_REGISTRYINDEX);
-  }
-  FunctionReference(const FunctionReference&) = delete;
-  FunctionReference& operator=(const FunctionReference&) = delete;
-  ~FunctionReference() { luaL_unref(L_, LUA_REGISTRYINDEX, reference_); }
-  void push() const { lua_rawgeti(L_, LUA_REGISTRYINDEX, reference_); }
-  lua_State* state() const { return L_; }
-
- private:
-  lua_State* L_;
-  int reference_;
-};
 
 /// f(t) with the symbol t, if the function can be followed symbolically: no branches on t, vocabulary
 /// functions only.

@@ -8,9 +8,7 @@
 
 #include "base/interrupt.hpp"
 #include "base/text.hpp"
-#include "lua/inputs.hpp"
-#include "lua/library.hpp"
-#include "lua/lua_dae.hpp"
+#include "lua/integrate_options.hpp"
 #include "lua/objects.hpp"
 #include "lua/values.hpp"
 
@@ -34,62 +32,6 @@ namespace {
 
 using integrate::Trajectory;
 
-// ── reading what integrate is given
-// ──────────────────────────────────────────────────────────────────────────────
-
-/// method = a tableau or the name of one in rk.
-integrate::TableauPtr read_method(Call& call, const Options& options) {
-  lua_State* L = call.L;
-  if (!options.has("method"))
-    throw Error("method is missing; give a tableau, for example method = rk.gauss(2) or rk.rk4");
-  int index = options.push("method");
-  if (lua_type(L, index) == LUA_TSTRING) {
-    const std::string wanted = lua_tostring(L, index);
-    push_named(L, "rk." + wanted);
-    if (!lua_isuserdata(L, -1))
-      throw Error(text("unknown method '", wanted, "'; give a tableau, for example method = rk.gauss(2)"));
-    index = lua_gettop(L);
-  }
-  const auto* held = object_at(L, index, TypeName<integrate::Tableau>::value);
-  if (!held)
-    throw Error(text("method must be a tableau such as rk.gauss(2) or rk.rk4, got ", describe(L, index)));
-  const auto method = std::static_pointer_cast<const integrate::Tableau>(*held);
-  lua_settop(L, call.count());
-  return method;
-}
-
-integrate::Plan read_plan(Call& call, const Options& options, double from) {
-  if (!options.has("to") && !options.has("times")) throw Error("the end is missing; give to = 10");
-  if (!options.has("dt")) throw Error("the step is missing; give dt = 0.01");
-  integrate::Plan plan;
-  plan.from = options.number("from", from);
-  plan.dt = options.number("dt");
-  plan.direct = options.boolean("direct", false);
-  if (options.has("times")) {
-    const Vec times = to_numbers(call.L, options.push("times"), "times");
-    plan.times = std::vector<double>(times.begin(), times.end());
-    lua_pop(call.L, 1);
-  }
-  // Without `to`, the last of `times` is the end; an empty list is refused by integrate() itself.
-  const bool last = plan.times && !plan.times->empty();
-  plan.to = options.number("to", last ? plan.times->back() : plan.from + 1);
-  return plan;
-}
-
-/// Parameters: what a start was computed with holds for what begins there, params of this call come first.
-dae::ParameterValues read_all_parameters(Call& call, const Options& options, const dae::Model& model) {
-  dae::ParameterValues values;
-  if (const auto* held = object_at(call.L, options.push("start"), TypeName<dae::Start>::value)) {
-    values = parameter_overrides(*std::static_pointer_cast<const dae::Start>(*held));
-  }
-  if (options.has("params")) {
-    for (const auto& [p, value] : read_parameters(call.L, options.push("params"), model, "params"))
-      values[p] = value;
-  }
-  lua_settop(call.L, call.count());
-  return values;
-}
-
 /// Ctrl-C in a line typed at the prompt: the part computed so far becomes the value of the line. Anywhere
 /// else the interrupt goes on and stops the script.
 bool typed_at_prompt(lua_State* L) {
@@ -101,17 +43,8 @@ bool typed_at_prompt(lua_State* L) {
 
 int integrate_model(Call& call) {
   const auto model = call.shared<dae::Model>(1, "model");
-  const Options options =
-      call.options(2, {"start", "from", "to", "dt", "method", "times", "inputs", "params", "direct"});
-  integrate::Simulation simulation;
-  simulation.method = read_method(call, options);
-  simulation.start = read_start(call.L, options, model);
-  simulation.plan = read_plan(call, options, simulation.start->t);
-  simulation.parameters = read_all_parameters(call, options, *model);
-  Inputs inputs = read_inputs(options, *model, call.L);
-  simulation.inputs = std::move(inputs.expressions);
-  for (NumericInput& input : inputs.numeric)
-    simulation.numeric_inputs.emplace_back(input.leaf, std::move(input.value));
+  const Options options = call.options(2, {PENDULA_INTEGRATE_OPTIONS});
+  const integrate::Simulation simulation = read_simulation(call, options, model);
   const integrate::TrajectoryPtr result = integrate::simulate(model, simulation);
   if (result->solution().status() == "interrupted") {
     if (!typed_at_prompt(call.L) || result->solution().t().empty()) throw Interrupted();
@@ -170,8 +103,44 @@ int solution_text(Call& call) { return call.push(without_newline(self(call).solu
 int stats(Call& call) {
   const integrate::Solution& solution = self(call).solution();
   return call.push(std::make_shared<const SolutionStats>(
-      SolutionStats{solution.stats(), solution.method().name(), without_newline(solution.stats_text()),
+      SolutionStats{solution.stats(), solution.method_name(), without_newline(solution.stats_text()),
                     solution.cpu_seconds()}));
+}
+
+/// { name = value } of every state and algebraic variable.
+void push_values(lua_State* L, const integrate::Problem& problem, const integrate::Point& point) {
+  lua_createtable(L, 0, problem.n() + problem.m());
+  const auto field = [&](const std::string& name, double value) {
+    lua_pushlstring(L, name.data(), name.size());
+    lua_pushnumber(L, value);
+    lua_rawset(L, -3);
+  };
+  for (int i = 0; i < problem.n(); ++i) field(problem.x_name(i), point.x[i]);
+  for (int i = 0; i < problem.m(); ++i) field(problem.z_name(i), point.z[i]);
+}
+
+/// { { t =, which =, action =, values = { x = … }, after = { x = … } }, … }
+int events(Call& call) {
+  lua_State* L = call.L;
+  const integrate::Solution& solution = self(call).solution();
+  const auto& events = solution.events();
+  lua_createtable(L, static_cast<int>(events.size()), 0);
+  for (std::size_t i = 0; i < events.size(); ++i) {
+    const integrate::EventRecord& event = events[i];
+    lua_createtable(L, 0, 6);
+    lua_pushnumber(L, event.t);
+    lua_setfield(L, -2, "t");
+    lua_pushinteger(L, event.which + 1);
+    lua_setfield(L, -2, "which");
+    lua_pushlstring(L, event.action.data(), event.action.size());
+    lua_setfield(L, -2, "action");
+    push_values(L, solution.problem(), event.before);
+    lua_setfield(L, -2, "values");
+    push_values(L, solution.problem(), event.after);
+    lua_setfield(L, -2, "after");
+    lua_rawseti(L, -2, static_cast<lua_Integer>(i) + 1);
+  }
+  return 1;
 }
 
 int drift(Call& call) { return call.push(std::make_shared<const integrate::Drift>(self(call).drift())); }
@@ -183,6 +152,7 @@ const SolutionStats& counted(Call& call) { return call.object<SolutionStats>(1, 
 int stats_text(Call& call) { return call.push(counted(call).text); }
 int stats_method(Call& call) { return call.push(counted(call).method); }
 int stats_steps(Call& call) { return call.push(counted(call).counts.steps); }
+int stats_rejected(Call& call) { return call.push(counted(call).counts.rejected); }
 int stats_evaluations(Call& call) { return call.push(counted(call).counts.evaluations); }
 int stats_jacobians(Call& call) { return call.push(counted(call).counts.jacobians); }
 int stats_factorisations(Call& call) { return call.push(counted(call).counts.factorisations); }
@@ -227,13 +197,17 @@ const Module integrate_module = {
     "Integration",
     {
         {"model:integrate", integrate_model,
-         "sys:integrate{ start =, to =, method =, dt =, from =, times =, inputs =, params =, direct = } -> "
-         "solution",
-         "Solves the initial value problem with a fixed step and any tableau. start is a result of init or a "
-         "table; times: "
-         "the times to save; direct = true integrates a model of index 2 or more as it stands. A step that "
-         "fails ends the "
-         "solution, and sol.status says why.",
+         "sys:integrate{ start =, to =, rtol =, atol =, method =, dt =, from =, times =, events =, inputs =, "
+         "params =, direct =, dt0 =, dtmax =, max_steps = } -> solution",
+         "Solves the initial value problem: with dt by fixed steps of any tableau; without, with steps "
+         "chosen "
+         "so that every step errs by less than atol + rtol |x| (1e-3 rtol and 1e-6 where they are not given; "
+         "a number, a list, or { [x] = 1e-9 }), by a method that is chosen and named in stats(), or by "
+         "\"radau\", \"bdf\", \"dopri5\", \"tsit5\", \"dop853\", \"rodas\", \"gauss\". start is a result of "
+         "init "
+         "or a table; times: the times to save; events: a list of { when = e, direction = -1, 0 or 1, then "
+         "action = \"stop\", reset = { [v] = -0.9*v } or call = function(sol) … end }; direct = true "
+         "integrates a model of index 2 or more as it stands. What ends a run early is in sol.status.",
          "x = var \"x\"\nsol = dae{ der(x) ~ -2*x }:integrate{ start = { x = 1 }, to = 2, method = rk.rk4, "
          "dt = 0.1 }\n"
          "print(sol)",
@@ -247,7 +221,15 @@ const Module integrate_module = {
          "5.062500"},
         {"solution#t", times, "sol.t -> column", "The saved times.", "", ""},
         {"solution#status", status, "sol.status -> string",
-         "\"finished\", \"interrupted\", or \"stopped at t = …: why\".", "", ""},
+         "\"finished\", \"event\", \"interrupted\", or \"stopped at t = …: why\".", "", ""},
+        {"solution#events", events, "sol.events -> list",
+         "One entry per event in order of time: t, which (its number in the list of events), action, values "
+         "before and after it by name.",
+         "y, v = vars \"y v\"\nsol = dae{ der(y) ~ v, der(v) ~ -2 }:integrate{ start = { y = 1, v = 0 }, to "
+         "= 9,\n"
+         "  events = { { when = y, action = \"stop\" } } }\n"
+         "print((\"%s %.6f %.6f\"):format(sol.status, sol.events[1].t, sol.events[1].values.v))",
+         "event 1.000000 -2.000000"},
         {"solution:final", final, "sol:final([expression]) -> column or number",
          "The states at the end, in the order of model.differential, or the value of an expression there.",
          "", ""},
@@ -264,6 +246,8 @@ const Module integrate_module = {
          "", ""},
         {"stats#method", stats_method, "stats.method -> string", "The name of the method.", "", ""},
         {"stats#steps", stats_steps, "stats.steps -> integer", "Steps taken.", "", ""},
+        {"stats#rejected", stats_rejected, "stats.rejected -> integer",
+         "Steps that were tried and repeated with a smaller one (adaptive runs).", "", ""},
         {"stats#evaluations", stats_evaluations, "stats.evaluations -> integer",
          "Evaluations of the equations, one per stage.", "", ""},
         {"stats#jacobians", stats_jacobians, "stats.jacobians -> integer",

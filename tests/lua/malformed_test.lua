@@ -94,7 +94,7 @@ local typed = {
   { "tableau { A = { {0}, {1} }, b = { 1 } }", "" }, { "tableau 'nonsense'", "" }, { "tableau(3)", "" }, { "rk.gauss(0)", "" }, { "rk.gauss(-2)", "" },
   { "rk.gauss(1.5)", "" }, { "rk.gauss(1e6)", "" }, { "rk.gaus(2)", "gauss" }, { "rk.collocation {}", "" }, { "rk.collocation { 1, 1 }", "" }, { "return rk.rk4.ordr", "order" },
   -- integration
-  { "decay:integrate()", "" }, { "decay:integrate {}", "method" }, { "decay:integrate { start = { x = 1 }, method = rk.rk4, dt = 0.1 }", "to" }, { "decay:integrate { start = { x = 1 }, to = 1, method = rk.rk4 }", "dt" },
+  { "decay:integrate()", "" }, { "decay:integrate {}", "start" }, { "decay:integrate { start = { x = 1 }, method = rk.rk4, dt = 0.1 }", "to" }, { "decay:integrate { start = { x = 1 }, to = 1, method = rk.rk4 }", "dt" },
   { "decay:integrate { start = { x = 1 }, to = 1, method = rk.rk4, dt = 0 }", "dt" }, { "decay:integrate { start = { x = 1 }, to = 1, method = rk.rk4, dt = -0.1 }", "dt" },
   { "decay:integrate { start = { x = 1 }, to = -1, method = rk.rk4, dt = 0.1 }", "to" }, { "decay:integrate { start = { x = 1 }, to = 0, method = rk.rk4, dt = 0.1 }", "to" },
   { "decay:integrate { start = { x = 1 }, to = 1, method = 'dorpi5', dt = 0.1 }", "" }, { "decay:integrate { start = { x = 1 }, to = 1, method = 3, dt = 0.1 }", "" },

@@ -1,0 +1,309 @@
+#include "integrate/explicit_stepper.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "base/text.hpp"
+
+namespace pendula::integrate {
+namespace {
+
+/// The largest y with |R(-y)| ≤ 1 on all of [-y, 0]: found by marching and bisection on the stages of x′ =
+/// λx.
+double negative_limit(const Tableau& rk) {
+  const Mat& A = rk.A();
+  const auto R = [&](double z) {
+    Vec K(rk.stages());
+    for (int i = 0; i < K.size(); ++i) {
+      double sum = 1;
+      for (int j = 0; j < i; ++j) sum += z * A(i, j) * K[j];
+      K[i] = sum;
+    }
+    return std::fabs(1 + z * rk.b().dot(K));
+  };
+  double y = 0.1;
+  while (R(-y) <= 1 + 1e-9 && y < 1000) y += 0.1;
+  double low = y - 0.1;
+  for (int k = 0; k < 30; ++k) (R(-(low + y) / 2) <= 1 ? low : y) = (low + y) / 2;
+  return low;
+}
+
+/// out[k] = x[k] + h Σ aⱼ Kⱼ[k], eight components at a time so that they stay in registers.
+template <class Row>
+void combine(int n, const double* x, double h, const Row& row, const double* K, double* out) {
+  constexpr int wide = 8;
+  int k = 0;
+  for (; k + wide <= n; k += wide) {
+    double sum[wide] = {};
+    for (const auto& term : row) {
+      const double* Kj = K + static_cast<std::ptrdiff_t>(term.stage) * n + k;
+      for (int l = 0; l < wide; ++l) sum[l] += term.factor * Kj[l];
+    }
+    for (int l = 0; l < wide; ++l) out[k + l] = x[k + l] + h * sum[l];
+  }
+  for (; k < n; ++k) {
+    double sum = 0;
+    for (const auto& term : row) sum += term.factor * K[static_cast<std::ptrdiff_t>(term.stage) * n + k];
+    out[k] = x[k] + h * sum;
+  }
+}
+
+}  // namespace
+
+ExplicitStepper::ExplicitStepper(ProblemPtr problem, TableauPtr tableau, Tolerances tolerances,
+                                 StepLimits limits, Stats& stats)
+    : Stepper(std::move(problem), std::move(tolerances), limits, stats),
+      tableau_(std::move(tableau)),
+      derivative_(problem_, stats),
+      stages_(tableau_->stages()) {
+  const Tableau& rk = *tableau_;
+  if (!rk.is_explicit()) throw Error(text("the method ", rk.name(), " is not explicit"));
+  if (!rk.bhat())
+    throw Error(text("the method ", rk.name(),
+                     " has no embedded method to estimate its error: give dt = 0.01 "
+                     "for fixed steps, or choose \"dopri5\", \"tsit5\", \"dop853\", \"radau\" or \"bdf\""));
+  prepare();
+}
+
+void ExplicitStepper::prepare() {
+  const Tableau& rk = *tableau_;
+  for (int i = 0; i < stages_; ++i) {
+    rows_.emplace_back();
+    for (int j = 0; j < i; ++j)
+      if (rk.A()(i, j) != 0) rows_.back().push_back({j, rk.A()(i, j)});
+    c_.push_back(rk.c()[i]);
+    if (rk.b()[i] != 0) weights_.push_back({i, rk.b()[i]});
+    if (rk.b()[i] != (*rk.bhat())[i]) error_.push_back({i, rk.b()[i] - (*rk.bhat())[i]});
+  }
+  for (int i = stages_ - 1 - (rk.is_fsal() ? 1 : 0); i > 0 && stiff_row_.empty(); --i) {
+    if (c_[static_cast<std::size_t>(i)] != 1) continue;  // a second stage at the end of the step
+    for (int j = 0; j < stages_; ++j)
+      if (rk.A()(i, j) != rk.b()[j]) stiff_row_.push_back({j, rk.b()[j] - rk.A()(i, j)});
+    stiff_row_.push_back({-1 - i, 0});  // last: which stage
+  }
+  const int order = rk.data().order ? *rk.data().order : rk.order();
+  const int embedded = rk.data().embedded ? *rk.data().embedded : rk.embedded_order();
+  control_order_ = std::min(order, embedded) + 1;
+  beta_ = control_order_ < 7 ? 0.2 / control_order_ : 0;
+  exponent_ = 1.0 / control_order_ - 0.75 * beta_;
+  slowest_ = control_order_ < 7 ? 0.2 : 1.0 / 3;
+  fastest_ = control_order_ < 7 ? 10 : 6;
+  stability_limit_ = negative_limit(rk);
+  K_.resize(static_cast<std::size_t>(stages_ * n()));
+  Z_.resize(static_cast<std::size_t>(stages_ * m()));
+  scaled_.resize(static_cast<std::size_t>(n()));
+  x_.resize(n()), trial_.resize(n());
+  for (Point* p : {&next_, &before_}) p->x.resize(n()), p->xdot.resize(n()), p->z.resize(m());
+}
+
+void ExplicitStepper::start(const Point& point, double end) {
+  here_ = point;
+  derivative_.require(here_.t, here_.x.data(), here_.xdot.data(), here_.z.data());
+  error_old_ = 1e-4;
+  rejected_ = false;
+  stiff_hits_ = calm_ = 0;
+  since_start_ = 0;
+  dt_ = limits_.dt_first > 0 ? limits_.dt_first : first_step(end);
+}
+
+/// Hairer, Nørsett & Wanner I, §II.4, "Starting Step Size".
+double ExplicitStepper::first_step(double end) {
+  const double longest = std::min(end - here_.t, limits_.dt_max);
+  const auto norm = [&](const Vec& v) {
+    ErrorSum sum;
+    for (int i = 0; i < n(); ++i) sum.add(v[i] / weight(i, std::fabs(here_.x[i])));
+    return sum.norm(n());
+  };
+  const double d0 = norm(here_.x), d1 = norm(here_.xdot);
+  double h0 = d0 < 1e-5 || d1 < 1e-5 ? 1e-6 * std::max(1.0, longest) : 0.01 * d0 / d1;
+  h0 = std::min(h0, longest);
+  trial_ = here_.x + h0 * here_.xdot;
+  x_ = here_.xdot;
+  next_.z = here_.z;
+  if (!derivative_(here_.t + h0, trial_.data(), x_.data(), next_.z.data())) return h0 * 1e-3;
+  const double d2 = norm(x_ - here_.xdot) / h0;
+  const double steepest = std::max(d1, d2);
+  const double h1 = steepest <= 1e-15 ? std::max(1e-6 * longest, h0 * 1e-3)
+                                      : std::pow(0.01 / steepest, 1.0 / control_order_);
+  return std::min({100 * h0, h1, longest});
+}
+
+/// All Kᵢ (and zᵢ) of a step; false if one cannot be evaluated.
+bool ExplicitStepper::stages(const Point& from, double dt) {
+  const int size = n(), zs = m();
+  const bool ode = problem_->is_ode();
+  std::copy_n(from.xdot.data(), size, K_.data());
+  std::copy_n(from.z.data(), zs, Z_.data());
+  double* at = problem_->unknowns();
+  for (int i = 1; i < stages_; ++i) {
+    double* Ki = K_.data() + static_cast<std::ptrdiff_t>(i) * size;
+    double* Zi = Z_.data() + static_cast<std::ptrdiff_t>(i) * zs;
+    const auto row = static_cast<std::size_t>(i);
+    if (!ode) {
+      std::copy_n(Ki - size, size, Ki);
+      std::copy_n(Zi - zs, zs, Zi);
+    }
+    combine(size, from.x.data(), dt, rows_[row], K_.data(), at);
+    if (!derivative_(from.t + c_[row] * dt, at, Ki, Zi)) {
+      trouble_ = derivative_.reason();
+      return false;
+    }
+  }
+  return true;
+}
+
+double ExplicitStepper::error_norm(double dt) {
+  const int size = n();
+  ErrorSum sum, second;
+  std::fill(scaled_.begin(), scaled_.end(), 0.0);
+  combine(size, scaled_.data(), dt, error_, K_.data(), scaled_.data());
+  for (int k = 0; k < size; ++k) {
+    const double before = std::fabs(here_.x[k]), after = std::fabs(next_.x[k]);
+    const double w = weight(k, before > after ? before : after);
+    scaled_[static_cast<std::size_t>(k)] /= w;
+    sum.add(scaled_[static_cast<std::size_t>(k)]);
+    if (second_error_.empty()) continue;
+    double e = 0;
+    for (const Term& term : second_error_)
+      e += term.factor * K_[static_cast<std::size_t>(term.stage * size + k)];
+    second.add(dt * e / w);
+  }
+  const double first = sum.norm(size);
+  if (second_error_.empty()) return first;
+  const double other = second.norm(size);  // DOP853: orders 5 and 3 combined to one of 8
+  return first == 0 ? 0 : first * first / std::sqrt(first * first + 0.01 * other * other);
+}
+
+ExplicitStepper::Attempt ExplicitStepper::attempt(double dt) {
+  if (!stages(here_, dt)) return Attempt::not_finite;
+  combine(n(), here_.x.data(), dt, weights_, K_.data(), next_.x.data());
+  error_now_ = error_norm(dt);
+  if (!(error_now_ <= std::numeric_limits<double>::max())) return Attempt::not_finite;
+  if (error_now_ > 1) return Attempt::rejected;
+  next_.t = here_.t + dt;
+  return complete() ? Attempt::accepted : Attempt::not_finite;
+}
+
+/// Projection, x′ and z at the new point.
+bool ExplicitStepper::complete() {
+  bool moved = false;
+  constexpr double share = 0.1;
+  if (problem_->projects()) {
+    try {
+      moved = problem_->project_if_needed(next_.t, next_.x, tolerances_.rtol, tolerances_.atol, share);
+    } catch (const Failure& failure) {
+      trouble_ = failure.what();
+      return false;
+    }
+  }
+  const double* last_K = K_.data() + static_cast<std::ptrdiff_t>(stages_ - 1) * n();
+  const double* last_Z = Z_.data() + static_cast<std::ptrdiff_t>(stages_ - 1) * m();
+  std::copy_n(last_K, n(), next_.xdot.data());
+  std::copy_n(last_Z, m(), next_.z.data());
+  if (rows_.back().size() == weights_.size() && tableau_->is_fsal() && !moved) return true;
+  if (derivative_(next_.t, next_.x.data(), next_.xdot.data(), next_.z.data())) return true;
+  trouble_ = derivative_.reason();
+  return false;
+}
+
+/// ‖f(x₁) - f(gᵢ)‖ / ‖x₁ - gᵢ‖ estimates the largest eigenvalue; near the edge of the stability region again
+/// and again means stiff.
+void ExplicitStepper::watch_stiffness() {
+  if (stiff_row_.empty() || ++since_start_ < 10 || is_stiff()) return;
+  const int stage = -1 - stiff_row_.back().stage;
+  double numerator = 0, denominator = 0;
+  for (int k = 0; k < n(); ++k) {
+    double difference = 0;
+    for (std::size_t j = 0; j + 1 < stiff_row_.size(); ++j)
+      difference += stiff_row_[j].factor * K_[static_cast<std::size_t>(stiff_row_[j].stage * n() + k)];
+    const double f = next_.xdot[k] - K_[static_cast<std::size_t>(stage * n() + k)];
+    const double w = weight(k, std::fabs(next_.x[k]));
+    numerator += f * f / (w * w), denominator += difference * difference / (w * w);
+  }
+  if (!(denominator > 0)) return;
+  const double h_lambda = std::sqrt(numerator / denominator);  // the h of g cancels the h of hλ
+  if (h_lambda > 0.95 * stability_limit_) {
+    calm_ = 0, ++stiff_hits_;
+  } else if (stiff_hits_ > 0 && ++calm_ >= 6) {
+    calm_ = stiff_hits_ = 0;
+  }
+}
+
+void ExplicitStepper::adapt(double dt, Attempt outcome) {
+  constexpr double safety = 0.9;
+  if (outcome == Attempt::not_finite) {
+    dt_ = dt * 0.25;
+    rejected_ = true;
+    return;
+  }
+  const double plain = std::pow(error_now_, exponent_);
+  if (outcome == Attempt::rejected) {
+    dt_ = dt / std::min(1 / slowest_, plain / safety);
+    rejected_ = true;
+    return;
+  }
+  double factor = beta_ > 0 ? plain / std::pow(error_old_, beta_) : plain;
+  factor = std::clamp(factor / safety, 1 / fastest_, 1 / slowest_);
+  double proposed = dt / factor;
+  if (rejected_) proposed = std::min(proposed, dt);
+  error_old_ = std::max(error_now_, 1e-4);
+  rejected_ = false;
+  dt_ = proposed;
+}
+
+void ExplicitStepper::step(double end) {
+  for (;;) {
+    const double dt = fitted(dt_, end);
+    if (dt != end - here_.t || rejected_) {
+      Vec error;
+      if (trouble_.empty()) error = Eigen::Map<const Vec>(scaled_.data(), n());
+      require_visible(dt, error, trouble_);
+    }
+    trouble_.clear();
+    const Attempt outcome = attempt(dt);
+    if (outcome != Attempt::accepted) {
+      ++stats_.rejected;
+      adapt(dt, outcome);
+      continue;
+    }
+    watch_stiffness();
+    const bool shortened = dt < dt_ * 0.99;
+    const double planned = dt_;
+    adapt(dt, outcome);
+    if (shortened) dt_ = std::max(dt_, planned);  // cut for `end`, not for accuracy
+    if (end - next_.t <= 0 || dt == end - here_.t) next_.t = end;
+    std::swap(before_, here_);
+    std::swap(here_, next_);
+    ++stats_.steps;
+    return;
+  }
+}
+
+/// Cubic Hermite interpolation between the ends of a step.
+void ExplicitStepper::sketch(const StepView& step, double t, Point& out) const {
+  const double h = step.to.t - step.from.t, u = (t - step.from.t) / h, v = 1 - u;
+  const double a = v * v * (1 + 2 * u), b = u * u * (3 - 2 * u), c = h * u * v * v, d = -h * u * u * v;
+  const double da = 6 * u * v / h, dc = v * (1 - 3 * u), dd = u * (3 * u - 2);
+  const Point &p = step.from, &q = step.to;
+  out.x = a * p.x + b * q.x + c * p.xdot + d * q.xdot;
+  out.xdot = da * (q.x - p.x) + dc * p.xdot + dd * q.xdot;
+  out.z = v * p.z + u * q.z;
+}
+
+void ExplicitStepper::interpolate(const StepView& step, double t, Detail detail, Point& out) {
+  const double dt = t - step.from.t;
+  if (t >= step.to.t || dt <= 0) {
+    out = t >= step.to.t ? step.to : step.from;
+    return;
+  }
+  out.t = t;
+  if (detail == Detail::sketch || !stages(step.from, dt)) return sketch(step, t, out);
+  out.x.resize(n());
+  combine(n(), step.from.x.data(), dt, weights_, K_.data(), out.x.data());
+  if (problem_->projects()) problem_->project_if_needed(t, out.x, tolerances_.rtol, tolerances_.atol, 1e-3);
+  if (detail == Detail::state) return;
+  out.xdot = step.to.xdot, out.z = step.to.z;
+  derivative_.require(t, out.x.data(), out.xdot.data(), out.z.data());
+}
+
+}  // namespace pendula::integrate

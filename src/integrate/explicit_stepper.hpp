@@ -1,0 +1,63 @@
+// Explicit Runge-Kutta pairs with step size control, for every model whose x′ and z follow from (t, x).
+//
+// The controller is Gustafsson's PI controller as DOPRI5 uses it (Hairer, Nørsett & Wanner, Solving ODEs I,
+// 2nd ed., §II.4; II, §IV.2 for the stiffness test). The continuous extension of a step is the interpolant of
+// the method if it has one, else the method itself with a smaller step: both need nothing but the two ends.
+#pragma once
+
+#include "integrate/derivative.hpp"
+#include "integrate/stepper.hpp"
+#include "integrate/tableau.hpp"
+
+namespace pendula::integrate {
+
+class ExplicitStepper final : public Stepper {
+ public:
+  /// Throws Error naming the method if it is implicit or has no embedded method.
+  ExplicitStepper(ProblemPtr problem, TableauPtr tableau, Tolerances tolerances, StepLimits limits,
+                  Stats& stats);
+
+  std::string name() const override { return tableau_->name(); }
+  void start(const Point& point, double end) override;
+  void step(double end) override;
+  void interpolate(const StepView& step, double t, Detail detail, Point& out) override;
+  bool is_stiff() const override { return stiff_hits_ >= stiff_enough; }
+
+ private:
+  static constexpr int stiff_enough = 25;
+  struct Term {
+    int stage;
+    double factor;
+  };
+  using Row = std::vector<Term>;
+  enum class Attempt { accepted, rejected, not_finite };
+
+  void prepare();
+  double first_step(double end);
+  bool stages(const Point& from, double dt);
+  Attempt attempt(double dt);
+  double error_norm(double dt);
+  bool complete();
+  void watch_stiffness();
+  void sketch(const StepView& step, double t, Point& out) const;
+  void adapt(double dt, Attempt outcome);
+
+  TableauPtr tableau_;
+  Derivative derivative_;
+  std::vector<Row> rows_;  ///< of A
+  Row weights_, error_, second_error_, stiff_row_;
+  std::vector<double> c_;
+  int stages_, control_order_;
+  double beta_, exponent_, slowest_, fastest_, stability_limit_;
+  std::vector<double> K_, Z_;  ///< stage after stage
+  std::vector<double> scaled_;
+  Vec x_, trial_;
+  Point next_;
+  double error_now_ = 0, error_old_ = 1e-4;
+  bool rejected_ = false;
+  std::string trouble_;
+  int stiff_hits_ = 0, calm_ = 0;
+  long since_start_ = 0;
+};
+
+}  // namespace pendula::integrate

@@ -1,0 +1,106 @@
+#include "integrate/irk_formula.hpp"
+
+#include <cmath>
+#include <map>
+
+#include <Eigen/Eigenvalues>
+#include <Eigen/LU>
+
+#include "base/error.hpp"
+#include "integrate/collocation.hpp"
+
+namespace pendula::integrate {
+
+using LongMat = Eigen::Matrix<long double, Eigen::Dynamic, Eigen::Dynamic>;
+using LongVec = Eigen::Matrix<long double, Eigen::Dynamic, 1>;
+
+IrkFormula::IrkFormula(TableauPtr rk)
+    : tableau(std::move(rk)), s(tableau->stages()), stiffly_accurate(tableau->is_stiffly_accurate()) {
+  const LongMat A = tableau->A().cast<long double>();
+  const Eigen::FullPivLU<LongMat> lu(A);
+  if (!lu.isInvertible())
+    throw Error(
+        text("the method ", tableau->name(), " has a singular A: its steps cannot be chosen by the error"));
+  const LongMat inverse = lu.inverse();
+  W = inverse.cast<double>();
+  for (double node : tableau->c()) c.push_back(node);
+
+  const Eigen::EigenSolver<LongMat> eigen(inverse);
+  LongMat basis(s, s);
+  has_real = false;
+  int filled = 0;
+  for (int k = 0; k < s; ++k)
+    if (std::fabs(eigen.eigenvalues()[k].imag()) < 1e-9L * std::abs(eigen.eigenvalues()[k]) && !has_real) {
+      has_real = true;
+      gamma = static_cast<double>(eigen.eigenvalues()[k].real());
+      basis.col(filled++) = eigen.eigenvectors().col(k).real();
+    }
+  for (int k = 0; k < s; ++k) {
+    if (!(eigen.eigenvalues()[k].imag() > 1e-9L * std::abs(eigen.eigenvalues()[k]))) continue;
+    pairs.emplace_back(static_cast<double>(eigen.eigenvalues()[k].real()),
+                       static_cast<double>(eigen.eigenvalues()[k].imag()));
+    basis.col(filled++) = eigen.eigenvectors().col(k).real();
+    basis.col(filled++) = eigen.eigenvectors().col(k).imag();
+  }
+  if (filled != s)
+    throw Error(
+        text("the method ", tableau->name(), " has several real eigenvalues: give dt for fixed steps"));
+  if (!has_real) gamma = std::abs(pairs[0]);
+  T = basis.cast<double>();
+  T_inverse = basis.inverse().cast<double>();
+
+  // ŷ: weights γ₀ = 1/γ at 0 and b̂ at the nodes, of order s.
+  LongMat powers(s, s);
+  LongVec moments(s);
+  for (int k = 0; k < s; ++k) {
+    for (int i = 0; i < s; ++i)
+      powers(k, i) = k == 0 ? 1 : std::pow(static_cast<long double>(c[static_cast<std::size_t>(i)]), k);
+    moments[k] = 1.0L / (k + 1) - (k == 0 ? 1.0L / gamma : 0);
+  }
+  const LongVec b = tableau->b().cast<long double>();
+  const LongVec bhat = powers.fullPivLu().solve(moments);
+  error = (inverse.transpose() * (bhat - b) * gamma).cast<double>();
+  end = (inverse.transpose() * b).cast<double>();
+  if (stiffly_accurate) end = Vec::Unit(s, s - 1);
+
+  nodes = {0};
+  nodes.insert(nodes.end(), c.begin(), c.end());
+  for (std::size_t j = 0; j < nodes.size(); ++j) {
+    long double product = 1;
+    for (std::size_t k = 0; k < nodes.size(); ++k)
+      if (k != j) product *= static_cast<long double>(nodes[j]) - nodes[k];
+    barycentric.push_back(static_cast<double>(1 / product));
+  }
+}
+
+void IrkFormula::lagrange(double theta, double* l) const {
+  for (std::size_t j = 0; j < nodes.size(); ++j) {
+    double product = barycentric[j];
+    for (std::size_t k = 0; k < nodes.size(); ++k)
+      if (k != j) product *= theta - nodes[k];
+    l[j] = product;
+  }
+}
+
+void IrkFormula::lagrange_slopes(double theta, double* slopes) const {
+  for (std::size_t j = 0; j < nodes.size(); ++j) {
+    double sum = 0;
+    for (std::size_t i = 0; i < nodes.size(); ++i) {
+      if (i == j) continue;
+      double product = barycentric[j];
+      for (std::size_t k = 0; k < nodes.size(); ++k)
+        if (k != j && k != i) product *= theta - nodes[k];
+      sum += product;
+    }
+    slopes[j] = sum;
+  }
+}
+
+std::shared_ptr<const IrkFormula> radau_formula(int s) {
+  static std::map<int, std::shared_ptr<const IrkFormula>> made;
+  auto& formula = made[s];
+  if (!formula) formula = std::make_shared<IrkFormula>(std::make_shared<const Tableau>(radau(s)));
+  return formula;
+}
+
+}  // namespace pendula::integrate

@@ -1,0 +1,531 @@
+#include "integrate/irk_stepper.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "base/interrupt.hpp"
+#include "base/text.hpp"
+
+namespace pendula::integrate {
+namespace {
+
+constexpr double eps = std::numeric_limits<double>::epsilon();
+constexpr double safety = 0.9;
+constexpr double keep_jacobian_below = 0.001;         // contraction
+constexpr double order_up = 0.002, order_down = 0.8;  // contraction
+constexpr double order_quotient_low = 0.8, order_quotient_high = 1.2;
+
+}  // namespace
+
+IrkStepper::IrkStepper(std::string name, ProblemPtr problem,
+                       std::vector<std::shared_ptr<const IrkFormula>> formulas, std::vector<int> index,
+                       Tolerances tolerances, StepLimits limits, Stats& stats)
+    : Stepper(std::move(problem), std::move(tolerances), limits, stats),
+      name_(std::move(name)),
+      formulas_(std::move(formulas)),
+      index_(std::move(index)),
+      N_(n() + m()),
+      derivative_(problem_, stats) {
+  if (index_.empty()) index_.assign(static_cast<std::size_t>(N_), 1);
+  for (const Problem::Entry& e : problem_->pattern()) {
+    const bool mass = e.column >= n() && e.column < 2 * n();
+    in_mass_.push_back(mass);
+    positions_.push_back({e.row, e.column < n() ? e.column : e.column - n()});
+  }
+  real_entries_.resize(positions_.size());
+  complex_entries_.resize(positions_.size());
+  matrices_.resize(formulas_.size());
+  dense_.resize(formulas_.size());
+  const auto size = static_cast<std::size_t>(N_);
+  y_.resize(size), scale_.resize(size), error_.resize(size), velocity_.resize(size), step_y_.resize(size);
+  complex_right_.resize(size);
+  for (Point* p : {&next_, &before_}) p->x.resize(n()), p->xdot.resize(n()), p->z.resize(m());
+  use(0);
+}
+
+void IrkStepper::use(int level) {
+  level_ = next_level_ = level;
+  const auto stages = static_cast<std::size_t>(f().s), size = static_cast<std::size_t>(N_);
+  for (auto* array : {&Z_, &R_, &transformed_}) array->assign(stages * size, 0.0);
+  Matrices& m = matrices_[static_cast<std::size_t>(level)];
+  if (m.real.size() == 0) {
+    m.real.analyse(N_, positions_);
+    for (std::size_t k = 0; k < f().pairs.size(); ++k) {
+      m.complex.emplace_back();
+      m.complex.back().analyse(N_, positions_);
+    }
+  }
+  lagrange_.resize(stages + 1);
+  factorised_for_ = 0;
+  since_order_change_ = 0;
+  prepare_tolerances();
+}
+
+/// The estimate is of order s, the method of order 2s - 1: its tolerance is 0.1 tol^((s+1)/(2s)), as in
+/// RADAU.
+void IrkStepper::prepare_tolerances() {
+  const double power = (f().s + 1.0) / (2.0 * f().s);
+  rtol_ = tolerances_.rtol, atol_ = tolerances_.atol;
+  double smallest = 1;
+  for (int i = 0; i < N_; ++i) {
+    // atol alone where rtol is 0: the same law, relative to 1
+    const double given = tolerances_.rtol[i] > 0 ? tolerances_.rtol[i] : tolerances_.atol[i];
+    const double inner = f().s > 1 ? std::min(0.1 * std::pow(given, power), 0.1) : given;
+    rtol_[i] *= inner / given, atol_[i] *= inner / given;
+    smallest = std::min(smallest, inner);
+  }
+  newton_tolerance_ = std::max(10 * eps / smallest, std::min(0.03, std::sqrt(smallest)));
+}
+
+void IrkStepper::set_scales(double dt) {
+  for (int i = 0; i < N_; ++i) {
+    const auto k = static_cast<std::size_t>(i);
+    scale_[k] = atol_[i] + rtol_[i] * std::fabs(y_[k]);
+    for (int level = 1; level < index_[k]; ++level) scale_[k] /= std::min(1.0, dt);
+  }
+}
+
+void IrkStepper::start(const Point& point, double end) {
+  here_ = point;
+  if (here_.xdot.size() == 0) here_.xdot = Vec::Zero(n());
+  if (here_.z.size() == 0) here_.z = Vec::Zero(m());
+  determined_ = std::all_of(index_.begin(), index_.end(), [](int i) { return i == 1; });
+  if (determined_) {
+    Vec xdot = here_.xdot, z = here_.z;
+    if (derivative_(here_.t, here_.x.data(), xdot.data(), z.data()) && derivative_.is_regular()) {
+      here_.xdot = xdot, here_.z = z;
+    } else if (derivative_.is_singular()) {
+      determined_ = false;  // x′ and z as the start gives them
+    } else {
+      throw Failure(derivative_.reason());
+    }
+  }
+  first_ = true, rejected_ = false, keep_ = false, jacobian_fresh_ = false;
+  contraction_ = 1, slow_factor_ = 0.5;
+  old_dt_ = 0;
+  newton_failures_ = 0;
+  trouble_.clear();
+  if (level_ != 0) use(0);
+  if (limits_.dt_first > 0) {
+    dt_ = limits_.dt_first;
+  } else {
+    first_step(end);
+  }
+}
+
+/// Small enough that x and x′ change little in units of the tolerance; the first error estimate corrects it.
+void IrkStepper::first_step(double end) {
+  const double longest = std::min(end - here_.t, limits_.dt_max);
+  ErrorSum size, slope;
+  for (int i = 0; i < n(); ++i) {
+    const double w = tolerances_.atol[i] + tolerances_.rtol[i] * std::fabs(here_.x[i]);
+    size.add(here_.x[i] / w), slope.add(here_.xdot[i] / w);
+  }
+  const double d0 = n() > 0 ? size.norm(n()) : 0, d1 = n() > 0 ? slope.norm(n()) : 0;
+  dt_ = d0 < 1e-5 || d1 < 1e-5 ? 1e-6 * std::max(1.0, longest) : 0.01 * d0 / d1;
+  dt_ = std::min(dt_, longest);
+}
+
+bool IrkStepper::evaluate_jacobian() {
+  problem_->place(here_.t, here_.x.data(), here_.xdot.data(), here_.z.data());
+  entries_ = problem_->jacobian();
+  ++stats_.jacobians;
+  jacobian_fresh_ = true;
+  for (std::size_t k = 0; k < entries_.size(); ++k) {
+    if (std::isfinite(entries_[k])) continue;
+    trouble_ = text("the Jacobian of ", problem_->equation_name(positions_[k].row), " is not finite");
+    return false;
+  }
+  return true;
+}
+
+bool IrkStepper::factorise(double dt) {
+  Matrices& matrices = matrices_[static_cast<std::size_t>(level_)];
+  const double real = f().gamma / dt;
+  for (std::size_t k = 0; k < entries_.size(); ++k)
+    real_entries_[k] = in_mass_[k] ? real * entries_[k] : entries_[k];
+  ++stats_.factorisations;
+  bool regular = matrices.real.factorise(real_entries_.data());
+  for (std::size_t pair = 0; regular && pair < f().pairs.size(); ++pair) {
+    const std::complex<double> factor = f().pairs[pair] / dt;
+    for (std::size_t k = 0; k < entries_.size(); ++k)
+      complex_entries_[k] = in_mass_[k] ? factor * entries_[k] : entries_[k];
+    regular = matrices.complex[pair].factorise(complex_entries_.data());
+  }
+  factorised_for_ = regular ? dt : 0;
+  if (!regular) trouble_ = "the iteration matrix is singular";
+  return regular;
+}
+
+/// Starting values of Z: the collocation polynomial of the last step continued.
+void IrkStepper::predict(double dt) {
+  const auto size = static_cast<std::size_t>(N_);
+  if (old_dt_ == 0) {
+    std::fill(Z_.begin(), Z_.end(), 0.0);
+    return;
+  }
+  const IrkFormula& old = *formulas_[static_cast<std::size_t>(old_level_)];
+  std::vector<double>& l = lagrange_;
+  l.resize(static_cast<std::size_t>(old.s) + 1);
+  for (int i = 0; i < f().s; ++i) {
+    old.lagrange(1 + f().c[static_cast<std::size_t>(i)] * dt / old_dt_, l.data());
+    double* Zi = Z_.data() + static_cast<std::size_t>(i) * size;
+    for (std::size_t k = 0; k < size; ++k) {
+      double sum = step_y_[k] * l[0];
+      for (int j = 0; j < old.s; ++j)
+        sum += (step_y_[k] + old_Z_[static_cast<std::size_t>(j) * size + k]) *
+               l[static_cast<std::size_t>(j) + 1];
+      Zi[k] = sum - y_[k];
+    }
+  }
+}
+
+/// R_i = F(tᵢ, y₀ + Zᵢ, (W Z)ᵢ/h); false if not finite.
+bool IrkStepper::residuals(double dt) {
+  const int s = f().s, states = n();
+  const auto size = static_cast<std::size_t>(N_);
+  for (int i = 0; i < s; ++i) {
+    problem_->set_time(here_.t + f().c[static_cast<std::size_t>(i)] * dt);
+    double* at = problem_->unknowns();
+    const double* Zi = Z_.data() + static_cast<std::size_t>(i) * size;
+    for (int k = 0; k < states; ++k) at[k] = y_[static_cast<std::size_t>(k)] + Zi[k];
+    for (int k = 0; k < states; ++k) {
+      double sum = 0;
+      for (int j = 0; j < s; ++j)
+        sum += f().W(i, j) * Z_[static_cast<std::size_t>(j) * size + static_cast<std::size_t>(k)];
+      at[states + k] = sum / dt;
+    }
+    for (int k = states; k < N_; ++k) at[states + k] = y_[static_cast<std::size_t>(k)] + Zi[k];
+    double* R = R_.data() + static_cast<std::size_t>(i) * size;
+    problem_->residual(R);
+    ++stats_.evaluations;
+    double sum = 0;
+    for (std::size_t k = 0; k < size; ++k) sum += R[k] * 0;
+    if (sum == 0) continue;
+    for (std::size_t k = 0; k < size; ++k)
+      if (!std::isfinite(R[k]))
+        trouble_ = text(problem_->equation_name(static_cast<int>(k)), " is not finite");
+    return false;
+  }
+  return true;
+}
+
+/// R ← ΔZ, the solution of ((W ⊗ M)/h + I ⊗ J) ΔZ = -R.
+void IrkStepper::solve_stages() {
+  const int s = f().s;
+  const auto size = static_cast<std::size_t>(N_);
+  Matrices& matrices = matrices_[static_cast<std::size_t>(level_)];
+  const auto mix = [&](const Mat& by, const std::vector<double>& from, std::vector<double>& to) {
+    for (int i = 0; i < s; ++i) {
+      double* out = to.data() + static_cast<std::size_t>(i) * size;
+      std::fill_n(out, size, 0.0);
+      for (int j = 0; j < s; ++j) {
+        const double factor = by(i, j);
+        const double* in = from.data() + static_cast<std::size_t>(j) * size;
+        for (std::size_t k = 0; k < size; ++k) out[k] += factor * in[k];
+      }
+    }
+  };
+  mix(f().T_inverse, R_, transformed_);
+  double* w = transformed_.data();
+  if (f().has_real) {
+    for (std::size_t k = 0; k < size; ++k) w[k] = -w[k];
+    matrices.real.solve(w);
+    w += size;
+  }
+  for (LinearSolver<std::complex<double>>& solver : matrices.complex) {
+    for (std::size_t k = 0; k < size; ++k) complex_right_[k] = {-w[k], w[size + k]};
+    solver.solve(complex_right_.data());
+    for (std::size_t k = 0; k < size; ++k)
+      w[k] = complex_right_[k].real(), w[size + k] = -complex_right_[k].imag();
+    w += 2 * size;
+  }
+  mix(f().T, transformed_, R_);
+}
+
+IrkStepper::Newton IrkStepper::newton(double dt) {
+  const int s = f().s, most = 7 + (s - 3) * 5 / 2;
+  const auto size = static_cast<std::size_t>(N_);
+  double before = 0, quotient_before = 0;
+  contraction_ = std::pow(std::max(contraction_, eps), 0.8);
+  theta_ = keep_jacobian_below;
+  for (iterations_ = 1;; ++iterations_) {
+    if (!residuals(dt)) return Newton::not_finite;
+    solve_stages();
+    ++stats_.newton_iterations;
+    ErrorSum sum;
+    for (int i = 0; i < s; ++i)
+      for (std::size_t k = 0; k < size; ++k) sum.add(R_[static_cast<std::size_t>(i) * size + k] / scale_[k]);
+    const double length = sum.norm(s * N_);
+    if (!std::isfinite(length)) return Newton::not_finite;
+    if (iterations_ > 1) {
+      const double quotient = length / before;
+      theta_ = iterations_ == 2 ? quotient : std::sqrt(quotient * quotient_before);
+      quotient_before = quotient;
+      if (!(theta_ < 0.99)) return Newton::diverged;
+      contraction_ = theta_ / (1 - theta_);
+      const int left = most - 1 - iterations_;
+      const double predicted = contraction_ * length * std::pow(theta_, left) / newton_tolerance_;
+      if (predicted >= 1 && iterations_ < most) {
+        slow_factor_ = 0.8 * std::pow(std::clamp(predicted, 1e-4, 20.0), -1.0 / (4 + left));
+        return Newton::slow;
+      }
+    }
+    before = std::max(length, eps);
+    for (std::size_t k = 0; k < Z_.size(); ++k) Z_[k] += R_[k];
+    if (contraction_ * length <= newton_tolerance_) return Newton::converged;
+    if (iterations_ >= most) return Newton::diverged;
+  }
+}
+
+/// ‖(γ/h M + J)⁻¹ F(t₀, y, v)‖ with x′ = velocity_.
+double IrkStepper::filtered_error(const double* y, double) {
+  problem_->set_time(here_.t);
+  double* at = problem_->unknowns();
+  std::copy_n(y, n(), at);
+  std::copy_n(velocity_.data(), n(), at + n());
+  std::copy_n(y + n(), m(), at + 2 * n());
+  problem_->residual(error_.data());
+  ++stats_.evaluations;
+  for (double& e : error_) e = -e;
+  matrices_[static_cast<std::size_t>(level_)].real.solve(error_.data());
+  ErrorSum sum;
+  for (int k = 0; k < N_; ++k)
+    sum.add(error_[static_cast<std::size_t>(k)] / scale_[static_cast<std::size_t>(k)]);
+  return std::max(sum.norm(N_), 1e-10);
+}
+
+double IrkStepper::error_norm(double dt, bool again) {
+  const auto size = static_cast<std::size_t>(N_);
+  for (int k = 0; k < n(); ++k) {
+    double sum = 0;
+    for (int i = 0; i < f().s; ++i)
+      sum += f().error[i] * Z_[static_cast<std::size_t>(i) * size + static_cast<std::size_t>(k)];
+    velocity_[static_cast<std::size_t>(k)] = -sum / dt;
+  }
+  double norm = filtered_error(y_.data(), dt);
+  if (norm < 1 || !again) return norm;
+  // The first estimate of a very stiff component is too large: once more from y₀ + err.
+  std::vector<double>& moved = transformed_;
+  for (std::size_t k = 0; k < size; ++k) moved[k] = y_[k] + error_[k];
+  const double second = filtered_error(moved.data(), dt);
+  return std::isfinite(second) ? second : norm;
+}
+
+/// The new point; false if it is not finite or not on the constraints.
+bool IrkStepper::complete(double dt) {
+  const auto size = static_cast<std::size_t>(N_);
+  const int s = f().s;
+  const auto end_of = [&](std::size_t k) {
+    if (f().stiffly_accurate) return y_[k] + Z_[static_cast<std::size_t>(s - 1) * size + k];
+    double sum = y_[k];
+    for (int i = 0; i < s; ++i) sum += f().end[i] * Z_[static_cast<std::size_t>(i) * size + k];
+    return sum;
+  };
+  next_.t = here_.t + dt;
+  for (int k = 0; k < n(); ++k) next_.x[k] = end_of(static_cast<std::size_t>(k));
+  for (int k = 0; k < m(); ++k) next_.z[k] = end_of(static_cast<std::size_t>(n() + k));
+  f().lagrange_slopes(1, lagrange_.data());
+  for (int k = 0; k < n(); ++k) {
+    double sum = 0;
+    for (int i = 0; i < s; ++i)
+      sum += (f().stiffly_accurate ? f().W(s - 1, i) : lagrange_[static_cast<std::size_t>(i) + 1]) *
+             Z_[static_cast<std::size_t>(i) * size + static_cast<std::size_t>(k)];
+    next_.xdot[k] = sum / dt;
+  }
+  if (!next_.x.allFinite() || !next_.z.allFinite() || !next_.xdot.allFinite()) return false;
+  bool moved = false;
+  if (problem_->projects()) {
+    try {
+      moved = problem_->project_if_needed(next_.t, next_.x, tolerances_.rtol, tolerances_.atol, 0.1);
+    } catch (const Failure& failure) {
+      trouble_ = failure.what();
+      return false;
+    }
+  }
+  if (f().stiffly_accurate && !moved) return true;
+  if (determined_ && !derivative_(next_.t, next_.x.data(), next_.xdot.data(), next_.z.data())) {
+    trouble_ = derivative_.reason();
+    return false;
+  }
+  return true;
+}
+
+std::string IrkStepper::blame() const {
+  return trouble_.empty()
+             ? "The solution is singular or not smooth here, or Newton's iteration does not converge"
+             : trouble_;
+}
+
+void IrkStepper::step(double end) {
+  std::copy_n(here_.x.data(), n(), y_.data());
+  std::copy_n(here_.z.data(), m(), y_.data() + n());
+  if (first_) prepare_tolerances();
+  if (!keep_) jacobian_fresh_ = false;
+  bool need_jacobian = !keep_ || entries_.empty();
+  for (;;) {
+    poll_interrupt();
+    const double dt = fitted(dt_, end);
+    if (dt != end - here_.t || rejected_)
+      require_visible(dt, Eigen::Map<const Vec>(error_.data(), trouble_.empty() ? N_ : 0), blame());
+    trouble_.clear();
+    if (need_jacobian && !evaluate_jacobian()) throw Failure(trouble_);
+    if (need_jacobian || dt != factorised_for_) {
+      if (!factorise(dt)) {
+        reject(dt, -1);
+        if (++newton_failures_ > 40) throw Failure(trouble_);
+        continue;
+      }
+    }
+    need_jacobian = false;
+    set_scales(dt);
+    predict(dt);
+    const Newton outcome = newton(dt);
+    if (outcome != Newton::converged) {
+      need_jacobian = !jacobian_fresh_;
+      ++newton_failures_;
+      reject(dt, outcome == Newton::slow ? -2 : -1);
+      continue;
+    }
+    const double error = error_norm(dt, first_ || rejected_);
+    if (error >= 1 || !(error < 1) || !complete(dt)) {
+      need_jacobian = !jacobian_fresh_;
+      reject(dt, error >= 1 ? error : -1);
+      continue;
+    }
+    choose_next(dt, error);
+    if (dt == end - here_.t) next_.t = end;
+    step_dt_ = dt, step_t_ = here_.t;
+    step_y_ = y_;
+    old_Z_.swap(Z_);
+    Z_.resize(old_Z_.size());
+    old_level_ = level_, old_dt_ = dt;
+    std::swap(before_, here_);
+    std::swap(here_, next_);
+    if (next_.x.size() == 0) next_ = here_;
+    ++stats_.steps;
+    if (next_level_ != level_) use(next_level_);
+    return;
+  }
+}
+
+void IrkStepper::reject(double dt, double error) {
+  ++stats_.rejected;
+  rejected_ = true;
+  keep_ = false;
+  if (error == -2) {
+    dt_ = dt * slow_factor_;
+  } else if (error < 0) {
+    dt_ = dt / 2;
+  } else if (first_) {
+    dt_ = dt / 10;
+  } else {
+    const int s = f().s, most = 7 + (s - 3) * 5 / 2;
+    const double factor = std::min(safety, safety * (1 + 2.0 * most) / (iterations_ + 2 * most));
+    dt_ = dt / std::clamp(std::pow(error, 1.0 / (s + 1)) / factor, 1.0, 5.0);
+  }
+  if (error >= 0 || level_ == 0) return;
+  if (newton_failures_ >= 2) {  // a lower order has smaller systems to converge
+    use(level_ - 1);
+    newton_failures_ = 0;
+    rejected_ = true;
+  }
+}
+
+/// Gustafsson's predictive controller; the step stays as it is when that saves factorisations.
+void IrkStepper::choose_next(double dt, double error) {
+  const int s = f().s, most = 7 + (s - 3) * 5 / 2;
+  const double factor = std::min(safety, safety * (1 + 2.0 * most) / (iterations_ + 2 * most));
+  constexpr double smallest = 1.0 / 8, largest = 5;
+  double quotient = std::clamp(std::pow(error, 1.0 / (s + 1)) / factor, smallest, largest);
+  if (!first_ && accepted_dt_ > 0) {
+    const double predicted =
+        accepted_dt_ / dt * std::pow(error * error / accepted_error_, 1.0 / (s + 1)) / safety;
+    quotient = std::max(quotient, std::clamp(predicted, smallest, largest));
+  }
+  accepted_dt_ = dt;
+  accepted_error_ = std::max(1e-2, error);
+  double proposed = dt / quotient;
+  if (rejected_) proposed = std::min(proposed, dt);
+  const bool shortened = dt < 0.99 * dt_;
+  first_ = rejected_ = false;
+  newton_failures_ = 0;
+  keep_ = theta_ <= keep_jacobian_below;
+  jacobian_fresh_ = false;
+  const double change = proposed / dt;
+  if (keep_ && change >= 1 && change <= 1.2 && factorised_for_ == dt) proposed = dt;
+  dt_ = shortened ? std::max(proposed, dt_) : proposed;
+  choose_order(change);
+}
+
+void IrkStepper::choose_order(double change) {
+  ++since_order_change_;
+  const int top = static_cast<int>(formulas_.size()) - 1;
+  const bool calm = change > order_quotient_low && change < order_quotient_high;
+  int wanted = level_;
+  if (level_ < top && since_order_change_ >= 10 && theta_ <= order_up && calm) wanted = level_ + 1;
+  if (level_ > 0 && since_order_change_ >= 3 && theta_ >= order_down) wanted = level_ - 1;
+  if (wanted == level_) return;
+  next_level_ = wanted;  // step() changes over when the stages have been kept for the continuous extension
+}
+
+std::size_t IrkStepper::record_size() const { return 3 + step_y_.size() + old_Z_.size(); }
+
+void IrkStepper::record(double* to) const {
+  *to++ = old_level_, *to++ = step_t_, *to++ = step_dt_;
+  to = std::copy(step_y_.begin(), step_y_.end(), to);
+  std::copy(old_Z_.begin(), old_Z_.end(), to);
+}
+
+void IrkStepper::interpolate(const StepView& step, double t, Detail detail, Point& out) {
+  if (t >= step.to.t) {
+    out = step.to;
+    return;
+  }
+  const double* record = step.record;
+  const auto level = static_cast<std::size_t>(*record++);
+  const double t0 = *record++, dt = *record++;
+  const double *y = record, *Z = record + N_;
+  const IrkFormula& formula = *formulas_[level];
+  std::vector<double> l(static_cast<std::size_t>(formula.s) + 1), slopes(l.size());
+  formula.lagrange((t - t0) / dt, l.data());
+  formula.lagrange_slopes((t - t0) / dt, slopes.data());
+  out.t = t;
+  out.x.resize(n()), out.xdot.resize(n()), out.z.resize(m());
+  for (int k = 0; k < N_; ++k) {
+    double value = y[k], slope = 0;  // the polynomials add up to 1
+    for (int j = 0; j < formula.s; ++j) {
+      value += l[static_cast<std::size_t>(j) + 1] * Z[j * N_ + k];
+      slope += slopes[static_cast<std::size_t>(j) + 1] * Z[j * N_ + k];
+    }
+    if (k >= n()) {
+      out.z[k - n()] = value;
+      continue;
+    }
+    out.x[k] = value;
+    out.xdot[k] = slope / dt;
+  }
+  if (detail == Detail::sketch) return;
+  refine(step, level, t, out);
+}
+
+/// The method itself from the beginning of the step to t: of the order of the method, where that is
+/// affordable.
+void IrkStepper::refine(const StepView& step, std::size_t level, double t, Point& out) {
+  constexpr int affordable = 150;
+  const IrkFormula& formula = *formulas_[level];
+  if (formula.s * N_ <= affordable) {
+    if (!dense_[level]) dense_[level] = std::make_shared<RungeKutta>(problem_, formula.tableau, !determined_);
+    Point better;
+    try {
+      dense_[level]->step(step.from, t - step.from.t, better, false);
+      better.t = t;
+      out = better;
+      return;
+    } catch (const Failure&) {  // the polynomial stays
+    }
+  }
+  if (determined_) derivative_(t, out.x.data(), out.xdot.data(), out.z.data());
+}
+
+}  // namespace pendula::integrate

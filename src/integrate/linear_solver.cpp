@@ -1,0 +1,237 @@
+#include "integrate/linear_solver.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numeric>
+
+#include <klu.h>
+
+#include "base/error.hpp"
+
+namespace pendula::integrate {
+namespace {
+
+constexpr double eps = std::numeric_limits<double>::epsilon();
+
+double magnitude(double a) { return std::fabs(a); }
+double magnitude(std::complex<double> a) { return std::fabs(a.real()) + std::fabs(a.imag()); }
+
+// CAUTION: the operators of std::complex look for infinities on every product; these do not.
+double times(double a, double b) { return a * b; }
+std::complex<double> times(std::complex<double> a, std::complex<double> b) {
+  return {a.real() * b.real() - a.imag() * b.imag(), a.real() * b.imag() + a.imag() * b.real()};
+}
+double inverse(double a) { return 1 / a; }
+std::complex<double> inverse(std::complex<double> a) {
+  const double square = a.real() * a.real() + a.imag() * a.imag();
+  return {a.real() / square, -a.imag() / square};
+}
+
+/// row[j] -= factor · other[j]
+void subtract(double* row, double factor, const double* other, int count) {
+  for (int j = 0; j < count; ++j) row[j] -= factor * other[j];
+}
+void subtract(std::complex<double>* row, std::complex<double> factor, const std::complex<double>* other,
+              int count) {
+  const double re = factor.real(), im = factor.imag();
+  auto* to = reinterpret_cast<double*>(row);
+  const auto* from = reinterpret_cast<const double*>(other);
+  for (int j = 0; j < 2 * count; j += 2) {
+    to[j] -= re * from[j] - im * from[j + 1];
+    to[j + 1] -= re * from[j + 1] + im * from[j];
+  }
+}
+
+// KLU's functions for real and complex matrices under one name.
+klu_numeric* klu_start(double* ax, int* ap, int* ai, klu_symbolic* s, klu_common* c) {
+  return klu_factor(ap, ai, ax, s, c);
+}
+klu_numeric* klu_start(std::complex<double>* ax, int* ap, int* ai, klu_symbolic* s, klu_common* c) {
+  return klu_z_factor(ap, ai, reinterpret_cast<double*>(ax), s, c);
+}
+bool klu_again(double* ax, int* ap, int* ai, klu_symbolic* s, klu_numeric* f, klu_common* c) {
+  return klu_refactor(ap, ai, ax, s, f, c) && klu_rgrowth(ap, ai, ax, s, f, c);
+}
+bool klu_again(std::complex<double>* ax, int* ap, int* ai, klu_symbolic* s, klu_numeric* f, klu_common* c) {
+  auto* a = reinterpret_cast<double*>(ax);
+  return klu_z_refactor(ap, ai, a, s, f, c) && klu_z_rgrowth(ap, ai, a, s, f, c);
+}
+bool klu_condition(klu_symbolic* s, klu_numeric* f, klu_common* c, double) { return klu_rcond(s, f, c); }
+bool klu_condition(klu_symbolic* s, klu_numeric* f, klu_common* c, std::complex<double>) {
+  return klu_z_rcond(s, f, c);
+}
+void klu_end(klu_numeric** f, klu_common* c, double) { klu_free_numeric(f, c); }
+void klu_end(klu_numeric** f, klu_common* c, std::complex<double>) { klu_z_free_numeric(f, c); }
+void klu_apply(klu_symbolic* s, klu_numeric* f, int n, double* b, klu_common* c) {
+  klu_solve(s, f, n, 1, b, c);
+}
+void klu_apply(klu_symbolic* s, klu_numeric* f, int n, std::complex<double>* b, klu_common* c) {
+  klu_z_solve(s, f, n, 1, reinterpret_cast<double*>(b), c);
+}
+
+}  // namespace
+
+/// Compressed columns and KLU's objects.
+template <class Scalar>
+struct LinearSolver<Scalar>::Sparse {
+  std::vector<int> column_start, row;
+  std::vector<int> target;  ///< of every position: where its value is added
+  std::vector<Scalar> values;
+  klu_common common{};
+  klu_symbolic* symbolic = nullptr;
+  klu_numeric* numeric = nullptr;
+
+  Sparse(int n, const std::vector<Position>& positions) {
+    std::vector<std::size_t> order(positions.size());
+    std::iota(order.begin(), order.end(), std::size_t{0});
+    std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+      const Position &p = positions[a], &q = positions[b];
+      return p.column != q.column ? p.column < q.column : p.row < q.row;
+    });
+    column_start.assign(static_cast<std::size_t>(n) + 1, 0);
+    target.resize(positions.size());
+    Position last{-1, -1};
+    for (std::size_t k : order) {
+      const Position p = positions[k];
+      if (p.row != last.row || p.column != last.column) {
+        row.push_back(p.row);
+        ++column_start[static_cast<std::size_t>(p.column) + 1];
+        last = p;
+      }
+      target[k] = static_cast<int>(row.size()) - 1;
+    }
+    std::partial_sum(column_start.begin(), column_start.end(), column_start.begin());
+    values.resize(row.size());
+    klu_defaults(&common);
+    symbolic = klu_analyze(n, column_start.data(), row.data(), &common);
+  }
+  Sparse(const Sparse&) = delete;
+  Sparse& operator=(const Sparse&) = delete;
+  ~Sparse() {
+    if (numeric) klu_end(&numeric, &common, Scalar());
+    if (symbolic) klu_free_symbolic(&symbolic, &common);
+  }
+
+  bool fresh(int* ap, int* ai) {
+    if (numeric) klu_end(&numeric, &common, Scalar());
+    numeric = klu_start(values.data(), ap, ai, symbolic, &common);
+    return numeric && common.status == KLU_OK && klu_condition(symbolic, numeric, &common, Scalar()) &&
+           common.rcond > 0;
+  }
+
+  bool factorise(const std::vector<Position>& positions, const Scalar* given) {
+    if (!symbolic) return false;  // structurally singular
+    std::fill(values.begin(), values.end(), Scalar(0));
+    for (std::size_t k = 0; k < positions.size(); ++k)
+      values[static_cast<std::size_t>(target[k])] += given[k];
+    for (const Scalar& v : values)
+      if (!std::isfinite(magnitude(v))) return false;
+    int *ap = column_start.data(), *ai = row.data();
+    constexpr double harmless_growth = 1e-6;
+    if (numeric && klu_again(values.data(), ap, ai, symbolic, numeric, &common) && common.status == KLU_OK &&
+        common.rgrowth > harmless_growth)
+      return true;
+    return fresh(ap, ai);
+  }
+};
+
+template <class Scalar>
+LinearSolver<Scalar>::LinearSolver() = default;
+template <class Scalar>
+LinearSolver<Scalar>::~LinearSolver() = default;
+template <class Scalar>
+LinearSolver<Scalar>::LinearSolver(LinearSolver&&) noexcept = default;
+template <class Scalar>
+LinearSolver<Scalar>& LinearSolver<Scalar>::operator=(LinearSolver&&) noexcept = default;
+
+template <class Scalar>
+void LinearSolver<Scalar>::analyse(int n, const std::vector<Position>& positions) {
+  n_ = n;
+  positions_ = positions;
+  if (n > dense_limit) {
+    sparse_ = std::make_unique<Sparse>(n, positions_);
+    return;
+  }
+  const auto size = static_cast<std::size_t>(n);
+  lu_.assign(size * size, Scalar(0));
+  row_scale_.assign(size, 1);
+  pivot_.assign(size, 0);
+}
+
+template <class Scalar>
+bool LinearSolver<Scalar>::factorise(const Scalar* values) {
+  return sparse_ ? sparse_->factorise(positions_, values) : factorise_dense(values);
+}
+
+/// P A = L U by rows; the scaled pivot decides, and a pivot that is rounding of its row means "singular".
+template <class Scalar>
+bool LinearSolver<Scalar>::factorise_dense(const Scalar* values) {
+  const int n = n_;
+  Scalar* a = lu_.data();
+  weakest_ = 1;
+  std::fill(lu_.begin(), lu_.end(), Scalar(0));
+  for (const Position& p : positions_) a[p.row * n + p.column] += *values++;
+  for (int i = 0; i < n; ++i) {
+    double largest = 0;
+    for (int j = 0; j < n; ++j) {
+      const double size = magnitude(a[i * n + j]);
+      if (!(size <= std::numeric_limits<double>::max())) return false;
+      largest = std::max(largest, size);
+    }
+    if (largest == 0) return false;
+    row_scale_[static_cast<std::size_t>(i)] = 1 / largest;
+  }
+  for (int k = 0; k < n; ++k) {
+    int best = k;
+    double best_size = 0;
+    for (int i = k; i < n; ++i) {
+      const double size = magnitude(a[i * n + k]) * row_scale_[static_cast<std::size_t>(i)];
+      if (size > best_size) best_size = size, best = i;
+    }
+    weakest_ = std::min(weakest_, best_size);
+    if (best_size <= n * eps * eps) return false;
+    pivot_[static_cast<std::size_t>(k)] = best;
+    if (best != k) {
+      std::swap_ranges(a + k * n, a + k * n + n, a + best * n);
+      std::swap(row_scale_[static_cast<std::size_t>(k)], row_scale_[static_cast<std::size_t>(best)]);
+    }
+    const Scalar reciprocal = inverse(a[k * n + k]);
+    a[k * n + k] = reciprocal;  // the diagonal holds 1/uₖₖ
+    for (int i = k + 1; i < n; ++i) {
+      Scalar& factor = a[i * n + k];
+      if (factor == Scalar(0)) continue;
+      factor = times(factor, reciprocal);
+      subtract(a + i * n + k + 1, factor, a + k * n + k + 1, n - k - 1);
+    }
+  }
+  return true;
+}
+
+template <class Scalar>
+void LinearSolver<Scalar>::solve(Scalar* b) {
+  const int n = n_;
+  if (sparse_) return klu_apply(sparse_->symbolic, sparse_->numeric, n, b, &sparse_->common);
+  const Scalar* a = lu_.data();
+  for (int k = 0; k < n; ++k) std::swap(b[k], b[pivot_[static_cast<std::size_t>(k)]]);
+  for (int i = 1; i < n; ++i) {
+    Scalar sum = b[i];
+    for (int j = 0; j < i; ++j) sum -= times(a[i * n + j], b[j]);
+    b[i] = sum;
+  }
+  for (int i = n - 1; i >= 0; --i) {
+    Scalar sum = b[i];
+    for (int j = i + 1; j < n; ++j) sum -= times(a[i * n + j], b[j]);
+    b[i] = times(sum, a[i * n + i]);
+  }
+}
+
+template <class Scalar>
+double LinearSolver<Scalar>::weakest_pivot() const {
+  return sparse_ ? sparse_->common.rcond : weakest_;
+}
+
+template class LinearSolver<double>;
+template class LinearSolver<std::complex<double>>;
+
+}  // namespace pendula::integrate

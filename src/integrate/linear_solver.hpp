@@ -1,0 +1,58 @@
+// Linear systems of one fixed pattern, solved again and again: the iteration matrices of Newton's method.
+//
+// Small systems are dense with partial pivoting and row scaling; above `dense_limit` unknowns KLU takes over:
+// the pattern is analysed once, later factorisations keep the pivots (klu_refactor) as long as their growth
+// is harmless. Davis & Palamadai Natarajan, Algorithm 907: KLU, ACM TOMS 37(3), 2010.
+#pragma once
+
+#include <complex>
+#include <memory>
+#include <vector>
+
+namespace pendula::integrate {
+
+struct Position {
+  int row, column;
+};
+
+/// Scalar: double or std::complex<double>.
+template <class Scalar>
+class LinearSolver {
+ public:
+  static constexpr int dense_limit = 40;
+
+  LinearSolver();
+  ~LinearSolver();
+  LinearSolver(LinearSolver&&) noexcept;
+  LinearSolver& operator=(LinearSolver&&) noexcept;
+
+  /// positions: where the entries of an n × n matrix are; an entry may be given in parts (they are added).
+  void analyse(int n, const std::vector<Position>& positions);
+
+  /// values in the order of positions. False if the matrix is singular to rounding or not finite.
+  /// Cost: O(n³) dense, the fill of KLU otherwise. No allocation after the first call.
+  bool factorise(const Scalar* values);
+
+  /// b ← A⁻¹ b.
+  void solve(Scalar* b);
+
+  int size() const { return n_; }
+  /// The smallest pivot of the last factorisation relative to its row (dense), or KLU's estimate 1/condition.
+  double weakest_pivot() const;
+
+ private:
+  struct Sparse;
+  bool factorise_dense(const Scalar* values);
+  int n_ = 0;
+  double weakest_ = 0;
+  std::vector<Position> positions_;
+  std::vector<Scalar> lu_;         ///< dense: rows one after the other
+  std::vector<double> row_scale_;  ///< dense
+  std::vector<int> pivot_;
+  std::unique_ptr<Sparse> sparse_;
+};
+
+extern template class LinearSolver<double>;
+extern template class LinearSolver<std::complex<double>>;
+
+}  // namespace pendula::integrate

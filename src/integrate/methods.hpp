@@ -1,0 +1,20 @@
+// The families of adaptive methods, one line each.
+#pragma once
+
+#include "integrate/integrate.hpp"
+
+namespace pendula::integrate {
+
+/// The stepper for a family ("explicit", "radau", …). Throws Error naming the method when it cannot treat the
+/// model, with one that can.
+std::shared_ptr<Stepper> make_stepper(const std::string& family, const ProblemPtr& problem,
+                                      const Method& method, const Plan& plan, Stats& stats);
+
+/// What "auto" begins with for a model and its tolerances, at a start.
+struct Choice {
+  std::string family;
+  TableauPtr tableau;
+};
+Choice choose(const ProblemPtr& problem, const Method& method, const Plan& plan, const Point& start);
+
+}  // namespace pendula::integrate

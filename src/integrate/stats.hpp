@@ -1,0 +1,15 @@
+// What an integration cost.
+#pragma once
+
+namespace pendula::integrate {
+
+struct Stats {
+  long steps = 0;
+  long rejected = 0;     ///< steps that were tried and repeated with a smaller one
+  long evaluations = 0;  ///< of F or f, one per stage
+  long jacobians = 0;    ///< of F, one per point
+  long factorisations = 0;
+  long newton_iterations = 0;
+};
+
+}  // namespace pendula::integrate

@@ -1,0 +1,36 @@
+#include "integrate/stepper.hpp"
+
+#include <cmath>
+
+#include "base/text.hpp"
+
+namespace pendula::integrate {
+
+double Stepper::fitted(double dt, double end) const {
+  const double left = end - here_.t;
+  if (dt > limits_.dt_max) dt = limits_.dt_max;
+  if (dt * 1.01 >= left) return left;    // the last step
+  return dt * 2 > left ? left / 2 : dt;  // the last two: not one long and one tiny step
+}
+
+void Stepper::require_visible(double dt, const Vec& error, const std::string& reason) const {
+  const double smallest = 10 * std::numeric_limits<double>::epsilon() * std::fabs(here_.t);
+  if (std::fabs(dt) > smallest && std::fabs(dt) > 1e-300) return;
+  int worst = -1;
+  double largest = 0;
+  for (int i = 0; i < error.size(); ++i) {
+    const double size = std::isfinite(error[i]) ? std::fabs(error[i]) : 1e300;
+    if (size > largest) largest = size, worst = i;
+  }
+  std::string who;
+  if (worst >= 0) {
+    const double value = worst < n() ? here_.x[worst] : here_.z[worst - n()];
+    who = text("; responsible: ", unknown_name(worst), " = ", rounded(value, 4));
+    if (worst < here_.xdot.size() && std::isfinite(here_.xdot[worst]))
+      who += text(", ", problem_->xdot_name(worst), " = ", rounded(here_.xdot[worst], 4));
+  }
+  throw Failure(text("the step size fell below rounding", who, ". ",
+                     reason.empty() ? "The solution is singular or not smooth here" : reason));
+}
+
+}  // namespace pendula::integrate

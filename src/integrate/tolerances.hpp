@@ -1,0 +1,37 @@
+// How large an error may be: |eᵢ| ≤ atolᵢ + rtolᵢ max(|yᵢ| before, |yᵢ| after).
+#pragma once
+
+#include "base/math.hpp"
+
+namespace pendula::integrate {
+
+/// n + m entries each, in the order x, z.
+struct Tolerances {
+  Vec rtol, atol;
+
+  static Tolerances uniform(int size, double rtol, double atol) {
+    return {Vec::Constant(size, rtol), Vec::Constant(size, atol)};
+  }
+};
+
+/// The size of an error in units of the tolerance, component by component.
+///
+/// The root mean square, but never below a third of the largest component: as if at most nine components
+/// shared one error. Systems of up to nine unknowns see the plain root mean square of the literature; in a
+/// large quiet system the few active components are not averaged away (a mean over 10⁴ unknowns would
+/// tolerate 100 times the error).
+class ErrorSum {
+ public:
+  void add(double scaled) {
+    const double square = scaled * scaled;
+    sum_ += square;
+    largest_ = square > largest_ ? square : largest_;
+  }
+  /// NaN if any component was NaN.
+  double norm(int count) const;
+
+ private:
+  double sum_ = 0, largest_ = 0;
+};
+
+}  // namespace pendula::integrate

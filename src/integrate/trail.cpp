@@ -1,0 +1,39 @@
+#include "integrate/trail.hpp"
+
+#include <cmath>
+
+namespace pendula::integrate {
+
+void Trail::use(std::shared_ptr<Stepper> stepper) { steppers_.push_back(std::move(stepper)); }
+
+void Trail::begin(const Point& point) {
+  mesh_.add(point);
+  steps_.push_back({0, -1});
+}
+
+void Trail::step_to(const Point& point, const std::vector<double>& record) {
+  mesh_.add(point);
+  steps_.push_back({records_.size(), static_cast<int>(steppers_.size()) - 1});
+  records_.insert(records_.end(), record.begin(), record.end());
+}
+
+Point Trail::at(const Points&, double t) {
+  const double rounding = 4 * std::numeric_limits<double>::epsilon() *
+                          std::max(std::fabs(mesh_.t().front()), std::fabs(mesh_.t().back()));
+  const int i = mesh_.index_at(t, rounding);
+  if (std::fabs(t - mesh_.t()[static_cast<std::size_t>(i)]) <= rounding || i + 1 >= mesh_.size())
+    return mesh_[i];
+  const Step& step = steps_[static_cast<std::size_t>(i) + 1];
+  if (step.stepper < 0) return mesh_[i];
+  if (viewed_ != i) {
+    mesh_.get(i, view_.from);
+    mesh_.get(i + 1, view_.to);
+    viewed_ = i;
+  }
+  view_.record = records_.data() + step.record;
+  Point out;
+  steppers_[static_cast<std::size_t>(step.stepper)]->interpolate(view_, t, Detail::full, out);
+  return out;
+}
+
+}  // namespace pendula::integrate

@@ -1,0 +1,42 @@
+// The mesh of an adaptive run with what its continuous extension needs.
+#pragma once
+
+#include "integrate/solution.hpp"
+#include "integrate/stepper.hpp"
+
+namespace pendula::integrate {
+
+class Trail : public Continuation {
+ public:
+  Trail(int n, int m) : mesh_(n, m) {}
+
+  Stats stats;  ///< of the steppers, which refer to it as long as they live
+
+  /// From the next step on, steps are this stepper's.
+  void use(std::shared_ptr<Stepper> stepper);
+  Stepper& stepper() { return *steppers_.back(); }
+  const std::vector<std::shared_ptr<Stepper>>& steppers() const { return steppers_; }
+  /// A point without a step to it: the beginning, or after a jump.
+  void begin(const Point& point);
+  /// The end of a step with the stepper's record.
+  void step_to(const Point& point, const std::vector<double>& record);
+
+  std::pair<double, double> interval(const Points&) const override {
+    return {mesh_.t().front(), mesh_.t().back()};
+  }
+  Point at(const Points& saved, double t) override;
+
+ private:
+  struct Step {
+    std::size_t record;  ///< offset
+    int stepper;         ///< -1: a jump ends here
+  };
+  Points mesh_;
+  std::vector<Step> steps_;  ///< that ends in mesh point i
+  std::vector<double> records_;
+  std::vector<std::shared_ptr<Stepper>> steppers_;
+  StepView view_;
+  int viewed_ = -1;
+};
+
+}  // namespace pendula::integrate

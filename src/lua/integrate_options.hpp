@@ -1,0 +1,24 @@
+// The options of model:integrate and of what runs integrations: read once, here.
+#pragma once
+
+#include "lua/lua_dae.hpp"
+#include "lua/lua_integrate.hpp"
+
+namespace pendula::lua {
+
+/// The names of all options that read_simulation knows.
+#define PENDULA_INTEGRATE_OPTIONS                                                                      \
+  "start", "from", "to", "dt", "method", "times", "inputs", "params", "direct", "rtol", "atol", "dt0", \
+      "dtmax", "max_steps", "events"
+
+/// Everything that integrate needs, from a table of options. Throws Error naming the option.
+integrate::Simulation read_simulation(Call& call, const Options& options, const dae::ModelPtr& model);
+
+/// The option `method`: a tableau, the name of one in rk, or "radau", "gauss", "bdf", "rodas", "auto".
+/// `fixed`: for fixed steps. Absent: "auto", or an error that asks for a tableau where steps are fixed.
+integrate::Method read_method(Call& call, const Options& options, bool fixed);
+
+/// "auto" with the explicit pairs of the library.
+integrate::Method automatic_method(lua_State* L);
+
+}  // namespace pendula::lua
