@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "integrate/numeric_function.hpp"
+#include "integrate/observed_order.hpp"
 
 namespace pendula::integrate {
 
@@ -53,10 +54,7 @@ struct NewtonRun {
   std::string explanation;  ///< of Ending::undefined: which part of which equation
 
   // ── filled by judge() ──
-  std::vector<double> error;  ///< ‖xₖ - x⋆‖₂ where x⋆ is known; below error_noise it is rounding
-  double error_noise = 0;
-  double order = 0;  ///< observed, of the last three errors above rounding; 0: not measurable
-  double rate = 0;  ///< ‖e₊‖/‖e‖ (linear) or ‖e₊‖/‖e‖² (order 2), of the last step measured
+  Observed observed;      ///< errors, order and rate where x⋆ is known
   double predicted = -1;  ///< spectral radius of I - α M⁻¹ J at the root; -1: not known
   double condition = 0;   ///< of the scaled ∂r/∂x at the root
   bool singular_root = false;

@@ -13,7 +13,6 @@ namespace {
 using Eigen::Index;
 constexpr int widest = 4;  ///< unknowns shown side by side
 constexpr int first_rows = 10, last_rows = 8;
-constexpr double above_rounding = 1e4;  ///< so that four digits of a ratio are not rounding
 
 std::string printed(const char* format, int digits, double value) {
   char buffer[64];
@@ -44,25 +43,19 @@ class Columns {
     if (run_.norm[k] <= run_.noise[k]) return "≈ 0";
     return printed("%.*e", run_.norm[k] > 1e3 * run_.noise[k] ? 2 : 0, run_.norm[k]);
   }
-  /// ‖eₖ‖/‖eₖ₋₁‖^p; empty where one of them is rounding.
   std::string ratio(std::size_t k, int p) const {
-    if (!measured(k)) return "";
-    return rounded(run_.error[k] / std::pow(run_.error[k - 1], p), 4);
+    const double value = run_.observed.ratio(k, p);
+    return value > 0 ? rounded(value, 4) : "";
   }
   std::string order(std::size_t k) const {
-    if (k < 2 || !measured(k) || !measured(k - 1)) return "";
-    const auto& e = run_.error;
-    if (!(e[k] < 0.9 * e[k - 1] && e[k - 1] < 0.9 * e[k - 2])) return "";
-    return printed("%.*f", 2, std::log(e[k] / e[k - 1]) / std::log(e[k - 1] / e[k - 2]));
+    const double value = run_.observed.order_at(k);
+    return value > 0 ? printed("%.*f", 2, value) : "";
   }
-  bool errors() const { return !run_.error.empty(); }
+  bool errors() const { return !run_.observed.error.empty(); }
   bool steps() const { return settings_.line_search; }
   std::string alpha(std::size_t k) const { return k == 0 ? "" : rounded(run_.alpha[k - 1], 4); }
 
  private:
-  bool measured(std::size_t k) const {
-    return k > 0 && k < run_.error.size() && run_.error[k] > above_rounding * run_.error_noise;
-  }
   const NewtonSettings& settings_;
   const NewtonRun& run_;
 };

@@ -15,9 +15,8 @@ namespace {
 
 using Eigen::Index;
 constexpr double eps = std::numeric_limits<double>::epsilon();
-constexpr double above_rounding = 1e4;  ///< errors are measured while they are this many times their noise
-constexpr double flat = 1e-3;           ///< scaled singular value below which a root may be singular
-constexpr double slow = 1e-3;           ///< a predicted rate above this is linear convergence one can see
+constexpr double flat = 1e-3;  ///< scaled singular value below which a root may be singular
+constexpr double slow = 1e-3;  ///< a predicted rate above this is linear convergence one can see
 
 class Judge {
  public:
@@ -136,39 +135,14 @@ class Judge {
   }
 
   void measure(const Mat& J) {
-    for (const Vec& x : run_.x) run_.error.push_back((x - root_).norm());
-    run_.error_noise = 4 * eps * root_.norm();
-    if (run_.singular_root)
-      run_.error_noise =
-          5 * run_.error.back() / above_rounding;  // the extrapolated x⋆ is no better than that
-    else
-      run_.error_noise += (J.inverse().cwiseAbs() * (8 * eps * (J.cwiseAbs() * root_.cwiseAbs()))).norm();
-    const double low = above_rounding * run_.error_noise;
-    int end = -1;  // the last error that is measured
-    for (int k = 0; k <= last(); ++k)
-      if (error(k) > low) end = k;
-    run_.order = fitted_order(end);
-    if (run_.order == 0 && end >= 2 && error(end) < error(end - 1) && run_.predicted > slow)
-      run_.order = 1;  // too slow for the quotient of logarithms to mean anything
-    if (end < 1) return;
     const bool linear = run_.singular_root || run_.predicted > slow;
-    run_.rate = error(end) / error(end - 1) / (linear ? 1 : error(end - 1));
+    double noise = 4 * eps * root_.norm();
+    if (run_.singular_root)  // the extrapolated x⋆ is no better than the last iterates
+      noise = 5 * (run_.x.back() - root_).norm() / above_noise;
+    else
+      noise += (J.inverse().cwiseAbs() * (8 * eps * (J.cwiseAbs() * root_.cwiseAbs()))).norm();
+    run_.observed = observe(run_.x, root_, noise, linear);
   }
-  /// The slope of log e₊ over log e through the last pairs of errors in the phase of steady contraction: c in
-  /// ‖e₊‖ = c ‖e‖^p depends on the direction of e, and more pairs average that out.
-  double fitted_order(int end) const {
-    int begin = end;
-    while (begin > 0 && end - begin < 4 && error(begin) < 0.9 * error(begin - 1)) --begin;
-    const int pairs = end - begin;
-    if (pairs < 2) return 0;
-    double x = 0, y = 0, xx = 0, xy = 0;
-    for (int k = begin; k < end; ++k) {
-      const double u = std::log(error(k)), v = std::log(error(k + 1));
-      x += u / pairs, y += v / pairs, xx += u * u / pairs, xy += u * v / pairs;
-    }
-    return (xy - x * y) / (xx - x * x);
-  }
-  double error(int k) const { return run_.error[static_cast<std::size_t>(k)]; }
 
   // ── words ──
 
@@ -209,28 +183,28 @@ class Judge {
              condition_text(run_.condition), ")");
     if (last() == 1 && (J - at_start).norm() <= 1e-12 * J.norm())
       return "Converged in one step: the equations are linear, and a full Newton step solves them exactly.";
-    if (run_.order >= 2.6)
+    if (run_.observed.order >= 2.6)
       return text("Converged faster than quadratically, observed order ", order_text(),
                   ": the second-order term of the error vanishes at this solution; ", conditions, ".",
                   damping_words());
-    if (run_.order >= 1.5)
-      return text("Converged quadratically: ‖e₊‖ ≈ ", rounded(run_.rate, 3), " ‖e‖², observed order ",
-                  order_text(), "; ", conditions, ". Every step doubles the number of correct digits.",
-                  damping_words());
+    if (run_.observed.order >= 1.5)
+      return text("Converged quadratically: ‖e₊‖ ≈ ", rounded(run_.observed.rate, 3),
+                  " ‖e‖², observed order ", order_text(), "; ", conditions,
+                  ". Every step doubles the number of correct digits.", damping_words());
     return text("Converged. Convergence is quadratic in theory, since ", conditions,
                 "; the iterates above rounding are too few or too far away to measure the order.",
                 damping_words());
   }
   std::string order_text() const {
     char buffer[32];
-    std::snprintf(buffer, sizeof buffer, "%.2f", run_.order);
+    std::snprintf(buffer, sizeof buffer, "%.2f", run_.observed.order);
     return buffer;
   }
 
   std::string linear_words() const {
     const std::string observed =
-        text("Converged linearly: ‖e₊‖ ≈ ", rounded(run_.rate > 0 ? run_.rate : run_.predicted, 3),
-             " ‖e‖, because ");
+        text("Converged linearly: ‖e₊‖ ≈ ",
+             rounded(run_.observed.rate > 0 ? run_.observed.rate : run_.predicted, 3), " ‖e‖, because ");
     const double alpha = run_.alpha.back();
     if (settings_.jacobian == JacobianKind::exact)
       return text(observed, "α = ", rounded(alpha, 6),
@@ -246,7 +220,7 @@ class Judge {
   }
 
   std::string singular_root_words() const {
-    const double alpha = run_.alpha.back(), q = run_.rate > 0 ? run_.rate : steps_ratio();
+    const double alpha = run_.alpha.back(), q = run_.observed.rate > 0 ? run_.observed.rate : steps_ratio();
     const int multiplicity = static_cast<int>(std::lround(alpha / (1 - q)));
     return text("Converged linearly to a singular solution: ‖e₊‖ ≈ ", rounded(q, 3),
                 " ‖e‖, because ∂r/∂x is singular there", null_words(run_.null_vector),

@@ -167,15 +167,19 @@ int push_or_nil(Call& call, bool known, double value) {
   if (!known) return lua_pushnil(call.L), 1;
   return call.push(value);
 }
-int order(Call& call) { return push_or_nil(call, self(call).run.order > 0, self(call).run.order); }
-int rate(Call& call) { return push_or_nil(call, self(call).run.rate > 0, self(call).run.rate); }
+int order(Call& call) {
+  return push_or_nil(call, self(call).run.observed.order > 0, self(call).run.observed.order);
+}
+int rate(Call& call) {
+  return push_or_nil(call, self(call).run.observed.rate > 0, self(call).run.observed.rate);
+}
 int predicted(Call& call) {
   return push_or_nil(call, self(call).run.predicted >= 0, self(call).run.predicted);
 }
 int errors(Call& call) {
   const auto& run = self(call).run;
-  if (run.error.empty()) return lua_pushnil(call.L), 1;
-  return push_column(call, run.error);
+  if (run.observed.error.empty()) return lua_pushnil(call.L), 1;
+  return push_column(call, run.observed.error);
 }
 int null_vector(Call& call) {
   const auto& run = self(call).run;
