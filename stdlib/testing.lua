@@ -105,6 +105,22 @@ local function near_complaint(actual, wanted, tol)
     which, b[worst], tol * math.max(1, math.abs(b[worst])), a[worst], math.abs(a[worst] - b[worst]))
 end
 
+-- Expressions, and matrices of them, whose difference simplifies to 0.
+local function same_value(a, b)
+  local kind = object_type(a)
+  if kind ~= object_type(b) or (kind ~= "expr" and kind ~= "matrix") then return false end
+  local function vanishes(e) return e == 0 or tostring(e) == "0" end
+  local good, difference = pcall(function() return named "simplify"(named "expand"(a - b)) end)
+  if not good then return false end                                             -- of other shapes
+  if kind == "expr" then return vanishes(difference) end
+  for i = 1, difference.rows do
+    for j = 1, difference.cols do
+      if not vanishes(difference(i, j)) then return false end
+    end
+  end
+  return true
+end
+
 local function same(a, b, depth)
   if a == b then return true end
   if depth > 50 then return false end
@@ -117,6 +133,7 @@ local function same(a, b, depth)
     end
     return true
   end
+  if type(a) == "userdata" and type(b) == "userdata" then return same_value(a, b) end
   if type(a) == type(b) or (type(a) ~= "userdata" and type(b) ~= "userdata") then return false end
   -- A matrix beside a list, an expression beside a number: equal if all numbers are.
   local x, y = {}, {}
@@ -190,8 +207,8 @@ local expectation = {
 
 doc { name = "expect", module = "testing", title = "Tests", sig = "expect(value):check(…)",
   text = "States what a value must be: :near(b, tol) means |a - b| ≤ tol·max(1, |b|) for each number in numbers, lists "
-    .. "and matrices; :equals(v) compares numbers, strings, lists and objects; :fails \"text\" calls the function and "
-    .. "wants an error with that text; also :matches(pattern), :is_true(), :is_false(), :is_nil(). A failure is an error "
+    .. "and matrices; :equals(v) compares numbers, strings, lists, objects and expressions (equal if their difference "
+    .. "simplifies to 0); :fails \"text\" calls the function and wants an error with that text; also :matches(pattern), :is_true(), :is_false(), :is_nil(). A failure is an error "
     .. "at its line; `pendula test` counts it and goes on.",
   example = "expect(0.1 + 0.2):near(0.3, 1e-12)\nexpect({1, {2}}):equals({1, {2}})\n"
     .. "expect(function() error 'too long' end):fails 'long'",

@@ -162,8 +162,8 @@ class Unicode final : public Notation {
 
  private:
   static std::string column_name(const std::string& name) {
-    const std::string letter = greek_letter(name);
-    return letter.empty() ? name : letter;
+    const std::string head = name.substr(0, name.find('_', 1)), letter = greek_letter(head);
+    return letter.empty() ? name : letter + name.substr(head.size());
   }
 
   std::string condition(const Piece& p) const {
