@@ -84,10 +84,13 @@ Newton::Trial Newton::search(Equations& equations, Vec& w) {
     lu_.solve(trial_r_, simplified_);
     // Lengths in units of one point, or a step away from w = 0 could never be judged.
     const double before = length(step_, trial_), after = length(simplified_, trial_);
-    if (after > (1 - lambda / 4) * before) continue;
+    // Quadratic convergence would leave nothing after so short a correction: what is left is rounding, and
+    // rounding is not monotone.
+    const bool noise = lambda == 1 && before <= stagnation_level && after > before / 4;
+    if (!noise && after > (1 - lambda / 4) * before) continue;
     w.swap(trial_);
     r_.swap(trial_r_);
-    return lambda == 1 && after <= 2 * eps ? Trial::settled : Trial::accepted;
+    return noise || (lambda == 1 && after <= 2 * eps) ? Trial::settled : Trial::accepted;
   }
   return Trial::failed;
 }

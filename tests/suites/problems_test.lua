@@ -12,8 +12,10 @@ local forms = { "acc", "ggl", "baumgarte", "ode", "project", "dummy", "minimal" 
 local other_count = { gear_petzold = true, kunkel_mehrmann = true, substitution = true, two_pendula = true, pantelides_reactor = true }
 -- "dummy" keeps its first choice of states and passes near points where it is singular:
 local poor = { dummy = { pendulum = true, pendulum_velocity = true, spherical_pendulum = true, double_pendulum = true, chain = true },
--- a start that does not reach the form, or Newton's method that stops at rounding:
-  ggl = { hidden_sum = true, double_pendulum = true }, ode = { squeezer = true }, project = { squeezer = true }, [""] = { squeezer = true } }
+-- "minimal" loses the constraint 0 = x₁ + x₂ - x₃:
+  minimal = { exam_3d = true },
+-- a start that does not reach the form:
+  ggl = { hidden_sum = true }, ode = { squeezer = true }, project = { squeezer = true }, [""] = { squeezer = true } }
 
 local function has(p, tag) return (" " .. p.tags .. " "):find(" " .. tag .. " ", 1, true) ~= nil end
 
@@ -94,6 +96,9 @@ for _, p in ipairs(problems.list()) do
         if not good then
           expect(#low > 40 and not low:find("internal", 1, true)):is_true()      -- a refusal says why
         elseif not (poor[form] or {})[p.name] then
+          if low:dof() ~= p.dof then
+            expect(("%s has %d free initial values, the model %d"):format(form, low:dof(), p.dof)):equals "as many"
+          end
           local start = p.inputs and p:start(low) or at
           local function run(dt)
             return low:integrate { start = start, to = p.to, dt = dt, inputs = p.inputs, direct = form == "ggl" or nil,
