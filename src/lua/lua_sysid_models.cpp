@@ -5,6 +5,7 @@
 #include "base/text.hpp"
 #include "lua/lua_sysid.hpp"
 #include "lua/objects.hpp"
+#include "sysid/pem.hpp"
 
 namespace pendula::lua {
 
@@ -105,6 +106,52 @@ int fir(Call& call) {
   const Options o = call.options(2, {"nb", "nk", "ic", "noise"});
   if (!o.has("nb")) throw Error("nb is missing: the number of coefficients, fir(d, { nb = 10, nk = 1 })");
   return estimate_arx(call, o);
+}
+
+/// Prediction-error models: one search per output.
+int estimate_pem(Call& call, const Options& o, const char* kind) {
+  const IdData& d = call.object<IdData>(1, "data");
+  sysid::PemOptions options;
+  options.start = sysid::start_named(o.string("ic", "estimate"));
+  options.iterations = static_cast<int>(o.integer("iterations", 200));
+  if (o.has("start")) {
+    if (d.outputs() > 1) throw Error("start is for models with one output");
+    options.theta = Vec(to_data(call.L, o.push("start"), "start").reshaped());
+    lua_settop(call.L, call.count());
+  }
+  IdModel m;
+  m.inputs = d.inputs();
+  for (Index i = 0; i < d.outputs(); ++i)
+    m.outputs.push_back(sysid::pem(d, i, read_orders(call, o, d, i), kind, options));
+  return call.push(std::make_shared<const IdModel>(std::move(m)));
+}
+
+void check_estimation(Call& call) {
+  call.object<IdData>(1, "data");
+  call.table(2, "orders");
+}
+
+int armax(Call& call) {
+  check_estimation(call);
+  const Options o = call.options(2, {"na", "nb", "nc", "nk", "ic", "start", "iterations"});
+  return estimate_pem(call, o, call.object<IdData>(1, "data").inputs() > 0 ? "ARMAX" : "ARMA");
+}
+
+int oe(Call& call) {
+  check_estimation(call);
+  return estimate_pem(call, call.options(2, {"nb", "nf", "nk", "ic", "start", "iterations"}), "OE");
+}
+
+int bj(Call& call) {
+  check_estimation(call);
+  return estimate_pem(call, call.options(2, {"nb", "nc", "nd", "nf", "nk", "ic", "start", "iterations"}),
+                      "BJ");
+}
+
+int pem(Call& call) {
+  check_estimation(call);
+  return estimate_pem(
+      call, call.options(2, {"na", "nb", "nc", "nd", "nf", "nk", "ic", "start", "iterations"}), "polynomial");
 }
 
 // ── fields ──
@@ -216,6 +263,7 @@ struct Mode {
 Mode read_mode(Call& call, Index horizon) {
   Mode mode;
   mode.horizon = horizon;
+  if (!self(call).outputs[0].p.equation_error()) mode.seed = sysid::Seed::estimate;
   const auto positive = [](long h) {
     if (h < 1) throw Error(text("horizon must be at least 1, got ", h));
     return static_cast<Index>(h);
@@ -236,7 +284,7 @@ Mode read_mode(Call& call, Index horizon) {
   } else {
     const Options o = call.options(3, {"horizon", "init"});
     if (o.has("horizon")) mode.horizon = positive(o.integer("horizon", 1));
-    mode.seed = sysid::seed_named(o.string("init", "data"));
+    if (o.has("init")) mode.seed = sysid::seed_named(o.string("init"));
   }
   return mode;
 }
@@ -295,6 +343,34 @@ const Module idmodel_module = {
         {"fir", fir, "fir(d, { nb =, nk = 1, ic = \"drop\" }) -> idmodel",
          "Least-squares estimate of the impulse response y(t) = Σ b_k u(t-k) + e(t).",
          "print(fir(iddata{ y = {0, 2, 1, 4}, u = {1, 0.5, 2, 1} }, { nb = 1 }).theta)", "2"},
+        {"armax", armax, "armax(d, { na =, nb =, nc =, nk = 1, ic = \"estimate\", start = }) -> idmodel",
+         "Prediction-error estimate of A(q) y(t) = B(q) u(t) + C(q) e(t) by Gauss–Newton with exact "
+         "gradients; without inputs "
+         "an ARMA model. start: θ to begin with; otherwise linear estimates.",
+         "u, y = {}, {}\nfor t = 1, 40 do u[t] = (-1)^(t*t//3); y[t] = 0.5*(y[t-1] or 0) + (u[t-1] or 0) "
+         "end\n"
+         "m = armax(iddata{ y = y, u = u }, { na = 1, nb = 1, nc = 1 })\nprint((\"%.6f "
+         "%.6f\"):format(m.theta[1], m.theta[2]))",
+         "-0.500000 1.000000"},
+        {"oe", oe, "oe(d, { nb =, nf =, nk = 1, ic = \"estimate\", start = }) -> idmodel",
+         "Output-error estimate y(t) = B(q)/F(q) u(t) + e(t): the model that simulates best.",
+         "u, y = {}, {}\nfor t = 1, 40 do u[t] = (-1)^(t*t//3); y[t] = 0.5*(y[t-1] or 0) + (u[t-1] or 0) "
+         "end\n"
+         "m = oe(iddata{ y = y, u = u }, { nb = 1, nf = 1 })\nprint((\"%.6f %.6f\"):format(m.theta[1], "
+         "m.theta[2]))",
+         "1.000000 -0.500000"},
+        {"bj", bj, "bj(d, { nb =, nc =, nd =, nf =, nk = 1, ic = \"estimate\", start = }) -> idmodel",
+         "Box–Jenkins estimate y(t) = B(q)/F(q) u(t) + C(q)/D(q) e(t).",
+         "u, y = {}, {}\nfor t = 1, 80 do u[t] = (-1)^(t*t//3); y[t] = 0.5*(y[t-1] or 0) + (u[t-1] or 0) "
+         "end\n"
+         "m = bj(iddata{ y = y, u = u }, { nb = 1, nf = 1, nc = 0, nd = 1 "
+         "})\nprint((\"%.6f\"):format(m.B[2]))",
+         "1.000000"},
+        {"pem", pem, "pem(d, { na =, nb =, nc =, nd =, nf =, nk = 1, ic =, start = }) -> idmodel",
+         "Prediction-error estimate of A(q) y(t) = B(q)/F(q) u(t) + C(q)/D(q) e(t) with any orders.",
+         "d = iddata{ y = {0, 1, .6, -.7, 1.5, 1.9}, u = {1, 0, -1, 2, 1, 0} }\n"
+         "print((\"%.6f\"):format(pem(d, { na = 1, nb = 1, ic = \"drop\" }).theta[1]))",
+         "-0.603163"},
         {"idmodel#theta", theta, "mod.theta -> column",
          "The estimated parameters, in the order of mod.names.", "", ""},
         {"idmodel#std", std_, "mod.std -> column",
@@ -302,7 +378,8 @@ const Module idmodel_module = {
         {"idmodel#cov", cov, "mod.cov -> matrix", "Their covariance, σ̂²(ΦᵀΦ)⁻¹ for linear least squares.", "",
          ""},
         {"idmodel#correlation", correlation, "mod.correlation -> matrix", "Their correlation.", "", ""},
-        {"idmodel#names", names, "mod.names -> list", "The names of the parameters: a1, a2, b1 and so on.", "", ""},
+        {"idmodel#names", names, "mod.names -> list", "The names of the parameters: a1, a2, b1 and so on.",
+         "", ""},
         {"idmodel#A", A, "mod.A -> row", "A(q) = 1 + a1 q⁻¹ + … + a_na q^(-na).", "", ""},
         {"idmodel#B", B, "mod.B -> row", "B(q), leading zeros for the delay; several inputs: a list.", "",
          ""},
@@ -336,14 +413,13 @@ const Module idmodel_module = {
          "Maximum likelihood: ln L at θ.", "", ""},
         {"idmodel#kind", kind, "mod.kind -> string", "ARX, FIR, ARMAX, OE, BJ or polynomial.", "", ""},
         {"idmodel#Ts", Ts, "mod.Ts -> number", "The sampling time.", "", ""},
-        {"idmodel:predict", predict,
-         "mod:predict(d [, horizon | { horizon = 1, init = \"data\" }]) -> column",
+        {"idmodel:predict", predict, "mod:predict(d [, horizon | { horizon = 1, init = }]) -> column",
          "ŷ(t|t-horizon) at every sample. init says what stands before the first sample: \"data\" takes the "
          "first measured "
          "outputs as they are, \"zero\" starts from rest, \"estimate\" fits the initial state.",
          "d = iddata{ y = {0, 2, 1, 4}, u = {1, 0.5, 2, 1} }\nprint(fir(d, { nb = 1 }):predict(d).T)",
          "0  2  1  4"},
-        {"idmodel:simulate", simulate, "mod:simulate(d [, { init = \"data\" }]) -> column",
+        {"idmodel:simulate", simulate, "mod:simulate(d [, { init = }]) -> column",
          "The output computed from the input alone; init as in predict.",
          "d = iddata{ y = {1, .5, .25, .125}, u = {0, 0, 0, 0} }\nprint(arx(d, { na = 1 }):simulate(d).T)",
          "1  0.5  0.25  0.125"},

@@ -24,16 +24,17 @@ extern const Module idmodel_module;
 extern const Module lsq_module;
 extern const Module likelihood_module;
 extern const Module gauss_newton_module;
+extern const Module validation_module;
+extern const Module predictor_module;
 extern const Module plot_module;
 
 const std::vector<const Module*>& modules() {
   static const std::vector<const Module*> list = {
-      &expr_module,       &functions_module,    &matrix_module,  &entries_module, &calculus_module,
-      &algebra_module,    &mech_module,         &dae_module,     &forms_module,   &start_module,
-      &pencil_module,     &structure_module,    &tableau_module, &methods_module, &integrate_module,
-      &newton_module,     &gauss_newton_module, &iddata_module,  &idmodel_module, &lsq_module,
-      &likelihood_module, &plot_module,
-  };
+      &expr_module,       &functions_module,    &matrix_module,    &entries_module, &calculus_module,
+      &algebra_module,    &mech_module,         &dae_module,       &forms_module,   &start_module,
+      &pencil_module,     &structure_module,    &tableau_module,   &methods_module, &integrate_module,
+      &newton_module,     &gauss_newton_module, &iddata_module,    &idmodel_module, &lsq_module,
+      &likelihood_module, &validation_module,   &predictor_module, &plot_module};
   return list;
 }
 

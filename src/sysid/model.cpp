@@ -13,11 +13,11 @@
 namespace pendula::sysid {
 
 Index Polynomials::memory() const {
-  Index m = std::max(A.size() + D.size(), C.size() + 1) - 2;
-  for (std::size_t i = 0; i < B.size(); ++i) {
-    m = std::max(m, B[i].size() + D.size() - 2);
-    if (F[i].size() > 1) m = std::max({m, C.size() + F[i].size() - 2, A.size() + D.size() + F[i].size() - 3});
-  }
+  Index all = 0;  // degree of Π F_i
+  for (const Vec& f : F) all += f.size() - 1;
+  Index m = std::max(C.size() - 1, A.size() + D.size() - 2) + all;
+  for (std::size_t i = 0; i < B.size(); ++i)
+    m = std::max(m, D.size() + B[i].size() - 2 + all - (F[i].size() - 1));
   return m;
 }
 

@@ -232,7 +232,7 @@ double refine(const std::vector<Segment>& segments, const Regressor& regressor, 
 
 }  // namespace
 
-LeastSquares solve_blocked(const Regressor& regressor) {
+TriangularFactor triangular_factor(const Regressor& regressor) {
   const Index d = regressor.columns();
   TriangularFactor factor(d + 1);
   const Index size = std::max<Index>(256, 2 * d);
@@ -247,6 +247,11 @@ LeastSquares solve_blocked(const Regressor& regressor) {
       }
       factor.add(Mat(block.topRows(n)));
     }
+  return factor;
+}
+
+LeastSquares solve_blocked(const Regressor& regressor) {
+  const TriangularFactor factor = triangular_factor(regressor);
   return solve_triangular(factor.R(), factor.rows());
 }
 

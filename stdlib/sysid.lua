@@ -1,0 +1,101 @@
+-- Pictures of data, validations and parameter sets.
+
+
+local function joined(y, u)
+  local names = {}
+  for _, name in ipairs(y) do names[#names + 1] = name end
+  for _, name in ipairs(u) do names[#names + 1] = name end
+  return names
+end
+
+doc { name = "iddata:plot", module = "identification", sig = "d:plot() -> figure",
+  text = "Outputs and inputs against time.",
+  example = "iddata{ y = {0, 1, 2}, u = {1, 1, 0} }:plot()", gives = "figure: 2 series, 6 points",
+  function(d)
+    local pairs_list = { d.t, d.y }
+    local names = joined(d.y_names, d.u_names)
+    if #d.u_names > 0 then pairs_list[3], pairs_list[4] = d.t, d.u end
+    pairs_list[#pairs_list + 1] = { labels = names, xlabel = "t [s]", style = "line" }
+    return named "plot" (table.unpack(pairs_list))
+  end }
+
+doc { name = "idmodel:plot", module = "identification", sig = "mod:plot(d) -> figure",
+  text = "The measured output and the simulated one, with the fit in the title.",
+  example = "d = iddata{ y = {0, 2, 1, 4}, u = {1, 0.5, 2, 1} }\nfir(d, { nb = 1 }):plot(d)",
+  gives = "figure 'simulation, fit 100 %': 2 series, 8 points",
+  function(mod, d)
+    if object_type(d) ~= "iddata" then fail "mod:plot(d) needs the data to compare with" end
+    local fit = mod:fit(d, "simulation")
+    if object_type(fit) == "matrix" then fail "mod:plot is for models with one output" end
+    return named "plot" (d.t, d.y, d.t, mod:simulate(d),
+      { labels = { "measured", "simulated" }, xlabel = "t [s]", ylabel = d.y_names[1], style = "line",
+        title = ("simulation, fit %.4g %%"):format(fit) })
+  end }
+
+doc { name = "validation:plot", module = "identification", sig = "v:plot([\"auto\" | \"cross\"]) -> figure",
+  text = "The autocorrelation of the residuals, or their correlation with the inputs, with 99 % bounds.",
+  example = "u, y = {}, {}\nfor t = 1, 40 do u[t] = (-1)^(t*t//3); y[t] = u[t] + ((7*t) % 5)/9 end\n"
+    .. "d = iddata{ y = y, u = u }\nfir(d, { nb = 1, nk = 0 }):validate(d):plot().title",
+  gives = "autocorrelation of the residuals",
+  function(v, what)
+    what = what or "auto"
+    if what ~= "auto" and what ~= "cross" then fail "v:plot: expected \"auto\" or \"cross\"" end
+    local values = what == "auto" and v.autocorrelation or v.crosscorrelation
+    local n = v.autocorrelation.rows
+    local first = what == "auto" and 1 or -n
+    local lags = {}
+    for k = first, n do lags[#lags + 1] = k end
+    local bound = what == "auto" and v.bound or v.cross_bound
+    if object_type(bound) == "matrix" then bound = bound[1] end
+    return named "plot" (lags, values, { first, n }, { bound, bound }, { first, n }, { -bound, -bound },
+      { title = what == "auto" and "autocorrelation of the residuals" or "residuals and inputs", xlabel = "lag", legend = false,
+        style = { "impulses", "line", "line" } })
+  end }
+
+-- The convex hull of points in the plane, counter-clockwise (Andrew's monotone chain).
+local function hull(points)
+  table.sort(points, function(a, b) return a[1] < b[1] or (a[1] == b[1] and a[2] < b[2]) end)
+  local function half(from, to, step)
+    local chain = {}
+    for i = from, to, step do
+      local p = points[i]
+      while #chain >= 2 do
+        local a, b = chain[#chain - 1], chain[#chain]
+        if (b[1] - a[1]) * (p[2] - a[2]) - (b[2] - a[2]) * (p[1] - a[1]) > 0 then break end
+        chain[#chain] = nil
+      end
+      chain[#chain + 1] = p
+    end
+    chain[#chain] = nil
+    return chain
+  end
+  local lower, upper = half(1, #points, 1), half(#points, 1, -1)
+  for _, p in ipairs(upper) do lower[#lower + 1] = p end
+  return lower
+end
+
+local function column_of(set, which, fallback)
+  if which == nil then return fallback end
+  for i, name in ipairs(set.names) do if name == which or i == which then return i end end
+  fail(("set:plot: there is no parameter '%s' (parameters: %s)"):format(tostring(which), table.concat(set.names, ", ")))
+end
+
+doc { name = "parameter_set:plot", module = "identification", sig = "set:plot([p, q]) -> figure",
+  text = "The set in the plane of two parameters (for more than two: its shadow), with the Chebyshev centre.",
+  example = "d = iddata{ u = {1,-1,2,0,-2,1,3,-1}, y = {1.2,-.1,1.9,.4,-2.1,-.2,2.6,.5} }\n"
+    .. "arx(d, { na = 1, nb = 1, nk = 0, noise = uniform(-1, 1), ic = \"zero\" }):plot()",
+  gives = "figure 'parameters that explain all 8 rows': 2 series, 6 points",
+  function(set, p, q)
+    if #set.names < 2 then fail "set:plot needs at least two parameters" end
+    local i, j = column_of(set, p, 1), column_of(set, q, 2)
+    local vertices, points = named "evaluate" (set.vertices), {}
+    for k = 1, vertices.rows do points[k] = { vertices(k, i), vertices(k, j) } end
+    local x, y = {}, {}
+    local ring = #points > 2 and hull(points) or points
+    for k, point in ipairs(ring) do x[k], y[k] = point[1], point[2] end
+    x[#x + 1], y[#y + 1] = x[1], y[1]
+    local center = set.center
+    return named "plot" (x, y, { center[i] }, { center[j] },
+      { xlabel = set.names[i], ylabel = set.names[j], labels = { "the set", "Chebyshev centre" }, style = { "line", "points" },
+        title = ("parameters that explain all %d rows"):format(set.rows) })
+  end }

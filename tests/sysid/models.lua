@@ -1,0 +1,116 @@
+-- Models in use: prediction, simulation, validation, scans, comparisons; and how they fail.
+local r = (function(s) return function() s = (1103515245 * s + 12345) % 2147483648 return s / 1073741824 - 1 end end)(99)
+local u, w, y = {}, {}, {}
+for t = 1, 300 do
+  u[t] = r()
+  w[t] = 1.5 * (w[t-1] or 0) - 0.7 * (w[t-2] or 0) + (u[t-1] or 0) + 0.5 * (u[t-2] or 0)
+  y[t] = w[t] + 0.1 * r()
+end
+local d, clean = iddata { y = y, u = u }, iddata { y = w, u = u }
+
+test("prediction and simulation by hand", function()
+  local m = oe(clean, { nb = 2, nf = 2 })
+  expect(m.theta):near({ 1, 0.5, -1.5, 0.7 }, 1e-11)
+  expect(m.exact):is_true()
+  expect(m:simulate(clean)):near(clean.y, 1e-10)
+  expect(m:simulate(clean, { init = "zero" })):near(clean.y, 1e-10)
+  expect(m:simulate(clean:slice(100, 200))):near(clean:slice(100, 200).y, 1e-10)
+  local a = arx(d, { na = 2, nb = 2 })
+  local p = a:predict(d)
+  local th = a.theta
+  for t = 3, 300 do
+    expect(p[t]):near(-th[1] * y[t-1] - th[2] * y[t-2] + th[3] * u[t-1] + th[4] * u[t-2], 1e-12)
+  end
+  -- the k-step prediction tends to the simulation
+  expect(a:predict(d, 200):slice(150, 300)):near(a:simulate(d):slice(150, 300), 1e-6)
+  local two = a:predict(d, 2)
+  for t = 5, 300 do                                        -- ŷ(t|t-2): the one-step formula with ŷ(t-1|t-2)
+    local before = -th[1] * y[t-2] - th[2] * y[t-3] + th[3] * u[t-2] + th[4] * u[t-3]
+    expect(two[t]):near(-th[1] * before - th[2] * y[t-2] + th[3] * u[t-1] + th[4] * u[t-2], 1e-11)
+  end
+end)
+
+test("armax by hand", function()
+  local m = armax(d, { na = 2, nb = 2, nc = 2 })
+  local e, p = {}, m:predict(d, { init = "zero" })
+  local a, b, c = m.A, m.B, m.C
+  for t = 1, 300 do
+    local function at(x, k) return t - k >= 1 and x[t-k] or 0 end
+    local hat = -a[2] * at(y, 1) - a[3] * at(y, 2) + b[2] * at(u, 1) + b[3] * at(u, 2) + c[2] * at(e, 1) + c[3] * at(e, 2)
+    e[t] = y[t] - hat
+    expect(p[t]):near(hat, 1e-11)
+  end
+end)
+
+test("fits are labelled", function()
+  local m = arx(d, { na = 2, nb = 2 })
+  local fit, label = m:fit(d, "simulation")
+  expect(label):equals "% fit, simulation, 298 samples"
+  expect(fit > 80):is_true()
+  expect(select(2, m:fit(d, 5))):equals "% fit, 5-step prediction, 298 samples"
+  local o = oe(d, { nb = 2, nf = 2 })
+  expect(o:fit(d)):near(o:fit(d, "simulation"), 1e-9)      -- an output-error model predicts what it simulates
+  expect(o:fit(d)):near(o.fit_percent, 1e-6)
+  expect(#o:residuals(d)):equals(300)
+end)
+
+test("validation tells a good model from a poor one", function()
+  local good = bj(d, { nb = 2, nf = 2, nc = 0, nd = 1 }):validate(d)
+  expect(good.white and good.independent):is_true()
+  local poor = arx(d, { na = 1, nb = 1 }):validate(d)
+  expect(poor.white):equals(false)
+  expect(poor.independent):equals(false)
+  expect(poor.ljung_box.p < 1e-6):is_true()
+  expect(#good.autocorrelation):equals(25)
+  expect(good.crosscorrelation.rows):equals(51)
+  expect(tostring(poor):find("residuals are not white", 1, true) ~= nil):is_true()
+end)
+
+test("scans find the orders, comparisons the better model", function()
+  local e, v = d:split(0.5)
+  local s = order_scan(e, v, { na = { 1, 4 }, nb = { 1, 4 }, nk = { 1, 3 } })
+  expect(#s):equals(48)
+  expect(arx(e, s.best).rank > 0):is_true()
+  expect(s[1].fit >= s[2].fit):is_true()
+  local c = compare(v, { arx = arx(e, { na = 2, nb = 2 }), oe = oe(e, { nb = 2, nf = 2 }) })
+  expect(c.oe.simulation > c.arx.simulation - 1):is_true()
+  expect(function() order_scan(e, { criterion = "fit" }) end):fails "needs validation data"
+  expect(function() order_scan(e, v, { na = { 3, 1 } }) end):fails "is no range"
+  expect(function() order_scan(e, v, { na = 1, nb = 1, nk = { 1, 400 } }) end):fails "too large"
+end)
+
+test("bad input is refused with the reason", function()
+  expect(function() oe(iddata { y = { 1, 0/0, 3, 4, 5, 6, 7, 8 }, u = { 1, 2, 3, 4, 5, 6, 7, 8 } }, { nb = 1, nf = 1 }) end)
+    :fails "d:fill()"
+  expect(function() oe(d, { nf = 2 }) end):fails "nf without nb"
+  expect(function() oe(d:slice(1, 5), { nb = 2, nf = 2 }) end):fails "too few"
+  expect(function() armax(d, { na = 1, nb = 1, nc = 1, start = { 0 } }) end):fails "start: expected 3 numbers (a1, b1, c1)"
+  expect(function() armax(d, { na = 1, nb = 1, nc = 1, start = { 0, 0, 2 } }) end):fails "stable"
+  expect(function() arx(d, { na = 1, nb = 1 }):predict(iddata { y = { 1, 2 } }) end):fails "input"
+  expect(function() arx(d, { na = 1, nb = 1 }):fit(d, "sim") end):fails "unknown mode"
+  expect(function() arx(d, { na = 1, nb = 1 }):simulate(d, { init = "none" }) end):fails "unknown init"
+  -- constant output, constant input: no NaN, a rank report
+  local flat = {}
+  for t = 1, 50 do flat[t] = 1 end
+  local m = arx(iddata { y = flat, u = flat }, { na = 1, nb = 1 })
+  expect(m.rank):equals(1)
+  expect(tostring(m):find("nan", 1, true)):equals(nil)
+  local zero = {}
+  for t = 1, 50 do zero[t] = 0 end
+  expect(arx(iddata { y = zero, u = zero }, { na = 1, nb = 1 }).rank):equals(0)
+  expect(tostring(oe(iddata { y = zero, u = flat }, { nb = 1, nf = 1 })):find("nan", 1, true)):equals(nil)
+  expect(tostring(arx(iddata { y = zero, u = zero }, { na = 1, nb = 1 })):find("nan", 1, true)):equals(nil)
+end)
+
+test("a time series", function()
+  local x = {}
+  local e = {}
+  for t = 1, 2000 do
+    e[t] = r() + r() + r()
+    x[t] = 0.8 * (x[t-1] or 0) + e[t] + 0.5 * (e[t-1] or 0)
+  end
+  local m = armax(iddata { y = x }, { na = 1, nc = 1 })
+  expect(m.kind):equals "ARMA"
+  expect(m.theta):near({ -0.8, 0.5 }, 0.1)                 -- std below 0.025
+  expect(m:validate(iddata { y = x }).white):is_true()
+end)
