@@ -81,14 +81,17 @@ void ExplicitStepper::prepare() {
       if (rk.A()(i, j) != rk.b()[j]) stiff_row_.push_back({j, rk.b()[j] - rk.A()(i, j)});
     stiff_row_.push_back({-1 - i, 0});  // last: which stage
   }
-  const int order = rk.data().order ? *rk.data().order : rk.order();
+  if (rk.bhat2())
+    for (int i = 0; i < stages_; ++i)
+      if (const double e = rk.b()[i] - (*rk.bhat2())[i]; e != 0) second_error_.push_back({i, e});
   const int embedded = rk.data().embedded ? *rk.data().embedded : rk.embedded_order();
-  control_order_ = std::min(order, embedded) + 1;
+  control_order_ = second_error_.empty() ? std::min(rk.order(), embedded) + 1 : rk.order();
   beta_ = control_order_ < 7 ? 0.2 / control_order_ : 0;
   exponent_ = 1.0 / control_order_ - 0.75 * beta_;
   slowest_ = control_order_ < 7 ? 0.2 : 1.0 / 3;
   fastest_ = control_order_ < 7 ? 10 : 6;
   stability_limit_ = negative_limit(rk);
+  fsal_ = rk.is_fsal();
   K_.resize(static_cast<std::size_t>(stages_ * n()));
   Z_.resize(static_cast<std::size_t>(stages_ * m()));
   scaled_.resize(static_cast<std::size_t>(n()));
@@ -200,7 +203,7 @@ bool ExplicitStepper::complete() {
   const double* last_Z = Z_.data() + static_cast<std::ptrdiff_t>(stages_ - 1) * m();
   std::copy_n(last_K, n(), next_.xdot.data());
   std::copy_n(last_Z, m(), next_.z.data());
-  if (rows_.back().size() == weights_.size() && tableau_->is_fsal() && !moved) return true;
+  if (fsal_ && !moved) return true;
   if (derivative_(next_.t, next_.x.data(), next_.xdot.data(), next_.z.data())) return true;
   trouble_ = derivative_.reason();
   return false;

@@ -54,7 +54,7 @@ class ExplicitStepper final : public Stepper {
   Vec x_, trial_;
   Point next_;
   double error_now_ = 0, error_old_ = 1e-4;
-  bool rejected_ = false;
+  bool rejected_ = false, fsal_ = false;
   std::string trouble_;
   int stiff_hits_ = 0, calm_ = 0;
   long since_start_ = 0;

@@ -64,13 +64,14 @@ void IrkStepper::use(int level) {
 /// The estimate is of order s, the method of order 2s - 1: its tolerance is 0.1 tol^((s+1)/(2s)), as in
 /// RADAU.
 void IrkStepper::prepare_tolerances() {
+  const bool high_index = std::any_of(index_.begin(), index_.end(), [](int i) { return i > 1; });
   const double power = (f().s + 1.0) / (2.0 * f().s);
   rtol_ = tolerances_.rtol, atol_ = tolerances_.atol;
   double smallest = 1;
   for (int i = 0; i < N_; ++i) {
     // atol alone where rtol is 0: the same law, relative to 1
     const double given = tolerances_.rtol[i] > 0 ? tolerances_.rtol[i] : tolerances_.atol[i];
-    const double inner = f().s > 1 ? std::min(0.1 * std::pow(given, power), 0.1) : given;
+    const double inner = f().s > 1 && !high_index ? std::min(0.1 * std::pow(given, power), 0.1) : given;
     rtol_[i] *= inner / given, atol_[i] *= inner / given;
     smallest = std::min(smallest, inner);
   }

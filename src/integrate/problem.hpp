@@ -34,6 +34,10 @@ class Problem {
   int n() const { return static_cast<int>(model_.x.size()); }
   int m() const { return static_cast<int>(model_.z.size()); }
   bool is_ode() const { return model_.is_ode(); }
+  /// How many of x and z are the user's: what stands behind them (sensitivities) is not shown.
+  int shown_n() const { return shown_n_ < 0 ? n() : shown_n_; }
+  int shown_m() const { return shown_m_ < 0 ? m() : shown_m_; }
+  void show(int n, int m) { shown_n_ = n, shown_m_ = m; }
 
   /// Conditions that every mesh point is moved onto; in states, inputs, parameters and t.
   void set_projections(const std::vector<dae::Projection>& stages);
@@ -78,6 +82,7 @@ class Problem {
   std::vector<Entry> pattern_;
   codegen::Kernel F_, f_, J_;
   std::vector<Projector> projectors_;
+  int shown_n_ = -1, shown_m_ = -1;
 };
 
 using ProblemPtr = std::shared_ptr<Problem>;

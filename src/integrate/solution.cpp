@@ -121,8 +121,8 @@ std::string Solution::str() const {
   if (size() == 0) return "solution: " + status_ + "\n";
   Table table({false, false, true});
   const Point end = final();
-  for (int i = 0; i < problem().n(); ++i) table.row({problem().x_name(i), "=", rounded(end.x[i])});
-  for (int i = 0; i < problem().m(); ++i) table.row({problem().z_name(i), "=", rounded(end.z[i])});
+  for (int i = 0; i < problem().shown_n(); ++i) table.row({problem().x_name(i), "=", rounded(end.x[i])});
+  for (int i = 0; i < problem().shown_m(); ++i) table.row({problem().z_name(i), "=", rounded(end.z[i])});
   const std::string step = dt_ > 0 ? text(", dt = ", rounded(dt_, 6)) : "";
   return text("solution by ", method_, step, ": ", stats_.steps, stats_.steps == 1 ? " step" : " steps",
               " from t = ", rounded(t().front(), 6), " to ", rounded(end.t, 6), ", ", status_, "\n",

@@ -88,15 +88,18 @@ std::vector<dae::Projection> projections(const dae::Model& model, const Substitu
 
 /// One number per unknown of (x, z).
 Vec tolerance(const ToleranceRequest& request, double fallback, const dae::Model& model,
-              const dae::FirstOrder& form, const std::string& what) {
+              const Problem& problem, const std::string& what) {
+  const dae::FirstOrder& form = problem.model();
   std::vector<Expr> unknowns = form.x;
   unknowns.insert(unknowns.end(), form.z.begin(), form.z.end());
   Vec result = Vec::Constant(static_cast<Eigen::Index>(unknowns.size()), request.all.value_or(fallback));
   if (!request.list.empty()) {
-    if (request.list.size() != unknowns.size() && request.list.size() != form.x.size())
-      throw Error(text(what, " has ", request.list.size(), " entries for ", form.x.size(), " states and ",
-                       form.z.size(), " algebraic variables"));
-    std::copy(request.list.begin(), request.list.end(), result.begin());
+    const auto given = request.list.size(), n = static_cast<std::size_t>(problem.shown_n()),
+               m = static_cast<std::size_t>(problem.shown_m());
+    if (given != n && given != n + m)
+      throw Error(text(what, " has ", given, " entries for ", n, " states and ", m, " algebraic variables"));
+    for (std::size_t i = 0; i < given; ++i)
+      result[static_cast<Eigen::Index>(i < n ? i : form.x.size() + i - n)] = request.list[i];
   }
   for (const auto& [leaf, value] : request.some) {
     const Expr own = dae::resolve(model, leaf);
@@ -189,13 +192,33 @@ std::function<void(Point&, const std::vector<int>&)> reinitialiser(const dae::Mo
   };
 }
 
+/// S = ∂x/∂p may err by the tolerance of x per unit of p: atol_S = atol_x/|p|.
+void scale_sensitivities(Tolerances& tolerances, Problem& problem, const Variational* all) {
+  if (!all) return;
+  const auto& p = problem.model().p;
+  const double* values = problem.values().data() + problem.values().size() - p.size();
+  for (std::size_t j = 0; j < all->with_respect_to.size(); ++j) {
+    const auto at = std::find(p.begin(), p.end(), all->with_respect_to[j]);
+    const double size = at == p.end() ? 1 : std::fabs(values[at - p.begin()]);
+    const auto block = static_cast<Eigen::Index>(j + 1);
+    const auto copy = [&](Eigen::Index first, Eigen::Index count, Eigen::Index base) {
+      tolerances.atol.segment(first, count) = tolerances.atol.segment(base, count) / (size > 0 ? size : 1);
+      tolerances.rtol.segment(first, count) = tolerances.rtol.segment(base, count);
+    };
+    copy(block * all->n, all->n, 0);
+    copy(problem.n() + block * all->m, all->m, problem.n());
+  }
+}
+
 /// Writes the model's events, tolerances and indices into the plan of a run.
 void complete_plan(Plan& plan, const dae::ModelPtr& model, const Simulation& simulation,
-                   const ProblemPtr& problem, const std::shared_ptr<TrajectoryPtr>& so_far) {
+                   const ProblemPtr& problem, const Variational* variational,
+                   const std::shared_ptr<TrajectoryPtr>& so_far) {
   const dae::FirstOrder& form = problem->model();
-  plan.tolerances.rtol = tolerance(simulation.rtol, 1e-6, *model, form, "rtol");
+  plan.tolerances.rtol = tolerance(simulation.rtol, 1e-6, *model, *problem, "rtol");
   plan.tolerances.atol =
-      tolerance(simulation.atol, 1e-3 * simulation.rtol.all.value_or(1e-6), *model, form, "atol");
+      tolerance(simulation.atol, 1e-3 * simulation.rtol.all.value_or(1e-6), *model, *problem, "atol");
+  scale_sensitivities(plan.tolerances, *problem, variational);
   if (plan.direct) plan.variable_index = variable_indices(*model, form);
   const auto own = [&](Expr e) { return substitute(dae::resolve(*model, e), simulation.inputs); };
   bool resets = false;
@@ -217,7 +240,8 @@ void complete_plan(Plan& plan, const dae::ModelPtr& model, const Simulation& sim
     plan.events.list.push_back(std::move(event));
   }
   if (resets) plan.events.reinitialise = reinitialiser(*model, problem, simulation.inputs);
-  for (Expr surface : switching_surfaces(form.F)) {
+  for (Expr surface : switching_surfaces(
+           std::span(form.F).first(static_cast<std::size_t>(problem->shown_n() + problem->shown_m())))) {
     Event event;
     event.when = surface;
     event.surface = true;
@@ -227,8 +251,45 @@ void complete_plan(Plan& plan, const dae::ModelPtr& model, const Simulation& sim
 
 }  // namespace
 
-TrajectoryPtr simulate(const dae::ModelPtr& model, const Simulation& simulation) {
-  require_low_index(*model, simulation.plan.direct);
+namespace {
+
+/// The numbers of a run: everything but the method and the plan.
+struct Prepared {
+  ProblemPtr problem;
+  Point start;
+  std::shared_ptr<const Variational> variational;
+};
+
+/// S(0) behind x(0); S′ and Z follow from the equations.
+void extend_start(Point& start, const Variational& all, const dae::Model& model, const Simulation& simulation,
+                  const Vec& parameters) {
+  std::unordered_map<Expr, double> values = simulation.start->values;
+  values[time_symbol()] = simulation.plan.from;
+  for (std::size_t i = 0; i < all.form.p.size(); ++i)
+    values[all.form.p[i]] = parameters[static_cast<Eigen::Index>(i)];
+  std::vector<Expr> conditions;
+  for (const dae::Constraint& c : state_conditions(model)) {
+    const Expr e = substitute(dae::resolve(model, c.residual), simulation.inputs);
+    const std::vector<Expr> inside = leaves({&e, 1});
+    const auto& z = all.form.z;
+    if (std::none_of(inside.begin(), inside.end(),
+                     [&](Expr leaf) { return std::find(z.begin(), z.end(), leaf) != z.end(); }))
+      conditions.push_back(e);
+  }
+  std::vector<char> held(static_cast<std::size_t>(all.n), 1);
+  for (const dae::LedgerRow& row : simulation.start->rows)
+    for (int i = 0; i < all.n; ++i)
+      if (all.form.x[static_cast<std::size_t>(i)] == row.leaf && row.origin == dae::Origin::computed)
+        held[static_cast<std::size_t>(i)] = 0;
+  const Mat S = initial_sensitivity(all, conditions, held, values);
+  const Point base = start;
+  const auto k = static_cast<Eigen::Index>(all.with_respect_to.size());
+  start.x = Vec::Zero(all.n * (k + 1)), start.xdot = start.x, start.z = Vec::Zero(all.m * (k + 1));
+  start.x.head(all.n) = base.x, start.xdot.head(all.n) = base.xdot, start.z.head(all.m) = base.z;
+  start.x.tail(all.n * k) = S.reshaped();
+}
+
+Prepared prepare(const dae::ModelPtr& model, const Simulation& simulation) {
   dae::FirstOrder form = dae::first_order(*model);
   insert_inputs(form, simulation.inputs);
   Vec parameters(static_cast<Eigen::Index>(form.p.size()));
@@ -236,23 +297,63 @@ TrajectoryPtr simulate(const dae::ModelPtr& model, const Simulation& simulation)
     parameters[static_cast<Eigen::Index>(i)] = parameter_value(form.p[i], *model, simulation);
   std::vector<Problem::Input> inputs;
   for (Expr u : form.u) inputs.push_back(input_of(u, simulation));
-  const Point start = starting_point(*simulation.start, form);
-  const auto problem = std::make_shared<Problem>(std::move(form), std::move(parameters), std::move(inputs));
-  problem->set_projections(projections(*model, simulation.inputs));
+  Prepared result;
+  result.start = starting_point(*simulation.start, form);
+  const int n = static_cast<int>(form.x.size()), m = static_cast<int>(form.z.size());
+  if (!simulation.sensitivities.empty()) {
+    for (const ModelEvent& event : simulation.events)
+      if (!event.reset.empty() || event.call)
+        throw Error("sensitivities do not follow through events that reset or call; use events that stop");
+    std::vector<Expr> own;
+    for (Expr p : simulation.sensitivities) own.push_back(dae::resolve(*model, p));
+    result.variational = std::make_shared<const Variational>(variational(form, own));
+    extend_start(result.start, *result.variational, *model, simulation, parameters);
+    form = result.variational->form;
+  }
+  result.problem = std::make_shared<Problem>(std::move(form), std::move(parameters), std::move(inputs));
+  result.problem->show(n, m);
+  result.problem->set_projections(projections(*model, simulation.inputs));
+  return result;
+}
+
+}  // namespace
+
+TrajectoryPtr simulate(const dae::ModelPtr& model, const Simulation& simulation) {
+  require_low_index(*model, simulation.plan.direct);
+  const Prepared run = prepare(model, simulation);
   const auto wrap = [&](SolutionPtr solution) {
     return std::make_shared<const Trajectory>(model, simulation.inputs, std::move(solution),
-                                              simulation.events);
+                                              simulation.events, simulation.sensitivities, run.variational);
   };
   if (simulation.plan.dt > 0 || simulation.plan.dt < 0 || std::isnan(simulation.plan.dt))
-    return wrap(integrate(problem, simulation.method.tableau, start, simulation.plan));
+    return wrap(integrate(run.problem, simulation.method.tableau, run.start, simulation.plan));
   Plan plan = simulation.plan;
   const auto so_far = std::make_shared<TrajectoryPtr>();
-  complete_plan(plan, model, simulation, problem, so_far);
+  complete_plan(plan, model, simulation, run.problem, run.variational.get(), so_far);
   const SolutionPtr solution =
-      integrate_adaptive(problem, simulation.method, start, plan,
+      integrate_adaptive(run.problem, simulation.method, run.start, plan,
                          [&](SolutionPtr running) { *so_far = wrap(std::move(running)); });
   so_far->reset();  // the callbacks and the solution must not keep each other alive
   return wrap(solution);
+}
+
+std::vector<Expr> Trajectory::differentiated(std::span<const Expr> expressions, Expr p) const {
+  const auto at = std::find(asked_.begin(), asked_.end(), p);
+  if (at == asked_.end())
+    throw Error(text("the solution has no sensitivities to ", to_text(p),
+                     "; integrate with sensitivities = { ", to_text(p), " }"));
+  std::vector<Expr> result;
+  for (Expr e : resolved(expressions))
+    result.push_back(variational_->derivative(e, static_cast<int>(at - asked_.begin())));
+  return result;
+}
+
+Mat Trajectory::sensitivity(std::span<const Expr> expressions, Expr p) const {
+  return solution_->values(differentiated(expressions, p));
+}
+
+Vec Trajectory::sensitivity(std::span<const Expr> expressions, Expr p, double t) const {
+  return solution_->values(differentiated(expressions, p), t);
 }
 
 std::vector<Expr> Trajectory::resolved(std::span<const Expr> expressions) const {

@@ -5,6 +5,7 @@
 #include "dae/start.hpp"
 #include "integrate/adaptive.hpp"
 #include "integrate/drift.hpp"
+#include "integrate/sensitivity.hpp"
 
 namespace pendula::integrate {
 
@@ -36,16 +37,20 @@ struct Simulation {
   Plan plan;      ///< its tolerances, variable indices and events are filled in from what follows
   ToleranceRequest rtol, atol;
   std::vector<ModelEvent> events;
+  std::vector<Expr> sensitivities;  ///< parameters, and states that stand for their initial values
 };
 
 class Trajectory {
  public:
   Trajectory(dae::ModelPtr model, Substitution inputs, SolutionPtr solution,
-             std::vector<ModelEvent> events = {})
+             std::vector<ModelEvent> events = {}, std::vector<Expr> asked = {},
+             std::shared_ptr<const Variational> variational = nullptr)
       : model_(std::move(model)),
         inputs_(std::move(inputs)),
         solution_(std::move(solution)),
-        events_(std::move(events)) {}
+        events_(std::move(events)),
+        asked_(std::move(asked)),
+        variational_(std::move(variational)) {}
 
   const dae::ModelPtr& model() const { return model_; }
   const Solution& solution() const { return *solution_; }
@@ -57,17 +62,27 @@ class Trajectory {
   Mat values(std::span<const Expr> expressions) const;
   Vec values(std::span<const Expr> expressions, double t) const;
 
+  /// What the solution has sensitivities to.
+  const std::vector<Expr>& sensitivities() const { return asked_; }
+  /// d expression/dp for p in sensitivities(): one row per saved time, or at time t. Throws Error naming what
+  /// was not asked for when the model was integrated.
+  Mat sensitivity(std::span<const Expr> expressions, Expr p) const;
+  Vec sensitivity(std::span<const Expr> expressions, Expr p, double t) const;
+
   /// Every constraint with the law of the model's form: a polynomial where the constraint was differentiated
   /// away, C = 0 where it is imposed.
   Drift drift() const;
 
  private:
   std::vector<Expr> resolved(std::span<const Expr> expressions) const;
+  std::vector<Expr> differentiated(std::span<const Expr> expressions, Expr p) const;
   std::vector<Invariant> invariants() const;
   dae::ModelPtr model_;
   Substitution inputs_;
   SolutionPtr solution_;
   std::vector<ModelEvent> events_;
+  std::vector<Expr> asked_;  ///< as the user named them
+  std::shared_ptr<const Variational> variational_;
 };
 
 using TrajectoryPtr = std::shared_ptr<const Trajectory>;

@@ -345,6 +345,12 @@ integrate::Simulation read_simulation(Call& call, const Options& options, const 
   simulation.events = read_events(call, options, model);
   if (simulation.plan.dt > 0 && !simulation.events.empty())
     throw Error("events need steps chosen by the error: leave dt out and give rtol = 1e-8");
+  if (options.has("sensitivities")) {
+    std::vector<Expr> known = known_leaves(*model);
+    known.insert(known.end(), model->parameters.begin(), model->parameters.end());
+    simulation.sensitivities = to_leaves(call.L, options.push("sensitivities"), "sensitivities", known);
+    lua_settop(call.L, call.count());
+  }
   Inputs inputs = read_inputs(options, *model, call.L);
   simulation.inputs = std::move(inputs.expressions);
   for (NumericInput& input : inputs.numeric)

@@ -84,7 +84,67 @@ int value(Call& call) {
 
 int final(Call& call) {
   const integrate::Point end = self(call).solution().final();
-  return call.has(2) ? push_at(call, read_expression(call, 2), end.t) : push_matrix(call.L, Mat(end.x));
+  return call.has(2) ? push_at(call, read_expression(call, 2), end.t)
+                     : push_matrix(call.L, Mat(end.x.head(self(call).solution().problem().shown_n())));
+}
+
+/// sol:sensitivity(expression, parameter [, t])
+int sensitivity(Call& call) {
+  const MatX e = read_expression(call, 2);
+  const Trajectory& run = self(call);
+  std::vector<Expr> known = known_leaves(*run.model());
+  for (Expr p : run.sensitivities()) known.push_back(p);
+  const std::vector<Expr> wanted = to_leaves(call.L, 3, "parameter", known);
+  if (wanted.size() != 1 && e.size() != 1)
+    throw Error("sensitivity: give one expression or one parameter at a time");
+  const auto columns = [&](auto&& values) {
+    std::vector<decltype(values(wanted[0]))> list;
+    for (Expr p : wanted) list.push_back(values(p));
+    return list;
+  };
+  if (call.has(4) && is_expression(call.L, 4)) {
+    const double t = to_number(call.L, 4, "t");
+    const auto list = columns([&](Expr p) { return run.sensitivity(entries(e), p, t); });
+    if (list.size() == 1)
+      return push_value(call.L, Mat(Eigen::Map<const Mat>(list[0].data(), e.rows(), e.cols())));
+    Mat row(1, static_cast<Eigen::Index>(list.size()));
+    for (Eigen::Index j = 0; j < row.cols(); ++j) row(0, j) = list[static_cast<std::size_t>(j)][0];
+    return push_matrix(call.L, row);
+  }
+  if (call.has(4)) {
+    const Vec times = to_numbers(call.L, 4, "t");
+    Mat result(times.size(), static_cast<Eigen::Index>(std::max(wanted.size(), entries(e).size())));
+    for (Eigen::Index i = 0; i < times.size(); ++i) {
+      const auto list = columns([&](Expr p) { return run.sensitivity(entries(e), p, times[i]); });
+      for (Eigen::Index j = 0; j < result.cols(); ++j)
+        result(i, j) = list.size() == 1 ? list[0][j] : list[static_cast<std::size_t>(j)][0];
+    }
+    return push_matrix(call.L, result);
+  }
+  const auto list = columns([&](Expr p) { return run.sensitivity(entries(e), p); });
+  if (list.size() == 1) return push_matrix(call.L, list[0]);
+  Mat result(list[0].rows(), static_cast<Eigen::Index>(list.size()));
+  for (Eigen::Index j = 0; j < result.cols(); ++j) result.col(j) = list[static_cast<std::size_t>(j)].col(0);
+  return push_matrix(call.L, result);
+}
+
+/// sol:gradient(cost [, {p, …}]): of a cost at the end.
+int gradient(Call& call) {
+  const MatX cost = read_expression(call, 2);
+  if (cost.size() != 1)
+    throw Error("gradient: the cost must be one number, an expression evaluated at the end");
+  const Trajectory& run = self(call);
+  std::vector<Expr> wanted = run.sensitivities();
+  if (call.has(3)) {
+    std::vector<Expr> known = known_leaves(*run.model());
+    known.insert(known.end(), wanted.begin(), wanted.end());
+    wanted = to_leaves(call.L, 3, "parameters", known);
+  }
+  Mat result(static_cast<Eigen::Index>(wanted.size()), 1);
+  const double end = run.solution().final().t;
+  for (Eigen::Index j = 0; j < result.rows(); ++j)
+    result(j, 0) = run.sensitivity(entries(cost), wanted[static_cast<std::size_t>(j)], end)[0];
+  return push_matrix(call.L, result);
 }
 
 int times(Call& call) {
@@ -115,8 +175,8 @@ void push_values(lua_State* L, const integrate::Problem& problem, const integrat
     lua_pushnumber(L, value);
     lua_rawset(L, -3);
   };
-  for (int i = 0; i < problem.n(); ++i) field(problem.x_name(i), point.x[i]);
-  for (int i = 0; i < problem.m(); ++i) field(problem.z_name(i), point.z[i]);
+  for (int i = 0; i < problem.shown_n(); ++i) field(problem.x_name(i), point.x[i]);
+  for (int i = 0; i < problem.shown_m(); ++i) field(problem.z_name(i), point.z[i]);
 }
 
 /// { { t =, which =, action =, values = { x = … }, after = { x = … } }, … }
@@ -198,7 +258,7 @@ const Module integrate_module = {
     {
         {"model:integrate", integrate_model,
          "sys:integrate{ start =, to =, rtol =, atol =, method =, dt =, from =, times =, events =, inputs =, "
-         "params =, direct =, dt0 =, dtmax =, max_steps = } -> solution",
+         "params =, direct =, sensitivities =, dt0 =, dtmax =, max_steps = } -> solution",
          "Solves the initial value problem: with dt by fixed steps of any tableau; without, with steps "
          "chosen "
          "so that every step errs by less than atol + rtol |x| (1e-3 rtol and 1e-6 where they are not given; "
@@ -232,6 +292,21 @@ const Module integrate_module = {
          "event 1.000000 -2.000000"},
         {"solution:final", final, "sol:final([expression]) -> column or number",
          "The states at the end, in the order of model.differential, or the value of an expression there.",
+         "", ""},
+        {"solution:sensitivity", sensitivity,
+         "sol:sensitivity(expression, parameter [, t]) -> column or number",
+         "The derivative of any expression along the solution with respect to a parameter, or to the initial "
+         "value of a state, that was named in sensitivities = { … } when the model was integrated: at the "
+         "saved "
+         "times, or at time t. Exact variational equations, under the same error control.",
+         "x, k = var \"x\", param \"k\"\nsol = dae{ der(x) ~ -k*x }:integrate{ start = { x = 1 }, to = 2, "
+         "params = { k = "
+         "0.5 },\n  sensitivities = { k, x }, rtol = 1e-10 }\n"
+         "print((\"%.6f %.6f\"):format(sol:sensitivity(x, k, 2), sol:sensitivity(x, x, 2)))",
+         "-0.735759 0.367879"},
+        {"solution:gradient", gradient, "sol:gradient(cost [, { parameters }]) -> column",
+         "The gradient of an expression at the end of the solution with respect to what was named in "
+         "sensitivities = { … }.",
          "", ""},
         {"solution:stats", stats, "sol:stats() -> stats",
          "Steps, evaluations, Jacobians, factorisations, Newton iterations; .time is the CPU time in "

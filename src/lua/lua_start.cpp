@@ -79,7 +79,13 @@ dae::StartPtr translated(const dae::StartPtr& at, const dae::ModelPtr& model) {
   for (const auto& [p, value] : parameter_overrides(*at))
     if (std::find(model->parameters.begin(), model->parameters.end(), p) != model->parameters.end())
       request.parameters[p] = value;
-  return dae::init(model, request);
+  // What was fixed, chosen or computed in the original stays so: sensitivities of the start depend on it.
+  auto result = std::make_shared<dae::Start>(*dae::init(model, request));
+  for (dae::LedgerRow& row : result->rows)
+    for (const dae::LedgerRow& original : at->rows)
+      if (original.leaf == row.leaf || dae::resolve(*model, original.leaf) == row.leaf)
+        row.origin = original.origin;
+  return result;
 }
 
 dae::StartPtr read_start(lua_State* L, const Options& options, const dae::ModelPtr& model) {
