@@ -4,6 +4,7 @@ include "help"       -- help, apropos, examples
 include "testing"    -- test, expect
 include "plot"       -- plot, plot3, semilogy, semilogx, loglog, spy
 include "sysid"      -- d:plot, mod:plot, v:plot, set:plot
+include "lti"        -- step, bode, nyquist, pzmap … as figures
 include "tableaus/init"  -- rk.euler, rk.rk4, …
 include "laboratory"  -- pictures of newton, basins, converge, sweep
 include "problems/init"  -- problems.pendulum, problems.akzo, …

@@ -76,6 +76,13 @@ local function collect(value, out, depth)
         if complaint then return complaint end
       end
     end
+  elseif object_type(value) == "roots" then
+    for i = 1, #value do
+      local complaint = collect(value[i], out, depth + 1)
+      if complaint then return complaint end
+    end
+  elseif object_type(value) == "complex" then
+    return collect(value.re, out, depth + 1) or collect(value.im, out, depth + 1)
   elseif type(value) == "userdata" and named "evaluate" then
     local good, result = pcall(named "evaluate", value)
     if not good then return show(value) .. " has no numeric value" end

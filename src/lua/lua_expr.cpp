@@ -2,6 +2,7 @@
 // operators.
 #include "lua/lua_expr.hpp"
 
+#include <cstring>
 #include <deque>
 
 #include "base/text.hpp"
@@ -263,8 +264,22 @@ int to_string(Call& call) {
 
 // ── operators ──
 
+/// 2*x * G: the type of the right operand (a linear system, a complex number) says what the operator means.
+bool right_operand_knows(Call& call) {
+  const std::string type = object_type(call.L, 2);
+  if (type.empty() || type == TypeName<Expr>::value || type == TypeName<Matrix>::value ||
+      type == TypeName<Equation>::value)
+    return false;
+  if (!push_member(call.L, type.c_str(), std::strchr(call.row.name, ':') + 1)) return false;
+  lua_pushvalue(call.L, 1);
+  lua_pushvalue(call.L, 2);
+  protected_call(call.L, 2, 1);
+  return true;
+}
+
 template <Value (*operation)(const Value&, const Value&)>
 int binary(Call& call) {
+  if (right_operand_knows(call)) return 1;
   return push(call.L,
               operation(to_value(call.L, 1, "the left operand"), to_value(call.L, 2, "the right operand")));
 }

@@ -200,9 +200,9 @@ plot::Figure read_figure(Call& call) {
   lua_State* L = call.L;
   call.table(1, "description");
   const Options o =
-      call.options(1, {"series", "surfaces", "title",   "xlabel", "ylabel", "zlabel", "xlim",
-                       "ylim",   "zlim",     "xlog",    "ylog",   "xwhole", "ywhole", "yreversed",
-                       "view",   "size",     "three_d", "equal",  "legend", "notes",  "by"});
+      call.options(1, {"series",  "surfaces", "title",  "xlabel", "ylabel", "zlabel",    "xlim", "ylim",
+                       "zlim",    "xlog",     "ylog",   "xwhole", "ywhole", "yreversed", "view", "size",
+                       "three_d", "equal",    "legend", "notes",  "by",     "below"});
   plot::Figure f;
   f.title = words_option(call, o, "title");
   f.three_d = o.boolean("three_d", false);
@@ -225,6 +225,11 @@ plot::Figure read_figure(Call& call) {
   each_item(call, o, "notes", [&](int at, lua_Integer) {
     if (lua_type(L, at) != LUA_TSTRING) throw Error(text("notes must be strings, not ", describe(L, at)));
     f.notes.emplace_back(lua_tostring(L, at));
+  });
+  each_item(call, o, "below", [&](int at, lua_Integer i) {
+    const auto* held = object_at(L, at, TypeName<plot::Figure>::value);
+    if (!held || !*held) throw Error(text("below[", i, "] must be a figure, not ", describe(L, at)));
+    f.below.push_back(*static_cast<const plot::Figure*>(held->get()));
   });
   return plot::checked(std::move(f));
 }
@@ -387,7 +392,7 @@ extern const Module plot_module = {
          "zlabel, xlim, ylim, "
          "zlim, xlog, ylog, xwhole, ywhole, yreversed, equal, legend, view = { tilt, turn }, size = { width, "
          "height }, "
-         "surfaces, notes.",
+         "surfaces, notes, below = { figures } (panels under this one).",
          "figure{ series = { { x = {1, 2, 3}, y = {1, 4, 9}, labels = {\"squares\"} } }, title = \"Powers\" "
          "}",
          "figure 'Powers': 1 series, 3 points"},

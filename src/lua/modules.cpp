@@ -26,6 +26,11 @@ extern const Module likelihood_module;
 extern const Module gauss_newton_module;
 extern const Module validation_module;
 extern const Module predictor_module;
+extern const Module complex_module;
+extern const Module lti_module;
+extern const Module lti_analysis_module;
+extern const Module lti_response_module;
+extern const Module lti_linearize_module;
 extern const Module plot_module;
 
 const std::vector<const Module*>& modules() {

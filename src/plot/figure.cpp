@@ -237,6 +237,7 @@ std::string describe(const Figure& f) {
   }
   if (!f.surfaces.empty())
     parts.push_back(text(f.surfaces.size(), f.surfaces.size() == 1 ? " surface" : " surfaces"));
+  if (!f.below.empty()) parts.push_back(text(f.below.size() + 1, " panels"));
   return out + ": " + join(parts, ", ");
 }
 

@@ -64,6 +64,8 @@ struct Figure {
   double tilt = 60, turn = 30;  ///< 3-D view in degrees: 0 ≤ tilt ≤ 90 (0: from above), turn about the z axis
   std::array<int, 2> size{0, 0};  ///< of a saved file in pixels (points for PDF: 3/4 of that); 0: the default
   std::vector<std::string> notes;  ///< small text under the figure; `checked` adds what could not be drawn
+  std::vector<Figure>
+      below;  ///< 2-D: further checked figures drawn under this one, as the phase under the gain
 };
 
 /// Validates and completes: lengths agree, limits are in order, something finite is left to draw. Counts the

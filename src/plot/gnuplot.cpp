@@ -127,7 +127,23 @@ std::string flat_script(const Figure& f) {
   return out + plots + "\n";
 }
 
+/// Panels one under the other; what one of them sets, the next one takes back.
+static std::string panels_script(const Figure& figure, const std::string& format) {
+  Figure page = figure;
+  page.size = {figure.size[0] ? figure.size[0] : 800,
+               figure.size[1] ? figure.size[1] : 360 * static_cast<int>(figure.below.size() + 1)};
+  std::string out = preamble(page, format) + text("set multiplot layout ", figure.below.size() + 1, ",1\n") +
+                    "set lmargin 10\n" + flat_script(figure);
+  for (const Figure& panel : figure.below) {
+    out += "unset logscale\nunset label\nunset title\nset tmargin\nset bmargin\nset rmargin\n";
+    if (!panel.title.empty()) out += "set title " + quoted(panel.title) + " font ',16' noenhanced\n";
+    out += flat_script(panel);
+  }
+  return out + "unset multiplot\n";
+}
+
 std::string gnuplot_script(const Figure& figure, const std::string& format) {
+  if (!figure.below.empty()) return panels_script(figure, format);
   return preamble(figure, format) + (figure.three_d ? solid_script(figure) : flat_script(figure));
 }
 

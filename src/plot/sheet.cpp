@@ -44,7 +44,9 @@ std::string draw(const Figure& figure, const Terminal& terminal) {
   Terminal t = terminal;
   t.columns = std::clamp(t.columns, 30, 120);
   t.rows = std::clamp(t.rows, 12, 60);
-  return figure.three_d ? draw_solid(figure, t) : draw_flat(figure, t);
+  std::string out = figure.three_d ? draw_solid(figure, t) : draw_flat(figure, t);
+  for (const Figure& panel : figure.below) out += draw(panel, terminal);
+  return out;
 }
 
 Look look(const Figure& figure, size_t k, Palette palette) {

@@ -94,11 +94,19 @@ std::string table_text(lua_State* L, int index, int depth) {
   return text + "}";
 }
 
-bool is_figure(lua_State* L, int index) {
-  if (luaL_getmetafield(L, index, "__name") == LUA_TNIL) return false;
-  const bool figure = lua_type(L, -1) == LUA_TSTRING && std::string(lua_tostring(L, -1)) == "figure";
+std::string type_of(lua_State* L, int index) {
+  if (luaL_getmetafield(L, index, "__name") == LUA_TNIL) return "";
+  const std::string name = lua_type(L, -1) == LUA_TSTRING ? lua_tostring(L, -1) : "";
   lua_pop(L, 1);
-  return figure;
+  return name;
+}
+
+bool is_figure(lua_State* L, int index) { return type_of(L, index) == "figure"; }
+
+/// Curves that are looked at: their figure is drawn under their text.
+bool is_response(lua_State* L, int index) {
+  const std::string type = type_of(L, index);
+  return type == "response" || type == "frequency response";
 }
 
 void remember(lua_State* L, int index) {
@@ -132,6 +140,7 @@ int echo_values(lua_State* L) {
   for (int i = 1; i <= count; ++i) line += (i > 1 ? "\t" : "") + echo_text(L, i);
   line += "\n";
   std::fwrite(line.data(), 1, line.size(), stdout);
+  if (count == 1 && is_response(L, 1)) show_figure(L, 1);
   return 0;
 }
 

@@ -1,0 +1,164 @@
+#include "lti/discrete.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "base/error.hpp"
+#include "base/text.hpp"
+#include "expr/linalg.hpp"
+#include "expr/print.hpp"
+#include "lti/exponential.hpp"
+
+namespace pendula::lti {
+namespace {
+
+MatX identity(Index n) { return MatX::Identity(n, n); }
+MatX zeros_of(Index rows, Index cols) { return MatX::Zero(rows, cols); }
+
+MatX chosen(const std::optional<MatX>& exact, const char* what) {
+  if (!exact)
+    throw Error(text(what, " of this symbolic system has no closed form; give values with G:with{ … }"));
+  return *exact;
+}
+
+/// e^{M Ts}: exact where M is nilpotent or something is symbolic, else in doubles.
+MatX sampled_exponential(const MatX& M, Expr Ts) {
+  if (field(M) == Field::symbolic || !Ts.is_constant())
+    return chosen(transition(M, Ts), "the matrix exponential");
+  if (field(M) == Field::exact && exact_value(Ts)) {
+    MatX power = M;
+    for (Index k = 1; k < M.rows(); ++k) power = product(power, M);
+    if (std::all_of(power.data(), power.data() + power.size(), [](Expr e) { return e.is_zero(); }))
+      return chosen(transition(M, Ts), "the matrix exponential");
+  }
+  return expressions(linalg::exponential(Mat(numbers(M) * number(Ts))));
+}
+
+System with_hold(const System& g, Expr Ts, bool first_order) {
+  const Index n = g.ss.order(), m = g.inputs;
+  const Index size = n + m + (first_order ? m : 0);
+  MatX M = zeros_of(size, size);
+  M.topLeftCorner(n, n) = g.ss.A, M.block(0, n, n, m) = g.ss.B;
+  if (first_order) M.block(n, n + m, m, m) = scaled(1 / Ts, identity(m));
+  const MatX F = sampled_exponential(M, Ts);
+  const MatX Phi = F.topLeftCorner(n, n), G1 = F.block(0, n, n, m);
+  if (!first_order) return make_ss(Phi, G1, g.ss.C, g.ss.D, Ts);
+  const MatX G2 = F.block(0, n + m, n, m);
+  return make_ss(Phi, tidy(MatX(G1 + product(Phi, G2) - G2)), g.ss.C,
+                 tidy(MatX(g.ss.D + product(g.ss.C, G2))), Ts);
+}
+
+/// x₊ - x = h (A ((1-α) x + α x₊) + …): α = 0 Euler, 1/2 Tustin, 1 backward Euler.
+System by_quadrature(const System& g, Expr Ts, Expr alpha, Expr h) {
+  const Index n = g.ss.order();
+  const auto back = solve(identity(n) - scaled(alpha * h, g.ss.A), identity(n));
+  if (!back)
+    throw Error(text("the method does not exist for this sampling time: I - ", pendula::to_text(alpha),
+                     " Ts A is singular"));
+  const MatX A = product(*back, identity(n) + scaled((1 - alpha) * h, g.ss.A)),
+             B = scaled(h, product(*back, g.ss.B));
+  return make_ss(tidy(A), tidy(B), tidy(product(g.ss.C, *back)),
+                 tidy(MatX(g.ss.D + scaled(alpha, product(g.ss.C, B)))), Ts);
+}
+
+System by_impulse(const System& g, Expr Ts) {
+  if (!std::all_of(g.ss.D.data(), g.ss.D.data() + g.ss.D.size(), [](Expr e) { return e.is_zero(); }))
+    throw Error("\"impulse\" needs D = 0: the impulse response of this system begins with an impulse");
+  const MatX Phi = sampled_exponential(g.ss.A, Ts);
+  return make_ss(Phi, tidy(scaled(Ts, product(Phi, g.ss.B))), g.ss.C,
+                 tidy(scaled(Ts, product(g.ss.C, g.ss.B))), Ts);
+}
+
+System named_like(System h, const System& g) {
+  h.state_names = g.state_names, h.input_names = g.input_names, h.output_names = g.output_names;
+  if (g.form != Form::ss) h.state_names.clear(), h = to_tf(h);
+  if (g.form == Form::zpk) h = to_zpk(h);
+  return h;
+}
+
+/// log(I + N) = N - N²/2 + … for nilpotent N; nothing otherwise.
+std::optional<MatX> unipotent_logarithm(const MatX& M) {
+  const Index n = M.rows();
+  const MatX N = tidy(MatX(M - identity(n)));
+  MatX power = identity(n), total = zeros_of(n, n);
+  for (Index k = 1; k <= n; ++k) {
+    power = tidy(product(power, N));
+    if (std::all_of(power.data(), power.data() + power.size(), [](Expr e) { return e.is_zero(); }))
+      return total;
+    total += scaled(Expr(mpq_class(k % 2 ? 1 : -1, static_cast<unsigned long>(k))), power);
+  }
+  return {};
+}
+
+System from_hold(const System& g) {
+  const Index n = g.ss.order(), m = g.inputs;
+  const MatX M = above(beside(g.ss.A, g.ss.B), beside(zeros_of(m, n), identity(m)));
+  MatX log;
+  if (const auto exact = field(M) == Field::numeric ? std::nullopt : unipotent_logarithm(M)) {
+    log = scaled(1 / g.Ts, *exact);
+  } else {
+    if (field(M) == Field::symbolic || !g.Ts.is_constant())
+      throw Error("the logarithm needs numbers; give values with G:with{ … }");
+    try {
+      const Mat L = logarithm(numbers(M)) / number(g.Ts);
+      const double rounding = 64 * std::numeric_limits<double>::epsilon() * L.lpNorm<Eigen::Infinity>();
+      log = expressions(Mat(L.unaryExpr([&](double v) { return std::fabs(v) <= rounding ? 0.0 : v; })));
+    } catch (const Error& e) {
+      throw Error(text("no continuous system of this order gives these samples with inputs held constant: ",
+                       e.what(), "; d2c(G, \"tustin\") always works unless -1 is a pole"));
+    }
+  }
+  return make_ss(tidy(MatX(log.topLeftCorner(n, n))), tidy(MatX(log.block(0, n, n, m))), g.ss.C, g.ss.D);
+}
+
+System from_tustin(const System& g) {
+  const Index n = g.ss.order();
+  const auto half = solve(MatX(g.ss.A + identity(n)), identity(n));
+  if (!half) throw Error("z = -1 is a pole: s = 2/Ts (z-1)/(z+1) is infinite there");
+  const Expr h = g.Ts;
+  const MatX ima = scaled(2, *half);  // I - h/2 A
+  const MatX A = scaled(2 / h, product(*half, MatX(g.ss.A - identity(n)))),
+             B = scaled(1 / h, product(ima, g.ss.B));
+  const MatX C = product(g.ss.C, ima);
+  return make_ss(tidy(A), tidy(B), tidy(C),
+                 tidy(MatX(g.ss.D - scaled(Expr(mpq_class(1, 2)), product(C, g.ss.B)))));
+}
+
+}  // namespace
+
+const std::vector<std::string>& sampling_methods() {
+  static const std::vector<std::string> list = {"zoh",   "foh",      "tustin", "bilinear",
+                                                "euler", "backward", "impulse"};
+  return list;
+}
+
+System c2d(const System& given, Expr Ts, const std::string& method, double prewarp) {
+  if (!given.continuous())
+    throw Error(text(
+        "the system is discrete already, with the sampling time ",
+        given.Ts.is_constant() ? pendula::rounded(constant_value(given.Ts)) : pendula::to_text(given.Ts)));
+  if (Ts.is_constant() && !(constant_value(Ts) > 0))
+    throw Error(text("the sampling time must be positive, got Ts = ", pendula::to_text(Ts)));
+  const System g = to_ss(given);
+  const Expr half = Expr(mpq_class(1, 2));
+  if (method == "zoh" || method == "foh") return named_like(with_hold(g, Ts, method == "foh"), given);
+  if (method == "tustin" || method == "bilinear") {
+    const Expr h = prewarp > 0 ? Expr(2 / prewarp * std::tan(prewarp * number(Ts) / 2)) : Ts;
+    return named_like(by_quadrature(g, Ts, half, h), given);
+  }
+  if (method == "euler") return named_like(by_quadrature(g, Ts, 0, Ts), given);
+  if (method == "backward") return named_like(by_quadrature(g, Ts, 1, Ts), given);
+  if (method == "impulse") return named_like(by_impulse(g, Ts), given);
+  throw Error(text("unknown method '", method, "'.", did_you_mean(method, sampling_methods()),
+                   " (methods: ", join(sampling_methods(), ", "), ")"));
+}
+
+System d2c(const System& given, const std::string& method) {
+  if (given.continuous()) throw Error("the system is continuous already");
+  const System g = to_ss(given);
+  if (method == "zoh") return named_like(from_hold(g), given);
+  if (method == "tustin" || method == "bilinear") return named_like(from_tustin(g), given);
+  throw Error(text("unknown method '", method, "' (methods: zoh, tustin)"));
+}
+
+}  // namespace pendula::lti

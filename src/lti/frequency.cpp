@@ -1,0 +1,285 @@
+#include "lti/frequency.hpp"
+
+#include <Eigen/Eigenvalues>
+#include <Eigen/LU>
+#include <Eigen/SVD>
+#include <algorithm>
+#include <cmath>
+
+#include "base/error.hpp"
+#include "base/interrupt.hpp"
+#include "base/text.hpp"
+#include "expr/linalg.hpp"
+#include "lti/structure.hpp"
+
+namespace pendula::lti {
+namespace {
+
+double sampling(const System& g) { return g.continuous() ? 0 : number(g.Ts); }
+
+Complex point(double w, double Ts) { return Ts > 0 ? std::polar(1.0, w * Ts) : Complex(0, w); }
+
+/// Many values of one system: state spaces by the complex Schur form, O(n²) per frequency, fractions by
+/// Horner's rule.
+class Evaluator {
+ public:
+  explicit Evaluator(const System& given) : g_(with_numbers(given)), Ts_(sampling(g_)) {
+    if (g_.form == Form::ss) {
+      const Eigen::ComplexSchur<Mat> schur(g_.ss.order() ? numbers(g_.ss.A) : Mat(Mat::Zero(1, 1)));
+      if (g_.ss.order()) {
+        T_ = schur.matrixT();
+        B_ = schur.matrixU().adjoint() * numbers(g_.ss.B).cast<Complex>();
+        C_ = numbers(g_.ss.C).cast<Complex>() * schur.matrixU();
+      }
+      D_ = numbers(g_.ss.D).cast<Complex>();
+    } else {
+      if (g_.form == Form::zpk) g_ = to_tf(g_);
+      for (const Fraction& f : g_.tf) num_.push_back(numbers(f.num)), den_.push_back(numbers(f.den));
+    }
+  }
+  double Ts() const { return Ts_; }
+  ComplexMat operator()(double w) const {
+    const Complex s = point(w, Ts_);
+    if (g_.form != Form::ss) {
+      ComplexMat v(g_.outputs, g_.inputs);
+      for (int i = 0; i < g_.outputs; ++i)
+        for (int j = 0; j < g_.inputs; ++j) {
+          const auto k = static_cast<std::size_t>(i * g_.inputs + j);
+          v(i, j) = value(num_[k], s) / value(den_[k], s);
+        }
+      return v;
+    }
+    if (g_.ss.order() == 0) return D_;
+    ComplexMat M = -T_;
+    M.diagonal().array() += s;
+    return C_ * M.triangularView<Eigen::Upper>().solve(B_) + D_;
+  }
+
+ private:
+  System g_;
+  double Ts_;
+  ComplexMat T_, B_, C_, D_;
+  std::vector<std::vector<double>> num_, den_;
+};
+
+/// Pole and zero frequencies in rad/s with their damping.
+std::vector<std::pair<double, double>> corners(const System& g) {
+  std::vector<std::pair<double, double>> list;
+  const double Ts = sampling(g);
+  auto modes = poles(g);
+  if (!(g.siso() && g.form == Form::tf && g.tf[0].num.empty()))
+    for (const auto& z : zeros(g)) modes.push_back(z);
+  for (const dae::Mode& m : modes) {
+    if (m.value.imag() < 0 || std::abs(m.value) == 0) continue;
+    const Complex s = Ts > 0 ? std::log(m.value) / Ts : m.value;
+    const double w = std::abs(s);
+    if (w > 1e-12 && std::isfinite(w)) list.emplace_back(w, std::fabs(s.real()) / w);
+  }
+  return list;
+}
+
+double bisect(const std::function<double(double)>& f, double a, double b) {
+  double fa = f(a);
+  for (int k = 0; k < 200 && std::fabs(b - a) > 1e-15 * std::fabs(b); ++k) {
+    const double c = std::sqrt(a * b), fc = f(c);
+    if ((fc < 0) == (fa < 0))
+      a = c, fa = fc;
+    else
+      b = c;
+  }
+  return std::sqrt(a * b);
+}
+
+}  // namespace
+
+const ComplexVec& FrequencyResponse::channel(int i, int j) const {
+  return G[static_cast<std::size_t>(i * system->inputs + j)];
+}
+
+Vec bode_frequencies(const System& given) {
+  const System g = with_numbers(given);
+  const auto list = corners(g);
+  const double Ts = sampling(g), top = Ts > 0 ? M_PI / Ts : 0;
+  double low = Ts > 0 ? top / 10 : 1, high = Ts > 0 ? top : 1;
+  if (!list.empty()) {
+    low = high = list[0].first;
+    for (const auto& [w, zeta] : list) low = std::min(low, w), high = std::max(high, w);
+  }
+  low = std::pow(10, std::floor(std::log10(low) - 0.99)),
+  high = std::pow(10, std::ceil(std::log10(high) + 0.99));
+  if (Ts > 0) high = top, low = std::min(low, top / 100);
+  std::vector<double> w;
+  const double decades = std::log10(high / low);
+  const int count = static_cast<int>(std::clamp(60 * decades, 200.0, 1000.0));
+  for (int k = 0; k <= count; ++k) w.push_back(low * std::pow(high / low, static_cast<double>(k) / count));
+  for (const auto& [centre, zeta] : list) {  // a resonance is as wide as its damping
+    const double width = std::max(zeta, 1e-4);
+    if (zeta < 0.5)
+      for (int k = -20; k <= 20; ++k) w.push_back(centre * std::exp(width * k * std::fabs(k) / 50.0));
+  }
+  std::erase_if(w, [&](double v) { return v < low || v > high; });
+  std::sort(w.begin(), w.end());
+  w.erase(std::unique(w.begin(), w.end(), [](double a, double b) { return b - a < 1e-12 * b; }), w.end());
+  return Eigen::Map<const Vec>(w.data(), static_cast<Index>(w.size()));
+}
+
+FrequencyResponse frequency_response(const System& g, const Vec& w) {
+  if (w.size() == 0) throw Error("there are no frequencies");
+  for (Index k = 0; k < w.size(); ++k)
+    if (!(w[k] >= 0) || !std::isfinite(w[k]))
+      throw Error(text("frequencies are not negative, but w[", k + 1, "] = ", pendula::rounded(w[k])));
+  const Evaluator at(g);
+  FrequencyResponse r{std::make_shared<const System>(g), w, {}};
+  r.G.assign(static_cast<std::size_t>(g.outputs * g.inputs), ComplexVec(w.size()));
+  for (Index k = 0; k < w.size(); ++k) {
+    poll_interrupt();
+    const ComplexMat v = at(w[k]);
+    for (int i = 0; i < g.outputs; ++i)
+      for (int j = 0; j < g.inputs; ++j) r.G[static_cast<std::size_t>(i * g.inputs + j)][k] = v(i, j);
+  }
+  return r;
+}
+
+Vec phase(const ComplexVec& G) {
+  Vec p(G.size());
+  double turn = 0, last = 0;
+  for (Index k = 0; k < G.size(); ++k) {
+    double now = std::arg(G[k]) * 180 / M_PI;
+    if (now <= -180 + 1e-9) now = 180;
+    if (std::isfinite(now) && k > 0) {
+      turn += std::round((last - now - turn) / 360) * 360;
+      now += turn;
+    }
+    p[k] = now;
+    if (std::isfinite(now)) last = now;
+  }
+  return p;
+}
+
+Margins margins(const System& given) {
+  if (!given.siso())
+    throw Error("margins are for one input and one output; choose a channel with G:channel(i, j)");
+  const System g = with_numbers(given);
+  const Evaluator at(g);
+  Vec base = bode_frequencies(g);
+  std::vector<double> w(base.data(), base.data() + base.size());
+  for (int k = 1; k <= 200; ++k) w.push_back(base[0] * std::pow(1e-4, k / 200.0));
+  if (at.Ts() == 0)
+    for (int k = 1; k <= 200; ++k) w.push_back(base[base.size() - 1] * std::pow(1e4, k / 200.0));
+  std::sort(w.begin(), w.end());
+  const auto size = [&](double x) { return std::log(std::abs(at(x)(0, 0))); };
+  const auto side = [&](double x) { return at(x)(0, 0).imag(); };
+  Margins m;
+  for (std::size_t k = 0; k + 1 < w.size(); ++k) {
+    const Complex a = at(w[k])(0, 0), b = at(w[k + 1])(0, 0);
+    if (!std::isfinite(std::abs(a)) || !std::isfinite(std::abs(b))) continue;
+    if ((std::abs(a) < 1) != (std::abs(b) < 1)) {
+      const double x = bisect(size, w[k], w[k + 1]);
+      double margin = 180 + std::arg(at(x)(0, 0)) * 180 / M_PI;
+      if (margin > 180) margin -= 360;
+      if (!m.phase || std::fabs(margin) < std::fabs(*m.phase)) m.phase = margin, m.phase_at = x;
+    }
+    const double noise = 1e-13;
+    if ((a.imag() < 0) != (b.imag() < 0) && a.real() + b.real() < 0 &&
+        std::max(std::fabs(a.imag()) / std::abs(a), std::fabs(b.imag()) / std::abs(b)) > noise) {
+      const double x = bisect(side, w[k], w[k + 1]);
+      const Complex v = at(x)(0, 0);
+      if (!(v.real() < 0) || std::fabs(v.imag()) > 1e-6 * std::abs(v)) continue;
+      const double margin = 1 / std::abs(v);
+      if (!m.gain || std::fabs(std::log(margin)) < std::fabs(std::log(*m.gain)))
+        m.gain = margin, m.gain_at = x;
+    }
+  }
+  if (at.Ts() > 0) {  // the end of the curve, where G is real
+    const double top = M_PI / at.Ts();
+    const Complex v = at(top)(0, 0);
+    if (v.real() < 0 && (!m.gain || std::fabs(std::log(1 / std::abs(v))) < std::fabs(std::log(*m.gain))))
+      m.gain = 1 / std::abs(v), m.gain_at = top;
+  }
+  m.closed_loop_stable = stability(feedback(g, make_gain(MatX::Identity(1, 1)))).asymptotic;
+  return m;
+}
+
+std::string describe(const Margins& m) {
+  const auto r = [](double v) { return pendula::rounded(v, 6); };
+  std::string out;
+  out += m.gain ? text("gain margin   ", r(*m.gain), " (", pendula::rounded(20 * std::log10(*m.gain), 4),
+                       " dB) at ω = ", r(*m.gain_at), "\n")
+                : "gain margin   infinite: the phase does not cross -180°\n";
+  out += m.phase ? text("phase margin  ", r(*m.phase), "° at ω = ", r(*m.phase_at), "\n")
+                 : "phase margin  infinite: |G| does not cross 1\n";
+  return out + "closed loop   " +
+         (m.closed_loop_stable ? "asymptotically stable" : "not asymptotically stable");
+}
+
+double h2_norm(const System& given) {
+  const System g = to_ss(with_numbers(given));
+  const Mat D = numbers(g.ss.D);
+  if (g.continuous() && D.norm() > 0) throw Error("the H2 norm is infinite: D is not zero");
+  const Mat P = numbers(gramian(g, true)), C = numbers(g.ss.C);
+  return std::sqrt((C * P * C.transpose()).trace() + (g.continuous() ? 0 : D.squaredNorm()));
+}
+
+namespace {
+
+double peak_at(const Evaluator& at, double w) {
+  return Eigen::JacobiSVD<ComplexMat>(at(w)).singularValues()[0];
+}
+
+/// Frequencies at which a singular value of G(iω) equals gamma: imaginary eigenvalues of the Hamiltonian
+/// matrix.
+std::vector<double> level_frequencies(const System& g, double gamma) {
+  const Mat A = numbers(g.ss.A), B = numbers(g.ss.B), C = numbers(g.ss.C), D = numbers(g.ss.D);
+  const Mat R = gamma * gamma * Mat::Identity(g.inputs, g.inputs) - D.transpose() * D;
+  const Mat S = gamma * gamma * Mat::Identity(g.outputs, g.outputs) - D * D.transpose();
+  const Mat Ri = R.inverse(), Si = S.inverse();
+  const Index n = A.rows();
+  Mat H(2 * n, 2 * n);
+  const Mat F = A + B * Ri * D.transpose() * C;
+  H << F, gamma * B * Ri * B.transpose(), -gamma * C.transpose() * Si * C, -F.transpose();
+  const Eigen::EigenSolver<Mat> solver(H, false);
+  std::vector<double> list;
+  for (Index k = 0; k < 2 * n; ++k) {
+    const Complex e = solver.eigenvalues()[k];
+    if (std::fabs(e.real()) < 1e-8 * (1 + std::abs(e)) && e.imag() >= 0) list.push_back(e.imag());
+  }
+  std::sort(list.begin(), list.end());
+  return list;
+}
+
+}  // namespace
+
+PeakGain hinf_norm(const System& given) {
+  const System g = to_ss(with_numbers(given));
+  if (const Stability s = stability(g); !s.asymptotic)
+    throw Error(text("the H∞ norm needs an asymptotically stable system; this one is ", describe(s)));
+  const Evaluator at(g);
+  PeakGain best{peak_at(at, 0), 0};
+  const auto consider = [&](double w) {
+    if (const double v = peak_at(at, w); v > best.value) best = {v, w};
+  };
+  const Vec grid = bode_frequencies(g);
+  for (Index k = 0; k < grid.size(); ++k) consider(grid[k]);
+  if (!g.continuous()) {  // golden sections around the best grid point
+    double a = best.at * 0.97, b = std::min(best.at * 1.03, M_PI / at.Ts());
+    const double ratio = (std::sqrt(5.0) - 1) / 2;
+    for (int k = 0; k < 100 && best.at > 0; ++k) {
+      const double c = b - ratio * (b - a), d = a + ratio * (b - a);
+      (peak_at(at, c) > peak_at(at, d) ? b : a) = peak_at(at, c) > peak_at(at, d) ? d : c;
+      consider((a + b) / 2);
+    }
+    return best;
+  }
+  const double limit = g.inputs && g.outputs ? Eigen::JacobiSVD<Mat>(numbers(g.ss.D)).singularValues()[0] : 0;
+  if (limit > best.value) best = {limit, std::numeric_limits<double>::infinity()};
+  if (g.ss.order() == 0 || best.value == 0) return best;
+  for (int k = 0; k < 40; ++k) {  // Bruinsma & Steinbuch, Systems Control Lett. 14(4), 1990
+    const auto w = level_frequencies(g, best.value * (1 + 1e-10));
+    const double before = best.value;
+    for (std::size_t i = 0; i + 1 < w.size(); ++i) consider((w[i] + w[i + 1]) / 2);
+    if (best.value <= before * (1 + 1e-10)) break;
+  }
+  return best;
+}
+
+}  // namespace pendula::lti

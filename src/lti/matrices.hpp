@@ -1,0 +1,54 @@
+// Small exact matrices: what the algorithms on linear systems have in common, whatever their entries are.
+//
+// A matrix is exact (all entries rational), numeric (constants, at least one known as a double only) or
+// symbolic. Exact matrices stay exact; numeric ones are worked on in doubles; symbolic ones on the graph.
+#pragma once
+
+#include <complex>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "base/math.hpp"
+#include "dae/rational_matrix.hpp"
+#include "expr/derivative.hpp"
+#include "expr/matrix.hpp"
+
+namespace pendula::lti {
+
+using Index = Eigen::Index;
+using Complex = std::complex<double>;
+using ComplexMat = Eigen::MatrixXcd;
+using ComplexVec = Eigen::VectorXcd;
+
+enum class Field { exact, numeric, symbolic };
+Field field(std::span<const Expr> entries);
+inline Field field(const MatX& m) { return field(entries(m)); }
+/// The poorer of two: symbolic before numeric before exact.
+inline Field common(Field a, Field b) { return a < b ? b : a; }
+
+MatX product(const MatX& a, const MatX& b);
+MatX beside(const MatX& a, const MatX& b);  ///< [a b]
+MatX above(const MatX& a, const MatX& b);   ///< [a; b]
+MatX block_diagonal(const MatX& a, const MatX& b);
+MatX scaled(Expr factor, const MatX& m);
+/// Symbolic entries simplified.
+MatX tidy(const MatX& m);
+/// x with a x = b; nothing where a is singular (symbolic: for all values of the symbols).
+std::optional<MatX> solve(const MatX& a, const MatX& b);
+
+/// Doubles as constants; -0 is 0.
+MatX expressions(const Mat& m);
+/// The entries as rationals, doubles included (a double is one). Requires constants.
+dae::RationalMatrix rational(const MatX& m);
+/// Entries rounded to doubles.
+MatX rounded(const MatX& m);
+/// The value of an expression of constants (√2, π). throws  Error that names a symbol in it
+double number(Expr e);
+Mat numbers(const MatX& m);
+
+/// The default values of the parameters in `all`. throws  Error that names a parameter without value, or
+/// another symbol
+Substitution defaults(std::span<const Expr> all);
+
+}  // namespace pendula::lti

@@ -1,0 +1,326 @@
+// Poles, invariant zeros, stability.
+#include <Eigen/Eigenvalues>
+#include <Eigen/SVD>
+#include <algorithm>
+#include <cmath>
+
+#include "base/error.hpp"
+#include "base/text.hpp"
+#include "expr/generic.hpp"
+#include "expr/linalg.hpp"
+#include "expr/print.hpp"
+#include "expr/rewrite.hpp"
+#include "lti/structure.hpp"
+
+namespace pendula::lti {
+namespace {
+
+using dae::RationalMatrix;
+constexpr int most_exact = 30;  // states of exact characteristic polynomials
+
+std::vector<dae::Mode> sorted(std::vector<dae::Mode> list) {
+  std::stable_sort(list.begin(), list.end(), [](const auto& a, const auto& b) {
+    return std::pair(a.value.real(), a.value.imag()) < std::pair(b.value.real(), b.value.imag());
+  });
+  return list;
+}
+
+std::vector<dae::Mode> eigenvalues(const Mat& m) {
+  std::vector<dae::Mode> list;
+  if (m.rows() == 0) return list;
+  const auto e = linalg::eigensystem(m);
+  // Parts below the backward error of the eigenvalue iteration are rounding: a pole on the axis is printed
+  // there.
+  const double rounding =
+      4 * static_cast<double>(m.rows()) * std::numeric_limits<double>::epsilon() * m.norm();
+  for (Index k = 0; k < e.re.size(); ++k) {
+    const double re = std::fabs(e.re[k]) <= rounding ? 0 : e.re[k],
+                 im = std::fabs(e.im[k]) <= rounding ? 0 : e.im[k];
+    list.push_back({Complex(re, im), 1, {}});
+  }
+  return sorted(std::move(list));
+}
+
+std::vector<dae::Mode> eigenvalues(const RationalMatrix& m) {
+  return dae::modes(dae::factors(dae::characteristic(m)));
+}
+
+// ── zeros: one algorithm, two kinds of numbers ──
+
+/// [c; 0] = U d with full row rank in c, and U.
+template <class M>
+struct Rows {
+  M U;
+  int rank;
+};
+/// V regular with c V = [0 S], S of full column rank; nullity = columns of zeros.
+template <class M>
+struct Columns {
+  M V, back;
+  int nullity;
+};
+
+Rows<RationalMatrix> compress_rows(const RationalMatrix& d, double) {
+  const int p = d.rows(), m = d.cols();
+  const auto r = dae::reduced(dae::beside(d, RationalMatrix::identity(p)), m);
+  return {r.form.block(0, m, p, p), static_cast<int>(r.pivots.size())};
+}
+
+Columns<RationalMatrix> compress_columns(const RationalMatrix& c, double) {
+  const RationalMatrix null = dae::kernel(c);
+  const RationalMatrix V = dae::beside(null, dae::complement(null, RationalMatrix::identity(c.cols())));
+  const auto back = dae::inverse(V);
+  PENDULA_ASSERT(back.has_value(), "a basis that is singular");
+  return {V, *back, null.cols()};
+}
+
+Rows<Mat> compress_rows(const Mat& d, double tol) {
+  if (d.rows() == 0 || d.cols() == 0) return {Mat::Identity(d.rows(), d.rows()), 0};
+  const Eigen::JacobiSVD<Mat> svd(d, Eigen::ComputeFullU);
+  return {svd.matrixU().transpose(), static_cast<int>((svd.singularValues().array() > tol).count())};
+}
+
+Columns<Mat> compress_columns(const Mat& c, double tol) {
+  const Index n = c.cols();
+  if (c.rows() == 0 || n == 0) return {Mat::Identity(n, n), Mat::Identity(n, n), static_cast<int>(n)};
+  const Eigen::JacobiSVD<Mat> svd(c, Eigen::ComputeFullV);
+  const auto rank = static_cast<int>((svd.singularValues().array() > tol).count());
+  const Mat V = svd.matrixV().rowwise().reverse();  // small singular values first
+  return {V, V.transpose(), static_cast<int>(n) - rank};
+}
+
+template <class M>
+M block(const M& m, int row, int col, int rows, int cols) {
+  return m.block(row, col, rows, cols);
+}
+Mat stack(const Mat& a, const Mat& b) {
+  Mat c(a.rows() + b.rows(), a.cols());
+  c << a, b;
+  return c;
+}
+RationalMatrix stack(const RationalMatrix& a, const RationalMatrix& b) {
+  RationalMatrix c(a.rows() + b.rows(), a.cols());
+  c.set(0, 0, a), c.set(a.rows(), 0, b);
+  return c;
+}
+Mat transposed(const Mat& m) { return m.transpose(); }
+RationalMatrix transposed(const RationalMatrix& m) { return m.transposed(); }
+
+template <class M>
+struct Quadruple {
+  M A, B, C, D;
+};
+
+/// Outputs that see states without an input in between force these states to zero: they and the outputs are
+/// taken out until D has full row rank. The zeros stay.
+template <class M>
+Quadruple<M> row_reduced(Quadruple<M> s, double tol) {
+  for (;;) {
+    const int n = static_cast<int>(s.A.rows()), m = static_cast<int>(s.D.cols()),
+              p = static_cast<int>(s.D.rows());
+    const Rows<M> r = compress_rows(s.D, tol);
+    const M D = r.U * s.D, C = r.U * s.C;
+    const int rank = r.rank, free = p - rank;
+    if (free == 0) return s;
+    const Columns<M> k = compress_columns(block(C, rank, 0, free, n), tol);
+    const int kept = k.nullity, fixed = n - kept;
+    const M A = k.back * M(s.A * k.V), B = k.back * s.B, CV = C * k.V;
+    s = {block(A, 0, 0, kept, kept), block(B, 0, 0, kept, m), block(CV, 0, 0, rank, kept),
+         block(D, 0, 0, rank, m)};
+    if (fixed == 0) return s;
+    s.C = stack(s.C, block(A, kept, 0, fixed, kept));
+    s.D = stack(s.D, block(B, kept, 0, fixed, m));
+  }
+}
+
+template <class M>
+Quadruple<M> dual(const Quadruple<M>& s) {
+  return {transposed(s.A), transposed(s.C), transposed(s.B), transposed(s.D)};
+}
+
+template <class M>
+Quadruple<M> core(const Quadruple<M>& s, double tol) {
+  return row_reduced(dual(row_reduced(s, tol)), tol);
+}
+
+std::vector<dae::Mode> zeros_of(const StateSpace& g) {
+  const bool exact = common(common(field(g.A), field(g.B)), common(field(g.C), field(g.D))) == Field::exact;
+  if (exact && g.order() <= most_exact) {
+    const auto s =
+        core(Quadruple<RationalMatrix>{rational(g.A), rational(g.B), rational(g.C), rational(g.D)}, 0);
+    if (s.A.rows() == 0) return {};
+    const auto back = dae::inverse(s.D);
+    PENDULA_ASSERT(back.has_value(), "the reduced system has a singular D");
+    return eigenvalues(s.A - s.B * (*back * s.C));
+  }
+  const Quadruple<Mat> q{numbers(g.A), numbers(g.B), numbers(g.C), numbers(g.D)};
+  const double size = std::max({q.A.norm(), q.B.norm(), q.C.norm(), q.D.norm()});
+  const auto s = core(q, 100 * std::numeric_limits<double>::epsilon() * size);
+  if (s.A.rows() == 0) return {};
+  return eigenvalues(Mat(s.A - s.B * s.D.partialPivLu().solve(s.C)));
+}
+
+std::vector<dae::Mode> listed(const std::vector<std::pair<Expr, Expr>>& roots) {
+  std::vector<dae::Mode> list;
+  for (const auto& [re, im] : roots) {
+    const auto same = std::find_if(list.begin(), list.end(), [&, a = re, b = im](const dae::Mode& m) {
+      return m.exact && m.exact->first == a && m.exact->second == b;
+    });
+    if (same != list.end())
+      ++same->multiplicity;
+    else
+      list.push_back({Complex(number(re), number(im)), 1, std::pair(re, im)});
+  }
+  for (dae::Mode& m : list)
+    if (field(std::vector<Expr>{m.exact->first, m.exact->second}) == Field::numeric) m.exact.reset();
+  return sorted(std::move(list));
+}
+
+}  // namespace
+
+std::vector<dae::Mode> poles(const System& given) {
+  const System g = with_numbers(given);
+  if (g.form == Form::zpk && g.siso()) return listed(g.zpk[0].poles);
+  if (g.form != Form::ss && g.siso()) return zeros(g.tf[0].den);
+  const System s = to_ss(g);
+  if (field(s.ss.A) == Field::exact && s.ss.order() <= most_exact) return eigenvalues(rational(s.ss.A));
+  return eigenvalues(numbers(s.ss.A));
+}
+
+std::vector<dae::Mode> zeros(const System& given) {
+  const System g = with_numbers(given);
+  if (g.form == Form::zpk && g.siso()) return listed(g.zpk[0].zeros);
+  if (g.form == Form::tf && g.siso()) {
+    if (g.tf[0].num.empty()) throw Error("the system is zero: every s is a zero of it");
+    return zeros(g.tf[0].num);
+  }
+  return zeros_of(to_ss(g).ss);
+}
+
+Polynomial characteristic(const System& g) {
+  if (g.form != Form::ss) {
+    const System f = to_tf(g);
+    if (f.siso()) return f.tf[0].den;
+    return characteristic(to_ss(f));
+  }
+  if (g.ss.order() == 0) return {1};
+  if (field(g.ss.A) == Field::exact) return expressions(dae::characteristic(rational(g.ss.A)));
+  const VecX c = linalg::characteristic(g.ss.A);
+  Polynomial p;
+  for (Index k = c.size(); k-- > 0;) p.push_back(c[k]);
+  return tidy(std::move(p));
+}
+
+std::optional<std::vector<Expr>> symbolic_zeros(const Polynomial& given) {
+  Polynomial p = given;
+  std::vector<Expr> list;
+  while (p.size() > 1 && p.front().is_zero()) p.erase(p.begin()), list.push_back(0);
+  if (p.size() == 2) list.push_back(simplify(-p[0] / p[1]));
+  if (p.size() == 3) {
+    const Expr centre = simplify(-p[1] / (2 * p[2])), root = sqrt(simplify(centre * centre - p[0] / p[2]));
+    list.push_back(simplify(centre - root)), list.push_back(simplify(centre + root));
+  }
+  if (p.size() > 3) return {};
+  return list;
+}
+
+// ── stability ──
+
+std::vector<Expr> routh(const Polynomial& p) {
+  const auto n = p.size();
+  std::vector<std::vector<Expr>> rows(2);
+  for (std::size_t k = 0; k < n; ++k) rows[k % 2].push_back(p[n - 1 - k]);
+  std::vector<Expr> first;
+  for (std::size_t i = 0; i < n; ++i) {
+    if (i >= 2) {
+      const auto &a = rows[i - 2], &b = rows[i - 1];
+      std::vector<Expr> c;
+      for (std::size_t k = 0; k + 1 < a.size(); ++k)
+        c.push_back(simplify((b[0] * a[k + 1] - a[0] * (k + 1 < b.size() ? b[k + 1] : Expr(0))) / b[0]));
+      rows.push_back(std::move(c));
+    }
+    if (rows[i].empty() || rows[i][0].is_zero())
+      throw Error(text("Routh's array has a zero in its first column (row ", i + 1,
+                       "): there are poles on or symmetric to the imaginary axis"));
+    first.push_back(rows[i][0]);
+  }
+  return first;
+}
+
+namespace {
+
+/// Is the eigenvalue λ of A semisimple, that is, without chains of generalised eigenvectors?
+bool semisimple(const System& g, const dae::Mode& mode) {
+  if (mode.multiplicity == 1) return true;
+  if (g.form != Form::ss) return false;
+  const int n = g.ss.order();
+  const ComplexMat m = numbers(g.ss.A).cast<Complex>() - mode.value * ComplexMat::Identity(n, n);
+  Eigen::JacobiSVD<ComplexMat> svd(m);
+  svd.setThreshold(1e-10);
+  return n - svd.rank() == mode.multiplicity;
+}
+
+std::string mode_text(const dae::Mode& m) {
+  const auto part = [&](bool imaginary) {
+    if (m.exact) return pendula::to_text(imaginary ? m.exact->second : m.exact->first);
+    return pendula::rounded(imaginary ? m.value.imag() : m.value.real(), 6);
+  };
+  if (m.value.imag() == 0) return part(false);
+  std::string im = part(true);
+  const bool minus = im[0] == '-';
+  if (minus) im.erase(0, 1);
+  im = im == "1" ? "i" : im + " i";
+  if (m.value.real() == 0) return (minus ? "-" : "") + im;
+  return part(false) + (minus ? " - " : " + ") + im;
+}
+
+}  // namespace
+
+Stability stability(const System& g) {
+  Stability s;
+  const std::vector<Expr> all = entries(g);
+  bool missing = false;
+  for (Expr leaf : leaves(all))
+    missing = missing || (symbol_of(leaf).kind == Kind::parameter && !symbol_of(leaf).value);
+  if (missing) {
+    if (!g.continuous()) defaults(all);  // throws: names what has no value
+    s.symbolic = true;
+    s.routh = routh(characteristic(g));
+    return s;
+  }
+  const System values = with_numbers(g);
+  std::vector<std::string> outside, on, repeated;
+  for (const dae::Mode& m : poles(values)) {
+    if (m.value.imag() < 0) continue;
+    const double x = g.continuous() ? m.value.real() : std::abs(m.value) - 1;
+    const double tol = m.exact ? 1e-15 : 1e-10 * (g.continuous() ? std::abs(m.value) : 1);
+    if (x > tol) outside.push_back(mode_text(m));
+    if (std::fabs(x) <= tol) (semisimple(values, m) ? on : repeated).push_back(mode_text(m));
+  }
+  const std::string v = g.variable(), axis = g.continuous() ? "on the imaginary axis" : "on the unit circle";
+  if (!outside.empty()) {
+    s.verdict = "unstable";
+    s.reason = text(g.continuous() ? "in the right half plane: " : "outside the unit circle: ", v, " = ",
+                    join(outside, ", "));
+  } else if (!repeated.empty()) {
+    s.verdict = "unstable";
+    s.reason = text("a repeated pole ", axis, ": ", v, " = ", join(repeated, ", "));
+  } else if (!on.empty()) {
+    s.verdict = "stable, not asymptotically";
+    s.reason = text("simple poles ", axis, ": ", v, " = ", join(on, ", "));
+  } else {
+    s.verdict = "asymptotically stable", s.asymptotic = true;
+    s.reason = g.continuous() ? "all poles have negative real parts" : "all poles lie inside the unit circle";
+  }
+  return s;
+}
+
+std::string describe(const Stability& s) {
+  if (!s.symbolic) return s.verdict + ": " + s.reason;
+  std::vector<std::string> list;
+  for (Expr e : s.routh)
+    if (!(e.is_constant() && constant_value(e) > 0)) list.push_back(pendula::to_text(e) + " > 0");
+  return "asymptotically stable if and only if " + join(list, ", ") + " (Routh)";
+}
+
+}  // namespace pendula::lti

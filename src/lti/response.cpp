@@ -1,0 +1,346 @@
+#include "lti/response.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "base/error.hpp"
+#include "base/interrupt.hpp"
+#include "base/text.hpp"
+#include "expr/linalg.hpp"
+#include "lti/structure.hpp"
+
+namespace pendula::lti {
+namespace {
+
+/// The matrices in doubles.
+struct Numbers {
+  Mat A, B, C, D;
+  double Ts;
+};
+
+Numbers numbers_of(const System& given) {
+  const System g = to_ss(with_numbers(given));
+  return {numbers(g.ss.A), numbers(g.ss.B), numbers(g.ss.C), numbers(g.ss.D),
+          g.continuous() ? 0 : number(g.Ts)};
+}
+
+void check_times(const Numbers& s, const Vec& t) {
+  if (t.size() == 0) throw Error("there are no times");
+  if (!t.allFinite()) throw Error("a time is not a finite number");
+  for (Index k = 1; k < t.size(); ++k) {
+    if (!(t[k] > t[k - 1]))
+      throw Error(text("times must increase, but t[", k + 1, "] = ", pendula::rounded(t[k]), " follows ",
+                       pendula::rounded(t[k - 1])));
+    if (s.Ts > 0 && std::fabs(t[k] - t[k - 1] - s.Ts) > 1e-6 * s.Ts)
+      throw Error(
+          text("the times of a discrete system are one sampling time apart (Ts = ", pendula::rounded(s.Ts),
+               "), but t[", k + 1, "] - t[", k, "] = ", pendula::rounded(t[k] - t[k - 1])));
+  }
+  if (static_cast<double>(t.size()) * static_cast<double>(s.A.rows() + s.C.rows()) > 1e8)
+    throw Error(text(t.size(), " times are too many for this system"));
+}
+
+/// e^{[A B; 0 0] h} for inputs that are constant, or e^{[A B 0; 0 0 I/h; 0 0 0] h} for straight lines; kept
+/// for the last step length.
+class Hold {
+ public:
+  Hold(const Numbers& s, bool linear) : s_(s), linear_(linear) {}
+  Vec operator()(const Vec& x, const Vec& u0, const Vec& u1, double h) {
+    if (s_.Ts > 0) return s_.A * x + s_.B * u0;
+    if (!(std::fabs(h - h_) <= 1e-12 * h)) prepare(h);
+    Vec next = Phi_ * x + G1_ * u0;
+    if (linear_) next += G2_ * (u1 - u0);
+    return next;
+  }
+
+ private:
+  void prepare(double h) {
+    const Index n = s_.A.rows(), m = s_.B.cols();
+    Mat M = Mat::Zero(n + 2 * m, n + 2 * m);
+    M.topLeftCorner(n, n) = s_.A * h, M.block(0, n, n, m) = s_.B * h;
+    M.block(n, n + m, m, m).setIdentity();
+    const Mat F = linalg::exponential(M);
+    Phi_ = F.topLeftCorner(n, n), G1_ = F.block(0, n, n, m), G2_ = F.block(0, n + m, n, m);
+    h_ = h;
+  }
+  const Numbers& s_;
+  bool linear_;
+  double h_ = -1;
+  Mat Phi_, G1_, G2_;
+};
+
+/// Five Gauss nodes on pieces of a step.
+class Quadrature {
+ public:
+  explicit Quadrature(const Numbers& s) : s_(s) {}
+  Vec operator()(Vec x, const std::function<Vec(double)>& u, double t, double h) {
+    if (!(std::fabs(h - h_) <= 1e-12 * h)) prepare(h);
+    const double piece = h / pieces_;
+    for (int k = 0; k < pieces_; ++k) {
+      x = Phi_ * x;
+      for (std::size_t i = 0; i < nodes.size(); ++i) x += weight_[i] * u(t + piece * (k + nodes[i]));
+    }
+    return x;
+  }
+
+ private:
+  void prepare(double h) {
+    h_ = h;
+    pieces_ = static_cast<int>(std::clamp(std::ceil(h * s_.A.lpNorm<1>()), 1.0, 1000.0));
+    const double piece = h / pieces_;
+    Phi_ = linalg::exponential(Mat(s_.A * piece));
+    for (std::size_t i = 0; i < nodes.size(); ++i)
+      weight_[i] = weights[i] * piece * linalg::exponential(Mat(s_.A * (piece * (1 - nodes[i])))) * s_.B;
+  }
+  static constexpr std::array<double, 5> nodes = {0.046910077030668004, 0.23076534494715845, 0.5,
+                                                  0.76923465505284155, 0.95308992296933200};
+  static constexpr std::array<double, 5> weights = {0.11846344252809454, 0.23931433524968324,
+                                                    0.28444444444444444, 0.23931433524968324,
+                                                    0.11846344252809454};
+  const Numbers& s_;
+  double h_ = -1;
+  int pieces_ = 1;
+  Mat Phi_;
+  std::array<Mat, 5> weight_;
+};
+
+struct Run {
+  Mat y, x;
+};
+
+Run run(const Numbers& s, const Vec& t, Vec x, const std::function<Vec(Index)>& input,
+        const std::function<Vec(const Vec&, Index)>& next) {
+  Run r{Mat(t.size(), s.C.rows()), Mat(t.size(), s.A.rows())};
+  for (Index k = 0; k < t.size(); ++k) {
+    poll_interrupt();
+    r.x.row(k) = x.transpose();
+    r.y.row(k) = (s.C * x + s.D * input(k)).transpose();
+    if (!r.y.row(k).allFinite() || !x.allFinite())
+      throw Failure(text("the response overflows at t = ", pendula::rounded(t[k], 6),
+                         "; the system is unstable: end earlier"));
+    if (k + 1 < t.size()) x = next(x, k);
+  }
+  return r;
+}
+
+double nice_up(double value) {
+  const double decade = std::pow(10, std::floor(std::log10(value)));
+  for (double f : {1.0, 1.2, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0})
+    if (value <= f * decade * (1 + 1e-12)) return f * decade;
+  return 10 * decade;
+}
+
+/// The first time at which the line through the samples reaches `level` from `from` on.
+std::optional<double> crossing(const Vec& t, const Vec& y, double level) {
+  for (Index k = 0; k < t.size(); ++k) {
+    if (y[k] >= level && k == 0) return t[0];
+    if (y[k] >= level) return t[k - 1] + (t[k] - t[k - 1]) * (level - y[k - 1]) / (y[k] - y[k - 1]);
+  }
+  return {};
+}
+
+CurveFacts facts(const Vec& t, const Vec& y, double final) {
+  CurveFacts f;
+  f.final = final;
+  Index at = 0;
+  const double sign = final < 0 ? -1 : 1;
+  (sign * y).maxCoeff(&at);
+  f.peak = y[at], f.peak_time = t[at];
+  if (std::fabs(final) < 1e-12) return f;
+  const Vec scaled_y = y / final;
+  const auto low = crossing(t, scaled_y, 0.1), high = crossing(t, scaled_y, 0.9);
+  if (low && high) f.rise_time = *high - *low;
+  f.overshoot = std::max(0.0, 100 * (scaled_y[at] - 1));
+  if (*f.overshoot < 1e-7) f.overshoot = 0;
+  for (Index k = t.size(); k-- > 0;)
+    if (std::fabs(scaled_y[k] - 1) > 0.02) {
+      if (k + 1 < t.size()) {
+        const double a = std::fabs(scaled_y[k] - 1), b = std::fabs(scaled_y[k + 1] - 1);
+        f.settling_time = t[k] + (t[k + 1] - t[k]) * (a > b ? (a - 0.02) / (a - b) : 1);
+      }
+      break;
+    }
+  if (!f.settling_time && std::fabs(scaled_y[0] - 1) <= 0.02) f.settling_time = t[0];
+  return f;
+}
+
+Response make(const char* kind, const System& g, const Vec& t) {
+  Response r;
+  r.kind = kind, r.system = std::make_shared<const System>(g), r.t = t;
+  const System values = with_numbers(g);
+  r.settles = true;
+  for (const dae::Mode& m : poles(values))
+    r.settles = r.settles && (g.continuous() ? m.value.real() < 0 : std::abs(m.value) < 1);
+  return r;
+}
+
+void keep(Response& r, Run&& one) { r.y.push_back(std::move(one.y)), r.x.push_back(std::move(one.x)); }
+
+}  // namespace
+
+Vec response_times(const System& given, std::optional<double> to) {
+  const System g = with_numbers(given);
+  const double Ts = g.continuous() ? 0 : number(g.Ts);
+  if (to && !(*to > 0 && std::isfinite(*to)))
+    throw Error(text("the end must be a positive time, got ", pendula::rounded(*to)));
+  double longest = 0, fastest = 0;  // settling times, and frequencies that are still seen
+  bool forever = false;
+  for (const dae::Mode& m : poles(g)) {
+    const Complex p = Ts > 0 ? (std::abs(m.value) > 0 ? std::log(m.value) / Ts : Complex(-50 / Ts)) : m.value;
+    const double decay = std::fabs(p.real()), size = std::abs(p);
+    if (size > 0 && decay > 1e-9 * size)
+      longest = std::max(longest, std::min((p.real() > 0 ? 4.0 : 7.0 + 2.0 * (m.multiplicity - 1)) / decay,
+                                           60 * 2 * M_PI / size));
+    else if (size > 0)
+      longest = std::max(longest, 5 * 2 * M_PI / size);
+    else
+      forever = true;
+    if (p.imag() != 0 && decay < 3 * std::fabs(p.imag())) fastest = std::max(fastest, std::fabs(p.imag()));
+  }
+  double end = to ? *to : longest > 0 ? nice_up((forever ? 1.5 : 1) * longest) : Ts > 0 ? 20 * Ts : 10;
+  if (Ts > 0) {
+    const double steps = std::floor(end / Ts + 1e-9);
+    if (steps > 1e6)
+      throw Error(text("up to t = ", pendula::rounded(end), " there are more than 10⁶ samples"));
+    const auto n = static_cast<Index>(std::max(to ? 0.0 : 10.0, to ? steps : std::min(steps, 1000.0)));
+    return Vec::LinSpaced(n + 1, 0, Ts * static_cast<double>(n));
+  }
+  const double wanted = std::clamp(end * fastest / (2 * M_PI) * 40, 300.0, 3000.0);
+  return Vec::LinSpaced(static_cast<Index>(wanted) + 1, 0, end);
+}
+
+Response step(const System& g, const Vec& t) {
+  const Numbers s = numbers_of(g);
+  check_times(s, t);
+  Response r = make("step", g, t);
+  Mat final;
+  if (r.settles) final = numbers(dcgain(with_numbers(g)));
+  for (Index j = 0; j < s.B.cols(); ++j) {
+    const Vec u = Vec::Unit(s.B.cols(), j);
+    Hold hold(s, false);
+    keep(r, run(
+                s, t, Vec::Zero(s.A.rows()), [&](Index) { return u; },
+                [&](const Vec& x, Index k) { return hold(x, u, u, t[k + 1] - t[k]); }));
+    if (!r.settles) continue;
+    r.facts.emplace_back();
+    for (Index i = 0; i < s.C.rows(); ++i) r.facts.back().push_back(facts(t, r.y.back().col(i), final(i, j)));
+  }
+  return r;
+}
+
+Response impulse(const System& g, const Vec& t) {
+  const Numbers s = numbers_of(g);
+  check_times(s, t);
+  Response r = make("impulse", g, t);
+  const Vec none = Vec::Zero(s.B.cols());
+  for (Index j = 0; j < s.B.cols(); ++j) {
+    const Vec unit = Vec::Unit(s.B.cols(), j);
+    Hold hold(s, false);
+    if (s.Ts > 0)
+      keep(r, run(
+                  s, t, Vec::Zero(s.A.rows()), [&](Index k) { return k == 0 ? unit : none; },
+                  [&](const Vec& x, Index k) { return hold(x, k == 0 ? unit : none, none, s.Ts); }));
+    else
+      keep(r, run(
+                  s, t, s.B.col(j), [&](Index) { return none; },
+                  [&](const Vec& x, Index k) { return hold(x, none, none, t[k + 1] - t[k]); }));
+  }
+  return r;
+}
+
+Response initial(const System& given, const Vec& x0, const Vec& t) {
+  const System g = to_ss(given);
+  const Numbers s = numbers_of(g);
+  if (x0.size() != s.A.rows())
+    throw Error(text("x0 has ", x0.size(), x0.size() == 1 ? " entry" : " entries", " for ", s.A.rows(),
+                     s.A.rows() == 1 ? " state" : " states"));
+  check_times(s, t);
+  Response r = make("initial", g, t);
+  const Vec none = Vec::Zero(s.B.cols());
+  Hold hold(s, false);
+  keep(r, run(
+              s, t, x0, [&](Index) { return none; },
+              [&](const Vec& x, Index k) { return hold(x, none, none, t[k + 1] - t[k]); }));
+  return r;
+}
+
+Response simulate(const System& g, const Mat& u, const Vec& t, const Vec& x0, bool hold_constant) {
+  const Numbers s = numbers_of(g);
+  check_times(s, t);
+  if (u.rows() != t.size() || u.cols() != s.B.cols())
+    throw Error(text("u must have one row per time and one column per input, ", t.size(), "×", s.B.cols(),
+                     ", but it is ", u.rows(), "×", u.cols()));
+  if (!u.allFinite()) throw Error("u has entries that are not finite numbers");
+  if (x0.size() != s.A.rows())
+    throw Error(text("x0 has ", x0.size(), " entries for ", s.A.rows(), " states"));
+  Response r = make("lsim", g, t);
+  Hold hold(s, !hold_constant);
+  keep(r, run(
+              s, t, x0, [&](Index k) { return Vec(u.row(k)); },
+              [&](const Vec& x, Index k) { return hold(x, u.row(k), u.row(k + 1), t[k + 1] - t[k]); }));
+  return r;
+}
+
+Response simulate(const System& g, const std::function<Vec(double)>& u, const Vec& t, const Vec& x0) {
+  const Numbers s = numbers_of(g);
+  check_times(s, t);
+  if (x0.size() != s.A.rows())
+    throw Error(text("x0 has ", x0.size(), " entries for ", s.A.rows(), " states"));
+  Response r = make("lsim", g, t);
+  Quadrature quadrature(s);
+  const auto next = [&](const Vec& x, Index k) -> Vec {
+    if (s.Ts > 0) return s.A * x + s.B * u(t[k]);
+    return quadrature(x, u, t[k], t[k + 1] - t[k]);
+  };
+  keep(r, run(
+              s, t, x0, [&](Index k) { return u(t[k]); }, next));
+  return r;
+}
+
+std::string describe(const Response& r) {
+  const System& g = *r.system;
+  const char* title = r.kind == "step"      ? "step response"
+                      : r.kind == "impulse" ? "impulse response"
+                      : r.kind == "initial" ? "response to the initial state"
+                                            : "simulation";
+  std::string out = text(title, ": ", r.t.size(), " times, ", pendula::rounded(r.t[0], 6), " ≤ t ≤ ",
+                         pendula::rounded(r.t[r.t.size() - 1], 6), "\n");
+  if (r.kind == "step" && !r.settles) out += "  some poles do not decay: there is no final value\n";
+  if (!r.facts.empty()) {
+    Table table({false, true, true, true, true, true, true});
+    table.row({"", "final", "rise 10–90 %", "settled to 2 %", "overshoot", "peak", "at t"});
+    const auto shown = [](const std::optional<double>& v, const char* unit) {
+      return v ? pendula::rounded(*v, 4) + unit : std::string("–");
+    };
+    for (std::size_t j = 0; j < r.facts.size(); ++j)
+      for (std::size_t i = 0; i < r.facts[j].size(); ++i) {
+        const CurveFacts& f = r.facts[j][i];
+        const std::string name = output_name(g, static_cast<int>(i)) +
+                                 (g.inputs == 1 ? "" : " from " + input_name(g, static_cast<int>(j)));
+        const bool rises = f.overshoot && *f.overshoot == 0;
+        table.row({name, pendula::rounded(f.final, 4), shown(f.rise_time, ""), shown(f.settling_time, ""),
+                   shown(f.overshoot, " %"), rises ? "–" : pendula::rounded(f.peak, 4),
+                   rises ? "–" : pendula::rounded(f.peak_time, 4)});
+      }
+    out += table.str(2);
+  } else {
+    Table table({false, true, true, true, true});
+    table.row({"", "least", "at t", "greatest", "at t"});
+    for (std::size_t j = 0; j < r.y.size(); ++j)
+      for (Index i = 0; i < r.y[j].cols(); ++i) {
+        Index low = 0, high = 0;
+        const Vec y = r.y[j].col(i);
+        y.minCoeff(&low), y.maxCoeff(&high);
+        const std::string name = output_name(g, static_cast<int>(i)) +
+                                 (r.y.size() == 1 ? "" : " from " + input_name(g, static_cast<int>(j)));
+        table.row({name, pendula::rounded(y[low], 4), pendula::rounded(r.t[low], 4),
+                   pendula::rounded(y[high], 4), pendula::rounded(r.t[high], 4)});
+      }
+    out += table.str(2);
+  }
+  out.pop_back();
+  return out;
+}
+
+}  // namespace pendula::lti

@@ -1,0 +1,370 @@
+// Controllability, observability, minimal realisations.
+#include "lti/structure.hpp"
+
+#include <Eigen/Eigenvalues>
+#include <Eigen/SVD>
+#include <algorithm>
+#include <cmath>
+
+#include "base/error.hpp"
+#include "base/text.hpp"
+#include "expr/linalg.hpp"
+#include "expr/print.hpp"
+
+namespace pendula::lti {
+namespace {
+
+using dae::RationalMatrix;
+constexpr int most_exact = 30;
+
+/// The span of [B, AB, A²B, …] as columns.
+RationalMatrix reachable(const RationalMatrix& A, const RationalMatrix& B) {
+  RationalMatrix space = dae::span(B), newest = space;
+  while (newest.cols() > 0) {
+    newest = dae::complement(space, A * newest);
+    if (newest.cols() > 0) space = dae::beside(space, newest);
+  }
+  return space;
+}
+
+/// Orthonormal; a direction counts when it is larger than `tol` relative to A and B (staircase algorithm, Van
+/// Dooren, IEEE Trans. Automat. Control 26(1), 1981).
+Mat reachable(const Mat& A, const Mat& B) {
+  const Index n = A.rows();
+  Mat space(n, 0), newest = B;
+  double size = B.norm();
+  while (newest.cols() > 0 && space.cols() < n) {
+    for (int pass = 0; pass < 2; ++pass) newest -= space * (space.transpose() * newest);
+    const Eigen::JacobiSVD<Mat> svd(newest, Eigen::ComputeThinU);
+    const double tol = 1e-12 * static_cast<double>(n) * std::max(size, 1e-300);
+    const Index rank = (svd.singularValues().array() > tol).count();
+    const Mat directions = svd.matrixU().leftCols(rank);
+    Mat grown(n, space.cols() + rank);
+    grown << space, directions;
+    space = grown;
+    newest = A * directions;
+    size = A.norm();
+  }
+  return space;
+}
+
+struct Split {
+  MatX V;     ///< columns: the subspace, then a complement
+  MatX back;  ///< V⁻¹
+  int dimension;
+};
+
+/// Coordinates in which the reachable states come first.
+Split split(const MatX& A, const MatX& B) {
+  const Index n = A.rows();
+  if (common(field(A), field(B)) == Field::exact && n <= most_exact) {
+    const RationalMatrix space = reachable(rational(A), rational(B));
+    const RationalMatrix V =
+        dae::beside(space, dae::complement(space, RationalMatrix::identity(static_cast<int>(n))));
+    const auto back = dae::inverse(V);
+    PENDULA_ASSERT(back.has_value(), "a basis that is singular");
+    return {dae::expressions(V), dae::expressions(*back), space.cols()};
+  }
+  const Mat space = reachable(numbers(A), numbers(B));
+  Mat V(n, n);
+  const Eigen::JacobiSVD<Mat> svd(space, Eigen::ComputeFullU);
+  V << space, Mat(svd.matrixU().rightCols(n - space.cols()));
+  return {expressions(V), expressions(Mat(V.transpose())), static_cast<int>(space.cols())};
+}
+
+System transformed(const System& g, const Split& s, int keep) {
+  const MatX A = product(s.back, product(g.ss.A, s.V)), B = product(s.back, g.ss.B), C = product(g.ss.C, s.V);
+  System h = make_ss(A.topLeftCorner(keep, keep), B.topRows(keep), C.leftCols(keep), g.ss.D, g.Ts);
+  h.input_names = g.input_names, h.output_names = g.output_names;
+  return h;
+}
+
+System transposed(const System& g) {
+  System h = make_ss(g.ss.A.transpose(), g.ss.C.transpose(), g.ss.B.transpose(), g.ss.D.transpose(), g.Ts);
+  h.state_names = g.state_names;
+  return h;
+}
+
+std::string signed_sum(const std::vector<std::pair<mpq_class, std::string>>& terms) {
+  std::string out;
+  for (const auto& [c, name] : terms) {
+    if (c == 0) continue;
+    const mpq_class size = abs(c);
+    const std::string term = size == 1 ? name : size.get_str() + " " + name;
+    out += out.empty() ? (c < 0 ? "-" : "") + term : (c < 0 ? " - " : " + ") + term;
+  }
+  return out;
+}
+
+bool single_name(const std::vector<std::pair<mpq_class, std::string>>& terms) {
+  return std::count_if(terms.begin(), terms.end(), [](const auto& t) { return t.first != 0; }) == 1;
+}
+
+/// A row w with w A = λ w and w B = 0 in the names of the states, for a rational λ of an exact system.
+std::string combination(const System& g, const mpq_class& lambda, bool controllability) {
+  const int n = g.ss.order();
+  RationalMatrix shifted = rational(g.ss.A);
+  for (int i = 0; i < n; ++i) shifted(i, i) -= lambda;
+  const RationalMatrix w = dae::kernel(dae::beside(shifted, rational(g.ss.B)).transposed());
+  if (w.cols() == 0) return "";
+  RationalMatrix first = w.columns(0, 1);
+  first = dae::primitive_factor(first) * first;
+  std::vector<std::pair<mpq_class, std::string>> terms;
+  for (int i = 0; i < n; ++i) terms.emplace_back(first(i, 0), state_name(g, i));
+  if (!controllability) {
+    std::vector<std::string> parts;
+    for (int i = 0; i < n; ++i) parts.push_back(first(i, 0).get_str());
+    return "outputs do not see the direction (" + join(parts, ", ") + ")";
+  }
+  const std::string sum = signed_sum(terms);
+  const bool single = single_name(terms);
+  const std::string moving = single_name(terms) ? sum + "′" : "(" + sum + ")′";
+  const std::string rate = lambda == 0   ? "0"
+                           : lambda == 1 ? sum
+                                         : lambda.get_str() + (single ? " " + sum : " (" + sum + ")");
+  return g.continuous()
+             ? "no input reaches " + sum + ": " + moving + " = " + rate
+             : "no input reaches " + sum + ", which is multiplied by " + lambda.get_str() + " in every step";
+}
+
+Reach reach(const System& g, bool controllability) {
+  Reach r;
+  r.controllability = controllability;
+  r.order = g.ss.order();
+  r.matrix = controllability_matrix(g);
+  if (field(g) == Field::symbolic) {
+    r.rank = r.order == 0 ? 0 : linalg::rank(r.matrix);
+    r.stable = r.rank == r.order;
+    return r;
+  }
+  const Split s = split(g.ss.A, g.ss.B);
+  r.rank = s.dimension;
+  if (r.rank == r.order) return r;
+  const int rest = r.order - r.rank;
+  const MatX A = product(s.back, product(g.ss.A, s.V)).bottomRightCorner(rest, rest);
+  System hidden = make_ss(A, MatX::Zero(rest, 0), MatX::Zero(0, rest), MatX::Zero(0, 0), g.Ts);
+  const bool exact = field(g) == Field::exact;
+  for (const dae::Mode& m : poles(hidden)) {
+    const mpq_class* q = m.exact && m.value.imag() == 0 ? exact_value(m.exact->first) : nullptr;
+    r.modes.push_back({m, exact && q ? combination(g, *q, controllability) : ""});
+    const double x = g.continuous() ? m.value.real() : std::abs(m.value) - 1;
+    r.stable = r.stable && x < 0;
+  }
+  return r;
+}
+
+bool near(const std::pair<Expr, Expr>& a, const std::pair<Expr, Expr>& b, double tol) {
+  const Complex x(number(a.first), number(a.second)), y(number(b.first), number(b.second));
+  return std::abs(x - y) <= tol * std::max(1.0, std::abs(x));
+}
+
+/// Pairs of zeros and poles that are as good as equal.
+Factored without_pairs(Factored f, double tol, int& pairs) {
+  for (std::size_t i = 0; i < f.zeros.size();) {
+    const auto pole =
+        std::find_if(f.poles.begin(), f.poles.end(), [&](const auto& p) { return near(f.zeros[i], p, tol); });
+    if (pole == f.poles.end()) {
+      ++i;
+      continue;
+    }
+    f.poles.erase(pole);
+    f.zeros.erase(f.zeros.begin() + static_cast<std::ptrdiff_t>(i));
+    ++pairs;
+  }
+  return f;
+}
+
+std::string count(int k, const char* what) { return text(k, " ", what, k == 1 ? "" : "s"); }
+
+System minimal_fractions(const System& g, double tol) {
+  System h = g;
+  int removed = 0;
+  if (g.form == Form::zpk) {
+    for (Factored& f : h.zpk) f = without_pairs(f, tol, removed);
+  } else {
+    for (Fraction& f : h.tf) {
+      const int before = degree(f.den);
+      if (common(field(std::span<const Expr>(f.num)), field(std::span<const Expr>(f.den))) !=
+          Field::numeric) {
+        f = cancelled(f);
+        removed += before - degree(f.den);
+        continue;
+      }
+      int pairs = 0;
+      const System factored = to_zpk(make_tf({f}, 1, 1, g.Ts));
+      const Factored z = without_pairs(factored.zpk[0], tol, pairs);
+      if (pairs > 0) f = to_tf(make_zpk({z}, 1, 1, g.Ts)).tf[0];
+      removed += pairs;
+    }
+  }
+  h.notes.clear();
+  if (removed) h.notes.push_back("minimal: " + count(removed, "common factor") + " removed");
+  return h;
+}
+
+}  // namespace
+
+MatX controllability_matrix(const System& given) {
+  const System g = to_ss(given);
+  const int n = g.ss.order();
+  MatX all(n, n * g.inputs), part = g.ss.B;
+  for (int k = 0; k < n; ++k) {
+    all.middleCols(k * g.inputs, g.inputs) = part;
+    if (k + 1 < n) part = tidy(product(g.ss.A, part));
+  }
+  return all;
+}
+
+MatX observability_matrix(const System& given) {
+  return controllability_matrix(transposed(to_ss(given))).transpose();
+}
+
+Reach controllability(const System& g) { return reach(to_ss(g), true); }
+
+Reach observability(const System& g) {
+  Reach r = reach(transposed(to_ss(g)), false);
+  r.matrix = MatX(r.matrix.transpose());
+  return r;
+}
+
+std::string describe(const Reach& r) {
+  const char* word = r.controllability ? "controllable" : "observable";
+  std::string out = text(r.rank == r.order ? "" : "not ", word, ": the ",
+                         r.controllability ? "controllability" : "observability", " matrix has rank ", r.rank,
+                         " of ", r.order);
+  Table table;
+  for (const auto& h : r.modes) {
+    std::string value =
+        h.mode.exact ? pendula::to_text(h.mode.exact->first) : pendula::rounded(h.mode.value.real(), 6);
+    if (h.mode.value.imag() != 0) {
+      if (h.mode.value.imag() < 0) continue;
+      const std::string im =
+          h.mode.exact ? pendula::to_text(h.mode.exact->second) : pendula::rounded(h.mode.value.imag(), 6);
+      value = (h.mode.value.real() == 0 ? "±" : value + " ± ") + (im == "1" ? "" : im + " ") + "i";
+    }
+    table.row({text(r.controllability ? "uncontrollable" : "unobservable", " mode ", value), h.text});
+  }
+  if (!r.modes.empty()) {
+    out += "\n" + table.str(2);
+    out += text(r.stable ? "" : "not ", r.controllability ? "stabilizable" : "detectable", ": ",
+                r.stable ? "these modes decay" : "not all of these modes decay");
+  }
+  return out;
+}
+
+System minimal(const System& g, double tol) {
+  if (tol <= 0) tol = 1e-8;
+  if (g.form != Form::ss) return minimal_fractions(g, tol);
+  if (field(g) == Field::symbolic) {
+    if (!g.siso())
+      throw Error(
+          "a minimal realisation with symbols needs one input and one output; give values with G:with{ … }");
+    System h = to_ss(to_tf(g));
+    if (h.ss.order() == g.ss.order()) return g;
+    h.notes.push_back("minimal: " + count(g.ss.order() - h.ss.order(), "state") + " removed");
+    return h;
+  }
+  const Split c = split(g.ss.A, g.ss.B);
+  System h = c.dimension == g.ss.order() ? g : transformed(g, c, c.dimension);
+  const int uncontrollable = g.ss.order() - h.ss.order();
+  const System t = transposed(h);
+  const Split o = split(t.ss.A, t.ss.B);
+  const int unobservable = h.ss.order() - o.dimension;
+  if (unobservable > 0) {
+    System dual = transformed(t, o, o.dimension);
+    System back = transposed(dual);
+    back.input_names = g.input_names, back.output_names = g.output_names;
+    h = std::move(back);
+  }
+  if (h.ss.order() != g.ss.order()) h.state_names.clear();
+  h.notes.clear();
+  std::vector<std::string> parts;
+  if (uncontrollable) parts.push_back(count(uncontrollable, "uncontrollable state"));
+  if (unobservable) parts.push_back(count(unobservable, "unobservable state"));
+  if (!parts.empty()) h.notes.push_back("minimal: " + join(parts, " and ") + " removed");
+  return h;
+}
+
+// ── Lyapunov equations ──
+
+namespace {
+
+MatX exact_lyapunov(const MatX& A, const MatX& Q, bool continuous) {
+  const Index n = A.rows();
+  MatX K = MatX::Zero(n * n, n * n);  // of vec P, columns one below the other
+  for (Index j = 0; j < n; ++j)
+    for (Index i = 0; i < n; ++i)
+      for (Index l = 0; l < n; ++l)
+        if (continuous) {
+          K(j * n + i, j * n + l) += A(i, l);
+          K(j * n + i, l * n + i) += A(j, l);
+        } else {
+          for (Index k = 0; k < n; ++k) K(j * n + i, k * n + l) += A(i, l) * A(j, k);
+        }
+  if (!continuous)
+    for (Index k = 0; k < n * n; ++k) K(k, k) -= 1;
+  const MatX right = scaled(-1, MatX(Q.reshaped(n * n, 1)));
+  const auto p = solve(K, right);
+  if (!p)
+    throw Error(
+        "the Lyapunov equation has no unique solution: A has eigenvalues that are opposite to each other");
+  return p->reshaped(n, n);
+}
+
+Mat numeric_lyapunov(const Mat& A, const Mat& Q, bool continuous) {
+  const Index n = A.rows();
+  const Eigen::ComplexSchur<Mat> schur(A);
+  const ComplexMat &T = schur.matrixT(), &U = schur.matrixU();
+  const ComplexMat F = U.adjoint() * Q.cast<Complex>() * U;
+  ComplexMat Y = ComplexMat::Zero(n, n);
+  // Columns from the right: in A P + P Aᴴ + Q = 0 with T upper triangular, (T + t̄ⱼⱼ I) yⱼ = -fⱼ - Σ_{k>j} t̄ⱼₖ
+  // yₖ.
+  for (Index j = n; j-- > 0;) {
+    ComplexVec right = -F.col(j);
+    ComplexMat M = T;
+    if (continuous) {
+      for (Index k = j + 1; k < n; ++k) right -= std::conj(T(j, k)) * Y.col(k);
+      M.diagonal().array() += std::conj(T(j, j));
+    } else {
+      ComplexVec later = ComplexVec::Zero(n);
+      for (Index k = j + 1; k < n; ++k) later += std::conj(T(j, k)) * Y.col(k);
+      right -= T * later;
+      M *= std::conj(T(j, j));
+      M.diagonal().array() -= 1.0;
+    }
+    for (Index i = 0; i < n; ++i)
+      if (std::abs(M(i, i)) <= 1e-14 * T.norm())
+        throw Error(
+            "the Lyapunov equation has no unique solution: A has eigenvalues that are opposite to each "
+            "other");
+    Y.col(j) = M.triangularView<Eigen::Upper>().solve(right);
+  }
+  const Mat P = (U * Y * U.adjoint()).real();
+  return (P + P.transpose()) / 2;
+}
+
+}  // namespace
+
+MatX lyapunov(const MatX& A, const MatX& Q, bool continuous) {
+  if (A.rows() != A.cols() || Q.rows() != A.rows() || Q.cols() != A.cols())
+    throw Error(text("A and Q must be square and of one size, but they are ", A.rows(), "×", A.cols(),
+                     " and ", Q.rows(), "×", Q.cols()));
+  if (A.rows() == 0) return A;
+  const Field f = common(field(A), field(Q));
+  if (f == Field::symbolic ? A.rows() <= 4 : f == Field::exact && A.rows() <= 8)
+    return exact_lyapunov(A, Q, continuous);
+  const Mat q = numbers(Q);
+  if (!q.isApprox(q.transpose(), 1e-12)) throw Error("Q must be symmetric");
+  return expressions(numeric_lyapunov(numbers(A), q, continuous));
+}
+
+MatX gramian(const System& given, bool controllability) {
+  const System g = to_ss(given);
+  if (field(g) != Field::symbolic)
+    if (const Stability s = stability(g); !s.asymptotic)
+      throw Error(text("a Gramian needs an asymptotically stable system; this one is ", describe(s)));
+  if (controllability) return lyapunov(g.ss.A, product(g.ss.B, g.ss.B.transpose()), g.continuous());
+  return lyapunov(g.ss.A.transpose(), product(g.ss.C.transpose(), g.ss.C), g.continuous());
+}
+
+}  // namespace pendula::lti
