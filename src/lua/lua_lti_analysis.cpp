@@ -274,7 +274,7 @@ const Module lti_analysis_module = {
          "decide; for parameters without "
          "values Routh's conditions. Fields: .verdict .reason .asymptotic .routh.",
          "a, b = params \"a b\"  return tf({1}, {1, a, b, 1}):stability()",
-         "asymptotically stable if and only if a > 0, (a b - 1)/a > 0 (Routh)"},
+         "asymptotically stable if and only if a > 0, b - 1/a > 0 (Routh)"},
         {"lti:is_stable", is_stable, "G:is_stable() -> boolean", "All poles decay.",
          "tf({1}, {1, 0}):is_stable()", "false"},
         {"stability#verdict", verdict, "G:stability().verdict -> string", "The verdict in words."},
@@ -286,7 +286,7 @@ const Module lti_analysis_module = {
         {"lti:damp", damp, "G:damp() -> damping",
          "Damping ratio ζ, natural frequency ωₙ and time constant of every pole: .zeta, .wn.",
          "tf({1}, {1, 2, 4}):damp()",
-         "pole          ζ  ωₙ [rad/s]  time constant [s]\n-1 ± 1.73205 i  0.5           2                  "
+         "pole              ζ  ωₙ [rad/s]  time constant [s]\n-1 ± 1.73205 i  0.5           2                  "
          "1"},
         {"damping#zeta", dampings, "G:damp().zeta -> column", "Damping ratios, pole by pole."},
         {"damping#wn", frequencies, "G:damp().wn -> column", "Natural frequencies in rad/s."},
