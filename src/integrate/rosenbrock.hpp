@@ -72,6 +72,11 @@ class Rosenbrock {
   bool is_stiffly_accurate()
       const;  ///< αₛᵢ + γₛᵢ = bᵢ and αₛ = 1: R(∞) = 0 and z solves its equations to first order
 
+  // β and b to many digits, and the relative error they are known to.
+  const RealMatrix& real_beta() const { return real_beta_; }
+  const RealVector& real_b() const { return real_b_; }
+  double unit() const { return unit_; }
+
   std::string str() const;
   std::string report() const;
 

@@ -1,6 +1,7 @@
 #include "integrate/tableau.hpp"
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <functional>
 #include <limits>
@@ -8,6 +9,7 @@
 
 #include "base/error.hpp"
 #include "base/text.hpp"
+#include "integrate/stability.hpp"
 
 namespace pendula::integrate {
 namespace {
@@ -237,6 +239,15 @@ bool Tableau::is_diagonally_implicit() const {
   return A_.triangularView<Eigen::StrictlyUpper>().toDenseMatrix().isZero(0) && !is_explicit();
 }
 
+bool Tableau::is_singly_diagonally_implicit() const {
+  if (!is_diagonally_implicit()) return false;
+  const Coefficients& rk = coefficients_;
+  const int first = starts_explicit() ? 1 : 0;
+  for (int i = first; i < stages(); ++i)
+    if (!equal(rk.A(i, i), rk.A(first, first), rk)) return false;
+  return true;
+}
+
 bool Tableau::starts_explicit() const { return c_[0] == 0 && A_.row(0).isZero(0); }
 
 bool Tableau::is_stiffly_accurate() const {
@@ -320,9 +331,16 @@ const std::vector<Property>& property_table() {
       {"explicit", &Tableau::is_explicit},
       {"implicit", &Tableau::is_implicit},
       {"diagonally implicit", &Tableau::is_diagonally_implicit},
+      {"singly diagonally implicit", &Tableau::is_singly_diagonally_implicit},
+      {"explicit first stage", &Tableau::starts_explicit},
       {"FSAL", &Tableau::is_fsal},
       {"stiffly accurate", &Tableau::is_stiffly_accurate},
       {"collocation", &Tableau::is_collocation},
+      {"A-stable", [](const Tableau& rk) { return Stability(rk).is_a_stable(); }},
+      {"A(α)-stable", [](const Tableau& rk) { return Stability(rk).alpha_degrees() > 0; }},
+      {"L-stable", [](const Tableau& rk) { return Stability(rk).is_l_stable(); }},
+      {"I-stable", [](const Tableau& rk) { return std::isinf(Stability(rk).imaginary_limit()); }},
+      {"algebraically stable", &is_algebraically_stable},
       {"symplectic", &Tableau::is_symplectic},
       {"symmetric", &Tableau::is_symmetric},
   };
@@ -340,9 +358,39 @@ const std::vector<std::string>& Tableau::properties() {
   return names;
 }
 
+namespace {
+
+/// "L stable", "l-stable" and "symplektic": letters only, small, so that hyphens and capitals do not matter.
+std::string plain(const std::string& words) {
+  std::string result;
+  for (char c : words)
+    if (!std::isspace(static_cast<unsigned char>(c)) && c != '-' && c != '_')
+      result += static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  return result;
+}
+
+const std::vector<std::pair<std::string, std::string>>& synonyms() {
+  static const std::vector<std::pair<std::string, std::string>> table = {
+      {"dirk", "diagonally implicit"},
+      {"sdirk", "singly diagonally implicit"},
+      {"erk", "explicit"},
+      {"a(alpha)stable", "A(α)-stable"},
+      {"bstable", "algebraically stable"},
+      {"firstsameaslast", "FSAL"},
+      {"reversible", "symmetric"},
+      {"firststageexplicit", "explicit first stage"},
+  };
+  return table;
+}
+
+}  // namespace
+
 bool Tableau::is(const std::string& property) const {
+  std::string wanted = plain(property);
+  for (const auto& [other, name] : synonyms())
+    if (wanted == other) wanted = plain(name);
   for (const auto& [name, holds] : property_table())
-    if (name == property) return holds(*this);
+    if (plain(name) == wanted) return holds(*this);
   throw Error(text("unknown property '", property, "'.", did_you_mean(property, properties()),
                    " Known are: ", join(properties(), ", ")));
 }

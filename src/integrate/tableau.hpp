@@ -82,6 +82,8 @@ class Tableau {
 
   bool is_explicit() const;  ///< strictly lower triangular: one stage after another, nothing to solve
   bool is_diagonally_implicit() const;  ///< lower triangular with a nonzero diagonal: stage by stage
+  /// The same diagonal entry in all implicit stages: one factorisation serves them all.
+  bool is_singly_diagonally_implicit() const;
   bool is_implicit() const { return !is_explicit(); }
   /// c₁ = 0 and a first row of zeros: the first stage is x′ at the mesh point.
   bool starts_explicit() const;

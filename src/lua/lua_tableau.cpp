@@ -118,6 +118,10 @@ int make(Call& call) {
 
 int gauss(Call& call) { return push_new(call, integrate::gauss(call.integer(1, "stages"))); }
 int radau(Call& call) { return push_new(call, integrate::radau(call.integer(1, "stages"))); }
+int radau_ia(Call& call) { return push_new(call, integrate::radau_ia(call.integer(1, "stages"))); }
+int lobatto(Call& call) {
+  return push_new(call, integrate::lobatto(call.string(1, "kind"), call.integer(2, "stages")));
+}
 int collocation(Call& call) {
   const VecX nodes = read_list(call.L, 1, "nodes");
   return push_new(call, integrate::collocation(entries(nodes)));
@@ -181,6 +185,12 @@ const Module tableau_module = {
         {"rk.radau", radau, "rk.radau(stages) -> tableau",
          "Radau IIA collocation of order 2s - 1: stiffly accurate, L-stable, good for DAEs.",
          "rk.radau(3):order()", "5"},
+        {"rk.radau_ia", radau_ia, "rk.radau_ia(stages) -> tableau",
+         "Radau IA, order 2s - 1: L-stable, the first node is 0.", "rk.radau_ia(2):order()", "3"},
+        {"rk.lobatto", lobatto, "rk.lobatto(kind, stages) -> tableau",
+         "Lobatto methods of order 2s - 2; kind is \"IIIA\", \"IIIB\", \"IIIC\", \"IIIC*\", \"IIID\" or "
+         "\"IIIE\".",
+         "rk.lobatto(\"IIIC\", 3):order()", "4"},
         {"rk.collocation", collocation, "rk.collocation{ node, … } -> tableau",
          "The collocation method with these nodes, in units of the step.",
          "rk.collocation{ \"1/3\", 1 }:order()", "3"},
@@ -197,9 +207,9 @@ const Module tableau_module = {
         {"tableau:stage_order", stage_order, "tab:stage_order() -> integer",
          "The largest q with C(q) and B(q): the order of each stage.", "", ""},
         {"tableau:is", is, "tab:is(property) -> boolean",
-         "\"explicit\", \"implicit\", \"diagonally implicit\", \"FSAL\", \"stiffly accurate\", "
-         "\"collocation\", "
-         "\"symplectic\" or \"symmetric\".",
+         "\"explicit\", \"implicit\", \"diagonally implicit\", \"singly diagonally implicit\", \"FSAL\", "
+         "\"stiffly accurate\", \"collocation\", \"A-stable\", \"A(α)-stable\", \"L-stable\", \"I-stable\", "
+         "\"algebraically stable\", \"symplectic\" or \"symmetric\".",
          "rk.gauss(3):is \"symplectic\"", "true"},
         {"tableau:latex", latex, "tab:latex() -> string", "The tableau as a LaTeX array.", "", ""},
         {"tableau:__tostring", drawn, "print(tab)", "The tableau as a book draws it.", "", ""},

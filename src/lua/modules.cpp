@@ -17,6 +17,7 @@ extern const Module mech_module;
 extern const Module structure_module;
 extern const Module tableau_module;
 extern const Module methods_module;
+extern const Module stability_module;
 extern const Module integrate_module;
 extern const Module newton_module;
 extern const Module iddata_module;
@@ -35,12 +36,12 @@ extern const Module plot_module;
 
 const std::vector<const Module*>& modules() {
   static const std::vector<const Module*> list = {
-      &expr_module,         &functions_module,    &matrix_module,        &entries_module, &calculus_module,
-      &algebra_module,      &mech_module,         &dae_module,           &forms_module,   &start_module,
-      &pencil_module,       &structure_module,    &tableau_module,       &methods_module, &integrate_module,
-      &newton_module,       &gauss_newton_module, &iddata_module,        &idmodel_module, &lsq_module,
-      &likelihood_module,   &validation_module,   &predictor_module,     &complex_module, &lti_module,
-      &lti_analysis_module, &lti_response_module, &lti_linearize_module, &plot_module};
+      &expr_module,      &functions_module,    &matrix_module,       &entries_module,       &calculus_module,
+      &algebra_module,   &mech_module,         &dae_module,          &forms_module,         &start_module,
+      &pencil_module,    &structure_module,    &tableau_module,      &methods_module,       &stability_module,
+      &integrate_module, &newton_module,       &gauss_newton_module, &iddata_module,        &idmodel_module,
+      &lsq_module,       &likelihood_module,   &validation_module,   &predictor_module,     &complex_module,
+      &lti_module,       &lti_analysis_module, &lti_response_module, &lti_linearize_module, &plot_module};
   return list;
 }
 

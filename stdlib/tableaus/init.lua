@@ -1,8 +1,11 @@
 -- The tableaus that come with the program: one file each, listed here in the order of help(). A file returns the
 -- table of coefficients; the tableau is built, and its claims proved, when rk.name is first touched.
 local names = {
-  "euler", "midpoint", "heun", "rk4", "kutta38", "bogacki_shampine", "dopri5", "tsit5", "dop853", "verner98",
-  "implicit_euler", "implicit_midpoint", "trapezoid",
+  "euler", "midpoint", "heun", "ralston", "kutta3", "heun3", "ralston3", "ssprk33", "bogacki_shampine", "rk4",
+  "kutta38", "fehlberg45", "cash_karp", "dopri5", "tsit5", "butcher6", "verner65", "verner76", "verner87", "dop853",
+  "verner98",
+  "implicit_euler", "implicit_midpoint", "trapezoid", "sdirk2", "crouzeix", "crouzeix4", "qin_zhang", "sdirk3",
+  "sdirk4", "tr_bdf2", "esdirk32", "esdirk43",
 }
 
 -- Lists of weights may leave out zeros at their end.
