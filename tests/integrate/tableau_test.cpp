@@ -130,7 +130,8 @@ TEST_CASE("tableau: derived properties") {
   CHECK_THROWS_WITH_AS(
       rk4()->is("symplektic"),
       "unknown property 'symplektic'. Did you mean 'symplectic'? Known are: explicit, implicit, diagonally "
-      "implicit, FSAL, stiffly accurate, collocation, symplectic, symmetric",
+      "implicit, singly diagonally implicit, explicit first stage, FSAL, stiffly accurate, collocation, "
+      "A-stable, A(α)-stable, L-stable, I-stable, algebraically stable, symplectic, symmetric",
       Error);
 }
 
