@@ -6,5 +6,6 @@ include "plot"       -- plot, plot3, semilogy, semilogx, loglog, spy
 include "sysid"      -- d:plot, mod:plot, v:plot, set:plot
 include "lti"        -- step, bode, nyquist, pzmap … as figures
 include "tableaus/init"  -- rk.euler, rk.rk4, …
-include "laboratory"  -- pictures of newton, basins, converge, sweep
+include "laboratory"  -- pictures of newton and basins
+include "converge"    -- converge
 include "problems/init"  -- problems.pendulum, problems.akzo, …

@@ -6,6 +6,7 @@
 #include "lua/interrupts.hpp"
 #include "lua/library.hpp"
 #include "lua/memory.hpp"
+#include "lua/records.hpp"
 #include "lua/safe.hpp"
 #include "lua/trampoline.hpp"
 #include "lua/values.hpp"
@@ -25,6 +26,7 @@ int open_everything(lua_State* L) {
   open_safe_libraries(L);
   open_library(L);
   open_documentation(L);
+  open_records(L);
   for (const Module* module : modules()) add_module(L, *module);
   open_numbers(L);
   include_embedded(L, "init");

@@ -1,0 +1,445 @@
+-- converge(sys, …): the error against the step, for several methods. The order one observes is the slope.
+
+local known_options = { "start", "to", "from", "methods", "method", "dt", "rtol", "atol", "exact", "reference", "inputs",
+                        "params", "direct", "over" }
+local eps = 2.220446049250313e-16
+
+-- ── reading ─────────────────────────────────────────────────────────────────────────────────────────────────────────
+
+local function checked_options(sys, options)
+  if object_type(sys) ~= "model" then
+    fail("converge: expected a model first, converge(sys, { start = …, to = …, methods = {…}, dt = {…} }), got "
+      .. (object_type(sys) or type(sys)))
+  end
+  if type(options) ~= "table" then fail "converge: expected a table of options, { start = …, to = …, methods = {…}, dt = {…} }" end
+  local names = {}
+  for _, name in ipairs(known_options) do names[name] = true end
+  for key in pairs(options) do
+    if not names[key] then
+      fail(("converge: unknown option '%s'.%s (options: %s)"):format(tostring(key),
+        did_you_mean(tostring(key), known_options), table.concat(known_options, ", ")))
+    end
+  end
+  if options.to == nil then fail "converge: the end is missing; give to = 2" end
+  if options.start == nil then fail "converge: the start is missing; give start = { x = 1 } or a result of sys:init" end
+  if options.over ~= nil and options.over ~= "end" and options.over ~= "all" then
+    fail 'converge: over must be "end" (the error at the end) or "all" (the largest error at the saved times)'
+  end
+  return options
+end
+
+local function read_methods(options)
+  local list = options.methods or options.method
+  if list == nil then fail "converge: the methods are missing; give methods = { rk.rk4, rk.gauss(2) }" end
+  if type(list) ~= "table" then list = { list } end
+  if #list == 0 then fail "converge: methods is empty; give methods = { rk.rk4, rk.gauss(2) }" end
+  local methods = {}
+  for i, method in ipairs(list) do
+    if type(method) ~= "string" and not object_type(method) then
+      fail(("converge: methods[%d] must be a tableau or the name of a method, not a %s"):format(i, type(method)))
+    end
+    local each = { method = method, name = type(method) == "string" and method or method.name }
+    if type(method) == "string" and not options.rtol then each.method = rk[method] end
+    if type(each.method) ~= "string" then each.order = each.method:order() end
+    methods[i] = each
+  end
+  return methods
+end
+
+-- The steps (or tolerances), from the largest to the smallest.
+local function read_steps(options)
+  local key = options.rtol and "rtol" or "dt"
+  if options.rtol and options.dt then fail "converge: give dt = {…} for fixed steps or rtol = {…} for chosen ones, not both" end
+  local given = options[key]
+  if given == nil then fail "converge: the steps are missing; give dt = { 0.1, 0.05, 0.025 }" end
+  if type(given) == "number" then given = { given } end
+  local steps = {}
+  for i = 1, #given do
+    local h = given[i]
+    if type(h) == "userdata" and object_type(h) == "expr" then h = evaluate(h) end
+    if type(h) ~= "number" or not (h > 0) or h == math.huge then
+      fail(("converge: %s[%d] = %s; it must be a positive number"):format(key, i, tostring(h)))
+    end
+    steps[i] = h
+  end
+  table.sort(steps, function(a, b) return a > b end)
+  for i = 2, #steps do
+    if steps[i] == steps[i - 1] then fail(("converge: %s contains %g twice"):format(key, steps[i])) end
+  end
+  if #steps < 2 then fail(("converge: a slope needs at least two values; give %s = { 0.1, 0.05, 0.025 }"):format(key)) end
+  return steps, key
+end
+
+local function contains(list, what)
+  for i = 1, #list do if list[i] == what then return true end end
+  return false
+end
+
+local function names_of(list)
+  local names = {}
+  for i = 1, #list do names[i] = tostring(list[i]) end
+  return table.concat(names, ", ")
+end
+
+local function name_of(e) return e.name or tostring(e) end
+
+-- exact = { x = …, [z] = …, [p] = { …, …, … }, [x^2 + y^2] = 1 }, in the order of the model and not of the table.
+local function keyed_quantities(exact, states, algebraic, add)
+  local left, names = {}, {}
+  local function note(name, key, value)
+    if left[name] then fail(("converge: exact gives '%s' twice"):format(name)) end
+    left[name] = { key = key, value = value }
+    names[#names + 1] = name
+  end
+  for key, value in pairs(exact) do
+    local kind = object_type(key)
+    if kind == "matrix" then
+      if #value ~= #key then fail(("converge: exact: %d values for a column of %d"):format(#value, #key)) end
+      for i = 1, #key do note(name_of(key[i]), key[i], value[i]) end
+    else
+      note(kind == "expr" and name_of(key) or tostring(key), kind == "expr" and key or nil, value)
+    end
+  end
+  local model = {}
+  for _, list in ipairs { states, algebraic } do
+    for i = 1, #list do
+      local each = list[i]
+      model[#model + 1] = each.name
+      if left[each.name] then
+        add(each, left[each.name].value)
+        left[each.name] = nil
+      end
+    end
+  end
+  table.sort(names)
+  for _, name in ipairs(names) do
+    if left[name] then
+      if not left[name].key then fail(("converge: exact: '%s' is not a variable of the model.%s"):format(name, did_you_mean(name, model))) end
+      add(left[name].key, left[name].value)
+    end
+  end
+end
+
+-- { { what = expression, exact = expression or nil, algebraic = boolean }, … }
+local function read_quantities(sys, options)
+  local states, algebraic, exact = sys.differential, sys.algebraic, options.exact
+  local quantities = {}
+  local function add(what, value)
+    quantities[#quantities + 1] = { what = what, exact = value, algebraic = contains(algebraic, what) }
+  end
+  if exact == nil then
+    for i = 1, #states do add(states[i]) end
+    for i = 1, #algebraic do add(algebraic[i]) end
+    return quantities
+  end
+  if type(exact) == "function" then
+    local good, value = pcall(exact, named "t")
+    if not good then fail("converge: exact is a function that cannot be followed with the symbol t: " .. tostring(value)) end
+    exact = value
+  end
+  if type(exact) == "table" and #exact == 0 then
+    keyed_quantities(exact, states, algebraic, add)
+    return quantities
+  end
+  local list = (type(exact) == "table" or object_type(exact) == "matrix") and exact or { exact }
+  if #list ~= #states then
+    fail(("converge: exact gives %d expression%s for %d states (%s); give exact = { %s = … }"):format(#list,
+      #list == 1 and "" or "s", #states, names_of(states), tostring(states[1])))
+  end
+  for i = 1, #list do add(states[i], list[i]) end
+  return quantities
+end
+
+-- ── running ─────────────────────────────────────────────────────────────────────────────────────────────────────────
+
+local function integrate_with(sys, options, method, key, h)
+  local o = { start = options.start, to = options.to, from = options.from, inputs = options.inputs, params = options.params,
+              direct = options.direct, method = method, atol = options.atol }
+  o[key] = h
+  if key == "rtol" and o.atol == nil then o.atol = h end
+  local sol = sys:integrate(o)
+  if sol.status ~= "finished" then
+    fail(("converge: %s with %s = %g: %s"):format(type(method) == "string" and method or method.name, key, h, sol.status))
+  end
+  return sol
+end
+
+local function values_at_end(sol, quantities)
+  local values = {}
+  for i, q in ipairs(quantities) do values[i] = sol:final(q.what) end
+  return values
+end
+
+local function norm_of(list)
+  local sum = 0
+  for _, v in ipairs(list) do sum = sum + v*v end
+  return math.sqrt(sum)
+end
+
+-- The errors of one run, by quantity: at the end, or the largest of all saved times.
+local function errors_of(sol, quantities, reference, over)
+  local errors = {}
+  for i, q in ipairs(quantities) do
+    if over == "all" and q.exact ~= nil then
+      local got, want, most = sol(q.what), sol(q.exact + 0*named "t"), 0
+      for k = 1, #got do most = math.max(most, math.abs(got[k] - want[k])) end
+      errors[i] = most
+    else
+      local want = q.exact ~= nil and sol:final(q.exact) or reference[i]
+      errors[i] = math.abs(sol:final(q.what) - want)
+    end
+  end
+  return errors
+end
+
+-- e(h) ≈ |x_h - x_{h/2}| / (1 - 2^-p): the next step is taken from the list where it is there.
+local function errors_against_itself(sys, options, method, key, h, quantities, cache)
+  local function run(step)
+    if not cache[step] then cache[step] = values_at_end(integrate_with(sys, options, method.method, key, step), quantities) end
+    return cache[step]
+  end
+  local coarse, fine, errors = run(h), run(h/2), {}
+  for i = 1, #quantities do errors[i] = math.abs(coarse[i] - fine[i]) / (1 - 2^-(method.order or 1)) end
+  return errors
+end
+
+local function reference_values(sys, options, quantities)
+  local reference = options.reference
+  if object_type(reference) == "solution" then return values_at_end(reference, quantities) end
+  if reference ~= nil and reference ~= "self" then
+    fail 'converge: reference must be "self" or a solution; an exact solution is given as exact = …'
+  end
+end
+
+-- ── slopes ──────────────────────────────────────────────────────────────────────────────────────────────────────────
+
+-- Errors at the level of rounding say nothing about the order.
+local function visible(error, scale, steps) return error > 100 * eps * scale * math.sqrt(steps) end
+
+local function slopes_of(steps, errors, scale, interval, by_tolerance)
+  local between, last = {}, nil
+  for i = 2, #steps do
+    local count = by_tolerance and 1e3 or interval/steps[i]
+    if visible(errors[i], scale, count) and visible(errors[i - 1], scale, count) then
+      between[i] = math.log(errors[i - 1]/errors[i]) / math.log(steps[i - 1]/steps[i])
+      last = between[i]
+    end
+  end
+  return last, between
+end
+
+local function group_of(quantities, wanted, runs, methods, steps, scales, interval, by_tolerance)
+  local group = { errors = {}, slopes = {}, orders = {}, local_slopes = {}, names = {} }
+  local scale = 0
+  for i, q in ipairs(quantities) do
+    if wanted(q) then
+      group.names[#group.names + 1] = tostring(q.what)
+      scale = math.max(scale, scales[i])
+    end
+  end
+  if #group.names == 0 then return nil end
+  for m, method in ipairs(methods) do
+    group.errors[m] = {}
+    for k = 1, #steps do
+      local parts = {}
+      for i, q in ipairs(quantities) do if wanted(q) then parts[#parts + 1] = runs[m][k].errors[i] end end
+      group.errors[m][k] = norm_of(parts)
+    end
+    local slope, between = slopes_of(steps, group.errors[m], scale, interval, by_tolerance)
+    group.slopes[m] = slope or false
+    group.local_slopes[m] = between
+    group.orders[m] = method.order or false
+  end
+  return group
+end
+
+-- ── the result ──────────────────────────────────────────────────────────────────────────────────────────────────────
+
+local function rows_text(rows, indent)
+  local widths = {}
+  for _, row in ipairs(rows) do
+    for j, cell in ipairs(row) do widths[j] = math.max(widths[j] or 0, width(cell)) end
+  end
+  local lines = {}
+  for _, row in ipairs(rows) do
+    local cells = {}
+    for j, cell in ipairs(row) do
+      local blank = (" "):rep(widths[j] - width(cell))
+      cells[j] = j == 1 and cell .. blank or blank .. cell
+    end
+    lines[#lines + 1] = (indent .. table.concat(cells, "  ")):gsub("%s+$", "")
+  end
+  return table.concat(lines, "\n")
+end
+
+local function number_text(value) return ("%.3g"):format(value) end
+
+local function group_text(t, group, title)
+  local rows, notes = { { "method", "order" } }, {}
+  for _, h in ipairs(t.dt) do table.insert(rows[1], t.key .. " = " .. number_text(h)) end
+  table.insert(rows[1], "slope")
+  for m, name in ipairs(t.methods) do
+    local row = { name, group.orders[m] and tostring(group.orders[m]) or "" }
+    for k, h in ipairs(t.dt) do
+      local count = t.key == "rtol" and 1e3 or t.interval/h
+      row[#row + 1] = visible(group.errors[m][k], t.scale, count) and ("%.2e"):format(group.errors[m][k]) or "rounding"
+    end
+    row[#row + 1] = group.slopes[m] and ("%.2f"):format(group.slopes[m]) or "–"
+    rows[#rows + 1] = row
+    local slope, order = group.slopes[m], group.orders[m]
+    if slope and order and t.key == "dt" and slope < order - 0.5 then
+      notes[#notes + 1] = ("  %s: observed %.1f, order %d: %s"):format(name, slope, order,
+        t.direct and "order reduction, the model is integrated at its index as it stands"
+        or #t.algebraic_names > 0 and "order reduction, or the steps are still too large"
+        or "the steps are still too large, the solution is not smooth enough, or the problem is stiff (order reduction)")
+    end
+  end
+  local text = ("%s\n%s"):format(title, rows_text(rows, "  "))
+  if #notes > 0 then text = text .. "\n" .. table.concat(notes, "\n") end
+  return text
+end
+
+local function error_words(t, names, sep)
+  local what = #names <= 4 and table.concat(names, ", ") or ("%s … %s, %d variables"):format(names[1], names[#names], #names)
+  local against = t.against == "exact" and "against the exact solution"
+    or t.against == "self" and "against the same method at half the step" or "against the reference solution"
+  return ("error of %s %s %s"):format(what, t.over == "all" and "over all times" or ("at t = %g"):format(t.to), against)
+end
+
+local function text_of(t)
+  local main = group_text(t, t.main, error_words(t, t.main.names))
+  if t.other then main = main .. "\n" .. group_text(t, t.other, error_words(t, t.other.names)) end
+  return main
+end
+
+local function figure_of(t, group)
+  local series, done = {}, {}
+  local coarse, fine = t.dt[1], t.dt[#t.dt]
+  for m, name in ipairs(t.methods) do
+    local x, y = {}, {}
+    for k, h in ipairs(t.dt) do
+      if group.errors[m][k] > 0 then x[#x + 1], y[#y + 1] = h, group.errors[m][k] end
+    end
+    if #x > 0 then
+      series[#series + 1] = { x = x, y = y, style = "points",
+        labels = { group.slopes[m] and ("%s, slope %.2f"):format(name, group.slopes[m]) or name } }
+      local p = group.orders[m]
+      if p and t.key == "dt" then       -- the line of the order through the coarsest error
+        local at = y[1]
+        series[#series + 1] = { x = { coarse, fine }, y = { at*(coarse/x[1])^p, at*(fine/x[1])^p }, style = "line",
+                                labels = { "order " .. p } }
+      end
+    end
+  end
+  if #series == 0 then fail "plot: all errors are zero" end
+  return figure { by = "plot", series = series, xlog = true, ylog = true, xlabel = t.key, ylabel = "error",
+                  title = "Convergence" }
+end
+
+local function result_of(t) return record("convergence", t) end
+
+local function face(t)                -- the fields of LANGUAGE.md for one group
+  return { errors = t.errors, slopes = t.slopes, orders = t.orders, names = t.names, local_slopes = t.local_slopes }
+end
+
+doc { name = "converge", module = "integrate",
+  sig = "converge(sys, { start =, to =, methods = {…}, dt = {…}, exact = e | reference = \"self\" | solution, over = \"end\" | \"all\", "
+    .. "params =, inputs =, direct = }) -> convergence",
+  text = "Integrates with every method and every step and measures the error: a table with the slope of log error over log dt "
+    .. "between the two finest steps above rounding, beside the order of the method. exact: an expression in t for one state, a "
+    .. "list in the order of sys.differential, or { x = …, z = … }; without it each run is compared with the same method at "
+    .. "half the step. Differential and algebraic variables are measured separately. rtol = {…} instead of dt: the error "
+    .. "against the tolerance of adaptive methods. plot(t) draws errors and order lines.",
+  example = "x = var \"x\"\nt4 = converge(dae{ der(x) ~ -2*x }, { start = { x = 1 }, to = 2, methods = { rk.rk4 }, "
+    .. "dt = { 0.2, 0.1, 0.05 }, exact = exp(-2*t) })\nprint((\"%.1f\"):format(t4.slopes[1]), t4.orders[1])",
+  gives = "4.1\t4",
+  function(sys, options)
+    options = checked_options(sys, options)
+    local methods = read_methods(options)
+    local steps, key = read_steps(options)
+    local quantities = read_quantities(sys, options)
+    local reference = options.exact == nil and reference_values(sys, options, quantities) or nil
+    local against = options.exact ~= nil and "exact" or reference and "reference" or "self"
+    local runs, scales = {}, {}
+    for i = 1, #quantities do scales[i] = 0 end
+    local evaluations, newton, factorisations, times, counts = {}, {}, {}, {}, {}
+    for m, method in ipairs(methods) do
+      runs[m], evaluations[m], newton[m], factorisations[m], times[m], counts[m] = {}, {}, {}, {}, {}, {}
+      local cache = {}
+      for k, h in ipairs(steps) do
+        local sol = integrate_with(sys, options, method.method, key, h)
+        local now = values_at_end(sol, quantities)
+        cache[h] = now
+        for i, v in ipairs(now) do scales[i] = math.max(scales[i], math.abs(v)) end
+        local stats = sol:stats()
+        evaluations[m][k], newton[m][k], factorisations[m][k] = stats.evaluations, stats.newton, stats.factorisations
+        times[m][k], counts[m][k] = stats.time, stats.steps
+        local errors = against == "self" and errors_against_itself(sys, options, method, key, h, quantities, cache)
+          or errors_of(sol, quantities, reference, options.over)
+        runs[m][k] = { errors = errors }
+      end
+    end
+    local from = options.from or 0
+    local interval = math.abs(options.to - (type(from) == "number" and from or 0))
+    local by_tolerance = key == "rtol"
+    local function group(wanted) return group_of(quantities, wanted, runs, methods, steps, scales, interval, by_tolerance) end
+    local names, single = {}, {}
+    for m, method in ipairs(methods) do names[m] = method.name end
+    for i, q in ipairs(quantities) do
+      single[name_of(q.what)] = group(function(other) return other == q end)
+    end
+    local differential, algebraic = group(function(q) return not q.algebraic end), group(function(q) return q.algebraic end)
+    local scale = 0
+    for _, s in ipairs(scales) do scale = math.max(scale, s) end
+    return result_of {
+      main = differential or algebraic, other = differential and algebraic, single = single, dt = steps, key = key,
+      methods = names, against = against, over = options.over or "end", to = options.to, direct = options.direct,
+      interval = interval, scale = scale, algebraic_names = algebraic and algebraic.names or {}, evaluations = evaluations,
+      newton = newton, factorisations = factorisations, times = times, steps = counts }
+  end }
+
+local function field(name, sig, text, get)
+  doc { name = "convergence#" .. name, module = "integrate", sig = sig, text = text,
+        function(self) return get(contents("convergence", self)) end }
+end
+
+field("errors", "t.errors[i][k] -> number", "The error of method i with step k (2-norm over the differential variables).",
+  function(t) return t.main.errors end)
+field("slopes", "t.slopes[i] -> number",
+  "The observed order of method i: the slope between the two finest steps whose errors are above rounding; false if there are none.",
+  function(t) return t.main.slopes end)
+field("local_slopes", "t.local_slopes[i][k] -> number", "The slope between steps k-1 and k.",
+  function(t) return t.main.local_slopes end)
+field("orders", "t.orders[i] -> integer", "The order of method i by its order conditions.", function(t) return t.main.orders end)
+field("dt", "t.dt -> list", "The steps (or tolerances), from the largest to the smallest.", function(t) return t.dt end)
+field("methods", "t.methods -> list of strings", "The names of the methods.", function(t) return t.methods end)
+field("algebraic", "t.algebraic -> table",
+  "errors, slopes and orders of the algebraic variables; nil if the model has none.",
+  function(t) return t.other and face(t.other) or nil end)
+field("evaluations", "t.evaluations[i][k] -> integer", "Evaluations of the equations.", function(t) return t.evaluations end)
+field("newton", "t.newton[i][k] -> integer", "Newton iterations.", function(t) return t.newton end)
+field("factorisations", "t.factorisations[i][k] -> integer", "LU factorisations.", function(t) return t.factorisations end)
+field("steps", "t.steps[i][k] -> integer", "Steps taken.", function(t) return t.steps end)
+field("times", "t.times[i][k] -> seconds", "CPU time; differs from run to run.", function(t) return t.times end)
+
+doc { name = "convergence:of", module = "integrate", sig = "t:of(x) -> table",
+  text = "errors, slopes and orders of one variable alone.",
+  function(self, what)
+    local t = contents("convergence", self)
+    local group = t.single[type(what) == "string" and what or name_of(what)]
+    if not group then
+      local names = {}
+      for name in pairs(t.single) do names[#names + 1] = name end
+      table.sort(names)
+      fail(("of: '%s' was not measured; measured are %s"):format(tostring(what), table.concat(names, ", ")))
+    end
+    return face(group)
+  end }
+
+doc { name = "convergence:plot", module = "integrate", sig = "t:plot() -> figure",
+  text = "Error against step on logarithmic axes, with the line of each method's order.",
+  function(self) return figure_of(contents("convergence", self), contents("convergence", self).main) end }
+
+doc { name = "convergence:__tostring", module = "integrate", sig = "print(t)",
+  text = "The table of errors and slopes; what stays below its order is named.",
+  function(self) return text_of(contents("convergence", self)) end }
