@@ -32,3 +32,14 @@ doc { name = "basins:plot", module = "newton", sig = "b:plot() -> figure",
     return figure { by = "plot", series = series, title = "Basins of Newton's method", xlabel = b.names[1], ylabel = b.names[2],
                     xlim = { u[1], u[#u] }, ylim = { v[1], v[#v] } }
   end }
+
+-- ── sweep ───────────────────────────────────────────────────────────────────────────────────────────────────────────
+
+doc { name = "sweep:plot", module = "sweep", sig = "s:plot(e [, t]) -> figure",
+  text = "The value of an expression at the end (or at time t) over what varied first. Trajectories: plot(s.t, s(e)).",
+  function(s, e, at)
+    if e == nil then fail "plot: what is to be drawn? write s:plot(x)" end
+    local name, values = s.names[1], at and s(e, at) or s:final(e)
+    return plot(s.params[name], values, { xlabel = name, ylabel = tostring(e) .. (at and (" at t = %g"):format(at) or " at the end"),
+                                          style = "points" })
+  end }

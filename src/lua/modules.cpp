@@ -32,16 +32,19 @@ extern const Module lti_module;
 extern const Module lti_analysis_module;
 extern const Module lti_response_module;
 extern const Module lti_linearize_module;
+extern const Module sweep_module;
 extern const Module plot_module;
 
 const std::vector<const Module*>& modules() {
   static const std::vector<const Module*> list = {
-      &expr_module,      &functions_module,    &matrix_module,       &entries_module,       &calculus_module,
-      &algebra_module,   &mech_module,         &dae_module,          &forms_module,         &start_module,
-      &pencil_module,    &structure_module,    &tableau_module,      &methods_module,       &stability_module,
-      &integrate_module, &newton_module,       &gauss_newton_module, &iddata_module,        &idmodel_module,
-      &lsq_module,       &likelihood_module,   &validation_module,   &predictor_module,     &complex_module,
-      &lti_module,       &lti_analysis_module, &lti_response_module, &lti_linearize_module, &plot_module};
+      &expr_module,      &functions_module, &matrix_module,       &entries_module,      &calculus_module,
+      &algebra_module,   &mech_module,      &dae_module,          &forms_module,        &start_module,
+      &pencil_module,    &structure_module, &tableau_module,      &methods_module,      &stability_module,
+      &integrate_module, &newton_module,    &gauss_newton_module, &sweep_module,        &iddata_module,
+      &idmodel_module,   &lsq_module,       &likelihood_module,   &validation_module,   &predictor_module,
+      &complex_module,   &lti_module,       &lti_analysis_module, &lti_response_module, &lti_linearize_module,
+      &plot_module,
+  };
   return list;
 }
 
