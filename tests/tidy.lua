@@ -240,6 +240,22 @@ local function check_headers_used(sources)
   end
 end
 
+-- Two C++ types of one Lua name would be cast into each other.
+local function check_type_names(sources)
+  local where, names = {}, {}
+  for file in pairs(sources) do names[#names + 1] = file end
+  table.sort(names)
+  for _, file in ipairs(names) do
+    if file:find "^src/lua/" then
+      for number, line in lines(sources[file]) do
+        local name = line:match 'static constexpr const char%* value = "([^"]+)"'
+        if name and where[name] then report(file, number, ("the type name '%s' is taken by %s"):format(name, where[name])) end
+        if name then where[name] = file end
+      end
+    end
+  end
+end
+
 ---------------------------------------------------------------------------------------------------- all of them
 
 local sources = {}
@@ -264,6 +280,7 @@ for _, file in ipairs(files("scripts", "*.lua")) do
 end
 check_citations(sources)
 check_headers_used(sources)
+check_type_names(sources)
 
 if findings > 0 then print(findings .. " findings") end
 os.exit(findings == 0)

@@ -16,7 +16,7 @@ struct TypeName<lti::Reach> {
 };
 template <>
 struct TypeName<lti::Stability> {
-  static constexpr const char* value = "stability";
+  static constexpr const char* value = "lti_stability";
 };
 template <>
 struct TypeName<lti::Margins> {
@@ -277,16 +277,17 @@ const Module lti_analysis_module = {
          "asymptotically stable if and only if a > 0, b - 1/a > 0 (Routh)"},
         {"lti:is_stable", is_stable, "G:is_stable() -> boolean", "All poles decay.",
          "tf({1}, {1, 0}):is_stable()", "false"},
-        {"stability#verdict", verdict, "G:stability().verdict -> string", "The verdict in words."},
-        {"stability#reason", reason, "G:stability().reason -> string", "The poles that decide."},
-        {"stability#asymptotic", asymptotic, "G:stability().asymptotic -> boolean", "All poles decay."},
-        {"stability#routh", routh, "G:stability().routh -> column",
+        {"lti_stability#verdict", verdict, "G:stability().verdict -> string", "The verdict in words."},
+        {"lti_stability#reason", reason, "G:stability().reason -> string", "The poles that decide."},
+        {"lti_stability#asymptotic", asymptotic, "G:stability().asymptotic -> boolean", "All poles decay."},
+        {"lti_stability#routh", routh, "G:stability().routh -> column",
          "The first column of Routh's array (symbolic systems)."},
-        {"stability:__tostring", stability_text, "print(G:stability())", "Verdict and reason."},
+        {"lti_stability:__tostring", stability_text, "print(G:stability())", "Verdict and reason."},
         {"lti:damp", damp, "G:damp() -> damping",
          "Damping ratio ζ, natural frequency ωₙ and time constant of every pole: .zeta, .wn.",
          "tf({1}, {1, 2, 4}):damp()",
-         "pole              ζ  ωₙ [rad/s]  time constant [s]\n-1 ± 1.73205 i  0.5           2                  "
+         "pole              ζ  ωₙ [rad/s]  time constant [s]\n-1 ± 1.73205 i  0.5           2                "
+         "  "
          "1"},
         {"damping#zeta", dampings, "G:damp().zeta -> column", "Damping ratios, pole by pole."},
         {"damping#wn", frequencies, "G:damp().wn -> column", "Natural frequencies in rad/s."},
