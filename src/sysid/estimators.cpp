@@ -70,7 +70,8 @@ PolyModel arx(const IdData& d, Index output, const Orders& orders, Start start, 
     for (const Index s : fit.corner) samples.push_back(std::to_string(s));
     m.noise += text("; e = 0 at sample", samples.size() > 1 ? "s " : " ", join(samples, ", "));
   }
-  if (missing(d) == 0) m.simulation_fit = predict(m, d, 0, Seed::data).fit;
+  if (missing(d) == 0)
+    m.simulation_fit = predict(m, d, 0, start == Start::zero ? Seed::zero : Seed::data).fit;
   return m;
 }
 

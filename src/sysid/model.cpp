@@ -181,7 +181,9 @@ PolyModel arx(const IdData& d, Index output, const Orders& wanted, Start start) 
   if (ls.rank < regressor.columns()) m.advice = why_not_identifiable(d, m, ls.rows);
   if (start == Start::estimate) m.initial_past = past_outputs(d, m);
   m.simulation_fit = std::numeric_limits<double>::quiet_NaN();
-  if (missing(d) == 0 && d.samples() > m.p.memory()) m.simulation_fit = predict(m, d, 0, Seed::data).fit;
+  const Seed seed = start == Start::zero ? Seed::zero : Seed::data;
+  m.simulation_start = seed_text(m, seed);
+  if (missing(d) == 0 && d.samples() > m.p.memory()) m.simulation_fit = predict(m, d, 0, seed).fit;
   return m;
 }
 

@@ -46,6 +46,7 @@ struct PolyModel {
   Mat covariance;
   Criteria quality;
   double simulation_fit = 0;
+  std::string simulation_start;  ///< in words: how that simulation begins
   Index samples = 0, left_out = 0;
   Start start = Start::drop;
   bool exact = false;
@@ -83,6 +84,8 @@ struct Response {
   std::vector<Index> rows;
   double fit = 0;
 };
+/// "seeded with the first 4 samples", …
+std::string seed_text(const PolyModel& m, Seed seed);
 /// ŷ(t | t - horizon): horizon 1 is the one-step prediction, 0 stands for simulation (only u is used).
 /// throws Error where samples are missing or the data does not fit the model.
 Response predict(const PolyModel& m, const IdData& d, Index horizon, Seed seed);

@@ -138,11 +138,7 @@ std::string numbers(const PolyModel& m) {
     if (q.rows > q.parameters) out += text("  noise variance SSE/(rows - d) = ", rounded(q.sigma2, 8), "\n");
     out += text("  fit on the estimation data: ", number_or(q.fit, 6, "–"), " % (1-step prediction)");
     if (std::isfinite(m.simulation_fit))
-      out += text(", ", rounded(m.simulation_fit, 6), " % (simulation, ",
-                  m.p.equation_error() ? text("seeded with the first ", m.p.memory(),
-                                              m.p.memory() == 1 ? " sample" : " samples")
-                                       : "initial state estimated",
-                  ")");
+      out += text(", ", rounded(m.simulation_fit, 6), " % (simulation, ", m.simulation_start, ")");
     out += "\n";
   }
   if (!m.unidentifiable.empty()) {

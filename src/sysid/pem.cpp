@@ -160,7 +160,7 @@ Search minimise(const std::vector<Part>& parts, const Orders& orders, Vec theta,
   s.at = evaluate(parts, orders, s.theta, o.start, true);
   s.sse = s.at.e.squaredNorm();
   if (!std::isfinite(s.sse)) return s.sse = std::numeric_limits<double>::infinity(), s;
-  double damping = 0;
+  double damping = 0, last = 1;
   for (s.end = "the search did not settle";; ++s.iterations) {
     if (s.iterations >= o.iterations) return s;
     const Vec g = s.at.J.transpose() * s.at.e;
@@ -168,7 +168,7 @@ Search minimise(const std::vector<Part>& parts, const Orders& orders, Vec theta,
     H.selfadjointView<Eigen::Lower>().rankUpdate(s.at.J.transpose());
     const Vec scale = H.diagonal().cwiseMax(1e-300);
     bool improved = false;
-    double size = 0, gain = 0;
+    double size = 0;
     for (int tries = 0; tries < 40 && !improved; ++tries) {
       Mat damped = H;
       damped.diagonal() += (damping + 1e-15) * scale;
@@ -179,17 +179,19 @@ Search minimise(const std::vector<Part>& parts, const Orders& orders, Vec theta,
       if (llt.info() == Eigen::Success && admissible(polynomials_of(next, orders))) {
         PredictionErrors at = evaluate(parts, orders, next, o.start, true);
         const double sse = at.e.squaredNorm();
-        if (sse < s.sse) {
-          improved = true, gain = (s.sse - sse) / s.sse;
+        // Near the minimum the loss is all rounding: there the shrinking step is what tells progress.
+        const bool settling = size < 1e-6 && size < 0.9 * last && sse <= s.sse * (1 + 1e-11);
+        if (sse < s.sse || settling) {
+          improved = true, last = size;
           s.theta = next, s.sse = sse, s.at = std::move(at);
           damping = damping < 1e-8 ? 0 : damping / 10;
           break;
         }
-        if (size < 1e-9) break;  // rounding decides: this is the minimum
+        if (size < 1e-6) break;  // rounding decides: this is the minimum
       }
       damping = damping == 0 ? 1e-4 : damping * 10;
     }
-    if (!improved || size < 1e-12 || (gain < 1e-13 && size < 1e-7)) break;
+    if (!improved || size < 1e-13) break;
   }
   s.end = "";
   return s;
@@ -221,6 +223,7 @@ void complete(PolyModel& m, const IdData& d, const Search& best) {
   else if (ls.rank < m.theta.size())
     m.advice = {
         "the gradient does not separate these parameters: lower the orders, or excite the input more"};
+  m.simulation_start = seed_text(m, Seed::estimate);
   m.simulation_fit = predict(m, d, 0, Seed::estimate).fit;
 }
 

@@ -59,6 +59,15 @@ Seed seed_named(const std::string& name) {
                    "initial state is fitted)"));
 }
 
+std::string seed_text(const PolyModel& m, Seed seed) {
+  if (seed == Seed::zero) return "from rest";
+  if (seed == Seed::estimate) return "initial state estimated";
+  const Index n = m.p.memory();
+  return n == 0   ? "without memory"
+         : n == 1 ? "seeded with the first sample"
+                  : text("seeded with the first ", n, " samples");
+}
+
 namespace {
 
 struct ErrorFilter {

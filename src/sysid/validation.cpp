@@ -59,9 +59,7 @@ Validation validate(const PolyModel& m, const IdData& d, Index lags) {
   v.lags = std::min<Index>(lags, v.rows / 4);
   v.fit = one.fit, v.residuals = one.errors;
   v.simulation_fit = predict(m, d, 0, seed).fit;
-  v.fit_label = seed == Seed::data
-                    ? text("seeded with the first ", m.p.memory(), m.p.memory() == 1 ? " sample" : " samples")
-                    : "initial state estimated";
+  v.fit_label = seed_text(m, seed);
   const Vec e = one.errors.array() - one.errors.mean();
   const double power = e.squaredNorm();
   const auto N = static_cast<double>(v.rows);
@@ -113,8 +111,9 @@ std::string describe(const Validation& v) {
               " % (simulation, ", v.fit_label, ")\n");
   if (v.bound == 0) return out + "  the residuals are rounding: there is nothing to test";
   out += text("  residuals ", v.white ? "are white" : "are not white", ": Ljung–Box Q = ", rounded(v.Q, 5),
-              " on ", rounded(v.dof, 5), " degrees of freedom, p = ", rounded(v.p, 3), "; ", v.outside,
-              " of ", v.lags, " autocorrelations outside ±", rounded(v.bound, 3), " (99 %)\n");
+              " on ", rounded(v.dof, 5), " degrees of freedom, p ",
+              v.p < 1e-10 ? "< 1e-10" : "= " + rounded(v.p, 3), "; ", v.outside, " of ", v.lags,
+              " autocorrelations outside ±", rounded(v.bound, 3), " (99 %)\n");
   for (std::size_t i = 0; i < v.u_names.size(); ++i)
     out += text("  ", v.cross_outside[i] <= v.allowed ? "no dependence" : "dependence", " on past ",
                 v.u_names[i], ": ", v.cross_outside[i], " of ", v.lags + 1, " correlations outside ±",
