@@ -37,10 +37,15 @@ std::vector<Entry> top_jacobian(const Model& m) {
   return sparse_jacobian(m.residuals, unknowns);
 }
 
-ModelPtr reduce_acc(const ModelPtr& model) {
+ModelPtr regular_form(const ModelPtr& model) {
   const Analysis as_written = analyse(*model);
   if (!as_written.regular && as_written.offsets.unmatched.empty())
-    if (const auto repaired = repair(model)) return reduce_acc(repaired->model);
+    if (const auto repaired = repair(model)) return repaired->model;
+  return model;
+}
+
+ModelPtr reduce_acc(const ModelPtr& given) {
+  const ModelPtr model = regular_form(given);
   const Analysis a = require_regular(*model);
   if (a.index <= 1 && a.offsets.value == static_cast<int>(model->states().size())) return model;
   Differentiated d = differentiate(*model, a.offsets);

@@ -11,6 +11,10 @@ namespace pendula::dae {
 /// index is at most 1. See Hairer & Wanner, Solving ODEs II, 2nd ed., §VII.1 and VII.2; exam problem 1(b).
 ModelPtr reduce_acc(const ModelPtr& model);
 
+/// The model, or an equivalent one whose structure is regular (conversion.hpp) where its own is not. Returns
+/// the model itself if there is none.
+ModelPtr regular_form(const ModelPtr& model);
+
 struct ReduceOptions {
   std::optional<Expr> alpha, beta;           ///< gains of "baumgarte", numbers or parameters
   std::unordered_map<Expr, double> at = {};  ///< a point near which coordinates are chosen; empty: generic

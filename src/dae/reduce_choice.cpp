@@ -1,6 +1,7 @@
 // reduce(form): the list of forms, and the choice where none is named.
 #include "base/error.hpp"
 #include "base/text.hpp"
+#include "dae/lineage.hpp"
 #include "dae/reduced_forms.hpp"
 
 namespace pendula::dae {
@@ -28,10 +29,27 @@ ModelPtr with_line(const ModelPtr& model, const std::string& line) {
   return copy;
 }
 
+/// The same number of free initial values as the model has: a form that lost or gained one is not equivalent.
+ModelPtr checked(const ModelPtr& done, const ModelPtr& model, const std::string& form) {
+  const ModelPtr source = regular_form(original(model));
+  if (done == model || done == source) return done;
+  const Analysis before = analyse(*source), after = analyse(*done);
+  if (before.regular && after.regular && before.dof != after.dof)
+    throw Failure(text("form \"", form, "\": the equations derived have ", after.dof,
+                       after.dof == 1 ? " free initial value" : " free initial values",
+                       ", but the model has ", before.dof,
+                       ": they are not equivalent to it, so the form does not apply; use reduce \"acc\""));
+  return done;
+}
+
 /// The best road for simulation. Nothing is reduced that can be integrated as it stands.
-ModelPtr best(const ModelPtr& model) {
+ModelPtr best(const ModelPtr& given) {
+  const ModelPtr model = regular_form(given);
   const Analysis a = require_regular(*model);
   const ModelPtr low = reduce_acc(model);
+  if (low == model && model != given && model->invariants.empty())
+    return with_line(model, text("reduce() stopped there: the equivalent equations have index ", a.index,
+                                 ", which every implicit method can integrate."));
   if (low == model && model->invariants.empty()) {
     auto same = std::make_shared<Model>(*model);
     same->parent = model;
@@ -67,7 +85,7 @@ ModelPtr reduce(const ModelPtr& model, const std::string& form, const ReduceOpti
                                   : text("; form \"", form, "\" has none")));
   if (form.empty()) return best(model);
   for (const Form& f : forms)
-    if (form == f.name) return f.make(model, options);
+    if (form == f.name) return checked(f.make(model, options), model, form);
   throw Error(text("unknown form '", form, "'.", did_you_mean(form, reduction_forms()),
                    " Forms: ", join(reduction_forms(), ", ")));
 }

@@ -25,75 +25,10 @@ namespace {
 using Index = Eigen::Index;
 using Numbers = std::unordered_map<Expr, double>;
 
-/// The numeric rows of the system Jacobian that belong to differentiated equations.
-class ConstraintJacobian {
- public:
-  ConstraintJacobian(const Model& m, const Numbers& point) : m_(m), analysis(require_regular(m)) {
-    std::vector<Expr> slopes;
-    for (const Entry& e : analysis.jacobian)
-      if (analysis.offsets.c[static_cast<std::size_t>(e.row)] > 0) slopes.push_back(e.value);
-    const Numbers values = complete(slopes, point);
-    const auto numbers = pendula::evaluate(slopes, values);
-    const auto n = static_cast<Index>(m.variables.size());
-    J_ = Mat::Zero(n, n);
-    std::size_t k = 0;
-    for (const Entry& e : analysis.jacobian)
-      if (analysis.offsets.c[static_cast<std::size_t>(e.row)] > 0) J_(e.row, e.column) = numbers[k++];
-    if (!J_.allFinite()) throw Failure("form \"dummy\": the constraint Jacobian is not finite at this point");
-  }
-
-  std::vector<Index> rows(int stage) const {
-    std::vector<Index> list;
-    for (std::size_t i = 0; i < analysis.offsets.c.size(); ++i)
-      if (analysis.offsets.c[i] >= stage) list.push_back(static_cast<Index>(i));
-    return list;
-  }
-
-  /// The block of these rows and columns, every row divided by its largest entry.
-  Mat block(const std::vector<Index>& rows, const std::vector<Index>& columns) const {
-    Mat G(static_cast<Index>(rows.size()), static_cast<Index>(columns.size()));
-    for (Index i = 0; i < G.rows(); ++i) {
-      const auto row = J_.row(rows[static_cast<std::size_t>(i)]);
-      const double largest = row.cwiseAbs().maxCoeff();
-      for (Index j = 0; j < G.cols(); ++j)
-        G(i, j) = largest > 0 ? row[columns[static_cast<std::size_t>(j)]] / largest : 0;
-    }
-    return G;
-  }
-
-  Expr dummy(Index column, int stage) const {
-    const auto j = static_cast<std::size_t>(column);
-    return derivative_leaf(m_.variables[j].leaf, analysis.offsets.d[j] - stage + 1);
-  }
-
- private:
-  /// Values of the leaves: the point, then the parameters, then generic numbers if no point is given.
-  Numbers complete(std::span<const Expr> outputs, const Numbers& point) const {
-    Numbers values = point.empty() ? random_point(outputs, 0) : point;
-    for (Expr leaf : leaves(outputs)) {
-      if (symbol_of(leaf).kind == pendula::Kind::constant || point.count(leaf)) continue;
-      if (const auto it = m_.values.find(leaf); it != m_.values.end())
-        values[leaf] = pendula::evaluate({&it->second, 1}, {})[0];
-      else if (!point.empty())
-        throw Error(text("form \"dummy\": the point gives no value for ", to_text(leaf),
-                         "; pass a start: reduce(\"dummy\", { at = sys:init{ … } })"));
-    }
-    return values;
-  }
-
-  const Model& m_;
-
- public:
-  const Analysis analysis;
-
- private:
-  Mat J_;
-};
-
-double regularity(const Mat& square) {
-  if (square.size() == 0) return 1;
-  const Vec s = Eigen::JacobiSVD<Mat>(square).singularValues();
-  return s[0] > 0 ? s[s.size() - 1] / s[0] : 0;
+double least_singular_value(const Mat& m) {
+  if (m.size() == 0) return 1;
+  const Vec s = Eigen::JacobiSVD<Mat>(m).singularValues();
+  return s.size() < m.rows() ? 0 : s[m.rows() - 1];
 }
 
 std::vector<Index> every(Index n) {
@@ -102,17 +37,59 @@ std::vector<Index> every(Index n) {
   return list;
 }
 
+/// Values of the leaves: the point, then the parameters, then generic numbers if no point is given.
+Numbers complete(const Model& m, std::span<const Expr> outputs, const Numbers& point) {
+  Numbers values = point.empty() ? random_point(outputs, 0) : point;
+  for (Expr leaf : leaves(outputs)) {
+    if (symbol_of(leaf).kind == pendula::Kind::constant || point.count(leaf)) continue;
+    if (const auto it = m.values.find(leaf); it != m.values.end())
+      values[leaf] = pendula::evaluate({&it->second, 1}, {})[0];
+    else if (!point.empty())
+      throw Error(text("form \"dummy\": the point gives no value for ", to_text(leaf),
+                       "; pass a start: reduce(\"dummy\", { at = sys:init{ … } })"));
+  }
+  return values;
+}
+
 }  // namespace
 
-DummySelection select_dummies(const Model& m, const Numbers& point) {
-  const ConstraintJacobian J(m, point);
+DummyPivoting::DummyPivoting(const ModelPtr& source) : model_(source), analysis_(require_regular(*source)) {
+  for (const Entry& e : analysis_.jacobian)
+    if (analysis_.offsets.c[static_cast<std::size_t>(e.row)] > 0)
+      entries_.push_back(e), slopes.push_back(e.value);
+}
+
+Mat DummyPivoting::matrix(std::span<const double> numbers) const {
+  const auto n = static_cast<Index>(model_->variables.size());
+  Mat J = Mat::Zero(n, n);
+  for (std::size_t k = 0; k < entries_.size(); ++k) J(entries_[k].row, entries_[k].column) = numbers[k];
+  for (Index i = 0; i < n; ++i)
+    if (const double largest = J.row(i).cwiseAbs().maxCoeff(); largest > 0) J.row(i) /= largest;
+  return J;
+}
+
+std::vector<Index> DummyPivoting::rows(int stage) const {
+  std::vector<Index> list;
+  for (std::size_t i = 0; i < analysis_.offsets.c.size(); ++i)
+    if (analysis_.offsets.c[i] >= stage) list.push_back(static_cast<Index>(i));
+  return list;
+}
+
+Expr DummyPivoting::dummy(Index column, int stage) const {
+  const auto j = static_cast<std::size_t>(column);
+  return derivative_leaf(model_->variables[j].leaf, analysis_.offsets.d[j] - stage + 1);
+}
+
+DummySelection DummyPivoting::best(std::span<const double> numbers) const {
+  const Mat J = matrix(numbers);
+  if (!J.allFinite()) throw Failure("form \"dummy\": the constraint Jacobian is not finite at this point");
   DummySelection selection;
   selection.quality = 1;
-  std::vector<Index> columns = every(static_cast<Index>(m.variables.size()));
+  std::vector<Index> columns = every(J.cols());
   for (int stage = 1;; ++stage) {
-    const std::vector<Index> rows = J.rows(stage);
-    if (rows.empty()) break;
-    const Mat G = J.block(rows, columns);
+    const std::vector<Index> r = rows(stage);
+    if (r.empty()) break;
+    const Mat G = J(r, columns);
     const Eigen::ColPivHouseholderQR<Mat> qr(G);
     if (qr.rank() < G.rows())
       throw Failure(text("form \"dummy\": the constraint Jacobian has rank ", qr.rank(), " of ", G.rows(),
@@ -121,8 +98,9 @@ DummySelection select_dummies(const Model& m, const Numbers& point) {
     for (Index k = 0; k < G.rows(); ++k)
       chosen.push_back(columns[static_cast<std::size_t>(qr.colsPermutation().indices()[k])]);
     std::sort(chosen.begin(), chosen.end());
-    selection.quality = std::min(selection.quality, regularity(J.block(rows, chosen)));
-    for (Index j : chosen) selection.dummies.push_back(J.dummy(j, stage));
+    selection.quality =
+        std::min(selection.quality, least_singular_value(J(r, chosen)) / least_singular_value(G));
+    for (Index j : chosen) selection.dummies.push_back(dummy(j, stage));
     columns = std::move(chosen);
   }
   std::sort(selection.dummies.begin(), selection.dummies.end(), [](Expr a, Expr b) {
@@ -132,21 +110,55 @@ DummySelection select_dummies(const Model& m, const Numbers& point) {
   return selection;
 }
 
-double dummy_quality(const Model& m, const DummySelection& selection, const Numbers& point) {
-  const ConstraintJacobian J(m, point);
+double DummyPivoting::quality(const DummySelection& selection, std::span<const double> numbers) const {
+  const Mat J = matrix(numbers);
+  if (!J.allFinite()) return 0;
   double quality = 1;
+  std::vector<Index> columns = every(J.cols());
   for (int stage = 1;; ++stage) {
-    const std::vector<Index> rows = J.rows(stage);
-    if (rows.empty()) return quality;
-    std::vector<Index> columns;
-    for (Index j = 0; j < static_cast<Index>(m.variables.size()); ++j) {
-      if (J.analysis.offsets.d[static_cast<std::size_t>(j)] < stage - 1) continue;
-      if (std::count(selection.dummies.begin(), selection.dummies.end(), J.dummy(j, stage)))
-        columns.push_back(j);
-    }
-    if (columns.size() != rows.size()) throw Error("the selection of dummy derivatives is of another model");
-    quality = std::min(quality, regularity(J.block(rows, columns)));
+    const std::vector<Index> r = rows(stage);
+    if (r.empty()) return quality;
+    std::vector<Index> chosen;
+    for (Index j : columns)
+      if (analysis_.offsets.d[static_cast<std::size_t>(j)] >= stage - 1 &&
+          std::count(selection.dummies.begin(), selection.dummies.end(), dummy(j, stage)))
+        chosen.push_back(j);
+    if (chosen.size() != r.size()) throw Error("the selection of dummy derivatives is of another model");
+    const double possible = least_singular_value(J(r, columns));
+    quality = possible > 0 ? std::min(quality, least_singular_value(J(r, chosen)) / possible) : 0;
+    columns = std::move(chosen);
   }
+}
+
+DummySelection select_dummies(const ModelPtr& m, const Numbers& point) {
+  const DummyPivoting pivoting(m);
+  return pivoting.best(pendula::evaluate(pivoting.slopes, complete(*m, pivoting.slopes, point)));
+}
+
+double dummy_quality(const ModelPtr& m, const DummySelection& selection, const Numbers& point) {
+  const DummyPivoting pivoting(m);
+  return pivoting.quality(selection,
+                          pendula::evaluate(pivoting.slopes, complete(*m, pivoting.slopes, point)));
+}
+
+DummySelection selection_of(const Model& dummy) {
+  DummySelection selection;
+  const ModelPtr source = dummy.parent;
+  const Analysis a = require_regular(*source);
+  for (std::size_t j = 0; j < source->variables.size(); ++j) {
+    const Expr x = source->variables[j].leaf;
+    int order = 0;
+    for (const Variable& v : dummy.variables)
+      if (v.leaf == x) order = v.order;
+    for (int k = order + 1; k <= a.offsets.d[j]; ++k) selection.dummies.push_back(derivative_leaf(x, k));
+  }
+  return selection;
+}
+
+Expr original_leaf(const Model& dummy, Expr leaf) {
+  for (const auto& [old, meaning] : dummy.relations)
+    if (meaning == leaf) return old;
+  return leaf;
 }
 
 // ── the model with a selection
@@ -205,7 +217,7 @@ Substitution stand_ins(const Model& m, const DummySelection& selection, std::vec
 }  // namespace
 
 ModelPtr reduce_dummy(const ModelPtr& model, const DummySelection& selection) {
-  const ModelPtr source = original(model);
+  const ModelPtr source = regular_form(original(model));
   const Analysis a = require_regular(*source);
   if (selection.dummies.empty())
     throw Error(text("form \"dummy\": the model has index ", a.index,
@@ -230,22 +242,24 @@ ModelPtr reduce_dummy(const ModelPtr& model, const DummySelection& selection) {
   options.z.insert(options.z.end(), made.begin(), made.end());
   options.trace.push_back(
       text("     ", names_of(selection.dummies), " are dummy derivatives, algebraic: ", names_of(made)));
-  options.trace.push_back(text("     states in use: ", names_of(states), "; quality of the choice ",
-                               rounded(selection.quality, 3),
-                               " (1 is best, 0 singular: choose again there)"));
+  options.trace.push_back(text(
+      "     states in use: ", names_of(states), "; quality of the choice ", rounded(selection.quality, 3),
+      " (1 is the best there is, 0 singular). integrate() compares it with the best one "
+      "after every step and changes to that where it is twice as good (sol:switches())."));
   options.trace.push_back("     Every constraint is an equation, so nothing drifts; the index is 1.");
   return make_model(std::move(blocks), std::move(options));
 }
 
 ModelPtr reduce_dummy(const ModelPtr& model, const ReduceOptions& options) {
-  const ModelPtr source = original(model);
-  const DummySelection selection = select_dummies(*source, options.at);
+  const ModelPtr source = regular_form(original(model));
+  const DummySelection selection = select_dummies(source, options.at);
   const ModelPtr done = reduce_dummy(model, selection);
   if (!options.at.empty()) return done;
   auto copy = std::make_shared<Model>(*done);
   copy->trace.push_back(
-      "     The states were chosen at a generic point; name the start to choose them there: "
-      "reduce(\"dummy\", { at = sys:init{ … } }).");
+      "     The states were chosen at a generic point; reduce(\"dummy\", { at = sys:init{ … } }) chooses "
+      "them at a "
+      "start.");
   return copy;
 }
 

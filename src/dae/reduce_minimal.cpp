@@ -134,7 +134,8 @@ std::vector<Block> remaining(const Model& m, const std::vector<Chain>& removed, 
       if (generic::is_zero(substitute(substitute(l - e, known), dependent))) {  // y′ = v_y of a dependent y
         const Expr before = m.blocks[b].lhs[r] - m.blocks[b].rhs[r];
         const auto inside = leaves({&before, 1});
-        if (std::any_of(inside.begin(), inside.end(), [&](Expr leaf) { return dependent.count(leaf) > 0; }))
+        if (std::any_of(inside.begin(), inside.end(),
+                        [&](Expr leaf) { return dependent.count(leaf) > 0 && symbol_of(leaf).order > 0; }))
           continue;
       }
       left.push_back(simplify(l)), right.push_back(simplify(e));
@@ -159,7 +160,7 @@ ModelPtr eliminated(const ModelPtr& m) {
 }  // namespace
 
 ModelPtr reduce_minimal(const ModelPtr& model, const ReduceOptions& request) {
-  const ModelPtr source = original(model);
+  const ModelPtr source = regular_form(original(model));
   const ModelPtr low = reduce_acc(source);
   const std::vector<Chain> list = chains(*source, *low);
   if (list.empty())
@@ -187,6 +188,10 @@ ModelPtr reduce_minimal(const ModelPtr& model, const ReduceOptions& request) {
       text("     ", grouped_names(gone), " and their derivatives are substituted everywhere; independent: ",
            grouped_names(kept), ". The constraints hold identically, so nothing drifts."));
   const ModelPtr small = make_model(remaining(*source, list, d), std::move(options));
+  if (small->residuals.size() != small->variables.size())
+    throw Failure(text("form \"minimal\": substituting ", grouped_names(gone), " leaves ",
+                       small->residuals.size(), " equations for ", small->variables.size(),
+                       " unknowns; use reduce \"dummy\""));
   if (require_regular(*small).index > 1)
     throw Failure(
         "form \"minimal\": substituting the dependent coordinates left constraints hidden; use "

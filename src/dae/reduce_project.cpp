@@ -104,8 +104,9 @@ Vec least_step(const Projection& p, const std::unordered_map<Expr, double>& valu
 
 }  // namespace
 
-ModelPtr reduce_project(const ModelPtr& model) {
-  if (!model->projections.empty()) return model;
+ModelPtr reduce_project(const ModelPtr& given) {
+  if (!given->projections.empty()) return given;
+  const ModelPtr model = regular_form(given);
   ModelPtr inner;
   std::string why;
   try {

@@ -78,7 +78,7 @@ void add_multipliers(std::vector<Block>& blocks, const Model& first, const std::
 }  // namespace
 
 ModelPtr reduce_ggl(const ModelPtr& model) {
-  const ModelPtr first = to_first_order(original(model));
+  const ModelPtr first = to_first_order(regular_form(original(model)));
   const ModelPtr low = reduce_acc(first);
   if (low == first) nothing_hidden("ggl", *first);
   const std::vector<Chain> positions = position_constraints(*first, *low);
@@ -178,7 +178,7 @@ std::vector<std::string> meaning(const Gains& g) {
 
 ModelPtr reduce_baumgarte(const ModelPtr& model, const ReduceOptions& request) {
   const Gains g = gains(request);
-  const ModelPtr source = original(model);
+  const ModelPtr source = regular_form(original(model));
   const ModelPtr low = reduce_acc(source);
   const std::vector<Chain> list = chains(*source, *low);
   if (list.empty()) nothing_hidden("baumgarte", *source);

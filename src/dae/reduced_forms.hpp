@@ -2,6 +2,9 @@
 // that says why where the form does not apply.
 #pragma once
 
+#include <span>
+
+#include "base/math.hpp"
 #include "dae/reduce.hpp"
 
 namespace pendula::dae {
@@ -41,17 +44,42 @@ ModelPtr reduce_minimal(const ModelPtr& model, const ReduceOptions& options);
 /// A choice of dummy derivatives: leaves x⁽ᵏ⁾ that become algebraic variables.
 struct DummySelection {
   std::vector<Expr> dummies;  ///< by variable, ascending order
-  double quality = 0;         ///< least σ_min/σ_max of the selected constraint Jacobians; 0 is singular
+  /// Least σ_min of the selected constraint Jacobians, divided by that of all columns to choose from: 1 is
+  /// the best there is, 0 singular.
+  double quality = 0;
   friend bool operator==(const DummySelection& a, const DummySelection& b) { return a.dummies == b.dummies; }
 };
-/// The best selection at a point (pivoted QR, stage by stage). `model` is the one to be reduced; the point
-/// gives states, parameters, inputs and t of it; empty: a generic point.
-/// throws    Failure where the constraint Jacobian is singular at the point
-DummySelection select_dummies(const Model& model, const std::unordered_map<Expr, double>& point);
-/// How good a selection is at a point: to be compared with that of select_dummies there, so that an
-/// integrator changes it with hysteresis.
-double dummy_quality(const Model& model, const DummySelection& selection,
+
+/// Chooses dummy derivatives from the numeric values of the constraint Jacobian, by pivoted QR, stage by
+/// stage. Cost of best and quality: one small decomposition per stage.
+class DummyPivoting {
+ public:
+  /// source: the model to be reduced, of regular structure.
+  explicit DummyPivoting(const ModelPtr& source);
+  std::vector<Expr> slopes;  ///< what best and quality take the values of
+  /// Throws Failure where the constraint Jacobian is singular.
+  DummySelection best(std::span<const double> slope_values) const;
+  double quality(const DummySelection& selection, std::span<const double> slope_values) const;
+
+ private:
+  Mat matrix(std::span<const double> numbers) const;
+  std::vector<Eigen::Index> rows(int stage) const;
+  Expr dummy(Eigen::Index column, int stage) const;
+  ModelPtr model_;
+  Analysis analysis_;
+  std::vector<Entry> entries_;
+};
+
+/// The best selection at a point. `model` is the one to be reduced; the point gives states, parameters,
+/// inputs and t of it; empty: a generic point.
+DummySelection select_dummies(const ModelPtr& model, const std::unordered_map<Expr, double>& point);
+double dummy_quality(const ModelPtr& model, const DummySelection& selection,
                      const std::unordered_map<Expr, double>& point);
+/// What a leaf of a model of form "dummy" is in the model it was made from: x_dot is x′.
+Expr original_leaf(const Model& dummy, Expr leaf);
+/// The selection that a model of form "dummy" was made with.
+DummySelection selection_of(const Model& dummy);
+
 /// "dummy": all equations and all derivatives of them, index 1, with this selection.
 /// see       Mattsson & Söderlind, SIAM J. Sci. Comput. 14(3), 1993
 ModelPtr reduce_dummy(const ModelPtr& model, const DummySelection& selection);

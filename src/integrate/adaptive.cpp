@@ -168,6 +168,7 @@ class Run {
     }
     keep(stepper().here(), false);
     if (stepper().here().t >= plan_.to) return "finished";
+    if (plan_.leave && plan_.leave(stepper().here())) return "left";
     change_if_stiff();
     return "";
   }

@@ -147,6 +147,7 @@ std::string run(RungeKutta& engine, Point& here, const Plan& plan, Saver& saver)
       engine.at_time(next.t);
       saver.advance(here, next);
       std::swap(here, next);
+      if (plan.leave && k < steps && plan.leave(here)) return "left";
     }
   } catch (const Interrupted&) {
     return "interrupted";

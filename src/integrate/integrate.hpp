@@ -22,6 +22,9 @@ struct Plan {
   std::optional<std::vector<double>> times;
   bool direct = false;  ///< integrate a model of index 2 or more as it stands
 
+  /// Asked after every step; true ends the run there with the status "left".
+  std::function<bool(const Point&)> leave;
+
   // ── adaptive only ──
   Tolerances tolerances;  ///< empty: rtol = 1e-6, atol = 1e-9
   double dt_first = 0;    ///< 0: chosen

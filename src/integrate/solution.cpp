@@ -124,8 +124,14 @@ std::string Solution::str() const {
   for (int i = 0; i < problem().shown_n(); ++i) table.row({problem().x_name(i), "=", rounded(end.x[i])});
   for (int i = 0; i < problem().shown_m(); ++i) table.row({problem().z_name(i), "=", rounded(end.z[i])});
   const std::string step = dt_ > 0 ? text(", dt = ", rounded(dt_, 6)) : "";
+  const std::size_t switches = states_in_use_.empty() ? 0 : states_in_use_.size() - 1;
+  std::string used;
+  if (!states_in_use_.empty())
+    used = switches == 0 ? text("  states in use: ", states_in_use_[0].states, "\n")
+                         : text("  states in use switched ", switches, switches == 1 ? " time" : " times",
+                                " (sol:switches()), at the end: ", states_in_use_.back().states, "\n");
   return text("solution by ", method_, step, ": ", stats_.steps, stats_.steps == 1 ? " step" : " steps",
-              " from t = ", rounded(t().front(), 6), " to ", rounded(end.t, 6), ", ", status_, "\n",
+              " from t = ", rounded(t().front(), 6), " to ", rounded(end.t, 6), ", ", status_, "\n", used,
               table.str(2));
 }
 
@@ -139,6 +145,7 @@ std::string Solution::stats_text() const {
   row("Jacobians", stats_.jacobians);
   row("factorisations", stats_.factorisations);
   row("Newton iterations", stats_.newton_iterations);
+  if (!states_in_use_.empty()) row("switches of states", static_cast<long>(states_in_use_.size()) - 1);
   return table.str();
 }
 

@@ -48,6 +48,12 @@ struct EventRecord {
   Point before, after;
 };
 
+/// From a time on, the solution was computed with these states (form "dummy").
+struct StatesInUse {
+  double t = 0;
+  std::string states;
+};
+
 class Solution {
  public:
   explicit Solution(ProblemPtr problem);
@@ -57,6 +63,7 @@ class Solution {
   void set_method(std::string name, double dt) { method_ = std::move(name), dt_ = dt; }
   void set_continuation(std::shared_ptr<Continuation> between) { between_ = std::move(between); }
   void add_event(EventRecord event) { events_.push_back(std::move(event)); }
+  void add_states(StatesInUse use) { states_in_use_.push_back(std::move(use)); }
   void finish(std::string status, const Stats& stats, double seconds);
 
   /// "finished", "event", "interrupted", or "stopped at t = 0.98: why".
@@ -68,6 +75,9 @@ class Solution {
   const std::string& method_name() const { return method_; }
   double dt() const { return dt_; }  ///< 0: chosen step by step
   const std::vector<EventRecord>& events() const { return events_; }
+
+  /// Which states were in use from when on; more than one where they were switched. Empty: always the same.
+  const std::vector<StatesInUse>& states_in_use() const { return states_in_use_; }
 
   int size() const { return points_.size(); }
   const std::vector<double>& t() const { return points_.t(); }
@@ -102,6 +112,7 @@ class Solution {
   double seconds_ = 0;
   Points points_;
   std::vector<EventRecord> events_;
+  std::vector<StatesInUse> states_in_use_;
   mutable std::vector<Expr>
       compiled_;  ///< what kernel_ computes: the same expressions are asked for again and again
   mutable codegen::Kernel kernel_;

@@ -4,9 +4,11 @@
 #include <cmath>
 
 #include "base/text.hpp"
+#include "dae/lineage.hpp"
 #include "dae/reduce.hpp"
 #include "expr/print.hpp"
 #include "integrate/projection.hpp"
+#include "integrate/switching.hpp"
 
 namespace pendula::integrate {
 namespace {
@@ -318,7 +320,18 @@ Prepared prepare(const dae::ModelPtr& model, const Simulation& simulation) {
 
 }  // namespace
 
+ProblemPtr make_problem(const dae::ModelPtr& model, const Simulation& simulation) {
+  Simulation bare = simulation;
+  bare.sensitivities.clear();
+  auto nowhere = std::make_shared<dae::Start>();
+  for (Expr x : model->states()) nowhere->values[x] = 0;
+  bare.start = nowhere;
+  return prepare(model, bare).problem;
+}
+
 TrajectoryPtr simulate(const dae::ModelPtr& model, const Simulation& simulation) {
+  const bool one_choice = simulation.plan.leave || !simulation.sensitivities.empty();
+  if (chooses_states(*model) && !one_choice) return simulate_switching(model, simulation);
   require_low_index(*model, simulation.plan.direct);
   const Prepared run = prepare(model, simulation);
   const auto wrap = [&](SolutionPtr solution) {
@@ -390,7 +403,8 @@ std::vector<Invariant> Trajectory::invariants() const {
     }
   }
   if (!result.empty()) return result;
-  const dae::Analysis analysis = dae::analyse(*model_);
+  const bool chosen = chooses_states(*model_);  // its equations are those of the model and their derivatives
+  const dae::Analysis analysis = dae::analyse(chosen ? *dae::original(model_) : *model_);
   if (analysis.regular)
     for (const dae::Constraint& c : analysis.constraints) add(c, false);
   return result;

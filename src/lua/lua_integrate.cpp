@@ -203,6 +203,21 @@ int events(Call& call) {
   return 1;
 }
 
+/// A list of { t =, states = }.
+int switches(Call& call) {
+  lua_newtable(call.L);
+  int i = 0;
+  for (const integrate::StatesInUse& use : self(call).solution().states_in_use()) {
+    lua_createtable(call.L, 0, 2);
+    lua_pushnumber(call.L, use.t);
+    lua_setfield(call.L, -2, "t");
+    lua_pushlstring(call.L, use.states.data(), use.states.size());
+    lua_setfield(call.L, -2, "states");
+    lua_rawseti(call.L, -2, ++i);
+  }
+  return 1;
+}
+
 int drift(Call& call) { return call.push(std::make_shared<const integrate::Drift>(self(call).drift())); }
 
 // ── statistics and drift
@@ -311,6 +326,10 @@ const Module integrate_module = {
         {"solution:stats", stats, "sol:stats() -> stats",
          "Steps, evaluations, Jacobians, factorisations, Newton iterations; .time is the CPU time in "
          "seconds.",
+         "", ""},
+        {"solution:switches", switches, "sol:switches() -> list of { t =, states = }",
+         "Form \"dummy\": which states were in use from when on. The first entry is the choice at the start, "
+         "every further one a switch to a choice that was clearly better there.",
          "", ""},
         {"solution:drift", drift, "sol:drift() -> drift",
          "For each constraint C(0), C′(0), the straight line that an inconsistent start causes, the "

@@ -5,6 +5,7 @@
 
 #include "base/text.hpp"
 #include "dae/lineage.hpp"
+#include "dae/reduced_forms.hpp"
 #include "dae/start.hpp"
 #include "expr/print.hpp"
 #include "lua/inputs.hpp"
@@ -59,9 +60,33 @@ dae::ParameterValues parameter_overrides(const dae::Start& at) {
   return overrides;
 }
 
+static dae::StartPtr translated_states(const dae::StartPtr& at, const dae::ModelPtr& model);
+
+/// Form "dummy": the choice of states in `model` may be singular at this start. All choices have the same
+/// leaves: they get their values from one that is regular here.
+static dae::StartPtr translated_to_dummies(const dae::StartPtr& at, const dae::ModelPtr& model) {
+  const dae::ModelPtr source = dae::original(model);
+  const dae::StartPtr own = translated_states(at, source);
+  const dae::ModelPtr good = dae::reduce_dummy(source, dae::select_dummies(source, own->values));
+  const dae::StartPtr there = translated_states(own, good);
+  auto here = std::make_shared<dae::Start>(*there);
+  here->model = model;
+  here->rows.clear();
+  for (const auto& list : {model->states(), model->top_derivatives(), model->algebraic()})
+    for (Expr leaf : list)
+      if (const auto it = there->values.find(dae::resolve(*good, dae::original_leaf(*model, leaf)));
+          it != there->values.end())
+        here->values[leaf] = it->second;
+  return here;
+}
+
 /// A start of a relative, in the leaves of this model.
 dae::StartPtr translated(const dae::StartPtr& at, const dae::ModelPtr& model) {
   if (at->model == model) return at;
+  return model->form == "dummy" ? translated_to_dummies(at, model) : translated_states(at, model);
+}
+
+static dae::StartPtr translated_states(const dae::StartPtr& at, const dae::ModelPtr& model) {
   dae::StartRequest request;
   request.t = at->t;
   request.keep_invariants = false;
@@ -74,8 +99,13 @@ dae::StartPtr translated(const dae::StartPtr& at, const dae::ModelPtr& model) {
   }
   for (Expr leaf : model->algebraic())
     if (const auto value = at->value_for(*model, leaf)) request.guess.push_back({leaf, *value});
+  request.inputs = at->request.inputs;  // as expressions, so that derivatives are known
+  request.numeric_inputs = at->request.numeric_inputs;
   for (Expr leaf : model->inputs)
-    if (const auto value = at->value_for(*model, leaf)) request.inputs[leaf] = Expr(*value);
+    if (const auto value = at->value_for(*model, leaf); value && !request.inputs.count(leaf)) {
+      request.inputs[leaf] = Expr(*value);
+      request.numeric_inputs.push_back(leaf);
+    }
   for (const auto& [p, value] : parameter_overrides(*at))
     if (std::find(model->parameters.begin(), model->parameters.end(), p) != model->parameters.end())
       request.parameters[p] = value;
@@ -105,6 +135,7 @@ dae::StartPtr read_start(lua_State* L, const Options& options, const dae::ModelP
   dae::StartRequest request = read_start_request(L, options, *model);
   request.fix = read_leaf_values(L, index, "start", *model);
   lua_pop(L, 1);
+  if (model->form == "dummy") return translated(dae::init(dae::original(model), request), model);
   try {
     return dae::init(model, request);
   } catch (const Error& conflict) {
