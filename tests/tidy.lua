@@ -248,7 +248,7 @@ local function check_type_names(sources)
   for _, file in ipairs(names) do
     if file:find "^src/lua/" then
       for number, line in lines(sources[file]) do
-        local name = line:match 'static constexpr const char%* value = "([^"]+)"'
+        local name = line:match '^%s*static constexpr const char%* value = "([^"]+)"'
         if name and where[name] then report(file, number, ("the type name '%s' is taken by %s"):format(name, where[name])) end
         if name then where[name] = file end
       end
