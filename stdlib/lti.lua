@@ -164,3 +164,21 @@ doc { name = "pzmap", module = "lti responses", sig = "pzmap(G [, options]) -> f
   function(G, options) return map_of("pzmap", G, options) end }
 doc { name = "lti:pzmap", module = "lti responses", sig = "G:pzmap([options]) -> figure", text = "The same as pzmap(G).",
   function(G, options) return map_of("pzmap", G, options) end }
+
+-- ── spectra ─────────────────────────────────────────────────────────────────────────────────────────────────────────
+
+doc { name = "spectrum:plot", module = "signals", sig = "s:plot([options]) -> figure",
+  text = "The periodogram over the frequency in Hz, in dB; lines below 10⁻¹² of the largest are left out.",
+  example = "return periodogram(prbs(31)):plot().title", gives = "Periodogram",
+  function(s, options)
+    local f, power, top = {}, {}, 0
+    for k = 1, s.power.rows do top = math.max(top, s.power[k]) end
+    if top == 0 then fail "plot: the signal is zero" end
+    for k = 1, s.power.rows do
+      if s.power[k] > 1e-12 * top then f[#f + 1], power[#power + 1] = s.f[k], 10 * math.log(s.power[k], 10) end
+    end
+    return figure(copy({ by = "plot", series = { { x = f, y = power, style = #f <= 64 and "points" or "line" } },
+                         title = "Periodogram", xlabel = "f [Hz]", ylabel = "power [dB]" }, check_options("plot", options)))
+  end }
+doc { name = "spectrum:show", module = "signals", sig = "s:show()", text = "Draws s:plot() in the terminal.",
+  function(s) return s:plot():show() end }

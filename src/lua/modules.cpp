@@ -33,6 +33,7 @@ extern const Module lti_analysis_module;
 extern const Module lti_response_module;
 extern const Module lti_linearize_module;
 extern const Module sweep_module;
+extern const Module signals_module;
 extern const Module plot_module;
 
 const std::vector<const Module*>& modules() {
@@ -43,7 +44,7 @@ const std::vector<const Module*>& modules() {
       &integrate_module, &newton_module,    &gauss_newton_module, &sweep_module,        &iddata_module,
       &idmodel_module,   &lsq_module,       &likelihood_module,   &validation_module,   &predictor_module,
       &complex_module,   &lti_module,       &lti_analysis_module, &lti_response_module, &lti_linearize_module,
-      &plot_module,
+      &signals_module,   &plot_module,
   };
   return list;
 }
