@@ -349,7 +349,7 @@ std::string Stability::formula() const {
 
 std::vector<Complex> Stability::boundary(int angles) const {
   const std::vector<double> p = doubles(P_), q = doubles(Q_);
-  const auto at = [&](int i) {
+  const auto roots_at = [&](int i) {
     std::vector<Complex> c(std::max(p.size(), q.size()), 0.0);
     const Complex turn = std::polar(1.0, 2 * std::numbers::pi * i / angles);
     for (std::size_t k = 0; k < p.size(); ++k) c[k] += p[k];
@@ -357,9 +357,9 @@ std::vector<Complex> Stability::boundary(int angles) const {
     return zeros(c);
   };
   std::vector<std::vector<Complex>> arcs;
-  for (Complex z : at(0)) arcs.push_back({z});
+  for (Complex z : roots_at(0)) arcs.push_back({z});
   for (int i = 1; i <= angles; ++i) {
-    std::vector<Complex> roots = at(i);
+    std::vector<Complex> roots = roots_at(i);
     for (auto& arc : arcs) {  // each arc continues to the nearest zero that is left
       const auto nearest = std::min_element(roots.begin(), roots.end(), [&](Complex a, Complex b) {
         return std::abs(a - arc.back()) < std::abs(b - arc.back());
@@ -369,10 +369,20 @@ std::vector<Complex> Stability::boundary(int angles) const {
       roots.erase(nearest);
     }
   }
+  // An arc ends where another begins: together they are closed curves.
   std::vector<Complex> points;
-  for (const auto& arc : arcs) {
-    points.insert(points.end(), arc.begin(), arc.end());
-    points.emplace_back(std::nan(""), std::nan(""));
+  std::vector<bool> used(arcs.size(), false);
+  for (std::size_t first = 0; first < arcs.size(); ++first) {
+    if (used[first]) continue;
+    if (!points.empty()) points.emplace_back(std::nan(""), std::nan(""));
+    for (std::size_t at = first; !used[at];) {
+      used[at] = true;
+      points.insert(points.end(), arcs[at].begin(), arcs[at].end());
+      const auto next = std::min_element(arcs.begin(), arcs.end(), [&](const auto& x, const auto& y) {
+        return std::abs(x[0] - arcs[at].back()) < std::abs(y[0] - arcs[at].back());
+      });
+      at = static_cast<std::size_t>(next - arcs.begin());
+    }
   }
   return points;
 }

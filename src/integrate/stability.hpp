@@ -45,7 +45,8 @@ class Stability {
 
   /// "(1 + z/3)/(1 - 2z/3 + z²/6)"
   std::string formula() const;
-  /// Closed polygons of |R(z)| = 1 as points; gaps where consecutive points lie far apart.
+  /// The curves |R(z)| = 1, closed polygons one after another with a NaN between them; `angles` points per
+  /// zero of P - e^{iφ}Q.
   std::vector<std::complex<double>> boundary(int angles) const;
 
  private:

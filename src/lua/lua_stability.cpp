@@ -22,7 +22,7 @@ struct Conditions {
 
 template <>
 struct TypeName<integrate::Stability> {
-  static constexpr const char* value = "stability";
+  static constexpr const char* value = "stability_function";
 };
 template <>
 struct TypeName<Conditions> {
@@ -155,8 +155,14 @@ int condition_item(Call& call) {
   lua_setfield(call.L, -2, "order");
   lua_pushboolean(call.L, c.met);
   lua_setfield(call.L, -2, "met");
-  for (const auto& [key, words] : {std::pair{"tree", &c.name}, std::pair{"formula", &c.formula}}) {
-    lua_pushlstring(call.L, words->data(), words->size());
+  const auto fraction = [](const std::optional<Surd>& exact, double number) {
+    if (!exact) return rounded(number, 6);
+    return exact->is_rational() ? exact->rational_part().get_str() : to_text(exact->expr());
+  };
+  for (const auto& [key, words] : {std::pair{"tree", c.name}, std::pair{"formula", c.formula},
+                                   std::pair{"text", c.formula + " = " + c.target.get_str()},
+                                   std::pair{"residual_text", fraction(c.exact_residual, c.residual)}}) {
+    lua_pushlstring(call.L, words.data(), words.size());
     lua_setfield(call.L, -2, key);
   }
   set_number(call.L, "target", Surd(c.target), 0);
@@ -169,7 +175,7 @@ int condition_count(Call& call) { return call.push(static_cast<long>(conditions(
 
 std::string shown(const std::optional<Surd>& value, double number) {
   if (!value) return rounded(number, 6);
-  const std::string exact = to_text(value->expr());
+  const std::string exact = value->is_rational() ? value->rational_part().get_str() : to_text(value->expr());
   return display_width(exact) <= 24 ? exact : rounded(number, 6);
 }
 
@@ -301,38 +307,42 @@ const Module stability_module = {
     "stability",
     "Stability and order of methods",
     {
-        {"tableau:stability", tableau_stability, "tab:stability() -> stability",
+        {"tableau:stability", tableau_stability, "tab:stability() -> stability_function",
          "R(z) = P(z)/Q(z), exact where it can be, the limits on both axes, A-, A(α)- and L-stability.",
          "rk.radau(2):stability().formula", "(1 + z/3)/(1 - 2z/3 + z²/6)"},
-        {"rosenbrock:stability", rosenbrock_stability, "method:stability() -> stability",
+        {"rosenbrock:stability", rosenbrock_stability, "method:stability() -> stability_function",
          "The same for a Rosenbrock method.", "rosenbrock.rodas4:stability().L_stable", "true"},
-        {"stability#R", R, "stability.R -> expression", "R as an expression in the parameter z.", "", ""},
-        {"stability#P", P, "stability.P -> expression", "The numerator of R.", "", ""},
-        {"stability#Q", Q, "stability.Q -> expression", "The denominator of R.", "", ""},
-        {"stability#formula", formula, "stability.formula -> string", "R as a textbook writes it.", "", ""},
-        {"stability#exact", exact, "stability.exact -> boolean", "Whether P and Q are exact.", "", ""},
-        {"stability#real", real_limit, "stability.real -> number",
+        {"stability_function#R", R, "stability.R -> expression", "R as an expression in the parameter z.", "",
+         ""},
+        {"stability_function#P", P, "stability.P -> expression", "The numerator of R.", "", ""},
+        {"stability_function#Q", Q, "stability.Q -> expression", "The denominator of R.", "", ""},
+        {"stability_function#formula", formula, "stability.formula -> string", "R as a textbook writes it.",
+         "", ""},
+        {"stability_function#exact", exact, "stability.exact -> boolean", "Whether P and Q are exact.", "",
+         ""},
+        {"stability_function#real", real_limit, "stability.real -> number",
          "x < 0: |R| ≤ 1 on [x, 0] and no farther; -inf for the whole axis.", "rk.rk4:stability().real",
          "-2.7852935634053"},
-        {"stability#imaginary", imaginary_limit, "stability.imaginary -> number",
+        {"stability_function#imaginary", imaginary_limit, "stability.imaginary -> number",
          "y: |R(iη)| ≤ 1 for |η| ≤ y and no farther; inf for the whole axis.", "", ""},
-        {"stability#alpha", alpha, "stability.alpha -> degrees",
+        {"stability_function#alpha", alpha, "stability.alpha -> degrees",
          "|R| ≤ 1 in the sector |arg(-z)| ≤ α; 90 if A-stable.", "", ""},
-        {"stability#infinity", infinity, "stability.infinity -> number", "R(∞).", "", ""},
-        {"stability#A_stable", a_stable, "stability.A_stable -> boolean", "|R| ≤ 1 in the left half-plane.",
+        {"stability_function#infinity", infinity, "stability.infinity -> number", "R(∞).", "", ""},
+        {"stability_function#A_stable", a_stable, "stability.A_stable -> boolean",
+         "|R| ≤ 1 in the left half-plane.", "", ""},
+        {"stability_function#L_stable", l_stable, "stability.L_stable -> boolean", "A-stable and R(∞) = 0.",
          "", ""},
-        {"stability#L_stable", l_stable, "stability.L_stable -> boolean", "A-stable and R(∞) = 0.", "", ""},
-        {"stability#order", order, "stability.order -> integer",
+        {"stability_function#order", order, "stability.order -> integer",
          "q in e^z - R(z) = C z^(q+1) + higher powers.", "", ""},
-        {"stability#error_constant", error_constant, "stability.error_constant -> number", "C of the same.",
-         "", ""},
-        {"stability:__call", value, "stability(x [, y]) -> R or Re R, Im R",
+        {"stability_function#error_constant", error_constant, "stability.error_constant -> number",
+         "C of the same.", "", ""},
+        {"stability_function:__call", value, "stability(x [, y]) -> R or Re R, Im R",
          "R at a real z = x, or its two parts at z = x + iy.", "rk.implicit_euler:stability()(-1)", "0.5"},
-        {"stability:boundary", boundary, "stability:boundary([angles]) -> matrix",
-         "Points with |R| = 1 as rows (Re z, Im z): one arc per zero of P - e^{iφ}Q, rows of NaN between "
-         "them.",
+        {"stability_function:boundary", boundary, "stability:boundary([angles]) -> matrix",
+         "Points with |R| = 1 as rows (Re z, Im z): closed curves, with a row of NaN between one and the "
+         "next.",
          "", ""},
-        {"stability:__tostring", stability_text, "print(stability)", "R and the verdicts.", "", ""},
+        {"stability_function:__tostring", stability_text, "print(stability)", "R and the verdicts.", "", ""},
         {"tableau:conditions", order_conditions,
          "tab:conditions([order [, { embedded = true }]]) -> conditions",
          "The order conditions of all trees up to an order (default: one more than the order, at most 6) "
@@ -340,7 +350,9 @@ const Module stability_module = {
          "and residuals.",
          "#rk.rk4:conditions(5), rk.rk4:conditions(5)[9].met", "17\tfalse"},
         {"conditions:__index", condition_item, "conditions[i] -> table",
-         "Condition i: order, tree, formula, target, value, residual, met.", "", ""},
+         "Condition i: order, tree, formula, target, value, residual, met; text and residual_text for "
+         "printing.",
+         "", ""},
         {"conditions:__len", condition_count, "#conditions", "The number of conditions.", "", ""},
         {"conditions:__tostring", conditions_text, "print(conditions)", "The table of conditions.", "", ""},
         {"tableau:simplifying", simplifying, "tab:simplifying() -> { B =, C =, D = }",

@@ -45,4 +45,55 @@ for _, name in ipairs { "ros2", "ros3p", "rodas3", "rodas4", "rodas4p", "rodas5p
   register("rosenbrock", "tableaus/rosenbrock/", "Rosenbrock methods", name, load_rosenbrock)
 end
 
+-- Words, tables and pictures about methods: loaded when first asked for.
+local loaded
+local function analysis()
+  loaded = loaded or include "tableaus/analysis"
+  return loaded
+end
+
+local function require_tableaus(by, list)
+  if list == nil then
+    list = {}
+    for i, name in ipairs(names) do list[i] = named("rk")[name] end
+  end
+  for i, tab in ipairs(list) do
+    if object_type(tab) ~= "tableau" then fail(("%s: entry %d of the list is not a tableau"):format(by, i)) end
+  end
+  return list
+end
+
+local title = "Stability and order of methods"
+doc { name = "tableau:report", module = "stability", title = title, sig = "tab:report() -> string",
+  text = "The tableau drawn, its kind, the order conditions met and missed, R(z), stability, and the order to expect on DAEs "
+    .. "of index 1, 2 and 3.", function(tab) return analysis().report(tab) end }
+doc { name = "tableau:verify", module = "stability", title = title, sig = "tab:verify() -> verification",
+  text = "Measures the order on nonlinear, non-autonomous, stiff and DAE problems (index 1, 2, 3) and compares, one-sided, "
+    .. "with what the coefficients promise; order reduction is explained. Fields: ok, rows, notes.",
+  example = "rk.heun:verify().ok", gives = "true", function(tab) return analysis().verify(tab) end }
+doc { name = "tableau:plot", module = "stability", title = title, sig = "tab:plot() -> figure",
+  text = "The boundary |R(z)| = 1 of the stability region.", function(tab) return analysis().plot_stability(tab:stability(), tab.name) end }
+doc { name = "stability_function:plot", module = "stability", title = title, sig = "stability:plot() -> figure",
+  text = "The boundary |R(z)| = 1 of the stability region.", function(st) return analysis().plot_stability(st, "R") end }
+doc { name = "rosenbrock:plot", module = "stability", title = title, sig = "method:plot() -> figure",
+  text = "The boundary |R(z)| = 1 of the stability region.", function(m) return analysis().plot_stability(m:stability(), m.name) end }
+doc { name = "multistep:plot", module = "stability", title = title, sig = "method:plot() -> figure",
+  text = "The root locus, which bounds the stability region.", function(m) return analysis().plot_multistep(m) end }
+doc { name = "rk.table", module = "rk", title = "Butcher tableaus", sig = "rk.table([{ tableau, … }]) -> comparison",
+  text = "All methods, or those of the list, side by side: stages, orders, stability limits, properties.",
+  example = "#rk.table{ rk.euler, rk.rk4 }.rows", gives = "3",
+  function(list) return analysis().compare(require_tableaus("rk.table", list)) end }
+doc { name = "rk.stages_for_order", module = "rk", title = "Butcher tableaus", sig = "rk.stages_for_order() -> comparison",
+  text = "The least number of stages of explicit methods of order 1 to 8 and the methods here that attain it.",
+  example = "rk.stages_for_order().rows[6][2]", gives = "6",
+  function() return analysis().stages_for_order(require_tableaus("rk.stages_for_order")) end }
+doc { name = "rk.cost", module = "rk", title = "Butcher tableaus", sig = "rk.cost([{ tableau, … } [, { error, … }]]) -> comparison",
+  text = "Steps, factorisations and operations that implicit methods need for given errors, measured; default: Gauss with 1 "
+    .. "to 5 stages.",
+  example = "#rk.cost({ rk.gauss(1), rk.gauss(2) }, { 1e-2 }).rows", gives = "2",
+  function(list, targets)
+    list = list or { rk.gauss(1), rk.gauss(2), rk.gauss(3), rk.gauss(4), rk.gauss(5) }
+    return analysis().cost(require_tableaus("rk.cost", list), targets or { 1e-2, 1e-4, 1e-6, 1e-8, 1e-10 })
+  end }
+
 return names
