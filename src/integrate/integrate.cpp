@@ -45,9 +45,7 @@ void check_start(const Point& start, const Problem& problem) {
     if (!std::isfinite(start.x[i])) throw Error(text("the start of ", problem.x_name(i), " is not finite"));
 }
 
-namespace {
-
-void check(const Plan& plan, const Problem& problem) {
+void check_fixed(const Plan& plan, const Problem& problem) {
   check_interval(plan);
   if (!(plan.dt > 0) || !std::isfinite(plan.dt)) {
     throw Error(
@@ -65,6 +63,8 @@ void check(const Plan& plan, const Problem& problem) {
                      "linspace(", rounded(plan.from), ", ", rounded(plan.to), ", 1001), or a larger dt"));
   }
 }
+
+namespace {
 
 /// The number of steps: rounding must not add a step of length 1e-16.
 long count_steps(const Plan& plan) {
@@ -175,7 +175,7 @@ std::shared_ptr<RungeKutta> prepare(const ProblemPtr& problem, const TableauPtr&
 }  // namespace
 
 SolutionPtr integrate(ProblemPtr problem, TableauPtr tableau, Point start, const Plan& plan) {
-  check(plan, *problem);
+  check_fixed(plan, *problem);
   check_start(start, *problem);
   const std::clock_t begin = std::clock();
   start.t = plan.from;

@@ -7,6 +7,8 @@
 #include <vector>
 
 #include "integrate/events.hpp"
+#include "integrate/multistep.hpp"
+#include "integrate/rosenbrock.hpp"
 #include "integrate/runge_kutta.hpp"
 #include "integrate/solution.hpp"
 #include "integrate/tolerances.hpp"
@@ -39,17 +41,21 @@ struct Plan {
 };
 
 /// A method of any kind. family: "tableau" (fixed steps, or adaptive by an embedded method or collocation),
-/// "auto", "radau", "bdf", "rosenbrock"; order: of fixed-order BDF.
+/// "auto", "radau", "gauss", "bdf", "rodas"; order: the highest of variable-order BDF, 0: 5.
 struct Method {
   std::string family = "auto";
   TableauPtr tableau;
   int order = 0;
+  RosenbrockPtr rosenbrock;                 ///< of family "rodas"
+  MultistepPtr multistep;                   ///< with fixed steps
   std::vector<TableauPtr> explicit_choice;  ///< "auto": for loose, medium and tight tolerances
 };
 
 /// Throws Error on a bad plan: from, to, times, what is not finite.
 void check_interval(const Plan& plan);
 void check_start(const Point& start, const Problem& problem);
+/// The same, and dt: positive, and not so small that the steps could not be saved.
+void check_fixed(const Plan& plan, const Problem& problem);
 
 /// Steps tₖ = from + k dt; the last one is shortened to end at `to`. start: x is taken as it is, x′ and z are
 /// starting values of Newton's method (start.t is ignored).

@@ -3,9 +3,11 @@
 #include <algorithm>
 #include <cmath>
 
+#include "integrate/bdf_stepper.hpp"
 #include "integrate/collocation.hpp"
 #include "integrate/explicit_stepper.hpp"
 #include "integrate/irk_stepper.hpp"
+#include "integrate/rosenbrock_stepper.hpp"
 
 namespace pendula::integrate {
 
@@ -19,6 +21,11 @@ std::shared_ptr<Stepper> make_stepper(const std::string& family, const ProblemPt
     return std::make_shared<IrkStepper>("radau", problem,
                                         std::vector{radau_formula(3), radau_formula(5), radau_formula(7)},
                                         plan.variable_index, tolerances, limits, stats);
+  if (family == "bdf")
+    return std::make_shared<BdfStepper>(problem, method.order > 0 ? method.order : 5, plan.variable_index,
+                                        tolerances, limits, stats);
+  if (family == "rodas")
+    return std::make_shared<RosenbrockStepper>(problem, method.rosenbrock, tolerances, limits, stats);
   if (family == "tableau" || family == "gauss") {
     const TableauPtr tableau = method.tableau ? method.tableau : std::make_shared<const Tableau>(gauss(3));
     return std::make_shared<IrkStepper>(tableau->name(), problem,

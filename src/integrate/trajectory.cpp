@@ -7,6 +7,7 @@
 #include "dae/lineage.hpp"
 #include "dae/reduce.hpp"
 #include "expr/print.hpp"
+#include "integrate/fixed_bdf.hpp"
 #include "integrate/projection.hpp"
 #include "integrate/switching.hpp"
 
@@ -339,7 +340,9 @@ TrajectoryPtr simulate(const dae::ModelPtr& model, const Simulation& simulation)
                                               simulation.events, simulation.sensitivities, run.variational);
   };
   if (simulation.plan.dt > 0 || simulation.plan.dt < 0 || std::isnan(simulation.plan.dt))
-    return wrap(integrate(run.problem, simulation.method.tableau, run.start, simulation.plan));
+    return wrap(simulation.method.multistep
+                    ? integrate_bdf(run.problem, simulation.method.multistep, run.start, simulation.plan)
+                    : integrate(run.problem, simulation.method.tableau, run.start, simulation.plan));
   Plan plan = simulation.plan;
   const auto so_far = std::make_shared<TrajectoryPtr>();
   complete_plan(plan, model, simulation, run.problem, run.variational.get(), so_far);

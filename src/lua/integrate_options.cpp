@@ -7,6 +7,7 @@
 #include "lua/function_reference.hpp"
 #include "lua/inputs.hpp"
 #include "lua/library.hpp"
+#include "lua/lua_tableau.hpp"
 #include "lua/objects.hpp"
 #include "lua/values.hpp"
 
@@ -17,9 +18,10 @@ using integrate::Method;
 using integrate::ModelEvent;
 using integrate::TableauPtr;
 
-TableauPtr tableau_at(lua_State* L, int index) {
-  const auto* held = object_at(L, index, TypeName<integrate::Tableau>::value);
-  return held ? std::static_pointer_cast<const integrate::Tableau>(*held) : nullptr;
+template <class T>
+std::shared_ptr<const T> held_at(lua_State* L, int index) {
+  const auto* held = object_at(L, index, TypeName<T>::value);
+  return held ? std::static_pointer_cast<const T>(*held) : nullptr;
 }
 
 int get_field(lua_State* L) {
@@ -27,29 +29,53 @@ int get_field(lua_State* L) {
   return 1;
 }
 
-/// rk.name, or null. Tableaus are made when they are first asked for, so the table's own __index has its say.
-TableauPtr library_tableau(lua_State* L, const std::string& name) {
+/// table.name as a T, or null. Methods are made when they are first asked for, so the table's own __index has
+/// its say.
+template <class T>
+std::shared_ptr<const T> library_method(lua_State* L, const std::string& table, const std::string& name) {
   const int top = lua_gettop(L);
-  TableauPtr result;
+  std::shared_ptr<const T> result;
   try {
     lua_pushcfunction(L, get_field);
-    push_named(L, "rk");
+    push_named(L, table);
     lua_pushlstring(L, name.data(), name.size());
     protected_call(L, 2, 1);
-    result = tableau_at(L, -1);
-  } catch (const LuaError&) {  // rk has no such name
+    result = held_at<T>(L, -1);
+  } catch (const LuaError&) {  // no such name
   }
   lua_settop(L, top);
   return result;
 }
 
+TableauPtr library_tableau(lua_State* L, const std::string& name) {
+  return library_method<integrate::Tableau>(L, "rk", name);
+}
+
 const std::vector<std::string> families = {"auto", "radau", "gauss", "bdf", "rodas"};
+
+Method tableau_method(TableauPtr tableau) {
+  Method method;
+  method.family = "tableau";
+  method.tableau = std::move(tableau);
+  return method;
+}
+
+Method rosenbrock_method(integrate::RosenbrockPtr rosenbrock) {
+  Method method;
+  method.family = "rodas";
+  method.rosenbrock = std::move(rosenbrock);
+  return method;
+}
 
 Method named_method(lua_State* L, const std::string& wanted, bool fixed) {
   if (wanted == "auto") return automatic_method(L);
-  if (const TableauPtr tableau = library_tableau(L, wanted)) return {"tableau", tableau, 0, {}};
+  if (const TableauPtr tableau = library_tableau(L, wanted)) return tableau_method(tableau);
   std::string family = wanted == "radau5" || wanted == "radauIIA" ? "radau" : wanted;
-  if (family.starts_with("ros")) family = "rodas";
+  if (!fixed) {
+    const std::string name = family == "rodas" || family == "rosenbrock" ? "rodas4" : family;
+    if (const auto rosenbrock = library_method<integrate::Rosenbrock>(L, "rosenbrock", name))
+      return rosenbrock_method(rosenbrock);
+  }
   if (std::find(families.begin(), families.end(), family) == families.end()) {
     std::vector<std::string> known = families;
     for (const char* name : {"dopri5", "tsit5", "dop853", "rk4", "bogacki_shampine"}) known.push_back(name);
@@ -63,7 +89,9 @@ Method named_method(lua_State* L, const std::string& wanted, bool fixed) {
                      : family == "gauss" ? "rk.gauss(3)"
                                          : "rk.radau(3)",
                      ", or leave dt out and give rtol = 1e-6"));
-  return {family, nullptr, 0, {}};
+  Method method;
+  method.family = family;
+  return method;
 }
 
 /// rtol = 1e-8, { [x] = 1e-8 } or { 1e-8, 1e-6 }.
@@ -322,8 +350,20 @@ Method read_method(Call& call, const Options& options, bool fixed) {
   Method method;
   if (lua_type(L, index) == LUA_TSTRING) {
     method = named_method(L, lua_tostring(L, index), fixed);
-  } else if (const TableauPtr tableau = tableau_at(L, index)) {
-    method = {"tableau", tableau, 0, {}};
+  } else if (const TableauPtr tableau = held_at<integrate::Tableau>(L, index)) {
+    method = tableau_method(tableau);
+  } else if (const auto rosenbrock = held_at<integrate::Rosenbrock>(L, index)) {
+    if (fixed)
+      throw Error(
+          text("the method ", rosenbrock->name(), " chooses its steps: leave dt out and give rtol = 1e-6"));
+    method = rosenbrock_method(rosenbrock);
+  } else if (const auto multistep = held_at<integrate::Multistep>(L, index)) {
+    method.family = "bdf";
+    method.multistep = multistep;
+    method.order = multistep->steps();
+    if (!multistep->is_bdf())
+      throw Error(text("integration with the method ", multistep->name(),
+                       " is not available; take bdf(3) or a tableau"));
   } else {
     throw Error(
         text("method must be a tableau such as rk.gauss(2) or rk.rk4, or a name such as \"radau\", got ",
