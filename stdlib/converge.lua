@@ -274,6 +274,12 @@ end
 
 local function number_text(value) return ("%.3g"):format(value) end
 
+-- Three digits where rounding leaves them.
+local function error_text(error, scale, steps)
+  if not visible(error, scale, steps) then return "rounding" end
+  return (visible(error/100, scale, steps) and "%.2e" or "%.0e"):format(error)
+end
+
 local function group_text(t, group, title)
   local rows, notes = { { "method", "order" } }, {}
   for _, h in ipairs(t.dt) do table.insert(rows[1], t.key .. " = " .. number_text(h)) end
@@ -282,7 +288,7 @@ local function group_text(t, group, title)
     local row = { name, group.orders[m] and tostring(group.orders[m]) or "" }
     for k, h in ipairs(t.dt) do
       local count = t.key == "rtol" and 1e3 or t.interval/h
-      row[#row + 1] = visible(group.errors[m][k], t.scale, count) and ("%.2e"):format(group.errors[m][k]) or "rounding"
+      row[#row + 1] = error_text(group.errors[m][k], t.scale, count)
     end
     row[#row + 1] = group.slopes[m] and ("%.2f"):format(group.slopes[m]) or "–"
     rows[#rows + 1] = row

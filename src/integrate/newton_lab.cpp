@@ -17,11 +17,13 @@ using Eigen::Index;
 constexpr double eps = std::numeric_limits<double>::epsilon();
 constexpr double smallest_step = 1.0 / (1 << 20);
 constexpr int longest_cycle = 12;
+constexpr int largest_inverse = 50;
 
 class Iteration {
  public:
   Iteration(const NumericFunction& r, const NewtonSettings& settings, const Vec& start)
       : r_(r), settings_(settings), x_(start), residual_(r.outputs), M_(r.outputs, r.n()), step_(r.n()) {
+    blur_ = Vec::Zero(r.n());
     far_ = 1e10 * (1 + start.norm());
   }
 
@@ -38,6 +40,7 @@ class Iteration {
       if (!lu_.factorise(M_)) return singular();
       lu_.solve(residual_, step_);
       step_ = -step_;
+      find_blur();
       if (!step_.allFinite()) return singular();
       if (!advance()) return end(Ending::stuck);
       if (x_.norm() > far_ || !x_.allFinite()) return record_last(Ending::diverged);
@@ -83,6 +86,13 @@ class Iteration {
     // |∂rᵢ/∂xⱼ xⱼ| is the size of the terms of rᵢ; a few roundings of them cannot be told from zero.
     const double terms = M_.allFinite() ? (M_.cwiseAbs() * x_.cwiseAbs()).norm() : 0;
     run_.noise.push_back(8 * eps * terms);
+    run_.blur.push_back(blur_);
+  }
+  /// The residual is known to the rounding of its terms; the step M⁻¹r carries that into x.
+  void find_blur() {
+    blur_ = eps * x_.cwiseAbs();
+    if (M_.rows() <= largest_inverse)
+      blur_ += M_.inverse().cwiseAbs() * (2 * eps * (M_.cwiseAbs() * x_.cwiseAbs()));
   }
   bool settled() const { return run_.norm.back() <= settings_.tol || run_.norm.back() <= run_.noise.back(); }
 
@@ -125,6 +135,7 @@ class Iteration {
   NewtonRun record_last(Ending ending) {
     if (residual_.allFinite()) {
       run_.x.push_back(x_), run_.norm.push_back(residual_.norm()), run_.noise.push_back(0);
+      run_.blur.push_back(blur_);
     } else {
       run_.alpha.pop_back();
     }
@@ -140,7 +151,7 @@ class Iteration {
       run_.explanation = r_.undefined ? r_.undefined(x_) : "";
       if (run_.x.empty() || !residual_.allFinite()) {  // the point without a residual is still an iterate
         run_.x.push_back(x_), run_.norm.push_back(std::numeric_limits<double>::quiet_NaN());
-        run_.noise.push_back(0);
+        run_.noise.push_back(0), run_.blur.push_back(blur_);
       }
     }
     return std::move(run_);
@@ -148,7 +159,7 @@ class Iteration {
 
   const NumericFunction& r_;
   const NewtonSettings& settings_;
-  Vec x_, residual_;
+  Vec x_, residual_, blur_;
   Mat M_;
   Vec step_;
   ScaledLU lu_;

@@ -47,6 +47,7 @@ struct NewtonRun {
   std::vector<Vec> x;         ///< x₀ (the start), x₁, …
   std::vector<double> norm;   ///< ‖r(xₖ)‖₂
   std::vector<double> noise;  ///< the rounding level of ‖r(xₖ)‖
+  std::vector<Vec> blur;      ///< what rounding leaves undetermined in each component of xₖ
   std::vector<double> alpha;  ///< of the step from xₖ; one entry fewer
   Ending ending = Ending::exhausted;
   int period = 0;           ///< of a cycle

@@ -22,15 +22,25 @@ std::string printed(const char* format, int digits, double value) {
   return out;
 }
 
-/// 15 significant digits of the largest value of a column, the same number of decimals in all of its rows.
-std::vector<std::string> column_text(const std::vector<Vec>& x, Index j) {
+/// 15 significant digits of the largest value of a column, the same number of decimals in all of its rows;
+/// decimals that rounding does not determine are left blank.
+std::vector<std::string> column_text(const NewtonRun& run, Index j) {
   double largest = 0;
-  for (const Vec& v : x)
+  for (const Vec& v : run.x)
     if (std::isfinite(v[j])) largest = std::max(largest, std::fabs(v[j]));
   std::vector<std::string> cells;
   const int before = largest >= 1 ? static_cast<int>(std::floor(std::log10(largest))) + 1 : 0;
-  for (const Vec& v : x)
-    cells.push_back(before <= 8 ? printed("%.*f", 15 - before, v[j]) : printed("%.*e", 14, v[j]));
+  for (std::size_t k = 0; k < run.x.size(); ++k) {
+    const double v = run.x[k][j], blur = run.blur[k][j];
+    if (before > 8) {
+      cells.push_back(printed("%.*e", 14, v));
+      continue;
+    }
+    const int decimals = 15 - before;
+    const double digits = blur > 0 ? std::floor(-std::log10(blur)) : decimals;
+    const int kept = static_cast<int>(std::clamp<double>(std::isfinite(digits) ? digits : 1, 1, decimals));
+    cells.push_back(printed("%.*f", kept, v) + std::string(static_cast<std::size_t>(decimals - kept), ' '));
+  }
   return cells;
 }
 
@@ -65,7 +75,7 @@ std::string table_text(const NumericFunction& r, const NewtonSettings& settings,
   std::vector<std::vector<std::string>> iterates;
   std::vector<std::string> head = {"k"};
   for (Index j = 0; j < shown; ++j) {
-    iterates.push_back(column_text(run.x, j));
+    iterates.push_back(column_text(run, j));
     head.push_back(r.unknowns[static_cast<std::size_t>(j)]);
   }
   const Columns columns(settings, run);
