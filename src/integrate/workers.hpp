@@ -2,8 +2,9 @@
 //
 // Forked processes and not threads: the expression graph and a Lua state belong to one thread, and a run may
 // need both (a consistent start, an input or event written in Lua). A forked worker has its own copy of
-// everything at no cost, so a run does there exactly what it would do here (docs/decisions/sweep.md). What a
-// run writes to variables stays in its worker; only the numbers below come back.
+// everything at no cost, so a run does there exactly what it would do here
+// (docs/decisions/003-sweeps-in-processes.md). What a run writes to variables stays in its worker; only the
+// numbers below come back.
 #pragma once
 
 #include <functional>
