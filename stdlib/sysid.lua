@@ -99,3 +99,16 @@ doc { name = "parameter_set:plot", module = "identification", sig = "set:plot([p
       { xlabel = set.names[i], ylabel = set.names[j], labels = { "the set", "Chebyshev centre" }, style = { "line", "points" },
         title = ("parameters that explain all %d rows"):format(set.rows) })
   end }
+
+doc { name = "fit_result:plot", module = "identification", sig = "r:plot() -> figure",
+  text = "The measured outputs and those of the fitted model.",
+  example = "x, k = var \"x\", param(\"k\", 1)\nd = iddata{ y = {1, 0.6, 0.4}, Ts = 1 }\n"
+    .. "fit(dae{ der(x) ~ -k*x }, { params = {k}, data = d, y = x, start = { x = 1 } }):plot()",
+  gives = "figure: 2 series, 6 points",
+  function(r)
+    local d = r.data
+    local labels = {}
+    for _, name in ipairs(d.y_names) do labels[#labels + 1] = name end
+    for _, name in ipairs(d.y_names) do labels[#labels + 1] = name .. " fitted" end
+    return named "plot" (d.t, d.y, d.t, r.simulated, { labels = labels, xlabel = "t [s]", style = { "points", "line" } })
+  end }

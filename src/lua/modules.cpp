@@ -27,6 +27,7 @@ extern const Module likelihood_module;
 extern const Module gauss_newton_module;
 extern const Module validation_module;
 extern const Module predictor_module;
+extern const Module grey_box_module;
 extern const Module complex_module;
 extern const Module lti_module;
 extern const Module lti_analysis_module;
@@ -44,8 +45,7 @@ const std::vector<const Module*>& modules() {
       &integrate_module, &newton_module,    &gauss_newton_module, &sweep_module,        &iddata_module,
       &idmodel_module,   &lsq_module,       &likelihood_module,   &validation_module,   &predictor_module,
       &complex_module,   &lti_module,       &lti_analysis_module, &lti_response_module, &lti_linearize_module,
-      &signals_module,   &plot_module,
-  };
+      &signals_module,   &grey_box_module,  &plot_module};
   return list;
 }
 

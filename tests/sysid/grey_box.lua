@@ -1,0 +1,81 @@
+-- Parameters of differential-algebraic models from data.
+local x, u = var "x", input "u"
+local k, T, K = params "k=1 T=1 K=1"
+local decay = dae { der(x) ~ -k * x }
+
+local function exponential(rate, n)
+  local y = {}
+  for i = 1, n do y[i] = 2 * math.exp(-rate * (i - 1)) end
+  return y
+end
+
+test("parameters and initial values from exact data", function()
+  local d = iddata { y = exponential(0.3, 11), Ts = 1 }
+  local r = fit(decay, { params = { k, x }, data = d, y = x, start = { x = 1.5 } })
+  expect(r.theta):near({ 0.3, 2 }, 1e-7)                   -- integration to rtol 1e-8
+  expect(r(k)):near(0.3, 1e-7)
+  expect(r "x"):near(2, 1e-7)
+  expect(r.converged):is_true()
+  expect(r.fit):near(100, 1e-5)
+  expect(r.names[2]):equals "x(0)"
+  -- a missing sample is left out
+  local y = exponential(0.3, 11)
+  y[4] = 0/0
+  expect(fit(decay, { params = { k }, data = iddata { y = y }, y = x, start = { x = 2 } })(k)):near(0.3, 1e-7)
+  expect(fit(decay, { params = { k }, data = d, y = x, start = { x = 2 }, guess = { k = 3 } })(k)):near(0.3, 1e-7)
+end)
+
+test("a held input jumps at the samples", function()
+  local r = (function(s) return function() s = (1103515245 * s + 12345) % 2147483648 return s / 1073741824 - 1 end end)(4)
+  local us, ys = {}, { 0 }
+  for i = 1, 60 do us[i] = r() end
+  local decayed = math.exp(-0.1 / 0.4)
+  for i = 1, 59 do ys[i + 1] = decayed * ys[i] + 3 * (1 - decayed) * us[i] end
+  local model = dae { T * der(x) ~ K * u - x }
+  local f = fit(model, { params = { T, K }, data = iddata { y = ys, u = us, Ts = 0.1 }, y = x, start = { x = 0 } })
+  expect(f.theta):near({ 0.4, 3 }, 1e-9)                   -- Gauss-3 with λh = 1/8: (1/8)^7/(3·10^5)
+end)
+
+test("a pendulum of index 3: damping and gravity, and what data cannot tell", function()
+  local p, v, z = var("gp", 2), var("gv", 2), var "gz"
+  local m, g, L, c = params "m=1 g=9.81 L=1 c=0.1"
+  local pend = dae { der(p) ~ v, m * der(v) ~ -m * g * vec { 0, 1 } - z * p - c * v, 0 ~ (p.T * p - L^2) / 2 }
+  local start = { [p] = { 1, 0 }, [v] = { 0, 0 } }
+  local sol = pend:with { c = 0.3, g = 9.7 }:reduce():integrate { start = start, to = 3, times = linspace(0, 3, 61), rtol = 1e-11,
+    atol = 1e-12 }
+  local d = iddata { y = sol(p), Ts = 0.05 }
+  local r = fit(pend, { params = { c, g }, data = d, y = p, start = start })
+  expect(r.theta):near({ 0.3, 9.7 }, 1e-5)
+  expect(#r.fit):equals(2)
+  local free = fit(pend, { params = { c, m }, data = d, y = p, start = start })
+  expect(free.rank):equals(1)                              -- only c/m enters
+  expect(free.unidentifiable[1]:find("is determined", 1, true) ~= nil):is_true()
+end)
+
+test("coverage on seeded noise", function()
+  local seed = 8
+  local function random()
+    seed = (1103515245 * seed + 12345) % 2147483648
+    return seed / 1073741824 - 1
+  end
+  for _ = 1, 5 do
+    local y = exponential(0.3, 40)
+    for i = 1, 40 do y[i] = y[i] + 0.05 * (random() + random() + random()) end
+    local r = fit(decay, { params = { k, x }, data = iddata { y = y }, y = x, start = { x = 1.5 } })
+    expect(math.abs(r.theta[1] - 0.3) < 4 * r.std[1]):is_true()
+    expect(math.abs(r.theta[2] - 2) < 4 * r.std[2]):is_true()
+  end
+end)
+
+test("what is wrong is said", function()
+  local d = iddata { y = { 1, 2, 3 } }
+  expect(function() fit(decay, { data = d, y = x }) end):fails "params is missing"
+  expect(function() fit(decay, { params = { k }, y = x }) end):fails "data is missing"
+  expect(function() fit(decay, { params = { k }, data = { 1, 2 }, y = x }) end):fails "data must be iddata"
+  expect(function() fit(decay, { params = { T }, data = d, y = x, start = { x = 1 } }) end):fails "T"
+  expect(function() fit(decay, { params = { k }, data = d, y = { x, x }, start = { x = 1 } }) end):fails "y names 2 expression(s), but the data has 1"
+  expect(function() fit(decay, { params = { k }, data = d, y = x }) end):fails "neither fixed nor determined"
+  expect(function() fit(dae { der(x) ~ u - k * x }, { params = { k }, data = d, y = x, start = { x = 1 } }) end)
+    :fails "the model has the inputs u, but the data has 0"
+  expect(function() fit(dae { der(x) ~ k * x^2 }, { params = { k }, data = d, y = x, start = { x = 1 } }) end):fails "t = "
+end)
