@@ -4,7 +4,7 @@ return {
   statement = "Point masses and massless links, let go from a straight line at 45 degrees. problems.chain.links(n) is the model with n links.",
   tags = "mechanics nonlinear benchmark",
   index = 3, dof = 20, structural_index = 3, structural_dof = 20, verdict = "valid",
-  to = 1, dt = 0.01,
+  to = 1, dt = 0.01, forms = { "acc", "ggl", "project" },
   links = function(n)
     local p = var("p", 2*n)
     local g = params "g=9.81"

@@ -10,6 +10,7 @@
 --     structural_index = 3, structural_dof = 2, verdict = "valid",       -- what the Σ-method says about it
 --     remark = "…",                    -- why the two differ, where they do
 --     to = 10, dt = 0.01,              -- an interval worth integrating, and a step for gauss(3); digits of a short reference
+--     forms = { "acc" },              -- the forms that the tests integrate; all of them by default
 --     build = function()
 --       return {
 --         model = dae { … },
@@ -33,7 +34,7 @@ local names = {
   "gear_petzold", "kunkel_mehrmann", "kunkel_mehrmann_open", "parameter_index", "singular_time",
   -- nonlinear
   "cube_root", "van_der_pol_limit", "two_branches", "implicit_circle", "jay_index2", "jay_index3", "pantelides_reactor",
-  "substitution", "linear_combination",
+  "substitution", "linear_combination", "robot_arm",
   -- mechanics
   "pendulum", "pendulum_velocity", "pendulum_acceleration", "two_pendula", "rotating_rod", "skate", "slider_crank",
   "double_pendulum", "car_axis", "squeezer", "chain",
@@ -46,7 +47,7 @@ local of_build = { model = true, constraints = true, fix = true, guess = true, i
                    exact = true, reference = true, references = true }
 -- Fields that some problems do without.
 local optional = { index = true, dof = true, structural_index = true, structural_dof = true, remark = true, why = true, dt = true,
-                   digits = true, variants = true, singular = true }
+                   digits = true, forms = true, variants = true, singular = true }
 
 local problem = { __name = "problem", __metatable = "problem" }
 local methods = {}

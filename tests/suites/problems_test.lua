@@ -9,13 +9,16 @@ local forms = { "acc", "ggl", "baumgarte", "ode", "project", "dummy", "minimal" 
 
 -- Known shortcomings, to be removed from here when they are gone. The list of constraints is incomplete, or contains definitions of
 -- derivatives beside conditions on the states:
-local other_count = { gear_petzold = true, kunkel_mehrmann = true, substitution = true, two_pendula = true, pantelides_reactor = true }
+local other_count = { gear_petzold = true, kunkel_mehrmann = true, substitution = true, two_pendula = true, pantelides_reactor = true,
+  robot_arm = true }
 -- "dummy" keeps its first choice of states and passes near points where it is singular:
 local poor = { dummy = { pendulum = true, pendulum_velocity = true, spherical_pendulum = true, double_pendulum = true, chain = true },
 -- "minimal" loses the constraint 0 = x₁ + x₂ - x₃:
   minimal = { exam_3d = true },
 -- a start that does not reach the form:
   ggl = { hidden_sum = true }, ode = { squeezer = true }, project = { squeezer = true }, [""] = { squeezer = true } }
+-- Start and forms take seconds (nested quotients in the repaired equations); right, but not for a quick suite:
+local slow = { robot_arm = true }
 
 local function has(p, tag) return (" " .. p.tags .. " "):find(" " .. tag .. " ", 1, true) ~= nil end
 
@@ -47,7 +50,7 @@ for _, p in ipairs(problems.list()) do
     end
   end)
 
-  if p.index then
+  if p.index and not slow[p.name] then
     test("start: " .. p.name, function()
       local sys, at = p(), p:start()
       for _, c in ipairs(p.constraints) do expect(at(c)):near(0, 1e-9) end     -- init solves to 1e-10, scaled
@@ -87,11 +90,11 @@ for _, p in ipairs(problems.list()) do
 
   -- Every form that reduce() offers for it, at dt and dt/2. Whatever the order, the error at dt/2 is at most the change from dt to
   -- dt/2 (for order one equal, for gauss(3) a 63rd of it), up to rounding that index 3 amplifies.
-  if p.index and p.dt and (p.exact or p.reference) then
+  if p.index and p.dt and not slow[p.name] and (p.exact or p.reference) then
     test("reduced forms: " .. p.name, function()
       local at = p:start()
       local ran = 0
-      for _, form in ipairs(forms) do
+      for _, form in ipairs(p.forms or forms) do
         local good, low = pcall(function() return p():reduce(form, form == "dummy" and { at = at } or nil) end)
         if not good then
           expect(#low > 40 and not low:find("internal", 1, true)):is_true()      -- a refusal says why
