@@ -4,7 +4,7 @@ return {
   statement = "A rigid axis on two springs, one wheel on a flat road and one on a bumpy one; two constraints, one of them moving.",
   tags = "mechanics nonlinear benchmark",
   index = 3, dof = 4, structural_index = 3, structural_dof = 4, verdict = "valid",
-  to = 3, dt = 0.01,
+  to = 3, dt = 0.005,
   build = function()
     local xl, yl, xr, yr = vars "x_l y_l x_r y_r"
     local l1, l2 = vars "lambda1 lambda2"

@@ -5,7 +5,7 @@ return {
     .. "components.",
   tags = "nonlinear",
   index = 2, dof = 1, structural_index = 2, structural_dof = 1, verdict = "valid",
-  to = 0.5, dt = 0.02,
+  to = 0.5, dt = 0.025,
   build = function()
     local y1, y2, z = vars "y1 y2 z"
     return {

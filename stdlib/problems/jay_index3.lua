@@ -4,7 +4,7 @@ return {
   statement = "Hessenberg form of size three with a known solution, to measure the order of methods on index 3.",
   tags = "nonlinear",
   index = 3, dof = 2, structural_index = 3, structural_dof = 2, verdict = "valid",
-  to = 0.5, dt = 0.02,
+  to = 0.5, dt = 0.025,
   build = function()
     local y1, y2, z1, z2, u = vars "y1 y2 z1 z2 u"
     return {

@@ -4,7 +4,7 @@ return {
   statement = "The rod turns at constant ω in a horizontal plane; the bead moves outwards as r₀ cosh ωt, pushed sideways by z = -2 m ω r′.",
   tags = "mechanics nonlinear",
   index = 3, dof = 2, structural_index = 3, structural_dof = 2, verdict = "valid",
-  to = 0.5, dt = 0.02,
+  to = 0.5, dt = 0.025,
   build = function()
     local q = var("q", 2)
     local m, omega = params "m=1 omega=2"

@@ -5,7 +5,7 @@ return {
   tags = "nonlinear failure",
   index = 2, dof = 1, structural_index = 1, structural_dof = 2, verdict = "identically singular",
   remark = "With x₁′ + x₂ x₂″ replaced by -x₂′² - 2 x₂ x₂′ - h₂′ the first equation is free of it.",
-  to = 0.5, dt = 0.02,
+  to = 0.5, dt = 0.025,
   build = function()
     local x1, x2 = vars "x1 x2"
     local a, b = cos(t), 2 + sin(t)

@@ -4,7 +4,7 @@ return {
   statement = "ε z′ = (1 - y²) z - y with ε = 0. On each branch ln y - y²/2 = t + const; the solution ends at y = ±1, where ∂g/∂z = 0.",
   tags = "nonlinear singular",
   index = 1, dof = 1, structural_index = 1, structural_dof = 1, verdict = "valid",
-  to = 0.5, dt = 0.02,
+  to = 0.5, dt = 0.025,
   build = function()
     local y, z = vars "y z"
     return {
