@@ -9,7 +9,7 @@ m, g, J, L, l, d = params "m=1 g=9.81 J=0.05 L=0.8 l=0.3 d=0.15"
 function end_point(k)                                -- Rot(γ_k) (d + l cos α_k, 0, -l sin α_k), γ = 0, 2π/3, 4π/3
   local gamma = 2*pi*(k - 1)/3
   local turn = mat { {cos(gamma), -sin(gamma), 0}, {sin(gamma), cos(gamma), 0}, {0, 0, 1} }
-  return turn*vec { d + l*cos(alpha[k]), 0, -l*sin(alpha[k]) }
+  return simplify(turn)*vec { d + l*cos(alpha[k]), 0, -l*sin(alpha[k]) }
 end
 C = {}
 for k = 1, 3 do

@@ -108,7 +108,37 @@ std::optional<SumId> absolute_value(Simplifier& s, Op op, const Args& x) {
   return s.product(outside);
 }
 
-/// sin and cos at multiples of π/2, sin(π/6), cos(π/3), tan at multiples of π.
+/// √n/2 · sign
+SumId half_root(Simplifier& s, int n, int sign) {
+  Term term;
+  term.coefficient = Number(mpq_class(sign, 2));
+  s.multiply(term, s.number(n), mpq_class(1, 2));
+  return s.product(term);
+}
+
+/// sin(k π/12) for even k and for odd multiples of π/4.
+std::optional<SumId> sine_of_twelfths(Simplifier& s, unsigned long k) {
+  const int sign = k < 12 ? 1 : -1;
+  switch (k % 12) {
+    case 0:
+      return s.number(0);
+    case 2:
+    case 10:
+      return s.number(Number(mpq_class(sign, 2)));
+    case 3:
+    case 9:
+      return half_root(s, 2, sign);
+    case 4:
+    case 8:
+      return half_root(s, 3, sign);
+    case 6:
+      return s.number(sign);
+    default:
+      return {};
+  }
+}
+
+/// sin and cos at multiples of π/6 and π/4, tan at multiples of π.
 std::optional<SumId> known_angle(Simplifier& s, Op op, const Args& x) {
   if (op != Op::sin && op != Op::cos && op != Op::tan) return {};
   const Sum& sum = s.sum(x[0]);
@@ -116,25 +146,9 @@ std::optional<SumId> known_angle(Simplifier& s, Op op, const Args& x) {
   if (!sum[0].coefficient.exact()) return {};
   const mpq_class turns = sum[0].coefficient.rational();  // in half turns
   if (op == Op::tan) return turns.get_den() == 1 ? std::optional(s.number(0)) : std::nullopt;
-  mpq_class sixths = turns * 6 + (op == Op::cos ? 3 : 0);  // cos x = sin(x + π/2)
-  if (sixths.get_den() != 1) return {};
-  switch (mpz_fdiv_ui(sixths.get_num_mpz_t(), 12)) {
-    case 0:
-    case 6:
-      return s.number(0);
-    case 3:
-      return s.number(1);
-    case 9:
-      return s.number(-1);
-    case 1:
-    case 5:
-      return s.number(Number(mpq_class(1, 2)));
-    case 7:
-    case 11:
-      return s.number(Number(mpq_class(-1, 2)));
-    default:
-      return {};
-  }
+  const mpq_class twelfths = turns * 12 + (op == Op::cos ? 6 : 0);  // cos x = sin(x + π/2)
+  if (twelfths.get_den() != 1) return {};
+  return sine_of_twelfths(s, mpz_fdiv_ui(twelfths.get_num_mpz_t(), 24));
 }
 
 std::optional<SumId> equal_branches(Simplifier& s, Op op, const Args& x) {

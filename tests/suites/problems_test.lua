@@ -5,18 +5,14 @@
 -- jets and offsets by brute force (in Python, 60 digits), solutions by hand, end values from the test sets or by extrapolation
 -- methods on independently derived equations.
 
-local forms = { "acc", "ggl", "baumgarte", "ode", "project", "dummy", "minimal" }
+local forms = { "", "acc", "ggl", "baumgarte", "ode", "project", "dummy", "minimal" }
 
 -- Known shortcomings, to be removed from here when they are gone. The list of constraints is incomplete, or contains definitions of
 -- derivatives beside conditions on the states:
 local other_count = { gear_petzold = true, kunkel_mehrmann = true, substitution = true, two_pendula = true, pantelides_reactor = true,
   robot_arm = true }
--- "dummy" keeps its first choice of states and passes near points where it is singular:
-local poor = { dummy = { pendulum = true, pendulum_velocity = true, spherical_pendulum = true, double_pendulum = true, chain = true },
--- "minimal" loses the constraint 0 = x₁ + x₂ - x₃:
-  minimal = { exam_3d = true },
--- a start that does not reach the form:
-  ggl = { hidden_sum = true }, ode = { squeezer = true }, project = { squeezer = true }, [""] = { squeezer = true } }
+-- A start that does not reach the form, another branch than that of the start, a choice that is singular on the way:
+local poor = { dummy = { two_pendula = true, reissig = true }, minimal = { substitution = true, pendulum_velocity = true } }
 -- Start and forms take seconds (nested quotients in the repaired equations); right, but not for a quick suite:
 local slow = { robot_arm = true }
 
@@ -95,16 +91,19 @@ for _, p in ipairs(problems.list()) do
       local at = p:start()
       local ran = 0
       for _, form in ipairs(p.forms or forms) do
-        local good, low = pcall(function() return p():reduce(form, form == "dummy" and { at = at } or nil) end)
+        local good, low = pcall(function()
+          if form == "" then return p():reduce() end                              -- the road that is chosen for it
+          return p():reduce(form, form == "dummy" and { at = at } or nil)
+        end)
         if not good then
+          expect(form ~= ""):is_true()
           expect(#low > 40 and not low:find("internal", 1, true)):is_true()      -- a refusal says why
         elseif not (poor[form] or {})[p.name] then
           if low:dof() ~= p.dof then
             expect(("%s has %d free initial values, the model %d"):format(form, low:dof(), p.dof)):equals "as many"
           end
-          local start = p.inputs and p:start(low) or at
           local function run(dt)
-            return low:integrate { start = start, to = p.to, dt = dt, inputs = p.inputs, direct = form == "ggl" or nil,
+            return low:integrate { start = at, to = p.to, dt = dt, inputs = p.inputs, direct = form == "ggl" or nil,
               method = form == "ggl" and rk.radau(3) or rk.gauss(3) }
           end
           local coarse, fine = run(2*p.dt), run(p.dt)
