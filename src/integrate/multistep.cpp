@@ -250,7 +250,7 @@ Multistep::Fractions backward_differences(int k) {
 Multistep bdf(long steps) {
   constexpr long most = 30;  // the diagnosis of useless methods needs no more
   if (steps < 1 || steps > most) {
-    throw Error(text("bdf(", steps, "): the number of steps must be between 1 and 6"));
+    throw Error(text(steps, " steps: the number must be between 1 and 6"));
   }
   const int k = static_cast<int>(steps);
   Multistep::Fractions beta(static_cast<std::size_t>(k) + 1, 0);

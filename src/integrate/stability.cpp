@@ -167,6 +167,7 @@ std::optional<double> sign_change(const Polynomial& p, bool exact) {
 struct Rational {
   Polynomial P, Q;
   bool exact = true;
+  double tolerance = 0;  ///< of a coefficient, if not exact
 };
 
 Rational from_reals(const RealMatrix& A, const RealVector& b, mp_bitcnt_t bits, double unit, int order) {
@@ -177,6 +178,7 @@ Rational from_reals(const RealMatrix& A, const RealVector& b, mp_bitcnt_t bits, 
       reversed_characteristic<Real>(s, zero, one, [&](int i, int j) { return Real(A(i, j) - b[j]); });
   const auto q = reversed_characteristic<Real>(s, zero, one, [&](int i, int j) { return A(i, j); });
   Rational R;
+  R.tolerance = tolerance;
   for (const Real& c : q) R.Q.push_back(recognised(c, tolerance, R.exact));
   // The order is proved: these coefficients of P are not subject to rounding.
   for (int k = 0; k <= s; ++k) {
@@ -204,14 +206,14 @@ Stability::Stability(const Tableau& rk) {
   } else {
     const Coefficients& c = rk.coefficients();
     Rational R = from_reals(c.A, c.b, c.bits, c.unit, rk.order());
-    P_ = std::move(R.P), Q_ = std::move(R.Q), exact_ = R.exact;
+    P_ = std::move(R.P), Q_ = std::move(R.Q), exact_ = R.exact, tolerance_ = R.tolerance;
   }
   finish(rk.order());
 }
 
 Stability::Stability(const Rosenbrock& method) {
   Rational R = from_reals(method.real_beta(), method.real_b(), 256, method.unit(), method.order());
-  P_ = std::move(R.P), Q_ = std::move(R.Q), exact_ = R.exact;
+  P_ = std::move(R.P), Q_ = std::move(R.Q), exact_ = R.exact, tolerance_ = R.tolerance;
   finish(method.order());
 }
 
@@ -229,9 +231,13 @@ void Stability::finish(int order) {
   for (order_ = order;; ++order_) {
     const std::size_t k = static_cast<std::size_t>(order_) + 1;
     error_constant_ = exponential_part(Q_, order_ + 1) - (k < P_.size() ? P_[k] : Surd());
-    if (!error_constant_.is_zero()) break;
+    if (!(exact_ ? error_constant_.is_zero() : std::fabs(error_constant_.value()) <= tolerance_)) break;
   }
-  const Polynomial axis = minus(modulus_on_axis(Q_), modulus_on_axis(P_));
+  Polynomial axis = minus(modulus_on_axis(Q_), modulus_on_axis(P_));
+  // |R(iy)| = 1 + O(y^(p+1)): what rounding leaves of the lower powers is nothing.
+  for (std::size_t k = 0; !exact_ && 2 * static_cast<int>(k) <= order && k < axis.size(); ++k)
+    axis[k] = Surd();
+  trim(axis);
   const auto crossing = sign_change(axis, exact_);
   const bool stable_axis = axis.empty() || (axis.back().sign() > 0 && !crossing);
   const auto lowest = std::find_if(axis.begin(), axis.end(), [](const Surd& c) { return !c.is_zero(); });
@@ -443,6 +449,7 @@ DaeOrders dae_orders(const Tableau& rk, const Stability& stability) {
     orders.z2 = one ? q - 1 : q;
   } else {
     orders.x2 = one ? std::min(p, q) : std::min(p, q + 1);
+    if (!inside && q < 2 && rk.stages() > 1) orders.x2 = 0;  // z diverges and takes x along
     orders.z2 = inside ? q : minus_one ? q - 1 : std::max(0, q - 2);
   }
   if (rk.stages() == 1 && stiff) {  // implicit Euler is BDF 1: order 1 after two constant steps

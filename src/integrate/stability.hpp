@@ -54,7 +54,7 @@ class Stability {
   double sector() const;
   Polynomial P_, Q_;
   bool exact_ = false, a_stable_ = false;
-  double real_ = 0, imaginary_ = 0, alpha_ = 0;
+  double tolerance_ = 0, real_ = 0, imaginary_ = 0, alpha_ = 0;
   int order_ = 0;
   Surd error_constant_;
 };

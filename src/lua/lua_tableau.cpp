@@ -84,6 +84,26 @@ integrate::DenseData read_dense(lua_State* L, int index, Eigen::Index s) {
   return dense;
 }
 
+/// A row of A may stop early only where all rows stay within the lower triangle: elsewhere nobody knows what
+/// is meant.
+void refuse_ragged(lua_State* L, int index) {
+  if (!lua_istable(L, index)) return;
+  const auto s = static_cast<lua_Integer>(lua_rawlen(L, index));
+  lua_Integer wide = 0, narrow = 0;
+  std::size_t widest = 0, narrowest = 0;
+  for (lua_Integer i = 1; i <= s; ++i) {
+    lua_geti(L, index, i);
+    const std::size_t size = lua_istable(L, -1) ? lua_rawlen(L, -1) : static_cast<std::size_t>(s);
+    if (size > static_cast<std::size_t>(s)) return;  // its own error
+    if (size > static_cast<std::size_t>(i) && !wide) wide = i, widest = size;
+    if (size < static_cast<std::size_t>(s) && !narrow) narrow = i, narrowest = size;
+    lua_pop(L, 1);
+  }
+  if (!wide || !narrow) return;
+  throw Error(text("row ", narrow, " of A has ", narrowest, narrowest == 1 ? " entry" : " entries", ", row ",
+                   wide, " has ", widest, ": rows may stop early only when A is lower triangular"));
+}
+
 integrate::TableauData read_fields(Call& call) {
   const Options options =
       call.options(1, {"name", "text", "cite", "order", "embedded", "A", "b", "c", "bhat", "bhat2", "dense"});
@@ -95,7 +115,9 @@ integrate::TableauData read_fields(Call& call) {
   data.cite = options.string("cite", "");
   if (options.has("order")) data.order = static_cast<int>(options.integer("order", 0));
   if (options.has("embedded")) data.embedded = static_cast<int>(options.integer("embedded", 0));
-  data.A = read_rows(call.L, options.push("A"), "A", -1, -1);
+  const int A_index = options.push("A");
+  refuse_ragged(call.L, A_index);
+  data.A = read_rows(call.L, A_index, "A", -1, -1);
   data.b = read_list(call.L, options.push("b"), "b");
   if (options.has("c")) data.c = read_list(call.L, options.push("c"), "c");
   if (options.has("bhat")) data.bhat = read_list(call.L, options.push("bhat"), "bhat");
@@ -143,6 +165,13 @@ int c(Call& call) { return push_entries(call, *self(call).data().c, self(call).c
 int bhat(Call& call) {
   const Tableau& tab = self(call);
   if (tab.bhat()) return push_entries(call, *tab.data().bhat, *tab.bhat());
+  lua_pushnil(call.L);
+  return 1;
+}
+
+int bhat2(Call& call) {
+  const Tableau& tab = self(call);
+  if (tab.bhat2()) return push_entries(call, *tab.data().bhat2, *tab.bhat2());
   lua_pushnil(call.L);
   return 1;
 }
@@ -198,6 +227,8 @@ const Module tableau_module = {
         {"tableau#b", b, "tab.b -> column", "The weights.", "", ""},
         {"tableau#c", c, "tab.c -> column", "The nodes.", "", ""},
         {"tableau#bhat", bhat, "tab.bhat -> column or nil", "The weights of the embedded method.", "", ""},
+        {"tableau#bhat2", bhat2, "tab.bhat2 -> column or nil",
+         "The weights of a second embedded method (dop853).", "", ""},
         {"tableau#name", name, "tab.name -> string", "The name of the method.", "", ""},
         {"tableau#text", note, "tab.text -> string", "What the method is good for.", "", ""},
         {"tableau#cite", cite, "tab.cite -> string", "Where the method comes from.", "", ""},
