@@ -2,6 +2,8 @@
 include "prelude"    -- doc{}
 include "help"       -- help, apropos, examples
 include "testing"    -- test, expect
+include "files"      -- save, load
+include "explain"    -- explain
 include "plot"       -- plot, plot3, semilogy, semilogx, loglog, spy
 include "sysid"      -- d:plot, mod:plot, v:plot, set:plot
 include "lti"        -- step, bode, nyquist, pzmap … as figures

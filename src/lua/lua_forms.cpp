@@ -2,6 +2,7 @@
 #include <algorithm>
 
 #include "base/text.hpp"
+#include "dae/code.hpp"
 #include "dae/lineage.hpp"
 #include "dae/reduce.hpp"
 #include "dae/story.hpp"
@@ -64,6 +65,8 @@ int model_latex(Call& call) {
   return call.push(dae::latex(*model_ptr(call)));
 }
 
+int model_code(Call& call) { return call.push(dae::code(model_ptr(call))); }
+
 const Trace& self(Call& call) {
   collect_aliases(call.L);
   return call.object<Trace>(1, "trace");
@@ -122,6 +125,12 @@ const Module forms_module = {
         {"model:latex", model_latex, "sys:latex() -> string", "The equations in LaTeX, with their numbers.",
          "x = var \"x\"  return dae{ der(x) ~ -2*x }:latex()",
          "\\begin{align}\n  \\dot{x} &= -2 x \\tag{1}\n\\end{align}"},
+        {"model:code", model_code, "sys:code() -> string",
+         "Lua text that rebuilds the model with its parameter values and its lineage (reduce \"form\" …), "
+         "also "
+         "in a new session: what save writes.",
+         "x = var \"x\"  return dae{ der(x) ~ -2*x }:code()",
+         "-- A model of Pendula.\nlocal x = var(\"x\")\nreturn dae {\n  der(x) ~ -2*x,\n}"},
         {"trace:latex", trace_latex, "trace:latex() -> string",
          "The derivation in LaTeX, a line for each step.", "", ""},
         {"trace:find", trace_find, "trace:find(pattern [, from [, plain]]) -> integers",

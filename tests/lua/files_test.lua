@@ -1,0 +1,72 @@
+-- save, load, explain.
+local file = os.tmpname() .. ".lua"
+local function again(value)
+  save(file, value)
+  return load(file)
+end
+
+test("every reference problem and its forms come back the same", function()
+  for _, name in ipairs { "exam_3d", "pendulum", "sphere_chain", "cstr", "nilpotent", "slider_crank", "car_axis",
+    "transistor_amplifier", "hires", "mattsson_linear", "two_pendula", "akzo" } do
+    local sys = problems[name]()
+    local back = again(sys)
+    expect(tostring(back)):equals(tostring(sys))
+    expect(back:code()):equals(sys:code())
+  end
+end)
+
+test("a form keeps its lineage, its gains and its parameter values", function()
+  local sys = problems.pendulum()
+  local at = problems.pendulum:start()
+  for _, low in ipairs { sys:reduce(), sys:reduce "acc", sys:reduce "ggl", sys:reduce "dummy", sys:reduce "ode",
+    sys:reduce("baumgarte", { alpha = 3, beta = "7/2" }), sys:first_order(), sys:implicit(), sys:semi_explicit():reduce(),
+    sys:reduce "acc":with { L = 2 } } do
+    local back = again(low)
+    expect(tostring(back)):equals(tostring(low))
+    expect(back.form):equals(low.form)
+    expect(tostring(back:trace())):equals(tostring(low:trace()))
+  end
+  local back = again(sys:reduce())
+  local sol = back:integrate { start = at, to = 0.1, dt = 0.01, method = rk.rk4 }      -- a start serves relatives
+  expect(sol.status):equals "finished"
+end)
+
+test("expressions, matrices and numbers can be saved too; other values are refused", function()
+  local x = var "x_saved"
+  expect(again(sin(x)^2/3)):equals(sin(x)^2/3)
+  expect(again(mat { { x, 1 }, { 0, rational "1/3" } })):equals(mat { { x, 1 }, { 0, rational "1/3" } })
+  expect(again(0.1)):equals(0.1)
+  expect(function() save(file, {}) end):fails "can be saved, not table"
+  expect(function() save(problems.pendulum(), file) end):fails "expected a file name first"
+  expect(function() save("/no/such/place/model.lua", x) end):fails "cannot write"
+  expect(function() load "/no/such/place/model.lua" end):fails "there is no file"
+  expect(load "return 1 + 1"()):equals(2)
+  expect(select(2, load "return +")):equals(select(2, load("return +")))
+end)
+
+test("a model whose inputs are variables cannot be written", function()
+  local x, w = vars "x_s w_s"
+  local sys = dae.semi_explicit { x = x, u = w, f = w - x }
+  expect(function() sys:code() end):fails 'declare it with input "w_s"'
+end)
+
+test("explain knows models, forms, starts, solutions, tableaus and error texts", function()
+  local sys = problems.pendulum()
+  local at = problems.pendulum:start()
+  explain(sys)
+  for _, form in ipairs { "acc", "ggl", "baumgarte", "project", "dummy", "ode" } do explain(sys:reduce(form)) end
+  explain(at)
+  explain(sys:reduce():integrate { start = at, to = 0.1, dt = 0.01, method = rk.rk4 })
+  explain(rk.rk4)
+  explain(sys:structure())
+  explain "sin"
+  for _, call in ipairs { function() sys:init {} end, function() sys:init { fix = { x = 9 } } end,
+    function() sys:integrate { start = at, to = 1, dt = 0.1, method = rk.rk4 } end, function() sys:reduce "minimal" end } do
+    local _, message = pcall(call)
+    explain(message)
+  end
+  expect(function() explain "no such thing at all" end):fails "this text is no error"
+  expect(function() explain() end):fails "expected a value"
+end)
+
+os.remove(file)
