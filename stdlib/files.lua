@@ -26,6 +26,58 @@ return load(name).kind]], gives = "ODE",
     out:close()
   end }
 
+-- A column title is quoted where it contains a comma or a quote.
+local function quoted(title)
+  if title:find '[,"\n]' then return '"' .. title:gsub('"', '""') .. '"' end
+  return title
+end
+
+-- The columns of a table of values: t, then every entry of every expression.
+local function csv_columns(sol, list)
+  local titles, columns = { "t" }, { sol.t }
+  for _, expression in ipairs(list) do
+    local values = sol(expression)
+    local entries = values.cols == 1 and { expression } or expression
+    for j = 1, values.cols do
+      titles[#titles + 1] = tostring(entries[j])
+      columns[#columns + 1] = values:col(j)
+    end
+  end
+  return titles, columns
+end
+
+doc { name = "solution:csv", module = "files", sig = 'sol:csv(file [, { expressions }])',
+  text = "Writes the saved times and values as a table with commas and a line of titles: the states and algebraic variables, "
+    .. "or the expressions that are named. 17 digits, so that reading it gives the same numbers.",
+  example = [[x = var "x"
+sol = dae{ der(x) ~ -2*x }:integrate{ start = { x = 1 }, to = 1, dt = 0.5, method = rk.euler }
+name = os.tmpname()
+sol:csv(name)
+for line in io.lines(name) do print(line) end]], gives = "t,x\n0,1\n0.5,0\n1,0",
+  function(sol, file, list)
+    if object_type(sol) ~= "solution" then fail 'csv: expected a solution, as in sol:csv "run.csv"' end
+    if type(file) ~= "string" then fail 'csv: expected a file name, as in sol:csv "run.csv"' end
+    if list == nil then
+      list = {}
+      for _, part in ipairs { sol.model.differential, sol.model.algebraic } do
+        for i = 1, #part do list[#list + 1] = part[i] end
+      end
+    elseif object_type(list) then
+      list = { list }
+    end
+    local titles, columns = csv_columns(sol, list)
+    local out, why = io.open(file, "w")
+    if not out then fail("csv: cannot write " .. why) end
+    for j, title in ipairs(titles) do titles[j] = quoted(title) end
+    out:write(table.concat(titles, ","), "\n")
+    for i = 1, #sol.t do
+      local row = {}
+      for j, column in ipairs(columns) do row[j] = ("%.17g"):format(column[i]) end
+      out:write(table.concat(row, ","), "\n")
+    end
+    out:close()
+  end }
+
 doc { name = "load", module = "files", sig = "load(file) -> value",
   text = "Runs a Lua file (\"model.lua\") and returns its value: what save wrote. Anything else is Lua's own load, which "
     .. "compiles a chunk.",

@@ -152,6 +152,8 @@ int times(Call& call) {
   return push_matrix(call.L, Mat(Eigen::Map<const Vec>(t.data(), static_cast<Eigen::Index>(t.size()))));
 }
 
+int model(Call& call) { return call.push(self(call).model()); }
+
 int status(Call& call) { return call.push(self(call).solution().status()); }
 
 std::string without_newline(const std::string& text) {
@@ -295,6 +297,7 @@ const Module integrate_module = {
          "print((\"%.6f\"):format(sol(x^2, 1.5)))",
          "5.062500"},
         {"solution#t", times, "sol.t -> column", "The saved times.", "", ""},
+        {"solution#model", model, "sol.model -> model", "The model that was integrated.", "", ""},
         {"solution#status", status, "sol.status -> string",
          "\"finished\", \"event\", \"interrupted\", or \"stopped at t = …: why\".", "", ""},
         {"solution#events", events, "sol.events -> list",

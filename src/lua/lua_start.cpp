@@ -66,9 +66,11 @@ static dae::StartPtr translated_states(const dae::StartPtr& at, const dae::Model
 /// leaves: they get their values from one that is regular here.
 static dae::StartPtr translated_to_dummies(const dae::StartPtr& at, const dae::ModelPtr& model) {
   const dae::ModelPtr source = dae::original(model);
-  const dae::StartPtr own = translated_states(at, source);
-  const dae::ModelPtr good = dae::reduce_dummy(source, dae::select_dummies(source, own->values));
-  const dae::StartPtr there = translated_states(own, good);
+  auto point = at->values;
+  for (Expr leaf : source->states())
+    if (const auto value = at->value_for(*source, leaf)) point[leaf] = *value;
+  const dae::ModelPtr good = dae::reduce_dummy(source, dae::select_dummies(source, point));
+  const dae::StartPtr there = translated_states(at, good);
   auto here = std::make_shared<dae::Start>(*there);
   here->model = model;
   here->rows.clear();
@@ -97,8 +99,10 @@ static dae::StartPtr translated_states(const dae::StartPtr& at, const dae::Model
                        "': it belongs to another model; make one with sys:init{ … }"));
     request.fix.push_back({leaf, *value});
   }
-  for (Expr leaf : model->algebraic())
-    if (const auto value = at->value_for(*model, leaf)) request.guess.push_back({leaf, *value});
+  for (const auto& list :
+       {model->algebraic(), model->top_derivatives()})  // which root of nonlinear equations
+    for (Expr leaf : list)
+      if (const auto value = at->value_for(*model, leaf)) request.guess.push_back({leaf, *value});
   request.inputs = at->request.inputs;  // as expressions, so that derivatives are known
   request.numeric_inputs = at->request.numeric_inputs;
   for (Expr leaf : model->inputs)

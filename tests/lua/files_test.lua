@@ -69,4 +69,26 @@ test("explain knows models, forms, starts, solutions, tableaus and error texts",
   expect(function() explain() end):fails "expected a value"
 end)
 
+
+
+test("a solution as a table with commas", function()
+  local name = os.tmpname()
+  local q = var("q_csv", 2)
+  local sol = dae { der(q) ~ -q }:integrate { start = { [q] = { 1, 2 } }, to = 1, dt = 0.5, method = rk.rk4 }
+  sol:csv(name)
+  local lines = {}
+  for line in io.lines(name) do lines[#lines + 1] = line end
+  expect(#lines):equals(4)
+  expect(select(2, lines[1]:gsub(",", ""))):equals(2)
+  local t, a, b = lines[4]:match "^(.-),(.-),(.-)$"
+  expect(tonumber(t)):equals(1)
+  expect(tonumber(a)):equals(sol(q[1], 1))
+  expect(tonumber(b)):equals(sol(q[2], 1))
+  sol:csv(name, { q[1] + q[2], q })
+  for line in io.lines(name) do lines = line end
+  expect(select(2, lines:gsub(",", ""))):equals(3)
+  expect(function() sol:csv() end):fails "expected a file name"
+  expect(function() sol:csv "/no/such/place/run.csv" end):fails "cannot write"
+  os.remove(name)
+end)
 os.remove(file)
