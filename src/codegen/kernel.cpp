@@ -1,12 +1,11 @@
 // Kernels: what is compiled once is remembered by the expressions it computes.
 #include "codegen/kernel.hpp"
 
-#include <list>
 #include <mutex>
-#include <unordered_map>
 
 #include "base/error.hpp"
 #include "codegen/hot.hpp"
+#include "codegen/memory.hpp"
 #include "codegen/tape.hpp"
 
 namespace pendula::codegen {
@@ -17,54 +16,8 @@ struct Kernel::Code {
   explicit Code(Program program) : tape(program), hot(std::move(program)) {}
 };
 
-namespace {
-
-/// The ids of outputs and inputs: nodes are never changed or freed, so equal ids mean the same function.
-using Key = std::vector<std::uint32_t>;
-struct KeyHash {
-  std::size_t operator()(const Key& key) const {
-    std::size_t h = 1469598103934665603ULL;  // FNV-1a over words
-    for (std::uint32_t id : key) h = (h ^ id) * 1099511628211ULL;
-    return h;
-  }
-};
-
-/// The most recently used, up to a total size.
-template <class Value>
-class Memory {
- public:
-  std::shared_ptr<Value> find(const Key& key) {
-    const auto at = where_.find(key);
-    if (at == where_.end()) return nullptr;
-    items_.splice(items_.begin(), items_, at->second);
-    return at->second->value;
-  }
-  void add(const Key& key, std::shared_ptr<Value> value, std::size_t size) {
-    constexpr std::size_t most = 1'000'000;  // instructions: some 60 MB
-    items_.push_front({key, std::move(value), size + key.size()});
-    where_[key] = items_.begin();
-    total_ += items_.front().size;
-    while (total_ > most && items_.size() > 1) {
-      total_ -= items_.back().size;
-      where_.erase(items_.back().key);
-      items_.pop_back();
-    }
-  }
-
- private:
-  struct Item {
-    Key key;
-    std::shared_ptr<Value> value;
-    std::size_t size;
-  };
-  std::list<Item> items_;
-  std::unordered_map<Key, typename std::list<Item>::iterator, KeyHash> where_;
-  std::size_t total_ = 0;
-};
-
-}  // namespace
-
 Kernel::Kernel(std::span<const Expr> outputs, std::span<const Expr> inputs) {
+  // Nodes are never changed or freed: equal ids mean the same function.
   static Memory<Code> memory;
   static std::mutex mutex;
   Key key;

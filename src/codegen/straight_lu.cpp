@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <mutex>
 
+#include "codegen/memory.hpp"
 #include "codegen/pivots.hpp"
 
 namespace pendula::codegen {
@@ -137,10 +139,38 @@ Program solve_program(const Elimination& order, int n, bool complex, std::size_t
   return std::move(w.program);
 }
 
+/// What the code depends on: sizes, positions and pivots.
+std::vector<std::uint32_t> key_of(const Elimination& order, int n,
+                                  const std::vector<StraightLU::Position>& positions, bool complex) {
+  std::vector<std::uint32_t> key{static_cast<std::uint32_t>(n), complex};
+  for (int k : order.row) key.push_back(static_cast<std::uint32_t>(k));
+  for (int k : order.column) key.push_back(static_cast<std::uint32_t>(k));
+  for (const auto& p : positions)
+    key.push_back(static_cast<std::uint32_t>(p.row)), key.push_back(static_cast<std::uint32_t>(p.column));
+  return key;
+}
+
 }  // namespace
+
+struct StraightLU::Code {
+  std::unique_ptr<const Machine> factor, solve;
+  std::size_t instructions = 0;
+};
 
 std::optional<StraightLU> StraightLU::plan(int n, const std::vector<Position>& positions,
                                            const double* values, bool complex, std::size_t longest) {
+  return make(n, positions, values, complex, longest);
+}
+
+std::optional<StraightLU> StraightLU::remembered(int n, const std::vector<Position>& positions,
+                                                 const double* values, bool complex) {
+  return make(n, positions, values, complex, 0);
+}
+
+std::optional<StraightLU> StraightLU::make(int n, const std::vector<Position>& positions,
+                                           const double* values, bool complex, std::size_t longest) {
+  static Memory<const Code> memory;
+  static std::mutex mutex;
   if (!Machine::available() || n == 0) return {};
   const auto size = static_cast<std::size_t>(n);
   std::vector<std::complex<double>> dense(size * size);
@@ -165,20 +195,31 @@ std::optional<StraightLU> StraightLU::plan(int n, const std::vector<Position>& p
       lu.limits_.push_back(1e4 * order->row_scale[static_cast<std::size_t>(k)] / order->row_scale[i]);
     }
   }
-  if (updates * (complex ? 8 : 2) > longest) return {};
-  const Program factor = factor_program(*order, n, positions, complex);
-  const Program solve = solve_program(*order, n, complex, lu.multipliers_, lu.factors_);
-  lu.instructions_ = factor.instructions.size() + solve.instructions.size();
-  lu.factor_ = Machine::compile(factor), lu.solve_ = Machine::compile(solve);
-  if (!lu.factor_ || !lu.solve_) return {};
+  const std::vector<std::uint32_t> key = key_of(*order, n, positions, complex);
+  {
+    const std::lock_guard lock(mutex);
+    lu.code_ = memory.find(key);
+    if (!lu.code_) {
+      if (updates * (complex ? 8 : 2) + 1 > longest) return {};
+      const Program factor = factor_program(*order, n, positions, complex);
+      const Program solve = solve_program(*order, n, complex, lu.multipliers_, lu.factors_);
+      const std::size_t instructions = factor.instructions.size() + solve.instructions.size();
+      lu.code_ =
+          std::make_shared<const Code>(Code{Machine::compile(factor), Machine::compile(solve), instructions});
+      if (!lu.code_->factor || !lu.code_->solve) return {};
+      memory.add(key, lu.code_, instructions);
+    }
+  }
   const auto width = static_cast<std::size_t>(lu.width_);
   lu.numbers_.assign((lu.factors_ + size) * width, 0);
-  lu.work_.assign(std::max(lu.factor_->workspace_size(), lu.solve_->workspace_size()), 0);
+  lu.work_.assign(std::max(lu.code_->factor->workspace_size(), lu.code_->solve->workspace_size()), 0);
   return lu;
 }
 
+std::size_t StraightLU::instructions() const { return code_->instructions; }
+
 bool StraightLU::factorise(const double* values) {
-  factor_->run(values, numbers_.data(), work_.data());
+  code_->factor->run(values, numbers_.data(), work_.data());
   const double* l = numbers_.data();
   bool fine = true;
   if (width_ == 1) {
@@ -198,7 +239,7 @@ void StraightLU::solve(double* b) {
   const std::size_t count = static_cast<std::size_t>(n_ * width_);
   std::copy_n(b, count,
               numbers_.begin() + static_cast<std::ptrdiff_t>(factors_ * static_cast<std::size_t>(width_)));
-  solve_->run(numbers_.data(), b, work_.data());
+  code_->solve->run(numbers_.data(), b, work_.data());
 }
 
 }  // namespace pendula::codegen

@@ -23,9 +23,13 @@ class StraightLU {
   /// A plan for n×n matrices with these positions (an entry may be given in parts: they are added), from the
   /// values of one of them; complex numbers are pairs (re, im). Nothing if that matrix is singular to
   /// rounding, if the code would be longer than `longest` instructions, or where there is no machine code.
-  /// Cost: O(n · fill) for the pivots, 0.15 µs per instruction.
+  /// Cost: O(n · fill) for the pivots; 0.15 µs per instruction unless the code for these positions and pivots
+  /// is remembered from before.
   static std::optional<StraightLU> plan(int n, const std::vector<Position>& positions, const double* values,
                                         bool complex, std::size_t longest = 60'000);
+  /// The same, but nothing where code would have to be made.
+  static std::optional<StraightLU> remembered(int n, const std::vector<Position>& positions,
+                                              const double* values, bool complex);
 
   /// False if a pivot is zero, a multiplier has grown beyond 10³ times what the plan allows, or a number is
   /// not finite: nothing is factorised then.
@@ -33,14 +37,16 @@ class StraightLU {
   /// b ← A⁻¹ b, n numbers or pairs. Requires a factorisation.
   void solve(double* b);
 
-  std::size_t instructions() const { return instructions_; }  ///< of factorisation and solution together
-  std::size_t code_bytes() const { return factor_->code_bytes() + solve_->code_bytes(); }
+  std::size_t instructions() const;  ///< of factorisation and solution together
 
  private:
+  struct Code;
   StraightLU() = default;
+  static std::optional<StraightLU> make(int n, const std::vector<Position>& positions, const double* values,
+                                        bool complex, std::size_t longest);
   int n_ = 0, width_ = 1;  ///< width: numbers per entry
-  std::size_t multipliers_ = 0, factors_ = 0, instructions_ = 0;
-  std::shared_ptr<const Machine> factor_, solve_;
+  std::size_t multipliers_ = 0, factors_ = 0;
+  std::shared_ptr<const Code> code_;
   std::vector<double> limits_;   ///< of the multipliers
   std::vector<double> numbers_;  ///< multipliers | upper part and reciprocal pivots | right side
   std::vector<double> work_;

@@ -314,6 +314,7 @@ SolutionPtr integrate_adaptive(ProblemPtr problem, const Method& method, Point s
   start.t = plan.from;
   if (start.xdot.size() == 0) start.xdot = Vec::Zero(problem->n());
   if (start.z.size() == 0) start.z = Vec::Zero(problem->m());
+  problem->accelerate();
   const FlushDenormals guard;
   Run run(problem, method, plan);
   if (watch) watch(run.solution());

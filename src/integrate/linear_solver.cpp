@@ -149,6 +149,8 @@ template <class Scalar>
 void LinearSolver<Scalar>::analyse(int n, const std::vector<Position>& positions) {
   n_ = n;
   positions_ = positions;
+  straight_.reset();
+  count_ = plans_ = 0, next_plan_ = 1, use_straight_ = false;
   if (n > dense_limit) {
     sparse_ = std::make_unique<Sparse>(n, positions_);
     return;
@@ -159,8 +161,31 @@ void LinearSolver<Scalar>::analyse(int n, const std::vector<Position>& positions
   pivot_.assign(size, 0);
 }
 
+/// Code that exists is used from the first matrix on; it is made when the system has proved to be factorised
+/// often.
+template <class Scalar>
+bool LinearSolver<Scalar>::factorise_straight(const Scalar* values) {
+  constexpr long often = 12;
+  constexpr int most_plans = 4;
+  constexpr bool complex = std::is_same_v<Scalar, std::complex<double>>;
+  const auto* numbers = reinterpret_cast<const double*>(values);
+  ++count_;
+  if (straight_ && straight_->factorise(numbers)) return true;
+  if (n_ > straight_limit || count_ < next_plan_ || plans_ == most_plans) return false;
+  std::vector<codegen::StraightLU::Position> positions;
+  for (const Position& p : positions_) positions.push_back({p.row, p.column});
+  const bool make = count_ >= often;
+  straight_ = make ? codegen::StraightLU::plan(n_, positions, numbers, complex)
+                   : codegen::StraightLU::remembered(n_, positions, numbers, complex);
+  next_plan_ = make ? 2 * count_ : often;
+  plans_ += make;
+  return straight_ && straight_->factorise(numbers);
+}
+
 template <class Scalar>
 bool LinearSolver<Scalar>::factorise(const Scalar* values) {
+  use_straight_ = factorise_straight(values);
+  if (use_straight_) return true;
   return sparse_ ? sparse_->factorise(positions_, values) : factorise_dense(values);
 }
 
@@ -211,6 +236,7 @@ bool LinearSolver<Scalar>::factorise_dense(const Scalar* values) {
 template <class Scalar>
 void LinearSolver<Scalar>::solve(Scalar* b) {
   const int n = n_;
+  if (use_straight_) return straight_->solve(reinterpret_cast<double*>(b));
   if (sparse_) return klu_apply(sparse_->symbolic, sparse_->numeric, n, b, &sparse_->common);
   const Scalar* a = lu_.data();
   for (int k = 0; k < n; ++k) std::swap(b[k], b[pivot_[static_cast<std::size_t>(k)]]);

@@ -1,13 +1,19 @@
 // Linear systems of one fixed pattern, solved again and again: the iteration matrices of Newton's method.
 //
-// Small systems are dense with partial pivoting and row scaling; above `dense_limit` unknowns KLU takes over:
-// the pattern is analysed once, later factorisations keep the pivots (klu_refactor) as long as their growth
-// is harmless. Davis & Palamadai Natarajan, Algorithm 907: KLU, ACM TOMS 37(3), 2010.
+// At first small systems are dense with partial pivoting and row scaling, and above `dense_limit` unknowns
+// KLU takes over: the pattern is analysed once, later factorisations keep the pivots (klu_refactor) as long
+// as their growth is harmless. A system of moderate size that is factorised again and again gets
+// straight-line code for its pattern, with the pivots of the matrix at hand; where later matrices need
+// others, the first road takes over and the code is made anew. Davis & Palamadai Natarajan, Algorithm 907:
+// KLU, ACM TOMS 37(3), 2010.
 #pragma once
 
 #include <complex>
 #include <memory>
+#include <optional>
 #include <vector>
+
+#include "codegen/straight_lu.hpp"
 
 namespace pendula::integrate {
 
@@ -19,7 +25,7 @@ struct Position {
 template <class Scalar>
 class LinearSolver {
  public:
-  static constexpr int dense_limit = 40;
+  static constexpr int dense_limit = 40, straight_limit = 200;
 
   LinearSolver();
   ~LinearSolver();
@@ -43,6 +49,7 @@ class LinearSolver {
  private:
   struct Sparse;
   bool factorise_dense(const Scalar* values);
+  bool factorise_straight(const Scalar* values);
   int n_ = 0;
   double weakest_ = 0;
   std::vector<Position> positions_;
@@ -50,6 +57,10 @@ class LinearSolver {
   std::vector<double> row_scale_;  ///< dense
   std::vector<int> pivot_;
   std::unique_ptr<Sparse> sparse_;
+  std::optional<codegen::StraightLU> straight_;
+  bool use_straight_ = false;       ///< holds the factors at hand
+  long count_ = 0, next_plan_ = 1;  ///< factorisations so far; when code is thought of again
+  int plans_ = 0;
 };
 
 extern template class LinearSolver<double>;

@@ -41,14 +41,31 @@ Problem::Problem(dae::FirstOrder model, Vec parameters, std::vector<Input> input
 
   F_ = codegen::Kernel(model_.F, arguments_);
   if (is_ode()) f_ = codegen::Kernel(model_.f, arguments_);
-  const std::span<const Expr> unknowns(arguments_.data() + 1, 2 * n + m);
+}
+
+void Problem::accelerate() {
+  accelerated_ = true;
+  F_.accelerate(), f_.accelerate(), J_.accelerate();
+}
+
+/// On first use: explicit methods need no Jacobian, and that of a large reduced model may be dense.
+void Problem::need_jacobian() const {
+  if (has_jacobian_) return;
+  has_jacobian_ = true;
+  const std::span<const Expr> unknowns(arguments_.data() + 1, 2 * model_.x.size() + model_.z.size());
   std::vector<Expr> partials;
   for (const pendula::Entry& entry : sparse_jacobian(model_.F, unknowns)) {
     pattern_.push_back({entry.row, entry.column});
     partials.push_back(entry.value);
   }
   J_ = codegen::Kernel(partials, arguments_);
+  if (accelerated_) J_.accelerate();
   jacobian_values_.resize(partials.size());
+}
+
+const std::vector<Problem::Entry>& Problem::pattern() const {
+  need_jacobian();
+  return pattern_;
 }
 
 void Problem::place(double t, const double* x, const double* xdot, const double* z) {
@@ -99,6 +116,7 @@ void Problem::residual(double* F) { F_(values_.data(), F); }
 void Problem::rhs(double* f) { f_(values_.data(), f); }
 
 const std::vector<double>& Problem::jacobian() {
+  need_jacobian();
   J_(values_.data(), jacobian_values_.data());
   return jacobian_values_;
 }

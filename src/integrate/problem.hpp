@@ -61,7 +61,9 @@ class Problem {
   struct Entry {
     int row, column;
   };
-  const std::vector<Entry>& pattern() const { return pattern_; }
+  const std::vector<Entry>& pattern() const;
+  /// Makes machine code at once: thousands of evaluations are to come.
+  void accelerate();
   const std::vector<double>& jacobian();
 
   /// The leaves [t, x, x′, z, u, p], the arguments of every kernel of this problem, and their values at the
@@ -75,12 +77,17 @@ class Problem {
   std::string equation_name(int row) const;  ///< the label, or "equation 3"
 
  private:
+  void need_jacobian() const;
   dae::FirstOrder model_;
   std::vector<Input> inputs_;
   std::vector<Expr> arguments_;
-  std::vector<double> values_, jacobian_values_;
-  std::vector<Entry> pattern_;
-  codegen::Kernel F_, f_, J_;
+  std::vector<double> values_;
+  mutable std::vector<double> jacobian_values_;
+  mutable std::vector<Entry> pattern_;
+  codegen::Kernel F_, f_;
+  mutable codegen::Kernel J_;
+  bool accelerated_ = false;
+  mutable bool has_jacobian_ = false;
   std::vector<Projector> projectors_;
   int shown_n_ = -1, shown_m_ = -1;
 };

@@ -126,6 +126,6 @@ TEST_CASE("straight-line LU: refuses what its pivots do not suit, and singular o
   CHECK(lu->factorise(good));
   CHECK(!StraightLU::plan(2, full, singular, false));
   CHECK(!StraightLU::plan(2, full, undefined, false));
-  CHECK(!StraightLU::plan(2, {{0, 0}, {1, 0}}, good, false));  // a column without entries
-  CHECK(!StraightLU::plan(2, full, good, false, 1));           // longer than allowed
+  CHECK(!StraightLU::plan(2, {{0, 0}, {1, 0}}, good, false));                     // a column without entries
+  CHECK(!StraightLU::plan(2, {{1, 1}, {0, 1}, {1, 0}, {0, 0}}, good, false, 1));  // longer than allowed
 }
