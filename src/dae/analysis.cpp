@@ -1,6 +1,7 @@
 #include "dae/analysis.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 #include "base/error.hpp"
 #include "base/text.hpp"
@@ -25,13 +26,13 @@ std::vector<Expr> leaves_of(const Model& m) {
 bool regular_at_values(const Model& m, const Analysis& a) {
   std::vector<Expr> slopes;
   for (const Entry& e : a.jacobian) slopes.push_back(e.value);
-  Substitution values;
+  ParameterValues values;
   for (Expr leaf : leaves(slopes))
     if (const auto it = m.values.find(leaf); it != m.values.end()) values[leaf] = it->second;
   if (values.empty()) return true;
   std::vector<Entry> there = a.jacobian;
   try {
-    const auto numbers = substitute(slopes, values);
+    const auto numbers = at_values(slopes, values);
     for (std::size_t k = 0; k < there.size(); ++k) there[k].value = numbers[k];
   } catch (const Error&) {  // a division by zero: the model says nothing there
     return false;
@@ -187,8 +188,42 @@ Analysis require_regular(const Model& m) {
   return a;
 }
 
-std::vector<Expr> residuals_at_values(const Model& m) {
-  return substitute(m.residuals, Substitution(m.values.begin(), m.values.end()));
+/// Parts that consist of parameters with values, and are zero there up to the rounding of these values:
+/// cos(a) for a = π/2, read as a double.
+static Substitution vanishing_parts(std::span<const Expr> expressions, const ParameterValues& values) {
+  std::unordered_map<Expr, double> here, moved;
+  for (const auto& [p, value] : values) {
+    const double v = pendula::evaluate({&value, 1}, {})[0];
+    here[p] = v;
+    moved[p] = exact_value(value) ? v : v * (1 + 4e-16);
+  }
+  std::unordered_map<Expr, char> known;
+  std::vector<Expr> parts;
+  for (Expr e : topological(expressions)) {
+    bool all = e.is_constant() || values.count(e) > 0 ||
+               (e.is_symbol() && symbol_of(e).kind == pendula::Kind::constant);
+    if (!all && !e.is_symbol() && e.op() != Op::call) {
+      const auto operands = e.operands();
+      all = std::all_of(operands.begin(), operands.end(), [&](Expr x) { return known[x]; });
+      if (all) parts.push_back(e);
+    }
+    known[e] = all;
+  }
+  const auto at = pendula::evaluate(parts, here), near = pendula::evaluate(parts, moved);
+  Substitution zero;
+  for (std::size_t k = 0; k < parts.size(); ++k)
+    if (std::fabs(at[k]) <= 10 * std::fabs(at[k] - near[k])) zero[parts[k]] = Expr(0);
+  return zero;
 }
+
+std::vector<Expr> at_values(std::span<const Expr> expressions, const ParameterValues& values) {
+  const Substitution put(values.begin(), values.end());
+  const bool rational = std::all_of(values.begin(), values.end(),
+                                    [](const auto& v) { return exact_value(v.second) != nullptr; });
+  if (rational) return substitute(expressions, put);
+  return substitute(substitute(expressions, vanishing_parts(expressions, values)), put);
+}
+
+std::vector<Expr> residuals_at_values(const Model& m) { return at_values(m.residuals, m.values); }
 
 }  // namespace pendula::dae

@@ -46,7 +46,9 @@ Analysis require_regular(const Model& model);
 /// What `require_regular` throws, and index(), dof() where nothing leads to an index.
 std::string why_not_regular(const Model& model, const Analysis& analysis);
 
-/// A copy of the residuals with the parameter values of the model put in.
+/// Expressions with values of parameters put in, numbers such as cos(π/2) simplified to 0.
+std::vector<Expr> at_values(std::span<const Expr> expressions, const ParameterValues& values);
+/// The residuals at the parameter values of the model.
 std::vector<Expr> residuals_at_values(const Model& model);
 
 /// σ_ij of every equation.

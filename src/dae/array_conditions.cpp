@@ -78,7 +78,8 @@ std::optional<TrackedRow> constant_row(const DerivativeArray& array, int row, co
   return tracked;
 }
 
-/// The sign that makes the first unknown's coefficient positive, where it is a number.
+}  // namespace
+
 Expr with_leading_sign(Expr residual, const std::vector<Expr>& states) {
   for (Expr x : states) {
     const Expr slope = partial(residual, x);
@@ -88,8 +89,6 @@ Expr with_leading_sign(Expr residual, const std::vector<Expr>& states) {
   }
   return residual;
 }
-
-}  // namespace
 
 std::vector<ArrayCondition> explicit_conditions(
     const Model& model, const DerivativeArray& array, int orders,

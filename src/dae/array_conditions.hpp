@@ -33,6 +33,9 @@ void make_coprime(std::map<int, mpq_class>& combination);
 std::string combination_text(const std::map<int, mpq_class>& combination,
                              const std::function<std::string(int)>& label);
 
+/// The sign that makes the coefficient of the first unknown positive, where it is a number.
+Expr with_leading_sign(Expr residual, const std::vector<Expr>& states);
+
 /// All independent ones among the first `orders` derivatives, in the order in which they appear. Rows whose
 /// derivatives with respect to y are not all rational constants are left out. `independent` decides whether
 /// a condition adds to those found.

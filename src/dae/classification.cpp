@@ -106,14 +106,9 @@ std::vector<std::pair<std::string, std::string>> classification(const Model& m) 
         {"∂g/∂z", text(names, one ? " does" : " do", " not contain the algebraic variables: ∂g/∂z is ",
                        "rank deficient, so the index is at least 2")});
   }
-  Blocks blocks;
-  if (a.standing != Standing::identically) {
-    Pattern pattern(m.residuals.size());
-    for (const Entry& e : a.jacobian) pattern[static_cast<std::size_t>(e.row)].push_back(e.column);
-    blocks = dulmage_mendelsohn(pattern, static_cast<int>(m.variables.size()));
-    const auto lines = condition_lines(m, a, validity(m, a, blocks));
-    for (const std::string& line : lines) rows.push_back({"holds", line});
-  }
+  if (a.standing != Standing::identically)
+    for (const std::string& line : condition_lines(m, a, validity(m, a, blocks_of(m, a))))
+      rows.push_back({"holds", line});
   std::vector<std::string> conditions;
   for (const Constraint& c : a.constraints) conditions.push_back("0 = " + to_text(c.residual));
   if (!conditions.empty()) rows.push_back({"consistency", join(conditions, ", ")});

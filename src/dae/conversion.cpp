@@ -347,6 +347,7 @@ bool make_regular(Equations& e, Structure& s, Repaired& r) {
       return false;
     }
     if (done == Step::nothing) done = eliminate_constant_rows(e, s, r.story);
+    if (done == Step::nothing) done = eliminate_by_constants(e, s, r.story);
     if (done == Step::nothing) done = convert_by_combination(e, s, r.story);
     if (done == Step::nothing) done = convert_by_substitution(e, s, r.story, r.definitions);
     if (done != Step::changed) {

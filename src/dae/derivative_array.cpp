@@ -7,9 +7,11 @@
 #include "base/error.hpp"
 #include "base/interrupt.hpp"
 #include "base/text.hpp"
+#include "dae/analysis.hpp"
 #include "dae/array_conditions.hpp"
 #include "dae/array_points.hpp"
 #include "dae/modular.hpp"
+#include "expr/generic.hpp"
 #include "expr/print.hpp"
 
 namespace pendula::dae {
@@ -21,11 +23,6 @@ constexpr std::size_t most_nodes = 400'000;  // of F_k: about a second of evalua
 constexpr double clear_gap = 1e5;            // between singular values that count and those that do not
 constexpr double near_enough = 1e3;          // of a point that is called singular
 constexpr int max_seeds = 24;                // starting values tried for the points of one model
-
-std::vector<Expr> with_parameter_values(const Model& m) {
-  Substitution values(m.values.begin(), m.values.end());
-  return substitute(m.residuals, values);
-}
 
 std::unordered_set<Expr> unknown_bases(const Model& m) {
   std::unordered_set<Expr> set;
@@ -39,34 +36,6 @@ bool mentions(Expr e, const std::unordered_set<Expr>& bases) {
   return false;
 }
 
-/// Sums, products, quotients, whole powers, and sin, cos … of one single argument: what residues decide
-/// without missing an identity.
-bool residues_suffice(const std::vector<Expr>& coefficients) {
-  std::optional<Expr> argument;
-  for (Expr node : topological(coefficients)) {
-    if (node.is_constant() || node.is_symbol()) continue;
-    switch (node.op()) {
-      case Op::neg:
-      case Op::add:
-      case Op::sub:
-      case Op::mul:
-      case Op::div:
-        break;
-      case Op::pow:
-        if (const mpq_class* q = exact_value(node.operand(1)); !q || q->get_den() != 1) return false;
-        break;
-      case Op::sin:
-      case Op::cos:
-        if (argument && *argument != node.operand(0)) return false;
-        argument = node.operand(0);
-        break;
-      default:
-        return false;
-    }
-  }
-  return true;
-}
-
 /// Linear in all unknowns, with coefficients in t, inputs and parameters that residues can decide.
 bool exactly_linear(const std::vector<Expr>& residuals, const Model& m) {
   const auto bases = unknown_bases(m);
@@ -77,7 +46,7 @@ bool exactly_linear(const std::vector<Expr>& residuals, const Model& m) {
     if (!e.value.is_constant() && mentions(e.value, bases)) return false;
     coefficients.push_back(e.value);
   }
-  return residues_suffice(coefficients);
+  return generic::decided_by_residues(coefficients);
 }
 
 /// One determination of the index: the residuals as they are, without regard to the model's parameter values.
@@ -371,7 +340,7 @@ std::vector<Expr> DerivativeArray::columns() const {
 }
 
 ArrayResult derivative_array(const Model& m, const ArrayOptions& options) {
-  const std::vector<Expr> given = with_parameter_values(m);
+  const std::vector<Expr> given = residuals_at_values(m);
   const Determination d = determine(given, m, options);
   ArrayResult r;
   r.verdict = d.verdict;

@@ -15,6 +15,9 @@ namespace {
 
 using Index = Eigen::Index;
 
+constexpr Index most_lines = 60;  // of equations; sys.equations has all of them
+constexpr std::size_t most_names = 30;
+
 std::string count(std::size_t n, const char* what) { return text(n, " ", what, n == 1 ? "" : "s"); }
 
 /// A column by names; one with a single entry as a multiple of a unit vector: -m g e₃.
@@ -65,9 +68,10 @@ struct Lines {
 Lines lines_of(const Block& b) {
   if (b.lhs.size() == 1) return {{to_text(b.lhs[0]) + " = " + to_text(b.rhs[0])}};
   if (const auto line = vector_equation(b.lhs, b.rhs)) return {{*line}};
-  if (const auto lines = split_equation(b)) return {*lines};
+  if (b.lhs.size() <= most_lines)
+    if (const auto lines = split_equation(b)) return {*lines};
   Lines lines{{}, true};
-  for (Index i = 0; i < b.lhs.size(); ++i)
+  for (Index i = 0; i < std::min(b.lhs.size(), most_lines); ++i)
     lines.text.push_back(to_text(b.lhs[i]) + " = " + to_text(b.rhs[i]));
   return lines;
 }
@@ -104,10 +108,15 @@ std::string grouped(const std::vector<Expr>& list) {
         ++n;
     const bool whole = n > 1 && vector_components(s.vector).size() == n;
     if (!whole)
-      for (std::size_t k = 0; k < n; ++k) names.push_back(to_text(list[i + k]));
+      for (std::size_t k = 0; k < std::min(n, most_names + 1); ++k) names.push_back(to_text(list[i + k]));
     else
       names.push_back(text(vector_to_text(column(std::span(list).subspan(i, n))), " (", n, ")"));
     i += n;
+    if (names.size() > most_names) {
+      names.resize(most_names);
+      names.push_back(text("… ", list.size(), " in all"));
+      break;
+    }
   }
   return join(names, ", ");
 }
@@ -148,7 +157,8 @@ std::string describe(const Model& m) {
     out += m.mechanics->C.size() ? "Lagrange, L = T - V - zᵀC:  W(q) q″ + (∂C/∂q)ᵀ z = rhs,  0 = C(q)\n"
                                  : "Lagrange, L = T - V:  W(q) q″ = rhs\n";
   Table equations;
-  for (std::size_t b = 0; b < m.blocks.size(); ++b) {
+  Index written = 0;  // rows
+  for (std::size_t b = 0; b < m.blocks.size() && written < most_lines; ++b) {
     const Lines lines = lines_of(m.blocks[b]);
     const auto number = [&](std::size_t i) {
       if (lines.rows) return text("(", b + 1, row_letter(static_cast<int>(i), m.blocks[b].lhs.size()), ")");
@@ -157,7 +167,11 @@ std::string describe(const Model& m) {
     for (std::size_t i = 0; i < lines.text.size(); ++i)
       equations.row({number(i), lines.text[i],
                      i == 0 && !m.blocks[b].note.empty() ? "[" + m.blocks[b].note + "]" : ""});
+    written += lines.rows ? std::min(m.blocks[b].lhs.size(), most_lines) : m.blocks[b].lhs.size();
   }
+  const auto rows = static_cast<Index>(m.residuals.size());
+  if (written < rows)
+    equations.row({"…", text(rows - written, " more (sys.equations has all ", m.blocks.size(), ")"), ""});
   out += equations.str(2);
   Table symbols;
   if (!m.states().empty()) symbols.row({"differential", grouped(m.states())});

@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <numeric>
+#include <optional>
 #include <unordered_set>
+#include <utility>
 
 #include "base/error.hpp"
 #include "base/interrupt.hpp"
@@ -133,6 +135,29 @@ Step drop_cancelled(Equations& e, const Structure& s, std::vector<std::string>& 
   return step;
 }
 
+/// Σ u_r F_r^(c_r - c_i) in the place of equation i, the last of the combination.
+static Step replace_by_combination(Equations& e, const Equations& before, std::size_t i,
+                                   std::map<int, mpq_class> combination, const std::vector<int>& c,
+                                   std::vector<std::string>& story) {
+  make_coprime(combination);
+  if (combination.at(static_cast<int>(i)) < 0)
+    for (auto& [r, value] : combination) value = -value;
+  Expr sum = 0;
+  int times = 0;
+  for (const auto& [r, value] : combination) {
+    sum += Expr(value) * total_derivative(before.residuals[r], c[r] - c[i]);
+    times = std::max(times, before.differentiated[r] + c[r] - c[i]);
+  }
+  const std::string how = combination_text(combination, [&](int r) {
+    std::string label = e.labels[r];
+    for (int k = c[i]; k < c[r]; ++k) label += "′";
+    return label;
+  });
+  const Step step = replace_equation(e, i, without_cancelled(sum, e.variables), how, story);
+  if (step == Step::changed) e.differentiated[i] = times;
+  return step;
+}
+
 Step eliminate_constant_rows(Equations& e, const Structure& s, std::vector<std::string>& story) {
   std::vector<TrackedRow> rows(e.residuals.size());
   std::vector<char> constant(e.residuals.size(), 1);
@@ -155,26 +180,84 @@ Step eliminate_constant_rows(Equations& e, const Structure& s, std::vector<std::
     poll_interrupt();
     TrackedRow left = elimination.add(std::move(rows[i]));
     if (!left.entries.empty()) continue;
-    make_coprime(left.combination);
-    if (left.combination.at(static_cast<int>(i)) < 0)
-      for (auto& [r, value] : left.combination) value = -value;
-    Expr sum = 0;
-    int times = 0;
-    for (const auto& [r, value] : left.combination) {
-      sum += Expr(value) * total_derivative(before.residuals[r], c[r] - c[i]);
-      times = std::max(times, before.differentiated[r] + c[r] - c[i]);
-    }
-    const std::string how = combination_text(left.combination, [&](int r) {
-      std::string label = e.labels[r];
-      for (int k = c[i]; k < c[r]; ++k) label += "′";
-      return label;
-    });
-    if (replace_equation(e, i, without_cancelled(sum, e.variables), how, story) == Step::dependent)
+    if (replace_by_combination(e, before, i, std::move(left.combination), c, story) == Step::dependent)
       return Step::dependent;
-    e.differentiated[i] = times;
     step = Step::changed;
   }
   return step;
+}
+
+namespace {
+
+/// p/q with small p and q from its residue (Wang's algorithm: von zur Gathen & Gerhard, Modern Computer
+/// Algebra, 3rd ed., §5.10), or nothing.
+std::optional<mpq_class> rational_of(Residue residue) {
+  constexpr std::int64_t prime = (std::int64_t{1} << 61) - 1, bound = 1'000'000;
+  std::int64_t r0 = prime, r1 = static_cast<std::int64_t>(residue), t0 = 0, t1 = 1;
+  while (r1 > bound) {
+    const std::int64_t q = r0 / r1;
+    r0 = std::exchange(r1, r0 - q * r1);
+    t0 = std::exchange(t1, t0 - q * t1);
+  }
+  if (std::abs(t1) > bound || t1 == 0) return {};
+  mpq_class value(static_cast<long>(r1), static_cast<long>(std::abs(t1)));
+  value.canonicalize();
+  return t1 < 0 ? mpq_class(-value) : value;
+}
+
+/// Rows of J at several points side by side, the row combinations kept: what is left of a row that vanishes.
+std::optional<std::map<int, mpq_class>> constant_null_vector(const Structure& s,
+                                                             const std::vector<int>& order) {
+  constexpr int points = 3;
+  std::vector<Expr> values;
+  for (const Entry& e : s.jacobian) values.push_back(e.value);
+  std::vector<std::map<int, Residue>> rows(order.size());
+  std::vector<std::size_t> position(s.sigma.size());
+  for (std::size_t k = 0; k < order.size(); ++k) position[static_cast<std::size_t>(order[k])] = k;
+  const auto n = static_cast<int>(s.sigma.size());
+  for (int point = 0, attempt = 0; point < points && attempt < 20; ++attempt) {
+    const auto at = evaluate_modular(values, attempt);
+    if (at.empty()) continue;
+    for (std::size_t k = 0; k < at.size(); ++k)
+      if (at[k])
+        rows[position[static_cast<std::size_t>(s.jacobian[k].row)]][point * n + s.jacobian[k].column] = at[k];
+    ++point;
+  }
+  const auto u = first_dependency(std::move(rows));
+  if (u.empty()) return {};
+  std::map<int, mpq_class> combination;
+  for (const auto& [k, residue] : u) {
+    const auto q = rational_of(residue);
+    if (!q) return {};
+    combination[order[static_cast<std::size_t>(k)]] = *q;
+  }
+  return combination;
+}
+
+bool cancels(const Structure& s, const std::map<int, mpq_class>& combination) {
+  std::map<int, Expr> sum;
+  for (const Entry& e : s.jacobian)
+    if (const auto it = combination.find(e.row); it != combination.end())
+      sum[e.column] += Expr(it->second) * e.value;
+  return std::all_of(sum.begin(), sum.end(), [](const auto& c) { return generic::is_zero(c.second); });
+}
+
+}  // namespace
+
+Step eliminate_by_constants(Equations& e, const Structure& s, std::vector<std::string>& story) {
+  constexpr std::size_t affordable = 200;
+  if (e.residuals.size() > affordable) return Step::nothing;
+  const auto& c = s.offsets.c;
+  std::vector<int> order(e.residuals.size());
+  std::iota(order.begin(), order.end(), 0);
+  std::stable_sort(order.begin(), order.end(), [&](int a, int b) { return c[a] > c[b]; });
+  const auto combination = constant_null_vector(s, order);
+  if (!combination || !cancels(s, *combination)) return Step::nothing;
+  int last = -1;  // in this order: it has the least offset, so it may be replaced
+  for (int i : order)
+    if (combination->count(i)) last = i;
+  const Equations before = e;
+  return replace_by_combination(e, before, static_cast<std::size_t>(last), *combination, c, story);
 }
 
 }  // namespace pendula::dae

@@ -52,6 +52,10 @@ Step drop_cancelled(Equations& e, const Structure& s, std::vector<std::string>& 
 /// All independent combinations of equations whose rows of J are rational constants, at once.
 Step eliminate_constant_rows(Equations& e, const Structure& s, std::vector<std::string>& story);
 
+/// The same for rows that vary: a combination Σ u_i J_i = 0 with rational constants u that holds at every
+/// point, found modulo a prime at several points and confirmed on the expressions. One combination per call.
+Step eliminate_by_constants(Equations& e, const Structure& s, std::vector<std::string>& story);
+
 /// Written out as a tree, e has at most `nodes` operations.
 bool is_short(Expr e, double nodes = 1000);
 /// simplify(e) where that is quick, else e.

@@ -124,16 +124,16 @@ Kind classify(const Model& m, bool& mass_matrix) {
   const bool square = m.residuals.size() == m.variables.size();
   if (square && with.size() == top.size()) {
     if (solved_rows(m).size() == top.size()) return pure ? Kind::ode : Kind::semi_explicit;
-    const MatX J = jacobian(with, top);
-    const bool linear =
-        std::none_of(J.data(), J.data() + J.size(), [&](Expr e) { return contains_any(e, top_set); });
-    std::unordered_set<Expr> z;
-    for (Expr leaf : m.algebraic()) z.insert(leaf);
-    const bool free_of_z =
-        std::none_of(J.data(), J.data() + J.size(), [&](Expr e) { return contains_any(e, z); });
-    const bool regular = generic_rank(J) == static_cast<int>(top.size());
+    const std::vector<Entry> J = sparse_jacobian(with, top);
+    const auto size = static_cast<int>(top.size());
+    const auto z = m.algebraic();
+    const std::unordered_set<Expr> z_set(z.begin(), z.end());
+    const auto free_of = [&](const std::unordered_set<Expr>& set) {
+      return std::none_of(J.begin(), J.end(), [&](const Entry& e) { return contains_any(e.value, set); });
+    };
+    const bool regular = generic_rank(J, size, size).rank == size;
     if (pure && regular) return Kind::implicit_ode;
-    if (linear && free_of_z && regular) {
+    if (regular && free_of(top_set) && free_of(z_set)) {
       mass_matrix = true;
       return Kind::semi_explicit;
     }

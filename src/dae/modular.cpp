@@ -6,7 +6,7 @@
 #include <set>
 
 #include "base/interrupt.hpp"
-#include "expr/solve.hpp"
+#include "expr/generic.hpp"
 
 namespace pendula::dae {
 namespace {
@@ -32,129 +32,6 @@ Residue power(Residue base, std::uint64_t n) {
   return result;
 }
 Residue inverse(Residue a) { return power(a, prime - 2); }  // Fermat
-
-Residue random_value(std::uint64_t seed) {  // splitmix64
-  seed += 0x9e3779b97f4a7c15ull;
-  seed = (seed ^ (seed >> 30)) * 0xbf58476d1ce4e5b9ull;
-  seed = (seed ^ (seed >> 27)) * 0x94d049bb133111ebull;
-  return reduce((seed ^ (seed >> 31)) >> 2);
-}
-
-Residue from_rational(const mpq_class& q) {
-  const mpz_class p(static_cast<unsigned long>(prime));
-  mpz_class n, d;
-  mpz_mod(n.get_mpz_t(), q.get_num_mpz_t(), p.get_mpz_t());
-  mpz_mod(d.get_mpz_t(), q.get_den_mpz_t(), p.get_mpz_t());
-  return times(n.get_ui(), inverse(d.get_ui()));
-}
-
-/// Thrown at a pole: another random point is tried.
-struct Pole {};
-
-/// Arithmetic by operators, for the elimination that all number types share (solve.hpp).
-struct Field {
-  Residue value;
-  friend Field operator-(Field a, Field b) { return {plus(a.value, minus(b.value))}; }
-  friend Field operator*(Field a, Field b) { return {times(a.value, b.value)}; }
-  friend Field operator/(Field a, Field b) { return {times(a.value, inverse(b.value))}; }
-};
-
-std::vector<Field> solved(Expr head, NodeMap<Residue>& known) {
-  std::vector<Field> operands;
-  for (Expr operand : head.operands()) operands.push_back({known[operand]});
-  auto x = eliminate(system_of(head), operands, [](Field f) { return f.value ? 1 : 0; });
-  if (x.empty()) throw Pole();
-  return x;
-}
-
-class Evaluation {
- public:
-  explicit Evaluation(int attempt) : seed_(static_cast<std::uint64_t>(attempt + 1) * 0xd1342543de82ef95ull) {}
-
-  Residue value(Expr node, NodeMap<Residue>& known) const {
-    if (node.is_constant()) {
-      const mpq_class* q = exact_value(node);
-      return from_rational(q ? *q : mpq_class(constant_value(node)));  // a double is a rational too
-    }
-    if (node.is_symbol() || node.op() == Op::call) return random_value(seed_ ^ node.id());
-    const auto x = node.operands();
-    const Residue a = known[x[0]], b = x.size() > 1 ? known[x[1]] : 0;
-    switch (node.op()) {
-      case Op::neg:
-        return minus(a);
-      case Op::add:
-        return plus(a, b);
-      case Op::sub:
-        return plus(a, minus(b));
-      case Op::mul:
-        return times(a, b);
-      case Op::div:
-        return times(a, nonzero_inverse(b));
-      case Op::pow:
-        return to_power(a, b, x[1]);
-      case Op::sqrt:
-        return root(a);
-      case Op::ifelse:
-        return b;  // one region: where the conditions hold, and operands of abs and sign are positive
-      case Op::abs:
-      case Op::min:
-      case Op::max:
-        return a;
-      case Op::sign:
-      case Op::lt:
-      case Op::le:
-      case Op::both:
-      case Op::either:
-        return 1;
-      default:
-        return function(node.op(), a, b);
-    }
-  }
-
- private:
-  static Residue nonzero_inverse(Residue a) {
-    if (a == 0) throw Pole();
-    return inverse(a);
-  }
-
-  Residue hash(Op op, Residue a, Residue b) const {
-    return random_value(seed_ ^ (a * 0x9fb21c651e98df25ull) ^ (b << 7) ^
-                        (static_cast<std::uint64_t>(op) << 55));
-  }
-
-  /// The circle and the hyperbola have rational parametrisations: sin² + cos² = 1 and cosh² - sinh² = 1 hold
-  /// exactly.
-  Residue function(Op op, Residue a, Residue b) const {
-    const bool circle = op == Op::sin || op == Op::cos || op == Op::tan;
-    if (!circle && op != Op::sinh && op != Op::cosh && op != Op::tanh) return hash(op, a, b);
-    const Residue tau = hash(circle ? Op::sin : Op::sinh, a, 0), square = times(tau, tau);
-    const Residue s = plus(tau, tau), c = plus(1, circle ? minus(square) : square),
-                  r = plus(1, circle ? square : minus(square));
-    if (op == Op::tan || op == Op::tanh) return times(s, nonzero_inverse(c));
-    return times(op == Op::sin || op == Op::sinh ? s : c, nonzero_inverse(r));
-  }
-
-  /// (p + 1)/4 is an integer because p ≡ 3 mod 4; non-residues get a random value of their own.
-  Residue root(Residue a) const {
-    const Residue r = power(a, (prime + 1) / 4);
-    return times(r, r) == a ? r : hash(Op::sqrt, a, 0);
-  }
-
-  Residue to_power(Residue a, Residue b, Expr exponent) const {
-    const mpq_class* q = exact_value(exponent);
-    if (!q || abs(q->get_num()) > 100000) return hash(Op::pow, a, b);
-    const long n = q->get_num().get_si();
-    Residue base = a;
-    if (q->get_den() == 2)
-      base = root(a);
-    else if (q->get_den() != 1)
-      return hash(Op::pow, a, b);
-    return n >= 0 ? power(base, static_cast<std::uint64_t>(n))
-                  : nonzero_inverse(power(base, static_cast<std::uint64_t>(-n)));
-  }
-
-  std::uint64_t seed_;
-};
 
 /// Sparse elimination over the field; rows with fewest entries first.
 class Elimination {
@@ -227,26 +104,42 @@ class Elimination {
 }  // namespace
 
 std::vector<Residue> evaluate_modular(std::span<const Expr> outputs, int attempt) {
-  static NodeMap<Residue> known;
-  known.clear();
-  const Evaluation evaluation(attempt);
-  std::unordered_map<Expr, std::vector<Field>> solutions;  // of linear systems, by their heads
-  try {
-    for (Expr node : topological(outputs)) {
-      if (node.op() == Op::solve) {
-        if (component_of(node) == 0) solutions[node] = solved(node, known);
-        known[node] = solutions[head_of(node)][static_cast<std::size_t>(component_of(node))].value;
+  const auto pieces = attempt % 2 == 0 ? generic::Pieces::first : generic::Pieces::second;
+  std::vector<Residue> values;
+  for (const generic::Residue r :
+       generic::residues_at(outputs, static_cast<std::uint64_t>(attempt + 1), pieces))
+    values.push_back(r.value);
+  return values;
+}
+
+std::map<int, Residue> first_dependency(std::vector<std::map<int, Residue>> rows) {
+  struct Reduced {
+    std::map<int, Residue> row, combination;
+  };
+  std::map<int, Reduced> pivots;  // by the last column of the row
+  const auto add = [](std::map<int, Residue>& to, const std::map<int, Residue>& from, Residue factor) {
+    for (const auto& [j, value] : from)
+      if (Residue& here = to[j]; (here = plus(here, times(factor, value))) == 0) to.erase(j);
+  };
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    poll_interrupt();
+    Reduced r{std::move(rows[i]), {{static_cast<int>(i), 1}}};
+    for (auto it = r.row.rbegin(); it != r.row.rend();) {
+      const int column = it->first;
+      const auto pivot = pivots.find(column);
+      if (pivot == pivots.end()) {
+        ++it;
         continue;
       }
-      const Residue v = evaluation.value(node, known);
-      known[node] = v;
+      const Residue factor = minus(times(it->second, inverse(pivot->second.row.at(column))));
+      add(r.row, pivot->second.row, factor);
+      add(r.combination, pivot->second.combination, factor);
+      it = std::make_reverse_iterator(r.row.lower_bound(column));
     }
-  } catch (const Pole&) {
-    return {};
+    if (r.row.empty()) return r.combination;
+    pivots[r.row.rbegin()->first] = std::move(r);
   }
-  std::vector<Residue> values;
-  for (Expr output : outputs) values.push_back(known[output]);
-  return values;
+  return {};
 }
 
 ModularRank modular_rank(std::span<const Entry> entries, int rows, int columns) {

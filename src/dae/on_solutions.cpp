@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <random>
+#include <unordered_map>
 #include <unordered_set>
 
 #include "dae/array_points.hpp"
@@ -21,6 +23,7 @@ OnSolutions::OnSolutions(const std::vector<Expr>& residuals, std::vector<Expr> v
                          const Offsets& offsets, std::vector<Entry> jacobian,
                          const std::vector<Expr>& nonzero)
     : size_(static_cast<int>(variables.size())),
+      offsets_(offsets),
       variables_(std::move(variables)),
       jacobian_(std::move(jacobian)) {
   const std::unordered_set<Expr> bases(variables_.begin(), variables_.end());
@@ -44,6 +47,16 @@ OnSolutions::OnSolutions(const std::vector<Expr>& residuals, std::vector<Expr> v
 
 namespace {
 
+/// Every other start has unknowns of very different size: where branches meet, each attracts some of them.
+Vec starting_point(const NumericArray& numeric, int seed) {
+  Vec w = numeric.start(seed);
+  if (seed % 2 == 0) return w;
+  std::mt19937_64 random(static_cast<unsigned>(seed));
+  std::uniform_real_distribution<double> size(-1.7, 0.6);  // decades: 0.02 … 4
+  for (double& x : w) x = std::copysign(std::pow(10, size(random)), size(random) + 0.55);
+  return w;
+}
+
 std::vector<Expr> unknowns_in(std::vector<Expr> rows, const std::vector<Expr>& more,
                               const std::vector<Expr>& variables) {
   rows.insert(rows.end(), more.begin(), more.end());
@@ -56,26 +69,49 @@ std::vector<Expr> unknowns_in(std::vector<Expr> rows, const std::vector<Expr>& m
 
 }  // namespace
 
+/// As many unknowns as have free initial values come first, others for every seed: held where they start,
+/// they lead to branches on which they are free.
+std::vector<Expr> OnSolutions::with_held_first(std::vector<Expr> columns, int seed) const {
+  std::unordered_map<Expr, int> leading;
+  for (std::size_t j = 0; j < variables_.size(); ++j) leading[variables_[j]] = offsets_.d[j];
+  const auto end = std::stable_partition(columns.begin(), columns.end(), [&](Expr leaf) {
+    const Symbol& s = symbol_of(leaf);
+    return s.order < leading[s.base];
+  });
+  const auto below = end - columns.begin();
+  if (below > 0) std::rotate(columns.begin(), columns.begin() + seed / 4 % below, end);
+  return columns;
+}
+
+std::optional<OnSolutions::Point> OnSolutions::point(int seed, const std::vector<Expr>& columns,
+                                                     int held) const {
+  const NumericArray numeric(rows_, columns);
+  const auto known = numeric.known(seed);
+  const auto at = numeric.project(starting_point(numeric, seed), known, held);
+  if (!at || (at->slow && at->w.cwiseAbs().maxCoeff() >= near_enough)) return {};
+  auto [value, noise] = evaluate_stable(slopes_, columns, at->w, known);
+  const auto allowed = static_cast<std::ptrdiff_t>(jacobian_.size());
+  if (std::any_of(value.begin() + allowed, value.end(), [](double x) { return std::fabs(x) < off_domain; }))
+    return {};
+  return Point{std::move(value), std::move(noise), at->slow};
+}
+
 SolutionRanks OnSolutions::ranks(int wanted, int seeds) const {
   SolutionRanks result;
   const std::vector<Expr> columns = unknowns_in(rows_, slopes_, variables_);
-  const NumericArray numeric(rows_, columns);
-  const int enough = std::max(wanted, size_ <= 12 ? 8 : 3);  // before the rank is called deficient
+  const int enough = std::max(wanted, size_ <= 12 ? 16 : 3);  // before the rank is called deficient
   for (int seed = 0; seed < seeds && result.points < enough; ++seed) {
-    const auto known = numeric.known(seed);
-    const auto at = numeric.project(numeric.start(seed), known, 0);
+    const bool hold = seed % 4 == 1 && offsets_.value > 0;
+    const auto at =
+        hold ? point(seed, with_held_first(columns, seed), offsets_.value) : point(seed, columns, 0);
     if (!at) continue;
     if (at->slow) {
-      if (at->w.cwiseAbs().maxCoeff() < near_enough) ++result.slow;
+      ++result.slow;
       continue;
     }
-    const auto [value, noise] = evaluate_stable(slopes_, columns, at->w, known);
-    const auto allowed = static_cast<std::ptrdiff_t>(jacobian_.size());
-    if (std::any_of(value.begin() + allowed, value.end(), [](double x) { return std::fabs(x) < off_domain; }))
-      continue;
     Mat J = Mat::Zero(size_, size_);
     for (std::size_t k = 0; k < jacobian_.size(); ++k)
-      if (!noise[k]) J(jacobian_[k].row, jacobian_[k].column) = value[k];
+      if (!at->noise[k]) J(jacobian_[k].row, jacobian_[k].column) = at->slopes[k];
     if (!J.allFinite()) continue;
     const int rank = rank_with_gap(J).rank;
     result.most = std::max(result.most, rank);
@@ -90,7 +126,7 @@ bool OnSolutions::reaches(Expr factor, int seeds) const {
   rows.push_back(without_calls({factor})[0]);
   const NumericArray numeric(rows, unknowns_in(rows, {}, variables_));
   for (int seed = 0; seed < seeds; ++seed) {
-    const auto at = numeric.project(numeric.start(seed), numeric.known(seed), 0);
+    const auto at = numeric.project(starting_point(numeric, seed), numeric.known(seed), 0);
     if (at && at->w.cwiseAbs().maxCoeff() < near_enough) return true;
   }
   return false;

@@ -1,6 +1,7 @@
 // The system Jacobian at points that satisfy the equations: where its rank decides.
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "dae/sigma.hpp"
@@ -35,12 +36,21 @@ class OnSolutions {
   bool applies() const { return applies_; }
   /// Ranks at `wanted` points, or all that are found from `seeds` starting values; ends with the first point
   /// of full rank if `wanted` is 1.
-  SolutionRanks ranks(int wanted = 1, int seeds = 12) const;
+  SolutionRanks ranks(int wanted = 1, int seeds = 20) const;
   /// Is there a point among the solutions where `factor` vanishes? False: none was found.
   bool reaches(Expr factor, int seeds = 8) const;
 
  private:
+  struct Point {
+    std::vector<double> slopes;
+    std::vector<char> noise;
+    bool slow;
+  };
+  std::optional<Point> point(int seed, const std::vector<Expr>& columns, int held) const;
+  std::vector<Expr> with_held_first(std::vector<Expr> columns, int seed) const;
+
   int size_;
+  Offsets offsets_;
   bool applies_ = false;
   std::vector<Expr> variables_, rows_, slopes_;  ///< slopes: entries of J, then what must not vanish
   std::vector<Entry> jacobian_;

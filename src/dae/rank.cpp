@@ -7,6 +7,7 @@
 #include <random>
 
 #include "expr/derivative.hpp"
+#include "expr/generic.hpp"
 
 namespace pendula::dae {
 namespace {
@@ -51,11 +52,11 @@ int numeric_rank(const Mat& m, double* gap) {
   return rank;
 }
 
-/// The largest numeric rank at three random points: sees identities between transcendental functions. Nothing
+/// The largest numeric rank at a few random points: sees identities between transcendental functions. Nothing
 /// if the entries are not finite at any point tried.
 static std::optional<int> sampled_rank(const MatX& m) {
   std::optional<int> best;
-  for (int attempt = 0, valid = 0; attempt < 12 && valid < 3; ++attempt) {
+  for (int attempt = 0, valid = 0; attempt < 20 && valid < 6; ++attempt) {
     const Mat value = evaluate(m, random_point(entries(m), attempt));
     if (!value.allFinite()) continue;
     ++valid;
@@ -68,7 +69,10 @@ static std::optional<int> sampled_rank(const MatX& m) {
 ModularRank generic_rank(std::span<const Entry> entries, int rows, int columns) {
   ModularRank exact = modular_rank(entries, rows, columns);
   constexpr int affordable = 64;  // singular values cost O(n³)
-  if (std::max(rows, columns) > affordable || exact.rank == 0) return exact;
+  std::vector<Expr> values;
+  for (const Entry& e : entries) values.push_back(e.value);
+  if (std::max(rows, columns) > affordable || exact.rank == 0 || generic::decided_by_residues(values, true))
+    return exact;
   MatX m = MatX::Zero(rows, columns);
   for (const Entry& e : entries) m(e.row, e.column) = e.value;
   exact.rank = std::min(exact.rank, sampled_rank(m).value_or(exact.rank));

@@ -29,8 +29,8 @@ struct Offsets {
   int index() const;
 };
 
-/// Requires as many equations as variables. Cost: successive shortest augmenting paths, O(n (nnz + n log n))
-/// at worst, near linear on sparse models.
+/// Requires as many equations as variables. Cost: O(nnz log n) per sweep of the primal-dual method; few
+/// sweeps on models, whose orders are small.
 Offsets offsets(const Signature& sigma, int variables);
 
 }  // namespace pendula::dae

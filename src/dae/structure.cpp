@@ -11,12 +11,6 @@
 namespace pendula::dae {
 namespace {
 
-Pattern jacobian_pattern(const Analysis& a, std::size_t rows) {
-  Pattern pattern(rows);
-  for (const Entry& e : a.jacobian) pattern[static_cast<std::size_t>(e.row)].push_back(e.column);
-  return pattern;
-}
-
 /// Unknowns whose share of a unit null vector of J counts.
 std::vector<std::string> null_vector_names(const StructureReport& s, const Mat& J) {
   constexpr double share = 1e-6;
@@ -140,7 +134,7 @@ StructureReport structure(const ModelPtr& model, const StartPtr& at) {
   }
   s.structural_index = s.analysis.offsets.index();
   s.structural_dof = s.analysis.offsets.value;
-  s.blocks = dulmage_mendelsohn(jacobian_pattern(s.analysis, m.residuals.size()), n);
+  s.blocks = blocks_of(m, s.analysis);
   find_truth(s);
   if (at) look_at(s, *at);
   if (s.analysis.standing == Standing::identically) {

@@ -91,6 +91,11 @@ std::string on_solutions_text(const SolutionRanks& r) {
   return text("rank ", r.most, " at ", r.points, r.points == 1 ? " consistent point" : " consistent points");
 }
 
+std::string dependent_text(const Model& m, const std::vector<int>& rows) {
+  return text("; ", rows.size() == 1 ? "equation " : "equations ", equation_list(m, rows),
+              rows.size() == 1 ? " depends" : " depend", " on the others");
+}
+
 std::string singular_text(const StructureReport& s) {
   const Analysis& a = s.analysis;
   const std::size_t n = s.model->variables.size();
@@ -104,10 +109,9 @@ std::string singular_text(const StructureReport& s) {
                   on_solutions_text(*a.solutions), "), ", wrong);
     default:
       return text("identically singular: the system Jacobian has rank ", a.rank.rank, " of ", n,
-                  " at every point (exact, modulo 2⁶¹ - 1 at random points); ",
-                  a.rank.dependent_rows.size() == 1 ? "equation " : "equations ",
-                  equation_list(*s.model, a.rank.dependent_rows),
-                  a.rank.dependent_rows.size() == 1 ? " depends" : " depend", " on the others, ", wrong);
+                  " at every point (exact, modulo 2⁶¹ - 1 at random points)",
+                  a.rank.dependent_rows.empty() ? "" : dependent_text(*s.model, a.rank.dependent_rows), ", ",
+                  wrong);
   }
 }
 

@@ -1,11 +1,16 @@
 #include "dae/truth.hpp"
 
+#include <algorithm>
+
 #include "base/error.hpp"
 #include "base/text.hpp"
+#include "dae/conditions.hpp"
 #include "dae/conversion.hpp"
 #include "dae/derivative_array.hpp"
 #include "dae/pencil.hpp"
+#include "dae/piecewise.hpp"
 #include "dae/remembered.hpp"
+#include "dae/validity.hpp"
 
 namespace pendula::dae {
 namespace {
@@ -50,7 +55,7 @@ std::optional<Truth> from_pencil(const Model& m) {
 
 std::vector<Constraint> array_constraints(const ArrayResult& array) {
   std::vector<Constraint> list;
-  for (const ArrayCondition& c : array.constraints) list.push_back({c.residual, 0, 0, c.derivative, c.from});
+  for (const ArrayCondition& c : array.constraints) list.push_back({c.residual, -1, 0, c.derivative, c.from});
   return list;
 }
 
@@ -89,6 +94,12 @@ Truth from_array(const ModelPtr& model, const Analysis& a, const ArrayResult& ar
   throw Failure("no index can be given: " + why);
 }
 
+/// det J is written out, and no factor of it can vanish.
+bool regular_everywhere(const Model& m, const Analysis& a) {
+  const Validity v = validity(m, a, blocks_of(m, a));
+  return v.complete && v.conditions.empty();
+}
+
 /// The structure's answer, and at which points it was confirmed.
 Truth confirmed_structure(const Model& m, const Analysis& a) {
   const auto n = static_cast<int>(m.variables.size());
@@ -97,6 +108,8 @@ Truth confirmed_structure(const Model& m, const Analysis& a) {
     by += ", also at a consistent point";
   else if (a.solutions)
     by += "; no consistent point was found to confirm it";
+  else if (n > OnSolutions::affordable && regular_everywhere(m, a))
+    by += " at every point";
   else if (n > OnSolutions::affordable)
     by += text("; not confirmed at consistent points (more than ", OnSolutions::affordable, " equations)");
   Truth t = from_structure(a, by);
@@ -139,6 +152,43 @@ Truth find(const Model& m, const Analysis& a) {
   return t;
 }
 
+/// Conditions on the states only, as many as there are; where elimination does not lead to them, the list
+/// stays as it was found and is marked incomplete.
+void complete_constraints(const Model& m, const Analysis& a, Truth& t) {
+  const int wanted = static_cast<int>(m.states().size()) - t.dof;
+  const bool clean = on_states_only(m, t.constraints);
+  if (clean && static_cast<int>(t.constraints.size()) == wanted) return void(t.complete = true);
+  const int order = std::max(t.index - 1, 0);
+  Model there = m;
+  if (a.standing == Standing::at_values) there.residuals = residuals_at_values(m);
+  auto rows = a.regular ? rows_by_offsets(there, a.offsets) : rows_up_to(there, order);
+  auto found = state_conditions(there, std::move(rows), wanted);
+  t.complete = static_cast<int>(found.size()) == wanted;
+  if (t.complete || !clean) t.constraints = std::move(found);
+}
+
+std::string answer_in(const Model& m) {
+  try {
+    const Truth t = find(m, analyse(m));
+    return text("index ", t.index_is_bound ? "at most " : "", t.index, ", ", t.dof,
+                t.dof == 1 ? " free initial value" : " free initial values");
+  } catch (const UserFacing&) {
+    return "no index";
+  }
+}
+
+/// Notes where the regions of a piecewise model do not all have one answer.
+void compare_regions(const Model& m, Truth& t) {
+  if (m.variables.size() > array_affordable) return;
+  std::vector<std::string> answers, words;
+  for (const Region& r : regions(m)) {
+    const std::string answer = answer_in(r.model);
+    words.push_back(answer + " where " + r.where);
+    if (std::find(answers.begin(), answers.end(), answer) == answers.end()) answers.push_back(answer);
+  }
+  if (answers.size() > 1) t.notes.push_back("the model is piecewise: " + join(words, "; "));
+}
+
 struct Outcome {
   std::optional<Truth> truth;
   std::string failure;
@@ -156,6 +206,10 @@ Truth truth(const Model& m, const Analysis& a) {
     Outcome outcome;
     try {
       outcome.truth = find(m, a);
+      if (m.invariants.empty()) {
+        complete_constraints(m, a, *outcome.truth);
+        compare_regions(m, *outcome.truth);
+      }
     } catch (const Failure& e) {
       outcome.failure = e.what();
     }

@@ -212,6 +212,12 @@ Validity validity(const Model& m, const Analysis& a, const Blocks& blocks) {
   return v;
 }
 
+Blocks blocks_of(const Model& m, const Analysis& a) {
+  Pattern pattern(m.residuals.size());
+  for (const Entry& e : a.jacobian) pattern[static_cast<std::size_t>(e.row)].push_back(e.column);
+  return dulmage_mendelsohn(pattern, static_cast<int>(m.variables.size()));
+}
+
 std::string conditions_text(const Validity& v, std::optional<Condition::Kind> kind) {
   std::vector<std::string> words;
   for (const Condition& c : v.conditions)

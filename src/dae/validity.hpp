@@ -34,6 +34,9 @@ struct Validity {
 /// left out. Cost: linear in the blocks, a few Newton iterations per condition on up to 20 unknowns.
 Validity validity(const Model& model, const Analysis& analysis, const Blocks& blocks);
 
+/// The blocks of the system Jacobian, each solvable after those before it.
+Blocks blocks_of(const Model& model, const Analysis& analysis);
+
 /// "a ≠ 0, x² + y² ≠ 0", of one kind or of all.
 std::string conditions_text(const Validity& validity, std::optional<Condition::Kind> kind = {});
 

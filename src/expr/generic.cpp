@@ -64,7 +64,8 @@ Rotation back(Rotation a) { return {a.cosine, Residue{} - a.sine}; }
 /// One random point and the values of all nodes there.
 class Point {
  public:
-  Point(std::uint64_t seed, NodeMap<Residue>& values) : seed_(seed), values_(values) {}
+  Point(std::uint64_t seed, Pieces pieces, NodeMap<Residue>& values)
+      : seed_(seed), pieces_(pieces), values_(values) {}
 
   Residue value(Expr node) {
     if (node.is_constant()) return constant_residue(node);
@@ -102,7 +103,7 @@ class Point {
       case Op::tanh:
         return quotient(hyperbolic(node.operand(0), true), hyperbolic(node.operand(0), false));
       default:
-        return drawn(node);
+        return pieces_ == Pieces::drawn ? hashed(node) : piece(node);
     }
   }
 
@@ -110,6 +111,35 @@ class Point {
   static constexpr int deepest = 200;  // of a sum inside a sine; below that the sum is drawn as one angle
 
   Residue drawn(Expr node) const { return {random_bits(seed_, node) % prime}; }
+
+  /// A function without identities: the same value for the same values of its arguments.
+  Residue hashed(Expr node) const {
+    std::uint64_t h = seed_ * 0x9e3779b97f4a7c15ull + static_cast<std::uint64_t>(node.op());
+    for (Expr operand : node.operands()) {
+      h = (h ^ values_[operand].value) * 0xbf58476d1ce4e5b9ull;
+      h ^= h >> 29;
+    }
+    h *= 0x94d049bb133111ebull;
+    return {(h ^ (h >> 31)) % prime};
+  }
+
+  /// In the first region conditions hold and what abs and sign are of is positive.
+  Residue piece(Expr node) const {
+    const bool first = pieces_ == Pieces::first;
+    switch (node.op()) {
+      case Op::ifelse:
+        return values_[node.operand(first ? 1 : 2)];
+      case Op::abs:
+        return first ? values_[node.operand(0)] : Residue{} - values_[node.operand(0)];
+      case Op::sign:
+        return first ? Residue{1} : Residue{} - Residue{1};
+      case Op::min:
+      case Op::max:
+        return values_[node.operand((node.op() == Op::min) == first ? 0 : 1)];
+      default:
+        return hashed(node);
+    }
+  }
 
   /// A component of a linear system; the head solves it for all of them.
   Residue solved(Expr node) {
@@ -125,12 +155,12 @@ class Point {
 
   Residue root(Residue square, Expr node) const {
     const Residue r = power(square, (prime + 1) / 4);  // the prime is 3 modulo 4
-    return (r * r - square).is_zero() ? r : drawn(node);
+    return (r * r - square).is_zero() ? r : hashed(node);
   }
 
   Residue power_value(Expr node) {
     const mpq_class* n = exact_value(node.operand(1));
-    if (!n || n->get_den() > 2 || abs(n->get_num()) > 1'000'000) return drawn(node);
+    if (!n || n->get_den() > 2 || abs(n->get_num()) > 1'000'000) return hashed(node);
     const Residue base = values_[node.operand(0)];
     const Residue whole =
         power(n->get_den() == 1 ? base : root(base, node.operand(0)), mpz_class(abs(n->get_num())).get_ui());
@@ -186,15 +216,16 @@ class Point {
   }
 
   std::uint64_t seed_;
+  Pieces pieces_;
   NodeMap<Residue>& values_;
   std::unordered_map<Expr, std::vector<Residue>> solutions_;  // of linear systems, by their heads
 };
 
-std::vector<Residue> residues_at(std::span<const Expr> outputs, std::span<const Expr> order,
-                                 std::uint64_t seed) {
+std::vector<Residue> residues_in_order(std::span<const Expr> outputs, std::span<const Expr> order,
+                                       std::uint64_t seed, Pieces pieces) {
   static NodeMap<Residue> values;
   values.clear();
-  Point point(seed, values);
+  Point point(seed, pieces, values);
   for (Expr node : order) {
     const Residue value = point.value(node);
     values[node] = value;
@@ -279,11 +310,59 @@ std::vector<Residue> residues(std::span<const Expr> outputs) {
   const std::vector<Expr> order = topological(outputs);
   for (std::uint64_t seed = 1; seed <= attempts; ++seed) {
     try {
-      return residues_at(outputs, order, seed);
+      return residues_in_order(outputs, order, seed, Pieces::drawn);
     } catch (Undefined) {
     }
   }
   throw Error("an expression divides by a term that is zero for all values of its symbols");
+}
+
+std::vector<Residue> residues_at(std::span<const Expr> outputs, std::uint64_t seed, Pieces pieces) {
+  try {
+    return residues_in_order(outputs, topological(outputs), seed, pieces);
+  } catch (Undefined) {
+    return {};
+  }
+}
+
+bool decided_by_residues(std::span<const Expr> outputs, bool pieces) {
+  for (Expr node : topological(outputs)) {
+    if (node.is_constant() || node.is_symbol()) continue;
+    switch (node.op()) {
+      case Op::neg:
+      case Op::add:
+      case Op::sub:
+      case Op::mul:
+      case Op::div:
+      case Op::solve:
+      case Op::sin:
+      case Op::cos:
+      case Op::tan:
+      case Op::exp:
+      case Op::sinh:
+      case Op::cosh:
+      case Op::tanh:
+      case Op::call:
+        break;
+      case Op::pow:
+        if (const mpq_class* n = exact_value(node.operand(1)); !n || n->get_den() != 1) return false;
+        break;
+      case Op::ifelse:
+      case Op::abs:
+      case Op::sign:
+      case Op::min:
+      case Op::max:
+      case Op::lt:
+      case Op::le:
+      case Op::both:
+      case Op::either:
+        if (!pieces) return false;
+        break;
+      default:
+        return false;
+    }
+  }
+  return true;
 }
 
 bool is_zero(Expr e) {

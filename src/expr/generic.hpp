@@ -27,6 +27,17 @@ struct Residue {
 /// The outputs at a random point. Throws Error if one divides by what vanishes for all values.
 std::vector<Residue> residues(std::span<const Expr> outputs);
 
+/// What stands for ifelse, abs, sign, min and max: a value of its own, or one of the two regions.
+enum class Pieces { drawn, first, second };
+
+/// The outputs at the point of a seed; empty if they are not defined there (a division by zero).
+std::vector<Residue> residues_at(std::span<const Expr> outputs, std::uint64_t seed, Pieces pieces);
+
+/// Are all operations such that residues know their identities? Not powers like x^0.3, logarithms, arcus
+/// functions: these are values of their own for every value of their arguments. `pieces`: ifelse, abs, sign,
+/// min and max are allowed, since one region is taken.
+bool decided_by_residues(std::span<const Expr> outputs, bool pieces = false);
+
 /// Does e vanish for all values of its symbols? Where functions other than those above are in it, a value
 /// that cancels to rounding at random points in double precision counts as zero.
 bool is_zero(Expr e);

@@ -115,12 +115,21 @@ int to_semi_explicit(Call& call) { return call.push(dae::to_semi_explicit(model_
 int to_implicit(Call& call) { return call.push(dae::to_implicit(model_ptr(call))); }
 int to_first_order(Call& call) { return call.push(dae::to_first_order(model_ptr(call))); }
 
-int index(Call& call) { return call.push(dae::truth(model_of(call)).index); }
-int dof(Call& call) { return call.push(dae::truth(model_of(call)).dof); }
+/// A bare number cannot say that it holds on one branch or in one region only: that goes to the error stream.
+static dae::Truth truth_with_warnings(Call& call) {
+  dae::Truth known = dae::truth(model_of(call));
+  for (const std::string& note : known.notes) std::fprintf(stderr, "warning: %s\n", note.c_str());
+  return known;
+}
+
+int index(Call& call) { return call.push(truth_with_warnings(call).index); }
+int dof(Call& call) { return call.push(truth_with_warnings(call).dof); }
 
 int constraints(Call& call) {
   auto list = std::make_shared<Constraints>();
-  list->list = dae::truth(model_of(call)).constraints;
+  const dae::Truth known = dae::truth(model_of(call));
+  list->list = known.constraints;
+  list->complete = known.complete;
   return call.push(std::shared_ptr<const Constraints>(list));
 }
 
@@ -139,17 +148,22 @@ int model_text(Call& call) {
 
 int constraints_text(Call& call) {
   collect_aliases(call.L);
-  const auto& list = call.object<Constraints>(1, "constraints").list;
+  const auto& constraints = call.object<Constraints>(1, "constraints");
+  const auto& list = constraints.list;
+  const char* incomplete =
+      "incomplete: there are conditions that elimination does not write out (sys:structure() counts them)";
+  if (list.empty() && !constraints.complete) return call.push(incomplete);
   if (list.empty())
     return call.push("no conditions: every initial value of the differential variables is free");
   Table table;
   for (const auto& c : list)
     table.row({c.label + ":", "0 = " + to_text(c.residual),
-               c.derivative == 0 ? text("from (", c.origin + 1, ")")
-                                 : text("(", c.origin + 1, ") differentiated",
-                                        c.derivative == 1 ? "" : text(" ", c.derivative, " times"))});
+               c.origin < 0        ? ""
+               : c.derivative == 0 ? text("from (", c.origin + 1, ")")
+                                   : text("(", c.origin + 1, ") differentiated",
+                                          c.derivative == 1 ? "" : text(" ", c.derivative, " times"))});
   std::string out = table.str();
-  return call.push(out.substr(0, out.size() - 1));
+  return call.push(constraints.complete ? out.substr(0, out.size() - 1) : out + incomplete);
 }
 
 int constraints_length(Call& call) {

@@ -18,6 +18,7 @@ struct TypeName<dae::Start> {
 /// A list of consistency conditions as a value that prints.
 struct Constraints {
   std::vector<dae::Constraint> list;
+  bool complete = true;  ///< as many as there are conditions
 };
 template <>
 struct TypeName<Constraints> {

@@ -187,3 +187,193 @@ test("J, blocks, gap", function()
   expect(s.gap > 0.1 and s.gap <= 1):equals(true)
   expect(s.nonzero[1]):equals(x^2 + y^2)
 end)
+
+-- ── what hides from structure ───────────────────────────────────────────────────────────────────────────────────────
+
+test("x z = 0: z = 0 with x free (index 1), or x = 0 (index 2)", function()
+  local x, z = vars "x z"
+  local s = answers(dae { der(x) ~ z - 1, 0 ~ x*z }, 1, 1)
+  has(s, "on another branch of the solutions, where the system Jacobian is singular: index 2, 0 degrees of freedom")
+end)
+
+test("parameter values that make an entry vanish: a - b, and cos(a) at π/2", function()
+  local x, z = vars "x z"
+  local a, b = params "a=1 b=1"
+  answers(dae { der(x) ~ z, 0 ~ x - sin(t) + (a - b)*z }, 2, 0)
+  local c = param("c", math.pi/2)
+  local s = answers(dae { der(x) ~ z, 0 ~ x - sin(t) + cos(c)*z }, 2, 0)
+  expect(s.verdict):equals("identically singular")
+end)
+
+test("identities of sine, tangent and exponential do not hide a dependence", function()
+  local x, y, z = vars "x y z"
+  for _, pair in ipairs { { sin(2*x), 2*sin(x)*cos(x) }, { tan(x)*cos(x), sin(x) }, { exp(x + z), exp(x)*exp(z) } } do
+    local sys = dae { 0 ~ pair[1] - y, 0 ~ pair[2] - y, der(z) ~ x }
+    expect(sys:structure().valid):equals(false)
+    expect(function() sys:index() end):fails "the equations depend on each other"
+  end
+end)
+
+test("the index of a piecewise model is told for every region", function()
+  local x, z = vars "x z"
+  local s = dae { der(x) ~ z, 0 ~ ifelse(lt(t, 1), z - 1, x - sin(t)) }:structure()
+  has(s, "the model is piecewise: index 1, 1 free initial value where t < 1; index 2, 0 free initial values where t ≥ 1")
+  answers(dae { der(x) ~ -z, 0 ~ z + abs(z)/2 - x }, 1, 1)
+  expect(tostring(dae { der(x) ~ -z, 0 ~ z + abs(z)/2 - x }:structure()):find("piecewise")):equals(nil)
+end)
+
+test("ring modulator without Cs (Horneber): (4) + (6) - (3) - (5) is 0 = y10 + y11 + y12 + y13, index 2, ten free values", function()
+  local y = var("y", 15)
+  local function q(U) return 40.67286402e-9*(exp(17.7493332*U) - 1) end
+  local U1, U2 = 0.5*sin(2000*pi*t), 2*sin(20000*pi*t)
+  local q1, q2 = q(y[3] - y[5] - y[7] - U2), q(-y[4] + y[6] - y[7] - U2)
+  local q3, q4 = q(y[4] + y[5] + y[7] + U2), q(-y[3] - y[6] + y[7] + U2)
+  local sys = dae {
+    1.6e-8*der(y[1]) ~ y[8] - y[10]/2 + y[11]/2 + y[14] - y[1]/25000,
+    1.6e-8*der(y[2]) ~ y[9] - y[12]/2 + y[13]/2 + y[15] - y[2]/25000,
+    0 ~ y[10] - q1 + q4, 0 ~ -y[11] + q2 - q3, 0 ~ y[12] + q1 - q3, 0 ~ -y[13] - q2 + q4,
+    1e-8*der(y[7]) ~ -y[7]/50 + q1 + q2 - q3 - q4, 4.45*der(y[8]) ~ -y[1], 4.45*der(y[9]) ~ -y[2],
+    2e-3*der(y[10]) ~ y[1]/2 - y[3] - 17.3*y[10], 5e-4*der(y[11]) ~ -y[1]/2 + y[4] - 17.3*y[11],
+    2e-3*der(y[12]) ~ y[2]/2 - y[5] - 17.3*y[12], 5e-4*der(y[13]) ~ -y[2]/2 + y[6] - 17.3*y[13],
+    5e-4*der(y[14]) ~ -y[1] + U1 - 86.3*y[14], 5e-4*der(y[15]) ~ -y[2] - 636.3*y[15] }
+  answers(sys, 2, 10)          -- eleven states and one condition on them
+  has(sys:constraints(), "0 = y₁₀ + y₁₁ + y₁₂ + y₁₃")
+end)
+
+-- ── literature ──────────────────────────────────────────────────────────────────────────────────────────────────────
+
+test("Campbell & Griepentrog 1995: two-link flexible arm on a prescribed path, true index 5, structure 3", function()
+  local x1, x2, x3, x4, x5, x6, u1, u2 = vars "x1 x2 x3 x4 x5 x6 u1 u2"
+  local d = 2 - cos(x3)^2
+  local a, b, c, e = 2/d, cos(x3)/d, sin(x3)/d, sin(x3)*cos(x3)/d
+  local sys = dae { der(x1) ~ x4, der(x2) ~ x5, der(x3) ~ x6,
+    der(x4) ~ 2*c*(x4 + x6)^2 + x4^2*e + (2*x3 - x2)*(a + 2*b) + a*(u1 - u2),
+    der(x5) ~ -2*c*(x4 + x6)^2 - x4^2*e + (2*x3 - x2)*(1 - 3*a - 2*b) - a*u1 + (a + 1)*u2,
+    der(x6) ~ -2*c*(x4 + x6)^2 - x4^2*e + (x2 - 2*x3)*(a - 9*b) - 2*x4^2*c - (x4 + x6)^2*e - (a + b)*(u1 - u2),
+    0 ~ cos(x1) + cos(x1 + x3) - cos(exp(t) - 1) - cos(t - 1),
+    0 ~ sin(x1) + sin(x1 + x3) - sin(1 - exp(t)) - sin(1 - t) }
+  local s = answers(sys, 5, 0)
+  expect(s.structural_index):equals(3)
+  expect(s.verdict):equals("identically singular")
+end)
+
+test("Hessenberg forms of size 1 to 4; car axis; two pendula (index 5)", function()
+  local x, y, w, z = vars "x y w z"
+  answers(dae { der(x) ~ -x*z, 0 ~ z + z^3 - x }, 1, 1)
+  answers(dae { der(x) ~ x*y*z, der(y) ~ x^2*y^2 - 3*y^2*z, 0 ~ x^2*y - 1 }, 2, 1)        -- Jay 1995
+  answers(dae { der(x) ~ x*y, der(y) ~ x^2*z + sin(y), 0 ~ x^2 - 1 - t^2 }, 3, 0)
+  answers(dae { der(x) ~ y + x^3, der(y) ~ w*x, der(w) ~ z*exp(y), 0 ~ x - 1 - t^2 }, 4, 0)
+  local u, v, k, l = vars "u v kappa lambda"
+  answers(dae { der(x, 2) ~ -x*l, der(y, 2) ~ -y*l - 9.81, 0 ~ x^2 + y^2 - 1,
+                der(u, 2) ~ -u*k, der(v, 2) ~ -v*k - 9.81, 0 ~ u^2 + v^2 - (1 + 0.1*l)^2 }, 5, 4)
+end)
+
+test("circuits: C-V loop 2, L-I cutset 2, capacitors that form no tree 1", function()
+  local v, i, e1, e2 = vars "v i e1 e2"
+  answers(dae { der(v) ~ i, 0 ~ v - sin(t) }, 2, 0)
+  answers(dae { der(i) ~ v, 0 ~ i - cos(t) }, 2, 0)
+  answers(dae { der(e1) - der(e2) ~ -e1, -der(e1) + der(e2) ~ 1 - e2^3 }, 1, 1)
+end)
+
+test("x y = 1, x′ + y′ = u1 (Pantelides' kind): structural 2, true 1", function()
+  local x, y, u1, u2 = vars "x y u1 u2"
+  local s = answers(dae { der(x) + der(y) ~ u1, 0 ~ x*y - 1, 0 ~ u1 + u2 - t, 0 ~ u1 - u2 }, 1, 1)
+  expect(s.structural_index):equals(2)
+end)
+
+-- ── constraints ─────────────────────────────────────────────────────────────────────────────────────────────────────
+
+local function conditions(sys, n, ...)
+  local list = sys:constraints()
+  expect(#list):equals(n)
+  for _, words in ipairs { ... } do has(list, words) end
+end
+
+test("conditions on the states are complete where coefficients depend on t", function()
+  local x1, x2 = vars "x1 x2"
+  conditions(dae { x1 - t/4*x2 ~ exp(-t), der(x1) - t/4*der(x2) + 3/4*x2 ~ 0 }, 2,
+             "0 = x₁ - t x₂/4 - exp(-t)", "0 = x₂ - exp(-t)", "(1)′ with (2)")
+  conditions(dae { 0 ~ -x1 + t*x2 + cos(t), der(x1) - t*der(x2) ~ 0 }, 2, "0 = x₁ - t x₂ - cos(t)", "0 = x₂ - sin(t)")
+end)
+
+test("they do not contain what is no state: algebraic variables and highest derivatives are eliminated", function()
+  local x1, x2, x, y, u, v, k, l = vars "x1 x2 x y u v kappa lambda"
+  local h1, h2 = input "h1", input "h2"
+  conditions(dae { 0 ~ x1 + exp(-der(x1) - x2*der(x2, 2)) + h1, 0 ~ x1 + x2*der(x2) + x2^2 + h2 }, 2,
+             "0 = exp(x₂′² + 2 x₂ x₂′ + h₂′) + x₁ + h₁")
+  local L, g, c = params "L=1 g=9.81 c=0.1"
+  local two = dae { der(x, 2) ~ -x*l, der(y, 2) ~ -y*l - g, 0 ~ x^2 + y^2 - L^2,
+                    der(u, 2) ~ -u*k, der(v, 2) ~ -v*k - g, 0 ~ u^2 + v^2 - (L + c*l)^2 }
+  conditions(two, 4, "(6) with (3)″, (1), (2):")          -- λ = (x′² + y′² - g y)/(x² + y²)
+  local C, T, R, Tc = vars "C T R Tc"
+  local K1, K4, K5, C0 = params "K1=1 K4=1 K5=1 C0=1"
+  local in_ = input "u"
+  conditions(dae { der(C) ~ K1*(C0 - C) - R, der(T) ~ K1*(1 - T) + R - (T - Tc), 0 ~ R - K4*exp(-K5/T)*C, 0 ~ C - in_ }, 2,
+             "0 = C - u", "exp(-K₅/T)")
+end)
+
+test("where elimination does not reach a condition, the list says that it is incomplete", function()
+  local x, y = vars "x y"
+  local sys = dae { (der(x) + der(y))^2 ~ 1 + x, sin(der(x) + der(y)) ~ y }       -- y = sin √(1 + x)
+  expect(sys:dof()):equals(1)
+  has(sys:constraints(), "incomplete")
+end)
+
+-- ── classification ──────────────────────────────────────────────────────────────────────────────────────────────────
+
+test("exam 3(f): g(x) cannot give z, so the index is at least 2", function()
+  local x, z, u = var "x", var "z", input "u"
+  local f, g = func "f", func "g"
+  local sys = dae { der(x) ~ f(x, z, u), 0 ~ g(x) }
+  expect(sys:index()):equals(2)
+  has(sys, "(2) does not contain the algebraic variables: ∂g/∂z is rank deficient, so the index is at least 2")
+  has(sys, "index 2 where ∂g/∂x ≠ 0, ∂f/∂z ≠ 0; where one of them vanishes identically, the index is at least 3")
+  has(dae { der(x) ~ f(x, z, u), 0 ~ g(x, z, u) }, "index 1 where ∂g/∂z ≠ 0; where it vanishes identically, the index is at least 2")
+end)
+
+test("exam 3(e): x′ = A x + b z, 0 = g(x): index 2 iff ∂g/∂x b ≠ 0, g(x(0)) = 0", function()
+  local x, z = var("x", 2), var "z"
+  local b1, b2 = params "b1 b2"
+  local g = func "g"
+  local A = mat { { param "a11", param "a12" }, { param "a21", param "a22" } }
+  local sys = dae { der(x) ~ A*x + vec { b1, b2 }*z, 0 ~ g(x[1], x[2]) }
+  has(sys, "index 2 where b₁ ∂g/∂x₁ + b₂ ∂g/∂x₂ ≠ 0; where it vanishes identically, the index is at least 3")
+  has(sys, "consistency")
+  has(sys:structure(), "index 2 where b₁ ∂g/∂x₁ + b₂ ∂g/∂x₂ ≠ 0")
+  has(sys:reduce("acc"):trace(), "The original model has index 2 where b₁ ∂g/∂x₁ + b₂ ∂g/∂x₂ ≠ 0")
+  local wrong = func("g", 2)        -- m = 1: as many rows as z
+  expect(function() dae { der(x) ~ A*x + vec { b1, b2 }*z, 0 ~ wrong(x[1], x[2]) }:index() end):fails "over-determined: 4 equations"
+end)
+
+test("exam 3(a)-(c): counts with their reason", function()
+  local x, z, u = var("x", 2), var("z", 1), input "u"
+  local semi = dae.semi_explicit { x = x, z = z, u = u, f = vec { x[2], z - u }, g = vec { x[1] + z^3 } }
+  has(semi:implicit():trace(), "n = n_x = 2, n_z = 1, n_u = 1: x′ has as many entries as x, and F has m = 3 = n_x + n_z rows")
+  local full = dae.implicit { x = x, z = z, u = u, F = vec { der(x[1]) - x[2], der(x[2])^3 + z - u, x[1] + z^3 } }
+  has(full:semi_explicit():trace(), "g has 3 rows, as many as there are algebraic variables")
+end)
+
+test("exam 3(d)1: E is singular, so it is a DAE; with regular E an implicit ODE", function()
+  has(dae.linear { E = { {1,1,0}, {0,0,1}, {1,1,1} }, A = eye(3) },
+      "singular (rank 2 of 3; (1c) depends on the others): a DAE, though every unknown is differentiated")
+  has(dae.linear { E = { {1,1}, {0,1} }, A = eye(2) }, "nonsingular (rank 2): an implicit ODE")
+end)
+
+-- ── size ────────────────────────────────────────────────────────────────────────────────────────────────────────────
+
+test("large sparse models: the ladder is regular at every point, printing is bounded", function()
+  local N = 300
+  local w, v = var("w", N), var("v", N)
+  local e = {}
+  for k = 1, N do
+    e[#e+1] = 0 ~ ((k > 1 and v[k-1] or sin(t)) - w[k]) + (v[k] - w[k]) - (exp(w[k]) - 1)
+    e[#e+1] = der(v[k]) ~ (w[k] - v[k]) + (k < N and (w[k+1] - v[k]) or 0)
+  end
+  local sys = dae(e)
+  local s = sys:structure()
+  expect(s.index):equals(1)
+  expect(s.dof):equals(N)
+  has(s, "system Jacobian regular at every point")
+  has(sys, "540 more (sys.equations has all 600)")
+  expect(function() return s.J end):fails "the system Jacobian has 600 rows; it is written out up to 300"
+end)
