@@ -158,6 +158,20 @@ def test_ctrl_c_in_a_long_integration(terminal, home):
     w.wait("^alive$", pattern=True)
 
 
+def test_ctrl_c_in_a_sweep(terminal, home):
+    w = started(terminal)
+    w.enter('x, k = var "x", param "k"; model = dae{ der(x) ~ -k*x }')
+    w.enter("print 'busy'; s = sweep(model, { start = { x = 1 }, to = 1000, method = rk.gauss(2), dt = 1e-3, "
+            "times = { 1000 }, params = { k = linspace(1, 2, 1000) } })")
+    w.wait("^busy$", pattern=True)
+    w.wait("sweep: [0-9]+ of 1000 runs", pattern=True)
+    w.key("C-c")
+    w.wait("interrupted; the runs that are done are the result")
+    w.wait_prompt()
+    w.enter("print(#s, #s.failures > 0, s.failures[#s.failures].why)")
+    w.wait("^1000 +true +not run: interrupted$", pattern=True)
+
+
 @edits_lines
 def test_ctrl_d(terminal, home):
     w = started(terminal)
