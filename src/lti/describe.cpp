@@ -13,8 +13,8 @@ constexpr int widest = 24;  // states, inputs or outputs that are written out
 
 std::string count(int k, const char* what) { return text(k, " ", what, k == 1 ? "" : "s"); }
 
-std::string number_text(Expr e, bool decimals) {
-  return decimals && e.is_constant() ? pendula::rounded(constant_value(e)) : pendula::to_text(e);
+std::string number_text(Expr e, bool decimals, int digits = 10) {
+  return decimals && e.is_constant() ? pendula::rounded(constant_value(e), digits) : pendula::to_text(e);
 }
 
 std::string time_text(const System& g) {
@@ -50,6 +50,7 @@ std::string repeated(const char* mark, int times) {
 std::string block_table(const System& g) {
   const int n = g.ss.order(), m = g.inputs, p = g.outputs;
   const bool decimals = field(g) == Field::numeric;
+  const int digits = n + m > 5 ? 5 : 10;  // so that the table fits a terminal
   std::vector<std::vector<std::string>> cells(static_cast<std::size_t>(n + p + 1));
   cells[0].push_back("");
   for (int j = 0; j < n; ++j) cells[0].push_back(state_name(g, j));
@@ -59,7 +60,7 @@ std::string block_table(const System& g) {
     row.push_back(i < n ? following(state_name(g, i), g.continuous()) : output_name(g, i - n));
     for (int j = 0; j < n + m; ++j) {
       const MatX& block = i < n ? (j < n ? g.ss.A : g.ss.B) : (j < n ? g.ss.C : g.ss.D);
-      row.push_back(number_text(block(i < n ? i : i - n, j < n ? j : j - n), decimals));
+      row.push_back(number_text(block(i < n ? i : i - n, j < n ? j : j - n), decimals, digits));
     }
   }
   std::vector<int> width(cells[0].size());

@@ -76,6 +76,13 @@ System named_like(System h, const System& g) {
   return h;
 }
 
+/// Do all parameters have values?
+bool has_values(const System& g) {
+  const std::vector<Expr> all = entries(g);
+  const auto list = leaves(all);
+  return std::all_of(list.begin(), list.end(), [](Expr leaf) { return symbol_of(leaf).value.has_value(); });
+}
+
 /// log(I + N) = N - N²/2 + … for nilpotent N; nothing otherwise.
 std::optional<MatX> unipotent_logarithm(const MatX& M) {
   const Index n = M.rows();
@@ -141,7 +148,14 @@ System c2d(const System& given, Expr Ts, const std::string& method, double prewa
     throw Error(text("the sampling time must be positive, got Ts = ", pendula::to_text(Ts)));
   const System g = to_ss(given);
   const Expr half = Expr(mpq_class(1, 2));
-  if (method == "zoh" || method == "foh") return named_like(with_hold(g, Ts, method == "foh"), given);
+  if (method == "zoh" || method == "foh") {
+    if (field(g.ss.A) == Field::symbolic && Ts.is_constant() && has_values(g) && !transition(g.ss.A, Ts)) {
+      System h = named_like(with_hold(with_numbers(g), Ts, method == "foh"), given);
+      h.notes.push_back("with the default values of the parameters");
+      return h;
+    }
+    return named_like(with_hold(g, Ts, method == "foh"), given);
+  }
   if (method == "tustin" || method == "bilinear") {
     const Expr h = prewarp > 0 ? Expr(2 / prewarp * std::tan(prewarp * number(Ts) / 2)) : Ts;
     return named_like(by_quadrature(g, Ts, half, h), given);

@@ -247,7 +247,14 @@ VecX solution(const System& given, const VecX& x0, const VecX& u) {
     throw Error(text("u has ", u.size(), u.size() == 1 ? " entry" : " entries", " for ", g.inputs,
                      g.inputs == 1 ? " input" : " inputs"));
   if (n == 0) return VecX(0);
-  if (field(g.ss.A) == Field::symbolic) return symbolic_solution(g, x0, u);
+  if (field(g.ss.A) == Field::symbolic) {
+    const std::vector<Expr> all = entries(g);
+    const auto symbols = leaves(all);
+    const bool values =
+        std::all_of(symbols.begin(), symbols.end(), [](Expr s) { return symbol_of(s).value.has_value(); });
+    if (!values || transition(g.ss.A, time_symbol())) return symbolic_solution(g, x0, u);
+    return solution(with_numbers(g), x0, u);  // no closed form: with the default values
+  }
   // The pencil of x′ = A x + f(t) knows the rest.
   dae::LinearForm form;
   form.E = dae::RationalMatrix::identity(n), form.A = rational(g.ss.A), form.B = dae::RationalMatrix(n, 0);

@@ -62,7 +62,9 @@ std::optional<MatX> solve(const MatX& a, const MatX& b) {
   if (a.rows() == 0) return MatX(b);
   const Field f = common(field(a), field(b));
   try {
-    if (f == Field::numeric) return expressions(linalg::solve(numbers(a), numbers(b)));
+    constexpr Index most_exact = 40;
+    if (f == Field::numeric || (f == Field::exact && a.rows() > most_exact))
+      return expressions(linalg::solve(numbers(a), numbers(b)));
     return tidy(linalg::solve(a, b));
   } catch (const Error&) {
     return {};

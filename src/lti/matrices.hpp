@@ -34,7 +34,8 @@ MatX block_diagonal(const MatX& a, const MatX& b);
 MatX scaled(Expr factor, const MatX& m);
 /// Symbolic entries simplified.
 MatX tidy(const MatX& m);
-/// x with a x = b; nothing where a is singular (symbolic: for all values of the symbols).
+/// x with a x = b, exact up to 40 rows; nothing where a is singular (symbolic: for all values of the
+/// symbols).
 std::optional<MatX> solve(const MatX& a, const MatX& b);
 
 /// Doubles as constants; -0 is 0.

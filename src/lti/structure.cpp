@@ -15,7 +15,7 @@ namespace pendula::lti {
 namespace {
 
 using dae::RationalMatrix;
-constexpr int most_exact = 30;
+constexpr int most_exact = 20;
 
 /// The span of [B, AB, A²B, …] as columns.
 RationalMatrix reachable(const RationalMatrix& A, const RationalMatrix& B) {
@@ -206,10 +206,16 @@ System minimal_fractions(const System& g, double tol) {
 
 MatX controllability_matrix(const System& given) {
   const System g = to_ss(given);
-  const int n = g.ss.order();
-  MatX all(n, n * g.inputs), part = g.ss.B;
+  const int n = g.ss.order(), m = g.inputs;
+  if (field(g) != Field::symbolic && n > most_exact) {
+    const Mat A = numbers(g.ss.A);
+    Mat all(n, n * m), part = numbers(g.ss.B);
+    for (int k = 0; k < n; ++k, part = A * part) all.middleCols(k * m, m) = part;
+    return expressions(all);
+  }
+  MatX all(n, n * m), part = g.ss.B;
   for (int k = 0; k < n; ++k) {
-    all.middleCols(k * g.inputs, g.inputs) = part;
+    all.middleCols(k * m, m) = part;
     if (k + 1 < n) part = tidy(product(g.ss.A, part));
   }
   return all;

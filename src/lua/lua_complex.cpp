@@ -172,11 +172,21 @@ int values(Call& call) {
   return push_parts(call, false);
 }
 int length(Call& call) { return call.push(static_cast<long>(all(roots(call)).size())); }
+std::string singular(std::string what) {
+  if (what.ends_with("s")) what.pop_back();
+  return what == "zeroe" ? "zero" : what;
+}
+
 int item(Call& call) {
   const auto list = all(roots(call));
   const long i = call.integer(2, "index");
+  if (i == static_cast<long>(list.size()) + 1) {  // where ipairs ends
+    lua_pushnil(call.L);
+    return 1;
+  }
   if (i < 1 || i > static_cast<long>(list.size()))
-    throw Error(text("there are ", list.size(), " ", roots(call).what, "; number ", i, " does not exist"));
+    throw Error(
+        text("there is no ", singular(roots(call).what), " number ", i, ": the system has ", list.size()));
   return push_complex(call.L, list[static_cast<std::size_t>(i - 1)]);
 }
 

@@ -6,6 +6,7 @@
 #include "expr/linalg.hpp"
 #include "expr/print.hpp"
 #include "expr/rewrite.hpp"
+#include "lti/exponential.hpp"
 #include "lua/lua_expr.hpp"
 
 namespace pendula::lua {
@@ -123,6 +124,8 @@ int expm(Call& call) {
   if (e.rows() == 0) return push_matrix(call.L, e);
   check_cost(e);
   if (auto exact = linalg::exact_exponential(e)) return push_value(call.L, *exact);
+  if (!in_doubles(e))
+    if (auto exact = lti::exponential(e)) return push_value(call.L, *exact);
   if (const auto values = in_doubles(e)) return push_value(call.L, linalg::exponential(*values));
   throw Error(
       "this exponential has no exact form here: it needs a nilpotent matrix or A*t with rational "

@@ -64,7 +64,7 @@ int index_object(lua_State* L) {
     lua_pushvalue(L, 1);
     lua_pushvalue(L, 2);
     lua_call(L, 2, 1);
-    if (!lua_isnil(L, -1)) return 1;
+    if (!lua_isnil(L, -1) || lua_isinteger(L, 2)) return 1;  // nil at a position is where ipairs ends
   }
   unknown_member(L, lua_tostring(L, lua_upvalueindex(4)));
 }
