@@ -170,6 +170,35 @@ struct Rational {
   double tolerance = 0;  ///< of a coefficient, if not exact
 };
 
+/// Collocation: P = Σ M^(s-j)(1) zʲ, Q = Σ M^(s-j)(0) zʲ with M(x) = ∏(x - cᵢ)/s! (Thm IV.3.10); s²
+/// operations.
+Rational from_nodes(const Coefficients& rk) {
+  const int s = rk.stages();
+  RealVector M(1, Real(1, rk.bits));  // by increasing power
+  for (const Real& c : rk.c) {
+    M.push_back(Real(0, rk.bits));
+    for (std::size_t k = M.size(); k-- > 0;) M[k] = (k > 0 ? M[k - 1] : Real(0, rk.bits)) - c * M[k];
+  }
+  Rational R;
+  R.tolerance = rk.unit;
+  for (int j = 0; j <= s; ++j) {  // M^(n)(x) = Σ k!/(k-n)! Mₖ x^(k-n), n = s - j
+    Real at_one(0, rk.bits), at_zero(0, rk.bits);
+    Real falling(1, rk.bits);
+    for (int k = s - j; k <= s; ++k) {
+      if (k == s - j)
+        for (int i = 2; i <= k; ++i) falling *= i;
+      else
+        falling = falling * k / (k - (s - j));
+      if (k == s - j) at_zero = falling * M[static_cast<std::size_t>(k)];
+      at_one += falling * M[static_cast<std::size_t>(k)];
+    }
+    for (int i = 2; i <= s; ++i) at_one /= i, at_zero /= i;
+    R.P.push_back(recognised(at_one, rk.unit, R.exact));
+    R.Q.push_back(recognised(at_zero, rk.unit, R.exact));
+  }
+  return R;
+}
+
 Rational from_reals(const RealMatrix& A, const RealVector& b, mp_bitcnt_t bits, double unit, int order) {
   const int s = A.size();
   const Real zero(0, bits), one(1, bits);
@@ -205,7 +234,7 @@ Stability::Stability(const Tableau& rk) {
     exact_ = true;
   } else {
     const Coefficients& c = rk.coefficients();
-    Rational R = from_reals(c.A, c.b, c.bits, c.unit, rk.order());
+    Rational R = rk.is_collocation() ? from_nodes(c) : from_reals(c.A, c.b, c.bits, c.unit, rk.order());
     P_ = std::move(R.P), Q_ = std::move(R.Q), exact_ = R.exact, tolerance_ = R.tolerance;
   }
   finish(rk.order());
@@ -217,9 +246,13 @@ Stability::Stability(const Rosenbrock& method) {
   finish(method.order());
 }
 
+namespace {
+constexpr int largest_reducible = 24;  ///< common factors come from methods that someone typed
+}
+
 void Stability::finish(int order) {
   trim(P_), trim(Q_);
-  if (exact_) {
+  if (exact_ && degree(Q_) <= largest_reducible) {
     const Polynomial common = greatest_common_divisor(P_, Q_);
     if (degree(common) > 0) {
       P_ = divide(P_, common).quotient, Q_ = divide(Q_, common).quotient;
@@ -243,9 +276,9 @@ void Stability::finish(int order) {
   const auto lowest = std::find_if(axis.begin(), axis.end(), [](const Surd& c) { return !c.is_zero(); });
   imaginary_ = stable_axis ? infinity : lowest->sign() < 0 ? 0 : crossing ? std::sqrt(*crossing) : infinity;
   const Polynomial p = reflected(P_), q = reflected(Q_);  // on x = -t
-  const auto edge = sign_change(minus(times(q, q), times(p, p)), exact_);
-  real_ = edge ? -*edge : -infinity;
   a_stable_ = stable_axis && degree(P_) <= degree(Q_) && is_hurwitz(q);
+  const auto edge = a_stable_ ? std::nullopt : sign_change(minus(times(q, q), times(p, p)), exact_);
+  real_ = edge ? -*edge : -infinity;
   alpha_ = a_stable_ ? 90 : sector();
 }
 
