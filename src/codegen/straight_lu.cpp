@@ -195,6 +195,9 @@ std::optional<StraightLU> StraightLU::make(int n, const std::vector<Position>& p
       lu.limits_.push_back(1e4 * order->row_scale[static_cast<std::size_t>(k)] / order->row_scale[i]);
     }
   }
+  std::size_t at = lu.multipliers_;
+  for (std::size_t i = 0; i < size; ++i, ++at)
+    lu.pivots_.push_back({at += order->upper[i].size(), order->row_scale[i]});
   const std::vector<std::uint32_t> key = key_of(*order, n, positions, complex);
   {
     const std::lock_guard lock(mutex);
@@ -214,6 +217,15 @@ std::optional<StraightLU> StraightLU::make(int n, const std::vector<Position>& p
   lu.numbers_.assign((lu.factors_ + size) * width, 0);
   lu.work_.assign(std::max(lu.code_->factor->workspace_size(), lu.code_->solve->workspace_size()), 0);
   return lu;
+}
+
+double StraightLU::weakest_pivot() const {
+  double largest = 0;
+  for (const Pivot& p : pivots_) {
+    const double* r = numbers_.data() + p.at * static_cast<std::size_t>(width_);
+    largest = std::max(largest, (std::fabs(r[0]) + (width_ == 2 ? std::fabs(r[1]) : 0)) / p.scale);
+  }
+  return 1 / largest;
 }
 
 std::size_t StraightLU::instructions() const { return code_->instructions; }

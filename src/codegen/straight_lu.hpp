@@ -37,6 +37,10 @@ class StraightLU {
   /// b ← A⁻¹ b, n numbers or pairs. Requires a factorisation.
   void solve(double* b);
 
+  /// The smallest pivot of the factorisation, rows scaled as when the plan was made: near 0 close to a
+  /// singular matrix.
+  double weakest_pivot() const;
+
   std::size_t instructions() const;  ///< of factorisation and solution together
 
  private:
@@ -47,7 +51,12 @@ class StraightLU {
   int n_ = 0, width_ = 1;  ///< width: numbers per entry
   std::size_t multipliers_ = 0, factors_ = 0;
   std::shared_ptr<const Code> code_;
-  std::vector<double> limits_;   ///< of the multipliers
+  std::vector<double> limits_;  ///< of the multipliers
+  struct Pivot {
+    std::size_t at;  ///< of its reciprocal, among the factors
+    double scale;    ///< of its row
+  };
+  std::vector<Pivot> pivots_;
   std::vector<double> numbers_;  ///< multipliers | upper part and reciprocal pivots | right side
   std::vector<double> work_;
 };

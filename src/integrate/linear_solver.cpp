@@ -254,6 +254,7 @@ void LinearSolver<Scalar>::solve(Scalar* b) {
 
 template <class Scalar>
 double LinearSolver<Scalar>::weakest_pivot() const {
+  if (use_straight_) return straight_->weakest_pivot();
   return sparse_ ? sparse_->common.rcond : weakest_;
 }
 

@@ -124,6 +124,7 @@ TEST_CASE("straight-line LU: refuses what its pivots do not suit, and singular o
   CHECK(!lu->factorise(singular));
   CHECK(!lu->factorise(undefined));
   CHECK(lu->factorise(good));
+  CHECK(lu->weakest_pivot() == doctest::Approx(2.5 / 3));  // rows scaled by 1/2 and 1/3; second pivot 3 - 1/2
   CHECK(!StraightLU::plan(2, full, singular, false));
   CHECK(!StraightLU::plan(2, full, undefined, false));
   CHECK(!StraightLU::plan(2, {{0, 0}, {1, 0}}, good, false));                     // a column without entries

@@ -149,7 +149,8 @@ test("expm", function()
   local J = mat{ { -1, 1, 0 }, { 0, -1, 1 }, { 0, 0, -1 } }
   expect(evaluate(expm(J*t), { t = 0.7 })):near(expm(evaluate(J*rational "7/10")), 1e-13)
   expect(expm{ { 0.0, 1 }, { -1, 0 } }(1, 1)):near(math.cos(1), 1e-14)
-  fails(function() expm{ { x, 1 }, { y, x } } end, "no exact form")
+  expect(evaluate(expm{ { x, 1 }, { y, x } }, { x = 0.3, y = 2 })):near(expm{ { 0.3, 1 }, { 2, 0.3 } }, 1e-13)
+  fails(function() expm{ { x, 1, y }, { y, z, 1 }, { z, 1, x } } end, "no exact form")
 end)
 
 test("implicit_jacobian", function()
