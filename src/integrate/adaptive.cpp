@@ -12,6 +12,7 @@
 #include "base/interrupt.hpp"
 #include "base/text.hpp"
 #include "expr/print.hpp"
+#include "integrate/derivative.hpp"
 #include "integrate/methods.hpp"
 #include "integrate/trail.hpp"
 
@@ -110,16 +111,20 @@ class Run {
 
   void start(Point point) {
     try {
+      if (plan_.modes > 0) {
+        finder_.start(point);
+        set_modes(point, {});
+      }
       const Choice choice = method_.family == "auto" ? choose(problem_, method_, plan_, point)
                                                      : Choice{method_.family, method_.tableau};
       method_.tableau = choice.tableau;
       use(choice.family, point);
+      begin(point, {});
     } catch (const Failure& failure) {
       throw Failure(text("at the start, t = ", rounded(point.t, 6), ": ", failure.what()));
     }
     trail_->begin(stepper().here());
     saver_.begin(stepper().here());
-    finder_.start(stepper().here());
   }
 
   void go() {
@@ -160,7 +165,7 @@ class Run {
     stepper().record(record_.data());
     view_.record = record_.data();
     if (!finder_.empty() || plan_.times) view_.from = stepper().before(), view_.to = stepper().here();
-    for (;;) {
+    while (!finder_.empty()) {
       const auto hit = finder_.find(stepper(), view_);
       if (!hit) break;
       std::string status;
@@ -168,6 +173,7 @@ class Run {
     }
     keep(stepper().here(), false);
     if (stepper().here().t >= plan_.to) return "finished";
+    if (plan_.modes > 0 && modes_differ()) begin_again(Point(stepper().here()), {});
     if (plan_.leave && plan_.leave(stepper().here())) return "left";
     change_if_stiff();
     return "";
@@ -181,41 +187,58 @@ class Run {
 
   /// True when the step ends at the event.
   bool handle(const EventFinder::Hit& hit, std::string& status) {
-    const Event& event = plan_.events.list[static_cast<std::size_t>(hit.which)];
+    const auto event_of = [&](const EventFinder::Crossing& c) -> const Event& {
+      return plan_.events.list[static_cast<std::size_t>(c.which)];
+    };
+    bool surface = false, may_jump = false;
+    for (const auto& crossing : hit.list) {
+      const Event& event = event_of(crossing);
+      surface = surface || event.surface;
+      may_jump = may_jump || event.call || !event.reset.empty();
+    }
     Point point;
     point.xdot = view_.to.xdot, point.z = view_.to.z;
-    stepper().interpolate(view_, event.surface ? hit.before : hit.t, Detail::full, point);
+    const bool frozen = plan_.modes > 0;
+    stepper().interpolate(view_, surface && !frozen ? hit.before : hit.t, Detail::full, point);
     point.t = hit.t;
-    if (event.surface) {
-      keep(point, false);
-      restart(point, event);
-      return true;
-    }
-    const bool may_jump = event.call || !event.reset.empty();
     keep(point, may_jump);
+    const Point before = point;
+    bool stop = false, changed = false;
+    for (const auto& crossing : hit.list) {
+      if (event_of(crossing).surface) continue;
+      const EventReply reply = apply(event_of(crossing), crossing.which, point);
+      stop = stop || reply.stop, changed = changed || !reply.reset.empty();
+    }
+    if (changed || surface) {
+      if (!stop) restart(point, before, hit);
+      if (changed) {
+        if (!stop) point = stepper().here();
+        trail_->begin(point);
+        saver_.begin(point);
+      }
+    }
+    if (may_jump && !changed && plan_.times) saver_.begin(point);  // it did not
+    for (EventRecord& record : records_) {
+      if (record.action == "reset") record.after = point;
+      solution_->add_event(record);
+    }
+    records_.clear();
+    if (stop || (changed && hit.t >= plan_.to)) status = stop ? "event" : "finished";
+    if (!changed && !surface && !stop) finder_.pass(hit, stepper(), view_);
+    return stop || changed || surface;
+  }
+
+  /// What an event asks for, done to the point.
+  EventReply apply(const Event& event, int which, Point& point) {
     EventReply reply;
     if (event.call) reply = event.call(point);
     for (const auto& [state, value] : event.reset)
       reply.reset.emplace_back(state, solution_->values({&value, 1}, point)[0]);
     reply.stop = reply.stop || event.stop;
-    EventRecord record{hit.t, hit.which,
-                       reply.stop            ? "stop"
-                       : reply.reset.empty() ? ""
-                                             : "reset",
-                       point, point};
-    if (!reply.reset.empty()) {
-      reset(point, reply.reset);
-      if (!reply.stop) restart(point, event);
-      record.after = reply.stop ? point : stepper().here();
-      trail_->begin(record.after);
-      saver_.begin(record.after);
-    } else if (may_jump && plan_.times) {
-      saver_.begin(point);  // it did not
-    }
-    solution_->add_event(record);
-    if (reply.stop || (!reply.reset.empty() && hit.t >= plan_.to)) status = reply.stop ? "event" : "finished";
-    if (reply.reset.empty() && !reply.stop) finder_.pass(hit, stepper(), view_);
-    return reply.stop || !reply.reset.empty();
+    const char* action = reply.stop ? "stop" : reply.reset.empty() ? "" : "reset";
+    records_.push_back({point.t, which, action, point, point});
+    if (!reply.reset.empty()) reset(point, reply.reset);
+    return reply;
   }
 
   void reset(Point& point, const std::vector<std::pair<Expr, double>>& values) {
@@ -232,21 +255,130 @@ class Run {
     if (plan_.events.reinitialise) plan_.events.reinitialise(point, changed);
   }
 
-  void restart(const Point& point, const Event& event) {
-    const double span = plan_.to - plan_.from;
-    if (accumulation_.add(point.t, trail_->stats.steps, span)) {
+  void restart(const Point& point, const Point& before, const EventFinder::Hit& hit) {
+    const Event& event = plan_.events.list[static_cast<std::size_t>(hit.list.front().which)];
+    if (accumulation_.add(point.t, trail_->stats.steps, plan_.to - plan_.from)) {
       reached_ = point.t;
+      if (event.surface) throw sliding(event);
       throw Failure(
-          event.surface
-              ? text("chattering: the solution crosses ", to_text(event.when),
-                     " = 0 again and again and slides along it. Regularise the equations there, for "
-                     "example tanh(s/1e-3) in place of sign(s)")
-              : text("the events ", to_text(event.when),
-                     " = 0 accumulate: infinitely many in finite time (Zeno). Add an event that "
-                     "stops, or a reset that ends the motion"));
+          text("the events ", to_text(event.when),
+               " = 0 accumulate: infinitely many in finite time (Zeno). Add an event that stops, or "
+               "a reset that ends the motion"));
     }
-    stepper().start(point, plan_.to);
-    finder_.start(stepper().here());
+    begin_again(point, hit.list);
+    if (problem_->n() > problem_->shown_n()) follow_sensitivities(before, hit);
+  }
+
+  /// Begins anew where the equations or the point have jumped.
+  void begin_again(const Point& point, const std::vector<EventFinder::Crossing>& crossed) {
+    begin(point, crossed);
+    if (plan_.modes > 0) trail_->begin(stepper().here());
+  }
+
+  /// The time t* of an event depends on p: dt*/dp = -(dg/dp)/(dg/dt), and with it S jumps where x or x′ do:
+  /// S₊ = S₋ + (x′₋ - x′₊) dt*/dp, for a reset x₊ = r(t, x): S₊ = dr/dp + (dr/dt - x′₊) dt*/dp.
+  /// Galán, Feehery & Barton, Appl. Numer. Math. 31, 1999.
+  void follow_sensitivities(const Point& before, const EventFinder::Hit& hit) {
+    const Event& event = plan_.events.list[static_cast<std::size_t>(hit.list.front().which)];
+    const Vec tangent = solution_->values(event.tangent, before);
+    const double slope = finder_.slope(hit.list.front().which, before);
+    if (slope == 0)
+      throw Failure(
+          text("the solution grazes ", to_text(event.when), " = 0: it is not differentiable there"));
+    Point after = stepper().here();
+    const int n = problem_->shown_n();
+    for (Eigen::Index j = 0; j < tangent.size(); ++j) {
+      const double shift = -tangent[j] / slope;
+      const auto block = static_cast<Eigen::Index>(n) * (j + 1);
+      after.x.segment(block, n) =
+          before.x.segment(block, n) + shift * (before.xdot.head(n) - after.xdot.head(n));
+      for (std::size_t r = 0; r < event.reset.size(); ++r) {
+        const auto& x = problem_->model().x;
+        const auto i = std::find(x.begin(), x.end(), event.reset[r].first) - x.begin();
+        const Vec rates = solution_->values(event.reset_tangent[r], before);
+        after.x[block + i] = rates[j] + shift * (rates[rates.size() - 1] - after.xdot[i]);
+      }
+    }
+    begin_again(after, hit.list);
+  }
+
+  static Failure sliding(const Event& event) {
+    return Failure(
+        text("chattering: the solution crosses ", to_text(event.when),
+             " = 0 again and again and slides along it. Regularise the equations there, for example "
+             "tanh(s/1e-3) in place of sign(s)"));
+  }
+
+  // ── modes of piecewise equations ──
+
+  /// The stepper and the events begin at a point, in the modes of the side on which the solution goes on.
+  void begin(const Point& point, const std::vector<EventFinder::Crossing>& crossed) {
+    if (plan_.modes == 0) {
+      stepper().start(point, plan_.to);
+      finder_.start(stepper().here());
+      return;
+    }
+    finder_.start(point);
+    int changed = -1;
+    for (std::size_t k = 0; k < 2 * plan_.events.list.size() + 2; ++k) {
+      changed = set_modes(k == 0 ? point : Point(stepper().here()), crossed);
+      if (k > 0 && changed < 0) return;
+      stepper().start(point, plan_.to);
+      finder_.start(stepper().here());
+    }
+    reached_ = point.t;
+    throw sliding(plan_.events.list[static_cast<std::size_t>(changed)]);
+  }
+
+  /// The side on which a solution goes on that is on a surface without a slope: where x″ takes it.
+  double side_ahead(int which, const Point& point) {
+    if (!derivative_) derivative_ = std::make_unique<Derivative>(problem_, trail_->stats);
+    Point ahead = point;
+    if (!(*derivative_)(ahead.t, ahead.x.data(), ahead.xdot.data(), ahead.z.data())) return 0;
+    const double dt = 1e-6 * (plan_.to - plan_.from);
+    ahead.t += dt, ahead.x += dt * ahead.xdot;
+    if (!(*derivative_)(ahead.t, ahead.x.data(), ahead.xdot.data(), ahead.z.data())) return 0;
+    const double slope = finder_.slope(which, ahead);
+    return (slope > 0) - (slope < 0);
+  }
+
+  /// Writes the modes of all sides into the problem; which surface has changed its mode, or -1.
+  int set_modes(const Point& point, const std::vector<EventFinder::Crossing>& crossed) {
+    std::vector<double> sides(plan_.events.list.size(), 0.0);
+    for (std::size_t i = 0; i < sides.size(); ++i) sides[i] = finder_.side(static_cast<int>(i));
+    for (const auto& crossing : crossed)
+      if (double& side = sides[static_cast<std::size_t>(crossing.which)]; side == 0)
+        side = crossing.rising ? 1 : -1;
+    const std::vector<double> modes = modes_;
+    use_modes(sides);
+    for (std::size_t i = 0; i < sides.size(); ++i)
+      if (sides[i] == 0 && !plan_.events.list[i].modes.empty())
+        sides[i] = side_ahead(static_cast<int>(i), point);
+    use_modes(sides);
+    for (std::size_t i = 0; i < sides.size(); ++i)
+      for (const Mode& mode : plan_.events.list[i].modes) {
+        const auto m = static_cast<std::size_t>(mode.number);
+        if (modes.empty() || modes_[m] != modes[m]) return static_cast<int>(i);
+      }
+    return -1;
+  }
+
+  void use_modes(const std::vector<double>& sides) {
+    modes_.resize(static_cast<std::size_t>(plan_.modes));
+    for (std::size_t i = 0; i < sides.size(); ++i)
+      for (const Mode& mode : plan_.events.list[i].modes)
+        modes_[static_cast<std::size_t>(mode.number)] = mode.value(sides[i]);
+    trail_->use_modes(problem_, modes_);
+  }
+
+  /// After a step without events: a crossing was not seen, or the solution has left a surface it was on.
+  bool modes_differ() const {
+    for (int i = 0; i < static_cast<int>(plan_.events.list.size()); ++i)
+      for (const Mode& mode : plan_.events.list[static_cast<std::size_t>(i)].modes)
+        if (finder_.side(i) != 0 &&
+            mode.value(finder_.side(i)) != modes_[static_cast<std::size_t>(mode.number)])
+          return true;
+    return false;
   }
 
   /// Explicit → Radau IIA, when it pays: many more steps of this size would follow.
@@ -277,6 +409,9 @@ class Run {
   StepView view_;
   std::vector<double> record_;
   std::string name_;
+  std::vector<EventRecord> records_;  ///< of the events at one time
+  std::vector<double> modes_;
+  std::unique_ptr<Derivative> derivative_;
   double reached_ = 0;
   int since_told_ = 0;
 };

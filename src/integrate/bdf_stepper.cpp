@@ -77,9 +77,10 @@ void BdfStepper::start(const Point& point, double end) {
     ErrorSum slope;
     for (int i = 0; i < n(); ++i) slope.add(here_.xdot[i] / weight(i, std::fabs(here_.x[i])));
     const double d1 = n() > 0 ? slope.norm(n()) : 0;
-    dt_ = std::min(longest, d1 > 0 ? 0.5 / d1 : 1e-3 * longest);
+    dt_ = visible(d1 > 0 ? 0.5 / d1 : 1e-3 * longest, longest);
   }
   order_ = 1, equal_steps_ = 0;
+  entries_.clear();
   rejected_ = jacobian_current_ = false;
   factorised_for_ = 0;
   std::fill(differences_.begin(), differences_.end(), 0.0);
@@ -164,11 +165,13 @@ bool BdfStepper::newton(double t, bool& slow) {
     solver_.solve(r_.data());
     const double length = scaled_norm(r_.data(), 1);
     const double rate = iterations_ > 1 ? length / before : 0;
-    if (iterations_ > 1 && (rate >= 1 || std::pow(rate, most_iterations - iterations_) / (1 - rate) * length >
-                                             newton_tolerance_))
+    const bool negligible = length <= 1e-3 * newton_tolerance_;  // whatever the rate: rounding has none
+    if (iterations_ > 1 && !negligible &&
+        (rate >= 1 ||
+         std::pow(rate, most_iterations - iterations_) / (1 - rate) * length > newton_tolerance_))
       break;
     for (std::size_t i = 0; i < d_.size(); ++i) d_[i] -= r_[i];
-    if (length == 0 || (iterations_ > 1 && rate / (1 - rate) * length < newton_tolerance_)) {
+    if (negligible || (iterations_ > 1 && rate / (1 - rate) * length < newton_tolerance_)) {
       for (std::size_t i = 0; i < d_.size(); ++i) y_[i] = predicted_[i] + d_[i];
       return true;
     }

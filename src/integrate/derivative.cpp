@@ -59,6 +59,7 @@ bool Derivative::operator()(double t, const double* x, double* xdot, double* z) 
     for (culprit_ = 0; std::isfinite(xdot[culprit_]);) ++culprit_;
     return false;
   }
+  if (version_ != problem_->version()) version_ = problem_->version(), ready_ = false;
   std::copy_n(xdot, n, at + n);
   std::copy_n(z, m, at + 2 * n);
   if (!newton(xdot, z)) return false;

@@ -39,6 +39,7 @@ class Derivative {
   bool ode_, linear_ = true, constant_ = true, ready_ = false;
   enum class Trouble { none, not_finite, singular, diverged } trouble_ = Trouble::none;
   int culprit_ = 0;
+  unsigned version_ = 0;  ///< of the problem, when it was factorised
 };
 
 }  // namespace pendula::integrate

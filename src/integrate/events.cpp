@@ -10,36 +10,13 @@ namespace pendula::integrate {
 namespace {
 
 constexpr double eps = std::numeric_limits<double>::epsilon();
-constexpr int pieces = 4;  // a step is looked at in so many places
+constexpr double tiny = std::numeric_limits<double>::min();  // a sign without a size
+constexpr int pieces = 4;  // a step is looked at in so many places, and in halves of them
+constexpr int deepest = 3, deepest_clock = 8;
 
 bool opposite(double a, double b) { return (a < 0 && b > 0) || (a > 0 && b < 0); }
 
 }  // namespace
-
-std::vector<Expr> switching_surfaces(std::span<const Expr> F) {
-  std::vector<Expr> result;
-  std::unordered_set<Expr> seen;
-  const auto add = [&](Expr e) {
-    if (!e.is_constant() && seen.insert(e).second && seen.insert(-e).second) result.push_back(e);
-  };
-  for (Expr node : topological(F)) {
-    switch (node.op()) {
-      case Op::abs:
-      case Op::sign:
-        add(node.operand(0));
-        break;
-      case Op::min:
-      case Op::max:
-      case Op::lt:
-      case Op::le:
-        add(node.operand(0) - node.operand(1));
-        break;
-      default:
-        break;
-    }
-  }
-  return result;
-}
 
 EventFinder::EventFinder(const ProblemPtr& problem, const std::vector<Event>& events)
     : problem_(std::make_shared<Problem>(*problem)), events_(events) {
@@ -60,13 +37,22 @@ EventFinder::EventFinder(const ProblemPtr& problem, const std::vector<Event>& ev
     });
     slope_known_.push_back(usable);
     slopes.push_back(usable ? slope : Expr());
-    for (Expr leaf : leaves({&event.when, 1})) needs_derivatives_ = needs_derivatives_ || late.count(leaf);
+    const std::vector<Expr> own = leaves({&event.when, 1});
+    for (Expr leaf : own) needs_derivatives_ = needs_derivatives_ || late.count(leaf);
+    clock_.push_back(std::all_of(own.begin(), own.end(), [](Expr leaf) {
+      const Kind kind = symbol_of(leaf).kind;
+      return leaf == time_symbol() || kind == Kind::constant || kind == Kind::parameter;
+    }));
   }
   outputs.insert(outputs.end(), slopes.begin(), slopes.end());
   for (Expr leaf : leaves(slopes)) needs_derivatives_ = needs_derivatives_ || late.count(leaf);
   kernel_ = codegen::Kernel(outputs, arguments);
   out_.resize(outputs.size());
-  samples_.resize(pieces);
+}
+
+double EventFinder::side(int which) const {
+  const double g = last_.g[static_cast<std::size_t>(which)];
+  return (g > 0) - (g < 0);
 }
 
 void EventFinder::evaluate(const Point& point, Sample& out) {
@@ -91,17 +77,27 @@ double EventFinder::value(Stepper& stepper, const StepView& step, int which, dou
   return probe_.g[static_cast<std::size_t>(which)];
 }
 
+double EventFinder::slope(int which, const Point& point) {
+  evaluate(point, probe_);
+  return probe_.slope[static_cast<std::size_t>(which)];
+}
+
+/// To rounding: what g changes by in a few ulp of t.
+bool EventFinder::is_zero(std::size_t i, const Sample& at) const {
+  const double size = slope_known_[i] ? std::fabs(at.slope[i]) * std::max(1.0, std::fabs(at.t)) : 0;
+  return at.g[i] == 0 || std::fabs(at.g[i]) <= 64 * eps * size;
+}
+
+bool EventFinder::wanted(std::size_t i, bool rising) const {
+  return events_[i].direction == 0 || (events_[i].direction > 0) == rising;
+}
+
 /// A zero at the beginning becomes the sign of g just after it.
 void EventFinder::start(const Point& point) {
   if (events_.empty()) return;
   evaluate(point, last_);
-  for (std::size_t i = 0; i < events_.size(); ++i) {
-    double size = 0;  // of g where it is not zero: one unit of time on
-    if (slope_known_[i]) size = std::fabs(last_.slope[i]) * std::max(1.0, std::fabs(point.t));
-    if (std::fabs(last_.g[i]) > 64 * eps * size && last_.g[i] != 0) continue;
-    last_.g[i] =
-        std::copysign(last_.slope[i] == 0 ? 0.0 : std::numeric_limits<double>::min(), last_.slope[i]);
-  }
+  for (std::size_t i = 0; i < events_.size(); ++i)
+    if (is_zero(i, last_)) last_.g[i] = last_.slope[i] == 0 ? 0.0 : std::copysign(tiny, last_.slope[i]);
 }
 
 /// Illinois-safeguarded secant between points of opposite sign; the end where the sign has changed.
@@ -114,7 +110,7 @@ EventFinder::Root EventFinder::locate(Stepper& stepper, const StepView& step, in
     double t = k % 4 == 3 ? (a + b) / 2 : b - gb * (b - a) / (gb - ga);
     t = std::clamp(t, a + smallest / 2, b - smallest / 2);
     const double g = value(stepper, step, which, t);
-    if (g == 0) return {a, t};
+    if (g == 0) return {a, t, false};
     if (opposite(g, gb)) {
       a = t, ga = g;
       if (side == -1) gb /= 2;
@@ -125,7 +121,7 @@ EventFinder::Root EventFinder::locate(Stepper& stepper, const StepView& step, in
       side = 1;
     }
   }
-  return {a, b};
+  return {a, b, false};
 }
 
 /// Where g touches or crosses zero between two samples of one sign, by the sign of its slope.
@@ -147,20 +143,28 @@ std::optional<EventFinder::Root> EventFinder::root_between(Stepper& stepper, con
                                                            const Sample& a, const Sample& b) {
   const auto i = static_cast<std::size_t>(which);
   double left = a.t, ga = a.g[i], right = b.t, gb = b.g[i];
-  if (gb == 0 && right >= step.to.t) return ga != 0 ? std::optional(Root{b.t, b.t}) : std::nullopt;
+  bool rising = ga < 0;
+  if (gb == 0 && right >= step.to.t)
+    return ga != 0 && wanted(i, rising) ? std::optional(Root{b.t, b.t, rising}) : std::nullopt;
   if (!opposite(ga, gb)) {
     const bool toward = slope_known_[i] && a.slope[i] * gb < 0 && b.slope[i] * gb > 0 && ga != 0;
     const auto bottom = toward ? dip(stepper, step, which, a, b) : std::nullopt;
     if (!bottom) return {};
-    right = *bottom;
-    gb = value(stepper, step, which, right);
+    const double below = value(stepper, step, which, *bottom);
+    if (wanted(i, rising)) {
+      right = *bottom, gb = below;
+    } else {  // the way back is asked for
+      left = *bottom, ga = below, rising = !rising;
+    }
+  } else if (!wanted(i, rising)) {
+    return {};
   } else if (right < step.to.t) {  // what the sketch has seen must be so
     gb = value(stepper, step, which, right);
     if (!opposite(ga, gb)) return {};
   }
   // `a` may be a root itself: step back towards it until its sign just after is seen.
   double t = left;
-  for (int k = 0; std::fabs(ga) <= std::numeric_limits<double>::min(); ++k) {
+  for (int k = 0; std::fabs(ga) <= tiny; ++k) {
     if (k == 48) return {};
     t = left + (right - left) / 2;
     const double g = value(stepper, step, which, t);
@@ -170,43 +174,79 @@ std::optional<EventFinder::Root> EventFinder::root_between(Stepper& stepper, con
       right = t, gb = g;
     }
   }
-  return locate(stepper, step, which, left, ga, right, gb);
+  Root root = locate(stepper, step, which, left, ga, right, gb);
+  root.rising = rising;
+  return root;
 }
 
+/// The first root between two samples, with all others that cannot be told apart from it.
 std::optional<EventFinder::Hit> EventFinder::first_hit(Stepper& stepper, const StepView& step,
                                                        const Sample& a, const Sample& b) {
-  std::optional<Hit> first;
-  for (int i = 0; i < static_cast<int>(events_.size()); ++i) {
-    const auto k = static_cast<std::size_t>(i);
-    if (!(std::isfinite(a.g[k]) && std::isfinite(b.g[k]))) continue;
-    const std::optional<Root> root = root_between(stepper, step, i, a, b);
-    if (!root || (first && root->t >= first->t)) continue;
-    const bool rising = a.g[k] < 0;
-    if (events_[k].direction != 0 && (events_[k].direction > 0) != rising) continue;
-    first = Hit{root->t, root->before, i, rising};
+  std::vector<std::optional<Root>> roots(events_.size());
+  std::optional<Root> first;
+  for (std::size_t i = 0; i < events_.size(); ++i) {
+    if (!(std::isfinite(a.g[i]) && std::isfinite(b.g[i]))) continue;
+    roots[i] = root_between(stepper, step, static_cast<int>(i), a, b);
+    if (roots[i] && (!first || roots[i]->t < first->t)) first = roots[i];
   }
-  return first;
+  if (!first) return {};
+  Hit hit{first->t, first->before, {}};
+  sample(stepper, step, hit.t, Detail::state, probe_);
+  const double close = 8 * eps * std::max(std::fabs(step.from.t), std::fabs(step.to.t));
+  for (std::size_t i = 0; i < events_.size(); ++i) {
+    const bool rising = roots[i] ? roots[i]->rising : a.g[i] < 0;
+    const bool same = roots[i] && roots[i]->t - hit.t <= close;
+    const bool soon = is_zero(i, probe_) && std::fabs(a.g[i]) > tiny && probe_.slope[i] * a.g[i] < 0;
+    if (same || (soon && wanted(i, rising))) hit.list.push_back({static_cast<int>(i), rising});
+  }
+  return hit;
+}
+
+/// g may have gone to zero and come back between two samples of one sign: its slopes are too large for a
+/// monotone or gently curved function.
+bool EventFinder::may_hide(const Sample& a, const Sample& b, int depth) const {
+  for (std::size_t i = 0; i < events_.size(); ++i) {
+    if (!slope_known_[i] || depth >= (clock_[i] ? deepest_clock : deepest) || opposite(a.g[i], b.g[i]))
+      continue;
+    const double steepest = std::max(std::fabs(a.slope[i]), std::fabs(b.slope[i]));
+    if (steepest * (b.t - a.t) > 1.5 * (std::fabs(a.g[i]) + std::fabs(b.g[i]))) return true;
+  }
+  return false;
+}
+
+std::optional<EventFinder::Hit> EventFinder::scan(Stepper& stepper, const StepView& step, const Sample& a,
+                                                  Sample& b, int depth) {
+  if (may_hide(a, b, depth)) {
+    Sample middle;
+    sample(stepper, step, a.t + (b.t - a.t) / 2, Detail::sketch, middle);
+    if (auto hit = scan(stepper, step, a, middle, depth + 1)) return hit;
+    return scan(stepper, step, middle, b, depth + 1);
+  }
+  auto hit = first_hit(stepper, step, a, b);
+  if (!hit) settle_zeros(a, b);
+  return hit;
+}
+
+/// A sample that happens to be a root without counting as one has the sign of g just after it.
+void EventFinder::settle_zeros(const Sample& a, Sample& b) const {
+  for (std::size_t i = 0; i < events_.size(); ++i)
+    if (b.g[i] == 0) b.g[i] = a.g[i] == 0 ? 0.0 : std::copysign(tiny, b.slope[i]);
 }
 
 std::optional<EventFinder::Hit> EventFinder::find(Stepper& stepper, const StepView& step) {
-  if (events_.empty()) return {};
   const double from = last_.t, length = step.to.t - from;
   for (int k = 1; k <= pieces; ++k) {
-    Sample& here = samples_[static_cast<std::size_t>(k - 1)];
-    sample(stepper, step, k == pieces ? step.to.t : from + length * k / pieces, Detail::sketch, here);
-    if (const auto hit = first_hit(stepper, step, last_, here)) return hit;
-    for (std::size_t i = 0; i < events_.size(); ++i)
-      if (here.g[i] == 0)
-        here.g[i] = last_.g[i] == 0 ? 0.0 : std::copysign(std::numeric_limits<double>::min(), here.slope[i]);
-    std::swap(last_, here);
+    sample(stepper, step, k == pieces ? step.to.t : from + length * k / pieces, Detail::sketch, here_);
+    if (auto hit = scan(stepper, step, last_, here_, 0)) return hit;
+    std::swap(last_, here_);
   }
   return {};
 }
 
 void EventFinder::pass(const Hit& hit, Stepper& stepper, const StepView& step) {
   sample(stepper, step, hit.t, Detail::state, last_);
-  last_.g[static_cast<std::size_t>(hit.which)] =
-      std::copysign(std::numeric_limits<double>::min(), hit.rising ? 1.0 : -1.0);
+  for (const Crossing& crossing : hit.list)
+    last_.g[static_cast<std::size_t>(crossing.which)] = std::copysign(tiny, crossing.rising ? 1.0 : -1.0);
 }
 
 }  // namespace pendula::integrate

@@ -8,6 +8,7 @@
 
 #include "integrate/projection.hpp"
 #include "integrate/stepper.hpp"
+#include "integrate/surfaces.hpp"
 
 namespace pendula::integrate {
 
@@ -23,7 +24,10 @@ struct Event {
   bool stop = false;
   std::vector<std::pair<Expr, Expr>> reset;  ///< state -> its value after, in the values before
   std::function<EventReply(const Point&)> call;
-  bool surface = false;  ///< not the user's: the equations are not smooth there
+  bool surface = false;                          ///< not the user's: the equations are not smooth there
+  std::vector<Mode> modes;                       ///< of the surface
+  std::vector<Expr> tangent;                     ///< d when/dp for the parameters of the sensitivities
+  std::vector<std::vector<Expr>> reset_tangent;  ///< per entry of `reset`: d value/dp, then d value/dt
 };
 
 struct EventList {
@@ -33,24 +37,34 @@ struct EventList {
   std::function<void(Point&, const std::vector<int>& reset)> reinitialise;
 };
 
-/// The surfaces on which F is not smooth: arguments of abs and sign, differences of min, max and conditions.
-std::vector<Expr> switching_surfaces(std::span<const Expr> F);
-
 /// Finds the first root inside a step.
+///
+/// A step is looked at in pieces. Between two samples a change of sign is a root; where the slopes say that g
+/// could have gone to zero and back, the piece is halved a few times, more often for functions of time alone,
+/// which are cheap and do not limit the step size themselves.
 class EventFinder {
  public:
   EventFinder(const ProblemPtr& problem, const std::vector<Event>& events);
 
-  struct Hit {
-    double t;       ///< where the sign has changed
-    double before;  ///< the last moment before
+  struct Crossing {
     int which;
     bool rising;
+  };
+  /// Roots that cannot be told apart in time belong together.
+  struct Hit {
+    double t = 0;                ///< where the sign of the first has changed
+    double before = 0;           ///< the last moment before
+    std::vector<Crossing> list;  ///< in the order of the events
   };
   bool empty() const { return events_.empty(); }
   /// A new beginning at a point: what is zero here does not count as a root here.
   void start(const Point& point);
+  /// On which side of its root an event function is at the last point looked at: -1, 1, or 0.
+  double side(int which) const;
+  /// dg/dt at a point, 0 if it is not known.
+  double slope(int which, const Point& point);
   /// The first root in (from, to], where `from` is the last start or root, located to a few ulp of t.
+  /// Requires events.
   std::optional<Hit> find(Stepper& stepper, const StepView& step);
   /// After a root that changes nothing: go on behind it.
   void pass(const Hit& hit, Stepper& stepper, const StepView& step);
@@ -64,7 +78,13 @@ class EventFinder {
   void sample(Stepper& stepper, const StepView& step, double t, Detail detail, Sample& out);
   struct Root {
     double before, t;
+    bool rising;
   };
+  bool is_zero(std::size_t i, const Sample& at) const;
+  bool wanted(std::size_t i, bool rising) const;
+  bool may_hide(const Sample& a, const Sample& b, int depth) const;
+  std::optional<Hit> scan(Stepper& stepper, const StepView& step, const Sample& a, Sample& b, int depth);
+  void settle_zeros(const Sample& a, Sample& b) const;
   std::optional<Root> root_between(Stepper& stepper, const StepView& step, int which, const Sample& a,
                                    const Sample& b);
   Root locate(Stepper& stepper, const StepView& step, int which, double a, double ga, double b, double gb);
@@ -77,10 +97,10 @@ class EventFinder {
   const std::vector<Event>& events_;
   codegen::Kernel kernel_;         ///< g, then dg/dt
   std::vector<char> slope_known_;  ///< dg/dt contains nothing but known leaves
+  std::vector<char> clock_;        ///< g depends on time alone
   bool needs_derivatives_ = false;
   Sample last_;  ///< at the last point looked at; signs of zeros are those just after
-  std::vector<Sample> samples_;
-  Sample probe_;
+  Sample here_, probe_;
   Point point_;
   std::vector<double> out_;
 };

@@ -119,7 +119,7 @@ double ExplicitStepper::first_step(double end) {
   };
   const double d0 = norm(here_.x), d1 = norm(here_.xdot);
   double h0 = d0 < 1e-5 || d1 < 1e-5 ? 1e-6 * std::max(1.0, longest) : 0.01 * d0 / d1;
-  h0 = std::min(h0, longest);
+  h0 = visible(h0, longest);
   trial_ = here_.x + h0 * here_.xdot;
   x_ = here_.xdot;
   next_.z = here_.z;
@@ -128,7 +128,7 @@ double ExplicitStepper::first_step(double end) {
   const double steepest = std::max(d1, d2);
   const double h1 = steepest <= 1e-15 ? std::max(1e-6 * longest, h0 * 1e-3)
                                       : std::pow(0.01 / steepest, 1.0 / control_order_);
-  return std::min({100 * h0, h1, longest});
+  return visible(std::min(100 * h0, h1), longest);
 }
 
 /// All Kᵢ (and zᵢ) of a step; false if one cannot be evaluated.

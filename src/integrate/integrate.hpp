@@ -36,6 +36,8 @@ struct Plan {
   /// §VII.4); empty: all 1.
   std::vector<int> variable_index;
   EventList events;
+  int modes = 0;               ///< of the surfaces among the events
+  std::vector<double> breaks;  ///< ascending: times at which the equations are not smooth; steps end there
   /// Called now and then with the time reached; for a progress line.
   std::function<void(double t, const Stats&)> progress;
 };

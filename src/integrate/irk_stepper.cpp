@@ -102,6 +102,7 @@ void IrkStepper::start(const Point& point, double end) {
     }
   }
   first_ = true, rejected_ = false, keep_ = false, jacobian_fresh_ = false;
+  factorised_for_ = 0;
   contraction_ = 1, slow_factor_ = 0.5;
   old_dt_ = 0;
   newton_failures_ = 0;
@@ -124,7 +125,7 @@ void IrkStepper::first_step(double end) {
   }
   const double d0 = n() > 0 ? size.norm(n()) : 0, d1 = n() > 0 ? slope.norm(n()) : 0;
   dt_ = d0 < 1e-5 || d1 < 1e-5 ? 1e-6 * std::max(1.0, longest) : 0.01 * d0 / d1;
-  dt_ = std::min(dt_, longest);
+  dt_ = visible(dt_, longest);
 }
 
 bool IrkStepper::evaluate_jacobian() {

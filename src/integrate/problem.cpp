@@ -111,6 +111,13 @@ bool Problem::project_if_needed(double t, Vec& x, const Vec& rtol, const Vec& at
   return moved;
 }
 
+void Problem::set_modes(const std::vector<double>& modes) {
+  const auto first = values_.end() - static_cast<std::ptrdiff_t>(modes.size());
+  if (std::equal(modes.begin(), modes.end(), first)) return;
+  std::copy(modes.begin(), modes.end(), first);
+  ++version_;
+}
+
 void Problem::residual(double* F) { F_(values_.data(), F); }
 
 void Problem::rhs(double* f) { f_(values_.data(), f); }

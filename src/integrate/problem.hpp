@@ -38,6 +38,10 @@ class Problem {
   int shown_n() const { return shown_n_ < 0 ? n() : shown_n_; }
   int shown_m() const { return shown_m_ < 0 ? m() : shown_m_; }
   void show(int n, int m) { shown_n_ = n, shown_m_ = m; }
+  /// Gives the last parameters new values: the modes of piecewise equations (surfaces.hpp).
+  void set_modes(const std::vector<double>& modes);
+  /// Another number after every change of the modes: what was factorised before is stale.
+  unsigned version() const { return version_; }
 
   /// Conditions that every mesh point is moved onto; in states, inputs, parameters and t.
   void set_projections(const std::vector<dae::Projection>& stages);
@@ -90,6 +94,7 @@ class Problem {
   mutable bool has_jacobian_ = false;
   std::vector<Projector> projectors_;
   int shown_n_ = -1, shown_m_ = -1;
+  unsigned version_ = 0;
 };
 
 using ProblemPtr = std::shared_ptr<Problem>;

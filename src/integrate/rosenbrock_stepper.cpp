@@ -65,7 +65,7 @@ void RosenbrockStepper::start(const Point& point, double end) {
     size.add(here_.x[i] / w), slope.add(here_.xdot[i] / w);
   }
   const double d0 = size.norm(std::max(1, n())), d1 = slope.norm(std::max(1, n()));
-  dt_ = std::min(d0 < 1e-5 || d1 < 1e-5 ? 1e-6 * std::max(1.0, longest) : 0.01 * d0 / d1, longest);
+  dt_ = visible(d0 < 1e-5 || d1 < 1e-5 ? 1e-6 * std::max(1.0, longest) : 0.01 * d0 / d1, longest);
 }
 
 /// ∂F/∂t at the beginning of the step.

@@ -13,6 +13,10 @@ double Stepper::fitted(double dt, double end) const {
   return dt * 2 > left ? left / 2 : dt;  // the last two: not one long and one tiny step
 }
 
+double Stepper::visible(double dt, double longest) const {
+  return std::min(std::max(dt, 1e4 * std::numeric_limits<double>::epsilon() * std::fabs(here_.t)), longest);
+}
+
 void Stepper::require_visible(double dt, const Vec& error, const std::string& reason) const {
   const double smallest = 10 * std::numeric_limits<double>::epsilon() * std::fabs(here_.t);
   if (std::fabs(dt) > smallest && std::fabs(dt) > 1e-300) return;

@@ -68,6 +68,8 @@ class Stepper {
   double weight(int i, double size) const { return tolerances_.atol[i] + tolerances_.rtol[i] * size; }
   /// The step, shortened or stretched a little so that the interval ends with a step of decent length.
   double fitted(double dt, double end) const;
+  /// A first step that is not lost beside t.
+  double visible(double dt, double longest) const;
   /// Throws Failure when dt vanished beside t. `error`: scaled errors that name the culprit, may be empty.
   void require_visible(double dt, const Vec& error, const std::string& reason) const;
   /// "x", "z[2]": an entry of y = (x, z).

@@ -6,14 +6,21 @@ namespace pendula::integrate {
 
 void Trail::use(std::shared_ptr<Stepper> stepper) { steppers_.push_back(std::move(stepper)); }
 
+void Trail::use_modes(const ProblemPtr& problem, const std::vector<double>& modes) {
+  problem_ = problem;
+  problem_->set_modes(modes);
+  if (modes_.empty() || modes_.back() != modes) modes_.push_back(modes);
+}
+
 void Trail::begin(const Point& point) {
   mesh_.add(point);
-  steps_.push_back({0, -1});
+  steps_.push_back({0, -1, -1});
 }
 
 void Trail::step_to(const Point& point, const std::vector<double>& record) {
   mesh_.add(point);
-  steps_.push_back({records_.size(), static_cast<int>(steppers_.size()) - 1});
+  steps_.push_back(
+      {records_.size(), static_cast<int>(steppers_.size()) - 1, static_cast<int>(modes_.size()) - 1});
   records_.insert(records_.end(), record.begin(), record.end());
 }
 
@@ -31,8 +38,10 @@ Point Trail::at(const Points&, double t) {
     viewed_ = i;
   }
   view_.record = records_.data() + step.record;
+  if (step.modes >= 0) problem_->set_modes(modes_[static_cast<std::size_t>(step.modes)]);
   Point out;
   steppers_[static_cast<std::size_t>(step.stepper)]->interpolate(view_, t, Detail::full, out);
+  if (step.modes >= 0) problem_->set_modes(modes_.back());  // of the run, which may not be over
   return out;
 }
 

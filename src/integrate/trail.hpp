@@ -16,6 +16,8 @@ class Trail : public Continuation {
   void use(std::shared_ptr<Stepper> stepper);
   Stepper& stepper() { return *steppers_.back(); }
   const std::vector<std::shared_ptr<Stepper>>& steppers() const { return steppers_; }
+  /// From the next step on, the problem's modes are these.
+  void use_modes(const ProblemPtr& problem, const std::vector<double>& modes);
   /// A point without a step to it: the beginning, or after a jump.
   void begin(const Point& point);
   /// The end of a step with the stepper's record.
@@ -30,11 +32,14 @@ class Trail : public Continuation {
   struct Step {
     std::size_t record;  ///< offset
     int stepper;         ///< -1: a jump ends here
+    int modes;           ///< -1: none
   };
   Points mesh_;
   std::vector<Step> steps_;  ///< that ends in mesh point i
   std::vector<double> records_;
   std::vector<std::shared_ptr<Stepper>> steppers_;
+  ProblemPtr problem_;
+  std::vector<std::vector<double>> modes_;
   StepView view_;
   int viewed_ = -1;
 };

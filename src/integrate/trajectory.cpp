@@ -6,9 +6,11 @@
 #include "base/text.hpp"
 #include "dae/lineage.hpp"
 #include "dae/reduce.hpp"
+#include "expr/derivative.hpp"
 #include "expr/print.hpp"
 #include "integrate/fixed_bdf.hpp"
 #include "integrate/projection.hpp"
+#include "integrate/surfaces.hpp"
 #include "integrate/switching.hpp"
 
 namespace pendula::integrate {
@@ -45,6 +47,19 @@ void insert_inputs(dae::FirstOrder& form, const Substitution& inputs) {
     const bool parameter = symbol_of(leaf).kind == Kind::parameter;
     if (parameter && std::find(form.p.begin(), form.p.end(), leaf) == form.p.end()) form.p.push_back(leaf);
   }
+}
+
+/// Parameters that occur in events alone are parameters of the problem as well.
+void add_event_parameters(dae::FirstOrder& form, const std::vector<ModelEvent>& events) {
+  std::vector<Expr> all;
+  for (const ModelEvent& event : events) {
+    all.push_back(event.when);
+    for (const auto& [state, value] : event.reset) all.push_back(value);
+  }
+  for (Expr leaf : leaves(all))
+    if (symbol_of(leaf).kind == Kind::parameter &&
+        std::find(form.p.begin(), form.p.end(), leaf) == form.p.end())
+      form.p.push_back(leaf);
 }
 
 Problem::Input input_of(Expr leaf, const Simulation& simulation) {
@@ -213,9 +228,24 @@ void scale_sensitivities(Tolerances& tolerances, Problem& problem, const Variati
   }
 }
 
+/// How an event's time and its new values change with the parameters of the sensitivities.
+void add_tangents(Event& event, const Variational& all) {
+  const auto derivatives = [&](Expr e) {
+    std::vector<Expr> list;
+    for (int j = 0; j < static_cast<int>(all.with_respect_to.size()); ++j)
+      list.push_back(all.derivative(e, j));
+    return list;
+  };
+  event.tangent = derivatives(event.when);
+  for (const auto& [state, value] : event.reset) {
+    event.reset_tangent.push_back(derivatives(value));
+    event.reset_tangent.back().push_back(total_derivative(value));
+  }
+}
+
 /// Writes the model's events, tolerances and indices into the plan of a run.
 void complete_plan(Plan& plan, const dae::ModelPtr& model, const Simulation& simulation,
-                   const ProblemPtr& problem, const Variational* variational,
+                   const ProblemPtr& problem, const Variational* variational, const Surfaces& surfaces,
                    const std::shared_ptr<TrajectoryPtr>& so_far) {
   const dae::FirstOrder& form = problem->model();
   plan.tolerances.rtol = tolerance(simulation.rtol, 1e-6, *model, *problem, "rtol");
@@ -243,13 +273,18 @@ void complete_plan(Plan& plan, const dae::ModelPtr& model, const Simulation& sim
     plan.events.list.push_back(std::move(event));
   }
   if (resets) plan.events.reinitialise = reinitialiser(*model, problem, simulation.inputs);
-  for (Expr surface : switching_surfaces(
-           std::span(form.F).first(static_cast<std::size_t>(problem->shown_n() + problem->shown_m())))) {
+  if (resets && variational && plan.events.reinitialise)
+    throw Error("sensitivities do not follow resets of a model whose states obey constraints");
+  for (const Surface& surface : surfaces.list) {
     Event event;
-    event.when = surface;
+    event.when = surface.when;
     event.surface = true;
+    event.modes = surface.modes;
     plan.events.list.push_back(event);
   }
+  if (variational)
+    for (Event& event : plan.events.list) add_tangents(event, *variational);
+  plan.modes = surfaces.modes;
 }
 
 }  // namespace
@@ -261,6 +296,7 @@ struct Prepared {
   ProblemPtr problem;
   Point start;
   std::shared_ptr<const Variational> variational;
+  Surfaces surfaces;
 };
 
 /// S(0) behind x(0); S′ and Z follow from the equations.
@@ -295,6 +331,7 @@ void extend_start(Point& start, const Variational& all, const dae::Model& model,
 Prepared prepare(const dae::ModelPtr& model, const Simulation& simulation) {
   dae::FirstOrder form = dae::first_order(*model);
   insert_inputs(form, simulation.inputs);
+  add_event_parameters(form, simulation.events);
   Vec parameters(static_cast<Eigen::Index>(form.p.size()));
   for (std::size_t i = 0; i < form.p.size(); ++i)
     parameters[static_cast<Eigen::Index>(i)] = parameter_value(form.p[i], *model, simulation);
@@ -302,11 +339,15 @@ Prepared prepare(const dae::ModelPtr& model, const Simulation& simulation) {
   for (Expr u : form.u) inputs.push_back(input_of(u, simulation));
   Prepared result;
   result.start = starting_point(*simulation.start, form);
+  result.surfaces = switching_surfaces(form, simulation.plan.dt == 0);
+  parameters.conservativeResize(static_cast<Eigen::Index>(form.p.size()));
+  parameters.tail(result.surfaces.modes).setOnes();
   const int n = static_cast<int>(form.x.size()), m = static_cast<int>(form.z.size());
   if (!simulation.sensitivities.empty()) {
     for (const ModelEvent& event : simulation.events)
-      if (!event.reset.empty() || event.call)
-        throw Error("sensitivities do not follow through events that reset or call; use events that stop");
+      if (event.call)
+        throw Error(
+            "sensitivities do not follow through events that call; use reset = { … } or action = \"stop\"");
     std::vector<Expr> own;
     for (Expr p : simulation.sensitivities) own.push_back(dae::resolve(*model, p));
     result.variational = std::make_shared<const Variational>(variational(form, own));
@@ -345,7 +386,7 @@ TrajectoryPtr simulate(const dae::ModelPtr& model, const Simulation& simulation)
                     : integrate(run.problem, simulation.method.tableau, run.start, simulation.plan));
   Plan plan = simulation.plan;
   const auto so_far = std::make_shared<TrajectoryPtr>();
-  complete_plan(plan, model, simulation, run.problem, run.variational.get(), so_far);
+  complete_plan(plan, model, simulation, run.problem, run.variational.get(), run.surfaces, so_far);
   const SolutionPtr solution =
       integrate_adaptive(run.problem, simulation.method, run.start, plan,
                          [&](SolutionPtr running) { *so_far = wrap(std::move(running)); });

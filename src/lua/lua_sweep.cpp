@@ -310,7 +310,8 @@ const Module sweep_module = {
          "-> sweep",
          "Integrates for many parameter values or starts: lists in params and start are paired, grid = true "
          "takes all "
-         "combinations (the last list fastest). start is solved anew for each run; start may also be a list "
+         "combinations (lists in alphabetical order of their names, params before start, the last one "
+         "fastest). start is solved anew for each run; start may also be a list "
          "of starts. All "
          "options of integrate are understood. The runs are shared among worker processes (workers = 1: "
          "none); a run that "

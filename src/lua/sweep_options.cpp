@@ -106,11 +106,18 @@ class Reader {
     lua_pop(L_, 1);
   }
 
+  /// The order of a Lua table's keys is nobody's, that of declarations may lie in another file.
+  void order_by_name(std::size_t first) {
+    std::sort(axes_.begin() + static_cast<std::ptrdiff_t>(first), axes_.end(),
+              [](const auto& a, const auto& b) { return a.name < b.name; });
+  }
+
   void read_params() {
     const int params = original("params");
     if (!lua_isnil(L_, params))
       each_symbol_entry(L_, params, "params", model_->parameters,
                         [&](const SymbolEntry& entry) { sort(entry, "params", true, fixed_params_); });
+    order_by_name(0);
     lua_settop(L_, call_.count());
   }
 
@@ -129,8 +136,10 @@ class Reader {
         axes_.push_back({"start", {}, false, true, std::vector<double>(static_cast<std::size_t>(n))});
       } else {
         keyed_start_ = true;
+        const std::size_t first = axes_.size();
         each_symbol_entry(L_, start, "start", known_leaves(*model_),
                           [&](const SymbolEntry& entry) { sort(entry, "start", false, fixed_start_); });
+        order_by_name(first);
       }
     }
     lua_settop(L_, call_.count());

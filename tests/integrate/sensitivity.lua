@@ -63,6 +63,31 @@ test("what was not asked for is refused", function()
   expect(function() sol:sensitivity(x, k, 1) end):fails "sensitivities = { k }"
   expect(function() model:integrate { start = { x = 1 }, to = 1, params = { k = 1 }, sensitivities = { "u" } } end):fails "u"
   expect(function()
-    model:integrate { start = { x = 1 }, to = 1, params = { k = 1 }, sensitivities = { k }, events = { { when = x - 0.5, reset = { x = 1 } } } }
-  end):fails "events that reset"
+    model:integrate { start = { x = 1 }, to = 1, params = { k = 1 }, sensitivities = { k }, events = { { when = x - 0.5, call = print } } }
+  end):fails "events that call"
+end)
+
+-- x′ = 1 before x = c and 3 after: x(t) = c + 3(t - c). The same with the time as the border.
+test("sensitivities jump where x' does", function()
+  local c = param "c"
+  for _, before in ipairs { lt(x, c), lt(t, c) } do
+    for _, method in ipairs { "dopri5", "radau", "bdf", "rodas" } do
+      local sol = dae { der(x) ~ ifelse(before, 1, 3) }:integrate { start = { x = 0 }, to = 3, params = { c = 2 }, method = method,
+                                                                    rtol = 1e-9, sensitivities = { c } }
+      expect(sol(x, 3)):near(5, 1e-9)
+      expect(sol:sensitivity(x, c, 1)):near(0, 1e-12)
+      expect(sol:sensitivity(x, c, 3)):near(-2, 1e-9)
+    end
+  end
+end)
+
+-- From y = h, v = 0 with g = 2: the ball hits at t = √h with v = -2√h and is at 2e√h(t - √h) - (t - √h)² after that.
+test("sensitivities follow through a bounce", function()
+  local y, v, e = var "y", var "v", param("e", 0.5)
+  local sol = dae { der(y) ~ v, der(v) ~ -2 }:integrate {
+    start = { y = 1, v = 0 }, to = 1.5, sensitivities = { e, y }, rtol = 1e-10,
+    events = { { when = y, direction = -1, reset = { [v] = -e*v } } } }
+  expect(sol(y, 1.5)):near(0.25, 1e-9)
+  expect(sol:sensitivity(y, e, 1.5)):near(1, 1e-8)       -- 2√h(t - √h)
+  expect(sol:sensitivity(y, y, 1.5)):near(0.25, 1e-8)    -- e(t - 2√h)/√h + (t - √h)/√h with h = 1
 end)
