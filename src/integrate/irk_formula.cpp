@@ -18,9 +18,15 @@ IrkFormula::IrkFormula(TableauPtr rk)
     : tableau(std::move(rk)), s(tableau->stages()), stiffly_accurate(tableau->is_stiffly_accurate()) {
   const LongMat A = tableau->A().cast<long double>();
   const Eigen::FullPivLU<LongMat> lu(A);
-  if (!lu.isInvertible())
-    throw Error(
-        text("the method ", tableau->name(), " has a singular A: its steps cannot be chosen by the error"));
+  const std::string remedy =
+      ": its steps cannot be chosen by the error. Give dt = 0.01 for fixed steps, or take method = \"radau\"";
+  if (!lu.isInvertible()) throw Error(text("the method ", tableau->name(), " has a singular A", remedy));
+  std::vector<double> sorted(tableau->c().begin(), tableau->c().end());
+  sorted.push_back(0);
+  std::sort(sorted.begin(), sorted.end());
+  for (std::size_t i = 0; i + 1 < sorted.size(); ++i)
+    if (sorted[i + 1] - sorted[i] < 1e-12)
+      throw Error(text("the nodes 0, c₁ … of the method ", tableau->name(), " are not distinct", remedy));
   const LongMat inverse = lu.inverse();
   W = inverse.cast<double>();
   for (double node : tableau->c()) c.push_back(node);
@@ -42,9 +48,7 @@ IrkFormula::IrkFormula(TableauPtr rk)
     basis.col(filled++) = eigen.eigenvectors().col(k).real();
     basis.col(filled++) = eigen.eigenvectors().col(k).imag();
   }
-  if (filled != s)
-    throw Error(
-        text("the method ", tableau->name(), " has several real eigenvalues: give dt for fixed steps"));
+  if (filled != s) throw Error(text("the method ", tableau->name(), " has several real eigenvalues", remedy));
   if (!has_real) gamma = std::abs(pairs[0]);
   T = basis.cast<double>();
   T_inverse = basis.inverse().cast<double>();

@@ -64,6 +64,7 @@ class IrkStepper final : public Stepper {
 
   std::vector<Position> positions_;
   std::vector<char> in_mass_;  ///< the entry belongs to ∂F/∂x′
+  std::vector<char> bare_;     ///< rows of index 2 and 3: constraints in x alone
   std::vector<double> entries_, real_entries_;
   std::vector<std::complex<double>> complex_entries_, complex_right_;
   std::vector<Matrices> matrices_;  ///< one set per formula

@@ -6,6 +6,7 @@
 #include "base/text.hpp"
 #include "dae/lineage.hpp"
 #include "dae/reduce.hpp"
+#include "dae/truth.hpp"
 #include "expr/derivative.hpp"
 #include "expr/print.hpp"
 #include "integrate/fixed_bdf.hpp"
@@ -20,6 +21,12 @@ void require_low_index(const dae::Model& model, bool direct) {
   const dae::Analysis analysis = dae::analyse(model);
   if (direct || !analysis.regular || analysis.index <= 1)
     return;  // not regular: the engine looks at the numbers
+  if (dae::truth(model, analysis).index <= 1)
+    throw Error(
+        text("the model has index 1, but x′ and z do not follow from its equations as they stand ",
+             "(structural index ", analysis.index, "): a differentiated combination of them is needed. ",
+             "Integrate sys:reduce():integrate{…}, or the equations as they stand with direct = true and ",
+             "method = \"radau\""));
   throw Error(text("the model has index ", analysis.index,
                    "; integration needs index 0 or 1. Integrate a reduced ",
                    "form: sys:reduce():integrate{…}, or sys:reduce \"acc\" to see the drift, or study the ",
@@ -243,6 +250,27 @@ void add_tangents(Event& event, const Variational& all) {
   }
 }
 
+/// With direct = true: methods whose algebraic variables diverge, or crawl, are refused.
+void require_convergence(const Method& method, const std::vector<int>& indices) {
+  const int index = indices.empty() ? 1 : *std::max_element(indices.begin(), indices.end());
+  if (index < 2) return;
+  const bool collocation =
+      method.family == "gauss" || (method.family == "tableau" && !method.tableau->is_explicit());
+  const std::string remedy = "; take method = \"radau\", or sys:reduce():integrate{…}";
+  if (collocation && !(method.tableau && method.tableau->is_stiffly_accurate()))
+    throw Error(text("the method ", method.tableau ? method.tableau->name() : "gauss",
+                     " is not stiffly accurate: for a model of index ", index,
+                     " as it stands its algebraic variables do not converge in general", remedy,
+                     ". Fixed steps (dt = …) show what happens"));
+  if (method.family == "explicit" || (method.family == "tableau" && method.tableau->is_explicit()))
+    throw Error(text("the method ", method.tableau->name(),
+                     " is explicit and needs x′ and z from the equations, ", "but this model has index ",
+                     index, remedy));
+  if (method.family == "rodas")
+    throw Error(text("the method ", method.rosenbrock ? method.rosenbrock->name() : "rodas",
+                     " is for index 0 and 1, this model has index ", index, remedy));
+}
+
 /// Writes the model's events, tolerances and indices into the plan of a run.
 void complete_plan(Plan& plan, const dae::ModelPtr& model, const Simulation& simulation,
                    const ProblemPtr& problem, const Variational* variational, const Surfaces& surfaces,
@@ -253,6 +281,7 @@ void complete_plan(Plan& plan, const dae::ModelPtr& model, const Simulation& sim
       tolerance(simulation.atol, 1e-3 * simulation.rtol.all.value_or(1e-6), *model, *problem, "atol");
   scale_sensitivities(plan.tolerances, *problem, variational);
   if (plan.direct) plan.variable_index = variable_indices(*model, form);
+  require_convergence(simulation.method, plan.variable_index);
   const auto own = [&](Expr e) { return substitute(dae::resolve(*model, e), simulation.inputs); };
   bool resets = false;
   for (const ModelEvent& wish : simulation.events) {
