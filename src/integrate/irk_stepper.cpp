@@ -170,6 +170,10 @@ void IrkStepper::predict(double dt) {
   const auto size = static_cast<std::size_t>(N_);
   if (old_dt_ == 0) {
     std::fill(Z_.begin(), Z_.end(), 0.0);
+    for (int i = 0; i < f().s; ++i)  // equations that are not linear in x′ need x′ to begin with
+      for (int k = 0; k < n(); ++k)
+        Z_[static_cast<std::size_t>(i) * size + static_cast<std::size_t>(k)] =
+            f().c[static_cast<std::size_t>(i)] * dt * here_.xdot[k];
     return;
   }
   const IrkFormula& old = *formulas_[static_cast<std::size_t>(old_level_)];

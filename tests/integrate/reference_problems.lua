@@ -9,9 +9,6 @@ local without = {
     gear_petzold = true, substitution = true },
   self = { reissig = true, opamp_integrator = true },               -- index 1, but x′ and z do not follow from the equations
 }
--- The auxiliary variable of this repair is singular where the solution starts: only explicit methods get away from it.
-local only_auto = { substitution = true }
-
 local function check(p, model, at, method, direct)
   local good, sol = pcall(model.integrate, model, { start = at, to = p.to, method = method, direct = direct or nil,
     inputs = p.inputs, rtol = tol, atol = tol })
@@ -33,7 +30,9 @@ for _, p in ipairs(problems.list()) do
     count = count + 1
     test("adaptive: " .. p.name, function()
       local at = p:start()
-      local methods = only_auto[p.name] and { "auto" } or { "auto", "radau", "bdf", "rodas" }
+      local methods = { "auto", "radau", "rodas" }
+      -- Its algebraic variable is a multiple of x₂′, in which bdf has an error of h⁻¹ times what Newton leaves in x₂.
+      if p.name ~= "substitution" then methods[#methods + 1] = "bdf" end
       if p.name ~= "transistor_amplifier" then methods[#methods + 1] = "gauss" end      -- R(∞) = -1 keeps its fast parts alive
       local model = p()
       if p.index <= 1 and not without.self[p.name] then
