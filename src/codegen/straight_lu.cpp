@@ -7,6 +7,7 @@
 
 #include "codegen/memory.hpp"
 #include "codegen/pivots.hpp"
+#include "codegen/writer.hpp"
 
 namespace pendula::codegen {
 namespace {
@@ -16,59 +17,51 @@ struct Number {
   Slot re = 0, im = 0;
 };
 
-/// Writes a program of real operations, on real or complex numbers.
-class Writer {
+/// Writes real operations for real or complex numbers.
+class Arithmetic {
  public:
-  Writer(bool complex, std::size_t inputs) : complex_(complex) {
-    program.inputs = inputs;
-    program.constants = {1.0};
-    count_ = program.first_instruction();
-  }
-  Program program;
+  Arithmetic(Writer& writer, bool complex) : w_(writer), complex_(complex) {}
 
   Number input(std::size_t position) const {
-    const auto p = static_cast<Slot>(position);
-    return complex_ ? Number{2 * p, 2 * p + 1} : Number{p, p};
+    return complex_ ? Number{w_.input(2 * position), w_.input(2 * position + 1)} : real(w_.input(position));
   }
   Number plus(Number a, Number b) { return each(Op::add, a, b); }
   Number minus(Number a, Number b) { return each(Op::sub, a, b); }
   Number times(Number a, Number b) {
-    if (!complex_) return real(put(Op::mul, a.re, b.re));
-    const Slot rr = put(Op::mul, a.re, b.re), ii = put(Op::mul, a.im, b.im);
-    const Slot re = put(Op::sub, rr, ii);
-    const Slot ri = put(Op::mul, a.re, b.im), ir = put(Op::mul, a.im, b.re);
-    return {re, put(Op::add, ri, ir)};
+    if (!complex_) return real(w_.put(Op::mul, a.re, b.re));
+    const Slot rr = w_.put(Op::mul, a.re, b.re), ii = w_.put(Op::mul, a.im, b.im);
+    const Slot re = w_.put(Op::sub, rr, ii);
+    const Slot ri = w_.put(Op::mul, a.re, b.im), ir = w_.put(Op::mul, a.im, b.re);
+    return {re, w_.put(Op::add, ri, ir)};
   }
   Number negative(Number a) {
-    const Slot re = put(Op::neg, a.re);
-    return {re, complex_ ? put(Op::neg, a.im) : re};
+    const Slot re = w_.put(Op::neg, a.re);
+    return {re, complex_ ? w_.put(Op::neg, a.im) : re};
   }
   Number inverse(Number a) {
-    if (!complex_) return real(put(Op::div, one(), a.re));
-    const Slot rr = put(Op::mul, a.re, a.re), ii = put(Op::mul, a.im, a.im);
-    const Slot square = put(Op::add, rr, ii);
-    const Slot scale = put(Op::div, one(), square);
-    const Slot re = put(Op::mul, a.re, scale), im = put(Op::mul, a.im, scale);
-    return {re, put(Op::neg, im)};
+    if (!complex_) return real(w_.put(Op::div, w_.constant(1), a.re));
+    const Slot rr = w_.put(Op::mul, a.re, a.re), ii = w_.put(Op::mul, a.im, a.im);
+    const Slot square = w_.put(Op::add, rr, ii);
+    const Slot scale = w_.put(Op::div, w_.constant(1), square);
+    const Slot re = w_.put(Op::mul, a.re, scale), im = w_.put(Op::mul, a.im, scale);
+    return {re, w_.put(Op::neg, im)};
   }
-  void result(Number a) {
-    program.results.push_back(a.re);
-    if (complex_) program.results.push_back(a.im);
+  void store(std::vector<Slot>& list, Number a) const {
+    list.push_back(a.re);
+    if (complex_) list.push_back(a.im);
+  }
+  Number load(std::span<const Slot> list, std::size_t k) const {
+    return complex_ ? Number{list[2 * k], list[2 * k + 1]} : real(list[k]);
   }
 
  private:
   static Number real(Slot value) { return {value, value}; }
-  Slot one() const { return static_cast<Slot>(program.inputs); }
   Number each(Op op, Number a, Number b) {
-    const Slot re = put(op, a.re, b.re);
-    return {re, complex_ ? put(op, a.im, b.im) : re};
+    const Slot re = w_.put(op, a.re, b.re);
+    return {re, complex_ ? w_.put(op, a.im, b.im) : re};
   }
-  Slot put(Op op, Slot a, Slot b = 0) {
-    program.instructions.push_back({.op = op, .operand = {a, b, 0}});
-    return count_++;
-  }
+  Writer& w_;
   bool complex_;
-  Slot count_;
 };
 
 using Row = std::map<int, Number>;
@@ -77,7 +70,8 @@ using Row = std::map<int, Number>;
 /// every row, then its upper part and the reciprocal of its pivot.
 Program factor_program(const Elimination& order, int n, const std::vector<StraightLU::Position>& positions,
                        bool complex) {
-  Writer w(complex, positions.size() * (complex ? 2 : 1));
+  Writer writer(positions.size() * (complex ? 2 : 1));
+  Arithmetic w(writer, complex);
   const auto size = static_cast<std::size_t>(n);
   std::vector<int> row_number(size), column_number(size);
   for (std::size_t k = 0; k < size; ++k) {
@@ -110,67 +104,85 @@ Program factor_program(const Elimination& order, int n, const std::vector<Straig
     for (int j : order.upper[i]) upper.push_back(rows[i][j]);
     upper.push_back(reciprocal[i]);
   }
-  for (Number m : multipliers) w.result(m);
-  for (Number u : upper) w.result(u);
-  return std::move(w.program);
+  std::vector<Slot> results;
+  for (Number m : multipliers) w.store(results, m);
+  for (Number u : upper) w.store(results, u);
+  return writer.finish(std::move(results));
 }
 
-/// Inputs: the results of factor_program, then b.
-Program solve_program(const Elimination& order, int n, bool complex, std::size_t multipliers,
-                      std::size_t factors) {
-  const auto size = static_cast<std::size_t>(n);
-  Writer w(complex, (factors + size) * (complex ? 2 : 1));
+/// x with A x = b, from the results of factor_program.
+std::vector<Slot> write_solution(Writer& writer, const Elimination& order, bool complex,
+                                 std::size_t multipliers, std::span<const Slot> factors,
+                                 std::span<const Slot> b) {
+  const std::size_t size = order.row.size();
+  Arithmetic w(writer, complex);
   std::vector<Number> y(size), x(size);
   std::size_t next = 0;
   for (std::size_t i = 0; i < size; ++i) {
-    y[i] = w.input(factors + static_cast<std::size_t>(order.row[i]));
+    y[i] = w.load(b, static_cast<std::size_t>(order.row[i]));
     for (int k : order.lower[i])
-      y[i] = w.minus(y[i], w.times(w.input(next++), y[static_cast<std::size_t>(k)]));
+      y[i] = w.minus(y[i], w.times(w.load(factors, next++), y[static_cast<std::size_t>(k)]));
   }
   std::vector<std::size_t> first(size + 1, multipliers);
   for (std::size_t i = 0; i < size; ++i) first[i + 1] = first[i] + order.upper[i].size() + 1;
   for (std::size_t i = size; i-- > 0;) {
     std::size_t at = first[i];
-    for (int j : order.upper[i]) y[i] = w.minus(y[i], w.times(w.input(at++), y[static_cast<std::size_t>(j)]));
-    y[i] = w.times(y[i], w.input(at));
+    for (int j : order.upper[i])
+      y[i] = w.minus(y[i], w.times(w.load(factors, at++), y[static_cast<std::size_t>(j)]));
+    y[i] = w.times(y[i], w.load(factors, at));
     x[static_cast<std::size_t>(order.column[i])] = y[i];
   }
-  for (Number v : x) w.result(v);
-  return std::move(w.program);
+  std::vector<Slot> results;
+  for (Number v : x) w.store(results, v);
+  return results;
 }
 
-/// What the code depends on: sizes, positions and pivots.
-std::vector<std::uint32_t> key_of(const Elimination& order, int n,
-                                  const std::vector<StraightLU::Position>& positions, bool complex) {
-  std::vector<std::uint32_t> key{static_cast<std::uint32_t>(n), complex};
-  for (int k : order.row) key.push_back(static_cast<std::uint32_t>(k));
-  for (int k : order.column) key.push_back(static_cast<std::uint32_t>(k));
+/// Inputs: the results of factor_program, then b.
+Program solve_program(const Elimination& order, bool complex, std::size_t multipliers, std::size_t factors) {
+  const std::size_t width = complex ? 2 : 1;
+  Writer writer((factors + order.row.size()) * width);
+  std::vector<Slot> inputs;
+  for (std::size_t k = 0; k < (factors + order.row.size()) * width; ++k) inputs.push_back(writer.input(k));
+  const std::span<const Slot> all(inputs);
+  return writer.finish(write_solution(writer, order, complex, multipliers, all.first(factors * width),
+                                      all.subspan(factors * width)));
+}
+
+/// What a plan depends on beside numbers: the size and the positions.
+Key key_of(int n, const std::vector<StraightLU::Position>& positions, bool complex) {
+  Key key{static_cast<std::uint32_t>(n), complex};
   for (const auto& p : positions)
     key.push_back(static_cast<std::uint32_t>(p.row)), key.push_back(static_cast<std::uint32_t>(p.column));
   return key;
 }
 
+struct Plans {
+  std::mutex mutex;
+  Memory<const StraightLU> latest;  ///< by pattern
+};
+Plans& plans() {
+  static Plans plans;
+  return plans;
+}
+
 }  // namespace
 
 struct StraightLU::Code {
+  Elimination order;
   std::unique_ptr<const Machine> factor, solve;
   std::size_t instructions = 0;
 };
 
+std::optional<StraightLU> StraightLU::remembered(int n, const std::vector<Position>& positions,
+                                                 bool complex) {
+  const std::lock_guard lock(plans().mutex);
+  const auto plan = plans().latest.find(key_of(n, positions, complex));
+  if (!plan) return {};
+  return *plan;
+}
+
 std::optional<StraightLU> StraightLU::plan(int n, const std::vector<Position>& positions,
                                            const double* values, bool complex, std::size_t longest) {
-  return make(n, positions, values, complex, longest);
-}
-
-std::optional<StraightLU> StraightLU::remembered(int n, const std::vector<Position>& positions,
-                                                 const double* values, bool complex) {
-  return make(n, positions, values, complex, 0);
-}
-
-std::optional<StraightLU> StraightLU::make(int n, const std::vector<Position>& positions,
-                                           const double* values, bool complex, std::size_t longest) {
-  static Memory<const Code> memory;
-  static std::mutex mutex;
   if (!Machine::available() || n == 0) return {};
   const auto size = static_cast<std::size_t>(n);
   std::vector<std::complex<double>> dense(size * size);
@@ -181,7 +193,7 @@ std::optional<StraightLU> StraightLU::make(int n, const std::vector<Position>& p
     dense[at] += complex ? std::complex<double>(values[2 * p], values[2 * p + 1]) : values[p];
     entry[at] = 1;
   }
-  const auto order = choose_pivots(n, std::move(dense), std::move(entry));
+  auto order = choose_pivots(n, std::move(dense), std::move(entry));
   if (!order) return {};
   StraightLU lu;
   lu.n_ = n, lu.width_ = complex ? 2 : 1;
@@ -198,25 +210,24 @@ std::optional<StraightLU> StraightLU::make(int n, const std::vector<Position>& p
   std::size_t at = lu.multipliers_;
   for (std::size_t i = 0; i < size; ++i, ++at)
     lu.pivots_.push_back({at += order->upper[i].size(), order->row_scale[i]});
-  const std::vector<std::uint32_t> key = key_of(*order, n, positions, complex);
-  {
-    const std::lock_guard lock(mutex);
-    lu.code_ = memory.find(key);
-    if (!lu.code_) {
-      if (updates * (complex ? 8 : 2) + 1 > longest) return {};
-      const Program factor = factor_program(*order, n, positions, complex);
-      const Program solve = solve_program(*order, n, complex, lu.multipliers_, lu.factors_);
-      const std::size_t instructions = factor.instructions.size() + solve.instructions.size();
-      lu.code_ =
-          std::make_shared<const Code>(Code{Machine::compile(factor), Machine::compile(solve), instructions});
-      if (!lu.code_->factor || !lu.code_->solve) return {};
-      memory.add(key, lu.code_, instructions);
-    }
-  }
+  if (updates * (complex ? 8 : 2) > longest) return {};
+  const Program factor = factor_program(*order, n, positions, complex);
+  const Program solve = solve_program(*order, complex, lu.multipliers_, lu.factors_);
+  const std::size_t instructions = factor.instructions.size() + solve.instructions.size();
+  lu.code_ = std::make_shared<const Code>(
+      Code{std::move(*order), Machine::compile(factor), Machine::compile(solve), instructions});
+  if (!lu.code_->factor || !lu.code_->solve) return {};
   const auto width = static_cast<std::size_t>(lu.width_);
   lu.numbers_.assign((lu.factors_ + size) * width, 0);
   lu.work_.assign(std::max(lu.code_->factor->workspace_size(), lu.code_->solve->workspace_size()), 0);
+  const std::lock_guard lock(plans().mutex);
+  plans().latest.add(key_of(n, positions, complex), std::make_shared<const StraightLU>(lu), instructions);
   return lu;
+}
+
+std::vector<Slot> StraightLU::write_solution(Writer& writer, std::span<const Slot> factors,
+                                             std::span<const Slot> b) const {
+  return codegen::write_solution(writer, code_->order, width_ == 2, multipliers_, factors, b);
 }
 
 double StraightLU::weakest_pivot() const {

@@ -8,9 +8,11 @@
 
 #include <memory>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "codegen/machine.hpp"
+#include "codegen/writer.hpp"
 
 namespace pendula::codegen {
 
@@ -22,14 +24,12 @@ class StraightLU {
 
   /// A plan for n×n matrices with these positions (an entry may be given in parts: they are added), from the
   /// values of one of them; complex numbers are pairs (re, im). Nothing if that matrix is singular to
-  /// rounding, if the code would be longer than `longest` instructions, or where there is no machine code.
-  /// Cost: O(n · fill) for the pivots; 0.15 µs per instruction unless the code for these positions and pivots
-  /// is remembered from before.
+  /// rounding, if the elimination would need more than `longest` operations, or where there is no machine
+  /// code. Cost: O(n · fill) for the pivots and 0.15 µs per operation.
   static std::optional<StraightLU> plan(int n, const std::vector<Position>& positions, const double* values,
                                         bool complex, std::size_t longest = 60'000);
-  /// The same, but nothing where code would have to be made.
-  static std::optional<StraightLU> remembered(int n, const std::vector<Position>& positions,
-                                              const double* values, bool complex);
+  /// The last plan for these positions, if there is one: whether its pivots suit, factorise() will say.
+  static std::optional<StraightLU> remembered(int n, const std::vector<Position>& positions, bool complex);
 
   /// False if a pivot is zero, a multiplier has grown beyond 10³ times what the plan allows, or a number is
   /// not finite: nothing is factorised then.
@@ -43,11 +43,19 @@ class StraightLU {
 
   std::size_t instructions() const;  ///< of factorisation and solution together
 
+  /// For programs that solve on the way. The factors at hand: numbers (pairs).
+  std::span<const double> factors() const {
+    return {numbers_.data(), factors_ * static_cast<std::size_t>(width_)};
+  }
+  /// x with A x = b from values that hold factors() and b, n numbers or pairs.
+  std::vector<Slot> write_solution(Writer& writer, std::span<const Slot> factors,
+                                   std::span<const Slot> b) const;
+  /// Equal for two factorisations with the same pivots, whose factors mean the same.
+  std::shared_ptr<const void> pivots() const { return code_; }
+
  private:
   struct Code;
   StraightLU() = default;
-  static std::optional<StraightLU> make(int n, const std::vector<Position>& positions, const double* values,
-                                        bool complex, std::size_t longest);
   int n_ = 0, width_ = 1;  ///< width: numbers per entry
   std::size_t multipliers_ = 0, factors_ = 0;
   std::shared_ptr<const Code> code_;

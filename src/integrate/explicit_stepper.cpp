@@ -92,7 +92,8 @@ void ExplicitStepper::prepare() {
   fastest_ = control_order_ < 7 ? 10 : 6;
   stability_limit_ = negative_limit(rk);
   fsal_ = rk.is_fsal();
-  K_.resize(static_cast<std::size_t>(stages_ * n()));
+  code_ = ExplicitCode::make(*problem_, rk);
+  K_.resize(static_cast<std::size_t>((stages_ + 3) * n()));
   Z_.resize(static_cast<std::size_t>(stages_ * m()));
   scaled_.resize(static_cast<std::size_t>(n()));
   x_.resize(n()), trial_.resize(n());
@@ -131,11 +132,21 @@ double ExplicitStepper::first_step(double end) {
   return visible(std::min(100 * h0, h1), longest);
 }
 
-/// All Kᵢ (and zᵢ) of a step; false if one cannot be evaluated.
+/// All Kᵢ (and zᵢ) of a step, the state at its end and the error estimates; false if one cannot be
+/// evaluated.
 bool ExplicitStepper::stages(const Point& from, double dt) {
   const int size = n(), zs = m();
   const bool ode = problem_->is_ode();
   std::copy_n(from.xdot.data(), size, K_.data());
+  if (code_) {
+    code_->run(*problem_, from, dt, K_.data() + size);
+    double sum = 0;
+    for (int k = 0; k < size; ++k) sum += behind_stages(0)[k] * 0;
+    if (sum == 0) {
+      stats_.evaluations += stages_ - 1;
+      return true;
+    }  // else the loop below says which equation is not finite
+  }
   std::copy_n(from.z.data(), zs, Z_.data());
   double* at = problem_->unknowns();
   for (int i = 1; i < stages_; ++i) {
@@ -152,35 +163,35 @@ bool ExplicitStepper::stages(const Point& from, double dt) {
       return false;
     }
   }
+  const double* x = from.x.data();
+  combine(size, x, dt, weights_, K_.data(), behind_stages(0));
+  std::fill_n(behind_stages(1), 2 * size, 0.0);
+  combine(size, behind_stages(1), dt, error_, K_.data(), behind_stages(1));
+  combine(size, behind_stages(2), dt, second_error_, K_.data(), behind_stages(2));
   return true;
 }
 
-double ExplicitStepper::error_norm(double dt) {
+double ExplicitStepper::error_norm() {
   const int size = n();
   ErrorSum sum, second;
-  std::fill(scaled_.begin(), scaled_.end(), 0.0);
-  combine(size, scaled_.data(), dt, error_, K_.data(), scaled_.data());
+  const double *e = behind_stages(1), *other = behind_stages(2);
   for (int k = 0; k < size; ++k) {
     const double before = std::fabs(here_.x[k]), after = std::fabs(next_.x[k]);
-    const double w = weight(k, before > after ? before : after);
-    scaled_[static_cast<std::size_t>(k)] /= w;
+    const double w = 1 / weight(k, before > after ? before : after);
+    scaled_[static_cast<std::size_t>(k)] = e[k] * w;
     sum.add(scaled_[static_cast<std::size_t>(k)]);
-    if (second_error_.empty()) continue;
-    double e = 0;
-    for (const Term& term : second_error_)
-      e += term.factor * K_[static_cast<std::size_t>(term.stage * size + k)];
-    second.add(dt * e / w);
+    second.add(other[k] * w);
   }
   const double first = sum.norm(size);
   if (second_error_.empty()) return first;
-  const double other = second.norm(size);  // DOP853: orders 5 and 3 combined to one of 8
-  return first == 0 ? 0 : first * first / std::sqrt(first * first + 0.01 * other * other);
+  const double third = second.norm(size);  // DOP853: orders 5 and 3 combined to one of 8
+  return first == 0 ? 0 : first * first / std::sqrt(first * first + 0.01 * third * third);
 }
 
 ExplicitStepper::Attempt ExplicitStepper::attempt(double dt) {
   if (!stages(here_, dt)) return Attempt::not_finite;
-  combine(n(), here_.x.data(), dt, weights_, K_.data(), next_.x.data());
-  error_now_ = error_norm(dt);
+  std::copy_n(behind_stages(0), n(), next_.x.data());
+  error_now_ = error_norm();
   if (!(error_now_ <= std::numeric_limits<double>::max())) return Attempt::not_finite;
   if (error_now_ > 1) return Attempt::rejected;
   next_.t = here_.t + dt;
@@ -302,7 +313,7 @@ void ExplicitStepper::interpolate(const StepView& step, double t, Detail detail,
   out.t = t;
   if (detail == Detail::sketch || !stages(step.from, dt)) return sketch(step, t, out);
   out.x.resize(n());
-  combine(n(), step.from.x.data(), dt, weights_, K_.data(), out.x.data());
+  std::copy_n(behind_stages(0), n(), out.x.data());
   if (problem_->projects()) problem_->project_if_needed(t, out.x, tolerances_.rtol, tolerances_.atol, 1e-3);
   if (detail == Detail::state) return;
   out.xdot = step.to.xdot, out.z = step.to.z;

@@ -6,6 +6,7 @@
 #pragma once
 
 #include "integrate/derivative.hpp"
+#include "integrate/step_code.hpp"
 #include "integrate/stepper.hpp"
 #include "integrate/tableau.hpp"
 
@@ -36,7 +37,9 @@ class ExplicitStepper final : public Stepper {
   double first_step(double end);
   bool stages(const Point& from, double dt);
   Attempt attempt(double dt);
-  double error_norm(double dt);
+  double error_norm();
+  /// 0: x at the end of the step, 1 and 2: its error estimates.
+  double* behind_stages(int which) { return K_.data() + static_cast<std::ptrdiff_t>(stages_ + which) * n(); }
   bool complete();
   void watch_stiffness();
   void sketch(const StepView& step, double t, Point& out) const;
@@ -49,7 +52,8 @@ class ExplicitStepper final : public Stepper {
   std::vector<double> c_;
   int stages_, control_order_;
   double beta_, exponent_, slowest_, fastest_, stability_limit_;
-  std::vector<double> K_, Z_;  ///< stage after stage
+  std::shared_ptr<ExplicitCode> code_;
+  std::vector<double> K_, Z_;  ///< stage after stage; K_ goes on with behind_stages()
   std::vector<double> scaled_;
   Vec x_, trial_;
   Point next_;

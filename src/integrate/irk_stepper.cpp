@@ -15,6 +15,11 @@ constexpr double keep_jacobian_below = 0.001;         // contraction
 constexpr double order_up = 0.002, order_down = 0.8;  // contraction
 constexpr double order_quotient_low = 0.8, order_quotient_high = 1.2;
 
+/// to += factor · from
+void add_multiple(double* to, double factor, const double* from, int count) {
+  for (int k = 0; k < count; ++k) to[k] += factor * from[k];
+}
+
 }  // namespace
 
 IrkStepper::IrkStepper(std::string name, ProblemPtr problem,
@@ -119,6 +124,7 @@ void IrkStepper::start(const Point& point, double end) {
   } else {
     first_step(end);
   }
+  prepare_code();
 }
 
 /// Small enough that x and x′ change little in units of the tolerance; the first error estimate corrects it.
@@ -147,20 +153,58 @@ bool IrkStepper::evaluate_jacobian() {
   return true;
 }
 
+/// Newton iterations as straight-line code, when all factorisations are.
+void IrkStepper::use_code(Matrices& matrices, bool now) {
+  const codegen::StraightLU* real = f().has_real ? matrices.real.straight() : nullptr;
+  NewtonCode::Complex complex;
+  for (const auto& solver : matrices.complex) complex.push_back(solver.straight());
+  if ((f().has_real && !real) || std::count(complex.begin(), complex.end(), nullptr) > 0) {
+    matrices.code = nullptr;
+    return;
+  }
+  if (!matrices.code || !matrices.code->suits(real, complex)) {
+    matrices.code =
+        NewtonCode::make(*problem_, f(), real, complex, stats_.newton_iterations - iterations_counted_, now);
+    iterations_counted_ = stats_.newton_iterations;
+  }
+  if (matrices.code) matrices.code->set_factors(real, complex);
+}
+
+/// Code for the first formula, with the Jacobian at the start.
+void IrkStepper::prepare_code() {
+  constexpr int small = 60;
+  if (N_ > small || matrices_[0].code || !evaluate_jacobian()) return;
+  Matrices& matrices = matrices_[static_cast<std::size_t>(level_)];
+  shift(f().gamma / dt_);
+  matrices.real.prepare(real_entries_.data());
+  for (std::size_t pair = 0; pair < f().pairs.size(); ++pair) {
+    shift(f().pairs[pair] / dt_);
+    matrices.complex[pair].prepare(complex_entries_.data());
+  }
+  if (factorise(dt_)) use_code(matrices, true);
+  trouble_.clear();
+}
+
+void IrkStepper::shift(double factor) {
+  for (std::size_t k = 0; k < entries_.size(); ++k)
+    real_entries_[k] = in_mass_[k] ? factor * entries_[k] : entries_[k];
+}
+void IrkStepper::shift(std::complex<double> factor) {
+  for (std::size_t k = 0; k < entries_.size(); ++k)
+    complex_entries_[k] = in_mass_[k] ? factor * entries_[k] : entries_[k];
+}
+
 bool IrkStepper::factorise(double dt) {
   Matrices& matrices = matrices_[static_cast<std::size_t>(level_)];
-  const double real = f().gamma / dt;
-  for (std::size_t k = 0; k < entries_.size(); ++k)
-    real_entries_[k] = in_mass_[k] ? real * entries_[k] : entries_[k];
+  shift(f().gamma / dt);
   ++stats_.factorisations;
   bool regular = matrices.real.factorise(real_entries_.data());
   for (std::size_t pair = 0; regular && pair < f().pairs.size(); ++pair) {
-    const std::complex<double> factor = f().pairs[pair] / dt;
-    for (std::size_t k = 0; k < entries_.size(); ++k)
-      complex_entries_[k] = in_mass_[k] ? factor * entries_[k] : entries_[k];
+    shift(f().pairs[pair] / dt);
     regular = matrices.complex[pair].factorise(complex_entries_.data());
   }
   factorised_for_ = regular ? dt : 0;
+  if (regular) use_code(matrices, false);
   if (!regular) trouble_ = "the iteration matrix is singular";
   return regular;
 }
@@ -176,19 +220,16 @@ void IrkStepper::predict(double dt) {
             f().c[static_cast<std::size_t>(i)] * dt * here_.xdot[k];
     return;
   }
+  // The Lagrange polynomials add up to 1: p(θ) - y₀ = Σ lⱼ(θ) Zⱼ - (y₀ - its value at the old start).
   const IrkFormula& old = *formulas_[static_cast<std::size_t>(old_level_)];
-  std::vector<double>& l = lagrange_;
-  l.resize(static_cast<std::size_t>(old.s) + 1);
+  lagrange_.resize(static_cast<std::size_t>(old.s) + 1);
   for (int i = 0; i < f().s; ++i) {
-    old.lagrange(1 + f().c[static_cast<std::size_t>(i)] * dt / old_dt_, l.data());
+    old.lagrange(1 + f().c[static_cast<std::size_t>(i)] * dt / old_dt_, lagrange_.data());
     double* Zi = Z_.data() + static_cast<std::size_t>(i) * size;
-    for (std::size_t k = 0; k < size; ++k) {
-      double sum = step_y_[k] * l[0];
-      for (int j = 0; j < old.s; ++j)
-        sum += (step_y_[k] + old_Z_[static_cast<std::size_t>(j) * size + k]) *
-               l[static_cast<std::size_t>(j) + 1];
-      Zi[k] = sum - y_[k];
-    }
+    for (std::size_t k = 0; k < size; ++k) Zi[k] = step_y_[k] - y_[k];
+    for (int j = 0; j < old.s; ++j)
+      add_multiple(Zi, lagrange_[static_cast<std::size_t>(j) + 1],
+                   old_Z_.data() + static_cast<std::size_t>(j) * size, N_);
   }
 }
 
@@ -231,11 +272,8 @@ void IrkStepper::solve_stages() {
     for (int i = 0; i < s; ++i) {
       double* out = to.data() + static_cast<std::size_t>(i) * size;
       std::fill_n(out, size, 0.0);
-      for (int j = 0; j < s; ++j) {
-        const double factor = by(i, j);
-        const double* in = from.data() + static_cast<std::size_t>(j) * size;
-        for (std::size_t k = 0; k < size; ++k) out[k] += factor * in[k];
-      }
+      for (int j = 0; j < s; ++j)
+        add_multiple(out, by(i, j), from.data() + static_cast<std::size_t>(j) * size, N_);
     }
   };
   mix(f().T_inverse, R_, transformed_);
@@ -255,20 +293,36 @@ void IrkStepper::solve_stages() {
   mix(f().T, transformed_, R_);
 }
 
-IrkStepper::Newton IrkStepper::newton(double dt) {
-  const int s = f().s, most = 7 + (s - 3) * 5 / 2;
+/// Z ← Z + ΔZ; ‖ΔZ‖, NaN where an equation is not finite.
+double IrkStepper::iterate(double dt) {
   const auto size = static_cast<std::size_t>(N_);
+  if (!residuals(dt)) return NAN;
+  solve_stages();
+  ++stats_.newton_iterations;
+  ErrorSum sum;
+  for (std::size_t k = 0; k < Z_.size(); ++k) Z_[k] += R_[k], sum.add(R_[k] / scale_[k % size]);
+  return sum.norm(f().s * N_);
+}
+
+double IrkStepper::iterate(NewtonCode& code) {
+  double sum = 0, largest = 0;
+  stats_.evaluations += f().s;
+  ++stats_.newton_iterations;
+  code.iterate(Z_, sum, largest);
+  const double length = ErrorSum::norm(sum, largest, f().s * N_);
+  if (!std::isfinite(length)) trouble_ = "the equations are not finite at a stage of the step";
+  return length;
+}
+
+IrkStepper::Newton IrkStepper::newton(double dt) {
+  const int most = 7 + (f().s - 3) * 5 / 2;
   double before = 0, quotient_before = 0;
   contraction_ = std::pow(std::max(contraction_, eps), 0.8);
   theta_ = keep_jacobian_below;
+  NewtonCode* code = matrices_[static_cast<std::size_t>(level_)].code.get();
+  if (code) code->begin(*problem_, here_.t, dt, y_.data(), scale_.data());
   for (iterations_ = 1;; ++iterations_) {
-    if (!residuals(dt)) return Newton::not_finite;
-    solve_stages();
-    ++stats_.newton_iterations;
-    ErrorSum sum;
-    for (int i = 0; i < s; ++i)
-      for (std::size_t k = 0; k < size; ++k) sum.add(R_[static_cast<std::size_t>(i) * size + k] / scale_[k]);
-    const double length = sum.norm(s * N_);
+    const double length = code ? iterate(*code) : iterate(dt);
     if (!std::isfinite(length)) return Newton::not_finite;
     if (iterations_ > 1) {
       const double quotient = length / before;
@@ -284,7 +338,6 @@ IrkStepper::Newton IrkStepper::newton(double dt) {
       }
     }
     before = std::max(length, eps);
-    for (std::size_t k = 0; k < Z_.size(); ++k) Z_[k] += R_[k];
     // One iteration tells nothing about its own contraction: far away, that of the last step is not trusted.
     const bool measured = iterations_ > 1 || length <= 1;
     if (measured && contraction_ * length <= newton_tolerance_) return Newton::converged;
@@ -313,12 +366,9 @@ double IrkStepper::filtered_error(const double* y, double) {
 
 double IrkStepper::error_norm(double dt, bool again) {
   const auto size = static_cast<std::size_t>(N_);
-  for (int k = 0; k < n(); ++k) {
-    double sum = 0;
-    for (int i = 0; i < f().s; ++i)
-      sum += f().error[i] * Z_[static_cast<std::size_t>(i) * size + static_cast<std::size_t>(k)];
-    velocity_[static_cast<std::size_t>(k)] = -sum / dt;
-  }
+  std::fill_n(velocity_.data(), n(), 0.0);
+  for (int i = 0; i < f().s; ++i)
+    add_multiple(velocity_.data(), -f().error[i] / dt, Z_.data() + static_cast<std::size_t>(i) * size, n());
   double norm = filtered_error(y_.data(), dt);
   if (norm < 1 || !again) return norm;
   // The first estimate of a very stiff component is too large: once more from y₀ + err.
@@ -332,22 +382,20 @@ double IrkStepper::error_norm(double dt, bool again) {
 bool IrkStepper::complete(double dt) {
   const auto size = static_cast<std::size_t>(N_);
   const int s = f().s;
-  const auto end_of = [&](std::size_t k) {
-    if (f().stiffly_accurate) return y_[k] + Z_[static_cast<std::size_t>(s - 1) * size + k];
-    double sum = y_[k];
-    for (int i = 0; i < s; ++i) sum += f().end[i] * Z_[static_cast<std::size_t>(i) * size + k];
-    return sum;
-  };
   next_.t = here_.t + dt;
-  for (int k = 0; k < n(); ++k) next_.x[k] = end_of(static_cast<std::size_t>(k));
-  for (int k = 0; k < m(); ++k) next_.z[k] = end_of(static_cast<std::size_t>(n() + k));
-  f().lagrange_slopes(1, lagrange_.data());
-  for (int k = 0; k < n(); ++k) {
-    double sum = 0;
-    for (int i = 0; i < s; ++i)
-      sum += (f().stiffly_accurate ? f().W(s - 1, i) : lagrange_[static_cast<std::size_t>(i) + 1]) *
-             Z_[static_cast<std::size_t>(i) * size + static_cast<std::size_t>(k)];
-    next_.xdot[k] = sum / dt;
+  next_.x = Eigen::Map<const Vec>(y_.data(), n());
+  next_.z = Eigen::Map<const Vec>(y_.data() + n(), m());
+  next_.xdot.setZero();
+  if (!f().stiffly_accurate) f().lagrange_slopes(1, lagrange_.data());
+  for (int i = 0; i < s; ++i) {
+    const double* Zi = Z_.data() + static_cast<std::size_t>(i) * size;
+    const double weight = f().stiffly_accurate ? (i == s - 1 ? 1 : 0) : f().end[i];
+    const double slope = f().stiffly_accurate ? f().W(s - 1, i) : lagrange_[static_cast<std::size_t>(i) + 1];
+    if (weight != 0) {
+      add_multiple(next_.x.data(), weight, Zi, n());
+      add_multiple(next_.z.data(), weight, Zi + n(), m());
+    }
+    add_multiple(next_.xdot.data(), slope / dt, Zi, n());
   }
   if (!next_.x.allFinite() || !next_.z.allFinite() || !next_.xdot.allFinite()) return false;
   bool moved = false;

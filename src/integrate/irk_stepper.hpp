@@ -11,6 +11,7 @@
 #include "integrate/derivative.hpp"
 #include "integrate/irk_formula.hpp"
 #include "integrate/runge_kutta.hpp"
+#include "integrate/step_code.hpp"
 #include "integrate/stepper.hpp"
 
 namespace pendula::integrate {
@@ -34,6 +35,7 @@ class IrkStepper final : public Stepper {
   struct Matrices {
     LinearSolver<double> real;
     std::vector<LinearSolver<std::complex<double>>> complex;
+    std::shared_ptr<NewtonCode> code;
   };
   const IrkFormula& f() const { return *formulas_[static_cast<std::size_t>(level_)]; }
   void use(int level);
@@ -41,8 +43,14 @@ class IrkStepper final : public Stepper {
   void set_scales(double dt);
   bool evaluate_jacobian();
   bool factorise(double dt);
+  void shift(double factor);
+  void shift(std::complex<double> factor);
+  void use_code(Matrices& matrices, bool now);
+  void prepare_code();
   void predict(double dt);
   Newton newton(double dt);
+  double iterate(double dt);
+  double iterate(NewtonCode& code);
   bool residuals(double dt);
   void solve_stages();
   double error_norm(double dt, bool again);
@@ -69,6 +77,7 @@ class IrkStepper final : public Stepper {
   std::vector<std::complex<double>> complex_entries_, complex_right_;
   std::vector<Matrices> matrices_;  ///< one set per formula
   double factorised_for_ = 0;
+  long iterations_counted_ = 0;  ///< by NewtonCode::make
 
   std::vector<double> y_, Z_, old_Z_, R_, transformed_, scale_, error_, velocity_, lagrange_;
   Vec rtol_, atol_;  ///< of the error estimate, which is of lower order than the method

@@ -13,6 +13,9 @@ namespace pendula::integrate {
 namespace {
 
 constexpr double eps = std::numeric_limits<double>::epsilon();
+constexpr long often = 12;  // factorisations after which code pays
+template <class Scalar>
+constexpr bool is_complex = std::is_same_v<Scalar, std::complex<double>>;
 
 double magnitude(double a) { return std::fabs(a); }
 double magnitude(std::complex<double> a) { return std::fabs(a.real()) + std::fabs(a.imag()); }
@@ -149,8 +152,11 @@ template <class Scalar>
 void LinearSolver<Scalar>::analyse(int n, const std::vector<Position>& positions) {
   n_ = n;
   positions_ = positions;
-  straight_.reset();
-  count_ = plans_ = 0, next_plan_ = 1, use_straight_ = false;
+  std::vector<codegen::StraightLU::Position> known;
+  for (const Position& p : positions_) known.push_back({p.row, p.column});
+  straight_ =
+      n <= straight_limit ? codegen::StraightLU::remembered(n, known, is_complex<Scalar>) : std::nullopt;
+  count_ = plans_ = 0, next_plan_ = often, use_straight_ = false;
   if (n > dense_limit) {
     sparse_ = std::make_unique<Sparse>(n, positions_);
     return;
@@ -165,21 +171,29 @@ void LinearSolver<Scalar>::analyse(int n, const std::vector<Position>& positions
 /// often.
 template <class Scalar>
 bool LinearSolver<Scalar>::factorise_straight(const Scalar* values) {
-  constexpr long often = 12;
   constexpr int most_plans = 4;
-  constexpr bool complex = std::is_same_v<Scalar, std::complex<double>>;
   const auto* numbers = reinterpret_cast<const double*>(values);
   ++count_;
   if (straight_ && straight_->factorise(numbers)) return true;
   if (n_ > straight_limit || count_ < next_plan_ || plans_ == most_plans) return false;
+  plan(values);
+  return straight_ && straight_->factorise(numbers);
+}
+
+template <class Scalar>
+void LinearSolver<Scalar>::plan(const Scalar* values) {
   std::vector<codegen::StraightLU::Position> positions;
   for (const Position& p : positions_) positions.push_back({p.row, p.column});
-  const bool make = count_ >= often;
-  straight_ = make ? codegen::StraightLU::plan(n_, positions, numbers, complex)
-                   : codegen::StraightLU::remembered(n_, positions, numbers, complex);
-  next_plan_ = make ? 2 * count_ : often;
-  plans_ += make;
-  return straight_ && straight_->factorise(numbers);
+  straight_ =
+      codegen::StraightLU::plan(n_, positions, reinterpret_cast<const double*>(values), is_complex<Scalar>);
+  next_plan_ = std::max(2 * count_, often);
+  ++plans_;
+}
+
+template <class Scalar>
+void LinearSolver<Scalar>::prepare(const Scalar* values) {
+  constexpr int small = 60;  // where choosing pivots costs less than the steps to come
+  if (!straight_ && n_ <= small) plan(values);
 }
 
 template <class Scalar>

@@ -3,9 +3,9 @@
 // At first small systems are dense with partial pivoting and row scaling, and above `dense_limit` unknowns
 // KLU takes over: the pattern is analysed once, later factorisations keep the pivots (klu_refactor) as long
 // as their growth is harmless. A system of moderate size that is factorised again and again gets
-// straight-line code for its pattern, with the pivots of the matrix at hand; where later matrices need
-// others, the first road takes over and the code is made anew. Davis & Palamadai Natarajan, Algorithm 907:
-// KLU, ACM TOMS 37(3), 2010.
+// straight-line code for its pattern, with the pivots of the matrix at hand, which is remembered beyond the
+// life of the solver; where later matrices need others, the first road takes over and the code is made anew.
+// Davis & Palamadai Natarajan, Algorithm 907: KLU, ACM TOMS 37(3), 2010.
 #pragma once
 
 #include <complex>
@@ -42,6 +42,11 @@ class LinearSolver {
   /// b ← A⁻¹ b.
   void solve(Scalar* b);
 
+  /// Makes straight-line code now, for a matrix like those to come; nothing for large systems.
+  void prepare(const Scalar* values);
+  /// The straight-line factorisation at hand, if the last one was such.
+  const codegen::StraightLU* straight() const { return use_straight_ ? &*straight_ : nullptr; }
+
   int size() const { return n_; }
   /// The smallest pivot of the last factorisation relative to its row (dense), or KLU's estimate 1/condition.
   double weakest_pivot() const;
@@ -50,6 +55,7 @@ class LinearSolver {
   struct Sparse;
   bool factorise_dense(const Scalar* values);
   bool factorise_straight(const Scalar* values);
+  void plan(const Scalar* values);
   int n_ = 0;
   double weakest_ = 0;
   std::vector<Position> positions_;
@@ -59,7 +65,7 @@ class LinearSolver {
   std::unique_ptr<Sparse> sparse_;
   std::optional<codegen::StraightLU> straight_;
   bool use_straight_ = false;       ///< holds the factors at hand
-  long count_ = 0, next_plan_ = 1;  ///< factorisations so far; when code is thought of again
+  long count_ = 0, next_plan_ = 0;  ///< factorisations so far; when code is thought of again
   int plans_ = 0;
 };
 

@@ -4,9 +4,9 @@
 
 namespace pendula::integrate {
 
-double ErrorSum::norm(int count) const {
-  const double mean = sum_ / count;
-  return std::sqrt(mean > largest_ / 9 ? mean : mean != mean ? mean : largest_ / 9);
+double ErrorSum::norm(double sum, double largest, int count) {
+  const double mean = sum / count;
+  return std::sqrt(mean > largest / 9 ? mean : mean != mean ? mean : largest / 9);
 }
 
 }  // namespace pendula::integrate

@@ -28,7 +28,9 @@ class ErrorSum {
     largest_ = square > largest_ ? square : largest_;
   }
   /// NaN if any component was NaN.
-  double norm(int count) const;
+  double norm(int count) const { return norm(sum_, largest_, count); }
+  /// From the sum and the largest of the squares.
+  static double norm(double sum, double largest, int count);
 
  private:
   double sum_ = 0, largest_ = 0;

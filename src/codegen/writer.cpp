@@ -1,0 +1,74 @@
+#include "codegen/writer.hpp"
+
+#include <bit>
+
+#include "base/error.hpp"
+
+namespace pendula::codegen {
+
+Slot Writer::constant(double value) {
+  const auto next = static_cast<Slot>(program_.constants.size());
+  const auto [at, made] = constant_.try_emplace(std::bit_cast<std::uint64_t>(value), constants_from + next);
+  if (made) program_.constants.push_back(value);
+  return at->second;
+}
+
+Slot Writer::put(Op op, Slot a, Slot b) {
+  program_.instructions.push_back({.op = op, .operand = {a, b, 0}});
+  return static_cast<Slot>(program_.inputs + size() - 1);
+}
+
+Slot Writer::combination(std::span<const double> factors, std::span<const Slot> values) {
+  PENDULA_ASSERT(factors.size() == values.size(), "a combination with unequal lists");
+  Slot sum = 0;
+  bool empty = true;
+  for (std::size_t i = 0; i < factors.size(); ++i) {
+    if (factors[i] == 0) continue;
+    const Slot term = factors[i] == 1 ? values[i] : put(Op::mul, constant(factors[i]), values[i]);
+    sum = empty ? term : put(Op::add, sum, term);
+    empty = false;
+  }
+  return empty ? constant(0) : sum;
+}
+
+std::vector<Slot> Writer::inlined(const Program& other, std::span<const Slot> inputs) {
+  PENDULA_ASSERT(inputs.size() == other.inputs, "a program with the wrong number of inputs");
+  std::vector<Slot> here(inputs.begin(), inputs.end());
+  for (double c : other.constants) here.push_back(constant(c));
+  for (Instruction i : other.instructions) {
+    for (int k = 0; k < i.operands(); ++k)
+      i.operand[static_cast<std::size_t>(k)] = here[i.operand[static_cast<std::size_t>(k)]];
+    if (i.extras() > 0) {
+      const Slot first = static_cast<Slot>(program_.extra.size());
+      for (int k = 0; k < i.extras(); ++k)
+        program_.extra.push_back(here[other.extra[i.first_extra + static_cast<Slot>(k)]]);
+      i.first_extra = first;
+    }
+    program_.instructions.push_back(i);
+    here.push_back(static_cast<Slot>(program_.inputs + size() - 1));
+  }
+  std::vector<Slot> results;
+  for (Slot value : other.results) results.push_back(here[value]);
+  return results;
+}
+
+/// Inputs, then constants, then instructions.
+Slot Writer::final(Slot value) const {
+  const auto inputs = static_cast<Slot>(program_.inputs);
+  if (value >= constants_from) return inputs + (value - constants_from);
+  return value < inputs ? value : value + static_cast<Slot>(program_.constants.size());
+}
+
+Program Writer::finish(std::vector<Slot> results) {
+  for (Instruction& i : program_.instructions)
+    for (int k = 0; k < i.operands(); ++k) {
+      Slot& value = i.operand[static_cast<std::size_t>(k)];
+      value = final(value);
+    }
+  for (Slot& value : program_.extra) value = final(value);
+  for (Slot& value : results) value = final(value);
+  program_.results = std::move(results);
+  return std::move(program_);
+}
+
+}  // namespace pendula::codegen
