@@ -21,6 +21,7 @@ class StraightLU {
   struct Position {
     int row, column;
   };
+  struct Code;  ///< pivots and what was made for them
 
   /// A plan for n×n matrices with these positions (an entry may be given in parts: they are added), from the
   /// values of one of them; complex numbers are pairs (re, im). Nothing if that matrix is singular to
@@ -51,10 +52,9 @@ class StraightLU {
   std::vector<Slot> write_solution(Writer& writer, std::span<const Slot> factors,
                                    std::span<const Slot> b) const;
   /// Equal for two factorisations with the same pivots, whose factors mean the same.
-  std::shared_ptr<const void> pivots() const { return code_; }
+  const std::shared_ptr<const Code>& pivots() const { return code_; }
 
  private:
-  struct Code;
   StraightLU() = default;
   int n_ = 0, width_ = 1;  ///< width: numbers per entry
   std::size_t multipliers_ = 0, factors_ = 0;

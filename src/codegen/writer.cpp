@@ -13,9 +13,16 @@ Slot Writer::constant(double value) {
   return at->second;
 }
 
-Slot Writer::put(Op op, Slot a, Slot b) {
-  program_.instructions.push_back({.op = op, .operand = {a, b, 0}});
-  return static_cast<Slot>(program_.inputs + size() - 1);
+Slot Writer::put(Op op, Slot a, Slot b) { return put(Instruction{.op = op, .operand = {a, b, 0}}); }
+
+Slot Writer::put(const Instruction& i) {
+  const auto next = static_cast<Slot>(program_.inputs + size());
+  if (i.part == Part::none) {
+    const auto [at, made] = computed_.try_emplace(Same{i.op, i.operand}, next);
+    if (!made) return at->second;
+  }
+  program_.instructions.push_back(i);
+  return next;
 }
 
 Slot Writer::combination(std::span<const double> factors, std::span<const Slot> values) {
@@ -31,25 +38,41 @@ Slot Writer::combination(std::span<const double> factors, std::span<const Slot> 
   return empty ? constant(0) : sum;
 }
 
+/// An instruction of another program, whose values are `here`.
+Slot Writer::copied(const Program& other, Instruction i, const std::vector<Slot>& here) {
+  for (int k = 0; k < i.operands(); ++k)
+    i.operand[static_cast<std::size_t>(k)] = here[i.operand[static_cast<std::size_t>(k)]];
+  if (i.extras() > 0) {
+    const Slot first = static_cast<Slot>(program_.extra.size());
+    for (int k = 0; k < i.extras(); ++k)
+      program_.extra.push_back(here[other.extra[i.first_extra + static_cast<Slot>(k)]]);
+    i.first_extra = first;
+  }
+  return put(i);
+}
+
 std::vector<Slot> Writer::inlined(const Program& other, std::span<const Slot> inputs) {
   PENDULA_ASSERT(inputs.size() == other.inputs, "a program with the wrong number of inputs");
   std::vector<Slot> here(inputs.begin(), inputs.end());
   for (double c : other.constants) here.push_back(constant(c));
-  for (Instruction i : other.instructions) {
-    for (int k = 0; k < i.operands(); ++k)
-      i.operand[static_cast<std::size_t>(k)] = here[i.operand[static_cast<std::size_t>(k)]];
-    if (i.extras() > 0) {
-      const Slot first = static_cast<Slot>(program_.extra.size());
-      for (int k = 0; k < i.extras(); ++k)
-        program_.extra.push_back(here[other.extra[i.first_extra + static_cast<Slot>(k)]]);
-      i.first_extra = first;
-    }
-    program_.instructions.push_back(i);
-    here.push_back(static_cast<Slot>(program_.inputs + size() - 1));
-  }
+  for (const Instruction& i : other.instructions) here.push_back(copied(other, i, here));
   std::vector<Slot> results;
   for (Slot value : other.results) results.push_back(here[value]);
   return results;
+}
+
+void Writer::inline_part(const Program& other, std::span<const Slot> inputs,
+                         const std::vector<bool>& marked) {
+  PENDULA_ASSERT(inputs.size() == other.inputs && marked.size() == other.inputs,
+                 "a program with the wrong number of inputs");
+  std::vector<Slot> here;
+  for (std::size_t k = 0; k < inputs.size(); ++k) here.push_back(marked[k] ? inputs[k] : nothing);
+  for (double c : other.constants) here.push_back(constant(c));
+  for (const Instruction& i : other.instructions) {
+    bool early = i.part == Part::none;
+    other.each_operand(i, [&](Slot value) { early = early && here[value] != nothing; });
+    here.push_back(early ? copied(other, i, here) : nothing);
+  }
 }
 
 /// Inputs, then constants, then instructions.

@@ -41,6 +41,10 @@ class Saver {
     if (!plan_.times) return solution_.save(point);
     if (next_ < plan_.times->size() && (*plan_.times)[next_] <= point.t + rounding_) save(point);
   }
+  /// Is there a requested time before t?
+  bool wants(double t) const {
+    return plan_.times && next_ < plan_.times->size() && (*plan_.times)[next_] <= t + rounding_;
+  }
   /// `open`: the end of the step is about to jump, its time belongs to the point after.
   void step(Stepper& stepper, const StepView& view, const Point& end, bool open) {
     if (!plan_.times) return solution_.save(end);
@@ -164,7 +168,8 @@ class Run {
     record_.resize(size);
     stepper().record(record_.data());
     view_.record = record_.data();
-    if (!finder_.empty() || plan_.times) view_.from = stepper().before(), view_.to = stepper().here();
+    if (!finder_.empty() || saver_.wants(stepper().here().t))
+      view_.from = stepper().before(), view_.to = stepper().here();
     while (!finder_.empty()) {
       const auto hit = finder_.find(stepper(), view_);
       if (!hit) break;

@@ -250,7 +250,7 @@ void ExplicitStepper::adapt(double dt, Attempt outcome) {
     rejected_ = true;
     return;
   }
-  const double plain = std::pow(error_now_, exponent_);
+  const double plain = beta_ > 0 ? std::pow(error_now_, exponent_) : root(error_now_, control_order_);
   if (outcome == Attempt::rejected) {
     dt_ = dt / std::min(1 / slowest_, plain / safety);
     rejected_ = true;

@@ -78,12 +78,10 @@ IrkFormula::IrkFormula(TableauPtr rk)
 }
 
 void IrkFormula::lagrange(double theta, double* l) const {
-  for (std::size_t j = 0; j < nodes.size(); ++j) {
-    double product = barycentric[j];
-    for (std::size_t k = 0; k < nodes.size(); ++k)
-      if (k != j) product *= theta - nodes[k];
-    l[j] = product;
-  }
+  double product = 1;
+  for (std::size_t j = 0; j < nodes.size(); ++j) l[j] = barycentric[j] * product, product *= theta - nodes[j];
+  product = 1;
+  for (std::size_t j = nodes.size(); j-- > 0;) l[j] *= product, product *= theta - nodes[j];
 }
 
 void IrkFormula::lagrange_slopes(double theta, double* slopes) const {

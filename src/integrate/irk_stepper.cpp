@@ -48,7 +48,7 @@ IrkStepper::IrkStepper(std::string name, ProblemPtr problem,
   y_.resize(size), scale_.resize(size), error_.resize(size), velocity_.resize(size), step_y_.resize(size);
   complex_right_.resize(size);
   for (Point* p : {&next_, &before_}) p->x.resize(n()), p->xdot.resize(n()), p->z.resize(m());
-  use(0);
+  use(first_level());
 }
 
 void IrkStepper::use(int level) {
@@ -118,13 +118,19 @@ void IrkStepper::start(const Point& point, double end) {
   old_dt_ = 0;
   newton_failures_ = 0;
   trouble_.clear();
-  if (level_ != 0) use(0);
+  if (level_ != first_level()) use(first_level());
   if (limits_.dt_first > 0) {
     dt_ = limits_.dt_first;
   } else {
     first_step(end);
   }
   prepare_code();
+}
+
+/// Order 9 from the start where tolerances are tight: order 5 would need steps that are too small.
+int IrkStepper::first_level() const {
+  constexpr double tight = 3e-6;
+  return formulas_.size() > 1 && N_ > 0 && tolerances_.rtol.minCoeff() < tight ? 1 : 0;
 }
 
 /// Small enough that x and x′ change little in units of the tolerance; the first error estimate corrects it.
@@ -156,7 +162,8 @@ bool IrkStepper::evaluate_jacobian() {
 /// Newton iterations as straight-line code, when all factorisations are.
 void IrkStepper::use_code(Matrices& matrices, bool now) {
   const codegen::StraightLU* real = f().has_real ? matrices.real.straight() : nullptr;
-  NewtonCode::Complex complex;
+  NewtonCode::Complex& complex = straight_;
+  complex.clear();
   for (const auto& solver : matrices.complex) complex.push_back(solver.straight());
   if ((f().has_real && !real) || std::count(complex.begin(), complex.end(), nullptr) > 0) {
     matrices.code = nullptr;
@@ -173,7 +180,7 @@ void IrkStepper::use_code(Matrices& matrices, bool now) {
 /// Code for the first formula, with the Jacobian at the start.
 void IrkStepper::prepare_code() {
   constexpr int small = 60;
-  if (N_ > small || matrices_[0].code || !evaluate_jacobian()) return;
+  if (N_ > small || matrices_[static_cast<std::size_t>(level_)].code || !evaluate_jacobian()) return;
   Matrices& matrices = matrices_[static_cast<std::size_t>(level_)];
   shift(f().gamma / dt_);
   matrices.real.prepare(real_entries_.data());
@@ -486,10 +493,10 @@ void IrkStepper::reject(double dt, double error) {
   } else {
     const int s = f().s, most = 7 + (s - 3) * 5 / 2;
     const double factor = std::min(safety, safety * (1 + 2.0 * most) / (iterations_ + 2 * most));
-    dt_ = dt / std::clamp(std::pow(error, 1.0 / (s + 1)) / factor, 1.0, 5.0);
+    dt_ = dt / std::clamp(root(error, s + 1) / factor, 1.0, 5.0);
   }
   if (error >= 0 || level_ == 0) return;
-  if (newton_failures_ >= 2) {  // a lower order has smaller systems to converge
+  if (newton_failures_ >= 4) {  // a lower order has smaller systems to converge
     use(level_ - 1);
     newton_failures_ = 0;
     rejected_ = true;
@@ -501,10 +508,9 @@ void IrkStepper::choose_next(double dt, double error) {
   const int s = f().s, most = 7 + (s - 3) * 5 / 2;
   const double factor = std::min(safety, safety * (1 + 2.0 * most) / (iterations_ + 2 * most));
   constexpr double smallest = 1.0 / 8, largest = 5;
-  double quotient = std::clamp(std::pow(error, 1.0 / (s + 1)) / factor, smallest, largest);
+  double quotient = std::clamp(root(error, s + 1) / factor, smallest, largest);
   if (!first_ && accepted_dt_ > 0) {
-    const double predicted =
-        accepted_dt_ / dt * std::pow(error * error / accepted_error_, 1.0 / (s + 1)) / safety;
+    const double predicted = accepted_dt_ / dt * root(error * error / accepted_error_, s + 1) / safety;
     quotient = std::max(quotient, std::clamp(predicted, smallest, largest));
   }
   accepted_dt_ = dt;

@@ -39,6 +39,7 @@ class IrkStepper final : public Stepper {
   };
   const IrkFormula& f() const { return *formulas_[static_cast<std::size_t>(level_)]; }
   void use(int level);
+  int first_level() const;
   void prepare_tolerances();
   void set_scales(double dt);
   bool evaluate_jacobian();
@@ -76,6 +77,7 @@ class IrkStepper final : public Stepper {
   std::vector<double> entries_, real_entries_;
   std::vector<std::complex<double>> complex_entries_, complex_right_;
   std::vector<Matrices> matrices_;  ///< one set per formula
+  NewtonCode::Complex straight_;
   double factorised_for_ = 0;
   long iterations_counted_ = 0;  ///< by NewtonCode::make
 

@@ -109,10 +109,23 @@ Program explicit_program(const Problem& problem, const Tableau& rk) {
     for (std::size_t k = 0; k < n; ++k) X.back().push_back(w.put(Op::add, x[k], sum(factors, k)));
     return X.back();
   };
+  std::vector<Slot> time;  // what belongs to a stage, equal for stages at the same time
+  std::vector<std::vector<Slot>> u;
   for (int i = 1; i < s; ++i) {
-    const std::size_t at = 1 + 2 * n + np + static_cast<std::size_t>(i - 1) * (1 + nu);
-    const auto xi = point(row_of(rk.A(), i, i)), u = inputs_from(w, at + 1, nu);
-    K.push_back(w.inlined(f, arguments(w.input(at), {xi, xi, u, p})));  // f contains no x′
+    int first = 1;
+    while (rk.c()[first] != rk.c()[i]) ++first;
+    const std::size_t at = 1 + 2 * n + np + static_cast<std::size_t>(first - 1) * (1 + nu);
+    time.push_back(w.input(at)), u.push_back(inputs_from(w, at + 1, nu));
+  }
+  // What depends on time alone is known for all stages at once, and functions like sin are called while no
+  // register holds anything.
+  std::vector<bool> early(problem.arguments().size(), true);
+  std::fill_n(early.begin() + 1, 2 * n, false);
+  for (std::size_t i = 0; i < time.size(); ++i) w.inline_part(f, arguments(time[i], {x, x, u[i], p}), early);
+  for (int i = 1; i < s; ++i) {
+    const auto xi = point(row_of(rk.A(), i, i));
+    const auto k = static_cast<std::size_t>(i - 1);
+    K.push_back(w.inlined(f, arguments(time[k], {xi, xi, u[k], p})));  // f contains no x′
   }
   std::vector<Slot> results;
   for (int i = 1; i < s; ++i)
@@ -288,9 +301,9 @@ std::shared_ptr<NewtonCode> NewtonCode::make(const Problem& problem, const IrkFo
 
 bool NewtonCode::suits(const codegen::StraightLU* real, const Complex& complex) const {
   std::size_t k = 0;
-  if (real && pivots_[k++] != real->pivots()) return false;
+  if (real && pivots_[k++].get() != real->pivots().get()) return false;
   return std::all_of(complex.begin(), complex.end(),
-                     [&](const auto* lu) { return pivots_[k++] == lu->pivots(); });
+                     [&](const auto* lu) { return pivots_[k++].get() == lu->pivots().get(); });
 }
 
 void NewtonCode::set_factors(const codegen::StraightLU* real, const Complex& complex) {

@@ -9,4 +9,11 @@ double ErrorSum::norm(double sum, double largest, int count) {
   return std::sqrt(mean > largest / 9 ? mean : mean != mean ? mean : largest / 9);
 }
 
+double root(double x, int n) {
+  if (n == 4) return std::sqrt(std::sqrt(x));
+  if (n == 6) return std::cbrt(std::sqrt(x));
+  if (n == 8) return std::sqrt(std::sqrt(std::sqrt(x)));
+  return std::pow(x, 1.0 / n);
+}
+
 }  // namespace pendula::integrate
