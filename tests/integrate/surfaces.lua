@@ -1,8 +1,8 @@
 -- Piecewise smooth equations: branches are held fixed during a step, borders are located exactly.
 local x, v = vars "x v"
-local pairs_of = { dopri5 = 1e-8, dop853 = 1e-8, radau = 1e-8, gauss = 1e-8, rodas = 1e-8, bdf = 1e-6 }
+local pairs_of = { dopri5 = 1e-8, dop853 = 1e-8, radau = 1e-7, gauss = 1e-8, rodas = 1e-8, bdf = 1e-6 }
 
---- The largest error at a few times of a run with rtol = 1e-8 by every method; no step may be spent on finding the border.
+--- Errors at a few times of a run with rtol = 1e-8 by every method, within 1 … 10 (bdf: 100) times that; no step may be spent on finding the border.
 local function check(model, start, to, exact, unknown)
   for method, tol in pairs(pairs_of) do
     local sol = model:integrate { start = start, to = to, rtol = 1e-8, atol = 1e-10, method = method }
