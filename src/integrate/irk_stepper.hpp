@@ -16,6 +16,11 @@
 
 namespace pendula::integrate {
 
+/// to += factor · from
+inline void add_multiple(double* to, double factor, const double* from, int count) {
+  for (int k = 0; k < count; ++k) to[k] += factor * from[k];
+}
+
 class IrkStepper final : public Stepper {
  public:
   /// formulas: of ascending order; the method changes between them. index: of every unknown (x, z), 1 … 3;
@@ -31,6 +36,8 @@ class IrkStepper final : public Stepper {
   void interpolate(const StepView& step, double t, Detail detail, Point& out) override;
 
  private:
+  /// Contraction below which the Jacobian serves another step.
+  static constexpr double keep_jacobian_below = 0.001;
   enum class Newton { converged, slow, diverged, not_finite };
   struct Matrices {
     LinearSolver<double> real;

@@ -1,0 +1,255 @@
+// The Newton iterations of an implicit step: Jacobian, factorisations, starting values, stages, error
+// estimate.
+#include <algorithm>
+#include <cmath>
+
+#include "base/text.hpp"
+#include "integrate/irk_stepper.hpp"
+
+namespace pendula::integrate {
+namespace {
+
+constexpr double eps = std::numeric_limits<double>::epsilon();
+
+}  // namespace
+
+bool IrkStepper::evaluate_jacobian() {
+  problem_->place(here_.t, here_.x.data(), here_.xdot.data(), here_.z.data());
+  entries_ = problem_->jacobian();
+  ++stats_.jacobians;
+  jacobian_fresh_ = true;
+  for (std::size_t k = 0; k < entries_.size(); ++k) {
+    if (std::isfinite(entries_[k])) continue;
+    trouble_ = text("the Jacobian of ", problem_->equation_name(positions_[k].row), " is not finite");
+    return false;
+  }
+  return true;
+}
+
+/// Newton iterations as straight-line code, when all factorisations are.
+void IrkStepper::use_code(Matrices& matrices, bool now) {
+  const codegen::StraightLU* real = f().has_real ? matrices.real.straight() : nullptr;
+  NewtonCode::Complex& complex = straight_;
+  complex.clear();
+  for (const auto& solver : matrices.complex) complex.push_back(solver.straight());
+  if ((f().has_real && !real) || std::count(complex.begin(), complex.end(), nullptr) > 0) {
+    matrices.code = nullptr;
+    return;
+  }
+  if (!matrices.code || !matrices.code->suits(real, complex)) {
+    matrices.code =
+        NewtonCode::make(*problem_, f(), real, complex, stats_.newton_iterations - iterations_counted_, now);
+    iterations_counted_ = stats_.newton_iterations;
+  }
+  if (matrices.code) matrices.code->set_factors(real, complex);
+}
+
+/// Code for the first formula, with the Jacobian at the start.
+void IrkStepper::prepare_code() {
+  constexpr int small = 60;
+  if (N_ > small || matrices_[static_cast<std::size_t>(level_)].code || !evaluate_jacobian()) return;
+  Matrices& matrices = matrices_[static_cast<std::size_t>(level_)];
+  shift(f().gamma / dt_);
+  matrices.real.prepare(real_entries_.data());
+  for (std::size_t pair = 0; pair < f().pairs.size(); ++pair) {
+    shift(f().pairs[pair] / dt_);
+    matrices.complex[pair].prepare(complex_entries_.data());
+  }
+  if (factorise(dt_)) use_code(matrices, true);
+  trouble_.clear();
+}
+
+void IrkStepper::shift(double factor) {
+  for (std::size_t k = 0; k < entries_.size(); ++k)
+    real_entries_[k] = in_mass_[k] ? factor * entries_[k] : entries_[k];
+}
+void IrkStepper::shift(std::complex<double> factor) {
+  for (std::size_t k = 0; k < entries_.size(); ++k)
+    complex_entries_[k] = in_mass_[k] ? factor * entries_[k] : entries_[k];
+}
+
+bool IrkStepper::factorise(double dt) {
+  Matrices& matrices = matrices_[static_cast<std::size_t>(level_)];
+  shift(f().gamma / dt);
+  ++stats_.factorisations;
+  bool regular = matrices.real.factorise(real_entries_.data());
+  for (std::size_t pair = 0; regular && pair < f().pairs.size(); ++pair) {
+    shift(f().pairs[pair] / dt);
+    regular = matrices.complex[pair].factorise(complex_entries_.data());
+  }
+  factorised_for_ = regular ? dt : 0;
+  if (regular) use_code(matrices, false);
+  if (!regular) trouble_ = "the iteration matrix is singular";
+  return regular;
+}
+
+/// Starting values of Z: the collocation polynomial of the last step continued.
+void IrkStepper::predict(double dt) {
+  const auto size = static_cast<std::size_t>(N_);
+  if (old_dt_ == 0) {
+    std::fill(Z_.begin(), Z_.end(), 0.0);
+    for (int i = 0; i < f().s; ++i)  // equations that are not linear in x′ need x′ to begin with
+      for (int k = 0; k < n(); ++k)
+        Z_[static_cast<std::size_t>(i) * size + static_cast<std::size_t>(k)] =
+            f().c[static_cast<std::size_t>(i)] * dt * here_.xdot[k];
+    return;
+  }
+  // The Lagrange polynomials add up to 1: p(θ) - y₀ = Σ lⱼ(θ) Zⱼ - (y₀ - its value at the old start).
+  const IrkFormula& old = *formulas_[static_cast<std::size_t>(old_level_)];
+  lagrange_.resize(static_cast<std::size_t>(old.s) + 1);
+  for (int i = 0; i < f().s; ++i) {
+    old.lagrange(1 + f().c[static_cast<std::size_t>(i)] * dt / old_dt_, lagrange_.data());
+    double* Zi = Z_.data() + static_cast<std::size_t>(i) * size;
+    for (std::size_t k = 0; k < size; ++k) Zi[k] = step_y_[k] - y_[k];
+    for (int j = 0; j < old.s; ++j)
+      add_multiple(Zi, lagrange_[static_cast<std::size_t>(j) + 1],
+                   old_Z_.data() + static_cast<std::size_t>(j) * size, N_);
+  }
+}
+
+/// R_i = F(tᵢ, y₀ + Zᵢ, (W Z)ᵢ/h); false if not finite.
+bool IrkStepper::residuals(double dt) {
+  const int s = f().s, states = n();
+  const auto size = static_cast<std::size_t>(N_);
+  for (int i = 0; i < s; ++i) {
+    problem_->set_time(here_.t + f().c[static_cast<std::size_t>(i)] * dt);
+    double* at = problem_->unknowns();
+    const double* Zi = Z_.data() + static_cast<std::size_t>(i) * size;
+    for (int k = 0; k < states; ++k) at[k] = y_[static_cast<std::size_t>(k)] + Zi[k];
+    for (int k = 0; k < states; ++k) {
+      double sum = 0;
+      for (int j = 0; j < s; ++j)
+        sum += f().W(i, j) * Z_[static_cast<std::size_t>(j) * size + static_cast<std::size_t>(k)];
+      at[states + k] = sum / dt;
+    }
+    for (int k = states; k < N_; ++k) at[states + k] = y_[static_cast<std::size_t>(k)] + Zi[k];
+    double* R = R_.data() + static_cast<std::size_t>(i) * size;
+    problem_->residual(R);
+    ++stats_.evaluations;
+    double sum = 0;
+    for (std::size_t k = 0; k < size; ++k) sum += R[k] * 0;
+    if (sum == 0) continue;
+    for (std::size_t k = 0; k < size; ++k)
+      if (!std::isfinite(R[k]))
+        trouble_ = text(problem_->equation_name(static_cast<int>(k)), " is not finite");
+    return false;
+  }
+  return true;
+}
+
+/// R ← ΔZ, the solution of ((W ⊗ M)/h + I ⊗ J) ΔZ = -R.
+void IrkStepper::solve_stages() {
+  const int s = f().s;
+  const auto size = static_cast<std::size_t>(N_);
+  Matrices& matrices = matrices_[static_cast<std::size_t>(level_)];
+  const auto mix = [&](const Mat& by, const std::vector<double>& from, std::vector<double>& to) {
+    for (int i = 0; i < s; ++i) {
+      double* out = to.data() + static_cast<std::size_t>(i) * size;
+      std::fill_n(out, size, 0.0);
+      for (int j = 0; j < s; ++j)
+        add_multiple(out, by(i, j), from.data() + static_cast<std::size_t>(j) * size, N_);
+    }
+  };
+  mix(f().T_inverse, R_, transformed_);
+  double* w = transformed_.data();
+  if (f().has_real) {
+    for (std::size_t k = 0; k < size; ++k) w[k] = -w[k];
+    matrices.real.solve(w);
+    w += size;
+  }
+  for (LinearSolver<std::complex<double>>& solver : matrices.complex) {
+    for (std::size_t k = 0; k < size; ++k) complex_right_[k] = {-w[k], w[size + k]};
+    solver.solve(complex_right_.data());
+    for (std::size_t k = 0; k < size; ++k)
+      w[k] = complex_right_[k].real(), w[size + k] = -complex_right_[k].imag();
+    w += 2 * size;
+  }
+  mix(f().T, transformed_, R_);
+}
+
+/// Z ← Z + ΔZ; ‖ΔZ‖, NaN where an equation is not finite.
+double IrkStepper::iterate(double dt) {
+  const auto size = static_cast<std::size_t>(N_);
+  if (!residuals(dt)) return NAN;
+  solve_stages();
+  ++stats_.newton_iterations;
+  ErrorSum sum;
+  for (std::size_t k = 0; k < Z_.size(); ++k) Z_[k] += R_[k], sum.add(R_[k] / scale_[k % size]);
+  return sum.norm(f().s * N_);
+}
+
+double IrkStepper::iterate(NewtonCode& code) {
+  double sum = 0, largest = 0;
+  stats_.evaluations += f().s;
+  ++stats_.newton_iterations;
+  code.iterate(Z_, sum, largest);
+  const double length = ErrorSum::norm(sum, largest, f().s * N_);
+  if (!std::isfinite(length)) trouble_ = "the equations are not finite at a stage of the step";
+  return length;
+}
+
+IrkStepper::Newton IrkStepper::newton(double dt) {
+  const int most = 7 + (f().s - 3) * 5 / 2;
+  double before = 0, quotient_before = 0;
+  contraction_ = std::pow(std::max(contraction_, eps), 0.8);
+  theta_ = keep_jacobian_below;
+  NewtonCode* code = matrices_[static_cast<std::size_t>(level_)].code.get();
+  if (code) code->begin(*problem_, here_.t, dt, y_.data(), scale_.data());
+  for (iterations_ = 1;; ++iterations_) {
+    const double length = code ? iterate(*code) : iterate(dt);
+    if (!std::isfinite(length)) return Newton::not_finite;
+    if (iterations_ > 1) {
+      const double quotient = length / before;
+      theta_ = iterations_ == 2 ? quotient : std::sqrt(quotient * quotient_before);
+      quotient_before = quotient;
+      if (!(theta_ < 0.99)) return Newton::diverged;
+      contraction_ = theta_ / (1 - theta_);
+      const int left = most - 1 - iterations_;
+      const double predicted = contraction_ * length * std::pow(theta_, left) / newton_tolerance_;
+      if (predicted >= 1 && iterations_ < most) {
+        slow_factor_ = 0.8 * std::pow(std::clamp(predicted, 1e-4, 20.0), -1.0 / (4 + left));
+        return Newton::slow;
+      }
+    }
+    before = std::max(length, eps);
+    // One iteration tells nothing about its own contraction: far away, that of the last step is not trusted.
+    const bool measured = iterations_ > 1 || length <= 1;
+    if (measured && contraction_ * length <= newton_tolerance_) return Newton::converged;
+    if (iterations_ >= most) return Newton::diverged;
+  }
+}
+
+/// ‖(γ/h M + J)⁻¹ F(t₀, y, v)‖ with x′ = velocity_.
+double IrkStepper::filtered_error(const double* y, double) {
+  problem_->set_time(here_.t);
+  double* at = problem_->unknowns();
+  std::copy_n(y, n(), at);
+  std::copy_n(velocity_.data(), n(), at + n());
+  std::copy_n(y + n(), m(), at + 2 * n());
+  problem_->residual(error_.data());
+  ++stats_.evaluations;
+  // The residual of a constraint in x alone belongs to the point the step begins at, and h⁻² of it would be
+  // seen in an index-3 multiplier however small the step.
+  for (std::size_t k = 0; k < error_.size(); ++k) error_[k] = bare_[k] ? 0 : -error_[k];
+  matrices_[static_cast<std::size_t>(level_)].real.solve(error_.data());
+  ErrorSum sum;
+  for (int k = 0; k < N_; ++k)
+    sum.add(error_[static_cast<std::size_t>(k)] / scale_[static_cast<std::size_t>(k)]);
+  return std::max(sum.norm(N_), 1e-10);
+}
+
+double IrkStepper::error_norm(double dt, bool again) {
+  const auto size = static_cast<std::size_t>(N_);
+  std::fill_n(velocity_.data(), n(), 0.0);
+  for (int i = 0; i < f().s; ++i)
+    add_multiple(velocity_.data(), -f().error[i] / dt, Z_.data() + static_cast<std::size_t>(i) * size, n());
+  double norm = filtered_error(y_.data(), dt);
+  if (norm < 1 || !again) return norm;
+  // The first estimate of a very stiff component is too large: once more from y₀ + err.
+  std::vector<double>& moved = transformed_;
+  for (std::size_t k = 0; k < size; ++k) moved[k] = y_[k] + error_[k];
+  const double second = filtered_error(moved.data(), dt);
+  return std::isfinite(second) ? second : norm;
+}
+
+}  // namespace pendula::integrate
