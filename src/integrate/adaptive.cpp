@@ -114,6 +114,7 @@ class Run {
   std::shared_ptr<Solution> solution() { return solution_; }
 
   void start(Point point) {
+    aim(point.t);
     try {
       if (plan_.modes > 0) {
         finder_.start(point);
@@ -141,6 +142,7 @@ class Run {
     } catch (const Failure& failure) {
       status = text("stopped at t = ", rounded(reached_, 6), ": ", failure.what());
     }
+    problem_->set_limit(std::numeric_limits<double>::infinity());
     const double seconds = static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC;
     solution_->finish(status, trail_->stats, seconds);
   }
@@ -150,7 +152,7 @@ class Run {
 
   void use(const std::string& family, const Point& point) {
     trail_->use(make_stepper(family, problem_, method_, plan_, trail_->stats));
-    stepper().start(point, plan_.to);
+    stepper().start(point, end_);
     name_ += (name_.empty() ? "" : ", then ") + stepper().name();
     solution_->set_method(name_, 0);
     reached_ = point.t;
@@ -160,10 +162,14 @@ class Run {
   std::string advance() {
     poll_interrupt();
     if (trail_->stats.steps >= plan_.most_steps)
-      throw Failure(text("max_steps = ", plan_.most_steps, " steps were not enough"));
+      throw Failure(text("max_steps = ", plan_.most_steps, " steps were not enough",
+                         stepper().is_stiff()
+                             ? ". They are limited by stability: the equations are stiff, take "
+                               "method = \"radau\" or \"bdf\""
+                             : ""));
     tell_progress();
     view_.record = nullptr;
-    stepper().step(plan_.to);
+    stepper().step(end_);
     const std::size_t size = stepper().record_size();
     record_.resize(size);
     stepper().record(record_.data());
@@ -178,10 +184,31 @@ class Run {
     }
     keep(stepper().here(), false);
     if (stepper().here().t >= plan_.to) return "finished";
+    if (stepper().here().t >= end_) return pass_break();
     if (plan_.modes > 0 && modes_differ()) begin_again(Point(stepper().here()), {});
     if (plan_.leave && plan_.leave(stepper().here())) return "left";
     change_if_stiff();
     return "";
+  }
+
+  /// Goes on behind a time at which inputs are not smooth, with steps of the size they had.
+  std::string pass_break() {
+    const Point here = stepper().here();
+    aim(here.t);
+    stepper().suggest(stepper().next_dt());
+    begin_again(here, {});
+    stepper().suggest(0);
+    return "";
+  }
+
+  /// The next step ends at `to` or where inputs are not smooth.
+  void aim(double t) {
+    const auto next = std::upper_bound(plan_.breaks.begin(), plan_.breaks.end(), t);
+    const bool inside = next != plan_.breaks.end() && *next < plan_.to;
+    end_ = inside ? *next : plan_.to;
+    const double limit = next == plan_.breaks.end() ? std::numeric_limits<double>::infinity() : *next;
+    problem_->set_limit(limit);
+    finder_.set_limit(limit);
   }
 
   void keep(const Point& end, bool open) {
@@ -277,7 +304,7 @@ class Run {
   /// Begins anew where the equations or the point have jumped.
   void begin_again(const Point& point, const std::vector<EventFinder::Crossing>& crossed) {
     begin(point, crossed);
-    if (plan_.modes > 0) trail_->begin(stepper().here());
+    if (plan_.modes > 0 || !plan_.breaks.empty()) trail_->begin(stepper().here());
   }
 
   /// The time t* of an event depends on p: dt*/dp = -(dg/dp)/(dg/dt), and with it S jumps where x or x′ do:
@@ -318,8 +345,9 @@ class Run {
 
   /// The stepper and the events begin at a point, in the modes of the side on which the solution goes on.
   void begin(const Point& point, const std::vector<EventFinder::Crossing>& crossed) {
+    if (point.t >= end_) aim(point.t);
     if (plan_.modes == 0) {
-      stepper().start(point, plan_.to);
+      stepper().start(point, end_);
       finder_.start(stepper().here());
       return;
     }
@@ -328,7 +356,7 @@ class Run {
     for (std::size_t k = 0; k < 2 * plan_.events.list.size() + 2; ++k) {
       changed = set_modes(k == 0 ? point : Point(stepper().here()), crossed);
       if (k > 0 && changed < 0) return;
-      stepper().start(point, plan_.to);
+      stepper().start(point, end_);
       finder_.start(stepper().here());
     }
     reached_ = point.t;
@@ -418,6 +446,7 @@ class Run {
   std::vector<double> modes_;
   std::unique_ptr<Derivative> derivative_;
   double reached_ = 0;
+  double end_ = 0;  ///< of the next step at the latest
   int since_told_ = 0;
 };
 
@@ -429,14 +458,18 @@ void check_adaptive(const Plan& plan) {
                        name, " = 1e-8"));
   };
   for (double r : plan.tolerances.rtol) {
-    if (!(r >= 0) || !std::isfinite(r)) positive("rtol", r);
+    if (!std::isfinite(r))
+      throw Error(text("rtol = ", r, " must be a positive number, for example rtol = 1e-8"));
+    if (!(r >= 0)) positive("rtol", r);
     if (r != 0 && r < 1e-14)
       throw Error(text("rtol = ", rounded(r, 3), " is below what double precision can reach; 1e-13 is about ",
                        "the smallest that makes sense"));
   }
   for (Eigen::Index i = 0; i < plan.tolerances.atol.size(); ++i) {
     const double a = plan.tolerances.atol[i];
-    if (!(a >= 0) || !std::isfinite(a)) positive("atol", a);
+    if (!std::isfinite(a))
+      throw Error(text("atol = ", a, " must be a positive number, for example atol = 1e-8"));
+    if (!(a >= 0)) positive("atol", a);
     if (a == 0 && plan.tolerances.rtol[i] == 0) positive("rtol", 0);
   }
   if (!(plan.dt_max > 0)) throw Error(text("dtmax = ", rounded(plan.dt_max), " must be a positive number"));

@@ -57,6 +57,8 @@ class EventFinder {
     std::vector<Crossing> list;  ///< in the order of the events
   };
   bool empty() const { return events_.empty(); }
+  /// Inputs jump there: see Problem.
+  void set_limit(double t) { problem_->set_limit(t); }
   /// A new beginning at a point: what is zero here does not count as a root here.
   void start(const Point& point);
   /// On which side of its root an event function is at the last point looked at: -1, 1, or 0.

@@ -1,5 +1,6 @@
 #include "integrate/integrate.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <ctime>
 #include <limits>
@@ -133,8 +134,15 @@ class Saver {
   Point between_;
 };
 
+/// A time at which inputs jump, if there is one where a step ends.
+double jump_at(const Plan& plan, double t) {
+  const double near = 1e-9 * plan.dt;
+  const auto next = std::lower_bound(plan.breaks.begin(), plan.breaks.end(), t - near);
+  return next != plan.breaks.end() && *next <= t + near ? t - near : std::numeric_limits<double>::infinity();
+}
+
 /// Steps until the end or until something stops them; returns the status.
-std::string run(RungeKutta& engine, Point& here, const Plan& plan, Saver& saver) {
+std::string run(Problem& problem, RungeKutta& engine, Point& here, const Plan& plan, Saver& saver) {
   const long steps = count_steps(plan);
   const double last = plan.to - (plan.from + static_cast<double>(steps - 1) * plan.dt);
   const bool even = std::fabs(last - plan.dt) <= 1e-9 * plan.dt * static_cast<double>(steps);
@@ -142,11 +150,15 @@ std::string run(RungeKutta& engine, Point& here, const Plan& plan, Saver& saver)
   try {
     for (long k = 1; k <= steps; ++k) {
       poll_interrupt();
+      const double jump = jump_at(plan, k < steps ? plan.from + static_cast<double>(k) * plan.dt : plan.to);
+      problem.set_limit(jump);
       engine.step(here, k < steps || even ? plan.dt : last, next, true);
       next.t = k < steps ? plan.from + static_cast<double>(k) * plan.dt : plan.to;
       engine.at_time(next.t);
       saver.advance(here, next);
       std::swap(here, next);
+      problem.set_limit(std::numeric_limits<double>::infinity());
+      if (std::isfinite(jump) && !plan.direct) engine.settle(here);  // x′ and z behind the jump
       if (plan.leave && k < steps && plan.leave(here)) return "left";
     }
   } catch (const Interrupted&) {
@@ -187,7 +199,8 @@ SolutionPtr integrate(ProblemPtr problem, TableauPtr tableau, Point start, const
   solution->set_continuation(std::make_shared<FixedContinuation>(engine, plan.dt));
   Saver saver(*solution, *engine, plan);
   saver.start(start);
-  const std::string status = run(*engine, start, plan, saver);
+  const std::string status = run(*problem, *engine, start, plan, saver);
+  problem->set_limit(std::numeric_limits<double>::infinity());
   const double seconds = static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC;
   solution->finish(status, engine->stats(), seconds);
   return solution;

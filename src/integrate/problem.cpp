@@ -79,6 +79,7 @@ void Problem::place(double t, const double* x, const double* xdot, const double*
 void Problem::set_time(double t) {
   values_[0] = t;
   if (inputs_.empty()) return;
+  if (t >= limit_) t = std::nextafter(limit_, -std::numeric_limits<double>::infinity());
   double* to = values_.data() + 1 + 2 * n() + m();
   for (std::size_t i = 0; i < model_.u.size(); ++i, ++to) {
     *to = inputs_[i](t);

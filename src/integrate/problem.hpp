@@ -2,6 +2,7 @@
 #pragma once
 
 #include <functional>
+#include <limits>
 #include <memory>
 #include <string>
 #include <vector>
@@ -57,6 +58,8 @@ class Problem {
   void place(double t, const double* x, const double* xdot, const double* z);
   /// The same in two parts: the time (and inputs), then x, x′ and z written to unknowns(), 2n + m numbers.
   void set_time(double t);
+  /// Inputs jump at this time, where a step ends: from here on they have their value just before it.
+  void set_limit(double t) { limit_ = t; }
   double* unknowns() { return values_.data() + 1; }
   void residual(double* F);  ///< n + m values
   void rhs(double* f);       ///< n values; requires is_ode()
@@ -95,6 +98,7 @@ class Problem {
   std::vector<Projector> projectors_;
   int shown_n_ = -1, shown_m_ = -1;
   unsigned version_ = 0;
+  double limit_ = std::numeric_limits<double>::infinity();
 };
 
 using ProblemPtr = std::shared_ptr<Problem>;

@@ -58,6 +58,8 @@ class Stepper {
 
   /// Since the last start, the step size was limited by stability rather than accuracy.
   virtual bool is_stiff() const { return false; }
+  /// The first step after the next start; 0: chosen.
+  void suggest(double dt) { limits_.dt_first = dt; }
   /// The step size it would try next.
   double next_dt() const { return dt_; }
   const Problem& problem() const { return *problem_; }

@@ -56,6 +56,19 @@ void insert_inputs(dae::FirstOrder& form, const Substitution& inputs) {
   }
 }
 
+/// Inputs that only conditions, events or a question to the solution contain.
+void add_inputs(dae::FirstOrder& form, const dae::Model& model, const Simulation& simulation) {
+  std::vector<Expr> conditions;
+  for (const dae::Projection& stage : model.projections)
+    conditions.insert(conditions.end(), stage.residuals.begin(), stage.residuals.end());
+  for (const dae::Constraint& c : model.invariants) conditions.push_back(c.residual);
+  const std::vector<Expr> used = leaves(conditions);
+  for (const auto& [leaf, function] : simulation.numeric_inputs) {
+    const bool wanted = symbol_of(leaf).order == 0 || std::find(used.begin(), used.end(), leaf) != used.end();
+    if (wanted && std::find(form.u.begin(), form.u.end(), leaf) == form.u.end()) form.u.push_back(leaf);
+  }
+}
+
 /// Parameters that occur in events alone are parameters of the problem as well.
 void add_event_parameters(dae::FirstOrder& form, const std::vector<ModelEvent>& events) {
   std::vector<Expr> all;
@@ -364,6 +377,7 @@ Prepared prepare(const dae::ModelPtr& model, const Simulation& simulation) {
   Vec parameters(static_cast<Eigen::Index>(form.p.size()));
   for (std::size_t i = 0; i < form.p.size(); ++i)
     parameters[static_cast<Eigen::Index>(i)] = parameter_value(form.p[i], *model, simulation);
+  add_inputs(form, *model, simulation);
   std::vector<Problem::Input> inputs;
   for (Expr u : form.u) inputs.push_back(input_of(u, simulation));
   Prepared result;

@@ -3,8 +3,13 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/text.hpp"
 #include "expr/print.hpp"
+#include "integrate/samples.hpp"
 #include "lua/function_reference.hpp"
+#include "lua/lua_matrix.hpp"
+#include "lua/lua_sysid.hpp"
+#include "lua/objects.hpp"
 
 namespace pendula::lua {
 namespace {
@@ -42,6 +47,82 @@ std::function<double(double)> numeric(std::shared_ptr<FunctionReference> f, Eige
   };
 }
 
+struct SampleTable {
+  Vec t;
+  Mat values;  ///< one row per time
+  integrate::Samples::Hold hold = integrate::Samples::Hold::linear;
+};
+
+/// Field of the table at `index` as numbers; empty if absent.
+Mat numbers_of(lua_State* L, int index, const char* field, const std::string& what) {
+  lua_getfield(L, index, field);
+  Mat result;
+  if (!lua_isnil(L, -1)) result = to_numeric_matrix(L, lua_gettop(L), text(what, ".", field));
+  lua_pop(L, 1);
+  return result;
+}
+
+SampleTable sample_fields(lua_State* L, int index, const std::string& what) {
+  lua_pushnil(L);
+  while (lua_next(L, index) != 0) {
+    lua_pop(L, 1);
+    static const std::vector<std::string> known = {"t", "u", "Ts", "hold"};
+    const std::string key = lua_type(L, -1) == LUA_TSTRING ? lua_tostring(L, -1) : "[…]";
+    if (std::find(known.begin(), known.end(), key) == known.end())
+      throw Error(
+          text(what, ": unknown field '", key, "'.", did_you_mean(key, known),
+               " Samples are { t = {…}, u = {…}, hold = \"linear\" or \"zero\" }; Ts = 0.1 may stand for t"));
+  }
+  SampleTable table;
+  table.values = numbers_of(L, index, "u", what);
+  if (table.values.size() == 0) throw Error(text(what, " has no values: u = {…}"));
+  if (table.values.rows() == 1) table.values.transposeInPlace();
+  const Mat t = numbers_of(L, index, "t", what), Ts = numbers_of(L, index, "Ts", what);
+  if ((t.size() > 0) == (Ts.size() > 0))
+    throw Error(text(what, " needs the times of its samples: either t = {…} or Ts = 0.1"));
+  if (Ts.size() > 0 && !(Ts.size() == 1 && Ts(0, 0) > 0))
+    throw Error(text(what, ".Ts must be a positive number"));
+  table.t = t.size() > 0 ? Vec(t.reshaped())
+                         : Vec(Vec::LinSpaced(table.values.rows(), 0, 1) *
+                               (Ts(0, 0) * static_cast<double>(table.values.rows() - 1)));
+  lua_getfield(L, index, "hold");
+  const std::string hold = lua_isnil(L, -1) ? "linear" : lua_tostring(L, -1) ? lua_tostring(L, -1) : "";
+  lua_pop(L, 1);
+  if (hold != "linear" && hold != "zero")
+    throw Error(text(what, ".hold: \"linear\" (straight lines) or \"zero\" (constant between samples)"));
+  if (hold == "zero") table.hold = integrate::Samples::Hold::zero;
+  return table;
+}
+
+/// Samples in any of their forms, or nothing.
+std::optional<SampleTable> samples(lua_State* L, int index, std::size_t components, const std::string& what) {
+  if (const auto* held = object_at(L, index, TypeName<sysid::IdData>::value)) {
+    const auto& d = *static_cast<const sysid::IdData*>(held->get());
+    if (d.inputs() == 0) throw Error(text(what, ": the data has no input"));
+    if (d.experiments() > 1) throw Error(text(what, ": the data has several experiments; take one of them"));
+    SampleTable table{Vec::LinSpaced(d.samples(), 0, static_cast<double>(d.samples() - 1)) * d.Ts, d.u,
+                      integrate::Samples::Hold::zero};
+    return table;
+  }
+  if (lua_istable(L, index) && object_type(L, index).empty() && lua_rawlen(L, index) == 0) {
+    lua_pushnil(L);
+    if (lua_next(L, index) == 0) return {};
+    lua_pop(L, 2);
+    return sample_fields(L, index, what);
+  }
+  if (components != 1 || !(lua_istable(L, index) || object_at(L, index, TypeName<Matrix>::value))) return {};
+  const MatX m = to_matrix(L, index, what);
+  if (m.cols() != 2 || m.rows() < 2) {
+    if (m.size() > 1)
+      throw Error(text(what, " has ", m.size(),
+                       " values for one component; samples need their times: { t = {…}, u = {…} }, ",
+                       "{ Ts = 0.1, u = {…} }, or rows { {t, u}, … }"));
+    return {};
+  }
+  const Mat rows = to_numeric_matrix(L, index, what);
+  return SampleTable{rows.col(0), rows.col(1)};
+}
+
 void give(const std::vector<Expr>& leaves_given, const MatX& value, const std::string& key,
           Substitution& out) {
   if (value.size() != static_cast<Eigen::Index>(leaves_given.size()))
@@ -57,6 +138,24 @@ void give(const std::vector<Expr>& leaves_given, const MatX& value, const std::s
   }
 }
 
+void give_samples(const SymbolEntry& entry, const SampleTable& table, Inputs& out) {
+  if (table.values.cols() != static_cast<Eigen::Index>(entry.leaves.size()))
+    throw Error(text("input '", entry.key, "' has ", entry.leaves.size(), " components, its samples have ",
+                     table.values.cols()));
+  const std::vector<double> t(table.t.begin(), table.t.end());
+  for (std::size_t i = 0; i < entry.leaves.size(); ++i) {
+    const Vec column = table.values.col(static_cast<Eigen::Index>(i));
+    const auto signal = std::make_shared<integrate::Samples>(
+        t, std::vector<double>(column.begin(), column.end()), table.hold, entry.key);
+    out.numeric.push_back({entry.leaves[i], [signal](double at) { return (*signal)(at); }});
+    if (table.hold == integrate::Samples::Hold::linear)
+      out.numeric.push_back(
+          {derivative_leaf(entry.leaves[i]), [signal](double at) { return signal->slope(at); }});
+  }
+  out.breaks.insert(out.breaks.end(), t.begin(), t.end());
+  std::sort(out.breaks.begin(), out.breaks.end());
+}
+
 }  // namespace
 
 Inputs read_inputs(const Options& options, const dae::Model& model, lua_State* L) {
@@ -70,6 +169,8 @@ Inputs read_inputs(const Options& options, const dae::Model& model, lua_State* L
     for (Expr leaf : entry.leaves)
       if (std::find(model.inputs.begin(), model.inputs.end(), symbol_of(leaf).base) == model.inputs.end())
         throw Error(text("'", entry.key, "' is not an input of this model"));
+    if (const auto data = samples(L, entry.value, entry.leaves.size(), "input " + entry.key))
+      return give_samples(entry, *data, inputs);
     if (!lua_isfunction(L, entry.value))
       return give(entry.leaves, to_matrix(L, entry.value, "input " + entry.key), entry.key,
                   inputs.expressions);

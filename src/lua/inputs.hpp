@@ -1,4 +1,5 @@
-// inputs = { [u] = function(t) … end | expression in t | number }: how known functions of time are given.
+// inputs = { [u] = function(t) … end | expression in t | number | samples }: how known functions of time are
+// given. Samples: { t = {…}, u = {…} }, { Ts = 0.1, u = {…} }, an N×2 matrix of rows (t, u), or iddata.
 #pragma once
 
 #include <functional>
@@ -8,16 +9,17 @@
 
 namespace pendula::lua {
 
-/// An input that could not be traced to an expression and is called with numbers instead.
+/// An input that is called with numbers: samples, or a function that could not be traced to an expression.
 struct NumericInput {
   Expr leaf;
-  std::function<double(double)> value;  ///< calls back into Lua: main thread only
+  std::function<double(double)> value;  ///< may call back into Lua: main thread only
 };
 
 struct Inputs {
   Substitution
       expressions;  ///< every input leaf of the model, derivatives included, where it is known exactly
   std::vector<NumericInput> numeric;  ///< the rest; derivatives of these are not available
+  std::vector<double> breaks;         ///< ascending: times at which samples jump or bend
 };
 
 /// Reads the option `inputs` of init and integrate. A Lua function is called once with the symbol t; if that

@@ -219,6 +219,9 @@ ModelEvent read_event(lua_State* L, int table, const dae::ModelPtr& model, const
   };
   const int top = lua_gettop(L);
   event.when = read_when(L, field("when"), what);
+  if (event.when.is_constant())
+    throw Error(text(what, ".when = ", to_text(event.when),
+                     " is constant: give an expression whose roots are the events"));
   event.direction = read_direction(L, field("direction"), what);
   const int action = field("action");
   if (!lua_isnil(L, action)) {
@@ -393,6 +396,7 @@ integrate::Simulation read_simulation(Call& call, const Options& options, const 
   }
   Inputs inputs = read_inputs(options, *model, call.L);
   simulation.inputs = std::move(inputs.expressions);
+  simulation.plan.breaks = std::move(inputs.breaks);
   for (NumericInput& input : inputs.numeric)
     simulation.numeric_inputs.emplace_back(input.leaf, std::move(input.value));
   return simulation;

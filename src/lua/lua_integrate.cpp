@@ -282,7 +282,10 @@ const Module integrate_module = {
          "a number, a list, or { [x] = 1e-9 }), by a method that is chosen and named in stats(), or by "
          "\"radau\", \"bdf\", \"dopri5\", \"tsit5\", \"dop853\", \"rodas\", \"gauss\". start is a result of "
          "init "
-         "or a table; times: the times to save; events: a list of { when = e, direction = -1, 0 or 1, then "
+         "or a table; times: the times to save; inputs: { [u] = function(t) … end, an expression, iddata, or "
+         "samples { "
+         "t = {…}, u = {…}, hold = \"linear\" or \"zero\" } }; events: a list of { when = e, direction = -1, "
+         "0 or 1, then "
          "action = \"stop\", reset = { [v] = -0.9*v } or call = function(sol) … end }; direct = true "
          "integrates a model of index 2 or more as it stands. What ends a run early is in sol.status.",
          "x = var \"x\"\nsol = dae{ der(x) ~ -2*x }:integrate{ start = { x = 1 }, to = 2, method = rk.rk4, "
