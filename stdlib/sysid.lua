@@ -112,3 +112,63 @@ doc { name = "fit_result:plot", module = "identification", sig = "r:plot() -> fi
     for _, name in ipairs(d.y_names) do labels[#labels + 1] = name .. " fitted" end
     return named "plot" (d.t, d.y, d.t, r.simulated, { labels = labels, xlabel = "t [s]", style = { "points", "line" } })
   end }
+
+-- What a linear system answers, asked of an estimated model.
+for _, row in ipairs {
+  { "poles", "mod:poles() -> roots", "Poles of the transfer function from u to y, with sampling time: inside the unit circle is stable." },
+  { "zeros", "mod:zeros() -> roots", "Its zeros." },
+  { "dcgain", "mod:dcgain() -> number or matrix", "Its static gain G(1)." },
+  { "step", "mod:step([to or times]) -> response", "Its step response." },
+  { "impulse", "mod:impulse([to or times]) -> response", "Its impulse response." },
+  { "bode", "mod:bode([ω]) -> frequency response", "Its frequency response." },
+  { "freqresp", "mod:freqresp([ω]) -> frequency response", "The same as mod:bode." },
+  { "nyquist", "mod:nyquist([ω]) -> figure", "Its Nyquist curve." },
+  { "pzmap", "mod:pzmap() -> figure", "Its poles and zeros in the plane." },
+} do
+  local name, sig, text = table.unpack(row)
+  doc { name = "idmodel:" .. name, module = "identification", sig = sig, text = text,
+    function(m, ...)
+      local G = (m.kind == "state space" or #m.y_names > 1) and m:ss() or m:tf()
+      return G[name](G, ...)
+    end }
+end
+
+doc { name = "order_scan_result:plot", module = "identification", sig = "s:plot() -> figure",
+  text = "For every number of parameters the best loss, and the best loss on the validation data.",
+  example = "u, y = {}, {}\nfor t = 1, 60 do u[t] = (-1)^(t*t//3); y[t] = 0.5*(y[t-1] or 0) + (u[t-2] or 0) + ((7*t) % 5)/50 end\n"
+    .. "order_scan(iddata{ y = y, u = u }, { na = {1, 2}, nb = 1, nk = {1, 3} }):plot()",
+  gives = "figure 'order scan: best model of every size': 1 series, 2 points",
+  function(s)
+    local best, best_v, sizes = {}, {}, {}
+    for i = 1, #s do
+      local m = s[i]
+      local d = m.parameters
+      if not best[d] then sizes[#sizes + 1] = d end
+      best[d] = math.min(best[d] or math.huge, m.loss)
+      if m.validation_loss then best_v[d] = math.min(best_v[d] or math.huge, m.validation_loss) end
+    end
+    table.sort(sizes)
+    local loss, loss_v = {}, {}
+    for i, d in ipairs(sizes) do loss[i], loss_v[i] = best[d], best_v[d] end
+    local arguments = { sizes, loss }
+    if #loss_v > 0 then arguments[3], arguments[4] = sizes, loss_v end
+    arguments[#arguments + 1] = { title = "order scan: best model of every size", xlabel = "parameters", ylabel = "loss",
+      labels = #loss_v > 0 and { "estimation", "validation" } or { "estimation" }, style = "line" }
+    return named "plot" (table.unpack(arguments))
+  end }
+
+doc { name = "comparison:plot", module = "identification", sig = "c:plot() -> figure",
+  text = "The measured output and the simulation of every model, with its fit in the legend.",
+  example = "d = iddata{ y = {0, 2, 1, 4, 2}, u = {1, 0.5, 2, 1, 0} }\ncompare(d, fir(d, { nb = 1 })):plot()",
+  gives = "figure 'simulation': 2 series, 10 points",
+  function(c)
+    local d = c.data
+    local arguments, labels = { d.t, d.y }, { "measured" }
+    for i = 1, #c do
+      arguments[#arguments + 1], arguments[#arguments + 2] = d.t, c.models[i]:simulate(d)
+      labels[#labels + 1] = ("%s, %.4g %%"):format(c[i].name, c[i].simulation)
+    end
+    if #d.y_names > 1 then fail "c:plot is for models with one output" end
+    arguments[#arguments + 1] = { title = "simulation", labels = labels, xlabel = "t [s]", ylabel = d.y_names[1], style = "line" }
+    return named "plot" (table.unpack(arguments))
+  end }

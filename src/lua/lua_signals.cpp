@@ -1,6 +1,5 @@
-// Input signals, their spectra, and estimated models as linear systems. Reads arguments, calls src/sysid.
+// Input signals and their spectra. Reads arguments, calls src/sysid.
 #include "base/text.hpp"
-#include "lua/lua_lti.hpp"
 #include "lua/lua_sysid.hpp"
 #include "sysid/signals.hpp"
 
@@ -101,39 +100,6 @@ int excitation(Call& call) {
 }
 int crest(Call& call) { return call.push(sysid::crest_factor(read_signal(call, 1, nullptr))); }
 
-/// B(q)/(A(q) F(q)) with q⁻¹ = z⁻¹, as a fraction in z.
-lti::Fraction fraction_of(const sysid::Polynomials& p, std::size_t input) {
-  using lti::operator*;
-  const auto polynomial = [](const Vec& c) {  // in z⁻¹
-    lti::Polynomial q;
-    for (Eigen::Index k = 0; k < c.size(); ++k) q.push_back(Expr(c[k]));
-    return q;
-  };
-  lti::Polynomial num = polynomial(p.B[input]), den = polynomial(p.A);
-  if (input < p.F.size()) den = den * polynomial(p.F[input]);
-  while (!num.empty() && num.back().is_zero()) num.pop_back();
-  const std::size_t size = std::max(num.size(), den.size());
-  num.resize(size), den.resize(size);
-  return {{num.rbegin(), num.rend()}, {den.rbegin(), den.rend()}};
-}
-
-int model_tf(Call& call) {
-  const auto& m = call.object<sysid::IdModel>(1, "idmodel");
-  if (m.coupled)
-    throw Error("the outputs of this model feed each other; there is no transfer function of one equation");
-  if (m.outputs.empty() || m.inputs == 0) throw Error("a model without inputs has no transfer function");
-  std::vector<lti::Fraction> list;
-  for (const auto& output : m.outputs)
-    for (std::size_t j = 0; j < static_cast<std::size_t>(m.inputs); ++j)
-      list.push_back(fraction_of(output.p, j));
-  lti::System g = lti::make_tf(std::move(list), static_cast<int>(m.outputs.size()),
-                               static_cast<int>(m.inputs), Expr(m.outputs[0].Ts));
-  for (const auto& output : m.outputs) g.output_names.push_back(output.y_name);
-  g.input_names = m.outputs[0].u_names;
-  if (g.input_names.size() != static_cast<std::size_t>(g.inputs)) g.input_names.clear();
-  return push_system(call, std::move(g));
-}
-
 }  // namespace
 
 extern const Module signals_module;
@@ -179,9 +145,6 @@ const Module signals_module = {
          "excitation_order(square(40, { period = 40 })), excitation_order({1, 1, 1, 1, 1, 1})", "20\t1"},
         {"crest_factor", crest, "crest_factor(u) -> number", "The largest |u| over its root mean square.",
          "crest_factor({1, -1, 1})", "1.0"},
-        {"idmodel:tf", model_tf, "mod:tf() -> G",
-         "The transfer functions B(q)/(A(q) F(q)) of an estimated model as a discrete linear system: "
-         "G:poles(), G:bode(), G:step(), d2c(G)."},
     }};
 
 }  // namespace pendula::lua

@@ -7,6 +7,7 @@
 #include "sysid/iddata.hpp"
 #include "sysid/least_squares.hpp"
 #include "sysid/model.hpp"
+#include "sysid/predictor.hpp"
 
 namespace pendula::lua {
 
@@ -22,6 +23,10 @@ struct TypeName<sysid::IdModel> {
 template <>
 struct TypeName<sysid::Density> {
   static constexpr const char* value = "density";
+};
+template <>
+struct TypeName<sysid::Predictor> {
+  static constexpr const char* value = "predictor";
 };
 template <>
 struct TypeName<sysid::ParameterSet> {

@@ -178,6 +178,12 @@ int detrend(Call& call) {
     };
     return push(call, sysid::remove_offsets(d, offsets("y", d.outputs()), offsets("u", d.inputs())));
   }
+  if (call.has(2) && lua_type(call.L, 2) == LUA_TNUMBER) {
+    const long degree = call.integer(2, "trend");
+    if (degree != 0 && degree != 1)
+      throw Error(text("trend: 0 removes the means, 1 the lines; got ", degree));
+    return push(call, sysid::detrend(d, degree == 0 ? sysid::Trend::mean : sysid::Trend::line));
+  }
   const std::string how = call.string(2, "trend", "mean");
   if (how == "mean" || how == "means" || how == "constant")
     return push(call, sysid::detrend(d, sysid::Trend::mean));
@@ -187,9 +193,10 @@ int detrend(Call& call) {
 }
 
 int resample(Call& call) {
-  const Options o = call.options(3, {"method"});
+  const bool table = call.has(2) && lua_istable(call.L, 2);
+  const Options o = table ? call.options(2, {"Ts", "method"}) : call.options(3, {"method"});
   const std::string how = o.string("method", "lowpass");
-  const double Ts = call.number(2, "Ts");
+  const double Ts = table ? o.number("Ts") : call.number(2, "Ts");
   if (how == "lowpass") return push(call, sysid::resample(self(call), Ts, sysid::Resampling::lowpass));
   if (how == "linear") return push(call, sysid::resample(self(call), Ts, sysid::Resampling::linear));
   if (how == "hold") return push(call, sysid::resample(self(call), Ts, sysid::Resampling::hold));
@@ -210,6 +217,54 @@ int fill(Call& call) {
   if (how == "previous") return push(call, sysid::fill(self(call), sysid::Filling::previous));
   throw Error(
       text("unknown method '", how, "'.", did_you_mean(how, {"linear", "previous"}), " (linear, previous)"));
+}
+
+std::vector<Index> wanted(Call& call, const Options& o, const char* key,
+                          const std::vector<std::string>& names) {
+  std::vector<Index> out;
+  if (!o.has(key)) {
+    for (std::size_t i = 0; i < names.size(); ++i) out.push_back(static_cast<Index>(i));
+    return out;
+  }
+  const int at = o.push(key);
+  if (lua_istable(call.L, at) && lua_rawlen(call.L, at) == 0) return out;
+  for (const std::string& name : to_words(call.L, at, key)) {
+    const auto found = std::find(names.begin(), names.end(), name);
+    std::size_t i = static_cast<std::size_t>(found - names.begin());
+    if (found == names.end()) {
+      char* end = nullptr;
+      const long number = std::strtol(name.c_str(), &end, 10);
+      if (*end != 0 || number < 1 || number > static_cast<long>(names.size()))
+        throw Error(text("there is no ", *key == 'y' ? "output" : "input", " '", name, "'.",
+                         did_you_mean(name, names), " (", names.empty() ? "none" : join(names, ", "), ")"));
+      i = static_cast<std::size_t>(number - 1);
+    }
+    out.push_back(static_cast<Index>(i));
+  }
+  lua_settop(call.L, call.count());
+  return out;
+}
+
+int select(Call& call) {
+  const IdData& d = self(call);
+  call.table(2, "signals");
+  const Options o = call.options(2, {"y", "u"});
+  return push(call, sysid::select(d, wanted(call, o, "y", d.y_names), wanted(call, o, "u", d.u_names)));
+}
+
+int save(Call& call) {
+  const IdData& d = self(call);
+  const std::string path = call.string(2, "file");
+  if (path.size() > 4 && path.compare(path.size() - 4, 4, ".mat") == 0)
+    sysid::write_mat(d, path);
+  else
+    sysid::write_csv(d, path);
+  return 0;
+}
+
+int csv(Call& call) {
+  sysid::write_csv(self(call), call.string(2, "file"));
+  return 0;
 }
 
 int field_y(Call& call) { return push_matrix(call.L, self(call).y); }
@@ -280,6 +335,17 @@ const Module iddata_module = {
         {"iddata:fill", fill, "d:fill([\"linear\" | \"previous\"]) -> iddata",
          "Replaces missing samples by interpolation or by the last one before.",
          "iddata{ y = {1, 0/0, 3} }:fill().y[2]", "2.0"},
+        {"iddata:select", select, "d:select{ y =, u = } -> iddata",
+         "Some of the signals, by names or numbers; what is not given stays, {} leaves all out.",
+         "iddata{ y = {{1, 2}, {3, 4}, {5, 6}}, u = {1, 0, 1} }:select{ y = 2 }.y.T", "2  4  6"},
+        {"iddata:csv", csv, "d:csv(file)",
+         "Writes a text table: t, the inputs, the outputs; a missing sample is an empty field. iddata.read "
+         "reads it back.",
+         "name = os.tmpname()  iddata{ y = {1, 0/0}, u = {3, 4}, Ts = 0.5 }:csv(name)\n"
+         "f = io.open(name)  print(f:read \"a\")  f:close()  os.remove(name)",
+         "t,u,y\n0,3,1\n0.5,4,\n"},
+        {"iddata:save", save, "d:save(file)",
+         "As a MATLAB file (y, u, Ts) if the name ends in .mat, else as d:csv.", "", ""},
         {"iddata#y", field_y, "d.y -> matrix", "The outputs, one column each.", "", ""},
         {"iddata#u", field_u, "d.u -> matrix", "The inputs, one column each.", "", ""},
         {"iddata#t", field_t, "d.t -> column", "The sampling times, from 0.", "", ""},

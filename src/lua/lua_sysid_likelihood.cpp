@@ -11,9 +11,37 @@ using Eigen::Index;
 using sysid::Density;
 using sysid::ParameterSet;
 
+namespace {
+
+/// The density of a Lua function of e.
+Density density_of(lua_State* L, int function) {
+  Density f;
+  f.kind = Density::Kind::user;
+  f.error = symbol(Kind::slot, "e");
+  lua_pushvalue(L, function);
+  push_expr(L, f.error);
+  protected_call(L, 1, 1);
+  f.pdf = to_expr(L, lua_gettop(L), "the density");
+  lua_pop(L, 1);
+  for (const Expr leaf : leaves({&f.pdf, 1}))
+    if (leaf != f.error && symbol_of(leaf).kind != Kind::constant)
+      throw Error(text("the density may depend on e only, but it contains ", symbol_of(leaf).name));
+  if (!depends_on(f.pdf, f.error))
+    throw Error("the density does not depend on e; write density(function(e) return exp(-abs(e)) end)");
+  return f;
+}
+
+}  // namespace
+
 std::shared_ptr<const Density> read_noise(Call& call, const Options& o) {
   if (!o.has("noise")) return nullptr;
-  const auto* held = object_at(call.L, o.push("noise"), TypeName<Density>::value);
+  const int at = o.push("noise");
+  if (lua_isfunction(call.L, at)) {
+    const auto made = std::make_shared<const Density>(density_of(call.L, at));
+    lua_settop(call.L, call.count());
+    return made;
+  }
+  const auto* held = object_at(call.L, at, TypeName<Density>::value);
   if (!held)
     throw Error(text(
         "noise must be a density such as gaussian(0.1), uniform(-1, 1), laplace() or exponential(), got ",
@@ -70,21 +98,7 @@ int exponential(Call& call) {
 
 int density(Call& call) {
   call.function(1, "f");
-  lua_State* L = call.L;
-  Density f;
-  f.kind = Density::Kind::user;
-  f.error = symbol(Kind::slot, "e");
-  lua_pushvalue(L, 1);
-  push_expr(L, f.error);
-  protected_call(L, 1, 1);
-  f.pdf = to_expr(L, lua_gettop(L), "the density");
-  lua_pop(L, 1);
-  for (const Expr leaf : leaves({&f.pdf, 1}))
-    if (leaf != f.error && symbol_of(leaf).kind != Kind::constant)
-      throw Error(text("the density may depend on e only, but it contains ", symbol_of(leaf).name));
-  if (!depends_on(f.pdf, f.error))
-    throw Error("the density does not depend on e; write density(function(e) return exp(-abs(e)) end)");
-  return push(call, f);
+  return push(call, density_of(call.L, 1));
 }
 
 int density_text(Call& call) { return call.push(sysid::describe(call.object<Density>(1, "density"))); }
@@ -253,6 +267,7 @@ const Module likelihood_module = {
          "The interval of every parameter, also as .low and .high.", "", ""},
         {"parameter_set#center", center, "set.center -> column",
          "The centre of the largest ball inside (Chebyshev centre).", "", ""},
+        {"parameter_set#centre", center, "set.centre -> column", "The same as set.center.", "", ""},
         {"parameter_set#radius", radius, "set.radius -> number", "The radius of that ball.", "", ""},
         {"parameter_set#theta", theta, "set.theta -> column",
          "One point of the set: the Chebyshev centre; of an empty set, the point of the smallest feasible "

@@ -9,6 +9,8 @@ using Eigen::Index;
 struct LsqResult {
   sysid::WeightedLeastSquares fit;
   std::vector<std::string> names;
+  std::string noise;  ///< maximum likelihood: the density in words
+  double log_likelihood = 0;
 };
 template <>
 struct TypeName<LsqResult> {
@@ -16,6 +18,23 @@ struct TypeName<LsqResult> {
 };
 
 namespace {
+
+/// noise = a density: the set of uniform noise, or the maximum-likelihood estimate in place of least squares.
+int with_density(Call& call, LsqResult result, const Mat& A, const Vec& y, const sysid::Density& noise) {
+  if (A.rows() != y.size()) throw Error(text("A has ", A.rows(), " rows but y has ", y.size(), " entries"));
+  sysid::Regression r{A, y, result.names, {}};
+  for (Index i = 1; i <= y.size(); ++i) r.sample.push_back(i);
+  if (noise.kind == sysid::Density::Kind::uniform) return push_parameter_set(call, std::move(r), noise);
+  result.fit = sysid::least_squares(A, y, {});
+  if (result.fit.rank == A.cols()) {  // otherwise the rank report comes first
+    const sysid::LikelihoodFit best = sysid::maximise(r, noise);
+    result.fit.theta = best.theta, result.fit.covariance = best.covariance;
+    result.fit.residuals = y - A * best.theta;
+    result.fit.sse = result.fit.residuals.squaredNorm();
+    result.noise = sysid::described(noise, best), result.log_likelihood = best.log_likelihood;
+  }
+  return call.push(std::make_shared<const LsqResult>(std::move(result)));
+}
 
 int lsq(Call& call) {
   lua_State* L = call.L;
@@ -28,6 +47,8 @@ int lsq(Call& call) {
   const Mat rows = A.cols() == 1 && y.size() == 1 ? Mat(A.transpose()) : A;
   sysid::Weighting weighting;
   if (o.has("covariance")) weighting.covariance = to_data(L, o.push("covariance"), "covariance");
+  if (weighting.covariance.size() == 1 && y.size() > 1)  // one variance for all
+    weighting.covariance = Mat(Mat::Constant(y.size(), 1, weighting.covariance(0, 0)));
   if (o.has("weights")) weighting.weights = to_data(L, o.push("weights"), "weights").reshaped();
   LsqResult result;
   if (o.has("names")) {
@@ -39,13 +60,9 @@ int lsq(Call& call) {
   }
   lua_settop(L, call.count());
   if (const auto noise = read_noise(call, o)) {
-    if (noise->kind != sysid::Density::Kind::uniform)
-      throw Error("lsq takes noise = uniform(low, high); for other densities see arx and mle");
-    if (rows.rows() != y.size())
-      throw Error(text("A has ", rows.rows(), " rows but y has ", y.size(), " entries"));
-    sysid::Regression r{rows, y, result.names, {}};
-    for (Index i = 1; i <= y.size(); ++i) r.sample.push_back(i);
-    return push_parameter_set(call, std::move(r), *noise);
+    if (o.has("covariance") || o.has("weights"))
+      throw Error("give noise or covariance or weights, not several of them");
+    return with_density(call, std::move(result), rows, y, *noise);
   }
   result.fit = sysid::least_squares(rows, y, weighting);
   return call.push(std::make_shared<const LsqResult>(std::move(result)));
@@ -53,8 +70,14 @@ int lsq(Call& call) {
 
 const LsqResult& self(Call& call) { return call.object<LsqResult>(1, "lsq_result"); }
 int theta(Call& call) { return push_matrix(call.L, Mat(self(call).fit.theta)); }
-int covariance(Call& call) { return push_matrix(call.L, self(call).fit.covariance); }
+int covariance(Call& call) {
+  if (self(call).fit.covariance.size() == 0)
+    throw Error("this estimate has no covariance: it lies in a corner of the feasible set");
+  return push_matrix(call.L, self(call).fit.covariance);
+}
 int deviations(Call& call) {
+  if (self(call).fit.covariance.size() == 0)
+    throw Error("this estimate has no standard deviation: it lies in a corner of the feasible set");
   return push_matrix(call.L, Mat(sysid::standard_deviations(self(call).fit, self(call).fit.covariance)));
 }
 int rank(Call& call) { return call.push(static_cast<long>(self(call).fit.rank)); }
@@ -67,11 +90,16 @@ int unidentifiable(Call& call) {
   return push_words(call.L, sysid::free_directions(self(call).fit.null_space, self(call).names));
 }
 
+int log_likelihood(Call& call) { return call.push(self(call).log_likelihood); }
+
 int to_text(Call& call) {
-  const auto& [fit, names] = self(call);
-  const Vec std = sysid::standard_deviations(fit, fit.covariance);
-  const bool uncertain = fit.known_noise || fit.sigma2 > 0;
-  std::string out = text("least squares: ", fit.rows, fit.rows == 1 ? " row, " : " rows, ", names.size(),
+  const auto& fit = self(call).fit;
+  const auto& names = self(call).names;
+  const bool corner = fit.covariance.size() == 0, likelihood = !self(call).noise.empty();
+  const Vec std = corner ? Vec(Vec::Zero(fit.theta.size())) : sysid::standard_deviations(fit, fit.covariance);
+  const bool uncertain = !corner && (fit.known_noise || fit.sigma2 > 0);
+  std::string out = text(likelihood ? "maximum likelihood: " : "least squares: ", fit.rows,
+                         fit.rows == 1 ? " row, " : " rows, ", names.size(),
                          names.size() == 1 ? " parameter, rank " : " parameters, rank ", fit.rank, "\n");
   Table table({false, true, false});
   for (std::size_t i = 0; i < names.size(); ++i) {
@@ -82,7 +110,9 @@ int to_text(Call& call) {
                                     : ""});
   }
   out += table.str(2);
-  if (fit.known_noise)
+  if (likelihood)
+    out += text("  ", self(call).noise, ", ln L = ", rounded(self(call).log_likelihood, 7), "\n");
+  else if (fit.known_noise)
     out += text("  covariance (Aᵀ S⁻¹ A)⁻¹ with the given S\n");
   else if (fit.exact())
     out += "  the data are reproduced exactly (to rounding)\n";
@@ -103,10 +133,11 @@ const Module lsq_module = {
     "identification",
     "",
     {
-        {"lsq", lsq, "lsq(A, y [, { covariance = S | weights = w, names = {…} }]) -> lsq_result",
+        {"lsq", lsq, "lsq(A, y [, { covariance = S | weights = w | noise =, names = {…} }]) -> lsq_result",
          "θ that minimises (Aθ - y)ᵀ S⁻¹ (Aθ - y). With S, the covariance of the noise, cov θ = (Aᵀ S⁻¹ "
          "A)⁻¹; without it, "
-         "σ̂² (AᵀA)⁻¹; weights are 1/variances up to a common factor. When the rank is deficient the estimate "
+         "σ̂² (AᵀA)⁻¹; weights are 1/variances up to a common factor. noise: maximum likelihood for a "
+         "density; uniform(low, high) gives the set. When the rank is deficient the estimate "
          "has minimum norm and the result says which "
          "combinations are free.",
          "print(lsq({ {0, 1} }, {1}, { names = {\"a\", \"b\"} }))",
@@ -129,6 +160,8 @@ const Module lsq_module = {
         {"lsq_result#null_space", null_space, "r.null_space -> matrix",
          "θ + null_space α predicts the same for every α.", "", ""},
         {"lsq_result#exact", exact, "r.exact -> boolean", "The residual is rounding.", "", ""},
+        {"lsq_result#log_likelihood", log_likelihood, "r.log_likelihood -> number",
+         "With noise = …: ln L at θ.", "", ""},
         {"lsq_result#unidentifiable", unidentifiable, "r.unidentifiable -> list",
          "The free combinations in words; empty at full rank.", "", ""},
         {"lsq_result:__tostring", to_text, "print(r)",

@@ -72,6 +72,14 @@ std::vector<int> read_coupling(Call& call, const Options& o, const IdData& d, In
   return row;
 }
 
+/// ic = "drop" …, also written start = "drop".
+sysid::Start read_ic(Call& call, const Options& o, const char* fallback) {
+  if (o.has("ic") || !o.has("start")) return sysid::start_named(o.string("ic", fallback));
+  const bool word = lua_type(call.L, o.push("start")) == LUA_TSTRING;
+  lua_settop(call.L, call.count());
+  return sysid::start_named(word ? o.string("start") : fallback);
+}
+
 int estimate_arx(Call& call, const Options& o) {
   const IdData& d = call.object<IdData>(1, "data");
   std::vector<sysid::Orders> orders;
@@ -80,7 +88,7 @@ int estimate_arx(Call& call, const Options& o) {
     orders.push_back(read_orders(call, o, d, i));
     couplings.push_back(read_coupling(call, o, d, i));
   }
-  const sysid::Start start = sysid::start_named(o.string("ic", "drop"));
+  const sysid::Start start = read_ic(call, o, "drop");
   if (const auto noise = read_noise(call, o)) {
     if (d.outputs() > 1)
       throw Error("noise densities are for data with one output; take one: iddata{ y = d.y:block(…), … }");
@@ -97,13 +105,13 @@ int estimate_arx(Call& call, const Options& o) {
 int arx(Call& call) {
   call.object<IdData>(1, "data");
   call.table(2, "orders");
-  return estimate_arx(call, call.options(2, {"na", "nb", "nk", "ic", "noise"}));
+  return estimate_arx(call, call.options(2, {"na", "nb", "nk", "ic", "noise", "start"}));
 }
 
 int fir(Call& call) {
   call.object<IdData>(1, "data");
   call.table(2, "orders");
-  const Options o = call.options(2, {"nb", "nk", "ic", "noise"});
+  const Options o = call.options(2, {"nb", "nk", "ic", "noise", "start"});
   if (!o.has("nb")) throw Error("nb is missing: the number of coefficients, fir(d, { nb = 10, nk = 1 })");
   return estimate_arx(call, o);
 }
@@ -112,9 +120,9 @@ int fir(Call& call) {
 int estimate_pem(Call& call, const Options& o, const char* kind) {
   const IdData& d = call.object<IdData>(1, "data");
   sysid::PemOptions options;
-  options.start = sysid::start_named(o.string("ic", "estimate"));
+  options.start = read_ic(call, o, "estimate");
   options.iterations = static_cast<int>(o.integer("iterations", 200));
-  if (o.has("start")) {
+  if (o.has("start") && lua_type(call.L, o.push("start")) != LUA_TSTRING) {
     if (d.outputs() > 1) throw Error("start is for models with one output");
     options.theta = Vec(to_data(call.L, o.push("start"), "start").reshaped());
     lua_settop(call.L, call.count());
@@ -154,102 +162,7 @@ int pem(Call& call) {
       call, call.options(2, {"na", "nb", "nc", "nd", "nf", "nk", "ic", "start", "iterations"}), "polynomial");
 }
 
-// ── fields ──
-
 const IdModel& self(Call& call) { return call.object<IdModel>(1, "idmodel"); }
-
-/// A value per output: the value itself when there is one, else a list.
-template <class Push>
-int each_output(Call& call, const Push& push) {
-  const IdModel& m = self(call);
-  if (m.outputs.size() == 1) return push(m.outputs[0]);
-  lua_createtable(call.L, static_cast<int>(m.outputs.size()), 0);
-  lua_Integer i = 0;
-  for (const PolyModel& row : m.outputs) {
-    push(row);
-    lua_rawseti(call.L, -2, ++i);
-  }
-  return 1;
-}
-
-int push_polynomials(lua_State* L, const std::vector<Vec>& list) {
-  if (list.size() == 1) return push_row(L, list[0]);
-  lua_createtable(L, static_cast<int>(list.size()), 0);
-  lua_Integer i = 0;
-  for (const Vec& v : list) {
-    push_row(L, v);
-    lua_rawseti(L, -2, ++i);
-  }
-  return 1;
-}
-
-int theta(Call& call) {
-  return each_output(call, [&](const PolyModel& m) { return push_matrix(call.L, Mat(m.theta)); });
-}
-int std_(Call& call) {
-  for (const PolyModel& m : self(call).outputs)
-    if (m.std.size() == 0)
-      throw Error(
-          "this estimate has no standard deviation: it lies in a corner of the feasible set and converges "
-          "like 1/N");
-  return each_output(call, [&](const PolyModel& m) { return push_matrix(call.L, Mat(m.std)); });
-}
-int cov(Call& call) {
-  for (const PolyModel& m : self(call).outputs)
-    if (m.covariance.size() == 0)
-      throw Error("this estimate has no covariance: it lies in a corner of the feasible set");
-  return each_output(call, [&](const PolyModel& m) { return push_matrix(call.L, m.covariance); });
-}
-int correlation(Call& call) {
-  return each_output(call, [&](const PolyModel& m) {
-    Mat c = m.covariance;
-    const Vec s = c.diagonal().cwiseSqrt();
-    for (Index i = 0; i < c.rows(); ++i)
-      for (Index j = 0; j < c.cols(); ++j) c(i, j) = s[i] * s[j] > 0 ? c(i, j) / (s[i] * s[j]) : i == j;
-    return push_matrix(call.L, c);
-  });
-}
-int A(Call& call) {
-  return each_output(call, [&](const PolyModel& m) { return push_row(call.L, m.p.A); });
-}
-int B(Call& call) {
-  return each_output(call, [&](const PolyModel& m) { return push_polynomials(call.L, m.p.B); });
-}
-int C(Call& call) {
-  return each_output(call, [&](const PolyModel& m) { return push_row(call.L, m.p.C); });
-}
-int D(Call& call) {
-  return each_output(call, [&](const PolyModel& m) { return push_row(call.L, m.p.D); });
-}
-int F(Call& call) {
-  return each_output(call, [&](const PolyModel& m) { return push_polynomials(call.L, m.p.F); });
-}
-int noise(Call& call) { return call.push(self(call).outputs[0].noise); }
-int log_likelihood(Call& call) { return call.push(self(call).outputs[0].log_likelihood); }
-int names(Call& call) {
-  return each_output(call, [&](const PolyModel& m) { return push_words(call.L, m.names); });
-}
-template <double sysid::Criteria::*member>
-int quality(Call& call) {
-  return each_output(call, [&](const PolyModel& m) { return call.push(m.quality.*member); });
-}
-int rows(Call& call) {
-  return each_output(call, [&](const PolyModel& m) { return call.push(static_cast<long>(m.quality.rows)); });
-}
-int rank(Call& call) {
-  return each_output(call, [&](const PolyModel& m) { return call.push(static_cast<long>(m.rank)); });
-}
-int exact(Call& call) {
-  return each_output(call, [&](const PolyModel& m) { return call.push(m.exact); });
-}
-int unidentifiable(Call& call) {
-  return each_output(call, [&](const PolyModel& m) { return push_words(call.L, m.unidentifiable); });
-}
-int advice(Call& call) {
-  return each_output(call, [&](const PolyModel& m) { return push_words(call.L, m.advice); });
-}
-int kind(Call& call) { return call.push(self(call).outputs[0].kind); }
-int Ts(Call& call) { return call.push(self(call).outputs[0].Ts); }
 int to_text(Call& call) { return call.push(sysid::describe(self(call))); }
 
 // ── methods ──
@@ -283,7 +196,16 @@ Mode read_mode(Call& call, Index horizon) {
     mode.horizon = positive(call.integer(3, "horizon"));
   } else {
     const Options o = call.options(3, {"horizon", "init"});
-    if (o.has("horizon")) mode.horizon = positive(o.integer("horizon", 1));
+    if (o.has("horizon")) {
+      const int at = o.push("horizon");
+      if (lua_type(call.L, at) == LUA_TSTRING)
+        mode.horizon = word(lua_tostring(call.L, at));
+      else if (lua_type(call.L, at) == LUA_TNUMBER && std::isinf(lua_tonumber(call.L, at)))
+        mode.horizon = 0;
+      else
+        mode.horizon = positive(o.integer("horizon", 1));
+      lua_settop(call.L, call.count());
+    }
     if (o.has("init")) mode.seed = sysid::seed_named(o.string("init"));
   }
   return mode;
@@ -371,48 +293,6 @@ const Module idmodel_module = {
          "d = iddata{ y = {0, 1, .6, -.7, 1.5, 1.9}, u = {1, 0, -1, 2, 1, 0} }\n"
          "print((\"%.6f\"):format(pem(d, { na = 1, nb = 1, ic = \"drop\" }).theta[1]))",
          "-0.603163"},
-        {"idmodel#theta", theta, "mod.theta -> column",
-         "The estimated parameters, in the order of mod.names.", "", ""},
-        {"idmodel#std", std_, "mod.std -> column",
-         "Their standard deviations; inf where a parameter is not identifiable.", "", ""},
-        {"idmodel#cov", cov, "mod.cov -> matrix", "Their covariance, σ̂²(ΦᵀΦ)⁻¹ for linear least squares.", "",
-         ""},
-        {"idmodel#correlation", correlation, "mod.correlation -> matrix", "Their correlation.", "", ""},
-        {"idmodel#names", names, "mod.names -> list", "The names of the parameters: a1, a2, b1 and so on.",
-         "", ""},
-        {"idmodel#A", A, "mod.A -> row", "A(q) = 1 + a1 q⁻¹ + … + a_na q^(-na).", "", ""},
-        {"idmodel#B", B, "mod.B -> row", "B(q), leading zeros for the delay; several inputs: a list.", "",
-         ""},
-        {"idmodel#C", C, "mod.C -> row", "C(q) = 1 + c1 q⁻¹ + … + c_nc q^(-nc).", "", ""},
-        {"idmodel#D", D, "mod.D -> row", "D(q) = 1 + d1 q⁻¹ + … + d_nd q^(-nd).", "", ""},
-        {"idmodel#F", F, "mod.F -> row", "F(q) = 1 + f1 q⁻¹ + …; several inputs: a list.", "", ""},
-        {"idmodel#loss", quality<&sysid::Criteria::loss>, "mod.loss -> number", "V = SSE/rows.", "", ""},
-        {"idmodel#mse", quality<&sysid::Criteria::loss>, "mod.mse -> number",
-         "The same as mod.loss: the mean square of the one-step errors.", "", ""},
-        {"idmodel#sse", quality<&sysid::Criteria::sse>, "mod.sse -> number",
-         "Sum of squared one-step errors.", "", ""},
-        {"idmodel#sigma2", quality<&sysid::Criteria::sigma2>, "mod.sigma2 -> number",
-         "Noise variance SSE/(rows - d).", "", ""},
-        {"idmodel#fpe", quality<&sysid::Criteria::fpe>, "mod.fpe -> number",
-         "Final prediction error V (1 + d/N)/(1 - d/N).", "", ""},
-        {"idmodel#aic", quality<&sysid::Criteria::aic>, "mod.aic -> number",
-         "Akaike's criterion N ln V + 2d.", "", ""},
-        {"idmodel#bic", quality<&sysid::Criteria::bic>, "mod.bic -> number",
-         "Bayesian criterion N ln V + d ln N.", "", ""},
-        {"idmodel#fit_percent", quality<&sysid::Criteria::fit>, "mod.fit_percent -> number",
-         "One-step fit on the estimation data in %.", "", ""},
-        {"idmodel#rows", rows, "mod.rows -> integer", "Rows of the regression that were used.", "", ""},
-        {"idmodel#rank", rank, "mod.rank -> integer", "Rank of the regressor.", "", ""},
-        {"idmodel#exact", exact, "mod.exact -> boolean", "The data are reproduced to rounding.", "", ""},
-        {"idmodel#unidentifiable", unidentifiable, "mod.unidentifiable -> list",
-         "The combinations of parameters that the data leave free, in words; empty if there are none.", "",
-         ""},
-        {"idmodel#advice", advice, "mod.advice -> list", "Why they are free and what to change.", "", ""},
-        {"idmodel#noise", noise, "mod.noise -> string", "Maximum likelihood: the density in words.", "", ""},
-        {"idmodel#log_likelihood", log_likelihood, "mod.log_likelihood -> number",
-         "Maximum likelihood: ln L at θ.", "", ""},
-        {"idmodel#kind", kind, "mod.kind -> string", "ARX, FIR, ARMAX, OE, BJ or polynomial.", "", ""},
-        {"idmodel#Ts", Ts, "mod.Ts -> number", "The sampling time.", "", ""},
         {"idmodel:predict", predict, "mod:predict(d [, horizon | { horizon = 1, init = }]) -> column",
          "ŷ(t|t-horizon) at every sample. init says what stands before the first sample: \"data\" takes the "
          "first measured "

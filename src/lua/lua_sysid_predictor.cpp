@@ -23,10 +23,6 @@ struct TypeName<IdPoly> {
   static constexpr const char* value = "idpoly";
 };
 template <>
-struct TypeName<Predictor> {
-  static constexpr const char* value = "predictor";
-};
-template <>
 struct TypeName<PredictorFit> {
   static constexpr const char* value = "predictor_fit";
 };
@@ -202,7 +198,7 @@ int latex(Call& call) { return call.push("\\hat y(t) = " + to_latex(self(call).e
 int fit_predictor(Call& call) {
   const Predictor& p = self(call);
   const IdData& d = call.object<IdData>(2, "data");
-  const Options o = call.options(3, {"start", "ic"});
+  const Options o = call.options(3, {"start", "ic", "noise"});
   Vec theta = Vec::Zero(static_cast<Index>(p.parameters.size()));
   for (std::size_t i = 0; i < p.parameters.size(); ++i)
     if (const auto& value = symbol_of(p.parameters[i]).value)
@@ -227,20 +223,32 @@ int fit_predictor(Call& call) {
     }
     lua_settop(call.L, call.count());
   }
-  return call.push(std::make_shared<const PredictorFit>(
-      sysid::fit(p, d, sysid::start_named(o.string("ic", "drop")), theta)));
+  const sysid::Start ic = sysid::start_named(o.string("ic", "drop"));
+  const auto noise = read_noise(call, o);
+  if (noise && noise->kind == sysid::Density::Kind::uniform)
+    return push_parameter_set(call, sysid::regression(p, d, ic), *noise);
+  return call.push(std::make_shared<const PredictorFit>(sysid::fit(p, d, ic, theta, noise.get())));
 }
 
 const PredictorFit& fitted(Call& call) { return call.object<PredictorFit>(1, "predictor_fit"); }
 int fit_theta(Call& call) { return push_matrix(call.L, Mat(fitted(call).theta)); }
-int fit_std(Call& call) { return push_matrix(call.L, Mat(fitted(call).std)); }
-int fit_cov(Call& call) { return push_matrix(call.L, fitted(call).covariance); }
+int fit_std(Call& call) {
+  if (fitted(call).std.size() == 0)
+    throw Error("this estimate has no standard deviation: it lies in a corner of the feasible set");
+  return push_matrix(call.L, Mat(fitted(call).std));
+}
+int fit_cov(Call& call) {
+  if (fitted(call).covariance.size() == 0)
+    throw Error("this estimate has no covariance: it lies in a corner of the feasible set");
+  return push_matrix(call.L, fitted(call).covariance);
+}
 int fit_rank(Call& call) { return call.push(static_cast<long>(fitted(call).ls.rank)); }
 int fit_loss(Call& call) { return call.push(fitted(call).quality.loss); }
 int fit_sigma2(Call& call) { return call.push(fitted(call).quality.sigma2); }
 int fit_percent(Call& call) { return call.push(fitted(call).quality.fit); }
 int fit_residuals(Call& call) { return push_matrix(call.L, Mat(fitted(call).residuals)); }
 int fit_predictions(Call& call) { return push_matrix(call.L, Mat(fitted(call).predictions)); }
+int fit_log_likelihood(Call& call) { return call.push(fitted(call).log_likelihood); }
 int fit_free(Call& call) { return push_words(call.L, fitted(call).unidentifiable); }
 int fit_text(Call& call) { return call.push(sysid::describe(fitted(call))); }
 
@@ -302,9 +310,10 @@ const Module predictor_module = {
          "y, u = func \"y\", func \"u\"\na, b = params \"a b\"\np = predictor(a*y(t-1) + "
          "b*u(t-1))\np.linear, p.regressor[1]",
          "true\ty(t - 1)"},
-        {"predictor:fit", fit_predictor, "p:fit(d [, { start =, ic = \"drop\" }]) -> predictor_fit",
+        {"predictor:fit", fit_predictor, "p:fit(d [, { start =, ic = \"drop\", noise = }]) -> predictor_fit",
          "Its parameters by least squares: one linear problem, or Gauss–Newton with the exact gradient of "
-         "the recursion.",
+         "the recursion. noise: maximum likelihood for that density (linear predictors); uniform(low, high) "
+         "gives the set.",
          "y, u = func \"y\", func \"u\"\na, b = params \"a b\"\n"
          "print(predictor(a*y(t-1) + b*u(t-1)):fit(iddata{ y = {0, 1}, u = {1, 0} }).theta.T)",
          "0  1"},
@@ -334,6 +343,8 @@ const Module predictor_module = {
          ""},
         {"predictor_fit#predictions", fit_predictions, "f.predictions -> column", "ŷ at the rows used.", "",
          ""},
+        {"predictor_fit#log_likelihood", fit_log_likelihood, "f.log_likelihood -> number",
+         "With noise = …: ln L at θ.", "", ""},
         {"predictor_fit#unidentifiable", fit_free, "f.unidentifiable -> list", "Free combinations in words.",
          "", ""},
         {"predictor_fit:__tostring", fit_text, "print(f)", "Estimate, loss, fit, rank.", "", ""},

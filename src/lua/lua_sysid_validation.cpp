@@ -18,6 +18,8 @@ using sysid::Validation;
 struct Comparison {
   std::vector<sysid::ComparisonRow> rows;
   std::string text;
+  std::vector<std::shared_ptr<const IdModel>> models;
+  std::shared_ptr<const IdData> data;
 };
 template <>
 struct TypeName<Validation> {
@@ -47,8 +49,7 @@ int validate(Call& call) {
   if (m.outputs.size() > 1) lua_createtable(call.L, static_cast<int>(m.outputs.size()), 0);
   for (std::size_t i = 0; i < m.outputs.size(); ++i) {
     const auto output = static_cast<Index>(i);
-    call.push(std::make_shared<const Validation>(
-        sysid::validate(m.outputs[i], sysid::channel(d, output, m.coupled), lags)));
+    call.push(std::make_shared<const Validation>(sysid::validate(m, output, d, lags)));
     if (m.outputs.size() > 1) lua_rawseti(call.L, -2, output + 1);
   }
   return 1;
@@ -145,7 +146,8 @@ int scan_entry(Call& call) {
   const sysid::ScanEntry& e = s.entries[static_cast<std::size_t>(i - 1)];
   push_orders(call.L, e);
   set_number(call.L, "loss", e.estimation.loss), set_number(call.L, "fpe", e.estimation.fpe);
-  set_number(call.L, "aic", e.estimation.aic), set_number(call.L, "bic", e.estimation.bic);
+  set_integer(call.L, "parameters", e.estimation.parameters), set_number(call.L, "aic", e.estimation.aic),
+      set_number(call.L, "bic", e.estimation.bic);
   if (s.validation_rows > 0)
     set_number(call.L, "validation_loss", e.validation_loss), set_number(call.L, "fit", e.validation_fit);
   return 1;
@@ -157,8 +159,9 @@ int scan_text(Call& call) { return call.push(sysid::describe(scanned(call))); }
 // ── comparison ──
 
 int compare(Call& call) {
-  const IdData& d = call.object<IdData>(1, "data");
-  std::vector<std::pair<std::string, const IdModel*>> models;
+  Comparison c;
+  c.data = call.shared<IdData>(1, "data");
+  std::vector<std::pair<std::string, std::shared_ptr<const IdModel>>> models;
   lua_State* L = call.L;
   if (lua_istable(L, 2)) {
     lua_pushnil(L);
@@ -166,26 +169,40 @@ int compare(Call& call) {
       const auto* held = object_at(L, lua_gettop(L), TypeName<IdModel>::value);
       if (!held || !*held)
         throw Error(text("compare(d, { name = model, … }): expected models, got ", describe(L, -1)));
-      const auto* model = static_cast<const IdModel*>(held->get());
+      auto model = std::static_pointer_cast<const IdModel>(*held);
       models.emplace_back(lua_type(L, -2) == LUA_TSTRING
                               ? lua_tostring(L, -2)
-                              : text(model->outputs[0].kind, " ", lua_tointeger(L, -2)),
+                              : text(lua_tointeger(L, -2), " ", model->outputs[0].kind),
                           model);
       lua_pop(L, 1);
     }
-    std::sort(models.begin(), models.end());
+    std::sort(models.begin(), models.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
   } else {
     for (int i = 2; i <= call.count(); ++i) {
-      const IdModel& m = call.object<IdModel>(i, "model");
-      models.emplace_back(text(i - 1, " ", m.outputs[0].kind), &m);
+      auto model = call.shared<IdModel>(i, "model");
+      models.emplace_back(text(i - 1, " ", model->outputs[0].kind), model);
     }
   }
   if (models.empty()) throw Error("compare(d, m1, m2, …) needs models");
-  Comparison c;
-  c.rows = sysid::compare(models, d);
-  c.text = sysid::describe(c.rows, d);
+  std::vector<std::pair<std::string, const IdModel*>> list;
+  for (const auto& [name, model] : models) list.emplace_back(name, model.get()), c.models.push_back(model);
+  c.rows = sysid::compare(list, *c.data);
+  c.text = sysid::describe(c.rows, *c.data);
   return call.push(std::make_shared<const Comparison>(std::move(c)));
 }
+
+const Comparison& compared(Call& call) { return call.object<Comparison>(1, "comparison"); }
+int comparison_models(Call& call) {
+  const Comparison& c = compared(call);
+  lua_createtable(call.L, static_cast<int>(c.models.size()), 0);
+  for (std::size_t i = 0; i < c.models.size(); ++i) {
+    call.push(c.models[i]);
+    lua_rawseti(call.L, -2, static_cast<lua_Integer>(i + 1));
+  }
+  return 1;
+}
+int comparison_data(Call& call) { return call.push(compared(call).data); }
+int comparison_length(Call& call) { return call.push(static_cast<long>(compared(call).rows.size())); }
 
 int comparison_entry(Call& call) {
   const Comparison& c = call.object<Comparison>(1, "comparison");
@@ -264,7 +281,7 @@ const Module validation_module = {
          "The best by fit on the validation data.", "", ""},
         {"order_scan_result#rows", scan_rows, "s.rows -> integer", "The rows that all models share.", "", ""},
         {"order_scan_result:__index", scan_entry, "s[i] -> table",
-         "Model i, best first: na, nb, nk, loss, fpe, aic, bic, fit.", "", ""},
+         "Model i, best first: na, nb, nk, parameters, loss, fpe, aic, bic, fit.", "", ""},
         {"order_scan_result:__len", scan_length, "#s", "The number of models.", "", ""},
         {"order_scan_result:__tostring", scan_text, "print(s)",
          "The ten best and the winners by every criterion.", "", ""},
@@ -277,6 +294,10 @@ const Module validation_module = {
          "true"},
         {"comparison:__index", comparison_entry, "c[i] -> table",
          "Row i, or the row of a name: prediction, simulation, fpe, aic.", "", ""},
+        {"comparison#models", comparison_models, "c.models -> list", "The models, in the order of the rows.",
+         "", ""},
+        {"comparison#data", comparison_data, "c.data -> iddata", "The data they were compared on.", "", ""},
+        {"comparison:__len", comparison_length, "#c", "The number of models.", "", ""},
         {"comparison:__tostring", comparison_text, "print(c)", "The table.", "", ""},
     }};
 

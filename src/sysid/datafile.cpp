@@ -11,10 +11,6 @@
 #include "base/text.hpp"
 #include "sysid/iddata.hpp"
 
-#ifdef PENDULA_MATIO
-#include <matio.h>
-#endif
-
 namespace pendula::sysid {
 namespace {
 
@@ -106,6 +102,10 @@ std::size_t find_column(const FileColumns& table, const std::string& wanted, con
 
 double time_step(const std::vector<double>& t, const std::string& path) {
   if (t.size() < 2) return 1;
+  for (std::size_t i = 0; i < t.size(); ++i)
+    if (!std::isfinite(t[i]))
+      throw Error(text(path, ": the time of sample ", i + 1,
+                       " is missing; give Ts = … to use the samples as they stand"));
   const double step = (t.back() - t.front()) / static_cast<double>(t.size() - 1);
   for (std::size_t i = 1; i < t.size(); ++i)
     if (!(std::abs(t[i] - t[i - 1] - step) <= 1e-3 * std::abs(step)))
@@ -177,32 +177,62 @@ FileColumns read_table(const std::string& path) {
   return parse_table(content.str(), path);
 }
 
-#ifdef PENDULA_MATIO
-FileColumns read_mat(const std::string& path) {
-  const std::unique_ptr<mat_t, int (*)(mat_t*)> file(Mat_Open(path.c_str(), MAT_ACC_RDONLY), Mat_Close);
-  if (!file) throw Error(text("cannot open ", path, " as a MATLAB file"));
-  FileColumns table;
-  while (matvar_t* raw = Mat_VarReadNext(file.get())) {
-    const std::unique_ptr<matvar_t, void (*)(matvar_t*)> variable(raw, Mat_VarFree);
-    if (raw->class_type != MAT_C_DOUBLE || raw->data_type != MAT_T_DOUBLE || raw->isComplex ||
-        raw->rank != 2 || !raw->data)
-      continue;
-    std::size_t rows = raw->dims[0], cols = raw->dims[1];
-    const auto* values = static_cast<const double*>(raw->data);
-    if (rows == 1) std::swap(rows, cols);
-    for (std::size_t j = 0; j < cols; ++j) {
-      table.names.push_back(cols == 1 ? raw->name : raw->name + std::to_string(j + 1));
-      table.columns.emplace_back(values + j * rows, values + (j + 1) * rows);
+void write_csv(const IdData& d, const std::string& path) {
+  std::ofstream out(path);
+  if (!out) throw Error(text("cannot write ", path));
+  out << "t";
+  if (d.experiments() > 1) out << ",experiment";
+  for (const auto* names : {&d.u_names, &d.y_names})
+    for (const std::string& name : *names)
+      out << ',' << (name.find_first_of(",;\t\"") == std::string::npos ? name : '"' + name + '"');
+  out << '\n';
+  const auto put = [&](double v) {
+    out << ',';
+    if (std::isfinite(v)) out << shortest(v);  // a missing sample is an empty field
+  };
+  for (Index k = 0; k < d.experiments(); ++k)
+    for (Index i = d.starts[static_cast<std::size_t>(k)]; i < d.end(k); ++i) {
+      out << shortest(static_cast<double>(i - d.starts[static_cast<std::size_t>(k)]) * d.Ts);
+      if (d.experiments() > 1) out << ',' << k + 1;
+      for (Index j = 0; j < d.inputs(); ++j) put(d.u(i, j));
+      for (Index j = 0; j < d.outputs(); ++j) put(d.y(i, j));
+      out << '\n';
+    }
+  out.flush();
+  if (!out) throw Error(text("cannot write ", path));
+}
+
+namespace {
+
+/// "t", "time", with a unit in brackets or not.
+bool is_time(const std::string& name) {
+  const std::string bare = trimmed(lower(name).substr(0, name.find_first_of("[(")));
+  return bare == "t" || bare == "time";
+}
+
+/// Experiments from a column `experiment` of numbers that change (write_csv) or from `starts` (write_mat).
+std::vector<Index> experiment_starts(const FileColumns& table, Index rows) {
+  std::vector<Index> out{0};
+  for (std::size_t i = 0; i < table.names.size(); ++i) {
+    const std::vector<double>& c = table.columns[i];
+    if (table.names[i] == "experiment" && static_cast<Index>(c.size()) == rows) {
+      for (std::size_t k = 1; k < c.size(); ++k)
+        if (c[k] != c[k - 1]) out.push_back(static_cast<Index>(k));
+    } else if (table.names[i] == "starts" && static_cast<Index>(c.size()) < rows) {
+      for (std::size_t k = 1; k < c.size(); ++k)
+        if (c[k] > c[k - 1] && c[k] <= static_cast<double>(rows)) out.push_back(static_cast<Index>(c[k]) - 1);
     }
   }
-  if (table.names.empty()) throw Error(text(path, " holds no real matrix of doubles"));
-  return table;
+  return out;
 }
-#else
-FileColumns read_mat(const std::string& path) {
-  throw Error(text("cannot read ", path, ": this program was built without libmatio; save the data as CSV"));
+
+/// The times of the first experiment.
+std::vector<double> first_experiment(std::vector<double> t, const std::vector<Index>& starts) {
+  if (starts.size() > 1) t.resize(static_cast<std::size_t>(starts[1]));
+  return t;
 }
-#endif
+
+}  // namespace
 
 IdData from_columns(const FileColumns& table, const ColumnChoice& choice, const std::string& path) {
   std::vector<std::size_t> y, u;
@@ -213,7 +243,7 @@ IdData from_columns(const FileColumns& table, const ColumnChoice& choice, const 
     const std::string name = lower(table.names[i]);
     if (choice.y.empty() && name[0] == 'y') y.push_back(i);
     if (choice.y.empty() && choice.u.empty() && name[0] == 'u') u.push_back(i);
-    if (choice.Ts == 0 && (name == "t" || name == "time")) d.Ts = time_step(table.columns[i], path);
+    if (choice.Ts == 0 && table.names[i] == "Ts" && table.columns[i].size() == 1) d.Ts = table.columns[i][0];
   }
   if (y.empty())
     throw Error(text(path, ": which columns are outputs? Give y = \"", table.names.back(),
@@ -228,6 +258,10 @@ IdData from_columns(const FileColumns& table, const ColumnChoice& choice, const 
   for (std::size_t i = 0; i < u.size(); ++i)
     second[i] = y.size() + i, d.u_names.push_back(chosen.names[y.size() + i]);
   d.y = gather(chosen, first), d.u = gather(chosen, second);
+  d.starts = experiment_starts(table, d.y.rows());
+  for (std::size_t i = 0; i < table.names.size(); ++i)
+    if (choice.Ts == 0 && is_time(table.names[i]))
+      d.Ts = time_step(first_experiment(table.columns[i], d.starts), path);
   return checked(std::move(d));
 }
 

@@ -1,10 +1,12 @@
 #include "sysid/estimators.hpp"
 
 #include <cmath>
+#include <limits>
 
 #include "base/error.hpp"
 #include "base/interrupt.hpp"
 #include "base/text.hpp"
+#include "sysid/state_space.hpp"
 
 namespace pendula::sysid {
 
@@ -33,6 +35,15 @@ IdModel arx(const IdData& d, const std::vector<Orders>& orders,
         o.nb.push_back(couplings[k][static_cast<std::size_t>(j)]), o.nk.push_back(1), o.nf.push_back(0);
     m.outputs.push_back(arx(channel(d, i, m.coupled), i, o, start));
   }
+  if (m.coupled && missing(d) == 0) {  // all outputs together, not one of them given the others
+    std::vector<Response> free;
+    try {
+      free = predict(m, d, 0, start == Start::zero ? Seed::zero : Seed::data);
+    } catch (const Failure&) {
+    }
+    for (std::size_t i = 0; i < m.outputs.size(); ++i)
+      m.outputs[i].simulation_fit = free.empty() ? -std::numeric_limits<double>::infinity() : free[i].fit;
+  }
   return m;
 }
 
@@ -58,20 +69,9 @@ PolyModel arx(const IdData& d, Index output, const Orders& orders, Start start, 
   const Vec e = r.y - r.Phi * m.theta;
   m.quality = criteria(e.squaredNorm(), r.y.size(), m.theta.size(),
                        (r.y.array() - r.y.mean()).matrix().squaredNorm());
-  m.noise = describe(density);
-  if (!density.scale && density.kind != Density::Kind::user)
-    m.noise += text(": ",
-                    density.kind == Density::Kind::gaussian  ? "σ = "
-                    : density.kind == Density::Kind::laplace ? "b = mean |e| = "
-                                                             : "mean e = ",
-                    rounded(fit.scale, 7));
-  if (!fit.corner.empty()) {
-    std::vector<std::string> samples;
-    for (const Index s : fit.corner) samples.push_back(std::to_string(s));
-    m.noise += text("; e = 0 at sample", samples.size() > 1 ? "s " : " ", join(samples, ", "));
-  }
+  m.noise = described(density, fit);
   if (missing(d) == 0)
-    m.simulation_fit = predict(m, d, 0, start == Start::zero ? Seed::zero : Seed::data).fit;
+    m.simulation_fit = simulation_fit(m, d, start == Start::zero ? Seed::zero : Seed::data);
   return m;
 }
 
@@ -132,6 +132,7 @@ std::vector<Response> predict(const IdModel& m, const IdData& d, Index horizon, 
   if (static_cast<Index>(m.outputs.size()) != d.outputs() || m.inputs != d.inputs())
     throw Error(text("the model has ", m.outputs.size(), " output(s) and ", m.inputs, " input(s), the data ",
                      d.outputs(), " and ", d.inputs()));
+  if (m.state_space) return predict(*m.state_space, d, horizon, seed);
   if (m.coupled && horizon == 0) {
     if (missing(d) > 0) throw Error(text(missing_text(d), "; fill them first: d:fill()"));
     return simulate_coupled(m, d, seed);
@@ -145,6 +146,7 @@ std::vector<Response> predict(const IdModel& m, const IdData& d, Index horizon, 
 }
 
 std::string describe(const IdModel& m) {
+  if (m.state_space) return describe_state_space(m);
   std::string out;
   for (const PolyModel& row : m.outputs) {
     if (m.outputs.size() > 1) out += text(out.empty() ? "" : "\n", "output ", row.y_name, ": ");

@@ -6,12 +6,15 @@
 
 namespace pendula::sysid {
 
+struct StateSpaceModel;
+
 /// One polynomial model per output; in a coupled model the other outputs are further inputs (delay at least
-/// 1).
+/// 1). A state-space model has the criteria of each output in `outputs` and no polynomials.
 struct IdModel {
   std::vector<PolyModel> outputs;
   bool coupled = false;
   Index inputs = 0;
+  std::shared_ptr<const StateSpaceModel> state_space;
 };
 
 /// The data as output i of a coupled model sees it: the other outputs appended to the inputs.

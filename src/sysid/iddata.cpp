@@ -238,6 +238,23 @@ IdData resample(const IdData& d, double Ts, Resampling how) {
   return out;
 }
 
+IdData select(const IdData& d, const std::vector<Index>& y, const std::vector<Index>& u) {
+  if (y.empty()) throw Error("select: at least one output must stay");
+  IdData out = d;
+  const auto take = [](const std::vector<Index>& which, Mat& m, std::vector<std::string>& names,
+                       std::initializer_list<Vec*> others) {
+    m = m(Eigen::all, which).eval();
+    std::vector<std::string> kept;
+    for (const Index i : which) kept.push_back(names[static_cast<std::size_t>(i)]);
+    names = std::move(kept);
+    for (Vec* v : others)
+      if (v->size() > 0) *v = (*v)(which).eval();
+  };
+  take(y, out.y, out.y_names, {&out.y_offset, &out.y_slope});
+  take(u, out.u, out.u_names, {&out.u_offset, &out.u_slope});
+  return checked(std::move(out));
+}
+
 IdData merge(const std::vector<IdData>& parts) {
   IdData out = parts.at(0);
   for (std::size_t k = 1; k < parts.size(); ++k) {

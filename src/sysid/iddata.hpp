@@ -51,6 +51,9 @@ enum class Resampling { lowpass, linear, hold };
 /// O(N·20·max(1, Ts_new/Ts)).
 IdData resample(const IdData& d, double Ts, Resampling how);
 
+/// Some of the signals, in the order given (column numbers from 0).
+IdData select(const IdData& d, const std::vector<Index>& y, const std::vector<Index>& u);
+
 /// The experiments one after the other; regressors never reach across the seam.
 IdData merge(const std::vector<IdData>& parts);
 
@@ -76,9 +79,15 @@ struct FileColumns {
 /// empty, NaN, NA, null, "-", "?". throws Error with line number on anything else.
 FileColumns read_table(const std::string& path);
 FileColumns parse_table(const std::string& text, const std::string& path);
-/// The numeric vectors and matrices of a MATLAB file (v4, v5, v7.3 where libmatio can): matrices give name1,
-/// name2, … throws Error.
+/// The real vectors and matrices of a MATLAB file (v4, v5, v7.3 where libmatio can), also inside structures:
+/// matrices give name1, name2, … throws Error.
 FileColumns read_mat(const std::string& path);
+
+/// Columns t, the inputs, the outputs (and `experiment` where there are several); missing samples are empty.
+/// Numbers read back as they were. throws Error.
+void write_csv(const IdData& d, const std::string& path);
+/// MATLAB version 5: matrices y and u, Ts, and the first rows `starts` of the experiments. throws Error.
+void write_mat(const IdData& d, const std::string& path);
 
 struct ColumnChoice {
   std::vector<std::string> y, u;  ///< names or numbers ("3"); empty: those that begin with y, u

@@ -2,9 +2,11 @@
 
 #include <cmath>
 #include <limits>
+#include <numeric>
 #include <unordered_map>
 
 #include <Eigen/Cholesky>
+#include <Eigen/LU>
 
 #include "base/error.hpp"
 #include "base/interrupt.hpp"
@@ -78,7 +80,7 @@ LikelihoodFit exponential(const Regression& r, const Density& f) {
 class NegativeLog {
  public:
   explicit NegativeLog(const Density& f) {
-    const Expr value = -log(f.pdf);
+    const Expr value = -log_density(f.pdf);
     const Expr slope = partial(value, f.error), curve = partial(slope, f.error);
     const Expr outputs[] = {value, slope, curve};
     kernel_ = codegen::Kernel(outputs, {&f.error, 1});
@@ -124,6 +126,54 @@ Objective objective(const Regression& r, const NegativeLog& f, const Vec& theta)
   throw Failure("the likelihood is not finite");
 }
 
+/// Densities with a kink at e = 0, such as exp(-|e|): weighted least squares with the weights slope(e)/e,
+/// which never increases -ln L where that is concave in e² (Huber, Robust Statistics, 1981, §7.8); then the
+/// corner through the smallest errors, if it is better. False if nothing was gained.
+bool reweight(const Regression& r, const NegativeLog& f, Vec& theta, double& value) {
+  const double before = value, floor = 1e-12 * r.y.cwiseAbs().maxCoeff();
+  for (int k = 0; k < 300; ++k) {
+    poll_interrupt();
+    const Vec e = r.y - r.Phi * theta;
+    Vec w(e.size());
+    for (Index t = 0; t < e.size(); ++t) {
+      const double size = std::max(std::abs(e[t]), floor);
+      w[t] = std::max(0.0, f(size)[1] / size);
+    }
+    if (!w.allFinite()) break;
+    const Vec next = theta + least_squares(r.Phi, e, {w, {}}).theta;
+    const double now = objective(r, f, next).value;
+    if (!(now < value)) break;
+    const bool settled = value - now <= 1e-15 * std::abs(value);
+    theta = next, value = now;
+    if (settled) break;
+  }
+  const Vec e = r.y - r.Phi * theta;
+  std::vector<Index> order(static_cast<std::size_t>(e.size()));
+  std::iota(order.begin(), order.end(), Index{0});
+  std::sort(order.begin(), order.end(), [&](Index a, Index b) { return std::abs(e[a]) < std::abs(e[b]); });
+  order.resize(static_cast<std::size_t>(theta.size()));
+  const Eigen::FullPivLU<Mat> lu(r.Phi(order, Eigen::all));
+  if (lu.isInvertible()) {
+    const Vec corner = lu.solve(Vec(r.y(order)));
+    const double now = objective(r, f, corner).value;
+    if (now <= value) theta = corner, value = now;
+  }
+  return value < before;
+}
+
+/// The estimate at a kink, with the covariance of the Fisher information: (mean slope² ΦᵀΦ)⁻¹.
+LikelihoodFit kinked(const Regression& r, const NegativeLog& f, LikelihoodFit out, double value) {
+  const Vec e = r.y - r.Phi * out.theta;
+  const double beside = 1e-9 * r.y.cwiseAbs().maxCoeff();  // at the kink itself there is no slope
+  double information = 0;
+  for (const double x : e)
+    information +=
+        std::pow(f(std::copysign(std::max(std::abs(x), beside), x))[1], 2) / static_cast<double>(e.size());
+  if (information > 0) out.covariance = ordinary(r).inverse / information;
+  out.log_likelihood = -value;
+  return out;
+}
+
 LikelihoodFit user(const Regression& r, const Density& density) {
   const NegativeLog f(density);
   LikelihoodFit out;
@@ -150,8 +200,13 @@ LikelihoodFit user(const Regression& r, const Density& density) {
         }
       }
       damping = damping == 0 ? 1e-3 : damping * 10;
-      if (damping > 1e15)
-        throw Failure("the likelihood cannot be increased along any direction, but its slope is not zero");
+      if (damping > 1e15) {  // a kink
+        if (!reweight(r, f, out.theta, now.value))
+          throw Failure(
+              "the likelihood cannot be increased along any direction, but its slope is not zero: is the "
+              "density smooth?");
+        return kinked(r, f, std::move(out), now.value);
+      }
     }
     out.theta += step;
     if (step.cwiseProduct(ls.scale).norm() <=
@@ -199,6 +254,22 @@ LikelihoodFit maximise(const Regression& r, const Density& f) {
       break;
   }
   internal_error(__FILE__, __LINE__, "uniform noise has a set of estimates");
+}
+
+std::string described(const Density& f, const LikelihoodFit& fit) {
+  std::string out = describe(f);
+  if (!f.scale && f.kind != Density::Kind::user)
+    out += text(": ",
+                f.kind == Density::Kind::gaussian  ? "σ = "
+                : f.kind == Density::Kind::laplace ? "b = mean |e| = "
+                                                   : "mean e = ",
+                rounded(fit.scale, 7));
+  if (!fit.corner.empty()) {
+    std::vector<std::string> samples;
+    for (const Index s : fit.corner) samples.push_back(std::to_string(s));
+    out += text("; e = 0 at sample", samples.size() > 1 ? "s " : " ", join(samples, ", "));
+  }
+  return out;
 }
 
 // ── uniform noise ──

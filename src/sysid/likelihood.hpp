@@ -19,6 +19,8 @@ struct Density {
   Expr error, pdf;              ///< user: f as an expression of the symbol `error`
 };
 std::string describe(const Density& f);
+/// ln f, products, powers and exponentials taken apart where their factors are positive by their form.
+Expr log_density(Expr f);
 
 /// A regression as estimators see it; sample[i]: number of the sample (from 1) that row i explains.
 struct Regression {
@@ -43,6 +45,9 @@ struct LikelihoodFit {
 };
 /// Requires full column rank. throws Failure when there is no maximum, Error naming the rows of density zero.
 LikelihoodFit maximise(const Regression& r, const Density& f);
+
+/// The density in words with what was estimated of it: "Laplace noise: b = mean |e| = 0.2".
+std::string described(const Density& f, const LikelihoodFit& fit);
 
 /// Uniform noise: the set on which the likelihood is (high - low)^-N.
 struct ParameterSet {

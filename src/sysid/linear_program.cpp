@@ -18,19 +18,19 @@ constexpr double infinity = std::numeric_limits<double>::infinity();
 
 /// The rows of G scaled to norm 1, then the box |x_i| ≤ size.
 struct Scaled {
-  Mat rows;  ///< one constraint per column
-  Vec h;
+  Mat rows;     ///< one constraint per column
+  Vec h, norm;  ///< norm: what the rows were divided by
   Index real;
 };
 
 Scaled scaled(const LinearProgram& lp, double size) {
   const Index m = lp.G.rows(), n = lp.c.size();
-  Scaled s{Mat::Zero(n, m + 2 * n), Vec(m + 2 * n), m};
+  Scaled s{Mat::Zero(n, m + 2 * n), Vec(m + 2 * n), Vec::Ones(m + 2 * n), m};
   for (Index i = 0; i < m; ++i) {
     const double norm = lp.G.row(i).norm();
     const double by = norm > 0 ? norm : 1;
     s.rows.col(i) = lp.G.row(i).transpose() / by;
-    s.h[i] = lp.h[i] / by;
+    s.h[i] = lp.h[i] / by, s.norm[i] = by;
   }
   for (Index i = 0; i < n; ++i)
     for (const Index k : {0, 1}) s.rows(i, m + 2 * i + k) = k == 0 ? 1 : -1, s.h[m + 2 * i + k] = size;
@@ -88,6 +88,8 @@ LinearSolution solve(const LinearProgram& lp) {
   for (std::size_t i = 0; i < out.active.size(); ++i)
     if (out.active[i] >= s.real && out.multipliers[static_cast<Index>(i)] > 1e-12 * lp.c.norm())
       out.status = LinearSolution::Status::unbounded;
+  for (std::size_t i = 0; i < out.active.size(); ++i)  // of the rows as they were given
+    out.multipliers[static_cast<Index>(i)] /= s.norm[out.active[i]];
   out.value = lp.c.dot(out.x);
   return out;
 }

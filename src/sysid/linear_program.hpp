@@ -23,8 +23,9 @@ struct LinearSolution {
   enum class Status { optimal, infeasible, unbounded } status = Status::optimal;
   Vec x;
   double value = 0;
-  std::vector<Index> active;  ///< rows of G that meet at x, n of them
-  Vec multipliers;            ///< of the active rows, ≥ 0: c = -Gᵀλ
+  std::vector<Index>
+      active;       ///< rows of G that meet at x, n of them; beyond G's rows: of a huge box, multiplier 0
+  Vec multipliers;  ///< of the active rows, ≥ 0: c = -Gᵀλ
 };
 /// Cost per iteration: rows·n + n³. throws Failure when it does not end.
 LinearSolution solve(const LinearProgram& lp);

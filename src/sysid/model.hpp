@@ -45,7 +45,7 @@ struct PolyModel {
   Vec theta, std;
   Mat covariance;
   Criteria quality;
-  double simulation_fit = 0;
+  double simulation_fit = 0;     ///< NaN: there is none; -inf: the simulation diverges
   std::string simulation_start;  ///< in words: how that simulation begins
   Index samples = 0, left_out = 0;
   Start start = Start::drop;
@@ -90,11 +90,16 @@ std::string seed_text(const PolyModel& m, Seed seed);
 /// throws Error where samples are missing or the data does not fit the model.
 Response predict(const PolyModel& m, const IdData& d, Index horizon, Seed seed);
 
+/// The fit of a simulation; -inf where it grows beyond all numbers.
+double simulation_fit(const PolyModel& m, const IdData& d, Seed seed);
+
 // ── filters ──
 
 /// y = (num/den) x from rest; den monic after scaling. In place is allowed.
 void filter(const Vec& num, const Vec& den, const double* x, Index n, double* y);
 Vec filtered(const Vec& num, const Vec& den, const Vec& x);
+/// 1/den applied to n samples of which only the first, `head`, are not zero; what has decayed is zero.
+Vec ringing(const Vec& den, const Vec& head, Index n);
 Vec convolve(const Vec& a, const Vec& b);
 /// All zeros of the monic polynomial 1 + p₁q⁻¹ + … inside the unit circle (Schur–Cohn recursion).
 bool stable(const Vec& p);

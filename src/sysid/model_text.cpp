@@ -139,6 +139,8 @@ std::string numbers(const PolyModel& m) {
     out += text("  fit on the estimation data: ", number_or(q.fit, 6, "–"), " % (1-step prediction)");
     if (std::isfinite(m.simulation_fit))
       out += text(", ", rounded(m.simulation_fit, 6), " % (simulation, ", m.simulation_start, ")");
+    else if (!std::isnan(m.simulation_fit))
+      out += text(", diverges (simulation, ", m.simulation_start, ": the model is unstable)");
     out += "\n";
   }
   if (!m.unidentifiable.empty()) {

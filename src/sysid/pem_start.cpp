@@ -41,7 +41,7 @@ Vec filtered_parts(const IdData& d, const Vec& num, const Vec& den, const Vec& x
   return out;
 }
 
-/// Innovations of y given u by a long ARX model.
+/// Innovations of y given u by a long ARX model; zero where it has no past.
 Vec innovations(const IdData& d, int order) {
   Orders o;
   o.na = order;
@@ -50,13 +50,14 @@ Vec innovations(const IdData& d, int order) {
   const Regressor regressor(d, 0, o, Start::drop);
   Vec e = Vec::Zero(d.samples());
   if (regressor.rows() <= regressor.columns()) return e;
-  const Vec theta = solve_regression(regressor).theta;
-  std::vector<double> phi(static_cast<std::size_t>(regressor.columns()));
-  for (const RowRange& r : regressor.ranges())
-    for (Index t = r.first; t < r.last; ++t) {
-      regressor.row(t, r.begin, phi.data());
-      e[t] = d.y(t, 0) - Eigen::Map<Vec>(phi.data(), regressor.columns()).dot(theta);
-    }
+  const Polynomials p = polynomials_of(solve_regression(regressor).theta, o);
+  e = filtered_parts(d, p.A, Vec::Ones(1), d.y.col(0));
+  for (std::size_t i = 0; i < p.B.size(); ++i)
+    e -= filtered_parts(d, p.B[i], Vec::Ones(1), d.u.col(static_cast<Index>(i)));
+  for (Index k = 0; k < d.experiments(); ++k) {
+    const Index from = d.starts[static_cast<std::size_t>(k)];
+    e.segment(from, std::min<Index>(order, d.end(k) - from)).setZero();
+  }
   return e;
 }
 

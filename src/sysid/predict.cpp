@@ -2,7 +2,9 @@
 // A y = Σ B_i/F_i u_i + C/D e is  P ε = Q y - Σ R_i u_i,  P = C F,  Q = D A F,  R_i = D B_i F/F_i;
 // in simulation the error y - y_s obeys the same with P = Q = A F, R_i = B_i F/F_i.
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <limits>
 
 #include "base/error.hpp"
 #include "base/interrupt.hpp"
@@ -11,18 +13,64 @@
 
 namespace pendula::sysid {
 
-void filter(const Vec& num, const Vec& den, const double* x, Index n, double* y) {
-  // Direct form II transposed.
-  const Index order = std::max(num.size(), den.size()) - 1;
-  const double scale = den[0];
-  Vec b = Vec::Zero(order + 1), a = Vec::Zero(order + 1), state = Vec::Zero(order + 1);
-  b.head(num.size()) = num / scale, a.head(den.size()) = den / scale;
-  double* const s = state.data();
+namespace {
+
+/// y ← 1/den y with the past outputs in registers; den monic of degree N.
+template <int N>
+void all_pole(const double* den, Index n, double* y) {
+  std::array<double, N> a{}, past{};
+  for (std::size_t k = 0; k < N; ++k) a[k] = den[k + 1];
   for (Index t = 0; t < n; ++t) {
-    const double in = x[t], out = b[0] * in + s[0];
-    for (Index k = 0; k < order; ++k) s[k] = s[k + 1] + b[k + 1] * in - a[k + 1] * out;
-    y[t] = out;
+    double sum = y[t];
+    for (std::size_t k = N - 1; k > 0; --k) sum -= a[k] * past[k], past[k] = past[k - 1];
+    past[0] = y[t] = sum - a[0] * past[0];
   }
+}
+
+void all_pole(const Vec& den, Index n, double* y) {
+  using Road = void (*)(const double*, Index, double*);
+  static const Road roads[] = {all_pole<1>, all_pole<2>, all_pole<3>, all_pole<4>,
+                               all_pole<5>, all_pole<6>, all_pole<7>, all_pole<8>};
+  const Index order = den.size() - 1;
+  if (order == 0) return;
+  if (order <= 8) return roads[order - 1](den.data(), n, y);
+  for (Index t = 0; t < n; ++t) {
+    double sum = y[t];
+    for (Index k = std::min(order, t); k > 0; --k) sum -= den[k] * y[t - k];
+    y[t] = sum;
+  }
+}
+
+}  // namespace
+
+void filter(const Vec& num, const Vec& den, const double* x, Index n, double* y) {
+  const double scale = den[0];
+  std::vector<double> copy;
+  if (x == y) copy.assign(x, x + n), x = copy.data();
+  for (Index t = 0; t < n; ++t) y[t] = num[0] / scale * x[t];
+  for (Index k = 1; k < std::min(num.size(), n); ++k) {
+    const double b = num[k] / scale;
+    if (b == 0) continue;
+    for (Index t = k; t < n; ++t) y[t] += b * x[t - k];
+  }
+  all_pole(scale == 1 ? den : Vec(den / scale), n, y);
+}
+
+Vec ringing(const Vec& den, const Vec& head, Index n) {
+  Vec y = Vec::Zero(n);
+  const Index order = den.size() - 1;
+  double largest = 0;
+  for (Index t = 0; t < n; ++t) {
+    double sum = t < head.size() ? head[t] : 0;
+    for (Index k = std::min(order, t); k > 0; --k) sum -= den[k] * y[t - k];
+    y[t] = sum;
+    largest = std::max(largest, std::abs(sum));
+    if (t < head.size() + order) continue;
+    double recent = 0;
+    for (Index k = 0; k < std::max<Index>(order, 1); ++k) recent = std::max(recent, std::abs(y[t - k]));
+    if (recent <= 1e-40 * largest) break;  // before the numbers become denormal, and slow
+  }
+  return y;
 }
 
 Vec filtered(const Vec& num, const Vec& den, const Vec& x) {
@@ -117,22 +165,24 @@ Vec noise_impulse(const Polynomials& p, Index horizon) {
 
 /// Takes away what the unknown initial state adds: impulses in the first rows, filtered by H/P.
 void fit_initial_state(Vec& e, const Vec& H, const Vec& P, Index memory) {
-  Vec impulse = Vec::Zero(e.size());
-  impulse[0] = 1;
-  const Vec g = filtered(H, P, impulse);
+  const Vec g = filtered(H, Vec::Ones(1), ringing(P, Vec::Ones(1), e.size()));
   const Index n = std::min(memory, e.size());
   TriangularFactor factor(n + 1);
-  for (Index t = 0; t < e.size(); t += 512) {
+  Index last = e.size() - 1;  // later rows say nothing about the start
+  const double negligible = 1e-18 * g.cwiseAbs().maxCoeff();
+  while (last > 0 && std::abs(g[last]) <= negligible) --last;
+  const Index rows = std::min(e.size(), last + 1 + n);
+  for (Index t = 0; t < rows; t += 512) {
     poll_interrupt();
-    Mat block = Mat::Zero(std::min<Index>(512, e.size() - t), n + 1);
+    Mat block = Mat::Zero(std::min<Index>(512, rows - t), n + 1);
     for (Index i = 0; i < block.rows(); ++i) {
       for (Index j = 0; j < std::min(n, t + i + 1); ++j) block(i, j) = g[t + i - j];
       block(i, n) = e[t + i];
     }
     factor.add(block);
   }
-  const Vec start = solve_triangular(factor.R(), e.size()).theta;
-  for (Index j = 0; j < n; ++j) e.tail(e.size() - j) -= start[j] * g.head(e.size() - j);
+  const Vec start = solve_triangular(factor.R(), rows).theta;
+  for (Index j = 0; j < n; ++j) e.segment(j, rows - j) -= start[j] * g.head(rows - j);
 }
 
 /// Errors of one experiment; `seeded` receives the number of rows that are not compared.
@@ -180,6 +230,14 @@ Response predict(const PolyModel& m, const IdData& d, Index horizon, Seed seed) 
         "with a short horizon");
   out.fit = out.errors.size() == 0 ? 0 : fit_percent(out.compared, out.errors);
   return out;
+}
+
+double simulation_fit(const PolyModel& m, const IdData& d, Seed seed) {
+  try {
+    return predict(m, d, 0, seed).fit;
+  } catch (const Failure&) {
+    return -std::numeric_limits<double>::infinity();
+  }
 }
 
 }  // namespace pendula::sysid

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <set>
+#include <tuple>
 
 #include "base/error.hpp"
 #include "base/text.hpp"
@@ -73,6 +74,21 @@ Index Predictor::memory() const {
   return m;
 }
 
+namespace {
+
+/// By name, trailing numbers as numbers: a, b2, b10. What a program defined before does not change θ.
+bool by_name(Expr a, Expr b) {
+  const auto key = [](Expr e) {
+    const std::string& name = symbol_of(e).name;
+    const auto digits = name.find_last_not_of("0123456789") + 1;
+    const std::string number = name.substr(digits);
+    return std::tuple(name.substr(0, digits), number.size(), number);
+  };
+  return key(a) < key(b);
+}
+
+}  // namespace
+
 Predictor predictor(Expr expression, std::vector<Expr> parameters) {
   Predictor p;
   Substitution innovations;  // e(t-k) = y(t-k) - yhat(t-k)
@@ -93,6 +109,7 @@ Predictor predictor(Expr expression, std::vector<Expr> parameters) {
                " is neither among the parameters nor a parameter with a value; signals are written y(t-1), "
                "u(t-1) with y = func \"y\", u = func \"u\""));
   }
+  if (all) std::sort(parameters.begin(), parameters.end(), by_name);
   p.parameters = std::move(parameters);
   for (const Expr node : calls_in(p.expression)) p.terms.push_back(term_of(node));
   for (const SignalTerm& s : p.terms) p.recursive = p.recursive || s.kind == SignalTerm::Kind::prediction;
@@ -194,7 +211,24 @@ Predictor predictor(const SymbolicPolynomials& p, const std::vector<std::string>
   for (std::size_t i = 0; i < p.B.size(); ++i)
     add_terms(sum, product(product(p.D, p.B[i]), other_denominators(p, i)), 0, inputs[i], 1);
   add_terms(sum, product(p.C, F), 1, "yhat", -1);
-  return predictor(sum, {});
+  std::vector<Expr> order;  // θ = [a  b  c  d  f], as far as it is in ŷ
+  const std::vector<Expr> present = leaves({&sum, 1});
+  const auto take = [&](const VecX& polynomial) {
+    for (const Expr c : polynomial) {
+      std::vector<Expr> here = leaves({&c, 1});
+      std::sort(here.begin(), here.end(),
+                [](Expr a, Expr b) { return symbol_of(a).name < symbol_of(b).name; });
+      for (const Expr q : here)
+        if (symbol_of(q).kind == Kind::parameter && std::find(order.begin(), order.end(), q) == order.end() &&
+            std::find(present.begin(), present.end(), q) != present.end())
+          order.push_back(q);
+    }
+  };
+  take(p.A);
+  for (const VecX& b : p.B) take(b);
+  take(p.C), take(p.D);
+  for (const VecX& f : p.F) take(f);
+  return predictor(sum, std::move(order));
 }
 
 std::string derivation(const SymbolicPolynomials& p) {

@@ -10,6 +10,7 @@
 #include "codegen/kernel.hpp"
 #include "expr/matrix.hpp"
 #include "sysid/least_squares.hpp"
+#include "sysid/likelihood.hpp"
 #include "sysid/model.hpp"
 #include "sysid/regressor.hpp"
 
@@ -67,8 +68,14 @@ struct PredictorFit {
   std::vector<std::string> unidentifiable;
   Vec predictions, residuals;  ///< at the rows used
   Index first = 0;             ///< rows left out at the start of each experiment
+  std::string noise;           ///< maximum likelihood: the density in words
+  double log_likelihood = 0;
 };
-PredictorFit fit(const Predictor& p, const IdData& d, Start start, const Vec& theta0);
+/// With a density (not uniform): maximum likelihood; requires a linear predictor.
+PredictorFit fit(const Predictor& p, const IdData& d, Start start, const Vec& theta0,
+                 const Density* density = nullptr);
+/// y - offset = Φθ of a linear predictor. throws Error if it is not linear.
+Regression regression(const Predictor& p, const IdData& d, Start start);
 std::string describe(const PredictorFit& f);
 
 }  // namespace pendula::sysid

@@ -80,12 +80,15 @@ class Recursion {
         if (std::isfinite(d_.y(t, 0)) && (std::isfinite(all[t]) || p_.recursive)) rows.push_back(t);
       }
     }
+    rows_ = rows;
     e.resize(static_cast<Index>(rows.size())), J.resize(e.size(), n), yhat.resize(e.size());
     for (Index i = 0; i < e.size(); ++i) {
       const Index t = rows[static_cast<std::size_t>(i)];
       yhat[i] = all[t], e[i] = d_.y(t, 0) - all[t], J.row(i) = slope.col(t).transpose();
     }
   }
+
+  const std::vector<Index>& rows() const { return rows_; }  ///< of the last run
 
  private:
   void fill(Index t, Index begin, const Vec& predicted, double* slots) const {
@@ -107,6 +110,7 @@ class Recursion {
   std::vector<Index> column_;
   std::vector<std::size_t> fed_back_;
   std::vector<double> fixed_;
+  std::vector<Index> rows_;
 };
 
 LeastSquares linearised(const Mat& J, const Vec& e) {
@@ -153,12 +157,55 @@ void search(Recursion& recursion, Vec& theta, Vec& e, Mat& J, Vec& yhat, int& it
 
 }  // namespace
 
-PredictorFit fit(const Predictor& p, const IdData& d, Start start, const Vec& theta0) {
+namespace {
+
+void check(const Predictor& p, const IdData& d, Start start) {
   if (d.outputs() != 1) throw Error("a predictor explains one output; the data has several");
   if (p.parameters.empty()) throw Error("the predictor has no parameters to estimate");
   if (p.recursive && missing(d) > 0)
     throw Error(text(missing_text(d), "; the recursion cannot run across them: d:fill()"));
   if (start == Start::estimate) throw Error("ic: \"drop\" or \"zero\" for a predictor");
+}
+
+[[noreturn]] void no_row(const Predictor& p, const IdData& d) {
+  throw Error(text("no row is left: the predictor needs ", p.memory(), " earlier samples and the data has ",
+                   d.samples()));
+}
+
+/// The estimate of this density instead of least squares.
+void maximise_likelihood(PredictorFit& f, const Regression& r, const Density& density) {
+  const LikelihoodFit best = maximise(r, density);
+  f.theta = best.theta;
+  f.covariance = best.covariance;
+  f.std = best.covariance.diagonal().cwiseMax(0.0).cwiseSqrt();
+  f.log_likelihood = best.log_likelihood;
+  f.noise = described(density, best);
+  f.residuals = r.y - r.Phi * f.theta;
+  f.predictions = f.predictions + (r.Phi * f.theta - r.Phi * f.ls.theta);
+  f.exact = false;
+  const Vec y = f.residuals + f.predictions;
+  f.quality = criteria(f.residuals.squaredNorm(), r.y.size(), f.theta.size(),
+                       (y.array() - y.mean()).matrix().squaredNorm());
+}
+
+}  // namespace
+
+Regression regression(const Predictor& p, const IdData& d, Start start) {
+  check(p, d, start);
+  if (!p.linear) throw Error("noise = … needs a predictor that is linear in its parameters");
+  Recursion recursion(p, d, start);
+  Regression r;
+  Vec yhat;
+  recursion.run(Vec::Zero(static_cast<Index>(p.parameters.size())), r.y, r.Phi, yhat);
+  if (r.y.size() == 0) no_row(p, d);
+  for (const Expr q : p.parameters) r.names.push_back(symbol_of(q).name);
+  for (const Index t : recursion.rows()) r.sample.push_back(t + 1);
+  return r;
+}
+
+PredictorFit fit(const Predictor& p, const IdData& d, Start start, const Vec& theta0,
+                 const Density* density) {
+  check(p, d, start);
   PredictorFit f;
   f.predictor = p;
   for (const Expr q : p.parameters) f.names.push_back(symbol_of(q).name);
@@ -168,9 +215,7 @@ PredictorFit fit(const Predictor& p, const IdData& d, Start start, const Vec& th
   f.theta = p.linear ? Vec(Vec::Zero(theta0.size())) : theta0;
   if (p.linear) {
     recursion.run(f.theta, e, J, yhat);
-    if (e.size() == 0)
-      throw Error(text("no row is left: the predictor needs ", p.memory(),
-                       " earlier samples and the data has ", d.samples()));
+    if (e.size() == 0) no_row(p, d);
     f.theta = linearised(J, e).theta;
     f.ls = linearised(J, e);
     recursion.run(f.theta, e, J, yhat);
@@ -188,21 +233,29 @@ PredictorFit fit(const Predictor& p, const IdData& d, Start start, const Vec& th
   f.unidentifiable = free_directions(f.ls.null_space, f.names);
   f.residuals = e, f.predictions = yhat;
   f.first = start == Start::zero ? 0 : p.memory();
+  if (density) {
+    const Regression r = regression(p, d, start);
+    if (f.unidentifiable.empty()) maximise_likelihood(f, r, *density);  // else the rank report comes first
+  }
   return f;
 }
 
 std::string describe(const PredictorFit& f) {
   std::string out =
       text("predictor fitted to ", f.residuals.size(), f.residuals.size() == 1 ? " row" : " rows", " by ",
-           f.predictor.linear ? "linear least squares" : text("Gauss–Newton (", f.iterations, " iterations)"),
+           !f.noise.empty()     ? "maximum likelihood"
+           : f.predictor.linear ? "linear least squares"
+                                : text("Gauss–Newton (", f.iterations, " iterations)"),
            "\n", describe(f.predictor), "\n");
+  if (!f.noise.empty()) out += text("  ", f.noise, ", ln L = ", rounded(f.log_likelihood, 7), "\n");
   Table table({false, true, false});
   for (std::size_t i = 0; i < f.names.size(); ++i) {
     const auto k = static_cast<Index>(i);
     table.row({f.names[i], rounded(f.theta[k], 9),
-               !std::isfinite(f.std[k]) ? "not identifiable"
-               : f.exact                ? ""
-                                        : "± " + rounded(f.std[k], 4)});
+               k >= f.std.size()          ? ""
+               : !std::isfinite(f.std[k]) ? "not identifiable"
+               : f.exact                  ? ""
+                                          : "± " + rounded(f.std[k], 4)});
   }
   out += table.str(4);
   if (f.exact)

@@ -279,7 +279,7 @@ LeastSquares solve_structured(const Regressor& regressor) {
 }
 
 LeastSquares solve_regression(const Regressor& regressor) {
-  const Index many = 20000;
+  const Index many = 2000;
   if (regressor.rows() >= many && regressor.columns() > 0 && regressor.ranges().size() < 1000) {
     LeastSquares fast = solve_structured(regressor);
     if (fast.rank >= 0) return fast;

@@ -1,9 +1,11 @@
 #include "sysid/validation.hpp"
 
 #include <cmath>
+#include <limits>
 
 #include "base/error.hpp"
 #include "base/text.hpp"
+#include "sysid/state_space.hpp"
 
 namespace pendula::sysid {
 namespace {
@@ -49,16 +51,34 @@ double chi_square_tail(double x, double dof) {
   return front * h;
 }
 
-Validation validate(const PolyModel& m, const IdData& d, Index lags) {
+namespace {
+
+/// Of an output: parameters of the noise model, which the portmanteau test takes off its degrees of freedom.
+Index noise_parameters(const IdModel& m, const PolyModel& row) {
+  if (m.state_space) return m.state_space->K.isZero(0) ? 0 : m.state_space->order();
+  return row.p.A.size() + row.p.C.size() + row.p.D.size() - 3;
+}
+
+}  // namespace
+
+Validation validate(const IdModel& model, Index output, const IdData& data, Index lags) {
   Validation v;
-  const Seed seed = m.p.equation_error() ? Seed::data : Seed::estimate;
-  const Response one = predict(m, d, 1, seed);
-  v.y_name = m.y_name, v.u_names = m.u_names;
+  const auto index = static_cast<std::size_t>(output);
+  const PolyModel& m = model.outputs[index];
+  const IdData d = channel(data, output, model.coupled);
+  const bool equation = !model.state_space && m.p.equation_error();
+  const Seed seed = equation ? Seed::data : Seed::estimate;
+  const Response one = predict(model, data, 1, seed)[index];
+  v.y_name = m.y_name, v.u_names = d.u_names, v.state_space = model.state_space != nullptr;
   v.rows = one.errors.size();
   if (v.rows < 8) throw Error(text("validation needs at least 8 residuals, the data gives ", v.rows));
   v.lags = std::min<Index>(lags, v.rows / 4);
   v.fit = one.fit, v.residuals = one.errors;
-  v.simulation_fit = predict(m, d, 0, seed).fit;
+  try {
+    v.simulation_fit = predict(model, data, 0, seed)[index].fit;
+  } catch (const Failure&) {
+    v.simulation_fit = -std::numeric_limits<double>::infinity();
+  }
   v.fit_label = seed_text(m, seed);
   const Vec e = one.errors.array() - one.errors.mean();
   const double power = e.squaredNorm();
@@ -78,7 +98,7 @@ Validation validate(const PolyModel& m, const IdData& d, Index lags) {
     v.Q += N * (N + 2) * r * r / (N - static_cast<double>(k));
     if (std::abs(r) > v.bound) ++v.outside;
   }
-  v.dof = static_cast<double>(std::max<Index>(1, v.lags - (m.p.A.size() + m.p.C.size() + m.p.D.size() - 3)));
+  v.dof = static_cast<double>(std::max<Index>(1, v.lags - noise_parameters(model, m)));
   v.p = chi_square_tail(v.Q, v.dof);
   v.white = v.p >= 0.01;
   v.cross.resize(2 * v.lags + 1, d.inputs()), v.cross_bound.resize(d.inputs());
@@ -107,8 +127,9 @@ Validation validate(const PolyModel& m, const IdData& d, Index lags) {
 
 std::string describe(const Validation& v) {
   std::string out = text("validation of ", v.y_name, " on ", v.rows, " samples\n");
-  out += text("  fit: ", rounded(v.fit, 6), " % (1-step prediction), ", rounded(v.simulation_fit, 6),
-              " % (simulation, ", v.fit_label, ")\n");
+  out += text("  fit: ", rounded(v.fit, 6), " % (1-step prediction), ",
+              std::isfinite(v.simulation_fit) ? rounded(v.simulation_fit, 6) + " %" : std::string("diverges"),
+              " (simulation, ", v.fit_label, ")\n");
   if (v.bound == 0) return out + "  the residuals are rounding: there is nothing to test";
   out += text("  residuals ", v.white ? "are white" : "are not white", ": Ljung–Box Q = ", rounded(v.Q, 5),
               " on ", rounded(v.dof, 5), " degrees of freedom, p ",
@@ -118,8 +139,12 @@ std::string describe(const Validation& v) {
     out += text("  ", v.cross_outside[i] <= v.allowed ? "no dependence" : "dependence", " on past ",
                 v.u_names[i], ": ", v.cross_outside[i], " of ", v.lags + 1, " correlations outside ±",
                 rounded(v.cross_bound[static_cast<Index>(i)], 3), "\n");
-  if (!v.white) out += "  what is left has structure: raise nc, nd (or na), or use bj\n";
-  if (!v.independent) out += "  the input explains more than the model uses: raise nb, nf, or lower nk\n";
+  if (!v.white)
+    out += text("  what is left has structure: raise ",
+                v.state_space ? "the order\n" : "nc, nd (or na), or use bj\n");
+  if (!v.independent)
+    out += text("  the input explains more than the model uses: raise ",
+                v.state_space ? "the order\n" : "nb, nf, or lower nk\n");
   if (v.feedback) out += "  residuals and later inputs are correlated: the data were taken in closed loop\n";
   out.pop_back();
   return out;
@@ -132,14 +157,21 @@ std::vector<ComparisonRow> compare(const std::vector<std::pair<std::string, cons
     ComparisonRow row;
     row.name = name;
     const auto one = predict(*model, d, 1, Seed::estimate);
-    const auto free = predict(*model, d, 0, model->coupled ? Seed::data : Seed::estimate);
+    const Seed seed = model->coupled ? Seed::data : Seed::estimate;
+    std::vector<Response> free;
+    try {
+      free = predict(*model, d, 0, seed);
+    } catch (const Failure&) {
+    }
     for (std::size_t i = 0; i < one.size(); ++i) {
       row.prediction += one[i].fit / static_cast<double>(one.size());
-      row.simulation += free[i].fit / static_cast<double>(one.size());
+      row.simulation += free.empty() ? -std::numeric_limits<double>::infinity()
+                                     : free[i].fit / static_cast<double>(one.size());
       row.loss += one[i].errors.squaredNorm() / static_cast<double>(one[i].errors.size());
-      row.parameters += model->outputs[i].theta.size();
+      if (!model->state_space) row.parameters += model->outputs[i].theta.size();
       row.fpe += model->outputs[i].quality.fpe, row.aic += model->outputs[i].quality.aic;
     }
+    if (model->state_space) row.parameters = model->state_space->parameters();
     rows.push_back(row);
   }
   return rows;
@@ -153,7 +185,8 @@ std::string describe(const std::vector<ComparisonRow>& rows, const IdData& d) {
     if (rows[i].prediction > rows[best].prediction) best = i;
     if (rows[i].simulation > rows[free].simulation) free = i;
     table.row({rows[i].name, std::to_string(rows[i].parameters), rounded(rows[i].prediction, 5),
-               rounded(rows[i].simulation, 5), rounded(rows[i].fpe, 6), rounded(rows[i].aic, 6)});
+               std::isfinite(rows[i].simulation) ? rounded(rows[i].simulation, 5) : std::string("diverges"),
+               rounded(rows[i].fpe, 6), rounded(rows[i].aic, 6)});
   }
   return text("comparison on ", d.samples(),
               " samples (initial states estimated; FPE and AIC from the estimation data)\n", table.str(2),

@@ -25,12 +25,13 @@ struct Validation {
   int outside = 0;                 ///< of the autocorrelations
   std::vector<int> cross_outside;  ///< per input, lags ≥ 0
   int allowed = 0;                 ///< number outside that chance explains at 99 %
-  bool feedback = false;           ///< correlation at negative lags
+  bool state_space = false;
+  bool feedback = false;  ///< correlation at negative lags
   bool white = false, independent = false;
   double fit = 0, simulation_fit = 0;
   Vec residuals;
 };
-Validation validate(const PolyModel& m, const IdData& d, Index lags);
+Validation validate(const IdModel& m, Index output, const IdData& d, Index lags);
 std::string describe(const Validation& v);
 
 // ── order scan ──

@@ -107,3 +107,38 @@ test("resample keeps what is below the new Nyquist frequency", function()
   expect(iddata { y = { 0, 2, 4 } }:resample(0.5, { method = "linear" }).y):near({ 0, 1, 2, 3, 4 }, 0)
   expect(iddata { y = { 0, 2, 4 } }:resample(0.5, { method = "hold" }).y):near({ 0, 0, 2, 2, 4 }, 0)
 end)
+
+test("written files read back as they were", function()
+  local d = merge(iddata { y = { 1, 2, 0/0 }, u = { 4, 5, 6 }, Ts = 0.1 }, iddata { y = { 7, 8, 9 }, u = { 1, 1/3, math.pi }, Ts = 0.1 })
+  for _, ending in ipairs { ".csv", ".mat" } do
+    local name = os.tmpname() .. ending
+    d:save(name)
+    local back = iddata.read(name)
+    os.remove(name)
+    expect(back.u):equals(d.u)
+    expect(back.Ts):near(0.1, 1e-15)
+    expect(back.experiments):equals(2)
+    expect(back.missing):equals(1)
+    expect(back.y[4]):equals(7)
+  end
+  local both = iddata { y = { { 1, 2 }, { 3, 4 }, { 5, 6 } }, u = { { 1, 2 }, { 3, 4 }, { 5, 7 } }, Ts = 2 }
+  local name = os.tmpname() .. ".mat"
+  both:save(name)
+  expect(iddata.read(name).y):equals(both.y)
+  expect(iddata.read(name, { y = "y2", u = "u1" }).y[3]):equals(6)
+  os.remove(name)
+  expect(function() both:csv "/no/such/folder/x.csv" end):fails "cannot write"
+  expect(function() both:save "/no/such/folder/x.mat" end):fails "cannot write"
+end)
+
+test("signals are chosen by name or number", function()
+  local d = iddata { y = { { 1, 2 }, { 3, 4 }, { 5, 6 } }, u = { { 1, 2 }, { 3, 4 }, { 5, 7 } }, yname = { "a", "b" } }
+  expect(d:select { y = "b", u = { 2 } }.y):equals(vec { 2, 4, 6 })
+  expect(d:select { u = {} }.u.cols):equals(0)
+  expect(d:select { y = { "b", "a" } }.y_names[1]):equals "b"
+  expect(function() d:select { y = "c" } end):fails "there is no output 'c'"
+  expect(function() d:select { y = {} } end):fails "at least one output"
+  expect(d:detrend():select { y = "b" }.offsets.y):near(4, 1e-15)
+  expect(d:resample { Ts = 2, method = "hold" }.N):equals(2)
+  expect(d:detrend(0).y):equals(d:detrend "mean".y)
+end)

@@ -164,3 +164,43 @@ test("gaussian and a user density agree with least squares", function()
   expect(function() arx(d, with(3)) end):fails "noise must be a density"
   expect(function() arx(d, with(density(function(e) return ifelse(lt(abs(e), 0.01), 1 + e, 0) end))) end):fails "zero or undefined"
 end)
+
+test("lsq and linear predictors take every density", function()
+  local A, y = { { 1 }, { 1 }, { 1 }, { 1 }, { 1 } }, { 3, 1, 2, 50, 5 }
+  expect(lsq(A, y, { noise = laplace() }).theta[1]):near(3, 1e-9)                 -- the median
+  expect(lsq(A, y, { noise = gaussian(1) }).theta[1]):near(12.2, 1e-12)           -- the mean
+  expect(lsq(A, y, { noise = gaussian(2) }).std[1]):near(2 / math.sqrt(5), 1e-12)
+  expect(lsq(A, y, { noise = exponential() }).theta[1]):near(1, 1e-9)             -- the least
+  expect(lsq(A, y, { noise = uniform(-25, 25) }).box[1].low):equals(25)
+  expect(lsq(A, y, { noise = density(function(e) return exp(-abs(e)) end) }).theta[1]):near(3, 1e-9)
+  expect(lsq(A, y, { noise = function(e) return exp(-e^2/2) end }).theta[1]):near(12.2, 1e-9)
+  expect(function() return lsq(A, y, { noise = exponential() }).std end):fails "corner"
+  expect(function() lsq(A, y, { noise = laplace(), weights = { 1, 1, 1, 1, 1 } }) end):fails "not several"
+  -- the value of the likelihood: Σ ln f
+  local r = lsq(A, y, { noise = laplace(2) })
+  expect(r.log_likelihood):near(-5 * math.log(4) - (0 + 2 + 1 + 47 + 2) / 2, 1e-9)
+
+  local d = iddata { u = { 1, -1, 2, 0, -2, 1, 3, -1 }, y = { 1.2, -.1, 1.9, .4, -2.1, -.2, 2.6, .5 } }
+  local Y, U_ = func "y", func "u"
+  local a, b = params "a b"
+  local p = predictor(-a * Y(t - 1) + b * U_(t))
+  expect(p:fit(d, { ic = "zero", noise = uniform(-1, 1) }).volume):equals(arx(d, { na = 1, nb = 1, nk = 0, ic = "zero", noise = uniform(-1, 1) }).volume)
+  for _, noise in ipairs { laplace(), gaussian(0.3), density(function(e) return exp(-e^4) end) } do
+    local f, m = p:fit(d, { ic = "zero", noise = noise }), arx(d, { na = 1, nb = 1, nk = 0, ic = "zero", noise = noise })
+    expect(f.theta):near(m.theta, 1e-9)
+    expect(f.std):near(m.std, 1e-9)
+    expect(f.log_likelihood):near(m.log_likelihood, 1e-9)
+  end
+  local yhat = func "yhat"
+  expect(function() predictor(a * yhat(t - 1) + b * U_(t)):fit(d, { noise = laplace() }) end):fails "linear in its parameters"
+end)
+
+test("a density with a kink is least absolute deviations", function()
+  local s = 7
+  local function r() s = (1103515245 * s + 12345) % 2147483648 return s / 1073741824 - 1 end
+  local A, y = {}, {}
+  for i = 1, 60 do A[i] = { r(), r(), 1 } y[i] = A[i][1] - 2 * A[i][2] + 0.5 + r()^5 end
+  local f, l = lsq(A, y, { noise = density(function(e) return exp(-abs(e)/0.3) end) }), lsq(A, y, { noise = laplace(0.3) })
+  expect(f.theta):near(l.theta, 1e-8)
+  expect(f.std):near(l.std, 1e-6)
+end)

@@ -118,7 +118,7 @@ TEST_CASE("pem: estimates lie within four standard deviations of the truth, and 
       CHECK(z.cwiseAbs().maxCoeff() <= 4);
       CHECK(m.quality.sigma2 ==
             doctest::Approx(0.09).epsilon(0.2));  // 4 σ of a χ² with 1000 degrees of freedom
-      CHECK(validate(m, d, 25).p > 1e-4);
+      CHECK(validate(IdModel{{m}, false, d.inputs(), nullptr}, 0, d, 25).p > 1e-4);
       sum += z.squaredNorm(), count += static_cast<double>(z.size());
     }
     CHECK(sum / count > 0.4);  // mean of ≥ 40 squares of a normal variable: 1 ± 0.22
