@@ -172,3 +172,52 @@ doc { name = "comparison:plot", module = "identification", sig = "c:plot() -> fi
     arguments[#arguments + 1] = { title = "simulation", labels = labels, xlabel = "t [s]", ylabel = d.y_names[1], style = "line" }
     return named "plot" (table.unpack(arguments))
   end }
+
+-- ── LaTeX ──
+
+local function polynomial_latex(row)
+  local out = ""
+  for k = 1, row.cols do
+    local c = row[k] + 0.0
+    if c ~= 0 then
+      local size = ("%.6g"):format(math.abs(c))
+      local power = k == 1 and "" or ("q^{-%d}"):format(k - 1)
+      local term = power == "" and size or (size == "1" and "" or size .. "\\,") .. power
+      out = out .. (out == "" and (c < 0 and "-" or "") or (c < 0 and " - " or " + ")) .. term
+    end
+  end
+  return out == "" and "0" or out
+end
+
+local function entries_of(value) return type(value) == "table" and value or { value } end
+
+doc { name = "idmodel:latex", module = "identification", sig = "mod:latex() -> string",
+  text = "The model with its polynomials in LaTeX; of a state-space model its matrices.",
+  example = "d = iddata{ y = {0, 2, 1, 4}, u = {1, 0.5, 2, 1} }\nprint(fir(d, { nb = 1 }):latex())",
+  gives = "\\begin{aligned} y(t) &= B(q)\\,u(t) + e(t) \\\\ B(q) &= 2\\,q^{-1} \\end{aligned}",
+  function(m)
+    if m.kind == "state space" then return m:ss():latex() end
+    if #m.y_names > 1 then fail "mod:latex is for models with one output; mod:ss():latex() gives the state space" end
+    local B, F, lines = entries_of(m.B), entries_of(m.F), {}
+    local function name(letter, i) return #B > 1 and letter .. "_{" .. i .. "}(q)" or letter .. "(q)" end
+    local right = {}
+    for i, u in ipairs(m.u_names) do
+      local factor = F[i].cols > 1 and ("\\frac{%s}{%s}"):format(name("B", i), name("F", i)) or name("B", i)
+      right[#right + 1] = factor .. "\\,\\mathrm{" .. u:gsub("_", "\\_") .. "}(t)"
+      if #u == 1 then right[#right] = factor .. "\\," .. u .. "(t)" end
+    end
+    local noise = m.D.cols > 1 and ("\\frac{%s}{D(q)}\\,e(t)"):format(m.C.cols > 1 and "C(q)" or "1")
+      or (m.C.cols > 1 and "C(q)\\,e(t)" or "e(t)")
+    right[#right + 1] = noise
+    local y = #m.y_names[1] == 1 and m.y_names[1] or "\\mathrm{" .. m.y_names[1]:gsub("_", "\\_") .. "}"
+    lines[1] = (m.A.cols > 1 and "A(q)\\," or "") .. y .. "(t) &= " .. table.concat(right, " + ")
+    local function add(label, row) lines[#lines + 1] = label .. " &= " .. polynomial_latex(row) end
+    if m.A.cols > 1 then add("A(q)", m.A) end
+    for i in ipairs(m.u_names) do
+      add(name("B", i), B[i])
+      if F[i].cols > 1 then add(name("F", i), F[i]) end
+    end
+    if m.C.cols > 1 then add("C(q)", m.C) end
+    if m.D.cols > 1 then add("D(q)", m.D) end
+    return "\\begin{aligned} " .. table.concat(lines, " \\\\ ") .. " \\end{aligned}"
+  end }

@@ -238,6 +238,12 @@ int transition(Call& call) {
 int solution(Call& call) {
   const System g = lti::to_ss(self(call));
   const VecX x0 = call.has(2) ? read_state(call.L, 2, "x0", g) : VecX(VecX::Zero(g.ss.order()));
+  if (call.has(3) && lua_isfunction(call.L, 3)) {  // u(t) with the symbol t
+    lua_pushvalue(call.L, 3);
+    push_expr(call.L, time_symbol());
+    protected_call(call.L, 1, 1);
+    lua_replace(call.L, 3);
+  }
   const VecX u = call.has(3) ? to_column(call.L, 3, "u") : VecX(VecX::Zero(g.inputs));
   for (const VecX* v : {&x0, &u})
     for (Expr leaf : leaves(entries(*v)))

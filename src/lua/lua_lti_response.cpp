@@ -25,9 +25,18 @@ int push_response(Call& call, lti::Response r) {
   return call.push(std::make_shared<const lti::Response>(std::move(r)));
 }
 
-/// Nothing, an end time, or a list of times.
+/// Nothing, an end time, a list of times, or { to = 10 } or { times = … }.
 Vec read_times(Call& call, int i, const System& g) {
   if (!call.has(i)) return lti::response_times(g);
+  if (lua_istable(call.L, i) && lua_rawlen(call.L, i) == 0) {
+    const Options o = call.options(i, {"to", "times"});
+    if (o.has("times")) {
+      const Vec t = to_numbers(call.L, o.push("times"), "times");
+      lua_settop(call.L, call.count());
+      return t;
+    }
+    return o.has("to") ? lti::response_times(g, o.number("to")) : lti::response_times(g);
+  }
   if (is_expression(call.L, i)) return lti::response_times(g, to_number(call.L, i, "to"));
   Mat m = to_numeric_matrix(call.L, i, "t");
   if (m.cols() != 1) m.transposeInPlace();
@@ -298,6 +307,7 @@ const Module lti_response_module = {
          ":save(file) draw both."},
         {"frequency response#w", w, "r.w -> column", "Frequencies in rad/s."},
         {"frequency response#mag", mag, "r.mag -> matrix", "|G|, one column per channel."},
+        {"frequency response#magnitude", mag, "r.magnitude -> matrix", "The same as r.mag."},
         {"frequency response#db", db, "r.db -> matrix", "20 log₁₀|G|."},
         {"frequency response#phase", phase, "r.phase -> matrix", "The phase in degrees, without jumps."},
         {"frequency response#re", re, "r.re -> matrix", "Real parts."},

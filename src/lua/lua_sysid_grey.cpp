@@ -144,6 +144,8 @@ int cov(Call& call) { return push_matrix(call.L, self(call).covariance); }
 int names(Call& call) { return push_words(call.L, self(call).names); }
 int loss(Call& call) { return call.push(self(call).quality.loss); }
 int sigma2(Call& call) { return call.push(self(call).quality.sigma2); }
+int fpe(Call& call) { return call.push(self(call).quality.fpe); }
+int aic(Call& call) { return call.push(self(call).quality.aic); }
 int rank(Call& call) { return call.push(static_cast<long>(self(call).ls.rank)); }
 int converged(Call& call) { return call.push(self(call).converged); }
 int simulated(Call& call) { return push_matrix(call.L, self(call).simulated); }
@@ -203,6 +205,8 @@ const Module grey_box_module = {
         {"fit_result#names", names, "r.names -> list", "Their names.", "", ""},
         {"fit_result#loss", loss, "r.loss -> number", "SSE/samples.", "", ""},
         {"fit_result#sigma2", sigma2, "r.sigma2 -> number", "SSE/(samples - rank).", "", ""},
+        {"fit_result#fpe", fpe, "r.fpe -> number", "Final prediction error V (1 + d/N)/(1 - d/N).", "", ""},
+        {"fit_result#aic", aic, "r.aic -> number", "Akaike's criterion N ln V + 2d.", "", ""},
         {"fit_result#rank", rank, "r.rank -> integer", "Rank of the sensitivities.", "", ""},
         {"fit_result#converged", converged, "r.converged -> boolean", "The steps became negligible.", "", ""},
         {"fit_result#fit", fit_percent, "r.fit -> number", "Simulation fit in %, per output.", "", ""},

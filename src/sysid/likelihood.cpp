@@ -61,7 +61,9 @@ LikelihoodFit exponential(const Regression& r, const Density& f) {
   lp.c = -lp.G.colwise().sum().transpose();
   const LinearSolution best = solve(lp);
   if (best.status == LinearSolution::Status::infeasible)
-    throw Failure("exponential noise: no θ makes all errors y - Φθ positive");
+    throw Failure(
+        "exponential noise: no θ makes all errors y - Φθ positive; for noise of both signs take laplace() or "
+        "gaussian()");
   if (best.status == LinearSolution::Status::unbounded)
     throw Failure(
         "exponential noise: the likelihood has no maximum: some direction of θ lowers Σ e without end");
@@ -156,7 +158,10 @@ bool reweight(const Regression& r, const NegativeLog& f, Vec& theta, double& val
   if (lu.isInvertible()) {
     const Vec corner = lu.solve(Vec(r.y(order)));
     const double now = objective(r, f, corner).value;
-    if (now <= value) theta = corner, value = now;
+    if (now <= value + 1e-13 * std::abs(value)) {
+      theta = corner, value = now;
+      return true;
+    }
   }
   return value < before;
 }

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include <Eigen/LU>
 #include <Eigen/QR>
 
 #include "base/error.hpp"
@@ -12,32 +13,73 @@
 namespace pendula::sysid {
 namespace {
 
-/// The factor of the largest regressor with y as last column, and Σ (y - ȳ)².
+/// The factor of the largest regressor with the outputs as last columns, and Σ (y - ȳ)² of each.
 struct Factored {
   Mat R;
   Index rows = 0;
-  double variation = 0;
+  Vec variation;
 };
 
+/// The largest model: own past, inputs, then the past of the other outputs.
+Orders largest_orders(const IdData& e, const Range& na, const Range& nb, const Range& nk) {
+  Orders o;
+  o.na = na.to;
+  const auto inputs = static_cast<std::size_t>(e.inputs());
+  o.nb.assign(inputs, nk.to - nk.from + nb.to), o.nk.assign(inputs, nk.from);
+  for (Index j = 1; j < e.outputs(); ++j) o.nb.push_back(na.to), o.nk.push_back(1);
+  o.nf.assign(o.nb.size(), 0);
+  return o;
+}
+
 Factored factored(const IdData& d, const Orders& largest) {
-  const Regressor regressor(d, 0, largest, Start::drop);
+  if (d.outputs() > 1 && missing(d) > 0)
+    throw Error(text(missing_text(d), "; a scan of several outputs needs every sample: d:fill()"));
+  const IdData all = channel(d, 0, d.outputs() > 1);
+  const Regressor regressor(all, 0, largest, Start::drop);
   if (regressor.rows() < 2)
     throw Error(text("order_scan: the largest model needs ", largest.memory(),
                      " earlier samples; the data has ", d.samples()));
-  const TriangularFactor factor = triangular_factor(regressor);
-  const Vec y = regressor.targets();
-  return {factor.R(), factor.rows(), (y.array() - y.mean()).matrix().squaredNorm()};
+  const TriangularFactor factor = triangular_factor(regressor, &d.y);
+  Mat y(regressor.rows(), d.outputs());
+  Index i = 0;
+  for (const RowRange& r : regressor.ranges())
+    for (Index t = r.first; t < r.last; ++t) y.row(i++) = d.y.row(t);
+  return {factor.R(), factor.rows(), (y.rowwise() - y.colwise().mean()).colwise().squaredNorm().transpose()};
 }
 
 /// Columns of the largest regressor that the model (na, nb, nk) uses.
-std::vector<Index> columns_of(int na, int nb, int nk, const Orders& largest) {
+std::vector<Index> columns_of(int na, int nb, int nk, const Orders& largest, std::size_t inputs) {
   std::vector<Index> out;
   for (int k = 0; k < na; ++k) out.push_back(k);
   Index first = largest.na;
-  for (const int width : largest.nb) {
-    for (int k = 0; k < nb; ++k) out.push_back(first + nk - largest.nk[0] + k);
-    first += width;
+  for (std::size_t i = 0; i < largest.nb.size(); ++i) {
+    if (i < inputs)
+      for (int k = 0; k < nb; ++k) out.push_back(first + nk - largest.nk[0] + k);
+    else
+      for (int k = 0; k < na; ++k) out.push_back(first + k);
+    first += largest.nb[i];
   }
+  return out;
+}
+
+/// One model: of several outputs the loss is det(EᵀE/N) and d counts the parameters of all (Ljung §16.4).
+ScanEntry entry_of(int na, int nb, int nk, const std::vector<Index>& columns, const Factored& fe,
+                   const Factored& fv) {
+  const Index p = fe.variation.size();
+  const auto N = static_cast<double>(fe.rows);
+  const Mat part = fe.R(Eigen::all, columns);
+  const Eigen::ColPivHouseholderQR<Mat> qr(part);
+  const Mat theta = qr.solve(fe.R.rightCols(p));
+  const Mat errors = fe.R.rightCols(p) - part * theta;
+  const double loss = p == 1 ? errors.squaredNorm() / N : (errors.transpose() * errors / N).determinant();
+  ScanEntry out{na, nb, nk, criteria(N * loss, fe.rows, p * qr.rank(), p == 1 ? fe.variation[0] : 1), 0, 0};
+  if (fv.rows == 0) return out;
+  const Mat missed = fv.R.rightCols(p) - fv.R(Eigen::all, columns) * theta;
+  const auto M = static_cast<double>(fv.rows);
+  out.validation_loss = p == 1 ? missed.squaredNorm() / M : (missed.transpose() * missed / M).determinant();
+  for (Index j = 0; j < p; ++j)
+    out.validation_fit +=
+        100 * (1 - std::sqrt(missed.col(j).squaredNorm() / fv.variation[j])) / static_cast<double>(p);
   return out;
 }
 
@@ -62,37 +104,20 @@ void check(const Range& r, const char* name, int least) {
 OrderScan order_scan(const IdData& e, const IdData* v, Range na, Range nb, Range nk,
                      const std::string& criterion) {
   check(na, "na", 0), check(nb, "nb", e.inputs() ? 1 : 0), check(nk, "nk", 0);
-  if (e.outputs() != 1) throw Error("order_scan is for one output");
-  if (v && (v->outputs() != 1 || v->inputs() != e.inputs()))
+  if (v && (v->outputs() != e.outputs() || v->inputs() != e.inputs()))
     throw Error("estimation and validation data differ in their signals");
-  Orders largest;
-  largest.na = na.to;
   const auto inputs = static_cast<std::size_t>(e.inputs());
-  largest.nb.assign(inputs, nk.to - nk.from + nb.to), largest.nk.assign(inputs, nk.from),
-      largest.nf.assign(inputs, 0);
+  const Orders largest = largest_orders(e, na, nb, nk);
   if (inputs == 0) nb = nk = {0, 0};
   const Factored fe = factored(e, largest), fv = v ? factored(*v, largest) : Factored{};
   OrderScan scan;
-  scan.criterion = criterion, scan.rows = fe.rows, scan.validation_rows = fv.rows;
-  const Index D = fe.R.cols() - 1;
+  scan.criterion = criterion, scan.rows = fe.rows, scan.validation_rows = fv.rows, scan.outputs = e.outputs();
   for (int a = na.from; a <= na.to; ++a)
     for (int b = nb.from; b <= nb.to; ++b)
       for (int k = nk.from; k <= nk.to; ++k) {
         poll_interrupt();
-        const std::vector<Index> columns = columns_of(a, b, k, largest);
-        if (columns.empty()) continue;
-        const Mat part = fe.R(Eigen::all, columns);
-        const Eigen::ColPivHouseholderQR<Mat> qr(part);
-        const Vec theta = qr.solve(fe.R.col(D));
-        ScanEntry entry{
-            a, b, k, criteria((fe.R.col(D) - part * theta).squaredNorm(), fe.rows, qr.rank(), fe.variation),
-            0, 0};
-        if (v) {
-          const double sse = (fv.R.col(D) - fv.R(Eigen::all, columns) * theta).squaredNorm();
-          entry.validation_loss = sse / static_cast<double>(fv.rows);
-          entry.validation_fit = 100 * (1 - std::sqrt(sse / fv.variation));
-        }
-        scan.entries.push_back(entry);
+        const std::vector<Index> columns = columns_of(a, b, k, largest, inputs);
+        if (!columns.empty()) scan.entries.push_back(entry_of(a, b, k, columns, fe, fv));
       }
   if (scan.entries.empty()) throw Error("order_scan: no model has a parameter");
   std::stable_sort(scan.entries.begin(), scan.entries.end(), [&](const auto& x, const auto& y) {
@@ -110,10 +135,14 @@ OrderScan order_scan(const IdData& e, const IdData* v, Range na, Range nb, Range
 
 std::string describe(const OrderScan& s) {
   const bool validated = s.validation_rows > 0;
-  std::string out = text("order scan: ", s.entries.size(), " ARX models on the same ", s.rows, " rows",
-                         validated ? text(", validated on ", s.validation_rows, " rows") : "", "\n");
+  std::string out = text(
+      "order scan: ", s.entries.size(),
+      s.outputs > 1 ? text(" coupled ARX models of ", s.outputs, " outputs") : std::string(" ARX models"),
+      " on the same ", s.rows, " rows", validated ? text(", validated on ", s.validation_rows, " rows") : "",
+      "\n");
   Table table(std::vector<bool>(9, true));
-  std::vector<std::string> heading{"na", "nb", "nk", "d", "loss", "FPE", "AIC", "BIC"};
+  std::vector<std::string> heading{"na",  "nb",  "nk", "d", s.outputs > 1 ? "det V" : "loss",
+                                   "FPE", "AIC", "BIC"};
   if (validated) heading.push_back("validation fit %");
   table.row(heading);
   for (std::size_t i = 0; i < std::min<std::size_t>(10, s.entries.size()); ++i) {

@@ -232,18 +232,21 @@ double refine(const std::vector<Segment>& segments, const Regressor& regressor, 
 
 }  // namespace
 
-TriangularFactor triangular_factor(const Regressor& regressor) {
-  const Index d = regressor.columns();
-  TriangularFactor factor(d + 1);
+TriangularFactor triangular_factor(const Regressor& regressor, const Mat* outputs) {
+  const Index d = regressor.columns(), p = outputs ? outputs->cols() : 1;
+  TriangularFactor factor(d + p);
   const Index size = std::max<Index>(256, 2 * d);
-  Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> block(size, d + 1);
+  Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> block(size, d + p);
   for (const RowRange& range : regressor.ranges())
     for (Index t = range.first; t < range.last;) {
       poll_interrupt();
       Index n = 0;
       for (; n < size && t < range.last; ++n, ++t) {
-        regressor.row(t, range.begin, block.data() + n * (d + 1));
-        block(n, d) = regressor.target()[t];
+        regressor.row(t, range.begin, block.data() + n * (d + p));
+        if (outputs)
+          block.row(n).tail(p) = outputs->row(t);
+        else
+          block(n, d) = regressor.target()[t];
       }
       factor.add(Mat(block.topRows(n)));
     }

@@ -47,12 +47,12 @@ struct ScanEntry {
 struct OrderScan {
   std::vector<ScanEntry> entries;  ///< best first by `criterion`
   std::string criterion;
-  Index rows = 0, validation_rows = 0;
+  Index rows = 0, validation_rows = 0, outputs = 1;
   std::map<std::string, std::size_t> best;  ///< per criterion: index into entries
 };
 /// All ARX models na × nb × nk on the rows that the largest one can use; one factorisation of the largest
-/// regressor, then a small one per model. Several inputs share nb and nk. criterion: "fpe", "aic", "bic",
-/// "fit" (validation).
+/// regressor, then a small one per model. Several inputs share nb and nk; several outputs share na, feed each
+/// other, and are judged by det(EᵀE/N) and the mean fit. criterion: "fpe", "aic", "bic", "fit" (validation).
 OrderScan order_scan(const IdData& e, const IdData* v, Range na, Range nb, Range nk,
                      const std::string& criterion);
 std::string describe(const OrderScan& s);

@@ -173,6 +173,7 @@ test("lsq and linear predictors take every density", function()
   expect(lsq(A, y, { noise = exponential() }).theta[1]):near(1, 1e-9)             -- the least
   expect(lsq(A, y, { noise = uniform(-25, 25) }).box[1].low):equals(25)
   expect(lsq(A, y, { noise = density(function(e) return exp(-abs(e)) end) }).theta[1]):near(3, 1e-9)
+  expect(lsq({ 1, 1, 1 }, { 1, 2, 5 }, { noise = density(function(e) return exp(-abs(e)) end) }).theta[1]):near(2, 1e-9)
   expect(lsq(A, y, { noise = function(e) return exp(-e^2/2) end }).theta[1]):near(12.2, 1e-9)
   expect(function() return lsq(A, y, { noise = exponential() }).std end):fails "corner"
   expect(function() lsq(A, y, { noise = laplace(), weights = { 1, 1, 1, 1, 1 } }) end):fails "not several"

@@ -114,3 +114,48 @@ test("a time series", function()
   expect(m.theta):near({ -0.8, 0.5 }, 0.1)                 -- std below 0.025
   expect(m:validate(iddata { y = x }).white):is_true()
 end)
+
+test("a scan of several outputs is what arx estimates", function()
+  local v = {}
+  for t = 1, 300 do v[t] = { y[t], w[t] + 0.05 * r() } end
+  local both = iddata { y = v, u = u }
+  local s = order_scan(both, { na = { 1, 2 }, nb = { 1, 2 }, nk = 1, criterion = "bic" })
+  expect(#s):equals(4)
+  for i = 1, 4 do
+    expect(s[i].parameters):equals(2 * (2 * s[i].na + s[i].nb))
+    -- det(EᵀE/N): the scan uses the rows of its largest model, and so does arx with as many samples left out
+    if s[i].na == 2 and s[i].nb == 2 then
+      local m = arx(both, { na = 2, nb = 2, nk = 1 })
+      local e = m:residuals(both)
+      expect(s[i].loss):near(det(e.T * e * (1 / e.rows)), 1e-12)
+      expect(s[i].aic):near(e.rows * math.log(s[i].loss) + 2 * s[i].parameters, 1e-8)
+    end
+  end
+  expect(s[1].na):equals(2)
+  expect(order_scan(both:slice(1, 150), both:slice(151, 300), { na = { 1, 2 }, nb = 1, nk = 1 })[1].fit > 50):is_true()
+end)
+
+test("a start in words is ic", function()
+  for _, ic in ipairs { "drop", "zero", "estimate" } do
+    expect(arx(d, { na = 2, nb = 2, start = ic }).theta):equals(arx(d, { na = 2, nb = 2, ic = ic }).theta)
+    expect(oe(d, { nb = 2, nf = 2, start = ic }).theta):equals(oe(d, { nb = 2, nf = 2, ic = ic }).theta)
+  end
+  expect(function() arx(d, { na = 2, nb = 2, start = "dorp" }) end):fails "Did you mean 'drop'"
+end)
+
+test("models are linear systems, and say how they were made", function()
+  local m = arx(d, { na = 2, nb = 2 })
+  expect(#m:poles()):equals(2)
+  expect(m:dcgain()):near((m.theta[3] + m.theta[4]) / (1 + m.theta[1] + m.theta[2]), 1e-12)
+  expect(m:tf()(1)):near(m:ss():dcgain(), 1e-10)
+  expect(m.orders.na * 100 + m.orders.nb * 10 + m.orders.nk):equals(221)
+  expect(arx(d, m.orders).theta):equals(m.theta)
+  expect(m.covariance):equals(m.cov)
+  expect(arx(iddata { y = { 1, 2, 4.5, 9, 18 } }, { na = 1 }):latex():find("A(q) &= 1 - 2.", 1, true) ~= nil):is_true()
+  expect(bj(d, { nb = 1, nf = 1, nc = 1, nd = 1 }):latex():find("\\frac{B(q)}{F(q)}", 1, true) ~= nil):is_true()
+  expect(m.samples):equals(300)
+  expect(m:predictor().linear):is_true()
+  local c = compare(d, { arx = m, oe = oe(d, { nb = 2, nf = 2 }) })
+  expect(tostring(c:plot()):find "3 series" ~= nil):is_true()
+  expect(tostring(order_scan(d, { na = { 1, 3 }, nb = { 1, 3 }, nk = 1 }):plot()):find "1 series" ~= nil):is_true()
+end)
