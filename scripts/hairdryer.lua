@@ -24,15 +24,17 @@ for i = 1, #scan do
   if s.na == 2 and s.nb == 2 then print(("  nk = %d  validation fit %.3f %%"):format(s.nk, s.fit)) end
 end
 
-print "\nFour model classes"
+print "\nFive model classes"
 models = {
   arx   = arx(e, { na = 2, nb = 2, nk = 3 }),
   armax = armax(e, { na = 2, nb = 2, nc = 2, nk = 3 }),
   oe    = oe(e, { nb = 2, nf = 2, nk = 3 }),
   bj    = bj(e, { nb = 2, nf = 2, nc = 1, nd = 1, nk = 3 }),
+  n4sid = n4sid(e, 4),                             -- state space by subspaces: nothing to choose but the order
 }
 print(models.oe)
 print(models.bj)
+print(models.n4sid)
 print(compare(v, models))
 
 print "\nDo the residuals know something the model does not?"
@@ -51,6 +53,8 @@ print(("the noise must reach at least |e| = %.6f somewhere (samples %s decide)")
 if arg and arg[1] == "show" then
   first:plot():show()
   models.bj:plot(v):show()
+  compare(v, models):plot():show()
+  scan:plot():show()
   models.oe:validate(v):plot():show()
   models.bj:validate(v):plot("cross"):show()
   set:plot("b3", "b4"):show()

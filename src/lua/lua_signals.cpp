@@ -1,4 +1,7 @@
 // Input signals and their spectra. Reads arguments, calls src/sysid.
+#include <algorithm>
+#include <cmath>
+
 #include "base/text.hpp"
 #include "lua/lua_sysid.hpp"
 #include "sysid/signals.hpp"
@@ -95,8 +98,10 @@ int mean_square(Call& call) { return call.push(spectrum(call).mean_square); }
 int spectrum_text(Call& call) { return call.push(sysid::describe(spectrum(call))); }
 
 int excitation(Call& call) {
-  return call.push(
-      sysid::excitation_order(read_signal(call, 1, nullptr), static_cast<int>(call.integer(2, "limit", 50))));
+  const Vec u = read_signal(call, 1, nullptr);
+  const auto N = static_cast<double>(u.size());  // the cost is N limit²
+  const auto limit = static_cast<long>(std::max(50.0, std::min(N / 2, std::sqrt(2e8 / std::max(N, 1.0)))));
+  return call.push(sysid::excitation_order(u, static_cast<int>(call.integer(2, "limit", limit))));
 }
 int crest(Call& call) { return call.push(sysid::crest_factor(read_signal(call, 1, nullptr))); }
 
@@ -139,9 +144,9 @@ const Module signals_module = {
         {"spectrum#power", power, "s.power -> column", "|U(ω)|²."},
         {"spectrum#mean_square", mean_square, "s.mean_square -> number", "The mean square of the signal."},
         {"spectrum:__tostring", spectrum_text, "print(s)", "Size, mean square and the strongest line."},
-        {"excitation_order", excitation, "excitation_order(u [, limit = 50]) -> integer",
+        {"excitation_order", excitation, "excitation_order(u [, limit]) -> integer",
          "The order of persistent excitation: as many parameters of an FIR model can be found from this "
-         "input.",
+         "input. Not looked for beyond limit (half the samples; at least 50, less in long records).",
          "excitation_order(square(40, { period = 40 })), excitation_order({1, 1, 1, 1, 1, 1})", "20\t1"},
         {"crest_factor", crest, "crest_factor(u) -> number", "The largest |u| over its root mean square.",
          "crest_factor({1, -1, 1})", "1.0"},

@@ -37,8 +37,8 @@ Factored factored(const IdData& d, const Orders& largest) {
   const IdData all = channel(d, 0, d.outputs() > 1);
   const Regressor regressor(all, 0, largest, Start::drop);
   if (regressor.rows() < 2)
-    throw Error(text("order_scan: the largest model needs ", largest.memory(),
-                     " earlier samples; the data has ", d.samples()));
+    throw Error(
+        text("the largest model needs ", largest.memory(), " earlier samples; the data has ", d.samples()));
   const TriangularFactor factor = triangular_factor(regressor, &d.y);
   Mat y(regressor.rows(), d.outputs());
   Index i = 0;
@@ -62,6 +62,9 @@ std::vector<Index> columns_of(int na, int nb, int nk, const Orders& largest, std
   return out;
 }
 
+/// What is left of y is rounding; models that leave nothing are told apart by their size alone.
+bool exact(const Mat& errors, const Mat& y) { return errors.norm() <= 1e-13 * y.norm(); }
+
 /// One model: of several outputs the loss is det(EᵀE/N) and d counts the parameters of all (Ljung §16.4).
 ScanEntry entry_of(int na, int nb, int nk, const std::vector<Index>& columns, const Factored& fe,
                    const Factored& fv) {
@@ -70,11 +73,13 @@ ScanEntry entry_of(int na, int nb, int nk, const std::vector<Index>& columns, co
   const Mat part = fe.R(Eigen::all, columns);
   const Eigen::ColPivHouseholderQR<Mat> qr(part);
   const Mat theta = qr.solve(fe.R.rightCols(p));
-  const Mat errors = fe.R.rightCols(p) - part * theta;
+  Mat errors = fe.R.rightCols(p) - part * theta;
+  if (exact(errors, fe.R.rightCols(p))) errors.setZero();
   const double loss = p == 1 ? errors.squaredNorm() / N : (errors.transpose() * errors / N).determinant();
   ScanEntry out{na, nb, nk, criteria(N * loss, fe.rows, p * qr.rank(), p == 1 ? fe.variation[0] : 1), 0, 0};
   if (fv.rows == 0) return out;
-  const Mat missed = fv.R.rightCols(p) - fv.R(Eigen::all, columns) * theta;
+  Mat missed = fv.R.rightCols(p) - fv.R(Eigen::all, columns) * theta;
+  if (exact(missed, fv.R.rightCols(p))) missed.setZero();
   const auto M = static_cast<double>(fv.rows);
   out.validation_loss = p == 1 ? missed.squaredNorm() / M : (missed.transpose() * missed / M).determinant();
   for (Index j = 0; j < p; ++j)
@@ -119,21 +124,28 @@ OrderScan order_scan(const IdData& e, const IdData* v, Range na, Range nb, Range
         const std::vector<Index> columns = columns_of(a, b, k, largest, inputs);
         if (!columns.empty()) scan.entries.push_back(entry_of(a, b, k, columns, fe, fv));
       }
-  if (scan.entries.empty()) throw Error("order_scan: no model has a parameter");
-  std::stable_sort(scan.entries.begin(), scan.entries.end(), [&](const auto& x, const auto& y) {
-    return value_of(x, criterion) < value_of(y, criterion);
-  });
+  if (scan.entries.empty()) throw Error("no model has a parameter");
+  const auto better = [](const std::string& name) {
+    return [name](const ScanEntry& x, const ScanEntry& y) {
+      const double a = value_of(x, name), b = value_of(y, name);
+      return a != b ? a < b : x.estimation.parameters < y.estimation.parameters;
+    };
+  };
+  std::stable_sort(scan.entries.begin(), scan.entries.end(), better(criterion));
   for (const char* name : names) {
     if (!v && std::string(name) == "fit") continue;
-    const auto best =
-        std::min_element(scan.entries.begin(), scan.entries.end(),
-                         [&](const auto& x, const auto& y) { return value_of(x, name) < value_of(y, name); });
+    const auto best = std::min_element(scan.entries.begin(), scan.entries.end(), better(name));
     scan.best[name] = static_cast<std::size_t>(best - scan.entries.begin());
   }
   return scan;
 }
 
 std::string describe(const OrderScan& s) {
+  const auto number = [](double v) {
+    return v == 0 || v == -INFINITY ? std::string("exact")
+           : std::isfinite(v)       ? rounded(v, 6)
+                                    : std::string("–");
+  };
   const bool validated = s.validation_rows > 0;
   std::string out = text(
       "order scan: ", s.entries.size(),
@@ -147,10 +159,10 @@ std::string describe(const OrderScan& s) {
   table.row(heading);
   for (std::size_t i = 0; i < std::min<std::size_t>(10, s.entries.size()); ++i) {
     const ScanEntry& e = s.entries[i];
-    std::vector<std::string> row{std::to_string(e.na),          std::to_string(e.nb),
-                                 std::to_string(e.nk),          std::to_string(e.estimation.parameters),
-                                 rounded(e.estimation.loss, 6), rounded(e.estimation.fpe, 6),
-                                 rounded(e.estimation.aic, 6),  rounded(e.estimation.bic, 6)};
+    std::vector<std::string> row{std::to_string(e.na),      std::to_string(e.nb),
+                                 std::to_string(e.nk),      std::to_string(e.estimation.parameters),
+                                 number(e.estimation.loss), number(e.estimation.fpe),
+                                 number(e.estimation.aic),  number(e.estimation.bic)};
     if (validated) row.push_back(rounded(e.validation_fit, 6));
     table.row(row);
   }

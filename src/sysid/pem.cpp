@@ -204,7 +204,20 @@ Search minimise(const std::vector<Part>& parts, const Orders& orders, Vec theta,
 /// Σ (y - ȳ)² over the data.
 double variation(const Vec& y) { return (y.array() - y.mean()).matrix().squaredNorm(); }
 
-void complete(PolyModel& m, const IdData& d, const Search& best) {
+/// Without noise nothing is known of C and D: their columns of J are rounding. They become 1.
+void forget_noise(PolyModel& m, Mat& J) {
+  Index at = m.orders.na;
+  for (const int b : m.orders.nb) at += b;
+  const Index count = m.orders.nc + m.orders.nd;
+  J.middleCols(at, count).setZero();
+  m.theta.segment(at, count).setZero();
+  m.p = polynomials_of(m.theta, m.orders);
+}
+
+void complete(PolyModel& m, const IdData& d, Search& best) {
+  const Vec y = d.y.col(m.output);
+  m.exact = std::sqrt(best.sse) <= 1e-13 * std::sqrt(static_cast<double>(m.theta.size())) * 10 * y.norm();
+  if (m.exact) forget_noise(m, best.at.J);
   TriangularFactor factor(m.theta.size() + 1);
   for (Index t = 0; t < best.at.e.size(); t += 1024) {
     const Index n = std::min<Index>(1024, best.at.e.size() - t);
@@ -215,15 +228,15 @@ void complete(PolyModel& m, const IdData& d, const Search& best) {
   const LeastSquares ls = solve_triangular(factor.R(), best.at.rows);
   m.rank = ls.rank, m.null_space = ls.null_space;
   m.unidentifiable = free_directions(ls.null_space, m.names);
-  const Vec y = d.y.col(m.output);
   m.quality = criteria(best.sse, best.at.rows, ls.rank, variation(y));
   const Index left = best.at.rows - ls.rank - best.at.free_start;
   m.quality.sigma2 = left > 0 ? best.sse / static_cast<double>(left) : 0;
-  m.exact = std::sqrt(best.sse) <= 1e-13 * std::sqrt(static_cast<double>(m.theta.size())) * 10 * y.norm();
   m.covariance = (m.exact ? 0 : m.quality.sigma2) * ls.inverse;
   m.std = standard_deviations(ls, m.covariance);
-  if (ls.rank < m.theta.size() && m.exact)
+  if (ls.rank < m.theta.size() - m.orders.nc - m.orders.nd && m.exact)
     m.advice = {"the data follow a model of lower order exactly: common factors are free; lower the orders"};
+  else if (ls.rank < m.theta.size() && m.exact)
+    m.advice = {"there is no noise in the data from which C and D could be found"};
   else if (ls.rank < m.theta.size())
     m.advice = {
         "the gradient does not separate these parameters: lower the orders, or excite the input more"};

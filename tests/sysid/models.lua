@@ -159,3 +159,15 @@ test("models are linear systems, and say how they were made", function()
   expect(tostring(c:plot()):find "3 series" ~= nil):is_true()
   expect(tostring(order_scan(d, { na = { 1, 3 }, nb = { 1, 3 }, nk = 1 }):plot()):find "1 series" ~= nil):is_true()
 end)
+
+test("exact data: the smallest model wins a scan, and nothing is said about noise that is not there", function()
+  local s = order_scan(clean, { na = { 1, 4 }, nb = { 1, 4 }, nk = { 1, 2 } })
+  expect(s.best.na * 100 + s.best.nb * 10 + s.best.nk):equals(221)
+  expect(s[1].loss):equals(0)
+  expect(tostring(s):find("exact", 1, true) ~= nil):is_true()
+  local m = armax(clean, { na = 2, nb = 2, nc = 2 })
+  expect(m.exact):is_true()
+  expect(m.theta):near({ -1.5, 0.7, 1, 0.5, 0, 0 }, 1e-11)
+  expect(m.unidentifiable[1]):equals "c1 is not identifiable"
+  expect(m.advice[1]):equals "there is no noise in the data from which C and D could be found"
+end)
