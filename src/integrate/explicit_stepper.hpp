@@ -21,6 +21,7 @@ class ExplicitStepper final : public Stepper {
   std::string name() const override { return tableau_->name(); }
   void start(const Point& point, double end) override;
   void step(double end) override;
+  TableauPtr tableau(const StepView&) const override { return tableau_; }
   void interpolate(const StepView& step, double t, Detail detail, Point& out) override;
   bool is_stiff() const override { return stiff_hits_ >= stiff_enough; }
 

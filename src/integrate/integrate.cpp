@@ -79,7 +79,8 @@ long count_steps(const Plan& plan) {
 /// Between the saved points the method itself continues with steps dt and a shortened last one.
 class FixedContinuation : public Continuation {
  public:
-  FixedContinuation(std::shared_ptr<RungeKutta> engine, double dt) : engine_(std::move(engine)), dt_(dt) {}
+  FixedContinuation(std::shared_ptr<RungeKutta> engine, Point start, const Plan& plan)
+      : engine_(std::move(engine)), start_(std::move(start)), plan_(plan), dt_(plan.dt) {}
 
   Point at(const Points& saved, double t) override {
     const double rounding = 4 * std::numeric_limits<double>::epsilon() *
@@ -94,8 +95,32 @@ class FixedContinuation : public Continuation {
     return here;
   }
 
+  /// The run once more: `times` may have kept a few points of it only.
+  std::vector<DiscreteStep> steps() override {
+    const std::string remedy = "; integrate with sensitivities = { … }";
+    if (plan_.direct) throw Error("the adjoint needs a model of index 0 or 1, not direct = true" + remedy);
+    if (!plan_.breaks.empty())
+      throw Error("with samples as inputs the adjoint needs chosen steps: leave dt out" + remedy);
+    const long count = count_steps(plan_);
+    const auto tableau = std::make_shared<const Tableau>(engine_->tableau());
+    std::vector<DiscreteStep> result;
+    Point here = start_, next;
+    for (long k = 1; k <= count; ++k) {
+      poll_interrupt();
+      const double end = k < count ? plan_.from + static_cast<double>(k) * dt_ : plan_.to;
+      result.push_back({here, end, tableau, {}});
+      if (k == count) break;
+      engine_->step(here, end - here.t, next, false);
+      next.t = end;
+      std::swap(here, next);
+    }
+    return result;
+  }
+
  private:
   std::shared_ptr<RungeKutta> engine_;
+  Point start_;
+  Plan plan_;
   double dt_;
 };
 
@@ -196,7 +221,7 @@ SolutionPtr integrate(ProblemPtr problem, TableauPtr tableau, Point start, const
   const std::shared_ptr<RungeKutta> engine = prepare(problem, tableau, start, plan.direct);
   auto solution = std::make_shared<Solution>(problem);
   solution->set_method(tableau->name(), plan.dt);
-  solution->set_continuation(std::make_shared<FixedContinuation>(engine, plan.dt));
+  solution->set_continuation(std::make_shared<FixedContinuation>(engine, start, plan));
   Saver saver(*solution, *engine, plan);
   saver.start(start);
   const std::string status = run(*problem, *engine, start, plan, saver);

@@ -33,6 +33,9 @@ class IrkStepper final : public Stepper {
   void step(double end) override;
   std::size_t record_size() const override;
   void record(double* to) const override;
+  TableauPtr tableau(const StepView& step) const override {
+    return formulas_[static_cast<std::size_t>(step.record[0])]->tableau;
+  }
   void interpolate(const StepView& step, double t, Detail detail, Point& out) override;
 
  private:

@@ -62,6 +62,9 @@ class RungeKutta {
   const Problem& problem() const { return *problem_; }
   const Tableau& tableau() const { return *tableau_; }
   const Stats& stats() const { return stats_; }
+  /// Of the last step: x′ (n × s) and z (m × s) of its stages.
+  const Mat& K() const { return K_; }
+  const Mat& Z() const { return Z_; }
 
  private:
   struct Block {

@@ -117,6 +117,14 @@ Vec Solution::values(std::span<const Expr> expressions, const Point& point) cons
   return result;
 }
 
+AdjointGradient Solution::gradient(Expr cost, const std::vector<Expr>& parameters) const {
+  if (status_ != "finished" && status_ != "event")
+    throw Error(text("the run has not reached its end (", status_, "): there is no gradient"));
+  if (!between_) throw Error("this solution holds its saved points only: there is no gradient");
+  const double end = between_->interval(points_).second;
+  return adjoint_gradient(std::make_shared<Problem>(*problem_), between_->steps(), at(end), cost, parameters);
+}
+
 std::string Solution::str() const {
   if (size() == 0) return "solution: " + status_ + "\n";
   Table table({false, false, true});

@@ -6,6 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "base/error.hpp"
+#include "integrate/adjoint.hpp"
 #include "integrate/problem.hpp"
 #include "integrate/stats.hpp"
 
@@ -38,6 +40,11 @@ class Continuation {
   }
   /// The point at a time inside the interval. Throws Failure.
   virtual Point at(const Points& saved, double t) = 0;
+  /// The steps that were taken, for the adjoint. Throws Error where there is none: other methods than
+  /// Runge–Kutta, states or derivatives that jump.
+  virtual std::vector<DiscreteStep> steps() {
+    throw Error("the adjoint needs the steps of a Runge–Kutta method; integrate with sensitivities = { … }");
+  }
 };
 
 /// A root of an event function, and what was done about it.
@@ -72,6 +79,8 @@ class Solution {
   const Stats& stats() const { return stats_; }
   double cpu_seconds() const { return seconds_; }  ///< differs from run to run: shown on request only
   const Problem& problem() const { return *problem_; }
+  /// d cost/dp for a number at the end of the run, and d cost/dx at its start (adjoint.hpp).
+  AdjointGradient gradient(Expr cost, const std::vector<Expr>& parameters) const;
   const std::string& method_name() const { return method_; }
   double dt() const { return dt_; }  ///< 0: chosen step by step
   const std::vector<EventRecord>& events() const { return events_; }

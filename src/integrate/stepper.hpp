@@ -10,6 +10,7 @@
 #include "base/error.hpp"
 #include "integrate/problem.hpp"
 #include "integrate/stats.hpp"
+#include "integrate/tableau.hpp"
 #include "integrate/tolerances.hpp"
 
 namespace pendula::integrate {
@@ -55,6 +56,9 @@ class Stepper {
   virtual void record(double*) const {}
   /// The point at time t of the step. Index 1: with full detail x′ and z solve the equations there.
   virtual void interpolate(const StepView& step, double t, Detail detail, Point& out) = 0;
+
+  /// The Runge–Kutta method of a step; none: another kind of method.
+  virtual TableauPtr tableau(const StepView&) const { return nullptr; }
 
   /// Since the last start, the step size was limited by stability rather than accuracy.
   virtual bool is_stiff() const { return false; }

@@ -2,6 +2,8 @@
 
 #include <cmath>
 
+#include "base/text.hpp"
+
 namespace pendula::integrate {
 
 void Trail::use(std::shared_ptr<Stepper> stepper) { steppers_.push_back(std::move(stepper)); }
@@ -22,6 +24,38 @@ void Trail::step_to(const Point& point, const std::vector<double>& record) {
   steps_.push_back(
       {records_.size(), static_cast<int>(steppers_.size()) - 1, static_cast<int>(modes_.size()) - 1});
   records_.insert(records_.end(), record.begin(), record.end());
+}
+
+std::vector<DiscreteStep> Trail::steps() {
+  std::vector<DiscreteStep> result;
+  StepView view;
+  Vec before;  // x′ at the end of the last step
+  for (int i = 1; i < mesh_.size(); ++i) {
+    const Step& step = steps_[static_cast<std::size_t>(i)];
+    mesh_.get(i - 1, view.from);
+    mesh_.get(i, view.to);
+    if (step.stepper < 0) {
+      if (view.to.x != view.from.x)
+        throw Error(text("the adjoint does not follow the reset at t = ", rounded(view.to.t, 6),
+                         "; integrate with sensitivities = { … }"));
+      continue;
+    }
+    view.record = records_.data() + step.record;
+    const Stepper& stepper = *steppers_[static_cast<std::size_t>(step.stepper)];
+    DiscreteStep taken{view.from, view.to.t, stepper.tableau(view), {}};
+    if (!taken.tableau)
+      throw Error(
+          text("the adjoint needs a Runge–Kutta method such as \"dopri5\" or \"radau\", the solution is by ",
+               stepper.name(), "; or integrate with sensitivities = { … }"));
+    if (step.modes >= 0) taken.modes = modes_[static_cast<std::size_t>(step.modes)];
+    const Vec jump = result.empty() ? Vec() : Vec(view.from.xdot - before);
+    if (!result.empty() && result.back().modes != taken.modes && jump.norm() > 1e-6 * view.from.xdot.norm())
+      throw Error(text("x′ jumps at t = ", rounded(view.from.t, 6), " where the equations switch, which the ",
+                       "adjoint does not follow; integrate with sensitivities = { … }"));
+    before = view.to.xdot;
+    result.push_back(std::move(taken));
+  }
+  return result;
 }
 
 Point Trail::at(const Points&, double t) {

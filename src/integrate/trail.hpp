@@ -27,6 +27,7 @@ class Trail : public Continuation {
     return {mesh_.t().front(), mesh_.t().back()};
   }
   Point at(const Points& saved, double t) override;
+  std::vector<DiscreteStep> steps() override;
 
  private:
   struct Step {

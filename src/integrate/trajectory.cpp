@@ -151,7 +151,8 @@ Vec tolerance(const ToleranceRequest& request, double fallback, const dae::Model
 
 /// How often each unknown stands below the highest hidden constraint (Hairer & Wanner II, §VII.4): from the
 /// offsets of the structural analysis, 1 + max c - d + order of derivative.
-std::vector<int> variable_indices(const dae::Model& model, const dae::FirstOrder& form) {
+std::vector<int> variable_indices(const dae::Model& model, const Problem& problem) {
+  const dae::FirstOrder& form = problem.model();
   const dae::Analysis analysis = dae::analyse(model);
   std::vector<int> result(form.x.size() + form.z.size(), 1);
   if (!analysis.regular || analysis.index < 2) return result;
@@ -162,8 +163,10 @@ std::vector<int> variable_indices(const dae::Model& model, const dae::FirstOrder
         return std::max(1, 1 + highest - analysis.offsets.d[j] + symbol_of(leaf).order);
     return 1;
   };
-  for (std::size_t i = 0; i < form.x.size(); ++i) result[i] = index_of(form.x[i]);
-  for (std::size_t i = 0; i < form.z.size(); ++i) result[form.x.size() + i] = index_of(form.z[i]);
+  // Sensitivities stand behind the unknowns, in blocks of the same order, and share their index.
+  const auto n = static_cast<std::size_t>(problem.shown_n()), m = static_cast<std::size_t>(problem.shown_m());
+  for (std::size_t i = 0; i < form.x.size(); ++i) result[i] = index_of(form.x[i % n]);
+  for (std::size_t i = 0; i < form.z.size(); ++i) result[form.x.size() + i] = index_of(form.z[i % m]);
   return result;
 }
 
@@ -288,12 +291,11 @@ void require_convergence(const Method& method, const std::vector<int>& indices) 
 void complete_plan(Plan& plan, const dae::ModelPtr& model, const Simulation& simulation,
                    const ProblemPtr& problem, const Variational* variational, const Surfaces& surfaces,
                    const std::shared_ptr<TrajectoryPtr>& so_far) {
-  const dae::FirstOrder& form = problem->model();
   plan.tolerances.rtol = tolerance(simulation.rtol, 1e-6, *model, *problem, "rtol");
   plan.tolerances.atol =
       tolerance(simulation.atol, 1e-3 * simulation.rtol.all.value_or(1e-6), *model, *problem, "atol");
   scale_sensitivities(plan.tolerances, *problem, variational);
-  if (plan.direct) plan.variable_index = variable_indices(*model, form);
+  if (plan.direct) plan.variable_index = variable_indices(*model, *problem);
   require_convergence(simulation.method, plan.variable_index);
   const auto own = [&](Expr e) { return substitute(dae::resolve(*model, e), simulation.inputs); };
   bool resets = false;
@@ -341,16 +343,13 @@ struct Prepared {
   Surfaces surfaces;
 };
 
-/// S(0) behind x(0); S′ and Z follow from the equations.
-void extend_start(Point& start, const Variational& all, const dae::Model& model, const Simulation& simulation,
-                  const Vec& parameters) {
-  std::unordered_map<Expr, double> values = simulation.start->values;
-  values[time_symbol()] = simulation.plan.from;
-  for (std::size_t i = 0; i < all.form.p.size(); ++i)
-    values[all.form.p[i]] = parameters[static_cast<Eigen::Index>(i)];
+/// S(0), n × k: how x(0) changes with what the sensitivities are asked for.
+Mat start_sensitivity(const Variational& all, const dae::Model& model, const dae::Start& start,
+                      const Substitution& inputs, std::unordered_map<Expr, double> values) {
+  for (const auto& [leaf, value] : start.values) values.try_emplace(leaf, value);
   std::vector<Expr> conditions;
   for (const dae::Constraint& c : state_conditions(model)) {
-    const Expr e = substitute(dae::resolve(model, c.residual), simulation.inputs);
+    const Expr e = substitute(dae::resolve(model, c.residual), inputs);
     const std::vector<Expr> inside = leaves({&e, 1});
     const auto& z = all.form.z;
     if (std::none_of(inside.begin(), inside.end(),
@@ -358,11 +357,21 @@ void extend_start(Point& start, const Variational& all, const dae::Model& model,
       conditions.push_back(e);
   }
   std::vector<char> held(static_cast<std::size_t>(all.n), 1);
-  for (const dae::LedgerRow& row : simulation.start->rows)
+  for (const dae::LedgerRow& row : start.rows)
     for (int i = 0; i < all.n; ++i)
       if (all.form.x[static_cast<std::size_t>(i)] == row.leaf && row.origin == dae::Origin::computed)
         held[static_cast<std::size_t>(i)] = 0;
-  const Mat S = initial_sensitivity(all, conditions, held, values);
+  return initial_sensitivity(all, conditions, held, values);
+}
+
+/// S(0) behind x(0); S′ and Z follow from the equations.
+void extend_start(Point& start, const Variational& all, const dae::Model& model, const Simulation& simulation,
+                  const Vec& parameters) {
+  std::unordered_map<Expr, double> values;
+  values[time_symbol()] = simulation.plan.from;
+  for (std::size_t i = 0; i < all.form.p.size(); ++i)
+    values[all.form.p[i]] = parameters[static_cast<Eigen::Index>(i)];
+  const Mat S = start_sensitivity(all, model, *simulation.start, simulation.inputs, std::move(values));
   const Point base = start;
   const auto k = static_cast<Eigen::Index>(all.with_respect_to.size());
   start.x = Vec::Zero(all.n * (k + 1)), start.xdot = start.x, start.z = Vec::Zero(all.m * (k + 1));
@@ -421,7 +430,8 @@ TrajectoryPtr simulate(const dae::ModelPtr& model, const Simulation& simulation)
   const Prepared run = prepare(model, simulation);
   const auto wrap = [&](SolutionPtr solution) {
     return std::make_shared<const Trajectory>(model, simulation.inputs, std::move(solution),
-                                              simulation.events, simulation.sensitivities, run.variational);
+                                              simulation.events, simulation.sensitivities, run.variational,
+                                              simulation.start);
   };
   if (simulation.plan.dt > 0 || simulation.plan.dt < 0 || std::isnan(simulation.plan.dt))
     return wrap(simulation.method.multistep
@@ -435,6 +445,39 @@ TrajectoryPtr simulate(const dae::ModelPtr& model, const Simulation& simulation)
                          [&](SolutionPtr running) { *so_far = wrap(std::move(running)); });
   so_far->reset();  // the callbacks and the solution must not keep each other alive
   return wrap(solution);
+}
+
+Vec Trajectory::gradient(Expr cost, const std::vector<Expr>& with_respect_to) const {
+  if (!start_) throw Error("a solution whose states were switched has no adjoint; integrate another form");
+  const Problem& problem = solution_->problem();
+  Variational all;  // the form itself, without its variational equations
+  all.form = problem.model(), all.n = problem.n(), all.m = problem.m();
+  std::vector<Expr> parameters;
+  const auto contains = [](const std::vector<Expr>& list, Expr e) {
+    return std::find(list.begin(), list.end(), e) != list.end();
+  };
+  for (Expr p : with_respect_to) {
+    const Expr own = dae::resolve(*model_, p);
+    all.with_respect_to.push_back(own);
+    if (!contains(all.form.p, own) && !contains(all.form.x, own))
+      throw Error(text(to_text(p), " is neither a parameter nor a state of the model"));
+    if (contains(all.form.p, own)) parameters.push_back(own);
+  }
+  const AdjointGradient found = solution_->gradient(resolved(std::span(&cost, 1))[0], parameters);
+  std::unordered_map<Expr, double> values;
+  for (std::size_t i = 0; i < problem.arguments().size(); ++i) {
+    const Expr leaf = problem.arguments()[i];
+    if (contains(all.form.p, leaf)) values[leaf] = problem.values()[i];
+  }
+  values[time_symbol()] = start_->t;
+  const Mat S = start_sensitivity(all, *model_, *start_, inputs_, std::move(values));
+  Vec result = S.transpose() * found.start;
+  for (std::size_t j = 0; j < with_respect_to.size(); ++j) {
+    const auto at = std::find(parameters.begin(), parameters.end(), all.with_respect_to[j]);
+    if (at != parameters.end())
+      result[static_cast<Eigen::Index>(j)] += found.parameters[at - parameters.begin()];
+  }
+  return result;
 }
 
 std::vector<Expr> Trajectory::differentiated(std::span<const Expr> expressions, Expr p) const {

@@ -44,13 +44,14 @@ class Trajectory {
  public:
   Trajectory(dae::ModelPtr model, Substitution inputs, SolutionPtr solution,
              std::vector<ModelEvent> events = {}, std::vector<Expr> asked = {},
-             std::shared_ptr<const Variational> variational = nullptr)
+             std::shared_ptr<const Variational> variational = nullptr, dae::StartPtr start = nullptr)
       : model_(std::move(model)),
         inputs_(std::move(inputs)),
         solution_(std::move(solution)),
         events_(std::move(events)),
         asked_(std::move(asked)),
-        variational_(std::move(variational)) {}
+        variational_(std::move(variational)),
+        start_(std::move(start)) {}
 
   const dae::ModelPtr& model() const { return model_; }
   const Solution& solution() const { return *solution_; }
@@ -69,6 +70,10 @@ class Trajectory {
   Mat sensitivity(std::span<const Expr> expressions, Expr p) const;
   Vec sensitivity(std::span<const Expr> expressions, Expr p, double t) const;
 
+  /// d cost/dp at the end of the run by the discrete adjoint (adjoint.hpp), for parameters and for states
+  /// that stand for their initial values. Needs no sensitivities. Throws Error where there is no adjoint.
+  Vec gradient(Expr cost, const std::vector<Expr>& with_respect_to) const;
+
   /// Every constraint with the law of the model's form: a polynomial where the constraint was differentiated
   /// away, C = 0 where it is imposed.
   Drift drift() const;
@@ -83,6 +88,7 @@ class Trajectory {
   std::vector<ModelEvent> events_;
   std::vector<Expr> asked_;  ///< as the user named them
   std::shared_ptr<const Variational> variational_;
+  dae::StartPtr start_;
 };
 
 using TrajectoryPtr = std::shared_ptr<const Trajectory>;

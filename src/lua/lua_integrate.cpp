@@ -128,18 +128,24 @@ int sensitivity(Call& call) {
   return push_matrix(call.L, result);
 }
 
-/// sol:gradient(cost [, {p, …}]): of a cost at the end.
+/// sol:gradient(cost [, {p, …}]): of a cost at the end, by sensitivities if there are any, else by the
+/// adjoint.
 int gradient(Call& call) {
   const MatX cost = read_expression(call, 2);
-  if (cost.size() != 1)
-    throw Error("gradient: the cost must be one number, an expression evaluated at the end");
+  if (cost.size() != 1) throw Error("the cost must be one number, an expression evaluated at the end");
   const Trajectory& run = self(call);
   std::vector<Expr> wanted = run.sensitivities();
   if (call.has(3)) {
     std::vector<Expr> known = known_leaves(*run.model());
     known.insert(known.end(), wanted.begin(), wanted.end());
+    known.insert(known.end(), run.model()->parameters.begin(), run.model()->parameters.end());
     wanted = to_leaves(call.L, 3, "parameters", known);
+  } else if (wanted.empty()) {
+    wanted = run.model()->parameters;
   }
+  const std::string& ended = run.solution().status();
+  if (ended != "finished" && ended != "event") throw Error(text("the run has not reached its end: ", ended));
+  if (run.sensitivities().empty()) return push_matrix(call.L, Mat(run.gradient(cost(0, 0), wanted)));
   Mat result(static_cast<Eigen::Index>(wanted.size()), 1);
   const double end = run.solution().final().t;
   for (Eigen::Index j = 0; j < result.rows(); ++j)
@@ -326,9 +332,21 @@ const Module integrate_module = {
          "print((\"%.6f %.6f\"):format(sol:sensitivity(x, k, 2), sol:sensitivity(x, x, 2)))",
          "-0.735759 0.367879"},
         {"solution:gradient", gradient, "sol:gradient(cost [, { parameters }]) -> column",
-         "The gradient of an expression at the end of the solution with respect to what was named in "
-         "sensitivities = { … }.",
-         "", ""},
+         "The gradient of an expression at the end of the solution with respect to parameters, and states "
+         "that stand "
+         "for their initial values: by the discrete adjoint of the Runge–Kutta steps that were taken, one "
+         "sweep "
+         "backwards however many parameters there are (exact for the computed numbers, with dt; all "
+         "parameters, if "
+         "none are named). With sensitivities = { … } when the model was integrated, from these. An integral "
+         "as a "
+         "cost is one more state: der(J) ~ x^2.",
+         "x, k = var \"x\", param \"k\"\nsol = dae{ der(x) ~ -k*x }:integrate{ start = { x = 1 }, to = 2, "
+         "params = { k = "
+         "0.5 }, rtol = 1e-10 }\nprint((\"%.6f %.6f\"):format(sol:gradient(x^2, { k, x })[1], "
+         "sol:gradient(x^2, { k, x "
+         "})[2]))",
+         "-0.541341 0.270671"},
         {"solution:stats", stats, "sol:stats() -> stats",
          "Steps, evaluations, Jacobians, factorisations, Newton iterations; .time is the CPU time in "
          "seconds.",
