@@ -341,51 +341,6 @@ Expr Stability::denominator(Expr z) const {
   return sum;
 }
 
-namespace {
-
-std::string power_of_z(std::size_t k) { return k == 1 ? "z" : "z" + superscript(static_cast<long>(k)); }
-
-/// "z/3", "2z/3", "(1/2 - √3/6)z", "0.0012z": a term without its sign.
-std::string term(const Surd& size, std::size_t k) {
-  if (size.is_rational()) {
-    const mpq_class& q = size.rational_part();
-    if (q.get_den() > mpz_class("1000000000000000")) return rounded(size.value(), 6) + power_of_z(k);
-    return text(q.get_num() == 1 ? "" : q.get_num().get_str(), power_of_z(k),
-                q.get_den() == 1 ? "" : "/" + q.get_den().get_str());
-  }
-  return "(" + to_text(size.expr()) + ")" + power_of_z(k);
-}
-
-std::string polynomial_text(const Polynomial& p) {
-  std::string result;
-  for (std::size_t k = 0; k < p.size(); ++k) {
-    if (p[k].is_zero()) continue;
-    const bool negative = p[k].sign() < 0;
-    const Surd size = negative ? -p[k] : p[k];
-    if (k > 0)
-      result += result.empty() ? (negative ? "-" : "") : (negative ? " - " : " + ");
-    else if (negative)
-      result += "-";
-    result += k == 0 ? to_text(size.expr()) : term(size, k);
-  }
-  return result;
-}
-
-}  // namespace
-
-std::string Stability::formula() const {
-  const std::string p = polynomial_text(P_);
-  if (degree(Q_) == 0) return p;
-  // (1 - γz)^s, the denominator of singly diagonally implicit methods.
-  const Surd gamma = -Q_[1] / Surd(degree(Q_));
-  Polynomial factor = {Surd(1), -gamma}, product = {Surd(1)};
-  for (int i = 0; i < degree(Q_); ++i) product = times(product, factor);
-  const bool single = degree(Q_) > 1 && exact_ && product == Q_;
-  const std::string q = single ? "(" + polynomial_text(factor) + ")" + superscript(degree(Q_))
-                               : "(" + polynomial_text(Q_) + ")";
-  return (degree(P_) > 0 ? "(" + p + ")" : p) + "/" + q;
-}
-
 std::vector<Complex> Stability::boundary(int angles) const {
   const std::vector<double> p = doubles(P_), q = doubles(Q_);
   const auto roots_at = [&](int i) {
@@ -424,77 +379,6 @@ std::vector<Complex> Stability::boundary(int angles) const {
     }
   }
   return points;
-}
-
-// Positive semidefinite by symmetric elimination with the largest pivot; exact up to the coefficients'
-// digits.
-bool is_algebraically_stable(const Tableau& rk) {
-  const Coefficients& c = rk.coefficients();
-  const int s = rk.stages();
-  const double tolerance = 64 * c.unit;
-  RealMatrix M(s, c.bits);
-  for (int i = 0; i < s; ++i) {
-    if (c.b[i] < -tolerance) return false;
-    for (int j = 0; j < s; ++j) M(i, j) = c.b[i] * c.A(i, j) + c.b[j] * c.A(j, i) - c.b[i] * c.b[j];
-  }
-  std::vector<bool> done(static_cast<std::size_t>(s), false);
-  for (int step = 0; step < s; ++step) {
-    int k = -1;
-    for (int i = 0; i < s; ++i) {
-      if (done[static_cast<std::size_t>(i)]) continue;
-      if (M(i, i) < -tolerance) return false;
-      if (k < 0 || M(i, i) > M(k, k)) k = i;
-    }
-    if (M(k, k) <= tolerance) {  // the rest must vanish
-      for (int i = 0; i < s; ++i)
-        for (int j = 0; j < s; ++j)
-          if (!done[static_cast<std::size_t>(i)] && !done[static_cast<std::size_t>(j)] &&
-              abs(M(i, j)) > tolerance)
-            return false;
-      return true;
-    }
-    done[static_cast<std::size_t>(k)] = true;
-    for (int i = 0; i < s; ++i)
-      for (int j = 0; j < s; ++j)
-        if (!done[static_cast<std::size_t>(i)] && !done[static_cast<std::size_t>(j)])
-          M(i, j) -= M(i, k) * M(k, j) / M(k, k);
-  }
-  return true;
-}
-
-DaeOrders dae_orders(const Tableau& rk, const Stability& stability) {
-  DaeOrders orders;
-  const Coefficients& c = rk.coefficients();
-  const auto [B, C, D] = simplifying_assumptions(c, c.b);
-  const int p = rk.order(), q = std::min(C, B), r = D;
-  const double limit = stability.at_infinity();
-  const bool stiff = rk.is_stiffly_accurate(), inside = std::fabs(limit) < 1 - 1e-12;
-  const bool minus_one = std::fabs(limit + 1) <= 1e-12, one = std::fabs(limit - 1) <= 1e-12;
-  const bool first_explicit = rk.starts_explicit();
-  bool solvable = degree(stability.Q()) == rk.stages();  // det A ≠ 0
-  if (first_explicit) solvable = stiff && !rk.is_explicit() && degree(stability.Q()) == rk.stages() - 1;
-  if (!solvable) return orders;
-  orders.x1 = p;
-  orders.z1 = stiff ? p : inside || minus_one ? std::min(p, q + 1) : one ? std::min(p, q) : 0;
-  if (!stiff && !inside && !minus_one && !one) return {p, 0, 0, 0, 0, 0, 0};
-  if (stiff) {
-    orders.x2 = std::min({p, 2 * q, q + r + 1});
-    orders.z2 = one ? q - 1 : q;
-  } else {
-    orders.x2 = one ? std::min(p, q) : std::min(p, q + 1);
-    if (!inside && q < 2 && rk.stages() > 1) orders.x2 = 0;  // z diverges and takes x along
-    orders.z2 = inside ? q : minus_one ? q - 1 : std::max(0, q - 2);
-  }
-  if (rk.stages() == 1 && stiff) {  // implicit Euler is BDF 1: order 1 after two constant steps
-    orders.x3 = orders.v3 = orders.z3 = 1;
-  } else if (stiff && !first_explicit && q >= 2) {
-    orders.x3 = std::min({p, 2 * q - 2, q + r});
-    orders.v3 = q;
-    orders.z3 = q - 1;
-  } else {
-    orders.x3 = orders.v3 = orders.z3 = 0;
-  }
-  return orders;
 }
 
 }  // namespace pendula::integrate
