@@ -8,6 +8,7 @@
 
 #include "base/error.hpp"
 #include "base/interrupt.hpp"
+#include "expr/declaration.hpp"
 
 namespace pendula::dae {
 namespace {
@@ -162,13 +163,15 @@ NumericArray::NumericArray(std::vector<Expr> rows, std::vector<Expr> columns)
 
 Vec NumericArray::start(int seed, const std::unordered_map<Expr, double>& continued) const {
   constexpr double golden = 0.6180339887498949;
-  constexpr double spread[] = {1, 2, 0.3, 5};
-  const double size = spread[seed / 3 % 4];
+  constexpr double spread[] = {1, 0.1, 2, 0.3, 5, 0.01};
+  const double size = spread[seed / 3 % 6];
   Vec w(static_cast<Index>(columns_.size()));
   for (std::size_t j = 0; j < columns_.size(); ++j) {
-    const double fraction = std::fmod((static_cast<double>(j) + 1) * golden * (seed + 1), 1.0);
+    const auto who =
+        static_cast<double>(name_hash(columns_[j]) % 10007);  // the same in any order of unknowns
+    const double fraction = std::fmod((who + 1) * golden * (seed + 1), 1.0);
     const auto it = continued.find(columns_[j]);
-    const double fresh = seed % 3 == 0 ? 0.3 + size * fraction : size * (2 * fraction - 1);
+    const double fresh = seed % 3 == 0 ? std::min(0.3, size) + size * fraction : size * (2 * fraction - 1);
     w[static_cast<Index>(j)] = it != continued.end() ? it->second : fresh;
   }
   return w;

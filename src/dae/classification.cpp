@@ -39,10 +39,16 @@ AlgebraicRows algebraic_rows(const Model& m) {
   return rows;
 }
 
+/// x′ = f, 0 = g, in whichever form it is written.
+bool is_semi_explicit(const Model& m) {
+  return !m.algebraic().empty() && m.kind != dae::Kind::ode && !m.mass_matrix &&
+         solved_rows(m).size() == m.top_derivatives().size();
+}
+
 /// In a semi-explicit model the index is 1 exactly where ∂g/∂z is regular, and 2, if g = g(x), exactly where
 /// ∂g/∂x ∂f/∂z is.
 bool condition_is_sharp(const Model& m, const Analysis& a) {
-  return m.kind == dae::Kind::semi_explicit && !m.mass_matrix && a.offsets.index() <= 2;
+  return is_semi_explicit(m) && a.offsets.index() <= 2;
 }
 
 std::string functions_text(const Model& m, const Analysis& a, const Validity& v) {
@@ -93,8 +99,7 @@ std::vector<std::string> condition_lines(const Model& m, const Analysis& a, cons
 
 std::vector<std::pair<std::string, std::string>> classification(const Model& m) {
   std::vector<std::pair<std::string, std::string>> rows;
-  if (m.kind != dae::Kind::semi_explicit || !has_calls(m.residuals) ||
-      m.residuals.size() != m.variables.size())
+  if (m.residuals.size() != m.variables.size() || !has_calls(m.residuals) || !is_semi_explicit(m))
     return rows;
   const Analysis a = analyse(m);
   if (a.standing == Standing::unmatched) return rows;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <optional>
+#include <unordered_map>
 #include <unordered_set>
 
 #include "base/error.hpp"
@@ -27,10 +28,11 @@ std::string primes(int k) {
 
 class Elimination {
  public:
-  Elimination(const Model& m, std::vector<DerivedRow> rows) : m_(m) {
+  Elimination(const Model& m, const std::vector<Expr>& states, std::vector<DerivedRow> rows)
+      : m_(m), ordered_(states) {
     for (const Variable& v : m.variables) bases_.push_back(v.leaf);
-    base_set_.insert(bases_.begin(), bases_.end());
-    for (Expr x : m.states()) states_.insert(x);
+    for (Expr base : bases_) place_.emplace(base, place_.size());
+    states_.insert(states.begin(), states.end());
     for (const DerivedRow& r : rows)
       rows_.push_back({without_cancelled(r.residual, bases_), r.equation, r.derivative, {}});
   }
@@ -41,6 +43,8 @@ class Elimination {
       collect(wanted);
       going = static_cast<int>(found_.size()) < wanted && step();
     }
+    for (std::size_t k = 0; k < found_.size() && static_cast<int>(found_.size()) < wanted; ++k)
+      derive(found_[k]);
     std::stable_sort(found_.begin(), found_.end(),
                      [](const Constraint& a, const Constraint& b) { return a.derivative < b.derivative; });
     return found_;
@@ -54,10 +58,16 @@ class Elimination {
     bool done = false;
   };
 
+  /// By order of derivative, then in the order of the model's unknowns: what is solved first must not depend
+  /// on the session.
   std::vector<Expr> eliminated_in(Expr e) const {
     std::vector<Expr> found;
     for (Expr leaf : leaves({&e, 1}))
-      if (base_set_.count(symbol_of(leaf).base) && !states_.count(leaf)) found.push_back(leaf);
+      if (place_.count(symbol_of(leaf).base) && !states_.count(leaf)) found.push_back(leaf);
+    std::sort(found.begin(), found.end(), [&](Expr a, Expr b) {
+      const Symbol &s = symbol_of(a), &t = symbol_of(b);
+      return s.order != t.order ? s.order < t.order : place_.at(s.base) < place_.at(t.base);
+    });
     return found;
   }
 
@@ -74,17 +84,17 @@ class Elimination {
       const auto [block, row] = m_.origin[static_cast<std::size_t>(r.equation)];
       std::string from = label(r);
       if (!r.with.empty()) from += " with " + join(r.with, ", ");
-      found_.push_back({with_leading_sign(simplify(r.e), m_.states()), r.with.empty() ? block : -1, row,
-                        r.derivative, from});
+      found_.push_back(
+          {with_leading_sign(simplify(r.e), ordered_), r.with.empty() ? block : -1, row, r.derivative, from});
       if (!independent()) found_.pop_back();
     }
   }
 
   bool independent() const {
-    std::vector<Expr> residuals, x(states_.begin(), states_.end());
+    std::vector<Expr> residuals;
     for (const Constraint& c : found_) residuals.push_back(c.residual);
     const auto n = static_cast<int>(found_.size());
-    return modular_rank(sparse_jacobian(residuals, x), n, static_cast<int>(x.size())).rank == n;
+    return modular_rank(sparse_jacobian(residuals, ordered_), n, static_cast<int>(ordered_.size())).rank == n;
   }
 
   struct Pivot {
@@ -124,6 +134,7 @@ class Elimination {
     Row& solved = rows_[pivot->row];
     solved.done = true;
     const Expr value = tidied(-substitute(solved.e, {{pivot->leaf, Expr(0)}}) / pivot->slope);
+    solved_.push_back({pivot->leaf, value});
     for (Row& r : rows_) {
       if (r.done) continue;
       const auto inside = eliminated_in(r.e);
@@ -135,14 +146,29 @@ class Elimination {
     return true;
   }
 
+  /// The derivative of a condition, with what has been solved for put in, is a condition too.
+  void derive(Constraint c) {
+    constexpr double longest_derived = 20'000;
+    Expr e = total_derivative(c.residual);
+    for (std::size_t round = 0; round <= solved_.size() && !eliminated_in(e).empty(); ++round)
+      for (auto it = solved_.rbegin(); it != solved_.rend(); ++it)
+        e = substitute(e, {{it->first, it->second}});
+    if (!eliminated_in(e).empty() || !is_short(e, longest_derived) || generic::is_zero(e)) return;
+    found_.push_back(
+        {with_leading_sign(simplify(e), ordered_), -1, c.row, c.derivative + 1, "d/dt " + c.label});
+    if (!independent()) found_.pop_back();
+  }
+
   static void note(Row& r, const std::string& label) {
     if (std::find(r.with.begin(), r.with.end(), label) == r.with.end()) r.with.push_back(label);
   }
 
   const Model& m_;
-  std::vector<Expr> bases_;
-  std::unordered_set<Expr> base_set_, states_;
+  std::vector<Expr> ordered_, bases_;  ///< states in their order; unknowns
+  std::unordered_map<Expr, std::size_t> place_;
+  std::unordered_set<Expr> states_;
   std::vector<Row> rows_;
+  std::vector<std::pair<Expr, Expr>> solved_;  ///< leaf, what it is
   std::vector<Constraint> found_;
 };
 
@@ -175,9 +201,10 @@ bool on_states_only(const Model& m, const std::vector<Constraint>& constraints) 
   return true;
 }
 
-std::vector<Constraint> state_conditions(const Model& m, std::vector<DerivedRow> rows, int wanted) {
+std::vector<Constraint> state_conditions(const Model& m, const std::vector<Expr>& states,
+                                         std::vector<DerivedRow> rows, int wanted) {
   if (rows.size() > most_rows || wanted <= 0) return {};
-  return Elimination(m, std::move(rows)).conditions(wanted);
+  return Elimination(m, states, std::move(rows)).conditions(wanted);
 }
 
 }  // namespace pendula::dae

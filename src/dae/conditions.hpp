@@ -27,9 +27,11 @@ std::vector<DerivedRow> rows_up_to(const Model& model, int order);
 /// Do all residuals contain states, inputs, parameters and t only?
 bool on_states_only(const Model& model, const std::vector<Constraint>& constraints);
 
-/// At most `wanted` independent conditions, by order of derivative; fewer where elimination does not reach
-/// them (rows that are nonlinear in what has to be eliminated, expressions that become too long). Values of
-/// parameters are not put in. Cost: one substitution per pair of rows.
-std::vector<Constraint> state_conditions(const Model& model, std::vector<DerivedRow> rows, int wanted);
+/// At most `wanted` independent conditions on `states` (those of the model, or of the one it was made from),
+/// by order of derivative; fewer where elimination does not reach them (rows that are nonlinear in what has
+/// to be eliminated, expressions that become too long). Values of parameters are not put in. Cost: one
+/// substitution per pair of rows.
+std::vector<Constraint> state_conditions(const Model& model, const std::vector<Expr>& states,
+                                         std::vector<DerivedRow> rows, int wanted);
 
 }  // namespace pendula::dae

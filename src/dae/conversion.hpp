@@ -2,9 +2,12 @@
 //
 // Tried in this order, the structure computed again after each step:
 //   1. derivatives that cancel within an equation are taken out, constant rows eliminated (elimination.hpp);
-//   2. linear combination: with u(t, x, …) in the left null space of the system Jacobian, free of derivatives
+//   2. a new unknown w = u_j + r u_k, r a number, where several equations contain the algebraic unknowns u_j
+//   and
+//      u_k only in this combination (the torques of a robot arm that act as their difference);
+//   3. linear combination: with u(t, x, …) in the left null space of the system Jacobian, free of derivatives
 //      of order d_j - c or more, Σ u_i F_i^(c_i - c) replaces an equation l with c_l = c, where u_l ≠ 0;
-//   3. substitution: with v in the right null space, new unknowns w_j = x_j^(d_j - C) - (v_j/v_l) x_l^(d_l -
+//   4. substitution: with v in the right null space, new unknowns w_j = x_j^(d_j - C) - (v_j/v_l) x_l^(d_l -
 //   C)
 //      for shared combinations, where v_l ≠ 0.
 // Every step lowers the value of the greatest transversal, so it ends. See Tan, Nedialkov & Pryce, BIT 57(3),
@@ -37,8 +40,9 @@ struct Repaired {
 /// given parameter values is repaired with these values put in. Requires as many equations as unknowns.
 std::optional<Repaired> repair(const ModelPtr& model, std::vector<std::string>* why = nullptr);
 
-/// One conversion by linear combination or, where that is not possible, by substitution. Where it is
-/// valid is added to e.nonzero, new unknowns to `definitions`.
+/// One conversion of a kind. Where it is valid is added to e.nonzero, new unknowns to `definitions`.
+Step convert_by_shared_pair(Equations& e, const Structure& s, std::vector<std::string>& story,
+                            Substitution& definitions);
 Step convert_by_combination(Equations& e, const Structure& s, std::vector<std::string>& story);
 Step convert_by_substitution(Equations& e, const Structure& s, std::vector<std::string>& story,
                              Substitution& definitions);

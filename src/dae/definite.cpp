@@ -6,6 +6,7 @@
 #include <map>
 
 #include "base/error.hpp"
+#include "expr/declaration.hpp"
 #include "expr/generic.hpp"
 
 namespace pendula::dae {
@@ -33,9 +34,10 @@ std::unordered_map<Expr, double> point(std::span<const Expr> symbols,
   std::unordered_map<Expr, double> values;
   for (Expr leaf : symbols) {
     const auto known = parameters.find(leaf);
-    const double phase = std::sin(12.9898 * leaf.id() + 78.233 * attempt) * 43758.5453;
+    const std::uint64_t who = name_hash(leaf);
+    const double phase = std::sin(12.9898 * static_cast<double>(who % 9973) + 78.233 * attempt) * 43758.5453;
     const double drawn = 0.5 + 1.5 * (phase - std::floor(phase));
-    const bool negative = attempt % 2 == 1 && leaf.id() % 3 == 0 && symbol_of(leaf).kind == Kind::variable;
+    const bool negative = attempt % 2 == 1 && who % 3 == 0 && symbol_of(leaf).kind == Kind::variable;
     values[leaf] = known != parameters.end() ? known->second : negative ? -drawn : drawn;
   }
   return values;

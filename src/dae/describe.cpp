@@ -5,6 +5,7 @@
 #include "base/text.hpp"
 #include "dae/balance.hpp"
 #include "dae/classification.hpp"
+#include "dae/elided.hpp"
 #include "dae/model.hpp"
 #include "dae/rank.hpp"
 #include "dae/truth.hpp"
@@ -15,7 +16,8 @@ namespace {
 
 using Index = Eigen::Index;
 
-constexpr Index most_lines = 60;  // of equations; sys.equations has all of them
+constexpr Index most_lines = 60;       // of equations; sys.equations has all of them
+constexpr std::size_t longest = 1000;  // characters of a side
 constexpr std::size_t most_names = 30;
 
 std::string count(std::size_t n, const char* what) { return text(n, " ", what, n == 1 ? "" : "s"); }
@@ -66,13 +68,13 @@ struct Lines {
 };
 
 Lines lines_of(const Block& b) {
-  if (b.lhs.size() == 1) return {{to_text(b.lhs[0]) + " = " + to_text(b.rhs[0])}};
+  if (b.lhs.size() == 1) return {{elided_text(b.lhs[0], longest) + " = " + elided_text(b.rhs[0], longest)}};
   if (const auto line = vector_equation(b.lhs, b.rhs)) return {{*line}};
   if (b.lhs.size() <= most_lines)
     if (const auto lines = split_equation(b)) return {*lines};
   Lines lines{{}, true};
   for (Index i = 0; i < std::min(b.lhs.size(), most_lines); ++i)
-    lines.text.push_back(to_text(b.lhs[i]) + " = " + to_text(b.rhs[i]));
+    lines.text.push_back(elided_text(b.lhs[i], longest) + " = " + elided_text(b.rhs[i], longest));
   return lines;
 }
 

@@ -5,8 +5,11 @@
 #include "base/error.hpp"
 #include "base/text.hpp"
 #include "dae/classification.hpp"
+#include "dae/first_order.hpp"
 #include "dae/lineage.hpp"
+#include "expr/declaration.hpp"
 #include "expr/print.hpp"
+#include "expr/rewrite.hpp"
 
 namespace pendula::dae {
 namespace {
@@ -21,6 +24,14 @@ VecX derivative(const VecX& x) {
       throw Error(text("x must be made of variables (var \"x\"), got '", to_text(e), "'"));
     return derivative_leaf(e);
   });
+}
+
+/// The model under the name of the form it is written in, though its rows could be solved for x′.
+ModelPtr as_implicit(const ModelPtr& model) {
+  if (model->kind == Kind::fully_implicit || model->kind == Kind::implicit_ode) return model;
+  auto copy = std::make_shared<Model>(*model);
+  copy->kind = model->kind == Kind::ode ? Kind::implicit_ode : Kind::fully_implicit;
+  return copy;
 }
 
 void check_size(const char* what, Index got, Index wanted, const char* per) {
@@ -48,7 +59,7 @@ ModelPtr implicit(const VecX& x, const VecX& z, const VecX& u, const VecX& F, st
   ModelOptions options;
   options.name = std::move(name);
   options.x = list(x), options.z = list(z), options.u = list(u);
-  return make_model({{VecX::Zero(F.size()), F, ""}}, std::move(options));
+  return as_implicit(make_model({{VecX::Zero(F.size()), F, ""}}, std::move(options)));
 }
 
 ModelPtr linear(const MatX& E, const MatX& A, const MatX& B, VecX x, VecX u, std::string name) {
@@ -56,11 +67,12 @@ ModelPtr linear(const MatX& E, const MatX& A, const MatX& B, VecX x, VecX u, std
   if (A.rows() != E.rows() || A.cols() != n)
     throw Error(text("E is ", E.rows(), "×", n, ", but A is ", A.rows(), "×", A.cols(),
                      "; both must have the same size"));
-  if (x.size() == 0) x = column(symbol_vector(pendula::Kind::variable, "x", static_cast<int>(n)));
+  if (x.size() == 0)
+    x = column(newly_declared(symbol_vector(pendula::Kind::variable, "x", static_cast<int>(n))));
   check_size("x", x.size(), n, "columns in E");
   if (B.size() && B.rows() != E.rows()) throw Error(text("B has ", B.rows(), " rows, but E has ", E.rows()));
   if (B.size() && u.size() == 0)
-    u = column(symbol_vector(pendula::Kind::input, "u", static_cast<int>(B.cols())));
+    u = column(newly_declared(symbol_vector(pendula::Kind::input, "u", static_cast<int>(B.cols()))));
   if (u.size()) check_size("u", u.size(), B.cols(), "columns in B");
   ModelOptions options;
   options.name = std::move(name);
@@ -83,7 +95,7 @@ ModelPtr to_implicit(const ModelPtr& model) {
   options.trace.push_back("F(x′, x, z, u) = right side - left side of every equation");
   std::vector<Block> blocks;
   for (const Block& b : model->blocks) blocks.push_back({VecX::Zero(b.lhs.size()), b.rhs - b.lhs, b.note});
-  return with_last_line(make_model(std::move(blocks), std::move(options)),
+  return with_last_line(as_implicit(make_model(std::move(blocks), std::move(options))),
                         [](const Model& m) { return counts(m); });
 }
 
@@ -121,6 +133,24 @@ ModelPtr to_first_order(const ModelPtr& model) {
   return make_model(std::move(blocks), std::move(options));
 }
 
+/// x′ = f, 0 = g by rows, where every derivative has a row of its own and occurs in no other.
+static std::optional<std::vector<Block>> solved_form(const Model& m) {
+  const FirstOrder fo = first_order(m);
+  if (!fo.semi_explicit) return {};
+  std::unordered_map<Expr, Expr> f;
+  for (std::size_t i = 0; i < fo.x.size(); ++i) f[fo.x[i]] = fo.f[i];
+  std::vector<Block> blocks;
+  for (const Group& g : groups(m)) {
+    if (g.order == 0) continue;
+    Block b{derivative(column(g.leaves)), VecX(static_cast<Index>(g.leaves.size())), ""};
+    for (std::size_t i = 0; i < g.leaves.size(); ++i)
+      b.rhs[static_cast<Index>(i)] = simplify(f.at(g.leaves[i]));
+    blocks.push_back(std::move(b));
+  }
+  if (!fo.g.empty()) blocks.push_back({VecX::Zero(static_cast<Index>(fo.g.size())), column(fo.g), ""});
+  return blocks;
+}
+
 /// Blocks all of whose rows are solved for a derivative, and what these derivatives are.
 struct SolvedBlocks {
   std::vector<char> whole;
@@ -144,6 +174,11 @@ ModelPtr to_semi_explicit(const ModelPtr& given) {
   const ModelPtr model = to_first_order(given);
   if (model->kind == Kind::ode || (model->kind == Kind::semi_explicit && !model->mass_matrix)) return model;
   ModelOptions options = child_of(model);
+  if (model->residuals.size() == model->variables.size())
+    if (auto solved = solved_form(*model)) {
+      options.trace.push_back("every derivative has a row of its own, which is solved for it: x′ = f, 0 = g");
+      return make_model(std::move(*solved), std::move(options));
+    }
   std::vector<Block> blocks;
   const SolvedBlocks solved = solved_blocks(*model);
   Substitution known = solved.derivative;  // in the other rows: x′ -> f where it is solved for, else x′ -> δ

@@ -4,6 +4,7 @@
 
 #include "base/error.hpp"
 #include "base/text.hpp"
+#include "dae/elided.hpp"
 #include "dae/start_system.hpp"
 #include "expr/print.hpp"
 
@@ -79,7 +80,8 @@ std::string Start::ledger() const {
   out += "constraints\n";
   Table residuals({false, true, false});
   for (const auto& [c, r] : constraints)
-    residuals.row({c.label, std::fabs(r) < 1e-12 ? "≤ 1e-12" : rounded(r, 2), "0 = " + to_text(c.residual)});
+    residuals.row(
+        {c.label, std::fabs(r) < 1e-12 ? "≤ 1e-12" : rounded(r, 2), "0 = " + elided_text(c.residual)});
   return out + residuals.str(2);
 }
 

@@ -4,6 +4,7 @@
 
 #include "base/error.hpp"
 #include "base/text.hpp"
+#include "expr/declaration.hpp"
 #include "expr/print.hpp"
 
 namespace pendula::dae {
@@ -37,14 +38,14 @@ std::vector<Group> groups(const Model& m) {
 }
 
 std::vector<Expr> beside(const Group& g, const std::string& name) {
-  if (g.leaves.size() == 1) return {symbol(pendula::Kind::variable, name)};
-  return symbol_vector(pendula::Kind::variable, name, static_cast<int>(g.leaves.size()));
+  if (g.leaves.size() == 1) return newly_declared({symbol(pendula::Kind::variable, name)});
+  return newly_declared(symbol_vector(pendula::Kind::variable, name, static_cast<int>(g.leaves.size())));
 }
 
 std::vector<Expr> new_variables(const Model& m, const std::string& name, std::size_t n) {
   const std::string fresh = fresh_name(used_names(m), name, name + "_");
-  if (n == 1) return {symbol(pendula::Kind::variable, fresh)};
-  return symbol_vector(pendula::Kind::variable, fresh, static_cast<int>(n));
+  if (n == 1) return newly_declared({symbol(pendula::Kind::variable, fresh)});
+  return newly_declared(symbol_vector(pendula::Kind::variable, fresh, static_cast<int>(n)));
 }
 
 VecX mapped(const VecX& v, const Substitution& s) { return column(substitute(entries(v), s)); }

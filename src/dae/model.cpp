@@ -1,12 +1,12 @@
 #include "dae/model.hpp"
 
 #include <algorithm>
-#include <set>
 #include <unordered_set>
 
 #include "base/error.hpp"
 #include "base/text.hpp"
 #include "dae/rank.hpp"
+#include "expr/declaration.hpp"
 #include "expr/print.hpp"
 
 namespace pendula::dae {
@@ -60,20 +60,21 @@ void collect_symbols(Model& m, const ModelOptions& options) {
     if (made) bases.push_back(base);
     it->second = std::max(it->second, k);
   };
-  std::set<std::uint32_t> inputs, parameters;
+  std::unordered_set<Expr> inputs;
+  std::vector<Expr> parameters;
   std::vector<Expr> everything = m.residuals;  // the length of the pendulum is a parameter of C = 0 only
   for (const Constraint& c : options.invariants) everything.push_back(c.residual);
   const std::vector<Expr> all = leaves(everything);
   check_names(all);
   for (Expr x : options.x) add_variable(symbol_of(x).base, 0);
   for (Expr z : options.z) add_variable(symbol_of(z).base, 0);
-  for (Expr u : options.u) inputs.insert(symbol_of(u).base.id());
+  for (Expr u : options.u) inputs.insert(symbol_of(u).base);
   const bool declared = !options.x.empty() || !options.z.empty();
   for (Expr leaf : all) {
     const Symbol& s = symbol_of(leaf);
-    if (s.kind == pendula::Kind::parameter) parameters.insert(leaf.id());
-    if (s.kind == pendula::Kind::input || (s.kind == pendula::Kind::variable && inputs.count(s.base.id())))
-      inputs.insert(s.base.id());
+    if (s.kind == pendula::Kind::parameter) parameters.push_back(leaf);
+    if (s.kind == pendula::Kind::input || (s.kind == pendula::Kind::variable && inputs.count(s.base)))
+      inputs.insert(s.base);
     else if (s.kind == pendula::Kind::variable) {
       if (declared && !order.count(s.base))
         throw Error(text("the equations contain '", s.name,
@@ -85,14 +86,17 @@ void collect_symbols(Model& m, const ModelOptions& options) {
     if (order.at(symbol_of(z).base) > 0)
       throw Error(text("'", symbol_of(z).name,
                        "' was declared algebraic (z), but its derivative occurs; move it to x"));
-  if (!declared) std::sort(bases.begin(), bases.end(), [](Expr a, Expr b) { return a.id() < b.id(); });
+  if (!declared) sort_by_latest_declaration(bases);
   std::vector<Expr> meanings;  // a multiplier may be the only thing that depends on the mass
   for (const auto& [leaf, meaning] : options.relations) meanings.push_back(meaning);
   for (Expr leaf : leaves(meanings))
-    if (symbol_of(leaf).kind == pendula::Kind::parameter) parameters.insert(leaf.id());
+    if (symbol_of(leaf).kind == pendula::Kind::parameter) parameters.push_back(leaf);
   for (Expr base : bases) m.variables.push_back({base, order.at(base)});
-  for (auto id : inputs) m.inputs.push_back(Expr::at(id));
-  for (auto id : parameters) m.parameters.push_back(Expr::at(id));
+  m.inputs.assign(inputs.begin(), inputs.end());
+  sort_by_latest_declaration(m.inputs);
+  sort_by_latest_declaration(parameters);
+  parameters.erase(std::unique(parameters.begin(), parameters.end()), parameters.end());
+  m.parameters = std::move(parameters);
 }
 
 void capture_values(Model& m, const ModelOptions& options) {

@@ -7,6 +7,7 @@
 #include <unordered_set>
 
 #include "dae/array_points.hpp"
+#include "expr/declaration.hpp"
 
 namespace pendula::dae {
 namespace {
@@ -33,8 +34,10 @@ OnSolutions::OnSolutions(const std::vector<Expr>& residuals, std::vector<Expr> v
                                   [&](Expr leaf) { return bases.count(symbol_of(leaf).base) > 0; });
   if (size_ > affordable || !varies) return;
   for (std::size_t i = 0; i < residuals.size(); ++i)
-    for (int k = 0; k <= offsets.c[i]; ++k)
+    for (int k = 0; k <= offsets.c[i]; ++k) {
+      if (k == 0) as_written_.push_back(rows_.size());
       rows_.push_back(k ? total_derivative(rows_.back()) : residuals[i]);
+    }
   if (topological(rows_).size() > longest) return;
   applies_ = true;
   const auto equations = static_cast<std::ptrdiff_t>(rows_.size());
@@ -51,10 +54,18 @@ namespace {
 Vec starting_point(const NumericArray& numeric, int seed) {
   Vec w = numeric.start(seed);
   if (seed % 2 == 0) return w;
-  std::mt19937_64 random(static_cast<unsigned>(seed));
   std::uniform_real_distribution<double> size(-1.7, 0.6);  // decades: 0.02 … 4
-  for (double& x : w) x = std::copysign(std::pow(10, size(random)), size(random) + 0.55);
+  for (Index j = 0; j < w.size(); ++j) {
+    std::mt19937_64 random(name_hash(numeric.columns()[static_cast<std::size_t>(j)]) +
+                           static_cast<unsigned>(seed));
+    w[j] = std::copysign(std::pow(10, size(random)), size(random) + 0.55);
+  }
   return w;
+}
+
+bool depends_on_any(const std::vector<Expr>& rows, Expr leaf) {
+  const auto inside = leaves(rows);
+  return std::find(inside.begin(), inside.end(), leaf) != inside.end();
 }
 
 std::vector<Expr> unknowns_in(std::vector<Expr> rows, const std::vector<Expr>& more,
@@ -118,13 +129,32 @@ SolutionRanks OnSolutions::ranks(int wanted, int seeds) const {
     result.least = result.points++ ? std::min(result.least, rank) : rank;
     if (wanted == 1 && rank == size_) break;
   }
+  if (result.points == 0) result.slow = std::max(result.slow, points_of_one_equation());
   return result;
+}
+
+/// The most points on one equation alone at which its gradient vanishes, if it vanishes at all that are
+/// found: C² = 0. All equations together may have no point then that Newton's method reaches.
+int OnSolutions::points_of_one_equation() const {
+  constexpr int seeds = 6;
+  int most = 0;
+  for (std::size_t row : as_written_) {
+    const NumericArray numeric({rows_[row]}, unknowns_in({rows_[row]}, {}, variables_));
+    int slow = 0, regular = 0;
+    for (int seed = 0; seed < seeds && regular == 0; ++seed)
+      if (const auto at = numeric.project(numeric.start(seed), numeric.known(seed), 0))
+        ++(at->slow ? slow : regular);
+    if (regular == 0) most = std::max(most, slow);
+  }
+  return most;
 }
 
 bool OnSolutions::reaches(Expr factor, int seeds) const {
   std::vector<Expr> rows = rows_;
   rows.push_back(without_calls({factor})[0]);
-  const NumericArray numeric(rows, unknowns_in(rows, {}, variables_));
+  std::vector<Expr> columns = unknowns_in(rows, {}, variables_);
+  if (depends_on_any(rows, time_symbol())) columns.push_back(time_symbol());  // at any time
+  const NumericArray numeric(rows, columns);
   for (int seed = 0; seed < seeds; ++seed) {
     const auto at = numeric.project(starting_point(numeric, seed), numeric.known(seed), 0);
     if (at && at->w.cwiseAbs().maxCoeff() < near_enough) return true;

@@ -47,12 +47,14 @@ class OnSolutions {
     bool slow;
   };
   std::optional<Point> point(int seed, const std::vector<Expr>& columns, int held) const;
+  int points_of_one_equation() const;
   std::vector<Expr> with_held_first(std::vector<Expr> columns, int seed) const;
 
   int size_;
   Offsets offsets_;
   bool applies_ = false;
   std::vector<Expr> variables_, rows_, slopes_;  ///< slopes: entries of J, then what must not vanish
+  std::vector<std::size_t> as_written_;          ///< rows that are not derivatives
   std::vector<Entry> jacobian_;
 };
 

@@ -6,6 +6,7 @@
 #include "base/text.hpp"
 #include "dae/pencil.hpp"
 #include "dae/pencil_forcing.hpp"
+#include "expr/declaration.hpp"
 #include "expr/generic.hpp"
 #include "expr/linalg.hpp"
 #include "expr/print.hpp"
@@ -158,7 +159,7 @@ std::string names(const std::vector<Expr>& list) {
 
 /// c with T₁ c + shift = x0 in the given components.
 VecX start(const Pencil& p, const SolutionRequest& request, const VecX& shift) {
-  if (request.general) return column(symbol_vector(pendula::Kind::parameter, "c", p.dof));
+  if (request.general) return column(newly_declared(symbol_vector(pendula::Kind::parameter, "c", p.dof)));
   const int rows = static_cast<int>(request.x0.size());
   RationalMatrix given(rows, p.dof);
   VecX right(rows), shifts(rows);

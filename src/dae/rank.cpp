@@ -6,6 +6,7 @@
 #include <optional>
 #include <random>
 
+#include "expr/declaration.hpp"
 #include "expr/derivative.hpp"
 #include "expr/generic.hpp"
 
@@ -27,12 +28,14 @@ constexpr double rank_tolerance =
 }  // namespace
 
 std::unordered_map<Expr, double> random_point(std::span<const Expr> outputs, int attempt) {
-  std::mt19937_64 random(0x9e3779b97f4a7c15ull + static_cast<unsigned>(attempt));
-  std::uniform_real_distribution<double> value(0.5, 1.5);
   std::unordered_map<Expr, double> point;
+  std::uint64_t calls = 0;  // applications of one function to different arguments have different values
   for (Expr node : topological(outputs)) {
     const bool named_constant = node.is_symbol() && symbol_of(node).kind == Kind::constant;
-    if ((node.is_symbol() && !named_constant) || node.op() == Op::call) point[node] = value(random);
+    if ((!node.is_symbol() || named_constant) && node.op() != Op::call) continue;
+    const std::uint64_t who = name_hash(node) + (node.is_symbol() ? 0 : ++calls);
+    std::mt19937_64 random(who * 31 + static_cast<unsigned>(attempt));
+    point[node] = std::uniform_real_distribution<double>(0.5, 1.5)(random);
   }
   return point;
 }

@@ -16,6 +16,7 @@
 #include "dae/rank.hpp"
 #include "dae/reduced_forms.hpp"
 #include "dae/story.hpp"
+#include "expr/declaration.hpp"
 #include "expr/print.hpp"
 #include "expr/rewrite.hpp"
 
@@ -105,7 +106,7 @@ DummySelection DummyPivoting::best(std::span<const double> numbers) const {
   }
   std::sort(selection.dummies.begin(), selection.dummies.end(), [](Expr a, Expr b) {
     const Symbol &s = symbol_of(a), &t = symbol_of(b);
-    return s.base != t.base ? s.base.id() < t.base.id() : s.order < t.order;
+    return s.base != t.base ? declaration_of(a) < declaration_of(b) : s.order < t.order;
   });
   return selection;
 }
@@ -208,7 +209,7 @@ Substitution stand_ins(const Model& m, const DummySelection& selection, std::vec
     name += symbol.order > 3 ? text("d", symbol.order, "ot") : "dot";
     name = fresh_name(used, name, name + "_");
     used.insert(name);
-    s[leaf] = pendula::symbol(pendula::Kind::variable, name);
+    s[leaf] = newly_declared({pendula::symbol(pendula::Kind::variable, name)})[0];
     made.push_back(s[leaf]);
   }
   return s;

@@ -36,6 +36,7 @@ bool has_unknown(Expr e) {
 double strength_at(Expr slope, const Model& m, const std::unordered_map<Expr, double>& at) {
   auto point = random_point({&slope, 1}, 0);
   for (auto& [leaf, value] : point) {
+    if (symbol_of(leaf).kind == pendula::Kind::time) value = 0;  // where integrations begin
     if (const auto it = m.values.find(leaf); it != m.values.end())
       value = pendula::evaluate({&it->second, 1}, {})[0];
     if (const auto it = at.find(leaf); it != at.end()) value = it->second;

@@ -9,6 +9,7 @@
 #include "dae/rank.hpp"
 #include "dae/reduced_forms.hpp"
 #include "dae/story.hpp"
+#include "expr/linalg.hpp"
 #include "expr/print.hpp"
 #include "expr/rewrite.hpp"
 #include "expr/solve.hpp"
@@ -53,6 +54,7 @@ class Elimination {
   std::vector<Entry> A;
   VecX b;
   bool definite = false;          ///< A needs no pivoting
+  bool expanded = false;          ///< A consists of numbers, and w is written out
   std::vector<std::size_t> rows;  ///< residuals that make the system
 
  private:
@@ -83,11 +85,25 @@ class Elimination {
     Substitution zero;
     for (Expr w : unknowns) zero[w] = Expr(0);
     b = -column(substitute(rest, zero)).unaryExpr(tidy);
-    const VecX w = linear_solution(A, b, definite);
+    const VecX w = is_short_and_rational(n) ? exact_solution(n) : linear_solution(A, b, definite);
     Substitution values;
     for (Index j = 0; j < n; ++j) values[unknowns[static_cast<std::size_t>(j)]] = w[j];
     for (auto& [leaf, f] : solved) f = substitute(f, values);
     solved.insert(values.begin(), values.end());
+  }
+
+  /// Numbers that can be divided by here and now: x₁′ = x₁/2 and not (A⁻¹b)₁.
+  bool is_short_and_rational(Index n) const {
+    constexpr Index readable_system = 6;
+    return n <= readable_system &&
+           std::all_of(A.begin(), A.end(), [](const Entry& e) { return exact_value(e.value) != nullptr; });
+  }
+
+  VecX exact_solution(Index n) {
+    MatX matrix = MatX::Zero(n, n);
+    for (const Entry& a : A) matrix(a.row, a.column) = a.value;
+    expanded = true;
+    return linalg::solve(matrix, b).col(0).unaryExpr([](Expr e) { return simplify(e); });
   }
 
   void check_linear() const {
@@ -133,7 +149,9 @@ std::vector<std::string> story(const Elimination& e, const Model& low) {
     lines.push_back("     " + formula("A = ", ref(A)));
     lines.push_back("     " + formula("b = ", ref(e.b)));
   }
-  if (e.unknowns.size() > 1)
+  if (e.expanded && e.unknowns.size() > 1)
+    lines.push_back("     A consists of numbers: w = A⁻¹ b is written out.");
+  else if (e.unknowns.size() > 1)
     lines.push_back(text("     w = A⁻¹ b is solved numerically wherever it is needed (",
                          e.definite ? "A is symmetric and definite: L D Lᵀ" : "LU with pivoting",
                          "), never expanded."));

@@ -162,7 +162,13 @@ void complete_constraints(const Model& m, const Analysis& a, Truth& t) {
   Model there = m;
   if (a.standing == Standing::at_values) there.residuals = residuals_at_values(m);
   auto rows = a.regular ? rows_by_offsets(there, a.offsets) : rows_up_to(there, order);
-  auto found = state_conditions(there, std::move(rows), wanted);
+  auto found = state_conditions(there, m.states(), std::move(rows), wanted);
+  if (static_cast<int>(found.size()) < wanted && !a.regular)  // the repaired equations may lead further
+    if (const auto repaired = repair(std::make_shared<const Model>(there))) {
+      auto more = state_conditions(*repaired->model, m.states(),
+                                   rows_by_offsets(*repaired->model, repaired->offsets), wanted);
+      if (more.size() > found.size()) found = std::move(more);
+    }
   t.complete = static_cast<int>(found.size()) == wanted;
   if (t.complete || !clean) t.constraints = std::move(found);
 }

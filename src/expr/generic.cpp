@@ -6,6 +6,7 @@
 #include <unordered_map>
 
 #include "base/error.hpp"
+#include "expr/declaration.hpp"
 #include "expr/solve.hpp"
 
 namespace pendula::generic {
@@ -17,9 +18,11 @@ constexpr int attempts = 16;           // points tried until one lies in the dom
 
 __extension__ using wide = unsigned __int128;
 
-/// splitmix64 of a seed and a node: the same symbol has the same value in every call with the same seed.
+/// splitmix64 of a seed and a name: the same symbol has the same value in every call with the same seed, and
+/// in every session. Applications of one function to different arguments are told apart by their ids.
 std::uint64_t random_bits(std::uint64_t seed, Expr e) {
-  std::uint64_t h = seed * 0x9e3779b97f4a7c15ull + e.id() + 0x632be59bd9b4e019ull;
+  const std::uint64_t who = e.is_symbol() ? name_hash(e) : e.id();
+  std::uint64_t h = seed * 0x9e3779b97f4a7c15ull + who + 0x632be59bd9b4e019ull;
   h = (h ^ (h >> 30)) * 0xbf58476d1ce4e5b9ull;
   h = (h ^ (h >> 27)) * 0x94d049bb133111ebull;
   return h ^ (h >> 31);

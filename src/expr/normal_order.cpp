@@ -2,6 +2,7 @@
 // the order of declaration of the symbols, never on the ids of operations.
 #include <numeric>
 
+#include "expr/declaration.hpp"
 #include "expr/normal.hpp"
 
 namespace pendula {
@@ -17,7 +18,7 @@ int three_way(const T& a, const T& b) {
 
 int compare_names(Expr a, Expr b) {
   const Symbol &s = symbol_of(a), &t = symbol_of(b);
-  if (s.base != t.base) return three_way(s.base.id(), t.base.id());
+  if (s.base != t.base) return three_way(declaration_of(a), declaration_of(b));
   return three_way(s.order, t.order);
 }
 

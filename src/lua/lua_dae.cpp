@@ -6,6 +6,7 @@
 
 #include "base/text.hpp"
 
+#include "dae/elided.hpp"
 #include "dae/lineage.hpp"
 #include "dae/reduce.hpp"
 #include "dae/start.hpp"
@@ -157,7 +158,7 @@ int constraints_text(Call& call) {
     return call.push("no conditions: every initial value of the differential variables is free");
   Table table;
   for (const auto& c : list)
-    table.row({c.label + ":", "0 = " + to_text(c.residual),
+    table.row({c.label + ":", "0 = " + dae::elided_text(c.residual),
                c.origin < 0        ? ""
                : c.derivative == 0 ? text("from (", c.origin + 1, ")")
                                    : text("(", c.origin + 1, ") differentiated",

@@ -6,6 +6,7 @@
 #include <deque>
 
 #include "base/text.hpp"
+#include "expr/declaration.hpp"
 #include "expr/derivative.hpp"
 #include "expr/print.hpp"
 #include "lua/lua_expr_subs.hpp"
@@ -51,7 +52,7 @@ int declare(Call& call, Kind kind) {
   const bool sized = call.has(2) && lua_type(call.L, 2) != LUA_TTABLE;
   const Attributes given = read_attributes(call, sized ? 3 : 2);
   if (!sized) {
-    const Expr leaf = symbol(kind, name);
+    const Expr leaf = newly_declared({symbol(kind, name)})[0];
     set_attributes({&leaf, 1}, given);
     return push_expr(call.L, leaf);
   }
@@ -59,7 +60,7 @@ int declare(Call& call, Kind kind) {
   constexpr long most = 1'000'000;
   if (size < 1 || size > most)
     throw Error(text("the size of '", name, "' must be between 1 and ", most, ", not ", size));
-  const auto leaves = symbol_vector(kind, name, static_cast<int>(size));
+  const auto leaves = newly_declared(symbol_vector(kind, name, static_cast<int>(size)));
   set_attributes(leaves, given);
   return push_matrix(call.L, MatX(column(leaves)));
 }
@@ -69,9 +70,12 @@ int declare_words(Call& call, Kind kind) {
   if (names.empty()) throw Error("expected names, as in vars \"x y z\"");
   const Attributes given = read_attributes(call, 2);
   luaL_checkstack(call.L, static_cast<int>(names.size()) + 20, "too many names");
+  std::vector<Expr> leaves;
   for (const std::string& name : names) {
     check_free_name(name);
-    const Expr leaf = symbol(kind, name);
+    leaves.push_back(symbol(kind, name));
+  }
+  for (Expr leaf : newly_declared(leaves)) {
     set_attributes({&leaf, 1}, given);
     push_expr(call.L, leaf);
   }
@@ -104,7 +108,7 @@ int param(Call& call) {
   const bool only_options = lua_istable(call.L, 2) && lua_rawlen(call.L, 2) == 0;
   const Attributes given = read_attributes(call, only_options ? 2 : 3);
   if (only_options || !call.has(2) || is_expression(call.L, 2)) {
-    const Expr leaf = symbol(Kind::parameter, name);
+    const Expr leaf = newly_declared({symbol(Kind::parameter, name)})[0];
     set_attributes({&leaf, 1}, given);
     std::optional<Expr> value;
     if (!only_options && call.has(2)) value = default_value(to_expr(call.L, 2, "value"), name);
@@ -112,7 +116,7 @@ int param(Call& call) {
     return push_expr(call.L, leaf);
   }
   const VecX values = to_column(call.L, 2, "value");
-  const auto leaves = symbol_vector(Kind::parameter, name, static_cast<int>(values.size()));
+  const auto leaves = newly_declared(symbol_vector(Kind::parameter, name, static_cast<int>(values.size())));
   for (std::size_t i = 0; i < leaves.size(); ++i)
     attributes(leaves[i]).value = default_value(values[static_cast<Eigen::Index>(i)], name);
   set_attributes(leaves, given);
@@ -136,17 +140,18 @@ int params(Call& call) {
   if (words.empty()) throw Error("expected names, as in params \"m=1 g=9.81 L\"");
   const Attributes given = read_attributes(call, 2);
   luaL_checkstack(call.L, static_cast<int>(words.size()) + 20, "too many names");
+  std::vector<Expr> leaves;
   for (const std::string& word : words) {
     const auto equals = word.find('=');
     const std::string name = word.substr(0, equals);
     check_free_name(name);
     std::optional<Expr> value;
     if (equals != std::string::npos) value = parse_number(word.substr(equals + 1));
-    const Expr leaf = symbol(Kind::parameter, name);
-    set_attributes({&leaf, 1}, given);
-    attributes(leaf).value = value;
-    push_expr(call.L, leaf);
+    leaves.push_back(symbol(Kind::parameter, name));
+    set_attributes({&leaves.back(), 1}, given);
+    attributes(leaves.back()).value = value;
   }
+  for (Expr leaf : newly_declared(leaves)) push_expr(call.L, leaf);
   return static_cast<int>(words.size());
 }
 

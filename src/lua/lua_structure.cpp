@@ -1,10 +1,13 @@
 // structure(): the structural analysis as a value that prints. Reads arguments, calls src/dae/structure.
 #include "dae/structure.hpp"
 
+#include <cmath>
 #include <limits>
 
+#include "base/text.hpp"
 #include "lua/lua_dae.hpp"
 #include "lua/objects.hpp"
+#include "lua/trampoline.hpp"
 #include "lua/values.hpp"
 
 namespace pendula::lua {
@@ -17,6 +20,9 @@ struct TypeName<dae::StructureReport> {
 namespace {
 
 int structure(Call& call) {
+  if (const auto* held = object_at(call.L, 2, TypeName<dae::Start>::value))  // sys:structure(at)
+    return call.push(std::make_shared<const dae::StructureReport>(dae::structure(
+        call.shared<dae::Model>(1, "model"), std::static_pointer_cast<const dae::Start>(*held))));
   const Options o = call.options(2, {"at"});
   dae::StartPtr at;
   if (o.has("at")) {
@@ -30,12 +36,43 @@ int structure(Call& call) {
 
 const dae::StructureReport& self(Call& call) { return call.object<dae::StructureReport>(1, "structure"); }
 
+/// print(s.c), print(s.sigma): entries beside each other, lists among them below each other.
+int list_text(lua_State* L) {
+  std::string out;
+  const auto n = static_cast<lua_Integer>(lua_rawlen(L, 1));
+  for (lua_Integer i = 1; i <= n; ++i) {
+    lua_rawgeti(L, 1, i);
+    const bool absent = lua_type(L, -1) == LUA_TNUMBER && std::isinf(lua_tonumber(L, -1));
+    if (i > 1) out += lua_istable(L, -1) ? "\n" : "  ";
+    out += absent ? "·" : luaL_tolstring(L, -1, nullptr);
+    lua_settop(L, 1);
+  }
+  if (n == 0) out = "none";
+  if (lua_getfield(L, 1, "equations") == LUA_TTABLE && lua_rawlen(L, -1) > 0 &&
+      lua_getfield(L, 1, "unknowns") == LUA_TTABLE)
+    out = text(luaL_tolstring(L, -2, nullptr), "  for  ", luaL_tolstring(L, -2, nullptr));
+  lua_pushlstring(L, out.data(), out.size());
+  return 1;
+}
+
+/// Makes the table on top of the stack a list that prints.
+void make_readable(lua_State* L) {
+  if (luaL_newmetatable(L, "pendula.list")) {
+    lua_pushcfunction(L, guarded<list_text>);
+    lua_setfield(L, -2, "__tostring");
+    lua_pushliteral(L, "list");
+    lua_setfield(L, -2, "__name");
+  }
+  lua_setmetatable(L, -2);
+}
+
 int push_integers(lua_State* L, const std::vector<int>& list) {
   lua_createtable(L, static_cast<int>(list.size()), 0);
   for (std::size_t i = 0; i < list.size(); ++i) {
     lua_pushinteger(L, list[i]);
     lua_rawseti(L, -2, static_cast<lua_Integer>(i + 1));
   }
+  make_readable(L);
   return 1;
 }
 
@@ -56,8 +93,10 @@ int sigma(Call& call) {
       lua_pushinteger(call.L, e.order);
       lua_rawseti(call.L, -2, e.variable + 1);
     }
+    make_readable(call.L);
     lua_rawseti(call.L, -2, static_cast<lua_Integer>(i + 1));
   }
+  make_readable(call.L);
   return 1;
 }
 
@@ -111,6 +150,7 @@ int nonzero(Call& call) {
     push_expr(call.L, c.factor);
     lua_rawseti(call.L, -2, ++k);
   }
+  make_readable(call.L);
   return 1;
 }
 
@@ -122,13 +162,16 @@ void push_part(lua_State* L, const dae::Model& m, const dae::Part& part) {
     lua_pushstring(L, m.label(static_cast<std::size_t>(part.rows[k])).c_str());
     lua_rawseti(L, -2, static_cast<lua_Integer>(k + 1));
   }
+  make_readable(L);
   lua_setfield(L, -2, "equations");
   lua_createtable(L, static_cast<int>(part.columns.size()), 0);
   for (std::size_t k = 0; k < part.columns.size(); ++k) {
     push_expr(L, m.variables[static_cast<std::size_t>(part.columns[k])].leaf);
     lua_rawseti(L, -2, static_cast<lua_Integer>(k + 1));
   }
+  make_readable(L);
   lua_setfield(L, -2, "unknowns");
+  make_readable(L);
 }
 
 int over(Call& call) {
@@ -148,6 +191,7 @@ int blocks(Call& call) {
     push_part(call.L, *s.model, s.blocks.square[k]);
     lua_rawseti(call.L, -2, static_cast<lua_Integer>(k + 1));
   }
+  make_readable(call.L);
   return 1;
 }
 
@@ -163,7 +207,7 @@ const Module structure_module = {
     "structure",
     "Structural analysis",
     {
-        {"model:structure", structure, "sys:structure([{ at = start }]) -> structure",
+        {"model:structure", structure, "sys:structure([start] or { at = start }) -> structure",
          "Σ matrix, offsets, blocks, structural index, and whether all that may be believed: the rank of the "
          "system Jacobian, exactly, "
          "and numerically at a start.",
@@ -188,6 +232,7 @@ const Module structure_module = {
         {"structure#J", jacobian, "s.J -> matrix or nil",
          "The system Jacobian J_ij = ∂F_i/∂x_j^(d_j - c_i), symbolic.",
          "x, z = vars \"x z\"  return dae{ der(x) ~ z, 0 ~ x - z^3 }:structure().J[2][2]", "3 z²"},
+        {"structure#jacobian", jacobian, "s.jacobian -> matrix or nil", "The same as s.J.", "", ""},
         {"structure#gap", gap, "s.gap -> number or nil",
          "σ_min/σ_max of the scaled system Jacobian at the point given as at; 0 where it is singular.", "",
          ""},

@@ -49,6 +49,7 @@ int explain_error(lua_State* L) {
 
 lua_State* new_state() {
   limit_process_memory();
+  begin_session();
   lua_State* L = new_capped_state();
   if (!L) throw Error("not enough memory for a Lua state");
   lua_atpanic(L, panic);

@@ -111,6 +111,8 @@ void open_numbers(lua_State* L);
 /// contain.
 const std::vector<Expr>& declared_symbols();
 void note_declared(std::span<const Expr> leaves);
+/// Forgets them: names and the order of listing are those of the new session.
+void begin_session();
 
 /// "x", "x'" or "q3''": a leaf as a user writes it in a string.
 std::string leaf_name(Expr leaf);

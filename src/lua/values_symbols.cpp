@@ -3,10 +3,12 @@
 #include <cmath>
 #include <cstring>
 #include <map>
+#include <tuple>
 #include <unordered_map>
 #include <unordered_set>
 
 #include "base/text.hpp"
+#include "expr/declaration.hpp"
 #include "expr/print.hpp"
 #include "lua/objects.hpp"
 #include "lua/values.hpp"
@@ -67,7 +69,10 @@ std::vector<Expr> leaves_named(const std::string& word, const std::string& what,
   if (exact.size() > 1)
     throw Error(text(what, ": there are two symbols named '", word,
                      "' (of different kinds); use the symbol, not its name"));
-  if (!exact.empty()) return exact;
+  const bool scalar =
+      !exact.empty() && (components.empty() ||  // the name means what it was last used for
+                         latest_declaration_of(components[0]) < latest_declaration_of(exact[0]));
+  if (scalar) return exact;
   std::sort(components.begin(), components.end(),
             [](Expr a, Expr b) { return symbol_of(a).component < symbol_of(b).component; });
   components.erase(std::unique(components.begin(), components.end()), components.end());
@@ -121,17 +126,25 @@ void refuse_repetition(std::vector<SymbolEntry>& entries, const std::string& wha
 
 }  // namespace
 
-static std::vector<Expr>& declarations() {
-  static std::vector<Expr> list;
-  return list;
+struct Declarations {
+  std::vector<Expr> list;
+  std::unordered_set<Expr> seen;
+};
+static Declarations& declarations() {
+  static Declarations d;
+  return d;
 }
 
-const std::vector<Expr>& declared_symbols() { return declarations(); }
+const std::vector<Expr>& declared_symbols() { return declarations().list; }
 
 void note_declared(std::span<const Expr> leaves) {
-  static std::unordered_set<Expr> seen;
   for (Expr leaf : leaves)
-    if (seen.insert(leaf).second) declarations().push_back(leaf);
+    if (declarations().seen.insert(leaf).second) declarations().list.push_back(leaf);
+}
+
+void begin_session() {
+  declarations() = {};
+  begin_declarations();
 }
 
 std::string leaf_name(Expr leaf) {
@@ -175,7 +188,8 @@ void each_symbol_entry(lua_State* L, int table, const std::string& what, std::sp
   // By leaf, then by key: equal first leaves are an error, whose text must not depend on the hash order
   // either.
   std::sort(found.begin(), found.end(), [](const SymbolEntry& a, const SymbolEntry& b) {
-    return std::pair(a.leaves[0].id(), a.key) < std::pair(b.leaves[0].id(), b.key);
+    return std::tuple(declaration_of(a.leaves[0]), symbol_of(a.leaves[0]).order, a.key) <
+           std::tuple(declaration_of(b.leaves[0]), symbol_of(b.leaves[0]).order, b.key);
   });
   refuse_repetition(found, what);
   for (SymbolEntry& entry : found) {

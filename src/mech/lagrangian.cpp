@@ -5,6 +5,7 @@
 #include "base/error.hpp"
 #include "base/text.hpp"
 #include "dae/rank.hpp"
+#include "expr/declaration.hpp"
 #include "expr/print.hpp"
 #include "expr/rewrite.hpp"
 
@@ -114,8 +115,8 @@ VecX multipliers(const Lagrangian& s) {
       throw Error(text("'", s.multipliers,
                        "' names the multipliers, but the model uses it already; choose another name: "
                        "multipliers = \"lambda\""));
-  if (m == 1) return VecX::Constant(1, symbol(Kind::variable, s.multipliers));
-  return column(symbol_vector(Kind::variable, s.multipliers, m));
+  if (m == 1) return column(newly_declared({symbol(Kind::variable, s.multipliers)}));
+  return column(newly_declared(symbol_vector(Kind::variable, s.multipliers, m)));
 }
 
 }  // namespace

@@ -6,7 +6,7 @@ return {
   tags = "nonlinear mechanics control failure",
   index = 5, dof = 0, structural_index = 3, structural_dof = 2, verdict = "identically singular",
   remark = "The columns of u₁ and u₂ in equations (1) and (3) are opposite, so the structure takes one torque for what gives x₂.",
-  to = 0.5, dt = 0.025, forms = { "acc" },
+  to = 0.5, dt = 0.025,
   build = function()
     local x1, x2, x3, u1, u2 = vars "x1 x2 x3 u1 u2"
     local function coefficients(x)

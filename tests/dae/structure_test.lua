@@ -119,3 +119,31 @@ test("branches: an index-1 model whose equations have a singular solution too is
   expect(circle:dof()):equals(1)
   expect(dae { der(x) ~ y, 0 ~ -y^3 - x }:index()):equals(1)
 end)
+
+test("lists of the report print, and a start can be given as it is", function()
+  local x, z = var("x", 2), var "z"
+  local sys = dae { der(x[1]) ~ z, der(x[2]) ~ x[1], 0 ~ z^3 + z - x[2]^2 }
+  local s = sys:structure()
+  expect(tostring(s.c)):equals("0  0  0")
+  expect(tostring(s.sigma)):equals("1  ·  0\n0  1  ·\n·  0  0")
+  expect(tostring(s.blocks[1])):equals("z  for  (3)")
+  expect(tostring(s.over)):equals("none")
+  expect(s.jacobian):equals(s.J)
+  local at = sys:init { fix = { [x] = { 1, 1 } } }
+  expect(sys:structure(at).gap):near(sys:structure{ at = at }.gap, 0)
+end)
+
+test("a consistent point where det J vanishes is found at any time", function()
+  local x, z = vars "x z"
+  local text = tostring(dae { der(x) ~ 1, 0 ~ z*(x - 1) - sin(t) }:structure())     -- x = 1 at t = 0
+  expect(text:find("singular points: there are consistent points with 1 - x = 0", 1, true) ~= nil):is_true()
+end)
+
+test("unknowns are listed as they were declared, whatever was declared before", function()
+  local v, u = vars "v u"
+  local x, y, u2, v2 = vars "x y u v"
+  local sys = dae { der(x) ~ u, der(y) ~ v, der(u) ~ -x, der(v) ~ -y }
+  expect(tostring(sys.differential.T)):equals("[x  y  u  v]")
+  local again = var "x"                              -- declaring one of them again moves nothing
+  expect(tostring(sys.differential.T)):equals("[x  y  u  v]")
+end)

@@ -146,7 +146,7 @@ test("too many and too few equations are named by number and name, with what can
   local both = dae { der(x) ~ y, 0 ~ x - 1, 0 ~ x - sin(t), der(z) ~ y + w }   -- (1) gives y
   expect(function() both:index() end):fails "the model is structurally singular"
   expect(function() both:index() end):fails "over-determined: 2 equations (2), (3) for 1 unknown x"
-  expect(function() both:index() end):fails "under-determined: 1 equation (4) for 2 unknowns z, w"
+  expect(function() both:index() end):fails "under-determined: 1 equation (4) for 2 unknowns w, z"
 end)
 
 test("rows 0 = 0 are allowed in E x′ = A x and named; elsewhere they are refused", function()
@@ -376,4 +376,35 @@ test("large sparse models: the ladder is regular at every point, printing is bou
   has(s, "system Jacobian regular at every point")
   has(sys, "540 more (sys.equations has all 600)")
   expect(function() return s.J end):fails "the system Jacobian has 600 rows; it is written out up to 300"
+end)
+
+test("a form is called what it was asked for: fully implicit, implicit ODE, semi-explicit", function()
+  local x, z = var("x", 2), var "z"
+  local semi = dae { der(x) ~ vec{ z, x[1] }, 0 ~ z - x[2]^2 }
+  expect(semi.kind):equals "semi-explicit"
+  expect(semi:implicit().kind):equals "fully implicit"
+  expect(semi:implicit():index()):equals(1)
+  expect(semi:implicit():semi_explicit().kind):equals "semi-explicit"
+  local F = dae.implicit { x = x, z = z, F = { x[1].dot + z, x[2].dot - x[1], z - x[2]^2 } }
+  expect(F.kind):equals "fully implicit"
+  has(F:semi_explicit(), "(1a)  x₁′ = -z\n  (1b)  x₂′ = x₁\n  (2)   0 = ")
+  expect(#F:semi_explicit().algebraic):equals(1)     -- no δ: every derivative has a row of its own
+  expect(dae.implicit { x = x, F = { x[1].dot + x[2], x[2].dot - x[1] } }.kind):equals "implicit ODE"
+end)
+
+test("torques that act as their difference: a new unknown repairs the structure of the robot arm, six conditions", function()
+  local sys = problems.robot_arm()
+  expect(sys:index()):equals(5)
+  expect(#sys:constraints()):equals(6)
+  has(sys:reduce "acc":trace(), "new unknown:  w₁ = u₁ - u₂   valid everywhere")
+end)
+
+test("a nonlinear pair of shared unknowns", function()
+  -- x₁ and x₂ contain a, b as a + 2 b only: (1) and (2) determine y and a + 2 b, (3) then a; by hand: index 3, y and y′ fixed
+  local x1, x2, y, a, b = vars "x1 x2 y a b"
+  local sys = dae { der(x1) ~ sin(a + 2*b) + y, der(x2) ~ 3*(a + 2*b) - y, der(y) ~ a - b, x1 ~ sin(t), x2 ~ cos(t) }
+  expect(sys:structure().verdict):equals "identically singular"
+  expect(sys:index()):equals(3)
+  expect(sys:dof()):equals(0)
+  expect(#sys:constraints()):equals(3)
 end)

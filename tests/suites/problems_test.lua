@@ -7,15 +7,6 @@
 
 local forms = { "", "acc", "ggl", "baumgarte", "ode", "project", "dummy", "minimal" }
 
--- Known shortcomings, to be removed from here when they are gone. The list of constraints is incomplete, or contains definitions of
--- derivatives beside conditions on the states:
-local other_count = { gear_petzold = true, kunkel_mehrmann = true, substitution = true, two_pendula = true, pantelides_reactor = true,
-  robot_arm = true }
--- A start that does not reach the form, another branch than that of the start, a choice that is singular on the way:
-local poor = { dummy = { two_pendula = true, reissig = true }, minimal = { substitution = true, pendulum_velocity = true } }
--- Start and forms take seconds (nested quotients in the repaired equations); right, but not for a quick suite:
-local slow = { robot_arm = true }
-
 local function has(p, tag) return (" " .. p.tags .. " "):find(" " .. tag .. " ", 1, true) ~= nil end
 
 for _, p in ipairs(problems.list()) do
@@ -38,7 +29,7 @@ for _, p in ipairs(problems.list()) do
     expect(p.remark ~= nil):equals(p.structural_index ~= p.index or p.structural_dof ~= p.dof)
     -- what is not free is constrained, in the declared list and in the one that is found
     expect(#p.constraints):equals(#sys.differential - p.dof)
-    if not other_count[p.name] then expect(#sys:constraints()):equals(#p.constraints) end
+    expect(#sys:constraints()):equals(#p.constraints)
     for _, v in ipairs(p.variants or {}) do
       local other = sys:with(v.params)
       expect(other:index()):equals(v.index)
@@ -46,7 +37,7 @@ for _, p in ipairs(problems.list()) do
     end
   end)
 
-  if p.index and not slow[p.name] then
+  if p.index then
     test("start: " .. p.name, function()
       local sys, at = p(), p:start()
       for _, c in ipairs(p.constraints) do expect(at(c)):near(0, 1e-9) end     -- init solves to 1e-10, scaled
@@ -55,7 +46,7 @@ for _, p in ipairs(problems.list()) do
       end
       -- the declared and the found conditions have the same tangent space there: together they have no higher rank
       local found = sys:constraints()
-      if #p.constraints > 0 and not other_count[p.name] then
+      if #p.constraints > 0 then
         local both = {}
         for _, c in ipairs(p.constraints) do both[#both + 1] = c end
         for i = 1, #found do both[#both + 1] = found[i].rhs - found[i].lhs end
@@ -86,19 +77,19 @@ for _, p in ipairs(problems.list()) do
 
   -- Every form that reduce() offers for it, at 2 dt and dt. Whatever the order, the error at dt is at most the change from 2 dt to
   -- dt (for order one equal, for gauss(3) a 63rd of it), up to rounding that index 3 amplifies.
-  if p.index and p.dt and not slow[p.name] and (p.exact or p.reference) then
+  if p.index and p.dt and (p.exact or p.reference) then
     test("reduced forms: " .. p.name, function()
       local at = p:start()
       local ran = 0
       for _, form in ipairs(p.forms or forms) do
         local good, low = pcall(function()
           if form == "" then return p():reduce() end                              -- the road that is chosen for it
-          return p():reduce(form, form == "dummy" and { at = at } or nil)
+          return p():reduce(form, (form == "dummy" or form == "minimal") and { at = at } or nil)
         end)
         if not good then
           expect(form ~= ""):is_true()
           expect(#low > 40 and not low:find("internal", 1, true)):is_true()      -- a refusal says why
-        elseif not (poor[form] or {})[p.name] then
+        else
           if low:dof() ~= p.dof then
             expect(("%s has %d free initial values, the model %d"):format(form, low:dof(), p.dof)):equals "as many"
           end
