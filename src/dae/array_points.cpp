@@ -163,8 +163,9 @@ NumericArray::NumericArray(std::vector<Expr> rows, std::vector<Expr> columns)
 
 Vec NumericArray::start(int seed, const std::unordered_map<Expr, double>& continued) const {
   constexpr double golden = 0.6180339887498949;
-  constexpr double spread[] = {1, 0.1, 2, 0.3, 5, 0.01};
-  const double size = spread[seed / 3 % 6];
+  constexpr double spread[] = {1, 2,   0.3, 5,
+                               1, 0.1, 3,   0.01};  // small ones late: there everything is nearly linear
+  const double size = spread[seed / 3 % 8];
   Vec w(static_cast<Index>(columns_.size()));
   for (std::size_t j = 0; j < columns_.size(); ++j) {
     const auto who =

@@ -20,7 +20,7 @@ namespace {
 using Index = Eigen::Index;
 
 constexpr std::size_t most_nodes = 400'000;  // of F_k: about a second of evaluations
-constexpr double clear_gap = 1e5;            // between singular values that count and those that do not
+constexpr double clear_gap = 1e6;            // between singular values that count and those that do not
 constexpr double near_enough = 1e3;          // of a point that is called singular
 constexpr int max_seeds = 24;                // starting values tried for the points of one model
 
@@ -107,8 +107,9 @@ struct PointRanks {
 
 /// Up to options.points solutions of F_k = 0: the walkers continued, then new ones.
 std::vector<PointRanks> find_points(const NumericArray& numeric, std::vector<Walker>& walkers, int& next_seed,
-                                    int points, int& unclear) {
+                                    int points, int rows, int& unclear) {
   std::vector<PointRanks> found;
+  int full = 0;  // points where the rows are independent, as those of a model with unique solutions are
   const auto visit = [&](Walker walker) {
     const auto known = numeric.known(walker.seed);
     const auto solution = numeric.project(numeric.start(walker.seed, walker.values), known, 0);
@@ -117,13 +118,15 @@ std::vector<PointRanks> find_points(const NumericArray& numeric, std::vector<Wal
       walker.values[numeric.columns()[j]] = solution->w[static_cast<Index>(j)];
     const ArrayRanks ranks = numeric.ranks(*solution, known);
     if (ranks.slow && solution->w.cwiseAbs().maxCoeff() > near_enough) return;  // slow since it runs off
+    full += ranks.all == rows && ranks.gap >= clear_gap;
     if (ranks.gap >= clear_gap || ranks.slow)
       found.push_back({std::move(walker), ranks});
     else
       ++unclear;
   };
   for (Walker& w : walkers) visit(std::move(w));
-  while (static_cast<int>(found.size()) < points && next_seed < max_seeds) visit({next_seed++, {}});
+  while ((static_cast<int>(found.size()) < points || full == 0) && next_seed < max_seeds)
+    visit({next_seed++, {}});
   walkers.clear();
   for (const PointRanks& p : found)
     if (!p.ranks.slow) walkers.push_back(p.walker);
@@ -139,9 +142,10 @@ bool judge(Determination& d, const std::vector<PointRanks>& found, int unclear, 
   for (const PointRanks& p : found)
     if (!p.ranks.slow && p.ranks.all == most) regular.push_back(&p);
   d.points = static_cast<int>(found.size());
-  if (regular.empty()) {  // one slow point alone may be an accident
-    d.verdict = found.size() < 2 ? ArrayVerdict::not_covered : ArrayVerdict::singular;
-    if (found.size() < 2)
+  if (regular.empty()) {                                  // one slow point alone may be an accident
+    const bool accident = found.size() < 2 || d.gap > 0;  // there were regular points before F grew
+    d.verdict = accident ? ArrayVerdict::not_covered : ArrayVerdict::singular;
+    if (accident)
       d.why =
           text("no point with F", subscript(k), " = 0", unclear ? " and a clear gap of singular values" : "",
                " was found from ", max_seeds, " starting values");
@@ -166,6 +170,10 @@ bool judge(Determination& d, const std::vector<PointRanks>& found, int unclear, 
   d.conditions = first.all - first.y;
   d.dependent = first.all < rows;
   d.verdict = d.lowest == d.highest && constant ? ArrayVerdict::determined : ArrayVerdict::varying;
+  if (d.dependent && d.verdict == ArrayVerdict::determined) {  // a contradiction: a rank was not seen right
+    d.verdict = ArrayVerdict::not_covered;
+    d.why = text("the ranks of F", subscript(k), " are not clear");
+  }
   d.point = regular[0]->walker.values;
   return true;
 }
@@ -185,13 +193,18 @@ Determination determine_at_points(DerivativeArray array, const ArrayOptions& opt
       return d;
     }
     const NumericArray numeric(array);
-    const auto found = find_points(numeric, walkers, next_seed, options.points, unclear);
+    const auto found = find_points(numeric, walkers, next_seed, options.points,
+                                   static_cast<int>(array.rows().size()), unclear);
     d.tried = k;
     if (judge(d, found, unclear, k, static_cast<int>(array.first().size()),
               static_cast<int>(array.rows().size())))
       return d;
   }
   d.verdict = d.lowest >= 0 ? ArrayVerdict::varying : ArrayVerdict::undetermined;
+  if (d.lowest < 0 && d.points < 2) {
+    d.verdict = ArrayVerdict::not_covered;
+    d.why = "ranks were clear at one point only";
+  }
   return d;
 }
 

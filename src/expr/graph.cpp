@@ -68,17 +68,10 @@ double nearest_double(const mpq_class& q) {
   return order < 0 || (order == 0 && even) ? below : above;
 }
 
-/// Places of a symbol in the order of declarations.
-struct Declared {
-  std::uint64_t first, latest;
-};
-
 struct Graph {
   Arena<Node> nodes;
   std::deque<Constant> constants;
   std::deque<Symbol> symbols;
-  std::vector<Declared> declared;  ///< by symbol
-  std::uint64_t declarations = 0, session_begin = 0;
   std::deque<FunctionCall> calls;
   std::vector<std::uint32_t> table = std::vector<std::uint32_t>(1 << 12, empty);  // open addressing
   std::unordered_map<std::string, Expr> exact_constants;
@@ -215,9 +208,10 @@ static Expr leaf_of(Symbol s) {
   if (made) {
     const Expr base = s.base;
     it->second = g.leaf(Op::symbol, g.symbols, std::move(s));
-    ++g.declarations;
-    g.declared.push_back({g.declarations, g.declarations});
-    if (g.symbols.back().order == 0) g.symbols.back().base = it->second;
+    if (g.symbols.back().order == 0) {
+      g.symbols.back().base = it->second;
+      newly_declared({it->second});
+    }
     PENDULA_ASSERT(g.symbols.back().order == 0 || base.is_symbol(), "a derivative leaf needs its base");
   }
   return it->second;
@@ -269,52 +263,6 @@ const Symbol& symbol_of(Expr leaf) { return attributes(leaf); }
 Symbol& attributes(Expr leaf) {
   PENDULA_ASSERT(leaf.is_symbol(), "attributes of something that is not a symbol");
   return graph().symbols[graph().nodes[leaf.id()].operand[0].id()];
-}
-
-static Declared& declared_place(Expr base) {
-  return graph().declared[graph().nodes[base.id()].operand[0].id()];
-}
-
-std::vector<Expr> newly_declared(std::vector<Expr> symbols) {
-  for (Expr leaf : symbols) {
-    Declared& place = declared_place(leaf);
-    place.latest = ++graph().declarations;
-    if (place.first <= graph().session_begin) place.first = place.latest;
-  }
-  return symbols;
-}
-
-void begin_declarations() { graph().session_begin = graph().declarations; }
-
-std::uint64_t declaration_of(Expr leaf) { return declared_place(symbol_of(leaf).base).first; }
-
-void sort_by_declaration(std::vector<Expr>& leaves) {
-  if (leaves.size() < 2) return;
-  std::vector<std::tuple<int, std::uint64_t, Expr>> keyed;
-  keyed.reserve(leaves.size());
-  for (Expr leaf : leaves) keyed.emplace_back(symbol_of(leaf).order, declaration_of(leaf), leaf);
-  std::sort(keyed.begin(), keyed.end(), [](const auto& a, const auto& b) {
-    return std::get<0>(a) != std::get<0>(b) ? std::get<0>(a) < std::get<0>(b)
-                                            : std::get<1>(a) < std::get<1>(b);
-  });
-  for (std::size_t i = 0; i < leaves.size(); ++i) leaves[i] = std::get<2>(keyed[i]);
-}
-
-std::uint64_t latest_declaration_of(Expr leaf) { return declared_place(symbol_of(leaf).base).latest; }
-
-void sort_by_latest_declaration(std::vector<Expr>& leaves) {
-  std::sort(leaves.begin(), leaves.end(),
-            [](Expr a, Expr b) { return declared_place(a).latest < declared_place(b).latest; });
-}
-
-std::uint64_t name_hash(Expr leaf) {
-  const bool is_call = leaf.op() == Op::call;
-  const std::string& name = is_call ? call_of(leaf).name : symbol_of(leaf).name;
-  std::uint64_t h = is_call ? 17 : static_cast<std::uint64_t>(symbol_of(leaf).kind);
-  for (char c : name) h = mix(h ^ static_cast<unsigned char>(c)) + 0x9e3779b97f4a7c15ull;
-  if (!is_call) return mix(h ^ static_cast<std::uint64_t>(symbol_of(leaf).order));
-  for (int k : call_of(leaf).partial) h = mix(h ^ static_cast<std::uint64_t>(k)) + 0x9e3779b97f4a7c15ull;
-  return h;
 }
 
 Expr derivative_leaf(Expr leaf, int k) {

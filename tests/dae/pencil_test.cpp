@@ -8,6 +8,7 @@
 
 #include "base/error.hpp"
 #include "dae/pencil_shuffle.hpp"
+#include "expr/declaration.hpp"
 #include "expr/generic.hpp"
 #include "expr/print.hpp"
 
@@ -128,7 +129,7 @@ TEST_CASE("lecture: E x′ = x + B u with nilpotent E has index 3 and x = (-u″
 }
 
 TEST_CASE("a system whose structural index exceeds the true one: index 1, two free values (Reißig)") {
-  const auto x = symbol_vector(Kind::variable, "x", 5);
+  const auto x = newly_declared(symbol_vector(Kind::variable, "x", 5));
   const auto p = dae::pencil(*model({{dot(x[1]) + dot(x[2]) + x[0], input("f1")},
                                      {dot(x[1]) + dot(x[2]) + x[1], input("f2")},
                                      {dot(x[3]) + dot(x[4]) + x[2], input("f3")},
