@@ -80,6 +80,22 @@ sysid::Start read_ic(Call& call, const Options& o, const char* fallback) {
   return sysid::start_named(word ? o.string("start") : fallback);
 }
 
+/// weights = or covariance =: one model with one output.
+int estimate_weighted(Call& call, const Options& o, const sysid::Orders& orders, sysid::Start start) {
+  const IdData& d = call.object<IdData>(1, "data");
+  if (o.has("noise") || (o.has("weights") && o.has("covariance")))
+    throw Error("give one of noise, covariance and weights (weights = 1/variance)");
+  if (d.outputs() > 1) throw Error("weights are for data with one output; take one: d:select{ y = 1 }");
+  sysid::Weighting w;
+  if (o.has("weights")) w.weights = to_data(call.L, o.push("weights"), "weights").reshaped();
+  if (o.has("covariance")) w.covariance = to_data(call.L, o.push("covariance"), "covariance");
+  lua_settop(call.L, call.count());
+  IdModel m;
+  m.inputs = d.inputs();
+  m.outputs.push_back(sysid::arx(d, 0, orders, start, std::move(w)));
+  return call.push(std::make_shared<const IdModel>(std::move(m)));
+}
+
 int estimate_arx(Call& call, const Options& o) {
   const IdData& d = call.object<IdData>(1, "data");
   std::vector<sysid::Orders> orders;
@@ -89,9 +105,10 @@ int estimate_arx(Call& call, const Options& o) {
     couplings.push_back(read_coupling(call, o, d, i));
   }
   const sysid::Start start = read_ic(call, o, "drop");
+  if (o.has("weights") || o.has("covariance")) return estimate_weighted(call, o, orders[0], start);
   if (const auto noise = read_noise(call, o)) {
     if (d.outputs() > 1)
-      throw Error("noise densities are for data with one output; take one: iddata{ y = d.y:block(…), … }");
+      throw Error("noise densities are for data with one output; take one: d:select{ y = 1 }");
     if (noise->kind == sysid::Density::Kind::uniform)
       return push_parameter_set(call, sysid::regression(d, 0, orders[0], start), *noise);
     IdModel m;
@@ -105,15 +122,29 @@ int estimate_arx(Call& call, const Options& o) {
 int arx(Call& call) {
   call.object<IdData>(1, "data");
   call.table(2, "orders");
-  return estimate_arx(call, call.options(2, {"na", "nb", "nk", "ic", "noise", "start"}));
+  return estimate_arx(call,
+                      call.options(2, {"na", "nb", "nk", "ic", "noise", "weights", "covariance", "start"}));
 }
 
 int fir(Call& call) {
   call.object<IdData>(1, "data");
   call.table(2, "orders");
-  const Options o = call.options(2, {"nb", "nk", "ic", "noise", "start"});
+  const Options o = call.options(2, {"nb", "nk", "ic", "noise", "weights", "covariance", "start"});
   if (!o.has("nb")) throw Error("nb is missing: the number of coefficients, fir(d, { nb = 10, nk = 1 })");
   return estimate_arx(call, o);
+}
+
+/// Φ and y of the least-squares problem that arx solves.
+int regressor(Call& call) {
+  const IdData& d = call.object<IdData>(1, "data");
+  call.table(2, "orders");
+  const Options o = call.options(2, {"na", "nb", "nk", "ic", "start"});
+  if (d.outputs() > 1) throw Error("the regressor is for data with one output; take one: d:select{ y = 1 }");
+  const sysid::Regression r = sysid::regression(d, 0, read_orders(call, o, d, 0), read_ic(call, o, "drop"));
+  push_matrix(call.L, r.Phi);
+  push_matrix(call.L, Mat(r.y));
+  push_words(call.L, r.names);
+  return 3;
 }
 
 /// Prediction-error models: one search per output.
@@ -250,14 +281,16 @@ const Module idmodel_module = {
     "identification",
     "",
     {
-        {"arx", arx, "arx(d, { na =, nb =, nk = 1, ic = \"drop\", noise = }) -> idmodel",
+        {"arx", arx,
+         "arx(d, { na =, nb =, nk = 1, ic = \"drop\", noise =, weights =, covariance = }) -> idmodel",
          "Least-squares estimate of A(q) y(t) = B(q) u(t) + e(t): na past outputs, nb past inputs after a "
          "delay of nk samples; "
          "b_k multiplies u(t-k). Several inputs: lists nb, nk; several outputs: matrices. ic says what "
          "happens before the first "
          "sample: \"drop\" the rows that need it, \"zero\", or \"estimate\". noise: maximum likelihood for "
          "that density; "
-         "uniform(low, high) gives the set of parameters.",
+         "uniform(low, high) gives the set of parameters. weights (1/variance) or the covariance of the "
+         "noise: weighted least squares.",
          "d = iddata{ y = {0, 1, .6, -.7, 1.5, 1.9}, u = {1, 0, -1, 2, 1, 0} }\nm = arx(d, { na = 1, nb = 1, "
          "nk = 1 })\n"
          "print(m.theta.T)",
@@ -265,6 +298,12 @@ const Module idmodel_module = {
         {"fir", fir, "fir(d, { nb =, nk = 1, ic = \"drop\" }) -> idmodel",
          "Least-squares estimate of the impulse response y(t) = Σ b_k u(t-k) + e(t).",
          "print(fir(iddata{ y = {0, 2, 1, 4}, u = {1, 0.5, 2, 1} }, { nb = 1 }).theta)", "2"},
+        {"regressor", regressor, "regressor(d, { na =, nb =, nk = 1, ic = \"drop\" }) -> Phi, y, names",
+         "The matrix Φ with the rows φ(t)ᵀ = [-y(t-1) … u(t-nk) …], the outputs y(t) it explains, and the "
+         "names of its columns: "
+         "what arx solves, for lsq and for a look.",
+         "Phi, y = regressor(iddata{ y = {0, 1}, u = {1, 0} }, { na = 1, nb = 1 })\nprint(Phi, y)",
+         "0  1\t1"},
         {"armax", armax, "armax(d, { na =, nb =, nc =, nk = 1, ic = \"estimate\", start = }) -> idmodel",
          "Prediction-error estimate of A(q) y(t) = B(q) u(t) + C(q) e(t) by Gauss–Newton with exact "
          "gradients; without inputs "

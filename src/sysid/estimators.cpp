@@ -56,6 +56,48 @@ Regression regression(const IdData& d, Index output, const Orders& orders, Start
   return r;
 }
 
+namespace {
+
+/// What is given per sample, for the rows alone.
+void choose_rows(Weighting& w, const Regression& r, Index samples) {
+  const auto rows = r.y.size();
+  const auto wrong = [&](const char* what, Index got) {
+    throw Error(text(what, ": expected ", samples, " entries (one per sample) or ", rows,
+                     " (one per row of the regressor), got ", got));
+  };
+  std::vector<Index> kept;
+  for (const Index t : r.sample) kept.push_back(t - 1);
+  if (w.weights.size() > 0 && w.weights.size() != rows) {
+    if (w.weights.size() != samples) wrong("weights", w.weights.size());
+    w.weights = w.weights(kept).eval();
+  }
+  Mat& S = w.covariance;
+  if (S.size() == 1) S = Mat(Mat::Constant(rows, 1, S(0, 0)));
+  if (S.size() == 0 || S.rows() == rows) return;
+  if (S.rows() != samples || (S.cols() != 1 && S.cols() != samples)) wrong("covariance", S.rows());
+  S = S.cols() == 1 ? Mat(S(kept, Eigen::all)) : Mat(S(kept, kept));
+}
+
+}  // namespace
+
+PolyModel arx(const IdData& d, Index output, const Orders& orders, Start start, Weighting weighting) {
+  PolyModel m = arx(d, output, orders, start);
+  const Regression r = regression(d, output, m.orders, start);
+  choose_rows(weighting, r, d.samples());
+  const WeightedLeastSquares fit = least_squares(r.Phi, r.y, weighting);
+  m.theta = fit.theta, m.rank = fit.rank, m.null_space = fit.null_space;
+  m.covariance = fit.covariance, m.std = standard_deviations(fit, fit.covariance);
+  m.p = polynomials_of(m.theta, m.orders);
+  m.unidentifiable = free_directions(fit.null_space, m.names);
+  m.weighting =
+      fit.known_noise ? "least squares with the given covariance of the noise" : "weighted least squares";
+  m.quality = criteria((r.y - r.Phi * m.theta).squaredNorm(), r.y.size(), fit.rank,
+                       (r.y.array() - r.y.mean()).matrix().squaredNorm());
+  if (missing(d) == 0)
+    m.simulation_fit = simulation_fit(m, d, start == Start::zero ? Seed::zero : Seed::data);
+  return m;
+}
+
 PolyModel arx(const IdData& d, Index output, const Orders& orders, Start start, const Density& density) {
   PolyModel m = arx(d, output, orders, start);
   if (m.rank < m.theta.size()) return m;  // the rank report says what to change first

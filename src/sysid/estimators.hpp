@@ -26,6 +26,9 @@ IdModel arx(const IdData& d, const std::vector<Orders>& orders,
 
 /// The rows of the regressor of one output with the samples they explain. throws Error if no row is usable.
 Regression regression(const IdData& d, Index output, const Orders& orders, Start start);
+/// ARX by weighted least squares; weights or covariance per sample of the data, or per row of the regressor.
+/// The criteria are those of the unweighted errors.
+PolyModel arx(const IdData& d, Index output, const Orders& orders, Start start, Weighting weighting);
 /// ARX by maximum likelihood: the least-squares model with θ, covariance and criteria of this density.
 PolyModel arx(const IdData& d, Index output, const Orders& orders, Start start, const Density& density);
 

@@ -53,9 +53,10 @@ struct PolyModel {
   Index rank = 0;
   std::vector<std::string> unidentifiable, advice;
   Mat null_space;
-  int iterations = 0;  ///< of the nonlinear search; 0: one linear least-squares problem
-  std::string search;  ///< how it ended, in words
-  std::string noise;   ///< maximum likelihood: the density in words, with what was estimated of it
+  int iterations = 0;     ///< of the nonlinear search; 0: one linear least-squares problem
+  std::string search;     ///< how it ended, in words
+  std::string weighting;  ///< of a weighted estimate, in words
+  std::string noise;      ///< maximum likelihood: the density in words, with what was estimated of it
   double log_likelihood = 0;
   Vec initial_past;  ///< ic = "estimate" of ARX: y(0), y(-1), … where θ determines them
 };

@@ -29,9 +29,10 @@ std::string number_or(double value, int digits, const std::string& otherwise) {
 
 std::string head(const PolyModel& m) {
   if (!m.estimated) return m.kind + " model\n";
-  const std::string how = m.iterations > 0   ? m.search
-                          : !m.noise.empty() ? "maximum likelihood"
-                                             : "linear least squares";
+  const std::string how = m.iterations > 0       ? m.search
+                          : !m.weighting.empty() ? m.weighting
+                          : !m.noise.empty()     ? "maximum likelihood"
+                                                 : "linear least squares";
   std::string out =
       text(m.kind, " model, estimated from ", m.quality.rows, " of ", m.samples, " samples by ", how, "\n");
   const Index first = m.samples - m.quality.rows - m.left_out;

@@ -128,3 +128,29 @@ test("lsq: weights, covariance, rank", function()
   expect(function() lsq(A, y, { weights = { 1, -1, 1 } }) end):fails "not negative"
   expect(function() lsq({ { 1, 0/0 } }, { 1 }) end):fails "nan"
 end)
+
+test("weights and a covariance of the noise, by lsq on the regressor", function()
+  local d = iddata { u = { 1, -1, 2, 0, -2, 1, 3, -1 }, y = { 1.2, -.1, 1.9, .4, -2.1, -.2, 2.6, .5 } }
+  local orders = { na = 1, nb = 1 }
+  local Phi, y, names = regressor(d, orders)
+  expect(Phi.rows):equals(7)
+  expect(names[2]):equals "b1"
+  expect(lsq(Phi, y).theta):near(arx(d, orders).theta, 1e-13)
+  local w = { 1, 2, 3, 4, 5, 6, 7, 8 }
+  local rest = { 2, 3, 4, 5, 6, 7, 8 }                      -- the first sample starts the regressor
+  local m = arx(d, { na = 1, nb = 1, weights = w })
+  expect(m.theta):near(lsq(Phi, y, { weights = rest }).theta, 1e-13)
+  expect(arx(d, { na = 1, nb = 1, weights = rest }).theta):equals(m.theta)
+  expect(tostring(m):find("weighted least squares", 1, true) ~= nil):is_true()
+  local S = {}
+  for i = 1, 8 do S[i] = {} for j = 1, 8 do S[i][j] = 0.5 ^ math.abs(i - j) end end
+  local sub = mat(S):block(2, 8, 2, 8)
+  local c = arx(d, { na = 1, nb = 1, covariance = S })
+  local l = lsq(Phi, y, { covariance = sub })
+  expect(c.theta):near(l.theta, 1e-13)
+  expect(c.cov):near(l.cov, 1e-13)
+  expect(c.cov):near(inv(Phi.T * inv(sub) * Phi), 1e-12)    -- exam (78)
+  expect(arx(d, { na = 1, nb = 1, covariance = 0.01 }).theta):near(arx(d, orders).theta, 1e-13)
+  expect(function() arx(d, { na = 1, nb = 1, weights = { 1, 2 } }) end):fails "one per sample"
+  expect(function() arx(d, { na = 1, nb = 1, weights = w, covariance = S }) end):fails "give one of"
+end)
