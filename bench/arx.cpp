@@ -12,6 +12,7 @@
 
 #include "sysid/likelihood.hpp"
 #include "sysid/pem.hpp"
+#include "sysid/state_space.hpp"
 #include "sysid/structured.hpp"
 #include "sysid/validation.hpp"
 
@@ -137,6 +138,15 @@ void armax(benchmark::State& state) {
   for (auto _ : state) benchmark::DoNotOptimize(pem(d, 0, orders(2, 2, 1, 0), "ARMAX", {}).theta.data());
 }
 BENCHMARK(armax)->Unit(benchmark::kMillisecond);
+
+/// State space of order 4, 15 block rows.
+void n4sid(benchmark::State& state) {
+  const IdData d = record(10000, 2, false);
+  SubspaceOptions options;
+  options.order = 4;
+  for (auto _ : state) benchmark::DoNotOptimize(subspace(d, options).outputs.data());
+}
+BENCHMARK(n4sid)->Unit(benchmark::kMillisecond);
 
 /// 500 models from one factorisation.
 void order_scan_500(benchmark::State& state) {

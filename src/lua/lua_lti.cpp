@@ -362,32 +362,6 @@ int channel(Call& call) {
                                        {channel_of(call, 3, "input", g.inputs, lti::input_name)}));
 }
 
-// ── values ──
-
-int value(Call& call) {
-  const System& g = self(call);
-  if (!call.has(2)) call.wrong(2, "s", "a symbol, a number or complex(re, im)");
-  const ComplexNumber z = call.is<ComplexNumber>(2) || lua_istable(call.L, 2)
-                              ? read_complex(call.L, 2, g.variable())
-                              : ComplexNumber{to_expr(call.L, 2, g.variable()), 0};
-  if (z.im.is_zero() &&
-      !(z.re.is_constant() && g.form == lti::Form::ss && lti::field(g) == lti::Field::numeric)) {
-    const MatX v = lti::value(g, z.re);
-    return push_entries_or_one(call.L, v);
-  }
-  const lti::ComplexMat v = lti::value(g, lti::Complex(lti::number(z.re), lti::number(z.im)));
-  if (z.im.is_zero()) return push_entries_or_one(call.L, lti::expressions(Mat(v.real())));
-  if (g.siso()) return push_complex(call.L, {Expr(v(0, 0).real()), Expr(v(0, 0).imag())});
-  lua_createtable(call.L, 0, 2);
-  push_matrix(call.L, Mat(v.real()));
-  lua_setfield(call.L, -2, "re");
-  push_matrix(call.L, Mat(v.imag()));
-  lua_setfield(call.L, -2, "im");
-  return 1;
-}
-
-int dcgain(Call& call) { return push_entries_or_one(call.L, lti::dcgain(self(call))); }
-
 int latex(Call& call) { return call.push(lti::latex(self(call))); }
 int shown(Call& call) { return call.push(lti::describe(self(call))); }
 
@@ -444,13 +418,6 @@ const Module lti_module = {
         {"lti:named", named, "G:named{ states =, inputs =, outputs = } -> G",
          "The same system with names for its signals."},
         {"lti:channel", channel, "G:channel(output, input) -> G", "One channel, by numbers or names."},
-        {"lti:__call", value, "G(s) -> value",
-         "The transfer function at a symbol, a number or complex(re, im); of several channels a matrix "
-         "(complex: { re =, im = }).",
-         "s = param \"s\"  return tf({1, 2}, {1, 3, 1})(s), tf({1}, {1, 1})(complex(0, 1))",
-         "(s + 2)/(s² + 3 s + 1)\t1/2 - 1/2 i"},
-        {"lti:dcgain", dcgain, "G:dcgain() -> number or matrix",
-         "The static gain G(0), in discrete time G(1).", "tf({6}, {1, 2, 3}):dcgain()", "2"},
         {"lti:latex", latex, "G:latex() -> string", "The system in LaTeX.", "tf({1}, {1, 2}):latex()",
          "G(s) = \\frac{1}{s + 2}"},
         {"lti:__tostring", shown, "print(G)", "The matrices as one table, or fractions with a rule."},

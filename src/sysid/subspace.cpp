@@ -218,6 +218,7 @@ Mat kalman_gain(const Mat& A, const Mat& C, const Mat& Q, const Mat& S, const Ma
   Mat P = Mat::Identity(A.rows(), A.rows()) * (Q.trace() + 1e-300);
   Mat K;
   for (int k = 0; k < 5000; ++k) {
+    if (k % 64 == 0) poll_interrupt();
     const Mat G = A * P * C.transpose() + S;
     const Mat Re = C * P * C.transpose() + R;
     K = Re.ldlt().solve(G.transpose()).transpose();
