@@ -358,7 +358,7 @@ class Run {
   }
 
   void tell_progress() {
-    if (!plan_.progress || ++since_told_ < 32) return;
+    if (!plan_.progress || ++since_told_ < 8) return;
     since_told_ = 0;
     plan_.progress(reached_, trail_->stats);
   }

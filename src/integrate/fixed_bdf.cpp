@@ -177,6 +177,7 @@ std::string run(FixedBdf& engine, MeshPolynomial& mesh, Solution& solution, Poin
       mesh.add(next);
       if (!plan.times) solution.save(next);
       std::swap(here, next);
+      if (plan.progress && k % 16 == 0) plan.progress(here.t, engine.stats());
     }
   } catch (const Interrupted&) {
     return "interrupted";

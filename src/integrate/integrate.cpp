@@ -182,6 +182,7 @@ std::string run(Problem& problem, RungeKutta& engine, Point& here, const Plan& p
       engine.at_time(next.t);
       saver.advance(here, next);
       std::swap(here, next);
+      if (plan.progress && k % 16 == 0) plan.progress(here.t, engine.stats());
       problem.set_limit(std::numeric_limits<double>::infinity());
       if (std::isfinite(jump) && !plan.direct) engine.settle(here);  // x′ and z behind the jump
       if (plan.leave && k < steps && plan.leave(here)) return "left";

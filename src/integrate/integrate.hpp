@@ -38,7 +38,7 @@ struct Plan {
   EventList events;
   int modes = 0;               ///< of the surfaces among the events
   std::vector<double> breaks;  ///< ascending: times at which the equations are not smooth; steps end there
-  /// Called now and then with the time reached; for a progress line.
+  /// Called every few steps with the time reached; for a progress line.
   std::function<void(double t, const Stats&)> progress;
 };
 

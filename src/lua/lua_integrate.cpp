@@ -1,8 +1,10 @@
 // model:integrate and the type "solution". Reads arguments, calls src/integrate.
 #include "lua/lua_integrate.hpp"
 
+#include <chrono>
 #include <cstdio>
 #include <cstring>
+#include <functional>
 
 #include <unistd.h>
 
@@ -41,11 +43,42 @@ bool typed_at_prompt(lua_State* L) {
   return std::strcmp(frame.what, "main") == 0 && std::strcmp(frame.source, "=stdin") == 0;
 }
 
+/// One line on the terminal that tells how far a long integration is; gone when it ends.
+class ProgressLine {
+ public:
+  ProgressLine(double from, double to) : from_(from), to_(to) {}
+  ~ProgressLine() {
+    if (shown_) std::fprintf(stderr, "\r\033[K");
+  }
+  ProgressLine(const ProgressLine&) = delete;
+  ProgressLine& operator=(const ProgressLine&) = delete;
+
+  void operator()(double t, const integrate::Stats& stats) {
+    const auto now = std::chrono::steady_clock::now();
+    if (now < next_) return;
+    next_ = now + std::chrono::milliseconds(200);
+    shown_ = true;
+    std::fprintf(stderr, "\r\033[Kintegrate: t = %s of %s (%.0f %%), %ld steps", rounded(t, 5).c_str(),
+                 rounded(to_, 5).c_str(), 100 * (t - from_) / (to_ - from_), stats.steps);
+    std::fflush(stderr);
+  }
+
+ private:
+  double from_, to_;
+  bool shown_ = false;
+  std::chrono::steady_clock::time_point next_ =
+      std::chrono::steady_clock::now() + std::chrono::milliseconds(500);
+};
+
 int integrate_model(Call& call) {
   const auto model = call.shared<dae::Model>(1, "model");
   const Options options = call.options(2, {PENDULA_INTEGRATE_OPTIONS});
-  const integrate::Simulation simulation = read_simulation(call, options, model);
-  const integrate::TrajectoryPtr result = integrate::simulate(model, simulation);
+  integrate::Simulation simulation = read_simulation(call, options, model);
+  const integrate::TrajectoryPtr result = [&] {
+    ProgressLine line(simulation.plan.from, simulation.plan.to);
+    if (isatty(STDERR_FILENO) != 0) simulation.plan.progress = std::ref(line);
+    return integrate::simulate(model, simulation);
+  }();
   if (result->solution().status() == "interrupted") {
     if (!typed_at_prompt(call.L) || result->solution().t().empty()) throw Interrupted();
     interrupt_requested = false;

@@ -134,6 +134,13 @@ def test_ctrl_c_ends_a_script(terminal, home):
     check("no" in interrupted(process), False)
 
 
+def test_no_progress_line_in_a_pipe(terminal, home):
+    result = run("-e", "x = var 'x'  print(dae { der(x, 2) ~ -x }:first_order():integrate { start = { x = 1, [x.dot] = 0 }, "
+                 "to = 3e4, times = { 3e4 }, dt = 0.01, method = rk.gauss(3) }.status)")       # about a second
+    check(result.stdout, "finished\n")
+    check(result.stderr, "")
+
+
 def test_output_that_goes_nowhere(terminal, home):
     process = subprocess.Popen([PROGRAM, "-e", "for i = 1, 1e9 do print(i) end"], stdout=subprocess.PIPE,
                                stderr=subprocess.PIPE, text=True)
