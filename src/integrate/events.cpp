@@ -62,6 +62,7 @@ void EventFinder::evaluate(const Point& point, Sample& out) {
   out.t = point.t;
   out.g.assign(out_.begin(), middle);
   out.slope.assign(middle, out_.end());
+  out.exact = true;
 }
 
 void EventFinder::sample(Stepper& stepper, const StepView& step, double t, Detail detail, Sample& out) {
@@ -70,6 +71,7 @@ void EventFinder::sample(Stepper& stepper, const StepView& step, double t, Detai
   if (detail == Detail::state && needs_derivatives_) detail = Detail::full;
   stepper.interpolate(step, t, detail, point_);
   evaluate(point_, out);
+  out.exact = detail != Detail::sketch;
 }
 
 double EventFinder::value(Stepper& stepper, const StepView& step, int which, double t) {
@@ -158,9 +160,6 @@ std::optional<EventFinder::Root> EventFinder::root_between(Stepper& stepper, con
     }
   } else if (!wanted(i, rising)) {
     return {};
-  } else if (right < step.to.t) {  // what the sketch has seen must be so
-    gb = value(stepper, step, which, right);
-    if (!opposite(ga, gb)) return {};
   }
   // `a` may be a root itself: step back towards it until its sign just after is seen.
   double t = left;
@@ -214,8 +213,15 @@ bool EventFinder::may_hide(const Sample& a, const Sample& b, int depth) const {
   return false;
 }
 
-std::optional<EventFinder::Hit> EventFinder::scan(Stepper& stepper, const StepView& step, const Sample& a,
+std::optional<EventFinder::Hit> EventFinder::scan(Stepper& stepper, const StepView& step, Sample& a,
                                                   Sample& b, int depth) {
+  if (changes(a, b)) {  // what the sketches have seen must be so
+    make_exact(stepper, step, a);
+    if (changes(floor_, a))  // a sketch had put a root behind it
+      if (auto hit = first_hit(stepper, step, floor_, a)) return hit;
+    floor_ = a;
+    make_exact(stepper, step, b);
+  }
   if (may_hide(a, b, depth)) {
     Sample middle;
     sample(stepper, step, a.t + (b.t - a.t) / 2, Detail::sketch, middle);
@@ -223,8 +229,22 @@ std::optional<EventFinder::Hit> EventFinder::scan(Stepper& stepper, const StepVi
     return scan(stepper, step, middle, b, depth + 1);
   }
   auto hit = first_hit(stepper, step, a, b);
-  if (!hit) settle_zeros(a, b);
-  return hit;
+  if (hit) return hit;
+  settle_zeros(a, b);
+  if (b.exact) floor_ = b;
+  return {};
+}
+
+bool EventFinder::changes(const Sample& a, const Sample& b) const {
+  for (std::size_t i = 0; i < events_.size(); ++i)
+    if (opposite(a.g[i], b.g[i])) return true;
+  return false;
+}
+
+void EventFinder::make_exact(Stepper& stepper, const StepView& step, Sample& at) {
+  if (at.exact) return;
+  sample(stepper, step, at.t, Detail::state, at);
+  settle_zeros(floor_, at);
 }
 
 /// A sample that happens to be a root without counting as one has the sign of g just after it.
@@ -235,6 +255,7 @@ void EventFinder::settle_zeros(const Sample& a, Sample& b) const {
 
 std::optional<EventFinder::Hit> EventFinder::find(Stepper& stepper, const StepView& step) {
   const double from = last_.t, length = step.to.t - from;
+  floor_ = last_;
   for (int k = 1; k <= pieces; ++k) {
     sample(stepper, step, k == pieces ? step.to.t : from + length * k / pieces, Detail::sketch, here_);
     if (auto hit = scan(stepper, step, last_, here_, 0)) return hit;

@@ -75,6 +75,7 @@ class EventFinder {
   struct Sample {
     double t = 0;
     std::vector<double> g, slope;
+    bool exact = true;  ///< not by a sketch
   };
   void evaluate(const Point& point, Sample& out);
   void sample(Stepper& stepper, const StepView& step, double t, Detail detail, Sample& out);
@@ -85,7 +86,9 @@ class EventFinder {
   bool is_zero(std::size_t i, const Sample& at) const;
   bool wanted(std::size_t i, bool rising) const;
   bool may_hide(const Sample& a, const Sample& b, int depth) const;
-  std::optional<Hit> scan(Stepper& stepper, const StepView& step, const Sample& a, Sample& b, int depth);
+  std::optional<Hit> scan(Stepper& stepper, const StepView& step, Sample& a, Sample& b, int depth);
+  bool changes(const Sample& a, const Sample& b) const;
+  void make_exact(Stepper& stepper, const StepView& step, Sample& at);
   void settle_zeros(const Sample& a, Sample& b) const;
   std::optional<Root> root_between(Stepper& stepper, const StepView& step, int which, const Sample& a,
                                    const Sample& b);
@@ -102,6 +105,7 @@ class EventFinder {
   std::vector<char> clock_;        ///< g depends on time alone
   bool needs_derivatives_ = false;
   Sample last_;  ///< at the last point looked at; signs of zeros are those just after
+  Sample floor_;  ///< the last exact sample before those of the step that are sketches
   Sample here_, probe_;
   Point point_;
   std::vector<double> out_;

@@ -8,7 +8,7 @@
 #include "dae/truth.hpp"
 #include "expr/derivative.hpp"
 #include "expr/print.hpp"
-#include "integrate/projection.hpp"
+#include "integrate/resets.hpp"
 
 namespace pendula::integrate {
 
@@ -163,69 +163,6 @@ static std::vector<int> variable_indices(const dae::Model& model, const Problem&
   for (std::size_t i = 0; i < form.x.size(); ++i) result[i] = index_of(form.x[i % n]);
   for (std::size_t i = 0; i < form.z.size(); ++i) result[form.x.size() + i] = index_of(form.z[i % m]);
   return result;
-}
-
-/// Conditions on the states alone that a reset must not break: hidden constraints and invariants.
-static std::vector<dae::Constraint> state_conditions(const dae::Model& model) {
-  std::vector<dae::Constraint> result;
-  for (const dae::Projection& stage : model.projections)
-    for (Expr e : stage.residuals) result.push_back({e, 0, 0, 0, ""});
-  if (result.empty()) result = model.invariants;
-  const dae::Analysis analysis = dae::analyse(model);
-  if (analysis.regular) result.insert(result.end(), analysis.constraints.begin(), analysis.constraints.end());
-  return result;
-}
-
-/// Moves the states that were not reset onto the conditions, by the least change.
-std::function<void(Point&, const std::vector<int>&)> reinitialiser(const dae::Model& model,
-                                                                   const ProblemPtr& problem,
-                                                                   const Substitution& inputs) {
-  const std::vector<Expr>& x = problem->model().x;
-  std::vector<Expr> conditions;
-  for (const dae::Constraint& c : state_conditions(model)) {
-    const Expr e = substitute(dae::resolve(model, c.residual), inputs);
-    const std::vector<Expr> inside = leaves({&e, 1});
-    const auto foreign = [&](Expr leaf) {
-      const auto& z = problem->model().z;
-      return std::find(z.begin(), z.end(), leaf) != z.end();
-    };
-    if (std::none_of(inside.begin(), inside.end(), foreign)) conditions.push_back(e);
-  }
-  if (conditions.empty()) return {};
-  return [problem, conditions, x](Point& point, const std::vector<int>& reset) {
-    dae::Projection stage;
-    for (int i = 0; i < static_cast<int>(x.size()); ++i)
-      if (std::find(reset.begin(), reset.end(), i) == reset.end())
-        stage.unknowns.push_back(x[static_cast<std::size_t>(i)]);
-    stage.residuals = conditions;
-    stage.jacobian = sparse_jacobian(conditions, stage.unknowns);
-    problem->place(point.t, point.x.data(), point.xdot.data(), point.z.data());
-    std::vector<double> values = problem->values();
-    const codegen::Kernel residuals(conditions, problem->arguments());
-    const codegen::Kernel sizes(
-        [&] {
-          std::vector<Expr> terms;
-          for (Expr c : conditions) {
-            Expr size;
-            const std::vector<Expr> partials = gradient(c, x);
-            for (std::size_t j = 0; j < x.size(); ++j) size += abs(partials[j] * x[j]);
-            terms.push_back(size);
-          }
-          return terms;
-        }(),
-        problem->arguments());
-    const std::vector<double> off = residuals(values), size = sizes(values);
-    bool holds = true;
-    for (std::size_t i = 0; i < off.size(); ++i) holds = holds && std::fabs(off[i]) <= 1e-7 * size[i] + 1e-12;
-    if (holds) return;
-    try {
-      Projector(stage, x, problem->arguments()).run(values, 1);
-    } catch (const Failure&) {
-      throw Failure(text("the values after the reset contradict a constraint of the model, and no change of ",
-                         "the other states repairs it; reset more states, or fewer"));
-    }
-    std::copy_n(values.begin() + 1, x.size(), point.x.data());
-  };
 }
 
 /// S = ∂x/∂p may err by the tolerance of x per unit of p: atol_S = atol_x/|p|.

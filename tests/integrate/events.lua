@@ -1,0 +1,128 @@
+-- Events on constrained models, at awkward places, and dense output between the steps of every adaptive method.
+local x, y, v, w, z = vars "x y v w z"
+local methods = { "auto", "dopri5", "tsit5", "dop853", "radau", "bdf", "rodas" }
+
+-- The pendulum by its angle hits the wall at θ = -1/2: θ′²/2 = g (cos θ - cos 1), and bounces with θ′ → -0.8 θ′.
+local g = 9.81
+local th = var "theta"
+local by_angle = dae { der(th, 2) ~ -g*sin(th) }
+local speed = math.sqrt(2*g*(math.cos(0.5) - math.cos(1)))
+
+test("a pendulum hits a wall", function()
+  for _, method in ipairs(methods) do
+    if method ~= "rodas" or by_angle.kind ~= "fully implicit" then
+      local sol = by_angle:integrate { start = { theta = 1, [th.dot] = 0 }, to = 3, method = method, rtol = 1e-9,
+        events = { { when = th + 0.5, direction = -1, reset = { [th.dot] = -0.8*th.dot } } } }
+      expect(sol.status):equals "finished"
+      expect(sol.events[1].values.theta):near(-0.5, 1e-12)
+      expect(sol(th.dot, sol.events[1].t)):near(0.8*speed, 1e-6)
+      -- after the first bounce the energy is that of 0.8 θ′ at the wall, and so is the speed at the next one
+      local top = math.acos(math.cos(0.5) - (0.8*speed)^2/(2*g))
+      local highest = 0
+      for _, t in ipairs(linspace(sol.events[1].t, sol.events[2].t, 400)) do highest = math.max(highest, sol(th, t)) end
+      expect(highest):near(top, 1e-4)                              -- the best of 400 times: 1e-5 from the top
+      expect(math.abs(sol.events[2].values["theta′"] or sol(th.dot, sol.events[2].t)/0.8)):near(0.8*speed, 1e-6)
+    end
+  end
+end)
+
+test("the same in Cartesian coordinates: the constraints hold after the bounce, the times agree", function()
+  local m = dae { der(x, 2) ~ -z*x, der(y, 2) ~ -z*y - g, 0 ~ x^2 + y^2 - 1 }
+  local angle = by_angle:integrate { start = { theta = 1, [th.dot] = 0 }, to = 3, rtol = 1e-11,
+    events = { { when = th + 0.5, direction = -1, reset = { [th.dot] = -0.8*th.dot } } } }
+  local low = m:reduce()
+  local at = m:init { fix = { [x] = math.sin(1), [x.dot] = 0 }, guess = { [y] = -0.5 } }
+  -- x′ is reset, y′ follows from x x′ + y y′ = 0
+  for _, reset in ipairs { { [x.dot] = -0.8*x.dot }, { [x.dot] = -0.8*x.dot, [y.dot] = -0.8*y.dot } } do
+    local sol = low:integrate { start = at, to = 3, rtol = 1e-10, events = { { when = x + math.sin(0.5), direction = -1, reset = reset } } }
+    expect(sol.status):equals "finished"
+    expect(#sol.events):equals(#angle.events)
+    for i = 1, #sol.events do expect(sol.events[i].t):near(angle.events[i].t, 1e-6) end
+    for _, t in ipairs { 0.5, 1, 2, 3 } do
+      expect(sol(x, t)):near(math.sin(angle(th, t)), 1e-6)
+      expect(sol(x^2 + y^2, t)):near(1, 1e-9)
+      expect(math.abs(sol(x*x.dot + y*y.dot, t)) < 1e-8):is_true()
+    end
+  end
+end)
+
+test("a reset that no start satisfies is said", function()
+  local low = dae { der(x, 2) ~ -z*x, der(y, 2) ~ -z*y - g, 0 ~ x^2 + y^2 - 1 }:reduce()
+  local at = low:init { fix = { [x] = 0.8, [x.dot] = 0 }, guess = { [y] = -0.5 } }
+  local sol = low:integrate { start = at, to = 3, events = { { when = t - 1, reset = { [x] = 2 } } } }
+  expect(sol.status):matches "^stopped at t = 1: the values after the reset contradict a constraint"
+  expect(sol(x, 0.5) < 0.8):is_true()
+end)
+
+test("an algebraic variable follows a reset", function()
+  local sol = dae { der(x) ~ -z, 0 ~ z - x^3 }:integrate { start = { x = 1 }, to = 2, events = { { when = t - 1, reset = { [x] = 2 } } } }
+  expect(sol.events[1].after.z):near(8, 1e-12)
+  expect(sol(z, 1)):near(8, 1e-12)
+  expect(sol(z, 1 - 1e-9)):near(3^-1.5, 1e-6)                       -- x = 1/√(1 + 2t)
+end)
+
+test("a root at the start is no event; the direction is seen; no root, no event", function()
+  local circle = dae { der(x) ~ y, der(y) ~ -x }
+  local function count(event)
+    return #circle:integrate { start = { x = 0, y = 1 }, to = 10, rtol = 1e-8, events = { event } }.events
+  end
+  expect(count { when = x }):equals(3)                             -- π, 2π, 3π and not 0
+  expect(count { when = x, direction = 1 }):equals(1)
+  expect(count { when = x, direction = -1 }):equals(2)
+  expect(count { when = x, direction = "rising" }):equals(1)
+  expect(count { when = x - 2 }):equals(0)
+  expect(count { when = lt(x, 0.5) }):equals(4)
+  expect(count { when = x ~ 0.5 }):equals(4)
+  expect(count { when = der(x) }):equals(3)
+  expect(count { when = (x - 1)^2 + 1e-6 }):equals(0)
+end)
+
+test("events far apart in one step: twenty roots of a fast function of time, one step of the method", function()
+  local sol = dae { der(x) ~ 1 }:integrate { start = { x = 0 }, to = 1, events = { { when = cos(20*math.pi*t) } } }
+  expect(#sol.events):equals(20)
+  for i, event in ipairs(sol.events) do expect(event.t):near((i - 0.5)/20, 1e-13) end
+end)
+
+test("callbacks: stop, new values, errors, not a number", function()
+  local decay = dae { der(x) ~ -x }
+  local function run(call) return decay:integrate { start = { x = 1 }, to = 2, events = { { when = x - 0.5, call = call } } } end
+  expect(run(function() return "stop" end).status):equals "event"
+  expect(run(function() return true end).status):equals "event"
+  local again = run(function(sol) return { [x] = 2*sol:final(x) } end)
+  expect(#again.events):equals(2)
+  expect(again:final(x)):near(4*math.exp(-2), 1e-6)
+  expect(function() run(function() error("mine", 0) end) end):fails "mine"
+  expect(function() run(function() return { [x] = 0/0 } end) end):fails "not a number"
+  expect(function() run(function() return { [y] = 1 } end) end):fails "y"
+  expect(function() run(function() return 5 end) end):fails "must return nothing"
+  local inside
+  run(function(sol) inside = sol(x, 0.3) end)                      -- dense output of the run so far
+  expect(inside):near(math.exp(-0.3), 1e-6)
+end)
+
+test("inputs that fail: the error is theirs, the session goes on", function()
+  local u = input "u"
+  local model = dae { der(x) ~ u }
+  local function run(f) return model:integrate { start = { x = 1 }, to = 1, inputs = { u = f } } end
+  expect(function() run(function(at) if at > 0.5 then error("mine", 0) end return 1 end) end):fails "mine"
+  expect(function() run(function(at) if at > 0.5 then return 0/0 end return 1 end) end):fails "must give a finite number at t = 0."
+  expect(function() run(function() return "a" end) end):fails "'a' is not a number"
+  expect(run(function(at) if at > 0.5 then return 2 end return 1 end):final(x)):near(2.5, 1e-5)   -- a jump nobody told of
+end)
+
+-- The continuous extension is as good as the mesh: an error of order tol between the steps as well.
+test("dense output of adaptive methods", function()
+  local model = dae { der(x) ~ y, der(y) ~ -x }
+  for _, method in ipairs(methods) do
+    local before
+    for _, tol in ipairs { 1e-5, 1e-8 } do
+      local sol = model:integrate { start = { x = 0, y = 1 }, to = 6, method = method, rtol = tol, atol = tol }
+      local worst = 0
+      for i = 1, 600 do worst = math.max(worst, math.abs(sol(x, i/100) - math.sin(i/100))) end
+      expect(worst <= 60*tol):is_true()
+      local there = model:integrate { start = { x = 0, y = 1 }, to = 6, method = method, rtol = tol, atol = tol, times = { 1.234, 5.6 } }
+      expect(there(x)):near(sol(x, { 1.234, 5.6 }), 1e-14)         -- asked for beforehand or afterwards
+      expect(#there.t):equals(2)
+    end
+  end
+end)
