@@ -85,6 +85,7 @@ void read_guess(Call& call, const Options& o, GreyBoxRequest& r) {
     for (const auto& list : {r.start.guess, r.start.fix, given})
       for (const auto& [leaf, number] : list)
         if (leaf == p) value = number;
+    if (!value && symbol_of(p).kind != Kind::parameter) value = sysid::first_value(r, p);
     if (!value)
       throw Error(
           text(to_text(p), " has no value to begin with; give guess = { ", symbol_of(p).name, " = … }"));
@@ -192,14 +193,15 @@ const Module grey_box_module = {
          "Estimates parameters of a model from data by Gauss–Newton with exact sensitivities. y: the "
          "expression that was measured, "
          "or a list; a state among params stands for its initial value; start as in integrate, solved anew "
-         "for every θ; measured "
+         "for every θ; initial values that it leaves open are estimated too; measured "
          "inputs are those of the data. The search begins at guess, or at the values the parameters have.",
          "x, k = var \"x\", param(\"k\", 1)\nsys = dae{ der(x) ~ -k*x }\ny = {}\nfor i = 0, 10 do y[i+1] = "
          "2*math.exp(-0.3*i) end\n"
          "r = fit(sys, { params = {k}, data = iddata{ y = y, Ts = 1 }, y = x, start = { x = 2 } "
          "})\nprint((\"%.6f\"):format(r.theta[1]))",
          "0.300000"},
-        {"fit_result#theta", theta, "r.theta -> column", "The estimates, in the order of params.", "", ""},
+        {"fit_result#theta", theta, "r.theta -> column",
+         "The estimates, in the order of params, then the initial values that were open.", "", ""},
         {"fit_result#std", deviations, "r.std -> column", "Their standard deviations.", "", ""},
         {"fit_result#cov", cov, "r.cov -> matrix", "Their covariance σ̂²(JᵀJ)⁻¹.", "", ""},
         {"fit_result#names", names, "r.names -> list", "Their names.", "", ""},

@@ -43,30 +43,68 @@ class Experiment {
       inputs_.emplace_back(leaf, sampled(r.data.u.col(column), r.from, r.data.Ts, r.hold));
   }
 
-  /// Simulates at θ; values N×ny, and the gradient of all samples of output j in rows j N … .
-  void run(const Vec& theta, Mat& values, Mat* J) {
-    poll_interrupt();
-    integrate::Simulation s;
+  /// The start at θ.
+  dae::StartRequest start_at(const Vec& theta) const {
     dae::StartRequest start = r_.start;
     start.t = r_.from;
     for (std::size_t i = 0; i < r_.parameters.size(); ++i) {
       const Expr p = r_.parameters[i];
       const double value = theta[static_cast<Index>(i)];
       if (is_parameter(p)) {
-        s.parameters[p] = Expr(value), start.parameters[p] = Expr(value);
+        start.parameters[p] = Expr(value);
         continue;
       }
       std::erase_if(start.fix, [&](const auto& fix) { return fix.first == p; });
       std::erase_if(start.guess, [&](const auto& guess) { return guess.first == p; });
       start.fix.emplace_back(p, value);
     }
-    for (const auto& [p, value] : start.parameters) s.parameters.try_emplace(p, value);
-    s.inputs = start.inputs;
     for (const auto& [leaf, function] : inputs_) {
       start.inputs[leaf] = Expr(function(r_.from));
       start.numeric_inputs.push_back(leaf);
-      s.numeric_inputs.emplace_back(leaf, function);
     }
+    return start;
+  }
+
+  /// States whose initial values the start leaves open, with values to begin with; throws what init says if
+  /// that is not what is wrong with it.
+  dae::LeafValues open_values(const Vec& theta) const {
+    dae::StartRequest start = start_at(theta);
+    try {
+      dae::init(model_, start);
+      return {};
+    } catch (const Error&) {
+      std::vector<Expr> guessed;
+      const auto known = [&](Expr x) {
+        for (const auto* list : {&start.fix, &start.guess})
+          for (const auto& [leaf, value] : *list)
+            if (leaf == x) return true;
+        return false;
+      };
+      for (const Expr x : r_.model->states())
+        if (!known(x)) guessed.push_back(x);
+      for (const Expr x : guessed) start.guess.emplace_back(x, first_value(r_, x));
+      dae::LeafValues open;
+      try {
+        const dae::StartPtr at = dae::init(model_, start);
+        for (const dae::LedgerRow& row : at->rows)
+          if (row.origin == dae::Origin::chosen &&
+              std::find(guessed.begin(), guessed.end(), row.leaf) != guessed.end())
+            open.emplace_back(row.leaf, row.value);
+      } catch (const UserFacing&) {
+      }
+      if (open.empty()) throw;
+      return open;
+    }
+  }
+
+  /// Simulates at θ; values N×ny, and the gradient of all samples of output j in rows j N … .
+  void run(const Vec& theta, Mat& values, Mat* J) {
+    poll_interrupt();
+    integrate::Simulation s;
+    const dae::StartRequest start = start_at(theta);
+    for (const auto& [p, value] : start.parameters) s.parameters.try_emplace(p, value);
+    s.inputs = r_.start.inputs;
+    for (const auto& [leaf, function] : inputs_) s.numeric_inputs.emplace_back(leaf, function);
     s.start = dae::init(model_, start);
     s.plan.from = r_.from, s.plan.to = times_.back(), s.plan.times = times_;
     if (r_.dt > 0) {
@@ -181,8 +219,24 @@ void check(const GreyBoxRequest& r) {
 
 }  // namespace
 
-GreyBoxFit fit(const GreyBoxRequest& request) {
-  check(request);
+double first_value(const GreyBoxRequest& r, Expr state) {
+  for (std::size_t j = 0; j < r.outputs.size(); ++j) {
+    const auto y = r.data.y.col(static_cast<Index>(j));
+    const bool slope = symbol_of(state).order == 1 && symbol_of(state).base == r.outputs[j];
+    if (r.outputs[j] == state && std::isfinite(y[0])) return y[0];
+    if (slope && y.size() > 1 && std::isfinite(y[1] - y[0])) return (y[1] - y[0]) / r.data.Ts;
+  }
+  return 0;
+}
+
+GreyBoxFit fit(const GreyBoxRequest& given) {
+  check(given);
+  GreyBoxRequest request = given;
+  for (const auto& [state, value] : Experiment(given).open_values(given.guess)) {
+    request.parameters.push_back(state);
+    request.guess.conservativeResize(request.guess.size() + 1);
+    request.guess[request.guess.size() - 1] = value;
+  }
   GreyBoxFit out;
   out.request = request;
   for (const Expr p : request.parameters)

@@ -27,6 +27,10 @@ struct GreyBoxRequest {
   double from = 0;
 };
 
+/// Where the search for the initial value of a state begins: the first measurement of it (of its derivative:
+/// the slope of the first two), else 0.
+double first_value(const GreyBoxRequest& request, Expr state);
+
 struct GreyBoxFit {
   GreyBoxRequest request;
   dae::ModelPtr fitted;  ///< the user's model with the estimates
@@ -43,6 +47,7 @@ struct GreyBoxFit {
   bool exact = false, converged = false;
   std::string method, form;  ///< of the integration; the reduced form, or ""
 };
+/// Initial values that the start leaves open are estimated too, after the parameters.
 /// throws Error for names that are no parameters, sizes, a start that cannot be made; Failure when the model
 /// cannot be integrated at the first guess. Cost: one integration with sensitivities per step.
 GreyBoxFit fit(const GreyBoxRequest& request);

@@ -74,8 +74,25 @@ test("what is wrong is said", function()
   expect(function() fit(decay, { params = { k }, data = { 1, 2 }, y = x }) end):fails "data must be iddata"
   expect(function() fit(decay, { params = { T }, data = d, y = x, start = { x = 1 } }) end):fails "T"
   expect(function() fit(decay, { params = { k }, data = d, y = { x, x }, start = { x = 1 } }) end):fails "y names 2 expression(s), but the data has 1"
-  expect(function() fit(decay, { params = { k }, data = d, y = x }) end):fails "neither fixed nor determined"
   expect(function() fit(dae { der(x) ~ u - k * x }, { params = { k }, data = d, y = x, start = { x = 1 } }) end)
     :fails "the model has the inputs u, but the data has 0"
   expect(function() fit(dae { der(x) ~ k * x^2 }, { params = { k }, data = d, y = x, start = { x = 1 } }) end):fails "t = "
+end)
+
+test("initial values that the start leaves open are estimated", function()
+  local x, v = vars "x v"
+  local k = param("k", 3)
+  local y = {}
+  for i = 0, 40 do y[i+1] = math.cos(2 * i * 0.1) + 0.5 * math.sin(2 * i * 0.1) end   -- k = 4, x(0) = 1, v(0) = 1
+  local d = iddata { y = y, Ts = 0.1 }
+  local osc = dae { der(x) ~ v, der(v) ~ -k * x }
+  local r = fit(osc, { params = { k }, data = d, y = x })
+  expect(r("k")):near(4, 1e-7)
+  expect(r("x")):near(1, 1e-7)
+  expect(r("v")):near(1, 1e-7)
+  expect(#r.names):equals(3)
+  expect(fit(osc, { params = { k }, data = d, y = x, start = { v = 1 } }).theta):near({ 4, 1 }, 1e-7)
+  expect(fit(dae { der(x, 2) ~ -k * x }, { params = { k }, data = d, y = x })("k")):near(4, 1e-7)
+  expect(fit(osc, { params = { k, x }, data = d, y = x, start = { v = 1 } }).theta):near({ 4, 1 }, 1e-7)
+  expect(function() fit(osc, { params = { k }, data = d, y = x, start = { x = 1, v = 1, [v.dot] = 7 } }) end):fails "7"
 end)
