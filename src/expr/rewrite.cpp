@@ -1,5 +1,8 @@
 #include "expr/rewrite.hpp"
 
+#include <optional>
+#include <unordered_map>
+
 #include "base/error.hpp"
 #include "base/interrupt.hpp"
 #include "expr/print.hpp"
@@ -259,7 +262,26 @@ SumId Simplifier::by_sum_rules(SumId id) {
   return id;
 }
 
-Expr simplify(Expr e) {
+namespace {
+
+// Nodes are never changed, so neither are their simple forms.
+class Known {
+ public:
+  std::optional<Expr> find(Expr e) const {
+    const auto at = simple_.find(e);
+    return at == simple_.end() ? std::nullopt : std::optional(at->second);
+  }
+  Expr add(Expr e, Expr simple) {
+    constexpr std::size_t most = 1'000'000;
+    if (simple_.size() > most) simple_.clear();
+    return simple_[e] = simple;
+  }
+
+ private:
+  std::unordered_map<Expr, Expr> simple_;
+};
+
+Expr simplified(Expr e) {
   // Rounds until nothing changes. If forms alternate, the shortest of them is taken, whichever came first.
   std::vector<std::pair<double, Expr>> seen;
   const auto better = [](const auto& a, const auto& b) {
@@ -281,6 +303,15 @@ Expr simplify(Expr e) {
   } catch (const Error&) {  // something in e is undefined everywhere, such as 1/(x - x)
     return e;
   }
+}
+
+}  // namespace
+
+Expr simplify(Expr e) {
+  static thread_local Known known;
+  if (e.is_constant()) return simplified(e);
+  if (const auto simple = known.find(e)) return *simple;
+  return known.add(e, simplified(e));
 }
 
 }  // namespace pendula

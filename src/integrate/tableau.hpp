@@ -51,6 +51,9 @@ struct TableauData {
   std::optional<VecX> bhat2;           ///< a second, cruder embedded method (dop853)
   std::optional<int> order, embedded;  ///< claims, checked
   std::optional<DenseData> dense;
+  /// The claims were proved before: they are believed. Proving those of a method of order 8 takes longer than
+  /// most integrations; the tests of the library call proved().
+  bool proved = false;
 };
 
 class Tableau {
@@ -75,6 +78,8 @@ class Tableau {
   const Coefficients& coefficients() const { return coefficients_; }
 
   int order() const { return order_; }
+  /// The same tableau with all its claims proved. Throws Error naming one that does not hold.
+  Tableau proved() const;
   /// The order with bhat (bhat2) in place of b. Requires that there is one.
   int embedded_order() const;
   int second_embedded_order() const { return algebraic_order(coefficients_, coefficients_.bhat2); }

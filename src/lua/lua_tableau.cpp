@@ -105,8 +105,8 @@ void refuse_ragged(lua_State* L, int index) {
 }
 
 integrate::TableauData read_fields(Call& call) {
-  const Options options =
-      call.options(1, {"name", "text", "cite", "order", "embedded", "A", "b", "c", "bhat", "bhat2", "dense"});
+  const Options options = call.options(
+      1, {"name", "text", "cite", "order", "embedded", "A", "b", "c", "bhat", "bhat2", "dense", "proved"});
   if (!options.has("A") || !options.has("b"))
     throw Error("expected { A = { {…}, … }, b = {…}, c = {…} }: A and b are required");
   integrate::TableauData data;
@@ -115,6 +115,7 @@ integrate::TableauData read_fields(Call& call) {
   data.cite = options.string("cite", "");
   if (options.has("order")) data.order = static_cast<int>(options.integer("order", 0));
   if (options.has("embedded")) data.embedded = static_cast<int>(options.integer("embedded", 0));
+  data.proved = options.boolean("proved", false);
   const int A_index = options.push("A");
   refuse_ragged(call.L, A_index);
   data.A = read_rows(call.L, A_index, "A", -1, -1);
@@ -181,6 +182,7 @@ int note(Call& call) { return call.push(self(call).data().text); }
 int cite(Call& call) { return call.push(self(call).data().cite); }
 int stages(Call& call) { return call.push(self(call).stages()); }
 int order(Call& call) { return call.push(self(call).order()); }
+int proved(Call& call) { return push_new(call, self(call).proved()); }
 int stage_order(Call& call) { return call.push(self(call).stage_order()); }
 int is(Call& call) { return call.push(self(call).is(call.string(2, "property"))); }
 int latex(Call& call) { return call.push(self(call).latex()); }
@@ -235,6 +237,11 @@ const Module tableau_module = {
         {"tableau#stages", stages, "tab.stages -> integer", "The number of stages s.", "", ""},
         {"tableau:order", order, "tab:order() -> integer",
          "The order, decided from the coefficients by simplifying assumptions and rooted trees.", "", ""},
+        {"tableau:proved", proved, "tab:proved() -> tableau",
+         "The same tableau with its claims (order, embedded order, order of the dense output) proved once "
+         "more: "
+         "those of the methods that come with the program are proved by its tests, not at every start.",
+         "rk.dop853:proved():order()", "8"},
         {"tableau:stage_order", stage_order, "tab:stage_order() -> integer",
          "The largest q with C(q) and B(q): the order of each stage.", "", ""},
         {"tableau:is", is, "tab:is(property) -> boolean",

@@ -32,6 +32,11 @@ for _, method in ipairs(methods) do
     expect(#tab.text > 0 or tab.name == "collocation"):is_true()
     expect(#tab.cite > 0):is_true()
   end)
+  test(method.name .. " is what it claims to be", function()
+    local proved = tab:proved()
+    expect(proved:order()):equals(p)
+    expect(proved:dense_order()):equals(tab:dense_order())
+  end)
   test(method.name .. " converges at its order", function()
     -- Steps so small that the leading term dominates, errors so large that rounding (1e-14) does not. One-sided: lucky
     -- cancellation may give more; where an error passes through zero, the next halving decides.
