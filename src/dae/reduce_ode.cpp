@@ -5,6 +5,7 @@
 #include "base/error.hpp"
 #include "base/text.hpp"
 #include "dae/definite.hpp"
+#include "dae/elimination.hpp"
 #include "dae/lineage.hpp"
 #include "dae/rank.hpp"
 #include "dae/reduced_forms.hpp"
@@ -16,6 +17,9 @@
 
 namespace pendula::dae {
 namespace {
+
+/// Simplified if it is short enough to be read; long ones would cost more than the rest of the reduction.
+Expr readable(Expr e) { return is_short(e, 60) ? simplify(e) : e; }
 
 using Index = Eigen::Index;
 
@@ -76,8 +80,7 @@ class Elimination {
     PENDULA_ASSERT(static_cast<Index>(rows.size()) == n, "an index-1 model that is not square");
     std::vector<Expr> rest;
     for (std::size_t i : rows) rest.push_back(substitute(m_.residuals[i], solved));
-    constexpr Index readable = 12;  // simplify what people will read
-    const auto tidy = [&](Expr e) { return n <= readable ? simplify(e) : e; };
+    const auto tidy = [&](Expr e) { return n <= 12 ? readable(e) : e; };
     A = sparse_jacobian(rest, unknowns);
     for (Entry& e : A) e.value = tidy(e.value);
     check_linear();
@@ -171,7 +174,6 @@ ModelPtr reduce_ode(const ModelPtr& model) {
   for (Expr leaf : low->algebraic()) z[leaf] = e.solved.at(leaf);
   move_invariants(options, z);
   for (const auto& [leaf, meaning] : z) options.relations[leaf] = meaning;
-  constexpr std::size_t readable = 12;
   std::vector<Block> blocks;
   for (const Group& g : groups(*low)) {
     if (g.order == 0) continue;
@@ -180,7 +182,7 @@ ModelPtr reduce_ode(const ModelPtr& model) {
       const Expr top = derivative_leaf(g.leaves[i], g.order);
       block.lhs[static_cast<Index>(i)] = top;
       const Expr f = e.solved.at(top);
-      block.rhs[static_cast<Index>(i)] = low->variables.size() <= readable ? simplify(f) : f;
+      block.rhs[static_cast<Index>(i)] = low->variables.size() <= 12 ? readable(f) : f;
       options.x.push_back(g.leaves[i]);
     }
     blocks.push_back(std::move(block));
