@@ -1,6 +1,7 @@
 // Expr graph -> program.
 #include "codegen/program.hpp"
 
+#include <cstdlib>
 #include <unordered_map>
 
 #include "base/error.hpp"
@@ -10,10 +11,11 @@
 namespace pendula::codegen {
 namespace {
 
-/// x^n for integers |n| ≤ 16 becomes products: no call into libm, and x² is rounded once.
-long product_exponent(Expr node) {
+/// 2n of powers xⁿ that become products and a square root, 0 of others: |n| ≤ 16 and 2n is an integer. No
+/// call into libm, and x² is rounded once.
+long half_exponent(Expr node) {
   const mpq_class* n = node.op() == Op::pow ? exact_value(node.operand(1)) : nullptr;
-  return n && n->get_den() == 1 && abs(*n) <= 16 ? n->get_num().get_si() : 0;
+  return n && n->get_den() <= 2 && abs(*n) <= 16 ? mpq_class(*n * 2).get_num().get_si() : 0;
 }
 
 class Lowering {
@@ -127,8 +129,26 @@ class Lowering {
     if (node.op() == Op::solve) return lower_solution(node);
     const auto x = node.operands();
     const Slot a = values_[x[0]];
-    if (const long n = product_exponent(node)) return power(a, n);
+    if (const long twice = half_exponent(node)) return half_power(a, twice);
+    if (node.op() == Op::sqrt) return root(a);
     return emit(node.op(), a, x.size() > 1 ? values_[x[1]] : 0, x.size() > 2 ? values_[x[2]] : 0);
+  }
+
+  Slot root(Slot base) {
+    const auto [known, made] = roots_.try_emplace(base, 0);
+    if (made) known->second = emit(Op::sqrt, base);
+    return known->second;
+  }
+
+  Slot half_power(Slot base, long twice) {
+    if (twice % 2 == 0) return power(base, twice / 2);
+    const long whole = std::labs(twice) / 2;
+    Slot positive = root(base);
+    if (whole > 0) {
+      const Slot products = power(base, whole);
+      positive = emit(Op::mul, positive, products);
+    }
+    return twice > 0 ? positive : emit(Op::div, one_, positive);
   }
 
   Slot power(Slot base, long n) {
@@ -142,6 +162,7 @@ class Lowering {
   }
 
   NodeMap<Slot> values_;
+  std::unordered_map<Slot, Slot> roots_;
   std::unordered_map<std::uint32_t, Slot> factors_;  // by the number of the matrix
   std::unordered_map<std::uint32_t, SymmetricFactor> symmetric_;
   std::unordered_map<Expr, std::vector<Slot>> solutions_;  // of definite systems, by head

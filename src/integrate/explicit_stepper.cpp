@@ -96,6 +96,7 @@ void ExplicitStepper::prepare() {
   K_.resize(static_cast<std::size_t>((stages_ + 3) * n()));
   Z_.resize(static_cast<std::size_t>(stages_ * m()));
   scaled_.resize(static_cast<std::size_t>(n()));
+  inverse_weight_.resize(static_cast<std::size_t>(n()));
   x_.resize(n()), trial_.resize(n());
   for (Point* p : {&next_, &before_}) p->x.resize(n()), p->xdot.resize(n()), p->z.resize(m());
 }
@@ -177,7 +178,7 @@ double ExplicitStepper::error_norm() {
   const double *e = behind_stages(1), *other = behind_stages(2);
   for (int k = 0; k < size; ++k) {
     const double before = std::fabs(here_.x[k]), after = std::fabs(next_.x[k]);
-    const double w = 1 / weight(k, before > after ? before : after);
+    const double w = inverse_weight_[static_cast<std::size_t>(k)] = 1 / weight(k, std::max(before, after));
     scaled_[static_cast<std::size_t>(k)] = e[k] * w;
     sum.add(scaled_[static_cast<std::size_t>(k)]);
     second.add(other[k] * w);
@@ -231,8 +232,8 @@ void ExplicitStepper::watch_stiffness() {
     for (std::size_t j = 0; j + 1 < stiff_row_.size(); ++j)
       difference += stiff_row_[j].factor * K_[static_cast<std::size_t>(stiff_row_[j].stage * n() + k)];
     const double f = next_.xdot[k] - K_[static_cast<std::size_t>(stage * n() + k)];
-    const double w = weight(k, std::fabs(next_.x[k]));
-    numerator += f * f / (w * w), denominator += difference * difference / (w * w);
+    const double w = inverse_weight_[static_cast<std::size_t>(k)];
+    numerator += f * f * (w * w), denominator += difference * difference * (w * w);
   }
   if (!(denominator > 0)) return;
   const double h_lambda = std::sqrt(numerator / denominator);  // the h of g cancels the h of hλ

@@ -55,7 +55,7 @@ class ExplicitStepper final : public Stepper {
   double beta_, exponent_, slowest_, fastest_, stability_limit_;
   std::shared_ptr<ExplicitCode> code_;
   std::vector<double> K_, Z_;  ///< stage after stage; K_ goes on with behind_stages()
-  std::vector<double> scaled_;
+  std::vector<double> scaled_, inverse_weight_;
   Vec x_, trial_;
   Point next_;
   double error_now_ = 0, error_old_ = 1e-4;

@@ -50,7 +50,7 @@ struct Method {
   int order = 0;
   RosenbrockPtr rosenbrock;                 ///< of family "rodas"
   MultistepPtr multistep;                   ///< with fixed steps
-  std::vector<TableauPtr> explicit_choice;  ///< "auto": for loose, medium and tight tolerances
+  std::vector<TableauPtr> explicit_choice;  ///< "auto": for looser to tighter tolerances, see choose()
 };
 
 /// Throws Error on a bad plan: from, to, times, what is not finite.

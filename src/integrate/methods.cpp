@@ -118,7 +118,7 @@ Choice choose(const ProblemPtr& problem, const Method& method, const Plan& plan,
   constexpr double many = 300;
   const bool damped = eigenvalue->real_part < -0.5 * eigenvalue->size;
   if (damped && eigenvalue->size * (plan.to - plan.from) > many) return {"radau", nullptr};
-  const std::size_t which = tightest > 2e-3 ? 0 : tightest > 2e-4 ? 1 : 2;
+  const std::size_t which = tightest > 2e-3 ? 0 : tightest > 2e-4 ? 1 : tightest > 1e-9 ? 2 : 3;
   return {"explicit", method.explicit_choice[std::min(which, method.explicit_choice.size() - 1)]};
 }
 

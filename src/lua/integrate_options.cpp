@@ -332,7 +332,7 @@ dae::ParameterValues read_all_parameters(Call& call, const Options& options, con
 
 Method automatic_method(lua_State* L) {
   Method method;
-  for (const char* name : {"bogacki_shampine", "tsit5", "dop853"}) {
+  for (const char* name : {"bogacki_shampine", "tsit5", "verner87", "verner98"}) {
     TableauPtr tableau = library_tableau(L, name);
     if (!tableau) tableau = library_tableau(L, "dopri5");
     method.explicit_choice.push_back(tableau);
