@@ -252,7 +252,8 @@ GreyBoxFit fit(const GreyBoxRequest& given) {
   Mat both(at.e.size(), out.theta.size() + 1);
   both << at.J, at.e;
   factor.add(both);
-  out.ls = solve_triangular(factor.R(), at.e.size());
+  constexpr double growth = 10;  // of the errors of a simulation over its steps
+  out.ls = solve_triangular(factor.R(), at.e.size(), request.dt > 0 ? 1e-9 : growth * request.rtol);
   double variation = 0;
   for (Index j = 0; j < request.data.outputs(); ++j) {
     std::vector<double> y, e;

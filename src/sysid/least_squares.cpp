@@ -140,7 +140,7 @@ bool LeastSquares::identifiable(Index i) const {
   return null_space.cols() == 0 || null_space.row(i).cwiseAbs().maxCoeff() == 0;
 }
 
-LeastSquares solve_triangular(const Mat& R, Index rows) {
+LeastSquares solve_triangular(const Mat& R, Index rows, double accuracy) {
   const Index d = R.cols() - 1;
   LeastSquares out;
   out.rows = rows;
@@ -159,7 +159,7 @@ LeastSquares solve_triangular(const Mat& R, Index rows) {
   const Eigen::JacobiSVD<Mat, Eigen::FullPivHouseholderQRPreconditioner> svd(
       U * scaling.cwiseInverse().asDiagonal(), Eigen::ComputeFullU | Eigen::ComputeFullV);
   const Vec s = svd.singularValues();
-  const double tolerance = static_cast<double>(std::max(rows, d)) * eps * s[0];
+  const double tolerance = std::max(static_cast<double>(std::max(rows, d)) * eps, accuracy) * s[0];
   while (out.rank < d && s[out.rank] > tolerance) ++out.rank;
   const Index r = out.rank;
   const Mat V =

@@ -39,8 +39,9 @@ struct LeastSquares {
   bool identifiable(Index i) const;
 };
 
-/// From R of [Φ y] (last column y). The rank is decided on columns scaled to norm 1, at max(rows, d) ε.
-LeastSquares solve_triangular(const Mat& R, Index rows);
+/// From R of [Φ y] (last column y). The rank is decided on columns scaled to norm 1, at max(rows, d) ε or at
+/// the relative accuracy of the columns, if that is worse.
+LeastSquares solve_triangular(const Mat& R, Index rows, double accuracy = 0);
 
 /// min (Aθ - y)ᵀ S⁻¹ (Aθ - y), exam (76)–(78). weights: S = diag(1/w); covariance: S, symmetric positive
 /// definite (n×n, or n×1 for its diagonal).
