@@ -4,8 +4,6 @@ local known_options = { "start", "to", "from", "methods", "method", "dt", "rtol"
                         "params", "direct", "over" }
 local eps = 2.220446049250313e-16
 
--- ── reading ─────────────────────────────────────────────────────────────────────────────────────────────────────────
-
 local function checked_options(sys, options)
   if object_type(sys) ~= "model" then
     fail("converge: expected a model first, converge(sys, { start = …, to = …, methods = {…}, dt = {…} }), got "

@@ -12,6 +12,7 @@
 #include "base/text.hpp"
 #include "expr/print.hpp"
 #include "integrate/derivative.hpp"
+#include "integrate/explicit_stepper.hpp"
 #include "integrate/methods.hpp"
 #include "integrate/saver.hpp"
 #include "integrate/trail.hpp"
@@ -53,9 +54,9 @@ class Run {
         set_modes(point, {});
       }
       const Choice choice = method_.family == "auto" ? choose(problem_, method_, plan_, point)
-                                                     : Choice{method_.family, method_.tableau};
+                                                     : Choice{method_.family, method_.tableau, ""};
       method_.tableau = choice.tableau;
-      use(choice.family, point);
+      use(choice.family, point, choice.why);
       begin(point, {});
     } catch (const Failure& failure) {
       throw Failure(text("at the start, t = ", rounded(point.t, 6), ": ", failure.what()));
@@ -82,11 +83,12 @@ class Run {
  private:
   Stepper& stepper() { return trail_->stepper(); }
 
-  void use(const std::string& family, const Point& point) {
+  void use(const std::string& family, const Point& point, const std::string& why) {
     trail_->use(make_stepper(family, problem_, method_, plan_, trail_->stats));
     stepper().start(point, end_);
     name_ += (name_.empty() ? "" : ", then ") + stepper().name();
     solution_->set_method(name_, 0);
+    if (!why.empty()) solution_->add_method({point.t, stepper().name(), why});
     reached_ = point.t;
   }
 
@@ -101,7 +103,7 @@ class Run {
                              : ""));
     tell_progress();
     view_.record = nullptr;
-    stepper().step(end_);
+    step();
     const std::size_t size = stepper().record_size();
     record_.resize(size);
     stepper().record(record_.data());
@@ -350,11 +352,36 @@ class Run {
   void change_if_stiff() {
     if (method_.family != "auto" || !stepper().is_stiff()) return;
     if ((plan_.to - stepper().here().t) < 100 * stepper().next_dt()) return;
+    change(stepper().next_dt(), "stiff: stability, not accuracy, limited the steps");
+  }
+
+  /// Goes on with Radau IIA from here.
+  void change(double dt, const std::string& why) {
     const Point here = stepper().here();
     const double first = plan_.dt_first;
-    plan_.dt_first = stepper().next_dt();
-    use("radau", here);
+    plan_.dt_first = dt;
+    use("radau", here, why);
     plan_.dt_first = first;
+  }
+
+  /// One step; where an explicit method that was chosen cannot go on, an implicit one may.
+  void step() {
+    try {
+      return stepper().step(end_);
+    } catch (const Failure& failure) {
+      if (method_.family != "auto" || dynamic_cast<ExplicitStepper*>(&stepper()) == nullptr) throw;
+      const std::string reason = failure.what();
+      const std::string name = name_;
+      const std::size_t uses = solution_->methods_in_use().size();
+      try {
+        change(0, "the explicit method could not go on");
+        stepper().step(end_);
+      } catch (const Failure&) {
+        solution_->keep_methods(uses);
+        solution_->set_method(name_ = name, 0);
+        throw Failure(reason);
+      }
+    }
   }
 
   void tell_progress() {
@@ -381,34 +408,6 @@ class Run {
   double end_ = 0;  ///< of the next step at the latest
   int since_told_ = 0;
 };
-
-void check_adaptive(const Plan& plan) {
-  check_interval(plan);
-  const auto positive = [](const char* name, double value) {
-    if (!(value > 0))
-      throw Error(text(name, " = ", rounded(value), "; a tolerance must be a positive number, for example ",
-                       name, " = 1e-8"));
-  };
-  for (double r : plan.tolerances.rtol) {
-    if (!std::isfinite(r))
-      throw Error(text("rtol = ", r, " must be a positive number, for example rtol = 1e-8"));
-    if (!(r >= 0)) positive("rtol", r);
-    if (r != 0 && r < 1e-14)
-      throw Error(text("rtol = ", rounded(r, 3), " is below what double precision can reach; 1e-13 is about ",
-                       "the smallest that makes sense"));
-  }
-  for (Eigen::Index i = 0; i < plan.tolerances.atol.size(); ++i) {
-    const double a = plan.tolerances.atol[i];
-    if (!std::isfinite(a))
-      throw Error(text("atol = ", a, " must be a positive number, for example atol = 1e-8"));
-    if (!(a >= 0)) positive("atol", a);
-    if (a == 0 && plan.tolerances.rtol[i] == 0) positive("rtol", 0);
-  }
-  if (!(plan.dt_max > 0)) throw Error(text("dtmax = ", rounded(plan.dt_max), " must be a positive number"));
-  if (!(plan.dt_first >= 0) || !std::isfinite(plan.dt_first))
-    throw Error(text("dt0 = ", rounded(plan.dt_first), " must be a positive number"));
-  if (plan.most_steps < 1) throw Error(text("max_steps = ", plan.most_steps, " must be at least 1"));
-}
 
 }  // namespace
 

@@ -104,7 +104,7 @@ class EventFinder {
   std::vector<char> slope_known_;  ///< dg/dt contains nothing but known leaves
   std::vector<char> clock_;        ///< g depends on time alone
   bool needs_derivatives_ = false;
-  Sample last_;  ///< at the last point looked at; signs of zeros are those just after
+  Sample last_;   ///< at the last point looked at; signs of zeros are those just after
   Sample floor_;  ///< the last exact sample before those of the step that are sketches
   Sample here_, probe_;
   Point point_;

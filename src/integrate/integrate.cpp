@@ -65,6 +65,34 @@ void check_fixed(const Plan& plan, const Problem& problem) {
   }
 }
 
+void check_adaptive(const Plan& plan) {
+  check_interval(plan);
+  const auto positive = [](const char* name, double value) {
+    if (!(value > 0))
+      throw Error(text(name, " = ", rounded(value), "; a tolerance must be a positive number, for example ",
+                       name, " = 1e-8"));
+  };
+  for (double r : plan.tolerances.rtol) {
+    if (!std::isfinite(r))
+      throw Error(text("rtol = ", r, " must be a positive number, for example rtol = 1e-8"));
+    if (!(r >= 0)) positive("rtol", r);
+    if (r != 0 && r < 1e-14)
+      throw Error(text("rtol = ", rounded(r, 3), " is below what double precision can reach; 1e-13 is about ",
+                       "the smallest that makes sense"));
+  }
+  for (Eigen::Index i = 0; i < plan.tolerances.atol.size(); ++i) {
+    const double a = plan.tolerances.atol[i];
+    if (!std::isfinite(a))
+      throw Error(text("atol = ", a, " must be a positive number, for example atol = 1e-8"));
+    if (!(a >= 0)) positive("atol", a);
+    if (a == 0 && plan.tolerances.rtol[i] == 0) positive("rtol", 0);
+  }
+  if (!(plan.dt_max > 0)) throw Error(text("dtmax = ", rounded(plan.dt_max), " must be a positive number"));
+  if (!(plan.dt_first >= 0) || !std::isfinite(plan.dt_first))
+    throw Error(text("dt0 = ", rounded(plan.dt_first), " must be a positive number"));
+  if (plan.most_steps < 1) throw Error(text("max_steps = ", plan.most_steps, " must be at least 1"));
+}
+
 namespace {
 
 /// The number of steps: rounding must not add a step of length 1e-16.

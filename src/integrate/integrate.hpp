@@ -58,6 +58,8 @@ void check_interval(const Plan& plan);
 void check_start(const Point& start, const Problem& problem);
 /// The same, and dt: positive, and not so small that the steps could not be saved.
 void check_fixed(const Plan& plan, const Problem& problem);
+/// The interval, and what belongs to chosen steps: tolerances, dt_first, dt_max, most_steps.
+void check_adaptive(const Plan& plan);
 
 /// Steps tₖ = from + k dt; the last one is shortened to end at `to`. start: x is taken as it is, x′ and z are
 /// starting values of Newton's method (start.t is ignored).

@@ -102,24 +102,28 @@ class PowerIteration {
 }  // namespace
 
 Choice choose(const ProblemPtr& problem, const Method& method, const Plan& plan, const Point& start) {
-  if (method.tableau) return {"explicit", method.tableau};
+  if (method.tableau) return {"explicit", method.tableau, ""};
   const double tightest = plan.tolerances.rtol.size() > 0 ? plan.tolerances.rtol.minCoeff() : 1e-6;
   const bool high_index =
       std::any_of(plan.variable_index.begin(), plan.variable_index.end(), [](int i) { return i > 1; });
-  if (method.explicit_choice.empty() || high_index || problem->n() == 0) return {"radau", nullptr};
+  if (method.explicit_choice.empty()) return {"radau", nullptr, ""};
+  if (high_index) return {"radau", nullptr, "the model has index 2 or more and is integrated as it stands"};
+  if (problem->n() == 0) return {"radau", nullptr, "the model has no states"};
   Stats unused;
   Derivative derivative(problem, unused);
   Point at = start;
   if (!derivative(at.t, at.x.data(), at.xdot.data(), at.z.data()) || !derivative.is_regular())
-    return {"radau", nullptr};
+    return {"radau", nullptr, "x′ and z do not follow from t and x at the start"};
   const auto eigenvalue = PowerIteration(derivative, at).run();
-  if (!eigenvalue) return {"radau", nullptr};
+  if (!eigenvalue) return {"radau", nullptr, "x′ cannot be computed near the start"};
   // An explicit method would take some |λ|T/5 steps for stability alone; an implicit one a few dozen.
   constexpr double many = 300;
   const bool damped = eigenvalue->real_part < -0.5 * eigenvalue->size;
-  if (damped && eigenvalue->size * (plan.to - plan.from) > many) return {"radau", nullptr};
+  if (damped && eigenvalue->size * (plan.to - plan.from) > many)
+    return {"radau", nullptr, "stiff: an eigenvalue of ∂x′/∂x at the start is large beside 1/(to - from)"};
   const std::size_t which = tightest > 2e-3 ? 0 : tightest > 2e-4 ? 1 : tightest > 1e-9 ? 2 : 3;
-  return {"explicit", method.explicit_choice[std::min(which, method.explicit_choice.size() - 1)]};
+  return {"explicit", method.explicit_choice[std::min(which, method.explicit_choice.size() - 1)],
+          "explicit: not stiff at the start, order for this tolerance"};
 }
 
 }  // namespace pendula::integrate

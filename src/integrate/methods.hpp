@@ -14,6 +14,7 @@ std::shared_ptr<Stepper> make_stepper(const std::string& family, const ProblemPt
 struct Choice {
   std::string family;
   TableauPtr tableau;
+  std::string why;  ///< in words, for stats()
 };
 Choice choose(const ProblemPtr& problem, const Method& method, const Plan& plan, const Point& start);
 

@@ -154,7 +154,10 @@ std::string Solution::stats_text() const {
   row("factorisations", stats_.factorisations);
   row("Newton iterations", stats_.newton_iterations);
   if (!states_in_use_.empty()) row("switches of states", static_cast<long>(states_in_use_.size()) - 1);
-  return table.str();
+  std::string result = table.str();
+  for (const MethodInUse& use : methods_in_use_)
+    result += text(use.name, " from t = ", rounded(use.t, 6), ": ", use.why, "\n");
+  return result;
 }
 
 }  // namespace pendula::integrate

@@ -61,6 +61,12 @@ struct StatesInUse {
   std::string states;
 };
 
+/// From a time on, the solution was computed by this method, which was chosen.
+struct MethodInUse {
+  double t = 0;
+  std::string name, why;
+};
+
 class Solution {
  public:
   explicit Solution(ProblemPtr problem);
@@ -70,6 +76,8 @@ class Solution {
   void set_method(std::string name, double dt) { method_ = std::move(name), dt_ = dt; }
   void set_continuation(std::shared_ptr<Continuation> between) { between_ = std::move(between); }
   void add_event(EventRecord event) { events_.push_back(std::move(event)); }
+  void add_method(MethodInUse use) { methods_in_use_.push_back(std::move(use)); }
+  void keep_methods(std::size_t count) { methods_in_use_.resize(count); }
   void add_states(StatesInUse use) { states_in_use_.push_back(std::move(use)); }
   void finish(std::string status, const Stats& stats, double seconds);
 
@@ -87,6 +95,9 @@ class Solution {
 
   /// Which states were in use from when on; more than one where they were switched. Empty: always the same.
   const std::vector<StatesInUse>& states_in_use() const { return states_in_use_; }
+
+  /// Method "auto": what was chosen, when and why.
+  const std::vector<MethodInUse>& methods_in_use() const { return methods_in_use_; }
 
   int size() const { return points_.size(); }
   const std::vector<double>& t() const { return points_.t(); }
@@ -122,6 +133,7 @@ class Solution {
   Points points_;
   std::vector<EventRecord> events_;
   std::vector<StatesInUse> states_in_use_;
+  std::vector<MethodInUse> methods_in_use_;
   mutable std::vector<Expr>
       compiled_;  ///< what kernel_ computes: the same expressions are asked for again and again
   mutable codegen::Kernel kernel_;

@@ -18,7 +18,7 @@ namespace pendula::lua {
 
 struct SolutionStats {
   integrate::Stats counts;
-  std::string method, text;
+  std::string method, text, why;
   double seconds;
 };
 template <>
@@ -203,8 +203,11 @@ int solution_text(Call& call) { return call.push(without_newline(self(call).solu
 
 int stats(Call& call) {
   const integrate::Solution& solution = self(call).solution();
+  std::string why;
+  for (const integrate::MethodInUse& use : solution.methods_in_use())
+    why += text(why.empty() ? "" : "\n", use.name, " from t = ", rounded(use.t, 6), ": ", use.why);
   return call.push(std::make_shared<const SolutionStats>(
-      SolutionStats{solution.stats(), solution.method_name(), without_newline(solution.stats_text()),
+      SolutionStats{solution.stats(), solution.method_name(), without_newline(solution.stats_text()), why,
                     solution.cpu_seconds()}));
 }
 
@@ -273,6 +276,7 @@ int stats_evaluations(Call& call) { return call.push(counted(call).counts.evalua
 int stats_jacobians(Call& call) { return call.push(counted(call).counts.jacobians); }
 int stats_factorisations(Call& call) { return call.push(counted(call).counts.factorisations); }
 int stats_newton(Call& call) { return call.push(counted(call).counts.newton_iterations); }
+int stats_why(Call& call) { return call.push(counted(call).why); }
 int stats_time(Call& call) { return call.push(counted(call).seconds); }
 
 const integrate::Drift& drifted(Call& call) { return call.object<integrate::Drift>(1, "drift"); }
@@ -407,6 +411,8 @@ const Module integrate_module = {
          "LU factorisations.", "", ""},
         {"stats#newton", stats_newton, "stats.newton -> integer", "Newton iterations.", "", ""},
         {"stats#time", stats_time, "stats.time -> seconds", "CPU time; differs from run to run.", "", ""},
+        {"stats#why", stats_why, "stats.why -> string",
+         "Where the method was chosen: which one from when on, and why; one line each.", "", ""},
         {"stats:__tostring", stats_text, "print(sol:stats())", "The counts, without the time.", "", ""},
         {"drift#verdict", drift_verdict, "drift.verdict -> string",
          "\"kept\", \"inconsistent start\", \"numerical drift\", or both, over all constraints.", "", ""},

@@ -60,6 +60,11 @@ int ms_constant(Call& call) {
 int ms_text(Call& call) { return call.push(multistep(call).str()); }
 int ms_report(Call& call) { return call.push(multistep(call).report()); }
 
+int upvalue(lua_State* L) {
+  lua_pushvalue(L, lua_upvalueindex(1));
+  return 1;
+}
+
 int ms_stability(Call& call) {
   const Multistep& method = multistep(call);
   lua_createtable(call.L, 0, 8);
@@ -78,6 +83,18 @@ int ms_stability(Call& call) {
   boolean("A_stable", alpha >= 90);
   boolean("L_stable", alpha >= 90 && method.is_stable_at_infinity());
   boolean("stable_at_infinity", method.is_stable_at_infinity());
+  const auto word = [](bool yes) { return yes ? "yes" : "no"; };
+  const bool A_stable = alpha >= 90;
+  const std::string face =
+      text("zero-stable      ", word(method.is_zero_stable()), "\nA(α)-stable      α = ", rounded(alpha, 4),
+           "°\nA-stable         ", word(A_stable), "\nL-stable         ",
+           word(A_stable && method.is_stable_at_infinity()), "\nat infinity      ",
+           method.is_stable_at_infinity() ? "stable" : "not stable");
+  lua_createtable(call.L, 0, 1);
+  lua_pushlstring(call.L, face.data(), face.size());
+  lua_pushcclosure(call.L, upvalue, 1);
+  lua_setfield(call.L, -2, "__tostring");
+  lua_setmetatable(call.L, -2);
   return 1;
 }
 
@@ -188,8 +205,11 @@ const Module methods_module = {
          "\"L-stable\".",
          "", ""},
         {"multistep:stability", ms_stability, "method:stability() -> table",
-         "alpha in degrees, real (the left end of the stable interval), zero_stable, A_stable, L_stable.", "",
-         ""},
+         "alpha in degrees, real (the left end of the stable interval), zero_stable, A_stable, L_stable.",
+         "print(bdf(3):stability())",
+         "zero-stable      yes\nA(α)-stable      α = 86.03°\nA-stable         no\nL-stable         no\nat "
+         "infinity      "
+         "stable"},
         {"multistep:boundary", ms_boundary, "method:boundary([points]) -> matrix",
          "The root locus ρ(ζ)/σ(ζ), |ζ| = 1, which bounds the stability region: rows (Re z, Im z).", "", ""},
         {"multistep:report", ms_report, "method:report() -> string",

@@ -216,6 +216,8 @@ const Module tableau_module = {
         {"rk.radau", radau, "rk.radau(stages) -> tableau",
          "Radau IIA collocation of order 2s - 1: stiffly accurate, L-stable, good for DAEs.",
          "rk.radau(3):order()", "5"},
+        {"rk.radau_iia", radau, "rk.radau_iia(stages) -> tableau", "The same as rk.radau(stages).",
+         "rk.radau_iia(2):order()", "3"},
         {"rk.radau_ia", radau_ia, "rk.radau_ia(stages) -> tableau",
          "Radau IA, order 2s - 1: L-stable, the first node is 0.", "rk.radau_ia(2):order()", "3"},
         {"rk.lobatto", lobatto, "rk.lobatto(kind, stages) -> tableau",
