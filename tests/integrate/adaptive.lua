@@ -139,12 +139,12 @@ end)
 test("the chosen method is named with the reason, changes included", function()
   local function stats(model, to) return model:integrate { start = { x = 1 }, to = to }:stats() end
   local smooth = stats(decay, 2)
-  expect(smooth.method):equals "dop853"
-  expect(smooth.why):equals "dop853 from t = 0: explicit: not stiff at the start, order for this tolerance"
+  expect(rk[smooth.method]:is "explicit"):is_true()
+  expect(smooth.why):equals(smooth.method .. " from t = 0: explicit: not stiff at the start, order for this tolerance")
   expect(stats(dae { der(x) ~ -1e5*(x - cos(t)) }, 2).why):matches "^radau from t = 0: stiff: "
   local later = stats(dae { der(x) ~ -x*(1 + 1e4*t) + sin(t) }, 20)          -- becomes stiff on the way
-  expect(later.method):equals "dop853, then radau"
+  expect(later.method):matches "^%w+, then radau$"
   expect(later.why):matches "\nradau from t = 0%.%d+: stiff: stability, not accuracy"
-  expect(tostring(later)):matches "Newton iterations +%d+\ndop853 from t = 0"
+  expect(tostring(later)):matches "Newton iterations +%d+\n%w+ from t = 0"
   expect(decay:integrate { start = { x = 1 }, to = 2, method = "radau" }:stats().why):equals ""
 end)
