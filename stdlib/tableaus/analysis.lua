@@ -250,7 +250,7 @@ local function verify_problem(problem, tab, result)
     result.rows[#result.rows + 1] = row
     result.ok = result.ok and row.ok
   end
-  if reduced and problem.why then result.notes[#result.notes + 1] = problem.name .. ": " .. problem.why:format(tab:stage_order()) end
+  if reduced and problem.why then result.notes[#result.notes + 1] = problem.name .. ": " .. problem.why:format(object_type(tab) == "tableau" and tab:stage_order() or 0) end
 end
 
 local verification = {
@@ -267,6 +267,22 @@ local verification = {
     return text .. "\n" .. (self.ok and "verified" or "NOT verified: see ✗")
   end,
 }
+
+--- Multistep methods have no stages: their order holds for stiff components and for index 1, 2 and 3 alike, but for index 3
+--- as it stands the Runge-Kutta steps that start them leave order 4. Rounding adds up over many small steps.
+function analysis.verify_multistep(method)
+  local result = setmetatable({ method = method.name, order = method:order(), rows = {}, notes = {}, ok = true }, verification)
+  for _, problem in ipairs(problems()) do
+    local measures = {}
+    for i, measure in ipairs(problem.measure) do
+      measures[i] = { measure[1], measure[2], measure[3], 100 * floor_of(measure) }
+    end
+    local promised = problem.name == "index 3" and math.min(4, method:order()) or method:order()
+    verify_problem(setmetatable({ expect = function() return promised end, measure = measures,
+      why = "the start by Radau steps limits it; constant steps after it have the order of the formula" }, { __index = problem }), method, result)
+  end
+  return result
+end
 
 function analysis.verify(tab)
   local result = setmetatable({ method = tab.name, order = tab:order(), rows = {}, notes = {}, ok = true }, verification)

@@ -68,6 +68,11 @@ local title = "Stability and order of methods"
 doc { name = "tableau:report", module = "stability", title = title, sig = "tab:report() -> string",
   text = "The tableau drawn, its kind, the order conditions met and missed, R(z), stability, and the order to expect on DAEs "
     .. "of index 1, 2 and 3.", function(tab) return analysis().report(tab) end }
+doc { name = "multistep:verify", module = "stability", title = title, sig = "method:verify() -> verification",
+  text = "Measures the order of a BDF formula on nonlinear, non-autonomous, stiff and DAE problems (index 2 and 3 as they stand).",
+  example = "bdf(2):verify().ok", gives = "true",
+  function(self) return analysis().verify_multistep(self) end }
+
 doc { name = "tableau:verify", module = "stability", title = title, sig = "tab:verify() -> verification",
   text = "Measures the order on nonlinear, non-autonomous, stiff and DAE problems (index 1, 2, 3) and compares, one-sided, "
     .. "with what the coefficients promise; order reduction is explained. Fields: ok, rows, notes.",

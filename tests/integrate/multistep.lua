@@ -58,3 +58,12 @@ test("dense output and times of fixed-step BDF", function()
   expect(sol:stats().steps):equals(100)
   expect(function() decay:integrate { start = { x = 1 }, to = 1, dt = 0, method = bdf(4) } end):fails "dt = 0"
 end)
+
+test("verify() measures the order of every formula", function()
+  for k = 1, 6 do
+    local v = bdf(k):verify()
+    expect(v.ok):is_true()
+    for _, row in ipairs(v.rows) do expect(row.expected):equals(row.problem == "index 3" and math.min(k, 4) or k) end
+  end
+  expect(tostring(bdf(5):verify())):matches "index 3: the start by Radau steps limits it"
+end)
