@@ -158,10 +158,12 @@ int estimate_pem(Call& call, const Options& o, const char* kind) {
     options.theta = Vec(to_data(call.L, o.push("start"), "start").reshaped());
     lua_settop(call.L, call.count());
   }
+  const auto noise = read_noise(call, o);
   IdModel m;
   m.inputs = d.inputs();
   for (Index i = 0; i < d.outputs(); ++i)
-    m.outputs.push_back(sysid::pem(d, i, read_orders(call, o, d, i), kind, options));
+    m.outputs.push_back(noise ? sysid::pem(d, i, read_orders(call, o, d, i), kind, options, *noise)
+                              : sysid::pem(d, i, read_orders(call, o, d, i), kind, options));
   return call.push(std::make_shared<const IdModel>(std::move(m)));
 }
 
@@ -172,25 +174,26 @@ void check_estimation(Call& call) {
 
 int armax(Call& call) {
   check_estimation(call);
-  const Options o = call.options(2, {"na", "nb", "nc", "nk", "ic", "start", "iterations"});
+  const Options o = call.options(2, {"na", "nb", "nc", "nk", "ic", "start", "iterations", "noise"});
   return estimate_pem(call, o, call.object<IdData>(1, "data").inputs() > 0 ? "ARMAX" : "ARMA");
 }
 
 int oe(Call& call) {
   check_estimation(call);
-  return estimate_pem(call, call.options(2, {"nb", "nf", "nk", "ic", "start", "iterations"}), "OE");
+  return estimate_pem(call, call.options(2, {"nb", "nf", "nk", "ic", "start", "iterations", "noise"}), "OE");
 }
 
 int bj(Call& call) {
   check_estimation(call);
-  return estimate_pem(call, call.options(2, {"nb", "nc", "nd", "nf", "nk", "ic", "start", "iterations"}),
-                      "BJ");
+  return estimate_pem(
+      call, call.options(2, {"nb", "nc", "nd", "nf", "nk", "ic", "start", "iterations", "noise"}), "BJ");
 }
 
 int pem(Call& call) {
   check_estimation(call);
   return estimate_pem(
-      call, call.options(2, {"na", "nb", "nc", "nd", "nf", "nk", "ic", "start", "iterations"}), "polynomial");
+      call, call.options(2, {"na", "nb", "nc", "nd", "nf", "nk", "ic", "start", "iterations", "noise"}),
+      "polynomial");
 }
 
 const IdModel& self(Call& call) { return call.object<IdModel>(1, "idmodel"); }
@@ -307,7 +310,9 @@ const Module idmodel_module = {
         {"armax", armax, "armax(d, { na =, nb =, nc =, nk = 1, ic = \"estimate\", start = }) -> idmodel",
          "Prediction-error estimate of A(q) y(t) = B(q) u(t) + C(q) e(t) by Gauss–Newton with exact "
          "gradients; without inputs "
-         "an ARMA model. start: θ to begin with; otherwise linear estimates.",
+         "an ARMA model. start: θ to begin with; otherwise linear estimates. noise: maximum likelihood for "
+         "gaussian(), "
+         "laplace() or a density of one's own, also in oe, bj and pem.",
          "u, y = {}, {}\nfor t = 1, 40 do u[t] = (-1)^(t*t//3); y[t] = 0.5*(y[t-1] or 0) + (u[t-1] or 0) "
          "end\n"
          "m = armax(iddata{ y = y, u = u }, { na = 1, nb = 1, nc = 1 })\nprint((\"%.6f "

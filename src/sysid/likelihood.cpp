@@ -277,6 +277,17 @@ std::string described(const Density& f, const LikelihoodFit& fit) {
   return out;
 }
 
+NegativeLogarithm negative_logarithm(const Density& f) {
+  if (f.kind == Density::Kind::gaussian) return [](double e) { return std::array<double, 2>{e * e / 2, e}; };
+  if (f.kind == Density::Kind::laplace)
+    return [](double e) { return std::array<double, 2>{std::abs(e), e == 0 ? 0 : std::copysign(1.0, e)}; };
+  const auto log = std::make_shared<const NegativeLog>(f);
+  return [log](double e) {
+    const auto all = (*log)(e);
+    return std::array<double, 2>{all[0], all[1]};
+  };
+}
+
 // ── uniform noise ──
 
 ParameterSet parameter_set(Regression r, double low, double high) {

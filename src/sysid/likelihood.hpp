@@ -2,6 +2,8 @@
 // (75)): max Π f(y_t - φ_tᵀθ).
 #pragma once
 
+#include <array>
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -21,6 +23,10 @@ struct Density {
 std::string describe(const Density& f);
 /// ln f, products, powers and exponentials taken apart where their factors are positive by their form.
 Expr log_density(Expr f);
+
+/// -ln f(e) and its slope; of Gaussian and Laplace noise up to scale and constant.
+using NegativeLogarithm = std::function<std::array<double, 2>(double)>;
+NegativeLogarithm negative_logarithm(const Density& f);
 
 /// A regression as estimators see it; sample[i]: number of the sample (from 1) that row i explains.
 struct Regression {

@@ -8,6 +8,7 @@
 
 #include <optional>
 
+#include "sysid/likelihood.hpp"
 #include "sysid/model.hpp"
 
 namespace pendula::sysid {
@@ -33,6 +34,12 @@ struct PemOptions {
 /// Cost per iteration: N (filters + d²).
 PolyModel pem(const IdData& d, Index output, const Orders& orders, const std::string& kind,
               const PemOptions& options);
+
+/// Maximum likelihood for a density of ε with values for every e: Gaussian, Laplace, user. Asymptotic
+/// covariance (I JᵀJ)⁻¹ with the Fisher information I of one sample. throws Error for uniform and exponential
+/// noise.
+PolyModel pem(const IdData& d, Index output, const Orders& orders, const std::string& kind,
+              const PemOptions& options, const Density& density);
 
 /// Starting values by linear steps: high-order ARX for the innovations (Hannan & Rissanen, Biometrika 69,
 /// 1982), Steiglitz–McBride iterations for B/F (IEEE Trans. Autom. Control 10, 1965).

@@ -205,3 +205,41 @@ test("a density with a kink is least absolute deviations", function()
   expect(f.theta):near(l.theta, 1e-8)
   expect(f.std):near(l.std, 1e-6)
 end)
+
+test("maximum likelihood of models that are not linear in θ", function()
+  local s = 17
+  local function r() s = (1103515245 * s + 12345) % 2147483648 return s / 1073741824 - 1 end
+  local u, y, w = {}, {}, {}
+  for t = 1, 400 do
+    u[t] = r()
+    w[t] = 1.5 * (w[t-1] or 0) - 0.7 * (w[t-2] or 0) + (u[t-1] or 0) + 0.5 * (u[t-2] or 0)
+    y[t] = w[t] + 0.02 * r() + (t % 20 == 0 and 3 * r() or 0)          -- now and then an outlier
+  end
+  local d = iddata { y = y, u = u }
+  local function off(m) return norm(m.theta - vec { 1, 0.5, -1.5, 0.7 }) end
+  local squares, absolute = oe(d, { nb = 2, nf = 2 }), oe(d, { nb = 2, nf = 2, noise = laplace() })
+  expect(off(absolute) < off(squares) / 5):is_true()                   -- robust: the outliers hardly count
+  expect(absolute.log_likelihood > -400 * math.log(2 * math.exp(1) * 0.2)):is_true()
+  -- no other θ nearby is more likely
+  local function cost(theta)
+    local m = oe(d, { nb = 2, nf = 2, start = theta, iterations = 0, ic = "zero" })
+    local sum = 0
+    local e = m:residuals(d, { init = "zero" })
+    for t = 1, e.rows do sum = sum + math.abs(e[t]) end
+    return sum
+  end
+  local best = oe(d, { nb = 2, nf = 2, noise = laplace(), ic = "zero" })
+  local at = cost(best.theta)
+  for i = 1, 4 do
+    for _, h in ipairs { 1e-4, -1e-4 } do
+      local moved = {}
+      for j = 1, 4 do moved[j] = best.theta[j] + (i == j and h or 0) end
+      expect(cost(moved) > at):is_true()
+    end
+  end
+  expect(oe(d, { nb = 2, nf = 2, noise = gaussian() }).theta):near(squares.theta, 1e-12)
+  local student = oe(d, { nb = 2, nf = 2, noise = density(function(e) return 1 / (1 + (e / 0.02)^2)^2 end) })
+  expect(off(student) < off(squares) / 5):is_true()
+  expect(armax(d, { na = 2, nb = 2, nc = 2, noise = laplace() }).rank):equals(6)
+  expect(function() oe(d, { nb = 2, nf = 2, noise = uniform(-1, 1) }) end):fails "linear in θ"
+end)
