@@ -134,8 +134,7 @@ Pattern incidence(const Model& m) {
   return pattern;
 }
 
-Analysis analyse(const Model& m) {
-  if (m.residuals.size() != m.variables.size()) throw Error(imbalance(m));
+static Analysis analysed(const Model& m) {
   Analysis a;
   const auto n = static_cast<int>(m.variables.size());
   a.sigma = signature(m);
@@ -154,6 +153,19 @@ Analysis analyse(const Model& m) {
   a.constraints.insert(a.constraints.begin(), m.invariants.begin(), m.invariants.end());
   a.dof -= static_cast<int>(m.invariants.size());
   return a;
+}
+
+Analysis analyse(const Model& m) {
+  if (m.residuals.size() != m.variables.size()) throw Error(imbalance(m));
+  static Remembered<Analysis> small;
+  static Remembered<Analysis, 4> large;
+  auto key = key_of(m);
+  for (const Constraint& c : m.invariants)
+    key.push_back(static_cast<std::uint32_t>(std::hash<std::string>()(c.label)));
+  const bool is_small = m.residuals.size() <= 1000;
+  if (const Analysis* known = is_small ? small.find(key) : large.find(key)) return *known;
+  Analysis a = analysed(m);
+  return is_small ? small.keep(std::move(key), std::move(a)) : large.keep(std::move(key), std::move(a));
 }
 
 std::string why_not_regular(const Model& m, const Analysis& a) {

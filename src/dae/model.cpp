@@ -1,6 +1,7 @@
 #include "dae/model.hpp"
 
 #include <algorithm>
+#include <optional>
 #include <unordered_set>
 
 #include "base/error.hpp"
@@ -117,13 +118,64 @@ bool contains_any(Expr e, const std::unordered_set<Expr>& set) {
   return false;
 }
 
+/// Of every expression below some others: which leaf of a set it contains. One pass, although the rows of an
+/// explicit model may share all they consist of.
+class Occurrence {
+ public:
+  Occurrence(std::span<const Expr> outputs, const std::unordered_set<Expr>& set) {
+    for (Expr node : topological(outputs)) {
+      std::uint32_t& here = which_[node];
+      if (node.is_symbol() || node.op() == Op::call) here = set.count(node) ? node.id() + 1 : none;
+      if (node.is_symbol() || node.is_constant()) continue;
+      for (Expr x : node.operands()) {
+        const std::uint32_t there = which_[x];
+        std::uint32_t& now = which_[node];
+        now = now == none || now == there ? there : there == none ? now : several;
+      }
+    }
+  }
+  bool any(Expr e) { return which_[e] != none; }
+  std::optional<Expr> only(Expr e) {
+    const std::uint32_t w = which_[e];
+    return w == none || w == several ? std::nullopt : std::optional(Expr::at(w - 1));
+  }
+
+  /// e = slope · leaf + rest, where that can be read off sums and products; leaf is the only one of the set.
+  struct Line {
+    Expr slope, rest;
+  };
+  std::optional<Line> line(Expr e) {
+    if (!any(e)) return Line{Expr(0), e};
+    if (e.is_symbol()) return Line{Expr(1), Expr(0)};
+    if (e.op() != Op::add && e.op() != Op::sub && e.op() != Op::neg && e.op() != Op::mul && e.op() != Op::div)
+      return std::nullopt;
+    const auto a = line(e.operand(0));
+    if (!a) return std::nullopt;
+    if (e.op() == Op::neg) return Line{-a->slope, -a->rest};
+    const Expr left = e.operand(0), right = e.operand(1);
+    if (e.op() == Op::div)
+      return any(right) ? std::nullopt : std::optional(Line{a->slope / right, a->rest / right});
+    if (e.op() == Op::mul && !any(right)) return Line{a->slope * right, a->rest * right};
+    const auto b = line(right);
+    if (!b || (e.op() == Op::mul && any(left))) return std::nullopt;
+    if (e.op() == Op::mul) return Line{left * b->slope, left * b->rest};
+    return e.op() == Op::add ? Line{a->slope + b->slope, a->rest + b->rest}
+                             : Line{a->slope - b->slope, a->rest - b->rest};
+  }
+
+ private:
+  static constexpr std::uint32_t none = 0, several = 0xffffffff;
+  NodeMap<std::uint32_t> which_;
+};
+
 /// Rows with derivatives, rows without; whether ∂(rows with)/∂x′ is generically nonsingular.
 Kind classify(const Model& m, bool& mass_matrix) {
   const std::vector<Expr> top = m.top_derivatives();
   const std::unordered_set<Expr> top_set(top.begin(), top.end());
   std::vector<Expr> with;
+  Occurrence tops(m.residuals, top_set);
   for (Expr r : m.residuals)
-    if (contains_any(r, top_set)) with.push_back(r);
+    if (tops.any(r)) with.push_back(r);
   const bool pure = m.algebraic().empty();
   const bool square = m.residuals.size() == m.variables.size();
   if (square && with.size() == top.size()) {
@@ -241,19 +293,19 @@ std::vector<Solved> solved_rows(const Model& m) {
   std::unordered_set<Expr> top_set, taken, unknown;
   for (Expr leaf : m.top_derivatives()) top_set.insert(leaf);
   std::vector<Solved> rows;
+  Occurrence tops(m.residuals, top_set);
   for (std::size_t i = 0; i < m.residuals.size(); ++i) {
     const Expr r = m.residuals[i];
-    std::vector<Expr> found;
-    for (Expr leaf : leaves({&r, 1}))
-      if (top_set.count(leaf)) found.push_back(leaf);
-    if (found.size() != 1 || taken.count(found[0])) continue;
-    const Expr slope = partial(r, found[0]);
-    bool constant = !slope.is_zero();
-    for (Expr leaf : leaves({&slope, 1})) constant = constant && !is_unknown(leaf);
+    const auto top = tops.only(r);
+    if (!top || taken.count(*top)) continue;
+    auto line = tops.line(r);
+    if (!line) line = {partial(r, *top), Expr(0)};
+    bool constant = !line->slope.is_zero();
+    for (Expr leaf : leaves({&line->slope, 1})) constant = constant && !is_unknown(leaf);
     if (!constant) continue;
-    taken.insert(found[0]);
-    const Expr rest = substitute(r, {{found[0], Expr(0)}});
-    rows.push_back({i, found[0], -rest / slope});
+    taken.insert(*top);
+    if (!tops.line(r)) line->rest = substitute(r, {{*top, Expr(0)}});
+    rows.push_back({i, *top, -line->rest / line->slope});
   }
   return rows;
 }
@@ -264,17 +316,17 @@ static void fill_explicit_form(const Model& m, FirstOrder& fo) {
   std::unordered_set<std::size_t> used;
   for (const Solved& row : solved_rows(m)) f[row.derivative] = row.f, used.insert(row.residual);
   if (f.size() != m.top_derivatives().size()) return;
-  const std::unordered_set<Expr> top = [&] {
-    const auto list = m.top_derivatives();
-    return std::unordered_set<Expr>(list.begin(), list.end());
-  }();
+  const auto list = m.top_derivatives();
+  std::vector<Expr> all = m.residuals;
+  for (const auto& [derivative, right] : f) all.push_back(right);
+  Occurrence tops(all, std::unordered_set<Expr>(list.begin(), list.end()));
   for (std::size_t i = 0; i < m.residuals.size(); ++i) {
     if (used.count(i)) continue;
-    if (contains_any(m.residuals[i], top)) return;
+    if (tops.any(m.residuals[i])) return;
     fo.g.push_back(m.residuals[i]);
   }
   for (const auto& [derivative, right] : f)
-    if (contains_any(right, top)) return;
+    if (tops.any(right)) return;
   for (std::size_t i = 0; i < fo.x.size(); ++i) {
     const auto it = f.find(fo.xdot[i]);
     fo.f.push_back(it == f.end() ? derivative_leaf(fo.x[i]) : it->second);
@@ -302,9 +354,11 @@ FirstOrder first_order(const Model& m) {
     fo.F.push_back(fo.xdot.back() - next);
     fo.label.push_back(to_text(next) + " is the derivative of " + to_text(x));
   }
+  constexpr std::size_t readable = 300;  // equations whose text is worth its time
   for (std::size_t i = 0; i < m.residuals.size(); ++i) {
     fo.F.push_back(m.residuals[i]);
-    fo.label.push_back("equation " + m.label(i) + ": " + m.equation_text(i));
+    fo.label.push_back("equation " + m.label(i));
+    if (m.residuals.size() <= readable) fo.label.back() += ": " + m.equation_text(i);
   }
   for (Expr leaf : leaves(m.residuals))
     if (std::find(m.inputs.begin(), m.inputs.end(), symbol_of(leaf).base) != m.inputs.end())

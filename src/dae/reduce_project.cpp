@@ -3,6 +3,7 @@
 #include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
+#include <unordered_set>
 
 #include "base/error.hpp"
 #include "base/text.hpp"
@@ -19,9 +20,10 @@ using Index = Eigen::Index;
 
 std::vector<Expr> states_in(std::span<const Expr> residuals, const Model& m) {
   const auto states = m.states(), inside = leaves(residuals);
+  const std::unordered_set<Expr> set(inside.begin(), inside.end());
   std::vector<Expr> found;
   for (Expr x : states)
-    if (std::find(inside.begin(), inside.end(), x) != inside.end()) found.push_back(x);
+    if (set.count(x)) found.push_back(x);
   return found;
 }
 
@@ -62,7 +64,8 @@ void weigh(Projection& p, const Model& m) {
 /// once where that is not possible.
 std::vector<Projection> stages(const Model& m) {
   std::vector<Projection> list;
-  std::vector<Expr> moved, all;
+  std::unordered_set<Expr> moved;
+  std::vector<Expr> all;
   int highest = 0;
   for (const Constraint& c : m.invariants) highest = std::max(highest, c.derivative);
   for (int k = 0; k <= highest; ++k) {
@@ -71,9 +74,9 @@ std::vector<Projection> stages(const Model& m) {
       if (c.derivative == k) residuals.push_back(c.residual), all.push_back(c.residual);
     if (residuals.empty()) continue;
     std::vector<Expr> unknowns = states_in(residuals, m);
-    std::erase_if(unknowns, [&](Expr x) { return std::find(moved.begin(), moved.end(), x) != moved.end(); });
+    std::erase_if(unknowns, [&](Expr x) { return moved.count(x) > 0; });
     list.push_back(stage(std::move(residuals), unknowns));
-    moved.insert(moved.end(), unknowns.begin(), unknowns.end());
+    moved.insert(unknowns.begin(), unknowns.end());
   }
   if (!std::all_of(list.begin(), list.end(), independent)) list = {stage(all, states_in(all, m))};
   for (Projection& p : list) weigh(p, m);

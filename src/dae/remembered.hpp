@@ -11,11 +11,10 @@
 namespace pendula::dae {
 
 /// The last answers by key. Not for threads, as the graph of expressions.
-template <class Answer>
+template <class Answer, std::size_t capacity = 64>
 class Remembered {
  public:
   using Key = std::vector<std::uint32_t>;
-  static constexpr std::size_t capacity = 64;
 
   const Answer* find(const Key& key) const {
     const auto it = kept_.find(key);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <unordered_set>
 #include <utility>
 
 #include "base/error.hpp"
@@ -82,9 +83,30 @@ std::vector<Moved> moved_values(const StartSystem& s, const Vec& w) {
   return list;
 }
 
+/// The form with sparse equations that a large explicit form was made of: x′ = f(t, x) with linear solves in
+/// f has a dense Jacobian. Nothing where the model is as good itself.
+ModelPtr sparse_relative(const ModelPtr& model) {
+  if (model->form != "ode" && model->form != "project") return nullptr;
+  if (static_cast<Index>(model->states().size()) < dense_up_to) return nullptr;
+  ModelPtr m = model;
+  while (m && m->form != "acc") m = m->parent;
+  return m && m->states() == model->states() ? m : nullptr;
+}
+
+StartPtr init_by(const ModelPtr& relative, const ModelPtr& model, const StartRequest& request) {
+  auto at = std::make_shared<Start>(*init(relative, request));
+  at->model = model;
+  std::unordered_set<Expr> own;
+  for (const auto& list : {model->states(), model->top_derivatives(), model->algebraic()})
+    own.insert(list.begin(), list.end());
+  std::erase_if(at->rows, [&](const LedgerRow& row) { return !own.count(row.leaf); });
+  return at;
+}
+
 }  // namespace
 
 StartPtr init(const ModelPtr& model, const StartRequest& request) {
+  if (const ModelPtr relative = sparse_relative(model)) return init_by(relative, model, request);
   const StartSystem s(model, request);
   StartSolution solution = solve_start(s);
   if (!solution.solved && !solution.defined) explain_undefined(s);

@@ -350,7 +350,7 @@ class Run {
 
   /// Explicit → Radau IIA, when it pays: many more steps of this size would follow.
   void change_if_stiff() {
-    if (method_.family != "auto" || !stepper().is_stiff()) return;
+    if (method_.family != "auto" || problem_->has_dense_jacobian() || !stepper().is_stiff()) return;
     if ((plan_.to - stepper().here().t) < 100 * stepper().next_dt()) return;
     change(stepper().next_dt(), "stiff: stability, not accuracy, limited the steps");
   }

@@ -5,6 +5,7 @@
 
 #include "base/error.hpp"
 #include "expr/derivative.hpp"
+#include "expr/solve.hpp"
 
 namespace pendula::integrate {
 namespace {
@@ -14,6 +15,15 @@ std::string leaf_name(Expr leaf) {
   std::string name = s.vector.empty() ? s.name : text(s.vector, "[", s.component, "]");
   for (int k = 0; k < s.order; ++k) name += "′";
   return name;
+}
+
+bool has_large_solve(const std::vector<Expr>& f) {
+  constexpr int large = 60;
+  if (f.size() < static_cast<std::size_t>(large)) return false;
+  const std::vector<Expr> nodes = topological(f);
+  return std::any_of(nodes.begin(), nodes.end(), [](Expr node) {
+    return node.op() == Op::solve && component_of(node) == 0 && system_of(node).size >= large;
+  });
 }
 
 }  // namespace
@@ -40,7 +50,7 @@ Problem::Problem(dae::FirstOrder model, Vec parameters, std::vector<Input> input
   std::copy(parameters.begin(), parameters.end(), values_.end() - parameters.size());
 
   F_ = codegen::Kernel(model_.F, arguments_);
-  if (is_ode()) f_ = codegen::Kernel(model_.f, arguments_);
+  if (is_ode()) f_ = codegen::Kernel(model_.f, arguments_), dense_jacobian_ = has_large_solve(model_.f);
 }
 
 void Problem::accelerate() {

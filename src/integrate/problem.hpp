@@ -69,6 +69,9 @@ class Problem {
     int row, column;
   };
   const std::vector<Entry>& pattern() const;
+  /// A large model made explicit by linear solves: every x′ depends on every x, and the Jacobian must not be
+  /// asked for.
+  bool has_dense_jacobian() const { return dense_jacobian_; }
   /// Makes machine code at once: thousands of evaluations are to come.
   void accelerate();
   const std::vector<double>& jacobian();
@@ -93,7 +96,7 @@ class Problem {
   mutable std::vector<Entry> pattern_;
   codegen::Kernel F_, f_;
   mutable codegen::Kernel J_;
-  bool accelerated_ = false;
+  bool accelerated_ = false, dense_jacobian_ = false;
   mutable bool has_jacobian_ = false;
   std::vector<Projector> projectors_;
   int shown_n_ = -1, shown_m_ = -1;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <unordered_map>
 
 #include "base/error.hpp"
 #include "expr/print.hpp"
@@ -13,13 +14,13 @@ using Index = Eigen::Index;
 Projector::Projector(const dae::Projection& stage, std::span<const Expr> states,
                      std::span<const Expr> arguments)
     : stage_(stage), residuals_(stage.residuals.size()) {
+  std::unordered_map<Expr, std::size_t> position;
+  for (std::size_t i = 0; i < states.size(); ++i) position.emplace(states[i], i);
   for (Expr unknown : stage.unknowns) {
-    const auto at = std::find(states.begin(), states.end(), unknown);
-    PENDULA_ASSERT(at != states.end(), "a projection moves something that is not a state");
-    moved_.push_back(static_cast<std::size_t>(at - states.begin()));
+    const auto at = position.find(unknown);
+    PENDULA_ASSERT(at != position.end(), "a projection moves something that is not a state");
+    moved_.push_back(at->second);
   }
-  conditions_ =
-      stage.residuals.size() == 1 ? to_text(stage.residuals[0]) : vector_to_text(column(stage.residuals));
   std::vector<Expr> outputs = stage.residuals;
   for (const pendula::Entry& e : stage.jacobian) {
     outputs.push_back(e.value);
@@ -41,7 +42,6 @@ Projector::Projector(const Projector& other)
       moved_(other.moved_),
       jacobian_(other.jacobian_),
       weights_(other.weights_),
-      conditions_(other.conditions_),
       residuals_(other.residuals_),
       kernel_(other.kernel_),
       residual_kernel_(other.residual_kernel_),
@@ -108,6 +108,11 @@ bool Projector::correct(std::vector<double>& values, std::size_t first_state, do
   return true;
 }
 
+std::string Projector::conditions() const {
+  const std::vector<Expr>& r = stage_.residuals;
+  return r.size() == 1 ? to_text(r[0]) : vector_to_text(column(r));
+}
+
 void Projector::run(std::vector<double>& values, std::size_t first_state) {
   constexpr int most_steps = 30;
   for (int k = 0; k < most_steps; ++k) {
@@ -116,7 +121,7 @@ void Projector::run(std::vector<double>& values, std::size_t first_state) {
     const double rounding = k < 4 ? 1e-14 : 1e-11;  // badly scaled constraints stay at their own rounding
     if (moved <= rounding * (1 + largest)) return;
   }
-  throw Failure(text("the state could not be moved back onto 0 = ", conditions_,
+  throw Failure(text("the state could not be moved back onto 0 = ", conditions(),
                      ": it is too far away, or the constraints are singular there. Try a smaller dt"));
 }
 

@@ -31,10 +31,10 @@ class Projector {
  private:
   bool correct(std::vector<double>& values, std::size_t first_state, double& moved, double& largest);
   void prepare();
+  std::string conditions() const;  ///< for messages
   dae::Projection stage_;                     ///< kept: a copy compiles its own workspace
   std::vector<std::size_t> moved_;            ///< positions in the states
   std::vector<Position> jacobian_, weights_;  ///< of the nonzero entries of ∂G/∂x and W
-  std::string conditions_;                    ///< for messages
   std::size_t residuals_;
   codegen::Kernel kernel_, residual_kernel_;  ///< G, entries of J and W; G alone
   LinearSolver<double> solver_;

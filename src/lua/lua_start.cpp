@@ -115,10 +115,13 @@ static dae::StartPtr translated_states(const dae::StartPtr& at, const dae::Model
       request.parameters[p] = value;
   // What was fixed, chosen or computed in the original stays so: sensitivities of the start depend on it.
   auto result = std::make_shared<dae::Start>(*dae::init(model, request));
+  std::unordered_map<Expr, dae::Origin> origins;
+  for (const dae::LedgerRow& original : at->rows) {
+    origins[original.leaf] = original.origin;
+    origins[dae::resolve(*model, original.leaf)] = original.origin;
+  }
   for (dae::LedgerRow& row : result->rows)
-    for (const dae::LedgerRow& original : at->rows)
-      if (original.leaf == row.leaf || dae::resolve(*model, original.leaf) == row.leaf)
-        row.origin = original.origin;
+    if (const auto it = origins.find(row.leaf); it != origins.end()) row.origin = it->second;
   return result;
 }
 
