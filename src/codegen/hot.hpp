@@ -10,7 +10,8 @@ namespace pendula::codegen {
 
 class Hot {
  public:
-  explicit Hot(Program program);
+  /// regular: the part of the tape's operations that are loops.
+  Hot(Program program, double regular);
 
   /// The code, if there is some already. Counts as an evaluation.
   const Machine* code() {
@@ -29,6 +30,7 @@ class Hot {
  private:
   std::atomic<const Machine*> ready_{nullptr};
   std::atomic<long> left_;
+  bool worth_code_;
   std::once_flag once_, lanes_once_;
   Program program_;
   std::unique_ptr<const Machine> machine_, lanes_;

@@ -13,7 +13,7 @@ namespace pendula::codegen {
 struct Kernel::Code {
   Tape tape;
   Hot hot;
-  explicit Code(Program program) : tape(program), hot(std::move(program)) {}
+  explicit Code(Program program) : tape(program), hot(std::move(program), tape.regular_share()) {}
 };
 
 Kernel::Kernel(std::span<const Expr> outputs, std::span<const Expr> inputs) {

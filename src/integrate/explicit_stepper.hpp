@@ -63,6 +63,7 @@ class ExplicitStepper final : public Stepper {
   std::string trouble_;
   int stiff_hits_ = 0, calm_ = 0;
   long since_start_ = 0;
+  double ceiling_ = std::numeric_limits<double>::infinity();  ///< of dt where stability limits it
 };
 
 }  // namespace pendula::integrate

@@ -1,0 +1,144 @@
+#include "codegen/pieces.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <unordered_map>
+
+namespace pendula::codegen {
+namespace {
+
+template <class F>
+[[gnu::always_inline]] inline void loop(const Piece& p, double* w, const F& f) {
+  double* __restrict r = w + p.result;
+  const double *a = w + p.operand[0], *b = w + p.operand[1];
+  const std::size_t n = p.count, sa = p.stride[0], sb = p.stride[1];
+  if (sa == 1 && sb == 1) {
+    for (std::size_t k = 0; k < n; ++k) r[k] = f(a[k], b[k]);
+  } else if (sa == 1 && sb == 0) {
+    for (std::size_t k = 0; k < n; ++k) r[k] = f(a[k], *b);
+  } else if (sa == 0 && sb == 1) {
+    for (std::size_t k = 0; k < n; ++k) r[k] = f(*a, b[k]);
+  } else {
+    for (std::size_t k = 0; k < n; ++k) r[k] = f(a[k * sa], b[k * sb]);
+  }
+}
+
+[[gnu::always_inline]] inline void run_any(const Piece& p, double* w) {
+  switch (p.op) {
+    case Op::neg:
+      return loop(p, w, [](double a, double) { return -a; });
+    case Op::add:
+      return loop(p, w, [](double a, double b) { return a + b; });
+    case Op::sub:
+      return loop(p, w, [](double a, double b) { return a - b; });
+    case Op::mul:
+      return loop(p, w, [](double a, double b) { return a * b; });
+    case Op::div:
+      return loop(p, w, [](double a, double b) { return a / b; });
+    case Op::sqrt:
+      return loop(p, w, [](double a, double) { return std::sqrt(a); });
+    case Op::exp:
+      return loop(p, w, [](double a, double) { return std::exp(a); });
+    default:
+      return;
+  }
+}
+
+#if defined(__x86_64__) && defined(__GNUC__)
+[[gnu::target("avx2")]] void run_avx2(const Piece& p, double* w) { run_any(p, w); }
+#endif
+void run_plain(const Piece& p, double* w) { run_any(p, w); }
+
+using Run = void (*)(const Piece&, double*);
+
+Run best() {
+#if defined(__x86_64__) && defined(__GNUC__)
+  if (__builtin_cpu_supports("avx2")) return run_avx2;
+#endif
+  return run_plain;
+}
+
+constexpr std::size_t worth_it = 8;  // members
+
+/// Members by operands, and which of them have their place already.
+class Members {
+ public:
+  explicit Members(std::span<const Pair> members) : members_(members), placed_(members.size(), 0) {
+    where_.reserve(members.size());
+    for (std::uint32_t i = 0; i < members.size(); ++i) where_.emplace(key(members[i]), i);
+  }
+
+  /// How many members follow each other from i on with these strides.
+  std::size_t length(std::uint32_t i, Slot sa, Slot sb) const {
+    Pair at = members_[i];
+    std::size_t count = 1;
+    for (;; ++count) {
+      at.a += sa, at.b += sb;
+      const auto next = where_.find(key(at));
+      if (next == where_.end() || placed_[next->second]) return count;
+    }
+  }
+  void take(std::uint32_t i, std::size_t count, Slot sa, Slot sb, std::vector<std::uint32_t>& order) {
+    Pair at = members_[i];
+    for (; count > 0; --count, at.a += sa, at.b += sb) {
+      const std::uint32_t next = where_.at(key(at));
+      placed_[next] = 1;
+      order.push_back(next);
+    }
+  }
+  bool placed(std::uint32_t i) const { return placed_[i]; }
+  /// The member is the one that is found by its operands: of equal ones the first.
+  bool found(std::uint32_t i) const { return where_.at(key(members_[i])) == i; }
+
+ private:
+  static std::uint64_t key(Pair p) { return std::uint64_t{p.a} << 32 | p.b; }
+  std::span<const Pair> members_;
+  std::vector<char> placed_;
+  std::unordered_map<std::uint64_t, std::uint32_t> where_;
+};
+
+}  // namespace
+
+bool has_loop(Op op) {
+  return op == Op::neg || op == Op::add || op == Op::sub || op == Op::mul || op == Op::div ||
+         op == Op::sqrt || op == Op::exp;
+}
+
+void run_piece(const Piece& piece, double* workspace) {
+  static const Run run = best();
+  run(piece, workspace);
+}
+
+Arrangement arrange(std::span<const Pair> members) {
+  Arrangement result;
+  std::vector<std::uint32_t> sorted(members.size());
+  std::iota(sorted.begin(), sorted.end(), 0U);
+  if (members.size() < worth_it) {
+    result.order = std::move(sorted);
+    return result;
+  }
+  std::stable_sort(sorted.begin(), sorted.end(), [&](std::uint32_t i, std::uint32_t j) {
+    return std::pair(members[i].a, members[i].b) < std::pair(members[j].a, members[j].b);
+  });
+  constexpr Slot strides[][2] = {{1, 1}, {1, 0}, {0, 1}, {2, 1}, {1, 2}, {2, 2},
+                                 {2, 0}, {0, 2}, {4, 1}, {1, 4}, {4, 2}, {2, 4}};
+  Members left(members);
+  for (std::uint32_t i : sorted) {
+    if (left.placed(i) || !left.found(i)) continue;
+    std::size_t longest = 0;
+    const Slot* best_stride = strides[0];
+    for (const auto& stride : strides) {
+      const std::size_t length = left.length(i, stride[0], stride[1]);
+      if (length > longest) longest = length, best_stride = stride;
+    }
+    if (longest < worth_it) continue;
+    result.stretches.push_back({result.order.size(), longest, {best_stride[0], best_stride[1]}});
+    left.take(i, longest, best_stride[0], best_stride[1], result.order);
+  }
+  for (std::uint32_t i : sorted)
+    if (!left.placed(i)) result.order.push_back(i);
+  return result;
+}
+
+}  // namespace pendula::codegen
