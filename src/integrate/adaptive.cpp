@@ -41,6 +41,7 @@ class Run {
         finder_(problem_, plan.events.list) {
     if (plan_.tolerances.rtol.size() == 0)
       plan_.tolerances = Tolerances::uniform(problem_->n() + problem_->m(), 1e-6, 1e-9);
+    if (plan_.times) trail_->may_forget();
     solution_->set_continuation(trail_);
   }
 

@@ -119,7 +119,7 @@ Choice choose(const ProblemPtr& problem, const Method& method, const Plan& plan,
   // An explicit method would take some |λ|T/5 steps for stability alone; an implicit one a few dozen.
   constexpr double many = 300;
   const bool damped = eigenvalue->real_part < -0.5 * eigenvalue->size;
-  if (damped && eigenvalue->size * (plan.to - plan.from) > many)
+  if (damped && !problem->has_dense_jacobian() && eigenvalue->size * (plan.to - plan.from) > many)
     return {"radau", nullptr, "stiff: an eigenvalue of ∂x′/∂x at the start is large beside 1/(to - from)"};
   const std::size_t which = tightest > 2e-3 ? 0 : tightest > 2e-4 ? 1 : tightest > 1e-9 ? 2 : 3;
   return {"explicit", method.explicit_choice[std::min(which, method.explicit_choice.size() - 1)],

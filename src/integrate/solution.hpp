@@ -19,6 +19,9 @@ class Points {
   Points(int n, int m) : n_(n), m_(m) {}
   void add(const Point& point);
   int size() const { return static_cast<int>(t_.size()); }
+  int n() const { return n_; }
+  int m() const { return m_; }
+  std::size_t numbers() const { return t_.size() + x_.size() + xdot_.size() + z_.size(); }
   Point operator[](int i) const;
   void get(int i, Point& out) const;  ///< without allocation once `out` has its sizes
   const std::vector<double>& t() const { return t_; }

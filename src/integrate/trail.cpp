@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "base/error.hpp"
 #include "base/text.hpp"
 
 namespace pendula::integrate {
@@ -14,12 +15,23 @@ void Trail::use_modes(const ProblemPtr& problem, const std::vector<double>& mode
   if (modes_.empty() || modes_.back() != modes) modes_.push_back(modes);
 }
 
+void Trail::forget_if_large() {
+  constexpr std::size_t most = 4'000'000;  // numbers
+  if (!may_forget_ || forgotten_ || mesh_.numbers() + records_.size() < most) return;
+  forgotten_ = true;
+  mesh_ = Points(mesh_.n(), mesh_.m());
+  steps_ = {}, records_ = {};
+}
+
 void Trail::begin(const Point& point) {
+  if (forgotten_) return;
   mesh_.add(point);
   steps_.push_back({0, -1, -1});
 }
 
 void Trail::step_to(const Point& point, const std::vector<double>& record) {
+  forget_if_large();
+  if (forgotten_) return;
   mesh_.add(point);
   steps_.push_back(
       {records_.size(), static_cast<int>(steppers_.size()) - 1, static_cast<int>(modes_.size()) - 1});
@@ -27,6 +39,9 @@ void Trail::step_to(const Point& point, const std::vector<double>& record) {
 }
 
 std::vector<DiscreteStep> Trail::steps() {
+  if (forgotten_)
+    throw Error("the adjoint needs every step of the solution, and this long run kept only the points at its "
+                "times = { … }; integrate without times");
   std::vector<DiscreteStep> result;
   StepView view;
   Vec before;  // x′ at the end of the last step
@@ -58,7 +73,19 @@ std::vector<DiscreteStep> Trail::steps() {
   return result;
 }
 
-Point Trail::at(const Points&, double t) {
+/// A point that was asked for.
+static Point saved_at(const Points& saved, double t) {
+  const double rounding = 4 * std::numeric_limits<double>::epsilon() *
+                          std::max(std::fabs(saved.t().front()), std::fabs(saved.t().back()));
+  const int i = saved.index_at(t, rounding);
+  if (std::fabs(t - saved.t()[static_cast<std::size_t>(i)]) <= rounding) return saved[i];
+  throw Error(text("t = ", rounded(t, 6),
+                   " is not one of the times that were saved, and the steps of this long run were not kept "
+                   "(they take too much memory); add it to times = { … }"));
+}
+
+Point Trail::at(const Points& saved, double t) {
+  if (forgotten_) return saved_at(saved, t);
   const double rounding = 4 * std::numeric_limits<double>::epsilon() *
                           std::max(std::fabs(mesh_.t().front()), std::fabs(mesh_.t().back()));
   const int i = mesh_.index_at(t, rounding);

@@ -23,9 +23,13 @@ class Trail : public Continuation {
   /// The end of a step with the stepper's record.
   void step_to(const Point& point, const std::vector<double>& record);
 
-  std::pair<double, double> interval(const Points&) const override {
-    return {mesh_.t().front(), mesh_.t().back()};
+  std::pair<double, double> interval(const Points& saved) const override {
+    const std::vector<double>& t = forgotten_ ? saved.t() : mesh_.t();
+    return {t.front(), t.back()};
   }
+  /// Where the times of output are given: once the mesh takes more than some 32 MB it is forgotten, and only
+  /// the points at these times are known from then on. Memory is flat, whatever the number of steps.
+  void may_forget() { may_forget_ = true; }
   Point at(const Points& saved, double t) override;
   std::vector<DiscreteStep> steps() override;
 
@@ -41,8 +45,10 @@ class Trail : public Continuation {
   std::vector<std::shared_ptr<Stepper>> steppers_;
   ProblemPtr problem_;
   std::vector<std::vector<double>> modes_;
+  void forget_if_large();
   StepView view_;
   int viewed_ = -1;
+  bool may_forget_ = false, forgotten_ = false;
 };
 
 }  // namespace pendula::integrate
