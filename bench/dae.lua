@@ -30,10 +30,10 @@ local function measured(run)
   return { seconds = least, digits = correct, note = note }
 end
 
-local function ladder(run)
+local function ladder(run, tolerances)
   local list = {}
-  for k = 6, 24 do
-    local entry = measured(function() return run(10^(-k/2)) end)
+  for k = 6, tolerances and 5 + #tolerances or 24 do
+    local entry = measured(function() return run(tolerances and tolerances[k - 5] or 10^(-k/2)) end)
     if entry then list[#list + 1] = entry end
     if entry and entry.digits > levels[#levels] + 0.5 then break end
   end
@@ -76,8 +76,8 @@ local function show(problem)
   local ours = problem.ours and problem.ours(model) or model:index() > 1 and model:reduce() or model
   local prepared = os.clock() - clock
   local peer = problem.peer and problem.peer(model) or model
-  local theirs = ladder(ida_run(problem, peer))
-  local mine = ladder(our_run(problem, ours, problem.method))
+  local theirs = ladder(ida_run(problem, peer), problem.tolerances)
+  local mine = ladder(our_run(problem, ours, problem.method), problem.tolerances)
   for _, level in ipairs(levels) do
     local a, b = fastest(theirs, level), fastest(mine, level)
     print(string.format("%-24s %3d   %10s  %10s  %8s   %-18s %s", level == levels[1] and problem.name or "", level,

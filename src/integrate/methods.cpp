@@ -101,6 +101,15 @@ class PowerIteration {
 
 }  // namespace
 
+/// Of large sparse models the factorisations cost most: a Rosenbrock method takes one real matrix per step,
+/// which pays unless the tolerance asks for the higher orders of Radau IIA.
+static Choice implicit_choice(const Problem& problem, const Method& method, double tightest,
+                              const char* why) {
+  constexpr int large = 500;
+  const bool suits = method.rosenbrock && problem.model().semi_explicit && problem.n() + problem.m() >= large;
+  return {suits && tightest >= 0.99e-6 ? "rodas" : "radau", nullptr, why};
+}
+
 Choice choose(const ProblemPtr& problem, const Method& method, const Plan& plan, const Point& start) {
   if (method.tableau) return {"explicit", method.tableau, ""};
   const double tightest = plan.tolerances.rtol.size() > 0 ? plan.tolerances.rtol.minCoeff() : 1e-6;
@@ -120,7 +129,11 @@ Choice choose(const ProblemPtr& problem, const Method& method, const Plan& plan,
   constexpr double many = 300;
   const bool damped = eigenvalue->real_part < -0.5 * eigenvalue->size;
   if (damped && !problem->has_dense_jacobian() && eigenvalue->size * (plan.to - plan.from) > many)
-    return {"radau", nullptr, "stiff: an eigenvalue of ∂x′/∂x at the start is large beside 1/(to - from)"};
+    return implicit_choice(*problem, method, tightest,
+                           "stiff: an eigenvalue of ∂x′/∂x at the start is large beside 1/(to - from)");
+  if (problem->has_dense_jacobian() && eigenvalue->size * (plan.to - plan.from) > many && tightest > 1e-11)
+    return {"explicit", method.explicit_choice.back(),
+            "explicit: fast oscillations limit the step, and this method is stable on the imaginary axis"};
   const std::size_t which = tightest > 2e-3 ? 0 : tightest > 2e-4 ? 1 : tightest > 1e-9 ? 2 : 3;
   return {"explicit", method.explicit_choice[std::min(which, method.explicit_choice.size() - 1)],
           "explicit: not stiff at the start, order for this tolerance"};

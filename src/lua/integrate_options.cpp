@@ -332,11 +332,12 @@ dae::ParameterValues read_all_parameters(Call& call, const Options& options, con
 
 Method automatic_method(lua_State* L) {
   Method method;
-  for (const char* name : {"bogacki_shampine", "tsit5", "verner87", "verner98"}) {
+  for (const char* name : {"bogacki_shampine", "tsit5", "verner87", "verner98", "dop853"}) {
     TableauPtr tableau = library_tableau(L, name);
     if (!tableau) tableau = library_tableau(L, "dopri5");
     method.explicit_choice.push_back(tableau);
   }
+  method.rosenbrock = library_method<integrate::Rosenbrock>(L, "rosenbrock", "rodas4");
   return method;
 }
 
