@@ -33,7 +33,7 @@ test("a chain of 120 links is an explicit ODE, keeps its links, and agrees with 
   local at = low:init { fix = start }
   local sol = low:integrate { start = at, to = 0.2, rtol = 1e-7, atol = 1e-7, times = { 0.2 } }
   expect(sol.status):equals "finished"
-  expect(tostring(sol:stats())):matches "dop853"
+  expect(sol:stats().jacobians):equals(0)
   for i = 2, N, 17 do
     local length = sol((x[i] - x[i - 1])^2 + (y[i] - y[i - 1])^2, 0.2)
     expect(length*N^2):near(1, 1e-4)  -- rtol·|x| on differences of 1/N
