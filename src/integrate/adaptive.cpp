@@ -13,6 +13,7 @@
 #include "expr/print.hpp"
 #include "integrate/derivative.hpp"
 #include "integrate/explicit_stepper.hpp"
+#include "integrate/jumps.hpp"
 #include "integrate/methods.hpp"
 #include "integrate/saver.hpp"
 #include "integrate/trail.hpp"
@@ -105,6 +106,7 @@ class Run {
     tell_progress();
     view_.record = nullptr;
     step();
+    if (!plan_.watched.empty() && repeated_up_to_jump()) return "";
     const std::size_t size = stepper().record_size();
     record_.resize(size);
     stepper().record(record_.data());
@@ -124,6 +126,23 @@ class Run {
     if (plan_.leave && plan_.leave(stepper().here())) return "left";
     change_if_stiff();
     return "";
+  }
+
+  /// A step over a jump of an input is taken back; the next ones end there.
+  bool repeated_up_to_jump() {
+    const double from = stepper().before().t, to = stepper().here().t;
+    const double last = to >= end_ ? std::nextafter(to, from) : to;
+    std::optional<double> first;
+    for (const auto& input : plan_.watched)
+      if (const auto t = find_jump(input, from, last); t && (!first || *t < *first)) first = t;
+    if (!first || *first <= from) return false;
+    --trail_->stats.steps, ++trail_->stats.rejected;
+    const Point start = stepper().before();
+    end_ = *first;
+    problem_->set_limit(end_);
+    finder_.set_limit(end_);
+    stepper().start(start, end_);
+    return true;
   }
 
   /// Goes on behind a time at which inputs are not smooth, with steps of the size they had.
@@ -239,7 +258,7 @@ class Run {
   /// Begins anew where the equations or the point have jumped.
   void begin_again(const Point& point, const std::vector<EventFinder::Crossing>& crossed) {
     begin(point, crossed);
-    if (plan_.modes > 0 || !plan_.breaks.empty()) trail_->begin(stepper().here());
+    if (plan_.modes > 0 || !plan_.breaks.empty() || !plan_.watched.empty()) trail_->begin(stepper().here());
   }
 
   /// The time t* of an event depends on p: dt*/dp = -(dg/dp)/(dg/dt), and with it S jumps where x or x′ do:

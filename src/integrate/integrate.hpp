@@ -38,6 +38,8 @@ struct Plan {
   EventList events;
   int modes = 0;               ///< of the surfaces among the events
   std::vector<double> breaks;  ///< ascending: times at which the equations are not smooth; steps end there
+  /// Inputs of which nothing is known: after every step it is looked whether they have jumped in it.
+  std::vector<std::function<double(double)>> watched;
   /// Called every few steps with the time reached; for a progress line.
   std::function<void(double t, const Stats&)> progress;
 };

@@ -147,10 +147,10 @@ void give_samples(const SymbolEntry& entry, const SampleTable& table, Inputs& ou
     const Vec column = table.values.col(static_cast<Eigen::Index>(i));
     const auto signal = std::make_shared<integrate::Samples>(
         t, std::vector<double>(column.begin(), column.end()), table.hold, entry.key);
-    out.numeric.push_back({entry.leaves[i], [signal](double at) { return (*signal)(at); }});
+    out.numeric.push_back({entry.leaves[i], [signal](double at) { return (*signal)(at); }, false});
     if (table.hold == integrate::Samples::Hold::linear)
       out.numeric.push_back(
-          {derivative_leaf(entry.leaves[i]), [signal](double at) { return signal->slope(at); }});
+          {derivative_leaf(entry.leaves[i]), [signal](double at) { return signal->slope(at); }, false});
   }
   out.breaks.insert(out.breaks.end(), t.begin(), t.end());
   std::sort(out.breaks.begin(), out.breaks.end());

@@ -13,6 +13,7 @@ namespace pendula::lua {
 struct NumericInput {
   Expr leaf;
   std::function<double(double)> value;  ///< may call back into Lua: main thread only
+  bool may_jump = true;                 ///< nothing is known about it; samples tell where they jump
 };
 
 struct Inputs {

@@ -398,6 +398,8 @@ integrate::Simulation read_simulation(Call& call, const Options& options, const 
   Inputs inputs = read_inputs(options, *model, call.L);
   simulation.inputs = std::move(inputs.expressions);
   simulation.plan.breaks = std::move(inputs.breaks);
+  for (const NumericInput& input : inputs.numeric)
+    if (input.may_jump) simulation.plan.watched.push_back(input.value);
   for (NumericInput& input : inputs.numeric)
     simulation.numeric_inputs.emplace_back(input.leaf, std::move(input.value));
   return simulation;

@@ -64,3 +64,21 @@ test("bad samples are refused", function()
   local sol = model:integrate { start = { x = 0 }, to = 3, inputs = { u = { t = { 0, 1 }, u = { 1, 0 } } } }
   expect(sol.status):equals "stopped at t = 1: the input u is known for 0 ≤ t ≤ 1 only"
 end)
+
+-- x′ = u: the integral of u, exact on every piece. Functions with `if` cannot be followed with symbols.
+test("jumps of inputs written in Lua are found", function()
+  local integral = dae { der(x) ~ u }
+  local function run(f, method, rtol)
+    return integral:integrate { start = { x = 0 }, to = 3, inputs = { u = f }, method = method, rtol = rtol }
+  end
+  for _, method in ipairs { "auto", "dopri5", "dop853", "verner98", "radau", "bdf", "rodas", "gauss" } do
+    expect(run(function(s) if s > 1.3 then return 2 end return 1 end, method):final(x)):near(4.7, 1e-12)
+    local wave = run(function(s) if 4*s//1 % 2 == 0 then return 1 end return -1 end, method)       -- eleven jumps
+    expect(wave(x, 2.25)):near(0.25, 1e-5)
+    expect(math.abs(wave:final(x)) < 1e-5):is_true()
+    local smooth = run(function(s) return math.sin(tonumber(s) or error "no symbols") end, method, 1e-8)
+    expect(smooth:final(x)):near(1 - math.cos(3), 1e-6)
+  end
+  local root = run(function(s) if s < 1 then return 0 end return (s - 1)^0.5 end, "radau", 1e-8)    -- steep, but no jump
+  expect(root:final(x)):near(2/3*2^1.5, 1e-6)
+end)
