@@ -134,7 +134,34 @@ Pattern incidence(const Model& m) {
   return pattern;
 }
 
+/// x_j⁽ᵏ⁾ = f for many unknowns: index 0 by its form. Only the diagonal of Σ is written down; the rest, which
+/// is dense where f is the solution of a linear system, has orders below k.
+static Analysis of_large_ode(const Model& m) {
+  Analysis a;
+  std::unordered_map<Expr, int> number;
+  const auto n = m.variables.size();
+  for (std::size_t j = 0; j < n; ++j) number[m.variables[j].leaf] = static_cast<int>(j);
+  a.sigma.resize(n);
+  a.offsets.c.assign(n, 0);
+  a.offsets.d.resize(n), a.offsets.equation_of.resize(n);
+  for (std::size_t i = 0; i < n; ++i) {
+    const auto [block, row] = m.origin[i];
+    const int j = number.at(symbol_of(m.blocks[block].lhs[row]).base), order = m.variables[j].order;
+    a.sigma[i] = {{j, order}};
+    a.offsets.d[j] = order, a.offsets.equation_of[j] = static_cast<int>(i), a.offsets.value += order;
+    a.jacobian.push_back({static_cast<int>(i), j, Expr(1)});
+  }
+  a.rank.rank = static_cast<int>(n);
+  a.standing = Standing::regular;
+  a.regular = true;
+  a.dof = a.offsets.value - static_cast<int>(m.invariants.size());
+  a.constraints = m.invariants;
+  return a;
+}
+
 static Analysis analysed(const Model& m) {
+  constexpr std::size_t small = 60;  // unknowns: Σ is written out
+  if (m.variables.size() > small && is_explicit_ode(m)) return of_large_ode(m);
   Analysis a;
   const auto n = static_cast<int>(m.variables.size());
   a.sigma = signature(m);

@@ -65,12 +65,16 @@ ModelOptions child_of(const ModelPtr& m) {
 
 void move_invariants(ModelOptions& options, const Substitution& s) {
   for (Constraint& c : options.invariants) c.residual = substitute(c.residual, s);
-  for (auto& [leaf, meaning] : options.relations) meaning = substitute(meaning, s);
+  std::vector<Expr> meanings;  // at once: they share what they are made of, the solution of one linear system
+  for (const auto& [leaf, meaning] : options.relations) meanings.push_back(meaning);
+  meanings = substitute(meanings, s);
+  std::size_t next = 0;
+  for (auto& [leaf, meaning] : options.relations) meaning = meanings[next++];
   for (Projection& p : options.projections) {
     p.unknowns = substitute(p.unknowns, s);
     p.residuals = substitute(p.residuals, s);
     for (Entry& entry : p.jacobian) entry.value = substitute(entry.value, s);
-    for (Eigen::Index k = 0; k < p.weight.size(); ++k) p.weight.data()[k] = substitute(p.weight.data()[k], s);
+    for (Entry& entry : p.weight) entry.value = substitute(entry.value, s);
   }
 }
 

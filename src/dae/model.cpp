@@ -171,6 +171,7 @@ class Occurrence {
 
 /// Rows with derivatives, rows without; whether ∂(rows with)/∂x′ is generically nonsingular.
 Kind classify(const Model& m, bool& mass_matrix) {
+  if (is_explicit_ode(m)) return Kind::ode;
   const std::vector<Expr> top = m.top_derivatives();
   const std::unordered_set<Expr> top_set(top.begin(), top.end());
   std::vector<Expr> with;
@@ -200,6 +201,24 @@ Kind classify(const Model& m, bool& mass_matrix) {
 
 }  // namespace
 
+bool is_explicit_ode(const Model& m) {
+  std::unordered_set<Expr> top;
+  for (const Variable& v : m.variables) {
+    if (v.order == 0) return false;
+    top.insert(derivative_leaf(v.leaf, v.order));
+  }
+  std::unordered_set<Expr> left;
+  std::vector<Expr> right;
+  for (const Block& b : m.blocks)
+    for (Eigen::Index row = 0; row < b.lhs.size(); ++row) {
+      if (!top.count(b.lhs[row]) || !left.insert(b.lhs[row]).second) return false;
+      right.push_back(b.rhs[row]);
+    }
+  if (left.size() != top.size()) return false;
+  const auto inside = leaves(right);
+  return std::none_of(inside.begin(), inside.end(), [&](Expr leaf) { return top.count(leaf) > 0; });
+}
+
 const char* kind_name(Kind kind) {
   switch (kind) {
     case Kind::ode:
@@ -212,6 +231,12 @@ const char* kind_name(Kind kind) {
       return "fully implicit";
   }
   return "";
+}
+
+MatX dense(const std::vector<Entry>& entries, Eigen::Index rows, Eigen::Index columns) {
+  MatX m = MatX::Zero(rows, columns);
+  for (const Entry& e : entries) m(e.row, e.column) = e.value;
+  return m;
 }
 
 std::vector<Expr> Model::states() const {
@@ -291,6 +316,14 @@ ModelPtr with_values(const ModelPtr& model, const ParameterValues& values) {
 }
 
 std::vector<Solved> solved_rows(const Model& m) {
+  if (is_explicit_ode(m)) {
+    std::vector<Solved> rows;
+    for (std::size_t i = 0; i < m.residuals.size(); ++i) {
+      const auto [block, row] = m.origin[i];
+      rows.push_back({i, m.blocks[block].lhs[row], m.blocks[block].rhs[row]});
+    }
+    return rows;
+  }
   std::unordered_set<Expr> top_set, taken, unknown;
   for (Expr leaf : m.top_derivatives()) top_set.insert(leaf);
   std::vector<Solved> rows;

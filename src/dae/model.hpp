@@ -49,10 +49,13 @@ struct Mechanics {
   VecX q;
   Expr T, V;
   VecX C, Q, multipliers;
-  MatX M;    ///< mass matrix W(q)
-  VecX rhs;  ///< W q″ + (∂C/∂q)ᵀ z = rhs
-  MatX dCdq;
+  std::vector<Entry> M;  ///< mass matrix W(q), n×n; what is not listed is 0
+  VecX rhs;              ///< W q″ + (∂C/∂q)ᵀ z = rhs
+  std::vector<Entry> dCdq;
 };
+
+/// The matrix with these entries, and zeros elsewhere.
+MatX dense(const std::vector<Entry>& entries, Eigen::Index rows, Eigen::Index columns);
 
 /// How a solution may leave the constraints that a form was derived from (its invariants).
 enum class DriftLaw {
@@ -67,7 +70,7 @@ struct Projection {
   std::vector<Expr> unknowns;   ///< states, n
   std::vector<Expr> residuals;  ///< G, m < n, in states, inputs, parameters and t
   std::vector<Entry> jacobian;  ///< ∂G/∂unknowns
-  MatX weight;                  ///< W, n×n; empty: the identity
+  std::vector<Entry> weight;    ///< W, n×n; empty: the identity
 };
 
 /// What tells the rows of equation (3) apart: "b" in (3b); ".27" where letters do not suffice.
@@ -157,6 +160,9 @@ struct Solved {
 /// Rows that contain one top derivative, linearly, with a coefficient free of unknowns; each derivative at
 /// most once.
 std::vector<Solved> solved_rows(const Model& model);
+
+/// x_j⁽ᵏ⁾ = f, row by row, and no such derivative in any f. Cost: one pass over all f together.
+bool is_explicit_ode(const Model& model);
 
 /// print(model): header, numbered equations, unknowns, parameters.
 std::string describe(const Model& model);

@@ -19,12 +19,12 @@ namespace {
 
 void describe_substitutions(const Model& m, std::vector<std::string>& lines) {
   const auto known = kinematics(m);
+  std::unordered_set<int> told;
   for (const auto& solved : solved_rows(m)) {
-    if (!known.count(solved.derivative)) continue;
     const int block = m.origin[solved.residual].first;
-    const std::string line =
-        text("with (", block + 1, ")  ", formula(ref(m.blocks[block].lhs), " = ", ref(m.blocks[block].rhs)));
-    if (std::find(lines.begin(), lines.end(), line) == lines.end()) lines.push_back(line);
+    if (!known.count(solved.derivative) || !told.insert(block).second) continue;
+    lines.push_back(
+        text("with (", block + 1, ")  ", formula(ref(m.blocks[block].lhs), " = ", ref(m.blocks[block].rhs))));
   }
 }
 

@@ -44,15 +44,17 @@ bool independent(const Projection& p) {
 void weigh(Projection& p, const Model& m) {
   if (!m.mechanics || p.unknowns.empty()) return;
   const VecX& q = m.mechanics->q;
+  const auto states = m.states();
+  const std::unordered_set<Expr> known(states.begin(), states.end());
   for (int order : {0, 1}) {
     std::vector<Expr> all;
     for (Expr leaf : q) all.push_back(derivative_leaf(leaf, order));
-    const auto known = m.states();
-    const bool ours =
-        std::all_of(all.begin(), all.end(),
-                    [&](Expr x) { return std::find(known.begin(), known.end(), x) != known.end(); }) &&
-        std::all_of(p.unknowns.begin(), p.unknowns.end(),
-                    [&](Expr x) { return std::find(all.begin(), all.end(), x) != all.end(); });
+    const std::unordered_set<Expr> coordinates(all.begin(), all.end());
+    const auto in = [](const std::unordered_set<Expr>& set) {
+      return [&](Expr x) { return set.count(x) > 0; };
+    };
+    const bool ours = std::all_of(all.begin(), all.end(), in(known)) &&
+                      std::all_of(p.unknowns.begin(), p.unknowns.end(), in(coordinates));
     if (!ours) continue;
     p = stage(p.residuals, all);
     p.weight = m.mechanics->M;
@@ -85,7 +87,13 @@ std::vector<Projection> stages(const Model& m) {
 
 Mat weights(const Projection& p, const std::unordered_map<Expr, double>& values) {
   const auto n = static_cast<Index>(p.unknowns.size());
-  return p.weight.size() ? evaluate(p.weight, values) : Mat(Mat::Identity(n, n));
+  if (p.weight.empty()) return Mat::Identity(n, n);
+  std::vector<Expr> entries;
+  for (const Entry& e : p.weight) entries.push_back(e.value);
+  const auto numbers = pendula::evaluate(entries, values);
+  Mat W = Mat::Zero(n, n);
+  for (std::size_t k = 0; k < numbers.size(); ++k) W(p.weight[k].row, p.weight[k].column) = numbers[k];
+  return W;
 }
 
 /// The least step with G + J dx = 0: [W Jᵀ; J 0] [dx; λ] = [0; -G].

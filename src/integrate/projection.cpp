@@ -26,12 +26,10 @@ Projector::Projector(const dae::Projection& stage, std::span<const Expr> states,
     outputs.push_back(e.value);
     jacobian_.push_back({e.row, e.column});
   }
-  for (Index i = 0; i < stage.weight.rows(); ++i)
-    for (Index j = 0; j < stage.weight.cols(); ++j) {
-      if (stage.weight(i, j).is_zero()) continue;
-      outputs.push_back(stage.weight(i, j));
-      weights_.push_back({static_cast<int>(i), static_cast<int>(j)});
-    }
+  for (const pendula::Entry& e : stage.weight) {
+    outputs.push_back(e.value);
+    weights_.push_back({e.row, e.column});
+  }
   kernel_ = codegen::Kernel(outputs, arguments);
   residual_kernel_ = codegen::Kernel(stage.residuals, arguments);
   prepare();

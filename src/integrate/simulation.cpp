@@ -114,7 +114,7 @@ static std::vector<dae::Projection> projections(const dae::Model& model, const S
   for (dae::Projection& stage : stages) {
     stage.residuals = substitute(stage.residuals, inputs);
     for (Entry& e : stage.jacobian) e.value = substitute(e.value, inputs);
-    for (Expr& e : stage.weight.reshaped()) e = substitute(e, inputs);
+    for (Entry& e : stage.weight) e.value = substitute(e.value, inputs);
   }
   return stages;
 }

@@ -63,12 +63,18 @@ const dae::Mechanics& mechanics(Call& call) {
   return *model.mechanics;
 }
 
-int M(Call& call) { return push_matrix(call.L, mechanics(call).M); }
+int M(Call& call) {
+  const auto n = mechanics(call).q.size();
+  return push_matrix(call.L, dae::dense(mechanics(call).M, n, n));
+}
 int rhs(Call& call) { return push_matrix(call.L, MatX(mechanics(call).rhs)); }
 int C(Call& call) { return push_matrix(call.L, MatX(mechanics(call).C)); }
 int Q(Call& call) { return push_matrix(call.L, MatX(mechanics(call).Q)); }
 int q(Call& call) { return push_matrix(call.L, MatX(mechanics(call).q)); }
-int dCdq(Call& call) { return push_matrix(call.L, mechanics(call).dCdq); }
+int dCdq(Call& call) {
+  return push_matrix(call.L,
+                     dae::dense(mechanics(call).dCdq, mechanics(call).C.size(), mechanics(call).q.size()));
+}
 int multipliers(Call& call) { return push_matrix(call.L, MatX(mechanics(call).multipliers)); }
 int kinetic(Call& call) { return push_expr(call.L, mechanics(call).T); }
 int potential(Call& call) { return push_expr(call.L, mechanics(call).V); }

@@ -1,5 +1,6 @@
 #include "mech/lagrangian.hpp"
 
+#include <algorithm>
 #include <unordered_set>
 
 #include "base/error.hpp"
@@ -18,16 +19,19 @@ VecX dot(const VecX& q, int order = 1) {
   return q.unaryExpr([=](Expr e) { return derivative_leaf(e, order); });
 }
 
-bool depends_on_any(Expr e, const VecX& set) {
+using Set = std::unordered_set<Expr>;
+
+Set set_of(const VecX& v) { return {v.begin(), v.end()}; }
+
+bool depends_on_any(Expr e, const Set& set) {
   const auto inside = leaves({&e, 1});
-  for (Expr leaf : inside)
-    for (Expr x : set)
-      if (leaf == x) return true;
-  return false;
+  return std::any_of(inside.begin(), inside.end(), [&](Expr leaf) { return set.count(leaf) > 0; });
 }
 
-MatX simplified(const MatX& m) {
-  return m.unaryExpr([](Expr e) { return simplify(e); });
+std::vector<Entry> simplified(std::vector<Entry> list) {
+  for (Entry& e : list) e.value = simplify(e.value);
+  std::erase_if(list, [](const Entry& e) { return e.value.is_zero(); });
+  return list;
 }
 
 VecX gradient_column(Expr e, const VecX& x) { return column(gradient(e, entries(x))); }
@@ -44,16 +48,15 @@ void check_coordinates(const Lagrangian& s) {
 }
 
 void check_energies(const Lagrangian& s) {
-  const VecX v = dot(s.q);
-  if (!depends_on_any(s.T, v))
+  const Set coordinates = set_of(s.q);
+  if (!depends_on_any(s.T, set_of(dot(s.q))))
     throw Error(text("T = ", to_text(s.T),
                      " contains no velocity; kinetic energy is made of q.dot, for example m/2*x.dot^2"));
   const Expr energies[] = {s.T, s.V};
   for (Expr leaf : leaves(energies)) {
     const Symbol& sym = symbol_of(leaf);
     if (sym.kind != Kind::variable) continue;
-    const bool coordinate = std::find(s.q.begin(), s.q.end(), sym.base) != s.q.end();
-    if (!coordinate)
+    if (!coordinates.count(sym.base))
       throw Error(text("the energies contain '", to_text(leaf), "', but '", sym.name,
                        "' is not in q; add it to q, or make it an input or a parameter"));
     if (sym.order > 1)
@@ -62,12 +65,13 @@ void check_energies(const Lagrangian& s) {
 }
 
 void check_constraints(const Lagrangian& s) {
+  const Set coordinates = set_of(s.q), velocities = set_of(dot(s.q));
   for (Index i = 0; i < s.C.size(); ++i) {
     const Expr c = s.C[i];
-    if (!depends_on_any(c, s.q))
+    if (!depends_on_any(c, coordinates))
       throw Error(text("constraint C[", i + 1, "] = ", to_text(c),
                        " depends on no coordinate of q; C(q) = 0 has to restrict q"));
-    if (depends_on_any(c, dot(s.q)))
+    if (depends_on_any(c, velocities))
       throw Error(text("constraint C[", i + 1, "] = ", to_text(c),
                        " contains velocities; only C(q) = 0 has a multiplier of this kind. Write the "
                        "equations with dae{ … }"));
@@ -76,10 +80,16 @@ void check_constraints(const Lagrangian& s) {
 
 /// Rank of ∂C/∂q: rows that depend on the others are redundant, and their multipliers would not be
 /// determined.
-void check_redundancy(const Lagrangian& s, const MatX& dCdq) {
-  if (dae::generic_rank(dCdq) == dCdq.rows()) return;
-  for (Index i = 1; i <= dCdq.rows(); ++i) {
-    if (dae::generic_rank(dCdq.topRows(i)) == i) continue;
+void check_redundancy(const Lagrangian& s, const std::vector<Entry>& dCdq) {
+  const auto n = static_cast<int>(s.q.size()), m = static_cast<int>(s.C.size());
+  const auto rank_of_first = [&](int rows) {
+    std::vector<Entry> part = dCdq;
+    std::erase_if(part, [&](const Entry& e) { return e.row >= rows; });
+    return dae::generic_rank(part, rows, n).rank;
+  };
+  if (rank_of_first(m) == m) return;
+  for (int i = 1; i <= m; ++i) {
+    if (rank_of_first(i) == i) continue;
     throw Error(text("constraint C[", i, "] = ", to_text(s.C[i - 1]),
                      " is redundant: its gradient depends on those of the constraints before it, so the "
                      "multipliers would not be determined. Remove it from C"));
@@ -87,17 +97,19 @@ void check_redundancy(const Lagrangian& s, const MatX& dCdq) {
 }
 
 /// W must be regular on ker ∂C/∂q: exactly then [W Cqᵀ; Cq 0] is regular (Cq has full rank here).
-void check_mass(const Lagrangian& s, const MatX& M, const MatX& dCdq) {
-  const Index n = M.rows(), m = dCdq.rows();
-  MatX K = MatX::Zero(n + m, n + m);
-  K.topLeftCorner(n, n) = M;
-  K.topRightCorner(n, m) = dCdq.transpose();
-  K.bottomLeftCorner(m, n) = dCdq;
-  if (dae::generic_rank(K) == n + m) return;
+void check_mass(const Lagrangian& s, const std::vector<Entry>& M, const std::vector<Entry>& dCdq) {
+  const auto n = static_cast<int>(s.q.size()), m = static_cast<int>(s.C.size());
+  std::vector<Entry> list = M;
+  for (const Entry& e : dCdq) {
+    list.push_back({n + e.row, e.column, e.value});
+    list.push_back({e.column, n + e.row, e.value});
+  }
+  if (dae::generic_rank(list, n + m, n + m).rank == n + m) return;
+  const MatX K = dae::dense(list, n + m, n + m);
   const Mat value = dae::evaluate(K, dae::random_point(entries(K), 0));
   const Mat N = dae::null_space(value);
   std::vector<std::string> free;
-  for (Index i = 0; i < n; ++i)
+  for (int i = 0; i < n; ++i)
     if (N.cols() && N.row(i).norm() > 1e-9) free.push_back(to_text(s.q[i]));
   throw Error(text("the mass matrix is singular", m ? " on the directions the constraints leave free" : "",
                    ": no kinetic energy resists a motion of ", join(free, ", "), ". Give it a mass in T",
@@ -134,21 +146,22 @@ dae::ModelPtr lagrange(const Lagrangian& s) {
   mech.Q = s.Q.size() ? s.Q : VecX(VecX::Zero(n));
   const VecX v = dot(s.q), a = dot(s.q, 2);
   const Expr L = s.T - s.V;
-  const VecX momentum = gradient_column(L, v);                   // ∂L/∂q′
-  mech.M = simplified(jacobian(entries(momentum), entries(v)));  // W = ∂²L/∂q′²
+  const VecX momentum = gradient_column(L, v);                          // ∂L/∂q′
+  mech.M = simplified(sparse_jacobian(entries(momentum), entries(v)));  // W = ∂²L/∂q′²
   Substitution at_rest;
   for (Expr leaf : a) at_rest[leaf] = Expr(0);
   mech.rhs = VecX(n);
   const VecX slope = gradient_column(L, s.q);
   for (Index i = 0; i < n; ++i)  // d/dt ∂L/∂q′ = W q″ + (terms without q″)
     mech.rhs[i] = simplify(mech.Q[i] + slope[i] - substitute(total_derivative(momentum[i]), at_rest));
-  mech.dCdq = simplified(s.C.size() ? jacobian(entries(s.C), entries(s.q)) : MatX(0, n));
+  mech.dCdq = simplified(sparse_jacobian(entries(s.C), entries(s.q)));
   mech.multipliers = multipliers(s);
   check_redundancy(s, mech.dCdq);
   check_mass(s, mech.M, mech.dCdq);
 
-  VecX left = mech.M * a;
-  if (s.C.size()) left += mech.dCdq.transpose() * mech.multipliers;
+  VecX left = VecX::Zero(n);
+  for (const Entry& e : mech.M) left[e.row] += e.value * a[e.column];
+  for (const Entry& e : mech.dCdq) left[e.column] += e.value * mech.multipliers[e.row];
   std::vector<dae::Block> blocks{{left, mech.rhs, ""}};
   if (s.C.size()) blocks.push_back({VecX::Zero(s.C.size()), s.C, ""});
   dae::ModelOptions options;
@@ -173,9 +186,9 @@ VecX generalized_force(const VecX& q, const std::vector<std::pair<VecX, VecX>>& 
 MatrixForm matrix_form(const dae::Mechanics& mech) {
   const Index n = mech.q.size(), m = mech.C.size();
   MatrixForm form{MatX::Zero(n + m, n + m), VecX(n + m), VecX(n + m)};
-  form.A.topLeftCorner(n, n) = mech.M;
-  form.A.topRightCorner(n, m) = mech.dCdq.transpose();
-  form.A.bottomLeftCorner(m, n) = mech.dCdq;
+  form.A.topLeftCorner(n, n) = dae::dense(mech.M, n, n);
+  form.A.bottomLeftCorner(m, n) = dae::dense(mech.dCdq, m, n);
+  form.A.topRightCorner(n, m) = form.A.bottomLeftCorner(m, n).transpose();
   form.unknowns << dot(mech.q, 2), mech.multipliers;
   form.c.head(n) = mech.rhs;
   Substitution at_rest;

@@ -270,8 +270,9 @@ TEST_CASE("project: a step in the norm of the mass matrix is W-orthogonal to the
   for (Expr x : q) values[x] += 1e-6;
   const auto before = values;
   dae::project(*low, values);
-  const Mat W = dae::evaluate(p.model->mechanics->M, before),
-            G = dae::evaluate(p.model->mechanics->dCdq, before);
+  const auto n = q.size(), m = p.model->mechanics->C.size();
+  const Mat W = dae::evaluate(dae::dense(p.model->mechanics->M, n, n), before),
+            G = dae::evaluate(dae::dense(p.model->mechanics->dCdq, m, n), before);
   Vec dq(q.size());
   for (Eigen::Index i = 0; i < q.size(); ++i) dq[i] = values[q[i]] - before.at(q[i]);
   const Vec along = dae::null_space(G).transpose() * W * dq;
