@@ -1,11 +1,10 @@
 #include "dae/rank.hpp"
 
-#include <Eigen/QR>
-#include <Eigen/SVD>
 #include <cmath>
 #include <optional>
 #include <random>
 
+#include "base/decompositions.hpp"
 #include "expr/declaration.hpp"
 #include "expr/derivative.hpp"
 #include "expr/generic.hpp"

@@ -5,11 +5,10 @@
 // differentiated equations with respect to them is regular (Mattsson & Söderlind, SIAM J. Sci. Comput. 14(3),
 // 1993): stage s takes the rows with c_i ≥ s of the system Jacobian and, among the columns of the stage
 // before, as many independent ones; of their variables the derivative of order d_j - s + 1 is a dummy.
-#include <Eigen/QR>
-#include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
 
+#include "base/decompositions.hpp"
 #include "base/error.hpp"
 #include "base/text.hpp"
 #include "dae/lineage.hpp"

@@ -1,10 +1,10 @@
 // Form "project": an index-0 or index-1 form whose solution is moved back onto the invariants after every
 // step.
-#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 #include <unordered_set>
 
+#include "base/decompositions.hpp"
 #include "base/error.hpp"
 #include "base/text.hpp"
 #include "dae/lineage.hpp"

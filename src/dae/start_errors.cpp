@@ -1,9 +1,9 @@
 // Why there is no start, in the words of the user: what conflicts, what is open, what has no value.
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <utility>
 
+#include "base/decompositions.hpp"
 #include "base/error.hpp"
 #include "base/text.hpp"
 #include "dae/elimination.hpp"

@@ -1,11 +1,11 @@
 // What equations and fixes leave open at a point: ranks by orthogonal decompositions, for large systems by
 // sparse elimination with the columns in classes.
-#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 #include <map>
 #include <set>
 
+#include "base/decompositions.hpp"
 #include "base/interrupt.hpp"
 #include "dae/start_system.hpp"
 

@@ -5,10 +5,10 @@
 // First a point on the equations, from the fixes as a guess; then Newton's method on the Lagrangian with
 // exact second derivatives (Nocedal & Wright, Numerical Optimization, 2nd ed., §18.1), with a least step back
 // onto the equations after every step, and steps shortened until the distance does not grow.
-#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 
+#include "base/decompositions.hpp"
 #include "base/error.hpp"
 #include "base/interrupt.hpp"
 #include "base/text.hpp"

@@ -1,8 +1,8 @@
-#include <Eigen/QR>
 #include <Eigen/SparseCholesky>
 #include <algorithm>
 #include <cmath>
 
+#include "base/decompositions.hpp"
 #include "base/interrupt.hpp"
 #include "dae/start_system.hpp"
 

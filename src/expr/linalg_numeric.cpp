@@ -1,12 +1,10 @@
 // The numerical counterpart of linalg.cpp: Eigen, with the errors a person can use.
-#include <Eigen/Eigenvalues>
-#include <Eigen/LU>
-#include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
 #include <numeric>
 #include <unsupported/Eigen/MatrixFunctions>
 
+#include "base/decompositions.hpp"
 #include "base/error.hpp"
 #include "base/text.hpp"
 #include "expr/linalg.hpp"

@@ -2,8 +2,7 @@
 
 #include <map>
 
-#include <Eigen/LU>
-
+#include "base/decompositions.hpp"
 #include "base/interrupt.hpp"
 #include "expr/derivative.hpp"
 #include "integrate/runge_kutta.hpp"

@@ -4,8 +4,7 @@
 #include <cmath>
 #include <functional>
 
-#include <Eigen/Eigenvalues>
-
+#include "base/decompositions.hpp"
 #include "base/error.hpp"
 #include "base/interrupt.hpp"
 #include "base/text.hpp"

@@ -4,11 +4,7 @@
 #include <cmath>
 #include <limits>
 
-#include <Eigen/Eigenvalues>
-#include <Eigen/LU>
-#include <Eigen/QR>
-#include <Eigen/SVD>
-
+#include "base/decompositions.hpp"
 #include "base/error.hpp"
 #include "base/interrupt.hpp"
 

@@ -3,9 +3,7 @@
 #include <cmath>
 #include <map>
 
-#include <Eigen/Eigenvalues>
-#include <Eigen/LU>
-
+#include "base/decompositions.hpp"
 #include "base/error.hpp"
 #include "integrate/collocation.hpp"
 

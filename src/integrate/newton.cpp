@@ -3,8 +3,7 @@
 #include <cmath>
 #include <limits>
 
-#include <Eigen/SVD>
-
+#include "base/decompositions.hpp"
 #include "base/interrupt.hpp"
 
 namespace pendula::integrate {

@@ -9,8 +9,7 @@
 // must be shorter than Δw.
 #pragma once
 
-#include <Eigen/LU>
-
+#include "base/decompositions.hpp"
 #include "base/math.hpp"
 
 namespace pendula::integrate {

@@ -5,8 +5,7 @@
 #include <limits>
 #include <memory>
 
-#include <Eigen/SVD>
-
+#include "base/decompositions.hpp"
 #include "base/error.hpp"
 #include "base/text.hpp"
 #include "codegen/kernel.hpp"

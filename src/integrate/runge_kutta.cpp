@@ -3,8 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include <Eigen/QR>
-
+#include "base/decompositions.hpp"
 #include "base/text.hpp"
 
 namespace pendula::integrate {

@@ -2,9 +2,7 @@
 
 #include <algorithm>
 
-#include <Eigen/QR>
-#include <Eigen/SVD>
-
+#include "base/decompositions.hpp"
 #include "base/error.hpp"
 #include "expr/derivative.hpp"
 #include "expr/print.hpp"

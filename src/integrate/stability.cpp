@@ -5,8 +5,7 @@
 #include <limits>
 #include <numbers>
 
-#include <Eigen/Eigenvalues>
-
+#include "base/decompositions.hpp"
 #include "base/error.hpp"
 #include "base/interrupt.hpp"
 #include "base/text.hpp"

@@ -1,10 +1,10 @@
 #include "lti/exponential.hpp"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <unsupported/Eigen/MatrixFunctions>
 
+#include "base/decompositions.hpp"
 #include "base/error.hpp"
 #include "base/text.hpp"
 #include "dae/pencil.hpp"

@@ -1,9 +1,8 @@
 // Poles, invariant zeros, stability.
-#include <Eigen/Eigenvalues>
-#include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
 
+#include "base/decompositions.hpp"
 #include "base/error.hpp"
 #include "base/text.hpp"
 #include "expr/generic.hpp"

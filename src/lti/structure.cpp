@@ -1,11 +1,10 @@
 // Controllability, observability, minimal realisations.
 #include "lti/structure.hpp"
 
-#include <Eigen/Eigenvalues>
-#include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
 
+#include "base/decompositions.hpp"
 #include "base/error.hpp"
 #include "base/text.hpp"
 #include "expr/linalg.hpp"

@@ -1,8 +1,8 @@
 #include "lti/system.hpp"
 
-#include <Eigen/LU>
 #include <algorithm>
 
+#include "base/decompositions.hpp"
 #include "base/error.hpp"
 #include "base/text.hpp"
 #include "expr/print.hpp"

@@ -5,9 +5,7 @@
 #include <numeric>
 #include <unordered_map>
 
-#include <Eigen/Cholesky>
-#include <Eigen/LU>
-
+#include "base/decompositions.hpp"
 #include "base/error.hpp"
 #include "base/interrupt.hpp"
 #include "base/text.hpp"

@@ -5,9 +5,7 @@
 #include <limits>
 #include <numeric>
 
-#include <Eigen/LU>
-#include <Eigen/QR>
-
+#include "base/decompositions.hpp"
 #include "base/error.hpp"
 #include "base/interrupt.hpp"
 

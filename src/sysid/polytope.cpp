@@ -6,9 +6,7 @@
 #include <limits>
 #include <unordered_map>
 
-#include <Eigen/LU>
-#include <Eigen/QR>
-
+#include "base/decompositions.hpp"
 #include "base/error.hpp"
 #include "base/interrupt.hpp"
 #include "expr/graph.hpp"

@@ -4,8 +4,7 @@
 #include <limits>
 #include <set>
 
-#include <Eigen/LU>
-
+#include "base/decompositions.hpp"
 #include "base/error.hpp"
 #include "base/interrupt.hpp"
 #include "sysid/linear_program.hpp"

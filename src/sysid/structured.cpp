@@ -3,9 +3,7 @@
 #include <array>
 #include <cmath>
 
-#include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
-
+#include "base/decompositions.hpp"
 #include "base/interrupt.hpp"
 
 namespace pendula::sysid {

@@ -1,11 +1,10 @@
 // Straight-line LU against Eigen's dense LU, on random patterns, bad scales, and matrices it must refuse.
 #include <doctest/doctest.h>
 
-#include <Eigen/LU>
-
 #include <complex>
 #include <random>
 
+#include "base/decompositions.hpp"
 #include "base/math.hpp"
 #include "codegen/straight_lu.hpp"
 

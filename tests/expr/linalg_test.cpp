@@ -1,10 +1,10 @@
 // Exact linear algebra against doubles, against identities, and where it must refuse.
 #include <doctest/doctest.h>
 
-#include <Eigen/LU>
 #include <cmath>
 #include <random>
 
+#include "base/decompositions.hpp"
 #include "base/error.hpp"
 #include "expr/derivative.hpp"
 #include "expr/generic.hpp"

@@ -3,8 +3,8 @@
 #include <random>
 
 #include <doctest/doctest.h>
-#include <Eigen/LU>
 
+#include "base/decompositions.hpp"
 #include "integrate/collocation.hpp"
 #include "integrate/step_code.hpp"
 #include "tests/integrate/problems.hpp"

@@ -5,8 +5,7 @@
 
 #include <doctest/doctest.h>
 
-#include <Eigen/LU>
-
+#include "base/decompositions.hpp"
 #include "sysid/likelihood.hpp"
 #include "sysid/linear_program.hpp"
 
