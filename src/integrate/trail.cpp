@@ -40,8 +40,9 @@ void Trail::step_to(const Point& point, const std::vector<double>& record) {
 
 std::vector<DiscreteStep> Trail::steps() {
   if (forgotten_)
-    throw Error("the adjoint needs every step of the solution, and this long run kept only the points at its "
-                "times = { … }; integrate without times");
+    throw Error(
+        "the adjoint needs every step of the solution, and this long run kept only the points at its "
+        "times = { … }; integrate without times");
   std::vector<DiscreteStep> result;
   StepView view;
   Vec before;  // x′ at the end of the last step
