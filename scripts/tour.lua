@@ -69,10 +69,26 @@ print(kept:drift())
 swing = pend:integrate { start = { theta = 2, [th.dot] = 0 }, to = 10, method = rk.gauss(2), dt = 0.02 }
 print(("energy at the start %.6f, after 10 s %.6f"):format(swing(pend.energy, 0), swing(pend.energy, 10)))
 
-print "\n── 6 Plots ──"
+free = pend:integrate { start = { theta = 2, [th.dot] = 0 }, to = 10, rtol = 1e-9,        -- no method: it is chosen
+  events = { { when = th, direction = -1 } } }
+print(#free.events .. " swings through the bottom, the first at t = " .. ("%.9f"):format(free.events[1].t))
+print(rk.radau(2):report())
+hot = newton { r = { x^2 + y^2 - 5, x*y - 2 }, x = { x, y }, start = { 3, 0.5 } }
+print(hot)
+
+print "\n── 6 Linear systems and identification ──"
+motor = tf({ 2 }, { 1, 3, 2 })
+print(motor:poles())
+print(motor:c2d(0.1))
+seed, us, ys = 7, {}, { 0, 0 }                       -- y(t) = 0.6 y(t-1) + 2 u(t-1), no noise
+for i = 1, 40 do seed = (1103515245*seed + 12345) % 2147483648  us[i] = seed/1073741824 - 1 end
+for i = 2, 40 do ys[i] = 0.6*ys[i-1] + 2*us[i-1] end
+print(arx(iddata { y = ys, u = us, Ts = 1 }, { na = 1, nb = 1, nk = 1 }))
+
+print "\n── 7 Plots ──"
 plot(swing, { th, th.dot }, { title = "a pendulum let go at 2 rad" }):show()
 
-print "\n── 7 Errors say what to do ──"
+print "\n── 8 Errors say what to do ──"
 print(select(2, pcall(function() return ball:integrate { start = at, to = 1, method = rk.rk4, dt = 0.01 } end)))
 print(select(2, pcall(function() return ball:init { fix = { [p] = {2, 0, 0}, [v] = {0, 1, 0} } } end)))
 print(select(2, pcall(function() return if_lese(x) end)))
