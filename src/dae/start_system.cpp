@@ -147,7 +147,7 @@ void StartSystem::check_known() const {
     if (s.kind == pendula::Kind::parameter) throw Error(text("parameter '", s.name, "' has no value"));
     std::vector<std::string> names;
     for (Expr e : unknowns) names.push_back(symbol_of(e).name);
-    throw Error(text("'", to_text(leaf), "' is not an unknown of this model", did_you_mean(s.name, names)));
+    throw Error(text("'", to_text(leaf), "' is not an unknown of this model.", did_you_mean(s.name, names)));
   }
 }
 
