@@ -253,21 +253,12 @@ end
 
 -- ── the result ──────────────────────────────────────────────────────────────────────────────────────────────────────
 
-local function rows_text(rows, indent)
-  local widths = {}
-  for _, row in ipairs(rows) do
-    for j, cell in ipairs(row) do widths[j] = math.max(widths[j] or 0, width(cell)) end
-  end
-  local lines = {}
-  for _, row in ipairs(rows) do
-    local cells = {}
-    for j, cell in ipairs(row) do
-      local blank = (" "):rep(widths[j] - width(cell))
-      cells[j] = j == 1 and cell .. blank or blank .. cell
-    end
-    lines[#lines + 1] = (indent .. table.concat(cells, "  ")):gsub("%s+$", "")
-  end
-  return table.concat(lines, "\n")
+local layout = include "layout"
+
+local function rows_text(rows)
+  local right = {}                                                    -- numbers, behind the names of the methods
+  for j = 2, #rows[1] do right[j] = true end
+  return layout(rows, right, 2)
 end
 
 local function number_text(value) return ("%.3g"):format(value) end
@@ -298,7 +289,7 @@ local function group_text(t, group, title)
         or "the steps are still too large, the solution is not smooth enough, or the problem is stiff (order reduction)")
     end
   end
-  local text = ("%s\n%s"):format(title, rows_text(rows, "  "))
+  local text = ("%s\n%s"):format(title, rows_text(rows))
   if #notes > 0 then text = text .. "\n" .. table.concat(notes, "\n") end
   return text
 end

@@ -19,6 +19,20 @@ local function column(matrix, j)
   return values
 end
 
+-- r:plot(), r:show() and r:save() of a type whose picture is make(r, options); what: the picture in the text of help.
+local function drawn_as(name, what, make, plot)
+  local module = "lti responses"
+  doc { name = name .. ":plot", module = module, sig = "r:plot([options]) -> figure", text = plot.text, example = plot.example,
+    gives = plot.gives, make }
+  doc { name = name .. ":show", module = module, sig = "r:show()", text = "Draws " .. what .. " in the terminal.",
+    function(r) return make(r):show() end }
+  doc { name = name .. ":save", module = module, sig = "r:save(file) -> r", text = "Writes " .. what .. " to a file.",
+    function(r, file)
+      make(r):save(file)
+      return r
+    end }
+end
+
 -- ── time ────────────────────────────────────────────────────────────────────────────────────────────────────────────
 
 local titles = { step = "Step response", impulse = "Impulse response", initial = "Response to the initial state",
@@ -33,17 +47,8 @@ local function response_figure(r, options)
                        ylabel = #labels == 1 and labels[1] or nil, legend = #labels > 1 }, check_options("plot", options)))
 end
 
-doc { name = "response:plot", module = "lti responses", sig = "r:plot([options]) -> figure",
-  text = "The outputs over time; options as in plot.",
-  example = "return tf({1}, {1, 1}):step(5):plot()", gives = "figure 'Step response': 1 series, 301 points",
-  response_figure }
-doc { name = "response:show", module = "lti responses", sig = "r:show()", text = "Draws r:plot() in the terminal.",
-  function(r) return response_figure(r):show() end }
-doc { name = "response:save", module = "lti responses", sig = "r:save(file) -> r", text = "Writes r:plot() to a file.",
-  function(r, file)
-    response_figure(r):save(file)
-    return r
-  end }
+drawn_as("response", "r:plot()", response_figure, { text = "The outputs over time; options as in plot.",
+  example = "return tf({1}, {1, 1}):step(5):plot()", gives = "figure 'Step response': 1 series, 301 points" })
 
 -- ── frequency ───────────────────────────────────────────────────────────────────────────────────────────────────────
 
@@ -60,17 +65,8 @@ local function bode_figure(r, options)
                        below = { below } }, options))
 end
 
-doc { name = "frequency response:plot", module = "lti responses", sig = "r:plot([options]) -> figure",
-  text = "The Bode diagram: gain in dB, and the phase below it.",
-  example = "return tf({1}, {1, 1}):bode({0.1, 1, 10}):plot()", gives = "figure 'Bode diagram': 1 series, 3 points, 2 panels",
-  bode_figure }
-doc { name = "frequency response:show", module = "lti responses", sig = "r:show()", text = "Draws the Bode diagram in the terminal.",
-  function(r) return bode_figure(r):show() end }
-doc { name = "frequency response:save", module = "lti responses", sig = "r:save(file) -> r", text = "Writes the Bode diagram to a file.",
-  function(r, file)
-    bode_figure(r):save(file)
-    return r
-  end }
+drawn_as("frequency response", "the Bode diagram", bode_figure, { text = "The Bode diagram: gain in dB, and the phase below it.",
+  example = "return tf({1}, {1, 1}):bode({0.1, 1, 10}):plot()", gives = "figure 'Bode diagram': 1 series, 3 points, 2 panels" })
 
 -- The curve and its mirror image; a pole on the axis sends it to infinity, so far-away points are left out.
 local function nyquist_figure(G, frequencies, options)

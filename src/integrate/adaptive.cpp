@@ -434,10 +434,7 @@ class Run {
 SolutionPtr integrate_adaptive(ProblemPtr problem, const Method& method, Point start, const Plan& plan,
                                const std::function<void(SolutionPtr)>& watch) {
   check_adaptive(plan);
-  check_start(start, *problem);
-  start.t = plan.from;
-  if (start.xdot.size() == 0) start.xdot = Vec::Zero(problem->n());
-  if (start.z.size() == 0) start.z = Vec::Zero(problem->m());
+  start = checked_start(std::move(start), *problem, plan.from);
   problem->accelerate();
   const FlushDenormals guard;
   Run run(problem, method, plan);

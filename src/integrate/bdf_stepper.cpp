@@ -67,16 +67,7 @@ BdfStepper::BdfStepper(ProblemPtr problem, int highest_order, std::vector<int> i
 void BdfStepper::start(const Point& point, double end) {
   here_ = point;
   determined_ = std::all_of(index_.begin(), index_.end(), [](int i) { return i == 1; });
-  if (determined_) {
-    Vec xdot = here_.xdot, z = here_.z;
-    if (derivative_(here_.t, here_.x.data(), xdot.data(), z.data()) && derivative_.is_regular()) {
-      here_.xdot = xdot, here_.z = z;
-    } else if (derivative_.is_singular()) {
-      determined_ = false;
-    } else {
-      throw Failure(derivative_.reason());
-    }
-  }
+  determined_ = determined_ && derivative_.settle(here_);  // else x′ and z as the start gives them
   const double longest = std::min(end - here_.t, limits_.dt_max);
   dt_ = limits_.dt_first;
   if (dt_ <= 0) {

@@ -143,6 +143,16 @@ std::string Derivative::reason() const {
   return text(who, " is not finite there: the equations are not defined");
 }
 
+bool Derivative::settle(Point& point) {
+  Vec xdot = point.xdot, z = point.z;
+  if ((*this)(point.t, point.x.data(), xdot.data(), z.data()) && is_regular()) {
+    point.xdot = xdot, point.z = z;
+    return true;
+  }
+  if (!is_singular()) throw Failure(reason());
+  return false;
+}
+
 void Derivative::require(double t, const double* x, double* xdot, double* z) {
   if (!(*this)(t, x, xdot, z)) throw Failure(reason());
 }

@@ -20,6 +20,9 @@ class Derivative {
   bool operator()(double t, const double* x, double* xdot, double* z);
   /// The same; throws Failure.
   void require(double t, const double* x, double* xdot, double* z);
+  /// x′ and z of a point, from t and x and the values there. False, and the point unchanged, where the
+  /// equations leave them open; throws Failure where they have no solution.
+  bool settle(Point& point);
   std::string reason() const;
   bool is_linear() const { return linear_; }
   bool is_singular() const { return trouble_ == Trouble::singular || !is_regular(); }

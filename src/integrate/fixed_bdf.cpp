@@ -191,11 +191,8 @@ std::string run(FixedBdf& engine, MeshPolynomial& mesh, Solution& solution, Poin
 
 SolutionPtr integrate_bdf(ProblemPtr problem, MultistepPtr method, Point start, const Plan& plan) {
   check_fixed(plan, *problem);
-  check_start(start, *problem);
+  start = checked_start(std::move(start), *problem, plan.from);
   const std::clock_t begin = std::clock();
-  start.t = plan.from;
-  if (start.xdot.size() == 0) start.xdot = Vec::Zero(problem->n());
-  if (start.z.size() == 0) start.z = Vec::Zero(problem->m());
   FixedBdf engine(problem, method, plan);
   try {
     engine.starter().settle(start);

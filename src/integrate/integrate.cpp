@@ -40,10 +40,14 @@ void check_interval(const Plan& plan) {
   if (plan.times) check_times(plan);
 }
 
-void check_start(const Point& start, const Problem& problem) {
+Point checked_start(Point start, const Problem& problem, double from) {
   PENDULA_ASSERT(start.x.size() == problem.n(), "a start with a wrong number of states");
   for (int i = 0; i < problem.n(); ++i)
     if (!std::isfinite(start.x[i])) throw Error(text("the start of ", problem.x_name(i), " is not finite"));
+  start.t = from;
+  if (start.xdot.size() == 0) start.xdot = Vec::Zero(problem.n());
+  if (start.z.size() == 0) start.z = Vec::Zero(problem.m());
+  return start;
 }
 
 void check_fixed(const Plan& plan, const Problem& problem) {
@@ -242,11 +246,8 @@ std::shared_ptr<RungeKutta> prepare(const ProblemPtr& problem, const TableauPtr&
 
 SolutionPtr integrate(ProblemPtr problem, TableauPtr tableau, Point start, const Plan& plan) {
   check_fixed(plan, *problem);
-  check_start(start, *problem);
+  start = checked_start(std::move(start), *problem, plan.from);
   const std::clock_t begin = std::clock();
-  start.t = plan.from;
-  if (start.xdot.size() == 0) start.xdot = Vec::Zero(problem->n());
-  if (start.z.size() == 0) start.z = Vec::Zero(problem->m());
   const std::shared_ptr<RungeKutta> engine = prepare(problem, tableau, start, plan.direct);
   auto solution = std::make_shared<Solution>(problem);
   solution->set_method(tableau->name(), plan.dt);

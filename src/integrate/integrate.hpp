@@ -57,7 +57,9 @@ struct Method {
 
 /// Throws Error on a bad plan: from, to, times, what is not finite.
 void check_interval(const Plan& plan);
-void check_start(const Point& start, const Problem& problem);
+/// The start at time `from`, with zeros for x′ ∈ ℝⁿ and z ∈ ℝᵐ where it says nothing. Throws Error naming a
+/// state that is not finite.
+Point checked_start(Point start, const Problem& problem, double from);
 /// The same, and dt: positive, and not so small that the steps could not be saved.
 void check_fixed(const Plan& plan, const Problem& problem);
 /// The interval, and what belongs to chosen steps: tolerances, dt_first, dt_max, most_steps.

@@ -96,16 +96,7 @@ void IrkStepper::start(const Point& point, double end) {
   if (here_.xdot.size() == 0) here_.xdot = Vec::Zero(n());
   if (here_.z.size() == 0) here_.z = Vec::Zero(m());
   determined_ = std::all_of(index_.begin(), index_.end(), [](int i) { return i == 1; });
-  if (determined_) {
-    Vec xdot = here_.xdot, z = here_.z;
-    if (derivative_(here_.t, here_.x.data(), xdot.data(), z.data()) && derivative_.is_regular()) {
-      here_.xdot = xdot, here_.z = z;
-    } else if (derivative_.is_singular()) {
-      determined_ = false;  // x′ and z as the start gives them
-    } else {
-      throw Failure(derivative_.reason());
-    }
-  }
+  determined_ = determined_ && derivative_.settle(here_);  // else x′ and z as the start gives them
   first_ = true, rejected_ = false, keep_ = false, jacobian_fresh_ = false;
   factorised_for_ = 0;
   contraction_ = 1, slow_factor_ = 0.5;
@@ -113,11 +104,7 @@ void IrkStepper::start(const Point& point, double end) {
   newton_failures_ = 0;
   trouble_.clear();
   if (level_ != first_level()) use(first_level());
-  if (limits_.dt_first > 0) {
-    dt_ = limits_.dt_first;
-  } else {
-    first_step(end);
-  }
+  dt_ = limits_.dt_first > 0 ? limits_.dt_first : cautious_step(end);
   prepare_code();
 }
 
@@ -125,19 +112,6 @@ void IrkStepper::start(const Point& point, double end) {
 int IrkStepper::first_level() const {
   constexpr double tight = 3e-6;
   return formulas_.size() > 1 && N_ > 0 && tolerances_.rtol.minCoeff() < tight ? 1 : 0;
-}
-
-/// Small enough that x and x′ change little in units of the tolerance; the first error estimate corrects it.
-void IrkStepper::first_step(double end) {
-  const double longest = std::min(end - here_.t, limits_.dt_max);
-  ErrorSum size, slope;
-  for (int i = 0; i < n(); ++i) {
-    const double w = tolerances_.atol[i] + tolerances_.rtol[i] * std::fabs(here_.x[i]);
-    size.add(here_.x[i] / w), slope.add(here_.xdot[i] / w);
-  }
-  const double d0 = n() > 0 ? size.norm(n()) : 0, d1 = n() > 0 ? slope.norm(n()) : 0;
-  dt_ = d0 < 1e-5 || d1 < 1e-5 ? 1e-6 * std::max(1.0, longest) : 0.01 * d0 / d1;
-  dt_ = visible(dt_, longest);
 }
 
 /// The new point; false if it is not finite or not on the constraints.

@@ -70,7 +70,6 @@ class IrkStepper final : public Stepper {
   void choose_next(double dt, double error);
   void choose_order(double quotient);
   void reject(double dt, double error);
-  void first_step(double end);
   void refine(const StepView& step, std::size_t level, double t, Point& out);
   std::string blame() const;
 

@@ -54,18 +54,7 @@ void RosenbrockStepper::start(const Point& point, double end) {
     throw Failure(derivative_.reason());
   first_ = true, rejected_ = false;
   trouble_.clear();
-  if (limits_.dt_first > 0) {
-    dt_ = limits_.dt_first;
-    return;
-  }
-  const double longest = std::min(end - here_.t, limits_.dt_max);
-  ErrorSum size, slope;
-  for (int i = 0; i < n(); ++i) {
-    const double w = weight(i, std::fabs(here_.x[i]));
-    size.add(here_.x[i] / w), slope.add(here_.xdot[i] / w);
-  }
-  const double d0 = size.norm(std::max(1, n())), d1 = slope.norm(std::max(1, n()));
-  dt_ = visible(d0 < 1e-5 || d1 < 1e-5 ? 1e-6 * std::max(1.0, longest) : 0.01 * d0 / d1, longest);
+  dt_ = limits_.dt_first > 0 ? limits_.dt_first : cautious_step(end);
 }
 
 /// ∂F/∂t at the beginning of the step.

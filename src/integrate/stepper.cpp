@@ -17,6 +17,17 @@ double Stepper::visible(double dt, double longest) const {
   return std::min(std::max(dt, 1e4 * std::numeric_limits<double>::epsilon() * std::fabs(here_.t)), longest);
 }
 
+double Stepper::cautious_step(double end) const {
+  const double longest = std::min(end - here_.t, limits_.dt_max);
+  ErrorSum size, slope;
+  for (int i = 0; i < n(); ++i) {
+    const double w = weight(i, std::fabs(here_.x[i]));
+    size.add(here_.x[i] / w), slope.add(here_.xdot[i] / w);
+  }
+  const double d0 = size.norm(std::max(1, n())), d1 = slope.norm(std::max(1, n()));
+  return visible(d0 < 1e-5 || d1 < 1e-5 ? 1e-6 * std::max(1.0, longest) : 0.01 * d0 / d1, longest);
+}
+
 void Stepper::require_visible(double dt, const Vec& error, const std::string& reason) const {
   const double smallest = 10 * std::numeric_limits<double>::epsilon() * std::fabs(here_.t);
   if (std::fabs(dt) > smallest && std::fabs(dt) > 1e-300) return;

@@ -76,6 +76,9 @@ class Stepper {
   double fitted(double dt, double end) const;
   /// A first step that is not lost beside t.
   double visible(double dt, double longest) const;
+  /// A first step in which x and x′ change little in units of the tolerance; its error estimate corrects it.
+  /// Hairer, Nørsett & Wanner, Solving ODEs I, 2nd ed., §II.4, the step h₀ of "Starting Step Size".
+  double cautious_step(double end) const;
   /// Throws Failure when dt vanished beside t. `error`: scaled errors that name the culprit, may be empty.
   void require_visible(double dt, const Vec& error, const std::string& reason) const;
   /// "x", "z[2]": an entry of y = (x, z).

@@ -1,17 +1,14 @@
 // model:integrate and the type "solution". Reads arguments, calls src/integrate.
 #include "lua/lua_integrate.hpp"
 
-#include <chrono>
+#include <cmath>
 #include <cstdio>
-#include <cstring>
-#include <functional>
-
-#include <unistd.h>
 
 #include "base/interrupt.hpp"
 #include "base/text.hpp"
 #include "lua/integrate_options.hpp"
 #include "lua/objects.hpp"
+#include "lua/terminal.hpp"
 #include "lua/values.hpp"
 
 namespace pendula::lua {
@@ -34,49 +31,20 @@ namespace {
 
 using integrate::Trajectory;
 
-/// Ctrl-C in a line typed at the prompt: the part computed so far becomes the value of the line. Anywhere
-/// else the interrupt goes on and stops the script.
-bool typed_at_prompt(lua_State* L) {
-  lua_Debug frame;
-  if (!isatty(STDIN_FILENO) || lua_getstack(L, 1, &frame) == 0) return false;
-  lua_getinfo(L, "S", &frame);
-  return std::strcmp(frame.what, "main") == 0 && std::strcmp(frame.source, "=stdin") == 0;
-}
-
-/// One line on the terminal that tells how far a long integration is; gone when it ends.
-class ProgressLine {
- public:
-  ProgressLine(double from, double to) : from_(from), to_(to) {}
-  ~ProgressLine() {
-    if (shown_) std::fprintf(stderr, "\r\033[K");
-  }
-  ProgressLine(const ProgressLine&) = delete;
-  ProgressLine& operator=(const ProgressLine&) = delete;
-
-  void operator()(double t, const integrate::Stats& stats) {
-    const auto now = std::chrono::steady_clock::now();
-    if (now < next_) return;
-    next_ = now + std::chrono::milliseconds(200);
-    shown_ = true;
-    std::fprintf(stderr, "\r\033[Kintegrate: t = %s of %s (%.0f %%), %ld steps", rounded(t, 5).c_str(),
-                 rounded(to_, 5).c_str(), 100 * (t - from_) / (to_ - from_), stats.steps);
-    std::fflush(stderr);
-  }
-
- private:
-  double from_, to_;
-  bool shown_ = false;
-  std::chrono::steady_clock::time_point next_ =
-      std::chrono::steady_clock::now() + std::chrono::milliseconds(500);
-};
-
 int integrate_model(Call& call) {
   const auto model = call.shared<dae::Model>(1, "model");
   const Options options = call.options(2, {PENDULA_INTEGRATE_OPTIONS});
   integrate::Simulation simulation = read_simulation(call, options, model);
   const integrate::TrajectoryPtr result = [&] {
-    ProgressLine line(simulation.plan.from, simulation.plan.to);
-    if (isatty(STDERR_FILENO) != 0) simulation.plan.progress = std::ref(line);
+    ProgressLine line(std::chrono::milliseconds(500), std::chrono::milliseconds(200));
+    const double from = simulation.plan.from, to = simulation.plan.to;
+    if (line.has_terminal())
+      simulation.plan.progress = [&line, from, to](double t, const integrate::Stats& stats) {
+        if (!line.due()) return;
+        const auto percent = std::lrint(100 * (t - from) / (to - from));
+        line.show(text("integrate: t = ", rounded(t, 5), " of ", rounded(to, 5), " (", percent, " %), ",
+                       stats.steps, " steps"));
+      };
     return integrate::simulate(model, simulation);
   }();
   if (result->solution().status() == "interrupted") {

@@ -2,10 +2,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <cstring>
-#include <ctime>
-
-#include <unistd.h>
 
 #include "base/interrupt.hpp"
 #include "base/text.hpp"
@@ -14,6 +10,7 @@
 #include "lua/lua_expr.hpp"
 #include "lua/lua_integrate.hpp"
 #include "lua/sweep_options.hpp"
+#include "lua/terminal.hpp"
 
 namespace pendula::lua {
 
@@ -28,40 +25,18 @@ struct TypeName<SweepRecord> {
 
 namespace {
 
-bool typed_at_prompt(lua_State* L) {
-  lua_Debug frame;
-  if (!isatty(STDIN_FILENO) || lua_getstack(L, 1, &frame) == 0) return false;
-  lua_getinfo(L, "S", &frame);
-  return std::strcmp(frame.what, "main") == 0 && std::strcmp(frame.source, "=stdin") == 0;
-}
-
-/// A line on a terminal that says how far it is; nothing in a pipe, nothing for what is over at once.
-class ProgressLine {
- public:
-  explicit ProgressLine(int runs)
-      : runs_(runs), terminal_(isatty(STDERR_FILENO) != 0), begin_(std::time(nullptr)) {}
-  ~ProgressLine() {
-    if (shown_) std::fprintf(stderr, "\r\033[K");
-  }
-  void show(int done) {
-    if (!terminal_ || std::difftime(std::time(nullptr), begin_) < 1 || done == last_) return;
-    std::fprintf(stderr, "\r\033[Ksweep: %d of %d runs", done, runs_);
-    shown_ = true, last_ = done;
-  }
-
- private:
-  int runs_, last_ = -1;
-  bool terminal_, shown_ = false;
-  std::time_t begin_;
-};
-
 int sweep(Call& call) {
   auto record = std::make_shared<SweepRecord>();
   {
     integrate::SweepRequest request = read_sweep(call, record->axes);
-    ProgressLine line(static_cast<int>(request.sets.size()));
-    record->sweep =
-        std::make_shared<const integrate::Sweep>(std::move(request), [&](int done) { line.show(done); });
+    ProgressLine line(std::chrono::seconds(1), std::chrono::milliseconds(0));
+    const auto runs = static_cast<int>(request.sets.size());
+    int last = -1;
+    record->sweep = std::make_shared<const integrate::Sweep>(std::move(request), [&](int done) {
+      if (done == last || !line.due()) return;
+      last = done;
+      line.show(text("sweep: ", done, " of ", runs, " runs"));
+    });
   }
   if (!record->sweep->complete()) {
     if (!typed_at_prompt(call.L)) throw Interrupted();

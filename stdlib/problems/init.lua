@@ -208,24 +208,16 @@ end
 
 -- ── the list ────────────────────────────────────────────────────────────────────────────────────────────────────────
 
+local layout = include "layout"
 local list_type = { __name = "problems", __metatable = "problems" }
 
 function list_type:__tostring()
-  local rows, widths = { { "name", "index", "dof", "structural", "title" } }, {}
+  local rows = { { "name", "index", "dof", "structural", "title" } }
   for _, p in ipairs(self) do
     rows[#rows + 1] = { p.name, tostring(p.index or "–"), tostring(p.dof or "–"),
       p.structural_index and ("%d, %d"):format(p.structural_index, p.structural_dof) or "–", p.title }
   end
-  for _, row in ipairs(rows) do
-    for j, cell in ipairs(row) do widths[j] = math.max(widths[j] or 0, width(cell)) end
-  end
-  local lines = {}
-  for _, row in ipairs(rows) do
-    local cells = {}
-    for j, cell in ipairs(row) do cells[j] = cell .. (" "):rep(j < #row and widths[j] - width(cell) or 0) end
-    lines[#lines + 1] = table.concat(cells, "  ")
-  end
-  return table.concat(lines, "\n")
+  return layout(rows)
 end
 
 doc { name = "problems.list", sig = "problems.list([tag]) -> list of problems", module = "problems", title = "Reference problems",

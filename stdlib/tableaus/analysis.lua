@@ -1,25 +1,7 @@
 -- What is said about methods in words, tables and pictures: report(), verify(), plot(), rk.table() and its kin. Loaded
 -- when first needed; the numbers come from src/integrate.
 local analysis = {}
-
-local function pad(s, columns, right)
-  local blanks = (" "):rep(columns - width(s))
-  return right and blanks .. s or s .. blanks
-end
-
--- Rows of strings as aligned columns; the first row is the head. right[j]: column j to the right.
-local function layout(rows, right, indent)
-  local widths, lines = {}, {}
-  for _, row in ipairs(rows) do
-    for j, cell in ipairs(row) do widths[j] = math.max(widths[j] or 0, width(cell)) end
-  end
-  for i, row in ipairs(rows) do
-    local cells = {}
-    for j, cell in ipairs(row) do cells[j] = pad(cell, widths[j], right and right[j]) end
-    lines[i] = ((" "):rep(indent or 0) .. table.concat(cells, "  ")):gsub("%s+$", "")
-  end
-  return table.concat(lines, "\n")
-end
+local layout = include "layout"
 
 local function short(number, digits)
   if number ~= number then return "–" end

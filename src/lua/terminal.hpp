@@ -1,0 +1,37 @@
+// What long computations say on a terminal.
+#pragma once
+
+#include <chrono>
+#include <string>
+
+struct lua_State;
+
+namespace pendula::lua {
+
+/// Was the running function called from a line typed at the prompt? There Ctrl-C makes what is done so far
+/// the value of the line; anywhere else the interrupt goes on and stops the script.
+bool typed_at_prompt(lua_State* L);
+
+/// One line on standard error that tells how far a computation is, written over again and again and gone at
+/// the end; nothing where standard error is no terminal.
+class ProgressLine {
+ public:
+  using Milliseconds = std::chrono::milliseconds;
+  /// Nothing is shown before `first` has passed, nor twice within `between`.
+  ProgressLine(Milliseconds first, Milliseconds between);
+  ~ProgressLine();
+  ProgressLine(const ProgressLine&) = delete;
+  ProgressLine& operator=(const ProgressLine&) = delete;
+
+  bool has_terminal() const { return terminal_; }
+  /// Is it time for a line? Cost: a look at the clock.
+  bool due() const { return terminal_ && std::chrono::steady_clock::now() >= next_; }
+  void show(const std::string& line);
+
+ private:
+  Milliseconds between_;
+  bool terminal_, shown_ = false;
+  std::chrono::steady_clock::time_point next_;
+};
+
+}  // namespace pendula::lua
