@@ -1,4 +1,4 @@
-# Machine code by asmjit, vector functions for four lanes by SLEEF. Without them, or elsewhere than on x86-64, kernels
+# Machine code by asmjit, vector functions for four and eight lanes by SLEEF. Without them, or elsewhere than on x86-64, kernels
 # run on the tape, which gives the same results.
 if(PENDULA_MACHINE_CODE AND CMAKE_SYSTEM_PROCESSOR MATCHES "x86_64|AMD64")
   find_package(asmjit CONFIG)
@@ -9,7 +9,8 @@ if(PENDULA_MACHINE_CODE AND CMAKE_SYSTEM_PROCESSOR MATCHES "x86_64|AMD64")
     if(SLEEF_FOUND)
       target_compile_definitions(pendula_codegen PRIVATE PENDULA_SLEEF)
       target_link_libraries(pendula_codegen PRIVATE PkgConfig::SLEEF)
-      set_source_files_properties(src/codegen/lane_functions.cpp PROPERTIES COMPILE_OPTIONS "-mavx2;-mfma")
+      set_source_files_properties(src/codegen/lane_functions_avx2.cpp PROPERTIES COMPILE_OPTIONS "-mavx2;-mfma")
+      set_source_files_properties(src/codegen/lane_functions_avx512.cpp PROPERTIES COMPILE_OPTIONS "-mavx512f;-mfma")
     endif()
   endif()
 endif()

@@ -20,31 +20,33 @@ void solve(double* b, int n, const double* factors, int transposed) {
   lu_solve(factors, factors + n * n, b, n, transposed != 0);
 }
 
-constexpr int lanes = 4;
-
+template <int lanes>
 void gather(const double* from, int count, int lane, std::vector<double>& to) {
   to.resize(static_cast<std::size_t>(count));
   for (int k = 0; k < count; ++k) to[static_cast<std::size_t>(k)] = from[lanes * k + lane];
 }
+template <int lanes>
 void scatter(const std::vector<double>& from, int lane, double* to) {
   for (std::size_t k = 0; k < from.size(); ++k) to[lanes * k + static_cast<std::size_t>(lane)] = from[k];
 }
 
+template <int lanes>
 void factor_lanes(double* matrix, int n) {
   static thread_local std::vector<double> a;
   for (int lane = 0; lane < lanes; ++lane) {
-    gather(matrix, n * n + n, lane, a);
+    gather<lanes>(matrix, n * n + n, lane, a);
     factor(a.data(), n);
-    scatter(a, lane, matrix);
+    scatter<lanes>(a, lane, matrix);
   }
 }
+template <int lanes>
 void solve_lanes(double* b, int n, const double* factors, int transposed) {
   static thread_local std::vector<double> a, x;
   for (int lane = 0; lane < lanes; ++lane) {
-    gather(factors, n * n + n, lane, a);
-    gather(b, n, lane, x);
+    gather<lanes>(factors, n * n + n, lane, a);
+    gather<lanes>(b, n, lane, x);
     solve(x.data(), n, a.data(), transposed);
-    scatter(x, lane, b);
+    scatter<lanes>(x, lane, b);
   }
 }
 
@@ -67,7 +69,11 @@ const void* scalar_function(Op op) {
   }
 }
 
-const void* factor_function(int count) { return count == 1 ? address(factor) : address(factor_lanes); }
-const void* solve_function(int count) { return count == 1 ? address(solve) : address(solve_lanes); }
+const void* factor_function(int lanes) {
+  return lanes == 1 ? address(factor) : lanes == 4 ? address(factor_lanes<4>) : address(factor_lanes<8>);
+}
+const void* solve_function(int lanes) {
+  return lanes == 1 ? address(solve) : lanes == 4 ? address(solve_lanes<4>) : address(solve_lanes<8>);
+}
 
 }  // namespace pendula::codegen

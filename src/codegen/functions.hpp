@@ -8,8 +8,13 @@ namespace pendula::codegen {
 
 /// double f(double a, double b): the value column of ops.def.
 const void* scalar_function(Op op);
-/// __m256d f(__m256d a, __m256d b): SLEEF's, at most 1 ulp off. Null where the build has none.
-const void* lane_function(Op op);
+/// __m256d f(__m256d a, __m256d b) for 4 lanes, __m512d for 8: SLEEF's, at most 1 ulp off, and those whose
+/// bits depend on nothing but the operands of a lane ("finz"). Null where the build has none.
+const void* lane_function4(Op op);
+const void* lane_function8(Op op);
+inline const void* lane_function(Op op, int lanes) {
+  return lanes == 8 ? lane_function8(op) : lane_function4(op);
+}
 
 /// void f(double* matrix, int n): n² numbers become LU, followed by n pivots; every number `lanes` times.
 const void* factor_function(int lanes);

@@ -37,7 +37,8 @@ const Machine* Hot::compile() {
 
 const Machine* Hot::lanes() {
   std::call_once(lanes_once_, [this] {
-    if (!program_.instructions.empty() && Machine::available(4)) lanes_ = Machine::compile(program_, 4);
+    if (!program_.instructions.empty() && Machine::widest() > 1)
+      lanes_ = Machine::compile(program_, Machine::widest());
   });
   return lanes_.get();
 }

@@ -24,7 +24,7 @@ class Hot {
   /// Makes the code now; nothing where it does not pay for the size or cannot be made.
   const Machine* compile();
   const Machine* made() const { return ready_.load(std::memory_order_acquire); }
-  /// Code for four points at once; nothing where there is none.
+  /// Code for Machine::widest() points at once; nothing where there is none.
   const Machine* lanes();
 
  private:

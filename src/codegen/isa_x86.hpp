@@ -1,4 +1,4 @@
-// The x86-64 instructions of machine_x86.cpp, in three kinds.
+// The x86-64 instructions of machine_x86.cpp, in four kinds.
 #pragma once
 
 #include <asmjit/x86.h>
@@ -7,7 +7,7 @@ namespace pendula::codegen {
 
 namespace x86 = asmjit::x86;
 
-/// The instructions of one kind of code: an operation on one number, or on four.
+/// The instructions of one kind of code: an operation on one number, on four or on eight.
 struct Isa {
   int lanes;
   bool vex;  ///< three operands
@@ -64,5 +64,23 @@ constexpr Isa avx4 = {4,
                       x86::Inst::kIdVandnpd,
                       x86::Inst::kIdVorpd,
                       x86::Inst::kIdVxorpd};
+/// Conditions are masks there: see Emitter::compare.
+constexpr Isa avx512 = {8,
+                        true,
+                        x86::Inst::kIdVmovupd,
+                        x86::Inst::kIdVmovupd,
+                        x86::Inst::kIdVmovapd,
+                        x86::Inst::kIdVaddpd,
+                        x86::Inst::kIdVsubpd,
+                        x86::Inst::kIdVmulpd,
+                        x86::Inst::kIdVdivpd,
+                        x86::Inst::kIdVsqrtpd,
+                        x86::Inst::kIdVminpd,
+                        x86::Inst::kIdVmaxpd,
+                        x86::Inst::kIdVcmppd,
+                        x86::Inst::kIdVandpd,
+                        x86::Inst::kIdVandnpd,
+                        x86::Inst::kIdVorpd,
+                        x86::Inst::kIdVxorpd};
 
 }  // namespace pendula::codegen

@@ -64,7 +64,8 @@ bool Kernel::accelerate() const { return code_ && code_->hot.compile(); }
 bool Kernel::is_machine_code() const { return code_ && code_->hot.made(); }
 
 void Kernel::run_many(const double* in, double* out, std::size_t points) const {
-  constexpr std::size_t lanes = 4, worth_it = 64;
+  constexpr std::size_t worth_it = 64;
+  const auto lanes = static_cast<std::size_t>(Machine::widest());
   const std::size_t n = inputs(), m = outputs();
   const Machine* machine = code_ && points >= worth_it ? code_->hot.lanes() : nullptr;
   std::size_t done = 0;

@@ -38,8 +38,8 @@ class Kernel {
   void operator()(const double* in, double* out) const { run(in, out, work()); }
   std::vector<double> operator()(std::span<const double> in) const;
 
-  /// Many points, one after another in `in` and `out`; four at a time where the processor can. sin, exp … may
-  /// then differ from those of run() in the last place.
+  /// Many points, one after another in `in` and `out`; four or eight at a time where the processor can. sin,
+  /// exp … may then differ from those of run() in the last place.
   void run_many(const double* in, double* out, std::size_t points) const;
 
   /// The same by the tape alone, the reference.

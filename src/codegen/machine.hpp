@@ -17,13 +17,16 @@ namespace pendula::codegen {
 
 class Machine {
  public:
-  /// Code for `lanes` points at once: 1, or 4 with AVX2 (number k of a point lies at [lanes·k + lane]; sin,
-  /// exp … are SLEEF's, within 1 ulp of libm's). Nothing where this processor or this build has no code
-  /// generator. Cost: linear, about 0.15 µs per instruction. For threads: run() may be called by several at
-  /// once.
+  /// Code for `lanes` points at once: 1, 4 with AVX2 or 8 with AVX-512. Number k of a point lies at [lanes·k
+  /// + lane]; sin, exp … of several lanes are SLEEF's reproducible ones, within 1 ulp of libm's. The results
+  /// of a lane do not depend on its neighbours nor on their number, if there are some. Nothing where this
+  /// processor or this build has no code generator. Cost: linear, about 0.15 µs per instruction. For threads:
+  /// run() may be called by several at once.
   static std::unique_ptr<const Machine> compile(const Program& program, int lanes = 1);
   /// Is there a code generator for so many lanes?
   static bool available(int lanes = 1);
+  /// The most lanes there is one for: 8, 4 or 1.
+  static int widest();
   ~Machine();
   Machine(const Machine&) = delete;
   Machine& operator=(const Machine&) = delete;

@@ -1,7 +1,9 @@
-// Machine code for x86-64: scalar SSE2 or AVX, and four AVX2 lanes. The only file that knows asmjit.
+// Machine code for x86-64: scalar SSE2 or AVX, four AVX2 lanes, eight AVX-512 lanes. The only file that knows
+// asmjit.
 #include "codegen/machine.hpp"
 
 #ifdef PENDULA_MACHINE_CODE
+#include <algorithm>
 #include <cstring>
 
 #include <asmjit/x86.h>
@@ -25,17 +27,31 @@ bool has_avx2() {
   return f.hasAVX() && f.hasAVX2();
 }
 
+bool has_avx512() {
+  const auto& f = CpuInfo::host().features().x86();
+  return has_avx2() && f.hasAVX512_F() && f.hasAVX512_DQ();
+}
+
 const Isa* isa_for(int lanes) {
+  if (lanes > 1 && !lane_function(Op::sin, lanes)) return nullptr;
+  if (lanes == 8) return has_avx512() ? &avx512 : nullptr;
   if (lanes == 4) return has_avx2() ? &avx4 : nullptr;
   if (lanes != 1) return nullptr;
   return has_avx2() ? &avx : &sse2;
 }
 
-/// Emits one program. Registers 0 … 13 hold values, 14 and 15 are scratch.
+/// Emits one program. The last two registers, A and B, are scratch, the others hold values.
 class Emitter {
  public:
   Emitter(const Program& program, const Isa& isa, CodeHolder& code)
-      : p_(program), isa_(isa), a_(&code), order_(call_order(program)), r_(program, order_, 14) {
+      : p_(program),
+        isa_(isa),
+        values_(isa.lanes == 8 ? 30 : 14),
+        A(values_),
+        B(values_ + 1),
+        a_(&code),
+        order_(call_order(program)),
+        r_(program, order_, values_) {
     constants_ = a_.newLabel();
     result_positions();
   }
@@ -56,8 +72,10 @@ class Emitter {
  private:
   // ── memory and registers ──
   x86::Vec reg(int r) const {
-    return isa_.lanes == 4 ? x86::Vec(x86::ymm(static_cast<std::uint32_t>(r)))
-                           : x86::Vec(x86::xmm(static_cast<std::uint32_t>(r)));
+    const auto id = static_cast<std::uint32_t>(r);
+    return isa_.lanes == 8   ? x86::Vec(x86::zmm(id))
+           : isa_.lanes == 4 ? x86::Vec(x86::ymm(id))
+                             : x86::Vec(x86::xmm(id));
   }
   x86::Mem at(Home home) const {
     const auto offset = static_cast<std::int32_t>(home.index) * 8 * isa_.lanes;
@@ -73,10 +91,16 @@ class Emitter {
         return x86::ptr(constants_, constant_offset(home.index), size);
     }
   }
-  /// The pool: sign, absolute value, one and zero, 32 bytes each; then the constants of the program.
+  /// The pool: sign, absolute value, one and zero, 64 bytes each; then the constants of the program.
   enum Mask { sign_bit, all_but_sign, one, zero };
-  std::int32_t constant_offset(Slot i) const { return 128 + static_cast<std::int32_t>(i) * 8 * isa_.lanes; }
-  x86::Mem mask(Mask m) const { return x86::ptr(constants_, 32 * m, isa_.lanes == 4 ? 32 : 16); }
+  static constexpr int mask_numbers = 8;
+  std::int32_t constant_offset(Slot i) const {
+    return 4 * 8 * mask_numbers + static_cast<std::int32_t>(i) * 8 * isa_.lanes;
+  }
+  x86::Mem mask(Mask m) const {
+    return x86::ptr(constants_, 8 * mask_numbers * m,
+                    static_cast<std::uint32_t>(std::max(2, isa_.lanes) * 8));
+  }
 
   void load(int r, Slot value) {
     if (const int from = r_.of(value); from >= 0) {
@@ -124,6 +148,11 @@ class Emitter {
     a_.emit(op, reg(d), b);
   }
   void compare(int d, int a, const Operand& b, unsigned predicate) {
+    if (isa_.lanes == 8) {
+      a_.emit(isa_.cmp, x86::k1, reg(a), b, Imm(predicate));
+      a_.vpmovm2q(reg(d), x86::k1);
+      return;
+    }
     if (isa_.vex) {
       a_.emit(isa_.cmp, reg(d), reg(a), b, Imm(predicate));
       return;
@@ -132,12 +161,13 @@ class Emitter {
     a_.emit(isa_.cmp, reg(d), b, Imm(predicate));
   }
   Operand zero_number() const {
-    return x86::ptr(constants_, 32 * zero, static_cast<std::uint32_t>(8 * isa_.lanes));
+    return x86::ptr(constants_, 8 * mask_numbers * zero, static_cast<std::uint32_t>(8 * isa_.lanes));
   }
 
   void emit(Slot value, const Instruction& i);
   int emit_arithmetic(const Instruction& i);
   int emit_logic(const Instruction& i);
+  int emit_choice(const Instruction& i, int ra, int rb, int rc);
   void emit_call(Slot value, const Instruction& i);
   void emit_linear(Slot value, const Instruction& i);
   void finish(Slot value, int r);
@@ -152,6 +182,7 @@ class Emitter {
 
   const Program& p_;
   const Isa& isa_;
+  const int values_, A, B;
   x86::Assembler a_;
   std::vector<Slot> order_;
   Registers r_;
@@ -172,13 +203,13 @@ void Emitter::copy_leaf_results() {
   for (Slot k = 0; k < p_.results.size(); ++k) {
     const Slot value = p_.results[k];
     if (value >= p_.first_instruction()) continue;
-    a_.emit(isa_.load, reg(15), at(r_.home(value)));
-    a_.emit(isa_.store, at({Home::Array::output, k}), reg(15));
+    a_.emit(isa_.load, reg(B), at(r_.home(value)));
+    a_.emit(isa_.store, at({Home::Array::output, k}), reg(B));
   }
 }
 
 void Emitter::embed_constants() {
-  a_.align(AlignMode::kData, 32);
+  a_.align(AlignMode::kData, 64);
   a_.bind(constants_);
   const auto pool = [&](std::uint64_t bits, int count) {
     for (int k = 0; k < count; ++k) a_.embedUInt64(bits);
@@ -188,7 +219,8 @@ void Emitter::embed_constants() {
     std::memcpy(&b, &x, sizeof b);
     return b;
   };
-  pool(std::uint64_t{1} << 63, 4), pool(~(std::uint64_t{1} << 63), 4), pool(bits(1.0), 4), pool(0, 4);
+  pool(std::uint64_t{1} << 63, mask_numbers), pool(~(std::uint64_t{1} << 63), mask_numbers);
+  pool(bits(1.0), mask_numbers), pool(0, mask_numbers);
   for (double x : p_.constants) pool(bits(x), isa_.lanes);
 }
 
@@ -217,7 +249,7 @@ int Emitter::emit_arithmetic(const Instruction& i) {
       if (from.isReg())
         a_.emit(isa_.sqrt, reg(d), from, from);
       else
-        a_.emit(isa_.load, reg(14), from), a_.emit(isa_.sqrt, reg(d), reg(14), reg(14));
+        a_.emit(isa_.load, reg(A), from), a_.emit(isa_.sqrt, reg(d), reg(A), reg(A));
     } else {
       a_.emit(isa_.sqrt, reg(d), from);
     }
@@ -242,11 +274,28 @@ int Emitter::emit_arithmetic(const Instruction& i) {
   // With two operands, the first register becomes the result if its value is not needed any more.
   int d = !isa_.vex && r_.in(ra) == Registers::never ? ra : take(pinned);
   if (!isa_.vex && d != ra && ob.isReg() && static_cast<int>(ob.as<x86::Vec>().id()) == d) {
-    a_.emit(isa_.copy, reg(15), reg(d));  // the result would overwrite the second operand
-    three(op, d, ra, reg(15));
+    a_.emit(isa_.copy, reg(B), reg(d));  // the result would overwrite the second operand
+    three(op, d, ra, reg(B));
     return d;
   }
   three(op, d, ra, ob);
+  return d;
+}
+
+/// ifelse where there is an instruction for it.
+int Emitter::emit_choice(const Instruction& i, int ra, int rb, int rc) {
+  constexpr unsigned neq = 4;
+  if (isa_.lanes == 8) {
+    a_.emit(isa_.cmp, x86::k1, reg(ra), zero_number(), Imm(neq));
+    consume(i);
+    const int d = take(0);
+    a_.k(x86::k1).vblendmpd(reg(d), reg(rc), reg(rb));
+    return d;
+  }
+  compare(A, ra, zero_number(), neq);
+  consume(i);
+  const int d = take(0);
+  a_.vblendvpd(reg(d), reg(rc), reg(rb), reg(A));
   return d;
 }
 
@@ -259,38 +308,39 @@ int Emitter::emit_logic(const Instruction& i) {
   switch (i.op) {
     case Op::lt:
     case Op::le:
-      compare(14, ra, reg(rb), i.op == Op::lt ? lt : le);
-      three(isa_.band, 14, 14, mask(one));
+      compare(A, ra, reg(rb), i.op == Op::lt ? lt : le);
+      three(isa_.band, A, A, mask(one));
       break;
     case Op::both:
     case Op::either:
-      compare(14, ra, zero_number(), neq);
-      compare(15, rb, zero_number(), neq);
-      three(i.op == Op::both ? isa_.band : isa_.bor, 14, 14, reg(15));
-      three(isa_.band, 14, 14, mask(one));
+      compare(A, ra, zero_number(), neq);
+      compare(B, rb, zero_number(), neq);
+      three(i.op == Op::both ? isa_.band : isa_.bor, A, A, reg(B));
+      three(isa_.band, A, A, mask(one));
       break;
     case Op::sign:
-      a_.emit(isa_.load, reg(15), zero_number());
-      compare(14, 15, reg(ra), lt);
-      three(isa_.band, 14, 14, mask(one));
-      compare(15, ra, zero_number(), lt);
-      three(isa_.band, 15, 15, mask(one));
-      three(isa_.sub, 14, 14, reg(15));
+      a_.emit(isa_.load, reg(B), zero_number());
+      compare(A, B, reg(ra), lt);
+      three(isa_.band, A, A, mask(one));
+      compare(B, ra, zero_number(), lt);
+      three(isa_.band, B, B, mask(one));
+      three(isa_.sub, A, A, reg(B));
       break;
     default:  // ifelse
-      compare(14, ra, zero_number(), neq);
-      three(isa_.band, 15, 14, reg(rb));
-      three(isa_.bandn, 14, 14, reg(rc));
-      three(isa_.bor, 14, 14, reg(15));
+      if (isa_.vex) return emit_choice(i, ra, rb, rc);
+      compare(A, ra, zero_number(), neq);
+      three(isa_.band, B, A, reg(rb));
+      three(isa_.bandn, A, A, reg(rc));
+      three(isa_.bor, A, A, reg(B));
   }
   consume(i);
   const int d = take(pinned);
-  a_.emit(isa_.copy, reg(d), reg(14));
+  a_.emit(isa_.copy, reg(d), reg(A));
   return d;
 }
 
 void Emitter::leave_registers() {
-  for (int r = 0; r < 14; ++r) {
+  for (int r = 0; r < values_; ++r) {
     if (r_.in(r) == Registers::never) continue;
     keep(r);
     r_.empty(r);
@@ -304,13 +354,13 @@ void Emitter::call(const void* function) {
 
 void Emitter::emit_call(Slot value, const Instruction& i) {
   // Operands go through the scratch registers: the arguments may sit in each other's places.
-  load(15, i.operand[0]);
-  if (i.operands() > 1) load(14, i.operand[1]);
+  load(B, i.operand[0]);
+  if (i.operands() > 1) load(A, i.operand[1]);
   consume(i);
   leave_registers();
-  a_.emit(isa_.copy, reg(0), reg(15));
-  if (i.operands() > 1) a_.emit(isa_.copy, reg(1), reg(14));
-  call(isa_.lanes == 4 ? lane_function(i.op) : scalar_function(i.op));
+  a_.emit(isa_.copy, reg(0), reg(B));
+  if (i.operands() > 1) a_.emit(isa_.copy, reg(1), reg(A));
+  call(isa_.lanes > 1 ? lane_function(i.op, isa_.lanes) : scalar_function(i.op));
   finish(value, 0);
 }
 
@@ -318,8 +368,8 @@ void Emitter::emit_linear(Slot value, const Instruction& i) {
   const Slot region = r_.new_slot(i.results());
   Slot k = region;
   for (int e = 0; e < i.extras(); ++e) {
-    load(15, p_.extra[i.first_extra + static_cast<Slot>(e)]);
-    a_.emit(isa_.store, at({Home::Array::work, k++}), reg(15));
+    load(B, p_.extra[i.first_extra + static_cast<Slot>(e)]);
+    a_.emit(isa_.store, at({Home::Array::work, k++}), reg(B));
   }
   const Home factors = i.part == Part::solve ? r_.home(i.operand[0]) : Home{};
   consume(i);
@@ -354,9 +404,9 @@ void Emitter::emit(Slot value, const Instruction& i) {
     r_.home(value) = home;
     consume(i);
     if (outputs_of_[value] < outputs_of_[value + 1]) {
-      a_.emit(isa_.load, reg(15), at(home));
+      a_.emit(isa_.load, reg(B), at(home));
       for (Slot k = outputs_of_[value]; k < outputs_of_[value + 1]; ++k)
-        a_.emit(isa_.store, at({Home::Array::output, outputs_[k]}), reg(15));
+        a_.emit(isa_.store, at({Home::Array::output, outputs_[k]}), reg(B));
     }
   } else if (is_call(i)) {
     emit_call(value, i);
@@ -371,6 +421,7 @@ void Emitter::emit(Slot value, const Instruction& i) {
 }  // namespace
 
 bool Machine::available(int lanes) { return isa_for(lanes) != nullptr; }
+int Machine::widest() { return available(8) ? 8 : available(4) ? 4 : 1; }
 
 std::unique_ptr<const Machine> Machine::compile(const Program& program, int lanes) {
   const Isa* isa = isa_for(lanes);
@@ -392,6 +443,7 @@ Machine::~Machine() { runtime().release(function_); }
 
 namespace pendula::codegen {
 bool Machine::available(int) { return false; }
+int Machine::widest() { return 1; }
 std::unique_ptr<const Machine> Machine::compile(const Program&, int) { return nullptr; }
 Machine::~Machine() = default;
 }  // namespace pendula::codegen

@@ -13,7 +13,7 @@ Slot Writer::constant(double value) {
   return at->second;
 }
 
-Slot Writer::put(Op op, Slot a, Slot b) { return put(Instruction{.op = op, .operand = {a, b, 0}}); }
+Slot Writer::put(Op op, Slot a, Slot b, Slot c) { return put(Instruction{.op = op, .operand = {a, b, c}}); }
 
 Slot Writer::put(const Instruction& i) {
   const auto next = static_cast<Slot>(program_.inputs + size());

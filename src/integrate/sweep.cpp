@@ -7,12 +7,13 @@
 
 #include "base/interrupt.hpp"
 #include "base/text.hpp"
+#include "integrate/sweep_lanes.hpp"
 
 namespace pendula::integrate {
 namespace {
 
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
-constexpr std::size_t head = 4;    ///< end time, steps, rejected, evaluations
+constexpr std::size_t head = LaneSweep::head;
 constexpr double most_kept = 2e7;  ///< numbers kept without being asked for: 160 MB
 constexpr int usual_times = 101;
 
@@ -25,6 +26,9 @@ Sweep::Sweep(SweepRequest request, std::function<void(int)> progress) : request_
   inputs_ = request_.simulation.inputs;
   if (request_.workers == 0) request_.workers = available_workers();
   choose_times();
+  on_lanes_ = LaneSweep::make(request_, arguments_, why_);
+  why_ = on_lanes_ ? text(on_lanes_->lanes(), " runs at a time on SIMD lanes, ", on_lanes_->method())
+                   : text("one run after another: ", why_);
   slots_ = run_all(times_, complete_, progress);
 }
 
@@ -114,6 +118,37 @@ void Sweep::store(int, const Trajectory& trajectory, const std::vector<double>& 
 std::shared_ptr<SharedSlots> Sweep::run_all(const std::vector<double>& times, bool& complete,
                                             const std::function<void(int)>& progress) const {
   const auto slots = std::make_shared<SharedSlots>(runs(), head + arguments_.size() * (times.size() + 1));
+  complete = (!on_lanes_ || run_on_lanes(*slots, times, progress)) && run_singly(*slots, times, progress);
+  return slots;
+}
+
+/// False: interrupted. What lanes could not do is waiting afterwards.
+bool Sweep::run_on_lanes(SharedSlots& slots, const std::vector<double>& times,
+                         const std::function<void(int)>& progress) const {
+  // The first sets tell how long the others will take.
+  const int first = std::min(runs(), 8 * on_lanes_->lanes());
+  const std::clock_t begin = std::clock();
+  bool complete = run_queue(
+      slots, 1, [&](TaskQueue& queue) { on_lanes_->drain(slots, queue, times, first, progress); }, progress);
+  const double seconds = static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC;
+  if (complete && runs() > first) {
+    const bool here = seconds / first * (runs() - first) < worth_a_process || request_.workers == 1;
+    const auto rest = [&](TaskQueue& queue) {
+      on_lanes_->drain(slots, queue, times, runs(), here ? progress : nullptr);
+    };
+    complete = run_queue(slots, here ? 1 : request_.workers, rest, progress);
+  }
+  apart_ = 0;
+  for (int run = 0; run < runs(); ++run) {
+    if (slots.state(run) != SharedSlots::State::apart) continue;
+    slots.set(run, SharedSlots::State::waiting);
+    ++apart_;
+  }
+  return complete;
+}
+
+bool Sweep::run_singly(SharedSlots& slots, const std::vector<double>& times,
+                       const std::function<void(int)>& progress) const {
   std::vector<double> wanted = times;
   const double to = request_.simulation.plan.to;
   if (wanted.empty() || wanted.back() < to) wanted.push_back(to);  // the end is always kept
@@ -128,27 +163,34 @@ std::shared_ptr<SharedSlots> Sweep::run_all(const std::vector<double>& times, bo
   // The first runs are made here: they fill the caches that the workers inherit, and tell how long a run
   // takes.
   const std::clock_t begin = std::clock();
+  const int left = runs() - slots.finished();
   int tried = 0;
-  for (; tried < std::min(3, runs()); ++tried) {
+  for (int run = 0; run < runs() && tried < 3; ++run) {
+    if (slots.state(run) != SharedSlots::State::waiting) continue;
     try {
-      slots->set(tried, SharedSlots::State::running);
-      one(tried, slots->numbers(tried));
-      slots->set(tried, SharedSlots::State::done);
+      slots.set(run, SharedSlots::State::running);
+      one(run, slots.numbers(run));
+      slots.set(run, SharedSlots::State::done);
     } catch (const UserFacing& error) {
-      slots->set(tried, SharedSlots::State::failed, error.what());
+      slots.set(run, SharedSlots::State::failed, error.what());
     } catch (const Interrupted&) {
-      slots->set(tried, SharedSlots::State::waiting);
-      complete = false;
-      return slots;
+      slots.set(run, SharedSlots::State::waiting);
+      return false;
     }
+    ++tried;
     seconds = static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC;
-    if (progress) progress(tried + 1);
+    if (progress) progress(slots.finished());
   }
-  const double left = seconds / tried * (runs() - tried);
-  const int workers = left < worth_a_process ? 1 : std::min(request_.workers, runs() - tried);
-  complete = run_tasks(*slots, workers, one, progress);
-  return slots;
+  if (tried == left) return true;
+  const bool here = seconds / tried * (left - tried) < worth_a_process;
+  return run_tasks(slots, here ? 1 : std::min(request_.workers, left - tried), one, progress);
 }
+
+std::string Sweep::why() const {
+  return why_ + (apart_ > 0 ? text("; ", apart_, " one after another: they turned stiff or failed") : "");
+}
+
+int Sweep::lanes() const { return on_lanes_ ? on_lanes_->lanes() : 1; }
 
 std::string Sweep::failure(int run) const {
   return slots_->state(run) == SharedSlots::State::failed ? slots_->failure(run) : "not run: interrupted";

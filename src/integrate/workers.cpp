@@ -23,9 +23,18 @@ struct SharedSlots::Head {
 
 namespace {
 
-constexpr std::size_t front = 64;  ///< the counter of tasks handed out
+constexpr std::size_t front = 64;  ///< what all workers count
 
-std::atomic<int>& next_task(char* memory) { return *reinterpret_cast<std::atomic<int>*>(memory); }
+struct Counters {
+  std::atomic<int> next;      ///< task to be handed out
+  std::atomic<int> finished;  ///< tasks done or failed
+};
+Counters& counters(char* memory) { return *reinterpret_cast<Counters*>(memory); }
+
+bool is_final(int state) {
+  return state == static_cast<int>(SharedSlots::State::done) ||
+         state == static_cast<int>(SharedSlots::State::failed);
+}
 
 }  // namespace
 
@@ -57,14 +66,22 @@ void SharedSlots::set(int task, State state, const std::string& failure) {
     --length;  // never half a character
   std::memcpy(h->failure, failure.data(), length);
   h->failure[length] = 0;
-  h->state.store(static_cast<int>(state));
+  const int before = h->state.exchange(static_cast<int>(state));
+  counters(memory_).finished += is_final(static_cast<int>(state)) - is_final(before);
 }
 
-int SharedSlots::finished() const {
-  int count = 0;
-  for (int i = 0; i < tasks_; ++i) count += state(i) == State::done || state(i) == State::failed;
-  return count;
+int SharedSlots::finished() const { return counters(memory_).finished; }
+
+int TaskQueue::next() {
+  std::atomic<int>& next = counters(slots_.memory_).next;
+  for (int i = next.fetch_add(1); i < slots_.tasks(); i = next.fetch_add(1)) {
+    if (slots_.state(i) != SharedSlots::State::waiting) continue;
+    slots_.set(i, SharedSlots::State::running);
+    return i;
+  }
+  return -1;
 }
+void TaskQueue::begin_again() { counters(slots_.memory_).next = 0; }
 
 int available_workers() {
   cpu_set_t set;
@@ -76,18 +93,26 @@ int available_workers() {
 namespace {
 
 /// Works off tasks until none is left; false if interrupted.
-bool work(SharedSlots& slots, std::atomic<int>& next, const std::function<void(int, double*)>& run,
-          const std::function<void(int)>& progress) {
-  for (int i = next.fetch_add(1); i < slots.tasks(); i = next.fetch_add(1)) {
-    if (slots.state(i) != SharedSlots::State::waiting) continue;
-    slots.set(i, SharedSlots::State::running);
+bool work(TaskQueue& queue, const std::function<void(TaskQueue&)>& drain) {
+  try {
+    drain(queue);
+    return true;
+  } catch (const Interrupted&) {
+    return false;
+  }
+}
+
+/// Task after task.
+void drain_singly(SharedSlots& slots, TaskQueue& queue, const std::function<void(int, double*)>& run,
+                  const std::function<void(int)>& progress) {
+  for (int i = queue.next(); i >= 0; i = queue.next()) {
     try {
       poll_interrupt();
       run(i, slots.numbers(i));
       slots.set(i, SharedSlots::State::done);
     } catch (const Interrupted&) {
       slots.set(i, SharedSlots::State::waiting);
-      return false;
+      throw;
     } catch (const UserFacing& error) {
       slots.set(i, SharedSlots::State::failed, error.what());
     } catch (const std::bad_alloc&) {
@@ -95,7 +120,6 @@ bool work(SharedSlots& slots, std::atomic<int>& next, const std::function<void(i
     }
     if (progress) progress(slots.finished());
   }
-  return true;
 }
 
 /// Waits for the workers, polling so that progress is shown and Ctrl-C is passed on.
@@ -126,9 +150,18 @@ void wait_for(std::vector<pid_t> workers, const SharedSlots& slots,
 
 bool run_tasks(SharedSlots& slots, int workers, const std::function<void(int, double*)>& run,
                const std::function<void(int)>& progress) {
-  std::atomic<int>& next = next_task(slots.memory_);
-  next = 0;
-  if (workers <= 1) return work(slots, next, run, progress);
+  const pid_t here = getpid();
+  const auto drain = [&](TaskQueue& queue) {
+    drain_singly(slots, queue, run, getpid() == here ? progress : nullptr);
+  };
+  return run_queue(slots, workers, drain, progress);
+}
+
+bool run_queue(SharedSlots& slots, int workers, const std::function<void(TaskQueue&)>& drain,
+               const std::function<void(int)>& progress) {
+  TaskQueue queue(slots);
+  queue.begin_again();
+  if (workers <= 1) return work(queue, drain);
   std::fflush(nullptr);  // what stands in buffers must not be written twice
   std::vector<pid_t> children;
   for (int k = 0; k < workers; ++k) {
@@ -136,7 +169,7 @@ bool run_tasks(SharedSlots& slots, int workers, const std::function<void(int, do
     if (child == 0) {
       int status = 1;
       try {
-        work(slots, next, run, {});
+        work(queue, drain);
         status = 0;
       } catch (const std::exception&) {
       }
@@ -145,14 +178,14 @@ bool run_tasks(SharedSlots& slots, int workers, const std::function<void(int, do
     }
     if (child > 0) children.push_back(child);
   }
-  if (children.empty()) return work(slots, next, run, progress);  // no more processes allowed: here, then
+  if (children.empty()) return work(queue, drain);  // no more processes allowed: here, then
   wait_for(std::move(children), slots, progress);
   if (interrupt_requested) return false;
   for (int i = 0; i < slots.tasks(); ++i)
     if (slots.state(i) == SharedSlots::State::running)
       slots.set(i, SharedSlots::State::failed, "its worker process ended unexpectedly");
-  next = 0;
-  return work(slots, next, run, progress);  // what dead workers left
+  queue.begin_again();
+  return work(queue, drain);  // what dead workers left
 }
 
 }  // namespace pendula::integrate

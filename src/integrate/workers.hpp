@@ -17,8 +17,8 @@ namespace pendula::integrate {
 /// One slot of numbers per task, shared with the workers.
 class SharedSlots {
  public:
-  enum class State : int { waiting = 0, running, done, failed };
-  static constexpr int longest_text = 480;  ///< of a failure, in bytes
+  enum class State : int { waiting = 0, running, done, failed, apart };  ///< apart: left for another road
+  static constexpr int longest_text = 480;                               ///< of a failure, in bytes
 
   /// Throws Error when the memory is not there.
   SharedSlots(int tasks, std::size_t numbers);
@@ -34,13 +34,24 @@ class SharedSlots {
   int finished() const;  ///< done or failed
 
  private:
-  friend bool run_tasks(SharedSlots&, int, const std::function<void(int, double*)>&,
-                        const std::function<void(int)>&);
+  friend class TaskQueue;
   struct Head;
   Head* head(int task) const;
   int tasks_;
   std::size_t numbers_, stride_, bytes_;
   char* memory_;
+};
+
+/// Hands out tasks to all workers.
+class TaskQueue {
+ public:
+  explicit TaskQueue(SharedSlots& slots) : slots_(slots) {}
+  /// Claims a waiting task, which is `running` then; -1: none is left.
+  int next();
+  void begin_again();
+
+ private:
+  SharedSlots& slots_;
 };
 
 /// Processors this process may use.
@@ -50,6 +61,12 @@ int available_workers();
 /// text, one whose process dies is failed too. workers ≤ 1: all in this process. progress(finished) is called
 /// now and then. Returns false when Ctrl-C stopped it: the tasks that are done stay done.
 bool run_tasks(SharedSlots& slots, int workers, const std::function<void(int, double*)>& run,
+               const std::function<void(int)>& progress);
+
+/// The same for tasks that are worked on several at a time: drain(queue) is called in every worker and takes
+/// tasks until there is none. It sets their states; when it throws Interrupted, none of its tasks may be left
+/// running.
+bool run_queue(SharedSlots& slots, int workers, const std::function<void(TaskQueue&)>& drain,
                const std::function<void(int)>& progress);
 
 }  // namespace pendula::integrate

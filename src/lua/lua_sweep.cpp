@@ -23,6 +23,17 @@ struct TypeName<SweepRecord> {
   static constexpr const char* value = "sweep";
 };
 
+/// What a sweep has cost, and how it was made.
+struct SweepStats {
+  integrate::Sweep::Counts counts;
+  int runs, lanes;
+  std::string why;
+};
+template <>
+struct TypeName<SweepStats> {
+  static constexpr const char* value = "sweep_stats";
+};
+
 namespace {
 
 int sweep(Call& call) {
@@ -131,6 +142,34 @@ int push_statistics(Call& call) {
   lua_pushinteger(call.L, s.count);
   lua_setfield(call.L, -2, "count");
   return 1;
+}
+
+std::string without_newline(const std::string& lines) {
+  return lines.substr(0, lines.find_last_not_of('\n') + 1);
+}
+
+int stats(Call& call) {
+  const auto& s = sweep_of(call);
+  return call.push(std::make_shared<const SweepStats>(SweepStats{s.counts(), s.runs(), s.lanes(), s.why()}));
+}
+const SweepStats& counted(Call& call) { return call.object<SweepStats>(1, "stats"); }
+int push_count(Call& call, double count) { return call.push(static_cast<long>(count)); }
+int stats_runs(Call& call) { return call.push(counted(call).runs); }
+int stats_failures(Call& call) { return push_count(call, counted(call).counts.failures); }
+int stats_steps(Call& call) { return push_count(call, counted(call).counts.steps); }
+int stats_rejected(Call& call) { return push_count(call, counted(call).counts.rejected); }
+int stats_evaluations(Call& call) { return push_count(call, counted(call).counts.evaluations); }
+int stats_lanes(Call& call) { return call.push(counted(call).lanes); }
+int stats_why(Call& call) { return call.push(counted(call).why); }
+int stats_text(Call& call) {
+  const SweepStats& s = counted(call);
+  Table lines({false, true});
+  lines.row({"runs", std::to_string(s.runs)});
+  for (const auto& [name, count] :
+       {std::pair{"failures", s.counts.failures}, std::pair{"steps", s.counts.steps},
+        std::pair{"rejected", s.counts.rejected}, std::pair{"evaluations", s.counts.evaluations}})
+    lines.row({name, std::to_string(static_cast<long>(count))});
+  return call.push(text(s.why, "\n", without_newline(lines.str(2))));
 }
 
 int length(Call& call) { return call.push(sweep_of(call).runs()); }
@@ -280,8 +319,9 @@ const Module sweep_module = {
     "Parameter sweeps",
     {
         {"sweep", sweep,
-         "sweep(sys, { start =, to =, params = { m = {…} }, grid = false, workers =, times =, method =, dt "
-         "=, rtol =, … }) "
+         "sweep(sys, { start =, to =, params = { m = {…} }, grid = false, workers =, lanes =, times =, "
+         "method =, "
+         "dt =, rtol =, … }) "
          "-> sweep",
          "Integrates for many parameter values or starts: lists in params and start are paired, grid = true "
          "takes all "
@@ -291,7 +331,11 @@ const Module sweep_module = {
          "options of integrate are understood. The runs are shared among worker processes (workers = 1: "
          "none); a run that "
          "fails is listed in s.failures and stops nothing. Lua callbacks see copies of the script's "
-         "variables there.",
+         "variables there. Non-stiff explicit ODEs without events advance 4 or 8 runs at a time on SIMD "
+         "lanes, each "
+         "with steps of its own (results equal those of integrate to a part of the tolerance); s:stats() "
+         "says so, or why not; "
+         "lanes = 1 makes one run after another.",
          "x, k = var \"x\", param \"k\"\ns = sweep(dae{ der(x) ~ -k*x }, { start = { x = 1 }, to = 1, params "
          "= { k = {1, 2} }, "
          "rtol = 1e-10, atol = 1e-10 })\nprint((\"%.6f %.6f\"):format(s:final(x)[1], s:final(x)[2]))",
@@ -311,6 +355,26 @@ const Module sweep_module = {
          "{ index =, params = { m = … }, why = \"…\" } of every run that failed.", "", ""},
         {"sweep:statistics", push_statistics, "s:statistics(e [, t]) -> table",
          "mean, std, min, max and count over the runs that did not fail, at the end or at time t.", "", ""},
+        {"sweep:stats", stats, "s:stats() -> sweep_stats",
+         "How the runs were made and what they cost: runs, failures, steps, rejected, evaluations, lanes, "
+         "why.",
+         "x, k = var \"x\", param \"k\"\ns = sweep(dae{ der(x) ~ -k*x }, { start = { x = 1 }, to = 1, params "
+         "= { k "
+         "= {1, 2} }, lanes = 1 })\nprint(s:stats().why)",
+         "one run after another: lanes = 1 was asked for"},
+        {"sweep_stats#runs", stats_runs, "stats.runs -> integer", "How many runs.", "", ""},
+        {"sweep_stats#failures", stats_failures, "stats.failures -> integer", "Runs that failed.", "", ""},
+        {"sweep_stats#steps", stats_steps, "stats.steps -> integer", "Steps of all runs that did not fail.",
+         "", ""},
+        {"sweep_stats#rejected", stats_rejected, "stats.rejected -> integer",
+         "Steps that were tried and repeated.", "", ""},
+        {"sweep_stats#evaluations", stats_evaluations, "stats.evaluations -> integer",
+         "Evaluations of the equations for these steps.", "", ""},
+        {"sweep_stats#lanes", stats_lanes, "stats.lanes -> integer",
+         "How many runs advanced together on SIMD lanes; 1: none.", "", ""},
+        {"sweep_stats#why", stats_why, "stats.why -> string",
+         "In words: lanes and method, or why there were no lanes.", "", ""},
+        {"sweep_stats:__tostring", stats_text, "print(s:stats())", "The counts.", "", ""},
         {"sweep:mean", mean, "s:mean(e [, t]) -> number", "The mean over the runs.", "", ""},
         {"sweep:std", deviation, "s:std(e [, t]) -> number", "The standard deviation over the runs (n - 1).",
          "", ""},

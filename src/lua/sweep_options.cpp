@@ -27,12 +27,16 @@ class Reader {
  public:
   explicit Reader(Call& call) : call_(call), L_(call.L), model_(call.shared<dae::Model>(1, "model")) {
     call.table(2, "{ start =, to =, params = { m = {…} } }");
-    const Options all = call.options(2, {PENDULA_INTEGRATE_OPTIONS, "grid", "workers"});
+    const Options all = call.options(2, {PENDULA_INTEGRATE_OPTIONS, "grid", "workers", "lanes"});
     grid_ = all.boolean("grid", false);
     const long workers = all.integer("workers", 0);
     if (all.has("workers") && (workers < 1 || workers > 1024))
       throw Error(text("workers = ", workers, "; the number of processes must lie between 1 and 1024"));
     request_.workers = static_cast<int>(workers);
+    const long lanes = all.integer("lanes", 0);
+    if (all.has("lanes") && lanes != 1 && lanes != 4 && lanes != 8)
+      throw Error(text("lanes = ", lanes, "; it must be 1 (one run after another), 4 or 8"));
+    request_.lanes = static_cast<int>(lanes);
     if (!all.has("start"))
       throw Error(
           "needs a start: start = sys:init{ fix = { … } }, a table start = { x = 1 }, or a list of these");
@@ -194,7 +198,7 @@ class Reader {
     lua_settop(L_, call_.count());
     copy_of(original_);
     const int options = lua_gettop(L_);
-    for (const char* key : {"grid", "workers"}) {
+    for (const char* key : {"grid", "workers", "lanes"}) {
       lua_pushnil(L_);
       lua_setfield(L_, options, key);
     }

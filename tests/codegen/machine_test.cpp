@@ -4,8 +4,10 @@
 #include <bit>
 #include <cmath>
 
+#include "codegen/functions.hpp"
 #include "codegen/kernel.hpp"
 #include "codegen/machine.hpp"
+#include "codegen/registers.hpp"
 #include "expr/solve.hpp"
 #include "tests/expr/random_expressions.hpp"
 
@@ -173,4 +175,115 @@ TEST_CASE("kernels: the same expressions are compiled once, other inputs are ano
   }
   CHECK(b(std::vector<double>{1, 2})[0] == 5);
   CHECK(c(std::vector<double>{1, 2})[0] == 7);
+}
+
+namespace {
+
+/// The value column of ops.def, whatever the arity.
+double value_of(const codegen::Instruction& i, double a, double b, double c) {
+  using One = double (*)(double, double, double);
+  return reinterpret_cast<One>(const_cast<void*>(codegen::scalar_function(i.op)))(a, b, c);
+}
+
+bool within_2_ulp(double a, double b) {
+  if (same(a, b) || a == b) return true;
+  return std::fabs(a - b) <= 2 * (std::nextafter(std::fabs(b), INFINITY) - std::fabs(b));
+}
+
+/// Runs the program on lanes with all values as results; every lane has its point from `points` (point after
+/// point).
+std::vector<double> all_values(codegen::Program program, int lanes, const std::vector<double>& points) {
+  const std::size_t n = program.inputs, m = program.instructions.size();
+  program.results.clear();
+  for (std::size_t k = 0; k < m; ++k)
+    program.results.push_back(program.first_instruction() + static_cast<codegen::Slot>(k));
+  const auto machine = codegen::Machine::compile(program, lanes);
+  const auto W = static_cast<std::size_t>(lanes);
+  std::vector<double> in(n * W), out(m * W), work(machine->workspace_size()), result;
+  for (std::size_t first = 0; first * n < points.size(); first += W) {
+    for (std::size_t l = 0; l < W; ++l)
+      for (std::size_t k = 0; k < n; ++k)  // behind the last point: the first again
+        in[k * W + l] = points[(first + l) * n < points.size() ? (first + l) * n + k : k];
+    machine->run(in.data(), out.data(), work.data());
+    for (std::size_t l = 0; l < W && (first + l) * n < points.size(); ++l)
+      for (std::size_t k = 0; k < m; ++k) result.push_back(out[k * W + l]);
+  }
+  return result;
+}
+
+/// How many values of the program differ from what their operation makes of their operands: arithmetic and
+/// conditions by a bit, functions by more than 2 ulp.
+int wrong_values(const codegen::Program& p, const std::vector<double>& points,
+                 const std::vector<double>& values) {
+  const std::size_t n = p.inputs, m = p.instructions.size();
+  int wrong = 0;
+  for (std::size_t point = 0; point * n < points.size(); ++point) {
+    const auto of = [&](codegen::Slot v) {
+      return v < n                       ? points[point * n + v]
+             : v < p.first_instruction() ? p.constants[v - n]
+                                         : values[point * m + (v - p.first_instruction())];
+    };
+    for (std::size_t k = 0; k < m; ++k) {
+      const codegen::Instruction& i = p.instructions[k];
+      const int arity = i.operands();
+      const double a = of(i.operand[0]), b = arity > 1 ? of(i.operand[1]) : 0,
+                   c = arity > 2 ? of(i.operand[2]) : 0, v = values[point * m + k];
+      const double expected = value_of(i, a, b, c);
+      wrong += !(codegen::is_call(i) ? within_2_ulp(v, expected) : same(v, expected) || v == expected);
+    }
+  }
+  return wrong;
+}
+
+}  // namespace
+
+TEST_CASE("machine code on lanes: every operation, ordinary and awkward numbers, to 2 ulp") {
+  const Expr x[] = {symbol(Kind::variable, "mx"), symbol(Kind::variable, "my"), symbol(Kind::variable, "mz")};
+  std::vector<double> points;
+  for (double a : awkward)
+    for (double b : awkward)
+      for (double c : {0.0, 2.0, static_cast<double>(NAN)}) points.insert(points.end(), {a, b, c});
+  for (int lanes : {4, 8}) {
+    if (!codegen::Machine::available(lanes)) continue;
+    for (Op op = first_op; op < end_op; op = next(op)) {
+      const int arity = info(op).arity;
+      const Expr e = make(op, x[0], arity > 1 ? x[1] : Expr(0), arity > 2 ? x[2] : Expr(0));
+      const codegen::Program program = codegen::lower({&e, 1}, x);
+      CHECK_MESSAGE(wrong_values(program, points, all_values(program, lanes, points)) == 0,
+                    std::string(info(op).name), " on ", lanes, " lanes");
+    }
+  }
+}
+
+TEST_CASE("machine code on lanes: random graphs; neighbours and the number of lanes change no bit") {
+  if (!codegen::Machine::available(4)) return;
+  RandomExpressions random(20261122);
+  for (int round = 0; round < 40; ++round) {
+    std::vector<Expr> outputs, inputs;
+    for (int k = 0; k < 1 + round * 3; ++k) outputs.push_back(random.expression(2 + random.pick(9)));
+    Expr all = 0;
+    for (Expr e : outputs) all = all + e * all + e;  // alive across the whole program
+    outputs.push_back(all);
+    std::vector<double> points, backwards;
+    for (const auto& [leaf, value] : random.point()) inputs.push_back(leaf), points.push_back(value);
+    const std::size_t n = inputs.size();
+    for (std::size_t k = 0; k < 10 * n; ++k) points.push_back(-1.3 * points[k] + 0.1 + 40.0 * (k % 7 == 0));
+    for (std::size_t k = points.size(); k > 0; k -= n)
+      backwards.insert(backwards.end(), points.begin() + static_cast<std::ptrdiff_t>(k - n),
+                       points.begin() + static_cast<std::ptrdiff_t>(k));
+    const codegen::Program program = codegen::lower(outputs, inputs);
+    const auto four = all_values(program, 4, points);
+    CHECK(wrong_values(program, points, four) == 0);
+    const auto other = all_values(program, 4, backwards);
+    const std::size_t m = program.instructions.size();
+    int different = 0;
+    for (std::size_t point = 0; point < 11; ++point)
+      for (std::size_t k = 0; k < m; ++k)
+        different += !same(four[point * m + k], other[(10 - point) * m + k]);
+    CHECK(different == 0);
+    if (!codegen::Machine::available(8)) continue;
+    const auto eight = all_values(program, 8, points);
+    for (std::size_t k = 0; k < four.size(); ++k) different += !same(four[k], eight[k]);
+    CHECK(different == 0);
+  }
 }

@@ -24,10 +24,10 @@ test("paired parameters: exact values, columns, statistics", function()
   expect(s:statistics(x, 0).std):near(0, 1e-15)
 end)
 
-test("each run equals integrate bit for bit, here and in worker processes", function()
+test("without lanes each run equals integrate bit for bit, here and in worker processes", function()
   local theta, l = var "theta", param("l", 1)
   local pendulum = dae { der(theta, 2) ~ -9.81/l*sin(theta) }
-  local options = { start = { theta = 2, [theta.dot] = 0 }, to = 3, params = { l = linspace(1, 2, 12) }, rtol = 1e-8 }
+  local options = { start = { theta = 2, [theta.dot] = 0 }, to = 3, params = { l = linspace(1, 2, 12) }, rtol = 1e-8, lanes = 1 }
   local many = sweep(pendulum, options)
   options.workers = 1
   local one = sweep(pendulum, options)
@@ -146,6 +146,7 @@ test("errors say what to write instead", function()
   fails({ params = { q = {1, 2} } }, "'q'")
   fails({ start = { x = {1, 2, 3} } }, "the lists are paired, but k has 2 values and x has 3")
   fails({ workers = 0 }, "between 1 and 1024")
+  fails({ lanes = 3 }, "lanes = 3; it must be 1 (one run after another), 4 or 8")
   fails({ gird = true }, "Did you mean 'grid'?")
   fails({ start = { 1, 2 } }, "start[1] must be a result of init or a table")
   fails({ method = "rk5" }, "unknown method 'rk5'")
