@@ -174,4 +174,5 @@ test("every word of the vocabulary, with arguments of every wrong kind", functio
       end
     end
   end
+  os.remove "no such thing"                                      -- save("no such thing", x) has written it
 end)
