@@ -8,6 +8,7 @@
 #include "sysid/iddata.hpp"
 
 #ifdef PENDULA_MATIO
+#include <dlfcn.h>
 #include <matio.h>
 #endif
 
@@ -15,6 +16,25 @@ namespace pendula::sysid {
 
 #ifdef PENDULA_MATIO
 namespace {
+
+/// libmatio is opened when a MATLAB file is: it brings some thirty libraries with it (HDF5, curl, …), and
+/// linking them takes longer than everything else at the start of the program.
+struct Library {
+  void* handle = dlopen(PENDULA_MATIO, RTLD_NOW | RTLD_LOCAL);
+  template <class F>
+  F* function(F*, const char* name) const {
+    void* address = handle ? dlsym(handle, name) : nullptr;
+    if (!address)
+      throw Error(text("MATLAB files need the library ", PENDULA_MATIO,
+                       ", which is not there (Debian: apt-get install libmatio11); or save the data as CSV"));
+    return reinterpret_cast<F*>(address);
+  }
+};
+const Library& library() {
+  static const Library library;
+  return library;
+}
+#define MATIO(name) library().function(static_cast<decltype(&name)>(nullptr), #name)
 
 using File = std::unique_ptr<mat_t, int (*)(mat_t*)>;
 using Variable = std::unique_ptr<matvar_t, void (*)(matvar_t*)>;
@@ -60,9 +80,9 @@ void collect(const matvar_t& v, const std::string& name, FileColumns& table) {
   if (v.class_type == MAT_C_STRUCT) {
     if (v.rank != 2 || v.dims[0] != 1 || v.dims[1] != 1) return;
     auto* const structure = const_cast<matvar_t*>(&v);
-    const char* const* const fields = Mat_VarGetStructFieldnames(structure);
-    for (unsigned i = 0, n = Mat_VarGetNumberOfFields(structure); i < n; ++i)
-      if (const matvar_t* field = Mat_VarGetStructFieldByIndex(structure, i, 0))
+    const char* const* const fields = MATIO(Mat_VarGetStructFieldnames)(structure);
+    for (unsigned i = 0, n = MATIO(Mat_VarGetNumberOfFields)(structure); i < n; ++i)
+      if (const matvar_t* field = MATIO(Mat_VarGetStructFieldByIndex)(structure, i, 0))
         collect(*field, fields[i], table);
     return;
   }
@@ -80,9 +100,11 @@ void collect(const matvar_t& v, const std::string& name, FileColumns& table) {
 
 void write(mat_t* file, const char* name, const Mat& m, const std::string& path) {
   std::size_t dims[2] = {static_cast<std::size_t>(m.rows()), static_cast<std::size_t>(m.cols())};
-  const Variable v(Mat_VarCreate(name, MAT_C_DOUBLE, MAT_T_DOUBLE, 2, dims, const_cast<double*>(m.data()), 0),
-                   Mat_VarFree);
-  if (!v || Mat_VarWrite(file, v.get(), MAT_COMPRESSION_NONE) != 0) throw Error(text("cannot write ", path));
+  const Variable v(
+      MATIO(Mat_VarCreate)(name, MAT_C_DOUBLE, MAT_T_DOUBLE, 2, dims, const_cast<double*>(m.data()), 0),
+      MATIO(Mat_VarFree));
+  if (!v || MATIO(Mat_VarWrite)(file, v.get(), MAT_COMPRESSION_NONE) != 0)
+    throw Error(text("cannot write ", path));
 }
 
 }  // namespace
@@ -90,11 +112,11 @@ void write(mat_t* file, const char* name, const Mat& m, const std::string& path)
 FileColumns read_mat(const std::string& path) {
   if (!std::filesystem::is_regular_file(path))
     throw Error(text("cannot open ", path, " as a MATLAB file: there is no such file"));
-  const File file(Mat_Open(path.c_str(), MAT_ACC_RDONLY), Mat_Close);
+  const File file(MATIO(Mat_Open)(path.c_str(), MAT_ACC_RDONLY), MATIO(Mat_Close));
   if (!file) throw Error(text("cannot open ", path, " as a MATLAB file"));
   FileColumns table;
-  while (matvar_t* raw = Mat_VarReadNext(file.get())) {
-    const Variable variable(raw, Mat_VarFree);
+  while (matvar_t* raw = MATIO(Mat_VarReadNext)(file.get())) {
+    const Variable variable(raw, MATIO(Mat_VarFree));
     collect(*raw, raw->name, table);
   }
   if (table.names.empty()) throw Error(text(path, " holds no real matrix of numbers"));
@@ -102,7 +124,7 @@ FileColumns read_mat(const std::string& path) {
 }
 
 void write_mat(const IdData& d, const std::string& path) {
-  const File file(Mat_CreateVer(path.c_str(), nullptr, MAT_FT_MAT5), Mat_Close);
+  const File file(MATIO(Mat_CreateVer)(path.c_str(), nullptr, MAT_FT_MAT5), MATIO(Mat_Close));
   if (!file) throw Error(text("cannot write ", path));
   write(file.get(), "y", d.y, path);
   if (d.inputs() > 0) write(file.get(), "u", d.u, path);
