@@ -156,6 +156,10 @@ std::optional<Repaired> repair(const ModelPtr& model, std::vector<std::string>* 
   options.trace = r.story;
   options.relations = model->relations;
   options.invariants = model->invariants;
+  options.domain = model->domain;
+  for (Expr factor : e.nonzero)
+    options.domain.push_back({factor, "the equations that were derived there are not equivalent to the model",
+                              "begin a new run on the other side, from sys:init{ … }"});
   r.model = make_model(r.blocks, options);
   return r;
 }

@@ -5,6 +5,7 @@
 #include "base/text.hpp"
 #include "dae/balance.hpp"
 #include "dae/classification.hpp"
+#include "dae/domain.hpp"
 #include "dae/elided.hpp"
 #include "dae/model.hpp"
 #include "dae/rank.hpp"
@@ -182,6 +183,7 @@ std::string describe(const Model& m) {
   if (!m.parameters.empty()) symbols.row({"parameters", parameter_values(m)});
   leading_rank(m, symbols);
   for (const auto& [word, line] : classification(m)) symbols.row({word, line});
+  if (!m.domain.empty()) symbols.row({"valid where", domain_text(m)});
   if (!m.invariants.empty()) {
     std::vector<std::string> words;
     for (const Constraint& c : m.invariants) words.push_back(c.label + " = 0");

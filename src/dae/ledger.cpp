@@ -76,6 +76,8 @@ std::string Start::ledger() const {
   for (const Branch& b : other)
     out += text("  ", b.formula.empty() ? to_text(b.leaf) : b.formula, ": here ", rounded(b.here), "; ",
                 rounded(b.there), " with guess = { ", key_text(b.leaf), " = ", rounded(b.there, 4), " }\n");
+  for (const Nonzero& n : model->domain)
+    out += text("valid while ", elided_text(n.factor), " ≠ 0 (here ", rounded((*this)(n.factor), 4), ")\n");
   if (constraints.empty()) return out;
   out += "constraints\n";
   Table residuals({false, true, false});

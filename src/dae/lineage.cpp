@@ -60,6 +60,7 @@ ModelOptions child_of(const ModelPtr& m) {
   options.mechanics = m->mechanics;
   options.drift = m->drift;
   options.projections = m->projections;
+  options.domain = m->domain;
   return options;
 }
 
@@ -68,6 +69,7 @@ void move_invariants(ModelOptions& options, const Substitution& s) {
   std::vector<Expr> meanings;  // at once: they share what they are made of, the solution of one linear system
   for (const auto& [leaf, meaning] : options.relations) meanings.push_back(meaning);
   meanings = substitute(meanings, s);
+  for (Nonzero& n : options.domain) n.factor = substitute(n.factor, s);
   std::size_t next = 0;
   for (auto& [leaf, meaning] : options.relations) meaning = meanings[next++];
   for (Projection& p : options.projections) {

@@ -298,6 +298,7 @@ ModelPtr make_model(std::vector<Block> blocks, ModelOptions options) {
   m->drift = options.drift;
   m->projections = std::move(options.projections);
   m->mechanics = std::move(options.mechanics);
+  m->domain = std::move(options.domain);
   return m;
 }
 

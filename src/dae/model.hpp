@@ -57,6 +57,14 @@ struct Mechanics {
 /// The matrix with these entries, and zeros elsewhere.
 MatX dense(const std::vector<Entry>& entries, Eigen::Index rows, Eigen::Index columns);
 
+/// An expression that must not vanish along a solution: a form divided by it, or it is a factor of the
+/// determinant of the system Jacobian.
+struct Nonzero {
+  Expr factor;         ///< in unknowns of the model, inputs, parameters and t
+  std::string where;   ///< what goes wrong where it is 0: "(5) cannot be solved for u, as form … did"
+  std::string remedy;  ///< what can be done, "" if nothing
+};
+
 /// How a solution may leave the constraints that a form was derived from (its invariants).
 enum class DriftLaw {
   none,  ///< not at all: they are equations of the model, or the solution is projected onto them
@@ -100,6 +108,7 @@ struct Model {
   DriftLaw drift = DriftLaw::none;      ///< of the invariants
   std::vector<Projection> projections;  ///< form "project": for the integrator, after every step
   std::optional<Mechanics> mechanics;
+  std::vector<Nonzero> domain;  ///< equivalent to the model it was made from where none of these vanishes
 
   std::vector<Expr> states() const;  ///< x_j^(k), k < order_j: all of order 0 first, then order 1 …
   std::vector<Expr> algebraic() const;
@@ -121,6 +130,7 @@ struct ModelOptions {
   DriftLaw drift = DriftLaw::none;
   std::vector<Projection> projections;
   std::optional<Mechanics> mechanics;
+  std::vector<Nonzero> domain;
 };
 
 /// Builds and classifies a model. Throws Error: no equations, sizes differ, two symbols of one name, a symbol

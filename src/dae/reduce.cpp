@@ -55,6 +55,7 @@ ModelPtr reduce_acc(const ModelPtr& given) {
   options.parent = model;
   options.relations = model->relations;
   options.invariants = model->invariants;
+  options.domain = model->domain;
   options.drift = DriftLaw::polynomial;
   options.invariants.insert(options.invariants.end(), d.constraints.begin(), d.constraints.end());
   options.mechanics = model->mechanics;

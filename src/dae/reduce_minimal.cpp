@@ -12,6 +12,7 @@
 #include "dae/rank.hpp"
 #include "dae/reduced_forms.hpp"
 #include "dae/story.hpp"
+#include "dae/validity.hpp"
 #include "expr/generic.hpp"
 #include "expr/print.hpp"
 #include "expr/rewrite.hpp"
@@ -33,6 +34,14 @@ bool has_unknown(Expr e) {
                      [](Expr leaf) { return symbol_of(leaf).kind == pendula::Kind::variable; });
 }
 
+bool varies(Expr e) {
+  const auto inside = leaves({&e, 1});
+  return std::any_of(inside.begin(), inside.end(), [](Expr leaf) {
+    const auto kind = symbol_of(leaf).kind;
+    return kind != pendula::Kind::parameter && kind != pendula::Kind::constant;
+  });
+}
+
 double strength_at(Expr slope, const Model& m, const std::unordered_map<Expr, double>& at) {
   auto point = random_point({&slope, 1}, 0);
   for (auto& [leaf, value] : point) {
@@ -51,6 +60,7 @@ class Dependents {
   Dependents(const Model& m, const ReduceOptions& options) : m_(m), at_(options.at) {}
 
   std::vector<std::pair<Expr, Expr>> solved;  ///< y, φ in independent unknowns
+  std::vector<Nonzero> domain;                ///< what was divided by, in the model's unknowns
   std::vector<std::string> trace;
 
   void add(const Constraint& c) {
@@ -62,6 +72,12 @@ class Dependents {
     const Expr phi = simplify(-rest / best->slope);
     for (auto& [leaf, older] : solved) older = simplify(substitute(older, with_derivatives(best->leaf, phi)));
     solved.push_back({best->leaf, phi});
+    for (Expr factor : vanishing_factors(best->slope))
+      if (varies(factor))
+        domain.push_back(
+            {factor,
+             text(c.label, " cannot be solved for ", to_text(best->leaf), ", as form \"minimal\" did"),
+             "reduce \"dummy\" and reduce \"project\" divide by nothing and go on"});
     trace.push_back(text("minimal: ", c.label, " = 0 is linear in ", ref(best->leaf), ":  ",
                          formula(ref(best->leaf), " = ", ref(phi)),
                          best->safe ? "" : ",  valid where " + formula(ref(simplify(best->slope)), " ≠ 0")));
@@ -173,7 +189,9 @@ ModelPtr reduce_minimal(const ModelPtr& model, const ReduceOptions& request) {
   ModelOptions options = child_of(source);
   options.form = "minimal";
   const Substitution dependent = d.derivatives();
+  options.domain.insert(options.domain.end(), d.domain.begin(), d.domain.end());
   move_invariants(options, dependent);
+  for (Nonzero& n : options.domain) n.factor = simplify(n.factor);
   for (const auto& [leaf, meaning] : dependent) options.relations[leaf] = meaning;
   options.mechanics.reset();  // T, V, q are those of the larger set of coordinates
   options.u = source->inputs;

@@ -6,6 +6,7 @@
 #include "base/decompositions.hpp"
 #include "base/error.hpp"
 #include "base/text.hpp"
+#include "dae/domain.hpp"
 #include "dae/elimination.hpp"
 #include "dae/start_system.hpp"
 #include "expr/print.hpp"
@@ -269,6 +270,7 @@ std::string call_text(const LeafValues& fix, const LeafValues& guess) {
 
 void explain_undefined(const StartSystem& s) {
   const auto point = s.point(first_point(s, 0));
+  require_domain(s.model, point);
   const auto bad = undefined_at(s, point);
   if (!bad)
     throw Failure("no consistent start was found: the equations have no finite values near the guess");

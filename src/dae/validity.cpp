@@ -116,6 +116,22 @@ Expr upright(Expr e) {
   return to_text(other).starts_with("-") ? s : other;
 }
 
+}  // namespace
+
+std::vector<Expr> vanishing_factors(Expr e) {
+  Signs signs;
+  std::vector<Expr> found, list;
+  split(simplify(e), found, signs);
+  for (Expr f : found) {
+    f = upright(f);
+    if (f.is_constant() || std::abs(signs.of(f)) == 2) continue;
+    if (std::find(list.begin(), list.end(), f) == list.end()) list.push_back(f);
+  }
+  return list;
+}
+
+namespace {
+
 class Factors {
  public:
   Factors(const Model& m, const Analysis& a, const Blocks& blocks) {
@@ -124,10 +140,12 @@ class Factors {
     for (const Part& part : blocks.square) {
       if (list.size() > most_conditions) break;
       add(part, row);
+      parts.resize(list.size(), &part);
     }
     if (list.size() > most_conditions) list.clear(), complete = false;
   }
   std::vector<Expr> list;
+  std::vector<const Part*> parts;  ///< where each was found first
   bool complete = true;
 
  private:
@@ -198,7 +216,9 @@ Validity validity(const Model& m, const Analysis& a, const Blocks& blocks) {
   Factors factors(m, a, blocks);
   Validity v;
   v.complete = factors.complete;
-  for (Expr f : factors.list) v.conditions.push_back({f, kind_of(f), {}});
+  for (std::size_t k = 0; k < factors.list.size(); ++k)
+    v.conditions.push_back(
+        {factors.list[k], kind_of(factors.list[k]), factors.parts[k]->rows, factors.parts[k]->columns, {}});
   std::stable_sort(v.conditions.begin(), v.conditions.end(),
                    [](const Condition& x, const Condition& y) { return x.kind < y.kind; });
   if (m.variables.size() > searched || a.standing == Standing::on_solutions) return v;

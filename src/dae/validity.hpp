@@ -20,8 +20,9 @@ struct Condition {
     parameters,
     functions,
     state
-  } kind;                       ///< what it consists of: parameters; unspecified
-                                ///< functions (and what is in them); t, unknowns
+  } kind;                          ///< what it consists of: parameters; unspecified
+                                   ///< functions (and what is in them); t, unknowns
+  std::vector<int> rows, columns;  ///< of the first block with this factor: what it no longer determines
   std::optional<bool> reached;  ///< state: are there consistent points where it vanishes? Not decided: empty
 };
 
@@ -33,6 +34,9 @@ struct Validity {
 /// Requires a model whose J has full generic rank. Blocks of more than four rows, and long determinants, are
 /// left out. Cost: linear in the blocks, a few Newton iterations per condition on up to 20 unknowns.
 Validity validity(const Model& model, const Analysis& analysis, const Blocks& blocks);
+
+/// Factors of e that may vanish, each once, the way they read best.
+std::vector<Expr> vanishing_factors(Expr e);
 
 /// The blocks of the system Jacobian, each solvable after those before it.
 Blocks blocks_of(const Model& model, const Analysis& analysis);

@@ -13,6 +13,7 @@
 #include "expr/print.hpp"
 #include "integrate/derivative.hpp"
 #include "integrate/explicit_stepper.hpp"
+#include "integrate/guards.hpp"
 #include "integrate/jumps.hpp"
 #include "integrate/methods.hpp"
 #include "integrate/saver.hpp"
@@ -65,6 +66,7 @@ class Run {
     }
     trail_->begin(stepper().here());
     saver_.begin(stepper().here());
+    if (!plan_.guards.empty()) first_ = stepper().here();
   }
 
   void go() {
@@ -75,7 +77,7 @@ class Run {
     } catch (const Interrupted&) {
       status = "interrupted";
     } catch (const Failure& failure) {
-      status = text("stopped at t = ", rounded(reached_, 6), ": ", failure.what());
+      status = text("stopped at t = ", rounded(reached_, 6), ": ", failure.what(), near_singularity());
     }
     problem_->set_limit(std::numeric_limits<double>::infinity());
     const double seconds = static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC;
@@ -179,6 +181,7 @@ class Run {
     bool surface = false, may_jump = false;
     for (const auto& crossing : hit.list) {
       const Event& event = event_of(crossing);
+      if (!event.ends.empty()) return end_before(hit, event, status);
       surface = surface || event.surface;
       may_jump = may_jump || event.call || !event.reset.empty();
     }
@@ -212,6 +215,25 @@ class Run {
     if (stop || (changed && hit.t >= plan_.to)) status = stop ? "event" : "finished";
     if (!changed && !surface && !stop) finder_.pass(hit, stepper(), view_);
     return stop || changed || surface;
+  }
+
+  /// The equations cannot be solved where this event is: the run ends just before it.
+  bool end_before(const EventFinder::Hit& hit, const Event& event, std::string& status) {
+    Point point;
+    point.xdot = view_.to.xdot, point.z = view_.to.z;
+    const double end = std::max(hit.before, hit.t - 1e-9 * (hit.t - view_.from.t));
+    stepper().interpolate(view_, end, Detail::state, point);
+    point.t = end;
+    keep(point, false);
+    status = text("stopped at t = ", rounded(hit.t, 6), ": ", event.ends);
+    return true;
+  }
+
+  /// After a failure: what the equations need and is almost zero at the last point.
+  std::string near_singularity() {
+    GuardWatch watch(problem_, plan_.guards);
+    watch.start(first_);
+    return watch.almost_zero(stepper().here());
   }
 
   /// What an event asks for, done to the point.
@@ -417,6 +439,7 @@ class Run {
   std::shared_ptr<Solution> solution_;
   Saver saver_;
   EventFinder finder_;
+  Point first_;
   Accumulation accumulation_;
   StepView view_;
   std::vector<double> record_;

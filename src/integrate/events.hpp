@@ -24,6 +24,7 @@ struct Event {
   bool stop = false;
   std::vector<std::pair<Expr, Expr>> reset;  ///< state -> its value after, in the values before
   std::function<EventReply(const Point&)> call;
+  std::string ends;                              ///< not the user's: why nothing goes on from here
   bool surface = false;                          ///< not the user's: the equations are not smooth there
   std::vector<Mode> modes;                       ///< of the surface
   std::vector<Expr> tangent;                     ///< d when/dp for the parameters of the sensitivities

@@ -8,6 +8,7 @@
 #include "base/text.hpp"
 #include "integrate/collocation.hpp"
 #include "integrate/derivative.hpp"
+#include "integrate/guards.hpp"
 
 namespace pendula::integrate {
 namespace {
@@ -163,7 +164,8 @@ class FixedBdf {
 };
 
 /// Steps from point to point; the last one is not shortened but reached by a mesh that fits.
-std::string run(FixedBdf& engine, MeshPolynomial& mesh, Solution& solution, Point here, const Plan& plan) {
+std::string run(FixedBdf& engine, MeshPolynomial& mesh, Solution& solution, Point here, const Plan& plan,
+                GuardWatch& guards) {
   const double exact = (plan.to - plan.from) / plan.dt;
   const long steps = std::max(1L, static_cast<long>(std::ceil(exact * (1 - 1e-9))));
   const double dt = (plan.to - plan.from) / static_cast<double>(steps);
@@ -174,6 +176,7 @@ std::string run(FixedBdf& engine, MeshPolynomial& mesh, Solution& solution, Poin
       engine.step(here, k < steps ? plan.from + static_cast<double>(k) * dt : plan.to, dt, next);
       if (!next.x.allFinite() || !next.z.allFinite())
         throw Failure("the solution is not finite; try a smaller dt");
+      if (const auto why = guards.after(next)) return *why;
       mesh.add(next);
       if (!plan.times) solution.save(next);
       std::swap(here, next);
@@ -182,7 +185,7 @@ std::string run(FixedBdf& engine, MeshPolynomial& mesh, Solution& solution, Poin
   } catch (const Interrupted&) {
     return "interrupted";
   } catch (const Failure& failure) {
-    return text("stopped at t = ", rounded(here.t, 6), ": ", failure.what());
+    return text("stopped at t = ", rounded(here.t, 6), ": ", failure.what(), guards.almost_zero(here));
   }
   return "finished";
 }
@@ -206,7 +209,9 @@ SolutionPtr integrate_bdf(ProblemPtr problem, MultistepPtr method, Point start, 
   solution->set_continuation(mesh);
   mesh->add(start);
   if (!plan.times) solution->save(start);
-  const std::string status = run(engine, *mesh, *solution, start, plan);
+  GuardWatch guards(problem, plan.guards);
+  guards.start(start);
+  const std::string status = run(engine, *mesh, *solution, start, plan, guards);
   engine.finish();
   if (plan.times)
     for (double t : *plan.times)

@@ -7,6 +7,7 @@
 
 #include "base/interrupt.hpp"
 #include "base/text.hpp"
+#include "integrate/guards.hpp"
 
 namespace pendula::integrate {
 namespace {
@@ -199,7 +200,8 @@ double jump_at(const Plan& plan, double t) {
 }
 
 /// Steps until the end or until something stops them; returns the status.
-std::string run(Problem& problem, RungeKutta& engine, Point& here, const Plan& plan, Saver& saver) {
+std::string run(Problem& problem, RungeKutta& engine, Point& here, const Plan& plan, Saver& saver,
+                GuardWatch& guards) {
   const long steps = count_steps(plan);
   const double last = plan.to - (plan.from + static_cast<double>(steps - 1) * plan.dt);
   const bool even = std::fabs(last - plan.dt) <= 1e-9 * plan.dt * static_cast<double>(steps);
@@ -212,6 +214,7 @@ std::string run(Problem& problem, RungeKutta& engine, Point& here, const Plan& p
       engine.step(here, k < steps || even ? plan.dt : last, next, true);
       next.t = k < steps ? plan.from + static_cast<double>(k) * plan.dt : plan.to;
       engine.at_time(next.t);
+      if (const auto why = guards.after(next)) return *why;
       saver.advance(here, next);
       std::swap(here, next);
       if (plan.progress && k % 16 == 0) plan.progress(here.t, engine.stats());
@@ -222,7 +225,7 @@ std::string run(Problem& problem, RungeKutta& engine, Point& here, const Plan& p
   } catch (const Interrupted&) {
     return "interrupted";
   } catch (const Failure& failure) {
-    return text("stopped at t = ", rounded(here.t, 6), ": ", failure.what());
+    return text("stopped at t = ", rounded(here.t, 6), ": ", failure.what(), guards.almost_zero(here));
   }
   return "finished";
 }
@@ -254,7 +257,9 @@ SolutionPtr integrate(ProblemPtr problem, TableauPtr tableau, Point start, const
   solution->set_continuation(std::make_shared<FixedContinuation>(engine, start, plan));
   Saver saver(*solution, *engine, plan);
   saver.start(start);
-  const std::string status = run(*problem, *engine, start, plan, saver);
+  GuardWatch guards(problem, plan.guards);
+  guards.start(start);
+  const std::string status = run(*problem, *engine, start, plan, saver, guards);
   problem->set_limit(std::numeric_limits<double>::infinity());
   const double seconds = static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC;
   solution->finish(status, engine->stats(), seconds);

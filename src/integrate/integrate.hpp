@@ -15,6 +15,12 @@
 
 namespace pendula::integrate {
 
+/// What must not vanish along a solution, and what to say where it does.
+struct Guard {
+  Expr factor;         ///< in leaves of the problem
+  std::string reason;  ///< "x = 0 there, and …"
+};
+
 struct Plan {
   double from = 0, to = 0;
   double dt = 0;  ///< 0: adaptive
@@ -26,6 +32,8 @@ struct Plan {
 
   /// Asked after every step; true ends the run there with the status "left".
   std::function<bool(const Point&)> leave;
+
+  std::vector<Guard> guards;  ///< looked at after every step; where one vanishes, the run stops
 
   // ── adaptive only ──
   Tolerances tolerances;  ///< empty: rtol = 1e-6, atol = 1e-9

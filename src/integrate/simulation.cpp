@@ -262,6 +262,12 @@ void complete_plan(Plan& plan, const dae::ModelPtr& model, const Simulation& sim
   }
   if (variational)
     for (Event& event : plan.events.list) add_tangents(event, *variational);
+  for (const Guard& guard : plan.guards) {
+    Event event;
+    event.when = guard.factor;
+    event.ends = guard.reason;
+    plan.events.list.push_back(event);
+  }
   plan.modes = surfaces.modes;
 }
 

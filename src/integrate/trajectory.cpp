@@ -9,6 +9,7 @@
 #include "expr/derivative.hpp"
 #include "expr/print.hpp"
 #include "integrate/fixed_bdf.hpp"
+#include "integrate/guards.hpp"
 #include "integrate/simulation.hpp"
 #include "integrate/switching.hpp"
 
@@ -32,11 +33,12 @@ TrajectoryPtr simulate(const dae::ModelPtr& model, const Simulation& simulation)
                                               simulation.events, simulation.sensitivities, run.variational,
                                               simulation.start);
   };
-  if (simulation.plan.dt > 0 || simulation.plan.dt < 0 || std::isnan(simulation.plan.dt))
-    return wrap(simulation.method.multistep
-                    ? integrate_bdf(run.problem, simulation.method.multistep, run.start, simulation.plan)
-                    : integrate(run.problem, simulation.method.tableau, run.start, simulation.plan));
   Plan plan = simulation.plan;
+  plan.guards = guards_of(model, simulation.inputs, *run.problem, !simulation.parameters.empty());
+  if (plan.dt > 0 || plan.dt < 0 || std::isnan(plan.dt))
+    return wrap(simulation.method.multistep
+                    ? integrate_bdf(run.problem, simulation.method.multistep, run.start, plan)
+                    : integrate(run.problem, simulation.method.tableau, run.start, plan));
   const auto so_far = std::make_shared<TrajectoryPtr>();
   complete_plan(plan, model, simulation, run, so_far);
   const SolutionPtr solution =

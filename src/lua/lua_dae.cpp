@@ -102,6 +102,12 @@ int algebraic(Call& call) { return push_list(call, model_of(call).algebraic()); 
 int inputs(Call& call) { return push_list(call, model_of(call).inputs); }
 int parameters(Call& call) { return push_list(call, model_of(call).parameters); }
 
+int domain(Call& call) {
+  std::vector<Expr> factors;
+  for (const dae::Nonzero& n : model_of(call).domain) factors.push_back(n.factor);
+  return push_list(call, factors);
+}
+
 int equations(Call& call) {
   const auto& blocks = model_of(call).blocks;
   lua_createtable(call.L, static_cast<int>(blocks.size()), 0);
@@ -215,6 +221,12 @@ const Module dae_module = {
         {"model#inputs", inputs, "sys.inputs -> column", "Known functions of time.", "", ""},
         {"model#parameters", parameters, "sys.parameters -> column",
          "Constants whose values can be changed with sys:with{ … }.", "", ""},
+        {"model#domain", domain, "sys.domain -> column",
+         "What a reduced form divided by: it is equivalent to the model where none of these expressions "
+         "vanishes, and integrate() stops where one does.",
+         "x, y, z = vars \"x y z\"  return dae{ der(x) ~ z, der(y) ~ 1, 0 ~ x*y - t "
+         "}:reduce(\"minimal\").domain[1]",
+         "x"},
         {"model#equations", equations, "sys.equations -> list of equations",
          "The equations as they were written; equation i is number (i).", "", ""},
         {"model:semi_explicit", to_semi_explicit, "sys:semi_explicit() -> model",

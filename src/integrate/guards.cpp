@@ -1,0 +1,140 @@
+#include "integrate/guards.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <unordered_set>
+#include <utility>
+
+#include "base/text.hpp"
+#include "dae/domain.hpp"
+#include "dae/elided.hpp"
+#include "expr/derivative.hpp"
+
+namespace pendula::integrate {
+namespace {
+
+bool all_known(Expr e, const std::unordered_set<Expr>& known) {
+  const auto inside = leaves({&e, 1});
+  return std::all_of(inside.begin(), inside.end(),
+                     [&](Expr leaf) { return known.count(leaf) || symbol_of(leaf).kind == Kind::constant; });
+}
+
+}  // namespace
+
+std::vector<Guard> guards_of(const dae::ModelPtr& model, const Substitution& inputs, const Problem& problem,
+                             bool all_values) {
+  const std::unordered_set<Expr> known(problem.arguments().begin(), problem.arguments().end());
+  std::vector<Guard> guards;
+  for (const dae::Nonzero& n : dae::domain(model, all_values)) {
+    const Expr factor = substitute(n.factor, inputs);
+    if (factor.is_constant() || !all_known(factor, known)) continue;
+    guards.push_back({factor, text(dae::elided_text(n.factor), " = 0 there, and ", n.where,
+                                   n.remedy.empty() ? "" : "; ", n.remedy)});
+  }
+  return guards;
+}
+
+GuardWatch::GuardWatch(const ProblemPtr& problem, const std::vector<Guard>& guards) : guards_(guards) {
+  if (guards.empty()) return;
+  problem_ = std::make_shared<Problem>(*problem);
+  const std::vector<Expr>& arguments = problem->arguments();
+  const std::unordered_set<Expr> known(arguments.begin(), arguments.end());
+  std::vector<Expr> outputs, slopes;
+  for (const Guard& guard : guards) {
+    outputs.push_back(guard.factor);
+    const Expr slope = total_derivative(guard.factor);
+    slopes.push_back(all_known(slope, known) ? slope : Expr(0));
+  }
+  outputs.insert(outputs.end(), slopes.begin(), slopes.end());
+  kernel_ = codegen::Kernel(outputs, arguments);
+  out_.resize(outputs.size());
+}
+
+GuardWatch::Sample GuardWatch::evaluate(const Point& point) {
+  problem_->place(point.t, point.x.data(), point.xdot.data(), point.z.data());
+  kernel_(problem_->values().data(), out_.data());
+  const auto middle = out_.begin() + static_cast<std::ptrdiff_t>(guards_.size());
+  return {{out_.begin(), middle}, {middle, out_.end()}};
+}
+
+void GuardWatch::start(const Point& point) {
+  if (empty()) return;
+  last_ = point;
+  here_ = evaluate(point);
+  first_ = here_.g;
+}
+
+/// The guard at a share of the step: cubic Hermite interpolation of x, linear of x′ and z.
+double GuardWatch::between(const Point& end, double s, std::size_t which) {
+  const double dt = end.t - last_.t;
+  between_.t = last_.t + s * dt;
+  between_.xdot = (1 - s) * last_.xdot + s * end.xdot;
+  between_.z = (1 - s) * last_.z + s * end.z;
+  between_.x = (1 - s) * last_.x + s * end.x +
+               s * (s - 1) * ((1 - 2 * s) * (end.x - last_.x) + dt * ((s - 1) * last_.xdot + s * end.xdot));
+  return evaluate(between_).g[which];
+}
+
+/// Where the guard is zero, as a share of the step; nothing if it is not.
+std::optional<double> GuardWatch::zero(const Point& end, const Sample& there, std::size_t i) {
+  const double a = here_.g[i], b = there.g[i];
+  if (b == 0) return 1;
+  if (a == 0 || !std::isfinite(a) || !std::isfinite(b)) return {};
+  double low = 0, high = 1;
+  if ((a < 0) != (b < 0)) {
+    for (int k = 0; k < 50; ++k) {
+      const double middle = (low + high) / 2, g = between(end, middle, i);
+      ((g < 0) == (a < 0) && g != 0 ? low : high) = middle;
+    }
+    return high;
+  }
+  if (a * here_.slope[i] >= 0 || b * there.slope[i] <= 0) return {};
+  constexpr double golden = 0.3819660112501051;
+  for (int k = 0; k < 80; ++k) {  // the least |g|
+    const double l = low + golden * (high - low), r = high - golden * (high - low);
+    if (std::fabs(between(end, l, i)) < std::fabs(between(end, r, i)))
+      high = r;
+    else
+      low = l;
+  }
+  const double share = (low + high) / 2, least = between(end, share, i);
+  const bool reached =
+      (least < 0) != (a < 0) || std::fabs(least) <= 1e-9 * std::max(std::fabs(a), std::fabs(b));
+  return reached ? std::optional(share) : std::nullopt;
+}
+
+std::optional<std::string> GuardWatch::after(const Point& point) {
+  if (empty()) return {};
+  const Sample there = evaluate(point);
+  std::optional<double> first;
+  std::size_t which = 0;
+  for (std::size_t i = 0; i < guards_.size(); ++i)
+    if (const auto share = zero(point, there, i); share && (!first || *share < *first))
+      first = share, which = i;
+  if (first)
+    return text("stopped at t = ", rounded(last_.t + *first * (point.t - last_.t), 4), ": ",
+                guards_[which].reason);
+  last_ = point;
+  before_ = std::exchange(here_, there).g;
+  return {};
+}
+
+std::string GuardWatch::almost_zero(const Point& point) {
+  constexpr double almost = 1e-3;
+  if (empty() || first_.empty()) return "";
+  const Sample there = evaluate(point);
+  for (std::size_t i = 0; i < guards_.size(); ++i) {
+    const double ahead = before_.empty() ? there.g[i] : 3 * there.g[i] - 2 * before_[i];  // two steps on
+    const bool small = std::fabs(there.g[i]) <= almost * std::fabs(first_[i]);
+    if (small || (ahead < 0) != (there.g[i] < 0)) {
+      std::string reason = guards_[i].reason;
+      const std::string zero = " = 0 there, and ";
+      return text(". ", reason.replace(
+                            reason.find(zero), zero.size(),
+                            small ? " is almost 0 there; where it is 0, " : " heads for 0; where it is 0, "));
+    }
+  }
+  return "";
+}
+
+}  // namespace pendula::integrate

@@ -1,0 +1,47 @@
+// Expressions that must not vanish along a solution, after steps of a fixed size.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "integrate/integrate.hpp"
+
+namespace pendula::integrate {
+
+/// The guards of a run: what the model's form divided by, and what its equations need to be solvable.
+std::vector<Guard> guards_of(const dae::ModelPtr& model, const Substitution& inputs, const Problem& problem,
+                             bool all_values);
+
+/// Looks at the guards after every step. A sign that differs from the one before is a zero in between; so is
+/// a value that, by the slopes at both ends, was nearer to zero in between and reached it to 1e-9.
+class GuardWatch {
+ public:
+  GuardWatch(const ProblemPtr& problem, const std::vector<Guard>& guards);
+  bool empty() const { return guards_.empty(); }
+  void start(const Point& point);
+  /// Why the run ends in the step from the last point to this one: "stopped at t = 0.5: …". The time by cubic
+  /// interpolation between the two.
+  std::optional<std::string> after(const Point& point);
+  /// After a failure: what is almost zero at the last point (or, with
+  /// fixed steps, would be two steps later), and what that means; or "".
+  std::string almost_zero(const Point& point);
+
+ private:
+  struct Sample {
+    std::vector<double> g, slope;
+  };
+  Sample evaluate(const Point& point);
+  double between(const Point& end, double share, std::size_t which);
+  std::optional<double> zero(const Point& end, const Sample& there, std::size_t which);
+
+  ProblemPtr problem_;
+  const std::vector<Guard>& guards_;
+  codegen::Kernel kernel_;  ///< g, then dg/dt where it is known, else 0
+  std::vector<double> out_;
+  Point last_, between_;
+  Sample here_;
+  std::vector<double> first_, before_;  ///< g at the start, and one step before the last point
+};
+
+}  // namespace pendula::integrate
