@@ -1,4 +1,5 @@
 #include "integrate/sweep_lanes.hpp"
+#include "integrate/guards.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -102,6 +103,8 @@ std::shared_ptr<const LaneSweep> LaneSweep::make(const SweepRequest& request,
   const Problem& problem = *found->run.problem;
   why = objection(problem, found->run.surfaces);
   if (!why.empty()) return nullptr;
+  why = "the equations cannot be solved everywhere, which is watched step by step";
+  if (!guards_of(request.model, request.simulation.inputs, problem, false).empty()) return nullptr;
   why = text("the method is ", found->choice.family, ": ", found->choice.why);
   if (found->choice.family != "explicit") return nullptr;
   const Tableau& rk = *found->choice.tableau;

@@ -95,3 +95,10 @@ test("an algebraic variable at a fold: z² = x", function()
     expect(sol:final(z)):near(math.sqrt(math.max(0, 1 - sol.t[#sol.t])), 1e-3)
   end
 end)
+
+test("a sweep lists the runs that stop", function()
+  local x, a = var "x", param("a", 1)
+  local s = sweep(dae { x*der(x) ~ -a }, { start = { x = 1 }, to = 1, params = { a = { 0.2, 0.3, 0.9 } }, rtol = 1e-7 })
+  expect(#s.failures):equals(1)                            -- x = √(1 - 2 a t) ends at t = 1/(2a)
+  expect(s:final(x)[1]):near(math.sqrt(0.6), 1e-5)
+end)
