@@ -11,7 +11,12 @@ namespace x86 = asmjit::x86;
 struct Isa {
   int lanes;
   bool vex;  ///< three operands
+  /// A product and a sum in one, which replaces the sum's operand, or the product's first.
+  struct Fused {
+    x86::Inst::Id sum, product;
+  };
   x86::Inst::Id load, store, copy, add, sub, mul, div, sqrt, min, max, cmp, band, bandn, bor, bxor;
+  Fused fused[3];  ///< a·b + c, a·b - c, c - a·b
 };
 constexpr Isa sse2 = {1,
                       false,
@@ -29,7 +34,8 @@ constexpr Isa sse2 = {1,
                       x86::Inst::kIdAndpd,
                       x86::Inst::kIdAndnpd,
                       x86::Inst::kIdOrpd,
-                      x86::Inst::kIdXorpd};
+                      x86::Inst::kIdXorpd,
+                      {}};
 constexpr Isa avx = {1,
                      true,
                      x86::Inst::kIdVmovsd,
@@ -46,7 +52,10 @@ constexpr Isa avx = {1,
                      x86::Inst::kIdVandpd,
                      x86::Inst::kIdVandnpd,
                      x86::Inst::kIdVorpd,
-                     x86::Inst::kIdVxorpd};
+                     x86::Inst::kIdVxorpd,
+                     {{x86::Inst::kIdVfmadd231sd, x86::Inst::kIdVfmadd132sd},
+                      {x86::Inst::kIdVfmsub231sd, x86::Inst::kIdVfmsub132sd},
+                      {x86::Inst::kIdVfnmadd231sd, x86::Inst::kIdVfnmadd132sd}}};
 constexpr Isa avx4 = {4,
                       true,
                       x86::Inst::kIdVmovupd,
@@ -63,7 +72,10 @@ constexpr Isa avx4 = {4,
                       x86::Inst::kIdVandpd,
                       x86::Inst::kIdVandnpd,
                       x86::Inst::kIdVorpd,
-                      x86::Inst::kIdVxorpd};
+                      x86::Inst::kIdVxorpd,
+                      {{x86::Inst::kIdVfmadd231pd, x86::Inst::kIdVfmadd132pd},
+                       {x86::Inst::kIdVfmsub231pd, x86::Inst::kIdVfmsub132pd},
+                       {x86::Inst::kIdVfnmadd231pd, x86::Inst::kIdVfnmadd132pd}}};
 /// Conditions are masks there: see Emitter::compare.
 constexpr Isa avx512 = {8,
                         true,
@@ -81,6 +93,9 @@ constexpr Isa avx512 = {8,
                         x86::Inst::kIdVandpd,
                         x86::Inst::kIdVandnpd,
                         x86::Inst::kIdVorpd,
-                        x86::Inst::kIdVxorpd};
+                        x86::Inst::kIdVxorpd,
+                        {{x86::Inst::kIdVfmadd231pd, x86::Inst::kIdVfmadd132pd},
+                         {x86::Inst::kIdVfmsub231pd, x86::Inst::kIdVfmsub132pd},
+                         {x86::Inst::kIdVfnmadd231pd, x86::Inst::kIdVfnmadd132pd}}};
 
 }  // namespace pendula::codegen

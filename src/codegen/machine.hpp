@@ -15,6 +15,10 @@
 
 namespace pendula::codegen {
 
+/// exact: every operation rounds, as on the tape. fused: products and sums are one operation where the
+/// processor has it, twice as fast in long sums; the last digits then depend on the processor.
+enum class Rounding { exact, fused };
+
 class Machine {
  public:
   /// Code for `lanes` points at once: 1, 4 with AVX2 or 8 with AVX-512. Number k of a point lies at [lanes·k
@@ -22,7 +26,8 @@ class Machine {
   /// of a lane do not depend on its neighbours nor on their number, if there are some. Nothing where this
   /// processor or this build has no code generator. Cost: linear, about 0.15 µs per instruction. For threads:
   /// run() may be called by several at once.
-  static std::unique_ptr<const Machine> compile(const Program& program, int lanes = 1);
+  static std::unique_ptr<const Machine> compile(const Program& program, int lanes = 1,
+                                                Rounding rounding = Rounding::exact);
   /// Is there a code generator for so many lanes?
   static bool available(int lanes = 1);
   /// The most lanes there is one for: 8, 4 or 1.

@@ -8,6 +8,7 @@
 
 #include <asmjit/x86.h>
 
+#include "codegen/contract.hpp"
 #include "codegen/functions.hpp"
 #include "codegen/isa_x86.hpp"
 #include "codegen/registers.hpp"
@@ -31,6 +32,8 @@ bool has_avx512() {
   const auto& f = CpuInfo::host().features().x86();
   return has_avx2() && f.hasAVX512_F() && f.hasAVX512_DQ();
 }
+
+bool has_fma() { return CpuInfo::host().features().x86().hasFMA(); }
 
 const Isa* isa_for(int lanes) {
   if (lanes > 1 && !lane_function(Op::sin, lanes)) return nullptr;
@@ -168,6 +171,7 @@ class Emitter {
   int emit_arithmetic(const Instruction& i);
   int emit_logic(const Instruction& i);
   int emit_choice(const Instruction& i, int ra, int rb, int rc);
+  int emit_fused(const Instruction& i);
   void emit_call(Slot value, const Instruction& i);
   void emit_linear(Slot value, const Instruction& i);
   void finish(Slot value, int r);
@@ -339,6 +343,32 @@ int Emitter::emit_logic(const Instruction& i) {
   return d;
 }
 
+/// The instructions overwrite an operand: c if it is not needed any more, else a or b, else a copy of c.
+int Emitter::emit_fused(const Instruction& i) {
+  const auto& kind = isa_.fused[i.op == Op::add ? 0 : i.op == Op::sub ? 1 : 2];
+  unsigned pinned = 0;
+  Slot a = i.operand[0], b = i.operand[1];
+  if (r_.of(a) < 0 && r_.of(b) >= 0) std::swap(a, b);
+  const int rc = in_register(i.operand[2], pinned), ra = in_register(a, pinned), rb = r_.of(b);
+  const Operand ob = operand(b);
+  if (rb >= 0) pinned |= 1U << rb;
+  consume(i);
+  const auto is_free = [&](int r) { return r >= 0 && r_.in(r) == Registers::never; };
+  if (is_free(rc)) {
+    a_.emit(kind.sum, reg(rc), reg(ra), ob);
+    return rc;
+  }
+  if (is_free(ra) || is_free(rb)) {
+    const int d = is_free(ra) ? ra : rb;
+    a_.emit(kind.product, reg(d), reg(rc), d == ra ? ob : Operand(reg(ra)));
+    return d;
+  }
+  const int d = take(pinned);
+  a_.emit(isa_.copy, reg(d), reg(rc));
+  a_.emit(kind.sum, reg(d), reg(ra), ob);
+  return d;
+}
+
 void Emitter::leave_registers() {
   for (int r = 0; r < values_; ++r) {
     if (r_.in(r) == Registers::never) continue;
@@ -408,6 +438,8 @@ void Emitter::emit(Slot value, const Instruction& i) {
       for (Slot k = outputs_of_[value]; k < outputs_of_[value + 1]; ++k)
         a_.emit(isa_.store, at({Home::Array::output, outputs_[k]}), reg(B));
     }
+  } else if (i.part == Part::fused) {
+    finish(value, emit_fused(i));
   } else if (is_call(i)) {
     emit_call(value, i);
   } else if (i.op == Op::lt || i.op == Op::le || i.op == Op::both || i.op == Op::either || i.op == Op::sign ||
@@ -423,9 +455,11 @@ void Emitter::emit(Slot value, const Instruction& i) {
 bool Machine::available(int lanes) { return isa_for(lanes) != nullptr; }
 int Machine::widest() { return available(8) ? 8 : available(4) ? 4 : 1; }
 
-std::unique_ptr<const Machine> Machine::compile(const Program& program, int lanes) {
+std::unique_ptr<const Machine> Machine::compile(const Program& program, int lanes, Rounding rounding) {
   const Isa* isa = isa_for(lanes);
   if (!isa) return nullptr;
+  if (rounding == Rounding::fused && isa->vex && has_fma())
+    return compile(contracted(program), lanes, Rounding::exact);
   CodeHolder code;
   if (code.init(runtime().environment()) != kErrorOk) return nullptr;
   Emitter emitter(program, *isa, code);
@@ -444,7 +478,7 @@ Machine::~Machine() { runtime().release(function_); }
 namespace pendula::codegen {
 bool Machine::available(int) { return false; }
 int Machine::widest() { return 1; }
-std::unique_ptr<const Machine> Machine::compile(const Program&, int) { return nullptr; }
+std::unique_ptr<const Machine> Machine::compile(const Program&, int, Rounding) { return nullptr; }
 Machine::~Machine() = default;
 }  // namespace pendula::codegen
 

@@ -13,12 +13,14 @@ namespace pendula::codegen {
 
 using Slot = std::uint32_t;
 
-/// Parts of a linear system: its matrix is factored once, every right side solved, components taken out.
-enum class Part : std::uint8_t { none, factor, solve, component };
+/// What is more than one operation: parts of a linear system, whose matrix is factored once, every right side
+/// solved, components taken out; a product and a sum in one.
+enum class Part : std::uint8_t { none, factor, solve, component, fused };
 
 /// An operation on earlier values.
 /// factor: the extra operands are the matrix row by row; solve: operand[0] is the factor, the extra operands
 /// the right side; component: operand[0] is the solve, operand[1] the number of the component.
+/// fused: operands a, b, c; a·b + c for Op::add, a·b - c for Op::sub, c - a·b for Op::neg (contract.hpp).
 struct Instruction {
   Op op;
   Part part = Part::none;
@@ -28,7 +30,18 @@ struct Instruction {
   Slot first_extra = 0;  ///< position in Program::extra
   int extras() const { return part == Part::factor ? size * size : part == Part::solve ? size : 0; }
   /// How many of operand[] are values: the number of a component is not.
-  int operands() const { return part == Part::none ? info(op).arity : part == Part::factor ? 0 : 1; }
+  int operands() const {
+    switch (part) {
+      case Part::none:
+        return info(op).arity;
+      case Part::factor:
+        return 0;
+      case Part::fused:
+        return 3;
+      default:
+        return 1;
+    }
+  }
   /// How many numbers it leaves behind: LU and pivots, a solution, or one number.
   int results() const { return part == Part::factor ? size * size + size : part == Part::solve ? size : 1; }
 };

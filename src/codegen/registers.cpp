@@ -6,6 +6,7 @@
 namespace pendula::codegen {
 
 bool is_call(const Instruction& i) {
+  if (i.part == Part::fused) return false;
   switch (i.op) {
     case Op::neg:
     case Op::add:
@@ -24,7 +25,7 @@ bool is_call(const Instruction& i) {
     case Op::ifelse:
       return false;
     default:
-      return i.part != Part::component;
+      return i.part != Part::component;  // a linear system, or a function
   }
 }
 

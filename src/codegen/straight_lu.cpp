@@ -17,62 +17,64 @@ struct Number {
   Slot re = 0, im = 0;
 };
 
-/// Writes real operations for real or complex numbers.
+/// Writes real operations for real or complex numbers; what is zero for all matrices costs nothing.
 class Arithmetic {
  public:
-  Arithmetic(Writer& writer, bool complex) : w_(writer), complex_(complex) {}
+  Arithmetic(Writer& writer, bool complex) : w_(writer), complex_(complex), zero_(writer.constant(0)) {}
 
-  Number input(std::size_t position) const {
-    return complex_ ? Number{w_.input(2 * position), w_.input(2 * position + 1)} : real(w_.input(position));
-  }
-  Number plus(Number a, Number b) { return each(Op::add, a, b); }
-  Number minus(Number a, Number b) { return each(Op::sub, a, b); }
+  Number plus(Number a, Number b) { return {sum(a.re, b.re), complex_ ? sum(a.im, b.im) : zero_}; }
   Number times(Number a, Number b) {
-    if (!complex_) return real(w_.put(Op::mul, a.re, b.re));
-    const Slot rr = w_.put(Op::mul, a.re, b.re), ii = w_.put(Op::mul, a.im, b.im);
-    const Slot re = w_.put(Op::sub, rr, ii);
-    const Slot ri = w_.put(Op::mul, a.re, b.im), ir = w_.put(Op::mul, a.im, b.re);
-    return {re, w_.put(Op::add, ri, ir)};
+    if (!complex_) return {product(a.re, b.re), zero_};
+    const Slot re = difference(product(a.re, b.re), product(a.im, b.im));
+    return {re, sum(product(a.re, b.im), product(a.im, b.re))};
   }
-  Number negative(Number a) {
-    const Slot re = w_.put(Op::neg, a.re);
-    return {re, complex_ ? w_.put(Op::neg, a.im) : re};
+  /// c - a b, product by product: each may be one operation with its difference.
+  Number minus(Number c, Number a, Number b) {
+    const Slot re = difference(c.re, product(a.re, b.re));
+    if (!complex_) return {re, zero_};
+    const Slot im = difference(c.im, product(a.re, b.im));
+    return {sum(re, product(a.im, b.im)), difference(im, product(a.im, b.re))};
   }
   Number inverse(Number a) {
-    if (!complex_) return real(w_.put(Op::div, w_.constant(1), a.re));
-    const Slot rr = w_.put(Op::mul, a.re, a.re), ii = w_.put(Op::mul, a.im, a.im);
-    const Slot square = w_.put(Op::add, rr, ii);
+    if (a.im == zero_) return {w_.put(Op::div, w_.constant(1), a.re), zero_};
+    const Slot square = sum(product(a.re, a.re), product(a.im, a.im));
     const Slot scale = w_.put(Op::div, w_.constant(1), square);
-    const Slot re = w_.put(Op::mul, a.re, scale), im = w_.put(Op::mul, a.im, scale);
-    return {re, w_.put(Op::neg, im)};
+    return {product(a.re, scale), w_.put(Op::neg, product(a.im, scale))};
   }
+  /// |re| + |im|
+  Slot size(Number a) { return sum(absolute(a.re), absolute(a.im)); }
+  Number zero() const { return {zero_, zero_}; }
   void store(std::vector<Slot>& list, Number a) const {
     list.push_back(a.re);
     if (complex_) list.push_back(a.im);
   }
   Number load(std::span<const Slot> list, std::size_t k) const {
-    return complex_ ? Number{list[2 * k], list[2 * k + 1]} : real(list[k]);
+    return complex_ ? Number{list[2 * k], list[2 * k + 1]} : Number{list[k], zero_};
   }
 
  private:
-  static Number real(Slot value) { return {value, value}; }
-  Number each(Op op, Number a, Number b) {
-    const Slot re = w_.put(op, a.re, b.re);
-    return {re, complex_ ? w_.put(op, a.im, b.im) : re};
+  Slot product(Slot a, Slot b) { return a == zero_ || b == zero_ ? zero_ : w_.put(Op::mul, a, b); }
+  Slot sum(Slot a, Slot b) { return a == zero_ ? b : b == zero_ ? a : w_.put(Op::add, a, b); }
+  Slot difference(Slot a, Slot b) {
+    if (b == zero_) return a;
+    return a == zero_ ? w_.put(Op::neg, b) : w_.put(Op::sub, a, b);
   }
+  Slot absolute(Slot a) { return a == zero_ ? zero_ : w_.put(Op::abs, a); }
   Writer& w_;
   bool complex_;
+  Slot zero_;
 };
 
 using Row = std::map<int, Number>;
 
-/// Row after row (the order "ikj"), so that the row at work stays in registers. Results: the multipliers of
-/// every row, then its upper part and the reciprocal of its pivot.
-Program factor_program(const Elimination& order, int n, const std::vector<StraightLU::Position>& positions,
-                       bool complex) {
-  Writer writer(positions.size() * (complex ? 2 : 1));
-  Arithmetic w(writer, complex);
-  const auto size = static_cast<std::size_t>(n);
+struct Factors {
+  std::vector<Number> multipliers, upper;  ///< of every row, its upper part with the reciprocal of its pivot
+};
+
+/// Row after row (the order "ikj"), so that the row at work stays in registers.
+Factors write_factors(Arithmetic& w, const Elimination& order,
+                      const std::vector<StraightLU::Position>& positions, std::span<const Slot> values) {
+  const std::size_t size = order.row.size();
   std::vector<int> row_number(size), column_number(size);
   for (std::size_t k = 0; k < size; ++k) {
     row_number[static_cast<std::size_t>(order.row[k])] = static_cast<int>(k);
@@ -82,32 +84,48 @@ Program factor_program(const Elimination& order, int n, const std::vector<Straig
   for (std::size_t p = 0; p < positions.size(); ++p) {
     Row& row = rows[static_cast<std::size_t>(row_number[static_cast<std::size_t>(positions[p].row)])];
     const int column = column_number[static_cast<std::size_t>(positions[p].column)];
-    const auto [entry, made] = row.try_emplace(column, w.input(p));
-    if (!made) entry->second = w.plus(entry->second, w.input(p));
+    Number& entry = row.try_emplace(column, w.zero()).first->second;
+    entry = w.plus(entry, w.load(values, p));
   }
-  std::vector<Number> reciprocal(size), multipliers, upper;
+  Factors result;
+  std::vector<Number> reciprocal(size);
   for (std::size_t i = 0; i < size; ++i) {
     for (int k : order.lower[i]) {
       const auto kk = static_cast<std::size_t>(k);
       const Number factor = rows[i][k] = w.times(rows[i][k], reciprocal[kk]);
-      multipliers.push_back(factor);
+      result.multipliers.push_back(factor);
       for (int j : order.upper[kk]) {
-        const Number product = w.times(factor, rows[kk][j]);
-        const auto old = rows[i].find(j);
-        if (old != rows[i].end())
-          old->second = w.minus(old->second, product);
-        else
-          rows[i][j] = w.negative(product);  // fill
+        Number& entry = rows[i].try_emplace(j, w.zero()).first->second;  // zero: fill
+        entry = w.minus(entry, factor, rows[kk][j]);
       }
     }
     reciprocal[i] = w.inverse(rows[i][static_cast<int>(i)]);
-    for (int j : order.upper[i]) upper.push_back(rows[i][j]);
-    upper.push_back(reciprocal[i]);
+    for (int j : order.upper[i]) result.upper.push_back(rows[i][j]);
+    result.upper.push_back(reciprocal[i]);
   }
+  return result;
+}
+
+std::vector<Slot> stored(const Arithmetic& w, const Factors& factors) {
   std::vector<Slot> results;
-  for (Number m : multipliers) w.store(results, m);
-  for (Number u : upper) w.store(results, u);
-  return writer.finish(std::move(results));
+  for (Number m : factors.multipliers) w.store(results, m);
+  for (Number u : factors.upper) w.store(results, u);
+  return results;
+}
+
+std::vector<Slot> all_inputs(const Writer& w, std::size_t count) {
+  std::vector<Slot> inputs;
+  for (std::size_t k = 0; k < count; ++k) inputs.push_back(w.input(k));
+  return inputs;
+}
+
+/// Results: the multipliers of every row, then its upper part and the reciprocal of its pivot.
+Program factor_program(const Elimination& order, const std::vector<StraightLU::Position>& positions,
+                       bool complex) {
+  Writer writer(positions.size() * (complex ? 2 : 1));
+  Arithmetic w(writer, complex);
+  const auto values = all_inputs(writer, positions.size() * (complex ? 2 : 1));
+  return writer.finish(stored(w, write_factors(w, order, positions, values)));
 }
 
 /// x with A x = b, from the results of factor_program.
@@ -121,14 +139,13 @@ std::vector<Slot> write_solution(Writer& writer, const Elimination& order, bool 
   for (std::size_t i = 0; i < size; ++i) {
     y[i] = w.load(b, static_cast<std::size_t>(order.row[i]));
     for (int k : order.lower[i])
-      y[i] = w.minus(y[i], w.times(w.load(factors, next++), y[static_cast<std::size_t>(k)]));
+      y[i] = w.minus(y[i], w.load(factors, next++), y[static_cast<std::size_t>(k)]);
   }
   std::vector<std::size_t> first(size + 1, multipliers);
   for (std::size_t i = 0; i < size; ++i) first[i + 1] = first[i] + order.upper[i].size() + 1;
   for (std::size_t i = size; i-- > 0;) {
     std::size_t at = first[i];
-    for (int j : order.upper[i])
-      y[i] = w.minus(y[i], w.times(w.load(factors, at++), y[static_cast<std::size_t>(j)]));
+    for (int j : order.upper[i]) y[i] = w.minus(y[i], w.load(factors, at++), y[static_cast<std::size_t>(j)]);
     y[i] = w.times(y[i], w.load(factors, at));
     x[static_cast<std::size_t>(order.column[i])] = y[i];
   }
@@ -141,8 +158,7 @@ std::vector<Slot> write_solution(Writer& writer, const Elimination& order, bool 
 Program solve_program(const Elimination& order, bool complex, std::size_t multipliers, std::size_t factors) {
   const std::size_t width = complex ? 2 : 1;
   Writer writer((factors + order.row.size()) * width);
-  std::vector<Slot> inputs;
-  for (std::size_t k = 0; k < (factors + order.row.size()) * width; ++k) inputs.push_back(writer.input(k));
+  const auto inputs = all_inputs(writer, (factors + order.row.size()) * width);
   const std::span<const Slot> all(inputs);
   return writer.finish(write_solution(writer, order, complex, multipliers, all.first(factors * width),
                                       all.subspan(factors * width)));
@@ -169,6 +185,7 @@ Plans& plans() {
 
 struct StraightLU::Code {
   Elimination order;
+  std::vector<Position> positions;
   std::unique_ptr<const Machine> factor, solve;
   std::size_t instructions = 0;
 };
@@ -211,11 +228,12 @@ std::optional<StraightLU> StraightLU::plan(int n, const std::vector<Position>& p
   for (std::size_t i = 0; i < size; ++i, ++at)
     lu.pivots_.push_back({at += order->upper[i].size(), order->row_scale[i]});
   if (updates * (complex ? 8 : 2) > longest) return {};
-  const Program factor = factor_program(*order, n, positions, complex);
+  const Program factor = factor_program(*order, positions, complex);
   const Program solve = solve_program(*order, complex, lu.multipliers_, lu.factors_);
   const std::size_t instructions = factor.instructions.size() + solve.instructions.size();
-  lu.code_ = std::make_shared<const Code>(
-      Code{std::move(*order), Machine::compile(factor), Machine::compile(solve), instructions});
+  lu.code_ = std::make_shared<const Code>(Code{std::move(*order), positions,
+                                               Machine::compile(factor, 1, Rounding::fused),
+                                               Machine::compile(solve, 1, Rounding::fused), instructions});
   if (!lu.code_->factor || !lu.code_->solve) return {};
   const auto width = static_cast<std::size_t>(lu.width_);
   lu.numbers_.assign((lu.factors_ + size) * width, 0);
@@ -223,6 +241,21 @@ std::optional<StraightLU> StraightLU::plan(int n, const std::vector<Position>& p
   const std::lock_guard lock(plans().mutex);
   plans().latest.add(key_of(n, positions, complex), std::make_shared<const StraightLU>(lu), instructions);
   return lu;
+}
+
+std::vector<Slot> StraightLU::write_factors(Writer& writer, std::span<const Slot> values,
+                                            Slot& growth) const {
+  Arithmetic w(writer, width_ == 2);
+  const Factors factors = codegen::write_factors(w, code_->order, code_->positions, values);
+  constexpr double finite = 1e-300;  // times what is finite: below 1e9
+  std::vector<Slot> shares;
+  const auto add = [&](Number a, double share) {
+    shares.push_back(writer.put(Op::mul, writer.constant(share), w.size(a)));
+  };
+  for (std::size_t k = 0; k < multipliers_; ++k) add(factors.multipliers[k], 1 / limits_[k]);
+  for (Number u : factors.upper) add(u, finite);
+  growth = writer.sum(std::move(shares));
+  return stored(w, factors);
 }
 
 std::vector<Slot> StraightLU::write_solution(Writer& writer, std::span<const Slot> factors,

@@ -48,6 +48,10 @@ class StraightLU {
   std::span<const double> factors() const {
     return {numbers_.data(), factors_ * static_cast<std::size_t>(width_)};
   }
+  std::size_t factor_count() const { return factors().size(); }
+  /// What factorise() does with these values, in the order of the positions (pairs): the factors, and
+  /// growth ≤ 1 if they can be used (it is not finite where they are not).
+  std::vector<Slot> write_factors(Writer& writer, std::span<const Slot> values, Slot& growth) const;
   /// x with A x = b from values that hold factors() and b, n numbers or pairs.
   std::vector<Slot> write_solution(Writer& writer, std::span<const Slot> factors,
                                    std::span<const Slot> b) const;

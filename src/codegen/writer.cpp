@@ -1,5 +1,6 @@
 #include "codegen/writer.hpp"
 
+#include <algorithm>
 #include <bit>
 
 #include "base/error.hpp"
@@ -36,6 +37,18 @@ Slot Writer::combination(std::span<const double> factors, std::span<const Slot> 
     empty = false;
   }
   return empty ? constant(0) : sum;
+}
+
+/// Four chains: one alone waits for every operation.
+Slot Writer::reduced(Op op, std::span<const Slot> terms) {
+  constexpr std::size_t chains = 4;
+  if (terms.empty()) return constant(0);
+  std::vector<Slot> partial(terms.begin(),
+                            terms.begin() + static_cast<std::ptrdiff_t>(std::min(chains, terms.size())));
+  for (std::size_t k = chains; k < terms.size(); ++k)
+    partial[k % chains] = put(op, partial[k % chains], terms[k]);
+  for (std::size_t k = 1; k < partial.size(); ++k) partial[0] = put(op, partial[0], partial[k]);
+  return partial[0];
 }
 
 /// An instruction of another program, whose values are `here`.

@@ -18,6 +18,9 @@ class Writer {
   Slot put(Op op, Slot a, Slot b = 0, Slot c = 0);
   /// Σ factors[i] · values[i] from left to right; zero factors are left out. Nothing left: the constant 0.
   Slot combination(std::span<const double> factors, std::span<const Slot> values);
+  /// Their sum in a few independent chains; nothing: the constant 0.
+  Slot sum(std::span<const Slot> terms) { return reduced(Op::add, terms); }
+  Slot largest(std::span<const Slot> terms) { return reduced(Op::max, terms); }
   /// The results of another program when its inputs are these values.
   std::vector<Slot> inlined(const Program& other, std::span<const Slot> inputs);
   /// Only that part of it which needs no input but the marked ones, to have it early.
@@ -42,6 +45,7 @@ class Writer {
     }
   };
   Slot put(const Instruction& i);
+  Slot reduced(Op op, std::span<const Slot> terms);
   Slot copied(const Program& other, Instruction i, const std::vector<Slot>& here);
   Slot final(Slot value) const;
   Program program_;

@@ -6,7 +6,7 @@
 #pragma once
 
 #include "integrate/derivative.hpp"
-#include "integrate/step_code.hpp"
+#include "integrate/explicit_code.hpp"
 #include "integrate/stepper.hpp"
 #include "integrate/tableau.hpp"
 

@@ -26,36 +26,27 @@ bool IrkStepper::evaluate_jacobian() {
   return true;
 }
 
-/// Newton iterations as straight-line code, when all factorisations are.
-void IrkStepper::use_code(Matrices& matrices, bool now) {
-  const codegen::StraightLU* real = f().has_real ? matrices.real.straight() : nullptr;
-  NewtonCode::Complex& complex = straight_;
-  complex.clear();
-  for (const auto& solver : matrices.complex) complex.push_back(solver.straight());
-  if ((f().has_real && !real) || std::count(complex.begin(), complex.end(), nullptr) > 0) {
-    matrices.code = nullptr;
-    return;
-  }
-  if (!matrices.code || !matrices.code->suits(real, complex)) {
-    matrices.code =
-        NewtonCode::make(*problem_, f(), real, complex, stats_.newton_iterations - iterations_counted_, now);
-    iterations_counted_ = stats_.newton_iterations;
-  }
-  if (matrices.code) matrices.code->set_factors(real, complex);
+/// The step as straight-line code, when all factorisations are; false: no code, or it does not suit.
+bool IrkStepper::use_code(Matrices& matrices, bool now) {
+  NewtonCode::Request request{*problem_, f(), bare_, in_mass_, matrices.real.straight(), {}};
+  for (const auto& solver : matrices.complex) request.complex.push_back(solver.straight());
+  if (!request.real || std::count(request.complex.begin(), request.complex.end(), nullptr) > 0) return false;
+  matrices.code = NewtonCode::make(request, stats_.newton_iterations - iterations_counted_, now);
+  iterations_counted_ = stats_.newton_iterations;
+  return matrices.code != nullptr;
 }
 
 /// Code for the first formula, with the Jacobian at the start.
 void IrkStepper::prepare_code() {
   constexpr int small = 60;
-  if (N_ > small || matrices_[static_cast<std::size_t>(level_)].code || !evaluate_jacobian()) return;
-  Matrices& matrices = matrices_[static_cast<std::size_t>(level_)];
+  if (N_ > small || matrices().code || !evaluate_jacobian()) return;
   shift(f().gamma / dt_);
-  matrices.real.prepare(real_entries_.data());
+  matrices().real.prepare(real_entries_.data());
   for (std::size_t pair = 0; pair < f().pairs.size(); ++pair) {
     shift(f().pairs[pair] / dt_);
-    matrices.complex[pair].prepare(complex_entries_.data());
+    matrices().complex[pair].prepare(complex_entries_.data());
   }
-  if (factorise(dt_)) use_code(matrices, true);
+  if (factorise_apart(dt_)) use_code(matrices(), true);
   trouble_.clear();
 }
 
@@ -69,18 +60,40 @@ void IrkStepper::shift(std::complex<double> factor) {
 }
 
 bool IrkStepper::factorise(double dt) {
-  Matrices& matrices = matrices_[static_cast<std::size_t>(level_)];
-  shift(f().gamma / dt);
   ++stats_.factorisations;
-  bool regular = matrices.real.factorise(real_entries_.data());
-  for (std::size_t pair = 0; regular && pair < f().pairs.size(); ++pair) {
-    shift(f().pairs[pair] / dt);
-    regular = matrices.complex[pair].factorise(complex_entries_.data());
+  NewtonCode* code = matrices().code.get();
+  bool regular = code && code->factorise(entries_, dt);
+  if (!regular) {
+    matrices().code = nullptr;
+    regular = factorise_apart(dt);
+    if (regular && use_code(matrices(), false) && !matrices().code->factorise(entries_, dt))
+      matrices().code = nullptr;
   }
   factorised_for_ = regular ? dt : 0;
-  if (regular) use_code(matrices, false);
   if (!regular) trouble_ = "the iteration matrix is singular";
   return regular;
+}
+
+/// One matrix after the other.
+bool IrkStepper::factorise_apart(double dt) {
+  shift(f().gamma / dt);
+  bool regular = matrices().real.factorise(real_entries_.data());
+  for (std::size_t pair = 0; regular && pair < f().pairs.size(); ++pair) {
+    shift(f().pairs[pair] / dt);
+    regular = matrices().complex[pair].factorise(complex_entries_.data());
+  }
+  return regular;
+}
+
+void IrkStepper::start_iteration(double dt) {
+  NewtonCode* code = matrices().code.get();
+  if (code) code->begin(*problem_, here_.t, dt, y_.data(), scale_.data());
+  if (code && old_dt_ > 0 && old_level_ == level_) {
+    code->predict(dt / old_dt_, step_y_.data(), old_Z_.data());
+    return;
+  }
+  predict(dt);
+  if (code) code->set(Z_.data());
 }
 
 /// Starting values of Z: the collocation polynomial of the last step continued.
@@ -141,7 +154,6 @@ bool IrkStepper::residuals(double dt) {
 void IrkStepper::solve_stages() {
   const int s = f().s;
   const auto size = static_cast<std::size_t>(N_);
-  Matrices& matrices = matrices_[static_cast<std::size_t>(level_)];
   const auto mix = [&](const Mat& by, const std::vector<double>& from, std::vector<double>& to) {
     for (int i = 0; i < s; ++i) {
       double* out = to.data() + static_cast<std::size_t>(i) * size;
@@ -154,10 +166,10 @@ void IrkStepper::solve_stages() {
   double* w = transformed_.data();
   if (f().has_real) {
     for (std::size_t k = 0; k < size; ++k) w[k] = -w[k];
-    matrices.real.solve(w);
+    matrices().real.solve(w);
     w += size;
   }
-  for (LinearSolver<std::complex<double>>& solver : matrices.complex) {
+  for (LinearSolver<std::complex<double>>& solver : matrices().complex) {
     for (std::size_t k = 0; k < size; ++k) complex_right_[k] = {-w[k], w[size + k]};
     solver.solve(complex_right_.data());
     for (std::size_t k = 0; k < size; ++k)
@@ -182,7 +194,7 @@ double IrkStepper::iterate(NewtonCode& code) {
   double sum = 0, largest = 0;
   stats_.evaluations += f().s;
   ++stats_.newton_iterations;
-  code.iterate(Z_, sum, largest);
+  code.iterate(sum, largest);
   const double length = ErrorSum::norm(sum, largest, f().s * N_);
   if (!std::isfinite(length)) trouble_ = "the equations are not finite at a stage of the step";
   return length;
@@ -193,8 +205,7 @@ IrkStepper::Newton IrkStepper::newton(double dt) {
   double before = 0, quotient_before = 0;
   contraction_ = std::pow(std::max(contraction_, eps), 0.8);
   theta_ = keep_jacobian_below;
-  NewtonCode* code = matrices_[static_cast<std::size_t>(level_)].code.get();
-  if (code) code->begin(*problem_, here_.t, dt, y_.data(), scale_.data());
+  NewtonCode* code = matrices().code.get();
   for (iterations_ = 1;; ++iterations_) {
     const double length = code ? iterate(*code) : iterate(dt);
     if (!std::isfinite(length)) return Newton::not_finite;
@@ -205,7 +216,8 @@ IrkStepper::Newton IrkStepper::newton(double dt) {
       if (!(theta_ < 0.99)) return Newton::diverged;
       contraction_ = theta_ / (1 - theta_);
       const int left = most - 1 - iterations_;
-      const double predicted = contraction_ * length * std::pow(theta_, left) / newton_tolerance_;
+      double predicted = contraction_ * length / newton_tolerance_;
+      for (int k = 0; k < left && predicted >= 1; ++k) predicted *= theta_;
       if (predicted >= 1 && iterations_ < most) {
         slow_factor_ = 0.8 * std::pow(std::clamp(predicted, 1e-4, 20.0), -1.0 / (4 + left));
         return Newton::slow;
@@ -231,7 +243,7 @@ double IrkStepper::filtered_error(const double* y, double) {
   // The residual of a constraint in x alone belongs to the point the step begins at, and h⁻² of it would be
   // seen in an index-3 multiplier however small the step.
   for (std::size_t k = 0; k < error_.size(); ++k) error_[k] = bare_[k] ? 0 : -error_[k];
-  matrices_[static_cast<std::size_t>(level_)].real.solve(error_.data());
+  matrices().real.solve(error_.data());
   ErrorSum sum;
   for (int k = 0; k < N_; ++k)
     sum.add(error_[static_cast<std::size_t>(k)] / scale_[static_cast<std::size_t>(k)]);
@@ -239,6 +251,7 @@ double IrkStepper::filtered_error(const double* y, double) {
 }
 
 double IrkStepper::error_norm(double dt, bool again) {
+  if (NewtonCode* code = matrices().code.get()) return error_norm(*code, again);
   const auto size = static_cast<std::size_t>(N_);
   std::fill_n(velocity_.data(), n(), 0.0);
   for (int i = 0; i < f().s; ++i)
@@ -250,6 +263,21 @@ double IrkStepper::error_norm(double dt, bool again) {
   for (std::size_t k = 0; k < size; ++k) moved[k] = y_[k] + error_[k];
   const double second = filtered_error(moved.data(), dt);
   return std::isfinite(second) ? second : norm;
+}
+
+double IrkStepper::error_norm(NewtonCode& code, bool again) {
+  const auto norm = [&](const NewtonCode::End& end) {
+    ++stats_.evaluations;
+    error_.assign(end.error, end.error + N_);
+    return std::max(ErrorSum::norm(end.sum, end.largest, N_), 1e-10);
+  };
+  const double first = norm(end_ = code.end());
+  if (first < 1 || !again) return first;
+  std::vector<double>& moved = transformed_;
+  for (std::size_t k = 0; k < static_cast<std::size_t>(N_); ++k) moved[k] = y_[k] + error_[k];
+  const double second = norm(code.end_at(moved.data()));
+  end_ = code.end();
+  return std::isfinite(second) ? second : first;
 }
 
 }  // namespace pendula::integrate

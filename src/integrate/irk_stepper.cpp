@@ -49,12 +49,11 @@ void IrkStepper::use(int level) {
   level_ = next_level_ = level;
   const auto stages = static_cast<std::size_t>(f().s), size = static_cast<std::size_t>(N_);
   for (auto* array : {&Z_, &R_, &transformed_}) array->assign(stages * size, 0.0);
-  Matrices& m = matrices_[static_cast<std::size_t>(level)];
-  if (m.real.size() == 0) {
-    m.real.analyse(N_, positions_);
+  if (matrices().real.size() == 0) {
+    matrices().real.analyse(N_, positions_);
     for (std::size_t k = 0; k < f().pairs.size(); ++k) {
-      m.complex.emplace_back();
-      m.complex.back().analyse(N_, positions_);
+      matrices().complex.emplace_back();
+      matrices().complex.back().analyse(N_, positions_);
     }
   }
   lagrange_.resize(stages + 1);
@@ -114,11 +113,18 @@ int IrkStepper::first_level() const {
   return formulas_.size() > 1 && N_ > 0 && tolerances_.rtol.minCoeff() < tight ? 1 : 0;
 }
 
-/// The new point; false if it is not finite or not on the constraints.
-bool IrkStepper::complete(double dt) {
+/// next_ at the end of the step.
+void IrkStepper::end_step(double dt) {
   const auto size = static_cast<std::size_t>(N_);
   const int s = f().s;
   next_.t = here_.t + dt;
+  if (matrices().code) {
+    std::copy_n(end_.y, n(), next_.x.data());
+    std::copy_n(end_.y + n(), m(), next_.z.data());
+    std::copy_n(end_.xdot, n(), next_.xdot.data());
+    std::copy_n(end_.Z, Z_.size(), Z_.begin());
+    return;
+  }
   next_.x = Eigen::Map<const Vec>(y_.data(), n());
   next_.z = Eigen::Map<const Vec>(y_.data() + n(), m());
   next_.xdot.setZero();
@@ -133,6 +139,11 @@ bool IrkStepper::complete(double dt) {
     }
     add_multiple(next_.xdot.data(), slope / dt, Zi, n());
   }
+}
+
+/// The new point; false if it is not finite or not on the constraints.
+bool IrkStepper::complete(double dt) {
+  end_step(dt);
   if (!next_.x.allFinite() || !next_.z.allFinite() || !next_.xdot.allFinite()) return false;
   bool moved = false;
   if (problem_->projects()) {
@@ -179,7 +190,7 @@ void IrkStepper::step(double end) {
     }
     need_jacobian = false;
     set_scales(dt);
-    predict(dt);
+    start_iteration(dt);
     const Newton outcome = newton(dt);
     if (outcome != Newton::converged) {
       need_jacobian = !jacobian_fresh_;

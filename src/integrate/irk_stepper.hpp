@@ -10,8 +10,8 @@
 
 #include "integrate/derivative.hpp"
 #include "integrate/irk_formula.hpp"
+#include "integrate/newton_code.hpp"
 #include "integrate/runge_kutta.hpp"
-#include "integrate/step_code.hpp"
 #include "integrate/stepper.hpp"
 
 namespace pendula::integrate {
@@ -45,9 +45,10 @@ class IrkStepper final : public Stepper {
   struct Matrices {
     LinearSolver<double> real;
     std::vector<LinearSolver<std::complex<double>>> complex;
-    std::shared_ptr<NewtonCode> code;
+    std::shared_ptr<NewtonCode> code;  ///< holds the factors at hand, if there is code
   };
   const IrkFormula& f() const { return *formulas_[static_cast<std::size_t>(level_)]; }
+  Matrices& matrices() { return matrices_[static_cast<std::size_t>(level_)]; }
   void use(int level);
   int first_level() const;
   void prepare_tolerances();
@@ -56,8 +57,10 @@ class IrkStepper final : public Stepper {
   bool factorise(double dt);
   void shift(double factor);
   void shift(std::complex<double> factor);
-  void use_code(Matrices& matrices, bool now);
+  bool factorise_apart(double dt);
+  bool use_code(Matrices& matrices, bool now);
   void prepare_code();
+  void start_iteration(double dt);
   void predict(double dt);
   Newton newton(double dt);
   double iterate(double dt);
@@ -65,6 +68,8 @@ class IrkStepper final : public Stepper {
   bool residuals(double dt);
   void solve_stages();
   double error_norm(double dt, bool again);
+  double error_norm(NewtonCode& code, bool again);
+  void end_step(double dt);
   double filtered_error(const double* y, double dt);
   bool complete(double dt);
   void choose_next(double dt, double error);
@@ -86,7 +91,6 @@ class IrkStepper final : public Stepper {
   std::vector<double> entries_, real_entries_;
   std::vector<std::complex<double>> complex_entries_, complex_right_;
   std::vector<Matrices> matrices_;  ///< one set per formula
-  NewtonCode::Complex straight_;
   double factorised_for_ = 0;
   long iterations_counted_ = 0;  ///< by NewtonCode::make
 
@@ -98,6 +102,7 @@ class IrkStepper final : public Stepper {
   double old_dt_ = 0, step_dt_ = 0, step_t_ = 0;
   std::vector<double> step_y_;
 
+  NewtonCode::End end_{};  ///< of the step in hand, where there is code
   double theta_ = 0, contraction_ = 1, slow_factor_ = 0.5;
   int iterations_ = 0, since_order_change_ = 0, newton_failures_ = 0;
   double accepted_dt_ = 0, accepted_error_ = 0;
