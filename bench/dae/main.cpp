@@ -16,7 +16,10 @@ namespace {
 using lua::Call;
 
 integrate::Point point_of(const dae::FirstOrder& form, const dae::Start& start) {
-  const auto value = [&](Expr leaf) { return start(leaf); };
+  const auto value = [&](Expr leaf) {
+    const auto known = start.values.find(leaf);
+    return known == start.values.end() ? start(leaf) : known->second;
+  };
   integrate::Point p;
   p.t = start.t;
   p.x.resize(static_cast<Eigen::Index>(form.x.size()));

@@ -8,38 +8,90 @@
 namespace pendula::codegen {
 namespace {
 
+/// Four neighbouring numbers, which may lie anywhere.
+using Four = double __attribute__((vector_size(32), aligned(8), may_alias));
+using FourIndices = long long __attribute__((vector_size(32)));
+
+/// a[0], a[stride], a[2·stride], a[3·stride].
+template <std::size_t stride>
+[[gnu::always_inline]] inline void gather(const double* a, Four& out) {
+  const auto at = [&](std::size_t k) -> const Four& { return *reinterpret_cast<const Four*>(a + k); };
+  if constexpr (stride == 0)
+    out = Four{*a, *a, *a, *a};
+  else if constexpr (stride == 1)
+    out = at(0);
+  else  // the second part begins at a[3]: nothing is read behind a[6]
+    out = __builtin_shuffle(at(0), at(3), FourIndices{0, 2, 5, 7});
+}
+
+template <std::size_t sa, std::size_t sb, class F>
+[[gnu::always_inline]] inline void strided(std::size_t n, const double* a, const double* b,
+                                           double* __restrict r, const F& f) {
+  std::size_t k = 0;
+  Four x, y;
+  for (; k + 4 <= n; k += 4) {
+    gather<sa>(a + k * sa, x), gather<sb>(b + k * sb, y);
+    f(*reinterpret_cast<Four*>(r + k), x, y);
+  }
+  for (; k < n; ++k) f(r[k], a[k * sa], b[k * sb]);
+}
+
 template <class F>
 [[gnu::always_inline]] inline void loop(const Piece& p, double* w, const F& f) {
   double* __restrict r = w + p.result;
   const double *a = w + p.operand[0], *b = w + p.operand[1];
   const std::size_t n = p.count, sa = p.stride[0], sb = p.stride[1];
-  if (sa == 1 && sb == 1) {
-    for (std::size_t k = 0; k < n; ++k) r[k] = f(a[k], b[k]);
-  } else if (sa == 1 && sb == 0) {
-    for (std::size_t k = 0; k < n; ++k) r[k] = f(a[k], *b);
-  } else if (sa == 0 && sb == 1) {
-    for (std::size_t k = 0; k < n; ++k) r[k] = f(*a, b[k]);
+  switch (sa * 8 + sb) {
+    case 8 + 1:
+      return strided<1, 1>(n, a, b, r, f);
+    case 8 + 0:
+      return strided<1, 0>(n, a, b, r, f);
+    case 0 + 1:
+      return strided<0, 1>(n, a, b, r, f);
+    case 16 + 0:
+      return strided<2, 0>(n, a, b, r, f);
+    case 0 + 2:
+      return strided<0, 2>(n, a, b, r, f);
+    case 16 + 1:
+      return strided<2, 1>(n, a, b, r, f);
+    case 8 + 2:
+      return strided<1, 2>(n, a, b, r, f);
+    case 16 + 2:
+      return strided<2, 2>(n, a, b, r, f);
+    default:
+      for (std::size_t k = 0; k < n; ++k) f(r[k], a[k * sa], b[k * sb]);
+  }
+}
+
+/// Operations that are calls, or have no form for vectors in C++.
+template <class F>
+[[gnu::always_inline]] inline void one_by_one(const Piece& p, double* w, const F& f) {
+  double* __restrict r = w + p.result;
+  const double* a = w + p.operand[0];
+  const std::size_t n = p.count, sa = p.stride[0];
+  if (sa == 1) {
+    for (std::size_t k = 0; k < n; ++k) r[k] = f(a[k]);
   } else {
-    for (std::size_t k = 0; k < n; ++k) r[k] = f(a[k * sa], b[k * sb]);
+    for (std::size_t k = 0; k < n; ++k) r[k] = f(a[k * sa]);
   }
 }
 
 [[gnu::always_inline]] inline void run_any(const Piece& p, double* w) {
   switch (p.op) {
     case Op::neg:
-      return loop(p, w, [](double a, double) { return -a; });
+      return loop(p, w, [](auto& r, const auto& a, const auto&) { r = -a; });
     case Op::add:
-      return loop(p, w, [](double a, double b) { return a + b; });
+      return loop(p, w, [](auto& r, const auto& a, const auto& b) { r = a + b; });
     case Op::sub:
-      return loop(p, w, [](double a, double b) { return a - b; });
+      return loop(p, w, [](auto& r, const auto& a, const auto& b) { r = a - b; });
     case Op::mul:
-      return loop(p, w, [](double a, double b) { return a * b; });
+      return loop(p, w, [](auto& r, const auto& a, const auto& b) { r = a * b; });
     case Op::div:
-      return loop(p, w, [](double a, double b) { return a / b; });
+      return loop(p, w, [](auto& r, const auto& a, const auto& b) { r = a / b; });
     case Op::sqrt:
-      return loop(p, w, [](double a, double) { return std::sqrt(a); });
+      return one_by_one(p, w, [](double a) { return std::sqrt(a); });
     case Op::exp:
-      return loop(p, w, [](double a, double) { return std::exp(a); });
+      return one_by_one(p, w, [](double a) { return std::exp(a); });
     default:
       return;
   }

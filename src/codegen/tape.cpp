@@ -125,7 +125,14 @@ class Tape::Layout {
         add_run(runs_[r]);
       for (std::size_t dead : dying_[r]) places_.give(runs_[dead].at, runs_[dead].size);
     }
-    for (Slot value : p_.results) tape_.output_slot_.push_back(slot_[value]);
+    for (Slot value : p_.results) {
+      const Slot slot = slot_[value], output = static_cast<Slot>(tape_.output_count_++);
+      std::vector<Copy>& copies = tape_.copies_;
+      if (!copies.empty() && copies.back().slot + copies.back().count == slot)
+        ++copies.back().count;
+      else
+        copies.push_back({slot, output, 1});
+    }
     tape_.slots_ = places_.end();
     find_used_inputs();
   }
@@ -271,6 +278,7 @@ void Tape::run_linear(const LinearStep& step, std::uint32_t result, double* w) c
 }
 
 void Tape::run(const double* in, double* out, double* w) const {
+  constexpr Slot worth_a_call = 16;
   for (const auto& [first, end] : used_inputs_) std::copy(in + first, in + end, w + first);
   std::copy(constants_.begin(), constants_.end(), w + input_count_);
   for (const Run& run : runs_) {
@@ -297,7 +305,14 @@ void Tape::run(const double* in, double* out, double* w) const {
         internal_error(__FILE__, __LINE__, "not an operation on the tape");
     }
   }
-  for (std::size_t i = 0; i < output_slot_.size(); ++i) out[i] = w[output_slot_[i]];
+  for (const Copy& c : copies_) {
+    const double* from = w + c.slot;
+    double* to = out + c.output;
+    if (c.count >= worth_a_call)
+      std::copy_n(from, c.count, to);
+    else
+      for (Slot k = 0; k < c.count; ++k) to[k] = from[k];
+  }
 }
 
 }  // namespace pendula::codegen

@@ -17,7 +17,7 @@ class Tape {
   explicit Tape(const Program& program);
 
   std::size_t inputs() const { return input_count_; }
-  std::size_t outputs() const { return output_slot_.size(); }
+  std::size_t outputs() const { return output_count_; }
   std::size_t operations() const;
   std::size_t workspace_size() const { return slots_; }
   /// The part of the operations that are loops over neighbouring operands.
@@ -40,14 +40,17 @@ class Tape {
     bool transposed;
   };
   void run_linear(const LinearStep& step, Slot result, double* w) const;
-  std::size_t input_count_ = 0, slots_ = 0;
+  std::size_t input_count_ = 0, output_count_ = 0, slots_ = 0;
   std::vector<std::pair<std::size_t, std::size_t>> used_inputs_;  ///< from, to
   std::vector<double> constants_;
   std::vector<Run> runs_;
   std::vector<Piece> pieces_;
   std::vector<LinearStep> linear_;
   std::vector<Slot> operands_;  ///< arity × count slot numbers per run, operand by operand
-  std::vector<Slot> output_slot_;
+  struct Copy {
+    Slot slot, output, count;
+  };
+  std::vector<Copy> copies_;  ///< results to outputs, neighbours together
 };
 
 }  // namespace pendula::codegen

@@ -158,7 +158,7 @@ std::unordered_map<Expr, double> nearest_miss(const StartSystem& s, const Confli
 
 std::string short_label(const StartSystem& s, std::size_t row) {
   constexpr std::string_view word = "equation ";
-  const std::string& label = s.labels[row];
+  const std::string label = s.label(row);
   return label.starts_with(word) ? label.substr(word.size()) : label;
 }
 
@@ -274,7 +274,7 @@ void explain_undefined(const StartSystem& s) {
   const auto bad = undefined_at(s, point);
   if (!bad)
     throw Failure("no consistent start was found: the equations have no finite values near the guess");
-  const std::string equation = text(s.labels[bad->row], "  0 = ", to_text(s.rows[bad->row]));
+  const std::string equation = text(s.label(bad->row), "  0 = ", to_text(s.rows[bad->row]));
   std::vector<Expr> guilty = bad->slope ? std::vector<Expr>{bad->node} : unknowns_in(s, bad->node);
   const std::string at = guilty.empty() ? "" : " at " + values_of(guilty, point);
   const bool held = !guilty.empty() && s.fixed()[static_cast<std::size_t>(*s.position(guilty[0]))];
@@ -298,13 +298,13 @@ void explain_conflict(const ModelPtr& model, const StartSystem& s, const StartSo
     const auto row = static_cast<std::size_t>(worst);
     const auto point = s.point(failed.w);
     const double value = pendula::evaluate({&s.rows[row], 1}, point)[0];
-    throw Failure(text("no consistent start was found; the worst residual remains in ", s.labels[row],
+    throw Failure(text("no consistent start was found; the worst residual remains in ", s.label(row),
                        ":  0 ≠ ", rounded(value, 4), " = ", to_text(s.rows[row]),
                        ". Give a guess near the solution: guess = { … }"));
   }
   const Conflict conflict = smallest_conflict(s, failed);
   std::vector<std::string> fixes;
-  for (std::size_t i : conflict.fixes) fixes.push_back(s.labels[i]);
+  for (std::size_t i : conflict.fixes) fixes.push_back(s.label(i));
   const auto violated = violations(s, conflict);
   throw Error(
       text("the fixed values contradict each other and the constraints.\n  conflict: ", join(fixes, ", "),
@@ -321,7 +321,7 @@ void explain_freedom(const ModelPtr& model, const StartSystem& s, const Vec& w, 
     if (candidates.size() < most) candidates.push_back(name(j));
   if (open.open.size() > most) candidates.push_back(text("… (", open.open.size(), " in all)"));
   for (std::size_t k = 0; k < s.fixes(); ++k)
-    if (open.redundant[k]) redundant.push_back(s.labels[s.first_fix + k]);
+    if (open.redundant[k]) redundant.push_back(s.label(s.first_fix + k));
   std::string why;
   const int more = static_cast<int>(s.first_fix) - open.rank_equations;
   if (s.request.keep_invariants && more > 0)

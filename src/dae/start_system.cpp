@@ -21,15 +21,15 @@ StartSystem::StartSystem(const ModelPtr& m, const StartRequest& r)
   state_count = low->states().size();
   bind();
   if (request.keep_invariants)
-    for (const Constraint& c : low->invariants) add(c.residual, c.label);
+    for (const Constraint& c : low->invariants) add(c.residual), labels_.push_back(c.label);
   for (std::size_t i = 0; i < low->residuals.size(); ++i) {
     const auto [block, row] = low->origin[i];
     const Block& b = low->blocks[static_cast<std::size_t>(block)];  // 0 = C reads better than 0 = -C
-    add(b.lhs[row].is_zero() ? b.rhs[row] : low->residuals[i], "equation " + low->label(i));
+    add(b.lhs[row].is_zero() ? b.rhs[row] : low->residuals[i]);
+    labels_.push_back("equation " + low->label(i));
   }
   first_fix = rows.size();
-  for (const auto& [leaf, value] : request.fix)
-    add(resolve(model, leaf) - Expr(value), text(to_text(leaf), " = ", rounded(value)));
+  for (const auto& [leaf, value] : request.fix) add(resolve(model, leaf) - Expr(value));
   jacobian_ = sparse_jacobian(rows, unknowns);
   for (const auto& entry : jacobian_) slopes_.push_back(entry.value);
   check_known();
@@ -97,10 +97,15 @@ void StartSystem::differentiate_inputs(Expr e) {
   }
 }
 
-void StartSystem::add(Expr e, std::string label) {
+std::string StartSystem::label(std::size_t row) const {
+  if (row < first_fix) return labels_[row];
+  const auto& [leaf, value] = request.fix[row - first_fix];
+  return text(to_text(leaf), " = ", rounded(value));
+}
+
+void StartSystem::add(Expr e) {
   differentiate_inputs(e);
   rows.push_back(substitute(e, inputs_));
-  labels.push_back(std::move(label));
 }
 
 void StartSystem::bind() {

@@ -32,11 +32,12 @@ class StartSystem {
   const Model& model;
   const StartRequest& request;
   std::vector<Expr> unknowns, rows;
-  std::vector<std::string> labels;  ///< "(3)′", "equation (3)", "x = 3"
   std::size_t state_count = 0, first_fix = 0;
   std::unordered_map<Expr, double> known;  ///< parameters, t
   Vec unit, row_unit;                      ///< s, σ
 
+  /// Of a row: "(3)′", "equation (3)", "x = 3".
+  std::string label(std::size_t row) const;
   std::size_t fixes() const { return rows.size() - first_fix; }
   std::optional<Eigen::Index> position(Expr leaf) const;
   /// The unknown that fix k (guess k) is about; nothing if it is an expression in several.
@@ -52,7 +53,7 @@ class StartSystem {
   std::unordered_map<Expr, double> point(const Vec& w) const;
 
  private:
-  void add(Expr e, std::string label);
+  void add(Expr e);
   void bind();
   void differentiate_inputs(Expr e);
   void check_known() const;
@@ -62,6 +63,7 @@ class StartSystem {
   std::unordered_map<Expr, Eigen::Index> column_;
   std::vector<Entry> jacobian_;
   std::vector<Expr> slopes_;
+  std::vector<std::string> labels_;  ///< of the rows before the fixes
 };
 
 /// Which rows take part, and which unknowns are held where they are; empty: all, none.

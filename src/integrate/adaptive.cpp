@@ -40,7 +40,8 @@ class Run {
         trail_(std::make_shared<Trail>(problem_->n(), problem_->m())),
         solution_(std::make_shared<Solution>(problem_)),
         saver_(*solution_, plan),
-        finder_(problem_, plan.events.list) {
+        finder_(problem_, plan.events.list),
+        couplings_(Couplings::of(*problem_, plan.modes)) {
     if (plan_.tolerances.rtol.size() == 0)
       plan_.tolerances = Tolerances::uniform(problem_->n() + problem_->m(), 1e-6, 1e-9);
     if (plan_.times) trail_->may_forget();
@@ -56,7 +57,7 @@ class Run {
         finder_.start(point);
         set_modes(point, {});
       }
-      const Choice choice = method_.family == "auto" ? choose(problem_, method_, plan_, point)
+      const Choice choice = method_.family == "auto" ? choose(problem_, method_, plan_, point, couplings_)
                                                      : Choice{method_.family, method_.tableau, ""};
       method_.tableau = choice.tableau;
       use(choice.family, point, choice.why);
@@ -88,7 +89,7 @@ class Run {
   Stepper& stepper() { return trail_->stepper(); }
 
   void use(const std::string& family, const Point& point, const std::string& why) {
-    trail_->use(make_stepper(family, problem_, method_, plan_, trail_->stats));
+    trail_->use(make_stepper(family, problem_, method_, plan_, trail_->stats, couplings_));
     stepper().start(point, end_);
     name_ += (name_.empty() ? "" : ", then ") + stepper().name();
     solution_->set_method(name_, 0);
@@ -440,6 +441,7 @@ class Run {
   Saver saver_;
   EventFinder finder_;
   Point first_;
+  std::shared_ptr<const Couplings> couplings_;  ///< of a large model
   Accumulation accumulation_;
   StepView view_;
   std::vector<double> record_;

@@ -4,8 +4,6 @@
 #include <cmath>
 #include <unordered_set>
 
-#include "expr/derivative.hpp"
-
 namespace pendula::integrate {
 namespace {
 
@@ -33,9 +31,11 @@ Derivative::Derivative(ProblemPtr problem, Stats& stats)
   const std::unordered_set<Expr> unknown(unknowns.begin(), unknowns.end());
   const std::unordered_set<Expr> fixed(model.p.begin(), model.p.end());
   std::vector<Expr> partials;
-  for (const pendula::Entry& e : sparse_jacobian(model.F, unknowns)) {
-    positions_.push_back({e.row, e.column});
-    partials.push_back(e.value);
+  for (std::size_t k = 0; k < problem_->pattern().size(); ++k) {
+    const Problem::Entry e = problem_->pattern()[k];
+    if (e.column < problem_->n()) continue;
+    positions_.push_back({e.row, e.column - problem_->n()});
+    partials.push_back(problem_->partials()[k]);
   }
   for (Expr leaf : leaves(partials)) {
     linear_ = linear_ && !unknown.count(leaf);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <span>
 
 #include "base/text.hpp"
 
@@ -132,7 +133,8 @@ void ExplicitStepper::start(const Point& point, double end) {
   derivative_.require(here_.t, here_.x.data(), here_.xdot.data(), here_.z.data());
   error_old_ = 1e-4;
   rejected_ = false;
-  stiff_hits_ = calm_ = 0;
+  stiff_hits_ = calm_ = alike_ = 0;
+  rejected_dt_ = longest_since_ = 0, accepted_since_ = 0;
   since_start_ = 0;
   ceiling_ = std::numeric_limits<double>::infinity();
   dt_ = limits_.dt_first > 0 ? limits_.dt_first : first_step(end);
@@ -252,15 +254,16 @@ bool ExplicitStepper::complete() {
 /// and again means stiff.
 void ExplicitStepper::watch_stiffness() {
   if (stiff_row_.empty() || ++since_start_ < 10 || is_stiff()) return;
-  const int stage = -1 - stiff_row_.back().stage;
+  const int stage = -1 - stiff_row_.back().stage, size = n();
+  double* difference = behind_stages(1);  // the error estimate is not needed any more
+  std::fill_n(difference, size, 0.0);
+  combine(size, difference, 1, std::span(stiff_row_).first(stiff_row_.size() - 1), K_.data(), difference);
+  const double* K = K_.data() + static_cast<std::ptrdiff_t>(stage) * size;
   double numerator = 0, denominator = 0;
-  for (int k = 0; k < n(); ++k) {
-    double difference = 0;
-    for (std::size_t j = 0; j + 1 < stiff_row_.size(); ++j)
-      difference += stiff_row_[j].factor * K_[static_cast<std::size_t>(stiff_row_[j].stage * n() + k)];
-    const double f = next_.xdot[k] - K_[static_cast<std::size_t>(stage * n() + k)];
+  for (int k = 0; k < size; ++k) {
     const double w = inverse_weight_[static_cast<std::size_t>(k)];
-    numerator += f * f * (w * w), denominator += difference * difference * (w * w);
+    const double f = (next_.xdot[k] - K[k]) * w, d = difference[k] * w;
+    numerator += f * f, denominator += d * d;
   }
   if (!(denominator > 0)) return;
   const double h_lambda = std::sqrt(numerator / denominator);  // the h of g cancels the h of hλ
@@ -269,6 +272,18 @@ void ExplicitStepper::watch_stiffness() {
   } else if (stiff_hits_ > 0 && ++calm_ >= 6) {
     calm_ = stiff_hits_ = 0;
   }
+}
+
+/// Where stability limits the steps, the error estimate says so only after the step was too long: the step
+/// size would run into the limit every few steps. Once that has been seen it stays a little below, and tries
+/// again later.
+void ExplicitStepper::remember_rejection(double dt) {
+  if (accepted_since_ >= 2) {
+    const bool alike = std::fabs(dt - rejected_dt_) < 0.2 * dt && longest_since_ < 1.2 * dt;
+    alike_ = alike ? alike_ + 1 : 0;
+  }
+  if (is_stiff() || alike_ >= 3) ceiling_ = 0.95 * dt;
+  rejected_dt_ = dt, longest_since_ = 0, accepted_since_ = 0;
 }
 
 void ExplicitStepper::adapt(double dt, Attempt outcome) {
@@ -282,7 +297,7 @@ void ExplicitStepper::adapt(double dt, Attempt outcome) {
   if (outcome == Attempt::rejected) {
     dt_ = dt / std::min(1 / slowest_, plain / safety);
     rejected_ = true;
-    if (is_stiff()) ceiling_ = 0.95 * dt;
+    remember_rejection(dt);
     return;
   }
   double factor = beta_ > 0 ? plain / std::pow(error_old_, beta_) : plain;
@@ -291,8 +306,9 @@ void ExplicitStepper::adapt(double dt, Attempt outcome) {
   if (rejected_) proposed = std::min(proposed, dt);
   error_old_ = std::max(error_now_, 1e-4);
   rejected_ = false;
-  constexpr double rise = 1.002;
-  ceiling_ *= rise;
+  ++accepted_since_, longest_since_ = std::max(longest_since_, dt);
+  constexpr int soon = 60;
+  ceiling_ *= accepted_since_ < soon ? 1.002 : 1.05;
   dt_ = std::min(proposed, ceiling_);
 }
 

@@ -43,6 +43,7 @@ class ExplicitStepper final : public Stepper {
   double* behind_stages(int which) { return K_.data() + static_cast<std::ptrdiff_t>(stages_ + which) * n(); }
   bool complete();
   void watch_stiffness();
+  void remember_rejection(double dt);
   void sketch(const StepView& step, double t, Point& out) const;
   void adapt(double dt, Attempt outcome);
 
@@ -62,6 +63,9 @@ class ExplicitStepper final : public Stepper {
   bool rejected_ = false, fsal_ = false;
   std::string trouble_;
   int stiff_hits_ = 0, calm_ = 0;
+  // Rejections again and again at one step size: the edge of stability.
+  double rejected_dt_ = 0, longest_since_ = 0;
+  int accepted_since_ = 0, alike_ = 0;
   long since_start_ = 0;
   double ceiling_ = std::numeric_limits<double>::infinity();  ///< of dt where stability limits it
 };

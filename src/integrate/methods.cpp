@@ -8,14 +8,17 @@
 #include "integrate/derivative.hpp"
 #include "integrate/explicit_stepper.hpp"
 #include "integrate/irk_stepper.hpp"
+#include "integrate/part_stepper.hpp"
 #include "integrate/rosenbrock_stepper.hpp"
 
 namespace pendula::integrate {
 
-std::shared_ptr<Stepper> make_stepper(const std::string& family, const ProblemPtr& problem,
-                                      const Method& method, const Plan& plan, Stats& stats) {
+namespace {
+
+std::shared_ptr<Stepper> plain_stepper(const std::string& family, const ProblemPtr& problem,
+                                       const Method& method, const Plan& plan, const Tolerances& tolerances,
+                                       Stats& stats) {
   const StepLimits limits{plan.dt_first, plan.dt_max};
-  const Tolerances& tolerances = plan.tolerances;
   if (family == "explicit" || (family == "tableau" && method.tableau->is_explicit()))
     return std::make_shared<ExplicitStepper>(problem, method.tableau, tolerances, limits, stats);
   if (family == "radau")
@@ -34,6 +37,20 @@ std::shared_ptr<Stepper> make_stepper(const std::string& family, const ProblemPt
                                         plan.variable_index, tolerances, limits, stats);
   }
   throw Error(text("unknown method '", family, "'"));
+}
+
+}  // namespace
+
+std::shared_ptr<Stepper> make_stepper(const std::string& family, const ProblemPtr& problem,
+                                      const Method& method, const Plan& plan, Stats& stats,
+                                      const std::shared_ptr<const Couplings>& couplings) {
+  if (!couplings || !plan.variable_index.empty() || (family != "radau" && family != "rodas"))
+    return plain_stepper(family, problem, method, plan, plan.tolerances, stats);
+  const auto make = [family, method, plan, &stats](const ProblemPtr& part, const Tolerances& tolerances) {
+    return plain_stepper(family, part, method, plan, tolerances, stats);
+  };
+  return std::make_shared<PartStepper>(problem, couplings, make, plan.tolerances,
+                                       StepLimits{plan.dt_first, plan.dt_max}, stats);
 }
 
 namespace {
@@ -110,17 +127,34 @@ static Choice implicit_choice(const Problem& problem, const Method& method, doub
   return {suits && tightest >= 0.99e-6 ? "rodas" : "radau", nullptr, why};
 }
 
-Choice choose(const ProblemPtr& problem, const Method& method, const Plan& plan, const Point& start) {
+namespace {
+
+/// The problem whose eigenvalues are looked at: of a large model that is at rest almost everywhere, a part.
+std::pair<ProblemPtr, Point> probed(const ProblemPtr& problem, const Point& start,
+                                    const Couplings* couplings) {
+  constexpr int enough = 500;
+  if (!couplings) return {problem, start};
+  int active = 0;
+  const std::vector<int> order = couplings->order(*problem, start, active);
+  const Part part(*couplings, problem, start, order,
+                  active > 0 ? std::max(enough, 4 * active) : couplings->size());
+  return {part.problem, part.take(start)};
+}
+
+}  // namespace
+
+Choice choose(const ProblemPtr& whole, const Method& method, const Plan& plan, const Point& start,
+              const std::shared_ptr<const Couplings>& couplings) {
   if (method.tableau) return {"explicit", method.tableau, ""};
   const double tightest = plan.tolerances.rtol.size() > 0 ? plan.tolerances.rtol.minCoeff() : 1e-6;
   const bool high_index =
       std::any_of(plan.variable_index.begin(), plan.variable_index.end(), [](int i) { return i > 1; });
   if (method.explicit_choice.empty()) return {"radau", nullptr, ""};
   if (high_index) return {"radau", nullptr, "the model has index 2 or more and is integrated as it stands"};
-  if (problem->n() == 0) return {"radau", nullptr, "the model has no states"};
+  if (whole->n() == 0) return {"radau", nullptr, "the model has no states"};
   Stats unused;
+  auto [problem, at] = probed(whole, start, couplings.get());
   Derivative derivative(problem, unused);
-  Point at = start;
   if (!derivative(at.t, at.x.data(), at.xdot.data(), at.z.data()) || !derivative.is_regular())
     return {"radau", nullptr, "x′ and z do not follow from t and x at the start"};
   const auto eigenvalue = PowerIteration(derivative, at).run();
@@ -129,7 +163,7 @@ Choice choose(const ProblemPtr& problem, const Method& method, const Plan& plan,
   constexpr double many = 300;
   const bool damped = eigenvalue->real_part < -0.5 * eigenvalue->size;
   if (damped && !problem->has_dense_jacobian() && eigenvalue->size * (plan.to - plan.from) > many)
-    return implicit_choice(*problem, method, tightest,
+    return implicit_choice(*whole, method, tightest,
                            "stiff: an eigenvalue of ∂x′/∂x at the start is large beside 1/(to - from)");
   if (problem->has_dense_jacobian() && eigenvalue->size * (plan.to - plan.from) > many && tightest > 1e-11)
     return {"explicit", method.explicit_choice.back(),

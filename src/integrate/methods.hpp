@@ -1,14 +1,17 @@
 // The families of adaptive methods, one line each.
 #pragma once
 
+#include "integrate/active_part.hpp"
 #include "integrate/integrate.hpp"
 
 namespace pendula::integrate {
 
 /// The stepper for a family ("explicit", "radau", …). Throws Error naming the method when it cannot treat the
-/// model, with one that can.
+/// model, with one that can. couplings: of a large model, of which implicit one-step methods then integrate
+/// the active part.
 std::shared_ptr<Stepper> make_stepper(const std::string& family, const ProblemPtr& problem,
-                                      const Method& method, const Plan& plan, Stats& stats);
+                                      const Method& method, const Plan& plan, Stats& stats,
+                                      const std::shared_ptr<const Couplings>& couplings = nullptr);
 
 /// What "auto" begins with for a model and its tolerances, at a start.
 struct Choice {
@@ -16,6 +19,7 @@ struct Choice {
   TableauPtr tableau;
   std::string why;  ///< in words, for stats()
 };
-Choice choose(const ProblemPtr& problem, const Method& method, const Plan& plan, const Point& start);
+Choice choose(const ProblemPtr& problem, const Method& method, const Plan& plan, const Point& start,
+              const std::shared_ptr<const Couplings>& couplings = nullptr);
 
 }  // namespace pendula::integrate

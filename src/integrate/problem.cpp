@@ -59,23 +59,24 @@ void Problem::accelerate() {
 }
 
 /// On first use: explicit methods need no Jacobian, and that of a large reduced model may be dense.
-void Problem::need_jacobian() const {
-  if (has_jacobian_) return;
-  has_jacobian_ = true;
+void Problem::need_pattern() const {
+  if (has_pattern_) return;
+  has_pattern_ = true;
   const std::span<const Expr> unknowns(arguments_.data() + 1, 2 * model_.x.size() + model_.z.size());
-  std::vector<Expr> partials;
   for (const pendula::Entry& entry : sparse_jacobian(model_.F, unknowns)) {
     pattern_.push_back({entry.row, entry.column});
-    partials.push_back(entry.value);
+    partials_.push_back(entry.value);
   }
-  J_ = codegen::Kernel(partials, arguments_);
-  if (accelerated_) J_.accelerate();
-  jacobian_values_.resize(partials.size());
 }
 
 const std::vector<Problem::Entry>& Problem::pattern() const {
-  need_jacobian();
+  need_pattern();
   return pattern_;
+}
+
+const std::vector<Expr>& Problem::partials() const {
+  need_pattern();
+  return partials_;
 }
 
 void Problem::place(double t, const double* x, const double* xdot, const double* z) {
@@ -134,7 +135,12 @@ void Problem::residual(double* F) { F_(values_.data(), F); }
 void Problem::rhs(double* f) { f_(values_.data(), f); }
 
 const std::vector<double>& Problem::jacobian() {
-  need_jacobian();
+  if (!has_jacobian_) {
+    has_jacobian_ = true;
+    J_ = codegen::Kernel(partials(), arguments_);
+    if (accelerated_) J_.accelerate();
+    jacobian_values_.resize(partials_.size());
+  }
   J_(values_.data(), jacobian_values_.data());
   return jacobian_values_;
 }

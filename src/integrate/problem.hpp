@@ -63,12 +63,16 @@ class Problem {
   double* unknowns() { return values_.data() + 1; }
   void residual(double* F);  ///< n + m values
   void rhs(double* f);       ///< n values; requires is_ode()
+  /// Of rhs().
+  std::size_t operations() const { return f_.operations(); }
 
   /// ∂F/∂(x, x′, z) at the point: entries with columns 0 … n-1 | n … 2n-1 | 2n … 2n+m-1, sorted by rows.
   struct Entry {
     int row, column;
   };
   const std::vector<Entry>& pattern() const;
+  /// The entries as expressions, in the same order.
+  const std::vector<Expr>& partials() const;
   /// A large model made explicit by linear solves: every x′ depends on every x, and the Jacobian must not be
   /// asked for.
   bool has_dense_jacobian() const { return dense_jacobian_; }
@@ -87,17 +91,18 @@ class Problem {
   std::string equation_name(int row) const;  ///< the label, or "equation 3"
 
  private:
-  void need_jacobian() const;
+  void need_pattern() const;
   dae::FirstOrder model_;
   std::vector<Input> inputs_;
   std::vector<Expr> arguments_;
   std::vector<double> values_;
   mutable std::vector<double> jacobian_values_;
   mutable std::vector<Entry> pattern_;
+  mutable std::vector<Expr> partials_;
   codegen::Kernel F_, f_;
   mutable codegen::Kernel J_;
   bool accelerated_ = false, dense_jacobian_ = false;
-  mutable bool has_jacobian_ = false;
+  mutable bool has_pattern_ = false, has_jacobian_ = false;
   std::vector<Projector> projectors_;
   int shown_n_ = -1, shown_m_ = -1;
   unsigned version_ = 0;

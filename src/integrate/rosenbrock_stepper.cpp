@@ -41,11 +41,14 @@ RosenbrockStepper::RosenbrockStepper(ProblemPtr problem, RosenbrockPtr method, T
 void RosenbrockStepper::require_constant_mass() const {
   const dae::FirstOrder& model = problem_->model();
   const std::unordered_set<Expr> fixed(model.p.begin(), model.p.end());
-  for (const pendula::Entry& e : sparse_jacobian(model.F, model.xdot))
-    for (Expr leaf : leaves({&e.value, 1}))
+  for (std::size_t k = 0; k < problem_->pattern().size(); ++k) {
+    const Problem::Entry e = problem_->pattern()[k];
+    if (e.column < n() || e.column >= 2 * n()) continue;
+    for (Expr leaf : leaves({&problem_->partials()[k], 1}))
       if (!fixed.count(leaf) && symbol_of(leaf).kind != Kind::constant)
         throw Error(text("the method ", method_->name(), " needs M x′ = f with a constant M, but ",
                          problem_->equation_name(e.row), " is not of this form; use method = \"radau\""));
+  }
 }
 
 void RosenbrockStepper::start(const Point& point, double end) {
