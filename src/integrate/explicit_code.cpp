@@ -79,7 +79,8 @@ Program explicit_program(const Problem& problem, const Tableau& rk) {
 
 std::shared_ptr<ExplicitCode> ExplicitCode::make(const Problem& problem, const Tableau& rk) {
   if (!Machine::available() || !problem.is_ode() || problem.m() > 0) return nullptr;
-  if (problem.operations() * static_cast<std::size_t>(rk.stages() - 1) > 4 * longest) return nullptr;
+  if (problem.operations() * static_cast<std::size_t>(rk.stages() - 1) > 4 * longest_step_program)
+    return nullptr;
   Key key{0, static_cast<std::uint32_t>(rk.stages())};
   add(key, problem.model().f), add(key, problem.arguments());
   for (int i = 0; i < rk.stages(); ++i) {
