@@ -278,13 +278,14 @@ void ExplicitStepper::watch_stiffness() {
 /// size would run into the limit every few steps. Once that has been seen it stays a little below, and tries
 /// again later.
 void ExplicitStepper::remember_rejection(double dt) {
-  constexpr int again = 12;  // accepted steps between two rejections
+  constexpr int again = 12;             // accepted steps between two rejections
+  constexpr int many = 8, large = 200;  // small models: accuracy does the same, and costs nothing
   if (accepted_since_ >= 1) {
     const bool alike =
         accepted_since_ <= again && std::fabs(dt - rejected_dt_) < 0.2 * dt && longest_since_ < 1.2 * dt;
     alike_ = alike ? alike_ + 1 : 0;
   }
-  if (is_stiff() || alike_ >= 8) ceiling_ = 0.95 * dt;
+  if (is_stiff() || (n() >= large && alike_ >= many)) ceiling_ = 0.95 * dt;
   rejected_dt_ = dt, longest_since_ = 0, accepted_since_ = 0;
 }
 
