@@ -6,9 +6,7 @@
 // 1993): stage s takes the rows with c_i ≥ s of the system Jacobian and, among the columns of the stage
 // before, as many independent ones; of their variables the derivative of order d_j - s + 1 is a dummy.
 #include <algorithm>
-#include <cmath>
 
-#include "base/decompositions.hpp"
 #include "base/error.hpp"
 #include "base/text.hpp"
 #include "dae/lineage.hpp"
@@ -24,18 +22,6 @@ namespace {
 
 using Index = Eigen::Index;
 using Numbers = std::unordered_map<Expr, double>;
-
-double least_singular_value(const Mat& m) {
-  if (m.size() == 0) return 1;
-  const Vec s = Eigen::JacobiSVD<Mat>(m).singularValues();
-  return s.size() < m.rows() ? 0 : s[m.rows() - 1];
-}
-
-std::vector<Index> every(Index n) {
-  std::vector<Index> list;
-  for (Index j = 0; j < n; ++j) list.push_back(j);
-  return list;
-}
 
 /// Values of the leaves: the point, then the parameters, then generic numbers if no point is given.
 Numbers complete(const Model& m, std::span<const Expr> outputs, const Numbers& point) {
@@ -53,83 +39,6 @@ Numbers complete(const Model& m, std::span<const Expr> outputs, const Numbers& p
 
 }  // namespace
 
-DummyPivoting::DummyPivoting(const ModelPtr& source) : model_(source), analysis_(require_regular(*source)) {
-  for (const Entry& e : analysis_.jacobian)
-    if (analysis_.offsets.c[static_cast<std::size_t>(e.row)] > 0)
-      entries_.push_back(e), slopes.push_back(e.value);
-}
-
-Mat DummyPivoting::matrix(std::span<const double> numbers) const {
-  const auto n = static_cast<Index>(model_->variables.size());
-  Mat J = Mat::Zero(n, n);
-  for (std::size_t k = 0; k < entries_.size(); ++k) J(entries_[k].row, entries_[k].column) = numbers[k];
-  for (Index i = 0; i < n; ++i)
-    if (const double largest = J.row(i).cwiseAbs().maxCoeff(); largest > 0) J.row(i) /= largest;
-  return J;
-}
-
-std::vector<Index> DummyPivoting::rows(int stage) const {
-  std::vector<Index> list;
-  for (std::size_t i = 0; i < analysis_.offsets.c.size(); ++i)
-    if (analysis_.offsets.c[i] >= stage) list.push_back(static_cast<Index>(i));
-  return list;
-}
-
-Expr DummyPivoting::dummy(Index column, int stage) const {
-  const auto j = static_cast<std::size_t>(column);
-  return derivative_leaf(model_->variables[j].leaf, analysis_.offsets.d[j] - stage + 1);
-}
-
-DummySelection DummyPivoting::best(std::span<const double> numbers) const {
-  const Mat J = matrix(numbers);
-  if (!J.allFinite()) throw Failure("form \"dummy\": the constraint Jacobian is not finite at this point");
-  DummySelection selection;
-  selection.quality = 1;
-  std::vector<Index> columns = every(J.cols());
-  for (int stage = 1;; ++stage) {
-    const std::vector<Index> r = rows(stage);
-    if (r.empty()) break;
-    const Mat G = J(r, columns);
-    const Eigen::ColPivHouseholderQR<Mat> qr(G);
-    if (qr.rank() < G.rows())
-      throw Failure(text("form \"dummy\": the constraint Jacobian has rank ", qr.rank(), " of ", G.rows(),
-                         " at this point: the constraints are singular there"));
-    std::vector<Index> chosen;
-    for (Index k = 0; k < G.rows(); ++k)
-      chosen.push_back(columns[static_cast<std::size_t>(qr.colsPermutation().indices()[k])]);
-    std::sort(chosen.begin(), chosen.end());
-    selection.quality =
-        std::min(selection.quality, least_singular_value(J(r, chosen)) / least_singular_value(G));
-    for (Index j : chosen) selection.dummies.push_back(dummy(j, stage));
-    columns = std::move(chosen);
-  }
-  std::sort(selection.dummies.begin(), selection.dummies.end(), [](Expr a, Expr b) {
-    const Symbol &s = symbol_of(a), &t = symbol_of(b);
-    return s.base != t.base ? declaration_of(a) < declaration_of(b) : s.order < t.order;
-  });
-  return selection;
-}
-
-double DummyPivoting::quality(const DummySelection& selection, std::span<const double> numbers) const {
-  const Mat J = matrix(numbers);
-  if (!J.allFinite()) return 0;
-  double quality = 1;
-  std::vector<Index> columns = every(J.cols());
-  for (int stage = 1;; ++stage) {
-    const std::vector<Index> r = rows(stage);
-    if (r.empty()) return quality;
-    std::vector<Index> chosen;
-    for (Index j : columns)
-      if (analysis_.offsets.d[static_cast<std::size_t>(j)] >= stage - 1 &&
-          std::count(selection.dummies.begin(), selection.dummies.end(), dummy(j, stage)))
-        chosen.push_back(j);
-    if (chosen.size() != r.size()) throw Error("the selection of dummy derivatives is of another model");
-    const double possible = least_singular_value(J(r, columns));
-    quality = possible > 0 ? std::min(quality, least_singular_value(J(r, chosen)) / possible) : 0;
-    columns = std::move(chosen);
-  }
-}
-
 DummySelection select_dummies(const ModelPtr& m, const Numbers& point) {
   const DummyPivoting pivoting(m);
   return pivoting.best(pendula::evaluate(pivoting.slopes, complete(*m, pivoting.slopes, point)));
@@ -145,12 +54,13 @@ DummySelection selection_of(const Model& dummy) {
   DummySelection selection;
   const ModelPtr source = dummy.parent;
   const Analysis a = require_regular(*source);
+  std::unordered_map<Expr, int> orders;
+  for (const Variable& v : dummy.variables) orders[v.leaf] = v.order;
   for (std::size_t j = 0; j < source->variables.size(); ++j) {
     const Expr x = source->variables[j].leaf;
-    int order = 0;
-    for (const Variable& v : dummy.variables)
-      if (v.leaf == x) order = v.order;
-    for (int k = order + 1; k <= a.offsets.d[j]; ++k) selection.dummies.push_back(derivative_leaf(x, k));
+    const auto it = orders.find(x);
+    for (int k = (it == orders.end() ? 0 : it->second) + 1; k <= a.offsets.d[j]; ++k)
+      selection.dummies.push_back(derivative_leaf(x, k));
   }
   return selection;
 }
@@ -232,10 +142,11 @@ ModelPtr reduce_dummy(const ModelPtr& model, const DummySelection& selection) {
   move_invariants(options, s);
   for (const auto& [leaf, meaning] : s) options.relations[leaf] = meaning;
   std::vector<Expr> states;
+  std::unordered_map<Expr, int> taken;
+  for (Expr leaf : selection.dummies) ++taken[symbol_of(leaf).base];
   for (std::size_t j = 0; j < source->variables.size(); ++j) {
     const Expr x = source->variables[j].leaf;
-    int order = a.offsets.d[j];
-    for (Expr leaf : selection.dummies) order -= symbol_of(leaf).base == x;
+    const int order = a.offsets.d[j] - (taken.count(x) ? taken.at(x) : 0);
     (order > 0 ? options.x : options.z).push_back(x);
     for (int k = 0; k < order; ++k) states.push_back(derivative_leaf(x, k));
   }

@@ -44,14 +44,15 @@ ModelPtr reduce_minimal(const ModelPtr& model, const ReduceOptions& options);
 /// A choice of dummy derivatives: leaves x⁽ᵏ⁾ that become algebraic variables.
 struct DummySelection {
   std::vector<Expr> dummies;  ///< by variable, ascending order
-  /// Least σ_min of the selected constraint Jacobians, divided by that of all columns to choose from: 1 is
-  /// the best there is, 0 singular.
+  /// σ_min of the selected constraint Jacobians, divided by that of all columns to choose from, least over
+  /// the groups of constraints that share variables: 1 is the best there is, 0 singular.
   double quality = 0;
   friend bool operator==(const DummySelection& a, const DummySelection& b) { return a.dummies == b.dummies; }
 };
 
-/// Chooses dummy derivatives from the numeric values of the constraint Jacobian, by pivoted QR, stage by
-/// stage. Cost of best and quality: one small decomposition per stage.
+/// Chooses dummy derivatives from the numeric values of the constraint Jacobian, stage by stage: by pivoted
+/// QR in small groups of constraints that share variables, by sparse elimination in large ones. Cost of best
+/// and quality: near linear where the constraints are sparse.
 class DummyPivoting {
  public:
   /// source: the model to be reduced, of regular structure.
@@ -62,8 +63,9 @@ class DummyPivoting {
   double quality(const DummySelection& selection, std::span<const double> slope_values) const;
 
  private:
-  Mat matrix(std::span<const double> numbers) const;
-  std::vector<Eigen::Index> rows(int stage) const;
+  using Row = std::vector<std::pair<Eigen::Index, double>>;  ///< column, value
+  std::vector<Row> rows(std::span<const double> numbers) const;
+  std::vector<Row> of_stage(const std::vector<Row>& all, int stage, const std::vector<char>& columns) const;
   Expr dummy(Eigen::Index column, int stage) const;
   ModelPtr model_;
   Analysis analysis_;

@@ -112,14 +112,19 @@ Freedom dense_freedom(const StartSystem& s, const Mat& J) {
 }
 
 /// Gaussian elimination on rows of unit size that takes pivots in the columns of one class after the other,
-/// always in a shortest row (Markowitz 1957), with threshold pivoting.
+/// where they cost least: (entries of the row - 1)·(rows of the column - 1), of a shortest row and a shortest
+/// column (Markowitz 1957), with threshold pivoting. A column with one row, as at the end of a chain, costs
+/// nothing.
 class ClassedElimination {
  public:
   ClassedElimination(const Sparse& J, Index rows, std::vector<int> column_class)
       : class_(std::move(column_class)), rows_(static_cast<std::size_t>(rows)), columns_(class_.size()) {
     for (Index j = 0; j < J.outerSize(); ++j)
       for (Sparse::InnerIterator it(J, j); it; ++it)
-        if (it.row() < rows && it.value() != 0) put(it.row(), j, it.value());
+        if (it.row() < rows && it.value() != 0) {
+          rows_[at(it.row())][j] = it.value();
+          columns_[at(j)].insert(it.row());
+        }
     for (auto& row : rows_) {
       double largest = 0;
       for (const auto& [j, v] : row) largest = std::max(largest, std::fabs(v));
@@ -130,34 +135,22 @@ class ClassedElimination {
 
   /// Columns of class c that get a pivot; returns those that do not.
   std::vector<Index> eliminate(int c) {
-    std::set<std::pair<std::size_t, Index>> queue;  // entries of the class in the row, row
-    std::vector<std::size_t> length(rows_.size(), 0);
-    const auto count = [&](Index i) {
-      std::size_t k = 0;
-      for (const auto& [j, v] : rows_[static_cast<std::size_t>(i)])
-        k += class_[static_cast<std::size_t>(j)] == c;
-      return k;
-    };
-    const auto enqueue = [&](Index i) {
-      const std::size_t now = count(i), before = length[static_cast<std::size_t>(i)];
-      if (before) queue.erase({before, i});
-      if (now) queue.insert({now, i});
-      length[static_cast<std::size_t>(i)] = now;
-    };
+    now_ = c;
+    short_rows_ = Queue(rows_.size()), short_columns_ = Queue(class_.size());
     for (std::size_t i = 0; i < rows_.size(); ++i)
-      if (active_[i]) enqueue(static_cast<Index>(i));
+      if (active_[i]) update_row(static_cast<Index>(i));
+    for (std::size_t j = 0; j < class_.size(); ++j) update_column(static_cast<Index>(j));
     std::vector<char> has_pivot(class_.size(), 0);
-    while (!queue.empty()) {
+    while (!short_rows_.empty()) {
       poll_interrupt();
-      const Index p = queue.begin()->second;
-      queue.erase(queue.begin());
-      active_[static_cast<std::size_t>(p)] = 0;
-      const Index column = choose(p, c);
-      has_pivot[static_cast<std::size_t>(column)] = 1;
+      const auto [p, column] = cheapest();
+      has_pivot[at(column)] = 1;
       ++rank;
-      const auto others = columns_[static_cast<std::size_t>(column)];
-      for (Index i : others)
-        if (active_[static_cast<std::size_t>(i)]) subtract(p, i, column), enqueue(i);
+      active_[at(p)] = 0;
+      short_rows_.put(p, 0);
+      for (const auto& [j, v] : rows_[at(p)]) columns_[at(j)].erase(p), update_column(j);
+      const auto others = columns_[at(column)];
+      for (Index i : others) subtract(p, i, column), update_row(i);
     }
     std::vector<Index> left;
     for (std::size_t j = 0; j < class_.size(); ++j)
@@ -168,31 +161,70 @@ class ClassedElimination {
   int rank = 0;
 
  private:
-  void put(Index i, Index j, double value) {
-    rows_[static_cast<std::size_t>(i)][j] = value;
-    columns_[static_cast<std::size_t>(j)].insert(i);
+  static std::size_t at(Index i) { return static_cast<std::size_t>(i); }
+
+  /// Numbers 0 … n-1 by size, those of size 0 left out.
+  class Queue {
+   public:
+    explicit Queue(std::size_t n = 0) : size_(n, 0) {}
+    void put(Index i, std::size_t size) {
+      std::size_t& before = size_[at(i)];
+      if (before == size) return;
+      if (before) order_.erase({before, i});
+      if (size) order_.insert({size, i});
+      before = size;
+    }
+    bool empty() const { return order_.empty(); }
+    Index first() const { return order_.begin()->second; }
+
+   private:
+    std::set<std::pair<std::size_t, Index>> order_;
+    std::vector<std::size_t> size_;
+  };
+
+  void update_row(Index i) {
+    std::size_t k = 0;
+    for (const auto& [j, v] : rows_[at(i)]) k += class_[at(j)] == now_;
+    short_rows_.put(i, k);
+  }
+  void update_column(Index j) {
+    if (class_[at(j)] == now_) short_columns_.put(j, columns_[at(j)].size());
   }
 
-  /// The column of class c with fewest rows among the entries that are not small.
-  Index choose(Index p, int c) const {
+  /// The largest entry of the class in the row.
+  double largest(Index p) const {
+    double most = 0;
+    for (const auto& [j, v] : rows_[at(p)])
+      if (class_[at(j)] == now_) most = std::max(most, std::fabs(v));
+    return most;
+  }
+  std::size_t cost(Index p, Index column) const {
+    return (rows_[at(p)].size() - 1) * (columns_[at(column)].size() - 1);
+  }
+
+  /// The better one of: an entry of the shortest row that is not small, in the shortest column; one of the
+  /// shortest column that is not small in its row, in the shortest row.
+  std::pair<Index, Index> cheapest() const {
     constexpr double threshold = 0.1;
-    double largest = 0;
-    for (const auto& [j, v] : rows_[static_cast<std::size_t>(p)])
-      if (class_[static_cast<std::size_t>(j)] == c) largest = std::max(largest, std::fabs(v));
-    Index best = -1;
-    for (const auto& [j, v] : rows_[static_cast<std::size_t>(p)]) {
-      if (class_[static_cast<std::size_t>(j)] != c || std::fabs(v) < threshold * largest) continue;
-      if (best < 0 ||
-          columns_[static_cast<std::size_t>(j)].size() < columns_[static_cast<std::size_t>(best)].size())
-        best = j;
+    const Index p = short_rows_.first();
+    std::pair<Index, Index> best{p, -1};
+    const double most = largest(p);
+    for (const auto& [j, v] : rows_[at(p)]) {
+      if (class_[at(j)] != now_ || std::fabs(v) < threshold * most) continue;
+      if (best.second < 0 || columns_[at(j)].size() < columns_[at(best.second)].size()) best.second = j;
     }
+    const Index column = short_columns_.first();
+    for (Index i : columns_[at(column)])
+      if (cost(i, column) < cost(best.first, best.second) &&
+          std::fabs(rows_[at(i)].at(column)) >= threshold * largest(i))
+        best = {i, column};
     return best;
   }
 
   void subtract(Index p, Index i, Index column) {
     constexpr double rounding = 1e-11;
-    auto& row = rows_[static_cast<std::size_t>(i)];
-    const auto& pivot = rows_[static_cast<std::size_t>(p)];
+    auto& row = rows_[at(i)];
+    const auto& pivot = rows_[at(p)];
     const double factor = row.at(column) / pivot.at(column);
     for (const auto& [j, v] : pivot) {
       const auto [it, made] = row.try_emplace(j, 0);
@@ -201,17 +233,19 @@ class ClassedElimination {
       if (j == column ||
           std::fabs(it->second) <= rounding * std::max({before, std::fabs(factor * v), 1e-3})) {
         row.erase(it);
-        columns_[static_cast<std::size_t>(j)].erase(i);
+        columns_[at(j)].erase(i), update_column(j);
       } else if (made) {
-        columns_[static_cast<std::size_t>(j)].insert(i);
+        columns_[at(j)].insert(i), update_column(j);
       }
     }
   }
 
+  int now_ = 0;  ///< the class at work
   std::vector<int> class_;
   std::vector<std::map<Index, double>> rows_;
-  std::vector<std::set<Index>> columns_;
+  std::vector<std::set<Index>> columns_;  ///< active rows only
   std::vector<char> active_;
+  Queue short_rows_, short_columns_;
 };
 
 }  // namespace

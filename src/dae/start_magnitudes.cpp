@@ -202,7 +202,14 @@ Magnitudes magnitudes(const std::vector<Expr>& rows, std::size_t equations, cons
       m.equations.push_back({{{j->second, 1}}, -std::log(std::fabs(value))});
       weight.push_back(anchored);
     }
-  const Vec log_unit = least_absolute(m.equations, weight, static_cast<Index>(unknowns.size()));
+  const auto n = static_cast<Index>(unknowns.size());
+  Vec log_unit = least_absolute(m.equations, weight, n);
+  constexpr double credible =
+      80;  // in a long chain small contradictions add up to nothing that means anything
+  if (n > 0 && log_unit.maxCoeff() - log_unit.minCoeff() > credible) {
+    for (Index j = 0; j < n; ++j) m.equations.push_back({{{j, 1}}, 0}), weight.push_back(0.1);
+    log_unit = least_absolute(m.equations, weight, n);
+  }
   constexpr double largest = 200;  // e²⁰⁰ is 1e87: products of units stay finite
   Magnitudes result{log_unit.cwiseMin(largest).cwiseMax(-largest).array().exp(), Vec(rows.size())};
   for (std::size_t i = 0; i < rows.size(); ++i) result.rows[static_cast<Index>(i)] = m.row_unit(i, log_unit);

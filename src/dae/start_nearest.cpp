@@ -5,6 +5,7 @@
 // First a point on the equations, from the fixes as a guess; then Newton's method on the Lagrangian with
 // exact second derivatives (Nocedal & Wright, Numerical Optimization, 2nd ed., §18.1), with a least step back
 // onto the equations after every step, and steps shortened until the distance does not grow.
+#include <Eigen/SparseLU>
 #include <algorithm>
 #include <cmath>
 
@@ -114,14 +115,58 @@ class Nearest {
   std::vector<Entry> hessian_;
 };
 
+/// Large systems: the constraints linearised, second derivatives left out (which is exact where nothing has
+/// to move, and converges linearly with the size of the moves): [W Jᵀ; J 0] [d; λ] = [-W (w - fix); -r].
+StartSolution sparse_nearest(const StartSystem& s) {
+  using Sparse = Eigen::SparseMatrix<double>;
+  constexpr double slight = 1e-10, redundant = 1e-12;  // hold what nothing determines; equations that depend
+  constexpr int most_steps = 60;
+  const auto n = static_cast<Index>(s.unknowns.size()), m = static_cast<Index>(s.first_fix);
+  Selection equations;
+  equations.rows.assign(s.rows.size(), 1);
+  for (std::size_t i = s.first_fix; i < s.rows.size(); ++i) equations.rows[i] = 0;
+  Vec weight = Vec::Zero(n), target = Vec::Zero(n);
+  for (std::size_t k = 0; k < s.fixes(); ++k)
+    if (const auto j = s.fixed_unknown(k)) weight[*j] = 1, target[*j] = s.request.fix[k].second;
+  StartSolution at = solve_start(s, equations);
+  if (!at.solved) return at;
+  Vec w = at.w;
+  for (int k = 0; k < most_steps; ++k) {
+    poll_interrupt();
+    const Sparse J = s.jacobian(w);
+    std::vector<Eigen::Triplet<double>> entries;
+    for (Index j = 0; j < n; ++j) entries.emplace_back(j, j, weight[j] + slight);
+    for (Index i = 0; i < m; ++i) entries.emplace_back(n + i, n + i, -redundant);
+    for (Index j = 0; j < J.outerSize(); ++j)
+      for (Sparse::InnerIterator it(J, j); it; ++it)
+        if (it.row() < m)
+          entries.emplace_back(n + it.row(), j, it.value()),
+              entries.emplace_back(j, n + it.row(), it.value());
+    Sparse K(n + m, n + m);
+    K.setFromTriplets(entries.begin(), entries.end());
+    K.makeCompressed();
+    const Eigen::SparseLU<Sparse> factors(K);
+    if (factors.info() != Eigen::Success) break;
+    Vec right(n + m);
+    right << -weight.cwiseProduct((w - target).cwiseQuotient(s.unit)), -s.residual(w).head(m);
+    Vec x = factors.solve(right);
+    x += factors.solve(right - K * x);
+    if (!x.allFinite()) break;
+    w += x.head(n).cwiseProduct(s.unit);
+    if (x.head(n).norm() <= 1e-10 * (1 + w.cwiseQuotient(s.unit).norm())) break;
+  }
+  const StartSolution near = gauss_newton(s, w, equations);
+  const auto distance = [&](const Vec& v) {
+    return weight.cwiseProduct((v - target).cwiseQuotient(s.unit)).norm();
+  };
+  return near.solved && distance(near.w) <= distance(at.w) * (1 + 1e-12) ? near : at;
+}
+
 }  // namespace
 
 StartSolution nearest_start(const StartSystem& s) {
-  constexpr Index most = 400;
-  if (static_cast<Index>(s.unknowns.size()) > most)
-    throw Error(
-        text("nearest = true is made for up to ", most, " unknowns, the model has ", s.unknowns.size()));
-  return Nearest(s).run();
+  constexpr Index dense = 400;
+  return static_cast<Index>(s.unknowns.size()) > dense ? sparse_nearest(s) : Nearest(s).run();
 }
 
 }  // namespace pendula::dae

@@ -1,6 +1,8 @@
 #include <Eigen/SparseCholesky>
+#include <Eigen/SparseLU>
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "base/decompositions.hpp"
 #include "base/interrupt.hpp"
@@ -61,6 +63,76 @@ Vec row_weights(const Sparse& J) {
   return weight.unaryExpr([](double largest) { return largest > 0 ? 1 / largest : 1; });
 }
 
+/// Rows and columns that are not zero make a square, regular system (what is left once the states are held):
+/// its solution.
+std::optional<Vec> square_step(const Sparse& J, const Vec& r) {
+  constexpr double accurate = 1e-10;
+  std::vector<int> row(static_cast<std::size_t>(J.rows()), -1),
+      column(static_cast<std::size_t>(J.cols()), -1);
+  for (Index j = 0; j < J.outerSize(); ++j)
+    for (Sparse::InnerIterator it(J, j); it; ++it)
+      if (it.value() != 0) row[static_cast<std::size_t>(it.row())] = column[static_cast<std::size_t>(j)] = 0;
+  int rows = 0, columns = 0;
+  for (int& i : row)
+    if (i == 0) i = rows++;
+  for (int& j : column)
+    if (j == 0) j = columns++;
+  if (rows != columns || rows == 0) return {};
+  std::vector<Eigen::Triplet<double>> entries;
+  for (Index j = 0; j < J.outerSize(); ++j)
+    for (Sparse::InnerIterator it(J, j); it; ++it)
+      if (it.value() != 0)
+        entries.emplace_back(row[static_cast<std::size_t>(it.row())], column[static_cast<std::size_t>(j)],
+                             it.value());
+  Sparse A(rows, rows);
+  A.setFromTriplets(entries.begin(), entries.end());
+  A.makeCompressed();
+  Vec b(rows);
+  for (std::size_t i = 0; i < row.size(); ++i)
+    if (row[i] >= 0) b[row[i]] = -r[static_cast<Index>(i)];
+  const Eigen::SparseLU<Sparse> factors(A);
+  if (factors.info() != Eigen::Success) return {};
+  Vec x = factors.solve(b);
+  x += factors.solve(b - A * x);
+  if (!x.allFinite() || (b - A * x).norm() > accurate * b.norm()) return {};
+  Vec d = Vec::Zero(J.cols());
+  for (std::size_t j = 0; j < column.size(); ++j)
+    if (column[j] >= 0) d[static_cast<Index>(j)] = x[column[j]];
+  return d;
+}
+
+/// [I J; Jᵀ -μ² I] [y; d] = [-r; 0]: d minimises ‖J d + r‖² + μ² ‖d‖². Without pivoting where that is
+/// accurate, else with it.
+Vec sparse_least_step(const Sparse& J, const Vec& r) {
+  constexpr double mu_squared = 1e-12, accurate = 1e-9;
+  const Index m = J.rows(), n = J.cols();
+  std::vector<Eigen::Triplet<double>> entries;
+  for (Index i = 0; i < m; ++i) entries.emplace_back(i, i, 1);
+  for (Index j = 0; j < n; ++j) entries.emplace_back(m + j, m + j, -mu_squared);
+  for (Index j = 0; j < J.outerSize(); ++j)
+    for (Sparse::InnerIterator it(J, j); it; ++it)
+      entries.emplace_back(m + j, it.row(), it.value()), entries.emplace_back(it.row(), m + j, it.value());
+  Sparse K(m + n, m + n);
+  K.setFromTriplets(entries.begin(), entries.end());
+  Vec right = Vec::Zero(m + n);
+  right.head(m) = -r;
+  const auto refined = [&](const auto& factors, int times) {
+    Vec x = factors.solve(right);
+    for (int k = 0; k < times && x.allFinite(); ++k) x += factors.solve(right - K * x);
+    return x;
+  };
+  const Eigen::SimplicialLDLT<Sparse> symmetric(K);
+  if (symmetric.info() == Eigen::Success)
+    if (const Vec x = refined(symmetric, 2);
+        x.allFinite() && (right - K * x).norm() <= accurate * right.norm())
+      return x.tail(n);
+  poll_interrupt();
+  K.makeCompressed();
+  const Eigen::SparseLU<Sparse> pivoting(K);
+  if (pivoting.info() != Eigen::Success) return Vec::Constant(n, NAN);
+  return refined(pivoting, 1).tail(n);
+}
+
 /// The smallest d that minimises ‖J d + r‖.
 Vec least_step(const Sparse& J, const Vec& r) {
   if (J.cols() <= dense_up_to) {
@@ -69,22 +141,8 @@ Vec least_step(const Sparse& J, const Vec& r) {
     qr.compute(Mat(J));
     return qr.solve(-r);
   }
-  // [I J; Jᵀ -μ² I] [y; d] = [-r; 0]: d minimises ‖J d + r‖² + μ² ‖d‖².
-  constexpr double mu_squared = 1e-12;
-  const Index m = J.rows(), n = J.cols();
-  std::vector<Eigen::Triplet<double>> entries;
-  for (Index i = 0; i < m; ++i) entries.emplace_back(i, i, 1);
-  for (Index j = 0; j < n; ++j) entries.emplace_back(m + j, m + j, -mu_squared);
-  for (Index j = 0; j < J.outerSize(); ++j)
-    for (Sparse::InnerIterator it(J, j); it; ++it) entries.emplace_back(m + j, it.row(), it.value());
-  Sparse K(m + n, m + n);
-  K.setFromTriplets(entries.begin(), entries.end());
-  const Eigen::SimplicialLDLT<Sparse> factors(K);
-  Vec right = Vec::Zero(m + n);
-  right.head(m) = -r;
-  Vec x = factors.solve(right);
-  x += factors.solve(right - K.selfadjointView<Eigen::Lower>() * x);
-  return x.tail(n);
+  if (const auto exact = square_step(J, r)) return *exact;
+  return sparse_least_step(J, r);
 }
 
 /// What has no guess moves a thousand times more readily than what has one.
@@ -152,6 +210,30 @@ Vec first_point(const StartSystem& s, int attempt) {
   return w;
 }
 
+/// Large systems level by level: conditions on positions, then those on velocities …, then everything. Far
+/// from a solution, accelerations and multipliers would only be in the way.
+static StartSolution by_levels(const StartSystem& s, Vec w, const Selection& selection) {
+  if (w.size() > dense_up_to && s.request.keep_invariants) {
+    const auto& invariants = s.low->invariants;
+    int highest = -1;
+    for (const Constraint& c : invariants) highest = std::max(highest, c.derivative);
+    for (int level = 0; level <= highest; ++level) {
+      Selection part = selection;
+      if (part.rows.empty()) part.rows.assign(s.rows.size(), 1);
+      for (std::size_t i = 0; i < s.first_fix; ++i)
+        if (i >= invariants.size() || invariants[i].derivative > level) part.rows[i] = 0;
+      const StartSolution next = gauss_newton(s, w, part);
+      if (!next.solved) break;
+      w = next.w;
+    }
+    Selection rest = selection;  // accelerations and multipliers, where the states are
+    if (rest.held.empty()) rest.held.assign(s.unknowns.size(), 0);
+    std::fill_n(rest.held.begin(), s.state_count, 1);
+    if (const StartSolution next = gauss_newton(s, w, rest); next.solved) w = next.w;
+  }
+  return gauss_newton(s, std::move(w), selection);
+}
+
 StartSolution solve_start(const StartSystem& s, const Selection& selection) {
   StartSolution best;
   bool defined = false;
@@ -161,9 +243,9 @@ StartSolution solve_start(const StartSystem& s, const Selection& selection) {
     if (const auto j = s.fixed_unknown(k); j && !selection.rows[s.first_fix + k])
       held.held[static_cast<std::size_t>(*j)] = 0;
   for (int attempt = 0; attempt < 4; ++attempt) {
-    StartSolution next = gauss_newton(s, first_point(s, attempt), held);
+    StartSolution next = by_levels(s, first_point(s, attempt), held);
     if (next.solved) return next;
-    next = gauss_newton(s, first_point(s, attempt), selection);
+    next = by_levels(s, first_point(s, attempt), selection);
     if (next.solved) return next;
     defined = defined || next.defined;
     if (attempt == 0 || next.residual.maxCoeff() < best.residual.maxCoeff()) best = std::move(next);

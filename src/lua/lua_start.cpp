@@ -172,9 +172,14 @@ int init(Call& call) {
   request.keep_invariants = o.boolean("consistent", true);
   request.nearest = o.boolean("nearest", false);
   const dae::StartPtr at = dae::init(model, request);
+  std::size_t told = 0;
+  constexpr std::size_t most = 20;
   for (const dae::Moved& m : at->moved)
-    std::printf("nearest: %s moved from %s to %s\n", to_text(m.leaf).c_str(), rounded(m.from).c_str(),
-                rounded(m.to).c_str());
+    if (++told <= most || at->moved.size() <= most + 1)
+      std::printf("nearest: %s moved from %s to %s\n", to_text(m.leaf).c_str(), rounded(m.from).c_str(),
+                  rounded(m.to).c_str());
+  if (at->moved.size() > most + 1)
+    std::printf("nearest: … %zu more (the ledger has all %zu)\n", at->moved.size() - most, at->moved.size());
   return call.push(at);
 }
 

@@ -1,0 +1,77 @@
+-- Large models: sparse choices of states, starts level by level, units of long chains.
+
+local function chain(N)
+  local x, y = var("x", N), var("y", N)
+  local T, V, C = 0, 0, {}
+  for i = 1, N do
+    local dx, dy = x[i] - (i > 1 and x[i-1] or 0), y[i] - (i > 1 and y[i-1] or 0)
+    C[i] = (dx^2 + dy^2 - 1/N^2)/2
+    T = T + 1/(2*N)*(x[i].dot^2 + y[i].dot^2)
+    V = V + 9.81/N*y[i]
+  end
+  return lagrange { q = vstack(x, y), T = T, V = V, C = C }, x, y
+end
+
+local function positions(N, x, y, digits)
+  local at = {}
+  for i = 1, N do
+    local s = math.sqrt(0.5)*i/N
+    local value = digits and tonumber(("%." .. digits .. "g"):format(s)) or s
+    at[x[i]], at[y[i]] = value, -value
+  end
+  return at
+end
+
+local function at_rest(N, x, y, list)
+  for i = 1, N do list[x[i].dot], list[y[i].dot] = 0, 0 end
+  return list
+end
+
+test("a chain of 200 links starts from rounded positions, as a guess and as the nearest ones", function()
+  local N = 200
+  local sys, x, y = chain(N)
+  local near = sys:init { fix = at_rest(N, x, y, {}), guess = positions(N, x, y, 4) }
+  local moved = sys:init { fix = at_rest(N, x, y, positions(N, x, y, 4)), nearest = true }   -- tells what moved, 20 lines
+  for _, at in ipairs { near, moved } do
+    for _, i in ipairs { 1, 77, N } do
+      local dx, dy = at(x[i]) - (i > 1 and at(x[i-1]) or 0), at(y[i]) - (i > 1 and at(y[i-1]) or 0)
+      expect(dx^2 + dy^2):near(1/N^2, 1e-12)
+      expect(at(x[i])):near(math.sqrt(0.5)*i/N, 5e-4)
+    end
+  end
+  local function distance(at)
+    local sum = 0
+    for key, value in pairs(positions(N, x, y, 4)) do sum = sum + (at(key) - value)^2 end
+    return sum
+  end
+  expect(distance(moved) <= distance(near)*(1 + 1e-9)):is_true()
+end)
+
+test("dummy derivatives of 200 links agree with the projected form", function()
+  local N = 200
+  local sys, x, y = chain(N)
+  local at = sys:init { fix = at_rest(N, x, y, positions(N, x, y)) }
+  local low = sys:reduce("dummy", { at = at })
+  local a = low:integrate { start = at, to = 0.01, rtol = 1e-7, atol = 1e-9, method = "radau" }
+  local b = sys:reduce():integrate { start = at, to = 0.01, rtol = 1e-9, atol = 1e-11 }
+  expect(a.status):equals "finished"
+  for _, i in ipairs { 1, 100, N } do
+    expect(a:final(x[i])):near(b:final(x[i]), 1e-6)
+    expect(a:final(y[i].dot)):near(b:final(y[i].dot), 1e-4)
+  end
+end)
+
+test("units of a chain of 2500 coupled loops stay finite", function()
+  local N = 2500
+  local v, w, i = var("v", N), var("w", N), var("i", N)
+  local e, fix = {}, {}
+  for k = 1, N do
+    e[#e+1] = der(v[k]) ~ i[k] + (k > 1 and 0.1*(w[k-1] - v[k]) or 0)
+    e[#e+1] = der(w[k]) ~ -i[k] - 0.3*w[k]
+    e[#e+1] = 0 ~ v[k] - w[k]
+    fix[v[k]] = 1
+  end
+  local at = dae(e):init { fix = fix }
+  expect(at(w[N])):near(1, 1e-12)
+  expect(at(i[1])):near(-0.15, 1e-10)                      -- v′ = i, w′ = -i - 0.3 w, v′ = w′
+end)
