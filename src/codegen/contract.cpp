@@ -1,9 +1,69 @@
 #include "codegen/contract.hpp"
 
 #include <optional>
+#include <unordered_map>
 
 namespace pendula::codegen {
 namespace {
+
+/// Divisions are slow: what divides several times, or is a constant, becomes a factor.
+class Reciprocals {
+ public:
+  explicit Reciprocals(const Program& program) : p_(program) {
+    out_.inputs = p_.inputs, out_.constants = p_.constants;
+    for (const Instruction& i : p_.instructions)
+      if (is_division(i)) ++divided_[i.operand[1]];
+    one_ = constant(1);
+    for (const auto& [value, count] : divided_)
+      if (is_constant(value)) reciprocal_[value] = constant(1 / p_.constants[value - p_.inputs]);
+    here_.resize(p_.first_instruction() + p_.instructions.size());
+    for (Slot v = 0; v < p_.first_instruction(); ++v) here_[v] = v;
+  }
+
+  Program result() && {
+    for (std::size_t k = 0; k < p_.instructions.size(); ++k) {
+      Instruction i = p_.instructions[k];
+      const bool replaced = is_division(i) && (is_constant(i.operand[1]) || divided_[i.operand[1]] > 1);
+      const Slot factor = replaced ? reciprocal(i.operand[1]) : 0;
+      for (int o = 0; o < i.operands(); ++o) {
+        Slot& value = i.operand[static_cast<std::size_t>(o)];
+        value = here_[value];
+      }
+      const auto first = static_cast<Slot>(out_.extra.size());
+      for (int e = 0; e < i.extras(); ++e)
+        out_.extra.push_back(here_[p_.extra[i.first_extra + static_cast<Slot>(e)]]);
+      i.first_extra = first;
+      if (replaced) i.op = Op::mul, i.operand[1] = factor;
+      here_[p_.first_instruction() + k] = put(i);
+    }
+    for (Slot v : p_.results) out_.results.push_back(here_[v]);
+    return std::move(out_);
+  }
+
+ private:
+  static bool is_division(const Instruction& i) { return i.part == Part::none && i.op == Op::div; }
+  bool is_constant(Slot value) const { return value >= p_.inputs && value < p_.first_instruction(); }
+  Slot constant(double value) {
+    out_.constants.push_back(value);
+    return out_.first_instruction() - 1;
+  }
+  Slot put(const Instruction& i) {
+    out_.instructions.push_back(i);
+    return out_.first_instruction() + static_cast<Slot>(out_.instructions.size()) - 1;
+  }
+  Slot reciprocal(Slot value) {
+    const auto [at, made] = reciprocal_.try_emplace(value, 0);
+    if (made) at->second = put({.op = Op::div, .operand = {one_, here_[value], 0}});
+    return at->second;
+  }
+
+  const Program& p_;
+  Program out_;
+  std::unordered_map<Slot, int> divided_;
+  std::unordered_map<Slot, Slot> reciprocal_;
+  std::vector<Slot> here_;
+  Slot one_ = 0;
+};
 
 class Contraction {
  public:
@@ -71,6 +131,6 @@ class Contraction {
 
 }  // namespace
 
-Program contracted(const Program& program) { return Contraction(program).result(); }
+Program contracted(const Program& program) { return Contraction(Reciprocals(program).result()).result(); }
 
 }  // namespace pendula::codegen

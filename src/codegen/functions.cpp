@@ -50,6 +50,11 @@ void solve_lanes(double* b, int n, const double* factors, int transposed) {
   }
 }
 
+struct SinCos {
+  double sin, cos;
+};
+SinCos sincos_value(double a) { return {std::sin(a), std::cos(a)}; }
+
 template <class F>
 const void* address(F* function) {
   return reinterpret_cast<const void*>(function);
@@ -75,5 +80,7 @@ const void* factor_function(int lanes) {
 const void* solve_function(int lanes) {
   return lanes == 1 ? address(solve) : lanes == 4 ? address(solve_lanes<4>) : address(solve_lanes<8>);
 }
+
+const void* sincos_function() { return address(sincos_value); }
 
 }  // namespace pendula::codegen

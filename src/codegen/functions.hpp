@@ -21,4 +21,8 @@ const void* factor_function(int lanes);
 /// void f(double* right_side, int n, const double* factors, int transposed).
 const void* solve_function(int lanes);
 
+/// For one number: double → (sin, cos) in the first two vector registers. The values are those of
+/// scalar_function(Op::sin) and scalar_function(Op::cos).
+const void* sincos_function();
+
 }  // namespace pendula::codegen

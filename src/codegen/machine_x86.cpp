@@ -5,6 +5,7 @@
 #ifdef PENDULA_MACHINE_CODE
 #include <algorithm>
 #include <cstring>
+#include <unordered_map>
 
 #include <asmjit/x86.h>
 
@@ -57,6 +58,7 @@ class Emitter {
         r_(program, order_, values_) {
     constants_ = a_.newLabel();
     result_positions();
+    if (isa_.lanes == 1) pair_functions();
   }
 
   void emit_all() {
@@ -173,7 +175,9 @@ class Emitter {
   int emit_choice(const Instruction& i, int ra, int rb, int rc);
   int emit_fused(const Instruction& i);
   void emit_call(Slot value, const Instruction& i);
+  void emit_pair(Slot value, Slot partner, const Instruction& i);
   void emit_linear(Slot value, const Instruction& i);
+  void pair_functions();
   void finish(Slot value, int r);
   void leave_registers();
   void call(const void* function);
@@ -191,6 +195,7 @@ class Emitter {
   std::vector<Slot> order_;
   Registers r_;
   Label constants_;
+  std::unordered_map<Slot, Slot> partner_;  ///< of the first of sin(a) and cos(a); of the other: itself
   std::vector<Slot> outputs_, outputs_of_;  ///< positions of outputs, value by value
 };
 
@@ -394,6 +399,30 @@ void Emitter::emit_call(Slot value, const Instruction& i) {
   finish(value, 0);
 }
 
+/// Sine and cosine of one argument come from one call.
+void Emitter::pair_functions() {
+  std::unordered_map<Slot, Slot> first;  // by argument
+  for (Slot k : order_) {
+    const Instruction& i = p_.instructions[k];
+    if (i.part != Part::none || (i.op != Op::sin && i.op != Op::cos)) continue;
+    const auto [at, made] = first.try_emplace(i.operand[0], k);
+    if (made || p_.instructions[at->second].op == i.op) continue;
+    const Slot one = p_.first_instruction() + at->second, other = p_.first_instruction() + k;
+    partner_[one] = other, partner_[other] = other;
+  }
+}
+
+void Emitter::emit_pair(Slot value, Slot partner, const Instruction& i) {
+  if (partner == value) return consume(i);  // computed with the first
+  load(B, i.operand[0]);
+  consume(i);
+  leave_registers();
+  a_.emit(isa_.copy, reg(0), reg(B));
+  call(sincos_function());
+  finish(i.op == Op::sin ? value : partner, 0);
+  finish(i.op == Op::sin ? partner : value, 1);
+}
+
 void Emitter::emit_linear(Slot value, const Instruction& i) {
   const Slot region = r_.new_slot(i.results());
   Slot k = region;
@@ -440,6 +469,8 @@ void Emitter::emit(Slot value, const Instruction& i) {
     }
   } else if (i.part == Part::fused) {
     finish(value, emit_fused(i));
+  } else if (const auto pair = partner_.find(value); pair != partner_.end()) {
+    emit_pair(value, pair->second, i);
   } else if (is_call(i)) {
     emit_call(value, i);
   } else if (i.op == Op::lt || i.op == Op::le || i.op == Op::both || i.op == Op::either || i.op == Op::sign ||

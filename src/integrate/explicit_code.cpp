@@ -1,6 +1,7 @@
 #include "integrate/explicit_code.hpp"
 
 #include <algorithm>
+#include <optional>
 
 #include "integrate/step_programs.hpp"
 
@@ -14,74 +15,141 @@ using codegen::Writer;
 
 namespace {
 
-/// In: h | x | K₁ | p | (t, u) of stages 2 … s.
-Program explicit_program(const Problem& problem, const Tableau& rk) {
-  const auto n = static_cast<std::size_t>(problem.n()), nu = input_count(problem),
-             np = parameter_count(problem);
-  const int s = rk.stages();
-  Writer w(1 + 2 * n + np + static_cast<std::size_t>(s - 1) * (1 + nu));
-  const Slot h = w.input(0);
-  const auto x = inputs_from(w, 1, n), p = inputs_from(w, 1 + 2 * n, np);
-  std::vector<std::vector<Slot>> K{inputs_from(w, 1 + n, n)};
-  const Program f = codegen::lower(problem.model().f, problem.arguments());
-  const auto sum = [&](const std::vector<double>& factors, std::size_t k) {
-    std::vector<Slot> terms;
-    for (std::size_t j = 0; j < factors.size(); ++j) terms.push_back(K[j][k]);
-    return w.put(Op::mul, h, w.combination(factors, terms));
-  };
-  std::vector<std::vector<double>> rows;
-  std::vector<std::vector<Slot>> X;
-  const auto point = [&](const std::vector<double>& factors) {
-    for (std::size_t i = 0; i < rows.size(); ++i)  // the last stage of a method "first same as last"
-      if (std::equal(rows[i].begin(), rows[i].end(), factors.begin()) &&
-          std::all_of(factors.begin() + static_cast<std::ptrdiff_t>(rows[i].size()), factors.end(),
+using Slots = std::vector<Slot>;
+
+/// Writes the program. In: h | x | K₁ | p | atol | rtol | (t, u) of stages 2 … s and of the end.
+class Author {
+ public:
+  Author(const Problem& problem, const Tableau& rk, int stiff_stage)
+      : problem_(problem),
+        rk_(rk),
+        stiff_stage_(stiff_stage),
+        n_(static_cast<std::size_t>(problem.n())),
+        np_(parameter_count(problem)),
+        nu_(input_count(problem)),
+        w_(inputs(problem, rk)),
+        h_(w_.input(0)),
+        x_(inputs_from(w_, 1, n_)),
+        p_(inputs_from(w_, 1 + 2 * n_, np_)),
+        K_{inputs_from(w_, 1 + n_, n_)},
+        f_(codegen::lower(problem.model().f, problem.arguments())) {}
+
+  static std::size_t first_stage(const Problem& problem) {
+    return 1 + 4 * static_cast<std::size_t>(problem.n()) + parameter_count(problem);
+  }
+  static std::size_t inputs(const Problem& problem, const Tableau& rk) {
+    return first_stage(problem) + static_cast<std::size_t>(rk.stages()) * (1 + input_count(problem));
+  }
+
+  /// Out: as in ExplicitCode::End.
+  Program step() {
+    const int s = rk_.stages();
+    early_parts();
+    for (int i = 1; i < s; ++i) K_.push_back(slope(i, point(row_of(rk_.A(), i, i))));
+    const std::vector<double> b(rk_.b().begin(), rk_.b().end());
+    const Slots x1 = point(b), xdot = slope(s, x1), weight = weights(x1);
+    const Slots error = scaled(difference(rk_.bhat()), weight),
+                second = scaled(difference(rk_.bhat2()), weight);
+    Slots results = x1;
+    results.insert(results.end(), xdot.begin(), xdot.end());
+    results.insert(results.end(), error.begin(), error.end());
+    for (const Slots& list : {squares(error), squares(second)})
+      results.push_back(w_.sum(list)), results.push_back(w_.largest(list));
+    watch(xdot, weight, results);
+    return w_.finish(std::move(results));
+  }
+
+ private:
+  /// h Σ factorsⱼ Kⱼ, component k.
+  Slot sum(const std::vector<double>& factors, std::size_t k) {
+    Slots terms;
+    for (std::size_t j = 0; j < factors.size(); ++j) terms.push_back(K_[j][k]);
+    return w_.put(Op::mul, h_, w_.combination(factors, terms));
+  }
+  Slots point(const std::vector<double>& factors) {
+    for (std::size_t i = 0; i < rows_.size(); ++i)  // the last stage of a method "first same as last"
+      if (std::equal(rows_[i].begin(), rows_[i].end(), factors.begin()) &&
+          std::all_of(factors.begin() + static_cast<std::ptrdiff_t>(rows_[i].size()), factors.end(),
                       [](double b) { return b == 0; }))
-        return X[i];
-    rows.push_back(factors), X.emplace_back();
-    for (std::size_t k = 0; k < n; ++k) X.back().push_back(w.put(Op::add, x[k], sum(factors, k)));
-    return X.back();
-  };
-  std::vector<Slot> time;  // what belongs to a stage, equal for stages at the same time
-  std::vector<std::vector<Slot>> u;
-  for (int i = 1; i < s; ++i) {
+        return X_[i];
+    rows_.push_back(factors), X_.emplace_back();
+    for (std::size_t k = 0; k < n_; ++k) X_.back().push_back(w_.put(Op::add, x_[k], sum(factors, k)));
+    return X_.back();
+  }
+  /// The arguments of f at stage i, or at the end, i = s. Equal for stages at the same time.
+  Slots arguments_at(int i, std::span<const Slot> x) {
+    const auto time = [&](int stage) { return stage < rk_.stages() ? rk_.c()[stage] : 1.0; };
     int first = 1;
-    while (rk.c()[first] != rk.c()[i]) ++first;
-    const std::size_t at = 1 + 2 * n + np + static_cast<std::size_t>(first - 1) * (1 + nu);
-    time.push_back(w.input(at)), u.push_back(inputs_from(w, at + 1, nu));
+    while (time(first) != time(i)) ++first;
+    const std::size_t at = first_stage(problem_) + static_cast<std::size_t>(first - 1) * (1 + nu_);
+    return arguments(w_.input(at), {x, x, inputs_from(w_, at + 1, nu_), p_});  // f contains no x′
   }
-  // What depends on time alone is known for all stages at once, and functions like sin are called while no
-  // register holds anything.
-  std::vector<bool> early(problem.arguments().size(), true);
-  std::fill_n(early.begin() + 1, 2 * n, false);
-  for (std::size_t i = 0; i < time.size(); ++i) w.inline_part(f, arguments(time[i], {x, x, u[i], p}), early);
-  for (int i = 1; i < s; ++i) {
-    const auto xi = point(row_of(rk.A(), i, i));
-    const auto k = static_cast<std::size_t>(i - 1);
-    K.push_back(w.inlined(f, arguments(time[k], {xi, xi, u[k], p})));  // f contains no x′
+  Slots slope(int i, const Slots& x) { return w_.inlined(f_, arguments_at(i, x)); }
+  /// What depends on time alone is known for all stages at once, and functions like sin are called while no
+  /// register holds anything.
+  void early_parts() {
+    std::vector<bool> early(problem_.arguments().size(), true);
+    std::fill_n(early.begin() + 1, 2 * n_, false);
+    for (int i = 1; i <= rk_.stages(); ++i) w_.inline_part(f_, arguments_at(i, x_), early);
   }
-  std::vector<Slot> results;
-  for (int i = 1; i < s; ++i)
-    results.insert(results.end(), K[static_cast<std::size_t>(i)].begin(),
-                   K[static_cast<std::size_t>(i)].end());
-  std::vector<double> b(rk.b().begin(), rk.b().end()), zero(b.size(), 0);
-  const auto x1 = point(b);
-  results.insert(results.end(), x1.begin(), x1.end());
-  for (const auto& embedded : {rk.bhat(), rk.bhat2()}) {
-    std::vector<double> e = zero;
-    for (std::size_t j = 0; embedded && j < e.size(); ++j)
-      e[j] = b[j] - (*embedded)[static_cast<Eigen::Index>(j)];
-    for (std::size_t k = 0; k < n; ++k) results.push_back(embedded ? sum(e, k) : w.constant(0));
+  /// b - b̂; zeros where there is no b̂.
+  std::vector<double> difference(const std::optional<Vec>& embedded) const {
+    std::vector<double> e(static_cast<std::size_t>(rk_.stages()), 0);
+    for (std::size_t j = 0; embedded && j < e.size(); ++j) {
+      const auto k = static_cast<Eigen::Index>(j);
+      e[j] = rk_.b()[k] - (*embedded)[k];
+    }
+    return e;
   }
-  return w.finish(std::move(results));
-}
+  /// 1/(atol + rtol max(|x|, |x₁|))
+  Slots weights(const Slots& x1) {
+    const std::size_t atol = 1 + 2 * n_ + np_, rtol = atol + n_;
+    Slots list;
+    for (std::size_t k = 0; k < n_; ++k) {
+      const Slot size = w_.put(Op::max, w_.put(Op::abs, x_[k]), w_.put(Op::abs, x1[k]));
+      const Slot scale = w_.put(Op::add, w_.input(atol + k), w_.put(Op::mul, w_.input(rtol + k), size));
+      list.push_back(w_.put(Op::div, w_.constant(1), scale));
+    }
+    return list;
+  }
+  Slots scaled(const std::vector<double>& factors, const Slots& weight) {
+    const bool none = std::all_of(factors.begin(), factors.end(), [](double e) { return e == 0; });
+    Slots list;
+    for (std::size_t k = 0; k < n_; ++k)
+      list.push_back(none ? w_.constant(0) : w_.put(Op::mul, sum(factors, k), weight[k]));
+    return list;
+  }
+  Slots squares(const Slots& list) {
+    Slots result;
+    for (Slot v : list) result.push_back(w_.put(Op::mul, v, v));
+    return result;
+  }
+  void watch(const Slots& xdot, const Slots& weight, Slots& results) {
+    Slots slopes, changes;
+    for (std::size_t k = 0; k < n_ && stiff_stage_ > 0; ++k) {
+      const auto g = static_cast<std::size_t>(stiff_stage_);
+      slopes.push_back(w_.put(Op::mul, w_.put(Op::sub, xdot[k], K_[g][k]), weight[k]));
+      const Slot change = w_.put(Op::sub, point({rk_.b().begin(), rk_.b().end()})[k],
+                                 point(row_of(rk_.A(), stiff_stage_, stiff_stage_))[k]);
+      changes.push_back(w_.put(Op::mul, change, weight[k]));
+    }
+    results.push_back(w_.sum(squares(slopes))), results.push_back(w_.sum(squares(changes)));
+  }
 
-}  // namespace
+  const Problem& problem_;
+  const Tableau& rk_;
+  int stiff_stage_;
+  std::size_t n_, np_, nu_;
+  Writer w_;
+  Slot h_;
+  Slots x_, p_;
+  std::vector<Slots> K_, X_;  ///< slopes of the stages; points, as they were asked for
+  std::vector<std::vector<double>> rows_;
+  Program f_;
+};
 
-std::shared_ptr<ExplicitCode> ExplicitCode::make(const Problem& problem, const Tableau& rk) {
-  if (!Machine::available() || !problem.is_ode() || problem.m() > 0) return nullptr;
-  if (problem.operations() * static_cast<std::size_t>(rk.stages() - 1) > 4 * longest_step_program)
-    return nullptr;
-  Key key{0, static_cast<std::uint32_t>(rk.stages())};
+Key key_of(const Problem& problem, const Tableau& rk, int stiff_stage) {
+  Key key{0, static_cast<std::uint32_t>(rk.stages()), static_cast<std::uint32_t>(stiff_stage)};
   add(key, problem.model().f), add(key, problem.arguments());
   for (int i = 0; i < rk.stages(); ++i) {
     for (int j = 0; j < i; ++j) add(key, rk.A()(i, j));
@@ -89,30 +157,49 @@ std::shared_ptr<ExplicitCode> ExplicitCode::make(const Problem& problem, const T
          {std::optional<Vec>(rk.b()), std::optional<Vec>(rk.bhat()), std::optional<Vec>(rk.bhat2())})
       add(key, row ? (*row)[i] : 0);
   }
+  return key;
+}
+
+}  // namespace
+
+std::shared_ptr<ExplicitCode> ExplicitCode::make(const Problem& problem, const Tableau& rk, int stiff_stage,
+                                                 const Tolerances& tolerances) {
+  if (!Machine::available() || !problem.is_ode() || problem.m() > 0) return nullptr;
+  if (problem.operations() * static_cast<std::size_t>(rk.stages() - 1) > 4 * longest_step_program)
+    return nullptr;
   const std::lock_guard lock(step_store().mutex);
-  const auto entry = step_store().entry(key);
+  const auto entry = step_store().entry(key_of(problem, rk, stiff_stage));
   if (entry->wanted++ == 0) {
-    if (Program program = explicit_program(problem, rk); program.instructions.size() <= longest_step_program)
+    if (Program program = Author(problem, rk, stiff_stage).step();
+        program.instructions.size() <= longest_step_program)
       entry->machines.push_back(Machine::compile(program, 1, codegen::Rounding::fused));
   }
   if (entry->machines.empty()) return nullptr;
+  const auto n = static_cast<std::size_t>(problem.n());
   auto code = std::make_shared<ExplicitCode>();
   code->machine_ = entry->machines[0];
-  code->c_.assign(rk.c().begin(), rk.c().end());
+  code->c_.assign(rk.c().begin() + 1, rk.c().end());
+  code->c_.push_back(1);
+  code->in_.resize(Author::inputs(problem, rk));
+  code->out_.resize(3 * n + 6);
   code->work_.resize(code->machine_->workspace_size());
-  code->in_.resize(1 + 2 * static_cast<std::size_t>(problem.n()) + parameter_count(problem) +
-                   static_cast<std::size_t>(rk.stages() - 1) * (1 + input_count(problem)));
+  code->stages_ = Author::first_stage(problem);
+  double* const weights = code->in_.data() + 1 + 2 * n + parameter_count(problem);
+  std::copy_n(tolerances.rtol.data(), n, std::copy_n(tolerances.atol.data(), n, weights));
   return code;
 }
 
-void ExplicitCode::run(Problem& problem, const Point& from, double dt, double* out) {
+ExplicitCode::End ExplicitCode::run(Problem& problem, const Point& from, double dt) {
   double* to = in_.data();
   *to++ = dt;
   to = std::copy_n(from.x.data(), problem.n(), to);
   to = std::copy_n(from.xdot.data(), problem.n(), to);
-  to = write_parameters(problem, to);
-  write_stages(problem, std::span(c_).subspan(1), from.t, dt, to);
-  machine_->run(in_.data(), out, work_.data());
+  write_parameters(problem, to);
+  write_stages(problem, c_, from.t, dt, in_.data() + stages_);
+  machine_->run(in_.data(), out_.data(), work_.data());
+  const double *x = out_.data(), *xdot = x + problem.n(), *scaled = xdot + problem.n();
+  const double* norms = scaled + problem.n();
+  return {x, xdot, scaled, norms[0], norms[1], norms[2], norms[3], norms[4], norms[5]};
 }
 
 }  // namespace pendula::integrate

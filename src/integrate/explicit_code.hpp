@@ -13,21 +13,31 @@
 #include "codegen/machine.hpp"
 #include "integrate/problem.hpp"
 #include "integrate/tableau.hpp"
+#include "integrate/tolerances.hpp"
 
 namespace pendula::integrate {
 
-/// All stages of an explicit method on an explicit ODE: x₁ = x + h Σ bᵢ Kᵢ and the error estimates.
+/// Steps of an explicit method on an explicit ODE, with their error estimates.
 class ExplicitCode {
  public:
-  /// Nothing where there is no machine code or it would be long. Remembered for equal equations and tableau.
-  static std::shared_ptr<ExplicitCode> make(const Problem& problem, const Tableau& rk);
+  /// The end of a step: x₁, x₁′ and the scaled error (n numbers each); sum and largest of the squares of the
+  /// scaled error, also with the second embedded method (or zeros); and for the test of stiffness the squares
+  /// of ‖f(x₁) - f(g)‖ and ‖x₁ - g‖ with a second stage g at the end of the step (or zeros).
+  struct End {
+    const double *x, *xdot, *scaled;
+    double sum, largest, second_sum, second_largest, slope_change, change;
+  };
 
-  /// out: K₂ … K_s, x₁, h Σ (bᵢ - b̂ᵢ) Kᵢ, and the same with a second embedded method (or zeros): (s + 2) n
-  /// numbers. Inputs of the model are evaluated at the stages through `problem`.
-  void run(Problem& problem, const Point& from, double dt, double* out);
+  /// Nothing where there is no machine code or it would be long. Remembered for equal equations and tableau.
+  /// stiff_stage: g, or -1.
+  static std::shared_ptr<ExplicitCode> make(const Problem& problem, const Tableau& rk, int stiff_stage,
+                                            const Tolerances& tolerances);
+  /// Inputs of the model are evaluated at the stages through `problem`. Valid until the next run.
+  End run(Problem& problem, const Point& from, double dt);
 
  private:
-  std::vector<double> c_, in_, work_;
+  std::vector<double> c_, in_, out_, work_;
+  std::size_t stages_ = 0;  ///< where they begin, in in_
   std::shared_ptr<const codegen::Machine> machine_;
 };
 

@@ -2,32 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
-#include <span>
 
 #include "base/text.hpp"
 
 namespace pendula::integrate {
 namespace {
 
-/// The largest y with |R(-y)| ≤ 1 on all of [-y, 0]: found by marching and bisection on the stages of x′ =
-/// λx.
-double negative_limit(const Tableau& rk) {
-  const Mat& A = rk.A();
-  const auto R = [&](double z) {
-    Vec K(rk.stages());
-    for (int i = 0; i < K.size(); ++i) {
-      double sum = 1;
-      for (int j = 0; j < i; ++j) sum += z * A(i, j) * K[j];
-      K[i] = sum;
-    }
-    return std::fabs(1 + z * rk.b().dot(K));
-  };
-  double y = 0.1;
-  while (R(-y) <= 1 + 1e-9 && y < 1000) y += 0.1;
-  double low = y - 0.1;
-  for (int k = 0; k < 30; ++k) (R(-(low + y) / 2) <= 1 ? low : y) = (low + y) / 2;
-  return low;
-}
+const double smallest_log_error = std::log(1e-4);
 
 /// Four neighbouring numbers, which may lie anywhere: compilers leave loops with several sums scalar.
 using Four = double __attribute__((vector_size(32), aligned(8), may_alias));
@@ -81,15 +62,19 @@ ExplicitStepper::ExplicitStepper(ProblemPtr problem, TableauPtr tableau, Toleran
                                  StepLimits limits, Stats& stats)
     : Stepper(std::move(problem), std::move(tolerances), limits, stats),
       tableau_(std::move(tableau)),
+      rules_(checked(*tableau_)),
       derivative_(problem_, stats),
       stages_(tableau_->stages()) {
-  const Tableau& rk = *tableau_;
+  prepare();
+}
+
+const Tableau& ExplicitStepper::checked(const Tableau& rk) {
   if (!rk.is_explicit()) throw Error(text("the method ", rk.name(), " is not explicit"));
   if (!rk.bhat())
     throw Error(text("the method ", rk.name(),
                      " has no embedded method to estimate its error: give dt = 0.01 "
                      "for fixed steps, or choose \"dopri5\", \"tsit5\", \"dop853\", \"radau\" or \"bdf\""));
-  prepare();
+  return rk;
 }
 
 void ExplicitStepper::prepare() {
@@ -102,24 +87,13 @@ void ExplicitStepper::prepare() {
     if (rk.b()[i] != 0) weights_.push_back({i, rk.b()[i]});
     if (rk.b()[i] != (*rk.bhat())[i]) error_.push_back({i, rk.b()[i] - (*rk.bhat())[i]});
   }
-  for (int i = stages_ - 1 - (rk.is_fsal() ? 1 : 0); i > 0 && stiff_row_.empty(); --i) {
-    if (c_[static_cast<std::size_t>(i)] != 1) continue;  // a second stage at the end of the step
+  if (const int g = rules_.stiff_stage; g >= 0)
     for (int j = 0; j < stages_; ++j)
-      if (rk.A()(i, j) != rk.b()[j]) stiff_row_.push_back({j, rk.b()[j] - rk.A()(i, j)});
-    stiff_row_.push_back({-1 - i, 0});  // last: which stage
-  }
+      if (rk.A()(g, j) != rk.b()[j]) stiff_row_.push_back({j, rk.b()[j] - rk.A()(g, j)});
   if (rk.bhat2())
     for (int i = 0; i < stages_; ++i)
       if (const double e = rk.b()[i] - (*rk.bhat2())[i]; e != 0) second_error_.push_back({i, e});
-  const int embedded = rk.data().embedded ? *rk.data().embedded : rk.embedded_order();
-  control_order_ = second_error_.empty() ? std::min(rk.order(), embedded) + 1 : rk.order();
-  beta_ = control_order_ < 7 ? 0.2 / control_order_ : 0;
-  exponent_ = 1.0 / control_order_ - 0.75 * beta_;
-  slowest_ = control_order_ < 7 ? 0.2 : 1.0 / 3;
-  fastest_ = control_order_ < 7 ? 10 : 6;
-  stability_limit_ = negative_limit(rk);
-  fsal_ = rk.is_fsal();
-  code_ = ExplicitCode::make(*problem_, rk);
+  code_ = ExplicitCode::make(*problem_, rk, rules_.stiff_stage, tolerances_);
   K_.resize(static_cast<std::size_t>((stages_ + 3) * n()));
   Z_.resize(static_cast<std::size_t>(stages_ * m()));
   scaled_.resize(static_cast<std::size_t>(n()));
@@ -131,7 +105,7 @@ void ExplicitStepper::prepare() {
 void ExplicitStepper::start(const Point& point, double end) {
   here_ = point;
   derivative_.require(here_.t, here_.x.data(), here_.xdot.data(), here_.z.data());
-  error_old_ = 1e-4;
+  log_error_old_ = smallest_log_error;
   rejected_ = false;
   stiff_hits_ = calm_ = alike_ = 0;
   rejected_dt_ = longest_since_ = 0, accepted_since_ = 0;
@@ -158,25 +132,25 @@ double ExplicitStepper::first_step(double end) {
   const double d2 = norm(x_ - here_.xdot) / h0;
   const double steepest = std::max(d1, d2);
   const double h1 = steepest <= 1e-15 ? std::max(1e-6 * longest, h0 * 1e-3)
-                                      : std::pow(0.01 / steepest, 1.0 / control_order_);
+                                      : std::pow(0.01 / steepest, 1.0 / rules_.control_order);
   return visible(std::min(100 * h0, h1), longest);
 }
 
-/// All Kᵢ (and zᵢ) of a step, the state at its end and the error estimates; false if one cannot be
-/// evaluated.
+/// The step as code, or all Kᵢ (and zᵢ), the state at its end and the error estimates; false if one cannot
+/// be evaluated.
 bool ExplicitStepper::stages(const Point& from, double dt) {
   const int size = n(), zs = m();
   const bool ode = problem_->is_ode();
-  std::copy_n(from.xdot.data(), size, K_.data());
+  coded_ = false;
   if (code_) {
-    code_->run(*problem_, from, dt, K_.data() + size);
+    end_ = code_->run(*problem_, from, dt);
     double sum = 0;
-    for (int k = 0; k < size; ++k) sum += behind_stages(0)[k] * 0;
-    if (sum == 0) {
-      stats_.evaluations += stages_ - 1;
-      return true;
-    }  // else the loop below says which equation is not finite
+    for (int k = 0; k < 2 * size; ++k) sum += end_.x[k] * 0;  // x and x′
+    stats_.evaluations += fsal() ? stages_ - 1 : stages_;
+    coded_ = sum == 0;  // else the loop below says which equation is not finite
+    if (coded_) return true;
   }
+  std::copy_n(from.xdot.data(), size, K_.data());
   std::copy_n(from.z.data(), zs, Z_.data());
   double* at = problem_->unknowns();
   for (int i = 1; i < stages_; ++i) {
@@ -203,6 +177,11 @@ bool ExplicitStepper::stages(const Point& from, double dt) {
 
 double ExplicitStepper::error_norm() {
   const int size = n();
+  if (coded_) {
+    std::copy_n(end_.scaled, size, scaled_.data());
+    return combined_norm(ErrorSum::norm(end_.sum, end_.largest, size),
+                         ErrorSum::norm(end_.second_sum, end_.second_largest, size));
+  }
   ErrorSum sum, second;
   const double *e = behind_stages(1), *other = behind_stages(2);
   for (int k = 0; k < size; ++k) {
@@ -212,15 +191,18 @@ double ExplicitStepper::error_norm() {
     sum.add(scaled_[static_cast<std::size_t>(k)]);
     second.add(other[k] * w);
   }
-  const double first = sum.norm(size);
-  if (second_error_.empty()) return first;
-  const double third = second.norm(size);  // DOP853: orders 5 and 3 combined to one of 8
-  return first == 0 ? 0 : first * first / std::sqrt(first * first + 0.01 * third * third);
+  return combined_norm(sum.norm(size), second.norm(size));
+}
+
+/// DOP853: orders 5 and 3 combined to one of 8.
+double ExplicitStepper::combined_norm(double first, double third) const {
+  if (second_error_.empty() || first == 0) return first;
+  return first * first / std::sqrt(first * first + 0.01 * third * third);
 }
 
 ExplicitStepper::Attempt ExplicitStepper::attempt(double dt) {
   if (!stages(here_, dt)) return Attempt::not_finite;
-  std::copy_n(behind_stages(0), n(), next_.x.data());
+  std::copy_n(end_of_step(), n(), next_.x.data());
   error_now_ = error_norm();
   if (!(error_now_ <= std::numeric_limits<double>::max())) return Attempt::not_finite;
   if (error_now_ > 1) return Attempt::rejected;
@@ -240,34 +222,41 @@ bool ExplicitStepper::complete() {
       return false;
     }
   }
-  const double* last_K = K_.data() + static_cast<std::ptrdiff_t>(stages_ - 1) * n();
-  const double* last_Z = Z_.data() + static_cast<std::ptrdiff_t>(stages_ - 1) * m();
-  std::copy_n(last_K, n(), next_.xdot.data());
-  std::copy_n(last_Z, m(), next_.z.data());
-  if (fsal_ && !moved) return true;
+  if (coded_) {
+    std::copy_n(end_.xdot, n(), next_.xdot.data());
+    if (!moved) return true;
+  } else {
+    std::copy_n(K_.data() + static_cast<std::ptrdiff_t>(stages_ - 1) * n(), n(), next_.xdot.data());
+    std::copy_n(Z_.data() + static_cast<std::ptrdiff_t>(stages_ - 1) * m(), m(), next_.z.data());
+    if (fsal() && !moved) return true;
+  }
   if (derivative_(next_.t, next_.x.data(), next_.xdot.data(), next_.z.data())) return true;
   trouble_ = derivative_.reason();
   return false;
 }
 
-/// ‖f(x₁) - f(gᵢ)‖ / ‖x₁ - gᵢ‖ estimates the largest eigenvalue; near the edge of the stability region again
+/// ‖f(x₁) - f(g)‖ / ‖x₁ - g‖ estimates the largest eigenvalue; near the edge of the stability region again
 /// and again means stiff.
-void ExplicitStepper::watch_stiffness() {
-  if (stiff_row_.empty() || ++since_start_ < 10 || is_stiff()) return;
-  const int stage = -1 - stiff_row_.back().stage, size = n();
-  double* difference = behind_stages(1);  // the error estimate is not needed any more
-  std::fill_n(difference, size, 0.0);
-  combine(size, difference, 1, std::span(stiff_row_).first(stiff_row_.size() - 1), K_.data(), difference);
-  const double* K = K_.data() + static_cast<std::ptrdiff_t>(stage) * size;
+void ExplicitStepper::watch_stiffness(double dt) {
+  if (rules_.stiff_stage < 0 || ++since_start_ < 10 || is_stiff()) return;
   double numerator = 0, denominator = 0;
-  for (int k = 0; k < size; ++k) {
-    const double w = inverse_weight_[static_cast<std::size_t>(k)];
-    const double f = (next_.xdot[k] - K[k]) * w, d = difference[k] * w;
-    numerator += f * f, denominator += d * d;
+  if (coded_) {
+    numerator = end_.slope_change * (dt * dt), denominator = end_.change;
+  } else {
+    const int size = n();
+    double* difference = behind_stages(1);  // (x₁ - g)/h; the error estimate is not needed any more
+    std::fill_n(difference, size, 0.0);
+    combine(size, difference, 1, stiff_row_, K_.data(), difference);
+    const double* K = K_.data() + static_cast<std::ptrdiff_t>(rules_.stiff_stage) * size;
+    for (int k = 0; k < size; ++k) {
+      const double w = inverse_weight_[static_cast<std::size_t>(k)];
+      const double f = (next_.xdot[k] - K[k]) * w, d = difference[k] * w;
+      numerator += f * f, denominator += d * d;
+    }
   }
   if (!(denominator > 0)) return;
-  const double h_lambda = std::sqrt(numerator / denominator);  // the h of g cancels the h of hλ
-  if (h_lambda > 0.95 * stability_limit_) {
+  const double h_lambda = std::sqrt(numerator / denominator);
+  if (h_lambda > 0.95 * rules_.stability_limit) {
     calm_ = 0, ++stiff_hits_;
   } else if (stiff_hits_ > 0 && ++calm_ >= 6) {
     calm_ = stiff_hits_ = 0;
@@ -296,18 +285,18 @@ void ExplicitStepper::adapt(double dt, Attempt outcome) {
     rejected_ = true;
     return;
   }
-  const double plain = beta_ > 0 ? std::pow(error_now_, exponent_) : root(error_now_, control_order_);
+  const double log_error = std::log(error_now_);
   if (outcome == Attempt::rejected) {
-    dt_ = dt / std::min(1 / slowest_, plain / safety);
+    dt_ = dt / std::min(1 / rules_.slowest, std::exp(rules_.exponent * log_error) / safety);
     rejected_ = true;
     remember_rejection(dt);
     return;
   }
-  double factor = beta_ > 0 ? plain / std::pow(error_old_, beta_) : plain;
-  factor = std::clamp(factor / safety, 1 / fastest_, 1 / slowest_);
+  double factor = std::exp(rules_.exponent * log_error - rules_.beta * log_error_old_);
+  factor = std::clamp(factor / safety, 1 / rules_.fastest, 1 / rules_.slowest);
   double proposed = dt / factor;
   if (rejected_) proposed = std::min(proposed, dt);
-  error_old_ = std::max(error_now_, 1e-4);
+  log_error_old_ = std::max(log_error, smallest_log_error);
   rejected_ = false;
   ++accepted_since_, longest_since_ = std::max(longest_since_, dt);
   constexpr int soon = 60;
@@ -330,7 +319,7 @@ void ExplicitStepper::step(double end) {
       adapt(dt, outcome);
       continue;
     }
-    watch_stiffness();
+    watch_stiffness(dt);
     const bool shortened = dt < dt_ * 0.99;
     const double planned = dt_;
     adapt(dt, outcome);
@@ -363,7 +352,7 @@ void ExplicitStepper::interpolate(const StepView& step, double t, Detail detail,
   out.t = t;
   if (detail == Detail::sketch || !stages(step.from, dt)) return sketch(step, t, out);
   out.x.resize(n());
-  std::copy_n(behind_stages(0), n(), out.x.data());
+  std::copy_n(end_of_step(), n(), out.x.data());
   if (problem_->projects()) problem_->project_if_needed(t, out.x, tolerances_.rtol, tolerances_.atol, 1e-3);
   if (detail == Detail::state) return;
   out.xdot = step.to.xdot, out.z = step.to.z;

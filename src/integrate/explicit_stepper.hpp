@@ -7,6 +7,7 @@
 
 #include "integrate/derivative.hpp"
 #include "integrate/explicit_code.hpp"
+#include "integrate/explicit_rules.hpp"
 #include "integrate/stepper.hpp"
 #include "integrate/tableau.hpp"
 
@@ -34,33 +35,39 @@ class ExplicitStepper final : public Stepper {
   using Row = std::vector<Term>;
   enum class Attempt { accepted, rejected, not_finite };
 
+  static const Tableau& checked(const Tableau& rk);
   void prepare();
   double first_step(double end);
   bool stages(const Point& from, double dt);
   Attempt attempt(double dt);
   double error_norm();
+  double combined_norm(double first, double third) const;
   /// 0: x at the end of the step, 1 and 2: its error estimates.
   double* behind_stages(int which) { return K_.data() + static_cast<std::ptrdiff_t>(stages_ + which) * n(); }
+  const double* end_of_step() { return coded_ ? end_.x : behind_stages(0); }
   bool complete();
-  void watch_stiffness();
+  void watch_stiffness(double dt);
   void remember_rejection(double dt);
+  bool fsal() const { return rules_.fsal; }
   void sketch(const StepView& step, double t, Point& out) const;
   void adapt(double dt, Attempt outcome);
 
   TableauPtr tableau_;
+  ExplicitRules rules_;
   Derivative derivative_;
   std::vector<Row> rows_;  ///< of A
   Row weights_, error_, second_error_, stiff_row_;
   std::vector<double> c_;
-  int stages_, control_order_;
-  double beta_, exponent_, slowest_, fastest_, stability_limit_;
+  int stages_;
   std::shared_ptr<ExplicitCode> code_;
+  ExplicitCode::End end_{};
+  bool coded_ = false;         ///< the last step was: end_ holds it, not K_
   std::vector<double> K_, Z_;  ///< stage after stage; K_ goes on with behind_stages()
   std::vector<double> scaled_, inverse_weight_;
   Vec x_, trial_;
   Point next_;
-  double error_now_ = 0, error_old_ = 1e-4;
-  bool rejected_ = false, fsal_ = false;
+  double error_now_ = 0, log_error_old_ = 0;
+  bool rejected_ = false;
   std::string trouble_;
   int stiff_hits_ = 0, calm_ = 0;
   // Rejections again and again at one step size: the edge of stability.

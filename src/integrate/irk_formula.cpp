@@ -30,6 +30,12 @@ IrkFormula::IrkFormula(TableauPtr rk)
   for (double node : tableau->c()) c.push_back(node);
 
   const Eigen::EigenSolver<LongMat> eigen(inverse);
+  const auto scaled = [&](int k) {  // with ones and zeros in the last row of T, as in RADAU5
+    Eigen::Matrix<std::complex<long double>, Eigen::Dynamic, 1> v = eigen.eigenvectors().col(k);
+    v /= std::complex<long double>(v[s - 1]);
+    v[s - 1] = 1;
+    return v;
+  };
   LongMat basis(s, s);
   has_real = false;
   int filled = 0;
@@ -37,14 +43,14 @@ IrkFormula::IrkFormula(TableauPtr rk)
     if (std::fabs(eigen.eigenvalues()[k].imag()) < 1e-9L * std::abs(eigen.eigenvalues()[k]) && !has_real) {
       has_real = true;
       gamma = static_cast<double>(eigen.eigenvalues()[k].real());
-      basis.col(filled++) = eigen.eigenvectors().col(k).real();
+      basis.col(filled++) = scaled(k).real();
     }
   for (int k = 0; k < s; ++k) {
     if (!(eigen.eigenvalues()[k].imag() > 1e-9L * std::abs(eigen.eigenvalues()[k]))) continue;
     pairs.emplace_back(static_cast<double>(eigen.eigenvalues()[k].real()),
                        static_cast<double>(eigen.eigenvalues()[k].imag()));
-    basis.col(filled++) = eigen.eigenvectors().col(k).real();
-    basis.col(filled++) = eigen.eigenvectors().col(k).imag();
+    basis.col(filled++) = scaled(k).real();
+    basis.col(filled++) = scaled(k).imag();
   }
   if (filled != s) throw Error(text("the method ", tableau->name(), " has several real eigenvalues", remedy));
   if (!has_real) gamma = std::abs(pairs[0]);

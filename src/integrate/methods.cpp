@@ -129,6 +129,18 @@ static Choice implicit_choice(const Problem& problem, const Method& method, doub
 
 namespace {
 
+/// The same where some variable has moved by a hundredth of the largest: what is zero at the start, and with
+/// it the eigenvalue of a reaction like y² (Robertson's), is not zero there any more.
+std::optional<Eigenvalue> eigenvalue_ahead(Derivative& derivative, const Point& start, double span) {
+  const double size = start.x.cwiseAbs().maxCoeff(), speed = start.xdot.cwiseAbs().maxCoeff();
+  if (!(size > 0 && speed > 0)) return {};
+  Point ahead = start;
+  ahead.x += std::min(0.01 * size / speed, 0.01 * span) * start.xdot;
+  if (!derivative(ahead.t, ahead.x.data(), ahead.xdot.data(), ahead.z.data()) || !derivative.is_regular())
+    return {};
+  return PowerIteration(derivative, ahead).run();
+}
+
 /// The problem whose eigenvalues are looked at: of a large model that is at rest almost everywhere, a part.
 std::pair<ProblemPtr, Point> probed(const ProblemPtr& problem, const Point& start,
                                     const Couplings* couplings) {
@@ -161,11 +173,17 @@ Choice choose(const ProblemPtr& whole, const Method& method, const Plan& plan, c
   if (!eigenvalue) return {"radau", nullptr, "x′ cannot be computed near the start"};
   // An explicit method would take some |λ|T/5 steps for stability alone; an implicit one a few dozen.
   constexpr double many = 300;
-  const bool damped = eigenvalue->real_part < -0.5 * eigenvalue->size;
-  if (damped && !problem->has_dense_jacobian() && eigenvalue->size * (plan.to - plan.from) > many)
-    return implicit_choice(*whole, method, tightest,
-                           "stiff: an eigenvalue of ∂x′/∂x at the start is large beside 1/(to - from)");
-  if (problem->has_dense_jacobian() && eigenvalue->size * (plan.to - plan.from) > many && tightest > 1e-11)
+  const double span = plan.to - plan.from;
+  const auto stiff = [&](const Eigenvalue& e) { return e.real_part < -0.5 * e.size && e.size * span > many; };
+  if (!problem->has_dense_jacobian()) {
+    if (stiff(*eigenvalue))
+      return implicit_choice(*whole, method, tightest,
+                             "stiff: an eigenvalue of ∂x′/∂x at the start is large beside 1/(to - from)");
+    if (const auto later = eigenvalue_ahead(derivative, at, span); later && stiff(*later))
+      return implicit_choice(*whole, method, tightest,
+                             "stiff: an eigenvalue of ∂x′/∂x soon becomes large beside 1/(to - from)");
+  }
+  if (problem->has_dense_jacobian() && eigenvalue->size * span > many && tightest > 1e-11)
     return {"explicit", method.explicit_choice.back(),
             "explicit: fast oscillations limit the step, and this method is stable on the imaginary axis"};
   const std::size_t which = tightest > 2e-3 ? 0 : tightest > 2e-4 ? 1 : tightest > 1e-9 ? 2 : 3;

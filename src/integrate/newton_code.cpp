@@ -127,8 +127,8 @@ class NewtonCode::Programs {
     std::vector<Slot> results, squares;
     for (std::size_t i = 0; i < s_; ++i)
       for (std::size_t k = 0; k < N_; ++k) {
-        if (mass_.constant) unknown[i][k] = w.put(Op::add, unknown[i][k], step[i][k]);
-        const Slot change = mixed(w, row_of(f_.T, i), step, k);
+        if (mass_.constant) unknown[i][k] = w.put(sign(i) < 0 ? Op::add : Op::sub, unknown[i][k], step[i][k]);
+        const Slot change = mixed(w, signed_row(f_.T, i), step, k);
         Z[i][k] = w.put(Op::add, Z[i][k], change);
         const Slot scaled = w.put(Op::mul, change, w.input(at_.r + k));
         squares.push_back(w.put(Op::mul, scaled, scaled));
@@ -210,7 +210,18 @@ class NewtonCode::Programs {
     return w.inlined(program, arguments(w.input(time),
                                         {y.first(n_), xdot, y.subspan(n_), inputs_from(w, time + 1, nu), p}));
   }
-  /// (T⁻¹ ⊗ I) R
+  /// Of the right sides: -r for the real system, -(r₁ - i r₂) for a pair; its solution is Δw₁ - i Δw₂.
+  double sign(std::size_t row) const {
+    const std::size_t first_pair = f_.has_real ? 1 : 0;
+    return row >= first_pair && (row - first_pair) % 2 == 1 ? 1 : -1;
+  }
+  /// Row i of T for solutions.
+  std::vector<double> signed_row(const Mat& T, std::size_t i) const {
+    std::vector<double> row = row_of(T, i);
+    for (std::size_t j = 0; j < s_; ++j) row[j] *= -sign(j);
+    return row;
+  }
+  /// ± (T⁻¹ ⊗ I) R, the right sides.
   Table residuals(Writer& w, const Table& unknown, const Table& Z) const {
     const std::vector<Slot> at_rest(n_, w.constant(0));
     Table R;
@@ -222,12 +233,15 @@ class NewtonCode::Programs {
       R.push_back(mass_.constant ? equations(w, g_, i, y, at_rest) : equations(w, F_, i, y, slope));
     }
     Table result(s_);
-    for (std::size_t i = 0; i < s_; ++i)
-      for (std::size_t k = 0; k < N_; ++k) result[i].push_back(mixed(w, row_of(f_.T_inverse, i), R, k));
+    for (std::size_t i = 0; i < s_; ++i) {
+      std::vector<double> factors = row_of(f_.T_inverse, i);
+      for (double& factor : factors) factor *= sign(i);
+      for (std::size_t k = 0; k < N_; ++k) result[i].push_back(mixed(w, factors, R, k));
+    }
     if (mass_.constant) add_mass(w, unknown, result);
     return result;
   }
-  /// + (Λ ⊗ M) w / h
+  /// ± (Λ ⊗ M) w / h
   void add_mass(Writer& w, const Table& unknown, Table& result) const {
     Table turned_w;  // component, row
     for (std::size_t k = 0; k < n_; ++k) turned_w.push_back(turned(w, unknown, k));
@@ -238,11 +252,11 @@ class NewtonCode::Programs {
       for (std::size_t i = 0; i < s_; ++i) {
         Slot& sum = result[i][static_cast<std::size_t>(mass_.entries[e].row)];
         const Slot factor = turned_w[static_cast<std::size_t>(mass_.entries[e].column)][i];
-        sum = w.put(Op::add, sum, w.put(Op::mul, M[e], factor));
+        sum = w.put(sign(i) < 0 ? Op::sub : Op::add, sum, w.put(Op::mul, M[e], factor));
       }
   }
-  /// Δw from the transformed residuals; the right sides are -r, and for pairs -(r₁ - i r₂).
-  Table steps(Writer& w, const Table& residual) const {
+  /// The solutions for these right sides, rows like those of w.
+  Table steps(Writer& w, const Table& right) const {
     Table result;
     std::size_t at = at_.factors;
     const auto solve = [&](const codegen::StraightLU& lu, const std::vector<Slot>& b) {
@@ -251,18 +265,16 @@ class NewtonCode::Programs {
       return x;
     };
     if (f_.has_real) {
-      std::vector<Slot> b;
-      for (Slot r : residual[0]) b.push_back(w.put(Op::neg, r));
-      result.push_back(solve(*q_.real, b));
+      result.push_back(solve(*q_.real, right[0]));
     } else {
       at += q_.real->factor_count();
     }
     for (const auto* lu : q_.complex) {
-      const auto &first = residual[result.size()], &second = residual[result.size() + 1];
+      const auto &first = right[result.size()], &second = right[result.size() + 1];
       std::vector<Slot> b, re, im;
-      for (std::size_t k = 0; k < N_; ++k) b.push_back(w.put(Op::neg, first[k])), b.push_back(second[k]);
+      for (std::size_t k = 0; k < N_; ++k) b.push_back(first[k]), b.push_back(second[k]);
       const auto x = solve(*lu, b);
-      for (std::size_t k = 0; k < N_; ++k) re.push_back(x[2 * k]), im.push_back(w.put(Op::neg, x[2 * k + 1]));
+      for (std::size_t k = 0; k < N_; ++k) re.push_back(x[2 * k]), im.push_back(x[2 * k + 1]);
       result.push_back(std::move(re)), result.push_back(std::move(im));
     }
     return result;

@@ -1,4 +1,5 @@
 // Fused products and sums: the same values to rounding, and one rounding where there were two.
+#include <array>
 #include <cmath>
 #include <random>
 
@@ -40,6 +41,30 @@ TEST_CASE("contract: products with one use join their sums") {
   CHECK(products(before) == 9);
   CHECK(products(after) == 3);  // the shared one, and one in each sum of two products
   CHECK(after.instructions.size() == before.instructions.size() - 6);
+}
+
+TEST_CASE("contract: divisions by constants, and again by the same, become products") {
+  Writer w(3);
+  const Slot a = w.input(0), b = w.input(1), c = w.input(2);
+  std::vector<Slot> results{w.put(Op::div, a, b), w.put(Op::div, c, b), w.put(Op::div, a, w.constant(3)),
+                            w.put(Op::div, b, c)};
+  const Program program = w.finish(std::move(results)), after = contracted(program);
+  const auto divisions = [](const Program& p) {
+    std::size_t count = 0;
+    for (const Instruction& i : p.instructions) count += i.part == Part::none && i.op == Op::div;
+    return count;
+  };
+  CHECK(divisions(program) == 4);
+  CHECK(divisions(after) == 2);  // 1/b, and b/c
+  if (!Machine::available()) return;
+  const auto fused = Machine::compile(program, 1, Rounding::fused);
+  const std::array in{0.7, -1.3, 2.9};
+  std::array<double, 4> out{};
+  std::vector<double> work(fused->workspace_size() + 1);
+  fused->run(in.data(), out.data(), work.data());
+  const std::array exact{in[0] / in[1], in[2] / in[1], in[0] / 3, in[1] / in[2]};
+  for (std::size_t k = 0; k < 4; ++k)
+    CHECK(std::fabs(out[k] - exact[k]) <= 2 * 0x1p-52 * std::fabs(exact[k]));
 }
 
 TEST_CASE("contract: values") {

@@ -32,34 +32,51 @@ Point random_point(int n, std::mt19937& random) {
 
 }  // namespace
 
-TEST_CASE("explicit code: the stages of an explicit method") {
+TEST_CASE("explicit code: the end of a step, its error and the test of stiffness") {
   if (!codegen::Machine::available()) return;
+  // The last stage but one stands at the end of the step.
   const TableauPtr method =
       drawn("0 | \n 1/2 | 1/2 \n 1/2 | 0 1/2 \n 1 | 0 0 1 \n | 1/6 1/3 1/3 1/6 \n | 0 1 0 0");
   const ProblemPtr p = problem(forced());
   const Tableau& rk = *method;
-  const auto code = ExplicitCode::make(*p, rk);
+  const int g = 3;
+  Tolerances tolerances = Tolerances::uniform(2, 0, 0);
+  tolerances.rtol << 1e-3, 1e-2;
+  tolerances.atol << 1e-4, 1e-5;
+  const auto code = ExplicitCode::make(*p, rk, g, tolerances);
   REQUIRE(code);
   std::mt19937 random(1);
   for (int run = 0; run < 20; ++run) {
     const Point from = random_point(2, random);
     const double dt = 0.1;
-    std::vector<double> out(2 * 6);
-    code->run(*p, from, dt, out.data());
+    const auto out = code->run(*p, from, dt);
     Mat K(2, 4);
+    Vec at, slope(2);
+    const auto evaluate = [&](double t, const Vec& x, double* f) {
+      p->place(t, x.data(), from.xdot.data(), nullptr);
+      p->rhs(f);
+    };
     K.col(0) = from.xdot;
     for (int i = 1; i < 4; ++i) {
-      const Vec at = from.x + dt * K.leftCols(i) * rk.A().row(i).head(i).transpose();
-      p->place(from.t + rk.c()[i] * dt, at.data(), from.xdot.data(), nullptr);
-      p->rhs(K.col(i).data());
+      at = from.x + dt * K.leftCols(i) * rk.A().row(i).head(i).transpose();
+      evaluate(from.t + rk.c()[i] * dt, at, K.col(i).data());
     }
-    const Vec end = from.x + dt * K * rk.b(), error = dt * K * (rk.b() - *rk.bhat());
+    const Vec end = from.x + dt * K * rk.b();
+    evaluate(from.t + dt, end, slope.data());
+    const Vec sizes = from.x.cwiseAbs().cwiseMax(end.cwiseAbs());
+    const Vec weights = (tolerances.atol + tolerances.rtol.cwiseProduct(sizes)).cwiseInverse();
+    const Vec error = (dt * K * (rk.b() - *rk.bhat())).cwiseProduct(weights);
     for (int k = 0; k < 2; ++k) {
-      for (int i = 1; i < 4; ++i)
-        CHECK(std::fabs(out[static_cast<std::size_t>(2 * (i - 1) + k)] - K(k, i)) < 1e-14);
-      CHECK(std::fabs(out[static_cast<std::size_t>(6 + k)] - end[k]) < 1e-14);
-      CHECK(std::fabs(out[static_cast<std::size_t>(8 + k)] - error[k]) < 1e-15);
-      CHECK(out[static_cast<std::size_t>(10 + k)] == 0);  // no second embedded method
+      CHECK(std::fabs(out.x[k] - end[k]) < 1e-14);
+      CHECK(std::fabs(out.xdot[k] - slope[k]) < 1e-13);
+      CHECK(std::fabs(out.scaled[k] - error[k]) < 1e-15 * weights[k]);
     }
+    CHECK(out.sum == doctest::Approx(error.squaredNorm()).epsilon(1e-9));
+    CHECK(out.largest == doctest::Approx(error.cwiseAbs2().maxCoeff()).epsilon(1e-9));
+    CHECK(out.second_sum == 0);  // no second embedded method
+    CHECK(out.second_largest == 0);
+    const Vec change = end - at, slopes = slope - K.col(g);
+    CHECK(out.change == doctest::Approx(change.cwiseProduct(weights).squaredNorm()).epsilon(1e-6));
+    CHECK(out.slope_change == doctest::Approx(slopes.cwiseProduct(weights).squaredNorm()).epsilon(1e-6));
   }
 }
