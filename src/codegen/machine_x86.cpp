@@ -195,7 +195,7 @@ class Emitter {
   std::vector<Slot> order_;
   Registers r_;
   Label constants_;
-  std::unordered_map<Slot, Slot> partner_;  ///< of the first of sin(a) and cos(a); of the other: itself
+  std::unordered_map<Slot, Slot> partner_;  ///< of sin(a) and cos(a): the one that comes later
   std::vector<Slot> outputs_, outputs_of_;  ///< positions of outputs, value by value
 };
 
@@ -407,8 +407,8 @@ void Emitter::pair_functions() {
     if (i.part != Part::none || (i.op != Op::sin && i.op != Op::cos)) continue;
     const auto [at, made] = first.try_emplace(i.operand[0], k);
     if (made || p_.instructions[at->second].op == i.op) continue;
-    const Slot one = p_.first_instruction() + at->second, other = p_.first_instruction() + k;
-    partner_[one] = other, partner_[other] = other;
+    const Slot earlier = p_.first_instruction() + at->second, later = p_.first_instruction() + k;
+    partner_[earlier] = partner_[later] = later;
   }
 }
 

@@ -27,7 +27,7 @@ static double negative_limit(const Tableau& rk) {
 ExplicitRules::ExplicitRules(const Tableau& rk) : stability_limit(negative_limit(rk)), fsal(rk.is_fsal()) {
   const int embedded = rk.data().embedded ? *rk.data().embedded : rk.embedded_order();
   control_order = rk.bhat2() ? rk.order() : std::min(rk.order(), embedded) + 1;
-  beta = (control_order < 7 ? 0.2 : 0.4) / control_order;
+  beta = control_order < 7 ? 0.2 / control_order : 0;
   exponent = 1.0 / control_order - 0.75 * beta;
   slowest = control_order < 7 ? 0.2 : 1.0 / 3;
   fastest = control_order < 7 ? 10 : 6;
