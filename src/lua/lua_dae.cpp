@@ -224,9 +224,9 @@ const Module dae_module = {
         {"model#domain", domain, "sys.domain -> column",
          "What a reduced form divided by: it is equivalent to the model where none of these expressions "
          "vanishes, and integrate() stops where one does.",
-         "x, y, z = vars \"x y z\"  return dae{ der(x) ~ z, der(y) ~ 1, 0 ~ x*y - t "
+         "x, y, z = vars \"x y z\"  return dae{ der(x) ~ z, der(y) ~ 1, 0 ~ x*y^2 - t "
          "}:reduce(\"minimal\").domain[1]",
-         "x"},
+         "y"},
         {"model#equations", equations, "sys.equations -> list of equations",
          "The equations as they were written; equation i is number (i).", "", ""},
         {"model:semi_explicit", to_semi_explicit, "sys:semi_explicit() -> model",
