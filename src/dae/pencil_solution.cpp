@@ -120,8 +120,9 @@ class Differential {
       try {
         last = linalg::solve(a, right);
       } catch (const Error&) {
-        throw Error(text("the forcing ", to_text(growth), " cos(", to_text(g.frequency * t),
-                         ") meets a mode of the system, and its rates are not rational; use rational ones"));
+        const Expr wave = g.frequency.is_zero() ? growth : growth * cos(g.frequency * t);
+        throw Error(text("the forcing ", to_text(wave),
+                         " meets a mode of the system, and its rates are not rational; use rational ones"));
       }
       const Expr power = k == 0 ? Expr(1) : pow(t, Expr(static_cast<long>(k)));
       for (Index i = 0; i < n; ++i)

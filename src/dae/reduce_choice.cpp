@@ -3,6 +3,7 @@
 #include "base/text.hpp"
 #include "dae/lineage.hpp"
 #include "dae/reduced_forms.hpp"
+#include "dae/truth.hpp"
 
 namespace pendula::dae {
 namespace {
@@ -83,9 +84,18 @@ ModelPtr reduce(const ModelPtr& model, const std::string& form, const ReduceOpti
     throw Error(text("alpha and beta are gains of form \"baumgarte\"",
                      form.empty() ? "; name it: reduce(\"baumgarte\", { alpha = 10 })"
                                   : text("; form \"", form, "\" has none")));
-  if (form.empty()) return best(model);
-  for (const Form& f : forms)
-    if (form == f.name) return checked(f.make(model, options), model, form);
+  const auto made = [&]() -> ModelPtr {
+    if (form.empty()) return best(model);
+    for (const Form& f : forms)
+      if (form == f.name) return checked(f.make(model, options), model, form);
+    return nullptr;
+  };
+  try {
+    if (const ModelPtr done = made()) return done;
+  } catch (const Failure&) {
+    truth(*original(model));  // a better reason, where there is no index at all
+    throw;
+  }
   throw Error(text("unknown form '", form, "'.", did_you_mean(form, reduction_forms()),
                    " Forms: ", join(reduction_forms(), ", ")));
 }

@@ -242,6 +242,14 @@ StartSolution solve_start(const StartSystem& s, const Selection& selection) {
   for (std::size_t k = 0; k < s.fixes() && !selection.rows.empty(); ++k)
     if (const auto j = s.fixed_unknown(k); j && !selection.rows[s.first_fix + k])
       held.held[static_cast<std::size_t>(*j)] = 0;
+  if (selection.held.empty() && selection.rows.empty() && !s.request.guess.empty()) {
+    Selection here = held;  // guesses that satisfy the equations already stay exactly as they are
+    const auto guessed = s.guessed();
+    for (std::size_t j = 0; j < guessed.size(); ++j) here.held[j] = here.held[j] || guessed[j];
+    StartSolution next = by_levels(s, first_point(s, 0), here);
+    constexpr double rounding = 1e-15;
+    if (next.solved && next.residual.maxCoeff() <= rounding) return next;
+  }
   for (int attempt = 0; attempt < 4; ++attempt) {
     StartSolution next = by_levels(s, first_point(s, attempt), held);
     if (next.solved) return next;

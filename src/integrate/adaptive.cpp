@@ -116,8 +116,14 @@ class Run {
     view_.record = record_.data();
     if (!finder_.empty() || saver_.wants(stepper().here().t))
       view_.from = stepper().before(), view_.to = stepper().here();
-    while (!finder_.empty()) {
-      const auto hit = finder_.find(stepper(), view_);
+    for (quiet_ = true; !finder_.empty(); quiet_ = false) {
+      std::optional<EventFinder::Hit> hit;
+      try {
+        hit = finder_.find(stepper(), view_);
+      } catch (const Failure&) {  // no z inside the step: it has passed a point where equations are singular
+        if (plan_.guards.empty() || !quiet_ || !repeated_shorter()) throw;
+        return "";
+      }
       if (!hit) break;
       std::string status;
       if (handle(*hit, status)) return status;
@@ -145,6 +151,19 @@ class Run {
     problem_->set_limit(end_);
     finder_.set_limit(end_);
     stepper().start(start, end_);
+    return true;
+  }
+
+  /// The step is taken back, for one of a quarter of its length. False where that leads nowhere.
+  bool repeated_shorter() {
+    const Point start = stepper().before();
+    const double dt = (stepper().here().t - start.t) / 4;
+    if (dt < 1e-10 * (plan_.to - plan_.from)) return false;
+    --trail_->stats.steps, ++trail_->stats.rejected;
+    stepper().suggest(dt);
+    stepper().start(start, end_);
+    stepper().suggest(0);
+    finder_.start(stepper().here());
     return true;
   }
 
@@ -182,7 +201,12 @@ class Run {
     bool surface = false, may_jump = false;
     for (const auto& crossing : hit.list) {
       const Event& event = event_of(crossing);
-      if (!event.ends.empty()) return end_before(hit, event, status);
+      if (!event.ends.empty()) {
+        // values inside a step over a singular point mean little: come nearer
+        if (quiet_ && view_.to.t - view_.from.t > 1e-6 * (plan_.to - plan_.from) && repeated_shorter())
+          return true;
+        return end_before(hit, event, status);
+      }
       surface = surface || event.surface;
       may_jump = may_jump || event.call || !event.reset.empty();
     }
@@ -218,14 +242,16 @@ class Run {
     return stop || changed || surface;
   }
 
-  /// The equations cannot be solved where this event is: the run ends just before it.
+  /// The equations cannot be solved where this event is: the run ends where the step to it began, or, where
+  /// other events have been in the step, just before it.
   bool end_before(const EventFinder::Hit& hit, const Event& event, std::string& status) {
-    Point point;
-    point.xdot = view_.to.xdot, point.z = view_.to.z;
-    const double end = std::max(hit.before, hit.t - 1e-9 * (hit.t - view_.from.t));
-    stepper().interpolate(view_, end, Detail::state, point);
-    point.t = end;
-    keep(point, false);
+    if (!quiet_) {
+      Point point;
+      point.xdot = view_.to.xdot, point.z = view_.to.z;
+      stepper().interpolate(view_, hit.before, Detail::state, point);
+      point.t = hit.before;
+      keep(point, false);
+    }
     status = text("stopped at t = ", rounded(hit.t, 6), ": ", event.ends);
     return true;
   }
@@ -234,7 +260,8 @@ class Run {
   std::string near_singularity() {
     GuardWatch watch(problem_, plan_.guards);
     watch.start(first_);
-    return watch.almost_zero(stepper().here());
+    return watch.almost_zero(solution_->size() > 0 && reached_ < stepper().here().t ? stepper().before()
+                                                                                    : stepper().here());
   }
 
   /// What an event asks for, done to the point.
@@ -441,6 +468,7 @@ class Run {
   Saver saver_;
   EventFinder finder_;
   Point first_;
+  bool quiet_ = true;                           ///< no event so far in the step
   std::shared_ptr<const Couplings> couplings_;  ///< of a large model
   Accumulation accumulation_;
   StepView view_;

@@ -156,3 +156,11 @@ test("2000 unknowns: the diode ladder starts at once, and its errors stay short"
   says({ "999 initial values", "… (999 in all)" }, ladder, { fix = { [c_[1]] = 0 } })
   says({ "conflict: w₅ = 0.3, vc₄ = 0, vc₅ = 0" }, ladder, { fix = { [c_] = zero, [w[5]] = 0.3 } })
 end)
+
+test("a guess that is consistent already stays as it is", function()
+  local x, y = vars "x y"
+  local at = dae { der(x) ~ -y, 0 ~ x^2 + y^2 - 25 }:init { guess = { x = 3, y = -4 } }
+  expect(at(x)):equals(3)
+  expect(at(y)):equals(-4)
+  expect(at(der(x))):near(4, 1e-14)
+end)
