@@ -116,7 +116,8 @@ add {
 -- Large models. x1000 is the last entry of the column x.
 
 --- Point masses on massless links, hung at the origin, falling from a straight line at 45°.
-local function chain(N, reference)
+local chain
+function chain(N, reference)
   local problem
   problem = {
     name = "chain of " .. N .. " links", to = 1, tolerances = { 1e-4, 1e-5, 1e-6, 1e-7 },
@@ -142,6 +143,7 @@ local function chain(N, reference)
       return dae(equations)
     end,
     peer = function(model) return model:reduce("baumgarte", { alpha = 10 }) end,
+    sized = chain,
     ida = { sparse = true, flush = true },
     reference = reference,
   }
@@ -154,7 +156,8 @@ add(chain(1000, { x1000 = -0.65986826492, y1000 = -0.74702424348 }))
 
 --- Resistors, diodes and capacitors, cell after cell; a sine of 2 V at one end. What is counted has forgotten the
 --- other end: radau, bdf and rodas4 at rtol = 1e-11 agree to 10 digits for N = 200.
-local function diodes(N, name, ida)
+local diodes
+function diodes(N, name, ida)
   local problem
   problem = {
     name = name, to = 1e-5, tolerances = { 1e-4, 1e-5, 1e-6, 1e-8 },
@@ -174,7 +177,7 @@ local function diodes(N, name, ida)
       end
       return dae(equations)
     end,
-    ida = ida,
+    ida = ida, sized = diodes,
     reference = { v5 = -0.53731799736, w6 = -0.56385766819 },
   }
   return problem

@@ -14,8 +14,8 @@
 
 namespace pendula::integrate {
 
-/// What a lane remembers; the first n of these are followed by x and x′ (n numbers each), and what a step
-/// does not change follows: `given` numbers, p, and rtol and atol (n numbers each).
+/// The numbers of a lane, in this order. What a step changes: those of `Number`, then x and x′ (n numbers
+/// each). What it does not: those of `Given`, then p, then rtol and atol (n numbers each).
 namespace lane {
 enum Number { t, dt, log_error, was_rejected, steps, rejected, hits, calm, numbers };
 enum Given { end, look_at, dt_max, dt_first, most_steps, given };

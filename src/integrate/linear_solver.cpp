@@ -13,7 +13,31 @@ namespace pendula::integrate {
 namespace {
 
 constexpr double eps = std::numeric_limits<double>::epsilon();
-constexpr long often = 12;  // factorisations after which code pays
+
+// bench/linear.cpp. Code is made when the factorisations so far have taken about as long as making it will:
+// some n²/25 of them. Up to 60 unknowns that is a millisecond or less, and the code is remembered: made at
+// once.
+constexpr int small = 60;
+long often(int n) { return n <= small ? 12 : static_cast<long>(n) * n / 25; }
+
+/// The most operations with which code still beats dense elimination, α n³ + β n² (in units of 0.25 ns, what
+/// one operation of code takes): loops run vectorised there.
+std::size_t worthwhile(int n, bool complex) {
+  constexpr std::size_t most = 80'000;  // beyond, it leaves the caches
+  constexpr int tiny = 10;
+  if (n <= tiny) return most;
+  const double cube = static_cast<double>(n) * n * n, square = static_cast<double>(n) * n;
+  const double dense = complex ? 1.3 * cube + 8 * square : 0.52 * cube + 5.4 * square;
+  return std::min(most, static_cast<std::size_t>(dense));
+}
+
+bool is_full(int n, const std::vector<Position>& positions, double share, int most) {
+  if (n > most || static_cast<double>(positions.size()) < share * n * n) return false;
+  std::vector<char> seen(static_cast<std::size_t>(n) * static_cast<std::size_t>(n), 0);
+  for (const Position& p : positions) seen[static_cast<std::size_t>(p.row * n + p.column)] = 1;
+  return static_cast<double>(std::count(seen.begin(), seen.end(), 1)) >= share * n * n;
+}
+
 template <class Scalar>
 constexpr bool is_complex = std::is_same_v<Scalar, std::complex<double>>;
 
@@ -149,15 +173,17 @@ template <class Scalar>
 LinearSolver<Scalar>& LinearSolver<Scalar>::operator=(LinearSolver&&) noexcept = default;
 
 template <class Scalar>
-void LinearSolver<Scalar>::analyse(int n, const std::vector<Position>& positions) {
+void LinearSolver<Scalar>::analyse(int n, const std::vector<Position>& positions, Road road) {
   n_ = n;
+  straight_limit_ = road == Road::chosen ? straight_limit : road == Road::straight ? n : 0;
   positions_ = positions;
   std::vector<codegen::StraightLU::Position> known;
   for (const Position& p : positions_) known.push_back({p.row, p.column});
   straight_ =
-      n <= straight_limit ? codegen::StraightLU::remembered(n, known, is_complex<Scalar>) : std::nullopt;
-  count_ = plans_ = 0, next_plan_ = often, use_straight_ = false;
-  if (n > dense_limit) {
+      n <= straight_limit_ ? codegen::StraightLU::remembered(n, known, is_complex<Scalar>) : std::nullopt;
+  count_ = plans_ = 0, next_plan_ = road == Road::straight ? 0 : often(n), use_straight_ = false;
+  const bool dense = n <= dense_limit || is_full(n, positions_, full, full_limit);
+  if (road == Road::sparse || (road != Road::dense && !dense)) {
     sparse_ = std::make_unique<Sparse>(n, positions_);
     return;
   }
@@ -175,7 +201,7 @@ bool LinearSolver<Scalar>::factorise_straight(const Scalar* values) {
   const auto* numbers = reinterpret_cast<const double*>(values);
   ++count_;
   if (straight_ && straight_->factorise(numbers)) return true;
-  if (n_ > straight_limit || count_ < next_plan_ || plans_ == most_plans) return false;
+  if (n_ > straight_limit_ || count_ < next_plan_ || plans_ == most_plans) return false;
   plan(values);
   return straight_ && straight_->factorise(numbers);
 }
@@ -184,15 +210,14 @@ template <class Scalar>
 void LinearSolver<Scalar>::plan(const Scalar* values) {
   std::vector<codegen::StraightLU::Position> positions;
   for (const Position& p : positions_) positions.push_back({p.row, p.column});
-  straight_ =
-      codegen::StraightLU::plan(n_, positions, reinterpret_cast<const double*>(values), is_complex<Scalar>);
-  next_plan_ = std::max(2 * count_, often);
+  straight_ = codegen::StraightLU::plan(n_, positions, reinterpret_cast<const double*>(values),
+                                        is_complex<Scalar>, worthwhile(n_, is_complex<Scalar>));
+  next_plan_ = std::max(2 * count_, often(n_));
   ++plans_;
 }
 
 template <class Scalar>
 void LinearSolver<Scalar>::prepare(const Scalar* values) {
-  constexpr int small = 60;  // where choosing pivots costs less than the steps to come
   if (!straight_ && n_ <= small) plan(values);
 }
 

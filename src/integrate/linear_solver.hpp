@@ -1,11 +1,12 @@
 // Linear systems of one fixed pattern, solved again and again: the iteration matrices of Newton's method.
 //
-// At first small systems are dense with partial pivoting and row scaling, and above `dense_limit` unknowns
-// KLU takes over: the pattern is analysed once, later factorisations keep the pivots (klu_refactor) as long
-// as their growth is harmless. A system of moderate size that is factorised again and again gets
+// At first small systems, and those that are full, are dense with partial pivoting and row scaling; above
+// `dense_limit` unknowns KLU takes over: the pattern is analysed once, later factorisations keep the pivots
+// (klu_refactor) as long as their growth is harmless. A system that is factorised so often that it pays gets
 // straight-line code for its pattern, with the pivots of the matrix at hand, which is remembered beyond the
 // life of the solver; where later matrices need others, the first road takes over and the code is made anew.
-// Davis & Palamadai Natarajan, Algorithm 907: KLU, ACM TOMS 37(3), 2010.
+// The borders are measured: bench/linear.cpp, bench/linear.txt. Davis & Palamadai Natarajan, Algorithm 907:
+// KLU, ACM TOMS 37(3), 2010.
 #pragma once
 
 #include <complex>
@@ -25,15 +26,26 @@ struct Position {
 template <class Scalar>
 class LinearSolver {
  public:
-  static constexpr int dense_limit = 40, straight_limit = 200;
+  /// Below 16 unknowns dense beats KLU, up to 40 it loses at most 3 µs, for the dozen factorisations before
+  /// there is code; straight-line code beats KLU 2 to 6 times up to 400 and beyond, but choosing pivots costs
+  /// O(n³).
+  static constexpr int dense_limit = 40, straight_limit = 400;
+  /// With so many entries in n² dense elimination beats KLU 2 to 4 times at any size (up to what fits in
+  /// memory).
+  static constexpr double full = 0.3;
+  static constexpr int full_limit = 1000;
 
   LinearSolver();
   ~LinearSolver();
   LinearSolver(LinearSolver&&) noexcept;
   LinearSolver& operator=(LinearSolver&&) noexcept;
 
+  /// Which of the three to use: by size and use, or always the same one (bench/linear.cpp compares them;
+  /// `straight` from the first matrix on, and only where code can be made).
+  enum class Road { chosen, dense, straight, sparse };
+
   /// positions: where the entries of an n × n matrix are; an entry may be given in parts (they are added).
-  void analyse(int n, const std::vector<Position>& positions);
+  void analyse(int n, const std::vector<Position>& positions, Road road = Road::chosen);
 
   /// values in the order of positions. False if the matrix is singular to rounding or not finite.
   /// Cost: O(n³) dense, the fill of KLU otherwise. No allocation after the first call.
@@ -56,7 +68,7 @@ class LinearSolver {
   bool factorise_dense(const Scalar* values);
   bool factorise_straight(const Scalar* values);
   void plan(const Scalar* values);
-  int n_ = 0;
+  int n_ = 0, straight_limit_ = straight_limit;
   double weakest_ = 0;
   std::vector<Position> positions_;
   std::vector<Scalar> lu_;         ///< dense: rows one after the other

@@ -16,11 +16,17 @@ constexpr double stagnation_level = 1e-10;
 constexpr double smallest_step = 1.0 / 1024;
 
 void scales(const Mat& J, Vec& row, Vec& column) {
-  row = J.rowwise().lpNorm<Eigen::Infinity>();
+  row.setZero(J.rows()), column.setZero(J.cols());
+  for (Eigen::Index j = 0; j < J.cols(); ++j)
+    for (Eigen::Index i = 0; i < J.rows(); ++i) row[i] = std::max(row[i], std::fabs(J(i, j)));
   for (double& r : row) r = r > 0 ? 1 / r : 1;
-  column = (row.asDiagonal() * J).colwise().lpNorm<Eigen::Infinity>();
-  for (double& c : column) c = c > 0 ? 1 / c : 1;
+  for (Eigen::Index j = 0; j < J.cols(); ++j) {
+    for (Eigen::Index i = 0; i < J.rows(); ++i) column[j] = std::max(column[j], row[i] * std::fabs(J(i, j)));
+    column[j] = column[j] > 0 ? 1 / column[j] : 1;
+  }
 }
+
+constexpr Eigen::Index small = 64;  // above, Eigen's blocks pay
 
 }  // namespace
 
@@ -28,14 +34,57 @@ bool ScaledLU::factorise(const Mat& J) {
   if (!J.allFinite()) return false;
   scales(J, row_, column_);
   matrix_ = row_.asDiagonal() * J * column_.asDiagonal();
+  if (J.rows() <= small) return factorise_small();
   lu_.compute(matrix_);
   const double smallest = lu_.matrixLU().diagonal().cwiseAbs().minCoeff();
   return smallest > static_cast<double>(J.rows()) * eps;
 }
 
+/// By columns, with the pivots of lu_; zeros, of which Jacobians are full, cost nothing.
+bool ScaledLU::factorise_small() {
+  const Eigen::Index n = matrix_.rows();
+  pivot_.resize(static_cast<std::size_t>(n));
+  double smallest = std::numeric_limits<double>::infinity();
+  for (Eigen::Index k = 0; k < n; ++k) {
+    double* below = matrix_.data() + k * n;
+    Eigen::Index best = k;
+    for (Eigen::Index i = k + 1; i < n; ++i)
+      if (std::fabs(below[i]) > std::fabs(below[best])) best = i;
+    smallest = std::min(smallest, std::fabs(below[best]));
+    if (below[best] == 0) return false;
+    pivot_[static_cast<std::size_t>(k)] = static_cast<int>(best);
+    if (best != k) matrix_.row(k).swap(matrix_.row(best));
+    const double reciprocal = below[k] = 1 / below[k];
+    for (Eigen::Index i = k + 1; i < n; ++i) below[i] *= reciprocal;
+    for (Eigen::Index j = k + 1; j < n; ++j) {
+      double* column = matrix_.data() + j * n;
+      const double factor = column[k];
+      if (factor == 0) continue;
+      for (Eigen::Index i = k + 1; i < n; ++i) column[i] -= factor * below[i];
+    }
+  }
+  return smallest > static_cast<double>(n) * eps;
+}
+
 void ScaledLU::solve(const Vec& r, Vec& x) {
   scaled_ = row_.cwiseProduct(r);
-  x = lu_.solve(scaled_);
+  const Eigen::Index n = matrix_.rows();
+  if (n > small) {
+    x = lu_.solve(scaled_);
+  } else {
+    x = scaled_;
+    for (Eigen::Index k = 0; k < n; ++k) std::swap(x[k], x[pivot_[static_cast<std::size_t>(k)]]);
+    for (Eigen::Index k = 0; k < n; ++k) {
+      const double* below = matrix_.data() + k * n;
+      if (x[k] == 0) continue;
+      for (Eigen::Index i = k + 1; i < n; ++i) x[i] -= x[k] * below[i];
+    }
+    for (Eigen::Index k = n; k-- > 0;) {
+      const double* above = matrix_.data() + k * n;
+      x[k] *= above[k];
+      for (Eigen::Index i = 0; i < k; ++i) x[i] -= x[k] * above[i];
+    }
+  }
   x = x.cwiseProduct(column_);
 }
 
@@ -55,10 +104,15 @@ void ScaledLU::null_vectors(const Mat& J, Vec& right, Vec& left) {
 double Newton::measure(const Vec& w) {
   double largest = 0;
   worst_ = 0;
+  terms_ = size_;
+  for (Eigen::Index j = 0; j < w.size(); ++j) {
+    const double size = std::fabs(w[j]);
+    for (Eigen::Index i = 0; i < r_.size(); ++i) terms_[i] += std::fabs(J_(i, j)) * size;
+  }
   for (Eigen::Index i = 0; i < r_.size(); ++i) {
     if (r_[i] == 0) continue;
-    const double terms = J_.row(i).cwiseAbs().dot(w.cwiseAbs()) + size_[i];
-    const double relative = terms > 0 ? std::fabs(r_[i]) / terms : std::numeric_limits<double>::infinity();
+    const double relative =
+        terms_[i] > 0 ? std::fabs(r_[i]) / terms_[i] : std::numeric_limits<double>::infinity();
     if (relative > largest) largest = relative, worst_ = static_cast<int>(i);
   }
   return largest;

@@ -9,7 +9,9 @@
 // must be shorter than Δw.
 #pragma once
 
+#include <vector>
 #include "base/decompositions.hpp"
+
 #include "base/math.hpp"
 
 namespace pendula::integrate {
@@ -36,8 +38,10 @@ class ScaledLU {
   static void null_vectors(const Mat& J, Vec& right, Vec& left);
 
  private:
+  bool factorise_small();
   Vec row_, column_, scaled_;
-  Mat matrix_;
+  Mat matrix_;              ///< small: scaled, then its factors with 1/uₖₖ on the diagonal
+  std::vector<int> pivot_;  ///< small: the row that changed places with row k
   Eigen::PartialPivLU<Mat> lu_;
 };
 
@@ -66,7 +70,7 @@ class Newton {
   Trial search(Equations& equations, Vec& w);
 
   Mat J_;
-  Vec r_, size_, step_, trial_, trial_r_, simplified_;
+  Vec r_, size_, terms_, step_, trial_, trial_r_, simplified_;
   ScaledLU lu_;
   int worst_ = 0;
 };

@@ -1,5 +1,4 @@
 #include "integrate/sweep_lanes.hpp"
-#include "integrate/guards.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -8,6 +7,7 @@
 #include "base/text.hpp"
 #include "dae/lineage.hpp"
 #include "integrate/adaptive.hpp"
+#include "integrate/guards.hpp"
 #include "integrate/methods.hpp"
 #include "integrate/simulation.hpp"
 #include "integrate/switching.hpp"
@@ -228,8 +228,6 @@ class LaneSweep::Client : public EnsembleClient {
   /// False: it cannot be started, and the slot says why.
   bool begin(const SweepSet& set, int run, double* x, double* p) {
     std::copy(sweep_.parameters_.begin(), sweep_.parameters_.end(), p);
-    for (const auto& [leaf, number] : sweep_.p_)
-      p[number] = sweep_.parameters_[static_cast<std::size_t>(number)];
     for (const auto& [leaf, value] : set.parameters)
       for (const auto& [known, number] : sweep_.p_)
         if (known == leaf) p[number] = value;

@@ -129,3 +129,142 @@ TEST_CASE("straight-line LU: refuses what its pivots do not suit, and singular o
   CHECK(!StraightLU::plan(2, {{0, 0}, {1, 0}}, good, false));                     // a column without entries
   CHECK(!StraightLU::plan(2, {{1, 1}, {0, 1}, {1, 0}, {0, 0}}, good, false, 1));  // longer than allowed
 }
+
+namespace {
+
+/// A matrix written out, with the entries that are not zero as its pattern.
+Sample pattern_of(const Eigen::MatrixXcd& A, bool complex) {
+  Sample s;
+  for (int i = 0; i < A.rows(); ++i)
+    for (int j = 0; j < A.cols(); ++j) {
+      if (A(i, j) == 0.0) continue;
+      s.positions.push_back({i, j});
+      s.values.push_back(A(i, j).real());
+      if (complex) s.values.push_back(A(i, j).imag());
+    }
+  return s;
+}
+
+Eigen::MatrixXcd random_matrix(int rows, int columns, bool complex, std::mt19937& random) {
+  std::uniform_real_distribution<> u(-1, 1);
+  return Eigen::MatrixXcd::NullaryExpr(rows, columns, [&] {
+    const double re = u(random), im = u(random);
+    return std::complex<double>(re, complex ? im : 0);
+  });
+}
+
+}  // namespace
+
+TEST_CASE(
+    "straight-line LU: structurally zero pivots - saddle points, cycles, anti-diagonals, arrows upside "
+    "down") {
+  if (!codegen::Machine::available()) return;
+  std::mt19937 random(2026);
+  for (bool complex : {false, true})
+    for (int round = 0; round < 25; ++round) {
+      const int n = 3 + round, m = 1 + round / 3;
+      // [M Cᵀ; C 0] with M = diagonal (every second mass is missing where C allows it) and a full C
+      Eigen::MatrixXcd kkt = Eigen::MatrixXcd::Zero(n + m, n + m);
+      const Eigen::MatrixXcd C = random_matrix(m, n, complex, random);
+      for (int i = 0; i < n; ++i) kkt(i, i) = i < m && i % 2 == 1 ? 0.0 : 1.0 + i;
+      kkt.topRightCorner(n, m) = C.transpose(), kkt.bottomLeftCorner(m, n) = C;
+      // x₂ … xₙ x₁: no entry on the diagonal, and one coupling more
+      Eigen::MatrixXcd cycle = Eigen::MatrixXcd::Zero(n, n);
+      for (int i = 0; i < n; ++i) cycle(i, (i + 1) % n) = 1.0 + i, cycle(i, (i + 2) % n) += 0.3;
+      Eigen::MatrixXcd anti = Eigen::MatrixXcd::Zero(n, n);
+      for (int i = 0; i < n; ++i) anti(i, n - 1 - i) = random_matrix(1, 1, complex, random)(0, 0) + 2.0;
+      // first row and column full, diagonal else, but for the first two entries of it
+      Eigen::MatrixXcd arrow = Eigen::MatrixXcd::Zero(n, n);
+      for (int i = 0; i < n; ++i)
+        arrow(0, i) = 1.0 / (1 + i), arrow(i, 0) = 2.0 + i, arrow(i, i) = i < 2 ? 0.0 : 3.0;
+      for (const Eigen::MatrixXcd& A : {kkt, cycle, anti, arrow}) {
+        const int size = static_cast<int>(A.rows());
+        const Sample s = pattern_of(A, complex);
+        auto lu = StraightLU::plan(size, s.positions, s.values.data(), complex);
+        REQUIRE(lu);
+        REQUIRE(lu->factorise(s.values.data()));
+        CHECK(backward_error(size, s, complex, *lu, random) < 1e-13 * size);
+      }
+    }
+}
+
+TEST_CASE("straight-line LU: a singular matrix is refused or shows a pivot at rounding level") {
+  if (!codegen::Machine::available()) return;
+  std::mt19937 random(31);
+  for (bool complex : {false, true})
+    for (int n = 2; n < 30; ++n) {
+      CAPTURE(n);
+      // Structurally: three rows in two columns, else diagonal.
+      Eigen::MatrixXcd hall = Eigen::MatrixXcd::Identity(n + 2, n + 2);
+      for (int i = 0; i < 3; ++i) hall.row(i).setZero(), hall(i, 0) = 1.0 + i, hall(i, 1) = 2.0 - i * i;
+      const Sample s = pattern_of(hall, complex);
+      CHECK(!StraightLU::plan(n + 2, s.positions, s.values.data(), complex));
+      // By its values: rank n - 1, or n - 2, in a full pattern.
+      const int rank = std::max(1, n - 1 - n % 2);
+      const Eigen::MatrixXcd A =
+          random_matrix(n, rank, complex, random) * random_matrix(rank, n, complex, random);
+      const Sample full = pattern_of(A, complex);
+      auto lu = StraightLU::plan(n, full.positions, full.values.data(), complex);
+      if (lu && lu->factorise(full.values.data())) CHECK(lu->weakest_pivot() < 1e-13);
+    }
+}
+
+TEST_CASE("straight-line LU: rows and columns scaled by up to 10^±12, every row is solved in its own units") {
+  if (!codegen::Machine::available()) return;
+  std::mt19937 random(77);
+  std::uniform_int_distribution<> power(-12, 12);
+  for (bool complex : {false, true})
+    for (int round = 0; round < 40; ++round) {
+      const int n = 2 + round;
+      Sample s = sample(n, 0.2, complex, random);
+      std::vector<double> row(static_cast<std::size_t>(n)), column(row);
+      for (double& v : row) v = std::pow(10, power(random));
+      for (double& v : column) v = std::pow(10, power(random) / 2);
+      const std::size_t width = complex ? 2 : 1;
+      for (std::size_t p = 0; p < s.positions.size(); ++p)
+        for (std::size_t k = 0; k < width; ++k)
+          s.values[width * p + k] *= row[static_cast<std::size_t>(s.positions[p].row)] *
+                                     column[static_cast<std::size_t>(s.positions[p].column)];
+      auto lu = StraightLU::plan(n, s.positions, s.values.data(), complex);
+      if (!lu || !lu->factorise(s.values.data()) || lu->weakest_pivot() < 1e-10) continue;  // a random one
+      const Eigen::MatrixXcd A = dense(n, s, complex);
+      Eigen::VectorXcd b(n);
+      std::vector<double> x;
+      for (int i = 0; i < n; ++i) {
+        b[i] = row[static_cast<std::size_t>(i)] * random_matrix(1, 1, complex, random)(0, 0);
+        x.push_back(b[i].real());
+        if (complex) x.push_back(b[i].imag());
+      }
+      lu->solve(x.data());
+      Eigen::VectorXcd solution(n);
+      for (int i = 0; i < n; ++i) {
+        const auto k = static_cast<std::size_t>(i);
+        solution[i] = complex ? std::complex<double>(x[2 * k], x[2 * k + 1]) : x[k];
+      }
+      const Eigen::VectorXd error = (A * solution - b).cwiseAbs(),
+                            terms = A.cwiseAbs() * solution.cwiseAbs() + b.cwiseAbs();
+      // Multipliers of up to 10 (threshold 0.1) lose a few digits of a row, not all of them.
+      for (int i = 0; i < n; ++i) CHECK(error[i] < 1e-10 * terms[i]);
+    }
+}
+
+TEST_CASE("straight-line LU: other values of the pattern are refused or solved, never silently wrong") {
+  if (!codegen::Machine::available()) return;
+  std::mt19937 random(123);
+  std::uniform_real_distribution<> u(-1, 1);
+  int refused = 0, solved = 0;
+  for (bool complex : {false, true})
+    for (int n : {3, 8, 20, 50})
+      for (int round = 0; round < 40; ++round) {
+        Sample s = sample(n, 0.15, complex, random);
+        auto lu = StraightLU::plan(n, s.positions, s.values.data(), complex);
+        if (!lu) continue;
+        for (double& v : s.values) v = std::pow(10, 6 * u(random)) * (u(random) < 0 ? -1 : 1);
+        const bool fine = lu->factorise(s.values.data());
+        ++(fine ? solved : refused);
+        // Two multipliers at the limit, 10⁴ each, may follow one another: 10⁸ eps.
+        if (fine) CHECK(backward_error(n, s, complex, *lu, random) < 1e-7);
+      }
+  CHECK(refused > 50);  // the growth check fires
+  CHECK(solved > 5);
+}

@@ -1,6 +1,8 @@
 // The tape's loops over repeated structure against plain evaluation, expression by expression.
 #include <doctest/doctest.h>
 
+#include <algorithm>
+#include <bit>
 #include <cmath>
 #include <random>
 
@@ -131,4 +133,24 @@ TEST_CASE("arrange: stretches of stride 0, 1, 2 and 4, and every member once") {
       CHECK(q.a - p.a == s.stride[0]);
       CHECK(q.b - p.b == s.stride[1]);
     }
+}
+
+TEST_CASE("tape: every operation has the bits of plain evaluation, on awkward numbers too") {
+  const auto same = [](double a, double b) {
+    return std::bit_cast<std::uint64_t>(a) == std::bit_cast<std::uint64_t>(b) ||
+           (std::isnan(a) && std::isnan(b));
+  };
+  const auto agree = [&](const Both& r) {
+    return std::equal(r.tape.begin(), r.tape.end(), r.plain.begin(), same);
+  };
+  const std::vector<Expr> x = {symbol(Kind::variable, "tx"), symbol(Kind::variable, "ty"),
+                               symbol(Kind::variable, "tz")};
+  const double awkward[] = {0.0, -0.0, 1, -1, 0.5, -2.5, 1e-320, 1e300, -1e300, NAN, INFINITY, -INFINITY};
+  for (Op op = first_op; op < end_op; op = next(op)) {
+    CAPTURE(std::string(info(op).name));
+    const int arity = info(op).arity;
+    const Expr e = make(op, x[0], arity > 1 ? x[1] : Expr(0), arity > 2 ? x[2] : Expr(0));
+    for (double a : awkward)
+      for (double b : awkward) CHECK(agree(both({e}, x, {a, b, 2})));
+  }
 }

@@ -1,0 +1,123 @@
+// Dense, straight-line and KLU: one solution, whichever road is taken, and pivots that are chosen again.
+#include "integrate/linear_solver.hpp"
+
+#include <random>
+
+#include <doctest/doctest.h>
+
+#include "base/decompositions.hpp"
+#include "base/math.hpp"
+
+using namespace pendula;
+using namespace pendula::integrate;
+
+namespace {
+
+template <class Scalar>
+Scalar number(double re, double im) {
+  if constexpr (std::is_same_v<Scalar, double>)
+    return re;
+  else
+    return {re, im};
+}
+
+template <class Scalar>
+struct System {
+  int n;
+  std::vector<Position> positions;
+  std::vector<Scalar> values;
+};
+
+/// Diagonal, and other entries with this probability.
+template <class Scalar>
+System<Scalar> random_system(int n, double density, std::mt19937& random) {
+  std::uniform_real_distribution<> u(-1, 1);
+  System<Scalar> s{n, {}, {}};
+  for (int i = 0; i < n; ++i)
+    for (int j = 0; j < n; ++j) {
+      if (i != j && u(random) * 0.5 + 0.5 > density) continue;
+      s.positions.push_back({i, j});
+      s.values.push_back(number<Scalar>(u(random) + (i == j ? 4 : 0), u(random)));
+    }
+  return s;
+}
+
+/// max |A x - b| / (‖A‖ ‖x‖) with b = (1, …, 1).
+template <class Scalar>
+double backward_error(const System<Scalar>& s, LinearSolver<Scalar>& solver) {
+  using Vector = Eigen::Matrix<Scalar, Eigen::Dynamic, 1>;
+  Vector x = Vector::Ones(s.n), r = -Vector::Ones(s.n);
+  Vec rows = Vec::Zero(s.n);
+  solver.solve(x.data());
+  for (std::size_t k = 0; k < s.positions.size(); ++k) {
+    r[s.positions[k].row] += s.values[k] * x[s.positions[k].column];
+    rows[s.positions[k].row] += std::abs(s.values[k]);
+  }
+  return r.cwiseAbs().maxCoeff() / (rows.maxCoeff() * x.cwiseAbs().maxCoeff());
+}
+
+template <class Scalar>
+void check_roads() {
+  using Road = typename LinearSolver<Scalar>::Road;
+  std::mt19937 random(3);
+  for (int n : {1, 2, 5, 12, 39, 41, 70, 130})
+    for (double density : {0.05, 0.35, 1.0})
+      for (Road road : {Road::chosen, Road::dense, Road::straight, Road::sparse}) {
+        CAPTURE(n);
+        CAPTURE(density);
+        const auto s = random_system<Scalar>(n, density, random);
+        LinearSolver<Scalar> solver;
+        solver.analyse(n, s.positions, road);
+        for (int k = 0; k < 3; ++k) {
+          REQUIRE(solver.factorise(s.values.data()));
+          CHECK(backward_error(s, solver) < 1e-13 * n);
+        }
+        CHECK(solver.weakest_pivot() > 0);
+      }
+}
+
+}  // namespace
+
+TEST_CASE("linear solver: all roads solve, real and complex, sparse and full") {
+  check_roads<double>();
+  check_roads<std::complex<double>>();
+}
+
+TEST_CASE(
+    "linear solver: a system that is factorised often gets code; other pivots, the first road and new code") {
+  if (!codegen::Machine::available()) return;
+  std::mt19937 random(8);
+  auto s = random_system<double>(12, 0.2, random);
+  for (int i = 0; i < 12; ++i) s.positions.push_back({i, (i + 5) % 12}), s.values.push_back(0);
+  LinearSolver<double> solver;
+  solver.analyse(12, s.positions);
+  int before = 0;
+  for (; before < 100 && !solver.straight(); ++before) REQUIRE(solver.factorise(s.values.data()));
+  CHECK(before > 1);
+  REQUIRE(solver.straight());
+  const auto pivots = solver.straight()->pivots();
+  // The diagonal all but vanishes, a permutation takes its place: what was a good pivot is none any more.
+  for (std::size_t k = 0; k < s.values.size(); ++k)
+    if (s.positions[k].row == s.positions[k].column) s.values[k] *= 1e-9;
+  for (std::size_t k = s.values.size() - 12; k < s.values.size(); ++k) s.values[k] = 3;
+  REQUIRE(solver.factorise(s.values.data()));
+  CHECK(solver.straight() == nullptr);  // the growth check has fired, the dense road has solved
+  CHECK(backward_error(s, solver) < 1e-13);
+  for (int k = 0; k < 200 && !solver.straight(); ++k) REQUIRE(solver.factorise(s.values.data()));
+  REQUIRE(solver.straight());  // pivots were chosen again
+  CHECK(solver.straight()->pivots() != pivots);
+  CHECK(backward_error(s, solver) < 1e-12);
+}
+
+TEST_CASE("linear solver: singular and undefined matrices are refused on every road") {
+  using Road = LinearSolver<double>::Road;
+  for (Road road : {Road::chosen, Road::dense, Road::straight, Road::sparse}) {
+    LinearSolver<double> solver;
+    solver.analyse(3, {{0, 0}, {0, 1}, {1, 0}, {1, 1}, {2, 2}}, road);
+    const double good[] = {2, 1, 1, 3, 1}, singular[] = {0, 0, 1, 3, 1}, undefined[] = {1, NAN, 1, 2, 1};
+    CHECK(solver.factorise(good));
+    CHECK(!solver.factorise(singular));
+    CHECK(!solver.factorise(undefined));
+    CHECK(solver.factorise(good));
+  }
+}
