@@ -398,9 +398,10 @@ std::shared_ptr<const LaneCode> LaneCode::make(const Problem& problem, const Tab
   if (step.instructions.size() > longest) return nullptr;
   auto code = std::make_shared<LaneCode>();
   code->lanes_ = lanes, code->n_ = problem.n(), code->p_ = static_cast<int>(problem.model().p.size());
-  code->step_ = codegen::Machine::compile(step, lanes);
-  code->start_ = codegen::Machine::compile(author.start(), lanes);
-  code->between_ = codegen::Machine::compile(author.between(), lanes);
+  constexpr auto fused = codegen::Rounding::fused;
+  code->step_ = codegen::Machine::compile(step, lanes, fused);
+  code->start_ = codegen::Machine::compile(author.start(), lanes, fused);
+  code->between_ = codegen::Machine::compile(author.between(), lanes, fused);
   memory.add(key, code, step.instructions.size());
   return code;
 }
