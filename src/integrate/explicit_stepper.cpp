@@ -268,7 +268,7 @@ void ExplicitStepper::watch_stiffness(double dt) {
 /// again later.
 void ExplicitStepper::remember_rejection(double dt) {
   constexpr int again = 12;             // accepted steps between two rejections
-  constexpr int many = 3, large = 200;  // small models: accuracy does the same, and costs nothing
+  constexpr int many = 8, large = 200;  // small models: accuracy does the same, and costs nothing
   if (accepted_since_ >= 1) {
     const bool alike =
         accepted_since_ <= again && std::fabs(dt - rejected_dt_) < 0.2 * dt && longest_since_ < 1.2 * dt;
