@@ -56,6 +56,7 @@ class Author {
     for (const Slots& list : {squares(error), squares(second)})
       results.push_back(w_.sum(list)), results.push_back(w_.largest(list));
     watch(xdot, weight, results);
+    for (const dae::Projection& stage : problem_.projections()) add_margins(stage, x1, results);
     return w_.finish(std::move(results));
   }
 
@@ -136,6 +137,30 @@ class Author {
     results.push_back(w_.sum(squares(slopes))), results.push_back(w_.sum(squares(changes)));
   }
 
+  /// For every condition: how far it is from being violated too much; negative if it is.
+  void add_margins(const dae::Projection& stage, const Slots& x1, Slots& results) {
+    const std::vector<Expr>& x = problem_.model().x;
+    std::vector<Expr> outputs = stage.residuals;
+    for (const pendula::Entry& e : stage.jacobian) outputs.push_back(e.value);
+    const Slots values =
+        w_.inlined(codegen::lower(outputs, problem_.arguments()), arguments_at(rk_.stages(), x1));
+    const std::size_t atol = 1 + 2 * n_ + np_, rtol = atol + n_;
+    std::vector<Slots> effects(stage.residuals.size());
+    for (std::size_t e = 0; e < stage.jacobian.size(); ++e) {
+      const pendula::Entry& entry = stage.jacobian[e];
+      const Expr unknown = stage.unknowns[static_cast<std::size_t>(entry.column)];
+      const auto j = static_cast<std::size_t>(std::find(x.begin(), x.end(), unknown) - x.begin());
+      const Slot size = w_.put(Op::mul, w_.input(rtol + j), w_.put(Op::abs, x1[j]));
+      const Slot change = w_.put(Op::add, w_.input(atol + j), size);
+      effects[static_cast<std::size_t>(entry.row)].push_back(
+          w_.put(Op::mul, w_.put(Op::abs, values[stage.residuals.size() + e]), change));
+    }
+    for (std::size_t i = 0; i < effects.size(); ++i) {
+      const Slot allowed = w_.put(Op::mul, w_.constant(ExplicitCode::share), w_.sum(effects[i]));
+      results.push_back(w_.put(Op::sub, allowed, w_.put(Op::abs, values[i])));
+    }
+  }
+
   const Problem& problem_;
   const Tableau& rk_;
   int stiff_stage_;
@@ -156,6 +181,13 @@ Key key_of(const Problem& problem, const Tableau& rk, int stiff_stage) {
     for (const auto& row :
          {std::optional<Vec>(rk.b()), std::optional<Vec>(rk.bhat()), std::optional<Vec>(rk.bhat2())})
       add(key, row ? (*row)[i] : 0);
+  }
+  for (const dae::Projection& stage : problem.projections()) {
+    add(key, stage.residuals), add(key, stage.unknowns);
+    for (const pendula::Entry& e : stage.jacobian) {
+      key.push_back(static_cast<std::uint32_t>(e.row)), key.push_back(static_cast<std::uint32_t>(e.column));
+      key.push_back(e.value.id());
+    }
   }
   return key;
 }
@@ -182,6 +214,8 @@ std::shared_ptr<ExplicitCode> ExplicitCode::make(const Problem& problem, const T
   code->c_.push_back(1);
   code->in_.resize(Author::inputs(problem, rk));
   code->out_.resize(3 * n + 6);
+  for (const dae::Projection& stage : problem.projections())
+    code->out_.resize(code->out_.size() + stage.residuals.size());
   code->work_.resize(code->machine_->workspace_size());
   code->stages_ = Author::first_stage(problem);
   double* const weights = code->in_.data() + 1 + 2 * n + parameter_count(problem);
@@ -199,7 +233,9 @@ ExplicitCode::End ExplicitCode::run(Problem& problem, const Point& from, double 
   machine_->run(in_.data(), out_.data(), work_.data());
   const double *x = out_.data(), *xdot = x + problem.n(), *scaled = xdot + problem.n();
   const double* norms = scaled + problem.n();
-  return {x, xdot, scaled, norms[0], norms[1], norms[2], norms[3], norms[4], norms[5]};
+  const double* const end = out_.data() + out_.size();
+  const bool near = std::all_of(norms + 6, end, [](double margin) { return margin >= 0; });
+  return {x, xdot, scaled, norms[0], norms[1], norms[2], norms[3], norms[4], norms[5], near};
 }
 
 }  // namespace pendula::integrate

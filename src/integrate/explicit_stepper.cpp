@@ -213,10 +213,10 @@ ExplicitStepper::Attempt ExplicitStepper::attempt(double dt) {
 /// Projection, x′ and z at the new point.
 bool ExplicitStepper::complete() {
   bool moved = false;
-  constexpr double share = 0.1;
-  if (problem_->projects()) {
+  if (problem_->projects() && !(coded_ && end_.near_conditions)) {
     try {
-      moved = problem_->project_if_needed(next_.t, next_.x, tolerances_.rtol, tolerances_.atol, share);
+      moved = problem_->project_if_needed(next_.t, next_.x, tolerances_.rtol, tolerances_.atol,
+                                          ExplicitCode::share);
     } catch (const Failure& failure) {
       trouble_ = failure.what();
       return false;

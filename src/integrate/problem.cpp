@@ -100,6 +100,7 @@ void Problem::set_time(double t) {
 }
 
 void Problem::set_projections(const std::vector<dae::Projection>& stages) {
+  projections_ = stages;
   for (const dae::Projection& stage : stages) projectors_.emplace_back(stage, model_.x, arguments_);
 }
 

@@ -47,6 +47,7 @@ class Problem {
   /// Conditions that every mesh point is moved onto; in states, inputs, parameters and t.
   void set_projections(const std::vector<dae::Projection>& stages);
   bool projects() const { return !projectors_.empty(); }
+  const std::vector<dae::Projection>& projections() const { return projections_; }
   /// Moves x onto the conditions at time t, stage by stage. Throws Failure.
   void project(double t, Vec& x);
   /// The same, but only when a condition is violated by more than `share` of what a change of every state by
@@ -103,6 +104,7 @@ class Problem {
   mutable codegen::Kernel J_;
   bool accelerated_ = false, dense_jacobian_ = false;
   mutable bool has_pattern_ = false, has_jacobian_ = false;
+  std::vector<dae::Projection> projections_;
   std::vector<Projector> projectors_;
   int shown_n_ = -1, shown_m_ = -1;
   unsigned version_ = 0;
