@@ -142,7 +142,8 @@ int constraints(Call& call) {
 
 int with(Call& call) {
   call.table(2, "parameters");
-  return call.push(dae::with_values(model_ptr(call), read_parameters(call.L, 2, model_of(call), "parameters")));
+  return call.push(
+      dae::with_values(model_ptr(call), read_parameters(call.L, 2, model_of(call), "parameters")));
 }
 
 int model_text(Call& call) {

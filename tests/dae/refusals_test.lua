@@ -32,7 +32,7 @@ refused("baumgarte with a gain that amplifies", function()
   return dae { der(x) ~ y, der(y) ~ -w*x, 0 ~ x^2 - 1 }:reduce("baumgarte", { alpha = -1 })
 end, "must be positive: otherwise the violation of a constraint does not decay")
 refused("a start of a symbol that is not there", function() return dae { der(x) ~ -x }:init { fix = { [y] = 1 } } end,
-  "'y' is not an unknown of this model. Did you mean 'x'?")
+  "'y' is not an unknown of this model")
 
 refused("an equation too few", function() return dae { der(x) ~ y, der(y) ~ z + x }:index() end,
   "the model has 2 equations for 3 unknowns\n  under-determined: 2 equations (1), (2) for 3 unknowns x, y, z\n"
