@@ -122,15 +122,13 @@ double ExplicitStepper::first_step(double end) {
     for (int i = 0; i < n(); ++i) sum.add(v[i] / weight(i, std::fabs(here_.x[i])));
     return sum.norm(n());
   };
-  const double d0 = norm(here_.x), d1 = norm(here_.xdot);
-  double h0 = d0 < 1e-5 || d1 < 1e-5 ? 1e-6 * std::max(1.0, longest) : 0.01 * d0 / d1;
-  h0 = visible(h0, longest);
+  const double h0 = cautious_step(end);
   trial_ = here_.x + h0 * here_.xdot;
   x_ = here_.xdot;
   next_.z = here_.z;
   if (!derivative_(here_.t + h0, trial_.data(), x_.data(), next_.z.data())) return h0 * 1e-3;
   const double d2 = norm(x_ - here_.xdot) / h0;
-  const double steepest = std::max(d1, d2);
+  const double steepest = std::max(norm(here_.xdot), d2);
   const double h1 = steepest <= 1e-15 ? std::max(1e-6 * longest, h0 * 1e-3)
                                       : std::pow(0.01 / steepest, 1.0 / rules_.control_order);
   return visible(std::min(100 * h0, h1), longest);

@@ -1,7 +1,6 @@
 #include "integrate/lane_code.hpp"
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
 #include <limits>
 #include <mutex>
@@ -9,6 +8,7 @@
 #include "codegen/memory.hpp"
 #include "codegen/writer.hpp"
 #include "integrate/explicit_rules.hpp"
+#include "integrate/step_programs.hpp"
 
 namespace pendula::integrate {
 
@@ -364,11 +364,6 @@ Program Author::step() {
   for (std::size_t k = 0; k < n_; ++k) results.push_back(o.choose(accepted, slope[k], s.xdot[k]));
   results.push_back(attention);
   return w.finish(std::move(results));
-}
-
-void add(codegen::Key& key, double value) {
-  const auto bits = std::bit_cast<std::uint64_t>(value);
-  key.push_back(static_cast<std::uint32_t>(bits)), key.push_back(static_cast<std::uint32_t>(bits >> 32));
 }
 
 codegen::Key key_of(const Problem& problem, const Tableau& rk, bool watch, int lanes) {
