@@ -2,6 +2,10 @@
 
 #include <cstdio>
 
+#ifdef __GLIBC__
+#include <malloc.h>
+#endif
+
 #include "lua/documentation.hpp"
 #include "lua/interrupts.hpp"
 #include "lua/library.hpp"
@@ -45,9 +49,19 @@ int explain_error(lua_State* L) {
   return 1;
 }
 
+/// Freed memory stays with the process: pages the kernel gives anew are cleared, one fault each, which made
+/// integrations of a millisecond up to half as long again.
+void keep_freed_memory() {
+#ifdef __GLIBC__
+  mallopt(M_MMAP_THRESHOLD, 32 << 20);
+  mallopt(M_TRIM_THRESHOLD, 256 << 20);
+#endif
+}
+
 }  // namespace
 
 lua_State* new_state() {
+  keep_freed_memory();
   limit_process_memory();
   begin_session();
   lua_State* L = new_capped_state();
