@@ -3,6 +3,7 @@
 #include <cmath>
 #include <vector>
 
+#include "codegen/band.hpp"
 #include "expr/solve.hpp"
 
 namespace pendula::codegen {
@@ -50,6 +51,26 @@ void solve_lanes(double* b, int n, const double* factors, int transposed) {
   }
 }
 
+template <int lanes>
+void band_factor_lanes(double* matrix, int n, int band) {
+  static thread_local std::vector<double> a;
+  for (int lane = 0; lane < lanes; ++lane) {
+    gather<lanes>(matrix, n * (band + 1), lane, a);
+    band_factor(a.data(), n, band);
+    scatter<lanes>(a, lane, matrix);
+  }
+}
+template <int lanes>
+void band_solve_lanes(double* b, int n, const double* factors, int band) {
+  static thread_local std::vector<double> a, x;
+  for (int lane = 0; lane < lanes; ++lane) {
+    gather<lanes>(factors, n * (band + 1), lane, a);
+    gather<lanes>(b, n, lane, x);
+    band_solve(x.data(), n, a.data(), band);
+    scatter<lanes>(x, lane, b);
+  }
+}
+
 struct SinCos {
   double sin, cos;
 };
@@ -79,6 +100,17 @@ const void* factor_function(int lanes) {
 }
 const void* solve_function(int lanes) {
   return lanes == 1 ? address(solve) : lanes == 4 ? address(solve_lanes<4>) : address(solve_lanes<8>);
+}
+
+const void* band_factor_function(int lanes) {
+  return lanes == 1   ? address(band_factor)
+         : lanes == 4 ? address(band_factor_lanes<4>)
+                      : address(band_factor_lanes<8>);
+}
+const void* band_solve_function(int lanes) {
+  return lanes == 1   ? address(band_solve)
+         : lanes == 4 ? address(band_solve_lanes<4>)
+                      : address(band_solve_lanes<8>);
 }
 
 const void* sincos_function() { return address(sincos_value); }

@@ -20,6 +20,10 @@ inline const void* lane_function(Op op, int lanes) {
 const void* factor_function(int lanes);
 /// void f(double* right_side, int n, const double* factors, int transposed).
 const void* solve_function(int lanes);
+/// void f(double* matrix, int n, int band) and void f(double* right_side, int n, const double* factors, int
+/// band): those of band.hpp, every number `lanes` times.
+const void* band_factor_function(int lanes);
+const void* band_solve_function(int lanes);
 
 /// For one number: double → (sin, cos) in the first two vector registers. The values are those of
 /// scalar_function(Op::sin) and scalar_function(Op::cos).

@@ -438,11 +438,12 @@ void Emitter::emit_linear(Slot value, const Instruction& i) {
   a_.lea(x86::rdi, at(result));
   a_.mov(x86::esi, Imm(i.size));
   if (i.part == Part::factor) {
-    call(factor_function(isa_.lanes));
+    a_.mov(x86::edx, Imm(i.band));
+    call(i.band > 0 ? band_factor_function(isa_.lanes) : factor_function(isa_.lanes));
   } else {
     a_.lea(x86::rdx, at(factors));
-    a_.mov(x86::ecx, Imm(i.transposed ? 1 : 0));
-    call(solve_function(isa_.lanes));
+    a_.mov(x86::ecx, Imm(i.band > 0 ? i.band : i.transposed ? 1 : 0));
+    call(i.band > 0 ? band_solve_function(isa_.lanes) : solve_function(isa_.lanes));
   }
   r_.home(value) = result;
   if (i.part == Part::solve && outputs_of_[value] < outputs_of_[value + 1]) {

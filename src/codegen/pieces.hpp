@@ -20,8 +20,24 @@ struct Piece {
 
 /// Does the operation have a loop of its own, with vector instructions where the processor has them?
 bool has_loop(Op op);
-/// The values are those of ops.def bit for bit. The result must not overlap the operands.
-void run_piece(const Piece& piece, double* workspace);
+/// Where some members of a piece have their operands and results.
+struct Places {
+  const double *a, *b;
+  double* r;
+};
+/// So many members of a piece. The values are those of ops.def bit for bit. The result must not overlap the
+/// operands.
+void run_members(const Piece& piece, std::size_t count, const Places& places);
+
+/// to[k·to_stride] = from[k·from_stride], k < count, with `from` and `to` moved by these slots.
+struct Copy {
+  Slot from, to, count;
+  std::int32_t from_stride, to_stride;
+};
+/// Copies that bring number k from slot from[k] to k; none reads slots on both sides of `inputs`. Cost:
+/// linear.
+std::vector<Copy> arrange_copies(std::span<const Slot> from, Slot inputs);
+void run_copy(const Copy& copy, const double* from, double* to);
 
 /// Operands of the members of a run; b is 0 for operations with one operand.
 struct Pair {

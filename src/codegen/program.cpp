@@ -2,6 +2,7 @@
 #include "codegen/program.hpp"
 
 #include <cstdlib>
+#include <optional>
 #include <unordered_map>
 
 #include "base/error.hpp"
@@ -82,6 +83,7 @@ class Lowering {
   }
 
   Slot lower_definite(Expr head, const LinearSystem& s) {
+    if (const auto band = band_of(s)) return lower_band(head, s, **band);
     const Emit put = [this](Op op, Slot a, Slot b) { return op == Op::constant ? one_ : emit(op, a, b); };
     const auto [factor, made] = symmetric_.try_emplace(s.matrix);
     if (made) {
@@ -93,6 +95,46 @@ class Lowering {
     std::vector<Slot> b;
     for (int i = 0; i < s.size; ++i) b.push_back(values_[s.b(i)]);
     return (solutions_[head] = solve_symmetric(factor->second, b, put))[0];
+  }
+
+  /// Is the matrix solved by its few diagonals, and in which order of the unknowns?
+  const std::optional<BandOrder>* band_of(const LinearSystem& s) {
+    const auto [at, made] = bands_.try_emplace(s.matrix);
+    if (made) at->second = band_order(s.size, s.places);
+    return at->second ? &at->second : nullptr;
+  }
+
+  Slot lower_band(Expr head, const LinearSystem& s, const BandOrder& band) {
+    const auto n = static_cast<std::size_t>(s.size);
+    const auto [factor, made] = factors_.try_emplace(s.matrix, 0);
+    if (made) {
+      const auto first = static_cast<Slot>(program.extra.size());
+      program.extra.resize(first + n * static_cast<std::size_t>(band.width + 1), zero_);
+      for (std::size_t k = 0; k < s.entries(); ++k) {
+        const auto i = static_cast<std::size_t>(band.step[static_cast<std::size_t>(s.places[k].first)]),
+                   j = static_cast<std::size_t>(band.step[static_cast<std::size_t>(s.places[k].second)]);
+        program.extra[first + (std::max(i, j) - std::min(i, j)) * n + std::max(i, j)] =
+            values_[s.operands[k]];
+      }
+      factor->second = emit(
+          {.op = Op::solve, .part = Part::factor, .size = s.size, .band = band.width, .first_extra = first});
+    }
+    const auto first = static_cast<Slot>(program.extra.size());
+    program.extra.resize(first + n);
+    for (std::size_t i = 0; i < n; ++i)
+      program.extra[first + static_cast<std::size_t>(band.step[i])] = values_[s.b(static_cast<int>(i))];
+    const Slot solve = emit({.op = Op::solve,
+                             .part = Part::solve,
+                             .operand = {factor->second, 0, 0},
+                             .size = s.size,
+                             .band = band.width,
+                             .first_extra = first});
+    std::vector<Slot> components(n, solve);
+    for (Slot k = 1; k < n; ++k)
+      components[k] = emit({.op = Op::solve, .part = Part::component, .operand = {solve, k, 0}});
+    std::vector<Slot>& x = solutions_[head];
+    for (std::size_t i = 0; i < n; ++i) x.push_back(components[static_cast<std::size_t>(band.step[i])]);
+    return x[0];
   }
 
   Slot lower_dense(const LinearSystem& s) {
@@ -165,6 +207,7 @@ class Lowering {
   std::unordered_map<Slot, Slot> roots_;
   std::unordered_map<std::uint32_t, Slot> factors_;  // by the number of the matrix
   std::unordered_map<std::uint32_t, SymmetricFactor> symmetric_;
+  std::unordered_map<std::uint32_t, std::optional<BandOrder>> bands_;
   std::unordered_map<Expr, std::vector<Slot>> solutions_;  // of definite systems, by head
   Slot count_ = 0, one_ = 0, zero_ = 0;
 };

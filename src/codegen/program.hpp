@@ -20,6 +20,7 @@ enum class Part : std::uint8_t { none, factor, solve, component, fused };
 /// An operation on earlier values.
 /// factor: the extra operands are the matrix row by row; solve: operand[0] is the factor, the extra operands
 /// the right side; component: operand[0] is the solve, operand[1] the number of the component.
+/// A factor with a band (band.hpp) has the main diagonal and those below it as extra operands.
 /// fused: operands a, b, c; a·b + c for Op::add, a·b - c for Op::sub, c - a·b for Op::neg (contract.hpp).
 struct Instruction {
   Op op;
@@ -27,8 +28,10 @@ struct Instruction {
   bool transposed = false;
   std::array<Slot, 3> operand{};
   int size = 0;          ///< of the linear system
+  int band = 0;          ///< diagonals below the main one of a definite matrix; 0: dense, with pivots
   Slot first_extra = 0;  ///< position in Program::extra
-  int extras() const { return part == Part::factor ? size * size : part == Part::solve ? size : 0; }
+  int matrix() const { return band > 0 ? size * (band + 1) : size * size; }
+  int extras() const { return part == Part::factor ? matrix() : part == Part::solve ? size : 0; }
   /// How many of operand[] are values: the number of a component is not.
   int operands() const {
     switch (part) {
@@ -42,8 +45,10 @@ struct Instruction {
         return 1;
     }
   }
-  /// How many numbers it leaves behind: LU and pivots, a solution, or one number.
-  int results() const { return part == Part::factor ? size * size + size : part == Part::solve ? size : 1; }
+  /// How many numbers it leaves behind: factors (dense ones with pivots), a solution, or one number.
+  int results() const {
+    return part == Part::factor ? matrix() + (band > 0 ? 0 : size) : part == Part::solve ? size : 1;
+  }
 };
 
 struct Program {

@@ -4,6 +4,7 @@
 #include <Eigen/SparseCore>
 
 #include <algorithm>
+#include <cstdlib>
 #include <map>
 #include <numeric>
 #include <set>
@@ -77,15 +78,78 @@ std::size_t work_of(int n, const std::vector<SymmetricEntry>& entries, const std
   return work;
 }
 
+constexpr int large = 100;  // below, code without loops is fast
+
 std::vector<int> elimination_order(int n, const std::vector<SymmetricEntry>& entries) {
   std::vector<int> order = minimum_degree(n, entries);
-  constexpr int large = 100;  // below, code without loops is fast
   if (n < large) return order;
   std::vector<int> parallel = rounds(n, entries);
   return work_of(n, entries, parallel) <= 3 * work_of(n, entries, order) ? parallel : order;
 }
 
+using Neighbours = std::vector<std::vector<int>>;
+
+int width_of(std::span<const std::pair<int, int>> places, const std::vector<int>& step) {
+  int width = 0;
+  for (const auto& [i, j] : places)
+    width = std::max(width, std::abs(step[static_cast<std::size_t>(i)] - step[static_cast<std::size_t>(j)]));
+  return width;
+}
+
+/// The unknowns reached from `start`, nearest first, those of few neighbours before the others.
+std::vector<int> by_distance(const Neighbours& neighbours, int start, std::vector<char>& seen) {
+  std::vector<int> order{start};
+  seen[static_cast<std::size_t>(start)] = 1;
+  for (std::size_t k = 0; k < order.size(); ++k) {
+    const std::size_t first = order.size();
+    for (int j : neighbours[static_cast<std::size_t>(order[k])])
+      if (!std::exchange(seen[static_cast<std::size_t>(j)], 1)) order.push_back(j);
+    std::stable_sort(order.begin() + static_cast<std::ptrdiff_t>(first), order.end(), [&](int p, int q) {
+      return neighbours[static_cast<std::size_t>(p)].size() < neighbours[static_cast<std::size_t>(q)].size();
+    });
+  }
+  return order;
+}
+
+/// Cuthill–McKee from an unknown at the rim of each part: the one reached last from the one reached last.
+std::vector<int> cuthill_mckee(int n, std::span<const std::pair<int, int>> places) {
+  Neighbours neighbours(static_cast<std::size_t>(n));
+  for (const auto& [i, j] : places)
+    if (i != j)
+      neighbours[static_cast<std::size_t>(i)].push_back(j),
+          neighbours[static_cast<std::size_t>(j)].push_back(i);
+  for (std::vector<int>& list : neighbours) {
+    std::sort(list.begin(), list.end());
+    list.erase(std::unique(list.begin(), list.end()), list.end());
+  }
+  std::vector<int> step(static_cast<std::size_t>(n));
+  std::vector<char> seen(static_cast<std::size_t>(n), 0);
+  int next = 0;
+  for (int i = 0; i < n; ++i) {
+    if (seen[static_cast<std::size_t>(i)]) continue;
+    int start = i;
+    for (int sweep = 0; sweep < 2; ++sweep) {
+      const std::vector<int> reached = by_distance(neighbours, start, seen);
+      for (int j : reached) seen[static_cast<std::size_t>(j)] = 0;
+      start = reached.back();
+    }
+    for (int j : by_distance(neighbours, start, seen)) step[static_cast<std::size_t>(j)] = next++;
+  }
+  return step;
+}
+
 }  // namespace
+
+std::optional<BandOrder> band_order(int n, std::span<const std::pair<int, int>> places) {
+  constexpr int narrow = 6;
+  if (n < large) return std::nullopt;
+  std::vector<int> step(static_cast<std::size_t>(n));
+  std::iota(step.begin(), step.end(), 0);
+  int width = width_of(places, step);
+  if (width > narrow) step = cuthill_mckee(n, places), width = width_of(places, step);
+  if (width > narrow) return std::nullopt;
+  return BandOrder{std::move(step), std::max(width, 1)};
+}
 
 SymmetricFactor factor_symmetric(int n, const std::vector<SymmetricEntry>& entries, const Emit& emit) {
   const auto at = [](int i) { return static_cast<std::size_t>(i); };

@@ -4,6 +4,9 @@
 #pragma once
 
 #include <functional>
+#include <optional>
+#include <span>
+#include <utility>
 #include <vector>
 
 #include "codegen/program.hpp"
@@ -27,6 +30,15 @@ struct SymmetricEntry {
   int row, column;
   Slot value;
 };
+
+/// An order of the unknowns in which the matrix has few diagonals: step[i] is the new place of unknown i.
+struct BandOrder {
+  std::vector<int> step;
+  int width;  ///< diagonals below the main one
+};
+/// The given order if it is narrow, else that of Cuthill and McKee (Proc. 24th ACM Conf., 1969); nothing for
+/// small matrices, whose elimination is better written out, and where the band would be wide.
+std::optional<BandOrder> band_order(int n, std::span<const std::pair<int, int>> places);
 
 /// entries: all of A, or at least its upper triangle. Order: approximate minimum degree. Cost: that of the
 /// fill.
