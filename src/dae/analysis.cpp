@@ -209,6 +209,16 @@ std::string why_not_regular(const Model& m, const Analysis& a) {
           "the structural index ",
           a.offsets.index(), " holds for almost all other values only");
     case Standing::on_solutions:
+      if (a.solutions && a.solutions->points > 0 && a.solutions->dependent.size() > 1)
+        return text(
+            "the system Jacobian of the structural analysis has full rank in general, but where the "
+            "equations "
+            "hold ",
+            equation_list(m, a.solutions->dependent),
+            " depend on each other: one of them says nothing "
+            "that the others do not say, as a redundant constraint does, and something else (a multiplier) "
+            "is "
+            "left open. Leave one of them out");
       return text(
           "the system Jacobian of the structural analysis has full rank in general, but is singular "
           "where the equations hold: the structural index ",

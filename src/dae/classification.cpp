@@ -55,18 +55,24 @@ std::string functions_text(const Model& m, const Analysis& a, const Validity& v)
   const int index = a.offsets.index();
   const AlgebraicRows rows = algebraic_rows(m);
   std::string where = conditions_text(v, Condition::Kind::functions);
-  if (where.empty() || !v.complete) {
+  const bool written = !where.empty() && v.complete;
+  if (!written) {
     std::vector<int> z;
     for (std::size_t j = 0; j < m.variables.size(); ++j)
       if (m.variables[j].order == 0) z.push_back(static_cast<int>(j));
     const std::string g = equation_list(m, rows.all);
-    where = index == 1 ? text("∂(", g, ")/∂(", unknown_list(m, z), ") is nonsingular")
-                       : "the system Jacobian is nonsingular";
+    const bool hessenberg = is_semi_explicit(m) && index == 2 && rows.without_z.size() == rows.all.size();
+    where = !is_semi_explicit(m) && index <= 1
+                ? z.empty() ? "∂F/∂x′ is nonsingular" : "∂F/∂(x′, z) is nonsingular"
+            : index == 1 ? text("∂(", g, ")/∂(", unknown_list(m, z), ") is nonsingular")
+            : hessenberg ? text("∂g/∂x ∂f/∂z is nonsingular, with x′ = f and 0 = g the equations ", g)
+                         : "the system Jacobian is nonsingular";
   }
   std::string line = text("index ", index, " where ", where);
   if (condition_is_sharp(m, a))
-    line += text("; where ", v.conditions.size() == 1 ? "it" : "one of them",
-                 " vanishes identically, the index is at least ", index + 1);
+    line += written ? text("; where ", v.conditions.size() == 1 ? "it" : "one of them",
+                           " vanishes identically, the index is at least ", index + 1)
+                    : text("; where it is singular everywhere, the index is at least ", index + 1);
   return line;
 }
 
@@ -78,7 +84,8 @@ std::vector<std::string> condition_lines(const Model& m, const Analysis& a, cons
     return std::any_of(v.conditions.begin(), v.conditions.end(),
                        [&](const Condition& c) { return c.kind == kind; });
   };
-  if (any(Condition::Kind::functions)) lines.push_back(functions_text(m, a, v));
+  if (any(Condition::Kind::functions) || (!v.complete && has_calls(m.residuals)))
+    lines.push_back(functions_text(m, a, v));
   const std::string parameters = conditions_text(v, Condition::Kind::parameters),
                     state = conditions_text(v, Condition::Kind::state);
   if (!parameters.empty() || !state.empty())
@@ -99,12 +106,12 @@ std::vector<std::string> condition_lines(const Model& m, const Analysis& a, cons
 
 std::vector<std::pair<std::string, std::string>> classification(const Model& m) {
   std::vector<std::pair<std::string, std::string>> rows;
-  if (m.residuals.size() != m.variables.size() || !has_calls(m.residuals) || !is_semi_explicit(m))
-    return rows;
+  if (m.residuals.size() != m.variables.size() || !has_calls(m.residuals)) return rows;
   const Analysis a = analyse(m);
   if (a.standing == Standing::unmatched) return rows;
   const AlgebraicRows g = algebraic_rows(m);
-  if (!g.without_z.empty()) {
+  if (!is_semi_explicit(m) && a.offsets.index() > 1) return rows;
+  if (is_semi_explicit(m) && !g.without_z.empty()) {
     const std::string names = equation_list(m, g.without_z);
     const bool one = g.without_z.size() == 1;
     rows.push_back(

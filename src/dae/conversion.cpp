@@ -73,9 +73,9 @@ std::vector<Block> blocks_of(const Model& m, const Equations& e) {
       Block& b = blocks[static_cast<std::size_t>(m.origin[i].first)];
       b.lhs[m.origin[i].second] = 0;
       b.rhs[m.origin[i].second] = e.residuals[i];
-      const std::string note =
-          b.lhs.size() == 1 ? e.notes[i] : text("row ", m.origin[i].second + 1, ": ", e.notes[i]);
-      if (!e.notes[i].empty()) b.note = b.lhs.size() == 1 || b.note.empty() ? note : b.note + "; " + note;
+      if (e.notes[i].empty()) continue;
+      b.rewritten.resize(static_cast<std::size_t>(b.lhs.size()));
+      b.rewritten[static_cast<std::size_t>(m.origin[i].second)] = e.notes[i];
     }
   }
   return blocks;

@@ -68,15 +68,22 @@ struct Lines {
   bool rows = false;  ///< one line per row: (3a), (3b) …
 };
 
-Lines lines_of(const Block& b) {
-  if (b.lhs.size() == 1) return {{elided_text(b.lhs[0], longest) + " = " + elided_text(b.rhs[0], longest)}};
-  if (const auto line = vector_equation(b.lhs, b.rhs)) return {{*line}};
-  if (b.lhs.size() <= most_lines)
-    if (const auto lines = split_equation(b)) return {*lines};
+Lines by_rows(const Block& b) {
   Lines lines{{}, true};
   for (Index i = 0; i < std::min(b.lhs.size(), most_lines); ++i)
     lines.text.push_back(elided_text(b.lhs[i], longest) + " = " + elided_text(b.rhs[i], longest));
   return lines;
+}
+
+Lines lines_of(const Block& b) {
+  if (b.lhs.size() == 1) return {{elided_text(b.lhs[0], longest) + " = " + elided_text(b.rhs[0], longest)}};
+  const bool rewritten =
+      std::any_of(b.rewritten.begin(), b.rewritten.end(), [](const auto& how) { return !how.empty(); });
+  if (rewritten) return by_rows(b);
+  if (const auto line = vector_equation(b.lhs, b.rhs)) return {{*line}};
+  if (b.lhs.size() <= most_lines)
+    if (const auto lines = split_equation(b)) return {*lines};
+  return by_rows(b);
 }
 
 std::string header(const Model& m) {
@@ -164,12 +171,17 @@ std::string describe(const Model& m) {
   for (std::size_t b = 0; b < m.blocks.size() && written < most_lines; ++b) {
     const Lines lines = lines_of(m.blocks[b]);
     const auto number = [&](std::size_t i) {
-      if (lines.rows) return text("(", b + 1, row_letter(static_cast<int>(i), m.blocks[b].lhs.size()), ")");
-      return i == 0 ? text("(", b + 1, ")") : "";
+      if (lines.rows) return row_label(m.blocks[b], static_cast<int>(b), static_cast<int>(i));
+      return i > 0                         ? ""
+             : m.blocks[b].lhs.size() == 1 ? row_label(m.blocks[b], static_cast<int>(b), 0)
+                                           : text("(", b + 1, ")");
     };
-    for (std::size_t i = 0; i < lines.text.size(); ++i)
-      equations.row({number(i), lines.text[i],
-                     i == 0 && !m.blocks[b].note.empty() ? "[" + m.blocks[b].note + "]" : ""});
+    const auto note = [&](std::size_t i) {
+      const auto& how = m.blocks[b].rewritten;
+      if (i < how.size() && !how[i].empty()) return "[" + how[i] + "]";
+      return i == 0 && !m.blocks[b].note.empty() ? "[" + m.blocks[b].note + "]" : "";
+    };
+    for (std::size_t i = 0; i < lines.text.size(); ++i) equations.row({number(i), lines.text[i], note(i)});
     written += lines.rows ? std::min(m.blocks[b].lhs.size(), most_lines) : m.blocks[b].lhs.size();
   }
   const auto rows = static_cast<Index>(m.residuals.size());

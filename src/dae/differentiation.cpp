@@ -68,14 +68,25 @@ class Differentiation {
     for (std::size_t r = 0; r < rows; ++r)
       most = std::max(most, times(first + r)), uniform = uniform && times(first + r) == times(first);
     if (most == 0) return result.blocks.push_back(m_.blocks[b]);
+    const auto number = [&](std::size_t r) {  // of a row that is told alone
+      return rows == 1 || !uniform ? m_.label(first + r) : text("(", b + 1, ")");
+    };
     VecX residual = column(std::span(m_.residuals).subspan(first, rows));
     for (Eigen::Index r = 0; r < residual.size(); ++r)  // 0 = C reads better than 0 = -C
       if (m_.blocks[b].lhs[r].is_zero()) residual[r] = m_.blocks[b].rhs[r];
-    result.trace.push_back(text("(", b + 1, ")  ", formula("0 = ", ref(residual)),
-                                uniform ? text("   is differentiated ", most == 1   ? "once"
-                                                                        : most == 2 ? "twice"
-                                                                                    : text(most, " times"))
-                                        : ""));
+    std::vector<std::vector<std::string>> told(uniform ? 1 : rows);  // rows of one fate together
+    const auto tell = [&](std::size_t r, const std::string& before, const std::string& after) {
+      told[r].push_back(before +
+                        (uniform ? formula("0 = ", ref(residual))
+                                 : formula("0 = ", ref(residual[static_cast<Eigen::Index>(r)]))) +
+                        after);
+    };
+    for (std::size_t r = 0; r < told.size(); ++r)
+      if (const int n = times(first + r); n > 0)
+        tell(r, number(r) + "  ",
+             text("   is differentiated ", n == 1   ? "once"
+                                           : n == 2 ? "twice"
+                                                    : text(n, " times")));
     for (int k = 0; k < most; ++k) {
       for (std::size_t r = 0; r < rows; ++r) {
         if (k >= times(first + r)) continue;
@@ -84,15 +95,29 @@ class Differentiation {
             {e, static_cast<int>(b), static_cast<int>(r), k, constraint_label(m_, first + r, k)});
         e = simplify(substitute(total_derivative(e), known_));
       }
-      result.trace.push_back(text("     ",
-                                  k == 0 ? "d/dt" : text("d", superscript(k + 1), "/dt", superscript(k + 1)),
-                                  ":  ", formula("0 = ", ref(residual))));
+      for (std::size_t r = 0; r < told.size(); ++r)
+        if (k < times(first + r))
+          tell(r,
+               text("     ", k == 0 ? "d/dt" : text("d", superscript(k + 1), "/dt", superscript(k + 1)),
+                    ":  "),
+               "");
     }
-    const std::string note = text("(", b + 1, ")", " differentiated",
-                                  most == 1   ? ""
-                                  : most == 2 ? " twice"
-                                              : text(" ", most, " times"));
-    result.blocks.push_back({VecX::Zero(residual.size()), residual, uniform ? note : ""});
+    for (const auto& lines : told) result.trace.insert(result.trace.end(), lines.begin(), lines.end());
+    Block block{m_.blocks[b].lhs, m_.blocks[b].rhs, "", m_.blocks[b].rewritten};
+    const bool by_row = !uniform || (rows == 1 && !block.rewritten.empty());
+    if (!by_row) block.note = differentiated(number(0), most), block.rewritten.clear();
+    if (by_row) block.rewritten.resize(rows);
+    for (std::size_t r = 0; r < rows; ++r) {
+      if (times(first + r) == 0) continue;
+      block.lhs[static_cast<Eigen::Index>(r)] = 0;
+      block.rhs[static_cast<Eigen::Index>(r)] = residual[static_cast<Eigen::Index>(r)];
+      if (by_row) block.rewritten[r] = differentiated(number(r), times(first + r));
+    }
+    result.blocks.push_back(std::move(block));
+  }
+
+  static std::string differentiated(const std::string& what, int times) {
+    return what + " differentiated" + (times == 1 ? "" : times == 2 ? " twice" : text(" ", times, " times"));
   }
 
   const Model& m_;

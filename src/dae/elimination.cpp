@@ -115,6 +115,8 @@ Step replace_equation(Equations& e, std::size_t i, Expr residual, const std::str
     return Step::dependent;
   }
   story.push_back(text(how, ":  0 = ", to_text(residual), "   replaces ", e.labels[i]));
+  if (std::string& label = e.labels[i]; !label.ends_with("*)"))  // another equation needs another name
+    label.insert(label.size() - 1, "*"), story.back() += " as " + label;
   e.residuals[i] = residual;
   e.notes[i] = how;
   return Step::changed;

@@ -94,7 +94,8 @@ ModelPtr to_implicit(const ModelPtr& model) {
   ModelOptions options = child_of(model);
   options.trace.push_back("F(x′, x, z, u) = right side - left side of every equation");
   std::vector<Block> blocks;
-  for (const Block& b : model->blocks) blocks.push_back({VecX::Zero(b.lhs.size()), b.rhs - b.lhs, b.note});
+  for (const Block& b : model->blocks)
+    blocks.push_back({VecX::Zero(b.lhs.size()), b.rhs - b.lhs, b.note, b.rewritten});
   return with_last_line(as_implicit(make_model(std::move(blocks), std::move(options))),
                         [](const Model& m) { return counts(m); });
 }
@@ -129,7 +130,8 @@ ModelPtr to_first_order(const ModelPtr& model) {
   move_invariants(options, lower);
   for (const auto& [leaf, meaning] : lower) options.relations[leaf] = meaning;
   if (options.mechanics) options.mechanics.reset();
-  for (const Block& b : model->blocks) blocks.push_back({mapped(b.lhs, lower), mapped(b.rhs, lower), b.note});
+  for (const Block& b : model->blocks)
+    blocks.push_back({mapped(b.lhs, lower), mapped(b.rhs, lower), b.note, b.rewritten});
   return make_model(std::move(blocks), std::move(options));
 }
 
@@ -203,7 +205,8 @@ ModelPtr to_semi_explicit(const ModelPtr& given) {
     if (solved.whole[b])
       blocks.push_back(block);
     else
-      blocks.push_back({VecX::Zero(block.lhs.size()), mapped(block.rhs - block.lhs, known), block.note});
+      blocks.push_back(
+          {VecX::Zero(block.lhs.size()), mapped(block.rhs - block.lhs, known), block.note, block.rewritten});
   }
   return with_last_line(make_model(std::move(blocks), std::move(options)), [](const Model& m) {
     const std::size_t n = m.states().size(), z = m.algebraic().size();

@@ -68,9 +68,13 @@ std::string Start::ledger() const {
   Table table({false, true, false});
   for (const LedgerRow& row : rows) table.row({to_text(row.leaf), rounded(row.value), word(row.origin)});
   out += table.str(2);
-  for (const Moved& m : moved)
-    out += text(m.from == moved[0].from && m.leaf == moved[0].leaf ? "moved onto the constraints\n" : "",
-                "  ", to_text(m.leaf), "  from ", rounded(m.from), " to ", rounded(m.to), "\n");
+  if (!moved.empty()) {
+    out += "moved onto the constraints\n";
+    Table moves;
+    for (const Moved& m : moved)
+      moves.row({to_text(m.leaf), text("from ", rounded(m.from), " to ", rounded(m.to))});
+    out += moves.str(2);
+  }
   const auto other = branches();
   if (!other.empty()) out += "other roots\n";
   for (const Branch& b : other)

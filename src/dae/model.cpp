@@ -268,10 +268,16 @@ std::string row_letter(int row, Eigen::Index rows) {
   return rows <= letters ? std::string(1, static_cast<char>('a' + row)) : text(".", row + 1);
 }
 
+std::string row_label(const Block& b, int block, int row) {
+  const auto r = static_cast<std::size_t>(row);
+  const bool rewritten = r < b.rewritten.size() && !b.rewritten[r].empty();
+  return text("(", block + 1, b.lhs.size() == 1 ? "" : row_letter(row, b.lhs.size()), rewritten ? "*" : "",
+              ")");
+}
+
 std::string Model::label(std::size_t residual) const {
   const auto [block, row] = origin[residual];
-  return blocks[block].lhs.size() == 1 ? text("(", block + 1, ")")
-                                       : text("(", block + 1, row_letter(row, blocks[block].lhs.size()), ")");
+  return row_label(blocks[static_cast<std::size_t>(block)], block, row);
 }
 
 std::string Model::equation_text(std::size_t residual) const {

@@ -27,6 +27,9 @@ using ParameterValues = std::unordered_map<Expr, Expr>;
 struct Block {
   VecX lhs, rhs;
   std::string note;  ///< "d²/dt² of (3)", or empty
+  /// How a row came into the place of the one that the user wrote, "" where it did not; empty: no row did.
+  /// Such a row is called (3b*).
+  std::vector<std::string> rewritten = {};
 };
 
 /// An unknown function of time and the highest derivative of it that occurs.
@@ -83,6 +86,8 @@ struct Projection {
 
 /// What tells the rows of equation (3) apart: "b" in (3b); ".27" where letters do not suffice.
 std::string row_letter(int row, Eigen::Index rows);
+/// Of row `row` of equation `block` (from 0): "(3)", "(3b)", "(3b*)" if it is not the one that was written.
+std::string row_label(const Block& b, int block, int row);
 
 /// "ODE", "implicit ODE", "semi-explicit" or "fully implicit".
 enum class Kind { ode, implicit_ode, semi_explicit, fully_implicit };
@@ -112,8 +117,9 @@ struct Model {
 
   std::vector<Expr> states() const;  ///< x_j^(k), k < order_j: all of order 0 first, then order 1 …
   std::vector<Expr> algebraic() const;
-  std::vector<Expr> top_derivatives() const;      ///< x_j^(order_j) of the differential variables
-  std::string label(std::size_t residual) const;  ///< "(3)", or "(3b)" for row 2 of a column equation
+  std::vector<Expr> top_derivatives() const;  ///< x_j^(order_j) of the differential variables
+  /// "(3)", or "(3b)" for row 2 of a column equation; "(3*)" for what has taken the place of (3).
+  std::string label(std::size_t residual) const;
   std::string equation_text(std::size_t residual) const;
 };
 

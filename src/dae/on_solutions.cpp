@@ -6,6 +6,7 @@
 #include <unordered_map>
 #include <unordered_set>
 
+#include "base/decompositions.hpp"
 #include "dae/array_points.hpp"
 #include "expr/declaration.hpp"
 
@@ -94,6 +95,17 @@ std::vector<Expr> OnSolutions::with_held_first(std::vector<Expr> columns, int se
   return columns;
 }
 
+/// Rows that take part in a left null vector.
+static std::vector<int> dependent_rows(Mat J, int rank) {
+  for (Index i = 0; i < J.rows(); ++i)
+    if (const double size = J.row(i).norm(); size > 0) J.row(i) /= size;
+  const Eigen::JacobiSVD<Mat> svd(J, Eigen::ComputeFullU);
+  std::vector<int> rows;
+  for (Index i = 0; i < J.rows(); ++i)
+    if (svd.matrixU().row(i).tail(J.rows() - rank).norm() > 1e-6) rows.push_back(static_cast<int>(i));
+  return rows;
+}
+
 std::optional<OnSolutions::Point> OnSolutions::point(int seed, const std::vector<Expr>& columns,
                                                      int held) const {
   const NumericArray numeric(rows_, columns);
@@ -125,6 +137,8 @@ SolutionRanks OnSolutions::ranks(int wanted, int seeds) const {
       if (!at->noise[k]) J(jacobian_[k].row, jacobian_[k].column) = at->slopes[k];
     if (!J.allFinite()) continue;
     const int rank = rank_with_gap(J).rank;
+    if (rank < size_ && (result.points == 0 || rank < result.least))
+      result.dependent = dependent_rows(J, rank);
     result.most = std::max(result.most, rank);
     result.least = result.points++ ? std::min(result.least, rank) : rank;
     if (wanted == 1 && rank == size_) break;

@@ -15,6 +15,7 @@ struct SolutionRanks {
   int most = 0, least = 0;  ///< the ranks met
   int slow =
       0;  ///< points that Newton's method reaches linearly only: the equations lose rank there (z³ = 0)
+  std::vector<int> dependent;  ///< rows of J that depend on each other at a point of the least rank
   /// Less than n at every point that was found.
   bool always_below(int n) const { return points > 0 ? most < n : slow > 1; }
 };

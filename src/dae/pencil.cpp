@@ -4,6 +4,7 @@
 
 #include "base/error.hpp"
 #include "base/interrupt.hpp"
+#include "base/text.hpp"
 #include "dae/pencil_shuffle.hpp"
 #include "expr/rewrite.hpp"
 
@@ -143,10 +144,40 @@ RationalMatrix row_of(Expr residual, const LinearForm& f) {
   return row;
 }
 
+/// "(1c) - (1a) - (1b)": of which equations a constraint is a combination, the most differentiated first.
+std::string combined_label(const LinearForm& f, const Combination& of) {
+  constexpr int widest = 48;
+  const auto name = [&](const std::pair<int, int>& equation) {
+    std::string label = f.label[static_cast<std::size_t>(equation.second)];
+    for (int k = 0; k < equation.first; ++k) label += "′";
+    return label;
+  };
+  std::vector<std::pair<std::pair<int, int>, mpq_class>> terms(of.begin(), of.end());
+  std::stable_sort(terms.begin(), terms.end() - 1,  // after the last of all: most differentiated first
+                   [](const auto& a, const auto& b) { return a.first.first > b.first.first; });
+  std::rotate(terms.begin(), terms.end() - 1, terms.end());
+  RationalMatrix values(1, static_cast<int>(of.size()));
+  for (std::size_t k = 0; k < terms.size(); ++k) values(0, static_cast<int>(k)) = terms[k].second;
+  mpq_class scale = abs(primitive_factor(values));
+  if (terms[0].second < 0) scale = -scale;
+  std::string sum, list;
+  for (const auto& [equation, factor] : terms) {
+    const mpq_class q = scale * factor, size = abs(q);
+    if (!sum.empty()) list += (list.empty() ? " with " : ", ") + name(equation);
+    if (!sum.empty()) sum += q < 0 ? " - " : " + ";
+    sum += (size == 1 ? "" : size.get_str() + " ") + name(equation);
+  }
+  if (display_width(sum) <= widest) return sum;
+  constexpr std::size_t listed = 4;
+  return name(terms[0].first) +
+         (of.size() <= listed ? list : text(" with ", of.size() - 1, " other equations and derivatives"));
+}
+
 Constraint constraint_of(const LinearForm& f, const ShuffleConstraint& c) {
   Expr residual = c.g;
   for (int j = f.size(); j-- > 0;)
     if (c.a(0, j) != 0) residual = Expr(c.a(0, j)) * f.x[static_cast<std::size_t>(j)] + residual;
+  if (c.of.size() > 1) return {simplify(residual), -1, 0, c.derivative, combined_label(f, c.of)};
   const auto [block, row] = f.origin[static_cast<std::size_t>(c.row)];
   std::string label = f.label[static_cast<std::size_t>(c.row)];
   for (int k = 0; k < c.derivative; ++k) label += "′";
@@ -174,6 +205,7 @@ LinearIndex linear_index(const LinearForm& f) {
       const mpq_class factor = c.a(0, j) / row.a(0, j);
       c.a = c.a - factor * row.a;
       c.g = c.g - Expr(factor) * row.g;
+      add_multiple(c.of, -factor, row.of);
       c.derivative = std::max(c.derivative, row.derivative);
     }
     const mpq_class scale = primitive_factor(c.a);

@@ -16,6 +16,7 @@ struct Row {
   RationalMatrix e, a;
   Expr g;
   int origin, derivative;
+  Combination of;
 };
 
 /// (a) … (z), (aa), (ab) …
@@ -38,14 +39,24 @@ void normalise(Row& r, bool divide) {
   if (!divide) factor = sgn(factor);
   if (factor == 1) return;
   r.e = factor * r.e, r.a = factor * r.a, r.g = simplify(Expr(factor) * r.g);
+  for (auto& [equation, q] : r.of) q *= factor;
 }
+
+}  // namespace
+
+void add_multiple(Combination& sum, const mpq_class& factor, const Combination& other) {
+  for (const auto& [equation, q] : other)
+    if (mpq_class& here = sum[equation]; (here += factor * q) == 0) sum.erase(equation);
+}
+
+namespace {
 
 class Shuffling {
  public:
   explicit Shuffling(const LinearForm& form) : form_(form) {
     const VecX g = form.forcing();
     for (int i = 0; i < form.rows(); ++i) {
-      Row r{letters(names_++), form.E.row(i), form.A.row(i), g[i], i, 0};
+      Row r{letters(names_++), form.E.row(i), form.A.row(i), g[i], i, 0, {{{0, i}, 1}}};
       normalise(r, false);
       step(ShuffleStep::Kind::given, {}, r);
       active_.push_back(r);
@@ -86,11 +97,12 @@ class Shuffling {
   }
 
   Row combined(const std::vector<mpq_class>& y) const {
-    Row sum{"", RationalMatrix(1, form_.size()), RationalMatrix(1, form_.size()), 0, -1, 0};
+    Row sum{"", RationalMatrix(1, form_.size()), RationalMatrix(1, form_.size()), 0, -1, 0, {}};
     for (std::size_t i = 0; i < y.size(); ++i) {
       if (y[i] == 0) continue;
       sum.e = sum.e + y[i] * active_[i].e, sum.a = sum.a + y[i] * active_[i].a;
       sum.g += Expr(y[i]) * active_[i].g;
+      add_multiple(sum.of, y[i], active_[i].of);
     }
     sum.g = simplify(sum.g);
     return sum;
@@ -135,7 +147,7 @@ class Shuffling {
       r.name = old.name, r.origin = old.origin, r.derivative = old.derivative;
       normalise(r, true);
       step(ShuffleStep::Kind::combination, multiples(combinations[k]), r);
-      result_.constraints.push_back({r.a, r.g, r.origin, r.derivative});
+      result_.constraints.push_back({r.a, r.g, r.origin, r.derivative, r.of});
       replaced.push_back(std::move(r));
     }
     for (std::size_t k = 0; k < dependent_.size(); ++k) active_[dependent_[k]] = std::move(replaced[k]);
@@ -164,7 +176,11 @@ class Shuffling {
             RationalMatrix(1, form_.size()),
             simplify(-total_derivative(old.g)),
             old.origin,
-            old.derivative + 1};
+            old.derivative + 1,
+            {}};
+      // As a residual e x′ - a x - g the constraint is -(a x + g), and its derivative as a row has the other
+      // sign.
+      for (const auto& [equation, q] : old.of) r.of[{equation.first + 1, equation.second}] = -q;
       step(ShuffleStep::Kind::differentiation, {{1, old.name}}, r);
       next.push_back(std::move(r));
     }

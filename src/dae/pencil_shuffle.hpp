@@ -7,7 +7,9 @@
 // Time-invariant descriptor systems, Automatica 14(5), 1978.
 #pragma once
 
+#include <map>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "dae/pencil.hpp"
@@ -28,12 +30,16 @@ struct ShuffleStep {
   Expr lhs, rhs;
 };
 
+/// Σ q (equation i of the form)⁽ᵏ⁾, by {k, i}.
+using Combination = std::map<std::pair<int, int>, mpq_class>;
+
 /// 0 = a x + g
 struct ShuffleConstraint {
   RationalMatrix a;  ///< one row
   Expr g;
   int row;         ///< of the form it descends from
   int derivative;  ///< how often that was differentiated
+  Combination of;  ///< the equations that it is made of
 };
 
 struct Shuffle {
@@ -46,6 +52,9 @@ struct Shuffle {
   std::vector<std::pair<Expr, Expr>> explicit_form;  ///< x_j′ = right side, then 0 = constraint
   int rounds() const { return static_cast<int>(ranks.size()) - 1; }
 };
+
+/// sum + factor · other, terms that cancel left out.
+void add_multiple(Combination& sum, const mpq_class& factor, const Combination& other);
 
 /// Cost: a few eliminations of E; the rows stay as sparse as the system is.
 Shuffle shuffle(const LinearForm& form);

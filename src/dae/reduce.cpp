@@ -82,8 +82,8 @@ ModelPtr reduce_acc(const ModelPtr& given) {
     if (word == "holds") done->trace.push_back("The original model has " + line + ".");
   std::vector<std::string> conditions;
   for (const Constraint& c : done->invariants) conditions.push_back(c.label + " = 0");
-  done->trace.push_back(
-      "The new model no longer imposes them, so the start must satisfy: " + join(conditions, ", ") + ".");
+  done->trace.push_back("The new model no longer imposes " + join(conditions, ", ") +
+                        ": the start must satisfy " + (conditions.size() == 1 ? "it." : "them."));
   return done;
 }
 

@@ -91,10 +91,15 @@ std::vector<Block> with_derivatives(const Model& m, const Offsets& o, std::vecto
         residual[r] = m.blocks[b].rhs[static_cast<Index>(r)];
     for (int k = 1; k <= most; ++k) {
       std::vector<Expr> rows;
+      std::vector<std::string> labels;
       for (std::size_t r = 0; r < size; ++r)
-        if (k <= o.c[first + r]) rows.push_back(residual[r] = simplify(total_derivative(residual[r])));
+        if (k <= o.c[first + r]) {
+          rows.push_back(residual[r] = simplify(total_derivative(residual[r])));
+          labels.push_back(m.label(first + r));
+        }
       const VecX right = column(rows);
-      const std::string note = text("(", b + 1, ") differentiated",
+      const bool all = size > 1 && rows.size() == size;
+      const std::string note = text(all ? text("(", b + 1, ")") : join(labels, ", "), " differentiated",
                                     k == 1   ? ""
                                     : k == 2 ? " twice"
                                              : text(" ", k, " times"));

@@ -143,6 +143,8 @@ std::vector<Block> remaining(const Model& m, const std::vector<Chain>& removed, 
   std::vector<Block> blocks;
   for (std::size_t b = 0; b < m.blocks.size(); ++b) {
     std::vector<Expr> left, right;
+    std::vector<std::string> how = m.blocks[b].rewritten, kept;
+    how.resize(static_cast<std::size_t>(m.blocks[b].lhs.size()));
     for (Index r = 0; r < m.blocks[b].lhs.size(); ++r) {
       if (std::any_of(removed.begin(), removed.end(),
                       [&](const Chain& c) { return c.block == b && c.row == r; }))
@@ -156,8 +158,9 @@ std::vector<Block> remaining(const Model& m, const std::vector<Chain>& removed, 
           continue;
       }
       left.push_back(simplify(l)), right.push_back(simplify(e));
+      kept.push_back(how[static_cast<std::size_t>(r)]);
     }
-    if (!left.empty()) blocks.push_back({column(left), column(right), m.blocks[b].note});
+    if (!left.empty()) blocks.push_back({column(left), column(right), m.blocks[b].note, kept});
   }
   return blocks;
 }
@@ -203,9 +206,9 @@ ModelPtr reduce_minimal(const ModelPtr& model, const ReduceOptions& request) {
     if (v.order) kept.push_back(v.leaf);
   }
   options.trace = std::move(d.trace);
-  options.trace.push_back(
-      text("     ", grouped_names(gone), " and their derivatives are substituted everywhere; independent: ",
-           grouped_names(kept), ". The constraints hold identically, so nothing drifts."));
+  options.trace.push_back(text("     ", grouped_names(gone), gone.size() == 1 ? " and its" : " and their",
+                               " derivatives are substituted everywhere; independent: ", grouped_names(kept),
+                               ". The constraints hold identically, so nothing drifts."));
   const ModelPtr small = make_model(remaining(*source, list, d), std::move(options));
   if (small->residuals.size() != small->variables.size())
     throw Failure(text("form \"minimal\": substituting ", grouped_names(gone), " leaves ",

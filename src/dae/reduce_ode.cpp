@@ -143,7 +143,7 @@ std::vector<std::string> story(const Elimination& e, const Model& low) {
   if (e.unknowns.size() < low.top_derivatives().size() + low.algebraic().size())
     lines.push_back(
         text("ode: the rows that give a derivative directly are put into ", join(labels, ", "), "."));
-  lines.push_back(text("ode: ", join(labels, ", "), e.rows.size() == 1 ? " is" : " are", " linear in w = (",
+  lines.push_back(text("ode: ", join(labels, ", "), labels.size() == 1 ? " is" : " are", " linear in w = (",
                        grouped_names(e.unknowns), "):  A w = b"));
   constexpr Index widest = 8;
   if (e.b.size() <= widest) {
@@ -194,9 +194,9 @@ ModelPtr reduce_ode(const ModelPtr& model) {
         "sys:init{…} solves them");
   if (!low->algebraic().empty())
     options.trace.push_back(text("     ", grouped_names(low->algebraic()),
-                                 low->algebraic().size() == 1 ? " is no unknown any more; its value is"
-                                                              : " are no unknowns any more; their values are",
-                                 " known as expressions."));
+                                 low->algebraic().size() == 1
+                                     ? " is no unknown any more; its value is known as an expression."
+                                     : " are no unknowns any more; their values are known as expressions."));
   options.trace.push_back("     The model is an explicit ODE: index 0.");
   return make_model(std::move(blocks), std::move(options));
 }

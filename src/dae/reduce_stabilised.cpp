@@ -190,7 +190,10 @@ ModelPtr reduce_baumgarte(const ModelPtr& model, const ReduceOptions& request) {
   for (const Chain& chain : list) {
     Block& block = blocks[chain.block];
     block.rhs[chain.row] = stabilised(chain, g);
-    block.note = text("(", chain.block + 1, ") stabilised");
+    if (block.rewritten.empty())
+      block.note = text("(", chain.block + 1, ") stabilised");
+    else
+      block.rewritten[static_cast<std::size_t>(chain.row)] = chain.below[0].label + " stabilised";
     options.trace.push_back((options.trace.empty() ? "baumgarte: " : "     ") + law(chain, g));
   }
   const auto lines = meaning(g);

@@ -26,8 +26,8 @@ double worst(const StartSystem& s, const Vec& w) {
 
 /// Fixed values exactly as given, and zero where zero satisfies the equations to rounding: least steps leave
 /// 1e-16.
-void clean(const StartSystem& s, Vec& w) {
-  constexpr double rounding = 1e-14;
+void clean(const StartSystem& s, Vec& w, bool slow) {
+  constexpr double rounding = 1e-14, root_of_rounding = 1e-6;
   const auto try_values = [&](const Vec& next) {
     if (next == w) return true;
     const bool good = worst(s, next) <= rounding;
@@ -42,7 +42,8 @@ void clean(const StartSystem& s, Vec& w) {
         fixed[*j] = value;
   const double largest = w.size() ? w.cwiseQuotient(s.unit).cwiseAbs().maxCoeff() : 0;
   const auto small = [&](Index j) {
-    return w[j] != 0 && std::fabs(w[j]) < 10 * rounding * (1 + largest) * s.unit[j];
+    return w[j] != 0 &&
+           std::fabs(w[j]) < (slow ? root_of_rounding : 10 * rounding) * (1 + largest) * s.unit[j];
   };
   Vec zeros = fixed;
   for (Index j = 0; j < w.size(); ++j)
@@ -112,8 +113,8 @@ StartPtr init(const ModelPtr& model, const StartRequest& request) {
   if (!solution.solved && !solution.defined) explain_undefined(s);
   if (!solution.solved && request.nearest) solution = nearest_start(s);
   if (!solution.solved) explain_conflict(model, s, solution);
-  clean(s, solution.w);
-  const Freedom open = freedom(s, solution.w);
+  clean(s, solution.w, solution.slow);
+  const Freedom open = freedom(s, solution.w, solution.slow);
   if (open.count > 0) explain_freedom(model, s, solution.w, open);
   auto at = std::make_shared<Start>();
   at->model = model;

@@ -61,6 +61,18 @@ bool leads_to(const Start& at, Expr leaf, double value) {
   }
 }
 
+/// The unknown by which two roots are told apart: the mirrored one if it differs visibly, else the one that
+/// differs most.
+std::optional<Index> most_different(const StartSystem& s, const Vec& a, const Vec& b, Index mirrored) {
+  const auto difference = [&](Index j) { return std::fabs(a[j] - b[j]) / (s.unit[j] + std::fabs(a[j])); };
+  constexpr double visible = 1e-3;
+  if (difference(mirrored) > visible) return mirrored;
+  Index best = 0;
+  for (Index j = 1; j < a.size(); ++j)
+    if (difference(j) > difference(best)) best = j;
+  return difference(best) > visible ? std::optional(best) : std::nullopt;
+}
+
 }  // namespace
 
 std::vector<Branch> Start::branches() const {
@@ -85,9 +97,13 @@ std::vector<Branch> Start::branches() const {
         return (other.w - root).cwiseQuotient(s.unit).cwiseAbs().maxCoeff() <=
                different * (1 + root.cwiseQuotient(s.unit).cwiseAbs().maxCoeff());
       };
-      if (std::any_of(roots.begin(), roots.end(), same) || !leads_to(*this, row.leaf, other.w[j])) continue;
+      if (std::any_of(roots.begin(), roots.end(), same)) continue;
+      const auto told = most_different(s, w, other.w, j);  // β may have moved where γ was mirrored
+      if (!told) continue;
+      const Expr leaf = s.unknowns[static_cast<std::size_t>(*told)];
+      if (!leads_to(*this, leaf, other.w[*told])) continue;
       roots.push_back(other.w);
-      found.push_back({row.leaf, w[j], other.w[j], quadratic(s, row.leaf)});
+      found.push_back({leaf, w[*told], other.w[*told], quadratic(s, leaf)});
       break;
     }
   }

@@ -16,16 +16,17 @@ using Index = Eigen::Index;
 using Sparse = Eigen::SparseMatrix<double>;
 
 constexpr double independent = 1e-9;  // part of a unit row that must be new for it to count
-constexpr double movable = 1e-8;      // part of a unit direction that counts as motion
+constexpr double independent_at_double_root = 1e-5;
+constexpr double movable = 1e-8;  // part of a unit direction that counts as motion
 
 /// An orthonormal basis of the rows seen so far.
 class RowSpace {
  public:
-  explicit RowSpace(Mat rows) : basis_(rows.cols(), rows.cols()) {
+  RowSpace(Mat rows, double threshold) : basis_(rows.cols(), rows.cols()), threshold_(threshold) {
     for (Index i = 0; i < rows.rows(); ++i)
       if (const double size = rows.row(i).norm(); size > 0) rows.row(i) /= size;
     Eigen::ColPivHouseholderQR<Mat> qr;
-    qr.setThreshold(independent);
+    qr.setThreshold(threshold_);
     qr.compute(rows.transpose());
     rank_ = rows.rows() ? qr.rank() : 0;
     if (rank_) basis_.leftCols(rank_) = qr.householderQ() * Mat::Identity(rows.cols(), rank_);
@@ -40,7 +41,7 @@ class RowSpace {
     row /= size;
     for (int twice = 0; twice < 2; ++twice)
       row -= basis_.leftCols(rank_) * (basis_.leftCols(rank_).transpose() * row);
-    if (row.norm() <= independent) return false;
+    if (row.norm() <= threshold_) return false;
     basis_.col(rank_++) = row.normalized();
     return true;
   }
@@ -55,6 +56,7 @@ class RowSpace {
 
  private:
   Mat basis_;
+  double threshold_;
   Index rank_ = 0;
 };
 
@@ -80,10 +82,10 @@ std::vector<Index> pivots(Mat N, const std::vector<Index>& candidates) {
   return chosen;
 }
 
-Freedom dense_freedom(const StartSystem& s, const Mat& J) {
+Freedom dense_freedom(const StartSystem& s, const Mat& J, double threshold) {
   Freedom f;
   const auto first = static_cast<Index>(s.first_fix), n = J.cols();
-  RowSpace space(J.topRows(first));
+  RowSpace space(J.topRows(first), threshold);
   f.rank_equations = static_cast<int>(space.rank());
   for (std::size_t k = 0; k < s.fixes(); ++k)
     f.redundant.push_back(!space.add(J.row(first + static_cast<Index>(k)).transpose()));
@@ -282,11 +284,12 @@ Freedom sparse_freedom(const StartSystem& s, const Sparse& J) {
   return f;
 }
 
-Freedom freedom(const StartSystem& s, const Vec& w) {
+Freedom freedom(const StartSystem& s, const Vec& w, bool slow) {
   Sparse J = s.jacobian(w);
   for (Index k = 0; k < J.nonZeros(); ++k)  // √x at a fixed 0: what counts is that x occurs
     if (!std::isfinite(J.valuePtr()[k])) J.valuePtr()[k] = 1;
-  return w.size() <= dense_up_to ? dense_freedom(s, Mat(J)) : sparse_freedom(s, J);
+  return w.size() <= dense_up_to ? dense_freedom(s, Mat(J), slow ? independent_at_double_root : independent)
+                                 : sparse_freedom(s, J);
 }
 
 }  // namespace pendula::dae

@@ -163,6 +163,8 @@ StartSolution gauss_newton(const StartSystem& s, Vec w, const Selection& selecti
   const Vec reach = reaches(s);
   StartSolution out;
   out.w = w, out.residual = Vec::Constant(static_cast<Index>(s.rows.size()), INFINITY);
+  double last_step = 0;
+  int halvings = 0;  // full steps in a row that shrank by half: a double root
   for (int iteration = 0; iteration < max_iterations; ++iteration) {
     poll_interrupt();
     const Vec r = system.residual(w);
@@ -189,6 +191,9 @@ StartSolution gauss_newton(const StartSystem& s, Vec w, const Selection& selecti
       if (next.allFinite() && next.norm() <= (1 - 0.1 * alpha) * size) break;
     }
     const double moved = alpha * step.norm(), far = 1 + omega.norm();
+    if (moved > 1e-7 * far) halvings = moved > 0.4 * last_step && moved < 0.6 * last_step ? halvings + 1 : 0;
+    out.slow = halvings >= 6;
+    last_step = moved;
     const bool stalled = alpha <= 1e-4 || moved <= 1e-15 * far;
     if (stalled || (out.solved && moved <= 4e-16 * far)) break;
     w = trial;
@@ -196,17 +201,24 @@ StartSolution gauss_newton(const StartSystem& s, Vec w, const Selection& selecti
   return out;
 }
 
-Vec first_point(const StartSystem& s, int attempt) {
-  Vec w(static_cast<Index>(s.unknowns.size()));
+Vec first_point(const StartSystem& s, int attempt, const Selection& selection, bool keep_guess) {
   constexpr double golden = 0.6180339887498949;
-  const double spread[] = {0, 0.1, 1, 3};
+  constexpr double spread[start_attempts] = {0, 0.1, 0.1, 1, 3};
+  constexpr int mirrored = 2;
+  Vec w(static_cast<Index>(s.unknowns.size())), shift(w.size());
   for (Index j = 0; j < w.size(); ++j) {
     const double fraction = std::fmod((static_cast<double>(j) + 1) * golden, 1.0);
-    w[j] = s.unit[j] * spread[attempt] * (attempt < 2 ? fraction : 2 * fraction - 1);
+    w[j] = shift[j] = s.unit[j] * spread[attempt] * (attempt <= mirrored ? fraction : 2 * fraction - 1);
   }
-  for (const auto& list : {s.request.guess, s.request.fix})
-    for (const auto& [leaf, value] : list)
-      if (const auto j = s.position(resolve(s.model, leaf))) w[*j] = value;
+  const bool small = w.size() <= dense_up_to;  // a large model far from its guess is not solved by luck
+  for (const auto& [leaf, value] : s.request.guess)
+    if (const auto j = s.position(resolve(s.model, leaf)))
+      w[*j] = !small || keep_guess ? value : attempt == mirrored ? -value : value + shift[*j];
+  for (std::size_t k = 0; k < s.fixes(); ++k)
+    if (const auto j = s.position(resolve(s.model, s.request.fix[k].first))) {
+      const bool dropped = !selection.rows.empty() && !selection.rows[s.first_fix + k];
+      w[*j] = s.request.fix[k].second + (dropped && small ? shift[*j] : 0);
+    }
   return w;
 }
 
@@ -250,10 +262,13 @@ StartSolution solve_start(const StartSystem& s, const Selection& selection) {
     constexpr double rounding = 1e-15;
     if (next.solved && next.residual.maxCoeff() <= rounding) return next;
   }
-  for (int attempt = 0; attempt < 4; ++attempt) {
-    StartSolution next = by_levels(s, first_point(s, attempt), held);
+  for (int attempt = 0; attempt < start_attempts; ++attempt) {
+    const bool undefined =
+        attempt > 0 && !defined;  // the user should hear of a guess where nothing has a value
+    const Vec from = first_point(s, attempt, selection, undefined);
+    StartSolution next = by_levels(s, from, held);
     if (next.solved) return next;
-    next = by_levels(s, first_point(s, attempt), selection);
+    next = by_levels(s, from, selection);
     if (next.solved) return next;
     defined = defined || next.defined;
     if (attempt == 0 || next.residual.maxCoeff() < best.residual.maxCoeff()) best = std::move(next);

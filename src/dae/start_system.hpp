@@ -76,6 +76,7 @@ struct StartSolution {
   Vec residual;  ///< |r_i| relative to the size of the row's own terms
   bool solved = false;
   bool defined = true;  ///< false: an equation has no finite value (or slope) at the first point
+  bool slow = false;    ///< steps shrank by half only: the equations lose rank at the solution, a double root
 };
 
 /// Damped Gauss-Newton with least steps in the units of the system: stays near the first point where the
@@ -84,9 +85,12 @@ struct StartSolution {
 StartSolution gauss_newton(const StartSystem& s, Vec w, const Selection& selection = {});
 constexpr Eigen::Index dense_up_to = 250;
 
-/// Gauss-Newton from the guess, then from up to three spread points (symmetric points are often singular).
+/// Gauss-Newton from the guess, then from spread points near it (symmetric points are often singular), with
+/// the opposite signs, and further away.
 StartSolution solve_start(const StartSystem& s, const Selection& selection = {});
-Vec first_point(const StartSystem& s, int attempt);
+constexpr int start_attempts = 5;
+/// Values that are fixed, unless their row is not selected, are as given; guesses too at the first attempt.
+Vec first_point(const StartSystem& s, int attempt, const Selection& selection = {}, bool keep_guess = false);
 
 /// What a start leaves open, from the Jacobian at it.
 struct Freedom {
@@ -98,7 +102,8 @@ struct Freedom {
   std::vector<char> chosen;               ///< by unknown: free, and covered by a guess
   int count = 0;                          ///< how many initial values are still to be chosen
 };
-Freedom freedom(const StartSystem& s, const Vec& w);
+/// `slow`: the point is known to half of the digits only, and so is the rank.
+Freedom freedom(const StartSystem& s, const Vec& w, bool slow = false);
 /// The same by sparse elimination, for large systems; without `undetermined`.
 Freedom sparse_freedom(const StartSystem& s, const Eigen::SparseMatrix<double>& J);
 

@@ -130,8 +130,9 @@ Truth without_regular_structure(const ModelPtr& model, const Analysis& a, const 
 }
 
 Truth find(const Model& m, const Analysis& a) {
-  if (!m.invariants
-           .empty()) {  // a reduced form: made regular on purpose, with conditions its equations do not know
+  // A reduced form: made regular on purpose, with conditions its equations do not know, or with states that
+  // are changed where it becomes singular.
+  if (!m.invariants.empty() || (m.form == "dummy" && a.regular)) {
     if (!a.regular) no_road(m, a, nullptr, {});
     return from_structure(a, "structure of a reduced form, system Jacobian regular");
   }

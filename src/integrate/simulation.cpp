@@ -13,17 +13,27 @@
 namespace pendula::integrate {
 
 void require_low_index(const dae::Model& model, bool direct) {
+  constexpr std::size_t affordable =
+      500;  // equations of a singular structure; beyond, the engine looks at the numbers
+  if (direct || model.form == "ggl") return;  // form "ggl" is made to be integrated at index 2
   const dae::Analysis analysis = dae::analyse(model);
-  if (direct || !analysis.regular || analysis.index <= 1)
-    return;  // not regular: the engine looks at the numbers
-  if (dae::truth(model, analysis).index <= 1)
+  if (analysis.regular && analysis.index <= 1) return;
+  if (!analysis.regular && model.residuals.size() > affordable) return;
+  int index = 0;
+  try {
+    index = dae::truth(model, analysis).index;
+  } catch (const Failure&) {
+    if (analysis.regular) throw;
+    return;
+  }
+  if (!analysis.regular && index <= 1) return;
+  if (index <= 1)
     throw Error(
         text("the model has index 1, but x′ and z do not follow from its equations as they stand ",
              "(structural index ", analysis.index, "): a differentiated combination of them is needed. ",
              "Integrate sys:reduce():integrate{…}, or the equations as they stand with direct = true and ",
              "method = \"radau\""));
-  throw Error(text("the model has index ", analysis.index,
-                   "; integration needs index 0 or 1. Integrate a reduced ",
+  throw Error(text("the model has index ", index, "; integration needs index 0 or 1. Integrate a reduced ",
                    "form: sys:reduce():integrate{…}, or sys:reduce \"acc\" to see the drift, or study the ",
                    "model as it stands with direct = true"));
 }

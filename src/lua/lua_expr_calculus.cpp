@@ -1,8 +1,10 @@
 // The `calculus` module: partial derivatives, substitution, rewriting, evaluation, and the text of
 // expressions.
 #include <algorithm>
+#include <cstdio>
 
 #include "base/text.hpp"
+#include "dae/ranks_on_set.hpp"
 #include "expr/derivative.hpp"
 #include "expr/linalg.hpp"
 #include "expr/print.hpp"
@@ -61,7 +63,22 @@ int diff(Call& call) {
 int push_implicit_jacobian(Call& call) {
   const VecX r = to_column(call.L, 1, "r");
   const auto z = variables(call, 2, "z"), y = variables(call, 3, "y");
-  return push_value(call.L, linalg::implicit_jacobian(entries(r), z, y));
+  const MatX slope = linalg::implicit_jacobian(entries(r), z, y);
+  const dae::RanksOnSet there = dae::ranks_on_set({r.data(), r.data() + r.size()}, z);
+  if (there.regular == 0 && there.singular > 1)
+    throw Error(
+        "∂r/∂z is regular in general, but singular at every point found where r = 0: the rank condition "
+        "fails on "
+        "the whole solution set and the formula does not apply (a z(y) may exist all the same: the condition "
+        "is "
+        "sufficient, not necessary). Does an equation hold with a vanishing gradient, as C^2 = 0 does? Write "
+        "C");
+  if (there.singular > 0)
+    std::fprintf(
+        stderr,
+        "warning: implicit_jacobian: r = 0 also has points where ∂r/∂z is singular; the formula does not "
+        "apply there\n");
+  return push_value(call.L, slope);
 }
 
 // ── rewriting ──
@@ -174,8 +191,8 @@ const Module calculus_module = {
          "once and compiled: no branches on its arguments, the vocabulary's functions only.",
          "x, y = vars \"x y\"; f = fn({x, y}, x*y); f(2, 3)", "6.0"},
         {"implicit_jacobian", push_implicit_jacobian, "implicit_jacobian(r, z, y) -> matrix",
-         "∂z/∂y = -(∂r/∂z)⁻¹ ∂r/∂y where r(y, z) = 0. ∂r/∂z must be regular: sufficient for z(y) to exist, "
-         "not necessary.",
+         "∂z/∂y = -(∂r/∂z)⁻¹ ∂r/∂y where r(y, z) = 0. ∂r/∂z must be regular where r = 0 (checked, also at "
+         "points of that set): sufficient for z(y) to exist, not necessary.",
          "y, z = vars \"y z\"; implicit_jacobian(z^2 - y, z, y) == 1/(2*z)", "true"},
         {"expr:latex", latex, "e:latex()", "The LaTeX text."},
         {"expr:code", code, "e:code()", "Lua text that rebuilds e."},

@@ -55,7 +55,9 @@ int reduce(Call& call) {
 
 int trace(Call& call) {
   collect_aliases(call.L);
-  const bool latex = call.options(2, {"latex"}).boolean("latex", false);
+  const bool named =
+      lua_type(call.L, 2) == LUA_TSTRING && std::string_view(lua_tostring(call.L, 2)) == "latex";
+  const bool latex = named || call.options(2, {"latex"}).boolean("latex", false);
   const auto story = std::make_shared<const Trace>(Trace{model_ptr(call)});
   return latex ? call.push(story->latex()) : call.push(story);
 }

@@ -49,7 +49,7 @@ TEST_CASE("linear combination with a function: (2) - x (1), valid everywhere") {
   CAPTURE(story_of(*r));
   CHECK(r->nonzero.empty());
   CHECK(r->definitions.empty());
-  CHECK(r->story[0] == "(2) - x (1):  0 = x - y + sin(t)   replaces (2), valid everywhere");
+  CHECK(r->story[0] == "(2) - x (1):  0 = x - y + sin(t)   replaces (2) as (2*), valid everywhere");
   CHECK(r->dof == 1);
   bool found = false;  // x - y + sin t = 0
   for (Expr e : r->model->residuals)
@@ -143,7 +143,11 @@ TEST_CASE("the row of a column equation is replaced in place and noted") {
   const auto r = repair(make_model({b}));
   REQUIRE(r);
   REQUIRE(r->blocks.size() == 1);
-  CHECK(r->blocks[0].note.find("row 3: (1c) - (1a) - (1b)") != std::string::npos);
+  REQUIRE(r->blocks[0].rewritten.size() == 3);
+  CHECK(r->blocks[0].rewritten[2] == "(1c) - (1a) - (1b)");
+  CHECK(r->blocks[0].rewritten[0] == "");
+  CHECK(r->model->label(0) == "(1a)");
+  CHECK(r->model->label(2) == "(1c*)");  // another equation than the one that was written has another number
 }
 
 TEST_CASE("a Jacobian that contains the equations: regular in general, singular where they hold") {

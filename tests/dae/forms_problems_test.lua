@@ -46,3 +46,24 @@ test("a start keeps its inputs as expressions: reduced forms need their derivati
     expect(sol(x[1], 1)):near(math.sin(1), 1e-6)           -- x = (-u″, -u′, -u)
   end
 end)
+
+test("integrate refuses index 2 also where structure says 0", function()
+  local sys = problems.exam_3d()
+  expect(function() sys:integrate { start = problems.exam_3d:start(), to = 1 } end):fails "the model has index 2"
+  local sol = sys:integrate { start = problems.exam_3d:start(), to = 1, direct = true, method = "radau" }   -- as it stands
+  expect(sol.status):equals "finished"
+  -- structurally singular and of index 1: nothing to refuse
+  local i1, i2 = vars "i1 i2"
+  local transformer = dae { der(i1) + 2*der(i2) ~ sin(t) - i1, 2*der(i1) + 4*der(i2) ~ -i2 }
+  expect(transformer:index()):equals(1)
+  expect(transformer:integrate { start = transformer:init { fix = { i1 = 0 } }, to = 1 }.status):equals "finished"
+end)
+
+test("form ggl is integrated at index 2, which it is made for", function()
+  local p = problems.pendulum
+  local at = p:start()
+  local sol = p():reduce "ggl":integrate { start = at, to = 1, rtol = 1e-8, atol = 1e-8 }
+  local x = var "x"
+  expect(sol(x, 1)):near(p():reduce():integrate { start = at, to = 1, rtol = 1e-10, atol = 1e-10 }(x, 1), 1e-6)
+  expect(tostring(sol:stats())):matches "radau"
+end)

@@ -153,6 +153,15 @@ test("expm", function()
   fails(function() expm{ { x, 1, y }, { y, z, 1 }, { z, 1, x } } end, "no exact form")
 end)
 
+test("implicit_jacobian: the rank condition is asked for where r = 0", function()
+  fails(function() implicit_jacobian((z - y)^2, z, y) end, "the rank condition fails on the whole solution set")
+  fails(function() implicit_jacobian({ (x - y)^2, x + z }, { x, z }, y) end, "sufficient, not necessary")
+  expect(implicit_jacobian(z^3 - y, z, y) == 1/(3*z^2)):is_true()          -- regular where y ≠ 0
+  expect(implicit_jacobian({ (x - y)*(x - 2*y) }, { x }, { y }) ~= nil):is_true()
+  local f = func("f", 1)
+  expect(tostring(implicit_jacobian(f(z, y), z, y))):equals "-(∂f/∂y)/(∂f/∂z)"
+end)
+
 test("implicit_jacobian", function()
   expect(simplify(implicit_jacobian(z^2 - y, z, y) - 1/(2*z)) == 0):is_true()
   local J = implicit_jacobian({ x + y - z, x*y }, { x, y }, z)
