@@ -38,6 +38,7 @@ OnSolutions::OnSolutions(const std::vector<Expr>& residuals, std::vector<Expr> v
     for (int k = 0; k <= offsets.c[i]; ++k) {
       if (k == 0) as_written_.push_back(rows_.size());
       rows_.push_back(k ? total_derivative(rows_.back()) : residuals[i]);
+      stages_.push_back(k - offsets_.c[i]);
     }
   if (topological(rows_).size() > longest) return;
   applies_ = true;
@@ -119,30 +120,80 @@ std::optional<OnSolutions::Point> OnSolutions::point(int seed, const std::vector
   return Point{std::move(value), std::move(noise), at->slow};
 }
 
+/// Stage by stage, as Pryce (BIT 41(2), 2001, §3) solves for the Taylor coefficients: F_i^(c_i + s) = 0 for
+/// the x_j^(d_j + s), s = -max d … 0, each with what came before held. All at once, Gauss–Newton is drawn to
+/// points of low rank, where velocities are easier to satisfy: a parallelogram goes flat.
+std::optional<OnSolutions::Point> OnSolutions::staged_point(int seed,
+                                                            const std::vector<Expr>& columns) const {
+  std::unordered_map<Expr, int> leading;
+  for (std::size_t j = 0; j < variables_.size(); ++j) leading[variables_[j]] = offsets_.d[j];
+  const NumericArray numeric(rows_, columns);
+  auto known = numeric.known(seed);
+  const Vec start = numeric.start(seed);
+  bool slow = false;
+  for (int stage = -*std::max_element(offsets_.d.begin(), offsets_.d.end()); stage <= 0; ++stage) {
+    std::vector<Expr> rows, unknowns;
+    for (std::size_t k = 0; k < rows_.size(); ++k)
+      if (stages_[k] == stage) rows.push_back(rows_[k]);
+    std::vector<double> from;
+    for (std::size_t j = 0; j < columns.size(); ++j) {
+      const Symbol& s = symbol_of(columns[j]);
+      if (s.order - leading[s.base] != stage) continue;
+      unknowns.push_back(columns[j]);
+      from.push_back(start[static_cast<Index>(j)]);
+    }
+    if (unknowns.empty()) continue;
+    Vec w = Eigen::Map<const Vec>(from.data(), static_cast<Index>(from.size()));
+    if (!rows.empty()) {
+      const auto at = NumericArray(rows, unknowns).project(w, known, 0);
+      if (!at) return {};
+      w = at->w, slow = slow || at->slow;
+    }
+    for (std::size_t j = 0; j < unknowns.size(); ++j) known[unknowns[j]] = w[static_cast<Index>(j)];
+  }
+  Vec all(static_cast<Index>(columns.size()));
+  for (std::size_t j = 0; j < columns.size(); ++j) {
+    const auto it = known.find(columns[j]);
+    if (it == known.end()) return {};
+    all[static_cast<Index>(j)] = it->second;
+    known.erase(it);
+  }
+  auto [value, noise] = evaluate_stable(slopes_, columns, all, known);
+  const auto allowed = static_cast<std::ptrdiff_t>(jacobian_.size());
+  if (std::any_of(value.begin() + allowed, value.end(), [](double x) { return std::fabs(x) < off_domain; }))
+    return {};
+  return Point{std::move(value), std::move(noise), slow};
+}
+
 SolutionRanks OnSolutions::ranks(int wanted, int seeds) const {
   SolutionRanks result;
   const std::vector<Expr> columns = unknowns_in(rows_, slopes_, variables_);
   const int enough = std::max(wanted, size_ <= 12 ? 16 : 3);  // before the rank is called deficient
-  for (int seed = 0; seed < seeds && result.points < enough; ++seed) {
-    const bool hold = seed % 4 == 1 && offsets_.value > 0;
-    const auto at =
-        hold ? point(seed, with_held_first(columns, seed), offsets_.value) : point(seed, columns, 0);
-    if (!at) continue;
-    if (at->slow) {
-      ++result.slow;
-      continue;
-    }
+  const auto take = [&](const Point& at) {
     Mat J = Mat::Zero(size_, size_);
     for (std::size_t k = 0; k < jacobian_.size(); ++k)
-      if (!at->noise[k]) J(jacobian_[k].row, jacobian_[k].column) = at->slopes[k];
-    if (!J.allFinite()) continue;
+      if (!at.noise[k]) J(jacobian_[k].row, jacobian_[k].column) = at.slopes[k];
+    if (!J.allFinite()) return;
     const int rank = rank_with_gap(J).rank;
     if (rank < size_ && (result.points == 0 || rank < result.least))
       result.dependent = dependent_rows(J, rank);
     result.most = std::max(result.most, rank);
     result.least = result.points++ ? std::min(result.least, rank) : rank;
-    if (wanted == 1 && rank == size_) break;
+  };
+  for (int seed = 0; seed < seeds && result.points < enough; ++seed) {
+    const bool hold = seed % 4 == 1 && offsets_.value > 0;
+    const auto at =
+        hold ? point(seed, with_held_first(columns, seed), offsets_.value) : point(seed, columns, 0);
+    if (!at) continue;
+    if (at->slow)
+      ++result.slow;
+    else
+      take(*at);
+    if (wanted == 1 && result.most == size_) break;
   }
+  constexpr int more = 6;
+  for (int seed = 0; seed < more && result.most < size_; ++seed)
+    if (const auto at = staged_point(seed, columns); at && !at->slow) take(*at);
   if (result.points == 0) result.slow = std::max(result.slow, points_of_one_equation());
   return result;
 }

@@ -48,6 +48,7 @@ class OnSolutions {
     bool slow;
   };
   std::optional<Point> point(int seed, const std::vector<Expr>& columns, int held) const;
+  std::optional<Point> staged_point(int seed, const std::vector<Expr>& columns) const;
   int points_of_one_equation() const;
   std::vector<Expr> with_held_first(std::vector<Expr> columns, int seed) const;
 
@@ -56,6 +57,7 @@ class OnSolutions {
   bool applies_ = false;
   std::vector<Expr> variables_, rows_, slopes_;  ///< slopes: entries of J, then what must not vanish
   std::vector<std::size_t> as_written_;          ///< rows that are not derivatives
+  std::vector<int> stages_;                      ///< of the rows: times differentiated, less c
   std::vector<Entry> jacobian_;
 };
 

@@ -16,6 +16,7 @@
 #include "integrate/guards.hpp"
 #include "integrate/jumps.hpp"
 #include "integrate/methods.hpp"
+#include "integrate/rank_watch.hpp"
 #include "integrate/saver.hpp"
 #include "integrate/trail.hpp"
 
@@ -41,7 +42,8 @@ class Run {
         solution_(std::make_shared<Solution>(problem_)),
         saver_(*solution_, plan),
         finder_(problem_, plan.events.list),
-        couplings_(Couplings::of(*problem_, plan.modes)) {
+        couplings_(Couplings::of(*problem_, plan.modes)),
+        ranks_(problem_, plan_.blocks, plan.tolerances.rtol.size() ? plan.tolerances.rtol.minCoeff() : 1e-6) {
     if (plan_.tolerances.rtol.size() == 0)
       plan_.tolerances = Tolerances::uniform(problem_->n() + problem_->m(), 1e-6, 1e-9);
     if (plan_.times) trail_->may_forget();
@@ -67,7 +69,9 @@ class Run {
     }
     trail_->begin(stepper().here());
     saver_.begin(stepper().here());
-    if (!plan_.guards.empty()) first_ = stepper().here();
+    if (!plan_.guards.empty() || !plan_.blocks.empty()) first_ = stepper().here();
+    ranks_.start(first_);
+    looked_ = first_;
   }
 
   void go() {
@@ -129,7 +133,9 @@ class Run {
       if (handle(*hit, status)) return status;
     }
     keep(stepper().here(), false);
-    if (stepper().here().t >= plan_.to) return "finished";
+    const bool done = stepper().here().t >= plan_.to;
+    if (std::string status = look_at_ranks(done); !status.empty()) return status;
+    if (done) return "finished";
     if (stepper().here().t >= end_) return pass_break();
     if (plan_.modes > 0 && modes_differ()) begin_again(Point(stepper().here()), {});
     if (plan_.leave && plan_.leave(stepper().here())) return "left";
@@ -256,9 +262,26 @@ class Run {
     return true;
   }
 
+  /// Every few steps: where a block has lost its rank since, the run ends before it. Between looks that are
+  /// not remembered step by step: cubic Hermite interpolation.
+  std::string look_at_ranks(bool last) {
+    const Point& here = stepper().here();
+    const auto hit = ranks_.after(here, last, trail_->stats, [&](double t, Point& out) {
+      if (!trail_->has_forgotten()) return trail_->sketch(t, out);
+      between(looked_, here, (t - looked_.t) / (here.t - looked_.t), out);
+    });
+    if (hit) {
+      reached_ = trail_->has_forgotten() ? looked_.t : trail_->cut(hit->t);
+      solution_->cut(reached_);
+      return text("stopped at t = ", rounded(hit->t, 6), ": ", hit->reason);
+    }
+    if (ranks_.just_looked() && plan_.times) looked_ = here;
+    return "";
+  }
+
   /// After a failure: what the equations need and is almost zero at the last point.
   std::string near_singularity() {
-    GuardWatch watch(problem_, plan_.guards);
+    GuardWatch watch(problem_, plan_);
     watch.start(first_);
     return watch.almost_zero(solution_->size() > 0 && reached_ < stepper().here().t ? stepper().before()
                                                                                     : stepper().here());
@@ -467,9 +490,10 @@ class Run {
   std::shared_ptr<Solution> solution_;
   Saver saver_;
   EventFinder finder_;
-  Point first_;
+  Point first_, looked_;
   bool quiet_ = true;                           ///< no event so far in the step
   std::shared_ptr<const Couplings> couplings_;  ///< of a large model
+  RankWatch ranks_;
   Accumulation accumulation_;
   StepView view_;
   std::vector<double> record_;

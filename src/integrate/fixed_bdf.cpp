@@ -209,7 +209,7 @@ SolutionPtr integrate_bdf(ProblemPtr problem, MultistepPtr method, Point start, 
   solution->set_continuation(mesh);
   mesh->add(start);
   if (!plan.times) solution->save(start);
-  GuardWatch guards(problem, plan.guards);
+  GuardWatch guards(problem, plan);
   guards.start(start);
   const std::string status = run(engine, *mesh, *solution, start, plan, guards);
   engine.finish();

@@ -34,7 +34,30 @@ std::vector<Guard> guards_of(const dae::ModelPtr& model, const Substitution& inp
   return guards;
 }
 
-GuardWatch::GuardWatch(const ProblemPtr& problem, const std::vector<Guard>& guards) : guards_(guards) {
+std::vector<dae::LargeBlock> blocks_of(const dae::ModelPtr& model, const Substitution& inputs,
+                                       const Problem& problem) {
+  const std::unordered_set<Expr> known(problem.arguments().begin(), problem.arguments().end());
+  std::vector<dae::LargeBlock> blocks = dae::large_blocks(model);
+  std::erase_if(blocks, [&](dae::LargeBlock& block) {
+    for (dae::LargeBlock::Matrix* m : {&block.gradients, &block.jacobian, &block.all}) {
+      std::vector<Expr> values;
+      for (const Entry& e : m->entries) values.push_back(e.value);
+      if (!inputs.empty()) values = substitute(values, inputs);
+      const auto inside = leaves(values);
+      if (!std::all_of(inside.begin(), inside.end(), [&](Expr leaf) {
+            return known.count(leaf) || symbol_of(leaf).kind == Kind::constant;
+          }))
+        return true;
+      for (std::size_t k = 0; k < values.size(); ++k) m->entries[k].value = values[k];
+    }
+    return false;
+  });
+  return blocks;
+}
+
+GuardWatch::GuardWatch(const ProblemPtr& problem, const Plan& plan)
+    : guards_(plan.guards), ranks_(problem, plan.blocks, 1e-6) {
+  const std::vector<Guard>& guards = plan.guards;
   if (guards.empty()) return;
   problem_ = std::make_shared<Problem>(*problem);
   const std::vector<Expr>& arguments = problem->arguments();
@@ -51,6 +74,7 @@ GuardWatch::GuardWatch(const ProblemPtr& problem, const std::vector<Guard>& guar
 }
 
 GuardWatch::Sample GuardWatch::evaluate(const Point& point) {
+  if (guards_.empty()) return {};
   problem_->place(point.t, point.x.data(), point.xdot.data(), point.z.data());
   kernel_(problem_->values().data(), out_.data());
   const auto middle = out_.begin() + static_cast<std::ptrdiff_t>(guards_.size());
@@ -60,19 +84,27 @@ GuardWatch::Sample GuardWatch::evaluate(const Point& point) {
 void GuardWatch::start(const Point& point) {
   if (empty()) return;
   last_ = point;
+  ranks_.start(point);
   here_ = evaluate(point);
   first_ = here_.g;
 }
 
-/// The guard at a share of the step: cubic Hermite interpolation of x, linear of x′ and z.
-double GuardWatch::between(const Point& end, double s, std::size_t which) {
-  const double dt = end.t - last_.t;
-  between_.t = last_.t + s * dt;
-  between_.xdot = (1 - s) * last_.xdot + s * end.xdot;
-  between_.z = (1 - s) * last_.z + s * end.z;
-  between_.x = (1 - s) * last_.x + s * end.x +
-               s * (s - 1) * ((1 - 2 * s) * (end.x - last_.x) + dt * ((s - 1) * last_.xdot + s * end.xdot));
-  return evaluate(between_).g[which];
+void between(const Point& from, const Point& to, double s, Point& out) {
+  const double dt = to.t - from.t;
+  out.t = from.t + s * dt;
+  out.xdot = (1 - s) * from.xdot + s * to.xdot;
+  out.z = (1 - s) * from.z + s * to.z;
+  out.x = (1 - s) * from.x + s * to.x +
+          s * (s - 1) * ((1 - 2 * s) * (to.x - from.x) + dt * ((s - 1) * from.xdot + s * to.xdot));
+}
+
+const Point& GuardWatch::point_between(const Point& end, double s) {
+  integrate::between(last_, end, s, between_);
+  return between_;
+}
+
+double GuardWatch::between(const Point& end, double share, std::size_t which) {
+  return evaluate(point_between(end, share)).g[which];
 }
 
 /// Where the guard is zero, as a share of the step; nothing if it is not.
@@ -114,6 +146,12 @@ std::optional<std::string> GuardWatch::after(const Point& point) {
   if (first)
     return text("stopped at t = ", rounded(last_.t + *first * (point.t - last_.t), 4), ": ",
                 guards_[which].reason);
+  const Stats none;
+  const auto inside = [&](double t, Point& out) {
+    out = point_between(point, (t - last_.t) / (point.t - last_.t));
+  };
+  if (const auto hit = ranks_.after(point, true, none, inside))
+    return text("stopped at t = ", rounded(hit->t, 4), ": ", hit->reason);
   last_ = point;
   before_ = std::exchange(here_, there).g;
   return {};
@@ -121,7 +159,9 @@ std::optional<std::string> GuardWatch::after(const Point& point) {
 
 std::string GuardWatch::almost_zero(const Point& point) {
   constexpr double almost = 1e-3;
-  if (empty() || first_.empty()) return "";
+  if (empty()) return "";
+  if (const std::string ranks = ranks_.almost_lost(point); !ranks.empty()) return ranks;
+  if (first_.empty()) return "";
   const Sample there = evaluate(point);
   for (std::size_t i = 0; i < guards_.size(); ++i) {
     const double ahead = before_.empty() ? there.g[i] : 3 * there.g[i] - 2 * before_[i];  // two steps on

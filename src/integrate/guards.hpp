@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "integrate/integrate.hpp"
+#include "integrate/rank_watch.hpp"
 
 namespace pendula::integrate {
 
@@ -13,12 +14,19 @@ namespace pendula::integrate {
 std::vector<Guard> guards_of(const dae::ModelPtr& model, const Substitution& inputs, const Problem& problem,
                              bool all_values);
 
+/// The blocks of a run whose entries are known where it computes, with its inputs.
+std::vector<dae::LargeBlock> blocks_of(const dae::ModelPtr& model, const Substitution& inputs,
+                                       const Problem& problem);
+
+/// A point at a share of a step: cubic Hermite interpolation of x, linear of x′ and z.
+void between(const Point& from, const Point& to, double share, Point& out);
+
 /// Looks at the guards after every step. A sign that differs from the one before is a zero in between; so is
 /// a value that, by the slopes at both ends, was nearer to zero in between and reached it to 1e-9.
 class GuardWatch {
  public:
-  GuardWatch(const ProblemPtr& problem, const std::vector<Guard>& guards);
-  bool empty() const { return guards_.empty(); }
+  GuardWatch(const ProblemPtr& problem, const Plan& plan);
+  bool empty() const { return guards_.empty() && ranks_.empty(); }
   void start(const Point& point);
   /// Why the run ends in the step from the last point to this one: "stopped at t = 0.5: …". The time by cubic
   /// interpolation between the two.
@@ -32,11 +40,13 @@ class GuardWatch {
     std::vector<double> g, slope;
   };
   Sample evaluate(const Point& point);
+  const Point& point_between(const Point& end, double share);
   double between(const Point& end, double share, std::size_t which);
   std::optional<double> zero(const Point& end, const Sample& there, std::size_t which);
 
   ProblemPtr problem_;
   const std::vector<Guard>& guards_;
+  RankWatch ranks_;
   codegen::Kernel kernel_;  ///< g, then dg/dt where it is known, else 0
   std::vector<double> out_;
   Point last_, between_;

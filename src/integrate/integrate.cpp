@@ -257,7 +257,7 @@ SolutionPtr integrate(ProblemPtr problem, TableauPtr tableau, Point start, const
   solution->set_continuation(std::make_shared<FixedContinuation>(engine, start, plan));
   Saver saver(*solution, *engine, plan);
   saver.start(start);
-  GuardWatch guards(problem, plan.guards);
+  GuardWatch guards(problem, plan);
   guards.start(start);
   const std::string status = run(*problem, *engine, start, plan, saver, guards);
   problem->set_limit(std::numeric_limits<double>::infinity());

@@ -6,6 +6,7 @@
 #include <optional>
 #include <vector>
 
+#include "dae/large_blocks.hpp"
 #include "integrate/events.hpp"
 #include "integrate/multistep.hpp"
 #include "integrate/rosenbrock.hpp"
@@ -33,7 +34,9 @@ struct Plan {
   /// Asked after every step; true ends the run there with the status "left".
   std::function<bool(const Point&)> leave;
 
-  std::vector<Guard> guards;  ///< looked at after every step; where one vanishes, the run stops
+  bool guarded = true;                  ///< false: none of the following two
+  std::vector<Guard> guards;            ///< looked at after every step; where one vanishes, the run stops
+  std::vector<dae::LargeBlock> blocks;  ///< the same for what must keep its rank (rank_watch.hpp)
 
   // ── adaptive only ──
   Tolerances tolerances;  ///< empty: rtol = 1e-6, atol = 1e-9

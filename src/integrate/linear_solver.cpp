@@ -163,6 +163,48 @@ struct LinearSolver<Scalar>::Sparse {
   }
 };
 
+/// -1 for an odd permutation.
+static int parity(const int* order, int n) {
+  std::vector<char> seen(static_cast<std::size_t>(n), 0);
+  int sign = 1;
+  for (int i = 0; i < n; ++i)
+    for (int k = i, length = 0; !seen[static_cast<std::size_t>(k)]; k = order[k], ++length) {
+      seen[static_cast<std::size_t>(k)] = 1;
+      if (length > 0) sign = -sign;
+    }
+  return sign;
+}
+
+template <class Scalar>
+int LinearSolver<Scalar>::determinant(double& log) const {
+  log = 0;
+  if constexpr (is_complex<Scalar>) {
+    return 0;
+  } else {
+    if (use_straight_) return 0;
+    int sign = 1;
+    const auto take = [&](double pivot) {
+      if (pivot < 0) sign = -sign;
+      log += std::log(std::fabs(pivot));
+    };
+    if (!sparse_) {
+      for (int k = 0; k < n_; ++k) {
+        take(1 / lu_[static_cast<std::size_t>(k * n_ + k)]);
+        if (pivot_[static_cast<std::size_t>(k)] != k) sign = -sign;
+      }
+      return sign;
+    }
+    if (!sparse_->numeric) return 0;
+    const auto* diagonal = static_cast<const double*>(sparse_->numeric->Udiag);
+    const auto* scale = static_cast<const double*>(sparse_->numeric->Rs);
+    for (int k = 0; k < n_; ++k) {
+      take(diagonal[k]);
+      if (scale) log += std::log(scale[k]);
+    }
+    return sign * parity(sparse_->numeric->Pnum, n_) * parity(sparse_->symbolic->Q, n_);
+  }
+}
+
 template <class Scalar>
 LinearSolver<Scalar>::LinearSolver() = default;
 template <class Scalar>

@@ -59,6 +59,9 @@ class LinearSolver {
   /// The straight-line factorisation at hand, if the last one was such.
   const codegen::StraightLU* straight() const { return use_straight_ ? &*straight_ : nullptr; }
 
+  /// Sign of det A of the last factorisation, 0 where it is not known (code, complex); log |det A|.
+  int determinant(double& log) const;
+
   int size() const { return n_; }
   /// The smallest pivot of the last factorisation relative to its row (dense), or KLU's estimate 1/condition.
   double weakest_pivot() const;

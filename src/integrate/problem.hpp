@@ -64,8 +64,8 @@ class Problem {
   double* unknowns() { return values_.data() + 1; }
   void residual(double* F);  ///< n + m values
   void rhs(double* f);       ///< n values; requires is_ode()
-  /// Of rhs().
-  std::size_t operations() const { return f_.operations(); }
+  /// Of rhs(), or of residual() where there is none.
+  std::size_t operations() const { return is_ode() ? f_.operations() : F_.operations(); }
 
   /// ∂F/∂(x, x′, z) at the point: entries with columns 0 … n-1 | n … 2n-1 | 2n … 2n+m-1, sorted by rows.
   struct Entry {

@@ -42,6 +42,19 @@ int Points::index_at(double t, double rounding) const {
   return std::max(0, static_cast<int>(after - t_.begin()) - 1);
 }
 
+void Points::cut(double t) {
+  while (t_.size() > 1 && t_.back() > t) t_.pop_back();
+  x_.resize(t_.size() * static_cast<std::size_t>(n_));
+  xdot_.resize(t_.size() * static_cast<std::size_t>(n_));
+  z_.resize(t_.size() * static_cast<std::size_t>(m_));
+}
+
+void Solution::cut(double t) {
+  points_.cut(t);
+  std::erase_if(events_, [&](const EventRecord& e) { return e.t > t; });
+  std::erase_if(methods_in_use_, [&](const MethodInUse& use) { return use.t > t; });
+}
+
 Solution::Solution(ProblemPtr problem)
     : problem_(std::move(problem)),
       values_problem_(std::make_shared<Problem>(*problem_)),

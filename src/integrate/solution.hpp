@@ -25,6 +25,7 @@ class Points {
   Point operator[](int i) const;
   void get(int i, Point& out) const;  ///< without allocation once `out` has its sizes
   const std::vector<double>& t() const { return t_; }
+  void cut(double t);  ///< forgets the points behind t, but for the first one
   /// The last point at or before t (+ rounding).
   int index_at(double t, double rounding) const;
 
@@ -81,6 +82,7 @@ class Solution {
   void add_event(EventRecord event) { events_.push_back(std::move(event)); }
   void add_method(MethodInUse use) { methods_in_use_.push_back(std::move(use)); }
   void keep_methods(std::size_t count) { methods_in_use_.resize(count); }
+  void cut(double t);  ///< takes back what was filled in behind t
   void add_states(StatesInUse use) { states_in_use_.push_back(std::move(use)); }
   void finish(std::string status, const Stats& stats, double seconds);
 

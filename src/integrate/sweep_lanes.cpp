@@ -105,6 +105,7 @@ std::shared_ptr<const LaneSweep> LaneSweep::make(const SweepRequest& request,
   if (!why.empty()) return nullptr;
   why = "the equations cannot be solved everywhere, which is watched step by step";
   if (!guards_of(request.model, request.simulation.inputs, problem, false).empty()) return nullptr;
+  if (!blocks_of(request.model, request.simulation.inputs, problem).empty()) return nullptr;
   why = text("the method is ", found->choice.family, ": ", found->choice.why);
   if (found->choice.family != "explicit") return nullptr;
   const Tableau& rk = *found->choice.tableau;

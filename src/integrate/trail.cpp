@@ -74,6 +74,32 @@ std::vector<DiscreteStep> Trail::steps() {
   return result;
 }
 
+void Trail::sketch(double t, Point& out) {
+  const int i = std::min(mesh_.index_at(t, 0), mesh_.size() - 1);
+  mesh_.get(i, out);
+  if (i + 1 >= mesh_.size() || t <= out.t) return;
+  const Step& step = steps_[static_cast<std::size_t>(i) + 1];
+  if (step.stepper < 0) return;
+  StepView view;
+  mesh_.get(i, view.from), mesh_.get(i + 1, view.to);
+  view.record = records_.data() + step.record;
+  steppers_[static_cast<std::size_t>(step.stepper)]->interpolate(view, t, Detail::state, out);
+  const double s = (t - view.from.t) / (view.to.t - view.from.t);
+  out.t = t;
+  out.xdot = (1 - s) * view.from.xdot + s * view.to.xdot;
+  out.z = (1 - s) * view.from.z + s * view.to.z;
+}
+
+double Trail::cut(double t) {
+  mesh_.cut(t);
+  while (steps_.size() > static_cast<std::size_t>(mesh_.size())) {
+    if (steps_.back().stepper >= 0) records_.resize(steps_.back().record);
+    steps_.pop_back();
+  }
+  viewed_ = -1;
+  return mesh_.t().back();
+}
+
 /// A point that was asked for.
 static Point saved_at(const Points& saved, double t) {
   const double rounding = 4 * std::numeric_limits<double>::epsilon() *

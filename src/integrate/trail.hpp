@@ -30,6 +30,12 @@ class Trail : public Continuation {
   /// Where the times of output are given: once the mesh takes more than some 32 MB it is forgotten, and only
   /// the points at these times are known from then on. Memory is flat, whatever the number of steps.
   void may_forget() { may_forget_ = true; }
+  bool has_forgotten() const { return forgotten_; }
+  /// x between two mesh points by the continuous extension, x′ and z by straight lines. Requires that nothing
+  /// is forgotten.
+  void sketch(double t, Point& out);
+  /// Takes back the steps behind t; returns where the trail ends now. Requires the same.
+  double cut(double t);
   Point at(const Points& saved, double t) override;
   std::vector<DiscreteStep> steps() override;
 

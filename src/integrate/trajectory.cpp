@@ -34,7 +34,10 @@ TrajectoryPtr simulate(const dae::ModelPtr& model, const Simulation& simulation)
                                               simulation.start);
   };
   Plan plan = simulation.plan;
-  plan.guards = guards_of(model, simulation.inputs, *run.problem, !simulation.parameters.empty());
+  if (plan.guarded) {
+    plan.guards = guards_of(model, simulation.inputs, *run.problem, !simulation.parameters.empty());
+    plan.blocks = blocks_of(model, simulation.inputs, *run.problem);
+  }
   if (plan.dt > 0 || plan.dt < 0 || std::isnan(plan.dt))
     return wrap(simulation.method.multistep
                     ? integrate_bdf(run.problem, simulation.method.multistep, run.start, plan)

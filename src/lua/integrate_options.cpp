@@ -298,6 +298,7 @@ integrate::Plan read_plan(Call& call, const Options& options, double from) {
           text("dt = ", rounded(plan.dt), "; the step must be a positive number, for example dt = 0.01"));
   }
   plan.direct = options.boolean("direct", false);
+  plan.guarded = options.boolean("guards", true);
   plan.dt_first = options.number("dt0", 0);
   if (options.has("dt0") && !(plan.dt_first > 0))
     throw Error("dt0 must be a positive number: the first step");

@@ -286,7 +286,7 @@ const Module integrate_module = {
     {
         {"model:integrate", integrate_model,
          "sys:integrate{ start =, to =, rtol =, atol =, method =, dt =, from =, times =, events =, inputs =, "
-         "params =, direct =, sensitivities =, dt0 =, dtmax =, max_steps = } -> solution",
+         "params =, direct =, sensitivities =, dt0 =, dtmax =, max_steps =, guards = } -> solution",
          "Solves the initial value problem: with dt by fixed steps of any tableau; without, with steps "
          "chosen "
          "so that every step errs by less than atol + rtol |x| (1e-3 rtol and 1e-6 where they are not given; "
@@ -298,7 +298,11 @@ const Module integrate_module = {
          "t = {…}, u = {…}, hold = \"linear\" or \"zero\" } }; events: a list of { when = e, direction = -1, "
          "0 or 1, then "
          "action = \"stop\", reset = { [v] = -0.9*v } or call = function(sol) … end }; direct = true "
-         "integrates a model of index 2 or more as it stands. What ends a run early is in sol.status.",
+         "integrates a model of index 2 or more as it stands; guards = false goes on where constraints "
+         "become "
+         "dependent or equations lose their unknowns, which otherwise ends the run. What ends a run early is "
+         "in "
+         "sol.status.",
          "x = var \"x\"\nsol = dae{ der(x) ~ -2*x }:integrate{ start = { x = 1 }, to = 2, method = rk.rk4, "
          "dt = 0.1 }\n"
          "print(sol)",
