@@ -17,12 +17,19 @@
 namespace pendula::dae {
 namespace {
 
-void describe_substitutions(const Model& m, std::vector<std::string>& lines) {
+/// Rows such as p′ = v that were put into a derivative of the constraints.
+void describe_substitutions(const Model& m, const std::vector<Constraint>& constraints,
+                            std::vector<std::string>& lines) {
   const auto known = kinematics(m);
+  std::vector<Expr> residuals;
+  for (const Constraint& c : constraints) residuals.push_back(c.residual);
+  const auto inside = leaves(residuals);
+  const std::unordered_set<Expr> differentiated(inside.begin(), inside.end());
   std::unordered_set<int> told;
   for (const auto& solved : solved_rows(m)) {
     const int block = m.origin[solved.residual].first;
-    if (!known.count(solved.derivative) || !told.insert(block).second) continue;
+    if (!known.count(solved.derivative) || !differentiated.count(symbol_of(solved.derivative).base)) continue;
+    if (!told.insert(block).second) continue;
     lines.push_back(
         text("with (", block + 1, ")  ", formula(ref(m.blocks[block].lhs), " = ", ref(m.blocks[block].rhs))));
   }
@@ -65,7 +72,7 @@ ModelPtr reduce_acc(const ModelPtr& given) {
   }
   options.u = model->inputs;
   options.trace = std::move(d.trace);
-  describe_substitutions(*model, options.trace);
+  describe_substitutions(*model, d.constraints, options.trace);
   ModelPtr low = make_model(std::move(d.blocks), options);
   const auto n = static_cast<int>(low->residuals.size());
   const int rank = generic_rank(top_jacobian(*low), n, n).rank;

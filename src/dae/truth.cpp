@@ -59,11 +59,37 @@ std::vector<Constraint> array_constraints(const ArrayResult& array) {
   return list;
 }
 
-/// The conditions of a repaired model, in the unknowns of the original one.
-std::vector<Constraint> repaired_constraints(const Repaired& repaired) {
-  std::vector<Constraint> list = require_regular(*repaired.model).constraints;
-  for (Constraint& c : list) c.residual = substitute(c.residual, repaired.definitions);
+/// A label in which "(6*)", no equation of the user, is replaced by the combination that it stands for.
+std::string in_given_equations(std::string label, const Model& repaired) {
+  constexpr int deepest = 3;  // combinations of combinations; an equation may have been replaced twice
+  for (int depth = 0; depth < deepest && label.find("*)") != std::string::npos; ++depth)
+    for (std::size_t i = 0; i < repaired.residuals.size(); ++i) {
+      const auto [block, row] = repaired.origin[i];
+      const auto& how = repaired.blocks[static_cast<std::size_t>(block)].rewritten;
+      if (static_cast<std::size_t>(row) >= how.size() || how[static_cast<std::size_t>(row)].empty()) continue;
+      const std::string star = repaired.label(i), &note = how[static_cast<std::size_t>(row)];
+      const std::string meaning = label == star ? note : "(" + note + ")";
+      for (std::size_t k = 0; (k = label.find(star, k)) != std::string::npos; k += meaning.size())
+        label.replace(k, star.size(), meaning);
+    }
+  return label;
+}
+
+/// The conditions of a repaired model, in the unknowns and equations of the original one.
+std::vector<Constraint> in_given_terms(std::vector<Constraint> list, const Repaired& repaired) {
+  for (Constraint& c : list) {
+    c.residual = substitute(c.residual, repaired.definitions);
+    std::string label = in_given_equations(c.label, *repaired.model);
+    if (label != c.label) c.origin = -1, c.label = std::move(label);
+  }
+  std::stable_sort(list.begin(), list.end(), [](const Constraint& a, const Constraint& b) {
+    return display_width(a.label) < display_width(b.label);  // an equation as written, then combinations
+  });
   return list;
+}
+
+std::vector<Constraint> repaired_constraints(const Repaired& repaired) {
+  return in_given_terms(require_regular(*repaired.model).constraints, repaired);
 }
 
 Truth from_array(const ModelPtr& model, const Analysis& a, const ArrayResult& array) {
@@ -153,6 +179,12 @@ Truth find(const Model& m, const Analysis& a) {
   return t;
 }
 
+std::size_t length_of(const std::vector<Constraint>& list) {
+  std::size_t nodes = 0;
+  for (const Constraint& c : list) nodes += topological({&c.residual, 1}).size();
+  return nodes;
+}
+
 /// Conditions on the states only, as many as there are; where elimination does not lead to them, the list
 /// stays as it was found and is marked incomplete.
 void complete_constraints(const Model& m, const Analysis& a, Truth& t) {
@@ -164,11 +196,12 @@ void complete_constraints(const Model& m, const Analysis& a, Truth& t) {
   if (a.standing == Standing::at_values) there.residuals = residuals_at_values(m);
   auto rows = a.regular ? rows_by_offsets(there, a.offsets) : rows_up_to(there, order);
   auto found = state_conditions(there, m.states(), std::move(rows), wanted);
-  if (static_cast<int>(found.size()) < wanted && !a.regular)  // the repaired equations may lead further
+  if (!a.regular)  // the repaired equations may lead further, or to something shorter
     if (const auto repaired = repair(std::make_shared<const Model>(there))) {
       auto more = state_conditions(*repaired->model, m.states(),
                                    rows_by_offsets(*repaired->model, repaired->offsets), wanted);
-      if (more.size() > found.size()) found = std::move(more);
+      if (more.size() > found.size() || (more.size() == found.size() && length_of(more) < length_of(found)))
+        found = in_given_terms(std::move(more), *repaired);
     }
   t.complete = static_cast<int>(found.size()) == wanted;
   if (t.complete || !clean) t.constraints = std::move(found);

@@ -239,7 +239,7 @@ void complete_plan(Plan& plan, const dae::ModelPtr& model, const Simulation& sim
   plan.tolerances.atol =
       tolerance(simulation.atol, 1e-3 * simulation.rtol.all.value_or(1e-6), *model, *problem, "atol");
   scale_sensitivities(plan.tolerances, *problem, variational);
-  if (plan.direct) plan.variable_index = variable_indices(*model, *problem);
+  if (plan.direct || model->form == "ggl") plan.variable_index = variable_indices(*model, *problem);
   require_convergence(simulation.method, plan.variable_index);
   const auto own = [&](Expr e) { return substitute(dae::resolve(*model, e), simulation.inputs); };
   bool resets = false;

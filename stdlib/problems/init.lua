@@ -30,16 +30,17 @@ local names = {
   -- linear, constant coefficients
   "reissig", "hidden_sum", "mattsson_linear", "scholz_steinbrecher", "tracking_chain", "spring_servo", "gear_shafts",
   "singular_arc", "opamp_integrator", "opamp_differentiator", "capacitor_loop", "inductor_cutset", "two_tanks",
+  "coupled_outputs", "differentiator_cascade", "inverse_heat", "nonminimum_phase",
   -- linear, coefficients that vary
-  "gear_petzold", "kunkel_mehrmann", "kunkel_mehrmann_open", "parameter_index", "singular_time",
+  "gear_petzold", "kunkel_mehrmann", "kunkel_mehrmann_open", "parameter_index", "singular_time", "rotating_nilpotent",
   -- nonlinear
   "cube_root", "van_der_pol_limit", "two_branches", "implicit_circle", "jay_index2", "jay_index3", "pantelides_reactor",
-  "substitution", "linear_combination", "robot_arm",
+  "substitution", "linear_combination", "robot_arm", "catalyst_mixing", "hessenberg4",
   -- mechanics
   "pendulum", "pendulum_velocity", "pendulum_acceleration", "two_pendula", "rotating_rod", "skate", "slider_crank",
-  "double_pendulum", "car_axis", "squeezer", "chain",
+  "double_pendulum", "car_axis", "squeezer", "chain", "redundant_bar",
   -- chemistry and circuits of the test sets
-  "robertson", "akzo", "hires", "transistor_amplifier", "diode_ladder",
+  "robertson", "akzo", "hires", "transistor_amplifier", "diode_ladder", "ring_modulator",
 }
 
 -- What is computed from the file when it is read: the file itself, once, and what its build() returns, once.
