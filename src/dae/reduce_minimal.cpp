@@ -1,7 +1,9 @@
 // Form "minimal": dependent coordinates are solved from the constraints and substituted.
 //
 // A constraint 0 = a(q) y + r(q), linear in a coordinate y, gives y = φ(q) = -r/a wherever a ≠ 0. Then
-// y′ = φ′, y″ = φ″ by total derivatives, the constraint has gone, and so have its hidden conditions.
+// y′ = φ′, y″ = φ″ by total derivatives, the constraint has gone, and so have its hidden conditions. One that
+// is quadratic in every coordinate, 0 = a y² + b y + r, gives y = (-b ± √(b² - 4 a r))/(2 a); the sign is
+// that of a start, and holds where the argument of the root is positive.
 #include <algorithm>
 #include <cmath>
 
@@ -67,11 +69,10 @@ class Dependents {
     const Expr e = simplify(substitute(c.residual, derivatives()));
     if (e.is_zero() || generic::is_zero(e)) return;  // the derivative of one that was solved before
     const auto best = choose(e);
-    if (!best) refuse(c, e);
+    if (!best) return add_root(c, e);
     const Expr rest = substitute(e, {{best->leaf, Expr(0)}});
     const Expr phi = simplify(-rest / best->slope);
-    for (auto& [leaf, older] : solved) older = simplify(substitute(older, with_derivatives(best->leaf, phi)));
-    solved.push_back({best->leaf, phi});
+    keep(best->leaf, phi);
     for (Expr factor : vanishing_factors(best->slope))
       if (varies(factor))
         domain.push_back(
@@ -122,12 +123,100 @@ class Dependents {
     return best;
   }
 
+  void keep(Expr leaf, Expr phi) {
+    for (auto& [other, older] : solved) older = simplify(substitute(older, with_derivatives(leaf, phi)));
+    solved.push_back({leaf, phi});
+  }
+
+  /// 0 = a y² + b y + r in one coordinate.
+  struct Quadratic {
+    Expr leaf, a, b, r;
+    double slope;  ///< ∂e/∂y = 2 a y + b at the start: its sign is that of the root
+  };
+
+  std::vector<Quadratic> quadratics(Expr e) const {
+    const auto inside = leaves({&e, 1});
+    std::vector<Quadratic> list;
+    for (const Variable& v : m_.variables) {
+      if (std::find(inside.begin(), inside.end(), v.leaf) == inside.end()) continue;
+      const bool moves = std::any_of(inside.begin(), inside.end(), [&](Expr leaf) {
+        return leaf != v.leaf && symbol_of(leaf).base == v.leaf;
+      });
+      const Expr slope = partial(e, v.leaf), a = simplify(partial(slope, v.leaf) / 2);
+      if (moves || a.is_zero() || depends_on(a, v.leaf)) continue;
+      const Substitution zero{{v.leaf, Expr(0)}};
+      list.push_back({v.leaf, a, simplify(substitute(slope, zero)), simplify(substitute(e, zero)),
+                      at_.empty() ? 0 : signed_at(slope)});
+    }
+    return list;
+  }
+
+  /// At the start; NaN where something has no value there.
+  double signed_at(Expr e) const {
+    std::unordered_map<Expr, double> point;
+    for (Expr leaf : leaves({&e, 1})) {
+      if (symbol_of(leaf).kind == pendula::Kind::constant) continue;
+      if (const auto it = at_.find(leaf); it != at_.end())
+        point[leaf] = it->second;
+      else if (const auto known = m_.values.find(leaf); known != m_.values.end())
+        point[leaf] = pendula::evaluate({&known->second, 1}, {})[0];
+      else if (symbol_of(leaf).kind == pendula::Kind::time)
+        point[leaf] = 0;
+      else
+        return NAN;
+    }
+    return pendula::evaluate({&e, 1}, point)[0];
+  }
+
+  void add_root(const Constraint& c, Expr e) {
+    const std::vector<Quadratic> list = quadratics(e);
+    if (list.empty()) refuse(c, e);
+    std::vector<Expr> names;
+    for (const Quadratic& q : list) names.push_back(q.leaf);
+    if (at_.empty())
+      throw Error(text("form \"minimal\": the constraint ", c.label, "  0 = ", to_text(e),
+                       " is quadratic in ", grouped_names(names),
+                       ", and which root holds depends on where the solution is. Name a "
+                       "start: reduce(\"minimal\", { at = sys:init{ fix = … } })"));
+    const auto best = std::max_element(list.begin(), list.end(), [](const Quadratic& p, const Quadratic& q) {
+      return std::fabs(p.slope) < std::fabs(q.slope) * (1 - 1e-12);
+    });
+    if (!(std::fabs(best->slope) > 1e-12))
+      throw Error(
+          text("form \"minimal\": at this start both roots of the constraint ", c.label, "  0 = ", to_text(e),
+               " coincide for each of ", grouped_names(names),
+               ", so it can be solved for none of them there. Use reduce \"dummy\" or reduce \"project\""));
+    const Expr two_a = simplify(2 * best->a), D = simplify(best->b * best->b - 4 * best->a * best->r);
+    const mpq_class* number = exact_value(two_a);
+    const Expr inside =
+        number && *number != 0 ? simplify(D / (two_a * two_a)) : D;  // √(L² - x²), not √(4 L² - …)/2
+    const bool flip = number && *number < 0;
+    const bool plus = (best->slope > 0) != flip;
+    const Expr root = plus ? pendula::sqrt(inside) : -pendula::sqrt(inside);
+    const Expr phi = number ? simplify(root - best->b / two_a) : simplify((root - best->b) / two_a);
+    keep(best->leaf, phi);
+    const auto name = to_text(best->leaf);
+    const std::string remedy = "reduce \"dummy\" and reduce \"project\" divide by nothing and go on";
+    domain.push_back(
+        {pendula::sqrt(inside),
+         text("the two roots of ", c.label, " for ", name, " meet, of which form \"minimal\" took one"),
+         remedy});
+    for (Expr factor : vanishing_factors(two_a))
+      if (varies(factor))
+        domain.push_back(
+            {factor, text(c.label, " cannot be solved for ", name, ", as form \"minimal\" did"), remedy});
+    trace.push_back(text("minimal: ", c.label, " = 0 is quadratic in ", ref(best->leaf), ":  ",
+                         formula(ref(best->leaf), " = ", ref(phi)), ",  the root of the start (",
+                         formula(ref(best->leaf), " = "), rounded(at_.at(best->leaf), 6), "),  valid while ",
+                         formula(ref(inside), " > 0")));
+  }
+
   [[noreturn]] void refuse(const Constraint& c, Expr e) const {
     std::vector<Expr> names;
     for (Expr leaf : leaves({&e, 1}))
       if (symbol_of(leaf).kind == pendula::Kind::variable) names.push_back(leaf);
     throw Error(text("form \"minimal\": the constraint ", c.label, "  0 = ", to_text(e),
-                     " is linear in none of ", grouped_names(names),
+                     " is linear or quadratic in none of ", grouped_names(names),
                      ", so no coordinate can be written explicitly. Use reduce \"dummy\", which needs no "
                      "solved form, or describe the model by other coordinates (angles)"));
   }

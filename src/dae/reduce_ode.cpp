@@ -40,6 +40,15 @@ bool vanishes(Expr slope, const Model& m) {
   return pendula::evaluate({&slope, 1}, values)[0] == 0;
 }
 
+/// sin(t): it may pass 0, where a linear solve with pivots takes another row.
+bool moves(Expr slope) {
+  const auto inside = leaves({&slope, 1});
+  return std::any_of(inside.begin(), inside.end(), [](Expr leaf) {
+    const auto kind = symbol_of(leaf).kind;
+    return kind != pendula::Kind::parameter && kind != pendula::Kind::constant;
+  });
+}
+
 /// Elimination of everything that stands at the top of an index-1 model.
 class Elimination {
  public:
@@ -62,12 +71,12 @@ class Elimination {
   std::vector<std::size_t> rows;  ///< residuals that make the system
 
  private:
-  /// x′ = f(x, z): a row of its own, a coefficient that contains no unknown and does not vanish.
+  /// x′ = f(x, z): a row of its own, a constant coefficient that does not vanish.
   void take_explicit_rows() {
     std::unordered_set<std::size_t> used;
     for (const Solved& row : solved_rows(m_)) {
-      if (contains(row.f, top_) || vanishes(partial(m_.residuals[row.residual], row.derivative), m_))
-        continue;
+      const Expr slope = partial(m_.residuals[row.residual], row.derivative);
+      if (contains(row.f, top_) || moves(slope) || vanishes(slope, m_)) continue;
       solved[row.derivative] = row.f;
       used.insert(row.residual);
     }

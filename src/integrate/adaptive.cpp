@@ -43,7 +43,8 @@ class Run {
         saver_(*solution_, plan),
         finder_(problem_, plan.events.list),
         couplings_(Couplings::of(*problem_, plan.modes)),
-        ranks_(problem_, plan_.blocks, plan.tolerances.rtol.size() ? plan.tolerances.rtol.minCoeff() : 1e-6) {
+        ranks_(problem_, plan_.blocks, plan.tolerances.rtol.size() ? plan.tolerances.rtol.minCoeff() : 1e-6),
+        roots_(problem_, plan_.guards) {
     if (plan_.tolerances.rtol.size() == 0)
       plan_.tolerances = Tolerances::uniform(problem_->n() + problem_->m(), 1e-6, 1e-9);
     if (plan_.times) trail_->may_forget();
@@ -71,6 +72,7 @@ class Run {
     saver_.begin(stepper().here());
     if (!plan_.guards.empty() || !plan_.blocks.empty()) first_ = stepper().here();
     ranks_.start(first_);
+    roots_.start(first_);
     looked_ = first_;
   }
 
@@ -276,6 +278,11 @@ class Run {
       return text("stopped at t = ", rounded(hit->t, 6), ": ", hit->reason);
     }
     if (ranks_.just_looked() && plan_.times) looked_ = here;
+    if (const auto root = roots_.after(here)) {
+      reached_ = trail_->has_forgotten() ? root->t : trail_->cut(root->t);
+      solution_->cut(reached_);
+      return text("stopped at t = ", rounded(root->t, 6), ": ", root->reason);
+    }
     return "";
   }
 
@@ -494,6 +501,7 @@ class Run {
   bool quiet_ = true;                           ///< no event so far in the step
   std::shared_ptr<const Couplings> couplings_;  ///< of a large model
   RankWatch ranks_;
+  RootWatch roots_;
   Accumulation accumulation_;
   StepView view_;
   std::vector<double> record_;

@@ -62,6 +62,7 @@ class MeshPolynomial : public Continuation {
         mesh_(problem_->n(), problem_->m()),
         derivative_(problem_, unused_) {}
   void add(const Point& point) { mesh_.add(point); }
+  void cut(double t) { mesh_.cut(t); }
   std::pair<double, double> interval(const Points&) const override {
     return {mesh_.t().front(), mesh_.t().back()};
   }
@@ -212,6 +213,7 @@ SolutionPtr integrate_bdf(ProblemPtr problem, MultistepPtr method, Point start, 
   GuardWatch guards(problem, plan);
   guards.start(start);
   const std::string status = run(engine, *mesh, *solution, start, plan, guards);
+  if (guards.cut()) solution->cut(*guards.cut()), mesh->cut(*guards.cut());
   engine.finish();
   if (plan.times)
     for (double t : *plan.times)

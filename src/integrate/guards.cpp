@@ -28,8 +28,11 @@ std::vector<Guard> guards_of(const dae::ModelPtr& model, const Substitution& inp
   for (const dae::Nonzero& n : dae::domain(model, all_values)) {
     const Expr factor = substitute(n.factor, inputs);
     if (factor.is_constant() || !all_known(factor, known)) continue;
-    guards.push_back({factor, text(dae::elided_text(n.factor), " = 0 there, and ", n.where,
-                                   n.remedy.empty() ? "" : "; ", n.remedy)});
+    const bool root = !factor.is_symbol() && factor.op() == Op::sqrt;
+    guards.push_back({root ? factor.operand(0) : factor,
+                      text(dae::elided_text(n.factor), " = 0 there, and ", n.where,
+                           n.remedy.empty() ? "" : "; ", n.remedy),
+                      root});
   }
   return guards;
 }
@@ -55,8 +58,72 @@ std::vector<dae::LargeBlock> blocks_of(const dae::ModelPtr& model, const Substit
   return blocks;
 }
 
+RootWatch::RootWatch(const ProblemPtr& problem, const std::vector<Guard>& guards) {
+  const std::vector<Expr>& arguments = problem->arguments();
+  const std::unordered_set<Expr> known(arguments.begin(), arguments.end());
+  std::vector<Expr> outputs, slopes;
+  for (const Guard& guard : guards) {
+    if (!guard.root) continue;
+    const Expr root = pendula::sqrt(guard.factor), slope = total_derivative(root);
+    if (!all_known(slope, known)) continue;
+    roots_.push_back(guard);
+    outputs.push_back(root), slopes.push_back(slope);
+  }
+  if (roots_.empty()) return;
+  problem_ = std::make_shared<Problem>(*problem);
+  outputs.insert(outputs.end(), slopes.begin(), slopes.end());
+  kernel_ = codegen::Kernel(outputs, arguments);
+  out_.resize(outputs.size());
+  last_.resize(roots_.size());
+  largest_.assign(roots_.size(), 0.0);
+}
+
+void RootWatch::start(const Point& point) {
+  for (auto& list : last_) list.clear();
+  after(point);
+}
+
+std::optional<RootWatch::Hit> RootWatch::after(const Point& point) {
+  if (roots_.empty()) return {};
+  problem_->place(point.t, point.x.data(), point.xdot.data(), point.z.data());
+  kernel_(problem_->values().data(), out_.data());
+  std::optional<Hit> hit;
+  constexpr std::size_t most = 64;
+  for (std::size_t i = 0; i < roots_.size(); ++i) {
+    const Sample now{point.t, out_[i], out_[roots_.size() + i]};
+    if (!std::isfinite(now.s) || !std::isfinite(now.slope)) continue;
+    auto& list = last_[i];
+    list.push_back(now);
+    if (list.size() > most) list.pop_front();
+    largest_[i] = std::max(largest_[i], now.s);
+    constexpr double rounding = 1e-6;  // of √D, where D is the rounding of what it is made of
+    const auto t = now.s <= rounding * largest_[i] ? std::optional(now.t) : kink(list);
+    if (t && (!hit || *t < hit->t)) hit = Hit{*t, roots_[i].reason};
+  }
+  return hit;
+}
+
+/// From the last point back over the least √D to a point of the same size on the other side.
+std::optional<double> RootWatch::kink(const std::deque<Sample>& list) const {
+  const Sample& right = list.back();
+  if (right.slope <= 0 || list.size() < 2) return {};
+  double least = right.s;
+  for (std::size_t k = list.size() - 1; k-- > 0;) {
+    const Sample& left = list[k];
+    least = std::min(least, left.s);
+    if (left.slope >= 0) continue;
+    if (left.s < right.s / 2 && k > 0 && list[k - 1].s > left.s) continue;  // further away it shows better
+    const double half = (right.t - left.t) / 2;
+    const double same = std::fabs(right.s - left.s - half * (left.slope + right.slope));
+    const double through = std::fabs(right.s + left.s + half * (left.slope - right.slope));
+    if (!(through < same / 4)) return {};
+    return left.t + (right.t - left.t) * left.s / (left.s + right.s);
+  }
+  return {};
+}
+
 GuardWatch::GuardWatch(const ProblemPtr& problem, const Plan& plan)
-    : guards_(plan.guards), ranks_(problem, plan.blocks, 1e-6) {
+    : guards_(plan.guards), ranks_(problem, plan.blocks, 1e-6), roots_(problem, plan.guards) {
   const std::vector<Guard>& guards = plan.guards;
   if (guards.empty()) return;
   problem_ = std::make_shared<Problem>(*problem);
@@ -85,6 +152,7 @@ void GuardWatch::start(const Point& point) {
   if (empty()) return;
   last_ = point;
   ranks_.start(point);
+  roots_.start(point);
   here_ = evaluate(point);
   first_ = here_.g;
 }
@@ -152,6 +220,10 @@ std::optional<std::string> GuardWatch::after(const Point& point) {
   };
   if (const auto hit = ranks_.after(point, true, none, inside))
     return text("stopped at t = ", rounded(hit->t, 4), ": ", hit->reason);
+  if (const auto hit = roots_.after(point)) {
+    cut_ = hit->t;
+    return text("stopped at t = ", rounded(hit->t, 4), ": ", hit->reason);
+  }
   last_ = point;
   before_ = std::exchange(here_, there).g;
   return {};

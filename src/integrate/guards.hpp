@@ -1,6 +1,7 @@
 // Expressions that must not vanish along a solution, after steps of a fixed size.
 #pragma once
 
+#include <deque>
 #include <optional>
 #include <string>
 #include <vector>
@@ -21,12 +22,42 @@ std::vector<dae::LargeBlock> blocks_of(const dae::ModelPtr& model, const Substit
 /// A point at a share of a step: cubic Hermite interpolation of x, linear of x′ and z.
 void between(const Point& from, const Point& to, double share, Point& out);
 
+/// Form "minimal" has taken the root y = -√D of a constraint, and y should go on to positive values: D
+/// touches 0, and the form goes on from there with the mirror image. Its trace is a kink: √D falls and rises
+/// again with opposite slopes, so that -√D on one side goes on smoothly as +√D on the other. Told by the
+/// trapezoidal rule between two points on both sides: √D₂ - √D₁ against -√D₂ - √D₁.
+class RootWatch {
+ public:
+  RootWatch(const ProblemPtr& problem, const std::vector<Guard>& guards);
+  bool empty() const { return roots_.empty(); }
+  void start(const Point& point);
+  struct Hit {
+    double t;
+    std::string reason;
+  };
+  std::optional<Hit> after(const Point& point);
+
+ private:
+  struct Sample {
+    double t, s, slope;
+  };
+  std::optional<double> kink(const std::deque<Sample>& list) const;
+  ProblemPtr problem_;
+  std::vector<Guard> roots_;
+  codegen::Kernel kernel_;  ///< √D, then its derivative
+  std::vector<double> out_;
+  std::vector<std::deque<Sample>> last_;
+  std::vector<double> largest_;
+};
+
 /// Looks at the guards after every step. A sign that differs from the one before is a zero in between; so is
 /// a value that, by the slopes at both ends, was nearer to zero in between and reached it to 1e-9.
 class GuardWatch {
  public:
   GuardWatch(const ProblemPtr& problem, const Plan& plan);
   bool empty() const { return guards_.empty() && ranks_.empty(); }
+  /// The run ended at this time, some steps ago.
+  std::optional<double> cut() const { return cut_; }
   void start(const Point& point);
   /// Why the run ends in the step from the last point to this one: "stopped at t = 0.5: …". The time by cubic
   /// interpolation between the two.
@@ -47,6 +78,8 @@ class GuardWatch {
   ProblemPtr problem_;
   const std::vector<Guard>& guards_;
   RankWatch ranks_;
+  RootWatch roots_;
+  std::optional<double> cut_;
   codegen::Kernel kernel_;  ///< g, then dg/dt where it is known, else 0
   std::vector<double> out_;
   Point last_, between_;

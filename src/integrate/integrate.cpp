@@ -260,6 +260,7 @@ SolutionPtr integrate(ProblemPtr problem, TableauPtr tableau, Point start, const
   GuardWatch guards(problem, plan);
   guards.start(start);
   const std::string status = run(*problem, *engine, start, plan, saver, guards);
+  if (guards.cut()) solution->cut(*guards.cut());
   problem->set_limit(std::numeric_limits<double>::infinity());
   const double seconds = static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC;
   solution->finish(status, engine->stats(), seconds);

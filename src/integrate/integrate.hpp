@@ -20,6 +20,7 @@ namespace pendula::integrate {
 struct Guard {
   Expr factor;         ///< in leaves of the problem
   std::string reason;  ///< "x = 0 there, and …"
+  bool root = false;   ///< factor = √D stands for one of two roots that meet where D touches 0
 };
 
 struct Plan {

@@ -115,7 +115,8 @@ const Module forms_module = {
          "violations decay (gains alpha, beta), \"ggl\" keeps C = 0 and C′ = 0 with additional multipliers "
          "(index 2), \"dummy\" makes dependent derivatives algebraic, chosen at a start, \"minimal\" "
          "substitutes "
-         "dependent coordinates. Without a form the best road for simulation; trace() says which and why.",
+         "dependent coordinates (of a quadratic constraint the root of the start at). Without a form the "
+         "best road for simulation; trace() says which and why.",
          "x, z = vars \"x z\"  return dae{ der(x) ~ z, 0 ~ x - sin(t) }:reduce(\"acc\"):index()", "1"},
         {"model:trace", trace, "sys:trace([{ latex = true }]) -> trace",
          "The derivation of this form, step by step: what was differentiated, combined, substituted, with "

@@ -82,6 +82,27 @@ static dae::StartPtr translated_to_dummies(const dae::StartPtr& at, const dae::M
   return here;
 }
 
+/// Form "minimal" has taken one root of a quadratic constraint: a start on the other one is none of its
+/// starts.
+static void require_same_branch(const dae::Start& at, const dae::Start& here, const dae::Model& model) {
+  const dae::ModelPtr source = dae::original(here.model);
+  for (Expr leaf : source->states()) {
+    const auto given = at.values.find(leaf);
+    const Expr own = dae::resolve(model, leaf);
+    if (given == at.values.end() || own == leaf) continue;
+    const std::vector<Expr> inside = leaves({&own, 1});
+    if (!std::all_of(inside.begin(), inside.end(), [&](Expr e) {
+          return here.values.count(e) || symbol_of(e).kind == pendula::Kind::constant;
+        }))
+      continue;
+    const double now = pendula::evaluate({&own, 1}, here.values)[0];
+    if (std::fabs(now - given->second) <= 1e-6 * (std::fabs(now) + std::fabs(given->second)) + 1e-9) continue;
+    throw Error(text("the start has ", to_text(leaf), " = ", rounded(given->second, 6),
+                     ", but form \"minimal\" was made where ", to_text(leaf), " = ", to_text(own), " = ",
+                     rounded(now, 6), "; make the form at this start: reduce(\"minimal\", { at = start })"));
+  }
+}
+
 /// A start of a relative, in the leaves of this model.
 dae::StartPtr translated(const dae::StartPtr& at, const dae::ModelPtr& model) {
   if (at->model == model) return at;
@@ -115,6 +136,7 @@ static dae::StartPtr translated_states(const dae::StartPtr& at, const dae::Model
       request.parameters[p] = value;
   // What was fixed, chosen or computed in the original stays so: sensitivities of the start depend on it.
   auto result = std::make_shared<dae::Start>(*dae::init(model, request));
+  if (model->form == "minimal") require_same_branch(*at, *result, *model);
   std::unordered_map<Expr, dae::Origin> origins;
   for (const dae::LedgerRow& original : at->rows) {
     origins[original.leaf] = original.origin;

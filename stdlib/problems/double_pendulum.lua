@@ -5,6 +5,7 @@ return {
   tags = "mechanics nonlinear",
   index = 3, dof = 4, structural_index = 3, structural_dof = 4, verdict = "valid",
   to = 1, dt = 0.01,
+  forms = { "", "acc", "ggl", "baumgarte", "ode", "project", "dummy" },   -- not "minimal": the solution leaves the root of its start
   build = function()
     local p = var("p", 4)
     local a, b = p:slice(1, 2), p:slice(3, 4)

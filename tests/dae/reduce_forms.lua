@@ -44,7 +44,7 @@ test("reduce() names its choice; unknown forms and options are refused", functio
   local x = var "x"
   expect(dae { der(x) ~ -x }:reduce():trace():find("left the model as it is", 1, true) ~= nil):equals(true)
   expect(function() ball:reduce "minimum" end):fails "Did you mean 'minimal'"
-  expect(function() ball:reduce "minimal" end):fails "linear in none of"
+  expect(function() ball:reduce "minimal" end):fails "is quadratic in p, and which root holds depends"
   expect(function() ball:reduce("acc", { alpha = 1 }) end):fails "has none"
   expect(function() ball:reduce("baumgarte", { alpha = -1 }) end):fails "must be positive"
   expect(function() ball:reduce("dummy", { at = 3 }) end):fails "at must be a start"
