@@ -8,6 +8,12 @@
 #include "expr/derivative.hpp"
 
 namespace pendula::integrate {
+namespace {
+
+/// Unknowns: beyond, the equations dominate, and choosing pivots takes long.
+constexpr int largest_coded = 60;
+
+}  // namespace
 
 RosenbrockStepper::RosenbrockStepper(ProblemPtr problem, RosenbrockPtr method, Tolerances tolerances,
                                      StepLimits limits, Stats& stats)
@@ -58,32 +64,75 @@ void RosenbrockStepper::start(const Point& point, double end) {
   first_ = true, rejected_ = false;
   trouble_.clear();
   dt_ = limits_.dt_first > 0 ? limits_.dt_first : cautious_step(end);
+  prepare_code();
 }
 
-/// ∂F/∂t at the beginning of the step.
-bool RosenbrockStepper::time_derivative() {
-  if (!depends_on_time_) return true;
+/// Code for whole steps, with pivots for the Jacobian at the start.
+void RosenbrockStepper::prepare_code() {
+  if (N_ > largest_coded || code_) return;
+  begin_step();
+  if (factorise(dt_) && solver_.straight() == nullptr) solver_.prepare(matrix_.data());
+  if (factorise(dt_)) use_code();
+}
+
+bool RosenbrockStepper::use_code() {
+  if (N_ <= largest_coded && solver_.straight())
+    code_ = RosenbrockCode::make({*problem_, *method_, in_mass_, *solver_.straight(), tolerances_});
+  return code_ != nullptr;
+}
+
+/// ∂F/∂t there; nothing to do where the code knows it. False if it is not finite.
+bool RosenbrockStepper::time_derivative(const Point& at) {
+  if (!depends_on_time_ || (code_ && problem_->model().u.empty())) return true;
+  problem_->place(at.t, at.x.data(), at.xdot.data(), at.z.data());
   if (problem_->model().u.empty()) {
     time_kernel_(problem_->values().data(), Ft_.data());
   } else {  // inputs are known as functions of numbers only
-    const double delta = 1e-8 * std::max(1e-5, std::fabs(here_.t) + dt_);
+    const double delta = 1e-8 * std::max(1e-5, std::fabs(at.t) + dt_);
     problem_->residual(R_.data());
-    problem_->set_time(here_.t + delta);
+    problem_->set_time(at.t + delta);
     problem_->residual(Ft_.data());
-    problem_->set_time(here_.t);
+    problem_->set_time(at.t);
     for (std::size_t k = 0; k < Ft_.size(); ++k) Ft_[k] = (Ft_[k] - R_[k]) / delta;
     stats_.evaluations += 2;
   }
   return std::all_of(Ft_.begin(), Ft_.end(), [](double v) { return std::isfinite(v); });
 }
 
-bool RosenbrockStepper::begin_step() {
+void RosenbrockStepper::begin_step() {
   std::copy_n(here_.x.data(), n(), y_.data());
   std::copy_n(here_.z.data(), m(), y_.data() + n());
+  ++stats_.jacobians;
+  if (code_) return;
   problem_->place(here_.t, here_.x.data(), here_.xdot.data(), here_.z.data());
   entries_ = problem_->jacobian();
-  ++stats_.jacobians;
-  return time_derivative();
+}
+
+/// A step of this size: the norm of its error, or NaN.
+double RosenbrockStepper::attempt(double dt) {
+  if (!code_) return attempt_apart(dt);
+  end_ = code_->run(*problem_, here_, dt, Ft_.data());
+  if (end_.regular) {
+    ++stats_.factorisations;
+    stats_.evaluations += method_->stages();
+    std::copy_n(end_.scaled, N_, scaled_.data());
+    return ErrorSum::norm(end_.sum, end_.largest, N_);
+  }
+  code_ = nullptr;  // these pivots do not suit, or something is not finite
+  begin_step();
+  if (!time_derivative(here_)) return NAN;
+  const double error = attempt_apart(dt);
+  return use_code() ? attempt(dt) : error;
+}
+
+double RosenbrockStepper::attempt_apart(double dt) {
+  if (!factorise(dt)) {
+    trouble_ = "the matrix of the linear systems is singular";
+    return NAN;
+  }
+  if (stages(dt)) return error_norm();
+  trouble_ = "the equations are not finite near here";
+  return NAN;
 }
 
 bool RosenbrockStepper::factorise(double dt) {
@@ -143,41 +192,56 @@ double RosenbrockStepper::error_norm() {
   return sum.norm(N_);
 }
 
-/// x′ at the new point, projection, and the coefficients of the dense output.
-bool RosenbrockStepper::complete(double dt) {
-  const auto size = static_cast<std::size_t>(N_);
-  const auto rows = method_->dense().rows();
+/// The new point and the coefficients of the dense output.
+void RosenbrockStepper::end_step(double dt) {
+  const auto size = static_cast<std::size_t>(N_), rows = static_cast<std::size_t>(method_->dense().rows());
   next_.t = here_.t + dt;
-  if (!next_.x.allFinite() || !next_.z.allFinite()) return false;
-  for (int k = 0; k < N_; ++k) {
-    const auto c = static_cast<std::size_t>(k);
-    old_[c] = y_[c];
+  std::copy_n(y_.begin(), size, old_.begin());
+  if (code_) {
+    std::copy_n(end_.y, n(), next_.x.data());
+    std::copy_n(end_.y + n(), m(), next_.z.data());
+    std::copy_n(end_.xdot, n(), next_.xdot.data());
+    std::copy_n(end_.dense, rows * size, std::copy_n(end_.y, size, old_.begin() + N_));
+    return;
+  }
+  for (std::size_t c = 0; c < size; ++c) {
+    const int k = static_cast<int>(c);
     old_[size + c] = k < n() ? next_.x[k] : next_.z[k - n()];
     double slope = old_[size + c] - old_[c];
-    for (Eigen::Index r = 0; r < rows; ++r) {
+    for (std::size_t r = 0; r < rows; ++r) {
       double sum = 0;
       for (int i = 0; i < method_->stages(); ++i)
-        sum += method_->dense()(r, i) * U_[static_cast<std::size_t>(i) * size + c];
-      old_[size * static_cast<std::size_t>(2 + r) + c] = sum;
+        sum += method_->dense()(static_cast<Eigen::Index>(r), i) * U_[static_cast<std::size_t>(i) * size + c];
+      old_[size * (2 + r) + c] = sum;
       slope -= sum;
     }
     if (k < n()) next_.xdot[k] = slope / dt;
   }
+}
+
+/// The new point, on its conditions, with its x′; false if it is not finite or cannot be reached.
+bool RosenbrockStepper::complete(double dt) {
+  end_step(dt);
+  if (!next_.x.allFinite() || !next_.z.allFinite()) return false;
+  bool moved = false;
   if (problem_->projects()) {
     try {
-      problem_->project_if_needed(next_.t, next_.x, tolerances_.rtol, tolerances_.atol, 0.1);
+      moved = problem_->project_if_needed(next_.t, next_.x, tolerances_.rtol, tolerances_.atol, 0.1);
     } catch (const Failure& failure) {
       trouble_ = failure.what();
       return false;
     }
   }
+  if (code_ && !moved) return next_.xdot.allFinite();
   if (!problem_->is_ode()) return true;
   return derivative_(next_.t, next_.x.data(), next_.xdot.data(), next_.z.data());
 }
 
 void RosenbrockStepper::step(double end) {
   constexpr double safety = 0.9, smallest = 1.0 / 6, largest = 5;
-  if (!begin_step()) throw Failure("the derivative of the equations with respect to t is not finite");
+  begin_step();
+  if (!time_derivative(here_))
+    throw Failure("the derivative of the equations with respect to t is not finite");
   const double power = 1.0 / (std::min(method_->order(), method_->embedded_order()) + 1);
   for (;;) {
     poll_interrupt();
@@ -185,14 +249,7 @@ void RosenbrockStepper::step(double end) {
     if (dt != end - here_.t || rejected_)
       require_visible(dt, Eigen::Map<const Vec>(scaled_.data(), trouble_.empty() ? N_ : 0), trouble_);
     trouble_.clear();
-    double error = NAN;
-    if (!factorise(dt)) {
-      trouble_ = "the matrix of the linear systems is singular";
-    } else if (stages(dt)) {
-      error = error_norm();
-    } else {
-      trouble_ = "the equations are not finite near here";
-    }
+    const double error = attempt(dt);
     if (!(error <= 1) || !complete(dt)) {
       ++stats_.rejected;
       dt_ = error > 1 && std::isfinite(error) ? dt / std::min(1 / smallest, std::pow(error, power) / safety)
@@ -223,11 +280,22 @@ void RosenbrockStepper::record(double* to) const {
   std::copy(old_.begin(), old_.end(), to);
 }
 
+/// The method itself from the beginning of the step to t: of its order, where that costs little.
+bool RosenbrockStepper::refine(const StepView& step, double t, Point& out) {
+  if (!code_ || !time_derivative(step.from)) return false;
+  const RosenbrockCode::End end = code_->run(*problem_, step.from, t - step.from.t, Ft_.data());
+  out.t = t;
+  out.x = Eigen::Map<const Vec>(end.y, n()), out.z = Eigen::Map<const Vec>(end.y + n(), m());
+  out.xdot = Eigen::Map<const Vec>(end.xdot, n());
+  return end.regular && out.x.allFinite() && out.z.allFinite() && out.xdot.allFinite();
+}
+
 void RosenbrockStepper::interpolate(const StepView& step, double t, Detail detail, Point& out) {
   if (t >= step.to.t) {
     out = step.to;
     return;
   }
+  if (detail != Detail::sketch && t > step.from.t && refine(step, t, out)) return;
   const double t0 = step.record[0], dt = step.record[1];
   const double* y = step.record + 2;
   const double u = (t - t0) / dt, v = 1 - u;

@@ -8,6 +8,7 @@
 
 #include "integrate/derivative.hpp"
 #include "integrate/rosenbrock.hpp"
+#include "integrate/rosenbrock_code.hpp"
 #include "integrate/stepper.hpp"
 
 namespace pendula::integrate {
@@ -27,12 +28,18 @@ class RosenbrockStepper final : public Stepper {
 
  private:
   void require_constant_mass() const;
-  bool begin_step();
-  bool time_derivative();
+  void prepare_code();
+  bool use_code();
+  void begin_step();
+  bool time_derivative(const Point& at);
+  double attempt(double dt);
+  double attempt_apart(double dt);
   bool factorise(double dt);
   bool stages(double dt);
   double error_norm();
+  void end_step(double dt);
   bool complete(double dt);
+  bool refine(const StepView& step, double t, Point& out);
 
   RosenbrockPtr method_;
   int N_;
@@ -50,6 +57,8 @@ class RosenbrockStepper final : public Stepper {
   double accepted_dt_ = 0, accepted_error_ = 0;
   bool first_ = true, rejected_ = false;
   std::string trouble_;
+  std::shared_ptr<RosenbrockCode> code_;  ///< whole steps, where there is code
+  RosenbrockCode::End end_{};             ///< of the last one
 };
 
 }  // namespace pendula::integrate
