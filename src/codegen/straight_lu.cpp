@@ -174,7 +174,7 @@ Key key_of(int n, const std::vector<StraightLU::Position>& positions, bool compl
 
 struct Plans {
   std::mutex mutex;
-  Memory<const StraightLU> latest;  ///< by pattern
+  Memory<const std::vector<StraightLU>> latest;  ///< by pattern, newest first
 };
 Plans& plans() {
   static Plans plans;
@@ -190,12 +190,22 @@ struct StraightLU::Code {
   std::size_t instructions = 0;
 };
 
-std::optional<StraightLU> StraightLU::remembered(int n, const std::vector<Position>& positions,
-                                                 bool complex) {
+std::vector<StraightLU> StraightLU::remembered(int n, const std::vector<Position>& positions, bool complex) {
   const std::lock_guard lock(plans().mutex);
-  const auto plan = plans().latest.find(key_of(n, positions, complex));
-  if (!plan) return {};
-  return *plan;
+  const auto list = plans().latest.find(key_of(n, positions, complex));
+  if (!list) return {};
+  return *list;
+}
+
+/// Puts a plan before the others of its pattern.
+void StraightLU::remember(const StraightLU& plan) {
+  const Key key = key_of(plan.n_, plan.code_->positions, plan.width_ == 2);
+  std::vector<StraightLU> list{plan};
+  const std::lock_guard lock(plans().mutex);
+  if (const auto before = plans().latest.find(key)) list.insert(list.end(), before->begin(), before->end());
+  if (list.size() > most_remembered) list.pop_back();
+  const std::size_t size = list.size() * plan.instructions();
+  plans().latest.add(key, std::make_shared<const std::vector<StraightLU>>(std::move(list)), size);
 }
 
 std::optional<StraightLU> StraightLU::plan(int n, const std::vector<Position>& positions,
@@ -238,8 +248,7 @@ std::optional<StraightLU> StraightLU::plan(int n, const std::vector<Position>& p
   const auto width = static_cast<std::size_t>(lu.width_);
   lu.numbers_.assign((lu.factors_ + size) * width, 0);
   lu.work_.assign(std::max(lu.code_->factor->workspace_size(), lu.code_->solve->workspace_size()), 0);
-  const std::lock_guard lock(plans().mutex);
-  plans().latest.add(key_of(n, positions, complex), std::make_shared<const StraightLU>(lu), instructions);
+  remember(lu);
   return lu;
 }
 

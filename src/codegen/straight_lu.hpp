@@ -29,8 +29,10 @@ class StraightLU {
   /// code. Cost: O(n · fill) for the pivots and 0.15 µs per operation.
   static std::optional<StraightLU> plan(int n, const std::vector<Position>& positions, const double* values,
                                         bool complex, std::size_t longest = 60'000);
-  /// The last plan for these positions, if there is one: whether its pivots suit, factorise() will say.
-  static std::optional<StraightLU> remembered(int n, const std::vector<Position>& positions, bool complex);
+  /// The last plans for these positions, newest first, at most `most_remembered`: whose pivots suit,
+  /// factorise() will say.
+  static std::vector<StraightLU> remembered(int n, const std::vector<Position>& positions, bool complex);
+  static constexpr std::size_t most_remembered = 4;
 
   /// False if a pivot is zero, a multiplier has grown beyond 10³ times what the plan allows, or a number is
   /// not finite: nothing is factorised then.
@@ -60,6 +62,7 @@ class StraightLU {
 
  private:
   StraightLU() = default;
+  static void remember(const StraightLU& plan);
   int n_ = 0, width_ = 1;  ///< width: numbers per entry
   std::size_t multipliers_ = 0, factors_ = 0;
   std::shared_ptr<const Code> code_;

@@ -221,8 +221,8 @@ void LinearSolver<Scalar>::analyse(int n, const std::vector<Position>& positions
   positions_ = positions;
   std::vector<codegen::StraightLU::Position> known;
   for (const Position& p : positions_) known.push_back({p.row, p.column});
-  straight_ =
-      n <= straight_limit_ ? codegen::StraightLU::remembered(n, known, is_complex<Scalar>) : std::nullopt;
+  straight_.clear();
+  if (n <= straight_limit_) straight_ = codegen::StraightLU::remembered(n, known, is_complex<Scalar>);
   count_ = plans_ = 0, next_plan_ = road == Road::straight ? 0 : often(n), use_straight_ = false;
   const bool dense = n <= dense_limit || is_full(n, positions_, full, full_limit);
   if (road == Road::sparse || (road != Road::dense && !dense)) {
@@ -242,25 +242,32 @@ bool LinearSolver<Scalar>::factorise_straight(const Scalar* values) {
   constexpr int most_plans = 4;
   const auto* numbers = reinterpret_cast<const double*>(values);
   ++count_;
-  if (straight_ && straight_->factorise(numbers)) return true;
+  for (auto plan = straight_.begin(); plan != straight_.end(); ++plan) {
+    if (!plan->factorise(numbers)) continue;
+    std::rotate(straight_.begin(), plan, plan + 1);
+    return true;
+  }
   if (n_ > straight_limit_ || count_ < next_plan_ || plans_ == most_plans) return false;
-  plan(values);
-  return straight_ && straight_->factorise(numbers);
+  return plan(values) && straight_.front().factorise(numbers);
 }
 
 template <class Scalar>
-void LinearSolver<Scalar>::plan(const Scalar* values) {
+bool LinearSolver<Scalar>::plan(const Scalar* values) {
   std::vector<codegen::StraightLU::Position> positions;
   for (const Position& p : positions_) positions.push_back({p.row, p.column});
-  straight_ = codegen::StraightLU::plan(n_, positions, reinterpret_cast<const double*>(values),
+  auto plan = codegen::StraightLU::plan(n_, positions, reinterpret_cast<const double*>(values),
                                         is_complex<Scalar>, worthwhile(n_, is_complex<Scalar>));
   next_plan_ = std::max(2 * count_, often(n_));
   ++plans_;
+  if (!plan) return false;
+  straight_.insert(straight_.begin(), std::move(*plan));
+  if (straight_.size() > codegen::StraightLU::most_remembered) straight_.pop_back();
+  return true;
 }
 
 template <class Scalar>
 void LinearSolver<Scalar>::prepare(const Scalar* values) {
-  if (!straight_ && n_ <= small) plan(values);
+  if (straight_.empty() && n_ <= small) plan(values);
 }
 
 template <class Scalar>
@@ -317,7 +324,7 @@ bool LinearSolver<Scalar>::factorise_dense(const Scalar* values) {
 template <class Scalar>
 void LinearSolver<Scalar>::solve(Scalar* b) {
   const int n = n_;
-  if (use_straight_) return straight_->solve(reinterpret_cast<double*>(b));
+  if (use_straight_) return straight_.front().solve(reinterpret_cast<double*>(b));
   if (sparse_) return klu_apply(sparse_->symbolic, sparse_->numeric, n, b, &sparse_->common);
   const Scalar* a = lu_.data();
   for (int k = 0; k < n; ++k) std::swap(b[k], b[pivot_[static_cast<std::size_t>(k)]]);
@@ -335,7 +342,7 @@ void LinearSolver<Scalar>::solve(Scalar* b) {
 
 template <class Scalar>
 double LinearSolver<Scalar>::weakest_pivot() const {
-  if (use_straight_) return straight_->weakest_pivot();
+  if (use_straight_) return straight_.front().weakest_pivot();
   return sparse_ ? sparse_->common.rcond : weakest_;
 }
 

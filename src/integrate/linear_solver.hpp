@@ -3,15 +3,15 @@
 // At first small systems, and those that are full, are dense with partial pivoting and row scaling; above
 // `dense_limit` unknowns KLU takes over: the pattern is analysed once, later factorisations keep the pivots
 // (klu_refactor) as long as their growth is harmless. A system that is factorised so often that it pays gets
-// straight-line code for its pattern, with the pivots of the matrix at hand, which is remembered beyond the
-// life of the solver; where later matrices need others, the first road takes over and the code is made anew.
+// straight-line code for its pattern, with the pivots of the matrix at hand. Where later matrices need others,
+// the first road takes over until there is a second code, and so on: the last few are remembered beyond the
+// life of the solver, and the one that suits is used.
 // The borders are measured: bench/linear.cpp, bench/linear.txt. Davis & Palamadai Natarajan, Algorithm 907:
 // KLU, ACM TOMS 37(3), 2010.
 #pragma once
 
 #include <complex>
 #include <memory>
-#include <optional>
 #include <vector>
 
 #include "codegen/straight_lu.hpp"
@@ -57,7 +57,7 @@ class LinearSolver {
   /// Makes straight-line code now, for a matrix like those to come; nothing for large systems.
   void prepare(const Scalar* values);
   /// The straight-line factorisation at hand, if the last one was such.
-  const codegen::StraightLU* straight() const { return use_straight_ ? &*straight_ : nullptr; }
+  const codegen::StraightLU* straight() const { return use_straight_ ? straight_.data() : nullptr; }
 
   /// Sign of det A of the last factorisation, 0 where it is not known (code, complex); log |det A|.
   int determinant(double& log) const;
@@ -70,7 +70,7 @@ class LinearSolver {
   struct Sparse;
   bool factorise_dense(const Scalar* values);
   bool factorise_straight(const Scalar* values);
-  void plan(const Scalar* values);
+  bool plan(const Scalar* values);
   int n_ = 0, straight_limit_ = straight_limit;
   double weakest_ = 0;
   std::vector<Position> positions_;
@@ -78,8 +78,8 @@ class LinearSolver {
   std::vector<double> row_scale_;  ///< dense
   std::vector<int> pivot_;
   std::unique_ptr<Sparse> sparse_;
-  std::optional<codegen::StraightLU> straight_;
-  bool use_straight_ = false;       ///< holds the factors at hand
+  std::vector<codegen::StraightLU> straight_;  ///< the one that suited last comes first
+  bool use_straight_ = false;                  ///< it holds the factors at hand
   long count_ = 0, next_plan_ = 0;  ///< factorisations so far; when code is thought of again
   int plans_ = 0;
 };

@@ -81,7 +81,7 @@ bool RosenbrockStepper::use_code() {
   return code_ != nullptr;
 }
 
-/// ∂F/∂t there; nothing to do where the code knows it. False if it is not finite.
+/// ∂F/∂t at a point; nothing to do where the code knows it. False if it is not finite.
 bool RosenbrockStepper::time_derivative(const Point& at) {
   if (!depends_on_time_ || (code_ && problem_->model().u.empty())) return true;
   problem_->place(at.t, at.x.data(), at.xdot.data(), at.z.data());
@@ -120,9 +120,7 @@ double RosenbrockStepper::attempt(double dt) {
   }
   code_ = nullptr;  // these pivots do not suit, or something is not finite
   begin_step();
-  if (!time_derivative(here_)) return NAN;
-  const double error = attempt_apart(dt);
-  return use_code() ? attempt(dt) : error;
+  return time_derivative(here_) ? attempt_apart(dt) : NAN;
 }
 
 double RosenbrockStepper::attempt_apart(double dt) {
@@ -239,10 +237,11 @@ bool RosenbrockStepper::complete(double dt) {
 
 void RosenbrockStepper::step(double end) {
   constexpr double safety = 0.9, smallest = 1.0 / 6, largest = 5;
+  if (!code_) use_code();  // with other pivots than the code that did not suit
   begin_step();
   if (!time_derivative(here_))
     throw Failure("the derivative of the equations with respect to t is not finite");
-  const double power = 1.0 / (std::min(method_->order(), method_->embedded_order()) + 1);
+  const int order = std::min(method_->order(), method_->embedded_order()) + 1;
   for (;;) {
     poll_interrupt();
     const double dt = fitted(dt_, end);
@@ -252,14 +251,14 @@ void RosenbrockStepper::step(double end) {
     const double error = attempt(dt);
     if (!(error <= 1) || !complete(dt)) {
       ++stats_.rejected;
-      dt_ = error > 1 && std::isfinite(error) ? dt / std::min(1 / smallest, std::pow(error, power) / safety)
+      dt_ = error > 1 && std::isfinite(error) ? dt / std::min(1 / smallest, root(error, order) / safety)
                                               : dt / 4;
       rejected_ = true;
       continue;
     }
-    double quotient = std::clamp(std::pow(error, power) / safety, 1 / largest, 1 / smallest);
+    double quotient = std::clamp(root(error, order) / safety, 1 / largest, 1 / smallest);
     if (!first_) {
-      const double predicted = accepted_dt_ / dt * std::pow(error * error / accepted_error_, power) / safety;
+      const double predicted = accepted_dt_ / dt * root(error * error / accepted_error_, order) / safety;
       quotient = std::max(quotient, std::clamp(predicted, 1 / largest, 1 / smallest));
     }
     accepted_dt_ = dt, accepted_error_ = std::max(1e-2, error);
