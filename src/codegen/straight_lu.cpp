@@ -67,8 +67,10 @@ class Arithmetic {
 
 using Row = std::map<int, Number>;
 
+/// A = L D U: of every row the multipliers in L; its part of U, and the reciprocal of its pivot. The pivot is
+/// divided out of U: a solution then waits for one operation per unknown, not for two.
 struct Factors {
-  std::vector<Number> multipliers, upper;  ///< of every row, its upper part with the reciprocal of its pivot
+  std::vector<Number> multipliers, upper;
 };
 
 /// Row after row (the order "ikj"), so that the row at work stays in registers.
@@ -100,7 +102,7 @@ Factors write_factors(Arithmetic& w, const Elimination& order,
       }
     }
     reciprocal[i] = w.inverse(rows[i][static_cast<int>(i)]);
-    for (int j : order.upper[i]) result.upper.push_back(rows[i][j]);
+    for (int j : order.upper[i]) result.upper.push_back(w.times(rows[i][j], reciprocal[i]));
     result.upper.push_back(reciprocal[i]);
   }
   return result;
@@ -145,8 +147,8 @@ std::vector<Slot> write_solution(Writer& writer, const Elimination& order, bool 
   for (std::size_t i = 0; i < size; ++i) first[i + 1] = first[i] + order.upper[i].size() + 1;
   for (std::size_t i = size; i-- > 0;) {
     std::size_t at = first[i];
+    y[i] = w.times(y[i], w.load(factors, at + order.upper[i].size()));
     for (int j : order.upper[i]) y[i] = w.minus(y[i], w.load(factors, at++), y[static_cast<std::size_t>(j)]);
-    y[i] = w.times(y[i], w.load(factors, at));
     x[static_cast<std::size_t>(order.column[i])] = y[i];
   }
   std::vector<Slot> results;
@@ -252,9 +254,9 @@ std::optional<StraightLU> StraightLU::plan(int n, const std::vector<Position>& p
   return lu;
 }
 
-std::vector<Slot> StraightLU::write_factors(Writer& writer, std::span<const Slot> values,
+std::vector<Slot> StraightLU::write_factors(Writer& writer, std::span<const Slot> values, bool complex,
                                             Slot& growth) const {
-  Arithmetic w(writer, width_ == 2);
+  Arithmetic w(writer, complex);
   const Factors factors = codegen::write_factors(w, code_->order, code_->positions, values);
   constexpr double finite = 1e-300;  // times what is finite: below 1e9
   std::vector<Slot> shares;
@@ -268,8 +270,8 @@ std::vector<Slot> StraightLU::write_factors(Writer& writer, std::span<const Slot
 }
 
 std::vector<Slot> StraightLU::write_solution(Writer& writer, std::span<const Slot> factors,
-                                             std::span<const Slot> b) const {
-  return codegen::write_solution(writer, code_->order, width_ == 2, multipliers_, factors, b);
+                                             std::span<const Slot> b, bool complex) const {
+  return codegen::write_solution(writer, code_->order, complex, multipliers_, factors, b);
 }
 
 double StraightLU::weakest_pivot() const {

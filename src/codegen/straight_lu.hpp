@@ -46,17 +46,16 @@ class StraightLU {
 
   std::size_t instructions() const;  ///< of factorisation and solution together
 
-  /// For programs that solve on the way. The factors at hand: numbers (pairs).
-  std::span<const double> factors() const {
-    return {numbers_.data(), factors_ * static_cast<std::size_t>(width_)};
-  }
-  std::size_t factor_count() const { return factors().size(); }
-  /// What factorise() does with these values, in the order of the positions (pairs): the factors, and
-  /// growth ≤ 1 if they can be used (it is not finite where they are not).
-  std::vector<Slot> write_factors(Writer& writer, std::span<const Slot> values, Slot& growth) const;
-  /// x with A x = b from values that hold factors() and b, n numbers or pairs.
-  std::vector<Slot> write_solution(Writer& writer, std::span<const Slot> factors,
-                                   std::span<const Slot> b) const;
+  /// For programs that solve on the way, with these pivots, in real or complex numbers (pairs), whichever the
+  /// plan was made for.
+  std::size_t factor_count() const { return factors_; }
+  /// What factorise() does with these values, in the order of the positions: the factors, and growth ≤ 1 if
+  /// they can be used (it is not finite where they are not).
+  std::vector<Slot> write_factors(Writer& writer, std::span<const Slot> values, bool complex,
+                                  Slot& growth) const;
+  /// x with A x = b from values that hold the factors.
+  std::vector<Slot> write_solution(Writer& writer, std::span<const Slot> factors, std::span<const Slot> b,
+                                   bool complex) const;
   /// Equal for two factorisations with the same pivots, whose factors mean the same.
   const std::shared_ptr<const Code>& pivots() const { return code_; }
 

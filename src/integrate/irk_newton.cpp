@@ -26,14 +26,16 @@ bool IrkStepper::evaluate_jacobian() {
   return true;
 }
 
-/// The step as straight-line code, when all factorisations are; false: no code, or it does not suit.
-bool IrkStepper::use_code(Matrices& matrices, bool now) {
-  NewtonCode::Request request{*problem_, f(), bare_, in_mass_, matrices.real.straight(), {}};
-  for (const auto& solver : matrices.complex) request.complex.push_back(solver.straight());
-  if (!request.real || std::count(request.complex.begin(), request.complex.end(), nullptr) > 0) return false;
-  matrices.code = NewtonCode::make(request, stats_.newton_iterations - iterations_counted_, now);
+/// The step as straight-line code with the pivots at hand; false: no code, or the pivots do not suit all its
+/// matrices.
+bool IrkStepper::use_code(double dt, bool now) {
+  const codegen::StraightLU* pivots = matrices().real.straight();
+  if (!pivots) return false;
+  const long iterations = stats_.newton_iterations - iterations_counted_;
   iterations_counted_ = stats_.newton_iterations;
-  return matrices.code != nullptr;
+  matrices().code = NewtonCode::make({*problem_, f(), bare_, in_mass_, *pivots}, iterations, now);
+  if (matrices().code && !matrices().code->factorise(entries_, dt)) matrices().code = nullptr;
+  return matrices().code != nullptr;
 }
 
 /// Code for the first formula, with the Jacobian at the start.
@@ -42,11 +44,7 @@ void IrkStepper::prepare_code() {
   if (N_ > small || matrices().code || !evaluate_jacobian()) return;
   shift(f().gamma / dt_);
   matrices().real.prepare(real_entries_.data());
-  for (std::size_t pair = 0; pair < f().pairs.size(); ++pair) {
-    shift(f().pairs[pair] / dt_);
-    matrices().complex[pair].prepare(complex_entries_.data());
-  }
-  if (factorise_apart(dt_)) use_code(matrices(), true);
+  if (matrices().real.factorise(real_entries_.data())) use_code(dt_, true);
   trouble_.clear();
 }
 
@@ -65,19 +63,16 @@ bool IrkStepper::factorise(double dt) {
   bool regular = code && code->factorise(entries_, dt);
   if (!regular) {
     matrices().code = nullptr;
-    regular = factorise_apart(dt);
-    if (regular && use_code(matrices(), false) && !matrices().code->factorise(entries_, dt))
-      matrices().code = nullptr;
+    shift(f().gamma / dt);
+    regular = matrices().real.factorise(real_entries_.data()) && (use_code(dt, false) || factorise_pairs(dt));
   }
   factorised_for_ = regular ? dt : 0;
   if (!regular) trouble_ = "the iteration matrix is singular";
   return regular;
 }
 
-/// One matrix after the other.
-bool IrkStepper::factorise_apart(double dt) {
-  shift(f().gamma / dt);
-  bool regular = matrices().real.factorise(real_entries_.data());
+bool IrkStepper::factorise_pairs(double dt) {
+  bool regular = true;
   for (std::size_t pair = 0; regular && pair < f().pairs.size(); ++pair) {
     shift(f().pairs[pair] / dt);
     regular = matrices().complex[pair].factorise(complex_entries_.data());

@@ -57,8 +57,8 @@ class IrkStepper final : public Stepper {
   bool factorise(double dt);
   void shift(double factor);
   void shift(std::complex<double> factor);
-  bool factorise_apart(double dt);
-  bool use_code(Matrices& matrices, bool now);
+  bool factorise_pairs(double dt);
+  bool use_code(double dt, bool now);
   void prepare_code();
   void start_iteration(double dt);
   void predict(double dt);

@@ -61,7 +61,7 @@ class Author {
     Slot growth = 0;
     const Slots factors = factorise(growth);
     slopes_in_time();
-    for (int i = 0; i < rk_.stages(); ++i) U_.push_back(q_.pivots.write_solution(w_, factors, right(i)));
+    for (int i = 0; i < rk_.stages(); ++i) U_.push_back(q_.pivots.write_solution(w_, factors, right(i), false));
     const Slots end = point(numbers(rk_.m()));
     Table dense;
     for (Eigen::Index r = 0; r < rk_.dense().rows(); ++r) {
@@ -107,7 +107,7 @@ class Author {
     const Slot factor = w_.put(Op::mul, w_.constant(1 / rk_.gamma()), inverse_h_);
     for (std::size_t k = 0; k < entries.size(); ++k)
       if (q_.in_mass[k]) entries[k] = w_.put(Op::mul, factor, entries[k]);
-    return q_.pivots.write_factors(w_, entries, growth);
+    return q_.pivots.write_factors(w_, entries, false, growth);
   }
   void slopes_in_time() {
     if (input_count(q_.problem) > 0) {

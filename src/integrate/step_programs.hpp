@@ -24,7 +24,6 @@ void add(codegen::Key& key, std::span<const Expr> list);
 struct StepEntry {
   std::vector<std::shared_ptr<const codegen::Machine>> machines;
   long wanted = 0;
-  bool constant_mass = false;                     ///< newton_code.hpp
   std::vector<std::shared_ptr<const void>> kept;  ///< whose addresses are in the key
 };
 
