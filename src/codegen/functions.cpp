@@ -115,6 +115,4 @@ const void* band_solve_function(int lanes) {
 
 const void* sincos_function() { return address(sincos_value); }
 
-LaneProduct lane_product(int lanes) { return lanes == 8 ? lane_product8() : lane_product4(); }
-
 }  // namespace pendula::codegen

@@ -2,7 +2,6 @@
 // steps of linear systems.
 #pragma once
 
-#include "codegen/lane_product.hpp"
 #include "expr/graph.hpp"
 
 namespace pendula::codegen {
@@ -16,10 +15,6 @@ const void* lane_function8(Op op);
 inline const void* lane_function(Op op, int lanes) {
   return lanes == 8 ? lane_function8(op) : lane_function4(op);
 }
-
-/// lane_product() for programs of 4 and 8 lanes.
-LaneProduct lane_product4();
-LaneProduct lane_product8();
 
 /// void f(double* matrix, int n): n² numbers become LU, followed by n pivots; every number `lanes` times.
 const void* factor_function(int lanes);

@@ -1,5 +1,8 @@
-// Products of a small matrix with many vectors, eight rows at once: what passes between the lanes of two
-// programs (machine.hpp), such as the stages of a method and its eigenvalues.
+// Products of a small matrix with many vectors, four or eight rows at once: what passes between the lanes of
+// two programs for four lanes (machine.hpp), such as the stages of a method and its eigenvalues.
+//
+// AVX2 only: after 0.7 ms without them, registers of 512 bits need some 10 µs to be powered up, which is
+// noticed in integrations of 30 µs (5 … 20 % more on bench/dae.lua).
 #pragma once
 
 #include <array>
@@ -8,28 +11,23 @@
 
 namespace pendula::codegen {
 
-/// Eight numbers per k: lanes 0 … 3 at low + stride·k, lanes 4 … 7 at high + stride·k. For eight lanes high
-/// is low + 4.
-struct Halves {
-  double *low, *high;
-  std::size_t stride;
-};
-
-/// Σⱼ columns[8j …] · from[j][stride·k] for k < size. The columns are aligned.
+/// Σⱼ columns[8j …] · from[j][stride·k] for k < size: rows 0 … 3 and 4 … 7 of columns that are aligned.
 struct LaneTerms {
   const double* columns;
   const double* const* from;
   std::size_t count, stride, size;
 };
 
-struct LaneProduct {
-  void (*assign)(const LaneTerms& terms, Halves to);
-  /// to += the product; sum and largest of the squares of what was added times scale[k].
-  void (*add)(const LaneTerms& terms, const double* scale, Halves to, double& sum, double& largest);
+/// Rows 0 … 3 at low + stride·k, rows 4 … 7 at high + stride·k, or left out without a high.
+struct LaneRows {
+  double *low, *high;
+  std::size_t stride;
 };
 
-/// For programs of so many lanes, 4 or 8; requires Machine::available(lanes).
-LaneProduct lane_product(int lanes);
+/// to = the product. Both require Machine::available(4).
+void assign_lane_product(const LaneTerms& terms, LaneRows to);
+/// to += the product; sum and largest of the squares of what was added times scale[k].
+void add_lane_product(const LaneTerms& terms, const double* scale, LaneRows to, double& sum, double& largest);
 
 /// Numbers in lanes, aligned.
 class LaneArray {

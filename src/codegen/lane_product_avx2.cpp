@@ -1,46 +1,80 @@
 // This file is compiled for AVX2.
-#include "codegen/functions.hpp"
+#include "codegen/lane_product.hpp"
+
+#include <algorithm>
 
 #if defined(PENDULA_SLEEF) && defined(__AVX2__)
 #include <immintrin.h>
 
-#include "codegen/lane_product_body.hpp"
-
 namespace pendula::codegen {
 namespace {
 
-struct Eight {
-  __m256d low, high;
-  static Eight broadcast(double a) { return {_mm256_set1_pd(a), _mm256_set1_pd(a)}; }
-  static Eight load(const double* low, const double* high) {
-    return {_mm256_loadu_pd(low), _mm256_loadu_pd(high)};
-  }
-  void store(double* to_low, double* to_high) const {
-    _mm256_storeu_pd(to_low, low), _mm256_storeu_pd(to_high, high);
-  }
-  static Eight fma(Eight a, Eight b, Eight c) {
-    return {_mm256_fmadd_pd(a.low, b.low, c.low), _mm256_fmadd_pd(a.high, b.high, c.high)};
-  }
-  static Eight max(Eight a, Eight b) { return {_mm256_max_pd(a.low, b.low), _mm256_max_pd(a.high, b.high)}; }
-  double sum() const {
-    const __m256d s = _mm256_add_pd(low, high);
-    return (s[0] + s[1]) + (s[2] + s[3]);
-  }
-  double largest() const {
-    const __m256d m = _mm256_max_pd(low, high);
-    return std::max(std::max(m[0], m[1]), std::max(m[2], m[3]));
+/// Rows 0 … 3, or all eight, of the product for `block` consecutive k: the columns are read once for all.
+template <int halves, std::size_t block>
+struct Sums {
+  __m256d value[halves][block];
+
+  Sums(const LaneTerms& q, std::size_t k) {
+    for (auto& half : value)
+      for (__m256d& sum : half) sum = _mm256_setzero_pd();
+    for (std::size_t j = 0; j < q.count; ++j) {
+      const double* from = q.from[j] + q.stride * k;
+      for (int h = 0; h < halves; ++h) {
+        const __m256d column = _mm256_load_pd(q.columns + 8 * j + 4 * h);
+        for (std::size_t b = 0; b < block; ++b)
+          value[h][b] = _mm256_fmadd_pd(column, _mm256_broadcast_sd(from + q.stride * b), value[h][b]);
+      }
+    }
   }
 };
 
+template <int halves, std::size_t block, class Use>
+void use_sums(const LaneTerms& q, const LaneRows& to, std::size_t k, const Use& use) {
+  const Sums<halves, block> sums(q, k);
+  for (std::size_t b = 0; b < block; ++b)
+    for (int h = 0; h < halves; ++h)
+      use(k + b, sums.value[h][b], (h == 0 ? to.low : to.high) + to.stride * (k + b));
+}
+
+/// use(k, four sums, where they belong) for all k.
+template <int halves, class Use>
+void for_all_sums(const LaneTerms& q, const LaneRows& to, const Use& use) {
+  constexpr std::size_t block = 4;
+  std::size_t k = 0;
+  for (; k + block <= q.size; k += block) use_sums<halves, block>(q, to, k, use);
+  for (; k < q.size; ++k) use_sums<halves, 1>(q, to, k, use);
+}
+
+template <class Use>
+void for_all_sums(const LaneTerms& q, const LaneRows& to, const Use& use) {
+  to.high ? for_all_sums<2>(q, to, use) : for_all_sums<1>(q, to, use);
+}
+
 }  // namespace
 
-LaneProduct lane_product4() { return {assign_lanes<Eight>, add_lanes<Eight>}; }
+void assign_lane_product(const LaneTerms& terms, LaneRows to) {
+  for_all_sums(terms, to, [](std::size_t, __m256d sum, double* at) { _mm256_storeu_pd(at, sum); });
+}
+
+void add_lane_product(const LaneTerms& terms, const double* scale, LaneRows to, double& sum,
+                      double& largest) {
+  __m256d squares = _mm256_setzero_pd(), most = squares;
+  for_all_sums(terms, to, [&](std::size_t k, __m256d change, double* at) {
+    _mm256_storeu_pd(at, _mm256_add_pd(change, _mm256_loadu_pd(at)));
+    const __m256d scaled = _mm256_mul_pd(change, _mm256_broadcast_sd(scale + k));
+    const __m256d square = _mm256_mul_pd(scaled, scaled);
+    squares = _mm256_add_pd(squares, square), most = _mm256_max_pd(square, most);
+  });
+  sum = (squares[0] + squares[1]) + (squares[2] + squares[3]);
+  largest = std::max(std::max(most[0], most[1]), std::max(most[2], most[3]));
+}
 
 }  // namespace pendula::codegen
 #else
 
 namespace pendula::codegen {
-LaneProduct lane_product4() { return {}; }
+void assign_lane_product(const LaneTerms&, LaneRows) {}
+void add_lane_product(const LaneTerms&, const double*, LaneRows, double&, double&) {}
 }  // namespace pendula::codegen
 
 #endif

@@ -123,9 +123,8 @@ class NewtonCode::Programs {
 
 std::shared_ptr<NewtonCode> NewtonCode::make(const Request& q, long iterations, bool now) {
   constexpr long enough = 100;
-  const int lanes = Machine::widest();
   const std::size_t pairs = q.formula.pairs.size();
-  if (lanes == 1 || pairs >= systems || q.formula.c.size() > most_stages) return nullptr;
+  if (!Machine::available(lanes) || pairs >= lanes || q.formula.c.size() > most_stages) return nullptr;
   Key key{1, static_cast<std::uint32_t>(q.formula.s)};
   add(key, q.problem.model().F), add(key, q.problem.arguments());
   for (double c : q.formula.c) add(key, c);
@@ -140,8 +139,8 @@ std::shared_ptr<NewtonCode> NewtonCode::make(const Request& q, long iterations, 
     if (!now && entry->wanted < enough) return nullptr;
     const Programs programs(q);
     const std::vector<std::pair<Program, int>> all{{programs.residuals(), lanes},
-                                                   {programs.factor(), systems},
-                                                   {programs.solve(), systems},
+                                                   {programs.factor(), lanes},
+                                                   {programs.solve(), lanes},
                                                    {programs.weigh(), lanes},
                                                    {programs.end(), 1}};
     entry->wanted = -1;
@@ -163,17 +162,14 @@ std::shared_ptr<NewtonCode> NewtonCode::make(const Request& q, long iterations, 
 
 NewtonCode::NewtonCode(const Layout& at, const Request& q)
     : at_(at),
-      lanes_(static_cast<std::size_t>(Machine::widest())),
-      passes_((at.s + lanes_ - 1) / lanes_),
-      product_(codegen::lane_product(Machine::widest())),
       T_(8 * at.s),
       T_inverse_(8 * at.s),
       W_(8 * at.s),
       l_(8 * (at.s + 1)),
       in_mass_(q.in_mass),
       residual_(8 * at.N),
-      system_(systems * at.system_size()),
-      solution_(systems * 4 * at.N),
+      system_(lanes * at.system_size()),
+      solution_(lanes * 2 * at.N),
       weigh_in_(8 * 2),
       weigh_out_(8 * at.s),
       c_(q.formula.c),
@@ -182,9 +178,9 @@ NewtonCode::NewtonCode(const Layout& at, const Request& q)
       end_out_(2 * at.N + at.n + 2),
       shift_(at.N) {
   const IrkFormula& f = q.formula;
-  for (std::size_t pass = 0; pass < 8 / lanes_; ++pass) stages_.emplace_back(lanes_ * at_.stage_size());
+  while (stages_.size() * lanes < at_.s) stages_.emplace_back(lanes * at_.stage_size());
   c_.resize(most_stages + 1, c_.back());
-  lambda_.assign(systems, f.gamma);
+  lambda_.assign(lanes, f.gamma);
   std::copy(f.pairs.begin(), f.pairs.end(), lambda_.begin() + 1);
   struct Row {
     std::size_t lane;
@@ -192,7 +188,7 @@ NewtonCode::NewtonCode(const Layout& at, const Request& q)
   };
   std::vector<Row> rows;
   if (f.has_real) rows.push_back({0, 1});
-  for (std::size_t k = 1; k <= f.pairs.size(); ++k) rows.push_back({k, 1}), rows.push_back({systems + k, -1});
+  for (std::size_t k = 1; k <= f.pairs.size(); ++k) rows.push_back({k, 1}), rows.push_back({lanes + k, -1});
   for (std::size_t j = 0; j < at_.s; ++j) {
     const auto J = static_cast<Eigen::Index>(j);
     for (std::size_t i = 0; i < at_.s; ++i) {
@@ -202,26 +198,25 @@ NewtonCode::NewtonCode(const Layout& at, const Request& q)
       W_.data()[8 * j + i] = f.W(I, J);
       l_.data()[8 * at_.s + i] = 1;
     }
-    Z_at_.push_back(stage(j / lanes_, at_.stage_Z()) + j % lanes_);
-    residual_at_.push_back(residual_.data() + j / lanes_ * lanes_ * at_.N + j % lanes_);
+    Z_at_.push_back(stage(j / lanes, at_.stage_Z()) + j % lanes);
+    residual_at_.push_back(residual_.data() + j / lanes * lanes * at_.N + j % lanes);
     step_at_.push_back(solution_.data() + rows[j].lane);
   }
   past_at_.resize(at_.s + 1);
 }
 
 void NewtonCode::spread(std::size_t slot, double value) {
-  for (std::size_t pass = 0; pass < passes_; ++pass) std::fill_n(stage(pass, slot), lanes_, value);
+  for (std::size_t pass = 0; pass < stages_.size(); ++pass) std::fill_n(stage(pass, slot), lanes, value);
 }
 
 bool NewtonCode::factorise(const std::vector<double>& entries, double dt) {
-  for (std::size_t l = 0; l < systems; ++l)
+  for (std::size_t l = 0; l < lanes; ++l)
     system(0)[l] = lambda_[l].real() / dt, system(1)[l] = lambda_[l].imag() / dt;
-  for (std::size_t k = 0; k < entries.size(); ++k)
-    std::fill_n(system(at_.jacobian() + k), systems, entries[k]);
+  for (std::size_t k = 0; k < entries.size(); ++k) std::fill_n(system(at_.jacobian() + k), lanes, entries[k]);
   factor_->run(system_.data(), system(at_.factor()), work_.data());
   for (std::size_t k = 0; k < at_.factors; ++k) end_in_[at_.end_factor() + k] = *system(at_.factor() + 2 * k);
   const double* growth = system(at_.right() - 1);
-  return std::all_of(growth, growth + systems, [](double g) { return g <= 1; });  // false for NaN
+  return std::all_of(growth, growth + lanes, [](double g) { return g <= 1; });  // false for NaN
 }
 
 void NewtonCode::begin(Problem& problem, double t, double dt, const double* y, const double* scale) {
@@ -235,52 +230,51 @@ void NewtonCode::begin(Problem& problem, double t, double dt, const double* y, c
   write_parameters(problem, end_in_.data() + at_.end_p());
   for (std::size_t k = 0; k < at_.p; ++k) spread(at_.stage_p() + k, end_in_[at_.end_p() + k]);
   spread(at_.stage_h(), end_in_[0]);
-  for (std::size_t i = 0; i < passes_ * lanes_; ++i) {
+  for (std::size_t i = 0; i < stages_.size() * lanes; ++i) {
     const double node[] = {c_[i]};
     double* const time = end_in_.data() + at_.end_t();  // and inputs, which the end reads at the beginning
     write_stages(problem, node, t, dt, time);
-    for (std::size_t k = 0; k <= at_.u; ++k) stage(i / lanes_, at_.stage_t() + k)[i % lanes_] = time[k];
+    for (std::size_t k = 0; k <= at_.u; ++k) stage(i / lanes, at_.stage_t() + k)[i % lanes] = time[k];
   }
   const double beginning[] = {0};
   write_stages(problem, beginning, t, dt, end_in_.data() + at_.end_t());
 }
 
 void NewtonCode::predict(double ratio, const double* y, const double* Z) {
-  std::fill_n(weigh_in_.data(), lanes_, ratio);
-  for (std::size_t pass = 0; pass < passes_; ++pass) {
-    std::copy_n(c_.begin() + static_cast<std::ptrdiff_t>(pass * lanes_), lanes_, weigh_in_.data() + lanes_);
+  std::fill_n(weigh_in_.data(), lanes, ratio);
+  for (std::size_t pass = 0; pass < stages_.size(); ++pass) {
+    std::copy_n(c_.begin() + static_cast<std::ptrdiff_t>(pass * lanes), lanes, weigh_in_.data() + lanes);
     weigh_->run(weigh_in_.data(), weigh_out_.data(), work_.data());
     for (std::size_t j = 0; j < at_.s; ++j)
-      std::copy_n(weigh_out_.data() + j * lanes_, lanes_, l_.data() + 8 * j + pass * lanes_);
+      std::copy_n(weigh_out_.data() + j * lanes, lanes, l_.data() + 8 * j + pass * lanes);
   }
   for (std::size_t k = 0; k < at_.N; ++k) shift_[k] = y[k] - end_in_[1 + k];  // the polynomials add up to 1
   for (std::size_t j = 0; j < at_.s; ++j) past_at_[j] = Z + j * at_.N;
   past_at_.back() = shift_.data();
-  product_.assign({l_.data(), past_at_.data(), at_.s + 1, 1, at_.N}, all_stages(at_.stage_Z()));
+  codegen::assign_lane_product({l_.data(), past_at_.data(), at_.s + 1, 1, at_.N}, all_stages(at_.stage_Z()));
 }
 
 void NewtonCode::set(const double* Z) {
   for (std::size_t i = 0; i < at_.s; ++i)
-    for (std::size_t k = 0; k < at_.N; ++k)
-      stage(i / lanes_, at_.stage_Z() + k)[i % lanes_] = Z[i * at_.N + k];
+    for (std::size_t k = 0; k < at_.N; ++k) stage(i / lanes, at_.stage_Z() + k)[i % lanes] = Z[i * at_.N + k];
 }
 
 void NewtonCode::iterate(double& sum, double& largest) {
-  product_.assign({W_.data(), Z_at_.data(), at_.s, lanes_, at_.n}, all_stages(at_.stage_x()));
-  for (std::size_t pass = 0; pass < passes_; ++pass)
-    residuals_->run(stage(pass, 0), residual_.data() + pass * lanes_ * at_.N, work_.data());
+  codegen::assign_lane_product({W_.data(), Z_at_.data(), at_.s, lanes, at_.n}, all_stages(at_.stage_x()));
+  for (std::size_t pass = 0; pass < stages_.size(); ++pass)
+    residuals_->run(stage(pass, 0), residual_.data() + pass * lanes * at_.N, work_.data());
   double* const right = system(at_.right());
-  product_.assign({T_inverse_.data(), residual_at_.data(), at_.s, lanes_, at_.N},
-                  {right, right + systems, 2 * systems});
+  codegen::assign_lane_product({T_inverse_.data(), residual_at_.data(), at_.s, lanes, at_.N},
+                               {right, right + lanes, 2 * lanes});
   solve_->run(system_.data(), solution_.data(), work_.data());
-  product_.add({T_.data(), step_at_.data(), at_.s, 2 * systems, at_.N}, r_.data(), all_stages(at_.stage_Z()),
-               sum, largest);
+  codegen::add_lane_product({T_.data(), step_at_.data(), at_.s, 2 * lanes, at_.N}, r_.data(),
+                            all_stages(at_.stage_Z()), sum, largest);
 }
 
 NewtonCode::End NewtonCode::end() {
   double* const Z = end_in_.data() + at_.end_Z();
   for (std::size_t i = 0; i < at_.s; ++i)
-    for (std::size_t k = 0; k < at_.N; ++k) Z[i * at_.N + k] = Z_at_[i][k * lanes_];
+    for (std::size_t k = 0; k < at_.N; ++k) Z[i * at_.N + k] = Z_at_[i][k * lanes];
   end_->run(end_in_.data(), end_out_.data(), work_.data());
   const double *error = end_out_.data(), *y = error + at_.N, *xdot = y + at_.N, *norm = xdot + at_.n;
   return {error, Z, y, xdot, norm[0], norm[1]};

@@ -61,7 +61,7 @@ class NewtonCode {
   /// The error estimate with another y: ‖…‖ as in End.
   End end_at(const double* y);
 
-  static constexpr std::size_t systems = 4;      ///< lanes of the systems
+  static constexpr std::size_t lanes = 4;        ///< stages, or systems, at once
   static constexpr std::size_t most_stages = 7;  ///< three pairs and a real eigenvalue
 
  private:
@@ -93,21 +93,19 @@ class NewtonCode {
   };
 
   NewtonCode(const Layout& at, const Request& request);
-  double* stage(std::size_t pass, std::size_t slot) { return stages_[pass].data() + slot * lanes_; }
-  double* system(std::size_t slot) { return system_.data() + slot * systems; }
-  codegen::Halves all_stages(std::size_t slot) {
-    return {stage(0, slot), lanes_ == 8 ? stage(0, slot) + 4 : stage(1, slot), lanes_};
+  double* stage(std::size_t pass, std::size_t slot) { return stages_[pass].data() + slot * lanes; }
+  double* system(std::size_t slot) { return system_.data() + slot * lanes; }
+  codegen::LaneRows all_stages(std::size_t slot) {
+    return {stage(0, slot), stages_.size() > 1 ? stage(1, slot) : nullptr, lanes};
   }
   /// The same number in all lanes, for all stages.
   void spread(std::size_t slot, double value);
 
   Layout at_;
-  std::size_t lanes_, passes_;  ///< of the stages
-  codegen::LaneProduct product_;
   codegen::LaneArray T_, T_inverse_, W_, l_;  ///< columns
   std::vector<std::complex<double>> lambda_;  ///< of the systems
   std::vector<char> in_mass_;
-  std::vector<codegen::LaneArray> stages_;  ///< in of the stages, one per pass
+  std::vector<codegen::LaneArray> stages_;  ///< in of the stages, four at a time
   codegen::LaneArray residual_, system_, solution_, weigh_in_, weigh_out_, work_;
   std::vector<const double*> Z_at_, residual_at_, step_at_, past_at_;  ///< the rows that products take
   std::vector<double> c_, r_, end_in_, end_out_, shift_;
