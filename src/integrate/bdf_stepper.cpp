@@ -221,8 +221,8 @@ void BdfStepper::step(double end) {
     const double dt = fitted(dt_, end);
     if (dt != dt_) rescale(dt / dt_);
     dt_ = dt;
-    if (dt != end - here_.t || rejected_)
-      require_visible(dt, Eigen::Map<const Vec>(d_.data(), trouble_.empty() ? N_ : 0), trouble_);
+    if ((dt != end - here_.t || rejected_) && !is_visible(dt))
+      throw vanished(Eigen::Map<const Vec>(d_.data(), trouble_.empty() ? N_ : 0), trouble_);
     trouble_.clear();
     const double t = dt == end - here_.t ? end : here_.t + dt;
     predict();

@@ -305,11 +305,8 @@ void ExplicitStepper::adapt(double dt, Attempt outcome) {
 void ExplicitStepper::step(double end) {
   for (;;) {
     const double dt = fitted(dt_, end);
-    if (dt != end - here_.t || rejected_) {
-      Vec error;
-      if (trouble_.empty()) error = Eigen::Map<const Vec>(scaled_.data(), n());
-      require_visible(dt, error, trouble_);
-    }
+    if ((dt != end - here_.t || rejected_) && !is_visible(dt))
+      throw vanished(Eigen::Map<const Vec>(scaled_.data(), trouble_.empty() ? n() : 0), trouble_);
     trouble_.clear();
     const Attempt outcome = attempt(dt);
     if (outcome != Attempt::accepted) {

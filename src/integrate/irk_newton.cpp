@@ -198,7 +198,7 @@ double IrkStepper::iterate(NewtonCode& code) {
 IrkStepper::Newton IrkStepper::newton(double dt) {
   const int most = 7 + (f().s - 3) * 5 / 2;
   double before = 0, quotient_before = 0;
-  contraction_ = std::pow(std::max(contraction_, eps), 0.8);
+  contraction_ = std::pow(static_cast<float>(std::max(contraction_, eps)), 0.8f);
   theta_ = keep_jacobian_below;
   NewtonCode* code = matrices().code.get();
   for (iterations_ = 1;; ++iterations_) {

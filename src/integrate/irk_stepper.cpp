@@ -177,8 +177,8 @@ void IrkStepper::step(double end) {
   for (;;) {
     poll_interrupt();
     const double dt = fitted(dt_, end);
-    if (dt != end - here_.t || rejected_)
-      require_visible(dt, Eigen::Map<const Vec>(error_.data(), trouble_.empty() ? N_ : 0), blame());
+    if ((dt != end - here_.t || rejected_) && !is_visible(dt))
+      throw vanished(Eigen::Map<const Vec>(error_.data(), trouble_.empty() ? N_ : 0), blame());
     trouble_.clear();
     if (need_jacobian && !evaluate_jacobian()) throw Failure(trouble_);
     if (need_jacobian || dt != factorised_for_) {

@@ -179,7 +179,9 @@ NewtonCode::NewtonCode(const Layout& at, const Request& q)
       shift_(at.N) {
   const IrkFormula& f = q.formula;
   while (stages_.size() * lanes < at_.s) stages_.emplace_back(lanes * at_.stage_size());
-  c_.resize(most_stages + 1, c_.back());
+  c_.resize(stages_.size() * lanes, c_.back());
+  c_.push_back(0);  // the beginning
+  times_.resize(c_.size() * (1 + at_.u));
   lambda_.assign(lanes, f.gamma);
   std::copy(f.pairs.begin(), f.pairs.end(), lambda_.begin() + 1);
   struct Row {
@@ -230,14 +232,11 @@ void NewtonCode::begin(Problem& problem, double t, double dt, const double* y, c
   write_parameters(problem, end_in_.data() + at_.end_p());
   for (std::size_t k = 0; k < at_.p; ++k) spread(at_.stage_p() + k, end_in_[at_.end_p() + k]);
   spread(at_.stage_h(), end_in_[0]);
-  for (std::size_t i = 0; i < stages_.size() * lanes; ++i) {
-    const double node[] = {c_[i]};
-    double* const time = end_in_.data() + at_.end_t();  // and inputs, which the end reads at the beginning
-    write_stages(problem, node, t, dt, time);
-    for (std::size_t k = 0; k <= at_.u; ++k) stage(i / lanes, at_.stage_t() + k)[i % lanes] = time[k];
-  }
-  const double beginning[] = {0};
-  write_stages(problem, beginning, t, dt, end_in_.data() + at_.end_t());
+  write_stages(problem, c_, t, dt, times_.data());
+  const double* time = times_.data();
+  for (std::size_t i = 0; i < stages_.size() * lanes; ++i)
+    for (std::size_t k = 0; k <= at_.u; ++k) stage(i / lanes, at_.stage_t() + k)[i % lanes] = *time++;
+  std::copy_n(time, 1 + at_.u, end_in_.data() + at_.end_t());
 }
 
 void NewtonCode::predict(double ratio, const double* y, const double* Z) {

@@ -108,7 +108,7 @@ class NewtonCode {
   std::vector<codegen::LaneArray> stages_;  ///< in of the stages, four at a time
   codegen::LaneArray residual_, system_, solution_, weigh_in_, weigh_out_, work_;
   std::vector<const double*> Z_at_, residual_at_, step_at_, past_at_;  ///< the rows that products take
-  std::vector<double> c_, r_, end_in_, end_out_, shift_;
+  std::vector<double> c_, times_, r_, end_in_, end_out_, shift_;
   std::shared_ptr<const codegen::Machine> residuals_, factor_, solve_, weigh_, end_;
 };
 

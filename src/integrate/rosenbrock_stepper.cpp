@@ -245,8 +245,8 @@ void RosenbrockStepper::step(double end) {
   for (;;) {
     poll_interrupt();
     const double dt = fitted(dt_, end);
-    if (dt != end - here_.t || rejected_)
-      require_visible(dt, Eigen::Map<const Vec>(scaled_.data(), trouble_.empty() ? N_ : 0), trouble_);
+    if ((dt != end - here_.t || rejected_) && !is_visible(dt))
+      throw vanished(Eigen::Map<const Vec>(scaled_.data(), trouble_.empty() ? N_ : 0), trouble_);
     trouble_.clear();
     const double error = attempt(dt);
     if (!(error <= 1) || !complete(dt)) {

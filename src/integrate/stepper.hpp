@@ -2,6 +2,7 @@
 // looks like to the driver (adaptive.hpp). One file per family implements it.
 #pragma once
 
+#include <cmath>
 #include <limits>
 #include <memory>
 #include <string>
@@ -79,8 +80,12 @@ class Stepper {
   /// A first step in which x and x′ change little in units of the tolerance; its error estimate corrects it.
   /// Hairer, Nørsett & Wanner, Solving ODEs I, 2nd ed., §II.4, the step h₀ of "Starting Step Size".
   double cautious_step(double end) const;
-  /// Throws Failure when dt vanished beside t. `error`: scaled errors that name the culprit, may be empty.
-  void require_visible(double dt, const Vec& error, const std::string& reason) const;
+  bool is_visible(double dt) const {
+    const double smallest = 10 * std::numeric_limits<double>::epsilon() * std::fabs(here_.t);
+    return std::fabs(dt) > smallest && std::fabs(dt) > 1e-300;
+  }
+  /// What to throw when the step vanished beside t. `error`: scaled errors that name the culprit, may be empty.
+  Failure vanished(const Eigen::Ref<const Vec>& error, const std::string& reason) const;
   /// "x", "z[2]": an entry of y = (x, z).
   std::string unknown_name(int i) const { return i < n() ? problem_->x_name(i) : problem_->z_name(i - n()); }
 

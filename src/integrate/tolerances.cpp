@@ -11,9 +11,8 @@ double ErrorSum::norm(double sum, double largest, int count) {
 
 double root(double x, int n) {
   if (n == 4) return std::sqrt(std::sqrt(x));
-  if (n == 6) return std::cbrt(std::sqrt(x));
   if (n == 8) return std::sqrt(std::sqrt(std::sqrt(x)));
-  return std::pow(x, 1.0 / n);
+  return std::pow(static_cast<float>(x), 1 / static_cast<float>(n));
 }
 
 }  // namespace pendula::integrate

@@ -36,7 +36,7 @@ class ErrorSum {
   double sum_ = 0, largest_ = 0;
 };
 
-/// x^(1/n), x ≥ 0: step size formulas. The orders that occur most have quick roots.
+/// x^(1/n), x ≥ 0, to seven digits: step size formulas.
 double root(double x, int n);
 
 }  // namespace pendula::integrate
