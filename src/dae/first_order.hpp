@@ -5,7 +5,9 @@
 // by the trivial equation Kᵢ - q′ᵢ = 0, which stands first in F.
 #pragma once
 
+#include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "expr/graph.hpp"
@@ -19,7 +21,8 @@ struct FirstOrder {
   std::vector<Expr> u;             ///< inputs and the derivatives of inputs that occur
   std::vector<Expr> p;             ///< parameters
   std::vector<Expr> F;             ///< n + m residuals in t, x, xdot, z, u, p
-  std::vector<std::string> label;  ///< of each residual, for messages: "equation 3: 0 = x² + y² - L²"
+  std::vector<std::string> label;  ///< of each residual, for messages: "equation (3)"
+  std::vector<std::optional<std::pair<Expr, Expr>>> sides;  ///< of the residuals as they were written
 
   /// Filled when the equations read x′ = f(t, x, z, u, p), 0 = g(t, x, z, u, p), up to order and scaling.
   bool semi_explicit = false;

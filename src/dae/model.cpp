@@ -394,12 +394,13 @@ FirstOrder first_order(const Model& m) {
     fo.xdot.push_back(symbol(pendula::Kind::slot, text("K_", s.name, "_", s.order)));
     fo.F.push_back(fo.xdot.back() - next);
     fo.label.push_back(to_text(next) + " is the derivative of " + to_text(x));
+    fo.sides.emplace_back();
   }
-  constexpr std::size_t readable = 300;  // equations whose text is worth its time
   for (std::size_t i = 0; i < m.residuals.size(); ++i) {
+    const auto [block, row] = m.origin[i];
     fo.F.push_back(m.residuals[i]);
     fo.label.push_back("equation " + m.label(i));
-    if (m.residuals.size() <= readable) fo.label.back() += ": " + m.equation_text(i);
+    fo.sides.emplace_back(std::in_place, m.blocks[block].lhs[row], m.blocks[block].rhs[row]);
   }
   for (Expr leaf : leaves(m.residuals))
     if (std::find(m.inputs.begin(), m.inputs.end(), symbol_of(leaf).base) != m.inputs.end())

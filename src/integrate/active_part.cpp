@@ -120,7 +120,7 @@ ProblemPtr problem_of(const ProblemPtr& whole, const Point& rest, const std::vec
   const dae::FirstOrder& all = whole->model();
   dae::FirstOrder some;
   some.x = picked(all.x, x), some.xdot = picked(all.xdot, x), some.z = picked(all.z, z);
-  some.F = picked(all.F, rows), some.label = picked(all.label, rows);
+  some.F = picked(all.F, rows), some.label = picked(all.label, rows), some.sides = picked(all.sides, rows);
   some.p = all.p;
   some.semi_explicit = all.semi_explicit && (all.z.empty() || !z.empty());
   if (all.is_ode()) some.f = picked(all.f, x);

@@ -5,6 +5,7 @@
 
 #include "base/error.hpp"
 #include "expr/derivative.hpp"
+#include "expr/print.hpp"
 #include "expr/solve.hpp"
 
 namespace pendula::integrate {
@@ -158,7 +159,10 @@ std::string Problem::z_name(int i) const { return leaf_name(model_.z[static_cast
 std::string Problem::equation_name(int row) const {
   const auto i = static_cast<std::size_t>(row);
   const bool labelled = i < model_.label.size() && !model_.label[i].empty();
-  return labelled ? model_.label[i] : text("equation ", row + 1);
+  const std::string name = labelled ? model_.label[i] : text("equation ", row + 1);
+  if (i >= model_.sides.size() || !model_.sides[i]) return name;
+  const auto& [left, right] = *model_.sides[i];
+  return text(name, ": ", to_text(left), " = ", to_text(right));
 }
 
 }  // namespace pendula::integrate

@@ -61,7 +61,8 @@ class Author {
     Slot growth = 0;
     const Slots factors = factorise(growth);
     slopes_in_time();
-    for (int i = 0; i < rk_.stages(); ++i) U_.push_back(q_.pivots.write_solution(w_, factors, right(i), false));
+    for (int i = 0; i < rk_.stages(); ++i)
+      U_.push_back(q_.pivots.write_solution(w_, factors, right(i), false));
     const Slots end = point(numbers(rk_.m()));
     Table dense;
     for (Eigen::Index r = 0; r < rk_.dense().rows(); ++r) {

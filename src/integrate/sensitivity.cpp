@@ -48,7 +48,7 @@ Variational variational(const dae::FirstOrder& form, const std::vector<Expr>& wi
   for (int j = 0; j < k; ++j)
     for (int i = 0; i < m; ++i) all.z.push_back(slot("Z", i, j));
   const std::vector<Expr> F = form.F, f = form.f, g = form.g;
-  all.label.resize(F.size());
+  all.label.resize(F.size()), all.sides.resize(F.size());
   for (int j = 0; j < k; ++j) {
     const std::string name = to_text(with_respect_to[static_cast<std::size_t>(j)]);
     for (std::size_t i = 0; i < F.size(); ++i) {

@@ -43,7 +43,7 @@ Failure Stepper::vanished(const Eigen::Ref<const Vec>& error, const std::string&
       who += text(", ", problem_->xdot_name(worst), " = ", rounded(here_.xdot[worst], 4));
   }
   return Failure(text("the step size fell below rounding", who, ". ",
-                     reason.empty() ? "The solution is singular or not smooth here" : reason));
+                      reason.empty() ? "The solution is singular or not smooth here" : reason));
 }
 
 }  // namespace pendula::integrate

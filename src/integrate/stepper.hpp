@@ -84,7 +84,8 @@ class Stepper {
     const double smallest = 10 * std::numeric_limits<double>::epsilon() * std::fabs(here_.t);
     return std::fabs(dt) > smallest && std::fabs(dt) > 1e-300;
   }
-  /// What to throw when the step vanished beside t. `error`: scaled errors that name the culprit, may be empty.
+  /// What to throw when the step vanished beside t. `error`: scaled errors that name the culprit, may be
+  /// empty.
   Failure vanished(const Eigen::Ref<const Vec>& error, const std::string& reason) const;
   /// "x", "z[2]": an entry of y = (x, z).
   std::string unknown_name(int i) const { return i < n() ? problem_->x_name(i) : problem_->z_name(i - n()); }
