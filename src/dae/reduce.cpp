@@ -1,6 +1,8 @@
 #include "dae/reduce.hpp"
 
 #include <algorithm>
+#include <array>
+#include <memory>
 #include <unordered_set>
 
 #include "base/error.hpp"
@@ -51,7 +53,41 @@ ModelPtr regular_form(const ModelPtr& model) {
   return model;
 }
 
+namespace {
+
+/// The last answers: models are values, and other forms ask for this one first.
+class LowForms {
+ public:
+  ModelPtr find(const ModelPtr& model) const {
+    for (const auto& [given, low] : last_)
+      if (given.lock() == model) return low.lock();
+    return nullptr;
+  }
+  void keep(const ModelPtr& model, const ModelPtr& low) {
+    last_[next_] = {model, low};
+    next_ = (next_ + 1) % last_.size();
+  }
+
+ private:
+  std::array<std::pair<std::weak_ptr<const Model>, std::weak_ptr<const Model>>, 4> last_;
+  std::size_t next_ = 0;
+};
+
+ModelPtr made_acc(const ModelPtr& given);
+
+}  // namespace
+
 ModelPtr reduce_acc(const ModelPtr& given) {
+  static LowForms known;
+  if (const ModelPtr low = known.find(given)) return low;
+  const ModelPtr low = made_acc(given);
+  known.keep(given, low);
+  return low;
+}
+
+namespace {
+
+ModelPtr made_acc(const ModelPtr& given) {
   const ModelPtr model = regular_form(given);
   const Analysis a = require_regular(*model);
   if (a.index <= 1 && a.offsets.value == static_cast<int>(model->states().size())) return model;
@@ -93,6 +129,8 @@ ModelPtr reduce_acc(const ModelPtr& given) {
                         ": the start must satisfy " + (conditions.size() == 1 ? "it." : "them."));
   return done;
 }
+
+}  // namespace
 
 std::string trace(const Model& m) {
   std::string story = m.parent ? trace(*m.parent) : "";

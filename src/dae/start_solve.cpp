@@ -183,9 +183,11 @@ StartSolution gauss_newton(const StartSystem& s, Vec w, const Selection& selecti
     const Vec step = reach.cwiseProduct(least_step(weighted, weight.cwiseProduct(r)));
     if (!step.allFinite()) break;
     const double size = weight.cwiseProduct(r).norm();
+    // A full step that makes a solution no better is rounding.
+    const double shortest = out.solved ? 0.75 : 1e-4;
     double alpha = 1;
     Vec trial;
-    for (; alpha > 1e-4; alpha /= 2) {
+    for (; alpha > shortest; alpha /= 2) {
       trial = w + alpha * step.cwiseProduct(s.unit);
       const Vec next = weight.cwiseProduct(system.residual(trial));
       if (next.allFinite() && next.norm() <= (1 - 0.1 * alpha) * size) break;
@@ -194,7 +196,7 @@ StartSolution gauss_newton(const StartSystem& s, Vec w, const Selection& selecti
     if (moved > 1e-7 * far) halvings = moved > 0.4 * last_step && moved < 0.6 * last_step ? halvings + 1 : 0;
     out.slow = halvings >= 6;
     last_step = moved;
-    const bool stalled = alpha <= 1e-4 || moved <= 1e-15 * far;
+    const bool stalled = alpha <= shortest || moved <= 1e-15 * far;
     if (stalled || (out.solved && moved <= 4e-16 * far)) break;
     w = trial;
   }

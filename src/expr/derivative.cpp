@@ -92,7 +92,8 @@ void evaluate_nodes(std::span<const Expr> outputs, const std::unordered_map<Expr
                     NodeMap<double>& values, const Visit& visit) {
   std::unordered_map<Expr, std::vector<double>> solved;
   for (Expr node : topological(outputs)) {
-    if (const auto given = leaf_values.find(node); given != leaf_values.end()) {
+    const bool leaf = node.is_symbol() || node.op() == Op::call;
+    if (const auto given = leaf ? leaf_values.find(node) : leaf_values.end(); given != leaf_values.end()) {
       values[node] = given->second;
     } else if (node.is_constant()) {
       values[node] = constant_value(node);

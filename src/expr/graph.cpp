@@ -87,6 +87,8 @@ struct Graph {
   }
 
   Expr exact(const mpq_class& q) {
+    if (q == 0 && nodes.size() > 1) return Expr::at(0);
+    if (q == 1 && nodes.size() > 1) return Expr::at(1);
     const auto [it, made] = exact_constants.try_emplace(q.get_str());
     if (made) it->second = leaf(Op::constant, constants, Constant{q, nearest_double(q)});
     return it->second;
@@ -121,10 +123,15 @@ struct Graph {
   }
 };
 
-Graph& graph() {
+Graph* the_graph = nullptr;
+
+Graph& new_graph() {
   static Graph g;
+  the_graph = &g;
   return g;
 }
+/// Asked for with every node: without the lock of a static variable.
+inline Graph& graph() { return the_graph ? *the_graph : new_graph(); }
 
 std::string key_of(Kind kind, const std::string& name, int order) {
   return text(static_cast<int>(kind), ':', order, ':', name);
@@ -267,6 +274,9 @@ Symbol& attributes(Expr leaf) {
 
 Expr derivative_leaf(Expr leaf, int k) {
   if (k == 0) return leaf;
+  static std::unordered_map<Expr, Expr> first;  // making the name takes longer
+  if (k == 1)
+    if (const auto known = first.find(leaf); known != first.end()) return known->second;
   const Symbol& s = symbol_of(leaf);
   PENDULA_ASSERT(s.kind == Kind::variable || s.kind == Kind::input,
                  "only functions of time have derivatives");
@@ -278,7 +288,9 @@ Expr derivative_leaf(Expr leaf, int k) {
   const Symbol& base = symbol_of(s.base);
   d.vector = base.vector;
   d.component = base.component;
-  return leaf_of(std::move(d));
+  const Expr made = leaf_of(std::move(d));
+  if (k == 1) first[leaf] = made;
+  return made;
 }
 
 std::vector<Expr> vector_components(const std::string& name) {

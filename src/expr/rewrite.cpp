@@ -7,6 +7,7 @@
 #include "base/interrupt.hpp"
 #include "expr/print.hpp"
 #include "expr/rewrite_forms.hpp"
+#include "expr/rewrite_patterns.hpp"
 
 namespace pendula {
 namespace {
@@ -311,7 +312,13 @@ Expr simplify(Expr e) {
   static thread_local Known known;
   if (e.is_constant()) return simplified(e);
   if (const auto simple = known.find(e)) return *simple;
-  return known.add(e, simplified(e));
+  static thread_local RewrittenPatterns patterns;
+  const auto pattern = pattern_of(e);
+  if (!pattern) return known.add(e, simplified(e));
+  if (const auto simple = patterns.find(*pattern)) return known.add(e, *simple);
+  const Expr simple = known.add(e, simplified(e));
+  patterns.add(*pattern, simple);
+  return simple;
 }
 
 }  // namespace pendula

@@ -158,7 +158,7 @@ std::vector<Item> VectorFinder::items(SumId sum) {
   Pool pool(terms);
   std::map<std::size_t, Item> found;                                   // by the place of the first term
   std::map<int, std::vector<std::size_t>, std::greater<>> candidates;  // by size of column, longest first
-  for (std::size_t i = 0; i < terms.size(); ++i)
+  for (std::size_t i = 0; i < terms.size() && terms.size() > 1; ++i)   // one term is no scalar product
     for (const Carrier& c : carriers(terms[i]))
       if (auto& list = candidates[c.size]; list.empty() || list.back() != i) list.push_back(i);
 

@@ -55,6 +55,8 @@ void keep_freed_memory() {
 #ifdef __GLIBC__
   mallopt(M_MMAP_THRESHOLD, 32 << 20);
   mallopt(M_TRIM_THRESHOLD, 256 << 20);
+  mallopt(M_MXFAST,
+          0);  // else every larger request first joins the small free pieces: a sixth of a reduction
 #endif
 }
 
