@@ -198,7 +198,9 @@ std::string describe(const Model& m) {
   if (!m.domain.empty()) symbols.row({"valid where", domain_text(m)});
   if (!m.invariants.empty()) {
     std::vector<std::string> words;
-    for (const Constraint& c : m.invariants) words.push_back(c.label + " = 0");
+    for (const Constraint& c : m.invariants)
+      if (words.size() < most_names) words.push_back(c.label + " = 0");
+    if (m.invariants.size() > most_names) words.push_back(text("… ", m.invariants.size(), " in all"));
     symbols.row({"start must keep", join(words, ", ")});
   }
   out += symbols.str(2);

@@ -49,6 +49,8 @@ class Differentiation {
       reduce_block(b, first, rows);
       first += rows;
     }
+    if (told_ > most_told)
+      result.trace.push_back(text("… and ", told_ - most_told, " more equations in the same way"));
   }
 
   Differentiated result;
@@ -102,7 +104,8 @@ class Differentiation {
                     ":  "),
                "");
     }
-    for (const auto& lines : told) result.trace.insert(result.trace.end(), lines.begin(), lines.end());
+    if (++told_ <= most_told)
+      for (const auto& lines : told) result.trace.insert(result.trace.end(), lines.begin(), lines.end());
     Block block{m_.blocks[b].lhs, m_.blocks[b].rhs, "", m_.blocks[b].rewritten};
     const bool by_row = !uniform || (rows == 1 && !block.rewritten.empty());
     if (!by_row) block.note = differentiated(number(0), most), block.rewritten.clear();
@@ -122,8 +125,10 @@ class Differentiation {
 
   const Model& m_;
   const Offsets& o_;
+  static constexpr int most_told = 60;  // equations; a reader of thousands has understood
   Substitution known_;
   std::unordered_set<Expr> top_;
+  int told_ = 0;
 };
 
 }  // namespace

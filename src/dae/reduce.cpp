@@ -37,6 +37,18 @@ void describe_substitutions(const Model& m, const std::vector<Constraint>& const
   }
 }
 
+/// "x₁′, x₂′, z", of a large model the first names only.
+std::string unknowns_text(const Model& m) {
+  constexpr std::size_t most = 40, shown = 12;
+  std::vector<Expr> list = m.top_derivatives();
+  const auto z = m.algebraic();
+  list.insert(list.end(), z.begin(), z.end());
+  if (list.size() <= most) return names_of(list);
+  const std::size_t all = list.size();
+  list.resize(shown);
+  return text(names_of(list), ", … ", all, " in all");
+}
+
 }  // namespace
 
 std::vector<Entry> top_jacobian(const Model& m) {
@@ -114,17 +126,18 @@ ModelPtr made_acc(const ModelPtr& given) {
   const int rank = generic_rank(top_jacobian(*low), n, n).rank;
   if (rank < n)
     throw Failure(text("differentiating did not lower the index to 1: the Jacobian with respect to (",
-                       names_of(low->top_derivatives()), low->algebraic().empty() ? "" : ", ",
-                       names_of(low->algebraic()), ") has rank ", rank, " of ", n));
+                       unknowns_text(*low), ") has rank ", rank, " of ", n));
   auto done = std::make_shared<Model>(*low);
-  done->trace.push_back(text("The Jacobian with respect to (", names_of(low->top_derivatives()),
-                             low->algebraic().empty() ? "" : ", ", names_of(low->algebraic()), ") has rank ",
-                             rank, " of ", n, ": index ",
+  done->trace.push_back(text("The Jacobian with respect to (", unknowns_text(*low), ") has rank ", rank,
+                             " of ", n, ": index ",
                              low->algebraic().empty() && low->kind != Kind::fully_implicit ? 0 : 1, "."));
   for (const auto& [word, line] : classification(*model))
     if (word == "holds") done->trace.push_back("The original model has " + line + ".");
+  constexpr std::size_t most = 40;
   std::vector<std::string> conditions;
-  for (const Constraint& c : done->invariants) conditions.push_back(c.label + " = 0");
+  for (const Constraint& c : done->invariants)
+    if (conditions.size() < most) conditions.push_back(c.label + " = 0");
+  if (done->invariants.size() > most) conditions.push_back(text("… ", done->invariants.size(), " in all"));
   done->trace.push_back("The new model no longer imposes " + join(conditions, ", ") +
                         ": the start must satisfy " + (conditions.size() == 1 ? "it." : "them."));
   return done;

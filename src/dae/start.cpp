@@ -111,6 +111,7 @@ StartPtr init(const ModelPtr& model, const StartRequest& request) {
   const StartSystem s(model, request);
   StartSolution solution = solve_start(s);
   if (!solution.solved && !solution.defined) explain_undefined(s);
+  if (!solution.solved && solution.stuck >= 0) explain_stuck(s, static_cast<std::size_t>(solution.stuck));
   if (!solution.solved && request.nearest) solution = nearest_start(s);
   if (!solution.solved) explain_conflict(model, s, solution);
   clean(s, solution.w, solution.slow);

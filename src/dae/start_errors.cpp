@@ -288,6 +288,17 @@ void explain_undefined(const StartSystem& s) {
   throw Error(text(equation, " has no value", at, ": ", to_text(bad->node), " is undefined; ", advice));
 }
 
+void explain_stuck(const StartSystem& s, std::size_t row) {
+  const auto point = s.point(first_point(s, 0));
+  const auto inside = unknowns_in(s, s.rows[row]);
+  throw Failure(text("no consistent start was found: ", s.label(row), "  0 = ", to_text(s.rows[row]),
+                     " does not hold at the values given, and none of its unknowns changes it to first order "
+                     "there (its gradient "
+                     "is 0 at ",
+                     values_of(inside, point),
+                     "). Points that should be apart coincide? Give values with more digits"));
+}
+
 void explain_conflict(const ModelPtr& model, const StartSystem& s, const StartSolution& failed) {
   static_cast<void>(model);
   Selection only_equations{std::vector<char>(s.rows.size(), 1), {}};

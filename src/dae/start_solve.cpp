@@ -248,6 +248,21 @@ static StartSolution by_levels(const StartSystem& s, Vec w, const Selection& sel
   return gauss_newton(s, std::move(w), selection);
 }
 
+/// A row that is far from satisfied and that no unknown changes to first order: Gauss-Newton cannot help it.
+static int stuck_row(const StartSystem& s, const Vec& w, const Selection& selection) {
+  const Selected system(s, selection);
+  const Vec r = system.residual(w);
+  const Sparse J = system.jacobian(w);
+  if (!r.allFinite() || !finite(J)) return -1;
+  Vec largest = Vec::Zero(J.rows());
+  for (Index j = 0; j < J.outerSize(); ++j)
+    for (Sparse::InnerIterator it(J, j); it; ++it)
+      largest[it.row()] = std::max(largest[it.row()], std::fabs(it.value()));
+  for (Index i = 0; i < r.size(); ++i)
+    if (std::fabs(r[i]) > 1e-6 && largest[i] < 1e-12) return static_cast<int>(i);
+  return -1;
+}
+
 StartSolution solve_start(const StartSystem& s, const Selection& selection) {
   StartSolution best;
   bool defined = false;
@@ -264,16 +279,19 @@ StartSolution solve_start(const StartSystem& s, const Selection& selection) {
     constexpr double rounding = 1e-15;
     if (next.solved && next.residual.maxCoeff() <= rounding) return next;
   }
-  for (int attempt = 0; attempt < start_attempts; ++attempt) {
+  const bool large = first_point(s, 0).size() > dense_up_to;
+  const bool nothing_held = selection.held.empty() && std::count(held.held.begin(), held.held.end(), 1) == 0;
+  for (int attempt = 0; attempt < (large ? 2 : start_attempts); ++attempt) {
     const bool undefined =
         attempt > 0 && !defined;  // the user should hear of a guess where nothing has a value
     const Vec from = first_point(s, attempt, selection, undefined);
     StartSolution next = by_levels(s, from, held);
     if (next.solved) return next;
-    next = by_levels(s, from, selection);
+    if (!nothing_held) next = by_levels(s, from, selection);
     if (next.solved) return next;
     defined = defined || next.defined;
     if (attempt == 0 || next.residual.maxCoeff() < best.residual.maxCoeff()) best = std::move(next);
+    if (large && (best.stuck = stuck_row(s, from, selection)) >= 0) break;
   }
   best.defined = defined;
   return best;

@@ -76,6 +76,7 @@ struct StartSolution {
   Vec residual;  ///< |r_i| relative to the size of the row's own terms
   bool solved = false;
   bool defined = true;  ///< false: an equation has no finite value (or slope) at the first point
+  int stuck = -1;       ///< a row that is not satisfied and has gradient 0 at the first point (large systems)
   bool slow = false;    ///< steps shrank by half only: the equations lose rank at the solution, a double root
 };
 
@@ -109,6 +110,7 @@ Freedom sparse_freedom(const StartSystem& s, const Eigen::SparseMatrix<double>& 
 
 /// Errors. What each says: start_errors.cpp.
 [[noreturn]] void explain_undefined(const StartSystem& s);
+[[noreturn]] void explain_stuck(const StartSystem& s, std::size_t row);
 [[noreturn]] void explain_conflict(const ModelPtr& model, const StartSystem& s, const StartSolution& failed);
 [[noreturn]] void explain_freedom(const ModelPtr& model, const StartSystem& s, const Vec& w,
                                   const Freedom& open);

@@ -75,3 +75,20 @@ test("units of a chain of 2500 coupled loops stay finite", function()
   expect(at(w[N])):near(1, 1e-12)
   expect(at(i[1])):near(-0.15, 1e-10)                      -- v′ = i, w′ = -i - 0.3 w, v′ = w′
 end)
+
+test("a large start that no step can improve says which equation, at once", function()
+  local N = 100                                            -- a chain whose points are given on a grid that is coarser than its links
+  local x, y = var("x", N), var("y", N)
+  local T, V, C, guess = 0, 0, {}, {}
+  for i = 1, N do
+    local dx, dy = x[i] - (i > 1 and x[i-1] or 0), y[i] - (i > 1 and y[i-1] or 0)
+    C[i] = (dx^2 + dy^2 - 1)/2
+    T, V = T + (x[i].dot^2 + y[i].dot^2)/2, V + 9.81*y[i]
+    guess[x[i]], guess[y[i]], guess[x[i].dot], guess[y[i].dot] = 10*(i//10), 0, 0, 0
+  end
+  local sys = lagrange { q = vstack(x, y), T = T, V = V, C = C }
+  expect(function() sys:init { guess = guess } end):fails "C₁  0 = (x₁² + y₁² - 1)/2 does not hold at the values given"
+  expect(function() sys:init { guess = guess } end):fails "Points that should be apart coincide"
+  for i = 1, N do guess[x[i]] = i == 4 and 3 or i end       -- one pair alone is moved apart by its neighbours
+  expect(sys:init { guess = guess }((x[4] - x[3])^2 + (y[4] - y[3])^2)):near(1, 1e-9)
+end)
