@@ -34,15 +34,18 @@ ModelPtr as_implicit(const ModelPtr& model) {
   return copy;
 }
 
-void check_size(const char* what, Index got, Index wanted, const char* per) {
-  if (got != wanted) throw Error(text(what, " has ", got, " rows, but there are ", wanted, " ", per));
+void check_size(const char* what, Index got, Index wanted, const char* per, const char* of) {
+  if (got == wanted) return;
+  throw Error(text(what, " has ", got, got == 1 ? " row" : " rows", ", but there ",
+                   wanted == 1 ? "is 1 " : text("are ", wanted, " "), per, wanted == 1 ? "" : "s", " in ",
+                   of));
 }
 
 }  // namespace
 
 ModelPtr semi_explicit(const VecX& x, const VecX& z, const VecX& u, const VecX& f, const VecX& g,
                        std::string name) {
-  check_size("f", f.size(), x.size(), "states in x");
+  check_size("f", f.size(), x.size(), "state", "x");
   ModelOptions options;
   options.name = std::move(name);
   options.x = list(x), options.z = list(z), options.u = list(u);
@@ -69,11 +72,11 @@ ModelPtr linear(const MatX& E, const MatX& A, const MatX& B, VecX x, VecX u, std
                      "; both must have the same size"));
   if (x.size() == 0)
     x = column(newly_declared(symbol_vector(pendula::Kind::variable, "x", static_cast<int>(n))));
-  check_size("x", x.size(), n, "columns in E");
+  check_size("x", x.size(), n, "column", "E");
   if (B.size() && B.rows() != E.rows()) throw Error(text("B has ", B.rows(), " rows, but E has ", E.rows()));
   if (B.size() && u.size() == 0)
     u = column(newly_declared(symbol_vector(pendula::Kind::input, "u", static_cast<int>(B.cols()))));
-  if (u.size()) check_size("u", u.size(), B.cols(), "columns in B");
+  if (u.size()) check_size("u", u.size(), B.cols(), "column", "B");
   ModelOptions options;
   options.name = std::move(name);
   options.x = list(x), options.u = list(u);

@@ -149,7 +149,6 @@ void StartSystem::check_known() const {
     const Symbol& s = symbol_of(leaf);
     if (known.count(leaf) || column_.count(leaf) || s.kind == pendula::Kind::constant) continue;
     if (s.kind == pendula::Kind::input) throw Error(missing_input(leaf));
-    if (s.kind == pendula::Kind::parameter) throw Error(text("parameter '", s.name, "' has no value"));
     std::vector<std::string> names;
     for (Expr e : unknowns) names.push_back(symbol_of(e).name);
     throw Error(text("'", to_text(leaf), "' is not an unknown of this model.", did_you_mean(s.name, names)));

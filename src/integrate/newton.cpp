@@ -127,6 +127,19 @@ double Newton::length(const Vec& step, const Vec& w) const {
   return std::isfinite(largest) ? largest : std::numeric_limits<double>::infinity();
 }
 
+/// The correction is no longer than what rounding of the equations' terms leads to: a constraint known to
+/// ε|q| gives velocities to ε|q|/Δt, whatever the size of these.
+bool Newton::is_rounding(const Vec& w) {
+  measure(w);
+  for (int attempt = 0; attempt < 2; ++attempt) {
+    for (Eigen::Index i = 0; i < terms_.size(); ++i)
+      trial_r_[i] = ((i * (attempt + 1)) % 3 == 0 ? -1 : 1) * rounding_level * terms_[i];
+    lu_.solve(trial_r_, simplified_);
+    if (length(step_, w) <= length(simplified_, w)) return true;
+  }
+  return false;
+}
+
 /// Moves w along step_ by the largest λ = 1, 1/2, … that passes the monotonicity test.
 Newton::Trial Newton::search(Equations& equations, Vec& w) {
   for (double lambda = 1; lambda >= smallest_step; lambda /= 2) {
@@ -178,7 +191,7 @@ NewtonResult Newton::solve(Equations& equations, Vec& w) {
     const Trial trial = search(equations, w);
     if (trial == Trial::settled) return finish(Outcome::converged);
     if (trial == Trial::failed)
-      return finish(now <= stagnation_level ? Outcome::converged : Outcome::diverged);
+      return finish(now <= stagnation_level || is_rounding(w) ? Outcome::converged : Outcome::diverged);
     if (measure(w) <= rounding_level) return finish(Outcome::converged);  // with the old Jacobian: saves one
   }
   return finish(Outcome::diverged);

@@ -4,9 +4,10 @@
 //
 // Converged means: every residual is at the rounding level of its own terms, |rᵢ| ≤ 32 ε (Σⱼ |∂rᵢ/∂wⱼ wⱼ| +
 // sizeᵢ), or the next correction would not change w, or residual or correction no longer fall although they
-// are below 10⁻¹⁰ of the terms or of w. λ < 1 only when the full step fails the natural monotonicity test
-// (Deuflhard, Newton Methods for Nonlinear Problems, §3.3.1): the simplified correction from the new point
-// must be shorter than Δw.
+// are below 10⁻¹⁰ of the terms or of w, or corrections no longer fall and are as short as those that rounding
+// of the terms leads to. λ < 1 only when the full step fails the natural monotonicity test (Deuflhard, Newton
+// Methods for Nonlinear Problems, §3.3.1): the simplified correction from the new point must be shorter than
+// Δw.
 #pragma once
 
 #include <vector>
@@ -68,6 +69,7 @@ class Newton {
   double measure(const Vec& w);
   double length(const Vec& step, const Vec& w) const;
   Trial search(Equations& equations, Vec& w);
+  bool is_rounding(const Vec& w);
 
   Mat J_;
   Vec r_, size_, terms_, step_, trial_, trial_r_, simplified_;

@@ -182,7 +182,9 @@ int constraints_item(Call& call) {
   const auto& list = call.object<Constraints>(1, "constraints").list;
   const long i = call.integer(2, "index");
   if (i < 1 || i > static_cast<long>(list.size()))
-    throw Error(text("there are ", list.size(), " constraints; number ", i, " does not exist"));
+    throw Error(
+        text(list.size() == 1 ? "there is 1 constraint" : text("there are ", list.size(), " constraints"),
+             "; number ", i, " does not exist"));
   MatX zero = MatX::Zero(1, 1), residual(1, 1);
   residual(0, 0) = list[static_cast<std::size_t>(i - 1)].residual;
   return push_equation(call.L, {zero, residual});

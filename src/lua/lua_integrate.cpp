@@ -256,7 +256,9 @@ int drift_item(Call& call) {
   const auto& rows = drifted(call).rows;
   const long i = call.integer(2, "index");
   if (i < 1 || i > static_cast<long>(rows.size())) {
-    throw Error(text("there are ", rows.size(), " constraints; number ", i, " does not exist"));
+    throw Error(
+        text(rows.size() == 1 ? "there is 1 constraint" : text("there are ", rows.size(), " constraints"),
+             "; number ", i, " does not exist"));
   }
   const integrate::DriftRow& row = rows[static_cast<std::size_t>(i - 1)];
   lua_createtable(call.L, 0, 7);

@@ -49,3 +49,16 @@ test("reduce() names its choice; unknown forms and options are refused", functio
   expect(function() ball:reduce("baumgarte", { alpha = -1 }) end):fails "must be positive"
   expect(function() ball:reduce("dummy", { at = 3 }) end):fails "at must be a start"
 end)
+
+-- A step of 1e-4 makes velocities of lengths that are known to 1e-17: rounding of 1e-13, against which some terms are small.
+test("ggl of the squeezing mechanism: a stall at the rounding of its terms is convergence", function()
+  local p = problems.squeezer
+  local at, low = p:start(), p():reduce "ggl"
+  local function off(dt)
+    local sol = low:integrate { start = at, to = p.to, dt = dt, method = rk.radau(3), direct = true }
+    expect(sol.status):equals "finished"
+    return (p:error(sol))
+  end
+  local coarse, fine = off(2e-4), off(1e-4)
+  expect(math.log(coarse/fine, 2)):near(5, 0.1)              -- order 5 of its positions: 2s - 1
+end)

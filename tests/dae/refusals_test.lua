@@ -85,3 +85,17 @@ refused("project of an ODE", function() return dae { der(x) ~ -x }:reduce "proje
   "no constraint that could drift, so there is nothing to project onto; integrate it as it stands")
 refused("ode of algebraic equations", function() return dae { 0 ~ x - 1 }:reduce "ode" end,
   "the model has no differential variable; its equations are algebraic, and sys:init{…} solves them")
+
+-- parameters
+local decay = dae { der(x) ~ -param "a"*x }
+refused("a parameter without a value", function() return decay:init { fix = { x = 1 } } end,
+  "parameter 'a' has no value; give one: sys:with{ a = … } or params = { a = … }")
+refused("a parameter of another model, by its name", function() return decay:with { zz = 1 } end, "parameters: unknown symbol 'zz'")
+refused("a parameter of another model, by its symbol", function() return decay:with { [param "b"] = 1 } end,
+  "the model has no parameter 'b'")
+refused("more right sides than states", function() return dae.semi_explicit { x = { x }, f = { x, y } } end,
+  "f has 2 rows, but there is 1 state in x")
+refused("fewer right sides than states", function() return dae.semi_explicit { x = { x, y }, f = { x } } end,
+  "f has 1 row, but there are 2 states in x")
+refused("a constraint that is not there", function() return dae { der(x) ~ y, 0 ~ x - sin(t) }:constraints()[3] end,
+  "there is 1 constraint; number 3 does not exist")
