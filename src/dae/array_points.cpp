@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <random>
+#include <unordered_set>
 
 #include "base/decompositions.hpp"
 #include "base/error.hpp"
@@ -109,21 +110,29 @@ std::vector<Expr> without_calls(std::vector<Expr> e) {
   return e;
 }
 
-StableValues evaluate_stable(const std::vector<Expr>& outputs, const std::vector<Expr>& columns, const Vec& w,
-                             const std::unordered_map<Expr, double>& known) {
+StableValues evaluate_stable(const Evaluator& outputs, const Vec& w, std::span<const double> others) {
   constexpr double golden = 0.6180339887498949;
-  auto here = known, moved = known;
-  for (std::size_t j = 0; j < columns.size(); ++j) {
-    const double x = w[static_cast<Index>(j)], part = std::fmod((static_cast<double>(j) + 1) * golden, 1.0);
-    here[columns[j]] = x;
-    moved[columns[j]] = x + (0.5 + part) * 1e-10 * (std::fabs(x) + 0.01);
+  std::vector<double> here(w.begin(), w.end()), moved;
+  here.insert(here.end(), others.begin(), others.end());
+  moved = here;
+  for (std::size_t j = 0; j < static_cast<std::size_t>(w.size()); ++j) {
+    const double part = std::fmod((static_cast<double>(j) + 1) * golden, 1.0);
+    moved[j] += (0.5 + part) * 1e-10 * (std::fabs(here[j]) + 0.01);
   }
-  auto values = pendula::evaluate(outputs, here);
-  const auto other = pendula::evaluate(outputs, moved);
+  auto values = outputs(here);
+  const auto other = outputs(moved);
   std::vector<char> noise(values.size());
   for (std::size_t k = 0; k < values.size(); ++k)
     noise[k] = std::fabs(values[k]) <= 10 * std::fabs(values[k] - other[k]);
   return {std::move(values), std::move(noise)};
+}
+
+StableValues evaluate_stable(const std::vector<Expr>& outputs, const std::vector<Expr>& columns, const Vec& w,
+                             const std::unordered_map<Expr, double>& known) {
+  std::vector<Expr> leaves = columns;
+  std::vector<double> values;
+  for (const auto& [leaf, value] : known) leaves.push_back(leaf), values.push_back(value);
+  return evaluate_stable(Evaluator(outputs, leaves), w, values);
 }
 
 RankGap rank_with_gap(const Mat& m) {
@@ -147,7 +156,7 @@ NumericArray::NumericArray(const DerivativeArray& array)
       rows_(array.rows().size()),
       states_(array.states().size()),
       first_(array.first().size()) {
-  for (const Entry& e : entries_) outputs_.push_back(e.value);
+  prepare();
 }
 
 NumericArray::NumericArray(std::vector<Expr> rows, std::vector<Expr> columns)
@@ -157,7 +166,14 @@ NumericArray::NumericArray(std::vector<Expr> rows, std::vector<Expr> columns)
       rows_(outputs_.size()),
       states_(0),
       first_(0) {
+  prepare();
+}
+
+void NumericArray::prepare() {
   for (const Entry& e : entries_) outputs_.push_back(e.value);
+  const std::unordered_set<Expr> unknown(columns_.begin(), columns_.end());
+  for (Expr leaf : leaves(outputs_))
+    if (!unknown.count(leaf) && symbol_of(leaf).kind != pendula::Kind::constant) others_.push_back(leaf);
 }
 
 Vec NumericArray::start(int seed, const std::unordered_map<Expr, double>& continued) const {
@@ -178,15 +194,9 @@ Vec NumericArray::start(int seed, const std::unordered_map<Expr, double>& contin
 }
 
 std::unordered_map<Expr, double> NumericArray::known(int seed) const {
-  const std::unordered_map<Expr, char> unknown = [&] {
-    std::unordered_map<Expr, char> set;
-    for (Expr c : columns_) set[c] = 1;
-    return set;
-  }();
   std::unordered_map<Expr, double> values;
-  for (Expr leaf : leaves(outputs_)) {
+  for (Expr leaf : others_) {
     const Symbol& s = symbol_of(leaf);
-    if (unknown.count(leaf) || s.kind == pendula::Kind::constant) continue;
     std::mt19937_64 random(std::hash<std::string>()(s.name) * 31 +
                            static_cast<unsigned>(s.order * 7919 + seed));
     values[leaf] = std::uniform_real_distribution<double>(0.5, 1.5)(random);
@@ -196,7 +206,18 @@ std::unordered_map<Expr, double> NumericArray::known(int seed) const {
 
 void NumericArray::evaluate_at(const Vec& w, const std::unordered_map<Expr, double>& known, Vec& r,
                                Mat& J) const {
-  const auto [values, noise] = evaluate_stable(outputs_, columns_, w, known);
+  if (!evaluator_) {
+    std::vector<Expr> all = columns_;
+    all.insert(all.end(), others_.begin(), others_.end());
+    evaluator_.emplace(outputs_, all);
+  }
+  std::vector<double> others;
+  for (Expr leaf : others_) {
+    const auto value = known.find(leaf);
+    if (value == known.end()) throw Error(text("no value for '", symbol_of(leaf).name, "'"));
+    others.push_back(value->second);
+  }
+  const auto [values, noise] = evaluate_stable(*evaluator_, w, others);
   r = Eigen::Map<const Vec>(values.data(), static_cast<Index>(rows_));
   J = Mat::Zero(static_cast<Index>(rows_), w.size());
   for (std::size_t k = 0; k < entries_.size(); ++k)

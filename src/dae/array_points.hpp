@@ -6,6 +6,7 @@
 
 #include "base/math.hpp"
 #include "dae/derivative_array.hpp"
+#include "expr/evaluator.hpp"
 
 namespace pendula::dae {
 
@@ -50,11 +51,13 @@ class NumericArray {
   Vec start(int seed, const std::unordered_map<Expr, double>& continued = {}) const;
 
  private:
+  void prepare();
   void evaluate_at(const Vec& w, const std::unordered_map<Expr, double>& known, Vec& r, Mat& J) const;
 
-  std::vector<Expr> columns_, outputs_;
+  std::vector<Expr> columns_, outputs_, others_;  ///< others: leaves of the outputs that are no columns
   std::vector<Entry> entries_;
   std::size_t rows_, states_, first_;
+  mutable std::optional<Evaluator> evaluator_;  ///< of outputs_, made when it is needed
 };
 
 /// Values at w, and which of them are cancellation: as large as their change when w moves by 1e-10. Scaling
@@ -65,5 +68,7 @@ struct StableValues {
 };
 StableValues evaluate_stable(const std::vector<Expr>& outputs, const std::vector<Expr>& columns, const Vec& w,
                              const std::unordered_map<Expr, double>& known);
+/// The same for an evaluator whose leaves are those of w, and then others with these values.
+StableValues evaluate_stable(const Evaluator& outputs, const Vec& w, std::span<const double> others);
 
 }  // namespace pendula::dae

@@ -31,8 +31,8 @@ StartSystem::StartSystem(const ModelPtr& m, const StartRequest& r)
   first_fix = rows.size();
   for (const auto& [leaf, value] : request.fix) add(resolve(model, leaf) - Expr(value));
   jacobian_ = sparse_jacobian(rows, unknowns);
-  for (const auto& entry : jacobian_) slopes_.push_back(entry.value);
   check_known();
+  compile();
   LeafValues anchors;
   for (const auto& list : {request.fix, request.guess})
     for (const auto& [leaf, value] : list) anchors.push_back({resolve(model, leaf), value});
@@ -64,12 +64,12 @@ std::vector<char> StartSystem::fixed() const {
 }
 
 Vec StartSystem::residual(const Vec& w) const {
-  const auto values = pendula::evaluate(rows, point(w));
+  const auto values = (*rows_)(leaf_values(w));
   return Eigen::Map<const Vec>(values.data(), static_cast<Index>(values.size())).cwiseQuotient(row_unit);
 }
 
 Eigen::SparseMatrix<double> StartSystem::jacobian(const Vec& w) const {
-  const auto values = pendula::evaluate(slopes_, point(w));
+  const auto values = (*slopes_)(leaf_values(w));
   std::vector<Eigen::Triplet<double>> entries;
   for (std::size_t k = 0; k < values.size(); ++k) {
     const auto [i, j] = std::pair(jacobian_[k].row, jacobian_[k].column);
@@ -78,6 +78,19 @@ Eigen::SparseMatrix<double> StartSystem::jacobian(const Vec& w) const {
   Eigen::SparseMatrix<double> J(static_cast<Index>(rows.size()), w.size());
   J.setFromTriplets(entries.begin(), entries.end());
   return J;
+}
+
+void StartSystem::compile() {
+  std::vector<Expr> leaves = unknowns, slopes;
+  for (const auto& [leaf, value] : known) leaves.push_back(leaf), given_.push_back(value);
+  for (const auto& entry : jacobian_) slopes.push_back(entry.value);
+  rows_.emplace(rows, leaves), slopes_.emplace(slopes, leaves);
+}
+
+std::vector<double> StartSystem::leaf_values(const Vec& w) const {
+  std::vector<double> values(w.begin(), w.end());
+  values.insert(values.end(), given_.begin(), given_.end());
+  return values;
 }
 
 std::unordered_map<Expr, double> StartSystem::point(const Vec& w) const {

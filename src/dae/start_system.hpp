@@ -9,6 +9,7 @@
 
 #include "base/math.hpp"
 #include "dae/start.hpp"
+#include "expr/evaluator.hpp"
 
 namespace pendula::dae {
 
@@ -57,12 +58,15 @@ class StartSystem {
   void bind();
   void differentiate_inputs(Expr e);
   void check_known() const;
+  void compile();
+  std::vector<double> leaf_values(const Vec& w) const;
   std::string missing_input(Expr leaf) const;
 
   Substitution inputs_;
   std::unordered_map<Expr, Eigen::Index> column_;
   std::vector<Entry> jacobian_;
-  std::vector<Expr> slopes_;
+  std::vector<double> given_;  ///< the values of `known`, behind the unknowns
+  std::optional<Evaluator> rows_, slopes_;
   std::vector<std::string> labels_;  ///< of the rows before the fixes
 };
 
