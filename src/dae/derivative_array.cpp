@@ -365,7 +365,7 @@ ArrayResult derivative_array(const Model& m, const ArrayOptions& options) {
     r.index = d.index;
     r.dof = d.dof();
     r.conditions = d.conditions;
-    r.constraints = conditions_of(m, given, d);
+    if (options.conditions) r.constraints = conditions_of(m, given, d);
     if (given != m.residuals) {
       const Determination generic = determine(m.residuals, m, options);
       if (generic.verdict == ArrayVerdict::determined &&
@@ -387,7 +387,8 @@ ArrayResult derivative_array(const Model& m, const ArrayOptions& options) {
                       : text("derivative array up to F", subscript(std::max(d.tried, 0)), ", ranks at ",
                              d.points, d.points == 1 ? " point" : " points",
                              " with F = 0, smallest gap of singular values ", rounded(d.gap, 2));
-  if (d.verdict == ArrayVerdict::determined && static_cast<int>(r.constraints.size()) < d.conditions)
+  if (options.conditions && d.verdict == ArrayVerdict::determined &&
+      static_cast<int>(r.constraints.size()) < d.conditions)
     r.covered += text("; ", r.constraints.size(), " of ", d.conditions, " conditions written out");
   return r;
 }

@@ -89,6 +89,7 @@ struct ArrayOptions {
   int max_columns = 260;  ///< of ∂F_k/∂(x, y) for numeric ranks (singular values cost O(n³))
   int max_exact_columns = 6000;
   int points = 3;
+  bool conditions = true;  ///< written out; otherwise only counted
   /// A consistent point (Start::values): the ranks are taken there too, and a loss of rank makes the verdict
   /// `singular`.
   const std::unordered_map<Expr, double>* at = nullptr;

@@ -166,7 +166,9 @@ Truth find(const Model& m, const Analysis& a) {
   if (auto t = from_pencil(m)) return *t;
   if (a.regular && m.variables.size() > array_affordable) return confirmed_structure(m, a);
   const auto model = std::make_shared<const Model>(m);
-  const ArrayResult array = derivative_array(m);
+  ArrayOptions options;
+  options.conditions = !a.regular;  // else they are those of the structure
+  const ArrayResult array = derivative_array(m, options);
   if (!a.regular) return without_regular_structure(model, a, array);
   if (array.verdict == ArrayVerdict::determined && array.dof == a.dof && array.index <= a.index)
     return from_array(model, a, array);
