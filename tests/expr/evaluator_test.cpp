@@ -29,7 +29,7 @@ TEST_CASE("evaluator: the components of a linear system") {
   A << x, Expr(1), Expr(2), y;
   VecX b(2);
   b << y, x;
-  const VecX s = solve(A, b);
+  const VecX s = linear_solution(A, b);
   const std::vector<Expr> leaves{x, y}, outputs{s[1] * x, s[0]};
   const Evaluator f(outputs, leaves);
   const std::vector<double> at{3, 5};  // (3 1; 2 5) s = (5, 3)
