@@ -39,7 +39,7 @@ local forms = {
     "Hairer & Wanner, Solving ODEs II, 2nd ed., §VII.2" },
   dummy = { "all equations and all their derivatives; as many derivatives as there are equations too many become algebraic variables, chosen by pivoting and chosen again along the way",
     "Mattsson & Söderlind, SIAM J. Sci. Comput. 14(3), 1993" },
-  minimal = { "constraints that are linear in a coordinate are solved for it and the coordinate is substituted: independent coordinates only" },
+  minimal = { "constraints that are linear in a coordinate, or quadratic once a start names the root, are solved for it and the coordinate is substituted: independent coordinates only" },
   ode = { "derivatives and algebraic variables are solved for by linear solves: x′ = f(t, x)",
     "Hairer & Wanner, Solving ODEs II, 2nd ed., §VII.1" },
 }
@@ -102,8 +102,10 @@ local errors = {
     "Take a smaller dt or adaptive steps; look at the last point: a singularity of the model shows as a Jacobian that loses rank.", "Hairer & Wanner, Solving ODEs II, 2nd ed., §IV.8" },
   { "has no value", "A parameter or an input is known to the equations but nobody has said what it is.",
     "Parameters: sys:with{ m = 1 } or params = { … }; inputs: inputs = { [u] = function(t) … end }.", "help \"init\"" },
-  { "is linear in none of", "Form \"minimal\" writes dependent coordinates explicitly. That needs a constraint that is linear in one of them; a circle x² + y² = L² is not.",
-    "Use reduce \"dummy\", which needs no explicit form, or describe the model by other coordinates (an angle).", "help \"reduce\"" },
+  { "is linear or quadratic in none of", "Form \"minimal\" writes dependent coordinates explicitly. That needs a constraint that is linear or quadratic in one of them.",
+    "Other coordinates (an angle instead of x and y), or reduce \"dummy\", which needs no solved form.", "help \"reduce\"" },
+  { "which root holds depends on where the solution is", "A quadratic constraint such as x² + y² = L² has two roots; a form in minimal coordinates belongs to one of them.",
+    "Name a start: reduce(\"minimal\", { at = sys:init{ fix = … } }); the run stops where the two roots meet.", "help \"reduce\"" },
   { "free initial values, but", "A form must have as many free initial values as the model it was made of. One that has not is refused.",
     "Use reduce \"acc\" or \"project\".", "help \"reduce\"" },
 }

@@ -51,6 +51,7 @@ test("a model whose inputs are variables cannot be written", function()
 end)
 
 test("explain knows models, forms, starts, solutions, tableaus and error texts", function()
+  local x, y, z = vars "x_e y_e z_e"
   local sys = problems.pendulum()
   local at = problems.pendulum:start()
   explain(sys)
@@ -61,7 +62,8 @@ test("explain knows models, forms, starts, solutions, tableaus and error texts",
   explain(sys:structure())
   explain "sin"
   for _, call in ipairs { function() sys:init {} end, function() sys:init { fix = { x = 9 } } end,
-    function() sys:integrate { start = at, to = 1, dt = 0.1, method = rk.rk4 } end, function() sys:reduce "minimal" end } do
+    function() sys:integrate { start = at, to = 1, dt = 0.1, method = rk.rk4 } end,
+    function() sys:reduce "minimal" end, function() dae { der(x) ~ z, der(y) ~ -z, 0 ~ sin(x) + y^5 + cos(x*y) }:reduce "minimal" end } do
     local _, message = pcall(call)
     explain(message)
   end
