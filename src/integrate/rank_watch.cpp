@@ -291,7 +291,7 @@ class RankWatch::Part {
       const std::string& name = block_.constraints[static_cast<std::size_t>(i)];
       names.push_back(name);
       const double factor = share[i] / share[largest];
-      const std::string size = rounded(std::fabs(factor), 3);
+      const std::string size = rounded(std::fabs(factor), 2);
       sum += text(sum.empty()  ? (factor < 0 ? "-" : "")
                   : factor < 0 ? " - "
                                : " + ",
