@@ -60,6 +60,10 @@ bool Derivative::assemble() {
 }
 
 bool Derivative::operator()(double t, const double* x, double* xdot, double* z) {
+  return solve(t, x, xdot, z, true);
+}
+
+bool Derivative::solve(double t, const double* x, double* xdot, double* z, bool near) {
   const int n = problem_->n(), m = problem_->m();
   problem_->set_time(t);
   double* at = problem_->unknowns();
@@ -76,8 +80,7 @@ bool Derivative::operator()(double t, const double* x, double* xdot, double* z) 
   if (version_ != problem_->version()) version_ = problem_->version(), ready_ = false;
   std::copy_n(xdot, n, at + n);
   std::copy_n(z, m, at + 2 * n);
-  if (!newton(xdot, z)) return false;
-  return true;
+  return newton(xdot, z, near);
 }
 
 /// One correction with the factorisation at hand; its length in units of the unknowns, NaN if F is not
@@ -107,8 +110,8 @@ double Derivative::correct(double* xdot, double* z) {
   return largest;
 }
 
-bool Derivative::newton(double* xdot, double* z) {
-  constexpr double rounding = 1e-14, stagnation = 1e-11;
+bool Derivative::newton(double* xdot, double* z, bool near) {
+  constexpr double rounding = 1e-14, stagnation = 1e-11, slowest = 0.5, small = 1e-6;
   if (linear_) {
     if ((!constant_ || !ready_) && !assemble()) return false;
     return !std::isnan(correct(xdot, z));
@@ -122,6 +125,10 @@ bool Derivative::newton(double* xdot, double* z) {
     if (std::isnan(now)) return ready_ = false;
     if (now <= rounding || (now <= stagnation && now >= previous / 2)) return true;
     if (k > 20 && now > 1e3) break;
+    if (near && k > 0 && previous > small && now > slowest * previous) {
+      trouble_ = Trouble::far;
+      return ready_ = false;
+    }
     previous = now;
   }
   trouble_ = Trouble::diverged;
@@ -136,6 +143,8 @@ std::string Derivative::reason() const {
       return "the equations do not determine x′ and z there";
     case Trouble::diverged:
       return "x′ and z could not be computed there: Newton did not converge";
+    case Trouble::far:
+      return "x′ and z change so much there that their branch cannot be followed";
     case Trouble::not_finite:
       break;
   }
@@ -145,7 +154,7 @@ std::string Derivative::reason() const {
 
 bool Derivative::settle(Point& point) {
   Vec xdot = point.xdot, z = point.z;
-  if ((*this)(point.t, point.x.data(), xdot.data(), z.data()) && is_regular()) {
+  if (solve(point.t, point.x.data(), xdot.data(), z.data(), false) && is_regular()) {
     point.xdot = xdot, point.z = z;
     return true;
   }
@@ -154,7 +163,7 @@ bool Derivative::settle(Point& point) {
 }
 
 void Derivative::require(double t, const double* x, double* xdot, double* z) {
-  if (!(*this)(t, x, xdot, z)) throw Failure(reason());
+  if (!solve(t, x, xdot, z, false)) throw Failure(reason());
 }
 
 }  // namespace pendula::integrate

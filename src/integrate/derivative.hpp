@@ -15,10 +15,12 @@ class Derivative {
  public:
   Derivative(ProblemPtr problem, Stats& stats);
 
-  /// xdot (n) and z (m) in: starting values, out: the solution. False where F is not finite, the matrix is
-  /// singular or the iteration fails; reason() says why. No allocation.
+  /// xdot (n) and z (m) in: starting values, out: the solution on their branch. False where F is not finite,
+  /// the matrix is singular, the iteration fails, or where it contracts so slowly from the values given that
+  /// it might end on another branch (Deuflhard, Newton Methods for Nonlinear Problems, 2004, §5.1.1: Θ ≤ 1/2
+  /// in every step); reason() says why. No allocation.
   bool operator()(double t, const double* x, double* xdot, double* z);
-  /// The same; throws Failure.
+  /// The same from values that may be far away; throws Failure.
   void require(double t, const double* x, double* xdot, double* z);
   /// x′ and z of a point, from t and x and the values there. False, and the point unchanged, where the
   /// equations leave them open; throws Failure where they have no solution.
@@ -31,7 +33,8 @@ class Derivative {
 
  private:
   bool assemble();
-  bool newton(double* xdot, double* z);
+  bool solve(double t, const double* x, double* xdot, double* z, bool near);
+  bool newton(double* xdot, double* z, bool near);
   double correct(double* xdot, double* z);
   ProblemPtr problem_;
   Stats& stats_;
@@ -40,7 +43,7 @@ class Derivative {
   std::vector<double> entries_, r_;
   LinearSolver<double> solver_;
   bool ode_, linear_ = true, constant_ = true, ready_ = false;
-  enum class Trouble { none, not_finite, singular, diverged } trouble_ = Trouble::none;
+  enum class Trouble { none, not_finite, singular, diverged, far } trouble_ = Trouble::none;
   int culprit_ = 0;
   unsigned version_ = 0;  ///< of the problem, when it was factorised
 };

@@ -116,3 +116,18 @@ test("z³ = y: the inverse function stops where it has a vertical slope", functi
     expect(sol(z, 0.9)):near(0.1^(1/3), 1e-5)
   end
 end)
+
+test("an explicit method follows the branch of z to the fold and no further", function()
+  local x, z = vars "x_f z_f"
+  local sys = dae { der(x) ~ -1, 0 ~ z^3 - z - x }
+  local at = sys:init { fix = { x_f = 1 }, guess = { z_f = 1.3 } }
+  local fold = 1 + 2/(3*math.sqrt(3))  -- 3 z² = 1
+  for _, method in ipairs { "auto", "dopri5", "verner98", "tsit5" } do
+    local sol = sys:integrate { start = at, to = 3, method = method }
+    has(sol.status, "no longer determines z_f")
+    expect(sol.t[#sol.t]):near(fold, 1e-6)
+    local before = sol(z, 1.2)  -- the root of z³ - z = -1/5 on the upper branch
+    expect(before^3 - before):near(-0.2, 1e-6)
+    expect(before > 0.58):is_true()
+  end
+end)
