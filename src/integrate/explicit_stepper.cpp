@@ -351,6 +351,8 @@ void ExplicitStepper::interpolate(const StepView& step, double t, Detail detail,
   if (problem_->projects()) problem_->project_if_needed(t, out.x, tolerances_.rtol, tolerances_.atol, 1e-3);
   if (detail == Detail::state) return;
   out.xdot = step.to.xdot, out.z = step.to.z;
+  if (!coded_)
+    std::copy_n(Z_.data() + static_cast<std::ptrdiff_t>(stages_ - 1) * m(), m(), out.z.data());  // near t
   derivative_.require(t, out.x.data(), out.xdot.data(), out.z.data());
 }
 
