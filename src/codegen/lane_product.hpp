@@ -25,9 +25,10 @@ struct LaneRows {
 };
 
 /// to = the product. Both require Machine::available(4).
-void assign_lane_product(const LaneTerms& terms, LaneRows to);
+void assign_lane_product(const LaneTerms& terms, const LaneRows& to);
 /// to += the product; sum and largest of the squares of what was added times scale[k].
-void add_lane_product(const LaneTerms& terms, const double* scale, LaneRows to, double& sum, double& largest);
+void add_lane_product(const LaneTerms& terms, const double* scale, const LaneRows& to, double& sum,
+                      double& largest);
 
 /// Numbers in lanes, aligned.
 class LaneArray {

@@ -52,11 +52,11 @@ void for_all_sums(const LaneTerms& q, const LaneRows& to, const Use& use) {
 
 }  // namespace
 
-void assign_lane_product(const LaneTerms& terms, LaneRows to) {
+void assign_lane_product(const LaneTerms& terms, const LaneRows& to) {
   for_all_sums(terms, to, [](std::size_t, __m256d sum, double* at) { _mm256_storeu_pd(at, sum); });
 }
 
-void add_lane_product(const LaneTerms& terms, const double* scale, LaneRows to, double& sum,
+void add_lane_product(const LaneTerms& terms, const double* scale, const LaneRows& to, double& sum,
                       double& largest) {
   __m256d squares = _mm256_setzero_pd(), most = squares;
   for_all_sums(terms, to, [&](std::size_t k, __m256d change, double* at) {
@@ -73,8 +73,8 @@ void add_lane_product(const LaneTerms& terms, const double* scale, LaneRows to, 
 #else
 
 namespace pendula::codegen {
-void assign_lane_product(const LaneTerms&, LaneRows) {}
-void add_lane_product(const LaneTerms&, const double*, LaneRows, double&, double&) {}
+void assign_lane_product(const LaneTerms&, const LaneRows&) {}
+void add_lane_product(const LaneTerms&, const double*, const LaneRows&, double&, double&) {}
 }  // namespace pendula::codegen
 
 #endif

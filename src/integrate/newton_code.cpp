@@ -205,6 +205,11 @@ NewtonCode::NewtonCode(const Layout& at, const Request& q)
     step_at_.push_back(solution_.data() + rows[j].lane);
   }
   past_at_.resize(at_.s + 1);
+  double* const right = system(at_.right());
+  slopes_ = {{W_.data(), Z_at_.data(), at_.s, lanes, at_.n}, all_stages(at_.stage_x())};
+  right_ = {{T_inverse_.data(), residual_at_.data(), at_.s, lanes, at_.N}, {right, right + lanes, 2 * lanes}};
+  change_ = {{T_.data(), step_at_.data(), at_.s, 2 * lanes, at_.N}, all_stages(at_.stage_Z())};
+  start_ = {{l_.data(), past_at_.data(), at_.s + 1, 1, at_.N}, all_stages(at_.stage_Z())};
 }
 
 void NewtonCode::spread(std::size_t slot, double value) {
@@ -250,7 +255,7 @@ void NewtonCode::predict(double ratio, const double* y, const double* Z) {
   for (std::size_t k = 0; k < at_.N; ++k) shift_[k] = y[k] - end_in_[1 + k];  // the polynomials add up to 1
   for (std::size_t j = 0; j < at_.s; ++j) past_at_[j] = Z + j * at_.N;
   past_at_.back() = shift_.data();
-  codegen::assign_lane_product({l_.data(), past_at_.data(), at_.s + 1, 1, at_.N}, all_stages(at_.stage_Z()));
+  codegen::assign_lane_product(start_.terms, start_.to);
 }
 
 void NewtonCode::set(const double* Z) {
@@ -259,15 +264,12 @@ void NewtonCode::set(const double* Z) {
 }
 
 void NewtonCode::iterate(double& sum, double& largest) {
-  codegen::assign_lane_product({W_.data(), Z_at_.data(), at_.s, lanes, at_.n}, all_stages(at_.stage_x()));
+  codegen::assign_lane_product(slopes_.terms, slopes_.to);
   for (std::size_t pass = 0; pass < stages_.size(); ++pass)
     residuals_->run(stage(pass, 0), residual_.data() + pass * lanes * at_.N, work_.data());
-  double* const right = system(at_.right());
-  codegen::assign_lane_product({T_inverse_.data(), residual_at_.data(), at_.s, lanes, at_.N},
-                               {right, right + lanes, 2 * lanes});
+  codegen::assign_lane_product(right_.terms, right_.to);
   solve_->run(system_.data(), solution_.data(), work_.data());
-  codegen::add_lane_product({T_.data(), step_at_.data(), at_.s, 2 * lanes, at_.N}, r_.data(),
-                            all_stages(at_.stage_Z()), sum, largest);
+  codegen::add_lane_product(change_.terms, r_.data(), change_.to, sum, largest);
 }
 
 NewtonCode::End NewtonCode::end() {

@@ -108,6 +108,11 @@ class NewtonCode {
   std::vector<codegen::LaneArray> stages_;  ///< in of the stages, four at a time
   codegen::LaneArray residual_, system_, solution_, weigh_in_, weigh_out_, work_;
   std::vector<const double*> Z_at_, residual_at_, step_at_, past_at_;  ///< the rows that products take
+  struct Product {
+    codegen::LaneTerms terms;
+    codegen::LaneRows to;
+  };
+  Product slopes_{}, right_{}, change_{}, start_{};  ///< W Z, T⁻¹ R, T Δ, and the last polynomial continued
   std::vector<double> c_, times_, r_, end_in_, end_out_, shift_;
   std::shared_ptr<const codegen::Machine> residuals_, factor_, solve_, weigh_, end_;
 };
