@@ -177,6 +177,7 @@ Key key_of(const Problem& problem, const Tableau& rk, int stiff_stage) {
   Key key{0, static_cast<std::uint32_t>(rk.stages()), static_cast<std::uint32_t>(stiff_stage)};
   add(key, problem.model().f), add(key, problem.arguments());
   for (int i = 0; i < rk.stages(); ++i) {
+    add(key, rk.c()[i]);
     for (int j = 0; j < i; ++j) add(key, rk.A()(i, j));
     for (const auto& row :
          {std::optional<Vec>(rk.b()), std::optional<Vec>(rk.bhat()), std::optional<Vec>(rk.bhat2())})

@@ -372,6 +372,7 @@ codegen::Key key_of(const Problem& problem, const Tableau& rk, bool watch, int l
   for (Expr e : problem.model().f) key.push_back(e.id());
   for (Expr e : problem.arguments()) key.push_back(e.id());
   for (int i = 0; i < rk.stages(); ++i) {
+    add(key, rk.c()[i]);
     for (int j = 0; j < i; ++j) add(key, rk.A()(i, j));
     add(key, rk.b()[i]), add(key, (*rk.bhat())[i]), add(key, rk.bhat2() ? (*rk.bhat2())[i] : 0);
   }

@@ -128,6 +128,8 @@ std::shared_ptr<NewtonCode> NewtonCode::make(const Request& q, long iterations, 
   Key key{1, static_cast<std::uint32_t>(q.formula.s)};
   add(key, q.problem.model().F), add(key, q.problem.arguments());
   for (double c : q.formula.c) add(key, c);
+  for (double w : q.formula.W.reshaped()) add(key, w);
+  for (double d : q.formula.end) add(key, d);
   for (char bare : q.bare) key.push_back(static_cast<std::uint32_t>(bare));
   add(key, std::bit_cast<double>(reinterpret_cast<std::uint64_t>(q.pivots.pivots().get())));
   const std::lock_guard lock(step_store().mutex);

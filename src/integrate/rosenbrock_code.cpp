@@ -203,6 +203,7 @@ Key key_of(const Request& q) {
     for (int j = 0; j < i; ++j) add(key, method.A()(i, j)), add(key, method.C()(i, j));
     add(key, method.m()[i]), add(key, (*method.e())[i]);
   }
+  for (double d : method.dense().reshaped()) add(key, d);
   add(key, std::bit_cast<double>(reinterpret_cast<std::uint64_t>(q.pivots.pivots().get())));
   return key;
 }

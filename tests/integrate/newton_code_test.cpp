@@ -95,6 +95,11 @@ struct Bench {
 
 std::vector<Bench> benches() {
   std::vector<Bench> list;
+  // Two methods with the same nodes: programs are remembered, and must not be taken for each other.
+  const TableauPtr two[] = {drawn("1/3 | 5/12 -1/12 \n 1 | 3/4 1/4 \n | 3/4 1/4"),
+                            drawn("1/3 | 1/2 -1/6 \n 1 | 1/2 1/2 \n | 3/4 1/4")};
+  for (const dae::FirstOrder& model : {pendulum3d(), quasilinear()})
+    for (const TableauPtr& rk : two) list.emplace_back(model, *rk);
   for (const dae::FirstOrder& model : {pendulum3d(), quasilinear()})
     for (const Tableau& rk : {gauss(2), radau(3), radau(5), gauss(6), radau(7)}) list.emplace_back(model, rk);
   return list;
