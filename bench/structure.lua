@@ -51,9 +51,17 @@ function shapes.chain(n)                                   -- a planar chain of 
   return lagrange { q = vstack(x, y), T = T, V = V, C = C }, fix
 end
 
+function shapes.cascade(n)                                 -- x₁ prescribed, xₖ′ = xₖ₊₁ in groups of ten: index 10
+  local x, e = var("x", n // 10 * 10), {}
+  for k = 1, #x do
+    e[k] = k % 10 ~= 0 and der(x[k]) ~ x[k+1] or x[k-9] ~ sin(k > 10 and x[k-19] or t)
+  end
+  return dae(e), {}
+end
+
 print(("%-8s %9s %6s %4s %9s %9s %9s %12s %9s %9s %9s %9s"):format("model", "equations", "index", "dof", "make",
   "structure", "index()", "constraints", "acc", "dummy", "reduce()", "init"))
-for _, name in ipairs { "ladder", "loops", "chain" } do
+for _, name in ipairs { "ladder", "loops", "cascade", "chain" } do
   for _, n in ipairs { 1000, 10000, 100000 } do
     if n <= most and not (name == "chain" and n > 10000) then
       local sys, fix

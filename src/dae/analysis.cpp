@@ -155,7 +155,6 @@ static Analysis of_large_ode(const Model& m) {
   a.standing = Standing::regular;
   a.regular = true;
   a.dof = a.offsets.value - static_cast<int>(m.invariants.size());
-  a.constraints = m.invariants;
   return a;
 }
 
@@ -174,25 +173,40 @@ static Analysis analysed(const Model& m) {
   if (!a.regular) return a;
   a.index = a.offsets.index();
   a.dof = a.offsets.value;
-  if (a.index > 1 || a.offsets.value < static_cast<int>(m.states().size())) {
-    a.constraints = differentiate(m, a.offsets).constraints;
-  }
-  a.constraints.insert(a.constraints.begin(), m.invariants.begin(), m.invariants.end());
   a.dof -= static_cast<int>(m.invariants.size());
   return a;
 }
 
-Analysis analyse(const Model& m) {
-  if (m.residuals.size() != m.variables.size()) throw Error(imbalance(m));
-  static Remembered<Analysis> small;
-  static Remembered<Analysis, 4> large;
+/// The answer, remembered: many for small models, few for large ones.
+template <class Find>
+static auto remembered(const Model& m, Find find) {
+  using Answer = decltype(find());
+  static Remembered<Answer> small;
+  static Remembered<Answer, 4> large;
   auto key = key_of(m);
   for (const Constraint& c : m.invariants)
     key.push_back(static_cast<std::uint32_t>(std::hash<std::string>()(c.label)));
   const bool is_small = m.residuals.size() <= 1000;
-  if (const Analysis* known = is_small ? small.find(key) : large.find(key)) return *known;
-  Analysis a = analysed(m);
-  return is_small ? small.keep(std::move(key), std::move(a)) : large.keep(std::move(key), std::move(a));
+  if (const Answer* known = is_small ? small.find(key) : large.find(key)) return *known;
+  Answer found = find();
+  return is_small ? small.keep(std::move(key), std::move(found))
+                  : large.keep(std::move(key), std::move(found));
+}
+
+Analysis analyse(const Model& m) {
+  if (m.residuals.size() != m.variables.size()) throw Error(imbalance(m));
+  return remembered(m, [&] { return analysed(m); });
+}
+
+std::vector<Constraint> conditions_by_offsets(const Model& m, const Analysis& a) {
+  if (!a.regular) return {};
+  if (a.index <= 1 && a.offsets.value == static_cast<int>(m.states().size())) return m.invariants;
+  return remembered(m, [&] {
+    std::vector<Constraint> list = m.invariants;
+    auto more = differentiate(m, a.offsets).constraints;
+    list.insert(list.end(), std::make_move_iterator(more.begin()), std::make_move_iterator(more.end()));
+    return list;
+  });
 }
 
 std::string why_not_regular(const Model& m, const Analysis& a) {

@@ -30,7 +30,6 @@ struct Analysis {
   std::optional<SolutionRanks> solutions;  ///< ranks of J where the equations hold, where that was looked at
   int index = 0;                           ///< differentiation index where regular
   int dof = 0;                             ///< free initial values where regular
-  std::vector<Constraint> constraints;     ///< conditions on the start, explicit and hidden
 };
 
 /// Σ-method, then the rank of the system Jacobian J_ij = ∂F_i/∂x_j^(d_j - c_i): exactly modulo a large prime
@@ -42,6 +41,10 @@ Analysis analyse(const Model& model);
 
 /// The same, but throws a Failure that says why unless the analysis is regular.
 Analysis require_regular(const Model& model);
+
+/// Conditions on the start of a model whose analysis is regular: its invariants, then F_i^(k), k < c_i
+/// (`differentiate`). Remembered. Cost: derivatives are formed and simplified, index 11 means the tenth.
+std::vector<Constraint> conditions_by_offsets(const Model& model, const Analysis& analysis);
 
 /// What `require_regular` throws, and index(), dof() where nothing leads to an index.
 std::string why_not_regular(const Model& model, const Analysis& analysis);

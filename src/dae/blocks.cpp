@@ -7,7 +7,8 @@ namespace {
 
 constexpr int none = -1;
 
-/// Maximum matching by augmenting paths, depth first with lookahead (MC21, Duff 1981); iterative.
+/// Maximum matching in phases of disjoint augmenting paths, depth first with lookahead (Pothen & Fan 1990,
+/// §3); iterative. What leads nowhere is entered once per phase, and phases are few.
 class Matching {
  public:
   Matching(const Pattern& pattern, int columns)
@@ -17,7 +18,7 @@ class Matching {
         visited_(columns, none),
         look_(pattern.size(), 0),
         next_(pattern.size(), 0) {
-    for (int i = 0; i < static_cast<int>(pattern.size()); ++i) augment(i);
+    while (phase()) ++number_;
   }
 
  private:
@@ -27,35 +28,44 @@ class Matching {
   std::vector<int> row_of, column_of;
 
  private:
-  int free_column(int i) {  // every column is looked at once per row over all calls
+  /// False when no path was found: the matching is maximum.
+  bool phase() {
+    bool any = false;
+    std::fill(next_.begin(), next_.end(), 0);
+    for (int i = 0; i < static_cast<int>(pattern_.size()); ++i)
+      if (column_of[i] == none && augment(i)) any = true;
+    return any;
+  }
+
+  int free_column(int i) {  // every column is looked at once per row over all phases
     for (auto& k = look_[i]; k < pattern_[i].size(); ++k)
       if (row_of[pattern_[i][k]] == none) return pattern_[i][k];
     return none;
   }
 
-  void augment(int start) {
+  bool augment(int start) {
     std::vector<int> path{start};
-    next_[start] = 0;
     while (!path.empty()) {
       const int i = path.back();
       if (int j = free_column(i); j != none) {
         for (auto it = path.rbegin(); it != path.rend(); ++it)
           std::swap(j, column_of[*it]), row_of[column_of[*it]] = *it;
-        return;
+        return true;
       }
       bool deeper = false;
       while (next_[i] < pattern_[i].size() && !deeper) {
         const int j = pattern_[i][next_[i]++];
-        if (visited_[j] == start) continue;
-        visited_[j] = start;
-        next_[row_of[j]] = 0;
+        if (visited_[j] == number_) continue;
+        visited_[j] = number_;
         path.push_back(row_of[j]);
         deeper = true;
       }
       if (!deeper) path.pop_back();
     }
+    return false;
   }
 
+  int number_ = 0;  // of the phase
   std::vector<int> visited_;
   std::vector<std::size_t> look_, next_;
 };

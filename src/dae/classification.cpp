@@ -122,7 +122,7 @@ std::vector<std::pair<std::string, std::string>> classification(const Model& m) 
     for (const std::string& line : condition_lines(m, a, validity(m, a, blocks_of(m, a))))
       rows.push_back({"holds", line});
   std::vector<std::string> conditions;
-  for (const Constraint& c : a.constraints) conditions.push_back("0 = " + to_text(c.residual));
+  for (const Constraint& c : conditions_by_offsets(m, a)) conditions.push_back("0 = " + to_text(c.residual));
   if (!conditions.empty()) rows.push_back({"consistency", join(conditions, ", ")});
   return rows;
 }

@@ -31,12 +31,16 @@ std::string primes(int k) {
   return k < 4 ? signs[k] : text("⁽", superscript(k), "⁾");
 }
 
+}  // namespace
+
 std::string constraint_label(const Model& m, std::size_t residual, int k) {
   const auto [block, row] = m.origin[residual];
   if (m.mechanics && row < m.mechanics->C.size() && block == static_cast<int>(m.blocks.size()) - 1)
     return (m.mechanics->C.size() == 1 ? "C" : "C" + subscript(row + 1)) + primes(k);
   return m.label(residual) + primes(k);
 }
+
+namespace {
 
 /// One reduction in progress: differentiates blocks, records constraints and the story.
 class Differentiation {

@@ -9,6 +9,9 @@ namespace pendula::dae {
 /// Rows x_j′ = f whose right side needs no algebraic variable: what may be put in for x_j′ anywhere (p′ = v).
 Substitution kinematics(const Model& model);
 
+/// "(3)′", "C₁″": residual number `residual`, differentiated k times.
+std::string constraint_label(const Model& model, std::size_t residual, int k);
+
 struct Differentiated {
   std::vector<Block> blocks;            ///< the model with every constraint replaced by its last derivative
   std::vector<Constraint> constraints;  ///< what was left behind, in the order of derivation

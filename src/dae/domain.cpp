@@ -29,7 +29,7 @@ struct Factor {
 /// to x = 0. Gauss–Newton from a few points.
 bool reachable(const Model& m, const Analysis& a, Expr factor) {
   std::vector<Expr> rows{factor};
-  for (const Constraint& c : a.constraints) rows.push_back(c.residual);
+  for (const Constraint& c : conditions_by_offsets(m, a)) rows.push_back(c.residual);
   const auto top = m.top_derivatives();
   for (Expr e : m.residuals) {
     const auto inside = leaves({&e, 1});

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <map>
 
+#include "dae/differentiation.hpp"
 #include "dae/lineage.hpp"
 #include "dae/rank.hpp"
 #include "dae/reduce.hpp"
@@ -237,20 +238,11 @@ bool is_distance(Expr C, const std::vector<Entry>& gradient, const ParameterValu
   return std::fabs(a) > 1e-9 * (std::fabs(s[0]) + std::fabs(b * c[0]));
 }
 
-/// "C₁", "(3)": the names of constraints, by block and row.
-std::map<std::pair<int, int>, std::string> own_names(const Analysis& a) {
-  std::map<std::pair<int, int>, std::string> names;
-  for (const Constraint& c : a.constraints)
-    if (c.derivative == 0) names[{c.origin, c.row}] = c.label;
-  return names;
-}
-
 std::vector<LargeBlock> found_in(const ModelPtr& source) {
   std::vector<LargeBlock> list;
   if (source->residuals.size() != source->variables.size()) return list;
   const Analysis a = analyse(*source);
   if (!a.regular) return list;
-  const auto own = own_names(a);
   std::vector<std::vector<const Entry*>> of_row(source->residuals.size());
   for (const Entry& e : a.jacobian) of_row[static_cast<std::size_t>(e.row)].push_back(&e);
   for (const Part& part : blocks_of(*source, a).square) {
@@ -271,8 +263,7 @@ std::vector<LargeBlock> found_in(const ModelPtr& source) {
       block.equations.push_back(source->label(row));
       if (a.offsets.c[row] == 0) continue;
       constraints.push_back(all.back());
-      const auto name = own.find(source->origin[row]);
-      names.push_back(name == own.end() ? source->label(row) : name->second);
+      names.push_back(constraint_label(*source, row, 0));
       residual[names.back()] = source->residuals[row];
     }
     const int n = static_cast<int>(part.rows.size());

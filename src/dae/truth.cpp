@@ -22,7 +22,6 @@ Truth from_structure(const Analysis& a, const std::string& by) {
   Truth t;
   t.index = a.index;
   t.dof = a.dof;
-  t.constraints = a.constraints;
   t.by = by;
   return t;
 }
@@ -48,7 +47,8 @@ std::optional<Truth> from_pencil(const Model& m) {
   Truth t;
   t.index = linear.index;
   t.dof = linear.dof;
-  t.constraints = std::move(linear.constraints);
+  t.conditions = Truth::Conditions::found;
+  t.found = std::move(linear.constraints);
   t.by = "shuffle algorithm, exact";
   return t;
 }
@@ -89,7 +89,8 @@ std::vector<Constraint> in_given_terms(std::vector<Constraint> list, const Repai
 }
 
 std::vector<Constraint> repaired_constraints(const Repaired& repaired) {
-  return in_given_terms(require_regular(*repaired.model).constraints, repaired);
+  const Model& m = *repaired.model;
+  return in_given_terms(conditions_by_offsets(m, require_regular(m)), repaired);
 }
 
 Truth from_array(const ModelPtr& model, const Analysis& a, const ArrayResult& array) {
@@ -98,17 +99,11 @@ Truth from_array(const ModelPtr& model, const Analysis& a, const ArrayResult& ar
   t.dof = array.dof;
   t.by =
       array.exact ? "derivative array, exact" : text("derivative array, ranks at ", array.points, " points");
-  if (a.regular && a.dof == array.dof) {
-    t.constraints = a.constraints;
-    return t;
-  }
-  t.constraints = array_constraints(array);
-  t.complete = static_cast<int>(t.constraints.size()) == array.conditions;
-  if (t.complete) return t;
-  if (const auto repaired = repair(model)) {
-    t.constraints = repaired_constraints(*repaired);
-    t.complete = true;
-  }
+  if (a.regular && a.dof == array.dof) return t;
+  t.found = array_constraints(array);
+  t.complete = static_cast<int>(t.found.size()) == array.conditions;
+  const bool leads_further = !t.complete && repair(model);
+  t.conditions = leads_further ? Truth::Conditions::of_repaired : Truth::Conditions::found;
   return t;
 }
 
@@ -149,7 +144,7 @@ Truth without_regular_structure(const ModelPtr& model, const Analysis& a, const 
   const auto repaired = repair(model, &tried);
   if (!repaired || array.verdict != ArrayVerdict::not_covered) no_road(*model, a, &array, tried);
   Truth t = from_structure(require_regular(*repaired->model), "structure of the repaired equations");
-  t.constraints = repaired_constraints(*repaired);
+  t.conditions = Truth::Conditions::of_repaired;
   t.index = repaired->differentiations;
   t.index_is_bound = true;
   return t;
@@ -187,12 +182,20 @@ std::size_t length_of(const std::vector<Constraint>& list) {
   return nodes;
 }
 
+Consistency written_down(const Model& m, const Analysis& a, const Truth& t) {
+  if (t.conditions == Truth::Conditions::found) return {t.found, t.complete};
+  if (t.conditions == Truth::Conditions::by_offsets) return {conditions_by_offsets(m, a), true};
+  const auto repaired = repair(std::make_shared<const Model>(m));
+  if (!repaired) return {t.found, t.complete};
+  return {repaired_constraints(*repaired), true};
+}
+
 /// Conditions on the states only, as many as there are; where elimination does not lead to them, the list
 /// stays as it was found and is marked incomplete.
-void complete_constraints(const Model& m, const Analysis& a, Truth& t) {
+void complete_constraints(const Model& m, const Analysis& a, const Truth& t, Consistency& known) {
   const int wanted = static_cast<int>(m.states().size()) - t.dof;
-  const bool clean = on_states_only(m, t.constraints);
-  if (clean && static_cast<int>(t.constraints.size()) == wanted) return void(t.complete = true);
+  const bool clean = on_states_only(m, known.constraints);
+  if (clean && static_cast<int>(known.constraints.size()) == wanted) return void(known.complete = true);
   const int order = std::max(t.index - 1, 0);
   Model there = m;
   if (a.standing == Standing::at_values) there.residuals = residuals_at_values(m);
@@ -205,8 +208,8 @@ void complete_constraints(const Model& m, const Analysis& a, Truth& t) {
       if (more.size() > found.size() || (more.size() == found.size() && length_of(more) < length_of(found)))
         found = in_given_terms(std::move(more), *repaired);
     }
-  t.complete = static_cast<int>(found.size()) == wanted;
-  if (t.complete || !clean) t.constraints = std::move(found);
+  known.complete = static_cast<int>(found.size()) == wanted;
+  if (known.complete || !clean) known.constraints = std::move(found);
 }
 
 std::string answer_in(const Model& m) {
@@ -236,10 +239,11 @@ struct Outcome {
   std::string failure;
 };
 
+constexpr std::size_t kept = 500;  // equations; beyond them the structure decides, and quickly
+
 }  // namespace
 
 Truth truth(const Model& m, const Analysis& a) {
-  constexpr std::size_t kept = 500;  // equations; beyond them the structure decides, and quickly
   static Remembered<Outcome> remembered;
   if (m.residuals.size() > kept) return find(m, a);
   auto key = key_of(m);
@@ -248,10 +252,7 @@ Truth truth(const Model& m, const Analysis& a) {
     Outcome outcome;
     try {
       outcome.truth = find(m, a);
-      if (m.invariants.empty()) {
-        complete_constraints(m, a, *outcome.truth);
-        compare_regions(m, *outcome.truth);
-      }
+      if (m.invariants.empty()) compare_regions(m, *outcome.truth);
     } catch (const Failure& e) {
       outcome.failure = e.what();
     }
@@ -262,5 +263,17 @@ Truth truth(const Model& m, const Analysis& a) {
 }
 
 Truth truth(const Model& m) { return truth(m, analyse(m)); }
+
+Consistency consistency(const Model& m) {
+  static Remembered<Consistency> remembered;
+  const Analysis a = analyse(m);
+  const Truth t = truth(m, a);
+  if (m.residuals.size() > kept) return written_down(m, a, t);
+  auto key = key_of(m);
+  if (const Consistency* known = remembered.find(key)) return *known;
+  Consistency found = written_down(m, a, t);
+  if (m.invariants.empty()) complete_constraints(m, a, t, found);
+  return remembered.keep(std::move(key), std::move(found));
+}
 
 }  // namespace pendula::dae

@@ -138,9 +138,8 @@ std::vector<Invariant> Trajectory::invariants() const {
   }
   if (!result.empty()) return result;
   const bool chosen = chooses_states(*model_);  // its equations are those of the model and their derivatives
-  const dae::Analysis analysis = dae::analyse(chosen ? *dae::original(model_) : *model_);
-  if (analysis.regular)
-    for (const dae::Constraint& c : analysis.constraints) add(c, false);
+  const dae::ModelPtr source = chosen ? dae::original(model_) : model_;
+  for (const dae::Constraint& c : dae::conditions_by_offsets(*source, dae::analyse(*source))) add(c, false);
   return result;
 }
 

@@ -134,8 +134,8 @@ int dof(Call& call) { return call.push(truth_with_warnings(call).dof); }
 
 int constraints(Call& call) {
   auto list = std::make_shared<Constraints>();
-  const dae::Truth known = dae::truth(model_of(call));
-  list->list = known.constraints;
+  dae::Consistency known = dae::consistency(model_of(call));
+  list->list = std::move(known.constraints);
   list->complete = known.complete;
   return call.push(std::shared_ptr<const Constraints>(list));
 }

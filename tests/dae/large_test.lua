@@ -92,3 +92,14 @@ test("a large start that no step can improve says which equation, at once", func
   for i = 1, N do guess[x[i]] = i == 4 and 3 or i end       -- one pair alone is moved apart by its neighbours
   expect(sys:init { guess = guess }((x[4] - x[3])^2 + (y[4] - y[3])^2)):near(1, 1e-9)
 end)
+
+test("index, dof and structure() of a cascade form no derivatives: the 49th of sin(t sin t) would have millions of terms", function()
+  local x, e = var("x", 500), {}
+  for k = 1, 500 do
+    e[k] = k % 50 ~= 0 and der(x[k]) ~ x[k+1] or x[k-49] ~ sin(k > 50 and x[k-99]^2 or t*sin(t))
+  end
+  local sys = dae(e)
+  expect(sys:structure().structural_index):equals(50)
+  expect(sys:index()):equals(50)
+  expect(sys:dof()):equals(0)
+end)
