@@ -56,6 +56,9 @@ BdfStepper::BdfStepper(ProblemPtr problem, int highest_order, std::vector<int> i
   }
   matrix_.resize(positions_.size());
   solver_.analyse(N_, positions_);
+  rounding_ = RoundingFloor(index_, n());
+  const bool high_index = std::any_of(index_.begin(), index_.end(), [](int i) { return i > 1; });
+  column_scale_.assign(high_index ? static_cast<std::size_t>(N_) : 0, 1.0);
   const auto size = static_cast<std::size_t>(N_);
   differences_.assign(size * (most + 3), 0.0);
   for (auto* v : {&predicted_, &psi_, &y_, &d_, &r_, &scale_}) v->assign(size, 0.0);
@@ -77,6 +80,7 @@ void BdfStepper::start(const Point& point, double end) {
     dt_ = visible(d1 > 0 ? 0.5 / d1 : 1e-3 * longest, longest);
   }
   order_ = 1, equal_steps_ = 0;
+  rounding_.forget();
   entries_.clear();
   rejected_ = jacobian_current_ = false;
   factorised_for_ = 0;
@@ -106,9 +110,15 @@ void BdfStepper::predict() {
     const auto i = static_cast<std::size_t>(k);
     predicted_[i] = sum;
     psi_[i] = psi / alpha(order_);
-    scale_[i] = weight(k, std::fabs(sum));
-    for (int level = 1; level < index_[i]; ++level) scale_[i] /= std::min(1.0, dt_);
+    scale_[i] = scale(k, std::fabs(sum));
   }
+}
+
+/// The tolerance of unknown k, divided by dt per index.
+double BdfStepper::scale(int k, double size) const {
+  double result = weight(k, size);
+  for (int level = 1; level < index_[static_cast<std::size_t>(k)]; ++level) result /= std::min(1.0, dt_);
+  return std::max(result, rounding_.least(k, dt_));
 }
 
 double BdfStepper::scaled_norm(const double* e, double factor) const {
@@ -131,10 +141,33 @@ bool BdfStepper::evaluate_jacobian(double t) {
 }
 
 bool BdfStepper::factorise() {
-  for (std::size_t k = 0; k < entries_.size(); ++k) matrix_[k] = in_mass_[k] ? entries_[k] / c_ : entries_[k];
+  for (std::size_t k = 0; k < column_scale_.size(); ++k) column_scale_[k] = std::pow(c_, 1 - index_[k]);
+  for (std::size_t k = 0; k < entries_.size(); ++k) {
+    matrix_[k] = in_mass_[k] ? entries_[k] / c_ : entries_[k];
+    if (!column_scale_.empty()) matrix_[k] *= column_scale_[static_cast<std::size_t>(positions_[k].column)];
+  }
   ++stats_.factorisations;
   factorised_for_ = solver_.factorise(matrix_.data()) ? c_ : 0;
   return factorised_for_ != 0;
+}
+
+void BdfStepper::solve(double* right) {
+  solver_.solve(right);
+  for (std::size_t k = 0; k < column_scale_.size(); ++k) right[k] *= column_scale_[k];
+}
+
+/// Were the last corrections of an iteration that did not converge, or the error that was too large,
+/// rounding?
+RoundingFloor::Answer BdfStepper::at_rounding(double length) {
+  constexpr double sums = 100;  // what differences and sums over the steps make of it
+  std::vector<double> slopes(static_cast<std::size_t>(n()));
+  for (std::size_t k = 0; k < slopes.size(); ++k) slopes[k] = (psi_[k] + d_[k]) / c_;
+  const auto answer = rounding_.look({positions_, entries_, in_mass_, [&](double* right) { solve(right); }},
+                                     y_.data(), slopes.data(), scale_, dt_, length, sums);
+  if (rounding_.trouble > 0) trouble_ = rounding_text(rounding_, unknown_name(rounding_.worst));
+  if (answer == RoundingFloor::Answer::accepted)
+    newton_tolerance_ = std::max(newton_tolerance_, std::min(0.1, sums / 10 * rounding_.floor));
+  return answer;
 }
 
 /// F(t, y⁰ + d, (ψ + d)/c) = 0 for d.
@@ -159,8 +192,9 @@ bool BdfStepper::newton(double t, bool& slow) {
       trouble_ = "the equations are not finite near here";
       return false;
     }
-    solver_.solve(r_.data());
+    solve(r_.data());
     const double length = scaled_norm(r_.data(), 1);
+    last_length_ = length;
     const double rate = iterations_ > 1 ? length / before : 0;
     const bool negligible = length <= 1e-3 * newton_tolerance_;  // whatever the rate: rounding has none
     if (iterations_ > 1 && !negligible &&
@@ -222,7 +256,8 @@ void BdfStepper::step(double end) {
     if (dt != dt_) rescale(dt / dt_);
     dt_ = dt;
     if ((dt != end - here_.t || rejected_) && !is_visible(dt))
-      throw vanished(Eigen::Map<const Vec>(d_.data(), trouble_.empty() ? N_ : 0), trouble_);
+      throw vanished(Eigen::Map<const Vec>(d_.data(), trouble_.empty() ? N_ : 0),
+                     trouble_.empty() && rounding_.raised() ? raised_text() : trouble_);
     trouble_.clear();
     const double t = dt == end - here_.t ? end : here_.t + dt;
     predict();
@@ -234,10 +269,15 @@ void BdfStepper::step(double end) {
         break;
       }
       if (factorised_for_ != c_ && !factorise()) {
-        trouble_ = "the iteration matrix is singular";
+        trouble_ = "The iteration matrix is singular";
         continue;
       }
       solved = newton(t, slow);
+    }
+    if (!solved && slow) {
+      const RoundingFloor::Answer answer = at_rounding(last_length_);
+      if (answer == RoundingFloor::Answer::raised) continue;
+      solved = answer == RoundingFloor::Answer::accepted;
     }
     if (!solved) {
       ++stats_.rejected;
@@ -247,11 +287,11 @@ void BdfStepper::step(double end) {
     }
     for (int k = 0; k < N_; ++k) {
       const auto i = static_cast<std::size_t>(k);
-      scale_[i] = weight(k, std::fabs(y_[i]));
-      for (int level = 1; level < index_[i]; ++level) scale_[i] /= std::min(1.0, dt);
+      scale_[i] = scale(k, std::fabs(y_[i]));
     }
     const double error = scaled_norm(d_.data(), error_constant(order_));
     if (!(error <= 1)) {
+      if (rounding_.has_multipliers() && at_rounding(error) == RoundingFloor::Answer::raised) continue;
       ++stats_.rejected;
       rejected_ = true;
       const double safety = 0.9 * (2 * most_iterations + 1) / (2 * most_iterations + iterations_);

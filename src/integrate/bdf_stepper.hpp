@@ -4,6 +4,7 @@
 #pragma once
 
 #include "integrate/derivative.hpp"
+#include "integrate/rounding_floor.hpp"
 #include "integrate/stepper.hpp"
 
 namespace pendula::integrate {
@@ -26,6 +27,9 @@ class BdfStepper final : public Stepper {
   void rescale(double factor);
   void predict();
   bool newton(double t, bool& slow);
+  RoundingFloor::Answer at_rounding(double length);
+  void solve(double* right);
+  double scale(int k, double size) const;
   bool factorise();
   bool evaluate_jacobian(double t);
   double scaled_norm(const double* e, double factor) const;
@@ -42,6 +46,10 @@ class BdfStepper final : public Stepper {
   std::vector<double> entries_, matrix_;
   LinearSolver<double> solver_;
   std::vector<double> differences_, predicted_, psi_, y_, d_, r_, scale_, kept_;
+  std::vector<double>
+      column_scale_;  ///< c^(1 - index): multipliers of tiny steps are no reason to be singular
+  RoundingFloor rounding_;
+  double last_length_ = 0;
   double c_ = 0, factorised_for_ = 0, newton_tolerance_ = 0, kept_t_ = 0, kept_dt_ = 0;
   int equal_steps_ = 0, iterations_ = 0;
   bool jacobian_current_ = false, rejected_ = false;

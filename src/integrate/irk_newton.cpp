@@ -204,6 +204,7 @@ IrkStepper::Newton IrkStepper::newton(double dt) {
   for (iterations_ = 1;; ++iterations_) {
     const double length = code ? iterate(*code) : iterate(dt);
     if (!std::isfinite(length)) return Newton::not_finite;
+    last_length_ = length;
     if (iterations_ > 1) {
       const double quotient = length / before;
       theta_ = iterations_ == 2 ? quotient : std::sqrt(quotient * quotient_before);
@@ -224,6 +225,24 @@ IrkStepper::Newton IrkStepper::newton(double dt) {
     if (measured && contraction_ * length <= newton_tolerance_) return Newton::converged;
     if (iterations_ >= most) return Newton::diverged;
   }
+}
+
+/// Were the last corrections of an iteration that did not converge, or the error that was too large,
+/// rounding?
+RoundingFloor::Answer IrkStepper::at_rounding(double dt, double length) {
+  constexpr double stages = 100;  // what transformations and sums over the stages make of it; seen: 4 … 45
+  if (matrices().code) {          // it has factors of its own
+    shift(f().gamma / dt);
+    if (!matrices().real.factorise(real_entries_.data())) return RoundingFloor::Answer::no;
+  }
+  const auto solve = [&](double* right) { matrices().real.solve(right); };
+  const auto answer = rounding_.look({positions_, entries_, in_mass_, solve}, y_.data(), here_.xdot.data(),
+                                     scale_, dt, length, stages);
+  if (rounding_.trouble > 0) trouble_ = rounding_text(rounding_, unknown_name(rounding_.worst));
+  if (answer != RoundingFloor::Answer::accepted) return answer;
+  newton_tolerance_ = std::max(newton_tolerance_, std::min(0.1, stages / 10 * rounding_.floor));
+  theta_ = 10 * keep_jacobian_below;  // not measured: new Jacobian, same order
+  return answer;
 }
 
 /// ‖(γ/h M + J)⁻¹ F(t₀, y, v)‖ with x′ = velocity_.

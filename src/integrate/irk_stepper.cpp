@@ -26,6 +26,7 @@ IrkStepper::IrkStepper(std::string name, ProblemPtr problem,
       N_(n() + m()),
       derivative_(problem_, stats) {
   if (index_.empty()) index_.assign(static_cast<std::size_t>(N_), 1);
+  rounding_ = RoundingFloor(index_, n());
   const bool high_index = std::any_of(index_.begin(), index_.end(), [](int i) { return i > 1; });
   bare_.assign(static_cast<std::size_t>(N_), high_index);
   for (const Problem::Entry& e : problem_->pattern()) {
@@ -87,6 +88,7 @@ void IrkStepper::set_scales(double dt) {
     const auto k = static_cast<std::size_t>(i);
     scale_[k] = atol_[i] + rtol_[i] * std::fabs(y_[k]);
     for (int level = 1; level < index_[k]; ++level) scale_[k] /= std::min(1.0, dt);
+    scale_[k] = std::max(scale_[k], rounding_.least(i, dt));
   }
 }
 
@@ -99,6 +101,7 @@ void IrkStepper::start(const Point& point, double end) {
   first_ = true, rejected_ = false, keep_ = false, jacobian_fresh_ = false;
   factorised_for_ = 0;
   contraction_ = 1, slow_factor_ = 0.5;
+  rounding_.forget();
   old_dt_ = 0;
   newton_failures_ = 0;
   trouble_.clear();
@@ -163,6 +166,7 @@ bool IrkStepper::complete(double dt) {
 }
 
 std::string IrkStepper::blame() const {
+  if (trouble_.empty() && rounding_.raised()) return raised_text();
   return trouble_.empty()
              ? "The solution is singular or not smooth here, or Newton's iteration does not converge"
              : trouble_;
@@ -191,7 +195,13 @@ void IrkStepper::step(double end) {
     need_jacobian = false;
     set_scales(dt);
     start_iteration(dt);
-    const Newton outcome = newton(dt);
+    Newton outcome = newton(dt);
+    const bool suspect = rounding_.has_multipliers() || newton_failures_ >= 3;
+    if (suspect && (outcome == Newton::slow || outcome == Newton::diverged)) {
+      const RoundingFloor::Answer answer = at_rounding(dt, last_length_);
+      if (answer == RoundingFloor::Answer::raised) continue;
+      if (answer == RoundingFloor::Answer::accepted) outcome = Newton::converged;
+    }
     if (outcome != Newton::converged) {
       need_jacobian = !jacobian_fresh_;
       ++newton_failures_;
@@ -199,6 +209,8 @@ void IrkStepper::step(double end) {
       continue;
     }
     const double error = error_norm(dt, first_ || rejected_);
+    if (error >= 1 && rounding_.has_multipliers() && at_rounding(dt, error) == RoundingFloor::Answer::raised)
+      continue;
     if (error >= 1 || !(error < 1) || !complete(dt)) {
       need_jacobian = !jacobian_fresh_;
       reject(dt, error >= 1 ? error : -1);

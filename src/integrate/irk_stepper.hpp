@@ -11,6 +11,7 @@
 #include "integrate/derivative.hpp"
 #include "integrate/irk_formula.hpp"
 #include "integrate/newton_code.hpp"
+#include "integrate/rounding_floor.hpp"
 #include "integrate/runge_kutta.hpp"
 #include "integrate/stepper.hpp"
 
@@ -76,6 +77,7 @@ class IrkStepper final : public Stepper {
   void choose_order(double quotient);
   void reject(double dt, double error);
   void refine(const StepView& step, std::size_t level, double t, Point& out);
+  RoundingFloor::Answer at_rounding(double dt, double length);
   std::string blame() const;
 
   std::string name_;
@@ -96,7 +98,8 @@ class IrkStepper final : public Stepper {
 
   std::vector<double> y_, Z_, old_Z_, R_, transformed_, scale_, error_, velocity_, lagrange_;
   Vec rtol_, atol_;  ///< of the error estimate, which is of lower order than the method
-  double newton_tolerance_ = 0;
+  double newton_tolerance_ = 0, last_length_ = 0;
+  RoundingFloor rounding_;
   Point next_;
   int old_level_ = 0, next_level_ = 0;
   double old_dt_ = 0, step_dt_ = 0, step_t_ = 0;

@@ -1,0 +1,48 @@
+-- Tight tolerances: what rounding leaves open in multipliers, μ of "ggl" above all, does not stop a run.
+local function has(text, part)
+  if not text:find(part, 1, true) then error(text .. "\n  does not contain\n" .. part, 2) end
+  expect(text:find(part, 1, true) ~= nil):is_true()
+end
+
+test("squeezer in form ggl: every tolerance is reached, down to rounding", function()
+  local p = problems.squeezer
+  local at, beta = p:start(), p().differential[1]
+  local exact = p():reduce "project":integrate { start = at, to = 0.03, rtol = 1e-12, atol = 1e-12 }:final(beta)
+  local low = p():reduce "ggl"
+  for _, rtol in ipairs { 1e-8, 1e-9, 1e-10, 1e-11, 1e-12 } do                 -- 1e-9 stopped at t = 0.004
+    local sol = low:integrate { start = at, to = 0.03, rtol = rtol, atol = rtol }
+    expect(sol.status):equals "finished"
+    expect(sol:final(beta)):near(exact, math.max(10*rtol, 1e-9))               -- the crank makes two and a half turns
+  end
+  local sol = low:integrate { start = at, to = 0.03, rtol = 1e-8, atol = 1e-8, method = "bdf" }   -- stopped at t = 0
+  expect(sol.status):equals "finished"
+  expect(sol:final(beta)):near(exact, 1e-6)
+end)
+
+local function parallelogram()
+  local q = var("q", 9)
+  local x1, y1, a1, x2, y2, a2, x3, y3, a3 = q[1], q[2], q[3], q[4], q[5], q[6], q[7], q[8], q[9]
+  local T = 0
+  for i = 1, 7, 3 do T = T + (q[i].dot^2 + q[i + 1].dot^2)/2 + q[i + 2].dot^2/24 end
+  local sys = lagrange { q = q, T = T, V = 0, C = {
+    x1 - cos(a1)/2, y1 - sin(a1)/2,
+    x1 + cos(a1)/2 - (x2 - cos(a2)), y1 + sin(a1)/2 - (y2 - sin(a2)),
+    x2 + cos(a2) - (x3 + 1/2*cos(a3)), y2 + sin(a2) - (y3 + 1/2*sin(a3)),
+    x3 - 1/2*cos(a3) - 2, y3 - 1/2*sin(a3) } }
+  local c, s = math.cos(1), math.sin(1)
+  return sys, sys:init { fix = { [a1] = 1, [a1.dot] = 1 },
+    guess = { [q] = { c/2, s/2, 1, c + 1, s, 0, 2 + c/2, s/2, 1 } } }, a1
+end
+
+test("towards a singular position the run ends with the cause: flat at t = π - 1", function()
+  local sys, at, a1 = parallelogram()
+  local sol = sys:reduce "ggl":integrate { start = at, to = 4, rtol = 1e-8, atol = 1e-8 }
+  has(sol.status, "stopped at t = 2.14159: the constraints (3a), (3c), (3e), (3g) are dependent")
+  sol = sys:reduce "ggl":integrate { start = at, to = 4, rtol = 1e-10, atol = 1e-10 }   -- rounding grows on the way there
+  has(sol.status, "Rounding errors in the equations")
+  has(sol.status, "the tolerances ask for more digits than there are")
+  has(sol.status, "Near there the constraints (3a), (3c), (3e), (3g) are dependent")
+  local last = sol.t[#sol.t]
+  expect(last > 2.1 and last < math.pi - 1):is_true()
+  expect(sol:final(a1)):near(1 + last, 1e-9)
+end)
