@@ -352,6 +352,15 @@ std::vector<Expr> DerivativeArray::columns() const {
   return all;
 }
 
+const std::vector<Entry>& DerivativeArray::jacobian() const {
+  for (Entry e : sparse_jacobian(std::span(rows_).subspan(in_jacobian_), columns())) {
+    e.row += static_cast<int>(in_jacobian_);
+    jacobian_.push_back(e);
+  }
+  in_jacobian_ = rows_.size();
+  return jacobian_;
+}
+
 ArrayResult derivative_array(const Model& m, const ArrayOptions& options) {
   const std::vector<Expr> given = residuals_at_values(m);
   const Determination d = determine(given, m, options);

@@ -43,8 +43,12 @@ class DerivativeArray {
   const std::vector<Expr>& first() const { return first_; }
   const std::vector<Expr>& higher() const { return higher_; }
   std::vector<Expr> columns() const;
+  /// ∂rows/∂columns by rows; what was found before an extension is kept.
+  const std::vector<Entry>& jacobian() const;
 
  private:
+  mutable std::vector<Entry> jacobian_;
+  mutable std::size_t in_jacobian_ = 0;  ///< rows
   int order_ = 0;
   std::size_t equations_;
   std::vector<Expr> rows_, states_, first_, higher_;

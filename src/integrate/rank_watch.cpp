@@ -168,16 +168,17 @@ class RankWatch::Part {
     if (gram_->rows() <= small) look.gradients = gram_->scaled();
   }
 
-  Look next_look(const Point& point, const Look& before) {
-    Look next{point.t, 0, before.u, before.w, {}};
+  void look_again(const Point& point, const Look& before, Look& next) {
+    next.t = point.t;
+    next.u = before.u;
     next.size = measure(point, next.u, next.w, 2);
     if (next.u.dot(before.u) < 0) next.u *= -1, next.w *= -1;
     remember(next);
-    return next;
   }
 
   std::optional<Hit> look_at_gradients(const Point& point, long steps, const Between& between) {
-    Look next = next_look(point, last_);
+    Look& next = next_;
+    look_again(point, last_, next);
     largest_ = std::max(largest_, next.size);
     const double moved = change(last_, next);
     constexpr int deepest = 4;
@@ -195,7 +196,7 @@ class RankWatch::Part {
     geometric_ = moved > 0 ? std::lround(std::min(0.5 * next.size / moved * static_cast<double>(steps),
                                                   static_cast<double>(longest_wait)))
                            : longest_wait;
-    last_ = std::move(next);
+    std::swap(last_, next_);
     return hit;
   }
 
@@ -209,7 +210,8 @@ class RankWatch::Part {
     if (depth == 0 || (near && to.t - from.t < 3 * pace_)) return {};
     Point p;
     between(from.t + (to.t - from.t) / 2, p);
-    const Look middle = next_look(p, from);
+    Look middle;
+    look_again(p, from, middle);
     if (auto hit = scan(from, middle, depth - 1, between)) return hit;
     return scan(middle, to, depth - 1, between);
   }
@@ -344,7 +346,7 @@ class RankWatch::Part {
   std::optional<GramFactor> gram_;
   LinearSolver<double> lu_;
   std::vector<double> numbers_;
-  Look last_;
+  Look last_, next_;  ///< next_: kept for its storage
   double near_;  ///< of the size: closer, errors of the tolerance decide on which branch it goes on
   double t_sign_ = 0, largest_ = 0, first_size_ = 0, log_ = 0, first_log_ = 0;
   double pace_ = forever;  ///< time in which w changes by half its length
