@@ -17,28 +17,57 @@ namespace {
 
 using Slots = std::vector<Slot>;
 
-/// Writes the program. In: h | x | K₁ | p | atol | rtol | (t, u) of stages 2 … s and of the end.
+/// The times of stages 2 … s and of the end, in units of the step, each once.
+std::vector<double> times_of(const Tableau& rk) {
+  std::vector<double> list(rk.c().begin() + 1, rk.c().end());
+  list.push_back(1);
+  std::sort(list.begin(), list.end());
+  list.erase(std::unique(list.begin(), list.end()), list.end());
+  return list;
+}
+
+/// f, and what the projections evaluate at the end of the step.
+std::vector<Expr> expressions(const Problem& problem) {
+  std::vector<Expr> list = problem.model().f;
+  for (const dae::Projection& stage : problem.projections()) {
+    list.insert(list.end(), stage.residuals.begin(), stage.residuals.end());
+    for (const pendula::Entry& e : stage.jacobian) list.push_back(e.value);
+  }
+  return list;
+}
+
+/// Writes the program. In: h | x | K₁ | p | atol | rtol | (t, u) at the times of the stages | what depends on
+/// time alone, there.
 class Author {
  public:
-  Author(const Problem& problem, const Tableau& rk, int stiff_stage)
+  Author(const Problem& problem, const Tableau& rk, int stiff_stage, const TimePart& timed)
       : problem_(problem),
         rk_(rk),
         stiff_stage_(stiff_stage),
         n_(static_cast<std::size_t>(problem.n())),
         np_(parameter_count(problem)),
         nu_(input_count(problem)),
-        w_(inputs(problem, rk)),
+        parts_(timed.parts.size()),
+        times_(times_of(rk)),
+        w_(inputs(problem, times_.size(), parts_)),
         h_(w_.input(0)),
         x_(inputs_from(w_, 1, n_)),
         p_(inputs_from(w_, 1 + 2 * n_, np_)),
         K_{inputs_from(w_, 1 + n_, n_)},
-        f_(codegen::lower(problem.model().f, problem.arguments())) {}
+        all_(problem.arguments()),
+        rest_(timed.outputs.begin() + static_cast<std::ptrdiff_t>(n_), timed.outputs.end()) {
+    all_.insert(all_.end(), timed.symbols.begin(), timed.symbols.end());
+    f_ = codegen::lower(std::span(timed.outputs).first(n_), all_);
+  }
 
   static std::size_t first_stage(const Problem& problem) {
     return 1 + 4 * static_cast<std::size_t>(problem.n()) + parameter_count(problem);
   }
-  static std::size_t inputs(const Problem& problem, const Tableau& rk) {
-    return first_stage(problem) + static_cast<std::size_t>(rk.stages()) * (1 + input_count(problem));
+  static std::size_t first_part(const Problem& problem, std::size_t times) {
+    return first_stage(problem) + times * (1 + input_count(problem));
+  }
+  static std::size_t inputs(const Problem& problem, std::size_t times, std::size_t parts) {
+    return first_part(problem, times) + TimeCode::size(times, parts);
   }
 
   /// Out: as in ExplicitCode::End.
@@ -79,17 +108,20 @@ class Author {
   }
   /// The arguments of f at stage i, or at the end, i = s. Equal for stages at the same time.
   Slots arguments_at(int i, std::span<const Slot> x) {
-    const auto time = [&](int stage) { return stage < rk_.stages() ? rk_.c()[stage] : 1.0; };
-    int first = 1;
-    while (time(first) != time(i)) ++first;
-    const std::size_t at = first_stage(problem_) + static_cast<std::size_t>(first - 1) * (1 + nu_);
-    return arguments(w_.input(at), {x, x, inputs_from(w_, at + 1, nu_), p_});  // f contains no x′
+    const double c = i < rk_.stages() ? rk_.c()[i] : 1.0;
+    const auto time = static_cast<std::size_t>(std::find(times_.begin(), times_.end(), c) - times_.begin());
+    const std::size_t at = first_stage(problem_) + time * (1 + nu_),
+                      part = first_part(problem_, times_.size());
+    Slots parts;
+    for (std::size_t k = 0; k < parts_; ++k)
+      parts.push_back(w_.input(part + TimeCode::place(time, k, parts_)));
+    return arguments(w_.input(at), {x, x, inputs_from(w_, at + 1, nu_), p_, parts});  // f contains no x′
   }
   Slots slope(int i, const Slots& x) { return w_.inlined(f_, arguments_at(i, x)); }
-  /// What depends on time alone is known for all stages at once, and functions like sin are called while no
-  /// register holds anything.
+  /// What depends on time alone, where it is not given: for all stages at once, so that functions like sin
+  /// are called while no register holds anything.
   void early_parts() {
-    std::vector<bool> early(problem_.arguments().size(), true);
+    std::vector<bool> early(all_.size(), true);
     std::fill_n(early.begin() + 1, 2 * n_, false);
     for (int i = 1; i <= rk_.stages(); ++i) w_.inline_part(f_, arguments_at(i, x_), early);
   }
@@ -140,10 +172,10 @@ class Author {
   /// For every condition: how far it is from being violated too much; negative if it is.
   void add_margins(const dae::Projection& stage, const Slots& x1, Slots& results) {
     const std::vector<Expr>& x = problem_.model().x;
-    std::vector<Expr> outputs = stage.residuals;
-    for (const pendula::Entry& e : stage.jacobian) outputs.push_back(e.value);
-    const Slots values =
-        w_.inlined(codegen::lower(outputs, problem_.arguments()), arguments_at(rk_.stages(), x1));
+    const std::size_t count = stage.residuals.size() + stage.jacobian.size();
+    const Slots values = w_.inlined(codegen::lower(std::span(rest_).subspan(in_rest_, count), all_),
+                                    arguments_at(rk_.stages(), x1));
+    in_rest_ += count;
     const std::size_t atol = 1 + 2 * n_ + np_, rtol = atol + n_;
     std::vector<Slots> effects(stage.residuals.size());
     for (std::size_t e = 0; e < stage.jacobian.size(); ++e) {
@@ -164,12 +196,15 @@ class Author {
   const Problem& problem_;
   const Tableau& rk_;
   int stiff_stage_;
-  std::size_t n_, np_, nu_;
+  std::size_t n_, np_, nu_, parts_;
+  std::vector<double> times_;
   Writer w_;
   Slot h_;
   Slots x_, p_;
   std::vector<Slots> K_, X_;  ///< slopes of the stages; points, as they were asked for
   std::vector<std::vector<double>> rows_;
+  std::vector<Expr> all_, rest_;  ///< arguments; what the projections evaluate
+  std::size_t in_rest_ = 0;
   Program f_;
 };
 
@@ -195,6 +230,17 @@ Key key_of(const Problem& problem, const Tableau& rk, int stiff_stage) {
 
 }  // namespace
 
+static void compile(StepEntry& entry, const Problem& problem, const Tableau& rk, int stiff_stage) {
+  const std::vector<Expr> outputs = expressions(problem);
+  TimePart timed(Machine::available(TimeCode::lanes) ? TimePart(outputs, problem) : TimePart(outputs));
+  const Program program = Author(problem, rk, stiff_stage, timed).step();
+  if (program.instructions.size() > longest_step_program) return;
+  entry.machines.push_back(Machine::compile(program, 1, codegen::Rounding::fused));
+  if (timed.parts.empty()) return;
+  entry.machines.push_back(TimeCode::compile(timed, problem));
+  entry.handed = timed.parts.size();
+}
+
 std::shared_ptr<ExplicitCode> ExplicitCode::make(const Problem& problem, const Tableau& rk, int stiff_stage,
                                                  const Tolerances& tolerances) {
   if (!Machine::available() || !problem.is_ode() || problem.m() > 0) return nullptr;
@@ -202,18 +248,15 @@ std::shared_ptr<ExplicitCode> ExplicitCode::make(const Problem& problem, const T
     return nullptr;
   const std::lock_guard lock(step_store().mutex);
   const auto entry = step_store().entry(key_of(problem, rk, stiff_stage));
-  if (entry->wanted++ == 0) {
-    if (Program program = Author(problem, rk, stiff_stage).step();
-        program.instructions.size() <= longest_step_program)
-      entry->machines.push_back(Machine::compile(program, 1, codegen::Rounding::fused));
-  }
+  if (entry->wanted++ == 0) compile(*entry, problem, rk, stiff_stage);
   if (entry->machines.empty()) return nullptr;
   const auto n = static_cast<std::size_t>(problem.n());
   auto code = std::make_shared<ExplicitCode>();
   code->machine_ = entry->machines[0];
-  code->c_.assign(rk.c().begin() + 1, rk.c().end());
-  code->c_.push_back(1);
-  code->in_.resize(Author::inputs(problem, rk));
+  code->c_ = times_of(rk);
+  code->parts_ = entry->handed;
+  if (code->parts_ > 0) code->time_.emplace(entry->machines[1], problem, code->c_);
+  code->in_.resize(Author::inputs(problem, code->c_.size(), code->parts_));
   code->out_.resize(3 * n + 6);
   for (const dae::Projection& stage : problem.projections())
     code->out_.resize(code->out_.size() + stage.residuals.size());
@@ -225,12 +268,15 @@ std::shared_ptr<ExplicitCode> ExplicitCode::make(const Problem& problem, const T
 }
 
 ExplicitCode::End ExplicitCode::run(Problem& problem, const Point& from, double dt) {
+  if (time_) time_->start(from.t, dt);
   double* to = in_.data();
   *to++ = dt;
   to = std::copy_n(from.x.data(), problem.n(), to);
   to = std::copy_n(from.xdot.data(), problem.n(), to);
   write_parameters(problem, to);
-  write_stages(problem, c_, from.t, dt, in_.data() + stages_);
+  double* const stages = in_.data() + stages_;
+  write_stages(problem, c_, from.t, dt, stages);
+  if (time_) time_->run(problem, stages, parts_, stages + c_.size() * (1 + input_count(problem)));
   machine_->run(in_.data(), out_.data(), work_.data());
   const double *x = out_.data(), *xdot = x + problem.n(), *scaled = xdot + problem.n();
   const double* norms = scaled + problem.n();

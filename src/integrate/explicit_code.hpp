@@ -8,11 +8,13 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "codegen/machine.hpp"
 #include "integrate/problem.hpp"
 #include "integrate/tableau.hpp"
+#include "integrate/time_part.hpp"
 #include "integrate/tolerances.hpp"
 
 namespace pendula::integrate {
@@ -40,8 +42,10 @@ class ExplicitCode {
   End run(Problem& problem, const Point& from, double dt);
 
  private:
-  std::vector<double> c_, in_, out_, work_;
-  std::size_t stages_ = 0;  ///< where they begin, in in_
+  std::vector<double> c_, in_, out_, work_;  ///< c_: where there are stages behind the first, each once
+  std::size_t stages_ = 0;                   ///< where they begin, in in_
+  std::optional<TimeCode> time_;
+  std::size_t parts_ = 0;  ///< of it
   std::shared_ptr<const codegen::Machine> machine_;
 };
 

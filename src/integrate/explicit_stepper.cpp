@@ -8,7 +8,7 @@
 namespace pendula::integrate {
 namespace {
 
-const double smallest_log_error = std::log(1e-4);
+const float smallest_log_error = std::log(1e-4f);
 
 /// Four neighbouring numbers, which may lie anywhere: compilers leave loops with several sums scalar.
 using Four = double __attribute__((vector_size(32), aligned(8), may_alias));
@@ -283,14 +283,15 @@ void ExplicitStepper::adapt(double dt, Attempt outcome) {
     rejected_ = true;
     return;
   }
-  const double log_error = std::log(error_now_);
+  const auto exponent = static_cast<float>(rules_.exponent);  // three digits are plenty for a step size
+  const float log_error = std::log(static_cast<float>(error_now_));
   if (outcome == Attempt::rejected) {
-    dt_ = dt / std::min(1 / rules_.slowest, std::exp(rules_.exponent * log_error) / safety);
+    dt_ = dt / std::min(1 / rules_.slowest, std::exp(exponent * log_error) / safety);
     rejected_ = true;
     remember_rejection(dt);
     return;
   }
-  double factor = std::exp(rules_.exponent * log_error - rules_.beta * log_error_old_);
+  double factor = std::exp(exponent * log_error - static_cast<float>(rules_.beta) * log_error_old_);
   factor = std::clamp(factor / safety, 1 / rules_.fastest, 1 / rules_.slowest);
   double proposed = dt / factor;
   if (rejected_) proposed = std::min(proposed, dt);

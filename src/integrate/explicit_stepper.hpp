@@ -66,7 +66,8 @@ class ExplicitStepper final : public Stepper {
   std::vector<double> scaled_, inverse_weight_;
   Vec x_, trial_;
   Point next_;
-  double error_now_ = 0, log_error_old_ = 0;
+  double error_now_ = 0;
+  float log_error_old_ = 0;
   bool rejected_ = false;
   std::string trouble_;
   int stiff_hits_ = 0, calm_ = 0;

@@ -51,6 +51,8 @@ class RankWatch::Part {
     if (const auto& G = block.gradients; G.rows > 0) {
       gradients_ = codegen::Kernel(values_of(G), problem->arguments());
       gram_ = GramFactor::remembered(G.rows, G.columns, positions_of(G));
+      gradients_cost_ = 100 + static_cast<double>(gradients_.operations()) +
+                        3.0 * static_cast<double>(gram_->operations()) + 12.0 * G.rows;
       last_.u = Vec::Constant(G.rows, 1 / std::sqrt(static_cast<double>(G.rows)));
       for (int i = 0; i < G.rows; ++i) last_.u[i] *= 1 + 0.3 * std::sin(1.0 + i);
     }
@@ -58,6 +60,9 @@ class RankWatch::Part {
       jacobian_ = codegen::Kernel(values_of(J), problem->arguments());
       lu_.analyse(J.rows, positions_of(J),
                   J.rows <= dense ? LinearSolver<double>::Road::dense : LinearSolver<double>::Road::sparse);
+      const double n = J.rows;
+      jacobian_cost_ = static_cast<double>(jacobian_.operations()) +
+                       (n <= dense ? 8 * n * n * n : 120.0 * static_cast<double>(jacobian_.outputs()));
     }
   }
 
@@ -88,16 +93,12 @@ class RankWatch::Part {
     };
     long steps = longest_wait;
     if (gram_) {
-      const double cost = 100 + static_cast<double>(gradients_.operations()) +
-                          3.0 * static_cast<double>(gram_->operations()) + 12.0 * block_.gradients.rows;
-      long least = affordable(cost);
+      long least = affordable(gradients_cost_);
       if (gram_->rows() <= small) least = 1;
       steps = std::max(least, std::min<long>(steps, geometric_));
     }
     if (block_.jacobian.rows > 0) {
-      const double n = block_.jacobian.rows;
-      rest_ = affordable(static_cast<double>(jacobian_.operations()) +
-                         (n <= dense ? 8 * n * n * n : 120.0 * static_cast<double>(jacobian_.outputs())));
+      rest_ = affordable(jacobian_cost_);
       if (!gram_) steps = std::max(1L, rest_);
     }
     return steps;
@@ -171,7 +172,7 @@ class RankWatch::Part {
   void look_again(const Point& point, const Look& before, Look& next) {
     next.t = point.t;
     next.u = before.u;
-    next.size = measure(point, next.u, next.w, 2);
+    next.size = measure(point, next.u, next.w, 1);
     if (next.u.dot(before.u) < 0) next.u *= -1, next.w *= -1;
     remember(next);
   }
@@ -347,9 +348,10 @@ class RankWatch::Part {
   LinearSolver<double> lu_;
   std::vector<double> numbers_;
   Look last_, next_;  ///< next_: kept for its storage
-  double near_;  ///< of the size: closer, errors of the tolerance decide on which branch it goes on
+  double near_;       ///< of the size: closer, errors of the tolerance decide on which branch it goes on
   double t_sign_ = 0, largest_ = 0, first_size_ = 0, log_ = 0, first_log_ = 0;
-  double pace_ = forever;  ///< time in which w changes by half its length
+  double pace_ = forever;                          ///< time in which w changes by half its length
+  double gradients_cost_ = 0, jacobian_cost_ = 0;  ///< of a look, in operations
   int sign_ = 0;
   long geometric_ = 1, since_ = 0, rest_ = 1;
 };
@@ -374,6 +376,7 @@ std::optional<RankWatch::Hit> RankWatch::look(const Point& point, bool last, con
                                               const Between& between) {
   if (!ready_) {
     ready_ = true;
+    operations_ = static_cast<double>(given_->operations());
     for (std::size_t k = 0; k < parts_.size(); ++k) {
       parts_[k] = std::make_unique<Part>((*blocks_)[k], given_, tolerance_);
       parts_[k]->start(first_);
@@ -381,8 +384,7 @@ std::optional<RankWatch::Hit> RankWatch::look(const Point& point, bool last, con
     steps_ = 0;
   }
   const long since = std::max(1L, stats.steps - steps_);
-  const double operations = static_cast<double>(stats.evaluations) / std::max(1L, stats.steps) *
-                            static_cast<double>(given_->operations());
+  const double operations = static_cast<double>(stats.evaluations) / std::max(1L, stats.steps) * operations_;
   steps_ = stats.steps;
   wait_ = 1'000'000, due_ = forever;
   std::optional<Hit> first;

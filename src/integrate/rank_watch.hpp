@@ -59,7 +59,7 @@ class RankWatch {
   std::vector<std::unique_ptr<Part>> parts_;
   double tolerance_;
   Point first_;
-  double due_ = 0;
+  double due_ = 0, operations_ = 0;  ///< operations_: of one evaluation of the equations
   long wait_ = 0, steps_ = 0, evaluations_ = 0;
   bool ready_ = false, looked_ = false;
 };

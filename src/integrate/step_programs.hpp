@@ -24,6 +24,7 @@ void add(codegen::Key& key, std::span<const Expr> list);
 struct StepEntry {
   std::vector<std::shared_ptr<const codegen::Machine>> machines;
   long wanted = 0;
+  std::size_t handed = 0;  ///< numbers that the second machine hands to the first, if there are two
   std::vector<std::shared_ptr<const void>> kept;  ///< whose addresses are in the key
 };
 
