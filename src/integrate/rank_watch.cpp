@@ -172,7 +172,7 @@ class RankWatch::Part {
   void look_again(const Point& point, const Look& before, Look& next) {
     next.t = point.t;
     next.u = before.u;
-    next.size = measure(point, next.u, next.w, 1);
+    next.size = measure(point, next.u, next.w, 2);
     if (next.u.dot(before.u) < 0) next.u *= -1, next.w *= -1;
     remember(next);
   }
@@ -210,11 +210,20 @@ class RankWatch::Part {
     const bool near = change(from, to) < much * std::max(from.size, to.size);
     if (depth == 0 || (near && to.t - from.t < 3 * pace_)) return {};
     Point p;
-    between(from.t + (to.t - from.t) / 2, p);
+    if (!reached(from.t + (to.t - from.t) / 2, between, p)) return {};
     Look middle;
     look_again(p, from, middle);
     if (auto hit = scan(from, middle, depth - 1, between)) return hit;
     return scan(middle, to, depth - 1, between);
+  }
+
+  static bool reached(double t, const Between& between, Point& out) {
+    try {
+      between(t, out);
+      return true;
+    } catch (const Failure&) {
+      return false;
+    }
   }
 
   /// w reverses: where it passes 0, if it does (near a point of dependent rows it turns quickly).
@@ -224,7 +233,10 @@ class RankWatch::Part {
     Point p;
     for (int k = 0; k < 30 && high - low > 1e-14 * std::fabs(high); ++k) {
       const double middle = low + (high - low) / 2;
-      between(middle, p);
+      if (!reached(middle, between, p)) {  // so near to dependent rows, or behind them, nothing is solvable
+        high = middle;
+        continue;
+      }
       at.u = from.u;
       at.size = measure(p, at.u, at.w, 4);
       if (at.u.dot(from.u) < 0) at.w = -at.w;
@@ -249,7 +261,7 @@ class RankWatch::Part {
       for (int k = 1; k <= samples && !hit; ++k) {
         double here = 0;
         const double t = t_sign_ + (point.t - t_sign_) * k / (samples + 1);
-        between(t, p);
+        if (!reached(t, between, p)) break;
         if (const int other = determinant(p, here); other != 0 && other != sign_)
           hit = narrow_sign(t, std::max(here, log), between);
       }
@@ -264,9 +276,8 @@ class RankWatch::Part {
     Point p;
     for (int k = 0; k < 40 && high - low > 1e-14 * std::fabs(high); ++k) {
       const double middle = low + (high - low) / 2;
-      between(middle, p);
-      const int sign = determinant(p, log);
-      (sign == sign_ ? low : high) = middle;
+      const bool same = reached(middle, between, p) && determinant(p, log) == sign_;
+      (same ? low : high) = middle;
     }
     if (!(log <= std::max(log_, end_log) + std::log(lost))) return {};
     const double t = low + (high - low) / 2;
@@ -277,7 +288,9 @@ class RankWatch::Part {
   /// A point just before t, where the block can be solved.
   Point near(double t, double from, const Between& between) {
     Point p;
-    between(t - 1e-5 * (t - from), p);
+    for (const double part : {1e-5, 1e-3, 1e-1})
+      if (reached(t - part * (t - from), between, p)) return p;
+    between(from, p);
     return p;
   }
 

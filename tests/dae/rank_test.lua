@@ -55,6 +55,15 @@ test("only saved times: the run ends at the last one before", function()
   expect(#sol.t):equals(2)                                   -- the step from 1.96 on was taken back
 end)
 
+test("however the steps fall: points behind the flat one, that cannot be interpolated, do not hide it", function()
+  local sys, at = four_bar(1, 1)
+  local low = sys:reduce()
+  for k = 1, 12 do
+    local sol = low:integrate { start = at, to = 10, rtol = 1e-7*(1 + k/100) }
+    has(sol.status, "stopped at t = 2.14159: the constraints C₁, C₃, C₅, C₇ are dependent")
+  end
+end)
+
 test("guards = false goes on", function()
   local sys, at, a1 = four_bar(1, 1)
   local sol = sys:reduce():integrate { start = at, to = 2.5, rtol = 1e-7, guards = false }

@@ -148,3 +148,16 @@ test("the chosen method is named with the reason, changes included", function()
   expect(tostring(later)):matches "Newton iterations +%d+\n%w+ from t = 0"
   expect(decay:integrate { start = { x = 1 }, to = 2, method = "radau" }:stats().why):equals ""
 end)
+
+test("what depends on time alone: functions of t, inputs and parameters at every stage", function()
+  local z = var "z"
+  local u, a = input "u", param "a"
+  local model = dae { der(z) ~ -z*(a*cos(t)*u) }
+  for _, value in ipairs { 1, -1/2 } do
+    for _, method in ipairs { "bogacki_shampine", "dopri5", "dop853", "verner98" } do          -- x = exp(-a ∫ s cos s ds)
+      local sol = model:integrate { start = { z = 1 }, to = 5, inputs = { u = function(s) return s end },
+        params = { a = value }, method = method, rtol = 1e-9, atol = 1e-12 }
+      expect(sol:final(z)):near(math.exp(-value*(5*math.sin(5) + math.cos(5) - 1)), 1e-6)
+    end
+  end
+end)
