@@ -104,9 +104,64 @@ StartPtr init_by(const ModelPtr& relative, const ModelPtr& model, const StartReq
   return at;
 }
 
+/// The value of a parameter, as in StartSystem; nothing where it has none.
+std::optional<double> value_of(Expr p, const Model& model, const StartRequest& request) {
+  std::optional<Expr> value = symbol_of(p).value;
+  if (const auto own = model.values.find(p); own != model.values.end()) value = own->second;
+  if (const auto it = request.parameters.find(p); it != request.parameters.end()) value = it->second;
+  return value ? std::optional(pendula::evaluate({&*value, 1}, {})[0]) : std::nullopt;
+}
+
+/// x′ = f(t, x) with every state given is a start as it stands: no system to solve. Nothing where anything
+/// else is asked for or f is not finite, and for small models, where the system costs nothing either.
+StartPtr explicit_start(const ModelPtr& model, const StartRequest& request) {
+  constexpr std::size_t few = 20;
+  const std::vector<Expr> states = model->states();
+  if (states.size() < few || request.fix.size() != states.size() || !request.guess.empty()) return nullptr;
+  if (request.nearest || !model->invariants.empty() || !model->projections.empty()) return nullptr;
+  const FirstOrder form = first_order(*model);
+  if (!form.is_ode() || form.x != states || form.u.size() != request.inputs.size()) return nullptr;
+  auto at = std::make_shared<Start>();
+  at->model = model, at->t = request.t, at->request = request;
+  at->values[time_symbol()] = request.t;
+  for (const auto& [leaf, value] : request.fix) at->values[resolve(*model, leaf)] = value;
+  const std::unordered_set<Expr> known(states.begin(), states.end());
+  if (at->values.size() != states.size() + 1) return nullptr;
+  for (const auto& [leaf, value] : at->values)
+    if (leaf != time_symbol() && !known.count(leaf)) return nullptr;
+  std::vector<Expr> parameters = form.p;
+  for (const auto& [leaf, e] : request.inputs) {
+    if (symbol_of(leaf).order != 0) return nullptr;
+    for (Expr inside : leaves({&e, 1}))
+      if (symbol_of(inside).kind == pendula::Kind::parameter) parameters.push_back(inside);
+  }
+  for (Expr p : parameters) {
+    const auto value = value_of(p, *model, request);
+    if (!value) return nullptr;
+    at->values[p] = *value;
+  }
+  for (Expr u : form.u) {
+    const auto input = request.inputs.find(u);
+    if (input == request.inputs.end()) return nullptr;
+    at->values[u] = pendula::evaluate({&input->second, 1}, at->values)[0];
+  }
+  const std::vector<double> f = pendula::evaluate(form.f, at->values);
+  for (Expr state : states) at->rows.push_back({state, at->values.at(state), Origin::fixed});
+  for (std::size_t i = 0; i < states.size(); ++i) {
+    if (!std::isfinite(f[i])) return nullptr;
+    const Expr slope = derivative_leaf(states[i]);
+    if (known.count(slope)) continue;
+    at->values[slope] = f[i];
+    at->rows.push_back({slope, f[i], Origin::computed});
+  }
+  at->free = static_cast<int>(states.size());
+  return at;
+}
+
 }  // namespace
 
 StartPtr init(const ModelPtr& model, const StartRequest& request) {
+  if (StartPtr at = explicit_start(model, request)) return at;
   if (const ModelPtr relative = sparse_relative(model)) return init_by(relative, model, request);
   const StartSystem s(model, request);
   StartSolution solution = solve_start(s);

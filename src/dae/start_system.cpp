@@ -30,7 +30,10 @@ StartSystem::StartSystem(const ModelPtr& m, const StartRequest& r)
   }
   first_fix = rows.size();
   for (const auto& [leaf, value] : request.fix) add(resolve(model, leaf) - Expr(value));
-  jacobian_ = sparse_jacobian(rows, unknowns);
+  const std::span<const Expr> all(rows);  // only the fixes differ from start to start
+  jacobian_ = sparse_jacobian(all.first(first_fix), unknowns);
+  for (Entry e : sparse_jacobian(all.subspan(first_fix), unknowns))
+    e.row += static_cast<int>(first_fix), jacobian_.push_back(e);
   check_known();
   compile();
   LeafValues anchors;

@@ -1,6 +1,8 @@
 #include "expr/derivative.hpp"
 
+#include <algorithm>
 #include <cmath>
+#include <deque>
 
 #include "base/error.hpp"
 #include "base/interrupt.hpp"
@@ -142,7 +144,7 @@ MatX jacobian(std::span<const Expr> f, std::span<const Expr> x) {
   return j;
 }
 
-std::vector<Entry> sparse_jacobian(std::span<const Expr> f, std::span<const Expr> x) {
+static std::vector<Entry> differentiated(std::span<const Expr> f, std::span<const Expr> x) {
   std::unordered_map<Expr, int> column;
   for (std::size_t j = 0; j < x.size(); ++j) column.emplace(x[j], static_cast<int>(j));
   std::vector<Entry> found;
@@ -158,6 +160,28 @@ std::vector<Entry> sparse_jacobian(std::span<const Expr> f, std::span<const Expr
               [](const Entry& a, const Entry& b) { return a.column < b.column; });
   }
   return found;
+}
+
+/// Every call of init and integrate asks for the same Jacobians again: the last ones are kept, oldest out.
+/// Ids of expressions are never used twice.
+std::vector<Entry> sparse_jacobian(std::span<const Expr> f, std::span<const Expr> x) {
+  struct Kept {
+    std::vector<Expr> f, x;
+    std::vector<Entry> entries;
+  };
+  static std::deque<Kept> kept;
+  static std::size_t total = 0;
+  constexpr std::size_t few = 10, most = 500'000;  // fewer are not worth it; all together
+  if (f.size() < few) return differentiated(f, x);
+  for (const Kept& k : kept)
+    if (std::ranges::equal(k.f, f) && std::ranges::equal(k.x, x)) return k.entries;
+  std::vector<Entry> entries = differentiated(f, x);
+  const std::size_t size = f.size() + x.size() + entries.size();
+  if (size > most) return entries;
+  kept.push_back({{f.begin(), f.end()}, {x.begin(), x.end()}, entries});
+  for (total += size; total > most; kept.pop_front())
+    total -= kept.front().f.size() + kept.front().x.size() + kept.front().entries.size();
+  return entries;
 }
 
 Expr total_derivative(Expr e, int order) {

@@ -235,23 +235,30 @@ std::optional<mpq_class> simplest_rational(double value) {
   if (!std::isfinite(value)) return {};
   if (value == std::floor(value)) return mpq_class(value);
   // Continued fraction; the convergents p/q are best approximations (Hardy & Wright, ch. X). The first one
-  // that rounds to the very same double is the simplest.
-  mpz_class p0 = 0, q0 = 1, p1 = 1, q1 = 0;
-  mpq_class rest(std::fabs(value));
-  while (true) {
-    const mpz_class whole = rest.get_num() / rest.get_den();
-    const mpz_class p2 = whole * p1 + p0, q2 = whole * q1 + q0;
-    if (q2 > max_denominator) return {};
-    mpq_class convergent(p2, q2);
-    convergent.canonicalize();
+  // that rounds to the very same double is the simplest. A double of this size is an exact quotient of
+  // 128-bit numbers.
+  const double size = std::fabs(value);
+  if (size < 0.5 / max_denominator) return {};
+  __extension__ using Wide = unsigned __int128;
+  int exponent = 0;
+  const double mantissa = std::frexp(size, &exponent);  // not an integer: exponent ≤ 52
+  Wide numerator = static_cast<std::uint64_t>(std::ldexp(mantissa, 53)), denominator = Wide(1)
+                                                                                       << (53 - exponent);
+  Wide p0 = 0, q0 = 1, p1 = 1, q1 = 0;
+  while (denominator != 0) {
+    const Wide whole = numerator / denominator;
+    const Wide p2 = whole * p1 + p0, q2 = whole * q1 + q0;
+    if (q2 > static_cast<Wide>(max_denominator)) return {};
     // CAUTION: mpq get_d truncates; the quotient of two doubles rounds correctly as long as both are exact.
-    if (mpz_sizeinbase(p2.get_mpz_t(), 2) <= 53 && p2.get_d() / q2.get_d() == std::fabs(value))
+    if (p2 < Wide(1) << 53 && static_cast<double>(p2) / static_cast<double>(q2) == size) {
+      mpq_class convergent(static_cast<unsigned long>(p2), static_cast<unsigned long>(q2));
       return value < 0 ? mpq_class(-convergent) : convergent;
-    rest -= whole;
-    if (rest == 0) return {};
-    rest = 1 / rest;
+    }
+    const Wide rest = numerator - whole * denominator;
+    numerator = denominator, denominator = rest;
     p0 = p1, q0 = q1, p1 = p2, q1 = q2;
   }
+  return {};
 }
 
 Expr parse_number(const std::string& word) {

@@ -448,19 +448,20 @@ class Run {
     return false;
   }
 
-  /// Explicit → Radau IIA, when it pays: many more steps of this size would follow.
+  /// Explicit → implicit, when it pays: many more steps of this size would follow.
   void change_if_stiff() {
     if (method_.family != "auto" || problem_->has_dense_jacobian() || !stepper().is_stiff()) return;
     if ((plan_.to - stepper().here().t) < 100 * stepper().next_dt()) return;
-    change(stepper().next_dt(), "stiff: stability, not accuracy, limited the steps");
+    change(implicit_family(*problem_, method_, plan_), stepper().next_dt(),
+           "stiff: stability, not accuracy, limited the steps");
   }
 
-  /// Goes on with Radau IIA from here.
-  void change(double dt, const std::string& why) {
+  /// Goes on with an implicit method from here.
+  void change(const std::string& family, double dt, const std::string& why) {
     const Point here = stepper().here();
     const double first = plan_.dt_first;
     plan_.dt_first = dt;
-    use("radau", here, why);
+    use(family, here, why);
     plan_.dt_first = first;
   }
 
@@ -474,7 +475,7 @@ class Run {
       const std::string name = name_;
       const std::size_t uses = solution_->methods_in_use().size();
       try {
-        change(0, "the explicit method could not go on");
+        change("radau", 0, "the explicit method could not go on");
         stepper().step(end_);
       } catch (const Failure&) {
         solution_->keep_methods(uses);

@@ -46,6 +46,7 @@ class ExplicitStepper final : public Stepper {
   double* behind_stages(int which) { return K_.data() + static_cast<std::ptrdiff_t>(stages_ + which) * n(); }
   const double* end_of_step() { return coded_ ? end_.x : behind_stages(0); }
   bool complete();
+  bool is_smooth() const;
   void watch_stiffness(double dt);
   void remember_rejection(double dt);
   bool fsal() const { return rules_.fsal; }

@@ -13,6 +13,13 @@ std::shared_ptr<Stepper> make_stepper(const std::string& family, const ProblemPt
                                       const Method& method, const Plan& plan, Stats& stats,
                                       const std::shared_ptr<const Couplings>& couplings = nullptr);
 
+/// Which of Method::explicit_choice "auto" takes at this relative tolerance; the last one is for large
+/// models.
+std::size_t explicit_rank(double rtol);
+
+/// The implicit family that "auto" takes for a stiff model: "radau", or "rodas" where that is faster.
+std::string implicit_family(const Problem& problem, const Method& method, const Plan& plan);
+
 /// What "auto" begins with for a model and its tolerances, at a start.
 struct Choice {
   std::string family;

@@ -4,6 +4,7 @@
 
 #include "base/text.hpp"
 #include "expr/print.hpp"
+#include "integrate/methods.hpp"
 #include "lua/function_reference.hpp"
 #include "lua/inputs.hpp"
 #include "lua/library.hpp"
@@ -331,25 +332,41 @@ dae::ParameterValues read_all_parameters(Call& call, const Options& options, con
 
 }  // namespace
 
-Method automatic_method(lua_State* L) {
+/// Each tableau costs half a millisecond when it is first used: only those are made that may be chosen.
+Method automatic_method(lua_State* L, std::optional<double> rtol, std::size_t equations) {
+  constexpr std::size_t large = 60;  // with a dense Jacobian from here on: choose()
+  const char* names[] = {"bogacki_shampine", "tsit5", "verner87", "verner98", "dop853"};
   Method method;
-  for (const char* name : {"bogacki_shampine", "tsit5", "verner87", "verner98", "dop853"}) {
-    TableauPtr tableau = library_tableau(L, name);
-    if (!tableau) tableau = library_tableau(L, "dopri5");
+  for (std::size_t k = 0; k < std::size(names); ++k) {
+    const bool wanted = !rtol || integrate::explicit_rank(*rtol) == k || (k == 4 && equations >= large);
+    TableauPtr tableau = wanted ? library_tableau(L, names[k]) : nullptr;
+    if (wanted && !tableau) tableau = library_tableau(L, "dopri5");
     method.explicit_choice.push_back(tableau);
   }
-  method.rosenbrock = library_method<integrate::Rosenbrock>(L, "rosenbrock", "rodas4");
+  constexpr double loose = 0.9e-5;
+  if (!rtol || *rtol > loose)
+    method.rosenbrock = library_method<integrate::Rosenbrock>(L, "rosenbrock", "rodas4");
   return method;
 }
 
-Method read_method(Call& call, const Options& options, bool fixed) {
+/// The smallest of the relative tolerances.
+static double tightest(Call& call, const Options& options, const dae::Model& model) {
+  const integrate::ToleranceRequest rtol = read_tolerance(call, options, "rtol", model);
+  double least = rtol.all.value_or(1e-6);
+  for (double r : rtol.list) least = std::min(least, r);
+  for (const auto& [leaf, r] : rtol.some) least = std::min(least, r);
+  return least;
+}
+
+Method read_method(Call& call, const Options& options, bool fixed, const dae::Model* model) {
   lua_State* L = call.L;
   if (!options.has("method")) {
     if (fixed)
       throw Error(
           "method is missing; give a tableau, for example method = rk.gauss(2) or rk.rk4, or leave dt "
           "out: the method and its steps are then chosen");
-    return automatic_method(L);
+    if (!model) return automatic_method(L);
+    return automatic_method(L, tightest(call, options, *model), model->residuals.size());
   }
   const int index = options.push("method");
   Method method;
@@ -381,7 +398,7 @@ Method read_method(Call& call, const Options& options, bool fixed) {
 integrate::Simulation read_simulation(Call& call, const Options& options, const dae::ModelPtr& model) {
   integrate::Simulation simulation;
   refuse_contradictions(options);
-  simulation.method = read_method(call, options, options.has("dt"));
+  simulation.method = read_method(call, options, options.has("dt"), model.get());
   simulation.start = read_start(call.L, options, model);
   simulation.plan = read_plan(call, options, simulation.start->t);
   simulation.parameters = read_all_parameters(call, options, *model);
