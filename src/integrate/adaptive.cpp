@@ -112,6 +112,7 @@ class Run {
                              ? ". They are limited by stability: the equations are stiff, take "
                                "method = \"radau\" or \"bdf\""
                              : ""));
+    leave_crawl();
     tell_progress();
     view_.record = nullptr;
     step();
@@ -145,6 +146,19 @@ class Run {
     return "";
   }
 
+  /// Steps of which more than half are rejected, thousand after thousand, where something the equations need
+  /// has all but vanished: an explicit method would creep along the singular points to the end of time.
+  void leave_crawl() {
+    constexpr long often = 2000;
+    constexpr double vanished = 1e-6;
+    const Stats& stats = trail_->stats;
+    if (plan_.guards.empty() || stats.steps < looked_steps_ + often) return;
+    const bool struggling = stats.rejected - looked_rejected_ > often / 2;
+    looked_steps_ = stats.steps, looked_rejected_ = stats.rejected;
+    if (struggling && !near_singularity(vanished).empty())
+      throw Failure("the steps have become so small that they lead nowhere");
+  }
+
   /// A step over a jump of an input is taken back; the next ones end there.
   bool repeated_up_to_jump() {
     const double from = stepper().before().t, to = stepper().here().t;
@@ -162,7 +176,8 @@ class Run {
     return true;
   }
 
-  /// The step is taken back, for one of a quarter of its length. False where that leads nowhere.
+  /// The step is taken back, for one of a quarter of its length. False where that leads nowhere, or where x′
+  /// and z solve the equations on another branch when asked again: behind the singular point.
   bool repeated_shorter() {
     const Point start = stepper().before();
     const double dt = (stepper().here().t - start.t) / 4;
@@ -171,7 +186,13 @@ class Run {
     stepper().suggest(dt);
     stepper().start(start, end_);
     stepper().suggest(0);
+    std::vector<double> sides;
+    for (std::size_t i = 0; i < plan_.events.list.size(); ++i)
+      sides.push_back(finder_.side(static_cast<int>(i)));
     finder_.start(stepper().here());
+    for (std::size_t i = 0; i < sides.size(); ++i)
+      if (!plan_.events.list[i].ends.empty() && sides[i] * finder_.side(static_cast<int>(i)) < 0)
+        return false;
     return true;
   }
 
@@ -287,11 +308,11 @@ class Run {
   }
 
   /// After a failure: what the equations need and is almost zero at the last point.
-  std::string near_singularity() {
+  std::string near_singularity(double almost = 0.05) {
     GuardWatch watch(problem_, plan_);
     watch.start(first_);
-    return watch.almost_zero(solution_->size() > 0 && reached_ < stepper().here().t ? stepper().before()
-                                                                                    : stepper().here());
+    const bool back = solution_->size() > 0 && reached_ < stepper().here().t;
+    return watch.almost_zero(back ? stepper().before() : stepper().here(), almost);
   }
 
   /// What an event asks for, done to the point.
@@ -513,6 +534,7 @@ class Run {
   double reached_ = 0;
   double end_ = 0;  ///< of the next step at the latest
   int since_told_ = 0;
+  long looked_steps_ = 0, looked_rejected_ = 0;
 };
 
 }  // namespace

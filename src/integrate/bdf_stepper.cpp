@@ -264,12 +264,16 @@ void BdfStepper::step(double end) {
     bool slow = false, solved = false;
     for (int attempt = 0; attempt < 2 && !solved; ++attempt) {
       if (entries_.empty() || (attempt > 0 && !jacobian_current_)) {
-        if (!evaluate_jacobian(t)) break;
+        if (!evaluate_jacobian(t)) {
+          trouble_ = "the equations are not finite near here";
+          entries_.clear();
+          break;
+        }
       } else if (attempt > 0) {
         break;
       }
       if (factorised_for_ != c_ && !factorise()) {
-        trouble_ = "The iteration matrix is singular";
+        trouble_ = "the iteration matrix is singular";
         continue;
       }
       solved = newton(t, slow);

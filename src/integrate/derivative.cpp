@@ -118,9 +118,10 @@ bool Derivative::newton(double* xdot, double* z, bool near) {
   }
   double previous = std::numeric_limits<double>::infinity();
   for (int k = 0; k < 40; ++k) {
-    // A new matrix at the first point and whenever the old one does not contract well.
-    if ((!ready_ || previous == std::numeric_limits<double>::infinity() || k > 2) && !assemble())
-      return false;
+    // A new matrix at the first point, after a long way (an old one may lead to another root), and whenever
+    // the old one does not contract well.
+    constexpr double far = 0.1;
+    if ((!ready_ || previous > far || k > 2) && !assemble()) return false;
     const double now = correct(xdot, z);
     if (std::isnan(now)) return ready_ = false;
     if (now <= rounding || (now <= stagnation && now >= previous / 2)) return true;

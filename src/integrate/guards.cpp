@@ -229,8 +229,8 @@ std::optional<std::string> GuardWatch::after(const Point& point) {
   return {};
 }
 
-std::string GuardWatch::almost_zero(const Point& point) {
-  constexpr double almost = 1e-3;
+std::string GuardWatch::almost_zero(const Point& point, double almost) {
+  constexpr double tiny = 1e-3;
   if (empty()) return "";
   if (const std::string ranks = ranks_.almost_lost(point); !ranks.empty()) return ranks;
   if (first_.empty()) return "";
@@ -241,9 +241,11 @@ std::string GuardWatch::almost_zero(const Point& point) {
     if (small || (ahead < 0) != (there.g[i] < 0)) {
       std::string reason = guards_[i].reason;
       const std::string zero = " = 0 there, and ";
-      return text(". ", reason.replace(
-                            reason.find(zero), zero.size(),
-                            small ? " is almost 0 there; where it is 0, " : " heads for 0; where it is 0, "));
+      const bool none = std::fabs(there.g[i]) <= tiny * std::fabs(first_[i]);
+      const std::string now = none    ? " is almost 0 there"
+                              : small ? " is only " + rounded(there.g[i], 1) + " there"
+                                      : " heads for 0";
+      return ". " + reason.replace(reason.find(zero), zero.size(), now + "; where it is 0, ");
     }
   }
   return "";

@@ -62,9 +62,9 @@ class GuardWatch {
   /// Why the run ends in the step from the last point to this one: "stopped at t = 0.5: …". The time by cubic
   /// interpolation between the two.
   std::optional<std::string> after(const Point& point);
-  /// After a failure: what is almost zero at the last point (or, with
-  /// fixed steps, would be two steps later), and what that means; or "".
-  std::string almost_zero(const Point& point);
+  /// After a failure: what is at most `almost` times what it was at the start (or, with
+  /// fixed steps, would be zero two steps later), and what that means; or "".
+  std::string almost_zero(const Point& point, double almost = 0.05);
 
  private:
   struct Sample {

@@ -88,7 +88,7 @@ void IrkStepper::set_scales(double dt) {
     const auto k = static_cast<std::size_t>(i);
     scale_[k] = atol_[i] + rtol_[i] * std::fabs(y_[k]);
     for (int level = 1; level < index_[k]; ++level) scale_[k] /= std::min(1.0, dt);
-    scale_[k] = std::max(scale_[k], rounding_.least(i, dt));
+    if (rounding_.raised()) scale_[k] = std::max(scale_[k], rounding_.least(i, dt));
   }
 }
 

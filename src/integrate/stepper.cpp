@@ -1,5 +1,6 @@
 #include "integrate/stepper.hpp"
 
+#include <cctype>
 #include <cmath>
 
 #include "base/text.hpp"
@@ -42,8 +43,9 @@ Failure Stepper::vanished(const Eigen::Ref<const Vec>& error, const std::string&
     if (worst < here_.xdot.size() && std::isfinite(here_.xdot[worst]))
       who += text(", ", problem_->xdot_name(worst), " = ", rounded(here_.xdot[worst], 4));
   }
-  return Failure(text("the step size fell below rounding", who, ". ",
-                      reason.empty() ? "The solution is singular or not smooth here" : reason));
+  const std::string why = reason.empty() ? "The solution is singular or not smooth here" : reason;
+  const bool continues = std::islower(static_cast<unsigned char>(why[0])) && who.empty();
+  return Failure(text("the step size fell below rounding", who, continues ? ": " : ". ", why));
 }
 
 }  // namespace pendula::integrate

@@ -131,3 +131,34 @@ test("an explicit method follows the branch of z to the fold and no further", fu
     expect(before > 0.58):is_true()
   end
 end)
+
+test("every method names the fold it stops at, near or far", function()
+  local function note(sys, fix, guess, to, rtol, method, part)
+    local sol = sys:integrate { start = sys:init { fix = fix, guess = guess }, to = to, rtol = rtol, atol = rtol, method = method }
+    if not sol.status:find(part, 1, true) then error(method .. ", " .. rtol .. ": " .. sol.status, 2) end
+    expect(sol.status:find(part, 1, true) ~= nil):is_true()
+    return sol.t[#sol.t]
+  end
+  local x, z = vars "x z"
+  local parabola = dae { der(x) ~ -z, 0 ~ z^2 - x }                             -- z = 1 - t/2, fold at t = 2
+  for _, method in ipairs { "dopri5", "verner98", "tsit5", "dop853", "radau", "bdf", "rodas" } do
+    for _, rtol in ipairs { 1e-4, 1e-6, 1e-9 } do
+      expect(note(parabola, { x = 1 }, { z = 1 }, 5, rtol, method, "no longer determines z")):near(2, 0.05)
+    end
+  end
+end)
+
+test("an impasse is no place to creep along or to jump over: x′² + x² = 1 has x′ = 0 at t = π/2", function()
+  local x = var "x"
+  local sys = dae { der(x)^2 + x^2 ~ 1 }
+  for _, method in ipairs { "dopri5", "verner98", "radau", "bdf" } do           -- dopri5 crept on for 10⁷ steps, radau went on at x′ < 0
+    for _, rtol in ipairs { 1e-4, 1e-6, 1e-9 } do
+      local at = sys:init { fix = { x = 0 }, guess = { [x.dot] = 1 } }
+      local sol = sys:integrate { start = at, to = 3, rtol = rtol, atol = rtol, method = method }
+      expect(sol.status:find("no longer determines x′", 1, true) ~= nil):is_true()
+      expect(sol.t[#sol.t]):near(math.pi/2, 0.01)
+      expect(sol:stats().steps < 5000):is_true()
+      expect(sol:final(x)):near(1, 1e-3)
+    end
+  end
+end)
