@@ -36,19 +36,6 @@ bool mentions(Expr e, const std::unordered_set<Expr>& bases) {
   return false;
 }
 
-/// Linear in all unknowns, with coefficients in t, inputs and parameters that residues can decide.
-bool exactly_linear(const std::vector<Expr>& residuals, const Model& m) {
-  const auto bases = unknown_bases(m);
-  std::vector<Expr> unknowns, coefficients;
-  for (Expr leaf : leaves(residuals))
-    if (bases.count(symbol_of(leaf).base)) unknowns.push_back(leaf);
-  for (const Entry& e : sparse_jacobian(residuals, unknowns)) {
-    if (!e.value.is_constant() && mentions(e.value, bases)) return false;
-    coefficients.push_back(e.value);
-  }
-  return generic::decided_by_residues(coefficients);
-}
-
 /// One determination of the index: the residuals as they are, without regard to the model's parameter values.
 struct Determination {
   ArrayVerdict verdict = ArrayVerdict::not_covered;
@@ -317,6 +304,18 @@ std::string trouble_at(const Model& m, const std::vector<Expr>& residuals, const
 }
 
 }  // namespace
+
+bool exactly_linear(const std::vector<Expr>& residuals, const Model& m) {
+  const auto bases = unknown_bases(m);
+  std::vector<Expr> unknowns, coefficients;
+  for (Expr leaf : leaves(residuals))
+    if (bases.count(symbol_of(leaf).base)) unknowns.push_back(leaf);
+  for (const Entry& e : sparse_jacobian(residuals, unknowns)) {
+    if (!e.value.is_constant() && mentions(e.value, bases)) return false;
+    coefficients.push_back(e.value);
+  }
+  return generic::decided_by_residues(coefficients);
+}
 
 DerivativeArray::DerivativeArray(std::vector<Expr> residuals, const std::vector<Variable>& variables)
     : equations_(residuals.size()), rows_(std::move(residuals)) {

@@ -88,6 +88,10 @@ struct ArrayResult {
 /// Every unspecified function replaced by a smooth one without special properties, the same for equal names.
 std::vector<Expr> without_calls(std::vector<Expr> e);
 
+/// Linear in all unknowns, with coefficients in t, inputs and parameters that residues can decide: the ranks
+/// of the derivative array are exact.
+bool exactly_linear(const std::vector<Expr>& residuals, const Model& model);
+
 struct ArrayOptions {
   int max_order = 8;      ///< nonlinear systems: F_k with k up to this; linear ones go up to their size
   int max_columns = 260;  ///< of ∂F_k/∂(x, y) for numeric ranks (singular values cost O(n³))

@@ -34,7 +34,9 @@ void terms_of(Expr e, std::vector<Expr>& terms) {
 
 class Extraction {
  public:
-  Extraction(const Model& model, const ParameterValues& values) : m_(model) {
+  /// explained: with the reason in words where there is no linear form.
+  Extraction(const Model& model, const ParameterValues& values, bool explained)
+      : m_(model), explained_(explained) {
     form_.values = model.values;
     for (const auto& [p, v] : values) form_.values[p] = v;
     for (const auto& [p, v] : form_.values) {
@@ -137,6 +139,7 @@ class Extraction {
   }
 
   std::string explain(std::size_t residual, Expr leaf, Expr slope, Expr c) const {
+    if (!explained_) return "not linear";
     const std::string where = text("equation ", m_.label(residual), " '", m_.equation_text(residual), "'");
     Expr culprit = m_.residuals[residual];
     std::vector<Expr> terms;
@@ -167,6 +170,7 @@ class Extraction {
     mpq_class value;
   };
   const Model& m_;
+  bool explained_;
   LinearForm form_;
   Substitution put_in_;
   std::unordered_map<Expr, int> column_;
@@ -190,7 +194,7 @@ std::optional<LinearForm> linear_form(const Model& model, std::string* reason, c
     why = text("the model has ", unknowns,
                " states and algebraic variables; exact arithmetic is offered up to ", most);
   if (why.empty()) {
-    Extraction extraction(model, values);
+    Extraction extraction(model, values, reason != nullptr);
     try {
       why = extraction.run();
     } catch (const Error& e) {  // 1/0 after the values of parameters were put in

@@ -5,6 +5,7 @@
 #include "base/error.hpp"
 #include "base/text.hpp"
 #include "dae/conditions.hpp"
+#include "dae/confirmation.hpp"
 #include "dae/conversion.hpp"
 #include "dae/derivative_array.hpp"
 #include "dae/pencil.hpp"
@@ -160,6 +161,8 @@ Truth find(const Model& m, const Analysis& a) {
   if (a.standing == Standing::unmatched) no_road(m, a, nullptr, {});
   if (auto t = from_pencil(m)) return *t;
   if (a.regular && m.variables.size() > array_affordable) return confirmed_structure(m, a);
+  if (const int points = a.regular ? points_of_agreement(m, a) : 0)
+    return from_structure(a, text("structure and derivative array, ranks at ", points, " points"));
   const auto model = std::make_shared<const Model>(m);
   ArrayOptions options;
   options.conditions = !a.regular;  // else they are those of the structure

@@ -147,3 +147,16 @@ test("unknowns are listed as they were declared, whatever was declared before", 
   local again = var "x"                              -- declaring one of them again moves nothing
   expect(tostring(sys.differential.T)):equals("[x  y  u  v]")
 end)
+
+test("a nonlinear model whose structural index is too high: the derivative array is asked further down", function()
+  local x = var("x", 5)
+  local sys = dae { der(x[2]) + der(x[3]) + x[1] ~ sin(t), der(x[2]) + der(x[3]) + x[2] ~ cos(t),
+    der(x[4]) + der(x[5]) + x[3] ~ t, der(x[4]) + der(x[5]) + x[4] ~ 1, x[5] + x[5]^3 ~ exp(-t) }
+  local s = sys:structure()
+  expect(s.structural_index):equals(3)
+  expect(sys:index()):equals(1)
+  expect(sys:dof()):equals(2)
+  local ball = var "z"
+  local bound = tostring(dae { der(ball)^3 ~ ball + 2 }:structure())               -- index 0 has nothing to confirm
+  expect(bound):matches "true index 0"
+end)
