@@ -472,7 +472,8 @@ class Run {
   /// Explicit → implicit, when it pays: many more steps of this size would follow.
   void change_if_stiff() {
     if (method_.family != "auto" || problem_->has_dense_jacobian() || !stepper().is_stiff()) return;
-    if ((plan_.to - stepper().here().t) < 100 * stepper().next_dt()) return;
+    const double worth = 100 * implicit_cost(problem_->n() + problem_->m());
+    if ((plan_.to - stepper().here().t) < worth * stepper().next_dt()) return;
     change(implicit_family(*problem_, method_, plan_), stepper().next_dt(),
            "stiff: stability, not accuracy, limited the steps");
   }

@@ -3,11 +3,13 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <mutex>
 #include <numeric>
 
 #include <klu.h>
 
 #include "base/error.hpp"
+#include "codegen/memory.hpp"
 
 namespace pendula::integrate {
 namespace {
@@ -15,10 +17,10 @@ namespace {
 constexpr double eps = std::numeric_limits<double>::epsilon();
 
 // bench/linear.cpp. Code is made when the factorisations so far have taken about as long as making it will:
-// some n²/25 of them. Up to 60 unknowns that is a millisecond or less, and the code is remembered: made at
+// some 200 of them. Up to 60 unknowns that is a millisecond or less, and the code is remembered: made at
 // once.
 constexpr int small = 60;
-long often(int n) { return n <= small ? 12 : static_cast<long>(n) * n / 25; }
+long often(int n) { return n <= small ? 12 : std::min(static_cast<long>(n) * n / 25, 200L); }
 
 /// The most operations with which code still beats dense elimination, α n³ + β n² (in units of 0.25 ns, what
 /// one operation of code takes): loops run vectorised there.
@@ -68,6 +70,22 @@ void subtract(std::complex<double>* row, std::complex<double> factor, const std:
     to[j] -= re * from[j] - im * from[j + 1];
     to[j + 1] -= re * from[j + 1] + im * from[j];
   }
+}
+
+/// How often matrices of one pattern have been factorised, in all runs: fits and sweeps solve the same system
+/// again and again.
+using Use = PatternUse;
+std::shared_ptr<Use> use_of(int n, const std::vector<Position>& positions, bool complex) {
+  codegen::Key key{static_cast<std::uint32_t>(n), complex};
+  for (const Position& p : positions)
+    key.push_back(static_cast<std::uint32_t>(p.row)), key.push_back(static_cast<std::uint32_t>(p.column));
+  static std::mutex mutex;
+  static codegen::Memory<Use> uses;
+  const std::lock_guard lock(mutex);
+  if (auto known = uses.find(key)) return known;
+  auto made = std::make_shared<Use>();
+  uses.add(key, made, 1);
+  return made;
 }
 
 // KLU's functions for real and complex matrices under one name.
@@ -222,8 +240,14 @@ void LinearSolver<Scalar>::analyse(int n, const std::vector<Position>& positions
   std::vector<codegen::StraightLU::Position> known;
   for (const Position& p : positions_) known.push_back({p.row, p.column});
   straight_.clear();
-  if (n <= straight_limit_) straight_ = codegen::StraightLU::remembered(n, known, is_complex<Scalar>);
-  count_ = plans_ = 0, next_plan_ = road == Road::straight ? 0 : often(n), use_straight_ = false;
+  use_ = nullptr;
+  if (n <= straight_limit_) {
+    straight_ = codegen::StraightLU::remembered(n, known, is_complex<Scalar>);
+    use_ =
+        road == Road::straight ? std::make_shared<PatternUse>() : use_of(n, positions_, is_complex<Scalar>);
+  }
+  count_ = plans_ = 0, next_plan_ = 0, first_plan_ = road == Road::straight ? 0 : often(n),
+  use_straight_ = false;
   const bool dense = n <= dense_limit || is_full(n, positions_, full, full_limit);
   if (road == Road::sparse || (road != Road::dense && !dense)) {
     sparse_ = std::make_unique<Sparse>(n, positions_);
@@ -241,13 +265,17 @@ template <class Scalar>
 bool LinearSolver<Scalar>::factorise_straight(const Scalar* values) {
   constexpr int most_plans = 4;
   const auto* numbers = reinterpret_cast<const double*>(values);
-  ++count_;
+  if (!use_) return false;
+  const long count = ++use_->count;
   for (auto plan = straight_.begin(); plan != straight_.end(); ++plan) {
     if (!plan->factorise(numbers)) continue;
     std::rotate(straight_.begin(), plan, plan + 1);
     return true;
   }
-  if (n_ > straight_limit_ || count_ < next_plan_ || plans_ == most_plans) return false;
+  ++count_;
+  const bool wanted =
+      plans_ == 0 ? count >= std::max(first_plan_, use_->next_plan.load()) : count_ >= next_plan_;
+  if (!wanted || plans_ == most_plans) return false;
   return plan(values) && straight_.front().factorise(numbers);
 }
 
@@ -259,6 +287,7 @@ bool LinearSolver<Scalar>::plan(const Scalar* values) {
                                         is_complex<Scalar>, worthwhile(n_, is_complex<Scalar>));
   next_plan_ = std::max(2 * count_, often(n_));
   ++plans_;
+  if (!plan && use_) use_->next_plan = 10 * use_->count + 1000;  // too long: not again in the next run
   if (!plan) return false;
   straight_.insert(straight_.begin(), std::move(*plan));
   if (straight_.size() > codegen::StraightLU::most_remembered) straight_.pop_back();

@@ -3,12 +3,14 @@
 // At first small systems, and those that are full, are dense with partial pivoting and row scaling; above
 // `dense_limit` unknowns KLU takes over: the pattern is analysed once, later factorisations keep the pivots
 // (klu_refactor) as long as their growth is harmless. A system that is factorised so often that it pays gets
-// straight-line code for its pattern, with the pivots of the matrix at hand. Where later matrices need
+// straight-line code for its pattern (what was factorised in earlier runs counts), with the pivots of the
+// matrix at hand. Where later matrices need
 // others, the first road takes over until there is a second code, and so on: the last few are remembered
 // beyond the life of the solver, and the one that suits is used. The borders are measured: bench/linear.cpp,
 // bench/linear.txt. Davis & Palamadai Natarajan, Algorithm 907: KLU, ACM TOMS 37(3), 2010.
 #pragma once
 
+#include <atomic>
 #include <complex>
 #include <memory>
 #include <vector>
@@ -19,6 +21,12 @@ namespace pendula::integrate {
 
 struct Position {
   int row, column;
+};
+
+/// Of matrices of one pattern, whoever solves them.
+struct PatternUse {
+  std::atomic<long> count{0};      ///< factorisations so far
+  std::atomic<long> next_plan{0};  ///< when code is thought of again where it was too long
 };
 
 /// Scalar: double or std::complex<double>.
@@ -79,7 +87,9 @@ class LinearSolver {
   std::unique_ptr<Sparse> sparse_;
   std::vector<codegen::StraightLU> straight_;  ///< the one that suited last comes first
   bool use_straight_ = false;                  ///< it holds the factors at hand
-  long count_ = 0, next_plan_ = 0;             ///< factorisations so far; when code is thought of again
+  std::shared_ptr<PatternUse> use_;            ///< nothing where there is no code
+  long first_plan_ = 0;                        ///< as many factorisations of all runs before there is code
+  long count_ = 0, next_plan_ = 0;             ///< of this solver; when code is thought of again
   int plans_ = 0;
 };
 

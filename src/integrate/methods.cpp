@@ -101,9 +101,8 @@ std::optional<Rates> rates_ahead(Derivative& derivative, const Point& start, dou
 /// handful of unknowns, and 20 … 50 where there are many (brusselator, heat equation; docs/performance.md).
 /// Where something grows nearly as fast as other things decay, accuracy asks for small steps anyway.
 bool is_stiff(const Rates& rates, double span, int unknowns) {
-  constexpr double few = 300, least = 15, most = 75, dominant = 4;
-  const double many = few * std::clamp(unknowns / least, 1.0, most / least);
-  return rates.damped * span > many && rates.damped > dominant * rates.growing;
+  constexpr double many = 300, dominant = 4;
+  return rates.damped * span > many * implicit_cost(unknowns) && rates.damped > dominant * rates.growing;
 }
 
 /// The problem whose eigenvalues are looked at: of a large model that is at rest almost everywhere, a part.
@@ -119,6 +118,11 @@ std::pair<ProblemPtr, Point> probed(const ProblemPtr& problem, const Point& star
 }
 
 }  // namespace
+
+double implicit_cost(int unknowns) {
+  constexpr double least = 15, most = 75;
+  return std::clamp(unknowns / least, 1.0, most / least);
+}
 
 std::size_t explicit_rank(double rtol) { return rtol > 2e-3 ? 0 : rtol > 2e-4 ? 1 : rtol > 1e-9 ? 2 : 3; }
 

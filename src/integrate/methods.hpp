@@ -17,6 +17,10 @@ std::shared_ptr<Stepper> make_stepper(const std::string& family, const ProblemPt
 /// models.
 std::size_t explicit_rank(double rtol);
 
+/// Of a step, in units of the cost for a handful of unknowns (some 5 explicit steps): factorisations do not
+/// keep up with whole explicit steps in machine code.
+double implicit_cost(int unknowns);
+
 /// The implicit family that "auto" takes for a stiff model: "radau", or "rodas" where that is faster.
 std::string implicit_family(const Problem& problem, const Method& method, const Plan& plan);
 
