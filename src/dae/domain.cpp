@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 
 #include "base/decompositions.hpp"
 #include "base/error.hpp"
@@ -13,10 +14,17 @@
 #include "dae/reduce.hpp"
 #include "dae/remembered.hpp"
 #include "dae/validity.hpp"
+#include "expr/linalg.hpp"
 #include "expr/print.hpp"
 
 namespace pendula::dae {
 namespace {
+
+bool has_variable(Expr e) {
+  const auto inside = leaves({&e, 1});
+  return std::any_of(inside.begin(), inside.end(),
+                     [](Expr leaf) { return symbol_of(leaf).kind == pendula::Kind::variable; });
+}
 
 struct Factor {
   Nonzero what;
@@ -27,7 +35,9 @@ struct Factor {
 /// Is there a state with factor = 0 that satisfies what the equations demand of states (and z)? Other than
 /// for consistent points, derivatives need not exist there: in x x′ = -1 they grow without bound on the way
 /// to x = 0. Gauss–Newton from a few points.
-bool reachable(const Model& m, const Analysis& a, Expr factor) {
+/// `accept`: which of the points found count; none: all.
+using Accept = std::function<bool(const std::unordered_map<Expr, double>&)>;
+bool reachable(const Model& m, const Analysis& a, Expr factor, const Accept& accept = {}) {
   std::vector<Expr> rows{factor};
   for (const Constraint& c : conditions_by_offsets(m, a)) rows.push_back(c.residual);
   const auto top = m.top_derivatives();
@@ -60,7 +70,10 @@ bool reachable(const Model& m, const Analysis& a, Expr factor) {
       double size = 0;
       for (Eigen::Index j = 0; j < k; ++j)
         size = std::max(size, std::fabs(point[unknowns[static_cast<std::size_t>(j)]] += step[j]));
-      if (r.cwiseAbs().maxCoeff() < 1e-9 && step.norm() <= 1e-6 * (1 + size)) return true;
+      if (r.cwiseAbs().maxCoeff() < 1e-9 && step.norm() <= 1e-6 * (1 + size)) {
+        if (!accept || accept(point)) return true;
+        break;
+      }
     }
   }
   return false;
@@ -77,6 +90,70 @@ std::string loss(const Model& m, const Offsets& o, const Condition& c) {
               c.rows.size() == 1 ? " no longer determines " : " no longer determine ", grouped_names(lost));
 }
 
+/// Coordinates that the mass matrix couples, directly or through others.
+std::vector<std::vector<int>> coupled(const Mechanics& mechanics) {
+  const auto n = static_cast<std::size_t>(mechanics.q.size());
+  Pattern pattern(n);
+  for (std::size_t i = 0; i < n; ++i) pattern[i].push_back(static_cast<int>(i));
+  for (const Entry& e : mechanics.M)
+    if (e.row != e.column) pattern[static_cast<std::size_t>(e.row)].push_back(e.column);
+  std::vector<std::vector<int>> list;  // M is symmetric: its components are strongly connected
+  for (Part& part : dulmage_mendelsohn(pattern, static_cast<int>(n)).square)
+    list.push_back(std::move(part.rows));
+  return list;
+}
+
+/// Is there a direction without inertia that no constraint holds, W v = 0 and ∂C/∂q v = 0?
+bool floats(const Mechanics& mechanics, const ParameterValues& values,
+            std::unordered_map<Expr, double> point) {
+  const Eigen::Index n = mechanics.q.size(), constraints = mechanics.C.size();
+  std::vector<Expr> entries;
+  for (const auto* list : {&mechanics.M, &mechanics.dCdq})
+    for (const Entry& e : *list) entries.push_back(e.value);
+  entries = at_values(entries, values);
+  for (Expr leaf : leaves(entries)) point.try_emplace(leaf, 0.0);
+  const std::vector<double> numbers = pendula::evaluate(entries, point);
+  Mat A = Mat::Zero(n + constraints, n);
+  std::size_t k = 0;
+  for (const Entry& e : mechanics.M) A(e.row, e.column) = numbers[k++];
+  for (const Entry& e : mechanics.dCdq) A(n + e.row, e.column) = numbers[k++];
+  return A.allFinite() && numeric_rank(A) < n;
+}
+
+/// Where the mass matrix of a mechanism loses its rank: Euler angles in one plane, a coordinate that moves
+/// nothing. det of what is coupled, up to four coordinates. Consistent points decide up to `searched`
+/// coordinates; beyond them what vanishes counts.
+void add_mass_factors(const Model& m, const Analysis& a, std::vector<Factor>& list) {
+  constexpr std::size_t written_out = 4;
+  constexpr Eigen::Index searched = 40;
+  const Mechanics& mechanics = *m.mechanics;
+  const auto n = static_cast<std::size_t>(mechanics.q.size());
+  std::vector<std::vector<const Entry*>> row(n);
+  for (const Entry& e : mechanics.M) row[static_cast<std::size_t>(e.row)].push_back(&e);
+  for (const std::vector<int>& part : coupled(mechanics)) {
+    if (part.size() > written_out) continue;
+    const auto size = static_cast<Eigen::Index>(part.size());
+    MatX W = MatX::Zero(size, size);
+    bool constant = true;
+    for (Eigen::Index i = 0; i < size; ++i)
+      for (const Entry* e : row[static_cast<std::size_t>(part[static_cast<std::size_t>(i)])]) {
+        const auto j = std::lower_bound(part.begin(), part.end(), e->column) - part.begin();
+        W(i, j) = e->value;
+        constant = constant && !has_variable(e->value);
+      }
+    if (constant) continue;
+    std::vector<Expr> lost;
+    for (int j : part) lost.push_back(derivative_leaf(mechanics.q[j], 2));
+    for (Expr f : vanishing_factors(linalg::determinant(W))) {
+      const auto same = [&](const Factor& known) { return known.what.factor == f; };
+      if (!has_variable(f) || std::any_of(list.begin(), list.end(), same)) continue;
+      const Accept singular = [&](const auto& point) { return floats(mechanics, m.values, point); };
+      const bool reached = mechanics.q.size() > searched || reachable(m, a, f, singular);
+      list.push_back({{f, "the mass matrix no longer determines " + grouped_names(lost), ""}, reached});
+    }
+  }
+}
+
 std::vector<Factor> singular_factors(const ModelPtr& written) {
   static Remembered<std::vector<Factor>> known;
   const auto key = key_of(*written);
@@ -90,6 +167,10 @@ std::vector<Factor> singular_factors(const ModelPtr& written) {
         if (c.kind == Condition::Kind::state)
           list.push_back({{c.factor, loss(*source, a.offsets, c), ""},
                           c.reached != false || reachable(*source, a, c.factor)});
+    const Model* mechanism = source.get();
+    while (!mechanism->mechanics && mechanism->parent) mechanism = mechanism->parent.get();
+    if (a.regular && mechanism->mechanics && mechanism->mechanics->C.size() > 0)
+      add_mass_factors(*mechanism, analyse(*mechanism), list);
   }
   return known.keep(key, list);
 }

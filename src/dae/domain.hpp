@@ -13,7 +13,8 @@ namespace pendula::dae {
 /// determined, whatever the form. Factors of parameters alone, and factors that no consistent point makes 0
 /// at the model's parameter values, are left out; `all`: the latter are kept, for other values.
 /// Written in unknowns of `model`. Empty where the analysis is not regular. Not covered: blocks of more than
-/// four equations. Cost: that of validity(), remembered.
+/// four equations, but for factors of the mass matrix of up to four coupled coordinates. Cost: that of
+/// validity(), remembered.
 std::vector<Nonzero> domain(const ModelPtr& model, bool all = false);
 
 /// "x ≠ 0, y ≠ 0": what the form divided by.

@@ -18,6 +18,7 @@
 #include "integrate/methods.hpp"
 #include "integrate/rank_watch.hpp"
 #include "integrate/saver.hpp"
+#include "integrate/touch_watch.hpp"
 #include "integrate/trail.hpp"
 
 namespace pendula::integrate {
@@ -44,7 +45,8 @@ class Run {
         finder_(problem_, plan.events.list),
         couplings_(Couplings::of(*problem_, plan.modes)),
         ranks_(problem_, plan_.blocks, plan.tolerances.rtol.size() ? plan.tolerances.rtol.minCoeff() : 1e-6),
-        roots_(problem_, plan_.guards) {
+        roots_(problem_, plan_.guards),
+        touches_(problem_, plan_.events.list) {
     if (plan_.tolerances.rtol.size() == 0)
       plan_.tolerances = Tolerances::uniform(problem_->n() + problem_->m(), 1e-6, 1e-9);
     if (plan_.times) trail_->may_forget();
@@ -138,6 +140,7 @@ class Run {
     keep(stepper().here(), false);
     const bool done = stepper().here().t >= plan_.to;
     if (std::string status = look_at_ranks(done); !status.empty()) return status;
+    if (std::string status = look_at_touches(); !status.empty()) return status;
     if (done) return "finished";
     if (stepper().here().t >= end_) return pass_break();
     if (plan_.modes > 0 && modes_differ()) begin_again(Point(stepper().here()), {});
@@ -153,8 +156,10 @@ class Run {
     constexpr double vanished = 1e-6;
     const Stats& stats = trail_->stats;
     if (plan_.guards.empty() || stats.steps < looked_steps_ + often) return;
-    const bool struggling = stats.rejected - looked_rejected_ > often / 2;
-    looked_steps_ = stats.steps, looked_rejected_ = stats.rejected;
+    const double t = stepper().here().t;
+    const bool still = t - looked_t_ < 1e-6 * (plan_.to - plan_.from);
+    const bool struggling = still || stats.rejected - looked_rejected_ > often / 2;
+    looked_steps_ = stats.steps, looked_rejected_ = stats.rejected, looked_t_ = t;
     if (struggling && !near_singularity(vanished).empty())
       throw Failure("the steps have become so small that they lead nowhere");
   }
@@ -307,6 +312,19 @@ class Run {
     return "";
   }
 
+  std::string look_at_touches() {
+    if (plan_.guards.empty()) return "";
+    const Point& before = stepper().before();
+    const auto hit = touches_.after(finder_.values(), before, plan_.tolerances);
+    if (!hit) return "";
+    reached_ = trail_->has_forgotten() ? before.t : trail_->cut(before.t);
+    solution_->cut(reached_);
+    const Event& event = plan_.events.list[static_cast<std::size_t>(hit->which)];
+    return text("stopped at t = ", rounded(before.t, 6), ": within the tolerances (",
+                rounded(hit->distance, 1), ") ", event.ends,
+                "; if the solution only comes near, ask for smaller tolerances or go on with guards = false");
+  }
+
   /// After a failure: what the equations need and is almost zero at the last point.
   std::string near_singularity(double almost = 0.05) {
     GuardWatch watch(problem_, plan_);
@@ -359,6 +377,7 @@ class Run {
   /// Begins anew where the equations or the point have jumped.
   void begin_again(const Point& point, const std::vector<EventFinder::Crossing>& crossed) {
     begin(point, crossed);
+    touches_.forget();
     if (plan_.modes > 0 || !plan_.breaks.empty() || !plan_.watched.empty()) trail_->begin(stepper().here());
   }
 
@@ -525,6 +544,7 @@ class Run {
   std::shared_ptr<const Couplings> couplings_;  ///< of a large model
   RankWatch ranks_;
   RootWatch roots_;
+  TouchWatch touches_;
   Accumulation accumulation_;
   StepView view_;
   std::vector<double> record_;
@@ -536,6 +556,7 @@ class Run {
   double end_ = 0;  ///< of the next step at the latest
   int since_told_ = 0;
   long looked_steps_ = 0, looked_rejected_ = 0;
+  double looked_t_ = -std::numeric_limits<double>::infinity();
 };
 
 }  // namespace

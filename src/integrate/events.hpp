@@ -64,6 +64,8 @@ class EventFinder {
   void start(const Point& point);
   /// On which side of its root an event function is at the last point looked at: -1, 1, or 0.
   double side(int which) const;
+  /// Every g at the last point looked at.
+  const std::vector<double>& values() const { return last_.g; }
   /// dg/dt at a point, 0 if it is not known.
   double slope(int which, const Point& point);
   /// The first root in (from, to], where `from` is the last start or root, located to a few ulp of t.

@@ -232,16 +232,20 @@ std::optional<std::string> GuardWatch::after(const Point& point) {
 std::string GuardWatch::almost_zero(const Point& point, double almost) {
   constexpr double tiny = 1e-3;
   if (empty()) return "";
-  if (const std::string ranks = ranks_.almost_lost(point); !ranks.empty()) return ranks;
-  if (first_.empty()) return "";
-  const Sample there = evaluate(point);
-  for (std::size_t i = 0; i < guards_.size(); ++i) {
+  const Sample there = first_.empty() ? Sample{} : evaluate(point);
+  const auto vanished = [&](std::size_t i) { return std::fabs(there.g[i]) <= tiny * std::fabs(first_[i]); };
+  bool any = false;
+  for (std::size_t i = 0; i < first_.size(); ++i) any = any || vanished(i);
+  if (!any && almost > tiny)
+    if (const std::string ranks = ranks_.almost_lost(point); !ranks.empty()) return ranks;
+  for (std::size_t i = 0; i < first_.size(); ++i) {
+    if (any && !vanished(i)) continue;
     const double ahead = before_.empty() ? there.g[i] : 3 * there.g[i] - 2 * before_[i];  // two steps on
     const bool small = std::fabs(there.g[i]) <= almost * std::fabs(first_[i]);
     if (small || (ahead < 0) != (there.g[i] < 0)) {
       std::string reason = guards_[i].reason;
       const std::string zero = " = 0 there, and ";
-      const bool none = std::fabs(there.g[i]) <= tiny * std::fabs(first_[i]);
+      const bool none = vanished(i);
       const std::string now = none    ? " is almost 0 there"
                               : small ? " is only " + rounded(there.g[i], 1) + " there"
                                       : " heads for 0";
