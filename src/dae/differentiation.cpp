@@ -11,13 +11,20 @@
 
 namespace pendula::dae {
 
+static bool varies(Expr leaf) {
+  const auto kind = symbol_of(leaf).kind;
+  return kind != pendula::Kind::parameter && kind != pendula::Kind::constant;
+}
+
 Substitution kinematics(const Model& m) {
   const auto z = m.algebraic(), top = m.top_derivatives();
   std::unordered_set<Expr> unknown(z.begin(), z.end());
   unknown.insert(top.begin(), top.end());
   Substitution known;
   for (const Solved& row : solved_rows(m)) {
-    const auto inside = leaves({&row.f, 1});
+    const auto inside = leaves({&row.f, 1}), divisor = leaves({&row.slope, 1});
+    if (std::any_of(divisor.begin(), divisor.end(), varies))
+      continue;  // t x′ = f says nothing about x′ at t = 0
     if (std::none_of(inside.begin(), inside.end(), [&](Expr leaf) { return unknown.count(leaf) > 0; }))
       known[row.derivative] = row.f;
   }

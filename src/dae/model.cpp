@@ -346,7 +346,7 @@ std::vector<Solved> solved_rows(const Model& m) {
     if (!constant) continue;
     taken.insert(*top);
     if (!tops.line(r)) line->rest = substitute(r, {{*top, Expr(0)}});
-    rows.push_back({i, *top, -line->rest / line->slope});
+    rows.push_back({i, *top, -line->rest / line->slope, line->slope});
   }
   return rows;
 }

@@ -172,6 +172,7 @@ struct Solved {
   std::size_t residual;
   Expr derivative;  ///< the top derivative leaf
   Expr f;
+  Expr slope = 1;  ///< its coefficient in the row, which f was divided by
 };
 /// Rows that contain one top derivative, linearly, with a coefficient free of unknowns; each derivative at
 /// most once.

@@ -295,9 +295,10 @@ ModelPtr reduce_minimal(const ModelPtr& model, const ReduceOptions& request) {
     if (v.order) kept.push_back(v.leaf);
   }
   options.trace = std::move(d.trace);
-  options.trace.push_back(text("     ", grouped_names(gone), gone.size() == 1 ? " and its" : " and their",
-                               " derivatives are substituted everywhere; independent: ", grouped_names(kept),
-                               ". The constraints hold identically, so nothing drifts."));
+  options.trace.push_back(text(
+      "     ", grouped_names(gone), gone.size() == 1 ? " and its" : " and their",
+      " derivatives are substituted everywhere; independent: ", kept.empty() ? "none" : grouped_names(kept),
+      ". The constraints hold identically, so nothing drifts."));
   const ModelPtr small = make_model(remaining(*source, list, d), std::move(options));
   if (small->residuals.size() != small->variables.size())
     throw Failure(text("form \"minimal\": substituting ", grouped_names(gone), " leaves ",

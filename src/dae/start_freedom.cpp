@@ -94,8 +94,9 @@ Freedom dense_freedom(const StartSystem& s, const Mat& J, double threshold) {
   f.chosen.assign(s.unknowns.size(), 0);
   for (Index j = 0; j < n; ++j) {
     if (!covered[static_cast<std::size_t>(j)]) continue;
-    f.chosen[static_cast<std::size_t>(j)] = left.cols() && left.row(j).norm() > movable;
-    space.add(Vec::Unit(n, j));
+    const bool adds = space.add(Vec::Unit(n, j));  // a guessed multiplier follows from guessed states
+    const bool free = adds || j < static_cast<Index>(s.state_count);
+    f.chosen[static_cast<std::size_t>(j)] = free && left.cols() && left.row(j).norm() > movable;
   }
   f.undetermined = space.complement();
   f.count = static_cast<int>(f.undetermined.cols());

@@ -145,14 +145,15 @@ Vec least_step(const Sparse& J, const Vec& r) {
   return sparse_least_step(J, r);
 }
 
-/// What has no guess moves a thousand times more readily than what has one.
+/// What has no guess moves a thousand times more readily than a state that has one; algebraic variables and
+/// derivatives, which follow from the states, thirty times.
 Vec reaches(const StartSystem& s) {
-  constexpr double ready = 1e3;
+  constexpr double ready = 1e3, follows = 30;
   const auto guessed = s.guessed();
   const bool any = std::find(guessed.begin(), guessed.end(), 1) != guessed.end();
   Vec reach = Vec::Constant(static_cast<Index>(guessed.size()), any ? ready : 1);
   for (std::size_t j = 0; j < guessed.size(); ++j)
-    if (guessed[j]) reach[static_cast<Index>(j)] = 1;
+    if (guessed[j]) reach[static_cast<Index>(j)] = j < s.state_count ? 1 : follows;
   return reach;
 }
 
@@ -278,6 +279,11 @@ StartSolution solve_start(const StartSystem& s, const Selection& selection) {
     StartSolution next = by_levels(s, first_point(s, 0), here);
     constexpr double rounding = 1e-15;
     if (next.solved && next.residual.maxCoeff() <= rounding) return next;
+    if (next.w.size() <= dense_up_to) {  // nor do free states move for the sake of what follows from them
+      for (std::size_t j = s.state_count; j < guessed.size(); ++j) here.held[j] = held.held[j];
+      next = by_levels(s, first_point(s, 0), here);
+      if (next.solved && !next.slow) return next;
+    }
   }
   const bool large = first_point(s, 0).size() > dense_up_to;
   const bool nothing_held = selection.held.empty() && std::count(held.held.begin(), held.held.end(), 1) == 0;

@@ -113,6 +113,9 @@ case("a product and its derivative", 2, 0, 2, function()
 end, { x = 0, y = -1, z = 1 })
 case("a time-varying combination", 2, 0, 2, function() return dae { 0 ~ -x + t*y + exp(-t), der(x) - t*der(y) ~ 0 } end, {})
 
+case("a coefficient that is 0 at the start is not divided by", 3, 0, 2, function()
+  return dae { x ~ t^3 - der(y), y ~ sin(t) - t*der(z), z ~ exp(t) + t }
+end, {})
 -- an index that depends on a parameter
 case("feedthrough 0", 2, 0, 1, function() return dae { der(x) ~ y, 0 ~ x + param("p", 0)*y } end, {})
 case("feedthrough 1", 1, 1, 0, function() return dae { der(x) ~ y, 0 ~ x + param("p", 0)*y }:with { p = 1 } end, {})

@@ -225,3 +225,23 @@ test("other roots are told apart by an unknown that differs", function()
   expect(text):matches "b = ±√%(a² %+ 4%): here"
   expect(text:find("c: here", 1, true) == nil):is_true()
 end)
+
+test("a guessed state that is free stays; what follows from it moves", function()
+  local x, y, z = vars "x y z"
+  local sys = dae { der(x) ~ y*z, der(y) ~ -x*z, 0 ~ x - sin(t) }                -- y z = 1 at t = 0, y is free
+  local at = sys:init { guess = { y = 2, z = 0.1 } }
+  expect(at(y)):equals(2)
+  expect(at(z)):near(0.5, 1e-12)
+  local ledger = tostring(at:ledger())
+  expect(ledger:find("y     2  free", 1, true) ~= nil):is_true()
+  expect(select(2, ledger:gsub("free, chosen", ""))):equals(1)                     -- one free value, one row that says so
+end)
+
+test("an equation t z\u{2032} = f is not divided by t: a start at t = 0", function()
+  local x, y, z = vars "x y z"
+  local sys = dae { x ~ t^3 - der(y), y ~ sin(t) - t*der(z), z ~ exp(t) + t }
+  local at = sys:init {}
+  expect(at(z)):near(1, 1e-12)
+  expect(at(y)):near(0, 1e-12)
+  expect(at(x)):near(1, 1e-12)                                                     -- x = t³ - cos t + (1 + t) eᵗ + 1
+end)
