@@ -17,12 +17,15 @@ struct Sums {
   Sums(const LaneTerms& q, std::size_t k) {
     for (auto& half : value)
       for (__m256d& sum : half) sum = _mm256_setzero_pd();
-    for (std::size_t j = 0; j < q.count; ++j) {
-      const double* from = q.from[j] + q.stride * k;
-      for (int h = 0; h < halves; ++h) {
-        const __m256d column = _mm256_load_pd(q.columns + 8 * j + 4 * h);
-        for (std::size_t b = 0; b < block; ++b)
-          value[h][b] = _mm256_fmadd_pd(column, _mm256_broadcast_sd(from + q.stride * b), value[h][b]);
+    const double *const *from = q.from, *column = q.columns;
+    const std::size_t stride = q.stride, first = stride * k;
+    for (const auto last = from + q.count; from != last; ++from, column += 8) {
+      const double* const row = *from + first;
+      __m256d factor[halves];
+      for (int h = 0; h < halves; ++h) factor[h] = _mm256_load_pd(column + 4 * h);
+      for (std::size_t b = 0; b < block; ++b) {
+        const __m256d number = _mm256_broadcast_sd(row + stride * b);
+        for (int h = 0; h < halves; ++h) value[h][b] = _mm256_fmadd_pd(factor[h], number, value[h][b]);
       }
     }
   }
@@ -31,18 +34,30 @@ struct Sums {
 template <int halves, std::size_t block, class Use>
 void use_sums(const LaneTerms& q, const LaneRows& to, std::size_t k, const Use& use) {
   const Sums<halves, block> sums(q, k);
-  for (std::size_t b = 0; b < block; ++b)
-    for (int h = 0; h < halves; ++h)
-      use(k + b, sums.value[h][b], (h == 0 ? to.low : to.high) + to.stride * (k + b));
+  double *low = to.low + to.stride * k, *high = halves > 1 ? to.high + to.stride * k : nullptr;
+  const std::size_t stride = to.stride;
+  for (std::size_t b = 0; b < block; ++b, low += stride) {
+    use(k + b, sums.value[0][b], low);
+    if constexpr (halves > 1) use(k + b, sums.value[1][b], high), high += stride;
+  }
 }
 
-/// use(k, four sums, where they belong) for all k.
+/// use(k, four sums, where they belong) for all k. Sums wait for each other less the more there are at once.
 template <int halves, class Use>
 void for_all_sums(const LaneTerms& q, const LaneRows& to, const Use& use) {
   constexpr std::size_t block = 4;
   std::size_t k = 0;
   for (; k + block <= q.size; k += block) use_sums<halves, block>(q, to, k, use);
-  for (; k < q.size; ++k) use_sums<halves, 1>(q, to, k, use);
+  switch (q.size - k) {
+    case 3:
+      return use_sums<halves, 3>(q, to, k, use);
+    case 2:
+      return use_sums<halves, 2>(q, to, k, use);
+    case 1:
+      return use_sums<halves, 1>(q, to, k, use);
+    default:
+      return;
+  }
 }
 
 template <class Use>
