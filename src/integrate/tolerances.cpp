@@ -4,11 +4,6 @@
 
 namespace pendula::integrate {
 
-double ErrorSum::norm(double sum, double largest, int count) {
-  const double mean = sum / count;
-  return std::sqrt(mean > largest / 9 ? mean : mean != mean ? mean : largest / 9);
-}
-
 double root(double x, int n) {
   if (n == 4) return std::sqrt(std::sqrt(x));
   if (n == 8) return std::sqrt(std::sqrt(std::sqrt(x)));

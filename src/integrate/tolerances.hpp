@@ -1,6 +1,8 @@
 // How large an error may be: |eᵢ| ≤ atolᵢ + rtolᵢ max(|yᵢ| before, |yᵢ| after).
 #pragma once
 
+#include <cmath>
+
 #include "base/math.hpp"
 
 namespace pendula::integrate {
@@ -30,7 +32,10 @@ class ErrorSum {
   /// NaN if any component was NaN.
   double norm(int count) const { return norm(sum_, largest_, count); }
   /// From the sum and the largest of the squares.
-  static double norm(double sum, double largest, int count);
+  static double norm(double sum, double largest, int count) {
+    const double mean = sum / count, floor = largest * (1.0 / 9);
+    return std::sqrt(mean > floor || mean != mean ? mean : floor);
+  }
 
  private:
   double sum_ = 0, largest_ = 0;
