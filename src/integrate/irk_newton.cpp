@@ -5,6 +5,7 @@
 
 #include "base/text.hpp"
 #include "integrate/irk_stepper.hpp"
+#include "integrate/vector_sums.hpp"
 
 namespace pendula::integrate {
 namespace {
@@ -109,9 +110,8 @@ void IrkStepper::predict(double dt) {
     old.lagrange(1 + f().c[static_cast<std::size_t>(i)] * dt / old_dt_, lagrange_.data());
     double* Zi = Z_.data() + static_cast<std::size_t>(i) * size;
     for (std::size_t k = 0; k < size; ++k) Zi[k] = step_y_[k] - y_[k];
-    for (int j = 0; j < old.s; ++j)
-      add_multiple(Zi, lagrange_[static_cast<std::size_t>(j) + 1],
-                   old_Z_.data() + static_cast<std::size_t>(j) * size, N_);
+    combine(N_, Zi, std::span<const double>(lagrange_).subspan(1, static_cast<std::size_t>(old.s)),
+            old_Z_.data(), N_, Zi);
   }
 }
 
@@ -124,12 +124,8 @@ bool IrkStepper::residuals(double dt) {
     double* at = problem_->unknowns();
     const double* Zi = Z_.data() + static_cast<std::size_t>(i) * size;
     for (int k = 0; k < states; ++k) at[k] = y_[static_cast<std::size_t>(k)] + Zi[k];
-    for (int k = 0; k < states; ++k) {
-      double sum = 0;
-      for (int j = 0; j < s; ++j)
-        sum += f().W(i, j) * Z_[static_cast<std::size_t>(j) * size + static_cast<std::size_t>(k)];
-      at[states + k] = sum / dt;
-    }
+    for (int j = 0; j < s; ++j) weights_[static_cast<std::size_t>(j)] = f().W(i, j) / dt;
+    combine(states, nullptr, weights_, Z_.data(), N_, at + states);
     for (int k = states; k < N_; ++k) at[states + k] = y_[static_cast<std::size_t>(k)] + Zi[k];
     double* R = R_.data() + static_cast<std::size_t>(i) * size;
     problem_->residual(R);
@@ -151,10 +147,8 @@ void IrkStepper::solve_stages() {
   const auto size = static_cast<std::size_t>(N_);
   const auto mix = [&](const Mat& by, const std::vector<double>& from, std::vector<double>& to) {
     for (int i = 0; i < s; ++i) {
-      double* out = to.data() + static_cast<std::size_t>(i) * size;
-      std::fill_n(out, size, 0.0);
-      for (int j = 0; j < s; ++j)
-        add_multiple(out, by(i, j), from.data() + static_cast<std::size_t>(j) * size, N_);
+      for (int j = 0; j < s; ++j) weights_[static_cast<std::size_t>(j)] = by(i, j);
+      combine(N_, nullptr, weights_, from.data(), N_, to.data() + static_cast<std::size_t>(i) * size);
     }
   };
   mix(f().T_inverse, R_, transformed_);
@@ -180,9 +174,10 @@ double IrkStepper::iterate(double dt) {
   if (!residuals(dt)) return NAN;
   solve_stages();
   ++stats_.newton_iterations;
-  ErrorSum sum;
-  for (std::size_t k = 0; k < Z_.size(); ++k) Z_[k] += R_[k], sum.add(R_[k] / scale_[k % size]);
-  return sum.norm(f().s * N_);
+  double sum = 0, largest = 0;
+  for (std::size_t at = 0; at < Z_.size(); at += size)
+    apply(N_, Z_.data() + at, R_.data() + at, inverse_scale_.data(), sum, largest);
+  return ErrorSum::norm(sum, largest, f().s * N_);
 }
 
 double IrkStepper::iterate(NewtonCode& code) {

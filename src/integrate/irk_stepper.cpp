@@ -40,7 +40,8 @@ IrkStepper::IrkStepper(std::string name, ProblemPtr problem,
   matrices_.resize(formulas_.size());
   dense_.resize(formulas_.size());
   const auto size = static_cast<std::size_t>(N_);
-  y_.resize(size), scale_.resize(size), error_.resize(size), velocity_.resize(size), step_y_.resize(size);
+  y_.resize(size), scale_.resize(size), inverse_scale_.resize(size), error_.resize(size),
+      velocity_.resize(size), step_y_.resize(size);
   complex_right_.resize(size);
   for (Point* p : {&next_, &before_}) p->x.resize(n()), p->xdot.resize(n()), p->z.resize(m());
   use(first_level());
@@ -57,7 +58,7 @@ void IrkStepper::use(int level) {
       matrices().complex.back().analyse(N_, positions_);
     }
   }
-  lagrange_.resize(stages + 1);
+  lagrange_.resize(stages + 1), weights_.resize(stages);
   factorised_for_ = 0;
   since_order_change_ = 0;
   prepare_tolerances();
@@ -89,6 +90,7 @@ void IrkStepper::set_scales(double dt) {
     scale_[k] = atol_[i] + rtol_[i] * std::fabs(y_[k]);
     for (int level = 1; level < index_[k]; ++level) scale_[k] /= std::min(1.0, dt);
     if (rounding_.raised()) scale_[k] = std::max(scale_[k], rounding_.least(i, dt));
+    inverse_scale_[k] = 1 / scale_[k];
   }
 }
 

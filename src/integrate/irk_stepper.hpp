@@ -96,8 +96,9 @@ class IrkStepper final : public Stepper {
   double factorised_for_ = 0;
   long iterations_counted_ = 0;  ///< by NewtonCode::make
 
-  std::vector<double> y_, Z_, old_Z_, R_, transformed_, scale_, error_, velocity_, lagrange_;
-  Vec rtol_, atol_;  ///< of the error estimate, which is of lower order than the method
+  std::vector<double> y_, Z_, old_Z_, R_, transformed_, scale_, inverse_scale_, error_, velocity_, lagrange_;
+  std::vector<double> weights_;  ///< of a sum over the stages
+  Vec rtol_, atol_;              ///< of the error estimate, which is of lower order than the method
   double newton_tolerance_ = 0, last_length_ = 0;
   RoundingFloor rounding_;
   Point next_;

@@ -200,6 +200,7 @@ int LinearSolver<Scalar>::determinant(double& log) const {
     return 0;
   } else {
     if (use_straight_) return 0;
+    if (band_) return band_->determinant(log);
     int sign = 1;
     const auto take = [&](double pivot) {
       if (pivot < 0) sign = -sign;
@@ -249,6 +250,12 @@ void LinearSolver<Scalar>::analyse(int n, const std::vector<Position>& positions
   count_ = plans_ = 0, next_plan_ = 0, first_plan_ = road == Road::straight ? 0 : often(n),
   use_straight_ = false;
   const bool dense = n <= dense_limit || is_full(n, positions_, full, full_limit);
+  sparse_ = nullptr, band_ = nullptr;
+  if (road == Road::band || (road == Road::chosen && !dense)) {
+    if (auto order = BandOrder::find(n, positions_))
+      band_ = std::make_unique<BandLU<Scalar>>(positions_, std::move(order));
+    if (band_) return;
+  }
   if (road == Road::sparse || (road != Road::dense && !dense)) {
     sparse_ = std::make_unique<Sparse>(n, positions_);
     return;
@@ -303,6 +310,7 @@ template <class Scalar>
 bool LinearSolver<Scalar>::factorise(const Scalar* values) {
   use_straight_ = factorise_straight(values);
   if (use_straight_) return true;
+  if (band_) return band_->factorise(values);
   return sparse_ ? sparse_->factorise(positions_, values) : factorise_dense(values);
 }
 
@@ -354,6 +362,7 @@ template <class Scalar>
 void LinearSolver<Scalar>::solve(Scalar* b) {
   const int n = n_;
   if (use_straight_) return straight_.front().solve(reinterpret_cast<double*>(b));
+  if (band_) return band_->solve(b);
   if (sparse_) return klu_apply(sparse_->symbolic, sparse_->numeric, n, b, &sparse_->common);
   const Scalar* a = lu_.data();
   for (int k = 0; k < n; ++k) std::swap(b[k], b[pivot_[static_cast<std::size_t>(k)]]);
@@ -372,6 +381,7 @@ void LinearSolver<Scalar>::solve(Scalar* b) {
 template <class Scalar>
 double LinearSolver<Scalar>::weakest_pivot() const {
   if (use_straight_) return straight_.front().weakest_pivot();
+  if (band_) return band_->weakest_pivot();
   return sparse_ ? sparse_->common.rcond : weakest_;
 }
 

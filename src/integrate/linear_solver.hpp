@@ -1,13 +1,13 @@
 // Linear systems of one fixed pattern, solved again and again: the iteration matrices of Newton's method.
 //
 // At first small systems, and those that are full, are dense with partial pivoting and row scaling; above
-// `dense_limit` unknowns KLU takes over: the pattern is analysed once, later factorisations keep the pivots
-// (klu_refactor) as long as their growth is harmless. A system that is factorised so often that it pays gets
-// straight-line code for its pattern (what was factorised in earlier runs counts), with the pivots of the
-// matrix at hand. Where later matrices need
-// others, the first road takes over until there is a second code, and so on: the last few are remembered
-// beyond the life of the solver, and the one that suits is used. The borders are measured: bench/linear.cpp,
-// bench/linear.txt. Davis & Palamadai Natarajan, Algorithm 907: KLU, ACM TOMS 37(3), 2010.
+// `dense_limit` unknowns those whose entries lie in a narrow band are eliminated in it, and KLU has the
+// others: the pattern is analysed once, later factorisations keep the pivots (klu_refactor) as long as their
+// growth is harmless. A system that is factorised so often that it pays gets straight-line code for its
+// pattern (what was factorised in earlier runs counts), with the pivots of the matrix at hand. Where later
+// matrices need others, the first road takes over until there is a second code, and so on: the last few are
+// remembered beyond the life of the solver, and the one that suits is used. The borders are measured:
+// bench/linear.cpp, bench/linear.txt. Davis & Palamadai Natarajan, Algorithm 907: KLU, ACM TOMS 37(3), 2010.
 #pragma once
 
 #include <atomic>
@@ -16,12 +16,9 @@
 #include <vector>
 
 #include "codegen/straight_lu.hpp"
+#include "integrate/band_lu.hpp"
 
 namespace pendula::integrate {
-
-struct Position {
-  int row, column;
-};
 
 /// Of matrices of one pattern, whoever solves them.
 struct PatternUse {
@@ -47,9 +44,10 @@ class LinearSolver {
   LinearSolver(LinearSolver&&) noexcept;
   LinearSolver& operator=(LinearSolver&&) noexcept;
 
-  /// Which of the three to use: by size and use, or always the same one (bench/linear.cpp compares them;
-  /// `straight` from the first matrix on, and only where code can be made).
-  enum class Road { chosen, dense, straight, sparse };
+  /// Which of the four to use: by size and use, or always the same one (bench/linear.cpp compares them;
+  /// `straight` from the first matrix on, and only where code can be made; `band` only where it is narrow,
+  /// else `sparse`).
+  enum class Road { chosen, dense, straight, sparse, band };
 
   /// positions: where the entries of an n × n matrix are; an entry may be given in parts (they are added).
   void analyse(int n, const std::vector<Position>& positions, Road road = Road::chosen);
@@ -85,6 +83,7 @@ class LinearSolver {
   std::vector<double> row_scale_;  ///< dense
   std::vector<int> pivot_;
   std::unique_ptr<Sparse> sparse_;
+  std::unique_ptr<BandLU<Scalar>> band_;
   std::vector<codegen::StraightLU> straight_;  ///< the one that suited last comes first
   bool use_straight_ = false;                  ///< it holds the factors at hand
   std::shared_ptr<PatternUse> use_;            ///< nothing where there is no code
