@@ -159,7 +159,7 @@ end, {})
 case("two trays", 2, 2, 2, function()
   local M1, M2, c1, c2, L, V = vars "M1 M2 c1 c2 L V"
   return dae { der(M1) ~ V - L - 0.5, der(M2) ~ L - V, der(c1) ~ (V*c2 - L*c1)/M1, der(c2) ~ L*(c1 - c2)/M2, M1 ~ 3, c2 ~ 0.4 + 0.1*sin(t) }
-end, {})
+end, { M2 = 1 })                                               -- M2 falls by 0.5 a second, and c2′ is divided by it
 
 -- unspecified functions
 local f, g, h = func("f", 1), func("g", 1), func("h", 1)
