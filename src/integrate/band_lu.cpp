@@ -35,18 +35,23 @@ template <int parts>
   return parts == 1 ? std::fabs(*a) : std::fabs(*a) + std::fabs(a[b.width]);
 }
 
-/// The pivot of step k: the largest candidate, rows scaled to largest entries of 1 in the mind. Nothing less
-/// will do: with larger multipliers what decays along the band is cancelled to rounding, not to zero, and
-/// large models are never quiet (active_part.hpp).
+/// The pivot of step k, rows scaled to largest entries of 1 in the mind: the diagonal unless another is more
+/// than a tenth larger (Laplacians, where all are about equal, keep their band). Not less: with multipliers
+/// well above 1, what decays along the band is cancelled to rounding, not to zero, and large models are never
+/// quiet (active_part.hpp).
 template <int parts>
 [[gnu::always_inline]] inline int pivot(const Band& b, int k, double& largest) {
+  constexpr double threshold = 0.9;
+  const double here = size<parts>(b, k, b.below) * b.scale[k];
   int best = k;
-  largest = size<parts>(b, k, b.below) * b.scale[k];
+  largest = here;
   for (int d = 1; d <= b.below && k + d < b.n; ++d) {
     const double other = size<parts>(b, k + d, b.below - d) * b.scale[k + d];
     if (other > largest) largest = other, best = k + d;
   }
-  return best;
+  if (here < threshold * largest) return best;
+  largest = here;
+  return k;
 }
 
 template <int parts>
