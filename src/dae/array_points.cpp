@@ -264,7 +264,8 @@ std::optional<NumericArray::Solution> NumericArray::project(Vec w,
     if (solved && size < 1e-13) return Solution{w, linear >= 5};
     linear = size > 0.1 * last_step && size < 0.95 * last_step ? linear + 1 : 0;
     last_step = size;
-    if (solved && linear >= 12) return Solution{w, true};
+    constexpr int hopeless = 36;  // halvings: a circle of radius 10⁻⁶ is a point until 20 steps from 1
+    if (solved && linear >= hopeless) return Solution{w, true};
     double alpha =
         1;  // natural monotonicity: the next step, with this Jacobian, is shorter (Deuflhard 2004, §2)
     for (; alpha > 1e-5; alpha /= 2) {

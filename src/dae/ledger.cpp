@@ -6,6 +6,7 @@
 #include "base/text.hpp"
 #include "dae/elided.hpp"
 #include "dae/start_system.hpp"
+#include "expr/derivative.hpp"
 #include "expr/print.hpp"
 
 namespace pendula::dae {
@@ -60,9 +61,22 @@ std::optional<double> Start::value_for(const Model& other, Expr leaf) const {
   return {};
 }
 
+double size_of_terms(Expr e, const std::unordered_map<Expr, double>& point) {
+  const std::vector<Expr> inside = leaves({&e, 1});
+  double size = 0;
+  const std::vector<double> slopes = pendula::evaluate(gradient(e, inside), point);
+  for (std::size_t k = 0; k < inside.size(); ++k)
+    if (const auto at = point.find(inside[k]); at != point.end()) size += std::fabs(slopes[k] * at->second);
+  return size;
+}
+
 std::string Start::ledger() const {
+  const auto beside_terms = [&](const auto& c) {  // terms of 10²⁴ leave 10⁸ by rounding
+    return std::fabs(c.second) /
+           std::max(1.0, std::fabs(c.second) < 1e-9 ? 1 : size_of_terms(c.first.residual, values));
+  };
   const bool consistent = std::all_of(constraints.begin(), constraints.end(),
-                                      [](const auto& c) { return std::fabs(c.second) < 1e-9; });
+                                      [&](const auto& c) { return beside_terms(c) < 1e-9; });
   std::string out = text(consistent ? "consistent" : "inconsistent", " start at t = ", rounded(t), ": ", free,
                          free == 1 ? " free initial value" : " free initial values", "\n");
   Table table({false, true, false});
@@ -85,9 +99,14 @@ std::string Start::ledger() const {
   if (constraints.empty()) return out;
   out += "constraints\n";
   Table residuals({false, true, false});
-  for (const auto& [c, r] : constraints)
-    residuals.row(
-        {c.label, std::fabs(r) < 1e-12 ? "≤ 1e-12" : rounded(r, 2), "0 = " + elided_text(c.residual)});
+  for (const auto& entry : constraints) {
+    const auto& [c, r] = entry;
+    residuals.row({c.label,
+                   std::fabs(r) < 1e-12          ? "≤ 1e-12"
+                   : beside_terms(entry) < 1e-12 ? "≤ 1e-12 of its terms"
+                                                 : rounded(r, 2),
+                   "0 = " + elided_text(c.residual)});
+  }
   return out + residuals.str(2);
 }
 

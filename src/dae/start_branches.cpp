@@ -88,9 +88,10 @@ std::vector<Branch> Start::branches() const {
   for (Index j : nonlinear(s)) {
     const LedgerRow& row = rows[static_cast<std::size_t>(j)];
     if (row.origin != Origin::computed || found.size() == most_branches || tried++ == most_mirrors) continue;
-    for (const double mirror : {-w[j], w[j] + 2 * s.unit[j], w[j] - 2 * s.unit[j]}) {
+    std::vector<double> from{-w[j], w[j] + 2 * s.unit[j], w[j] - 2 * s.unit[j]};
+    for (std::size_t k = 0; k < from.size() && found.size() < most_branches; ++k) {
       Vec start = w;
-      start[j] = mirror;
+      start[j] = from[k];
       const StartSolution other = gauss_newton(s, start);
       if (!other.solved) continue;
       const auto same = [&](const Vec& root) {
@@ -104,7 +105,9 @@ std::vector<Branch> Start::branches() const {
       if (!leads_to(*this, leaf, other.w[*told])) continue;
       roots.push_back(other.w);
       found.push_back({leaf, w[*told], other.w[*told], quadratic(s, leaf)});
-      break;
+      if (!found.back().formula.empty()) break;
+      const double apart = other.w[j] - w[j];  // a cubic has a third root between two, or behind them
+      from.insert(from.end(), {w[j] + apart / 2, w[j] + 2 * apart, w[j] - apart});
     }
   }
   return found;

@@ -172,15 +172,16 @@ std::vector<std::string> violations(const StartSystem& s, const Conflict& confli
     if (const auto j = s.fixed_unknown(i - s.first_fix))
       fixed.push_back(s.unknowns[static_cast<std::size_t>(*j)]);
   const auto value = [&](Expr e) { return pendula::evaluate({&e, 1}, point)[0]; };
+  const auto rounding = [&](Expr e) { return 1e-12 * std::min(1.0, size_of_terms(e, point)); };
   constexpr std::size_t readable = 8;
   if (equations.size() <= readable)
     for (Expr e : conditions_on_fixed(s, equations, fixed, point))
-      if (std::isfinite(value(e)) && std::fabs(value(e)) > 1e-12)
+      if (std::isfinite(value(e)) && std::fabs(value(e)) > rounding(e))
         lines.push_back(
             text(join(labels, ", "), ":  0 ≠ ", rounded(value(e), 6), " = ", to_text(simplify(e))));
   if (!lines.empty()) return lines;
   for (std::size_t k = 0; k < equations.size() && k < readable; ++k)
-    if (std::fabs(value(equations[k])) > 1e-12)
+    if (std::fabs(value(equations[k])) > rounding(equations[k]))
       lines.push_back(text(labels[k], ":  0 ≠ ", rounded(value(equations[k]), 6), " = ",
                            to_text(equations[k]), "  at ", values_of(unknowns_in(s, equations[k]), point)));
   return lines;

@@ -128,4 +128,7 @@ std::string key_text(Expr leaf);
 /// "sys:init{ fix = { x = 0.6, [x.dot] = 0 } }".
 std::string call_text(const LeafValues& fix, const LeafValues& guess = {});
 
+/// Σ |∂e/∂y y| over the leaves of e that have a value: what its rounding errors are measured by.
+double size_of_terms(Expr e, const std::unordered_map<Expr, double>& point);
+
 }  // namespace pendula::dae

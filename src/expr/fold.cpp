@@ -1,6 +1,8 @@
 #include "expr/fold.hpp"
 
+#include <charconv>
 #include <cmath>
+#include <string>
 
 #include "base/error.hpp"
 #include "base/text.hpp"
@@ -233,7 +235,26 @@ std::optional<Expr> fold(Op op, Expr a, Expr b, Expr c) {
 std::optional<mpq_class> simplest_rational(double value) {
   constexpr double max_denominator = 1e6;
   if (!std::isfinite(value)) return {};
-  if (value == std::floor(value)) return mpq_class(value);
+  if (value == std::floor(value)) {
+    constexpr double exactly =
+        9007199254740992.0;  // 2⁵³: beyond it 1e24 means 10²⁴, not the double next to it
+    if (std::fabs(value) <= exactly) return mpq_class(value);
+    char digits[32];
+    const auto end =
+        std::to_chars(digits, digits + sizeof digits, std::fabs(value), std::chars_format::scientific);
+    const std::string shortest(digits, end.ptr);
+    const auto e = shortest.find('e');
+    std::string mantissa = shortest.substr(0, e);
+    long exponent = std::stol(shortest.substr(e + 1));
+    if (const auto point = mantissa.find('.'); point != std::string::npos)
+      exponent -= static_cast<long>(mantissa.size() - point - 1), mantissa.erase(point, 1);
+    constexpr std::size_t typed = 15;  // digits; 2⁶⁰ has more and is meant as it is
+    if (mantissa.size() > typed) return mpq_class(value);
+    mpz_class power;
+    mpz_ui_pow_ui(power.get_mpz_t(), 10, static_cast<unsigned long>(exponent));
+    const mpz_class whole = mpz_class(mantissa) * power;
+    return mpq_class(value < 0 ? mpz_class(-whole) : whole);
+  }
   // Continued fraction; the convergents p/q are best approximations (Hardy & Wright, ch. X). The first one
   // that rounds to the very same double is the simplest. A double of this size is an exact quotient of
   // 128-bit numbers.

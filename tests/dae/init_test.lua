@@ -245,3 +245,31 @@ test("an equation t z\u{2032} = f is not divided by t: a start at t = 0", functi
   expect(at(y)):near(0, 1e-12)
   expect(at(x)):near(1, 1e-12)                                                     -- x = t³ - cos t + (1 + t) eᵗ + 1
 end)
+
+test("large and small values: consistent means beside the terms, conflicts have a residual", function()
+  local x, y, z = vars "x y z"
+  local sys = dae { der(x) ~ z, 0 ~ x^2 + y^2 - 1e24, der(y) ~ -x }
+  local at = sys:init { fix = { x = 6e11 }, guess = { y = 1e12 } }
+  expect(at(y)/8e11):near(1, 1e-12)
+  expect(at:ledger():find("^consistent") ~= nil):is_true()
+  expect(tostring(sys):find("1000000000000000000000000", 1, true) ~= nil):is_true()
+  local tiny = dae { der(x) ~ z, der(y) ~ -z, 0 ~ 1e-12*(3*x - y) }
+  expect(function() tiny:init { fix = { x = 1, y = 3.001 } } end):fails "0 ≠ -1e-15 = 1e-12 (3 x - y)"
+  for _, radius in ipairs { 1e-3, 1e-6, 1e-8, 1e6 } do
+    local circle = dae { der(x) ~ z, 0 ~ x^2 + y^2 - radius^2, der(y) ~ -x }
+    expect(circle:index()):equals(2)
+    expect(circle:init { fix = { x = 0.6*radius }, guess = { y = radius } }(y)/radius):near(0.8, 1e-9)
+  end
+end)
+
+test("three roots of a cubic: the others are listed, whichever was taken", function()
+  local x, z = vars "x z"
+  local sys = dae { der(x) ~ -z, 0 ~ (z - 1)*(z - 2)*(z - 3) - x }
+  for _, here in ipairs { 1, 2, 3 } do
+    local ledger = sys:init { fix = { x = 0 }, guess = { z = here + 0.1 } }:ledger()
+    for root = 1, 3 do
+      local line = ("z: here %d; %d with guess = { z = %d }"):format(here, root, root)
+      expect(ledger:find(line, 1, true) ~= nil):equals(root ~= here)
+    end
+  end
+end)
