@@ -14,6 +14,7 @@
 #include "dae/reduce.hpp"
 #include "dae/remembered.hpp"
 #include "dae/validity.hpp"
+#include "expr/evaluator.hpp"
 #include "expr/linalg.hpp"
 #include "expr/print.hpp"
 
@@ -56,21 +57,30 @@ bool reachable(const Model& m, const Analysis& a, Expr factor, const Accept& acc
   const std::vector<Entry> slopes = sparse_jacobian(rows, unknowns);
   std::vector<Expr> outputs = rows;
   for (const Entry& e : slopes) outputs.push_back(e.value);
+  std::vector<Expr> all = unknowns;
+  for (const auto& [leaf, value] : random_point(outputs, 0))
+    if (std::find(unknowns.begin(), unknowns.end(), leaf) == unknowns.end()) all.push_back(leaf);
+  const Evaluator evaluate(outputs, all);
   const auto n = static_cast<Eigen::Index>(rows.size()), k = static_cast<Eigen::Index>(unknowns.size());
+  constexpr int patience = 12;  // iterations without coming nearer
   for (int seed = 0; seed < 8; ++seed) {
     auto point = random_point(outputs, seed);
-    for (int iteration = 0; iteration < 60; ++iteration) {
-      const auto numbers = pendula::evaluate(outputs, point);
+    std::vector<double> w;
+    for (Expr leaf : all) w.push_back(point[leaf]);
+    double least = INFINITY;
+    for (int iteration = 0, last = 0; iteration < 60 && iteration - last <= patience; ++iteration) {
+      const auto numbers = evaluate(w);
       const Vec r = Eigen::Map<const Vec>(numbers.data(), n);
       Mat J = Mat::Zero(n, k);
       for (std::size_t s = 0; s < slopes.size(); ++s)
         J(slopes[s].row, slopes[s].column) = numbers[static_cast<std::size_t>(n) + s];
       if (!r.allFinite() || !J.allFinite()) break;
       const Vec step = Eigen::CompleteOrthogonalDecomposition<Mat>(J).solve(-r);
-      double size = 0;
-      for (Eigen::Index j = 0; j < k; ++j)
-        size = std::max(size, std::fabs(point[unknowns[static_cast<std::size_t>(j)]] += step[j]));
-      if (r.cwiseAbs().maxCoeff() < 1e-9 && step.norm() <= 1e-6 * (1 + size)) {
+      Eigen::Map<Vec> moved(w.data(), k);
+      moved += step;
+      if (const double size = r.norm(); size < 0.9 * least) least = size, last = iteration;
+      if (r.cwiseAbs().maxCoeff() < 1e-9 && step.norm() <= 1e-6 * (1 + moved.cwiseAbs().maxCoeff())) {
+        for (std::size_t j = 0; j < unknowns.size(); ++j) point[unknowns[j]] = w[j];
         if (!accept || accept(point)) return true;
         break;
       }
