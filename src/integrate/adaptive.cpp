@@ -361,7 +361,13 @@ class Run {
   }
 
   void restart(const Point& point, const Point& before, const EventFinder::Hit& hit) {
-    const Event& event = plan_.events.list[static_cast<std::size_t>(hit.list.front().which)];
+    ++since_event_;
+    for (const EventFinder::Crossing& crossing : hit.list)
+      if (const Event& e = plan_.events.list[static_cast<std::size_t>(crossing.which)]; !e.surface)
+        since_event_ = 0, last_event_ = crossing.which;
+    // Between the bounces of v′ = -g - v |v| the solution crosses v = 0: the bounces are what accumulates.
+    const int which = last_event_ >= 0 && since_event_ <= 2 ? last_event_ : hit.list.front().which;
+    const Event& event = plan_.events.list[static_cast<std::size_t>(which)];
     if (accumulation_.add(point.t, trail_->stats.steps, plan_.to - plan_.from)) {
       reached_ = point.t;
       if (event.surface) throw sliding(event);
@@ -546,6 +552,7 @@ class Run {
   RootWatch roots_;
   TouchWatch touches_;
   Accumulation accumulation_;
+  int last_event_ = -1, since_event_ = 0;  ///< the user's last event; restarts since then
   StepView view_;
   std::vector<double> record_;
   std::string name_;

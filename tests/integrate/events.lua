@@ -127,3 +127,10 @@ test("dense output of adaptive methods", function()
     end
   end
 end)
+
+test("bounces that accumulate are named, not the border of |v| between them", function()
+  local y, v = vars "y v"
+  local ball = dae { der(y) ~ v, der(v) ~ -9.81 - v*abs(v)/10 }
+  local sol = ball:integrate { start = { y = 1, v = 0 }, to = 20, events = { { when = y, direction = -1, reset = { v = -0.8*v } } } }
+  expect(sol.status):matches "the events y = 0 accumulate: infinitely many in finite time"
+end)
