@@ -112,9 +112,10 @@ void IrkStepper::start(const Point& point, double end) {
   prepare_code();
 }
 
-/// Order 9 from the start where tolerances are tight: order 5 would need steps that are too small.
+/// Order 9 from the start but for loose tolerances: on nine stiff problems it needs 5 … 25 % less time for
+/// 4 … 6 digits than order 5 first.
 int IrkStepper::first_level() const {
-  constexpr double tight = 3e-6;
+  constexpr double tight = 1e-4;
   return formulas_.size() > 1 && N_ > 0 && tolerances_.rtol.minCoeff() < tight ? 1 : 0;
 }
 
