@@ -16,7 +16,7 @@
 
 namespace pendula::integrate {
 
-struct SharedSlots::Head {
+struct alignas(64) SharedSlots::Head {  // numbers follow it
   std::atomic<int> state;
   char failure[longest_text];
 };
