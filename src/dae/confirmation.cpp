@@ -7,12 +7,11 @@
 namespace pendula::dae {
 namespace {
 
-constexpr int wanted = 3;          // points
-constexpr int seeds = 8;           // starting values tried
-constexpr double clear_gap = 1e6;  // between singular values that count and those that do not
+constexpr int wanted = 3;  // points
+constexpr int seeds = 8;   // starting values tried
 
 /// The system Jacobian as numbers.
-Mat regular_candidate(const std::vector<Entry>& jacobian, const StableValues& at, int n) {
+Mat as_numbers(const std::vector<Entry>& jacobian, const StableValues& at, int n) {
   Mat J = Mat::Zero(n, n);
   for (std::size_t k = 0; k < jacobian.size(); ++k)
     if (!at.noise[k]) J(jacobian[k].row, jacobian[k].column) = at.value[k];
@@ -42,7 +41,7 @@ int points_of_agreement(const Model& m, const Analysis& a) {
     const bool open = ranks.y < first || ranks.y != first + ranks.higher;
     if (ranks.slow || !(ranks.gap >= clear_gap) || !open) return 0;
     const RankGap J = rank_with_gap(
-        regular_candidate(a.jacobian, evaluate_stable(slopes, numeric.columns(), solution->w, known), n));
+        as_numbers(a.jacobian, evaluate_stable(slopes, numeric.columns(), solution->w, known), n));
     if (J.rank < n || !(J.gap >= clear_gap)) return 0;
     ++points;
   }

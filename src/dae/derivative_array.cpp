@@ -20,7 +20,6 @@ namespace {
 using Index = Eigen::Index;
 
 constexpr std::size_t most_nodes = 400'000;  // of F_k: about a second of evaluations
-constexpr double clear_gap = 1e6;            // between singular values that count and those that do not
 constexpr double near_enough = 1e3;          // of a point that is called singular
 constexpr int max_seeds = 24;                // starting values tried for the points of one model
 

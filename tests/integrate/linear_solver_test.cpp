@@ -7,19 +7,13 @@
 
 #include "base/decompositions.hpp"
 #include "base/math.hpp"
+#include "tests/integrate/scalars.hpp"
 
 using namespace pendula;
 using namespace pendula::integrate;
+using pendula::test::number;
 
 namespace {
-
-template <class Scalar>
-Scalar number(double re, double im) {
-  if constexpr (std::is_same_v<Scalar, double>)
-    return re;
-  else
-    return {re, im};
-}
 
 template <class Scalar>
 struct System {
