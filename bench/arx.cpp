@@ -10,11 +10,11 @@
 #include <benchmark/benchmark.h>
 #include <unistd.h>
 
-#include "sysid/likelihood.hpp"
-#include "sysid/pem.hpp"
-#include "sysid/state_space.hpp"
-#include "sysid/structured.hpp"
-#include "sysid/validation.hpp"
+#include "sysid/fit/pem.hpp"
+#include "sysid/fit/structured.hpp"
+#include "sysid/model/state_space.hpp"
+#include "sysid/model/validation.hpp"
+#include "sysid/noise/likelihood.hpp"
 
 using namespace pendula;
 using namespace pendula::sysid;

@@ -10,11 +10,11 @@
 #include <random>
 #include <string>
 
-#include "integrate/linear_solver.hpp"
-#include "integrate/switching.hpp"
-#include "lua/lua_dae.hpp"
-#include "lua/objects.hpp"
-#include "lua/state.hpp"
+#include "integrate/run/state_reselection.hpp"
+#include "integrate/solve/linear_solver.hpp"
+#include "lua/bind/dae/dae.hpp"
+#include "lua/core/objects.hpp"
+#include "lua/core/state.hpp"
 
 using namespace pendula;
 using namespace pendula::integrate;

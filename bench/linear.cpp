@@ -1,4 +1,4 @@
-// Where dense, straight-line and KLU factorisations change places: integrate/linear_solver.hpp takes its
+// Where dense, straight-line and KLU factorisations change places: integrate/solve/linear_solver.hpp takes its
 // borders from this table.     bench_linear [real|complex]
 //
 // Per line: size, pattern and number of entries; µs for one factorisation and one solution by each road (a
@@ -20,7 +20,7 @@
 #include <string>
 
 #include "base/text.hpp"
-#include "integrate/linear_solver.hpp"
+#include "integrate/solve/linear_solver.hpp"
 
 namespace {
 

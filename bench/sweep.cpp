@@ -16,10 +16,10 @@
 
 #include <benchmark/benchmark.h>
 
-#include "integrate/adaptive.hpp"
-#include "integrate/ensemble.hpp"
-#include "lua/integrate_options.hpp"
-#include "lua/state.hpp"
+#include "integrate/run/adaptive_run.hpp"
+#include "integrate/sweep/ensemble.hpp"
+#include "lua/bind/integrate/integrate_options.hpp"
+#include "lua/core/state.hpp"
 
 namespace {
 

@@ -1,5 +1,5 @@
 -- The doctest of the documentation: runs every example and compares what it prints. Loaded by check_documentation
--- (src/lua/documentation.hpp), not at start-up.
+-- (src/lua/core/documentation.hpp), not at start-up.
 
 -- Splits "statements; expression" so that the expression's value can be printed: tries every separator from the end.
 local function compile(code, env)

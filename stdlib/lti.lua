@@ -1,4 +1,4 @@
--- Figures of linear systems: responses in time, Bode and Nyquist curves, pole-zero maps (src/lua/lua_lti_response.cpp).
+-- Figures of linear systems: responses in time, Bode and Nyquist curves, pole-zero maps (src/lua/bind/lti/lti_response.cpp).
 
 local unpack = table.unpack
 

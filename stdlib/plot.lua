@@ -1,5 +1,5 @@
 -- plot, plot3, semilogy, semilogx, loglog, spy: what a user hands over becomes the table that figure{…} reads
--- (src/lua/lua_plot.cpp). Columns are lists of numbers or numeric matrices; a matrix of several columns is several curves.
+-- (src/lua/bind/plot/plot.cpp). Columns are lists of numbers or numeric matrices; a matrix of several columns is several curves.
 
 local unpack = table.unpack
 

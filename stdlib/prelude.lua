@@ -5,7 +5,7 @@
 --         example = "settling_time(2, 0.5)", gives = "4.0",
 --         function(wn, zeta) return 4 / (wn * zeta) end }
 --
--- The name says what it is, as in the rows of C++ (src/lua/call.hpp): "f", "rk.f", "model:f", "model#f", "model:__add".
+-- The name says what it is, as in the rows of C++ (src/lua/core/call.hpp): "f", "rk.f", "model:f", "model#f", "model:__add".
 
 -- An entry of a library that is seldom needed has load = function() … end instead of the value: it is made when first
 -- touched. describe = function(entry) … end sets text and example when they are first read.

@@ -1,5 +1,5 @@
 -- test and expect. In a script a failing expectation is an error at the user's line; under `pendula test`
--- (src/lua/testing.cpp) failures are counted and listed, and the file goes on with its next test.
+-- (src/lua/core/testing.cpp) failures are counted and listed, and the file goes on with its next test.
 
 local run          -- under `pendula test`: { passed =, failed =, current = the test's record or nil }
 local pending      -- the last expect() whose check has not been called yet
@@ -261,7 +261,7 @@ doc { name = "test", module = "testing", sig = "test(name, f)",
     check_pending()
   end }
 
--- ── for src/lua/testing.cpp ─────────────────────────────────────────────────────────────────────────────────────────
+-- ── for src/lua/core/testing.cpp ─────────────────────────────────────────────────────────────────────────────────────────
 
 function begin_tests()
   run = { passed = 0, failed = 0 }

@@ -4,9 +4,10 @@ local root = (arg[0]:match "^(.*)/[^/]*$" or ".") .. "/.."
 
 -- DESIGN.md §1. A layer may include whatever its arrows reach. `shell` stops at its arrows: it sees the core through lua.
 local arrows = {
-  base = "", expr = "base", dae = "expr", mech = "dae", codegen = "expr", integrate = "dae codegen", lti = "dae",
+  base = "", expr = "base", dae = "expr", mech = "dae", codegen = "expr", method = "expr", integrate = "method dae codegen",
+  lab = "integrate", lti = "dae",
   sysid = "lti integrate", plot = "base", shell = "base lua",
-  lua = "expr dae mech codegen integrate lti sysid plot",
+  lua = "expr dae mech codegen lab lti sysid plot",
 }
 local prints = { plot = true, lua = true, shell = true }           -- the other layers never write to the terminal
 local interactive = {}                                             -- scripts that can have no .out: ["scripts/x.lua"] = "why"

@@ -2,7 +2,7 @@
 // callbacks.
 #pragma once
 
-#include "integrate/problem.hpp"
+#include "integrate/problem/problem.hpp"
 
 namespace pendula::bench {
 

@@ -2,12 +2,12 @@
 #include <cstdio>
 #include <memory>
 
-#include "expr/derivative.hpp"
+#include "expr/graph/derivative.hpp"
 #include "ida.hpp"
-#include "lua/library.hpp"
-#include "lua/lua_dae.hpp"
-#include "lua/objects.hpp"
-#include "lua/state.hpp"
+#include "lua/bind/dae/dae.hpp"
+#include "lua/core/library.hpp"
+#include "lua/core/objects.hpp"
+#include "lua/core/state.hpp"
 #include "shell/script.hpp"
 
 namespace pendula::bench {

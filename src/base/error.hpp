@@ -4,7 +4,7 @@
 //   Failure   the numbers refused: carries what is needed to say where (time, step, residual, equation)
 //   PENDULA_ASSERT   we were wrong: "internal error … please report"
 //
-// All of them reach Lua through one trampoline (src/lua/trampoline.cpp), which prepends script and line.
+// All of them reach Lua through one trampoline (src/lua/core/trampoline.cpp), which prepends script and line.
 #pragma once
 
 #include <sstream>

@@ -3,7 +3,7 @@
 
 #include "base/error.hpp"
 #include "base/text.hpp"
-#include "expr/print.hpp"
+#include "expr/print/print.hpp"
 #include "lti/system.hpp"
 
 namespace pendula::lti {
@@ -290,11 +290,10 @@ System select(const System& g, const std::vector<int>& out, const std::vector<in
   if (g.form == Form::ss) {
     h.ss.B = MatX(g.ss.order(), h.inputs), h.ss.C = MatX(h.outputs, g.ss.order()),
     h.ss.D = MatX(h.outputs, h.inputs);
-    for (int j = 0; j < h.inputs; ++j) h.ss.B.col(j) = g.ss.B.col(in[static_cast<std::size_t>(j)]);
+    for (int j = 0; j < h.inputs; ++j) h.ss.B.col(j) = g.ss.B.col(in[j]);
     for (int i = 0; i < h.outputs; ++i) {
-      h.ss.C.row(i) = g.ss.C.row(out[static_cast<std::size_t>(i)]);
-      for (int j = 0; j < h.inputs; ++j)
-        h.ss.D(i, j) = g.ss.D(out[static_cast<std::size_t>(i)], in[static_cast<std::size_t>(j)]);
+      h.ss.C.row(i) = g.ss.C.row(out[i]);
+      for (int j = 0; j < h.inputs; ++j) h.ss.D(i, j) = g.ss.D(out[i], in[j]);
     }
     return h;
   }

@@ -4,8 +4,8 @@
 #include "base/error.hpp"
 #include "base/interrupt.hpp"
 #include "base/text.hpp"
-#include "expr/print.hpp"
-#include "expr/rewrite.hpp"
+#include "expr/print/print.hpp"
+#include "expr/rewrite/rewrite.hpp"
 #include "lti/structure.hpp"
 #include "lti/system.hpp"
 
@@ -44,8 +44,7 @@ Resolvent of_rationals(const dae::RationalMatrix& A, const dae::RationalMatrix& 
     for (int i = 0; i < n; ++i)
       for (int j = 0; j < n; ++j) now(i, j) = N[at(i, j)];
     const dae::RationalMatrix part = scale * (C * (now * B));
-    for (int i = 0; i < p * m; ++i)
-      num[static_cast<std::size_t>(i)][static_cast<std::size_t>(n - k)] = part(i / m, i % m);
+    for (int i = 0; i < p * m; ++i) num[i][n - k] = part(i / m, i % m);
     mpz_class trace = 0;
     for (int i = 0; i < n; ++i) {
       poll_interrupt();
@@ -59,7 +58,7 @@ Resolvent of_rationals(const dae::RationalMatrix& A, const dae::RationalMatrix& 
     }
     const mpz_class c = -trace / k;
     scale /= d;
-    den[static_cast<std::size_t>(n - k)] = c * scale;
+    den[n - k] = c * scale;
     for (int i = 0; i < n; ++i) AN[at(i, i)] += c;
     std::swap(N, AN);
   }
@@ -80,13 +79,12 @@ Resolvent of_symbols(const MatX& A, const MatX& B, const MatX& C) {
   MatX N = MatX::Identity(n, n);
   for (Index k = 1; k <= n; ++k) {
     const MatX part = product(C, product(N, B));
-    for (Index i = 0; i < part.size(); ++i)
-      r.num[static_cast<std::size_t>(i)][static_cast<std::size_t>(n - k)] = part(i / B.cols(), i % B.cols());
+    for (Index i = 0; i < part.size(); ++i) r.num[i][n - k] = part(i / B.cols(), i % B.cols());
     N = tidy(product(A, N));
     Expr trace = 0;
     for (Index i = 0; i < n; ++i) trace += N(i, i);
     const Expr c = simplify(-trace / Expr(static_cast<long>(k)));
-    r.den[static_cast<std::size_t>(n - k)] = c;
+    r.den[n - k] = c;
     for (Index i = 0; i < n; ++i) N(i, i) = simplify(N(i, i) + c);
   }
   for (Polynomial& q : r.num) q = tidy(std::move(q));
@@ -109,7 +107,7 @@ System tf_of_ss(const System& g) {
   std::vector<Polynomial> dropped;
   for (int i = 0; i < g.outputs; ++i)
     for (int j = 0; j < g.inputs; ++j) {
-      Fraction full{r.num[static_cast<std::size_t>(i * g.inputs + j)] + scaled(g.ss.D(i, j), r.den), r.den};
+      Fraction full{r.num[i * g.inputs + j] + scaled(g.ss.D(i, j), r.den), r.den};
       if (f == Field::numeric) {
         for (Polynomial* p : {&full.num, &full.den})
           for (Expr& c : *p) c = Expr(constant_value(c));
@@ -138,15 +136,15 @@ StateSpace phase_variables(const Polynomial& den, const std::vector<Polynomial>&
   const Index n = degree(den), p = static_cast<Index>(nums.size());
   StateSpace s{MatX::Zero(n, n), MatX::Zero(n, 1), MatX::Zero(p, n), MatX::Zero(p, 1)};
   for (Index i = 0; i + 1 < n; ++i) s.A(i, i + 1) = 1;
-  for (Index j = 0; j < n; ++j) s.A(n - 1, j) = -den[static_cast<std::size_t>(j)];
+  for (Index j = 0; j < n; ++j) s.A(n - 1, j) = -den[j];
   if (n > 0) s.B(n - 1, 0) = 1;
   for (Index i = 0; i < p; ++i) {
-    const Polynomial& b = nums[static_cast<std::size_t>(i)];
+    const Polynomial& b = nums[i];
     const Expr d = degree(b) == n ? b.back() : Expr(0);
     s.D(i, 0) = d;
     for (Index j = 0; j < n; ++j) {
-      const Expr bj = static_cast<std::size_t>(j) < b.size() ? b[static_cast<std::size_t>(j)] : Expr(0);
-      s.C(i, j) = bj - d * den[static_cast<std::size_t>(j)];
+      const Expr bj = static_cast<std::size_t>(j) < b.size() ? b[j] : Expr(0);
+      s.C(i, j) = bj - d * den[j];
     }
   }
   s.A = tidy(s.A), s.C = tidy(s.C);

@@ -3,7 +3,7 @@
 
 #include "base/error.hpp"
 #include "base/text.hpp"
-#include "expr/print.hpp"
+#include "expr/print/print.hpp"
 #include "lti/system.hpp"
 
 namespace pendula::lti {
@@ -56,7 +56,7 @@ std::string block_table(const System& g) {
   for (int j = 0; j < n; ++j) cells[0].push_back(state_name(g, j));
   for (int j = 0; j < m; ++j) cells[0].push_back(input_name(g, j));
   for (int i = 0; i < n + p; ++i) {
-    auto& row = cells[static_cast<std::size_t>(i + 1)];
+    auto& row = cells[i + 1];
     row.push_back(i < n ? following(state_name(g, i), g.continuous()) : output_name(g, i - n));
     for (int j = 0; j < n + m; ++j) {
       const MatX& block = i < n ? (j < n ? g.ss.A : g.ss.B) : (j < n ? g.ss.C : g.ss.D);
@@ -75,12 +75,12 @@ std::string block_table(const System& g) {
     }
     out += "\n";
   };
-  for (int i = 0; i <= n; ++i) line(cells[static_cast<std::size_t>(i)]);
+  for (int i = 0; i <= n; ++i) line(cells[i]);
   int left = width[0], right = 0;
-  for (int j = 1; j <= n; ++j) left += 2 + width[static_cast<std::size_t>(j)];
-  for (int j = n + 1; j <= n + m; ++j) right += (j > n + 1 ? 2 : 1) + width[static_cast<std::size_t>(j)];
+  for (int j = 1; j <= n; ++j) left += 2 + width[j];
+  for (int j = n + 1; j <= n + m; ++j) right += (j > n + 1 ? 2 : 1) + width[j];
   if (p > 0) out += "  " + repeated("─", left + 1) + (m > 0 ? "┼" + repeated("─", right) : "") + "\n";
-  for (int i = n + 1; i <= n + p; ++i) line(cells[static_cast<std::size_t>(i)]);
+  for (int i = n + 1; i <= n + p; ++i) line(cells[i]);
   return out;
 }
 
@@ -137,7 +137,7 @@ Parts parts(const System& g, int i, int j, bool latex) {
     const Fraction& f = g.fraction(i, j);
     return {to_text(f.num, v, latex), to_text(f.den, v, latex)};
   }
-  const Factored& f = g.zpk[static_cast<std::size_t>(i * g.inputs + j)];
+  const Factored& f = g.zpk[i * g.inputs + j];
   const std::string above = factors_text(f.zeros, v, latex, f.gain.is_one()),
                     below = factors_text(f.poles, v, latex, true);
   const std::string gain = latex ? to_latex(f.gain) : pendula::to_text(f.gain);

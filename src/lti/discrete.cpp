@@ -5,8 +5,8 @@
 
 #include "base/error.hpp"
 #include "base/text.hpp"
-#include "expr/linalg.hpp"
-#include "expr/print.hpp"
+#include "expr/linalg/linalg.hpp"
+#include "expr/print/print.hpp"
 #include "lti/exponential.hpp"
 
 namespace pendula::lti {

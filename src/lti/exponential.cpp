@@ -7,12 +7,12 @@
 #include "base/decompositions.hpp"
 #include "base/error.hpp"
 #include "base/text.hpp"
-#include "dae/pencil.hpp"
-#include "dae/pencil_forcing.hpp"
-#include "expr/generic.hpp"
-#include "expr/linalg.hpp"
-#include "expr/print.hpp"
-#include "expr/rewrite.hpp"
+#include "dae/pencil/pencil.hpp"
+#include "dae/pencil/pencil_forcing.hpp"
+#include "expr/graph/generic.hpp"
+#include "expr/linalg/linalg.hpp"
+#include "expr/print/print.hpp"
+#include "expr/rewrite/rewrite.hpp"
 
 namespace pendula::lti {
 namespace {
@@ -264,7 +264,7 @@ VecX solution(const System& given, const VecX& x0, const VecX& u) {
     form.equation.push_back(i), form.origin.push_back({i, 0}), form.label.push_back(text("(", i + 1, ")"));
   }
   dae::SolutionRequest request;
-  for (int i = 0; i < n; ++i) request.x0.emplace_back(form.x[static_cast<std::size_t>(i)], x0[i]);
+  for (int i = 0; i < n; ++i) request.x0.emplace_back(form.x[i], x0[i]);
   return dae::solution(dae::pencil(form), request);
 }
 

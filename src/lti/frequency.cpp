@@ -7,7 +7,7 @@
 #include "base/error.hpp"
 #include "base/interrupt.hpp"
 #include "base/text.hpp"
-#include "expr/linalg.hpp"
+#include "expr/linalg/linalg.hpp"
 #include "lti/structure.hpp"
 
 namespace pendula::lti {
@@ -90,9 +90,7 @@ double bisect(const std::function<double(double)>& f, double a, double b) {
 
 }  // namespace
 
-const ComplexVec& FrequencyResponse::channel(int i, int j) const {
-  return G[static_cast<std::size_t>(i * system->inputs + j)];
-}
+const ComplexVec& FrequencyResponse::channel(int i, int j) const { return G[i * system->inputs + j]; }
 
 Vec bode_frequencies(const System& given) {
   const System g = with_numbers(given);
@@ -133,7 +131,7 @@ FrequencyResponse frequency_response(const System& g, const Vec& w) {
     poll_interrupt();
     const ComplexMat v = at(w[k]);
     for (int i = 0; i < g.outputs; ++i)
-      for (int j = 0; j < g.inputs; ++j) r.G[static_cast<std::size_t>(i * g.inputs + j)][k] = v(i, j);
+      for (int j = 0; j < g.inputs; ++j) r.G[i * g.inputs + j][k] = v(i, j);
   }
   return r;
 }

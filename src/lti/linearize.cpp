@@ -6,10 +6,10 @@
 #include "base/decompositions.hpp"
 #include "base/error.hpp"
 #include "base/text.hpp"
-#include "dae/pencil.hpp"
-#include "dae/reduce.hpp"
-#include "expr/linalg.hpp"
-#include "expr/print.hpp"
+#include "dae/pencil/pencil.hpp"
+#include "dae/reduce/reduce.hpp"
+#include "expr/linalg/linalg.hpp"
+#include "expr/print/print.hpp"
 
 namespace pendula::lti {
 namespace {
@@ -164,7 +164,7 @@ System solved(const Expansion& x) {
   if (!P) throw Error("the linearised equations cannot be solved for x′ and z at this point");
   MatX A = MatX::Zero(n, n), B = MatX::Zero(n, m);
   for (Index i = 0; i < n; ++i) {
-    const Expr next = derivative_leaf(x.states[static_cast<std::size_t>(i)]);
+    const Expr next = derivative_leaf(x.states[i]);
     const auto state = std::find(x.states.begin(), x.states.end(), next);
     if (state != x.states.end()) {
       A(i, state - x.states.begin()) = 1;
@@ -193,7 +193,7 @@ dae::LinearForm linear_form(const Expansion& x) {
   };
   int row = 0;
   for (int i = 0; i < n; ++i)
-    if (const int next = column_of(derivative_leaf(x.states[static_cast<std::size_t>(i)])); next < n)
+    if (const int next = column_of(derivative_leaf(x.states[i])); next < n)
       f.E(row, i) = 1, f.A(row++, next) = 1;
   PENDULA_ASSERT(row == ties, "states and their derivatives do not tie up");
   std::vector<int> lower;  // the state whose derivative is top[k]
@@ -227,7 +227,7 @@ std::vector<int> independent_rows(const Mat& t, int states, const std::vector<bo
   std::vector<int> chosen;
   for (const bool wanted : {true, false})
     for (int i = 0; i < states && static_cast<Index>(chosen.size()) < k; ++i) {
-      if (first[static_cast<std::size_t>(i)] != wanted) continue;
+      if (first[i] != wanted) continue;
       Eigen::RowVectorXd r = t.row(i);
       const double size = r.norm();
       if (size == 0) continue;
@@ -268,13 +268,12 @@ System by_pencil(const Expansion& x, const std::vector<Expr>& outputs) {
   for (int i = 0; i < std::max(1, p.index); ++i, power = p.N * power) jumps.push_back(T2 * power);
   std::vector<bool> smooth(static_cast<std::size_t>(n), true);
   for (int i = 0; i < n; ++i)
-    for (const auto& jump : jumps)
-      smooth[static_cast<std::size_t>(i)] = smooth[static_cast<std::size_t>(i)] && jump.row(i).is_zero();
+    for (const auto& jump : jumps) smooth[i] = smooth[i] && jump.row(i).is_zero();
   for (int i = 0; i < x.outputs; ++i)
     for (std::size_t d = 1; d < jumps.size(); ++d)
       if (!jumps[d].row(y + i).is_zero())
         throw Error(text(
-            "the output ", to_text(outputs[static_cast<std::size_t>(i)]),
+            "the output ", to_text(outputs[i]),
             " depends on derivatives of the input: the system is not proper; choose outputs that do not"));
   const std::vector<int> rows = independent_rows(numbers(dae::expressions(T1)), n, smooth);
   if (static_cast<int>(rows.size()) != k)
@@ -296,8 +295,8 @@ System by_pencil(const Expansion& x, const std::vector<Expr>& outputs) {
     }
   std::vector<std::string> moved;
   for (int i : rows) {
-    g.state_names.push_back(to_text(x.states[static_cast<std::size_t>(i)]));
-    if (!smooth[static_cast<std::size_t>(i)]) moved.push_back(g.state_names.back());
+    g.state_names.push_back(to_text(x.states[i]));
+    if (!smooth[i]) moved.push_back(g.state_names.back());
   }
   g.notes.push_back(text("index ", p.index, ": ", k, k == 1 ? " state" : " states", " of ", n,
                          " variables move freely; the others follow from the constraints"));
@@ -353,21 +352,19 @@ System along_trajectory(const dae::ModelPtr& model, const dae::Start& at, const 
       J(entries[k].row, entries[k].column) = values[k];
     else if (!values[k].is_zero())
       throw Error(text("away from an equilibrium a constraint that depends on the input ",
-                       to_text(columns[static_cast<std::size_t>(entries[k].column)]),
-                       " has no state space here; linearise at rest"));
+                       to_text(columns[entries[k].column]), " has no state space here; linearise at rest"));
   }
   MatX V = tangent(J, n);
   const std::vector<int> rows = independent_rows(numbers(V), n, std::vector<bool>(states.size(), true));
   const auto k = static_cast<Index>(rows.size());
   if (k != V.cols()) throw Error("the variables of the model do not determine its linearisation");
   MatX R(k, k), A(k, n), B(k, g.inputs);
-  for (Index i = 0; i < k; ++i) R.row(i) = V.row(rows[static_cast<std::size_t>(i)]);
+  for (Index i = 0; i < k; ++i) R.row(i) = V.row(rows[i]);
   V = product(V, *solve(R, MatX::Identity(k, k)));
   std::vector<std::string> names;
   for (Index i = 0; i < k; ++i) {
-    const int row = rows[static_cast<std::size_t>(i)];
-    A.row(i) = g.ss.A.row(row), B.row(i) = g.ss.B.row(row),
-    names.push_back(g.state_names[static_cast<std::size_t>(row)]);
+    const int row = rows[i];
+    A.row(i) = g.ss.A.row(row), B.row(i) = g.ss.B.row(row), names.push_back(g.state_names[row]);
   }
   System h = make_ss(tidy(product(A, V)), B,
                      request.outputs.empty() ? MatX(MatX::Identity(k, k)) : tidy(product(g.ss.C, V)),

@@ -1,7 +1,7 @@
 // Linear systems from differential-algebraic equations at a point.
 #pragma once
 
-#include "dae/start.hpp"
+#include "dae/start/start.hpp"
 #include "lti/system.hpp"
 
 namespace pendula::lti {

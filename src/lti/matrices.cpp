@@ -2,10 +2,10 @@
 
 #include "base/error.hpp"
 #include "base/interrupt.hpp"
-#include "expr/generic.hpp"
-#include "expr/linalg.hpp"
-#include "expr/print.hpp"
-#include "expr/rewrite.hpp"
+#include "expr/graph/generic.hpp"
+#include "expr/linalg/linalg.hpp"
+#include "expr/print/print.hpp"
+#include "expr/rewrite/rewrite.hpp"
 
 namespace pendula::lti {
 

@@ -10,9 +10,9 @@
 #include <vector>
 
 #include "base/math.hpp"
-#include "dae/rational_matrix.hpp"
-#include "expr/derivative.hpp"
-#include "expr/matrix.hpp"
+#include "dae/rank/rational_matrix.hpp"
+#include "expr/graph/derivative.hpp"
+#include "expr/graph/matrix.hpp"
 
 namespace pendula::lti {
 

@@ -5,10 +5,10 @@
 #include "base/decompositions.hpp"
 #include "base/error.hpp"
 #include "base/text.hpp"
-#include "expr/generic.hpp"
-#include "expr/linalg.hpp"
-#include "expr/print.hpp"
-#include "expr/rewrite.hpp"
+#include "expr/graph/generic.hpp"
+#include "expr/linalg/linalg.hpp"
+#include "expr/print/print.hpp"
+#include "expr/rewrite/rewrite.hpp"
 #include "lti/structure.hpp"
 
 namespace pendula::lti {

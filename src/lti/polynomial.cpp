@@ -6,9 +6,9 @@
 #include "base/decompositions.hpp"
 #include "base/error.hpp"
 #include "base/text.hpp"
-#include "expr/generic.hpp"
-#include "expr/print.hpp"
-#include "expr/rewrite.hpp"
+#include "expr/graph/generic.hpp"
+#include "expr/print/print.hpp"
+#include "expr/rewrite/rewrite.hpp"
 
 namespace pendula::lti {
 namespace {
@@ -68,7 +68,7 @@ std::vector<Complex> numeric_zeros(std::vector<double> p) {
   double scale = 1;
   for (Index i = n; i-- > 0;) {
     scale *= sigma;
-    companion(i, n - 1) = -p[static_cast<std::size_t>(i)] / p.back() / scale;
+    companion(i, n - 1) = -p[i] / p.back() / scale;
     if (i > 0) companion(i, i - 1) = 1;
   }
   if (!companion.allFinite())
@@ -306,7 +306,7 @@ std::string to_text(const Polynomial& p, const std::string& variable, bool latex
   std::string out;
   const bool decimals = field(std::span<const Expr>(p)) == Field::numeric;
   for (int k = degree(p); k >= 0; --k) {
-    const Expr c = p[static_cast<std::size_t>(k)];
+    const Expr c = p[k];
     if (c.is_zero()) continue;
     const std::string term = term_text(c, variable, k, latex, decimals);
     if (out.empty())

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "dae/pencil_modes.hpp"
+#include "dae/pencil/pencil_modes.hpp"
 #include "lti/matrices.hpp"
 
 namespace pendula::lti {

@@ -7,7 +7,7 @@
 #include "base/error.hpp"
 #include "base/interrupt.hpp"
 #include "base/text.hpp"
-#include "expr/linalg.hpp"
+#include "expr/linalg/linalg.hpp"
 #include "lti/structure.hpp"
 
 namespace pendula::lti {

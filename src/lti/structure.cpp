@@ -7,8 +7,8 @@
 #include "base/decompositions.hpp"
 #include "base/error.hpp"
 #include "base/text.hpp"
-#include "expr/linalg.hpp"
-#include "expr/print.hpp"
+#include "expr/linalg/linalg.hpp"
+#include "expr/print/print.hpp"
 
 namespace pendula::lti {
 namespace {

@@ -5,8 +5,8 @@
 #include "base/decompositions.hpp"
 #include "base/error.hpp"
 #include "base/text.hpp"
-#include "expr/print.hpp"
-#include "expr/rewrite.hpp"
+#include "expr/print/print.hpp"
+#include "expr/rewrite/rewrite.hpp"
 
 namespace pendula::lti {
 namespace {
@@ -20,7 +20,7 @@ void check_sampling(Expr Ts) {
 }
 
 std::string name_or(const std::vector<std::string>& names, int i, const char* letter, int count) {
-  if (static_cast<std::size_t>(i) < names.size()) return names[static_cast<std::size_t>(i)];
+  if (static_cast<std::size_t>(i) < names.size()) return names[i];
   return count == 1 ? letter : letter + subscript(i + 1);
 }
 

@@ -44,7 +44,7 @@ struct System {
   bool continuous() const { return Ts.is_zero(); }
   bool siso() const { return inputs == 1 && outputs == 1; }
   const char* variable() const { return continuous() ? "s" : "z"; }
-  const Fraction& fraction(int i, int j) const { return tf[static_cast<std::size_t>(i * inputs + j)]; }
+  const Fraction& fraction(int i, int j) const { return tf[i * inputs + j]; }
 };
 using SystemPtr = std::shared_ptr<const System>;
 

@@ -5,10 +5,10 @@
 
 #include "base/error.hpp"
 #include "base/text.hpp"
-#include "dae/rank.hpp"
-#include "expr/declaration.hpp"
-#include "expr/print.hpp"
-#include "expr/rewrite.hpp"
+#include "dae/rank/rank.hpp"
+#include "expr/graph/declaration.hpp"
+#include "expr/print/print.hpp"
+#include "expr/rewrite/rewrite.hpp"
 
 namespace pendula::mech {
 namespace {

@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "dae/model.hpp"
+#include "dae/model/model.hpp"
 
 namespace pendula::mech {
 

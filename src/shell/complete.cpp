@@ -3,8 +3,8 @@
 #include <set>
 #include <variant>
 
-#include "lua/objects.hpp"
-#include "lua/state.hpp"
+#include "lua/core/objects.hpp"
+#include "lua/core/state.hpp"
 #include "shell/tokens.hpp"
 
 namespace pendula::shell {

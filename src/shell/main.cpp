@@ -6,8 +6,8 @@
 #include <cstring>
 #include <memory>
 
-#include "lua/state.hpp"
-#include "lua/testing.hpp"
+#include "lua/core/state.hpp"
+#include "lua/core/testing.hpp"
 #include "shell/options.hpp"
 #include "shell/reader.hpp"
 #include "shell/repl.hpp"

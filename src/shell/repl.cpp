@@ -6,8 +6,8 @@
 #include <cstdio>
 
 #include "base/interrupt.hpp"
-#include "lua/objects.hpp"
-#include "lua/state.hpp"
+#include "lua/core/objects.hpp"
+#include "lua/core/state.hpp"
 #include "shell/complete.hpp"
 #include "shell/echo.hpp"
 #include "shell/entry.hpp"

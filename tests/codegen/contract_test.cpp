@@ -5,9 +5,9 @@
 
 #include <doctest/doctest.h>
 
-#include "codegen/contract.hpp"
-#include "codegen/machine.hpp"
-#include "codegen/writer.hpp"
+#include "codegen/machine/machine.hpp"
+#include "codegen/tape/contract.hpp"
+#include "codegen/tape/writer.hpp"
 
 using namespace pendula;
 using namespace pendula::codegen;

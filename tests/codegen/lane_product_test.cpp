@@ -4,8 +4,8 @@
 #include <doctest/doctest.h>
 
 #include "base/math.hpp"
-#include "codegen/lane_product.hpp"
-#include "codegen/machine.hpp"
+#include "codegen/linear/lane_product.hpp"
+#include "codegen/machine/machine.hpp"
 
 using namespace pendula;
 using namespace pendula::codegen;

@@ -5,12 +5,12 @@
 #include <cmath>
 #include <random>
 
-#include "codegen/functions.hpp"
-#include "codegen/kernel.hpp"
-#include "codegen/machine.hpp"
-#include "codegen/registers.hpp"
-#include "codegen/tape.hpp"
-#include "expr/solve.hpp"
+#include "codegen/kernel/kernel.hpp"
+#include "codegen/machine/functions.hpp"
+#include "codegen/machine/machine.hpp"
+#include "codegen/machine/registers.hpp"
+#include "codegen/tape/tape.hpp"
+#include "expr/graph/solve.hpp"
 #include "tests/expr/random_expressions.hpp"
 
 using namespace pendula;

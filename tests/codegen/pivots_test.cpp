@@ -1,6 +1,6 @@
 // The order of elimination: the same pivots as a search through all entries takes, and the fill that they
 // make.
-#include "codegen/pivots.hpp"
+#include "codegen/linear/pivots.hpp"
 
 #include <cmath>
 #include <random>
@@ -34,11 +34,9 @@ std::vector<std::pair<int, int>> searched(int n, std::vector<Number> A, std::vec
       double largest = 0;
       long in_column = 0;
       for (int i : rows)
-        if (entry[at(i, j)])
-          ++in_column,
-              largest = std::max(largest, std::abs(A[at(i, j)]) * scale[static_cast<std::size_t>(i)]);
+        if (entry[at(i, j)]) ++in_column, largest = std::max(largest, std::abs(A[at(i, j)]) * scale[i]);
       for (int i : rows) {
-        const double here = std::abs(A[at(i, j)]) * scale[static_cast<std::size_t>(i)];
+        const double here = std::abs(A[at(i, j)]) * scale[i];
         if (!entry[at(i, j)] || here < threshold * largest) continue;
         long in_row = 0;
         for (int k : columns) in_row += entry[at(i, k)];
@@ -78,10 +76,7 @@ TEST_CASE("pivots: those of a search through all entries, with ties and zeros am
           if (i == j && n > 7 && i % 6 == 0) A[at] = 0;
         }
       if (n > 7)
-        for (int i = 0; i < n; ++i)
-          A[static_cast<std::size_t>(i * n + (i + 1) % n)] = 2.5,
-                                                       entry[static_cast<std::size_t>(i * n + (i + 1) % n)] =
-                                                           1;
+        for (int i = 0; i < n; ++i) A[i * n + (i + 1) % n] = 2.5, entry[i * n + (i + 1) % n] = 1;
       const auto order = choose_pivots(n, A, entry, 0.1);
       if (!order) continue;  // singular by chance
       const auto expected = searched(n, A, entry, 0.1);

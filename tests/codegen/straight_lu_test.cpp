@@ -6,7 +6,7 @@
 
 #include "base/decompositions.hpp"
 #include "base/math.hpp"
-#include "codegen/straight_lu.hpp"
+#include "codegen/linear/straight_lu.hpp"
 
 using namespace pendula;
 using codegen::StraightLU;
@@ -23,12 +23,12 @@ struct Sample {
 Sample sample(int n, double density, bool complex, std::mt19937& random) {
   std::uniform_real_distribution<> u(-1, 1);
   std::vector<int> permutation(static_cast<std::size_t>(n));
-  for (int i = 0; i < n; ++i) permutation[static_cast<std::size_t>(i)] = i;
+  for (int i = 0; i < n; ++i) permutation[i] = i;
   std::shuffle(permutation.begin(), permutation.end(), random);
   Sample s;
   for (int i = 0; i < n; ++i)
     for (int j = 0; j < n; ++j) {
-      const bool must = permutation[static_cast<std::size_t>(i)] == j;
+      const bool must = permutation[i] == j;
       if (!must && u(random) * 0.5 + 0.5 > density) continue;
       s.positions.push_back({i, j});
       for (int k = 0; k < (complex ? 2 : 1); ++k) s.values.push_back(u(random) + (must ? 1.5 : 0));
@@ -101,14 +101,13 @@ TEST_CASE("straight-line LU: rows and columns of very different size") {
   REQUIRE(lu);
   REQUIRE(lu->factorise(s.values.data()));
   std::vector<double> b(12);
-  for (int i = 0; i < 12; ++i) b[static_cast<std::size_t>(i)] = std::pow(10.0, (i * 7 % 25) - 12) * (1 + i);
+  for (int i = 0; i < 12; ++i) b[i] = std::pow(10.0, (i * 7 % 25) - 12) * (1 + i);
   lu->solve(b.data());
   Eigen::VectorXd plain_right(12);
   for (int i = 0; i < 12; ++i) plain_right[i] = 1 + i;
   const Eigen::VectorXd x = plain.partialPivLu().solve(plain_right);
   for (int j = 0; j < 12; ++j)
-    CHECK(b[static_cast<std::size_t>(j)] * std::pow(10.0, (j * 5 % 17) - 8) ==
-          doctest::Approx(x[j]).epsilon(1e-9));
+    CHECK(b[j] * std::pow(10.0, (j * 5 % 17) - 8) == doctest::Approx(x[j]).epsilon(1e-9));
 }
 
 TEST_CASE("straight-line LU: refuses what its pivots do not suit, and singular or undefined matrices") {
@@ -223,15 +222,14 @@ TEST_CASE("straight-line LU: rows and columns scaled by up to 10^±12, every row
       const std::size_t width = complex ? 2 : 1;
       for (std::size_t p = 0; p < s.positions.size(); ++p)
         for (std::size_t k = 0; k < width; ++k)
-          s.values[width * p + k] *= row[static_cast<std::size_t>(s.positions[p].row)] *
-                                     column[static_cast<std::size_t>(s.positions[p].column)];
+          s.values[width * p + k] *= row[s.positions[p].row] * column[s.positions[p].column];
       auto lu = StraightLU::plan(n, s.positions, s.values.data(), complex);
       if (!lu || !lu->factorise(s.values.data()) || lu->weakest_pivot() < 1e-10) continue;  // a random one
       const Eigen::MatrixXcd A = dense(n, s, complex);
       Eigen::VectorXcd b(n);
       std::vector<double> x;
       for (int i = 0; i < n; ++i) {
-        b[i] = row[static_cast<std::size_t>(i)] * random_matrix(1, 1, complex, random)(0, 0);
+        b[i] = row[i] * random_matrix(1, 1, complex, random)(0, 0);
         x.push_back(b[i].real());
         if (complex) x.push_back(b[i].imag());
       }

@@ -7,12 +7,12 @@
 #include <numeric>
 #include <random>
 
-#include "codegen/kernel.hpp"
-#include "codegen/machine.hpp"
-#include "codegen/pieces.hpp"
-#include "codegen/tape.hpp"
-#include "expr/derivative.hpp"
-#include "expr/solve.hpp"
+#include "codegen/kernel/kernel.hpp"
+#include "codegen/machine/machine.hpp"
+#include "codegen/tape/pieces.hpp"
+#include "codegen/tape/tape.hpp"
+#include "expr/graph/derivative.hpp"
+#include "expr/graph/solve.hpp"
 
 using namespace pendula;
 

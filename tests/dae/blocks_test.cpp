@@ -5,7 +5,7 @@
 #include <random>
 #include <set>
 
-#include "dae/blocks.hpp"
+#include "dae/structure/blocks.hpp"
 
 using namespace pendula::dae;
 

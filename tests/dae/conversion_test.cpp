@@ -1,12 +1,12 @@
 // Conversions with functions as multipliers: what replaces what, where it is valid, and that the solutions
 // stay.
-#include "dae/conversion.hpp"
+#include "dae/structure/conversion.hpp"
 
 #include <doctest/doctest.h>
 
-#include "dae/derivative_array.hpp"
-#include "expr/generic.hpp"
-#include "expr/print.hpp"
+#include "dae/index/derivative_array.hpp"
+#include "expr/graph/generic.hpp"
+#include "expr/print/print.hpp"
 #include "tests/dae/problems.hpp"
 
 using namespace pendula;

@@ -1,16 +1,16 @@
 // The derivative array against problems whose index, degrees of freedom and conditions are known from the
 // literature or by hand.
-#include "dae/derivative_array.hpp"
+#include "dae/index/derivative_array.hpp"
 
 #include <doctest/doctest.h>
 
 #include <cmath>
 
 #include "base/error.hpp"
-#include "dae/analysis.hpp"
-#include "dae/array_points.hpp"
-#include "expr/generic.hpp"
-#include "expr/print.hpp"
+#include "dae/index/array_points.hpp"
+#include "dae/structure/analysis.hpp"
+#include "expr/graph/generic.hpp"
+#include "expr/print/print.hpp"
 #include "tests/dae/problems.hpp"
 
 using namespace pendula;

@@ -1,13 +1,13 @@
 // Elimination of constant leading rows: the steps of exam 3(d), and systems where the answer is known by
 // hand.
-#include "dae/elimination.hpp"
+#include "dae/structure/elimination.hpp"
 
 #include <doctest/doctest.h>
 
-#include "dae/array_conditions.hpp"
-#include "dae/conversion.hpp"
-#include "expr/generic.hpp"
-#include "expr/print.hpp"
+#include "dae/index/array_conditions.hpp"
+#include "dae/structure/conversion.hpp"
+#include "expr/graph/generic.hpp"
+#include "expr/print/print.hpp"
 #include "tests/dae/problems.hpp"
 
 using namespace pendula;

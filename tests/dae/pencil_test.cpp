@@ -1,16 +1,16 @@
 // Linear systems exactly: the exam, the lecture, textbook cases, and random Weierstrass forms whose answer is
 // known.
-#include "dae/pencil.hpp"
+#include "dae/pencil/pencil.hpp"
 
 #include <doctest/doctest.h>
 
 #include <random>
 
 #include "base/error.hpp"
-#include "dae/pencil_shuffle.hpp"
-#include "expr/declaration.hpp"
-#include "expr/generic.hpp"
-#include "expr/print.hpp"
+#include "dae/pencil/pencil_shuffle.hpp"
+#include "expr/graph/declaration.hpp"
+#include "expr/graph/generic.hpp"
+#include "expr/print/print.hpp"
 
 using namespace pendula;
 using dae::RationalMatrix;
@@ -30,7 +30,7 @@ dae::ModelPtr model(std::vector<std::pair<Expr, Expr>> equations) {
 RationalMatrix matrix(int rows, int cols, std::vector<mpq_class> entries) {
   RationalMatrix m(rows, cols);
   for (int i = 0; i < rows; ++i)
-    for (int j = 0; j < cols; ++j) m(i, j) = entries[static_cast<std::size_t>(i * cols + j)];
+    for (int j = 0; j < cols; ++j) m(i, j) = entries[i * cols + j];
   return m;
 }
 
@@ -189,7 +189,7 @@ TEST_CASE("modes that are no quadratic surds are decimals, double ones too") {
   CHECK(p.modes[2].value.real() == doctest::Approx(1.324717957244746).epsilon(1e-14));
   CHECK(!p.modes[2].exact);
   dae::SolutionRequest request;
-  for (int k = 0; k < 6; ++k) request.x0.push_back({p.form.x[static_cast<std::size_t>(k)], k == 2 ? 1 : 0});
+  for (int k = 0; k < 6; ++k) request.x0.push_back({p.form.x[k], k == 2 ? 1 : 0});
   const VecX s = dae::solution(p, request);
   const Expr derivative = total_derivative(s[5]);
   std::vector<Expr> check{derivative - 2 * s[4] - 2 * s[3] + s[2] + 2 * s[1] + s[0], s[2], s[0]};

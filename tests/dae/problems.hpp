@@ -4,7 +4,7 @@
 #include <utility>
 #include <vector>
 
-#include "dae/model.hpp"
+#include "dae/model/model.hpp"
 
 namespace pendula::problems {
 

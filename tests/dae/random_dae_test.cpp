@@ -6,9 +6,9 @@
 
 #include <random>
 
-#include "dae/conversion.hpp"
-#include "dae/derivative_array.hpp"
-#include "expr/print.hpp"
+#include "dae/index/derivative_array.hpp"
+#include "dae/structure/conversion.hpp"
+#include "expr/print/print.hpp"
 #include "tests/dae/problems.hpp"
 
 using namespace pendula;

@@ -4,10 +4,10 @@
 #include <cmath>
 
 #include "base/error.hpp"
-#include "dae/lineage.hpp"
-#include "dae/rank.hpp"
-#include "dae/reduced_forms.hpp"
-#include "dae/start.hpp"
+#include "dae/model/lineage.hpp"
+#include "dae/rank/rank.hpp"
+#include "dae/reduce/reduced_forms.hpp"
+#include "dae/start/start.hpp"
 #include "mech/lagrangian.hpp"
 
 using namespace pendula;

@@ -3,7 +3,7 @@
 
 #include <random>
 
-#include "dae/sigma.hpp"
+#include "dae/structure/sigma.hpp"
 
 using namespace pendula::dae;
 

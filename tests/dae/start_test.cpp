@@ -5,8 +5,8 @@
 #include <cmath>
 
 #include "base/error.hpp"
-#include "dae/reduce.hpp"
-#include "dae/start.hpp"
+#include "dae/reduce/reduce.hpp"
+#include "dae/start/start.hpp"
 #include "mech/lagrangian.hpp"
 
 using namespace pendula;

@@ -1,12 +1,12 @@
 // to_code: the text, and that Lua rebuilds the same node from it.
 #include <doctest/doctest.h>
 
-#include "expr/derivative.hpp"
-#include "expr/print.hpp"
-#include "expr/solve.hpp"
-#include "lua/library.hpp"
-#include "lua/state.hpp"
-#include "lua/values.hpp"
+#include "expr/graph/derivative.hpp"
+#include "expr/graph/solve.hpp"
+#include "expr/print/print.hpp"
+#include "lua/core/library.hpp"
+#include "lua/core/state.hpp"
+#include "lua/core/values.hpp"
 #include "random_expressions.hpp"
 
 using namespace pendula;

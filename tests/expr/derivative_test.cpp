@@ -5,9 +5,9 @@
 #include <random>
 
 #include "base/error.hpp"
-#include "expr/derivative.hpp"
-#include "expr/graph.hpp"
-#include "expr/matrix.hpp"
+#include "expr/graph/derivative.hpp"
+#include "expr/graph/graph.hpp"
+#include "expr/graph/matrix.hpp"
 
 using namespace pendula;
 using Point = std::unordered_map<Expr, double>;
@@ -33,7 +33,7 @@ double difference(Expr e, Expr leaf, Point at) {
 /// A random expression of the smooth operations; every value stays moderate.
 Expr random_expression(std::mt19937& random, int depth) {
   const auto pick = [&](int n) { return static_cast<int>(random() % static_cast<unsigned>(n)); };
-  if (depth == 0) return pick(4) == 0 ? Expr(pick(5) + 1) : abc[static_cast<std::size_t>(pick(3))];
+  if (depth == 0) return pick(4) == 0 ? Expr(pick(5) + 1) : abc[pick(3)];
   const Expr u = random_expression(random, depth - 1), v = random_expression(random, depth - 1);
   switch (pick(10)) {
     case 0:
@@ -76,9 +76,9 @@ TEST_CASE("every operation: its partial derivatives against central differences,
       if (kink || (condition && (std::fabs(at[a]) < 0.01 || std::fabs(at[b]) < 0.01))) continue;
       for (int i = 0; i < row.arity; ++i) {
         CAPTURE(i);
-        const double exact = value(partial(e, abc[static_cast<std::size_t>(i)]), at);
+        const double exact = value(partial(e, abc[i]), at);
         // h⁴·f⁽⁵⁾/30 is far below rounding, which leaves about 1e-16/h of the value.
-        CHECK(exact == doctest::Approx(difference(e, abc[static_cast<std::size_t>(i)], at)).epsilon(1e-7));
+        CHECK(exact == doctest::Approx(difference(e, abc[i], at)).epsilon(1e-7));
       }
     }
   }
@@ -93,11 +93,11 @@ TEST_CASE("random expressions: gradient = forward mode = differences; the Hessia
     const auto g = gradient(e, abc);
     const MatX h = jacobian(g, abc);
     for (int i = 0; i < 3; ++i) {
-      const double exact = value(g[static_cast<std::size_t>(i)], at);
+      const double exact = value(g[i], at);
       const double scale = 1 + std::fabs(exact);
-      CHECK(std::fabs(exact - value(partial(e, abc[static_cast<std::size_t>(i)]), at)) <= 1e-12 * scale);
+      CHECK(std::fabs(exact - value(partial(e, abc[i]), at)) <= 1e-12 * scale);
       // Nested functions have large fifth derivatives: h⁴ = 1e-16 of them is what the tolerance covers.
-      CHECK(std::fabs(exact - difference(e, abc[static_cast<std::size_t>(i)], at)) <= 1e-5 * scale);
+      CHECK(std::fabs(exact - difference(e, abc[i], at)) <= 1e-5 * scale);
       for (int j = 0; j < i; ++j) {
         const double left = value(h(i, j), at), right = value(h(j, i), at);
         CHECK(std::fabs(left - right) <= 1e-10 * (1 + std::fabs(left)));

@@ -4,9 +4,9 @@
 #include <doctest/doctest.h>
 
 #include "base/error.hpp"
-#include "expr/derivative.hpp"
-#include "expr/evaluator.hpp"
-#include "expr/solve.hpp"
+#include "expr/graph/derivative.hpp"
+#include "expr/graph/evaluator.hpp"
+#include "expr/graph/solve.hpp"
 
 using namespace pendula;
 

@@ -6,10 +6,10 @@
 #include <limits>
 
 #include "base/error.hpp"
-#include "codegen/kernel.hpp"
-#include "expr/derivative.hpp"
-#include "expr/graph.hpp"
-#include "expr/matrix.hpp"
+#include "codegen/kernel/kernel.hpp"
+#include "expr/graph/derivative.hpp"
+#include "expr/graph/graph.hpp"
+#include "expr/graph/matrix.hpp"
 
 using namespace pendula;
 
@@ -31,7 +31,7 @@ std::vector<Expr> chain(int n) {
   std::vector<Expr> q, f;
   for (int i = 0; i < n; ++i) q.push_back(symbol(Kind::variable, "chain" + std::to_string(i)));
   for (int i = 0; i < n; ++i) {
-    const Expr next = q[static_cast<std::size_t>((i + 1) % n)], here = q[static_cast<std::size_t>(i)];
+    const Expr next = q[(i + 1) % n], here = q[i];
     f.push_back(sin(here - next) * Expr(i % 7 + 2) + here * here * next - exp(-here));
   }
   return f;

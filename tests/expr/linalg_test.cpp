@@ -6,10 +6,10 @@
 
 #include "base/decompositions.hpp"
 #include "base/error.hpp"
-#include "expr/derivative.hpp"
-#include "expr/generic.hpp"
-#include "expr/linalg.hpp"
-#include "expr/rational.hpp"
+#include "expr/graph/derivative.hpp"
+#include "expr/graph/generic.hpp"
+#include "expr/graph/rational.hpp"
+#include "expr/linalg/linalg.hpp"
 
 using namespace pendula;
 

@@ -2,8 +2,8 @@
 // large.
 #include <doctest/doctest.h>
 
-#include "expr/derivative.hpp"
-#include "expr/print.hpp"
+#include "expr/graph/derivative.hpp"
+#include "expr/print/print.hpp"
 
 using namespace pendula;
 
@@ -115,10 +115,10 @@ TEST_CASE("print: the order does not depend on the ids of operations") {
     for (int k = 0; k < 4; ++k) {
       const int i = backwards ? 3 - k : k;
       const Expr made[] = {x * sin(y), y * cos(x * c), (x + y) * c, exp(x) * (c - y)};
-      parts[static_cast<std::size_t>(i)] = i == 0 ? x * sin(y) : made[i];
+      parts[i] = i == 0 ? x * sin(y) : made[i];
     }
     Expr sum = 0;
-    for (int k = 0; k < 4; ++k) sum += parts[static_cast<std::size_t>(backwards ? 3 - k : k)];
+    for (int k = 0; k < 4; ++k) sum += parts[backwards ? 3 - k : k];
     std::string text = to_text(sum * min(y * x, x + 1), PrintOptions{});
     std::string::size_type at;
     while ((at = text.find(tag)) != std::string::npos) text.erase(at, tag.size());
@@ -163,7 +163,7 @@ TEST_CASE("print: scalar products and columns by their names") {
   CHECK(show(k.C1) == "(q₁² + q₂² + q₃² - R²)/2");  // without the alias
   VecX equation(6);
   for (Eigen::Index i = 0; i < 6; ++i) {
-    const Expr qi = k.q[static_cast<std::size_t>(i)];
+    const Expr qi = k.q[i];
     equation[i] = k.m * dot(qi, 2) + k.z[0] * partial(k.C1, qi) + k.z[1] * partial(k.C2, qi);
     if (i % 3 == 2) equation[i] += k.m * k.g;
   }
@@ -188,7 +188,7 @@ TEST_CASE("print: columns and matrices") {
   const auto p = symbol_vector(Kind::variable, "p", 3);
   const Expr m = param("m"), g = param("g"), z = var("z"), x = var("x");
   VecX v(3);
-  for (Eigen::Index i = 0; i < 3; ++i) v[i] = -z * p[static_cast<std::size_t>(i)];
+  for (Eigen::Index i = 0; i < 3; ++i) v[i] = -z * p[i];
   v[2] -= m * g;
   CHECK(vector_to_text(v, {}) == "-m g e₃ - z p");
   v[0] += x;

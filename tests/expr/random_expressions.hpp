@@ -7,7 +7,7 @@
 #include <unordered_map>
 
 #include "base/error.hpp"
-#include "expr/derivative.hpp"
+#include "expr/graph/derivative.hpp"
 
 namespace pendula {
 
@@ -24,7 +24,7 @@ class RandomExpressions {
   Expr expression(int depth) {
     if (depth == 0) {
       static const Expr numbers[] = {2, 3, Expr(-1), Expr(0.5), Expr(1) / 3, Expr(9.81)};
-      return pick(4) == 0 ? numbers[pick(6)] : leaves_[static_cast<std::size_t>(pick(6))];
+      return pick(4) == 0 ? numbers[pick(6)] : leaves_[pick(6)];
     }
     // Half of the operations are arithmetic, or nothing would ever cancel.
     static constexpr Op arithmetic[] = {Op::add, Op::sub, Op::mul, Op::div, Op::neg};

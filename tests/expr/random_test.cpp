@@ -2,9 +2,9 @@
 // printing is deterministic, to_code rebuilds the same node. The seed is in the message of a failure.
 #include <doctest/doctest.h>
 
-#include "expr/print.hpp"
-#include "expr/rewrite.hpp"
-#include "expr/vectors.hpp"
+#include "expr/graph/vectors.hpp"
+#include "expr/print/print.hpp"
+#include "expr/rewrite/rewrite.hpp"
 #include "random_expressions.hpp"
 
 using namespace pendula;
@@ -57,9 +57,7 @@ TEST_CASE("random: scalar products that are recognised mean what was written") {
     RandomExpressions random(seed);
     Expr e = 0;
     for (int k = 0; k < 4; ++k) {  // whole and damaged scalar products of combinations
-      const auto &a = columns[static_cast<std::size_t>(random.pick(4))],
-                 &b = columns[static_cast<std::size_t>(random.pick(4))],
-                 &d = columns[static_cast<std::size_t>(random.pick(4))];
+      const auto &a = columns[random.pick(4)], &b = columns[random.pick(4)], &d = columns[random.pick(4)];
       const Expr weight = random.expression(1);
       const int damage = random.pick(9);
       const bool difference = random.pick(2) == 0;

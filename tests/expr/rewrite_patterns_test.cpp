@@ -1,5 +1,5 @@
 // Expressions that differ in the names of their variables are simplified once and renamed.
-#include "expr/rewrite_patterns.hpp"
+#include "expr/rewrite/rewrite_patterns.hpp"
 
 #include <doctest/doctest.h>
 
@@ -7,8 +7,8 @@
 #include <random>
 #include <string>
 
-#include "expr/derivative.hpp"
-#include "expr/rewrite.hpp"
+#include "expr/graph/derivative.hpp"
+#include "expr/rewrite/rewrite.hpp"
 
 using namespace pendula;
 

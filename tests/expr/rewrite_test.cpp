@@ -2,10 +2,10 @@
 #include <doctest/doctest.h>
 
 #include "base/error.hpp"
-#include "expr/derivative.hpp"
-#include "expr/print.hpp"
-#include "expr/rewrite.hpp"
-#include "expr/rewrite_forms.hpp"
+#include "expr/graph/derivative.hpp"
+#include "expr/print/print.hpp"
+#include "expr/rewrite/rewrite.hpp"
+#include "expr/rewrite/rewrite_forms.hpp"
 
 using namespace pendula;
 

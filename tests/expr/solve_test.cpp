@@ -4,13 +4,13 @@
 #include <cmath>
 
 #include "base/error.hpp"
-#include "codegen/kernel.hpp"
-#include "dae/modular.hpp"
-#include "dae/rank.hpp"
-#include "expr/derivative.hpp"
-#include "expr/generic.hpp"
-#include "expr/print.hpp"
-#include "expr/solve.hpp"
+#include "codegen/kernel/kernel.hpp"
+#include "dae/rank/modular.hpp"
+#include "dae/rank/rank.hpp"
+#include "expr/graph/derivative.hpp"
+#include "expr/graph/generic.hpp"
+#include "expr/graph/solve.hpp"
+#include "expr/print/print.hpp"
 
 using namespace pendula;
 
@@ -163,9 +163,9 @@ TEST_CASE("solve: a sparse definite system is factored without pivoting, to the 
   std::vector<Entry> A;
   VecX b(n);
   std::unordered_map<Expr, double> at;
-  for (int i = 0; i <= n; ++i) at[d[static_cast<std::size_t>(i)]] = 1 + 0.3 * std::sin(i);
+  for (int i = 0; i <= n; ++i) at[d[i]] = 1 + 0.3 * std::sin(i);
   for (int i = 0; i < n; ++i) {
-    const Expr left = d[static_cast<std::size_t>(i)], right = d[static_cast<std::size_t>(i) + 1];
+    const Expr left = d[i], right = d[static_cast<std::size_t>(i) + 1];
     for (int j : {0, i - 1, i, i + 1, n - 1}) {
       if (j < 0 || j >= n || (j == 0 && i != 0 && i != n - 1 && i != 1) ||
           (j == n - 1 && i != n - 1 && i != 0 && i != n - 2))

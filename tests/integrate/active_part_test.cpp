@@ -1,15 +1,15 @@
 // The active part of a large model: which equations rest, how the part grows, and that nothing is neglected.
-#include "integrate/active_part.hpp"
+#include "integrate/problem/active_subsystem.hpp"
 
 #include <algorithm>
 #include <cmath>
 
 #include <doctest/doctest.h>
 
-#include "integrate/adaptive.hpp"
-#include "integrate/collocation.hpp"
-#include "integrate/irk_stepper.hpp"
-#include "integrate/part_stepper.hpp"
+#include "integrate/run/adaptive_run.hpp"
+#include "integrate/step/irk_stepper.hpp"
+#include "integrate/step/subsystem_stepper.hpp"
+#include "method/collocation.hpp"
 #include "tests/integrate/problems.hpp"
 
 using namespace pendula;
@@ -94,7 +94,7 @@ TEST_CASE("active part: the first equations of the order are a model of their ow
   part.problem->residual(own.data());
   std::vector<int> rows(order.begin(), order.begin() + 20);
   std::sort(rows.begin(), rows.end());
-  for (std::size_t k = 0; k < own.size(); ++k) CHECK(own[k] == all[static_cast<std::size_t>(rows[k])]);
+  for (std::size_t k = 0; k < own.size(); ++k) CHECK(own[k] == all[rows[k]]);
 
   const Part whole(*couplings, p, rest, order, 60);
   CHECK(whole.whole);

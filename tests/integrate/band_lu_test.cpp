@@ -1,5 +1,5 @@
 // Elimination in a band: orders found for shuffled systems, pivots, determinants, refusals.
-#include "integrate/band_lu.hpp"
+#include "integrate/solve/band_lu.hpp"
 
 #include <cmath>
 #include <numeric>
@@ -34,7 +34,7 @@ Matrix<Scalar> shuffled_band(int n, int below, int above, std::mt19937& random,
       if (i != j && random() % 4 == 0) continue;
       const int parts = random() % 10 == 0 ? 2 : 1;  // an entry may be given in parts
       for (int part = 0; part < parts; ++part) {
-        positions.push_back({rows[static_cast<std::size_t>(i)], columns[static_cast<std::size_t>(j)]});
+        positions.push_back({rows[i], columns[j]});
         values.push_back(number<Scalar>(i == j ? 0.01 * u(random) : u(random), u(random)));
         A(positions.back().row, positions.back().column) += values.back();
       }
@@ -100,7 +100,7 @@ TEST_CASE("band: a line in any numbering has as many diagonals as it needs") {
   std::vector<Position> line, ring, wide;
   for (int i = 0; i < n; ++i)
     for (int d = -1; d <= 1; ++d) {
-      const auto at = [&](int k) { return place[static_cast<std::size_t>((k + n) % n)]; };
+      const auto at = [&](int k) { return place[(k + n) % n]; };
       if (i + d >= 0 && i + d < n) line.push_back({at(i), at(i + d)});
       ring.push_back({at(i), at(i + d)});
       for (int j = 0; j < n; j += 40) wide.push_back({at(i), at(j)});

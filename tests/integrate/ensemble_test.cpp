@@ -1,5 +1,5 @@
 // Many sets on SIMD lanes: a set's result depends on nothing but the set.
-#include "integrate/ensemble.hpp"
+#include "integrate/sweep/ensemble.hpp"
 
 #include <cmath>
 #include <map>
@@ -7,7 +7,7 @@
 #include <doctest/doctest.h>
 
 #include "base/interrupt.hpp"
-#include "integrate/adaptive.hpp"
+#include "integrate/run/adaptive_run.hpp"
 #include "tests/integrate/problems.hpp"
 
 using namespace pendula;
@@ -43,11 +43,11 @@ class List : public EnsembleClient {
   explicit List(std::vector<double> values) : values_(std::move(values)) {}
   int next(double* state, double* p) override {
     if (next_ == static_cast<int>(values_.size())) return -1;
-    state[0] = 1, state[1] = 0, p[0] = values_[static_cast<std::size_t>(next_)];
+    state[0] = 1, state[1] = 0, p[0] = values_[next_];
     return next_++;
   }
   void point(int set, int place, double t, const double* state, const double*, const double* p) override {
-    CHECK(p[0] == values_[static_cast<std::size_t>(set)]);
+    CHECK(p[0] == values_[set]);
     auto& numbers = of(set).numbers;
     numbers.resize(18);  // five times and the end
     double* to = numbers.data() + 3 * (place < 0 ? 5 : place);
@@ -61,7 +61,7 @@ class List : public EnsembleClient {
   std::map<double, Result> results;
 
  private:
-  Result& of(int set) { return results[values_[static_cast<std::size_t>(set)]]; }
+  Result& of(int set) { return results[values_[set]]; }
   std::vector<double> values_;
   int next_ = 0;
 };

@@ -4,7 +4,7 @@
 
 #include <doctest/doctest.h>
 
-#include "integrate/explicit_code.hpp"
+#include "integrate/compiled/explicit_step.hpp"
 #include "tests/integrate/problems.hpp"
 
 using namespace pendula;

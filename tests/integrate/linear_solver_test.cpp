@@ -1,5 +1,5 @@
 // Dense, straight-line and KLU: one solution, whichever road is taken, and pivots that are chosen again.
-#include "integrate/linear_solver.hpp"
+#include "integrate/solve/linear_solver.hpp"
 
 #include <random>
 

@@ -5,9 +5,9 @@
 #include <doctest/doctest.h>
 
 #include "base/decompositions.hpp"
-#include "integrate/collocation.hpp"
-#include "integrate/linear_solver.hpp"
-#include "integrate/newton_code.hpp"
+#include "integrate/compiled/newton_step.hpp"
+#include "integrate/solve/linear_solver.hpp"
+#include "method/collocation.hpp"
 #include "tests/integrate/problems.hpp"
 
 using namespace pendula;
@@ -121,8 +121,7 @@ TEST_CASE("newton code: an iteration solves (W/h ⊗ M + I ⊗ J) ΔZ = -R") {
       for (int j = 0; j < b.s; ++j)
         whole.block(i * b.N, j * b.N, b.N, b.N) =
             b.formula.W(i, j) / b.dt * b.M + (i == j ? b.J : Mat::Zero(b.N, b.N));
-      R.segment(i * b.N, b.N) =
-          b.F(b.t + b.formula.c[static_cast<std::size_t>(i)] * b.dt, b.y + b.Z.segment(i * b.N, b.N), slope);
+      R.segment(i * b.N, b.N) = b.F(b.t + b.formula.c[i] * b.dt, b.y + b.Z.segment(i * b.N, b.N), slope);
     }
     const Vec step = -whole.partialPivLu().solve(R);
     double sum = 0, largest = 0;
@@ -164,7 +163,7 @@ TEST_CASE("newton code: starting values continue the polynomial of the last step
     const auto end = b.code->end();
     for (int i = 0; i < b.s; ++i) {
       Vec l(b.s + 1);
-      b.formula.lagrange(1 + b.formula.c[static_cast<std::size_t>(i)] * ratio, l.data());
+      b.formula.lagrange(1 + b.formula.c[i] * ratio, l.data());
       CHECK(distance(end.Z + i * b.N, before - b.y + b.mixed(l.tail(b.s))) < 1e-12);
     }
   }

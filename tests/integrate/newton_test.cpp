@@ -1,5 +1,5 @@
 // Newton's method: when it says converged, and what it says otherwise.
-#include "integrate/newton.hpp"
+#include "integrate/solve/newton.hpp"
 
 #include <cmath>
 #include <functional>

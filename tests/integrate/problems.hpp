@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "integrate/integrate.hpp"
-#include "integrate/tableau_text.hpp"
+#include "integrate/run/fixed_step_run.hpp"
+#include "method/tableau_text.hpp"
 
 namespace pendula::test {
 

@@ -4,8 +4,8 @@
 #include <doctest/doctest.h>
 
 #include "base/decompositions.hpp"
-#include "integrate/linear_solver.hpp"
-#include "integrate/rosenbrock_code.hpp"
+#include "integrate/compiled/rosenbrock_step.hpp"
+#include "integrate/solve/linear_solver.hpp"
 #include "tests/integrate/problems.hpp"
 
 using namespace pendula;

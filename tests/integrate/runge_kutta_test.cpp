@@ -5,7 +5,7 @@
 
 #include "base/error.hpp"
 #include "base/interrupt.hpp"
-#include "integrate/collocation.hpp"
+#include "method/collocation.hpp"
 #include "tests/integrate/problems.hpp"
 
 using namespace pendula;

@@ -1,12 +1,12 @@
 // Tableaus: order conditions, collocation, properties, text, and what the constructor refuses.
-#include "integrate/tableau.hpp"
+#include "method/tableau.hpp"
 
 #include <cmath>
 
 #include <doctest/doctest.h>
 
 #include "base/error.hpp"
-#include "integrate/collocation.hpp"
+#include "method/collocation.hpp"
 #include "tests/integrate/problems.hpp"
 
 using namespace pendula;

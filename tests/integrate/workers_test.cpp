@@ -1,6 +1,6 @@
 // Worker processes: every task is done once, failures and dead workers are told apart, an interrupt keeps
 // what is done.
-#include "integrate/workers.hpp"
+#include "integrate/sweep/workers.hpp"
 
 #include <atomic>
 #include <cmath>

@@ -3,8 +3,8 @@
 
 #include <algorithm>
 
-#include "lua/documentation.hpp"
-#include "lua/library.hpp"
+#include "lua/core/documentation.hpp"
+#include "lua/core/library.hpp"
 #include "widgets.hpp"
 
 using namespace pendula;

@@ -9,7 +9,7 @@
 #include <pthread.h>
 
 #include "base/interrupt.hpp"
-#include "lua/memory.hpp"
+#include "lua/core/memory.hpp"
 #include "widgets.hpp"
 
 using namespace pendula;

@@ -7,7 +7,7 @@
 
 #include <unistd.h>
 
-#include "lua/testing.hpp"
+#include "lua/core/testing.hpp"
 
 using namespace pendula;
 namespace fs = std::filesystem;

@@ -6,9 +6,9 @@
 #include <memory>
 #include <string>
 
-#include "lua/call.hpp"
-#include "lua/library.hpp"
-#include "lua/state.hpp"
+#include "lua/core/call.hpp"
+#include "lua/core/library.hpp"
+#include "lua/core/state.hpp"
 
 namespace pendula::lua {
 

@@ -4,7 +4,7 @@
 #include <random>
 
 #include "base/error.hpp"
-#include "dae/rank.hpp"
+#include "dae/rank/rank.hpp"
 #include "mech/lagrangian.hpp"
 
 using namespace pendula;

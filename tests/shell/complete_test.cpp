@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <memory>
 
-#include "lua/state.hpp"
+#include "lua/core/state.hpp"
 #include "shell/complete.hpp"
 #include "shell/echo.hpp"
 

@@ -3,7 +3,7 @@
 
 #include <memory>
 
-#include "lua/state.hpp"
+#include "lua/core/state.hpp"
 #include "shell/entry.hpp"
 #include "shell/hints.hpp"
 #include "shell/tokens.hpp"

@@ -6,8 +6,8 @@
 #include <doctest/doctest.h>
 
 #include "base/decompositions.hpp"
-#include "sysid/likelihood.hpp"
-#include "sysid/linear_program.hpp"
+#include "sysid/noise/likelihood.hpp"
+#include "sysid/noise/linear_program.hpp"
 
 #ifdef PENDULA_GLPK
 #include <glpk.h>
@@ -55,8 +55,8 @@ Oracle glpk(const Vec& c, const Mat& G, const Vec& lower, const Vec& upper) {
     const bool low = std::isfinite(lower[i - 1]);
     glp_set_row_bnds(lp, i, low ? GLP_DB : GLP_UP, low ? lower[i - 1] : 0, upper[i - 1]);
     for (int j = 1; j <= n; ++j) {
-      index[static_cast<std::size_t>(j)] = j;
-      row[static_cast<std::size_t>(j)] = G(i - 1, j - 1);
+      index[j] = j;
+      row[j] = G(i - 1, j - 1);
     }
     glp_set_mat_row(lp, i, n, index.data(), row.data());
   }
@@ -189,8 +189,7 @@ TEST_CASE("vertices of a parameter set are those of all intersections of d bound
       Vec b(d);
       Index k = 0;
       for (Index i = 0; i < 2 * m; ++i)
-        if (pick[static_cast<std::size_t>(i)])
-          A.row(k) = r.Phi.row(i / 2), b[k++] = r.y[i / 2] + (i % 2 ? 1 : -1);
+        if (pick[i]) A.row(k) = r.Phi.row(i / 2), b[k++] = r.y[i / 2] + (i % 2 ? 1 : -1);
       const Eigen::FullPivLU<Mat> lu(A);
       if (!lu.isInvertible()) continue;
       const Vec v = lu.solve(b);

@@ -1,11 +1,11 @@
 // Prediction-error models: gradients against differences, recovery, what the search returns is a minimum.
-#include "sysid/pem.hpp"
+#include "sysid/fit/pem.hpp"
 
 #include <random>
 
 #include <doctest/doctest.h>
 
-#include "sysid/validation.hpp"
+#include "sysid/model/validation.hpp"
 
 using namespace pendula;
 using namespace pendula::sysid;

@@ -1,11 +1,11 @@
 // Least squares on shifted signals: two roads to the same digits, and what rank deficiency looks like.
-#include "sysid/structured.hpp"
+#include "sysid/fit/structured.hpp"
 
 #include <random>
 
 #include <doctest/doctest.h>
 
-#include "sysid/excitation.hpp"
+#include "sysid/data/excitation.hpp"
 
 using namespace pendula;
 using namespace pendula::sysid;

@@ -1,0 +1,86 @@
+// Kernels: what is compiled once is remembered by the expressions it computes.
+#include "codegen/kernel/kernel.hpp"
+
+#include <mutex>
+
+#include "base/error.hpp"
+#include "codegen/kernel/jit_policy.hpp"
+#include "codegen/kernel/program_cache.hpp"
+#include "codegen/tape/tape.hpp"
+
+namespace pendula::codegen {
+
+struct Kernel::Code {
+  Tape tape;
+  Hot hot;
+  explicit Code(Program program) : tape(program), hot(std::move(program), tape.regular_share()) {}
+};
+
+Kernel::Kernel(std::span<const Expr> outputs, std::span<const Expr> inputs) {
+  // Nodes are never changed or freed: equal ids mean the same function.
+  static Memory<Code> memory;
+  static std::mutex mutex;
+  Key key;
+  key.reserve(outputs.size() + inputs.size() + 1);
+  for (Expr e : inputs) key.push_back(e.id());
+  key.push_back(static_cast<std::uint32_t>(inputs.size()));
+  for (Expr e : outputs) key.push_back(e.id());
+  const std::lock_guard lock(mutex);
+  code_ = memory.find(key);
+  if (!code_) {
+    code_ = std::make_shared<Code>(lower(outputs, inputs));
+    memory.add(key, code_, code_->tape.operations());
+  }
+  input_count_ = inputs.size(), output_count_ = outputs.size(), slots_ = code_->tape.workspace_size();
+}
+
+std::size_t Kernel::operations() const { return code_ ? code_->tape.operations() : 0; }
+
+double* Kernel::work() const {
+  work_.resize(slots_);
+  return work_.data();
+}
+
+std::vector<double> Kernel::operator()(std::span<const double> in) const {
+  PENDULA_ASSERT(in.size() == input_count_, "a kernel got the wrong number of inputs");
+  std::vector<double> out(outputs());
+  (*this)(in.data(), out.data());
+  return out;
+}
+
+void Kernel::run(const double* in, double* out, double* w) const {
+  if (!code_) return;
+  if (const Machine* machine = code_->hot.code())
+    machine->run(in, out, w);
+  else
+    code_->tape.run(in, out, w);
+}
+
+void Kernel::run_tape(const double* in, double* out, double* w) const {
+  if (code_) code_->tape.run(in, out, w);
+}
+
+bool Kernel::accelerate() const { return code_ && code_->hot.compile(); }
+bool Kernel::is_machine_code() const { return code_ && code_->hot.made(); }
+
+void Kernel::run_many(const double* in, double* out, std::size_t points) const {
+  constexpr std::size_t worth_it = 64;
+  const auto lanes = static_cast<std::size_t>(Machine::widest());
+  const std::size_t n = inputs(), m = outputs();
+  const Machine* machine = code_ && points >= worth_it ? code_->hot.lanes() : nullptr;
+  std::size_t done = 0;
+  if (machine) {
+    std::vector<double> x(lanes * n), y(lanes * m), work(machine->workspace_size());
+    for (; done + lanes <= points; done += lanes) {
+      for (std::size_t lane = 0; lane < lanes; ++lane)
+        for (std::size_t k = 0; k < n; ++k) x[lanes * k + lane] = in[(done + lane) * n + k];
+      machine->run(x.data(), y.data(), work.data());
+      for (std::size_t lane = 0; lane < lanes; ++lane)
+        for (std::size_t k = 0; k < m; ++k) out[(done + lane) * m + k] = y[lanes * k + lane];
+    }
+  }
+  std::vector<double> work(workspace_size());
+  for (; done < points; ++done) run(in + done * n, out + done * m, work.data());
+}
+
+}  // namespace pendula::codegen

@@ -1,0 +1,60 @@
+// Expressions become a numeric function: one evaluation of all outputs for one point.
+//
+// A Kernel is immutable and can be called from several threads when each brings its own workspace. The
+// default back end is the grouped tape: instructions are scheduled in runs of one operation, so that the
+// interpreter's dispatch is paid per run and not per operation (DESIGN.md §3), every result is
+// bit-reproducible and uses the scalar libm. A kernel that is run often gets machine code on the way, with
+// the same results bit for bit.
+#pragma once
+
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "expr/graph/graph.hpp"
+
+namespace pendula::codegen {
+
+class Kernel {
+ public:
+  Kernel() = default;
+
+  /// Compiles outputs as functions of the leaves `inputs`. Named constants (π) and numbers are built in;
+  /// parameters are always inputs. Throws Error naming a leaf that is not among the inputs, or an unspecified
+  /// function. Cost: linear in the number of nodes (10⁶ nodes: under a second); nothing if the same outputs
+  /// and inputs were compiled before and are still remembered.
+  Kernel(std::span<const Expr> outputs, std::span<const Expr> inputs);
+
+  std::size_t inputs() const { return input_count_; }
+  std::size_t outputs() const { return output_count_; }
+  std::size_t operations() const;  ///< instructions on the tape
+  std::size_t workspace_size() const { return slots_; }
+
+  /// in: inputs() values, out: outputs() values, work: workspace_size() values; they must not overlap. No
+  /// allocation, but for the one evaluation in which machine code is made.
+  void run(const double* in, double* out, double* work) const;
+  /// The same with a private workspace; not for two threads at once.
+  void operator()(const double* in, double* out) const { run(in, out, work()); }
+  std::vector<double> operator()(std::span<const double> in) const;
+
+  /// Many points, one after another in `in` and `out`; four or eight at a time where the processor can. sin,
+  /// exp … may then differ from those of run() in the last place.
+  void run_many(const double* in, double* out, std::size_t points) const;
+
+  /// The same by the tape alone, the reference.
+  void run_tape(const double* in, double* out, double* work) const;
+  /// Makes machine code at once, for a kernel that is going to be run thousands of times. True if there is
+  /// some.
+  bool accelerate() const;
+  bool is_machine_code() const;
+
+ private:
+  struct Code;
+  double* work() const;
+  std::shared_ptr<Code> code_;  ///< shared by copies and by kernels of the same expressions
+  std::size_t input_count_ = 0, output_count_ = 0, slots_ = 0;
+  mutable std::vector<double> work_;
+};
+
+}  // namespace pendula::codegen

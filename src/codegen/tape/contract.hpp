@@ -1,0 +1,14 @@
+// What is fast and not exact to the last bit: products and sums in one operation, reciprocals.
+#pragma once
+
+#include "codegen/tape/program.hpp"
+
+namespace pendula::codegen {
+
+/// The program with a·b + c, a·b - c and c - a·b in place of the two operations, where the product has no
+/// other use, and with products in place of divisions by constants and by what divides several times. Its
+/// results differ from those of the program by a rounding of each of these products. Only for
+/// Machine with Rounding::fused: the tape does not know these operations. Cost: linear.
+Program contracted(const Program& program);
+
+}  // namespace pendula::codegen

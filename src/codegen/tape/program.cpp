@@ -1,0 +1,221 @@
+// Expr graph -> program.
+#include "codegen/tape/program.hpp"
+
+#include <cstdlib>
+#include <optional>
+#include <unordered_map>
+
+#include "base/error.hpp"
+#include "codegen/linear/symmetric.hpp"
+#include "expr/graph/solve.hpp"
+
+namespace pendula::codegen {
+namespace {
+
+/// 2n of powers xⁿ that become products and a square root, 0 of others: |n| ≤ 16 and 2n is an integer. No
+/// call into libm, and x² is rounded once.
+long half_exponent(Expr node) {
+  const mpq_class* n = node.op() == Op::pow ? exact_value(node.operand(1)) : nullptr;
+  return n && n->get_den() <= 2 && abs(*n) <= 16 ? mpq_class(*n * 2).get_num().get_si() : 0;
+}
+
+class Lowering {
+ public:
+  Program program;
+
+  Lowering(std::span<const Expr> outputs, std::span<const Expr> inputs) {
+    program.inputs = inputs.size();
+    for (Expr input : inputs) values_[input] = count_++;
+    const std::vector<Expr> order = topological(outputs);
+    for (Expr node : order)
+      if (!values_.has(node)) add_leaf(node);
+    constant(1.0);  // for negative powers
+    for (Expr node : order)
+      if (node.op() == Op::solve && !zero_) zero_ = constant(0.0);  // of sparse matrices
+    for (Expr node : order)
+      if (!values_.has(node)) {
+        const Slot value = lower(node);
+        values_[node] = value;
+      }
+    for (Expr output : outputs) program.results.push_back(values_[output]);
+  }
+
+ private:
+  void add_leaf(Expr node) {
+    if (node.is_constant()) {
+      const Slot value = constant(constant_value(node));
+      values_[node] = value;
+    } else if (node.is_symbol()) {
+      const Symbol& s = symbol_of(node);
+      if (s.kind != Kind::constant)
+        throw Error(text("'", s.name, std::string(s.order, '\''), "' has no value here"));
+      const Slot value = constant(constant_value(*s.value));
+      values_[node] = value;
+    } else if (node.op() == Op::call) {
+      throw Error(text("'", call_of(node).name,
+                       "' is an unspecified function and has no values; substitute it with subs"));
+    }
+  }
+
+  Slot constant(double value) {
+    if (value == 1.0 && one_) return one_;
+    program.constants.push_back(value);
+    if (value == 1.0) one_ = count_;
+    return count_++;
+  }
+
+  Slot emit(const Instruction& instruction) {
+    program.instructions.push_back(instruction);
+    return count_++;
+  }
+  Slot emit(Op op, Slot a, Slot b = 0, Slot c = 0) { return emit({.op = op, .operand = {a, b, c}}); }
+
+  Slot lower_solution(Expr node) {
+    if (const int k = component_of(node)) {
+      const Expr head = head_of(node);
+      const auto known = solutions_.find(head);
+      if (known != solutions_.end()) return known->second[k];
+      return emit(
+          {.op = Op::solve, .part = Part::component, .operand = {values_[head], static_cast<Slot>(k), 0}});
+    }
+    const LinearSystem& s = system_of(node);
+    return s.definite ? lower_definite(node, s) : lower_dense(s);
+  }
+
+  Slot lower_definite(Expr head, const LinearSystem& s) {
+    if (const auto band = band_of(s)) return lower_band(head, s, **band);
+    const Emit put = [this](Op op, Slot a, Slot b) { return op == Op::constant ? one_ : emit(op, a, b); };
+    const auto [factor, made] = symmetric_.try_emplace(s.matrix);
+    if (made) {
+      std::vector<SymmetricEntry> entries;
+      for (std::size_t k = 0; k < s.entries(); ++k)
+        entries.push_back({s.places[k].first, s.places[k].second, values_[s.operands[k]]});
+      factor->second = factor_symmetric(s.size, entries, put);
+    }
+    std::vector<Slot> b;
+    for (int i = 0; i < s.size; ++i) b.push_back(values_[s.b(i)]);
+    return (solutions_[head] = solve_symmetric(factor->second, b, put))[0];
+  }
+
+  /// Is the matrix solved by its few diagonals, and in which order of the unknowns?
+  const std::optional<BandOrder>* band_of(const LinearSystem& s) {
+    const auto [at, made] = bands_.try_emplace(s.matrix);
+    if (made) at->second = band_order(s.size, s.places);
+    return at->second ? &at->second : nullptr;
+  }
+
+  Slot lower_band(Expr head, const LinearSystem& s, const BandOrder& band) {
+    const auto n = static_cast<std::size_t>(s.size);
+    const auto [factor, made] = factors_.try_emplace(s.matrix, 0);
+    if (made) {
+      const auto first = static_cast<Slot>(program.extra.size());
+      program.extra.resize(first + n * static_cast<std::size_t>(band.width + 1), zero_);
+      for (std::size_t k = 0; k < s.entries(); ++k) {
+        const auto i = static_cast<std::size_t>(band.step[s.places[k].first]),
+                   j = static_cast<std::size_t>(band.step[s.places[k].second]);
+        program.extra[first + (std::max(i, j) - std::min(i, j)) * n + std::max(i, j)] =
+            values_[s.operands[k]];
+      }
+      factor->second = emit(
+          {.op = Op::solve, .part = Part::factor, .size = s.size, .band = band.width, .first_extra = first});
+    }
+    const auto first = static_cast<Slot>(program.extra.size());
+    program.extra.resize(first + n);
+    for (std::size_t i = 0; i < n; ++i)
+      program.extra[first + static_cast<std::size_t>(band.step[i])] = values_[s.b(static_cast<int>(i))];
+    const Slot solve = emit({.op = Op::solve,
+                             .part = Part::solve,
+                             .operand = {factor->second, 0, 0},
+                             .size = s.size,
+                             .band = band.width,
+                             .first_extra = first});
+    std::vector<Slot> components(n, solve);
+    for (Slot k = 1; k < n; ++k)
+      components[k] = emit({.op = Op::solve, .part = Part::component, .operand = {solve, k, 0}});
+    std::vector<Slot>& x = solutions_[head];
+    for (std::size_t i = 0; i < n; ++i) x.push_back(components[band.step[i]]);
+    return x[0];
+  }
+
+  Slot lower_dense(const LinearSystem& s) {
+    const auto [factor, made] = factors_.try_emplace(s.matrix, 0);
+    if (made) {
+      const Slot first = begin_matrix(s);
+      factor->second = emit({.op = Op::solve, .part = Part::factor, .size = s.size, .first_extra = first});
+    }
+    const auto first = static_cast<Slot>(program.extra.size());
+    for (int i = 0; i < s.size; ++i) program.extra.push_back(values_[s.b(i)]);
+    return emit({.op = Op::solve,
+                 .part = Part::solve,
+                 .transposed = s.transposed,
+                 .operand = {factor->second, 0, 0},
+                 .size = s.size,
+                 .first_extra = first});
+  }
+
+  /// Row by row with zeros, as the first of all systems with this matrix saw it.
+  Slot begin_matrix(const LinearSystem& s) {
+    const auto first = static_cast<Slot>(program.extra.size());
+    const auto n = static_cast<std::size_t>(s.size);
+    program.extra.resize(program.extra.size() + n * n, zero_);
+    for (std::size_t k = 0; k < s.entries(); ++k) {
+      auto [i, j] = s.places[k];
+      if (s.transposed) std::swap(i, j);
+      program.extra[first + static_cast<std::size_t>(i) * n + static_cast<std::size_t>(j)] =
+          values_[s.operands[k]];
+    }
+    return first;
+  }
+
+  Slot lower(Expr node) {
+    if (node.op() == Op::solve) return lower_solution(node);
+    const auto x = node.operands();
+    const Slot a = values_[x[0]];
+    if (const long twice = half_exponent(node)) return half_power(a, twice);
+    if (node.op() == Op::sqrt) return root(a);
+    return emit(node.op(), a, x.size() > 1 ? values_[x[1]] : 0, x.size() > 2 ? values_[x[2]] : 0);
+  }
+
+  Slot root(Slot base) {
+    const auto [known, made] = roots_.try_emplace(base, 0);
+    if (made) known->second = emit(Op::sqrt, base);
+    return known->second;
+  }
+
+  Slot half_power(Slot base, long twice) {
+    if (twice % 2 == 0) return power(base, twice / 2);
+    const long whole = std::labs(twice) / 2;
+    Slot positive = root(base);
+    if (whole > 0) {
+      const Slot products = power(base, whole);
+      positive = emit(Op::mul, positive, products);
+    }
+    return twice > 0 ? positive : emit(Op::div, one_, positive);
+  }
+
+  Slot power(Slot base, long n) {
+    if (n < 0) {
+      const Slot positive = power(base, -n);
+      return emit(Op::div, one_, positive);
+    }
+    if (n == 1) return base;
+    const Slot half = power(base, n / 2), square = emit(Op::mul, half, half);
+    return n % 2 ? emit(Op::mul, square, base) : square;
+  }
+
+  NodeMap<Slot> values_;
+  std::unordered_map<Slot, Slot> roots_;
+  std::unordered_map<std::uint32_t, Slot> factors_;  // by the number of the matrix
+  std::unordered_map<std::uint32_t, SymmetricFactor> symmetric_;
+  std::unordered_map<std::uint32_t, std::optional<BandOrder>> bands_;
+  std::unordered_map<Expr, std::vector<Slot>> solutions_;  // of definite systems, by head
+  Slot count_ = 0, one_ = 0, zero_ = 0;
+};
+
+}  // namespace
+
+Program lower(std::span<const Expr> outputs, std::span<const Expr> inputs) {
+  return std::move(Lowering(outputs, inputs).program);
+}
+
+}  // namespace pendula::codegen

@@ -1,0 +1,128 @@
+#include "dae/index/array_conditions.hpp"
+
+#include <algorithm>
+
+#include "base/error.hpp"
+#include "expr/print/print.hpp"
+#include "expr/rewrite/normal.hpp"
+#include "expr/rewrite/rewrite.hpp"
+
+namespace pendula::dae {
+
+TrackedRow TrackedElimination::add(TrackedRow row) {
+  // Pivots sit on the last column of their row: subtracting one only brings in columns before it.
+  for (auto it = row.entries.rbegin(); it != row.entries.rend();) {
+    const int column = it->first;
+    const auto pivot = pivots_.find(column);
+    if (pivot == pivots_.end()) {
+      ++it;
+      continue;
+    }
+    const mpq_class factor = it->second / pivot->second.entries.at(column);
+    for (const auto& [j, value] : pivot->second.entries)
+      if (mpq_class& here = row.entries[j]; (here -= factor * value) == 0) row.entries.erase(j);
+    for (const auto& [i, value] : pivot->second.combination)
+      if (mpq_class& here = row.combination[i]; (here -= factor * value) == 0) row.combination.erase(i);
+    it = std::make_reverse_iterator(row.entries.lower_bound(column));
+  }
+  if (!row.entries.empty()) pivots_[row.entries.rbegin()->first] = row;
+  return row;
+}
+
+void make_coprime(std::map<int, mpq_class>& combination) {
+  mpz_class numerators = 0, denominators = 1;
+  for (const auto& [i, value] : combination) {
+    numerators = gcd(numerators, value.get_num());
+    denominators = lcm(denominators, value.get_den());
+  }
+  if (numerators == 0) return;
+  const mpq_class scale = mpq_class(denominators) / mpq_class(numerators);
+  for (auto& [i, value] : combination) value *= scale;
+}
+
+std::string combination_text(const std::map<int, mpq_class>& combination,
+                             const std::function<std::string(int)>& label) {
+  std::vector<std::pair<int, mpq_class>> terms(combination.begin(), combination.end());
+  // The last row first, and it is what the others are subtracted from: (3) - (1) - (2).
+  std::stable_sort(terms.begin(), terms.end(),
+                   [](const auto& a, const auto& b) { return (a.second > 0) > (b.second > 0); });
+  std::string out;
+  for (const auto& [i, value] : terms) {
+    const mpq_class size = abs(value);
+    const std::string sign = value < 0 ? "-" : "+";
+    out += out.empty() ? (value < 0 ? "-" : "") : " " + sign + " ";
+    out += (size == 1 ? "" : size.get_str() + " ") + label(i);
+  }
+  return out;
+}
+
+namespace {
+
+std::string row_label(const Model& m, const DerivativeArray& array, int row) {
+  const auto equations = static_cast<int>(array.equations());
+  std::string label = m.label(static_cast<std::size_t>(row % equations));
+  for (int k = 0; k < row / equations; ++k) label += "′";
+  return label;
+}
+
+/// ∂(row)/∂y as rationals, or nothing if one of them is not.
+std::optional<TrackedRow> constant_row(const DerivativeArray& array, int row, const std::vector<Expr>& y) {
+  TrackedRow tracked;
+  tracked.combination[row] = 1;
+  for (const Entry& e : sparse_jacobian({&array.rows()[row], 1}, y)) {
+    const Expr value = simplify(e.value);
+    const mpq_class* q = exact_value(value);
+    if (!q) return {};
+    if (*q != 0) tracked.entries[e.column] = *q;
+  }
+  return tracked;
+}
+
+}  // namespace
+
+Expr with_leading_sign(Expr residual, const std::vector<Expr>& states) {
+  for (Expr x : states) {
+    const Expr slope = partial(residual, x);
+    if (slope.is_zero()) continue;
+    const Expr s = simplify(slope);
+    return s.is_constant() && constant_value(s) < 0 ? simplify(-residual) : residual;
+  }
+  return residual;
+}
+
+std::vector<ArrayCondition> explicit_conditions(
+    const Model& model, const DerivativeArray& array, int orders,
+    const std::function<bool(const std::vector<Expr>& found)>& independent) {
+  std::vector<Expr> y = array.first();
+  y.insert(y.end(), array.higher().begin(), array.higher().end());
+  Substitution without_y;
+  for (Expr leaf : y) without_y[leaf] = Expr(0);
+  TrackedElimination elimination;
+  std::vector<ArrayCondition> conditions;
+  std::vector<Expr> found;
+  const auto equations = static_cast<int>(array.equations());
+  for (int row = 0; row < (orders + 1) * equations; ++row) {
+    auto tracked = constant_row(array, row, y);
+    if (!tracked) continue;
+    TrackedRow left = elimination.add(std::move(*tracked));
+    if (!left.entries.empty()) continue;
+    make_coprime(left.combination);
+    Expr sum = 0;
+    for (const auto& [i, value] : left.combination)
+      sum += Expr(value) * substitute(array.rows()[i], without_y);
+    const Expr residual = with_leading_sign(simplify(sum), array.states());
+    if (residual.is_constant()) continue;
+    found.push_back(residual);
+    if (!independent(found)) {
+      found.pop_back();
+      continue;
+    }
+    const int derivative = left.combination.rbegin()->first / equations;
+    conditions.push_back({residual, derivative, combination_text(left.combination, [&](int i) {
+                            return row_label(model, array, i);
+                          })});
+  }
+  return conditions;
+}
+
+}  // namespace pendula::dae

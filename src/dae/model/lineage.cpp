@@ -1,0 +1,146 @@
+#include "dae/model/lineage.hpp"
+
+#include <algorithm>
+
+#include "base/error.hpp"
+#include "base/text.hpp"
+#include "expr/graph/declaration.hpp"
+#include "expr/print/print.hpp"
+
+namespace pendula::dae {
+
+std::unordered_set<std::string> used_names(const Model& m) {
+  std::unordered_set<std::string> names;
+  std::vector<Expr> all = m.residuals;
+  for (const Constraint& c : m.invariants) all.push_back(c.residual);
+  for (Expr leaf : leaves(all)) names.insert(symbol_of(leaf).name), names.insert(symbol_of(leaf).vector);
+  return names;
+}
+
+std::string fresh_name(const std::unordered_set<std::string>& used, const std::string& wish,
+                       const std::string& fallback) {
+  if (!used.count(wish)) return wish;
+  std::string name = fallback;
+  while (used.count(name)) name += "_";
+  return name;
+}
+
+std::vector<Group> groups(const Model& m) {
+  std::vector<Group> out;
+  for (const Variable& v : m.variables) {
+    const Symbol& s = symbol_of(v.leaf);
+    const bool same =
+        !s.vector.empty() && !out.empty() && out.back().name == s.vector && out.back().order == v.order;
+    if (!same) out.push_back({s.vector.empty() ? s.name : s.vector, {}, v.order});
+    out.back().leaves.push_back(v.leaf);
+  }
+  return out;
+}
+
+std::vector<Expr> beside(const Group& g, const std::string& name) {
+  if (g.leaves.size() == 1) return newly_declared({symbol(pendula::Kind::variable, name)});
+  return newly_declared(symbol_vector(pendula::Kind::variable, name, static_cast<int>(g.leaves.size())));
+}
+
+std::vector<Expr> new_variables(const Model& m, const std::string& name, std::size_t n) {
+  const std::string fresh = fresh_name(used_names(m), name, name + "_");
+  if (n == 1) return newly_declared({symbol(pendula::Kind::variable, fresh)});
+  return newly_declared(symbol_vector(pendula::Kind::variable, fresh, static_cast<int>(n)));
+}
+
+VecX mapped(const VecX& v, const Substitution& s) { return column(substitute(entries(v), s)); }
+
+ModelOptions child_of(const ModelPtr& m) {
+  ModelOptions options;
+  options.name = m->name;
+  options.parent = m;
+  options.form = m->form;
+  options.relations = m->relations;
+  options.invariants = m->invariants;
+  options.mechanics = m->mechanics;
+  options.drift = m->drift;
+  options.projections = m->projections;
+  options.domain = m->domain;
+  return options;
+}
+
+void move_invariants(ModelOptions& options, const Substitution& s) {
+  for (Constraint& c : options.invariants) c.residual = substitute(c.residual, s);
+  std::vector<Expr> meanings;  // at once: they share what they are made of, the solution of one linear system
+  for (const auto& [leaf, meaning] : options.relations) meanings.push_back(meaning);
+  meanings = substitute(meanings, s);
+  for (Nonzero& n : options.domain) n.factor = substitute(n.factor, s);
+  std::size_t next = 0;
+  for (auto& [leaf, meaning] : options.relations) meaning = meanings[next++];
+  for (Projection& p : options.projections) {
+    p.unknowns = substitute(p.unknowns, s);
+    p.residuals = substitute(p.residuals, s);
+    for (Entry& entry : p.jacobian) entry.value = substitute(entry.value, s);
+    for (Entry& entry : p.weight) entry.value = substitute(entry.value, s);
+  }
+}
+
+void declare_unknowns(ModelOptions& options, const Model& m) {
+  for (const Variable& v : m.variables) (v.order ? options.x : options.z).push_back(v.leaf);
+  options.u = m.inputs;
+}
+
+std::vector<Chain> chains(const Model& model, const Model& low) {
+  std::vector<Chain> list;
+  for (std::size_t k = model.invariants.size(); k < low.invariants.size(); ++k) {
+    const Constraint& c = low.invariants[k];
+    const auto same = [&](const Chain& chain) {
+      return chain.below[0].origin == c.origin && chain.below[0].row == c.row;
+    };
+    auto chain = std::find_if(list.begin(), list.end(), same);
+    if (chain == list.end()) {
+      const auto block = static_cast<std::size_t>(c.origin);
+      list.push_back({{}, block, c.row, low.blocks[block].rhs[c.row]});
+      chain = list.end() - 1;
+    }
+    chain->below.push_back(c);
+  }
+  for (Chain& chain : list)
+    std::sort(chain.below.begin(), chain.below.end(),
+              [](const Constraint& a, const Constraint& b) { return a.derivative < b.derivative; });
+  return list;
+}
+
+ModelPtr original(const ModelPtr& m) {
+  ModelPtr source = m;
+  while (!source->form.empty() && source->parent) source = source->parent;
+  if (source == m) return m;
+  auto copy = std::make_shared<Model>(*source);
+  for (Expr p : copy->parameters)
+    if (const auto it = m->values.find(p); it != m->values.end()) copy->values[p] = it->second;
+  return copy;
+}
+
+std::string names_of(const std::vector<Expr>& list) {
+  std::vector<std::string> names;
+  for (Expr e : list) names.push_back(to_text(e));
+  return join(names, ", ");
+}
+
+std::string grouped_names(const std::vector<Expr>& list) {
+  std::vector<std::string> names;
+  for (std::size_t i = 0; i < list.size();) {
+    const Symbol& s = symbol_of(list[i]);
+    const std::size_t whole = vector_components(s.vector).size();
+    std::size_t n = 0;
+    while (!s.vector.empty() && i + n < list.size() && symbol_of(list[i + n]).vector == s.vector &&
+           symbol_of(list[i + n]).order == s.order)
+      ++n;
+    if (n > 1 && n == whole) {
+      names.push_back(vector_to_text(column(std::span(list).subspan(i, n))));
+      i += n;
+    } else {
+      names.push_back(to_text(list[i++]));
+    }
+  }
+  return join(names, ", ");
+}
+
+std::string column_text(const VecX& v) { return v.size() == 1 ? to_text(v[0]) : vector_to_text(v); }
+
+}  // namespace pendula::dae

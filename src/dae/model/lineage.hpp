@@ -1,0 +1,60 @@
+// What the makers of new models share: names, groups of unknowns, and what a child takes over from its
+// parent.
+#pragma once
+
+#include <string>
+#include <unordered_set>
+#include <vector>
+
+#include "dae/model/model.hpp"
+
+namespace pendula::dae {
+
+/// Names of all symbols a model uses, so that new ones do not collide.
+std::unordered_set<std::string> used_names(const Model& m);
+/// `wish` if it is free, else `fallback` with as many _ as needed.
+std::string fresh_name(const std::unordered_set<std::string>& used, const std::string& wish,
+                       const std::string& fallback);
+
+/// The unknowns of a model grouped as the user declared them: a column, or single variables.
+struct Group {
+  std::string name;
+  std::vector<Expr> leaves;
+  int order;
+};
+std::vector<Group> groups(const Model& m);
+/// New variables beside a group: a column of the same size, or a scalar.
+std::vector<Expr> beside(const Group& g, const std::string& name);
+/// n new variables of this name, or of this name with _: a scalar if n = 1, else a column.
+std::vector<Expr> new_variables(const Model& m, const std::string& name, std::size_t n);
+
+VecX mapped(const VecX& v, const Substitution& s);
+
+/// Everything but equations and trace.
+ModelOptions child_of(const ModelPtr& m);
+/// Rewrites invariants, relations and projections in the child's unknowns.
+void move_invariants(ModelOptions& options, const Substitution& s);
+/// x, z and u as in m.
+void declare_unknowns(ModelOptions& options, const Model& m);
+
+/// A constraint with its derivatives, of a model and the form "acc" made of it.
+struct Chain {
+  std::vector<Constraint> below;  ///< C, C′ …: what the form no longer imposes
+  std::size_t block;
+  Eigen::Index row;
+  Expr last;  ///< the derivative that took its place
+};
+std::vector<Chain> chains(const Model& model, const Model& low);
+
+/// The model that a reduced form was made from, with the form's parameter values; the model itself if it is
+/// none.
+ModelPtr original(const ModelPtr& m);
+
+/// "x, y, q": names for messages, columns by their entries.
+std::string names_of(const std::vector<Expr>& list);
+/// The same with whole columns by their names: "q, x".
+std::string grouped_names(const std::vector<Expr>& list);
+/// A column as text, a single entry without parentheses.
+std::string column_text(const VecX& v);
+
+}  // namespace pendula::dae

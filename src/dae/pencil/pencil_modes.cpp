@@ -1,0 +1,273 @@
+#include "dae/pencil/pencil_modes.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "base/error.hpp"
+#include "expr/graph/rational.hpp"
+#include "expr/linalg/linalg.hpp"
+
+namespace pendula::dae {
+namespace {
+
+using Complex = std::complex<long double>;
+
+void trim(Polynomial& p) {
+  while (!p.empty() && p.back() == 0) p.pop_back();
+}
+
+Polynomial monic(Polynomial p) {
+  const mpq_class lead = p.back();
+  for (mpq_class& c : p) c /= lead;
+  return p;
+}
+
+Complex horner(const std::vector<long double>& p, Complex s) {
+  Complex sum = 0;
+  for (std::size_t k = p.size(); k-- > 0;) sum = sum * s + p[k];
+  return sum;
+}
+
+std::vector<long double> in_doubles(const Polynomial& p) {
+  std::vector<long double> d;
+  for (const mpq_class& c : p) d.push_back(static_cast<long double>(c.get_d()));
+  return d;
+}
+
+/// Zeros of a monic polynomial without multiple zeros: eigenvalues of its companion matrix, sharpened by
+/// Newton.
+std::vector<std::complex<double>> zeros(const Polynomial& p) {
+  const auto n = static_cast<Eigen::Index>(p.size()) - 1;
+  Mat companion = Mat::Zero(n, n);
+  for (Eigen::Index i = 0; i < n; ++i) {
+    companion(i, n - 1) = -p[i].get_d();
+    if (i > 0) companion(i, i - 1) = 1;
+  }
+  const auto eigen = linalg::eigensystem(companion);
+  const auto exact = in_doubles(p), slope = in_doubles(derivative(p));
+  std::vector<std::complex<double>> list;
+  for (Eigen::Index i = 0; i < n; ++i) {
+    Complex s(eigen.re[i], eigen.im[i]);
+    for (int step = 0; step < 20; ++step) {
+      const Complex d = horner(slope, s);
+      if (std::abs(d) == 0) break;
+      const Complex change = horner(exact, s) / d;
+      if (!(std::abs(change) < 0.1L * (std::abs(s) + 1e-3L))) break;  // never leave the zero that was found
+      s -= change;
+      if (std::abs(change) < 1e-18L * std::abs(s)) break;
+    }
+    list.emplace_back(static_cast<double>(s.real()), static_cast<double>(s.imag()));
+    if (std::fabs(list.back().imag()) < 1e-14 * std::abs(list.back())) list.back().imag(0);
+  }
+  return list;
+}
+
+/// The rational with the leading coefficient of the primitive integer polynomial as denominator (rational
+/// root theorem: coefficients of monic factors have no other).
+std::optional<mpq_class> candidate(double v, const mpz_class& lead) {
+  const double scaled = v * lead.get_d();
+  if (!(std::fabs(scaled) < 1e15)) return {};
+  mpq_class q(mpz_class(std::nearbyint(scaled)), lead);
+  q.canonicalize();
+  return q;
+}
+
+mpz_class integer_lead(const Polynomial& p) {
+  mpz_class lead = 1;
+  for (const mpq_class& c : p) lead = lcm(lead, c.get_den());
+  return lead;
+}
+
+/// Divides p by `factor` if that is exact.
+bool take(Polynomial& p, const Polynomial& factor) {
+  Division d = divide(p, factor);
+  if (!d.remainder.empty()) return false;
+  p = std::move(d.quotient);
+  return true;
+}
+
+/// Linear and quadratic factors of a squarefree monic polynomial, and what is left.
+void split(Polynomial p, int multiplicity, std::vector<Factor>& list) {
+  const mpz_class lead = integer_lead(p);
+  std::vector<std::complex<double>> rest;
+  for (const auto& z : zeros(p)) {
+    const auto q = candidate(z.real(), lead);
+    if (z.imag() == 0 && q && take(p, {-*q, 1}))
+      list.push_back({{-*q, 1}, multiplicity, {q->get_d()}});
+    else
+      rest.push_back(z);
+  }
+  for (std::size_t i = 0; i < rest.size(); ++i)
+    for (std::size_t j = i + 1; j < rest.size(); ++j) {
+      if (std::fabs(rest[i].imag() + rest[j].imag()) > 1e-12 * std::abs(rest[i])) continue;
+      const auto sum = candidate((rest[i] + rest[j]).real(), lead);
+      const auto prod = candidate((rest[i] * rest[j]).real(), lead);
+      if (!sum || !prod || p.size() < 3 || !take(p, {*prod, -*sum, 1})) continue;
+      list.push_back({{*prod, -*sum, 1}, multiplicity, {rest[i], rest[j]}});
+      rest.erase(rest.begin() + static_cast<std::ptrdiff_t>(j));
+      rest.erase(rest.begin() + static_cast<std::ptrdiff_t>(i));
+      --i;
+      break;
+    }
+  if (p.size() > 1) list.push_back({p, multiplicity, rest});
+}
+
+}  // namespace
+
+Polynomial product(const Polynomial& a, const Polynomial& b) {
+  if (a.empty() || b.empty()) return {};
+  Polynomial c(a.size() + b.size() - 1);
+  for (std::size_t i = 0; i < a.size(); ++i)
+    for (std::size_t j = 0; j < b.size(); ++j) c[i + j] += a[i] * b[j];
+  return c;
+}
+
+Division divide(Polynomial a, const Polynomial& b) {
+  Division d;
+  if (a.size() >= b.size()) d.quotient.resize(a.size() - b.size() + 1);
+  while (a.size() >= b.size()) {
+    const std::size_t shift = a.size() - b.size();
+    const mpq_class factor = a.back() / b.back();
+    d.quotient[shift] = factor;
+    for (std::size_t i = 0; i < b.size(); ++i) a[shift + i] -= factor * b[i];
+    trim(a);
+  }
+  d.remainder = std::move(a);
+  return d;
+}
+
+Polynomial derivative(const Polynomial& a) {
+  Polynomial d;
+  for (std::size_t k = 1; k < a.size(); ++k) d.push_back(a[k] * static_cast<unsigned long>(k));
+  return d;
+}
+
+Polynomial gcd(Polynomial a, Polynomial b) {
+  while (!b.empty()) {
+    Polynomial r = divide(a, b).remainder;
+    a = std::move(b);
+    b = r.empty() ? r : monic(std::move(r));
+  }
+  return monic(std::move(a));
+}
+
+mpq_class value(const Polynomial& a, const mpq_class& s) {
+  mpq_class sum = 0;
+  for (std::size_t k = a.size(); k-- > 0;) sum = sum * s + a[k];
+  return sum;
+}
+
+RationalMatrix value(const Polynomial& a, const RationalMatrix& m) {
+  RationalMatrix sum(m.rows(), m.cols());
+  for (std::size_t k = a.size(); k-- > 0;) {
+    sum = sum * m;
+    for (int i = 0; i < m.rows(); ++i) sum(i, i) += a[k];
+  }
+  return sum;
+}
+
+Expr expression(const Polynomial& a, Expr s) {
+  Expr sum = 0;
+  for (std::size_t k = a.size(); k-- > 0;) {
+    if (a[k] == 0) continue;
+    const Expr power = k == 0 ? Expr(1) : k == 1 ? s : pow(s, Expr(static_cast<long>(k)));
+    sum += Expr(a[k]) * power;
+  }
+  return sum;
+}
+
+Polynomial characteristic(const RationalMatrix& m) {
+  if (m.rows() == 0) return {1};
+  Polynomial p = rational::characteristic(expressions(m));
+  std::reverse(p.begin(), p.end());
+  return p;
+}
+
+std::vector<Factor> factors(const Polynomial& given) {
+  std::vector<Factor> list;
+  if (given.size() < 2) return list;
+  // Yun's squarefree decomposition: p = Π aᵢⁱ.
+  const Polynomial p = monic(given), slope = derivative(p), common = gcd(p, slope);
+  Polynomial b = divide(p, common).quotient, c = divide(slope, common).quotient;
+  for (int i = 1; b.size() > 1; ++i) {
+    Polynomial d = c;
+    const Polynomial bs = derivative(b);
+    d.resize(std::max(d.size(), bs.size()));
+    for (std::size_t k = 0; k < bs.size(); ++k) d[k] -= bs[k];
+    trim(d);
+    const Polynomial a = d.empty() ? b : gcd(b, d);
+    if (a.size() > 1) split(a, i, list);
+    b = divide(b, a).quotient;
+    c = d.empty() ? d : divide(d, a).quotient;
+  }
+  return list;
+}
+
+std::vector<Mode> modes(const std::vector<Factor>& factors) {
+  std::vector<Mode> list;
+  for (const Factor& f : factors) {
+    if (f.degree() == 1) {
+      list.push_back({f.zeros[0], f.multiplicity, std::pair(Expr(mpq_class(-f.p[0])), Expr(0))});
+    } else if (f.degree() == 2) {
+      RationalMatrix companion(2, 2);
+      companion(0, 1) = -f.p[0], companion(1, 0) = 1, companion(1, 1) = -f.p[1];
+      const auto exact = linalg::exact_eigenvalues(expressions(companion));
+      PENDULA_ASSERT(exact && exact->size() == 2, "a quadratic factor has no exact zeros");
+      auto z = f.zeros;
+      const auto key = [](const std::complex<double>& s) { return std::pair(s.real(), s.imag()); };
+      if (z[0].imag() != 0) z[1] = {z[0].real(), z[1].imag()};  // one real part, whatever rounding says
+      std::sort(z.begin(), z.end(), [&](auto& a, auto& b) { return key(a) < key(b); });
+      for (std::size_t i = 0; i < 2; ++i)
+        list.push_back({z[i], f.multiplicity, std::pair((*exact)[i].re, (*exact)[i].im)});
+    } else {
+      for (const auto& z : f.zeros) list.push_back({z, f.multiplicity, {}});
+    }
+  }
+  std::stable_sort(list.begin(), list.end(), [](const Mode& a, const Mode& b) {
+    return std::pair(a.value.real(), a.value.imag()) < std::pair(b.value.real(), b.value.imag());
+  });
+  return list;
+}
+
+RationalMatrix nilpotent_chains(const RationalMatrix& m) {
+  const int n = m.rows();
+  std::vector<RationalMatrix> kernels{RationalMatrix(n, 0)};  // of m⁰, m¹, …
+  for (RationalMatrix power = m; kernels.back().cols() < n; power = power * m) {
+    kernels.push_back(kernel(power));
+    PENDULA_ASSERT(static_cast<int>(kernels.size()) <= n + 1, "chains of a matrix that is not nilpotent");
+  }
+  // From the longest chains down: tops of length k complement ker mᵏ⁻¹ + m ker mᵏ⁺¹ in ker mᵏ.
+  RationalMatrix chains(n, 0);
+  for (std::size_t k = kernels.size() - 1; k > 0; --k) {
+    RationalMatrix known = kernels[k - 1];
+    if (k + 1 < kernels.size()) known = beside(known, m * kernels[k + 1]);
+    const RationalMatrix tops = complement(known, kernels[k]);
+    for (int j = 0; j < tops.cols(); ++j) {
+      RationalMatrix chain = tops.columns(j, 1);
+      for (std::size_t i = 1; i < k; ++i) chain = beside(m * chain.columns(0, 1), chain);
+      chains = beside(chains, primitive_factor(chain) * chain);
+    }
+  }
+  return chains;
+}
+
+RationalMatrix jordan_basis(const RationalMatrix& m, const std::vector<Factor>& factors) {
+  const int n = m.rows();
+  RationalMatrix basis(n, 0),
+      others = RationalMatrix::identity(n);  // others: Π (m - λI)ᵏ, its image is the rest
+  for (const Factor& f : factors) {
+    if (f.degree() != 1) continue;
+    const RationalMatrix shifted = value(f.p, m);
+    RationalMatrix power = RationalMatrix::identity(n);
+    for (int i = 0; i < f.multiplicity; ++i) power = power * shifted;
+    others = others * power;
+    // m - λI maps its component to itself: in the coordinates of that a nilpotent matrix.
+    const RationalMatrix component = kernel(power);
+    const int size = component.cols();
+    const Reduced r = reduced(beside(component, shifted * component), size);
+    basis = beside(basis, component * nilpotent_chains(r.form.block(0, size, size, size)));
+  }
+  return basis.cols() == 0 ? others : beside(basis, span(others));
+}
+
+}  // namespace pendula::dae

@@ -1,0 +1,36 @@
+// Blocks of the system Jacobian that are too large for their determinant to be written out: what must keep
+// its rank along a solution is handed over as matrices, and watched numerically (integrate/event/monitor/rank_monitor.hpp).
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "dae/model/model.hpp"
+
+namespace pendula::dae {
+
+/// A block of more than four equations of the system Jacobian J of the model that a form was made from.
+struct LargeBlock {
+  struct Matrix {
+    int rows = 0, columns = 0;
+    std::vector<Entry> entries;  ///< by rows, each position once, in unknowns of the form
+  };
+  /// The rows of J that are differentiated (for mechanisms ∂C/∂q), after elimination of rows that only say
+  /// q′ = v. They must be independent. No rows: none, or all of them constant.
+  Matrix gradients;
+  std::vector<std::string> constraints;  ///< names of the rows: "C₁", "(3)"
+  /// J itself, which must be regular; no rows where that follows from the gradients (`definite`) or J is
+  /// constant.
+  Matrix jacobian;
+  /// What is needed to say what is lost: names of all equations of the block, and what they determine.
+  Matrix all;
+  std::vector<std::string> equations;
+  std::vector<Expr> determined;
+};
+
+/// Empty where the analysis is not regular. Where J is [M F; G 0] with a constant diagonal M of one sign, or
+/// with the mass matrix of a Lagrangian, and F = GᵀD, it is singular only where G has dependent rows, and J
+/// is not watched. Cost: linear in the entries of J, remembered.
+std::vector<LargeBlock> large_blocks(const ModelPtr& model);
+
+}  // namespace pendula::dae

@@ -1,0 +1,100 @@
+#include "dae/rank/rank.hpp"
+
+#include <cmath>
+#include <optional>
+#include <random>
+
+#include "base/decompositions.hpp"
+#include "expr/graph/declaration.hpp"
+#include "expr/graph/derivative.hpp"
+#include "expr/graph/generic.hpp"
+
+namespace pendula::dae {
+namespace {
+
+/// Rows, then columns, divided by their largest entry: the rank shall not depend on units.
+Mat equilibrated(Mat m) {
+  for (Eigen::Index i = 0; i < m.rows(); ++i)
+    if (const double s = m.row(i).cwiseAbs().maxCoeff(); s > 0) m.row(i) /= s;
+  for (Eigen::Index j = 0; j < m.cols(); ++j)
+    if (const double s = m.col(j).cwiseAbs().maxCoeff(); s > 0) m.col(j) /= s;
+  return m;
+}
+
+constexpr double rank_tolerance =
+    1e-9;  // relative to σ₁: far above rounding (1e-15·n), far below what models mean
+
+}  // namespace
+
+std::unordered_map<Expr, double> random_point(std::span<const Expr> outputs, int attempt) {
+  std::unordered_map<Expr, double> point;
+  std::uint64_t calls = 0;  // applications of one function to different arguments have different values
+  for (Expr node : topological(outputs)) {
+    const bool named_constant = node.is_symbol() && symbol_of(node).kind == Kind::constant;
+    if ((!node.is_symbol() || named_constant) && node.op() != Op::call) continue;
+    const std::uint64_t who = name_hash(node) + (node.is_symbol() ? 0 : ++calls);
+    std::mt19937_64 random(who * 31 + static_cast<unsigned>(attempt));
+    point[node] = std::uniform_real_distribution<double>(0.5, 1.5)(random);
+  }
+  return point;
+}
+
+Mat evaluate(const MatX& m, const std::unordered_map<Expr, double>& values) {
+  const auto v = pendula::evaluate(entries(m), values);
+  return Eigen::Map<const Mat>(v.data(), m.rows(), m.cols());
+}
+
+int numeric_rank(const Mat& m, double* gap) {
+  if (m.size() == 0) return 0;
+  const Eigen::JacobiSVD<Mat> svd(equilibrated(m));
+  const Vec s = svd.singularValues();
+  int rank = 0;
+  while (rank < s.size() && s[rank] > rank_tolerance * s[0] && s[rank] > 0) ++rank;
+  if (gap) *gap = rank ? s[rank - 1] / s[0] : 0;
+  return rank;
+}
+
+/// The largest numeric rank at a few random points: sees identities between transcendental functions. Nothing
+/// if the entries are not finite at any point tried.
+static std::optional<int> sampled_rank(const MatX& m) {
+  std::optional<int> best;
+  for (int attempt = 0, valid = 0; attempt < 20 && valid < 6; ++attempt) {
+    const Mat value = evaluate(m, random_point(entries(m), attempt));
+    if (!value.allFinite()) continue;
+    ++valid;
+    best = std::max(best.value_or(0), numeric_rank(value));
+    if (best == std::min(m.rows(), m.cols())) break;
+  }
+  return best;
+}
+
+ModularRank generic_rank(std::span<const Entry> entries, int rows, int columns) {
+  ModularRank exact = modular_rank(entries, rows, columns);
+  constexpr int affordable = 64;  // singular values cost O(n³)
+  std::vector<Expr> values;
+  for (const Entry& e : entries) values.push_back(e.value);
+  if (std::max(rows, columns) > affordable || exact.rank == 0 || generic::decided_by_residues(values, true))
+    return exact;
+  MatX m = MatX::Zero(rows, columns);
+  for (const Entry& e : entries) m(e.row, e.column) = e.value;
+  exact.rank = std::min(exact.rank, sampled_rank(m).value_or(exact.rank));
+  return exact;
+}
+
+int generic_rank(const MatX& m) {
+  std::vector<Entry> nonzero;
+  for (Eigen::Index i = 0; i < m.rows(); ++i)
+    for (Eigen::Index j = 0; j < m.cols(); ++j)
+      if (!m(i, j).is_zero()) nonzero.push_back({static_cast<int>(i), static_cast<int>(j), m(i, j)});
+  return generic_rank(nonzero, static_cast<int>(m.rows()), static_cast<int>(m.cols())).rank;
+}
+
+Mat null_space(const Mat& m) {
+  if (m.cols() == 0) return Mat(0, 0);
+  if (m.rows() == 0) return Mat::Identity(m.cols(), m.cols());
+  const Eigen::JacobiSVD<Mat> svd(m, Eigen::ComputeFullV);
+  const int rank = numeric_rank(m);
+  return svd.matrixV().rightCols(m.cols() - rank);
+}
+
+}  // namespace pendula::dae

@@ -1,0 +1,29 @@
+// Generic rank: the rank a matrix of expressions has at almost every point.
+#pragma once
+
+#include "base/math.hpp"
+#include "dae/rank/modular.hpp"
+#include "expr/graph/matrix.hpp"
+
+namespace pendula::dae {
+
+/// Deterministic pseudo-random values in [0.5, 1.5] for every leaf and unspecified function the outputs
+/// contain. The `attempt`-th draw; different attempts are independent.
+std::unordered_map<Expr, double> random_point(std::span<const Expr> outputs, int attempt);
+
+/// Largest rank over several random points. Rank deficiency at all of them means "identically singular" up to
+/// a set of measure zero; points where an entry is not finite are skipped. Cost: a few evaluations and one
+/// SVD each.
+int generic_rank(const MatX& m);
+ModularRank generic_rank(std::span<const Entry> entries, int rows, int columns);
+
+/// Numeric rank by SVD after scaling rows and columns to unit size; `gap`, if given, receives σ_r / σ_1.
+int numeric_rank(const Mat& m, double* gap = nullptr);
+
+/// A basis of the null space of m, as columns (unit vectors).
+Mat null_space(const Mat& m);
+
+/// Values of all entries at a point. May contain NaN.
+Mat evaluate(const MatX& m, const std::unordered_map<Expr, double>& values);
+
+}  // namespace pendula::dae

@@ -1,0 +1,154 @@
+#include "dae/reduce/reduce.hpp"
+
+#include <algorithm>
+#include <array>
+#include <memory>
+#include <unordered_set>
+
+#include "base/error.hpp"
+#include "base/text.hpp"
+#include "dae/model/classification.hpp"
+#include "dae/model/derivation_markup.hpp"
+#include "dae/model/lineage.hpp"
+#include "dae/rank/rank.hpp"
+#include "dae/reduce/differentiation.hpp"
+#include "dae/structure/conversion.hpp"
+#include "expr/print/print.hpp"
+#include "expr/rewrite/rewrite.hpp"
+
+namespace pendula::dae {
+namespace {
+
+/// Rows such as p′ = v that were put into a derivative of the constraints.
+void describe_substitutions(const Model& m, const std::vector<Constraint>& constraints,
+                            std::vector<std::string>& lines) {
+  const auto known = kinematics(m);
+  std::vector<Expr> residuals;
+  for (const Constraint& c : constraints) residuals.push_back(c.residual);
+  const auto inside = leaves(residuals);
+  const std::unordered_set<Expr> differentiated(inside.begin(), inside.end());
+  std::unordered_set<int> told;
+  for (const auto& solved : solved_rows(m)) {
+    const int block = m.origin[solved.residual].first;
+    if (!known.count(solved.derivative) || !differentiated.count(symbol_of(solved.derivative).base)) continue;
+    if (!told.insert(block).second) continue;
+    lines.push_back(
+        text("with (", block + 1, ")  ", formula(ref(m.blocks[block].lhs), " = ", ref(m.blocks[block].rhs))));
+  }
+}
+
+/// "x₁′, x₂′, z", of a large model the first names only.
+std::string unknowns_text(const Model& m) {
+  constexpr std::size_t most = 40, shown = 12;
+  std::vector<Expr> list = m.top_derivatives();
+  const auto z = m.algebraic();
+  list.insert(list.end(), z.begin(), z.end());
+  if (list.size() <= most) return names_of(list);
+  const std::size_t all = list.size();
+  list.resize(shown);
+  return text(names_of(list), ", … ", all, " in all");
+}
+
+}  // namespace
+
+std::vector<Entry> top_jacobian(const Model& m) {
+  std::vector<Expr> unknowns = m.top_derivatives();
+  const auto z = m.algebraic();
+  unknowns.insert(unknowns.end(), z.begin(), z.end());
+  return sparse_jacobian(m.residuals, unknowns);
+}
+
+ModelPtr regular_form(const ModelPtr& model) {
+  const Analysis as_written = analyse(*model);
+  if (!as_written.regular && as_written.offsets.unmatched.empty())
+    if (const auto repaired = repair(model)) return repaired->model;
+  return model;
+}
+
+namespace {
+
+/// The last answers: models are values, and other forms ask for this one first.
+class LowForms {
+ public:
+  ModelPtr find(const ModelPtr& model) const {
+    for (const auto& [given, low] : last_)
+      if (given.lock() == model) return low.lock();
+    return nullptr;
+  }
+  void keep(const ModelPtr& model, const ModelPtr& low) {
+    last_[next_] = {model, low};
+    next_ = (next_ + 1) % last_.size();
+  }
+
+ private:
+  std::array<std::pair<std::weak_ptr<const Model>, std::weak_ptr<const Model>>, 4> last_;
+  std::size_t next_ = 0;
+};
+
+ModelPtr made_acc(const ModelPtr& given);
+
+}  // namespace
+
+ModelPtr reduce_acc(const ModelPtr& given) {
+  static LowForms known;
+  if (const ModelPtr low = known.find(given)) return low;
+  const ModelPtr low = made_acc(given);
+  known.keep(given, low);
+  return low;
+}
+
+namespace {
+
+ModelPtr made_acc(const ModelPtr& given) {
+  const ModelPtr model = regular_form(given);
+  const Analysis a = require_regular(*model);
+  if (a.index <= 1 && a.offsets.value == static_cast<int>(model->states().size())) return model;
+  Differentiated d = differentiate(*model, a.offsets);
+  ModelOptions options;
+  options.name = model->name;
+  options.form = "acc";
+  options.parent = model;
+  options.relations = model->relations;
+  options.invariants = model->invariants;
+  options.domain = model->domain;
+  options.drift = DriftLaw::polynomial;
+  options.invariants.insert(options.invariants.end(), d.constraints.begin(), d.constraints.end());
+  options.mechanics = model->mechanics;
+  for (std::size_t j = 0; j < model->variables.size(); ++j) {  // an algebraic one may have got a derivative
+    const Variable& v = model->variables[j];
+    (v.order > 0 || a.offsets.d[j] > 0 ? options.x : options.z).push_back(v.leaf);
+  }
+  options.u = model->inputs;
+  options.trace = std::move(d.trace);
+  describe_substitutions(*model, d.constraints, options.trace);
+  ModelPtr low = make_model(std::move(d.blocks), options);
+  const auto n = static_cast<int>(low->residuals.size());
+  const int rank = generic_rank(top_jacobian(*low), n, n).rank;
+  if (rank < n)
+    throw Failure(text("differentiating did not lower the index to 1: the Jacobian with respect to (",
+                       unknowns_text(*low), ") has rank ", rank, " of ", n));
+  auto done = std::make_shared<Model>(*low);
+  done->trace.push_back(text("The Jacobian with respect to (", unknowns_text(*low), ") has rank ", rank,
+                             " of ", n, ": index ",
+                             low->algebraic().empty() && low->kind != Kind::fully_implicit ? 0 : 1, "."));
+  for (const auto& [word, line] : classification(*model))
+    if (word == "holds") done->trace.push_back("The original model has " + line + ".");
+  constexpr std::size_t most = 40;
+  std::vector<std::string> conditions;
+  for (const Constraint& c : done->invariants)
+    if (conditions.size() < most) conditions.push_back(c.label + " = 0");
+  if (done->invariants.size() > most) conditions.push_back(text("… ", done->invariants.size(), " in all"));
+  done->trace.push_back("The new model no longer imposes " + join(conditions, ", ") +
+                        ": the start must satisfy " + (conditions.size() == 1 ? "it." : "them."));
+  return done;
+}
+
+}  // namespace
+
+std::string trace(const Model& m) {
+  std::string story = m.parent ? trace(*m.parent) : "";
+  for (const std::string& line : m.trace) story += rendered(line) + "\n";
+  return story;
+}
+
+}  // namespace pendula::dae

@@ -1,0 +1,103 @@
+// reduce(form): the list of forms, and the choice where none is named.
+#include "base/error.hpp"
+#include "base/text.hpp"
+#include "dae/index/differentiation_index.hpp"
+#include "dae/model/lineage.hpp"
+#include "dae/reduce/reduced_forms.hpp"
+
+namespace pendula::dae {
+namespace {
+
+struct Form {
+  const char* name;
+  ModelPtr (*make)(const ModelPtr& model, const ReduceOptions& options);
+};
+
+const Form forms[] = {
+    {"acc", [](const ModelPtr& m, const ReduceOptions&) { return reduce_acc(m); }},
+    {"ggl", [](const ModelPtr& m, const ReduceOptions&) { return reduce_ggl(m); }},
+    {"baumgarte", [](const ModelPtr& m, const ReduceOptions& o) { return reduce_baumgarte(m, o); }},
+    {"project", [](const ModelPtr& m, const ReduceOptions&) { return reduce_project(m); }},
+    {"dummy", [](const ModelPtr& m, const ReduceOptions& o) { return reduce_dummy(m, o); }},
+    {"minimal", [](const ModelPtr& m, const ReduceOptions& o) { return reduce_minimal(m, o); }},
+    {"ode", [](const ModelPtr& m, const ReduceOptions&) { return reduce_ode(m); }},
+};
+
+/// The same model with one more line of its story.
+ModelPtr with_line(const ModelPtr& model, const std::string& line) {
+  auto copy = std::make_shared<Model>(*model);
+  copy->trace.push_back(line);
+  return copy;
+}
+
+/// The same number of free initial values as the model has: a form that lost or gained one is not equivalent.
+ModelPtr checked(const ModelPtr& done, const ModelPtr& model, const std::string& form) {
+  const ModelPtr source = regular_form(original(model));
+  if (done == model || done == source) return done;
+  const Analysis before = analyse(*source), after = analyse(*done);
+  if (before.regular && after.regular && before.dof != after.dof)
+    throw Failure(text("form \"", form, "\": the equations derived have ", after.dof,
+                       after.dof == 1 ? " free initial value" : " free initial values",
+                       ", but the model has ", before.dof,
+                       ": they are not equivalent to it, so the form does not apply; use reduce \"acc\""));
+  return done;
+}
+
+/// The best road for simulation. Nothing is reduced that can be integrated as it stands.
+ModelPtr best(const ModelPtr& given) {
+  const ModelPtr model = regular_form(given);
+  const Analysis a = require_regular(*model);
+  const ModelPtr low = reduce_acc(model);
+  if (low == model && model != given && model->invariants.empty())
+    return with_line(model, text("reduce() stopped there: the equivalent equations have index ", a.index,
+                                 ", which every implicit method can integrate."));
+  if (low == model && model->invariants.empty()) {
+    auto same = std::make_shared<Model>(*model);
+    same->parent = model;
+    same->trace = {text("reduce() left the model as it is: its index is ", a.index,
+                        ", which every implicit method can integrate",
+                        a.index == 0 ? " (and every explicit one, if x′ is given)." : ".")};
+    return same;
+  }
+  const ModelPtr done = reduce_project(model);
+  const bool is_explicit = done->parent->form == "ode" || done->kind == Kind::ode;
+  return with_line(
+      done, text("reduce() chose form \"project\" over ",
+                 is_explicit
+                     ? "the explicit form \"ode\": x′ = f(t, x) suits explicit methods of high order, which "
+                       "are the fastest for models that are not stiff"
+                     : "form \"acc\": its equations are not linear in the derivatives, so there is no "
+                       "explicit form",
+                 "; the projection keeps the constraints, which would drift otherwise."));
+}
+
+}  // namespace
+
+std::vector<std::string> reduction_forms() {
+  std::vector<std::string> names;
+  for (const Form& form : forms) names.emplace_back(form.name);
+  return names;
+}
+
+ModelPtr reduce(const ModelPtr& model, const std::string& form, const ReduceOptions& options) {
+  if ((options.alpha || options.beta) && form != "baumgarte")
+    throw Error(text("alpha and beta are gains of form \"baumgarte\"",
+                     form.empty() ? "; name it: reduce(\"baumgarte\", { alpha = 10 })"
+                                  : text("; form \"", form, "\" has none")));
+  const auto made = [&]() -> ModelPtr {
+    if (form.empty()) return best(model);
+    for (const Form& f : forms)
+      if (form == f.name) return checked(f.make(model, options), model, form);
+    return nullptr;
+  };
+  try {
+    if (const ModelPtr done = made()) return done;
+  } catch (const Failure&) {
+    truth(*original(model));  // a better reason, where there is no index at all
+    throw;
+  }
+  throw Error(text("unknown form '", form, "'.", did_you_mean(form, reduction_forms()),
+                   " Forms: ", join(reduction_forms(), ", ")));
+}
+
+}  // namespace pendula::dae

@@ -1,0 +1,182 @@
+// Form "dummy": index reduction with dummy derivatives.
+//
+// Equation i is kept with all its derivatives up to order c_i. That makes Σ c_i equations too many; as many
+// derivatives x_j⁽ᵏ⁾ become algebraic variables of their own, chosen so that the Jacobian of every group of
+// differentiated equations with respect to them is regular (Mattsson & Söderlind, SIAM J. Sci. Comput. 14(3),
+// 1993): stage s takes the rows with c_i ≥ s of the system Jacobian and, among the columns of the stage
+// before, as many independent ones; of their variables the derivative of order d_j - s + 1 is a dummy.
+#include <algorithm>
+
+#include "base/error.hpp"
+#include "base/text.hpp"
+#include "dae/model/derivation_markup.hpp"
+#include "dae/model/lineage.hpp"
+#include "dae/rank/rank.hpp"
+#include "dae/reduce/reduced_forms.hpp"
+#include "expr/graph/declaration.hpp"
+#include "expr/print/print.hpp"
+#include "expr/rewrite/rewrite.hpp"
+
+namespace pendula::dae {
+namespace {
+
+using Index = Eigen::Index;
+using Numbers = std::unordered_map<Expr, double>;
+
+/// Values of the leaves: the point, then the parameters, then generic numbers if no point is given.
+Numbers complete(const Model& m, std::span<const Expr> outputs, const Numbers& point) {
+  Numbers values = point.empty() ? random_point(outputs, 0) : point;
+  for (Expr leaf : leaves(outputs)) {
+    if (symbol_of(leaf).kind == pendula::Kind::constant || point.count(leaf)) continue;
+    if (const auto it = m.values.find(leaf); it != m.values.end())
+      values[leaf] = pendula::evaluate({&it->second, 1}, {})[0];
+    else if (!point.empty())
+      throw Error(text("form \"dummy\": the point gives no value for ", to_text(leaf),
+                       "; pass a start: reduce(\"dummy\", { at = sys:init{ … } })"));
+  }
+  return values;
+}
+
+}  // namespace
+
+DummySelection select_dummies(const ModelPtr& m, const Numbers& point) {
+  const DummyPivoting pivoting(m);
+  return pivoting.best(pendula::evaluate(pivoting.slopes, complete(*m, pivoting.slopes, point)));
+}
+
+double dummy_quality(const ModelPtr& m, const DummySelection& selection, const Numbers& point) {
+  const DummyPivoting pivoting(m);
+  return pivoting.quality(selection,
+                          pendula::evaluate(pivoting.slopes, complete(*m, pivoting.slopes, point)));
+}
+
+DummySelection selection_of(const Model& dummy) {
+  DummySelection selection;
+  const ModelPtr source = dummy.parent;
+  const Analysis a = require_regular(*source);
+  std::unordered_map<Expr, int> orders;
+  for (const Variable& v : dummy.variables) orders[v.leaf] = v.order;
+  for (std::size_t j = 0; j < source->variables.size(); ++j) {
+    const Expr x = source->variables[j].leaf;
+    const auto it = orders.find(x);
+    for (int k = (it == orders.end() ? 0 : it->second) + 1; k <= a.offsets.d[j]; ++k)
+      selection.dummies.push_back(derivative_leaf(x, k));
+  }
+  return selection;
+}
+
+Expr original_leaf(const Model& dummy, Expr leaf) {
+  for (const auto& [old, meaning] : dummy.relations)
+    if (meaning == leaf) return old;
+  return leaf;
+}
+
+// ── the model with a selection
+// ────────────────────────────────────────────────────────────────────────────────
+
+namespace {
+
+/// Every block with its derivatives; rows of a block that are differentiated differently often stand alone.
+std::vector<Block> with_derivatives(const Model& m, const Offsets& o, std::vector<std::string>& trace) {
+  std::vector<Block> blocks = m.blocks;  // the equations keep their numbers, derivatives follow
+  std::size_t first = 0;
+  for (std::size_t b = 0; b < m.blocks.size(); ++b) {
+    const auto size = static_cast<std::size_t>(m.blocks[b].lhs.size());
+    int most = 0;
+    for (std::size_t r = 0; r < size; ++r) most = std::max(most, o.c[first + r]);
+    std::vector<Expr> residual(m.residuals.begin() + static_cast<std::ptrdiff_t>(first),
+                               m.residuals.begin() + static_cast<std::ptrdiff_t>(first + size));
+    for (std::size_t r = 0; r < size; ++r)  // 0 = C reads better than 0 = -C
+      if (m.blocks[b].lhs[static_cast<Index>(r)].is_zero())
+        residual[r] = m.blocks[b].rhs[static_cast<Index>(r)];
+    for (int k = 1; k <= most; ++k) {
+      std::vector<Expr> rows;
+      std::vector<std::string> labels;
+      for (std::size_t r = 0; r < size; ++r)
+        if (k <= o.c[first + r]) {
+          rows.push_back(residual[r] = simplify(total_derivative(residual[r])));
+          labels.push_back(m.label(first + r));
+        }
+      const VecX right = column(rows);
+      const bool all = size > 1 && rows.size() == size;
+      const std::string note = text(all ? text("(", b + 1, ")") : join(labels, ", "), " differentiated",
+                                    k == 1   ? ""
+                                    : k == 2 ? " twice"
+                                             : text(" ", k, " times"));
+      trace.push_back(text("dummy: ", note, ":  ", formula("0 = ", ref(right))));
+      blocks.push_back({VecX::Zero(right.size()), right, note});
+    }
+    first += size;
+  }
+  return blocks;
+}
+
+/// A new algebraic variable for every dummy: y′ -> y_dot, y″ -> y_ddot.
+Substitution stand_ins(const Model& m, const DummySelection& selection, std::vector<Expr>& made) {
+  auto used = used_names(m);
+  Substitution s;
+  for (Expr leaf : selection.dummies) {
+    const Symbol& symbol = symbol_of(leaf);
+    if (symbol.order == 0) continue;  // the variable itself has become algebraic
+    std::string name = symbol.name + "_";
+    for (int k = 1; k < std::min(symbol.order, 3); ++k) name += "d";
+    name += symbol.order > 3 ? text("d", symbol.order, "ot") : "dot";
+    name = fresh_name(used, name, name + "_");
+    used.insert(name);
+    s[leaf] = newly_declared({pendula::symbol(pendula::Kind::variable, name)})[0];
+    made.push_back(s[leaf]);
+  }
+  return s;
+}
+
+}  // namespace
+
+ModelPtr reduce_dummy(const ModelPtr& model, const DummySelection& selection) {
+  const ModelPtr source = regular_form(original(model));
+  const Analysis a = require_regular(*source);
+  if (selection.dummies.empty())
+    throw Error(text("form \"dummy\": the model has index ", a.index,
+                     " and no equation that has to be differentiated; it can be integrated as it stands"));
+  ModelOptions options = child_of(source);
+  options.form = "dummy";
+  options.u = source->inputs;
+  std::vector<Block> blocks = with_derivatives(*source, a.offsets, options.trace);
+  std::vector<Expr> made;
+  const Substitution s = stand_ins(*source, selection, made);
+  for (Block& b : blocks) b.lhs = mapped(b.lhs, s), b.rhs = mapped(b.rhs, s);
+  move_invariants(options, s);
+  for (const auto& [leaf, meaning] : s) options.relations[leaf] = meaning;
+  std::vector<Expr> states;
+  std::unordered_map<Expr, int> taken;
+  for (Expr leaf : selection.dummies) ++taken[symbol_of(leaf).base];
+  for (std::size_t j = 0; j < source->variables.size(); ++j) {
+    const Expr x = source->variables[j].leaf;
+    const int order = a.offsets.d[j] - (taken.count(x) ? taken.at(x) : 0);
+    (order > 0 ? options.x : options.z).push_back(x);
+    for (int k = 0; k < order; ++k) states.push_back(derivative_leaf(x, k));
+  }
+  options.z.insert(options.z.end(), made.begin(), made.end());
+  options.trace.push_back(
+      text("     ", names_of(selection.dummies), " are dummy derivatives, algebraic: ", names_of(made)));
+  options.trace.push_back(text(
+      "     states in use: ", names_of(states), "; quality of the choice ", rounded(selection.quality, 3),
+      " (1 is the best there is, 0 singular). integrate() compares it with the best one "
+      "after every step and changes to that where it is twice as good (sol:switches())."));
+  options.trace.push_back("     Every constraint is an equation, so nothing drifts; the index is 1.");
+  return make_model(std::move(blocks), std::move(options));
+}
+
+ModelPtr reduce_dummy(const ModelPtr& model, const ReduceOptions& options) {
+  const ModelPtr source = regular_form(original(model));
+  const DummySelection selection = select_dummies(source, options.at);
+  const ModelPtr done = reduce_dummy(model, selection);
+  if (!options.at.empty()) return done;
+  auto copy = std::make_shared<Model>(*done);
+  copy->trace.push_back(
+      "     The states were chosen at a generic point; reduce(\"dummy\", { at = sys:init{ … } }) chooses "
+      "them at a "
+      "start.");
+  return copy;
+}
+
+}  // namespace pendula::dae

@@ -1,0 +1,314 @@
+// Form "minimal": dependent coordinates are solved from the constraints and substituted.
+//
+// A constraint 0 = a(q) y + r(q), linear in a coordinate y, gives y = φ(q) = -r/a wherever a ≠ 0. Then
+// y′ = φ′, y″ = φ″ by total derivatives, the constraint has gone, and so have its hidden conditions. One that
+// is quadratic in every coordinate, 0 = a y² + b y + r, gives y = (-b ± √(b² - 4 a r))/(2 a); the sign is
+// that of a start, and holds where the argument of the root is positive.
+#include <algorithm>
+#include <cmath>
+
+#include "base/error.hpp"
+#include "base/text.hpp"
+#include "dae/model/derivation_markup.hpp"
+#include "dae/model/lineage.hpp"
+#include "dae/rank/rank.hpp"
+#include "dae/reduce/differentiation.hpp"
+#include "dae/reduce/reduced_forms.hpp"
+#include "dae/singular/validity.hpp"
+#include "expr/graph/generic.hpp"
+#include "expr/print/print.hpp"
+#include "expr/rewrite/rewrite.hpp"
+
+namespace pendula::dae {
+namespace {
+
+using Index = Eigen::Index;
+
+struct Candidate {
+  Expr leaf, slope;
+  bool safe;        ///< the coefficient contains no unknown: the solution holds everywhere
+  double strength;  ///< |coefficient| at the point
+};
+
+bool has_unknown(Expr e) {
+  const auto inside = leaves({&e, 1});
+  return std::any_of(inside.begin(), inside.end(),
+                     [](Expr leaf) { return symbol_of(leaf).kind == pendula::Kind::variable; });
+}
+
+bool varies(Expr e) {
+  const auto inside = leaves({&e, 1});
+  return std::any_of(inside.begin(), inside.end(), [](Expr leaf) {
+    const auto kind = symbol_of(leaf).kind;
+    return kind != pendula::Kind::parameter && kind != pendula::Kind::constant;
+  });
+}
+
+double strength_at(Expr slope, const Model& m, const std::unordered_map<Expr, double>& at) {
+  auto point = random_point({&slope, 1}, 0);
+  for (auto& [leaf, value] : point) {
+    if (symbol_of(leaf).kind == pendula::Kind::time) value = 0;  // where integrations begin
+    if (const auto it = m.values.find(leaf); it != m.values.end())
+      value = pendula::evaluate({&it->second, 1}, {})[0];
+    if (const auto it = at.find(leaf); it != at.end()) value = it->second;
+  }
+  const double s = std::fabs(pendula::evaluate({&slope, 1}, point)[0]);
+  return std::isfinite(s) ? s : 0;
+}
+
+/// Solves constraints one after the other.
+class Dependents {
+ public:
+  Dependents(const Model& m, const ReduceOptions& options) : m_(m), at_(options.at) {}
+
+  std::vector<std::pair<Expr, Expr>> solved;  ///< y, φ in independent unknowns
+  std::vector<Nonzero> domain;                ///< what was divided by, in the model's unknowns
+  std::vector<std::string> trace;
+
+  void add(const Constraint& c) {
+    const Expr e = simplify(substitute(c.residual, derivatives()));
+    if (e.is_zero() || generic::is_zero(e)) return;  // the derivative of one that was solved before
+    const auto best = choose(e);
+    if (!best) return add_root(c, e);
+    const Expr rest = substitute(e, {{best->leaf, Expr(0)}});
+    const Expr phi = simplify(-rest / best->slope);
+    keep(best->leaf, phi);
+    for (Expr factor : vanishing_factors(best->slope))
+      if (varies(factor))
+        domain.push_back(
+            {factor,
+             text(c.label, " cannot be solved for ", to_text(best->leaf), ", as form \"minimal\" did"),
+             "reduce \"dummy\" and reduce \"project\" divide by nothing and go on"});
+    trace.push_back(text("minimal: ", c.label, " = 0 is linear in ", ref(best->leaf), ":  ",
+                         formula(ref(best->leaf), " = ", ref(phi)),
+                         best->safe ? "" : ",  valid where " + formula(ref(simplify(best->slope)), " ≠ 0")));
+  }
+
+  /// y -> φ, y′ -> φ′ … for everything solved so far.
+  Substitution derivatives() const {
+    Substitution all;
+    for (const auto& [leaf, phi] : solved) {
+      const Substitution own = with_derivatives(leaf, phi);
+      all.insert(own.begin(), own.end());
+    }
+    return all;
+  }
+
+ private:
+  Substitution with_derivatives(Expr leaf, Expr phi) const {
+    Substitution s{{leaf, phi}};
+    int order = 1;
+    for (const Variable& v : m_.variables)
+      if (v.leaf == leaf) order = std::max(order, v.order);
+    for (int k = 1; k <= order; ++k) s[derivative_leaf(leaf, k)] = phi = total_derivative(phi);
+    return s;
+  }
+
+  std::optional<Candidate> choose(Expr e) const {
+    const auto inside = leaves({&e, 1});
+    std::optional<Candidate> best;
+    for (const Variable& v : m_.variables) {
+      if (std::find(inside.begin(), inside.end(), v.leaf) == inside.end()) continue;
+      const bool moves = std::any_of(inside.begin(), inside.end(), [&](Expr leaf) {
+        return leaf != v.leaf && symbol_of(leaf).base == v.leaf;
+      });
+      const Expr slope = simplify(partial(e, v.leaf));
+      if (moves || slope.is_zero() || depends_on(slope, v.leaf)) continue;
+      const Candidate next{v.leaf, slope, !has_unknown(slope), strength_at(slope, m_, at_)};
+      if (next.strength == 0) continue;
+      const bool better = !best || (next.safe && !best->safe) ||
+                          (next.safe == best->safe && next.strength >= best->strength * (1 - 1e-12));
+      if (better) best = next;  // of equals the last: the first coordinates stay
+    }
+    return best;
+  }
+
+  void keep(Expr leaf, Expr phi) {
+    for (auto& [other, older] : solved) older = simplify(substitute(older, with_derivatives(leaf, phi)));
+    solved.push_back({leaf, phi});
+  }
+
+  /// 0 = a y² + b y + r in one coordinate.
+  struct Quadratic {
+    Expr leaf, a, b, r;
+    double slope;  ///< ∂e/∂y = 2 a y + b at the start: its sign is that of the root
+  };
+
+  std::vector<Quadratic> quadratics(Expr e) const {
+    const auto inside = leaves({&e, 1});
+    std::vector<Quadratic> list;
+    for (const Variable& v : m_.variables) {
+      if (std::find(inside.begin(), inside.end(), v.leaf) == inside.end()) continue;
+      const bool moves = std::any_of(inside.begin(), inside.end(), [&](Expr leaf) {
+        return leaf != v.leaf && symbol_of(leaf).base == v.leaf;
+      });
+      const Expr slope = partial(e, v.leaf), a = simplify(partial(slope, v.leaf) / 2);
+      if (moves || a.is_zero() || depends_on(a, v.leaf)) continue;
+      const Substitution zero{{v.leaf, Expr(0)}};
+      list.push_back({v.leaf, a, simplify(substitute(slope, zero)), simplify(substitute(e, zero)),
+                      at_.empty() ? 0 : signed_at(slope)});
+    }
+    return list;
+  }
+
+  /// At the start; NaN where something has no value there.
+  double signed_at(Expr e) const {
+    std::unordered_map<Expr, double> point;
+    for (Expr leaf : leaves({&e, 1})) {
+      if (symbol_of(leaf).kind == pendula::Kind::constant) continue;
+      if (const auto it = at_.find(leaf); it != at_.end())
+        point[leaf] = it->second;
+      else if (const auto known = m_.values.find(leaf); known != m_.values.end())
+        point[leaf] = pendula::evaluate({&known->second, 1}, {})[0];
+      else if (symbol_of(leaf).kind == pendula::Kind::time)
+        point[leaf] = 0;
+      else
+        return NAN;
+    }
+    return pendula::evaluate({&e, 1}, point)[0];
+  }
+
+  void add_root(const Constraint& c, Expr e) {
+    const std::vector<Quadratic> list = quadratics(e);
+    if (list.empty()) refuse(c, e);
+    std::vector<Expr> names;
+    for (const Quadratic& q : list) names.push_back(q.leaf);
+    if (at_.empty())
+      throw Error(text("form \"minimal\": the constraint ", c.label, "  0 = ", to_text(e),
+                       " is quadratic in ", grouped_names(names),
+                       ", and which root holds depends on where the solution is. Name a "
+                       "start: reduce(\"minimal\", { at = sys:init{ fix = … } })"));
+    const auto best = std::max_element(list.begin(), list.end(), [](const Quadratic& p, const Quadratic& q) {
+      return std::fabs(p.slope) < std::fabs(q.slope) * (1 - 1e-12);
+    });
+    if (!(std::fabs(best->slope) > 1e-12))
+      throw Error(
+          text("form \"minimal\": at this start both roots of the constraint ", c.label, "  0 = ", to_text(e),
+               " coincide for each of ", grouped_names(names),
+               ", so it can be solved for none of them there. Use reduce \"dummy\" or reduce \"project\""));
+    const Expr two_a = simplify(2 * best->a), D = simplify(best->b * best->b - 4 * best->a * best->r);
+    const mpq_class* number = exact_value(two_a);
+    const Expr inside =
+        number && *number != 0 ? simplify(D / (two_a * two_a)) : D;  // √(L² - x²), not √(4 L² - …)/2
+    const bool flip = number && *number < 0;
+    const bool plus = (best->slope > 0) != flip;
+    const Expr root = plus ? pendula::sqrt(inside) : -pendula::sqrt(inside);
+    const Expr phi = number ? simplify(root - best->b / two_a) : simplify((root - best->b) / two_a);
+    keep(best->leaf, phi);
+    const auto name = to_text(best->leaf);
+    const std::string remedy = "reduce \"dummy\" and reduce \"project\" divide by nothing and go on";
+    domain.push_back(
+        {pendula::sqrt(inside),
+         text("the two roots of ", c.label, " for ", name, " meet, of which form \"minimal\" took one"),
+         remedy});
+    for (Expr factor : vanishing_factors(two_a))
+      if (varies(factor))
+        domain.push_back(
+            {factor, text(c.label, " cannot be solved for ", name, ", as form \"minimal\" did"), remedy});
+    trace.push_back(text("minimal: ", c.label, " = 0 is quadratic in ", ref(best->leaf), ":  ",
+                         formula(ref(best->leaf), " = ", ref(phi)), ",  the root of the start (",
+                         formula(ref(best->leaf), " = "), rounded(at_.at(best->leaf), 6), "),  valid while ",
+                         formula(ref(inside), " > 0")));
+  }
+
+  [[noreturn]] void refuse(const Constraint& c, Expr e) const {
+    std::vector<Expr> names;
+    for (Expr leaf : leaves({&e, 1}))
+      if (symbol_of(leaf).kind == pendula::Kind::variable) names.push_back(leaf);
+    throw Error(text("form \"minimal\": the constraint ", c.label, "  0 = ", to_text(e),
+                     " is linear or quadratic in none of ", grouped_names(names),
+                     ", so no coordinate can be written explicitly. Use reduce \"dummy\", which needs no "
+                     "solved form, or describe the model by other coordinates (angles)"));
+  }
+
+  const Model& m_;
+  const std::unordered_map<Expr, double>& at_;
+};
+
+/// The equations that remain, with everything substituted; rows that say nothing any more are left out.
+std::vector<Block> remaining(const Model& m, const std::vector<Chain>& removed, const Dependents& d) {
+  const Substitution dependent = d.derivatives();
+  const Substitution known = kinematics(m);
+  std::vector<Block> blocks;
+  for (std::size_t b = 0; b < m.blocks.size(); ++b) {
+    std::vector<Expr> left, right;
+    std::vector<std::string> how = m.blocks[b].rewritten, kept;
+    how.resize(static_cast<std::size_t>(m.blocks[b].lhs.size()));
+    for (Index r = 0; r < m.blocks[b].lhs.size(); ++r) {
+      if (std::any_of(removed.begin(), removed.end(),
+                      [&](const Chain& c) { return c.block == b && c.row == r; }))
+        continue;
+      const Expr l = substitute(m.blocks[b].lhs[r], dependent), e = substitute(m.blocks[b].rhs[r], dependent);
+      if (generic::is_zero(substitute(substitute(l - e, known), dependent))) {  // y′ = v_y of a dependent y
+        const Expr before = m.blocks[b].lhs[r] - m.blocks[b].rhs[r];
+        const auto inside = leaves({&before, 1});
+        if (std::any_of(inside.begin(), inside.end(),
+                        [&](Expr leaf) { return dependent.count(leaf) > 0 && symbol_of(leaf).order > 0; }))
+          continue;
+      }
+      left.push_back(simplify(l)), right.push_back(simplify(e));
+      kept.push_back(how[r]);
+    }
+    if (!left.empty()) blocks.push_back({column(left), column(right), m.blocks[b].note, kept});
+  }
+  return blocks;
+}
+
+ModelPtr eliminated(const ModelPtr& m) {
+  if (m->kind == Kind::ode) return m;
+  try {
+    const ModelPtr low = reduce_ode(m);
+    auto done = std::make_shared<Model>(*low);
+    done->form = "minimal";
+    return done;
+  } catch (const Error&) {
+    return m;  // nonlinear in its multipliers: index 1 is as far as it goes
+  }
+}
+
+}  // namespace
+
+ModelPtr reduce_minimal(const ModelPtr& model, const ReduceOptions& request) {
+  const ModelPtr source = regular_form(original(model));
+  const ModelPtr low = reduce_acc(source);
+  const std::vector<Chain> list = chains(*source, *low);
+  if (list.empty())
+    throw Error(text("form \"minimal\": the model has index ", require_regular(*source).index,
+                     " and no constraint that has to be differentiated; all its states are independent"));
+  Dependents d(*source, request);
+  for (const Chain& chain : list)
+    for (const Constraint& c : chain.below) d.add(c);
+  ModelOptions options = child_of(source);
+  options.form = "minimal";
+  const Substitution dependent = d.derivatives();
+  options.domain.insert(options.domain.end(), d.domain.begin(), d.domain.end());
+  move_invariants(options, dependent);
+  for (Nonzero& n : options.domain) n.factor = simplify(n.factor);
+  for (const auto& [leaf, meaning] : dependent) options.relations[leaf] = meaning;
+  options.mechanics.reset();  // T, V, q are those of the larger set of coordinates
+  options.u = source->inputs;
+  std::vector<Expr> gone, kept;
+  for (const auto& [leaf, phi] : d.solved) gone.push_back(leaf);
+  for (const Variable& v : source->variables) {
+    if (std::find(gone.begin(), gone.end(), v.leaf) != gone.end()) continue;
+    (v.order ? options.x : options.z).push_back(v.leaf);
+    if (v.order) kept.push_back(v.leaf);
+  }
+  options.trace = std::move(d.trace);
+  options.trace.push_back(text(
+      "     ", grouped_names(gone), gone.size() == 1 ? " and its" : " and their",
+      " derivatives are substituted everywhere; independent: ", kept.empty() ? "none" : grouped_names(kept),
+      ". The constraints hold identically, so nothing drifts."));
+  const ModelPtr small = make_model(remaining(*source, list, d), std::move(options));
+  if (small->residuals.size() != small->variables.size())
+    throw Failure(text("form \"minimal\": substituting ", grouped_names(gone), " leaves ",
+                       small->residuals.size(), " equations for ", small->variables.size(),
+                       " unknowns; use reduce \"dummy\""));
+  if (require_regular(*small).index > 1)
+    throw Failure(
+        "form \"minimal\": substituting the dependent coordinates left constraints hidden; use "
+        "reduce \"dummy\"");
+  return eliminated(small);
+}
+
+}  // namespace pendula::dae

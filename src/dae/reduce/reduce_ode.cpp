@@ -1,0 +1,213 @@
+// Form "ode": accelerations and multipliers from a linear solve, so that x′ = f(t, x) is explicit.
+#include <algorithm>
+#include <unordered_set>
+
+#include "base/error.hpp"
+#include "base/text.hpp"
+#include "dae/model/derivation_markup.hpp"
+#include "dae/model/lineage.hpp"
+#include "dae/rank/definite.hpp"
+#include "dae/rank/rank.hpp"
+#include "dae/reduce/reduced_forms.hpp"
+#include "dae/structure/elimination.hpp"
+#include "expr/graph/solve.hpp"
+#include "expr/linalg/linalg.hpp"
+#include "expr/print/print.hpp"
+#include "expr/rewrite/rewrite.hpp"
+
+namespace pendula::dae {
+namespace {
+
+/// Simplified if it is short enough to be read; long ones would cost more than the rest of the reduction.
+Expr readable(Expr e) { return is_short(e, 60) ? simplify(e) : e; }
+
+using Index = Eigen::Index;
+
+bool contains(Expr e, const std::unordered_set<Expr>& set) {
+  const auto inside = leaves({&e, 1});
+  return std::any_of(inside.begin(), inside.end(), [&](Expr leaf) { return set.count(leaf) > 0; });
+}
+
+/// A coefficient that is zero for the parameter values at hand must not be divided by: a mass of 0.
+bool vanishes(Expr slope, const Model& m) {
+  std::unordered_map<Expr, double> values;
+  for (Expr leaf : leaves({&slope, 1})) {
+    if (symbol_of(leaf).kind == pendula::Kind::constant) continue;
+    const auto it = m.values.find(leaf);
+    if (it == m.values.end()) return false;
+    values[leaf] = pendula::evaluate({&it->second, 1}, {})[0];
+  }
+  return pendula::evaluate({&slope, 1}, values)[0] == 0;
+}
+
+/// sin(t): it may pass 0, where a linear solve with pivots takes another row.
+bool moves(Expr slope) {
+  const auto inside = leaves({&slope, 1});
+  return std::any_of(inside.begin(), inside.end(), [](Expr leaf) {
+    const auto kind = symbol_of(leaf).kind;
+    return kind != pendula::Kind::parameter && kind != pendula::Kind::constant;
+  });
+}
+
+/// Elimination of everything that stands at the top of an index-1 model.
+class Elimination {
+ public:
+  explicit Elimination(const Model& low) : m_(low) {
+    const auto top = m_.top_derivatives(), z = m_.algebraic();
+    top_.insert(top.begin(), top.end());
+    take_explicit_rows();
+    for (Expr leaf : top)
+      if (!solved.count(leaf)) unknowns.push_back(leaf);
+    unknowns.insert(unknowns.end(), z.begin(), z.end());
+    if (!unknowns.empty()) solve_rest();
+  }
+
+  Substitution solved;         ///< top derivative or algebraic variable -> expression in states
+  std::vector<Expr> unknowns;  ///< of the linear system
+  std::vector<Entry> A;
+  VecX b;
+  bool definite = false;          ///< A needs no pivoting
+  bool expanded = false;          ///< A consists of numbers, and w is written out
+  std::vector<std::size_t> rows;  ///< residuals that make the system
+
+ private:
+  /// x′ = f(x, z): a row of its own, a constant coefficient that does not vanish.
+  void take_explicit_rows() {
+    std::unordered_set<std::size_t> used;
+    for (const Solved& row : solved_rows(m_)) {
+      const Expr slope = partial(m_.residuals[row.residual], row.derivative);
+      if (contains(row.f, top_) || moves(slope) || vanishes(slope, m_)) continue;
+      solved[row.derivative] = row.f;
+      used.insert(row.residual);
+    }
+    for (std::size_t i = 0; i < m_.residuals.size(); ++i)
+      if (!used.count(i)) rows.push_back(i);
+  }
+
+  void solve_rest() {
+    const auto n = static_cast<Index>(unknowns.size());
+    PENDULA_ASSERT(static_cast<Index>(rows.size()) == n, "an index-1 model that is not square");
+    std::vector<Expr> rest;
+    for (std::size_t i : rows) rest.push_back(substitute(m_.residuals[i], solved));
+    const auto tidy = [&](Expr e) { return n <= 12 ? readable(e) : e; };
+    A = sparse_jacobian(rest, unknowns);
+    for (Entry& e : A) e.value = tidy(e.value);
+    check_linear();
+    definite = n > 1 && is_definite(static_cast<int>(n), A, parameter_numbers());
+    Substitution zero;
+    for (Expr w : unknowns) zero[w] = Expr(0);
+    b = -column(substitute(rest, zero)).unaryExpr(tidy);
+    const VecX w = is_short_and_rational(n) ? exact_solution(n) : linear_solution(A, b, definite);
+    Substitution values;
+    for (Index j = 0; j < n; ++j) values[unknowns[j]] = w[j];
+    for (auto& [leaf, f] : solved) f = substitute(f, values);
+    solved.insert(values.begin(), values.end());
+  }
+
+  /// Numbers that can be divided by here and now: x₁′ = x₁/2 and not (A⁻¹b)₁.
+  bool is_short_and_rational(Index n) const {
+    constexpr Index readable_system = 6;
+    return n <= readable_system &&
+           std::all_of(A.begin(), A.end(), [](const Entry& e) { return exact_value(e.value) != nullptr; });
+  }
+
+  VecX exact_solution(Index n) {
+    MatX matrix = MatX::Zero(n, n);
+    for (const Entry& a : A) matrix(a.row, a.column) = a.value;
+    expanded = true;
+    return linalg::solve(matrix, b).col(0).unaryExpr([](Expr e) { return simplify(e); });
+  }
+
+  void check_linear() const {
+    const std::unordered_set<Expr> set(unknowns.begin(), unknowns.end());
+    for (const Entry& e : A) {
+      if (!contains(e.value, set)) continue;
+      const std::size_t row = rows[e.row];
+      throw Error(text("form \"ode\": equation ", m_.label(row), "  ", m_.equation_text(row),
+                       " is not linear in ", to_text(unknowns[e.column]),
+                       ", so it cannot be solved for it by a linear solve. Use reduce \"acc\" (index 1), "
+                       "which is solved by Newton's method in every step"));
+    }
+  }
+
+  std::unordered_map<Expr, double> parameter_numbers() const {
+    std::unordered_map<Expr, double> numbers;
+    for (const auto& [p, value] : m_.values) numbers[p] = pendula::evaluate({&value, 1}, {})[0];
+    return numbers;
+  }
+
+  const Model& m_;
+  std::unordered_set<Expr> top_;
+};
+
+std::vector<std::string> story(const Elimination& e, const Model& low) {
+  std::vector<std::string> lines, labels;
+  for (std::size_t i : e.rows)
+    if (labels.empty() || labels.back() != text("(", low.origin[i].first + 1, ")"))
+      labels.push_back(text("(", low.origin[i].first + 1, ")"));
+  if (e.unknowns.empty()) {
+    lines.push_back("ode: every derivative has a row of its own; nothing has to be eliminated.");
+    return lines;
+  }
+  if (e.unknowns.size() < low.top_derivatives().size() + low.algebraic().size())
+    lines.push_back(
+        text("ode: the rows that give a derivative directly are put into ", join(labels, ", "), "."));
+  lines.push_back(text("ode: ", join(labels, ", "), labels.size() == 1 ? " is" : " are", " linear in w = (",
+                       grouped_names(e.unknowns), "):  A w = b"));
+  constexpr Index widest = 8;
+  if (e.b.size() <= widest) {
+    MatX A = MatX::Zero(e.b.size(), e.b.size());
+    for (const Entry& a : e.A) A(a.row, a.column) = a.value;
+    lines.push_back("     " + formula("A = ", ref(A)));
+    lines.push_back("     " + formula("b = ", ref(e.b)));
+  }
+  if (e.expanded && e.unknowns.size() > 1)
+    lines.push_back("     A consists of numbers: w = A⁻¹ b is written out.");
+  else if (e.unknowns.size() > 1)
+    lines.push_back(text("     w = A⁻¹ b is solved numerically wherever it is needed (",
+                         e.definite ? "A is symmetric and definite: L D Lᵀ" : "LU with pivoting",
+                         "), never expanded."));
+  return lines;
+}
+
+}  // namespace
+
+ModelPtr reduce_ode(const ModelPtr& model) {
+  const ModelPtr low = reduce_acc(model);
+  if (low->kind == Kind::ode && low == model) return model;
+  const Elimination e(*low);
+  ModelOptions options = child_of(low);
+  options.form = "ode";
+  options.trace = story(e, *low);
+  Substitution z;
+  for (Expr leaf : low->algebraic()) z[leaf] = e.solved.at(leaf);
+  move_invariants(options, z);
+  for (const auto& [leaf, meaning] : z) options.relations[leaf] = meaning;
+  std::vector<Block> blocks;
+  for (const Group& g : groups(*low)) {
+    if (g.order == 0) continue;
+    Block block{VecX(static_cast<Index>(g.leaves.size())), VecX(static_cast<Index>(g.leaves.size())), ""};
+    for (std::size_t i = 0; i < g.leaves.size(); ++i) {
+      const Expr top = derivative_leaf(g.leaves[i], g.order);
+      block.lhs[static_cast<Index>(i)] = top;
+      const Expr f = e.solved.at(top);
+      block.rhs[static_cast<Index>(i)] = low->variables.size() <= 12 ? readable(f) : f;
+      options.x.push_back(g.leaves[i]);
+    }
+    blocks.push_back(std::move(block));
+  }
+  options.u = low->inputs;
+  if (blocks.empty())
+    throw Error(
+        "form \"ode\": the model has no differential variable; its equations are algebraic, and "
+        "sys:init{…} solves them");
+  if (!low->algebraic().empty())
+    options.trace.push_back(text("     ", grouped_names(low->algebraic()),
+                                 low->algebraic().size() == 1
+                                     ? " is no unknown any more; its value is known as an expression."
+                                     : " are no unknowns any more; their values are known as expressions."));
+  options.trace.push_back("     The model is an explicit ODE: index 0.");
+  return make_model(std::move(blocks), std::move(options));
+}
+
+}  // namespace pendula::dae

@@ -1,0 +1,204 @@
+// Forms that keep a solution near its constraints by changing the equations: "ggl" and "baumgarte".
+#include <algorithm>
+
+#include "base/error.hpp"
+#include "base/text.hpp"
+#include "dae/model/derivation_markup.hpp"
+#include "dae/model/lineage.hpp"
+#include "dae/reduce/differentiation.hpp"
+#include "dae/reduce/reduced_forms.hpp"
+#include "expr/print/print.hpp"
+
+namespace pendula::dae {
+namespace {
+
+using Index = Eigen::Index;
+
+[[noreturn]] void nothing_hidden(const std::string& form, const Model& m) {
+  throw Error(text("form \"", form, "\": the model has index ", require_regular(m).index,
+                   " and no constraint that has to be differentiated; it can be integrated as it stands"));
+}
+
+// ── ggl
+// ──────────────────────────────────────────────────────────────────────────────────────────────────────
+
+/// Where the row q′ = f of every position stands.
+struct Kinematic {
+  std::size_t residual;
+  Expr f;
+};
+
+std::unordered_map<Expr, Kinematic> kinematic_rows(const Model& m) {
+  const Substitution known = kinematics(m);
+  std::unordered_map<Expr, Kinematic> rows;
+  for (const Solved& row : solved_rows(m))
+    if (known.count(row.derivative)) rows[symbol_of(row.derivative).base] = {row.residual, row.f};
+  return rows;
+}
+
+/// The constraints that are differentiated twice. Throws Error if there is none, or one more often.
+std::vector<Chain> position_constraints(const Model& first, const Model& low) {
+  std::vector<Chain> positions;
+  for (const Chain& chain : chains(first, low)) {
+    if (chain.below.size() > 2)
+      throw Error(text("form \"ggl\": ", chain.below[0].label, " = 0 has to be differentiated ",
+                       chain.below.size(),
+                       " times, but the form is made for two (positions, velocities); use reduce \"acc\" or "
+                       "\"dummy\""));
+    if (chain.below.size() == 2) positions.push_back(chain);
+  }
+  if (positions.empty())
+    throw Error(
+        "form \"ggl\": no constraint is differentiated twice, so there are no positions and velocities to "
+        "treat apart; use reduce \"acc\" or \"project\"");
+  return positions;
+}
+
+/// q′ = f - (∂C/∂q)ᵀ μ in the rows of the positions.
+void add_multipliers(std::vector<Block>& blocks, const Model& first, const std::vector<Chain>& positions,
+                     const std::vector<Expr>& mu) {
+  const auto rows = kinematic_rows(first);
+  for (std::size_t k = 0; k < positions.size(); ++k) {
+    const Expr C = positions[k].below[0].residual;
+    for (Expr q : leaves({&C, 1})) {
+      if (symbol_of(q).kind != pendula::Kind::variable) continue;
+      const auto row = rows.find(q);
+      if (row == rows.end())
+        throw Error(text("form \"ggl\": the constraint ", positions[k].below[0].label, " = 0 contains ",
+                         to_text(q), ", for which the model has no row ", to_text(q),
+                         "′ = v; use reduce \"acc\" or \"dummy\""));
+      const auto [b, r] = first.origin[row->second.residual];
+      Block& block = blocks[b];
+      if (block.lhs[r] != derivative_leaf(q)) block.lhs[r] = derivative_leaf(q), block.rhs[r] = row->second.f;
+      block.rhs[r] -= partial(C, q) * mu[k];
+    }
+  }
+}
+
+}  // namespace
+
+ModelPtr reduce_ggl(const ModelPtr& model) {
+  const ModelPtr first = to_first_order(regular_form(original(model)));
+  const ModelPtr low = reduce_acc(first);
+  if (low == first) nothing_hidden("ggl", *first);
+  const std::vector<Chain> positions = position_constraints(*first, *low);
+  const std::vector<Expr> mu = new_variables(*first, "mu", positions.size());
+  std::vector<Block> blocks = first->blocks;
+  add_multipliers(blocks, *first, positions, mu);
+  VecX velocity(static_cast<Index>(positions.size()));
+  std::vector<std::string> labels, below;
+  for (std::size_t k = 0; k < positions.size(); ++k) {
+    velocity[static_cast<Index>(k)] = positions[k].below[1].residual;
+    below.push_back(positions[k].below[0].label), labels.push_back(positions[k].below[1].label);
+  }
+  blocks.push_back({VecX::Zero(velocity.size()), velocity, text("d/dt of ", join(below, ", "))});
+  ModelOptions options = child_of(first);
+  options.form = "ggl";
+  options.drift = DriftLaw::none;
+  declare_unknowns(options, *first);
+  options.z.insert(options.z.end(), mu.begin(), mu.end());
+  options.trace = {
+      text("ggl: ", join(below, ", "), below.size() == 1 ? " stays" : " stay", " as it was written, and ",
+           join(labels, ", "), below.size() == 1 ? " joins it" : " join", ":  ",
+           formula("0 = ", ref(velocity))),
+      text("     q′ = v - (∂C/∂q)ᵀ μ with new multipliers ", grouped_names(mu),
+           ", one for each; they vanish on the exact solution, because C = 0 and C′ = 0 imply q′ = v."),
+      "     The index is 2; both conditions are equations, so nothing drifts. Suited to Radau IIA methods."};
+  return make_model(std::move(blocks), std::move(options));
+}
+
+// ── baumgarte
+// ────────────────────────────────────────────────────────────────────────────────────────────────
+
+namespace {
+
+struct Gains {
+  Expr alpha, beta;
+  bool chosen;  ///< by us
+};
+
+Gains gains(const ReduceOptions& options) {
+  constexpr int usual = 10;  // 1/s: what is off is gone after about half a second
+  const Expr alpha = options.alpha.value_or(options.beta.value_or(Expr(usual)));
+  const Gains g{alpha, options.beta.value_or(alpha), !options.alpha && !options.beta};
+  for (const auto& [name, gain] : {std::pair{"alpha", g.alpha}, std::pair{"beta", g.beta}}) {
+    if (gain.is_constant() && constant_value(gain) <= 0)
+      throw Error(text("form \"baumgarte\": ", name, " = ", to_text(gain),
+                       " must be positive: otherwise the violation of a constraint does not decay"));
+    for (Expr leaf : leaves({&gain, 1}))
+      if (symbol_of(leaf).kind != pendula::Kind::parameter && symbol_of(leaf).kind != pendula::Kind::constant)
+        throw Error(text("form \"baumgarte\": ", name, " = ", to_text(gain),
+                         " must be a number or made of parameters"));
+  }
+  return g;
+}
+
+/// C⁽ᵏ⁾ + … with the characteristic polynomial s + α, s² + 2αs + β², or (s + α)ᵏ.
+Expr stabilised(const Chain& chain, const Gains& g) {
+  const std::size_t k = chain.below.size();
+  Expr sum = chain.last;
+  if (k == 2) {
+    sum += 2 * g.alpha * chain.below[1].residual;
+    return sum + pow(g.beta, Expr(2)) * chain.below[0].residual;
+  }
+  long binomial = 1;
+  for (std::size_t i = 1; i <= k; ++i) {
+    binomial = binomial * static_cast<long>(k - i + 1) / static_cast<long>(i);
+    sum += Expr(binomial) * pow(g.alpha, Expr(static_cast<long>(i))) * chain.below[k - i].residual;
+  }
+  return sum;
+}
+
+std::string law(const Chain& chain, const Gains& g) {
+  const std::string& C = chain.below[0].label;
+  const std::size_t k = chain.below.size();
+  const std::string a = to_text(g.alpha), b = to_text(g.beta);
+  if (k == 1) return text("0 = ", C, "′ + α ", C, ",  α = ", a);
+  if (k == 2) return text("0 = ", C, "″ + 2α ", C, "′ + β² ", C, ",  α = ", a, ", β = ", b);
+  return text("0 = (d/dt + α)", superscript(static_cast<long>(k)), " ", C, ",  α = ", a);
+}
+
+std::vector<std::string> meaning(const Gains& g) {
+  std::vector<std::string> lines;
+  lines.push_back(text(
+      "     What is off at the start decays: ",
+      g.alpha == g.beta
+          ? text("as exp(-α t), the time constant is 1/α = ", to_text(1 / g.alpha), " (critical damping)")
+          : "the roots of s² + 2αs + β² say how fast",
+      "."));
+  lines.push_back(text("     Warning: the gains", g.chosen ? ", chosen by default," : "",
+                       " are no part of the physics. Small ones let numerical drift grow, large ones make "
+                       "the equations stiff: an explicit method needs dt·α well below 2. Choose 1/α a few "
+                       "steps long and below the time constants of the model; the multipliers of an "
+                       "inconsistent start are not those of the mechanism while it decays."));
+  return lines;
+}
+
+}  // namespace
+
+ModelPtr reduce_baumgarte(const ModelPtr& model, const ReduceOptions& request) {
+  const Gains g = gains(request);
+  const ModelPtr source = regular_form(original(model));
+  const ModelPtr low = reduce_acc(source);
+  const std::vector<Chain> list = chains(*source, *low);
+  if (list.empty()) nothing_hidden("baumgarte", *source);
+  ModelOptions options = child_of(low);
+  options.form = "baumgarte";
+  options.drift = DriftLaw::decay;
+  declare_unknowns(options, *low);
+  std::vector<Block> blocks = low->blocks;
+  for (const Chain& chain : list) {
+    Block& block = blocks[chain.block];
+    block.rhs[chain.row] = stabilised(chain, g);
+    if (block.rewritten.empty())
+      block.note = text("(", chain.block + 1, ") stabilised");
+    else
+      block.rewritten[chain.row] = chain.below[0].label + " stabilised";
+    options.trace.push_back((options.trace.empty() ? "baumgarte: " : "     ") + law(chain, g));
+  }
+  const auto lines = meaning(g);
+  options.trace.insert(options.trace.end(), lines.begin(), lines.end());
+  return make_model(std::move(blocks), std::move(options));
+}
+
+}  // namespace pendula::dae

@@ -1,0 +1,90 @@
+// The forms beside "acc". Each takes any model, returns a new one with lineage and trace, and throws an Error
+// that says why where the form does not apply.
+#pragma once
+
+#include <span>
+
+#include "base/math.hpp"
+#include "dae/reduce/reduce.hpp"
+
+namespace pendula::dae {
+
+/// "ggl": constraints stay as they are and their derivatives join them, with additional multipliers μ:
+///   q′ = v - (∂C/∂q)ᵀ μ,   0 = C,   0 = C′;   index 2, μ = 0 on exact solutions.
+/// requires  constraints differentiated twice, on variables with rows q′ = v (made where they are missing)
+/// see       Gear, Leimkuhler & Gupta, J. Comput. Appl. Math. 12–13, 1985; Hairer & Wanner, Solving ODEs II,
+/// 2nd ed., §VII.1
+ModelPtr reduce_ggl(const ModelPtr& model);
+
+/// "baumgarte": 0 = C″ + 2α C′ + β² C; 0 = C′ + α C after one differentiation, (d/dt + α)ᵏ C after k > 2.
+/// requires  α, β > 0 where they are numbers
+/// see       Baumgarte, Comput. Methods Appl. Mech. Eng. 1, 1972
+ModelPtr reduce_baumgarte(const ModelPtr& model, const ReduceOptions& options);
+
+/// "ode": multipliers and algebraic variables are eliminated from the index-1 equations: x′ = f(t, x).
+/// Derivatives that have a row of their own are put in; what remains is linear in its unknowns and becomes
+/// solve nodes. Algebraic variables and their relations keep their meaning (sol(z)).
+/// requires  index-1 equations linear in (x′, z)
+ModelPtr reduce_ode(const ModelPtr& model);
+
+/// "project": form "ode", or "acc" where that is nonlinear, and the stages of a projection onto the
+/// invariants. Mechanisms: in the norm of the mass matrix, which does not depend on units.
+/// see       Hairer & Wanner, Solving ODEs II, 2nd ed., §VII.2
+ModelPtr reduce_project(const ModelPtr& model);
+
+/// Moves the states among `values` onto the invariants of a model of form "project", stage by stage, by
+/// Newton's method with least steps. values: states, inputs, parameters, t. Returns the largest change.
+/// throws    Failure where Newton's method does not converge
+double project(const Model& model, std::unordered_map<Expr, double>& values);
+
+/// "minimal": constraints are solved for dependent variables, which are substituted; what remains moves
+/// freely. requires  every constraint linear in some coordinate
+ModelPtr reduce_minimal(const ModelPtr& model, const ReduceOptions& options);
+
+/// A choice of dummy derivatives: leaves x⁽ᵏ⁾ that become algebraic variables.
+struct DummySelection {
+  std::vector<Expr> dummies;  ///< by variable, ascending order
+  /// σ_min of the selected constraint Jacobians, divided by that of all columns to choose from, least over
+  /// the groups of constraints that share variables: 1 is the best there is, 0 singular.
+  double quality = 0;
+  friend bool operator==(const DummySelection& a, const DummySelection& b) { return a.dummies == b.dummies; }
+};
+
+/// Chooses dummy derivatives from the numeric values of the constraint Jacobian, stage by stage: by pivoted
+/// QR in small groups of constraints that share variables, by sparse elimination in large ones. Cost of best
+/// and quality: near linear where the constraints are sparse.
+class DummyPivoting {
+ public:
+  /// source: the model to be reduced, of regular structure.
+  explicit DummyPivoting(const ModelPtr& source);
+  std::vector<Expr> slopes;  ///< what best and quality take the values of
+  /// Throws Failure where the constraint Jacobian is singular.
+  DummySelection best(std::span<const double> slope_values) const;
+  double quality(const DummySelection& selection, std::span<const double> slope_values) const;
+
+ private:
+  using Row = std::vector<std::pair<Eigen::Index, double>>;  ///< column, value
+  std::vector<Row> rows(std::span<const double> numbers) const;
+  std::vector<Row> of_stage(const std::vector<Row>& all, int stage, const std::vector<char>& columns) const;
+  Expr dummy(Eigen::Index column, int stage) const;
+  ModelPtr model_;
+  Analysis analysis_;
+  std::vector<Entry> entries_;
+};
+
+/// The best selection at a point. `model` is the one to be reduced; the point gives states, parameters,
+/// inputs and t of it; empty: a generic point.
+DummySelection select_dummies(const ModelPtr& model, const std::unordered_map<Expr, double>& point);
+double dummy_quality(const ModelPtr& model, const DummySelection& selection,
+                     const std::unordered_map<Expr, double>& point);
+/// What a leaf of a model of form "dummy" is in the model it was made from: x_dot is x′.
+Expr original_leaf(const Model& dummy, Expr leaf);
+/// The selection that a model of form "dummy" was made with.
+DummySelection selection_of(const Model& dummy);
+
+/// "dummy": all equations and all derivatives of them, index 1, with this selection.
+/// see       Mattsson & Söderlind, SIAM J. Sci. Comput. 14(3), 1993
+ModelPtr reduce_dummy(const ModelPtr& model, const DummySelection& selection);
+ModelPtr reduce_dummy(const ModelPtr& model, const ReduceOptions& options);
+
+}  // namespace pendula::dae

@@ -1,0 +1,113 @@
+// What a start tells: values of expressions, also in the words of related models, and the ledger.
+#include <algorithm>
+#include <cmath>
+
+#include "base/error.hpp"
+#include "base/text.hpp"
+#include "dae/model/truncated_text.hpp"
+#include "dae/start/start_system.hpp"
+#include "expr/graph/derivative.hpp"
+#include "expr/print/print.hpp"
+
+namespace pendula::dae {
+namespace {
+
+const char* word(Origin origin) {
+  switch (origin) {
+    case Origin::fixed:
+      return "fixed";
+    case Origin::redundant:
+      return "fixed (redundant, consistent)";
+    case Origin::chosen:
+      return "free, chosen near the guess";
+    case Origin::computed:
+      return "computed";
+    case Origin::moved:
+      return "moved (nearest)";
+  }
+  return "";
+}
+
+}  // namespace
+
+double Start::operator()(Expr e) const {
+  const Expr own = resolve(*model, e);
+  for (Expr leaf : leaves({&own, 1})) {
+    const Symbol& s = symbol_of(leaf);
+    if (values.count(leaf) || s.kind == pendula::Kind::constant) continue;
+    if (s.value && s.kind == pendula::Kind::parameter) continue;
+    std::vector<std::string> names;
+    for (const auto& row : rows) names.push_back(to_text(row.leaf));
+    throw Error(
+        text("the start has no value for '", to_text(leaf), "'.", did_you_mean(to_text(leaf), names)));
+  }
+  auto all = values;
+  for (Expr leaf : leaves({&own, 1}))
+    if (!all.count(leaf) && symbol_of(leaf).value)
+      all[leaf] = pendula::evaluate({&*symbol_of(leaf).value, 1}, {})[0];
+  return pendula::evaluate({&own, 1}, all)[0];
+}
+
+std::optional<double> Start::value_for(const Model& other, Expr leaf) const {
+  const auto known = [&](Expr e) -> std::optional<double> {
+    const auto it = values.find(e);
+    return it == values.end() ? std::nullopt : std::optional(it->second);
+  };
+  if (const auto here = known(leaf)) return here;
+  if (const auto here = known(resolve(*model, leaf))) return here;
+  for (const auto& [old, meaning] : other.relations)  // `other` renamed it: v for q′
+    if (meaning == leaf)
+      if (const auto here = known(resolve(*model, old))) return here;
+  return {};
+}
+
+double size_of_terms(Expr e, const std::unordered_map<Expr, double>& point) {
+  const std::vector<Expr> inside = leaves({&e, 1});
+  double size = 0;
+  const std::vector<double> slopes = pendula::evaluate(gradient(e, inside), point);
+  for (std::size_t k = 0; k < inside.size(); ++k)
+    if (const auto at = point.find(inside[k]); at != point.end()) size += std::fabs(slopes[k] * at->second);
+  return size;
+}
+
+std::string Start::ledger() const {
+  const auto beside_terms = [&](const auto& c) {  // terms of 10²⁴ leave 10⁸ by rounding
+    return std::fabs(c.second) /
+           std::max(1.0, std::fabs(c.second) < 1e-9 ? 1 : size_of_terms(c.first.residual, values));
+  };
+  const bool consistent = std::all_of(constraints.begin(), constraints.end(),
+                                      [&](const auto& c) { return beside_terms(c) < 1e-9; });
+  std::string out = text(consistent ? "consistent" : "inconsistent", " start at t = ", rounded(t), ": ", free,
+                         free == 1 ? " free initial value" : " free initial values", "\n");
+  Table table({false, true, false});
+  for (const LedgerRow& row : rows) table.row({to_text(row.leaf), rounded(row.value), word(row.origin)});
+  out += table.str(2);
+  if (!moved.empty()) {
+    out += "moved onto the constraints\n";
+    Table moves;
+    for (const Moved& m : moved)
+      moves.row({to_text(m.leaf), text("from ", rounded(m.from), " to ", rounded(m.to))});
+    out += moves.str(2);
+  }
+  const auto other = branches();
+  if (!other.empty()) out += "other roots\n";
+  for (const Branch& b : other)
+    out += text("  ", b.formula.empty() ? to_text(b.leaf) : b.formula, ": here ", rounded(b.here), "; ",
+                rounded(b.there), " with guess = { ", key_text(b.leaf), " = ", rounded(b.there, 4), " }\n");
+  for (const Nonzero& n : model->domain)
+    out += text("valid while ", elided_text(n.factor), " ≠ 0 (here ", rounded((*this)(n.factor), 4), ")\n");
+  if (constraints.empty()) return out;
+  out += "constraints\n";
+  Table residuals({false, true, false});
+  for (const auto& entry : constraints) {
+    const auto& [c, r] = entry;
+    residuals.row({c.label,
+                   std::fabs(r) < 1e-12          ? "≤ 1e-12"
+                   : beside_terms(entry) < 1e-12 ? "≤ 1e-12 of its terms"
+                                                 : rounded(r, 2),
+                   "0 = " + elided_text(c.residual)});
+  }
+  return out + residuals.str(2);
+}
+
+}  // namespace pendula::dae

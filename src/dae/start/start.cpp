@@ -1,0 +1,191 @@
+#include "dae/start/start.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <unordered_set>
+#include <utility>
+
+#include "base/error.hpp"
+#include "base/text.hpp"
+#include "dae/start/start_system.hpp"
+
+namespace pendula::dae {
+namespace {
+
+using Index = Eigen::Index;
+
+/// max_i |r_i| / (1 + Σ_j |J_ij ω_j|) over what has to hold
+double worst(const StartSystem& s, const Vec& w) {
+  const Index rows = static_cast<Index>(s.request.nearest ? s.first_fix : s.rows.size());
+  const Vec r = s.residual(w).head(rows);
+  if (!r.allFinite()) return INFINITY;
+  const Vec size =
+      Vec::Ones(rows) + (s.jacobian(w).cwiseAbs() * w.cwiseQuotient(s.unit).cwiseAbs()).head(rows);
+  return rows ? r.cwiseQuotient(size).cwiseAbs().maxCoeff() : 0;
+}
+
+/// Fixed values exactly as given, and zero where zero satisfies the equations to rounding: least steps leave
+/// 1e-16.
+void clean(const StartSystem& s, Vec& w, bool slow) {
+  constexpr double rounding = 1e-14, root_of_rounding = 1e-6;
+  const auto try_values = [&](const Vec& next) {
+    if (next == w) return true;
+    const bool good = worst(s, next) <= rounding;
+    if (good) w = next;
+    return good;
+  };
+  Vec fixed = w;
+  for (std::size_t k = 0; k < s.fixes(); ++k)
+    if (const auto j = s.fixed_unknown(k))
+      if (const double value = s.request.fix[k].second;
+          !s.request.nearest || std::fabs(value - w[*j]) <= 1e-12 * (s.unit[*j] + std::fabs(value)))
+        fixed[*j] = value;
+  const double largest = w.size() ? w.cwiseQuotient(s.unit).cwiseAbs().maxCoeff() : 0;
+  const auto small = [&](Index j) {
+    return w[j] != 0 &&
+           std::fabs(w[j]) < (slow ? root_of_rounding : 10 * rounding) * (1 + largest) * s.unit[j];
+  };
+  Vec zeros = fixed;
+  for (Index j = 0; j < w.size(); ++j)
+    if (small(j)) zeros[j] = 0;
+  if (try_values(zeros) || w.size() > dense_up_to) return;
+  try_values(fixed);
+  for (Index j = 0; j < w.size(); ++j) {
+    if (!small(j)) continue;
+    Vec next = w;
+    next[j] = 0;
+    try_values(next);
+  }
+}
+
+void fill_ledger(Start& at, const StartSystem& s, const Freedom& open) {
+  std::unordered_map<Expr, Origin> origin;
+  for (std::size_t k = 0; k < s.fixes(); ++k)
+    origin[resolve(s.model, s.request.fix[k].first)] = open.redundant[k] ? Origin::redundant : Origin::fixed;
+  for (const Moved& m : at.moved) origin[resolve(s.model, m.leaf)] = Origin::moved;
+  for (std::size_t j = 0; j < s.unknowns.size(); ++j) {
+    const auto it = origin.find(s.unknowns[j]);
+    const Origin from = it != origin.end() ? it->second : open.chosen[j] ? Origin::chosen : Origin::computed;
+    at.rows.push_back({s.unknowns[j], at.values.at(s.unknowns[j]), from});
+  }
+  at.free = static_cast<int>(s.unknowns.size()) - open.rank_equations;
+}
+
+std::vector<Moved> moved_values(const StartSystem& s, const Vec& w) {
+  std::vector<Moved> list;
+  const auto point = s.point(w);
+  for (const auto& [leaf, from] : s.request.fix) {
+    const Expr own = resolve(s.model, leaf);
+    const double to = pendula::evaluate({&own, 1}, point)[0];
+    const auto j = s.position(own);
+    const double size = std::fabs(from) + (j ? s.unit[*j] : 1);
+    if (std::fabs(to - from) > 1e-12 * size) list.push_back({leaf, from, to});
+  }
+  return list;
+}
+
+/// The form with sparse equations that a large explicit form was made of: x′ = f(t, x) with linear solves in
+/// f has a dense Jacobian. Nothing where the model is as good itself.
+ModelPtr sparse_relative(const ModelPtr& model) {
+  if (model->form != "ode" && model->form != "project") return nullptr;
+  if (static_cast<Index>(model->states().size()) < dense_up_to) return nullptr;
+  ModelPtr m = model;
+  while (m && m->form != "acc") m = m->parent;
+  return m && m->states() == model->states() ? m : nullptr;
+}
+
+StartPtr init_by(const ModelPtr& relative, const ModelPtr& model, const StartRequest& request) {
+  auto at = std::make_shared<Start>(*init(relative, request));
+  at->model = model;
+  std::unordered_set<Expr> own;
+  for (const auto& list : {model->states(), model->top_derivatives(), model->algebraic()})
+    own.insert(list.begin(), list.end());
+  std::erase_if(at->rows, [&](const LedgerRow& row) { return !own.count(row.leaf); });
+  return at;
+}
+
+/// The value of a parameter, as in StartSystem; nothing where it has none.
+std::optional<double> value_of(Expr p, const Model& model, const StartRequest& request) {
+  std::optional<Expr> value = symbol_of(p).value;
+  if (const auto own = model.values.find(p); own != model.values.end()) value = own->second;
+  if (const auto it = request.parameters.find(p); it != request.parameters.end()) value = it->second;
+  return value ? std::optional(pendula::evaluate({&*value, 1}, {})[0]) : std::nullopt;
+}
+
+/// x′ = f(t, x) with every state given is a start as it stands: no system to solve. Nothing where anything
+/// else is asked for or f is not finite, and for small models, where the system costs nothing either.
+StartPtr explicit_start(const ModelPtr& model, const StartRequest& request) {
+  constexpr std::size_t few = 20;
+  const std::vector<Expr> states = model->states();
+  if (states.size() < few || request.fix.size() != states.size() || !request.guess.empty()) return nullptr;
+  if (request.nearest || !model->invariants.empty() || !model->projections.empty()) return nullptr;
+  const FirstOrder form = first_order(*model);
+  if (!form.is_ode() || form.x != states || form.u.size() != request.inputs.size()) return nullptr;
+  auto at = std::make_shared<Start>();
+  at->model = model, at->t = request.t, at->request = request;
+  at->values[time_symbol()] = request.t;
+  for (const auto& [leaf, value] : request.fix) at->values[resolve(*model, leaf)] = value;
+  const std::unordered_set<Expr> known(states.begin(), states.end());
+  if (at->values.size() != states.size() + 1) return nullptr;
+  for (const auto& [leaf, value] : at->values)
+    if (leaf != time_symbol() && !known.count(leaf)) return nullptr;
+  std::vector<Expr> parameters = form.p;
+  for (const auto& [leaf, e] : request.inputs) {
+    if (symbol_of(leaf).order != 0) return nullptr;
+    for (Expr inside : leaves({&e, 1}))
+      if (symbol_of(inside).kind == pendula::Kind::parameter) parameters.push_back(inside);
+  }
+  for (Expr p : parameters) {
+    const auto value = value_of(p, *model, request);
+    if (!value) return nullptr;
+    at->values[p] = *value;
+  }
+  for (Expr u : form.u) {
+    const auto input = request.inputs.find(u);
+    if (input == request.inputs.end()) return nullptr;
+    at->values[u] = pendula::evaluate({&input->second, 1}, at->values)[0];
+  }
+  const std::vector<double> f = pendula::evaluate(form.f, at->values);
+  for (Expr state : states) at->rows.push_back({state, at->values.at(state), Origin::fixed});
+  for (std::size_t i = 0; i < states.size(); ++i) {
+    if (!std::isfinite(f[i])) return nullptr;
+    const Expr slope = derivative_leaf(states[i]);
+    if (known.count(slope)) continue;
+    at->values[slope] = f[i];
+    at->rows.push_back({slope, f[i], Origin::computed});
+  }
+  at->free = static_cast<int>(states.size());
+  return at;
+}
+
+}  // namespace
+
+StartPtr init(const ModelPtr& model, const StartRequest& request) {
+  if (StartPtr at = explicit_start(model, request)) return at;
+  if (const ModelPtr relative = sparse_relative(model)) return init_by(relative, model, request);
+  const StartSystem s(model, request);
+  StartSolution solution = solve_start(s);
+  if (!solution.solved && !solution.defined) explain_undefined(s);
+  if (!solution.solved && solution.stuck >= 0) explain_stuck(s, static_cast<std::size_t>(solution.stuck));
+  if (!solution.solved && request.nearest) solution = nearest_start(s);
+  if (!solution.solved) explain_conflict(model, s, solution);
+  clean(s, solution.w, solution.slow);
+  const Freedom open = freedom(s, solution.w, solution.slow);
+  if (open.count > 0) explain_freedom(model, s, solution.w, open);
+  auto at = std::make_shared<Start>();
+  at->model = model;
+  at->t = request.t;
+  at->request = request;
+  at->values = s.point(solution.w);
+  if (request.nearest) at->moved = moved_values(s, solution.w);
+  for (const auto& [leaf, value] : request.inputs)
+    at->values[leaf] = pendula::evaluate({&value, 1}, at->values)[0];
+  fill_ledger(*at, s, open);
+  for (const Constraint& c : s.low->invariants) {
+    const Expr residual = substitute(c.residual, request.inputs);
+    at->constraints.push_back({c, pendula::evaluate({&residual, 1}, at->values)[0]});
+  }
+  return at;
+}
+
+}  // namespace pendula::dae

@@ -1,0 +1,81 @@
+// A consistent start: values of every state, derivative and algebraic variable that satisfy the equations and
+// all hidden constraints. `fix` is a condition, `guess` only a starting point; nothing else ever becomes an
+// equation.
+#pragma once
+
+#include "base/math.hpp"
+#include "dae/model/model.hpp"
+
+namespace pendula::dae {
+
+using LeafValues = std::vector<std::pair<Expr, double>>;
+
+struct StartRequest {
+  LeafValues fix;
+  LeafValues guess;
+  ParameterValues parameters;  ///< override the model's
+  Substitution inputs;         ///< input leaf (any order) -> expression in t and parameters
+  double t = 0;
+  std::vector<Expr> numeric_inputs;  ///< those whose value at t is all that is known: no derivatives
+  bool keep_invariants =
+      true;              ///< false: a reduced form may start off the constraints it no longer imposes (drift)
+  bool nearest = false;  ///< contradictory fixes move as little as possible, in units of their own
+};
+
+enum class Origin { fixed, redundant, chosen, computed, moved };
+
+/// A fixed value that `nearest` changed.
+struct Moved {
+  Expr leaf;
+  double from, to;
+};
+
+/// Another solution of the equations with the same fixes: the unknowns in which it differs.
+struct Branch {
+  Expr leaf;  ///< the unknown to guess
+  double here, there;
+  std::string formula;  ///< "x = ±√(L² - y²)", where the unknown solves a quadratic equation
+};
+
+struct LedgerRow {
+  Expr leaf;
+  double value;
+  Origin origin;
+};
+
+class Start {
+ public:
+  ModelPtr model;
+  double t = 0;
+  std::unordered_map<Expr, double> values;  ///< states, top derivatives, algebraic, inputs, parameters, t
+  std::vector<LedgerRow> rows;
+  std::vector<std::pair<Constraint, double>> constraints;  ///< with the residual at the start
+  int free = 0;                                            ///< number of initial values that could be chosen
+  std::vector<Moved> moved;                                ///< by `nearest`
+  StartRequest request;                                    ///< what it was made from
+
+  /// The value of an expression in the symbols of this model or a relative. Throws Error naming what has no
+  /// value.
+  double operator()(Expr e) const;
+  /// The value of a leaf of `other`, a relative of this start's model, if it is known.
+  std::optional<double> value_for(const Model& other, Expr leaf) const;
+  std::string ledger() const;
+  /// Other roots that the equations have for the same fixes, found from mirrored starting points; at most a
+  /// few, small models only. Cost: some further solves.
+  std::vector<Branch> branches() const;
+};
+using StartPtr = std::shared_ptr<const Start>;
+
+/// Solves the equations, the hidden constraints and the fixes together (damped Gauss-Newton, least steps in
+/// the units of the unknowns: the result does not depend on the units that the model is written in).
+///
+/// requires  a model whose structural analysis is regular, or can be repaired
+/// returns   values with every scaled residual below 1e-10
+/// throws    Error for conflicting fixes (names the fewest that conflict and the equation that they violate),
+///           for values that are neither fixed nor determined (names the candidates, the null vector, and a
+///           call that works), for equations without value at the guess, for parameters or inputs without
+///           value; Failure where no solution was found
+/// cost      per iteration one complete orthogonal decomposition; above 250 unknowns a sparse factorisation
+StartPtr init(const ModelPtr& model, const StartRequest& request);
+
+}  // namespace pendula::dae

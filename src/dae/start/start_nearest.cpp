@@ -1,0 +1,172 @@
+// nearest = true: fixed values that contradict the equations move onto them, as little as possible.
+//
+//   min ½ Σ_k ((w_k - fix_k)/s_k)²   subject to   0 = r(w)
+//
+// First a point on the equations, from the fixes as a guess; then Newton's method on the Lagrangian with
+// exact second derivatives (Nocedal & Wright, Numerical Optimization, 2nd ed., §18.1), with a least step back
+// onto the equations after every step, and steps shortened until the distance does not grow.
+#include <Eigen/SparseLU>
+#include <algorithm>
+#include <cmath>
+
+#include "base/decompositions.hpp"
+#include "base/error.hpp"
+#include "base/interrupt.hpp"
+#include "base/text.hpp"
+#include "dae/start/start_system.hpp"
+
+namespace pendula::dae {
+namespace {
+
+using Index = Eigen::Index;
+
+class Nearest {
+ public:
+  explicit Nearest(const StartSystem& s) : s_(s), n_(static_cast<Index>(s.unknowns.size())) {
+    equations_.rows.assign(s.rows.size(), 1);
+    for (std::size_t i = s.first_fix; i < s.rows.size(); ++i) equations_.rows[i] = 0;
+    weight_ = Vec::Zero(n_), target_ = Vec::Zero(n_);
+    for (std::size_t k = 0; k < s.fixes(); ++k)
+      if (const auto j = s.fixed_unknown(k)) weight_[*j] = 1, target_[*j] = s.request.fix[k].second;
+    prepare_hessian();
+  }
+
+  StartSolution run() {
+    StartSolution at = solve_start(s_, equations_);
+    if (!at.solved) return at;
+    for (int k = 0; k < most_steps; ++k) {
+      poll_interrupt();
+      const Vec step = newton_step(at.w);
+      const double size = step.norm(), far = 1 + at.w.cwiseQuotient(s_.unit).norm();
+      if (!std::isfinite(size) || size <= 1e-14 * far) break;
+      if (!move(at, step)) break;
+    }
+    // What is left of the fixes is what moved; the equations hold.
+    return at;
+  }
+
+ private:
+  static constexpr int most_steps = 100;
+
+  double distance(const Vec& w) const {
+    return weight_.cwiseProduct((w - target_).cwiseQuotient(s_.unit)).norm();
+  }
+
+  bool move(StartSolution& at, const Vec& step) {
+    for (double alpha = 1; alpha > 1e-6; alpha /= 2) {
+      StartSolution next = gauss_newton(s_, at.w + alpha * step.cwiseProduct(s_.unit), equations_);
+      if (!next.solved || distance(next.w) > distance(at.w) * (1 + 1e-14)) continue;
+      const bool moved = (next.w - at.w).cwiseQuotient(s_.unit).norm() > 1e-15;
+      at = std::move(next);
+      return moved;
+    }
+    return false;
+  }
+
+  /// ∂²(Σ λ_i r_i)/∂w² with multipliers as symbols of their own.
+  void prepare_hessian() {
+    Expr lagrangian;
+    for (std::size_t i = 0; i < s_.first_fix; ++i) {
+      multipliers_.push_back(symbol(pendula::Kind::slot, text("nearest_multiplier_", i)));
+      lagrangian += multipliers_.back() * s_.rows[i];
+    }
+    hessian_ = sparse_jacobian(gradient(lagrangian, s_.unknowns), s_.unknowns);
+    for (const Entry& e : hessian_) second_.push_back(e.value);
+  }
+
+  Mat hessian(const Vec& w, const Vec& lambda) const {
+    auto point = s_.point(w);
+    for (std::size_t i = 0; i < multipliers_.size(); ++i)
+      point[multipliers_[i]] = lambda[static_cast<Index>(i)] / s_.row_unit[static_cast<Index>(i)];
+    const auto values = pendula::evaluate(second_, point);
+    Mat H = Mat::Zero(n_, n_);
+    for (std::size_t k = 0; k < values.size(); ++k)
+      H(hessian_[k].row, hessian_[k].column) =
+          values[k] * s_.unit[hessian_[k].row] * s_.unit[hessian_[k].column];
+    return H;
+  }
+
+  /// In units: the step in the null space of J (the point satisfies the equations) that minimises the model.
+  Vec newton_step(const Vec& w) const {
+    const Mat J = Mat(s_.jacobian(w)).topRows(static_cast<Index>(s_.first_fix));
+    const Vec g = weight_.cwiseProduct((w - target_).cwiseQuotient(s_.unit));
+    Eigen::ColPivHouseholderQR<Mat> qr;
+    qr.setThreshold(1e-9);
+    qr.compute(J.transpose());
+    const Mat Z = Mat(qr.householderQ()).rightCols(n_ - qr.rank());
+    if (Z.cols() == 0) return Vec::Zero(n_);
+    const Vec lambda = qr.solve(Vec(-g));
+    const Mat weight = weight_.asDiagonal();
+    Mat H = Z.transpose() * (weight + hessian(w, lambda)) * Z;
+    const Mat gauss = Z.transpose() * weight * Z;
+    const auto least = [&](const Mat& M) -> Vec {
+      return Z * Eigen::CompleteOrthogonalDecomposition<Mat>(M).solve(-(Z.transpose() * g));
+    };
+    const Vec newton = least(H);
+    if (newton.allFinite() && newton.dot(g) <= 0) return newton;
+    return least(gauss);  // a descent direction always
+  }
+
+  const StartSystem& s_;
+  Index n_;
+  Selection equations_;
+  Vec weight_, target_;
+  std::vector<Expr> multipliers_, second_;
+  std::vector<Entry> hessian_;
+};
+
+/// Large systems: the constraints linearised, second derivatives left out (which is exact where nothing has
+/// to move, and converges linearly with the size of the moves): [W Jᵀ; J 0] [d; λ] = [-W (w - fix); -r].
+StartSolution sparse_nearest(const StartSystem& s) {
+  using Sparse = Eigen::SparseMatrix<double>;
+  constexpr double slight = 1e-10, redundant = 1e-12;  // hold what nothing determines; equations that depend
+  constexpr int most_steps = 60;
+  const auto n = static_cast<Index>(s.unknowns.size()), m = static_cast<Index>(s.first_fix);
+  Selection equations;
+  equations.rows.assign(s.rows.size(), 1);
+  for (std::size_t i = s.first_fix; i < s.rows.size(); ++i) equations.rows[i] = 0;
+  Vec weight = Vec::Zero(n), target = Vec::Zero(n);
+  for (std::size_t k = 0; k < s.fixes(); ++k)
+    if (const auto j = s.fixed_unknown(k)) weight[*j] = 1, target[*j] = s.request.fix[k].second;
+  StartSolution at = solve_start(s, equations);
+  if (!at.solved) return at;
+  Vec w = at.w;
+  for (int k = 0; k < most_steps; ++k) {
+    poll_interrupt();
+    const Sparse J = s.jacobian(w);
+    std::vector<Eigen::Triplet<double>> entries;
+    for (Index j = 0; j < n; ++j) entries.emplace_back(j, j, weight[j] + slight);
+    for (Index i = 0; i < m; ++i) entries.emplace_back(n + i, n + i, -redundant);
+    for (Index j = 0; j < J.outerSize(); ++j)
+      for (Sparse::InnerIterator it(J, j); it; ++it)
+        if (it.row() < m)
+          entries.emplace_back(n + it.row(), j, it.value()),
+              entries.emplace_back(j, n + it.row(), it.value());
+    Sparse K(n + m, n + m);
+    K.setFromTriplets(entries.begin(), entries.end());
+    K.makeCompressed();
+    const Eigen::SparseLU<Sparse> factors(K);
+    if (factors.info() != Eigen::Success) break;
+    Vec right(n + m);
+    right << -weight.cwiseProduct((w - target).cwiseQuotient(s.unit)), -s.residual(w).head(m);
+    Vec x = factors.solve(right);
+    x += factors.solve(right - K * x);
+    if (!x.allFinite()) break;
+    w += x.head(n).cwiseProduct(s.unit);
+    if (x.head(n).norm() <= 1e-10 * (1 + w.cwiseQuotient(s.unit).norm())) break;
+  }
+  const StartSolution near = gauss_newton(s, w, equations);
+  const auto distance = [&](const Vec& v) {
+    return weight.cwiseProduct((v - target).cwiseQuotient(s.unit)).norm();
+  };
+  return near.solved && distance(near.w) <= distance(at.w) * (1 + 1e-12) ? near : at;
+}
+
+}  // namespace
+
+StartSolution nearest_start(const StartSystem& s) {
+  constexpr Index dense = 400;
+  return static_cast<Index>(s.unknowns.size()) > dense ? sparse_nearest(s) : Nearest(s).run();
+}
+
+}  // namespace pendula::dae

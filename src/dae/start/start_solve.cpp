@@ -1,0 +1,301 @@
+#include <Eigen/SparseCholesky>
+#include <Eigen/SparseLU>
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+#include "base/decompositions.hpp"
+#include "base/interrupt.hpp"
+#include "dae/start/start_system.hpp"
+
+namespace pendula::dae {
+namespace {
+
+using Index = Eigen::Index;
+using Sparse = Eigen::SparseMatrix<double>;
+
+constexpr double solved_below = 1e-10;  // scaled residual that counts as satisfied
+constexpr int max_iterations = 60;
+
+/// Residual and Jacobian of the rows that take part, in the unknowns that may move.
+class Selected {
+ public:
+  Selected(const StartSystem& s, const Selection& selection) : s_(s), selection_(selection) {}
+
+  Vec residual(const Vec& w) const {
+    Vec r = s_.residual(w);
+    for (Index i = 0; i < r.size(); ++i)
+      if (!row(i)) r[i] = 0;
+    return r;
+  }
+
+  Sparse jacobian(const Vec& w) const {
+    Sparse J = s_.jacobian(w);
+    if (selection_.rows.empty() && selection_.held.empty()) return J;
+    J.prune([&](Index i, Index j, double) { return row(i) && moves(j); });
+    return J;
+  }
+
+ private:
+  bool row(Index i) const { return selection_.rows.empty() || selection_.rows[i]; }
+  bool moves(Index j) const { return selection_.held.empty() || !selection_.held[j]; }
+  const StartSystem& s_;
+  const Selection& selection_;
+};
+
+bool finite(const Sparse& J) {
+  return std::all_of(J.valuePtr(), J.valuePtr() + J.nonZeros(), [](double v) { return std::isfinite(v); });
+}
+
+/// |r_i| / (1 + Σ_j |J_ij ω_j|): 1 is the row's unit.
+Vec relative(const Vec& r, const Sparse& J, const Vec& omega) {
+  return r.cwiseAbs().cwiseQuotient(Vec::Ones(r.size()) + J.cwiseAbs() * omega.cwiseAbs());
+}
+
+/// Rows of unit length: an equation that is flat at this point counts as much as the others.
+Vec row_weights(const Sparse& J) {
+  Vec weight = Vec::Zero(J.rows());
+  for (Index j = 0; j < J.outerSize(); ++j)
+    for (Sparse::InnerIterator it(J, j); it; ++it)
+      weight[it.row()] = std::max(weight[it.row()], std::fabs(it.value()));
+  return weight.unaryExpr([](double largest) { return largest > 0 ? 1 / largest : 1; });
+}
+
+/// Rows and columns that are not zero make a square, regular system (what is left once the states are held):
+/// its solution.
+std::optional<Vec> square_step(const Sparse& J, const Vec& r) {
+  constexpr double accurate = 1e-10;
+  std::vector<int> row(static_cast<std::size_t>(J.rows()), -1),
+      column(static_cast<std::size_t>(J.cols()), -1);
+  for (Index j = 0; j < J.outerSize(); ++j)
+    for (Sparse::InnerIterator it(J, j); it; ++it)
+      if (it.value() != 0) row[it.row()] = column[j] = 0;
+  int rows = 0, columns = 0;
+  for (int& i : row)
+    if (i == 0) i = rows++;
+  for (int& j : column)
+    if (j == 0) j = columns++;
+  if (rows != columns || rows == 0) return {};
+  std::vector<Eigen::Triplet<double>> entries;
+  for (Index j = 0; j < J.outerSize(); ++j)
+    for (Sparse::InnerIterator it(J, j); it; ++it)
+      if (it.value() != 0) entries.emplace_back(row[it.row()], column[j], it.value());
+  Sparse A(rows, rows);
+  A.setFromTriplets(entries.begin(), entries.end());
+  A.makeCompressed();
+  Vec b(rows);
+  for (std::size_t i = 0; i < row.size(); ++i)
+    if (row[i] >= 0) b[row[i]] = -r[static_cast<Index>(i)];
+  const Eigen::SparseLU<Sparse> factors(A);
+  if (factors.info() != Eigen::Success) return {};
+  Vec x = factors.solve(b);
+  x += factors.solve(b - A * x);
+  if (!x.allFinite() || (b - A * x).norm() > accurate * b.norm()) return {};
+  Vec d = Vec::Zero(J.cols());
+  for (std::size_t j = 0; j < column.size(); ++j)
+    if (column[j] >= 0) d[static_cast<Index>(j)] = x[column[j]];
+  return d;
+}
+
+/// [I J; Jᵀ -μ² I] [y; d] = [-r; 0]: d minimises ‖J d + r‖² + μ² ‖d‖². Without pivoting where that is
+/// accurate, else with it.
+Vec sparse_least_step(const Sparse& J, const Vec& r) {
+  constexpr double mu_squared = 1e-12, accurate = 1e-9;
+  const Index m = J.rows(), n = J.cols();
+  std::vector<Eigen::Triplet<double>> entries;
+  for (Index i = 0; i < m; ++i) entries.emplace_back(i, i, 1);
+  for (Index j = 0; j < n; ++j) entries.emplace_back(m + j, m + j, -mu_squared);
+  for (Index j = 0; j < J.outerSize(); ++j)
+    for (Sparse::InnerIterator it(J, j); it; ++it)
+      entries.emplace_back(m + j, it.row(), it.value()), entries.emplace_back(it.row(), m + j, it.value());
+  Sparse K(m + n, m + n);
+  K.setFromTriplets(entries.begin(), entries.end());
+  Vec right = Vec::Zero(m + n);
+  right.head(m) = -r;
+  const auto refined = [&](const auto& factors, int times) {
+    Vec x = factors.solve(right);
+    for (int k = 0; k < times && x.allFinite(); ++k) x += factors.solve(right - K * x);
+    return x;
+  };
+  const Eigen::SimplicialLDLT<Sparse> symmetric(K);
+  if (symmetric.info() == Eigen::Success)
+    if (const Vec x = refined(symmetric, 2);
+        x.allFinite() && (right - K * x).norm() <= accurate * right.norm())
+      return x.tail(n);
+  poll_interrupt();
+  K.makeCompressed();
+  const Eigen::SparseLU<Sparse> pivoting(K);
+  if (pivoting.info() != Eigen::Success) return Vec::Constant(n, NAN);
+  return refined(pivoting, 1).tail(n);
+}
+
+/// The smallest d that minimises ‖J d + r‖.
+Vec least_step(const Sparse& J, const Vec& r) {
+  if (J.cols() <= dense_up_to) {
+    Eigen::CompleteOrthogonalDecomposition<Mat> qr;
+    qr.setThreshold(1e-11);  // relative pivot below which a direction counts as undetermined
+    qr.compute(Mat(J));
+    return qr.solve(-r);
+  }
+  if (const auto exact = square_step(J, r)) return *exact;
+  return sparse_least_step(J, r);
+}
+
+/// What has no guess moves a thousand times more readily than a state that has one; algebraic variables and
+/// derivatives, which follow from the states, thirty times.
+Vec reaches(const StartSystem& s) {
+  constexpr double ready = 1e3, follows = 30;
+  const auto guessed = s.guessed();
+  const bool any = std::find(guessed.begin(), guessed.end(), 1) != guessed.end();
+  Vec reach = Vec::Constant(static_cast<Index>(guessed.size()), any ? ready : 1);
+  for (std::size_t j = 0; j < guessed.size(); ++j)
+    if (guessed[j]) reach[static_cast<Index>(j)] = j < s.state_count ? 1 : follows;
+  return reach;
+}
+
+}  // namespace
+
+StartSolution gauss_newton(const StartSystem& s, Vec w, const Selection& selection) {
+  const Selected system(s, selection);
+  const Vec reach = reaches(s);
+  StartSolution out;
+  out.w = w, out.residual = Vec::Constant(static_cast<Index>(s.rows.size()), INFINITY);
+  double last_step = 0;
+  int halvings = 0;  // full steps in a row that shrank by half: a double root
+  for (int iteration = 0; iteration < max_iterations; ++iteration) {
+    poll_interrupt();
+    const Vec r = system.residual(w);
+    const Sparse J = system.jacobian(w);
+    if (!r.allFinite() || !finite(J)) {
+      out.defined = iteration > 0;
+      break;
+    }
+    const Vec omega = w.cwiseQuotient(s.unit);
+    out.w = w;
+    out.residual = relative(r, J, omega);
+    if (out.residual.size() == 0 || out.residual.maxCoeff() < solved_below) out.solved = true;
+    if (r.norm() == 0) break;
+    const Vec weight = row_weights(J);
+    const Sparse weighted = weight.asDiagonal() * J * reach.asDiagonal();
+    const Vec step = reach.cwiseProduct(least_step(weighted, weight.cwiseProduct(r)));
+    if (!step.allFinite()) break;
+    const double size = weight.cwiseProduct(r).norm();
+    // A full step that makes a solution no better is rounding.
+    const double shortest = out.solved ? 0.75 : 1e-4;
+    double alpha = 1;
+    Vec trial;
+    for (; alpha > shortest; alpha /= 2) {
+      trial = w + alpha * step.cwiseProduct(s.unit);
+      const Vec next = weight.cwiseProduct(system.residual(trial));
+      if (next.allFinite() && next.norm() <= (1 - 0.1 * alpha) * size) break;
+    }
+    const double moved = alpha * step.norm(), far = 1 + omega.norm();
+    if (moved > 1e-7 * far) halvings = moved > 0.4 * last_step && moved < 0.6 * last_step ? halvings + 1 : 0;
+    out.slow = halvings >= 6;
+    last_step = moved;
+    const bool stalled = alpha <= shortest || moved <= 1e-15 * far;
+    if (stalled || (out.solved && moved <= 4e-16 * far)) break;
+    w = trial;
+  }
+  return out;
+}
+
+Vec first_point(const StartSystem& s, int attempt, const Selection& selection, bool keep_guess) {
+  constexpr double golden = 0.6180339887498949;
+  constexpr double spread[start_attempts] = {0, 0.1, 0.1, 1, 3};
+  constexpr int mirrored = 2;
+  Vec w(static_cast<Index>(s.unknowns.size())), shift(w.size());
+  for (Index j = 0; j < w.size(); ++j) {
+    const double fraction = std::fmod((static_cast<double>(j) + 1) * golden, 1.0);
+    w[j] = shift[j] = s.unit[j] * spread[attempt] * (attempt <= mirrored ? fraction : 2 * fraction - 1);
+  }
+  const bool small = w.size() <= dense_up_to;  // a large model far from its guess is not solved by luck
+  for (const auto& [leaf, value] : s.request.guess)
+    if (const auto j = s.position(resolve(s.model, leaf)))
+      w[*j] = !small || keep_guess ? value : attempt == mirrored ? -value : value + shift[*j];
+  for (std::size_t k = 0; k < s.fixes(); ++k)
+    if (const auto j = s.position(resolve(s.model, s.request.fix[k].first))) {
+      const bool dropped = !selection.rows.empty() && !selection.rows[s.first_fix + k];
+      w[*j] = s.request.fix[k].second + (dropped && small ? shift[*j] : 0);
+    }
+  return w;
+}
+
+/// Large systems level by level: conditions on positions, then those on velocities …, then everything. Far
+/// from a solution, accelerations and multipliers would only be in the way.
+static StartSolution by_levels(const StartSystem& s, Vec w, const Selection& selection) {
+  if (w.size() > dense_up_to && s.request.keep_invariants) {
+    const auto& invariants = s.low->invariants;
+    int highest = -1;
+    for (const Constraint& c : invariants) highest = std::max(highest, c.derivative);
+    for (int level = 0; level <= highest; ++level) {
+      Selection part = selection;
+      if (part.rows.empty()) part.rows.assign(s.rows.size(), 1);
+      for (std::size_t i = 0; i < s.first_fix; ++i)
+        if (i >= invariants.size() || invariants[i].derivative > level) part.rows[i] = 0;
+      const StartSolution next = gauss_newton(s, w, part);
+      if (!next.solved) break;
+      w = next.w;
+    }
+    Selection rest = selection;  // accelerations and multipliers, where the states are
+    if (rest.held.empty()) rest.held.assign(s.unknowns.size(), 0);
+    std::fill_n(rest.held.begin(), s.state_count, 1);
+    if (const StartSolution next = gauss_newton(s, w, rest); next.solved) w = next.w;
+  }
+  return gauss_newton(s, std::move(w), selection);
+}
+
+/// A row that is far from satisfied and that no unknown changes to first order: Gauss-Newton cannot help it.
+static int stuck_row(const StartSystem& s, const Vec& w, const Selection& selection) {
+  const Selected system(s, selection);
+  const Vec r = system.residual(w);
+  const Sparse J = system.jacobian(w);
+  if (!r.allFinite() || !finite(J)) return -1;
+  Vec largest = Vec::Zero(J.rows());
+  for (Index j = 0; j < J.outerSize(); ++j)
+    for (Sparse::InnerIterator it(J, j); it; ++it)
+      largest[it.row()] = std::max(largest[it.row()], std::fabs(it.value()));
+  for (Index i = 0; i < r.size(); ++i)
+    if (std::fabs(r[i]) > 1e-6 && largest[i] < 1e-12) return static_cast<int>(i);
+  return -1;
+}
+
+StartSolution solve_start(const StartSystem& s, const Selection& selection) {
+  StartSolution best;
+  bool defined = false;
+  Selection held = selection;  // fixed values as they are; free to move only where that does not work
+  if (held.held.empty()) held.held = s.fixed();
+  for (std::size_t k = 0; k < s.fixes() && !selection.rows.empty(); ++k)
+    if (const auto j = s.fixed_unknown(k); j && !selection.rows[s.first_fix + k]) held.held[*j] = 0;
+  if (selection.held.empty() && selection.rows.empty() && !s.request.guess.empty()) {
+    Selection here = held;  // guesses that satisfy the equations already stay exactly as they are
+    const auto guessed = s.guessed();
+    for (std::size_t j = 0; j < guessed.size(); ++j) here.held[j] = here.held[j] || guessed[j];
+    StartSolution next = by_levels(s, first_point(s, 0), here);
+    constexpr double rounding = 1e-15;
+    if (next.solved && next.residual.maxCoeff() <= rounding) return next;
+    if (next.w.size() <= dense_up_to) {  // nor do free states move for the sake of what follows from them
+      for (std::size_t j = s.state_count; j < guessed.size(); ++j) here.held[j] = held.held[j];
+      next = by_levels(s, first_point(s, 0), here);
+      if (next.solved && !next.slow) return next;
+    }
+  }
+  const bool large = first_point(s, 0).size() > dense_up_to;
+  const bool nothing_held = selection.held.empty() && std::count(held.held.begin(), held.held.end(), 1) == 0;
+  for (int attempt = 0; attempt < (large ? 2 : start_attempts); ++attempt) {
+    const bool undefined =
+        attempt > 0 && !defined;  // the user should hear of a guess where nothing has a value
+    const Vec from = first_point(s, attempt, selection, undefined);
+    StartSolution next = by_levels(s, from, held);
+    if (next.solved) return next;
+    if (!nothing_held) next = by_levels(s, from, selection);
+    if (next.solved) return next;
+    defined = defined || next.defined;
+    if (attempt == 0 || next.residual.maxCoeff() < best.residual.maxCoeff()) best = std::move(next);
+    if (large && (best.stuck = stuck_row(s, from, selection)) >= 0) break;
+  }
+  best.defined = defined;
+  return best;
+}
+
+}  // namespace pendula::dae

@@ -1,0 +1,134 @@
+// The equations of a consistent start, in units of their own: residuals of the index-1 form, the invariants
+// it no longer imposes, and one row per fixed value.
+//
+// Every unknown w_j is measured in a unit s_j and every residual r_i in a unit σ_i, estimated from the terms
+// of the equations (magnitudes()), so that a model written in nanometres has the same start as one in metres.
+#pragma once
+
+#include <Eigen/SparseCore>
+
+#include "base/math.hpp"
+#include "dae/start/start.hpp"
+#include "expr/graph/evaluator.hpp"
+
+namespace pendula::dae {
+
+/// Units of unknowns and residuals: the magnitudes for which the terms of every sum have the same size, in
+/// the sense of least absolute logarithms. Arguments of sin, exp … have magnitude 1; `known` are the values
+/// of parameters and inputs (terms with a factor 0 do not count); `anchors` are values that the user gave,
+/// for what the first `equations` of the rows leave open. Multiplying an unknown or an equation by a constant
+/// multiplies its unit, and changes nothing else.
+struct Magnitudes {
+  Vec unknowns, rows;
+};
+Magnitudes magnitudes(const std::vector<Expr>& rows, std::size_t equations, const std::vector<Expr>& unknowns,
+                      const std::unordered_map<Expr, double>& known, const LeafValues& anchors);
+
+class StartSystem {
+ public:
+  /// Throws Error naming parameters, inputs and symbols without value. Keeps references to its arguments.
+  StartSystem(const ModelPtr& model, const StartRequest& request);
+
+  ModelPtr low;
+  const Model& model;
+  const StartRequest& request;
+  std::vector<Expr> unknowns, rows;
+  std::size_t state_count = 0, first_fix = 0;
+  std::unordered_map<Expr, double> known;  ///< parameters, t
+  Vec unit, row_unit;                      ///< s, σ
+
+  /// Of a row: "(3)′", "equation (3)", "x = 3".
+  std::string label(std::size_t row) const;
+  std::size_t fixes() const { return rows.size() - first_fix; }
+  std::optional<Eigen::Index> position(Expr leaf) const;
+  /// The unknown that fix k (guess k) is about; nothing if it is an expression in several.
+  std::optional<Eigen::Index> fixed_unknown(std::size_t k) const;
+  std::vector<char> guessed() const;
+  /// Unknowns with a value of their own in fix.
+  std::vector<char> fixed() const;
+
+  /// r_i / σ_i. May contain NaN.
+  Vec residual(const Vec& w) const;
+  /// ∂(r_i/σ_i)/∂(w_j/s_j).
+  Eigen::SparseMatrix<double> jacobian(const Vec& w) const;
+  std::unordered_map<Expr, double> point(const Vec& w) const;
+
+ private:
+  void add(Expr e);
+  void bind();
+  void differentiate_inputs(Expr e);
+  void check_known() const;
+  void compile();
+  std::vector<double> leaf_values(const Vec& w) const;
+  std::string missing_input(Expr leaf) const;
+
+  Substitution inputs_;
+  std::unordered_map<Expr, Eigen::Index> column_;
+  std::vector<Entry> jacobian_;
+  std::vector<double> given_;  ///< the values of `known`, behind the unknowns
+  std::optional<Evaluator> rows_, slopes_;
+  std::vector<std::string> labels_;  ///< of the rows before the fixes
+};
+
+/// Which rows take part, and which unknowns are held where they are; empty: all, none.
+struct Selection {
+  std::vector<char> rows, held;
+};
+
+struct StartSolution {
+  Vec w;
+  Vec residual;  ///< |r_i| relative to the size of the row's own terms
+  bool solved = false;
+  bool defined = true;  ///< false: an equation has no finite value (or slope) at the first point
+  int stuck = -1;       ///< a row that is not satisfied and has gradient 0 at the first point (large systems)
+  bool slow = false;    ///< steps shrank by half only: the equations lose rank at the solution, a double root
+};
+
+/// Damped Gauss-Newton with least steps in the units of the system: stays near the first point where the
+/// equations leave freedom. Cost: per step one orthogonal decomposition, above `dense_up_to` unknowns a
+/// sparse LDLᵀ of the regularised normal equations in augmented form.
+StartSolution gauss_newton(const StartSystem& s, Vec w, const Selection& selection = {});
+constexpr Eigen::Index dense_up_to = 250;
+
+/// Gauss-Newton from the guess, then from spread points near it (symmetric points are often singular), with
+/// the opposite signs, and further away.
+StartSolution solve_start(const StartSystem& s, const Selection& selection = {});
+constexpr int start_attempts = 5;
+/// Values that are fixed, unless their row is not selected, are as given; guesses too at the first attempt.
+Vec first_point(const StartSystem& s, int attempt, const Selection& selection = {}, bool keep_guess = false);
+
+/// What a start leaves open, from the Jacobian at it.
+struct Freedom {
+  std::vector<char> redundant;     ///< by fix: determined by the equations and the fixes before it
+  int rank_equations = 0;          ///< of the rows that are no fixes
+  Mat undetermined;                ///< by equations, fixes and guesses: a basis in units, small systems only
+  std::vector<Eigen::Index> open;  ///< unknowns that can move (of which to choose)
+  std::vector<Eigen::Index> recommended;  ///< a choice of them that determines everything
+  std::vector<char> chosen;               ///< by unknown: free, and covered by a guess
+  int count = 0;                          ///< how many initial values are still to be chosen
+};
+/// `slow`: the point is known to half of the digits only, and so is the rank.
+Freedom freedom(const StartSystem& s, const Vec& w, bool slow = false);
+/// The same by sparse elimination, for large systems; without `undetermined`.
+Freedom sparse_freedom(const StartSystem& s, const Eigen::SparseMatrix<double>& J);
+
+/// Errors. What each says: start_errors.cpp.
+[[noreturn]] void explain_undefined(const StartSystem& s);
+[[noreturn]] void explain_stuck(const StartSystem& s, std::size_t row);
+[[noreturn]] void explain_conflict(const ModelPtr& model, const StartSystem& s, const StartSolution& failed);
+[[noreturn]] void explain_freedom(const ModelPtr& model, const StartSystem& s, const Vec& w,
+                                  const Freedom& open);
+
+/// The contradictory fixes moved onto the constraints: min Σ ((w_j - fix_j)/s_j)² subject to the equations.
+/// Throws Failure where no stationary point was found.
+StartSolution nearest_start(const StartSystem& s);
+
+/// How a leaf is written as a key of fix and guess: "x = ", "[q[3].dot] = ".
+std::string key_text(Expr leaf);
+/// "sys:init{ fix = { x = 0.6, [x.dot] = 0 } }".
+std::string call_text(const LeafValues& fix, const LeafValues& guess = {});
+
+/// Σ |∂e/∂y y| over the leaves of e that have a value: what its rounding errors are measured by.
+double size_of_terms(Expr e, const std::unordered_map<Expr, double>& point);
+
+}  // namespace pendula::dae

@@ -1,0 +1,85 @@
+#include "dae/structure/balance.hpp"
+
+#include <algorithm>
+
+#include "base/error.hpp"
+#include "base/text.hpp"
+#include "dae/structure/analysis.hpp"
+#include "expr/print/print.hpp"
+
+namespace pendula::dae {
+namespace {
+
+constexpr std::size_t listed = 12;
+
+template <class Word>
+std::string some_of(const std::vector<int>& list, Word word) {
+  std::vector<std::string> words;
+  for (std::size_t k = 0; k < list.size() && k < listed; ++k)
+    words.push_back(word(static_cast<std::size_t>(list[k])));
+  if (list.size() > listed) words.push_back(text("… ", list.size(), " in all"));
+  return join(words, ", ");
+}
+
+std::string count(std::size_t n, const char* what) { return text(n, " ", what, n == 1 ? "" : "s"); }
+
+bool has_unknown(const Model& m, std::size_t row) {
+  const Expr r = m.residuals[row];
+  for (Expr leaf : leaves({&r, 1}))
+    for (const Variable& v : m.variables)
+      if (symbol_of(leaf).base == v.leaf) return true;
+  return false;
+}
+
+}  // namespace
+
+std::string equation_list(const Model& m, const std::vector<int>& rows) {
+  return some_of(rows, [&](std::size_t i) { return m.label(i); });
+}
+
+std::string unknown_list(const Model& m, const std::vector<int>& columns) {
+  return some_of(columns, [&](std::size_t j) { return to_text(m.variables[j].leaf); });
+}
+
+std::vector<std::string> balance_lines(const Model& m, const Blocks& blocks) {
+  std::vector<std::string> lines;
+  const auto part = [&](const char* what, const Part& p) {
+    return text(what, ": ", count(p.rows.size(), "equation"), p.rows.empty() ? "" : " ",
+                equation_list(m, p.rows), " for ", count(p.columns.size(), "unknown"),
+                p.columns.empty() ? "" : " ", unknown_list(m, p.columns));
+  };
+  std::vector<int> bare;  // they belong to the over-determined part, but what is wrong with them is plainer
+  for (int i : blocks.over.rows)
+    if (!has_unknown(m, static_cast<std::size_t>(i))) bare.push_back(i);
+  for (std::size_t k = 0; k < bare.size() && k < listed; ++k) {
+    const Expr r = m.residuals[bare[k]];
+    lines.push_back(text("without unknown: equation ", m.label(static_cast<std::size_t>(bare[k])),
+                         " reads 0 = ", to_text(r)));
+  }
+  Part over = blocks.over;
+  std::erase_if(over.rows, [&](int i) { return std::find(bare.begin(), bare.end(), i) != bare.end(); });
+  if (!over.rows.empty()) lines.push_back(part("over-determined", over));
+  if (!blocks.under.columns.empty()) lines.push_back(part("under-determined", blocks.under));
+  return lines;
+}
+
+std::string imbalance(const Model& m) {
+  const std::size_t equations = m.residuals.size(), unknowns = m.variables.size();
+  const Blocks blocks = dulmage_mendelsohn(incidence(m), static_cast<int>(unknowns));
+  std::string out =
+      equations == unknowns
+          ? "the model is structurally singular: some equations cannot all determine unknowns"
+          : text("the model has ", count(equations, "equation"), " for ", count(unknowns, "unknown"));
+  for (const std::string& line : balance_lines(m, blocks)) out += "\n  " + line;
+  if (!blocks.over.rows.empty())
+    out +=
+        "\n  Remove one of the equations that are too many, or declare what should follow from it with var.";
+  if (!blocks.under.columns.empty()) {
+    const std::string plain = symbol_of(m.variables[blocks.under.columns.back()].leaf).name;
+    out += text("\n  Add an equation, or let one of the unknowns be given: ", plain, " = input \"", plain,
+                "\".");
+  }
+  return out;
+}
+
+}  // namespace pendula::dae

@@ -1,0 +1,172 @@
+#include "dae/structure/sigma.hpp"
+
+#include <algorithm>
+#include <deque>
+#include <limits>
+#include <queue>
+
+#include "base/interrupt.hpp"
+
+namespace pendula::dae {
+namespace {
+
+constexpr int none = -1;
+constexpr int far = std::numeric_limits<int>::max() / 4;
+
+/// Greatest-value transversal by the primal-dual method (Kuhn-Munkres on a sparse matrix, all free equations
+/// at once): a shortest-path sweep from them makes the edges tight that lead to free variables, and as many
+/// disjoint paths over tight edges as are found are augmented. Orders are small, so that sweeps are few.
+class Transversal {
+ public:
+  Transversal(const Signature& sigma, int variables)
+      : sigma_(sigma),
+        variable_of(sigma.size(), none),
+        equation_of(variables, none),
+        row_(sigma.size(), 0),
+        column_(variables, 0),
+        distance_(variables, far),
+        next_(sigma.size(), 0),
+        visited_(variables, 0) {
+    for (std::size_t i = 0; i < sigma.size(); ++i)
+      for (const auto& entry : sigma[i]) row_[i] = std::max(row_[i], entry.order);
+    do {
+      while (augment_tight()) poll_interrupt();
+    } while (make_tight());
+    for (std::size_t i = 0; i < sigma.size(); ++i)
+      if (variable_of[i] == none) unmatched.push_back(static_cast<int>(i));
+  }
+
+ private:
+  const Signature& sigma_;
+
+ public:
+  std::vector<int> variable_of, equation_of, unmatched;
+
+ private:
+  /// Reduced cost of an entry: never negative, 0 on the transversal.
+  int cost(int i, const SignatureEntry& e) const { return row_[i] - e.order + column_[e.variable]; }
+
+  /// Disjoint augmenting paths over entries of cost 0, depth first from every free equation; false if none.
+  bool augment_tight() {
+    std::fill(visited_.begin(), visited_.end(), 0);
+    std::fill(next_.begin(), next_.end(), 0);
+    bool any = false;
+    for (int i = 0; i < static_cast<int>(sigma_.size()); ++i)
+      if (variable_of[i] == none && augment(i)) any = true;
+    return any;
+  }
+
+  bool augment(int start) {
+    std::vector<int> path{start};
+    while (!path.empty()) {
+      const int i = path.back();
+      if (next_[i] == sigma_[i].size()) {
+        path.pop_back();
+        continue;
+      }
+      const auto& e = sigma_[i][next_[i]++];
+      if (visited_[e.variable] || cost(i, e) != 0) continue;
+      visited_[e.variable] = 1;
+      if (equation_of[e.variable] != none) {
+        path.push_back(equation_of[e.variable]);
+        continue;
+      }
+      for (int j = e.variable; !path.empty(); path.pop_back()) {  // each takes what the next one gives up
+        equation_of[j] = path.back();
+        std::swap(j, variable_of[path.back()]);
+      }
+      return true;
+    }
+    return false;
+  }
+
+  /// Distances from all free equations up to the nearest free variable, and the duals that make the shortest
+  /// paths tight; false if no free variable can be reached.
+  bool make_tight() {
+    using Item = std::pair<int, int>;
+    std::priority_queue<Item, std::vector<Item>, std::greater<>> queue;
+    std::fill(distance_.begin(), distance_.end(), far);
+    const auto relax = [&](int i, int base) {
+      for (const auto& e : sigma_[i]) {
+        const int d = base + cost(i, e);
+        if (d >= distance_[e.variable]) continue;
+        distance_[e.variable] = d;
+        queue.push({d, e.variable});
+      }
+    };
+    for (int i = 0; i < static_cast<int>(sigma_.size()); ++i)
+      if (variable_of[i] == none) relax(i, 0);
+    int length = far;
+    while (!queue.empty()) {
+      const auto [d, j] = queue.top();
+      queue.pop();
+      if (d > distance_[j]) continue;
+      if (equation_of[j] == none) {
+        length = d;
+        break;
+      }
+      relax(equation_of[j], d);
+    }
+    if (length == far) return false;
+    for (int i = 0; i < static_cast<int>(sigma_.size()); ++i)
+      if (variable_of[i] == none) row_[i] -= length;
+    for (int j = 0; j < static_cast<int>(equation_of.size()); ++j)
+      if (distance_[j] < length) {
+        column_[j] += length - distance_[j];
+        row_[equation_of[j]] -= length - distance_[j];
+      }
+    return true;
+  }
+
+  std::vector<int> row_, column_, distance_;
+  std::vector<std::size_t> next_;
+  std::vector<char> visited_;
+};
+
+/// The smallest dual (Pryce 2001, algorithm 3.1, step 3), by a queue of equations whose offset has grown.
+void smallest_offsets(const Signature& sigma, const std::vector<int>& equation_of, Offsets& o) {
+  std::vector<int> order_on_transversal(equation_of.size(), 0);
+  for (std::size_t j = 0; j < equation_of.size(); ++j)
+    for (const auto& e : sigma[equation_of[j]])
+      if (e.variable == static_cast<int>(j)) order_on_transversal[j] = e.order;
+  std::deque<int> grown;
+  std::vector<char> waiting(sigma.size(), 1);
+  for (int i = 0; i < static_cast<int>(sigma.size()); ++i) grown.push_back(i);
+  while (!grown.empty()) {
+    const int i = grown.front();
+    grown.pop_front();
+    waiting[i] = 0;
+    for (const auto& e : sigma[i]) {
+      const int j = e.variable;
+      if (e.order + o.c[i] <= o.d[j]) continue;
+      o.d[j] = e.order + o.c[i];
+      const int k = equation_of[j], c = o.d[j] - order_on_transversal[j];
+      if (c <= o.c[k]) continue;
+      o.c[k] = c;
+      if (!waiting[k]) waiting[k] = 1, grown.push_back(k);
+    }
+  }
+}
+
+}  // namespace
+
+int Offsets::index() const {
+  const int most = c.empty() ? 0 : *std::max_element(c.begin(), c.end());
+  return most + (std::find(d.begin(), d.end(), 0) != d.end() ? 1 : 0);
+}
+
+Offsets offsets(const Signature& sigma, int variables) {
+  const Transversal t(sigma, variables);
+  Offsets o;
+  o.equation_of = t.equation_of;
+  o.unmatched = t.unmatched;
+  o.c.assign(sigma.size(), 0);
+  o.d.assign(variables, 0);
+  if (!o.unmatched.empty()) return o;
+  smallest_offsets(sigma, t.equation_of, o);
+  for (int d : o.d) o.value += d;
+  for (int c : o.c) o.value -= c;
+  return o;
+}
+
+}  // namespace pendula::dae

@@ -1,0 +1,78 @@
+#include "expr/graph/declaration.hpp"
+
+#include <algorithm>
+#include <string>
+#include <tuple>
+#include <unordered_map>
+
+namespace pendula {
+namespace {
+
+/// Places in the order of declarations; making a symbol declares it.
+struct Declared {
+  std::uint64_t first, latest;
+};
+
+struct Declarations {
+  std::unordered_map<Expr, Declared> places;
+  std::uint64_t count = 0, session_begin = 0;
+};
+
+Declarations& declarations() {
+  static Declarations d;
+  return d;
+}
+
+Declared place_of(Expr base) { return declarations().places.at(base); }
+
+std::uint64_t mix(std::uint64_t h) {  // splitmix64's finaliser
+  h = (h ^ (h >> 30)) * 0xbf58476d1ce4e5b9ull;
+  h = (h ^ (h >> 27)) * 0x94d049bb133111ebull;
+  return h ^ (h >> 31);
+}
+
+template <class Place>
+void sort_by(std::vector<Expr>& leaves, Place place) {
+  if (leaves.size() < 2) return;
+  std::vector<std::tuple<int, std::uint64_t, Expr>> keyed;
+  keyed.reserve(leaves.size());
+  for (Expr leaf : leaves) keyed.emplace_back(symbol_of(leaf).order, place(leaf), leaf);
+  std::sort(keyed.begin(), keyed.end(), [](const auto& a, const auto& b) {
+    return std::get<0>(a) != std::get<0>(b) ? std::get<0>(a) < std::get<0>(b)
+                                            : std::get<1>(a) < std::get<1>(b);
+  });
+  for (std::size_t i = 0; i < leaves.size(); ++i) leaves[i] = std::get<2>(keyed[i]);
+}
+
+}  // namespace
+
+std::vector<Expr> newly_declared(std::vector<Expr> symbols) {
+  Declarations& d = declarations();
+  for (Expr leaf : symbols) {
+    ++d.count;
+    const auto [it, made] = d.places.try_emplace(leaf, Declared{d.count, d.count});
+    it->second.latest = d.count;
+    if (it->second.first <= d.session_begin) it->second.first = d.count;
+  }
+  return symbols;
+}
+
+void begin_declarations() { declarations().session_begin = declarations().count; }
+
+std::uint64_t declaration_of(Expr leaf) { return place_of(symbol_of(leaf).base).first; }
+std::uint64_t latest_declaration_of(Expr leaf) { return place_of(symbol_of(leaf).base).latest; }
+
+void sort_by_declaration(std::vector<Expr>& leaves) { sort_by(leaves, declaration_of); }
+void sort_by_latest_declaration(std::vector<Expr>& leaves) { sort_by(leaves, latest_declaration_of); }
+
+std::uint64_t name_hash(Expr leaf) {
+  const bool is_call = leaf.op() == Op::call;
+  const std::string& name = is_call ? call_of(leaf).name : symbol_of(leaf).name;
+  std::uint64_t h = is_call ? 17 : static_cast<std::uint64_t>(symbol_of(leaf).kind);
+  for (char c : name) h = mix(h ^ static_cast<unsigned char>(c)) + 0x9e3779b97f4a7c15ull;
+  if (!is_call) return mix(h ^ static_cast<std::uint64_t>(symbol_of(leaf).order));
+  for (int k : call_of(leaf).partial) h = mix(h ^ static_cast<std::uint64_t>(k)) + 0x9e3779b97f4a7c15ull;
+  return h;
+}
+
+}  // namespace pendula

@@ -1,0 +1,251 @@
+#include "expr/graph/derivative.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <deque>
+
+#include "base/error.hpp"
+#include "base/interrupt.hpp"
+#include "expr/graph/solve.hpp"
+
+namespace pendula {
+namespace {
+
+bool moves_with_time(const Symbol& s) { return s.kind == Kind::variable || s.kind == Kind::input; }
+
+/// Forward sweep: d e where `seed` gives the derivative of a leaf.
+template <class Seed>
+Expr tangent(Expr e, const Seed& seed) {
+  static NodeMap<Expr> d;
+  d.clear();
+  std::unordered_map<Expr, VecX> solved;  // of every linear system, by its head
+  for (Expr node : topological({&e, 1})) {
+    Expr sum = 0;
+    if (node.is_symbol()) {
+      sum = seed(node);
+    } else if (node.op() == Op::solve) {
+      if (component_of(node) == 0)
+        solved[node] = solution_tangent(node, [](Expr operand) { return d[operand]; });
+      sum = solved[head_of(node)][component_of(node)];
+    } else {
+      const auto operands = node.operands();
+      for (std::size_t i = 0; i < operands.size(); ++i) {
+        const Expr di = d[operands[i]];
+        if (!di.is_zero()) sum += local_derivative(node, static_cast<int>(i)) * di;
+      }
+    }
+    d[node] = sum;
+  }
+  return d[e];
+}
+
+/// Reverse sweep: calls found(leaf, adjoint) for every leaf among `wanted` that e depends on. Nodes without
+/// such leaves below them are not entered.
+template <class Wanted, class Found>
+void reverse_sweep(Expr e, const Wanted& wanted, const Found& found) {
+  static NodeMap<Expr> adjoint;
+  static NodeMap<char> active;
+  adjoint.clear(), active.clear();
+  const std::vector<Expr> order = topological({&e, 1});
+  for (Expr node : order) {
+    const auto operands = node.operands();
+    active[node] = node.is_symbol() ? wanted(node)
+                                    : std::any_of(operands.begin(), operands.end(),
+                                                  [](Expr operand) { return active[operand] != 0; });
+  }
+  std::unordered_map<Expr, VecX> of_system;  // the adjoints of all components, by the head
+  const auto add = [](Expr operand, Expr term) { adjoint[operand] += term; };
+  adjoint[e] = 1;
+  for (auto it = order.rbegin(); it != order.rend(); ++it) {
+    const Expr node = *it, weight = adjoint[node];
+    if (!active[node]) continue;
+    if (node.op() == Op::solve) {
+      const Expr head = head_of(node);
+      VecX& weights = of_system.try_emplace(head, VecX::Zero(system_of(head).size)).first->second;
+      weights[component_of(node)] = weight;
+      if (node == head)
+        solution_adjoint(
+            head, weights, [](Expr o) { return active[o] != 0; }, add);
+      continue;
+    }
+    if (weight.is_zero()) continue;
+    if (node.is_symbol()) {
+      found(node, weight);
+      continue;
+    }
+    const auto operands = node.operands();
+    for (std::size_t i = 0; i < operands.size(); ++i)
+      if (active[operands[i]]) add(operands[i], weight * local_derivative(node, static_cast<int>(i)));
+  }
+}
+
+double value_of(Expr node, const NodeMap<double>& values) {
+  const auto operands = node.operands();
+  const auto at = [&](std::size_t i) {
+    return i < operands.size() ? const_cast<NodeMap<double>&>(values)[operands[i]] : 0.0;
+  };
+  return apply(node.op(), at(0), at(1), at(2));
+}
+
+/// Fills `values` for all nodes below the outputs, in topological order; `visit` sees each node after its
+/// value.
+template <class Visit>
+void evaluate_nodes(std::span<const Expr> outputs, const std::unordered_map<Expr, double>& leaf_values,
+                    NodeMap<double>& values, const Visit& visit) {
+  std::unordered_map<Expr, std::vector<double>> solved;
+  for (Expr node : topological(outputs)) {
+    const bool leaf = node.is_symbol() || node.op() == Op::call;
+    if (const auto given = leaf ? leaf_values.find(node) : leaf_values.end(); given != leaf_values.end()) {
+      values[node] = given->second;
+    } else if (node.is_constant()) {
+      values[node] = constant_value(node);
+    } else if (node.is_symbol()) {
+      const Symbol& s = symbol_of(node);
+      if (s.kind != Kind::constant)
+        throw Error(text("no value for '", s.name, std::string(s.order, '\''), "'"));
+      values[node] = constant_value(*s.value);
+    } else if (node.op() == Op::call) {
+      throw Error(text("'", call_of(node).name,
+                       "' is an unspecified function: it has no value; substitute it with subs"));
+    } else if (node.op() == Op::solve) {
+      if (component_of(node) == 0)
+        solved[node] = solution_value(node, [&](Expr operand) { return values[operand]; });
+      values[node] = solved[head_of(node)][component_of(node)];
+    } else {
+      values[node] = value_of(node, values);
+    }
+    visit(node);
+  }
+}
+
+}  // namespace
+
+Expr partial(Expr e, Expr leaf) {
+  return tangent(e, [&](Expr node) { return node == leaf ? Expr(1) : Expr(0); });
+}
+
+std::vector<Expr> gradient(Expr e, std::span<const Expr> leaves) {
+  std::unordered_map<Expr, std::size_t> position;
+  for (std::size_t j = 0; j < leaves.size(); ++j) position.emplace(leaves[j], j);
+  std::vector<Expr> g(leaves.size());
+  reverse_sweep(
+      e, [&](Expr leaf) { return position.count(leaf) > 0; },
+      [&](Expr leaf, Expr adjoint) { g[position.at(leaf)] = adjoint; });
+  for (std::size_t j = 0; j < leaves.size(); ++j) g[j] = g[position.at(leaves[j])];  // a leaf listed twice
+  return g;
+}
+
+MatX jacobian(std::span<const Expr> f, std::span<const Expr> x) {
+  MatX j(static_cast<Eigen::Index>(f.size()), static_cast<Eigen::Index>(x.size()));
+  for (std::size_t i = 0; i < f.size(); ++i) {
+    const auto row = gradient(f[i], x);
+    for (std::size_t k = 0; k < x.size(); ++k) j(i, k) = row[k];
+  }
+  return j;
+}
+
+static std::vector<Entry> differentiated(std::span<const Expr> f, std::span<const Expr> x) {
+  std::unordered_map<Expr, int> column;
+  for (std::size_t j = 0; j < x.size(); ++j) column.emplace(x[j], static_cast<int>(j));
+  std::vector<Entry> found;
+  for (std::size_t i = 0; i < f.size(); ++i) {
+    poll_interrupt();
+    const std::size_t first = found.size();
+    reverse_sweep(
+        f[i], [&](Expr leaf) { return column.count(leaf) > 0; },
+        [&](Expr leaf, Expr adjoint) {
+          found.push_back({static_cast<int>(i), column.at(leaf), adjoint});
+        });
+    std::sort(found.begin() + static_cast<std::ptrdiff_t>(first), found.end(),
+              [](const Entry& a, const Entry& b) { return a.column < b.column; });
+  }
+  return found;
+}
+
+/// Every call of init and integrate asks for the same Jacobians again: the last ones are kept, oldest out.
+/// Ids of expressions are never used twice.
+std::vector<Entry> sparse_jacobian(std::span<const Expr> f, std::span<const Expr> x) {
+  struct Kept {
+    std::vector<Expr> f, x;
+    std::vector<Entry> entries;
+  };
+  static std::deque<Kept> kept;
+  static std::size_t total = 0;
+  constexpr std::size_t few = 10, most = 500'000;  // fewer are not worth it; all together
+  if (f.size() < few) return differentiated(f, x);
+  for (const Kept& k : kept)
+    if (std::ranges::equal(k.f, f) && std::ranges::equal(k.x, x)) return k.entries;
+  std::vector<Entry> entries = differentiated(f, x);
+  const std::size_t size = f.size() + x.size() + entries.size();
+  if (size > most) return entries;
+  kept.push_back({{f.begin(), f.end()}, {x.begin(), x.end()}, entries});
+  for (total += size; total > most; kept.pop_front())
+    total -= kept.front().f.size() + kept.front().x.size() + kept.front().entries.size();
+  return entries;
+}
+
+Expr total_derivative(Expr e, int order) {
+  for (int k = 0; k < order; ++k)
+    e = tangent(e, [](Expr leaf) {
+      const Symbol& s = symbol_of(leaf);
+      if (s.kind == Kind::time) return Expr(1);
+      return moves_with_time(s) ? derivative_leaf(leaf) : Expr(0);
+    });
+  return e;
+}
+
+std::vector<Expr> substitute(std::span<const Expr> outputs, const Substitution& replacements) {
+  static NodeMap<Expr> image;
+  image.clear();
+  std::unordered_map<Expr, VecX> solved;
+  const auto of = [](Expr operand) { return image[operand]; };
+  for (Expr node : topological(outputs)) {
+    if (node.op() == Op::solve && component_of(node) == 0) solved[node] = mapped_solution(node, of);
+    if (const auto it = replacements.find(node); it != replacements.end()) {
+      image[node] = it->second;
+    } else if (node.op() == Op::call) {
+      FunctionCall moved = call_of(node);
+      for (Expr& argument : moved.arguments) argument = image[argument];
+      image[node] = call(moved);
+    } else if (node.op() == Op::solve) {
+      image[node] = solved[head_of(node)][component_of(node)];
+    } else if (const auto x = node.operands(); x.empty()) {
+      image[node] = node;
+    } else {
+      const Expr a = image[x[0]], b = x.size() > 1 ? image[x[1]] : Expr(0),
+                 c = x.size() > 2 ? image[x[2]] : Expr(0);
+      const bool same = a == x[0] && (x.size() < 2 || b == x[1]) && (x.size() < 3 || c == x[2]);
+      image[node] = same ? node : make(node.op(), a, b, c);
+    }
+  }
+  std::vector<Expr> result;
+  result.reserve(outputs.size());
+  for (Expr output : outputs) result.push_back(image[output]);
+  return result;
+}
+
+Expr substitute(Expr e, const Substitution& replacements) {
+  return substitute(std::span(&e, 1), replacements)[0];
+}
+
+std::vector<double> evaluate(std::span<const Expr> outputs,
+                             const std::unordered_map<Expr, double>& leaf_values) {
+  static NodeMap<double> values;
+  values.clear();
+  evaluate_nodes(outputs, leaf_values, values, [](Expr) {});
+  std::vector<double> result;
+  for (Expr output : outputs) result.push_back(values[output]);
+  return result;
+}
+
+std::optional<Expr> first_undefined(Expr e, const std::unordered_map<Expr, double>& leaf_values) {
+  static NodeMap<double> values;
+  values.clear();
+  std::optional<Expr> culprit;
+  evaluate_nodes({&e, 1}, leaf_values, values, [&](Expr node) {
+    if (!culprit && !std::isfinite(values[node])) culprit = node;  // operands come first: theirs are finite
+  });
+  return culprit;
+}
+
+}  // namespace pendula

@@ -1,0 +1,327 @@
+#include "expr/graph/fold.hpp"
+
+#include <charconv>
+#include <cmath>
+#include <string>
+
+#include "base/error.hpp"
+#include "base/text.hpp"
+
+namespace pendula {
+namespace {
+
+constexpr long max_bits = 1 << 14;  // exact constants beyond this many bits continue as doubles
+constexpr long max_exponent = 4096;
+
+bool small(const mpq_class& q) {
+  return static_cast<long>(mpz_sizeinbase(q.get_num_mpz_t(), 2)) < max_bits &&
+         static_cast<long>(mpz_sizeinbase(q.get_den_mpz_t(), 2)) < max_bits;
+}
+
+std::string show(Op op, Expr a, Expr b) {
+  const auto number = [](Expr e) {
+    const mpq_class* q = exact_value(e);
+    return q && q->get_str().size() < 20 ? q->get_str() : shortest(constant_value(e));
+  };
+  const OpInfo& row = info(op);
+  if (op == Op::div) return number(a) + "/" + number(b);
+  if (op == Op::pow) return number(a) + "^" + number(b);
+  return row.arity == 1 ? text(row.name, "(", number(a), ")")
+                        : text(row.name, "(", number(a), ", ", number(b), ")");
+}
+
+[[noreturn]] void undefined(Op op, Expr a, Expr b) {
+  if (op == Op::div) throw Error(text("division by zero: ", show(op, a, b)));
+  throw Error(text(show(op, a, b), " has no finite real value"));
+}
+
+std::optional<mpq_class> exact_power(const mpq_class& base, const mpq_class& exponent) {
+  if (exponent.get_den() != 1 || abs(exponent) > max_exponent) return {};
+  const long n = exponent.get_num().get_si();
+  if (n < 0 && base == 0) return {};
+  const auto bits = mpz_sizeinbase(base.get_num_mpz_t(), 2) + mpz_sizeinbase(base.get_den_mpz_t(), 2);
+  if (static_cast<long>(bits) * std::labs(n) > max_bits) return {};
+  mpz_class num, den;
+  mpz_pow_ui(num.get_mpz_t(), base.get_num_mpz_t(), std::labs(n));
+  mpz_pow_ui(den.get_mpz_t(), base.get_den_mpz_t(), std::labs(n));
+  mpq_class q = n >= 0 ? mpq_class(num, den) : mpq_class(den, num);
+  q.canonicalize();
+  return q;
+}
+
+std::optional<mpq_class> exact_root(const mpq_class& q) {
+  if (q < 0 || !mpz_perfect_square_p(q.get_num_mpz_t()) || !mpz_perfect_square_p(q.get_den_mpz_t()))
+    return {};
+  return mpq_class(sqrt(q.get_num()), sqrt(q.get_den()));
+}
+
+/// The exact result of an operation on rationals, where it is rational.
+std::optional<mpq_class> exact_result(Op op, const mpq_class& a, const mpq_class& b) {
+  switch (op) {
+    case Op::neg:
+      return -a;
+    case Op::add:
+      return a + b;
+    case Op::sub:
+      return a - b;
+    case Op::mul:
+      return a * b;
+    case Op::div:
+      return b == 0 ? std::optional<mpq_class>{} : a / b;
+    case Op::pow:
+      return exact_power(a, b);
+    case Op::sqrt:
+      return exact_root(a);
+    case Op::abs:
+      return abs(a);
+    case Op::sign:
+      return mpq_class(sgn(a));
+    case Op::min:
+      return a < b ? a : b;
+    case Op::max:
+      return a > b ? a : b;
+    case Op::lt:
+      return mpq_class(a < b);
+    case Op::le:
+      return mpq_class(a <= b);
+    case Op::both:
+      return mpq_class(a != 0 && b != 0);
+    case Op::either:
+      return mpq_class(a != 0 || b != 0);
+    case Op::cos:
+    case Op::cosh:
+    case Op::exp:
+      return a == 0 ? std::optional<mpq_class>{1} : std::nullopt;
+    case Op::log:
+    case Op::acosh:
+      return a == 1 ? std::optional<mpq_class>{0} : std::nullopt;
+    case Op::acos:
+      return a == 1 ? std::optional<mpq_class>{0} : std::nullopt;
+    case Op::sin:
+    case Op::tan:
+    case Op::asin:
+    case Op::atan:
+    case Op::sinh:
+    case Op::tanh:
+    case Op::asinh:
+    case Op::atanh:
+      return a == 0 ? std::optional<mpq_class>{0} : std::nullopt;
+    default:
+      return {};
+  }
+}
+
+/// Operations whose exact operands stay symbolic: sin(1), sqrt(2), 2^(1/2).
+bool keeps_exact(Op op) { return info(op).style == Style::named || op == Op::pow; }
+
+std::optional<Expr> fold_constants(Op op, Expr a, Expr b) {
+  const bool binary = info(op).arity == 2;
+  const mpq_class *qa = exact_value(a), *qb = exact_value(b);
+  if (qa && (qb || !binary)) {
+    if (const auto q = exact_result(op, *qa, *qb); q && small(*q)) return Expr(*q);
+    const double value = apply(op, constant_value(a), constant_value(b), 0);
+    if (!std::isfinite(value)) undefined(op, a, b);
+    if (keeps_exact(op) && std::fabs(value) < 1e300) return {};
+    return Expr(value);
+  }
+  const double value = apply(op, constant_value(a), constant_value(b), 0);
+  if (!std::isfinite(value)) undefined(op, a, b);
+  return Expr(value);
+}
+
+/// -1 · x, -x and negative constants: the expression without its sign, or nothing.
+std::optional<Expr> negated(Expr e) {
+  if (e.op() == Op::neg) return e.operand(0);
+  if (e.is_constant() && constant_value(e) < 0) return -e;
+  return {};
+}
+
+std::optional<Expr> fold_sum(Op op, Expr a, Expr b) {
+  if (op == Op::add) {
+    if (a.is_zero()) return b;
+    if (b.is_zero()) return a;
+    if (a == b) return Expr(2) * a;
+    if (const auto n = negated(b)) return a - *n;
+    if (const auto n = negated(a); n && !b.is_constant()) return b - *n;
+    return {};
+  }
+  if (b.is_zero()) return a;
+  if (a.is_zero()) return -b;
+  if (a == b) return Expr(0);
+  if (const auto n = negated(b)) return a + *n;
+  return {};
+}
+
+std::optional<Expr> fold_product(Expr a, Expr b) {
+  if (b.is_constant() && !a.is_constant()) std::swap(a, b);
+  if (a.is_zero()) return Expr(0);
+  if (a.is_one()) return b;
+  if (a == Expr(-1)) return -b;
+  if (a == b) return pow(a, Expr(2));
+  if (b.op() == Op::neg) return -(a * b.operand(0));
+  if (a.op() == Op::neg) return -(a.operand(0) * b);
+  const mpq_class* q = exact_value(a);
+  if (q && b.op() == Op::mul && exact_value(b.operand(0))) return (a * b.operand(0)) * b.operand(1);
+  if (q && b.op() == Op::mul && exact_value(b.operand(1))) return (a * b.operand(1)) * b.operand(0);
+  return {};
+}
+
+std::optional<Expr> fold_quotient(Expr a, Expr b) {
+  if (b.is_constant() && constant_value(b) == 0) throw Error("division by zero");
+  if (a.is_zero()) return Expr(0);
+  if (b.is_one()) return a;
+  if (b == Expr(-1)) return -a;
+  if (a == b) return Expr(1);
+  if (a.op() == Op::neg) return -(a.operand(0) / b);
+  if (b.op() == Op::neg) return -(a / b.operand(0));
+  return {};
+}
+
+std::optional<Expr> fold_power(Expr a, Expr b) {
+  if (b.is_zero()) return Expr(1);
+  if (b.is_one()) return a;
+  if (a.is_one()) return a;
+  const mpq_class* n = exact_value(b);
+  if (n && *n == -1) return Expr(1) / a;
+  if (n && *n == 2 && (a.op() == Op::neg || a.op() == Op::abs)) return pow(a.operand(0), b);
+  if (n && a.op() == Op::sqrt && *n == 2) return a.operand(0);
+  if (n && a.op() == Op::pow && n->get_den() == 1) {  // (x^m)^n = x^(mn) for integers
+    const mpq_class* m = exact_value(a.operand(1));
+    if (m && m->get_den() == 1) return pow(a.operand(0), Expr(mpq_class(*m * *n)));
+  }
+  return {};
+}
+
+}  // namespace
+
+std::optional<Expr> fold(Op op, Expr a, Expr b, Expr c) {
+  if (op == Op::ifelse) {
+    if (b == c) return b;
+    if (a.is_constant()) return a.is_zero() ? c : b;
+    return {};
+  }
+  const bool unary = info(op).arity == 1;
+  if (a.is_constant() && (unary || b.is_constant())) return fold_constants(op, a, b);
+  switch (op) {
+    case Op::neg:
+      if (a.op() == Op::neg) return a.operand(0);
+      if (a.op() == Op::sub) return a.operand(1) - a.operand(0);
+      return {};
+    case Op::add:
+    case Op::sub:
+      return fold_sum(op, a, b);
+    case Op::mul:
+      return fold_product(a, b);
+    case Op::div:
+      return fold_quotient(a, b);
+    case Op::pow:
+      return fold_power(a, b);
+    case Op::min:
+    case Op::max:
+      return a == b ? std::optional<Expr>{a} : std::nullopt;
+    case Op::both:
+      if (a.is_constant()) return a.is_zero() ? a : b;
+      if (b.is_constant()) return b.is_zero() ? b : a;
+      return {};
+    case Op::either:
+      if (a.is_constant()) return a.is_zero() ? b : a;
+      if (b.is_constant()) return b.is_zero() ? a : b;
+      return {};
+    default:
+      return {};
+  }
+}
+
+std::optional<mpq_class> simplest_rational(double value) {
+  constexpr double max_denominator = 1e6;
+  if (!std::isfinite(value)) return {};
+  if (value == std::floor(value)) {
+    constexpr double exactly =
+        9007199254740992.0;  // 2⁵³: beyond it 1e24 means 10²⁴, not the double next to it
+    if (std::fabs(value) <= exactly) return mpq_class(value);
+    char digits[32];
+    const auto end =
+        std::to_chars(digits, digits + sizeof digits, std::fabs(value), std::chars_format::scientific);
+    const std::string shortest(digits, end.ptr);
+    const auto e = shortest.find('e');
+    std::string mantissa = shortest.substr(0, e);
+    long exponent = std::stol(shortest.substr(e + 1));
+    if (const auto point = mantissa.find('.'); point != std::string::npos)
+      exponent -= static_cast<long>(mantissa.size() - point - 1), mantissa.erase(point, 1);
+    constexpr std::size_t typed = 15;  // digits; 2⁶⁰ has more and is meant as it is
+    if (mantissa.size() > typed) return mpq_class(value);
+    mpz_class power;
+    mpz_ui_pow_ui(power.get_mpz_t(), 10, static_cast<unsigned long>(exponent));
+    const mpz_class whole = mpz_class(mantissa) * power;
+    return mpq_class(value < 0 ? mpz_class(-whole) : whole);
+  }
+  // Continued fraction; the convergents p/q are best approximations (Hardy & Wright, ch. X). The first one
+  // that rounds to the very same double is the simplest. A double of this size is an exact quotient of
+  // 128-bit numbers.
+  const double size = std::fabs(value);
+  if (size < 0.5 / max_denominator) return {};
+  __extension__ using Wide = unsigned __int128;
+  int exponent = 0;
+  const double mantissa = std::frexp(size, &exponent);  // not an integer: exponent ≤ 52
+  Wide numerator = static_cast<std::uint64_t>(std::ldexp(mantissa, 53)), denominator = Wide(1)
+                                                                                       << (53 - exponent);
+  Wide p0 = 0, q0 = 1, p1 = 1, q1 = 0;
+  while (denominator != 0) {
+    const Wide whole = numerator / denominator;
+    const Wide p2 = whole * p1 + p0, q2 = whole * q1 + q0;
+    if (q2 > static_cast<Wide>(max_denominator)) return {};
+    // CAUTION: mpq get_d truncates; the quotient of two doubles rounds correctly as long as both are exact.
+    if (p2 < Wide(1) << 53 && static_cast<double>(p2) / static_cast<double>(q2) == size) {
+      mpq_class convergent(static_cast<unsigned long>(p2), static_cast<unsigned long>(q2));
+      return value < 0 ? mpq_class(-convergent) : convergent;
+    }
+    const Wide rest = numerator - whole * denominator;
+    numerator = denominator, denominator = rest;
+    p0 = p1, q0 = q1, p1 = p2, q1 = q2;
+  }
+  return {};
+}
+
+Expr parse_number(const std::string& word) {
+  std::string number = word;
+  std::erase_if(number, [](char ch) { return ch == ' '; });
+  const auto bad = [&]() -> Error {
+    return Error(text("'", word, "' is not a number; write 3, 1/3, 0.25 or 1e-3"));
+  };
+  if (const auto slash = number.find('/'); slash != std::string::npos) {
+    const Expr low = parse_number(number.substr(slash + 1));
+    if (low.is_zero()) throw Error(text("'", word, "' divides by zero"));
+    return parse_number(number.substr(0, slash)) / low;
+  }
+  std::string digits;
+  long exponent = 0;
+  size_t i = 0;
+  bool point = false, any = false;
+  if (i < number.size() && (number[i] == '-' || number[i] == '+')) digits += number[i++] == '-' ? "-" : "";
+  for (; i < number.size() &&
+         (std::isdigit(static_cast<unsigned char>(number[i])) || (number[i] == '.' && !point));
+       ++i) {
+    if (number[i] == '.') {
+      point = true;
+    } else {
+      digits += number[i], any = true;
+      if (point) --exponent;
+    }
+  }
+  if (!any) throw bad();
+  if (i < number.size() && (number[i] == 'e' || number[i] == 'E')) {
+    char* end = nullptr;
+    exponent += std::strtol(number.c_str() + i + 1, &end, 10);
+    if (end == number.c_str() + i + 1) throw bad();
+    i = end - number.c_str();
+  }
+  if (i != number.size() || std::labs(exponent) > max_exponent) throw bad();
+  mpz_class scale;
+  mpz_ui_pow_ui(scale.get_mpz_t(), 10, std::labs(exponent));
+  const mpz_class mantissa(digits, 10);  // base 10: by itself GMP reads "025" as octal
+  mpq_class q = exponent < 0 ? mpq_class(mantissa, scale) : mpq_class(mantissa * scale);
+  q.canonicalize();
+  return Expr(q);
+}
+
+}  // namespace pendula

@@ -1,0 +1,422 @@
+#include "expr/graph/graph.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstring>
+#include <deque>
+#include <memory>
+#include <tuple>
+#include <unordered_map>
+
+#include "base/error.hpp"
+#include "base/text.hpp"
+#include "expr/graph/declaration.hpp"
+#include "expr/graph/fold.hpp"
+
+namespace pendula {
+namespace {
+
+struct Node {
+  Op op;
+  std::array<Expr, 3> operand;  // of a symbol or call: operand[0].id() indexes the side table
+};
+
+struct Constant {
+  std::optional<mpq_class> exact;
+  double value;
+};
+
+/// Growing array with stable addresses: operands() hands out spans that survive the making of new nodes.
+template <class T>
+class Arena {
+ public:
+  static constexpr std::uint32_t chunk_bits = 14;
+  T& operator[](std::uint32_t i) { return chunks_[i >> chunk_bits][i & ((1u << chunk_bits) - 1)]; }
+  std::uint32_t push(T value) {
+    if (size_ >> chunk_bits >= chunks_.size()) chunks_.push_back(std::make_unique<T[]>(1u << chunk_bits));
+    (*this)[size_] = std::move(value);
+    return size_++;
+  }
+  std::uint32_t size() const { return size_; }
+
+ private:
+  std::vector<std::unique_ptr<T[]>> chunks_;
+  std::uint32_t size_ = 0;
+};
+
+std::uint64_t mix(std::uint64_t h) {  // splitmix64's finaliser
+  h = (h ^ (h >> 30)) * 0xbf58476d1ce4e5b9ull;
+  h = (h ^ (h >> 27)) * 0x94d049bb133111ebull;
+  return h ^ (h >> 31);
+}
+
+std::uint64_t hash_of(const Node& n) {
+  const std::uint64_t low = n.operand[0].id() | std::uint64_t{n.operand[1].id()} << 32;
+  return mix(low ^ mix(n.operand[2].id() | std::uint64_t{static_cast<unsigned>(n.op)} << 32));
+}
+
+/// The double nearest to q. CAUTION: mpq get_d truncates, and 981/100 would not be the 9.81 it was read from.
+double nearest_double(const mpq_class& q) {
+  const double below = q.get_d();  // towards zero
+  const double above = std::nextafter(below, q < 0 ? -HUGE_VAL : HUGE_VAL);
+  if (!std::isfinite(below) || !std::isfinite(above)) return below;
+  const int order = cmp(mpq_class(abs(q - mpq_class(below))), mpq_class(abs(mpq_class(above) - q)));
+  std::uint64_t bits;
+  std::memcpy(&bits, &below, sizeof bits);
+  const bool even = bits % 2 == 0;
+  return order < 0 || (order == 0 && even) ? below : above;
+}
+
+struct Graph {
+  Arena<Node> nodes;
+  std::deque<Constant> constants;
+  std::deque<Symbol> symbols;
+  std::deque<FunctionCall> calls;
+  std::vector<std::uint32_t> table = std::vector<std::uint32_t>(1 << 12, empty);  // open addressing
+  std::unordered_map<std::string, Expr> exact_constants;
+  std::unordered_map<std::uint64_t, Expr> double_constants;
+  std::unordered_map<std::string, Expr> symbol_ids, call_ids;
+  std::unordered_map<std::string, std::vector<Expr>> vectors;
+  std::vector<std::string> vector_names;
+  static constexpr std::uint32_t empty = 0xffffffffu;
+
+  Graph() {
+    exact(0);  // the default Expr
+    exact(1);
+  }
+
+  Expr exact(const mpq_class& q) {
+    if (q == 0 && nodes.size() > 1) return Expr::at(0);
+    if (q == 1 && nodes.size() > 1) return Expr::at(1);
+    const auto [it, made] = exact_constants.try_emplace(q.get_str());
+    if (made) it->second = leaf(Op::constant, constants, Constant{q, nearest_double(q)});
+    return it->second;
+  }
+
+  template <class T>
+  Expr leaf(Op op, std::deque<T>& side_table, T entry) {
+    side_table.push_back(std::move(entry));
+    const auto index = static_cast<std::uint32_t>(side_table.size() - 1);
+    return Expr::at(nodes.push({op, {Expr::at(index), {}, {}}}));
+  }
+
+  Expr intern(const Node& n) {
+    if (nodes.size() * 2 > table.size()) grow();
+    const std::size_t mask = table.size() - 1;
+    for (std::size_t i = hash_of(n) & mask;; i = (i + 1) & mask) {
+      if (table[i] == empty) return Expr::at(table[i] = nodes.push(n));
+      const Node& there = nodes[table[i]];
+      if (there.op == n.op && there.operand == n.operand) return Expr::at(table[i]);
+    }
+  }
+
+  void grow() {
+    table.assign(table.size() * 2, empty);
+    const std::size_t mask = table.size() - 1;
+    for (std::uint32_t id = 0; id < nodes.size(); ++id) {
+      if (nodes[id].op <= Op::call) continue;  // leaves live in their own maps
+      std::size_t i = hash_of(nodes[id]) & mask;
+      while (table[i] != empty) i = (i + 1) & mask;
+      table[i] = id;
+    }
+  }
+};
+
+Graph* the_graph = nullptr;
+
+Graph& new_graph() {
+  static Graph g;
+  the_graph = &g;
+  return g;
+}
+/// Asked for with every node: without the lock of a static variable.
+inline Graph& graph() { return the_graph ? *the_graph : new_graph(); }
+
+std::string key_of(Kind kind, const std::string& name, int order) {
+  return text(static_cast<int>(kind), ':', order, ':', name);
+}
+
+void check_name(const std::string& name) {
+  bool good = !name.empty() && !std::isdigit(static_cast<unsigned char>(name[0]));
+  for (unsigned char c : name)
+    good = good && (std::isalnum(c) || c == '_' || c >= 0x80);  // UTF-8 letters pass
+  if (!good)
+    throw Error(text("'", name, "' is not a name: use letters, digits and _, not starting with a digit"));
+}
+
+}  // namespace
+
+const OpInfo& info(Op op) {
+  static const OpInfo table[] = {
+#define OP(name, arity, style, value, da, db, dc, lo, hi, latex, help) \
+  {#name, arity, Style::style, lo, hi, latex, help},
+#include "expr/ops.def"
+#undef OP
+  };
+  static const OpInfo solve = {"solve", 0, Style::named, 0, 0, "solve", "component of a linear system"};
+  return op == Op::solve ? solve : table[static_cast<int>(op) - static_cast<int>(first_op)];
+}
+
+Op Expr::op() const { return graph().nodes[id_].op; }
+
+std::span<const Expr> Expr::operands() const {
+  const Node& n = graph().nodes[id_];
+  if (n.op == Op::call) return graph().calls[n.operand[0].id()].arguments;
+  if (n.op <= Op::symbol) return {};
+  if (n.op == Op::solve) {
+    if (n.operand[1].id() == 0) return solve_operands(n.operand[0].id());
+    return {&n.operand[2], 1};
+  }
+  return {n.operand.data(), static_cast<std::size_t>(info(n.op).arity)};
+}
+
+// ── constants
+// ────────────────────────────────────────────────────────────────────────────────────────────────────
+
+Expr::Expr(int value) : Expr(static_cast<long>(value)) {}
+Expr::Expr(long value)
+    : Expr(value == 0 || value == 1 ? at(static_cast<std::uint32_t>(value))
+                                    : graph().exact(mpq_class(value))) {}
+Expr::Expr(const mpq_class& value) : Expr(graph().exact(value)) {}
+
+Expr::Expr(double value) {
+  if (!std::isfinite(value))
+    throw Error(text("the number ", shortest(value), " cannot be part of an expression"));
+  if (const auto q = simplest_rational(value)) {
+    *this = graph().exact(*q);
+    return;
+  }
+  std::uint64_t bits;
+  std::memcpy(&bits, &value, sizeof bits);
+  const auto [it, made] = graph().double_constants.try_emplace(bits);
+  if (made) it->second = graph().leaf(Op::constant, graph().constants, Constant{std::nullopt, value});
+  *this = it->second;
+}
+
+static const Constant& constant_of(Expr e) {
+  return graph().constants[graph().nodes[e.id()].operand[0].id()];
+}
+
+const mpq_class* exact_value(Expr e) {
+  if (!e.is_constant()) return nullptr;
+  const Constant& c = constant_of(e);
+  return c.exact ? &*c.exact : nullptr;
+}
+
+double constant_value(Expr e) { return constant_of(e).value; }
+
+// ── symbols
+// ──────────────────────────────────────────────────────────────────────────────────────────────────────
+
+static Expr leaf_of(Symbol s) {
+  Graph& g = graph();
+  const auto [it, made] = g.symbol_ids.try_emplace(key_of(s.kind, s.name, s.order));
+  if (made) {
+    const Expr base = s.base;
+    it->second = g.leaf(Op::symbol, g.symbols, std::move(s));
+    if (g.symbols.back().order == 0) {
+      g.symbols.back().base = it->second;
+      newly_declared({it->second});
+    }
+    PENDULA_ASSERT(g.symbols.back().order == 0 || base.is_symbol(), "a derivative leaf needs its base");
+  }
+  return it->second;
+}
+
+Expr symbol(Kind kind, const std::string& name) {
+  check_name(name);
+  Symbol s;
+  s.kind = kind;
+  s.name = name;
+  return leaf_of(std::move(s));
+}
+
+std::vector<Expr> symbol_vector(Kind kind, const std::string& name, int size) {
+  check_name(name);
+  std::vector<Expr> components;
+  for (int i = 1; i <= size; ++i) {
+    const std::string component = name + std::to_string(i);
+    components.push_back(symbol(kind, component));
+    for (int order = 0;; ++order) {  // its derivatives too, if it was a scalar before
+      const auto leaf = graph().symbol_ids.find(key_of(kind, component, order));
+      if (leaf == graph().symbol_ids.end()) break;
+      Symbol& s = attributes(leaf->second);
+      s.vector = name;
+      s.component = i;
+    }
+  }
+  const auto [it, made] = graph().vectors.insert_or_assign(name, components);
+  if (made) graph().vector_names.push_back(name);
+  return components;
+}
+
+Expr time_symbol() {
+  static const Expr t = symbol(Kind::time, "t");
+  return t;
+}
+
+Expr pi() {
+  static const Expr p = [] {
+    const Expr leaf = symbol(Kind::constant, "pi");
+    attributes(leaf).value = Expr(std::acos(-1.0));
+    return leaf;
+  }();
+  return p;
+}
+
+const Symbol& symbol_of(Expr leaf) { return attributes(leaf); }
+
+Symbol& attributes(Expr leaf) {
+  PENDULA_ASSERT(leaf.is_symbol(), "attributes of something that is not a symbol");
+  return graph().symbols[graph().nodes[leaf.id()].operand[0].id()];
+}
+
+Expr derivative_leaf(Expr leaf, int k) {
+  if (k == 0) return leaf;
+  static std::unordered_map<Expr, Expr> first;  // making the name takes longer
+  if (k == 1)
+    if (const auto known = first.find(leaf); known != first.end()) return known->second;
+  const Symbol& s = symbol_of(leaf);
+  PENDULA_ASSERT(s.kind == Kind::variable || s.kind == Kind::input,
+                 "only functions of time have derivatives");
+  Symbol d;
+  d.kind = s.kind;
+  d.name = s.name;
+  d.order = s.order + k;
+  d.base = s.base;
+  const Symbol& base = symbol_of(s.base);
+  d.vector = base.vector;
+  d.component = base.component;
+  const Expr made = leaf_of(std::move(d));
+  if (k == 1) first[leaf] = made;
+  return made;
+}
+
+std::vector<Expr> vector_components(const std::string& name) {
+  const auto it = graph().vectors.find(name);
+  return it == graph().vectors.end() ? std::vector<Expr>{} : it->second;
+}
+
+const std::vector<std::string>& vector_names() { return graph().vector_names; }
+
+// ── unspecified functions
+// ────────────────────────────────────────────────────────────────────────────────────────
+
+Expr call(const FunctionCall& application) {
+  check_name(application.name);
+  PENDULA_ASSERT(application.partial.size() == application.arguments.size(), "one order per argument");
+  std::string key = application.name;
+  for (int g : application.groups) key += text('|', g);
+  for (std::size_t i = 0; i < application.arguments.size(); ++i)
+    key += text(',', application.arguments[i].id(), '^', application.partial[i]);
+  const auto [it, made] = graph().call_ids.try_emplace(key);
+  if (made) it->second = graph().leaf(Op::call, graph().calls, application);
+  return it->second;
+}
+
+const FunctionCall& call_of(Expr e) {
+  PENDULA_ASSERT(e.op() == Op::call, "not an application of an unspecified function");
+  return graph().calls[graph().nodes[e.id()].operand[0].id()];
+}
+
+// ── construction
+// ─────────────────────────────────────────────────────────────────────────────────────────────────
+
+Expr make(Op op, Expr a, Expr b, Expr c) {
+  if (const auto folded = fold(op, a, b, c)) return *folded;
+  const bool commutes = op == Op::add || op == Op::mul || op == Op::min || op == Op::max;
+  if (commutes && b.id() < a.id()) std::swap(a, b);
+  return graph().intern({op, {a, b, c}});
+}
+
+Expr solve_node(std::uint32_t system, std::uint32_t component, Expr head) {
+  return graph().intern({Op::solve, {Expr::at(system), Expr::at(component), head}});
+}
+
+SolveIndex solve_index(Expr e) {
+  PENDULA_ASSERT(e.op() == Op::solve, "not a component of a linear system");
+  const Node& n = graph().nodes[e.id()];
+  return {n.operand[0].id(), n.operand[1].id()};
+}
+
+double apply(Op op, double a, double b, double c) {
+  static_cast<void>(b), static_cast<void>(c);
+  switch (op) {
+#define OP(name, arity, style, value, da, db, dc, lo, hi, latex, help) \
+  case Op::name:                                                       \
+    return static_cast<double>(value);
+#include "expr/ops.def"
+#undef OP
+    default:
+      internal_error(__FILE__, __LINE__, "apply: not an operation");
+  }
+}
+
+Expr local_derivative(Expr e, int i) {
+  if (e.op() == Op::call) {
+    FunctionCall d = call_of(e);
+    ++d.partial[i];
+    return call(d);
+  }
+  const Expr zero = 0, one = 1, two = 2, r = e;
+  const auto x = e.operands();
+  const Expr a = x[0], b = x.size() > 1 ? x[1] : zero, c = x.size() > 2 ? x[2] : zero;
+  static_cast<void>(two), static_cast<void>(c);
+  switch (e.op()) {
+#define OP(name, arity, style, value, da, db, dc, lo, hi, latex, help) \
+  case Op::name:                                                       \
+    return i == 0 ? da : i == 1 ? db : dc;
+#include "expr/ops.def"
+#undef OP
+    default:
+      internal_error(__FILE__, __LINE__, "local_derivative: not an operation");
+  }
+}
+
+// ── traversal
+// ────────────────────────────────────────────────────────────────────────────────────────────────────
+
+std::vector<Expr> topological(std::span<const Expr> outputs) {
+  static NodeMap<char> seen;
+  seen.clear();
+  std::vector<Expr> order;
+  std::vector<std::pair<Expr, std::uint32_t>> stack;  // a node and how many of its operands have been entered
+  for (Expr output : outputs) {
+    if (seen.has(output)) continue;
+    seen[output] = 1;
+    stack.push_back({output, 0});
+    while (!stack.empty()) {
+      auto& [e, entered] = stack.back();
+      const auto operands = e.operands();
+      if (entered == operands.size()) {
+        order.push_back(e);
+        stack.pop_back();
+        continue;
+      }
+      const Expr operand = operands[entered++];
+      if (seen.has(operand)) continue;
+      seen[operand] = 1;
+      stack.push_back({operand, 0});
+    }
+  }
+  return order;
+}
+
+std::vector<Expr> leaves(std::span<const Expr> outputs) {
+  std::vector<Expr> found;
+  for (Expr e : topological(outputs))
+    if (e.is_symbol()) found.push_back(e);
+  sort_by_declaration(found);
+  return found;
+}
+
+bool depends_on(Expr e, Expr leaf) {
+  for (Expr node : topological({&e, 1}))
+    if (node == leaf) return true;
+  return false;
+}
+
+std::size_t graph_size() { return graph().nodes.size(); }
+
+}  // namespace pendula

@@ -1,0 +1,113 @@
+// The numerical counterpart of linalg.cpp: Eigen, with the errors a person can use.
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <unsupported/Eigen/MatrixFunctions>
+
+#include "base/decompositions.hpp"
+#include "base/error.hpp"
+#include "base/text.hpp"
+#include "expr/linalg/linalg.hpp"
+
+namespace pendula::linalg {
+namespace {
+
+void require_square(const Mat& a) {
+  if (a.rows() != a.cols()) throw Error(text("the matrix must be square, not ", a.rows(), "×", a.cols()));
+}
+
+void require_finite(const Mat& a) {
+  if (!a.allFinite()) throw Error("the matrix has entries that are not finite numbers");
+}
+
+/// LU with partial pivoting if the matrix is regular to working precision, else an error with the null
+/// vector.
+Eigen::PartialPivLU<Mat> regular_lu(const Mat& a) {
+  require_square(a);
+  require_finite(a);
+  Eigen::PartialPivLU<Mat> lu(a);
+  const double rcond = a.size() == 0 ? 1 : lu.rcond();
+  if (rcond > std::numeric_limits<double>::epsilon() / 4) return lu;  // NaN fails too
+  const Eigen::JacobiSVD<Mat> svd(a, Eigen::ComputeFullV);
+  Vec v = svd.matrixV().rightCols(1);
+  Eigen::Index largest = 0;
+  v.cwiseAbs().maxCoeff(&largest);
+  v /= v[largest];
+  std::vector<std::string> shown;
+  for (Eigen::Index i = 0; i < std::min<Eigen::Index>(v.size(), 12); ++i)
+    shown.push_back(rounded(std::fabs(v[i]) < 1e-12 ? 0.0 : v[i], 5));
+  if (v.size() > 12) shown.push_back("…");
+  throw Error(text("the matrix is singular to working precision: A v = 0 for v = (", join(shown, ", "), ")"));
+}
+
+}  // namespace
+
+int rank(const Mat& a) {
+  require_finite(a);
+  if (a.size() == 0) return 0;
+  const Vec s = Eigen::JacobiSVD<Mat>(a).singularValues();
+  const double threshold =
+      static_cast<double>(std::max(a.rows(), a.cols())) * std::numeric_limits<double>::epsilon() * s[0];
+  return static_cast<int>((s.array() > threshold).count());
+}
+
+double determinant(const Mat& a) {
+  require_square(a);
+  require_finite(a);
+  return a.size() == 0 ? 1 : a.partialPivLu().determinant();
+}
+
+Mat solve(const Mat& a, const Mat& b) {
+  require_square(a);
+  if (a.rows() != b.rows())
+    throw Error(text("the matrix has ", a.rows(), " rows but the right-hand side has ", b.rows()));
+  require_finite(b);
+  return regular_lu(a).solve(b);
+}
+
+Mat inverse(const Mat& a) {
+  require_square(a);
+  return regular_lu(a).inverse();
+}
+
+Eigensystem eigensystem(const Mat& a) {
+  require_square(a);
+  require_finite(a);
+  const Eigen::Index n = a.rows();
+  Eigensystem e{Vec(n), Vec(n), Mat(n, n), Mat(n, n)};
+  if (n == 0) return e;
+  Eigen::VectorXcd values;
+  Eigen::MatrixXcd vectors;
+  if (a == a.transpose()) {  // orthonormal vectors, real values: no rounding into the complex plane
+    const Eigen::SelfAdjointEigenSolver<Mat> solver(a);
+    values = solver.eigenvalues().cast<std::complex<double>>();
+    vectors = solver.eigenvectors().cast<std::complex<double>>();
+  } else {
+    const Eigen::EigenSolver<Mat> solver(a);
+    if (solver.info() != Eigen::Success) throw Failure("the eigenvalue iteration did not converge");
+    values = solver.eigenvalues();
+    vectors = solver.eigenvectors();
+  }
+  std::vector<Eigen::Index> order(static_cast<std::size_t>(n));
+  std::iota(order.begin(), order.end(), 0);
+  std::sort(order.begin(), order.end(), [&](Eigen::Index i, Eigen::Index j) {
+    return std::pair(values[i].real(), values[i].imag()) < std::pair(values[j].real(), values[j].imag());
+  });
+  for (Eigen::Index k = 0; k < n; ++k) {
+    const Eigen::Index i = order[k];
+    e.re[k] = values[i].real(), e.im[k] = values[i].imag();
+    e.vectors_re.col(k) = vectors.col(i).real(), e.vectors_im.col(k) = vectors.col(i).imag();
+  }
+  return e;
+}
+
+Mat exponential(const Mat& a) {
+  require_square(a);
+  require_finite(a);
+  if (a.size() == 0) return a;
+  Mat result = a.exp();  // scaling and squaring (Higham, SIAM J. Matrix Anal. Appl. 26(4), 2005)
+  if (!result.allFinite()) throw Failure(text("the exponential overflows: ‖A‖ = ", rounded(a.norm(), 3)));
+  return result;
+}
+
+}  // namespace pendula::linalg

@@ -1,0 +1,94 @@
+#include "expr/print/print.hpp"
+
+#include "base/text.hpp"
+#include "expr/print/print_writer.hpp"
+
+namespace pendula {
+namespace {
+
+const Notation& notation_of(const PrintOptions& options) {
+  return options.latex ? latex_notation() : unicode_notation();
+}
+
+bool is_number(const std::string& cell) {
+  const std::size_t first = cell.find_first_not_of("-");
+  return first != std::string::npos && cell.find_first_not_of("0123456789./e+-") == std::string::npos;
+}
+
+std::string padded(const std::string& cell, int width, bool right) {
+  const int free = width - display_width(cell), left = right ? free : free / 2;
+  return std::string(static_cast<std::size_t>(left), ' ') + cell +
+         std::string(static_cast<std::size_t>(free - left), ' ');
+}
+
+/// Columns of numbers flush right, others centred.
+std::string grid(const std::vector<std::vector<std::string>>& cells) {
+  const std::size_t rows = cells.size(), columns = rows ? cells[0].size() : 0;
+  std::vector<std::string> lines(rows);
+  for (std::size_t j = 0; j < columns; ++j) {
+    int width = 0;
+    bool numbers = true;
+    for (const auto& row : cells) {
+      width = std::max(width, display_width(row[j]));
+      numbers = numbers && is_number(row[j]);
+    }
+    for (std::size_t i = 0; i < rows; ++i) lines[i] += (j ? "  " : "") + padded(cells[i][j], width, numbers);
+  }
+  if (rows == 0 || columns == 0) return "[]";
+  if (rows == 1) return "[" + lines[0] + "]";
+  for (std::size_t i = 0; i < rows; ++i) {
+    const bool first = i == 0, last = i + 1 == rows;
+    lines[i] = (first ? "⎡" : last ? "⎣" : "⎢") + lines[i] + (first ? "⎤" : last ? "⎦" : "⎥");
+  }
+  return join(lines, "\n");
+}
+
+std::string bmatrix(const std::vector<std::vector<std::string>>& cells) {
+  std::vector<std::string> rows;
+  for (const auto& row : cells) rows.push_back(join(row, " & "));
+  return "\\begin{bmatrix} " + join(rows, " \\\\ ") + " \\end{bmatrix}";
+}
+
+}  // namespace
+
+PrintOptions& default_print_options() {
+  static PrintOptions options;
+  return options;
+}
+
+std::string to_text(Expr e, const PrintOptions& options) {
+  NormalForms forms;
+  const Columns columns(options);
+  const SumId sum = forms.form(e);
+  return Writer(forms, columns, notation_of(options)).whole(sum);
+}
+
+std::string to_text(Expr e) { return to_text(e, default_print_options()); }
+
+std::string to_latex(Expr e) {
+  PrintOptions options = default_print_options();
+  options.latex = true;
+  return to_text(e, options);
+}
+
+std::string vector_to_text(const VecX& v, const PrintOptions& options) {
+  NormalForms forms;
+  const Columns columns(options);
+  std::vector<SumId> sums;
+  for (Expr e : entries(v)) sums.push_back(forms.form(e));
+  return Writer(forms, columns, notation_of(options)).whole(sums);
+}
+
+std::string matrix_to_text(const MatX& m, const PrintOptions& options) {
+  NormalForms forms;
+  const Columns columns(options);
+  std::vector<std::vector<std::string>> cells(static_cast<std::size_t>(m.rows()));
+  for (Eigen::Index i = 0; i < m.rows(); ++i)
+    for (Eigen::Index j = 0; j < m.cols(); ++j) {
+      const SumId sum = forms.form(m(i, j));
+      cells[i].push_back(Writer(forms, columns, notation_of(options)).whole(sum));
+    }
+  return options.latex ? bmatrix(cells) : grid(cells);
+}
+
+}  // namespace pendula

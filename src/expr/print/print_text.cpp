@@ -1,0 +1,219 @@
+// Unicode text: x″, θ₁, p1ᵀp1, √x, {p if x < 0, else q}.
+#include <array>
+#include <cctype>
+
+#include "base/text.hpp"
+#include "expr/print/print_notation.hpp"
+
+namespace pendula {
+namespace {
+
+struct Greek {
+  const char *name, *letter;
+};
+constexpr Greek greek[] = {
+    {"alpha", "α"},   {"beta", "β"},  {"gamma", "γ"},  {"delta", "δ"}, {"epsilon", "ε"}, {"zeta", "ζ"},
+    {"eta", "η"},     {"theta", "θ"}, {"iota", "ι"},   {"kappa", "κ"}, {"lambda", "λ"},  {"mu", "μ"},
+    {"nu", "ν"},      {"xi", "ξ"},    {"pi", "π"},     {"rho", "ρ"},   {"sigma", "σ"},   {"tau", "τ"},
+    {"upsilon", "υ"}, {"phi", "φ"},   {"chi", "χ"},    {"psi", "ψ"},   {"omega", "ω"},   {"Gamma", "Γ"},
+    {"Delta", "Δ"},   {"Theta", "Θ"}, {"Lambda", "Λ"}, {"Xi", "Ξ"},    {"Pi", "Π"},      {"Sigma", "Σ"},
+    {"Phi", "Φ"},     {"Psi", "Ψ"},   {"Omega", "Ω"}};
+
+constexpr std::size_t longest_fraction = 24, longest_integer = 40;
+
+bool all_digits(const std::string& s) {
+  return !s.empty() && s.find_first_not_of("0123456789") == std::string::npos;
+}
+
+/// q as a decimal if it has a finite one of at most 12 digits.
+std::string decimal(const mpq_class& q) {
+  mpz_class rest = q.get_den();
+  int twos = 0, fives = 0;
+  while (rest % 2 == 0) rest /= 2, ++twos;
+  while (rest % 5 == 0) rest /= 5, ++fives;
+  const int places = std::max(twos, fives);
+  if (rest != 1 || places > 12) return "";
+  mpz_class scale;
+  mpz_ui_pow_ui(scale.get_mpz_t(), 10, static_cast<unsigned long>(places));
+  std::string digits = mpz_class(q.get_num() * scale / q.get_den()).get_str();
+  if (digits.size() > 12) return "";
+  if (static_cast<int>(digits.size()) <= places)
+    digits.insert(0, static_cast<std::size_t>(places) + 1 - digits.size(), '0');
+  return digits.insert(digits.size() - static_cast<std::size_t>(places), ".");
+}
+
+std::string primes(int order) {
+  static constexpr const char* marks[] = {"", "′", "″", "‴"};
+  return order < 4 ? marks[order] : "⁽" + superscript(order) + "⁾";
+}
+
+std::string pretty_name(const std::string& name) {
+  const SplitName s = split_name(name);
+  const std::string letter = greek_letter(s.head), head = letter.empty() ? s.head : letter;
+  if (s.below.empty()) return head;
+  if (all_digits(s.below) && s.below.size() < 10) return head + subscript(std::stol(s.below));
+  return head + "_" + s.below;
+}
+
+class Unicode final : public Notation {
+ public:
+  std::string parenthesised(const std::string& inside) const override { return "(" + inside + ")"; }
+
+  std::string fraction_or_decimal(const Number& magnitude) const override {
+    const NumberText n = number_text(magnitude);
+    return n.below.empty() ? n.above : n.above + "/" + n.below;
+  }
+
+  Piece symbol(const Symbol& s) const override {
+    std::string name = pretty_name(s.name);
+    if (s.component > 0) name = column_name(s.vector) + subscript(s.component);
+    return {name + primes(s.order), s.order < 4 ? Bind::atom : Bind::power};
+  }
+
+  Piece column(const std::string& name, int order) const override {
+    return {column_name(name) + primes(order), order < 4 ? Bind::atom : Bind::power};
+  }
+
+  Piece unit_vector(int i) const override { return {"e" + subscript(i)}; }
+
+  Piece power(const Piece& base, const mpq_class& exponent) const override {
+    const std::string b = within(base, Bind::atom);
+    if (exponent == 1) return base;
+    if (exponent.get_den() == 1 && exponent.get_num().fits_slong_p())
+      return {b + superscript(exponent.get_num().get_si()), Bind::power};
+    return {b + "^(" + exponent.get_str() + ")", Bind::power};
+  }
+
+  Piece power(const Piece& base, const Piece& exponent) const override {
+    return {within(base, Bind::atom) + "^" + within(exponent, Bind::atom), Bind::power};
+  }
+
+  Piece product(const Number& coefficient, std::vector<Piece> above,
+                std::vector<Piece> below) const override {
+    const NumberText c = number_text(coefficient);
+    if (c.above != "1" || above.empty()) above.insert(above.begin(), {c.above});
+    if (!c.below.empty()) below.insert(below.begin(), {c.below});
+    if (above.size() == 1 && below.empty()) return above[0];
+    const std::string text = juxtaposed(above, below.empty() ? Bind::quotient : Bind::dot);
+    if (below.empty()) return {text, Bind::product};
+    const std::string bottom = juxtaposed(below, Bind::power);
+    return {text + "/" + (below.size() > 1 ? parenthesised(bottom) : bottom), Bind::product};
+  }
+
+  Piece dot(const Piece& a, const Piece& b) const override {
+    return {within(a, Bind::atom) + "ᵀ" + within(b, Bind::atom), Bind::dot};
+  }
+
+  Piece root(const Piece& a) const override { return {"√" + within(a, Bind::atom), Bind::power}; }
+  Piece absolute(const Piece& a) const override { return {"|" + a.text + "|"}; }
+  Piece norm(const Piece& a) const override { return {"‖" + a.text + "‖"}; }
+
+  Piece function(Op op, const std::vector<Piece>& args) const override {
+    const auto operand = [&](std::size_t i) { return within(args[i], Bind::product); };
+    switch (op) {
+      case Op::lt:
+        return {args[0].text + " < " + args[1].text, Bind::condition};
+      case Op::le:
+        return {args[0].text + " ≤ " + args[1].text, Bind::condition};
+      case Op::both:
+        return {condition(args[0]) + " and " + condition(args[1]), Bind::condition};
+      case Op::either:
+        return {condition(args[0]) + " or " + condition(args[1]), Bind::condition};
+      case Op::ifelse:
+        return {"{" + args[1].text + " if " + args[0].text + ", else " + args[2].text + "}"};
+      case Op::neg:
+        return {"-" + operand(0), Bind::sum};
+      default:
+        return {info(op).name + list(args).text};
+    }
+  }
+
+  Piece call(const std::string& name, const std::vector<Piece>& args) const override {
+    return {pretty_name(name) + list(args).text};
+  }
+
+  Piece partial(const std::string& name, const std::vector<Piece>& wrt) const override {
+    const auto order = static_cast<long>(wrt.size());
+    std::string below;
+    for (std::size_t i = 0, n; i < wrt.size(); i += n) {
+      for (n = 1; i + n < wrt.size() && wrt[i + n].text == wrt[i].text;) ++n;
+      below += (i ? " ∂" : "∂") + wrt[i].text + (n > 1 ? superscript(static_cast<long>(n)) : "");
+    }
+    const bool several = below.find(' ') != std::string::npos;
+    return {"∂" + (order > 1 ? superscript(order) : "") + pretty_name(name) + "/" +
+                (several ? parenthesised(below) : below),
+            Bind::quotient};
+  }
+
+  Piece partial_at(const std::string& name, const std::vector<int>& places,
+                   const std::vector<Piece>& args) const override {
+    std::string d;
+    for (int place : places) d += "∂" + subscript(place);
+    return {d + pretty_name(name) + list(args).text};
+  }
+
+  Piece list(const std::vector<Piece>& entries) const override {
+    std::vector<std::string> texts;
+    for (const Piece& p : entries) texts.push_back(p.text);
+    return {parenthesised(join(texts, ", "))};
+  }
+
+  Piece elided(const std::string& what) const override { return {"⟨" + what + "⟩"}; }
+
+ private:
+  static std::string column_name(const std::string& name) {
+    const std::string head = name.substr(0, name.find('_', 1)), letter = greek_letter(head);
+    return letter.empty() ? name : letter + name.substr(head.size());
+  }
+
+  std::string condition(const Piece& p) const {
+    const bool joined = p.text.find(" and ") != std::string::npos || p.text.find(" or ") != std::string::npos;
+    return joined ? parenthesised(p.text) : p.text;
+  }
+
+  /// Factors side by side; a number after something is kept apart by a dot.
+  std::string juxtaposed(const std::vector<Piece>& factors, Bind least) const {
+    std::string text;
+    for (const Piece& p : factors) {
+      const std::string next = within(p, least);
+      const bool digit = std::isdigit(static_cast<unsigned char>(next[0]));
+      text += (text.empty() ? "" : digit ? "·" : " ") + next;
+    }
+    return text;
+  }
+};
+
+}  // namespace
+
+const Notation& unicode_notation() {
+  static const Unicode notation;
+  return notation;
+}
+
+std::string greek_letter(const std::string& name) {
+  for (const Greek& g : greek)
+    if (name == g.name) return g.letter;
+  return "";
+}
+
+SplitName split_name(const std::string& name) {
+  const std::size_t bar = name.find('_', 1);
+  if (bar != std::string::npos && bar + 1 < name.size()) return {name.substr(0, bar), name.substr(bar + 1)};
+  const std::size_t last = name.find_last_not_of("0123456789");
+  if (last == std::string::npos || last + 1 == name.size() || name[last] == '_') return {name, ""};
+  return {name.substr(0, last + 1), name.substr(last + 1)};
+}
+
+NumberText number_text(const Number& magnitude) {
+  if (!magnitude.exact()) return {rounded(magnitude.value(), 10), ""};
+  const mpq_class& q = magnitude.rational();
+  const std::string above = q.get_num().get_str();
+  if (q.get_den() == 1) return {above.size() <= longest_integer ? above : rounded(magnitude.value(), 10), ""};
+  if (q.get_den() > 20)
+    if (const std::string d = decimal(q); !d.empty()) return {d, ""};
+  const std::string below = q.get_den().get_str();
+  if (above.size() + below.size() > longest_fraction) return {rounded(magnitude.value(), 10), ""};
+  return {above, below};
+}
+
+}  // namespace pendula

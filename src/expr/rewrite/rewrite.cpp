@@ -1,0 +1,324 @@
+#include "expr/rewrite/rewrite.hpp"
+
+#include <optional>
+#include <unordered_map>
+
+#include "base/error.hpp"
+#include "base/interrupt.hpp"
+#include "expr/print/print.hpp"
+#include "expr/rewrite/rewrite_forms.hpp"
+#include "expr/rewrite/rewrite_patterns.hpp"
+
+namespace pendula {
+namespace {
+
+constexpr std::size_t most_expanded_terms = 100'000;
+constexpr double most_expanded_products = 2e6;
+constexpr std::size_t most_rounds = 12;
+constexpr int most_product_rules = 40;
+
+/// The d-th root of a positive rational, if it is rational.
+std::optional<mpq_class> exact_root(const mpq_class& q, unsigned long d) {
+  mpq_class root;
+  const bool exact = mpz_root(root.get_num_mpz_t(), q.get_num_mpz_t(), d) != 0 &&
+                     mpz_root(root.get_den_mpz_t(), q.get_den_mpz_t(), d) != 0;
+  return exact ? std::optional(root) : std::nullopt;
+}
+
+}  // namespace
+
+// ── expand
+// ───────────────────────────────────────────────────────────────────────────────────────────────────────
+
+SumId Expander::rewritten_product(Term term) {
+  Sum result{Term{term.coefficient, {}}};
+  std::vector<Factor> sums;
+  for (const Factor& f : term.factors) {
+    const bool out = multiplies_out(f);
+    (out ? sums : result[0].factors).push_back(f);
+  }
+  for (const Factor& f : sums) {
+    const Sum by = sum(atom(f.atom).args[0]);
+    if (f.exponent > limit_) result.resize(limit_ + 1);  // a power n of a sum has at least n + 1 terms
+    for (mpz_class k = 0; k < f.exponent.get_num(); ++k) {
+      poll_interrupt();
+      made_ += static_cast<double>(result.size() * by.size());
+      if (result.size() > limit_ || made_ > most_expanded_products)
+        throw Error(text("expand: more than ", limit_,
+                         " terms; expand only the parts that need it, or leave the "
+                         "expression factored: derivatives, fn and integrate do not need it expanded"));
+      Sum product;
+      product.reserve(result.size() * by.size());
+      for (const Term& a : result)
+        for (const Term& b : by) product.push_back(times(a, b));
+      result = sum(intern(std::move(product)));
+    }
+  }
+  if (sums.empty()) return finished_product(std::move(result[0]));
+  Sum whole;
+  for (Term& t : result) {
+    if (!multiplies_out(t)) {
+      whole.push_back(std::move(t));
+      continue;
+    }
+    const SumId again = rewritten_product(std::move(t));  // √(x + 1) √(x + 1) gave x + 1
+    whole.insert(whole.end(), sum(again).begin(), sum(again).end());
+  }
+  return intern(std::move(whole));
+}
+
+Expr expand(Expr e) {
+  Expander forms(most_expanded_terms);
+  return forms.build(forms.form(e));
+}
+
+// ── simplify
+// ─────────────────────────────────────────────────────────────────────────────────────────────────────
+
+std::optional<Number> Simplifier::constant(SumId s) const {
+  if (sum(s).empty()) return Number(0);
+  if (sum(s).size() == 1 && sum(s)[0].factors.empty()) return sum(s)[0].coefficient;
+  return {};
+}
+
+std::optional<AtomId> Simplifier::lone_atom(SumId s) const {
+  const Sum& terms = sum(s);
+  if (terms.size() != 1 || !terms[0].coefficient.is(1) || terms[0].factors.size() != 1) return {};
+  return terms[0].factors[0].exponent == 1 ? std::optional(terms[0].factors[0].atom) : std::nullopt;
+}
+
+bool Simplifier::leads_negative(SumId s) const {
+  return !sum(s).empty() && sum(s)[order_of(s)[0]].coefficient.sign() < 0;
+}
+
+bool Simplifier::never_negative(const Factor& f) const {
+  const bool whole = f.exponent.get_den() == 1;
+  return !whole || mpz_even_p(f.exponent.get_num_mpz_t()) || is_function(f.atom, Op::abs) ||
+         is_function(f.atom, Op::exp) || is_function(f.atom, Op::cosh);
+}
+
+SumId Simplifier::rooted(SumId s, const mpq_class& exponent) {
+  Term term{1, {}};
+  multiply(term, s, exponent);
+  return product(std::move(term));
+}
+
+SumId Simplifier::function(Op op, std::vector<SumId> args) {
+  std::vector<Expr> values;
+  for (SumId a : args)
+    if (const auto c = constant(a)) values.push_back(c->expr());
+  if (values.size() == args.size()) {
+    values.resize(3);
+    const Expr value = make(op, values[0], values[1], values[2]);
+    if (value.is_constant()) return number(Number::of(value));
+  }
+  for (const FunctionRule& rule : function_rules())
+    if (const auto simpler = rule.apply(*this, op, args)) return *simpler;
+  return single(function_atom(op, std::move(args)));
+}
+
+SumId Simplifier::power(SumId base, SumId exponent) {
+  if (const auto q = constant(exponent); q && q->exact() && !sum(base).empty())
+    return rooted(base, q->rational());
+  if (const auto b = constant(base); b && b->is(1)) return number(1);
+  return single(power_atom(base, exponent));
+}
+
+/// (2x² y - 4x)  ->  2x, (x y - 2): numbers, common powers, and the sign of the first term.
+Term Simplifier::take_common(Sum& terms) const {
+  Term common{take_content(terms), {}};
+  for (const Factor& f : terms[0].factors) {
+    Factor least = f;
+    for (const Term& t : terms) {
+      const auto it =
+          std::find_if(t.factors.begin(), t.factors.end(), [&](const Factor& g) { return g.atom == f.atom; });
+      const bool same_sign = it != t.factors.end() && (it->exponent > 0) == (f.exponent > 0);
+      if (!same_sign) {
+        least.exponent = 0;
+        break;
+      }
+      if (abs(it->exponent) < abs(least.exponent)) least.exponent = it->exponent;
+    }
+    if (least.exponent != 0) common.factors.push_back(least);
+  }
+  for (Term& t : terms) {
+    for (const Factor& f : common.factors) t.factors.push_back({f.atom, -f.exponent});
+    collect(t);
+  }
+  std::size_t first = 0;
+  std::vector<TermKey> keys;
+  for (const Term& t : terms) keys.push_back(key(t));
+  for (std::size_t i = 1; i < terms.size(); ++i)
+    if (term_before(terms[i], keys[i], terms[first], keys[first])) first = i;
+  if (terms[first].coefficient.sign() < 0) {
+    for (Term& t : terms) t.coefficient = -t.coefficient;
+    common.coefficient = -common.coefficient;
+  }
+  return common;
+}
+
+/// (c Π fᵉ)^q with q not whole: c^q goes outside where it is rational, fᵉ where it cannot be negative, as
+/// |f|^(e q); so does a single remaining factor, which cannot be negative where the root is defined.
+void Simplifier::multiply_root(Term& term, SumId base, const mpq_class& q) {
+  Sum terms = sum(base);
+  if (terms.empty() || (terms.size() == 1 && terms[0].coefficient.sign() < 0))
+    return NormalForms::multiply_root(term, base, q);
+  const Number c = terms.size() == 1 ? terms[0].coefficient : content(terms);
+  Number inside = c;
+  if (const auto root = c.exact() ? exact_root(c.rational(), q.get_den().get_ui()) : std::nullopt) {
+    if (const auto outside = Number::power(Number(*root), q.get_num())) {
+      term.coefficient = term.coefficient * *outside;
+      inside = 1;
+    }
+  }
+  if (terms.size() > 1) {
+    for (Term& t : terms) t.coefficient = t.coefficient * *Number::power(c, -1) * inside;
+    term.factors.push_back({sum_atom(intern(std::move(terms))), q});
+    return;
+  }
+  Term rest{inside, {}};
+  const bool lone = terms[0].factors.size() == 1;
+  const bool definite = std::all_of(terms[0].factors.begin(), terms[0].factors.end(),
+                                    [&](const Factor& f) { return never_negative(f); });
+  for (const Factor& f : terms[0].factors) {
+    const bool whole = f.exponent.get_den() == 1;
+    const bool even = whole && mpz_even_p(f.exponent.get_num_mpz_t());
+    if (!definite && !lone) {
+      rest.factors.push_back(f);
+    } else if (!even && !inside.is(1) && lone) {
+      rest.factors.push_back(f);  // √(2x) stays together
+    } else if (even) {
+      multiply(term, absolute(single(f.atom)), f.exponent * q);
+    } else {
+      term.factors.push_back({f.atom, f.exponent * q});
+    }
+  }
+  if (rest.coefficient.is(1) && rest.factors.empty()) return;
+  const auto atom = rest.coefficient.is(1) && rest.factors.size() == 1 && rest.factors[0].exponent == 1;
+  term.factors.push_back({atom ? rest.factors[0].atom : sum_atom(intern(Sum{rest})), q});
+}
+
+SumId Simplifier::rewritten_product(Term term) {
+  int rounds = 0;
+  for (bool changed = true; changed && rounds < most_product_rules; ++rounds) {
+    changed = false;
+    for (const ProductRule& rule : product_rules()) {
+      if (!rule.apply(*this, term)) continue;
+      settle(term);
+      changed = true;
+    }
+  }
+  if (term.coefficient.sign() == 0) return number(0);
+  return finished_product(std::move(term));
+}
+
+/// α c R f² + β c R g² = c R, and c R - α c R f² = β c R g².
+SumId Simplifier::by_sum_rules(SumId id) {
+  for (int round = 0; round < most_product_rules; ++round) {
+    const std::vector<Term> terms = ordered_terms(id);
+    const auto without = [&](const Term& t, AtomId a) {
+      Term rest = t;
+      rest.factors.push_back({a, -2});
+      collect(rest);
+      return rest;
+    };
+    const auto find = [&](const Term& wanted) {
+      return std::find(terms.begin(), terms.end(), wanted) - terms.begin();
+    };
+    const auto size = static_cast<std::ptrdiff_t>(terms.size());
+    std::optional<Sum> shorter;
+    const auto replace = [&](std::ptrdiff_t i, std::ptrdiff_t j, Term by) {
+      shorter.emplace();
+      for (std::ptrdiff_t k = 0; k < size; ++k)
+        if (k != i && k != j) shorter->push_back(terms[k]);
+      const SumId p = product(std::move(by));
+      shorter->insert(shorter->end(), sum(p).begin(), sum(p).end());
+    };
+    for (std::ptrdiff_t i = 0; i < size && !shorter && size <= 2000; ++i) {
+      const Term& t = terms[i];
+      for (const SquareRule& rule : square_rules())
+        for (const Factor& f : t.factors) {
+          const bool is_f = is_function(f.atom, rule.f), is_g = is_function(f.atom, rule.g);
+          if (shorter || (!is_f && !is_g) || f.exponent < 2) continue;
+          const int mine = is_f ? rule.alpha : rule.beta, theirs = is_f ? rule.beta : rule.alpha;
+          Term rest = without(t, f.atom);  // t = mine · c R · square
+          rest.coefficient = rest.coefficient * Number(mine);
+          Term other = rest;  // theirs · c R · other square
+          other.coefficient = other.coefficient * Number(theirs);
+          other.factors.push_back({function_atom(is_f ? rule.g : rule.f, atom(f.atom).args), 2});
+          collect(other);
+          if (const auto j = find(other); j < size && j != i) {
+            replace(i, j, rest);
+            continue;
+          }
+          Term opposite = rest;
+          opposite.coefficient = -opposite.coefficient;
+          other.coefficient = -other.coefficient;
+          if (const auto j = find(opposite); j < size && j != i) replace(i, j, other);
+        }
+    }
+    if (!shorter) break;
+    id = intern(std::move(*shorter));
+  }
+  return id;
+}
+
+namespace {
+
+// Nodes are never changed, so neither are their simple forms.
+class Known {
+ public:
+  std::optional<Expr> find(Expr e) const {
+    const auto at = simple_.find(e);
+    return at == simple_.end() ? std::nullopt : std::optional(at->second);
+  }
+  Expr add(Expr e, Expr simple) {
+    constexpr std::size_t most = 1'000'000;
+    if (simple_.size() > most) simple_.clear();
+    return simple_[e] = simple;
+  }
+
+ private:
+  std::unordered_map<Expr, Expr> simple_;
+};
+
+Expr simplified(Expr e) {
+  // Rounds until nothing changes. If forms alternate, the shortest of them is taken, whichever came first.
+  std::vector<std::pair<double, Expr>> seen;
+  const auto better = [](const auto& a, const auto& b) {
+    return a.first != b.first ? a.first < b.first : to_text(a.second) < to_text(b.second);
+  };
+  try {
+    for (Expr now = e;;) {
+      Simplifier forms;
+      const SumId s = forms.form(now);
+      const Expr next = forms.build(s);
+      if (next == now) return now;
+      const auto again =
+          std::find_if(seen.begin(), seen.end(), [&](const auto& x) { return x.second == next; });
+      if (again != seen.end()) return std::min_element(again, seen.end(), better)->second;
+      if (seen.size() == most_rounds) return next;
+      seen.emplace_back(forms.traits(s).tokens, next);
+      now = next;
+    }
+  } catch (const Error&) {  // something in e is undefined everywhere, such as 1/(x - x)
+    return e;
+  }
+}
+
+}  // namespace
+
+Expr simplify(Expr e) {
+  static thread_local Known known;
+  if (e.is_constant()) return simplified(e);
+  if (const auto simple = known.find(e)) return *simple;
+  static thread_local RewrittenPatterns patterns;
+  const auto pattern = pattern_of(e);
+  if (!pattern) return known.add(e, simplified(e));
+  if (const auto simple = patterns.find(*pattern)) return known.add(e, *simple);
+  const Expr simple = known.add(e, simplified(e));
+  patterns.add(*pattern, simple);
+  return simple;
+}
+
+}  // namespace pendula

@@ -1,0 +1,307 @@
+// The rules of simplify. All of them hold over the reals wherever the left side is defined.
+#include <cmath>
+
+#include "expr/rewrite/rewrite_forms.hpp"
+
+namespace pendula {
+namespace {
+
+using Args = std::vector<SumId>;
+
+// ── functions
+// ────────────────────────────────────────────────────────────────────────────────────────────────────
+
+enum class Parity { none, odd, even };
+
+Parity parity(Op op) {
+  switch (op) {
+    case Op::sin:
+    case Op::tan:
+    case Op::asin:
+    case Op::atan:
+    case Op::sinh:
+    case Op::tanh:
+    case Op::asinh:
+    case Op::atanh:
+    case Op::sign:
+      return Parity::odd;
+    case Op::cos:
+    case Op::cosh:
+    case Op::abs:
+      return Parity::even;
+    default:
+      return Parity::none;
+  }
+}
+
+std::optional<SumId> fold_parity(Simplifier& s, Op op, const Args& x) {
+  const Parity p = parity(op);
+  if (p == Parity::none || !s.leads_negative(x[0])) return {};
+  const SumId positive = s.function(op, {s.minus(x[0])});
+  return p == Parity::even ? positive : s.minus(positive);
+}
+
+/// outer(inner(x)) = x.
+struct Inverse {
+  Op outer, inner;
+};
+constexpr Inverse inverses[] = {{Op::log, Op::exp},    {Op::exp, Op::log},    {Op::sin, Op::asin},
+                                {Op::cos, Op::acos},   {Op::tan, Op::atan},   {Op::sinh, Op::asinh},
+                                {Op::cosh, Op::acosh}, {Op::tanh, Op::atanh}, {Op::asinh, Op::sinh},
+                                {Op::atanh, Op::tanh}};
+
+std::optional<SumId> cancel_inverse(Simplifier& s, Op op, const Args& x) {
+  const auto a = s.lone_atom(x[0]);
+  if (!a) return {};
+  for (const Inverse& pair : inverses)
+    if (pair.outer == op && s.is_function(*a, pair.inner)) return s.atom(*a).args[0];
+  return {};
+}
+
+/// exp(c log x) = x^c.
+std::optional<SumId> power_of_log(Simplifier& s, Op op, const Args& x) {
+  const Sum& sum = s.sum(x[0]);
+  if (op != Op::exp || sum.size() != 1 || sum[0].factors.size() != 1 || !sum[0].coefficient.exact())
+    return {};
+  const Factor& f = sum[0].factors[0];
+  if (f.exponent != 1 || !s.is_function(f.atom, Op::log)) return {};
+  return s.rooted(s.atom(f.atom).args[0], sum[0].coefficient.rational());
+}
+
+/// log(x^q) = q log x where x must be positive for x^q to be: q odd or not whole.
+std::optional<SumId> log_of_power(Simplifier& s, Op op, const Args& x) {
+  const Sum& sum = s.sum(x[0]);
+  if (op != Op::log || sum.size() != 1 || sum[0].factors.size() != 1 || !sum[0].coefficient.is(1)) return {};
+  const Factor f = sum[0].factors[0];
+  const bool even = f.exponent.get_den() == 1 && mpz_even_p(f.exponent.get_num_mpz_t());
+  if (even || f.exponent == 1) return {};
+  return s.scaled(s.function(Op::log, {s.single(f.atom)}), Number(f.exponent));
+}
+
+std::optional<SumId> root_is_power(Simplifier& s, Op op, const Args& x) {
+  if (op != Op::sqrt) return {};
+  return s.rooted(x[0], mpq_class(1, 2));
+}
+
+/// |2 x² y| = 2 x² |y|.
+std::optional<SumId> absolute_value(Simplifier& s, Op op, const Args& x) {
+  if (op != Op::abs) return {};
+  Sum terms = s.sum(x[0]);
+  if (terms.size() != 1) {
+    const Number c = s.content(terms);
+    if (c.is(1)) return {};
+    return s.scaled(s.absolute(s.scaled(x[0], *Number::power(c, -1))), c);
+  }
+  Term outside{terms[0].coefficient, {}}, inside{1, {}};
+  for (const Factor& f : terms[0].factors) {
+    const bool whole = f.exponent.get_den() == 1;
+    if (s.never_negative(f)) {
+      outside.factors.push_back(f);
+    } else if (whole && f.exponent != 1) {
+      outside.factors.push_back({s.function_atom(Op::abs, {s.single(f.atom)}), f.exponent});
+    } else {
+      inside.factors.push_back(f);
+    }
+  }
+  if (outside.factors.empty() && outside.coefficient.is(1)) return {};
+  s.multiply(outside, inside.factors.empty() ? s.number(1) : s.function(Op::abs, {s.product(inside)}), 1);
+  return s.product(outside);
+}
+
+/// √n/2 · sign
+SumId half_root(Simplifier& s, int n, int sign) {
+  Term term;
+  term.coefficient = Number(mpq_class(sign, 2));
+  s.multiply(term, s.number(n), mpq_class(1, 2));
+  return s.product(term);
+}
+
+/// sin(k π/12) for even k and for odd multiples of π/4.
+std::optional<SumId> sine_of_twelfths(Simplifier& s, unsigned long k) {
+  const int sign = k < 12 ? 1 : -1;
+  switch (k % 12) {
+    case 0:
+      return s.number(0);
+    case 2:
+    case 10:
+      return s.number(Number(mpq_class(sign, 2)));
+    case 3:
+    case 9:
+      return half_root(s, 2, sign);
+    case 4:
+    case 8:
+      return half_root(s, 3, sign);
+    case 6:
+      return s.number(sign);
+    default:
+      return {};
+  }
+}
+
+/// sin and cos at multiples of π/6 and π/4, tan at multiples of π.
+std::optional<SumId> known_angle(Simplifier& s, Op op, const Args& x) {
+  if (op != Op::sin && op != Op::cos && op != Op::tan) return {};
+  const Sum& sum = s.sum(x[0]);
+  if (sum.size() != 1 || sum[0].factors != std::vector<Factor>{{s.leaf_atom(pi()), 1}}) return {};
+  if (!sum[0].coefficient.exact()) return {};
+  const mpq_class turns = sum[0].coefficient.rational();  // in half turns
+  if (op == Op::tan) return turns.get_den() == 1 ? std::optional(s.number(0)) : std::nullopt;
+  const mpq_class twelfths = turns * 12 + (op == Op::cos ? 6 : 0);  // cos x = sin(x + π/2)
+  if (twelfths.get_den() != 1) return {};
+  return sine_of_twelfths(s, mpz_fdiv_ui(twelfths.get_num_mpz_t(), 24));
+}
+
+std::optional<SumId> equal_branches(Simplifier& s, Op op, const Args& x) {
+  if (op == Op::ifelse && x[1] == x[2]) return x[1];
+  if ((op == Op::min || op == Op::max) && x[0] == x[1]) return x[0];
+  if (op == Op::ifelse)
+    if (const auto c = s.constant(x[0])) return x[c->sign() != 0 ? 1 : 2];
+  return {};
+}
+
+constexpr FunctionRule functions[] = {
+    {"sqrt(x) = x^(1/2)", root_is_power},
+    {"f(-x) = -f(x) or f(x)", fold_parity},
+    {"log(exp x) = x and the like", cancel_inverse},
+    {"exp(c log x) = x^c", power_of_log},
+    {"log(x^3) = 3 log x", log_of_power},
+    {"|2 x² y| = 2 x² |y|", absolute_value},
+    {"sin(π) = 0", known_angle},
+    {"ifelse(c, p, p) = p", equal_branches},
+};
+
+// ── products
+// ─────────────────────────────────────────────────────────────────────────────────────────────────────
+
+/// exp(a) exp(b) = exp(a + b).
+bool merge_exponentials(Simplifier& s, Term& term) {
+  Sum exponent;
+  int count = 0;
+  bool other_power = false;
+  for (const Factor& f : term.factors) {
+    if (!s.is_function(f.atom, Op::exp)) continue;
+    ++count;
+    other_power = other_power || f.exponent != 1;
+    const SumId scaled = s.scaled(s.atom(f.atom).args[0], Number(f.exponent));
+    exponent.insert(exponent.end(), s.sum(scaled).begin(), s.sum(scaled).end());
+  }
+  if (count == 0 || (count == 1 && !other_power)) return false;
+  std::erase_if(term.factors, [&](const Factor& f) { return s.is_function(f.atom, Op::exp); });
+  s.multiply(term, s.function(Op::exp, {s.intern(std::move(exponent))}), 1);
+  return true;
+}
+
+/// x^a x^b = x^(a + b).
+bool merge_powers(Simplifier& s, Term& term) {
+  for (std::size_t i = 0; i < term.factors.size(); ++i) {
+    const AtomId a = term.factors[i].atom;
+    if (s.atom(a).kind != AtomKind::power) continue;
+    const SumId base = s.atom(a).args[0];
+    Sum exponent;
+    std::size_t count = 0;
+    for (const Factor& f : term.factors) {
+      if (s.atom(f.atom).kind != AtomKind::power || s.atom(f.atom).args[0] != base) continue;
+      if (f.exponent.get_den() != 1) return false;  // (x^y)^(1/2) is not x^(y/2) where x is negative
+      ++count;
+      const SumId scaled = s.scaled(s.atom(f.atom).args[1], Number(f.exponent));
+      exponent.insert(exponent.end(), s.sum(scaled).begin(), s.sum(scaled).end());
+    }
+    if (count < 2) continue;
+    std::erase_if(term.factors, [&](const Factor& f) {
+      return s.atom(f.atom).kind == AtomKind::power && s.atom(f.atom).args[0] == base;
+    });
+    s.multiply(term, s.power(base, s.intern(std::move(exponent))), 1);
+    return true;
+  }
+  return false;
+}
+
+/// |x|² = x².
+bool square_absolutes(Simplifier& s, Term& term) {
+  for (auto it = term.factors.begin(); it != term.factors.end(); ++it) {
+    const bool even = it->exponent.get_den() == 1 && mpz_even_p(it->exponent.get_num_mpz_t());
+    if (!even || !s.is_function(it->atom, Op::abs)) continue;
+    const Factor f = *it;
+    term.factors.erase(it);
+    s.multiply(term, s.atom(f.atom).args[0], f.exponent);
+    return true;
+  }
+  return false;
+}
+
+/// The place of op(argument) among the factors.
+std::vector<Factor>::iterator find_function(Simplifier& s, Term& term, Op op, SumId argument) {
+  return std::find_if(term.factors.begin(), term.factors.end(), [&](const Factor& f) {
+    return s.is_function(f.atom, op) && s.atom(f.atom).args[0] == argument;
+  });
+}
+
+/// tan x cos x = sin x, and sin x/cos x = tan x; likewise for the hyperbolic functions.
+bool tangents(Simplifier& s, Term& term) {
+  constexpr Op families[][3] = {{Op::tan, Op::sin, Op::cos}, {Op::tanh, Op::sinh, Op::cosh}};
+  for (const auto& [tan, sin, cos] : families) {
+    for (auto it = term.factors.begin(); it != term.factors.end(); ++it) {
+      const SumId x = s.atom(it->atom).args.empty() ? 0 : s.atom(it->atom).args[0];
+      const auto si = find_function(s, term, sin, x), co = find_function(s, term, cos, x);
+      const auto none = term.factors.end();
+      if (s.is_function(it->atom, tan) && (si != none || co != none)) {
+        const mpq_class n = it->exponent;
+        term.factors.erase(it);
+        term.factors.push_back({s.function_atom(sin, {x}), n});
+        term.factors.push_back({s.function_atom(cos, {x}), -n});
+        return true;
+      }
+      if (it == si && co != none && si->exponent == -co->exponent && si->exponent.get_den() == 1) {
+        const mpq_class n = si->exponent;
+        const AtomId both[] = {si->atom, co->atom};
+        std::erase_if(term.factors, [&](const Factor& f) { return f.atom == both[0] || f.atom == both[1]; });
+        term.factors.push_back({s.function_atom(tan, {x}), n});
+        return true;
+      }
+    }
+  }
+  return false;
+}
+
+/// (x² - 1)/(x - 1) = x + 1.
+bool divide_sums(Simplifier& s, Term& term) {
+  for (std::size_t i = 0; i < term.factors.size(); ++i)
+    for (std::size_t j = 0; j < term.factors.size(); ++j) {
+      const Factor above = term.factors[i], below = term.factors[j];
+      if (above.exponent < 1 || below.exponent > -1) continue;
+      if (above.exponent.get_den() != 1 || below.exponent.get_den() != 1) continue;
+      const Atom &a = s.atom(above.atom), &b = s.atom(below.atom);
+      if (a.kind != AtomKind::sum || b.kind != AtomKind::sum) continue;
+      const SumId sa = a.args[0], sb = b.args[0];
+      auto quotient = s.exact_quotient(sa, sb);
+      const int sign = quotient ? 1 : -1;
+      if (!quotient) quotient = s.exact_quotient(sb, sa);
+      if (!quotient) continue;
+      term.factors[i].exponent -= 1;
+      term.factors[j].exponent += 1;
+      s.multiply(term, *quotient, sign);
+      return true;
+    }
+  return false;
+}
+
+constexpr ProductRule products[] = {
+    {"exp a exp b = exp(a + b)", merge_exponentials},
+    {"x^a x^b = x^(a + b)", merge_powers},
+    {"|x|² = x²", square_absolutes},
+    {"tan x cos x = sin x", tangents},
+    {"(x² - 1)/(x - 1) = x + 1", divide_sums},
+};
+
+constexpr SquareRule squares[] = {
+    {"sin² + cos² = 1", Op::sin, Op::cos, 1, 1},
+    {"cosh² - sinh² = 1", Op::cosh, Op::sinh, 1, -1},
+};
+
+}  // namespace
+
+std::span<const FunctionRule> function_rules() { return functions; }
+std::span<const ProductRule> product_rules() { return products; }
+std::span<const SquareRule> square_rules() { return squares; }
+
+}  // namespace pendula

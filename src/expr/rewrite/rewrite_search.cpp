@@ -1,0 +1,203 @@
+// Shorter forms of a sum: multiplied out where terms then cancel, grouped where a factor is common.
+#include "base/interrupt.hpp"
+#include "expr/rewrite/rewrite_forms.hpp"
+
+namespace pendula {
+namespace {
+
+constexpr std::size_t searched_terms = 200;    // longer sums are collected, but not searched for factors
+constexpr std::size_t multiplied_terms = 500;  // per product
+constexpr std::size_t multiplied_products = 12;
+constexpr std::size_t grouping_factors = 24;
+constexpr std::size_t quotient_terms = 400;
+constexpr double work_limit = 5e6;
+
+/// The number of terms of a product when multiplied out, without collecting.
+double multiplied_size(const NormalForms& forms, const Term& term) {
+  double size = 1;
+  for (const Factor& f : term.factors) {
+    if (!forms.multiplies_out(f)) continue;
+    const Atom& a = forms.atom(f.atom);
+    const double n = static_cast<double>(forms.sum(a.args[0]).size());
+    for (mpz_class k = 0; k < f.exponent.get_num() && size < 1e9; ++k) size *= n;
+  }
+  return size;
+}
+
+/// Lexicographic order of monomials: the greater has the higher power of the first atom in which they differ.
+bool greater_monomial(const Term& a, const Term& b) {
+  auto x = a.factors.begin(), y = b.factors.begin();
+  for (; x != a.factors.end() && y != b.factors.end(); ++x, ++y) {
+    if (x->atom != y->atom) return x->atom < y->atom;
+    if (x->exponent != y->exponent) return x->exponent > y->exponent;
+  }
+  return x != a.factors.end();
+}
+
+bool is_polynomial(const Sum& terms) {
+  return std::all_of(terms.begin(), terms.end(), [](const Term& t) {
+    return std::all_of(t.factors.begin(), t.factors.end(),
+                       [](const Factor& f) { return f.exponent > 0 && f.exponent.get_den() == 1; });
+  });
+}
+
+const Term& leading(const Sum& terms) {
+  return *std::min_element(terms.begin(), terms.end(), greater_monomial);
+}
+
+}  // namespace
+
+std::optional<Sum> Simplifier::multiplied_out(const Term& term, std::size_t limit) {
+  Sum done, open{term};
+  while (!open.empty()) {
+    Term t = std::move(open.back());
+    open.pop_back();
+    const auto it =
+        std::find_if(t.factors.begin(), t.factors.end(), [&](const Factor& f) { return multiplies_out(f); });
+    if (it == t.factors.end()) {
+      done.push_back(std::move(t));
+    } else {
+      const SumId inside = atom(it->atom).args[0];
+      it->exponent -= 1;
+      if (it->exponent == 0) t.factors.erase(it);
+      for (const Term& part : sum(inside)) {
+        Term product = times(t, part);
+        open.push_back(std::move(product));
+        if (++work_; done.size() + open.size() > limit || work_ > work_limit) return {};
+      }
+    }
+  }
+  return done;
+}
+
+std::optional<SumId> Simplifier::exact_quotient(SumId a, SumId b) {
+  const Sum divisor = sum(b);
+  Sum rest = sum(a), quotient;
+  if (divisor.empty() || rest.size() < divisor.size() || rest.size() > searched_terms) return {};
+  if (!is_polynomial(divisor) || !is_polynomial(rest)) return {};
+  const Term lead = leading(divisor);
+  const auto inverse = Number::power(lead.coefficient, -1);
+  if (!inverse || !lead.coefficient.exact()) return {};
+  while (!rest.empty()) {
+    Term q = leading(rest);
+    q.coefficient = q.coefficient * *inverse;
+    for (const Factor& f : lead.factors) q.factors.push_back({f.atom, -f.exponent});
+    collect(q);
+    if (!is_polynomial({q}) || quotient.size() > quotient_terms) return {};
+    for (const Term& t : divisor) {
+      Term product{-(t.coefficient * q.coefficient), t.factors};
+      product.factors.insert(product.factors.end(), q.factors.begin(), q.factors.end());
+      collect(product);
+      rest.push_back(std::move(product));
+    }
+    rest = sum(intern(std::move(rest)));
+    quotient.push_back(std::move(q));
+    work_ += static_cast<double>(divisor.size());
+  }
+  return intern(std::move(quotient));
+}
+
+// ── candidates
+// ───────────────────────────────────────────────────────────────────────────────────────────────────
+
+/// The products multiplied out: the shortest one, the two shortest, …
+void Simplifier::expanded(SumId s, std::vector<SumId>& candidates) {
+  const std::vector<Term> terms = ordered_terms(s);
+  std::vector<std::pair<double, std::size_t>> sizes;
+  for (std::size_t i = 0; i < terms.size(); ++i)
+    if (multiplies_out(terms[i])) sizes.emplace_back(multiplied_size(*this, terms[i]), i);
+  std::stable_sort(sizes.begin(), sizes.end(),
+                   [](const auto& a, const auto& b) { return a.first < b.first; });
+  std::vector<bool> out(terms.size(), false);
+  Sum result;
+  for (std::size_t k = 0; k < std::min(sizes.size(), multiplied_products); ++k) {
+    const auto [size, i] = sizes[k];
+    auto more = multiplied_out(terms[i], multiplied_terms);
+    if (!more) return;
+    out[i] = true;
+    result.insert(result.end(), more->begin(), more->end());
+    Sum whole = result;
+    for (std::size_t j = 0; j < terms.size(); ++j)
+      if (!out[j]) whole.push_back(terms[j]);
+    candidates.push_back(intern(std::move(whole)));
+  }
+}
+
+SumId Simplifier::with_grouped(const Sum& terms, const std::vector<Factor>& common,
+                               const std::vector<std::size_t>& members) {
+  Sum rest, inside;
+  auto member = members.begin();
+  for (std::size_t i = 0; i < terms.size(); ++i) {
+    if (member == members.end() || *member != i) {
+      rest.push_back(terms[i]);
+      continue;
+    }
+    ++member;
+    Term t = terms[i];
+    for (const Factor& f : common) t.factors.push_back({f.atom, -f.exponent});
+    collect(t);
+    inside.push_back(std::move(t));
+  }
+  Term group{1, common};
+  multiply(group, by_sum_rules(intern(std::move(inside))), 1);
+  const SumId product_id = product(std::move(group));
+  rest.insert(rest.end(), sum(product_id).begin(), sum(product_id).end());
+  return intern(std::move(rest));
+}
+
+/// A factor common to all terms; terms that differ in their parameters only, as in (M + m) x″; a common
+/// denominator.
+void Simplifier::grouped(SumId s, std::vector<SumId>& candidates) {
+  const std::vector<Term> terms = ordered_terms(s);
+  if (terms.size() < 2) return;
+  struct Group {
+    std::vector<Factor> common;
+    std::vector<std::size_t> members;
+  };
+  std::vector<Group> groups;
+  const auto join = [&](std::vector<Factor> common, std::size_t i) {
+    if (common.empty()) return;
+    const auto it =
+        std::find_if(groups.begin(), groups.end(), [&](const Group& g) { return g.common == common; });
+    if (it == groups.end()) {
+      groups.push_back({std::move(common), {i}});
+    } else {
+      it->members.push_back(i);
+    }
+  };
+  for (std::size_t i = 0; i < terms.size(); ++i) {
+    std::vector<Factor> moving;
+    for (const Factor& f : ordered_factors(terms[i])) {
+      if (atom(f.atom).traits.level >= 1) moving.push_back(f);
+      if (atom(f.atom).kind == AtomKind::sum && f.exponent < 0) join({f}, i);
+    }
+    if (!terms[i].factors.empty()) join(std::move(moving), i);
+  }
+  std::erase_if(groups, [](const Group& g) { return g.members.size() < 2; });
+  if (groups.size() > grouping_factors) groups.resize(grouping_factors);
+  for (const Group& g : groups) candidates.push_back(with_grouped(terms, g.common, g.members));
+  Term whole{1, {}};
+  multiply(whole, s, 1);
+  if (whole.factors.size() > 1) candidates.push_back(product(std::move(whole)));  // 2 x + 2 y stays
+  work_ += static_cast<double>(terms.size() * candidates.size());
+}
+
+SumId Simplifier::rewritten_sum(SumId s) {
+  if (const auto it = rewritten_.find(s); it != rewritten_.end()) return it->second;
+  SumId best = by_sum_rules(s);
+  while (sum(best).size() <= searched_terms && work_ < work_limit) {
+    poll_interrupt();
+    std::vector<SumId> candidates;
+    expanded(best, candidates);
+    grouped(best, candidates);
+    SumId shortest = best;
+    for (SumId c : candidates)
+      if (const SumId after = by_sum_rules(c); traits(after).tokens < traits(shortest).tokens)
+        shortest = after;
+    if (shortest == best) break;
+    best = shortest;
+  }
+  return rewritten_[s] = best;
+}
+
+}  // namespace pendula

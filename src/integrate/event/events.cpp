@@ -1,0 +1,275 @@
+#include "integrate/event/events.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <unordered_set>
+
+#include "expr/graph/derivative.hpp"
+
+namespace pendula::integrate {
+namespace {
+
+constexpr double eps = std::numeric_limits<double>::epsilon();
+constexpr double tiny = std::numeric_limits<double>::min();  // a sign without a size
+constexpr int pieces = 4;  // a step is looked at in so many places, and in halves of them
+constexpr int deepest = 3, deepest_clock = 8;
+
+bool opposite(double a, double b) { return (a < 0 && b > 0) || (a > 0 && b < 0); }
+
+}  // namespace
+
+EventFinder::EventFinder(const ProblemPtr& problem, const std::vector<Event>& events)
+    : problem_(std::make_shared<Problem>(*problem)), events_(events) {
+  if (events.empty()) return;
+  const dae::FirstOrder& model = problem->model();
+  const std::vector<Expr>& arguments = problem->arguments();
+  const std::unordered_set<Expr> known(arguments.begin(), arguments.end());
+  std::vector<Expr> outputs, slopes;
+  std::unordered_set<Expr> late(model.xdot.begin(), model.xdot.end());
+  late.insert(model.z.begin(), model.z.end());
+  for (Expr x : model.x) late.erase(x);
+  for (const Event& event : events) {
+    outputs.push_back(event.when);
+    const Expr slope = total_derivative(event.when);
+    const std::vector<Expr> inside = leaves({&slope, 1});
+    // where equations become singular, x′ and z must not be asked for
+    const bool solved = problem->is_ode() || event.ends.empty();
+    const bool usable = std::all_of(inside.begin(), inside.end(), [&](Expr leaf) {
+      return (known.count(leaf) && (solved || !late.count(leaf))) || symbol_of(leaf).kind == Kind::constant;
+    });
+    slope_known_.push_back(usable);
+    slopes.push_back(usable ? slope : Expr());
+    const std::vector<Expr> own = leaves({&event.when, 1});
+    for (Expr leaf : own) needs_derivatives_ = needs_derivatives_ || late.count(leaf);
+    clock_.push_back(std::all_of(own.begin(), own.end(), [](Expr leaf) {
+      const Kind kind = symbol_of(leaf).kind;
+      return leaf == time_symbol() || kind == Kind::constant || kind == Kind::parameter;
+    }));
+  }
+  outputs.insert(outputs.end(), slopes.begin(), slopes.end());
+  for (Expr leaf : leaves(slopes)) needs_derivatives_ = needs_derivatives_ || late.count(leaf);
+  kernel_ = codegen::Kernel(outputs, arguments);
+  out_.resize(outputs.size());
+}
+
+double EventFinder::side(int which) const {
+  const double g = last_.g[which];
+  return (g > 0) - (g < 0);
+}
+
+void EventFinder::evaluate(const Point& point, Sample& out) {
+  problem_->place(point.t, point.x.data(), point.xdot.data(), point.z.data());
+  kernel_(problem_->values().data(), out_.data());
+  const auto middle = out_.begin() + static_cast<std::ptrdiff_t>(events_.size());
+  out.t = point.t;
+  out.g.assign(out_.begin(), middle);
+  out.slope.assign(middle, out_.end());
+  out.exact = true;
+}
+
+void EventFinder::sample(Stepper& stepper, const StepView& step, double t, Detail detail, Sample& out) {
+  if (t >= step.to.t) return evaluate(step.to, out);
+  point_.xdot = step.to.xdot, point_.z = step.to.z;
+  if (detail == Detail::state && needs_derivatives_) detail = Detail::full;
+  stepper.interpolate(step, t, detail, point_);
+  evaluate(point_, out);
+  out.exact = detail != Detail::sketch;
+}
+
+double EventFinder::value(Stepper& stepper, const StepView& step, int which, double t) {
+  sample(stepper, step, t, Detail::state, probe_);
+  return probe_.g[which];
+}
+
+double EventFinder::slope(int which, const Point& point) {
+  evaluate(point, probe_);
+  return probe_.slope[which];
+}
+
+/// To rounding: what g changes by in a few ulp of t.
+bool EventFinder::is_zero(std::size_t i, const Sample& at) const {
+  const double size = slope_known_[i] ? std::fabs(at.slope[i]) * std::max(1.0, std::fabs(at.t)) : 0;
+  return at.g[i] == 0 || std::fabs(at.g[i]) <= 64 * eps * size;
+}
+
+bool EventFinder::wanted(std::size_t i, bool rising) const {
+  return events_[i].direction == 0 || (events_[i].direction > 0) == rising;
+}
+
+/// A zero at the beginning becomes the sign of g just after it.
+void EventFinder::start(const Point& point) {
+  if (events_.empty()) return;
+  evaluate(point, last_);
+  for (std::size_t i = 0; i < events_.size(); ++i)
+    if (is_zero(i, last_)) last_.g[i] = last_.slope[i] == 0 ? 0.0 : std::copysign(tiny, last_.slope[i]);
+}
+
+/// Illinois-safeguarded secant between points of opposite sign; the end where the sign has changed.
+EventFinder::Root EventFinder::locate(Stepper& stepper, const StepView& step, int which, double a, double ga,
+                                      double b, double gb) {
+  int side = 0;
+  for (int k = 0; k < 200; ++k) {
+    const double smallest = 2 * eps * std::max(std::fabs(a), std::fabs(b));
+    if (b - a <= smallest || gb == 0) break;
+    double t = k % 4 == 3 ? (a + b) / 2 : b - gb * (b - a) / (gb - ga);
+    t = std::clamp(t, a + smallest / 2, b - smallest / 2);
+    const double g = value(stepper, step, which, t);
+    if (g == 0) return {a, t, false};
+    if (opposite(g, gb)) {
+      a = t, ga = g;
+      if (side == -1) gb /= 2;
+      side = -1;
+    } else {
+      b = t, gb = g;
+      if (side == 1) ga /= 2;
+      side = 1;
+    }
+  }
+  return {a, b, false};
+}
+
+/// Where g touches or crosses zero between two samples of one sign, by the sign of its slope.
+std::optional<double> EventFinder::dip(Stepper& stepper, const StepView& step, int which, const Sample& a,
+                                       const Sample& b) {
+  const auto i = static_cast<std::size_t>(which);
+  const double sign = b.g[i] > 0 ? 1 : -1;
+  double low = a.t, high = b.t;
+  for (int k = 0; k < 40 && high - low > 4 * eps * std::max(std::fabs(low), std::fabs(high)); ++k) {
+    const double t = (low + high) / 2;
+    const double g = value(stepper, step, which, t);
+    if (g * sign < 0) return t;
+    (probe_.slope[i] * sign < 0 ? low : high) = t;
+  }
+  return {};
+}
+
+std::optional<EventFinder::Root> EventFinder::root_between(Stepper& stepper, const StepView& step, int which,
+                                                           const Sample& a, const Sample& b) {
+  const auto i = static_cast<std::size_t>(which);
+  double left = a.t, ga = a.g[i], right = b.t, gb = b.g[i];
+  bool rising = ga < 0;
+  if (gb == 0 && right >= step.to.t)
+    return ga != 0 && wanted(i, rising) ? std::optional(Root{b.t, b.t, rising}) : std::nullopt;
+  if (!opposite(ga, gb)) {
+    const bool toward = slope_known_[i] && a.slope[i] * gb < 0 && b.slope[i] * gb > 0 && ga != 0;
+    const auto bottom = toward ? dip(stepper, step, which, a, b) : std::nullopt;
+    if (!bottom) return {};
+    const double below = value(stepper, step, which, *bottom);
+    if (wanted(i, rising)) {
+      right = *bottom, gb = below;
+    } else {  // the way back is asked for
+      left = *bottom, ga = below, rising = !rising;
+    }
+  } else if (!wanted(i, rising)) {
+    return {};
+  }
+  // `a` may be a root itself: step back towards it until its sign just after is seen.
+  double t = left;
+  for (int k = 0; std::fabs(ga) <= tiny; ++k) {
+    if (k == 48) return {};
+    t = left + (right - left) / 2;
+    const double g = value(stepper, step, which, t);
+    if (opposite(g, gb)) {
+      left = t, ga = g;
+    } else {
+      right = t, gb = g;
+    }
+  }
+  Root root = locate(stepper, step, which, left, ga, right, gb);
+  root.rising = rising;
+  return root;
+}
+
+/// The first root between two samples, with all others that cannot be told apart from it.
+std::optional<EventFinder::Hit> EventFinder::first_hit(Stepper& stepper, const StepView& step,
+                                                       const Sample& a, const Sample& b) {
+  std::vector<std::optional<Root>> roots(events_.size());
+  std::optional<Root> first;
+  for (std::size_t i = 0; i < events_.size(); ++i) {
+    if (!(std::isfinite(a.g[i]) && std::isfinite(b.g[i]))) continue;
+    roots[i] = root_between(stepper, step, static_cast<int>(i), a, b);
+    if (roots[i] && (!first || roots[i]->t < first->t)) first = roots[i];
+  }
+  if (!first) return {};
+  Hit hit{first->t, first->before, {}};
+  sample(stepper, step, hit.t, Detail::state, probe_);
+  const double close = 8 * eps * std::max(std::fabs(step.from.t), std::fabs(step.to.t));
+  for (std::size_t i = 0; i < events_.size(); ++i) {
+    const bool rising = roots[i] ? roots[i]->rising : a.g[i] < 0;
+    const bool same = roots[i] && roots[i]->t - hit.t <= close;
+    const bool soon = is_zero(i, probe_) && std::fabs(a.g[i]) > tiny && probe_.slope[i] * a.g[i] < 0;
+    if (same || (soon && wanted(i, rising))) hit.list.push_back({static_cast<int>(i), rising});
+  }
+  return hit;
+}
+
+/// g may have gone to zero and come back between two samples of one sign: its slopes are too large for a
+/// monotone or gently curved function.
+bool EventFinder::may_hide(const Sample& a, const Sample& b, int depth) const {
+  for (std::size_t i = 0; i < events_.size(); ++i) {
+    if (!slope_known_[i] || depth >= (clock_[i] ? deepest_clock : deepest) || opposite(a.g[i], b.g[i]))
+      continue;
+    const double steepest = std::max(std::fabs(a.slope[i]), std::fabs(b.slope[i]));
+    if (steepest * (b.t - a.t) > 1.5 * (std::fabs(a.g[i]) + std::fabs(b.g[i]))) return true;
+  }
+  return false;
+}
+
+std::optional<EventFinder::Hit> EventFinder::scan(Stepper& stepper, const StepView& step, Sample& a,
+                                                  Sample& b, int depth) {
+  if (changes(a, b)) {  // what the sketches have seen must be so
+    make_exact(stepper, step, a);
+    if (changes(floor_, a))  // a sketch had put a root behind it
+      if (auto hit = first_hit(stepper, step, floor_, a)) return hit;
+    floor_ = a;
+    make_exact(stepper, step, b);
+  }
+  if (may_hide(a, b, depth)) {
+    Sample middle;
+    sample(stepper, step, a.t + (b.t - a.t) / 2, Detail::sketch, middle);
+    if (auto hit = scan(stepper, step, a, middle, depth + 1)) return hit;
+    return scan(stepper, step, middle, b, depth + 1);
+  }
+  auto hit = first_hit(stepper, step, a, b);
+  if (hit) return hit;
+  settle_zeros(a, b);
+  if (b.exact) floor_ = b;
+  return {};
+}
+
+bool EventFinder::changes(const Sample& a, const Sample& b) const {
+  for (std::size_t i = 0; i < events_.size(); ++i)
+    if (opposite(a.g[i], b.g[i])) return true;
+  return false;
+}
+
+void EventFinder::make_exact(Stepper& stepper, const StepView& step, Sample& at) {
+  if (at.exact) return;
+  sample(stepper, step, at.t, Detail::state, at);
+  settle_zeros(floor_, at);
+}
+
+/// A sample that happens to be a root without counting as one has the sign of g just after it.
+void EventFinder::settle_zeros(const Sample& a, Sample& b) const {
+  for (std::size_t i = 0; i < events_.size(); ++i)
+    if (b.g[i] == 0) b.g[i] = a.g[i] == 0 ? 0.0 : std::copysign(tiny, b.slope[i]);
+}
+
+std::optional<EventFinder::Hit> EventFinder::find(Stepper& stepper, const StepView& step) {
+  const double from = last_.t, length = step.to.t - from;
+  floor_ = last_;
+  for (int k = 1; k <= pieces; ++k) {
+    sample(stepper, step, k == pieces ? step.to.t : from + length * k / pieces, Detail::sketch, here_);
+    if (auto hit = scan(stepper, step, last_, here_, 0)) return hit;
+    std::swap(last_, here_);
+  }
+  return {};
+}
+
+void EventFinder::pass(const Hit& hit, Stepper& stepper, const StepView& step) {
+  sample(stepper, step, hit.t, Detail::state, last_);
+  for (const Crossing& crossing : hit.list)
+    last_.g[crossing.which] = std::copysign(tiny, crossing.rising ? 1.0 : -1.0);
+}
+
+}  // namespace pendula::integrate

@@ -1,0 +1,117 @@
+// Roots of event functions along a solution, and what happens there.
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "integrate/event/surfaces.hpp"
+#include "integrate/problem/projection.hpp"
+#include "integrate/step/stepper.hpp"
+
+namespace pendula::integrate {
+
+/// What a callback wants done after it has seen the event.
+struct EventReply {
+  bool stop = false;
+  std::vector<std::pair<Expr, double>> reset;  ///< state -> new value
+};
+
+struct Event {
+  Expr when;          ///< in leaves of the problem; the event is a root of it
+  int direction = 0;  ///< -1: only where it falls, 1: only where it rises
+  bool stop = false;
+  std::vector<std::pair<Expr, Expr>> reset;  ///< state -> its value after, in the values before
+  std::function<EventReply(const Point&)> call;
+  std::string ends;                              ///< not the user's: why nothing goes on from here
+  bool surface = false;                          ///< not the user's: the equations are not smooth there
+  std::vector<Mode> modes;                       ///< of the surface
+  std::vector<Expr> tangent;                     ///< d when/dp for the parameters of the sensitivities
+  std::vector<std::vector<Expr>> reset_tangent;  ///< per entry of `reset`: d value/dp, then d value/dt
+};
+
+struct EventList {
+  std::vector<Event> list;
+  /// Conditions that the states must satisfy after a reset, level by level; `reset` says which states keep
+  /// their new value. Throws Error when they cannot.
+  std::function<void(Point&, const std::vector<int>& reset)> reinitialise;
+};
+
+/// Finds the first root inside a step.
+///
+/// A step is looked at in pieces. Between two samples a change of sign is a root; where the slopes say that g
+/// could have gone to zero and back, the piece is halved a few times, more often for functions of time alone,
+/// which are cheap and do not limit the step size themselves.
+class EventFinder {
+ public:
+  EventFinder(const ProblemPtr& problem, const std::vector<Event>& events);
+
+  struct Crossing {
+    int which;
+    bool rising;
+  };
+  /// Roots that cannot be told apart in time belong together.
+  struct Hit {
+    double t = 0;                ///< where the sign of the first has changed
+    double before = 0;           ///< the last moment before
+    std::vector<Crossing> list;  ///< in the order of the events
+  };
+  bool empty() const { return events_.empty(); }
+  /// Inputs jump there: see Problem.
+  void set_limit(double t) { problem_->set_limit(t); }
+  /// A new beginning at a point: what is zero here does not count as a root here.
+  void start(const Point& point);
+  /// On which side of its root an event function is at the last point looked at: -1, 1, or 0.
+  double side(int which) const;
+  /// Every g at the last point looked at.
+  const std::vector<double>& values() const { return last_.g; }
+  /// dg/dt at a point, 0 if it is not known.
+  double slope(int which, const Point& point);
+  /// The first root in (from, to], where `from` is the last start or root, located to a few ulp of t.
+  /// Requires events.
+  std::optional<Hit> find(Stepper& stepper, const StepView& step);
+  /// After a root that changes nothing: go on behind it.
+  void pass(const Hit& hit, Stepper& stepper, const StepView& step);
+
+ private:
+  struct Sample {
+    double t = 0;
+    std::vector<double> g, slope;
+    bool exact = true;  ///< not by a sketch
+  };
+  void evaluate(const Point& point, Sample& out);
+  void sample(Stepper& stepper, const StepView& step, double t, Detail detail, Sample& out);
+  struct Root {
+    double before, t;
+    bool rising;
+  };
+  bool is_zero(std::size_t i, const Sample& at) const;
+  bool wanted(std::size_t i, bool rising) const;
+  bool may_hide(const Sample& a, const Sample& b, int depth) const;
+  std::optional<Hit> scan(Stepper& stepper, const StepView& step, Sample& a, Sample& b, int depth);
+  bool changes(const Sample& a, const Sample& b) const;
+  void make_exact(Stepper& stepper, const StepView& step, Sample& at);
+  void settle_zeros(const Sample& a, Sample& b) const;
+  std::optional<Root> root_between(Stepper& stepper, const StepView& step, int which, const Sample& a,
+                                   const Sample& b);
+  Root locate(Stepper& stepper, const StepView& step, int which, double a, double ga, double b, double gb);
+  std::optional<double> dip(Stepper& stepper, const StepView& step, int which, const Sample& a,
+                            const Sample& b);
+  double value(Stepper& stepper, const StepView& step, int which, double t);
+  std::optional<Hit> first_hit(Stepper& stepper, const StepView& step, const Sample& a, const Sample& b);
+
+  ProblemPtr problem_;
+  const std::vector<Event>& events_;
+  codegen::Kernel kernel_;         ///< g, then dg/dt
+  std::vector<char> slope_known_;  ///< dg/dt contains nothing but known leaves
+  std::vector<char> clock_;        ///< g depends on time alone
+  bool needs_derivatives_ = false;
+  Sample last_;   ///< at the last point looked at; signs of zeros are those just after
+  Sample floor_;  ///< the last exact sample before those of the step that are sketches
+  Sample here_, probe_;
+  Point point_;
+  std::vector<double> out_;
+};
+
+}  // namespace pendula::integrate

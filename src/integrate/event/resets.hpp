@@ -1,0 +1,23 @@
+// What a reset of states does to the others: conditions of the model hold again after it.
+#pragma once
+
+#include <functional>
+
+#include "dae/structure/analysis.hpp"
+#include "integrate/problem/problem.hpp"
+
+namespace pendula::integrate {
+
+/// Conditions on the states alone that a reset must not break: hidden constraints and invariants.
+std::vector<dae::Constraint> state_conditions(const dae::Model& model);
+
+/// Moves states that were not reset onto the conditions that a reset has broken: first those that no other
+/// condition contains (a velocity that was reset changes velocities and leaves positions alone), if that is
+/// not enough, all of them.
+/// Empty where the model has no conditions. Called with the point and the numbers of the states that were
+/// reset; throws Failure.
+std::function<void(Point&, const std::vector<int>&)> reinitialiser(const dae::Model& model,
+                                                                   const ProblemPtr& problem,
+                                                                   const Substitution& inputs);
+
+}  // namespace pendula::integrate

@@ -1,0 +1,116 @@
+// A model with numbers in it: compiled residual, exact sparse Jacobian, parameter values, input functions.
+#pragma once
+
+#include <functional>
+#include <limits>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "base/math.hpp"
+#include "codegen/kernel/kernel.hpp"
+#include "dae/model/first_order.hpp"
+#include "integrate/problem/projection.hpp"
+
+namespace pendula::integrate {
+
+/// A point of a trajectory: x ∈ ℝⁿ, x′ ∈ ℝⁿ, z ∈ ℝᵐ.
+struct Point {
+  double t = 0;
+  Vec x, xdot, z;
+};
+
+/// F(t, x, x′, z, u, p) = 0 and, for explicit ODEs, f(t, x, u, p). Evaluation is place() and then any of the
+/// functions. Not for two threads at once: copy the problem.
+class Problem {
+ public:
+  using Input = std::function<double(double)>;
+
+  /// parameters and inputs in the order of model.p and model.u.
+  /// Throws Error on wrong sizes, parameters that are not finite, and equations with leaves that have no
+  /// value.
+  Problem(dae::FirstOrder model, Vec parameters, std::vector<Input> inputs = {});
+
+  const dae::FirstOrder& model() const { return model_; }
+  int n() const { return static_cast<int>(model_.x.size()); }
+  int m() const { return static_cast<int>(model_.z.size()); }
+  bool is_ode() const { return model_.is_ode(); }
+  /// How many of x and z are the user's: what stands behind them (sensitivities) is not shown.
+  int shown_n() const { return shown_n_ < 0 ? n() : shown_n_; }
+  int shown_m() const { return shown_m_ < 0 ? m() : shown_m_; }
+  void show(int n, int m) { shown_n_ = n, shown_m_ = m; }
+  /// Gives the last parameters new values: the modes of piecewise equations (surfaces.hpp).
+  void set_modes(const std::vector<double>& modes);
+  /// Another number after every change of the modes: what was factorised before is stale.
+  unsigned version() const { return version_; }
+
+  /// Conditions that every mesh point is moved onto; in states, inputs, parameters and t.
+  void set_projections(const std::vector<dae::Projection>& stages);
+  bool projects() const { return !projectors_.empty(); }
+  const std::vector<dae::Projection>& projections() const { return projections_; }
+  /// Moves x onto the conditions at time t, stage by stage. Throws Failure.
+  void project(double t, Vec& x);
+  /// The same, but only when a condition is violated by more than `share` of what a change of every state by
+  /// its tolerance would do to it. Returns whether x moved.
+  bool project_if_needed(double t, Vec& x, const Vec& rtol, const Vec& atol, double share);
+
+  /// Chooses where to evaluate. Arrays of n, n and m numbers. Throws Failure naming an input that is not
+  /// finite at t.
+  void place(double t, const double* x, const double* xdot, const double* z);
+  /// The same in two parts: the time (and inputs), then x, x′ and z written to unknowns(), 2n + m numbers.
+  void set_time(double t);
+  /// Inputs jump at this time, where a step ends: from here on they have their value just before it.
+  void set_limit(double t) { limit_ = t; }
+  double* unknowns() { return values_.data() + 1; }
+  void residual(double* F);  ///< n + m values
+  void rhs(double* f);       ///< n values; requires is_ode()
+  /// Of rhs(), or of residual() where there is none.
+  std::size_t operations() const { return is_ode() ? f_.operations() : F_.operations(); }
+
+  /// ∂F/∂(x, x′, z) at the point: entries with columns 0 … n-1 | n … 2n-1 | 2n … 2n+m-1, sorted by rows.
+  struct Entry {
+    int row, column;
+  };
+  const std::vector<Entry>& pattern() const;
+  /// The entries as expressions, in the same order.
+  const std::vector<Expr>& partials() const;
+  /// A large model made explicit by linear solves: every x′ depends on every x, and the Jacobian must not be
+  /// asked for.
+  bool has_dense_jacobian() const { return dense_jacobian_; }
+  /// Makes machine code at once: thousands of evaluations are to come.
+  void accelerate();
+  const std::vector<double>& jacobian();
+
+  /// The leaves [t, x, x′, z, u, p], the arguments of every kernel of this problem, and their values at the
+  /// point.
+  const std::vector<Expr>& arguments() const { return arguments_; }
+  const std::vector<double>& values() const { return values_; }
+
+  std::string x_name(int i) const;
+  std::string xdot_name(int i) const;
+  std::string z_name(int i) const;
+  std::string equation_name(int row) const;  ///< the label, or "equation 3"
+
+ private:
+  void need_pattern() const;
+  dae::FirstOrder model_;
+  std::vector<Input> inputs_;
+  std::vector<Expr> arguments_;
+  std::vector<double> values_;
+  mutable std::vector<double> jacobian_values_;
+  mutable std::vector<Entry> pattern_;
+  mutable std::vector<Expr> partials_;
+  codegen::Kernel F_, f_;
+  mutable codegen::Kernel J_;
+  bool accelerated_ = false, dense_jacobian_ = false;
+  mutable bool has_pattern_ = false, has_jacobian_ = false;
+  std::vector<dae::Projection> projections_;
+  std::vector<Projector> projectors_;
+  int shown_n_ = -1, shown_m_ = -1;
+  unsigned version_ = 0;
+  double limit_ = std::numeric_limits<double>::infinity();
+};
+
+using ProblemPtr = std::shared_ptr<Problem>;
+
+}  // namespace pendula::integrate

@@ -1,0 +1,170 @@
+#include "integrate/problem/rhs_solver.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <unordered_set>
+
+namespace pendula::integrate {
+namespace {
+
+/// Eight sums side by side: one alone would wait for each addition.
+bool all_finite(const double* x, int n) {
+  constexpr int wide = 8;
+  double sum[wide] = {};
+  int i = 0;
+  for (; i + wide <= n; i += wide)
+    for (int l = 0; l < wide; ++l) sum[l] += x[i + l] * 0;
+  for (; i < n; ++i) sum[0] += x[i] * 0;
+  double all = 0;
+  for (double s : sum) all += s;
+  return all == 0;
+}
+
+}  // namespace
+
+Derivative::Derivative(ProblemPtr problem, Stats& stats)
+    : problem_(std::move(problem)), stats_(stats), ode_(problem_->is_ode()) {
+  if (ode_) return;
+  const dae::FirstOrder& model = problem_->model();
+  std::vector<Expr> unknowns = model.xdot;
+  unknowns.insert(unknowns.end(), model.z.begin(), model.z.end());
+  const std::unordered_set<Expr> unknown(unknowns.begin(), unknowns.end());
+  const std::unordered_set<Expr> fixed(model.p.begin(), model.p.end());
+  std::vector<Expr> partials;
+  for (std::size_t k = 0; k < problem_->pattern().size(); ++k) {
+    const Problem::Entry e = problem_->pattern()[k];
+    if (e.column < problem_->n()) continue;
+    positions_.push_back({e.row, e.column - problem_->n()});
+    partials.push_back(problem_->partials()[k]);
+  }
+  for (Expr leaf : leaves(partials)) {
+    linear_ = linear_ && !unknown.count(leaf);
+    constant_ = constant_ && (fixed.count(leaf) || symbol_of(leaf).kind == Kind::constant);
+  }
+  jacobian_ = codegen::Kernel(partials, problem_->arguments());
+  entries_.resize(partials.size());
+  r_.resize(unknowns.size());
+  solver_.analyse(static_cast<int>(unknowns.size()), positions_);
+}
+
+bool Derivative::assemble() {
+  jacobian_(problem_->values().data(), entries_.data());
+  ++stats_.jacobians;
+  ++stats_.factorisations;
+  ready_ = solver_.factorise(entries_.data());
+  if (ready_) return true;
+  const bool finite =
+      std::all_of(entries_.begin(), entries_.end(), [](double e) { return std::isfinite(e); });
+  trouble_ = finite ? Trouble::singular : Trouble::not_finite;
+  return false;
+}
+
+bool Derivative::operator()(double t, const double* x, double* xdot, double* z) {
+  return solve(t, x, xdot, z, true);
+}
+
+bool Derivative::solve(double t, const double* x, double* xdot, double* z, bool near) {
+  const int n = problem_->n(), m = problem_->m();
+  problem_->set_time(t);
+  double* at = problem_->unknowns();
+  if (at != x) std::copy_n(x, n, at);
+  trouble_ = Trouble::none;
+  if (ode_) {
+    problem_->rhs(xdot);
+    ++stats_.evaluations;
+    if (all_finite(xdot, n)) return true;
+    trouble_ = Trouble::not_finite;
+    for (culprit_ = 0; std::isfinite(xdot[culprit_]);) ++culprit_;
+    return false;
+  }
+  if (version_ != problem_->version()) version_ = problem_->version(), ready_ = false;
+  std::copy_n(xdot, n, at + n);
+  std::copy_n(z, m, at + 2 * n);
+  return newton(xdot, z, near);
+}
+
+/// One correction with the factorisation at hand; its length in units of the unknowns, NaN if F is not
+/// finite.
+double Derivative::correct(double* xdot, double* z) {
+  const int n = problem_->n(), m = problem_->m(), N = n + m;
+  problem_->residual(r_.data());
+  ++stats_.evaluations;
+  for (int i = 0; i < N; ++i) {
+    if (std::isfinite(r_[i])) continue;
+    trouble_ = Trouble::not_finite, culprit_ = i;
+    return NAN;
+  }
+  solver_.solve(r_.data());
+  ++stats_.newton_iterations;
+  double* at = problem_->unknowns() + n;
+  double largest = 0, size = 0;
+  for (int i = 0; i < N; ++i) {
+    at[i] -= r_[i];
+    size = std::max(size, std::fabs(at[i]));
+  }
+  for (int i = 0; i < N; ++i)
+    largest = std::max(
+        largest, std::fabs(r_[i]) / (std::fabs(at[i]) + 1e-3 * size + std::numeric_limits<double>::min()));
+  std::copy_n(at, n, xdot);
+  std::copy_n(at + n, m, z);
+  return largest;
+}
+
+bool Derivative::newton(double* xdot, double* z, bool near) {
+  constexpr double rounding = 1e-14, stagnation = 1e-11, slowest = 0.5, small = 1e-6;
+  if (linear_) {
+    if ((!constant_ || !ready_) && !assemble()) return false;
+    return !std::isnan(correct(xdot, z));
+  }
+  double previous = std::numeric_limits<double>::infinity();
+  for (int k = 0; k < 40; ++k) {
+    // A new matrix at the first point, after a long way (an old one may lead to another root), and whenever
+    // the old one does not contract well.
+    constexpr double far = 0.1;
+    if ((!ready_ || previous > far || k > 2) && !assemble()) return false;
+    const double now = correct(xdot, z);
+    if (std::isnan(now)) return ready_ = false;
+    if (now <= rounding || (now <= stagnation && now >= previous / 2)) return true;
+    if (k > 20 && now > 1e3) break;
+    if (near && k > 0 && previous > small && now > slowest * previous) {
+      trouble_ = Trouble::far;
+      return ready_ = false;
+    }
+    previous = now;
+  }
+  trouble_ = Trouble::diverged;
+  return ready_ = false;
+}
+
+std::string Derivative::reason() const {
+  switch (trouble_) {
+    case Trouble::none:
+      return "";
+    case Trouble::singular:
+      return "the equations do not determine x′ and z there";
+    case Trouble::diverged:
+      return "x′ and z could not be computed there: Newton did not converge";
+    case Trouble::far:
+      return "x′ and z change so much there that their branch cannot be followed";
+    case Trouble::not_finite:
+      break;
+  }
+  const std::string who = ode_ ? problem_->xdot_name(culprit_) : problem_->equation_name(culprit_);
+  return text(who, " is not finite there: the equations are not defined");
+}
+
+bool Derivative::settle(Point& point) {
+  Vec xdot = point.xdot, z = point.z;
+  if (solve(point.t, point.x.data(), xdot.data(), z.data(), false) && is_regular()) {
+    point.xdot = xdot, point.z = z;
+    return true;
+  }
+  if (!is_singular()) throw Failure(reason());
+  return false;
+}
+
+void Derivative::require(double t, const double* x, double* xdot, double* z) {
+  if (!solve(t, x, xdot, z, false)) throw Failure(reason());
+}
+
+}  // namespace pendula::integrate

@@ -1,0 +1,51 @@
+// x′ and z where t and x are known: what an explicit method evaluates, and what a mesh point is completed by.
+#pragma once
+
+#include "integrate/solve/linear_solver.hpp"
+#include "integrate/step/stepper.hpp"
+
+namespace pendula::integrate {
+
+/// Solves F(t, x, x′, z) = 0 for (x′, z). An explicit ODE is one evaluation of f. Equations that are linear
+/// in (x′, z) take one factorisation of ∂F/∂(x′, z), one in all where that is constant; others Newton's
+/// iteration from the values given, with the factorisation kept while it contracts.
+///
+/// requires  index 0 or 1 in these unknowns: ∂F/∂(x′, z) regular
+class Derivative {
+ public:
+  Derivative(ProblemPtr problem, Stats& stats);
+
+  /// xdot (n) and z (m) in: starting values, out: the solution on their branch. False where F is not finite,
+  /// the matrix is singular, the iteration fails, or where it contracts so slowly from the values given that
+  /// it might end on another branch (Deuflhard, Newton Methods for Nonlinear Problems, 2004, §5.1.1: Θ ≤ 1/2
+  /// in every step); reason() says why. No allocation.
+  bool operator()(double t, const double* x, double* xdot, double* z);
+  /// The same from values that may be far away; throws Failure.
+  void require(double t, const double* x, double* xdot, double* z);
+  /// x′ and z of a point, from t and x and the values there. False, and the point unchanged, where the
+  /// equations leave them open; throws Failure where they have no solution.
+  bool settle(Point& point);
+  std::string reason() const;
+  bool is_linear() const { return linear_; }
+  bool is_singular() const { return trouble_ == Trouble::singular || !is_regular(); }
+  /// ∂F/∂(x′, z) was well away from singular where it was last factorised.
+  bool is_regular() const { return ode_ || solver_.weakest_pivot() > 1e-12; }
+
+ private:
+  bool assemble();
+  bool solve(double t, const double* x, double* xdot, double* z, bool near);
+  bool newton(double* xdot, double* z, bool near);
+  double correct(double* xdot, double* z);
+  ProblemPtr problem_;
+  Stats& stats_;
+  codegen::Kernel jacobian_;
+  std::vector<Position> positions_;
+  std::vector<double> entries_, r_;
+  LinearSolver<double> solver_;
+  bool ode_, linear_ = true, constant_ = true, ready_ = false;
+  enum class Trouble { none, not_finite, singular, diverged, far } trouble_ = Trouble::none;
+  int culprit_ = 0;
+  unsigned version_ = 0;  ///< of the problem, when it was factorised
+};
+
+}  // namespace pendula::integrate

@@ -1,0 +1,50 @@
+// Why do constraints drift? Exam, question 1(c).
+//
+// A model reduced by differentiation imposes C⁽ᵈ⁾ = 0 instead of C = 0, so that exactly
+//
+//     C(t) = Σ_{k<d} C⁽ᵏ⁾(0) tᵏ/k!        (d = 2, mechanisms: the straight line C(0) + t C′(0), exam (12))
+//
+// What the solution shows beyond that polynomial is the work of the integrator.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "integrate/run/solution.hpp"
+
+namespace pendula::integrate {
+
+/// A constraint and what the law of the model's form says about it.
+struct Invariant {
+  std::string label;        ///< "C₁"
+  std::vector<Expr> chain;  ///< C, C′, …, C⁽ᵈ⁻¹⁾ in leaves of the solution's problem
+  bool polynomial = true;   ///< the law above; false: C = 0 is imposed (or nothing is known) and chain is {C}
+};
+
+enum class Verdict { kept, inconsistent_start, numerical, both };
+std::string verdict_name(Verdict verdict);
+
+struct DriftRow {
+  std::string label;
+  std::vector<double> start;  ///< C⁽ᵏ⁾ at the first saved time
+  double scale = 0;           ///< the size of the terms of C: what counts as zero is relative to it
+  double predicted = 0;       ///< the law's value at the last saved time
+  double predicted_max = 0;
+  double remainder = 0;  ///< max |C(t) - law|: numerical
+  double largest = 0;    ///< max |C(t)|
+  bool polynomial = true;
+  Verdict verdict = Verdict::kept;
+};
+
+struct Drift {
+  double from = 0, to = 0;
+  std::vector<DriftRow> rows;
+  std::string verdict() const;  ///< over all constraints
+  std::string str() const;      ///< the table and the verdicts in words
+};
+
+/// An initial value counts as consistent below 10⁻⁹, a numerical remainder as visible above 10⁻⁶, both
+/// relative to the size of the terms of the constraint.
+Drift drift(const Solution& solution, const std::vector<Invariant>& invariants);
+
+}  // namespace pendula::integrate

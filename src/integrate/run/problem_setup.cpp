@@ -1,0 +1,352 @@
+#include "integrate/run/problem_setup.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "base/text.hpp"
+#include "dae/index/differentiation_index.hpp"
+#include "dae/model/lineage.hpp"
+#include "expr/graph/derivative.hpp"
+#include "expr/print/print.hpp"
+#include "integrate/event/resets.hpp"
+
+namespace pendula::integrate {
+
+void require_low_index(const dae::Model& model, bool direct) {
+  constexpr std::size_t affordable =
+      500;  // equations of a singular structure; beyond, the engine looks at the numbers
+  if (direct || model.form == "ggl") return;  // form "ggl" is made to be integrated at index 2
+  const dae::Analysis analysis = dae::analyse(model);
+  if (analysis.regular && analysis.index <= 1) return;
+  if (!analysis.regular && model.residuals.size() > affordable) return;
+  int index = 0;
+  try {
+    index = dae::truth(model, analysis).index;
+  } catch (const Failure&) {
+    if (analysis.regular) throw;
+    return;
+  }
+  if (!analysis.regular && index <= 1) return;
+  if (index <= 1)
+    throw Error(
+        text("the model has index 1, but x′ and z do not follow from its equations as they stand ",
+             "(structural index ", analysis.index, "): a differentiated combination of them is needed. ",
+             "Integrate sys:reduce():integrate{…}, or the equations as they stand with direct = true and ",
+             "method = \"radau\""));
+  throw Error(text("the model has index ", index, "; integration needs index 0 or 1. Integrate a reduced ",
+                   "form: sys:reduce():integrate{…}, or sys:reduce \"acc\" to see the drift, or study the ",
+                   "model as it stands with direct = true"));
+}
+
+static double parameter_value(Expr p, const dae::Model& model, const Simulation& simulation) {
+  const std::string name = to_text(p);
+  std::optional<Expr> value = symbol_of(p).value;
+  if (const auto it = model.values.find(p); it != model.values.end()) value = it->second;
+  if (const auto it = simulation.parameters.find(p); it != simulation.parameters.end()) value = it->second;
+  if (!value) {
+    throw Error(text("the parameter '", name, "' has no value; give params = { ", name,
+                     " = … } or use sys:with{ ", name, " = … }"));
+  }
+  return evaluate(std::span(&*value, 1), {})[0];
+}
+
+/// Writes known inputs into the equations: their leaves are gone, parameters in their expressions are new.
+static void insert_inputs(dae::FirstOrder& form, const Substitution& inputs) {
+  std::erase_if(form.u, [&](Expr u) { return inputs.count(u) > 0; });
+  if (inputs.empty()) return;
+  for (auto* equations : {&form.F, &form.f, &form.g}) *equations = substitute(*equations, inputs);
+  for (Expr leaf : leaves(form.F)) {
+    const bool parameter = symbol_of(leaf).kind == Kind::parameter;
+    if (parameter && std::find(form.p.begin(), form.p.end(), leaf) == form.p.end()) form.p.push_back(leaf);
+  }
+}
+
+/// Inputs that only conditions, events or a question to the solution contain.
+static void add_inputs(dae::FirstOrder& form, const dae::Model& model, const Simulation& simulation) {
+  std::vector<Expr> conditions;
+  for (const dae::Projection& stage : model.projections)
+    conditions.insert(conditions.end(), stage.residuals.begin(), stage.residuals.end());
+  for (const dae::Constraint& c : model.invariants) conditions.push_back(c.residual);
+  const std::vector<Expr> used = leaves(conditions);
+  for (const auto& [leaf, function] : simulation.numeric_inputs) {
+    const bool wanted = symbol_of(leaf).order == 0 || std::find(used.begin(), used.end(), leaf) != used.end();
+    if (wanted && std::find(form.u.begin(), form.u.end(), leaf) == form.u.end()) form.u.push_back(leaf);
+  }
+}
+
+/// Parameters that occur in events alone are parameters of the problem as well.
+static void add_event_parameters(dae::FirstOrder& form, const std::vector<ModelEvent>& events) {
+  std::vector<Expr> all;
+  for (const ModelEvent& event : events) {
+    all.push_back(event.when);
+    for (const auto& [state, value] : event.reset) all.push_back(value);
+  }
+  for (Expr leaf : leaves(all))
+    if (symbol_of(leaf).kind == Kind::parameter &&
+        std::find(form.p.begin(), form.p.end(), leaf) == form.p.end())
+      form.p.push_back(leaf);
+}
+
+static Problem::Input input_of(Expr leaf, const Simulation& simulation) {
+  for (const auto& [known, function] : simulation.numeric_inputs)
+    if (known == leaf) return function;
+  const std::string name = to_text(symbol_of(leaf).base);
+  for (const auto& [known, function] : simulation.numeric_inputs)
+    if (known == symbol_of(leaf).base) {
+      throw Error(text("the equations contain ", to_text(leaf), ", but the function given for the input '",
+                       name, "' could not be followed symbolically; give an expression in t instead"));
+    }
+  throw Error(text("the input '", name, "' has no values; give inputs = { ", name, " = function(t) … end }"));
+}
+
+static Point starting_point(const dae::Start& start, const dae::FirstOrder& form) {
+  const auto value = [&](Expr leaf) {
+    const auto it = start.values.find(leaf);
+    return it == start.values.end() ? 0.0 : it->second;
+  };
+  Point point;
+  point.x.resize(static_cast<Eigen::Index>(form.x.size()));
+  point.xdot.resize(point.x.size());
+  point.z.resize(static_cast<Eigen::Index>(form.z.size()));
+  for (std::size_t i = 0; i < form.x.size(); ++i) {
+    const auto k = static_cast<Eigen::Index>(i);
+    PENDULA_ASSERT(start.values.count(form.x[i]), "a start without a value for a state");
+    point.x[k] = value(form.x[i]);
+    point.xdot[k] = value(derivative_leaf(form.x[i]));  // also where a slot stands for it
+  }
+  for (std::size_t i = 0; i < form.z.size(); ++i) point.z[static_cast<Eigen::Index>(i)] = value(form.z[i]);
+  return point;
+}
+
+/// The model's projections with known inputs written into them.
+static std::vector<dae::Projection> projections(const dae::Model& model, const Substitution& inputs) {
+  std::vector<dae::Projection> stages = model.projections;
+  for (dae::Projection& stage : stages) {
+    stage.residuals = substitute(stage.residuals, inputs);
+    for (Entry& e : stage.jacobian) e.value = substitute(e.value, inputs);
+    for (Entry& e : stage.weight) e.value = substitute(e.value, inputs);
+  }
+  return stages;
+}
+
+/// One number per unknown of (x, z).
+static Vec tolerance(const ToleranceRequest& request, double fallback, const dae::Model& model,
+                     const Problem& problem, const std::string& what) {
+  const dae::FirstOrder& form = problem.model();
+  std::vector<Expr> unknowns = form.x;
+  unknowns.insert(unknowns.end(), form.z.begin(), form.z.end());
+  Vec result = Vec::Constant(static_cast<Eigen::Index>(unknowns.size()), request.all.value_or(fallback));
+  if (!request.list.empty()) {
+    const auto given = request.list.size(), n = static_cast<std::size_t>(problem.shown_n()),
+               m = static_cast<std::size_t>(problem.shown_m());
+    if (given != n && given != n + m)
+      throw Error(text(what, " has ", given, " entries for ", n, " states and ", m, " algebraic variables"));
+    for (std::size_t i = 0; i < given; ++i)
+      result[static_cast<Eigen::Index>(i < n ? i : form.x.size() + i - n)] = request.list[i];
+  }
+  for (const auto& [leaf, value] : request.some) {
+    const Expr own = dae::resolve(model, leaf);
+    const auto at = std::find(unknowns.begin(), unknowns.end(), own);
+    if (at == unknowns.end())
+      throw Error(text(what, ": ", to_text(leaf), " is not a state or an algebraic variable of this model"));
+    result[at - unknowns.begin()] = value;
+  }
+  return result;
+}
+
+/// How often each unknown stands below the highest hidden constraint (Hairer & Wanner II, §VII.4): from the
+/// offsets of the structural analysis, 1 + max c - d + order of derivative.
+static std::vector<int> variable_indices(const dae::Model& model, const Problem& problem) {
+  const dae::FirstOrder& form = problem.model();
+  const dae::Analysis analysis = dae::analyse(model);
+  std::vector<int> result(form.x.size() + form.z.size(), 1);
+  if (!analysis.regular || analysis.index < 2) return result;
+  const int highest = *std::max_element(analysis.offsets.c.begin(), analysis.offsets.c.end());
+  const auto index_of = [&](Expr leaf) {
+    for (std::size_t j = 0; j < model.variables.size(); ++j)
+      if (model.variables[j].leaf == symbol_of(leaf).base || model.variables[j].leaf == leaf)
+        return std::max(1, 1 + highest - analysis.offsets.d[j] + symbol_of(leaf).order);
+    return 1;
+  };
+  // Sensitivities stand behind the unknowns, in blocks of the same order, and share their index.
+  const auto n = static_cast<std::size_t>(problem.shown_n()), m = static_cast<std::size_t>(problem.shown_m());
+  for (std::size_t i = 0; i < form.x.size(); ++i) result[i] = index_of(form.x[i % n]);
+  for (std::size_t i = 0; i < form.z.size(); ++i) result[form.x.size() + i] = index_of(form.z[i % m]);
+  return result;
+}
+
+/// S = ∂x/∂p may err by the tolerance of x per unit of p: atol_S = atol_x/|p|.
+static void scale_sensitivities(Tolerances& tolerances, Problem& problem, const Variational* all) {
+  if (!all) return;
+  const auto& p = problem.model().p;
+  const double* values = problem.values().data() + problem.values().size() - p.size();
+  for (std::size_t j = 0; j < all->with_respect_to.size(); ++j) {
+    const auto at = std::find(p.begin(), p.end(), all->with_respect_to[j]);
+    const double size = at == p.end() ? 1 : std::fabs(values[at - p.begin()]);
+    const auto block = static_cast<Eigen::Index>(j + 1);
+    const auto copy = [&](Eigen::Index first, Eigen::Index count, Eigen::Index base) {
+      tolerances.atol.segment(first, count) = tolerances.atol.segment(base, count) / (size > 0 ? size : 1);
+      tolerances.rtol.segment(first, count) = tolerances.rtol.segment(base, count);
+    };
+    copy(block * all->n, all->n, 0);
+    copy(problem.n() + block * all->m, all->m, problem.n());
+  }
+}
+
+/// How an event's time and its new values change with the parameters of the sensitivities.
+static void add_tangents(Event& event, const Variational& all) {
+  const auto derivatives = [&](Expr e) {
+    std::vector<Expr> list;
+    for (int j = 0; j < static_cast<int>(all.with_respect_to.size()); ++j)
+      list.push_back(all.derivative(e, j));
+    return list;
+  };
+  event.tangent = derivatives(event.when);
+  for (const auto& [state, value] : event.reset) {
+    event.reset_tangent.push_back(derivatives(value));
+    event.reset_tangent.back().push_back(total_derivative(value));
+  }
+}
+
+/// With direct = true: methods whose algebraic variables diverge, or crawl, are refused.
+static void require_convergence(const Method& method, const std::vector<int>& indices) {
+  const int index = indices.empty() ? 1 : *std::max_element(indices.begin(), indices.end());
+  if (index < 2) return;
+  const bool collocation =
+      method.family == "gauss" || (method.family == "tableau" && !method.tableau->is_explicit());
+  const std::string remedy = "; take method = \"radau\", or sys:reduce():integrate{…}";
+  if (collocation && !(method.tableau && method.tableau->is_stiffly_accurate()))
+    throw Error(text("the method ", method.tableau ? method.tableau->name() : "gauss",
+                     " is not stiffly accurate: for a model of index ", index,
+                     " as it stands its algebraic variables do not converge in general", remedy,
+                     ". Fixed steps (dt = …) show what happens"));
+  if (method.family == "explicit" || (method.family == "tableau" && method.tableau->is_explicit()))
+    throw Error(text("the method ", method.tableau->name(),
+                     " is explicit and needs x′ and z from the equations, ", "but this model has index ",
+                     index, remedy));
+  if (method.family == "rodas")
+    throw Error(text("the method ", method.rosenbrock ? method.rosenbrock->name() : "rodas",
+                     " is for index 0 and 1, this model has index ", index, remedy));
+}
+
+/// Writes the model's events, tolerances and indices into the plan of a run.
+void complete_plan(Plan& plan, const dae::ModelPtr& model, const Simulation& simulation, const Prepared& run,
+                   const std::shared_ptr<TrajectoryPtr>& so_far) {
+  const ProblemPtr& problem = run.problem;
+  const Variational* variational = run.variational.get();
+  const Surfaces& surfaces = run.surfaces;
+  plan.tolerances.rtol = tolerance(simulation.rtol, 1e-6, *model, *problem, "rtol");
+  plan.tolerances.atol =
+      tolerance(simulation.atol, 1e-3 * simulation.rtol.all.value_or(1e-6), *model, *problem, "atol");
+  scale_sensitivities(plan.tolerances, *problem, variational);
+  if (plan.direct || model->form == "ggl") plan.variable_index = variable_indices(*model, *problem);
+  require_convergence(simulation.method, plan.variable_index);
+  const auto own = [&](Expr e) { return substitute(dae::resolve(*model, e), simulation.inputs); };
+  bool resets = false;
+  for (const ModelEvent& wish : simulation.events) {
+    Event event;
+    event.when = own(wish.when);
+    event.direction = wish.direction;
+    event.stop = wish.stop;
+    for (const auto& [state, value] : wish.reset)
+      event.reset.emplace_back(dae::resolve(*model, state), own(value));
+    if (wish.call) {
+      event.call = [call = wish.call, so_far, model](const Point&) {
+        EventReply reply = call(*so_far);
+        for (auto& [state, value] : reply.reset) state = dae::resolve(*model, state);
+        return reply;
+      };
+    }
+    resets = resets || wish.call || !wish.reset.empty();
+    plan.events.list.push_back(std::move(event));
+  }
+  if (resets) plan.events.reinitialise = reinitialiser(*model, problem, simulation.inputs);
+  if (resets && variational && plan.events.reinitialise)
+    throw Error("sensitivities do not follow resets of a model whose states obey constraints");
+  for (const Surface& surface : surfaces.list) {
+    Event event;
+    event.when = surface.when;
+    event.surface = true;
+    event.modes = surface.modes;
+    plan.events.list.push_back(event);
+  }
+  if (variational)
+    for (Event& event : plan.events.list) add_tangents(event, *variational);
+  for (const Guard& guard : plan.guards) {
+    Event event;
+    event.when = guard.factor;
+    event.ends = guard.reason;
+    plan.events.list.push_back(event);
+  }
+  plan.modes = surfaces.modes;
+}
+
+/// S(0), n × k: how x(0) changes with what the sensitivities are asked for.
+Mat start_sensitivity(const Variational& all, const dae::Model& model, const dae::Start& start,
+                      const Substitution& inputs, std::unordered_map<Expr, double> values) {
+  for (const auto& [leaf, value] : start.values) values.try_emplace(leaf, value);
+  std::vector<Expr> conditions;
+  for (const dae::Constraint& c : state_conditions(model)) {
+    const Expr e = substitute(dae::resolve(model, c.residual), inputs);
+    const std::vector<Expr> inside = leaves({&e, 1});
+    const auto& z = all.form.z;
+    if (std::none_of(inside.begin(), inside.end(),
+                     [&](Expr leaf) { return std::find(z.begin(), z.end(), leaf) != z.end(); }))
+      conditions.push_back(e);
+  }
+  std::vector<char> held(static_cast<std::size_t>(all.n), 1);
+  for (const dae::LedgerRow& row : start.rows)
+    for (int i = 0; i < all.n; ++i)
+      if (all.form.x[i] == row.leaf && row.origin == dae::Origin::computed) held[i] = 0;
+  return initial_sensitivity(all, conditions, held, values);
+}
+
+/// S(0) behind x(0); S′ and Z follow from the equations.
+static void extend_start(Point& start, const Variational& all, const dae::Model& model,
+                         const Simulation& simulation, const Vec& parameters) {
+  std::unordered_map<Expr, double> values;
+  values[time_symbol()] = simulation.plan.from;
+  for (std::size_t i = 0; i < all.form.p.size(); ++i)
+    values[all.form.p[i]] = parameters[static_cast<Eigen::Index>(i)];
+  const Mat S = start_sensitivity(all, model, *simulation.start, simulation.inputs, std::move(values));
+  const Point base = start;
+  const auto k = static_cast<Eigen::Index>(all.with_respect_to.size());
+  start.x = Vec::Zero(all.n * (k + 1)), start.xdot = start.x, start.z = Vec::Zero(all.m * (k + 1));
+  start.x.head(all.n) = base.x, start.xdot.head(all.n) = base.xdot, start.z.head(all.m) = base.z;
+  start.x.tail(all.n * k) = S.reshaped();
+}
+
+Prepared prepare(const dae::ModelPtr& model, const Simulation& simulation) {
+  dae::FirstOrder form = dae::first_order(*model);
+  insert_inputs(form, simulation.inputs);
+  add_event_parameters(form, simulation.events);
+  Vec parameters(static_cast<Eigen::Index>(form.p.size()));
+  for (std::size_t i = 0; i < form.p.size(); ++i)
+    parameters[static_cast<Eigen::Index>(i)] = parameter_value(form.p[i], *model, simulation);
+  add_inputs(form, *model, simulation);
+  std::vector<Problem::Input> inputs;
+  for (Expr u : form.u) inputs.push_back(input_of(u, simulation));
+  Prepared result;
+  result.start = starting_point(*simulation.start, form);
+  result.surfaces = switching_surfaces(form, simulation.plan.dt == 0);
+  parameters.conservativeResize(static_cast<Eigen::Index>(form.p.size()));
+  parameters.tail(result.surfaces.modes).setOnes();
+  const int n = static_cast<int>(form.x.size()), m = static_cast<int>(form.z.size());
+  if (!simulation.sensitivities.empty()) {
+    for (const ModelEvent& event : simulation.events)
+      if (event.call)
+        throw Error(
+            "sensitivities do not follow through events that call; use reset = { … } or action = \"stop\"");
+    std::vector<Expr> own;
+    for (Expr p : simulation.sensitivities) own.push_back(dae::resolve(*model, p));
+    result.variational = std::make_shared<const Variational>(variational(form, own));
+    extend_start(result.start, *result.variational, *model, simulation, parameters);
+    form = result.variational->form;
+  }
+  result.problem = std::make_shared<Problem>(std::move(form), std::move(parameters), std::move(inputs));
+  result.problem->show(n, m);
+  result.problem->set_projections(projections(*model, simulation.inputs));
+  return result;
+}
+
+}  // namespace pendula::integrate

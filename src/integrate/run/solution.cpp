@@ -1,0 +1,176 @@
+#include "integrate/run/solution.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "base/error.hpp"
+#include "base/interrupt.hpp"
+#include "base/text.hpp"
+
+namespace pendula::integrate {
+namespace {
+
+void append(std::vector<double>& to, const Vec& values) { to.insert(to.end(), values.begin(), values.end()); }
+
+Vec column(const std::vector<double>& from, int i, int size) {
+  return Eigen::Map<const Vec>(from.data() + static_cast<std::ptrdiff_t>(i) * size, size);
+}
+
+}  // namespace
+
+void Points::add(const Point& point) {
+  t_.push_back(point.t);
+  append(x_, point.x);
+  append(xdot_, point.xdot);
+  append(z_, point.z);
+}
+
+Point Points::operator[](int i) const {
+  return {t_[i], column(x_, i, n_), column(xdot_, i, n_), column(z_, i, m_)};
+}
+
+void Points::get(int i, Point& out) const {
+  out.t = t_[i];
+  out.x = Eigen::Map<const Vec>(x_.data() + static_cast<std::ptrdiff_t>(i) * n_, n_);
+  out.xdot = Eigen::Map<const Vec>(xdot_.data() + static_cast<std::ptrdiff_t>(i) * n_, n_);
+  out.z = Eigen::Map<const Vec>(z_.data() + static_cast<std::ptrdiff_t>(i) * m_, m_);
+}
+
+int Points::index_at(double t, double rounding) const {
+  const auto after = std::upper_bound(t_.begin(), t_.end(), t + rounding);
+  return std::max(0, static_cast<int>(after - t_.begin()) - 1);
+}
+
+void Points::cut(double t) {
+  while (t_.size() > 1 && t_.back() > t) t_.pop_back();
+  x_.resize(t_.size() * static_cast<std::size_t>(n_));
+  xdot_.resize(t_.size() * static_cast<std::size_t>(n_));
+  z_.resize(t_.size() * static_cast<std::size_t>(m_));
+}
+
+void Solution::cut(double t) {
+  points_.cut(t);
+  std::erase_if(events_, [&](const EventRecord& e) { return e.t > t; });
+  std::erase_if(methods_in_use_, [&](const MethodInUse& use) { return use.t > t; });
+}
+
+Solution::Solution(ProblemPtr problem)
+    : problem_(std::move(problem)),
+      values_problem_(std::make_shared<Problem>(*problem_)),
+      points_(problem_->n(), problem_->m()) {}
+
+void Solution::finish(std::string status, const Stats& stats, double seconds) {
+  status_ = std::move(status);
+  stats_ = stats;
+  seconds_ = seconds;
+}
+
+Point Solution::point(int i) const {
+  PENDULA_ASSERT(i >= 0 && i < size(), "a point outside the solution");
+  return points_[i];
+}
+
+Point Solution::final() const {
+  if (size() == 0)
+    throw Error(text("the solution holds no points: ", status_, " before the first saved time"));
+  return point(size() - 1);
+}
+
+Point Solution::at(double t) const {
+  if (size() == 0) return final();  // throws
+  auto [first, last] =
+      between_ ? between_->interval(points_) : std::pair(points_.t().front(), points_.t().back());
+  const double rounding =
+      4 * std::numeric_limits<double>::epsilon() * std::max(std::fabs(first), std::fabs(last));
+  if (!(t >= first - rounding && t <= last + rounding)) {
+    throw Error(text("t = ", rounded(t), " lies outside the solution, which covers ", rounded(first),
+                     " ≤ t ≤ ", rounded(last)));
+  }
+  const int i = points_.index_at(t, rounding);
+  if (std::fabs(t - points_.t()[i]) <= rounding) return points_[i];
+  if (!between_) throw Error("this solution holds its saved points only; ask for these times");
+  return between_->at(points_, t);
+}
+
+const codegen::Kernel& Solution::kernel(std::span<const Expr> expressions) const {
+  if (!std::equal(expressions.begin(), expressions.end(), compiled_.begin(), compiled_.end()) ||
+      compiled_.empty()) {
+    kernel_ = codegen::Kernel(expressions, problem().arguments());
+    compiled_.assign(expressions.begin(), expressions.end());
+  }
+  return kernel_;
+}
+
+void Solution::evaluate(const codegen::Kernel& compiled, const Point& point, double* out) const {
+  values_problem_->place(point.t, point.x.data(), point.xdot.data(), point.z.data());
+  compiled(values_problem_->values().data(), out);
+}
+
+Mat Solution::values(std::span<const Expr> expressions) const {
+  Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> result(
+      size(), static_cast<Eigen::Index>(expressions.size()));
+  const codegen::Kernel& compiled = kernel(expressions);
+  for (int i = 0; i < size(); ++i) {
+    poll_interrupt();
+    evaluate(compiled, point(i), result.row(i).data());
+  }
+  return result;
+}
+
+Vec Solution::values(std::span<const Expr> expressions, double t) const {
+  Vec result(static_cast<Eigen::Index>(expressions.size()));
+  evaluate(kernel(expressions), at(t), result.data());
+  return result;
+}
+
+Vec Solution::values(std::span<const Expr> expressions, const Point& point) const {
+  Vec result(static_cast<Eigen::Index>(expressions.size()));
+  evaluate(kernel(expressions), point, result.data());
+  return result;
+}
+
+AdjointGradient Solution::gradient(Expr cost, const std::vector<Expr>& parameters) const {
+  if (status_ != "finished" && status_ != "event")
+    throw Error(text("the run has not reached its end (", status_, "): there is no gradient"));
+  if (!between_) throw Error("this solution holds its saved points only: there is no gradient");
+  const double end = between_->interval(points_).second;
+  return adjoint_gradient(std::make_shared<Problem>(*problem_), between_->steps(), at(end), cost, parameters);
+}
+
+std::string Solution::str() const {
+  if (size() == 0) return "solution: " + status_ + "\n";
+  Table table({false, false, true});
+  const Point end = final();
+  for (int i = 0; i < problem().shown_n(); ++i) table.row({problem().x_name(i), "=", rounded(end.x[i])});
+  for (int i = 0; i < problem().shown_m(); ++i) table.row({problem().z_name(i), "=", rounded(end.z[i])});
+  const std::string step = dt_ > 0 ? text(", dt = ", rounded(dt_, 6)) : "";
+  const std::size_t switches = states_in_use_.empty() ? 0 : states_in_use_.size() - 1;
+  std::string used;
+  if (!states_in_use_.empty())
+    used = switches == 0 ? text("  states in use: ", states_in_use_[0].states, "\n")
+                         : text("  states in use switched ", switches, switches == 1 ? " time" : " times",
+                                " (sol:switches()), at the end: ", states_in_use_.back().states, "\n");
+  return text("solution by ", method_, step, ": ", stats_.steps, stats_.steps == 1 ? " step" : " steps",
+              " from t = ", rounded(t().front(), 6), " to ", rounded(end.t, 6), ", ", status_, "\n", used,
+              table.str(2));
+}
+
+std::string Solution::stats_text() const {
+  Table table({false, true});
+  const auto row = [&](const char* what, long count) { table.row({what, std::to_string(count)}); };
+  table.row({"method", method_});
+  row("steps", stats_.steps);
+  if (dt_ == 0) row("rejected", stats_.rejected);
+  row("evaluations", stats_.evaluations);
+  row("Jacobians", stats_.jacobians);
+  row("factorisations", stats_.factorisations);
+  row("Newton iterations", stats_.newton_iterations);
+  if (!states_in_use_.empty()) row("switches of states", static_cast<long>(states_in_use_.size()) - 1);
+  std::string result = table.str();
+  for (const MethodInUse& use : methods_in_use_)
+    result += text(use.name, " from t = ", rounded(use.t, 6), ": ", use.why, "\n");
+  return result;
+}
+
+}  // namespace pendula::integrate

@@ -1,0 +1,149 @@
+// A computed trajectory: points at the saved times, and a continuous extension between them.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "base/error.hpp"
+#include "integrate/problem/problem.hpp"
+#include "integrate/run/adjoint.hpp"
+#include "integrate/solve/stats.hpp"
+
+namespace pendula::integrate {
+
+/// Points one after another, t not decreasing: two points of one time are a jump.
+class Points {
+ public:
+  Points(int n, int m) : n_(n), m_(m) {}
+  void add(const Point& point);
+  int size() const { return static_cast<int>(t_.size()); }
+  int n() const { return n_; }
+  int m() const { return m_; }
+  std::size_t numbers() const { return t_.size() + x_.size() + xdot_.size() + z_.size(); }
+  Point operator[](int i) const;
+  void get(int i, Point& out) const;  ///< without allocation once `out` has its sizes
+  const std::vector<double>& t() const { return t_; }
+  void cut(double t);  ///< forgets the points behind t, but for the first one
+  /// The last point at or before t (+ rounding).
+  int index_at(double t, double rounding) const;
+
+ private:
+  int n_, m_;
+  std::vector<double> t_, x_, xdot_, z_;
+};
+
+/// What lies between the points.
+class Continuation {
+ public:
+  virtual ~Continuation() = default;
+  /// The times it knows about. Requires saved points.
+  virtual std::pair<double, double> interval(const Points& saved) const {
+    return {saved.t().front(), saved.t().back()};
+  }
+  /// The point at a time inside the interval. Throws Failure.
+  virtual Point at(const Points& saved, double t) = 0;
+  /// The steps that were taken, for the adjoint. Throws Error where there is none: other methods than
+  /// Runge–Kutta, states or derivatives that jump.
+  virtual std::vector<DiscreteStep> steps() {
+    throw Error("the adjoint needs the steps of a Runge–Kutta method; integrate with sensitivities = { … }");
+  }
+};
+
+/// A root of an event function, and what was done about it.
+struct EventRecord {
+  double t = 0;
+  int which = 0;  ///< number of the event, from 0
+  std::string action;
+  Point before, after;
+};
+
+/// From a time on, the solution was computed with these states (form "dummy").
+struct StatesInUse {
+  double t = 0;
+  std::string states;
+};
+
+/// From a time on, the solution was computed by this method, which was chosen.
+struct MethodInUse {
+  double t = 0;
+  std::string name, why;
+};
+
+class Solution {
+ public:
+  explicit Solution(ProblemPtr problem);
+
+  // ── what the driver fills in ──
+  void save(const Point& point) { points_.add(point); }
+  void set_method(std::string name, double dt) { method_ = std::move(name), dt_ = dt; }
+  void set_continuation(std::shared_ptr<Continuation> between) { between_ = std::move(between); }
+  void add_event(EventRecord event) { events_.push_back(std::move(event)); }
+  void add_method(MethodInUse use) { methods_in_use_.push_back(std::move(use)); }
+  void keep_methods(std::size_t count) { methods_in_use_.resize(count); }
+  void cut(double t);  ///< takes back what was filled in behind t
+  void add_states(StatesInUse use) { states_in_use_.push_back(std::move(use)); }
+  void finish(std::string status, const Stats& stats, double seconds);
+
+  /// "finished", "event", "interrupted", or "stopped at t = 0.98: why".
+  const std::string& status() const { return status_; }
+  bool finished() const { return status_ == "finished"; }
+  const Stats& stats() const { return stats_; }
+  double cpu_seconds() const { return seconds_; }  ///< differs from run to run: shown on request only
+  const Problem& problem() const { return *problem_; }
+  /// d cost/dp for a number at the end of the run, and d cost/dx at its start (adjoint.hpp).
+  AdjointGradient gradient(Expr cost, const std::vector<Expr>& parameters) const;
+  const std::string& method_name() const { return method_; }
+  double dt() const { return dt_; }  ///< 0: chosen step by step
+  const std::vector<EventRecord>& events() const { return events_; }
+
+  /// Which states were in use from when on; more than one where they were switched. Empty: always the same.
+  const std::vector<StatesInUse>& states_in_use() const { return states_in_use_; }
+
+  /// Method "auto": what was chosen, when and why.
+  const std::vector<MethodInUse>& methods_in_use() const { return methods_in_use_; }
+
+  int size() const { return points_.size(); }
+  const std::vector<double>& t() const { return points_.t(); }
+  Point point(int i) const;  ///< 0 ≤ i < size()
+  /// The last saved point. Throws Error if nothing was saved.
+  Point final() const;
+
+  /// The point at any time of the interval, by the method's continuous extension (fixed steps: by the method
+  /// itself with a shortened step); at a jump the point after it. For index 0 and 1, x′ and z solve the
+  /// equations there. Throws Error naming the interval if t lies outside.
+  Point at(double t) const;
+
+  /// Values of expressions in t, x, x′, z, u, p: one row per saved time, or at time t.
+  /// Throws Error naming a leaf the solution does not know.
+  Mat values(std::span<const Expr> expressions) const;
+  Vec values(std::span<const Expr> expressions, double t) const;
+  Vec values(std::span<const Expr> expressions, const Point& point) const;
+
+  std::string str() const;         ///< method, interval, status, final values
+  std::string stats_text() const;  ///< deterministic: without the time
+
+ private:
+  const codegen::Kernel& kernel(std::span<const Expr> expressions) const;
+  void evaluate(const codegen::Kernel& kernel, const Point& point, double* out) const;
+
+  ProblemPtr problem_;
+  std::shared_ptr<Problem> values_problem_;
+  std::shared_ptr<Continuation> between_;
+  std::string method_, status_ = "running";
+  double dt_ = 0;
+  Stats stats_;
+  double seconds_ = 0;
+  Points points_;
+  std::vector<EventRecord> events_;
+  std::vector<StatesInUse> states_in_use_;
+  std::vector<MethodInUse> methods_in_use_;
+  mutable std::vector<Expr>
+      compiled_;  ///< what kernel_ computes: the same expressions are asked for again and again
+  mutable codegen::Kernel kernel_;
+};
+
+using SolutionPtr = std::shared_ptr<const Solution>;
+
+}  // namespace pendula::integrate

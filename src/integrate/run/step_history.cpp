@@ -1,0 +1,135 @@
+#include "integrate/run/step_history.hpp"
+
+#include <cmath>
+
+#include "base/error.hpp"
+#include "base/text.hpp"
+
+namespace pendula::integrate {
+
+void Trail::use(std::shared_ptr<Stepper> stepper) { steppers_.push_back(std::move(stepper)); }
+
+void Trail::use_modes(const ProblemPtr& problem, const std::vector<double>& modes) {
+  problem_ = problem;
+  problem_->set_modes(modes);
+  if (modes_.empty() || modes_.back() != modes) modes_.push_back(modes);
+}
+
+void Trail::forget_if_large() {
+  constexpr std::size_t most = 4'000'000;  // numbers
+  if (!may_forget_ || forgotten_ || mesh_.numbers() + records_.size() < most) return;
+  forgotten_ = true;
+  mesh_ = Points(mesh_.n(), mesh_.m());
+  steps_ = {}, records_ = {};
+}
+
+void Trail::begin(const Point& point) {
+  if (forgotten_) return;
+  mesh_.add(point);
+  steps_.push_back({0, -1, -1});
+}
+
+void Trail::step_to(const Point& point, const std::vector<double>& record) {
+  forget_if_large();
+  if (forgotten_) return;
+  mesh_.add(point);
+  steps_.push_back(
+      {records_.size(), static_cast<int>(steppers_.size()) - 1, static_cast<int>(modes_.size()) - 1});
+  records_.insert(records_.end(), record.begin(), record.end());
+}
+
+std::vector<DiscreteStep> Trail::steps() {
+  if (forgotten_)
+    throw Error(
+        "the adjoint needs every step of the solution, and this long run kept only the points at its "
+        "times = { … }; integrate without times");
+  std::vector<DiscreteStep> result;
+  StepView view;
+  Vec before;  // x′ at the end of the last step
+  for (int i = 1; i < mesh_.size(); ++i) {
+    const Step& step = steps_[i];
+    mesh_.get(i - 1, view.from);
+    mesh_.get(i, view.to);
+    if (step.stepper < 0) {
+      if (view.to.x != view.from.x)
+        throw Error(text("the adjoint does not follow the reset at t = ", rounded(view.to.t, 6),
+                         "; integrate with sensitivities = { … }"));
+      continue;
+    }
+    view.record = records_.data() + step.record;
+    const Stepper& stepper = *steppers_[step.stepper];
+    DiscreteStep taken{view.from, view.to.t, stepper.tableau(view), {}};
+    if (!taken.tableau)
+      throw Error(
+          text("the adjoint needs a Runge–Kutta method such as \"dopri5\" or \"radau\", the solution is by ",
+               stepper.name(), "; or integrate with sensitivities = { … }"));
+    if (step.modes >= 0) taken.modes = modes_[step.modes];
+    const Vec jump = result.empty() ? Vec() : Vec(view.from.xdot - before);
+    if (!result.empty() && result.back().modes != taken.modes && jump.norm() > 1e-6 * view.from.xdot.norm())
+      throw Error(text("x′ jumps at t = ", rounded(view.from.t, 6), " where the equations switch, which the ",
+                       "adjoint does not follow; integrate with sensitivities = { … }"));
+    before = view.to.xdot;
+    result.push_back(std::move(taken));
+  }
+  return result;
+}
+
+void Trail::sketch(double t, Point& out) {
+  const int i = std::min(mesh_.index_at(t, 0), mesh_.size() - 1);
+  mesh_.get(i, out);
+  if (i + 1 >= mesh_.size() || t <= out.t) return;
+  const Step& step = steps_[static_cast<std::size_t>(i) + 1];
+  if (step.stepper < 0) return;
+  StepView view;
+  mesh_.get(i, view.from), mesh_.get(i + 1, view.to);
+  view.record = records_.data() + step.record;
+  steppers_[step.stepper]->interpolate(view, t, Detail::state, out);
+  const double s = (t - view.from.t) / (view.to.t - view.from.t);
+  out.t = t;
+  out.xdot = (1 - s) * view.from.xdot + s * view.to.xdot;
+  out.z = (1 - s) * view.from.z + s * view.to.z;
+}
+
+double Trail::cut(double t) {
+  mesh_.cut(t);
+  while (steps_.size() > static_cast<std::size_t>(mesh_.size())) {
+    if (steps_.back().stepper >= 0) records_.resize(steps_.back().record);
+    steps_.pop_back();
+  }
+  viewed_ = -1;
+  return mesh_.t().back();
+}
+
+/// A point that was asked for.
+static Point saved_at(const Points& saved, double t) {
+  const double rounding = 4 * std::numeric_limits<double>::epsilon() *
+                          std::max(std::fabs(saved.t().front()), std::fabs(saved.t().back()));
+  const int i = saved.index_at(t, rounding);
+  if (std::fabs(t - saved.t()[i]) <= rounding) return saved[i];
+  throw Error(text("t = ", rounded(t, 6),
+                   " is not one of the times that were saved, and the steps of this long run were not kept "
+                   "(they take too much memory); add it to times = { … }"));
+}
+
+Point Trail::at(const Points& saved, double t) {
+  if (forgotten_) return saved_at(saved, t);
+  const double rounding = 4 * std::numeric_limits<double>::epsilon() *
+                          std::max(std::fabs(mesh_.t().front()), std::fabs(mesh_.t().back()));
+  const int i = mesh_.index_at(t, rounding);
+  if (std::fabs(t - mesh_.t()[i]) <= rounding || i + 1 >= mesh_.size()) return mesh_[i];
+  const Step& step = steps_[static_cast<std::size_t>(i) + 1];
+  if (step.stepper < 0) return mesh_[i];
+  if (viewed_ != i) {
+    mesh_.get(i, view_.from);
+    mesh_.get(i + 1, view_.to);
+    viewed_ = i;
+  }
+  view_.record = records_.data() + step.record;
+  if (step.modes >= 0) problem_->set_modes(modes_[step.modes]);
+  Point out;
+  steppers_[step.stepper]->interpolate(view_, t, Detail::full, out);
+  if (step.modes >= 0) problem_->set_modes(modes_.back());  // of the run, which may not be over
+  return out;
+}
+
+}  // namespace pendula::integrate

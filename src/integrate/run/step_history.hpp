@@ -1,0 +1,60 @@
+// The mesh of an adaptive run with what its continuous extension needs.
+#pragma once
+
+#include "integrate/run/solution.hpp"
+#include "integrate/step/stepper.hpp"
+
+namespace pendula::integrate {
+
+class Trail : public Continuation {
+ public:
+  Trail(int n, int m) : mesh_(n, m) {}
+
+  Stats stats;  ///< of the steppers, which refer to it as long as they live
+
+  /// From the next step on, steps are this stepper's.
+  void use(std::shared_ptr<Stepper> stepper);
+  Stepper& stepper() { return *steppers_.back(); }
+  const std::vector<std::shared_ptr<Stepper>>& steppers() const { return steppers_; }
+  /// From the next step on, the problem's modes are these.
+  void use_modes(const ProblemPtr& problem, const std::vector<double>& modes);
+  /// A point without a step to it: the beginning, or after a jump.
+  void begin(const Point& point);
+  /// The end of a step with the stepper's record.
+  void step_to(const Point& point, const std::vector<double>& record);
+
+  std::pair<double, double> interval(const Points& saved) const override {
+    const std::vector<double>& t = forgotten_ ? saved.t() : mesh_.t();
+    return {t.front(), t.back()};
+  }
+  /// Where the times of output are given: once the mesh takes more than some 32 MB it is forgotten, and only
+  /// the points at these times are known from then on. Memory is flat, whatever the number of steps.
+  void may_forget() { may_forget_ = true; }
+  bool has_forgotten() const { return forgotten_; }
+  /// x between two mesh points by the continuous extension, x′ and z by straight lines. Requires that nothing
+  /// is forgotten.
+  void sketch(double t, Point& out);
+  /// Takes back the steps behind t; returns where the trail ends now. Requires the same.
+  double cut(double t);
+  Point at(const Points& saved, double t) override;
+  std::vector<DiscreteStep> steps() override;
+
+ private:
+  struct Step {
+    std::size_t record;  ///< offset
+    int stepper;         ///< -1: a jump ends here
+    int modes;           ///< -1: none
+  };
+  Points mesh_;
+  std::vector<Step> steps_;  ///< that ends in mesh point i
+  std::vector<double> records_;
+  std::vector<std::shared_ptr<Stepper>> steppers_;
+  ProblemPtr problem_;
+  std::vector<std::vector<double>> modes_;
+  void forget_if_large();
+  StepView view_;
+  int viewed_ = -1;
+  bool may_forget_ = false, forgotten_ = false;
+};
+
+}  // namespace pendula::integrate

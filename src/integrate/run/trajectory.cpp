@@ -1,0 +1,148 @@
+#include "integrate/run/trajectory.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "base/text.hpp"
+#include "dae/model/lineage.hpp"
+#include "dae/reduce/reduce.hpp"
+#include "expr/graph/derivative.hpp"
+#include "expr/print/print.hpp"
+#include "integrate/event/monitor/singularity_monitor.hpp"
+#include "integrate/run/fixed_bdf.hpp"
+#include "integrate/run/problem_setup.hpp"
+#include "integrate/run/state_reselection.hpp"
+
+namespace pendula::integrate {
+ProblemPtr make_problem(const dae::ModelPtr& model, const Simulation& simulation) {
+  Simulation bare = simulation;
+  bare.sensitivities.clear();
+  auto nowhere = std::make_shared<dae::Start>();
+  for (Expr x : model->states()) nowhere->values[x] = 0;
+  bare.start = nowhere;
+  return prepare(model, bare).problem;
+}
+
+TrajectoryPtr simulate(const dae::ModelPtr& model, const Simulation& simulation) {
+  const bool one_choice = simulation.plan.leave || !simulation.sensitivities.empty();
+  if (chooses_states(*model) && !one_choice) return simulate_switching(model, simulation);
+  require_low_index(*model, simulation.plan.direct);
+  const Prepared run = prepare(model, simulation);
+  const auto wrap = [&](SolutionPtr solution) {
+    return std::make_shared<const Trajectory>(model, simulation.inputs, std::move(solution),
+                                              simulation.events, simulation.sensitivities, run.variational,
+                                              simulation.start);
+  };
+  Plan plan = simulation.plan;
+  if (plan.guarded) {
+    plan.guards = guards_of(model, simulation.inputs, *run.problem, !simulation.parameters.empty());
+    plan.blocks = blocks_of(model, simulation.inputs, *run.problem);
+  }
+  if (plan.dt > 0 || plan.dt < 0 || std::isnan(plan.dt))
+    return wrap(simulation.method.multistep
+                    ? integrate_bdf(run.problem, simulation.method.multistep, run.start, plan)
+                    : integrate(run.problem, simulation.method.tableau, run.start, plan));
+  const auto so_far = std::make_shared<TrajectoryPtr>();
+  complete_plan(plan, model, simulation, run, so_far);
+  const SolutionPtr solution =
+      integrate_adaptive(run.problem, simulation.method, run.start, plan,
+                         [&](SolutionPtr running) { *so_far = wrap(std::move(running)); });
+  so_far->reset();  // the callbacks and the solution must not keep each other alive
+  return wrap(solution);
+}
+
+Vec Trajectory::gradient(Expr cost, const std::vector<Expr>& with_respect_to) const {
+  if (!start_) throw Error("a solution whose states were switched has no adjoint; integrate another form");
+  const Problem& problem = solution_->problem();
+  Variational all;  // the form itself, without its variational equations
+  all.form = problem.model(), all.n = problem.n(), all.m = problem.m();
+  std::vector<Expr> parameters;
+  const auto contains = [](const std::vector<Expr>& list, Expr e) {
+    return std::find(list.begin(), list.end(), e) != list.end();
+  };
+  for (Expr p : with_respect_to) {
+    const Expr own = dae::resolve(*model_, p);
+    all.with_respect_to.push_back(own);
+    if (!contains(all.form.p, own) && !contains(all.form.x, own))
+      throw Error(text(to_text(p), " is neither a parameter nor a state of the model"));
+    if (contains(all.form.p, own)) parameters.push_back(own);
+  }
+  const AdjointGradient found = solution_->gradient(resolved(std::span(&cost, 1))[0], parameters);
+  std::unordered_map<Expr, double> values;
+  for (std::size_t i = 0; i < problem.arguments().size(); ++i) {
+    const Expr leaf = problem.arguments()[i];
+    if (contains(all.form.p, leaf)) values[leaf] = problem.values()[i];
+  }
+  values[time_symbol()] = start_->t;
+  const Mat S = start_sensitivity(all, *model_, *start_, inputs_, std::move(values));
+  Vec result = S.transpose() * found.start;
+  for (std::size_t j = 0; j < with_respect_to.size(); ++j) {
+    const auto at = std::find(parameters.begin(), parameters.end(), all.with_respect_to[j]);
+    if (at != parameters.end())
+      result[static_cast<Eigen::Index>(j)] += found.parameters[at - parameters.begin()];
+  }
+  return result;
+}
+
+std::vector<Expr> Trajectory::differentiated(std::span<const Expr> expressions, Expr p) const {
+  const auto at = std::find(asked_.begin(), asked_.end(), p);
+  if (at == asked_.end())
+    throw Error(text("the solution has no sensitivities to ", to_text(p),
+                     "; integrate with sensitivities = { ", to_text(p), " }"));
+  std::vector<Expr> result;
+  for (Expr e : resolved(expressions))
+    result.push_back(variational_->derivative(e, static_cast<int>(at - asked_.begin())));
+  return result;
+}
+
+Mat Trajectory::sensitivity(std::span<const Expr> expressions, Expr p) const {
+  return solution_->values(differentiated(expressions, p));
+}
+
+Vec Trajectory::sensitivity(std::span<const Expr> expressions, Expr p, double t) const {
+  return solution_->values(differentiated(expressions, p), t);
+}
+
+std::vector<Expr> Trajectory::resolved(std::span<const Expr> expressions) const {
+  std::vector<Expr> result;
+  for (Expr e : expressions) result.push_back(substitute(dae::resolve(*model_, e), inputs_));
+  return result;
+}
+
+Mat Trajectory::values(std::span<const Expr> expressions) const {
+  return solution_->values(resolved(expressions));
+}
+
+Vec Trajectory::values(std::span<const Expr> expressions, double t) const {
+  return solution_->values(resolved(expressions), t);
+}
+
+/// The model's invariants, one chain C, C′, … per equation they came from; else its own constraints.
+std::vector<Invariant> Trajectory::invariants() const {
+  std::vector<Invariant> result;
+  const auto add = [&](const dae::Constraint& c, bool polynomial) {
+    result.push_back({c.label, resolved(std::span(&c.residual, 1)), polynomial});
+  };
+  for (const dae::Constraint& c : model_->invariants) {
+    if (c.derivative != 0) continue;
+    add(c, model_->drift == dae::DriftLaw::polynomial);
+    if (model_->drift != dae::DriftLaw::polynomial) continue;
+    for (int k = 1;; ++k) {
+      const auto next =
+          std::find_if(model_->invariants.begin(), model_->invariants.end(), [&](const dae::Constraint& d) {
+            return d.origin == c.origin && d.row == c.row && d.derivative == k;
+          });
+      if (next == model_->invariants.end()) break;
+      result.back().chain.push_back(resolved(std::span(&next->residual, 1))[0]);
+    }
+  }
+  if (!result.empty()) return result;
+  const bool chosen = chooses_states(*model_);  // its equations are those of the model and their derivatives
+  const dae::ModelPtr source = chosen ? dae::original(model_) : model_;
+  for (const dae::Constraint& c : dae::conditions_by_offsets(*source, dae::analyse(*source))) add(c, false);
+  return result;
+}
+
+Drift Trajectory::drift() const { return integrate::drift(*solution_, invariants()); }
+
+}  // namespace pendula::integrate

@@ -1,0 +1,103 @@
+// A solution in the words of the model it came from: any expression of the model or of its lineage has
+// values.
+#pragma once
+
+#include "dae/start/start.hpp"
+#include "integrate/problem/sensitivity.hpp"
+#include "integrate/run/adaptive_run.hpp"
+#include "integrate/run/drift.hpp"
+
+namespace pendula::integrate {
+
+/// A tolerance for all unknowns and others for some of them, by the leaves of the model.
+struct ToleranceRequest {
+  std::optional<double> all;
+  std::vector<std::pair<Expr, double>> some;
+  std::vector<double> list;  ///< instead: in the order of the states, then the algebraic variables
+};
+
+class Trajectory;
+
+/// An event in the words of the model.
+struct ModelEvent {
+  Expr when;
+  int direction = 0;
+  bool stop = false;
+  std::vector<std::pair<Expr, Expr>> reset;
+  /// Sees the solution so far, which ends at the event.
+  std::function<EventReply(const std::shared_ptr<const Trajectory>&)> call;
+};
+
+struct Simulation {
+  dae::StartPtr start;              ///< of this model; x is taken from it, x′ and z as starting values
+  dae::ParameterValues parameters;  ///< override those of the model
+  Substitution inputs;              ///< input leaf (of any order) -> expression in t and parameters
+  std::vector<std::pair<Expr, Problem::Input>> numeric_inputs;
+  Method method;  ///< a tableau with plan.dt: fixed steps
+  Plan plan;      ///< its tolerances, variable indices and events are filled in from what follows
+  ToleranceRequest rtol, atol;
+  std::vector<ModelEvent> events;
+  std::vector<Expr> sensitivities;  ///< parameters, and states that stand for their initial values
+};
+
+class Trajectory {
+ public:
+  Trajectory(dae::ModelPtr model, Substitution inputs, SolutionPtr solution,
+             std::vector<ModelEvent> events = {}, std::vector<Expr> asked = {},
+             std::shared_ptr<const Variational> variational = nullptr, dae::StartPtr start = nullptr)
+      : model_(std::move(model)),
+        inputs_(std::move(inputs)),
+        solution_(std::move(solution)),
+        events_(std::move(events)),
+        asked_(std::move(asked)),
+        variational_(std::move(variational)),
+        start_(std::move(start)) {}
+
+  const dae::ModelPtr& model() const { return model_; }
+  const Solution& solution() const { return *solution_; }
+  /// The expression of an event, for messages: as it was asked for.
+  const std::vector<ModelEvent>& events() const { return events_; }
+
+  /// One row per saved time, one column per expression; or the values at time t.
+  /// Throws Error naming a symbol that is not of this model or its lineage.
+  Mat values(std::span<const Expr> expressions) const;
+  Vec values(std::span<const Expr> expressions, double t) const;
+
+  /// What the solution has sensitivities to.
+  const std::vector<Expr>& sensitivities() const { return asked_; }
+  /// d expression/dp for p in sensitivities(): one row per saved time, or at time t. Throws Error naming what
+  /// was not asked for when the model was integrated.
+  Mat sensitivity(std::span<const Expr> expressions, Expr p) const;
+  Vec sensitivity(std::span<const Expr> expressions, Expr p, double t) const;
+
+  /// d cost/dp at the end of the run by the discrete adjoint (adjoint.hpp), for parameters and for states
+  /// that stand for their initial values. Needs no sensitivities. Throws Error where there is no adjoint.
+  Vec gradient(Expr cost, const std::vector<Expr>& with_respect_to) const;
+
+  /// Every constraint with the law of the model's form: a polynomial where the constraint was differentiated
+  /// away, C = 0 where it is imposed.
+  Drift drift() const;
+
+ private:
+  std::vector<Expr> resolved(std::span<const Expr> expressions) const;
+  std::vector<Expr> differentiated(std::span<const Expr> expressions, Expr p) const;
+  std::vector<Invariant> invariants() const;
+  dae::ModelPtr model_;
+  Substitution inputs_;
+  SolutionPtr solution_;
+  std::vector<ModelEvent> events_;
+  std::vector<Expr> asked_;  ///< as the user named them
+  std::shared_ptr<const Variational> variational_;
+  dae::StartPtr start_;
+};
+
+using TrajectoryPtr = std::shared_ptr<const Trajectory>;
+
+/// Integrates a model.
+/// plan.dt = 0: adaptively, with rtol = 1e-6 and atol = 1e-3 rtol where nothing else is asked for.
+/// Throws Error when the index is 2 or more (unless plan.direct), a parameter or an input has no value, the
+/// derivative of an input that is only known as a function of numbers is needed; and whatever integrate()
+/// throws.
+TrajectoryPtr simulate(const dae::ModelPtr& model, const Simulation& simulation);
+
+}  // namespace pendula::integrate

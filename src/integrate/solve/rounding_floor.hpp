@@ -1,0 +1,65 @@
+// Where Newton's iteration cannot go on because of rounding: how much of each unknown that is, and what then.
+//
+// A residual F_i is known to ε Σ |∂F_i/∂y_j y_j| only, and a multiplier of index 2 or 3 sees what that leaves
+// in a constraint divided by dt or dt². At tight tolerances the iteration then walks about at a level that no
+// smaller step lowers.
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "integrate/solve/linear_solver.hpp"
+
+namespace pendula::integrate {
+
+class RoundingFloor {
+ public:
+  enum class Answer {
+    no,        ///< the corrections are more than rounding, or more of it than the tolerances allow
+    accepted,  ///< converged as far as it can
+    raised     ///< so are the tolerances of multipliers, to what can be reached: try again
+  };
+
+  /// The iteration matrix in the order of the unknowns y = (x, z), for x′ and y at hand.
+  struct Matrix {
+    const std::vector<Position>& positions;
+    const std::vector<double>& entries;  ///< ∂F/∂y and ∂F/∂x′
+    const std::vector<char>& in_mass;    ///< the entry belongs to ∂F/∂x′
+    std::function<void(double*)> solve;
+  };
+
+  RoundingFloor() = default;
+  /// index: of every unknown, 1 … 3; the first `states` have an x′. Only tolerances of others are raised: an
+  /// error in x stays, one in a multiplier is gone with the next step.
+  RoundingFloor(std::vector<int> index, int states);
+  bool raised() const { return !least_.empty(); }
+  bool has_multipliers() const { return has_multipliers_; }
+  void forget() { least_.clear(), trouble = 0, worst = -1; }
+
+  /// length: the last correction, or the estimated error, in units of the tolerances `scale`; stages: what
+  /// the method makes of rounding in one residual. Cost: three solutions.
+  Answer look(const Matrix& matrix, const double* y, const double* xdot, const std::vector<double>& scale,
+              double dt, double length, double stages);
+
+  /// The tolerance of unknown k for steps of dt, if it has been raised; else 0.
+  double least(int k, double dt) const;
+
+  double floor = 0;    ///< what rounding leaves open, in units of the tolerances
+  double trouble = 0;  ///< … of the unknown `worst`, where that is too much for its tolerance; else 0
+  int worst = -1;
+
+ private:
+  void measure(const Matrix& matrix, const double* y, const double* xdot);
+  std::vector<int> index_;
+  std::vector<char> raisable_;
+  bool has_multipliers_ = false;
+  std::vector<double> open_;   ///< by rounding, of every unknown
+  std::vector<double> least_;  ///< tolerances times dt^(index - 1); empty: as given
+};
+
+/// "Rounding errors in the equations change v[6] by 2e-9 …"
+std::string raised_text();
+std::string rounding_text(const RoundingFloor& rounding, const std::string& name);
+
+}  // namespace pendula::integrate

@@ -1,0 +1,322 @@
+#include "integrate/step/rosenbrock_stepper.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <unordered_set>
+
+#include "base/interrupt.hpp"
+#include "expr/graph/derivative.hpp"
+
+namespace pendula::integrate {
+namespace {
+
+/// Unknowns: beyond, the equations dominate, and choosing pivots takes long.
+constexpr int largest_coded = 60;
+
+}  // namespace
+
+RosenbrockStepper::RosenbrockStepper(ProblemPtr problem, RosenbrockPtr method, Tolerances tolerances,
+                                     StepLimits limits, Stats& stats)
+    : Stepper(std::move(problem), std::move(tolerances), limits, stats),
+      method_(std::move(method)),
+      N_(n() + m()),
+      derivative_(problem_, stats) {
+  if (!method_->e())
+    throw Error(text("the method ", method_->name(), " has no embedded method to estimate its error"));
+  require_constant_mass();
+  for (const Problem::Entry& e : problem_->pattern()) {
+    const bool mass = e.column >= n() && e.column < 2 * n();
+    in_mass_.push_back(mass);
+    positions_.push_back({e.row, e.column < n() ? e.column : e.column - n()});
+  }
+  matrix_.resize(positions_.size());
+  solver_.analyse(N_, positions_);
+  const dae::FirstOrder& model = problem_->model();
+  std::vector<Expr> slopes;
+  for (Expr e : model.F) slopes.push_back(partial(e, time_symbol()));
+  depends_on_time_ =
+      !model.u.empty() || std::any_of(slopes.begin(), slopes.end(), [](Expr e) { return !e.is_zero(); });
+  time_kernel_ = codegen::Kernel(slopes, problem_->arguments());
+  const auto size = static_cast<std::size_t>(N_);
+  for (auto* v : {&y_, &Ft_, &R_, &scaled_}) v->assign(size, 0.0);
+  U_.assign(size * static_cast<std::size_t>(method_->stages()), 0.0);
+  old_.assign(size * (2 + static_cast<std::size_t>(method_->dense().rows())), 0.0);
+  for (Point* p : {&next_, &before_}) p->x.resize(n()), p->xdot.resize(n()), p->z.resize(m());
+}
+
+void RosenbrockStepper::require_constant_mass() const {
+  const dae::FirstOrder& model = problem_->model();
+  const std::unordered_set<Expr> fixed(model.p.begin(), model.p.end());
+  for (std::size_t k = 0; k < problem_->pattern().size(); ++k) {
+    const Problem::Entry e = problem_->pattern()[k];
+    if (e.column < n() || e.column >= 2 * n()) continue;
+    for (Expr leaf : leaves({&problem_->partials()[k], 1}))
+      if (!fixed.count(leaf) && symbol_of(leaf).kind != Kind::constant)
+        throw Error(text("the method ", method_->name(), " needs M x′ = f with a constant M, but ",
+                         problem_->equation_name(e.row), " is not of this form; use method = \"radau\""));
+  }
+}
+
+void RosenbrockStepper::start(const Point& point, double end) {
+  here_ = point;
+  if (!derivative_(here_.t, here_.x.data(), here_.xdot.data(), here_.z.data()) && !derivative_.is_singular())
+    throw Failure(derivative_.reason());
+  first_ = true, rejected_ = false;
+  trouble_.clear();
+  dt_ = limits_.dt_first > 0 ? limits_.dt_first : cautious_step(end);
+  prepare_code();
+}
+
+/// Code for whole steps, with pivots for the Jacobian at the start.
+void RosenbrockStepper::prepare_code() {
+  if (N_ > largest_coded || code_) return;
+  begin_step();
+  if (factorise(dt_) && solver_.straight() == nullptr) solver_.prepare(matrix_.data());
+  if (factorise(dt_)) use_code();
+}
+
+bool RosenbrockStepper::use_code() {
+  if (N_ <= largest_coded && solver_.straight())
+    code_ = RosenbrockCode::make({*problem_, *method_, in_mass_, *solver_.straight(), tolerances_});
+  return code_ != nullptr;
+}
+
+/// ∂F/∂t at a point; nothing to do where the code knows it. False if it is not finite.
+bool RosenbrockStepper::time_derivative(const Point& at) {
+  if (!depends_on_time_ || (code_ && problem_->model().u.empty())) return true;
+  problem_->place(at.t, at.x.data(), at.xdot.data(), at.z.data());
+  if (problem_->model().u.empty()) {
+    time_kernel_(problem_->values().data(), Ft_.data());
+  } else {  // inputs are known as functions of numbers only
+    const double delta = 1e-8 * std::max(1e-5, std::fabs(at.t) + dt_);
+    problem_->residual(R_.data());
+    problem_->set_time(at.t + delta);
+    problem_->residual(Ft_.data());
+    problem_->set_time(at.t);
+    for (std::size_t k = 0; k < Ft_.size(); ++k) Ft_[k] = (Ft_[k] - R_[k]) / delta;
+    stats_.evaluations += 2;
+  }
+  return std::all_of(Ft_.begin(), Ft_.end(), [](double v) { return std::isfinite(v); });
+}
+
+void RosenbrockStepper::begin_step() {
+  std::copy_n(here_.x.data(), n(), y_.data());
+  std::copy_n(here_.z.data(), m(), y_.data() + n());
+  ++stats_.jacobians;
+  if (code_) return;
+  problem_->place(here_.t, here_.x.data(), here_.xdot.data(), here_.z.data());
+  entries_ = problem_->jacobian();
+}
+
+/// A step of this size: the norm of its error, or NaN.
+double RosenbrockStepper::attempt(double dt) {
+  if (!code_) return attempt_apart(dt);
+  end_ = code_->run(*problem_, here_, dt, Ft_.data());
+  if (end_.regular) {
+    ++stats_.factorisations;
+    stats_.evaluations += method_->stages();
+    std::copy_n(end_.scaled, N_, scaled_.data());
+    return ErrorSum::norm(end_.sum, end_.largest, N_);
+  }
+  code_ = nullptr;  // these pivots do not suit, or something is not finite
+  begin_step();
+  return time_derivative(here_) ? attempt_apart(dt) : NAN;
+}
+
+double RosenbrockStepper::attempt_apart(double dt) {
+  if (!factorise(dt)) {
+    trouble_ = "the matrix of the linear systems is singular";
+    return NAN;
+  }
+  if (stages(dt)) return error_norm();
+  trouble_ = "the equations are not finite near here";
+  return NAN;
+}
+
+bool RosenbrockStepper::factorise(double dt) {
+  const double factor = 1 / (method_->gamma() * dt);
+  for (std::size_t k = 0; k < entries_.size(); ++k)
+    matrix_[k] = in_mass_[k] ? factor * entries_[k] : entries_[k];
+  ++stats_.factorisations;
+  return solver_.factorise(matrix_.data());
+}
+
+bool RosenbrockStepper::stages(double dt) {
+  const auto size = static_cast<std::size_t>(N_);
+  const int s = method_->stages(), states = n();
+  double* at = problem_->unknowns();
+  for (int i = 0; i < s; ++i) {
+    problem_->set_time(here_.t + method_->alpha()[i] * dt);
+    for (int k = 0; k < N_; ++k) {
+      double value = y_[k], slope = 0;
+      for (int j = 0; j < i; ++j) {
+        const double u = U_[static_cast<std::size_t>(j) * size + static_cast<std::size_t>(k)];
+        value += method_->A()(i, j) * u;
+        slope -= method_->C()(i, j) * u;
+      }
+      if (k < states) {
+        at[k] = value, at[states + k] = slope / dt;
+      } else {
+        at[states + k] = value;
+      }
+    }
+    double* u = U_.data() + static_cast<std::size_t>(i) * size;
+    problem_->residual(u);
+    ++stats_.evaluations;
+    const double factor = depends_on_time_ ? method_->gammas()[i] * dt : 0;
+    double sum = 0;
+    for (std::size_t k = 0; k < size; ++k) u[k] = -u[k] - factor * Ft_[k], sum += u[k] * 0;
+    if (sum != 0) return false;
+    solver_.solve(u);
+  }
+  return true;
+}
+
+double RosenbrockStepper::error_norm() {
+  const auto size = static_cast<std::size_t>(N_);
+  ErrorSum sum;
+  for (int k = 0; k < N_; ++k) {
+    double value = y_[k], error = 0;
+    for (int i = 0; i < method_->stages(); ++i) {
+      const double u = U_[static_cast<std::size_t>(i) * size + static_cast<std::size_t>(k)];
+      value += method_->m()[i] * u;
+      error += (*method_->e())[i] * u;
+    }
+    (k < n() ? next_.x[k] : next_.z[k - n()]) = value;
+    const double before = std::fabs(y_[k]), after = std::fabs(value);
+    scaled_[k] = error / weight(k, std::max(before, after));
+    sum.add(scaled_[k]);
+  }
+  return sum.norm(N_);
+}
+
+/// The new point and the coefficients of the dense output.
+void RosenbrockStepper::end_step(double dt) {
+  const auto size = static_cast<std::size_t>(N_), rows = static_cast<std::size_t>(method_->dense().rows());
+  next_.t = here_.t + dt;
+  std::copy_n(y_.begin(), size, old_.begin());
+  if (code_) {
+    std::copy_n(end_.y, n(), next_.x.data());
+    std::copy_n(end_.y + n(), m(), next_.z.data());
+    std::copy_n(end_.xdot, n(), next_.xdot.data());
+    std::copy_n(end_.dense, rows * size, std::copy_n(end_.y, size, old_.begin() + N_));
+    return;
+  }
+  for (std::size_t c = 0; c < size; ++c) {
+    const int k = static_cast<int>(c);
+    old_[size + c] = k < n() ? next_.x[k] : next_.z[k - n()];
+    double slope = old_[size + c] - old_[c];
+    for (std::size_t r = 0; r < rows; ++r) {
+      double sum = 0;
+      for (int i = 0; i < method_->stages(); ++i)
+        sum += method_->dense()(static_cast<Eigen::Index>(r), i) * U_[static_cast<std::size_t>(i) * size + c];
+      old_[size * (2 + r) + c] = sum;
+      slope -= sum;
+    }
+    if (k < n()) next_.xdot[k] = slope / dt;
+  }
+}
+
+/// The new point, on its conditions, with its x′; false if it is not finite or cannot be reached.
+bool RosenbrockStepper::complete(double dt) {
+  end_step(dt);
+  if (!next_.x.allFinite() || !next_.z.allFinite()) return false;
+  bool moved = false;
+  if (problem_->projects()) {
+    try {
+      moved = problem_->project_if_needed(next_.t, next_.x, tolerances_.rtol, tolerances_.atol, 0.1);
+    } catch (const Failure& failure) {
+      trouble_ = failure.what();
+      return false;
+    }
+  }
+  if (code_ && !moved) return next_.xdot.allFinite();
+  if (!problem_->is_ode()) return true;
+  return derivative_(next_.t, next_.x.data(), next_.xdot.data(), next_.z.data());
+}
+
+void RosenbrockStepper::step(double end) {
+  constexpr double safety = 0.9, smallest = 1.0 / 6, largest = 5;
+  if (!code_) use_code();  // with other pivots than the code that did not suit
+  begin_step();
+  if (!time_derivative(here_))
+    throw Failure("the derivative of the equations with respect to t is not finite");
+  const int order = std::min(method_->order(), method_->embedded_order()) + 1;
+  for (;;) {
+    poll_interrupt();
+    const double dt = fitted(dt_, end);
+    if ((dt != end - here_.t || rejected_) && !is_visible(dt))
+      throw vanished(Eigen::Map<const Vec>(scaled_.data(), trouble_.empty() ? N_ : 0), trouble_);
+    trouble_.clear();
+    const double error = attempt(dt);
+    if (!(error <= 1) || !complete(dt)) {
+      ++stats_.rejected;
+      dt_ = error > 1 && std::isfinite(error) ? dt / std::min(1 / smallest, root(error, order) / safety)
+                                              : dt / 4;
+      rejected_ = true;
+      continue;
+    }
+    double quotient = std::clamp(root(error, order) / safety, 1 / largest, 1 / smallest);
+    if (!first_) {
+      const double predicted = accepted_dt_ / dt * root(error * error / accepted_error_, order) / safety;
+      quotient = std::max(quotient, std::clamp(predicted, 1 / largest, 1 / smallest));
+    }
+    accepted_dt_ = dt, accepted_error_ = std::max(1e-2, error);
+    const double proposed = rejected_ ? std::min(dt, dt / quotient) : dt / quotient;
+    dt_ = dt < 0.99 * dt_ ? std::max(proposed, dt_) : proposed;
+    first_ = rejected_ = false;
+    if (dt == end - here_.t) next_.t = end;
+    old_t_ = here_.t, old_dt_ = dt;
+    std::swap(before_, here_);
+    std::swap(here_, next_);
+    ++stats_.steps;
+    return;
+  }
+}
+
+void RosenbrockStepper::record(double* to) const {
+  *to++ = old_t_, *to++ = old_dt_;
+  std::copy(old_.begin(), old_.end(), to);
+}
+
+/// The method itself from the beginning of the step to t: of its order, where that costs little.
+bool RosenbrockStepper::refine(const StepView& step, double t, Point& out) {
+  if (!code_ || !time_derivative(step.from)) return false;
+  const RosenbrockCode::End end = code_->run(*problem_, step.from, t - step.from.t, Ft_.data());
+  out.t = t;
+  out.x = Eigen::Map<const Vec>(end.y, n()), out.z = Eigen::Map<const Vec>(end.y + n(), m());
+  out.xdot = Eigen::Map<const Vec>(end.xdot, n());
+  return end.regular && out.x.allFinite() && out.z.allFinite() && out.xdot.allFinite();
+}
+
+void RosenbrockStepper::interpolate(const StepView& step, double t, Detail detail, Point& out) {
+  if (t >= step.to.t) {
+    out = step.to;
+    return;
+  }
+  if (detail != Detail::sketch && t > step.from.t && refine(step, t, out)) return;
+  const double t0 = step.record[0], dt = step.record[1];
+  const double* y = step.record + 2;
+  const double u = (t - t0) / dt, v = 1 - u;
+  const auto rows = method_->dense().rows();
+  out.t = t;
+  out.x.resize(n()), out.xdot.resize(n()), out.z.resize(m());
+  for (int k = 0; k < N_; ++k) {
+    double inner = 0, slope = 0;  // K₁ + θ(K₂ + …) and its derivative
+    for (Eigen::Index r = rows; r-- > 0;) {
+      slope = inner + u * slope;
+      inner = y[(2 + r) * N_ + k] + u * inner;
+    }
+    const double y0 = y[k], y1 = y[N_ + k];
+    const double value = v * y0 + u * (y1 + v * inner);
+    if (k >= n()) {
+      out.z[k - n()] = value;
+      continue;
+    }
+    out.x[k] = value;
+    out.xdot[k] = (y1 - y0 + (v - u) * inner + u * v * slope) / dt;
+  }
+  if (detail == Detail::full) derivative_(t, out.x.data(), out.xdot.data(), out.z.data());
+}
+
+}  // namespace pendula::integrate

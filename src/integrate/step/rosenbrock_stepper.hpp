@@ -1,0 +1,64 @@
+// Rosenbrock methods with step size control: linearly implicit, no iterations. For M x′ = f(t, x, z) with a
+// constant M, singular or not: ODE and semi-explicit models of index 1.
+//
+// In terms of F(t, x, x′, z) = M x′ - f the stages of rosenbrock.hpp read
+//
+//     (M/(γh) + ∂F/∂y) uᵢ = -F(tᵢ, y + Σ aᵢⱼuⱼ, x′ = -Σ cᵢⱼuⱼ/h) - γᵢ h ∂F/∂t
+#pragma once
+
+#include "integrate/compiled/rosenbrock_step.hpp"
+#include "integrate/problem/rhs_solver.hpp"
+#include "integrate/step/stepper.hpp"
+#include "method/rosenbrock.hpp"
+
+namespace pendula::integrate {
+
+class RosenbrockStepper final : public Stepper {
+ public:
+  /// Throws Error when ∂F/∂x′ is not constant, or the method has no error estimate.
+  RosenbrockStepper(ProblemPtr problem, RosenbrockPtr method, Tolerances tolerances, StepLimits limits,
+                    Stats& stats);
+
+  std::string name() const override { return method_->name(); }
+  void start(const Point& point, double end) override;
+  void step(double end) override;
+  std::size_t record_size() const override { return 2 + old_.size(); }
+  void record(double* to) const override;
+  void interpolate(const StepView& step, double t, Detail detail, Point& out) override;
+
+ private:
+  void require_constant_mass() const;
+  void prepare_code();
+  bool use_code();
+  void begin_step();
+  bool time_derivative(const Point& at);
+  double attempt(double dt);
+  double attempt_apart(double dt);
+  bool factorise(double dt);
+  bool stages(double dt);
+  double error_norm();
+  void end_step(double dt);
+  bool complete(double dt);
+  bool refine(const StepView& step, double t, Point& out);
+
+  RosenbrockPtr method_;
+  int N_;
+  Derivative derivative_;
+  std::vector<Position> positions_;
+  std::vector<char> in_mass_;
+  std::vector<double> entries_, matrix_;
+  LinearSolver<double> solver_;
+  codegen::Kernel time_kernel_;
+  bool depends_on_time_ = false;
+  std::vector<double> y_, U_, Ft_, R_, scaled_;
+  std::vector<double> old_;  ///< y₀, y₁, K₁ … of the last step
+  double old_dt_ = 0, old_t_ = 0;
+  Point next_;
+  double accepted_dt_ = 0, accepted_error_ = 0;
+  bool first_ = true, rejected_ = false;
+  std::string trouble_;
+  std::shared_ptr<RosenbrockCode> code_;  ///< whole steps, where there is code
+  RosenbrockCode::End end_{};             ///< of the last one
+};
+
+}  // namespace pendula::integrate

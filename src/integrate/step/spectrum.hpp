@@ -1,0 +1,27 @@
+// How fast the parts of a solution are at a point: eigenvalues of ∂x′/∂x, roughly.
+#pragma once
+
+#include <optional>
+
+#include "integrate/problem/rhs_solver.hpp"
+
+namespace pendula::integrate {
+
+/// In 1/unit of time; 0 where there is none.
+struct Rates {
+  double fastest = 0;  ///< the largest |λ|
+  double damped = 0;   ///< the largest -Re λ of an eigenvalue with |Re λ| > |λ|/2
+  double growing = 0;  ///< the largest Re λ
+};
+
+/// Of all eigenvalues of a small model, of the Ritz values of a Krylov space of a large one (Arnoldi 1951;
+/// Saad, Numerical Methods for Large Eigenvalue Problems, 2nd ed., §6.2): those of largest size come out
+/// within some ten percent. Products with the Jacobian are differences of x′, as in Sommeijer, Shampine &
+/// Verwer, RKC: An explicit solver for parabolic PDEs, J. Comput. Appl. Math. 88, 1998, §3.
+///
+/// requires  x′ of `at` follows from its t and x
+/// returns   nothing where x′ cannot be evaluated near the point, or the eigenvalues do not converge
+/// cost      up to 20 states one evaluation of x′ each, beyond 12; eigenvalues of a matrix of that size
+std::optional<Rates> rates(Derivative& derivative, const Point& at);
+
+}  // namespace pendula::integrate

@@ -1,0 +1,103 @@
+// One accepted step after another, with the step size chosen by an error estimate: what every adaptive method
+// looks like to the driver (adaptive_run.hpp). One file per family implements it.
+#pragma once
+
+#include <cmath>
+#include <limits>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "base/error.hpp"
+#include "integrate/problem/problem.hpp"
+#include "integrate/solve/stats.hpp"
+#include "integrate/solve/tolerances.hpp"
+#include "method/tableau.hpp"
+
+namespace pendula::integrate {
+
+/// One step of a finished or running integration, as a continuous extension needs it.
+struct StepView {
+  Point from, to;
+  const double* record = nullptr;  ///< what the stepper's record() wrote
+};
+
+struct StepLimits {
+  double dt_first = 0;  ///< 0: chosen
+  double dt_max = std::numeric_limits<double>::infinity();
+};
+
+/// How much of a point inside a step is wanted.
+enum class Detail {
+  sketch,  ///< cheap and a little less accurate: to see whether something happens in the step
+  state,   ///< x
+  full     ///< x, x′ and z
+};
+
+class Stepper {
+ public:
+  Stepper(ProblemPtr problem, Tolerances tolerances, StepLimits limits, Stats& stats)
+      : problem_(std::move(problem)), tolerances_(std::move(tolerances)), limits_(limits), stats_(stats) {}
+  virtual ~Stepper() = default;
+  Stepper(const Stepper&) = delete;
+  Stepper& operator=(const Stepper&) = delete;
+
+  virtual std::string name() const = 0;
+  /// Begins at a point: x is taken as it is, x′ and z are what the point says where the equations leave a
+  /// choice of branch. Throws Failure where they have no solution.
+  virtual void start(const Point& point, double end) = 0;
+  /// One accepted step that does not pass `end`; here() has moved. Throws Failure: the step size vanished
+  /// (says which variable or equation is responsible), the text is without the time.
+  virtual void step(double end) = 0;
+  const Point& here() const { return here_; }
+  const Point& before() const { return before_; }
+
+  /// How many numbers of a step its continuous extension needs beside the two ends; writes them to `to`.
+  virtual std::size_t record_size() const { return 0; }
+  virtual void record(double*) const {}
+  /// The point at time t of the step. Index 1: with full detail x′ and z solve the equations there.
+  virtual void interpolate(const StepView& step, double t, Detail detail, Point& out) = 0;
+
+  /// The Runge–Kutta method of a step; none: another kind of method.
+  virtual TableauPtr tableau(const StepView&) const { return nullptr; }
+
+  /// Since the last start, the step size was limited by stability rather than accuracy.
+  virtual bool is_stiff() const { return false; }
+  /// The first step after the next start; 0: chosen.
+  void suggest(double dt) { limits_.dt_first = dt; }
+  /// The step size it would try next.
+  double next_dt() const { return dt_; }
+  const Problem& problem() const { return *problem_; }
+
+ protected:
+  int n() const { return problem_->n(); }
+  int m() const { return problem_->m(); }
+  double weight(int i, double size) const { return tolerances_.atol[i] + tolerances_.rtol[i] * size; }
+  /// The step, shortened or stretched a little so that the interval ends with a step of decent length.
+  double fitted(double dt, double end) const;
+  /// A first step that is not lost beside t.
+  double visible(double dt, double longest) const;
+  /// A first step in which x and x′ change little in units of the tolerance; its error estimate corrects it.
+  /// Hairer, Nørsett & Wanner, Solving ODEs I, 2nd ed., §II.4, the step h₀ of "Starting Step Size".
+  double cautious_step(double end) const;
+  bool is_visible(double dt) const {
+    const double smallest = 10 * std::numeric_limits<double>::epsilon() * std::fabs(here_.t);
+    return std::fabs(dt) > smallest && std::fabs(dt) > 1e-300;
+  }
+  /// What to throw when the step vanished beside t. `error`: scaled errors that name the culprit, may be
+  /// empty.
+  Failure vanished(const Eigen::Ref<const Vec>& error, const std::string& reason) const;
+  /// "x", "z[2]": an entry of y = (x, z).
+  std::string unknown_name(int i) const { return i < n() ? problem_->x_name(i) : problem_->z_name(i - n()); }
+
+  ProblemPtr problem_;
+  Tolerances tolerances_;
+  StepLimits limits_;
+  Stats& stats_;
+  Point here_, before_;
+  double dt_ = 0;
+};
+
+using StepperPtr = std::unique_ptr<Stepper>;
+
+}  // namespace pendula::integrate

@@ -1,0 +1,80 @@
+// Many sets of one explicit ODE, one per SIMD lane.
+//
+// A lane that is finished takes the next set; it keeps its own t, dt and error control all the time, so that
+// the result of a set does not depend on those beside it (lane_step.hpp). Points at wanted times lie inside
+// steps of different lanes: they are collected and computed several at a time too, each by the method itself
+// with a shorter step, as explicit_stepper.hpp does.
+#pragma once
+
+#include <vector>
+
+#include "integrate/compiled/lane_step.hpp"
+#include "integrate/solve/stats.hpp"
+
+namespace pendula::integrate {
+
+/// Where the sets come from and where their results go.
+class EnsembleClient {
+ public:
+  virtual ~EnsembleClient() = default;
+  /// Writes x (n numbers) and p of the next set; its number, or -1: there is none left.
+  virtual int next(double* x, double* p) = 0;
+  /// The point at wanted time number `place`; -1: the end.
+  virtual void point(int set, int place, double t, const double* x, const double* xdot, const double* p) = 0;
+  /// All its points were told.
+  virtual void finished(int set, const Stats& stats) = 0;
+  /// Not finite, step size vanished, too many steps, stiff: another road must treat it or say what is wrong.
+  virtual void abandoned(int set) = 0;
+};
+
+struct EnsemblePlan {
+  double from = 0, to = 0;
+  double dt_first = 0, dt_max = 0;  ///< as in Plan
+  double most_steps = 0;
+  std::vector<double> times;  ///< ascending, inside [from, to]
+  Vec rtol, atol;
+  int evaluations_per_step = 0;
+};
+
+class Ensemble {
+ public:
+  Ensemble(std::shared_ptr<const LaneCode> code, EnsemblePlan plan);
+  /// Until there are no sets left. Throws Interrupted, and what the client throws. No allocation per step.
+  void run(EnsembleClient& client);
+
+ private:
+  using Numbers = std::vector<double>;
+  double& at(Numbers& numbers, int k, int l) const { return numbers[k * W_ + l]; }
+  bool prepare_starts(EnsembleClient& client);
+  void load(EnsembleClient& client, int l);
+  void look(EnsembleClient& client, int l, std::vector<int>& free);
+  void add_between(EnsembleClient& client, int l, int place, double t);
+  void flush(EnsembleClient& client);
+  void tell(EnsembleClient& client, const Numbers& from, int first, int l, const Numbers& p_from, int p_first,
+            int set, int place, double t);
+  void set_look_at(int l);
+  void rest(int l);
+
+  std::shared_ptr<const LaneCode> code_;
+  EnsemblePlan plan_;
+  int W_, n_, p_;
+  double rounding_;
+  Numbers state_, out_, work_, row_;
+  std::vector<int> set_, place_;  ///< of every lane: its set or -1, the next wanted time
+  Numbers ready_, ready_out_;     ///< sets that have been started
+  std::vector<int> ready_set_;
+  int next_ready_ = 0;
+  struct Between {
+    int set, place;
+    double t;
+  };
+  Numbers between_, between_out_;
+  std::vector<Between> wanted_;
+  struct Done {
+    int set;
+    Stats stats;
+  };
+  std::vector<Done> done_;
+};
+
+}  // namespace pendula::integrate

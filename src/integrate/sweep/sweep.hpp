@@ -1,0 +1,88 @@
+// One model, many parameter sets or starts.
+//
+// Every run is what simulate() would do for its parameters: a start solved anew, the same method and options.
+// A run that fails is listed with its reason and stops nothing. Non-stiff explicit ODEs advance together, one
+// run per SIMD lane (ensemble.hpp), with the step sizes of their own: results equal those of single runs to a
+// part of the tolerance, and do not depend on the number of workers. What lanes cannot do is done by
+// simulate() itself.
+#pragma once
+
+#include "integrate/run/trajectory.hpp"
+#include "integrate/sweep/workers.hpp"
+
+namespace pendula::integrate {
+
+/// What distinguishes one run from the others.
+struct SweepSet {
+  std::vector<std::pair<Expr, double>> parameters;
+  dae::LeafValues start;  ///< replace or extend what the start fixes
+  dae::StartPtr at;       ///< a start of its own, or null
+};
+
+struct SweepRequest {
+  dae::ModelPtr model;
+  Simulation simulation;  ///< of all runs; its start is made anew for each from start->request
+  std::vector<SweepSet> sets;
+  int workers = 0;  ///< 0: as many as there are processors
+  int lanes = 0;    ///< 1: none; 4 or 8: at most so many, also for few runs; 0: as many as pay
+};
+
+class LaneSweep;
+
+/// The results: for every run the values of all leaves at the saved times and at its end.
+class Sweep {
+ public:
+  Sweep(SweepRequest request, std::function<void(int done)> progress);
+  Sweep(const Sweep&) = delete;
+  Sweep& operator=(const Sweep&) = delete;
+
+  const SweepRequest& request() const { return request_; }
+  int runs() const { return static_cast<int>(request_.sets.size()); }
+  bool complete() const { return complete_; }  ///< false: Ctrl-C
+  bool done(int run) const { return slots_->state(run) == SharedSlots::State::done; }
+  std::string failure(int run) const;  ///< of a run that is not done
+  double end(int run) const;           ///< the time it reached
+  const std::vector<double>& times() const { return times_; }
+
+  /// Values of expressions, one row per run: at the end of each run, at a saved time (by its number), or at
+  /// any time (the runs are repeated unless it is a saved time). NaN where a run failed or ended before.
+  /// Throws Error naming a symbol that is not of this model or its lineage.
+  Mat final(std::span<const Expr> expressions) const;
+  Mat at_saved(std::span<const Expr> expressions, int number) const;
+  Mat at(std::span<const Expr> expressions, double t) const;
+
+  /// The whole trajectory of one run. Throws what made it fail.
+  TrajectoryPtr trajectory(int run) const;
+
+  struct Counts {
+    double steps = 0, rejected = 0, evaluations = 0, failures = 0;
+  };
+  Counts counts() const;
+  /// How many runs advance together, 1: none; and in words how the runs are made.
+  int lanes() const;
+  std::string why() const;
+
+ private:
+  TrajectoryPtr simulate_one(int run, const std::optional<std::vector<double>>& times) const;
+  void store(int run, const Trajectory& trajectory, const std::vector<double>& times, double* numbers) const;
+  std::shared_ptr<SharedSlots> run_all(const std::vector<double>& times, bool& complete,
+                                       const std::function<void(int)>& progress) const;
+  bool run_on_lanes(SharedSlots& slots, const std::vector<double>& times,
+                    const std::function<void(int)>& progress) const;
+  bool run_singly(SharedSlots& slots, const std::vector<double>& times,
+                  const std::function<void(int)>& progress) const;
+  Mat evaluate(const SharedSlots& slots, std::span<const Expr> expressions, std::size_t place) const;
+  void choose_times();
+
+  SweepRequest request_;
+  std::vector<double> times_;
+  std::vector<Expr> arguments_;  ///< leaves whose values are stored
+  Substitution inputs_;
+  std::shared_ptr<const LaneSweep> on_lanes_;
+  std::string why_;
+  mutable int apart_ = 0;  ///< runs that lanes were tried for in vain
+  std::shared_ptr<SharedSlots> slots_;
+  bool complete_ = true;
+};
+
+}  // namespace pendula::integrate

@@ -1,0 +1,281 @@
+#include "integrate/sweep/sweep_lanes.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "base/interrupt.hpp"
+#include "base/text.hpp"
+#include "dae/model/lineage.hpp"
+#include "integrate/event/monitor/singularity_monitor.hpp"
+#include "integrate/run/adaptive_run.hpp"
+#include "integrate/run/methods.hpp"
+#include "integrate/run/problem_setup.hpp"
+#include "integrate/run/state_reselection.hpp"
+
+namespace pendula::integrate {
+namespace {
+
+/// The request for the start of a run.
+dae::StartRequest start_request(const SweepRequest& request, const SweepSet& set) {
+  dae::StartRequest start = (set.at ? set.at : request.simulation.start)->request;
+  for (const auto& [p, value] : set.parameters) start.parameters[p] = Expr(value);
+  for (const auto& [leaf, value] : set.start) {
+    std::erase_if(start.fix, [&, wanted = leaf](const auto& fix) { return fix.first == wanted; });
+    start.fix.emplace_back(leaf, value);
+  }
+  return start;
+}
+
+/// What in the request alone speaks against lanes.
+std::string objection(const SweepRequest& request) {
+  const Simulation& s = request.simulation;
+  const int runs = static_cast<int>(request.sets.size());
+  if (request.lanes == 1) return "lanes = 1 was asked for";
+  if (codegen::Machine::widest() == 1) return "no SIMD code for this processor";
+  if (request.lanes == 0 && runs < codegen::Machine::widest())
+    return text(runs, runs == 1 ? " run does" : " runs do", " not fill the ", codegen::Machine::widest(),
+                " lanes");
+  if (s.plan.dt != 0) return "the steps are fixed";
+  if (!s.sensitivities.empty()) return "sensitivities are asked for";
+  if (!s.events.empty()) return "events are watched for";
+  if (!s.plan.breaks.empty() || !s.plan.watched.empty()) return "inputs jump";
+  if (!s.numeric_inputs.empty()) return "inputs are functions of numbers";
+  if (chooses_states(*request.model)) return "the form chooses its states on the way";
+  const std::string& family = s.method.family;
+  if (family != "auto" && !(family == "tableau" && s.method.tableau->is_explicit()))
+    return text("the method ", s.method.tableau ? s.method.tableau->name() : family, " is implicit");
+  return "";
+}
+
+/// What in the equations speaks against them.
+std::string objection(const Problem& problem, const Surfaces& surfaces) {
+  if (!problem.is_ode() || problem.m() > 0) return "the model is not an explicit ODE x′ = f(t, x)";
+  if (problem.n() == 0) return "the model has no states";
+  if (surfaces.modes > 0 || !surfaces.list.empty()) return "the equations switch (abs, sign, ifelse, …)";
+  if (problem.projects()) return "the form projects onto constraints";
+  if (!problem.model().u.empty()) return "inputs are functions of numbers";
+  return "";
+}
+
+/// One run of the sweep as far as its method.
+struct Probe {
+  Prepared run;
+  Plan plan;
+  Choice choice;
+};
+
+std::optional<Probe> probe(const SweepRequest& request, int number) {
+  const SweepSet& set = request.sets[number];
+  Simulation simulation = request.simulation;
+  try {
+    for (const auto& [p, value] : set.parameters) simulation.parameters[p] = Expr(value);
+    simulation.start = dae::init(request.model, start_request(request, set));
+    require_low_index(*request.model, simulation.plan.direct);
+    Probe result{prepare(request.model, simulation), simulation.plan, {}};
+    complete_plan(result.plan, request.model, simulation, result.run, std::make_shared<TrajectoryPtr>());
+    check_adaptive(result.plan);
+    const Point start = checked_start(result.run.start, *result.run.problem, result.plan.from);
+    result.choice = simulation.method.family == "auto"
+                        ? choose(result.run.problem, simulation.method, result.plan, start)
+                        : Choice{"explicit", simulation.method.tableau, ""};
+    return result;
+  } catch (const UserFacing&) {
+    return {};  // it will say so when it is run
+  }
+}
+
+}  // namespace
+
+std::shared_ptr<const LaneSweep> LaneSweep::make(const SweepRequest& request,
+                                                 const std::vector<Expr>& arguments, std::string& why) {
+  why = objection(request);
+  if (!why.empty()) return nullptr;
+  const int runs = static_cast<int>(request.sets.size());
+  std::optional<Probe> found;
+  for (int number : {0, runs / 2, runs - 1}) {
+    auto one = probe(request, number);
+    if (!one) continue;
+    found = std::move(one);
+    if (found->choice.family == "explicit") break;
+  }
+  why = "no run could be started";
+  if (!found) return nullptr;
+  const Problem& problem = *found->run.problem;
+  why = objection(problem, found->run.surfaces);
+  if (!why.empty()) return nullptr;
+  why = "the equations cannot be solved everywhere, which is watched step by step";
+  if (!guards_of(request.model, request.simulation.inputs, problem, false).empty()) return nullptr;
+  if (!blocks_of(request.model, request.simulation.inputs, problem).empty()) return nullptr;
+  why = text("the method is ", found->choice.family, ": ", found->choice.why);
+  if (found->choice.family != "explicit") return nullptr;
+  const Tableau& rk = *found->choice.tableau;
+  why = text(rk.name(), " has no embedded method");
+  if (!rk.bhat()) return nullptr;
+  int lanes = request.lanes == 0 ? codegen::Machine::widest() : request.lanes;
+  if (!codegen::Machine::available(lanes)) lanes = codegen::Machine::widest();
+  auto sweep = std::make_shared<LaneSweep>();
+  sweep->code_ = LaneCode::make(problem, rk, request.simulation.method.family == "auto", lanes);
+  why = "the equations are long";
+  if (!sweep->code_) return nullptr;
+  why = "a leaf is not known to the equations";
+  if (!sweep->map_arguments(problem, arguments)) return nullptr;
+  sweep->request_ = &request;
+  sweep->map_sets(problem);
+  sweep->method_ = rk.name();
+  const Plan& plan = found->plan;
+  sweep->plan_ = {plan.from,
+                  plan.to,
+                  plan.dt_first,
+                  plan.dt_max,
+                  static_cast<double>(plan.most_steps),
+                  {},
+                  plan.tolerances.rtol,
+                  plan.tolerances.atol,
+                  rk.stages() - (rk.is_fsal() ? 1 : 0)};
+  why = "";
+  return sweep;
+}
+
+bool LaneSweep::map_arguments(const Problem& problem, const std::vector<Expr>& arguments) {
+  const dae::FirstOrder& form = problem.model();
+  for (Expr leaf : arguments) {
+    const auto place = [&](const std::vector<Expr>& list) {
+      const auto at = std::find(list.begin(), list.end(), leaf);
+      return at == list.end() ? -1 : static_cast<int>(at - list.begin());
+    };
+    if (leaf == time_symbol()) {
+      stored_.emplace_back(Source::time, 0);
+    } else if (const int i = place(form.x); i >= 0) {
+      stored_.emplace_back(Source::x, i);
+    } else if (const int k = place(form.xdot); k >= 0) {
+      stored_.emplace_back(Source::xdot, k);
+    } else if (const int j = place(form.p); j >= 0) {
+      stored_.emplace_back(Source::p, j);
+    } else {
+      return false;
+    }
+  }
+  return true;
+}
+
+void LaneSweep::map_sets(const Problem& problem) {
+  const dae::FirstOrder& form = problem.model();
+  parameters_.assign(problem.values().end() - static_cast<std::ptrdiff_t>(form.p.size()),
+                     problem.values().end());
+  for (std::size_t j = 0; j < form.p.size(); ++j) p_.emplace_back(form.p[j], static_cast<int>(j));
+  x_ = form.x;
+  // Where a start fixes the states of a model as it was written and nothing else, there is nothing to solve.
+  const auto plain = [&](const dae::StartRequest& start) {
+    return start.fix.size() == x_.size() && std::all_of(x_.begin(), x_.end(), [&](Expr x) {
+             return std::any_of(start.fix.begin(), start.fix.end(),
+                                [&](const auto& f) { return f.first == x && std::isfinite(f.second); });
+           });
+  };
+  const auto& sets = request_->sets;
+  plain_start_ = dae::original(request_->model) == request_->model && request_->model->invariants.empty() &&
+                 plain(start_request(*request_, sets[0])) &&
+                 std::none_of(sets.begin(), sets.end(), [](const SweepSet& s) { return s.at != nullptr; });
+}
+
+/// The sets of one worker.
+class LaneSweep::Client : public EnsembleClient {
+ public:
+  Client(const LaneSweep& sweep, SharedSlots& slots, TaskQueue& queue, int most,
+         const std::function<void(int)>& progress)
+      : sweep_(sweep), slots_(slots), queue_(queue), left_(most), progress_(progress) {
+    base_.assign(sweep.x_.size(), 0);
+    if (sweep.plain_start_)
+      for (const auto& [leaf, value] : sweep.request_->simulation.start->request.fix)
+        put(base_.data(), leaf, value);
+  }
+
+  int next(double* x, double* p) override {
+    while (left_ > 0) {
+      const int run = queue_.next();
+      if (run < 0) return -1;
+      --left_;
+      mine_.push_back(run);
+      if (begin(sweep_.request_->sets[run], run, x, p)) return run;
+    }
+    return -1;
+  }
+  void point(int run, int place, double t, const double* x, const double* xdot, const double* p) override {
+    double* to = slots_.numbers(run) + head + sweep_.stored_.size() * static_cast<std::size_t>(place + 1);
+    for (const auto& [source, k] : sweep_.stored_)
+      *to++ = source == Source::time   ? t
+              : source == Source::x    ? x[k]
+              : source == Source::xdot ? xdot[k]
+                                       : p[k];
+    if (place < 0) slots_.numbers(run)[0] = t;
+  }
+  void finished(int run, const Stats& stats) override {
+    double* numbers = slots_.numbers(run);
+    numbers[1] = static_cast<double>(stats.steps), numbers[2] = static_cast<double>(stats.rejected);
+    numbers[3] = static_cast<double>(stats.evaluations);
+    end(run, SharedSlots::State::done);
+  }
+  void abandoned(int run) override { end(run, SharedSlots::State::apart); }
+  /// Nothing of this worker is left running.
+  void give_back() {
+    for (int run : mine_) slots_.set(run, SharedSlots::State::waiting);
+    mine_.clear();
+  }
+
+ private:
+  void put(double* x, Expr leaf, double value) const {
+    const auto at = std::find(sweep_.x_.begin(), sweep_.x_.end(), leaf);
+    if (at != sweep_.x_.end()) x[at - sweep_.x_.begin()] = value;
+  }
+  /// False: it cannot be started, and the slot says why.
+  bool begin(const SweepSet& set, int run, double* x, double* p) {
+    std::copy(sweep_.parameters_.begin(), sweep_.parameters_.end(), p);
+    for (const auto& [leaf, value] : set.parameters)
+      for (const auto& [known, number] : sweep_.p_)
+        if (known == leaf) p[number] = value;
+    if (sweep_.plain_start_) {
+      std::copy(base_.begin(), base_.end(), x);
+      for (const auto& [leaf, value] : set.start) put(x, leaf, value);
+      return true;
+    }
+    poll_interrupt();
+    try {
+      const auto start = dae::init(sweep_.request_->model, start_request(*sweep_.request_, set));
+      for (std::size_t i = 0; i < sweep_.x_.size(); ++i) x[i] = start->values.at(sweep_.x_[i]);
+      return true;
+    } catch (const UserFacing& error) {
+      end(run, SharedSlots::State::failed, error.what());
+      return false;
+    }
+  }
+  void end(int run, SharedSlots::State state, const std::string& text = "") {
+    slots_.set(run, state, text);
+    const auto at = std::find(mine_.begin(), mine_.end(), run);
+    *at = mine_.back();
+    mine_.pop_back();
+    if (progress_) progress_(slots_.finished());
+  }
+
+  const LaneSweep& sweep_;
+  SharedSlots& slots_;
+  TaskQueue& queue_;
+  int left_;
+  const std::function<void(int)>& progress_;
+  std::vector<double> base_;
+  std::vector<int> mine_;  ///< that are running
+};
+
+void LaneSweep::drain(SharedSlots& slots, TaskQueue& queue, const std::vector<double>& times, int most,
+                      const std::function<void(int)>& progress) const {
+  EnsemblePlan plan = plan_;
+  plan.times = times;
+  Client client(*this, slots, queue, most, progress);
+  const FlushDenormals guard;
+  try {
+    Ensemble(code_, std::move(plan)).run(client);
+  } catch (const Interrupted&) {
+    client.give_back();
+    throw;
+  }
+}
+
+}  // namespace pendula::integrate

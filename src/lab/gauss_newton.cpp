@@ -1,0 +1,267 @@
+#include "lab/gauss_newton.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "base/decompositions.hpp"
+#include "base/error.hpp"
+#include "base/interrupt.hpp"
+
+namespace pendula::integrate {
+namespace {
+
+using Eigen::Index;
+constexpr double eps = std::numeric_limits<double>::epsilon();
+constexpr double rank_threshold = 1e-9;  ///< of singular values of J with columns scaled to length 1
+constexpr double slow = 1e-6;  ///< a predicted rate above this shows as linear convergence in the end
+
+class Solver {
+ public:
+  Solver(const NumericFunction& f, const GaussNewtonSettings& settings, const Vec& start)
+      : f_(f), settings_(settings), x_(start), R_(f.outputs), J_(f.outputs, f.n()), trial_R_(f.outputs) {
+    scale_ = Vec::Zero(f.n());
+  }
+
+  GaussNewtonRun run() {
+    f_.value(x_, R_);
+    if (!R_.allFinite()) {
+      std::string what = f_.undefined ? f_.undefined(x_) : "";
+      throw Error("R is not finite at the start" + (what.empty() ? "" : "; " + what));
+    }
+    std::string status = "not converged";
+    while (true) {
+      poll_interrupt();
+      linearise();
+      if (!J_.allFinite()) {
+        status = "undefined";
+        break;
+      }
+      const Vec step = gauss_newton_step();
+      if (small(step) || R_.norm() <= noise()) {
+        status = "converged";
+        break;
+      }
+      if (run_.iterations() >= settings_.max) break;
+      if (!advance(step)) {
+        status = stationary() ? "converged" : R_.allFinite() ? "stalled" : "undefined";
+        break;
+      }
+    }
+    run_.status = status;
+    run_.converged = status == "converged";
+    finish();
+    return std::move(run_);
+  }
+
+ private:
+  void linearise() {
+    if (f_.jacobian)
+      f_.jacobian(x_, J_);
+    else
+      difference_jacobian(f_, x_, R_, 0, J_);
+    run_.x.push_back(x_);
+    run_.norm.push_back(R_.norm());
+    run_.gradient.push_back((J_.transpose() * R_).norm());
+    scale_ = scale_.cwiseMax(J_.colwise().norm().transpose());
+    for (double& s : scale_)
+      if (s == 0) s = 1;
+  }
+  double noise() const { return 8 * eps * (J_.cwiseAbs() * x_.cwiseAbs()).norm(); }
+
+  /// The shortest solution of min ‖J Δx + R‖ in scaled unknowns.
+  Vec gauss_newton_step() const {
+    const Mat scaled = J_ * scale_.cwiseInverse().asDiagonal();
+    Eigen::CompleteOrthogonalDecomposition<Mat> qr;
+    qr.setThreshold(rank_threshold);
+    qr.compute(scaled);
+    return scale_.cwiseInverse().cwiseProduct(qr.solve(-R_));
+  }
+  Vec marquardt_step(double lambda) const {
+    const Index n = f_.n(), m = f_.outputs;
+    Mat stacked(m + n, n);
+    stacked << J_, Mat(std::sqrt(lambda) * scale_.asDiagonal().toDenseMatrix());
+    Vec right = Vec::Zero(m + n);
+    right.head(m) = -R_;
+    return stacked.colPivHouseholderQr().solve(right);
+  }
+
+  bool small(const Vec& step) const {
+    // The relative offset of Bates & Watts, Nonlinear Regression Analysis, 1988, §2.2.3: R is orthogonal to
+    // the tangent space.
+    if ((J_ * step).norm() <= settings_.tol * R_.norm()) return true;
+    const double floor = 1e-3 * x_.lpNorm<Eigen::Infinity>() + 1e-300;
+    for (Index j = 0; j < step.size(); ++j)
+      if (!(std::fabs(step[j]) <= settings_.tol * std::max(std::fabs(x_[j]), floor))) return false;
+    return true;
+  }
+  /// No direction of descent is left that rounding would not hide.
+  bool stationary() const {
+    const Vec g = J_.transpose() * R_;
+    for (Index j = 0; j < g.size(); ++j)
+      if (std::fabs(g[j]) > 1e-7 * scale_[j] * R_.norm()) return false;
+    return true;
+  }
+
+  bool accept(const Vec& step, double alpha, double lambda, bool always) {
+    const Vec trial = x_ + alpha * step;
+    f_.value(trial, trial_R_);
+    const double before = R_.squaredNorm(), slope = 2 * alpha * (J_.transpose() * R_).dot(step);
+    // A decrease below rounding cannot be tested: such steps are taken as they are.
+    const double allowed = std::fabs(slope) < 1e-10 * before ? 1e-10 * before : 1e-4 * slope;
+    if (!always && !(trial_R_.squaredNorm() <= before + allowed && trial_R_.allFinite())) return false;
+    x_ = trial;
+    R_.swap(trial_R_);
+    run_.alpha.push_back(alpha), run_.lambda.push_back(lambda);
+    return true;
+  }
+  bool search(const Vec& step, double least) {
+    for (double alpha = 1; alpha >= least; alpha /= 2)
+      if (accept(step, alpha, 0, false)) return true;
+    return false;
+  }
+  bool marquardt() {
+    for (int attempt = 0; attempt < 40; ++attempt) {
+      if (accept(marquardt_step(lambda_), 1, lambda_, false)) {
+        lambda_ = std::max(lambda_ / 10, 1e-15);
+        return true;
+      }
+      lambda_ = std::min(lambda_ * 10, 1e20);
+    }
+    return false;
+  }
+  bool advance(const Vec& step) {
+    switch (settings_.damping) {
+      case Damping::fixed:
+        accept(step, settings_.alpha, 0, true);
+        return R_.allFinite() && x_.norm() < 1e100;
+      case Damping::line_search:
+        return search(step, 1e-6);
+      case Damping::marquardt:
+        return marquardt();
+      case Damping::automatic:
+        return search(step, 1.0 / 16) || marquardt();
+    }
+    return false;
+  }
+
+  void finish() {
+    run_.R = run_.x.back() == x_ ? R_ : Vec(Vec::Constant(f_.outputs, NAN));
+    run_.J = J_;
+    if (!J_.allFinite() || !run_.R.allFinite()) return;
+    find_rank();
+    const auto m = f_.outputs;
+    run_.exact_data = R_.norm() <= 100 * noise();
+    if (m > run_.rank) run_.variance = R_.squaredNorm() / (m - run_.rank);
+    if (run_.rank == f_.n() && m > f_.n()) {
+      // (JᵀJ)⁻¹ = D⁻¹ R⁻¹R⁻ᵀ D⁻¹ with J D⁻¹ = QR: the condition is not squared.
+      const Vec shrink = J_.colwise().norm().cwiseInverse();
+      const Mat QR = (J_ * shrink.asDiagonal()).eval().householderQr().matrixQR();
+      const Mat inverse = shrink.asDiagonal() * QR.topRows(f_.n()).triangularView<Eigen::Upper>().solve(
+                                                    Mat::Identity(f_.n(), f_.n()));
+      run_.covariance = run_.variance * inverse * inverse.transpose();
+    }
+  }
+  void find_rank() {
+    Vec length = J_.colwise().norm();
+    for (double& s : length) s = s > 1e-14 * scale_.maxCoeff() ? s : 1;
+    const Mat scaled = J_ * length.cwiseInverse().asDiagonal();
+    const Eigen::JacobiSVD<Mat, Eigen::HouseholderQRPreconditioner> svd(
+        scaled.rows() >= scaled.cols() ? scaled : padded(scaled), Eigen::ComputeThinU | Eigen::ComputeThinV);
+    const Vec& sigma = svd.singularValues();
+    run_.rank = 0;
+    for (double s : sigma) run_.rank += s > rank_threshold * std::max(sigma[0], 1e-300) && s > 0;
+    run_.undetermined =
+        readable(length.cwiseInverse().asDiagonal() * svd.matrixV().rightCols(f_.n() - run_.rank));
+  }
+  /// The same space by vectors with as many zeros as elimination gives, largest component 1.
+  static Mat readable(Mat N) {
+    std::vector<Index> pivots;
+    for (Index k = 0; k < N.cols(); ++k) {
+      Index row = 0;
+      Vec free = N.col(k).cwiseAbs();
+      for (Index p : pivots) free[p] = 0;
+      free.maxCoeff(&row);
+      for (Index other = 0; other < N.cols(); ++other)
+        if (other != k) N.col(other) -= N.col(k) * (N(row, other) / N(row, k));
+      pivots.push_back(row);
+    }
+    for (auto column : N.colwise()) {
+      const double most = column.cwiseAbs().maxCoeff();
+      Index first = 0;
+      while (std::fabs(column[first]) < (1 - 1e-6) * most) ++first;
+      column /= column[first];
+    }
+    return N;
+  }
+  /// Fewer residuals than unknowns: rows of zeros.
+  static Mat padded(const Mat& A) {
+    Mat square = Mat::Zero(A.cols(), A.cols());
+    square.topRows(A.rows()) = A;
+    return square;
+  }
+
+  const NumericFunction& f_;
+  const GaussNewtonSettings& settings_;
+  Vec x_, R_;
+  Mat J_;
+  Vec trial_R_, scale_;
+  double lambda_ = 1e-3;
+  GaussNewtonRun run_;
+};
+
+/// x⋆ by Newton's method with the exact Hessian, from the last iterate.
+Vec polished(const NumericFunction& f, Vec x) {
+  Vec R(f.outputs);
+  Mat J(f.outputs, f.n()), S(f.n(), f.n());
+  double previous = std::numeric_limits<double>::infinity();
+  for (int k = 0; k < 30; ++k) {
+    f.value(x, R), f.jacobian(x, J), f.curvature(x, R, S);
+    const Vec correction = (J.transpose() * J + S).partialPivLu().solve(J.transpose() * R);
+    const double length = correction.norm();
+    if (!std::isfinite(length) || length >= previous) break;
+    x -= correction;
+    previous = length;
+    if (length <= 2 * eps * x.norm()) break;
+  }
+  return x;
+}
+
+/// Predicted and observed rate: what dropping S costs.
+void analyse(const NumericFunction& f, GaussNewtonRun& run) {
+  if (!run.converged || run.rank < f.n() || run.iterations() == 0) return;
+  const Mat JtJ = run.J.transpose() * run.J;
+  Vec root = run.x.back();
+  if (f.curvature && f.jacobian) {
+    run.S.resize(f.n(), f.n());
+    f.curvature(root, run.R, run.S);
+    if (run.S.allFinite()) {
+      const Mat relative = JtJ.partialPivLu().solve(run.S);
+      const Vec eigenvalues = relative.eigenvalues().real();  // real: S symmetric, JᵀJ positive definite
+      run.curvature = 1 + eigenvalues.minCoeff();
+      const double alpha = run.alpha.back();
+      for (double e : eigenvalues) run.predicted = std::max(run.predicted, std::fabs(1 - alpha * (1 + e)));
+      if (run.lambda.back() > 0) run.predicted = -1;
+      if (run.curvature > 0.01) root = polished(f, root);
+    }
+  }
+  // The gradient JᵀR is known to the rounding of its terms.
+  const Vec gradient_noise =
+      8 * eps * (run.J.cwiseAbs().transpose() * (run.R.cwiseAbs() + run.J.cwiseAbs() * root.cwiseAbs()));
+  double largest = 0;
+  for (const Vec& x : run.x) largest = std::max(largest, x.norm());
+  const double noise = 4 * eps * largest + (JtJ.inverse().cwiseAbs() * gradient_noise).norm();
+  run.observed = observe(run.x, root, noise, run.predicted > slow);
+}
+
+}  // namespace
+
+GaussNewtonRun gauss_newton(const NumericFunction& R, const GaussNewtonSettings& settings, const Vec& start) {
+  PENDULA_ASSERT(start.size() == R.n() && R.outputs > 0, "least squares with wrong sizes");
+  GaussNewtonRun run = Solver(R, settings, start).run();
+  analyse(R, run);
+  run.verdict = gauss_newton_verdict(R, run);
+  return run;
+}
+
+}  // namespace pendula::integrate

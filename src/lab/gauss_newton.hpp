@@ -1,0 +1,73 @@
+// Nonlinear least squares in the open: min ½‖R(x)‖² (exam (80)) by Gauss–Newton.
+//
+//     (JᵀJ) Δx = -JᵀR,  x ← x + α Δx,   J = ∂R/∂x
+//
+// The exact Hessian is JᵀJ + S with S = Σ Rᵢ ∇²Rᵢ; Gauss–Newton drops S (81). Near a minimum the error
+// therefore obeys e₊ = (I - α (JᵀJ)⁻¹(JᵀJ + S)) e: convergence is quadratic where S = 0 (zero residuals,
+// linear R) and linear with the spectral radius of (JᵀJ)⁻¹S otherwise (Björck, Numerical Methods for Least
+// Squares Problems, 1996, §9.2.1).
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "lab/numeric_function.hpp"
+#include "lab/observed_order.hpp"
+
+namespace pendula::integrate {
+
+enum class Damping {
+  automatic,    ///< α = 1, ½ … 1/16; where that fails, Levenberg–Marquardt
+  fixed,        ///< α as given, no questions asked
+  line_search,  ///< α = 1, ½, ¼ …
+  marquardt     ///< (JᵀJ + λD²) Δx = -JᵀR with λ adapted in every step
+};
+
+struct GaussNewtonSettings {
+  Damping damping = Damping::automatic;
+  double alpha = 1;
+  double tol = 1e-10;  ///< converged when no component of the Gauss–Newton step is above tol relative to x
+  int max = 200;
+};
+
+struct GaussNewtonRun {
+  std::vector<Vec> x;                  ///< x₀ (the start), x₁, …
+  std::vector<double> norm, gradient;  ///< ‖R‖ and ‖JᵀR‖ of every iterate
+  std::vector<double> alpha, lambda;   ///< of the step from xₖ; λ = 0: a Gauss–Newton step
+  bool converged = false;
+  std::string status;  ///< "converged", "not converged", "stalled", "undefined"
+
+  // ── at the last iterate ──
+  Vec R;
+  Mat J;
+  Mat S;  ///< Σ Rᵢ ∇²Rᵢ, empty if not known
+  int rank = 0;
+  Mat undetermined;         ///< directions that change no residual to first order, one per column (n - rank)
+  double variance = 0;      ///< σ² = ‖R‖²/(m - rank); 0 without redundancy (m = rank)
+  Mat covariance;           ///< σ²(JᵀJ)⁻¹; empty if J is rank-deficient or m = n
+  bool exact_data = false;  ///< ‖R‖ is rounding: σ² means nothing
+  double predicted = -1;    ///< spectral radius of I - α (JᵀJ)⁻¹(JᵀJ + S); -1: not known
+  double curvature = 0;     ///< smallest eigenvalue of the exact Hessian, scaled by JᵀJ; 0: not known
+  Observed observed;
+  std::string verdict;
+
+  int iterations() const { return static_cast<int>(x.size()) - 1; }
+};
+
+/// Requires R: ℝⁿ → ℝᵐ and a finite start where R is finite. Deterministic.
+/// cost  per iteration one evaluation of R and J, one QR of m × n and, for damped steps, further evaluations
+/// of R
+GaussNewtonRun gauss_newton(const NumericFunction& R, const GaussNewtonSettings& settings, const Vec& start);
+
+/// The approximation, the table of iterates, parameters ± standard deviation, the verdict.
+std::string gauss_newton_text(const NumericFunction& R, const GaussNewtonSettings& settings,
+                              const GaussNewtonRun& run);
+
+/// The verdict of a finished run: rate and its reason, or why it did not converge, and what is not
+/// determined.
+std::string gauss_newton_verdict(const NumericFunction& R, const GaussNewtonRun& run);
+
+/// What the data cannot tell: "(a, b) can move along (1, -1) …; only a + b is determined".
+std::string undetermined_text(const std::vector<std::string>& names, const Mat& directions);
+
+}  // namespace pendula::integrate

@@ -1,0 +1,302 @@
+// What the iterates say: errors, observed order and rate, and the reason for them in words.
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "base/decompositions.hpp"
+#include "base/error.hpp"
+#include "base/text.hpp"
+#include "lab/newton_lab.hpp"
+
+namespace pendula::integrate {
+namespace {
+
+using Eigen::Index;
+constexpr double eps = std::numeric_limits<double>::epsilon();
+constexpr double flat = 1e-3;  ///< scaled singular value below which a root may be singular
+constexpr double slow = 1e-3;  ///< a predicted rate above this is linear convergence one can see
+
+class Judge {
+ public:
+  Judge(const NumericFunction& r, const NewtonSettings& settings, NewtonRun& run)
+      : r_(r), settings_(settings), run_(run), root_(run.x.back()) {}
+
+  void converged() {
+    if (no_root_near()) {
+      run_.ending = Ending::vanishing;
+      run_.verdict =
+          text("No root is near: ‖r‖ falls below tol, but the steps do not become shorter (the last one is ",
+               rounded(step(last() - 1), 3), " long); r tends to zero only as x moves away.");
+      return;
+    }
+    if (last() == 0) {
+      run_.verdict = "Nothing to do: the start satisfies the equations within tol.";
+      return;
+    }
+    const Mat at_start = derivative(run_.x.front()), J = derivative(root_);
+    const Conditioning here = conditioning(J, at_start.cwiseAbs());
+    run_.singular_root = here.smallest < flat && last() > 2 && steps_ratio() > 0.3;
+    if (run_.singular_root) {
+      run_.null_vector = here.null_vector;
+      extrapolate();
+    } else {
+      polish();
+    }
+    const Mat final_J = derivative(root_);
+    run_.condition = conditioning(final_J).condition();
+    predict(final_J);
+    measure(final_J);
+    run_.verdict = words(at_start, final_J);
+  }
+
+  std::string not_converged() const {
+    switch (run_.ending) {
+      case Ending::singular:
+        return singular_words();
+      case Ending::cycle:
+        return cycle_words();
+      case Ending::diverged:
+        return text("No convergence: the iterates diverge, ‖x‖ grows to ", rounded(run_.x.back().norm(), 2),
+                    " in ", counted(last(), "iteration"),
+                    ". Newton's method converges from a neighbourhood of a root only", help());
+      case Ending::undefined:
+        return text("No convergence: at iterate ", last(), " the equations cannot be evaluated",
+                    run_.explanation.empty() ? "" : "; " + run_.explanation,
+                    settings_.line_search || last() == 0
+                        ? ". Start where they are defined."
+                        : ". A step left their domain; alpha = \"line search\" shortens such steps.");
+      case Ending::stuck:
+        return stuck_words();
+      default:
+        return exhausted_words();
+    }
+  }
+
+ private:
+  int last() const { return run_.iterations(); }
+  static std::string counted(int n, const char* what) { return text(n, " ", what, n == 1 ? "" : "s"); }
+  double step(int k) const { return (run_.x[k + 1] - run_.x[k]).norm(); }
+  double steps_ratio() const { return last() >= 2 ? step(last() - 1) / step(last() - 2) : 0; }
+  bool no_root_near() const {
+    return last() >= 3 && steps_ratio() > 0.9 && step(last() - 1) > 1e-3 * (1 + run_.x.back().norm());
+  }
+
+  Mat derivative(const Vec& x) const {
+    Mat J(r_.outputs, r_.n());
+    if (r_.jacobian) {
+      r_.jacobian(x, J);
+    } else {
+      Vec r(r_.outputs);
+      r_.value(x, r);
+      difference_jacobian(r_, x, r, 0, J);
+    }
+    return J;
+  }
+
+  /// x⋆ by exact full steps from the last iterate, until they no longer become shorter.
+  void polish() {
+    Vec r(r_.outputs);
+    double previous = std::numeric_limits<double>::infinity();
+    for (int k = 0; k < 60; ++k) {
+      r_.value(root_, r);
+      const Vec correction = derivative(root_).partialPivLu().solve(r);
+      const double length = correction.norm();
+      if (!std::isfinite(length) || length >= previous) return;
+      root_ -= correction;
+      previous = length;
+      if (length <= 2 * eps * root_.norm()) return;
+    }
+  }
+
+  /// x⋆ of a linearly convergent sequence: the rest of the geometric series (Aitken).
+  void extrapolate() {
+    const double q = std::min(steps_ratio(), 0.99);
+    const auto k = static_cast<std::size_t>(last());
+    root_ = run_.x[k] + (run_.x[k] - run_.x[k - 1]) * (q / (1 - q));
+  }
+
+  /// The matrix of the last step at the root, and the spectral radius of I - α M⁻¹ J there.
+  void predict(const Mat& J) {
+    if (run_.singular_root || !J.allFinite()) return;
+    Mat M = J;
+    if (settings_.jacobian == JacobianKind::given) settings_.given(root_, M);
+    if (settings_.jacobian == JacobianKind::frozen) M = derivative(run_.x.front());
+    if (settings_.jacobian == JacobianKind::finite_difference) {
+      Vec r(r_.outputs);
+      r_.value(root_, r);
+      difference_jacobian(r_, root_, r, settings_.difference, M);
+    }
+    const Mat map = Mat::Identity(J.rows(), J.rows()) - run_.alpha.back() * M.partialPivLu().solve(J);
+    if (map.allFinite()) run_.predicted = map.eigenvalues().cwiseAbs().maxCoeff();
+  }
+
+  void measure(const Mat& J) {
+    const bool linear = run_.singular_root || run_.predicted > slow;
+    double noise = 4 * eps * root_.norm();
+    if (run_.singular_root)  // the extrapolated x⋆ is no better than the last iterates
+      noise = 5 * (run_.x.back() - root_).norm() / above_noise;
+    else
+      noise += (J.inverse().cwiseAbs() * (8 * eps * (J.cwiseAbs() * root_.cwiseAbs()))).norm();
+    run_.observed = observe(run_.x, root_, noise, linear);
+  }
+
+  // ── words ──
+
+  std::string jacobian_words() const {
+    switch (settings_.jacobian) {
+      case JacobianKind::exact:
+        return "exact Jacobian";
+      case JacobianKind::finite_difference:
+        return "finite-difference Jacobian";
+      case JacobianKind::frozen:
+        return "frozen Jacobian";
+      case JacobianKind::given:
+        return "given Jacobian";
+    }
+    return "";
+  }
+  std::string null_words(const Vec& v) const {
+    return r_.n() == 1 ? " (∂r/∂x = 0)" : "; its null vector is " + direction_text(r_.unknowns, v);
+  }
+  std::string help() const {
+    return settings_.line_search ? "; start elsewhere."
+                                 : "; start nearer, or shorten the steps with alpha = \"line search\".";
+  }
+  std::string damping_words() const {
+    int damped = 0;
+    for (double alpha : run_.alpha) damped += alpha < 1;
+    if (!settings_.line_search || damped == 0) return "";
+    return text(" The line search shortened ", counted(damped, "step"), "; near the solution α = 1.");
+  }
+
+  std::string words(const Mat& at_start, const Mat& J) const {
+    if (run_.singular_root) return singular_root_words();
+    if (run_.predicted > slow) return linear_words();
+    const bool exact = settings_.jacobian == JacobianKind::exact;
+    const std::string conditions =
+        text(exact ? "the Jacobian is exact" : "the " + jacobian_words() + " is very nearly exact",
+             ", full steps α = 1 are taken, and ∂r/∂x is regular at the solution (condition number ",
+             condition_text(run_.condition), ")");
+    if (last() == 1 && (J - at_start).norm() <= 1e-12 * J.norm())
+      return "Converged in one step: the equations are linear, and a full Newton step solves them exactly.";
+    if (run_.observed.order >= 2.6)
+      return text("Converged faster than quadratically, observed order ", order_text(),
+                  ": the second-order term of the error vanishes at this solution; ", conditions, ".",
+                  damping_words());
+    if (run_.observed.order >= 1.5)
+      return text("Converged quadratically: ‖e₊‖ ≈ ", rounded(run_.observed.rate, 3),
+                  " ‖e‖², observed order ", order_text(), "; ", conditions,
+                  ". Every step doubles the number of correct digits.", damping_words());
+    return text("Converged. Convergence is quadratic in theory, since ", conditions,
+                "; the iterates above rounding are too few or too far away to measure the order.",
+                damping_words());
+  }
+  std::string order_text() const {
+    char buffer[32];
+    std::snprintf(buffer, sizeof buffer, "%.2f", run_.observed.order);
+    return buffer;
+  }
+
+  std::string linear_words() const {
+    const std::string observed =
+        text("Converged linearly: ‖e₊‖ ≈ ",
+             rounded(run_.observed.rate > 0 ? run_.observed.rate : run_.predicted, 3), " ‖e‖, because ");
+    const double alpha = run_.alpha.back();
+    if (settings_.jacobian == JacobianKind::exact)
+      return text(observed, "α = ", rounded(alpha, 6),
+                  " < 1: near the solution a damped step leaves the part 1 - α = ", rounded(1 - alpha, 6),
+                  " of the error. Full steps α = 1 would converge quadratically.");
+    const std::string whose = settings_.jacobian == JacobianKind::frozen  ? "frozen at the start"
+                              : settings_.jacobian == JacobianKind::given ? "the given approximation"
+                                                                          : "a coarse difference quotient";
+    return text(observed, "the Jacobian M is ", whose,
+                alpha < 1 ? text(" and α = ", rounded(alpha, 6), " < 1") : "",
+                ": the rate is the spectral radius of I - α M⁻¹ ∂r/∂x, ", rounded(run_.predicted, 3),
+                " at the solution. The exact Jacobian with α = 1 would converge quadratically.");
+  }
+
+  std::string singular_root_words() const {
+    const double alpha = run_.alpha.back(), q = run_.observed.rate > 0 ? run_.observed.rate : steps_ratio();
+    const int multiplicity = static_cast<int>(std::lround(alpha / (1 - q)));
+    return text("Converged linearly to a singular solution: ‖e₊‖ ≈ ", rounded(q, 3),
+                " ‖e‖, because ∂r/∂x is singular there", null_words(run_.null_vector),
+                ". At a root of multiplicity m the rate is 1 - α/m",
+                multiplicity >= 2 && multiplicity < 10 ? text(" (here m = ", multiplicity, ")") : "",
+                ", and only about one m-th of the digits of x can be found.");
+  }
+
+  std::string singular_words() const {
+    std::string out = text("No convergence: at iterate ", last(), " the ", jacobian_words(), " is singular",
+                           null_words(run_.null_vector),
+                           r_.n() > 1 ? ": to first order no equation changes in this direction" : "");
+    return text(
+        out, settings_.jacobian == JacobianKind::given ? ". Give a regular matrix." : ". Start elsewhere.");
+  }
+
+  std::string cycle_words() const {
+    std::vector<std::string> points;
+    for (int i = 0; i < std::min(run_.period, 4); ++i) {
+      std::vector<std::string> values;
+      const Vec& x = run_.x[last() - run_.period + 1 + i];
+      for (Index j = 0; j < std::min<Index>(x.size(), 4); ++j)
+        values.push_back(rounded(std::fabs(x[j]) < 1e-9 * x.norm() || std::fabs(x[j]) < 1e-9 ? 0 : x[j], 6));
+      points.push_back("(" + join(values, ", ") + (x.size() > 4 ? ", …)" : ")"));
+    }
+    return text("No convergence: the iterates run through a cycle of period ", run_.period, ": ",
+                join(points, " → "), run_.period > 4 ? " → …" : "", help());
+  }
+
+  std::string stuck_words() const {
+    const Mat J = derivative(run_.x.back());
+    const Conditioning c = conditioning(J, derivative(run_.x.front()).cwiseAbs());
+    const std::string where = text("No convergence: at iterate ", last(),
+                                   " no step along Δx reduces ‖r‖ = ", rounded(run_.norm.back(), 3));
+    if (c.smallest < flat)
+      return text(where, ": a minimum of ‖r‖ that is no root. ∂r/∂x is nearly singular there",
+                  null_words(c.null_vector), ". Start elsewhere.");
+    return text(where,
+                settings_.jacobian == JacobianKind::exact
+                    ? ". Start elsewhere."
+                    : ": the approximate Jacobian gives no direction of descent. Use jacobian = \"exact\".");
+  }
+
+  std::string exhausted_words() const {
+    const std::string start =
+        text("Not converged after ", counted(last(), "iteration"), ": ‖r‖ = ", rounded(run_.norm.back(), 3));
+    const int back = std::min(5, last());
+    const auto end = static_cast<std::size_t>(last());
+    bool falling = back > 0;
+    for (int k = 0; k < back; ++k) {
+      const auto i = end - static_cast<std::size_t>(k);
+      falling = falling && run_.norm[i] < run_.norm[i - 1];
+    }
+    if (!falling)
+      return text(start, " and it does not fall steadily: the iterates wander, perhaps there is no root near",
+                  help());
+    const double q =
+        std::pow(run_.norm[end] / run_.norm[end - static_cast<std::size_t>(back)], 1.0 / std::max(1, back));
+    const double more = std::ceil(std::log(settings_.tol / run_.norm[end]) / std::log(q));
+    if (q < 0.9999 && more < 1e5)
+      return text(start, " still falls by the factor ", rounded(q, 3), " per iteration; about ",
+                  counted(static_cast<int>(more), "more iteration"), " would be needed: raise max.");
+    return text(start, " falls by the factor ", rounded(q, 5), " per iteration, too slowly to converge",
+                help());
+  }
+
+  const NumericFunction& r_;
+  const NewtonSettings& settings_;
+  NewtonRun& run_;
+  Vec root_;
+};
+
+}  // namespace
+
+void judge(const NumericFunction& r, const NewtonSettings& settings, NewtonRun& run) {
+  Judge judge(r, settings, run);
+  if (run.converged())
+    judge.converged();
+  else
+    run.verdict = judge.not_converged();
+}
+
+}  // namespace pendula::integrate

@@ -1,0 +1,264 @@
+// The `dae` module: models, conversions, constraints. Reads arguments, calls src/dae.
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <cstring>
+
+#include "base/text.hpp"
+
+#include "dae/index/differentiation_index.hpp"
+#include "dae/model/lineage.hpp"
+#include "dae/model/truncated_text.hpp"
+#include "dae/reduce/reduce.hpp"
+#include "dae/start/start.hpp"
+#include "expr/print/print.hpp"
+#include "lua/bind/dae/dae.hpp"
+#include "lua/core/inputs.hpp"
+#include "lua/core/objects.hpp"
+#include "lua/core/values.hpp"
+
+namespace pendula::lua {
+
+namespace {
+
+VecX option_column(Call& call, const Options& options, const char* key) {
+  if (!options.has(key)) return {};
+  const VecX v = to_column(call.L, options.push(key), key);
+  lua_pop(call.L, 1);
+  return v;
+}
+
+MatX option_matrix(Call& call, const Options& options, const char* key) {
+  if (!options.has(key)) return {};
+  const MatX m = to_matrix(call.L, options.push(key), key);
+  lua_pop(call.L, 1);
+  return m;
+}
+
+const dae::Model& model_of(Call& call) { return call.object<dae::Model>(1, "model"); }
+dae::ModelPtr model_ptr(Call& call) { return call.shared<dae::Model>(1, "model"); }
+
+std::vector<dae::Block> to_blocks(const std::vector<Equation>& equations) {
+  std::vector<dae::Block> blocks;
+  for (const Equation& e : equations) {
+    const VecX l = Eigen::Map<const VecX>(e.lhs.data(), e.lhs.size()),
+               r = Eigen::Map<const VecX>(e.rhs.data(), e.rhs.size());
+    blocks.push_back({l, r, ""});
+  }
+  return blocks;
+}
+
+int make(Call& call) {
+  lua_State* L = call.L;
+  call.table(1, "equations");
+  dae::ModelOptions options;
+  lua_newtable(L);  // the same list without the option `name`
+  const int list = lua_gettop(L);
+  for (lua_pushnil(L); lua_next(L, 1);) {
+    if (lua_type(L, -2) == LUA_TSTRING && std::strcmp(lua_tostring(L, -2), "name") == 0) {
+      if (lua_type(L, -1) != LUA_TSTRING) throw Error(text("name must be a string, got ", describe(L, -1)));
+      options.name = lua_tostring(L, -1);
+      lua_pop(L, 1);
+      continue;
+    }
+    lua_pushvalue(L, -2);
+    lua_insert(L, -2);
+    lua_settable(L, list);
+  }
+  return call.push(dae::make_model(to_blocks(to_equations(L, list, "the list of equations")), options));
+}
+
+int make_semi_explicit(Call& call) {
+  const Options o = call.options(1, {"x", "z", "u", "f", "g", "name"});
+  if (!o.has("x") || !o.has("f")) throw Error("expected { x =, z =, u =, f =, g = }: x and f are required");
+  return call.push(dae::semi_explicit(option_column(call, o, "x"), option_column(call, o, "z"),
+                                      option_column(call, o, "u"), option_column(call, o, "f"),
+                                      option_column(call, o, "g"), o.string("name", "")));
+}
+
+int make_implicit(Call& call) {
+  const Options o = call.options(1, {"x", "z", "u", "F", "name"});
+  if (!o.has("F")) throw Error("expected { x =, z =, u =, F = }: F(x′, x, z, u) is required");
+  return call.push(dae::implicit(option_column(call, o, "x"), option_column(call, o, "z"),
+                                 option_column(call, o, "u"), option_column(call, o, "F"),
+                                 o.string("name", "")));
+}
+
+int make_linear(Call& call) {
+  const Options o = call.options(1, {"E", "A", "B", "x", "u", "name"});
+  if (!o.has("E") || !o.has("A")) throw Error("expected { E =, A =, B =, u = }: E and A are required");
+  return call.push(dae::linear(option_matrix(call, o, "E"), option_matrix(call, o, "A"),
+                               option_matrix(call, o, "B"), option_column(call, o, "x"),
+                               option_column(call, o, "u"), o.string("name", "")));
+}
+
+int kind(Call& call) { return call.push(dae::kind_name(model_of(call).kind)); }
+int name(Call& call) { return call.push(model_of(call).name); }
+int form(Call& call) { return call.push(model_of(call).form); }
+
+int push_list(Call& call, const std::vector<Expr>& list) { return push_matrix(call.L, MatX(column(list))); }
+int differential(Call& call) { return push_list(call, model_of(call).states()); }
+int algebraic(Call& call) { return push_list(call, model_of(call).algebraic()); }
+int inputs(Call& call) { return push_list(call, model_of(call).inputs); }
+int parameters(Call& call) { return push_list(call, model_of(call).parameters); }
+
+int domain(Call& call) {
+  std::vector<Expr> factors;
+  for (const dae::Nonzero& n : model_of(call).domain) factors.push_back(n.factor);
+  return push_list(call, factors);
+}
+
+int equations(Call& call) {
+  const auto& blocks = model_of(call).blocks;
+  lua_createtable(call.L, static_cast<int>(blocks.size()), 0);
+  for (std::size_t b = 0; b < blocks.size(); ++b) {
+    push_equation(call.L, {blocks[b].lhs, blocks[b].rhs});
+    lua_rawseti(call.L, -2, static_cast<lua_Integer>(b + 1));
+  }
+  return 1;
+}
+
+int to_semi_explicit(Call& call) { return call.push(dae::to_semi_explicit(model_ptr(call))); }
+int to_implicit(Call& call) { return call.push(dae::to_implicit(model_ptr(call))); }
+int to_first_order(Call& call) { return call.push(dae::to_first_order(model_ptr(call))); }
+
+/// A bare number cannot say that it holds on one branch or in one region only: that goes to the error stream.
+static dae::Truth truth_with_warnings(Call& call) {
+  dae::Truth known = dae::truth(model_of(call));
+  for (const std::string& note : known.notes) std::fprintf(stderr, "warning: %s\n", note.c_str());
+  return known;
+}
+
+int index(Call& call) { return call.push(truth_with_warnings(call).index); }
+int dof(Call& call) { return call.push(truth_with_warnings(call).dof); }
+
+int constraints(Call& call) {
+  auto list = std::make_shared<Constraints>();
+  dae::Consistency known = dae::consistency(model_of(call));
+  list->list = std::move(known.constraints);
+  list->complete = known.complete;
+  return call.push(std::shared_ptr<const Constraints>(list));
+}
+
+int with(Call& call) {
+  call.table(2, "parameters");
+  return call.push(
+      dae::with_values(model_ptr(call), read_parameters(call.L, 2, model_of(call), "parameters")));
+}
+
+int model_text(Call& call) {
+  collect_aliases(call.L);
+  return call.push(dae::describe(model_of(call)));
+}
+
+// ── constraints
+// ───────────────────────────────────────────────────────────────────────────────────────────
+
+int constraints_text(Call& call) {
+  collect_aliases(call.L);
+  const auto& constraints = call.object<Constraints>(1, "constraints");
+  const auto& list = constraints.list;
+  const char* incomplete =
+      "incomplete: there are conditions that elimination does not write out (sys:structure() counts them)";
+  if (list.empty() && !constraints.complete) return call.push(incomplete);
+  if (list.empty())
+    return call.push("no conditions: every initial value of the differential variables is free");
+  Table table;
+  for (const auto& c : list)
+    table.row({c.label + ":", "0 = " + dae::elided_text(c.residual),
+               c.origin < 0        ? ""
+               : c.derivative == 0 ? text("from (", c.origin + 1, ")")
+                                   : text("(", c.origin + 1, ") differentiated",
+                                          c.derivative == 1 ? "" : text(" ", c.derivative, " times"))});
+  std::string out = table.str();
+  return call.push(constraints.complete ? out.substr(0, out.size() - 1) : out + incomplete);
+}
+
+int constraints_length(Call& call) {
+  return call.push(static_cast<long>(call.object<Constraints>(1, "constraints").list.size()));
+}
+
+int constraints_item(Call& call) {
+  const auto& list = call.object<Constraints>(1, "constraints").list;
+  const long i = call.integer(2, "index");
+  if (i < 1 || i > static_cast<long>(list.size()))
+    throw Error(
+        text(list.size() == 1 ? "there is 1 constraint" : text("there are ", list.size(), " constraints"),
+             "; number ", i, " does not exist"));
+  MatX zero = MatX::Zero(1, 1), residual(1, 1);
+  residual(0, 0) = list[i - 1].residual;
+  return push_equation(call.L, {zero, residual});
+}
+
+}  // namespace
+
+extern const Module dae_module;
+const Module dae_module = {
+    "dae",
+    "Differential-algebraic equations",
+    {
+        {"dae", make, "dae{ equation, equation, …, name = \"…\" } -> model",
+         "A model from any mix of scalar and column equations (lhs ~ rhs). Unknowns are the variables that "
+         "occur; inputs and parameters are recognised.",
+         "x, z = vars \"x z\"  return dae{ der(x) ~ z - x, 0 ~ x + 2*z }.kind", "semi-explicit"},
+        {"dae.semi_explicit", make_semi_explicit,
+         "dae.semi_explicit{ x =, z =, u =, f =, g =, name = } -> model",
+         "x′ = f(x, z, u), 0 = g(x, z, u). Symbols that are not declared in x, z, u are refused.",
+         "x, z = vars \"x z\"  return dae.semi_explicit{ x = x, z = z, f = z - x, g = x + 2*z }:index()",
+         "1"},
+        {"dae.implicit", make_implicit, "dae.implicit{ x =, z =, u =, F =, name = } -> model",
+         "F(x′, x, z, u) = 0.", "x = var \"x\"  return dae.implicit{ x = x, F = der(x)^3 + x }.kind",
+         "implicit ODE"},
+        {"dae.linear", make_linear, "dae.linear{ E =, A =, B =, x =, u = } -> model",
+         "E x′ = A x + B u; x and u are made if they are not given.",
+         "return #dae.linear{ E = {{1, 0}, {0, 0}}, A = eye(2) }.differential", "1"},
+        {"model#kind", kind, "sys.kind -> string",
+         "\"ODE\", \"implicit ODE\", \"semi-explicit\" or \"fully implicit\".", "", ""},
+        {"model#name", name, "sys.name -> string", "The name given to the model.", "", ""},
+        {"model#form", form, "sys.form -> string", "The form reduce() made: \"acc\", \"project\" …, or \"\".",
+         "", ""},
+        {"model#differential", differential, "sys.differential -> column",
+         "The states: every variable that is differentiated, with its lower derivatives.", "", ""},
+        {"model#algebraic", algebraic, "sys.algebraic -> column",
+         "The variables that occur without derivative.", "", ""},
+        {"model#inputs", inputs, "sys.inputs -> column", "Known functions of time.", "", ""},
+        {"model#parameters", parameters, "sys.parameters -> column",
+         "Constants whose values can be changed with sys:with{ … }.", "", ""},
+        {"model#domain", domain, "sys.domain -> column",
+         "What a reduced form divided by: it is equivalent to the model where none of these expressions "
+         "vanishes, and integrate() stops where one does.",
+         "x, y, z = vars \"x y z\"  return dae{ der(x) ~ z, der(y) ~ 1, 0 ~ x*y^2 - t "
+         "}:reduce(\"minimal\").domain[1]",
+         "y"},
+        {"model#equations", equations, "sys.equations -> list of equations",
+         "The equations as they were written; equation i is number (i).", "", ""},
+        {"model:semi_explicit", to_semi_explicit, "sys:semi_explicit() -> model",
+         "x′ = f, 0 = g. A fully implicit model gets x′ = δ with new algebraic variables δ (exam problem "
+         "3(c)).",
+         "", ""},
+        {"model:implicit", to_implicit, "sys:implicit() -> model", "0 = F(x′, x, z, u) (exam problem 3(b)).",
+         "", ""},
+        {"model:first_order", to_first_order, "sys:first_order() -> model",
+         "Derivatives of order two and more become new variables.", "", ""},
+        {"model:index", index, "sys:index() -> integer",
+         "The differentiation index, from structure and checked by the rank of the system Jacobian.",
+         "x, z = vars \"x z\"  return dae{ der(x) ~ z, 0 ~ x - sin(t) }:index()", "2"},
+        {"model:dof", dof, "sys:dof() -> integer", "The number of free initial values.",
+         "x, z = vars \"x z\"  return dae{ der(x) ~ z, 0 ~ x - sin(t) }:dof()", "0"},
+        {"model:constraints", constraints, "sys:constraints() -> constraints",
+         "Every condition on the initial values of the states, explicit and hidden, with the equation it "
+         "came from.",
+         "x, z = vars \"x z\"  return dae{ der(x) ~ z, 0 ~ x - sin(t) }:constraints()",
+         "(2):  0 = x - sin(t)  from (2)"},
+        {"model:with", with, "sys:with{ m = 2 } -> model", "The same model with other parameter values.", "",
+         ""},
+        {"model:__tostring", model_text, "print(sys)", "Header, numbered equations, unknowns and parameters.",
+         "", ""},
+        {"constraints:__tostring", constraints_text, "print(sys:constraints())", "One condition per line.",
+         "", ""},
+        {"constraints:__len", constraints_length, "#sys:constraints()", "Their number.", "", ""},
+        {"constraints:__index", constraints_item, "sys:constraints()[i] -> equation", "0 ~ condition.", "",
+         ""},
+    }};
+
+}  // namespace pendula::lua

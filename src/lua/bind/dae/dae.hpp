@@ -1,0 +1,49 @@
+// What other bindings need to know about models and starts in Lua.
+#pragma once
+
+#include "dae/start/start.hpp"
+#include "lua/core/values.hpp"
+
+namespace pendula::lua {
+
+template <>
+struct TypeName<dae::Model> {
+  static constexpr const char* value = "model";
+};
+template <>
+struct TypeName<dae::Start> {
+  static constexpr const char* value = "start";
+};
+
+/// A list of consistency conditions as a value that prints.
+struct Constraints {
+  std::vector<dae::Constraint> list;
+  bool complete = true;  ///< as many as there are conditions
+};
+template <>
+struct TypeName<Constraints> {
+  static constexpr const char* value = "constraints";
+};
+
+/// Every leaf of the model and of its lineage that a user may name.
+std::vector<Expr> known_leaves(const dae::Model& model);
+
+/// { [p] = {1, 0, 0}, x = 1 } as leaf values.
+dae::LeafValues read_leaf_values(lua_State* L, int index, const std::string& what, const dae::Model& model);
+
+/// The options fix, guess, inputs, params, from.
+dae::StartRequest read_start_request(lua_State* L, const Options& options, const dae::Model& model);
+
+/// The parameters whose values at the start are not those of the start's model: they were given to init.
+dae::ParameterValues parameter_overrides(const dae::Start& at);
+
+/// A start of a relative, in the leaves of this model. Throws Error where a state has no value.
+dae::StartPtr translated(const dae::StartPtr& at, const dae::ModelPtr& model);
+
+/// The option `start` of integrate and its relatives: a result of init (of this model or a relative), or a
+/// table of conditions that init completes (options inputs, params, from are read too). A table that
+/// contradicts only the invariants of a reduced form is accepted with a warning on stderr: its drift is what
+/// drift() explains. Throws Error when it is absent.
+dae::StartPtr read_start(lua_State* L, const Options& options, const dae::ModelPtr& model);
+
+}  // namespace pendula::lua

@@ -1,0 +1,150 @@
+// Reduced forms, their derivations, and what they look like in LaTeX. Reads arguments, calls src/dae.
+#include <algorithm>
+
+#include "base/text.hpp"
+#include "dae/model/derivation_markup.hpp"
+#include "dae/model/lineage.hpp"
+#include "dae/model/lua_source.hpp"
+#include "dae/reduce/reduce.hpp"
+#include "lua/bind/dae/dae.hpp"
+#include "lua/core/objects.hpp"
+#include "lua/core/values.hpp"
+
+namespace pendula::lua {
+
+/// A derivation as a value: prints as text, answers :latex() and the questions of a string.
+struct Trace {
+  dae::ModelPtr model;
+  std::string text() const {
+    const std::string story = dae::trace(*model);
+    return story.empty() ? "The model stands as it was written; nothing was derived."
+                         : story.substr(0, story.size() - 1);
+  }
+  std::string latex() const {
+    const std::string story = dae::trace_latex(*model);
+    return story.empty() ? text() : story.substr(0, story.size() - 3);  // no break after the last line
+  }
+};
+template <>
+struct TypeName<Trace> {
+  static constexpr const char* value = "trace";
+};
+
+namespace {
+
+dae::ModelPtr model_ptr(Call& call) { return call.shared<dae::Model>(1, "model"); }
+
+int reduce(Call& call) {
+  lua_State* L = call.L;
+  const dae::ModelPtr model = model_ptr(call);
+  dae::ReduceOptions request;
+  if (call.has(3)) {
+    const Options o = call.options(3, {"alpha", "beta", "at"});
+    for (const auto& [key, gain] : {std::pair{"alpha", &request.alpha}, std::pair{"beta", &request.beta}})
+      if (o.has(key)) *gain = to_expr(L, o.push(key), key);
+    if (o.has("at")) {
+      const auto* held = object_at(L, o.push("at"), TypeName<dae::Start>::value);
+      if (!held) throw Error("at must be a start: at = sys:init{ … }");
+      request.at =
+          translated(std::static_pointer_cast<const dae::Start>(*held), dae::original(model))->values;
+    }
+    lua_settop(L, call.count());
+  }
+  return call.push(dae::reduce(model, call.string(2, "form", ""), request));
+}
+
+int trace(Call& call) {
+  collect_aliases(call.L);
+  const bool named =
+      lua_type(call.L, 2) == LUA_TSTRING && std::string_view(lua_tostring(call.L, 2)) == "latex";
+  const bool latex = named || call.options(2, {"latex"}).boolean("latex", false);
+  const auto story = std::make_shared<const Trace>(Trace{model_ptr(call)});
+  return latex ? call.push(story->latex()) : call.push(story);
+}
+
+int model_latex(Call& call) {
+  collect_aliases(call.L);
+  return call.push(dae::latex(*model_ptr(call)));
+}
+
+int model_code(Call& call) { return call.push(dae::code(model_ptr(call))); }
+
+const Trace& self(Call& call) {
+  collect_aliases(call.L);
+  return call.object<Trace>(1, "trace");
+}
+
+int trace_text(Call& call) { return call.push(self(call).text()); }
+int trace_latex(Call& call) { return call.push(self(call).latex()); }
+
+int trace_length(Call& call) {
+  const std::string story = self(call).text();
+  return call.push(static_cast<long>(std::count(story.begin(), story.end(), '\n') + 1));
+}
+
+/// trace:find, :match, :gsub …: the function of Lua's string library on the text.
+int string_function(Call& call, const char* name) {
+  lua_State* L = call.L;
+  const std::string story = self(call).text();
+  const int arguments = call.count();
+  lua_getfield(L, LUA_REGISTRYINDEX, LUA_LOADED_TABLE);
+  lua_getfield(L, -1, LUA_STRLIBNAME);
+  lua_getfield(L, -1, name);
+  const int function = lua_gettop(L);
+  lua_pushlstring(L, story.data(), story.size());
+  for (int i = 2; i <= arguments; ++i) lua_pushvalue(L, i);
+  protected_call(L, arguments, LUA_MULTRET);
+  return lua_gettop(L) - function + 1;
+}
+int trace_find(Call& call) { return string_function(call, "find"); }
+int trace_match(Call& call) { return string_function(call, "match"); }
+int trace_gmatch(Call& call) { return string_function(call, "gmatch"); }
+int trace_gsub(Call& call) { return string_function(call, "gsub"); }
+
+}  // namespace
+
+extern const Module forms_module;
+const Module forms_module = {
+    "forms",
+    "Reduced forms of a model",
+    {
+        {"model:reduce", reduce, "sys:reduce([form [, { alpha =, beta =, at = start }]]) -> model",
+         "A model of lower index. \"acc\" differentiates constraints down to accelerations, \"ode\" solves "
+         "these "
+         "for x′ = f, \"project\" keeps the constraints by projection after every step, \"baumgarte\" lets "
+         "violations decay (gains alpha, beta), \"ggl\" keeps C = 0 and C′ = 0 with additional multipliers "
+         "(index 2), \"dummy\" makes dependent derivatives algebraic, chosen at a start, \"minimal\" "
+         "substitutes "
+         "dependent coordinates (of a quadratic constraint the root of the start at). Without a form the "
+         "best road for simulation; trace() says which and why.",
+         "x, z = vars \"x z\"  return dae{ der(x) ~ z, 0 ~ x - sin(t) }:reduce(\"acc\"):index()", "1"},
+        {"model:trace", trace, "sys:trace([{ latex = true }]) -> trace",
+         "The derivation of this form, step by step: what was differentiated, combined, substituted, with "
+         "the "
+         "numbers of the equations. print it, or take :latex(); :find and :match search its text.",
+         "x, z = vars \"x z\"  return dae{ der(x) ~ z, 0 ~ x - sin(t) }:reduce(\"acc\"):trace():match "
+         "\"^[^\\n]*\"",
+         "(2)  0 = x - sin(t)   is differentiated once"},
+        {"model:latex", model_latex, "sys:latex() -> string", "The equations in LaTeX, with their numbers.",
+         "x = var \"x\"  return dae{ der(x) ~ -2*x }:latex()",
+         "\\begin{align}\n  \\dot{x} &= -2 x \\tag{1}\n\\end{align}"},
+        {"model:code", model_code, "sys:code() -> string",
+         "Lua text that rebuilds the model with its parameter values and its lineage (reduce \"form\" …), "
+         "also "
+         "in a new session: what save writes.",
+         "x = var \"x\"  return dae{ der(x) ~ -2*x }:code()",
+         "-- A model of Pendula.\nlocal x = var(\"x\")\nreturn dae {\n  der(x) ~ -2*x,\n}"},
+        {"trace:latex", trace_latex, "trace:latex() -> string",
+         "The derivation in LaTeX, a line for each step.", "", ""},
+        {"trace:find", trace_find, "trace:find(pattern [, from [, plain]]) -> integers",
+         "string.find in the text of the derivation; match, gmatch and gsub work too.", "", ""},
+        {"trace:match", trace_match, "trace:match(pattern) -> strings", "string.match in the text.", "", ""},
+        {"trace:gmatch", trace_gmatch, "trace:gmatch(pattern) -> iterator", "string.gmatch in the text.", "",
+         ""},
+        {"trace:gsub", trace_gsub, "trace:gsub(pattern, replacement) -> string", "string.gsub in the text.",
+         "", ""},
+        {"trace:__len", trace_length, "#trace", "The number of lines.", "", ""},
+        {"trace:__tostring", trace_text, "print(sys:trace())", "The derivation as text.", "", ""},
+    }};
+
+}  // namespace pendula::lua

@@ -1,0 +1,135 @@
+// The `mech` module: Lagrange mechanics. Reads arguments, calls src/mech.
+#include "mech/lagrangian.hpp"
+
+#include "expr/print/print.hpp"
+#include "lua/bind/dae/dae.hpp"
+#include "lua/core/values.hpp"
+
+namespace pendula::lua {
+
+template <>
+struct TypeName<mech::MatrixForm> {
+  static constexpr const char* value = "matrix_form";
+};
+
+namespace {
+
+VecX option_column(Call& call, const Options& options, const char* key) {
+  if (!options.has(key)) return {};
+  const VecX v = to_column(call.L, options.push(key), key);
+  lua_pop(call.L, 1);
+  return v;
+}
+
+int lagrange(Call& call) {
+  const Options o = call.options(1, {"q", "T", "V", "C", "Q", "multipliers", "name"});
+  if (!o.has("q") || !o.has("T")) throw Error("expected { q =, T =, V =, C =, Q = }: q and T are required");
+  mech::Lagrangian system;
+  system.q = option_column(call, o, "q");
+  system.T = to_expr(call.L, o.push("T"), "T");
+  lua_pop(call.L, 1);
+  if (o.has("V")) {
+    system.V = to_expr(call.L, o.push("V"), "V");
+    lua_pop(call.L, 1);
+  }
+  system.C = option_column(call, o, "C");
+  system.Q = option_column(call, o, "Q");
+  system.multipliers = o.string("multipliers", "z");
+  system.name = o.string("name", "");
+  return call.push(mech::lagrange(system));
+}
+
+/// Pairs { {p, F}, {p, F} }.
+int generalized_force(Call& call) {
+  lua_State* L = call.L;
+  const VecX q = to_column(L, 1, "q");
+  call.table(2, "forces");
+  std::vector<std::pair<VecX, VecX>> forces;
+  for (lua_Integer i = 1, n = luaL_len(L, 2); i <= n; ++i) {
+    if (lua_geti(L, 2, i) != LUA_TTABLE)
+      throw Error(text("force ", i, " must be a pair {point, force}, got ", describe(L, -1)));
+    lua_geti(L, -1, 1);
+    lua_geti(L, -2, 2);
+    forces.push_back({to_column(L, -2, text("the point of force ", i)), to_column(L, -1, text("force ", i))});
+    lua_pop(L, 3);
+  }
+  return push_matrix(L, MatX(mech::generalized_force(q, forces)));
+}
+
+const dae::Mechanics& mechanics(Call& call) {
+  const auto& model = call.object<dae::Model>(1, "model");
+  if (!model.mechanics)
+    throw Error("this model was not made by lagrange{ … }: it has no mass matrix, energy or constraints C");
+  return *model.mechanics;
+}
+
+int M(Call& call) {
+  const auto n = mechanics(call).q.size();
+  return push_matrix(call.L, dae::dense(mechanics(call).M, n, n));
+}
+int rhs(Call& call) { return push_matrix(call.L, MatX(mechanics(call).rhs)); }
+int C(Call& call) { return push_matrix(call.L, MatX(mechanics(call).C)); }
+int Q(Call& call) { return push_matrix(call.L, MatX(mechanics(call).Q)); }
+int q(Call& call) { return push_matrix(call.L, MatX(mechanics(call).q)); }
+int dCdq(Call& call) {
+  return push_matrix(call.L,
+                     dae::dense(mechanics(call).dCdq, mechanics(call).C.size(), mechanics(call).q.size()));
+}
+int multipliers(Call& call) { return push_matrix(call.L, MatX(mechanics(call).multipliers)); }
+int kinetic(Call& call) { return push_expr(call.L, mechanics(call).T); }
+int potential(Call& call) { return push_expr(call.L, mechanics(call).V); }
+int energy(Call& call) { return push_expr(call.L, mechanics(call).T + mechanics(call).V); }
+
+int matrix_form(Call& call) {
+  return call.push(std::make_shared<const mech::MatrixForm>(mech::matrix_form(mechanics(call))));
+}
+
+const mech::MatrixForm& form_of(Call& call) { return call.object<mech::MatrixForm>(1, "matrix form"); }
+int form_A(Call& call) { return push_matrix(call.L, form_of(call).A); }
+int form_unknowns(Call& call) { return push_matrix(call.L, MatX(form_of(call).unknowns)); }
+int form_c(Call& call) { return push_matrix(call.L, MatX(form_of(call).c)); }
+
+int form_text(Call& call) {
+  collect_aliases(call.L);
+  const auto& form = form_of(call);
+  return call.push(mech::describe(form));
+}
+
+}  // namespace
+
+extern const Module mech_module;
+const Module mech_module = {
+    "mech",
+    "Lagrange mechanics",
+    {
+        {"lagrange", lagrange, "lagrange{ q =, T =, V =, C =, Q =, multipliers = \"z\", name = } -> model",
+         "d/dt ∂L/∂q′ - ∂L/∂q = Q with L = T - V - zᵀC: the equations W(q) q″ + (∂C/∂q)ᵀ z = rhs, 0 = C(q).",
+         "th = var \"theta\"  m, g, l = params \"m g l\"  return lagrange{ q = {th}, T = m*l^2*th.dot^2/2, V "
+         "= -m*g*l*cos(th) }.rhs[1]",
+         "-m g l sin(θ)"},
+        {"generalized_force", generalized_force, "generalized_force(q, { {p, F}, … }) -> column",
+         "Virtual work: Q = Σ (∂p/∂q)ᵀ F for forces F at points p(q).",
+         "th = var \"theta\"  F = param \"F\"  return generalized_force({th}, { {vec{sin(th), -cos(th)}, "
+         "vec{F, 0}} })[1]",
+         "F cos(θ)"},
+        {"model#M", M, "sys.M -> matrix", "The mass matrix W(q) = ∂²L/∂q′².", "", ""},
+        {"model#rhs", rhs, "sys.rhs -> column", "W(q) q″ + (∂C/∂q)ᵀ z = rhs.", "", ""},
+        {"model#q", q, "sys.q -> column", "The generalised coordinates.", "", ""},
+        {"model#C", C, "sys.C -> column", "The constraints C(q) = 0.", "", ""},
+        {"model#Q", Q, "sys.Q -> column", "The generalised forces.", "", ""},
+        {"model#dCdq", dCdq, "sys.dCdq -> matrix", "∂C/∂q, one row per constraint.", "", ""},
+        {"model#multipliers", multipliers, "sys.multipliers -> column",
+         "The multipliers z of the constraints; the constraint force is -(∂C/∂q)ᵀ z.", "", ""},
+        {"model#T", kinetic, "sys.T -> expression", "Kinetic energy.", "", ""},
+        {"model#V", potential, "sys.V -> expression", "Potential energy.", "", ""},
+        {"model#energy", energy, "sys.energy -> expression",
+         "T + V; constant along solutions without forces, if T and V do not depend on t.", "", ""},
+        {"model#matrix_form", matrix_form, "sys.matrix_form -> matrix form",
+         "[M Cqᵀ; Cq 0][q″; z] = c, without constraints M q″ = rhs.", "", ""},
+        {"matrix_form#A", form_A, "form.A -> matrix", "[M Cqᵀ; Cq 0], or M.", "", ""},
+        {"matrix_form#unknowns", form_unknowns, "form.unknowns -> column", "[q″; z].", "", ""},
+        {"matrix_form#c", form_c, "form.c -> column", "The right side.", "", ""},
+        {"matrix_form:__tostring", form_text, "print(form)", "The three blocks side by side.", "", ""},
+    }};
+
+}  // namespace pendula::lua

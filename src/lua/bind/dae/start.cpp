@@ -1,0 +1,300 @@
+// Consistent starts: init, ledgers, and what integrate takes as a start. Reads arguments, calls src/dae.
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+#include "base/text.hpp"
+#include "dae/model/lineage.hpp"
+#include "dae/reduce/reduced_forms.hpp"
+#include "dae/start/start.hpp"
+#include "expr/print/print.hpp"
+#include "lua/bind/dae/dae.hpp"
+#include "lua/core/inputs.hpp"
+#include "lua/core/objects.hpp"
+#include "lua/core/values.hpp"
+
+namespace pendula::lua {
+
+dae::LeafValues read_leaf_values(lua_State* L, int index, const std::string& what, const dae::Model& model) {
+  return to_symbol_numbers(L, index, what, known_leaves(model));
+}
+
+std::vector<Expr> known_leaves(const dae::Model& model) {
+  std::vector<Expr> known;
+  for (const dae::Model* m = &model; m; m = m->parent.get())
+    for (const auto& v : m->variables)
+      for (int k = 0; k <= std::max(v.order, 1); ++k) known.push_back(derivative_leaf(v.leaf, k));
+  return known;
+}
+
+dae::StartRequest read_start_request(lua_State* L, const Options& options, const dae::Model& model) {
+  dae::StartRequest request;
+  for (const auto& [key, target] : {std::pair{"fix", &request.fix}, std::pair{"guess", &request.guess}})
+    if (options.has(key)) {
+      *target = read_leaf_values(L, options.push(key), key, model);
+      lua_pop(L, 1);
+    }
+  if (options.has("params")) {
+    request.parameters = read_parameters(L, options.push("params"), model, "params");
+    lua_pop(L, 1);
+  }
+  request.t = options.number("from", 0);
+  const Inputs inputs = read_inputs(options, model, L);
+  request.inputs = inputs.expressions;
+  for (const auto& input : inputs.numeric) {
+    request.inputs[input.leaf] = Expr(input.value(request.t));
+    request.numeric_inputs.push_back(input.leaf);
+  }
+  return request;
+}
+
+dae::ParameterValues parameter_overrides(const dae::Start& at) {
+  dae::ParameterValues overrides;
+  for (Expr p : at.model->parameters) {
+    const auto used = at.values.find(p);
+    const auto own = at.model->values.find(p);
+    if (used == at.values.end()) continue;
+    if (own == at.model->values.end() || number_value(own->second) != used->second)
+      overrides[p] = Expr(used->second);
+  }
+  return overrides;
+}
+
+static dae::StartPtr translated_states(const dae::StartPtr& at, const dae::ModelPtr& model);
+
+/// Form "dummy": the choice of states in `model` may be singular at this start. All choices have the same
+/// leaves: they get their values from one that is regular here.
+static dae::StartPtr translated_to_dummies(const dae::StartPtr& at, const dae::ModelPtr& model) {
+  const dae::ModelPtr source = dae::original(model);
+  auto point = at->values;
+  for (Expr leaf : source->states())
+    if (const auto value = at->value_for(*source, leaf)) point[leaf] = *value;
+  const dae::ModelPtr good = dae::reduce_dummy(source, dae::select_dummies(source, point));
+  const dae::StartPtr there = translated_states(at, good);
+  auto here = std::make_shared<dae::Start>(*there);
+  here->model = model;
+  here->rows.clear();
+  for (const auto& list : {model->states(), model->top_derivatives(), model->algebraic()})
+    for (Expr leaf : list)
+      if (const auto it = there->values.find(dae::resolve(*good, dae::original_leaf(*model, leaf)));
+          it != there->values.end())
+        here->values[leaf] = it->second;
+  return here;
+}
+
+/// Form "minimal" has taken one root of a quadratic constraint: a start on the other one is none of its
+/// starts.
+static void require_same_branch(const dae::Start& at, const dae::Start& here, const dae::Model& model) {
+  const dae::ModelPtr source = dae::original(here.model);
+  for (Expr leaf : source->states()) {
+    const auto given = at.values.find(leaf);
+    const Expr own = dae::resolve(model, leaf);
+    if (given == at.values.end() || own == leaf) continue;
+    const std::vector<Expr> inside = leaves({&own, 1});
+    if (!std::all_of(inside.begin(), inside.end(), [&](Expr e) {
+          return here.values.count(e) || symbol_of(e).kind == pendula::Kind::constant;
+        }))
+      continue;
+    const double now = pendula::evaluate({&own, 1}, here.values)[0];
+    if (std::fabs(now - given->second) <= 1e-6 * (std::fabs(now) + std::fabs(given->second)) + 1e-9) continue;
+    throw Error(text("the start has ", to_text(leaf), " = ", rounded(given->second, 6),
+                     ", but form \"minimal\" was made where ", to_text(leaf), " = ", to_text(own), " = ",
+                     rounded(now, 6), "; make the form at this start: reduce(\"minimal\", { at = start })"));
+  }
+}
+
+/// A start of a relative, in the leaves of this model.
+dae::StartPtr translated(const dae::StartPtr& at, const dae::ModelPtr& model) {
+  if (at->model == model) return at;
+  return model->form == "dummy" ? translated_to_dummies(at, model) : translated_states(at, model);
+}
+
+static dae::StartPtr translated_states(const dae::StartPtr& at, const dae::ModelPtr& model) {
+  dae::StartRequest request;
+  request.t = at->t;
+  request.keep_invariants = false;
+  for (Expr leaf : model->states()) {
+    const auto value = at->value_for(*model, leaf);
+    if (!value)
+      throw Error(text("start has no value for '", to_text(leaf),
+                       "': it belongs to another model; make one with sys:init{ … }"));
+    request.fix.push_back({leaf, *value});
+  }
+  for (const auto& list :
+       {model->algebraic(), model->top_derivatives()})  // which root of nonlinear equations
+    for (Expr leaf : list)
+      if (const auto value = at->value_for(*model, leaf)) request.guess.push_back({leaf, *value});
+  request.inputs = at->request.inputs;  // as expressions, so that derivatives are known
+  request.numeric_inputs = at->request.numeric_inputs;
+  for (Expr leaf : model->inputs)
+    if (const auto value = at->value_for(*model, leaf); value && !request.inputs.count(leaf)) {
+      request.inputs[leaf] = Expr(*value);
+      request.numeric_inputs.push_back(leaf);
+    }
+  for (const auto& [p, value] : parameter_overrides(*at))
+    if (std::find(model->parameters.begin(), model->parameters.end(), p) != model->parameters.end())
+      request.parameters[p] = value;
+  // What was fixed, chosen or computed in the original stays so: sensitivities of the start depend on it.
+  auto result = std::make_shared<dae::Start>(*dae::init(model, request));
+  if (model->form == "minimal") require_same_branch(*at, *result, *model);
+  std::unordered_map<Expr, dae::Origin> origins;
+  for (const dae::LedgerRow& original : at->rows) {
+    origins[original.leaf] = original.origin;
+    origins[dae::resolve(*model, original.leaf)] = original.origin;
+  }
+  for (dae::LedgerRow& row : result->rows)
+    if (const auto it = origins.find(row.leaf); it != origins.end()) row.origin = it->second;
+  return result;
+}
+
+dae::StartPtr read_start(lua_State* L, const Options& options, const dae::ModelPtr& model) {
+  if (!options.has("start"))
+    throw Error("needs a start: start = sys:init{ fix = { … } }, or a table start = { x = 1 }");
+  const int index = options.push("start");
+  if (lua_isuserdata(L, index)) {
+    const auto* held = object_at(L, index, TypeName<dae::Start>::value);
+    if (!held)
+      throw Error(text("start must be a result of init or a table { x = 1, … }, got ", describe(L, index)));
+    const auto at = std::static_pointer_cast<const dae::Start>(*held);
+    lua_pop(L, 1);
+    return translated(at, model);
+  }
+  if (!lua_istable(L, index))
+    throw Error(text("start must be a result of init or a table { x = 1, … }, got ", describe(L, index)));
+  dae::StartRequest request = read_start_request(L, options, *model);
+  request.fix = read_leaf_values(L, index, "start", *model);
+  lua_pop(L, 1);
+  if (model->form == "dummy") return translated(dae::init(dae::original(model), request), model);
+  try {
+    return dae::init(model, request);
+  } catch (const Error& conflict) {
+    if (model->invariants.empty()) throw;
+    request.keep_invariants = false;
+    dae::StartPtr at;
+    try {
+      at = dae::init(model, request);
+    } catch (const UserFacing&) {
+      throw conflict;  // not the invariants' fault: the first explanation is the right one
+    }
+    std::vector<std::string> broken;
+    for (const auto& [c, value] : at->constraints)
+      if (std::fabs(value) > 1e-9) broken.push_back(text(c.label, " = ", rounded(value, 4)));
+    std::fprintf(stderr, "warning: the start is inconsistent: %s; sol:drift() shows what follows from it\n",
+                 join(broken, ", ").c_str());
+    return at;
+  }
+}
+
+namespace {
+
+int init(Call& call) {
+  const auto model = call.shared<dae::Model>(1, "model");
+  const Options o = call.options(2, {"fix", "guess", "inputs", "params", "from", "consistent", "nearest"});
+  dae::StartRequest request = read_start_request(call.L, o, *model);
+  request.keep_invariants = o.boolean("consistent", true);
+  request.nearest = o.boolean("nearest", false);
+  const dae::StartPtr at = dae::init(model, request);
+  std::size_t told = 0;
+  constexpr std::size_t most = 20;
+  for (const dae::Moved& m : at->moved)
+    if (++told <= most || at->moved.size() <= most + 1)
+      std::printf("nearest: %s moved from %s to %s\n", to_text(m.leaf).c_str(), rounded(m.from).c_str(),
+                  rounded(m.to).c_str());
+  if (at->moved.size() > most + 1)
+    std::printf("nearest: … %zu more (the ledger has all %zu)\n", at->moved.size() - most, at->moved.size());
+  return call.push(at);
+}
+
+const dae::Start& start_of(Call& call) { return call.object<dae::Start>(1, "start"); }
+
+int start_value(Call& call) {
+  const dae::Start& at = start_of(call);
+  const bool name = lua_type(call.L, 2) == LUA_TSTRING;
+  const MatX e = name ? MatX(column(to_leaves(call.L, 2, "expression", known_leaves(*at.model))))
+                      : to_matrix(call.L, 2, "expression");
+  Mat value(e.rows(), e.cols());
+  for (Eigen::Index i = 0; i < e.size(); ++i) value.data()[i] = at(e.data()[i]);
+  return value.size() == 1 ? call.push(value(0, 0)) : push_matrix(call.L, value);
+}
+
+int start_ledger(Call& call) {
+  collect_aliases(call.L);
+  const std::string ledger = start_of(call).ledger();
+  return call.push(ledger.substr(0, ledger.size() - 1));
+}
+
+int start_text(Call& call) { return start_ledger(call); }
+int start_time(Call& call) { return call.push(start_of(call).t); }
+int start_free(Call& call) { return call.push(start_of(call).free); }
+
+void set_number(lua_State* L, const char* key, double value) {
+  lua_pushnumber(L, value);
+  lua_setfield(L, -2, key);
+}
+
+/// A list of { variable =, from =, to = }.
+int start_moved(Call& call) {
+  lua_newtable(call.L);
+  int i = 0;
+  for (const dae::Moved& m : start_of(call).moved) {
+    lua_newtable(call.L);
+    push_expr(call.L, m.leaf);
+    lua_setfield(call.L, -2, "variable");
+    set_number(call.L, "from", m.from), set_number(call.L, "to", m.to);
+    lua_rawseti(call.L, -2, ++i);
+  }
+  return 1;
+}
+
+/// A list of { variable =, here =, there =, formula = }.
+int start_branches(Call& call) {
+  lua_newtable(call.L);
+  int i = 0;
+  for (const dae::Branch& b : start_of(call).branches()) {
+    lua_newtable(call.L);
+    push_expr(call.L, b.leaf);
+    lua_setfield(call.L, -2, "variable");
+    set_number(call.L, "here", b.here), set_number(call.L, "there", b.there);
+    lua_pushlstring(call.L, b.formula.data(), b.formula.size());
+    lua_setfield(call.L, -2, "formula");
+    lua_rawseti(call.L, -2, ++i);
+  }
+  return 1;
+}
+
+}  // namespace
+
+extern const Module start_module;
+const Module start_module = {
+    "start",
+    "Consistent starts",
+    {
+        {"model:init", init,
+         "sys:init{ fix =, guess =, inputs =, params =, from =, nearest = false, consistent = true } -> "
+         "start",
+         "A consistent start at any index. fix is a condition, guess only a starting point. Errors name "
+         "conflicting fixes with the equation they violate, or the candidates that are free and a call that "
+         "works. nearest = true moves contradictory fixes onto the constraints, as little as possible in "
+         "units of their own, and prints what moved. consistent = false lets a reduced form start off the "
+         "constraints it no longer imposes, to study drift. The result does not depend on units.",
+         "x, z = vars \"x z\"  return dae{ der(x) ~ z - x, 0 ~ x + 2*z }:init{ fix = { x = 2 } }(z)", "-1.0"},
+        {"start:__call", start_value, "at(expression) -> number or matrix",
+         "The value of any expression at the start, accelerations and multipliers included.", "", ""},
+        {"start:ledger", start_ledger, "at:ledger() -> string",
+         "Every variable: fixed, free, computed; the residual of every constraint.", "", ""},
+        {"start#free", start_free, "at.free -> integer", "The number of initial values that could be chosen.",
+         "", ""},
+        {"start#moved", start_moved, "at.moved -> list of { variable =, from =, to = }",
+         "The fixed values that nearest = true moved.", "", ""},
+        {"start:branches", start_branches,
+         "at:branches() -> list of { variable =, here =, there =, formula = }",
+         "Other roots of the equations for the same fixes; a guess near `there` chooses them.",
+         "x, y = vars \"x y\"\nat = dae{ der(x) ~ -x, 0 ~ x^2 + y^2 - 1 }:init{ fix = { x = 0.6 }, guess = { "
+         "y "
+         "= 1 } }\nreturn at:branches()[1].formula",
+         "y = ±√(1 - x²)"},
+        {"start#t", start_time, "at.t -> number", "The time of the start.", "", ""},
+        {"start:__tostring", start_text, "print(at)", "The ledger.", "", ""},
+    }};
+
+}  // namespace pendula::lua

@@ -1,0 +1,213 @@
+// The `calculus` module: partial derivatives, substitution, rewriting, evaluation, and the text of
+// expressions.
+#include <algorithm>
+#include <cstdio>
+
+#include "base/text.hpp"
+#include "dae/rank/rank_on_zero_set.hpp"
+#include "expr/graph/derivative.hpp"
+#include "expr/linalg/linalg.hpp"
+#include "expr/print/print.hpp"
+#include "expr/rewrite/rewrite.hpp"
+#include "lua/bind/expr/expr.hpp"
+#include "lua/bind/expr/expr_evaluate.hpp"
+#include "lua/bind/expr/expr_subs.hpp"
+#include "lua/core/objects.hpp"
+
+namespace pendula::lua {
+namespace {
+
+// ── partial derivatives ──
+
+std::vector<Expr> variables(Call& call, int i, const char* name) {
+  if (!call.has(i)) call.wrong(i, name, "a symbol or a column of symbols");
+  if (lua_type(call.L, i) == LUA_TNUMBER) call.wrong(i, name, "a symbol or a column of symbols");
+  const MatX e = to_matrix(call.L, 1, "the expression");
+  const auto known = leaves(entries(e));
+  return to_leaves(call.L, i, name, known);
+}
+
+int push_jacobian(Call& call) {
+  const VecX f = to_column(call.L, 1, "f");
+  const auto x = variables(call, 2, "x");
+  check_size(f.size(), static_cast<long>(x.size()));
+  return push_value(call.L, jacobian(entries(f), x));
+}
+
+int push_gradient(Call& call) {
+  const Expr e = to_expr(call.L, 1, "e");
+  const auto x = variables(call, 2, "x");
+  return push_value(call.L, MatX(column(gradient(e, x))));
+}
+
+int hessian(Call& call) {
+  const Expr e = to_expr(call.L, 1, "e");
+  const auto x = variables(call, 2, "x");
+  check_size(static_cast<long>(x.size()), static_cast<long>(x.size()));
+  return push_value(call.L, jacobian(gradient(e, x), x));
+}
+
+int diff(Call& call) {
+  const Value e = to_value(call.L, 1, "e");
+  const auto x = variables(call, 2, "x");
+  if (x.size() != 1)
+    throw Error(text("x has ", x.size(), " components; for a column write jacobian(f, x) or gradient(e, x)"));
+  const long order = call.integer(3, "n", 1);
+  if (order < 0 || order > 100)
+    throw Error(text("the order of a derivative must be between 0 and 100, not ", order));
+  MatX d = to_matrix(call.L, 1, "e");
+  for (long k = 0; k < order; ++k) d = d.unaryExpr([&](Expr entry) { return partial(entry, x[0]); });
+  return is_matrix(e) ? push_value(call.L, d) : push_expr(call.L, d(0, 0));
+}
+
+int push_implicit_jacobian(Call& call) {
+  const VecX r = to_column(call.L, 1, "r");
+  const auto z = variables(call, 2, "z"), y = variables(call, 3, "y");
+  const MatX slope = linalg::implicit_jacobian(entries(r), z, y);
+  const dae::RanksOnSet there = dae::ranks_on_set({r.data(), r.data() + r.size()}, z);
+  if (there.regular == 0 && there.singular > 1)
+    throw Error(
+        "∂r/∂z is regular in general, but singular at every point found where r = 0: the rank condition "
+        "fails on "
+        "the whole solution set and the formula does not apply (a z(y) may exist all the same: the condition "
+        "is "
+        "sufficient, not necessary). Does an equation hold with a vanishing gradient, as C^2 = 0 does? Write "
+        "C");
+  if (there.singular > 0)
+    std::fprintf(
+        stderr,
+        "warning: implicit_jacobian: r = 0 also has points where ∂r/∂z is singular; the formula does not "
+        "apply there\n");
+  return push_value(call.L, slope);
+}
+
+// ── rewriting ──
+
+int push_simplified(Call& call) {
+  return each(call, [](const MatX& m) { return MatX(m.unaryExpr([](Expr e) { return simplify(e); })); });
+}
+int push_expanded(Call& call) {
+  return each(call, [](const MatX& m) { return MatX(m.unaryExpr([](Expr e) { return expand(e); })); });
+}
+
+// ── text ──
+
+std::string joined_code(const MatX& m) {
+  std::string code = m.cols() == 1 ? "vec{" : "mat{";
+  for (Eigen::Index i = 0; i < m.rows(); ++i) {
+    code += i ? ", " : "";
+    code += m.cols() == 1 ? "" : "{";
+    for (Eigen::Index j = 0; j < m.cols(); ++j) code += (j ? ", " : "") + to_code(m(i, j));
+    code += m.cols() == 1 ? "" : "}";
+  }
+  return code + "}";
+}
+
+int code(Call& call) {
+  if (call.is<Equation>(1)) {
+    const auto& equation = call.object<Equation>(1, "equation");
+    const auto side = [](const MatX& m) { return m.size() == 1 ? to_code(m(0, 0)) : joined_code(m); };
+    return call.push(side(equation.lhs) + " ~ " + side(equation.rhs));
+  }
+  const MatX m = to_matrix(call.L, 1, "e");
+  return call.push(call.is<Matrix>(1) || lua_istable(call.L, 1) ? joined_code(m) : to_code(m(0, 0)));
+}
+
+std::string side_text(const MatX& m, bool latex) {
+  PrintOptions options = default_print_options();
+  options.latex = latex;
+  if (m.size() == 1) return latex ? to_latex(m(0, 0)) : to_text(m(0, 0));
+  return m.cols() == 1 ? vector_to_text(m.col(0), options) : matrix_to_text(m, options);
+}
+
+int latex(Call& call) {
+  collect_aliases(call.L);
+  if (call.is<Equation>(1)) {
+    const auto& equation = call.object<Equation>(1, "equation");
+    return call.push(side_text(equation.lhs, true) + " = " + side_text(equation.rhs, true));
+  }
+  return call.push(side_text(to_matrix(call.L, 1, "e"), true));
+}
+
+// ── equations ──
+
+int equation_to_string(Call& call) {
+  collect_aliases(call.L);
+  const auto& equation = call.object<Equation>(1, "equation");
+  return call.push(side_text(equation.lhs, false) + " = " + side_text(equation.rhs, false));
+}
+int lhs(Call& call) { return push_value(call.L, call.object<Equation>(1, "equation").lhs); }
+int rhs(Call& call) { return push_value(call.L, call.object<Equation>(1, "equation").rhs); }
+int residual(Call& call) {
+  const auto& equation = call.object<Equation>(1, "equation");
+  return push_value(call.L, MatX(equation.lhs - equation.rhs));
+}
+int equal(Call& call) {
+  if (!call.is<Equation>(1) || !call.is<Equation>(2)) return call.push(false);
+  const auto &a = call.object<Equation>(1, "left"), &b = call.object<Equation>(2, "right");
+  const auto same = [](const MatX& x, const MatX& y) {
+    return x.rows() == y.rows() && x.cols() == y.cols() && x == y;
+  };
+  return call.push(same(a.lhs, b.lhs) && same(a.rhs, b.rhs));
+}
+
+}  // namespace
+
+extern const Module calculus_module;
+const Module calculus_module = {
+    "calculus",
+    "Derivatives, substitution, evaluation",
+    {
+        {"jacobian", push_jacobian, "jacobian(f, x) -> matrix",
+         "∂fᵢ/∂xⱼ; x is a symbol, a column of symbols or a list of them. x, x′, x″ count as independent.",
+         "x, y = vars \"x y\"; jacobian({x*y, y}, {x, y})(1, 2)", "x"},
+        {"gradient", push_gradient, "gradient(e, x) -> column", "∂e/∂xⱼ as a column.",
+         "x, y = vars \"x y\"; gradient(x*y, {x, y})[1]", "y"},
+        {"hessian", hessian, "hessian(e, x) -> matrix", "∂²e/∂xᵢ∂xⱼ.",
+         "x, y = vars \"x y\"; hessian(x*y, {x, y})(1, 2)", "1"},
+        {"diff", diff, "diff(e, x [, n]) -> expression", "The n-th partial derivative by one symbol.",
+         "x = var \"x\"; diff(x^3, x, 3)", "6"},
+        {"subs", push_substituted, "subs(e, {[x] = …}) -> expression",
+         "Replaces symbols, columns or whole subexpressions, all at once. What stands for x stands, "
+         "differentiated, for "
+         "x.dot too, unless x.dot is itself a key: a constant makes it 0. For an unspecified function g give "
+         "[g] = function(x) … end.",
+         "x = var \"x\"; subs(x.dot + x, {[x] = t^2}) == 2*t + t^2", "true"},
+        {"simplify", push_simplified, "simplify(e) -> expression",
+         "Like terms and factors collected; the value is kept.",
+         "x = var \"x\"; simplify(sin(x)^2 + cos(x)^2)", "1"},
+        {"expand", push_expanded, "expand(e) -> expression", "Products of sums multiplied out.",
+         "x = var \"x\"; expand((x + 1)*(x - 1)) == expand(x^2 - 1)", "true"},
+        {"latex", latex, "latex(e) -> text", "The LaTeX text of an expression, a matrix or an equation.",
+         "x = var \"x\"; latex(x)", "x"},
+        {"evaluate", push_evaluated, "evaluate(e [, {x = 0.5, …}]) -> number or matrix",
+         "The value; keys are names or symbols, columns take lists. Parameters without an entry have their "
+         "default values.",
+         "x = var \"x\"; evaluate(x^2, {x = 0.5})", "0.25"},
+        {"fn", push_compiled, "fn(arguments, e) -> function  ·  fn(function(x, y) … end)",
+         "A compiled numeric function: arguments are symbols or columns; f(1, 2) is a number or a matrix. A "
+         "matrix argument holds one point per row, and so does the result. A Lua function is followed with "
+         "symbols "
+         "once and compiled: no branches on its arguments, the vocabulary's functions only.",
+         "x, y = vars \"x y\"; f = fn({x, y}, x*y); f(2, 3)", "6.0"},
+        {"implicit_jacobian", push_implicit_jacobian, "implicit_jacobian(r, z, y) -> matrix",
+         "∂z/∂y = -(∂r/∂z)⁻¹ ∂r/∂y where r(y, z) = 0. ∂r/∂z must be regular where r = 0 (checked, also at "
+         "points of that set): sufficient for z(y) to exist, not necessary.",
+         "y, z = vars \"y z\"; implicit_jacobian(z^2 - y, z, y) == 1/(2*z)", "true"},
+        {"expr:latex", latex, "e:latex()", "The LaTeX text."},
+        {"expr:code", code, "e:code()", "Lua text that rebuilds e."},
+        {"matrix:latex", latex, "A:latex()", "The LaTeX text."},
+        {"matrix:code", code, "A:code()", "Lua text that rebuilds A."},
+        {"equation:latex", latex, "equation:latex()", "The LaTeX text."},
+        {"equation:code", code, "equation:code()", "Lua text that rebuilds the equation."},
+        {"equation#lhs", lhs, "equation.lhs", "The left side."},
+        {"equation#rhs", rhs, "equation.rhs", "The right side."},
+        {"equation:residual", residual, "equation:residual()", "Left side minus right side.",
+         "x = var \"x\"; (x ~ 2):residual() == x - 2", "true"},
+        {"equation:__eq", equal, "a == b", "Same sides (structure)."},
+        {"equation:__tostring", equation_to_string, "tostring(equation)", "lhs = rhs."},
+        {"fn:__call", call_compiled, "f(1, 2)", "The value at one point, or one row per point."},
+        {"fn:__tostring", compiled_to_string, "tostring(f)", "Arguments and size."},
+    }};
+
+}  // namespace pendula::lua

@@ -1,0 +1,402 @@
+// model:integrate and the type "solution". Reads arguments, calls src/integrate.
+#include "lua/bind/integrate/integrate.hpp"
+
+#include <cmath>
+#include <cstdio>
+
+#include "base/interrupt.hpp"
+#include "base/text.hpp"
+#include "lua/bind/integrate/integrate_options.hpp"
+#include "lua/core/objects.hpp"
+#include "lua/core/terminal.hpp"
+#include "lua/core/values.hpp"
+
+namespace pendula::lua {
+
+struct SolutionStats {
+  integrate::Stats counts;
+  std::string method, text, why;
+  double seconds;
+};
+template <>
+struct TypeName<SolutionStats> {
+  static constexpr const char* value = "stats";
+};
+template <>
+struct TypeName<integrate::Drift> {
+  static constexpr const char* value = "drift";
+};
+
+namespace {
+
+using integrate::Trajectory;
+
+int integrate_model(Call& call) {
+  const auto model = call.shared<dae::Model>(1, "model");
+  const Options options = call.options(2, {PENDULA_INTEGRATE_OPTIONS});
+  integrate::Simulation simulation = read_simulation(call, options, model);
+  const integrate::TrajectoryPtr result = [&] {
+    ProgressLine line(std::chrono::milliseconds(500), std::chrono::milliseconds(200));
+    const double from = simulation.plan.from, to = simulation.plan.to;
+    if (line.has_terminal())
+      simulation.plan.progress = [&line, from, to](double t, const integrate::Stats& stats) {
+        if (!line.due()) return;
+        const auto percent = std::lrint(100 * (t - from) / (to - from));
+        line.show(text("integrate: t = ", rounded(t, 5), " of ", rounded(to, 5), " (", percent, " %), ",
+                       stats.steps, " steps"));
+      };
+    return integrate::simulate(model, simulation);
+  }();
+  if (result->solution().status() == "interrupted") {
+    if (!typed_at_prompt(call.L) || result->solution().t().empty()) throw Interrupted();
+    interrupt_requested = false;
+    std::fprintf(stderr, "\ninterrupted at t = %s; the part computed so far is the result\n",
+                 rounded(result->solution().t().back(), 6).c_str());
+  }
+  return call.push(result);
+}
+
+// ── solutions
+// ────────────────────────────────────────────────────────────────────────────────────────────────────
+
+const Trajectory& self(Call& call) { return call.object<Trajectory>(1, "solution"); }
+
+/// An expression, a column, or the name of a variable.
+MatX read_expression(Call& call, int i) {
+  if (lua_type(call.L, i) != LUA_TSTRING) return to_matrix(call.L, i, "expression");
+  const std::vector<Expr> known = known_leaves(*self(call).model());
+  return column(to_leaves(call.L, i, "expression", known));
+}
+
+int push_at(Call& call, const MatX& e, double t) {
+  const Vec values = self(call).values(entries(e), t);
+  return push_value(call.L, Mat(Eigen::Map<const Mat>(values.data(), e.rows(), e.cols())));
+}
+
+int value(Call& call) {
+  const MatX e = read_expression(call, 2);
+  if (!call.has(3)) return push_matrix(call.L, self(call).values(entries(e)));
+  if (is_expression(call.L, 3)) return push_at(call, e, to_number(call.L, 3, "t"));
+  const Vec times = to_numbers(call.L, 3, "t");
+  Mat rows(times.size(), e.size());
+  for (Eigen::Index i = 0; i < times.size(); ++i) rows.row(i) = self(call).values(entries(e), times[i]);
+  return push_matrix(call.L, rows);
+}
+
+int final(Call& call) {
+  const integrate::Point end = self(call).solution().final();
+  return call.has(2) ? push_at(call, read_expression(call, 2), end.t)
+                     : push_matrix(call.L, Mat(end.x.head(self(call).solution().problem().shown_n())));
+}
+
+/// sol:sensitivity(expression, parameter [, t])
+int sensitivity(Call& call) {
+  const MatX e = read_expression(call, 2);
+  const Trajectory& run = self(call);
+  std::vector<Expr> known = known_leaves(*run.model());
+  for (Expr p : run.sensitivities()) known.push_back(p);
+  const std::vector<Expr> wanted = to_leaves(call.L, 3, "parameter", known);
+  if (wanted.size() != 1 && e.size() != 1)
+    throw Error("sensitivity: give one expression or one parameter at a time");
+  const auto columns = [&](auto&& values) {
+    std::vector<decltype(values(wanted[0]))> list;
+    for (Expr p : wanted) list.push_back(values(p));
+    return list;
+  };
+  if (call.has(4) && is_expression(call.L, 4)) {
+    const double t = to_number(call.L, 4, "t");
+    const auto list = columns([&](Expr p) { return run.sensitivity(entries(e), p, t); });
+    if (list.size() == 1)
+      return push_value(call.L, Mat(Eigen::Map<const Mat>(list[0].data(), e.rows(), e.cols())));
+    Mat row(1, static_cast<Eigen::Index>(list.size()));
+    for (Eigen::Index j = 0; j < row.cols(); ++j) row(0, j) = list[j][0];
+    return push_matrix(call.L, row);
+  }
+  if (call.has(4)) {
+    const Vec times = to_numbers(call.L, 4, "t");
+    Mat result(times.size(), static_cast<Eigen::Index>(std::max(wanted.size(), entries(e).size())));
+    for (Eigen::Index i = 0; i < times.size(); ++i) {
+      const auto list = columns([&](Expr p) { return run.sensitivity(entries(e), p, times[i]); });
+      for (Eigen::Index j = 0; j < result.cols(); ++j)
+        result(i, j) = list.size() == 1 ? list[0][j] : list[j][0];
+    }
+    return push_matrix(call.L, result);
+  }
+  const auto list = columns([&](Expr p) { return run.sensitivity(entries(e), p); });
+  if (list.size() == 1) return push_matrix(call.L, list[0]);
+  Mat result(list[0].rows(), static_cast<Eigen::Index>(list.size()));
+  for (Eigen::Index j = 0; j < result.cols(); ++j) result.col(j) = list[j].col(0);
+  return push_matrix(call.L, result);
+}
+
+/// sol:gradient(cost [, {p, …}]): of a cost at the end, by sensitivities if there are any, else by the
+/// adjoint.
+int gradient(Call& call) {
+  const MatX cost = read_expression(call, 2);
+  if (cost.size() != 1) throw Error("the cost must be one number, an expression evaluated at the end");
+  const Trajectory& run = self(call);
+  std::vector<Expr> wanted = run.sensitivities();
+  if (call.has(3)) {
+    std::vector<Expr> known = known_leaves(*run.model());
+    known.insert(known.end(), wanted.begin(), wanted.end());
+    known.insert(known.end(), run.model()->parameters.begin(), run.model()->parameters.end());
+    wanted = to_leaves(call.L, 3, "parameters", known);
+  } else if (wanted.empty()) {
+    wanted = run.model()->parameters;
+  }
+  const std::string& ended = run.solution().status();
+  if (ended != "finished" && ended != "event") throw Error(text("the run has not reached its end: ", ended));
+  if (run.sensitivities().empty()) return push_matrix(call.L, Mat(run.gradient(cost(0, 0), wanted)));
+  Mat result(static_cast<Eigen::Index>(wanted.size()), 1);
+  const double end = run.solution().final().t;
+  for (Eigen::Index j = 0; j < result.rows(); ++j)
+    result(j, 0) = run.sensitivity(entries(cost), wanted[j], end)[0];
+  return push_matrix(call.L, result);
+}
+
+int times(Call& call) {
+  const std::vector<double>& t = self(call).solution().t();
+  return push_matrix(call.L, Mat(Eigen::Map<const Vec>(t.data(), static_cast<Eigen::Index>(t.size()))));
+}
+
+int model(Call& call) { return call.push(self(call).model()); }
+
+int status(Call& call) { return call.push(self(call).solution().status()); }
+
+std::string without_newline(const std::string& text) {
+  return text.substr(0, text.find_last_not_of('\n') + 1);
+}
+
+int solution_text(Call& call) { return call.push(without_newline(self(call).solution().str())); }
+
+int stats(Call& call) {
+  const integrate::Solution& solution = self(call).solution();
+  std::string why;
+  for (const integrate::MethodInUse& use : solution.methods_in_use())
+    why += text(why.empty() ? "" : "\n", use.name, " from t = ", rounded(use.t, 6), ": ", use.why);
+  return call.push(std::make_shared<const SolutionStats>(
+      SolutionStats{solution.stats(), solution.method_name(), without_newline(solution.stats_text()), why,
+                    solution.cpu_seconds()}));
+}
+
+/// { name = value } of every state and algebraic variable.
+void push_values(lua_State* L, const integrate::Problem& problem, const integrate::Point& point) {
+  lua_createtable(L, 0, problem.n() + problem.m());
+  const auto field = [&](const std::string& name, double value) {
+    lua_pushlstring(L, name.data(), name.size());
+    lua_pushnumber(L, value);
+    lua_rawset(L, -3);
+  };
+  for (int i = 0; i < problem.shown_n(); ++i) field(problem.x_name(i), point.x[i]);
+  for (int i = 0; i < problem.shown_m(); ++i) field(problem.z_name(i), point.z[i]);
+}
+
+/// { { t =, which =, action =, values = { x = … }, after = { x = … } }, … }
+int events(Call& call) {
+  lua_State* L = call.L;
+  const integrate::Solution& solution = self(call).solution();
+  const auto& events = solution.events();
+  lua_createtable(L, static_cast<int>(events.size()), 0);
+  for (std::size_t i = 0; i < events.size(); ++i) {
+    const integrate::EventRecord& event = events[i];
+    lua_createtable(L, 0, 6);
+    lua_pushnumber(L, event.t);
+    lua_setfield(L, -2, "t");
+    lua_pushinteger(L, event.which + 1);
+    lua_setfield(L, -2, "which");
+    lua_pushlstring(L, event.action.data(), event.action.size());
+    lua_setfield(L, -2, "action");
+    push_values(L, solution.problem(), event.before);
+    lua_setfield(L, -2, "values");
+    push_values(L, solution.problem(), event.after);
+    lua_setfield(L, -2, "after");
+    lua_rawseti(L, -2, static_cast<lua_Integer>(i) + 1);
+  }
+  return 1;
+}
+
+/// A list of { t =, states = }.
+int switches(Call& call) {
+  lua_newtable(call.L);
+  int i = 0;
+  for (const integrate::StatesInUse& use : self(call).solution().states_in_use()) {
+    lua_createtable(call.L, 0, 2);
+    lua_pushnumber(call.L, use.t);
+    lua_setfield(call.L, -2, "t");
+    lua_pushlstring(call.L, use.states.data(), use.states.size());
+    lua_setfield(call.L, -2, "states");
+    lua_rawseti(call.L, -2, ++i);
+  }
+  return 1;
+}
+
+int drift(Call& call) { return call.push(std::make_shared<const integrate::Drift>(self(call).drift())); }
+
+// ── statistics and drift
+// ─────────────────────────────────────────────────────────────────────────────────────────
+
+const SolutionStats& counted(Call& call) { return call.object<SolutionStats>(1, "stats"); }
+int stats_text(Call& call) { return call.push(counted(call).text); }
+int stats_method(Call& call) { return call.push(counted(call).method); }
+int stats_steps(Call& call) { return call.push(counted(call).counts.steps); }
+int stats_rejected(Call& call) { return call.push(counted(call).counts.rejected); }
+int stats_evaluations(Call& call) { return call.push(counted(call).counts.evaluations); }
+int stats_jacobians(Call& call) { return call.push(counted(call).counts.jacobians); }
+int stats_factorisations(Call& call) { return call.push(counted(call).counts.factorisations); }
+int stats_newton(Call& call) { return call.push(counted(call).counts.newton_iterations); }
+int stats_why(Call& call) { return call.push(counted(call).why); }
+int stats_time(Call& call) { return call.push(counted(call).seconds); }
+
+const integrate::Drift& drifted(Call& call) { return call.object<integrate::Drift>(1, "drift"); }
+int drift_text(Call& call) { return call.push(without_newline(drifted(call).str())); }
+int drift_length(Call& call) { return call.push(static_cast<long>(drifted(call).rows.size())); }
+int drift_verdict(Call& call) { return call.push(drifted(call).verdict()); }
+
+int drift_item(Call& call) {
+  const auto& rows = drifted(call).rows;
+  const long i = call.integer(2, "index");
+  if (i < 1 || i > static_cast<long>(rows.size())) {
+    throw Error(
+        text(rows.size() == 1 ? "there is 1 constraint" : text("there are ", rows.size(), " constraints"),
+             "; number ", i, " does not exist"));
+  }
+  const integrate::DriftRow& row = rows[i - 1];
+  lua_createtable(call.L, 0, 7);
+  const auto field = [&](const char* key, double number) {
+    lua_pushnumber(call.L, number);
+    lua_setfield(call.L, -2, key);
+  };
+  field("C", row.start[0]);
+  if (row.start.size() > 1) field("slope", row.start[1]);
+  field("line", row.predicted);
+  field("numerical", row.remainder);
+  field("largest", row.largest);
+  for (const auto& [key, words] :
+       {std::pair{"name", row.label}, std::pair{"verdict", verdict_name(row.verdict)}}) {
+    lua_pushlstring(call.L, words.data(), words.size());
+    lua_setfield(call.L, -2, key);
+  }
+  return 1;
+}
+
+}  // namespace
+
+extern const Module integrate_module;
+const Module integrate_module = {
+    "integrate",
+    "Integration",
+    {
+        {"model:integrate", integrate_model,
+         "sys:integrate{ start =, to =, rtol =, atol =, method =, dt =, from =, times =, events =, inputs =, "
+         "params =, direct =, sensitivities =, dt0 =, dtmax =, max_steps =, guards = } -> solution",
+         "Solves the initial value problem: with dt by fixed steps of any tableau; without, with steps "
+         "chosen "
+         "so that every step errs by less than atol + rtol |x| (1e-3 rtol and 1e-6 where they are not given; "
+         "a number, a list, or { [x] = 1e-9 }), by a method that is chosen and named in stats(), or by "
+         "\"radau\", \"bdf\", \"dopri5\", \"tsit5\", \"dop853\", \"rodas\", \"gauss\". start is a result of "
+         "init "
+         "or a table; times: the times to save; inputs: { [u] = function(t) … end, an expression, iddata, or "
+         "samples { "
+         "t = {…}, u = {…}, hold = \"linear\" or \"zero\" } }; events: a list of { when = e, direction = -1, "
+         "0 or 1, then "
+         "action = \"stop\", reset = { [v] = -0.9*v } or call = function(sol) … end }; direct = true "
+         "integrates a model of index 2 or more as it stands; guards = false goes on where constraints "
+         "become "
+         "dependent or equations lose their unknowns, which otherwise ends the run. What ends a run early is "
+         "in "
+         "sol.status.",
+         "x = var \"x\"\nsol = dae{ der(x) ~ -2*x }:integrate{ start = { x = 1 }, to = 2, method = rk.rk4, "
+         "dt = 0.1 }\n"
+         "print(sol)",
+         "solution by rk4, dt = 0.1: 20 steps from t = 0 to 2, finished\n  x  =  0.01831679337"},
+        {"solution:__call", value, "sol(expression [, t]) -> matrix or number",
+         "The values of any expression of the model at the saved times, one row per time, or at time t (a "
+         "number or a list).",
+         "x = var \"x\"\nsol = dae{ der(x) ~ 2*t }:integrate{ start = { x = 0 }, to = 2, method = "
+         "rk.gauss(2), dt = 0.5 }\n"
+         "print((\"%.6f\"):format(sol(x^2, 1.5)))",
+         "5.062500"},
+        {"solution#t", times, "sol.t -> column", "The saved times.", "", ""},
+        {"solution#model", model, "sol.model -> model", "The model that was integrated.", "", ""},
+        {"solution#status", status, "sol.status -> string",
+         "\"finished\", \"event\", \"interrupted\", or \"stopped at t = …: why\".", "", ""},
+        {"solution#events", events, "sol.events -> list",
+         "One entry per event in order of time: t, which (its number in the list of events), action, values "
+         "before and after it by name.",
+         "y, v = vars \"y v\"\nsol = dae{ der(y) ~ v, der(v) ~ -2 }:integrate{ start = { y = 1, v = 0 }, to "
+         "= 9,\n"
+         "  events = { { when = y, action = \"stop\" } } }\n"
+         "print((\"%s %.6f %.6f\"):format(sol.status, sol.events[1].t, sol.events[1].values.v))",
+         "event 1.000000 -2.000000"},
+        {"solution:final", final, "sol:final([expression]) -> column or number",
+         "The states at the end, in the order of model.differential, or the value of an expression there.",
+         "", ""},
+        {"solution:sensitivity", sensitivity,
+         "sol:sensitivity(expression, parameter [, t]) -> column or number",
+         "The derivative of any expression along the solution with respect to a parameter, or to the initial "
+         "value of a state, that was named in sensitivities = { … } when the model was integrated: at the "
+         "saved "
+         "times, or at time t. Exact variational equations, under the same error control.",
+         "x, k = var \"x\", param \"k\"\nsol = dae{ der(x) ~ -k*x }:integrate{ start = { x = 1 }, to = 2, "
+         "params = { k = "
+         "0.5 },\n  sensitivities = { k, x }, rtol = 1e-10 }\n"
+         "print((\"%.6f %.6f\"):format(sol:sensitivity(x, k, 2), sol:sensitivity(x, x, 2)))",
+         "-0.735759 0.367879"},
+        {"solution:gradient", gradient, "sol:gradient(cost [, { parameters }]) -> column",
+         "The gradient of an expression at the end of the solution with respect to parameters, and states "
+         "that stand "
+         "for their initial values: by the discrete adjoint of the Runge–Kutta steps that were taken, one "
+         "sweep "
+         "backwards however many parameters there are (exact for the computed numbers, with dt; all "
+         "parameters, if "
+         "none are named). With sensitivities = { … } when the model was integrated, from these. An integral "
+         "as a "
+         "cost is one more state: der(J) ~ x^2.",
+         "x, k = var \"x\", param \"k\"\nsol = dae{ der(x) ~ -k*x }:integrate{ start = { x = 1 }, to = 2, "
+         "params = { k = "
+         "0.5 }, rtol = 1e-10 }\nprint((\"%.6f %.6f\"):format(sol:gradient(x^2, { k, x })[1], "
+         "sol:gradient(x^2, { k, x "
+         "})[2]))",
+         "-0.541341 0.270671"},
+        {"solution:stats", stats, "sol:stats() -> stats",
+         "Steps, evaluations, Jacobians, factorisations, Newton iterations; .time is the CPU time in "
+         "seconds.",
+         "", ""},
+        {"solution:switches", switches, "sol:switches() -> list of { t =, states = }",
+         "Form \"dummy\": which states were in use from when on. The first entry is the choice at the start, "
+         "every further one a switch to a choice that was clearly better there.",
+         "", ""},
+        {"solution:drift", drift, "sol:drift() -> drift",
+         "For each constraint C(0), C′(0), the straight line that an inconsistent start causes, the "
+         "numerical part, and the "
+         "verdict in words.",
+         "", ""},
+        {"solution:__tostring", solution_text, "print(sol)", "Method, interval, status and the final values.",
+         "", ""},
+        {"stats#method", stats_method, "stats.method -> string", "The name of the method.", "", ""},
+        {"stats#steps", stats_steps, "stats.steps -> integer", "Steps taken.", "", ""},
+        {"stats#rejected", stats_rejected, "stats.rejected -> integer",
+         "Steps that were tried and repeated with a smaller one (adaptive runs).", "", ""},
+        {"stats#evaluations", stats_evaluations, "stats.evaluations -> integer",
+         "Evaluations of the equations, one per stage.", "", ""},
+        {"stats#jacobians", stats_jacobians, "stats.jacobians -> integer",
+         "Evaluations of their Jacobian, one per stage.", "", ""},
+        {"stats#factorisations", stats_factorisations, "stats.factorisations -> integer",
+         "LU factorisations.", "", ""},
+        {"stats#newton", stats_newton, "stats.newton -> integer", "Newton iterations.", "", ""},
+        {"stats#time", stats_time, "stats.time -> seconds", "CPU time; differs from run to run.", "", ""},
+        {"stats#why", stats_why, "stats.why -> string",
+         "Where the method was chosen: which one from when on, and why; one line each.", "", ""},
+        {"stats:__tostring", stats_text, "print(sol:stats())", "The counts, without the time.", "", ""},
+        {"drift#verdict", drift_verdict, "drift.verdict -> string",
+         "\"kept\", \"inconsistent start\", \"numerical drift\", or both, over all constraints.", "", ""},
+        {"drift:__index", drift_item, "drift[i] -> table",
+         "Constraint i: name, C = C(0), slope = C′(0), line = C(0) + t C′(0) at the end, numerical, largest, "
+         "verdict.",
+         "", ""},
+        {"drift:__len", drift_length, "#drift", "The number of constraints.", "", ""},
+        {"drift:__tostring", drift_text, "print(sol:drift())", "The table and the verdicts in words.", "",
+         ""},
+    }};
+
+}  // namespace pendula::lua

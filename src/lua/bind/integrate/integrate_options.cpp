@@ -1,0 +1,426 @@
+#include "lua/bind/integrate/integrate_options.hpp"
+
+#include <cmath>
+
+#include "base/text.hpp"
+#include "expr/print/print.hpp"
+#include "integrate/run/methods.hpp"
+#include "lua/bind/integrate/tableau.hpp"
+#include "lua/core/function_reference.hpp"
+#include "lua/core/inputs.hpp"
+#include "lua/core/library.hpp"
+#include "lua/core/objects.hpp"
+#include "lua/core/values.hpp"
+
+namespace pendula::lua {
+namespace {
+
+using integrate::Method;
+using integrate::ModelEvent;
+using integrate::TableauPtr;
+
+template <class T>
+std::shared_ptr<const T> held_at(lua_State* L, int index) {
+  const auto* held = object_at(L, index, TypeName<T>::value);
+  return held ? std::static_pointer_cast<const T>(*held) : nullptr;
+}
+
+int get_field(lua_State* L) {
+  lua_gettable(L, 1);
+  return 1;
+}
+
+/// table.name as a T, or null. Methods are made when they are first asked for, so the table's own __index has
+/// its say.
+template <class T>
+std::shared_ptr<const T> library_method(lua_State* L, const std::string& table, const std::string& name) {
+  const int top = lua_gettop(L);
+  std::shared_ptr<const T> result;
+  try {
+    lua_pushcfunction(L, get_field);
+    push_named(L, table);
+    lua_pushlstring(L, name.data(), name.size());
+    protected_call(L, 2, 1);
+    result = held_at<T>(L, -1);
+  } catch (const LuaError&) {  // no such name
+  }
+  lua_settop(L, top);
+  return result;
+}
+
+TableauPtr library_tableau(lua_State* L, const std::string& name) {
+  return library_method<integrate::Tableau>(L, "rk", name);
+}
+
+const std::vector<std::string> families = {"auto", "radau", "gauss", "bdf", "rodas"};
+
+Method tableau_method(TableauPtr tableau) {
+  Method method;
+  method.family = "tableau";
+  method.tableau = std::move(tableau);
+  return method;
+}
+
+Method rosenbrock_method(integrate::RosenbrockPtr rosenbrock) {
+  Method method;
+  method.family = "rodas";
+  method.rosenbrock = std::move(rosenbrock);
+  return method;
+}
+
+Method named_method(lua_State* L, const std::string& wanted, bool fixed) {
+  if (wanted == "auto") return automatic_method(L);
+  if (const TableauPtr tableau = library_tableau(L, wanted)) return tableau_method(tableau);
+  std::string family = wanted == "radau5" || wanted == "radauIIA" ? "radau" : wanted;
+  if (!fixed) {
+    const std::string name = family == "rodas" || family == "rosenbrock" ? "rodas4" : family;
+    if (const auto rosenbrock = library_method<integrate::Rosenbrock>(L, "rosenbrock", name))
+      return rosenbrock_method(rosenbrock);
+  }
+  if (std::find(families.begin(), families.end(), family) == families.end()) {
+    std::vector<std::string> known = families;
+    for (const char* name : {"dopri5", "tsit5", "dop853", "rk4", "bogacki_shampine"}) known.push_back(name);
+    throw Error(text("unknown method '", wanted, "'.", did_you_mean(wanted, known),
+                     " Give a tableau, for example method = rk.gauss(2), or one of ", join(known, ", ")));
+  }
+  if (fixed)
+    throw Error(text("method = \"", wanted,
+                     "\" chooses its steps; for fixed steps give a tableau, for example ",
+                     family == "bdf"     ? "bdf(3)"
+                     : family == "gauss" ? "rk.gauss(3)"
+                                         : "rk.radau(3)",
+                     ", or leave dt out and give rtol = 1e-6"));
+  Method method;
+  method.family = family;
+  return method;
+}
+
+/// rtol = 1e-8, { [x] = 1e-8 } or { 1e-8, 1e-6 }.
+integrate::ToleranceRequest read_tolerance(Call& call, const Options& options, const char* key,
+                                           const dae::Model& model) {
+  integrate::ToleranceRequest request;
+  if (!options.has(key)) return request;
+  lua_State* L = call.L;
+  const int index = options.push(key);
+  if (!lua_istable(L, index) || object_type(L, index) != "") {
+    request.all = to_number(L, index, key);
+    if (!(*request.all > 0) && !(*request.all == 0 && std::string(key) == "atol"))
+      throw Error(text(key, " = ", rounded(*request.all),
+                       "; a tolerance must be a positive number, for example ", key, " = 1e-8"));
+  } else if (lua_rawlen(L, index) > 0) {
+    const Vec list = to_numbers(L, index, key);
+    request.list.assign(list.begin(), list.end());
+  } else {
+    each_symbol_entry(L, index, key, known_leaves(model), [&](const SymbolEntry& entry) {
+      const Vec value =
+          lua_isnumber(L, entry.value)
+              ? Vec::Constant(static_cast<Eigen::Index>(entry.leaves.size()), lua_tonumber(L, entry.value))
+              : to_numbers(L, entry.value, std::string(key) + "." + entry.key);
+      if (value.size() != static_cast<Eigen::Index>(entry.leaves.size()))
+        throw Error(text(key, ": '", entry.key, "' has ", entry.leaves.size(), " components, its value has ",
+                         value.size()));
+      for (std::size_t i = 0; i < entry.leaves.size(); ++i)
+        request.some.emplace_back(entry.leaves[i], value[static_cast<Eigen::Index>(i)]);
+    });
+  }
+  lua_settop(L, call.count());
+  return request;
+}
+
+// ── events ──
+
+std::vector<std::pair<Expr, Expr>> read_reset(lua_State* L, int index, const dae::Model& model,
+                                              const std::string& what) {
+  std::vector<std::pair<Expr, Expr>> result;
+  if (!lua_istable(L, index)) throw Error(text(what, " must be a table such as { [v] = -0.9*v }"));
+  each_symbol_entry(L, index, what, known_leaves(model), [&](const SymbolEntry& entry) {
+    const MatX value = to_matrix(L, entry.value, what + "." + entry.key);
+    if (value.size() != static_cast<Eigen::Index>(entry.leaves.size()))
+      throw Error(text(what, ": '", entry.key, "' has ", entry.leaves.size(), " components, its value has ",
+                       value.size()));
+    for (std::size_t i = 0; i < entry.leaves.size(); ++i)
+      result.emplace_back(entry.leaves[i], value.data()[i]);
+  });
+  return result;
+}
+
+/// What a callback returned: nothing, "stop" or true, or a table of new values.
+integrate::EventReply read_reply(lua_State* L, const dae::Model& model, const std::string& what) {
+  integrate::EventReply reply;
+  const int index = lua_gettop(L);
+  if (lua_isnoneornil(L, index)) return reply;
+  if (lua_isboolean(L, index)) {
+    reply.stop = lua_toboolean(L, index) != 0;
+  } else if (lua_type(L, index) == LUA_TSTRING) {
+    if (std::string(lua_tostring(L, index)) != "stop")
+      throw Error(text(what, " returned \"", lua_tostring(L, index), "\"; it may return \"stop\""));
+    reply.stop = true;
+  } else if (lua_istable(L, index)) {
+    for (const auto& [leaf, value] : read_reset(L, index, model, what)) {
+      const auto number = number_value(value);
+      if (!number)
+        throw Error(
+            text(what, " must return numbers, but the new value of ", to_text(leaf), " is ", to_text(value)));
+      reply.reset.emplace_back(leaf, *number);
+    }
+  } else {
+    throw Error(
+        text(what, " must return nothing, \"stop\" or new values { [v] = 1 }, got ", describe(L, index)));
+  }
+  return reply;
+}
+
+int read_direction(lua_State* L, int index, const std::string& what) {
+  if (lua_isnil(L, index)) return 0;
+  if (lua_type(L, index) == LUA_TSTRING) {
+    const std::string word = lua_tostring(L, index);
+    if (word == "falling" || word == "down") return -1;
+    if (word == "rising" || word == "up") return 1;
+    if (word == "both") return 0;
+  } else if (lua_isnumber(L, index)) {
+    const double d = lua_tonumber(L, index);
+    if (d == 0 || d == 1 || d == -1) return static_cast<int>(d);
+  }
+  throw Error(text(what, ".direction must be -1 (falling), 1 (rising) or 0 (both)"));
+}
+
+void check_event_keys(lua_State* L, int table, const std::string& what) {
+  static const std::vector<std::string> known = {"when", "direction", "action", "reset", "call", "name"};
+  lua_pushnil(L);
+  while (lua_next(L, table) != 0) {
+    lua_pop(L, 1);
+    const std::string key = lua_type(L, -1) == LUA_TSTRING ? lua_tostring(L, -1) : "[…]";
+    if (std::find(known.begin(), known.end(), key) == known.end())
+      throw Error(text(what, ": unknown field '", key, "'.", did_you_mean(key, known),
+                       " (fields: ", join(known, ", "), ")"));
+  }
+}
+
+/// when = y, a condition lt(y, 0) (its sign change), or an equation y ~ 0.
+Expr read_when(lua_State* L, int index, const std::string& what) {
+  if (lua_isnil(L, index)) throw Error(text(what, " needs when: an expression whose roots are the events"));
+  if (const auto* held = object_at(L, index, TypeName<Equation>::value)) {
+    const auto& equation = *static_cast<const Equation*>(held->get());
+    if (equation.lhs.size() == 1) return equation.lhs(0, 0) - equation.rhs(0, 0);
+  }
+  const Expr e = to_expr(L, index, what + ".when");
+  if (e.op() == Op::lt || e.op() == Op::le) return e.operand(0) - e.operand(1);
+  return e;
+}
+
+ModelEvent read_event(lua_State* L, int table, const dae::ModelPtr& model, const std::string& what) {
+  if (!lua_istable(L, table))
+    throw Error(text(what, " must be a table such as { when = y, direction = -1, action = \"stop\" }"));
+  check_event_keys(L, table, what);
+  ModelEvent event;
+  const auto field = [&](const char* key) {
+    lua_pushstring(L, key);
+    lua_rawget(L, table);
+    return lua_gettop(L);
+  };
+  const int top = lua_gettop(L);
+  event.when = read_when(L, field("when"), what);
+  if (event.when.is_constant())
+    throw Error(text(what, ".when = ", to_text(event.when),
+                     " is constant: give an expression whose roots are the events"));
+  event.direction = read_direction(L, field("direction"), what);
+  const int action = field("action");
+  if (!lua_isnil(L, action)) {
+    if (lua_type(L, action) != LUA_TSTRING || std::string(lua_tostring(L, action)) != "stop")
+      throw Error(text(what,
+                       ".action can be \"stop\"; for other things use reset = { [v] = … } or call = "
+                       "function(sol) … end"));
+    event.stop = true;
+  }
+  if (const int reset = field("reset"); !lua_isnil(L, reset))
+    event.reset = read_reset(L, reset, *model, what + ".reset");
+  if (const int call = field("call"); !lua_isnil(L, call)) {
+    if (!lua_isfunction(L, call))
+      throw Error(text(what, ".call must be a function, got ", describe(L, call)));
+    event.call = [f = std::make_shared<FunctionReference>(L, call), model,
+                  what](const integrate::TrajectoryPtr& so_far) {
+      lua_State* state = f->state();
+      const int level = lua_gettop(state);
+      f->push();
+      push_object(state, so_far, TypeName<integrate::Trajectory>::value);
+      protected_call(state, 1, 1);
+      const integrate::EventReply reply = read_reply(state, *model, what + ".call");
+      lua_settop(state, level);
+      return reply;
+    };
+  }
+  lua_settop(L, top);
+  return event;
+}
+
+std::vector<ModelEvent> read_events(Call& call, const Options& options, const dae::ModelPtr& model) {
+  std::vector<ModelEvent> events;
+  if (!options.has("events")) return events;
+  lua_State* L = call.L;
+  const int list = options.push("events");
+  if (!lua_istable(L, list))
+    throw Error("events must be a list of tables { { when = y, action = \"stop\" } }");
+  lua_getfield(L, list, "when");
+  const bool single = !lua_isnil(L, -1);
+  lua_pop(L, 1);
+  if (single) {
+    events.push_back(read_event(L, list, model, "events"));
+  } else {
+    const lua_Integer count = list_size(L, list, "events");
+    for (lua_Integer i = 1; i <= count; ++i) {
+      lua_geti(L, list, i);
+      events.push_back(read_event(L, lua_gettop(L), model, text("events[", i, "]")));
+      lua_pop(L, 1);
+    }
+  }
+  lua_settop(L, call.count());
+  return events;
+}
+
+// ── the rest ──
+
+void refuse_contradictions(const Options& options) {
+  if (!options.has("dt")) return;
+  for (const char* other : {"rtol", "atol", "dt0", "dtmax"})
+    if (options.has(other))
+      throw Error(
+          text("dt asks for fixed steps and ", other,
+               " for steps chosen by the error: give one of them (dt0 is the first of chosen steps)"));
+}
+
+integrate::Plan read_plan(Call& call, const Options& options, double from) {
+  if (!options.has("to") && !options.has("times")) throw Error("the end is missing; give to = 10");
+  integrate::Plan plan;
+  plan.from = options.number("from", from);
+  if (options.has("dt")) {
+    plan.dt = options.number("dt");
+    if (!(plan.dt > 0) || !std::isfinite(plan.dt))
+      throw Error(
+          text("dt = ", rounded(plan.dt), "; the step must be a positive number, for example dt = 0.01"));
+  }
+  plan.direct = options.boolean("direct", false);
+  plan.guarded = options.boolean("guards", true);
+  plan.dt_first = options.number("dt0", 0);
+  if (options.has("dt0") && !(plan.dt_first > 0))
+    throw Error("dt0 must be a positive number: the first step");
+  plan.dt_max = options.number("dtmax", plan.dt_max);
+  plan.most_steps = options.integer("max_steps", plan.most_steps);
+  if (options.has("times")) {
+    const Vec times = to_numbers(call.L, options.push("times"), "times");
+    plan.times = std::vector<double>(times.begin(), times.end());
+    lua_pop(call.L, 1);
+  }
+  // Without `to`, the last of `times` is the end; an empty list is refused by integrate() itself.
+  const bool last = plan.times && !plan.times->empty();
+  plan.to = options.number("to", last ? plan.times->back() : plan.from + 1);
+  return plan;
+}
+
+/// Parameters: what a start was computed with holds for what begins there, params of this call come first.
+dae::ParameterValues read_all_parameters(Call& call, const Options& options, const dae::Model& model) {
+  dae::ParameterValues values;
+  if (const auto* held = object_at(call.L, options.push("start"), TypeName<dae::Start>::value)) {
+    values = parameter_overrides(*std::static_pointer_cast<const dae::Start>(*held));
+  }
+  if (options.has("params")) {
+    for (const auto& [p, value] : read_parameters(call.L, options.push("params"), model, "params"))
+      values[p] = value;
+  }
+  lua_settop(call.L, call.count());
+  return values;
+}
+
+}  // namespace
+
+/// Each tableau costs half a millisecond when it is first used: only those are made that may be chosen.
+Method automatic_method(lua_State* L, std::optional<double> rtol, std::size_t equations) {
+  constexpr std::size_t large = 60;  // with a dense Jacobian from here on: choose()
+  const char* names[] = {"bogacki_shampine", "tsit5", "verner87", "verner98", "dop853"};
+  Method method;
+  for (std::size_t k = 0; k < std::size(names); ++k) {
+    const bool wanted = !rtol || integrate::explicit_rank(*rtol) == k || (k == 4 && equations >= large);
+    TableauPtr tableau = wanted ? library_tableau(L, names[k]) : nullptr;
+    if (wanted && !tableau) tableau = library_tableau(L, "dopri5");
+    method.explicit_choice.push_back(tableau);
+  }
+  constexpr double loose = 0.9e-5;
+  if (!rtol || *rtol > loose)
+    method.rosenbrock = library_method<integrate::Rosenbrock>(L, "rosenbrock", "rodas4");
+  return method;
+}
+
+/// The smallest of the relative tolerances.
+static double tightest(Call& call, const Options& options, const dae::Model& model) {
+  const integrate::ToleranceRequest rtol = read_tolerance(call, options, "rtol", model);
+  double least = rtol.all.value_or(1e-6);
+  for (double r : rtol.list) least = std::min(least, r);
+  for (const auto& [leaf, r] : rtol.some) least = std::min(least, r);
+  return least;
+}
+
+Method read_method(Call& call, const Options& options, bool fixed, const dae::Model* model) {
+  lua_State* L = call.L;
+  if (!options.has("method")) {
+    if (fixed)
+      throw Error(
+          "method is missing; give a tableau, for example method = rk.gauss(2) or rk.rk4, or leave dt "
+          "out: the method and its steps are then chosen");
+    if (!model) return automatic_method(L);
+    return automatic_method(L, tightest(call, options, *model), model->residuals.size());
+  }
+  const int index = options.push("method");
+  Method method;
+  if (lua_type(L, index) == LUA_TSTRING) {
+    method = named_method(L, lua_tostring(L, index), fixed);
+  } else if (const TableauPtr tableau = held_at<integrate::Tableau>(L, index)) {
+    method = tableau_method(tableau);
+  } else if (const auto rosenbrock = held_at<integrate::Rosenbrock>(L, index)) {
+    if (fixed)
+      throw Error(
+          text("the method ", rosenbrock->name(), " chooses its steps: leave dt out and give rtol = 1e-6"));
+    method = rosenbrock_method(rosenbrock);
+  } else if (const auto multistep = held_at<integrate::Multistep>(L, index)) {
+    method.family = "bdf";
+    method.multistep = multistep;
+    method.order = multistep->steps();
+    if (!multistep->is_bdf())
+      throw Error(text("integration with the method ", multistep->name(),
+                       " is not available; take bdf(3) or a tableau"));
+  } else {
+    throw Error(
+        text("method must be a tableau such as rk.gauss(2) or rk.rk4, or a name such as \"radau\", got ",
+             describe(L, index)));
+  }
+  lua_settop(L, call.count());
+  return method;
+}
+
+integrate::Simulation read_simulation(Call& call, const Options& options, const dae::ModelPtr& model) {
+  integrate::Simulation simulation;
+  refuse_contradictions(options);
+  simulation.method = read_method(call, options, options.has("dt"), model.get());
+  simulation.start = read_start(call.L, options, model);
+  simulation.plan = read_plan(call, options, simulation.start->t);
+  simulation.parameters = read_all_parameters(call, options, *model);
+  simulation.rtol = read_tolerance(call, options, "rtol", *model);
+  simulation.atol = read_tolerance(call, options, "atol", *model);
+  simulation.events = read_events(call, options, model);
+  if (simulation.plan.dt > 0 && !simulation.events.empty())
+    throw Error("events need steps chosen by the error: leave dt out and give rtol = 1e-8");
+  if (options.has("sensitivities")) {
+    std::vector<Expr> known = known_leaves(*model);
+    known.insert(known.end(), model->parameters.begin(), model->parameters.end());
+    simulation.sensitivities = to_leaves(call.L, options.push("sensitivities"), "sensitivities", known);
+    lua_settop(call.L, call.count());
+  }
+  Inputs inputs = read_inputs(options, *model, call.L);
+  simulation.inputs = std::move(inputs.expressions);
+  simulation.plan.breaks = std::move(inputs.breaks);
+  for (const NumericInput& input : inputs.numeric)
+    if (input.may_jump) simulation.plan.watched.push_back(input.value);
+  for (NumericInput& input : inputs.numeric)
+    simulation.numeric_inputs.emplace_back(input.leaf, std::move(input.value));
+  return simulation;
+}
+
+}  // namespace pendula::lua

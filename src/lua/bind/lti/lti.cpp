@@ -1,0 +1,426 @@
+// The `lti` module: linear systems and their forms. Reads arguments, calls src/lti.
+#include <algorithm>
+
+#include "base/text.hpp"
+#include "expr/print/print.hpp"
+#include "lua/bind/lti/lti.hpp"
+#include "lua/core/objects.hpp"
+
+namespace pendula::lua {
+namespace {
+
+using lti::System;
+
+const System& self(Call& call) { return call.object<System>(1, "G"); }
+
+Expr read_sampling(lua_State* L, int index) {
+  const Expr Ts = to_expr(L, index, "Ts");
+  if (Ts.is_constant() && !(constant_value(Ts) > 0))
+    throw Error(text("the sampling time must be positive, got Ts = ", to_text(Ts),
+                     "; without it time is continuous"));
+  return Ts;
+}
+Expr sampling_argument(Call& call, int i) { return call.has(i) ? read_sampling(call.L, i) : Expr(0); }
+
+// ── ss ──
+
+/// A flat list is a row where that fits.
+MatX output_matrix(const MatX& C, Eigen::Index states) {
+  return C.cols() == 1 && C.rows() == states && states != 1 ? MatX(C.transpose()) : C;
+}
+
+System state_space(const MatX& A, MatX B, MatX C, std::optional<MatX> D, Expr Ts) {
+  if (B.cols() == 1 && A.rows() == 1 && B.rows() > 1) B = MatX(B.transpose());
+  C = output_matrix(C, A.rows());
+  MatX through = D ? *D : MatX(MatX::Zero(C.rows(), B.cols()));
+  if (through.size() == 1 && through(0, 0).is_zero()) through = MatX::Zero(C.rows(), B.cols());
+  if (through.cols() == 1 && C.rows() == 1 && through.rows() == B.cols() && B.cols() > 1)
+    through = MatX(through.transpose());
+  return lti::make_ss(A, B, C, through, Ts);
+}
+
+void name_channels(System& g, const Options& o, lua_State* L) {
+  const auto read = [&](const char* key, std::size_t count, std::vector<std::string>& names) {
+    if (!o.has(key)) return;
+    names = read_names(L, o.push(key), key);
+    lua_pop(L, 1);
+    if (names.size() != count)
+      throw Error(text("option '", key, "': expected ", count, count == 1 ? " name" : " names", ", got ",
+                       names.size()));
+  };
+  read("states", static_cast<std::size_t>(g.ss.order()), g.state_names);
+  read("inputs", static_cast<std::size_t>(g.inputs), g.input_names);
+  read("outputs", static_cast<std::size_t>(g.outputs), g.output_names);
+}
+
+System ss_from_options(Call& call) {
+  lua_State* L = call.L;
+  const Options o = call.options(1, {"A", "B", "C", "D", "Ts", "states", "inputs", "outputs"});
+  const auto matrix = [&](const char* key) {
+    const MatX m = to_matrix(L, o.push(key), key);
+    lua_pop(L, 1);
+    return m;
+  };
+  if (!o.has("A")) throw Error("expected { A =, B =, C =, D =, Ts = }: A is required");
+  const MatX A = matrix("A");
+  const MatX B = o.has("B") ? matrix("B") : MatX(MatX::Zero(A.rows(), 0));
+  const MatX C = o.has("C") ? matrix("C") : MatX(MatX::Identity(A.cols(), A.cols()));
+  Expr Ts = 0;
+  if (o.has("Ts")) Ts = read_sampling(L, o.push("Ts"));
+  lua_settop(L, call.count());
+  System g = state_space(A, B, C, o.has("D") ? std::optional(matrix("D")) : std::nullopt, Ts);
+  name_channels(g, o, L);
+  return g;
+}
+
+bool has_string_key(lua_State* L, int i) {
+  if (!lua_istable(L, i)) return false;
+  lua_pushnil(L);
+  if (!lua_next(L, i)) return false;
+  const bool named = lua_type(L, -2) == LUA_TSTRING;
+  lua_pop(L, 2);
+  return named;
+}
+
+int ss(Call& call) {
+  lua_State* L = call.L;
+  if (call.is<System>(1)) return push_system(call, lti::to_ss(self(call)));
+  if (has_string_key(L, 1)) return push_system(call, ss_from_options(call));
+  if (call.count() == 1) return push_system(call, lti::make_gain(to_matrix(L, 1, "D")));
+  const MatX A = to_matrix(L, 1, "A"), B = to_matrix(L, 2, "B");
+  const MatX C = call.has(3) ? to_matrix(L, 3, "C") : MatX(MatX::Identity(A.cols(), A.cols()));
+  const auto D = call.has(4) ? std::optional(to_matrix(L, 4, "D")) : std::nullopt;
+  return push_system(call, state_space(A, B, C, D, sampling_argument(call, 5)));
+}
+
+// ── tf ──
+
+lti::Polynomial read_polynomial(lua_State* L, int index, const std::string& what) {
+  const VecX c = to_column(L, index, what);
+  if (c.size() == 0) throw Error(text(what, " has no coefficients"));
+  lti::Polynomial p;
+  for (Eigen::Index k = c.size(); k-- > 0;) p.push_back(c[k]);
+  return p;
+}
+
+/// The type of list[1], or LUA_TNIL.
+int first_type(lua_State* L, int index, bool* system = nullptr) {
+  if (!lua_istable(L, index)) return LUA_TNIL;
+  const int type = lua_rawgeti(L, index, 1);
+  if (system) *system = object_type(L, -1) == TypeName<System>::value;
+  lua_pop(L, 1);
+  return type;
+}
+
+/// { { {…}, {…} }, … }: a matrix of lists of coefficients
+bool is_matrix_of_lists(lua_State* L, int index) {
+  if (first_type(L, index) != LUA_TTABLE) return false;
+  lua_rawgeti(L, index, 1);
+  const bool nested = first_type(L, lua_gettop(L)) == LUA_TTABLE;
+  lua_pop(L, 1);
+  return nested;
+}
+
+/// Visits list[i][j]; the entry is on top of the stack.
+template <class Visit>
+std::pair<int, int> each_entry(lua_State* L, int index, const std::string& what, const Visit& visit) {
+  const int rows = static_cast<int>(list_size(L, index, what));
+  int cols = -1;
+  for (int i = 1; i <= rows; ++i) {
+    if (lua_rawgeti(L, index, i) != LUA_TTABLE)
+      throw Error(text(what, "[", i, "] must be a list, not ", describe(L, -1)));
+    const int row = lua_gettop(L), n = static_cast<int>(list_size(L, row, text(what, "[", i, "]")));
+    if (cols >= 0 && n != cols)
+      throw Error(text(what, "[", i, "] has ", n, " entries, the rows above have ", cols));
+    cols = n;
+    for (int j = 1; j <= n; ++j) {
+      lua_rawgeti(L, row, j);
+      visit(lua_gettop(L), text(what, "[", i, "][", j, "]"));
+      lua_settop(L, row);
+    }
+    lua_settop(L, row - 1);
+  }
+  if (rows == 0 || cols <= 0) throw Error(text(what, " is empty"));
+  return {rows, cols};
+}
+
+System tf_of_lists(Call& call) {
+  lua_State* L = call.L;
+  std::vector<lti::Fraction> entries;
+  const auto [rows, cols] = each_entry(L, 1, "num", [&](int at, const std::string& what) {
+    entries.push_back({read_polynomial(L, at, what), {1}});
+  });
+  if (call.has(2) && is_matrix_of_lists(L, 2)) {
+    std::size_t k = 0;
+    const auto size = each_entry(L, 2, "den", [&](int at, const std::string& what) {
+      if (k < entries.size()) entries[k].den = read_polynomial(L, at, what);
+      ++k;
+    });
+    if (size != std::pair(rows, cols))
+      throw Error(text("num is a ", rows, "×", cols, " matrix of lists, den a ", size.first, "×", size.second,
+                       " one"));
+  } else if (call.has(2)) {
+    const lti::Polynomial den = read_polynomial(L, 2, "den");
+    for (auto& f : entries) f.den = den;
+  }
+  return lti::make_tf(std::move(entries), rows, cols, sampling_argument(call, 3));
+}
+
+System system_at(lua_State* L, int index, const std::string& what) {
+  if (const auto* held = object_at(L, index, TypeName<System>::value); held && *held)
+    return *static_cast<const System*>(held->get());
+  return lti::make_gain(to_matrix(L, index, what));
+}
+
+bool is_matrix_of_systems(lua_State* L, int index) {
+  if (!lua_istable(L, index)) return false;
+  bool found = false;
+  for (lua_Integer i = 1; !found && lua_rawgeti(L, index, i) == LUA_TTABLE; ++i) {
+    const int row = lua_gettop(L);
+    for (lua_Integer j = 1; !found && lua_rawgeti(L, row, j) != LUA_TNIL; ++j) {
+      found = object_type(L, -1) == TypeName<System>::value;
+      lua_settop(L, row);
+    }
+    lua_settop(L, row - 1);
+  }
+  lua_settop(L, index > 1 ? std::max(index, lua_gettop(L)) : lua_gettop(L));
+  return found;
+}
+
+System assembled(lua_State* L, int index) {
+  std::vector<std::vector<System>> blocks;
+  each_entry(L, index, "G", [&](int at, const std::string& what) {
+    const auto open = what.rfind('['), first = what.find('[');
+    if (what.substr(open) == "[1]" && open != first) blocks.emplace_back();
+    blocks.back().push_back(system_at(L, at, what));
+  });
+  return lti::assemble(blocks);
+}
+
+int tf(Call& call) {
+  lua_State* L = call.L;
+  if (call.is<System>(1)) return push_system(call, lti::to_tf(self(call)));
+  if (lua_type(L, 1) == LUA_TSTRING &&
+      (call.string(1, "variable") == "s" || call.string(1, "variable") == "z")) {
+    const bool discrete = call.string(1, "variable") == "z";
+    if (discrete && !call.has(2)) throw Error("z needs a sampling time: tf(\"z\", Ts)");
+    if (!discrete && call.has(2)) throw Error("s belongs to continuous time; write tf(\"z\", Ts)");
+    return push_system(call, lti::make_tf({{{0, 1}, {1}}}, 1, 1, sampling_argument(call, 2)));
+  }
+  const int top = lua_gettop(L);
+  const bool systems = is_matrix_of_systems(L, 1);
+  lua_settop(L, top);
+  if (systems) return push_system(call, lti::to_tf(assembled(L, 1)));
+  if (is_matrix_of_lists(L, 1)) return push_system(call, tf_of_lists(call));
+  const auto is_symbol = [&](int i) { return call.is<Expr>(i) && call.object<Expr>(i, "s").is_symbol(); };
+  if (call.is<Expr>(1) && (is_symbol(2) || !call.has(2))) {
+    const Expr e = to_expr(L, 1, "G");
+    Expr s = call.has(2) ? call.object<Expr>(2, "s") : Expr(0);
+    if (!call.has(2))
+      for (Expr leaf : leaves({&e, 1}))
+        if (symbol_of(leaf).name == "s" || symbol_of(leaf).name == "z") s = leaf;
+    if (s.is_zero() && !call.has(2)) return push_system(call, lti::make_tf({{{e}, {1}}}, 1, 1));
+    return push_system(call, lti::make_tf({lti::fraction_of(e, s)}, 1, 1, sampling_argument(call, 3)));
+  }
+  if (first_type(L, 1) == LUA_TTABLE)
+    throw Error(
+        "num is a list of lists; a matrix of transfer functions has lists of coefficients as entries: { { "
+        "{1}, {1, 2} } }");
+  lti::Fraction f{read_polynomial(L, 1, "num"),
+                  call.has(2) ? read_polynomial(L, 2, "den") : lti::Polynomial{1}};
+  return push_system(call, lti::make_tf({std::move(f)}, 1, 1, sampling_argument(call, 3)));
+}
+
+// ── zpk ──
+
+std::vector<std::pair<Expr, Expr>> read_roots(lua_State* L, int index, const std::string& what) {
+  std::vector<std::pair<Expr, Expr>> list;
+  const auto add = [&](int at, const std::string& name) {
+    const ComplexNumber z = read_complex(L, at, name);
+    list.emplace_back(z.re, z.im);
+  };
+  if (const auto* held = object_at(L, index, TypeName<Roots>::value); held && *held) {
+    for (const dae::Mode& m : static_cast<const Roots*>(held->get())->list)
+      for (int k = 0; k < m.multiplicity; ++k)
+        list.push_back(m.exact ? *m.exact : std::pair(Expr(m.value.real()), Expr(m.value.imag())));
+  } else if (lua_istable(L, index)) {
+    for (lua_Integer i = 1, n = list_size(L, index, what); i <= n; ++i) {
+      lua_rawgeti(L, index, i);
+      add(lua_gettop(L), text(what, "[", i, "]"));
+      lua_settop(L, -2);
+    }
+  } else if (object_type(L, index) == TypeName<Matrix>::value) {
+    const VecX column = to_column(L, index, what);
+    for (Expr e : entries(column)) list.emplace_back(e, 0);
+  } else {
+    add(index, what);
+  }
+  return list;
+}
+
+int zpk(Call& call) {
+  if (call.is<System>(1)) return push_system(call, lti::to_zpk(self(call)));
+  lti::Factored f;
+  f.zeros = read_roots(call.L, 1, "z"), f.poles = read_roots(call.L, 2, "p");
+  f.gain = call.has(3) ? to_expr(call.L, 3, "k") : Expr(1);
+  return push_system(call, lti::make_zpk({std::move(f)}, 1, 1, sampling_argument(call, 4)));
+}
+
+// ── fields ──
+
+const System& in_state_space(Call& call, const char* what) {
+  const System& g = self(call);
+  if (g.form != lti::Form::ss)
+    throw Error(
+        text("a transfer function has no ", what, "; G:ss().", what, " belongs to a realisation of it"));
+  return g;
+}
+int A(Call& call) { return push_entries(call.L, in_state_space(call, "A").ss.A); }
+int B(Call& call) { return push_entries(call.L, in_state_space(call, "B").ss.B); }
+int C(Call& call) { return push_entries(call.L, in_state_space(call, "C").ss.C); }
+int D(Call& call) { return push_entries(call.L, in_state_space(call, "D").ss.D); }
+
+int push_polynomial(Call& call, bool numerator) {
+  const System g = lti::to_tf(self(call));
+  if (!g.siso()) throw Error("of several inputs or outputs: choose one with G:channel(i, j)");
+  const lti::Polynomial& p = numerator ? g.tf[0].num : g.tf[0].den;
+  MatX c = MatX::Zero(std::max<Eigen::Index>(1, static_cast<Eigen::Index>(p.size())), 1);
+  for (std::size_t k = 0; k < p.size(); ++k) c(static_cast<Eigen::Index>(p.size() - 1 - k), 0) = p[k];
+  return push_entries(call.L, c);
+}
+int num(Call& call) { return push_polynomial(call, true); }
+int den(Call& call) { return push_polynomial(call, false); }
+
+int gain(Call& call) {
+  const System g = lti::to_zpk(self(call));
+  if (!g.siso()) throw Error("of several inputs or outputs: choose one with G:channel(i, j)");
+  return push_expr(call.L, g.zpk[0].gain);
+}
+
+int Ts(Call& call) { return push_expr(call.L, self(call).Ts); }
+int form(Call& call) {
+  static const char* const names[] = {"ss", "tf", "zpk"};
+  return call.push(names[static_cast<int>(self(call).form)]);
+}
+int order(Call& call) { return call.push(lti::order(self(call))); }
+int names(Call& call, int count, std::string (*name)(const System&, int)) {
+  std::vector<std::string> list;
+  for (int i = 0; i < count; ++i) list.push_back(name(self(call), i));
+  return push_names(call.L, list);
+}
+int states(Call& call) { return names(call, self(call).ss.order(), lti::state_name); }
+int inputs(Call& call) { return names(call, self(call).inputs, lti::input_name); }
+int outputs(Call& call) { return names(call, self(call).outputs, lti::output_name); }
+int notes(Call& call) { return push_names(call.L, self(call).notes); }
+
+int with(Call& call) {
+  call.table(2, "parameters");
+  const System& g = self(call);
+  std::vector<Expr> known;
+  const std::vector<Expr> all = lti::entries(g);
+  for (Expr leaf : leaves(all))
+    if (symbol_of(leaf).kind == Kind::parameter) known.push_back(leaf);
+  Substitution values;
+  each_symbol_entry(call.L, 2, "with", known, [&](const SymbolEntry& e) {
+    if (e.leaves.size() != 1) throw Error(text("with.", e.key, " must name one parameter"));
+    values[e.leaves[0]] = to_expr(call.L, e.value, "with." + e.key);
+  });
+  for (const auto& [leaf, v] : values)
+    if (std::find(known.begin(), known.end(), leaf) == known.end())
+      throw Error(text("the system does not contain '", to_text(leaf), "'"));
+  return push_system(call, lti::substitute(g, values));
+}
+
+int named(Call& call) {
+  System g = self(call);
+  name_channels(g, call.options(2, {"states", "inputs", "outputs"}), call.L);
+  return push_system(call, std::move(g));
+}
+
+/// A number from 1, or a name.
+int channel_of(Call& call, int i, const char* what, int count, std::string (*name)(const System&, int)) {
+  if (lua_type(call.L, i) == LUA_TSTRING) {
+    std::vector<std::string> all;
+    for (int k = 0; k < count; ++k) all.push_back(name(self(call), k));
+    const std::string word = call.string(i, what);
+    const auto at = std::find(all.begin(), all.end(), word);
+    if (at == all.end())
+      throw Error(
+          text("there is no ", what, " '", word, "'.", did_you_mean(word, all), " (", join(all, ", "), ")"));
+    return static_cast<int>(at - all.begin());
+  }
+  const long k = call.integer(i, what);
+  if (k < 1 || k > count)
+    throw Error(text("there ", count == 1 ? "is 1 " : text("are ", count, " "), what, count == 1 ? "" : "s",
+                     "; number ", k, " does not exist"));
+  return static_cast<int>(k) - 1;
+}
+
+int channel(Call& call) {
+  const System& g = self(call);
+  return push_system(call, lti::select(g, {channel_of(call, 2, "output", g.outputs, lti::output_name)},
+                                       {channel_of(call, 3, "input", g.inputs, lti::input_name)}));
+}
+
+int latex(Call& call) { return call.push(lti::latex(self(call))); }
+int shown(Call& call) { return call.push(lti::describe(self(call))); }
+
+}  // namespace
+
+extern const Module lti_module;
+const Module lti_module = {
+    "lti",
+    "Linear systems",
+    {
+        {"ss", ss,
+         "ss(A, B [, C [, D [, Ts]]]) or ss{ A =, B =, C =, D =, Ts =, states =, inputs =, outputs = } -> G",
+         "The state space x′ = A x + B u, y = C x + D u; with a sampling time Ts x⁺ = A x + B u. Without C "
+         "the outputs are the "
+         "states, without D it is zero. Entries stay exact or symbolic. ss(G) converts, ss(D) is a gain.",
+         "ss({{0, 1}, {-2, -3}}, {0, 1}, {1, 0})",
+         "state space: 2 states, 1 input, 1 output, continuous time\n"
+         "       x₁  x₂ │ u\n  x₁′   0   1 │ 0\n  x₂′  -2  -3 │ 1\n  ────────────┼──\n  y     1   0 │ 0"},
+        {"tf", tf, "tf(num, den [, Ts]) or tf(expression, s [, Ts]) or tf \"s\" -> G",
+         "A transfer function from coefficients, highest power first; a matrix of them from lists of lists "
+         "of coefficients, or from "
+         "a list of rows of systems. s = tf \"s\" (z = tf(\"z\", Ts)) makes them by arithmetic; tf(G) "
+         "converts.",
+         "tf({1, 2}, {1, 3, 1})",
+         "transfer function, continuous time\n     s + 2\n  ────────────\n  s² + 3 s + 1"},
+        {"zpk", zpk, "zpk(zeros, poles, gain [, Ts]) -> G",
+         "k Π (s - zᵢ)/Π (s - pᵢ); complex ones as complex(re, im) or { re, im }, in conjugate pairs. zpk(G) "
+         "converts.",
+         "zpk({-1}, {{-1, 2}, {-1, -2}}, 3)",
+         "zeros, poles, gain, continuous time\n   3 (s + 1)\n  ────────────\n  s² + 2 s + 5"},
+        {"lti:tf", tf, "G:tf() -> G", "G(s) = C (sI - A)⁻¹B + D as fractions, exact; what cancels is noted.",
+         "return ss({{0, 1}, {-2, -3}}, {0, 1}, {1, 0}):tf()(0)", "1/2"},
+        {"lti:ss", ss, "G:ss() -> G",
+         "A state space: of a fraction the controllable canonical form, of a matrix of fractions a minimal "
+         "realisation."},
+        {"lti:zpk", zpk, "G:zpk() -> G", "The same as zeros, poles and gain."},
+        {"lti#A", A, "G.A -> matrix", "A of a state space."},
+        {"lti#B", B, "G.B -> matrix", "B of a state space."},
+        {"lti#C", C, "G.C -> matrix", "C of a state space."},
+        {"lti#D", D, "G.D -> matrix", "D of a state space."},
+        {"lti#num", num, "G.num -> column", "The numerator's coefficients, highest power first."},
+        {"lti#den", den, "G.den -> column", "The denominator's coefficients, highest power first."},
+        {"lti#gain", gain, "G.gain -> number", "The gain k of G:zpk()."},
+        {"lti#Ts", Ts, "G.Ts -> number", "The sampling time; 0 in continuous time."},
+        {"lti#form", form, "G.form -> string", "\"ss\", \"tf\" or \"zpk\"."},
+        {"lti#order", order, "G.order -> integer", "The number of states."},
+        {"lti#states", states, "G.states -> list", "The names of the states."},
+        {"lti#inputs", inputs, "G.inputs -> list", "The names of the inputs."},
+        {"lti#outputs", outputs, "G.outputs -> list", "The names of the outputs."},
+        {"lti#notes", notes, "G.notes -> list",
+         "What was left out on the way: cancelled factors, the point of linearisation."},
+        {"lti:with", with, "G:with{ k = 2 } -> G", "The same system with values for parameters.",
+         "k = param \"k\"  return tf({k}, {1, k}):with{ k = 3 }:dcgain()", "1"},
+        {"lti:named", named, "G:named{ states =, inputs =, outputs = } -> G",
+         "The same system with names for its signals."},
+        {"lti:channel", channel, "G:channel(output, input) -> G", "One channel, by numbers or names."},
+        {"lti:latex", latex, "G:latex() -> string", "The system in LaTeX.", "tf({1}, {1, 2}):latex()",
+         "G(s) = \\frac{1}{s + 2}"},
+        {"lti:__tostring", shown, "print(G)", "The matrices as one table, or fractions with a rule."},
+    }};
+
+}  // namespace pendula::lua

@@ -1,0 +1,55 @@
+// What the bindings of linear systems share.
+#pragma once
+
+#include "lti/system.hpp"
+#include "lua/bind/expr/expr.hpp"
+#include "lua/core/values.hpp"
+
+namespace pendula::lua {
+
+template <>
+struct TypeName<lti::System> {
+  static constexpr const char* value = "lti";
+};
+
+/// A complex number with exact or approximate parts.
+struct ComplexNumber {
+  Expr re, im;
+};
+template <>
+struct TypeName<ComplexNumber> {
+  static constexpr const char* value = "complex";
+};
+
+/// Poles or zeros: a list that prints.
+struct Roots {
+  std::string what;  ///< "poles", "zeros", "modes"
+  std::vector<dae::Mode> list;
+  std::vector<Expr> symbolic;  ///< instead of the list, for systems with parameters without value
+};
+template <>
+struct TypeName<Roots> {
+  static constexpr const char* value = "roots";
+};
+
+/// A linear system; a number, an expression or a matrix is a gain.
+lti::System read_system(Call& call, int i, const char* name);
+int push_system(Call& call, lti::System g);
+/// The matrix in doubles where an entry is known as a double only.
+int push_entries(lua_State* L, const MatX& m);
+/// The same; one entry is a number or an expression.
+int push_entries_or_one(lua_State* L, const MatX& m);
+/// complex(re, im), { re, im }, or a number.
+ComplexNumber read_complex(lua_State* L, int index, const std::string& what);
+/// A number or expression where the imaginary part is zero.
+int push_complex(lua_State* L, const ComplexNumber& z);
+/// "-1 + 2 i"
+std::string complex_text(const ComplexNumber& z);
+int push_roots(Call& call, Roots roots);
+/// A list of strings, or a column of symbols by their names.
+std::vector<std::string> read_names(lua_State* L, int index, const std::string& what);
+int push_names(lua_State* L, const std::vector<std::string>& names);
+/// A column with one entry per state, or a table by the names of states (missing ones are 0).
+VecX read_state(lua_State* L, int index, const std::string& what, const lti::System& g);
+
+}  // namespace pendula::lua

@@ -1,0 +1,130 @@
+// Connections of linear systems, and sampling. Reads arguments, calls src/lti.
+#include <algorithm>
+
+#include "base/text.hpp"
+#include "lti/discrete.hpp"
+#include "lua/bind/lti/lti.hpp"
+#include "lua/core/objects.hpp"
+
+namespace pendula::lua {
+namespace {
+
+using lti::System;
+
+const System& self(Call& call) { return call.object<System>(1, "G"); }
+
+bool is_scalar(Call& call, int i) { return !call.is<System>(i) && is_expression(call.L, i); }
+
+/// A scalar beside a system with several channels multiplies all of them.
+System operand(Call& call, int i, const char* name, int channels) {
+  System g = read_system(call, i, name);
+  if (is_scalar(call, i) && channels > 1) {
+    const Expr k = g.ss.D(0, 0);
+    g = lti::make_gain(lti::scaled(k, MatX::Identity(channels, channels)));
+  }
+  return g;
+}
+
+int multiply(Call& call) {
+  const int channels = call.is<System>(1) ? (is_scalar(call, 2) ? self(call).inputs : 1)
+                                          : call.object<System>(2, "the right operand").outputs;
+  return push_system(call, lti::series(operand(call, 1, "the left operand", channels),
+                                       operand(call, 2, "the right operand", channels)));
+}
+int divide(Call& call) {
+  const System a = read_system(call, 1, "the left operand"),
+               b = operand(call, 2, "the right operand", a.inputs);
+  return push_system(call, lti::series(operand(call, 1, "the left operand", b.outputs), lti::inverse(b)));
+}
+int add(Call& call) {
+  return push_system(call, lti::parallel(read_system(call, 1, "the left operand"),
+                                         read_system(call, 2, "the right operand")));
+}
+int subtract(Call& call) {
+  return push_system(call, lti::parallel(read_system(call, 1, "the left operand"),
+                                         lti::negative(read_system(call, 2, "the right operand"))));
+}
+int negative(Call& call) { return push_system(call, lti::negative(self(call))); }
+int power(Call& call) {
+  const long n = call.integer(2, "exponent");
+  if (std::labs(n) > 100) throw Error("the exponent of a system must be an integer of at most 100");
+  return push_system(call, lti::power(self(call), static_cast<int>(n)));
+}
+
+int series(Call& call) {
+  System g = read_system(call, 1, "G1");
+  for (int i = 2; i <= call.count(); ++i) g = lti::series(read_system(call, i, "G2"), g);
+  return push_system(call, std::move(g));
+}
+int parallel(Call& call) {
+  System g = read_system(call, 1, "G1");
+  for (int i = 2; i <= call.count(); ++i) g = lti::parallel(g, read_system(call, i, "G2"));
+  return push_system(call, std::move(g));
+}
+int feedback(Call& call) {
+  const System g = read_system(call, 1, "G1");
+  const System h = call.has(2) ? operand(call, 2, "G2", std::max(g.inputs, g.outputs))
+                               : lti::make_gain(MatX::Identity(g.inputs, g.outputs));
+  const long sign = call.integer(3, "sign", -1);
+  if (sign != 1 && sign != -1) throw Error(text("sign must be -1 (negative feedback) or 1, got ", sign));
+  return push_system(call, lti::feedback(g, h, static_cast<int>(sign)));
+}
+int append(Call& call) {
+  System g = read_system(call, 1, "G1");
+  for (int i = 2; i <= call.count(); ++i) g = lti::append(g, read_system(call, i, "G2"));
+  return push_system(call, std::move(g));
+}
+
+int c2d(Call& call) {
+  const System g = read_system(call, 1, "G");
+  if (!call.has(2)) call.wrong(2, "Ts", "a sampling time");
+  double prewarp = 0;
+  if (call.has(4)) {
+    prewarp = call.options(4, {"prewarp"}).number("prewarp");
+    if (!(prewarp > 0)) throw Error("option 'prewarp' must be a positive frequency in rad/s");
+  }
+  return push_system(call, lti::c2d(g, to_expr(call.L, 2, "Ts"), call.string(3, "method", "zoh"), prewarp));
+}
+int d2c(Call& call) {
+  return push_system(call, lti::d2c(read_system(call, 1, "G"), call.string(2, "method", "zoh")));
+}
+
+}  // namespace
+
+extern const Module lti_connect_module;
+const Module lti_connect_module = {
+    "lti",
+    "",
+    {
+        {"lti:__mul", multiply, "G1 * G2",
+         "In series: the output of G2 is the input of G1. Numbers and matrices are gains."},
+        {"lti:__div", divide, "G1 / G2", "G1 times the inverse of G2."},
+        {"lti:__add", add, "G1 + G2", "In parallel."},
+        {"lti:__sub", subtract, "G1 - G2", "In parallel, the second with the opposite sign."},
+        {"lti:__unm", negative, "-G", "The opposite sign."},
+        {"lti:__pow", power, "G ^ n", "n in series; -1 is the inverse."},
+        {"series", series, "series(G1, G2, …) -> G",
+         "One after the other, the first acts first: series(G1, G2) is G2*G1.",
+         "series(tf({1}, {1, 1}), tf({2}, {1, 3})):dcgain()", "2/3"},
+        {"parallel", parallel, "parallel(G1, G2, …) -> G", "The sum of the outputs.",
+         "parallel(tf({1}, {1, 1}), tf({2}, {1, 3})):dcgain()", "5/3"},
+        {"feedback", feedback, "feedback(G1 [, G2 [, sign = -1]]) -> G",
+         "The closed loop y = G1 (r + sign·G2 y); G2 is 1 if it is not given. An algebraic loop is an error.",
+         "feedback(tf({1}, {1, 0}), 2)", "transfer function, continuous time\n    1\n  ─────\n  s + 2"},
+        {"append", append, "append(G1, G2, …) -> G", "Side by side: block diagonal.",
+         "#append(tf({1}, {1, 1}), ss({{-2}}, {1}, {1})).inputs", "2"},
+        {"lti:feedback", feedback, "G:feedback([G2 [, sign]]) -> G", "The same as feedback(G, G2, sign)."},
+        {"c2d", c2d, "c2d(G, Ts [, method = \"zoh\" [, { prewarp = ω }]]) -> G",
+         "Sampling: \"zoh\" (inputs held), \"foh\" (straight lines), \"tustin\", \"euler\", \"backward\", "
+         "\"impulse\". Exact where "
+         "the result is rational or symbolic.",
+         "Ts = param \"Ts\"  return c2d(ss({{0, 1}, {0, 0}}, {0, 1}, {1, 0}), Ts).B[1]", "Ts²/2"},
+        {"d2c", d2c, "d2c(G [, method = \"zoh\"]) -> G",
+         "Back to continuous time by the matrix logarithm (\"zoh\") or by \"tustin\"; poles on the negative "
+         "axis have no \"zoh\".",
+         "d2c(c2d(tf({1}, {1, 2}), 0.5)):poles()", "poles: -2"},
+        {"lti:c2d", c2d, "G:c2d(Ts [, method]) -> G", "The same as c2d(G, Ts, method)."},
+        {"lti:d2c", d2c, "G:d2c([method]) -> G", "The same as d2c(G, method)."},
+    }};
+
+}  // namespace pendula::lua

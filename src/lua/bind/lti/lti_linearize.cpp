@@ -1,0 +1,78 @@
+// sys:linearize(at). Reads arguments, calls src/lti.
+#include <cstdio>
+
+#include "base/text.hpp"
+#include "lti/linearize.hpp"
+#include "lua/bind/dae/dae.hpp"
+#include "lua/bind/lti/lti.hpp"
+
+namespace pendula::lua {
+namespace {
+
+/// A start of this model or a relative of it, or a table of conditions that init completes.
+dae::StartPtr read_point(Call& call, const dae::ModelPtr& model) {
+  if (!call.has(2)) call.wrong(2, "at", "a start: sys:linearize(sys:init{ … })");
+  lua_State* L = call.L;
+  lua_createtable(L, 0, 4);
+  const int table = lua_gettop(L);
+  lua_pushvalue(L, 2);
+  lua_setfield(L, table, "start");
+  if (lua_istable(L, 3))
+    for (const char* key : {"params", "from", "guess"}) {
+      lua_getfield(L, 3, key);
+      lua_setfield(L, table, key);
+    }
+  lua_replace(L, 2);
+  return read_start(L, call.options(2, {"start", "params", "from", "guess", "fix", "inputs"}), model);
+}
+
+std::vector<Expr> read_inputs_of(lua_State* L, int index, const dae::Model& model) {
+  std::vector<Expr> known = model.inputs;
+  known.insert(known.end(), model.parameters.begin(), model.parameters.end());
+  return to_leaves(L, index, "inputs", known);
+}
+
+int linearize(Call& call) {
+  const auto model = call.shared<dae::Model>(1, "model");
+  lua_State* L = call.L;
+  lti::LinearizeRequest request;
+  if (call.has(3)) {
+    const Options o = call.options(3, {"inputs", "outputs", "params", "from", "guess"});
+    if (o.has("inputs")) request.inputs = read_inputs_of(L, o.push("inputs"), *model);
+    if (o.has("outputs")) {
+      const int at = o.push("outputs");
+      const VecX list = is_expression(L, at) ? VecX(VecX::Constant(1, to_expr(L, at, "outputs")))
+                                             : to_column(L, at, "outputs");
+      request.outputs.assign(list.data(), list.data() + list.size());
+    }
+    lua_settop(L, call.count());
+  }
+  const dae::StartPtr at = read_point(call, model);
+  collect_aliases(L);
+  lti::System g = lti::linearize(model, *at, request);
+  for (const std::string& note : g.notes)
+    if (note.starts_with("no equilibrium")) std::fprintf(stderr, "warning: linearize: %s\n", note.c_str());
+  return push_system(call, std::move(g));
+}
+
+}  // namespace
+
+extern const Module lti_linearize_module;
+const Module lti_linearize_module = {
+    "linearize",
+    "Linear systems from models",
+    {
+        {"model:linearize", linearize, "sys:linearize(at [, { inputs =, outputs = }]) -> G",
+         "The state space of small deviations from a start, with its states by name: directly for index ≤ 1, "
+         "at an equilibrium of a "
+         "model of higher index by its pencil (as many states as there are degrees of freedom), else on the "
+         "tangent of its constraints. inputs: "
+         "inputs or parameters; outputs: any expressions, multipliers and accelerations included; without "
+         "them the states. A point that "
+         "is no equilibrium gives a warning.",
+         "th = var \"theta\"  sys = dae{ der(th, 2) ~ -4*sin(th) }  return sys:linearize(sys:init{ fix = { "
+         "[th] = 0, [th.dot] = 0 } }):poles()",
+         "poles: ±2 i"},
+    }};
+
+}  // namespace pendula::lua

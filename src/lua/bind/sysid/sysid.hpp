@@ -1,0 +1,56 @@
+// What the binding files of identification share.
+#pragma once
+
+#include "lua/bind/expr/expr.hpp"
+#include "lua/core/values.hpp"
+#include "sysid/data/iddata.hpp"
+#include "sysid/fit/estimators.hpp"
+#include "sysid/fit/least_squares.hpp"
+#include "sysid/model/model.hpp"
+#include "sysid/model/predictor.hpp"
+
+namespace pendula::lua {
+
+template <>
+struct TypeName<sysid::IdData> {
+  static constexpr const char* value = "iddata";
+};
+template <>
+struct TypeName<sysid::IdModel> {
+  static constexpr const char* value = "idmodel";
+};
+
+template <>
+struct TypeName<sysid::Density> {
+  static constexpr const char* value = "density";
+};
+template <>
+struct TypeName<sysid::Predictor> {
+  static constexpr const char* value = "predictor";
+};
+template <>
+struct TypeName<sysid::ParameterSet> {
+  static constexpr const char* value = "parameter_set";
+};
+
+/// The option `noise`: a density.
+std::shared_ptr<const sysid::Density> read_noise(Call& call, const Options& options);
+/// Pushes the set of parameters that uniform noise leaves.
+int push_parameter_set(Call& call, sysid::Regression r, const sysid::Density& uniform);
+
+/// Data as doubles, NaN allowed: a list of numbers (column), a list of rows, a list of columns (each a list
+/// or a matrix), or a matrix. `rows` > 0: what has that many columns instead is transposed.
+Mat to_data(lua_State* L, int index, const std::string& what, Eigen::Index rows = 0);
+
+/// A string or a list of strings; numbers become their text.
+std::vector<std::string> to_words(lua_State* L, int index, const std::string& what);
+/// A whole number or a list of them.
+std::vector<int> to_whole_numbers(lua_State* L, int index, const std::string& what);
+
+/// na, nb, nc, nd, nf, nk of a call's table for one output; MIMO: row `output` of a matrix of orders.
+sysid::Orders read_orders(Call& call, const Options& options, const sysid::IdData& d, Eigen::Index output);
+
+int push_words(lua_State* L, const std::vector<std::string>& words);
+inline int push_row(lua_State* L, const Vec& v) { return push_matrix(L, Mat(v.transpose())); }
+
+}  // namespace pendula::lua

@@ -1,0 +1,364 @@
+// iddata: measured data. Reads arguments, calls src/sysid/data/iddata.
+#include <algorithm>
+#include <cmath>
+
+#include "base/text.hpp"
+#include "lua/bind/sysid/sysid.hpp"
+#include "lua/core/objects.hpp"
+
+namespace pendula::lua {
+
+using Eigen::Index;
+using sysid::IdData;
+
+namespace {
+
+/// A list of numbers, nil holes reported; NaN stays NaN.
+std::vector<double> numbers_of(lua_State* L, int list, const std::string& what) {
+  std::vector<double> out;
+  for (lua_Integer i = 1, n = list_size(L, list, what); i <= n; ++i) {
+    lua_rawgeti(L, list, i);
+    out.push_back(to_number(L, lua_gettop(L), text("entry ", i, " of ", what)));
+    lua_pop(L, 1);
+  }
+  return out;
+}
+
+Mat rows_of_lists(lua_State* L, int list, lua_Integer n, const std::string& what) {
+  std::vector<std::vector<double>> rows;
+  for (lua_Integer i = 1; i <= n; ++i) {
+    lua_rawgeti(L, list, i);
+    const int top = lua_gettop(L);
+    const std::string where = text("entry ", i, " of ", what);
+    if (lua_istable(L, top)) {
+      rows.push_back(numbers_of(L, top, where));
+    } else {
+      const Vec v = to_data(L, top, where).reshaped();
+      rows.emplace_back(v.begin(), v.end());
+    }
+    if (rows.back().size() != rows[0].size())
+      throw Error(text(where, " has ", rows.back().size(), " numbers but entry 1 has ", rows[0].size()));
+    lua_pop(L, 1);
+  }
+  Mat m(static_cast<Index>(rows.size()), static_cast<Index>(rows[0].size()));
+  for (Index i = 0; i < m.rows(); ++i) m.row(i) = Eigen::Map<const Vec>(rows[i].data(), m.cols());
+  return m;
+}
+
+}  // namespace
+
+Mat to_data(lua_State* L, int index, const std::string& what, Index rows) {
+  index = lua_absindex(L, index);
+  luaL_checkstack(L, 8, nullptr);
+  Mat m;
+  bool columns = false;
+  if (lua_istable(L, index)) {
+    const lua_Integer n = list_size(L, index, what);
+    if (n == 0) throw Error(text(what, " is an empty list"));
+    lua_rawgeti(L, index, 1);
+    const bool nested = lua_istable(L, -1) || object_at(L, lua_gettop(L), TypeName<Matrix>::value);
+    columns = nested && !lua_istable(L, -1);
+    lua_pop(L, 1);
+    if (nested) {
+      m = rows_of_lists(L, index, n, what);
+      if (columns && rows != m.rows()) m.transposeInPlace();
+    } else {
+      const std::vector<double> v = numbers_of(L, index, what);
+      m = Eigen::Map<const Vec>(v.data(), static_cast<Index>(v.size()));
+    }
+  } else {
+    m = to_numeric_matrix(L, index, what);
+  }
+  if ((m.rows() == 1 && m.cols() > 1 && rows != 1) || (rows > 0 && m.rows() != rows && m.cols() == rows))
+    m.transposeInPlace();
+  return m;
+}
+
+std::vector<std::string> to_words(lua_State* L, int index, const std::string& what) {
+  index = lua_absindex(L, index);
+  const auto word = [&](int at) {
+    if (lua_isinteger(L, at)) return std::to_string(lua_tointeger(L, at));
+    if (lua_type(L, at) != LUA_TSTRING)
+      throw Error(text(what, " must be a name or a list of names, not ", describe(L, at)));
+    return std::string(lua_tostring(L, at));
+  };
+  if (!lua_istable(L, index)) return {word(index)};
+  std::vector<std::string> out;
+  for (lua_Integer i = 1, n = list_size(L, index, what); i <= n; ++i) {
+    lua_rawgeti(L, index, i);
+    out.push_back(word(lua_gettop(L)));
+    lua_pop(L, 1);
+  }
+  return out;
+}
+
+std::vector<int> to_whole_numbers(lua_State* L, int index, const std::string& what) {
+  const Mat m = to_data(L, index, what);
+  std::vector<int> out;
+  for (const double v : m.reshaped()) {
+    if (v != std::round(v) || std::abs(v) > 1e9)
+      throw Error(text(what, " must be a whole number, got ", shortest(v)));
+    out.push_back(static_cast<int>(v));
+  }
+  return out;
+}
+
+int push_words(lua_State* L, const std::vector<std::string>& words) {
+  lua_createtable(L, static_cast<int>(words.size()), 0);
+  lua_Integer i = 0;
+  for (const std::string& w : words) {
+    lua_pushlstring(L, w.data(), w.size());
+    lua_rawseti(L, -2, ++i);
+  }
+  return 1;
+}
+
+namespace {
+
+const IdData& self(Call& call) { return call.object<IdData>(1, "iddata"); }
+int push(Call& call, IdData d) { return call.push(std::make_shared<const IdData>(std::move(d))); }
+
+std::vector<std::string> words_option(Call& call, const Options& o, const char* key) {
+  if (!o.has(key)) return {};
+  const auto words = to_words(call.L, o.push(key), key);
+  lua_settop(call.L, call.count());
+  return words;
+}
+
+int make(Call& call) {
+  if (!lua_istable(call.L, 1)) call.wrong(1, "data", "a table { y =, u =, Ts = }");
+  const Options o = call.options(1, {"y", "u", "Ts", "yname", "uname", "y_names", "u_names"});
+  if (!o.has("y")) throw Error("y is missing; give iddata{ y = { … }, u = { … }, Ts = 1 }");
+  IdData d;
+  d.y = to_data(call.L, o.push("y"), "y");
+  if (d.y.rows() < d.y.cols()) d.y.transposeInPlace();  // more samples than signals
+  if (o.has("u")) d.u = to_data(call.L, o.push("u"), "u", d.y.rows());
+  d.Ts = o.number("Ts", 1);
+  d.y_names = words_option(call, o, o.has("yname") ? "yname" : "y_names");
+  d.u_names = words_option(call, o, o.has("uname") ? "uname" : "u_names");
+  return push(call, sysid::checked(std::move(d)));
+}
+
+int read(Call& call) {
+  const std::string path = call.string(1, "file");
+  const Options o = call.options(2, {"y", "u", "Ts"});
+  sysid::ColumnChoice choice;
+  choice.y = words_option(call, o, "y"), choice.u = words_option(call, o, "u");
+  choice.Ts = o.number("Ts", 0);
+  if (o.has("Ts") && !(choice.Ts > 0)) throw Error(text("Ts must be positive, got ", shortest(choice.Ts)));
+  std::string ending = path.substr(path.find_last_of('.') + 1);
+  std::transform(ending.begin(), ending.end(), ending.begin(),
+                 [](unsigned char c) { return std::tolower(c); });
+  const sysid::FileColumns table = ending == "mat" ? sysid::read_mat(path) : sysid::read_table(path);
+  return push(call, sysid::from_columns(table, choice, path));
+}
+
+int slice(Call& call) {
+  const IdData& d = self(call);
+  return push(call, sysid::slice(d, call.integer(2, "first"), call.integer(3, "last", d.samples())));
+}
+
+int split(Call& call) {
+  auto [first, second] = sysid::split(self(call), call.number(2, "fraction", 0.5));
+  push(call, std::move(first));
+  push(call, std::move(second));
+  return 2;
+}
+
+int detrend(Call& call) {
+  const IdData& d = self(call);
+  if (call.has(2) && lua_istable(call.L, 2)) {
+    const Options o = call.options(2, {"y", "u"});
+    const auto offsets = [&](const char* key, Index n) {
+      if (!o.has(key)) return Vec(Vec::Zero(n));
+      const Vec v = to_data(call.L, o.push(key), key).reshaped();
+      lua_settop(call.L, call.count());
+      return v;
+    };
+    return push(call, sysid::remove_offsets(d, offsets("y", d.outputs()), offsets("u", d.inputs())));
+  }
+  if (call.has(2) && lua_type(call.L, 2) == LUA_TNUMBER) {
+    const long degree = call.integer(2, "trend");
+    if (degree != 0 && degree != 1)
+      throw Error(text("trend: 0 removes the means, 1 the lines; got ", degree));
+    return push(call, sysid::detrend(d, degree == 0 ? sysid::Trend::mean : sysid::Trend::line));
+  }
+  const std::string how = call.string(2, "trend", "mean");
+  if (how == "mean" || how == "means" || how == "constant")
+    return push(call, sysid::detrend(d, sysid::Trend::mean));
+  if (how == "linear") return push(call, sysid::detrend(d, sysid::Trend::line));
+  throw Error(text("unknown trend '", how, "'.", did_you_mean(how, {"mean", "linear"}),
+                   " (\"mean\", \"linear\", or offsets { y = 20, u = 5 })"));
+}
+
+int resample(Call& call) {
+  const bool table = call.has(2) && lua_istable(call.L, 2);
+  const Options o = table ? call.options(2, {"Ts", "method"}) : call.options(3, {"method"});
+  const std::string how = o.string("method", "lowpass");
+  const double Ts = table ? o.number("Ts") : call.number(2, "Ts");
+  if (how == "lowpass") return push(call, sysid::resample(self(call), Ts, sysid::Resampling::lowpass));
+  if (how == "linear") return push(call, sysid::resample(self(call), Ts, sysid::Resampling::linear));
+  if (how == "hold") return push(call, sysid::resample(self(call), Ts, sysid::Resampling::hold));
+  throw Error(text("unknown method '", how, "'.", did_you_mean(how, {"lowpass", "linear", "hold"}),
+                   " (lowpass, linear, hold)"));
+}
+
+int merge(Call& call) {
+  std::vector<IdData> parts;
+  for (int i = 1; i <= call.count(); ++i) parts.push_back(call.object<IdData>(i, "iddata"));
+  if (parts.empty()) throw Error("merge(d1, d2, …) needs data");
+  return push(call, sysid::merge(parts));
+}
+
+int fill(Call& call) {
+  const std::string how = call.string(2, "method", "linear");
+  if (how == "linear") return push(call, sysid::fill(self(call), sysid::Filling::linear));
+  if (how == "previous") return push(call, sysid::fill(self(call), sysid::Filling::previous));
+  throw Error(
+      text("unknown method '", how, "'.", did_you_mean(how, {"linear", "previous"}), " (linear, previous)"));
+}
+
+std::vector<Index> wanted(Call& call, const Options& o, const char* key,
+                          const std::vector<std::string>& names) {
+  std::vector<Index> out;
+  if (!o.has(key)) {
+    for (std::size_t i = 0; i < names.size(); ++i) out.push_back(static_cast<Index>(i));
+    return out;
+  }
+  const int at = o.push(key);
+  if (lua_istable(call.L, at) && lua_rawlen(call.L, at) == 0) return out;
+  for (const std::string& name : to_words(call.L, at, key)) {
+    const auto found = std::find(names.begin(), names.end(), name);
+    std::size_t i = static_cast<std::size_t>(found - names.begin());
+    if (found == names.end()) {
+      char* end = nullptr;
+      const long number = std::strtol(name.c_str(), &end, 10);
+      if (*end != 0 || number < 1 || number > static_cast<long>(names.size()))
+        throw Error(text("there is no ", *key == 'y' ? "output" : "input", " '", name, "'.",
+                         did_you_mean(name, names), " (", names.empty() ? "none" : join(names, ", "), ")"));
+      i = static_cast<std::size_t>(number - 1);
+    }
+    out.push_back(static_cast<Index>(i));
+  }
+  lua_settop(call.L, call.count());
+  return out;
+}
+
+int select(Call& call) {
+  const IdData& d = self(call);
+  call.table(2, "signals");
+  const Options o = call.options(2, {"y", "u"});
+  return push(call, sysid::select(d, wanted(call, o, "y", d.y_names), wanted(call, o, "u", d.u_names)));
+}
+
+int save(Call& call) {
+  const IdData& d = self(call);
+  const std::string path = call.string(2, "file");
+  if (path.size() > 4 && path.compare(path.size() - 4, 4, ".mat") == 0)
+    sysid::write_mat(d, path);
+  else
+    sysid::write_csv(d, path);
+  return 0;
+}
+
+int csv(Call& call) {
+  sysid::write_csv(self(call), call.string(2, "file"));
+  return 0;
+}
+
+int field_y(Call& call) { return push_matrix(call.L, self(call).y); }
+int field_u(Call& call) { return push_matrix(call.L, self(call).u); }
+int field_Ts(Call& call) { return call.push(self(call).Ts); }
+int field_N(Call& call) { return call.push(static_cast<long>(self(call).samples())); }
+int field_missing(Call& call) { return call.push(static_cast<long>(sysid::missing(self(call)))); }
+int field_experiments(Call& call) { return call.push(static_cast<long>(self(call).experiments())); }
+int field_y_names(Call& call) { return push_words(call.L, self(call).y_names); }
+int field_u_names(Call& call) { return push_words(call.L, self(call).u_names); }
+int field_t(Call& call) {
+  const IdData& d = self(call);
+  return push_matrix(call.L,
+                     Mat(Vec::LinSpaced(d.samples(), 0, static_cast<double>(d.samples() - 1)) * d.Ts));
+}
+int field_offsets(Call& call) {
+  lua_createtable(call.L, 0, 2);
+  push_value(call.L, Mat(self(call).y_offset));
+  lua_setfield(call.L, -2, "y");
+  push_value(call.L, Mat(self(call).u_offset));
+  lua_setfield(call.L, -2, "u");
+  return 1;
+}
+int to_text(Call& call) { return call.push(sysid::describe(self(call))); }
+
+}  // namespace
+
+extern const Module iddata_module;
+const Module iddata_module = {
+    "identification",
+    "Identification",
+    {
+        {"iddata", make, "iddata{ y =, u =, Ts = 1, yname =, uname = } -> iddata",
+         "Measured data: outputs y and inputs u, each a list, a list of rows or columns, or a matrix, "
+         "sampled every Ts "
+         "seconds. A missing sample is nan (0/0). Samples count from 1.",
+         "iddata{ y = {0, 1, 0.6}, u = {1, 0, -1}, Ts = 0.1 }",
+         "data: 3 samples, Ts = 0.1, 1 output, 1 input\n"
+         "             min  max      mean\n"
+         "  output  y    0    1  0.533333\n"
+         "  input   u   -1    1         0"},
+        {"iddata.read", read, "iddata.read(file [, { y =, u =, Ts = }]) -> iddata",
+         "Reads columns of a text file (commas, semicolons, tabs or blanks; with or without a header; empty "
+         "fields, NaN, NA: "
+         "missing) or of a MATLAB .mat file. y and u name columns, or number them; without them those that "
+         "begin with y and u "
+         "are taken. Ts comes from a column t if it is not given.",
+         "name = os.tmpname()  f = io.open(name, \"w\")  f:write \"t;u;y\\n0;1;0,5\\n2;0;\\n\"  f:close()\n"
+         "d = iddata.read(name)  os.remove(name)\nd.Ts, d.missing",
+         "2.0\t1"},
+        {"iddata:slice", slice, "d:slice(first, last) -> iddata",
+         "Samples first to last, counted from 1, both included.",
+         "iddata{ y = {5, 6, 7, 8} }:slice(2, 3).y[1]", "6.0"},
+        {"iddata:split", split, "d:split(fraction) -> iddata, iddata",
+         "The first part of the samples for estimation, the rest for validation.",
+         "e, v = iddata{ y = {1, 2, 3, 4} }:split(0.5)\n#e, #v", "2\t2"},
+        {"iddata:detrend", detrend, "d:detrend([\"mean\" | \"linear\" | { y =, u = }]) -> iddata",
+         "Removes the means, the least-squares lines, or the given offsets of all signals.",
+         "iddata{ y = {1, 2, 3} }:detrend().y[1]", "-1.0"},
+        {"iddata:resample", resample,
+         "d:resample(Ts [, { method = \"lowpass\" | \"linear\" | \"hold\" }]) -> iddata",
+         "The data on a new sampling time; lowpass keeps frequencies above the new Nyquist frequency out.",
+         "#iddata{ y = {1, 2, 3, 4}, Ts = 1 }:resample(0.5, { method = \"linear\" })", "7"},
+        {"merge", merge, "merge(d1, d2, …) -> iddata",
+         "Several experiments as one data set: no row of a regressor reaches from one into the next.",
+         "merge(iddata{ y = {1, 2} }, iddata{ y = {3} }).experiments", "2"},
+        {"iddata:merge", merge, "d:merge(d2, …) -> iddata", "The same as merge(d, d2, …).", "", ""},
+        {"iddata:fill", fill, "d:fill([\"linear\" | \"previous\"]) -> iddata",
+         "Replaces missing samples by interpolation or by the last one before.",
+         "iddata{ y = {1, 0/0, 3} }:fill().y[2]", "2.0"},
+        {"iddata:select", select, "d:select{ y =, u = } -> iddata",
+         "Some of the signals, by names or numbers; what is not given stays, {} leaves all out.",
+         "iddata{ y = {{1, 2}, {3, 4}, {5, 6}}, u = {1, 0, 1} }:select{ y = 2 }.y.T", "2  4  6"},
+        {"iddata:csv", csv, "d:csv(file)",
+         "Writes a text table: t, the inputs, the outputs; a missing sample is an empty field. iddata.read "
+         "reads it back.",
+         "name = os.tmpname()  iddata{ y = {1, 0/0}, u = {3, 4}, Ts = 0.5 }:csv(name)\n"
+         "f = io.open(name)  print(f:read \"a\")  f:close()  os.remove(name)",
+         "t,u,y\n0,3,1\n0.5,4,\n"},
+        {"iddata:save", save, "d:save(file)",
+         "As a MATLAB file (y, u, Ts) if the name ends in .mat, else as d:csv.", "", ""},
+        {"iddata#y", field_y, "d.y -> matrix", "The outputs, one column each.", "", ""},
+        {"iddata#u", field_u, "d.u -> matrix", "The inputs, one column each.", "", ""},
+        {"iddata#t", field_t, "d.t -> column", "The sampling times, from 0.", "", ""},
+        {"iddata#Ts", field_Ts, "d.Ts -> number", "The sampling time.", "", ""},
+        {"iddata#N", field_N, "d.N -> integer", "The number of samples, also #d.", "", ""},
+        {"iddata#missing", field_missing, "d.missing -> integer", "The number of missing values.", "", ""},
+        {"iddata#experiments", field_experiments, "d.experiments -> integer",
+         "The number of merged experiments.", "", ""},
+        {"iddata#y_names", field_y_names, "d.y_names -> list", "The names of the outputs.", "", ""},
+        {"iddata#u_names", field_u_names, "d.u_names -> list", "The names of the inputs.", "", ""},
+        {"iddata#offsets", field_offsets, "d.offsets -> { y =, u = }", "What detrend has removed.", "", ""},
+        {"iddata:__len", field_N, "#d", "The number of samples.", "", ""},
+        {"iddata:__tostring", to_text, "print(d)",
+         "Sizes, ranges, means, missing values and removed offsets.", "", ""},
+    }};
+
+}  // namespace pendula::lua

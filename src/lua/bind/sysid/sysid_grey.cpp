@@ -1,0 +1,231 @@
+// fit: parameters of a DAE from data. Reads arguments, calls src/sysid/fit/grey_box.
+#include <algorithm>
+
+#include "base/text.hpp"
+#include "expr/print/print.hpp"
+#include "lua/bind/dae/dae.hpp"
+#include "lua/bind/integrate/integrate_options.hpp"
+#include "lua/bind/sysid/sysid.hpp"
+#include "lua/core/inputs.hpp"
+#include "lua/core/objects.hpp"
+#include "sysid/fit/grey_box.hpp"
+
+namespace pendula::lua {
+
+using Eigen::Index;
+using sysid::GreyBoxFit;
+using sysid::GreyBoxRequest;
+
+template <>
+struct TypeName<GreyBoxFit> {
+  static constexpr const char* value = "fit_result";
+};
+
+namespace {
+
+std::vector<Expr> everything(const dae::Model& model) {
+  std::vector<Expr> known = known_leaves(model);
+  known.insert(known.end(), model.parameters.begin(), model.parameters.end());
+  return known;
+}
+
+/// start = a result of init, or a table of conditions.
+void read_start_of(Call& call, const Options& o, GreyBoxRequest& r) {
+  lua_State* L = call.L;
+  if (!o.has("start")) return;
+  const int at = o.push("start");
+  if (const auto* held = object_at(L, at, TypeName<dae::Start>::value)) {
+    const auto start = std::static_pointer_cast<const dae::Start>(*held);
+    r.start = start->request;
+    r.start.parameters = parameter_overrides(*start);
+    r.from = start->t;
+  } else if (lua_istable(L, at)) {
+    r.start.fix = read_leaf_values(L, at, "start", *r.model);
+  } else {
+    throw Error(text("start must be a table { x = 1, … } or a result of init, got ", describe(L, at)));
+  }
+  lua_settop(L, call.count());
+}
+
+void read_inputs_of(Call& call, const Options& o, GreyBoxRequest& r) {
+  if (o.has("inputs")) {
+    const Inputs inputs = read_inputs(o, *r.model, call.L);
+    if (!inputs.numeric.empty())
+      throw Error(
+          "inputs must be expressions in t here; measured inputs come from the data: leave inputs out");
+    for (const auto& [leaf, e] : inputs.expressions) r.start.inputs[leaf] = e;
+    return;
+  }
+  std::vector<Expr> leaves;
+  for (const Expr u : r.model->inputs)
+    if (symbol_of(u).order == 0 && r.start.inputs.count(u) == 0) leaves.push_back(u);
+  if (leaves.empty()) return;
+  if (static_cast<Index>(leaves.size()) != r.data.inputs()) {
+    std::vector<std::string> names;
+    for (const Expr u : leaves) names.push_back(to_text(u));
+    throw Error(text("the model has the inputs ", join(names, ", "), ", but the data has ", r.data.inputs(),
+                     " input(s)"));
+  }
+  for (std::size_t i = 0; i < leaves.size(); ++i) r.inputs.emplace_back(leaves[i], static_cast<Index>(i));
+}
+
+/// A value for every parameter to begin with: guess, then the model's value, then the start's fix.
+void read_guess(Call& call, const Options& o, GreyBoxRequest& r) {
+  std::vector<std::pair<Expr, double>> given;
+  if (o.has("guess")) given = to_symbol_numbers(call.L, o.push("guess"), "guess", everything(*r.model));
+  lua_settop(call.L, call.count());
+  r.guess.resize(static_cast<Index>(r.parameters.size()));
+  for (std::size_t i = 0; i < r.parameters.size(); ++i) {
+    const Expr p = r.parameters[i];
+    std::optional<double> value;
+    if (const auto v = r.model->values.find(p); v != r.model->values.end())
+      value = number_value(v->second);
+    else if (symbol_of(p).value)
+      value = number_value(*symbol_of(p).value);
+    for (const auto& list : {r.start.guess, r.start.fix, given})
+      for (const auto& [leaf, number] : list)
+        if (leaf == p) value = number;
+    if (!value && symbol_of(p).kind != Kind::parameter) value = sysid::first_value(r, p);
+    if (!value)
+      throw Error(
+          text(to_text(p), " has no value to begin with; give guess = { ", symbol_of(p).name, " = … }"));
+    r.guess[static_cast<Index>(i)] = *value;
+  }
+  for (const auto& [leaf, number] : given) {
+    if (std::find(r.parameters.begin(), r.parameters.end(), leaf) != r.parameters.end()) continue;
+    if (symbol_of(leaf).kind == Kind::parameter)
+      throw Error(text("guess: ", symbol_of(leaf).name, " is not among params"));
+    r.start.guess.emplace_back(leaf, number);
+  }
+}
+
+int fit(Call& call) {
+  lua_State* L = call.L;
+  GreyBoxRequest r;
+  r.model = call.shared<dae::Model>(1, "model");
+  const Options o = call.options(2, {"params", "data", "y", "start", "guess", "inputs", "hold", "method",
+                                     "dt", "rtol", "atol", "iterations", "from"});
+  for (const char* key : {"params", "data", "y"})
+    if (!o.has(key))
+      throw Error(text(key, " is missing; write fit(sys, { params = {m}, data = d, y = x, start = {…} })"));
+  const auto* held = object_at(L, o.push("data"), TypeName<sysid::IdData>::value);
+  if (!held) throw Error(text("data must be iddata, got ", describe(L, -1)));
+  r.data = *static_cast<const sysid::IdData*>(held->get());
+  r.parameters = to_leaves(L, o.push("params"), "params", everything(*r.model));
+  if (lua_type(L, o.push("y")) == LUA_TSTRING) {
+    r.outputs = to_leaves(L, lua_gettop(L), "y", known_leaves(*r.model));
+  } else {
+    const MatX y = to_matrix(L, lua_gettop(L), "y");
+    r.outputs.assign(y.data(), y.data() + y.size());
+  }
+  lua_settop(L, call.count());
+  r.from = o.number("from", 0);
+  read_start_of(call, o, r);
+  read_inputs_of(call, o, r);
+  read_guess(call, o, r);
+  const std::string hold = o.string("hold", "zero");
+  if (hold != "zero" && hold != "linear")
+    throw Error(text("hold: \"zero\" (constant between samples) or \"linear\", got \"", hold, "\""));
+  r.hold = hold == "zero";
+  r.rtol = o.number("rtol", 1e-8), r.atol = o.number("atol", r.rtol * 1e-2);
+  if (!(r.rtol > 0) || !(r.atol > 0)) throw Error("rtol and atol must be positive");
+  // Steps end at the samples, where a held input jumps.
+  const bool stepped = r.hold && !r.inputs.empty();
+  r.dt = o.number("dt", stepped ? r.data.Ts / 2 : 0);
+  if (o.has("dt") && !(r.dt > 0)) throw Error(text("dt must be positive, got ", shortest(r.dt)));
+  r.method = r.dt > 0 ? integrate::Method{} : read_method(call, o, false);
+  r.iterations = static_cast<int>(o.integer("iterations", 100));
+  return call.push(std::make_shared<const GreyBoxFit>(sysid::fit(r)));
+}
+
+const GreyBoxFit& self(Call& call) { return call.object<GreyBoxFit>(1, "fit_result"); }
+int theta(Call& call) { return push_matrix(call.L, Mat(self(call).theta)); }
+int deviations(Call& call) { return push_matrix(call.L, Mat(self(call).std)); }
+int cov(Call& call) { return push_matrix(call.L, self(call).covariance); }
+int names(Call& call) { return push_words(call.L, self(call).names); }
+int loss(Call& call) { return call.push(self(call).quality.loss); }
+int sigma2(Call& call) { return call.push(self(call).quality.sigma2); }
+int fpe(Call& call) { return call.push(self(call).quality.fpe); }
+int aic(Call& call) { return call.push(self(call).quality.aic); }
+int rank(Call& call) { return call.push(static_cast<long>(self(call).ls.rank)); }
+int converged(Call& call) { return call.push(self(call).converged); }
+int simulated(Call& call) { return push_matrix(call.L, self(call).simulated); }
+int residuals(Call& call) { return push_matrix(call.L, Mat(self(call).residuals)); }
+int losses(Call& call) {
+  return push_matrix(call.L, Mat(Eigen::Map<const Vec>(self(call).losses.data(),
+                                                       static_cast<Index>(self(call).losses.size()))));
+}
+int iterations(Call& call) { return call.push(static_cast<long>(self(call).losses.size()) - 1); }
+int fitted_model(Call& call) { return call.push(self(call).fitted); }
+int data(Call& call) { return call.push(std::make_shared<const sysid::IdData>(self(call).request.data)); }
+int unidentifiable(Call& call) { return push_words(call.L, self(call).unidentifiable); }
+int fit_percent(Call& call) {
+  const auto& f = self(call).fit;
+  return push_value(call.L, Mat(Eigen::Map<const Vec>(f.data(), static_cast<Index>(f.size()))));
+}
+
+int estimate(Call& call) {
+  const GreyBoxFit& f = self(call);
+  const std::vector<Expr> wanted = to_leaves(call.L, 2, "parameter", everything(*f.request.model));
+  Vec values(static_cast<Index>(wanted.size()));
+  for (std::size_t k = 0; k < wanted.size(); ++k) {
+    const auto found = std::find(f.request.parameters.begin(), f.request.parameters.end(), wanted[k]);
+    if (found == f.request.parameters.end())
+      throw Error(text(to_text(wanted[k]), " was not estimated (params: ", join(f.names, ", "), ")"));
+    values[static_cast<Index>(k)] = f.theta[found - f.request.parameters.begin()];
+  }
+  return push_value(call.L, Mat(values));
+}
+
+int to_text_(Call& call) { return call.push(sysid::describe(self(call))); }
+
+}  // namespace
+
+extern const Module grey_box_module;
+const Module grey_box_module = {
+    "identification",
+    "",
+    {
+        {"fit", fit,
+         "fit(sys, { params =, data =, y =, start =, guess =, inputs =, hold = \"zero\", method =, dt =, "
+         "rtol = 1e-8 }) -> "
+         "fit_result",
+         "Estimates parameters of a model from data by Gauss–Newton with exact sensitivities. y: the "
+         "expression that was measured, "
+         "or a list; a state among params stands for its initial value; start as in integrate, solved anew "
+         "for every θ; initial values that it leaves open are estimated too; measured "
+         "inputs are those of the data. The search begins at guess, or at the values the parameters have.",
+         "x, k = var \"x\", param(\"k\", 1)\nsys = dae{ der(x) ~ -k*x }\ny = {}\nfor i = 0, 10 do y[i+1] = "
+         "2*math.exp(-0.3*i) end\n"
+         "r = fit(sys, { params = {k}, data = iddata{ y = y, Ts = 1 }, y = x, start = { x = 2 } "
+         "})\nprint((\"%.6f\"):format(r.theta[1]))",
+         "0.300000"},
+        {"fit_result#theta", theta, "r.theta -> column",
+         "The estimates, in the order of params, then the initial values that were open.", "", ""},
+        {"fit_result#std", deviations, "r.std -> column", "Their standard deviations.", "", ""},
+        {"fit_result#cov", cov, "r.cov -> matrix", "Their covariance σ̂²(JᵀJ)⁻¹.", "", ""},
+        {"fit_result#names", names, "r.names -> list", "Their names.", "", ""},
+        {"fit_result#loss", loss, "r.loss -> number", "SSE/samples.", "", ""},
+        {"fit_result#sigma2", sigma2, "r.sigma2 -> number", "SSE/(samples - rank).", "", ""},
+        {"fit_result#fpe", fpe, "r.fpe -> number", "Final prediction error V (1 + d/N)/(1 - d/N).", "", ""},
+        {"fit_result#aic", aic, "r.aic -> number", "Akaike's criterion N ln V + 2d.", "", ""},
+        {"fit_result#rank", rank, "r.rank -> integer", "Rank of the sensitivities.", "", ""},
+        {"fit_result#converged", converged, "r.converged -> boolean", "The steps became negligible.", "", ""},
+        {"fit_result#fit", fit_percent, "r.fit -> number", "Simulation fit in %, per output.", "", ""},
+        {"fit_result#simulated", simulated, "r.simulated -> matrix",
+         "The outputs of the fitted model at the samples.", "", ""},
+        {"fit_result#residuals", residuals, "r.residuals -> column", "Measured minus simulated.", "", ""},
+        {"fit_result#losses", losses, "r.losses -> column", "SSE at the start and after every iteration.", "",
+         ""},
+        {"fit_result#iterations", iterations, "r.iterations -> integer", "Gauss–Newton iterations.", "", ""},
+        {"fit_result#model", fitted_model, "r.model -> model", "The model with the estimated parameters.", "",
+         ""},
+        {"fit_result#data", data, "r.data -> iddata", "The data.", "", ""},
+        {"fit_result#unidentifiable", unidentifiable, "r.unidentifiable -> list",
+         "Free combinations in words.", "", ""},
+        {"fit_result:__call", estimate, "r(m) -> number", "The estimate of a parameter by symbol or name.",
+         "", ""},
+        {"fit_result:__tostring", to_text_, "print(r)", "Estimates ± standard deviation, loss, fit.", "", ""},
+    }};
+
+}  // namespace pendula::lua

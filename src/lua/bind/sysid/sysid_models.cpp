@@ -1,0 +1,363 @@
+// arx, fir and the methods of estimated models. Reads arguments, calls src/sysid.
+#include <cmath>
+#include <limits>
+
+#include "base/text.hpp"
+#include "lua/bind/sysid/sysid.hpp"
+#include "lua/core/objects.hpp"
+#include "sysid/fit/pem.hpp"
+
+namespace pendula::lua {
+
+using Eigen::Index;
+using sysid::IdData;
+using sysid::IdModel;
+using sysid::PolyModel;
+
+namespace {
+
+/// An order option as one row per output: a number, a list (per input), or a matrix (outputs × inputs).
+std::vector<int> order_row(Call& call, const Options& o, const char* key, Index output, Index outputs,
+                           int fallback) {
+  if (!o.has(key)) return {fallback};
+  const Mat m = to_data(call.L, o.push(key), key);
+  lua_settop(call.L, call.count());
+  for (const double v : m.reshaped())
+    if (v != std::round(v) || !(std::abs(v) < 1e6))
+      throw Error(text(key, " must be a whole number, got ", shortest(v)));
+  std::vector<int> out;
+  if (m.cols() > 1 && m.rows() == outputs && outputs > 1) {
+    for (const double v : m.row(output)) out.push_back(static_cast<int>(v));
+  } else {
+    for (const double v : m.reshaped()) out.push_back(static_cast<int>(v));
+  }
+  return out;
+}
+
+}  // namespace
+
+sysid::Orders read_orders(Call& call, const Options& o, const IdData& d, Index output) {
+  sysid::Orders orders;
+  const Index ny = d.outputs();
+  const auto single = [&](const char* key) {
+    const std::vector<int> row = order_row(call, o, key, output, ny, 0);
+    if (row.size() != 1) throw Error(text(key, " must be one whole number, got ", row.size()));
+    return row[0];
+  };
+  orders.nc = single("nc"), orders.nd = single("nd");
+  const std::vector<int> na = order_row(call, o, "na", output, ny, 0);
+  if (na.size() != 1 && static_cast<Index>(na.size()) != ny)
+    throw Error(text("na must be one whole number", ny > 1 ? text(" or a ", ny, "×", ny, " matrix") : "",
+                     ", got ", na.size(), " numbers"));
+  orders.na = na.size() == 1 ? na[0] : na[output];
+  if (d.inputs() == 0) {
+    for (const char* key : {"nb", "nf"})
+      if (o.has(key)) throw Error(text(key, " is given, but the data has no input u"));
+    return sysid::checked(orders, d);
+  }
+  orders.nb = order_row(call, o, "nb", output, ny, 0);
+  orders.nk = order_row(call, o, "nk", output, ny, 1);
+  orders.nf = order_row(call, o, "nf", output, ny, 0);
+  return sysid::checked(orders, d);
+}
+
+namespace {
+
+/// couplings[j]: past values of output j in the equation of `output`.
+std::vector<int> read_coupling(Call& call, const Options& o, const IdData& d, Index output) {
+  std::vector<int> row = order_row(call, o, "na", output, d.outputs(), 0);
+  if (row.size() == 1) row.assign(static_cast<std::size_t>(d.outputs()), row[0]);
+  for (const int v : row)
+    if (v < 0) throw Error(text("na must not be negative, got ", v));
+  return row;
+}
+
+/// ic = "drop" …, also written start = "drop".
+sysid::Start read_ic(Call& call, const Options& o, const char* fallback) {
+  if (o.has("ic") || !o.has("start")) return sysid::start_named(o.string("ic", fallback));
+  const bool word = lua_type(call.L, o.push("start")) == LUA_TSTRING;
+  lua_settop(call.L, call.count());
+  return sysid::start_named(word ? o.string("start") : fallback);
+}
+
+/// weights = or covariance =: one model with one output.
+int estimate_weighted(Call& call, const Options& o, const sysid::Orders& orders, sysid::Start start) {
+  const IdData& d = call.object<IdData>(1, "data");
+  if (o.has("noise") || (o.has("weights") && o.has("covariance")))
+    throw Error("give one of noise, covariance and weights (weights = 1/variance)");
+  if (d.outputs() > 1) throw Error("weights are for data with one output; take one: d:select{ y = 1 }");
+  sysid::Weighting w;
+  if (o.has("weights")) w.weights = to_data(call.L, o.push("weights"), "weights").reshaped();
+  if (o.has("covariance")) w.covariance = to_data(call.L, o.push("covariance"), "covariance");
+  lua_settop(call.L, call.count());
+  IdModel m;
+  m.inputs = d.inputs();
+  m.outputs.push_back(sysid::arx(d, 0, orders, start, std::move(w)));
+  return call.push(std::make_shared<const IdModel>(std::move(m)));
+}
+
+int estimate_arx(Call& call, const Options& o) {
+  const IdData& d = call.object<IdData>(1, "data");
+  std::vector<sysid::Orders> orders;
+  std::vector<std::vector<int>> couplings;
+  for (Index i = 0; i < d.outputs(); ++i) {
+    orders.push_back(read_orders(call, o, d, i));
+    couplings.push_back(read_coupling(call, o, d, i));
+  }
+  const sysid::Start start = read_ic(call, o, "drop");
+  if (o.has("weights") || o.has("covariance")) return estimate_weighted(call, o, orders[0], start);
+  if (const auto noise = read_noise(call, o)) {
+    if (d.outputs() > 1)
+      throw Error("noise densities are for data with one output; take one: d:select{ y = 1 }");
+    if (noise->kind == sysid::Density::Kind::uniform)
+      return push_parameter_set(call, sysid::regression(d, 0, orders[0], start), *noise);
+    IdModel m;
+    m.inputs = d.inputs();
+    m.outputs.push_back(sysid::arx(d, 0, orders[0], start, *noise));
+    return call.push(std::make_shared<const IdModel>(std::move(m)));
+  }
+  return call.push(std::make_shared<const IdModel>(sysid::arx(d, orders, couplings, start)));
+}
+
+int arx(Call& call) {
+  call.object<IdData>(1, "data");
+  call.table(2, "orders");
+  return estimate_arx(call,
+                      call.options(2, {"na", "nb", "nk", "ic", "noise", "weights", "covariance", "start"}));
+}
+
+int fir(Call& call) {
+  call.object<IdData>(1, "data");
+  call.table(2, "orders");
+  const Options o = call.options(2, {"nb", "nk", "ic", "noise", "weights", "covariance", "start"});
+  if (!o.has("nb")) throw Error("nb is missing: the number of coefficients, fir(d, { nb = 10, nk = 1 })");
+  return estimate_arx(call, o);
+}
+
+/// Φ and y of the least-squares problem that arx solves.
+int regressor(Call& call) {
+  const IdData& d = call.object<IdData>(1, "data");
+  call.table(2, "orders");
+  const Options o = call.options(2, {"na", "nb", "nk", "ic", "start"});
+  if (d.outputs() > 1) throw Error("the regressor is for data with one output; take one: d:select{ y = 1 }");
+  const sysid::Regression r = sysid::regression(d, 0, read_orders(call, o, d, 0), read_ic(call, o, "drop"));
+  push_matrix(call.L, r.Phi);
+  push_matrix(call.L, Mat(r.y));
+  push_words(call.L, r.names);
+  return 3;
+}
+
+/// Prediction-error models: one search per output.
+int estimate_pem(Call& call, const Options& o, const char* kind) {
+  const IdData& d = call.object<IdData>(1, "data");
+  sysid::PemOptions options;
+  options.start = read_ic(call, o, "estimate");
+  options.iterations = static_cast<int>(o.integer("iterations", 200));
+  if (o.has("start") && lua_type(call.L, o.push("start")) != LUA_TSTRING) {
+    if (d.outputs() > 1) throw Error("start is for models with one output");
+    options.theta = Vec(to_data(call.L, o.push("start"), "start").reshaped());
+    lua_settop(call.L, call.count());
+  }
+  const auto noise = read_noise(call, o);
+  IdModel m;
+  m.inputs = d.inputs();
+  for (Index i = 0; i < d.outputs(); ++i)
+    m.outputs.push_back(noise ? sysid::pem(d, i, read_orders(call, o, d, i), kind, options, *noise)
+                              : sysid::pem(d, i, read_orders(call, o, d, i), kind, options));
+  return call.push(std::make_shared<const IdModel>(std::move(m)));
+}
+
+void check_estimation(Call& call) {
+  call.object<IdData>(1, "data");
+  call.table(2, "orders");
+}
+
+int armax(Call& call) {
+  check_estimation(call);
+  const Options o = call.options(2, {"na", "nb", "nc", "nk", "ic", "start", "iterations", "noise"});
+  return estimate_pem(call, o, call.object<IdData>(1, "data").inputs() > 0 ? "ARMAX" : "ARMA");
+}
+
+int oe(Call& call) {
+  check_estimation(call);
+  return estimate_pem(call, call.options(2, {"nb", "nf", "nk", "ic", "start", "iterations", "noise"}), "OE");
+}
+
+int bj(Call& call) {
+  check_estimation(call);
+  return estimate_pem(
+      call, call.options(2, {"nb", "nc", "nd", "nf", "nk", "ic", "start", "iterations", "noise"}), "BJ");
+}
+
+int pem(Call& call) {
+  check_estimation(call);
+  return estimate_pem(
+      call, call.options(2, {"na", "nb", "nc", "nd", "nf", "nk", "ic", "start", "iterations", "noise"}),
+      "polynomial");
+}
+
+const IdModel& self(Call& call) { return call.object<IdModel>(1, "idmodel"); }
+int to_text(Call& call) { return call.push(sysid::describe(self(call))); }
+
+// ── methods ──
+
+struct Mode {
+  Index horizon = 1;
+  sysid::Seed seed = sysid::Seed::data;
+};
+
+/// Argument 3: nothing, a horizon, "simulation", or { horizon =, init = }.
+Mode read_mode(Call& call, Index horizon) {
+  Mode mode;
+  mode.horizon = horizon;
+  if (!self(call).outputs[0].p.equation_error()) mode.seed = sysid::Seed::estimate;
+  const auto positive = [](long h) {
+    if (h < 1) throw Error(text("horizon must be at least 1, got ", h));
+    return static_cast<Index>(h);
+  };
+  const auto word = [&](const std::string& w) -> Index {
+    if (w == "simulation") return 0;
+    if (w == "prediction" || w == "1-step") return 1;
+    throw Error(text("unknown mode '", w, "'.", did_you_mean(w, {"simulation", "prediction"}),
+                     " (\"prediction\", \"simulation\", or a horizon)"));
+  };
+  if (!call.has(3)) return mode;
+  if (lua_type(call.L, 3) == LUA_TSTRING) {
+    mode.horizon = word(call.string(3, "mode"));
+  } else if (!lua_istable(call.L, 3)) {
+    if (lua_type(call.L, 3) == LUA_TNUMBER && std::isinf(lua_tonumber(call.L, 3)))
+      return mode.horizon = 0, mode;
+    mode.horizon = positive(call.integer(3, "horizon"));
+  } else {
+    const Options o = call.options(3, {"horizon", "init"});
+    if (o.has("horizon")) {
+      const int at = o.push("horizon");
+      if (lua_type(call.L, at) == LUA_TSTRING)
+        mode.horizon = word(lua_tostring(call.L, at));
+      else if (lua_type(call.L, at) == LUA_TNUMBER && std::isinf(lua_tonumber(call.L, at)))
+        mode.horizon = 0;
+      else
+        mode.horizon = positive(o.integer("horizon", 1));
+      lua_settop(call.L, call.count());
+    }
+    if (o.has("init")) mode.seed = sysid::seed_named(o.string("init"));
+  }
+  return mode;
+}
+
+std::vector<sysid::Response> respond(Call& call, Index horizon) {
+  const Mode mode = read_mode(call, horizon);
+  return sysid::predict(self(call), call.object<IdData>(2, "data"), mode.horizon, mode.seed);
+}
+
+int push_columns(Call& call, const std::vector<sysid::Response>& r, Vec sysid::Response::*member) {
+  Index rows = std::numeric_limits<Index>::max();
+  for (const auto& each : r) rows = std::min(rows, (each.*member).size());
+  Mat m(rows, static_cast<Index>(r.size()));
+  for (std::size_t i = 0; i < r.size(); ++i) m.col(static_cast<Index>(i)) = (r[i].*member).tail(rows);
+  return push_matrix(call.L, m);
+}
+
+int predict(Call& call) { return push_columns(call, respond(call, 1), &sysid::Response::values); }
+int simulate(Call& call) { return push_columns(call, respond(call, 0), &sysid::Response::values); }
+int residuals(Call& call) { return push_columns(call, respond(call, 1), &sysid::Response::errors); }
+
+int fit(Call& call) {
+  const Mode mode = read_mode(call, 1);
+  const auto r = respond(call, 1);
+  if (r.size() == 1) {
+    call.push(r[0].fit);
+  } else {
+    Vec all(static_cast<Index>(r.size()));
+    for (std::size_t i = 0; i < r.size(); ++i) all[static_cast<Index>(i)] = r[i].fit;
+    push_matrix(call.L, Mat(all));
+  }
+  const std::string what = mode.horizon == 0 ? "simulation" : text(mode.horizon, "-step prediction");
+  call.push(text("% fit, ", what, ", ", r[0].rows.size(), " samples"));
+  return 2;
+}
+
+}  // namespace
+
+extern const Module idmodel_module;
+const Module idmodel_module = {
+    "identification",
+    "",
+    {
+        {"arx", arx,
+         "arx(d, { na =, nb =, nk = 1, ic = \"drop\", noise =, weights =, covariance = }) -> idmodel",
+         "Least-squares estimate of A(q) y(t) = B(q) u(t) + e(t): na past outputs, nb past inputs after a "
+         "delay of nk samples; "
+         "b_k multiplies u(t-k). Several inputs: lists nb, nk; several outputs: matrices. ic says what "
+         "happens before the first "
+         "sample: \"drop\" the rows that need it, \"zero\", or \"estimate\". noise: maximum likelihood for "
+         "that density; "
+         "uniform(low, high) gives the set of parameters. weights (1/variance) or the covariance of the "
+         "noise: weighted least squares.",
+         "d = iddata{ y = {0, 1, .6, -.7, 1.5, 1.9}, u = {1, 0, -1, 2, 1, 0} }\nm = arx(d, { na = 1, nb = 1, "
+         "nk = 1 })\n"
+         "print(m.theta.T)",
+         "-0.6031634446  0.985940246"},
+        {"fir", fir, "fir(d, { nb =, nk = 1, ic = \"drop\" }) -> idmodel",
+         "Least-squares estimate of the impulse response y(t) = Σ b_k u(t-k) + e(t).",
+         "print(fir(iddata{ y = {0, 2, 1, 4}, u = {1, 0.5, 2, 1} }, { nb = 1 }).theta)", "2"},
+        {"regressor", regressor, "regressor(d, { na =, nb =, nk = 1, ic = \"drop\" }) -> Phi, y, names",
+         "The matrix Φ with the rows φ(t)ᵀ = [-y(t-1) … u(t-nk) …], the outputs y(t) it explains, and the "
+         "names of its columns: "
+         "what arx solves, for lsq and for a look.",
+         "Phi, y = regressor(iddata{ y = {0, 1}, u = {1, 0} }, { na = 1, nb = 1 })\nprint(Phi, y)",
+         "0  1\t1"},
+        {"armax", armax, "armax(d, { na =, nb =, nc =, nk = 1, ic = \"estimate\", start = }) -> idmodel",
+         "Prediction-error estimate of A(q) y(t) = B(q) u(t) + C(q) e(t) by Gauss–Newton with exact "
+         "gradients; without inputs "
+         "an ARMA model. start: θ to begin with; otherwise linear estimates. noise: maximum likelihood for "
+         "gaussian(), "
+         "laplace() or a density of one's own, also in oe, bj and pem.",
+         "u, y = {}, {}\nfor t = 1, 40 do u[t] = (-1)^(t*t//3); y[t] = 0.5*(y[t-1] or 0) + (u[t-1] or 0) "
+         "end\n"
+         "m = armax(iddata{ y = y, u = u }, { na = 1, nb = 1, nc = 1 })\nprint((\"%.6f "
+         "%.6f\"):format(m.theta[1], m.theta[2]))",
+         "-0.500000 1.000000"},
+        {"oe", oe, "oe(d, { nb =, nf =, nk = 1, ic = \"estimate\", start = }) -> idmodel",
+         "Output-error estimate y(t) = B(q)/F(q) u(t) + e(t): the model that simulates best.",
+         "u, y = {}, {}\nfor t = 1, 40 do u[t] = (-1)^(t*t//3); y[t] = 0.5*(y[t-1] or 0) + (u[t-1] or 0) "
+         "end\n"
+         "m = oe(iddata{ y = y, u = u }, { nb = 1, nf = 1 })\nprint((\"%.6f %.6f\"):format(m.theta[1], "
+         "m.theta[2]))",
+         "1.000000 -0.500000"},
+        {"bj", bj, "bj(d, { nb =, nc =, nd =, nf =, nk = 1, ic = \"estimate\", start = }) -> idmodel",
+         "Box–Jenkins estimate y(t) = B(q)/F(q) u(t) + C(q)/D(q) e(t).",
+         "u, y = {}, {}\nfor t = 1, 80 do u[t] = (-1)^(t*t//3); y[t] = 0.5*(y[t-1] or 0) + (u[t-1] or 0) "
+         "end\n"
+         "m = bj(iddata{ y = y, u = u }, { nb = 1, nf = 1, nc = 0, nd = 1 "
+         "})\nprint((\"%.6f\"):format(m.B[2]))",
+         "1.000000"},
+        {"pem", pem, "pem(d, { na =, nb =, nc =, nd =, nf =, nk = 1, ic =, start = }) -> idmodel",
+         "Prediction-error estimate of A(q) y(t) = B(q)/F(q) u(t) + C(q)/D(q) e(t) with any orders.",
+         "d = iddata{ y = {0, 1, .6, -.7, 1.5, 1.9}, u = {1, 0, -1, 2, 1, 0} }\n"
+         "print((\"%.6f\"):format(pem(d, { na = 1, nb = 1, ic = \"drop\" }).theta[1]))",
+         "-0.603163"},
+        {"idmodel:predict", predict, "mod:predict(d [, horizon | { horizon = 1, init = }]) -> column",
+         "ŷ(t|t-horizon) at every sample. init says what stands before the first sample: \"data\" takes the "
+         "first measured "
+         "outputs as they are, \"zero\" starts from rest, \"estimate\" fits the initial state.",
+         "d = iddata{ y = {0, 2, 1, 4}, u = {1, 0.5, 2, 1} }\nprint(fir(d, { nb = 1 }):predict(d).T)",
+         "0  2  1  4"},
+        {"idmodel:simulate", simulate, "mod:simulate(d [, { init = }]) -> column",
+         "The output computed from the input alone; init as in predict.",
+         "d = iddata{ y = {1, .5, .25, .125}, u = {0, 0, 0, 0} }\nprint(arx(d, { na = 1 }):simulate(d).T)",
+         "1  0.5  0.25  0.125"},
+        {"idmodel:residuals", residuals, "mod:residuals(d [, horizon]) -> column",
+         "y - ŷ at the samples that are compared: those after the first ones that seed the predictor.",
+         "d = iddata{ y = {0, 2, 1, 4}, u = {1, 0.5, 2, 1} }\n#fir(d, { nb = 1 }):residuals(d)", "3"},
+        {"idmodel:fit", fit,
+         "mod:fit(d [, horizon | \"simulation\" | { horizon =, init = }]) -> percent, label",
+         "100 (1 - ‖y - ŷ‖/‖y - ȳ‖) on the compared samples, and in words what was compared.",
+         "d = iddata{ y = {0, 2, 1, 4}, u = {1, 0.5, 2, 1} }\nprint(fir(d, { nb = 1 }):fit(d))",
+         "100.0\t% fit, 1-step prediction, 3 samples"},
+        {"idmodel:__tostring", to_text, "print(mod)",
+         "The polynomials, the difference equation, parameters ± standard deviation, criteria and fit.", "",
+         ""},
+    }};
+
+}  // namespace pendula::lua

@@ -1,0 +1,154 @@
+#include "lua/core/documentation.hpp"
+
+#include <string>
+#include <vector>
+
+#include "base/text.hpp"
+#include "lua/core/library.hpp"
+#include "lua/core/objects.hpp"
+#include "lua/core/trampoline.hpp"
+
+namespace pendula::lua {
+
+namespace {
+
+int include_file(lua_State* L) {
+  include_embedded(L, luaL_checkstring(L, 1));
+  return 1;
+}
+
+int install_value(lua_State* L) {
+  const std::string name = luaL_checkstring(L, 1);
+  luaL_checkany(L, 2);
+  lua_settop(L, 2);
+  install(L, name);
+  return 0;
+}
+
+int install_loader(lua_State* L) {
+  const std::string name = luaL_checkstring(L, 1);
+  luaL_checktype(L, 2, LUA_TFUNCTION);
+  lua_settop(L, 2);
+  install_lazy(L, name);
+  return 0;
+}
+
+int named_value(lua_State* L) {
+  push_named(L, luaL_checkstring(L, 1));
+  return 1;
+}
+
+void push_strings(lua_State* L, const std::vector<std::string>& strings) {
+  lua_createtable(L, static_cast<int>(strings.size()), 0);
+  for (size_t i = 0; i < strings.size(); ++i) {
+    lua_pushlstring(L, strings[i].data(), strings[i].size());
+    lua_rawseti(L, -2, static_cast<lua_Integer>(i) + 1);
+  }
+}
+
+int all_rows(lua_State* L) {
+  lua_newtable(L);
+  lua_Integer n = 0;
+  for (const Module* module : added_modules(L)) {
+    for (const Row& row : module->rows) {
+      lua_createtable(L, 0, 7);
+      const std::pair<const char*, const char*> fields[] = {
+          {"name", row.name},   {"sig", row.signature},   {"text", row.text},      {"example", row.example},
+          {"gives", row.gives}, {"module", module->name}, {"title", module->title}};
+      for (const auto& [key, value] : fields) {
+        lua_pushstring(L, value ? value : "");
+        lua_setfield(L, -2, key);
+      }
+      lua_rawseti(L, -2, ++n);
+    }
+  }
+  return 1;
+}
+
+int all_types(lua_State* L) {
+  push_strings(L, type_names(L));
+  return 1;
+}
+
+int members_of(lua_State* L) {
+  push_strings(L, member_names(L, luaL_checkstring(L, 1)));
+  return 1;
+}
+
+int type_of(lua_State* L) {
+  const std::string type = object_type(L, 1);
+  if (type.empty()) return 0;
+  lua_pushlstring(L, type.data(), type.size());
+  return 1;
+}
+
+int nearest(lua_State* L) {
+  const std::string word = luaL_checkstring(L, 1);
+  luaL_checktype(L, 2, LUA_TTABLE);
+  std::vector<std::string> candidates;
+  for (lua_Integer i = 1; lua_rawgeti(L, 2, i) == LUA_TSTRING; ++i) {
+    candidates.emplace_back(lua_tostring(L, -1));
+    lua_pop(L, 1);
+  }
+  const std::string hint = did_you_mean(word, candidates);
+  lua_pushlstring(L, hint.data(), hint.size());
+  return 1;
+}
+
+int position(lua_State* L) {
+  const std::string where = user_position(L);
+  lua_pushlstring(L, where.data(), where.size());
+  return 1;
+}
+
+int fail(lua_State* L) { throw Error(error_text(L, 1)); }
+
+int load_check(lua_State* L) {
+  include_embedded(L, "doc_check");
+  return 1;
+}
+
+int columns(lua_State* L) {
+  size_t size = 0;
+  const char* bytes = luaL_checklstring(L, 1, &size);
+  lua_pushinteger(L, display_width({bytes, size}));
+  return 1;
+}
+
+}  // namespace
+
+void open_documentation(lua_State* L) {
+  const std::pair<const char*, lua_CFunction> functions[] = {{"include", guarded<include_file>},
+                                                             {"install", guarded<install_value>},
+                                                             {"install_lazy", guarded<install_loader>},
+                                                             {"named", guarded<named_value>},
+                                                             {"rows", guarded<all_rows>},
+                                                             {"types", guarded<all_types>},
+                                                             {"members", guarded<members_of>},
+                                                             {"object_type", guarded<type_of>},
+                                                             {"did_you_mean", guarded<nearest>},
+                                                             {"position", guarded<position>},
+                                                             {"fail", guarded<fail>},
+                                                             {"width", guarded<columns>}};
+  push_stdlib_environment(L);
+  for (const auto& [name, function] : functions) {
+    lua_pushcfunction(L, function);
+    lua_setfield(L, -2, name);
+  }
+  lua_pop(L, 1);
+}
+
+std::vector<std::string> check_documentation(lua_State* L) {
+  lua_pushcfunction(L, guarded<load_check>);
+  protected_call(L, 0, 1);
+  protected_call(L, 0, 1);
+  std::vector<std::string> complaints;
+  for (lua_Integer i = 1; lua_rawgeti(L, -1, i) == LUA_TSTRING; ++i) {
+    complaints.emplace_back(lua_tostring(L, -1));
+    lua_pop(L, 1);
+  }
+  lua_pop(L, 2);
+  return complaints;
+}
+
+}  // namespace pendula::lua

@@ -1,0 +1,133 @@
+#include "lua/core/memory.hpp"
+
+#include <fcntl.h>
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <cstring>
+#include <new>
+
+#include "base/error.hpp"
+#include "lua/core/interrupts.hpp"
+#include "lua/core/trampoline.hpp"
+
+namespace pendula::lua {
+
+namespace {
+
+constexpr size_t MiB = size_t{1} << 20;
+constexpr size_t reserve_size = MiB / 2;
+
+struct Budget {
+  size_t used = 0;
+  size_t cap = 0;
+  char source[LUA_IDSIZE] = "";  ///< where that was; no std::string: this is written when memory is out
+  int line = 0;
+};
+
+size_t physical_memory() {
+  const long pages = sysconf(_SC_PHYS_PAGES);
+  const long page = sysconf(_SC_PAGESIZE);
+  return pages > 0 && page > 0 ? static_cast<size_t>(pages) * static_cast<size_t>(page) : 4096 * MiB;
+}
+
+/// Out-of-memory errors carry no position in Lua (the message is preallocated), so it is noted here. "Sl"
+/// allocates nothing.
+void note_position(Budget& budget) {
+  budget.line = 0;
+  lua_State* L = running_state();
+  if (!L) return;
+  lua_Debug frame;
+  for (int level = 0; lua_getstack(L, level, &frame) != 0; ++level) {
+    lua_getinfo(L, "Sl", &frame);
+    if (frame.currentline <= 0 || std::strncmp(frame.source, "=stdlib/", 8) == 0) continue;
+    std::copy(std::begin(frame.short_src), std::end(frame.short_src), budget.source);
+    budget.line = frame.currentline;
+    return;
+  }
+}
+
+/// lua_Alloc. The last block to go is the state itself: with it goes the budget.
+void* allocate(void* data, void* block, size_t old_size, size_t new_size) {
+  auto* budget = static_cast<Budget*>(data);
+  if (!block) old_size = 0;  // Lua passes a type tag there
+  if (new_size == 0) {
+    std::free(block);
+    budget->used -= old_size;
+    if (block && budget->used == 0) delete budget;
+    return nullptr;
+  }
+  const bool fits =
+      new_size <= old_size || new_size - old_size <= budget->cap - std::min(budget->cap, budget->used);
+  void* moved = fits ? std::realloc(block, new_size) : nullptr;
+  if (!moved) {
+    note_position(*budget);
+    return nullptr;
+  }
+  budget->used += new_size - old_size;
+  return moved;
+}
+
+Budget& budget_of(lua_State* L) {
+  void* data = nullptr;
+  lua_getallocf(L, &data);
+  return *static_cast<Budget*>(data);
+}
+
+/// Resident bytes of this process; 0 where /proc is not mounted.
+size_t resident() {
+  const int file = open("/proc/self/statm", O_RDONLY | O_CLOEXEC);
+  if (file < 0) return 0;
+  char line[128] = "";
+  const ssize_t size = read(file, line, sizeof line - 1);
+  close(file);
+  if (size <= 0) return 0;
+  char* second = nullptr;
+  std::strtoull(line, &second, 10);
+  return static_cast<size_t>(std::strtoull(second, nullptr, 10)) * static_cast<size_t>(sysconf(_SC_PAGESIZE));
+}
+
+}  // namespace
+
+lua_State* new_capped_state() {
+  auto* budget = new Budget;
+  budget->cap = std::min(physical_memory() / 2, 8192 * MiB);
+  lua_State* L = lua_newstate(allocate, budget);
+  if (!L && budget->used == 0) delete budget;
+  return L;
+}
+
+void set_memory_cap(lua_State* L, size_t bytes) { budget_of(L).cap = bytes; }
+
+void limit_process_memory() {
+#ifndef __SANITIZE_ADDRESS__
+  rlimit limit = {};
+  const rlim_t wanted = physical_memory() / 4 * 3;
+  if (getrlimit(RLIMIT_DATA, &limit) != 0 || limit.rlim_cur <= wanted) return;
+  limit.rlim_cur = wanted;
+  setrlimit(RLIMIT_DATA, &limit);
+#endif
+}
+
+std::string memory_message(lua_State* L) {
+  const Budget& budget = budget_of(L);
+  const std::string where = budget.line > 0 ? text(budget.source, ":", budget.line, ": ") : "";
+  return text(where, "not enough memory (a script may use ", budget.cap / MiB, " MiB)");
+}
+
+Reserve::Reserve(lua_State* L) : cap_(&budget_of(L).cap) { *cap_ += reserve_size; }
+Reserve::~Reserve() { *cap_ -= reserve_size; }
+
+void collect_if_grown(lua_State* L) {
+  constexpr size_t look_every = 64;
+  static thread_local size_t pushed = 0;
+  static thread_local size_t limit = 256 * MiB;
+  if (++pushed % look_every != 0) return;
+  if (resident() < limit) return;
+  lua_gc(L, LUA_GCCOLLECT);
+  limit = std::max(256 * MiB, 2 * resident());
+}
+
+}  // namespace pendula::lua

@@ -1,0 +1,254 @@
+#include "lua/core/objects.hpp"
+
+#include <algorithm>
+#include <cstring>
+
+#include "base/error.hpp"
+#include "base/text.hpp"
+#include "lua/core/call.hpp"
+#include "lua/core/memory.hpp"
+#include "lua/core/trampoline.hpp"
+
+namespace pendula::lua {
+
+namespace {
+
+/// Addresses of these are keys that no script can write down.
+char types_key, type_key, methods_key, fields_key, fallback_key;
+
+struct Box {
+  std::shared_ptr<const void> object;
+};
+
+/// __gc: gives up the value but leaves an empty, valid Box, since a script's own finalizer may resurrect the
+/// userdata.
+int finalize(lua_State* L) {
+  static_cast<Box*>(lua_touserdata(L, 1))->object.reset();
+  return 0;
+}
+
+void append_string_keys(lua_State* L, int table, std::vector<std::string>& names) {
+  const int absolute = lua_absindex(L, table);
+  lua_pushnil(L);
+  while (lua_next(L, absolute) != 0) {
+    lua_pop(L, 1);
+    if (lua_type(L, -1) == LUA_TSTRING) names.emplace_back(lua_tostring(L, -1));
+  }
+}
+
+[[noreturn]] void unknown_member(lua_State* L, const char* type) {
+  const std::string hint = text(" (list: help \"", type, "\")");
+  if (lua_type(L, 2) != LUA_TSTRING) {
+    throw Error(text(describe(L, 1), " cannot be indexed with ", describe(L, 2), hint));
+  }
+  const std::string name = lua_tostring(L, 2);
+  throw Error(text(describe(L, 1), " has no field or method '", name, "'.",
+                   did_you_mean(name, member_names(L, type)), hint));
+}
+
+/// __index(object, key): method, then field, then the type's own row "type:__index". Upvalues: methods,
+/// fields, metatable, type name.
+int index_object(lua_State* L) {
+  if (lua_type(L, 2) == LUA_TSTRING) {
+    lua_pushvalue(L, 2);
+    if (lua_rawget(L, lua_upvalueindex(1)) != LUA_TNIL) return 1;
+    lua_pushvalue(L, 2);
+    if (lua_rawget(L, lua_upvalueindex(2)) != LUA_TNIL) {
+      lua_pushvalue(L, 1);
+      lua_call(L, 1, 1);
+      return 1;
+    }
+  }
+  lua_settop(L, 2);
+  if (lua_rawgetp(L, lua_upvalueindex(3), &fallback_key) != LUA_TNIL) {
+    lua_pushvalue(L, 1);
+    lua_pushvalue(L, 2);
+    lua_call(L, 2, 1);
+    if (!lua_isnil(L, -1) || lua_isinteger(L, 2)) return 1;  // nil at a position is where ipairs ends
+  }
+  unknown_member(L, lua_tostring(L, lua_upvalueindex(4)));
+}
+
+int refuse_assignment(lua_State* L) {
+  const std::string key = luaL_tolstring(L, 2, nullptr);
+  throw Error(text("cannot set '", key, "': ", describe(L, 1),
+                   " is immutable; operations return a new value instead"));
+}
+
+int default_tostring(lua_State* L) {
+  lua_pushfstring(L, "<%s>", lua_tostring(L, lua_upvalueindex(1)));
+  return 1;
+}
+
+/// "x = " .. value
+int concatenate(lua_State* L) {
+  for (int i : {1, 2})
+    if (lua_isnil(L, i) || lua_isboolean(L, i) || lua_istable(L, i) || lua_isfunction(L, i))
+      throw Error(text("attempt to concatenate ", describe(L, i)));
+  luaL_tolstring(L, 1, nullptr);
+  luaL_tolstring(L, 2, nullptr);
+  lua_concat(L, 2);
+  return 1;
+}
+
+void make_metatable(lua_State* L, const char* type) {
+  lua_createtable(L, 0, 16);
+  const int meta = lua_gettop(L);
+  lua_newtable(L);
+  lua_newtable(L);
+  const int methods = meta + 1;
+  const int fields = meta + 2;
+  lua_pushvalue(L, methods);
+  lua_rawsetp(L, meta, &methods_key);
+  lua_pushvalue(L, fields);
+  lua_rawsetp(L, meta, &fields_key);
+  lua_pushstring(L, type);
+  lua_rawsetp(L, meta, &type_key);
+
+  lua_pushvalue(L, methods);
+  lua_pushvalue(L, fields);
+  lua_pushvalue(L, meta);
+  lua_pushstring(L, type);
+  lua_pushcclosure(L, guarded<index_object>, 4);
+  lua_setfield(L, meta, "__index");
+  lua_pushcfunction(L, guarded<refuse_assignment>);
+  lua_setfield(L, meta, "__newindex");
+  lua_pushcfunction(L, finalize);
+  lua_setfield(L, meta, "__gc");
+  lua_pushcfunction(L, guarded<concatenate>);
+  lua_setfield(L, meta, "__concat");
+  lua_pushstring(L, type);
+  lua_pushcclosure(L, default_tostring, 1);
+  lua_setfield(L, meta, "__tostring");
+  for (const char* name : {"__name", "__metatable"}) {
+    lua_pushstring(L, type);
+    lua_setfield(L, meta, name);
+  }
+  lua_settop(L, meta);
+}
+
+void push_types(lua_State* L) {
+  if (lua_rawgetp(L, LUA_REGISTRYINDEX, &types_key) == LUA_TTABLE) return;
+  lua_pop(L, 1);
+  lua_newtable(L);
+  lua_pushvalue(L, -1);
+  lua_rawsetp(L, LUA_REGISTRYINDEX, &types_key);
+}
+
+}  // namespace
+
+void push_metatable(lua_State* L, const char* type) {
+  push_types(L);
+  if (lua_getfield(L, -1, type) != LUA_TTABLE) {
+    lua_pop(L, 1);
+    make_metatable(L, type);
+    lua_pushvalue(L, -1);
+    lua_setfield(L, -3, type);
+  }
+  lua_remove(L, -2);
+}
+
+std::shared_ptr<const void>* object_at(lua_State* L, int index, const char* type) {
+  if (lua_type(L, index) != LUA_TUSERDATA || !lua_getmetatable(L, index)) return nullptr;
+  lua_rawgetp(L, -1, &type_key);
+  const char* name = lua_tostring(L, -1);
+  const bool match = name && std::strcmp(name, type) == 0;
+  lua_pop(L, 2);
+  return match ? &static_cast<Box*>(lua_touserdata(L, index))->object : nullptr;
+}
+
+std::string object_type(lua_State* L, int index) {
+  if (lua_type(L, index) != LUA_TUSERDATA || !lua_getmetatable(L, index)) return "";
+  lua_rawgetp(L, -1, &type_key);
+  const char* name = lua_tostring(L, -1);
+  std::string type = name ? name : "";
+  lua_pop(L, 2);
+  return type;
+}
+
+void Call::push_shared(lua_State* L, std::shared_ptr<const void> object, const char* type) {
+  PENDULA_ASSERT(object != nullptr, "a null object was pushed");
+  luaL_checkstack(L, 8, nullptr);
+  // Empty until the metatable is in place: if Lua runs out of memory in between, nothing is leaked.
+  auto* box = new (lua_newuserdatauv(L, sizeof(Box), 0)) Box;
+  push_metatable(L, type);
+  lua_setmetatable(L, -2);
+  box->object = std::move(object);
+  collect_if_grown(L);
+}
+
+void push_object(lua_State* L, std::shared_ptr<const void> object, const char* type) {
+  Call::push_shared(L, std::move(object), type);
+}
+
+void set_member(lua_State* L, const char* type, const char* member, Member kind) {
+  push_metatable(L, type);
+  lua_insert(L, -2);
+  if (std::strncmp(member, "__", 2) != 0) {
+    lua_rawgetp(L, -2, kind == Member::field ? &fields_key : &methods_key);
+    lua_insert(L, -2);
+    lua_setfield(L, -2, member);
+    lua_pop(L, 2);
+    return;
+  }
+  for (const char* reserved : {"__gc", "__metatable", "__newindex", "__name"}) {
+    PENDULA_ASSERT(std::strcmp(member, reserved) != 0, "a row may not redefine this metamethod");
+  }
+  if (std::strcmp(member, "__index") == 0) {
+    lua_rawsetp(L, -2, &fallback_key);
+  } else {
+    lua_setfield(L, -2, member);
+  }
+  lua_pop(L, 1);
+}
+
+bool push_member(lua_State* L, const char* type, const char* member) {
+  push_types(L);
+  if (lua_getfield(L, -1, type) != LUA_TTABLE) {
+    lua_pop(L, 2);
+    lua_pushnil(L);
+    return false;
+  }
+  lua_remove(L, -2);
+  if (std::strcmp(member, "__index") == 0) {
+    lua_rawgetp(L, -1, &fallback_key);
+  } else if (std::strncmp(member, "__", 2) == 0) {
+    lua_getfield(L, -1, member);
+  } else {
+    lua_rawgetp(L, -1, &methods_key);
+    if (lua_getfield(L, -1, member) == LUA_TNIL) {
+      lua_pop(L, 2);
+      lua_rawgetp(L, -1, &fields_key);
+      lua_getfield(L, -1, member);
+    }
+    lua_remove(L, -2);
+  }
+  lua_remove(L, -2);
+  return !lua_isnil(L, -1);
+}
+
+std::vector<std::string> type_names(lua_State* L) {
+  std::vector<std::string> names;
+  push_types(L);
+  append_string_keys(L, -1, names);
+  lua_pop(L, 1);
+  std::sort(names.begin(), names.end());
+  return names;
+}
+
+std::vector<std::string> member_names(lua_State* L, const char* type) {
+  std::vector<std::string> names;
+  push_types(L);
+  if (lua_getfield(L, -1, type) == LUA_TTABLE) {
+    for (const char* key : {&methods_key, &fields_key}) {
+      lua_rawgetp(L, -1, key);
+      append_string_keys(L, -1, names);
+      lua_pop(L, 1);
+    }
+  }
+  lua_pop(L, 2);
+  std::sort(names.begin(), names.end());
+  return names;
+}
+
+}  // namespace pendula::lua

@@ -1,0 +1,109 @@
+// Options: the table of named arguments that most calls take last.
+#include <vector>
+
+#include "base/text.hpp"
+#include "lua/core/call.hpp"
+#include "lua/core/values.hpp"
+
+namespace pendula::lua {
+
+namespace {
+
+/// Leaves the value of `key` on the stack (nil if there is no table). Raw: a user's metatable cannot
+/// interfere.
+int push_option(lua_State* L, int table, const char* key) {
+  if (table == 0) {
+    lua_pushnil(L);
+    return LUA_TNIL;
+  }
+  lua_pushstring(L, key);
+  return lua_rawget(L, table);
+}
+
+}  // namespace
+
+Options Call::options(int i, std::initializer_list<const char*> known) const {
+  if (!has(i)) return {this, 0};
+  if (!lua_istable(L, i)) wrong(i, "options", "a table of options");
+  const std::vector<std::string> names(known.begin(), known.end());
+  lua_pushnil(L);
+  while (lua_next(L, i) != 0) {
+    lua_pop(L, 1);
+    if (lua_type(L, -1) != LUA_TSTRING) {
+      const std::string key = luaL_tolstring(L, -1, nullptr);
+      throw Error(text("options are written { name = value }, but this table has the key [", key,
+                       "]; known options: ", join(names, ", ")));
+    }
+    const std::string key = lua_tostring(L, -1);
+    bool found = false;
+    for (const std::string& name : names) found = found || name == key;
+    if (!found) {
+      throw Error(text("unknown option '", key, "'.", did_you_mean(key, names),
+                       " (options: ", join(names, ", "), ")"));
+    }
+  }
+  return {this, i};
+}
+
+void Options::wrong(const char* key, const char* expected) const {
+  lua_State* L = call_->L;
+  push_option(L, index_, key);
+  throw Error(text("option '", key, "': expected ", expected, ", got ", describe(L, -1)));
+}
+
+int Options::push(const char* key) const {
+  push_option(call_->L, index_, key);
+  return lua_gettop(call_->L);
+}
+
+bool Options::has(const char* key) const {
+  const bool given = push_option(call_->L, index_, key) != LUA_TNIL;
+  lua_pop(call_->L, 1);
+  return given;
+}
+
+double Options::number(const char* key) const {
+  const bool plain = push_option(call_->L, index_, key) == LUA_TNUMBER;
+  const auto constant = plain ? std::nullopt : constant_at(call_->L, -1);  // 2*pi
+  if (!plain && !constant) wrong(key, "a number");
+  const double value = plain ? lua_tonumber(call_->L, -1) : *constant;
+  lua_pop(call_->L, 1);
+  return value;
+}
+
+double Options::number(const char* key, double fallback) const { return has(key) ? number(key) : fallback; }
+
+long Options::integer(const char* key, long fallback) const {
+  if (!has(key)) return fallback;
+  if (push_option(call_->L, index_, key) != LUA_TNUMBER) wrong(key, "an integer");
+  int whole = 0;
+  const lua_Integer value = lua_tointegerx(call_->L, -1, &whole);
+  if (!whole) {
+    throw Error(text("option '", key, "': expected an integer, got ", luaL_tolstring(call_->L, -1, nullptr)));
+  }
+  lua_pop(call_->L, 1);
+  return static_cast<long>(value);
+}
+
+bool Options::boolean(const char* key, bool fallback) const {
+  const int type = push_option(call_->L, index_, key);
+  if (type != LUA_TNIL && type != LUA_TBOOLEAN) wrong(key, "true or false");
+  const bool value = type == LUA_TNIL ? fallback : lua_toboolean(call_->L, -1) != 0;
+  lua_pop(call_->L, 1);
+  return value;
+}
+
+std::string Options::string(const char* key) const {
+  if (push_option(call_->L, index_, key) != LUA_TSTRING) wrong(key, "a string");
+  size_t size = 0;
+  const char* bytes = lua_tolstring(call_->L, -1, &size);
+  std::string value(bytes, size);
+  lua_pop(call_->L, 1);
+  return value;
+}
+
+std::string Options::string(const char* key, const std::string& fallback) const {
+  return has(key) ? string(key) : fallback;
+}
+
+}  // namespace pendula::lua

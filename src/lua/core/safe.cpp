@@ -1,0 +1,157 @@
+#include "lua/core/safe.hpp"
+
+#include <cstring>
+#include <string>
+
+#include "base/error.hpp"
+#include "lua/core/safe_calls.hpp"
+#include "lua/core/trampoline.hpp"
+
+namespace pendula::lua {
+
+namespace {
+
+/// Raises unless the mode at argument `i` admits text; then makes it "t". Bytecode can crash the virtual
+/// machine.
+void text_only(lua_State* L, int i) {
+  const char* mode = luaL_optstring(L, i, "t");
+  if (!std::strchr(mode, 't')) luaL_error(L, "bytecode is not accepted, only Lua text (mode 't')");
+  lua_pushliteral(L, "t");
+  lua_replace(L, i);
+}
+
+/// load(chunk, name, mode, env). Upvalue: the original. An absent env must stay absent: nil would be an
+/// environment.
+int safe_load(lua_State* L) {
+  const int given = lua_gettop(L);
+  if (given < 3) lua_settop(L, 3);
+  text_only(L, 3);
+  lua_pushvalue(L, lua_upvalueindex(1));
+  lua_insert(L, 1);
+  lua_call(L, lua_gettop(L) - 1, LUA_MULTRET);
+  return lua_gettop(L);
+}
+
+/// loadfile(name, mode, env). Upvalue: the original.
+int safe_loadfile(lua_State* L) {
+  if (lua_gettop(L) < 2) lua_settop(L, 2);
+  text_only(L, 2);
+  lua_pushvalue(L, lua_upvalueindex(1));
+  lua_insert(L, 1);
+  lua_call(L, lua_gettop(L) - 1, LUA_MULTRET);
+  return lua_gettop(L);
+}
+
+int dofile_results(lua_State* L, int, lua_KContext) { return lua_gettop(L) - 1; }
+
+int safe_dofile(lua_State* L) {
+  const char* name = luaL_optstring(L, 1, nullptr);
+  lua_settop(L, 1);
+  if (luaL_loadfilex(L, name, "t") != LUA_OK) return lua_error(L);
+  lua_callk(L, 0, LUA_MULTRET, 0, dofile_results);
+  return dofile_results(L, 0, 0);
+}
+
+/// os.exit([code]): files are flushed and finalizers run. Upvalue: the original.
+int safe_exit(lua_State* L) {
+  lua_settop(L, 1);
+  if (lua_isnone(L, 1) || lua_isnil(L, 1)) {
+    lua_pushboolean(L, 1);
+    lua_replace(L, 1);
+  }
+  lua_pushvalue(L, lua_upvalueindex(1));
+  lua_insert(L, 1);
+  lua_pushboolean(L, 1);
+  lua_call(L, 2, 0);
+  return 0;
+}
+
+/// The searcher of require: Lua text along package.path, nothing else. Upvalue: package.searchpath.
+int search_text(lua_State* L) {
+  luaL_checkstring(L, 1);
+  lua_pushvalue(L, lua_upvalueindex(1));
+  lua_pushvalue(L, 1);
+  lua_getglobal(L, "package");
+  if (lua_getfield(L, -1, "path") != LUA_TSTRING) return luaL_error(L, "package.path must be a string");
+  lua_remove(L, -2);
+  lua_call(L, 2, 2);
+  if (lua_isnil(L, -2)) return 1;  // the list of files tried
+  lua_pop(L, 1);
+  const std::string file = lua_tostring(L, -1);
+  if (luaL_loadfilex(L, file.c_str(), "t") != LUA_OK) return lua_error(L);
+  lua_pushstring(L, file.c_str());
+  return 2;
+}
+
+/// Replaces the function table[name] on the stack's top table by a closure over it.
+void wrap_field(lua_State* L, const char* name, lua_CFunction function) {
+  lua_getfield(L, -1, name);
+  lua_pushcclosure(L, function, 1);
+  lua_setfield(L, -2, name);
+}
+
+void remove_fields(lua_State* L, const char* table, std::initializer_list<const char*> names) {
+  lua_getglobal(L, table);
+  for (const char* name : names) {
+    lua_pushnil(L);
+    lua_setfield(L, -2, name);
+  }
+  lua_pop(L, 1);
+}
+
+void secure_package(lua_State* L) {
+  lua_getglobal(L, "package");
+  lua_getfield(L, -1, "searchers");
+  lua_getfield(L, -2, "searchpath");
+  lua_pushcclosure(L, guarded<search_text>, 1);
+  lua_rawseti(L, -2, 2);
+  for (int i = 3; i <= 4; ++i) {
+    lua_pushnil(L);
+    lua_rawseti(L, -2, i);
+  }
+  lua_pushliteral(L, "./?.lua;./?/init.lua");
+  lua_setfield(L, -3, "path");
+  lua_pop(L, 2);
+  remove_fields(L, "package", {"loadlib", "cpath"});
+}
+
+/// Replaces debug by its two harmless functions, also where require finds it.
+void secure_debug(lua_State* L) {
+  lua_getglobal(L, "debug");
+  lua_createtable(L, 0, 2);
+  for (const char* name : {"traceback", "getinfo"}) {
+    lua_getfield(L, -2, name);
+    lua_setfield(L, -2, name);
+  }
+  lua_getfield(L, LUA_REGISTRYINDEX, LUA_LOADED_TABLE);
+  lua_pushvalue(L, -2);
+  lua_setfield(L, -2, "debug");
+  lua_pop(L, 1);
+  lua_setglobal(L, "debug");
+  lua_pop(L, 1);
+}
+
+}  // namespace
+
+void open_safe_libraries(lua_State* L) {
+  luaL_openlibs(L);
+  open_safe_calls(L);
+  lua_pushglobaltable(L);
+  wrap_field(L, "load", safe_load);
+  wrap_field(L, "loadfile", safe_loadfile);
+  lua_pushcfunction(L, safe_dofile);
+  lua_setfield(L, -2, "dofile");
+  lua_getfield(L, -1, "os");
+  wrap_field(L, "exit", safe_exit);
+  lua_pop(L, 2);
+  remove_fields(L, "string", {"dump"});
+  secure_package(L);
+  secure_debug(L);
+  lua_pushliteral(L, "");
+  lua_getmetatable(L, -1);
+  lua_pushliteral(L, "string");
+  lua_setfield(L, -2, "__metatable");
+  lua_pop(L, 2);
+}
+
+}  // namespace pendula::lua

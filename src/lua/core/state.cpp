@@ -1,0 +1,100 @@
+#include "lua/core/state.hpp"
+
+#include <cstdio>
+
+#ifdef __GLIBC__
+#include <malloc.h>
+#endif
+
+#include "lua/core/documentation.hpp"
+#include "lua/core/interrupts.hpp"
+#include "lua/core/library.hpp"
+#include "lua/core/memory.hpp"
+#include "lua/core/records.hpp"
+#include "lua/core/safe.hpp"
+#include "lua/core/trampoline.hpp"
+#include "lua/core/values.hpp"
+
+namespace pendula::lua {
+
+namespace {
+
+/// Reached only by an error outside every protected call, which would be a bug of ours: Lua aborts after it.
+int panic(lua_State* L) {
+  std::fprintf(stderr, "pendula: internal error: %s (please report)\n", error_text(L, -1).c_str());
+  return 0;
+}
+
+int open_everything(lua_State* L) {
+  lua_gc(L, LUA_GCSTOP);
+  open_safe_libraries(L);
+  open_library(L);
+  open_documentation(L);
+  open_records(L);
+  for (const Module* module : modules()) add_module(L, *module);
+  open_numbers(L);
+  include_embedded(L, "init");
+  lua_gc(L, LUA_GCRESTART);
+  return 0;
+}
+
+/// Turns whatever was raised into the text for the user. Messages of the user's own lines pass unchanged; an
+/// error of our stdlib is blamed on the user's line that called it.
+int explain_error(lua_State* L) {
+  if (is_interrupt_marker(L, 1)) return 1;
+  std::string message = error_text(L, 1);
+  const bool positioned = lua_type(L, 1) == LUA_TSTRING && message.rfind("stdlib/", 0) != 0;
+  if (!positioned) message = user_position(L) + message;
+  lua_pushlstring(L, message.data(), message.size());
+  return 1;
+}
+
+/// Freed memory stays with the process: pages the kernel gives anew are cleared, one fault each, which made
+/// integrations of a millisecond up to half as long again.
+void keep_freed_memory() {
+#ifdef __GLIBC__
+  mallopt(M_MMAP_THRESHOLD, 32 << 20);
+  mallopt(M_TRIM_THRESHOLD, 256 << 20);
+  mallopt(M_MXFAST,
+          0);  // else every larger request first joins the small free pieces: a sixth of a reduction
+#endif
+}
+
+}  // namespace
+
+lua_State* new_state() {
+  keep_freed_memory();
+  limit_process_memory();
+  begin_session();
+  lua_State* L = new_capped_state();
+  if (!L) throw Error("not enough memory for a Lua state");
+  lua_atpanic(L, panic);
+  lua_pushcfunction(L, guarded<open_everything>);
+  if (lua_pcall(L, 0, 0, 0) != LUA_OK) {
+    const std::string message = error_text(L, -1);
+    lua_close(L);
+    throw Error(message);
+  }
+  return L;
+}
+
+bool run(lua_State* L, int arguments, int results) {
+  const int base = lua_gettop(L) - arguments;
+  lua_pushcfunction(L, guarded<explain_error>);
+  lua_insert(L, base);
+  int status = LUA_OK;
+  {
+    const Running running(L);
+    status = lua_pcall(L, arguments, results, base);
+  }
+  lua_remove(L, base);
+  if (status == LUA_ERRMEM) {
+    const Reserve reserve(L);
+    const std::string message = memory_message(L);
+    lua_pop(L, 1);
+    lua_pushlstring(L, message.data(), message.size());
+  }
+  return status == LUA_OK;
+}
+
+}  // namespace pendula::lua

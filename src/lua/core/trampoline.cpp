@@ -1,0 +1,148 @@
+#include "lua/core/trampoline.hpp"
+
+#include <cstring>
+#include <map>
+#include <new>
+#include <stdexcept>
+
+#include "base/interrupt.hpp"
+#include "lua/core/interrupts.hpp"
+
+namespace pendula::lua {
+
+namespace {
+
+char kept_error_key;
+
+/// Pushes the error object that belongs to this text if protected_call kept one, else the text.
+void push_lua_error(lua_State* L, const char* message) {
+  if (lua_rawgetp(L, LUA_REGISTRYINDEX, &kept_error_key) == LUA_TTABLE) {
+    lua_getfield(L, -1, "text");
+    const char* kept = lua_tostring(L, -1);
+    const bool same = kept && std::strcmp(kept, message) == 0;
+    lua_pop(L, 1);
+    if (same) {
+      lua_getfield(L, -1, "value");
+      return;
+    }
+  }
+  lua_pushstring(L, message);
+}
+
+void push_message(lua_State* L, const std::string& name, const std::string& what) {
+  const std::string message = user_position(L) + (name.empty() ? "" : name + ": ") + what;
+  lua_pushlstring(L, message.data(), message.size());
+}
+
+/// The exception being handled, as a Lua error value on the stack.
+void push_exception(lua_State* L, const std::string& name) {
+  try {
+    throw;
+  } catch (const LuaError& e) {
+    push_lua_error(L, e.what());
+  } catch (const UserFacing& e) {
+    push_message(L, name, e.what());
+  } catch (const Interrupted&) {
+    push_interrupt_marker(L);
+  } catch (const std::bad_alloc&) {
+    push_message(L, name, "not enough memory for a result of this size");
+  } catch (const std::length_error&) {
+    push_message(L, name, "not enough memory for a result of this size");
+  } catch (const std::exception& e) {
+    push_message(
+        L, "",
+        text("internal error in ", name.empty() ? "pendula" : name, ": ", e.what(), " (please report)"));
+  }
+}
+
+int trampoline(lua_State* L) {
+  const Row& row = *static_cast<const Row*>(lua_touserdata(L, lua_upvalueindex(1)));
+  try {
+    poll_interrupt();
+    luaL_checkstack(L, 40, "too many arguments");
+    Call call(L, row);
+    return row.function(call);
+  } catch (const std::exception&) {  // not (...): Lua's own errors pass through
+    push_exception(L, shown_name(row.name));
+  }
+  return lua_error(L);
+}
+
+}  // namespace
+
+int guard(lua_State* L, int (*body)(lua_State*)) {
+  try {
+    return body(L);
+  } catch (const std::exception&) {
+    push_exception(L, "");
+  }
+  return lua_error(L);
+}
+
+void push_row(lua_State* L, const Row& row) {
+  lua_pushlightuserdata(L, const_cast<Row*>(&row));
+  lua_pushcclosure(L, trampoline, 1);
+}
+
+std::string shown_name(const std::string& row_name) {
+  static const std::map<std::string, std::string> operators = {
+      {"__add", "+"},   {"__sub", "-"},    {"__mul", "*"},
+      {"__div", "/"},   {"__mod", "%"},    {"__pow", "^"},
+      {"__idiv", "//"}, {"__unm", "-"},    {"__concat", ".."},
+      {"__len", "#"},   {"__eq", "=="},    {"__lt", "<"},
+      {"__le", "<="},   {"__bxor", "~"},   {"__band", "&"},
+      {"__bor", "|"},   {"__shl", "<<"},   {"__shr", ">>"},
+      {"__bnot", "~"},  {"__index", "[]"}, {"__tostring", "tostring"}};
+  if (!row_name.empty() && row_name[0] == '=') return shown_name(row_name.substr(1));
+  const size_t separator = row_name.find_first_of(":#");
+  if (separator == std::string::npos) return row_name;
+  const std::string member = row_name.substr(separator + 1);
+  if (member == "__call") return row_name.substr(0, separator);
+  const auto found = operators.find(member);
+  return found == operators.end() ? member : found->second;
+}
+
+std::string user_position(lua_State* L) {
+  lua_Debug frame;
+  for (int level = 0; lua_getstack(L, level, &frame) != 0; ++level) {
+    lua_getinfo(L, "Sl", &frame);
+    if (frame.currentline <= 0 || std::strncmp(frame.source, "=stdlib/", 8) == 0) continue;
+    // Lua cuts short_src at 60 characters; a file name stays whole, so that editors can jump to it.
+    const char* source = frame.source[0] == '@' ? frame.source + 1 : frame.short_src;
+    return text(source, ":", frame.currentline, ": ");
+  }
+  return "";
+}
+
+std::string error_text(lua_State* L, int index) {
+  if (lua_type(L, index) == LUA_TSTRING || lua_type(L, index) == LUA_TNUMBER) {
+    lua_pushvalue(L, index);  // lua_tolstring would change a number in place
+    size_t size = 0;
+    const char* bytes = lua_tolstring(L, -1, &size);
+    std::string message(bytes, size);
+    lua_pop(L, 1);
+    return message;
+  }
+  if (luaL_getmetafield(L, index, "__tostring") != LUA_TNIL) {
+    lua_pushvalue(L, index < 0 ? index - 1 : index);
+    const bool good = lua_pcall(L, 1, 1, 0) == LUA_OK && lua_type(L, -1) == LUA_TSTRING;
+    std::string message = good ? lua_tostring(L, -1) : "an error object whose __tostring fails";
+    lua_pop(L, 1);
+    return message;
+  }
+  return text("error() was called with ", describe(L, index), " instead of a message");
+}
+
+void keep_error_object(lua_State* L, const std::string& message) {
+  if (lua_type(L, -1) != LUA_TSTRING) {
+    lua_createtable(L, 0, 2);
+    lua_pushlstring(L, message.data(), message.size());
+    lua_setfield(L, -2, "text");
+    lua_pushvalue(L, -2);
+    lua_setfield(L, -2, "value");
+    lua_rawsetp(L, LUA_REGISTRYINDEX, &kept_error_key);
+  }
+  lua_pop(L, 1);
+}
+
+}  // namespace pendula::lua

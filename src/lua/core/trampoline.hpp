@@ -1,0 +1,39 @@
+// The one road from C++ exceptions to Lua errors. Lua is linked as C++, so lua_error unwinds with an
+// exception of its own and destructors run; the rule left is: never write catch (...) around a Lua call.
+#pragma once
+
+#include <string>
+
+#include <lua.hpp>
+
+#include "lua/core/call.hpp"
+
+namespace pendula::lua {
+
+/// Pushes the function of a row. `row` must live as long as the state (the rows of a Module do).
+void push_row(lua_State* L, const Row& row);
+
+/// The name a row goes by in messages: "reduce" for "model:reduce", "rk.gauss", "+" for "expr:__add".
+std::string shown_name(const std::string& row_name);
+
+/// "exam.lua:12: " for the innermost frame that is the user's: not C, not the embedded stdlib. "" if there is
+/// none.
+std::string user_position(lua_State* L);
+
+/// The text of any error value: a string as it is; a value with __tostring by that; else what it is.
+std::string error_text(lua_State* L, int index);
+
+/// Pops the error value on top and remembers it beside its text, so that a table raised by a callback arrives
+/// at the pcall outside as the same table.
+void keep_error_object(lua_State* L, const std::string& message);
+
+/// Runs `body` and turns exceptions into Lua errors "position + message".
+int guard(lua_State* L, int (*body)(lua_State*));
+
+/// A lua_CFunction that may throw. For infrastructure; bindings are rows.
+template <int (*body)(lua_State*)>
+int guarded(lua_State* L) {
+  return guard(L, body);
+}
+
+}  // namespace pendula::lua

@@ -1,0 +1,111 @@
+#include "method/irk_formula.hpp"
+
+#include <cmath>
+#include <map>
+
+#include "base/decompositions.hpp"
+#include "base/error.hpp"
+#include "method/collocation.hpp"
+
+namespace pendula::integrate {
+
+using LongMat = Eigen::Matrix<long double, Eigen::Dynamic, Eigen::Dynamic>;
+using LongVec = Eigen::Matrix<long double, Eigen::Dynamic, 1>;
+
+IrkFormula::IrkFormula(TableauPtr rk)
+    : tableau(std::move(rk)), s(tableau->stages()), stiffly_accurate(tableau->is_stiffly_accurate()) {
+  const LongMat A = tableau->A().cast<long double>();
+  const Eigen::FullPivLU<LongMat> lu(A);
+  const std::string remedy =
+      ": its steps cannot be chosen by the error. Give dt = 0.01 for fixed steps, or take method = \"radau\"";
+  if (!lu.isInvertible()) throw Error(text("the method ", tableau->name(), " has a singular A", remedy));
+  std::vector<double> sorted(tableau->c().begin(), tableau->c().end());
+  sorted.push_back(0);
+  std::sort(sorted.begin(), sorted.end());
+  for (std::size_t i = 0; i + 1 < sorted.size(); ++i)
+    if (sorted[i + 1] - sorted[i] < 1e-12)
+      throw Error(text("the nodes 0, c₁ … of the method ", tableau->name(), " are not distinct", remedy));
+  const LongMat inverse = lu.inverse();
+  W = inverse.cast<double>();
+  for (double node : tableau->c()) c.push_back(node);
+
+  const Eigen::EigenSolver<LongMat> eigen(inverse);
+  const auto scaled = [&](int k) {  // with ones and zeros in the last row of T, as in RADAU5
+    Eigen::Matrix<std::complex<long double>, Eigen::Dynamic, 1> v = eigen.eigenvectors().col(k);
+    v /= std::complex<long double>(v[s - 1]);
+    v[s - 1] = 1;
+    return v;
+  };
+  LongMat basis(s, s);
+  has_real = false;
+  int filled = 0;
+  for (int k = 0; k < s; ++k)
+    if (std::fabs(eigen.eigenvalues()[k].imag()) < 1e-9L * std::abs(eigen.eigenvalues()[k]) && !has_real) {
+      has_real = true;
+      gamma = static_cast<double>(eigen.eigenvalues()[k].real());
+      basis.col(filled++) = scaled(k).real();
+    }
+  for (int k = 0; k < s; ++k) {
+    if (!(eigen.eigenvalues()[k].imag() > 1e-9L * std::abs(eigen.eigenvalues()[k]))) continue;
+    pairs.emplace_back(static_cast<double>(eigen.eigenvalues()[k].real()),
+                       static_cast<double>(eigen.eigenvalues()[k].imag()));
+    basis.col(filled++) = scaled(k).real();
+    basis.col(filled++) = scaled(k).imag();
+  }
+  if (filled != s) throw Error(text("the method ", tableau->name(), " has several real eigenvalues", remedy));
+  if (!has_real) gamma = std::abs(pairs[0]);
+  T = basis.cast<double>();
+  T_inverse = basis.inverse().cast<double>();
+
+  // ŷ: weights γ₀ = 1/γ at 0 and b̂ at the nodes, of order s.
+  LongMat powers(s, s);
+  LongVec moments(s);
+  for (int k = 0; k < s; ++k) {
+    for (int i = 0; i < s; ++i) powers(k, i) = k == 0 ? 1 : std::pow(static_cast<long double>(c[i]), k);
+    moments[k] = 1.0L / (k + 1) - (k == 0 ? 1.0L / gamma : 0);
+  }
+  const LongVec b = tableau->b().cast<long double>();
+  const LongVec bhat = powers.fullPivLu().solve(moments);
+  error = (inverse.transpose() * (bhat - b) * gamma).cast<double>();
+  end = (inverse.transpose() * b).cast<double>();
+  if (stiffly_accurate) end = Vec::Unit(s, s - 1);
+
+  nodes = {0};
+  nodes.insert(nodes.end(), c.begin(), c.end());
+  for (std::size_t j = 0; j < nodes.size(); ++j) {
+    long double product = 1;
+    for (std::size_t k = 0; k < nodes.size(); ++k)
+      if (k != j) product *= static_cast<long double>(nodes[j]) - nodes[k];
+    barycentric.push_back(static_cast<double>(1 / product));
+  }
+}
+
+void IrkFormula::lagrange(double theta, double* l) const {
+  double product = 1;
+  for (std::size_t j = 0; j < nodes.size(); ++j) l[j] = barycentric[j] * product, product *= theta - nodes[j];
+  product = 1;
+  for (std::size_t j = nodes.size(); j-- > 0;) l[j] *= product, product *= theta - nodes[j];
+}
+
+void IrkFormula::lagrange_slopes(double theta, double* slopes) const {
+  for (std::size_t j = 0; j < nodes.size(); ++j) {
+    double sum = 0;
+    for (std::size_t i = 0; i < nodes.size(); ++i) {
+      if (i == j) continue;
+      double product = barycentric[j];
+      for (std::size_t k = 0; k < nodes.size(); ++k)
+        if (k != j && k != i) product *= theta - nodes[k];
+      sum += product;
+    }
+    slopes[j] = sum;
+  }
+}
+
+std::shared_ptr<const IrkFormula> radau_formula(int s) {
+  static std::map<int, std::shared_ptr<const IrkFormula>> made;
+  auto& formula = made[s];
+  if (!formula) formula = std::make_shared<IrkFormula>(std::make_shared<const Tableau>(radau(s)));
+  return formula;
+}
+
+}  // namespace pendula::integrate

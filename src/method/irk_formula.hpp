@@ -1,0 +1,38 @@
+// What a fully implicit Runge-Kutta method needs beside its tableau to be solved by simplified Newton
+// iterations: A⁻¹ in real block-diagonal form, the error estimate, the collocation polynomial.
+#pragma once
+
+#include <complex>
+#include <memory>
+#include <vector>
+
+#include "method/tableau.hpp"
+
+namespace pendula::integrate {
+
+/// Hairer & Wanner, Solving ODEs II, 2nd ed., §IV.8: with Zᵢ = Yᵢ - y₀ and W = A⁻¹ the stage derivatives are
+/// (W Z)ᵢ/h, and T⁻¹ W T = diag(γ, [α₁ β₁; -β₁ α₁], …).
+struct IrkFormula {
+  explicit IrkFormula(TableauPtr tableau);
+
+  TableauPtr tableau;
+  int s;
+  std::vector<double> c;
+  Mat W, T, T_inverse;
+  bool has_real;                            ///< γ is an eigenvalue (s odd)
+  double gamma;                             ///< of the error filter too
+  std::vector<std::complex<double>> pairs;  ///< α + iβ
+  Vec error;  ///< e: -F(t₀, y₀, -Σ eᵢ Zᵢ/h) measures the difference to a method of order s
+  Vec end;    ///< y₁ = y₀ + Σ dᵢ Zᵢ; the last unit vector for stiffly accurate methods
+  bool stiffly_accurate;
+  std::vector<double> nodes, barycentric;  ///< 0, c₁ … c_s and their weights
+
+  /// l[j], j = 0 … s: the Lagrange polynomials on the nodes at θ (and their derivatives).
+  void lagrange(double theta, double* l) const;
+  void lagrange_slopes(double theta, double* slopes) const;
+};
+
+/// Radau IIA with s stages, made once.
+std::shared_ptr<const IrkFormula> radau_formula(int s);
+
+}  // namespace pendula::integrate

@@ -1,0 +1,313 @@
+#include "sysid/fit/grey_box.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "base/decompositions.hpp"
+#include "base/error.hpp"
+#include "base/interrupt.hpp"
+#include "base/text.hpp"
+#include "dae/reduce/reduce.hpp"
+#include "dae/structure/analysis.hpp"
+#include "expr/print/print.hpp"
+#include "method/collocation.hpp"
+
+namespace pendula::sysid {
+namespace {
+
+bool is_parameter(Expr p) { return symbol_of(p).kind == Kind::parameter; }
+
+/// u(t) from samples; before the first and after the last the nearest one.
+integrate::Problem::Input sampled(const Vec& u, double from, double Ts, bool hold) {
+  return [u, from, Ts, hold](double t) {
+    const double s = std::clamp((t - from) / Ts, 0.0, static_cast<double>(u.size() - 1));
+    const auto k = std::min<Index>(static_cast<Index>(std::floor(s + 1e-7)), u.size() - 1);
+    if (hold || k + 1 >= u.size()) return u[k];
+    const double part = std::max(0.0, s - static_cast<double>(k));
+    return (1 - part) * u[k] + part * u[k + 1];
+  };
+}
+
+class Experiment {
+ public:
+  explicit Experiment(const GreyBoxRequest& r) : r_(r), model_(r.model) {
+    const dae::Analysis analysis = dae::analyse(*model_);
+    if (analysis.regular && analysis.index > 1) {
+      model_ = dae::reduce(model_, "");
+      form = model_->name.empty() ? "reduced to index 1" : model_->name;
+    }
+    for (Index k = 0; k < r.data.samples(); ++k)
+      times_.push_back(r.from + static_cast<double>(k) * r.data.Ts);
+    for (const auto& [leaf, column] : r.inputs)
+      inputs_.emplace_back(leaf, sampled(r.data.u.col(column), r.from, r.data.Ts, r.hold));
+  }
+
+  /// The start at θ.
+  dae::StartRequest start_at(const Vec& theta) const {
+    dae::StartRequest start = r_.start;
+    start.t = r_.from;
+    for (std::size_t i = 0; i < r_.parameters.size(); ++i) {
+      const Expr p = r_.parameters[i];
+      const double value = theta[static_cast<Index>(i)];
+      if (is_parameter(p)) {
+        start.parameters[p] = Expr(value);
+        continue;
+      }
+      std::erase_if(start.fix, [&](const auto& fix) { return fix.first == p; });
+      std::erase_if(start.guess, [&](const auto& guess) { return guess.first == p; });
+      start.fix.emplace_back(p, value);
+    }
+    for (const auto& [leaf, function] : inputs_) {
+      start.inputs[leaf] = Expr(function(r_.from));
+      start.numeric_inputs.push_back(leaf);
+    }
+    return start;
+  }
+
+  /// States whose initial values the start leaves open, with values to begin with; throws what init says if
+  /// that is not what is wrong with it.
+  dae::LeafValues open_values(const Vec& theta) const {
+    dae::StartRequest start = start_at(theta);
+    try {
+      dae::init(model_, start);
+      return {};
+    } catch (const Error&) {
+      std::vector<Expr> guessed;
+      const auto known = [&](Expr x) {
+        for (const auto* list : {&start.fix, &start.guess})
+          for (const auto& [leaf, value] : *list)
+            if (leaf == x) return true;
+        return false;
+      };
+      for (const Expr x : r_.model->states())
+        if (!known(x)) guessed.push_back(x);
+      for (const Expr x : guessed) start.guess.emplace_back(x, first_value(r_, x));
+      dae::LeafValues open;
+      try {
+        const dae::StartPtr at = dae::init(model_, start);
+        for (const dae::LedgerRow& row : at->rows)
+          if (row.origin == dae::Origin::chosen &&
+              std::find(guessed.begin(), guessed.end(), row.leaf) != guessed.end())
+            open.emplace_back(row.leaf, row.value);
+      } catch (const UserFacing&) {
+      }
+      if (open.empty()) throw;
+      return open;
+    }
+  }
+
+  /// Simulates at θ; values N×ny, and the gradient of all samples of output j in rows j N … .
+  void run(const Vec& theta, Mat& values, Mat* J) {
+    poll_interrupt();
+    integrate::Simulation s;
+    const dae::StartRequest start = start_at(theta);
+    for (const auto& [p, value] : start.parameters) s.parameters.try_emplace(p, value);
+    s.inputs = r_.start.inputs;
+    for (const auto& [leaf, function] : inputs_) s.numeric_inputs.emplace_back(leaf, function);
+    s.start = dae::init(model_, start);
+    s.plan.from = r_.from, s.plan.to = times_.back(), s.plan.times = times_;
+    if (r_.dt > 0) {
+      static const auto gauss = std::make_shared<const integrate::Tableau>(integrate::gauss(3));
+      s.method.family = "tableau", s.method.tableau = gauss;
+      s.plan.dt = r_.dt;
+    } else {
+      s.method = r_.method;
+      s.rtol.all = r_.rtol, s.atol.all = r_.atol;
+    }
+    if (J) s.sensitivities = r_.parameters;
+    const integrate::TrajectoryPtr run = integrate::simulate(model_, s);
+    if (run->solution().status() == "interrupted") throw Interrupted();
+    method = run->solution().method_name();
+    if (run->solution().t().size() != times_.size())
+      throw Failure(text("the simulation ", run->solution().status()));
+    values = run->values(r_.outputs);
+    if (!J) return;
+    const Index N = values.rows(), ny = values.cols();
+    J->resize(N * ny, theta.size());
+    for (Index i = 0; i < theta.size(); ++i) {
+      const Mat slope = run->sensitivity(r_.outputs, r_.parameters[i]);
+      J->col(i) = slope.reshaped();
+    }
+  }
+
+  std::string form, method;
+
+ private:
+  const GreyBoxRequest& r_;
+  dae::ModelPtr model_;
+  std::vector<double> times_;
+  std::vector<std::pair<Expr, integrate::Problem::Input>> inputs_;
+};
+
+/// Residuals and gradient at the samples that are there.
+struct Point {
+  Mat values;
+  Vec e;
+  Mat J;
+  double sse = 0;
+};
+
+Point evaluate(Experiment& experiment, const GreyBoxRequest& r, const Vec& theta) {
+  Point p;
+  Mat J;
+  experiment.run(theta, p.values, &J);
+  const Vec e = (r.data.y - p.values).reshaped();
+  std::vector<Index> rows;
+  for (Index i = 0; i < e.size(); ++i)
+    if (!std::isnan(r.data.y.reshaped()[i])) rows.push_back(i);
+  p.e = e(rows), p.J = J(rows, Eigen::all);
+  p.sse = p.e.squaredNorm();
+  if (!p.e.allFinite() || !p.J.allFinite()) throw Failure("the simulation is not finite");
+  return p;
+}
+
+void search(Experiment& experiment, const GreyBoxRequest& r, GreyBoxFit& out, Point& at) {
+  double damping = 0, last = 1;
+  const auto settled = [&](double size) { return size < 1e-10; };
+  for (int k = 0; k < r.iterations; ++k) {
+    const Vec g = at.J.transpose() * at.e;
+    const Mat H = at.J.transpose() * at.J;
+    const Vec scale = H.diagonal().cwiseMax(1e-14 * H.diagonal().maxCoeff() + 1e-300);
+    bool improved = false;
+    double size = 0;
+    for (int tries = 0; tries < 25 && !improved; ++tries) {
+      Mat damped = H;
+      damped.diagonal() += (damping + 1e-14) * scale;
+      const Vec step = damped.llt().solve(g);
+      size = std::sqrt(step.cwiseAbs2().dot(scale) / (out.theta.cwiseAbs2().dot(scale) + 1e-300));
+      try {
+        if (step.allFinite()) {
+          Point next = evaluate(experiment, r, out.theta + step);
+          // Near the minimum the loss is integration error: there the shrinking step tells progress.
+          const bool settling = size < 1e-5 && size < 0.9 * last && next.sse <= at.sse * (1 + 1e-6);
+          if (next.sse < at.sse || settling) {
+            improved = true, last = size;
+            out.theta += step, at = std::move(next);
+            damping = damping < 1e-8 ? 0 : damping / 10;
+            break;
+          }
+        }
+      } catch (const UserFacing&) {  // the step left the region where the model can be integrated
+      }
+      if (size < 1e-7) break;
+      damping = damping == 0 ? 1e-3 : damping * 10;
+    }
+    if (improved) out.losses.push_back(at.sse);
+    if (!improved || settled(size)) {
+      out.converged = size < 1e-5 || at.sse == 0;
+      return;
+    }
+  }
+}
+
+void check(const GreyBoxRequest& r) {
+  if (r.parameters.empty())
+    throw Error("params is empty: name the parameters to estimate, params = { m, L }");
+  if (static_cast<Index>(r.outputs.size()) != r.data.outputs())
+    throw Error(text("y names ", r.outputs.size(), " expression(s), but the data has ", r.data.outputs(),
+                     " output(s)"));
+  if (r.data.experiments() != 1) throw Error("fit works on one experiment; take one with d:slice(…)");
+  if (r.data.u.array().isNaN().any())
+    throw Error(text(missing_text(r.data), "; inputs must be complete: d:fill()"));
+  if (r.data.samples() < 2) throw Error("the data has one sample only");
+  for (const Expr p : r.parameters)
+    if (is_parameter(p) &&
+        std::find(r.model->parameters.begin(), r.model->parameters.end(), p) == r.model->parameters.end())
+      throw Error(text("the model has no parameter ", symbol_of(p).name));
+}
+
+}  // namespace
+
+double first_value(const GreyBoxRequest& r, Expr state) {
+  for (std::size_t j = 0; j < r.outputs.size(); ++j) {
+    const auto y = r.data.y.col(static_cast<Index>(j));
+    const bool slope = symbol_of(state).order == 1 && symbol_of(state).base == r.outputs[j];
+    if (r.outputs[j] == state && std::isfinite(y[0])) return y[0];
+    if (slope && y.size() > 1 && std::isfinite(y[1] - y[0])) return (y[1] - y[0]) / r.data.Ts;
+  }
+  return 0;
+}
+
+GreyBoxFit fit(const GreyBoxRequest& given) {
+  check(given);
+  GreyBoxRequest request = given;
+  for (const auto& [state, value] : Experiment(given).open_values(given.guess)) {
+    request.parameters.push_back(state);
+    request.guess.conservativeResize(request.guess.size() + 1);
+    request.guess[request.guess.size() - 1] = value;
+  }
+  GreyBoxFit out;
+  out.request = request;
+  for (const Expr p : request.parameters)
+    out.names.push_back(is_parameter(p) ? to_text(p) : to_text(p) + "(0)");
+  for (const Expr y : request.outputs) out.output_names.push_back(to_text(y));
+  Experiment experiment(request);
+  out.theta = request.guess;
+  Point at = evaluate(experiment, request, out.theta);
+  out.losses.push_back(at.sse);
+  search(experiment, request, out, at);
+  out.form = experiment.form, out.method = experiment.method;
+  TriangularFactor factor(out.theta.size() + 1);
+  Mat both(at.e.size(), out.theta.size() + 1);
+  both << at.J, at.e;
+  factor.add(both);
+  constexpr double growth = 10;  // of the errors of a simulation over its steps
+  out.ls = solve_triangular(factor.R(), at.e.size(), request.dt > 0 ? 1e-9 : growth * request.rtol);
+  double variation = 0;
+  for (Index j = 0; j < request.data.outputs(); ++j) {
+    std::vector<double> y, e;
+    for (Index t = 0; t < request.data.samples(); ++t)
+      if (!std::isnan(request.data.y(t, j)))
+        y.push_back(request.data.y(t, j)), e.push_back(request.data.y(t, j) - at.values(t, j));
+    const Vec vy = Eigen::Map<Vec>(y.data(), static_cast<Index>(y.size())),
+              ve = Eigen::Map<Vec>(e.data(), vy.size());
+    out.fit.push_back(fit_percent(vy, ve));
+    variation += (vy.array() - vy.mean()).matrix().squaredNorm();
+  }
+  out.quality = criteria(at.sse, at.e.size(), out.ls.rank, variation);
+  // What the integration leaves is no noise.
+  const double size = request.data.y.array().isNaN().select(0, request.data.y).norm();
+  out.exact = std::sqrt(at.sse) <= (request.dt > 0 ? 1e-9 : 10 * request.rtol) * (size + 1e-300);
+  out.covariance = (out.exact ? 0 : out.quality.sigma2) * out.ls.inverse;
+  out.std = standard_deviations(out.ls, out.covariance);
+  out.unidentifiable = free_directions(out.ls.null_space, out.names);
+  out.simulated = at.values, out.residuals = at.e;
+  dae::ParameterValues values;
+  for (std::size_t i = 0; i < request.parameters.size(); ++i)
+    if (is_parameter(request.parameters[i]))
+      values[request.parameters[i]] = Expr(out.theta[static_cast<Index>(i)]);
+  out.fitted = values.empty() ? request.model : dae::with_values(request.model, values);
+  return out;
+}
+
+std::string describe(const GreyBoxFit& f) {
+  const std::size_t steps = f.losses.size() - 1;
+  std::string out =
+      text("grey box: ", f.names.size(), f.names.size() == 1 ? " parameter" : " parameters", " from ",
+           f.residuals.size(), " samples by Gauss–Newton with exact sensitivities (", steps,
+           steps == 1 ? " iteration" : " iterations", f.converged ? ")\n" : "; not converged)\n");
+  out += text("  simulated with ", f.method, f.form.empty() ? "" : ", model of higher index " + f.form, "\n");
+  Table table({false, true, false});
+  for (std::size_t i = 0; i < f.names.size(); ++i) {
+    const auto k = static_cast<Index>(i);
+    table.row({f.names[i], rounded(f.theta[k], f.exact ? 6 : 7),
+               !std::isfinite(f.std[k]) ? "not identifiable"
+               : f.exact                ? ""
+                                        : "± " + rounded(f.std[k], 4)});
+  }
+  out += table.str(4);
+  if (f.exact)
+    out += "  the data are reproduced to the accuracy of the integration\n";
+  else
+    out += text("  loss V = ", rounded(f.quality.loss, 6), ", noise variance ", rounded(f.quality.sigma2, 6),
+                "\n");
+  for (std::size_t j = 0; j < f.fit.size(); ++j)
+    out += text("  fit of ", f.output_names[j], ": ", rounded(f.fit[j], 6), " % (simulation)\n");
+  for (const std::string& line : f.unidentifiable) out += "    " + line + "\n";
+  if (!f.converged)
+    out += "  the search did not converge: give a better guess = { … }, or fewer parameters\n";
+  out.pop_back();
+  return out;
+}
+
+}  // namespace pendula::sysid

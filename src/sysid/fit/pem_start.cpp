@@ -1,0 +1,182 @@
+// Starting values for the prediction-error search, all by linear least squares.
+#include <cmath>
+
+#include "sysid/fit/pem.hpp"
+#include "sysid/fit/structured.hpp"
+
+namespace pendula::sysid {
+namespace {
+
+/// The same record with other signals.
+IdData with_signals(const IdData& like, const Vec& y, const Mat& u) {
+  IdData d = like;
+  d.y = y, d.u = u;
+  d.y_names = {"y"};
+  d.u_names.assign(static_cast<std::size_t>(u.cols()), "u");
+  return d;
+}
+
+Vec regress(const IdData& d, const Orders& orders) {
+  const Regressor regressor(d, 0, orders, Start::drop);
+  return regressor.rows() > 0 ? solve_regression(regressor).theta : Vec(Vec::Zero(regressor.columns()));
+}
+
+/// p_k ρᵏ with the largest ρ ≤ 1 of a few that makes the polynomial stable.
+Vec stabilised(Vec p) {
+  for (int tries = 0; tries < 200 && !stable(p); ++tries) {
+    double factor = 1;
+    for (Index k = 1; k < p.size(); ++k) p[k] *= factor *= 0.95;
+  }
+  if (!stable(p)) p.tail(p.size() - 1).setZero();
+  return p;
+}
+
+/// Filters every experiment of a signal from rest.
+Vec filtered_parts(const IdData& d, const Vec& num, const Vec& den, const Vec& x) {
+  Vec out(x.size());
+  for (Index k = 0; k < d.experiments(); ++k) {
+    const Index from = d.starts[k], n = d.end(k) - from;
+    filter(num, den, x.data() + from, n, out.data() + from);
+  }
+  return out;
+}
+
+/// Innovations of y given u by a long ARX model; zero where it has no past.
+Vec innovations(const IdData& d, int order) {
+  Orders o;
+  o.na = order;
+  o.nb.assign(static_cast<std::size_t>(d.inputs()), order), o.nk.assign(o.nb.size(), 0),
+      o.nf.assign(o.nb.size(), 0);
+  const Regressor regressor(d, 0, o, Start::drop);
+  Vec e = Vec::Zero(d.samples());
+  if (regressor.rows() <= regressor.columns()) return e;
+  const Polynomials p = polynomials_of(solve_regression(regressor).theta, o);
+  e = filtered_parts(d, p.A, Vec::Ones(1), d.y.col(0));
+  for (std::size_t i = 0; i < p.B.size(); ++i)
+    e -= filtered_parts(d, p.B[i], Vec::Ones(1), d.u.col(static_cast<Index>(i)));
+  for (Index k = 0; k < d.experiments(); ++k) {
+    const Index from = d.starts[k];
+    e.segment(from, std::min<Index>(order, d.end(k) - from)).setZero();
+  }
+  return e;
+}
+
+/// A and B by ARX; then y = -A.. + B u + C ê (Hannan & Rissanen).
+void equation_error_start(const IdData& d, const Orders& orders, const Vec& e, Polynomials& p) {
+  Orders o = orders;
+  o.nc = o.nd = 0;
+  for (int& f : o.nf) f = 0;
+  IdData with = d;
+  if (orders.nc > 0) {
+    with.u.conservativeResize(Eigen::NoChange, d.inputs() + 1);
+    with.u.rightCols(1) = e;
+    with.u_names.push_back("e");
+    o.nb.push_back(orders.nc), o.nk.push_back(1), o.nf.push_back(0);
+  }
+  if (o.parameters() == 0) return;
+  const Polynomials found = polynomials_of(regress(with, o), o);
+  p.A = found.A;
+  for (std::size_t i = 0; i < p.B.size(); ++i) p.B[i] = found.B[i];
+  if (orders.nc > 0) {
+    Vec C = found.B.back();
+    C[0] = 1;
+    p.C = stabilised(C);
+  }
+}
+
+/// Steiglitz–McBride for one input: y ≈ B/F u.
+void rational_start(const IdData& d, const Vec& y, Index input, const Orders& orders, Vec& B, Vec& F,
+                    int rounds) {
+  const auto i = static_cast<std::size_t>(input);
+  Orders o;
+  o.na = orders.nf[i], o.nb = {orders.nb[i]}, o.nk = {orders.nk[i]}, o.nf = {0};
+  const Vec u = d.u.col(input), one = Vec::Ones(1);
+  double best = (y - filtered_parts(d, B, F, u)).squaredNorm();
+  Vec now = F;
+  for (int round = 0; round < rounds; ++round) {
+    const IdData pre = with_signals(d, filtered_parts(d, one, now, y), filtered_parts(d, one, now, u));
+    const Polynomials found = polynomials_of(regress(pre, o), o);
+    now = stabilised(found.A);
+    const double sse = (y - filtered_parts(d, found.B[0], now, u)).squaredNorm();
+    if (std::isfinite(sse) && sse < best) best = sse, B = found.B[0], F = now;
+  }
+}
+
+void rational_starts(const IdData& d, const Orders& orders, Polynomials& p, int rounds) {
+  const Index sweeps = d.inputs() > 1 ? 3 : 1;
+  const Vec y = filtered_parts(d, p.A, Vec::Ones(1), d.y.col(0));
+  for (std::size_t i = 0; i < p.B.size(); ++i) p.B[i].setZero();
+  for (Index sweep = 0; sweep < sweeps; ++sweep)
+    for (Index i = 0; i < d.inputs(); ++i) {
+      Vec rest = y;
+      for (Index j = 0; j < d.inputs(); ++j)
+        if (j != i) rest -= filtered_parts(d, p.B[j], p.F[j], d.u.col(j));
+      rational_start(d, rest, i, orders, p.B[i], p.F[i], rounds);
+    }
+}
+
+/// C and D from v = C/D e.
+void noise_start(const IdData& d, const Orders& orders, int order, Polynomials& p) {
+  Vec v = filtered_parts(d, p.A, Vec::Ones(1), d.y.col(0));
+  for (std::size_t i = 0; i < p.B.size(); ++i)
+    v -= filtered_parts(d, p.B[i], p.F[i], d.u.col(static_cast<Index>(i)));
+  const IdData series = with_signals(d, v, Mat(v.size(), 0));
+  const Vec e = innovations(series, order);
+  Orders o;
+  o.na = orders.nd;
+  Mat u(v.size(), orders.nc > 0 ? 1 : 0);
+  if (orders.nc > 0) u.col(0) = e, o.nb = {orders.nc}, o.nk = {1}, o.nf = {0};
+  if (o.parameters() == 0) return;
+  const Polynomials found = polynomials_of(regress(with_signals(d, v, u), o), o);
+  p.D = stabilised(found.A);
+  if (orders.nc > 0) {
+    Vec C = found.B[0];
+    C[0] = 1;
+    p.C = stabilised(C);
+  }
+}
+
+}  // namespace
+
+std::vector<Vec> starting_values(const IdData& data, Index output, const Orders& orders) {
+  IdData d = data;
+  d.y = data.y.col(output);
+  d.y_names = {"y"};
+  const Index sum = orders.parameters() + orders.memory();
+  const int order = static_cast<int>(
+      std::clamp<Index>(d.samples() / (8 * (1 + d.inputs())), 1, std::min<Index>(2 * sum + 10, 60)));
+  bool rational = false;
+  for (const int f : orders.nf) rational = rational || f > 0;
+  const auto fresh = [&] { return polynomials_of(Vec::Zero(orders.parameters()), orders); };
+  std::vector<Vec> out;
+  if (!rational && orders.nd == 0) {
+    Polynomials p = fresh();
+    equation_error_start(d, orders, orders.nc > 0 ? innovations(d, order) : Vec(), p);
+    out.push_back(parameters_of(p, orders));
+    if (orders.nc > 0) {
+      p = fresh();
+      Orders plain = orders;
+      plain.nc = 0;
+      equation_error_start(d, plain, {}, p);
+      p.C = Vec::Zero(orders.nc + 1), p.C[0] = 1;
+      out.push_back(parameters_of(p, orders));
+    }
+    return out;
+  }
+  for (const int rounds : {12, 1}) {
+    Polynomials p = fresh();
+    if (rational) {
+      rational_starts(d, orders, p, rounds);
+    } else {
+      Orders plain = orders;
+      plain.nc = plain.nd = 0;
+      equation_error_start(d, plain, {}, p);
+    }
+    if (orders.nc > 0 || orders.nd > 0) noise_start(d, orders, order, p);
+    out.push_back(parameters_of(p, orders));
+  }
+  if (out[0] == out[1]) out.pop_back();
+  return out;
+}
+
+}  // namespace pendula::sysid

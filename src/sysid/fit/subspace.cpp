@@ -1,0 +1,280 @@
+// From Hankel matrices to A, C, K and the states; state_space.cpp uses the model.
+#include <algorithm>
+#include <cmath>
+
+#include "base/decompositions.hpp"
+#include "base/error.hpp"
+#include "base/interrupt.hpp"
+#include "base/text.hpp"
+#include "sysid/fit/state_space_fit.hpp"
+#include "sysid/model/state_space.hpp"
+
+namespace pendula::sysid {
+namespace {
+
+using Svd = Eigen::BDCSVD<Mat>;
+
+/// Signals of equal size: every output and input divided by its root mean square.
+struct Scaled {
+  IdData d;
+  Vec y, u;
+};
+
+Scaled scaled(const IdData& d) {
+  Scaled s{d, Vec::Ones(d.outputs()), Vec::Ones(d.inputs())};
+  const auto scale = [](Mat& m, Vec& by) {
+    for (Index j = 0; j < m.cols(); ++j) {
+      const double size = m.col(j).norm() / std::sqrt(static_cast<double>(m.rows()));
+      if (size > 0) by[j] = size, m.col(j) /= size;
+    }
+  };
+  scale(s.d.y, s.y), scale(s.d.u, s.u);
+  return s;
+}
+
+/// Future inputs, past inputs and outputs, future outputs around row t: one row of [U_f W_p Y_f].
+void window(const IdData& d, Index t, Index i, Eigen::Ref<Eigen::RowVectorXd> row) {
+  Index at = 0;
+  for (Index k = 0; k < i; ++k, at += d.inputs()) row.segment(at, d.inputs()) = d.u.row(t + k);
+  for (Index k = 1; k <= i; ++k) {
+    row.segment(at, d.inputs()) = d.u.row(t - k);
+    row.segment(at + d.inputs(), d.outputs()) = d.y.row(t - k);
+    at += d.inputs() + d.outputs();
+  }
+  for (Index k = 0; k < i; ++k, at += d.outputs()) row.segment(at, d.outputs()) = d.y.row(t + k);
+}
+
+/// The triangular factor of all windows, in the blocks R = [R11 R12 R13; 0 R22 R23; 0 0 R33].
+struct Hankel {
+  Mat R12, R22, R23, R33;
+  double y_size = 0;  ///< ‖Y_f‖
+  Index windows = 0;
+};
+
+Hankel hankel(const IdData& d, Index i) {
+  const Index f = d.inputs() * i, p = (d.inputs() + d.outputs()) * i, y = d.outputs() * i, c = f + p + y;
+  TriangularFactor factor(c);
+  const Index size = std::max<Index>(256, 2 * c);
+  Mat block(size, c);
+  Eigen::RowVectorXd row(c);
+  Index n = 0;
+  const auto flush = [&] {
+    if (n == 0) return;
+    poll_interrupt();
+    factor.add(block.topRows(n));
+    n = 0;
+  };
+  for (Index k = 0; k < d.experiments(); ++k)
+    for (Index t = d.starts[k] + i; t + i <= d.end(k); ++t) {
+      window(d, t, i, row);
+      block.row(n) = row;
+      if (++n == size) flush();
+    }
+  flush();
+  const Mat& R = factor.R();
+  return {R.block(0, f, f, p),         R.block(f, f, p, p),   R.block(f, f + p, p, y),
+          R.block(f + p, f + p, y, y), R.rightCols(y).norm(), factor.rows()};
+}
+
+/// Weighted singular value decomposition of the future given the past: W₁ R₂₃ᵀ (W₂) = U S Vᵀ.
+struct Decomposed {
+  Mat left, inverse_left;  ///< W₁ and its inverse on the range
+  Mat U;
+  Vec S;
+};
+
+/// R₂₃ᵀ R₂₂⁻ᵀ: the future outputs that the past predicts, per entry of w_p; R₂₂ may be singular.
+Mat predicted_by_past(const Hankel& h) {
+  return h.R22.completeOrthogonalDecomposition().solve(h.R23).transpose();
+}
+
+Decomposed decompose(const Hankel& h, const std::string& weighting) {
+  Decomposed out;
+  const Index y = h.R23.cols();
+  if (weighting == "CVA") {  // W₁ = (Y_f Π Y_fᵀ)^(-1/2) from the singular values of [R23; R33]
+    Mat both(h.R23.rows() + h.R33.rows(), y);
+    both << h.R23, h.R33;
+    const Svd svd(both, Eigen::ComputeThinV);
+    const Vec s = svd.singularValues();
+    Index r = 0;
+    while (r < s.size() && s[r] > 1e-13 * s[0]) ++r;
+    out.left = s.head(r).cwiseInverse().asDiagonal() * svd.matrixV().leftCols(r).transpose();
+    out.inverse_left = svd.matrixV().leftCols(r) * s.head(r).asDiagonal();
+  } else {
+    out.left = out.inverse_left = Mat::Identity(y, y);
+  }
+  Mat O = h.R23.transpose();
+  if (weighting == "N4SID") {
+    const Mat L = predicted_by_past(h);
+    O.resize(y, h.R12.rows() + h.R22.rows());
+    O << L * h.R12.transpose(), L * h.R22.transpose();
+  }
+  const Svd svd(out.left * O, Eigen::ComputeThinU);
+  out.U = svd.matrixU(), out.S = svd.singularValues();
+  for (Index j = 0; j < out.U.cols(); ++j) {  // signs are free: the largest entry is positive
+    Index at = 0;
+    out.U.col(j).cwiseAbs().maxCoeff(&at);
+    if (out.U(at, j) < 0) out.U.col(j) *= -1;
+  }
+  return out;
+}
+
+/// The least σ²(n+1) + d(n) ln N / N; with exact data the rank.
+int choose_order(const Vec& S, const SubspaceOptions& o, const IdData& d, Index windows, bool exact,
+                 std::string& words) {
+  const auto limit = std::min<int>(o.most, static_cast<int>(S.size()) - 1);
+  if (exact) {
+    int n = 0;
+    while (n < S.size() && S[n] > 1e-7 * S[0]) ++n;
+    words = "the rank of the data";
+    return std::max(1, n);
+  }
+  const auto N = static_cast<double>(windows);
+  int best = std::min(o.least, limit);
+  double least = INFINITY;
+  for (int n = o.least; n <= limit; ++n) {
+    const double value =
+        S[n] * S[n] + static_cast<double>(n * (2 * d.outputs() + d.inputs())) * std::log(N) / N;
+    if (value < least) least = value, best = n;
+  }
+  words = text("the least σ²(n+1) + d(n) ln N / N for n = ", o.least, " … ", limit);
+  return best;
+}
+
+Index default_horizon(const IdData& d, const SubspaceOptions& o) {
+  const Index channels = d.inputs() + d.outputs(), p = d.outputs();
+  const int wanted = o.order > 0 ? o.order : o.most;
+  const Index least = (wanted + p - 1) / p + 1;
+  return std::max(least, std::min<Index>(15, d.samples() / (6 * channels)));
+}
+
+void check(const IdData& d, const SubspaceOptions& o) {
+  const std::string gaps = missing_text(d);
+  if (!gaps.empty())
+    throw Error(
+        text(gaps, "; a subspace method needs every sample: d:fill(), or merge(d:slice(…), d:slice(…))"));
+  if (o.order < 0 || o.order > 100) throw Error(text("order must lie between 1 and 100, got ", o.order));
+  if (o.least < 1 || o.most < o.least || o.most > 100)
+    throw Error(
+        text("order = {", o.least, ", ", o.most, "} is no range; give {from, to} with 1 ≤ from ≤ to ≤ 100"));
+}
+
+void check_size(const IdData& d, Index i, int order) {
+  const Index need = 2 * i * (d.inputs() + d.outputs()) + 1;
+  Index have = 0;
+  for (Index k = 0; k < d.experiments(); ++k) have += std::max<Index>(0, d.end(k) - d.starts[k] - 2 * i + 1);
+  if (have < need)
+    throw Error(text(d.samples(), " samples are too few for order ", order, " with ", i,
+                     " block rows: ", need + 2 * i - 1, " are needed; lower the order or the horizon"));
+}
+
+/// K from the residuals of x̂(t+1) and y(t) given x̂(t) and u(t), where x̂(t) = L w_p(t).
+Mat noise_gain(const IdData& d, const Mat& A, const Mat& C, const Mat& L, Index i) {
+  const Index n = A.rows(), m = d.inputs(), p = d.outputs(), width = n + m + p + n;
+  const Index f = m * i, past = (m + p) * i;
+  TriangularFactor factor(width);
+  Mat block(512, width);
+  Eigen::RowVectorXd row(f + past + p * i);
+  Index count = 0;
+  for (Index k = 0; k < d.experiments(); ++k) {
+    Vec x;
+    for (Index t = d.starts[k] + i; t + i <= d.end(k); ++t) {
+      window(d, t, i, row);
+      const Vec next = L * row.segment(f, past).transpose();
+      if (x.size() > 0) {
+        block.row(count) << x.transpose(), d.u.row(t - 1), d.y.row(t - 1), next.transpose();
+        if (++count == block.rows()) poll_interrupt(), factor.add(block), count = 0;
+      }
+      x = next;
+    }
+  }
+  if (count > 0) factor.add(block.topRows(count));
+  const Mat tail = factor.R().bottomRightCorner(p + n, p + n);
+  const Mat cov = tail.transpose() * tail / static_cast<double>(std::max<Index>(1, factor.rows() - n - m));
+  return kalman_gain(A, C, cov.bottomRightCorner(n, n), cov.bottomLeftCorner(n, p), cov.topLeftCorner(p, p));
+}
+
+/// Any gain that makes A - K C stable.
+Mat observer_gain(const Mat& A, const Mat& C) {
+  const Index n = A.rows(), p = C.rows();
+  return kalman_gain(A, C, Mat::Identity(n, n), Mat::Zero(n, p), Mat::Identity(p, p));
+}
+
+void unscale(StateSpaceModel& m, const Scaled& s) {
+  m.C = s.y.asDiagonal() * m.C;
+  m.D = s.y.asDiagonal() * m.D * s.u.cwiseInverse().asDiagonal();
+  m.B = m.B * s.u.cwiseInverse().asDiagonal();
+  m.K = m.K * s.y.cwiseInverse().asDiagonal();
+}
+
+}  // namespace
+
+Mat kalman_gain(const Mat& A, const Mat& C, const Mat& Q, const Mat& S, const Mat& R) {
+  Mat P = Mat::Identity(A.rows(), A.rows()) * (Q.trace() + 1e-300);
+  Mat K;
+  for (int k = 0; k < 5000; ++k) {
+    if (k % 64 == 0) poll_interrupt();
+    const Mat G = A * P * C.transpose() + S;
+    const Mat Re = C * P * C.transpose() + R;
+    K = Re.ldlt().solve(G.transpose()).transpose();
+    Mat next = A * P * A.transpose() + Q - K * G.transpose();
+    next = (0.5 * (next + next.transpose())).eval();
+    const double change = (next - P).norm();
+    P = std::move(next);
+    if (!(change > 1e-14 * P.norm())) break;
+  }
+  return K;
+}
+
+double spectral_radius(const Mat& A) { return A.rows() == 0 ? 0 : A.eigenvalues().cwiseAbs().maxCoeff(); }
+
+IdModel subspace(const IdData& data, const SubspaceOptions& o) {
+  check(data, o);
+  const Scaled s = scaled(data);
+  const IdData& d = s.d;
+  StateSpaceModel m;
+  m.feedthrough = o.feedthrough, m.weighting = o.weighting;
+  m.horizon = o.horizon > 0 ? o.horizon : default_horizon(d, o);
+  const Index p = d.outputs();
+  if (o.order > (m.horizon - 1) * p)
+    throw Error(text("horizon = ", m.horizon, " leaves at most order ", (m.horizon - 1) * p,
+                     ", order = ", o.order, " needs horizon ≥ ", (o.order + p - 1) / p + 1));
+  check_size(d, m.horizon, o.order > 0 ? o.order : o.least);
+  const Hankel h = hankel(d, m.horizon);
+  if (!(h.R23.norm() > 1e-9 * h.y_size))
+    throw Error(text("the data carry no model of order ", std::max(1, o.order),
+                     ": the past says nothing about the outputs that the inputs do not say; excite the "
+                     "input, or take fir"));
+  const bool exact = h.R33.norm() <= 1e-9 * h.y_size;
+  if (exact && m.weighting == "CVA") m.weighting = "MOESP";  // there is no noise to weigh by
+  const Decomposed part = decompose(h, m.weighting);
+  m.singular_values = part.S;
+  Index n = o.order;
+  if (n == 0) {
+    const bool reuse = m.weighting == "CVA" || exact;
+    n = choose_order(reuse ? part.S : decompose(h, "CVA").S, o, d, h.windows, exact, m.choice);
+    n = std::min(n, (m.horizon - 1) * p);
+  }
+  if (part.S.size() < n || !(part.S[n - 1] > 1e-14 * part.S[0]))
+    throw Error(text("the data carry no model of order ", n, "; lower the order"));
+  const Vec root = part.S.head(n).cwiseSqrt();
+  const Mat gamma = part.inverse_left * part.U.leftCols(n) * root.asDiagonal();
+  const Index rows = (m.horizon - 1) * p;
+  m.C = gamma.topRows(p);
+  m.A = gamma.topRows(rows).colPivHouseholderQr().solve(gamma.bottomRows(rows));
+  const Mat L =
+      root.cwiseInverse().asDiagonal() * part.U.leftCols(n).transpose() * part.left * predicted_by_past(h);
+  if (exact)
+    m.K = observer_gain(m.A, m.C);
+  else if (o.noise)
+    m.K = noise_gain(d, m.A, m.C, L, m.horizon);
+  else
+    m.K = spectral_radius(m.A) < 1 ? Mat::Zero(n, p) : observer_gain(m.A, m.C);
+  if (!m.K.allFinite() || !(spectral_radius(m.A - m.K * m.C) < 1)) m.K = observer_gain(m.A, m.C);
+  fit_inputs(m, d);
+  if (exact && spectral_radius(m.A) < 1) m.K.setZero();
+  unscale(m, s);
+  return completed(std::move(m), data, exact);
+}
+
+}  // namespace pendula::sysid

@@ -1,0 +1,301 @@
+#include "sysid/model/state_space.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "base/decompositions.hpp"
+#include "base/error.hpp"
+#include "base/interrupt.hpp"
+#include "base/text.hpp"
+#include "lti/system.hpp"
+#include "sysid/fit/state_space_fit.hpp"
+
+namespace pendula::sysid {
+
+Index StateSpaceModel::parameters() const {
+  const Index n = order(), p = C.rows(), m = B.cols();
+  return n * (p + m) + (K.isZero(0) ? 0 : n * p) + (feedthrough ? p * m : 0);
+}
+
+namespace {
+
+/// The predictor x⁺ = F x + G u + K y, ŷ = C x + D u of one experiment; with K = 0 a simulation.
+struct Recursion {
+  Mat F, G, C, D, K;
+};
+
+Recursion recursion(const StateSpaceModel& m, bool simulation) {
+  if (simulation) return {m.A, m.B, m.C, m.D, Mat::Zero(m.order(), m.C.rows())};
+  return {m.A - m.K * m.C, m.B - m.K * m.D, m.C, m.D, m.K};
+}
+
+/// y - ŷ with the state x at the first row.
+Mat errors_from(const Recursion& r, const Eigen::Ref<const Mat>& y, const Eigen::Ref<const Mat>& u, Vec x) {
+  Mat e(y.rows(), y.cols());
+  for (Index t = 0; t < y.rows(); ++t) {
+    if (t % 4096 == 0) poll_interrupt();
+    const Vec input = u.row(t).transpose(), output = y.row(t).transpose();
+    e.row(t) = (output - r.C * x - r.D * input).transpose();
+    x = (r.F * x + r.G * input + r.K * output).eval();
+  }
+  return e;
+}
+
+/// The initial state that makes the errors least: e(t) - C Fᵗ x.
+Vec initial_state(const Recursion& r, const Mat& e) {
+  const Index n = r.F.rows(), p = e.cols();
+  TriangularFactor factor(n + 1);
+  Mat observed = r.C;
+  const Index rows = std::max<Index>(1, 512 / p);
+  for (Index t = 0; t < e.rows(); t += rows) {
+    const Index count = std::min(rows, e.rows() - t);
+    Mat block(count * p, n + 1);
+    for (Index k = 0; k < count; ++k) {
+      block.block(k * p, 0, p, n) = observed;
+      block.block(k * p, n, p, 1) = e.row(t + k).transpose();
+      observed = (observed * r.F).eval();
+    }
+    if (!block.allFinite()) break;
+    factor.add(block);
+    if (observed.norm() < 1e-300) observed.setZero();
+  }
+  return solve_triangular(factor.R(), e.size()).theta;
+}
+
+/// The h-step errors Σ_j H_j e(t - j) with H_0 = I, H_j = C A^(j-1) K.
+Mat ahead(const StateSpaceModel& m, const Mat& e, Index horizon) {
+  Mat out = e, power = m.K;
+  for (Index j = 1; j < std::min(horizon, e.rows()); ++j) {
+    poll_interrupt();
+    const Mat H = m.C * power;
+    out.bottomRows(e.rows() - j) += e.topRows(e.rows() - j) * H.transpose();
+    power = (m.A * power).eval();
+  }
+  return out;
+}
+
+}  // namespace
+
+std::vector<Response> predict(const StateSpaceModel& m, const IdData& d, Index horizon, Seed seed) {
+  const std::string gaps = missing_text(d);
+  if (!gaps.empty())
+    throw Error(text(gaps, "; a prediction cannot run across them: use d:fill() or d:slice(…)"));
+  if (horizon < 0 || horizon > 100000)
+    throw Error(text("horizon must lie between 1 and 100000, got ", horizon));
+  const Recursion r = recursion(m, horizon == 0);
+  Mat e(d.samples(), d.outputs());
+  for (Index k = 0; k < d.experiments(); ++k) {
+    const Index from = d.starts[k], n = d.end(k) - from;
+    const auto y = d.y.middleRows(from, n);
+    const auto u = d.u.middleRows(from, n);
+    Vec x = Vec::Zero(m.order());
+    if (seed != Seed::zero) x = initial_state(r, errors_from(r, y, u, x));
+    const Mat one = errors_from(r, y, u, x);
+    e.middleRows(from, n) = horizon > 1 ? ahead(m, one, horizon) : one;
+  }
+  if (!e.allFinite())
+    throw Failure(
+        "the response grows beyond all numbers: the model is unstable; simulate fewer samples or predict "
+        "with a short horizon");
+  std::vector<Response> out;
+  for (Index j = 0; j < d.outputs(); ++j) {
+    Response one;
+    one.compared = d.y.col(j), one.errors = e.col(j), one.values = one.compared - one.errors;
+    one.rows.resize(static_cast<std::size_t>(d.samples()));
+    for (Index t = 0; t < d.samples(); ++t) one.rows[t] = t;
+    one.fit = fit_percent(one.compared, one.errors);
+    out.push_back(std::move(one));
+  }
+  return out;
+}
+
+void fit_inputs(StateSpaceModel& m, const IdData& d) {
+  const Index n = m.order(), p = d.outputs(), inputs = d.inputs(), nb = n * inputs;
+  const Index nd = m.feedthrough ? p * inputs : 0, width = nb + nd + n * d.experiments() + 1;
+  const Mat F = m.A - m.K * m.C;
+  TriangularFactor factor(width);
+  const Index rows = std::max<Index>(1, 512 / p);
+  Mat block(rows * p, width);
+  Index count = 0;
+  for (Index k = 0; k < d.experiments(); ++k) {
+    Mat X = Mat::Zero(n, width);  // columns: the state's response to each unknown; last: to the outputs
+    X.middleCols(nb + nd + k * n, n).setIdentity();
+    for (Index t = d.starts[k]; t < d.end(k); ++t) {
+      Mat row = m.C * X;
+      for (Index j = 0; j < inputs; ++j)
+        for (Index i = 0; i < (nd > 0 ? p : 0); ++i) row(i, nb + j * p + i) += d.u(t, j);
+      row.col(width - 1) = d.y.row(t).transpose() - row.col(width - 1);
+      block.middleRows(count * p, p) = row;
+      if (++count == rows) poll_interrupt(), factor.add(block), count = 0;
+      X = (F * X).eval();
+      for (Index j = 0; j < inputs; ++j) {
+        X.middleCols(j * n, n).diagonal().array() += d.u(t, j);
+        if (nd > 0) X.middleCols(nb + j * p, p) -= d.u(t, j) * m.K;
+      }
+      X.col(width - 1) += m.K * d.y.row(t).transpose();
+    }
+  }
+  if (count > 0) factor.add(block.topRows(count * p));
+  const Vec theta = solve_triangular(factor.R(), d.y.size()).theta;
+  m.B = theta.head(nb).reshaped(n, inputs);
+  m.D = nd > 0 ? Mat(theta.segment(nb, nd).reshaped(p, inputs)) : Mat::Zero(p, inputs);
+  for (Index k = 0; k < d.experiments(); ++k) m.x0.push_back(theta.segment(nb + nd + k * n, n));
+}
+
+IdModel completed(StateSpaceModel m, const IdData& d, bool exact) {
+  const auto one = predict(m, d, 1, Seed::estimate);
+  std::vector<Response> free;
+  try {
+    free = predict(m, d, 0, Seed::estimate);
+  } catch (const Failure&) {  // unstable: there is no simulation to compare
+  }
+  Mat e(d.samples(), d.outputs());
+  IdModel out;
+  out.inputs = d.inputs();
+  const Index share = (m.parameters() + d.outputs() - 1) / d.outputs();
+  for (Index j = 0; j < d.outputs(); ++j) {
+    const auto i = static_cast<std::size_t>(j);
+    e.col(j) = one[i].errors;
+    PolyModel row;
+    row.kind = "state space", row.estimated = true, row.Ts = d.Ts, row.output = j,
+    row.start = Start::estimate;
+    row.y_name = d.y_names[i], row.u_names = d.u_names, row.samples = d.samples();
+    row.rank = m.parameters();
+    const Vec& y = one[i].compared;
+    row.quality = criteria(one[i].errors.squaredNorm(), d.samples(), share,
+                           (y.array() - y.mean()).matrix().squaredNorm());
+    row.exact = exact && one[i].errors.norm() <= 1e-9 * y.norm();
+    row.simulation_fit = free.empty() ? -std::numeric_limits<double>::infinity() : free[i].fit;
+    row.simulation_start = "initial state estimated";
+    out.outputs.push_back(std::move(row));
+  }
+  m.innovations = e.transpose() * e / static_cast<double>(d.samples());
+  out.state_space = std::make_shared<const StateSpaceModel>(std::move(m));
+  return out;
+}
+
+StateSpaceModel observer_form(const IdModel& m) {
+  const auto p = static_cast<Index>(m.outputs.size());
+  const auto coefficient = [](const Vec& v, Index k) { return k < v.size() ? v[k] : 0.0; };
+  Index length = 0;
+  for (const PolyModel& row : m.outputs) {
+    length = std::max(length, row.p.A.size() - 1);
+    for (const Vec& b : row.p.B) length = std::max(length, b.size() - 1);
+  }
+  // y(t) + Σ A_k y(t-k) = Σ B_k u(t-k) + e(t)
+  const auto blocks = [&](Index k) {
+    std::pair<Mat, Mat> AB{Mat::Zero(p, p), Mat::Zero(p, m.inputs)};
+    for (Index i = 0; i < p; ++i) {
+      const Polynomials& row = m.outputs[i].p;
+      AB.first(i, i) = coefficient(row.A, k);
+      for (std::size_t c = 0; c < row.B.size(); ++c) {
+        const auto j = static_cast<Index>(c);
+        if (j < m.inputs)
+          AB.second(i, j) = coefficient(row.B[c], k);
+        else
+          AB.first(i, j - m.inputs < i ? j - m.inputs : j - m.inputs + 1) = -coefficient(row.B[c], k);
+      }
+    }
+    return AB;
+  };
+  StateSpaceModel s;
+  const Index n = p * length;
+  s.A = Mat::Zero(n, n), s.B = Mat::Zero(n, m.inputs), s.C = Mat::Zero(p, n), s.K = Mat::Zero(n, p);
+  s.D = blocks(0).second;
+  s.feedthrough = !s.D.isZero(0);
+  if (n > 0) s.C.leftCols(p).setIdentity();
+  for (Index k = 1; k <= length; ++k) {
+    const auto [Ak, Bk] = blocks(k);
+    const Index at = (k - 1) * p;
+    s.A.block(at, 0, p, p) = -Ak;
+    if (k < length) s.A.block(at, at + p, p, p).setIdentity();
+    s.B.middleRows(at, p) = Bk - Ak * s.D;
+    s.K.middleRows(at, p) = -Ak;
+  }
+  return s;
+}
+
+namespace {
+
+/// Entries as they are printed: seven digits, rounding next to larger entries is zero.
+MatX presentable(const Mat& m) {
+  const double size = m.size() > 0 ? m.cwiseAbs().maxCoeff() : 0;
+  MatX out(m.rows(), m.cols());
+  for (Index i = 0; i < m.rows(); ++i)
+    for (Index j = 0; j < m.cols(); ++j)
+      out(i, j) = std::abs(m(i, j)) <= 1e-9 * size ? Expr(0) : Expr(std::stod(rounded(m(i, j), 7)));
+  return out;
+}
+
+std::string matrices(const IdModel& model) {
+  const StateSpaceModel& s = *model.state_space;
+  const bool noise = !s.K.isZero(0);
+  const Index p = s.C.rows(), inputs = s.B.cols();
+  Mat B(s.order(), inputs + (noise ? p : 0)), D(p, B.cols());
+  B.leftCols(inputs) = s.B, D.leftCols(inputs) = s.D;
+  if (noise) B.rightCols(p) = s.K, D.rightCols(p) = Mat::Identity(p, p);
+  if (B.cols() == 0) return "";
+  lti::System g = lti::make_ss(presentable(s.A), presentable(B), presentable(s.C), presentable(D),
+                               Expr(model.outputs[0].Ts));
+  g.input_names = model.outputs[0].u_names;
+  for (Index i = 0; noise && i < p; ++i)
+    g.input_names.push_back(p == 1 ? "e" : "e" + subscript(static_cast<long>(i + 1)));
+  for (const PolyModel& row : model.outputs) g.output_names.push_back(row.y_name);
+  const std::string table = lti::describe(g);
+  return table.substr(table.find('\n') + 1) + "\n";
+}
+
+std::string poles(const Mat& A) {
+  const Eigen::VectorXcd all = A.eigenvalues();
+  std::vector<std::pair<double, double>> list;
+  for (const auto& z : all)
+    if (z.imag() >= -1e-9 * std::abs(z))
+      list.emplace_back(z.real(), std::abs(z.imag()) <= 1e-9 * std::abs(z) ? 0 : z.imag());
+  std::sort(list.begin(), list.end(), std::greater<>());
+  std::vector<std::string> words;
+  for (const auto& [re, im] : list)
+    words.push_back(im == 0 ? rounded(re, 6) : text(rounded(re, 6), " ± ", rounded(im, 6), " i"));
+  return join(words, ", ");
+}
+
+}  // namespace
+
+std::string describe_state_space(const IdModel& model) {
+  const StateSpaceModel& s = *model.state_space;
+  const bool noise = !s.K.isZero(0);
+  const PolyModel& first = model.outputs[0];
+  std::string out =
+      text("state-space model of order ", s.order(), ", estimated from ", first.samples,
+           " samples by the subspace method (", s.weighting, " weighting, ", s.horizon, " block rows)\n");
+  const bool inputs = model.inputs > 0;
+  out += text("  x(t+1) = A x(t)", inputs ? " + B u(t)" : "", noise ? " + K e(t)" : "", ",  y(t) = C x(t)",
+              s.feedthrough ? " + D u(t)" : "", " + e(t)\n");
+  out += matrices(model);
+  out += text("  poles ", poles(s.A), spectral_radius(s.A) < 1 ? "" : ": the model is unstable", "\n");
+  std::vector<std::string> values;
+  for (Index i = 0; i < std::min<Index>(s.singular_values.size(), std::max<Index>(8, s.order() + 2)); ++i)
+    values.push_back(s.singular_values[i] <= 1e-9 * s.singular_values[0] ? "0"
+                                                                         : rounded(s.singular_values[i], 4));
+  out += text("  singular values ", join(values, ", "),
+              s.singular_values.size() > static_cast<Index>(values.size()) ? ", …" : "", "; order ",
+              s.order(), s.choice.empty() ? "" : ": " + s.choice, "\n");
+  for (const PolyModel& row : model.outputs) {
+    const std::string name = model.outputs.size() > 1 ? row.y_name + ": " : "";
+    if (row.exact) {
+      out += text("  ", name, "the data are reproduced exactly (to rounding)\n");
+      continue;
+    }
+    out +=
+        text("  ", name, "loss V = ", rounded(row.quality.loss, 8), ", FPE = ", rounded(row.quality.fpe, 8),
+             ", AIC = ", rounded(row.quality.aic, 7), ", BIC = ", rounded(row.quality.bic, 7), "\n");
+    out += text(
+        "  ", name, "fit on the estimation data: ", rounded(row.quality.fit, 6), " % (1-step prediction), ",
+        std::isfinite(row.simulation_fit) ? rounded(row.simulation_fit, 6) + " %" : std::string("diverges"),
+        " (simulation, initial state estimated)\n");
+  }
+  out.pop_back();
+  return out;
+}
+
+}  // namespace pendula::sysid

@@ -1,0 +1,196 @@
+#include "sysid/model/validation.hpp"
+
+#include <cmath>
+#include <limits>
+
+#include "base/error.hpp"
+#include "base/text.hpp"
+#include "sysid/model/state_space.hpp"
+
+namespace pendula::sysid {
+namespace {
+
+constexpr double level = 2.5758293035489004;  // 99 % of the normal distribution lie within ± this
+
+double correlation(const Vec& a, const Vec& b, Index lag) {  // Σ a(t) b(t - lag), unnormalised
+  const Index n = a.size() - std::abs(lag);
+  return lag >= 0 ? a.tail(n).dot(b.head(n)) : a.head(n).dot(b.tail(n));
+}
+
+/// The least q with P(X > q) < 1 % for X ~ binomial(n, 0.01).
+int chance(Index n) {
+  double term = std::pow(0.99, static_cast<double>(n)), sum = term;
+  int q = 0;
+  while (sum < 0.99 && q < n) {
+    ++q;
+    term *= static_cast<double>(n - q + 1) / q * 0.01 / 0.99;
+    sum += term;
+  }
+  return q;
+}
+
+}  // namespace
+
+double chi_square_tail(double x, double dof) {
+  if (!(x > 0)) return 1;
+  const double a = dof / 2, z = x / 2;
+  const double front = std::exp(a * std::log(z) - z - std::lgamma(a));
+  if (z < a + 1) {  // series for the lower part
+    double term = 1 / a, sum = term;
+    for (int k = 1; k < 10000 && term > 1e-17 * sum; ++k) sum += term *= z / (a + k);
+    return std::max(0.0, 1 - front * sum);
+  }
+  double b = z + 1 - a, c = 1e300, d = 1 / b, h = d;  // continued fraction by Lentz
+  for (int k = 1; k < 10000; ++k) {
+    const double an = -k * (k - a);
+    b += 2;
+    d = 1 / (an * d + b), c = b + an / c;
+    h *= d * c;
+    if (std::abs(d * c - 1) < 1e-16) break;
+  }
+  return front * h;
+}
+
+namespace {
+
+/// Of an output: parameters of the noise model, which the portmanteau test takes off its degrees of freedom.
+Index noise_parameters(const IdModel& m, const PolyModel& row) {
+  if (m.state_space) return m.state_space->K.isZero(0) ? 0 : m.state_space->order();
+  return row.p.A.size() + row.p.C.size() + row.p.D.size() - 3;
+}
+
+}  // namespace
+
+Validation validate(const IdModel& model, Index output, const IdData& data, Index lags) {
+  Validation v;
+  const auto index = static_cast<std::size_t>(output);
+  const PolyModel& m = model.outputs[index];
+  const IdData d = channel(data, output, model.coupled);
+  const bool equation = !model.state_space && m.p.equation_error();
+  const Seed seed = equation ? Seed::data : Seed::estimate;
+  const Response one = predict(model, data, 1, seed)[index];
+  v.y_name = m.y_name, v.u_names = d.u_names, v.state_space = model.state_space != nullptr;
+  v.rows = one.errors.size();
+  if (v.rows < 8) throw Error(text("validation needs at least 8 residuals, the data gives ", v.rows));
+  v.lags = std::min<Index>(lags, v.rows / 4);
+  v.fit = one.fit, v.residuals = one.errors;
+  try {
+    v.simulation_fit = predict(model, data, 0, seed)[index].fit;
+  } catch (const Failure&) {
+    v.simulation_fit = -std::numeric_limits<double>::infinity();
+  }
+  v.fit_label = seed_text(m, seed);
+  const Vec e = one.errors.array() - one.errors.mean();
+  const double power = e.squaredNorm();
+  const auto N = static_cast<double>(v.rows);
+  if (power <= 1e-26 * (1e-300 + one.compared.squaredNorm())) {
+    v.autocorrelation = Vec::Zero(v.lags), v.cross = Mat::Zero(2 * v.lags + 1, d.inputs());
+    v.cross_bound = Vec::Zero(d.inputs()), v.cross_outside.assign(static_cast<std::size_t>(d.inputs()), 0);
+    v.white = v.independent = true, v.p = 1;
+    return v;
+  }
+  v.autocorrelation.resize(v.lags);
+  v.bound = level / std::sqrt(N);
+  v.allowed = chance(v.lags);
+  for (Index k = 1; k <= v.lags; ++k) {
+    const double r = correlation(e, e, k) / power;
+    v.autocorrelation[k - 1] = r;
+    v.Q += N * (N + 2) * r * r / (N - static_cast<double>(k));
+    if (std::abs(r) > v.bound) ++v.outside;
+  }
+  v.dof = static_cast<double>(std::max<Index>(1, v.lags - noise_parameters(model, m)));
+  v.p = chi_square_tail(v.Q, v.dof);
+  v.white = v.p >= 0.01;
+  v.cross.resize(2 * v.lags + 1, d.inputs()), v.cross_bound.resize(d.inputs());
+  v.independent = true;
+  for (Index i = 0; i < d.inputs(); ++i) {
+    Vec u = d.u.col(i)(one.rows);
+    u.array() -= u.mean();
+    const double size = u.norm() * std::sqrt(power);
+    double P = 1;
+    if (size > 0)
+      for (Index k = 1; k <= v.lags; ++k)
+        P += 2 * v.autocorrelation[k - 1] * correlation(u, u, k) / u.squaredNorm();
+    v.cross_bound[i] = level * std::sqrt(std::max(P, 0.1) / N);
+    int count = 0, back = 0;
+    for (Index k = -v.lags; k <= v.lags; ++k) {
+      const double r = size > 0 ? correlation(e, u, k) / size : 0;
+      v.cross(k + v.lags, i) = r;
+      if (std::abs(r) > v.cross_bound[i]) ++(k >= 0 ? count : back);
+    }
+    v.cross_outside.push_back(count);
+    v.independent = v.independent && count <= chance(v.lags + 1);
+    v.feedback = v.feedback || back > chance(v.lags);
+  }
+  return v;
+}
+
+std::string describe(const Validation& v) {
+  std::string out = text("validation of ", v.y_name, " on ", v.rows, " samples\n");
+  out += text("  fit: ", rounded(v.fit, 6), " % (1-step prediction), ",
+              std::isfinite(v.simulation_fit) ? rounded(v.simulation_fit, 6) + " %" : std::string("diverges"),
+              " (simulation, ", v.fit_label, ")\n");
+  if (v.bound == 0) return out + "  the residuals are rounding: there is nothing to test";
+  out += text("  residuals ", v.white ? "are white" : "are not white", ": Ljung–Box Q = ", rounded(v.Q, 5),
+              " on ", rounded(v.dof, 5), " degrees of freedom, p ",
+              v.p < 1e-10 ? "< 1e-10" : "= " + rounded(v.p, 3), "; ", v.outside, " of ", v.lags,
+              " autocorrelations outside ±", rounded(v.bound, 3), " (99 %)\n");
+  for (std::size_t i = 0; i < v.u_names.size(); ++i)
+    out += text("  ", v.cross_outside[i] <= v.allowed ? "no dependence" : "dependence", " on past ",
+                v.u_names[i], ": ", v.cross_outside[i], " of ", v.lags + 1, " correlations outside ±",
+                rounded(v.cross_bound[static_cast<Index>(i)], 3), "\n");
+  if (!v.white)
+    out += text("  what is left has structure: raise ",
+                v.state_space ? "the order\n" : "nc, nd (or na), or use bj\n");
+  if (!v.independent)
+    out += text("  the input explains more than the model uses: raise ",
+                v.state_space ? "the order\n" : "nb, nf, or lower nk\n");
+  if (v.feedback) out += "  residuals and later inputs are correlated: the data were taken in closed loop\n";
+  out.pop_back();
+  return out;
+}
+
+std::vector<ComparisonRow> compare(const std::vector<std::pair<std::string, const IdModel*>>& models,
+                                   const IdData& d) {
+  std::vector<ComparisonRow> rows;
+  for (const auto& [name, model] : models) {
+    ComparisonRow row;
+    row.name = name;
+    const auto one = predict(*model, d, 1, Seed::estimate);
+    const Seed seed = model->coupled ? Seed::data : Seed::estimate;
+    std::vector<Response> free;
+    try {
+      free = predict(*model, d, 0, seed);
+    } catch (const Failure&) {
+    }
+    for (std::size_t i = 0; i < one.size(); ++i) {
+      row.prediction += one[i].fit / static_cast<double>(one.size());
+      row.simulation += free.empty() ? -std::numeric_limits<double>::infinity()
+                                     : free[i].fit / static_cast<double>(one.size());
+      row.loss += one[i].errors.squaredNorm() / static_cast<double>(one[i].errors.size());
+      if (!model->state_space) row.parameters += model->outputs[i].theta.size();
+      row.fpe += model->outputs[i].quality.fpe, row.aic += model->outputs[i].quality.aic;
+    }
+    if (model->state_space) row.parameters = model->state_space->parameters();
+    rows.push_back(row);
+  }
+  return rows;
+}
+
+std::string describe(const std::vector<ComparisonRow>& rows, const IdData& d) {
+  Table table({false, true, true, true, true, true});
+  table.row({"model", "parameters", "1-step fit %", "simulation fit %", "FPE", "AIC"});
+  std::size_t best = 0, free = 0;
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    if (rows[i].prediction > rows[best].prediction) best = i;
+    if (rows[i].simulation > rows[free].simulation) free = i;
+    table.row({rows[i].name, std::to_string(rows[i].parameters), rounded(rows[i].prediction, 5),
+               std::isfinite(rows[i].simulation) ? rounded(rows[i].simulation, 5) : std::string("diverges"),
+               rounded(rows[i].fpe, 6), rounded(rows[i].aic, 6)});
+  }
+  return text("comparison on ", d.samples(),
+              " samples (initial states estimated; FPE and AIC from the estimation data)\n", table.str(2),
+              "  best prediction: ", rows[best].name, ", best simulation: ", rows[free].name);
+}
+
+}  // namespace pendula::sysid

@@ -1,0 +1,72 @@
+// Does a model tell the truth about data? Residual tests, order scans, comparisons.
+#pragma once
+
+#include <map>
+
+#include "sysid/fit/estimators.hpp"
+
+namespace pendula::sysid {
+
+/// P(X > x) for X ~ χ² with `dof` degrees of freedom (Abramowitz & Stegun 6.5.29, 6.5.31, 26.4.2).
+double chi_square_tail(double x, double dof);
+
+/// Residual tests of one output at 99 % (Ljung, 2nd ed., §16.6). Auto: r_e(k), bound 2.576/√N. Cross:
+/// correlation of ε(t) with u(t-k), bound 2.576 √(P/N) with P = Σ r_e(k) r_u(k). Ljung–Box: Q = N(N+2) Σ
+/// r_k²/(N-k) against χ² with lags - (na + nc + nd) degrees of freedom (Biometrika 65, 1978).
+struct Validation {
+  std::string y_name, fit_label;
+  std::vector<std::string> u_names;
+  Index rows = 0, lags = 0;
+  Vec autocorrelation;  ///< lags 1 … lags
+  double bound = 0;
+  Mat cross;  ///< (2 lags + 1) × inputs, from -lags to lags
+  Vec cross_bound;
+  double Q = 0, dof = 0, p = 0;
+  int outside = 0;                 ///< of the autocorrelations
+  std::vector<int> cross_outside;  ///< per input, lags ≥ 0
+  int allowed = 0;                 ///< number outside that chance explains at 99 %
+  bool state_space = false;
+  bool feedback = false;  ///< correlation at negative lags
+  bool white = false, independent = false;
+  double fit = 0, simulation_fit = 0;
+  Vec residuals;
+};
+Validation validate(const IdModel& m, Index output, const IdData& d, Index lags);
+std::string describe(const Validation& v);
+
+// ── order scan ──
+
+struct Range {
+  int from = 1, to = 1;
+};
+struct ScanEntry {
+  int na, nb, nk;
+  Criteria estimation;
+  double validation_loss = 0, validation_fit = 0;
+};
+struct OrderScan {
+  std::vector<ScanEntry> entries;  ///< best first by `criterion`
+  std::string criterion;
+  Index rows = 0, validation_rows = 0, outputs = 1;
+  std::map<std::string, std::size_t> best;  ///< per criterion: index into entries
+};
+/// All ARX models na × nb × nk on the rows that the largest one can use; one factorisation of the largest
+/// regressor, then a small one per model. Several inputs share nb and nk; several outputs share na, feed each
+/// other, and are judged by det(EᵀE/N) and the mean fit. criterion: "fpe", "aic", "bic", "fit" (validation).
+OrderScan order_scan(const IdData& e, const IdData* v, Range na, Range nb, Range nk,
+                     const std::string& criterion);
+std::string describe(const OrderScan& s);
+
+// ── comparison ──
+
+struct ComparisonRow {
+  std::string name;
+  Index parameters = 0;
+  double prediction = 0, simulation = 0, loss = 0, fpe = 0, aic = 0;
+};
+/// One-step and simulation fit of every model on the same samples, initial states estimated.
+std::vector<ComparisonRow> compare(const std::vector<std::pair<std::string, const IdModel*>>& models,
+                                   const IdData& d);
+std::string describe(const std::vector<ComparisonRow>& rows, const IdData& d);
+
+}  // namespace pendula::sysid

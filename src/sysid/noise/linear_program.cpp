@@ -1,0 +1,186 @@
+#include "sysid/noise/linear_program.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numeric>
+
+#include "base/decompositions.hpp"
+#include "base/error.hpp"
+#include "base/interrupt.hpp"
+
+namespace pendula::sysid {
+namespace {
+
+constexpr double infinity = std::numeric_limits<double>::infinity();
+
+/// The rows of G scaled to norm 1, then the box |x_i| ≤ size.
+struct Scaled {
+  Mat rows;     ///< one constraint per column
+  Vec h, norm;  ///< norm: what the rows were divided by
+  Index real;
+};
+
+Scaled scaled(const LinearProgram& lp, double size) {
+  const Index m = lp.G.rows(), n = lp.c.size();
+  Scaled s{Mat::Zero(n, m + 2 * n), Vec(m + 2 * n), Vec::Ones(m + 2 * n), m};
+  for (Index i = 0; i < m; ++i) {
+    const double norm = lp.G.row(i).norm();
+    const double by = norm > 0 ? norm : 1;
+    s.rows.col(i) = lp.G.row(i).transpose() / by;
+    s.h[i] = lp.h[i] / by, s.norm[i] = by;
+  }
+  for (Index i = 0; i < n; ++i)
+    for (const Index k : {0, 1}) s.rows(i, m + 2 * i + k) = k == 0 ? 1 : -1, s.h[m + 2 * i + k] = size;
+  return s;
+}
+
+/// Index of the most violated constraint, or -1.
+Index most_violated(const Scaled& s, const Vec& x, const std::vector<Index>& active) {
+  Vec violation = s.rows.transpose() * x - s.h;
+  for (const Index i : active) violation[i] = -infinity;
+  Index worst = -1;
+  const double excess = violation.maxCoeff(&worst);
+  const double size = std::abs(s.h[worst]) + s.rows.col(worst).cwiseAbs().dot(x.cwiseAbs());
+  return excess > 1e-12 * (1e-3 + size) ? worst : -1;
+}
+
+}  // namespace
+
+LinearSolution solve(const LinearProgram& lp) {
+  const Index n = lp.c.size();
+  // Beyond this box nothing of interest happens; results are computed from the true constraints alone.
+  const double reach = lp.h.size() > 0 ? lp.h.cwiseAbs().maxCoeff() : 0;
+  const Scaled s = scaled(lp, 1e9 * std::max(1.0, reach));
+  LinearSolution out;
+  for (Index i = 0; i < n; ++i) out.active.push_back(s.real + 2 * i + (lp.c[i] > 0 ? 1 : 0));
+  Mat B(n, n);
+  for (Index iteration = 0;; ++iteration) {
+    if (iteration % 16 == 0) poll_interrupt();
+    if (iteration > 2000 + 50 * n)
+      throw Failure("the linear program does not settle: the data are nearly degenerate");
+    for (Index i = 0; i < n; ++i) B.row(i) = s.rows.col(out.active[i]).transpose();
+    const Eigen::PartialPivLU<Mat> lu(B);
+    Vec h(n);
+    for (Index i = 0; i < n; ++i) h[i] = s.h[out.active[i]];
+    out.x = lu.solve(h);
+    out.multipliers = lu.transpose().solve(Vec(-lp.c));
+    out.multipliers = out.multipliers.cwiseMax(0.0);
+    const Index enter = most_violated(s, out.x, out.active);
+    if (enter < 0) break;
+    // The entering row as a combination of the active ones: those with positive weight may leave.
+    const Vec weight = lu.transpose().solve(s.rows.col(enter));
+    Index leave = -1;
+    double best = infinity;
+    for (Index i = 0; i < n; ++i) {
+      if (!(weight[i] > 1e-11)) continue;
+      const double ratio = out.multipliers[i] / weight[i];
+      if (ratio < best || (ratio == best && weight[i] > weight[leave])) best = ratio, leave = i;
+    }
+    if (leave < 0) {
+      out.status = LinearSolution::Status::infeasible;
+      return out;
+    }
+    out.active[leave] = enter;
+  }
+  for (std::size_t i = 0; i < out.active.size(); ++i)
+    if (out.active[i] >= s.real && out.multipliers[static_cast<Index>(i)] > 1e-12 * lp.c.norm())
+      out.status = LinearSolution::Status::unbounded;
+  for (std::size_t i = 0; i < out.active.size(); ++i)  // of the rows as they were given
+    out.multipliers[static_cast<Index>(i)] /= s.norm[out.active[i]];
+  out.value = lp.c.dot(out.x);
+  return out;
+}
+
+namespace {
+
+/// n rows of Φ that are independent, preferring small residuals.
+std::vector<Index> starting_rows(const Mat& Phi, const Vec& e) {
+  std::vector<Index> order(static_cast<std::size_t>(e.size()));
+  std::iota(order.begin(), order.end(), Index{0});
+  std::sort(order.begin(), order.end(), [&](Index a, Index b) { return std::abs(e[a]) < std::abs(e[b]); });
+  std::vector<Index> rows;
+  Mat Q(Phi.cols(), 0);
+  for (const Index i : order) {
+    Vec v = Phi.row(i).transpose();
+    const double size = v.norm();
+    for (int twice = 0; twice < 2; ++twice) v -= Q * (Q.transpose() * v);
+    if (!(v.norm() > 1e-7 * size)) continue;
+    Q.conservativeResize(Eigen::NoChange, Q.cols() + 1);
+    Q.rightCols(1) = v.normalized();
+    rows.push_back(i);
+    if (static_cast<Index>(rows.size()) == Phi.cols()) break;
+  }
+  return rows;
+}
+
+}  // namespace
+
+Vec least_absolute(const Mat& Phi, const Vec& measured, double up, double down) {
+  const Index n = Phi.cols(), N = Phi.rows();
+  // Distinct amounts of relative size 1e-10 break ties, where a vertex of many rows could hold the search up.
+  Vec y = measured;
+  const double size = measured.cwiseAbs().maxCoeff();
+  for (Index t = 0; t < N; ++t)
+    y[t] += 1e-10 * size * std::fmod(0.618033988749895 * static_cast<double>(t + 1), 1.0);
+  Vec theta = Eigen::ColPivHouseholderQR<Mat>(Phi).solve(y);
+  std::vector<Index> rows = starting_rows(Phi, y - Phi * theta);
+  if (static_cast<Index>(rows.size()) < n)
+    throw Failure("least absolute deviations: the regressor is rank deficient");
+  Mat B(n, n);
+  std::vector<std::pair<double, double>> crossings;
+  double previous = infinity;
+  for (int iteration = 0; iteration < 10000; ++iteration) {
+    poll_interrupt();
+    Vec rhs(n);
+    std::vector<bool> basic(static_cast<std::size_t>(N), false);
+    for (Index i = 0; i < n; ++i) {
+      const Index row = rows[i];
+      B.row(i) = Phi.row(row), rhs[i] = y[row], basic[row] = true;
+    }
+    const Eigen::PartialPivLU<Mat> lu(B);
+    theta = lu.solve(rhs);
+    const Vec e = y - Phi * theta;
+    double cost = 0;
+    Vec g = Vec::Zero(n);  // of Σ w(e) over the rows that are not basic
+    for (Index t = 0; t < N; ++t) {
+      if (basic[t]) continue;
+      cost += e[t] >= 0 ? up * e[t] : -down * e[t];
+      g -= (e[t] >= 0 ? up : -down) * Phi.row(t).transpose();
+    }
+    if (!(cost < previous * (1 - 1e-15))) break;
+    previous = cost;
+    // Moving so that basic residual i becomes +s or -s changes the cost at the rate below.
+    const Vec z = lu.transpose().solve(g);  // g = Bᵀ z; θ' = θ - B⁻¹ e_i s makes e_i = s
+    Index edge = -1;
+    double steepest = -1e-10 * (up + down), sign = 1;
+    for (Index i = 0; i < n; ++i)
+      for (const double s : {1.0, -1.0}) {
+        const double rate = -s * z[i] + (s > 0 ? up : down);
+        if (rate < steepest) steepest = rate, edge = i, sign = s;
+      }
+    if (edge < 0) break;
+    const Vec direction = -sign * lu.solve(Vec::Unit(n, edge));
+    const Vec change = -(Phi * direction);  // of e per unit step
+    crossings.clear();
+    for (Index t = 0; t < N; ++t) {
+      if (basic[t] || change[t] == 0 || e[t] / change[t] > 0) continue;
+      crossings.emplace_back(-e[t] / change[t], static_cast<double>(t));
+    }
+    std::sort(crossings.begin(), crossings.end());
+    double slope = steepest;
+    Index stop = -1;
+    for (const auto& [at, row] : crossings) {
+      stop = static_cast<Index>(row);
+      slope += std::abs(change[stop]) * (up + down);
+      if (slope >= 0) break;
+    }
+    if (stop < 0) throw Failure("least absolute deviations: the problem is unbounded");
+    rows[edge] = stop;
+  }
+  Vec rhs(n);
+  for (Index i = 0; i < n; ++i) B.row(i) = Phi.row(rows[i]), rhs[i] = measured[rows[i]];
+  return B.partialPivLu().solve(rhs);
+}
+
+}  // namespace pendula::sysid

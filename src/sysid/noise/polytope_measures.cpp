@@ -1,0 +1,192 @@
+// Volume, inscribed ball, intervals of a polytope, and the smallest bound that makes an empty one feasible.
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <set>
+
+#include "base/decompositions.hpp"
+#include "base/error.hpp"
+#include "base/interrupt.hpp"
+#include "sysid/noise/linear_program.hpp"
+#include "sysid/noise/polytope.hpp"
+
+namespace pendula::sysid {
+namespace {
+
+using VertexSet = std::vector<Index>;  ///< sorted
+
+mpq_class determinant(std::vector<std::vector<mpq_class>> m) {
+  mpq_class det = 1;
+  for (std::size_t k = 0; k < m.size(); ++k) {
+    std::size_t p = k;
+    while (p < m.size() && m[p][k] == 0) ++p;
+    if (p == m.size()) return 0;
+    if (p != k) std::swap(m[p], m[k]), det = -det;
+    det *= m[k][k];
+    for (std::size_t i = k + 1; i < m.size(); ++i) {
+      const mpq_class factor = m[i][k] / m[k][k];
+      for (std::size_t j = k; j < m.size(); ++j) m[i][j] -= factor * m[k][j];
+    }
+  }
+  return det;
+}
+
+/// Splits a polytope into simplices that share an apex at every level and hands each to `visit` (d + 1
+/// vertices).
+template <class Visit>
+class Splitter {
+ public:
+  Splitter(const Polytope& p, Visit visit) : d_(p.vertices.cols()), visit_(std::move(visit)) {
+    std::vector<std::pair<Index, Index>> incidence;
+    for (std::size_t v = 0; v < p.active.size(); ++v)
+      for (const Index c : p.active[v]) incidence.emplace_back(c, static_cast<Index>(v));
+    std::sort(incidence.begin(), incidence.end());
+    std::set<VertexSet> distinct;
+    for (std::size_t i = 0; i < incidence.size();) {
+      VertexSet on;
+      const Index c = incidence[i].first;
+      for (; i < incidence.size() && incidence[i].first == c; ++i) on.push_back(incidence[i].second);
+      distinct.insert(std::move(on));
+    }
+    facets_.assign(distinct.begin(), distinct.end());
+  }
+
+  void run(Index vertices) {
+    VertexSet all(static_cast<std::size_t>(vertices));
+    for (std::size_t i = 0; i < all.size(); ++i) all[i] = static_cast<Index>(i);
+    split(all, facets_, d_);
+  }
+
+ private:
+  void split(const VertexSet& face, const std::vector<VertexSet>& facets, Index dimension) {
+    if (++calls_ % 1024 == 0) poll_interrupt();
+    apex_.push_back(face[0]);
+    if (dimension == 0) {
+      visit_(apex_);
+    } else {
+      for (const VertexSet& facet : facets) {
+        if (facet[0] == face[0] || static_cast<Index>(facet.size()) < dimension) continue;
+        std::set<VertexSet> below;
+        for (const VertexSet& other : facets) {
+          VertexSet common;
+          std::set_intersection(facet.begin(), facet.end(), other.begin(), other.end(),
+                                std::back_inserter(common));
+          if (common.size() < facet.size() && static_cast<Index>(common.size()) >= dimension - 1 &&
+              !common.empty())
+            below.insert(std::move(common));
+        }
+        split(facet, {below.begin(), below.end()}, dimension - 1);
+      }
+    }
+    apex_.pop_back();
+  }
+
+  Index d_;
+  Visit visit_;
+  std::vector<VertexSet> facets_;
+  VertexSet apex_;
+  long calls_ = 0;
+};
+
+double factorial(Index n) { return n <= 1 ? 1 : static_cast<double>(n) * factorial(n - 1); }
+
+}  // namespace
+
+double volume(const Polytope& p) {
+  const Index d = p.vertices.cols();
+  if (p.vertices.rows() <= d) return 0;
+  double sum = 0;
+  Mat edges(d, d);
+  const auto add = [&](const VertexSet& s) {
+    for (Index i = 0; i < d; ++i) edges.row(i) = p.vertices.row(s[i + 1]) - p.vertices.row(s[0]);
+    sum += std::abs(edges.determinant());
+  };
+  Splitter(p, add).run(p.vertices.rows());
+  return sum / factorial(d);
+}
+
+mpq_class exact_volume(const Polytope& p) {
+  const auto d = static_cast<std::size_t>(p.vertices.cols());
+  if (p.exact.size() <= d) return 0;
+  mpq_class sum = 0;
+  const auto add = [&](const VertexSet& s) {
+    std::vector<std::vector<mpq_class>> edges(d, std::vector<mpq_class>(d));
+    for (std::size_t i = 0; i < d; ++i)
+      for (std::size_t j = 0; j < d; ++j) edges[i][j] = p.exact[s[i + 1]][j] - p.exact[s[0]][j];
+    sum += abs(determinant(std::move(edges)));
+  };
+  Splitter(p, add).run(p.vertices.rows());
+  for (std::size_t i = 2; i <= d; ++i) sum /= static_cast<unsigned long>(i);
+  return sum;
+}
+
+Ball largest_ball(const Strips& s, const Polytope& p) {
+  const Index d = s.Phi.cols();
+  std::set<Index> facets;
+  for (const auto& set : p.active) facets.insert(set.begin(), set.end());
+  // Around the middle of the vertices, so that the program is well scaled.
+  const Vec middle = p.vertices.colwise().mean();
+  const double size = std::max((p.vertices.rowwise() - middle.transpose()).cwiseAbs().maxCoeff(), 1e-300);
+  LinearProgram lp;
+  lp.c = -Vec::Unit(d + 1, d);
+  lp.G.resize(static_cast<Index>(facets.size()), d + 1), lp.h.resize(lp.G.rows());
+  Index i = 0;
+  for (const Index c : facets) {
+    const double sign = c % 2 ? 1 : -1;
+    const Vec g = sign * s.Phi.row(c / 2).transpose();
+    const double h = sign * (c % 2 ? s.upper : s.lower)[c / 2];
+    lp.G.row(i) << g.transpose() / g.norm(), 1;
+    lp.h[i++] = (h - g.dot(middle)) / (g.norm() * size);
+  }
+  const LinearSolution best = solve(lp);
+  return {middle + size * best.x.head(d), std::max(0.0, size * best.x[d])};
+}
+
+SmallestBound smallest_bound(const Mat& Phi, const Vec& mid) {
+  const Index d = Phi.cols(), N = Phi.rows();
+  const Vec scale = Phi.colwise().norm().cwiseMax(1e-300);
+  LinearProgram lp;
+  lp.c = Vec::Unit(d + 1, d);
+  lp.G.resize(2 * N, d + 1), lp.h.resize(2 * N);
+  const double size = std::max(mid.cwiseAbs().maxCoeff(), 1e-300);
+  for (Index t = 0; t < N; ++t) {
+    const Eigen::RowVectorXd phi = Phi.row(t).cwiseQuotient(scale.transpose());
+    lp.G.row(2 * t) << phi, -1;
+    lp.G.row(2 * t + 1) << -phi, -1;
+    lp.h[2 * t] = mid[t] / size, lp.h[2 * t + 1] = -mid[t] / size;
+  }
+  const LinearSolution best = solve(lp);
+  SmallestBound out;
+  out.bound = std::max(0.0, size * best.x[d]);
+  out.theta = size * best.x.head(d).cwiseQuotient(scale);
+  for (std::size_t i = 0; i < best.active.size(); ++i)
+    if (best.active[i] < 2 * N && best.multipliers[static_cast<Index>(i)] > 1e-10)
+      out.rows.push_back(best.active[i] / 2);
+  std::sort(out.rows.begin(), out.rows.end());
+  out.rows.erase(std::unique(out.rows.begin(), out.rows.end()), out.rows.end());
+  return out;
+}
+
+Mat intervals(const Strips& s) {
+  const Index d = s.Phi.cols(), N = s.Phi.rows();
+  Mat box(d, 2);
+  const Vec scale = s.Phi.colwise().norm();
+  LinearProgram lp;
+  lp.G.resize(2 * N, d), lp.h.resize(2 * N);
+  for (Index t = 0; t < N; ++t) {
+    for (Index j = 0; j < d; ++j) lp.G(2 * t, j) = scale[j] > 0 ? s.Phi(t, j) / scale[j] : 0;
+    lp.G.row(2 * t + 1) = -lp.G.row(2 * t);
+    lp.h[2 * t] = s.upper[t], lp.h[2 * t + 1] = -s.lower[t];
+  }
+  for (Index i = 0; i < d; ++i)
+    for (const Index side : {0, 1}) {
+      const double sign = side == 0 ? 1 : -1;
+      lp.c = sign * Vec::Unit(d, i);
+      const LinearSolution best = scale[i] > 0 ? solve(lp) : LinearSolution{};
+      const bool bounded = scale[i] > 0 && best.status == LinearSolution::Status::optimal;
+      box(i, side) = bounded ? best.x[i] / scale[i] : -sign * std::numeric_limits<double>::infinity();
+    }
+  return box;
+}
+
+}  // namespace pendula::sysid
