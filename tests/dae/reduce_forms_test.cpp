@@ -109,7 +109,8 @@ void check_agrees(const Problem& p, const dae::Start& at, const dae::ModelPtr& l
 void check_forms(const Problem& p, std::initializer_list<std::pair<const char*, int>> index_of_forms) {
   const auto at = start_of(p);
   dae::ReduceOptions options;
-  for (const auto& [form, index] : index_of_forms) {
+  for (const auto& [name, index] : index_of_forms) {
+    const char* form = name;
     CAPTURE(form);
     options.at = std::string(form) == "dummy" ? at->values : std::unordered_map<Expr, double>{};
     const auto low = dae::reduce(p.model, form, options);

@@ -70,7 +70,7 @@ TEST_CASE("constants: a double is read as its simplest rational") {
   for (const char* wrong : {"", "x", "1/0", "1//2", "1e", "--1", "0x10", "1e99999"})
     CHECK_THROWS_AS(parse_number(wrong), Error);
   CHECK_THROWS_AS(Expr(std::nan("")), Error);
-  CHECK_THROWS_AS(Expr(std::numeric_limits<double>::infinity()), Error);
+  CHECK_THROWS_AS(Expr{std::numeric_limits<double>::infinity()}, Error);
 }
 
 TEST_CASE("constants: every double survives its way through the graph") {

@@ -56,7 +56,8 @@ TEST_CASE("simplify: identities") {
       {sin(pi()) + cos(pi() / 3), "1/2"},
       {x * sign(-x), "-x sign(x)"},
   };
-  for (const auto& [e, text] : cases) {
+  for (const auto& [given, text] : cases) {
+    const Expr e = given;
     CAPTURE(to_text(e));
     CHECK(simple(e) == text);
   }
@@ -80,7 +81,8 @@ TEST_CASE("simplify: polynomials, fractions and common factors") {
       {M * x + m * x, "(M + m) x"},
       {m * g * L - m * g * L * cos(theta), "m L g (1 - cos(θ))"},
   };
-  for (const auto& [e, text] : cases) {
+  for (const auto& [given, text] : cases) {
+    const Expr e = given;
     CAPTURE(to_text(e));
     CHECK(simple(e) == text);
   }

@@ -94,7 +94,8 @@ TEST_CASE("ensemble: lanes give what the ordinary stepper gives, whatever the nu
       CAPTURE(count);
       const auto results = run(spread(count), lanes);
       REQUIRE(results.size() == static_cast<std::size_t>(count));
-      for (const auto& [value, result] : results) {
+      for (const auto& [given, result] : results) {
+        const double value = given;
         CAPTURE(value);
         REQUIRE(result.finished);
         REQUIRE(result.numbers.size() == 18);

@@ -39,7 +39,7 @@ class Schedule {
   }
 
  private:
-  void ready(Slot i) { ready_[code_[i].op].push_back(i); }
+  void ready(Slot i) { ready_[static_cast<std::size_t>(code_[i].op)].push_back(i); }
 
   template <class Use>
   void each_use(const Use& use) const {
