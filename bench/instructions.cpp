@@ -14,7 +14,7 @@
 #include "integrate/solve/linear_solver.hpp"
 #include "lua/bind/dae/dae.hpp"
 #include "lua/core/objects.hpp"
-#include "lua/core/state.hpp"
+#include "lua/session/state.hpp"
 
 using namespace pendula;
 using namespace pendula::integrate;

@@ -19,7 +19,7 @@
 #include "integrate/run/adaptive_run.hpp"
 #include "integrate/sweep/ensemble.hpp"
 #include "lua/bind/integrate/integrate_options.hpp"
-#include "lua/core/state.hpp"
+#include "lua/session/state.hpp"
 
 namespace {
 

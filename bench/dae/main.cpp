@@ -7,7 +7,7 @@
 #include "lua/bind/dae/dae.hpp"
 #include "lua/core/library.hpp"
 #include "lua/core/objects.hpp"
-#include "lua/core/state.hpp"
+#include "lua/session/state.hpp"
 #include "shell/script.hpp"
 
 namespace pendula::bench {

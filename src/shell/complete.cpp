@@ -3,8 +3,9 @@
 #include <set>
 #include <variant>
 
+#include "lua/bind/modules.hpp"
 #include "lua/core/objects.hpp"
-#include "lua/core/state.hpp"
+#include "lua/session/state.hpp"
 #include "shell/tokens.hpp"
 
 namespace pendula::shell {

@@ -6,8 +6,8 @@
 #include <cstring>
 #include <memory>
 
-#include "lua/core/state.hpp"
-#include "lua/core/testing.hpp"
+#include "lua/session/state.hpp"
+#include "lua/session/testing.hpp"
 #include "shell/options.hpp"
 #include "shell/reader.hpp"
 #include "shell/repl.hpp"

@@ -7,7 +7,7 @@
 
 #include "base/interrupt.hpp"
 #include "lua/core/objects.hpp"
-#include "lua/core/state.hpp"
+#include "lua/session/state.hpp"
 #include "shell/complete.hpp"
 #include "shell/echo.hpp"
 #include "shell/entry.hpp"

@@ -10,7 +10,7 @@
 
 #include "base/interrupt.hpp"
 #include "base/text.hpp"
-#include "lua/core/state.hpp"
+#include "lua/session/state.hpp"
 #include "shell/hints.hpp"
 #include "shell/terminal.hpp"
 

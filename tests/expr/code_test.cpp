@@ -5,7 +5,7 @@
 #include "expr/graph/solve.hpp"
 #include "expr/print/print.hpp"
 #include "lua/core/library.hpp"
-#include "lua/core/state.hpp"
+#include "lua/session/state.hpp"
 #include "lua/core/values.hpp"
 #include "random_expressions.hpp"
 

@@ -7,7 +7,7 @@
 
 #include <unistd.h>
 
-#include "lua/core/testing.hpp"
+#include "lua/session/testing.hpp"
 
 using namespace pendula;
 namespace fs = std::filesystem;

@@ -8,7 +8,7 @@
 
 #include "lua/core/call.hpp"
 #include "lua/core/library.hpp"
-#include "lua/core/state.hpp"
+#include "lua/session/state.hpp"
 
 namespace pendula::lua {
 

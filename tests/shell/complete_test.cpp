@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <memory>
 
-#include "lua/core/state.hpp"
+#include "lua/session/state.hpp"
 #include "shell/complete.hpp"
 #include "shell/echo.hpp"
 

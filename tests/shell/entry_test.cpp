@@ -3,7 +3,7 @@
 
 #include <memory>
 
-#include "lua/core/state.hpp"
+#include "lua/session/state.hpp"
 #include "shell/entry.hpp"
 #include "shell/hints.hpp"
 #include "shell/tokens.hpp"

@@ -1,5 +1,4 @@
-// The list of binding modules: one extern line and one entry each. The order is the order of help().
-#include "lua/core/state.hpp"
+#include "lua/bind/modules.hpp"
 
 namespace pendula::lua {
 

@@ -3,6 +3,7 @@
 #include <cstring>
 #include <new>
 
+#include "lua/core/documentation.hpp"
 #include "lua/core/interrupts.hpp"
 #include "lua/core/objects.hpp"
 #include "lua/core/trampoline.hpp"
@@ -47,18 +48,22 @@ Call::Call(lua_State* state, const Row& r) : L(state), row(r), count_(lua_gettop
 
 bool Call::has(int i) const { return i <= count_ && !lua_isnoneornil(L, i); }
 
+std::string Call::usage() const {
+  const std::string signature = prose(row.signature);
+  return signature.empty() ? "" : text(" (usage: ", signature, ")");
+}
+
 void Call::wrong(int i, const char* name, const std::string& expected) const {
   const Kind kind = kind_of(row);
   const std::string got = i <= count_ ? describe(L, i) : "nothing";
   if (kind.binary) {
     throw Error(text("the ", i == 1 ? "left" : "right", " operand must be ", expected, ", not ", got));
   }
-  const std::string usage = row.signature && *row.signature ? text(" (usage: ", row.signature, ")") : "";
   if (kind.method && i == 1) {
-    throw Error(text("expected ", expected, " before the colon, got ", got, usage));
+    throw Error(text("expected ", expected, " before the colon, got ", got, usage()));
   }
   throw Error(text("bad argument #", kind.method ? i - 1 : i, " '", name, "': expected ", expected, ", got ",
-                   got, usage));
+                   got, usage()));
 }
 
 double Call::number(int i, const char* name) const {

@@ -1,21 +1,38 @@
-// How a C++ function is written for Lua. A binding file holds small functions `int name(Call&)` and one table
-// of rows; each row carries signature, text, example and the example's printed result, which feed help(), the
-// manual and the doctest. No numerics here.
+// How a C++ function is written for Lua: a function `int name(Call&)` and one row in the table of its file.
+// The row carries signature, text, example and printed result, which feed help(), the manual and the doctest.
 //
-//   static int reduce(Call& call) {
+//   int reduce(Call& call) {
 //     const auto& system = call.object<dae::Model>(1, "system");
-//     Options options = call.options(2, {"form", "gains"});
+//     const Options options = call.options(2, {"form", "gains"});
 //     return call.push(dae::reduce(system, options.string("form", "acc")));
 //   }
-//   extern const Module dae_module = {"dae", "Differential-algebraic equations", {
-//     {"model:reduce", reduce, "sys:reduce([form]) -> model", "Lowers the index …", "example code", "printed
-//     result"}}};
 //
-// The name of a row says what it is:
-//   "sin"           a global function                   "=pi"          a global value (called once at
-//   start-up) "rk.gauss"      a function in the library table rk  "=rk.rk4"      a value in that table "dae"
-//   together with "dae.linear": the library table dae is callable "model:reduce"  a method of the type named
-//   "model"  "model#kind"   a field, computed when it is read "model:__call"  a metamethod
+//   extern const Module dae_module = {"dae", "Differential-algebraic equations", {
+//       {"model:reduce", reduce, "sys:reduce([form]) -> model",
+//        R"(Lowers the index to 1 by differentiating the equations that hide constraints. What the derivatives
+//           lose is kept as a condition on the start.)",
+//        R"(
+//          x, y = vars "x y"
+//          print(dae{ der(x) ~ y, x ~ sin(t) }:reduce():index()))",
+//        "1"},
+//   }};
+//
+// A binding computes nothing: it reads arguments, calls its layer and pushes the result. The folders are
+// listed in lua/bind/modules.hpp; a new module is entered in modules.cpp.
+//
+// The name of a row says what the row is:
+//
+//   "sin"            a global function
+//   "=pi"            a global value; its function is called once, at start-up
+//   "rk.gauss"       a function of the library table rk
+//   "=rk.rk4"        a value in that table
+//   "dae"            beside rows "dae.…": the library table itself can be called
+//   "model:reduce"   a method of the type "model"
+//   "model#kind"     a field, computed when it is read
+//   "model:__call"   a metamethod
+//
+// In signature and text a line end with its indentation counts as one blank. An example or a result that
+// begins with a line end loses that line end and the indentation that its lines have in common.
 #pragma once
 
 #include <functional>
@@ -37,10 +54,10 @@ using Function = int (*)(Call&);
 struct Row {
   const char* name;
   Function function;
-  const char* signature;
-  const char* text;
+  const char* signature;     ///< "sys:reduce([form]) -> model"; "" for a metamethod that help does not list
+  const char* text;          ///< sentences
   const char* example = "";  ///< statements; the value of the last expression is printed and compared
-  const char* gives = "";    ///< what it prints
+  const char* gives = "";    ///< what the example prints
 };
 
 struct Module {
@@ -109,11 +126,13 @@ class Call {
     return std::static_pointer_cast<const T>(required(i, TypeName<T>::value, name));
   }
 
-  /// The table of options at argument i (absent or nil: all fallbacks). Throws on unknown keys and non-string
-  /// keys.
+  /// The table of options at argument i (absent or nil: all fallbacks). Throws on keys that are not among the
+  /// known ones.
   Options options(int i, std::initializer_list<const char*> known) const;
 
   [[noreturn]] void wrong(int i, const char* name, const std::string& expected) const;
+  /// " (usage: sin(x))", for the end of an error text; "" for rows without a signature.
+  std::string usage() const;
 
   int push(double value) const;
   int push(long value) const;

@@ -1,5 +1,6 @@
 #include "lua/core/documentation.hpp"
 
+#include <algorithm>
 #include <string>
 #include <vector>
 
@@ -52,11 +53,12 @@ int all_rows(lua_State* L) {
   for (const Module* module : added_modules(L)) {
     for (const Row& row : module->rows) {
       lua_createtable(L, 0, 7);
-      const std::pair<const char*, const char*> fields[] = {
-          {"name", row.name},   {"sig", row.signature},   {"text", row.text},      {"example", row.example},
-          {"gives", row.gives}, {"module", module->name}, {"title", module->title}};
+      const std::pair<const char*, std::string> fields[] = {
+          {"name", row.name},         {"sig", prose(row.signature)}, {"text", prose(row.text)},
+          {"module", module->name},   {"title", module->title},      {"example", block(row.example)},
+          {"gives", block(row.gives)}};
       for (const auto& [key, value] : fields) {
-        lua_pushstring(L, value ? value : "");
+        lua_pushlstring(L, value.data(), value.size());
         lua_setfield(L, -2, key);
       }
       lua_rawseti(L, -2, ++n);
@@ -136,6 +138,44 @@ void open_documentation(lua_State* L) {
     lua_setfield(L, -2, name);
   }
   lua_pop(L, 1);
+}
+
+std::string prose(std::string_view written) {
+  std::string words;
+  for (std::size_t i = 0; i < written.size();) {
+    const std::size_t gap = std::min(written.find_first_not_of(" \n", i), written.size()) - i;
+    const std::string_view blanks = written.substr(i, gap);
+    if (blanks.find('\n') == blanks.npos)
+      words += blanks;
+    else if (!words.empty() && i + gap < written.size())
+      words += ' ';
+    i += gap;
+    const std::size_t word = std::min(written.find_first_of(" \n", i), written.size()) - i;
+    words += written.substr(i, word);
+    i += word;
+  }
+  return words;
+}
+
+std::string block(std::string_view written) {
+  if (!written.starts_with('\n')) return std::string(written);
+  std::vector<std::string_view> lines;
+  std::size_t indentation = written.size();
+  for (std::string_view rest = written; !rest.empty();) {
+    rest.remove_prefix(1);
+    const std::string_view line = rest.substr(0, rest.find('\n'));
+    const std::size_t blanks = line.find_first_not_of(' ');
+    if (blanks != line.npos) indentation = std::min(indentation, blanks);
+    lines.push_back(line);
+    rest.remove_prefix(line.size());
+  }
+  if (lines.back().find_first_not_of(' ') == std::string_view::npos) lines.pop_back();
+  std::string joined;
+  for (std::size_t i = 0; i < lines.size(); ++i) {
+    if (i > 0) joined += '\n';
+    joined += lines[i].substr(std::min(indentation, lines[i].size()));
+  }
+  return joined;
 }
 
 std::vector<std::string> check_documentation(lua_State* L) {

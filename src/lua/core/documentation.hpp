@@ -1,25 +1,36 @@
-// What the Lua stdlib needs from C++: the rows of all modules, names in and out of the vocabulary, errors at
-// the user's line. Visible in the environment of stdlib chunks only.
+// The rows of all modules as data for the stdlib, which makes help(), the manual and the doctest of them.
+//
+// open_documentation adds these functions to the environment of the stdlib; scripts do not see them:
+//
+//   include "file"                runs stdlib/file.lua and returns its result
+//   install(name, value)          gives a value the name of a row: "sin", "rk.gauss", "model:plot", "model#kind"
+//   install_lazy(name, function)  the same for an entry of a library; the function makes it when it is first read
+//   named(name)                   what a row name stands for, or nil
+//   rows()                        a list of { name, sig, text, example, gives, module, title }: all C++ rows
+//   types()                       the names of all types
+//   members(type)                 the sorted names of a type's methods and fields
+//   object_type(value)            "model", …, or nil if the value is not one of ours
+//   did_you_mean(word, list)      " Did you mean 'x'?" or ""
+//   position()                    "exam.lua:12: ", the user's innermost line, or ""
+//   fail(message)                 raises an error at that position
+//   width(text)                   the columns that a text takes on a terminal
 #pragma once
 
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include <lua.hpp>
 
 namespace pendula::lua {
 
-/// Adds the functions below to the environment of the stdlib (after open_library).
-///   include "file"             runs stdlib/file.lua and returns its result
-///   install(name, value)       gives a value the name of a row: "sin", "rk.gauss", "model:plot",
-///   "model#energy" install_lazy(name, function) the same for an entry of a library made when it is touched
-///   named(name)                what a row name stands for, or nil rows() a list of { name,
-///   sig, text, example, gives, module, title } of all C++ rows members(type)              the sorted names
-///   of a type's methods and fields; types() lists the types object_type(value)         "model" …, or nil if
-///   the value is not one of ours did_you_mean(word, list)   " Did you mean 'x'?" or "" position()
-///   "exam.lua:12: " of the user's innermost line, or "" fail(message)              an error at that position
-///   width(text)                terminal columns
 void open_documentation(lua_State* L);
+
+/// A signature or a text of a row: a line end becomes one blank together with the blanks around it.
+std::string prose(std::string_view written);
+/// An example or a result of a row: without the line end it begins with, the common indentation of its lines
+/// and a last line of blanks. What begins with anything else stays as it is.
+std::string block(std::string_view written);
 
 /// The doctest of all rows, C++ and Lua: runs every example in an environment of its own and compares what it
 /// prints. Returns "name: complaint" for each row whose example fails or prints something else, that is a

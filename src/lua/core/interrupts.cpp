@@ -3,7 +3,6 @@
 #include <atomic>
 
 #include "base/interrupt.hpp"
-#include "lua/core/state.hpp"
 
 namespace pendula::lua {
 
@@ -42,7 +41,5 @@ void push_interrupt_marker(lua_State* L) { lua_pushlightuserdata(L, &marker); }
 bool is_interrupt_marker(lua_State* L, int index) {
   return lua_islightuserdata(L, index) && lua_touserdata(L, index) == &marker;
 }
-
-bool is_interrupt(lua_State* L, int index) { return is_interrupt_marker(L, index); }
 
 }  // namespace pendula::lua

@@ -13,9 +13,9 @@
 #include "dae/start/start.hpp"
 #include "expr/print/print.hpp"
 #include "lua/bind/dae/dae.hpp"
-#include "lua/core/inputs.hpp"
 #include "lua/core/objects.hpp"
 #include "lua/core/values.hpp"
+#include "lua/read/inputs.hpp"
 
 namespace pendula::lua {
 
@@ -192,30 +192,29 @@ int constraints_item(Call& call) {
 
 }  // namespace
 
-extern const Module dae_module;
-const Module dae_module = {
+extern const Module dae_module = {
     "dae",
     "Differential-algebraic equations",
     {
-        {"dae", make, "dae{ equation, equation, …, name = \"…\" } -> model",
-         "A model from any mix of scalar and column equations (lhs ~ rhs). Unknowns are the variables that "
-         "occur; inputs and parameters are recognised.",
-         "x, z = vars \"x z\"  return dae{ der(x) ~ z - x, 0 ~ x + 2*z }.kind", "semi-explicit"},
+        {"dae", make, R"(dae{ equation, equation, …, name = "…" } -> model)",
+         R"(A model from any mix of scalar and column equations (lhs ~ rhs). Unknowns are the variables
+            that occur; inputs and parameters are recognised.)",
+         R"(x, z = vars "x z"  return dae{ der(x) ~ z - x, 0 ~ x + 2*z }.kind)", "semi-explicit"},
         {"dae.semi_explicit", make_semi_explicit,
          "dae.semi_explicit{ x =, z =, u =, f =, g =, name = } -> model",
          "x′ = f(x, z, u), 0 = g(x, z, u). Symbols that are not declared in x, z, u are refused.",
-         "x, z = vars \"x z\"  return dae.semi_explicit{ x = x, z = z, f = z - x, g = x + 2*z }:index()",
+         R"(x, z = vars "x z"  return dae.semi_explicit{ x = x, z = z, f = z - x, g = x + 2*z }:index())",
          "1"},
         {"dae.implicit", make_implicit, "dae.implicit{ x =, z =, u =, F =, name = } -> model",
-         "F(x′, x, z, u) = 0.", "x = var \"x\"  return dae.implicit{ x = x, F = der(x)^3 + x }.kind",
+         "F(x′, x, z, u) = 0.", R"(x = var "x"  return dae.implicit{ x = x, F = der(x)^3 + x }.kind)",
          "implicit ODE"},
         {"dae.linear", make_linear, "dae.linear{ E =, A =, B =, x =, u = } -> model",
          "E x′ = A x + B u; x and u are made if they are not given.",
          "return #dae.linear{ E = {{1, 0}, {0, 0}}, A = eye(2) }.differential", "1"},
         {"model#kind", kind, "sys.kind -> string",
-         "\"ODE\", \"implicit ODE\", \"semi-explicit\" or \"fully implicit\".", "", ""},
+         R"("ODE", "implicit ODE", "semi-explicit" or "fully implicit".)", "", ""},
         {"model#name", name, "sys.name -> string", "The name given to the model.", "", ""},
-        {"model#form", form, "sys.form -> string", "The form reduce() made: \"acc\", \"project\" …, or \"\".",
+        {"model#form", form, "sys.form -> string", R"(The form reduce() made: "acc", "project" …, or "".)",
          "", ""},
         {"model#differential", differential, "sys.differential -> column",
          "The states: every variable that is differentiated, with its lower derivatives.", "", ""},
@@ -225,16 +224,16 @@ const Module dae_module = {
         {"model#parameters", parameters, "sys.parameters -> column",
          "Constants whose values can be changed with sys:with{ … }.", "", ""},
         {"model#domain", domain, "sys.domain -> column",
-         "What a reduced form divided by: it is equivalent to the model where none of these expressions "
-         "vanishes, and integrate() stops where one does.",
+         R"(What a reduced form divided by: it is equivalent to the model where none of these expressions
+            vanishes, and integrate() stops where one does.)",
          "x, y, z = vars \"x y z\"  return dae{ der(x) ~ z, der(y) ~ 1, 0 ~ x*y^2 - t "
          "}:reduce(\"minimal\").domain[1]",
          "y"},
         {"model#equations", equations, "sys.equations -> list of equations",
          "The equations as they were written; equation i is number (i).", "", ""},
         {"model:semi_explicit", to_semi_explicit, "sys:semi_explicit() -> model",
-         "x′ = f, 0 = g. A fully implicit model gets x′ = δ with new algebraic variables δ (exam problem "
-         "3(c)).",
+         R"(x′ = f, 0 = g. A fully implicit model gets x′ = δ with new algebraic variables δ (exam problem
+            3(c)).)",
          "", ""},
         {"model:implicit", to_implicit, "sys:implicit() -> model", "0 = F(x′, x, z, u) (exam problem 3(b)).",
          "", ""},
@@ -242,13 +241,13 @@ const Module dae_module = {
          "Derivatives of order two and more become new variables.", "", ""},
         {"model:index", index, "sys:index() -> integer",
          "The differentiation index, from structure and checked by the rank of the system Jacobian.",
-         "x, z = vars \"x z\"  return dae{ der(x) ~ z, 0 ~ x - sin(t) }:index()", "2"},
+         R"(x, z = vars "x z"  return dae{ der(x) ~ z, 0 ~ x - sin(t) }:index())", "2"},
         {"model:dof", dof, "sys:dof() -> integer", "The number of free initial values.",
-         "x, z = vars \"x z\"  return dae{ der(x) ~ z, 0 ~ x - sin(t) }:dof()", "0"},
+         R"(x, z = vars "x z"  return dae{ der(x) ~ z, 0 ~ x - sin(t) }:dof())", "0"},
         {"model:constraints", constraints, "sys:constraints() -> constraints",
-         "Every condition on the initial values of the states, explicit and hidden, with the equation it "
-         "came from.",
-         "x, z = vars \"x z\"  return dae{ der(x) ~ z, 0 ~ x - sin(t) }:constraints()",
+         R"(Every condition on the initial values of the states, explicit and hidden, with the equation it
+            came from.)",
+         R"(x, z = vars "x z"  return dae{ der(x) ~ z, 0 ~ x - sin(t) }:constraints())",
          "(2):  0 = x - sin(t)  from (2)"},
         {"model:with", with, "sys:with{ m = 2 } -> model", "The same model with other parameter values.", "",
          ""},

@@ -103,37 +103,40 @@ int trace_gsub(Call& call) { return string_function(call, "gsub"); }
 
 }  // namespace
 
-extern const Module forms_module;
-const Module forms_module = {
+extern const Module forms_module = {
     "forms",
     "Reduced forms of a model",
     {
         {"model:reduce", reduce, "sys:reduce([form [, { alpha =, beta =, at = start }]]) -> model",
-         "A model of lower index. \"acc\" differentiates constraints down to accelerations, \"ode\" solves "
-         "these "
-         "for x′ = f, \"project\" keeps the constraints by projection after every step, \"baumgarte\" lets "
-         "violations decay (gains alpha, beta), \"ggl\" keeps C = 0 and C′ = 0 with additional multipliers "
-         "(index 2), \"dummy\" makes dependent derivatives algebraic, chosen at a start, \"minimal\" "
-         "substitutes "
-         "dependent coordinates (of a quadratic constraint the root of the start at). Without a form the "
-         "best road for simulation; trace() says which and why.",
-         "x, z = vars \"x z\"  return dae{ der(x) ~ z, 0 ~ x - sin(t) }:reduce(\"acc\"):index()", "1"},
+         R"(A model of lower index. "acc" differentiates constraints down to accelerations, "ode" solves
+            these for x′ = f, "project" keeps the constraints by projection after every step, "baumgarte"
+            lets violations decay (gains alpha, beta), "ggl" keeps C = 0 and C′ = 0 with additional
+            multipliers (index 2), "dummy" makes dependent derivatives algebraic, chosen at a start,
+            "minimal" substitutes dependent coordinates (of a quadratic constraint the root of the start
+            at). Without a form the best road for simulation; trace() says which and why.)",
+         R"(x, z = vars "x z"  return dae{ der(x) ~ z, 0 ~ x - sin(t) }:reduce("acc"):index())", "1"},
         {"model:trace", trace, "sys:trace([{ latex = true }]) -> trace",
-         "The derivation of this form, step by step: what was differentiated, combined, substituted, with "
-         "the "
-         "numbers of the equations. print it, or take :latex(); :find and :match search its text.",
+         R"(The derivation of this form, step by step: what was differentiated, combined, substituted, with
+            the numbers of the equations. print it, or take :latex(); :find and :match search its text.)",
          "x, z = vars \"x z\"  return dae{ der(x) ~ z, 0 ~ x - sin(t) }:reduce(\"acc\"):trace():match "
          "\"^[^\\n]*\"",
          "(2)  0 = x - sin(t)   is differentiated once"},
         {"model:latex", model_latex, "sys:latex() -> string", "The equations in LaTeX, with their numbers.",
-         "x = var \"x\"  return dae{ der(x) ~ -2*x }:latex()",
-         "\\begin{align}\n  \\dot{x} &= -2 x \\tag{1}\n\\end{align}"},
+         R"(x = var "x"  return dae{ der(x) ~ -2*x }:latex())",
+         R"(
+            \begin{align}
+              \dot{x} &= -2 x \tag{1}
+            \end{align})"},
         {"model:code", model_code, "sys:code() -> string",
-         "Lua text that rebuilds the model with its parameter values and its lineage (reduce \"form\" …), "
-         "also "
-         "in a new session: what save writes.",
-         "x = var \"x\"  return dae{ der(x) ~ -2*x }:code()",
-         "-- A model of Pendula.\nlocal x = var(\"x\")\nreturn dae {\n  der(x) ~ -2*x,\n}"},
+         R"(Lua text that rebuilds the model with its parameter values and its lineage (reduce "form" …),
+            also in a new session: what save writes.)",
+         R"(x = var "x"  return dae{ der(x) ~ -2*x }:code())",
+         R"(
+            -- A model of Pendula.
+            local x = var("x")
+            return dae {
+              der(x) ~ -2*x,
+            })"},
         {"trace:latex", trace_latex, "trace:latex() -> string",
          "The derivation in LaTeX, a line for each step.", "", ""},
         {"trace:find", trace_find, "trace:find(pattern [, from [, plain]]) -> integers",

@@ -97,15 +97,15 @@ int form_text(Call& call) {
 
 }  // namespace
 
-extern const Module mech_module;
-const Module mech_module = {
+extern const Module mech_module = {
     "mech",
     "Lagrange mechanics",
     {
-        {"lagrange", lagrange, "lagrange{ q =, T =, V =, C =, Q =, multipliers = \"z\", name = } -> model",
-         "d/dt ∂L/∂q′ - ∂L/∂q = Q with L = T - V - zᵀC: the equations W(q) q″ + (∂C/∂q)ᵀ z = rhs, 0 = C(q).",
-         "th = var \"theta\"  m, g, l = params \"m g l\"  return lagrange{ q = {th}, T = m*l^2*th.dot^2/2, V "
-         "= -m*g*l*cos(th) }.rhs[1]",
+        {"lagrange", lagrange, R"(lagrange{ q =, T =, V =, C =, Q =, multipliers = "z", name = } -> model)",
+         R"(d/dt ∂L/∂q′ - ∂L/∂q = Q with L = T - V - zᵀC: the equations W(q) q″ + (∂C/∂q)ᵀ z = rhs, 0 =
+            C(q).)",
+         "th = var \"theta\"  m, g, l = params \"m g l\"  return lagrange{ q = {th}, T = m*l^2*th.dot^2/2, "
+         "V = -m*g*l*cos(th) }.rhs[1]",
          "-m g l sin(θ)"},
         {"generalized_force", generalized_force, "generalized_force(q, { {p, F}, … }) -> column",
          "Virtual work: Q = Σ (∂p/∂q)ᵀ F for forces F at points p(q).",

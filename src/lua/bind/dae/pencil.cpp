@@ -6,8 +6,8 @@
 #include "dae/pencil/pencil_shuffle.hpp"
 #include "expr/print/print.hpp"
 #include "lua/bind/dae/dae.hpp"
-#include "lua/core/inputs.hpp"
 #include "lua/core/values.hpp"
+#include "lua/read/inputs.hpp"
 
 namespace pendula::lua {
 
@@ -175,17 +175,16 @@ int to_string(Call& call) {
 
 }  // namespace
 
-extern const Module pencil_module;
-const Module pencil_module = {
+extern const Module pencil_module = {
     "pencil",
     "Linear systems with constant coefficients, exactly",
     {
         {"model:pencil", make, "sys:pencil() -> pencil",
-         "E x′ = A x + B u + f(t) over the rational numbers: det(sE - A), modes, index, Weierstrass form, "
-         "constraints and "
-         "solutions. Parameters have their values; an equation that is not linear is named.",
-         "x = var(\"x\", 3)  p = dae{ mat{{1,1,0},{0,0,1},{1,1,1}} * der(x) ~ x }:pencil()  return p.index, "
-         "p.dof, p.det",
+         R"(E x′ = A x + B u + f(t) over the rational numbers: det(sE - A), modes, index, Weierstrass form,
+            constraints and solutions. Parameters have their values; an equation that is not linear is
+            named.)",
+         "x = var(\"x\", 3)  p = dae{ mat{{1,1,0},{0,0,1},{1,1,1}} * der(x) ~ x }:pencil()  return "
+         "p.index, p.dof, p.det",
          "2\t1\t2 s - 1"},
         {"pencil#regular", is_regular, "p.regular -> boolean", "det(sE - A) is not identically zero.", "",
          ""},
@@ -198,7 +197,7 @@ const Module pencil_module = {
          "The nilpotency index of N: the differentiation index of the system.", "", ""},
         {"pencil#modes", modes, "p.modes -> list of { re =, im =, multiplicity =, exact = }",
          "The zeros of p.det: exact where they are rational or quadratic, else decimals.",
-         "x = var \"x\"  m = dae{ der(x, 2) + x ~ 0 }:pencil().modes  return m[2].re, m[2].im", "0\t1"},
+         R"(x = var "x"  m = dae{ der(x, 2) + x ~ 0 }:pencil().modes  return m[2].re, m[2].im)", "0\t1"},
         {"pencil#x", x, "p.x -> column", "The unknowns in the order of the columns of E.", "", ""},
         {"pencil#u", u, "p.u -> column", "The inputs in the order of the columns of B.", "", ""},
         {"pencil#E", E, "p.E -> matrix", "E of E x′ = A x + B u + f.", "", ""},
@@ -206,8 +205,8 @@ const Module pencil_module = {
         {"pencil#B", B, "p.B -> matrix", "B of E x′ = A x + B u + f.", "", ""},
         {"pencil#f", f, "p.f -> column", "f of E x′ = A x + B u + f.", "", ""},
         {"pencil#S", S, "p.S -> matrix", "S E T = diag(I, N), S A T = diag(J, I).",
-         "x = var(\"x\", 3)  p = dae{ mat{{1,1,0},{0,0,1},{1,1,1}} * der(x) ~ x }:pencil()  "
-         "return p.S * p.E * p.T == blkdiag(eye(1), p.N)",
+         "x = var(\"x\", 3)  p = dae{ mat{{1,1,0},{0,0,1},{1,1,1}} * der(x) ~ x }:pencil()  return p.S * "
+         "p.E * p.T == blkdiag(eye(1), p.N)",
          "true"},
         {"pencil#T", T, "p.T -> matrix", "x = T (x₁, x₂); its first p.dof columns span the consistent x(0).",
          "", ""},
@@ -223,11 +222,11 @@ const Module pencil_module = {
         {"pencil#algebraic", algebraic, "p.algebraic -> constraints",
          "The conditions from which the algebraic variables follow.", "", ""},
         {"pencil:solution", solution, "p:solution([x0 [, { inputs =, from = 0 }]]) -> column",
-         "x(t) as expressions in t. x0 is a column or a table with as many values as are free; without it "
-         "the solution "
-         "has constants c1, c2 …. Exact where the modes are rational or quadratic, else decimals.",
-         "x = var(\"x\", 3)  p = dae{ mat{{1,1,0},{0,0,1},{1,1,1}} * der(x) ~ x }:pencil()  "
-         "return p:solution{ x1 = 1 }[3]",
+         R"(x(t) as expressions in t. x0 is a column or a table with as many values as are free; without it
+            the solution has constants c1, c2 …. Exact where the modes are rational or quadratic, else
+            decimals.)",
+         "x = var(\"x\", 3)  p = dae{ mat{{1,1,0},{0,0,1},{1,1,1}} * der(x) ~ x }:pencil()  return "
+         "p:solution{ x1 = 1 }[3]",
          "2 exp(t/2)"},
         {"pencil:shuffle", shuffle, "p:shuffle() -> string",
          "The reduction to a semi-explicit form by combining and differentiating equations, step by step.",

@@ -9,9 +9,9 @@
 #include "dae/start/start.hpp"
 #include "expr/print/print.hpp"
 #include "lua/bind/dae/dae.hpp"
-#include "lua/core/inputs.hpp"
 #include "lua/core/objects.hpp"
 #include "lua/core/values.hpp"
+#include "lua/read/inputs.hpp"
 
 namespace pendula::lua {
 
@@ -264,20 +264,21 @@ int start_branches(Call& call) {
 
 }  // namespace
 
-extern const Module start_module;
-const Module start_module = {
+extern const Module start_module = {
     "start",
     "Consistent starts",
     {
         {"model:init", init,
-         "sys:init{ fix =, guess =, inputs =, params =, from =, nearest = false, consistent = true } -> "
-         "start",
-         "A consistent start at any index. fix is a condition, guess only a starting point. Errors name "
-         "conflicting fixes with the equation they violate, or the candidates that are free and a call that "
-         "works. nearest = true moves contradictory fixes onto the constraints, as little as possible in "
-         "units of their own, and prints what moved. consistent = false lets a reduced form start off the "
-         "constraints it no longer imposes, to study drift. The result does not depend on units.",
-         "x, z = vars \"x z\"  return dae{ der(x) ~ z - x, 0 ~ x + 2*z }:init{ fix = { x = 2 } }(z)", "-1.0"},
+         R"(sys:init{ fix =, guess =, inputs =, params =, from =, nearest = false, consistent = true } ->
+            start)",
+         R"(A consistent start at any index. fix is a condition, guess only a starting point. Errors name
+            conflicting fixes with the equation they violate, or the candidates that are free and a call
+            that works. nearest = true moves contradictory fixes onto the constraints, as little as
+            possible in units of their own, and prints what moved. consistent = false lets a reduced form
+            start off the constraints it no longer imposes, to study drift. The result does not depend on
+            units.)",
+         R"(x, z = vars "x z"  return dae{ der(x) ~ z - x, 0 ~ x + 2*z }:init{ fix = { x = 2 } }(z))",
+         "-1.0"},
         {"start:__call", start_value, "at(expression) -> number or matrix",
          "The value of any expression at the start, accelerations and multipliers included.", "", ""},
         {"start:ledger", start_ledger, "at:ledger() -> string",
@@ -289,9 +290,10 @@ const Module start_module = {
         {"start:branches", start_branches,
          "at:branches() -> list of { variable =, here =, there =, formula = }",
          "Other roots of the equations for the same fixes; a guess near `there` chooses them.",
-         "x, y = vars \"x y\"\nat = dae{ der(x) ~ -x, 0 ~ x^2 + y^2 - 1 }:init{ fix = { x = 0.6 }, guess = { "
-         "y "
-         "= 1 } }\nreturn at:branches()[1].formula",
+         R"(
+            x, y = vars "x y"
+            at = dae{ der(x) ~ -x, 0 ~ x^2 + y^2 - 1 }:init{ fix = { x = 0.6 }, guess = { y = 1 } }
+            return at:branches()[1].formula)",
          "y = ±√(1 - x²)"},
         {"start#t", start_time, "at.t -> number", "The time of the start.", "", ""},
         {"start:__tostring", start_text, "print(at)", "The ledger.", "", ""},

@@ -202,16 +202,14 @@ int structure_text(Call& call) {
 
 }  // namespace
 
-extern const Module structure_module;
-const Module structure_module = {
+extern const Module structure_module = {
     "structure",
     "Structural analysis",
     {
         {"model:structure", structure, "sys:structure([start] or { at = start }) -> structure",
-         "Σ matrix, offsets, blocks, structural index, and whether all that may be believed: the rank of the "
-         "system Jacobian, exactly, "
-         "and numerically at a start.",
-         "x, z = vars \"x z\"  return dae{ der(x) ~ z, 0 ~ x - sin(t) }:structure().verdict", "valid"},
+         R"(Σ matrix, offsets, blocks, structural index, and whether all that may be believed: the rank of
+            the system Jacobian, exactly, and numerically at a start.)",
+         R"(x, z = vars "x z"  return dae{ der(x) ~ z, 0 ~ x - sin(t) }:structure().verdict)", "valid"},
         {"structure#sigma", sigma, "s.sigma -> list of rows",
          "σ_ij: highest derivative of unknown j in equation i, -inf where absent.", "", ""},
         {"structure#c", c, "s.c -> list", "How often every equation is differentiated.", "", ""},
@@ -225,20 +223,19 @@ const Module structure_module = {
         {"structure#dof", dof, "s.dof -> integer or nil",
          "The number of free initial values where the analysis is valid.", "", ""},
         {"structure#verdict", verdict, "s.verdict -> string",
-         "\"valid\", \"valid but singular at this point\", \"identically singular\" or \"structurally "
-         "singular\".",
+         R"("valid", "valid but singular at this point", "identically singular" or "structurally singular".)",
          "", ""},
-        {"structure#valid", valid, "s.valid -> boolean", "Whether the verdict is \"valid\".", "", ""},
+        {"structure#valid", valid, "s.valid -> boolean", R"(Whether the verdict is "valid".)", "", ""},
         {"structure#J", jacobian, "s.J -> matrix or nil",
          "The system Jacobian J_ij = ∂F_i/∂x_j^(d_j - c_i), symbolic.",
-         "x, z = vars \"x z\"  return dae{ der(x) ~ z, 0 ~ x - z^3 }:structure().J[2][2]", "3 z²"},
+         R"(x, z = vars "x z"  return dae{ der(x) ~ z, 0 ~ x - z^3 }:structure().J[2][2])", "3 z²"},
         {"structure#jacobian", jacobian, "s.jacobian -> matrix or nil", "The same as s.J.", "", ""},
         {"structure#gap", gap, "s.gap -> number or nil",
          "σ_min/σ_max of the scaled system Jacobian at the point given as at; 0 where it is singular.", "",
          ""},
         {"structure#nonzero", nonzero, "s.nonzero -> list of expressions",
          "Factors of det J: the structural answer holds where none of them vanishes.",
-         "x, z = vars \"x z\"  return dae{ der(x) ~ z, 0 ~ x - z^3 }:structure().nonzero[1]", "z"},
+         R"(x, z = vars "x z"  return dae{ der(x) ~ z, 0 ~ x - z^3 }:structure().nonzero[1])", "z"},
         {"structure#over", over, "s.over -> { equations, unknowns }",
          "The over-determined part: more equations than unknowns.", "", ""},
         {"structure#under", under, "s.under -> { equations, unknowns }",

@@ -427,7 +427,6 @@ std::vector<Row> rows() {
 
 }  // namespace
 
-extern const Module expr_module;
-const Module expr_module = {"expressions", "Symbols and expressions", rows()};
+extern const Module expr_module = {"expressions", "Symbols and expressions", rows()};
 
 }  // namespace pendula::lua

@@ -153,47 +153,44 @@ int equal(Call& call) {
 
 }  // namespace
 
-extern const Module calculus_module;
-const Module calculus_module = {
+extern const Module calculus_module = {
     "calculus",
     "Derivatives, substitution, evaluation",
     {
         {"jacobian", push_jacobian, "jacobian(f, x) -> matrix",
          "∂fᵢ/∂xⱼ; x is a symbol, a column of symbols or a list of them. x, x′, x″ count as independent.",
-         "x, y = vars \"x y\"; jacobian({x*y, y}, {x, y})(1, 2)", "x"},
+         R"(x, y = vars "x y"; jacobian({x*y, y}, {x, y})(1, 2))", "x"},
         {"gradient", push_gradient, "gradient(e, x) -> column", "∂e/∂xⱼ as a column.",
-         "x, y = vars \"x y\"; gradient(x*y, {x, y})[1]", "y"},
+         R"(x, y = vars "x y"; gradient(x*y, {x, y})[1])", "y"},
         {"hessian", hessian, "hessian(e, x) -> matrix", "∂²e/∂xᵢ∂xⱼ.",
-         "x, y = vars \"x y\"; hessian(x*y, {x, y})(1, 2)", "1"},
+         R"(x, y = vars "x y"; hessian(x*y, {x, y})(1, 2))", "1"},
         {"diff", diff, "diff(e, x [, n]) -> expression", "The n-th partial derivative by one symbol.",
-         "x = var \"x\"; diff(x^3, x, 3)", "6"},
+         R"(x = var "x"; diff(x^3, x, 3))", "6"},
         {"subs", push_substituted, "subs(e, {[x] = …}) -> expression",
-         "Replaces symbols, columns or whole subexpressions, all at once. What stands for x stands, "
-         "differentiated, for "
-         "x.dot too, unless x.dot is itself a key: a constant makes it 0. For an unspecified function g give "
-         "[g] = function(x) … end.",
-         "x = var \"x\"; subs(x.dot + x, {[x] = t^2}) == 2*t + t^2", "true"},
+         R"(Replaces symbols, columns or whole subexpressions, all at once. What stands for x stands,
+            differentiated, for x.dot too, unless x.dot is itself a key: a constant makes it 0. For an
+            unspecified function g give [g] = function(x) … end.)",
+         R"(x = var "x"; subs(x.dot + x, {[x] = t^2}) == 2*t + t^2)", "true"},
         {"simplify", push_simplified, "simplify(e) -> expression",
          "Like terms and factors collected; the value is kept.",
-         "x = var \"x\"; simplify(sin(x)^2 + cos(x)^2)", "1"},
+         R"(x = var "x"; simplify(sin(x)^2 + cos(x)^2))", "1"},
         {"expand", push_expanded, "expand(e) -> expression", "Products of sums multiplied out.",
-         "x = var \"x\"; expand((x + 1)*(x - 1)) == expand(x^2 - 1)", "true"},
+         R"(x = var "x"; expand((x + 1)*(x - 1)) == expand(x^2 - 1))", "true"},
         {"latex", latex, "latex(e) -> text", "The LaTeX text of an expression, a matrix or an equation.",
-         "x = var \"x\"; latex(x)", "x"},
+         R"(x = var "x"; latex(x))", "x"},
         {"evaluate", push_evaluated, "evaluate(e [, {x = 0.5, …}]) -> number or matrix",
-         "The value; keys are names or symbols, columns take lists. Parameters without an entry have their "
-         "default values.",
-         "x = var \"x\"; evaluate(x^2, {x = 0.5})", "0.25"},
+         R"(The value; keys are names or symbols, columns take lists. Parameters without an entry have
+            their default values.)",
+         R"(x = var "x"; evaluate(x^2, {x = 0.5}))", "0.25"},
         {"fn", push_compiled, "fn(arguments, e) -> function  ·  fn(function(x, y) … end)",
-         "A compiled numeric function: arguments are symbols or columns; f(1, 2) is a number or a matrix. A "
-         "matrix argument holds one point per row, and so does the result. A Lua function is followed with "
-         "symbols "
-         "once and compiled: no branches on its arguments, the vocabulary's functions only.",
-         "x, y = vars \"x y\"; f = fn({x, y}, x*y); f(2, 3)", "6.0"},
+         R"(A compiled numeric function: arguments are symbols or columns; f(1, 2) is a number or a matrix.
+            A matrix argument holds one point per row, and so does the result. A Lua function is followed
+            with symbols once and compiled: no branches on its arguments, the vocabulary's functions only.)",
+         R"(x, y = vars "x y"; f = fn({x, y}, x*y); f(2, 3))", "6.0"},
         {"implicit_jacobian", push_implicit_jacobian, "implicit_jacobian(r, z, y) -> matrix",
-         "∂z/∂y = -(∂r/∂z)⁻¹ ∂r/∂y where r(y, z) = 0. ∂r/∂z must be regular where r = 0 (checked, also at "
-         "points of that set): sufficient for z(y) to exist, not necessary.",
-         "y, z = vars \"y z\"; implicit_jacobian(z^2 - y, z, y) == 1/(2*z)", "true"},
+         R"(∂z/∂y = -(∂r/∂z)⁻¹ ∂r/∂y where r(y, z) = 0. ∂r/∂z must be regular where r = 0 (checked, also at
+            points of that set): sufficient for z(y) to exist, not necessary.)",
+         R"(y, z = vars "y z"; implicit_jacobian(z^2 - y, z, y) == 1/(2*z))", "true"},
         {"expr:latex", latex, "e:latex()", "The LaTeX text."},
         {"expr:code", code, "e:code()", "Lua text that rebuilds e."},
         {"matrix:latex", latex, "A:latex()", "The LaTeX text."},
@@ -203,7 +200,7 @@ const Module calculus_module = {
         {"equation#lhs", lhs, "equation.lhs", "The left side."},
         {"equation#rhs", rhs, "equation.rhs", "The right side."},
         {"equation:residual", residual, "equation:residual()", "Left side minus right side.",
-         "x = var \"x\"; (x ~ 2):residual() == x - 2", "true"},
+         R"(x = var "x"; (x ~ 2):residual() == x - 2)", "true"},
         {"equation:__eq", equal, "a == b", "Same sides (structure)."},
         {"equation:__tostring", equation_to_string, "tostring(equation)", "lhs = rhs."},
         {"fn:__call", call_compiled, "f(1, 2)", "The value at one point, or one row per point."},

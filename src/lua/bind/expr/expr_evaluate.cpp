@@ -10,7 +10,7 @@
 #include "expr/graph/derivative.hpp"
 #include "expr/print/print.hpp"
 #include "lua/bind/expr/expr.hpp"
-#include "lua/core/traced.hpp"
+#include "lua/read/traced.hpp"
 
 namespace pendula::lua {
 

@@ -31,7 +31,7 @@ std::string argument_names(Op op) {
 void check_count(Call& call, int arity) {
   if (call.count() == arity) return;
   throw Error(text("expected ", arity, arity == 1 ? " argument" : " arguments", ", got ", call.count(),
-                   " (usage: ", call.row.signature, ")"));
+                   call.usage()));
 }
 
 /// The one float that all arguments being Lua numbers and one of them a float ask for: no graph, no
@@ -89,8 +89,7 @@ void spread(Call& call) {
 /// Folds the arguments, or the entries of the one list or matrix that is given.
 template <Op op>
 int folded(Call& call) {
-  if (call.count() == 0)
-    throw Error(text("expected at least one argument (usage: ", call.row.signature, ")"));
+  if (call.count() == 0) throw Error("expected at least one argument" + call.usage());
   constexpr bool condition = op == Op::both || op == Op::either;
   std::vector<Value> operands;
   if (condition && call.count() == 1 && lua_istable(call.L, 1)) spread(call);  // a list may hold booleans
@@ -189,7 +188,7 @@ std::vector<Row> rows() {
 
 }  // namespace
 
-extern const Module functions_module;
-const Module functions_module = {"functions", "Functions on numbers, expressions and matrices", rows()};
+extern const Module functions_module = {"functions", "Functions on numbers, expressions and matrices",
+                                        rows()};
 
 }  // namespace pendula::lua

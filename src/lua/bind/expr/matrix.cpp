@@ -76,8 +76,7 @@ Blocks read_blocks(Call& call) {
     blocks.doubles = blocks.doubles && std::holds_alternative<Mat>(v);
     blocks.values.push_back(std::move(v));
   }
-  if (blocks.values.empty())
-    throw Error(text("expected at least one matrix (usage: ", call.row.signature, ")"));
+  if (blocks.values.empty()) throw Error("expected at least one matrix" + call.usage());
   return blocks;
 }
 
@@ -252,8 +251,7 @@ int norm(Call& call) {
 
 }  // namespace
 
-extern const Module matrix_module;
-const Module matrix_module = {
+extern const Module matrix_module = {
     "matrices",
     "Vectors and matrices",
     {

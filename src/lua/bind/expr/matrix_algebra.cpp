@@ -214,8 +214,7 @@ int eigenvalues_to_string(Call& call) {
 
 }  // namespace
 
-extern const Module algebra_module;
-const Module algebra_module = {
+extern const Module algebra_module = {
     "linear algebra",
     "Linear algebra, exact where the matrix is",
     {
@@ -225,9 +224,8 @@ const Module algebra_module = {
          "The inverse. A singular matrix is an error that shows a null vector.", "inv{{2, 0}, {0, 4}}(2, 2)",
          "1/4"},
         {"rank", rank, "rank(A) -> integer",
-         "The rank: exact for rational matrices, at almost all values of the symbols for symbolic ones, by "
-         "singular values "
-         "for data.",
+         R"(The rank: exact for rational matrices, at almost all values of the symbols for symbolic ones,
+            by singular values for data.)",
          "rank{{1, 2}, {2, 4}}", "1"},
         {"solve", solve, "solve(A, b) -> x", "The solution of A x = b for a column or several.",
          "solve({{2, 0}, {0, 4}}, {1, 1})[2]", "1/4"},

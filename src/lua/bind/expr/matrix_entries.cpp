@@ -140,8 +140,7 @@ int to_string(Call& call) {
 
 }  // namespace
 
-extern const Module entries_module;
-const Module entries_module = {
+extern const Module entries_module = {
     "entries",
     "Entries of vectors and matrices",
     {

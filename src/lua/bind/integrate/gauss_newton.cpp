@@ -3,7 +3,7 @@
 
 #include "base/text.hpp"
 #include "lab/gauss_newton.hpp"
-#include "lua/core/traced.hpp"
+#include "lua/read/traced.hpp"
 
 namespace pendula::lua {
 
@@ -144,30 +144,28 @@ int run_text(Call& call) {
 
 }  // namespace
 
-extern const Module gauss_newton_module;
-const Module gauss_newton_module = {
+extern const Module gauss_newton_module = {
     "gauss_newton",
     "Nonlinear least squares",
     {
         {"gauss_newton", gauss_newton,
-         "gauss_newton{ R =, x =, start =, alpha = number | \"line search\", method = \"gauss-newton\" | "
-         "\"levenberg-marquardt\", tol = 1e-10, max = 200, params = } -> gauss_newton",
-         "min ½‖R(x)‖², with the Hessian approximated by JᵀJ, J = ∂R/∂x (the term Σ Rᵢ ∇²Rᵢ is neglected). "
-         "By default "
-         "steps are halved where ‖R‖ would not fall, and Levenberg–Marquardt steps help where that is not "
-         "enough; "
-         "alpha = 1 takes full steps as they are. print shows the iterates, each parameter ± standard "
-         "deviation, and "
-         "whether the neglected term explains the rate. R: expressions or equations, or a Lua function.",
-         "a, b = vars \"a b\"\ng = gauss_newton{ R = { a + b - 1, a + 2*b - 3, a + 3*b - 4 }, start = {0, 0} "
-         "}\n"
-         "print((\"%.6f %.6f\"):format(g.x[1], g.x[2]))",
+         R"(gauss_newton{ R =, x =, start =, alpha = number | "line search", method = "gauss-newton" |
+            "levenberg-marquardt", tol = 1e-10, max = 200, params = } -> gauss_newton)",
+         R"(min ½‖R(x)‖², with the Hessian approximated by JᵀJ, J = ∂R/∂x (the term Σ Rᵢ ∇²Rᵢ is
+            neglected). By default steps are halved where ‖R‖ would not fall, and Levenberg–Marquardt steps
+            help where that is not enough; alpha = 1 takes full steps as they are. print shows the
+            iterates, each parameter ± standard deviation, and whether the neglected term explains the
+            rate. R: expressions or equations, or a Lua function.)",
+         R"(
+            a, b = vars "a b"
+            g = gauss_newton{ R = { a + b - 1, a + 2*b - 3, a + 3*b - 4 }, start = {0, 0} }
+            print(("%.6f %.6f"):format(g.x[1], g.x[2])))",
          "-0.333333 1.500000"},
         {"gauss_newton#x", solution, "g.x -> column or number", "The last iterate.", "", ""},
         {"gauss_newton#converged", converged, "g.converged -> boolean",
          "No component of the Gauss–Newton step is above tol relative to x.", "", ""},
         {"gauss_newton#status", status, "g.status -> string",
-         "\"converged\", \"not converged\", \"stalled\" or \"undefined\".", "", ""},
+         R"("converged", "not converged", "stalled" or "undefined".)", "", ""},
         {"gauss_newton#iterations", iterations, "g.iterations -> integer", "Steps taken.", "", ""},
         {"gauss_newton#iterates", iterates, "g.iterates -> list of columns", "iterates[1] is the start.", "",
          ""},

@@ -281,95 +281,88 @@ int drift_item(Call& call) {
 
 }  // namespace
 
-extern const Module integrate_module;
-const Module integrate_module = {
+extern const Module integrate_module = {
     "integrate",
     "Integration",
     {
         {"model:integrate", integrate_model,
-         "sys:integrate{ start =, to =, rtol =, atol =, method =, dt =, from =, times =, events =, inputs =, "
-         "params =, direct =, sensitivities =, dt0 =, dtmax =, max_steps =, guards = } -> solution",
-         "Solves the initial value problem: with dt by fixed steps of any tableau; without, with steps "
-         "chosen "
-         "so that every step errs by less than atol + rtol |x| (1e-3 rtol and 1e-6 where they are not given; "
-         "a number, a list, or { [x] = 1e-9 }), by a method that is chosen and named in stats(), or by "
-         "\"radau\", \"bdf\", \"dopri5\", \"tsit5\", \"dop853\", \"rodas\", \"gauss\". start is a result of "
-         "init "
-         "or a table; times: the times to save; inputs: { [u] = function(t) … end, an expression, iddata, or "
-         "samples { "
-         "t = {…}, u = {…}, hold = \"linear\" or \"zero\" } }; events: a list of { when = e, direction = -1, "
-         "0 or 1, then "
-         "action = \"stop\", reset = { [v] = -0.9*v } or call = function(sol) … end }; direct = true "
-         "integrates a model of index 2 or more as it stands; guards = false goes on where constraints "
-         "become "
-         "dependent or equations lose their unknowns, which otherwise ends the run. What ends a run early is "
-         "in "
-         "sol.status.",
-         "x = var \"x\"\nsol = dae{ der(x) ~ -2*x }:integrate{ start = { x = 1 }, to = 2, method = rk.rk4, "
-         "dt = 0.1 }\n"
-         "print(sol)",
-         "solution by rk4, dt = 0.1: 20 steps from t = 0 to 2, finished\n  x  =  0.01831679337"},
+         R"(sys:integrate{ start =, to =, rtol =, atol =, method =, dt =, from =, times =, events =, inputs
+            =, params =, direct =, sensitivities =, dt0 =, dtmax =, max_steps =, guards = } -> solution)",
+         R"(Solves the initial value problem: with dt by fixed steps of any tableau; without, with steps
+            chosen so that every step errs by less than atol + rtol |x| (1e-3 rtol and 1e-6 where they are
+            not given; a number, a list, or { [x] = 1e-9 }), by a method that is chosen and named in
+            stats(), or by "radau", "bdf", "dopri5", "tsit5", "dop853", "rodas", "gauss". start is a result
+            of init or a table; times: the times to save; inputs: { [u] = function(t) … end, an expression,
+            iddata, or samples { t = {…}, u = {…}, hold = "linear" or "zero" } }; events: a list of { when
+            = e, direction = -1, 0 or 1, then action = "stop", reset = { [v] = -0.9*v } or call =
+            function(sol) … end }; direct = true integrates a model of index 2 or more as it stands; guards
+            = false goes on where constraints become dependent or equations lose their unknowns, which
+            otherwise ends the run. What ends a run early is in sol.status.)",
+         R"(
+            x = var "x"
+            sol = dae{ der(x) ~ -2*x }:integrate{ start = { x = 1 }, to = 2, method = rk.rk4, dt = 0.1 }
+            print(sol))",
+         R"(
+            solution by rk4, dt = 0.1: 20 steps from t = 0 to 2, finished
+              x  =  0.01831679337)"},
         {"solution:__call", value, "sol(expression [, t]) -> matrix or number",
-         "The values of any expression of the model at the saved times, one row per time, or at time t (a "
-         "number or a list).",
-         "x = var \"x\"\nsol = dae{ der(x) ~ 2*t }:integrate{ start = { x = 0 }, to = 2, method = "
-         "rk.gauss(2), dt = 0.5 }\n"
-         "print((\"%.6f\"):format(sol(x^2, 1.5)))",
+         R"(The values of any expression of the model at the saved times, one row per time, or at time t (a
+            number or a list).)",
+         R"(
+            x = var "x"
+            sol = dae{ der(x) ~ 2*t }:integrate{ start = { x = 0 }, to = 2, method = rk.gauss(2), dt = 0.5 }
+            print(("%.6f"):format(sol(x^2, 1.5))))",
          "5.062500"},
         {"solution#t", times, "sol.t -> column", "The saved times.", "", ""},
         {"solution#model", model, "sol.model -> model", "The model that was integrated.", "", ""},
         {"solution#status", status, "sol.status -> string",
-         "\"finished\", \"event\", \"interrupted\", or \"stopped at t = …: why\".", "", ""},
+         R"("finished", "event", "interrupted", or "stopped at t = …: why".)", "", ""},
         {"solution#events", events, "sol.events -> list",
-         "One entry per event in order of time: t, which (its number in the list of events), action, values "
-         "before and after it by name.",
-         "y, v = vars \"y v\"\nsol = dae{ der(y) ~ v, der(v) ~ -2 }:integrate{ start = { y = 1, v = 0 }, to "
-         "= 9,\n"
-         "  events = { { when = y, action = \"stop\" } } }\n"
-         "print((\"%s %.6f %.6f\"):format(sol.status, sol.events[1].t, sol.events[1].values.v))",
+         R"(One entry per event in order of time: t, which (its number in the list of events), action,
+            values before and after it by name.)",
+         R"(
+            y, v = vars "y v"
+            sol = dae{ der(y) ~ v, der(v) ~ -2 }:integrate{ start = { y = 1, v = 0 }, to = 9,
+              events = { { when = y, action = "stop" } } }
+            print(("%s %.6f %.6f"):format(sol.status, sol.events[1].t, sol.events[1].values.v)))",
          "event 1.000000 -2.000000"},
         {"solution:final", final, "sol:final([expression]) -> column or number",
          "The states at the end, in the order of model.differential, or the value of an expression there.",
          "", ""},
         {"solution:sensitivity", sensitivity,
          "sol:sensitivity(expression, parameter [, t]) -> column or number",
-         "The derivative of any expression along the solution with respect to a parameter, or to the initial "
-         "value of a state, that was named in sensitivities = { … } when the model was integrated: at the "
-         "saved "
-         "times, or at time t. Exact variational equations, under the same error control.",
-         "x, k = var \"x\", param \"k\"\nsol = dae{ der(x) ~ -k*x }:integrate{ start = { x = 1 }, to = 2, "
-         "params = { k = "
-         "0.5 },\n  sensitivities = { k, x }, rtol = 1e-10 }\n"
-         "print((\"%.6f %.6f\"):format(sol:sensitivity(x, k, 2), sol:sensitivity(x, x, 2)))",
+         R"(The derivative of any expression along the solution with respect to a parameter, or to the
+            initial value of a state, that was named in sensitivities = { … } when the model was
+            integrated: at the saved times, or at time t. Exact variational equations, under the same error
+            control.)",
+         R"(
+            x, k = var "x", param "k"
+            sol = dae{ der(x) ~ -k*x }:integrate{ start = { x = 1 }, to = 2, params = { k = 0.5 },
+              sensitivities = { k, x }, rtol = 1e-10 }
+            print(("%.6f %.6f"):format(sol:sensitivity(x, k, 2), sol:sensitivity(x, x, 2))))",
          "-0.735759 0.367879"},
         {"solution:gradient", gradient, "sol:gradient(cost [, { parameters }]) -> column",
-         "The gradient of an expression at the end of the solution with respect to parameters, and states "
-         "that stand "
-         "for their initial values: by the discrete adjoint of the Runge–Kutta steps that were taken, one "
-         "sweep "
-         "backwards however many parameters there are (exact for the computed numbers, with dt; all "
-         "parameters, if "
-         "none are named). With sensitivities = { … } when the model was integrated, from these. An integral "
-         "as a "
-         "cost is one more state: der(J) ~ x^2.",
-         "x, k = var \"x\", param \"k\"\nsol = dae{ der(x) ~ -k*x }:integrate{ start = { x = 1 }, to = 2, "
-         "params = { k = "
-         "0.5 }, rtol = 1e-10 }\nprint((\"%.6f %.6f\"):format(sol:gradient(x^2, { k, x })[1], "
-         "sol:gradient(x^2, { k, x "
-         "})[2]))",
+         R"(The gradient of an expression at the end of the solution with respect to parameters, and states
+            that stand for their initial values: by the discrete adjoint of the Runge–Kutta steps that were
+            taken, one sweep backwards however many parameters there are (exact for the computed numbers,
+            with dt; all parameters, if none are named). With sensitivities = { … } when the model was
+            integrated, from these. An integral as a cost is one more state: der(J) ~ x^2.)",
+         "x, k = var \"x\", param \"k\"\n"
+         "sol = dae{ der(x) ~ -k*x }:integrate{ start = { x = 1 }, to = 2, params = { k = 0.5 }, rtol = "
+         "1e-10 }\n"
+         "print((\"%.6f %.6f\"):format(sol:gradient(x^2, { k, x })[1], sol:gradient(x^2, { k, x })[2]))",
          "-0.541341 0.270671"},
         {"solution:stats", stats, "sol:stats() -> stats",
-         "Steps, evaluations, Jacobians, factorisations, Newton iterations; .time is the CPU time in "
-         "seconds.",
+         R"(Steps, evaluations, Jacobians, factorisations, Newton iterations; .time is the CPU time in
+            seconds.)",
          "", ""},
         {"solution:switches", switches, "sol:switches() -> list of { t =, states = }",
-         "Form \"dummy\": which states were in use from when on. The first entry is the choice at the start, "
-         "every further one a switch to a choice that was clearly better there.",
+         R"(Form "dummy": which states were in use from when on. The first entry is the choice at the
+            start, every further one a switch to a choice that was clearly better there.)",
          "", ""},
         {"solution:drift", drift, "sol:drift() -> drift",
-         "For each constraint C(0), C′(0), the straight line that an inconsistent start causes, the "
-         "numerical part, and the "
-         "verdict in words.",
+         R"(For each constraint C(0), C′(0), the straight line that an inconsistent start causes, the
+            numerical part, and the verdict in words.)",
          "", ""},
         {"solution:__tostring", solution_text, "print(sol)", "Method, interval, status and the final values.",
          "", ""},
@@ -389,10 +382,10 @@ const Module integrate_module = {
          "Where the method was chosen: which one from when on, and why; one line each.", "", ""},
         {"stats:__tostring", stats_text, "print(sol:stats())", "The counts, without the time.", "", ""},
         {"drift#verdict", drift_verdict, "drift.verdict -> string",
-         "\"kept\", \"inconsistent start\", \"numerical drift\", or both, over all constraints.", "", ""},
+         R"("kept", "inconsistent start", "numerical drift", or both, over all constraints.)", "", ""},
         {"drift:__index", drift_item, "drift[i] -> table",
-         "Constraint i: name, C = C(0), slope = C′(0), line = C(0) + t C′(0) at the end, numerical, largest, "
-         "verdict.",
+         R"(Constraint i: name, C = C(0), slope = C′(0), line = C(0) + t C′(0) at the end, numerical,
+            largest, verdict.)",
          "", ""},
         {"drift:__len", drift_length, "#drift", "The number of constraints.", "", ""},
         {"drift:__tostring", drift_text, "print(sol:drift())", "The table and the verdicts in words.", "",

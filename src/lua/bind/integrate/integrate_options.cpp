@@ -7,10 +7,10 @@
 #include "integrate/run/methods.hpp"
 #include "lua/bind/integrate/tableau.hpp"
 #include "lua/core/function_reference.hpp"
-#include "lua/core/inputs.hpp"
 #include "lua/core/library.hpp"
 #include "lua/core/objects.hpp"
 #include "lua/core/values.hpp"
+#include "lua/read/inputs.hpp"
 
 namespace pendula::lua {
 namespace {

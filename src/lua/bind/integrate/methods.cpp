@@ -176,17 +176,19 @@ int ros_report(Call& call) { return call.push(rosenbrock(call).report()); }
 
 }  // namespace
 
-extern const Module methods_module;
-const Module methods_module = {
+extern const Module methods_module = {
     "methods",
     "Multistep and Rosenbrock methods",
     {
         {"bdf", bdf, "bdf(steps) -> multistep",
          "The backward differentiation formula with 1 to 6 steps, its coefficients derived exactly.",
-         "bdf(2)", "bdf(2): 2 steps, order 2, implicit\n\n3/2·xₖ₊₁ - 2·xₖ + 1/2·xₖ₋₁ = Δt fₖ₊₁"},
+         "bdf(2)", R"(
+            bdf(2): 2 steps, order 2, implicit
+
+            3/2·xₖ₊₁ - 2·xₖ + 1/2·xₖ₋₁ = Δt fₖ₊₁)"},
         {"multistep", make_multistep, "multistep{ alpha =, beta =, name = } -> multistep",
-         "A linear multistep method Σ αᵢ xₖ₊₁₋ᵢ = Δt Σ βᵢ fₖ₊₁₋ᵢ from its exact coefficients, the new point "
-         "first.",
+         R"(A linear multistep method Σ αᵢ xₖ₊₁₋ᵢ = Δt Σ βᵢ fₖ₊₁₋ᵢ from its exact coefficients, the new
+            point first.)",
          "multistep{ name = \"adams_bashforth2\", alpha = {1, -1, 0}, beta = {0, \"3/2\", \"-1/2\"} "
          "}:order()",
          "2"},
@@ -201,25 +203,25 @@ const Module methods_module = {
         {"multistep:order", ms_order, "method:order() -> integer", "The order of consistency, exactly.", "",
          ""},
         {"multistep:is", ms_is, "method:is(property) -> boolean",
-         "\"explicit\", \"implicit\", \"BDF\", \"zero-stable\", \"A-stable\", \"A(α)-stable\" or "
-         "\"L-stable\".",
-         "", ""},
+         R"("explicit", "implicit", "BDF", "zero-stable", "A-stable", "A(α)-stable" or "L-stable".)", "", ""},
         {"multistep:stability", ms_stability, "method:stability() -> table",
          "alpha in degrees, real (the left end of the stable interval), zero_stable, A_stable, L_stable.",
          "print(bdf(3):stability())",
-         "zero-stable      yes\nA(α)-stable      α = 86.03°\nA-stable         no\nL-stable         no\nat "
-         "infinity      "
-         "stable"},
+         R"(
+            zero-stable      yes
+            A(α)-stable      α = 86.03°
+            A-stable         no
+            L-stable         no
+            at infinity      stable)"},
         {"multistep:boundary", ms_boundary, "method:boundary([points]) -> matrix",
          "The root locus ρ(ζ)/σ(ζ), |ζ| = 1, which bounds the stability region: rows (Re z, Im z).", "", ""},
         {"multistep:report", ms_report, "method:report() -> string",
          "Formula, order, error constant, zero-stability, linear stability, what to expect on DAEs.", "", ""},
         {"multistep:__tostring", ms_text, "print(method)", "Name, order and the formula.", "", ""},
         {"rosenbrock", make_rosenbrock, "rosenbrock{ gamma =, A =, C =, m =, mhat =, dense = } -> rosenbrock",
-         "A Rosenbrock method from the coefficients a program uses (Hairer & Wanner II, (7.25)); claims of "
-         "order "
-         "are proved.",
-         "rosenbrock{ gamma = \"1/2\", A = {{}}, C = {{}}, m = {2} }:order()", "2"},
+         R"(A Rosenbrock method from the coefficients a program uses (Hairer & Wanner II, (7.25)); claims
+            of order are proved.)",
+         R"(rosenbrock{ gamma = "1/2", A = {{}}, C = {{}}, m = {2} }:order())", "2"},
         {"rosenbrock#name", ros_name, "method.name -> string", "The name of the method.", "", ""},
         {"rosenbrock#text", ros_note, "method.text -> string", "What the method is good for.", "", ""},
         {"rosenbrock#cite", ros_cite, "method.cite -> string", "Where the method comes from.", "", ""},

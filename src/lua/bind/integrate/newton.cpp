@@ -4,7 +4,7 @@
 
 #include "base/text.hpp"
 #include "lab/newton_lab.hpp"
-#include "lua/core/traced.hpp"
+#include "lua/read/traced.hpp"
 
 namespace pendula::lua {
 
@@ -297,30 +297,28 @@ int basin_text(Call& call) {
 
 }  // namespace
 
-extern const Module newton_module;
-const Module newton_module = {
+extern const Module newton_module = {
     "newton",
     "Newton's method",
     {
         {"newton", newton,
-         "newton{ r =, x =, start =, alpha = 1 | \"line search\", tol = 1e-12, jacobian = \"exact\" | "
-         "\"finite difference\" | \"frozen\" | matrix, max =, h =, params = } -> newton",
-         "Solves r(x) = 0 by ∂r/∂x Δx + r = 0, x ← x + α Δx, and keeps every iterate. print shows the table "
-         "with ‖r‖, "
-         "contraction and observed order, and says why convergence is quadratic, linear or absent. r: "
-         "expressions or "
-         "equations, or a Lua function (its derivatives come from tracing it with symbols). h: relative step "
-         "of finite "
-         "differences.",
-         "x = var \"x\"\nk = newton{ r = x^2 - 2, start = {1} }\nprint((\"%.9f\"):format(k.x), k.converged)",
+         R"(newton{ r =, x =, start =, alpha = 1 | "line search", tol = 1e-12, jacobian = "exact" | "finite
+            difference" | "frozen" | matrix, max =, h =, params = } -> newton)",
+         R"(Solves r(x) = 0 by ∂r/∂x Δx + r = 0, x ← x + α Δx, and keeps every iterate. print shows the
+            table with ‖r‖, contraction and observed order, and says why convergence is quadratic, linear
+            or absent. r: expressions or equations, or a Lua function (its derivatives come from tracing it
+            with symbols). h: relative step of finite differences.)",
+         R"(
+            x = var "x"
+            k = newton{ r = x^2 - 2, start = {1} }
+            print(("%.9f"):format(k.x), k.converged))",
          "1.414213562\ttrue"},
         {"newton#x", solution, "k.x -> column or number", "The last iterate.", "", ""},
         {"newton#converged", converged, "k.converged -> boolean",
          "‖r‖ ≤ tol, or at the rounding level of its terms.", "", ""},
         {"newton#status", status, "k.status -> string",
-         "\"converged\", \"singular Jacobian\", \"cycle\", \"diverged\", \"undefined\", \"line search "
-         "stalled\", \"no "
-         "root\" or \"not converged\".",
+         R"("converged", "singular Jacobian", "cycle", "diverged", "undefined", "line search stalled", "no
+            root" or "not converged".)",
          "", ""},
         {"newton#iterations", iterations, "k.iterations -> integer", "Steps taken.", "", ""},
         {"newton#iterates", iterates, "k.iterates -> list of columns", "iterates[1] is the start.", "", ""},
@@ -329,15 +327,16 @@ const Module newton_module = {
         {"newton#errors", errors, "k.errors -> column",
          "‖x - x⋆‖ of every iterate, x⋆ found by further exact steps; nil without convergence.", "", ""},
         {"newton#order", order, "k.order -> number",
-         "The slope of log ‖e₊‖ over log ‖e‖ through the last pairs of errors above rounding; nil if there "
-         "are too few.",
+         R"(The slope of log ‖e₊‖ over log ‖e‖ through the last pairs of errors above rounding; nil if
+            there are too few.)",
          "", ""},
         {"newton#rate", rate, "k.rate -> number",
-         "The last measured ‖e₊‖/‖e‖ where convergence is linear, ‖e₊‖/‖e‖² otherwise; nil if there is none.",
+         R"(The last measured ‖e₊‖/‖e‖ where convergence is linear, ‖e₊‖/‖e‖² otherwise; nil if there is
+            none.)",
          "", ""},
         {"newton#predicted_rate", predicted, "k.predicted_rate -> number",
-         "The spectral radius of I - α M⁻¹ ∂r/∂x at the solution, M the Jacobian used: the linear rate to "
-         "expect.",
+         R"(The spectral radius of I - α M⁻¹ ∂r/∂x at the solution, M the Jacobian used: the linear rate to
+            expect.)",
          "", ""},
         {"newton#alphas", steps, "k.alphas -> column", "The step length of every iteration.", "", ""},
         {"newton#null_vector", null_vector, "k.null_vector -> column",
@@ -346,7 +345,8 @@ const Module newton_module = {
         {"newton#verdict", verdict, "k.verdict -> string",
          "Why convergence is quadratic, linear or absent, in words.", "", ""},
         {"newton:basins", basins, "k:basins{ x = { low, high }, y = { low, high }, n = 60 } -> basins",
-         "Which root the method finds from every start of a grid (two unknowns); :plot() draws the picture.",
+         R"(Which root the method finds from every start of a grid (two unknowns); :plot() draws the
+            picture.)",
          "", ""},
         {"newton:__tostring", newton_text, "print(k)", "The table of iterates and the verdict.", "", ""},
         {"basins#roots", basin_roots, "b.roots -> list of columns",

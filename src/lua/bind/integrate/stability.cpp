@@ -302,8 +302,7 @@ int dense(Call& call) {
 
 }  // namespace
 
-extern const Module stability_module;
-const Module stability_module = {
+extern const Module stability_module = {
     "stability",
     "Stability and order of methods",
     {
@@ -339,28 +338,26 @@ const Module stability_module = {
         {"stability_function:__call", value, "stability(x [, y]) -> R or Re R, Im R",
          "R at a real z = x, or its two parts at z = x + iy.", "rk.implicit_euler:stability()(-1)", "0.5"},
         {"stability_function:boundary", boundary, "stability:boundary([angles]) -> matrix",
-         "Points with |R| = 1 as rows (Re z, Im z): closed curves, with a row of NaN between one and the "
-         "next.",
+         R"(Points with |R| = 1 as rows (Re z, Im z): closed curves, with a row of NaN between one and the
+            next.)",
          "", ""},
         {"stability_function:__tostring", stability_text, "print(stability)", "R and the verdicts.", "", ""},
         {"tableau:conditions", order_conditions,
          "tab:conditions([order [, { embedded = true }]]) -> conditions",
-         "The order conditions of all trees up to an order (default: one more than the order, at most 6) "
-         "with values "
-         "and residuals.",
+         R"(The order conditions of all trees up to an order (default: one more than the order, at most 6)
+            with values and residuals.)",
          "#rk.rk4:conditions(5), rk.rk4:conditions(5)[9].met", "17\tfalse"},
         {"conditions:__index", condition_item, "conditions[i] -> table",
-         "Condition i: order, tree, formula, target, value, residual, met; text and residual_text for "
-         "printing.",
+         R"(Condition i: order, tree, formula, target, value, residual, met; text and residual_text for
+            printing.)",
          "", ""},
         {"conditions:__len", condition_count, "#conditions", "The number of conditions.", "", ""},
         {"conditions:__tostring", conditions_text, "print(conditions)", "The table of conditions.", "", ""},
         {"tableau:simplifying", simplifying, "tab:simplifying() -> { B =, C =, D = }",
          "The largest p, q, r for which the simplifying assumptions B(p), C(q), D(r) hold.", "", ""},
         {"tableau:dae_orders", dae_orders, "tab:dae_orders() -> table",
-         "The orders to expect on DAEs of index 1 (x1, z1), 2 (x2, z2) and 3 (x3, v3, z3) solved as they "
-         "stand; 0: no "
-         "convergence in general, -1: not applicable.",
+         R"(The orders to expect on DAEs of index 1 (x1, z1), 2 (x2, z2) and 3 (x3, v3, z3) solved as they
+            stand; 0: no convergence in general, -1: not applicable.)",
          "rk.radau(3):dae_orders().z2", "3"},
         {"tableau:embedded_order", embedded_order, "tab:embedded_order() -> integer",
          "The order with bhat in place of b; 0 without an embedded method.", "rk.dopri5:embedded_order()",
@@ -372,17 +369,16 @@ const Module stability_module = {
          "The norm of the residuals of order p + 1, divided by σ(τ): how large the leading error is.", "",
          ""},
         {"tableau:lagrange", lagrange, "tab:lagrange() -> { ell = {…}, L = {…} }",
-         "The Lagrange polynomials of the nodes and their integrals from 0, as expressions in tau; exact for "
-         "rational "
-         "and quadratic nodes.",
+         R"(The Lagrange polynomials of the nodes and their integrals from 0, as expressions in tau; exact
+            for rational and quadratic nodes.)",
          "rk.radau(2):lagrange().ell[1]", "3/2 - 3 τ/2"},
         {"tableau:orthogonality", orthogonality, "tab:orthogonality([count]) -> list",
-         "The integrals (71a) ∫₀¹ ∏(τ - cᵢ) τ^k dτ for k = 0, 1 and so on: the first q vanish if the "
-         "quadrature has "
-         "order s + q.",
+         R"(The integrals (71a) ∫₀¹ ∏(τ - cᵢ) τ^k dτ for k = 0, 1 and so on: the first q vanish if the
+            quadrature has order s + q.)",
          "rk.trapezoid:orthogonality()[1]", "-1/6"},
         {"tableau#dense", dense, "tab.dense -> table or nil",
-         "The interpolant: order, b (a row of coefficients of θ, θ², … per stage), A and c of extra stages.",
+         R"(The interpolant: order, b (a row of coefficients of θ, θ², … per stage), A and c of extra
+            stages.)",
          "", ""},
     }};
 

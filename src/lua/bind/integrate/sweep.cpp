@@ -312,37 +312,29 @@ int sweep_text(Call& call) {
 
 }  // namespace
 
-extern const Module sweep_module;
-const Module sweep_module = {
+extern const Module sweep_module = {
     "sweep",
     "Parameter sweeps",
     {
         {"sweep", sweep,
-         "sweep(sys, { start =, to =, params = { m = {…} }, grid = false, workers =, lanes =, times =, "
-         "method =, "
-         "dt =, rtol =, … }) "
-         "-> sweep",
-         "Integrates for many parameter values or starts: lists in params and start are paired, grid = true "
-         "takes all "
-         "combinations (lists in alphabetical order of their names, params before start, the last one "
-         "fastest). start is solved anew for each run; start may also be a list "
-         "of starts. All "
-         "options of integrate are understood. The runs are shared among worker processes (workers = 1: "
-         "none); a run that "
-         "fails is listed in s.failures and stops nothing. Lua callbacks see copies of the script's "
-         "variables there. Non-stiff explicit ODEs without events advance 4 or 8 runs at a time on SIMD "
-         "lanes, each "
-         "with steps of its own (results equal those of integrate to a part of the tolerance); s:stats() "
-         "says so, or why not; "
-         "lanes = 1 makes one run after another.",
-         "x, k = var \"x\", param \"k\"\ns = sweep(dae{ der(x) ~ -k*x }, { start = { x = 1 }, to = 1, params "
-         "= { k = {1, 2} }, "
-         "rtol = 1e-10, atol = 1e-10 })\nprint((\"%.6f %.6f\"):format(s:final(x)[1], s:final(x)[2]))",
+         R"(sweep(sys, { start =, to =, params = { m = {…} }, grid = false, workers =, lanes =, times =,
+            method =, dt =, rtol =, … }) -> sweep)",
+         R"(Integrates for many parameter values or starts: lists in params and start are paired, grid =
+            true takes all combinations (lists in alphabetical order of their names, params before start,
+            the last one fastest). start is solved anew for each run; start may also be a list of starts.
+            All options of integrate are understood. The runs are shared among worker processes (workers =
+            1: none); a run that fails is listed in s.failures and stops nothing. Lua callbacks see copies
+            of the script's variables there. Non-stiff explicit ODEs without events advance 4 or 8 runs at
+            a time on SIMD lanes, each with steps of its own (results equal those of integrate to a part of
+            the tolerance); s:stats() says so, or why not; lanes = 1 makes one run after another.)",
+         "x, k = var \"x\", param \"k\"\n"
+         "s = sweep(dae{ der(x) ~ -k*x }, { start = { x = 1 }, to = 1, params = { k = {1, 2} }, rtol = "
+         "1e-10, atol = 1e-10 })\n"
+         "print((\"%.6f %.6f\"):format(s:final(x)[1], s:final(x)[2]))",
          "0.367879 0.135335"},
         {"sweep:__call", value, "s(e [, t]) -> matrix",
-         "s(e, t): one row per run at time t, nan where a run failed or ended before. s(e): one row per "
-         "saved time, one "
-         "column per run, for plot(s.t, s(x)).",
+         R"(s(e, t): one row per run at time t, nan where a run failed or ended before. s(e): one row per
+            saved time, one column per run, for plot(s.t, s(x)).)",
          "", ""},
         {"sweep:final", final, "s:final(e) -> column",
          "The value at the end of every run; nan where it failed.", "", ""},
@@ -351,15 +343,16 @@ const Module sweep_module = {
          "s.params.m: what varied, one value per run; initial values too.", "", ""},
         {"sweep#names", names, "s.names -> list", "The names of what varied.", "", ""},
         {"sweep#failures", failures, "s.failures -> list",
-         "{ index =, params = { m = … }, why = \"…\" } of every run that failed.", "", ""},
+         R"({ index =, params = { m = … }, why = "…" } of every run that failed.)", "", ""},
         {"sweep:statistics", push_statistics, "s:statistics(e [, t]) -> table",
          "mean, std, min, max and count over the runs that did not fail, at the end or at time t.", "", ""},
         {"sweep:stats", stats, "s:stats() -> sweep_stats",
-         "How the runs were made and what they cost: runs, failures, steps, rejected, evaluations, lanes, "
-         "why.",
-         "x, k = var \"x\", param \"k\"\ns = sweep(dae{ der(x) ~ -k*x }, { start = { x = 1 }, to = 1, params "
-         "= { k "
-         "= {1, 2} }, lanes = 1 })\nprint(s:stats().why)",
+         R"(How the runs were made and what they cost: runs, failures, steps, rejected, evaluations, lanes,
+            why.)",
+         R"(
+            x, k = var "x", param "k"
+            s = sweep(dae{ der(x) ~ -k*x }, { start = { x = 1 }, to = 1, params = { k = {1, 2} }, lanes = 1 })
+            print(s:stats().why))",
          "one run after another: lanes = 1 was asked for"},
         {"sweep_stats#runs", stats_runs, "stats.runs -> integer", "How many runs.", "", ""},
         {"sweep_stats#failures", stats_failures, "stats.failures -> integer", "Runs that failed.", "", ""},

@@ -193,26 +193,31 @@ int drawn(Call& call) {
 
 }  // namespace
 
-extern const Module tableau_module;
-const Module tableau_module = {
+extern const Module tableau_module = {
     "rk",
     "Butcher tableaus",
     {
         {"tableau", make,
          "tableau{ A =, b =, c =, bhat =, name =, order = } or tableau [[ drawing ]] -> tableau",
-         "A Runge-Kutta method from its coefficients, as a table or drawn with one line 'c | a a …' per "
-         "stage and a last "
-         "line '| b b …'. Entries are numbers or strings such as \"sqrt(3)/6\"; c defaults to the row sums "
-         "of A. An order "
-         "that is claimed is proved.",
-         "tableau [[ 0   |\n1/2 | 1/2\n    | 0  1 ]]:order()", "2"},
+         R"(A Runge-Kutta method from its coefficients, as a table or drawn with one line 'c | a a …' per
+            stage and a last line '| b b …'. Entries are numbers or strings such as "sqrt(3)/6"; c defaults
+            to the row sums of A. An order that is claimed is proved.)",
+         R"(
+            tableau [[ 0   |
+            1/2 | 1/2
+                | 0  1 ]]:order())",
+         "2"},
         {"rk.gauss", gauss, "rk.gauss(stages) -> tableau",
-         "Gauss-Legendre collocation of order 2s: the nodes are the zeros of the shifted Legendre "
-         "polynomial.",
+         R"(Gauss-Legendre collocation of order 2s: the nodes are the zeros of the shifted Legendre
+            polynomial.)",
          "rk.gauss(2)",
-         "gauss(2): 2 stages, order 4, fully implicit\n\n"
-         "1/2 - √3/6 │ 1/4         1/4 - √3/6\n1/2 + √3/6 │ 1/4 + √3/6  1/4\n"
-         "───────────┼───────────────────────\n           │ 1/2         1/2"},
+         R"(
+            gauss(2): 2 stages, order 4, fully implicit
+
+            1/2 - √3/6 │ 1/4         1/4 - √3/6
+            1/2 + √3/6 │ 1/4 + √3/6  1/4
+            ───────────┼───────────────────────
+                       │ 1/2         1/2)"},
         {"rk.radau", radau, "rk.radau(stages) -> tableau",
          "Radau IIA collocation of order 2s - 1: stiffly accurate, L-stable, good for DAEs.",
          "rk.radau(3):order()", "5"},
@@ -221,12 +226,11 @@ const Module tableau_module = {
         {"rk.radau_ia", radau_ia, "rk.radau_ia(stages) -> tableau",
          "Radau IA, order 2s - 1: L-stable, the first node is 0.", "rk.radau_ia(2):order()", "3"},
         {"rk.lobatto", lobatto, "rk.lobatto(kind, stages) -> tableau",
-         "Lobatto methods of order 2s - 2; kind is \"IIIA\", \"IIIB\", \"IIIC\", \"IIIC*\", \"IIID\" or "
-         "\"IIIE\".",
-         "rk.lobatto(\"IIIC\", 3):order()", "4"},
+         R"(Lobatto methods of order 2s - 2; kind is "IIIA", "IIIB", "IIIC", "IIIC*", "IIID" or "IIIE".)",
+         R"(rk.lobatto("IIIC", 3):order())", "4"},
         {"rk.collocation", collocation, "rk.collocation{ node, … } -> tableau",
          "The collocation method with these nodes, in units of the step.",
-         "rk.collocation{ \"1/3\", 1 }:order()", "3"},
+         R"(rk.collocation{ "1/3", 1 }:order())", "3"},
         {"tableau#A", A, "tab.A -> matrix", "The coefficients aᵢⱼ.", "", ""},
         {"tableau#b", b, "tab.b -> column", "The weights.", "", ""},
         {"tableau#c", c, "tab.c -> column", "The nodes.", "", ""},
@@ -240,17 +244,17 @@ const Module tableau_module = {
         {"tableau:order", order, "tab:order() -> integer",
          "The order, decided from the coefficients by simplifying assumptions and rooted trees.", "", ""},
         {"tableau:proved", proved, "tab:proved() -> tableau",
-         "The same tableau with its claims (order, embedded order, order of the dense output) proved once "
-         "more: "
-         "those of the methods that come with the program are proved by its tests, not at every start.",
+         R"(The same tableau with its claims (order, embedded order, order of the dense output) proved once
+            more: those of the methods that come with the program are proved by its tests, not at every
+            start.)",
          "rk.dop853:proved():order()", "8"},
         {"tableau:stage_order", stage_order, "tab:stage_order() -> integer",
          "The largest q with C(q) and B(q): the order of each stage.", "", ""},
         {"tableau:is", is, "tab:is(property) -> boolean",
-         "\"explicit\", \"implicit\", \"diagonally implicit\", \"singly diagonally implicit\", \"FSAL\", "
-         "\"stiffly accurate\", \"collocation\", \"A-stable\", \"A(α)-stable\", \"L-stable\", \"I-stable\", "
-         "\"algebraically stable\", \"symplectic\" or \"symmetric\".",
-         "rk.gauss(3):is \"symplectic\"", "true"},
+         R"("explicit", "implicit", "diagonally implicit", "singly diagonally implicit", "FSAL", "stiffly
+            accurate", "collocation", "A-stable", "A(α)-stable", "L-stable", "I-stable", "algebraically
+            stable", "symplectic" or "symmetric".)",
+         R"(rk.gauss(3):is "symplectic")", "true"},
         {"tableau:latex", latex, "tab:latex() -> string", "The tableau as a LaTeX array.", "", ""},
         {"tableau:__tostring", drawn, "print(tab)", "The tableau as a book draws it.", "", ""},
     }};

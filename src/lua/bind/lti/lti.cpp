@@ -367,36 +367,48 @@ int shown(Call& call) { return call.push(lti::describe(self(call))); }
 
 }  // namespace
 
-extern const Module lti_module;
-const Module lti_module = {
+extern const Module lti_module = {
     "lti",
     "Linear systems",
     {
         {"ss", ss,
-         "ss(A, B [, C [, D [, Ts]]]) or ss{ A =, B =, C =, D =, Ts =, states =, inputs =, outputs = } -> G",
-         "The state space x′ = A x + B u, y = C x + D u; with a sampling time Ts x⁺ = A x + B u. Without C "
-         "the outputs are the "
-         "states, without D it is zero. Entries stay exact or symbolic. ss(G) converts, ss(D) is a gain.",
+         R"(ss(A, B [, C [, D [, Ts]]]) or ss{ A =, B =, C =, D =, Ts =, states =, inputs =, outputs = } ->
+            G)",
+         R"(The state space x′ = A x + B u, y = C x + D u; with a sampling time Ts x⁺ = A x + B u. Without
+            C the outputs are the states, without D it is zero. Entries stay exact or symbolic. ss(G)
+            converts, ss(D) is a gain.)",
          "ss({{0, 1}, {-2, -3}}, {0, 1}, {1, 0})",
-         "state space: 2 states, 1 input, 1 output, continuous time\n"
-         "       x₁  x₂ │ u\n  x₁′   0   1 │ 0\n  x₂′  -2  -3 │ 1\n  ────────────┼──\n  y     1   0 │ 0"},
-        {"tf", tf, "tf(num, den [, Ts]) or tf(expression, s [, Ts]) or tf \"s\" -> G",
-         "A transfer function from coefficients, highest power first; a matrix of them from lists of lists "
-         "of coefficients, or from "
-         "a list of rows of systems. s = tf \"s\" (z = tf(\"z\", Ts)) makes them by arithmetic; tf(G) "
-         "converts.",
+         R"(
+            state space: 2 states, 1 input, 1 output, continuous time
+                   x₁  x₂ │ u
+              x₁′   0   1 │ 0
+              x₂′  -2  -3 │ 1
+              ────────────┼──
+              y     1   0 │ 0)"},
+        {"tf", tf, R"(tf(num, den [, Ts]) or tf(expression, s [, Ts]) or tf "s" -> G)",
+         R"(A transfer function from coefficients, highest power first; a matrix of them from lists of
+            lists of coefficients, or from a list of rows of systems. s = tf "s" (z = tf("z", Ts)) makes
+            them by arithmetic; tf(G) converts.)",
          "tf({1, 2}, {1, 3, 1})",
-         "transfer function, continuous time\n     s + 2\n  ────────────\n  s² + 3 s + 1"},
+         R"(
+            transfer function, continuous time
+                 s + 2
+              ────────────
+              s² + 3 s + 1)"},
         {"zpk", zpk, "zpk(zeros, poles, gain [, Ts]) -> G",
-         "k Π (s - zᵢ)/Π (s - pᵢ); complex ones as complex(re, im) or { re, im }, in conjugate pairs. zpk(G) "
-         "converts.",
+         R"(k Π (s - zᵢ)/Π (s - pᵢ); complex ones as complex(re, im) or { re, im }, in conjugate pairs.
+            zpk(G) converts.)",
          "zpk({-1}, {{-1, 2}, {-1, -2}}, 3)",
-         "zeros, poles, gain, continuous time\n   3 (s + 1)\n  ────────────\n  s² + 2 s + 5"},
+         R"(
+            zeros, poles, gain, continuous time
+               3 (s + 1)
+              ────────────
+              s² + 2 s + 5)"},
         {"lti:tf", tf, "G:tf() -> G", "G(s) = C (sI - A)⁻¹B + D as fractions, exact; what cancels is noted.",
          "return ss({{0, 1}, {-2, -3}}, {0, 1}, {1, 0}):tf()(0)", "1/2"},
         {"lti:ss", ss, "G:ss() -> G",
-         "A state space: of a fraction the controllable canonical form, of a matrix of fractions a minimal "
-         "realisation."},
+         R"(A state space: of a fraction the controllable canonical form, of a matrix of fractions a
+            minimal realisation.)"},
         {"lti:zpk", zpk, "G:zpk() -> G", "The same as zeros, poles and gain."},
         {"lti#A", A, "G.A -> matrix", "A of a state space."},
         {"lti#B", B, "G.B -> matrix", "B of a state space."},
@@ -406,7 +418,7 @@ const Module lti_module = {
         {"lti#den", den, "G.den -> column", "The denominator's coefficients, highest power first."},
         {"lti#gain", gain, "G.gain -> number", "The gain k of G:zpk()."},
         {"lti#Ts", Ts, "G.Ts -> number", "The sampling time; 0 in continuous time."},
-        {"lti#form", form, "G.form -> string", "\"ss\", \"tf\" or \"zpk\"."},
+        {"lti#form", form, "G.form -> string", R"("ss", "tf" or "zpk".)"},
         {"lti#order", order, "G.order -> integer", "The number of states."},
         {"lti#states", states, "G.states -> list", "The names of the states."},
         {"lti#inputs", inputs, "G.inputs -> list", "The names of the inputs."},
@@ -414,7 +426,7 @@ const Module lti_module = {
         {"lti#notes", notes, "G.notes -> list",
          "What was left out on the way: cancelled factors, the point of linearisation."},
         {"lti:with", with, "G:with{ k = 2 } -> G", "The same system with values for parameters.",
-         "k = param \"k\"  return tf({k}, {1, k}):with{ k = 3 }:dcgain()", "1"},
+         R"(k = param "k"  return tf({k}, {1, k}):with{ k = 3 }:dcgain())", "1"},
         {"lti:named", named, "G:named{ states =, inputs =, outputs = } -> G",
          "The same system with names for its signals."},
         {"lti:channel", channel, "G:channel(output, input) -> G", "One channel, by numbers or names."},

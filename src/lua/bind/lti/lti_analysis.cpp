@@ -284,35 +284,33 @@ int dcgain(Call& call) { return push_entries_or_one(call.L, lti::dcgain(self(cal
 
 }  // namespace
 
-extern const Module lti_analysis_module;
-const Module lti_analysis_module = {
+extern const Module lti_analysis_module = {
     "lti analysis",
     "Linear systems: poles, zeros, structure",
     {
         {"lti:__call", value, "G(s) -> value",
-         "The transfer function at a symbol, a number or complex(re, im); of several channels a matrix "
-         "(complex: { re =, im = }).",
-         "s = param \"s\"  return tf({1, 2}, {1, 3, 1})(s), tf({1}, {1, 1})(complex(0, 1))",
+         R"(The transfer function at a symbol, a number or complex(re, im); of several channels a matrix
+            (complex: { re =, im = }).)",
+         R"(s = param "s"  return tf({1, 2}, {1, 3, 1})(s), tf({1}, {1, 1})(complex(0, 1)))",
          "(s + 2)/(s² + 3 s + 1)\t1/2 - 1/2 i"},
         {"lti:dcgain", dcgain, "G:dcgain() -> number or matrix",
          "The static gain G(0), in discrete time G(1).", "tf({6}, {1, 2, 3}):dcgain()", "2"},
         {"lti:poles", poles, "G:poles() -> roots",
-         "Eigenvalues of A, zeros of the denominator, or the poles of a minimal realisation (several "
-         "channels): exact where rational "
-         "or quadratic, symbolic up to degree two. [i], #, .re, .im, .values.",
+         R"(Eigenvalues of A, zeros of the denominator, or the poles of a minimal realisation (several
+            channels): exact where rational or quadratic, symbolic up to degree two. [i], #, .re, .im,
+            .values.)",
          "tf({1}, {1, 2, 5}):poles()", "poles: -1 ± 2 i"},
         {"lti:zeros", zeros, "G:zeros() -> roots",
-         "Invariant zeros: s at which [sI - A, -B; C, D] loses rank; of a fraction the zeros of its "
-         "numerator.",
+         R"(Invariant zeros: s at which [sI - A, -B; C, D] loses rank; of a fraction the zeros of its
+            numerator.)",
          "ss({{0, 1}, {-2, -3}}, {0, 1}, {3, 1}):zeros()", "zeros: -3"},
         {"lti:charpoly", charpoly, "G:charpoly([s]) -> column or polynomial",
          "det(sI - A), or the denominator.",
-         "s = param \"s\"  return ss({{0, 1}, {-2, -3}}, {0, 1}, {1, 0}):charpoly(s)", "s² + 3 s + 2"},
+         R"(s = param "s"  return ss({{0, 1}, {-2, -3}}, {0, 1}, {1, 0}):charpoly(s))", "s² + 3 s + 2"},
         {"lti:stability", stability, "G:stability() -> verdict",
-         "\"asymptotically stable\", \"stable, not asymptotically\" or \"unstable\" with the poles that "
-         "decide; for parameters without "
-         "values Routh's conditions. Fields: .verdict .reason .asymptotic .routh.",
-         "a, b = params \"a b\"  return tf({1}, {1, a, b, 1}):stability()",
+         R"("asymptotically stable", "stable, not asymptotically" or "unstable" with the poles that decide;
+            for parameters without values Routh's conditions. Fields: .verdict .reason .asymptotic .routh.)",
+         R"(a, b = params "a b"  return tf({1}, {1, a, b, 1}):stability())",
          "asymptotically stable if and only if a > 0, b - 1/a > 0 (Routh)"},
         {"lti:is_stable", is_stable, "G:is_stable() -> boolean", "All poles decay.",
          "tf({1}, {1, 0}):is_stable()", "false"},
@@ -325,19 +323,20 @@ const Module lti_analysis_module = {
         {"lti:damp", damp, "G:damp() -> damping",
          "Damping ratio ζ, natural frequency ωₙ and time constant of every pole: .zeta, .wn.",
          "tf({1}, {1, 2, 4}):damp()",
-         "pole              ζ  ωₙ [rad/s]  time constant [s]\n-1 ± 1.73205 i  0.5           2                "
-         "  "
-         "1"},
+         R"(
+            pole              ζ  ωₙ [rad/s]  time constant [s]
+            -1 ± 1.73205 i  0.5           2                  1)"},
         {"damping#zeta", dampings, "G:damp().zeta -> column", "Damping ratios, pole by pole."},
         {"damping#wn", frequencies, "G:damp().wn -> column", "Natural frequencies in rad/s."},
         {"damping:__tostring", damping_text, "print(G:damp())", "One pole, or pair, per line."},
         {"lti:controllability", controllability, "G:controllability() -> report",
-         "The rank of [B, AB, …], and the modes no input reaches with the combination of states that moves "
-         "by itself. .matrix .rank "
-         ".modes .full .stable.",
+         R"(The rank of [B, AB, …], and the modes no input reaches with the combination of states that
+            moves by itself. .matrix .rank .modes .full .stable.)",
          "ss({{-1, 0}, {0, -2}}, {1, 0}, {1, 1}):controllability()",
-         "not controllable: the controllability matrix has rank 1 of 2\n"
-         "  uncontrollable mode -2  no input reaches x₂: x₂′ = -2 x₂\nstabilizable: these modes decay"},
+         R"(
+            not controllable: the controllability matrix has rank 1 of 2
+              uncontrollable mode -2  no input reaches x₂: x₂′ = -2 x₂
+            stabilizable: these modes decay)"},
         {"lti:observability", observability, "G:observability() -> report",
          "The same for [C; CA; …] and the outputs.",
          "ss({{0, 1}, {-2, -3}}, {0, 1}, {1, 0}):observability().rank", "2"},
@@ -350,32 +349,42 @@ const Module lti_analysis_module = {
         {"reachability:__tostring", reach_text, "print(report)",
          "Rank, hidden modes and what moves with them."},
         {"ctrb", ctrb, "ctrb(A, B) or ctrb(G) -> matrix", "The controllability matrix [B, AB, …, Aⁿ⁻¹B].",
-         "ctrb({{0, 1}, {-2, -3}}, {0, 1})", "⎡0   1⎤\n⎣1  -3⎦"},
+         "ctrb({{0, 1}, {-2, -3}}, {0, 1})", R"(
+            ⎡0   1⎤
+            ⎣1  -3⎦)"},
         {"obsv", obsv, "obsv(A, C) or obsv(G) -> matrix", "The observability matrix [C; CA; …; CAⁿ⁻¹].",
-         "obsv({{0, 1}, {-2, -3}}, {1, 0})", "⎡1  0⎤\n⎣0  1⎦"},
+         "obsv({{0, 1}, {-2, -3}}, {1, 0})", R"(
+            ⎡1  0⎤
+            ⎣0  1⎦)"},
         {"minreal", minreal, "minreal(G [, tol = 1e-8]) -> G",
-         "A minimal realisation: without uncontrollable and unobservable states, without common factors. "
-         "Exact for exact systems; "
-         "tol is for decimals.",
+         R"(A minimal realisation: without uncontrollable and unobservable states, without common factors.
+            Exact for exact systems; tol is for decimals.)",
          "minreal(tf({1, 1}, {1, 3, 2}))",
-         "transfer function, continuous time\n    1\n  ─────\n  s + 2\n  minimal: 1 common factor removed"},
+         R"(
+            transfer function, continuous time
+                1
+              ─────
+              s + 2
+              minimal: 1 common factor removed)"},
         {"lti:minreal", minreal, "G:minreal([tol]) -> G", "The same as minreal(G, tol)."},
-        {"lti:gram", gram, "G:gram([\"c\" or \"o\"]) -> matrix",
-         "The controllability (observability) Gramian of a stable system.", "ss({{-1}}, {1}, {1}):gram \"c\"",
-         "(1/2)"},
+        {"lti:gram", gram, R"(G:gram(["c" or "o"]) -> matrix)",
+         "The controllability (observability) Gramian of a stable system.",
+         R"(ss({{-1}}, {1}, {1}):gram "c")", "(1/2)"},
         {"lyap", lyap, "lyap(A, Q) -> matrix", "P with A P + P Aᵀ + Q = 0.", "lyap({{-1}}, {{2}})", "(1)"},
-        {"dlyap", dlyap, "dlyap(A, Q) -> matrix", "P with A P Aᵀ - P + Q = 0.", "dlyap({{\"1/2\"}}, {{3}})",
+        {"dlyap", dlyap, "dlyap(A, Q) -> matrix", "P with A P Aᵀ - P + Q = 0.", R"(dlyap({{"1/2"}}, {{3}}))",
          "(4)"},
-        {"lti:norm", norm, "G:norm([2 or \"inf\"]) -> number",
-         "The H₂ norm, or the H∞ norm (the largest gain over all frequencies) and the frequency where it is "
-         "taken.",
+        {"lti:norm", norm, R"(G:norm([2 or "inf"]) -> number)",
+         R"(The H₂ norm, or the H∞ norm (the largest gain over all frequencies) and the frequency where it
+            is taken.)",
          "tf({1}, {1, 1}):norm()^2", "0.5"},
         {"margin", margin, "margin(G) -> margins",
-         "Gain and phase margin of the loop G/(1 + G), and whether that is stable. .gain .gain_at .phase "
-         ".phase_at .stable.",
+         R"(Gain and phase margin of the loop G/(1 + G), and whether that is stable. .gain .gain_at .phase
+            .phase_at .stable.)",
          "margin(tf({4}, {1, 3, 3, 1}))",
-         "gain margin   2 (6.021 dB) at ω = 1.73205\nphase margin  27.1416° at ω = 1.23282\nclosed loop   "
-         "asymptotically stable"},
+         R"(
+            gain margin   2 (6.021 dB) at ω = 1.73205
+            phase margin  27.1416° at ω = 1.23282
+            closed loop   asymptotically stable)"},
         {"lti:margin", margin, "G:margin() -> margins", "The same as margin(G)."},
         {"margins#gain", gain_margin, "m.gain -> number", "The gain margin as a factor."},
         {"margins#phase", phase_margin, "m.phase -> number", "The phase margin in degrees."},
@@ -384,11 +393,12 @@ const Module lti_analysis_module = {
         {"margins#stable", loop_stable, "m.stable -> boolean", "The closed loop is asymptotically stable."},
         {"margins:__tostring", margins_text, "print(margin(G))", "Both margins and the verdict."},
         {"lti:transition", transition, "G:transition([t]) -> matrix", "e^{At} as expressions in t.",
-         "ss({{0, 1}, {-1, 0}}, {0, 1}):transition()", "⎡cos(t)   sin(t)⎤\n⎣-sin(t)  cos(t)⎦"},
+         "ss({{0, 1}, {-1, 0}}, {0, 1}):transition()", R"(
+            ⎡cos(t)   sin(t)⎤
+            ⎣-sin(t)  cos(t)⎦)"},
         {"lti:solution", solution, "G:solution([x0 [, u]]) -> column",
-         "x(t) = e^{At}x₀ + ∫e^{A(t-τ)}Bu dτ as expressions in t. u: polynomials, exponentials, sines and "
-         "cosines of t. Exact where "
-         "modes are rational or quadratic; symbolic where e^{At} is.",
+         R"(x(t) = e^{At}x₀ + ∫e^{A(t-τ)}Bu dτ as expressions in t. u: polynomials, exponentials, sines and
+            cosines of t. Exact where modes are rational or quadratic; symbolic where e^{At} is.)",
          "ss({{-1}}, {1}):solution({2}, {sin(t)})", "(sin(t)/2 - cos(t)/2 + 5 exp(-t)/2)"},
         {"logm", logm, "logm(A) -> matrix",
          "The principal logarithm of a matrix without eigenvalues on the closed negative axis.",

@@ -91,8 +91,7 @@ int d2c(Call& call) {
 
 }  // namespace
 
-extern const Module lti_connect_module;
-const Module lti_connect_module = {
+extern const Module lti_connect_module = {
     "lti",
     "",
     {
@@ -109,19 +108,23 @@ const Module lti_connect_module = {
         {"parallel", parallel, "parallel(G1, G2, …) -> G", "The sum of the outputs.",
          "parallel(tf({1}, {1, 1}), tf({2}, {1, 3})):dcgain()", "5/3"},
         {"feedback", feedback, "feedback(G1 [, G2 [, sign = -1]]) -> G",
-         "The closed loop y = G1 (r + sign·G2 y); G2 is 1 if it is not given. An algebraic loop is an error.",
-         "feedback(tf({1}, {1, 0}), 2)", "transfer function, continuous time\n    1\n  ─────\n  s + 2"},
+         R"(The closed loop y = G1 (r + sign·G2 y); G2 is 1 if it is not given. An algebraic loop is an
+            error.)",
+         "feedback(tf({1}, {1, 0}), 2)", R"(
+            transfer function, continuous time
+                1
+              ─────
+              s + 2)"},
         {"append", append, "append(G1, G2, …) -> G", "Side by side: block diagonal.",
          "#append(tf({1}, {1, 1}), ss({{-2}}, {1}, {1})).inputs", "2"},
         {"lti:feedback", feedback, "G:feedback([G2 [, sign]]) -> G", "The same as feedback(G, G2, sign)."},
-        {"c2d", c2d, "c2d(G, Ts [, method = \"zoh\" [, { prewarp = ω }]]) -> G",
-         "Sampling: \"zoh\" (inputs held), \"foh\" (straight lines), \"tustin\", \"euler\", \"backward\", "
-         "\"impulse\". Exact where "
-         "the result is rational or symbolic.",
-         "Ts = param \"Ts\"  return c2d(ss({{0, 1}, {0, 0}}, {0, 1}, {1, 0}), Ts).B[1]", "Ts²/2"},
-        {"d2c", d2c, "d2c(G [, method = \"zoh\"]) -> G",
-         "Back to continuous time by the matrix logarithm (\"zoh\") or by \"tustin\"; poles on the negative "
-         "axis have no \"zoh\".",
+        {"c2d", c2d, R"(c2d(G, Ts [, method = "zoh" [, { prewarp = ω }]]) -> G)",
+         R"(Sampling: "zoh" (inputs held), "foh" (straight lines), "tustin", "euler", "backward",
+            "impulse". Exact where the result is rational or symbolic.)",
+         R"(Ts = param "Ts"  return c2d(ss({{0, 1}, {0, 0}}, {0, 1}, {1, 0}), Ts).B[1])", "Ts²/2"},
+        {"d2c", d2c, R"(d2c(G [, method = "zoh"]) -> G)",
+         R"(Back to continuous time by the matrix logarithm ("zoh") or by "tustin"; poles on the negative
+            axis have no "zoh".)",
          "d2c(c2d(tf({1}, {1, 2}), 0.5)):poles()", "poles: -2"},
         {"lti:c2d", c2d, "G:c2d(Ts [, method]) -> G", "The same as c2d(G, Ts, method)."},
         {"lti:d2c", d2c, "G:d2c([method]) -> G", "The same as d2c(G, method)."},

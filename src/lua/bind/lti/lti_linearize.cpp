@@ -57,19 +57,16 @@ int linearize(Call& call) {
 
 }  // namespace
 
-extern const Module lti_linearize_module;
-const Module lti_linearize_module = {
+extern const Module lti_linearize_module = {
     "linearize",
     "Linear systems from models",
     {
         {"model:linearize", linearize, "sys:linearize(at [, { inputs =, outputs = }]) -> G",
-         "The state space of small deviations from a start, with its states by name: directly for index ≤ 1, "
-         "at an equilibrium of a "
-         "model of higher index by its pencil (as many states as there are degrees of freedom), else on the "
-         "tangent of its constraints. inputs: "
-         "inputs or parameters; outputs: any expressions, multipliers and accelerations included; without "
-         "them the states. A point that "
-         "is no equilibrium gives a warning.",
+         R"(The state space of small deviations from a start, with its states by name: directly for index ≤
+            1, at an equilibrium of a model of higher index by its pencil (as many states as there are
+            degrees of freedom), else on the tangent of its constraints. inputs: inputs or parameters;
+            outputs: any expressions, multipliers and accelerations included; without them the states. A
+            point that is no equilibrium gives a warning.)",
          "th = var \"theta\"  sys = dae{ der(th, 2) ~ -4*sin(th) }  return sys:linearize(sys:init{ fix = { "
          "[th] = 0, [th.dot] = 0 } }):poles()",
          "poles: ±2 i"},

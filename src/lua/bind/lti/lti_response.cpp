@@ -257,15 +257,13 @@ int frequency_text(Call& call) {
 
 }  // namespace
 
-extern const Module lti_response_module;
-const Module lti_response_module = {
+extern const Module lti_response_module = {
     "lti responses",
     "Linear systems: responses in time and frequency",
     {
         {"lti:step", step, "G:step([to or times]) -> response",
-         "The response to a unit step, exact at the sampling points. .t .y .x, and .final .rise_time "
-         ".settling_time .overshoot .peak "
-         ".peak_time; :plot() :show() :save(file).",
+         R"(The response to a unit step, exact at the sampling points. .t .y .x, and .final .rise_time
+            .settling_time .overshoot .peak .peak_time; :plot() :show() :save(file).)",
          "r = tf({4}, {1, 2, 4}):step(8)  return #r.t, math.abs(r.overshoot - "
          "100*math.exp(-math.pi/math.sqrt(3))) < 0.01",
          "301\ttrue"},
@@ -275,19 +273,18 @@ const Module lti_response_module = {
         {"lti:initial", initial, "G:initial(x0 [, to or times]) -> response",
          "The response to an initial state without inputs.",
          "ss({{-1}}, {1}):initial({2}, {0, 1}).y(2, 1) == 2*math.exp(-1)", "true"},
-        {"lsim", lsim, "lsim(G, u, t [, x0 [, { between = \"linear\" or \"hold\" }]]) -> response",
-         "The response to any input. u: an expression in t or a function (integrated by Gauss' formula "
-         "between the times), or data "
-         "with one row per time, joined by straight lines or held.",
-         "r = lsim(tf({1}, {1, 1}), sin(t), linspace(0, 2, 21))  return math.abs(r.y(21, 1) - (math.exp(-2) "
-         "+ math.sin(2) - math.cos(2))/2) < 1e-12",
+        {"lsim", lsim, R"(lsim(G, u, t [, x0 [, { between = "linear" or "hold" }]]) -> response)",
+         R"(The response to any input. u: an expression in t or a function (integrated by Gauss' formula
+            between the times), or data with one row per time, joined by straight lines or held.)",
+         "r = lsim(tf({1}, {1, 1}), sin(t), linspace(0, 2, 21))  return math.abs(r.y(21, 1) - "
+         "(math.exp(-2) + math.sin(2) - math.cos(2))/2) < 1e-12",
          "true"},
         {"lti:lsim", lsim, "G:lsim(u, t [, x0 [, options]]) -> response", "The same as lsim(G, u, t, x0)."},
         {"response#t", times, "r.t -> column", "The times."},
         {"response#y", y, "r.y -> matrix",
          "The outputs, one row per time; with several inputs those of the first come first."},
         {"response#x", x, "r.x -> matrix", "The states, one row per time."},
-        {"response#kind", kind, "r.kind -> string", "\"step\", \"impulse\", \"initial\" or \"lsim\"."},
+        {"response#kind", kind, "r.kind -> string", R"("step", "impulse", "initial" or "lsim".)"},
         {"response#labels", labels, "r.labels -> list", "What the columns of y are."},
         {"response#discrete", discrete, "r.discrete -> boolean", "In discrete time."},
         {"response#final", final, "r.final -> number", "The final value of a step response."},
@@ -303,8 +300,8 @@ const Module lti_response_module = {
          "r = tf({1}, {1, 1}):freqresp({1})  return math.abs(r.mag(1, 1)^2 - 0.5) < 1e-15, r.phase(1, 1)",
          "true\t-45.0"},
         {"lti:bode", freqresp, "G:bode([frequencies or { from, to }]) -> frequency response",
-         "Gain and phase over the frequency: .w .mag .db .phase, margins in print; :plot() :show() "
-         ":save(file) draw both."},
+         R"(Gain and phase over the frequency: .w .mag .db .phase, margins in print; :plot() :show()
+            :save(file) draw both.)"},
         {"frequency response#w", w, "r.w -> column", "Frequencies in rad/s."},
         {"frequency response#mag", mag, "r.mag -> matrix", "|G|, one column per channel."},
         {"frequency response#magnitude", mag, "r.magnitude -> matrix", "The same as r.mag."},

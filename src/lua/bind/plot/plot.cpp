@@ -386,34 +386,30 @@ extern const Module plot_module = {
     "Looking at things",
     {
         {"figure", figure, "figure{ series = { { x =, y =, labels =, style = }, … }, … } -> figure",
-         "What plot, plot3 and the others make, written out: every series has columns x and y (and z, or "
-         "points = "
-         "n×3 matrix, with three_d = true); y may have several columns. Options: title, xlabel, ylabel, "
-         "zlabel, xlim, ylim, "
-         "zlim, xlog, ylog, xwhole, ywhole, yreversed, equal, legend, view = { tilt, turn }, size = { width, "
-         "height }, "
-         "surfaces, notes, below = { figures } (panels under this one).",
-         "figure{ series = { { x = {1, 2, 3}, y = {1, 4, 9}, labels = {\"squares\"} } }, title = \"Powers\" "
-         "}",
+         R"(What plot, plot3 and the others make, written out: every series has columns x and y (and z, or
+            points = n×3 matrix, with three_d = true); y may have several columns. Options: title, xlabel,
+            ylabel, zlabel, xlim, ylim, zlim, xlog, ylog, xwhole, ywhole, yreversed, equal, legend, view =
+            { tilt, turn }, size = { width, height }, surfaces, notes, below = { figures } (panels under
+            this one).)",
+         "figure{ series = { { x = {1, 2, 3}, y = {1, 4, 9}, labels = {\"squares\"} } }, title = "
+         "\"Powers\" }",
          "figure 'Powers': 1 series, 3 points"},
         {"sphere", sphere, "sphere(radius [, center]) -> surface",
          "A sphere for plot3{ surfaces = … }. The radius may be a parameter with a default value.",
          "sphere(1)", "surface: 25×49 nodes"},
         {"surface", surface, "surface(f, {u0, u1}, {v0, v1} [, n]) -> surface",
-         "A surface for plot3{ surfaces = … }: f(x, y) returns z, or f(u, v) returns x, y, z; n pieces per "
-         "side (24). Or "
-         "surface(x, y, z) from three matrices, one entry per node.",
+         R"(A surface for plot3{ surfaces = … }: f(x, y) returns z, or f(u, v) returns x, y, z; n pieces
+            per side (24). Or surface(x, y, z) from three matrices, one entry per node.)",
          "surface(function(x, y) return x*x - y*y end, {-1, 1}, {-1, 1}, 10)", "surface: 11×11 nodes"},
         {"surface:__tostring", surface_text, "tostring(surface)", "The size of its grid."},
         {"figure:show", show, "fig:show()",
-         "Draws the figure in the terminal; in a pipe 80 columns wide, without colours. At the prompt a "
-         "figure that is the "
-         "value of a line is shown by itself."},
+         R"(Draws the figure in the terminal; in a pipe 80 columns wide, without colours. At the prompt a
+            figure that is the value of a line is shown by itself.)"},
         {"figure:save", save, "fig:save(file) -> fig",
          "Writes the figure to a file through gnuplot; the extension says the format: .svg, .png or .pdf."},
         {"figure:text", drawing_text, "fig:text([columns]) -> string",
          "The terminal drawing without colours, 80 columns wide unless told.",
-         "plot({0, 1, 4}):text(40):match(\"┌\")", "┌"},
+         R"(plot({0, 1, 4}):text(40):match("┌"))", "┌"},
         {"figure:__tostring", describe_figure, "tostring(fig)", "What the figure holds, in one line."},
         {"figure#title", title, "fig.title", "Its title, or an empty string."},
         {"figure#labels", labels, "fig.labels", "The labels of its series, as a list."},

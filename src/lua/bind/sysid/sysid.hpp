@@ -3,7 +3,7 @@
 
 #include "lua/bind/expr/expr.hpp"
 #include "lua/core/values.hpp"
-#include "sysid/data/iddata.hpp"
+#include "lua/read/iddata.hpp"
 #include "sysid/fit/estimators.hpp"
 #include "sysid/fit/least_squares.hpp"
 #include "sysid/model/model.hpp"
@@ -11,10 +11,6 @@
 
 namespace pendula::lua {
 
-template <>
-struct TypeName<sysid::IdData> {
-  static constexpr const char* value = "iddata";
-};
 template <>
 struct TypeName<sysid::IdModel> {
   static constexpr const char* value = "idmodel";

@@ -291,57 +291,61 @@ int to_text(Call& call) { return call.push(sysid::describe(self(call))); }
 
 }  // namespace
 
-extern const Module iddata_module;
-const Module iddata_module = {
+extern const Module iddata_module = {
     "identification",
     "Identification",
     {
         {"iddata", make, "iddata{ y =, u =, Ts = 1, yname =, uname = } -> iddata",
-         "Measured data: outputs y and inputs u, each a list, a list of rows or columns, or a matrix, "
-         "sampled every Ts "
-         "seconds. A missing sample is nan (0/0). Samples count from 1.",
+         R"(Measured data: outputs y and inputs u, each a list, a list of rows or columns, or a matrix,
+            sampled every Ts seconds. A missing sample is nan (0/0). Samples count from 1.)",
          "iddata{ y = {0, 1, 0.6}, u = {1, 0, -1}, Ts = 0.1 }",
-         "data: 3 samples, Ts = 0.1, 1 output, 1 input\n"
-         "             min  max      mean\n"
-         "  output  y    0    1  0.533333\n"
-         "  input   u   -1    1         0"},
+         R"(
+            data: 3 samples, Ts = 0.1, 1 output, 1 input
+                         min  max      mean
+              output  y    0    1  0.533333
+              input   u   -1    1         0)"},
         {"iddata.read", read, "iddata.read(file [, { y =, u =, Ts = }]) -> iddata",
-         "Reads columns of a text file (commas, semicolons, tabs or blanks; with or without a header; empty "
-         "fields, NaN, NA: "
-         "missing) or of a MATLAB .mat file. y and u name columns, or number them; without them those that "
-         "begin with y and u "
-         "are taken. Ts comes from a column t if it is not given.",
-         "name = os.tmpname()  f = io.open(name, \"w\")  f:write \"t;u;y\\n0;1;0,5\\n2;0;\\n\"  f:close()\n"
-         "d = iddata.read(name)  os.remove(name)\nd.Ts, d.missing",
+         R"(Reads columns of a text file (commas, semicolons, tabs or blanks; with or without a header;
+            empty fields, NaN, NA: missing) or of a MATLAB .mat file. y and u name columns, or number them;
+            without them those that begin with y and u are taken. Ts comes from a column t if it is not
+            given.)",
+         R"(
+            name = os.tmpname()  f = io.open(name, "w")  f:write "t;u;y\n0;1;0,5\n2;0;\n"  f:close()
+            d = iddata.read(name)  os.remove(name)
+            d.Ts, d.missing)",
          "2.0\t1"},
         {"iddata:slice", slice, "d:slice(first, last) -> iddata",
          "Samples first to last, counted from 1, both included.",
          "iddata{ y = {5, 6, 7, 8} }:slice(2, 3).y[1]", "6.0"},
         {"iddata:split", split, "d:split(fraction) -> iddata, iddata",
          "The first part of the samples for estimation, the rest for validation.",
-         "e, v = iddata{ y = {1, 2, 3, 4} }:split(0.5)\n#e, #v", "2\t2"},
-        {"iddata:detrend", detrend, "d:detrend([\"mean\" | \"linear\" | { y =, u = }]) -> iddata",
+         R"(
+            e, v = iddata{ y = {1, 2, 3, 4} }:split(0.5)
+            #e, #v)",
+         "2\t2"},
+        {"iddata:detrend", detrend, R"(d:detrend(["mean" | "linear" | { y =, u = }]) -> iddata)",
          "Removes the means, the least-squares lines, or the given offsets of all signals.",
          "iddata{ y = {1, 2, 3} }:detrend().y[1]", "-1.0"},
         {"iddata:resample", resample,
-         "d:resample(Ts [, { method = \"lowpass\" | \"linear\" | \"hold\" }]) -> iddata",
+         R"(d:resample(Ts [, { method = "lowpass" | "linear" | "hold" }]) -> iddata)",
          "The data on a new sampling time; lowpass keeps frequencies above the new Nyquist frequency out.",
-         "#iddata{ y = {1, 2, 3, 4}, Ts = 1 }:resample(0.5, { method = \"linear\" })", "7"},
+         R"(#iddata{ y = {1, 2, 3, 4}, Ts = 1 }:resample(0.5, { method = "linear" }))", "7"},
         {"merge", merge, "merge(d1, d2, …) -> iddata",
          "Several experiments as one data set: no row of a regressor reaches from one into the next.",
          "merge(iddata{ y = {1, 2} }, iddata{ y = {3} }).experiments", "2"},
         {"iddata:merge", merge, "d:merge(d2, …) -> iddata", "The same as merge(d, d2, …).", "", ""},
-        {"iddata:fill", fill, "d:fill([\"linear\" | \"previous\"]) -> iddata",
+        {"iddata:fill", fill, R"(d:fill(["linear" | "previous"]) -> iddata)",
          "Replaces missing samples by interpolation or by the last one before.",
          "iddata{ y = {1, 0/0, 3} }:fill().y[2]", "2.0"},
         {"iddata:select", select, "d:select{ y =, u = } -> iddata",
          "Some of the signals, by names or numbers; what is not given stays, {} leaves all out.",
          "iddata{ y = {{1, 2}, {3, 4}, {5, 6}}, u = {1, 0, 1} }:select{ y = 2 }.y.T", "2  4  6"},
         {"iddata:csv", csv, "d:csv(file)",
-         "Writes a text table: t, the inputs, the outputs; a missing sample is an empty field. iddata.read "
-         "reads it back.",
-         "name = os.tmpname()  iddata{ y = {1, 0/0}, u = {3, 4}, Ts = 0.5 }:csv(name)\n"
-         "f = io.open(name)  print(f:read \"a\")  f:close()  os.remove(name)",
+         R"(Writes a text table: t, the inputs, the outputs; a missing sample is an empty field.
+            iddata.read reads it back.)",
+         R"(
+            name = os.tmpname()  iddata{ y = {1, 0/0}, u = {3, 4}, Ts = 0.5 }:csv(name)
+            f = io.open(name)  print(f:read "a")  f:close()  os.remove(name))",
          "t,u,y\n0,3,1\n0.5,4,\n"},
         {"iddata:save", save, "d:save(file)",
          "As a MATLAB file (y, u, Ts) if the name ends in .mat, else as d:csv.", "", ""},

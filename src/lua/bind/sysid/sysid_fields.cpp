@@ -250,23 +250,22 @@ int n4sid(Call& call) {
 
 }  // namespace
 
-extern const Module idmodel_fields_module;
-const Module idmodel_fields_module = {
+extern const Module idmodel_fields_module = {
     "identification",
     "",
     {
         {"n4sid", n4sid,
-         "n4sid(d, order | { order =, weight = \"CVA\", horizon =, D = false, K = true }) -> idmodel",
-         "State-space model x(t+1) = A x + B u + K e, y = C x + D u + e by a subspace method: no search, no "
-         "starting "
-         "values, any number of inputs and outputs. order: a number, or a range {1, 10} to choose from (also "
-         "without "
-         "it). weight: \"CVA\", \"MOESP\" or \"N4SID\"; horizon: block rows of past and future; D = true "
-         "estimates a direct term; "
-         "K = false is an output-error model. mod:ss() gives the linear system.",
-         "u, y = {}, {}\nfor t = 1, 60 do u[t] = (-1)^(t*t//3); y[t] = 0.5*(y[t-1] or 0) + (u[t-1] or 0) "
-         "end\n"
-         "m = n4sid(iddata{ y = y, u = u }, 1)\nprint((\"%.6f %.6f\"):format(m.A[1], m.C[1]*m.B[1]))",
+         R"(n4sid(d, order | { order =, weight = "CVA", horizon =, D = false, K = true }) -> idmodel)",
+         R"(State-space model x(t+1) = A x + B u + K e, y = C x + D u + e by a subspace method: no search,
+            no starting values, any number of inputs and outputs. order: a number, or a range {1, 10} to
+            choose from (also without it). weight: "CVA", "MOESP" or "N4SID"; horizon: block rows of past
+            and future; D = true estimates a direct term; K = false is an output-error model. mod:ss()
+            gives the linear system.)",
+         R"(
+            u, y = {}, {}
+            for t = 1, 60 do u[t] = (-1)^(t*t//3); y[t] = 0.5*(y[t-1] or 0) + (u[t-1] or 0) end
+            m = n4sid(iddata{ y = y, u = u }, 1)
+            print(("%.6f %.6f"):format(m.A[1], m.C[1]*m.B[1])))",
          "0.500000 1.000000"},
         {"idmodel#K", K, "mod.K -> matrix", "State space: the gain of the noise, that of the Kalman filter.",
          "", ""},

@@ -6,8 +6,8 @@
 #include "lua/bind/dae/dae.hpp"
 #include "lua/bind/integrate/integrate_options.hpp"
 #include "lua/bind/sysid/sysid.hpp"
-#include "lua/core/inputs.hpp"
 #include "lua/core/objects.hpp"
+#include "lua/read/inputs.hpp"
 #include "sysid/fit/grey_box.hpp"
 
 namespace pendula::lua {
@@ -181,24 +181,25 @@ int to_text_(Call& call) { return call.push(sysid::describe(self(call))); }
 
 }  // namespace
 
-extern const Module grey_box_module;
-const Module grey_box_module = {
+extern const Module grey_box_module = {
     "identification",
     "",
     {
         {"fit", fit,
-         "fit(sys, { params =, data =, y =, start =, guess =, inputs =, hold = \"zero\", method =, dt =, "
-         "rtol = 1e-8 }) -> "
-         "fit_result",
-         "Estimates parameters of a model from data by Gauss–Newton with exact sensitivities. y: the "
-         "expression that was measured, "
-         "or a list; a state among params stands for its initial value; start as in integrate, solved anew "
-         "for every θ; initial values that it leaves open are estimated too; measured "
-         "inputs are those of the data. The search begins at guess, or at the values the parameters have.",
-         "x, k = var \"x\", param(\"k\", 1)\nsys = dae{ der(x) ~ -k*x }\ny = {}\nfor i = 0, 10 do y[i+1] = "
-         "2*math.exp(-0.3*i) end\n"
-         "r = fit(sys, { params = {k}, data = iddata{ y = y, Ts = 1 }, y = x, start = { x = 2 } "
-         "})\nprint((\"%.6f\"):format(r.theta[1]))",
+         R"(fit(sys, { params =, data =, y =, start =, guess =, inputs =, hold = "zero", method =, dt =,
+            rtol = 1e-8 }) -> fit_result)",
+         R"(Estimates parameters of a model from data by Gauss–Newton with exact sensitivities. y: the
+            expression that was measured, or a list; a state among params stands for its initial value;
+            start as in integrate, solved anew for every θ; initial values that it leaves open are
+            estimated too; measured inputs are those of the data. The search begins at guess, or at the
+            values the parameters have.)",
+         R"(
+            x, k = var "x", param("k", 1)
+            sys = dae{ der(x) ~ -k*x }
+            y = {}
+            for i = 0, 10 do y[i+1] = 2*math.exp(-0.3*i) end
+            r = fit(sys, { params = {k}, data = iddata{ y = y, Ts = 1 }, y = x, start = { x = 2 } })
+            print(("%.6f"):format(r.theta[1])))",
          "0.300000"},
         {"fit_result#theta", theta, "r.theta -> column",
          "The estimates, in the order of params, then the initial values that were open.", "", ""},

@@ -209,47 +209,47 @@ int to_text(Call& call) { return call.push(sysid::describe(self(call))); }
 
 }  // namespace
 
-extern const Module likelihood_module;
-const Module likelihood_module = {
+extern const Module likelihood_module = {
     "identification",
     "",
     {
         {"uniform", uniform, "uniform(low, high) -> density",
-         "Noise spread evenly over [low, high]. The likelihood is then constant on a polytope of parameters "
-         "and zero outside: "
-         "arx and lsq return that set.",
-         "print(lsq({1, 1}, {0.5, 1.25}, { noise = uniform(-1, 1), names = \"a\" }))",
+         R"(Noise spread evenly over [low, high]. The likelihood is then constant on a polytope of
+            parameters and zero outside: arx and lsq return that set.)",
+         R"(print(lsq({1, 1}, {0.5, 1.25}, { noise = uniform(-1, 1), names = "a" })))",
          "uniform noise on [-1, 1]: 2 rows, 1 parameter\n"
-         "  the likelihood is 0.5² everywhere on this set and 0 outside: the maximum-likelihood estimate is "
-         "not unique\n"
+         "  the likelihood is 0.5² everywhere on this set and 0 outside: the maximum-likelihood estimate "
+         "is not unique\n"
          "  vertex    a\n"
          "       1  1/4\n"
          "       2  3/2\n"
          "  1/4 ≤ a ≤ 3/2\n"
          "  Chebyshev centre (0.875), radius 0.625"},
         {"gaussian", gaussian, "gaussian([sigma]) -> density",
-         "Normal noise: maximum likelihood is least squares with covariance σ²(ΦᵀΦ)⁻¹; σ is estimated if it "
-         "is not given.",
+         R"(Normal noise: maximum likelihood is least squares with covariance σ²(ΦᵀΦ)⁻¹; σ is estimated if
+            it is not given.)",
          "print(gaussian(0.1))", "Gaussian noise, σ = 0.1"},
         {"laplace", laplace, "laplace([b]) -> density",
-         "Density exp(-|e|/b)/(2b): maximum likelihood is least absolute deviations, robust against "
-         "outliers.",
-         "d = iddata{ y = {1, 2, 3, 40}, u = {1, 2, 3, 4} }\nfir(d, { nb = 1, nk = 0, noise = laplace() "
-         "}).theta[1]",
+         R"(Density exp(-|e|/b)/(2b): maximum likelihood is least absolute deviations, robust against
+            outliers.)",
+         R"(
+            d = iddata{ y = {1, 2, 3, 40}, u = {1, 2, 3, 4} }
+            fir(d, { nb = 1, nk = 0, noise = laplace() }).theta[1])",
          "1.0"},
         {"exponential", exponential, "exponential([rate]) -> density",
-         "Density λ exp(-λ e) for e ≥ 0: maximum likelihood is a linear program, all errors positive with "
-         "the least sum.",
-         "d = iddata{ y = {1, 2.5, 3, 4}, u = {1, 2, 3, 4} }\nfir(d, { nb = 1, nk = 0, noise = exponential() "
-         "}).theta[1]",
+         R"(Density λ exp(-λ e) for e ≥ 0: maximum likelihood is a linear program, all errors positive with
+            the least sum.)",
+         R"(
+            d = iddata{ y = {1, 2.5, 3, 4}, u = {1, 2, 3, 4} }
+            fir(d, { nb = 1, nk = 0, noise = exponential() }).theta[1])",
          "1.0"},
         {"density", density, "density(f) -> density",
-         "Noise with any positive density f(e), a function that returns an expression. A factor that does "
-         "not depend on e may be "
-         "left out.",
-         "d = iddata{ y = {1, 2, 3, 40}, u = {1, 2, 3, 4} }\n"
-         "m = fir(d, { nb = 1, nk = 0, noise = density(function(e) return 1/(1 + e^2)^2 end) })\n"
-         "print((\"%.3f\"):format(m.theta[1]))",
+         R"(Noise with any positive density f(e), a function that returns an expression. A factor that does
+            not depend on e may be left out.)",
+         R"(
+            d = iddata{ y = {1, 2, 3, 40}, u = {1, 2, 3, 4} }
+            m = fir(d, { nb = 1, nk = 0, noise = density(function(e) return 1/(1 + e^2)^2 end) })
+            print(("%.3f"):format(m.theta[1])))",
          "1.008"},
         {"density:__tostring", density_text, "print(density)", "The density in words.", "", ""},
         {"parameter_set#feasible", feasible, "set.feasible -> boolean",
@@ -268,8 +268,8 @@ const Module likelihood_module = {
         {"parameter_set#centre", center, "set.centre -> column", "The same as set.center.", "", ""},
         {"parameter_set#radius", radius, "set.radius -> number", "The radius of that ball.", "", ""},
         {"parameter_set#theta", theta, "set.theta -> column",
-         "One point of the set: the Chebyshev centre; of an empty set, the point of the smallest feasible "
-         "bound.",
+         R"(One point of the set: the Chebyshev centre; of an empty set, the point of the smallest feasible
+            bound.)",
          "", ""},
         {"parameter_set#volume", volume, "set.volume -> number",
          "Volume (area for two parameters); 0 if empty, inf if unbounded.", "", ""},
@@ -284,7 +284,9 @@ const Module likelihood_module = {
          "The samples whose rows decide the smallest bound.", "", ""},
         {"parameter_set:contains", contains, "set:contains(theta) -> boolean [, sample]",
          "Whether θ explains all rows; if not, the first sample that it does not explain.",
-         "s = lsq({1, 1}, {0.5, 1.25}, { noise = uniform(-1, 1) })\ns:contains {1}, s:contains {0}",
+         R"(
+            s = lsq({1, 1}, {0.5, 1.25}, { noise = uniform(-1, 1) })
+            s:contains {1}, s:contains {0})",
          "true\tfalse\t2"},
         {"parameter_set:__tostring", to_text, "print(set)",
          "Vertices, intervals, centre, volume; or why it is empty.", "", ""},

@@ -128,25 +128,23 @@ int to_text(Call& call) {
 
 }  // namespace
 
-extern const Module lsq_module;
-const Module lsq_module = {
+extern const Module lsq_module = {
     "identification",
     "",
     {
         {"lsq", lsq, "lsq(A, y [, { covariance = S | weights = w | noise =, names = {…} }]) -> lsq_result",
-         "θ that minimises (Aθ - y)ᵀ S⁻¹ (Aθ - y). With S, the covariance of the noise, cov θ = (Aᵀ S⁻¹ "
-         "A)⁻¹; without it, "
-         "σ̂² (AᵀA)⁻¹; weights are 1/variances up to a common factor. noise: maximum likelihood for a "
-         "density; uniform(low, high) gives the set. When the rank is deficient the estimate "
-         "has minimum norm and the result says which "
-         "combinations are free.",
-         "print(lsq({ {0, 1} }, {1}, { names = {\"a\", \"b\"} }))",
-         "least squares: 1 row, 2 parameters, rank 1\n"
-         "  a  0  not identifiable\n"
-         "  b  1\n"
-         "  the data are reproduced exactly (to rounding)\n"
-         "  the estimate shown is the one of minimum norm\n"
-         "    a is not identifiable"},
+         R"(θ that minimises (Aθ - y)ᵀ S⁻¹ (Aθ - y). With S, the covariance of the noise, cov θ = (Aᵀ S⁻¹
+            A)⁻¹; without it, σ̂² (AᵀA)⁻¹; weights are 1/variances up to a common factor. noise: maximum
+            likelihood for a density; uniform(low, high) gives the set. When the rank is deficient the
+            estimate has minimum norm and the result says which combinations are free.)",
+         R"(print(lsq({ {0, 1} }, {1}, { names = {"a", "b"} })))",
+         R"(
+            least squares: 1 row, 2 parameters, rank 1
+              a  0  not identifiable
+              b  1
+              the data are reproduced exactly (to rounding)
+              the estimate shown is the one of minimum norm
+                a is not identifiable)"},
         {"lsq_result#theta", theta, "r.theta -> column", "The estimate.", "", ""},
         {"lsq_result#covariance", covariance, "r.covariance -> matrix", "Its covariance.", "", ""},
         {"lsq_result#cov", covariance, "r.cov -> matrix", "Its covariance.", "", ""},

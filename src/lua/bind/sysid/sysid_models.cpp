@@ -279,81 +279,90 @@ int fit(Call& call) {
 
 }  // namespace
 
-extern const Module idmodel_module;
-const Module idmodel_module = {
+extern const Module idmodel_module = {
     "identification",
     "",
     {
         {"arx", arx,
-         "arx(d, { na =, nb =, nk = 1, ic = \"drop\", noise =, weights =, covariance = }) -> idmodel",
-         "Least-squares estimate of A(q) y(t) = B(q) u(t) + e(t): na past outputs, nb past inputs after a "
-         "delay of nk samples; "
-         "b_k multiplies u(t-k). Several inputs: lists nb, nk; several outputs: matrices. ic says what "
-         "happens before the first "
-         "sample: \"drop\" the rows that need it, \"zero\", or \"estimate\". noise: maximum likelihood for "
-         "that density; "
-         "uniform(low, high) gives the set of parameters. weights (1/variance) or the covariance of the "
-         "noise: weighted least squares.",
-         "d = iddata{ y = {0, 1, .6, -.7, 1.5, 1.9}, u = {1, 0, -1, 2, 1, 0} }\nm = arx(d, { na = 1, nb = 1, "
-         "nk = 1 })\n"
-         "print(m.theta.T)",
+         R"(arx(d, { na =, nb =, nk = 1, ic = "drop", noise =, weights =, covariance = }) -> idmodel)",
+         R"(Least-squares estimate of A(q) y(t) = B(q) u(t) + e(t): na past outputs, nb past inputs after a
+            delay of nk samples; b_k multiplies u(t-k). Several inputs: lists nb, nk; several outputs:
+            matrices. ic says what happens before the first sample: "drop" the rows that need it, "zero",
+            or "estimate". noise: maximum likelihood for that density; uniform(low, high) gives the set of
+            parameters. weights (1/variance) or the covariance of the noise: weighted least squares.)",
+         R"(
+            d = iddata{ y = {0, 1, .6, -.7, 1.5, 1.9}, u = {1, 0, -1, 2, 1, 0} }
+            m = arx(d, { na = 1, nb = 1, nk = 1 })
+            print(m.theta.T))",
          "-0.6031634446  0.985940246"},
-        {"fir", fir, "fir(d, { nb =, nk = 1, ic = \"drop\" }) -> idmodel",
+        {"fir", fir, R"(fir(d, { nb =, nk = 1, ic = "drop" }) -> idmodel)",
          "Least-squares estimate of the impulse response y(t) = Σ b_k u(t-k) + e(t).",
          "print(fir(iddata{ y = {0, 2, 1, 4}, u = {1, 0.5, 2, 1} }, { nb = 1 }).theta)", "2"},
-        {"regressor", regressor, "regressor(d, { na =, nb =, nk = 1, ic = \"drop\" }) -> Phi, y, names",
-         "The matrix Φ with the rows φ(t)ᵀ = [-y(t-1) … u(t-nk) …], the outputs y(t) it explains, and the "
-         "names of its columns: "
-         "what arx solves, for lsq and for a look.",
-         "Phi, y = regressor(iddata{ y = {0, 1}, u = {1, 0} }, { na = 1, nb = 1 })\nprint(Phi, y)",
+        {"regressor", regressor, R"(regressor(d, { na =, nb =, nk = 1, ic = "drop" }) -> Phi, y, names)",
+         R"(The matrix Φ with the rows φ(t)ᵀ = [-y(t-1) … u(t-nk) …], the outputs y(t) it explains, and the
+            names of its columns: what arx solves, for lsq and for a look.)",
+         R"(
+            Phi, y = regressor(iddata{ y = {0, 1}, u = {1, 0} }, { na = 1, nb = 1 })
+            print(Phi, y))",
          "0  1\t1"},
-        {"armax", armax, "armax(d, { na =, nb =, nc =, nk = 1, ic = \"estimate\", start = }) -> idmodel",
-         "Prediction-error estimate of A(q) y(t) = B(q) u(t) + C(q) e(t) by Gauss–Newton with exact "
-         "gradients; without inputs "
-         "an ARMA model. start: θ to begin with; otherwise linear estimates. noise: maximum likelihood for "
-         "gaussian(), "
-         "laplace() or a density of one's own, also in oe, bj and pem.",
-         "u, y = {}, {}\nfor t = 1, 40 do u[t] = (-1)^(t*t//3); y[t] = 0.5*(y[t-1] or 0) + (u[t-1] or 0) "
-         "end\n"
-         "m = armax(iddata{ y = y, u = u }, { na = 1, nb = 1, nc = 1 })\nprint((\"%.6f "
-         "%.6f\"):format(m.theta[1], m.theta[2]))",
+        {"armax", armax, R"(armax(d, { na =, nb =, nc =, nk = 1, ic = "estimate", start = }) -> idmodel)",
+         R"(Prediction-error estimate of A(q) y(t) = B(q) u(t) + C(q) e(t) by Gauss–Newton with exact
+            gradients; without inputs an ARMA model. start: θ to begin with; otherwise linear estimates.
+            noise: maximum likelihood for gaussian(), laplace() or a density of one's own, also in oe, bj
+            and pem.)",
+         R"(
+            u, y = {}, {}
+            for t = 1, 40 do u[t] = (-1)^(t*t//3); y[t] = 0.5*(y[t-1] or 0) + (u[t-1] or 0) end
+            m = armax(iddata{ y = y, u = u }, { na = 1, nb = 1, nc = 1 })
+            print(("%.6f %.6f"):format(m.theta[1], m.theta[2])))",
          "-0.500000 1.000000"},
-        {"oe", oe, "oe(d, { nb =, nf =, nk = 1, ic = \"estimate\", start = }) -> idmodel",
+        {"oe", oe, R"(oe(d, { nb =, nf =, nk = 1, ic = "estimate", start = }) -> idmodel)",
          "Output-error estimate y(t) = B(q)/F(q) u(t) + e(t): the model that simulates best.",
-         "u, y = {}, {}\nfor t = 1, 40 do u[t] = (-1)^(t*t//3); y[t] = 0.5*(y[t-1] or 0) + (u[t-1] or 0) "
-         "end\n"
-         "m = oe(iddata{ y = y, u = u }, { nb = 1, nf = 1 })\nprint((\"%.6f %.6f\"):format(m.theta[1], "
-         "m.theta[2]))",
+         R"(
+            u, y = {}, {}
+            for t = 1, 40 do u[t] = (-1)^(t*t//3); y[t] = 0.5*(y[t-1] or 0) + (u[t-1] or 0) end
+            m = oe(iddata{ y = y, u = u }, { nb = 1, nf = 1 })
+            print(("%.6f %.6f"):format(m.theta[1], m.theta[2])))",
          "1.000000 -0.500000"},
-        {"bj", bj, "bj(d, { nb =, nc =, nd =, nf =, nk = 1, ic = \"estimate\", start = }) -> idmodel",
+        {"bj", bj, R"(bj(d, { nb =, nc =, nd =, nf =, nk = 1, ic = "estimate", start = }) -> idmodel)",
          "Box–Jenkins estimate y(t) = B(q)/F(q) u(t) + C(q)/D(q) e(t).",
-         "u, y = {}, {}\nfor t = 1, 80 do u[t] = (-1)^(t*t//3); y[t] = 0.5*(y[t-1] or 0) + (u[t-1] or 0) "
-         "end\n"
-         "m = bj(iddata{ y = y, u = u }, { nb = 1, nf = 1, nc = 0, nd = 1 "
-         "})\nprint((\"%.6f\"):format(m.B[2]))",
+         R"(
+            u, y = {}, {}
+            for t = 1, 80 do u[t] = (-1)^(t*t//3); y[t] = 0.5*(y[t-1] or 0) + (u[t-1] or 0) end
+            m = bj(iddata{ y = y, u = u }, { nb = 1, nf = 1, nc = 0, nd = 1 })
+            print(("%.6f"):format(m.B[2])))",
          "1.000000"},
         {"pem", pem, "pem(d, { na =, nb =, nc =, nd =, nf =, nk = 1, ic =, start = }) -> idmodel",
          "Prediction-error estimate of A(q) y(t) = B(q)/F(q) u(t) + C(q)/D(q) e(t) with any orders.",
-         "d = iddata{ y = {0, 1, .6, -.7, 1.5, 1.9}, u = {1, 0, -1, 2, 1, 0} }\n"
-         "print((\"%.6f\"):format(pem(d, { na = 1, nb = 1, ic = \"drop\" }).theta[1]))",
+         R"(
+            d = iddata{ y = {0, 1, .6, -.7, 1.5, 1.9}, u = {1, 0, -1, 2, 1, 0} }
+            print(("%.6f"):format(pem(d, { na = 1, nb = 1, ic = "drop" }).theta[1])))",
          "-0.603163"},
         {"idmodel:predict", predict, "mod:predict(d [, horizon | { horizon = 1, init = }]) -> column",
-         "ŷ(t|t-horizon) at every sample. init says what stands before the first sample: \"data\" takes the "
-         "first measured "
-         "outputs as they are, \"zero\" starts from rest, \"estimate\" fits the initial state.",
-         "d = iddata{ y = {0, 2, 1, 4}, u = {1, 0.5, 2, 1} }\nprint(fir(d, { nb = 1 }):predict(d).T)",
+         R"(ŷ(t|t-horizon) at every sample. init says what stands before the first sample: "data" takes the
+            first measured outputs as they are, "zero" starts from rest, "estimate" fits the initial state.)",
+         R"(
+            d = iddata{ y = {0, 2, 1, 4}, u = {1, 0.5, 2, 1} }
+            print(fir(d, { nb = 1 }):predict(d).T))",
          "0  2  1  4"},
         {"idmodel:simulate", simulate, "mod:simulate(d [, { init = }]) -> column",
          "The output computed from the input alone; init as in predict.",
-         "d = iddata{ y = {1, .5, .25, .125}, u = {0, 0, 0, 0} }\nprint(arx(d, { na = 1 }):simulate(d).T)",
+         R"(
+            d = iddata{ y = {1, .5, .25, .125}, u = {0, 0, 0, 0} }
+            print(arx(d, { na = 1 }):simulate(d).T))",
          "1  0.5  0.25  0.125"},
         {"idmodel:residuals", residuals, "mod:residuals(d [, horizon]) -> column",
          "y - ŷ at the samples that are compared: those after the first ones that seed the predictor.",
-         "d = iddata{ y = {0, 2, 1, 4}, u = {1, 0.5, 2, 1} }\n#fir(d, { nb = 1 }):residuals(d)", "3"},
+         R"(
+            d = iddata{ y = {0, 2, 1, 4}, u = {1, 0.5, 2, 1} }
+            #fir(d, { nb = 1 }):residuals(d))",
+         "3"},
         {"idmodel:fit", fit,
-         "mod:fit(d [, horizon | \"simulation\" | { horizon =, init = }]) -> percent, label",
+         R"(mod:fit(d [, horizon | "simulation" | { horizon =, init = }]) -> percent, label)",
          "100 (1 - ‖y - ŷ‖/‖y - ȳ‖) on the compared samples, and in words what was compared.",
-         "d = iddata{ y = {0, 2, 1, 4}, u = {1, 0.5, 2, 1} }\nprint(fir(d, { nb = 1 }):fit(d))",
+         R"(
+            d = iddata{ y = {0, 2, 1, 4}, u = {1, 0.5, 2, 1} }
+            print(fir(d, { nb = 1 }):fit(d)))",
          "100.0\t% fit, 1-step prediction, 3 samples"},
         {"idmodel:__tostring", to_text, "print(mod)",
          "The polynomials, the difference equation, parameters ± standard deviation, criteria and fit.", "",

@@ -254,40 +254,49 @@ int fit_text(Call& call) { return call.push(sysid::describe(fitted(call))); }
 
 }  // namespace
 
-extern const Module predictor_module;
-const Module predictor_module = {
+extern const Module predictor_module = {
     "identification",
     "",
     {
         {"idpoly", idpoly, "idpoly{ A =, B =, C =, D =, F =, nk = 0, Ts = 1 } -> idpoly",
-         "The model A(q) y = B(q)/F(q) u + C(q)/D(q) e with numbers or symbols as coefficients of 1, q⁻¹, …; "
-         "B and F of several "
-         "inputs are lists of lists.",
-         "a1, b0 = params \"a1 b0\"\nprint(idpoly{ A = {1, a1}, B = {b0} })",
-         "ARX model\n  A(q) = 1 + a₁ q⁻¹\n  B(q) = b₀"},
+         R"(The model A(q) y = B(q)/F(q) u + C(q)/D(q) e with numbers or symbols as coefficients of 1, q⁻¹,
+            …; B and F of several inputs are lists of lists.)",
+         R"(
+            a1, b0 = params "a1 b0"
+            print(idpoly{ A = {1, a1}, B = {b0} }))",
+         R"(
+            ARX model
+              A(q) = 1 + a₁ q⁻¹
+              B(q) = b₀)"},
         {"idpoly:predictor", poly_predictor, "m:predictor() -> predictor",
-         "The one-step predictor from H ŷ = G u + (H - 1) y, whether it is linear in the parameters, and its "
-         "regressor.",
-         "a1, b0 = params \"a1 b0\"\nprint(idpoly{ A = {1, a1}, B = {b0} }:predictor())",
-         "ŷ(t) = b₀ u(t) - a₁ y(t - 1)\n"
-         "  linear in θ = (a₁, b₀): ŷ(t) = φ(t)ᵀθ with φ(t) = [-y(t - 1), u(t)]ᵀ\n"
-         "  least squares is a linear problem: θ̂ = (ΦᵀΦ)⁻¹ Φᵀ y, covariance σ²(ΦᵀΦ)⁻¹"},
+         R"(The one-step predictor from H ŷ = G u + (H - 1) y, whether it is linear in the parameters, and
+            its regressor.)",
+         R"(
+            a1, b0 = params "a1 b0"
+            print(idpoly{ A = {1, a1}, B = {b0} }:predictor()))",
+         R"(
+            ŷ(t) = b₀ u(t) - a₁ y(t - 1)
+              linear in θ = (a₁, b₀): ŷ(t) = φ(t)ᵀθ with φ(t) = [-y(t - 1), u(t)]ᵀ
+              least squares is a linear problem: θ̂ = (ΦᵀΦ)⁻¹ Φᵀ y, covariance σ²(ΦᵀΦ)⁻¹)"},
         {"idpoly:derivation", poly_derivation, "m:derivation() -> string", "The predictor step by step.",
-         "b1, f1 = params \"b1 f1\"\nprint(idpoly{ B = {0, b1}, F = {1, f1} }:derivation())",
-         "OE model\n"
-         "  B(q) = b₁ q⁻¹\n"
-         "  F(q) = 1 + f₁ q⁻¹\n"
-         "  H ŷ = G u + (H - 1) y with G = B/F, H = 1\n"
-         "  multiplied out: F ŷ = B u\n"
-         "  ŷ(t) = b₁ u(t - 1) - f₁ ŷ(t - 1)\n"
-         "  not linear in θ = (b₁, f₁): earlier predictions ŷ(t-k) depend on θ themselves\n"
-         "  least squares is a nonlinear problem (Gauss–Newton)"},
+         R"(
+            b1, f1 = params "b1 f1"
+            print(idpoly{ B = {0, b1}, F = {1, f1} }:derivation()))",
+         R"(
+            OE model
+              B(q) = b₁ q⁻¹
+              F(q) = 1 + f₁ q⁻¹
+              H ŷ = G u + (H - 1) y with G = B/F, H = 1
+              multiplied out: F ŷ = B u
+              ŷ(t) = b₁ u(t - 1) - f₁ ŷ(t - 1)
+              not linear in θ = (b₁, f₁): earlier predictions ŷ(t-k) depend on θ themselves
+              least squares is a nonlinear problem (Gauss–Newton))"},
         {"idpoly:predict", poly_predict,
-         "m:predict(d [, horizon | { horizon = 1, init = \"zero\" }]) -> column",
+         R"(m:predict(d [, horizon | { horizon = 1, init = "zero" }]) -> column)",
          "ŷ(t|t-horizon) of a model with numbers.",
          "print(idpoly{ A = {1, -0.5}, B = {1} }:predict(iddata{ y = {1, 2, 3}, u = {1, 1, 1} }).T)",
          "1  1.5  2"},
-        {"idpoly:simulate", poly_simulate, "m:simulate(d [, { init = \"zero\" }]) -> column",
+        {"idpoly:simulate", poly_simulate, R"(m:simulate(d [, { init = "zero" }]) -> column)",
          "The output from the input alone.",
          "print(idpoly{ A = {1, -0.5}, B = {1} }:simulate(iddata{ y = {0, 0, 0}, u = {1, 1, 1} }).T)",
          "1  1.5  1.75"},
@@ -304,18 +313,22 @@ const Module predictor_module = {
          "Coefficients of F(q); several inputs: a list.", "", ""},
         {"idpoly:__tostring", poly_text, "print(m)", "The polynomials.", "", ""},
         {"predictor", predictor, "predictor(expression [, parameters]) -> predictor",
-         "A predictor ŷ(t) written out: y(t-1), u(t-2) with y = func \"y\", u = func \"u\"; yhat(t-1) is an "
-         "earlier prediction, "
-         "e(t-1) an earlier error. Says whether it is linear in the parameters.",
-         "y, u = func \"y\", func \"u\"\na, b = params \"a b\"\np = predictor(a*y(t-1) + "
-         "b*u(t-1))\np.linear, p.regressor[1]",
+         R"(A predictor ŷ(t) written out: y(t-1), u(t-2) with y = func "y", u = func "u"; yhat(t-1) is an
+            earlier prediction, e(t-1) an earlier error. Says whether it is linear in the parameters.)",
+         R"(
+            y, u = func "y", func "u"
+            a, b = params "a b"
+            p = predictor(a*y(t-1) + b*u(t-1))
+            p.linear, p.regressor[1])",
          "true\ty(t - 1)"},
-        {"predictor:fit", fit_predictor, "p:fit(d [, { start =, ic = \"drop\", noise = }]) -> predictor_fit",
-         "Its parameters by least squares: one linear problem, or Gauss–Newton with the exact gradient of "
-         "the recursion. noise: maximum likelihood for that density (linear predictors); uniform(low, high) "
-         "gives the set.",
-         "y, u = func \"y\", func \"u\"\na, b = params \"a b\"\n"
-         "print(predictor(a*y(t-1) + b*u(t-1)):fit(iddata{ y = {0, 1}, u = {1, 0} }).theta.T)",
+        {"predictor:fit", fit_predictor, R"(p:fit(d [, { start =, ic = "drop", noise = }]) -> predictor_fit)",
+         R"(Its parameters by least squares: one linear problem, or Gauss–Newton with the exact gradient of
+            the recursion. noise: maximum likelihood for that density (linear predictors); uniform(low,
+            high) gives the set.)",
+         R"(
+            y, u = func "y", func "u"
+            a, b = params "a b"
+            print(predictor(a*y(t-1) + b*u(t-1)):fit(iddata{ y = {0, 1}, u = {1, 0} }).theta.T))",
          "0  1"},
         {"predictor:estimate", fit_predictor, "p:estimate(d [, options]) -> predictor_fit",
          "The same as p:fit.", "", ""},
@@ -328,7 +341,10 @@ const Module predictor_module = {
          ""},
         {"predictor#parameters", parameters, "p.parameters -> column", "θ.", "", ""},
         {"predictor:latex", latex, "p:latex() -> string", "LaTeX of ŷ(t).",
-         "y = func \"y\"  a = param \"a\"\nprint(predictor(a*y(t-1)):latex())", ""},
+         R"(
+            y = func "y"  a = param "a"
+            print(predictor(a*y(t-1)):latex()))",
+         ""},
         {"predictor:__tostring", predictor_text, "print(p)",
          "The predictor, its regressor, and the kind of problem.", "", ""},
         {"predictor_fit#theta", fit_theta, "f.theta -> column", "The estimate.", "", ""},

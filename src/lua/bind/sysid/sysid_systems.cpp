@@ -95,19 +95,22 @@ int model_predictor(Call& call) {
 
 }  // namespace
 
-extern const Module idmodel_systems_module;
-const Module idmodel_systems_module = {
+extern const Module idmodel_systems_module = {
     "identification",
     "",
     {
-        {"idmodel:tf", model_tf, "mod:tf([\"plant\" | \"noise\"]) -> G",
-         "The transfer functions B(q)/(A(q) F(q)) of an estimated model from u to y as a discrete linear "
-         "system, or "
-         "with \"noise\" C(q)/(A(q) D(q)) from e to y: G:poles(), G:bode(), G:step(), d2c(G).",
-         "d = iddata{ y = {1, .5, .25, .125}, u = {0, 1, 0, 0}, Ts = 1 }\n"
-         "print(arx(d, { na = 1 }):tf \"noise\")",
-         "transfer function, sampling time 1\n     z\n  ───────\n  z - 0.5"},
-        {"idmodel:ss", model_ss, "mod:ss([\"plant\" | \"noise\"]) -> G",
+        {"idmodel:tf", model_tf, R"(mod:tf(["plant" | "noise"]) -> G)",
+         R"(The transfer functions B(q)/(A(q) F(q)) of an estimated model from u to y as a discrete linear
+            system, or with "noise" C(q)/(A(q) D(q)) from e to y: G:poles(), G:bode(), G:step(), d2c(G).)",
+         R"(
+            d = iddata{ y = {1, .5, .25, .125}, u = {0, 1, 0, 0}, Ts = 1 }
+            print(arx(d, { na = 1 }):tf "noise"))",
+         R"(
+            transfer function, sampling time 1
+                 z
+              ───────
+              z - 0.5)"},
+        {"idmodel:ss", model_ss, R"(mod:ss(["plant" | "noise"]) -> G)",
          "The same in state space; of n4sid its own matrices.", "", ""},
         {"idmodel:predictor", model_predictor, "mod:predictor() -> predictor",
          "The one-step predictor ŷ(t) with the estimated numbers.", "", ""},

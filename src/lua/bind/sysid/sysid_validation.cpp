@@ -227,18 +227,19 @@ int comparison_text(Call& call) { return call.push(call.object<Comparison>(1, "c
 
 }  // namespace
 
-extern const Module validation_module;
-const Module validation_module = {
+extern const Module validation_module = {
     "identification",
     "",
     {
         {"idmodel:validate", validate, "mod:validate(d [, { lags = 25 }]) -> validation",
-         "Residual tests at 99 %: autocorrelation and Ljung–Box (are they white?), correlation with past "
-         "inputs (does the input "
-         "explain more?), and the fit in prediction and simulation. plot() draws them.",
-         "u, y = {}, {}\nfor t = 1, 40 do u[t] = (-1)^(t*t//3); y[t] = 0.5*(y[t-1] or 0) + (u[t-1] or 0) "
-         "end\n"
-         "d = iddata{ y = y, u = u }\nprint(arx(d, { na = 1, nb = 1 }):validate(d).white)",
+         R"(Residual tests at 99 %: autocorrelation and Ljung–Box (are they white?), correlation with past
+            inputs (does the input explain more?), and the fit in prediction and simulation. plot() draws
+            them.)",
+         R"(
+            u, y = {}, {}
+            for t = 1, 40 do u[t] = (-1)^(t*t//3); y[t] = 0.5*(y[t-1] or 0) + (u[t-1] or 0) end
+            d = iddata{ y = y, u = u }
+            print(arx(d, { na = 1, nb = 1 }):validate(d).white))",
          "true"},
         {"validation#white", white, "v.white -> boolean", "Ljung–Box p ≥ 1 %.", "", ""},
         {"validation#independent", independent, "v.independent -> boolean",
@@ -259,12 +260,13 @@ const Module validation_module = {
          ""},
         {"validation:__tostring", validation_text, "print(v)", "The tests in words.", "", ""},
         {"order_scan", order_scan,
-         "order_scan(e [, v], { na = {1, 10}, nb = {1, 10}, nk = {1, 5}, criterion = }) -> order_scan_result",
-         "All ARX models in the ranges, estimated on e and validated on v, all on the same rows. criterion: "
-         "\"fit\" (on v), "
-         "\"fpe\", \"aic\", \"bic\".",
-         "u, y = {}, {}\nfor t = 1, 60 do u[t] = (-1)^(t*t//3); y[t] = 0.5*(y[t-1] or 0) + (u[t-2] or 0) + "
-         "((7*t) % 5)/50 end\n"
+         R"(order_scan(e [, v], { na = {1, 10}, nb = {1, 10}, nk = {1, 5}, criterion = }) ->
+            order_scan_result)",
+         R"(All ARX models in the ranges, estimated on e and validated on v, all on the same rows.
+            criterion: "fit" (on v), "fpe", "aic", "bic".)",
+         "u, y = {}, {}\n"
+         "for t = 1, 60 do u[t] = (-1)^(t*t//3); y[t] = 0.5*(y[t-1] or 0) + (u[t-2] or 0) + ((7*t) % 5)/50 "
+         "end\n"
          "s = order_scan(iddata{ y = y, u = u }:detrend(), { na = {1, 2}, nb = 1, nk = {1, 3}, criterion = "
          "\"bic\" })\n"
          "s.best.na, s.best.nb, s.best.nk",
@@ -287,10 +289,12 @@ const Module validation_module = {
          "The ten best and the winners by every criterion.", "", ""},
         {"compare", compare, "compare(d, m1, m2, …) or compare(d, { name = m1, … }) -> comparison",
          "Prediction and simulation fit of several models on the same samples.",
-         "u, y = {}, {}\nfor t = 1, 40 do u[t] = (-1)^(t*t//3); y[t] = 0.5*(y[t-1] or 0) + (u[t-1] or 0) "
-         "end\n"
-         "d = iddata{ y = y, u = u }\nc = compare(d, arx(d, { na = 1, nb = 1 }), fir(d, { nb = 2 "
-         "}))\nc[1].simulation > c[2].simulation",
+         R"(
+            u, y = {}, {}
+            for t = 1, 40 do u[t] = (-1)^(t*t//3); y[t] = 0.5*(y[t-1] or 0) + (u[t-1] or 0) end
+            d = iddata{ y = y, u = u }
+            c = compare(d, arx(d, { na = 1, nb = 1 }), fir(d, { nb = 2 }))
+            c[1].simulation > c[2].simulation)",
          "true"},
         {"comparison:__index", comparison_entry, "c[i] -> table",
          "Row i, or the row of a name: prediction, simulation, fpe, aic.", "", ""},

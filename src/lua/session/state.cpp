@@ -1,4 +1,4 @@
-#include "lua/core/state.hpp"
+#include "lua/session/state.hpp"
 
 #include <cstdio>
 
@@ -6,14 +6,15 @@
 #include <malloc.h>
 #endif
 
+#include "lua/bind/modules.hpp"
 #include "lua/core/documentation.hpp"
 #include "lua/core/interrupts.hpp"
 #include "lua/core/library.hpp"
 #include "lua/core/memory.hpp"
 #include "lua/core/records.hpp"
-#include "lua/core/safe.hpp"
 #include "lua/core/trampoline.hpp"
 #include "lua/core/values.hpp"
+#include "lua/session/safe.hpp"
 
 namespace pendula::lua {
 
@@ -77,6 +78,8 @@ lua_State* new_state() {
   }
   return L;
 }
+
+bool is_interrupt(lua_State* L, int index) { return is_interrupt_marker(L, index); }
 
 bool run(lua_State* L, int arguments, int results) {
   const int base = lua_gettop(L) - arguments;

@@ -212,8 +212,7 @@ int roots_text(Call& call) {
 
 }  // namespace
 
-extern const Module complex_module;
-const Module complex_module = {
+extern const Module complex_module = {
     "complex numbers",
     "Complex numbers, poles and zeros",
     {

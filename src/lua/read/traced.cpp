@@ -1,4 +1,4 @@
-#include "lua/core/traced.hpp"
+#include "lua/read/traced.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,11 +1,11 @@
-#include "lua/core/safe.hpp"
+#include "lua/session/safe.hpp"
 
 #include <cstring>
 #include <string>
 
 #include "base/error.hpp"
-#include "lua/core/safe_calls.hpp"
 #include "lua/core/trampoline.hpp"
+#include "lua/session/safe_calls.hpp"
 
 namespace pendula::lua {
 

@@ -1,6 +1,6 @@
 // pcall, xpcall and coroutines for scripts: as in lbaselib.c and lcorolib.c, except that the interrupt marker
 // is never handed to the script but raised again.
-#include "lua/core/safe_calls.hpp"
+#include "lua/session/safe_calls.hpp"
 #include "lua/core/interrupts.hpp"
 
 namespace pendula::lua {

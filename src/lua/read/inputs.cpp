@@ -1,4 +1,4 @@
-#include "lua/core/inputs.hpp"
+#include "lua/read/inputs.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -6,10 +6,9 @@
 #include "base/text.hpp"
 #include "expr/print/print.hpp"
 #include "integrate/problem/samples.hpp"
-#include "lua/bind/expr/matrix.hpp"
-#include "lua/bind/sysid/sysid.hpp"
 #include "lua/core/function_reference.hpp"
 #include "lua/core/objects.hpp"
+#include "lua/read/iddata.hpp"
 
 namespace pendula::lua {
 namespace {

@@ -1,4 +1,4 @@
-#include "lua/core/testing.hpp"
+#include "lua/session/testing.hpp"
 
 #include <algorithm>
 #include <cstdio>
@@ -7,8 +7,8 @@
 
 #include "base/error.hpp"
 #include "lua/core/library.hpp"
-#include "lua/core/state.hpp"
 #include "lua/core/trampoline.hpp"
+#include "lua/session/state.hpp"
 
 namespace pendula::lua {
 

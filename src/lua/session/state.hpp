@@ -1,12 +1,9 @@
-// A ready Lua state: the standard libraries made safe, the vocabulary, strict globals, the embedded stdlib.
+// A session: a Lua state with the standard libraries made safe, the vocabulary of all bindings, strict globals
+// and the embedded stdlib; how code runs in it; the test runner. lua/core below knows neither the bindings nor
+// the stdlib's files, and the shell above knows only this folder.
 #pragma once
 
 #include <lua.hpp>
-
-#include <string>
-#include <vector>
-
-#include "lua/core/call.hpp"
 
 namespace pendula::lua {
 
@@ -16,9 +13,6 @@ namespace pendula::lua {
 /// Opens a state with everything in it. Throws Error if memory is short. Cost: about 5 ms (the stdlib is
 /// bytecode). The caller closes it with lua_close.
 lua_State* new_state();
-
-/// The list of binding modules (modules.cpp): the one place to register a new one.
-const std::vector<const Module*>& modules();
 
 /// Runs the function on top of the stack (below `arguments` arguments) with a traceback handler. True:
 /// results are on the stack. False: the error text (or the interrupt marker) is on top.
