@@ -5,32 +5,36 @@
 #include <numeric>
 #include <unordered_map>
 
+#include "base/four.hpp"
+
 namespace pendula::codegen {
 namespace {
 
-/// Four neighbouring numbers, which may lie anywhere. (Eight, with AVX-512, are a third slower here.)
-using Four = double __attribute__((vector_size(32), aligned(8), may_alias));
-
-/// a[0], a[stride], a[2·stride], a[3·stride].
+/// a[0], a[stride], a[2·stride], a[3·stride]. (Eight at a time, with AVX-512, are a third slower here.)
 template <std::size_t stride>
 [[gnu::always_inline]] inline void gather(const double* a, Four& out) {
-  const auto at = [&](std::size_t k) -> const Four& { return *reinterpret_cast<const Four*>(a + k); };
-  if constexpr (stride == 0)
+  if constexpr (stride == 0) {
     out = Four{*a, *a, *a, *a};
-  else if constexpr (stride == 1)
-    out = at(0);
-  else  // the second part begins at a[3]: nothing is read behind a[6]
-    out = __builtin_shufflevector(at(0), at(3), 0, 2, 5, 7);
+  } else if constexpr (stride == 1) {
+    load(out, a);
+  } else {  // the second part begins at a[3]: nothing is read behind a[6]
+    Four first, second;
+    load(first, a);
+    load(second, a + 3);
+    out = __builtin_shufflevector(first, second, 0, 2, 5, 7);
+  }
 }
 
 template <std::size_t sa, std::size_t sb, class F>
 [[gnu::always_inline]] inline void strided(std::size_t n, const double* a, const double* b,
                                            double* __restrict r, const F& f) {
   std::size_t k = 0;
-  Four x, y;
+  Four x, y, result;
   for (; k + 4 <= n; k += 4) {
-    gather<sa>(a + k * sa, x), gather<sb>(b + k * sb, y);
-    f(*reinterpret_cast<Four*>(r + k), x, y);
+    gather<sa>(a + k * sa, x);
+    gather<sb>(b + k * sb, y);
+    f(result, x, y);
+    store(r + k, result);
   }
   for (; k < n; ++k) f(r[k], a[k * sa], b[k * sb]);
 }

@@ -5,14 +5,13 @@
 #include <limits>
 #include <type_traits>
 
+#include "base/four.hpp"
+
 namespace pendula::integrate {
 namespace {
 
 std::size_t at(int i) { return static_cast<std::size_t>(i); }
 constexpr int padded(int count) { return (count + 3) / 4 * 4; }
-
-/// Four neighbouring numbers, which may lie anywhere.
-using Four = double __attribute__((vector_size(32), aligned(8), may_alias));
 
 /// What elimination works on; row k begins at a[k · parts · width].
 struct Band {
@@ -67,16 +66,23 @@ void exchange(Band& b, int k, int p) {
 
 /// to -= f · from, `count` numbers, a multiple of four.
 [[gnu::always_inline]] inline void subtract(double* to, double f, const double* from, int count) {
-  for (int j = 0; j < count; j += 4)
-    *reinterpret_cast<Four*>(to + j) -= f * *reinterpret_cast<const Four*>(from + j);
+  for (int j = 0; j < count; j += 4) {
+    Four a, b;
+    load(a, to + j);
+    load(b, from + j);
+    store(to + j, a - f * b);
+  }
 }
 [[gnu::always_inline]] inline void subtract(double* to, double re, double im, const double* from, int width,
                                             int count) {
   for (int j = 0; j < count; j += 4) {
-    const Four a = *reinterpret_cast<const Four*>(from + j),
-               c = *reinterpret_cast<const Four*>(from + width + j);
-    *reinterpret_cast<Four*>(to + j) -= re * a - im * c;
-    *reinterpret_cast<Four*>(to + width + j) -= re * c + im * a;
+    Four a, c, real, imaginary;
+    load(a, from + j);
+    load(c, from + width + j);
+    load(real, to + j);
+    load(imaginary, to + width + j);
+    store(to + j, real - (re * a - im * c));
+    store(to + width + j, imaginary - (re * c + im * a));
   }
 }
 

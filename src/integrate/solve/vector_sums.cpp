@@ -2,11 +2,10 @@
 
 #include <algorithm>
 
+#include "base/four.hpp"
+
 namespace pendula::integrate {
 namespace {
-
-/// Four neighbouring numbers, which may lie anywhere.
-using Four = double __attribute__((vector_size(32), aligned(8), may_alias));
 
 [[gnu::always_inline]] inline void combined(int n, const double* base, std::span<const double> weights,
                                             const double* from, std::ptrdiff_t stride, double* out) {
@@ -16,18 +15,20 @@ using Four = double __attribute__((vector_size(32), aligned(8), may_alias));
     Four sum[parts] = {};
     if (base) {
 #pragma GCC unroll 4
-      for (int l = 0; l < parts; ++l) sum[l] = reinterpret_cast<const Four*>(base + k)[l];
+      for (int l = 0; l < parts; ++l) load(sum[l], base + k + 4 * l);
     }
     const double* at = from + k;
     for (const double w : weights) {
-      const auto* four = reinterpret_cast<const Four*>(at);
 #pragma GCC unroll 4
-      for (int l = 0; l < parts; ++l) sum[l] += w * four[l];
+      for (int l = 0; l < parts; ++l) {
+        Four part;
+        load(part, at + 4 * l);
+        sum[l] += w * part;
+      }
       at += stride;
     }
-    auto* to = reinterpret_cast<Four*>(out + k);
 #pragma GCC unroll 4
-    for (int l = 0; l < parts; ++l) to[l] = sum[l];
+    for (int l = 0; l < parts; ++l) store(out + k + 4 * l, sum[l]);
   }
   for (; k < n; ++k) {
     double sum = base ? base[k] : 0;
@@ -42,9 +43,12 @@ using Four = double __attribute__((vector_size(32), aligned(8), may_alias));
   Four sums = {}, most = {};
   int k = 0;
   for (; k + 4 <= n; k += 4) {
-    const Four d = *reinterpret_cast<const Four*>(change + k);
-    const Four scaled = d * *reinterpret_cast<const Four*>(inverse_scale + k), square = scaled * scaled;
-    *reinterpret_cast<Four*>(to + k) += d;
+    Four d, scale, old;
+    load(d, change + k);
+    load(scale, inverse_scale + k);
+    load(old, to + k);
+    store(to + k, old + d);
+    const Four scaled = d * scale, square = scaled * scaled;
     sums += square;
     most = square > most ? square : most;
   }

@@ -3,15 +3,13 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/four.hpp"
 #include "base/text.hpp"
 
 namespace pendula::integrate {
 namespace {
 
 const float smallest_log_error = std::log(1e-4f);
-
-/// Four neighbouring numbers, which may lie anywhere: compilers leave loops with several sums scalar.
-using Four = double __attribute__((vector_size(32), aligned(8), may_alias));
 
 /// out[k] = x[k] + h Σ aⱼ Kⱼ[k], sixteen components at a time so that the sums stay in registers.
 template <class Row>
@@ -21,15 +19,20 @@ template <class Row>
   int k = 0;
   for (; k + wide <= n; k += wide) {
     Four sum[parts] = {};
+    Four part;
     for (const auto& term : row) {
-      const auto* Kj = reinterpret_cast<const Four*>(K + static_cast<std::ptrdiff_t>(term.stage) * n + k);
+      const double* Kj = K + static_cast<std::ptrdiff_t>(term.stage) * n + k;
 #pragma GCC unroll 4
-      for (int l = 0; l < parts; ++l) sum[l] += term.factor * Kj[l];
+      for (int l = 0; l < parts; ++l) {
+        load(part, Kj + 4 * l);
+        sum[l] += term.factor * part;
+      }
     }
-    const auto* from = reinterpret_cast<const Four*>(x + k);
-    auto* to = reinterpret_cast<Four*>(out + k);
 #pragma GCC unroll 4
-    for (int l = 0; l < parts; ++l) to[l] = from[l] + h * sum[l];
+    for (int l = 0; l < parts; ++l) {
+      load(part, x + k + 4 * l);
+      store(out + k + 4 * l, part + h * sum[l]);
+    }
   }
   for (; k < n; ++k) {
     double sum = 0;
