@@ -1,5 +1,4 @@
--- The problems of bench/dae.lua. Equations, starts and reference values: BENCHMARKS.md (test set of Mazzia & Magherini,
--- and our own); fields:
+-- The problems of bench/dae.lua. Equations, starts and reference values: docs/benchmarks.md; fields:
 --   name, to, start      as given to integrate
 --   model()              what we are given: the model as one writes it, of any index
 --   ours(model)          the form we integrate; without it model:reduce() where the index is above 1, else the model
@@ -151,7 +150,7 @@ function chain(N, reference)
   return problem
 end
 
--- N = 10: BENCHMARKS.md; N = 1000: dop853, dopri5 and tsit5 at rtol = 1e-10 agree to 11 digits.
+-- N = 10: docs/benchmarks.md; N = 1000: dop853, dopri5 and tsit5 at rtol = 1e-10 agree to 11 digits.
 add(chain(10, { x10 = -0.6794899319, y10 = -0.7271122386 }))
 add(chain(1000, { x1000 = -0.65986826492, y1000 = -0.74702424348 }))
 

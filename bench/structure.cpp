@@ -1,7 +1,7 @@
 // The road from equations to a structural analysis with verdict, on sparse models of n equations: linear in
 // n.
 //
-//   ladder      diodes and capacitors (BENCHMARKS.md): index 1, n blocks of one equation
+//   ladder      diodes and capacitors (docs/benchmarks.md): index 1, n blocks of one equation
 //   links       a planar chain of point masses: index 3, one block of n equations, J depends on the state
 //   integrators x₁ prescribed, xₖ′ = xₖ₊₁ in groups of ten: index 10, offsets that count down
 //   mass        M x′ = f with tridiagonal M: classified by the rank of ∂F/∂x′

@@ -333,7 +333,7 @@ end
 
 local function result_of(t) return record("convergence", t) end
 
-local function face(t)                -- the fields of LANGUAGE.md for one group
+local function face(t)                -- the fields of docs/language.md §5 for one group
   return { errors = t.errors, slopes = t.slopes, orders = t.orders, names = t.names, local_slopes = t.local_slopes }
 end
 

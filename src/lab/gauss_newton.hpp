@@ -1,8 +1,8 @@
-// Nonlinear least squares in the open: min ½‖R(x)‖² (exam (80)) by Gauss–Newton.
+// Nonlinear least squares with every iterate kept: min ½‖R(x)‖² by Gauss–Newton.
 //
 //     (JᵀJ) Δx = -JᵀR,  x ← x + α Δx,   J = ∂R/∂x
 //
-// The exact Hessian is JᵀJ + S with S = Σ Rᵢ ∇²Rᵢ; Gauss–Newton drops S (81). Near a minimum the error
+// The exact Hessian is JᵀJ + S with S = Σ Rᵢ ∇²Rᵢ; Gauss–Newton drops S. Near a minimum the error
 // therefore obeys e₊ = (I - α (JᵀJ)⁻¹(JᵀJ + S)) e: convergence is quadratic where S = 0 (zero residuals,
 // linear R) and linear with the spectral radius of (JᵀJ)⁻¹S otherwise (Björck, Numerical Methods for Least
 // Squares Problems, 1996, §9.2.1).

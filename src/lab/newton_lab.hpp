@@ -1,8 +1,8 @@
-// The Newton laboratory: r(x) = 0 solved in the open. Exam, problem 4:
+// The Newton laboratory: r(x) = 0 with every iterate kept (docs/derivations.md#newton):
 //
-//     M Δx + r(x) = 0,   x ← x + α Δx,   M = ∂r/∂x (51), or an approximation of it
+//     M Δx + r(x) = 0,   x ← x + α Δx,   M = ∂r/∂x, or an approximation of it
 //
-// Every iterate is kept, the order is measured, and a verdict says why convergence is quadratic (52), linear
+// Every iterate is kept, the order is measured, and a verdict says why convergence is quadratic, linear
 // or absent. The stage solver of the integrators is newton.hpp; this one is for looking.
 //
 // Local theory used in verdicts (Ortega & Rheinboldt, Iterative Solution of Nonlinear Equations, 1970, §10.1;

@@ -239,7 +239,7 @@ VecX solution(const System& given, const VecX& x0, const VecX& u) {
   const System g = to_ss(given);
   const int n = g.ss.order();
   if (!g.continuous())
-    throw Error("the formula (82) is for continuous time; in discrete time use lsim(G, u, t, x0)");
+    throw Error("the model must be in continuous time; in discrete time use lsim(G, u, t, x0)");
   if (x0.size() != n)
     throw Error(text("x0 has ", x0.size(), x0.size() == 1 ? " entry" : " entries", " for ", n,
                      n == 1 ? " state" : " states"));

@@ -18,7 +18,7 @@ std::optional<MatX> exponential(const MatX& A);
 /// more than one
 Mat logarithm(const Mat& A);
 
-/// x(t) = e^{At} x₀ + ∫₀ᵗ e^{A(t-τ)} B u(τ) dτ (exam formula (82)), for t ≥ 0.
+/// x(t) = e^{At} x₀ + ∫₀ᵗ e^{A(t-τ)} B u(τ) dτ for t ≥ 0 (Kailath, Linear Systems, 1980, ch. 2).
 ///
 /// x0, u     expressions of parameters, and of t; u: polynomials, exponentials, sines and cosines and their
 /// products returns   exact expressions in t where modes are rational or quadratic (rational A), or e^{At}

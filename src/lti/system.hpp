@@ -1,6 +1,6 @@
 // Linear time-invariant systems: state space, matrices of fractions, or zeros, poles and gain.
 //
-//   x′ = A x + B u,  y = C x + D u       G(s) = C (sI - A)⁻¹ B + D       (exam formulas (82), (83))
+//   x′ = A x + B u,  y = C x + D u       G(s) = C (sI - A)⁻¹ B + D
 //   xₖ₊₁ = A xₖ + B uₖ, yₖ = C xₖ + D uₖ  with a sampling time Ts > 0 and z in place of s
 //
 // A system is an immutable value. Entries are expressions: rational numbers stay exact, parameters stay

@@ -24,7 +24,7 @@ struct Lagrangian {
 /// throws    Error: q not made of variables, T without velocities, a constraint without coordinates or
 /// redundant, wrong
 ///           sizes, a mass matrix singular on ker ∂C/∂q (names the coordinates)
-/// see       exam (60)–(62); Hairer & Wanner, Solving ODEs II, 2nd ed., §VII.1 (1.46)
+/// see       docs/derivations.md#lagrange; Hairer & Wanner, Solving ODEs II, 2nd ed., §VII.1 (1.46)
 dae::ModelPtr lagrange(const Lagrangian& system);
 
 /// Virtual work: Q = Σ (∂p/∂q)ᵀ F over pairs of a point p(q) and a force F at that point.

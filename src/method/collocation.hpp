@@ -1,4 +1,5 @@
-// Collocation methods and their relatives from nodes: (68)–(73) of the exam.
+// Collocation methods and their relatives from nodes: Hairer, Nørsett & Wanner, Solving ODEs I, 2nd ed.,
+// §II.7; docs/derivations.md#gauss.
 #pragma once
 
 #include "method/exact/polynomial.hpp"
@@ -6,12 +7,12 @@
 
 namespace pendula::integrate {
 
-/// The collocation method with nodes τ₁ … τₛ in units of the step: aᵢⱼ = ∫₀^τᵢ ℓⱼ, bⱼ = ∫₀¹ ℓⱼ (69), (70).
+/// The collocation method with nodes τ₁ … τₛ in units of the step: aᵢⱼ = ∫₀^τᵢ ℓⱼ, bⱼ = ∫₀¹ ℓⱼ (HNW Thm II.7.7).
 /// Exact where the nodes are fractions or lie in one field ℚ(√d), else doubles rounded from many digits.
 /// Throws Error on repeated nodes.
 Tableau collocation(std::span<const Expr> nodes);
 
-/// Gauss-Legendre, order 2s: the nodes are the zeros of the shifted Legendre polynomial (73).
+/// Gauss-Legendre, order 2s: the nodes are the zeros of the shifted Legendre polynomial.
 /// Requires 1 ≤ s ≤ 100. Cost: O(s³) operations on numbers of 256 + 16 s bits (s = 100: under a second).
 Tableau gauss(long stages);
 

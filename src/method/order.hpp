@@ -73,7 +73,7 @@ SimplifyingAssumptions simplifying_assumptions(const Coefficients& rk, const Rea
 /// The largest q with C(q) and B(q).
 int stage_order(const Coefficients& rk);
 
-/// C(s) with distinct nodes: x̂ of (69) is a polynomial and the method is its collocation.
+/// C(s) with distinct nodes: the x̂ of HNW §II.7 is a polynomial and the method is its collocation.
 bool satisfies_collocation(const Coefficients& rk);
 
 /// Equal up to the coefficients' own accuracy.

@@ -1,6 +1,6 @@
 return {
   title = "A hanging chain of ten links",
-  source = "benchmark of this project (BENCHMARKS.md, N-link planar chain), N = 10",
+  source = "benchmark of this project (docs/benchmarks.md#planar-chain), N = 10",
   statement = "Point masses and massless links, let go from a straight line at 45 degrees. problems.chain.links(n) is the model with n links.",
   tags = "mechanics nonlinear benchmark",
   index = 3, dof = 20, structural_index = 3, structural_dof = 20, verdict = "valid",

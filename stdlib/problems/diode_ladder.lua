@@ -1,6 +1,6 @@
 return {
   title = "A ladder of diodes and capacitors",
-  source = "benchmark of this project (BENCHMARKS.md, RC-diode ladder), N = 10",
+  source = "benchmark of this project (docs/benchmarks.md#rc-diode-ladder), N = 10",
   statement = "Each cell has an algebraic node with a diode and a capacitor. problems.diode_ladder.cells(n) is the model with n cells: sparse, "
     .. "of any size.",
   tags = "circuit nonlinear benchmark",

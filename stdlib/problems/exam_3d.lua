@@ -1,6 +1,6 @@
 return {
   title = "Exam problem 3(d): E x′ = x with a singular E",
-  source = "course exam, problem 3(d), equation (38)",
+  source = "scripts/exam/problem3.lua, (d)",
   statement = "Row 3 of E is the sum of rows 1 and 2, a cancellation that the pattern of zeros does not show: structure calls "
     .. "it an ODE with three free values. In truth two constraints are hidden and one mode s = 1/2 remains.",
   tags = "exam linear failure",

@@ -1,6 +1,6 @@
 return {
   title = "Exam problem 1: a mass on a sphere and a second one on a link",
-  source = "course exam, problem 1",
+  source = "scripts/exam/problem1.lua",
   statement = "Six coordinates, two constraints, made by lagrange{ … }. It shows drift and what an inconsistent start does.",
   tags = "exam mechanics nonlinear",
   index = 3, dof = 8, structural_index = 3, structural_dof = 8, verdict = "valid",

@@ -337,7 +337,7 @@ function analysis.compare(list)
     .. "\ns stages, p order, p̂ embedded order, q stage order; |R| ≤ 1 on [real, 0] and for |Im z| ≤ imaginary" }, comparison)
 end
 
--- Exam, Table 1: the least number of stages of an explicit method of each order (Butcher), and ours that attain it.
+-- The least number of stages of an explicit method of each order (Butcher), and ours that attain it.
 function analysis.stages_for_order(list)
   local least = { 1, 2, 3, 4, 6, 7, 9, 11 }
   local rows = { { "order", "stages at least", "attained by" } }
@@ -355,7 +355,7 @@ function analysis.stages_for_order(list)
     .. "ODEs, 2nd ed., §32)" }, comparison)
 end
 
--- Exam 5(c), measured: what a given accuracy costs with more and more stages. Work: 2/3 (s n)³ per factorisation.
+-- What a given accuracy costs with more and more stages. Work: 2/3 (s n)³ per factorisation.
 function analysis.cost(methods, targets)
   local problem = problems()[1]
   local n = #problem.measure

@@ -25,7 +25,7 @@ inline dae::ModelPtr model(const std::vector<std::pair<Expr, Expr>>& equations,
   return dae::make_model(std::move(blocks), std::move(options));
 }
 
-/// exam.md, problem 3(d): E x′ = x with x = α e^{t/2} (1, 1, 2).
+/// scripts/exam/problem3.lua, (d): E x′ = x with x = α e^{t/2} (1, 1, 2).
 inline dae::ModelPtr exam_3d() {
   const Expr x1 = unknown("x1"), x2 = unknown("x2"), x3 = unknown("x3");
   const auto d = [](Expr x) { return derivative_leaf(x); };
@@ -78,7 +78,7 @@ inline dae::ModelPtr pendulum() {
       {{derivative_leaf(x, 2), -z * x}, {derivative_leaf(y, 2), -z * y - g}, {0, x * x + y * y - 1}});
 }
 
-/// BENCHMARKS.md (test set for IVP solvers): M y′ + f(t, y) = 0 with singular M.
+/// docs/benchmarks.md#transistor-amplifier: M y′ + f(t, y) = 0 with singular M.
 inline dae::ModelPtr transistor_amplifier() {
   std::vector<Expr> y, d;
   for (int i = 1; i <= 8; ++i)

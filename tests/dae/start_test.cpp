@@ -1,5 +1,5 @@
-// Consistent starts of mechanical index-3 models, against numbers of ERRATA.md 1b and against conditions by
-// hand.
+// Consistent starts of mechanical index-3 models, against the numbers of scripts/exam/problem1.lua and against
+// conditions by hand.
 #include <doctest/doctest.h>
 
 #include <cmath>
@@ -67,7 +67,7 @@ TEST_CASE("exam 1b: index 3, eight free initial values, conditions C = 0 and Câ€
   CHECK(low->kind == dae::Kind::fully_implicit);
 }
 
-TEST_CASE("exam 1b: accelerations and multipliers at the start of ERRATA.md to 1e-11") {
+TEST_CASE("exam 1b: accelerations and multipliers at a consistent start to 1e-11") {
   const TwoMasses s;
   dae::StartRequest request;
   request.fix = s.fix(exam_position, exam_velocity);

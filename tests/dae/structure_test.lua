@@ -1,4 +1,4 @@
--- structure(): Σ, offsets and the verdict, on models whose answer is known (issue 3; exam 3(d); Pryce 2001).
+-- structure(): Σ, offsets and the verdict, on models whose answer is known (scripts/exam/problem3.lua (d); Pryce 2001).
 
 test("the planar pendulum: c = (0,0,2), d = (2,2,0), index 3, two free initial values, valid", function()
   local x, y, lam = vars "x y lambda"

@@ -19,7 +19,7 @@ local function chain(N)
   return dae(equations), start, x, y
 end
 
-test("a chain of 10 links ends where BENCHMARKS.md says", function()
+test("a chain of 10 links ends where docs/benchmarks.md says", function()
   local model, start, x, y = chain(10)
   local sol = model:reduce():integrate { start = start, to = 1, rtol = 1e-9, atol = 1e-9, times = { 1 } }
   expect(sol(x[10], 1)):near(-0.6794899319, 2e-9)

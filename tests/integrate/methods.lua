@@ -1,4 +1,4 @@
--- A suite over every tableau that is registered: a new one is tested by being listed (STYLE.md §12).
+-- A suite over every tableau that is registered: a new one is tested by being listed.
 local methods = {}
 for name, tab in pairs(rk) do
   if type(tab) == "userdata" then methods[#methods + 1] = { name = name, tab = tab } end

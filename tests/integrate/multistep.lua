@@ -47,7 +47,7 @@ test("adaptive with direct = true: index 2 and 3 meet the tolerance", function()
   local pendulum = lagrange { q = q, T = q.dot.T * q.dot / 2, V = 9.81 * q[2], C = { (q.T * q - 1) / 2 } }
   local at = pendulum:init { fix = { [q] = { 1, 0 }, [q.dot] = { 0, 0 } } }
   local sol = pendulum:integrate { start = at, to = 10, method = "radau", rtol = 1e-8, atol = 1e-8, direct = true }
-  expect(sol:final(q)):near({ 0.275087462576115, -0.961419205099125 }, 1e-6)      -- BENCHMARKS.md
+  expect(sol:final(q)):near({ 0.275087462576115, -0.961419205099125 }, 1e-6)      -- docs/benchmarks.md#pendulum
 end)
 
 test("dense output and times of fixed-step BDF", function()

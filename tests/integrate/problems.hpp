@@ -120,7 +120,7 @@ struct Ivp {
 };
 
 /// Nonlinear and non-autonomous, with solutions in closed form: linear problems see only the tall trees
-/// (STYLE.md §12).
+/// (docs/style.md#numeric-tests-that-can-fail).
 inline std::vector<Ivp> smooth_problems() {
   const Expr x = variable("x"), y = variable("y"), t = time_symbol();
   std::vector<Ivp> list;

@@ -4,7 +4,7 @@ local p = var("p", 3)
 local m, g, L = params "m=1 g=9.81 L=1"
 local ball = lagrange { q = p, T = m/2*p.dot.T*p.dot, V = m*g*p[3], C = { (p.T*p - L^2)/2 } }
 local start = ball:init { fix = { [p] = {1, 0, 0}, [p.dot] = {0, 1, 0} } }
--- issue 2: the 3-D pendulum at t = 2
+-- the 3-D pendulum at t = 2
 local reference = { 0.579251157202, 0.588246716733, -0.564299474688, 0.426250340232, 2.159236710359, 2.688412760251 }
 
 local function run(form, method, dt)

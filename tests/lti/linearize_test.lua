@@ -51,7 +51,7 @@ test("the cart with a pendulum, both equilibria", function()
   expect(H:is_stable()):equals(false)
 end)
 
-test("exam problem 1 at rest: eight poles of a double pendulum in space", function()
+test("two masses at rest: eight poles of a double pendulum in space", function()
   local q = var("q", 6)
   local m, g, R, L = params "m=1 g=9.81 R=1 L=0.5"
   local p1, p2 = q:slice(1, 3), q:slice(4, 6)

@@ -295,7 +295,7 @@ test("e^{At} three ways", function()
   expect(evaluate(T, { a = 1, b = 2, t = 0.5 })):near(expm(evaluate(mat{{1, 1}, {0, 2}})*0.5), 1e-13)
 end)
 
-test("formula (82) solves the equation", function()
+test("solution() solves the equation", function()
   local A, B = mat{{0, 1}, {-2, -3}}, vec{0, 1}
   for _, u in ipairs { 1, t, sin(2*t), exp(-t), t*exp(-2*t)*cos(t) } do
     local x = ss(A, B):solution({ 1, -1 }, { u })

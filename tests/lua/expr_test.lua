@@ -1,4 +1,4 @@
--- The expression vocabulary (LANGUAGE.md §1): every name, and every trap with its text.
+-- The expression vocabulary (docs/language.md#symbols-and-expressions): every name, and every trap with its text.
 local x, y, z = vars "x y z"
 local q = var("q", 6)
 local m, g = params "m=1 g=9.81"

@@ -1,4 +1,4 @@
--- Vectors, matrices and linear algebra (LANGUAGE.md §1): every name, and every refusal with its text.
+-- Vectors, matrices and linear algebra (docs/language.md#symbols-and-expressions): every name, and every refusal with its text.
 local x, y, z = vars "x y z"
 local q = var("q", 6)
 local m, g = params "m=1 g=9.81"

@@ -84,7 +84,7 @@ TEST_CASE("the exam's two masses: W, right side, ∂C/∂q and the quadratic vel
   }
   const auto form = mech::matrix_form(mech);
   const VecX v1 = v.head(3), w = v.tail(3) - v.head(3);
-  check_same(form.c[6], -v1.dot(v1));  // exam (10b)
+  check_same(form.c[6], -v1.dot(v1));  // C₁″ without q″: |v₁|²
   check_same(form.c[7], -w.dot(w));
 }
 

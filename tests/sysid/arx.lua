@@ -113,7 +113,7 @@ test("lsq: weights, covariance, rank", function()
   expect(r.covariance):near(mat { { 5/36, -1/12 }, { -1/12, 1/12 } }, 1e-14)
   expect(dot(vec { 1, 1, 1 }, r.residuals)):near(0, 1e-14)
   local S = mat { { 2, 1, 0 }, { 1, 2, 0 }, { 0, 0, 1 } }
-  local g = lsq(A, y, { covariance = S })                  -- (AᵀS⁻¹A)⁻¹AᵀS⁻¹y, exam (77), (78), exactly
+  local g = lsq(A, y, { covariance = S })                  -- (AᵀS⁻¹A)⁻¹AᵀS⁻¹y, docs/derivations.md#regression, exactly
   local B = mat(A)
   local cov = inv(B.T * inv(S) * B)
   expect(g.covariance):near(cov, 1e-14)
@@ -149,7 +149,7 @@ test("weights and a covariance of the noise, by lsq on the regressor", function(
   local l = lsq(Phi, y, { covariance = sub })
   expect(c.theta):near(l.theta, 1e-13)
   expect(c.cov):near(l.cov, 1e-13)
-  expect(c.cov):near(inv(Phi.T * inv(sub) * Phi), 1e-12)    -- exam (78)
+  expect(c.cov):near(inv(Phi.T * inv(sub) * Phi), 1e-12)    -- docs/derivations.md#regression
   expect(arx(d, { na = 1, nb = 1, covariance = 0.01 }).theta):near(arx(d, orders).theta, 1e-13)
   expect(function() arx(d, { na = 1, nb = 1, weights = { 1, 2 } }) end):fails "one per sample"
   expect(function() arx(d, { na = 1, nb = 1, weights = w, covariance = S }) end):fails "give one of"

@@ -1,4 +1,4 @@
--- Predictors as expressions: exam (79) for every class, linear or not, and fits of any predictor.
+-- Predictors as expressions: H ŷ = G u + (H - 1) y for every class, linear or not, and fits of any predictor.
 local a1, b0, b1, c1, d1, f1 = params "a1 b0 b1 c1 d1 f1"
 local y, u, yhat, e = func "y", func "u", func "yhat", func "e"
 

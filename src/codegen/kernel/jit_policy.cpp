@@ -3,7 +3,7 @@
 namespace pendula::codegen {
 namespace {
 
-// Beyond this the code leaves the second-level cache and the tape is faster (DESIGN.md §3).
+// Beyond this the code leaves the second-level cache and the tape is faster: docs/decisions/010.
 constexpr std::size_t largest = 100'000;
 
 // A large model that repeats itself: the loops of the tape are faster than code without loops.

@@ -2,7 +2,7 @@
 //
 // A Kernel is immutable and can be called from several threads when each brings its own workspace. The
 // default back end is the grouped tape: instructions are scheduled in runs of one operation, so that the
-// interpreter's dispatch is paid per run and not per operation (DESIGN.md §3), every result is
+// interpreter's dispatch is paid per run and not per operation (docs/decisions/010), every result is
 // bit-reproducible and uses the scalar libm. A kernel that is run often gets machine code on the way, with
 // the same results bit for bit.
 #pragma once

@@ -1,5 +1,5 @@
-// Machine code of a program: x86-64 through asmjit's Assembler and a register allocation of our own
-// (DESIGN.md §3).
+// Machine code of a program: x86-64 through asmjit's Assembler and a register allocation of our own.
+// Why not LLVM or asmjit's Compiler: docs/decisions/010-tape-and-machine-code.md.
 //
 // One pass over the instructions in order. A value lives in a register, at home in memory, or both; inputs,
 // constants and outputs have their home from the start, others get a slot of the workspace when they must

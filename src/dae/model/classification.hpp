@@ -1,5 +1,5 @@
-// What kind of DAE a model is and what its index depends on, in the words of a textbook: the answers to exam
-// problems 3(a), 3(d)1, 3(e) and 3(f).
+// What kind of DAE a model is and what its index depends on, in the words of a textbook
+// (Brenan, Campbell & Petzold §1.2 and §2.5).
 #pragma once
 
 #include <string>

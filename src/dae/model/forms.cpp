@@ -1,4 +1,4 @@
-// The model classes of exam problem 3, and the conversions between them.
+// The model classes (semi-explicit, fully implicit, linear) and the conversions between them.
 #include <algorithm>
 #include <unordered_set>
 

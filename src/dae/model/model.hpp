@@ -153,7 +153,7 @@ ModelPtr semi_explicit(const VecX& x, const VecX& z, const VecX& u, const VecX& 
 ModelPtr implicit(const VecX& x, const VecX& z, const VecX& u, const VecX& F, std::string name = "");
 ModelPtr linear(const MatX& E, const MatX& A, const MatX& B, VecX x, VecX u, std::string name = "");
 
-/// Conversions (exam problem 3(a)–(c)). Semi-explicit: solved equations stay, otherwise x′ = δ with new
+/// Conversions between the classes of Brenan, Campbell & Petzold §1.2. Semi-explicit: solved equations stay, otherwise x′ = δ with new
 /// algebraic δ.
 ModelPtr to_semi_explicit(const ModelPtr& model);
 ModelPtr to_implicit(const ModelPtr& model);

@@ -59,7 +59,7 @@ void add_multiple(Combination& sum, const mpq_class& factor, const Combination& 
 /// Cost: a few eliminations of E; the rows stay as sparse as the system is.
 Shuffle shuffle(const LinearForm& form);
 
-/// The derivation as an exam answer. Requires s.regular.
+/// The derivation, step by step, as one writes it by hand. Requires s.regular.
 std::string describe(const Shuffle& s, const LinearForm& form);
 
 }  // namespace pendula::dae

@@ -8,7 +8,7 @@ namespace pendula::dae {
 /// Form "acc": every constraint is differentiated until the model has index 1 (for mechanisms: down to
 /// accelerations). Derivatives that the model solves for without algebraic variables (q′ = v) are substituted
 /// on the way. The original conditions become invariants of the new model. Returns the model itself if its
-/// index is at most 1. See Hairer & Wanner, Solving ODEs II, 2nd ed., §VII.1 and VII.2; exam problem 1(b).
+/// index is at most 1. See Hairer & Wanner, Solving ODEs II, 2nd ed., §VII.1 and VII.2.
 ModelPtr reduce_acc(const ModelPtr& model);
 
 /// The model, or an equivalent one whose structure is regular (conversion.hpp) where its own is not. Returns

@@ -8,7 +8,7 @@
 // Construction folds lightly (constants, x + 0, 1·x, -(-x)); it never reorders floating-point work. What
 // people read is put in order by print.hpp, what they ask to be simplified by rewrite.hpp. Constants are
 // exact rationals whenever they can be: a double is read as its simplest rational if the denominator is at
-// most 10⁶ (LANGUAGE.md §1).
+// most 10⁶ (docs/language.md#numbers).
 #pragma once
 
 #include <algorithm>

@@ -57,8 +57,9 @@ std::optional<MatX> exact_exponential(const MatX& a);
 Mat exponential(const Mat& a);
 
 /// -(∂r/∂z)⁻¹ ∂r/∂y: the derivative of z(y) where r(y, z) = 0, near a point at which ∂r/∂z is regular
-/// (implicit function theorem; the exam's formula (65)).    requires  |r| = |z| throws  Error with a null
-/// vector if ∂r/∂z is singular for all values of the symbols
+/// (implicit function theorem).
+/// requires  |r| = |z|
+/// throws    Error with a null vector if ∂r/∂z is singular for all values of the symbols
 MatX implicit_jacobian(std::span<const Expr> r, std::span<const Expr> z, std::span<const Expr> y);
 
 }  // namespace pendula::linalg

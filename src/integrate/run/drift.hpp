@@ -1,8 +1,8 @@
-// Why do constraints drift? Exam, question 1(c).
+// Why constraints drift (Hairer & Wanner, Solving ODEs II, 2nd ed., §VII.2; docs/derivations.md#drift).
 //
 // A model reduced by differentiation imposes C⁽ᵈ⁾ = 0 instead of C = 0, so that exactly
 //
-//     C(t) = Σ_{k<d} C⁽ᵏ⁾(0) tᵏ/k!        (d = 2, mechanisms: the straight line C(0) + t C′(0), exam (12))
+//     C(t) = Σ_{k<d} C⁽ᵏ⁾(0) tᵏ/k!        (d = 2, mechanisms: the straight line C(0) + t C′(0))
 //
 // What the solution shows beyond that polynomial is the work of the integrator.
 #pragma once

@@ -1,12 +1,12 @@
 // The one engine for every Butcher tableau and every model of index 0 or 1.
 //
-// The stages of a step solve (exam, problem 5(a) and (e))
+// The stages of a step solve (Brenan, Campbell & Petzold, ch. 4; docs/derivations.md#irk)
 //
 //     F(tₖ + cᵢΔt,  xₖ + Δt Σⱼ aᵢⱼ Kⱼ,  Kᵢ,  zᵢ) = 0,   i = 1 … s,      xₖ₊₁ = xₖ + Δt Σᵢ bᵢ Kᵢ
 //
 // block by block of A: an explicit stage of an explicit ODE is one evaluation of f; a stage with aᵢᵢ ≠ 0, or
-// any stage of a DAE, is one system in (Kᵢ, zᵢ); fully implicit stages are one coupled system in w = (K₁, z₁,
-// …, Kₛ, zₛ) (58) with the exact ∂r/∂w (59). x′ and z at mesh points solve F(tₖ, xₖ, x′, z) = 0, which is
+// any stage of a DAE, is one system in (Kᵢ, zᵢ); fully implicit stages are one coupled system r(w) = 0 in
+// w = (K₁, z₁, …, Kₛ, zₛ) with the exact ∂r/∂w. x′ and z at mesh points solve F(tₖ, xₖ, x′, z) = 0, which is
 // possible for index 1 only.
 #pragma once
 

@@ -43,7 +43,7 @@ struct LeastSquares {
 /// the relative accuracy of the columns, if that is worse.
 LeastSquares solve_triangular(const Mat& R, Index rows, double accuracy = 0);
 
-/// min (Aθ - y)ᵀ S⁻¹ (Aθ - y), exam (76)–(78). weights: S = diag(1/w); covariance: S, symmetric positive
+/// min (Aθ - y)ᵀ S⁻¹ (Aθ - y) (docs/derivations.md#regression). weights: S = diag(1/w); covariance: S, symmetric positive
 /// definite (n×n, or n×1 for its diagonal).
 struct Weighting {
   Vec weights;

@@ -22,7 +22,7 @@ struct Polynomials {
 };
 
 /// How well a model explains data. Loss V = SSE/rows; FPE = V (1 + d/N)/(1 - d/N); AIC = N ln V + 2d;
-/// BIC = N ln V + d ln N; fit = 100 (1 - ‖ε‖/‖y - ȳ‖) (Ljung §16.4). DESIGN.md §6.
+/// BIC = N ln V + d ln N; fit = 100 (1 - ‖ε‖/‖y - ȳ‖) (Ljung §16.4).
 struct Criteria {
   double sse = 0, loss = 0, sigma2 = 0, fpe = 0, aic = 0, bic = 0, fit = 0;
   Index rows = 0, parameters = 0;

@@ -1,5 +1,5 @@
-// Maximum likelihood for the linear regression y = Φθ + e with independent e of a given density (exam (74),
-// (75)): max Π f(y_t - φ_tᵀθ).
+// Maximum likelihood for the linear regression y = Φθ + e with independent e of a given density:
+// max Π f(y_t - φ_tᵀθ) (Ljung §7.4; docs/derivations.md#densities).
 #pragma once
 
 #include <array>

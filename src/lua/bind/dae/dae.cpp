@@ -232,11 +232,8 @@ extern const Module dae_module = {
         {"model#equations", equations, "sys.equations -> list of equations",
          "The equations as they were written; equation i is number (i).", "", ""},
         {"model:semi_explicit", to_semi_explicit, "sys:semi_explicit() -> model",
-         R"(x′ = f, 0 = g. A fully implicit model gets x′ = δ with new algebraic variables δ (exam problem
-            3(c)).)",
-         "", ""},
-        {"model:implicit", to_implicit, "sys:implicit() -> model", "0 = F(x′, x, z, u) (exam problem 3(b)).",
-         "", ""},
+         "x′ = f, 0 = g. A fully implicit model gets x′ = δ with new algebraic variables δ.", "", ""},
+        {"model:implicit", to_implicit, "sys:implicit() -> model", "0 = F(x′, x, z, u).", "", ""},
         {"model:first_order", to_first_order, "sys:first_order() -> model",
          "Derivatives of order two and more become new variables.", "", ""},
         {"model:index", index, "sys:index() -> integer",

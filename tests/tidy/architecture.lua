@@ -1,0 +1,123 @@
+-- Who may include whom. A folder may include whatever its arrows reach; `shell` stops at its arrows: it sees
+-- the core through lua.
+local source, ratchet = require "source", require "ratchet"
+local report = ratchet.report
+local architecture = {}
+
+-- Between layers, and between the folders of a layer, from the block "arrows" of docs/architecture.md.
+local layers, folders = {}, {}
+for line in source.read("docs/architecture.md"):match("```arrows\n(.-)```"):gmatch "[^\n]+" do
+  local name, targets = line:match "^%S+", line:match "→%s*(.-)%s*$" or ""
+  local layer, folder = name:match "^([^/]+)/(.*)$"
+  if layer then
+    folders[layer] = folders[layer] or {}
+    folders[layer][folder == "." and "" or folder] = targets
+  else
+    layers[name] = targets
+  end
+end
+
+local prints = { plot = true, lua = true, shell = true }     -- the other layers never write to the terminal
+local most_files = 30
+
+-- What `name` reaches along `arrows`, itself included. A cycle in the table is an error of the table.
+local function reach(arrows, name, stops, into, path)
+  assert(not path[name], "docs/architecture.md: the arrows from '" .. name .. "' form a cycle")
+  into[name] = true
+  path[name] = true
+  for to in (arrows[name] or ""):gmatch "%S+" do
+    if stops then into[to] = true else reach(arrows, to, stops, into, path) end
+  end
+  path[name] = nil
+  return into
+end
+
+local function split(path)                                   -- "dae/rank/rank.hpp" -> "dae", "rank"
+  local folder = path:match "^(.*)/[^/]*$" or ""
+  return folder:match "^[^/]+" or folder, folder:match "^[^/]+/(.*)$" or ""
+end
+
+local function check_prints(file, bare)
+  for number, line in source.lines(bare) do
+    local call = line:match "%f[%w_]f?printf%s*%(" or line:match "%f[%w_]f?puts%s*%("
+      or line:match "std::c[oe][ur][tr]%f[%W]"
+    if call then report(file, number, "a numerical layer does not print: " .. call) end
+  end
+end
+
+local against = {}                                  -- "dae/rank -> dae/index" -> { number, file, line }
+
+function architecture.check_file(file, text, bare)
+  local layer, folder = split(file:sub(#"src/" + 1))
+  if not layers[layer] then return report(file, 1, "belongs to no layer of docs/architecture.md") end
+  local inner = folders[layer] or { [""] = "" }
+  local lone = file:find "%.def$"
+  if not inner[folder] and not lone then
+    return report(file, 1, "belongs to no folder of docs/architecture.md")
+  end
+  local may = reach(layers, layer, layer == "shell", {}, {})
+  local within = not lone and reach(inner, folder, false, {}, {})
+  for number, line in source.lines(text) do
+    local path = line:match '^%s*#%s*include%s+"([%w_/.]+)"'
+    if path and path:find "^%.%.?/" then report(file, number, "includes are written from src") end
+    if path and path:find "/" then
+      local to, into = split(path)
+      if not may[to] then report(file, number, layer .. " may not know " .. to) end
+      if to == layer and within and not within[into] and not path:find "%.def$" then
+        local arrow = ("%s/%s -> %s/%s"):format(layer, folder, to, into)
+        local place = against[arrow] or { number = 0, file = file, line = number }
+        place.number = place.number + 1
+        against[arrow] = place
+      end
+    end
+  end
+  if not prints[layer] then check_prints(file, bare) end
+end
+
+-- A .cpp implements the header of its name, `part.hpp` beside it if it is called part_something.cpp, the only
+-- header beside it that it includes, or of several the one it includes first. Files of lua/bind implement a
+-- row of modules.cpp.
+local function check_header_of(file, text, sources)
+  local folder, name = file:match "^src/(.*)/([^/]*)%.cpp$"
+  if name == "main" or folder:find "^lua/bind" then return end
+  local stem = name
+  repeat
+    if sources[("src/%s/%s.hpp"):format(folder, stem)] then return end
+    stem = stem:match "^(.*)_[^_]*$"
+  until not stem
+  local first, beside = text:match '#include "([^"]+)"', 0
+  for path in text:gmatch '#include "([^"]+)/[^/"]*"' do
+    if path == folder then beside = beside + 1 end
+  end
+  if beside == 1 or (first and first:match "^(.*)/[^/]*$" == folder) then return end
+  ratchet.check("no_header", file, 1, file, 1,
+    "implements which header? None has its name; include the one beside it that it implements first")
+end
+
+--- Arrows against the order, folders that are too full, files nobody includes.
+function architecture.check_all(sources)
+  for arrow, place in pairs(against) do
+    ratchet.check("arrows", arrow, place.number, place.file, place.line,
+      "breaks the order of folders: " .. arrow)
+  end
+  local included, full = {}, {}
+  for file, text in pairs(sources) do
+    for path in text:gmatch '#%s*include%s+"([^"]+)"' do included["src/" .. path] = true end
+    if file:find "^src/.*%.cpp$" then check_header_of(file, text, sources) end
+    local folder = file:match "^(src/.*)/[^/]*$"
+    if folder then full[folder] = (full[folder] or 0) + 1 end
+  end
+  for file in pairs(sources) do
+    if file:find "^src/.*%.[hd][pe][pf]$" and not included[file] then
+      report(file, 1, "nothing includes this file")
+    end
+  end
+  for folder, number in pairs(full) do
+    if number > most_files then
+      ratchet.check("full_folders", folder, number, folder, 1,
+        ("%d files; the ceiling is %d: divide the folder"):format(number, most_files))
+    end
+  end
+end
+
+return architecture

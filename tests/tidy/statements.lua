@@ -1,0 +1,124 @@
+-- Ways to write C++ that we do not want, functions nobody calls, and names that collide.
+local source, ratchet = require "source", require "ratchet"
+local lines = source.lines
+local statements = {}
+
+-- An expression statement with a comma outside all brackets, `a = 1, b = 2;`. Declarations begin with two
+-- words.
+local function is_comma_statement(statement)
+  statement = statement:gsub("%b{}", "{}"):gsub("%b()", "()"):gsub("%b[]", "[]")
+  statement = statement:gsub("^%s*else%s", " "):gsub("^%s*[%w_]+%s*%(%)%s+", " ")   -- else …, if () …
+  if not statement:find "," then return false end
+  return statement:find "^%s*[%w_.:%[%]()>*-]+%s*[-+*/|&]?=[^=]"
+    or statement:find "^%s*return%f[%W].*%f[=]=%f[^=].*,"
+    or statement:find "^%s*[%w_.:>-]+%(%)%s*,"
+end
+
+function statements.check_commas(file, bare)
+  local number, line = 0, 1
+  local first
+  for statement, last in bare:gmatch "([^;{}]*)([;{}])" do
+    if last == ";" and statement:find "," and is_comma_statement(statement) then
+      number = number + 1
+      first = first or line + select(2, statement:match("^%s*"):gsub("\n", ""))
+    end
+    line = line + select(2, statement:gsub("\n", ""))
+  end
+  ratchet.check("commas", file, number, file, first or 1, "statements joined by commas")
+end
+
+function statements.check_casts(file, bare)
+  local number, first = 0, nil
+  for at, line in lines(bare) do
+    if line:find "%[%s*static_cast<std::size_t>%(" then
+      number = number + 1
+      first = first or at
+    end
+  end
+  ratchet.check("casts", file, number, file, first or 1, "casts to std::size_t in subscripts")
+end
+
+-- The last line of a literal that was cut for its width, with hardly anything left in it.
+function statements.check_torn_strings(file, text)
+  local number, first, before = 0, nil, ""
+  for at, line in lines(text) do
+    local rest = line:match '^%s*"([^"]*)"[,;)}%s]*$'
+    if rest and #rest <= 24 and before:find '[^"]"$' and not before:find '\\n"$' and not before:find "//" then
+      number = number + 1
+      first = first or at
+    end
+    before = line
+  end
+  ratchet.check("torn_strings", file, number, file, first or 1, "string literals with a torn-off end")
+end
+
+------------------------------------------------------------------------------------------- unused functions
+
+-- Statements outside of function bodies: what a file declares (;) and defines ({), as names followed by "(".
+local function declared_names(bare, found)
+  local depth, inside, head = 0, nil, ""                     -- inside: depth of the function body we are in
+  for _, access in ipairs { "public", "protected", "private" } do
+    bare = bare:gsub(access .. "%s*:%f[^:]", ";")
+  end
+  for piece, last in bare:gmatch "([^{};]*)([{};])" do
+    head = head .. piece
+    if last == "{" then
+      depth = depth + 1
+      local name = not inside and source.function_opened_by(head)
+      if name then
+        inside = depth
+        found(name:match "[%w_~]+$", true)
+      end
+    elseif last == ";" and not inside then
+      local before, name = head:gsub("%b<>", ""):match "^([^(=]-)([%w_~]+)%s*%("
+      if name and before:find "%w" then found(name, false) end
+    elseif last == "}" then
+      if inside == depth then inside = nil end
+      depth = depth - 1
+    end
+    head = ""
+  end
+end
+
+--- Functions that a header of src declares and nobody, tests included, ever names again.
+function statements.check_unused(bares, texts)
+  local places, defined, uses = {}, {}, {}
+  for file, bare in pairs(bares) do
+    local header = file:find "^src/.*%.hpp$"
+    declared_names(bare, function(name)
+      defined[name] = (defined[name] or 0) + 1
+      if header then places[name] = file end
+    end)
+    for word in bare:gmatch "[%a_][%w_]*" do uses[word] = (uses[word] or 0) + 1 end
+    local text = texts[file]:gsub("\\\n", " ")       -- directives are blanked out, but name functions too
+    for directive in text:gmatch "\n[ \t]*#[ \t]*define([^\n]*)" do
+      for word in directive:gmatch "[%a_][%w_]*" do uses[word] = (uses[word] or 0) + 1 end
+    end
+  end
+  for name, file in pairs(places) do
+    local class = name:find "^%u" or name:find "~" or name == "operator"
+    if not class and (uses[name] or 0) <= defined[name] then
+      ratchet.check("unused", file .. " " .. name, 1, file, 1, name .. "() is declared and never used")
+    end
+  end
+end
+
+--- Two C++ types of one Lua name would be cast into each other.
+function statements.check_type_names(sources)
+  local where, names = {}, {}
+  for file in pairs(sources) do names[#names + 1] = file end
+  table.sort(names)
+  for _, file in ipairs(names) do
+    if file:find "^src/lua/" then
+      for number, line in lines(sources[file]) do
+        local name = line:match '^%s*static constexpr const char%* value = "([^"]+)"'
+        if name and where[name] then
+          ratchet.report(file, number, ("the type name '%s' is taken by %s"):format(name, where[name]))
+        end
+        if name then where[name] = file end
+      end
+    end
+  end
+end
+
+return statements
