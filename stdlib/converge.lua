@@ -1,15 +1,19 @@
 -- converge(sys, …): the error against the step, for several methods. The order one observes is the slope.
 
-local known_options = { "start", "to", "from", "methods", "method", "dt", "rtol", "atol", "exact", "reference", "inputs",
+local known_options = { "start", "to", "from", "methods", "method", "dt", "rtol", "atol", "exact",
+  "reference", "inputs",
                         "params", "direct", "over" }
 local eps = 2.220446049250313e-16
 
 local function checked_options(sys, options)
   if object_type(sys) ~= "model" then
-    fail("converge: expected a model first, converge(sys, { start = …, to = …, methods = {…}, dt = {…} }), got "
+    fail("converge: expected a model first, converge(sys, { start = …, to = …, methods = {…}, dt = {…} "
+      .. "}), got "
       .. (object_type(sys) or type(sys)))
   end
-  if type(options) ~= "table" then fail "converge: expected a table of options, { start = …, to = …, methods = {…}, dt = {…} }" end
+  if type(options) ~= "table" then
+    fail "converge: expected a table of options, { start = …, to = …, methods = {…}, dt = {…} }"
+  end
   local names = {}
   for _, name in ipairs(known_options) do names[name] = true end
   for key in pairs(options) do
@@ -19,7 +23,9 @@ local function checked_options(sys, options)
     end
   end
   if options.to == nil then fail "converge: the end is missing; give to = 2" end
-  if options.start == nil then fail "converge: the start is missing; give start = { x = 1 } or a result of sys:init" end
+  if options.start == nil then
+    fail "converge: the start is missing; give start = { x = 1 } or a result of sys:init"
+  end
   if options.over ~= nil and options.over ~= "end" and options.over ~= "all" then
     fail 'converge: over must be "end" (the error at the end) or "all" (the largest error at the saved times)'
   end
@@ -34,7 +40,8 @@ local function read_methods(options)
   local methods = {}
   for i, method in ipairs(list) do
     if type(method) ~= "string" and not object_type(method) then
-      fail(("converge: methods[%d] must be a tableau or the name of a method, not a %s"):format(i, type(method)))
+      fail(("converge: methods[%d] must be a tableau or the name of a method, not a %s"):format(i,
+        type(method)))
     end
     local each = { method = method, name = type(method) == "string" and method or method.name }
     if type(method) == "string" and not options.rtol then each.method = rk[method] end
@@ -47,7 +54,9 @@ end
 -- The steps (or tolerances), from the largest to the smallest.
 local function read_steps(options)
   local key = options.rtol and "rtol" or "dt"
-  if options.rtol and options.dt then fail "converge: give dt = {…} for fixed steps or rtol = {…} for chosen ones, not both" end
+  if options.rtol and options.dt then
+    fail "converge: give dt = {…} for fixed steps or rtol = {…} for chosen ones, not both"
+  end
   local given = options[key]
   if given == nil then fail "converge: the steps are missing; give dt = { 0.1, 0.05, 0.025 }" end
   if type(given) == "number" then given = { given } end
@@ -64,7 +73,9 @@ local function read_steps(options)
   for i = 2, #steps do
     if steps[i] == steps[i - 1] then fail(("converge: %s contains %g twice"):format(key, steps[i])) end
   end
-  if #steps < 2 then fail(("converge: a slope needs at least two values; give %s = { 0.1, 0.05, 0.025 }"):format(key)) end
+  if #steps < 2 then
+    fail(("converge: a slope needs at least two values; give %s = { 0.1, 0.05, 0.025 }"):format(key))
+  end
   return steps, key
 end
 
@@ -81,7 +92,8 @@ end
 
 local function name_of(e) return e.name or tostring(e) end
 
--- exact = { x = …, [z] = …, [p] = { …, …, … }, [x^2 + y^2] = 1 }, in the order of the model and not of the table.
+-- exact = { x = …, [z] = …, [p] = { …, …, … }, [x^2 + y^2] = 1 }, in the order of the model and not of the
+-- table.
 local function keyed_quantities(exact, states, algebraic, add)
   local left, names = {}, {}
   local function note(name, key, value)
@@ -112,7 +124,10 @@ local function keyed_quantities(exact, states, algebraic, add)
   table.sort(names)
   for _, name in ipairs(names) do
     if left[name] then
-      if not left[name].key then fail(("converge: exact: '%s' is not a variable of the model.%s"):format(name, did_you_mean(name, model))) end
+      if not left[name].key then
+        fail(("converge: exact: '%s' is not a variable of the model.%s"):format(name,
+          did_you_mean(name, model)))
+      end
       add(left[name].key, left[name].value)
     end
   end
@@ -132,7 +147,9 @@ local function read_quantities(sys, options)
   end
   if type(exact) == "function" then
     local good, value = pcall(exact, named "t")
-    if not good then fail("converge: exact is a function that cannot be followed with the symbol t: " .. tostring(value)) end
+    if not good then
+      fail("converge: exact is a function that cannot be followed with the symbol t: " .. tostring(value))
+    end
     exact = value
   end
   if type(exact) == "table" and #exact == 0 then
@@ -148,16 +165,18 @@ local function read_quantities(sys, options)
   return quantities
 end
 
--- ── running ─────────────────────────────────────────────────────────────────────────────────────────────────────────
+-- ── running ────────────────────────────────────────────────────────────────────────────────────────────────
 
 local function integrate_with(sys, options, method, key, h)
-  local o = { start = options.start, to = options.to, from = options.from, inputs = options.inputs, params = options.params,
+  local o = { start = options.start, to = options.to, from = options.from, inputs = options.inputs,
+    params = options.params,
               direct = options.direct, method = method, atol = options.atol }
   o[key] = h
   if key == "rtol" and o.atol == nil then o.atol = h end
   local sol = sys:integrate(o)
   if sol.status ~= "finished" then
-    fail(("converge: %s with %s = %g: %s"):format(type(method) == "string" and method or method.name, key, h, sol.status))
+    fail(("converge: %s with %s = %g: %s"):format(type(method) == "string" and method or method.name, key, h,
+      sol.status))
   end
   return sol
 end
@@ -193,7 +212,9 @@ end
 -- e(h) ≈ |x_h - x_{h/2}| / (1 - 2^-p): the next step is taken from the list where it is there.
 local function errors_against_itself(sys, options, method, key, h, quantities, cache)
   local function run(step)
-    if not cache[step] then cache[step] = values_at_end(integrate_with(sys, options, method.method, key, step), quantities) end
+    if not cache[step] then
+      cache[step] = values_at_end(integrate_with(sys, options, method.method, key, step), quantities)
+    end
     return cache[step]
   end
   local coarse, fine, errors = run(h), run(h/2), {}
@@ -209,7 +230,7 @@ local function reference_values(sys, options, quantities)
   end
 end
 
--- ── slopes ──────────────────────────────────────────────────────────────────────────────────────────────────────────
+-- ── slopes ─────────────────────────────────────────────────────────────────────────────────────────────────
 
 -- Errors at the level of rounding say nothing about the order.
 local function visible(error, scale, steps) return error > 100 * eps * scale * math.sqrt(steps) end
@@ -226,24 +247,28 @@ local function slopes_of(steps, errors, scale, interval, by_tolerance)
   return last, between
 end
 
-local function group_of(quantities, wanted, runs, methods, steps, scales, interval, by_tolerance)
+-- Errors and slopes of the wanted quantities together (2-norm), as the result publishes them; nil if there
+-- are none.
+local function group_of(study, wanted)
   local group = { errors = {}, slopes = {}, orders = {}, local_slopes = {}, names = {} }
-  local scale = 0
+  local quantities, steps, scale = study.quantities, study.dt, 0
   for i, q in ipairs(quantities) do
     if wanted(q) then
       group.names[#group.names + 1] = tostring(q.what)
-      scale = math.max(scale, scales[i])
+      scale = math.max(scale, study.scales[i])
     end
   end
   if #group.names == 0 then return nil end
-  for m, method in ipairs(methods) do
+  for m, method in ipairs(study.methods) do
     group.errors[m] = {}
     for k = 1, #steps do
       local parts = {}
-      for i, q in ipairs(quantities) do if wanted(q) then parts[#parts + 1] = runs[m][k].errors[i] end end
+      for i, q in ipairs(quantities) do
+        if wanted(q) then parts[#parts + 1] = study.runs[m][k].errors[i] end
+      end
       group.errors[m][k] = norm_of(parts)
     end
-    local slope, between = slopes_of(steps, group.errors[m], scale, interval, by_tolerance)
+    local slope, between = slopes_of(steps, group.errors[m], scale, study.interval, study.key == "rtol")
     group.slopes[m] = slope or false
     group.local_slopes[m] = between
     group.orders[m] = method.order or false
@@ -251,12 +276,13 @@ local function group_of(quantities, wanted, runs, methods, steps, scales, interv
   return group
 end
 
--- ── the result ──────────────────────────────────────────────────────────────────────────────────────────────────────
+-- ── the result ─────────────────────────────────────────────────────────────────────────────────────────────
 
 local layout = include "layout"
 
 local function rows_text(rows)
-  local right = {}                                                    -- numbers, behind the names of the methods
+  -- numbers, behind the names of the methods
+  local right = {}
   for j = 2, #rows[1] do right[j] = true end
   return layout(rows, right, 2)
 end
@@ -269,171 +295,208 @@ local function error_text(error, scale, steps)
   return (visible(error/100, scale, steps) and "%.2e" or "%.0e"):format(error)
 end
 
-local function group_text(t, group, title)
+local function rounding_steps(study, h) return study.key == "rtol" and 1e3 or study.interval/h end
+
+local function reduction_note(study, name, slope, order)
+  local why = study.direct and "order reduction, the model is integrated at its index as it stands"
+    or study.algebraic and "order reduction, or the steps are still too large"
+    or [[the steps are still too large, the solution is not smooth enough, or the problem is stiff (order
+      reduction)]]
+  return ("  %s: observed %.1f, order %d: %s"):format(name, slope, order, prose(why))
+end
+
+local function group_text(study, group)
   local rows, notes = { { "method", "order" } }, {}
-  for _, h in ipairs(t.dt) do table.insert(rows[1], t.key .. " = " .. number_text(h)) end
+  for _, h in ipairs(study.dt) do table.insert(rows[1], study.key .. " = " .. number_text(h)) end
   table.insert(rows[1], "slope")
-  for m, name in ipairs(t.methods) do
-    local row = { name, group.orders[m] and tostring(group.orders[m]) or "" }
-    for k, h in ipairs(t.dt) do
-      local count = t.key == "rtol" and 1e3 or t.interval/h
-      row[#row + 1] = error_text(group.errors[m][k], t.scale, count)
-    end
-    row[#row + 1] = group.slopes[m] and ("%.2f"):format(group.slopes[m]) or "–"
-    rows[#rows + 1] = row
+  for m, method in ipairs(study.methods) do
     local slope, order = group.slopes[m], group.orders[m]
-    if slope and order and t.key == "dt" and slope < order - 0.5 then
-      notes[#notes + 1] = ("  %s: observed %.1f, order %d: %s"):format(name, slope, order,
-        t.direct and "order reduction, the model is integrated at its index as it stands"
-        or #t.algebraic_names > 0 and "order reduction, or the steps are still too large"
-        or "the steps are still too large, the solution is not smooth enough, or the problem is stiff (order reduction)")
+    local row = { method.name, order and tostring(order) or "" }
+    for k, h in ipairs(study.dt) do
+      row[#row + 1] = error_text(group.errors[m][k], study.scale, rounding_steps(study, h))
+    end
+    row[#row + 1] = slope and ("%.2f"):format(slope) or "–"
+    rows[#rows + 1] = row
+    if slope and order and study.key == "dt" and slope < order - 0.5 then
+      notes[#notes + 1] = reduction_note(study, method.name, slope, order)
     end
   end
-  local text = ("%s\n%s"):format(title, rows_text(rows))
+  local text = rows_text(rows)
   if #notes > 0 then text = text .. "\n" .. table.concat(notes, "\n") end
   return text
 end
 
-local function error_words(t, names, sep)
-  local what = #names <= 4 and table.concat(names, ", ") or ("%s … %s, %d variables"):format(names[1], names[#names], #names)
-  local against = t.against == "exact" and "against the exact solution"
-    or t.against == "self" and "against the same method at half the step" or "against the reference solution"
-  return ("error of %s %s %s"):format(what, t.over == "all" and "over all times" or ("at t = %g"):format(t.to), against)
+local against_words = {
+  exact = "against the exact solution", self = "against the same method at half the step",
+  reference = "against the reference solution",
+}
+
+local function title_of(study, names)
+  local what = #names <= 4 and table.concat(names, ", ")
+    or ("%s … %s, %d variables"):format(names[1], names[#names], #names)
+  local when = study.over == "all" and "over all times" or ("at t = %g"):format(study.to)
+  return ("error of %s %s %s"):format(what, when, against_words[study.against])
 end
 
-local function text_of(t)
-  local main = group_text(t, t.main, error_words(t, t.main.names))
-  if t.other then main = main .. "\n" .. group_text(t, t.other, error_words(t, t.other.names)) end
-  return main
+local function text_of(study)
+  local parts = {}
+  for _, group in ipairs { study.main, study.other } do
+    parts[#parts + 1] = title_of(study, group.names) .. "\n" .. group_text(study, group)
+  end
+  return table.concat(parts, "\n")
 end
 
-local function figure_of(t, group)
-  local series, done = {}, {}
-  local coarse, fine = t.dt[1], t.dt[#t.dt]
-  for m, name in ipairs(t.methods) do
+local function figure_of(study)
+  local series, group = {}, study.main
+  local coarse, fine = study.dt[1], study.dt[#study.dt]
+  for m, method in ipairs(study.methods) do
     local x, y = {}, {}
-    for k, h in ipairs(t.dt) do
+    for k, h in ipairs(study.dt) do
       if group.errors[m][k] > 0 then x[#x + 1], y[#y + 1] = h, group.errors[m][k] end
     end
     if #x > 0 then
+      local slope, p = group.slopes[m], group.orders[m]
       series[#series + 1] = { x = x, y = y, style = "points",
-        labels = { group.slopes[m] and ("%s, slope %.2f"):format(name, group.slopes[m]) or name } }
-      local p = group.orders[m]
-      if p and t.key == "dt" then       -- the line of the order through the coarsest error
-        local at = y[1]
-        series[#series + 1] = { x = { coarse, fine }, y = { at*(coarse/x[1])^p, at*(fine/x[1])^p }, style = "line",
-                                labels = { "order " .. p } }
+        labels = { slope and ("%s, slope %.2f"):format(method.name, slope) or method.name } }
+      if p and study.key == "dt" then       -- the line of the order through the coarsest error
+        local function on_line(h) return y[1] * (h/x[1])^p end
+        series[#series + 1] = { x = { coarse, fine }, y = { on_line(coarse), on_line(fine) }, style = "line",
+          labels = { "order " .. p } }
       end
     end
   end
   if #series == 0 then fail "plot: all errors are zero" end
-  return figure { by = "plot", series = series, xlog = true, ylog = true, xlabel = t.key, ylabel = "error",
-                  title = "Convergence" }
+  return figure { by = "plot", series = series, xlog = true, ylog = true, xlabel = study.key,
+    ylabel = "error", title = "Convergence" }
 end
 
-local function result_of(t) return record("convergence", t) end
+-- One run: errors by quantity, the values at the end, and what it cost.
+local function one_run(sys, options, method, h, study, cache)
+  local sol = integrate_with(sys, options, method.method, study.key, h)
+  local values, stats = values_at_end(sol, study.quantities), sol:stats()
+  cache[h] = values
+  local errors = study.against == "self"
+    and errors_against_itself(sys, options, method, study.key, h, study.quantities, cache)
+    or errors_of(sol, study.quantities, study.reference, options.over)
+  return { errors = errors, values = values, evaluations = stats.evaluations, newton = stats.newton,
+    factorisations = stats.factorisations, time = stats.time, steps = stats.steps }
+end
 
-local function face(t)                -- the fields of docs/language.md §5 for one group
-  return { errors = t.errors, slopes = t.slopes, orders = t.orders, names = t.names, local_slopes = t.local_slopes }
+-- Integrates with every method and step: study.runs[m][k], and the largest value of every quantity.
+local function run_all(sys, options, study)
+  study.runs, study.scales, study.scale = {}, {}, 0
+  for m, method in ipairs(study.methods) do
+    local cache = {}
+    study.runs[m] = {}
+    for k, h in ipairs(study.dt) do
+      local run = one_run(sys, options, method, h, study, cache)
+      study.runs[m][k] = run
+      for i, v in ipairs(run.values) do
+        study.scales[i] = math.max(study.scales[i] or 0, math.abs(v))
+        study.scale = math.max(study.scale, study.scales[i])
+      end
+    end
+  end
+end
+
+local function converge(sys, options)
+  options = checked_options(sys, options)
+  local from = type(options.from) == "number" and options.from or 0
+  local study = { methods = read_methods(options), to = options.to, over = options.over or "end",
+    direct = options.direct, interval = math.abs(options.to - from) }
+  study.dt, study.key = read_steps(options)
+  study.quantities = read_quantities(sys, options)
+  study.reference = options.exact == nil and reference_values(sys, options, study.quantities) or nil
+  study.against = options.exact ~= nil and "exact" or study.reference and "reference" or "self"
+  run_all(sys, options, study)
+  study.single = {}
+  for _, q in ipairs(study.quantities) do
+    study.single[name_of(q.what)] = group_of(study, function(other) return other == q end)
+  end
+  local differential = group_of(study, function(q) return not q.algebraic end)
+  study.algebraic = group_of(study, function(q) return q.algebraic end)
+  study.main = differential or study.algebraic
+  study.other = differential and study.algebraic
+  return record("convergence", study)
 end
 
 doc { name = "converge", module = "integrate",
-  sig = "converge(sys, { start =, to =, methods = {…}, dt = {…}, exact = e | reference = \"self\" | solution, over = \"end\" | \"all\", "
-    .. "params =, inputs =, direct = }) -> convergence",
-  text = "Integrates with every method and every step and measures the error: a table with the slope of log error over log dt "
-    .. "between the two finest steps above rounding, beside the order of the method. exact: an expression in t for one state, a "
-    .. "list in the order of sys.differential, or { x = …, z = … }; without it each run is compared with the same method at "
-    .. "half the step. Differential and algebraic variables are measured separately. rtol = {…} instead of dt: the error "
-    .. "against the tolerance of adaptive methods. plot(t) draws errors and order lines.",
-  example = "x = var \"x\"\nt4 = converge(dae{ der(x) ~ -2*x }, { start = { x = 1 }, to = 2, methods = { rk.rk4 }, "
-    .. "dt = { 0.2, 0.1, 0.05 }, exact = exp(-2*t) })\nprint((\"%.1f\"):format(t4.slopes[1]), t4.orders[1])",
-  gives = "4.1\t4",
-  function(sys, options)
-    options = checked_options(sys, options)
-    local methods = read_methods(options)
-    local steps, key = read_steps(options)
-    local quantities = read_quantities(sys, options)
-    local reference = options.exact == nil and reference_values(sys, options, quantities) or nil
-    local against = options.exact ~= nil and "exact" or reference and "reference" or "self"
-    local runs, scales = {}, {}
-    for i = 1, #quantities do scales[i] = 0 end
-    local evaluations, newton, factorisations, times, counts = {}, {}, {}, {}, {}
-    for m, method in ipairs(methods) do
-      runs[m], evaluations[m], newton[m], factorisations[m], times[m], counts[m] = {}, {}, {}, {}, {}, {}
-      local cache = {}
-      for k, h in ipairs(steps) do
-        local sol = integrate_with(sys, options, method.method, key, h)
-        local now = values_at_end(sol, quantities)
-        cache[h] = now
-        for i, v in ipairs(now) do scales[i] = math.max(scales[i], math.abs(v)) end
-        local stats = sol:stats()
-        evaluations[m][k], newton[m][k], factorisations[m][k] = stats.evaluations, stats.newton, stats.factorisations
-        times[m][k], counts[m][k] = stats.time, stats.steps
-        local errors = against == "self" and errors_against_itself(sys, options, method, key, h, quantities, cache)
-          or errors_of(sol, quantities, reference, options.over)
-        runs[m][k] = { errors = errors }
-      end
-    end
-    local from = options.from or 0
-    local interval = math.abs(options.to - (type(from) == "number" and from or 0))
-    local by_tolerance = key == "rtol"
-    local function group(wanted) return group_of(quantities, wanted, runs, methods, steps, scales, interval, by_tolerance) end
-    local names, single = {}, {}
-    for m, method in ipairs(methods) do names[m] = method.name end
-    for i, q in ipairs(quantities) do
-      single[name_of(q.what)] = group(function(other) return other == q end)
-    end
-    local differential, algebraic = group(function(q) return not q.algebraic end), group(function(q) return q.algebraic end)
-    local scale = 0
-    for _, s in ipairs(scales) do scale = math.max(scale, s) end
-    return result_of {
-      main = differential or algebraic, other = differential and algebraic, single = single, dt = steps, key = key,
-      methods = names, against = against, over = options.over or "end", to = options.to, direct = options.direct,
-      interval = interval, scale = scale, algebraic_names = algebraic and algebraic.names or {}, evaluations = evaluations,
-      newton = newton, factorisations = factorisations, times = times, steps = counts }
-  end }
+  sig = [[converge(sys, { start =, to =, methods = {…}, dt = {…}, exact = e | reference = "self" | solution,
+    over = "end" | "all", params =, inputs =, direct = }) -> convergence]],
+  text = [[Integrates with every method and every step and measures the error: a table with the slope of log
+    error over log dt between the two finest steps above rounding, beside the order of the method. exact: an
+    expression in t for one state, a list in the order of sys.differential, or { x = …, z = … }; without it
+    each run is compared with the same method at half the step. Differential and algebraic variables are
+    measured separately. rtol = {…} instead of dt: the error against the tolerance of adaptive methods.
+    plot(t) draws errors and order lines.]],
+  example = [[
+    x = var "x"
+    t4 = converge(dae{ der(x) ~ -2*x },
+      { start = { x = 1 }, to = 2, methods = { rk.rk4 }, dt = { 0.2, 0.1, 0.05 }, exact = exp(-2*t) })
+    print(("%.1f"):format(t4.slopes[1]), t4.orders[1])]],
+  gives = "4.1\t4", converge }
 
 local function field(name, sig, text, get)
   doc { name = "convergence#" .. name, module = "integrate", sig = sig, text = text,
-        function(self) return get(contents("convergence", self)) end }
+    function(self) return get(contents("convergence", self)) end }
 end
 
-field("errors", "t.errors[i][k] -> number", "The error of method i with step k (2-norm over the differential variables).",
-  function(t) return t.main.errors end)
+-- One figure of every run: list[i][k].
+local function run_field(name, key, sig, text)
+  field(name, sig, text, function(study)
+    local lists = {}
+    for m, runs in ipairs(study.runs) do
+      lists[m] = {}
+      for k, run in ipairs(runs) do lists[m][k] = run[key] end
+    end
+    return lists
+  end)
+end
+
+field("errors", "t.errors[i][k] -> number",
+  "The error of method i with step k (2-norm over the differential variables).",
+  function(study) return study.main.errors end)
 field("slopes", "t.slopes[i] -> number",
-  "The observed order of method i: the slope between the two finest steps whose errors are above rounding; false if there are none.",
-  function(t) return t.main.slopes end)
+  [[The observed order of method i: the slope between the two finest steps whose errors are above rounding;
+    false if there are none.]],
+  function(study) return study.main.slopes end)
 field("local_slopes", "t.local_slopes[i][k] -> number", "The slope between steps k-1 and k.",
-  function(t) return t.main.local_slopes end)
-field("orders", "t.orders[i] -> integer", "The order of method i by its order conditions.", function(t) return t.main.orders end)
-field("dt", "t.dt -> list", "The steps (or tolerances), from the largest to the smallest.", function(t) return t.dt end)
-field("methods", "t.methods -> list of strings", "The names of the methods.", function(t) return t.methods end)
+  function(study) return study.main.local_slopes end)
+field("orders", "t.orders[i] -> integer", "The order of method i by its order conditions.",
+  function(study) return study.main.orders end)
+field("dt", "t.dt -> list", "The steps (or tolerances), from the largest to the smallest.",
+  function(study) return study.dt end)
+field("methods", "t.methods -> list of strings", "The names of the methods.", function(study)
+  local names = {}
+  for m, method in ipairs(study.methods) do names[m] = method.name end
+  return names
+end)
 field("algebraic", "t.algebraic -> table",
   "errors, slopes and orders of the algebraic variables; nil if the model has none.",
-  function(t) return t.other and face(t.other) or nil end)
-field("evaluations", "t.evaluations[i][k] -> integer", "Evaluations of the equations.", function(t) return t.evaluations end)
-field("newton", "t.newton[i][k] -> integer", "Newton iterations.", function(t) return t.newton end)
-field("factorisations", "t.factorisations[i][k] -> integer", "LU factorisations.", function(t) return t.factorisations end)
-field("steps", "t.steps[i][k] -> integer", "Steps taken.", function(t) return t.steps end)
-field("times", "t.times[i][k] -> seconds", "CPU time; differs from run to run.", function(t) return t.times end)
+  function(study) return study.other end)
+run_field("evaluations", "evaluations", "t.evaluations[i][k] -> integer", "Evaluations of the equations.")
+run_field("newton", "newton", "t.newton[i][k] -> integer", "Newton iterations.")
+run_field("factorisations", "factorisations", "t.factorisations[i][k] -> integer", "LU factorisations.")
+run_field("steps", "steps", "t.steps[i][k] -> integer", "Steps taken.")
+run_field("times", "time", "t.times[i][k] -> seconds", "CPU time; differs from run to run.")
 
 doc { name = "convergence:of", module = "integrate", sig = "t:of(x) -> table",
   text = "errors, slopes and orders of one variable alone.",
   function(self, what)
-    local t = contents("convergence", self)
-    local group = t.single[type(what) == "string" and what or name_of(what)]
+    local single = contents("convergence", self).single
+    local group = single[type(what) == "string" and what or name_of(what)]
     if not group then
       local names = {}
-      for name in pairs(t.single) do names[#names + 1] = name end
+      for name in pairs(single) do names[#names + 1] = name end
       table.sort(names)
       fail(("of: '%s' was not measured; measured are %s"):format(tostring(what), table.concat(names, ", ")))
     end
-    return face(group)
+    return group
   end }
 
 doc { name = "convergence:plot", module = "integrate", sig = "t:plot() -> figure",
   text = "Error against step on logarithmic axes, with the line of each method's order.",
-  function(self) return figure_of(contents("convergence", self), contents("convergence", self).main) end }
+  function(self) return figure_of(contents("convergence", self)) end }
 
 doc { name = "convergence:__tostring", module = "integrate", sig = "print(t)",
   text = "The table of errors and slopes; what stays below its order is named.",

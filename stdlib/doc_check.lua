@@ -1,7 +1,8 @@
--- The doctest of the documentation: runs every example and compares what it prints. Loaded by check_documentation
--- (src/lua/core/documentation.hpp), not at start-up.
+-- The doctest of the documentation: runs every example and compares what it prints. Loaded by
+-- check_documentation (src/lua/core/documentation.hpp), not at start-up.
 
--- Splits "statements; expression" so that the expression's value can be printed: tries every separator from the end.
+-- Splits "statements; expression" so that the expression's value can be printed: tries every separator from
+-- the end.
 local function compile(code, env)
   local chunk = load("return " .. code, "=example", "t", env)
   if chunk then return chunk end

@@ -4,8 +4,9 @@ local lua_load = load
 local kinds = { model = true, expr = true, matrix = true, equation = true }
 
 doc { name = "save", module = "files", title = "Files", sig = "save(file, value)",
-  text = "Writes a model, an expression, a matrix or an equation to a Lua file that load (or dofile) turns into the "
-    .. "same value, in a new session too. A model keeps its name, parameter values and the form it was reduced to.",
+  text = [[Writes a model, an expression, a matrix or an equation to a Lua file that load (or dofile) turns
+    into the same value, in a new session too. A model keeps its name, parameter values and the form it was
+    reduced to.]],
   example = [[x = var "x"
 name = os.tmpname() .. ".lua"
 save(name, dae{ der(x) ~ -2*x })
@@ -16,7 +17,8 @@ return load(name).kind]], gives = "ODE",
     if type(value) == "number" then kind = "expr" end
     if not kinds[kind] then
       fail("save: a model, an expression, a matrix or an equation can be saved, not "
-        .. (kind and "a " .. kind or type(value)) .. (kind == "solution" and '; sol:csv "run.csv" writes its values' or ""))
+        .. (kind and "a " .. kind or type(value))
+          .. (kind == "solution" and '; sol:csv "run.csv" writes its values' or ""))
     end
     local text = type(value) == "number" and ("return %.17g\n"):format(value) or value:code()
     if kind ~= "model" and type(value) ~= "number" then text = "return " .. text .. "\n" end
@@ -47,8 +49,9 @@ local function csv_columns(sol, list)
 end
 
 doc { name = "solution:csv", module = "files", sig = 'sol:csv(file [, { expressions }])',
-  text = "Writes the saved times and values as a table with commas and a line of titles: the states and algebraic variables, "
-    .. "or the expressions that are named. 17 digits, so that reading it gives the same numbers.",
+  text = [[Writes the saved times and values as a table with commas and a line of titles: the states and
+    algebraic variables, or the expressions that are named. 17 digits, so that reading it gives the same
+    numbers.]],
   example = [[x = var "x"
 sol = dae{ der(x) ~ -2*x }:integrate{ start = { x = 1 }, to = 1, dt = 0.5, method = rk.euler }
 name = os.tmpname()
@@ -79,8 +82,8 @@ for line in io.lines(name) do print(line) end]], gives = "t,x\n0,1\n0.5,0\n1,0",
   end }
 
 doc { name = "load", module = "files", sig = "load(file) -> value",
-  text = "Runs a Lua file (\"model.lua\") and returns its value: what save wrote. Anything else is Lua's own load, which "
-    .. "compiles a chunk.",
+  text = [[Runs a Lua file ("model.lua") and returns its value: what save wrote. Anything else is Lua's own
+    load, which compiles a chunk.]],
   example = 'load "return 1 + 1"()', gives = "2",
   function(chunk, ...)
     local is_file = type(chunk) == "string" and select("#", ...) == 0 and chunk:find "^[^\n]*%.lua$" ~= nil

@@ -2,7 +2,7 @@
 
 local page_width = 96
 
--- ── the entries ─────────────────────────────────────────────────────────────────────────────────────────────────────
+-- ── the entries ────────────────────────────────────────────────────────────────────────────────────────────
 
 -- "model:reduce" -> "model", ":", "reduce";  "sin" -> nil, "", "sin"
 local function split_name(name)
@@ -13,7 +13,8 @@ end
 
 local cache, cached_count
 
--- All documented things: C++ rows in the order of the modules, then the stdlib's own. `value` is what the name stands for.
+-- All documented things: C++ rows in the order of the modules, then the stdlib's own. `value` is what the
+-- name stands for.
 function entries()
   if cache and cached_count == #documented then return cache end
   cache, cached_count = {}, #documented
@@ -39,7 +40,7 @@ end
 local function is_member(entry) return entry.separator == ":" or entry.separator == "#" end
 local function is_metamethod(entry) return entry.separator == ":" and entry.member:sub(1, 2) == "__" end
 
--- ── layout ──────────────────────────────────────────────────────────────────────────────────────────────────────────
+-- ── layout ─────────────────────────────────────────────────────────────────────────────────────────────────
 
 local function pad(s, columns) return s .. (" "):rep(columns - width(s)) end
 
@@ -103,7 +104,7 @@ local function print_list(list)
   print_pairs(lines, 2)
 end
 
--- ── finding ─────────────────────────────────────────────────────────────────────────────────────────────────────────
+-- ── finding ────────────────────────────────────────────────────────────────────────────────────────────────
 
 local function all(predicate)
   local found = {}
@@ -113,7 +114,8 @@ local function all(predicate)
   return found
 end
 
--- The entries a user may mean by `name`: its full name; a member's bare name; "sys:reduce" for any variable name.
+-- The entries a user may mean by `name`: its full name; a member's bare name; "sys:reduce" for any variable
+-- name.
 local function find(name)
   local found = all(function(e) return e.name == name end)
   if #found > 0 then return found end
@@ -122,7 +124,8 @@ local function find(name)
     local variable = rawget(_G, owner)
     local type_name = object_type(variable)
     found = all(function(e)
-      return is_member(e) and e.member == member and (e.owner == owner or not type_name or e.owner == type_name)
+      return is_member(e) and e.member == member and (e.owner == owner or not type_name
+        or e.owner == type_name)
     end)
   elseif separator == "" then
     found = all(function(e) return e.member == name end)
@@ -153,7 +156,7 @@ local function all_names()
   return names
 end
 
--- ── the pages ───────────────────────────────────────────────────────────────────────────────────────────────────────
+-- ── the pages ──────────────────────────────────────────────────────────────────────────────────────────────
 
 local function help_type(type_name)
   local members = members_of_type(type_name)
@@ -197,13 +200,17 @@ end
 local shown_of_library = 8
 
 local function names_line(names, module)
-  if #names <= 2*shown_of_library or not names[#names]:find(".", 1, true) then return table.concat(names, " ") end
-  return table.concat(names, " ", 1, shown_of_library) .. (' … and %d more: help "%s"'):format(#names - shown_of_library, module)
+  if #names <= 2*shown_of_library or not names[#names]:find(".", 1, true) then
+    return table.concat(names, " ")
+  end
+  return table.concat(names, " ", 1, shown_of_library)
+    .. (' … and %d more: help "%s"'):format(#names - shown_of_library, module)
 end
 
 local function overview()
   print("Lua 5.4 and a vocabulary for dynamic systems.")
-  print('help "name" explains one, help(value) a value, apropos "word" searches, examples "name" shows it in use.')
+  print('help "name" explains one, help(value) a value, apropos "word" searches, '
+    .. 'examples "name" shows it in use.')
   print()
   local lines, by_module = {}, {}
   for _, entry in ipairs(entries()) do
@@ -241,7 +248,8 @@ local function help_name(name)
   if shown then return end
   local builtin = rawget(_G, name:match "^[^.:]+" or name)
   if builtin ~= nil and named(name) == nil and (type(builtin) == "function" or type(builtin) == "table") then
-    print(name .. " is not from Pendula; Lua's own functions are described at https://www.lua.org/manual/5.4/")
+    print(name .. " is not from Pendula; Lua's own functions are described at "
+      .. "https://www.lua.org/manual/5.4/")
     return
   end
   fail("help: there is nothing called '" .. name .. "'." .. did_you_mean(name, all_names())
@@ -288,7 +296,8 @@ doc { name = "apropos", module = "help", sig = "apropos(word)",
     if type(word) ~= "string" or word == "" then fail 'apropos: expected a word, as in apropos "index"' end
     local lower = word:lower()
     local found = all(function(e)
-      return (e.name .. "\n" .. e.sig .. "\n" .. e.text):lower():find(lower, 1, true) ~= nil and not is_metamethod(e)
+      return (e.name .. "\n" .. e.sig .. "\n" .. e.text):lower():find(lower, 1, true) ~= nil
+        and not is_metamethod(e)
     end)
     if #found == 0 then
       print("nothing mentions '" .. word .. "'." .. did_you_mean(word, all_names()))

@@ -1,9 +1,10 @@
 -- The pictures of the laboratories: what newton{…}, k:basins{…}, converge(…) and sweep(…) draw.
 
--- ── Newton ──────────────────────────────────────────────────────────────────────────────────────────────────────────
+-- ── Newton ─────────────────────────────────────────────────────────────────────────────────────────────────
 
 doc { name = "newton:plot", module = "newton", sig = "k:plot() -> figure",
-  text = "‖r‖ of every iterate on a logarithmic axis: a straight line is linear convergence, a falling parabola quadratic.",
+  text = [[‖r‖ of every iterate on a logarithmic axis: a straight line is linear convergence, a falling
+    parabola quadratic.]],
   function(k)
     local residuals, iterations, values = k.residuals, {}, {}
     for i = 1, #residuals do
@@ -25,21 +26,25 @@ doc { name = "basins:plot", module = "newton", sig = "b:plot() -> figure",
         end
       end
       local function short(value) return ("%.4g"):format(math.abs(value) < 1e-9 and 0 or value) end
-      series[#series + 1] = { x = x, y = y, style = "cells", labels = { ("(%s, %s)"):format(short(point[1]), short(point[2])) },
+      series[#series + 1] = { x = x, y = y, style = "cells",
+        labels = { ("(%s, %s)"):format(short(point[1]), short(point[2])) },
                               cell = { u[2] - u[1], v[2] - v[1] } }
     end
     if #series == 0 then fail "plot: Newton's method finds no root from any start of this grid" end
-    return figure { by = "plot", series = series, title = "Basins of Newton's method", xlabel = b.names[1], ylabel = b.names[2],
+    return figure { by = "plot", series = series, title = "Basins of Newton's method", xlabel = b.names[1],
+      ylabel = b.names[2],
                     xlim = { u[1], u[#u] }, ylim = { v[1], v[#v] } }
   end }
 
--- ── sweep ───────────────────────────────────────────────────────────────────────────────────────────────────────────
+-- ── sweep ──────────────────────────────────────────────────────────────────────────────────────────────────
 
 doc { name = "sweep:plot", module = "sweep", sig = "s:plot(e [, t]) -> figure",
-  text = "The value of an expression at the end (or at time t) over what varied first. Trajectories: plot(s.t, s(e)).",
+  text = [[The value of an expression at the end (or at time t) over what varied first. Trajectories:
+    plot(s.t, s(e)).]],
   function(s, e, at)
     if e == nil then fail "plot: what is to be drawn? write s:plot(x)" end
     local name, values = s.names[1], at and s(e, at) or s:final(e)
-    return plot(s.params[name], values, { xlabel = name, ylabel = tostring(e) .. (at and (" at t = %g"):format(at) or " at the end"),
+    return plot(s.params[name], values, { xlabel = name,
+      ylabel = tostring(e) .. (at and (" at t = %g"):format(at) or " at the end"),
                                           style = "points" })
   end }

@@ -1,4 +1,5 @@
--- Rows of strings as aligned columns; the first row is the head. right[j]: column j to the right; indent: blanks before a row.
+-- Rows of strings as aligned columns; the first row is the head. right[j]: column j to the right; indent:
+-- blanks before a row.
 return function(rows, right, indent)
   local widths, lines = {}, {}
   for _, row in ipairs(rows) do

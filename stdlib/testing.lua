@@ -5,7 +5,7 @@ local run          -- under `pendula test`: { passed =, failed =, current = the 
 local pending      -- the last expect() whose check has not been called yet
 local abort = {}   -- raised to leave a test whose expectation failed
 
--- ── reporting ───────────────────────────────────────────────────────────────────────────────────────────────────────
+-- ── reporting ──────────────────────────────────────────────────────────────────────────────────────────────
 
 local function one_line(text) return (text:gsub("%s*\n%s*", " ")) end
 
@@ -34,7 +34,8 @@ local function check_pending()
   local forgotten = pending
   pending = nil
   if forgotten then
-    failed(forgotten.where, "expect(…) says nothing by itself; add :near(b, tol), :equals(v), :fails \"text\" or :is_true()")
+    failed(forgotten.where,
+      "expect(…) says nothing by itself; add :near(b, tol), :equals(v), :fails \"text\" or :is_true()")
   end
 end
 
@@ -42,7 +43,7 @@ local function passed()
   if run and not run.current then run.passed = run.passed + 1 end
 end
 
--- ── comparing ───────────────────────────────────────────────────────────────────────────────────────────────────────
+-- ── comparing ──────────────────────────────────────────────────────────────────────────────────────────────
 
 local function show(value, depth)
   if type(value) == "string" then return '"' .. value .. '"' end
@@ -58,7 +59,8 @@ local function show(value, depth)
   return #text <= 300 and text or text:sub(1, 300) .. "…"
 end
 
--- Appends the numbers in a number, a list (of lists …), a matrix or a constant expression. Returns nil or a complaint.
+-- Appends the numbers in a number, a list (of lists …), a matrix or a constant expression. Returns nil or a
+-- complaint.
 local function collect(value, out, depth)
   if type(value) == "number" then
     out[#out + 1] = value
@@ -151,7 +153,7 @@ local function same(a, b, depth)
   return #x > 0
 end
 
--- ── expect ──────────────────────────────────────────────────────────────────────────────────────────────────────────
+-- ── expect ─────────────────────────────────────────────────────────────────────────────────────────────────
 
 local checks = {}
 
@@ -166,7 +168,8 @@ function checks:near(wanted, tol)
 end
 
 function checks:equals(wanted)
-  verdict(not same(self.held[1], wanted, 0) and "expected " .. show(wanted) .. ", got " .. show(self.held[1]) or nil)
+  verdict(not same(self.held[1], wanted, 0) and "expected " .. show(wanted) .. ", got " .. show(self.held[1])
+    or nil)
 end
 
 function checks:fails(text)
@@ -192,9 +195,15 @@ function checks:matches(pattern)
   verdict(not text:find(pattern) and "'" .. text .. "' does not match '" .. pattern .. "'" or nil)
 end
 
-function checks:is_true() verdict(self.held[1] ~= true and "expected true, got " .. show(self.held[1]) or nil) end
-function checks:is_false() verdict(self.held[1] ~= false and "expected false, got " .. show(self.held[1]) or nil) end
-function checks:is_nil() verdict(self.held[1] ~= nil and "expected nil, got " .. show(self.held[1]) or nil) end
+function checks:is_true()
+  verdict(self.held[1] ~= true and "expected true, got " .. show(self.held[1]) or nil)
+end
+function checks:is_false()
+  verdict(self.held[1] ~= false and "expected false, got " .. show(self.held[1]) or nil)
+end
+function checks:is_nil()
+  verdict(self.held[1] ~= nil and "expected nil, got " .. show(self.held[1]) or nil)
+end
 
 local check_names = {}
 for name in pairs(checks) do check_names[#check_names + 1] = name end
@@ -213,19 +222,22 @@ local expectation = {
 }
 
 doc { name = "expect", module = "testing", title = "Tests", sig = "expect(value):check(…)",
-  text = "States what a value must be: :near(b, tol) means |a - b| ≤ tol·max(1, |b|) for each number in numbers, lists "
-    .. "and matrices; :equals(v) compares numbers, strings, lists, objects and expressions (equal if their difference "
-    .. "simplifies to 0); :fails \"text\" calls the function and wants an error with that text; also :matches(pattern), "
-    .. ":is_true(), :is_false(), :is_nil(). A failure is an error at its line; `pendula test` counts it and goes on.",
-  example = "expect(0.1 + 0.2):near(0.3, 1e-12)\nexpect({1, {2}}):equals({1, {2}})\n"
-    .. "expect(function() error 'too long' end):fails 'long'",
+  text = [[States what a value must be: :near(b, tol) means |a - b| ≤ tol·max(1, |b|) for each number in
+    numbers, lists and matrices; :equals(v) compares numbers, strings, lists, objects and expressions (equal
+    if their difference simplifies to 0); :fails "text" calls the function and wants an error with that text;
+    also :matches(pattern), :is_true(), :is_false(), :is_nil(). A failure is an error at its line; `pendula
+    test` counts it and goes on.]],
+  example = [[
+    expect(0.1 + 0.2):near(0.3, 1e-12)
+    expect({1, {2}}):equals({1, {2}})
+    expect(function() error 'too long' end):fails 'long']],
   function(value)
     check_pending()
     pending = { where = position() }
     return setmetatable({ held = { value } }, expectation)  -- boxed: nil must not reach __index
   end }
 
--- ── test ────────────────────────────────────────────────────────────────────────────────────────────────────────────
+-- ── test ───────────────────────────────────────────────────────────────────────────────────────────────────
 
 -- The message of an error value with the user's line in front. Runs where the error was raised.
 local function explain(err)
@@ -249,8 +261,8 @@ local function run_counted(name, f)
 end
 
 doc { name = "test", module = "testing", sig = "test(name, f)",
-  text = "Runs f, a group of expectations. Under `pendula test` its first failure is listed with its line and the file "
-    .. "goes on; elsewhere it is an error.",
+  text = [[Runs f, a group of expectations. Under `pendula test` its first failure is listed with its line and
+    the file goes on; elsewhere it is an error.]],
   example = 'test("sums", function() expect(1 + 1):equals(2) end)',
   function(name, f)
     if type(name) ~= "string" then fail "test(name, f): the name must be a string" end
@@ -261,7 +273,7 @@ doc { name = "test", module = "testing", sig = "test(name, f)",
     check_pending()
   end }
 
--- ── for src/lua/core/testing.cpp ─────────────────────────────────────────────────────────────────────────────────────────
+-- ── for src/lua/core/testing.cpp ───────────────────────────────────────────────────────────────────────────
 
 function begin_tests()
   run = { passed = 0, failed = 0 }

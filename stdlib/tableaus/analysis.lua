@@ -1,5 +1,5 @@
--- What is said about methods in words, tables and pictures: report(), verify(), plot(), rk.table() and its kin. Loaded
--- when first needed; the numbers come from src/integrate.
+-- What is said about methods in words, tables and pictures: report(), verify(), plot(), rk.table() and its
+-- kin. Loaded when first needed; the numbers come from src/integrate.
 local analysis = {}
 local layout = include "layout"
 
@@ -10,7 +10,7 @@ local function short(number, digits)
   return (("%." .. (digits or 6) .. "g"):format(number))
 end
 
--- ── report ──────────────────────────────────────────────────────────────────────────────────────────────────────────
+-- ── report ─────────────────────────────────────────────────────────────────────────────────────────────────
 
 local function kind_of(tab)
   if tab:is "explicit" then return "explicit" end
@@ -22,7 +22,8 @@ end
 
 local function properties(tab)
   local list = { kind_of(tab) }
-  for _, name in ipairs { "FSAL", "stiffly accurate", "collocation", "symplectic", "symmetric", "algebraically stable" } do
+  for _, name in ipairs { "FSAL", "stiffly accurate", "collocation", "symplectic", "symmetric",
+    "algebraically stable" } do
     if tab:is(name) and not (name == "FSAL" and not tab:is "explicit") then list[#list + 1] = name end
   end
   return table.concat(list, ", ")
@@ -32,7 +33,8 @@ local most_missed = 9
 
 local function order_lines(tab, lines)
   local p = tab:order()
-  lines[#lines + 1] = ("order            %d: every condition of the trees with at most %d vertices holds"):format(p, p)
+  local holds = "order            %d: every condition of the trees with at most %d vertices holds"
+  lines[#lines + 1] = holds:format(p, p)
   if p >= 9 or tab.stages > 20 then return end
   local conditions, missed, count = tab:conditions(p + 1), {}, 0
   for i = 1, #conditions do
@@ -59,9 +61,11 @@ end
 local function dae_lines(tab, lines)
   local o = tab:dae_orders()
   local p = tab:order()
-  lines[#lines + 1] = ("index 1          x %d, z %d (x′ and z at mesh points solve the equations)"):format(p, p)
+  lines[#lines + 1] = ("index 1          x %d, z %d (x′ and z at mesh points solve the equations)"):format(p,
+    p)
   if o.x2 < 0 then
-    lines[#lines + 1] = "index 2, 3       not applicable as they stand: the stages do not determine z; reduce the index"
+    lines[#lines + 1] = "index 2, 3       not applicable as they stand: the stages do not determine z; "
+      .. "reduce the index"
     return
   end
   if o.z1 ~= p then lines[#lines] = lines[#lines] .. ("; z from the stages: %s"):format(expected(o.z1)) end
@@ -74,7 +78,8 @@ local function cost_line(tab)
   local s, kind = tab.stages, kind_of(tab)
   if kind == "explicit" then return ("%d evaluations per step"):format(tab:is "FSAL" and s - 1 or s) end
   if kind == "fully implicit" then
-    return ("one system of %d·n unknowns per step: its factorisation costs %d times that of one stage"):format(s, s^3)
+    local cost = "one system of %d·n unknowns per step: its factorisation costs %d times that of one stage"
+    return cost:format(s, s^3)
   end
   local stages = kind:sub(1, 1) == "E" and s - 1 or s
   return ("%d systems of n unknowns per step, one after another"):format(stages)
@@ -89,8 +94,10 @@ local function collocation_lines(tab, lines)
     if width(values[k]) > 20 then values[k] = short(evaluate(value)) end
     if evaluate(value) == 0 and zero == k - 1 then zero = k end
   end
-  lines[#lines + 1] = "orthogonality    ∫₀¹ ∏(τ - cᵢ) τᵏ dτ = " .. table.concat(values, ", ") .. " for k = 0, 1, …"
-  lines[#lines + 1] = ("                 (71a) holds for the first %d: order s + %d = %d"):format(zero, zero, tab.stages + zero)
+  lines[#lines + 1] = "orthogonality    ∫₀¹ ∏(τ - cᵢ) τᵏ dτ = " .. table.concat(values, ", ")
+    .. " for k = 0, 1, …"
+  lines[#lines + 1] = ("                 (71a) holds for the first %d: order s + %d = %d"):format(zero, zero,
+    tab.stages + zero)
 end
 
 function analysis.report(tab)
@@ -101,9 +108,12 @@ function analysis.report(tab)
   lines[#lines + 1] = "kind             " .. properties(tab)
   order_lines(tab, lines)
   local s = tab:simplifying()
-  lines[#lines + 1] = ("stage order      %d;  B(%d), C(%d), D(%d) hold"):format(tab:stage_order(), s.B, s.C, s.D)
+  lines[#lines + 1] = ("stage order      %d;  B(%d), C(%d), D(%d) hold"):format(tab:stage_order(), s.B, s.C,
+    s.D)
   collocation_lines(tab, lines)
-  if tab.bhat then lines[#lines + 1] = ("embedded         order %d, for the error estimate"):format(tab:embedded_order()) end
+  if tab.bhat then
+    lines[#lines + 1] = ("embedded         order %d, for the error estimate"):format(tab:embedded_order())
+  end
   if tab.dense then lines[#lines + 1] = ("dense output     order %d"):format(tab:dense_order()) end
   lines[#lines + 1] = tostring(tab:stability())
   dae_lines(tab, lines)
@@ -111,7 +121,7 @@ function analysis.report(tab)
   return table.concat(lines, "\n")
 end
 
--- ── verify ──────────────────────────────────────────────────────────────────────────────────────────────────────────
+-- ── verify ─────────────────────────────────────────────────────────────────────────────────────────────────
 
 local built
 
@@ -126,38 +136,49 @@ local function problems()
       expect = function(_, p) return p end },
     { name = "non-autonomous", text = "x′ = t x²", model = dae { der(x) ~ t * x^2 }, start = { x = 0.5 },
       measure = { { "x", x, 1 / 1.5 } }, expect = function(_, p) return p end },
-    { name = "stiff", text = "x′ = -10⁶(x - cos t) - sin t", model = dae { der(x) ~ -10^6 * (x - cos(t)) - sin(t) },
+    { name = "stiff", text = "x′ = -10⁶(x - cos t) - sin t",
+      model = dae { der(x) ~ -10^6 * (x - cos(t)) - sin(t) },
       start = { x = 1 }, measure = { { "x", x, math.cos(1) } }, implicit = true,
       expect = function(tab, p)
         local st, q = tab:stability(), tab:stage_order()
         if st.real > -math.huge then return -1 end
         return math.min(p, math.abs(st.infinity - 1) < 1e-9 and q - 1 or q)
       end,
-      why = "order reduction: on stiff problems only the stage order q = %d is certain (Prothero & Robinson 1974)" },
+      why = [[order reduction: on stiff problems only the stage order q = %d is certain (Prothero & Robinson
+        1974)]] },
     { name = "index 1", text = "x′ = -x z, 0 = z + z³ - ln x - (ln x)³",
       model = dae { der(x) ~ -x * z, 0 ~ z + z^3 - log(x) - log(x)^3 }, start = { x = exp1, z = 1 },
-      measure = { { "x", x, math.exp(math.exp(-1)) }, { "z", z, math.exp(-1) } }, expect = function(_, p) return p end },
+      measure = { { "x", x, math.exp(math.exp(-1)) }, { "z", z, math.exp(-1) } }, expect = function(_, p)
+        return p
+      end },
     { name = "index 2", text = "y₁′ = y₁y₂z, y₂′ = y₁²y₂² - 3y₂²z, 0 = y₁²y₂ - 1 (Jay)",
       model = dae { der(y1) ~ y1 * y2 * z, der(y2) ~ y1^2 * y2^2 - 3 * y2^2 * z, 0 ~ y1^2 * y2 - 1 },
-      start = { y1 = 1, y2 = 1, z = 1 }, direct = true, measure = { { "y", y1, exp1, 1e-11 }, { "z", z, exp1^2, 1e-10 } },
+      start = { y1 = 1, y2 = 1, z = 1 }, direct = true,
+        measure = { { "y", y1, exp1, 1e-11 }, { "z", z, exp1^2, 1e-10 } },
       expect = function(tab, _, name) return tab:dae_orders()[name == "z" and "z2" or "x2"] end,
-      why = "order reduction: z follows the stage order and R(∞), y is better where D(r) helps (Hairer & Wanner II, §VII.4)" },
+      why = [[order reduction: z follows the stage order and R(∞), y is better where D(r) helps (Hairer &
+        Wanner II, §VII.4)]] },
     { name = "index 3", text = "x″ = -z x + t (cos t, sin t), 0 = x·x - 1",
-      model = dae { der(x1) ~ v1, der(x2) ~ v2, der(v1) ~ -z * x1 + t * cos(t), der(v2) ~ -z * x2 + t * sin(t),
+      model = dae { der(x1) ~ v1, der(x2) ~ v2, der(v1) ~ -z * x1 + t * cos(t),
+        der(v2) ~ -z * x2 + t * sin(t),
                     0 ~ (x1^2 + x2^2 - 1) / 2 },
       start = { x1 = 1, x2 = 0, v1 = 0, v2 = 1, z = 1 }, direct = true,
       measure = { { "x", x1, math.cos(1), 1e-11 }, { "x′", v1, -math.sin(1), 1e-10 }, { "z", z, 2, 1e-8 } },
-      expect = function(tab, _, name) return tab:dae_orders()[({ x = "x3", ["x′"] = "v3", z = "z3" })[name]] end,
+      expect = function(tab, _, name)
+        return tab:dae_orders()[({ x = "x3", ["x′"] = "v3", z = "z3" })[name]]
+      end,
       why = "order reduction: each derivative of the constraint costs z one order (Jay 1993)" },
   }
   return built
 end
 
--- Errors below this are rounding and the tolerance of Newton's method; algebraic variables of index 2 and 3 divide them
+-- Errors below this are rounding and the tolerance of Newton's method; algebraic variables of index 2 and 3
+-- divide them
 -- by Δt and Δt².
 local function floor_of(measure) return measure[4] or 1e-13 end
 
--- Errors of every measured quantity for Δt = 1/2, 1/4, … until all are down to rounding; nil where no run is possible.
+-- Errors of every measured quantity for Δt = 1/2, 1/4, … until all are down to rounding; nil where no run is
+-- possible.
 local function errors_of(problem, tab)
   local list, failure = {}, nil
   for _ = 1, #problem.measure do list[#list + 1] = {} end
@@ -180,7 +201,8 @@ local function errors_of(problem, tab)
   return list, failure
 end
 
--- The slope of the last halvings above rounding; the best of one, two and three halvings, since an error may cross zero.
+-- The slope of the last halvings above rounding; the best of one, two and three halvings, since an error may
+-- cross zero.
 local function slope_of(errors, floor)
   local n = #errors
   while n > 0 and errors[n] < floor do n = n - 1 end
@@ -197,7 +219,8 @@ local function shortfall(order) return math.max(0.3, order / 10) end
 local function verify_problem(problem, tab, result)
   local p, reduced = tab:order(), false
   if problem.implicit and tab:is "explicit" then
-    result.rows[#result.rows + 1] = { problem = problem.name, quantity = "–", verdict = "for implicit methods only", ok = true }
+    result.rows[#result.rows + 1] = { problem = problem.name, quantity = "–",
+      verdict = "for implicit methods only", ok = true }
     return
   end
   local first = problem.expect(tab, p, problem.measure[1][1])
@@ -208,7 +231,8 @@ local function verify_problem(problem, tab, result)
   end
   local lists, failure = errors_of(problem, tab)
   for i, measure in ipairs(problem.measure) do
-    local row = { problem = problem.name, quantity = measure[1], expected = problem.expect(tab, p, measure[1]) }
+    local row = { problem = problem.name, quantity = measure[1],
+      expected = problem.expect(tab, p, measure[1]) }
     row.measured = lists and slope_of(lists[i], floor_of(measure))
     row.errors = lists and lists[i]
     if row.expected <= 0 then
@@ -232,7 +256,10 @@ local function verify_problem(problem, tab, result)
     result.rows[#result.rows + 1] = row
     result.ok = result.ok and row.ok
   end
-  if reduced and problem.why then result.notes[#result.notes + 1] = problem.name .. ": " .. problem.why:format(object_type(tab) == "tableau" and tab:stage_order() or 0) end
+  if reduced and problem.why then
+    result.notes[#result.notes + 1] = problem.name .. ": "
+      .. problem.why:format(object_type(tab) == "tableau" and tab:stage_order() or 0)
+  end
 end
 
 local verification = {
@@ -243,17 +270,19 @@ local verification = {
       rows[#rows + 1] = { row.problem, row.quantity, row.expected and expected(row.expected) or "",
         row.measured and ("%.2f"):format(row.measured) or "", row.verdict }
     end
-    local text = ("%s: order %d, measured at t = 1 with Δt = 1/2, 1/4, … (one-sided: more than expected is no fault)\n%s"):format(
+    local text = ("%s: order %d, measured at t = 1 with Δt = 1/2, 1/4, … (one-sided: more than expected is "
+      .. "no fault)\n%s"):format(
       self.method, self.order, layout(rows, { false, false, true, true }, 2))
     for _, note in ipairs(self.notes) do text = text .. "\n" .. note end
     return text .. "\n" .. (self.ok and "verified" or "NOT verified: see ✗")
   end,
 }
 
---- Multistep methods have no stages: their order holds for stiff components and for index 1, 2 and 3 alike, but for index 3
---- as it stands the Runge-Kutta steps that start them leave order 4. Rounding adds up over many small steps.
+-- Multistep methods have no stages: their order holds for stiff components and for index 1, 2 and 3 alike. For
+-- index 3 as it stands the Runge–Kutta steps that start them leave order 4. Rounding adds up over many steps.
 function analysis.verify_multistep(method)
-  local result = setmetatable({ method = method.name, order = method:order(), rows = {}, notes = {}, ok = true }, verification)
+  local result = setmetatable({ method = method.name, order = method:order(), rows = {}, notes = {},
+    ok = true }, verification)
   for _, problem in ipairs(problems()) do
     local measures = {}
     for i, measure in ipairs(problem.measure) do
@@ -261,18 +290,20 @@ function analysis.verify_multistep(method)
     end
     local promised = problem.name == "index 3" and math.min(4, method:order()) or method:order()
     verify_problem(setmetatable({ expect = function() return promised end, measure = measures,
-      why = "the start by Radau steps limits it; constant steps after it have the order of the formula" }, { __index = problem }), method, result)
+      why = "the start by Radau steps limits it; constant steps after it have the order of the formula" },
+        { __index = problem }), method, result)
   end
   return result
 end
 
 function analysis.verify(tab)
-  local result = setmetatable({ method = tab.name, order = tab:order(), rows = {}, notes = {}, ok = true }, verification)
+  local result = setmetatable({ method = tab.name, order = tab:order(), rows = {}, notes = {}, ok = true },
+    verification)
   for _, problem in ipairs(problems()) do verify_problem(problem, tab, result) end
   return result
 end
 
--- ── pictures ────────────────────────────────────────────────────────────────────────────────────────────────────────
+-- ── pictures ───────────────────────────────────────────────────────────────────────────────────────────────
 
 -- Closed curves as x, y lists, cut at NaN and where they leave the frame.
 local function curves(rows, reach)
@@ -301,13 +332,15 @@ local function picture(rows, reach, title)
   local labels = {}
   for i = 1, #arguments // 2 do labels[i] = i == 1 and "|R(z)| = 1" or "" end
   if #arguments == 0 then fail(title .. ": no boundary within |z| ≤ " .. short(reach)) end
-  arguments[#arguments + 1] = { title = title, xlabel = "Re z", ylabel = "Im z", equal = true, labels = labels, legend = false }
+  arguments[#arguments + 1] = { title = title, xlabel = "Re z", ylabel = "Im z", equal = true,
+    labels = labels, legend = false }
   return plot(table.unpack(arguments))
 end
 
 function analysis.plot_stability(stability, name)
   local where = stability.A_stable and "stable outside" or "stable inside"
-  if stability.imaginary == math.huge and stability.real == -math.huge and math.abs(stability.infinity) == 1 then
+  if stability.imaginary == math.huge and stability.real == -math.huge
+    and math.abs(stability.infinity) == 1 then
     where = "stable in the left half-plane"
   end
   return picture(stability:boundary(720), 60, ("%s: |R(z)| = 1, %s"):format(name, where))
@@ -317,7 +350,7 @@ function analysis.plot_multistep(method)
   return picture(method:boundary(1441), 60, method.name .. ": root locus, stable outside")
 end
 
--- ── comparisons ─────────────────────────────────────────────────────────────────────────────────────────────────────
+-- ── comparisons ────────────────────────────────────────────────────────────────────────────────────────────
 
 local comparison = { __name = "comparison", __tostring = function(self) return self.text end }
 
@@ -329,33 +362,40 @@ function analysis.compare(list)
     for _, name in ipairs { "FSAL", "stiffly accurate", "symplectic", "symmetric" } do
       if tab:is(name) and not (name == "FSAL" and not tab:is "explicit") then more[#more + 1] = name end
     end
-    rows[#rows + 1] = { tab.name, tostring(tab.stages), tostring(tab:order()), tab.bhat and tostring(tab:embedded_order()) or "",
+    rows[#rows + 1] = { tab.name, tostring(tab.stages), tostring(tab:order()),
+      tab.bhat and tostring(tab:embedded_order()) or "",
       tostring(tab:stage_order()), kind_of(tab), short(st.real), short(st.imaginary),
-      st.L_stable and "L" or st.A_stable and "A" or st.alpha > 0 and ("A(%.4g°)"):format(st.alpha) or "", table.concat(more, ", ") }
+      st.L_stable and "L" or st.A_stable and "A" or st.alpha > 0 and ("A(%.4g°)"):format(st.alpha) or "",
+        table.concat(more, ", ") }
   end
-  return setmetatable({ rows = rows, text = layout(rows, { false, true, true, true, true, false, true, true }, 0)
-    .. "\ns stages, p order, p̂ embedded order, q stage order; |R| ≤ 1 on [real, 0] and for |Im z| ≤ imaginary" }, comparison)
+  return setmetatable({ rows = rows, text = layout(rows, { false, true, true, true, true, false, true, true },
+    0)
+    .. "\ns stages, p order, p̂ embedded order, q stage order; |R| ≤ 1 on [real, 0] and for |Im z| ≤ "
+      .. "imaginary" }, comparison)
 end
 
--- The least number of stages of an explicit method of each order (Butcher), and ours that attain it.
+-- The least number of stages of an explicit method of each order (Butcher), and the methods that attain it.
 function analysis.stages_for_order(list)
   local least = { 1, 2, 3, 4, 6, 7, 9, 11 }
   local rows = { { "order", "stages at least", "attained by" } }
   for p, s in ipairs(least) do
     local names = {}
     for _, tab in ipairs(list) do
-      if tab:is "explicit" and tab:order() == p and tab.stages - (tab:is "FSAL" and tab.stages > 1 and 1 or 0) == s then
+      if tab:is "explicit" and tab:order() == p and tab.stages - (tab:is "FSAL" and tab.stages > 1 and 1
+        or 0) == s then
         names[#names + 1] = tab.name
       end
     end
     rows[#rows + 1] = { tostring(p), tostring(s), #names > 0 and table.concat(names, ", ") or "–" }
   end
-  return setmetatable({ rows = rows, text = "explicit Runge-Kutta methods\n" .. layout(rows, { true, true }, 2)
-    .. "\n  (order 9: 12 to 17 stages, not known exactly; FSAL methods count one stage less. Butcher, Numerical Methods for "
+  return setmetatable({ rows = rows, text = "explicit Runge-Kutta methods\n" .. layout(rows, { true, true },
+    2)
+    .. "\n  (order 9: 12 to 17 stages, not known exactly; FSAL methods count one stage less. Butcher, "
+      .. "Numerical Methods for "
     .. "ODEs, 2nd ed., §32)" }, comparison)
 end
 
--- What a given accuracy costs with more and more stages. Work: 2/3 (s n)³ per factorisation.
+-- What a given accuracy costs with more and more stages, measured. Work: 2/3 (s n)³ per factorisation.
 function analysis.cost(methods, targets)
   local problem = problems()[1]
   local n = #problem.measure
@@ -368,7 +408,8 @@ function analysis.cost(methods, targets)
       local cell = "–"
       for k = 0, 14 do
         local sol = problem.model:integrate { start = problem.start, to = 1, method = tab, dt = 1 / 2^k }
-        local e = sol.status == "finished" and math.abs(sol:final(problem.measure[1][2]) - problem.measure[1][3]) or math.huge
+        local e = sol.status == "finished"
+          and math.abs(sol:final(problem.measure[1][2]) - problem.measure[1][3]) or math.huge
         if e <= target then
           local stats = sol:stats()
           local work = stats.factorisations * 2 / 3 * (tab.stages * n)^3
@@ -383,9 +424,11 @@ function analysis.cost(methods, targets)
     best_rows[#best_rows + 1] = best_at and ("%s: %s"):format(short(target, 1), methods[best_at].name)
   end
   return setmetatable({ rows = rows, text =
-    "steps × factorisations per step: operations, 2/3 (s n)³ per factorisation; " .. problem.text .. " to t = 1\n"
+    "steps × factorisations per step: operations, 2/3 (s n)³ per factorisation; " .. problem.text
+      .. " to t = 1\n"
     .. layout(rows, nil, 2) .. "\ncheapest  " .. table.concat(best_rows, ";  ")
-    .. "\nOne step costs s³ times the factorisation of one stage and gains the factor Δt² per stage: more stages pay only "
+    .. "\nOne step costs s³ times the factorisation of one stage and gains the factor Δt² per stage: more "
+      .. "stages pay only "
     .. "for small errors." }, comparison)
 end
 

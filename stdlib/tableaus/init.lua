@@ -1,49 +1,63 @@
--- The tableaus that come with the program: one file each, listed here in the order of help(). A file returns the
--- table of coefficients; the tableau is built when rk.name is first touched.
-local names = {
-  "euler", "midpoint", "heun", "ralston", "kutta3", "heun3", "ralston3", "ssprk33", "bogacki_shampine", "rk4",
-  "kutta38", "fehlberg45", "cash_karp", "dopri5", "tsit5", "butcher6", "verner65", "verner76", "verner87", "dop853",
-  "verner98",
-  "implicit_euler", "implicit_midpoint", "trapezoid", "sdirk2", "crouzeix", "crouzeix4", "qin_zhang", "sdirk3",
-  "sdirk4", "tr_bdf2", "esdirk32", "esdirk43",
+-- The tableaus that come with the program: one file each, listed here in the order of help(). A file returns
+-- the table of coefficients; the tableau is built when rk.name is first touched.
+local libraries = {
+  { library = "rk", folder = "explicit",
+    "euler", "midpoint", "heun", "ralston", "kutta3", "heun3", "ralston3", "ssprk33", "bogacki_shampine",
+    "rk4", "kutta38", "fehlberg45", "cash_karp", "dopri5", "tsit5", "butcher6", "verner65", "verner76", "verner87",
+    "dop853", "verner98" },
+  { library = "rk", folder = "implicit",
+    "implicit_euler", "implicit_midpoint", "trapezoid", "sdirk2", "crouzeix", "crouzeix4", "qin_zhang",
+    "sdirk3", "sdirk4", "tr_bdf2", "esdirk32", "esdirk43" },
+  { library = "rosenbrock", folder = "rosenbrock",
+    "ros2", "ros3p", "rodas3", "rodas4", "rodas4p", "rodas5p" },
 }
+local titles = { rk = "Butcher tableaus", rosenbrock = "Rosenbrock methods" }
 
 -- Lists of weights may leave out zeros at their end.
 local function pad(list, size)
   for i = #list + 1, size do list[i] = 0 end
 end
 
-local function load_rosenbrock(name)
-  local data = include("tableaus/rosenbrock/" .. name)
-  for i, row in ipairs(data.dense or {}) do pad(row, #data.m) end
+local function file_of(folder, name)
+  local data = include("tableaus/" .. folder .. "/" .. name)
+  data.text, data.cite = prose(data.text), prose(data.cite)
+  return data
+end
+
+local load = {}
+
+function load.rosenbrock(data)
+  for _, row in ipairs(data.dense or {}) do pad(row, #data.m) end
   return rosenbrock(data)
 end
 
-local function load_tableau(name)
-  local data = include("tableaus/" .. name)
+function load.rk(data)
   for _, key in ipairs { "b", "bhat", "bhat2" } do
     if data[key] then pad(data[key], #data.A) end
   end
-  data.proved = true           -- by tests/integrate/methods.lua
+  data.proved = true           -- by tests/integrate/run/methods_test.lua
   return tableau(data)
 end
 
-local function register(library, folder, title, name, load)
+local function register(library, folder, name)
   doc {
-    name = library .. "." .. name, sig = library .. "." .. name, module = library, title = title,
+    name = library .. "." .. name, sig = library .. "." .. name, module = library, title = titles[library],
     text = "", example = library .. "." .. name .. ":order()",
     describe = function(entry)
-      local data = include(folder .. name)
+      local data = file_of(folder, name)
       entry.text = data.text .. " (" .. data.cite .. ")"
       entry.gives = tostring(data.order)
     end,
-    load = function() return load(name) end,
+    load = function() return load[library](file_of(folder, name)) end,
   }
 end
 
-for _, name in ipairs(names) do register("rk", "tableaus/", "Butcher tableaus", name, load_tableau) end
-for _, name in ipairs { "ros2", "ros3p", "rodas3", "rodas4", "rodas4p", "rodas5p" } do
-  register("rosenbrock", "tableaus/rosenbrock/", "Rosenbrock methods", name, load_rosenbrock)
+local names = {}               -- of the tableaus
+for _, list in ipairs(libraries) do
+  for _, name in ipairs(list) do
+    register(list.library, list.folder, name)
+    if list.library == "rk" then names[#names + 1] = name end
+  end
 end
 
 -- Words, tables and pictures about methods: loaded when first asked for.
@@ -59,43 +73,60 @@ local function require_tableaus(by, list)
     for i, name in ipairs(names) do list[i] = named("rk")[name] end
   end
   for i, tab in ipairs(list) do
-    if object_type(tab) ~= "tableau" then fail(("%s: entry %d of the list is not a tableau"):format(by, i)) end
+    if object_type(tab) ~= "tableau" then
+      fail(("%s: entry %d of the list is not a tableau"):format(by, i))
+    end
   end
   return list
 end
 
 local title = "Stability and order of methods"
 doc { name = "tableau:report", module = "stability", title = title, sig = "tab:report() -> string",
-  text = "The tableau drawn, its kind, the order conditions met and missed, R(z), stability, and the order to expect on DAEs "
-    .. "of index 1, 2 and 3.", function(tab) return analysis().report(tab) end }
+  text = [[The tableau drawn, its kind, the order conditions met and missed, R(z), stability, and the order to
+    expect on DAEs of index 1, 2 and 3.]], function(tab) return analysis().report(tab) end }
 doc { name = "multistep:verify", module = "stability", title = title, sig = "method:verify() -> verification",
-  text = "Measures the order of a BDF formula on nonlinear, non-autonomous, stiff and DAE problems (index 2 and 3 as they stand).",
+  text = [[Measures the order of a BDF formula on nonlinear, non-autonomous, stiff and DAE problems (index 2
+    and 3 as they stand).]],
   example = "bdf(2):verify().ok", gives = "true",
   function(self) return analysis().verify_multistep(self) end }
 
 doc { name = "tableau:verify", module = "stability", title = title, sig = "tab:verify() -> verification",
-  text = "Measures the order on nonlinear, non-autonomous, stiff and DAE problems (index 1, 2, 3) and compares, one-sided, "
-    .. "with what the coefficients promise; order reduction is explained. Fields: ok, rows, notes.",
+  text = [[Measures the order on nonlinear, non-autonomous, stiff and DAE problems (index 1, 2, 3) and
+    compares, one-sided, with what the coefficients promise; order reduction is explained. Fields: ok, rows,
+    notes.]],
   example = "rk.heun:verify().ok", gives = "true", function(tab) return analysis().verify(tab) end }
 doc { name = "tableau:plot", module = "stability", title = title, sig = "tab:plot() -> figure",
-  text = "The boundary |R(z)| = 1 of the stability region.", function(tab) return analysis().plot_stability(tab:stability(), tab.name) end }
-doc { name = "stability_function:plot", module = "stability", title = title, sig = "stability:plot() -> figure",
-  text = "The boundary |R(z)| = 1 of the stability region.", function(st) return analysis().plot_stability(st, "R") end }
+  text = "The boundary |R(z)| = 1 of the stability region.", function(tab)
+    return analysis().plot_stability(tab:stability(), tab.name)
+  end }
+doc { name = "stability_function:plot", module = "stability", title = title,
+  sig = "stability:plot() -> figure",
+  text = "The boundary |R(z)| = 1 of the stability region.", function(st)
+    return analysis().plot_stability(st, "R")
+  end }
 doc { name = "rosenbrock:plot", module = "stability", title = title, sig = "method:plot() -> figure",
-  text = "The boundary |R(z)| = 1 of the stability region.", function(m) return analysis().plot_stability(m:stability(), m.name) end }
+  text = "The boundary |R(z)| = 1 of the stability region.", function(m)
+    return analysis().plot_stability(m:stability(), m.name)
+  end }
 doc { name = "multistep:plot", module = "stability", title = title, sig = "method:plot() -> figure",
-  text = "The root locus, which bounds the stability region.", function(m) return analysis().plot_multistep(m) end }
-doc { name = "rk.table", module = "rk", title = "Butcher tableaus", sig = "rk.table([{ tableau, … }]) -> comparison",
+  text = "The root locus, which bounds the stability region.", function(m)
+    return analysis().plot_multistep(m)
+  end }
+doc { name = "rk.table", module = "rk", title = "Butcher tableaus", sig = [[rk.table([{ tableau, … }]) ->
+  comparison]],
   text = "All methods, or those of the list, side by side: stages, orders, stability limits, properties.",
   example = "#rk.table{ rk.euler, rk.rk4 }.rows", gives = "3",
   function(list) return analysis().compare(require_tableaus("rk.table", list)) end }
-doc { name = "rk.stages_for_order", module = "rk", title = "Butcher tableaus", sig = "rk.stages_for_order() -> comparison",
-  text = "The least number of stages of explicit methods of order 1 to 8 and the methods here that attain it.",
+doc { name = "rk.stages_for_order", module = "rk", title = "Butcher tableaus",
+  sig = "rk.stages_for_order() -> comparison",
+  text = [[The least number of stages of explicit methods of order 1 to 8 and the methods here
+    that attain it.]],
   example = "rk.stages_for_order().rows[6][2]", gives = "6",
   function() return analysis().stages_for_order(require_tableaus("rk.stages_for_order")) end }
-doc { name = "rk.cost", module = "rk", title = "Butcher tableaus", sig = "rk.cost([{ tableau, … } [, { error, … }]]) -> comparison",
-  text = "Steps, factorisations and operations that implicit methods need for given errors, measured; default: Gauss with 1 "
-    .. "to 5 stages.",
+doc { name = "rk.cost", module = "rk", title = "Butcher tableaus",
+  sig = "rk.cost([{ tableau, … } [, { error, … }]]) -> comparison",
+  text = [[Steps, factorisations and operations that implicit methods need for given errors, measured;
+    default: Gauss with 1 to 5 stages.]],
   example = "#rk.cost({ rk.gauss(1), rk.gauss(2) }, { 1e-2 }).rows", gives = "2",
   function(list, targets)
     list = list or { rk.gauss(1), rk.gauss(2), rk.gauss(3), rk.gauss(4), rk.gauss(5) }

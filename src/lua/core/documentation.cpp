@@ -110,6 +110,15 @@ int load_check(lua_State* L) {
   return 1;
 }
 
+template <std::string (*layout)(std::string_view)>
+int laid_out(lua_State* L) {
+  size_t size = 0;
+  const char* bytes = luaL_checklstring(L, 1, &size);
+  const std::string result = layout({bytes, size});
+  lua_pushlstring(L, result.data(), result.size());
+  return 1;
+}
+
 int columns(lua_State* L) {
   size_t size = 0;
   const char* bytes = luaL_checklstring(L, 1, &size);
@@ -131,7 +140,9 @@ void open_documentation(lua_State* L) {
                                                              {"did_you_mean", guarded<nearest>},
                                                              {"position", guarded<position>},
                                                              {"fail", guarded<fail>},
-                                                             {"width", guarded<columns>}};
+                                                             {"width", guarded<columns>},
+                                                             {"prose", guarded<laid_out<prose>>},
+                                                             {"block", guarded<laid_out<block>>}};
   push_stdlib_environment(L);
   for (const auto& [name, function] : functions) {
     lua_pushcfunction(L, function);

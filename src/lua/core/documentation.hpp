@@ -14,6 +14,7 @@
 //   position()                    "exam.lua:12: ", the user's innermost line, or ""
 //   fail(message)                 raises an error at that position
 //   width(text)                   the columns that a text takes on a terminal
+//   prose(text), block(text)      the two layouts of written texts below
 #pragma once
 
 #include <string>
