@@ -19,7 +19,7 @@ constexpr std::array<double, 6> harmonic = {0, 1, 1.5, 11.0 / 6, 25.0 / 12, 137.
 double alpha(int k) { return (1 - kappa[k]) * harmonic[k]; }
 /// The errors of a multistep method have one sign over many small steps and add up, where those of a one-step
 /// method are few and mixed: the tolerance per step is a fifth of what was asked for, so that all methods
-/// reach about the same global error (tests/integrate/detest.lua).
+/// reach about the same global error (tests/integrate/run/detest_test.lua).
 constexpr double strictness = 5;
 
 double error_constant(int k) { return strictness * (kappa[k] * harmonic[k] + 1.0 / (k + 1)); }

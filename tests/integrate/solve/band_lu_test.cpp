@@ -9,7 +9,7 @@
 
 #include "base/decompositions.hpp"
 #include "base/math.hpp"
-#include "tests/integrate/scalars.hpp"
+#include "tests/integrate/solve/scalars.hpp"
 
 using namespace pendula;
 using namespace pendula::integrate;
