@@ -1,6 +1,6 @@
 return {
   title = "Cart with a pendulum, in minimal coordinates",
-  source = "lecture 10, with one angle (from the horizontal) throughout, as the errata say",
+  source = "scripts/lecture/cart_pendulum.lua, with one angle (from the horizontal) throughout",
   statement = [[A mass m on rails, a mass M at the end of a rod of length L: an ODE, W(q) q″ = rhs with a full
     matrix W.]],
   tags = "lecture mechanics nonlinear",

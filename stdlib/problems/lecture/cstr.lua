@@ -1,6 +1,6 @@
 return {
   title = "Isothermal stirred tank with an equilibrium reaction",
-  source = "lecture 10; with the corrections of the errata",
+  source = "scripts/lecture/cstr.lua",
   statement = [[A ⇌ B in equilibrium, B → C. The rate R₁ is whatever keeps C_A = C_B/K_eq: it appears in no
     algebraic equation, so the index is 2, and R₁ = (K_eq F_a C_A0/V + k₂ C_B)/(1 + K_eq).]],
   tags = "lecture nonlinear chemistry",

@@ -1,6 +1,6 @@
 return {
   title = "Delta robot: a nacelle on three parallelogram arms",
-  source = "lecture 10, delta robot in Lagrange mechanics",
+  source = "scripts/lecture/delta_robot.lua: delta robot in Lagrange mechanics",
   statement = [[The nacelle p hangs on three long arms of length L; their upper ends sit on short arms of
     length l, turned by motors at angles α (inertia J each). With J = 0 the angles become algebraic and the
     index drops to 1: scripts/lecture/delta_robot.lua.]],

@@ -1,6 +1,6 @@
 return {
   title = "The lecture's nilpotent E: x = (-u″, -u′, -u)",
-  source = "lecture 10, DAEs are not \"just\" ODEs with an algebraic extension",
+  source = "scripts/lecture/nilpotent.lua; Brenan, Campbell & Petzold, §2.3",
   statement = [[Nothing is free: the solution is the input and its derivatives. Implicit Euler errs by O(1) in
     x₁ at its first step, by O(h) after two steps, and by O(1/h²) after an inconsistent start.]],
   tags = "lecture linear",

@@ -1,6 +1,6 @@
 return {
   title = "Spherical pendulum in Cartesian coordinates",
-  source = "lecture 10, 3-D pendulum, with C = (pᵀp - L²)/2",
+  source = "scripts/lecture/pendulum3d.lua, with C = (pᵀp - L²)/2",
   statement = [[A point mass on a massless rod, free in space. The energy and the angular momentum about the
     vertical are constant.]],
   tags = "lecture mechanics nonlinear",
