@@ -33,7 +33,7 @@ EventFinder::EventFinder(const ProblemPtr& problem, const std::vector<Event>& ev
     const Expr slope = total_derivative(event.when);
     const std::vector<Expr> inside = leaves({&slope, 1});
     // where equations become singular, x′ and z must not be asked for
-    const bool solved = problem->is_ode() || event.ends.empty();
+    const bool solved = problem->is_ode() || event.termination_reason.empty();
     const bool usable = std::all_of(inside.begin(), inside.end(), [&](Expr leaf) {
       return (known.count(leaf) && (solved || !late.count(leaf))) || symbol_of(leaf).kind == Kind::constant;
     });

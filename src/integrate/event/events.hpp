@@ -1,4 +1,4 @@
-// Roots of event functions along a solution, and what happens there.
+// Roots of event functions along a solution, and what happens there (docs/derivations.md#events).
 #pragma once
 
 #include <functional>
@@ -24,10 +24,10 @@ struct Event {
   bool stop = false;
   std::vector<std::pair<Expr, Expr>> reset;  ///< state -> its value after, in the values before
   std::function<EventReply(const Point&)> call;
-  std::string ends;                              ///< not the user's: why nothing goes on from here
-  bool surface = false;                          ///< not the user's: the equations are not smooth there
-  std::vector<Mode> modes;                       ///< of the surface
-  std::vector<Expr> tangent;                     ///< d when/dp for the parameters of the sensitivities
+  std::string termination_reason;  ///< not the user's: why the equations cannot be solved behind it
+  bool surface = false;            ///< not the user's: the equations are not smooth there
+  std::vector<Mode> modes;         ///< of the surface
+  std::vector<Expr> tangent;       ///< d when/dp for the parameters of the sensitivities
   std::vector<std::vector<Expr>> reset_tangent;  ///< per entry of `reset`: d value/dp, then d value/dt
 };
 

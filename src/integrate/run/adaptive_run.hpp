@@ -1,7 +1,8 @@
 // The driver of every method that chooses its steps: times, events, dense output, statistics, interruption.
 #pragma once
 
-#include "integrate/run/fixed_step_run.hpp"
+#include "integrate/run/plan.hpp"
+#include "integrate/solution/solution.hpp"
 
 namespace pendula::integrate {
 

@@ -6,8 +6,8 @@
 
 #include "base/interrupt.hpp"
 #include "base/text.hpp"
-#include "integrate/event/monitor/singularity_monitor.hpp"
 #include "integrate/problem/rhs_solver.hpp"
+#include "integrate/run/run_monitors.hpp"
 #include "method/collocation.hpp"
 
 namespace pendula::integrate {
@@ -17,7 +17,11 @@ namespace {
 class BdfEquations : public Equations {
  public:
   BdfEquations(Problem& problem, Stats& stats) : problem_(problem), stats_(stats) {}
-  void set(double t, double factor, const Vec& rest) { t_ = t, factor_ = factor, rest_ = rest; }
+  void set(double t, double factor, const Vec& rest) {
+    t_ = t;
+    factor_ = factor;
+    rest_ = rest;
+  }
 
   void residual(const Vec& w, Vec& r) override {
     place(w);
@@ -27,7 +31,8 @@ class BdfEquations : public Equations {
   void jacobian(const Vec& w, Mat& J, Vec& size) override {
     place(w);
     const int n = problem_.n();
-    J.setZero(), size.setZero();
+    J.setZero();
+    size.setZero();
     const std::vector<double>& values = problem_.jacobian();
     ++stats_.jacobians;
     for (std::size_t k = 0; k < values.size(); ++k) {
@@ -78,7 +83,9 @@ class MeshPolynomial : public Continuation {
       for (int k = first; k <= end; ++k)
         if (k != j) factor *= (t - times[k]) / (times[j] - times[k]);
       mesh_.get(j, node);
-      out.x += factor * node.x, out.xdot += factor * node.xdot, out.z += factor * node.z;
+      out.x += factor * node.x;
+      out.xdot += factor * node.xdot;
+      out.z += factor * node.z;
     }
     Point settled = out;
     if (derivative_(t, settled.x.data(), settled.xdot.data(), settled.z.data()) && derivative_.is_regular())
@@ -125,8 +132,10 @@ class FixedBdf {
 
   void finish() {
     const Stats& more = starter_->stats();
-    stats_.evaluations += more.evaluations, stats_.jacobians += more.jacobians;
-    stats_.factorisations += more.factorisations, stats_.newton_iterations += more.newton_iterations;
+    stats_.evaluations += more.evaluations;
+    stats_.jacobians += more.jacobians;
+    stats_.factorisations += more.factorisations;
+    stats_.newton_iterations += more.newton_iterations;
   }
 
  private:
@@ -138,7 +147,8 @@ class FixedBdf {
     Vec w(n + problem_->m());
     w << from.x + dt * from.xdot, from.z;
     NewtonResult result = newton_.solve(equations_, w);
-    stats_.newton_iterations += result.iterations, stats_.factorisations += result.factorisations;
+    stats_.newton_iterations += result.iterations;
+    stats_.factorisations += result.factorisations;
     if (!result.ok())
       throw Failure(text("Newton did not converge (dt = ", rounded(dt, 6), ", ", result.iterations,
                          " iterations, ‖r‖ = ", rounded(result.residual, 3),
@@ -162,9 +172,9 @@ class FixedBdf {
 };
 
 /// Steps from point to point; the last one is not shortened but reached by a mesh that fits.
-std::string run(FixedBdf& engine, MeshPolynomial& mesh, Solution& solution, Point here, const Plan& plan,
-                GuardWatch& guards) {
-  const double exact = (plan.to - plan.from) / plan.dt;
+RunOutcome run(FixedBdf& engine, MeshPolynomial& mesh, Solution& solution, Point here, const Plan& plan,
+               FixedStepMonitors& monitors) {
+  const double exact = (plan.to - plan.from) / *plan.dt;
   const long steps = std::max(1L, static_cast<long>(std::ceil(exact * (1 - 1e-9))));
   const double dt = (plan.to - plan.from) / static_cast<double>(steps);
   Point next = here;
@@ -174,18 +184,22 @@ std::string run(FixedBdf& engine, MeshPolynomial& mesh, Solution& solution, Poin
       engine.step(here, k < steps ? plan.from + static_cast<double>(k) * dt : plan.to, dt, next);
       if (!next.x.allFinite() || !next.z.allFinite())
         throw Failure("the solution is not finite; try a smaller dt");
-      if (const auto why = guards.after(next)) return *why;
+      if (const auto stop = monitors.after(here, next)) {
+        solution.cut(stop->t);
+        mesh.cut(stop->t);
+        return stopped_at(*stop);
+      }
       mesh.add(next);
       if (!plan.times) solution.save(next);
       std::swap(here, next);
       if (plan.progress && k % 16 == 0) plan.progress(here.t, engine.stats());
     }
   } catch (const Interrupted&) {
-    return "interrupted";
+    return {Ending::interrupted, ""};
   } catch (const Failure& failure) {
-    return text("stopped at t = ", rounded(here.t, 6), ": ", failure.what(), guards.almost_zero(here));
+    return stopped_at(here.t, failure.what() + monitors.near_singularity(here));
   }
-  return "finished";
+  return {Ending::finished, ""};
 }
 
 }  // namespace
@@ -203,20 +217,20 @@ SolutionPtr integrate_bdf(ProblemPtr problem, MultistepPtr method, Point start, 
   }
   auto solution = std::make_shared<Solution>(problem);
   auto mesh = std::make_shared<MeshPolynomial>(problem, method->steps());
-  solution->set_method(method->name(), plan.dt);
+  solution->set_method(method->name(), *plan.dt);
   solution->set_continuation(mesh);
   mesh->add(start);
   if (!plan.times) solution->save(start);
-  GuardWatch guards(problem, plan);
-  guards.start(start);
-  const std::string status = run(engine, *mesh, *solution, start, plan, guards);
-  if (guards.cut()) solution->cut(*guards.cut()), mesh->cut(*guards.cut());
+  FixedStepMonitors monitors(problem, plan);
+  monitors.start(start);
+  RunOutcome outcome = run(engine, *mesh, *solution, start, plan, monitors);
   engine.finish();
   if (plan.times)
     for (double t : *plan.times)
       if (t <= mesh->interval(Points(0, 0)).second + 1e-12 * std::fabs(plan.to))
         solution->save(mesh->at(Points(0, 0), t));
-  solution->finish(status, engine.stats(), static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC);
+  const double seconds = static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC;
+  solution->finish(std::move(outcome), engine.stats(), seconds);
   return solution;
 }
 

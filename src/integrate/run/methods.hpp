@@ -2,7 +2,7 @@
 #pragma once
 
 #include "integrate/problem/active_subsystem.hpp"
-#include "integrate/run/fixed_step_run.hpp"
+#include "integrate/run/plan.hpp"
 
 namespace pendula::integrate {
 

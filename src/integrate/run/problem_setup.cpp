@@ -229,59 +229,66 @@ static void require_convergence(const Method& method, const std::vector<int>& in
                      " is for index 0 and 1, this model has index ", index, remedy));
 }
 
-/// Writes the model's events, tolerances and indices into the plan of a run.
-void complete_plan(Plan& plan, const dae::ModelPtr& model, const Simulation& simulation, const Prepared& run,
-                   const std::shared_ptr<TrajectoryPtr>& so_far) {
-  const ProblemPtr& problem = run.problem;
-  const Variational* variational = run.variational.get();
-  const Surfaces& surfaces = run.surfaces;
-  plan.tolerances.rtol = tolerance(simulation.rtol, 1e-6, *model, *problem, "rtol");
-  plan.tolerances.atol =
-      tolerance(simulation.atol, 1e-3 * simulation.rtol.all.value_or(1e-6), *model, *problem, "atol");
-  scale_sensitivities(plan.tolerances, *problem, variational);
-  if (plan.direct || model->form == "ggl") plan.variable_index = variable_indices(*model, *problem);
-  require_convergence(simulation.method, plan.variable_index);
-  const auto own = [&](Expr e) { return substitute(dae::resolve(*model, e), simulation.inputs); };
-  bool resets = false;
-  for (const ModelEvent& wish : simulation.events) {
-    Event event;
-    event.when = own(wish.when);
-    event.direction = wish.direction;
-    event.stop = wish.stop;
-    for (const auto& [state, value] : wish.reset)
-      event.reset.emplace_back(dae::resolve(*model, state), own(value));
-    if (wish.call) {
-      event.call = [call = wish.call, so_far, model](const Point&) {
-        EventReply reply = call(*so_far);
-        for (auto& [state, value] : reply.reset) state = dae::resolve(*model, state);
-        return reply;
-      };
-    }
-    resets = resets || wish.call || !wish.reset.empty();
-    plan.events.list.push_back(std::move(event));
+/// An event whose expressions are in leaves of the problem.
+static Event event_of(const ModelEvent& request, const dae::ModelPtr& model, const Substitution& inputs,
+                      const std::shared_ptr<TrajectoryPtr>& so_far) {
+  const auto own = [&](Expr e) { return substitute(dae::resolve(*model, e), inputs); };
+  Event event;
+  event.when = own(request.when);
+  event.direction = request.direction;
+  event.stop = request.stop;
+  for (const auto& [state, value] : request.reset)
+    event.reset.emplace_back(dae::resolve(*model, state), own(value));
+  if (request.call) {
+    event.call = [call = request.call, so_far, model](const Point&) {
+      EventReply reply = call(*so_far);
+      for (auto& [state, value] : reply.reset) state = dae::resolve(*model, state);
+      return reply;
+    };
   }
-  if (resets) plan.events.reinitialise = reinitialiser(*model, problem, simulation.inputs);
-  if (resets && variational && plan.events.reinitialise)
+  return event;
+}
+
+static void add_events(Plan& plan, const dae::ModelPtr& model, const Simulation& simulation,
+                       const ProblemSetup& run, const std::shared_ptr<TrajectoryPtr>& so_far) {
+  bool resets = false;
+  for (const ModelEvent& request : simulation.events) {
+    plan.events.list.push_back(event_of(request, model, simulation.inputs, so_far));
+    resets = resets || request.call || !request.reset.empty();
+  }
+  if (resets) plan.events.reinitialise = reinitialiser(*model, run.problem, simulation.inputs);
+  if (resets && run.variational && plan.events.reinitialise)
     throw Error("sensitivities do not follow resets of a model whose states obey constraints");
-  for (const Surface& surface : surfaces.list) {
+  for (const Surface& surface : run.surfaces.list) {
     Event event;
     event.when = surface.when;
     event.surface = true;
     event.modes = surface.modes;
     plan.events.list.push_back(event);
   }
-  if (variational)
-    for (Event& event : plan.events.list) add_tangents(event, *variational);
+  plan.modes = run.surfaces.modes;
+  if (run.variational)
+    for (Event& event : plan.events.list) add_tangents(event, *run.variational);
   for (const Guard& guard : plan.guards) {
     Event event;
     event.when = guard.factor;
-    event.ends = guard.reason;
+    event.termination_reason = guard.reason;
     plan.events.list.push_back(event);
   }
-  plan.modes = surfaces.modes;
 }
 
-/// S(0), n × k: how x(0) changes with what the sensitivities are asked for.
+void complete_plan(Plan& plan, const dae::ModelPtr& model, const Simulation& simulation,
+                   const ProblemSetup& run, const std::shared_ptr<TrajectoryPtr>& so_far) {
+  const double usual = 1e-6;  // rtol
+  plan.tolerances.rtol = tolerance(simulation.rtol, usual, *model, *run.problem, "rtol");
+  plan.tolerances.atol =
+      tolerance(simulation.atol, 1e-3 * simulation.rtol.all.value_or(usual), *model, *run.problem, "atol");
+  scale_sensitivities(plan.tolerances, *run.problem, run.variational.get());
+  if (plan.direct || model->form == "ggl") plan.variable_index = variable_indices(*model, *run.problem);
+  require_convergence(simulation.method, plan.variable_index);
+  add_events(plan, model, simulation, run, so_far);
+}
+
 Mat start_sensitivity(const Variational& all, const dae::Model& model, const dae::Start& start,
                       const Substitution& inputs, std::unordered_map<Expr, double> values) {
   for (const auto& [leaf, value] : start.values) values.try_emplace(leaf, value);
@@ -316,7 +323,7 @@ static void extend_start(Point& start, const Variational& all, const dae::Model&
   start.x.tail(all.n * k) = S.reshaped();
 }
 
-Prepared prepare(const dae::ModelPtr& model, const Simulation& simulation) {
+ProblemSetup set_up_problem(const dae::ModelPtr& model, const Simulation& simulation) {
   dae::FirstOrder form = dae::first_order(*model);
   insert_inputs(form, simulation.inputs);
   add_event_parameters(form, simulation.events);
@@ -326,9 +333,9 @@ Prepared prepare(const dae::ModelPtr& model, const Simulation& simulation) {
   add_inputs(form, *model, simulation);
   std::vector<Problem::Input> inputs;
   for (Expr u : form.u) inputs.push_back(input_of(u, simulation));
-  Prepared result;
+  ProblemSetup result;
   result.start = starting_point(*simulation.start, form);
-  result.surfaces = switching_surfaces(form, simulation.plan.dt == 0);
+  result.surfaces = switching_surfaces(form, !simulation.plan.dt);
   parameters.conservativeResize(static_cast<Eigen::Index>(form.p.size()));
   parameters.tail(result.surfaces.modes).setOnes();
   const int n = static_cast<int>(form.x.size()), m = static_cast<int>(form.z.size());
@@ -347,6 +354,15 @@ Prepared prepare(const dae::ModelPtr& model, const Simulation& simulation) {
   result.problem->show(n, m);
   result.problem->set_projections(projections(*model, simulation.inputs));
   return result;
+}
+
+ProblemPtr make_problem(const dae::ModelPtr& model, const Simulation& simulation) {
+  Simulation bare = simulation;
+  bare.sensitivities.clear();
+  auto anywhere = std::make_shared<dae::Start>();
+  for (Expr x : model->states()) anywhere->values[x] = 0;
+  bare.start = anywhere;
+  return set_up_problem(model, bare).problem;
 }
 
 }  // namespace pendula::integrate

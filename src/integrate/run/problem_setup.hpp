@@ -1,13 +1,13 @@
-// What simulate() makes of a wish before it integrates: numbers for the equations, the start, the plan.
+// Turns a Simulation request into a Problem, a start and a Plan.
 #pragma once
 
 #include "integrate/event/surfaces.hpp"
-#include "integrate/run/trajectory.hpp"
+#include "integrate/run/simulate.hpp"
 
 namespace pendula::integrate {
 
 /// The numbers of a run: everything but the method and the plan.
-struct Prepared {
+struct ProblemSetup {
   ProblemPtr problem;
   Point start;
   std::shared_ptr<const Variational> variational;
@@ -15,15 +15,17 @@ struct Prepared {
 };
 
 /// Throws Error when a parameter or an input has no value.
-Prepared prepare(const dae::ModelPtr& model, const Simulation& simulation);
+ProblemSetup set_up_problem(const dae::ModelPtr& model, const Simulation& simulation);
+/// The same without sensitivities and for any start: the model with parameters and inputs put in.
+ProblemPtr make_problem(const dae::ModelPtr& model, const Simulation& simulation);
 
 /// Throws Error where the index is 2 or more, with the remedy.
 void require_low_index(const dae::Model& model, bool direct);
 
 /// Writes the model's events, tolerances and indices into the plan of a run. so_far: the trajectory that
-/// callbacks of events see, filled in when it exists.
-void complete_plan(Plan& plan, const dae::ModelPtr& model, const Simulation& simulation, const Prepared& run,
-                   const std::shared_ptr<TrajectoryPtr>& so_far);
+/// callbacks of events see; it is filled in later.
+void complete_plan(Plan& plan, const dae::ModelPtr& model, const Simulation& simulation,
+                   const ProblemSetup& run, const std::shared_ptr<TrajectoryPtr>& so_far);
 
 /// S(0), n × k: how x(0) changes with what `all` is differentiated by; values: of parameters and t.
 Mat start_sensitivity(const Variational& all, const dae::Model& model, const dae::Start& start,

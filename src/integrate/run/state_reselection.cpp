@@ -9,6 +9,7 @@
 #include "dae/model/lineage.hpp"
 #include "dae/reduce/reduced_forms.hpp"
 #include "expr/print/print.hpp"
+#include "integrate/run/problem_setup.hpp"
 
 namespace pendula::integrate {
 namespace {
@@ -77,10 +78,10 @@ class Pieces : public Continuation {
 };
 
 /// Compares the choice in use with the best one at a point of its problem.
-class Watch {
+class ChoiceMonitor {
  public:
-  Watch(const dae::DummyPivoting& pivoting, const dae::ModelPtr& model, dae::DummySelection selection,
-        const Simulation& simulation)
+  ChoiceMonitor(const dae::DummyPivoting& pivoting, const dae::ModelPtr& model, dae::DummySelection selection,
+                const Simulation& simulation)
       : pivoting_(pivoting), selection_(std::move(selection)), problem_(make_problem(model, simulation)) {
     std::vector<Expr> slopes;
     for (Expr e : pivoting.slopes) slopes.push_back(substitute(dae::resolve(*model, e), simulation.inputs));
@@ -109,9 +110,9 @@ class Watch {
 
 std::string states_text(const dae::Model& model) { return dae::grouped_names(model.states()); }
 
-class Switching {
+class StateReselection {
  public:
-  Switching(const dae::ModelPtr& model, const Simulation& simulation)
+  StateReselection(const dae::ModelPtr& model, const Simulation& simulation)
       : first_(model),
         simulation_(simulation),
         source_(dae::original(model)),
@@ -127,8 +128,8 @@ class Switching {
     dae::DummySelection selection = dae::selection_of(*model);
     double t = simulation_.plan.from;
     std::vector<std::pair<Expr, double>> values;  // of original leaves, where the next piece begins
-    std::string status = "left";
-    if (const auto better = Watch(pivoting_, model, selection, simulation_).better(beginning())) {
+    RunOutcome outcome{Ending::stop_when, ""};
+    if (const auto better = ChoiceMonitor(pivoting_, model, selection, simulation_).better(beginning())) {
       for (Expr leaf : original_leaves(*model, *problem_))
         if (const auto value = simulation_.start->value_for(*source_, leaf))
           values.emplace_back(leaf, *value);
@@ -136,33 +137,34 @@ class Switching {
       model = dae::reduce_dummy(source_, selection);
     }
     bool first = true;
-    for (long k = 0; k < most_switches && status == "left"; ++k) {
-      status = piece(model, selection, t, values, std::exchange(first, false));
+    for (long k = 0; k < most_switches && outcome.ending == Ending::stop_when; ++k) {
+      outcome = piece(model, selection, t, values, std::exchange(first, false));
       if (pieces_->last().solution->size() == 0) break;
-      const auto next = status == "finished" ? std::nullopt : next_;
+      const auto next = outcome.ending == Ending::finished ? std::nullopt : next_;
       if (!next) continue;
-      if (status != "left" && t == pieces_->last().solution->t().back()) break;  // no step was possible
-      status = "left";
+      if (outcome.ending != Ending::stop_when && t == pieces_->last().solution->t().back())
+        break;  // no step was possible
+      outcome = {Ending::stop_when, ""};
       selection = *next;
       model = dae::reduce_dummy(source_, selection);
       t = pieces_->last().solution->t().back();
     }
-    finish(status);
+    finish(outcome);
     return std::make_shared<const Trajectory>(first_, simulation_.inputs, merged_, simulation_.events);
   }
 
  private:
   /// Integrates until the choice of states degrades; what to go on with is in next_.
-  std::string piece(const dae::ModelPtr& model, const dae::DummySelection& selection, double from,
-                    std::vector<std::pair<Expr, double>>& values, bool first) {
+  RunOutcome piece(const dae::ModelPtr& model, const dae::DummySelection& selection, double from,
+                   std::vector<std::pair<Expr, double>>& values, bool first) {
     Simulation part = simulation_;
     part.plan.from = from;
     part.plan.times.reset();
     if (!values.empty()) part.start = start_at(model, from, values);
-    auto watch = std::make_shared<Watch>(pivoting_, model, selection, simulation_);
+    auto monitor = std::make_shared<ChoiceMonitor>(pivoting_, model, selection, simulation_);
     next_.reset();
-    part.plan.leave = [this, watch](const Point& point) {
-      next_ = watch->better(point);
+    part.plan.stop_when = [this, monitor](const Point& point) {
+      next_ = monitor->better(point);
       return next_.has_value();
     };
     const TrajectoryPtr trajectory = simulate(model, part);
@@ -172,14 +174,14 @@ class Switching {
     keep(*solution, first);
     const std::vector<Expr> leaves = original_leaves(*model, solution->problem());
     const Point end = solution->final();
-    if (solution->status().starts_with("stopped")) next_ = watch->better(end, 0.999);
+    if (solution->ending() == Ending::stopped) next_ = monitor->better(end, 0.999);
     values.clear();
     for (std::size_t i = 0; i < leaves.size(); ++i) {
       const auto n = static_cast<std::size_t>(solution->problem().n());
       const auto k = static_cast<Eigen::Index>(i < n ? i : i < 2 * n ? i - n : i - 2 * n);
       values.emplace_back(leaves[i], i < n ? end.x[k] : i < 2 * n ? end.xdot[k] : end.z[k]);
     }
-    return solution->status();
+    return solution->outcome();
   }
 
   /// Where the first model begins.
@@ -214,24 +216,29 @@ class Switching {
       merged_->save(point);
     }
     for (EventRecord event : solution.events()) {
-      event.before = pieces_->translated(event.before), event.after = pieces_->translated(event.after);
+      event.before = pieces_->translated(event.before);
+      event.after = pieces_->translated(event.after);
       merged_->add_event(event);
     }
     const Stats& s = solution.stats();
-    stats_.steps += s.steps, stats_.rejected += s.rejected, stats_.evaluations += s.evaluations;
-    stats_.jacobians += s.jacobians, stats_.factorisations += s.factorisations;
+    stats_.steps += s.steps;
+    stats_.rejected += s.rejected;
+    stats_.evaluations += s.evaluations;
+    stats_.jacobians += s.jacobians;
+    stats_.factorisations += s.factorisations;
     stats_.newton_iterations += s.newton_iterations;
     seconds_ += solution.cpu_seconds();
   }
 
-  void finish(const std::string& status) {
+  void finish(const RunOutcome& outcome) {
     const Solution& last = *pieces_->last().solution;
     merged_->set_method(last.method_name(), last.dt());
     merged_->set_continuation(pieces_);
-    merged_->finish(status == "left" ? text("stopped at t = ", rounded(last.t().back(), 6),
-                                            ": the states were switched ", most_switches, " times")
-                                     : status,
-                    stats_, seconds_);
+    const bool endless = outcome.ending == Ending::stop_when;
+    merged_->finish(
+        endless ? stopped_at(last.t().back(), text("the states were switched ", most_switches, " times"))
+                : outcome,
+        stats_, seconds_);
   }
 
   dae::ModelPtr first_;
@@ -252,8 +259,8 @@ class Switching {
 
 bool chooses_states(const dae::Model& model) { return model.form == "dummy"; }
 
-TrajectoryPtr simulate_switching(const dae::ModelPtr& model, const Simulation& simulation) {
-  return Switching(model, simulation).run();
+TrajectoryPtr simulate_reselecting(const dae::ModelPtr& model, const Simulation& simulation) {
+  return StateReselection(model, simulation).run();
 }
 
 }  // namespace pendula::integrate

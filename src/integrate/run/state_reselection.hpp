@@ -7,7 +7,7 @@
 // as algebraic variables, so that the pieces make one solution in the unknowns of the first model.
 #pragma once
 
-#include "integrate/run/trajectory.hpp"
+#include "integrate/run/simulate.hpp"
 
 namespace pendula::integrate {
 
@@ -15,9 +15,6 @@ namespace pendula::integrate {
 bool chooses_states(const dae::Model& model);
 
 /// As simulate(), which calls it. The solution's states_in_use() tells every switch.
-TrajectoryPtr simulate_switching(const dae::ModelPtr& model, const Simulation& simulation);
-
-/// The model with parameters and inputs put in, ready to be integrated.
-ProblemPtr make_problem(const dae::ModelPtr& model, const Simulation& simulation);
+TrajectoryPtr simulate_reselecting(const dae::ModelPtr& model, const Simulation& simulation);
 
 }  // namespace pendula::integrate

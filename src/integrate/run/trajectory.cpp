@@ -8,48 +8,10 @@
 #include "dae/reduce/reduce.hpp"
 #include "expr/graph/derivative.hpp"
 #include "expr/print/print.hpp"
-#include "integrate/event/monitor/singularity_monitor.hpp"
-#include "integrate/run/fixed_bdf.hpp"
 #include "integrate/run/problem_setup.hpp"
 #include "integrate/run/state_reselection.hpp"
 
 namespace pendula::integrate {
-ProblemPtr make_problem(const dae::ModelPtr& model, const Simulation& simulation) {
-  Simulation bare = simulation;
-  bare.sensitivities.clear();
-  auto nowhere = std::make_shared<dae::Start>();
-  for (Expr x : model->states()) nowhere->values[x] = 0;
-  bare.start = nowhere;
-  return prepare(model, bare).problem;
-}
-
-TrajectoryPtr simulate(const dae::ModelPtr& model, const Simulation& simulation) {
-  const bool one_choice = simulation.plan.leave || !simulation.sensitivities.empty();
-  if (chooses_states(*model) && !one_choice) return simulate_switching(model, simulation);
-  require_low_index(*model, simulation.plan.direct);
-  const Prepared run = prepare(model, simulation);
-  const auto wrap = [&](SolutionPtr solution) {
-    return std::make_shared<const Trajectory>(model, simulation.inputs, std::move(solution),
-                                              simulation.events, simulation.sensitivities, run.variational,
-                                              simulation.start);
-  };
-  Plan plan = simulation.plan;
-  if (plan.guarded) {
-    plan.guards = guards_of(model, simulation.inputs, *run.problem, !simulation.parameters.empty());
-    plan.blocks = blocks_of(model, simulation.inputs, *run.problem);
-  }
-  if (plan.dt > 0 || plan.dt < 0 || std::isnan(plan.dt))
-    return wrap(simulation.method.multistep
-                    ? integrate_bdf(run.problem, simulation.method.multistep, run.start, plan)
-                    : integrate(run.problem, simulation.method.tableau, run.start, plan));
-  const auto so_far = std::make_shared<TrajectoryPtr>();
-  complete_plan(plan, model, simulation, run, so_far);
-  const SolutionPtr solution =
-      integrate_adaptive(run.problem, simulation.method, run.start, plan,
-                         [&](SolutionPtr running) { *so_far = wrap(std::move(running)); });
-  so_far->reset();  // the callbacks and the solution must not keep each other alive
-  return wrap(solution);
-}
 
 Vec Trajectory::gradient(Expr cost, const std::vector<Expr>& with_respect_to) const {
   if (!start_) throw Error("a solution whose states were switched has no adjoint; integrate another form");

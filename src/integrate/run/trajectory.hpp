@@ -1,24 +1,16 @@
-// A solution in the words of the model it came from: any expression of the model or of its lineage has
-// values.
+// A solution with the model it came from: any expression of the model or of its lineage has values.
 #pragma once
 
 #include "dae/start/start.hpp"
 #include "integrate/problem/sensitivity.hpp"
-#include "integrate/run/adaptive_run.hpp"
-#include "integrate/run/drift.hpp"
+#include "integrate/run/plan.hpp"
+#include "integrate/solution/drift.hpp"
 
 namespace pendula::integrate {
 
-/// A tolerance for all unknowns and others for some of them, by the leaves of the model.
-struct ToleranceRequest {
-  std::optional<double> all;
-  std::vector<std::pair<Expr, double>> some;
-  std::vector<double> list;  ///< instead: in the order of the states, then the algebraic variables
-};
-
 class Trajectory;
 
-/// An event in the words of the model.
+/// An event whose expressions contain leaves of the model.
 struct ModelEvent {
   Expr when;
   int direction = 0;
@@ -26,18 +18,6 @@ struct ModelEvent {
   std::vector<std::pair<Expr, Expr>> reset;
   /// Sees the solution so far, which ends at the event.
   std::function<EventReply(const std::shared_ptr<const Trajectory>&)> call;
-};
-
-struct Simulation {
-  dae::StartPtr start;              ///< of this model; x is taken from it, x′ and z as starting values
-  dae::ParameterValues parameters;  ///< override those of the model
-  Substitution inputs;              ///< input leaf (of any order) -> expression in t and parameters
-  std::vector<std::pair<Expr, Problem::Input>> numeric_inputs;
-  Method method;  ///< a tableau with plan.dt: fixed steps
-  Plan plan;      ///< its tolerances, variable indices and events are filled in from what follows
-  ToleranceRequest rtol, atol;
-  std::vector<ModelEvent> events;
-  std::vector<Expr> sensitivities;  ///< parameters, and states that stand for their initial values
 };
 
 class Trajectory {
@@ -92,12 +72,5 @@ class Trajectory {
 };
 
 using TrajectoryPtr = std::shared_ptr<const Trajectory>;
-
-/// Integrates a model.
-/// plan.dt = 0: adaptively, with rtol = 1e-6 and atol = 1e-3 rtol where nothing else is asked for.
-/// Throws Error when the index is 2 or more (unless plan.direct), a parameter or an input has no value, the
-/// derivative of an input that is only known as a function of numbers is needed; and whatever integrate()
-/// throws.
-TrajectoryPtr simulate(const dae::ModelPtr& model, const Simulation& simulation);
 
 }  // namespace pendula::integrate

@@ -56,11 +56,11 @@ void Sweep::choose_times() {
   if (kept > most_kept || !(plan.to > plan.from)) return;
   const double length = plan.to - plan.from;
   const long steps =
-      plan.dt > 0 ? std::max(1L, std::lround(std::ceil(length / plan.dt - 1e-9))) : usual_times - 1;
+      plan.dt ? std::max(1L, std::lround(std::ceil(length / *plan.dt - 1e-9))) : usual_times - 1;
   const long count = std::min<long>(steps, usual_times - 1);
   for (long k = 0; k <= count; ++k) {
     const long step = (k * steps) / count;
-    const double dt = plan.dt > 0 ? plan.dt : length / static_cast<double>(steps);
+    const double dt = plan.dt.value_or(length / static_cast<double>(steps));
     times_.push_back(step == steps ? plan.to : plan.from + static_cast<double>(step) * dt);
   }
 }
@@ -92,7 +92,7 @@ void Sweep::store(int, const Trajectory& trajectory, const std::vector<double>& 
   const Solution& solution = trajectory.solution();
   const std::size_t width = arguments_.size();
   Point end = solution.final();
-  if (solution.status() == "event" && !solution.events().empty()) {  // between two saved times
+  if (solution.ending() == Ending::event && !solution.events().empty()) {  // between two saved times
     end = solution.events().back().after;
     end.t = solution.events().back().t;
   }
@@ -155,9 +155,9 @@ bool Sweep::run_singly(SharedSlots& slots, const std::vector<double>& times,
   double seconds = 0;
   const auto one = [&](int run, double* numbers) {
     const TrajectoryPtr result = simulate_one(run, wanted);
-    const std::string& status = result->solution().status();
-    if (status == "interrupted") throw Interrupted();
-    if (result->solution().t().empty() || (status != "finished" && status != "event")) throw Failure(status);
+    const Solution& solution = result->solution();
+    if (solution.ending() == Ending::interrupted) throw Interrupted();
+    if (solution.t().empty() || !solution.outcome().is_complete()) throw Failure(solution.status());
     store(run, *result, times, numbers);
   };
   // The first runs are made here: they fill the caches that the workers inherit, and tell how long a run

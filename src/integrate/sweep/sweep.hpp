@@ -7,7 +7,7 @@
 // simulate() itself.
 #pragma once
 
-#include "integrate/run/trajectory.hpp"
+#include "integrate/run/simulate.hpp"
 #include "integrate/sweep/workers.hpp"
 
 namespace pendula::integrate {

@@ -6,7 +6,7 @@
 #include "base/interrupt.hpp"
 #include "base/text.hpp"
 #include "dae/model/lineage.hpp"
-#include "integrate/event/monitor/singularity_monitor.hpp"
+#include "integrate/event/monitor/guards.hpp"
 #include "integrate/run/adaptive_run.hpp"
 #include "integrate/run/methods.hpp"
 #include "integrate/run/problem_setup.hpp"
@@ -35,10 +35,10 @@ std::string objection(const SweepRequest& request) {
   if (request.lanes == 0 && runs < codegen::Machine::widest())
     return text(runs, runs == 1 ? " run does" : " runs do", " not fill the ", codegen::Machine::widest(),
                 " lanes");
-  if (s.plan.dt != 0) return "the steps are fixed";
+  if (s.plan.dt) return "the steps are fixed";
   if (!s.sensitivities.empty()) return "sensitivities are asked for";
   if (!s.events.empty()) return "events are watched for";
-  if (!s.plan.breaks.empty() || !s.plan.watched.empty()) return "inputs jump";
+  if (!s.plan.breaks.empty() || !s.plan.monitored_inputs.empty()) return "inputs jump";
   if (!s.numeric_inputs.empty()) return "inputs are functions of numbers";
   if (chooses_states(*request.model)) return "the form chooses its states on the way";
   const std::string& family = s.method.family;
@@ -59,7 +59,7 @@ std::string objection(const Problem& problem, const Surfaces& surfaces) {
 
 /// One run of the sweep as far as its method.
 struct Probe {
-  Prepared run;
+  ProblemSetup run;
   Plan plan;
   Choice choice;
 };
@@ -71,7 +71,7 @@ std::optional<Probe> probe(const SweepRequest& request, int number) {
     for (const auto& [p, value] : set.parameters) simulation.parameters[p] = Expr(value);
     simulation.start = dae::init(request.model, start_request(request, set));
     require_low_index(*request.model, simulation.plan.direct);
-    Probe result{prepare(request.model, simulation), simulation.plan, {}};
+    Probe result{set_up_problem(request.model, simulation), simulation.plan, {}};
     complete_plan(result.plan, request.model, simulation, result.run, std::make_shared<TrajectoryPtr>());
     check_adaptive(result.plan);
     const Point start = checked_start(result.run.start, *result.run.problem, result.plan.from);

@@ -116,7 +116,7 @@ class Experiment {
     }
     if (J) s.sensitivities = r_.parameters;
     const integrate::TrajectoryPtr run = integrate::simulate(model_, s);
-    if (run->solution().status() == "interrupted") throw Interrupted();
+    if (run->solution().ending() == integrate::Ending::interrupted) throw Interrupted();
     method = run->solution().method_name();
     if (run->solution().t().size() != times_.size())
       throw Failure(text("the simulation ", run->solution().status()));

@@ -5,7 +5,7 @@
 
 #include <functional>
 
-#include "integrate/run/trajectory.hpp"
+#include "integrate/run/simulate.hpp"
 #include "sysid/fit/least_squares.hpp"
 #include "sysid/model/model.hpp"
 

@@ -1,45 +1,41 @@
-// Expressions that must not vanish, and that a run has brought to zero within its tolerances without crossing
-// it.
+// Divisors that a run has brought to zero within its tolerances without a change of sign.
 //
-// A top goes upright, two coordinates of Euler angles become one: sin θ touches 0. Rounding and truncation
-// make a near miss of it, the step size control resolves that as if it were one, and what comes behind is
-// chance.
+// A spinning top passes the upright position, where two of its Euler angles become one: sin θ touches 0.
+// Rounding and truncation errors turn the touch into a near miss; the continuation after it is arbitrary.
 #pragma once
 
-#include <optional>
-#include <string>
 #include <vector>
 
 #include "codegen/kernel/kernel.hpp"
 #include "integrate/event/events.hpp"
+#include "integrate/event/monitor/monitor.hpp"
 #include "integrate/solve/tolerances.hpp"
 
 namespace pendula::integrate {
 
-class TouchWatch {
+class TangencyMonitor : public Monitor {
  public:
-  /// Looks at the events with `ends`. Requires problem and events to outlive it.
-  TouchWatch(const ProblemPtr& problem, const std::vector<Event>& events)
-      : problem_(problem), events_(events) {}
+  /// Monitors the events with a termination_reason; `finder` has evaluated them at the end of every step.
+  /// Requires that events and finder outlive it.
+  TangencyMonitor(const ProblemPtr& problem, const std::vector<Event>& events, const EventFinder& finder,
+                  const Tolerances& tolerances);
 
-  /// After every step: g of every event at its end, and the point it began at. What has turned back to where
-  /// it came from at that point, nearer to zero than ten tolerances of what it is made of: which, and how
-  /// near.
-  struct Hit {
-    int which;
-    double distance;
-  };
-  std::optional<Hit> after(const std::vector<double>& g, const Point& before, const Tolerances& tolerances);
-  void forget() { last_.clear(); }
+  void start(const Point&) override { seen_.clear(); }
+  void restart() override { seen_.clear(); }
+  /// The event whose |g| had a minimum at the beginning of the step, below ten times its uncertainty there.
+  std::optional<Stop> after(const MonitoredStep& step) override;
 
  private:
-  struct Seen {
+  struct Values {
     double largest = 0, before = 0, last = 0;
   };
-  double uncertainty(std::size_t which, const Point& point, const Tolerances& tolerances);
+  double uncertainty(std::size_t which, const Point& point);
   ProblemPtr problem_;
   const std::vector<Event>& events_;
-  std::vector<Seen> last_;
+  const EventFinder& finder_;
+  const Tolerances& tolerances_;
+  bool empty_;
+  std::vector<Values> seen_;
   std::vector<codegen::Kernel> gradients_;  ///< with respect to (x, z), made when needed
 };
 

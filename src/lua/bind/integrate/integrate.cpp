@@ -47,7 +47,7 @@ int integrate_model(Call& call) {
       };
     return integrate::simulate(model, simulation);
   }();
-  if (result->solution().status() == "interrupted") {
+  if (result->solution().ending() == integrate::Ending::interrupted) {
     if (!typed_at_prompt(call.L) || result->solution().t().empty()) throw Interrupted();
     interrupt_requested = false;
     std::fprintf(stderr, "\ninterrupted at t = %s; the part computed so far is the result\n",
@@ -144,8 +144,8 @@ int gradient(Call& call) {
   } else if (wanted.empty()) {
     wanted = run.model()->parameters;
   }
-  const std::string& ended = run.solution().status();
-  if (ended != "finished" && ended != "event") throw Error(text("the run has not reached its end: ", ended));
+  if (!run.solution().outcome().is_complete())
+    throw Error(text("the run has not reached its end: ", run.solution().status()));
   if (run.sensitivities().empty()) return push_matrix(call.L, Mat(run.gradient(cost(0, 0), wanted)));
   Mat result(static_cast<Eigen::Index>(wanted.size()), 1);
   const double end = run.solution().final().t;

@@ -294,12 +294,12 @@ integrate::Plan read_plan(Call& call, const Options& options, double from) {
   plan.from = options.number("from", from);
   if (options.has("dt")) {
     plan.dt = options.number("dt");
-    if (!(plan.dt > 0) || !std::isfinite(plan.dt))
+    if (!(*plan.dt > 0) || !std::isfinite(*plan.dt))
       throw Error(
-          text("dt = ", rounded(plan.dt), "; the step must be a positive number, for example dt = 0.01"));
+          text("dt = ", rounded(*plan.dt), "; the step must be a positive number, for example dt = 0.01"));
   }
   plan.direct = options.boolean("direct", false);
-  plan.guarded = options.boolean("guards", true);
+  plan.check_singularities = options.boolean("guards", true);
   plan.dt_first = options.number("dt0", 0);
   if (options.has("dt0") && !(plan.dt_first > 0))
     throw Error("dt0 must be a positive number: the first step");
@@ -405,7 +405,7 @@ integrate::Simulation read_simulation(Call& call, const Options& options, const 
   simulation.rtol = read_tolerance(call, options, "rtol", *model);
   simulation.atol = read_tolerance(call, options, "atol", *model);
   simulation.events = read_events(call, options, model);
-  if (simulation.plan.dt > 0 && !simulation.events.empty())
+  if (simulation.plan.dt && !simulation.events.empty())
     throw Error("events need steps chosen by the error: leave dt out and give rtol = 1e-8");
   if (options.has("sensitivities")) {
     std::vector<Expr> known = known_leaves(*model);
@@ -417,7 +417,7 @@ integrate::Simulation read_simulation(Call& call, const Options& options, const 
   simulation.inputs = std::move(inputs.expressions);
   simulation.plan.breaks = std::move(inputs.breaks);
   for (const NumericInput& input : inputs.numeric)
-    if (input.may_jump) simulation.plan.watched.push_back(input.value);
+    if (input.may_jump) simulation.plan.monitored_inputs.push_back(input.value);
   for (NumericInput& input : inputs.numeric)
     simulation.numeric_inputs.emplace_back(input.leaf, std::move(input.value));
   return simulation;

@@ -8,7 +8,8 @@
 
 #include "base/error.hpp"
 #include "integrate/problem/problem.hpp"
-#include "integrate/run/adjoint.hpp"
+#include "integrate/solution/adjoint.hpp"
+#include "integrate/solution/ending.hpp"
 #include "integrate/solve/stats.hpp"
 
 namespace pendula::integrate {
@@ -84,11 +85,13 @@ class Solution {
   void keep_methods(std::size_t count) { methods_in_use_.resize(count); }
   void cut(double t);  ///< takes back what was filled in behind t
   void add_states(StatesInUse use) { states_in_use_.push_back(std::move(use)); }
-  void finish(std::string status, const Stats& stats, double seconds);
+  void finish(RunOutcome outcome, const Stats& stats, double seconds);
 
+  const RunOutcome& outcome() const { return outcome_; }
+  Ending ending() const { return outcome_.ending; }
   /// "finished", "event", "interrupted", or "stopped at t = 0.98: why".
-  const std::string& status() const { return status_; }
-  bool finished() const { return status_ == "finished"; }
+  std::string status() const { return outcome_.text(); }
+  bool finished() const { return outcome_.ending == Ending::finished; }
   const Stats& stats() const { return stats_; }
   double cpu_seconds() const { return seconds_; }  ///< differs from run to run: shown on request only
   const Problem& problem() const { return *problem_; }
@@ -131,7 +134,8 @@ class Solution {
   ProblemPtr problem_;
   std::shared_ptr<Problem> values_problem_;
   std::shared_ptr<Continuation> between_;
-  std::string method_, status_ = "running";
+  RunOutcome outcome_;
+  std::string method_;
   double dt_ = 0;
   Stats stats_;
   double seconds_ = 0;

@@ -1,4 +1,4 @@
-#include "integrate/run/solution.hpp"
+#include "integrate/solution/solution.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -60,8 +60,8 @@ Solution::Solution(ProblemPtr problem)
       values_problem_(std::make_shared<Problem>(*problem_)),
       points_(problem_->n(), problem_->m()) {}
 
-void Solution::finish(std::string status, const Stats& stats, double seconds) {
-  status_ = std::move(status);
+void Solution::finish(RunOutcome outcome, const Stats& stats, double seconds) {
+  outcome_ = std::move(outcome);
   stats_ = stats;
   seconds_ = seconds;
 }
@@ -73,7 +73,7 @@ Point Solution::point(int i) const {
 
 Point Solution::final() const {
   if (size() == 0)
-    throw Error(text("the solution holds no points: ", status_, " before the first saved time"));
+    throw Error(text("the solution holds no points: ", status(), " before the first saved time"));
   return point(size() - 1);
 }
 
@@ -131,15 +131,15 @@ Vec Solution::values(std::span<const Expr> expressions, const Point& point) cons
 }
 
 AdjointGradient Solution::gradient(Expr cost, const std::vector<Expr>& parameters) const {
-  if (status_ != "finished" && status_ != "event")
-    throw Error(text("the run has not reached its end (", status_, "): there is no gradient"));
+  if (!outcome_.is_complete())
+    throw Error(text("the run has not reached its end (", status(), "): there is no gradient"));
   if (!between_) throw Error("this solution holds its saved points only: there is no gradient");
   const double end = between_->interval(points_).second;
   return adjoint_gradient(std::make_shared<Problem>(*problem_), between_->steps(), at(end), cost, parameters);
 }
 
 std::string Solution::str() const {
-  if (size() == 0) return "solution: " + status_ + "\n";
+  if (size() == 0) return "solution: " + status() + "\n";
   Table table({false, false, true});
   const Point end = final();
   for (int i = 0; i < problem().shown_n(); ++i) table.row({problem().x_name(i), "=", rounded(end.x[i])});
@@ -152,7 +152,7 @@ std::string Solution::str() const {
                          : text("  states in use switched ", switches, switches == 1 ? " time" : " times",
                                 " (sol:switches()), at the end: ", states_in_use_.back().states, "\n");
   return text("solution by ", method_, step, ": ", stats_.steps, stats_.steps == 1 ? " step" : " steps",
-              " from t = ", rounded(t().front(), 6), " to ", rounded(end.t, 6), ", ", status_, "\n", used,
+              " from t = ", rounded(t().front(), 6), " to ", rounded(end.t, 6), ", ", status(), "\n", used,
               table.str(2));
 }
 

@@ -1,14 +1,15 @@
 // The mesh of an adaptive run with what its continuous extension needs.
 #pragma once
 
-#include "integrate/run/solution.hpp"
+#include "integrate/event/monitor/monitor.hpp"
+#include "integrate/solution/solution.hpp"
 #include "integrate/step/stepper.hpp"
 
 namespace pendula::integrate {
 
-class Trail : public Continuation {
+class StepHistory : public Continuation, public StepInterpolation {
  public:
-  Trail(int n, int m) : mesh_(n, m) {}
+  StepHistory(int n, int m) : mesh_(n, m) {}
 
   Stats stats;  ///< of the steppers, which refer to it as long as they live
 
@@ -31,10 +32,8 @@ class Trail : public Continuation {
   /// the points at these times are known from then on. Memory is flat, whatever the number of steps.
   void may_forget() { may_forget_ = true; }
   bool has_forgotten() const { return forgotten_; }
-  /// x between two mesh points by the continuous extension, x′ and z by straight lines. Requires that nothing
-  /// is forgotten.
-  void sketch(double t, Point& out);
-  /// Takes back the steps behind t; returns where the trail ends now. Requires the same.
+  bool interpolate(double t, Point& out) override;
+  /// Takes back the steps behind t; returns where the history ends now. Requires that nothing is forgotten.
   double cut(double t);
   Point at(const Points& saved, double t) override;
   std::vector<DiscreteStep> steps() override;

@@ -1,4 +1,4 @@
-#include "integrate/run/step_history.hpp"
+#include "integrate/solution/step_history.hpp"
 
 #include <cmath>
 
@@ -7,29 +7,30 @@
 
 namespace pendula::integrate {
 
-void Trail::use(std::shared_ptr<Stepper> stepper) { steppers_.push_back(std::move(stepper)); }
+void StepHistory::use(std::shared_ptr<Stepper> stepper) { steppers_.push_back(std::move(stepper)); }
 
-void Trail::use_modes(const ProblemPtr& problem, const std::vector<double>& modes) {
+void StepHistory::use_modes(const ProblemPtr& problem, const std::vector<double>& modes) {
   problem_ = problem;
   problem_->set_modes(modes);
   if (modes_.empty() || modes_.back() != modes) modes_.push_back(modes);
 }
 
-void Trail::forget_if_large() {
+void StepHistory::forget_if_large() {
   constexpr std::size_t most = 4'000'000;  // numbers
   if (!may_forget_ || forgotten_ || mesh_.numbers() + records_.size() < most) return;
   forgotten_ = true;
   mesh_ = Points(mesh_.n(), mesh_.m());
-  steps_ = {}, records_ = {};
+  steps_ = {};
+  records_ = {};
 }
 
-void Trail::begin(const Point& point) {
+void StepHistory::begin(const Point& point) {
   if (forgotten_) return;
   mesh_.add(point);
   steps_.push_back({0, -1, -1});
 }
 
-void Trail::step_to(const Point& point, const std::vector<double>& record) {
+void StepHistory::step_to(const Point& point, const std::vector<double>& record) {
   forget_if_large();
   if (forgotten_) return;
   mesh_.add(point);
@@ -38,7 +39,7 @@ void Trail::step_to(const Point& point, const std::vector<double>& record) {
   records_.insert(records_.end(), record.begin(), record.end());
 }
 
-std::vector<DiscreteStep> Trail::steps() {
+std::vector<DiscreteStep> StepHistory::steps() {
   if (forgotten_)
     throw Error(
         "the adjoint needs every step of the solution, and this long run kept only the points at its "
@@ -74,23 +75,26 @@ std::vector<DiscreteStep> Trail::steps() {
   return result;
 }
 
-void Trail::sketch(double t, Point& out) {
+bool StepHistory::interpolate(double t, Point& out) {
+  if (forgotten_) return false;
   const int i = std::min(mesh_.index_at(t, 0), mesh_.size() - 1);
   mesh_.get(i, out);
-  if (i + 1 >= mesh_.size() || t <= out.t) return;
+  if (i + 1 >= mesh_.size() || t <= out.t) return true;
   const Step& step = steps_[static_cast<std::size_t>(i) + 1];
-  if (step.stepper < 0) return;
+  if (step.stepper < 0) return true;
   StepView view;
-  mesh_.get(i, view.from), mesh_.get(i + 1, view.to);
+  mesh_.get(i, view.from);
+  mesh_.get(i + 1, view.to);
   view.record = records_.data() + step.record;
   steppers_[step.stepper]->interpolate(view, t, Detail::state, out);
   const double s = (t - view.from.t) / (view.to.t - view.from.t);
   out.t = t;
   out.xdot = (1 - s) * view.from.xdot + s * view.to.xdot;
   out.z = (1 - s) * view.from.z + s * view.to.z;
+  return true;
 }
 
-double Trail::cut(double t) {
+double StepHistory::cut(double t) {
   mesh_.cut(t);
   while (steps_.size() > static_cast<std::size_t>(mesh_.size())) {
     if (steps_.back().stepper >= 0) records_.resize(steps_.back().record);
@@ -111,7 +115,7 @@ static Point saved_at(const Points& saved, double t) {
                    "(they take too much memory); add it to times = { … }"));
 }
 
-Point Trail::at(const Points& saved, double t) {
+Point StepHistory::at(const Points& saved, double t) {
   if (forgotten_) return saved_at(saved, t);
   const double rounding = 4 * std::numeric_limits<double>::epsilon() *
                           std::max(std::fabs(mesh_.t().front()), std::fabs(mesh_.t().back()));

@@ -1,4 +1,4 @@
-#include "integrate/run/adjoint.hpp"
+#include "integrate/solution/adjoint.hpp"
 
 #include <map>
 

@@ -10,7 +10,7 @@
 // themselves, for chosen steps that of the solution within the tolerance. The stages are computed anew from
 // the mesh.
 //
-// see  Hager, Numer. Math. 87, 2000; Sandu, Int. Conf. Comput. Sci. 2006
+// see  Hager, Numer. Math. 87, 2000; Sandu, Int. Conf. Comput. Sci. 2006; docs/derivations.md#adjoint
 #pragma once
 
 #include "integrate/problem/problem.hpp"

@@ -1,4 +1,4 @@
-#include "integrate/run/drift.hpp"
+#include "integrate/solution/drift.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "integrate/run/solution.hpp"
+#include "integrate/solution/solution.hpp"
 
 namespace pendula::integrate {
 

@@ -1,0 +1,170 @@
+#include "integrate/event/monitor/constraint_rank.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "base/error.hpp"
+#include "base/text.hpp"
+
+namespace pendula::integrate {
+
+constexpr long most_steps = 32;  // between two looks at a block whose gradients hardly change
+/// A size of w that counts as 0 beside those at the ends of an interval: bisection in 30 halvings reaches
+/// 10⁻⁹ of them, interpolation of x inside a step at a tolerance of 10⁻³ errs by as much.
+constexpr double zero_size = 3e-3;
+
+ConstraintRank::ConstraintRank(RankBlock& block, double tolerance)
+    : block_(block),
+      gradients_(RankBlock::entries(block.block().gradients), block.arguments()),
+      gram_(GramFactor::remembered(block.block().gradients.rows, block.block().gradients.columns,
+                                   RankBlock::positions(block.block().gradients))),
+      numbers_(gradients_.outputs()),
+      near_(std::sqrt(tolerance)) {
+  const int rows = gram_.rows();
+  // measured beside kernels: 3 operations per fused multiply-add of the factor, 12 a row for its solves
+  cost_ = 100 + static_cast<double>(gradients_.operations()) + 3.0 * static_cast<double>(gram_.operations()) +
+          12.0 * rows;
+  last_.u = RankBlock::generic_direction(rows) / std::sqrt(static_cast<double>(rows));
+}
+
+void ConstraintRank::start(const Point& point) {
+  last_.t = point.t;
+  last_.size = measure(point, last_.u, last_.w, 8);
+  keep_gradients(last_);
+  first_ = largest_ = last_.size;
+}
+
+double ConstraintRank::measure(const Point& p, Vec& u, Vec& w, int iterations) {
+  gradients_(block_.values(p), numbers_.data());
+  gram_.factorise(numbers_.data());
+  return gram_.least(u, w, iterations);
+}
+
+/// How much the least singular value may have changed: by ‖ΔG‖ (Weyl's inequality), in the Frobenius norm;
+/// for many rows, where that bound is useless, the change of w.
+double ConstraintRank::change(const Look& from, const Look& to) const {
+  if (!is_small()) return (to.w - from.w).norm();
+  double square = 0;
+  for (std::size_t k = 0; k < to.gradients.size(); ++k)
+    square += (to.gradients[k] - from.gradients[k]) * (to.gradients[k] - from.gradients[k]);
+  return std::sqrt(square);
+}
+
+void ConstraintRank::keep_gradients(Look& look) const {
+  if (is_small()) look.gradients = gram_.scaled();
+}
+
+void ConstraintRank::look_again(const Point& point, const Look& before, Look& next) {
+  next.t = point.t;
+  next.u = before.u;
+  next.size = measure(point, next.u, next.w, 2);
+  if (next.u.dot(before.u) < 0) {
+    next.u *= -1;
+    next.w *= -1;
+  }
+  keep_gradients(next);
+}
+
+std::optional<Stop> ConstraintRank::look(const Point& point, long steps, const SolutionBetween& between) {
+  constexpr int deepest = 4;  // halvings of a step
+  Look& next = next_;
+  look_again(point, last_, next);
+  largest_ = std::max(largest_, next.size);
+  const double moved = change(last_, next);
+  const double pace = moved > 0 ? 0.5 * next.size / moved * (point.t - last_.t) : forever;
+  pace_ = std::min(pace_, pace);
+  std::optional<Stop> stop = scan(last_, next, is_small() ? deepest : 0, between);
+  pace_ = pace;
+  if (!stop) stop = closing_in(next, point);
+  const double far = static_cast<double>(most_steps);
+  steps_to_change_ = moved > 0
+                         ? std::lround(std::min(0.5 * next.size / moved * static_cast<double>(steps), far))
+                         : most_steps;
+  std::swap(last_, next_);
+  return stop;
+}
+
+/// w is 0 to within the tolerance, and still getting smaller: where it would be 0 at this rate.
+std::optional<Stop> ConstraintRank::closing_in(const Look& next, const Point& point) {
+  if (next.size > near_ * largest_ || next.size >= last_.size) return {};
+  const double closed = last_.size - next.size, dt = point.t - last_.t;
+  const bool straight = (next.w - last_.w).norm() < 2 * closed;
+  const double t = straight ? point.t + std::min(dt * next.size / closed, dt) : point.t;
+  return Stop{t,
+              text(dependent(next.u), " there to within the tolerance, and the equations ",
+                   block_.loses(point), RankBlock::remedy()),
+              last_.t};
+}
+
+/// Has w reversed between two looks? Where it has changed so much, or so much time has passed, that it might
+/// have done so twice, the time between them is halved.
+std::optional<Stop> ConstraintRank::scan(const Look& from, const Look& to, int depth,
+                                         const SolutionBetween& between) {
+  constexpr double same_direction = 0.3;  // cosine: less, and u is another combination of rows
+  constexpr double safe_change = 0.7;     // of w: less than 1, where Weyl's inequality allows a passage
+  if (to.u.dot(from.u) > same_direction && to.w.dot(from.w) < 0)
+    if (auto stop = narrow(from, to, between)) return stop;
+  const bool near = change(from, to) < safe_change * std::max(from.size, to.size);
+  if (depth == 0 || (near && to.t - from.t < 3 * pace_)) return {};
+  Point p;
+  if (!RankBlock::reached(from.t + (to.t - from.t) / 2, between, p)) return {};
+  Look middle;
+  look_again(p, from, middle);
+  if (auto stop = scan(from, middle, depth - 1, between)) return stop;
+  return scan(middle, to, depth - 1, between);
+}
+
+/// w reverses: where it passes 0, if it does (near a point of dependent rows it turns quickly).
+std::optional<Stop> ConstraintRank::narrow(const Look& from, const Look& to, const SolutionBetween& between) {
+  double low = from.t, high = to.t;
+  Look at;
+  Point p;
+  for (int k = 0; k < 30 && high - low > 1e-14 * std::fabs(high); ++k) {
+    const double middle = low + (high - low) / 2;
+    if (!RankBlock::reached(middle, between, p)) {  // so close to dependent rows nothing can be solved
+      high = middle;
+      continue;
+    }
+    at.u = from.u;
+    at.size = measure(p, at.u, at.w, 4);
+    if (at.u.dot(from.u) < 0) at.w = -at.w;
+    (at.w.dot(from.w) > 0 ? low : high) = middle;
+    if (k == 5 && at.size > std::min(from.size, to.size) / 2) return {};  // it turned and kept its length
+  }
+  if (!(at.size <= zero_size * std::max(from.size, to.size))) return {};
+  const double t = low + (high - low) / 2;
+  return Stop{t,
+              text(dependent(at.u), " there, and the equations ",
+                   block_.loses(RankBlock::just_before(t, from.t, between)), RankBlock::remedy()),
+              last_.t};
+}
+
+/// "the constraints C₁, C₃ are dependent (∇C₁ - 0.5 ∇C₃ = 0)"
+std::string ConstraintRank::dependent(const Vec& u) const {
+  Vec share = u;
+  for (int i = 0; i < gram_.rows(); ++i) share[i] /= gram_.scale(i);
+  Eigen::Index largest = 0;
+  u.cwiseAbs().maxCoeff(&largest);
+  std::vector<std::string> names;
+  std::string sum;
+  for (Eigen::Index i = 0; i < u.size(); ++i) {
+    if (std::fabs(u[i]) < 1e-2 * std::fabs(u[largest])) continue;
+    const std::string& name = block_.block().constraints[i];
+    names.push_back(name);
+    const double factor = share[i] / share[largest];
+    const std::string size = rounded(std::fabs(factor), 2);
+    const char* sign = sum.empty() ? (factor < 0 ? "-" : "") : factor < 0 ? " - " : " + ";
+    sum += text(sign, size == "1" ? "" : size + " ", "∇", name);
+  }
+  if (names.size() == 1) return text("the gradient of the constraint ", names[0], " is 0");
+  return text("the constraints ", RankBlock::some(names), " are dependent",
+              names.size() <= 4 ? text(" (", sum, " = 0)") : "");
+}
+
+std::string ConstraintRank::almost_lost(const Point& point) {
+  constexpr double almost = 0.1;
+  Vec u = last_.u, w;
+  return measure(point, u, w, 8) <= almost * first_ ? dependent(u) : "";
+}
+
+}  // namespace pendula::integrate

@@ -1,0 +1,71 @@
+// Whether the constraints of a block become dependent along a solution.
+#pragma once
+
+#include <limits>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "codegen/kernel/kernel.hpp"
+#include "integrate/event/monitor/rank_block.hpp"
+#include "integrate/solve/gram_factor.hpp"
+
+namespace pendula::integrate {
+
+/// The gradients G of the constraints of a block: with the unit vector u that makes w = Gᵀu smallest, w
+/// passes 0 and reverses where rows become dependent (‖w‖ is the least singular value there). It cannot do so
+/// before G has changed by ‖w‖ (Weyl's inequality): that says when to look again, and whether to look between
+/// two steps. The time is found by bisection on the continuous extension.
+class ConstraintRank {
+ public:
+  /// Blocks of at most this many rows are looked at after every step: there Weyl's inequality is sharp enough
+  /// to tell a passage from a near miss, and a look costs less than the step.
+  static constexpr int small = 8;
+
+  /// tolerance: of the run, relative. A constraint defect ε shifts the singular point by √ε; closer than √ε
+  /// counts as reached. Requires a block with gradients.
+  ConstraintRank(RankBlock& block, double tolerance);
+
+  void start(const Point& point);
+  /// `steps` since the last look.
+  std::optional<Stop> look(const Point& point, long steps, const SolutionBetween& between);
+  bool is_small() const { return gram_.rows() <= small; }
+  /// Of a look, in operations.
+  double cost() const { return cost_; }
+  /// How many steps until w may have changed by half its length, at the rate of the last look.
+  long steps_to_change() const { return steps_to_change_; }
+  /// The same as a time, for small blocks.
+  double due() const { return last_.t + pace_; }
+  /// "the constraints … are dependent", if they almost are; "" else.
+  std::string almost_lost(const Point& point);
+
+ private:
+  /// The smallest combination of gradients at a time.
+  struct Look {
+    double t = 0, size = 0;
+    Vec u, w;
+    std::vector<double> gradients;  ///< of a small block
+  };
+  double measure(const Point& p, Vec& u, Vec& w, int iterations);
+  double change(const Look& from, const Look& to) const;
+  void keep_gradients(Look& look) const;
+  void look_again(const Point& point, const Look& before, Look& next);
+  std::optional<Stop> closing_in(const Look& next, const Point& point);
+  std::optional<Stop> scan(const Look& from, const Look& to, int depth, const SolutionBetween& between);
+  std::optional<Stop> narrow(const Look& from, const Look& to, const SolutionBetween& between);
+  std::string dependent(const Vec& u) const;
+
+  static constexpr double forever = std::numeric_limits<double>::infinity();
+  RankBlock& block_;
+  codegen::Kernel gradients_;
+  GramFactor gram_;
+  std::vector<double> numbers_;
+  Look last_, next_;  ///< next_: kept for its storage
+  double near_;       ///< of the largest size: closer counts as reached
+  double largest_ = 0, first_ = 0;
+  double pace_ = forever;  ///< time in which w changes by half its length
+  double cost_ = 0;
+  long steps_to_change_ = 1;
+};
+
+}  // namespace pendula::integrate

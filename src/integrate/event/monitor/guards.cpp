@@ -1,0 +1,60 @@
+#include "integrate/event/monitor/guards.hpp"
+
+#include <algorithm>
+#include <unordered_set>
+
+#include "base/error.hpp"
+#include "base/text.hpp"
+#include "dae/model/truncated_text.hpp"
+#include "dae/singular/domain.hpp"
+
+namespace pendula::integrate {
+
+using Leaves = std::unordered_set<Expr>;
+
+static Leaves arguments_of(const Problem& problem) {
+  return Leaves(problem.arguments().begin(), problem.arguments().end());
+}
+
+static bool all_known(std::span<const Expr> expressions, const Leaves& known) {
+  const std::vector<Expr> inside = leaves(expressions);
+  return std::all_of(inside.begin(), inside.end(),
+                     [&](Expr leaf) { return known.count(leaf) || symbol_of(leaf).kind == Kind::constant; });
+}
+
+bool all_known(Expr e, const Problem& problem) { return all_known({&e, 1}, arguments_of(problem)); }
+
+std::vector<Guard> guards_of(const dae::ModelPtr& model, const Substitution& inputs, const Problem& problem,
+                             bool all_values) {
+  const Leaves known = arguments_of(problem);
+  std::vector<Guard> guards;
+  for (const dae::Nonzero& n : dae::domain(model, all_values)) {
+    const Expr factor = substitute(n.factor, inputs);
+    if (factor.is_constant() || !all_known({&factor, 1}, known)) continue;
+    const bool root = !factor.is_symbol() && factor.op() == Op::sqrt;
+    guards.push_back({root ? factor.operand(0) : factor,
+                      text(dae::elided_text(n.factor), " = 0 there, and ", n.where,
+                           n.remedy.empty() ? "" : "; ", n.remedy),
+                      root});
+  }
+  return guards;
+}
+
+std::vector<dae::LargeBlock> blocks_of(const dae::ModelPtr& model, const Substitution& inputs,
+                                       const Problem& problem) {
+  const Leaves known = arguments_of(problem);
+  std::vector<dae::LargeBlock> blocks = dae::large_blocks(model);
+  std::erase_if(blocks, [&](dae::LargeBlock& block) {
+    for (dae::LargeBlock::Matrix* m : {&block.gradients, &block.jacobian, &block.all}) {
+      std::vector<Expr> values;
+      for (const Entry& e : m->entries) values.push_back(e.value);
+      if (!inputs.empty()) values = substitute(values, inputs);
+      if (!all_known(values, known)) return true;
+      for (std::size_t k = 0; k < values.size(); ++k) m->entries[k].value = values[k];
+    }
+    return false;
+  });
+  return blocks;
+}
+
+}  // namespace pendula::integrate

@@ -1,0 +1,33 @@
+// What the equations of a run need to be solvable: divisors that must not vanish, blocks that must keep their
+// rank.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "dae/rank/large_blocks.hpp"
+#include "integrate/problem/problem.hpp"
+
+namespace pendula::integrate {
+
+/// An expression that must not vanish along a solution.
+struct Guard {
+  Expr factor;         ///< in leaves of the problem
+  std::string reason;  ///< "x = 0 there, and …"
+  bool root = false;   ///< factor = √D stands for one of two roots that meet where D touches 0
+};
+
+/// What the model's form was divided by, and what its equations need to be solvable.
+/// all_values: parameters may have other values than those the form was made with.
+std::vector<Guard> guards_of(const dae::ModelPtr& model, const Substitution& inputs, const Problem& problem,
+                             bool all_values);
+
+/// Blocks too large for symbolic guards, with the run's inputs in their entries; only those whose entries
+/// are known where the run computes.
+std::vector<dae::LargeBlock> blocks_of(const dae::ModelPtr& model, const Substitution& inputs,
+                                       const Problem& problem);
+
+/// Every leaf of e is known or a constant.
+bool all_known(Expr e, const Problem& problem);
+
+}  // namespace pendula::integrate

@@ -1,0 +1,62 @@
+// Monitors end a run where its solution leaves the domain of the equations.
+//
+// A step-size control cannot be relied on for this: equations are usually solvable again behind a singular
+// point, and a step that jumps over it passes the error test. A run keeps a list of monitors and asks each of
+// them after every accepted step:
+//
+//   singularity_monitor   a divisor changes its sign or touches 0          (fixed steps)
+//   tangency_monitor      a divisor had a minimum that is 0 within the tolerance
+//   root_branch_monitor   y = -√D of a reduced form should continue as +√D
+//   rank_monitor          constraints become dependent, or a block of equations singular
+//
+// With chosen steps, zeros of divisors are events with a termination_reason (events.hpp): they must be ordered
+// in time with the user's events inside a step.
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "integrate/problem/problem.hpp"
+#include "integrate/solve/stats.hpp"
+
+namespace pendula::integrate {
+
+/// Where and why a run ends.
+struct Stop {
+  double t;            ///< the solution is valid before it
+  std::string reason;  ///< "x = 0 there, and …"
+  double known;        ///< the last time the run certainly holds a point for, if it does not keep its steps
+};
+
+/// An accepted step, as a monitor sees it.
+struct MonitoredStep {
+  const Point& before;
+  const Point& here;
+  bool last;           ///< the run ends here
+  const Stats& stats;  ///< of the run so far
+};
+
+/// What lies between mesh points.
+class StepInterpolation {
+ public:
+  virtual ~StepInterpolation() = default;
+  /// The solution at a time of the run so far: x by the method's continuous extension, x′ and z by straight
+  /// lines. False where the run does not keep its steps. Throws Failure.
+  virtual bool interpolate(double t, Point& out) = 0;
+};
+
+class Monitor {
+ public:
+  virtual ~Monitor() = default;
+  /// The run begins at a point.
+  virtual void start(const Point& point) = 0;
+  /// The solution or the equations have jumped: values from before say nothing about what follows.
+  virtual void restart() {}
+  /// After every accepted step.
+  virtual std::optional<Stop> after(const MonitoredStep& step) = 0;
+};
+
+/// A point at a share of a step: cubic Hermite interpolation of x, linear interpolation of x′ and z.
+void hermite(const Point& from, const Point& to, double share, Point& out);
+
+}  // namespace pendula::integrate

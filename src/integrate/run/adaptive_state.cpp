@@ -1,0 +1,61 @@
+#include "integrate/run/adaptive_state.hpp"
+
+#include <algorithm>
+#include <limits>
+
+namespace pendula::integrate {
+
+static Plan with_tolerances(Plan plan, const Problem& problem) {
+  if (plan.tolerances.rtol.size() == 0)
+    plan.tolerances = Tolerances::uniform(problem.n() + problem.m(), 1e-6, 1e-9);
+  return plan;
+}
+
+AdaptiveState::AdaptiveState(ProblemPtr given, const Plan& asked)
+    : problem(std::move(given)),
+      plan(with_tolerances(asked, *problem)),
+      history(std::make_shared<StepHistory>(problem->n(), problem->m())),
+      solution(std::make_shared<Solution>(problem)),
+      writer(*solution, plan.times, plan.from, plan.to),
+      finder(problem, plan.events.list) {
+  if (plan.times) history->may_forget();
+  solution->set_continuation(history);
+}
+
+void AdaptiveState::limit(double t) {
+  problem->set_limit(t);
+  finder.set_limit(t);
+}
+
+void AdaptiveState::aim(double t) {
+  const auto next = std::upper_bound(plan.breaks.begin(), plan.breaks.end(), t);
+  const bool any = next != plan.breaks.end();
+  end = any && *next < plan.to ? *next : plan.to;
+  limit(any ? *next : std::numeric_limits<double>::infinity());
+}
+
+void AdaptiveState::view_step() {
+  record_.resize(stepper().record_size());
+  stepper().record(record_.data());
+  view.record = record_.data();
+  if (finder.empty() && !writer.wants(stepper().here().t)) return;
+  view.from = stepper().before();
+  view.to = stepper().here();
+}
+
+void AdaptiveState::keep(const Point& last, bool about_to_jump) {
+  history->step_to(last, record_);
+  writer.step(last, about_to_jump,
+              [&](double t, Point& out) { stepper().interpolate(view, t, Detail::full, out); });
+  reached = last.t;
+}
+
+Point AdaptiveState::inside(double t, Detail detail) {
+  Point point;
+  point.xdot = view.to.xdot;
+  point.z = view.to.z;
+  stepper().interpolate(view, t, detail, point);
+  return point;
+}
+
+}  // namespace pendula::integrate

@@ -1,0 +1,48 @@
+// What the parts of an adaptive run share: where it is, and what it has produced so far.
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "integrate/event/events.hpp"
+#include "integrate/run/plan.hpp"
+#include "integrate/solution/output_writer.hpp"
+#include "integrate/solution/step_history.hpp"
+
+namespace pendula::integrate {
+
+struct AdaptiveState {
+  AdaptiveState(ProblemPtr given, const Plan& asked);
+  AdaptiveState(const AdaptiveState&) = delete;
+  AdaptiveState& operator=(const AdaptiveState&) = delete;
+
+  Stepper& stepper() { return history->stepper(); }
+  Stats& stats() { return history->stats; }
+  double interval() const { return plan.to - plan.from; }
+
+  /// The next step ends at `to` or where inputs are not smooth.
+  void aim(double t);
+  /// Inputs jump at this time: steps end there, and until then inputs have the values before it.
+  void limit(double t);
+  /// The stepper's last step, for the continuous extension; its ends only where somebody asks.
+  void view_step();
+  /// The step, or its part up to an event, belongs to the solution. about_to_jump: see OutputWriter.
+  void keep(const Point& end, bool about_to_jump);
+  /// The point inside the last step. z of index 1 is solved for.
+  Point inside(double t, Detail detail);
+
+  ProblemPtr problem;
+  Plan plan;
+  std::shared_ptr<StepHistory> history;
+  std::shared_ptr<Solution> solution;
+  OutputWriter writer;
+  EventFinder finder;
+  StepView view;
+  double reached = 0;  ///< the solution ends here so far
+  double end = 0;      ///< of the next step at the latest
+
+ private:
+  std::vector<double> record_;
+};
+
+}  // namespace pendula::integrate

@@ -1,0 +1,205 @@
+#include "integrate/run/event_handler.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "base/error.hpp"
+#include "base/text.hpp"
+#include "expr/print/print.hpp"
+
+namespace pendula::integrate {
+
+bool EventHandler::after_step(RunOutcome& outcome) {
+  for (first_in_step_ = true; !state_.finder.empty(); first_in_step_ = false) {
+    std::optional<EventFinder::Hit> hit;
+    try {
+      hit = state_.finder.find(state_.stepper(), state_.view);
+    } catch (const Failure&) {  // no z inside the step: it has passed a point where equations are singular
+      if (state_.plan.guards.empty() || !first_in_step_ || !repeated_shorter()) throw;
+      return true;
+    }
+    if (!hit) return false;
+    if (handle(*hit, outcome)) return true;
+  }
+  return false;
+}
+
+const Event* EventHandler::terminating(const EventFinder::Hit& hit) const {
+  for (const auto& crossing : hit.list)
+    if (!event_of(crossing).termination_reason.empty()) return &event_of(crossing);
+  return nullptr;
+}
+
+/// True when the step ends at the event, or was taken back.
+bool EventHandler::handle(const EventFinder::Hit& hit, RunOutcome& outcome) {
+  AdaptiveState& s = state_;
+  if (const Event* end = terminating(hit)) {
+    // values inside a step over a singular point mean little: approach it in shorter steps
+    if (first_in_step_ && s.view.to.t - s.view.from.t > 1e-6 * s.interval() && repeated_shorter())
+      return true;
+    return end_before(hit, *end, outcome);
+  }
+  bool surface = false, may_jump = false;
+  for (const auto& crossing : hit.list) {
+    const Event& event = event_of(crossing);
+    surface = surface || event.surface;
+    may_jump = may_jump || event.call || !event.reset.empty();
+  }
+  const bool frozen = s.plan.modes > 0;
+  Point point = s.inside(surface && !frozen ? hit.before : hit.t, Detail::full);
+  point.t = hit.t;
+  s.keep(point, may_jump);
+  const Point before = point;
+  bool stop = false, changed = false;
+  for (const auto& crossing : hit.list) {
+    if (event_of(crossing).surface) continue;
+    const EventReply reply = apply(crossing, point);
+    stop = stop || reply.stop;
+    changed = changed || !reply.reset.empty();
+  }
+  if ((changed || surface) && !stop) restart(point, before, hit);
+  if (changed) {
+    if (!stop) point = s.stepper().here();
+    s.history->begin(point);
+    s.writer.begin(point);
+  }
+  if (may_jump && !changed && s.plan.times) s.writer.begin(point);  // held back, but nothing has jumped
+  write_records(point);
+  if (stop) outcome.ending = Ending::event;
+  if (!stop && changed && hit.t >= s.plan.to) outcome.ending = Ending::finished;
+  const bool ends_step = stop || changed || surface;
+  if (!ends_step) s.finder.pass(hit, s.stepper(), s.view);
+  return ends_step;
+}
+
+void EventHandler::write_records(const Point& after) {
+  for (EventRecord& record : records_) {
+    if (record.action == "reset") record.after = after;
+    state_.solution->add_event(record);
+  }
+  records_.clear();
+}
+
+/// The equations cannot be solved at this event: the run ends where the step to it began, or, where other
+/// events have been in the step, just before it.
+bool EventHandler::end_before(const EventFinder::Hit& hit, const Event& event, RunOutcome& outcome) {
+  if (!first_in_step_) {
+    Point point = state_.inside(hit.before, Detail::state);
+    point.t = hit.before;
+    state_.keep(point, false);
+  }
+  outcome = stopped_at(hit.t, event.termination_reason);
+  return true;
+}
+
+/// The step is taken back and repeated with a quarter of its length. False where that makes no progress, or
+/// where x′ and z, solved for again, are on another branch: the step has passed the singular point already.
+bool EventHandler::repeated_shorter() {
+  Stepper& stepper = state_.stepper();
+  const Point start = stepper.before();
+  const double dt = (stepper.here().t - start.t) / 4;
+  if (dt < 1e-10 * state_.interval()) return false;
+  --state_.stats().steps;
+  ++state_.stats().rejected;
+  stepper.suggest(dt);
+  stepper.start(start, state_.end);
+  stepper.suggest(0);
+  const std::vector<Event>& events = state_.plan.events.list;
+  std::vector<double> sides;
+  for (std::size_t i = 0; i < events.size(); ++i) sides.push_back(state_.finder.side(static_cast<int>(i)));
+  state_.finder.start(stepper.here());
+  for (std::size_t i = 0; i < sides.size(); ++i) {
+    const bool ends = !events[i].termination_reason.empty();
+    if (ends && sides[i] * state_.finder.side(static_cast<int>(i)) < 0) return false;
+  }
+  return true;
+}
+
+/// What an event asks for, done to the point.
+EventReply EventHandler::apply(const EventFinder::Crossing& crossing, Point& point) {
+  const Event& event = event_of(crossing);
+  EventReply reply;
+  if (event.call) reply = event.call(point);
+  for (const auto& [state, value] : event.reset)
+    reply.reset.emplace_back(state, state_.solution->values({&value, 1}, point)[0]);
+  reply.stop = reply.stop || event.stop;
+  const char* action = reply.stop ? "stop" : reply.reset.empty() ? "" : "reset";
+  records_.push_back({point.t, crossing.which, action, point, point});
+  if (!reply.reset.empty()) reset(point, reply.reset);
+  return reply;
+}
+
+void EventHandler::reset(Point& point, const std::vector<std::pair<Expr, double>>& values) {
+  std::vector<int> changed;
+  for (const auto& [state, value] : values) {
+    const auto& x = state_.problem->model().x;
+    const auto at = std::find(x.begin(), x.end(), state);
+    if (at == x.end())
+      throw Error(text("an event cannot reset ", to_text(state), ": it is not a state of the model"));
+    if (!std::isfinite(value)) throw Failure(text("an event resets ", to_text(state), " to ", value));
+    changed.push_back(static_cast<int>(at - x.begin()));
+    point.x[changed.back()] = value;
+  }
+  if (state_.plan.events.reinitialise) state_.plan.events.reinitialise(point, changed);
+}
+
+void EventHandler::restart(const Point& point, const Point& before, const EventFinder::Hit& hit) {
+  check_accumulation(point.t, hit);
+  begin_again(point, hit.list);
+  if (state_.problem->n() > state_.problem->shown_n()) follow_sensitivities(before, hit);
+}
+
+void EventHandler::check_accumulation(double t, const EventFinder::Hit& hit) {
+  ++since_event_;
+  for (const EventFinder::Crossing& crossing : hit.list)
+    if (!event_of(crossing).surface) {
+      since_event_ = 0;
+      last_event_ = crossing.which;
+    }
+  if (!zeno_.add(t, state_.stats().steps, state_.interval())) return;
+  // Between the bounces of v′ = -g - v |v| the solution crosses v = 0: it is the bounces that accumulate.
+  const int which = last_event_ >= 0 && since_event_ <= 2 ? last_event_ : hit.list.front().which;
+  const Event& event = state_.plan.events.list[which];
+  state_.reached = t;
+  if (event.surface) throw ModeTracker::sliding(event);
+  throw Failure(text("the events ", to_text(event.when),
+                     " = 0 accumulate: infinitely many in finite time (Zeno). Add an event that stops, or "
+                     "a reset that ends the motion"));
+}
+
+void EventHandler::begin_again(const Point& point, const ModeTracker::Crossings& crossed) {
+  modes_.begin(point, crossed);
+  monitors_.restart();
+  const Plan& plan = state_.plan;
+  const bool may_jump = plan.modes > 0 || !plan.breaks.empty() || !plan.monitored_inputs.empty();
+  if (may_jump) state_.history->begin(state_.stepper().here());
+}
+
+/// The time t* of an event depends on p: dt*/dp = -(dg/dp)/(dg/dt), and with it S jumps where x or x′ do:
+/// S₊ = S₋ + (x′₋ - x′₊) dt*/dp, for a reset x₊ = r(t, x): S₊ = dr/dp + (dr/dt - x′₊) dt*/dp.
+/// see  Galán, Feehery & Barton, Appl. Numer. Math. 31, 1999;  docs/derivations.md#sensitivities
+void EventHandler::follow_sensitivities(const Point& before, const EventFinder::Hit& hit) {
+  const Event& event = event_of(hit.list.front());
+  const Solution& solution = *state_.solution;
+  const Vec tangent = solution.values(event.tangent, before);
+  const double slope = state_.finder.slope(hit.list.front().which, before);
+  if (slope == 0)
+    throw Failure(text("the solution grazes ", to_text(event.when), " = 0: it is not differentiable there"));
+  Point after = state_.stepper().here();
+  const int n = state_.problem->shown_n();
+  const auto& x = state_.problem->model().x;
+  for (Eigen::Index j = 0; j < tangent.size(); ++j) {
+    const double shift = -tangent[j] / slope;
+    const auto block = static_cast<Eigen::Index>(n) * (j + 1);
+    after.x.segment(block, n) =
+        before.x.segment(block, n) + shift * (before.xdot.head(n) - after.xdot.head(n));
+    for (std::size_t r = 0; r < event.reset.size(); ++r) {
+      const auto i = std::find(x.begin(), x.end(), event.reset[r].first) - x.begin();
+      const Vec rates = solution.values(event.reset_tangent[r], before);
+      after.x[block + i] = rates[j] + shift * (rates[rates.size() - 1] - after.xdot[i]);
+    }
+  }
+  begin_again(after, hit.list);
+}
+
+}  // namespace pendula::integrate

@@ -1,0 +1,51 @@
+// What happens at an event of an adaptive run: callbacks, resets, restarts, the end of the run.
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <vector>
+
+#include "integrate/run/mode_tracker.hpp"
+#include "integrate/run/run_monitors.hpp"
+#include "integrate/run/zeno_detector.hpp"
+
+namespace pendula::integrate {
+
+class EventHandler {
+ public:
+  /// Requires that all of them outlive it.
+  EventHandler(AdaptiveState& state, ModeTracker& modes, MonitorList& monitors)
+      : state_(state), modes_(modes), monitors_(monitors) {}
+
+  /// All events of the step that has just been taken, in the order of time. True: the step is over, because
+  /// it ended at an event or was taken back; `outcome` is set if the run is over, too.
+  bool after_step(RunOutcome& outcome);
+
+  /// Begins anew at a point where the equations or the states have jumped.
+  void begin_again(const Point& point, const ModeTracker::Crossings& crossed);
+
+ private:
+  const Event& event_of(const EventFinder::Crossing& crossing) const {
+    return state_.plan.events.list[crossing.which];
+  }
+  bool handle(const EventFinder::Hit& hit, RunOutcome& outcome);
+  const Event* terminating(const EventFinder::Hit& hit) const;
+  bool end_before(const EventFinder::Hit& hit, const Event& event, RunOutcome& outcome);
+  bool repeated_shorter();
+  EventReply apply(const EventFinder::Crossing& crossing, Point& point);
+  void reset(Point& point, const std::vector<std::pair<Expr, double>>& values);
+  void restart(const Point& point, const Point& before, const EventFinder::Hit& hit);
+  void check_accumulation(double t, const EventFinder::Hit& hit);
+  void follow_sensitivities(const Point& before, const EventFinder::Hit& hit);
+  void write_records(const Point& after);
+
+  AdaptiveState& state_;
+  ModeTracker& modes_;
+  MonitorList& monitors_;
+  ZenoDetector zeno_;
+  bool first_in_step_ = true;              ///< no event so far in the step
+  int last_event_ = -1, since_event_ = 0;  ///< the user's last event; restarts since then
+  std::vector<EventRecord> records_;       ///< of the events at one time
+};
+
+}  // namespace pendula::integrate

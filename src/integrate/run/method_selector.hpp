@@ -1,0 +1,35 @@
+// The method of an adaptive run: chosen at the start, changed where it turns out to be unsuitable.
+#pragma once
+
+#include <string>
+
+#include "integrate/problem/active_subsystem.hpp"
+#include "integrate/run/adaptive_state.hpp"
+
+namespace pendula::integrate {
+
+class MethodSelector {
+ public:
+  /// Requires that the state outlives it.
+  MethodSelector(AdaptiveState& state, const Method& method);
+
+  /// The method that was asked for or, for "auto", the one that suits the model and the tolerances.
+  void start(const Point& point);
+  /// One step; where "auto" has chosen an explicit method that cannot go on, an implicit one may.
+  void step();
+  /// Explicit → implicit, when it pays: many more steps of this size would follow.
+  void change_if_stiff();
+
+ private:
+  bool is_automatic() const { return method_.family == "auto"; }
+  void use(const std::string& family, const Point& point, const std::string& why);
+  void change(const std::string& family, double dt, const std::string& why);
+
+  AdaptiveState& state_;
+  Method method_;
+  std::shared_ptr<const Couplings> couplings_;  ///< of a large model
+  std::string family_;                          ///< in use
+  std::string name_;                            ///< of all methods so far
+};
+
+}  // namespace pendula::integrate

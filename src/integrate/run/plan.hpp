@@ -1,0 +1,73 @@
+// What a run is asked for: the interval, the method, the tolerances, what to save and what to react to.
+#pragma once
+
+#include <functional>
+#include <limits>
+#include <optional>
+#include <vector>
+
+#include "integrate/event/events.hpp"
+#include "integrate/event/monitor/guards.hpp"
+#include "integrate/solve/stats.hpp"
+#include "integrate/solve/tolerances.hpp"
+#include "method/multistep.hpp"
+#include "method/rosenbrock.hpp"
+#include "method/tableau.hpp"
+
+namespace pendula::integrate {
+
+struct Plan {
+  double from = 0, to = 0;
+  std::optional<double> dt;  ///< fixed steps of this length; absent: steps are chosen by the error
+  /// Ascending times inside [from, to] at which points are saved; every mesh point if absent. Fixed steps: a
+  /// time between two mesh points is reached by a shortened step of its own, the mesh does not depend on
+  /// `times`. Chosen steps: the continuous extension is evaluated.
+  std::optional<std::vector<double>> times;
+  bool direct = false;  ///< integrate a model of index 2 or more as it stands
+
+  /// Asked after every step; true ends the run there (Ending::stop_when).
+  std::function<bool(const Point&)> stop_when;
+
+  bool check_singularities = true;      ///< false: no guards, no blocks
+  std::vector<Guard> guards;            ///< where one vanishes, the run stops
+  std::vector<dae::LargeBlock> blocks;  ///< where one loses its rank, the run stops (rank_monitor.hpp)
+
+  // ── chosen steps only ──
+  Tolerances tolerances;  ///< empty: rtol = 1e-6, atol = 1e-9
+  double dt_first = 0;    ///< 0: chosen
+  double dt_max = std::numeric_limits<double>::infinity();
+  long most_steps = 10'000'000;
+  /// Index of every unknown of (x, z) for the error test of a model of index 2 or 3 (Hairer & Wanner II,
+  /// §VII.4); empty: all 1.
+  std::vector<int> variable_index;
+  EventList events;
+  int modes = 0;               ///< of the surfaces among the events
+  std::vector<double> breaks;  ///< ascending: times at which the equations are not smooth; steps end there
+  /// Inputs known by value only; each step is checked for a jump in them.
+  std::vector<std::function<double(double)>> monitored_inputs;
+  /// Called every few steps with the time reached; for a progress line.
+  std::function<void(double t, const Stats&)> progress;
+};
+
+/// A method of any kind. family: "tableau" (fixed steps, or adaptive by an embedded method or collocation),
+/// "auto", "radau", "gauss", "bdf", "rodas"; order: the highest of variable-order BDF, 0: 5.
+struct Method {
+  std::string family = "auto";
+  TableauPtr tableau;
+  int order = 0;
+  RosenbrockPtr rosenbrock;                 ///< of family "rodas"
+  MultistepPtr multistep;                   ///< with fixed steps
+  std::vector<TableauPtr> explicit_choice;  ///< "auto": for looser to tighter tolerances, see choose()
+};
+
+/// Throws Error on a bad interval: from, to, times, what is not finite.
+void check_interval(const Plan& plan);
+/// The start at time `from`, with zeros for x′ ∈ ℝⁿ and z ∈ ℝᵐ where it says nothing. Throws Error naming a
+/// state that is not finite.
+Point checked_start(Point start, const Problem& problem, double from);
+/// The interval, and dt: positive, and not so small that the steps could not be saved.
+void check_fixed(const Plan& plan, const Problem& problem);
+/// The interval, and what belongs to chosen steps: tolerances, dt_first, dt_max, most_steps.
+void check_adaptive(const Plan& plan);
+
+}  // namespace pendula::integrate

@@ -1,0 +1,86 @@
+// The monitors of a run, in the order in which they are asked.
+#pragma once
+
+#include <vector>
+
+#include "integrate/event/monitor/rank_monitor.hpp"
+#include "integrate/event/monitor/root_branch_monitor.hpp"
+#include "integrate/event/monitor/singularity_monitor.hpp"
+#include "integrate/event/monitor/tangency_monitor.hpp"
+#include "integrate/run/plan.hpp"
+
+namespace pendula::integrate {
+
+class MonitorList {
+ public:
+  void start(const Point& point) {
+    for (Monitor* monitor : list_) monitor->start(point);
+  }
+  void restart() {
+    for (Monitor* monitor : list_) monitor->restart();
+  }
+  std::optional<Stop> after(const MonitoredStep& step) {
+    for (Monitor* monitor : list_)
+      if (auto stop = monitor->after(step)) return stop;
+    return {};
+  }
+
+ protected:
+  void add(Monitor& monitor) { list_.push_back(&monitor); }
+
+ private:
+  std::vector<Monitor*> list_;
+};
+
+/// After steps of a fixed length, which have no continuous extension and locate no events.
+class FixedStepMonitors : public MonitorList {
+ public:
+  /// Requires that the plan outlives it.
+  FixedStepMonitors(const ProblemPtr& problem, const Plan& plan)
+      : divisors_(problem, plan.guards),
+        ranks_(problem, plan.blocks, 1e-6),
+        roots_(problem, plan.guards),
+        empty_(plan.guards.empty() && plan.blocks.empty()) {
+    if (empty_) return;
+    add(divisors_);
+    add(ranks_);
+    add(roots_);
+  }
+  std::optional<Stop> after(const Point& before, const Point& here) {
+    if (empty_) return {};
+    const Stats none;
+    return MonitorList::after({before, here, true, none});
+  }
+  /// After a failure: see near_singularity(SingularityMonitor&, …).
+  std::string near_singularity(const Point& point) {
+    return empty_ ? "" : integrate::near_singularity(divisors_, ranks_, point, 0.05);
+  }
+
+ private:
+  SingularityMonitor divisors_;
+  RankMonitor ranks_;
+  RootBranchMonitor roots_;
+  bool empty_;
+};
+
+/// After steps whose events are located.
+class AdaptiveStepMonitors : public MonitorList {
+ public:
+  /// Requires that all of them outlive it.
+  AdaptiveStepMonitors(const ProblemPtr& problem, const Plan& plan, const EventFinder& finder,
+                       StepInterpolation& interpolation)
+      : ranks_(problem, plan.blocks, plan.tolerances.rtol.minCoeff(), &interpolation),
+        roots_(problem, plan.guards),
+        tangencies_(problem, plan.events.list, finder, plan.tolerances) {
+    if (!ranks_.empty()) add(ranks_);
+    if (!roots_.empty()) add(roots_);
+    if (!plan.guards.empty()) add(tangencies_);
+  }
+
+ private:
+  RankMonitor ranks_;
+  RootBranchMonitor roots_;
+  TangencyMonitor tangencies_;
+};
+
+}  // namespace pendula::integrate

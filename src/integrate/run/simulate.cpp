@@ -1,0 +1,40 @@
+#include "integrate/run/simulate.hpp"
+
+#include "integrate/event/monitor/guards.hpp"
+#include "integrate/run/adaptive_run.hpp"
+#include "integrate/run/fixed_bdf.hpp"
+#include "integrate/run/fixed_step_run.hpp"
+#include "integrate/run/problem_setup.hpp"
+#include "integrate/run/state_reselection.hpp"
+
+namespace pendula::integrate {
+
+TrajectoryPtr simulate(const dae::ModelPtr& model, const Simulation& simulation) {
+  const bool one_choice = simulation.plan.stop_when || !simulation.sensitivities.empty();
+  if (chooses_states(*model) && !one_choice) return simulate_reselecting(model, simulation);
+  require_low_index(*model, simulation.plan.direct);
+  const ProblemSetup run = set_up_problem(model, simulation);
+  const auto wrap = [&](SolutionPtr solution) {
+    return std::make_shared<const Trajectory>(model, simulation.inputs, std::move(solution),
+                                              simulation.events, simulation.sensitivities, run.variational,
+                                              simulation.start);
+  };
+  Plan plan = simulation.plan;
+  if (plan.check_singularities) {
+    plan.guards = guards_of(model, simulation.inputs, *run.problem, !simulation.parameters.empty());
+    plan.blocks = blocks_of(model, simulation.inputs, *run.problem);
+  }
+  if (plan.dt)
+    return wrap(simulation.method.multistep
+                    ? integrate_bdf(run.problem, simulation.method.multistep, run.start, plan)
+                    : integrate(run.problem, simulation.method.tableau, run.start, plan));
+  const auto so_far = std::make_shared<TrajectoryPtr>();
+  complete_plan(plan, model, simulation, run, so_far);
+  const SolutionPtr solution =
+      integrate_adaptive(run.problem, simulation.method, run.start, plan,
+                         [&](SolutionPtr running) { *so_far = wrap(std::move(running)); });
+  so_far->reset();  // the callbacks and the solution must not keep each other alive
+  return wrap(solution);
+}
+
+}  // namespace pendula::integrate

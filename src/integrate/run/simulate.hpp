@@ -1,0 +1,34 @@
+// From a model and a request to a trajectory.
+#pragma once
+
+#include "integrate/run/trajectory.hpp"
+
+namespace pendula::integrate {
+
+/// A tolerance for all unknowns and others for some of them, by the leaves of the model.
+struct ToleranceRequest {
+  std::optional<double> all;
+  std::vector<std::pair<Expr, double>> some;
+  std::vector<double> list;  ///< instead: in the order of the states, then the algebraic variables
+};
+
+struct Simulation {
+  dae::StartPtr start;              ///< of this model; x is taken from it, x′ and z as starting values
+  dae::ParameterValues parameters;  ///< override those of the model
+  Substitution inputs;              ///< input leaf (of any order) -> expression in t and parameters
+  std::vector<std::pair<Expr, Problem::Input>> numeric_inputs;
+  Method method;  ///< with plan.dt: a tableau or a multistep method
+  Plan plan;      ///< its tolerances, variable indices and events are filled in from what follows
+  ToleranceRequest rtol, atol;
+  std::vector<ModelEvent> events;
+  std::vector<Expr> sensitivities;  ///< parameters, and states that stand for their initial values
+};
+
+/// Integrates a model.
+/// Without plan.dt: with error control, rtol = 1e-6 and atol = 1e-3 rtol where nothing else is asked for.
+/// Throws Error when the index is 2 or more (unless plan.direct), a parameter or an input has no value, the
+/// derivative of an input that is only known as a function of numbers is needed; and whatever integrate()
+/// throws.
+TrajectoryPtr simulate(const dae::ModelPtr& model, const Simulation& simulation);
+
+}  // namespace pendula::integrate
