@@ -5,7 +5,7 @@
 // The exact Hessian is JᵀJ + S with S = Σ Rᵢ ∇²Rᵢ; Gauss–Newton drops S. Near a minimum the error
 // therefore obeys e₊ = (I - α (JᵀJ)⁻¹(JᵀJ + S)) e: convergence is quadratic where S = 0 (zero residuals,
 // linear R) and linear with the spectral radius of (JᵀJ)⁻¹S otherwise (Björck, Numerical Methods for Least
-// Squares Problems, 1996, §9.2.1).
+// Squares Problems, 1996, §9.2.1). docs/derivations.md#newton.
 #pragma once
 
 #include <string>

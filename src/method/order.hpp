@@ -1,4 +1,4 @@
-// The order of a Runge-Kutta method, decided from its coefficients.
+// The order of a Runge-Kutta method, decided from its coefficients (docs/derivations.md#order-conditions).
 //
 // Two roads, both exact up to the digits the coefficients are known to:
 //   simplifying assumptions   B(p): Σ bᵢcᵢ^(q-1) = 1/q          (q ≤ p)

@@ -5,7 +5,7 @@
 // Hairer & Wanner, Solving ODEs II, 2nd ed., §IV.2–IV.5 and §IV.12. P and Q are exact where the coefficients
 // are fractions or lie in one ℚ(√d), and where their values can only be fractions (Padé approximations of
 // collocation methods); else they hold as many digits as the coefficients. Verdicts follow from P and Q by
-// Sturm and Routh-Hurwitz, without tolerance.
+// Sturm and Routh-Hurwitz, without tolerance. docs/derivations.md#stability-functions.
 #pragma once
 
 #include <complex>

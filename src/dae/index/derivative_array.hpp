@@ -1,5 +1,5 @@
 // The derivative array: what a DAE says about x′ when its equations are differentiated, whatever its
-// structure.
+// structure (docs/derivations.md#derivative-array).
 //
 //   F_k(t, x, y) = (F, dF/dt, …, dᵏF/dtᵏ) = 0,   y = (x′, x″, …)
 //

@@ -1,5 +1,5 @@
 // The index as it is: the structural answer where it is proved, else the pencil, derivative arrays, or a
-// repair.
+// repair. docs/derivations.md#index.
 #pragma once
 
 #include "dae/structure/analysis.hpp"

@@ -1,4 +1,4 @@
-// Linear systems with constant coefficients, E x′ = A x + B u + f(t), exact over the rational numbers.
+// Linear systems with constant coefficients, E x′ = A x + B u + f(t), exact over ℚ: docs/derivations.md#pencil.
 //
 // The pencil sE - A decides everything: it is regular where det(sE - A) is not identically zero; then the
 // degree of the determinant is the number of free initial values, and matrices S, T exist with

@@ -1,4 +1,4 @@
-// e^{m t} v for rational m.
+// e^{m t} v for rational m. docs/derivations.md#partial-fractions.
 #include <algorithm>
 
 #include "base/error.hpp"

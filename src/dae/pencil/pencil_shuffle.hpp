@@ -4,7 +4,7 @@
 // Rows of E that depend on earlier ones are eliminated; what is left of them, 0 = a x + g, are constraints,
 // which are differentiated and take the places of the rows they came from. When E has become regular, the
 // number of rounds is the index and the constraints found on the way are all there are. See Luenberger,
-// Time-invariant descriptor systems, Automatica 14(5), 1978.
+// Time-invariant descriptor systems, Automatica 14(5), 1978. docs/derivations.md#shuffle.
 #pragma once
 
 #include <map>

@@ -1,5 +1,5 @@
 // Generic rank without rounding: expressions are evaluated at random points of the field of integers modulo
-// 2⁶¹ - 1.
+// 2⁶¹ - 1 (docs/derivations.md#modular-ranks).
 //
 // A polynomial or rational identity holds at a random point of a large field with probability at most
 // degree/2⁶¹ (Schwartz 1980, Zippel 1979): a matrix that has full rank there has full rank at almost every

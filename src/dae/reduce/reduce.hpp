@@ -1,4 +1,4 @@
-// Index reduction.
+// Index reduction. docs/derivations.md#reduction.
 #pragma once
 
 #include "dae/structure/analysis.hpp"

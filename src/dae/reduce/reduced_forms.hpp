@@ -1,5 +1,5 @@
 // The forms beside "acc". Each takes any model, returns a new one with lineage and trace, and throws an Error
-// that says why where the form does not apply.
+// that says why where the form does not apply. docs/derivations.md#forms.
 #pragma once
 
 #include <span>

@@ -1,6 +1,6 @@
 // A consistent start: values of every state, derivative and algebraic variable that satisfy the equations and
 // all hidden constraints. `fix` is a condition, `guess` only a starting point; nothing else ever becomes an
-// equation.
+// equation. docs/derivations.md#start.
 #pragma once
 
 #include "base/math.hpp"

@@ -11,7 +11,7 @@
 //   C)
 //      for shared combinations, where v_l ≠ 0.
 // Every step lowers the value of the greatest transversal, so it ends. See Tan, Nedialkov & Pryce, BIT 57(3),
-// 2017, §3 and §4.
+// 2017, §3 and §4. docs/derivations.md#conversion.
 #pragma once
 
 #include <optional>

@@ -6,7 +6,7 @@
 //   c_i ≥ 0,  d_j - c_i ≥ σ_ij  with equality on the transversal.
 // See Pryce, A simple structural analysis method for DAEs, BIT 41(2), 2001; equivalent to Pantelides (1988)
 // where that succeeds. The answer is structural: it holds where the system Jacobian ∂F_i^{(c_i)}/∂x_j^{(d_j)}
-// is regular, and that has to be checked.
+// is regular, and that has to be checked. docs/derivations.md#sigma.
 #pragma once
 
 #include <vector>

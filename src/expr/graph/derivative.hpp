@@ -1,5 +1,5 @@
-// Derivatives of expressions are expressions: forward sweeps for one direction, reverse sweeps for gradients.
-// Partial derivatives treat x, x′, x″ as independent leaves; total derivatives follow the chain rule in time.
+// Derivatives are expressions: forward sweeps for a direction, reverse ones for gradients. x, x′, x″ are leaves
+// of their own; total derivatives follow the chain rule in time. docs/derivations.md#derivatives.
 #pragma once
 
 #include <unordered_map>

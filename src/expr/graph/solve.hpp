@@ -6,7 +6,7 @@
 // x₂ … xₙ from what it kept.
 //
 // Derivatives share the matrix (Giles, Collected matrix derivative results for forward and reverse mode
-// algorithmic differentiation, 2008, §2.3.1):
+// algorithmic differentiation, 2008, §2.3.1; docs/derivations.md#solve-node):
 //   forward  A dx = db - dA x                  reverse  Aᵀ λ = x̄,  b̄ += λ,  Ā -= λ xᵀ
 #pragma once
 

@@ -1,6 +1,6 @@
 // Prediction-error estimates of A y = Σ B_i/F_i u_i + C/D e: min Σ ε(t, θ)², by Gauss–Newton steps with
-// Levenberg–Marquardt damping where they fail, and exact gradients from filters (Ljung, 2nd ed., §10.2–10.3):
-//
+// Levenberg–Marquardt damping where they fail, and exact gradients from filters (Ljung, 2nd ed., §10.2–10.3;
+// docs/derivations.md#prediction-errors):
 //   w_i = B_i/F_i u_i,  v = A y - Σ w_i,  ε = D/C v
 //   ∂ε/∂a_k = D/C y(t-k)            ∂ε/∂b_k = -D/(C F) u(t-k)     ∂ε/∂f_k = D/(C F) w(t-k)
 //   ∂ε/∂c_k = -1/C ε(t-k)           ∂ε/∂d_k = 1/C v(t-k)

@@ -1,5 +1,6 @@
 // The regressor of an equation-error model, φ(t) = [-y(t-1) … -y(t-na)  u(t-nk) … u(t-nk-nb+1)]ᵀ, so that
-// y(t) = φ(t)ᵀθ + e(t) with θ = [a1 … a_na  b_nk …]ᵀ (Ljung, System Identification, 2nd ed., (4.11)–(4.12)).
+// y(t) = φ(t)ᵀθ + e(t) with θ = [a1 … a_na  b_nk …]ᵀ (Ljung, System Identification, 2nd ed., (4.11)–(4.12);
+// docs/derivations.md#regression).
 #pragma once
 
 #include <string>

@@ -4,7 +4,7 @@
 // (i, j) plus one product that enters and minus one that leaves, so that only the first row and column of
 // each block are sums over all samples (Kailath & Sayed, SIAM Review 37(3), 1995). Sums run over short blocks
 // that are added in twice the working precision. One pass of iterative refinement with the residual y - Φθ
-// (Golub & Van Loan §5.3.8) gives the digits of an orthogonal factorisation.
+// (Golub & Van Loan §5.3.8) gives the digits of an orthogonal factorisation. docs/derivations.md#regression.
 #pragma once
 
 #include "sysid/fit/least_squares.hpp"

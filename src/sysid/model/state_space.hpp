@@ -2,7 +2,7 @@
 //
 //   x(t+1) = A x(t) + B u(t) + K e(t),   y(t) = C x(t) + D u(t) + e(t),
 //
-// and their estimation by subspace methods (Ljung, System Identification, 2nd ed., §§4.3, 10.6).
+// and their estimation by subspace methods (Ljung, 2nd ed., §§4.3, 10.6; docs/derivations.md#subspaces).
 #pragma once
 
 #include "sysid/fit/estimators.hpp"
