@@ -5,6 +5,7 @@ package.path = (arg[0]:match "^(.*)/[^/]*$" or ".") .. "/tidy/?.lua;" .. package
 local source, ratchet = require "source", require "ratchet"
 local architecture, lengths = require "architecture", require "lengths"
 local statements, citations = require "statements", require "citations"
+require "examples"
 
 local written = { [""] = true }                         -- endings of what we write; data and figures are free
 for ending in ("cpp hpp def lua py sh md txt json 1 in cmake"):gmatch "%w+" do written[ending] = true end
