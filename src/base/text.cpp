@@ -70,7 +70,10 @@ std::string nearest_word(std::string_view word, const std::vector<std::string>& 
   for (const auto& candidate : candidates) {
     const auto gap = static_cast<long>(candidate.size()) - static_cast<long>(word.size());
     if (std::labs(gap) >= best_distance || candidate == word) continue;
-    if (const int d = distance(word, candidate); d < best_distance) best_distance = d, best = &candidate;
+    if (const int d = distance(word, candidate); d < best_distance) {
+      best_distance = d;
+      best = &candidate;
+    }
   }
   return best ? *best : "";
 }

@@ -112,7 +112,8 @@ class Solver {
     if (!always && !(trial_R_.squaredNorm() <= before + allowed && trial_R_.allFinite())) return false;
     x_ = trial;
     R_.swap(trial_R_);
-    run_.alpha.push_back(alpha), run_.lambda.push_back(lambda);
+    run_.alpha.push_back(alpha);
+    run_.lambda.push_back(lambda);
     return true;
   }
   bool search(const Vec& step, double least) {
@@ -216,7 +217,9 @@ Vec polished(const NumericFunction& f, Vec x) {
   Mat J(f.outputs, f.n()), S(f.n(), f.n());
   double previous = std::numeric_limits<double>::infinity();
   for (int k = 0; k < 30; ++k) {
-    f.value(x, R), f.jacobian(x, J), f.curvature(x, R, S);
+    f.value(x, R);
+    f.jacobian(x, J);
+    f.curvature(x, R, S);
     const Vec correction = (J.transpose() * J + S).partialPivLu().solve(J.transpose() * R);
     const double length = correction.norm();
     if (!std::isfinite(length) || length >= previous) break;

@@ -133,7 +133,9 @@ class Iteration {
 
   NewtonRun record_last(Ending ending) {
     if (residual_.allFinite()) {
-      run_.x.push_back(x_), run_.norm.push_back(residual_.norm()), run_.noise.push_back(0);
+      run_.x.push_back(x_);
+      run_.norm.push_back(residual_.norm());
+      run_.noise.push_back(0);
       run_.blur.push_back(blur_);
     } else {
       run_.alpha.pop_back();
@@ -149,8 +151,10 @@ class Iteration {
     if (ending == Ending::undefined) {
       run_.explanation = r_.undefined ? r_.undefined(x_) : "";
       if (run_.x.empty() || !residual_.allFinite()) {  // the point without a residual is still an iterate
-        run_.x.push_back(x_), run_.norm.push_back(std::numeric_limits<double>::quiet_NaN());
-        run_.noise.push_back(0), run_.blur.push_back(blur_);
+        run_.x.push_back(x_);
+        run_.norm.push_back(std::numeric_limits<double>::quiet_NaN());
+        run_.noise.push_back(0);
+        run_.blur.push_back(blur_);
       }
     }
     return std::move(run_);

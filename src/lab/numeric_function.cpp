@@ -151,9 +151,11 @@ std::string wrapped(const std::string& words, int columns) {
     const std::string word = words.substr(at, end - at);
     const int width = display_width(word);
     if (used > 0 && used + 1 + width > columns) {
-      out += "\n" + word, used = width;
+      out += "\n" + word;
+      used = width;
     } else {
-      out += (used > 0 ? " " : "") + word, used += width + (used > 0 ? 1 : 0);
+      out += (used > 0 ? " " : "") + word;
+      used += width + (used > 0 ? 1 : 0);
     }
     at = end + 1;
   }

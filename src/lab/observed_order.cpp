@@ -15,7 +15,10 @@ double fitted(const std::vector<double>& error, std::size_t end) {
   double x = 0, y = 0, xx = 0, xy = 0;
   for (std::size_t k = begin; k < end; ++k) {
     const double u = std::log(error[k]), v = std::log(error[k + 1]);
-    x += u / pairs, y += v / pairs, xx += u * u / pairs, xy += u * v / pairs;
+    x += u / pairs;
+    y += v / pairs;
+    xx += u * u / pairs;
+    xy += u * v / pairs;
   }
   return (xy - x * y) / (xx - x * x);
 }

@@ -70,7 +70,8 @@ std::string channels(const System& g) {
 }
 
 System named(System g, const std::vector<std::string>& in, const std::vector<std::string>& out) {
-  g.input_names = in, g.output_names = out;
+  g.input_names = in;
+  g.output_names = out;
   return g;
 }
 
@@ -180,7 +181,8 @@ System feedback(const System& g1, const System& g2, int sign) {
 
 System negative(const System& g) {
   System h = g;
-  h.ss.C = scaled(-1, g.ss.C), h.ss.D = scaled(-1, g.ss.D);
+  h.ss.C = scaled(-1, g.ss.C);
+  h.ss.D = scaled(-1, g.ss.D);
   for (Fraction& f : h.tf) f.num = scaled(-1, f.num);
   for (Factored& f : h.zpk) f.gain = -f.gain;
   return h;
@@ -283,12 +285,15 @@ System assemble(const std::vector<std::vector<System>>& blocks) {
 
 System select(const System& g, const std::vector<int>& out, const std::vector<int>& in) {
   System h = g;
-  h.outputs = static_cast<int>(out.size()), h.inputs = static_cast<int>(in.size());
-  h.input_names.clear(), h.output_names.clear();
+  h.outputs = static_cast<int>(out.size());
+  h.inputs = static_cast<int>(in.size());
+  h.input_names.clear();
+  h.output_names.clear();
   for (int j : in) h.input_names.push_back(input_name(g, j));
   for (int i : out) h.output_names.push_back(output_name(g, i));
   if (g.form == Form::ss) {
-    h.ss.B = MatX(g.ss.order(), h.inputs), h.ss.C = MatX(h.outputs, g.ss.order()),
+    h.ss.B = MatX(g.ss.order(), h.inputs);
+    h.ss.C = MatX(h.outputs, g.ss.order());
     h.ss.D = MatX(h.outputs, h.inputs);
     for (int j = 0; j < h.inputs; ++j) h.ss.B.col(j) = g.ss.B.col(in[j]);
     for (int i = 0; i < h.outputs; ++i) {
@@ -297,7 +302,8 @@ System select(const System& g, const std::vector<int>& out, const std::vector<in
     }
     return h;
   }
-  h.tf.clear(), h.zpk.clear();
+  h.tf.clear();
+  h.zpk.clear();
   for (int i : out)
     for (int j : in) {
       const auto k = static_cast<std::size_t>(i * g.inputs + j);

@@ -99,7 +99,8 @@ Mat stack(const Mat& a, const Mat& b) {
 }
 RationalMatrix stack(const RationalMatrix& a, const RationalMatrix& b) {
   RationalMatrix c(a.rows() + b.rows(), a.cols());
-  c.set(0, 0, a), c.set(a.rows(), 0, b);
+  c.set(0, 0, a);
+  c.set(a.rows(), 0, b);
   return c;
 }
 Mat transposed(const Mat& m) { return m.transpose(); }
@@ -308,7 +309,8 @@ Stability stability(const System& g) {
     s.verdict = "stable, not asymptotically";
     s.reason = text("simple poles ", axis, ": ", v, " = ", join(on, ", "));
   } else {
-    s.verdict = "asymptotically stable", s.asymptotic = true;
+    s.verdict = "asymptotically stable";
+    s.asymptotic = true;
     s.reason = g.continuous() ? "all poles have negative real parts" : "all poles lie inside the unit circle";
   }
   return s;

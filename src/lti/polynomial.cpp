@@ -31,7 +31,8 @@ std::size_t generic_gcd_size(const Polynomial& a, const Polynomial& b) {
   const auto trim = [](auto& r) {
     while (!r.empty() && r.back().is_zero()) r.pop_back();
   };
-  trim(p), trim(q);
+  trim(p);
+  trim(q);
   while (!q.empty()) {
     while (p.size() >= q.size()) {
       const auto factor = p.back() / q.back();
@@ -54,7 +55,10 @@ Polynomial monic(const Polynomial& p) {
 std::pair<std::complex<long double>, std::complex<long double>> value_and_slope(const std::vector<double>& p,
                                                                                 std::complex<long double> s) {
   std::complex<long double> v = 0, d = 0;
-  for (std::size_t k = p.size(); k-- > 0;) d = d * s + v, v = v * s + static_cast<long double>(p[k]);
+  for (std::size_t k = p.size(); k-- > 0;) {
+    d = d * s + v;
+    v = v * s + static_cast<long double>(p[k]);
+  }
   return {v, d};
 }
 
@@ -193,7 +197,8 @@ Polynomial gcd(const Polynomial& a, const Polynomial& b) {
   if (p.size() < q.size()) std::swap(p, q);
   while (!q.empty() && p.size() > size) {
     Polynomial r = monic(divide(p, q).remainder);
-    p = std::move(q), q = std::move(r);
+    p = std::move(q);
+    q = std::move(r);
   }
   return monic(p);
 }
@@ -231,7 +236,8 @@ Fraction cancelled(const Fraction& f) {
     g = {divide(f.num, common_factor).quotient, divide(f.den, common_factor).quotient};
   if (!g.den.back().is_one()) {
     const Expr factor = 1 / g.den.back();
-    g.num = tidy(scaled(factor, g.num)), g.den = tidy(scaled(factor, g.den));
+    g.num = tidy(scaled(factor, g.num));
+    g.den = tidy(scaled(factor, g.den));
     g.den.back() = 1;
   }
   return g;

@@ -229,8 +229,10 @@ struct Legendre {
     for (int k = 1; k <= n; ++k) {
       const Real next(((2 * k - 1) * x * p - (k - 1) * previous) / k);
       const Real next_slope(slope * x + k * p);  // P_k′ = x P_{k-1}′ + k P_{k-1}
-      previous = p, p = next;
-      previous_slope = slope, slope = next_slope;
+      previous = p;
+      p = next;
+      previous_slope = slope;
+      slope = next_slope;
     }
   }
 };

@@ -156,7 +156,10 @@ double Multistep::alpha_degrees() const {
   double best = pi / 2, where = 0;
   for (int i = 1; i <= samples; ++i) {
     const double phi = pi * i / samples;
-    if (angle(phi) < best) best = angle(phi), where = phi;
+    if (angle(phi) < best) {
+      best = angle(phi);
+      where = phi;
+    }
   }
   double low = where - pi / samples, high = where + pi / samples;
   for (int i = 0; i < 100 && best < pi / 2; ++i) {
@@ -171,7 +174,8 @@ double Multistep::real_limit() const {
   double low = 1e-6, high = 1e-6;
   while (is_stable_at(-high)) {
     if (high > 1e8) return std::numeric_limits<double>::infinity();
-    low = high, high *= 1.1;
+    low = high;
+    high *= 1.1;
   }
   for (int i = 0; i < 100; ++i) (is_stable_at(-(low + high) / 2) ? low : high) = (low + high) / 2;
   return low;

@@ -11,8 +11,14 @@ namespace {
 class Sum {
  public:
   explicit Sum(const Coefficients& rk) : value_(0, rk.bits), size_(0, rk.bits), unit_(rk.unit) {}
-  void add(const Real& term) { value_ += term, size_ += abs(term); }
-  void add(const Real& term, const Real& size) { value_ += term, size_ += size; }
+  void add(const Real& term) {
+    value_ += term;
+    size_ += abs(term);
+  }
+  void add(const Real& term, const Real& size) {
+    value_ += term;
+    size_ += size;
+  }
   bool equals(const Real& expected) const {
     return abs(value_ - expected) <= unit_ * (size_ + abs(expected));
   }

@@ -56,7 +56,10 @@ Surd recognised(const Real& value, double tolerance, bool& exact) {
     mpz_class floor;
     mpz_fdiv_q(floor.get_mpz_t(), rest.get_num().get_mpz_t(), rest.get_den().get_mpz_t());
     mpz_class p = floor * p0 + p1, q = floor * q0 + q1;
-    p1 = p0, q1 = q0, p0 = p, q0 = q;
+    p1 = p0;
+    q1 = q0;
+    p0 = p;
+    q0 = q;
     const mpq_class candidate(p0, q0);
     if (abs(candidate - v) <= tolerance) {
       const double bits = 2.0 * static_cast<double>(mpz_sizeinbase(q0.get_mpz_t(), 2)) + std::log2(tolerance);
@@ -189,7 +192,10 @@ Rational from_nodes(const Coefficients& rk) {
       if (k == s - j) at_zero = falling * M[k];
       at_one += falling * M[k];
     }
-    for (int i = 2; i <= s; ++i) at_one /= i, at_zero /= i;
+    for (int i = 2; i <= s; ++i) {
+      at_one /= i;
+      at_zero /= i;
+    }
     R.P.push_back(recognised(at_one, rk.unit, R.exact));
     R.Q.push_back(recognised(at_zero, rk.unit, R.exact));
   }
@@ -232,14 +238,20 @@ Stability::Stability(const Tableau& rk) {
   } else {
     const Coefficients& c = rk.coefficients();
     Rational R = rk.is_collocation() ? from_nodes(c) : from_reals(c.A, c.b, c.bits, c.unit, rk.order());
-    P_ = std::move(R.P), Q_ = std::move(R.Q), exact_ = R.exact, tolerance_ = R.tolerance;
+    P_ = std::move(R.P);
+    Q_ = std::move(R.Q);
+    exact_ = R.exact;
+    tolerance_ = R.tolerance;
   }
   finish(rk.order());
 }
 
 Stability::Stability(const Rosenbrock& method) {
   Rational R = from_reals(method.real_beta(), method.real_b(), 256, method.unit(), method.order());
-  P_ = std::move(R.P), Q_ = std::move(R.Q), exact_ = R.exact, tolerance_ = R.tolerance;
+  P_ = std::move(R.P);
+  Q_ = std::move(R.Q);
+  exact_ = R.exact;
+  tolerance_ = R.tolerance;
   finish(method.order());
 }
 
@@ -248,11 +260,13 @@ constexpr int largest_reducible = 24;  ///< common factors come from methods tha
 }
 
 void Stability::finish(int order) {
-  trim(P_), trim(Q_);
+  trim(P_);
+  trim(Q_);
   if (exact_ && degree(Q_) <= largest_reducible) {
     const Polynomial common = greatest_common_divisor(P_, Q_);
     if (degree(common) > 0) {
-      P_ = divide(P_, common).quotient, Q_ = divide(Q_, common).quotient;
+      P_ = divide(P_, common).quotient;
+      Q_ = divide(Q_, common).quotient;
       const Surd scale = Q_[0];
       for (Polynomial* p : {&P_, &Q_})
         for (Surd& c : *p) c = c / scale;
@@ -313,7 +327,10 @@ double Stability::sector() const {
   for (int i = 1; i <= samples; ++i) {
     poll_interrupt();
     const double phi = pi * i / samples, at = angle(phi);
-    if (at < best) best = at, where = phi;
+    if (at < best) {
+      best = at;
+      where = phi;
+    }
   }
   double low = where - pi / samples, high = where + pi / samples;
   for (int i = 0; i < 60 && best < pi / 2; ++i) {

@@ -44,7 +44,10 @@ bool broken(int fd) {
 extern "C" void leave_broken_pipe(int signal) {
   const int saved = errno;
   // Raised again with the default action, it ends the process as soon as this handler returns.
-  if (broken(STDOUT_FILENO) || broken(STDERR_FILENO)) std::signal(signal, SIG_DFL), raise(signal);
+  if (broken(STDOUT_FILENO) || broken(STDERR_FILENO)) {
+    std::signal(signal, SIG_DFL);
+    raise(signal);
+  }
   errno = saved;
 }
 

@@ -18,27 +18,36 @@ void factor_from_both_ends(double* a, int n) {
   int i = 1, j = n - 2;
   const auto step_up = [&] {
     const double e = l[i];
-    d[i - 1] = up, l[i] = e * up;
+    d[i - 1] = up;
+    l[i] = e * up;
     up = 1 / (d[i] - e * e * up);
     ++i;
   };
   const auto step_down = [&] {
     const double e = l[j + 1];
-    d[j + 1] = down, l[j + 1] = e * down;
+    d[j + 1] = down;
+    l[j + 1] = e * down;
     down = 1 / (d[j] - e * e * down);
     --j;
   };
-  while (i < m && j > m) step_up(), step_down();
+  while (i < m && j > m) {
+    step_up();
+    step_down();
+  }
   while (i < m) step_up();
   while (j > m) step_down();
   double pivot = d[m];
   if (m > 0) {
     const double e = l[m];
-    d[m - 1] = up, l[m] = e * up, pivot -= e * e * up;
+    d[m - 1] = up;
+    l[m] = e * up;
+    pivot -= e * e * up;
   }
   if (m < n - 1) {
     const double e = l[m + 1];
-    d[m + 1] = down, l[m + 1] = e * down, pivot -= e * e * down;
+    d[m + 1] = down;
+    l[m + 1] = e * down;
+    pivot -= e * e * down;
   }
   d[m] = 1 / pivot;
 }
@@ -48,19 +57,38 @@ void solve_from_both_ends(double* b, int n, const double* factors) {
   const int m = middle(n);
   double up = b[0], down = b[n - 1];
   int i = 1, j = n - 2;
-  const auto step_up = [&] { b[i] = up = b[i] - l[i] * up, ++i; };
-  const auto step_down = [&] { b[j] = down = b[j] - l[j + 1] * down, --j; };
-  while (i < m && j > m) step_up(), step_down();
+  const auto step_up = [&] {
+    b[i] = up = b[i] - l[i] * up;
+    ++i;
+  };
+  const auto step_down = [&] {
+    b[j] = down = b[j] - l[j + 1] * down;
+    --j;
+  };
+  while (i < m && j > m) {
+    step_up();
+    step_down();
+  }
   while (i < m) step_up();
   while (j > m) step_down();
   double x = b[m];
   if (m > 0) x -= l[m] * up;
   if (m < n - 1) x -= l[m + 1] * down;
   up = down = b[m] = x * r[m];
-  i = m - 1, j = m + 1;
-  const auto back_up = [&] { b[i] = up = b[i] * r[i] - l[i + 1] * up, --i; };
-  const auto back_down = [&] { b[j] = down = b[j] * r[j] - l[j] * down, ++j; };
-  while (i >= 0 && j < n) back_up(), back_down();
+  i = m - 1;
+  j = m + 1;
+  const auto back_up = [&] {
+    b[i] = up = b[i] * r[i] - l[i + 1] * up;
+    --i;
+  };
+  const auto back_down = [&] {
+    b[j] = down = b[j] * r[j] - l[j] * down;
+    ++j;
+  };
+  while (i >= 0 && j < n) {
+    back_up();
+    back_down();
+  }
   while (i >= 0) back_up();
   while (j < n) back_down();
 }

@@ -38,7 +38,10 @@ void use_sums(const LaneTerms& q, const LaneRows& to, std::size_t k, const Use& 
   const std::size_t stride = to.stride;
   for (std::size_t b = 0; b < block; ++b, low += stride) {
     use(k + b, sums.value[0][b], low);
-    if constexpr (halves > 1) use(k + b, sums.value[1][b], high), high += stride;
+    if constexpr (halves > 1) {
+      use(k + b, sums.value[1][b], high);
+      high += stride;
+    }
   }
 }
 
@@ -78,7 +81,8 @@ void add_lane_product(const LaneTerms& terms, const double* scale, const LaneRow
     _mm256_storeu_pd(at, _mm256_add_pd(change, _mm256_loadu_pd(at)));
     const __m256d scaled = _mm256_mul_pd(change, _mm256_broadcast_sd(scale + k));
     const __m256d square = _mm256_mul_pd(scaled, scaled);
-    squares = _mm256_add_pd(squares, square), most = _mm256_max_pd(square, most);
+    squares = _mm256_add_pd(squares, square);
+    most = _mm256_max_pd(square, most);
   });
   sum = (squares[0] + squares[1]) + (squares[2] + squares[3]);
   largest = std::max(std::max(most[0], most[1]), std::max(most[2], most[3]));

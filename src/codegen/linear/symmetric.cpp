@@ -14,8 +14,10 @@ namespace {
 
 std::vector<int> minimum_degree(int n, const std::vector<SymmetricEntry>& entries) {
   std::vector<Eigen::Triplet<double>> places;
-  for (const SymmetricEntry& e : entries)
-    places.emplace_back(e.row, e.column, 1.0), places.emplace_back(e.column, e.row, 1.0);
+  for (const SymmetricEntry& e : entries) {
+    places.emplace_back(e.row, e.column, 1.0);
+    places.emplace_back(e.column, e.row, 1.0);
+  }
   Eigen::SparseMatrix<double> pattern(n, n);
   pattern.setFromTriplets(places.begin(), places.end());
   Eigen::PermutationMatrix<Eigen::Dynamic, Eigen::Dynamic, int> permutation;
@@ -33,7 +35,10 @@ std::vector<int> rounds(int n, const std::vector<SymmetricEntry>& entries) {
   const auto at = [](int i) { return static_cast<std::size_t>(i); };
   std::vector<std::set<int>> neighbours(at(n));
   for (const SymmetricEntry& e : entries)
-    if (e.row != e.column) neighbours[at(e.row)].insert(e.column), neighbours[at(e.column)].insert(e.row);
+    if (e.row != e.column) {
+      neighbours[at(e.row)].insert(e.column);
+      neighbours[at(e.column)].insert(e.row);
+    }
   std::vector<int> left(at(n)), order;
   std::iota(left.begin(), left.end(), 0);
   while (!left.empty()) {
@@ -113,7 +118,10 @@ std::vector<int> by_distance(const Neighbours& neighbours, int start, std::vecto
 std::vector<int> cuthill_mckee(int n, std::span<const std::pair<int, int>> places) {
   Neighbours neighbours(static_cast<std::size_t>(n));
   for (const auto& [i, j] : places)
-    if (i != j) neighbours[i].push_back(j), neighbours[j].push_back(i);
+    if (i != j) {
+      neighbours[i].push_back(j);
+      neighbours[j].push_back(i);
+    }
   for (std::vector<int>& list : neighbours) {
     std::sort(list.begin(), list.end());
     list.erase(std::unique(list.begin(), list.end()), list.end());
@@ -142,7 +150,10 @@ std::optional<BandOrder> band_order(int n, std::span<const std::pair<int, int>> 
   std::vector<int> step(static_cast<std::size_t>(n));
   std::iota(step.begin(), step.end(), 0);
   int width = width_of(places, step);
-  if (width > narrow) step = cuthill_mckee(n, places), width = width_of(places, step);
+  if (width > narrow) {
+    step = cuthill_mckee(n, places);
+    width = width_of(places, step);
+  }
   if (width > narrow) return std::nullopt;
   return BandOrder{std::move(step), std::max(width, 1)};
 }

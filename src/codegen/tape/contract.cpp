@@ -10,7 +10,8 @@ namespace {
 class Reciprocals {
  public:
   explicit Reciprocals(const Program& program) : p_(program) {
-    out_.inputs = p_.inputs, out_.constants = p_.constants;
+    out_.inputs = p_.inputs;
+    out_.constants = p_.constants;
     for (const Instruction& i : p_.instructions)
       if (is_division(i)) ++divided_[i.operand[1]];
     one_ = constant(1);
@@ -33,7 +34,10 @@ class Reciprocals {
       for (int e = 0; e < i.extras(); ++e)
         out_.extra.push_back(here_[p_.extra[i.first_extra + static_cast<Slot>(e)]]);
       i.first_extra = first;
-      if (replaced) i.op = Op::mul, i.operand[1] = factor;
+      if (replaced) {
+        i.op = Op::mul;
+        i.operand[1] = factor;
+      }
       here_[p_.first_instruction() + k] = put(i);
     }
     for (Slot v : p_.results) out_.results.push_back(here_[v]);
@@ -77,7 +81,8 @@ class Contraction {
 
   Program result() const {
     Program out;
-    out.inputs = p_.inputs, out.constants = p_.constants;
+    out.inputs = p_.inputs;
+    out.constants = p_.constants;
     std::vector<Slot> here(uses_.size());
     for (Slot v = 0; v < p_.first_instruction(); ++v) here[v] = v;
     for (std::size_t k = 0; k < p_.instructions.size(); ++k) {

@@ -12,7 +12,10 @@ class Fusion {
  public:
   Fusion(const std::vector<Item>& items, const std::vector<Slot>& owner) : items_(items), owner_(owner) {
     const std::size_t n = items.size();
-    t_.time.assign(n, 0), t_.loop.assign(n, 0), t_.shift.assign(n, 0), t_.local.assign(n, 0);
+    t_.time.assign(n, 0);
+    t_.loop.assign(n, 0);
+    t_.shift.assign(n, 0);
+    t_.local.assign(n, 0);
     for (std::size_t i = 0; i < n; ++i) items[i].is_piece ? place_piece(i) : place_other(i);
     t_.loops = static_cast<Slot>(loops_.size());
   }
@@ -65,7 +68,10 @@ class Fusion {
       if (const Slot from = maker(slot); from != no_owner)
         time = std::max(time, t_.time[from] + (t_.time[from] + 1) % 2);
     std::optional<Slot> loop = last_member_of_loop(i, time);
-    if (loop && !join(i, *loop, time)) time += 2, loop.reset();
+    if (loop && !join(i, *loop, time)) {
+      time += 2;
+      loop.reset();
+    }
     if (!loop) {
       loop = fitting(time, p.count);
       if (!loop) {
@@ -75,7 +81,8 @@ class Fusion {
         at_time_[time].push_back(*loop);
       }
     }
-    t_.time[i] = time, t_.loop[i] = *loop;
+    t_.time[i] = time;
+    t_.loop[i] = *loop;
   }
 
   /// The loop at this time that makes an operand.

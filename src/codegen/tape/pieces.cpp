@@ -129,7 +129,8 @@ class Members {
     Pair at = members_[i];
     std::size_t count = 1;
     for (;; ++count) {
-      at.a += sa, at.b += sb;
+      at.a += sa;
+      at.b += sb;
       const auto next = where_.find(key(at));
       if (next == where_.end() || placed_[next->second]) return count;
     }
@@ -179,7 +180,10 @@ std::vector<Copy> arrange_copies(std::span<const Slot> from, Slot inputs) {
       const Slot stride = from[k + d] - from[k];  // modulo 2³²: may be negative
       std::size_t length = 1, at = k + d;
       for (; at < from.size() && follows(at, d, stride); at += d) ++length;
-      if (length > longest) longest = length, step = d;
+      if (length > longest) {
+        longest = length;
+        step = d;
+      }
     }
     const Slot stride = longest > 1 ? from[k + step] - from[k] : 1;
     result.push_back({from[k], static_cast<Slot>(k), static_cast<Slot>(longest),
@@ -191,7 +195,8 @@ std::vector<Copy> arrange_copies(std::span<const Slot> from, Slot inputs) {
 
 void run_copy(const Copy& c, const double* from, double* to) {
   constexpr Slot worth_a_call = 16;
-  from += c.from, to += c.to;
+  from += c.from;
+  to += c.to;
   if (c.from_stride == 1 && c.to_stride == 1 && c.count >= worth_a_call) {
     std::copy_n(from, c.count, to);
   } else if (c.from_stride == 1 && c.to_stride == 2) {
@@ -223,7 +228,11 @@ Arrangement arrange(std::span<const Pair> members) {
       const std::size_t length = left.length(i, stride[0], stride[1]);
       // A stretch of every other member may be longer by chance, leaping over what interrupts the others.
       const std::size_t score = stride[0] <= 1 && stride[1] <= 1 ? 2 * length : length;
-      if (score > best_score) best_score = score, longest = length, best_stride = stride;
+      if (score > best_score) {
+        best_score = score;
+        longest = length;
+        best_stride = stride;
+      }
     }
     if (longest < worth_it) continue;
     result.stretches.push_back({result.order.size(), longest, {best_stride[0], best_stride[1]}});

@@ -43,12 +43,19 @@ class NewtonStep {
  public:
   NewtonStep(const Mat& J, Index held) : held_(held), columns_(J.cols()) {
     Mat m = J.rightCols(J.cols() - held);
-    row_ = Vec::Ones(m.rows()), column_ = Vec::Ones(m.cols());
+    row_ = Vec::Ones(m.rows());
+    column_ = Vec::Ones(m.cols());
     for (int sweep = 0; sweep < 3; ++sweep) {
       for (Index i = 0; i < m.rows(); ++i)
-        if (const double s = m.row(i).cwiseAbs().maxCoeff(); s > 0) m.row(i) /= s, row_[i] *= s;
+        if (const double s = m.row(i).cwiseAbs().maxCoeff(); s > 0) {
+          m.row(i) /= s;
+          row_[i] *= s;
+        }
       for (Index j = 0; j < m.cols(); ++j)
-        if (const double s = m.col(j).cwiseAbs().maxCoeff(); s > 0) m.col(j) /= s, column_[j] *= s;
+        if (const double s = m.col(j).cwiseAbs().maxCoeff(); s > 0) {
+          m.col(j) /= s;
+          column_[j] *= s;
+        }
     }
     qr_.setThreshold(1e-12);  // below it a direction counts as undetermined; rounding is 1e-15
     qr_.compute(m);
@@ -131,7 +138,10 @@ StableValues evaluate_stable(const std::vector<Expr>& outputs, const std::vector
                              const std::unordered_map<Expr, double>& known) {
   std::vector<Expr> leaves = columns;
   std::vector<double> values;
-  for (const auto& [leaf, value] : known) leaves.push_back(leaf), values.push_back(value);
+  for (const auto& [leaf, value] : known) {
+    leaves.push_back(leaf);
+    values.push_back(value);
+  }
   return evaluate_stable(Evaluator(outputs, leaves), w, values);
 }
 
@@ -279,7 +289,8 @@ std::optional<NumericArray::Solution> NumericArray::project(Vec w,
       return Solution{w, linear >= 5};
     }
     w += alpha * step;
-    r = next_r, J = next_J;
+    r = next_r;
+    J = next_J;
   }
   if (scaled_size(r, J, w) < solved_below) return Solution{w, true};
   return {};

@@ -146,7 +146,8 @@ std::optional<OnSolutions::Point> OnSolutions::staged_point(int seed,
     if (!rows.empty()) {
       const auto at = NumericArray(rows, unknowns).project(w, known, 0);
       if (!at) return {};
-      w = at->w, slow = slow || at->slow;
+      w = at->w;
+      slow = slow || at->slow;
     }
     for (std::size_t j = 0; j < unknowns.size(); ++j) known[unknowns[j]] = w[static_cast<Index>(j)];
   }

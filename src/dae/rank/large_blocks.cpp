@@ -140,7 +140,10 @@ class Saddle {
       }
       std::vector<int> support;
       std::vector<Expr> values;
-      for (const auto& [k, value] : as_column) support.push_back(k), values.push_back(value);
+      for (const auto& [k, value] : as_column) {
+        support.push_back(k);
+        values.push_back(value);
+      }
       rows_[support].push_back(values);
       ++constraints_;
     }
@@ -217,7 +220,10 @@ Kinematics without_kinematics(std::vector<Row> rows, const std::vector<char>& di
     gone[i] = 1;
   }
   for (std::size_t i = 0; i < rows.size(); ++i)
-    if (!gone[i]) result.rows.push_back(rows[i]), result.is_gradient.push_back(differentiated[i]);
+    if (!gone[i]) {
+      result.rows.push_back(rows[i]);
+      result.is_gradient.push_back(differentiated[i]);
+    }
   return result;
 }
 
@@ -230,7 +236,8 @@ bool is_distance(Expr C, const std::vector<Entry>& gradient, const ParameterValu
   double c[4], s[4];
   for (int k = 0; k < 4; ++k) {
     const std::vector<double> at = pendula::evaluate(both, random_point(both, k));
-    c[k] = at[0], s[k] = at[1];
+    c[k] = at[0];
+    s[k] = at[1];
   }
   const double b = (s[1] - s[0]) / (c[1] - c[0]), a = s[0] - b * c[0];
   for (int k = 2; k < 4; ++k)
@@ -279,7 +286,10 @@ std::vector<LargeBlock> found_in(const ModelPtr& source) {
         (!rest.rows.empty() && Saddle(rest.rows, rest.is_gradient, source->values).gradients_decide());
     if (!constraints.empty())
       block.gradients = Gradients(std::move(constraints), std::move(names)).matrix(block.constraints);
-    if (all_constant(block.gradients.entries)) block.gradients = {}, block.constraints.clear();
+    if (all_constant(block.gradients.entries)) {
+      block.gradients = {};
+      block.constraints.clear();
+    }
     if (block.gradients.rows == 1 && decided &&
         is_distance(residual.at(block.constraints[0]), block.gradients.entries, source->values))
       continue;

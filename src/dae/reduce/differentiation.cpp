@@ -78,8 +78,10 @@ class Differentiation {
   void reduce_block(std::size_t b, std::size_t first, std::size_t rows) {
     int most = 0;
     bool uniform = true;
-    for (std::size_t r = 0; r < rows; ++r)
-      most = std::max(most, times(first + r)), uniform = uniform && times(first + r) == times(first);
+    for (std::size_t r = 0; r < rows; ++r) {
+      most = std::max(most, times(first + r));
+      uniform = uniform && times(first + r) == times(first);
+    }
     if (most == 0) return result.blocks.push_back(m_.blocks[b]);
     const auto number = [&](std::size_t r) {  // of a row that is told alone
       return rows == 1 || !uniform ? m_.label(first + r) : text("(", b + 1, ")");
@@ -119,7 +121,10 @@ class Differentiation {
       for (const auto& lines : told) result.trace.insert(result.trace.end(), lines.begin(), lines.end());
     Block block{m_.blocks[b].lhs, m_.blocks[b].rhs, "", m_.blocks[b].rewritten};
     const bool by_row = !uniform || (rows == 1 && !block.rewritten.empty());
-    if (!by_row) block.note = differentiated(number(0), most), block.rewritten.clear();
+    if (!by_row) {
+      block.note = differentiated(number(0), most);
+      block.rewritten.clear();
+    }
     if (by_row) block.rewritten.resize(rows);
     for (std::size_t r = 0; r < rows; ++r) {
       if (times(first + r) == 0) continue;

@@ -142,7 +142,10 @@ class Factors {
       add(part, row);
       parts.resize(list.size(), &part);
     }
-    if (list.size() > most_conditions) list.clear(), complete = false;
+    if (list.size() > most_conditions) {
+      list.clear();
+      complete = false;
+    }
   }
   std::vector<Expr> list;
   std::vector<const Part*> parts;  ///< where each was found first

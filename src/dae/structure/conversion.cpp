@@ -91,7 +91,10 @@ int differentiations(const Equations& e, const Structure& s, std::size_t origina
   std::vector<int> reached;
   const auto reach = [&](int j) {
     const int i = s.offsets.equation_of[j];
-    if (!more[i]) more[i] = 1, reached.push_back(i);
+    if (!more[i]) {
+      more[i] = 1;
+      reached.push_back(i);
+    }
   };
   for (std::size_t j = 0; j < originals; ++j)
     if (s.offsets.d[j] == 0) reach(static_cast<int>(j));
@@ -136,8 +139,11 @@ std::optional<Repaired> repair(const ModelPtr& model, std::vector<std::string>* 
     std::vector<std::string> story;
     if (put_in_values(*model, given, s, story))
       if (Structure there = structure_of(given);
-          !there.regular || there.offsets.c != s.offsets.c || there.offsets.d != s.offsets.d)
-        e = std::move(given), s = std::move(there), r.story = std::move(story);
+          !there.regular || there.offsets.c != s.offsets.c || there.offsets.d != s.offsets.d) {
+        e = std::move(given);
+        s = std::move(there);
+        r.story = std::move(story);
+      }
   }
   const bool done = make_regular(e, s, r);
   if (!done && why) *why = r.story;

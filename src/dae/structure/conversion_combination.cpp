@@ -41,7 +41,10 @@ Step convert_by_combination(Equations& e, const Structure& s, std::vector<std::s
     bool allowed = true;
     for (std::size_t j = 0; j < order.size(); ++j)
       allowed = allowed && (order[j] < 0 || order[j] < d[j] - least);
-    if (allowed && (!best || candidate.complexity() <= best->complexity())) best = candidate, replaced = l;
+    if (allowed && (!best || candidate.complexity() <= best->complexity())) {
+      best = candidate;
+      replaced = l;
+    }
   }
   if (!best) return Step::nothing;
   Expr sum = 0;

@@ -79,7 +79,10 @@ class CodeWriter {
     std::unordered_map<Expr, double> size;
     for (Expr node : nodes_) {
       double n = 1;
-      for (Expr operand : node.operands()) n = std::min(n + size[operand], 1e300), ++uses_[operand];
+      for (Expr operand : node.operands()) {
+        n = std::min(n + size[operand], 1e300);
+        ++uses_[operand];
+      }
       size[node] = n;
     }
     table_ = size[e] > longest_inline;

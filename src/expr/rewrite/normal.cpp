@@ -47,7 +47,8 @@ bool factors_less(const std::vector<Factor>& a, const std::vector<Factor>& b) {
 Number Number::approximate(double value) {
   if (const auto q = simplest_rational(value)) return Number(*q);
   Number n;
-  n.value_ = value, n.is_exact_ = false;
+  n.value_ = value;
+  n.is_exact_ = false;
   return n;
 }
 
@@ -302,7 +303,8 @@ Term NormalForms::times(const Term& a, const Term& b) {
     } else {
       product.factors.push_back({x->atom, x->exponent + y->exponent});
       if (product.factors.back().exponent == 0) product.factors.pop_back();
-      ++x, ++y;
+      ++x;
+      ++y;
     }
   }
   if (std::any_of(product.factors.begin(), product.factors.end(),

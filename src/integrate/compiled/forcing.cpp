@@ -95,7 +95,8 @@ TimeCode::TimeCode(std::shared_ptr<const codegen::Machine> machine, const Proble
 void TimeCode::start(double t, double dt) {
   for (std::size_t pass = 0; pass < passes(times_); ++pass) {
     double* const in = in_.data() + pass * inputs_ * lanes;
-    std::fill_n(in, lanes, t), std::fill_n(in + lanes, lanes, dt);
+    std::fill_n(in, lanes, t);
+    std::fill_n(in + lanes, lanes, dt);
   }
 }
 

@@ -16,10 +16,13 @@ struct Piece {
 /// The half in which f changes more.
 void halve(const std::function<double(double)>& f, Piece& p) {
   const double t = p.a + (p.b - p.a) / 2, ft = f(t);
-  if (std::fabs(ft - p.fa) >= std::fabs(p.fb - ft))
-    p.b = t, p.fb = ft;
-  else
-    p.a = t, p.fa = ft;
+  if (std::fabs(ft - p.fa) >= std::fabs(p.fb - ft)) {
+    p.b = t;
+    p.fb = ft;
+  } else {
+    p.a = t;
+    p.fa = ft;
+  }
 }
 
 }  // namespace
@@ -33,7 +36,8 @@ std::optional<double> find_jump(const std::function<double(double)>& f, double f
     const double next = k + 1 == pieces ? to : from + (to - from) * static_cast<double>(k + 1) / pieces;
     list[k] = {t, next, ft, f(next)};
     changes[k] = list[k].change();
-    t = next, ft = list[k].fb;
+    t = next;
+    ft = list[k].fb;
   }
   std::sort(changes.begin(), changes.end());
   // Few pieces stand out; where none does, as on a straight line or with a jump in each, the largest is

@@ -51,12 +51,17 @@ Problem::Problem(dae::FirstOrder model, Vec parameters, std::vector<Input> input
   std::copy(parameters.begin(), parameters.end(), values_.end() - parameters.size());
 
   F_ = codegen::Kernel(model_.F, arguments_);
-  if (is_ode()) f_ = codegen::Kernel(model_.f, arguments_), dense_jacobian_ = has_large_solve(model_.f);
+  if (is_ode()) {
+    f_ = codegen::Kernel(model_.f, arguments_);
+    dense_jacobian_ = has_large_solve(model_.f);
+  }
 }
 
 void Problem::accelerate() {
   accelerated_ = true;
-  F_.accelerate(), f_.accelerate(), J_.accelerate();
+  F_.accelerate();
+  f_.accelerate();
+  J_.accelerate();
 }
 
 /// On first use: explicit methods need no Jacobian, and that of a large reduced model may be dense.

@@ -37,7 +37,8 @@ Variational variational(const dae::FirstOrder& form, const std::vector<Expr>& wi
   Variational result;
   result.form = form;
   result.with_respect_to = with_respect_to;
-  result.n = static_cast<int>(form.x.size()), result.m = static_cast<int>(form.z.size());
+  result.n = static_cast<int>(form.x.size());
+  result.m = static_cast<int>(form.z.size());
   dae::FirstOrder& all = result.form;
   const int n = result.n, m = result.m, k = static_cast<int>(with_respect_to.size());
   for (Expr p : with_respect_to)

@@ -111,7 +111,8 @@ class Sweep {
   void linearise(double t, const Vec& x, const Vec& xdot, const Vec& z) {
     problem_->place(t, x.data(), xdot.data(), z.data());
     const std::vector<double>& J = problem_->jacobian();
-    Fx_ = Mat::Zero(N_, n_), inner_ = Mat::Zero(N_, N_);
+    Fx_ = Mat::Zero(N_, n_);
+    inner_ = Mat::Zero(N_, N_);
     for (std::size_t k = 0; k < J.size(); ++k) {
       const auto [row, column] = problem_->pattern()[k];
       if (column < n_)

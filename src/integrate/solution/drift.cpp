@@ -142,7 +142,8 @@ std::string Drift::verdict() const {
 Drift drift(const Solution& solution, const std::vector<Invariant>& invariants) {
   Drift result;
   if (solution.size() == 0) solution.final();  // throws
-  result.from = solution.t().front(), result.to = solution.t().back();
+  result.from = solution.t().front();
+  result.to = solution.t().back();
   for (const Invariant& invariant : invariants) {
     std::vector<Expr> wanted = invariant.chain;
     for (Expr c : invariant.chain) wanted.push_back(term_size(c, solution.problem().model()));

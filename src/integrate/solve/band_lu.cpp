@@ -46,7 +46,10 @@ template <int parts>
   largest = here;
   for (int d = 1; d <= b.below && k + d < b.n; ++d) {
     const double other = size<parts>(b, k + d, b.below - d) * b.scale[k + d];
-    if (other > largest) largest = other, best = k + d;
+    if (other > largest) {
+      largest = other;
+      best = k + d;
+    }
   }
   if (here < threshold * largest) return best;
   largest = here;
@@ -60,7 +63,8 @@ void exchange(Band& b, int k, int p) {
     double* upper = b.row<parts>(k) + part * b.width + b.below;
     std::swap_ranges(upper, upper + count, b.row<parts>(p) + part * b.width + b.below - (p - k));
   }
-  std::swap(b.last[k], b.last[p]), std::swap(b.scale[k], b.scale[p]);
+  std::swap(b.last[k], b.last[p]);
+  std::swap(b.scale[k], b.scale[p]);
   b.odd = !b.odd;
 }
 
@@ -102,7 +106,8 @@ template <int parts>
       re = 1 / *from;
     } else {
       const double square = *from * *from + from[b.width] * from[b.width];
-      re = *from / square, im = -from[b.width] / square;
+      re = *from / square;
+      im = -from[b.width] / square;
       b.inverse[2 * k + 1] = im;
     }
     b.inverse[parts * k] = re;
@@ -128,7 +133,8 @@ template <int parts>
         u[j] *= re;
       } else {
         const double v = u[j];
-        u[j] = v * re - u[b.width + j] * im, u[b.width + j] = v * im + u[b.width + j] * re;
+        u[j] = v * re - u[b.width + j] * im;
+        u[b.width + j] = v * im + u[b.width + j] * re;
       }
     }
   }
@@ -203,7 +209,9 @@ bool BandLU<Scalar>::factorise(const Scalar* values) {
     last_[at(k)] = std::min(k + order_->above, n_ - 1);
   }
   const bool regular = has_avx2 ? eliminate_avx2(b, parts == 2) : eliminate_plain(b, parts == 2);
-  weakest_ = regular ? b.weakest : 0, odd_ = b.odd, reach_ = b.reach;
+  weakest_ = regular ? b.weakest : 0;
+  odd_ = b.odd;
+  reach_ = b.reach;
   return regular;
 }
 
@@ -262,15 +270,20 @@ void BandLU<double>::solve(double* b) {
 template <>
 void BandLU<std::complex<double>>::solve(std::complex<double>* b) {
   double *y = y_.data(), *z = y + y_.size() / 2;  // real and imaginary parts
-  std::fill(y + n_, z, 0.0), std::fill(z + n_, y + y_.size(), 0.0);
+  std::fill(y + n_, z, 0.0);
+  std::fill(z + n_, y + y_.size(), 0.0);
   for (int k = 0; k < n_; ++k) {
     const std::complex<double> v = b[order_->row[at(k)]];
-    y[k] = v.real(), z[k] = v.imag();
+    y[k] = v.real();
+    z[k] = v.imag();
   }
   with_count(order_->below, [&](auto below) {
     const double* l = multipliers_.data();
     for (int k = 0; k < n_; ++k, l += 2 * below) {
-      if (const int p = swap_[at(k)]; p != k) std::swap(y[k], y[p]), std::swap(z[k], z[p]);
+      if (const int p = swap_[at(k)]; p != k) {
+        std::swap(y[k], y[p]);
+        std::swap(z[k], z[p]);
+      }
       const double re = y[k], im = z[k];
       for (int d = 1; d <= below; ++d) {
         const double f = l[d - 1], g = l[below + d - 1];
@@ -281,7 +294,8 @@ void BandLU<std::complex<double>>::solve(std::complex<double>* b) {
   });
   for (int k = 0; k < n_; ++k) {
     const double re = y[k], im = z[k], f = inverse_[2 * at(k)], g = inverse_[2 * at(k) + 1];
-    y[k] = re * f - im * g, z[k] = re * g + im * f;
+    y[k] = re * f - im * g;
+    z[k] = re * g + im * f;
   }
   with_count(reach_, [&](auto reach) {
     for (int k = n_ - 1; k >= 0; --k) {
@@ -292,7 +306,8 @@ void BandLU<std::complex<double>>::solve(std::complex<double>* b) {
         re -= u[j] * y[k + j] - v[j] * z[k + j];
         im -= u[j] * z[k + j] + v[j] * y[k + j];
       }
-      y[k] = re, z[k] = im;
+      y[k] = re;
+      z[k] = im;
     }
   });
   for (int k = 0; k < n_; ++k) b[order_->column[at(k)]] = {y[k], z[k]};

@@ -38,7 +38,10 @@ GramFactor GramFactor::remembered(int rows, int columns, const std::vector<Posit
   static std::mutex mutex;
   static std::map<std::vector<int>, GramFactor> known;
   std::vector<int> key{rows, columns};
-  for (const Position& p : positions) key.push_back(p.row), key.push_back(p.column);
+  for (const Position& p : positions) {
+    key.push_back(p.row);
+    key.push_back(p.column);
+  }
   const std::lock_guard lock(mutex);
   const auto at = known.find(key);
   if (at != known.end()) return at->second;
@@ -104,7 +107,10 @@ bool GramFactor::factorise(const double* given) {
   double* off = v + rows_;
   const int* target = target_.data();
   for (int k = 0; k < rows_; ++k) {
-    if (!(v[k] > rounding)) v[k] = rounding, regular = false;
+    if (!(v[k] > rounding)) {
+      v[k] = rounding;
+      regular = false;
+    }
     const int end = start_[static_cast<std::size_t>(k) + 1];
     for (int a = start_[k]; a < end; ++a) {
       const double factor = off[a] / v[k];

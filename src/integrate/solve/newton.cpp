@@ -113,7 +113,10 @@ double Newton::measure(const Vec& w) {
     if (r_[i] == 0) continue;
     const double relative =
         terms_[i] > 0 ? std::fabs(r_[i]) / terms_[i] : std::numeric_limits<double>::infinity();
-    if (relative > largest) largest = relative, worst_ = static_cast<int>(i);
+    if (relative > largest) {
+      largest = relative;
+      worst_ = static_cast<int>(i);
+    }
   }
   return largest;
 }
@@ -163,7 +166,12 @@ Newton::Trial Newton::search(Equations& equations, Vec& w) {
 
 NewtonResult Newton::solve(Equations& equations, Vec& w) {
   const auto n = w.size();
-  J_.resize(n, n), r_.resize(n), size_.resize(n), step_.resize(n), trial_r_.resize(n), simplified_.resize(n);
+  J_.resize(n, n);
+  r_.resize(n);
+  size_.resize(n);
+  step_.resize(n);
+  trial_r_.resize(n);
+  simplified_.resize(n);
   NewtonResult result;
   equations.residual(w, r_);
   const auto finish = [&](Outcome outcome) {

@@ -50,7 +50,10 @@ RoundingFloor::Answer RoundingFloor::look(const Matrix& A, const double* y, cons
     all.add(share);
     if (raisable_[k]) continue;
     plain.add(share);
-    if (share > largest) largest = share, worst = static_cast<int>(k);
+    if (share > largest) {
+      largest = share;
+      worst = static_cast<int>(k);
+    }
   }
   const int n = static_cast<int>(open_.size());
   floor = all.norm(n);

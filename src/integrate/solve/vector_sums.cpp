@@ -52,10 +52,15 @@ namespace {
     sums += square;
     most = square > most ? square : most;
   }
-  for (int l = 0; l < 4; ++l) sum += sums[l], largest = std::max(largest, most[l]);
+  for (int l = 0; l < 4; ++l) {
+    sum += sums[l];
+    largest = std::max(largest, most[l]);
+  }
   for (; k < n; ++k) {
     const double scaled = change[k] * inverse_scale[k];
-    to[k] += change[k], sum += scaled * scaled, largest = std::max(largest, scaled * scaled);
+    to[k] += change[k];
+    sum += scaled * scaled;
+    largest = std::max(largest, scaled * scaled);
   }
 }
 

@@ -9,7 +9,9 @@
 namespace pendula::integrate {
 
 void StageEquations::set(const Vec& t, const Mat& base, const Mat& coupling) {
-  t_ = t, base_ = base, coupling_ = coupling;
+  t_ = t;
+  base_ = base;
+  coupling_ = coupling;
 }
 
 void StageEquations::place(const Vec& w, int i) {
@@ -167,8 +169,10 @@ void RungeKutta::step(const Point& from, double dt, Point& to, bool remember) {
   complete(from, to);
   ++stats_.steps;
   if (!remember) return;
-  last_K_ = K_, last_Z_ = Z_;
-  last_dt_ = dt, last_end_ = to.t;
+  last_K_ = K_;
+  last_Z_ = Z_;
+  last_dt_ = dt;
+  last_end_ = to.t;
 }
 
 void RungeKutta::solve_block(const Point& from, double dt, Block block) {

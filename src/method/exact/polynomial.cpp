@@ -103,7 +103,8 @@ Division divide(Polynomial a, const Polynomial& b) {
 }
 
 Polynomial greatest_common_divisor(Polynomial a, Polynomial b) {
-  trim(a), trim(b);
+  trim(a);
+  trim(b);
   while (!b.empty()) {
     poll_interrupt();
     Polynomial rest = divide(a, b).remainder;
@@ -111,7 +112,8 @@ Polynomial greatest_common_divisor(Polynomial a, Polynomial b) {
       const Surd lead = rest.back();
       for (Surd& c : rest) c = c / lead;
     }
-    a = std::move(b), b = std::move(rest);
+    a = std::move(b);
+    b = std::move(rest);
   }
   if (!a.empty()) {
     const Surd lead = a.back();
@@ -155,7 +157,10 @@ std::optional<double> first_sign_change(const Polynomial& p) {
   const int at_zero = variations_at(chain, 0);
   if (at_zero == variations_at_infinity(chain)) return {};
   mpq_class low = 0, high = 1;
-  while (at_zero == variations_at(chain, high)) low = high, high *= 2;
+  while (at_zero == variations_at(chain, high)) {
+    low = high;
+    high *= 2;
+  }
   // The smallest zero lies in (low, high]: halve until it is alone, then by sign.
   while (variations_at(chain, low) - variations_at(chain, high) > 1) {
     const mpq_class middle = (low + high) / 2;
@@ -190,7 +195,8 @@ bool is_hurwitz(const Polynomial& p) {
       const Surd right = i + 1 < next.size() ? next[i + 1] : Surd();
       following.push_back(row[i + 1] - row[0] / next[0] * right);
     }
-    row = std::move(next), next = std::move(following);
+    row = std::move(next);
+    next = std::move(following);
   }
   return true;
 }

@@ -32,7 +32,11 @@ struct Line {
 Line trend_of(const Eigen::Ref<const Vec>& x, Trend trend) {
   double n = 0, sum = 0, time = 0;
   for (Index i = 0; i < x.size(); ++i)
-    if (std::isfinite(x[i])) n += 1, sum += x[i], time += static_cast<double>(i);
+    if (std::isfinite(x[i])) {
+      n += 1;
+      sum += x[i];
+      time += static_cast<double>(i);
+    }
   if (n == 0) return {};
   const double mean = sum / n, middle = time / n;
   if (trend == Trend::mean) return {mean, 0};
@@ -40,7 +44,8 @@ Line trend_of(const Eigen::Ref<const Vec>& x, Trend trend) {
   for (Index i = 0; i < x.size(); ++i) {
     if (!std::isfinite(x[i])) continue;
     const double s = static_cast<double>(i) - middle;
-    tt += s * s, tx += s * (x[i] - mean);
+    tt += s * s;
+    tx += s * (x[i] - mean);
   }
   const double slope = tt > 0 ? tx / tt : 0;
   return {mean - slope * middle, slope};
@@ -50,7 +55,8 @@ void remove_trend(Mat& m, Vec& offset, Vec& slope, Trend trend) {
   for (Index j = 0; j < m.cols(); ++j) {
     const Line line = trend_of(m.col(j), trend);
     for (Index i = 0; i < m.rows(); ++i) m(i, j) -= line.offset + line.slope * static_cast<double>(i);
-    offset[j] += line.offset, slope[j] += line.slope;
+    offset[j] += line.offset;
+    slope[j] += line.slope;
   }
 }
 
@@ -75,7 +81,8 @@ Vec resampled(const Vec& x, Index count, double ratio, Resampling how) {
         const double z = (s - static_cast<double>(k)) / width;
         const double sinc = std::abs(z) < 1e-12 ? 1 : std::sin(pi * z) / (pi * z);
         const double w = sinc * (0.54 + 0.46 * std::cos(pi * z / 10));
-        sum += w * x[k], weights += w;
+        sum += w * x[k];
+        weights += w;
       }
       out[i] = sum / weights;
     }
@@ -119,8 +126,12 @@ void append_signals(Table& table, const Mat& m, const std::vector<std::string>& 
   for (Index j = 0; j < m.cols(); ++j) {
     double low = INFINITY, high = -INFINITY, sum = 0, n = 0;
     for (Index i = 0; i < m.rows(); ++i)
-      if (std::isfinite(m(i, j)))
-        low = std::min(low, m(i, j)), high = std::max(high, m(i, j)), sum += m(i, j), n += 1;
+      if (std::isfinite(m(i, j))) {
+        low = std::min(low, m(i, j));
+        high = std::max(high, m(i, j));
+        sum += m(i, j);
+        n += 1;
+      }
     const bool line = slope[j] != 0;
     // A mean that is rounding of the values is zero.
     const double mean = std::abs(sum / n) < 1e-12 * std::max(std::abs(low), std::abs(high)) ? 0 : sum / n;
@@ -201,7 +212,8 @@ IdData remove_offsets(const IdData& d, const Vec& y, const Vec& u) {
   IdData out = d;
   out.y.rowwise() -= y.transpose();
   out.u.rowwise() -= u.transpose();
-  out.y_offset += y, out.u_offset += u;
+  out.y_offset += y;
+  out.u_offset += u;
   return out;
 }
 
@@ -210,7 +222,8 @@ IdData resample(const IdData& d, double Ts, Resampling how) {
   if (missing(d) > 0) throw Error(text(missing_text(d), "; fill them first: d:fill():resample(Ts)"));
   const double ratio = Ts / d.Ts;
   IdData out = d;
-  out.Ts = Ts, out.first_sample = 1;
+  out.Ts = Ts;
+  out.first_sample = 1;
   out.starts.clear();
   std::vector<Index> counts;
   Index total = 0;
@@ -233,7 +246,8 @@ IdData resample(const IdData& d, double Ts, Resampling how) {
       out.u.col(j).segment(out.starts[i], counts[i]) =
           resampled(d.u.col(j).segment(from, n), counts[i], ratio, how);
   }
-  out.y_slope *= ratio, out.u_slope *= ratio;
+  out.y_slope *= ratio;
+  out.u_slope *= ratio;
   return out;
 }
 
@@ -269,7 +283,8 @@ IdData merge(const std::vector<IdData>& parts) {
     Mat y(out.samples() + next.samples(), out.outputs()), u(y.rows(), out.inputs());
     y << out.y, next.y;
     if (out.inputs() > 0) u << out.u, next.u;
-    out.y = std::move(y), out.u = std::move(u);
+    out.y = std::move(y);
+    out.u = std::move(u);
   }
   return out;
 }

@@ -93,7 +93,8 @@ void fft(Complexes& x, bool inverse) {
     for (std::size_t i = 0; i < n; i += size)
       for (std::size_t k = 0; k < size / 2; ++k) {
         const auto a = x[i + k], b = x[i + k + size / 2] * root[k * (n / size)];
-        x[i + k] = a + b, x[i + k + size / 2] = a - b;
+        x[i + k] = a + b;
+        x[i + k + size / 2] = a - b;
       }
   }
 }
@@ -118,7 +119,8 @@ Complexes transform(const Vec& u) {
     b[k] = chirp_factor[k];
     if (k > 0) b[size - k] = chirp_factor[k];
   }
-  fft(a, false), fft(b, false);
+  fft(a, false);
+  fft(b, false);
   for (std::size_t k = 0; k < size; ++k) a[k] *= b[k];
   fft(a, true);
   Complexes x(n);
@@ -290,7 +292,8 @@ std::string describe(const Spectrum& s) {
 int excitation_order(const Vec& u, int limit) {
   if (limit < 1 || limit > 1000) throw Error(text("limit must lie between 1 and 1000, got ", limit));
   IdData d;
-  d.u = u, d.y = Mat::Zero(u.size(), 1);
+  d.u = u;
+  d.y = Mat::Zero(u.size(), 1);
   d.starts = {0};
   return excitation_order(d, 0, limit);
 }

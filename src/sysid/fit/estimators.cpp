@@ -31,7 +31,11 @@ IdModel arx(const IdData& d, const std::vector<Orders>& orders,
     const auto k = static_cast<std::size_t>(i);
     Orders o = checked(orders[k], d);
     for (Index j = 0; m.coupled && j < d.outputs(); ++j)
-      if (j != i) o.nb.push_back(couplings[k][j]), o.nk.push_back(1), o.nf.push_back(0);
+      if (j != i) {
+        o.nb.push_back(couplings[k][j]);
+        o.nk.push_back(1);
+        o.nf.push_back(0);
+      }
     m.outputs.push_back(arx(channel(d, i, m.coupled), i, o, start));
   }
   if (m.coupled && missing(d) == 0) {  // all outputs together, not one of them given the others
@@ -84,8 +88,11 @@ PolyModel arx(const IdData& d, Index output, const Orders& orders, Start start, 
   const Regression r = regression(d, output, m.orders, start);
   choose_rows(weighting, r, d.samples());
   const WeightedLeastSquares fit = least_squares(r.Phi, r.y, weighting);
-  m.theta = fit.theta, m.rank = fit.rank, m.null_space = fit.null_space;
-  m.covariance = fit.covariance, m.std = standard_deviations(fit, fit.covariance);
+  m.theta = fit.theta;
+  m.rank = fit.rank;
+  m.null_space = fit.null_space;
+  m.covariance = fit.covariance;
+  m.std = standard_deviations(fit, fit.covariance);
   m.p = polynomials_of(m.theta, m.orders);
   m.unidentifiable = free_directions(fit.null_space, m.names);
   m.weighting =
@@ -102,7 +109,8 @@ PolyModel arx(const IdData& d, Index output, const Orders& orders, Start start, 
   if (m.rank < m.theta.size()) return m;  // the rank report says what to change first
   const Regression r = regression(d, output, m.orders, start);
   const LikelihoodFit fit = maximise(r, density);
-  m.theta = fit.theta, m.covariance = fit.covariance;
+  m.theta = fit.theta;
+  m.covariance = fit.covariance;
   m.std = fit.covariance.diagonal().cwiseMax(0.0).cwiseSqrt();
   m.p = polynomials_of(m.theta, m.orders);
   m.exact = false;
@@ -158,7 +166,8 @@ std::vector<Response> simulate_coupled(const IdModel& m, const IdData& d, Seed s
   std::vector<Response> out;
   for (Index i = 0; i < d.outputs(); ++i) {
     Response r;
-    r.values = y.col(i), r.rows = rows;
+    r.values = y.col(i);
+    r.rows = rows;
     r.compared = d.y.col(i)(rows);
     r.errors = r.compared - Vec(y.col(i)(rows));
     r.fit = fit_percent(r.compared, r.errors);

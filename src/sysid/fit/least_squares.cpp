@@ -205,7 +205,10 @@ std::vector<std::string> free_directions(const Mat& n, const std::vector<std::st
     const std::vector<double> c = presentable(n.col(j));
     std::vector<std::string> who, steps;
     for (std::size_t i = 0; i < c.size(); ++i)
-      if (c[i] != 0) who.push_back(names[i]), steps.push_back(coefficient(c[i]));
+      if (c[i] != 0) {
+        who.push_back(names[i]);
+        steps.push_back(coefficient(c[i]));
+      }
     if (who.size() == 1) {
       out.push_back(who[0] + " is not identifiable");
       continue;
@@ -222,7 +225,8 @@ std::vector<std::string> free_directions(const Mat& n, const std::vector<std::st
       while (c[first] == 0) ++first;
       std::size_t second = first + 1;
       while (c[second] == 0) ++second;
-      kept[first] = c[second], kept[second] = -c[first];
+      kept[first] = c[second];
+      kept[second] = -c[first];
       line =
           text("only ",
                combination(presentable(Eigen::Map<Vec>(kept.data(), static_cast<Index>(kept.size()))), names),

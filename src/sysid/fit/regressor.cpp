@@ -44,13 +44,21 @@ Orders checked(Orders o, const IdData& d) {
                        ", but the data has ", inputs, inputs == 1 ? " input" : " inputs"));
     }
   };
-  list(o.nb, "nb"), list(o.nk, "nk"), list(o.nf, "nf");
+  list(o.nb, "nb");
+  list(o.nk, "nk");
+  list(o.nf, "nf");
   const auto check = [&](int value, const char* name) {
     if (value < 0) throw Error(text(name, " must not be negative, got ", value));
     if (value >= 100000) throw Error(text(name, " = ", value, " is too large"));
   };
-  check(o.na, "na"), check(o.nc, "nc"), check(o.nd, "nd");
-  for (std::size_t i = 0; i < inputs; ++i) check(o.nb[i], "nb"), check(o.nk[i], "nk"), check(o.nf[i], "nf");
+  check(o.na, "na");
+  check(o.nc, "nc");
+  check(o.nd, "nd");
+  for (std::size_t i = 0; i < inputs; ++i) {
+    check(o.nb[i], "nb");
+    check(o.nk[i], "nk");
+    check(o.nf[i], "nf");
+  }
   if (o.parameters() == 0)
     throw Error("all orders are zero: there is nothing to estimate; give na = 2, nb = 2");
   if (o.parameters() > 2000) throw Error(text("the model has ", o.parameters(), " parameters; at most 2000"));
@@ -98,7 +106,10 @@ void Regressor::find_ranges(Start start) {
       }
       if (t < end && !usable) ++missing_rows_;
       if (usable && first < 0) first = t;
-      if (!usable && first >= 0) ranges_.push_back({first, t, begin}), first = -1;
+      if (!usable && first >= 0) {
+        ranges_.push_back({first, t, begin});
+        first = -1;
+      }
     }
   }
 }

@@ -38,10 +38,14 @@ void four_products(const double* x, const double* z, Index n, double* out) {
   Index t = 0;
   for (; t + 4 <= n; t += 4) {
     const Pair x0 = load(x + t), x1 = load(x + t + 2);
-    s[0] += x0 * load(z + t), s[4] += x1 * load(z + t + 2);
-    s[1] += x0 * load(z + t - 1), s[5] += x1 * load(z + t + 1);
-    s[2] += x0 * load(z + t - 2), s[6] += x1 * load(z + t);
-    s[3] += x0 * load(z + t - 3), s[7] += x1 * load(z + t - 1);
+    s[0] += x0 * load(z + t);
+    s[4] += x1 * load(z + t + 2);
+    s[1] += x0 * load(z + t - 1);
+    s[5] += x1 * load(z + t + 1);
+    s[2] += x0 * load(z + t - 2);
+    s[6] += x1 * load(z + t);
+    s[3] += x0 * load(z + t - 3);
+    s[7] += x1 * load(z + t - 1);
   }
   for (std::size_t k = 0; k < 4; ++k) {
     const Pair sum = s[k] + s[k + 4];
@@ -54,7 +58,10 @@ void four_products(const double* x, const double* z, Index n, double* out) {
 double one_product(const double* x, const double* z, Index n) {
   Pair a{}, b{};
   Index t = 0;
-  for (; t + 4 <= n; t += 4) a += load(x + t) * load(z + t), b += load(x + t + 2) * load(z + t + 2);
+  for (; t + 4 <= n; t += 4) {
+    a += load(x + t) * load(z + t);
+    b += load(x + t + 2) * load(z + t + 2);
+  }
   double sum = (a[0] + a[1]) + (b[0] + b[1]);
   for (; t < n; ++t) sum += x[t] * z[t];
   return sum;
@@ -100,7 +107,9 @@ std::vector<Band> bands_of(const Regressor& regressor) {
     bands.push_back(band_of(g.signal, g.lag, g.count, g.sign, g.first));
     if (g.signal != regressor.target() || g.lag != 1) continue;
     Band& past = bands.back();
-    past.lag = 0, past.count += 1, joined = true;
+    past.lag = 0;
+    past.count += 1;
+    joined = true;
     past.column.insert(past.column.begin(), regressor.columns());
     past.sign.insert(past.sign.begin(), 1.0);
   }

@@ -153,7 +153,9 @@ Polynomials SymbolicPolynomials::values() const {
     return Vec(v.unaryExpr([](Expr e) { return constant_value(e); }));
   };
   Polynomials p;
-  p.A = convert(A), p.C = convert(C), p.D = convert(D);
+  p.A = convert(A);
+  p.C = convert(C);
+  p.D = convert(D);
   for (const VecX& b : B) p.B.push_back(convert(b));
   for (const VecX& f : F) p.F.push_back(convert(f));
   return p;
@@ -226,7 +228,8 @@ Predictor predictor(const SymbolicPolynomials& p, const std::vector<std::string>
   };
   take(p.A);
   for (const VecX& b : p.B) take(b);
-  take(p.C), take(p.D);
+  take(p.C);
+  take(p.D);
   for (const VecX& f : p.F) take(f);
   return predictor(sum, std::move(order));
 }
@@ -276,9 +279,11 @@ std::string describe(const SymbolicPolynomials& p, const std::vector<std::string
   line("A", p.A, false);
   for (std::size_t i = 0; i < p.B.size(); ++i) {
     const std::string k = p.B.size() > 1 ? subscript(static_cast<long>(i + 1)) : "";
-    line("B" + k, p.B[i], true), line("F" + k, p.F[i], false);
+    line("B" + k, p.B[i], true);
+    line("F" + k, p.F[i], false);
   }
-  line("C", p.C, false), line("D", p.D, false);
+  line("C", p.C, false);
+  line("D", p.D, false);
   if (p.B.size() > 1) out += text("\n  inputs ", join(inputs, ", "));
   return out;
 }

@@ -109,8 +109,10 @@ Statistics statistics_of(const Mat& column) {
   double sum = 0, square = 0;
   for (double v : column.reshaped()) {
     if (std::isnan(v)) continue;
-    s.min = s.count ? std::min(s.min, v) : v, s.max = s.count ? std::max(s.max, v) : v;
-    ++s.count, sum += v;
+    s.min = s.count ? std::min(s.min, v) : v;
+    s.max = s.count ? std::max(s.max, v) : v;
+    ++s.count;
+    sum += v;
   }
   if (s.count == 0) return s;
   s.mean = sum / static_cast<double>(s.count);

@@ -95,8 +95,14 @@ void refuse_ragged(lua_State* L, int index) {
     lua_geti(L, index, i);
     const std::size_t size = lua_istable(L, -1) ? lua_rawlen(L, -1) : static_cast<std::size_t>(s);
     if (size > static_cast<std::size_t>(s)) return;  // its own error
-    if (size > static_cast<std::size_t>(i) && !wide) wide = i, widest = size;
-    if (size < static_cast<std::size_t>(s) && !narrow) narrow = i, narrowest = size;
+    if (size > static_cast<std::size_t>(i) && !wide) {
+      wide = i;
+      widest = size;
+    }
+    if (size < static_cast<std::size_t>(s) && !narrow) {
+      narrow = i;
+      narrowest = size;
+    }
     lua_pop(L, 1);
   }
   if (!wide || !narrow) return;

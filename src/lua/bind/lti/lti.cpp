@@ -261,7 +261,8 @@ std::vector<std::pair<Expr, Expr>> read_roots(lua_State* L, int index, const std
 int zpk(Call& call) {
   if (call.is<System>(1)) return push_system(call, lti::to_zpk(self(call)));
   lti::Factored f;
-  f.zeros = read_roots(call.L, 1, "z"), f.poles = read_roots(call.L, 2, "p");
+  f.zeros = read_roots(call.L, 1, "z");
+  f.poles = read_roots(call.L, 2, "p");
   f.gain = call.has(3) ? to_expr(call.L, 3, "k") : Expr(1);
   return push_system(call, lti::make_zpk({std::move(f)}, 1, 1, sampling_argument(call, 4)));
 }

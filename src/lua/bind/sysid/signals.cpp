@@ -21,8 +21,11 @@ int prbs(Call& call) {
   const long n = call.integer(1, "samples");
   const Options o = call.options(2, {"order", "hold", "low", "high", "seed"});
   sysid::Prbs p;
-  p.order = static_cast<int>(o.integer("order", 0)), p.hold = static_cast<int>(o.integer("hold", 1));
-  p.low = o.number("low", -1), p.high = o.number("high", 1), p.seed = o.integer("seed", 1);
+  p.order = static_cast<int>(o.integer("order", 0));
+  p.hold = static_cast<int>(o.integer("hold", 1));
+  p.low = o.number("low", -1);
+  p.high = o.number("high", 1);
+  p.seed = o.integer("seed", 1);
   if (o.has("order") && p.order == 0) p.order = -1;
   return push_signal(call, sysid::prbs(n, p));
 }
@@ -40,7 +43,9 @@ int multisine(Call& call) {
     m.amplitudes.assign(a.data(), a.data() + a.size());
     lua_pop(call.L, 1);
   }
-  m.phases = o.string("phases", m.phases), m.peak = o.number("peak", 1), m.seed = o.integer("seed", 1);
+  m.phases = o.string("phases", m.phases);
+  m.peak = o.number("peak", 1);
+  m.seed = o.integer("seed", 1);
   return push_signal(call, sysid::multisine(n, m));
 }
 
@@ -49,7 +54,9 @@ int chirp(Call& call) {
   call.table(2, "options");
   const Options o = call.options(2, {"from", "to", "Ts", "amplitude", "method"});
   sysid::Chirp c;
-  c.from = o.number("from"), c.to = o.number("to"), c.Ts = o.number("Ts", 1),
+  c.from = o.number("from");
+  c.to = o.number("to");
+  c.Ts = o.number("Ts", 1);
   c.amplitude = o.number("amplitude", 1);
   const std::string method = o.string("method", "linear");
   if (method != "linear" && method != "exponential")

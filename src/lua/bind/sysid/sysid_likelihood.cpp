@@ -69,7 +69,8 @@ double positive(Call& call, int i, const char* name) {
 int uniform(Call& call) {
   Density f;
   f.kind = Density::Kind::uniform;
-  f.low = call.number(1, "low"), f.high = call.number(2, "high");
+  f.low = call.number(1, "low");
+  f.high = call.number(2, "high");
   if (!std::isfinite(f.low) || !std::isfinite(f.high) || !(f.low < f.high))
     throw Error(text("the interval [", shortest(f.low), ", ", shortest(f.high),
                      "] is empty or not finite; low must be below high"));

@@ -28,10 +28,12 @@ int with_density(Call& call, LsqResult result, const Mat& A, const Vec& y, const
   result.fit = sysid::least_squares(A, y, {});
   if (result.fit.rank == A.cols()) {  // otherwise the rank report comes first
     const sysid::LikelihoodFit best = sysid::maximise(r, noise);
-    result.fit.theta = best.theta, result.fit.covariance = best.covariance;
+    result.fit.theta = best.theta;
+    result.fit.covariance = best.covariance;
     result.fit.residuals = y - A * best.theta;
     result.fit.sse = result.fit.residuals.squaredNorm();
-    result.noise = sysid::described(noise, best), result.log_likelihood = best.log_likelihood;
+    result.noise = sysid::described(noise, best);
+    result.log_likelihood = best.log_likelihood;
   }
   return call.push(std::make_shared<const LsqResult>(std::move(result)));
 }

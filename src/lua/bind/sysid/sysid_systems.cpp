@@ -87,7 +87,9 @@ int model_predictor(Call& call) {
   const PolyModel& row = m.outputs[0];
   const auto symbols = [](const Vec& v) { return VecX(v.unaryExpr([](double x) { return Expr(x); })); };
   sysid::SymbolicPolynomials p;
-  p.A = symbols(row.p.A), p.C = symbols(row.p.C), p.D = symbols(row.p.D);
+  p.A = symbols(row.p.A);
+  p.C = symbols(row.p.C);
+  p.D = symbols(row.p.D);
   for (const Vec& b : row.p.B) p.B.push_back(symbols(b));
   for (const Vec& f : row.p.F) p.F.push_back(symbols(f));
   return call.push(std::make_shared<const sysid::Predictor>(sysid::predictor(p, row.u_names)));
