@@ -1,9 +1,11 @@
--- Our integrators against IDA of SUNDIALS on the same models, at equal accuracy.     ./dev bench dae [problem words]
+-- Our integrators against IDA of SUNDIALS on the same models, at equal accuracy.     ./dev bench dae [problem
+-- words]
 --
--- For every problem both run through a ladder of tolerances; "digits" is -log10 of the largest relative error of the
--- components that count, at the end. The table shows, for 4, 6 and 8 digits, the fastest run of each that is at least
--- so accurate: time of integration alone, the least of several runs.
--- Under it: processor time from the start of the program to the first trajectory, by parts. "parse" reads all problems.
+-- For every problem both run through a ladder of tolerances; "digits" is -log10 of the largest relative error
+-- of the components that count, at the end. The table shows, for 4, 6 and 8 digits, the fastest run of each
+-- that is at least so accurate: time of integration alone, the least of several runs.
+-- Under it: processor time from the start of the program to the first trajectory, by parts. "parse" reads all
+-- problems.
 local started = os.clock()
 local here = arg[0]:match "(.*/)" or "./"
 local problems = assert(loadfile(here .. "problems.lua"))()
@@ -58,13 +60,15 @@ local function ida_run(problem, model)
     for key, value in pairs(problem.ida or {}) do options[key] = value end
     local r = model:ida(options)
     if r.trouble then return end
-    return r.seconds, digits(function(name) return r[name] end, problem.reference), string.format("%d steps", r.steps)
+    return r.seconds, digits(function(name) return r[name] end, problem.reference),
+      string.format("%d steps", r.steps)
   end
 end
 
 local function our_run(problem, model, method)
   return function(rtol)
-    local ok, sol = pcall(model.integrate, model, { start = problem.start, to = problem.to, rtol = rtol, method = method,
+    local ok, sol = pcall(model.integrate, model, { start = problem.start, to = problem.to, rtol = rtol,
+      method = method,
       atol = problem.atol and problem.atol(rtol) or rtol, times = { problem.to } })
     if not ok or sol.status ~= "finished" then return end
     local s = sol:stats()
@@ -101,7 +105,8 @@ local function show(problem)
   local mine = ladder(our_run(problem, ours, problem.method), problem.tolerances)
   for _, level in ipairs(levels) do
     local a, b = fastest(theirs, level), fastest(mine, level)
-    print(string.format("%-24s %3d   %10s  %10s  %8s   %-18s %s", level == levels[1] and problem.name or "", level,
+    print(string.format("%-24s %3d   %10s  %10s  %8s   %-18s %s", level == levels[1] and problem.name or "",
+      level,
       a and string.format("%.1f", a.seconds*1e6) or "–", b and string.format("%.1f", b.seconds*1e6) or "–",
       a and b and string.format("%.1f", a.seconds/b.seconds) or "–", a and a.note or "", b and b.note or ""))
   end
@@ -109,7 +114,9 @@ local function show(problem)
 end
 
 print "problem                  digits    IDA [µs]   ours [µs]  IDA/ours   IDA                ours"
-print(string.format("ms of processor time: program started %.1f, problems parsed %.1f", started*1e3, (parsed - started)*1e3))
+print(string.format("ms of processor time: program started %.1f, problems parsed %.1f", started*1e3,
+  (parsed - started)*1e3))
 for _, problem in ipairs(problems) do
-  if wanted == "" and not problem.slow or wanted ~= "" and problem.name:find(wanted, 1, true) then show(problem) end
+  if wanted == "" and not problem.slow or wanted ~= "" and problem.name:find(wanted, 1, true) then
+    show(problem) end
 end

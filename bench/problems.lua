@@ -20,7 +20,8 @@ add {
     return dae { der(x) ~ u, der(y) ~ v, der(u) ~ -lam*x, der(v) ~ -lam*y - g, 0 ~ (x^2 + y^2 - 1)/2 }
   end,
   peer = function(model) return model:reduce "acc" end,
-  reference = { x = 0.275087462576115, y = -0.961419205099125, u = -4.17559810095173, v = -1.19474905456048 },  -- closed form: cd(√g t | 1/2), 30 digits
+  -- closed form: cd(√g t | 1/2), 30 digits
+  reference = { x = 0.275087462576115, y = -0.961419205099125, u = -4.17559810095173, v = -1.19474905456048 },
 }
 
 add {
@@ -41,7 +42,8 @@ add {
       0 ~ xb*xl + yb*yl, 0 ~ (xl - xr)^2 + (yl - yr)^2 - L^2 }
   end,
   peer = function(model) return model:reduce "acc" end,
-  reference = { xl = 0.0493455784275242, yl = 0.496989460230008, xr = 1.04174252488543, yr = 0.373911027265366,
+  reference = { xl = 0.0493455784275242, yl = 0.496989460230008, xr = 1.04174252488543,
+    yr = 0.373911027265366,
     ul = -0.077058368403592, vl = 0.00744686659206841, ur = 0.0175568157535418, vr = 0.7703410437796 },
 }
 
@@ -81,7 +83,8 @@ add {
       C5*der(y7) - C5*der(y8) ~ y8/R }
   end,
   reference = { y1 = -0.5562145012262709e-2, y2 = 0.3006522471903042e1, y3 = 0.2849958788608128e1,
-    y4 = 0.2926422536206241e1, y5 = 0.2704617865010554e1, y6 = 0.2761837778393145e1, y7 = 0.4770927631616772e1,
+    y4 = 0.2926422536206241e1, y5 = 0.2704617865010554e1, y6 = 0.2761837778393145e1,
+      y7 = 0.4770927631616772e1,
     y8 = 0.1236995868091548e1 },
   ida = { coefficient = 0.1 },
 }
@@ -98,7 +101,8 @@ add {
       der(y7) ~ r - 1.81*y7, der(y8) ~ -r + 1.81*y7 }
   end,
   reference = { y1 = .7371312573325668e-3, y2 = .1442485726316185e-3, y3 = .5888729740967575e-4,
-    y4 = .1175651343283149e-2, y5 = .2386356198831331e-2, y6 = .6238968252742796e-2, y7 = .2849998395185769e-2,
+    y4 = .1175651343283149e-2, y5 = .2386356198831331e-2, y6 = .6238968252742796e-2,
+      y7 = .2849998395185769e-2,
     y8 = .2850001604814231e-2 },
   atol = function(rtol) return rtol*1e-4 end,
 }
@@ -107,7 +111,8 @@ add {
   name = "Robertson DAE, t = 4e7", to = 4e7, start = { y1 = 1, y2 = 0, y3 = 0 },
   model = function()
     local y1, y2, y3 = vars "y1 y2 y3"
-    return dae { der(y1) ~ -0.04*y1 + 1e4*y2*y3, der(y2) ~ 0.04*y1 - 1e4*y2*y3 - 3e7*y2^2, 0 ~ y1 + y2 + y3 - 1 }
+    return dae { der(y1) ~ -0.04*y1 + 1e4*y2*y3, der(y2) ~ 0.04*y1 - 1e4*y2*y3 - 3e7*y2^2,
+      0 ~ y1 + y2 + y3 - 1 }
   end,
   reference = { y1 = 5.2030718441205470e-5, y2 = 2.0813357318925326e-10, y3 = 0.99994796907342522 },
   atol = function(rtol) return rtol*1e-8 end,
@@ -154,13 +159,15 @@ end
 add(chain(10, { x10 = -0.6794899319, y10 = -0.7271122386 }))
 add(chain(1000, { x1000 = -0.65986826492, y1000 = -0.74702424348 }))
 
---- Resistors, diodes and capacitors, cell after cell; a sine of 2 V at one end. What is counted has forgotten the
+--- Resistors, diodes and capacitors, cell after cell; a sine of 2 V at one end. What is counted has forgotten
+-- the
 --- other end: radau, bdf and rodas4 at rtol = 1e-11 agree to 10 digits for N = 200.
 local diodes
 function diodes(N, name, ida, slow)
   local problem
   problem = {
-    name = name, to = 1e-5, slow = slow, tolerances = N > 10000 and { 1e-5, 1e-6, 1e-7 } or { 1e-4, 1e-5, 1e-6, 1e-7 },
+    name = name, to = 1e-5, slow = slow, tolerances = N > 10000 and { 1e-5, 1e-6, 1e-7 }
+      or { 1e-4, 1e-5, 1e-6, 1e-7 },
     model = function()
       local w, v = var("w", N), var("v", N)
       local zero = {}

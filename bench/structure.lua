@@ -51,7 +51,8 @@ function shapes.chain(n)                                   -- a planar chain of 
   return lagrange { q = vstack(x, y), T = T, V = V, C = C }, fix
 end
 
-function shapes.cascade(n)                                 -- x₁ prescribed, xₖ′ = xₖ₊₁ in groups of ten: index 10
+-- x₁ prescribed, xₖ′ = xₖ₊₁ in groups of ten: index 10
+function shapes.cascade(n)
   local x, e = var("x", n // 10 * 10), {}
   for k = 1, #x do
     e[k] = k % 10 ~= 0 and der(x[k]) ~ x[k+1] or x[k-9] ~ sin(k > 10 and x[k-19] or t)
@@ -59,7 +60,8 @@ function shapes.cascade(n)                                 -- x₁ prescribed, x
   return dae(e), {}
 end
 
-print(("%-8s %9s %6s %4s %9s %9s %9s %12s %9s %9s %9s %9s"):format("model", "equations", "index", "dof", "make",
+print(("%-8s %9s %6s %4s %9s %9s %9s %12s %9s %9s %9s %9s"):format("model", "equations", "index", "dof",
+  "make",
   "structure", "index()", "constraints", "acc", "dummy", "reduce()", "init"))
 for _, name in ipairs { "ladder", "loops", "cascade", "chain" } do
   for _, n in ipairs { 1000, 10000, 100000 } do
@@ -73,7 +75,8 @@ for _, name in ipairs { "ladder", "loops", "cascade", "chain" } do
       row[6] = n > 10000 and "-" or seconds(function() return sys:reduce "dummy" end)
       row[7] = n > 10000 and "-" or seconds(function() return sys:reduce() end)
       row[8] = n > 10000 and "-" or seconds(function() return sys:init { fix = fix } end)
-      print(("%-8s %9d %6d %4d %9s %9s %9s %12s %9s %9s %9s %9s"):format(name, n, sys:index(), sys:dof(), table.unpack(row)))
+      print(("%-8s %9d %6d %4d %9s %9s %9s %12s %9s %9s %9s %9s"):format(name, n, sys:index(), sys:dof(),
+        table.unpack(row)))
     end
   end
 end

@@ -1,5 +1,5 @@
--- A hair dryer: air is blown through a tube and heated at the inlet; u is the heating voltage, y the air temperature at the
--- outlet. 1000 samples, 0.08 s (Feedback PT326; L. Ljung; data: scripts/data/SOURCES.md).
+-- A hair dryer: air is blown through a tube and heated at the inlet; u is the heating voltage, y the air
+-- temperature at the outlet. 1000 samples, 0.08 s (Feedback PT326; L. Ljung; data: scripts/data/SOURCES.md).
 --
 --   ./dev run scripts/hairdryer.lua                   the numbers, and the figures with: … hairdryer.lua show
 
@@ -30,7 +30,8 @@ models = {
   armax = armax(e, { na = 2, nb = 2, nc = 2, nk = 3 }),
   oe    = oe(e, { nb = 2, nf = 2, nk = 3 }),
   bj    = bj(e, { nb = 2, nf = 2, nc = 1, nd = 1, nk = 3 }),
-  n4sid = n4sid(e, 4),                             -- state space by subspaces: nothing to choose but the order
+  -- state space by subspaces: nothing to choose but the order
+  n4sid = n4sid(e, 4),
 }
 print(models.oe)
 print(models.bj)
@@ -45,7 +46,8 @@ end
 print "\nIf all that is known of the noise is |e| ≤ 0.2: the set of parameters that samples 1..300 allow"
 set = arx(first, { na = 2, nb = 2, nk = 3, noise = uniform(-0.2, 0.2) })
 print(set)
-print(("%d vertices, volume %.6g; the least-squares estimate lies inside: %s"):format(#set.vertices, set.volume,
+print(("%d vertices, volume %.6g; the least-squares estimate lies inside: %s"):format(#set.vertices,
+  set.volume,
   tostring(set:contains(mod.theta))))
 print(("the noise must reach at least |e| = %.6f somewhere (samples %s decide)"):format(set.smallest_bound,
   table.concat(set.deciding, ", ")))

@@ -34,7 +34,8 @@ print(cart.matrix_form)
 print "\n── 3 DAEs ──"
 v, z = var("v", 3), var "z"
 L = param("L", 1)
-ball = dae { der(p) ~ v, m*der(v) ~ -m*g*vec{0, 0, 1} - z*p, 0 ~ (p.T*p - L^2)/2, name = "spherical pendulum" }
+ball = dae { der(p) ~ v, m*der(v) ~ -m*g*vec{0, 0, 1} - z*p, 0 ~ (p.T*p - L^2)/2,
+  name = "spherical pendulum" }
 print(ball)
 print(ball:constraints())
 low = ball:reduce "acc"
@@ -43,7 +44,8 @@ at = ball:init { fix = { [p] = {1, 0, 0}, [v] = {0, 1, 0} } }
 print(at:ledger())
 
 print(ball:structure())
-trap = dae.linear { E = {{1, 1, 0}, {0, 0, 1}, {1, 1, 1}}, A = eye(3), name = "exam 3(d): purely structural analysis fails" }
+trap = dae.linear { E = {{1, 1, 0}, {0, 0, 1}, {1, 1, 1}}, A = eye(3),
+  name = "exam 3(d): purely structural analysis fails" }
 print(trap:structure())
 print(trap:pencil())
 for _, form in ipairs { "acc", "ggl", "baumgarte", "ode", "project", "dummy" } do
@@ -69,7 +71,8 @@ print(kept:drift())
 swing = pend:integrate { start = { theta = 2, [th.dot] = 0 }, to = 10, method = rk.gauss(2), dt = 0.02 }
 print(("energy at the start %.6f, after 10 s %.6f"):format(swing(pend.energy, 0), swing(pend.energy, 10)))
 
-free = pend:integrate { start = { theta = 2, [th.dot] = 0 }, to = 10, rtol = 1e-9,        -- no method: it is chosen
+-- no method: it is chosen
+free = pend:integrate { start = { theta = 2, [th.dot] = 0 }, to = 10, rtol = 1e-9,
   events = { { when = th, direction = -1 } } }
 print(#free.events .. " swings through the bottom, the first at t = " .. ("%.9f"):format(free.events[1].t))
 print(rk.radau(2):report())
@@ -89,6 +92,7 @@ print "\n── 7 Plots ──"
 plot(swing, { th, th.dot }, { title = "a pendulum let go at 2 rad" }):show()
 
 print "\n── 8 Errors say what to do ──"
-print(select(2, pcall(function() return ball:integrate { start = at, to = 1, method = rk.rk4, dt = 0.01 } end)))
+print(select(2, pcall(function() return ball:integrate { start = at, to = 1, method = rk.rk4,
+  dt = 0.01 } end)))
 print(select(2, pcall(function() return ball:init { fix = { [p] = {2, 0, 0}, [v] = {0, 1, 0} } } end)))
 print(select(2, pcall(function() return if_lese(x) end)))

@@ -1,5 +1,6 @@
--- Exam problem 1, Lagrange modelling: two masses m, the first on a sphere of radius R, joined by a rigid link of length L.
--- Text and printed solution: the course exam; what is misprinted there is corrected here and said in comments.
+-- Exam problem 1, Lagrange modelling: two masses m, the first on a sphere of radius R, joined by a rigid link
+-- of length L. Text and printed solution: the course exam; what is misprinted there is corrected here and
+-- said in comments.
 --
 --   ./dev run scripts/exam/problem1.lua              the numbers, and the figures in the terminal with: … problem1.lua show
 --
@@ -13,7 +14,8 @@ print "1(a)  The model as a semi-explicit index-3 DAE"
 chain = lagrange {
   q = q,
   T = m/2 * q.dot.T * q.dot,
-  V = m*g*(p1[3] + p2[3]),                         -- exam (2) with a = (0,0,1,0,0,1): the print counts m twice
+  -- exam (2) with a = (0,0,1,0,0,1): the print counts m twice
+  V = m*g*(p1[3] + p2[3]),
   C = { (p1.T*p1 - R^2)/2, (norm(p2 - p1)^2 - L^2)/2 },
 }
 print("T =", chain.T)
@@ -22,7 +24,8 @@ for i = 1, 2 do print("C" .. i .. " =", chain.C[i]) end
 print("W ="); print(chain.M)
 print("∂C/∂q ="); print(chain.dCdq)                -- exam (7), transposed
 print(chain)
-print("index " .. chain:index() .. ": " .. #chain.differential .. " differential + " .. #chain.algebraic .. " algebraic variables")
+print("index " .. chain:index() .. ": " .. #chain.differential .. " differential + " .. #chain.algebraic
+  .. " algebraic variables")
 
 print "\n1(b)  An equivalent fully implicit index-1 DAE"
 low = chain:reduce "acc"
@@ -30,7 +33,8 @@ print(low:trace())
 print(low)
 print("In matrix form (exam (10b) with its off-diagonal blocks in their places):")
 print(chain.matrix_form)
-print("rank of the matrix at a generic point: " .. rank(chain.matrix_form.A) .. " of " .. chain.matrix_form.A.rows)
+print("rank of the matrix at a generic point: " .. rank(chain.matrix_form.A) .. " of "
+  .. chain.matrix_form.A.rows)
 print("kind: " .. low.kind .. ", index " .. low:index())
 print("consistency conditions:"); print(chain:constraints())
 

@@ -1,5 +1,6 @@
--- Exam problem 2, system identification: maximum likelihood with uniform noise, predictors, weighted least squares, and
--- what one equation says about two parameters. Corrections to the printed solution are said in comments.
+-- Exam problem 2, system identification: maximum likelihood with uniform noise, predictors, weighted least
+-- squares, and what one equation says about two parameters. Corrections to the printed solution are said in
+-- comments.
 --
 --   ./dev run scripts/exam/problem2.lua              the numbers, and the figure with: … problem2.lua show
 
@@ -14,14 +15,16 @@ print(model:derivation())
 print [[
 e(t) = y(t) - ŷ(t) has density f = 1/2 on [-1, 1] and 0 outside; the samples are independent (exam (75)), so that
   max over θ of Π f(y(t) - φ(t)ᵀθ)  =  (1/2)^N if |y(t) - φ(t)ᵀθ| ≤ 1 for every t, else 0.]]
--- exam (20) writes e = ŷ - y; only a symmetric density forgives the sign. The product over t = 0..N has N + 1 factors.
+-- exam (20) writes e = ŷ - y; only a symmetric density forgives the sign. The product over t = 0..N has N + 1
+-- factors.
 orders = { na = 1, nb = 1, nk = 0, ic = "zero" }
 set = arx(d, { na = 1, nb = 1, nk = 0, ic = "zero", noise = uniform(-1, 1) })
 print(set)
 inside, outside = { -0.4, 0.9 }, { 0.5, 0.9 }
 print("θ = (-0.4, 0.9) explains all samples: " .. tostring(set:contains(inside)))
 good, sample = set:contains(outside)
-print("θ = (0.5, 0.9) explains all samples: " .. tostring(good) .. ", the first it does not explain is sample " .. sample)
+print("θ = (0.5, 0.9) explains all samples: " .. tostring(good)
+  .. ", the first it does not explain is sample " .. sample)
 expect(set.volume):equals(rational("240209/693120"))
 
 print "\nThe same data with |e| ≤ 0.3: no θ explains them, every θ has likelihood 0"
@@ -68,7 +71,8 @@ A = { { 1, 0 }, { 1, 1 }, { 1, 2 }, { 1, 3 }, { 1, 4 } }
 S = mat { { 1, .9, 0, 0, 0 }, { .9, 1, 0, 0, 0 }, { 0, 0, 1, 0, 0 }, { 0, 0, 0, 4, 0 }, { 0, 0, 0, 0, 9 } }
 truth = vec { 2, -1 }
 -- S = L Lᵀ by hand, so that e = L w has covariance S
-L = mat { { 1, 0, 0, 0, 0 }, { .9, math.sqrt(1 - .81), 0, 0, 0 }, { 0, 0, 1, 0, 0 }, { 0, 0, 0, 2, 0 }, { 0, 0, 0, 0, 3 } }
+L = mat { { 1, 0, 0, 0, 0 }, { .9, math.sqrt(1 - .81), 0, 0, 0 }, { 0, 0, 1, 0, 0 }, { 0, 0, 0, 2, 0 },
+  { 0, 0, 0, 0, 3 } }
 function experiment(options, runs)                 -- the covariance of `runs` estimates
   local sum, squares = { 0, 0 }, { 0, 0, 0 }
   for _ = 1, runs do
@@ -100,7 +104,8 @@ print(p:fit(two))
 print "One equation, y(1) = a·0 + b·1: b = 1, a is free, the estimate of minimum norm is (0, 1)."
 -- exam (34) puts y(0), u(0) into the row of t = 0 and gets (a, b) = (1, 0): row t must hold y(t-1), u(t-1).
 printed = idpoly { A = { 1, -1 }, B = { 0, 0 } }
-print(("the printed solution (a, b) = (1, 0) predicts ŷ(1) = %g"):format(printed:predict(two)[2]) .. ", but y(1) = 1: it is refuted")
+print(("the printed solution (a, b) = (1, 0) predicts ŷ(1) = %g"):format(printed:predict(two)[2])
+  .. ", but y(1) = 1: it is refuted")
 expect(p:fit(two).theta):near({ 0, 1 }, 1e-15)
 expect(printed:predict(two)[2]):equals(0)
 

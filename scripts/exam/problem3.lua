@@ -1,17 +1,19 @@
 -- Exam problem 3, differential-algebraic and implicit differential equations.
--- Text and printed solution: the course exam; what is misprinted there is corrected here and said in comments.
+-- Text and printed solution: the course exam; what is misprinted there is corrected here and said in
+-- comments.
 --
 --   ./dev run scripts/exam/problem3.lua
 --
--- Everything below is typed as one would at the prompt. Letters (a) to (c), (e) and (f) are about models whose functions are
--- not given: func makes such functions, and what is said holds for all of them.
+-- Everything below is typed as one would at the prompt. Letters (a) to (c), (e) and (f) are about models
+-- whose functions are not given: func makes such functions, and what is said holds for all of them.
 
 print "3(a)  F(x′, x, z, u) = 0: how many arguments x′, how many rows?"
 x, z, u = var("x", 2), var "z", input "u"          -- n_x = 2, n_z = 1, n_u = 1
 F = func("F", 3)
 implicit = dae.implicit { x = x, z = z, u = u, F = F(x.dot, x, z, u) }
 print(implicit)
--- F has to deliver x′ and z for given x and u: the matrix of the implicit function theorem must be square and regular.
+-- F has to deliver x′ and z for given x and u: the matrix of the implicit function theorem must be square and
+-- regular.
 J = jacobian(F(x.dot, x, z, u), vstack(x.dot, z))
 print("∂F/∂(x′, z) ="); print(J)
 print(("n = n_x = %d,  m = n_x + n_z = %d;  the matrix is %d × %d"):format(#x, #x + 1, J.rows, J.cols))
@@ -34,7 +36,8 @@ expect(#semi:implicit().algebraic):equals(1)
 print "\n3(c)  The fully implicit DAE in semi-explicit form: new algebraic variables δ = x′"
 opened = implicit:semi_explicit()                  -- exam (42)
 print(opened)
-print(("differential %d (as before), algebraic %d = n_x + n_z"):format(#opened.differential, #opened.algebraic))
+print(("differential %d (as before), algebraic %d = n_x + n_z"):format(#opened.differential,
+  #opened.algebraic))
 expect(opened.kind):equals "semi-explicit"
 expect(#opened.differential):equals(2)
 expect(#opened.algebraic):equals(3)
@@ -43,7 +46,8 @@ print "\n3(d)  E x′ = x"
 E = mat { {1, 1, 0}, {0, 0, 1}, {1, 1, 1} }
 trap = dae.linear { E = E, A = eye(3), name = "(38)" }
 print(trap)
-print("1. rank E = " .. rank(E) .. " of 3: a DAE, no implicit ODE. Its structure alone is mistaken for one with three free values:")
+print("1. rank E = " .. rank(E)
+  .. " of 3: a DAE, no implicit ODE. Its structure alone is mistaken for one with three free values:")
 print(trap:structure())
 expect(rank(E)):equals(2)
 expect(trap:structure().structural_index):equals(0)
@@ -81,7 +85,8 @@ x = var("x", 2)
 a11, a12, a21, a22 = params "a11 a12 a21 a22"
 b1, b2 = params "b1 b2"
 A, b, g = mat { {a11, a12}, {a21, a22} }, vec { b1, b2 }, func "g"
--- z is a scalar and F must have n_x + 1 rows, so g: ℝⁿ → ℝᵐ has m = 1 (the print gives g a second argument that it has not).
+-- z is a scalar and F must have n_x + 1 rows, so g: ℝⁿ → ℝᵐ has m = 1 (the print gives g a second argument
+-- that it has not).
 general = dae.semi_explicit { x = x, z = z, f = A*x + b*z, g = g(x), name = "(39)" }
 print(general)
 low = general:reduce "acc"
@@ -111,7 +116,8 @@ expect(at(x.dot)):near({1, -0.5}, 1e-10)
 expect(numbers:index()):equals(2)
 print "and where ∂g/∂x b = 0, b = (0, 1), g = x1 - 3, the index is larger:"
 more = dae.semi_explicit { x = x, z = z, f = mat { {0, 1}, {-1, 0} }*x + vec { 0, 1 }*z, g = x[1] - 3 }
-print(("index %d, %d free initial values; constraints"):format(more:index(), more:dof())); print(more:constraints())
+print(("index %d, %d free initial values; constraints"):format(more:index(),
+  more:dof())); print(more:constraints())
 expect(more:index()):equals(3)
 expect(more:dof()):equals(0)
 

@@ -1,5 +1,6 @@
 -- Exam problem 4, Newton's method: when do full steps converge, and what does ‖x₊ - x⋆‖ ≤ c ‖x - x⋆‖² mean?
--- The iteration (51): ∂r/∂x Δx + r = 0, x ← x + α Δx. In (52) x⋆ is a root, r(x⋆) = 0 (missing in the print); (66) needs
+-- The iteration (51): ∂r/∂x Δx + r = 0, x ← x + α Δx. In (52) x⋆ is a root, r(x⋆) = 0 (missing in the print);
+-- (66) needs
 -- α > 0, since α = 0 never moves.
 --
 --   pendula scripts/exam/problem4.lua              the numbers; with `show` also the pictures: … problem4.lua show

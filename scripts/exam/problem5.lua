@@ -1,13 +1,15 @@
 -- Exam problem 5, simulation with implicit Runge–Kutta methods.
--- Corrections to the print: the stopping test of the algorithm is ‖r(K, z, x_k)‖, z needs a start and is returned too; what is
--- printed as the solution of 5(d) answers 5(e). Order 2s of Gauss methods holds for ODEs at the mesh points (73).
+-- Corrections to the print: the stopping test of the algorithm is ‖r(K, z, x_k)‖, z needs a start and is
+-- returned too; what is printed as the solution of 5(d) answers 5(e). Order 2s of Gauss methods holds for
+-- ODEs at the mesh points (73).
 --
 --   pendula scripts/exam/problem5.lua              the numbers; with `show` also the pictures: … problem5.lua show
 local show = arg and arg[1] == "show"
 
 print "5(a)  An IRK scheme for F(x′, x, z) = 0, written out by hand"
 x, z = var("x", 2), var "z"
-F = vec { x.dot[1] - x[2], (1 + z)*x.dot[2] + x[1], z - x[1]*x[2]/4 - z^3/10 }   -- implicit in x₂′, one algebraic variable
+-- implicit in x₂′, one algebraic variable
+F = vec { x.dot[1] - x[2], (1 + z)*x.dot[2] + x[1], z - x[1]*x[2]/4 - z^3/10 }
 print(F)
 
 -- Algorithm (55). w = (K₁, z₁, …, K_s, z_s); r(w, x_k) stacks F(Kᵢ, x_k + Δt Σⱼ aᵢⱼ Kⱼ, zᵢ); ∂r/∂w is exact.
@@ -45,7 +47,8 @@ end
 
 tab = rk.gauss(2)
 by_hand, z_hand, count, r, w = irk(F, x, z, tab, {1, 0.5}, 0.1, 0.1, 20, 1e-13)
-print("by hand:   x(2) = " .. ("%.10f, %.10f"):format(by_hand[1], by_hand[2]) .. ("   %d Newton steps for 20 steps"):format(count))
+print("by hand:   x(2) = " .. ("%.10f, %.10f"):format(by_hand[1], by_hand[2])
+  .. ("   %d Newton steps for 20 steps"):format(count))
 model = dae.implicit { x = x, z = vec { z }, F = F }
 at = model:init { fix = { [x] = {1, 0.5} }, guess = { z = 0.1 } }
 built_in = model:integrate { start = at, to = 2, method = tab, dt = 0.1 }
@@ -60,7 +63,8 @@ for s = 1, 3 do
   for i = 1, s do nodes[i] = ("%.10f"):format(evaluate(gauss.c[i])) end
   print(("  s = %d  order %d  nodes %s"):format(s, gauss:order(), table.concat(nodes, ", ")))
 end
-print("  any other nodes give less: equidistant 0, 1/2, 1 has order " .. rk.collocation { 0, "1/2", 1 }:order()
+print("  any other nodes give less: equidistant 0, 1/2, 1 has order "
+  .. rk.collocation { 0, "1/2", 1 }:order()
   .. ", 1/4, 1/2, 3/4 has order " .. rk.collocation { "1/4", "1/2", "3/4" }:order())
 v = var "v"
 decay = dae { der(v) ~ -2*v }
@@ -86,7 +90,8 @@ for _, tolerance in ipairs { 1e-3, 1e-6, 1e-9 } do
     until distance <= tolerance or dt < 1/8192
     local steps = math.tointeger(run.to/dt)
     if distance <= tolerance then
-      print(("  %d       %d       1/%-6d  %.1e   %5d   %7d"):format(s, 2*s, math.tointeger(1/dt), distance, steps, steps*(2*s)^3 // 1))
+      print(("  %d       %d       1/%-6d  %.1e   %5d   %7d"):format(s, 2*s, math.tointeger(1/dt), distance,
+        steps, steps*(2*s)^3 // 1))
     else
       print(("  %d       %d       dt < 1/8192 does not reach it"):format(s, 2*s))
     end
@@ -99,14 +104,16 @@ print "\n5(d)  Why not explicit methods of high order?"
 print "Stages grow faster than the order (Table 1 of the exam), here with the methods of the library:"
 print "  order  stages (least possible)  method"
 least = { 1, 2, 3, 4, 6, 7, 9, 11 }
-for _, row in ipairs { { 1, rk.euler }, { 2, rk.midpoint }, { 3, rk.bogacki_shampine }, { 4, rk.rk4 }, { 5, rk.dopri5 }, { 8, rk.dop853 } } do
+for _, row in ipairs { { 1, rk.euler }, { 2, rk.midpoint }, { 3, rk.bogacki_shampine }, { 4, rk.rk4 },
+  { 5, rk.dopri5 }, { 8, rk.dop853 } } do
   local order, method = row[1], row[2]
   expect(method:order()):equals(order)
   print(("  %d      %2d (%d)                  %s"):format(order, method.stages, least[order], method.name))
 end
 print "and their stability hardly: |R(z)| ≤ 1 on the real axis down to"
 z_ = var "zz"
-for order, tab in ipairs { rk.euler, rk.midpoint, tableau { A = { {}, {"1/2"}, {-1, 2} }, b = { "1/6", "2/3", "1/6" } }, rk.rk4 } do
+for order, tab in ipairs { rk.euler, rk.midpoint, tableau { A = { {}, {"1/2"}, {-1, 2} },
+  b = { "1/6", "2/3", "1/6" } }, rk.rk4 } do
   local limit = tab:stability().real
   print(("  order %d   z = %.10f   per stage %.4f"):format(order, limit, limit/tab.stages))
 end
@@ -114,7 +121,8 @@ print "A stiff problem, x′ = -1000 x to t = 1: the step is set by stability, n
 stiff = dae { der(v) ~ -1000*v }
 for _, dt in ipairs { 1/300, 1/400 } do
   local sol = stiff:integrate { start = { v = 1 }, to = 1, method = rk.rk4, dt = dt }
-  print(("  rk4, dt = 1/%d: |x(1)| %s"):format(math.floor(1/dt + 0.5), math.abs(sol:final(v)) < 1e-6 and "decays" or "grows beyond all bounds"))
+  print(("  rk4, dt = 1/%d: |x(1)| %s"):format(math.floor(1/dt + 0.5),
+    math.abs(sol:final(v)) < 1e-6 and "decays" or "grows beyond all bounds"))
 end
 sol = stiff:integrate { start = { v = 1 }, to = 1, method = rk.radau(2), dt = 0.1 }
 print(("  radau(2), dt = 1/10: |x(1)| %s"):format(math.abs(sol:final(v)) < 1e-6 and "decays" or "grows"))

@@ -1,5 +1,7 @@
--- Lecture 10, Lagrange mechanics: cart and pendulum. The slides mix two angles: T has θ from the horizontal (its cross term is
--- -L M θ′x′ sin θ), V = M g L cos θ has it from the vertical. Here both conventions, each with itself, and the print's mixture.
+-- Lecture 10, Lagrange mechanics: cart and pendulum. The slides mix two angles: T has θ from the horizontal
+-- (its cross term is
+-- -L M θ′x′ sin θ), V = M g L cos θ has it from the vertical. Here both conventions, each with itself, and
+-- the print's mixture.
 --
 --   ./dev run scripts/lecture/cart_pendulum.lua
 
@@ -23,7 +25,8 @@ expect(simplify(horizontal.rhs[1] - M*L*theta.dot^2*cos(theta))):equals(0)
 print "\nφ from the vertical: M sits at (x + L sin φ, L cos φ)"
 r = vec { x + L*sin(phi), L*cos(phi) }
 w = der(r)
-vertical = lagrange { q = {x, phi}, T = m/2*x.dot^2 + M/2*(w.T*w), V = M*g*r[2], name = "φ from the vertical" }
+vertical = lagrange { q = {x, phi}, T = m/2*x.dot^2 + M/2*(w.T*w), V = M*g*r[2],
+  name = "φ from the vertical" }
 print(vertical.matrix_form)
 expect(simplify(vertical.rhs[2] - M*g*L*sin(phi))):equals(0)
 
@@ -35,7 +38,8 @@ h = horizontal:integrate { start = start_h, to = run.to, method = run.method, dt
 vv = vertical:integrate { start = start_v, to = run.to, method = run.method, dt = run.dt }
 print(" t     x(t) by θ      x(t) by φ      θ            π/2 - φ")
 for _, time in ipairs { 0, 0.5, 1, 1.5, 2 } do
-  print(("%.1f  %12.8f  %12.8f  %12.8f  %12.8f"):format(time, h(x, time), vv(x, time), h(theta, time), math.pi/2 - vv(phi, time)))
+  print(("%.1f  %12.8f  %12.8f  %12.8f  %12.8f"):format(time, h(x, time), vv(x, time), h(theta, time),
+    math.pi/2 - vv(phi, time)))
   expect(h(x, time)):near(vv(x, time), 1e-9)
   expect(h(theta, time)):near(math.pi/2 - vv(phi, time), 1e-8)
 end
@@ -54,7 +58,8 @@ mixed = lagrange { q = {x, theta}, T = lecture_T, V = M*g*L*cos(theta), name = "
 hanging = { [x] = 0, [theta] = -math.pi/2, [x.dot] = 0, [theta.dot] = 0 }
 for _, model in ipairs { horizontal, mixed } do
   local at = model:init { fix = hanging }
-  print(("%-22s θ″ = %.6f hanging at rest, θ = -π/2"):format(model.name .. ":", math.abs(at(theta.ddot)) < 1e-12 and 0 or at(theta.ddot)))
+  print(("%-22s θ″ = %.6f hanging at rest, θ = -π/2"):format(model.name .. ":",
+    math.abs(at(theta.ddot)) < 1e-12 and 0 or at(theta.ddot)))
 end
 expect(horizontal:init { fix = hanging }(theta.ddot)):near(0, 1e-12)
 expect(math.abs(mixed:init { fix = hanging }(theta.ddot)) > 1):is_true()

@@ -39,7 +39,8 @@ print "\nTwo hours of it: the equilibrium and the formula hold all the time"
 sol = low:integrate { start = at, to = 2, inputs = feed, method = rk.gauss(3), dt = 0.1 }
 print(" t     V       C_A      C_B      C_C      R_1")
 for _, time in ipairs { 0, 0.5, 1, 1.5, 2 } do
-  print(("%.1f  %.3f  %.5f  %.5f  %.5f  %.5f"):format(time, sol(V, time), sol(CA, time), sol(CB, time), sol(CC, time), sol(R1, time)))
+  print(("%.1f  %.3f  %.5f  %.5f  %.5f  %.5f"):format(time, sol(V, time), sol(CA, time), sol(CB, time),
+    sol(CC, time), sol(R1, time)))
   expect(sol(CA - CB/Keq, time)):near(0, 1e-9)
   expect(sol(R1 - formula, time)):near(0, 1e-9)
 end
@@ -47,4 +48,5 @@ end
 expect(sol(vec { CA, CB, CC }, 2)):near({ 0.33499446011, 1.00498338034, 0.70446660399 }, 1e-10)
 
 print "\nNot two free concentrations but one:"
-print((select(2, pcall(function() tank:init { fix = { V = 2, C_A = 1, C_B = 1.5, C_C = 0.1 }, inputs = feed } end)):gsub("^[^ ]* ", "")))
+print((select(2, pcall(function() tank:init { fix = { V = 2, C_A = 1, C_B = 1.5, C_C = 0.1 },
+  inputs = feed } end)):gsub("^[^ ]* ", "")))

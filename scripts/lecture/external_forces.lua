@@ -1,4 +1,5 @@
--- Lecture 10, external forces: d/dt ∂L/∂q′ - ∂L/∂q = Q with ⟨δq, Q⟩ = δW for all δq, and Q = Σ (∂p/∂q)ᵀ F for forces F at p(q).
+-- Lecture 10, external forces: d/dt ∂L/∂q′ - ∂L/∂q = Q with ⟨δq, Q⟩ = δW for all δq, and Q = Σ (∂p/∂q)ᵀ F for
+-- forces F at p(q).
 --
 --   ./dev run scripts/lecture/external_forces.lua
 
@@ -17,7 +18,8 @@ tip = vec { L*sin(theta), -L*cos(theta) }
 torque = generalized_force({theta}, { {tip, vec { Fx, Fy }} })
 print("Q =", torque)
 expect(torque[1]):equals(L*(Fx*cos(theta) + Fy*sin(theta)))
-pendulum = lagrange { q = {theta}, T = M*L^2*theta.dot^2/2, V = M*g*tip[2], Q = torque, name = "pendulum with a force" }
+pendulum = lagrange { q = {theta}, T = M*L^2*theta.dot^2/2, V = M*g*tip[2], Q = torque,
+  name = "pendulum with a force" }
 print(pendulum)
 -- Virtual work: δW = F·δp must be Q δθ for every δθ.
 delta = param "delta_theta"
@@ -33,7 +35,8 @@ v = der(mass)
 Q = generalized_force({x, theta}, { {cart, vec { motor - d*x.dot, 0 }}, {mass, vec { wind, 0 }} })
 print("Q =", Q.T)
 expect(Q):equals(vec { motor - d*x.dot + wind, wind*L*cos(theta) })
-sys = lagrange { q = {x, theta}, T = m/2*x.dot^2 + M/2*(v.T*v), V = M*g*mass[2], Q = Q, name = "cart with motor, friction, wind" }
+sys = lagrange { q = {x, theta}, T = m/2*x.dot^2 + M/2*(v.T*v), V = M*g*mass[2], Q = Q,
+  name = "cart with motor, friction, wind" }
 print(sys.matrix_form)
 assert(sys:index() == 0 and sys:dof() == 4)
 
@@ -54,13 +57,15 @@ expect(along(x, 5)):near(sol(x, 5), 1e-10)           -- equations by lagrange an
 
 print "\n4. A constraint force does no work: it lies in the space of the gradients of c, z ∇c, and c′ = ∇cᵀq′ = 0"
 q = var("q", 2)
-bead = lagrange { q = q, T = m/2*q.dot.T*q.dot, V = m*g*q[2], C = { q[2] - q[1]^2 }, name = "bead on a parabola" }
+bead = lagrange { q = q, T = m/2*q.dot.T*q.dot, V = m*g*q[2], C = { q[2] - q[1]^2 },
+  name = "bead on a parabola" }
 print(bead)
 force = -(bead.dCdq.T*bead.multipliers)
 print("constraint force -(∂C/∂q)ᵀ z =", force)
 at = bead:init { fix = { [q[1]] = 1, [q[1].dot] = 0.5 }, guess = { [q[2]] = 1 } }
 print(("its power at the start: %.1f;  z = %.6f"):format(math.abs(at(force.T*q.dot)), at(bead.multipliers)))
 expect(at(force.T*q.dot)):near(0, 1e-12)
--- By hand: q₂ = q₁², q₁ = 1, q₁′ = 1/2: (1 + 4 q₁²) q₁″ = -4 q₁ q₁′² - 2 g q₁, so q₁″ = -(1 + 19.62)/5, z = m q₁″/(2 q₁).
+-- By hand: q₂ = q₁², q₁ = 1, q₁′ = 1/2: (1 + 4 q₁²) q₁″ = -4 q₁ q₁′² - 2 g q₁, so q₁″ = -(1 + 19.62)/5, z = m
+-- q₁″/(2 q₁).
 expect(at(q[1].ddot)):near(-(1 + 19.62)/5, 1e-10)
 expect(at(bead.multipliers)):near(2*(-(1 + 19.62)/5)/2, 1e-10)

@@ -1,4 +1,5 @@
--- Lecture 10, DAEs are not "just" ODEs with an algebraic extension: E x′ = x + B u with a nilpotent E, and implicit Euler on it.
+-- Lecture 10, DAEs are not "just" ODEs with an algebraic extension: E x′ = x + B u with a nilpotent E, and
+-- implicit Euler on it.
 --
 --   ./dev run scripts/lecture/nilpotent.lua
 
@@ -52,12 +53,15 @@ first, second, third, e21, e22 = {}, {}, {}, {}, {}
 for i, step in ipairs(h) do
   local row = errors(step, exact(1))
   first[i], second[i], third[i], e21[i], e22[i] = row[1][1], row[2][1], row[3][1], row[1][2], row[2][2]
-  print(("%.5f    %.6f      %.6f    %.6f    %.6f      %.6f"):format(step, first[i], second[i], third[i], e21[i], e22[i]))
+  print(("%.5f    %.6f      %.6f    %.6f    %.6f      %.6f"):format(step, first[i], second[i], third[i],
+    e21[i], e22[i]))
 end
-print(("order       %.2f          %.2f        %.2f        %.2f          %.2f"):format(math.abs(slopes(first, h)), slopes(second, h),
+print(("order       %.2f          %.2f        %.2f        %.2f          %.2f"):format(math.abs(slopes(first,
+  h)), slopes(second, h),
   slopes(third, h), slopes(e21, h), slopes(e22, h)))
 print "x₁ errs by O(1) in the first step, by O(h) from the second on; x₃ = -u is exact."
--- x₁ after one step is a second difference with one node of the wrong kind: the error tends to |u″(1)|/2 = sin(1)/2.
+-- x₁ after one step is a second difference with one node of the wrong kind: the error tends to |u″(1)|/2 =
+-- sin(1)/2.
 expect(first[5]):near(math.sin(1)/2, 0.01)
 expect(slopes(first, h)):near(0, 0.05)
 expect(slopes(second, h)):near(1, 0.05)
@@ -72,7 +76,8 @@ for i, step in ipairs(h) do
   first[i], second[i], third[i] = row[1][1], row[2][1], row[3][1]
   print(("%.5f    %10.4f    %10.4f    %.6f"):format(step, first[i], second[i], third[i]))
 end
-print(("order       %.2f          %.2f       %.2f"):format(slopes(first, h), slopes(second, h), slopes(third, h)))
+print(("order       %.2f          %.2f       %.2f"):format(slopes(first, h), slopes(second, h),
+  slopes(third, h)))
 print "The first step errs by 0.01/h², the second too; from the third on the method has forgotten the start: O(h)."
 expect(first[5]*h[5]^2):near(0.01, 1e-3)
 expect(slopes(first, h)):near(-2, 0.05)
@@ -80,15 +85,18 @@ expect(slopes(second, h)):near(-2, 0.05)
 expect(slopes(third, h)):near(1, 0.05)
 
 print "\nThe program's implicit Euler on the model as it stands, direct = true"
-sol = sys:integrate { start = at, from = 1, to = 1.2, dt = 0.1, inputs = { [u] = sin(t) }, method = rk.implicit_euler, direct = true }
+sol = sys:integrate { start = at, from = 1, to = 1.2, dt = 0.1, inputs = { [u] = sin(t) },
+  method = rk.implicit_euler, direct = true }
 mine = euler(0.1, 2, exact(1))
-print(("x₁ after 1 and 2 steps: %.8f %.8f, by hand %.8f %.8f"):format(sol(x[1], 1.1), sol(x[1], 1.2), mine[1][1], mine[2][1]))
+print(("x₁ after 1 and 2 steps: %.8f %.8f, by hand %.8f %.8f"):format(sol(x[1], 1.1), sol(x[1], 1.2),
+  mine[1][1], mine[2][1]))
 expect(sol(x[1], 1.1)):near(mine[1][1], 1e-9)
 expect(sol(x[1], 1.2)):near(mine[2][1], 1e-9)
 
 print "\nReduced to index 1 the trouble is gone"
 low = sys:reduce "acc"
-fine = low:integrate { start = low:init { inputs = { [u] = sin(t) }, from = 1 }, from = 1, to = 2, dt = 0.1, inputs = { [u] = sin(t) },
+fine = low:integrate { start = low:init { inputs = { [u] = sin(t) }, from = 1 }, from = 1, to = 2, dt = 0.1,
+  inputs = { [u] = sin(t) },
   method = rk.gauss(2) }
 print(("x(2) = %.8f %.8f %.8f"):format(fine(x[1], 2), fine(x[2], 2), fine(x[3], 2)))
 expect(fine(x, 2)):near(exact(2), 1e-6)              -- Gauss-2, dt⁴/4320 ≈ 2e-8

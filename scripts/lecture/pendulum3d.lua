@@ -1,4 +1,5 @@
--- Lecture 10, the 3-D pendulum: as Newton would write it, by Lagrange, and with the constraint with and without its factor ½.
+-- Lecture 10, the 3-D pendulum: as Newton would write it, by Lagrange, and with the constraint with and
+-- without its factor ½.
 --
 --   ./dev run scripts/lecture/pendulum3d.lua
 
@@ -11,16 +12,19 @@ newton_form = dae { der(p) ~ v, m*der(v) ~ u - m*g*e3 - z*p, 0 ~ (p.T*p - L^2)/2
 print(newton_form)
 
 print "\nBy Lagrange: L = m/2 p′ᵀp′ - m g e₃ᵀp - z (pᵀp - L²)/2, and the force u at p"
-half = lagrange { q = p, T = m/2*p.dot.T*p.dot, V = m*g*(e3.T*p), C = { (p.T*p - L^2)/2 }, Q = generalized_force(p, { {p, u} }),
+half = lagrange { q = p, T = m/2*p.dot.T*p.dot, V = m*g*(e3.T*p), C = { (p.T*p - L^2)/2 },
+  Q = generalized_force(p, { {p, u} }),
   name = "with ½" }
 print(half)
 print(half.matrix_form)
-whole = lagrange { q = p, T = m/2*p.dot.T*p.dot, V = m*g*(e3.T*p), C = { p.T*p - L^2 }, Q = u, name = "without ½" }
+whole = lagrange { q = p, T = m/2*p.dot.T*p.dot, V = m*g*(e3.T*p), C = { p.T*p - L^2 }, Q = u,
+  name = "without ½" }
 
 print "\nSemi-explicit, and G does not depend on z: ∂G/∂z = 0 has not full rank, so z = ξ(x, u) cannot be solved for"
 print("∂G/∂z =", diff((p.T*p - L^2)/2, z))
 for _, model in ipairs { newton_form, half, whole } do
-  print(("%-14s index %d, %d differential + %d algebraic variables, %d free initial values"):format(model.name .. ":",
+  print(("%-14s index %d, %d differential + %d algebraic variables, %d free initial values"):format(model.name
+    .. ":",
     model:index(), #model.differential, #model.algebraic, model:dof()))
   assert(model:index() == 3 and model:dof() == 4 and #model:constraints() == 2)
 end
@@ -39,7 +43,8 @@ expect(c(z)):near(1, 1e-10)
 
 print "\nTwo seconds of it, three roads"
 function run(model, start, form)
-  return model:reduce(form):integrate { start = start, to = 2, inputs = zero, method = rk.gauss(3), dt = 0.01 }
+  return model:reduce(form):integrate { start = start, to = 2, inputs = zero, method = rk.gauss(3),
+    dt = 0.01 }
 end
 angular = m*(p[1]*p[2].dot - p[2]*p[1].dot)           -- about the vertical
 for _, case in ipairs { { half, a, "project" }, { half, a, "acc" }, { whole, b, "project" } } do
@@ -56,6 +61,8 @@ end
 print "\nA force that carries it: u = m g e₃ leaves a free particle on the sphere, on a great circle at constant speed"
 carried = { [u] = vec { 0, 0, 9.81 } }
 at = half:init { fix = fix, inputs = carried }
-sol = half:reduce():integrate { start = at, to = math.pi/2, inputs = carried, method = rk.gauss(3), dt = math.pi/200 }
-print(("a quarter of a turn later p = %.6f %.6f %.6f"):format(math.abs(sol(p[1], math.pi/2)), sol(p[2], math.pi/2), math.abs(sol(p[3], math.pi/2))))
+sol = half:reduce():integrate { start = at, to = math.pi/2, inputs = carried, method = rk.gauss(3),
+  dt = math.pi/200 }
+print(("a quarter of a turn later p = %.6f %.6f %.6f"):format(math.abs(sol(p[1], math.pi/2)),
+  sol(p[2], math.pi/2), math.abs(sol(p[3], math.pi/2))))
 expect(sol(p, math.pi/2)):near({ 0, 1, 0 }, 1e-9)

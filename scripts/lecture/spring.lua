@@ -47,7 +47,8 @@ end
 for _, T_end in ipairs { 1, 3 } do
   local low, mid, high = action(T_end, -0.1), action(T_end, 0), action(T_end, 0.1)
   local slope, curvature = (high - low)/0.2, (high - 2*mid + low)/0.01
-  print(("T = %d: S′ = %.6f, S″ = %+.6f: %s"):format(T_end, math.abs(slope), curvature, curvature > 0 and "a minimum" or "no minimum"))
+  print(("T = %d: S′ = %.6f, S″ = %+.6f: %s"):format(T_end, math.abs(slope), curvature,
+    curvature > 0 and "a minimum" or "no minimum"))
   expect(slope):near(0, 1e-8)
   expect(curvature):near((2*(math.pi/T_end)^2 - 8)*T_end/2, 1e-6)
 end

@@ -1,4 +1,4 @@
-// e^{At}, exact where it can be, and the logarithm.
+// e^{At}, exact where it can be, and the logarithm. docs/derivations.md#matrix-exponential.
 #pragma once
 
 #include "lti/system.hpp"

@@ -278,8 +278,9 @@ local verification = {
   end,
 }
 
--- Multistep methods have no stages: their order holds for stiff components and for index 1, 2 and 3 alike. For
--- index 3 as it stands the Runge–Kutta steps that start them leave order 4. Rounding adds up over many steps.
+-- Multistep methods have no stages: their order holds for stiff components and for index 1, 2 and 3 alike.
+-- For index 3 as it stands the Runge–Kutta steps that start them leave order 4. Rounding adds up over many
+-- steps.
 function analysis.verify_multistep(method)
   local result = setmetatable({ method = method.name, order = method:order(), rows = {}, notes = {},
     ok = true }, verification)

@@ -22,7 +22,8 @@ test("form minimal of the pendulum stops where the coordinate it divided by is z
   local other = sys:reduce "project":integrate { start = at, to = 1, rtol = 1e-10, atol = 1e-10 }
   local down = 0.5919595                                   -- x(down) = 0: quarter of the period, from 90°
   for _, method in ipairs { "auto", "radau", "dop853" } do
-    local sol = low:integrate { start = at, to = 10, rtol = 1e-9, atol = 1e-9, method = method ~= "auto" and method or nil }
+    local sol = low:integrate { start = at, to = 10, rtol = 1e-9, atol = 1e-9,
+      method = method ~= "auto" and method or nil }
     has(sol.status, "stopped at t = 0.59196: x = 0 there, and (5) cannot be solved for u, as form \"minimal\" did")
     has(sol.status, "reduce \"dummy\" and reduce \"project\" divide by nothing and go on")
     expect(sol.t[#sol.t]):near(down, 1e-5)            -- it comes nearer until steps are 1e-6 of the interval
@@ -42,7 +43,8 @@ end)
 test("where nothing vanishes the same form goes to the end", function()
   local sys, low = pendulum "minimal"
   local x, y, u, v = vars "x y u v"
-  local fix = { [x] = 0.6, [y] = 0.8, [v] = 3 }            -- thrown upwards, on the right of the centre for 0.3 s
+  -- thrown upwards, on the right of the centre for 0.3 s
+  local fix = { [x] = 0.6, [y] = 0.8, [v] = 3 }
   local at = sys:init { fix = fix }
   local low = sys:reduce("minimal", { at = at })
   local sol = low:integrate { start = at, to = 0.1, rtol = 1e-9, atol = 1e-9 }
@@ -60,7 +62,8 @@ end)
 
 test("equations that lose their unknown stop every form, with the exact time", function()
   local x, y = vars "x y"
-  local runs = { { rtol = 1e-10, atol = 1e-10 }, { method = "radau", rtol = 1e-8, atol = 1e-8 }, { method = rk.rk4, dt = 0.03 },
+  local runs = { { rtol = 1e-10, atol = 1e-10 }, { method = "radau", rtol = 1e-8, atol = 1e-8 },
+    { method = rk.rk4, dt = 0.03 },
     { method = rk.gauss(2), dt = 0.03 }, { method = bdf(2), dt = 0.01 } }
   local function stops(sys, start, to, text, exact)
     for _, form in ipairs { "", "ode" } do
@@ -74,7 +77,8 @@ test("equations that lose their unknown stop every form, with the exact time", f
       end
     end
   end
-  stops(dae { x*der(x) ~ -1 }, { x = 1 }, 1, "(1) no longer determines x′")                               -- x = √(1 - 2t)
+  -- x = √(1 - 2t)
+  stops(dae { x*der(x) ~ -1 }, { x = 1 }, 1, "(1) no longer determines x′")
   stops(dae { (t - 1)*der(x) ~ 2*x }, { x = 1 }, 2, "t - 1 = 0 there, and (1) no longer determines x′",
     function(s) return (s - 1)^2 end)
 end)
@@ -89,7 +93,8 @@ end)
 test("an algebraic variable at a fold: z² = x", function()
   local x, z = vars "x z"                                  -- x = 1 - t, z = √(1 - t)
   local sys = dae { der(x) ~ -1, 0 ~ z^2 - x }
-  for _, run in ipairs { { rtol = 1e-8, atol = 1e-8 }, { method = "radau" }, { method = rk.radau(2), dt = 0.03 } } do
+  for _, run in ipairs { { rtol = 1e-8, atol = 1e-8 }, { method = "radau" },
+    { method = rk.radau(2), dt = 0.03 } } do
     run.start, run.to = sys:init { fix = { x = 1 }, guess = { z = 1 } }, 2
     local sol = sys:integrate(run)
     has(sol.status, "stopped at t = ")
@@ -100,7 +105,8 @@ end)
 
 test("a sweep lists the runs that stop", function()
   local x, a = var "x", param("a", 1)
-  local s = sweep(dae { x*der(x) ~ -a }, { start = { x = 1 }, to = 1, params = { a = { 0.2, 0.3, 0.9 } }, rtol = 1e-7 })
+  local s = sweep(dae { x*der(x) ~ -a }, { start = { x = 1 }, to = 1, params = { a = { 0.2, 0.3, 0.9 } },
+    rtol = 1e-7 })
   expect(#s.failures):equals(1)                            -- x = √(1 - 2 a t) ends at t = 1/(2a)
   expect(s:final(x)[1]):near(math.sqrt(0.6), 1e-5)
 end)
@@ -134,7 +140,8 @@ end)
 
 test("every method names the fold it stops at, near or far", function()
   local function note(sys, fix, guess, to, rtol, method, part)
-    local sol = sys:integrate { start = sys:init { fix = fix, guess = guess }, to = to, rtol = rtol, atol = rtol, method = method }
+    local sol = sys:integrate { start = sys:init { fix = fix, guess = guess }, to = to, rtol = rtol,
+      atol = rtol, method = method }
     if not sol.status:find(part, 1, true) then error(method .. ", " .. rtol .. ": " .. sol.status, 2) end
     expect(sol.status:find(part, 1, true) ~= nil):is_true()
     return sol.t[#sol.t]
@@ -151,7 +158,8 @@ end)
 test("an impasse is no place to creep along or to jump over: x′² + x² = 1 has x′ = 0 at t = π/2", function()
   local x = var "x"
   local sys = dae { der(x)^2 + x^2 ~ 1 }
-  for _, method in ipairs { "dopri5", "verner98", "radau", "bdf" } do           -- dopri5 crept on for 10⁷ steps, radau went on at x′ < 0
+  -- dopri5 crept on for 10⁷ steps, radau went on at x′ < 0
+  for _, method in ipairs { "dopri5", "verner98", "radau", "bdf" } do
     for _, rtol in ipairs { 1e-4, 1e-6, 1e-9 } do
       local at = sys:init { fix = { x = 0 }, guess = { [x.dot] = 1 } }
       local sol = sys:integrate { start = at, to = 3, rtol = rtol, atol = rtol, method = method }

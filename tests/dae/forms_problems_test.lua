@@ -4,8 +4,10 @@ local function both(sys, form)
   return sys:reduce(form)
 end
 
-for _, name in ipairs { "exam_3d", "nilpotent", "hidden_sum", "scholz_steinbrecher", "mattsson_linear", "jay_index2",
-  "jay_index3", "pendulum_velocity", "linear_combination", "substitution", "gear_petzold", "tracking_chain" } do
+for _, name in ipairs { "exam_3d", "nilpotent", "hidden_sum", "scholz_steinbrecher", "mattsson_linear",
+  "jay_index2",
+  "jay_index3", "pendulum_velocity", "linear_combination", "substitution", "gear_petzold",
+    "tracking_chain" } do
   test(name .. ": forms are equivalent or refused by name", function()
     local sys = problems[name]()
     local free = sys:dof()
@@ -20,7 +22,8 @@ for _, name in ipairs { "exam_3d", "nilpotent", "hidden_sum", "scholz_steinbrech
   end)
 end
 
-test("exam 3(d): minimal keeps one free value and the mode 1/2; reduce() goes through the repaired equations", function()
+test("exam 3(d): minimal keeps one free value and the mode 1/2; reduce() goes through the repaired equations",
+  function()
   local sys = problems.exam_3d()
   local x = sys.differential
   local low = sys:reduce "minimal"
@@ -37,26 +40,31 @@ end)
 test("a start keeps its inputs as expressions: reduced forms need their derivatives", function()
   local u = input "u"
   local x = var("x", 3)
-  local sys = dae.linear { E = { { 0, 1, 0 }, { 0, 0, 1 }, { 0, 0, 0 } }, A = eye(3), B = { { 0 }, { 0 }, { 1 } },
+  local sys = dae.linear { E = { { 0, 1, 0 }, { 0, 0, 1 }, { 0, 0, 0 } }, A = eye(3),
+    B = { { 0 }, { 0 }, { 1 } },
     u = u, x = x }
   local given = { [u] = function(t) return sin(t) end }
   local at = sys:init { inputs = given }
   for _, form in ipairs { "acc", "project", "dummy" } do
-    local sol = sys:reduce(form):integrate { start = at, to = 1, dt = 0.1, method = rk.gauss(3), inputs = given }
+    local sol = sys:reduce(form):integrate { start = at, to = 1, dt = 0.1, method = rk.gauss(3),
+      inputs = given }
     expect(sol(x[1], 1)):near(math.sin(1), 1e-6)           -- x = (-u″, -u′, -u)
   end
 end)
 
 test("integrate refuses index 2 also where structure says 0", function()
   local sys = problems.exam_3d()
-  expect(function() sys:integrate { start = problems.exam_3d:start(), to = 1 } end):fails "the model has index 2"
-  local sol = sys:integrate { start = problems.exam_3d:start(), to = 1, direct = true, method = "radau" }   -- as it stands
+  expect(function() sys:integrate { start = problems.exam_3d:start(),
+    to = 1 } end):fails "the model has index 2"
+  -- as it stands
+  local sol = sys:integrate { start = problems.exam_3d:start(), to = 1, direct = true, method = "radau" }
   expect(sol.status):equals "finished"
   -- structurally singular and of index 1: nothing to refuse
   local i1, i2 = vars "i1 i2"
   local transformer = dae { der(i1) + 2*der(i2) ~ sin(t) - i1, 2*der(i1) + 4*der(i2) ~ -i2 }
   expect(transformer:index()):equals(1)
-  expect(transformer:integrate { start = transformer:init { fix = { i1 = 0 } }, to = 1 }.status):equals "finished"
+  expect(transformer:integrate { start = transformer:init { fix = { i1 = 0 } },
+    to = 1 }.status):equals "finished"
 end)
 
 test("form ggl is integrated at index 2, which it is made for", function()
@@ -64,6 +72,7 @@ test("form ggl is integrated at index 2, which it is made for", function()
   local at = p:start()
   local sol = p():reduce "ggl":integrate { start = at, to = 1, rtol = 1e-8, atol = 1e-8 }
   local x = var "x"
-  expect(sol(x, 1)):near(p():reduce():integrate { start = at, to = 1, rtol = 1e-10, atol = 1e-10 }(x, 1), 1e-6)
+  expect(sol(x, 1)):near(p():reduce():integrate { start = at, to = 1, rtol = 1e-10, atol = 1e-10 }(x, 1),
+    1e-6)
   expect(tostring(sol:stats())):matches "radau"
 end)

@@ -21,16 +21,20 @@ end
 
 test("too many fixes: the smallest conflict, written by the equation itself", function()
   says({ "conflict: a = 3, b = 1", "violated: (2):  0 ≠ 8 = 3 a - b" }, line, { fix = { a = 3, b = 1 } })
-  says({ "conflict: a = 3, b = 1", "(2), (3):  0 ≠ 8 = 3 a - b" }, chain, { fix = { a = 3, b = 1 } })   -- c eliminated
-  says({ "conflict: x = 3\n", "(5):  0 ≠ 8 = x² + y² - L²  at x = 3, y = 0" }, ball, { fix = { x = 3, u = 0 } })
+  -- c eliminated
+  says({ "conflict: a = 3, b = 1", "(2), (3):  0 ≠ 8 = 3 a - b" }, chain, { fix = { a = 3, b = 1 } })
+  says({ "conflict: x = 3\n", "(5):  0 ≠ 8 = x² + y² - L²  at x = 3, y = 0" }, ball,
+    { fix = { x = 3, u = 0 } })
   says({ "conflict: x = 0.6, y = 0.7\n", "0 ≠ -0.15 = x² + y² - L²", "nearest = true" }, ball,
     { fix = { x = .6, y = .7, u = 0, lam = 1 } })
 end)
 
 test("too few: candidates, directions, and a call that works", function()
-  says({ "1 initial value is neither fixed nor determined", "candidates: u, v", "(u, v) may move along (1, -0.75)",
+  says({ "1 initial value is neither fixed nor determined", "candidates: u, v",
+    "(u, v) may move along (1, -0.75)",
     "sys:init{ fix = { x = 0.6, u = 0 } }" }, ball, { fix = { x = 0.6 } })
-  expect(ball:init { fix = { x = 0.6, u = 0 } }(lam)):near(-9.81*0.8, 1e-12)     -- the call, as it was printed
+  -- the call, as it was printed
+  expect(ball:init { fix = { x = 0.6, u = 0 } }(lam)):near(-9.81*0.8, 1e-12)
   says({ "2 initial values", "candidates: x, y, u, v", "sys:init{ fix = { x = 0, u = 0 } }" }, ball, {})
   local q = var("q", 2)
   local two = dae { der(q, 2) ~ -q }
@@ -39,7 +43,8 @@ test("too few: candidates, directions, and a call that works", function()
 end)
 
 test("a singular point: what is determined twice, and the null vector", function()
-  says({ "y = -1, v = 0 are determined by the rest already", "x may move alone" }, ball, { fix = { y = -1, v = 0 } })
+  says({ "y = -1, v = 0 are determined by the rest already", "x may move alone" }, ball,
+    { fix = { y = -1, v = 0 } })
   local flat = dae { der(a) ~ -a, 0 ~ (2*b + c)*a, 0 ~ b*a - c*a*a }     -- at a = 0 nothing holds b and c
   says({ "The equations are singular here", "may move alone" }, flat, { fix = { a = 0 } })
   local tilted = dae { der(a) ~ -a, 0 ~ 2*b + c - a, 0 ~ (2*b + c)*(1 + a) - a - a^2 + a*b }
@@ -82,7 +87,8 @@ end)
 
 test("equations without a value at the guess name equation and variable", function()
   local root = dae { der(a) ~ -a, 0 ~ b - sqrt(a) }
-  says({ "equation (2)", "has no value at a = -1", "√a is undefined", "fix a where it has one" }, root, { fix = { a = -1 } })
+  says({ "equation (2)", "has no value at a = -1", "√a is undefined", "fix a where it has one" }, root,
+    { fix = { a = -1 } })
   says({ "has no value at a = -1", "guess = { a = … }" }, root, { guess = { a = -1 } })
   expect(root:init { fix = { a = 0 } }(b)):equals(0)          -- the slope there is infinite, the value is not
   says({ "log(a) is undefined" }, dae { der(a) ~ -a, 0 ~ b - log(a) }, { guess = { a = 0 } })
@@ -165,17 +171,20 @@ test("a guess that is consistent already stays as it is", function()
   expect(at(der(x))):near(4, 1e-14)
 end)
 
--- The pendulum of unit length in coordinates, its unknowns in other units and its equations multiplied by constants.
+-- The pendulum of unit length in coordinates, its unknowns in other units and its equations multiplied by
+-- constants.
 local function scaled_pendulum(factors, unit, unit_of_force)
   local X, Y, l = vars "X Y l"
   local x, y = X*unit, Y*unit
-  return dae { factors[1]*(der(x, 2) + x*l*unit_of_force) ~ 0, factors[2]*(der(y, 2) + y*l*unit_of_force + 9.81) ~ 0,
+  return dae { factors[1]*(der(x, 2) + x*l*unit_of_force) ~ 0,
+    factors[2]*(der(y, 2) + y*l*unit_of_force + 9.81) ~ 0,
     factors[3]*(x^2 + y^2 - 1) ~ 0 }, X, Y, l
 end
 
 test("units and factors change neither the values, nor the ledger, nor the verdict", function()
   local cases = {
-    { 0.6, nil, 1, nil, -0.8 }, { 0.6, nil, 1, nil, 0.8 }, { 0.6, -0.8, 0.8, 0.6 }, { 0.6, -0.7, 0 }, { 0.6, -0.8, 1, 1 }, { 0.6 },
+    { 0.6, nil, 1, nil, -0.8 }, { 0.6, nil, 1, nil, 0.8 }, { 0.6, -0.8, 0.8, 0.6 }, { 0.6, -0.7, 0 },
+      { 0.6, -0.8, 1, 1 }, { 0.6 },
     { 1.5, nil, 0 }, { 1, nil, 0.1 }, { 0, 0, 0 },
   }
   for _, c in ipairs(cases) do
@@ -190,8 +199,10 @@ test("units and factors change neither the values, nor the ledger, nor the verdi
         local answer
         if good then
           local words = {}
-          for word in tostring(at:ledger()):gmatch "fixed %(redundant, consistent%)" do words[#words + 1] = word end
-          answer = ("%.9f %.9f %.9f %.9f %.7f, %d redundant"):format(at(X)*unit, at(Y)*unit, at(X.dot)*unit, at(Y.dot)*unit,
+          for word in tostring(at:ledger()):gmatch "fixed %(redundant, consistent%)" do
+            words[#words + 1] = word end
+          answer = ("%.9f %.9f %.9f %.9f %.7f, %d redundant"):format(at(X)*unit, at(Y)*unit, at(X.dot)*unit,
+            at(Y.dot)*unit,
             at(l)*(unit == 1 and 1 or 1e6), #words)
         else
           answer = tostring(at):gsub("violated:.-\n  Leave", "Leave"):gsub("%-?%d+%.?%d*e?[-+]?%d*", "#")
@@ -207,7 +218,8 @@ test("no value alone is blamed where another value hides the way: the centre of 
   local x, y, l = vars "x y lambda"
   local sys = dae { der(x, 2) ~ -x*l, der(y, 2) ~ -y*l - 9.81, 0 ~ x^2 + y^2 - 1 }
   expect(function() sys:init { fix = { x = 0, y = 0, [x.dot] = 0 } } end):fails "conflict: x = 0, y = 0\n"
-  -- a guess is a starting point only: the root on its side does not exist (y > 0 where x″ = 0), the other one is found
+  -- a guess is a starting point only: the root on its side does not exist (y > 0 where x″ = 0), the other one
+  -- is found
   local at = sys:init { fix = { x = 0.6, [der(x, 2)] = 0 }, guess = { y = -1 } }
   expect(at(y)):near(0.8, 1e-9)
   expect(at(l)):near(0, 1e-9)
@@ -228,13 +240,15 @@ end)
 
 test("a guessed state that is free stays; what follows from it moves", function()
   local x, y, z = vars "x y z"
-  local sys = dae { der(x) ~ y*z, der(y) ~ -x*z, 0 ~ x - sin(t) }                -- y z = 1 at t = 0, y is free
+  -- y z = 1 at t = 0, y is free
+  local sys = dae { der(x) ~ y*z, der(y) ~ -x*z, 0 ~ x - sin(t) }
   local at = sys:init { guess = { y = 2, z = 0.1 } }
   expect(at(y)):equals(2)
   expect(at(z)):near(0.5, 1e-12)
   local ledger = tostring(at:ledger())
   expect(ledger:find("y     2  free", 1, true) ~= nil):is_true()
-  expect(select(2, ledger:gsub("free, chosen", ""))):equals(1)                     -- one free value, one row that says so
+  -- one free value, one row that says so
+  expect(select(2, ledger:gsub("free, chosen", ""))):equals(1)
 end)
 
 test("an equation t z\u{2032} = f is not divided by t: a start at t = 0", function()
@@ -243,7 +257,8 @@ test("an equation t z\u{2032} = f is not divided by t: a start at t = 0", functi
   local at = sys:init {}
   expect(at(z)):near(1, 1e-12)
   expect(at(y)):near(0, 1e-12)
-  expect(at(x)):near(1, 1e-12)                                                     -- x = t³ - cos t + (1 + t) eᵗ + 1
+  -- x = t³ - cos t + (1 + t) eᵗ + 1
+  expect(at(x)):near(1, 1e-12)
 end)
 
 test("large and small values: consistent means beside the terms, conflicts have a residual", function()

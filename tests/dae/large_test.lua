@@ -31,7 +31,8 @@ test("a chain of 200 links starts from rounded positions, as a guess and as the 
   local N = 200
   local sys, x, y = chain(N)
   local near = sys:init { fix = at_rest(N, x, y, {}), guess = positions(N, x, y, 4) }
-  local moved = sys:init { fix = at_rest(N, x, y, positions(N, x, y, 4)), nearest = true }   -- tells what moved, 20 lines
+  -- tells what moved, 20 lines
+  local moved = sys:init { fix = at_rest(N, x, y, positions(N, x, y, 4)), nearest = true }
   for _, at in ipairs { near, moved } do
     for _, i in ipairs { 1, 77, N } do
       local dx, dy = at(x[i]) - (i > 1 and at(x[i-1]) or 0), at(y[i]) - (i > 1 and at(y[i-1]) or 0)
@@ -77,7 +78,8 @@ test("units of a chain of 2500 coupled loops stay finite", function()
 end)
 
 test("a large start that no step can improve says which equation, at once", function()
-  local N = 100                                            -- a chain whose points are given on a grid that is coarser than its links
+  -- a chain whose points are given on a grid that is coarser than its links
+  local N = 100
   local x, y = var("x", N), var("y", N)
   local T, V, C, guess = 0, 0, {}, {}
   for i = 1, N do
@@ -87,7 +89,8 @@ test("a large start that no step can improve says which equation, at once", func
     guess[x[i]], guess[y[i]], guess[x[i].dot], guess[y[i].dot] = 10*(i//10), 0, 0, 0
   end
   local sys = lagrange { q = vstack(x, y), T = T, V = V, C = C }
-  expect(function() sys:init { guess = guess } end):fails "C₁  0 = (x₁² + y₁² - 1)/2 does not hold at the values given"
+  expect(function() sys:init {
+    guess = guess } end):fails "C₁  0 = (x₁² + y₁² - 1)/2 does not hold at the values given"
   expect(function() sys:init { guess = guess } end):fails "Points that should be apart coincide"
   for i = 1, N do guess[x[i]] = i == 4 and 3 or i end       -- one pair alone is moved apart by its neighbours
   expect(sys:init { guess = guess }((x[4] - x[3])^2 + (y[4] - y[3])^2)):near(1, 1e-9)

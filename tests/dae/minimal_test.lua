@@ -1,12 +1,15 @@
--- Form "minimal" of quadratic constraints: the root of the start, told in trace(), and a run that stops where it ends.
+-- Form "minimal" of quadratic constraints: the root of the start, told in trace(), and a run that stops where
+-- it ends.
 local x, y = vars "x y"
 local g = param("g", 9.81)
 local function has(text, part)
   if not text:find(part, 1, true) then error(text .. "\n  does not contain\n" .. part, 2) end
   expect(text:find(part, 1, true) ~= nil):is_true()
 end
-local pendulum = lagrange { q = {x, y}, T = (x.dot^2 + y.dot^2)/2, V = g*y, C = { x^2 + y^2 - param("L", 1)^2 } }
-local function start(xs, ys, rate) return pendulum:init { fix = { x = xs, [x.dot] = rate }, guess = { y = ys } } end
+local pendulum = lagrange { q = {x, y}, T = (x.dot^2 + y.dot^2)/2, V = g*y,
+  C = { x^2 + y^2 - param("L", 1)^2 } }
+local function start(xs, ys, rate) return pendulum:init { fix = { x = xs, [x.dot] = rate },
+  guess = { y = ys } } end
 
 test("without a start the root is open", function()
   expect(function() pendulum:reduce "minimal" end):fails
@@ -18,7 +21,8 @@ test("the pendulum swings as in form project; the branch is that of the start", 
   for _, ys in ipairs { -0.8, 0.8 } do
     local at = start(0.6, ys, 0.4)
     local low = pendulum:reduce("minimal", { at = at })
-    has(tostring(low:trace()), "C = 0 is quadratic in y:  y = " .. (ys < 0 and "-" or "") .. "√(L² - x²),  the root of the start (y = "
+    has(tostring(low:trace()), "C = 0 is quadratic in y:  y = " .. (ys < 0 and "-" or "")
+      .. "√(L² - x²),  the root of the start (y = "
       .. ys .. "),  valid while L² - x² > 0")
     has(tostring(low), "valid where   √(L² - x²) ≠ 0")
     expect(low:index()):equals(0)
@@ -27,12 +31,14 @@ test("the pendulum swings as in form project; the branch is that of the start", 
     local a = low:integrate { start = at, to = to, rtol = 1e-10, atol = 1e-10 }
     local b = project:integrate { start = at, to = to, rtol = 1e-10, atol = 1e-10 }
     expect(a.status):equals "finished"
-    for _, e in ipairs { x, y, x.dot, y.dot, pendulum.multipliers[1] } do expect(a:final(e)):near(b:final(e), 1e-7) end
+    for _, e in ipairs { x, y, x.dot, y.dot, pendulum.multipliers[1] } do
+      expect(a:final(e)):near(b:final(e), 1e-7) end
   end
 end)
 
 test("where the other coordinate is larger, it is the one that stays", function()
-  local low = pendulum:reduce("minimal", { at = pendulum:init { fix = { y = -0.1, [y.dot] = 0 }, guess = { x = -1 } } })
+  local low = pendulum:reduce("minimal", { at = pendulum:init { fix = { y = -0.1, [y.dot] = 0 },
+    guess = { x = -1 } } })
   has(tostring(low:trace()), "C = 0 is quadratic in x:  x = -√(L² - y²)")
 end)
 
@@ -40,10 +46,13 @@ test("a swing beyond the horizontal stops there and names the forms that go on",
   local at = start(0.6, -0.8, 4)
   local low = pendulum:reduce("minimal", { at = at })
   local project = pendulum:reduce "project"
-  local up = project:integrate { start = at, to = 1, rtol = 1e-11, atol = 1e-11, events = { { when = y, action = "stop" } } }
+  local up = project:integrate { start = at, to = 1, rtol = 1e-11, atol = 1e-11,
+    events = { { when = y, action = "stop" } } }
   local horizontal = up.t[#up.t]
-  for _, run in ipairs { { rtol = 1e-5 }, { rtol = 1e-9 }, { rtol = 1e-7, method = "radau" }, { rtol = 1e-7, method = "bdf" },
-    { rtol = 1e-8, times = { 0, 0.1, 0.2, 0.3, 0.4 } }, { dt = 0.01, method = rk.gauss(2) }, { dt = 0.01, method = rk.rk4 }, { dt = 0.002, method = bdf(3) } } do
+  for _, run in ipairs { { rtol = 1e-5 }, { rtol = 1e-9 }, { rtol = 1e-7, method = "radau" },
+    { rtol = 1e-7, method = "bdf" },
+    { rtol = 1e-8, times = { 0, 0.1, 0.2, 0.3, 0.4 } }, { dt = 0.01, method = rk.gauss(2) },
+      { dt = 0.01, method = rk.rk4 }, { dt = 0.002, method = bdf(3) } } do
     run.start, run.to = at, 2
     local sol = low:integrate(run)
     has(sol.status, "√(L² - x²) ")
@@ -73,14 +82,16 @@ end)
 test("a cubic constraint is refused by name", function()
   local z = var "z"
   local sys = dae { der(x) ~ y*z, der(y) ~ -x*z, 0 ~ x^3 + y^3 - 1 }
-  expect(function() sys:reduce("minimal", { at = sys:init { fix = { x = 0.5 }, guess = { y = 0.9 } } }) end):fails
+  expect(function() sys:reduce("minimal", { at = sys:init { fix = { x = 0.5 },
+    guess = { y = 0.9 } } }) end):fails
     "is linear or quadratic in none of x, y, so no coordinate can be written explicitly"
 end)
 
 test("first order, and a coefficient that is no number", function()
   local u, v, lam = vars "u v lam"
   local a = param("a", 4)
-  local sys = dae { der(x) ~ u, der(y) ~ v, der(u) ~ -2*lam*x*a, der(v) ~ -2*lam*y - g, 0 ~ a*x^2 + y^2 - 1 }   -- an ellipse
+  -- an ellipse
+  local sys = dae { der(x) ~ u, der(y) ~ v, der(u) ~ -2*lam*x*a, der(v) ~ -2*lam*y - g, 0 ~ a*x^2 + y^2 - 1 }
   local at = sys:init { fix = { x = 0.2, u = 0.3 }, guess = { y = -0.9 } }
   local low = sys:reduce("minimal", { at = at })
   local sol = low:integrate { start = at, to = 2, rtol = 1e-10, atol = 1e-10 }
@@ -94,7 +105,8 @@ test("two links: one root inside the other", function()
   local q = var("q", 4)
   local two = lagrange { q = q, T = q.dot.T*q.dot/2, V = g*(q[2] + q[4]),
     C = { (q[1]^2 + q[2]^2 - 1)/2, ((q[3] - q[1])^2 + (q[4] - q[2])^2 - 1)/2 } }
-  local at = two:init { fix = { [q[1]] = 0.1, [q[3]] = 0.3, [q[1].dot] = 0, [q[3].dot] = 0 }, guess = { [q] = { 0.1, -1, 0.3, -2 } } }
+  local at = two:init { fix = { [q[1]] = 0.1, [q[3]] = 0.3, [q[1].dot] = 0, [q[3].dot] = 0 },
+    guess = { [q] = { 0.1, -1, 0.3, -2 } } }
   local sol = two:reduce("minimal", { at = at }):integrate { start = at, to = 1, rtol = 1e-10, atol = 1e-10 }
   local other = two:reduce():integrate { start = at, to = 1, rtol = 1e-10, atol = 1e-10 }
   for i = 1, 4 do expect(sol:final(q[i])):near(other:final(q[i]), 1e-7) end

@@ -1,7 +1,8 @@
 -- Equation numbers mean one equation each, and what is said about conditions names those that they come from.
 local E = mat { { 1, 1, 0 }, { 0, 0, 1 }, { 1, 1, 1 } }
 
-test("conditions of a linear model are combinations of its equations, which can be checked by hand", function()
+test("conditions of a linear model are combinations of its equations, which can be checked by hand",
+  function()
   local list = tostring(dae.linear { E = E, A = eye(3) }:constraints())
   expect(list):matches "%(1c%) %- %(1a%) %- %(1b%): +0 = x₁ %+ x₂ %- x₃"
   expect(list):matches "%(1c%)′ %- %(1a%)′ %- %(1b%)′ %- %(1a%) %+ %(1b%): +0 = x₁ %- x₂"
@@ -38,7 +39,8 @@ end)
 
 test("what the index of a model with unspecified functions depends on", function()
   local x, z, u, F, f, h = var("x", 3), var("Z", 2), input "u", func("F", 5), func("f", 3), func("h", 2)
-  expect(tostring(dae.implicit { x = x, z = z, u = u, F = F(x.dot, x, z, u) })):matches "holds +index 1 where ∂F/∂%(x′, z%) is nonsingular"
+  expect(tostring(dae.implicit { x = x, z = z, u = u,
+    F = F(x.dot, x, z, u) })):matches "holds +index 1 where ∂F/∂%(x′, z%) is nonsingular"
   expect(tostring(dae.semi_explicit { x = x, z = z, f = f(x, z), g = h(x) })):matches(
     "index 2 where ∂g/∂x ∂f/∂z is nonsingular, with x′ = f and 0 = g the equations %(2a%), %(2b%); where it is singular everywhere, the index is at least 3")
 end)

@@ -26,7 +26,8 @@ test("inputs", function()
   local p = dae { der(x) ~ y, 0 ~ x - y + u }:pencil()
   local s = p:solution({ x = 1 }, { inputs = { [u] = sin(t) } })
   expect(evaluate(s, { t = 0 })[1]):equals(1)
-  expect(tostring(p:solution({ x = 0 }, { inputs = { [u] = function(t) return exp(t) end } })[1])):equals "t exp(t)"
+  expect(tostring(p:solution({ x = 0 }, { inputs = { [u] = function(t)
+    return exp(t) end } })[1])):equals "t exp(t)"
   expect(function() p:solution { x = 1 } end):fails "the input 'u' needs an expression in t"
   expect(function() p:solution({ x = 1 }, { inputs = { u = tanh(t) } }) end):fails "tanh(t) is no polynomial"
   expect(function() p:solution({ x = 1 }, { input = {} }) end):fails "Did you mean 'inputs'?"
@@ -34,7 +35,8 @@ end)
 
 test("what has no pencil", function()
   local x, y = var "x", var "y"
-  expect(function() dae { der(x) ~ y ^ 2, 0 ~ x + y }:pencil() end):fails "equation (1) 'x′ = y²' is not linear"
+  expect(function() dae { der(x) ~ y ^ 2,
+    0 ~ x + y }:pencil() end):fails "equation (1) 'x′ = y²' is not linear"
   local p = dae { der(x) ~ y, 2 * der(x) ~ 2 * y }:pencil()
   expect(p.regular):equals(false)
   expect(function() return p.index end):fails "the pencil is singular and has no index"

@@ -1,10 +1,12 @@
--- Blocks of more than four equations: a run stops where constraints become dependent, or equations lose their unknowns.
+-- Blocks of more than four equations: a run stops where constraints become dependent, or equations lose their
+-- unknowns.
 local function has(text, part)
   if not text:find(part, 1, true) then error(text .. "\n  does not contain\n" .. part, 2) end
   expect(text:find(part, 1, true) ~= nil):is_true()
 end
 
--- A four-bar linkage of three bars in Cartesian coordinates: cranks of length 1 and L3 on a base of 2, a coupler of 2.
+-- A four-bar linkage of three bars in Cartesian coordinates: cranks of length 1 and L3 on a base of 2, a
+-- coupler of 2.
 local function four_bar(L3, theta)
   local q = var("q", 9)
   local x1, y1, a1, x2, y2, a2, x3, y3, a3 = q[1], q[2], q[3], q[4], q[5], q[6], q[7], q[8], q[9]
@@ -28,7 +30,8 @@ test("a parallelogram of Cartesian bodies stops where it is flat, in every form"
   for _, form in ipairs { "acc", "ode", "project", "baumgarte", "ggl" } do
     local low = sys:reduce(form)
     for _, method in ipairs(form == "ggl" and {} or { "auto", "radau" }) do
-      local sol = low:integrate { start = at, to = 10, rtol = 1e-7, method = method ~= "auto" and method or nil }
+      local sol = low:integrate { start = at, to = 10, rtol = 1e-7,
+        method = method ~= "auto" and method or nil }
       has(sol.status, "the constraints C₁, C₃, C₅, C₇ are dependent (-∇C₁ + ∇C₃ + ∇C₅ + ∇C₇ = 0) there")
       has(sol.status, "no longer determine z₁, z₃, z₅, z₇")
       has(sol.status, "init{ fix = …, from = t }")
@@ -38,7 +41,8 @@ test("a parallelogram of Cartesian bodies stops where it is flat, in every form"
       expect(sol:final(a1)):near(1 + last, 1e-5)
       expect(sol(a1, last/2)):near(1 + last/2, 1e-5)
     end
-    local fixed = low:integrate { start = at, to = 4, dt = 0.05, method = rk.radau(3), direct = form == "ggl" }
+    local fixed = low:integrate { start = at, to = 4, dt = 0.05, method = rk.radau(3),
+      direct = form == "ggl" }
     local names = form == "ggl" and "(3a), (3c), (3e), (3g)" or "C₁, C₃, C₅, C₇"
     has(fixed.status, "stopped at t = 2.142: the constraints " .. names .. " are dependent")
     expect(fixed.t[#fixed.t]):near(2.1, 1e-12)
@@ -55,7 +59,8 @@ test("only saved times: the run ends at the last one before", function()
   expect(#sol.t):equals(2)                                   -- the step from 1.96 on was taken back
 end)
 
-test("however the steps fall: points behind the flat one, that cannot be interpolated, do not hide it", function()
+test("however the steps fall: points behind the flat one, that cannot be interpolated, do not hide it",
+  function()
   local sys, at = four_bar(1, 1)
   local low = sys:reduce()
   for k = 1, 12 do
@@ -93,7 +98,8 @@ test("the same linkage by its angles, first order", function()
   local a, b, c, u, v, w, l1, l2 = vars "a b c u v w l1 l2"
   local function model(L3)
     return dae { der(a) ~ u, der(b) ~ v, der(c) ~ w,
-      der(u) ~ l1*sin(a) - l2*cos(a), der(v) ~ 2*l1*sin(b) - 2*l2*cos(b), der(w) ~ -L3*l1*sin(c) + L3*l2*cos(c),
+      der(u) ~ l1*sin(a) - l2*cos(a), der(v) ~ 2*l1*sin(b) - 2*l2*cos(b),
+        der(w) ~ -L3*l1*sin(c) + L3*l2*cos(c),
       0 ~ cos(a) + 2*cos(b) - L3*cos(c) - 2, 0 ~ sin(a) + 2*sin(b) - L3*sin(c) }
   end
   local sys = model(1)
@@ -126,7 +132,8 @@ test("a chain of eight links between walls that move apart ends stretched", func
   local sys = lagrange { q = vstack(x, y), T = T, V = V, C = C }
   local fix = {}
   for _, i in ipairs { 1, 2, 3 } do fix[x[i]], fix[x[i].dot] = 0, 0 end
-  local at = sys:init { nearest = true, fix = { [x.dot] = zeros(n - 1, 1), [y.dot] = zeros(n - 1, 1), [x] = guess_x, [y] = guess_y } }
+  local at = sys:init { nearest = true, fix = { [x.dot] = zeros(n - 1, 1), [y.dot] = zeros(n - 1, 1),
+    [x] = guess_x, [y] = guess_y } }
   for _, run in ipairs { { rtol = 1e-6 }, { rtol = 1e-6, method = "radau" } } do
     run.start, run.to = at, 3
     local sol = sys:reduce():integrate(run)
@@ -137,12 +144,14 @@ test("a chain of eight links between walls that move apart ends stretched", func
 end)
 
 test("six coupled algebraic equations that lose their unknowns", function()
-  local x, z = var "x", var("z", 6)                          -- z₁³ - z₁ + z₆/50 = x: a fold near z₁ = 1/√3, x = -0.38
+  -- z₁³ - z₁ + z₆/50 = x: a fold near z₁ = 1/√3, x = -0.38
+  local x, z = var "x", var("z", 6)
   local equations = { der(x) ~ -1, 0 ~ z[1]^3 - z[1] + z[6]/50 - x }
   for i = 2, 6 do equations[i + 1] = 0 ~ z[i] - z[i - 1]/2 - sin(z[i % 6 + 1])/10 end
   local sys = dae(equations)
   local at = sys:init { fix = { x = 1 }, guess = { [z] = { 1.3, .7, .4, .2, .1, 0 } } }
-  for _, run in ipairs { { rtol = 1e-6 }, { rtol = 1e-6, method = "radau" }, { rtol = 1e-6, method = "bdf" }, { dt = 0.02, method = rk.radau(2) } } do
+  for _, run in ipairs { { rtol = 1e-6 }, { rtol = 1e-6, method = "radau" }, { rtol = 1e-6, method = "bdf" },
+    { dt = 0.02, method = rk.radau(2) } } do
     run.start, run.to = at, 3
     local sol = sys:integrate(run)
     has(sol.status, "he equations (2), (3), (4), (5), (6), (7) no longer determine z")
@@ -151,7 +160,8 @@ test("six coupled algebraic equations that lose their unknowns", function()
   end
 end)
 
--- A heavy top in Euler angles that swings through the vertical: φ and ψ turn about one axis at θ = 0, sin θ only touches 0.
+-- A heavy top in Euler angles that swings through the vertical: φ and ψ turn about one axis at θ = 0, sin θ
+-- only touches 0.
 local function top(held)
   local phi, theta, psi = vars "phi theta psi"
   local p, e = var("p", 3), vec{ sin(theta)*sin(phi), -sin(theta)*cos(phi), cos(theta) }
@@ -163,12 +173,14 @@ local function top(held)
     C = { p[1] - 0.3*e[1], p[2] - 0.3*e[2], p[3] - 0.3*e[3] }
   end
   local sys = lagrange { q = q, T = T, V = V, C = C }
-  local turn = 0.5*3*(1 - math.cos(1))/math.sin(1)^2/1.09                        -- p_φ = p_ψ: it gets to θ = 0
+  -- p_φ = p_ψ: it gets to θ = 0
+  local turn = 0.5*3*(1 - math.cos(1))/math.sin(1)^2/1.09
   return sys, sys:init { fix = { [phi] = 0, [theta] = 1, [psi] = 0, [theta.dot] = -3, [phi.dot] = turn,
     [psi.dot] = 3 - turn*math.cos(1) }, guess = held and { [p] = { 0, -0.25, 0.16 } } or nil }
 end
 
-test("a mass matrix that loses its rank ends the run, whatever the method, small or held by constraints", function()
+test("a mass matrix that loses its rank ends the run, whatever the method, small or held by constraints",
+  function()
   for _, held in ipairs { false, true } do
     local sys, at = top(held)
     for _, form in ipairs(held and { "project", "ode", "ggl", "dummy", "minimal" } or { "" }) do
@@ -189,7 +201,8 @@ end)
 test("beside the vertical the same top goes round", function()
   local sys = top(true)
   local phi, theta, psi, p = sys.differential[4], sys.differential[5], sys.differential[6], sys.differential
-  local at = sys:init { fix = { [phi] = 0, [theta] = 1, [psi] = 0, [theta.dot] = -3, [phi.dot] = 0.4, [psi.dot] = 3 },
+  local at = sys:init { fix = { [phi] = 0, [theta] = 1, [psi] = 0, [theta.dot] = -3, [phi.dot] = 0.4,
+    [psi.dot] = 3 },
     guess = { [p[1]] = 0, [p[2]] = -0.25, [p[3]] = 0.16 } }
   local sol = sys:reduce():integrate { start = at, to = 10, rtol = 1e-8, atol = 1e-8 }
   expect(sol.status):equals "finished"

@@ -11,10 +11,12 @@ end
 test("every form of the pendulum ends where form acc ends", function()
   local wanted = final(ball:reduce "acc"):final(p)
   for _, form in ipairs { "ode", "project", "baumgarte" } do
-    expect(final(ball:reduce(form)):final(p)):near(wanted, 1e-10)     -- order 6: the step error is below 1e-12
+    -- order 6: the step error is below 1e-12
+    expect(final(ball:reduce(form)):final(p)):near(wanted, 1e-10)
   end
   expect(final(ball:reduce("dummy", { at = at })):final(p)):near(wanted, 1e-10)
-  local ggl = ball:reduce("ggl"):integrate { start = at, to = 0.5, dt = 0.0025, method = rk.radau(3), direct = true }
+  local ggl = ball:reduce("ggl"):integrate { start = at, to = 0.5, dt = 0.0025, method = rk.radau(3),
+    direct = true }
   expect(ggl:final(p)):near(wanted, 1e-9)
 end)
 
@@ -31,16 +33,19 @@ end)
 
 test("baumgarte lets a violation decay, acc lets it grow along a line", function()
   local off = { [p] = { .6, 0, -.8 }, [p.dot] = { .9, .5, .6 } }
-  local function violation(low) return low:integrate { start = low:init { fix = off, consistent = false }, to = 2,
+  local function violation(low) return low:integrate { start = low:init { fix = off, consistent = false },
+    to = 2,
     dt = 0.01, method = rk.gauss(2) }:final((p.T*p - L^2)/2) end
   expect(violation(ball:reduce "acc")):near(0.12, 1e-6)               -- C(0) + 2 C'(0), C'(0) = 0.06
-  expect(math.abs(violation(ball:reduce("baumgarte", { alpha = 10 })))):near(0, 1e-7)   -- 0.06 t exp(-10 t) at t = 2
+  -- 0.06 t exp(-10 t) at t = 2
+  expect(math.abs(violation(ball:reduce("baumgarte", { alpha = 10 })))):near(0, 1e-7)
 end)
 
 test("reduce() names its choice; unknown forms and options are refused", function()
   local best = ball:reduce()
   expect(best.form):equals "project"
-  expect(best:trace():find('reduce() chose form "project" over the explicit form "ode"', 1, true) ~= nil):equals(true)
+  expect(best:trace():find('reduce() chose form "project" over the explicit form "ode"', 1,
+    true) ~= nil):equals(true)
   local x = var "x"
   expect(dae { der(x) ~ -x }:reduce():trace():find("left the model as it is", 1, true) ~= nil):equals(true)
   expect(function() ball:reduce "minimum" end):fails "Did you mean 'minimal'"
@@ -50,7 +55,8 @@ test("reduce() names its choice; unknown forms and options are refused", functio
   expect(function() ball:reduce("dummy", { at = 3 }) end):fails "at must be a start"
 end)
 
--- A step of 1e-4 makes velocities of lengths that are known to 1e-17: rounding of 1e-13, against which some terms are small.
+-- A step of 1e-4 makes velocities of lengths that are known to 1e-17: rounding of 1e-13, against which some
+-- terms are small.
 test("ggl of the squeezing mechanism: a stall at the rounding of its terms is convergence", function()
   local p = problems.squeezer
   local at, low = p:start(), p():reduce "ggl"

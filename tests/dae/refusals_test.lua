@@ -4,17 +4,20 @@ local function refused(name, f, text)
   test(name, function() expect(f):fails(text) end)
 end
 
-refused("a state that is no variable", function() return dae.semi_explicit { x = { param "a" }, f = { x } } end,
+refused("a state that is no variable", function() return dae.semi_explicit { x = { param "a" },
+  f = { x } } end,
   "x must be made of variables (var \"x\"), got 'a'")
 refused("no equations", function() return dae.semi_explicit { x = { x } } end,
   "expected { x =, z =, u =, f =, g = }: x and f are required")
 refused("a matrix is missing", function() return dae.linear { E = { { 1 } } } end,
   "expected { E =, A =, B =, u = }: E and A are required")
-refused("matrices of different sizes", function() return dae.linear { E = { { 1, 0 }, { 0, 1 } }, A = { { 1 } } } end,
+refused("matrices of different sizes", function() return dae.linear { E = { { 1, 0 }, { 0, 1 } },
+  A = { { 1 } } } end,
   "E is 2×2, but A is 1×1; both must have the same size")
 refused("B of another height", function() return dae.linear { E = eye(2), A = eye(2), B = { { 1 } } } end,
   "B has 1 rows, but E has 2")
-refused("an equation without a symbol", function() return dae { der(x) ~ -x, vec { x - x + 1 } ~ vec { 0 } } end,
+refused("an equation without a symbol", function()
+  return dae { der(x) ~ -x, vec { x - x + 1 } ~ vec { 0 } } end,
   "contains no symbol: it reads 0 = 1, which never holds")
 refused("nothing unknown", function() return dae { param "a=1" ~ 0 } end,
   "the equations contain no unknown; declare unknowns with var or vars")
@@ -31,7 +34,8 @@ end, "has to be differentiated 3 times, but the form is made for two (positions,
 refused("baumgarte with a gain that amplifies", function()
   return dae { der(x) ~ y, der(y) ~ -w*x, 0 ~ x^2 - 1 }:reduce("baumgarte", { alpha = -1 })
 end, "must be positive: otherwise the violation of a constraint does not decay")
-refused("a start of a symbol that is not there", function() return dae { der(x) ~ -x }:init { fix = { [y] = 1 } } end,
+refused("a start of a symbol that is not there", function()
+  return dae { der(x) ~ -x }:init { fix = { [y] = 1 } } end,
   "'y' is not an unknown of this model")
 
 refused("an equation too few", function() return dae { der(x) ~ y, der(y) ~ z + x }:index() end,
@@ -40,44 +44,56 @@ refused("an equation too few", function() return dae { der(x) ~ y, der(y) ~ z + 
 refused("an equation too many", function() return dae { der(x) ~ y, y ~ 1, x ~ 2 }:reduce "acc" end,
   "the model has 3 equations for 2 unknowns\n  over-determined: 3 equations (1), (2), (3) for 2 unknowns x, y\n"
   .. "  Remove one of the equations that are too many, or declare what should follow from it with var.")
-refused("two equations for one combination", function() return dae { der(x) ~ y + z, 0 ~ x*(y + z) - 1, 0 ~ (y + z)^2 - x }:reduce "acc" end,
+refused("two equations for one combination", function()
+  return dae { der(x) ~ y + z, 0 ~ x*(y + z) - 1, 0 ~ (y + z)^2 - x }:reduce "acc" end,
   "no index can be given: the system Jacobian of the structural analysis is singular (rank 2 of 3)")
-refused("equations that contradict each other", function() return dae { der(x) + der(y) ~ 1, 2*der(x) + 2*der(y) ~ 3 }:index() end,
+refused("equations that contradict each other", function()
+  return dae { der(x) + der(y) ~ 1, 2*der(x) + 2*der(y) ~ 3 }:index() end,
   "(2) - 2 (1):  0 = -1   the equations contradict each other")
-refused("equations that depend on each other", function() return dae { der(x) + der(y) ~ x, 2*der(x) + 2*der(y) ~ 2*x }:reduce() end,
+refused("equations that depend on each other", function()
+  return dae { der(x) + der(y) ~ x, 2*der(x) + 2*der(y) ~ 2*x }:reduce() end,
   "the pencil sE - A is singular (det(sE - A) = 0 for every s)")
 refused("the pencil of a nonlinear model", function() return dae { der(x) ~ x^2 }:pencil() end,
   "equation (1) 'x′ = x²' is not linear: the term x² is not a constant times x; sys:linearize(at) makes a linear model at a point")
 refused("the pencil of a time-varying model", function() return dae { der(x) ~ t*x }:pencil() end,
   "the coefficient -t of x in equation (1) 'x′ = t x' is not constant: it depends on t")
-refused("the pencil of a model with an open parameter", function() return dae { der(x) ~ param "a"*x }:pencil() end,
+refused("the pencil of a model with an open parameter", function()
+  return dae { der(x) ~ param "a"*x }:pencil() end,
   "the parameter 'a' in the term a x of equation (1) 'x′ = a x' has no value; give it one with sys:with{ a = 1 }")
 local oscillator = dae { der(x) ~ y, der(y) ~ -2*x + input "u" }
-refused("a forcing without a closed answer", function() return oscillator:pencil():solution({ x = 0, y = 0 }, { inputs = { u = tan(t) } }) end,
+refused("a forcing without a closed answer", function()
+  return oscillator:pencil():solution({ x = 0, y = 0 }, { inputs = { u = tan(t) } }) end,
   "the forcing tan(t) is no polynomial, exponential, sine or cosine of t; use sys:integrate{ … } for it")
 refused("a forcing that grows like a mode with a root", function()
-  return dae { der(x) ~ y, der(y) ~ 2*x + input "u" }:pencil():solution({ x = 0, y = 0 }, { inputs = { u = exp(sqrt(2)*t) } })
+  return dae { der(x) ~ y, der(y) ~ 2*x + input "u" }:pencil():solution({ x = 0, y = 0 },
+    { inputs = { u = exp(sqrt(2)*t) } })
 end, "the forcing exp(√2 t) meets a mode of the system, and its rates are not rational; use rational ones")
 refused("a start of a derivative", function() return oscillator:pencil():solution { [der(x)] = 1 } end,
   "x0: 'x′' is no state of this system; its states are x, y")
 refused("too many initial values", function() return oscillator:pencil():solution { 1, 2, 3 } end,
   "x0 has 3 entries for 2 unknowns; a table { x = 1 } gives only some of them")
-refused("a column of another size", function() local q = var("q", 2) return dae { der(q) ~ -q }:pencil():solution { q = { 1, 2, 3 } } end,
+refused("a column of another size", function() local q = var("q",
+  2) return dae { der(q) ~ -q }:pencil():solution { q = { 1, 2, 3 } } end,
   "x0.q has 3 entries, 'q' has 2")
-refused("a parameter that is not there", function() return dae { der(x) ~ -param("k", 1)*x }:with { kk = 2 } end,
+refused("a parameter that is not there", function()
+  return dae { der(x) ~ -param("k", 1)*x }:with { kk = 2 } end,
   "parameters: unknown symbol 'kk'. Did you mean 'k'?")
 refused("baumgarte with a gain that moves", function()
   return dae { der(x) ~ y, der(y) ~ -w*x, 0 ~ x^2 - 1 }:reduce("baumgarte", { alpha = x })
 end, "alpha = x must be a number or made of parameters")
-refused("a name that is no string", function() return dae { der(x) ~ -x, name = 3 } end, "name must be a string, got a number")
-refused("a root with a vertical slope", function() return dae { der(x) ~ 1, 0 ~ sqrt(z) - x }:init { fix = { x = 1/2 }, guess = { z = 0 } } end,
+refused("a name that is no string", function() return dae { der(x) ~ -x, name = 3 } end,
+  "name must be a string, got a number")
+refused("a root with a vertical slope", function()
+  return dae { der(x) ~ 1, 0 ~ sqrt(z) - x }:init { fix = { x = 1/2 }, guess = { z = 0 } } end,
   "equation (2)  0 = √z - x has no finite derivative with respect to z at z = 0; give a guess where it has one: guess = { z = … }")
 refused("dummy of an ODE", function() return dae { der(x) ~ -x }:reduce "dummy" end,
   "no equation that has to be differentiated; it can be integrated as it stands")
-refused("dummy at something else", function() return dae { der(x) ~ y, 0 ~ x - sin(t) }:reduce("dummy", { at = 3 }) end,
+refused("dummy at something else", function() return dae { der(x) ~ y, 0 ~ x - sin(t) }:reduce("dummy",
+  { at = 3 }) end,
   "at must be a start: at = sys:init{ … }")
 refused("dummy at the start of another model", function()
-  return dae { der(x) ~ y, 0 ~ x - sin(t) }:reduce("dummy", { at = dae { der(w) ~ -w }:init { fix = { w = 1 } } })
+  return dae { der(x) ~ y, 0 ~ x - sin(t) }:reduce("dummy",
+    { at = dae { der(w) ~ -w }:init { fix = { w = 1 } } })
 end, "start has no value for 'x': it belongs to another model; make one with sys:init{ … }")
 refused("minimal of an ODE", function() return dae { der(x) ~ -x }:reduce "minimal" end,
   "no constraint that has to be differentiated; all its states are independent")
@@ -90,12 +106,14 @@ refused("ode of algebraic equations", function() return dae { 0 ~ x - 1 }:reduce
 local decay = dae { der(x) ~ -param "a"*x }
 refused("a parameter without a value", function() return decay:init { fix = { x = 1 } } end,
   "parameter 'a' has no value; give one: sys:with{ a = … } or params = { a = … }")
-refused("a parameter of another model, by its name", function() return decay:with { zz = 1 } end, "parameters: unknown symbol 'zz'")
+refused("a parameter of another model, by its name", function()
+  return decay:with { zz = 1 } end, "parameters: unknown symbol 'zz'")
 refused("a parameter of another model, by its symbol", function() return decay:with { [param "b"] = 1 } end,
   "the model has no parameter 'b'")
 refused("more right sides than states", function() return dae.semi_explicit { x = { x }, f = { x, y } } end,
   "f has 2 rows, but there is 1 state in x")
 refused("fewer right sides than states", function() return dae.semi_explicit { x = { x, y }, f = { x } } end,
   "f has 1 row, but there are 2 states in x")
-refused("a constraint that is not there", function() return dae { der(x) ~ y, 0 ~ x - sin(t) }:constraints()[3] end,
+refused("a constraint that is not there", function()
+  return dae { der(x) ~ y, 0 ~ x - sin(t) }:constraints()[3] end,
   "there is 1 constraint; number 3 does not exist")

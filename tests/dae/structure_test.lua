@@ -1,4 +1,5 @@
--- structure(): Σ, offsets and the verdict, on models whose answer is known (scripts/exam/problem3.lua (d); Pryce 2001).
+-- structure(): Σ, offsets and the verdict, on models whose answer is known (scripts/exam/problem3.lua (d);
+-- Pryce 2001).
 
 test("the planar pendulum: c = (0,0,2), d = (2,2,0), index 3, two free initial values, valid", function()
   local x, y, lam = vars "x y lambda"
@@ -14,7 +15,8 @@ test("the planar pendulum: c = (0,0,2), d = (2,2,0), index 3, two free initial v
   expect(s.valid):equals(true)
 end)
 
-test("exam 3(d): structure says index 0 and three free values; the system Jacobian is identically singular", function()
+test("exam 3(d): structure says index 0 and three free values; the system Jacobian is identically singular",
+  function()
   local s = dae.linear { E = { {1,1,0}, {0,0,1}, {1,1,1} }, A = eye(3) }:structure()
   expect(s.structural_index):equals(0)
   expect(s.structural_dof):equals(3)
@@ -38,7 +40,7 @@ test("sin² + cos² = 1 does not hide a singular Jacobian", function()
   expect(s.verdict):equals("identically singular")
 end)
 
--- ── the truth, also where structure lies ────────────────────────────────────────────────────────────────────────────────
+-- ── the truth, also where structure lies ───────────────────────────────────────────────────────────────────
 
 test("exam 3(d): index 2, one free value, constraints 0 = x1 + x2 - x3 and 0 = x1 - x2, x = α e^{t/2} (1, 1, 2)", function()
   local s = dae.linear { E = { {1,1,0}, {0,0,1}, {1,1,1} }, A = eye(3) }
@@ -84,7 +86,8 @@ end)
 test("the isothermal CSTR of the lecture: index 2, three free values, R1 as in the errata", function()
   local V, CA, CB, CC, R1, R2 = vars "V C_A C_B C_C R_1 R_2"
   local Fa, F, CA0, Keq, k2 = params "F_a=1 F=0.5 C_A0=2 K_eq=3 k_2=0.4"
-  local s = dae { der(V) ~ Fa - F, der(CA) ~ Fa/V*(CA0 - CA) - R1, der(CB) ~ -Fa/V*CB + R1 - R2, der(CC) ~ -Fa/V*CC + R2,
+  local s = dae { der(V) ~ Fa - F, der(CA) ~ Fa/V*(CA0 - CA) - R1, der(CB) ~ -Fa/V*CB + R1 - R2,
+    der(CC) ~ -Fa/V*CC + R2,
                   0 ~ CA - CB/Keq, 0 ~ R2 - k2*CB }
   expect(s:index()):equals(2)
   expect(s:dof()):equals(3)
@@ -148,7 +151,8 @@ test("unknowns are listed as they were declared, whatever was declared before", 
   expect(tostring(sys.differential.T)):equals("[x  y  u  v]")
 end)
 
-test("a nonlinear model whose structural index is too high: the derivative array is asked further down", function()
+test("a nonlinear model whose structural index is too high: the derivative array is asked further down",
+  function()
   local x = var("x", 5)
   local sys = dae { der(x[2]) + der(x[3]) + x[1] ~ sin(t), der(x[2]) + der(x[3]) + x[2] ~ cos(t),
     der(x[4]) + der(x[5]) + x[3] ~ t, der(x[4]) + der(x[5]) + x[4] ~ 1, x[5] + x[5]^3 ~ exp(-t) }
@@ -157,6 +161,7 @@ test("a nonlinear model whose structural index is too high: the derivative array
   expect(sys:index()):equals(1)
   expect(sys:dof()):equals(2)
   local ball = var "z"
-  local bound = tostring(dae { der(ball)^3 ~ ball + 2 }:structure())               -- index 0 has nothing to confirm
+  -- index 0 has nothing to confirm
+  local bound = tostring(dae { der(ball)^3 ~ ball + 2 }:structure())
   expect(bound):matches "true index 0"
 end)

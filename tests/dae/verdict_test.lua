@@ -1,5 +1,5 @@
--- The verdict on the system Jacobian, what the index depends on, and how the parts that cannot be solved are named.
--- Every answer is derived by hand beside the model.
+-- The verdict on the system Jacobian, what the index depends on, and how the parts that cannot be solved are
+-- named. Every answer is derived by hand beside the model.
 
 local function has(value, words) expect(tostring(value):find(words, 1, true) ~= nil):equals(true) end
 
@@ -12,7 +12,7 @@ local function answers(sys, index, dof)
   return s
 end
 
--- ── parameters ──────────────────────────────────────────────────────────────────────────────────────────────────────
+-- ── parameters ─────────────────────────────────────────────────────────────────────────────────────────────
 
 test("0 = x + a z: index 1 for a ≠ 0; for a = 0 the equation is 0 = x, index 2, nothing free", function()
   local x, z = vars "x z"
@@ -58,7 +58,7 @@ test("reduce and init know that the structure is wrong for a = 0", function()
   expect(at(z)):near(math.cos(1), 1e-10)
 end)
 
--- ── singular points and branches ────────────────────────────────────────────────────────────────────────────────────
+-- ── singular points and branches ───────────────────────────────────────────────────────────────────────────
 
 test("y = z³: index 1 where z ≠ 0; there are consistent points with z = 0", function()
   local y, z = vars "y z"
@@ -116,7 +116,8 @@ test("0 = x + z x² has the branches z = -1/x (index 1) and x = 0 (index 2): bot
   has(s, "on another branch of the solutions, where the system Jacobian is singular: index 2, 0 degrees of freedom")
 end)
 
-test("verdict at a point: the planar pendulum in y near the horizontal, x x′ + y y′ = 0 solved for y′", function()
+test("verdict at a point: the planar pendulum in y near the horizontal, x x′ + y y′ = 0 solved for y′",
+  function()
   -- 0 = x - cos(φ), 0 = y - sin(φ) with y(t) prescribed: J contains cos φ, which is 0 at φ = π/2
   local x, phi = vars "x phi"
   local sys = dae { 0 ~ x - cos(phi), 0 ~ sin(t) - sin(phi) }
@@ -126,7 +127,7 @@ test("verdict at a point: the planar pendulum in y near the horizontal, x x′ +
   has(s, "cos(φ) ≠ 0")
 end)
 
--- ── parts that cannot be solved ─────────────────────────────────────────────────────────────────────────────────────
+-- ── parts that cannot be solved ────────────────────────────────────────────────────────────────────────────
 
 test("too many and too few equations are named by number and name, with what can be done", function()
   local x, y, w, z = vars "x y w z"
@@ -160,12 +161,15 @@ end)
 
 test("equations that depend on each other or contradict each other", function()
   local x, y, z = vars "x y z"
-  expect(function() dae { der(x) ~ y, 2*der(x) ~ 2*y }:index() end):fails "the equations depend on each other: one more is needed"
-  expect(function() dae { der(x) ~ y, der(x) ~ y + 1 }:index() end):fails "the equations contradict each other"
+  expect(function() dae { der(x) ~ y,
+    2*der(x) ~ 2*y }:index() end):fails "the equations depend on each other: one more is needed"
+  expect(function() dae { der(x) ~ y,
+    der(x) ~ y + 1 }:index() end):fails "the equations contradict each other"
   expect(function() dae { 0 ~ x*y - 1, 0 ~ x^2*y^2 - 1, der(z) ~ x }:index() end):fails "dependent equations"
 end)
 
-test("Kunkel & Mehrmann 2006, Ex. 3.1 and 3.2: the pencil says nothing about systems that depend on t", function()
+test("Kunkel & Mehrmann 2006, Ex. 3.1 and 3.2: the pencil says nothing about systems that depend on t",
+  function()
   local x1, x2 = vars "x1 x2"
   -- E = [-t t²; -1 t], A = -I: regular pencils for all t, and yet x = c(t) (t, 1) solves it for every c
   local free = dae { -t*der(x1) + t^2*der(x2) ~ -x1, -der(x1) + t*der(x2) ~ -x2 }
@@ -175,7 +179,7 @@ test("Kunkel & Mehrmann 2006, Ex. 3.1 and 3.2: the pencil says nothing about sys
   answers(dae { 0 ~ -x1 + t*x2 + sin(t), der(x1) - t*der(x2) ~ cos(t) }, 2, 0)
 end)
 
--- ── fields ──────────────────────────────────────────────────────────────────────────────────────────────────────────
+-- ── fields ─────────────────────────────────────────────────────────────────────────────────────────────────
 
 test("J, blocks, gap", function()
   local x, y, z = vars "x y lambda"
@@ -188,7 +192,7 @@ test("J, blocks, gap", function()
   expect(s.nonzero[1]):equals(x^2 + y^2)
 end)
 
--- ── what hides from structure ───────────────────────────────────────────────────────────────────────────────────────
+-- ── what hides from structure ──────────────────────────────────────────────────────────────────────────────
 
 test("x z = 0: z = 0 with x free (index 1), or x = 0 (index 2)", function()
   local x, z = vars "x z"
@@ -207,7 +211,8 @@ end)
 
 test("identities of sine, tangent and exponential do not hide a dependence", function()
   local x, y, z = vars "x y z"
-  for _, pair in ipairs { { sin(2*x), 2*sin(x)*cos(x) }, { tan(x)*cos(x), sin(x) }, { exp(x + z), exp(x)*exp(z) } } do
+  for _, pair in ipairs { { sin(2*x), 2*sin(x)*cos(x) }, { tan(x)*cos(x), sin(x) },
+    { exp(x + z), exp(x)*exp(z) } } do
     local sys = dae { 0 ~ pair[1] - y, 0 ~ pair[2] - y, der(z) ~ x }
     expect(sys:structure().valid):equals(false)
     expect(function() sys:index() end):fails "the equations depend on each other"
@@ -240,9 +245,10 @@ test("ring modulator without Cs (Horneber): (4) + (6) - (3) - (5) is 0 = y10 + y
   has(sys:constraints(), "0 = y₁₀ + y₁₁ + y₁₂ + y₁₃")
 end)
 
--- ── literature ──────────────────────────────────────────────────────────────────────────────────────────────────────
+-- ── literature ─────────────────────────────────────────────────────────────────────────────────────────────
 
-test("Campbell & Griepentrog 1995: two-link flexible arm on a prescribed path, true index 5, structure 3", function()
+test("Campbell & Griepentrog 1995: two-link flexible arm on a prescribed path, true index 5, structure 3",
+  function()
   local x1, x2, x3, x4, x5, x6, u1, u2 = vars "x1 x2 x3 x4 x5 x6 u1 u2"
   local d = 2 - cos(x3)^2
   local a, b, c, e = 2/d, cos(x3)/d, sin(x3)/d, sin(x3)*cos(x3)/d
@@ -281,7 +287,7 @@ test("x y = 1, x′ + y′ = u1 (Pantelides' kind): structural 2, true 1", funct
   expect(s.structural_index):equals(2)
 end)
 
--- ── constraints ─────────────────────────────────────────────────────────────────────────────────────────────────────
+-- ── constraints ────────────────────────────────────────────────────────────────────────────────────────────
 
 local function conditions(sys, n, ...)
   local list = sys:constraints()
@@ -293,10 +299,12 @@ test("conditions on the states are complete where coefficients depend on t", fun
   local x1, x2 = vars "x1 x2"
   conditions(dae { x1 - t/4*x2 ~ exp(-t), der(x1) - t/4*der(x2) + 3/4*x2 ~ 0 }, 2,
              "0 = x₁ - t x₂/4 - exp(-t)", "0 = x₂ - exp(-t)", "(1)′ with (2)")
-  conditions(dae { 0 ~ -x1 + t*x2 + cos(t), der(x1) - t*der(x2) ~ 0 }, 2, "0 = x₁ - t x₂ - cos(t)", "0 = x₂ - sin(t)")
+  conditions(dae { 0 ~ -x1 + t*x2 + cos(t), der(x1) - t*der(x2) ~ 0 }, 2, "0 = x₁ - t x₂ - cos(t)",
+    "0 = x₂ - sin(t)")
 end)
 
-test("they do not contain what is no state: algebraic variables and highest derivatives are eliminated", function()
+test("they do not contain what is no state: algebraic variables and highest derivatives are eliminated",
+  function()
   local x1, x2, x, y, u, v, k, l = vars "x1 x2 x y u v kappa lambda"
   local h1, h2 = input "h1", input "h2"
   conditions(dae { 0 ~ x1 + exp(-der(x1) - x2*der(x2, 2)) + h1, 0 ~ x1 + x2*der(x2) + x2^2 + h2 }, 2,
@@ -308,7 +316,8 @@ test("they do not contain what is no state: algebraic variables and highest deri
   local C, T, R, Tc = vars "C T R Tc"
   local K1, K4, K5, C0 = params "K1=1 K4=1 K5=1 C0=1"
   local in_ = input "u"
-  conditions(dae { der(C) ~ K1*(C0 - C) - R, der(T) ~ K1*(1 - T) + R - (T - Tc), 0 ~ R - K4*exp(-K5/T)*C, 0 ~ C - in_ }, 2,
+  conditions(dae { der(C) ~ K1*(C0 - C) - R, der(T) ~ K1*(1 - T) + R - (T - Tc), 0 ~ R - K4*exp(-K5/T)*C,
+    0 ~ C - in_ }, 2,
              "0 = C - u", "exp(-K₅/T)")
 end)
 
@@ -319,7 +328,7 @@ test("where elimination does not reach a condition, the list says that it is inc
   has(sys:constraints(), "incomplete")
 end)
 
--- ── classification ──────────────────────────────────────────────────────────────────────────────────────────────────
+-- ── classification ─────────────────────────────────────────────────────────────────────────────────────────
 
 test("exam 3(f): g(x) cannot give z, so the index is at least 2", function()
   local x, z, u = var "x", var "z", input "u"
@@ -328,7 +337,8 @@ test("exam 3(f): g(x) cannot give z, so the index is at least 2", function()
   expect(sys:index()):equals(2)
   has(sys, "(2) does not contain the algebraic variables: ∂g/∂z is rank deficient, so the index is at least 2")
   has(sys, "index 2 where ∂g/∂x ≠ 0, ∂f/∂z ≠ 0; where one of them vanishes identically, the index is at least 3")
-  has(dae { der(x) ~ f(x, z, u), 0 ~ g(x, z, u) }, "index 1 where ∂g/∂z ≠ 0; where it vanishes identically, the index is at least 2")
+  has(dae { der(x) ~ f(x, z, u), 0 ~ g(x, z, u) },
+    "index 1 where ∂g/∂z ≠ 0; where it vanishes identically, the index is at least 2")
 end)
 
 test("exam 3(e): x′ = A x + b z, 0 = g(x): index 2 iff ∂g/∂x b ≠ 0, g(x(0)) = 0", function()
@@ -342,14 +352,17 @@ test("exam 3(e): x′ = A x + b z, 0 = g(x): index 2 iff ∂g/∂x b ≠ 0, g(x(
   has(sys:structure(), "index 2 where b₁ ∂g/∂x₁ + b₂ ∂g/∂x₂ ≠ 0")
   has(sys:reduce("acc"):trace(), "The original model has index 2 where b₁ ∂g/∂x₁ + b₂ ∂g/∂x₂ ≠ 0")
   local wrong = func("g", 2)        -- m = 1: as many rows as z
-  expect(function() dae { der(x) ~ A*x + vec { b1, b2 }*z, 0 ~ wrong(x[1], x[2]) }:index() end):fails "over-determined: 4 equations"
+  expect(function() dae { der(x) ~ A*x + vec { b1, b2 }*z,
+    0 ~ wrong(x[1], x[2]) }:index() end):fails "over-determined: 4 equations"
 end)
 
 test("exam 3(a)-(c): counts with their reason", function()
   local x, z, u = var("x", 2), var("z", 1), input "u"
   local semi = dae.semi_explicit { x = x, z = z, u = u, f = vec { x[2], z - u }, g = vec { x[1] + z^3 } }
-  has(semi:implicit():trace(), "n = n_x = 2, n_z = 1, n_u = 1: x′ has as many entries as x, and F has m = 3 = n_x + n_z rows")
-  local full = dae.implicit { x = x, z = z, u = u, F = vec { der(x[1]) - x[2], der(x[2])^3 + z - u, x[1] + z^3 } }
+  has(semi:implicit():trace(),
+    "n = n_x = 2, n_z = 1, n_u = 1: x′ has as many entries as x, and F has m = 3 = n_x + n_z rows")
+  local full = dae.implicit { x = x, z = z, u = u,
+    F = vec { der(x[1]) - x[2], der(x[2])^3 + z - u, x[1] + z^3 } }
   has(full:semi_explicit():trace(), "g has 3 rows, as many as there are algebraic variables")
 end)
 
@@ -359,7 +372,7 @@ test("exam 3(d)1: E is singular, so it is a DAE; with regular E an implicit ODE"
   has(dae.linear { E = { {1,1}, {0,1} }, A = eye(2) }, "nonsingular (rank 2): an implicit ODE")
 end)
 
--- ── size ────────────────────────────────────────────────────────────────────────────────────────────────────────────
+-- ── size ───────────────────────────────────────────────────────────────────────────────────────────────────
 
 test("large sparse models: the ladder is regular at every point, printing is bounded", function()
   local N = 300
@@ -400,9 +413,11 @@ test("torques that act as their difference: a new unknown repairs the structure 
 end)
 
 test("a nonlinear pair of shared unknowns", function()
-  -- x₁ and x₂ contain a, b as a + 2 b only: (1) and (2) determine y and a + 2 b, (3) then a; by hand: index 3, y and y′ fixed
+  -- x₁ and x₂ contain a, b as a + 2 b only: (1) and (2) determine y and a + 2 b, (3) then a; by hand: index
+  -- 3, y and y′ fixed
   local x1, x2, y, a, b = vars "x1 x2 y a b"
-  local sys = dae { der(x1) ~ sin(a + 2*b) + y, der(x2) ~ 3*(a + 2*b) - y, der(y) ~ a - b, x1 ~ sin(t), x2 ~ cos(t) }
+  local sys = dae { der(x1) ~ sin(a + 2*b) + y, der(x2) ~ 3*(a + 2*b) - y, der(y) ~ a - b, x1 ~ sin(t),
+    x2 ~ cos(t) }
   expect(sys:structure().verdict):equals "identically singular"
   expect(sys:index()):equals(3)
   expect(sys:dof()):equals(0)

@@ -5,7 +5,8 @@ local steps = { 0.1, 0.05, 0.025 }
 
 test("published end values: x' = -2x to t = 2 with dt = 0.1", function()
   local published = { 0.0115292150460685, 0.0188919613181312, 0.0183167933693744, 0.01831580208277 }
-  local c = converge(decay, { start = { x = 1 }, to = 2, methods = { rk.euler, rk.midpoint, rk.rk4, rk.gauss(2) },
+  local c = converge(decay, { start = { x = 1 }, to = 2,
+    methods = { rk.euler, rk.midpoint, rk.rk4, rk.gauss(2) },
                               dt = { 0.1, 0.05 }, exact = exp(-2*t) })
   for i, value in ipairs(published) do
     expect(c.errors[i][1]):near(math.abs(value - math.exp(-4)), 1e-14)
@@ -16,7 +17,8 @@ test("published end values: x' = -2x to t = 2 with dt = 0.1", function()
 end)
 
 test("exam 5(b): Gauss with s = 1, 2, 3 stages has slopes 2, 4, 6", function()
-  local c = converge(decay, { start = { x = 1 }, to = 2, methods = { rk.gauss(1), rk.gauss(2), rk.gauss(3) }, dt = steps,
+  local c = converge(decay, { start = { x = 1 }, to = 2, methods = { rk.gauss(1), rk.gauss(2), rk.gauss(3) },
+    dt = steps,
                               exact = exp(-2*t) })
   for i = 1, 3 do
     expect(c.slopes[i]):near(2*i, 0.05)
@@ -26,7 +28,8 @@ test("exam 5(b): Gauss with s = 1, 2, 3 stages has slopes 2, 4, 6", function()
   expect(tostring(plot(c)):find "6 series" ~= nil):is_true()
 end)
 
-test("without an exact solution: the same slopes against half the step, errors within the leading term", function()
+test("without an exact solution: the same slopes against half the step, errors within the leading term",
+  function()
   local sys = dae { der(x) ~ t*x^2 }
   local run = { start = { x = 0.5 }, to = 1, methods = { rk.heun, rk.rk4 }, dt = { 1/16, 1/32, 1/64 } }
   local own = converge(sys, run)
@@ -45,7 +48,8 @@ end)
 test("index 2 as it stands: Jay's problem has order 3 in y and 2 in z with two Radau stages, 5 and 3 with three", function()
   local jay = dae { der(y1) ~ y1*y2*z, der(y2) ~ y1^2*y2^2 - 3*y2^2*z, 0 ~ y1^2*y2 - 1 }
   local at = jay:init { fix = { y1 = 1 }, guess = { y2 = 1, z = 1 } }
-  local c = converge(jay, { start = at, to = 1, methods = { rk.radau(2), rk.radau(3) }, dt = steps, direct = true,
+  local c = converge(jay, { start = at, to = 1, methods = { rk.radau(2), rk.radau(3) }, dt = steps,
+    direct = true,
                             exact = { y1 = exp(t), [y2] = exp(-2*t), z = exp(2*t) } })
   expect(c.slopes[1]):near(3, 0.15)
   expect(c.slopes[2]):near(5, 0.15)
@@ -65,13 +69,15 @@ test("adaptive methods: the error against the tolerance", function()
 end)
 
 test("a method that is exact for the problem has no slope", function()
-  local c = converge(dae { der(x) ~ 2*t }, { start = { x = 0 }, to = 2, methods = { rk.rk4 }, dt = { 0.5, 0.25 }, exact = t^2 })
+  local c = converge(dae { der(x) ~ 2*t }, { start = { x = 0 }, to = 2, methods = { rk.rk4 },
+    dt = { 0.5, 0.25 }, exact = t^2 })
   expect(c.slopes[1]):equals(false)
   expect(tostring(c):find "rounding" ~= nil):is_true()
 end)
 
 test("the costs are counted", function()
-  local c = converge(decay, { start = { x = 1 }, to = 2, methods = { rk.rk4 }, dt = { 0.1, 0.05 }, exact = exp(-2*t) })
+  local c = converge(decay, { start = { x = 1 }, to = 2, methods = { rk.rk4 }, dt = { 0.1, 0.05 },
+    exact = exp(-2*t) })
   expect(c.steps[1]):equals { 20, 40 }
   expect(c.evaluations[1][2] >= 160):is_true()
 end)
@@ -102,6 +108,7 @@ test("errors say what to write instead", function()
   fails({ exat = 1 }, "unknown option 'exat'. Did you mean 'exact'?")
   expect(function() converge(3, {}) end):fails "expected a model first"
   expect(function() converge(decay) end):fails "expected a table of options"
-  expect(function() converge(dae { der(x) ~ x^2 }, { start = { x = 1 }, to = 4, methods = { rk.implicit_euler }, dt = { 0.1, 0.05 } }) end)
+  expect(function() converge(dae { der(x) ~ x^2 },
+    { start = { x = 1 }, to = 4, methods = { rk.implicit_euler }, dt = { 0.1, 0.05 } }) end)
     :fails "converge: implicit_euler with dt = 0.1: stopped at"
 end)

@@ -1,4 +1,5 @@
--- Nonlinear least squares: minima known exactly, rates explained by the neglected term, what the data cannot tell.
+-- Nonlinear least squares: minima known exactly, rates explained by the neglected term, what the data cannot
+-- tell.
 local a, b, c = vars "a b c"
 
 -- y = a e^{-b t} at t = 0, 0.5 … 3.5
@@ -51,7 +52,8 @@ test("large residuals: the rate is the spectral radius of (JᵀJ)⁻¹S, with an
   local g = gauss_newton { R = { exp(a) - 2, exp(2*a) - 4, exp(3*a) + 1 }, start = {1} }
   expect(g.rate):near(g.predicted_rate, 1e-3)
   expect(g.order):near(1, 0.01)
-  -- R = (a² + 1, a): J = (2a, 1), JᵀJ = 1 and S = 2 at a = 0: full steps have the factor -2, α = ½ has 1 - 3/2.
+  -- R = (a² + 1, a): J = (2a, 1), JᵀJ = 1 and S = 2 at a = 0: full steps have the factor -2, α = ½ has 1 -
+  -- 3/2.
   local full = gauss_newton { R = { a^2 + 1, a }, start = {0.1}, alpha = 1, max = 40 }
   expect(full.converged):equals(false)
   local half = gauss_newton { R = { a^2 + 1, a }, start = {0.1}, alpha = 0.5 }
@@ -74,7 +76,8 @@ test("Rosenbrock's valley: safeguarded, pure and Levenberg–Marquardt steps rea
 end)
 
 test("Levenberg–Marquardt helps where halving is not enough, and it is said", function()
-  local g = gauss_newton { R = { 300*(b - a^2), 1 - a }, x = {a, b}, start = {-1.2, 1.44}, max = 2000 }  -- in a narrow curved valley
+  -- in a narrow curved valley
+  local g = gauss_newton { R = { 300*(b - a^2), 1 - a }, x = {a, b}, start = {-1.2, 1.44}, max = 2000 }
   expect(g.x):near({1, 1}, 1e-9)
   expect(tostring(g):find "Levenberg–Marquardt steps" ~= nil):is_true()
 end)
@@ -93,7 +96,8 @@ test("a rank-deficient J is named by the combination of unknowns", function()
   expect(scaled.verdict:find("Only the combination a - 1.5 b is.", 1, true) ~= nil):is_true()
   local idle = gauss_newton { R = { a - 1, a - 2 }, x = {a, c}, start = {0, 0} }
   expect(idle.verdict:find("c does not change R here", 1, true) ~= nil):is_true()
-  local few = gauss_newton { R = { a + b - 1 }, start = {0, 0} }  -- fewer residuals than unknowns: a rank report
+  -- fewer residuals than unknowns: a rank report
+  local few = gauss_newton { R = { a + b - 1 }, start = {0, 0} }
   expect(few.x):near({0.5, 0.5}, 1e-14)
   expect(few.rank):equals(1)
 end)
@@ -101,7 +105,8 @@ end)
 test("Lua functions, equations and parameters", function()
   local g = gauss_newton { R = function(p) return p - 1, p - 2 end, start = {1} }
   expect(g.x):near(1.5, 1e-14)
-  local numbers = gauss_newton { R = function(p) if p < 0 then return p, p end return p - 1, p - 2 end, start = {1} }
+  local numbers = gauss_newton { R = function(p) if p < 0 then
+    return p, p end return p - 1, p - 2 end, start = {1} }
   expect(numbers.x):near(1.5, 1e-7)
   local m = param("m", 2)
   expect(gauss_newton { R = { a ~ m, a ~ 2*m }, x = a, start = {0}, params = { m = 4 } }.x):near(6, 1e-14)

@@ -120,7 +120,8 @@ test("Lua functions are traced, or called with numbers", function()
   expect(k.x):near(newton { r = exam, x = {x, y}, start = {-1, -1} }.x, 0)
   local column = newton { r = function(v) return vec{ v[1]*v[2] - 2, v[1] - v[2] } end, start = {1, 1} }
   expect(column.x):near({math.sqrt(2), math.sqrt(2)}, 1e-15)
-  local numbers = newton { r = function(v) if v > 0 then return v^2 - 2 end return -1 end, start = {1}, jacobian = "finite difference" }
+  local numbers = newton { r = function(v) if v > 0 then
+    return v^2 - 2 end return -1 end, start = {1}, jacobian = "finite difference" }
   expect(numbers.x):near(math.sqrt(2), 1e-12)
   expect(fn(function(a, b) return a*b, a + b end)(2, 3)):near({6, 5}, 0)
   expect(fn({x, y}, function(a, b) return a/b end)(1, 2)):near(0.5, 0)
@@ -158,7 +159,8 @@ test("errors say what to write instead", function()
   fails({ r = {x, y, x + y}, start = {1, 2} }, "r has 3 equations for 2 unknowns (x, y)")
   fails({ r = {x, y, x + y}, start = {1, 2} }, "gauss_newton{ R = … }")
   fails({ r = x - y, x = {x}, start = {1} }, "'y' is not among the unknowns x and has no value")
-  fails({ r = { x^2 == 2 }, x = {x}, start = {1} }, "entry 1 of r must be an expression or an equation, not a boolean: write ~")
+  fails({ r = { x^2 == 2 }, x = {x}, start = {1} },
+    "entry 1 of r must be an expression or an equation, not a boolean: write ~")
   fails({ r = "abc", start = {1} }, "'abc' is not a number")
   fails({ r = {}, start = {1} }, "r is empty")
   fails({ r = x^2 - 2, start = {nan} }, "start[1], the start of 'x', is nan")

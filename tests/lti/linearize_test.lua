@@ -14,7 +14,8 @@ test("a pendulum at rest has the poles ±√(g/L) i, upside down ±√(g/L)", fu
   local up = sys:init{ fix = { [p] = { 0, 2 }, [v] = { 0, 0 } } }
   expect(sys:linearize(up):poles()):near({ -w, w }, 1e-14)
   -- at the side of the circle the vertical coordinate moves freely
-  expect(sys:linearize(down, { outputs = { z, p[1], der(v[1]) } }).C):equals(mat{{0, 0}, {1, 0}, {"-4.905", 0}})
+  expect(sys:linearize(down, { outputs = { z, p[1], der(v[1]) } }).C):equals(mat{{0, 0}, {1, 0},
+    {"-4.905", 0}})
   -- parameters can be inputs: the multiplier at rest is m g/L
   expect(sys:linearize(down, { inputs = { m }, outputs = { z } }).D(1, 1)):equals(rational("981/200"))
 end)
@@ -41,7 +42,8 @@ test("the cart with a pendulum, both equilibria", function()
     T = M/2*x.dot^2 + m/2*((x.dot + l*th.dot*cos(th))^2 + (l*th.dot*sin(th))^2) }
   local rest = { x = 0, theta = 0, [x.dot] = 0, [th.dot] = 0 }
   local G = cart:linearize(cart:init{ fix = rest, inputs = { [F] = 0 } })
-  -- x″ = (m g θ + F)/M, θ″ = -((M+m) g θ + F)/(M l): textbook, e.g. Åström & Murray, Feedback Systems, Ex. 3.2
+  -- x″ = (m g θ + F)/M, θ″ = -((M+m) g θ + F)/(M l): textbook, e.g. Åström & Murray, Feedback Systems, Ex.
+  -- 3.2
   expect(G.A):equals(mat{{0, 0, 1, 0}, {0, 0, 0, 1}, {0, 5, 0, 0}, {0, -15, 0, 0}})
   expect(G.B):equals(vec{0, 0, "1/2", "-1/2"})
   local up = cart:init{ fix = { x = 0, theta = pi, [x.dot] = 0, [th.dot] = 0 }, inputs = { [F] = 0 } }
@@ -76,8 +78,10 @@ test("small motions of the nonlinear model follow the linear one", function()
   local at = sys:init{ fix = { [q] = { 0, -1 }, [q.dot] = { 0, 0 } }, inputs = { [u] = 0 } }
   local G = sys:linearize(at, { outputs = { q[1] } })
   local eps = 1e-4
-  local start = sys:init{ fix = { [q[1]] = 0, [q[1].dot] = 0 }, guess = { [q] = { 0, -1 } }, inputs = { [u] = eps } }
-  local sol = sys:reduce("ode"):integrate{ start = start, to = 2, method = rk.gauss(3), dt = 0.02, inputs = { [u] = eps } }
+  local start = sys:init{ fix = { [q[1]] = 0, [q[1].dot] = 0 }, guess = { [q] = { 0, -1 } },
+    inputs = { [u] = eps } }
+  local sol = sys:reduce("ode"):integrate{ start = start, to = 2, method = rk.gauss(3), dt = 0.02,
+    inputs = { [u] = eps } }
   local r = G:step(linspace(0, 2, 101))
   expect(sol(q[1], 2)/eps):near(r.y(101, 1), 1e-6)        -- the next term is O(ε²)
 end)
@@ -105,7 +109,8 @@ test("the index-2 reactor of the lecture keeps its three degrees of freedom", fu
   local CA0, T0, Keq = params "C_A0=2 T_0=300 K_eq=3"
   local V = var "V"
   -- V′ = Fa - F; fast reaction kept in equilibrium: 0 = C_A - C_B/K_eq, R the unknown rate
-  local sys = dae{ der(V) ~ Fa - Fa*V, der(CA) ~ Fa/V*(CA0 - CA) - R, der(C0) ~ -Fa/V*C0 + R - k2*C0, 0 ~ CA - C0/Keq }
+  local sys = dae{ der(V) ~ Fa - Fa*V, der(CA) ~ Fa/V*(CA0 - CA) - R, der(C0) ~ -Fa/V*C0 + R - k2*C0,
+    0 ~ CA - C0/Keq }
   expect(sys:index()):equals(2)
   -- at rest: V = 1, R = Fa (CA0 - CA)/V, Fa CB/V + k2 CB = R, CB = Keq CA
   local ca = 2/(1 + 3*1.5)

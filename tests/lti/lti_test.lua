@@ -69,7 +69,8 @@ test("symbolic coefficients stay symbols", function()
   expect(tostring(G:tf())):equals "transfer function, continuous time\n         1/m\n  ──────────────────\n  s² + (d/m) s + k/m"
   expect(tostring(G:dcgain())):equals "1/k"
   expect(G:with{ m = 1, d = 2, k = 5 }:poles()):near({ complex(-1, -2), complex(-1, 2) }, 1e-15)
-  expect(tostring(tf({1}, {m, d, k}):stability())):equals "asymptotically stable if and only if m > 0, d > 0, k > 0 (Routh)"
+  expect(tostring(tf({1},
+    {m, d, k}):stability())):equals "asymptotically stable if and only if m > 0, d > 0, k > 0 (Routh)"
 end)
 
 test("arithmetic: series, parallel, feedback, in both forms", function()
@@ -218,8 +219,10 @@ end)
 
 test("verdicts on stability", function()
   expect(tf({1}, {1, 2, 1}):stability().verdict):equals "asymptotically stable"
-  expect(tostring(tf({1}, {1, 0, 4}):stability())):equals "stable, not asymptotically: simple poles on the imaginary axis: s = 2 i"
-  expect(tostring(tf({1}, {1, 0, 0}):stability())):equals "unstable: a repeated pole on the imaginary axis: s = 0"
+  expect(tostring(tf({1},
+    {1, 0, 4}):stability())):equals "stable, not asymptotically: simple poles on the imaginary axis: s = 2 i"
+  expect(tostring(tf({1},
+    {1, 0, 0}):stability())):equals "unstable: a repeated pole on the imaginary axis: s = 0"
   expect(ss(zeros(2, 2), eye(2)):stability().verdict):equals "stable, not asymptotically"       -- semisimple
   expect(tostring(tf({1}, {1, -1}):stability())):equals "unstable: in the right half plane: s = 1"
   expect(tf({1}, {1, -0.5}, 1):is_stable()):equals(true)
@@ -313,13 +316,15 @@ test("responses are exact at their times: against the solution formula and an in
   local r, exact = G:step({ 0, 0.5, 1, 2 }), G:solution({ 0, 0 }, { 1 })
   for i, at in ipairs { 0, 0.5, 1, 2 } do expect(r.y(i, 1)):near(evaluate(exact[1], { t = at }), 1e-14) end
   local x = var("x", 2)
-  local sol = dae{ der(x) ~ G.A*x + G.B*sin(3*t) }:integrate{ start = { [x] = { 1, 0 } }, to = 2, method = rk.gauss(4), dt = 0.02 }
+  local sol = dae{ der(x) ~ G.A*x + G.B*sin(3*t) }:integrate{ start = { [x] = { 1, 0 } }, to = 2,
+    method = rk.gauss(4), dt = 0.02 }
   local l = lsim(G, sin(3*t), linspace(0, 2, 11), { 1, 0 })
   expect(l.y(11, 1)):near(sol(x[1], 2), 1e-11)
   expect(lsim(G, function(at) return math.sin(3*at) end, linspace(0, 2, 11), { 1, 0 }).y):near(l.y, 1e-13)
   -- straight lines between samples: exact for ramps
   expect(lsim(tf({1}, {1, 0}), { 0, 1, 2 }, { 0, 1, 2 }).y):near({ 0, 0.5, 2 }, 1e-14)
-  expect(lsim(tf({1}, {1, 0}), { 0, 1, 2 }, { 0, 1, 2 }, nil, { between = "hold" }).y):near({ 0, 0, 1 }, 1e-14)
+  expect(lsim(tf({1}, {1, 0}), { 0, 1, 2 }, { 0, 1, 2 }, nil, { between = "hold" }).y):near({ 0, 0, 1 },
+    1e-14)
   expect(G:impulse({ 0, 1 }).y(2, 1)):near(math.exp(-1)*math.sin(1), 1e-14)
   expect(G:initial({ 1, 0 }, { 0, 1 }).y(2, 1)):near(math.exp(-1)*(math.cos(1) + math.sin(1)), 1e-14)
 end)
@@ -397,13 +402,17 @@ test("sizes and forms that do not fit are named", function()
   fails(function() feedback(tf({1}, {1}), tf({1}, {1}), 1) end, "algebraic loop")
   fails(function() feedback(ss({{-1}}, {1}, {1}, {1}), ss({{-1}}, {1}, {1}, {-1})) end, "algebraic loop")
   fails(function() feedback(tf({1}, {1, 1}), 1, 3) end, "sign must be -1")
-  fails(function() return ss(eye(2), eye(2)) * tf({1}, {1, 1}) end, "the outputs of one system must be the inputs of the next")
-  fails(function() return ss(eye(2), eye(2)) + tf({1}, {1, 1}) end, "systems in parallel need the same inputs and outputs")
-  fails(function() tf({1}, {1, 0}):dcgain() end, "the static gain is infinite: there is a pole at s = 0 (an integrator)")
+  fails(function() return ss(eye(2), eye(2)) * tf({1}, {1, 1}) end,
+    "the outputs of one system must be the inputs of the next")
+  fails(function() return ss(eye(2), eye(2)) + tf({1}, {1, 1}) end,
+    "systems in parallel need the same inputs and outputs")
+  fails(function() tf({1}, {1, 0}):dcgain() end,
+    "the static gain is infinite: there is a pole at s = 0 (an integrator)")
   fails(function() tf({1}, {1, 1})(-1) end, "s = -1 is a pole")
   fails(function() return 1/tf({0}, {1, 1}) end, "division by a system that is zero")
   fails(function() tf({1}, {1, 1}):with{ q = 1 } end, "with")
-  fails(function() tf({param "kq"}, {1, 1}):step() end, "the parameter 'kq' has no value; give it one with G:with{ kq = 1 }")
+  fails(function() tf({param "kq"}, {1, 1}):step() end,
+    "the parameter 'kq' has no value; give it one with G:with{ kq = 1 }")
   fails(function() c2d(tf({1}, {1, 1}), 0) end, "the sampling time must be positive")
   fails(function() c2d(tf({1}, {1, 1}), 1, "zho") end, "Did you mean 'zoh'?")
   fails(function() c2d(tf({1}, {1, 1}, 1), 1) end, "the system is discrete already, with the sampling time 1")
@@ -411,11 +420,13 @@ test("sizes and forms that do not fit are named", function()
   fails(function() tf({1}, {1, -1}):gram() end, "a Gramian needs an asymptotically stable system")
   fails(function() tf({1}, {1, 1}):step { 1, 1 } end, "times must increase")
   fails(function() tf({1}, {1, 1}):step(-1) end, "the end must be a positive time")
-  fails(function() lsim(tf({1}, {1, 1}), { 1, 2 }, { 0, 1, 2 }) end, "u must have one row per time and one column per input, 3×1")
+  fails(function() lsim(tf({1}, {1, 1}), { 1, 2 }, { 0, 1, 2 }) end,
+    "u must have one row per time and one column per input, 3×1")
   fails(function() lsim(tf({1}, {1, 1}), function() return 0/0 end, { 0, 1 }) end, "is not a finite number")
   fails(function() ss({{-1}}, {1}):initial { 1, 2 } end, "x0 has 2 entries for 1 state")
   fails(function() ss{ A = {{-1}}, states = "h" }:initial { g = 1 } end, "there is no state 'g'")
-  fails(function() ss({{-1}}, {1}):solution({ 1 }, { 1/t }) end, "is no polynomial, exponential, sine or cosine of t")
+  fails(function() ss({{-1}}, {1}):solution({ 1 }, { 1/t }) end,
+    "is no polynomial, exponential, sine or cosine of t")
   fails(function() ss({{-1}}, {1}):solution({ 1 }, { var "w1" }) end, "u must not depend on w₁")
   fails(function() margin(ss(eye(2), eye(2))) end, "margins are for one input and one output")
   fails(function() tf({1}, {1, 1}):bode { -1 } end, "frequencies are not negative")

@@ -29,7 +29,8 @@ test("every tabulated register up to 18 stages is primitive", function()
     local s = sum
     local u = prbs(n + order, { order = order })
     for k = 1, n do s = s + u[k] end
-    expect(s):equals(1)                                  -- 2^(order-1) ones, one zero less: the state visits everything
+    -- 2^(order-1) ones, one zero less: the state visits everything
+    expect(s):equals(1)
     for k = 1, order do expect(u[n + k]):equals(u[k]) end
   end
 end)
@@ -105,16 +106,21 @@ end)
 test("errors name what is wrong", function()
   local function fails(f, text) expect(f):fails(text) end
   fails(function() prbs(0) end, "the number of samples must be positive, got 0")
-  fails(function() prbs(10, { order = 30 }) end, "the order of the register must lie between 2 and 24, got 30")
+  fails(function() prbs(10, { order = 30 }) end,
+    "the order of the register must lie between 2 and 24, got 30")
   fails(function() prbs(10, { seed = 0 }) end, "leaves the register empty")
   fails(function() prbs(10, { low = 1, high = 1 }) end, "low must be below high")
   fails(function() prbs(10, { hold = 0 }) end, "hold must be at least 1 sample")
   fails(function() prbs(10, { clock = 2 }) end, "unknown option 'clock'")
-  fails(function() multisine(10, { lines = { 6 } }) end, "the line 6 does not exist: with 10 samples lines are 1 … 5")
-  fails(function() multisine(10, { lines = { 1 }, amplitudes = { 1, 2 } }) end, "there are 2 amplitudes for 1 lines")
+  fails(function() multisine(10, { lines = { 6 } }) end,
+    "the line 6 does not exist: with 10 samples lines are 1 … 5")
+  fails(function() multisine(10, { lines = { 1 }, amplitudes = { 1, 2 } }) end,
+    "there are 2 amplitudes for 1 lines")
   fails(function() multisine(10, { phases = "best" }) end, "phases must be")
-  fails(function() chirp(10, { from = 0, to = 2 }) end, "frequencies must lie between 0 and 1/(2 Ts) = 0.5 Hz, got 2")
-  fails(function() chirp(10, { from = 0, to = 0.1, method = "exponential" }) end, "an exponential chirp needs positive frequencies")
+  fails(function() chirp(10, { from = 0, to = 2 }) end,
+    "frequencies must lie between 0 and 1/(2 Ts) = 0.5 Hz, got 2")
+  fails(function() chirp(10, { from = 0, to = 0.1, method = "exponential" }) end,
+    "an exponential chirp needs positive frequencies")
   fails(function() square(10, { period = 1 }) end, "the period must be at least 2 samples")
   fails(function() periodogram({ 1, 0/0 }) end, "sample 2 is not a finite number")
   fails(function() periodogram({ 1, 2 }, 0) end, "the sampling time Ts must be positive")

@@ -1,4 +1,5 @@
--- The expression vocabulary (docs/language.md#symbols-and-expressions): every name, and every trap with its text.
+-- The expression vocabulary (docs/language.md#symbols-and-expressions): every name, and every trap with its
+-- text.
 local x, y, z = vars "x y z"
 local q = var("q", 6)
 local m, g = params "m=1 g=9.81"
@@ -280,7 +281,8 @@ test("simplify, expand, latex, code", function()
   expect(latex(x/y)):equals((x/y):latex())
   expect(latex(x ~ y)):equals "x = y"
   for _, e in ipairs{ x^2 + m/3, sin(x.dot)*q[2], ifelse(lt(x, 0), 1, y), sqrt(2)*pi } do
-    expect(load("local x, y = vars 'x y'; local q = var('q', 6); local m = param('m', 1); return " .. e:code())() == e):is_true()
+    expect(load("local x, y = vars 'x y'; local q = var('q', 6); local m = param('m', 1); return "
+      .. e:code())() == e):is_true()
   end
   expect(load("return " .. A:code())() == A):is_true()
 end)
@@ -359,7 +361,8 @@ test("sine and cosine at multiples of π/6 and π/4", function()
     for name, f in pairs { sin = sin, cos = cos } do
       local exact = simplify(f(rational(k, 12)*pi))
       expect(evaluate(exact)):near(math[name](angle), 1e-15)
-      expect(tostring(exact):find(name, 1, true) == nil):equals(k % 2 == 0 or k % 3 == 0)     -- nothing known at π/12
+      -- nothing known at π/12
+      expect(tostring(exact):find(name, 1, true) == nil):equals(k % 2 == 0 or k % 3 == 0)
     end
   end
   expect(tostring(simplify(cos(5*pi/6)))):equals "-√3/2"

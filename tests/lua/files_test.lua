@@ -6,7 +6,8 @@ local function again(value)
 end
 
 test("every reference problem and its forms come back the same", function()
-  for _, name in ipairs { "exam_3d", "pendulum", "sphere_chain", "cstr", "nilpotent", "slider_crank", "car_axis",
+  for _, name in ipairs { "exam_3d", "pendulum", "sphere_chain", "cstr", "nilpotent", "slider_crank",
+    "car_axis",
     "transistor_amplifier", "hires", "mattsson_linear", "two_pendula", "akzo" } do
     local sys = problems[name]()
     local back = again(sys)
@@ -18,8 +19,10 @@ end)
 test("a form keeps its lineage, its gains and its parameter values", function()
   local sys = problems.pendulum()
   local at = problems.pendulum:start()
-  for _, low in ipairs { sys:reduce(), sys:reduce "acc", sys:reduce "ggl", sys:reduce "dummy", sys:reduce "ode",
-    sys:reduce("baumgarte", { alpha = 3, beta = "7/2" }), sys:first_order(), sys:implicit(), sys:semi_explicit():reduce(),
+  for _, low in ipairs { sys:reduce(), sys:reduce "acc", sys:reduce "ggl", sys:reduce "dummy",
+    sys:reduce "ode",
+    sys:reduce("baumgarte", { alpha = 3, beta = "7/2" }), sys:first_order(), sys:implicit(),
+      sys:semi_explicit():reduce(),
     sys:reduce "acc":with { L = 2 } } do
     local back = again(low)
     expect(tostring(back)):equals(tostring(low))
@@ -27,7 +30,8 @@ test("a form keeps its lineage, its gains and its parameter values", function()
     expect(tostring(back:trace())):equals(tostring(low:trace()))
   end
   local back = again(sys:reduce())
-  local sol = back:integrate { start = at, to = 0.1, dt = 0.01, method = rk.rk4 }      -- a start serves relatives
+  -- a start serves relatives
+  local sol = back:integrate { start = at, to = 0.1, dt = 0.01, method = rk.rk4 }
   expect(sol.status):equals "finished"
 end)
 
@@ -55,7 +59,8 @@ test("explain knows models, forms, starts, solutions, tableaus and error texts",
   local sys = problems.pendulum()
   local at = problems.pendulum:start()
   explain(sys)
-  for _, form in ipairs { "acc", "ggl", "baumgarte", "project", "dummy", "ode" } do explain(sys:reduce(form)) end
+  for _, form in ipairs { "acc", "ggl", "baumgarte", "project", "dummy", "ode" } do
+    explain(sys:reduce(form)) end
   explain(at)
   explain(sys:reduce():integrate { start = at, to = 0.1, dt = 0.01, method = rk.rk4 })
   explain(rk.rk4)
@@ -63,7 +68,8 @@ test("explain knows models, forms, starts, solutions, tableaus and error texts",
   explain "sin"
   for _, call in ipairs { function() sys:init {} end, function() sys:init { fix = { x = 9 } } end,
     function() sys:integrate { start = at, to = 1, dt = 0.1, method = rk.rk4 } end,
-    function() sys:reduce "minimal" end, function() dae { der(x) ~ z, der(y) ~ -z, 0 ~ sin(x) + y^5 + cos(x*y) }:reduce "minimal" end } do
+    function() sys:reduce "minimal" end, function()
+      dae { der(x) ~ z, der(y) ~ -z, 0 ~ sin(x) + y^5 + cos(x*y) }:reduce "minimal" end } do
     local _, message = pcall(call)
     explain(message)
   end

@@ -1,4 +1,5 @@
--- Vectors, matrices and linear algebra (docs/language.md#symbols-and-expressions): every name, and every refusal with its text.
+-- Vectors, matrices and linear algebra (docs/language.md#symbols-and-expressions): every name, and every
+-- refusal with its text.
 local x, y, z = vars "x y z"
 local q = var("q", 6)
 local m, g = params "m=1 g=9.81"
@@ -154,7 +155,8 @@ test("expm", function()
 end)
 
 test("implicit_jacobian: the rank condition is asked for where r = 0", function()
-  fails(function() implicit_jacobian((z - y)^2, z, y) end, "the rank condition fails on the whole solution set")
+  fails(function() implicit_jacobian((z - y)^2, z, y) end,
+    "the rank condition fails on the whole solution set")
   fails(function() implicit_jacobian({ (x - y)^2, x + z }, { x, z }, y) end, "sufficient, not necessary")
   expect(implicit_jacobian(z^3 - y, z, y) == 1/(3*z^2)):is_true()          -- regular where y ≠ 0
   expect(implicit_jacobian({ (x - y)*(x - 2*y) }, { x }, { y }) ~= nil):is_true()

@@ -17,7 +17,8 @@ for s = 1, 4 do
 end
 
 test("stability limits to 12 digits (exam 5(d))", function()
-  for name, limit in pairs { euler = -2, midpoint = -2, heun = -2, ralston = -2, kutta3 = -2.512745326618, heun3 = -2.512745326618,
+  for name, limit in pairs { euler = -2, midpoint = -2, heun = -2, ralston = -2, kutta3 = -2.512745326618,
+    heun3 = -2.512745326618,
                              ssprk33 = -2.512745326618, rk4 = -2.785293563405, kutta38 = -2.785293563405 } do
     expect(rk[name]:stability().real):near(limit, 5e-13)
   end
@@ -36,7 +37,8 @@ test("stability functions are exact", function()
   expect(rk.sdirk4:stability().formula:find("/(1 - z/4)⁵", 1, true) ~= nil):is_true()
   expect(rk.rk4:stability().R):equals(rk.kutta38:stability().R)
   -- R(z) for a Padé approximation and a value by the step itself.
-  local sol = dae { der(x) ~ -3 * x }:integrate { start = { x = 1 }, to = 0.5, method = rk.radau(3), dt = 0.5 }
+  local sol = dae { der(x) ~ -3 * x }:integrate { start = { x = 1 }, to = 0.5, method = rk.radau(3),
+    dt = 0.5 }
   expect(sol:final(x)):near(rk.radau(3):stability()(-1.5), 1e-14)
 end)
 
@@ -51,7 +53,8 @@ test("A-, A(α)-, L- and algebraic stability (Hairer & Wanner II, Table IV.5.13,
       expect(tab:order()):equals(2 * s - 1)
     end
     if s > 1 then
-      for kind, facts in pairs { IIIA = { "A", s }, IIIB = { "A", s - 2 }, IIIC = { "L", s - 1 }, IIID = { "A", s - 1 } } do
+      for kind, facts in pairs { IIIA = { "A", s }, IIIB = { "A", s - 2 }, IIIC = { "L", s - 1 },
+        IIID = { "A", s - 1 } } do
         local tab = rk.lobatto(kind, s)
         expect(tab:order()):equals(2 * s - 2)
         expect(tab:is "A-stable"):is_true()
@@ -76,7 +79,8 @@ test("A-, A(α)-, L- and algebraic stability (Hairer & Wanner II, Table IV.5.13,
 end)
 
 test("A(α) of a method that is not A-stable, against the angle at which |R| exceeds 1", function()
-  -- SDIRK of order 3 with γ = 1/2: R(∞) is below 1 in modulus, yet it is not A-stable (γ < 1/3 or > 1.0686 would be).
+  -- SDIRK of order 3 with γ = 1/2: R(∞) is below 1 in modulus, yet it is not A-stable (γ < 1/3 or > 1.0686
+  -- would be).
   local tab = rk.collocation { "1/2", 1, 2 }
   local st = tab:stability()
   if not st.A_stable and st.alpha > 0 then
@@ -114,7 +118,8 @@ test("BDF: coefficients, error constants, angles (Hairer & Wanner II, §V.2)", f
 end)
 
 test("Rosenbrock methods: orders, L-stability", function()
-  for name, facts in pairs { ros2 = { 2, 2 }, ros3p = { 3, 3 }, rodas3 = { 3, 3 }, rodas4 = { 4, 4 }, rodas4p = { 4, 4 }, rodas5p = { 5, 4 } } do
+  for name, facts in pairs { ros2 = { 2, 2 }, ros3p = { 3, 3 }, rodas3 = { 3, 3 }, rodas4 = { 4, 4 },
+    rodas4p = { 4, 4 }, rodas5p = { 5, 4 } } do
     local m = rosenbrock[name]
     expect(m:order()):equals(facts[1])
     expect(m:dae_order()):equals(facts[2])
@@ -123,8 +128,10 @@ test("Rosenbrock methods: orders, L-stability", function()
   end
   expect(rosenbrock.rodas4:dense_order()):equals(3)
   expect(rosenbrock.rodas5p:dense_order()):equals(4)
-  expect(function() rosenbrock { gamma = "1/2", A = { {} }, C = { {} }, m = { 1 } } end):fails "do not sum to 1"
-  expect(function() rosenbrock { gamma = "1/2", A = { {} }, C = { {} }, m = { 2 }, order = 3 } end):fails "order conditions give 2"
+  expect(function() rosenbrock { gamma = "1/2", A = { {} }, C = { {} },
+    m = { 1 } } end):fails "do not sum to 1"
+  expect(function() rosenbrock { gamma = "1/2", A = { {} }, C = { {} }, m = { 2 },
+    order = 3 } end):fails "order conditions give 2"
 end)
 
 test("order conditions: counts of trees, residuals of a method that misses them", function()
@@ -172,13 +179,15 @@ test("dense output has its order between the mesh points", function()
     expect(sum):near(tau, 1e-12)                           -- Σ bᵢ(θ) = θ
   end
   expect(function()
-    tableau { A = { {}, { 1 } }, b = { "1/2", "1/2" }, dense = { order = 2, b = { { 1, "-1/2" }, { 0, "1/3" } } } }
+    tableau { A = { {}, { 1 } }, b = { "1/2", "1/2" },
+      dense = { order = 2, b = { { 1, "-1/2" }, { 0, "1/3" } } } }
   end):fails "dense output of order 2 is claimed"
 end)
 
 test("orders to expect on DAEs (Hairer & Wanner II, Table VII.4.1)", function()
   for s = 2, 5 do
-    local facts = { { rk.radau(s), 2 * s - 1, s }, { rk.radau_ia(s), s, s - 1 }, { rk.lobatto("IIIC", s), 2 * s - 2, s - 1 },
+    local facts = { { rk.radau(s), 2 * s - 1, s }, { rk.radau_ia(s), s, s - 1 },
+      { rk.lobatto("IIIC", s), 2 * s - 2, s - 1 },
                     { rk.gauss(s), s % 2 == 1 and s + 1 or s, s % 2 == 1 and s - 1 or s - 2 },
                     { rk.lobatto("IIIA", s), 2 * s - 2, s % 2 == 1 and s - 1 or s } }
     for _, fact in ipairs(facts) do
@@ -191,7 +200,8 @@ test("orders to expect on DAEs (Hairer & Wanner II, Table VII.4.1)", function()
 end)
 
 test("verify() agrees with the coefficients for every method", function()
-  for _, tab in ipairs { rk.radau(2), rk.radau(3), rk.lobatto("IIIC", 3), rk.gauss(2), rk.rk4, rk.tsit5, rk.tr_bdf2, rk.sdirk4 } do
+  for _, tab in ipairs { rk.radau(2), rk.radau(3), rk.lobatto("IIIC", 3), rk.gauss(2), rk.rk4, rk.tsit5,
+    rk.tr_bdf2, rk.sdirk4 } do
     local v = tab:verify()
     if not v.ok then error(tostring(v)) end
   end
@@ -201,7 +211,8 @@ test("verify() agrees with the coefficients for every method", function()
     end
   end
   -- Jay's problem: the published orders, two-sided.
-  for name, facts in pairs { r2 = { rk.radau(2), 3, 2 }, r3 = { rk.radau(3), 5, 3 }, l3 = { rk.lobatto("IIIC", 3), 4, 2 } } do
+  for name, facts in pairs { r2 = { rk.radau(2), 3, 2 }, r3 = { rk.radau(3), 5, 3 },
+    l3 = { rk.lobatto("IIIC", 3), 4, 2 } } do
     local v = facts[1]:verify()
     expect(measured(v, "index 2", "y")):near(facts[2], 0.3 / facts[2])
     expect(measured(v, "index 2", "z")):near(facts[3], 0.1 / facts[3])
@@ -220,8 +231,10 @@ test("symplectic methods keep quadratic invariants, others do not", function()
   for _, tab in ipairs(registered) do list[#list + 1] = tab end
   for _, tab in ipairs(list) do
     if tab:is "symplectic" then
-      if change(tab) > 1e-12 then error(tab.name .. " is symplectic but changes the invariant by " .. change(tab)) end
-    elseif tab:order() <= 2 and tab.name ~= "lobatto(IIIB, 2)" then  -- whose stages coincide: the implicit midpoint rule
+      if change(tab) > 1e-12 then error(tab.name .. " is symplectic but changes the invariant by "
+        .. change(tab)) end
+    -- whose stages coincide: the implicit midpoint rule
+    elseif tab:order() <= 2 and tab.name ~= "lobatto(IIIB, 2)" then
       if change(tab) < 1e-8 then error(tab.name .. " is not symplectic but keeps the invariant") end
     end
   end
@@ -232,19 +245,24 @@ test("symmetric methods undo a step by a step backwards", function()
   local back = dae { der(x) ~ -x * y, der(y) ~ x + y^2 / 2 }
   for _, tab in ipairs(families) do
     local one = forth:integrate { start = { x = 1, y = 0.5 }, to = 0.5, method = tab, dt = 0.5 }
-    local two = back:integrate { start = { x = one:final(x), y = one:final(y) }, to = 0.5, method = tab, dt = 0.5 }
+    local two = back:integrate { start = { x = one:final(x), y = one:final(y) }, to = 0.5, method = tab,
+      dt = 0.5 }
     local gap = math.abs(two:final(x) - 1) + math.abs(two:final(y) - 0.5)
-    if tab:is "symmetric" ~= (gap < 1e-13) then error(("%s: symmetric %s, gap %.3g"):format(tab.name, tab:is "symmetric", gap)) end
+    if tab:is "symmetric" ~= (gap < 1e-13) then error(("%s: symmetric %s, gap %.3g"):format(tab.name,
+      tab:is "symmetric", gap)) end
   end
 end)
 
 test("tableaus that contradict themselves are refused with the reason", function()
   expect(function() tableau { A = { {}, { "1/2" } }, b = { 0, "1/2" } } end):fails "b sums to 1/2, not 1"
-  expect(function() tableau { A = { {}, { "1/2" } }, b = { 0, 1 }, c = { 0, "1/3" } } end):fails "row 2 of A sums to 1/2, but c[2] = 1/3"
-  expect(function() tableau { A = { { "1/4", "1/4" }, { "1/2" } }, b = { "1/2", "1/2" } } end):fails "rows may stop early only"
+  expect(function() tableau { A = { {}, { "1/2" } }, b = { 0, 1 },
+    c = { 0, "1/3" } } end):fails "row 2 of A sums to 1/2, but c[2] = 1/3"
+  expect(function() tableau { A = { { "1/4", "1/4" }, { "1/2" } },
+    b = { "1/2", "1/2" } } end):fails "rows may stop early only"
   expect(function() tableau { A = { {}, { 1, 2, 3 } }, b = { 0, 1 } } end):fails "row 2 of A"
   expect(function() tableau { A = { {}, { "half" } }, b = { 0, 1 } } end):fails "is not a number"
-  expect(function() tableau { A = { {}, { "1/2" } }, b = { 0, 1 }, order = 3 } end):fails "order conditions give 2"
+  expect(function() tableau { A = { {}, { "1/2" } }, b = { 0, 1 },
+    order = 3 } end):fails "order conditions give 2"
   expect(function() tableau { A = { {}, { 1 / 0 } }, b = { 0, 1 } } end):fails "finite"
   expect(function() rk.lobatto("IIIF", 3) end):fails "unknown kind 'IIIF'"
   expect(function() rk.lobatto("IIIC", 1) end):fails "between 2 and"

@@ -24,7 +24,8 @@ test("labels name the curves in their order", function()
   expect(f.title):equals "Waves"
   expect(f:text()):matches "sine.*cosine"
   expect(plot(x, y, { labels = "sine" }).labels):equals { "sine" }
-  expect(function() plot(x, y, { labels = { "a", "b" } }) end):fails "plot: option 'labels' has 2 labels for 1 curve"
+  expect(function() plot(x, y,
+    { labels = { "a", "b" } }) end):fails "plot: option 'labels' has 2 labels for 1 curve"
 end)
 
 test("what cannot be drawn is counted or refused", function()
@@ -40,11 +41,14 @@ test("what cannot be drawn is counted or refused", function()
   expect(function() plot { 1, nil, 3 } end):fails "entry 2 of y is nil"
   expect(function() plot { 1, "two" } end):fails "entry 2 of y"
   expect(function() semilogy { 0, -1 } end):fails "semilogy: nothing to draw: the y axis is logarithmic"
-  expect(function() plot(x, y, { titel = "a" }) end):fails "plot: unknown option 'titel'. Did you mean 'title'?"
+  expect(function() plot(x, y,
+    { titel = "a" }) end):fails "plot: unknown option 'titel'. Did you mean 'title'?"
   expect(function() plot(x, y, { style = "lines" }) end):fails "unknown style 'lines'. Did you mean 'line'?"
-  expect(function() plot(x, y, { xlim = { 2, 1 } }) end):fails "xlim = {2, 1}: the first limit must be below the second"
+  expect(function() plot(x, y,
+    { xlim = { 2, 1 } }) end):fails "xlim = {2, 1}: the first limit must be below the second"
   expect(function() plot(x, y, { xlim = 3 }) end):fails "option 'xlim': expected a list, got a number"
-  expect(function() plot(x, y, { title = 3 }) end):fails "option 'title' must be a string or an expression, not a number"
+  expect(function() plot(x, y,
+    { title = 3 }) end):fails "option 'title' must be a string or an expression, not a number"
   expect(function() plot3(x, y) end):fails "plot3: expected x, y, z or sol, p, but there are 2 arguments"
   expect(function() plot3 { surfaces = { 3 } } end):fails "surfaces[1] must be a surface"
   expect(function() plot3(x, y, z, { view = { 100, 0 } }) end):fails "the tilt must lie between 0"
@@ -52,13 +56,16 @@ end)
 
 test("surfaces", function()
   expect(tostring(sphere(2, { 1, 0, 0 }))):equals "surface: 25×49 nodes"
-  expect(tostring(surface(function(a, b) return a * b end, { 0, 1 }, { 0, 2 }, 4))):equals "surface: 5×5 nodes"
-  expect(tostring(surface(function(a, b) return a, b, a * b end, { 0, 1 }, { 0, 2 }, 4))):equals "surface: 5×5 nodes"
+  expect(tostring(surface(function(a, b) return a * b end, { 0, 1 }, { 0, 2 },
+    4))):equals "surface: 5×5 nodes"
+  expect(tostring(surface(function(a, b) return a, b, a * b end, { 0, 1 }, { 0, 2 },
+    4))):equals "surface: 5×5 nodes"
   expect(function() sphere(-1) end):fails "sphere: the radius must be a positive number, got -1"
   expect(function() sphere(1, { 1, 2 }) end):fails "sphere: the center must have three coordinates, got 2"
   expect(function() surface(function() return "a" end, { 0, 1 }, { 0, 1 }) end):fails "surface: "
   expect(function() surface(function() error "my own error" end, { 0, 1 }, { 0, 1 }) end):fails "my own error"
-  expect(function() surface(function() return 0 / 0 end, { 0, 1 }, { 0, 1 }) end):fails "surface: nothing to draw"
+  expect(function() surface(function() return 0 / 0 end, { 0, 1 },
+    { 0, 1 }) end):fails "surface: nothing to draw"
   expect(function() surface(function() return 1, 2 end, { 0, 1 }, { 0, 1 }) end):fails "it returned 2 values"
 end)
 

@@ -1,9 +1,10 @@
--- Every reference problem (stdlib/problems/): what the literature or a hand calculation says about it against what the program
--- finds, and its reduced forms against each other and against the known solution. A new problem is tested by being listed.
+-- Every reference problem (stdlib/problems/): what the literature or a hand calculation says about it against
+-- what the program finds, and its reduced forms against each other and against the known solution. A new
+-- problem is tested by being listed.
 --
--- The declared figures do not come from this program: indices and free values were found by ranks of derivative arrays at exact
--- jets and offsets by brute force (in Python, 60 digits), solutions by hand, end values from the test sets or by extrapolation
--- methods on independently derived equations.
+-- The declared figures do not come from this program: indices and free values were found by ranks of
+-- derivative arrays at exact jets and offsets by brute force (in Python, 60 digits), solutions by hand, end
+-- values from the test sets or by extrapolation methods on independently derived equations.
 
 local forms = { "", "acc", "ggl", "baumgarte", "ode", "project", "dummy", "minimal" }
 
@@ -44,7 +45,8 @@ for _, p in ipairs(problems.list()) do
       if p.exact then
         for symbol, value in pairs(p:solution(p.from)) do expect(at(symbol)):near(value, 1e-9) end
       end
-      -- the declared and the found conditions have the same tangent space there: together they have no higher rank
+      -- the declared and the found conditions have the same tangent space there: together they have no higher
+      -- rank
       local found = sys:constraints()
       if #p.constraints > 0 then
         local both = {}
@@ -75,15 +77,17 @@ for _, p in ipairs(problems.list()) do
     end)
   end
 
-  -- Every form that reduce() offers for it, at 2 dt and dt. Whatever the order, the error at dt is at most the change from 2 dt to
-  -- dt (for order one equal, for gauss(3) a 63rd of it), up to rounding that index 3 amplifies.
+  -- Every form that reduce() offers for it, at 2 dt and dt. Whatever the order, the error at dt is at most
+  -- the change from 2 dt to dt (for order one equal, for gauss(3) a 63rd of it), up to rounding that index 3
+  -- amplifies.
   if p.index and p.dt and (p.exact or p.reference) then
     test("reduced forms: " .. p.name, function()
       local at = p:start()
       local ran = 0
       for _, form in ipairs(p.forms or forms) do
         local good, low = pcall(function()
-          if form == "" then return p():reduce() end                              -- the road that is chosen for it
+          -- the road that is chosen for it
+          if form == "" then return p():reduce() end
           return p():reduce(form, (form == "dummy" or form == "minimal") and { at = at } or nil)
         end)
         if not good then
@@ -91,10 +95,12 @@ for _, p in ipairs(problems.list()) do
           expect(#low > 40 and not low:find("internal", 1, true)):is_true()      -- a refusal says why
         else
           if low:dof() ~= p.dof then
-            expect(("%s has %d free initial values, the model %d"):format(form, low:dof(), p.dof)):equals "as many"
+            expect(("%s has %d free initial values, the model %d"):format(form, low:dof(),
+              p.dof)):equals "as many"
           end
           local function run(dt)
-            return low:integrate { start = at, to = p.to, dt = dt, inputs = p.inputs, direct = form == "ggl" or nil,
+            return low:integrate { start = at, to = p.to, dt = dt, inputs = p.inputs,
+              direct = form == "ggl" or nil,
               method = form == "ggl" and rk.radau(3) or rk.gauss(3) }
           end
           local coarse, fine = run(2*p.dt), run(p.dt)
@@ -107,7 +113,8 @@ for _, p in ipairs(problems.list()) do
           end
           ran = ran + 1
           if not (e <= change + 10^-(p.digits or 9) and e <= 1e-4) then
-            expect(("%s: error %.1e in %s, change from 2 dt to dt %.1e"):format(form, e, tostring(where), change)):equals "smaller"
+            expect(("%s: error %.1e in %s, change from 2 dt to dt %.1e"):format(form, e, tostring(where),
+              change)):equals "smaller"
           end
         end
       end

@@ -113,18 +113,21 @@ test("lsq: weights, covariance, rank", function()
   expect(r.covariance):near(mat { { 5/36, -1/12 }, { -1/12, 1/12 } }, 1e-14)
   expect(dot(vec { 1, 1, 1 }, r.residuals)):near(0, 1e-14)
   local S = mat { { 2, 1, 0 }, { 1, 2, 0 }, { 0, 0, 1 } }
-  local g = lsq(A, y, { covariance = S })                  -- (AᵀS⁻¹A)⁻¹AᵀS⁻¹y, docs/derivations.md#regression, exactly
+  -- (AᵀS⁻¹A)⁻¹AᵀS⁻¹y, docs/derivations.md#regression, exactly
+  local g = lsq(A, y, { covariance = S })
   local B = mat(A)
   local cov = inv(B.T * inv(S) * B)
   expect(g.covariance):near(cov, 1e-14)
   expect(g.theta):near(cov * B.T * inv(S) * vec(y), 1e-14)
-  expect(lsq(A, y, { covariance = { 4, 1, 1 } }).theta):near(lsq(A, y, { weights = { 0.25, 1, 1 } }).theta, 1e-14)
+  expect(lsq(A, y, { covariance = { 4, 1, 1 } }).theta):near(lsq(A, y, { weights = { 0.25, 1, 1 } }).theta,
+    1e-14)
   local free = lsq({ { 1, 2 }, { 2, 4 } }, { 3, 6 }, { names = { "p", "q" } })
   expect(free.rank):equals(1)
   expect(free.theta):near({ 0.6, 1.2 }, 1e-14)
   expect(free.unidentifiable[1]:find("only p + 2 q is determined", 1, true) ~= nil):is_true()
   expect(function() lsq(A, { 1, 2 }) end):fails "A has 3 rows but y has 2"
-  expect(function() lsq(A, y, { covariance = { { 1, 2, 0 }, { 2, 1, 0 }, { 0, 0, 1 } } }) end):fails "not positive definite"
+  expect(function() lsq(A, y, { covariance = { { 1, 2, 0 }, { 2, 1, 0 },
+    { 0, 0, 1 } } }) end):fails "not positive definite"
   expect(function() lsq(A, y, { weights = { 1, -1, 1 } }) end):fails "not negative"
   expect(function() lsq({ { 1, 0/0 } }, { 1 }) end):fails "nan"
 end)

@@ -16,7 +16,8 @@ local function read(content, options)
 end
 
 test("tables of every dialect", function()
-  for _, content in ipairs { "u,y\n1,2\n3,4\n", "u;y\n1;2\n3;4\n", "u\ty\r\n1\t2\r\n3\t4\r\n", "# note\nu y\n 1 2\n 3 4\n",
+  for _, content in ipairs { "u,y\n1,2\n3,4\n", "u;y\n1;2\n3;4\n", "u\ty\r\n1\t2\r\n3\t4\r\n",
+    "# note\nu y\n 1 2\n 3 4\n",
                              "\xEF\xBB\xBF\"u\",\"y\"\n1,2\n3,4", "u;y\n1,0;2,0\n3,0;4,0\n" } do
     local d = read(content)
     expect(d.y):near({ 2, 4 }, 0)
@@ -34,7 +35,8 @@ test("missing values are counted, filled, left out", function()
   expect(d:fill("previous").y):near({ 2, 4, 4, 8 }, 0)
   local m = fir(d, { nb = 1, nk = 0 })
   expect(m.rows):equals(2)
-  expect(fir(iddata { y = { 1, nan, 3, 4 }, u = { 1, 2, 3, 4 } }, { nb = 1, nk = 0 }).theta):near({ 1 }, 1e-15)
+  expect(fir(iddata { y = { 1, nan, 3, 4 }, u = { 1, 2, 3, 4 } }, { nb = 1, nk = 0 }).theta):near({ 1 },
+    1e-15)
   expect(function() m:predict(d) end):fails "d:fill()"
 end)
 
@@ -74,7 +76,8 @@ test("bad data", function()
   expect(function() arx(d, { na = 4, nb = 1 }) end):fails "no row is left"
   expect(function() arx(d, { na = 1, ic = "none" }) end):fails "unknown ic 'none'"
   expect(function() arx(iddata { y = { 1, 2, 3 } }, { na = 1, nb = 1 }) end):fails "no input"
-  expect(function() arx(iddata { y = { nan, nan, nan }, u = { 1, 2, 3 } }, { na = 1, nb = 1 }) end):fails "no row is complete"
+  expect(function() arx(iddata { y = { nan, nan, nan }, u = { 1, 2, 3 } },
+    { na = 1, nb = 1 }) end):fails "no row is complete"
 end)
 
 test("slice, split, detrend, merge", function()
@@ -100,7 +103,8 @@ test("resample keeps what is below the new Nyquist frequency", function()
   local d = iddata { y = y, Ts = 1 }
   local r = d:resample(4)
   expect(r.N):equals(250)
-  for i = 30, 220, 10 do expect(r.y[i]):near(math.sin(0.2 * (i - 1)) + 2, 5e-3) end  -- ripple of the Hamming window
+  -- ripple of the Hamming window
+  for i = 30, 220, 10 do expect(r.y[i]):near(math.sin(0.2 * (i - 1)) + 2, 5e-3) end
   for i = 0, 999 do y[i + 1] = math.sin(2.5 * i) end       -- above π/4: must vanish instead of folding
   r = iddata { y = y, Ts = 1 }:resample(4)
   for i = 30, 220, 10 do expect(r.y[i]):near(0, 5e-3) end
@@ -109,7 +113,8 @@ test("resample keeps what is below the new Nyquist frequency", function()
 end)
 
 test("written files read back as they were", function()
-  local d = merge(iddata { y = { 1, 2, 0/0 }, u = { 4, 5, 6 }, Ts = 0.1 }, iddata { y = { 7, 8, 9 }, u = { 1, 1/3, math.pi }, Ts = 0.1 })
+  local d = merge(iddata { y = { 1, 2, 0/0 }, u = { 4, 5, 6 }, Ts = 0.1 },
+    iddata { y = { 7, 8, 9 }, u = { 1, 1/3, math.pi }, Ts = 0.1 })
   for _, ending in ipairs { ".csv", ".mat" } do
     local name = os.tmpname() .. ending
     d:save(name)
@@ -132,7 +137,8 @@ test("written files read back as they were", function()
 end)
 
 test("signals are chosen by name or number", function()
-  local d = iddata { y = { { 1, 2 }, { 3, 4 }, { 5, 6 } }, u = { { 1, 2 }, { 3, 4 }, { 5, 7 } }, yname = { "a", "b" } }
+  local d = iddata { y = { { 1, 2 }, { 3, 4 }, { 5, 6 } }, u = { { 1, 2 }, { 3, 4 }, { 5, 7 } },
+    yname = { "a", "b" } }
   expect(d:select { y = "b", u = { 2 } }.y):equals(vec { 2, 4, 6 })
   expect(d:select { u = {} }.u.cols):equals(0)
   expect(d:select { y = { "b", "a" } }.y_names[1]):equals "b"

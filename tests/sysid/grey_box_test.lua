@@ -22,17 +22,20 @@ test("parameters and initial values from exact data", function()
   local y = exponential(0.3, 11)
   y[4] = 0/0
   expect(fit(decay, { params = { k }, data = iddata { y = y }, y = x, start = { x = 2 } })(k)):near(0.3, 1e-7)
-  expect(fit(decay, { params = { k }, data = d, y = x, start = { x = 2 }, guess = { k = 3 } })(k)):near(0.3, 1e-7)
+  expect(fit(decay, { params = { k }, data = d, y = x, start = { x = 2 }, guess = { k = 3 } })(k)):near(0.3,
+    1e-7)
 end)
 
 test("a held input jumps at the samples", function()
-  local r = (function(s) return function() s = (1103515245 * s + 12345) % 2147483648 return s / 1073741824 - 1 end end)(4)
+  local r = (function(s) return function() s = (1103515245 * s + 12345) % 2147483648
+    return s / 1073741824 - 1 end end)(4)
   local us, ys = {}, { 0 }
   for i = 1, 60 do us[i] = r() end
   local decayed = math.exp(-0.1 / 0.4)
   for i = 1, 59 do ys[i + 1] = decayed * ys[i] + 3 * (1 - decayed) * us[i] end
   local model = dae { T * der(x) ~ K * u - x }
-  local f = fit(model, { params = { T, K }, data = iddata { y = ys, u = us, Ts = 0.1 }, y = x, start = { x = 0 } })
+  local f = fit(model, { params = { T, K }, data = iddata { y = ys, u = us, Ts = 0.1 }, y = x,
+    start = { x = 0 } })
   expect(f.theta):near({ 0.4, 3 }, 1e-9)                   -- Gauss-3 with λh = 1/8: (1/8)^7/(3·10^5)
 end)
 
@@ -41,7 +44,8 @@ test("a pendulum of index 3: damping and gravity, and what data cannot tell", fu
   local m, g, L, c = params "m=1 g=9.81 L=1 c=0.1"
   local pend = dae { der(p) ~ v, m * der(v) ~ -m * g * vec { 0, 1 } - z * p - c * v, 0 ~ (p.T * p - L^2) / 2 }
   local start = { [p] = { 1, 0 }, [v] = { 0, 0 } }
-  local sol = pend:with { c = 0.3, g = 9.7 }:reduce():integrate { start = start, to = 3, times = linspace(0, 3, 61), rtol = 1e-11,
+  local sol = pend:with { c = 0.3, g = 9.7 }:reduce():integrate { start = start, to = 3,
+    times = linspace(0, 3, 61), rtol = 1e-11,
     atol = 1e-12 }
   local d = iddata { y = sol(p), Ts = 0.05 }
   local r = fit(pend, { params = { c, g }, data = d, y = p, start = start })
@@ -73,17 +77,21 @@ test("what is wrong is said", function()
   expect(function() fit(decay, { params = { k }, y = x }) end):fails "data is missing"
   expect(function() fit(decay, { params = { k }, data = { 1, 2 }, y = x }) end):fails "data must be iddata"
   expect(function() fit(decay, { params = { T }, data = d, y = x, start = { x = 1 } }) end):fails "T"
-  expect(function() fit(decay, { params = { k }, data = d, y = { x, x }, start = { x = 1 } }) end):fails "y names 2 expression(s), but the data has 1"
-  expect(function() fit(dae { der(x) ~ u - k * x }, { params = { k }, data = d, y = x, start = { x = 1 } }) end)
+  expect(function() fit(decay, { params = { k }, data = d, y = { x, x },
+    start = { x = 1 } }) end):fails "y names 2 expression(s), but the data has 1"
+  expect(function() fit(dae { der(x) ~ u - k * x },
+    { params = { k }, data = d, y = x, start = { x = 1 } }) end)
     :fails "the model has the inputs u, but the data has 0"
-  expect(function() fit(dae { der(x) ~ k * x^2 }, { params = { k }, data = d, y = x, start = { x = 1 } }) end):fails "t = "
+  expect(function() fit(dae { der(x) ~ k * x^2 }, { params = { k }, data = d, y = x,
+    start = { x = 1 } }) end):fails "t = "
 end)
 
 test("initial values that the start leaves open are estimated", function()
   local x, v = vars "x v"
   local k = param("k", 3)
   local y = {}
-  for i = 0, 40 do y[i+1] = math.cos(2 * i * 0.1) + 0.5 * math.sin(2 * i * 0.1) end   -- k = 4, x(0) = 1, v(0) = 1
+  -- k = 4, x(0) = 1, v(0) = 1
+  for i = 0, 40 do y[i+1] = math.cos(2 * i * 0.1) + 0.5 * math.sin(2 * i * 0.1) end
   local d = iddata { y = y, Ts = 0.1 }
   local osc = dae { der(x) ~ v, der(v) ~ -k * x }
   local r = fit(osc, { params = { k }, data = d, y = x })
@@ -94,5 +102,6 @@ test("initial values that the start leaves open are estimated", function()
   expect(fit(osc, { params = { k }, data = d, y = x, start = { v = 1 } }).theta):near({ 4, 1 }, 1e-7)
   expect(fit(dae { der(x, 2) ~ -k * x }, { params = { k }, data = d, y = x })("k")):near(4, 1e-7)
   expect(fit(osc, { params = { k, x }, data = d, y = x, start = { v = 1 } }).theta):near({ 4, 1 }, 1e-7)
-  expect(function() fit(osc, { params = { k }, data = d, y = x, start = { x = 1, v = 1, [v.dot] = 7 } }) end):fails "7"
+  expect(function() fit(osc, { params = { k }, data = d, y = x,
+    start = { x = 1, v = 1, [v.dot] = 7 } }) end):fails "7"
 end)

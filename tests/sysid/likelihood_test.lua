@@ -16,7 +16,8 @@ test("the exam's set, in rational numbers", function()
   expect(set.feasible and set.bounded and set.exact):is_true()
   local q = rational
   expect(#set.vertices):equals(4)
-  local wanted = { { "-14/19", "53/76" }, { "-1/48", "133/240" }, { "-21/76", "463/380" }, { "-14/19", "356/285" } }
+  local wanted = { { "-14/19", "53/76" }, { "-1/48", "133/240" }, { "-21/76", "463/380" },
+    { "-14/19", "356/285" } }
   for i, v in ipairs(wanted) do
     expect(set.vertices(i, 1)):equals(mat { { v[1] } }[1])
     expect(set.vertices(i, 2)):equals(mat { { v[2] } }[1])
@@ -30,7 +31,8 @@ test("the exam's set, in rational numbers", function()
   local c = set.center
   expect(set:contains(c)):is_true()
   for a = 0, 6.2, 0.1 do
-    expect(set:contains { c[1] + 0.999 * set.radius * math.cos(a), c[2] + 0.999 * set.radius * math.sin(a) }):is_true()
+    expect(set:contains { c[1] + 0.999 * set.radius * math.cos(a),
+      c[2] + 0.999 * set.radius * math.sin(a) }):is_true()
   end
 end)
 
@@ -65,7 +67,8 @@ test("one point, and integer data with many coincidences", function()
   local A = { { 1, 1, 1 }, { 1, 1, -1 }, { 1, -1, 1 }, { 1, -1, -1 }, { 2, 2, 2 }, { 1, 1, 1 } }
   local set = lsq(A, { 0, 0, 0, 0, 0, 0 }, { noise = uniform(-1, 1) })
   expect(set.exact):is_true()
-  expect(#set.vertices):equals(12)                         -- |x+y+z| ≤ 1/2 cuts all six: two hexagons are left
+  -- |x+y+z| ≤ 1/2 cuts all six: two hexagons are left
+  expect(#set.vertices):equals(12)
 end)
 
 test("the octahedron", function()
@@ -73,7 +76,8 @@ test("the octahedron", function()
   local set = lsq(A, { 0, 0, 0, 0, 0 }, { noise = uniform(-1, 1) })
   expect(#set.vertices):equals(6)
   expect(set.volume):equals(mat { { "4/3" } }[1])
-  local irrational = lsq(math.sqrt(2) * mat(A), { 0, 0, 0, 0, 0 }, { noise = uniform(-math.sqrt(2), math.sqrt(2)) })
+  local irrational = lsq(math.sqrt(2) * mat(A), { 0, 0, 0, 0, 0 },
+    { noise = uniform(-math.sqrt(2), math.sqrt(2)) })
   expect(irrational.exact):equals(false)
   expect(#irrational.vertices):equals(6)
   expect(irrational.volume):near(4/3, 1e-12)
@@ -102,12 +106,14 @@ test("the set contains the truth, its vertices lie on d rows, and more data only
   end
   local last = math.huge
   for _, n in ipairs { 20, 50, 100, 400 } do
-    local set = arx(iddata { y = y, u = u }:slice(1, n), { na = 1, nb = 2, nk = 0, ic = "zero", noise = uniform(-0.1, 0.1) })
+    local set = arx(iddata { y = y, u = u }:slice(1, n),
+      { na = 1, nb = 2, nk = 0, ic = "zero", noise = uniform(-0.1, 0.1) })
     expect(set:contains { -0.8, 1, 0.5 }):is_true()
     expect(set.volume <= last * (1 + 1e-9)):is_true()
     last = set.volume
     -- two roads to the intervals: vertices, and the sign of feasibility just inside and outside
-    for i = 1, 3 do expect(set.box[i].low <= ({ -0.8, 1, 0.5 })[i] and ({ -0.8, 1, 0.5 })[i] <= set.box[i].high):is_true() end
+    for i = 1, 3 do expect(set.box[i].low <= ({ -0.8, 1, 0.5 })[i]
+      and ({ -0.8, 1, 0.5 })[i] <= set.box[i].high):is_true() end
   end
 end)
 
@@ -162,7 +168,8 @@ test("gaussian and a user density agree with least squares", function()
   expect(function() gaussian(-1) end):fails "positive"
   expect(function() density(function(e) return 1 end) end):fails "does not depend on e"
   expect(function() arx(d, with(3)) end):fails "noise must be a density"
-  expect(function() arx(d, with(density(function(e) return ifelse(lt(abs(e), 0.01), 1 + e, 0) end))) end):fails "zero or undefined"
+  expect(function() arx(d, with(density(function(e)
+    return ifelse(lt(abs(e), 0.01), 1 + e, 0) end))) end):fails "zero or undefined"
 end)
 
 test("lsq and linear predictors take every density", function()
@@ -173,7 +180,8 @@ test("lsq and linear predictors take every density", function()
   expect(lsq(A, y, { noise = exponential() }).theta[1]):near(1, 1e-9)             -- the least
   expect(lsq(A, y, { noise = uniform(-25, 25) }).box[1].low):equals(25)
   expect(lsq(A, y, { noise = density(function(e) return exp(-abs(e)) end) }).theta[1]):near(3, 1e-9)
-  expect(lsq({ 1, 1, 1 }, { 1, 2, 5 }, { noise = density(function(e) return exp(-abs(e)) end) }).theta[1]):near(2, 1e-9)
+  expect(lsq({ 1, 1, 1 }, { 1, 2, 5 }, { noise = density(function(e)
+    return exp(-abs(e)) end) }).theta[1]):near(2, 1e-9)
   expect(lsq(A, y, { noise = function(e) return exp(-e^2/2) end }).theta[1]):near(12.2, 1e-9)
   expect(function() return lsq(A, y, { noise = exponential() }).std end):fails "corner"
   expect(function() lsq(A, y, { noise = laplace(), weights = { 1, 1, 1, 1, 1 } }) end):fails "not several"
@@ -185,15 +193,18 @@ test("lsq and linear predictors take every density", function()
   local Y, U_ = func "y", func "u"
   local a, b = params "a b"
   local p = predictor(-a * Y(t - 1) + b * U_(t))
-  expect(p:fit(d, { ic = "zero", noise = uniform(-1, 1) }).volume):equals(arx(d, { na = 1, nb = 1, nk = 0, ic = "zero", noise = uniform(-1, 1) }).volume)
+  expect(p:fit(d, { ic = "zero", noise = uniform(-1, 1) }).volume):equals(arx(d,
+    { na = 1, nb = 1, nk = 0, ic = "zero", noise = uniform(-1, 1) }).volume)
   for _, noise in ipairs { laplace(), gaussian(0.3), density(function(e) return exp(-e^4) end) } do
-    local f, m = p:fit(d, { ic = "zero", noise = noise }), arx(d, { na = 1, nb = 1, nk = 0, ic = "zero", noise = noise })
+    local f, m = p:fit(d, { ic = "zero", noise = noise }),
+      arx(d, { na = 1, nb = 1, nk = 0, ic = "zero", noise = noise })
     expect(f.theta):near(m.theta, 1e-9)
     expect(f.std):near(m.std, 1e-9)
     expect(f.log_likelihood):near(m.log_likelihood, 1e-9)
   end
   local yhat = func "yhat"
-  expect(function() predictor(a * yhat(t - 1) + b * U_(t)):fit(d, { noise = laplace() }) end):fails "linear in its parameters"
+  expect(function() predictor(a * yhat(t - 1) + b * U_(t)):fit(d,
+    { noise = laplace() }) end):fails "linear in its parameters"
 end)
 
 test("a density with a kink is least absolute deviations", function()
@@ -201,7 +212,8 @@ test("a density with a kink is least absolute deviations", function()
   local function r() s = (1103515245 * s + 12345) % 2147483648 return s / 1073741824 - 1 end
   local A, y = {}, {}
   for i = 1, 60 do A[i] = { r(), r(), 1 } y[i] = A[i][1] - 2 * A[i][2] + 0.5 + r()^5 end
-  local f, l = lsq(A, y, { noise = density(function(e) return exp(-abs(e)/0.3) end) }), lsq(A, y, { noise = laplace(0.3) })
+  local f, l = lsq(A, y, { noise = density(function(e) return exp(-abs(e)/0.3) end) }),
+    lsq(A, y, { noise = laplace(0.3) })
   expect(f.theta):near(l.theta, 1e-8)
   expect(f.std):near(l.std, 1e-6)
 end)

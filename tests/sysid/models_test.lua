@@ -1,5 +1,6 @@
 -- Models in use: prediction, simulation, validation, scans, comparisons; and how they fail.
-local r = (function(s) return function() s = (1103515245 * s + 12345) % 2147483648 return s / 1073741824 - 1 end end)(99)
+local r = (function(s) return function() s = (1103515245 * s + 12345) % 2147483648
+  return s / 1073741824 - 1 end end)(99)
 local u, w, y = {}, {}, {}
 for t = 1, 300 do
   u[t] = r()
@@ -36,7 +37,8 @@ test("armax by hand", function()
   local a, b, c = m.A, m.B, m.C
   for t = 1, 300 do
     local function at(x, k) return t - k >= 1 and x[t-k] or 0 end
-    local hat = -a[2] * at(y, 1) - a[3] * at(y, 2) + b[2] * at(u, 1) + b[3] * at(u, 2) + c[2] * at(e, 1) + c[3] * at(e, 2)
+    local hat = -a[2] * at(y, 1) - a[3] * at(y, 2) + b[2] * at(u, 1) + b[3] * at(u, 2) + c[2] * at(e,
+      1) + c[3] * at(e, 2)
     e[t] = y[t] - hat
     expect(p[t]):near(hat, 1e-11)
   end
@@ -80,11 +82,13 @@ test("scans find the orders, comparisons the better model", function()
 end)
 
 test("bad input is refused with the reason", function()
-  expect(function() oe(iddata { y = { 1, 0/0, 3, 4, 5, 6, 7, 8 }, u = { 1, 2, 3, 4, 5, 6, 7, 8 } }, { nb = 1, nf = 1 }) end)
+  expect(function() oe(iddata { y = { 1, 0/0, 3, 4, 5, 6, 7, 8 }, u = { 1, 2, 3, 4, 5, 6, 7, 8 } },
+    { nb = 1, nf = 1 }) end)
     :fails "d:fill()"
   expect(function() oe(d, { nf = 2 }) end):fails "nf without nb"
   expect(function() oe(d:slice(1, 5), { nb = 2, nf = 2 }) end):fails "too few"
-  expect(function() armax(d, { na = 1, nb = 1, nc = 1, start = { 0 } }) end):fails "start: expected 3 numbers (a1, b1, c1)"
+  expect(function() armax(d, { na = 1, nb = 1, nc = 1,
+    start = { 0 } }) end):fails "start: expected 3 numbers (a1, b1, c1)"
   expect(function() armax(d, { na = 1, nb = 1, nc = 1, start = { 0, 0, 2 } }) end):fails "stable"
   expect(function() arx(d, { na = 1, nb = 1 }):predict(iddata { y = { 1, 2 } }) end):fails "input"
   expect(function() arx(d, { na = 1, nb = 1 }):fit(d, "sim") end):fails "unknown mode"
@@ -132,7 +136,8 @@ test("a scan of several outputs is what arx estimates", function()
     end
   end
   expect(s[1].na):equals(2)
-  expect(order_scan(both:slice(1, 150), both:slice(151, 300), { na = { 1, 2 }, nb = 1, nk = 1 })[1].fit > 50):is_true()
+  expect(order_scan(both:slice(1, 150), both:slice(151, 300),
+    { na = { 1, 2 }, nb = 1, nk = 1 })[1].fit > 50):is_true()
 end)
 
 test("a start in words is ic", function()
@@ -151,16 +156,20 @@ test("models are linear systems, and say how they were made", function()
   expect(m.orders.na * 100 + m.orders.nb * 10 + m.orders.nk):equals(221)
   expect(arx(d, m.orders).theta):equals(m.theta)
   expect(m.covariance):equals(m.cov)
-  expect(arx(iddata { y = { 1, 2, 4.5, 9, 18 } }, { na = 1 }):latex():find("A(q) &= 1 - 2.", 1, true) ~= nil):is_true()
-  expect(bj(d, { nb = 1, nf = 1, nc = 1, nd = 1 }):latex():find("\\frac{B(q)}{F(q)}", 1, true) ~= nil):is_true()
+  expect(arx(iddata { y = { 1, 2, 4.5, 9, 18 } }, { na = 1 }):latex():find("A(q) &= 1 - 2.", 1,
+    true) ~= nil):is_true()
+  expect(bj(d, { nb = 1, nf = 1, nc = 1, nd = 1 }):latex():find("\\frac{B(q)}{F(q)}", 1,
+    true) ~= nil):is_true()
   expect(m.samples):equals(300)
   expect(m:predictor().linear):is_true()
   local c = compare(d, { arx = m, oe = oe(d, { nb = 2, nf = 2 }) })
   expect(tostring(c:plot()):find "3 series" ~= nil):is_true()
-  expect(tostring(order_scan(d, { na = { 1, 3 }, nb = { 1, 3 }, nk = 1 }):plot()):find "1 series" ~= nil):is_true()
+  expect(tostring(order_scan(d, { na = { 1, 3 }, nb = { 1, 3 },
+    nk = 1 }):plot()):find "1 series" ~= nil):is_true()
 end)
 
-test("exact data: the smallest model wins a scan, and nothing is said about noise that is not there", function()
+test("exact data: the smallest model wins a scan, and nothing is said about noise that is not there",
+  function()
   local s = order_scan(clean, { na = { 1, 4 }, nb = { 1, 4 }, nk = { 1, 2 } })
   expect(s.best.na * 100 + s.best.nb * 10 + s.best.nk):equals(221)
   expect(s[1].loss):equals(0)

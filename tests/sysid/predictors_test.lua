@@ -36,7 +36,8 @@ end)
 
 test("symbolic predictors evaluate as the filters do", function()
   -- two roads: the expression through its recursion, and the polynomial filters of idpoly:predict
-  local r = (function(s) return function() s = (1103515245 * s + 12345) % 2147483648 return s / 1073741824 - 1 end end)(21)
+  local r = (function(s) return function() s = (1103515245 * s + 12345) % 2147483648
+    return s / 1073741824 - 1 end end)(21)
   local us, ys = {}, {}
   for i = 1, 80 do us[i], ys[i] = r(), r() end
   local d = iddata { y = ys, u = us }
@@ -47,7 +48,8 @@ test("symbolic predictors evaluate as the filters do", function()
   local hat = idpoly(values):predict(d)
   local at = {}
   for i = 1, 80 do
-    local e_ = subs(p.expression, { a1 = numbers.a1, b0 = numbers.b0, b1 = numbers.b1, c1 = numbers.c1, d1 = numbers.d1, f1 = numbers.f1 })
+    local e_ = subs(p.expression, { a1 = numbers.a1, b0 = numbers.b0, b1 = numbers.b1, c1 = numbers.c1,
+      d1 = numbers.d1, f1 = numbers.f1 })
     local map = {}
     for lag = 0, 3 do
       map[y(t - lag)] = i - lag >= 1 and ys[i - lag] or 0
@@ -60,7 +62,8 @@ test("symbolic predictors evaluate as the filters do", function()
 end)
 
 test("fits of any predictor", function()
-  local r = (function(s) return function() s = (1103515245 * s + 12345) % 2147483648 return s / 1073741824 - 1 end end)(5)
+  local r = (function(s) return function() s = (1103515245 * s + 12345) % 2147483648
+    return s / 1073741824 - 1 end end)(5)
   local us, ys, ws = {}, {}, {}
   for i = 1, 300 do
     us[i] = r()
@@ -70,9 +73,11 @@ test("fits of any predictor", function()
   local al, be = params "al=0.1 be=1"
   local f = predictor(al * sin(y(t-1)) + be * u(t-1)^2):fit(iddata { y = ys, u = us })
   expect(f.theta):near({ 0.5, 0.8 }, 1e-12)
-  local g = predictor(al * sin(y(t-1)) + exp(be) * u(t-1)^2):fit(iddata { y = ys, u = us }, { start = { be = 0 } })
+  local g = predictor(al * sin(y(t-1)) + exp(be) * u(t-1)^2):fit(iddata { y = ys, u = us },
+    { start = { be = 0 } })
   expect(g.theta):near({ 0.5, math.log(0.8) }, 1e-10)
-  local o = predictor(-f1 * yhat(t-1) + b1 * u(t-1)):fit(iddata { y = ws, u = us }, { ic = "zero", start = { 0.1, 0.1 } })
+  local o = predictor(-f1 * yhat(t-1) + b1 * u(t-1)):fit(iddata { y = ws, u = us },
+    { ic = "zero", start = { 0.1, 0.1 } })
   expect(o.theta):near({ 1, -0.7 }, 1e-10)                 -- in the order of declaration: b1, f1
   -- an ARMA process through its innovations
   local es, xs = {}, {}

@@ -1,5 +1,6 @@
 -- State-space models by subspaces: exact recovery, agreement with the truth on noise, other roads, bad input.
-local function generator(s) return function() s = (1103515245 * s + 12345) % 2147483648 return s / 1073741824 - 1 end end
+local function generator(s) return function() s = (1103515245 * s + 12345) % 2147483648
+  return s / 1073741824 - 1 end end
 
 local A = { { 0.5, 0.2, 0 }, { -0.1, 0.7, 0.1 }, { 0, 0.3, -0.4 } }
 local G = ss(A, { { 1, 0 }, { 0, 1 }, { 0.5, 0.5 } }, { { 1, 0, 1 }, { 0, 1, 0 } }, { { 0, 0 }, { 0, 0 } }, 1)
@@ -11,7 +12,8 @@ end
 local U = mat(rows)
 local clean = iddata { y = lsim(G, U, nil).y, u = U, Ts = 1 }
 
-local function markov(g, k)                                -- C A^(k-1) B, which no choice of coordinates changes
+-- C A^(k-1) B, which no choice of coordinates changes
+local function markov(g, k)
   local p = g.B
   for _ = 2, k do p = g.A * p end
   return g.C * p
@@ -66,7 +68,8 @@ test("with noise the poles are within their scatter, and more data come closer",
   local d = record(2000, 6)
   expect(n4sid(d, 2):validate(d).white):is_true()
   expect(n4sid(d, { order = 2, K = false }):validate(d).white):equals(false)
-  -- K is the gain of the predictor: H = C (zI - A)⁻¹ K + 1 has the poles' numerator z² - (1.5 - 0.8) z + (0.7 - 0.3)
+  -- K is the gain of the predictor: H = C (zI - A)⁻¹ K + 1 has the poles' numerator z² - (1.5 - 0.8) z + (0.7
+  -- - 0.3)
   local h = large:tf "noise"
   expect(h.num[2] / h.num[1]):near(-0.7, 0.05)
   -- the gain solves the Riccati equation of the filter: predictions beat every other K nearby
@@ -89,7 +92,8 @@ test("prediction, simulation and k steps by hand", function()
     filtered[t] = x
     expect(one[t]):near((C_ * x).T, 1e-10)
     expect(free[t]):near((C_ * s).T, 1e-10)
-    if t >= 3 then                                         -- two steps ahead of the filter, without measurements
+    -- two steps ahead of the filter, without measurements
+    if t >= 3 then
       local ahead = filtered[t-2]
       for k = t - 2, t - 1 do
         local e = k == t - 2 and vec { noisy[k][1], noisy[k][2] } - C_ * ahead or nil
@@ -136,7 +140,8 @@ test("bad input is refused with the reason", function()
   expect(function() n4sid(clean:slice(1, 20), 3) end):fails "too few"
   expect(function() return n4sid(clean, 3).theta end):fails "depend on the coordinates"
   expect(function() return arx(clean, { na = 1, nb = 1 }).K end):fails "belongs to state-space models"
-  expect(function() n4sid(iddata { y = { 1, 0/0, 3, 1, 2, 3 }, u = { 1, 2, 3, 4, 5, 6 } }, 1) end):fails "d:fill()"
+  expect(function() n4sid(iddata { y = { 1, 0/0, 3, 1, 2, 3 }, u = { 1, 2, 3, 4, 5, 6 } },
+    1) end):fails "d:fill()"
   local flat = {}
   for t = 1, 60 do flat[t] = 1 end
   expect(function() n4sid(iddata { y = flat, u = flat }, 1) end):fails "no model of order 1"

@@ -1,8 +1,10 @@
--- Events on constrained models, at awkward places, and dense output between the steps of every adaptive method.
+-- Events on constrained models, at awkward places, and dense output between the steps of every adaptive
+-- method.
 local x, y, v, w, z = vars "x y v w z"
 local methods = { "auto", "dopri5", "tsit5", "dop853", "radau", "bdf", "rodas" }
 
--- The pendulum by its angle hits the wall at θ = -1/2: θ′²/2 = g (cos θ - cos 1), and bounces with θ′ → -0.8 θ′.
+-- The pendulum by its angle hits the wall at θ = -1/2: θ′²/2 = g (cos θ - cos 1), and bounces with θ′ → -0.8
+-- θ′.
 local g = 9.81
 local th = var "theta"
 local by_angle = dae { der(th, 2) ~ -g*sin(th) }
@@ -11,7 +13,8 @@ local speed = math.sqrt(2*g*(math.cos(0.5) - math.cos(1)))
 test("a pendulum hits a wall", function()
   for _, method in ipairs(methods) do
     if method ~= "rodas" or by_angle.kind ~= "fully implicit" then
-      local sol = by_angle:integrate { start = { theta = 1, [th.dot] = 0 }, to = 3, method = method, rtol = 1e-9,
+      local sol = by_angle:integrate { start = { theta = 1, [th.dot] = 0 }, to = 3, method = method,
+        rtol = 1e-9,
         events = { { when = th + 0.5, direction = -1, reset = { [th.dot] = -0.8*th.dot } } } }
       expect(sol.status):equals "finished"
       expect(sol.events[1].values.theta):near(-0.5, 1e-12)
@@ -19,9 +22,11 @@ test("a pendulum hits a wall", function()
       -- after the first bounce the energy is that of 0.8 θ′ at the wall, and so is the speed at the next one
       local top = math.acos(math.cos(0.5) - (0.8*speed)^2/(2*g))
       local highest = 0
-      for _, t in ipairs(linspace(sol.events[1].t, sol.events[2].t, 400)) do highest = math.max(highest, sol(th, t)) end
+      for _, t in ipairs(linspace(sol.events[1].t, sol.events[2].t, 400)) do
+        highest = math.max(highest, sol(th, t)) end
       expect(highest):near(top, 1e-4)                              -- the best of 400 times: 1e-5 from the top
-      expect(math.abs(sol.events[2].values["theta′"] or sol(th.dot, sol.events[2].t)/0.8)):near(0.8*speed, 1e-6)
+      expect(math.abs(sol.events[2].values["theta′"] or sol(th.dot, sol.events[2].t)/0.8)):near(0.8*speed,
+        1e-6)
     end
   end
 end)
@@ -34,7 +39,8 @@ test("the same in Cartesian coordinates: the constraints hold after the bounce, 
   local at = m:init { fix = { [x] = math.sin(1), [x.dot] = 0 }, guess = { [y] = -0.5 } }
   -- x′ is reset, y′ follows from x x′ + y y′ = 0
   for _, reset in ipairs { { [x.dot] = -0.8*x.dot }, { [x.dot] = -0.8*x.dot, [y.dot] = -0.8*y.dot } } do
-    local sol = low:integrate { start = at, to = 3, rtol = 1e-10, events = { { when = x + math.sin(0.5), direction = -1, reset = reset } } }
+    local sol = low:integrate { start = at, to = 3, rtol = 1e-10,
+      events = { { when = x + math.sin(0.5), direction = -1, reset = reset } } }
     expect(sol.status):equals "finished"
     expect(#sol.events):equals(#angle.events)
     for i = 1, #sol.events do expect(sol.events[i].t):near(angle.events[i].t, 1e-6) end
@@ -55,7 +61,8 @@ test("a reset that no start satisfies is said", function()
 end)
 
 test("an algebraic variable follows a reset", function()
-  local sol = dae { der(x) ~ -z, 0 ~ z - x^3 }:integrate { start = { x = 1 }, to = 2, events = { { when = t - 1, reset = { [x] = 2 } } } }
+  local sol = dae { der(x) ~ -z, 0 ~ z - x^3 }:integrate { start = { x = 1 }, to = 2,
+    events = { { when = t - 1, reset = { [x] = 2 } } } }
   expect(sol.events[1].after.z):near(8, 1e-12)
   expect(sol(z, 1)):near(8, 1e-12)
   expect(sol(z, 1 - 1e-9)):near(3^-1.5, 1e-6)                       -- x = 1/√(1 + 2t)
@@ -77,15 +84,18 @@ test("a root at the start is no event; the direction is seen; no root, no event"
   expect(count { when = (x - 1)^2 + 1e-6 }):equals(0)
 end)
 
-test("events far apart in one step: twenty roots of a fast function of time, one step of the method", function()
-  local sol = dae { der(x) ~ 1 }:integrate { start = { x = 0 }, to = 1, events = { { when = cos(20*math.pi*t) } } }
+test("events far apart in one step: twenty roots of a fast function of time, one step of the method",
+  function()
+  local sol = dae { der(x) ~ 1 }:integrate { start = { x = 0 }, to = 1,
+    events = { { when = cos(20*math.pi*t) } } }
   expect(#sol.events):equals(20)
   for i, event in ipairs(sol.events) do expect(event.t):near((i - 0.5)/20, 1e-13) end
 end)
 
 test("callbacks: stop, new values, errors, not a number", function()
   local decay = dae { der(x) ~ -x }
-  local function run(call) return decay:integrate { start = { x = 1 }, to = 2, events = { { when = x - 0.5, call = call } } } end
+  local function run(call) return decay:integrate { start = { x = 1 }, to = 2,
+    events = { { when = x - 0.5, call = call } } } end
   expect(run(function() return "stop" end).status):equals "event"
   expect(run(function() return true end).status):equals "event"
   local again = run(function(sol) return { [x] = 2*sol:final(x) } end)
@@ -105,7 +115,8 @@ test("inputs that fail: the error is theirs, the session goes on", function()
   local model = dae { der(x) ~ u }
   local function run(f) return model:integrate { start = { x = 1 }, to = 1, inputs = { u = f } } end
   expect(function() run(function(at) if at > 0.5 then error("mine", 0) end return 1 end) end):fails "mine"
-  expect(function() run(function(at) if at > 0.5 then return 0/0 end return 1 end) end):fails "must give a finite number at t = 0."
+  expect(function() run(function(at) if at > 0.5 then
+    return 0/0 end return 1 end) end):fails "must give a finite number at t = 0."
   expect(function() run(function() return "a" end) end):fails "'a' is not a number"
   -- A jump nobody told of is found.
   expect(run(function(at) if at > 0.5 then return 2 end return 1 end):final(x)):near(2.5, 1e-9)
@@ -117,11 +128,13 @@ test("dense output of adaptive methods", function()
   for _, method in ipairs(methods) do
     local before
     for _, tol in ipairs { 1e-5, 1e-8 } do
-      local sol = model:integrate { start = { x = 0, y = 1 }, to = 6, method = method, rtol = tol, atol = tol }
+      local sol = model:integrate { start = { x = 0, y = 1 }, to = 6, method = method, rtol = tol,
+        atol = tol }
       local worst = 0
       for i = 1, 600 do worst = math.max(worst, math.abs(sol(x, i/100) - math.sin(i/100))) end
       expect(worst <= 60*tol):is_true()
-      local there = model:integrate { start = { x = 0, y = 1 }, to = 6, method = method, rtol = tol, atol = tol, times = { 1.234, 5.6 } }
+      local there = model:integrate { start = { x = 0, y = 1 }, to = 6, method = method, rtol = tol,
+        atol = tol, times = { 1.234, 5.6 } }
       expect(there(x)):near(sol(x, { 1.234, 5.6 }), 1e-14)         -- asked for beforehand or afterwards
       expect(#there.t):equals(2)
     end
@@ -131,6 +144,7 @@ end)
 test("bounces that accumulate are named, not the border of |v| between them", function()
   local y, v = vars "y v"
   local ball = dae { der(y) ~ v, der(v) ~ -9.81 - v*abs(v)/10 }
-  local sol = ball:integrate { start = { y = 1, v = 0 }, to = 20, events = { { when = y, direction = -1, reset = { v = -0.8*v } } } }
+  local sol = ball:integrate { start = { y = 1, v = 0 }, to = 20,
+    events = { { when = y, direction = -1, reset = { v = -0.8*v } } } }
   expect(sol.status):matches "the events y = 0 accumulate: infinitely many in finite time"
 end)

@@ -2,7 +2,8 @@
 local x, v = vars "x v"
 local pairs_of = { dopri5 = 1e-8, dop853 = 1e-8, radau = 1e-7, gauss = 1e-8, rodas = 1e-8, bdf = 1e-6 }
 
---- Errors at a few times of a run with rtol = 1e-8 by every method, within 1 … 10 (bdf: 100) times that; no step may be spent on finding the border.
+--- Errors at a few times of a run with rtol = 1e-8 by every method, within 1 … 10 (bdf: 100) times that; no
+-- step may be spent on finding the border.
 local function check(model, start, to, exact, unknown)
   for method, tol in pairs(pairs_of) do
     local sol = model:integrate { start = start, to = to, rtol = 1e-8, atol = 1e-10, method = method }
@@ -21,7 +22,8 @@ test("abs: x' = 2 - |x| from -1 crosses 0 at ln 2", function()
 end)
 
 test("a step in time", function()
-  check(dae { der(x) ~ -x + ifelse(lt(t, 1), 0, 1) }, { x = 0 }, 3, function(s) return s < 1 and 0 or 1 - math.exp(1 - s) end, x)
+  check(dae { der(x) ~ -x + ifelse(lt(t, 1), 0, 1) }, { x = 0 }, 3, function(s)
+    return s < 1 and 0 or 1 - math.exp(1 - s) end, x)
 end)
 
 test("a square wave has twenty borders, and none is lost", function()
@@ -30,7 +32,8 @@ test("a square wave has twenty borders, and none is lost", function()
     function(s) local k = math.floor(s/P); local r = s - k*P; return k % 2 == 0 and r or P - r end, x)
 end)
 
-test("a body at rest on a stiff floor goes the right way", function()       -- v = 0, x = 0: the slope of the surface is 0
+-- v = 0, x = 0: the slope of the surface is 0
+test("a body at rest on a stiff floor goes the right way", function()
   local exact = function(s) return -0.01*(1 - math.cos(10*s)) end
   check(dae { der(x) ~ v, der(v) ~ -1 - 100*min(x, 0) }, { x = 0, v = 0 }, 0.6, exact, x)
   check(dae { der(x) ~ v, der(v) ~ -1 + ifelse(lt(x, 0), -100*x, 0) }, { x = 0, v = 0 }, 0.6, exact, x)
@@ -44,7 +47,8 @@ end)
 
 test("an algebraic variable that jumps", function()
   local z = var "z"
-  local sol = dae { der(x) ~ z, 0 ~ z - ifelse(lt(x, 1), 1, 2) }:integrate { start = { x = 0 }, to = 2, rtol = 1e-8 }
+  local sol = dae { der(x) ~ z, 0 ~ z - ifelse(lt(x, 1), 1, 2) }:integrate { start = { x = 0 }, to = 2,
+    rtol = 1e-8 }
   expect(sol(z, 0.999)):near(1, 1e-12)
   expect(sol(z, 1.001)):near(2, 1e-12)
   expect(sol(x, 2)):near(3, 1e-10)
@@ -52,7 +56,8 @@ end)
 
 test("branches that a root or a logarithm does not survive are not held fixed", function()
   check(dae { der(x) ~ -sqrt(abs(x)) }, { x = 1 }, 1.5, function(s) return (1 - s/2)^2 end, x)
-  local sol = dae { der(x) ~ ifelse(lt(0, x), log(abs(x) + 1) - 1, -1) }:integrate { start = { x = 0.5 }, to = 2, rtol = 1e-8 }
+  local sol = dae { der(x) ~ ifelse(lt(0, x), log(abs(x) + 1) - 1, -1) }:integrate { start = { x = 0.5 },
+    to = 2, rtol = 1e-8 }
   expect(sol.status):equals "finished"
 end)
 
@@ -67,7 +72,8 @@ end)
 test("events at the same time happen in the order of the list", function()
   local seen = {}
   local sol = dae { der(x) ~ 1 }:integrate { start = { x = -1 }, to = 2, events = {
-    { when = x }, { when = 2*x }, { when = sin(x) }, { when = t - 1 }, { when = x + 5 }, { when = x, direction = -1 } } }
+    { when = x }, { when = 2*x }, { when = sin(x) }, { when = t - 1 }, { when = x + 5 },
+      { when = x, direction = -1 } } }
   for i, event in ipairs(sol.events) do
     seen[i] = event.which
     expect(event.t):near(1, 1e-14)
@@ -76,14 +82,16 @@ test("events at the same time happen in the order of the list", function()
 end)
 
 test("an event on a border of the equations is not lost", function()
-  local sol = dae { der(x) ~ 1, der(v) ~ ifelse(lt(x, 0), 0, 1) }:integrate { start = { x = -1, v = 0 }, to = 2.25,
+  local sol = dae { der(x) ~ 1, der(v) ~ ifelse(lt(x, 0), 0, 1) }:integrate { start = { x = -1, v = 0 },
+    to = 2.25,
     events = { { when = x }, { when = x, direction = 1, reset = { [x] = -0.5 } } } }
   expect(#sol.events):equals(6)                                                 -- at 1, 1.5 and 2, two each
   for i, event in ipairs(sol.events) do expect(event.t):near(1 + (i - 1)//2/2, 1e-12) end
 end)
 
 test("a short dip below zero is two events", function()
-  local e = 1e-6                                                                 -- sin t < -1 + e for 2.8 ms around 3π/2
+  -- sin t < -1 + e for 2.8 ms around 3π/2
+  local e = 1e-6
   local sol = dae { der(x) ~ cos(t) }:integrate { start = { x = 0 }, to = 10, rtol = 1e-6, events = {
     { when = sin(t) + 1 - e, direction = 1 }, { when = sin(t) + 1 - e, direction = -1 } } }
   expect(#sol.events):equals(2)

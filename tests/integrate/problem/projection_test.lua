@@ -1,11 +1,13 @@
--- Form "project": the constraints are kept to rounding by any method, and the solution converges at the method's order.
+-- Form "project": the constraints are kept to rounding by any method, and the solution converges at the
+-- method's order.
 
 local p = var("p", 3)
 local m, g, L = params "m=1 g=9.81 L=1"
 local ball = lagrange { q = p, T = m/2*p.dot.T*p.dot, V = m*g*p[3], C = { (p.T*p - L^2)/2 } }
 local start = ball:init { fix = { [p] = {1, 0, 0}, [p.dot] = {0, 1, 0} } }
 -- the 3-D pendulum at t = 2
-local reference = { 0.579251157202, 0.588246716733, -0.564299474688, 0.426250340232, 2.159236710359, 2.688412760251 }
+local reference = { 0.579251157202, 0.588246716733, -0.564299474688, 0.426250340232, 2.159236710359,
+  2.688412760251 }
 
 local function run(form, method, dt)
   return ball:reduce(form):integrate { start = start, to = 2, method = method, dt = dt }
@@ -41,6 +43,7 @@ end)
 test("multipliers and energy along a projected solution", function()
   local sol = run("project", rk.gauss(2), 0.01)
   local a = run("acc", rk.gauss(2), 0.01)
-  expect(sol(ball.multipliers, 1)):near(a(ball.multipliers, 1), 1e-6)   -- two forms, each of order 4 at dt = 0.01
+  -- two forms, each of order 4 at dt = 0.01
+  expect(sol(ball.multipliers, 1)):near(a(ball.multipliers, 1), 1e-6)
   expect(sol(ball.energy, 2)):near(sol(ball.energy, 0), 1e-6)
 end)

@@ -10,19 +10,23 @@ local function held(T)
   end
   return result
 end
-local forms = { iddata { y = values, u = values, Ts = 0.1 }, { t = linspace(0, 0.9, 10), u = values, hold = "zero" },
+local forms = { iddata { y = values, u = values, Ts = 0.1 },
+  { t = linspace(0, 0.9, 10), u = values, hold = "zero" },
   { Ts = 0.1, u = values, hold = "zero" } }
 
 test("held samples: steps end where the input jumps", function()
   for _, samples in ipairs(forms) do
-    for method, tol in pairs { auto = 1e-9, dopri5 = 1e-9, radau = 1e-9, gauss = 1e-9, rodas = 1e-9, bdf = 1e-8 } do
-      local sol = model:integrate { start = { x = 0 }, to = 1, inputs = { u = samples }, method = method, rtol = 1e-9 }
+    for method, tol in pairs { auto = 1e-9, dopri5 = 1e-9, radau = 1e-9, gauss = 1e-9, rodas = 1e-9,
+      bdf = 1e-8 } do
+      local sol = model:integrate { start = { x = 0 }, to = 1, inputs = { u = samples }, method = method,
+        rtol = 1e-9 }
       for _, T in ipairs { 0.1, 0.37, 0.55, 1 } do expect(sol(x, T)):near(held(T), tol) end
       expect(sol(u, 0.25)):equals(2)
     end
     local before
     for _, dt in ipairs { 0.1, 0.05 } do                          -- order 4 in spite of the jumps
-      local e = math.abs(model:integrate { start = { x = 0 }, to = 1, inputs = { u = samples }, dt = dt, method = rk.rk4 }:final(x) - held(1))
+      local e = math.abs(model:integrate { start = { x = 0 }, to = 1, inputs = { u = samples }, dt = dt,
+        method = rk.rk4 }:final(x) - held(1))
       expect(before == nil or before/e > 14):is_true()
       before = e
     end
@@ -32,24 +36,28 @@ end)
 test("straight lines between samples, and their derivative", function()
   local exact = 2*(0.9 - 1 + math.exp(-0.9)) - 4*(0.4 - 1 + math.exp(-0.4))
   for _, samples in ipairs { { { 0, 0 }, { 0.5, 1 }, { 1, 0 } }, { t = { 0, 0.5, 1 }, u = { 0, 1, 0 } } } do
-    expect(model:integrate { start = { x = 0 }, to = 0.9, inputs = { u = samples }, rtol = 1e-10 }:final(x)):near(exact, 1e-9)
+    expect(model:integrate { start = { x = 0 }, to = 0.9, inputs = { u = samples },
+      rtol = 1e-10 }:final(x)):near(exact, 1e-9)
   end
   local tracking = dae { der(x) ~ z, 0 ~ x - u }:reduce()          -- needs u′
-  local sol = tracking:integrate { start = { x = 0 }, to = 0.9, inputs = { u = { Ts = 0.1, u = { 0, 1, 2, 2, 2, 3, 3, 3, 0, 0 } } } }
+  local sol = tracking:integrate { start = { x = 0 }, to = 0.9,
+    inputs = { u = { Ts = 0.1, u = { 0, 1, 2, 2, 2, 3, 3, 3, 0, 0 } } } }
   expect(sol(x, 0.55)):near(3, 1e-9)
   expect(sol(z, 0.15)):near(10, 1e-9)
   expect(sol(z, 0.75)):near(-30, 1e-9)
 end)
 
 test("events between and at samples", function()
-  local sol = model:integrate { start = { x = 0 }, to = 1, inputs = { u = forms[1] }, events = { { when = t - 0.5, reset = { x = 7 } } } }
+  local sol = model:integrate { start = { x = 0 }, to = 1, inputs = { u = forms[1] },
+    events = { { when = t - 0.5, reset = { x = 7 } } } }
   expect(sol(x, 0.4999999)):near(held(0.4999999), 1e-6)
   expect(sol(x, 0.5)):equals(7)
 end)
 
 test("bad samples are refused", function()
   local function refuse(samples, words, to)
-    expect(function() model:integrate { start = { x = 0 }, to = to or 1, inputs = { u = samples } } end):fails(words)
+    expect(function() model:integrate { start = { x = 0 }, to = to or 1,
+      inputs = { u = samples } } end):fails(words)
   end
   refuse({ t = { 0, 1, 1 }, u = { 1, 2, 3 } }, "the times must ascend, but t[3] = 1 follows 1")
   refuse({ t = { 0, 1 }, u = { 1, 2, 3 } }, "2 times for 3 values")
@@ -73,12 +81,14 @@ test("jumps of inputs written in Lua are found", function()
   end
   for _, method in ipairs { "auto", "dopri5", "dop853", "verner98", "radau", "bdf", "rodas", "gauss" } do
     expect(run(function(s) if s > 1.3 then return 2 end return 1 end, method):final(x)):near(4.7, 1e-12)
-    local wave = run(function(s) if 4*s//1 % 2 == 0 then return 1 end return -1 end, method)       -- eleven jumps
+    -- eleven jumps
+    local wave = run(function(s) if 4*s//1 % 2 == 0 then return 1 end return -1 end, method)
     expect(wave(x, 2.25)):near(0.25, 1e-5)
     expect(math.abs(wave:final(x)) < 1e-5):is_true()
     local smooth = run(function(s) return math.sin(tonumber(s) or error "no symbols") end, method, 1e-8)
     expect(smooth:final(x)):near(1 - math.cos(3), 1e-6)
   end
-  local root = run(function(s) if s < 1 then return 0 end return (s - 1)^0.5 end, "radau", 1e-8)    -- steep, but no jump
+  -- steep, but no jump
+  local root = run(function(s) if s < 1 then return 0 end return (s - 1)^0.5 end, "radau", 1e-8)
   expect(root:final(x)):near(2/3*2^1.5, 1e-6)
 end)

@@ -22,9 +22,11 @@ end)
 
 test("Robertson's rates as parameters of an index-1 model", function()
   local k1, k2, k3 = params "k1=0.04 k2=1e4 k3=3e7"
-  local model = dae { der(y1) ~ -k1 * y1 + k2 * y2 * y3, der(y2) ~ k1 * y1 - k2 * y2 * y3 - k3 * y2^2, 0 ~ y1 + y2 + y3 - 1 }
+  local model = dae { der(y1) ~ -k1 * y1 + k2 * y2 * y3, der(y2) ~ k1 * y1 - k2 * y2 * y3 - k3 * y2^2,
+    0 ~ y1 + y2 + y3 - 1 }
   local function run(params, tol, wanted)
-    return model:integrate { start = { y1 = 1, y2 = 0 }, to = 40, rtol = tol, atol = tol * 1e-5, method = "radau", params = params,
+    return model:integrate { start = { y1 = 1, y2 = 0 }, to = 40, rtol = tol, atol = tol * 1e-5,
+      method = "radau", params = params,
       sensitivities = wanted }
   end
   local sol = run({}, 1e-9, { k1, k2, k3 })
@@ -44,13 +46,16 @@ test("a start that depends on the parameter through a constraint", function()
   local g, L = params "g=9.81 L=1"
   local pendulum = lagrange { q = q, T = q.dot.T * q.dot / 2, V = g * q[2], C = { (q.T * q - L^2) / 2 } }
   local function start(params)
-    return pendulum:init { fix = { [q[1]] = 0.6, [q[1].dot] = 0.1 }, guess = { [q[2]] = -0.8 }, params = params }
+    return pendulum:init { fix = { [q[1]] = 0.6, [q[1].dot] = 0.1 }, guess = { [q[2]] = -0.8 },
+      params = params }
   end
   for _, form in ipairs { "acc", "ode" } do
     local low = pendulum:reduce(form)
-    local sol = low:integrate { start = start(), to = 2, rtol = 1e-10, atol = 1e-10, sensitivities = { L, g } }
+    local sol = low:integrate { start = start(), to = 2, rtol = 1e-10, atol = 1e-10,
+      sensitivities = { L, g } }
     for name, value in pairs { L = 1, g = 9.81 } do
-      local function final(d) return low:integrate { start = start { [name] = value + d }, to = 2, rtol = 1e-12, atol = 1e-12 }:final(q[1]) end
+      local function final(d) return low:integrate { start = start { [name] = value + d }, to = 2,
+        rtol = 1e-12, atol = 1e-12 }:final(q[1]) end
       local slope = (final(1e-5) - final(-1e-5)) / 2e-5
       expect(sol:sensitivity(q[1], name == "L" and L or g, 2)):near(slope, 1e-6)
     end
@@ -61,9 +66,11 @@ test("what was not asked for is refused", function()
   local model = dae { der(x) ~ -k * x }
   local sol = model:integrate { start = { x = 1 }, to = 1, params = { k = 1 }, sensitivities = { x } }
   expect(function() sol:sensitivity(x, k, 1) end):fails "sensitivities = { k }"
-  expect(function() model:integrate { start = { x = 1 }, to = 1, params = { k = 1 }, sensitivities = { "u" } } end):fails "u"
+  expect(function() model:integrate { start = { x = 1 }, to = 1, params = { k = 1 },
+    sensitivities = { "u" } } end):fails "u"
   expect(function()
-    model:integrate { start = { x = 1 }, to = 1, params = { k = 1 }, sensitivities = { k }, events = { { when = x - 0.5, call = print } } }
+    model:integrate { start = { x = 1 }, to = 1, params = { k = 1 }, sensitivities = { k },
+      events = { { when = x - 0.5, call = print } } }
   end):fails "events that call"
 end)
 
@@ -72,7 +79,8 @@ test("sensitivities jump where x' does", function()
   local c = param "c"
   for _, before in ipairs { lt(x, c), lt(t, c) } do
     for _, method in ipairs { "dopri5", "radau", "bdf", "rodas" } do
-      local sol = dae { der(x) ~ ifelse(before, 1, 3) }:integrate { start = { x = 0 }, to = 3, params = { c = 2 }, method = method,
+      local sol = dae { der(x) ~ ifelse(before, 1, 3) }:integrate { start = { x = 0 }, to = 3,
+        params = { c = 2 }, method = method,
                                                                     rtol = 1e-9, sensitivities = { c } }
       expect(sol(x, 3)):near(5, 1e-9)
       expect(sol:sensitivity(x, c, 1)):near(0, 1e-12)
@@ -81,7 +89,8 @@ test("sensitivities jump where x' does", function()
   end
 end)
 
--- From y = h, v = 0 with g = 2: the ball hits at t = √h with v = -2√h and is at 2e√h(t - √h) - (t - √h)² after that.
+-- From y = h, v = 0 with g = 2: the ball hits at t = √h with v = -2√h and is at 2e√h(t - √h) - (t - √h)²
+-- after that.
 test("sensitivities follow through a bounce", function()
   local y, v, e = var "y", var "v", param("e", 0.5)
   local sol = dae { der(y) ~ v, der(v) ~ -2 }:integrate {

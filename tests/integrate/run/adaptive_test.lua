@@ -11,14 +11,16 @@ local function worst(sol, reference)                       -- largest relative e
 end
 
 test("a tolerance is met by every pair: x' = -2x and the Van der Pol oscillator", function()
-  for _, method in ipairs { "dopri5", "tsit5", "dop853", "verner98", "radau", "gauss", "rodas", "rodas5p", "bdf", "auto" } do
+  for _, method in ipairs { "dopri5", "tsit5", "dop853", "verner98", "radau", "gauss", "rodas", "rodas5p",
+    "bdf", "auto" } do
     local sol = decay:integrate { start = { x = 1 }, to = 2, method = method, rtol = 1e-8, atol = 1e-10 }
     expect(sol.status):equals "finished"
     local slack = method == "bdf" and 10 or 1              -- some 200 steps, errors of one sign add up
     expect(sol:final(x)):near(math.exp(-4), 1e-8 * slack)
     expect(sol(x, 1.234)):near(math.exp(-2.468), 1e-8 * slack)
     for _, tol in ipairs { 1e-5, 1e-8 } do
-      local run = van_der_pol:integrate { start = { x = 2, y = 0 }, to = 25, method = method, rtol = tol, atol = tol }
+      local run = van_der_pol:integrate { start = { x = 2, y = 0 }, to = 25, method = method, rtol = tol,
+        atol = tol }
       -- The flow contracts but for the phase; a hundred local errors may add up.
       expect(run:final(vec { x, y })):near(vdp_end, 100 * slack * tol)
     end
@@ -27,32 +29,41 @@ end)
 
 test("Robertson's reaction over ten decades", function()
   local y1, y2, y3 = vars "y1 y2 y3"
-  local model = dae { der(y1) ~ -0.04 * y1 + 1e4 * y2 * y3, der(y2) ~ 0.04 * y1 - 1e4 * y2 * y3 - 3e7 * y2^2, 0 ~ y1 + y2 + y3 - 1 }
-  local sol = model:integrate { start = { y1 = 1, y2 = 0 }, to = 4e10, method = "radau", rtol = 1e-10, atol = 1e-18 }
+  local model = dae { der(y1) ~ -0.04 * y1 + 1e4 * y2 * y3, der(y2) ~ 0.04 * y1 - 1e4 * y2 * y3 - 3e7 * y2^2,
+    0 ~ y1 + y2 + y3 - 1 }
+  local sol = model:integrate { start = { y1 = 1, y2 = 0 }, to = 4e10, method = "radau", rtol = 1e-10,
+    atol = 1e-18 }
   expect(worst(sol, { [y1] = 5.2083451767992389e-8, [y2] = 2.0833381779254889e-13 }) < 1e-8):is_true()
   expect(sol:stats().steps < 300):is_true()                -- 118: the order rises to 13
-  local loose = model:integrate { start = { y1 = 1, y2 = 0 }, to = 4e7, method = "radau", rtol = 1e-6, atol = { y1 = 1e-8, y2 = 1e-12, y3 = 1e-8 } }
-  expect(worst(loose, { [y1] = 5.2030718441205470e-5, [y2] = 2.0813357318925326e-10, [y3] = 0.99994796907342522 }) < 1e-3):is_true()
+  local loose = model:integrate { start = { y1 = 1, y2 = 0 }, to = 4e7, method = "radau", rtol = 1e-6,
+    atol = { y1 = 1e-8, y2 = 1e-12, y3 = 1e-8 } }
+  expect(worst(loose, { [y1] = 5.2030718441205470e-5, [y2] = 2.0813357318925326e-10,
+    [y3] = 0.99994796907342522 }) < 1e-3):is_true()
 end)
 
 test("HIRES and the chemical Akzo Nobel problem", function()
   local u = var("u", 8)
   local r = 280 * u[6] * u[8]
-  local hires = dae { der(u[1]) ~ -1.71*u[1] + .43*u[2] + 8.32*u[3] + .0007, der(u[2]) ~ 1.71*u[1] - 8.75*u[2],
+  local hires = dae { der(u[1]) ~ -1.71*u[1] + .43*u[2] + 8.32*u[3] + .0007,
+    der(u[2]) ~ 1.71*u[1] - 8.75*u[2],
     der(u[3]) ~ -10.03*u[3] + .43*u[4] + .035*u[5], der(u[4]) ~ 8.32*u[2] + 1.71*u[3] - 1.12*u[4],
     der(u[5]) ~ -1.745*u[5] + .43*(u[6] + u[7]), der(u[6]) ~ -r + .69*u[4] + 1.71*u[5] - .43*u[6] + .69*u[7],
     der(u[7]) ~ r - 1.81*u[7], der(u[8]) ~ -r + 1.81*u[7] }
   local reference = { .7371312573325668e-3, .1442485726315e-3, .5888729740967575e-4, .1175651343283149e-2,
     .2386356198831331e-2, .6238968252742796e-2, .2849998395185769e-2, .2850001604814231e-2 }
-  local sol = hires:integrate { start = { [u] = { 1, 0, 0, 0, 0, 0, 0, .0057 } }, to = 321.8122, method = "radau", rtol = 1e-8, atol = 1e-11 }
+  local sol = hires:integrate { start = { [u] = { 1, 0, 0, 0, 0, 0, 0, .0057 } }, to = 321.8122,
+    method = "radau", rtol = 1e-8, atol = 1e-11 }
   for i = 1, 8 do expect(math.abs(sol:final(u[i]) / reference[i] - 1) < 1e-5):is_true() end
   local a = var("a", 6)
   local r1, r2, r3 = 18.7*a[1]^4*sqrt(a[2]), 0.58*a[3]*a[4], 0.58/34.4*a[1]*a[5]
   local r4, r5, F = 0.09*a[1]*a[4]^2, 0.42*a[6]^2*sqrt(a[2]), 3.3*(0.9/737 - a[2])
-  local akzo = dae { der(a[1]) ~ -2*r1+r2-r3-r4, der(a[2]) ~ -r1/2-r4-r5/2+F, der(a[3]) ~ r1-r2+r3, der(a[4]) ~ -r2+r3-2*r4,
+  local akzo = dae { der(a[1]) ~ -2*r1+r2-r3-r4, der(a[2]) ~ -r1/2-r4-r5/2+F, der(a[3]) ~ r1-r2+r3,
+    der(a[4]) ~ -r2+r3-2*r4,
     der(a[5]) ~ r2-r3+r5, 0 ~ 115.83*a[1]*a[4] - a[6] }
-  local ends = { 0.1150794920661702, 0.1203831471567715e-2, 0.1611562887407974, 0.3656156421249283e-3, 0.1708010885264404e-1, 0.4873531310307455e-2 }
-  local run = akzo:integrate { start = { [a:slice(1, 5)] = { 0.444, 0.00123, 0, 0.007, 0 } }, to = 180, method = "radau", rtol = 1e-8, atol = 1e-10 }
+  local ends = { 0.1150794920661702, 0.1203831471567715e-2, 0.1611562887407974, 0.3656156421249283e-3,
+    0.1708010885264404e-1, 0.4873531310307455e-2 }
+  local run = akzo:integrate { start = { [a:slice(1, 5)] = { 0.444, 0.00123, 0, 0.007, 0 } }, to = 180,
+    method = "radau", rtol = 1e-8, atol = 1e-10 }
   for i = 1, 6 do expect(math.abs(run:final(a[i]) / ends[i] - 1) < 1e-7):is_true() end
 end)
 
@@ -93,9 +104,11 @@ test("events stop, call and record", function()
     expect(seen[i]):near((-1)^(i + 1), 1e-9)
   end
   local halved = wave:integrate { start = { x = 0, y = 1 }, to = 5, rtol = 1e-10, atol = 1e-10,
-    events = { { when = y, direction = -1, call = function(so_far) return { x = so_far:final(x) / 2 } end } } }
+    events = { { when = y, direction = -1, call = function(so_far)
+      return { x = so_far:final(x) / 2 } end } } }
   expect(halved:final(x)):near(math.cos(5 - math.pi / 2) / 2, 1e-8)
-  expect(function() wave:integrate { start = { x = 0, y = 1 }, to = 5, events = { { when = y, call = function() error "the bell broke" end } } } end)
+  expect(function() wave:integrate { start = { x = 0, y = 1 }, to = 5,
+    events = { { when = y, call = function() error "the bell broke" end } } } end)
     :fails "the bell broke"
 end)
 
@@ -140,7 +153,8 @@ test("the chosen method is named with the reason, changes included", function()
   local function stats(model, to) return model:integrate { start = { x = 1 }, to = to }:stats() end
   local smooth = stats(decay, 2)
   expect(rk[smooth.method]:is "explicit"):is_true()
-  expect(smooth.why):equals(smooth.method .. " from t = 0: explicit: not stiff at the start, order for this tolerance")
+  expect(smooth.why):equals(smooth.method
+    .. " from t = 0: explicit: not stiff at the start, order for this tolerance")
   expect(stats(dae { der(x) ~ -1e5*(x - cos(t)) }, 2).why):matches "^radau from t = 0: stiff: "
   local later = stats(dae { der(x) ~ -x*(1 + 1e4*t) + sin(t) }, 20)          -- becomes stiff on the way
   expect(later.method):matches "^%w+, then radau$"
@@ -154,7 +168,8 @@ test("what depends on time alone: functions of t, inputs and parameters at every
   local u, a = input "u", param "a"
   local model = dae { der(z) ~ -z*(a*cos(t)*u) }
   for _, value in ipairs { 1, -1/2 } do
-    for _, method in ipairs { "bogacki_shampine", "dopri5", "dop853", "verner98" } do          -- x = exp(-a ∫ s cos s ds)
+    -- x = exp(-a ∫ s cos s ds)
+    for _, method in ipairs { "bogacki_shampine", "dopri5", "dop853", "verner98" } do
       local sol = model:integrate { start = { z = 1 }, to = 5, inputs = { u = function(s) return s end },
         params = { a = value }, method = method, rtol = 1e-9, atol = 1e-12 }
       expect(sol:final(z)):near(math.exp(-value*(5*math.sin(5) + math.cos(5) - 1)), 1e-6)

@@ -1,19 +1,23 @@
--- The discrete adjoint is the exact derivative of the computed numbers, and so are forward sensitivities by the same fixed
--- steps: two roads to the same value, to rounding. Central differences of the runs themselves are a third, to 1e-8.
+-- The discrete adjoint is the exact derivative of the computed numbers, and so are forward sensitivities by
+-- the same fixed steps: two roads to the same value, to rounding. Central differences of the runs themselves
+-- are a third, to 1e-8.
 local x, y, z = vars "x y z"
 local k, c = params "k=1/2 c=2"
 local cases = {
   { "explicit ODE", dae { der(x) ~ y, der(y) ~ c*(1 - x^2)*y - k*x + sin(t) }, x*y + der(x)^2*c },
   { "index 1", dae { der(x) ~ -k*z, der(y) ~ z - y*c, 0 ~ z^3 + z - x*c - y }, x*y + z*k + der(y) },
-  { "implicit", dae { der(x)*(1 + x^2) + der(y) ~ -k*x, der(y) - c*der(x)*y ~ cos(t) - y }, x*y + der(x)^2*c },
+  { "implicit", dae { der(x)*(1 + x^2) + der(y) ~ -k*x, der(y) - c*der(x)*y ~ cos(t) - y },
+    x*y + der(x)^2*c },
 }
 local wanted = { k, c, x, y }
 
 for _, case in ipairs(cases) do
   local name, model, cost = table.unpack(case)
-  local function start(parameters) return model:init { fix = { x = 2, y = 0.3 }, guess = { z = name == "index 1" and 1 or nil }, params = parameters } end
+  local function start(parameters) return model:init { fix = { x = 2, y = 0.3 },
+    guess = { z = name == "index 1" and 1 or nil }, params = parameters } end
   test("adjoint, forward and differences agree: " .. name, function()
-    for _, method in ipairs { rk.euler, rk.rk4, rk.dopri5, rk.gauss(2), rk.radau(3), rk.sdirk2, rk.trapezoid, rk.lobatto("IIIC", 3) } do
+    for _, method in ipairs { rk.euler, rk.rk4, rk.dopri5, rk.gauss(2), rk.radau(3), rk.sdirk2, rk.trapezoid,
+      rk.lobatto("IIIC", 3) } do
       local function run(more)
         more = more or {}
         more.start, more.to, more.dt, more.method = start(more.params), 1, 0.05, method
@@ -22,7 +26,8 @@ for _, case in ipairs(cases) do
       local adjoint = run():gradient(cost, wanted)
       expect(adjoint):near(run { sensitivities = wanted }:gradient(cost), 1e-13)
       local h = 1e-6
-      local slope = (run { params = { k = 0.5 + h } }(cost, 1) - run { params = { k = 0.5 - h } }(cost, 1))/(2*h)
+      local slope = (run { params = { k = 0.5 + h } }(cost, 1) - run { params = { k = 0.5 - h } }(cost,
+        1))/(2*h)
       expect(adjoint[1]):near(slope, 1e-8)
     end
   end)
@@ -77,15 +82,18 @@ test("what the adjoint cannot follow is said", function()
     return decay:integrate(more)
   end
   expect(function() run { method = "bdf" }:gradient(x, { k }) end):fails "needs a Runge–Kutta method"
-  expect(function() run { events = { { when = x - 0.5, reset = { x = 1 } } } }:gradient(x, { k }) end):fails "reset at t = 1.38629"
+  expect(function() run { events = { { when = x - 0.5, reset = { x = 1 } } } }:gradient(x,
+    { k }) end):fails "reset at t = 1.38629"
   expect(function() run {}:gradient(x, { y }) end):fails "y"
   expect(function() run {}:gradient(vec { x, x }, { k }) end):fails "one number"
-  expect(function() run { max_steps = 2, rtol = 1e-12 }:gradient(x, { k }) end):fails "has not reached its end"
+  expect(function() run { max_steps = 2, rtol = 1e-12 }:gradient(x,
+    { k }) end):fails "has not reached its end"
   local switched = dae { der(x) ~ ifelse(lt(x, 0.5), -k, -c) }:integrate { start = { x = 1 }, to = 1 }
   expect(function() switched:gradient(x, { k }) end):fails "x′ jumps at t = 0.25"
   local kink = dae { der(x) ~ -k*abs(x) - 1 }                     -- x′ itself is continuous
   expect(kink:integrate { start = { x = 1 }, to = 3, rtol = 1e-9 }:gradient(x, { k })[1])
-    :near(kink:integrate { start = { x = 1 }, to = 3, rtol = 1e-9, sensitivities = { k } }:gradient(x)[1], 1e-7)
+    :near(kink:integrate { start = { x = 1 }, to = 3, rtol = 1e-9, sensitivities = { k } }:gradient(x)[1],
+      1e-7)
   local stopped = run { events = { { when = x - 0.5, action = "stop" } } }
   expect(stopped:gradient(x, { k })[1]):near(-math.log(2), 1e-6)   -- -t x at the fixed time t = 2 ln 2
 end)

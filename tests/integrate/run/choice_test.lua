@@ -1,4 +1,5 @@
--- Which method integrate{} takes when none is named, counted in steps and evaluations, and the short roads to a start.
+-- Which method integrate{} takes when none is named, counted in steps and evaluations, and the short roads to
+-- a start.
 
 local x, y = vars "x y"
 
@@ -71,7 +72,8 @@ end)
 test("stiff models at loose tolerances go to rodas4, at tight ones and where t occurs to radau", function()
   local model = dae { der(x) ~ y, der(y) ~ 1e3*(1 - x^2)*y - x }
   local driven = dae { der(x) ~ y, der(y) ~ 1e3*(1 - x^2)*y - x + sin(t) }
-  local function method(sys, rtol) return taken(sys, { start = { x = 2, y = 0 }, to = 100, rtol = rtol }).method end
+  local function method(sys, rtol) return taken(sys,
+    { start = { x = 2, y = 0 }, to = 100, rtol = rtol }).method end
   expect(method(model, 1e-4)):equals "rodas4"
   expect(method(model, 1e-6)):equals "radau"
   expect(method(driven, 1e-4)):equals "radau"
@@ -80,16 +82,20 @@ test("stiff models at loose tolerances go to rodas4, at tight ones and where t o
   expect(taken(large, { start = start, to = 0.1, rtol = 1e-6 }).method):equals "radau"
 end)
 
-test("stiffness is noticed well inside the stability region, where a tight tolerance keeps the steps", function()
+test("stiffness is noticed well inside the stability region, where a tight tolerance keeps the steps",
+  function()
   local c, T, r = vars "c T r"
-  local reactor = dae { der(c) ~ 0.1*(1 - c) - r, der(T) ~ 0.1*(1 - T) + 0.5*r - 0.05*(T - 0.8), 0 ~ r - 1e8*c*exp(-18/T) }
+  local reactor = dae { der(c) ~ 0.1*(1 - c) - r, der(T) ~ 0.1*(1 - T) + 0.5*r - 0.05*(T - 0.8),
+    0 ~ r - 1e8*c*exp(-18/T) }
   local stats, sol = taken(reactor, { start = { c = 0.5, T = 1 }, to = 200, rtol = 1e-10, atol = 1e-13 })
   expect(stats.method):equals "verner98, then radau"
   expect(stats.steps < 150):is_true()                    -- 807 before
-  local check = reactor:integrate { start = { c = 0.5, T = 1 }, to = 200, rtol = 1e-12, atol = 1e-14, method = "radau" }
+  local check = reactor:integrate { start = { c = 0.5, T = 1 }, to = 200, rtol = 1e-12, atol = 1e-14,
+    method = "radau" }
   expect(sol(c, 200)):near(check(c, 200), 1e-9)
   -- An oscillation that is followed is not stiff, however long it lasts.
-  expect(taken(dae { der(x) ~ y, der(y) ~ -x }, { start = { x = 1, y = 0 }, to = 1000, rtol = 1e-10 }).method):equals "verner98"
+  expect(taken(dae { der(x) ~ y, der(y) ~ -x }, { start = { x = 1, y = 0 }, to = 1000,
+    rtol = 1e-10 }).method):equals "verner98"
 end)
 
 test("a start that gives every state of x′ = f needs no system, and is the same", function()
@@ -110,7 +116,8 @@ test("a start that gives every state of x′ = f needs no system, and is the sam
   -- the long road: one value as a guess
   local some = {}
   for i = 1, 29 do some[u[i]] = start[i] end
-  local slow = model:init { fix = some, guess = { [u[30]] = start[30] }, inputs = inputs, params = { a = 5 }, from = 1 }
+  local slow = model:init { fix = some, guess = { [u[30]] = start[30] }, inputs = inputs, params = { a = 5 },
+    from = 1 }
   for i = 1, 30 do expect(slow(u.dot[i])):near(at(u.dot[i]), 1e-14) end
   expect(function() model:init { fix = some, inputs = inputs } end):fails "u"
   expect(function() model:init { fix = { [u] = start } } end):fails "input 'k' has no value"

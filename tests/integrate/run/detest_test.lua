@@ -1,8 +1,9 @@
--- DETEST: the 25 nonstiff problems of Hull, Enright, Fellen & Sedgwick, SIAM J. Numer. Anal. 9, 1972, classes A to E,
--- from t = 0 to 20. The reference is exact where the paper has a formula, else the mean of two methods that agree to
--- 5e-10 (verner98 and radau, rtol = 1e-13). Each of the 10 to 100 steps adds an error of the size of the tolerance, and
--- what is there at a time is amplified by the flow up to the end: 100 tolerances times ‖∂y(20)/∂y(0)‖∞ are allowed, which
--- the sensitivities give (1 for A1, 3942 for D5); bdf takes up to 1000 steps and is allowed twice as much.
+-- DETEST: the 25 nonstiff problems of Hull, Enright, Fellen & Sedgwick, SIAM J. Numer. Anal. 9, 1972, classes
+-- A to E, from t = 0 to 20. The reference is exact where the paper has a formula, else the mean of two
+-- methods that agree to 5e-10 (verner98 and radau, rtol = 1e-13). Each of the 10 to 100 steps adds an error
+-- of the size of the tolerance, and what is there at a time is amplified by the flow up to the end: 100
+-- tolerances times ‖∂y(20)/∂y(0)‖∞ are allowed, which the sensitivities give (1 for A1, 3942 for D5); bdf
+-- takes up to 1000 steps and is allowed twice as much.
 local y = var("y", 4)
 local function list(n, f) local out = {}; for i = 1, n do out[i] = f(i) end; return out end
 local function chain(n, first, last, inner)                   -- problems with n equations of one kind
@@ -17,12 +18,17 @@ local function orbit(eccentricity)
     { 1 - eccentricity, 0, 0, sqrt((1 + eccentricity)/(1 - eccentricity)) }
 end
 local function outer_planets()
-  local k2, m0, m = 2.95912208286, 1.00000597682, { .954786104043e-3, .285583733151e-3, .437273164546e-4, .517759138449e-4, .277777777778e-5 }
+  local k2, m0, m = 2.95912208286, 1.00000597682, { .954786104043e-3, .285583733151e-3, .437273164546e-4,
+    .517759138449e-4, .277777777778e-5 }
   local p, v = var("p", 15), var("w", 15)
-  local start = { 3.42947415189, 3.35386959711, 1.35494901715, 6.64145542550, 5.97156957878, 2.18231499728, 11.2630437207,
-    14.6952576794, 6.27960525067, -30.1552268759, 1.65699966404, 1.43785752721, -21.1238353380, 28.4465098142, 15.3882659679 }
-  local speed = { -.557160570446, .505696783289, .230578543901, -.415570776342, .365682722812, .169143213293, -.325325669158,
-    .189706021964, .0877265322780, -.0240476254170, -.287659532608, -.117219543175, -.176860753121, -.216393453025, -.0148647893090 }
+  local start = { 3.42947415189, 3.35386959711, 1.35494901715, 6.64145542550, 5.97156957878, 2.18231499728,
+    11.2630437207,
+    14.6952576794, 6.27960525067, -30.1552268759, 1.65699966404, 1.43785752721, -21.1238353380, 28.4465098142,
+      15.3882659679 }
+  local speed = { -.557160570446, .505696783289, .230578543901, -.415570776342, .365682722812, .169143213293,
+    -.325325669158,
+    .189706021964, .0877265322780, -.0240476254170, -.287659532608, -.117219543175, -.176860753121,
+      -.216393453025, -.0148647893090 }
   local at = list(5, function(j) return p:slice(3*j - 2, 3*j) end)
   local r3 = list(5, function(j) return norm(at[j])^3 end)
   local equations = { der(p) ~ v }
@@ -36,7 +42,8 @@ local function outer_planets()
   return vstack(p, v), equations, list(30, function(i) return i <= 15 and start[i] or speed[i - 15] end)
 end
 
-local function scalar(f, start, exact) return { y:slice(1, 1), { der(y[1]) ~ f }, { start }, exact and { exact } } end
+local function scalar(f, start, exact) return { y:slice(1, 1), { der(y[1]) ~ f }, { start },
+  exact and { exact } } end
 local problems = {
   A1 = scalar(-y[1], 1, math.exp(-20)),
   A2 = scalar(-y[1]^3/2, 1, 1/math.sqrt(21)),
@@ -44,13 +51,17 @@ local problems = {
   A4 = scalar(y[1]/4*(1 - y[1]/20), 1, 20/(1 + 19*math.exp(-5))),
   A5 = scalar((y[1] - t)/(y[1] + t), 4),
   B1 = { y:slice(1, 2), { der(y[1]) ~ 2*(y[1] - y[1]*y[2]), der(y[2]) ~ -(y[2] - y[1]*y[2]) }, { 1, 3 } },
-  B2 = { y:slice(1, 3), { der(y[1]) ~ y[2] - y[1], der(y[2]) ~ y[1] - 2*y[2] + y[3], der(y[3]) ~ y[2] - y[3] }, { 2, 0, 1 },
+  B2 = { y:slice(1, 3), { der(y[1]) ~ y[2] - y[1], der(y[2]) ~ y[1] - 2*y[2] + y[3],
+    der(y[3]) ~ y[2] - y[3] }, { 2, 0, 1 },
     { 1 + math.exp(-60)/2 + math.exp(-20)/2, 1 - math.exp(-60), 1 + math.exp(-60)/2 - math.exp(-20)/2 } },
   B3 = { y:slice(1, 3), { der(y[1]) ~ -y[1], der(y[2]) ~ y[1] - y[2]^2, der(y[3]) ~ y[2]^2 }, { 1, 0, 0 } },
-  B4 = { y:slice(1, 3), { der(y[1]) ~ -y[2] - y[1]*y[3]/norm(y:slice(1, 2)), der(y[2]) ~ y[1] - y[2]*y[3]/norm(y:slice(1, 2)),
+  B4 = { y:slice(1, 3), { der(y[1]) ~ -y[2] - y[1]*y[3]/norm(y:slice(1, 2)),
+    der(y[2]) ~ y[1] - y[2]*y[3]/norm(y:slice(1, 2)),
     der(y[3]) ~ y[1]/norm(y:slice(1, 2)) }, { 3, 0, 0 } },
-  B5 = { y:slice(1, 3), { der(y[1]) ~ y[2]*y[3], der(y[2]) ~ -y[1]*y[3], der(y[3]) ~ -.51*y[1]*y[2] }, { 0, 1, 1 } },
-  E1 = { y:slice(1, 2), { der(y[1]) ~ y[2], der(y[2]) ~ -(y[2]/(t + 1) + (1 - 0.25/(t + 1)^2)*y[1]) }, { .6713967071418030, .09540051444747446 } },
+  B5 = { y:slice(1, 3), { der(y[1]) ~ y[2]*y[3], der(y[2]) ~ -y[1]*y[3], der(y[3]) ~ -.51*y[1]*y[2] },
+    { 0, 1, 1 } },
+  E1 = { y:slice(1, 2), { der(y[1]) ~ y[2], der(y[2]) ~ -(y[2]/(t + 1) + (1 - 0.25/(t + 1)^2)*y[1]) },
+    { .6713967071418030, .09540051444747446 } },
   E2 = { y:slice(1, 2), { der(y[1]) ~ y[2], der(y[2]) ~ (1 - y[1]^2)*y[2] - y[1] }, { 2, 0 } },
   E3 = { y:slice(1, 2), { der(y[1]) ~ y[2], der(y[2]) ~ y[1]^3/6 - y[1] + 2*sin(2.78535*t) }, { 0, 0 } },
   E4 = { y:slice(1, 2), { der(y[1]) ~ y[2], der(y[2]) ~ .032 - .4*y[2]^2 }, { 30, 0 } },
@@ -61,9 +72,11 @@ for i, e in ipairs { .1, .3, .5, .7, .9 } do
   problems["D" .. i] = { y, equations, start }
 end
 local function unit(n) return list(n, function(i) return i == 1 and 1 or 0 end) end
-local c1, c1_equations = chain(10, function(q) return -q[1] end, function(q) return q[9] end, function(q, i) return q[i-1] - q[i] end)
+local c1, c1_equations = chain(10, function(q) return -q[1] end, function(q) return q[9] end, function(q, i)
+  return q[i-1] - q[i] end)
 problems.C1 = { c1, c1_equations, unit(10) }
-local c2, c2_equations = chain(10, function(q) return -q[1] end, function(q) return 9*q[9] end, function(q, i) return (i-1)*q[i-1] - i*q[i] end)
+local c2, c2_equations = chain(10, function(q) return -q[1] end, function(q) return 9*q[9] end, function(q, i)
+  return (i-1)*q[i-1] - i*q[i] end)
 problems.C2 = { c2, c2_equations, unit(10) }
 for name, n in pairs { C3 = 10, C4 = 51 } do
   local q, equations = chain(n, function(q) return -2*q[1] + q[2] end, function(q) return q[n-1] - 2*q[n] end,
@@ -90,7 +103,8 @@ for _, name in ipairs(names) do
       expect(one):near(other, 5e-10)
       reference = one
     end
-    local flow = dae(p[2]):integrate { start = { [p[1]] = p[3] }, to = 20, sensitivities = { p[1] }, rtol = 1e-6 }
+    local flow = dae(p[2]):integrate { start = { [p[1]] = p[3] }, to = 20, sensitivities = { p[1] },
+      rtol = 1e-6 }
     local columns = list(#p[1], function(j) return flow:sensitivity(p[1], p[1][j], 20) end)
     local amplification = 1
     for i = 1, #p[1] do

@@ -26,7 +26,8 @@ test("a chain of 10 links ends where docs/benchmarks.md says", function()
   expect(sol(y[10], 1)):near(-0.7271122386, 2e-9)
 end)
 
-test("a chain of 120 links is an explicit ODE, keeps its links, and agrees with the form of index 1", function()
+test("a chain of 120 links is an explicit ODE, keeps its links, and agrees with the form of index 1",
+  function()
   local N = sanitized and 70 or 120
   local model, start, x, y = chain(N)
   local low = model:reduce()
@@ -38,7 +39,8 @@ test("a chain of 120 links is an explicit ODE, keeps its links, and agrees with 
     local length = sol((x[i] - x[i - 1])^2 + (y[i] - y[i - 1])^2, 0.2)
     expect(length*N^2):near(1, 1e-4)  -- rtol·|x| on differences of 1/N
   end
-  local other = model:reduce "acc":integrate { start = at, to = 0.2, rtol = 1e-8, atol = 1e-8, times = { 0.2 }, method = "radau" }
+  local other = model:reduce "acc":integrate { start = at, to = 0.2, rtol = 1e-8, atol = 1e-8,
+    times = { 0.2 }, method = "radau" }
   expect(sol(x[N], 0.2)):near(other(x[N], 0.2), 1e-6)
   expect(sol(y[N], 0.2)):near(other(y[N], 0.2), 1e-6)
 end)
@@ -56,7 +58,8 @@ test("a ladder of 400 diodes by a Rosenbrock method", function()
     zero[k] = 0
   end
   local model = dae(equations)
-  local sol = model:integrate { start = { [v] = zero, [w] = zero }, to = 1e-5, rtol = 1e-5, atol = 1e-5, times = { 1e-5 } }
+  local sol = model:integrate { start = { [v] = zero, [w] = zero }, to = 1e-5, rtol = 1e-5, atol = 1e-5,
+    times = { 1e-5 } }
   expect(tostring(sol:stats())):matches "rodas"
   expect(sol(v[5], 1e-5)):near(-0.53731799736, 1e-6)  -- radau and bdf at rtol = 1e-11
   expect(sol(w[6], 1e-5)):near(-0.56385766819, 1e-6)
@@ -74,7 +77,8 @@ test("with given times memory is flat over 3·10⁶ steps, and what was not kept
   local model = dae { der(x, 2) ~ -x }
   collectgarbage()
   local before = resident()
-  local sol = model:integrate { start = { x = 1, [x.dot] = 0 }, to = 3000, rtol = 1e-6, atol = 1e-6, dtmax = 1e-3, method = "dopri5", times = { 500, 3000 } }
+  local sol = model:integrate { start = { x = 1, [x.dot] = 0 }, to = 3000, rtol = 1e-6, atol = 1e-6,
+    dtmax = 1e-3, method = "dopri5", times = { 500, 3000 } }
   expect(sol:stats().steps >= 3000000):equals(true)
   expect(resident() - before < 100):equals(true)  -- MB; all steps with their ends would be 168 MB
   expect(sol(x, 3000)):near(math.cos(3000), 1e-6)

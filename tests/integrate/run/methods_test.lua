@@ -3,7 +3,8 @@ local methods = {}
 for name, tab in pairs(rk) do
   if type(tab) == "userdata" then methods[#methods + 1] = { name = name, tab = tab } end
 end
-for _, tab in ipairs { rk.gauss(1), rk.gauss(2), rk.gauss(3), rk.gauss(4), rk.radau(2), rk.radau(3), rk.collocation { 0, "1/2", 1 } } do
+for _, tab in ipairs { rk.gauss(1), rk.gauss(2), rk.gauss(3), rk.gauss(4), rk.radau(2), rk.radau(3),
+  rk.collocation { 0, "1/2", 1 } } do
   methods[#methods + 1] = { name = tab.name, tab = tab }
 end
 table.sort(methods, function(a, b) return a.name < b.name end)
@@ -13,9 +14,11 @@ local x, y, z = vars "x y z"
 -- Nonlinear, non-autonomous, with solutions in closed form; a linear problem sees only the tall trees.
 local problems = {
   { name = "x' = t x^2", model = dae { der(x) ~ t * x^2 }, start = { x = 0.5 }, exact = 1 / 1.5 },
-  { name = "x' = x y, y' = -log x", model = dae { der(x) ~ x * y, der(y) ~ -log(x) }, start = { x = 1, y = 1 },
+  { name = "x' = x y, y' = -log x", model = dae { der(x) ~ x * y, der(y) ~ -log(x) },
+    start = { x = 1, y = 1 },
     exact = math.exp(math.sin(1)) },
-  { name = "x' = -z, z^3 + z = x^2 + t (index 1)", model = dae { der(x) ~ -z, 0 ~ z^3 + z - x^2 - t }, start = { x = 1 } },
+  { name = "x' = -z, z^3 + z = x^2 + t (index 1)", model = dae { der(x) ~ -z, 0 ~ z^3 + z - x^2 - t },
+    start = { x = 1 } },
 }
 
 local function at_one(problem, tab, dt)
@@ -38,15 +41,17 @@ for _, method in ipairs(methods) do
     expect(proved:dense_order()):equals(tab:dense_order())
   end)
   test(method.name .. " converges at its order", function()
-    -- Steps so small that the leading term dominates, errors so large that rounding (1e-14) does not. One-sided: lucky
-    -- cancellation may give more; where an error passes through zero, the next halving decides.
+    -- Steps so small that the leading term dominates, errors so large that rounding (1e-14) does not.
+    -- One-sided: lucky cancellation may give more; where an error passes through zero, the next halving
+    -- decides.
     local dt = p <= 2 and 1 / 64 or p <= 5 and 1 / 32 or p == 6 and 1 / 16 or 1 / 8
     for _, problem in ipairs(problems) do
       local errors = {}
       for k = 0, 3 do errors[k] = math.abs(at_one(problem, tab, dt / 2^k) - problem.exact) end
       local slope = 0
       for k = 1, 3 do slope = math.max(slope, math.log(errors[k - 1] / errors[k], 2)) end
-      if slope < p - 0.25 and errors[1] > 1e-13 then error(("%s: slope %.2f, order %d"):format(problem.name, slope, p)) end
+      if slope < p - 0.25 and errors[1] > 1e-13 then
+        error(("%s: slope %.2f, order %d"):format(problem.name, slope, p)) end
     end
   end)
   test(method.name .. " integrates polynomials of its degree exactly", function()

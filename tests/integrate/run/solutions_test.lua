@@ -8,7 +8,8 @@ local low = ball:reduce "acc"
 local at = ball:init { fix = { [p] = { 1, 0, 0 }, [v] = { 0, 1, 0 } } }
 
 test("published end values of x' = -2x", function()
-  local function final(tab) return decay:integrate { start = { x = 1 }, to = 2, method = tab, dt = 0.1 }:final(x) end
+  local function final(tab) return decay:integrate { start = { x = 1 }, to = 2, method = tab,
+    dt = 0.1 }:final(x) end
   expect(final(rk.euler)):near(0.0115292150460685, 1e-16)    -- all digits printed
   expect(final(rk.midpoint)):near(0.0188919613181312, 1e-16)
   expect(final(rk.heun)):near(0.0188919613181312, 1e-16)     -- the same R(z)
@@ -20,10 +21,12 @@ end)
 test("the 3-D pendulum in index-1 form", function()
   local sol = low:integrate { start = at, to = 2, method = rk.gauss(4), dt = 0.02 }
   expect(sol.status):equals "finished"
-  local reference = { 0.579251157202, 0.588246716733, -0.564299474688, 0.426250340232, 2.159236710359, 2.688412760251 }
+  local reference = { 0.579251157202, 0.588246716733, -0.564299474688, 0.426250340232, 2.159236710359,
+    2.688412760251 }
   expect(sol:final(vstack(p, v))):near(reference, 2e-12)     -- reference rounded at 5e-13
   local step = low:integrate { start = at, to = 0.1, method = rk.gauss(2), dt = 0.1 }
-  expect(step:final(vstack(p, v))):near({ 0.99380511106767, 0.09975339146509, -0.04897968173065, -0.14771301968379,
+  expect(step:final(vstack(p, v))):near({ 0.99380511106767, 0.09975339146509, -0.04897968173065,
+    -0.14771301968379,
     0.99140678021318, -0.97799257963048 }, 1e-14)            -- printed to 5e-15
   expect(sol(z, 0)):near(at(z), 1e-12)
   expect(sol(der(v[3]), 1)):near(-9.81 - sol(z * p[3], 1), 1e-12)
@@ -31,11 +34,14 @@ end)
 
 test("the same pendulum in other words has the same solution", function()
   local q = var("q", 3)
-  local spherical = lagrange { q = q, T = m / 2 * q.dot.T * q.dot, V = m * g * q[3], C = { (q.T * q - L^2) / 2 } }
+  local spherical = lagrange { q = q, T = m / 2 * q.dot.T * q.dot, V = m * g * q[3],
+    C = { (q.T * q - L^2) / 2 } }
   local reduced = spherical:reduce()
-  local sol = reduced:integrate { start = { [q] = { 1, 0, 0 }, [q.dot] = { 0, 1, 0 } }, to = 2, method = rk.gauss(4), dt = 0.02 }
+  local sol = reduced:integrate { start = { [q] = { 1, 0, 0 }, [q.dot] = { 0, 1, 0 } }, to = 2,
+    method = rk.gauss(4), dt = 0.02 }
   local other = low:integrate { start = at, to = 2, method = rk.gauss(4), dt = 0.02 }
-  expect(sol:final(q)):near(other:final(p), 1e-12)           -- 100 steps, a few ε each, amplified by less than 20
+  -- 100 steps, a few ε each, amplified by less than 20
+  expect(sol:final(q)):near(other:final(p), 1e-12)
   expect(sol(spherical.energy, 2)):near(sol(spherical.energy, 0), 1e-9)
 end)
 
@@ -57,21 +63,26 @@ end)
 test("times, from, params, inputs", function()
   local u, k = input "u", param "k"
   local driven = dae { der(x) ~ k * u }
-  local sol = driven:integrate { start = { x = 0 }, from = 1, to = 2, dt = 0.1, method = rk.gauss(2), times = { 1, 1.25, 2 },
+  local sol = driven:integrate { start = { x = 0 }, from = 1, to = 2, dt = 0.1, method = rk.gauss(2),
+    times = { 1, 1.25, 2 },
     params = { k = 3 }, inputs = { [u] = function(s) return s^2 end } }
   expect(sol.t):near({ 1, 1.25, 2 }, 0)
   expect(sol:final(x)):near(7, 1e-14)                        -- ∫ 3 t² from 1 to 2; degree 3 is exact
   expect(sol(u, 1.25)):near(1.5625, 1e-15)
   local function branches(s) if s < 1.5 then return 0 else return 1 end end
-  local jump = driven:integrate { start = { x = 0 }, from = 1, to = 2, dt = 0.25, method = rk.euler, params = { k = 3 },
+  local jump = driven:integrate { start = { x = 0 }, from = 1, to = 2, dt = 0.25, method = rk.euler,
+    params = { k = 3 },
     inputs = { u = branches } }
   expect(jump:final(x)):near(1.5, 1e-15)
   expect(function()
-    driven:integrate { start = { x = 0 }, to = 1, dt = 0.1, method = rk.rk4, params = { k = 1 }, inputs = { u = function(s)
+    driven:integrate { start = { x = 0 }, to = 1, dt = 0.1, method = rk.rk4, params = { k = 1 },
+      inputs = { u = function(s)
       if s > 0.5 then error "the valve is stuck" end return 0 end } }
   end):fails "the valve is stuck"
-  expect(function() driven:integrate { start = { x = 0 }, to = 1, dt = 0.1, method = rk.rk4, params = { k = 1 } } end):fails "u"
-  expect(function() driven:integrate { start = { x = 0 }, to = 1, dt = 0.1, method = rk.rk4, inputs = { u = 1 } } end):fails "k"
+  expect(function() driven:integrate { start = { x = 0 }, to = 1, dt = 0.1, method = rk.rk4,
+    params = { k = 1 } } end):fails "u"
+  expect(function() driven:integrate { start = { x = 0 }, to = 1, dt = 0.1, method = rk.rk4,
+    inputs = { u = 1 } } end):fails "k"
 end)
 
 test("a start made with other parameters keeps them", function()
@@ -85,11 +96,13 @@ test("a start made with other parameters keeps them", function()
   expect(final { start = growth:init { fix = { x = 1 }, params = { k = 2 } } }):near(3)
   expect(final { start = { x = 1 }, params = { k = 2 } }):near(3)
   local other = growth:with { k = 4 }
-  expect(other:integrate { start = growth:init { fix = { x = 1 } }, to = 1, dt = 1, method = rk.euler }:final(x)):near(5)
+  expect(other:integrate { start = growth:init { fix = { x = 1 } }, to = 1, dt = 1,
+    method = rk.euler }:final(x)):near(5)
 end)
 
 test("a solution that ceases to exist stops with status and time", function()
-  local sol = dae { der(x) ~ x^2 }:integrate { start = { x = 1 }, to = 3, dt = 0.01, method = rk.implicit_euler }
+  local sol = dae { der(x) ~ x^2 }:integrate { start = { x = 1 }, to = 3, dt = 0.01,
+    method = rk.implicit_euler }
   expect(sol.status):matches "^stopped at t = 0%.9%d*: Newton did not converge"
   expect(sol:final(x) > 10):is_true()
   local explicit = dae { der(x) ~ x^2 }:integrate { start = { x = 1 }, to = 3, dt = 0.01, method = rk.rk4 }
@@ -97,11 +110,13 @@ test("a solution that ceases to exist stops with status and time", function()
 end)
 
 test("a solution without saved points says so", function()
-  local sol = dae { der(x) ~ x^2 }:integrate { start = { x = 1 }, times = { 5 }, dt = 0.01, method = rk.implicit_euler }
+  local sol = dae { der(x) ~ x^2 }:integrate { start = { x = 1 }, times = { 5 }, dt = 0.01,
+    method = rk.implicit_euler }
   expect(sol.status):matches "^stopped at t = 0%.9"
   expect(#sol(x)):equals(0)
   expect(tostring(sol)):matches "^solution: stopped"
-  for _, f in ipairs { function() sol:final() end, function() sol:final(x) end, function() sol(x, 1) end, function() sol:drift() end } do
+  for _, f in ipairs { function() sol:final() end, function() sol:final(x) end, function()
+    sol(x, 1) end, function() sol:drift() end } do
     expect(f):fails "the solution holds no points: stopped"
   end
 end)
@@ -148,17 +163,21 @@ test("drift: consistent, inconsistent, numerical, and none", function()
   expect(wrong[1].line):near(1, 1e-11)
   expect(wrong[1].numerical < 1e-6):is_true()
   expect(tostring(wrong)):matches "straight line C%(0%) %+ t C′%(0%)"
-  expect(tostring(decay:integrate { start = { x = 1 }, to = 1, dt = 0.1, method = rk.rk4 }:drift())):matches "no constraints"
+  expect(tostring(decay:integrate { start = { x = 1 }, to = 1, dt = 0.1,
+    method = rk.rk4 }:drift())):matches "no constraints"
   local index1 = dae { der(x) ~ -z, 0 ~ z - x^2 }
-  expect(index1:integrate { start = { x = 1 }, to = 1, dt = 0.1, method = rk.rk4 }:drift().verdict):equals "kept"
+  expect(index1:integrate { start = { x = 1 }, to = 1, dt = 0.1,
+    method = rk.rk4 }:drift().verdict):equals "kept"
 end)
 
 test("an index-3 model as it stands", function()
   local sol = ball:integrate { start = at, to = 0.1, dt = 0.001, method = rk.radau(3), direct = true }
   local exact = low:integrate { start = at, to = 0.1, dt = 0.01, method = rk.gauss(4) }
-  expect(sol:final(p)):near(exact:final(p), 1e-7)            -- order s = 3 in the velocities, constants below 100
+  -- order s = 3 in the velocities, constants below 100
+  expect(sol:final(p)):near(exact:final(p), 1e-7)
   expect(sol:final(z)):near(exact:final(z), 1e-4)            -- order s - 1 = 2
-  expect(function() ball:integrate { start = at, to = 1, dt = 0.01, method = rk.rk4, direct = true } end):fails "gives no z"
+  expect(function() ball:integrate { start = at, to = 1, dt = 0.01, method = rk.rk4,
+    direct = true } end):fails "gives no z"
 end)
 
 test("statistics and printing are the same on every run", function()
@@ -174,7 +193,8 @@ end)
 
 test("tableaus that are refused", function()
   local function refuse(argument, words) expect(function() tableau(argument) end):fails(words) end
-  refuse({ A = { {}, { "1/2" }, { 0, "3/4" }, { "2/9", "1/3", "5/9" } }, b = { "2/9", "1/3", "4/9", 0 }, c = { 0, "1/2", "3/4", 1 },
+  refuse({ A = { {}, { "1/2" }, { 0, "3/4" }, { "2/9", "1/3", "5/9" } }, b = { "2/9", "1/3", "4/9", 0 },
+    c = { 0, "1/2", "3/4", 1 },
     name = "bogacki" }, "tableau 'bogacki': row 4 of A sums to 10/9, but c[4] = 1")
   refuse({ A = { { 0 } }, b = { 2 } }, "b sums to 2, not 1")
   refuse({ A = { { 0 } }, b = { 1, 0 } }, "b has 2 entries, but A has 1 row")
@@ -205,7 +225,8 @@ test("tableaus from drawings, doubles and expressions are the same", function()
     1/2+sqrt(3)/6 │ 1/4+sqrt(3)/6  1/4
     ──────────────┼─────────────────────────────
                   │ 1/2            1/2 ]]
-  local c = tableau { A = { { 1 / 4, 1 / 4 - sqrt(3) / 6 }, { 1 / 4 + sqrt(3) / 6, 1 / 4 } }, b = { 1 / 2, 1 / 2 } }
+  local c = tableau { A = { { 1 / 4, 1 / 4 - sqrt(3) / 6 }, { 1 / 4 + sqrt(3) / 6, 1 / 4 } },
+    b = { 1 / 2, 1 / 2 } }
   for _, tab in ipairs { a, b, c } do
     expect(tab:order()):equals(4)
     expect(tab:is "symplectic"):is_true()

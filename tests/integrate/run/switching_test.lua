@@ -2,7 +2,8 @@
 local x, y, u, v, lam = vars "x y u v lam"
 local m, g, L = params "m=1 g=9.81 L=1"
 local ball = dae { der(x) ~ u, der(y) ~ v, m*der(u) ~ -lam*x, m*der(v) ~ -lam*y - m*g, 0 ~ x^2 + y^2 - L^2 }
-local turning = ball:init { fix = { x = 1, v = -8 }, guess = { y = 0, u = 0 } }       -- energy 32 > 2 g L: full circles
+-- energy 32 > 2 g L: full circles
+local turning = ball:init { fix = { x = 1, v = -8 }, guess = { y = 0, u = 0 } }
 local energy = (u^2 + v^2)/2 + g*y
 
 test("the pendulum turns full circles, through all quadrants, with every kind of method", function()
@@ -46,7 +47,8 @@ test("times, switches and statistics belong to the whole run", function()
   expect(#all.t):equals(101)
   for i = 2, #all.t do expect(all.t[i] > all.t[i - 1]):is_true() end
   expect(all:stats().steps):equals(100)
-  local some = low:integrate { start = turning, to = 1, dt = 0.01, method = rk.gauss(3), times = { 0, 0.123, 0.7, 1 } }
+  local some = low:integrate { start = turning, to = 1, dt = 0.01, method = rk.gauss(3),
+    times = { 0, 0.123, 0.7, 1 } }
   expect(#some.t):equals(4)
   expect(some(y)):near(all(y, { 0, 0.123, 0.7, 1 }), 1e-12)
   local list = all:switches()

@@ -12,9 +12,11 @@ test("bdf(k) converges with order k on a nonlinear ODE and on an index-1 model",
   local exact = index1:integrate { start = start, to = 1, method = rk.gauss(6), dt = 1 / 32 }:final(x)
   for k = 1, 6 do
     local dt = k < 5 and 1 / 64 or 1 / 32
-    expect(slope(function(h) return math.abs(ode:integrate { start = { x = 1, y = 1 }, to = 1, method = bdf(k), dt = h }:final(x) - math.exp(math.sin(1))) end, dt)
+    expect(slope(function(h) return math.abs(ode:integrate { start = { x = 1, y = 1 }, to = 1,
+      method = bdf(k), dt = h }:final(x) - math.exp(math.sin(1))) end, dt)
       >= k - 0.25):is_true()
-    expect(slope(function(h) return math.abs(index1:integrate { start = start, to = 1, method = bdf(k), dt = h }:final(x) - exact) end, 1 / 64)
+    expect(slope(function(h) return math.abs(index1:integrate { start = start, to = 1, method = bdf(k),
+      dt = h }:final(x) - exact) end, 1 / 64)
       >= k - 0.25):is_true()
   end
 end)
@@ -24,10 +26,12 @@ test("Jay's index-2 problem as it stands: the orders of y and z", function()
   local start = jay:init { fix = { y1 = 1 }, guess = { y2 = 1, z = 1 } }
   local function errors(method, h)
     local sol = jay:integrate { start = start, to = 1, method = method, dt = h, direct = true }
-    return math.max(math.abs(sol:final(y1) - math.exp(1)), math.abs(sol:final(y2) - math.exp(-2))), math.abs(sol:final(z) - math.exp(2))
+    return math.max(math.abs(sol:final(y1) - math.exp(1)), math.abs(sol:final(y2) - math.exp(-2))),
+      math.abs(sol:final(z) - math.exp(2))
   end
   -- Hairer, Lubich & Roche 1989: Radau IIA with s stages y 2s - 1, z s; BDF k: k and k.
-  for method, orders in pairs { [rk.radau(2)] = { 3, 2 }, [rk.radau(3)] = { 5, 3 }, [bdf(2)] = { 2, 2 }, [bdf(3)] = { 3, 3 } } do
+  for method, orders in pairs { [rk.radau(2)] = { 3, 2 }, [rk.radau(3)] = { 5, 3 }, [bdf(2)] = { 2, 2 },
+    [bdf(3)] = { 3, 3 } } do
     local y_coarse, z_coarse = errors(method, 1 / 40)
     local y_fine, z_fine = errors(method, 1 / 80)
     expect(math.log(y_coarse / y_fine, 2)):near(orders[1], 0.15 / orders[1])
@@ -39,20 +43,24 @@ test("adaptive with direct = true: index 2 and 3 meet the tolerance", function()
   local jay = dae { der(y1) ~ y1 * y2 * z, der(y2) ~ y1^2 * y2^2 - 3 * y2^2 * z, 0 ~ y1^2 * y2 - 1 }
   local start = jay:init { fix = { y1 = 1 }, guess = { y2 = 1, z = 1 } }
   for _, method in ipairs { "radau", "bdf" } do
-    local sol = jay:integrate { start = start, to = 1, method = method, rtol = 1e-8, atol = 1e-8, direct = true }
+    local sol = jay:integrate { start = start, to = 1, method = method, rtol = 1e-8, atol = 1e-8,
+      direct = true }
     expect(sol:final(y1)):near(math.exp(1), 2e-6)
     expect(sol:final(z)):near(math.exp(2), 1e-4)
   end
   local q = var("q", 2)
   local pendulum = lagrange { q = q, T = q.dot.T * q.dot / 2, V = 9.81 * q[2], C = { (q.T * q - 1) / 2 } }
   local at = pendulum:init { fix = { [q] = { 1, 0 }, [q.dot] = { 0, 0 } } }
-  local sol = pendulum:integrate { start = at, to = 10, method = "radau", rtol = 1e-8, atol = 1e-8, direct = true }
-  expect(sol:final(q)):near({ 0.275087462576115, -0.961419205099125 }, 1e-6)      -- docs/benchmarks.md#pendulum
+  local sol = pendulum:integrate { start = at, to = 10, method = "radau", rtol = 1e-8, atol = 1e-8,
+    direct = true }
+  -- docs/benchmarks.md#pendulum
+  expect(sol:final(q)):near({ 0.275087462576115, -0.961419205099125 }, 1e-6)
 end)
 
 test("dense output and times of fixed-step BDF", function()
   local decay = dae { der(x) ~ -x }
-  local sol = decay:integrate { start = { x = 1 }, to = 1, dt = 0.01, method = bdf(4), times = { 0, 0.5, 0.755, 1 } }
+  local sol = decay:integrate { start = { x = 1 }, to = 1, dt = 0.01, method = bdf(4),
+    times = { 0, 0.5, 0.755, 1 } }
   expect(sol.t):near({ 0, 0.5, 0.755, 1 }, 0)
   for _, at in ipairs { 0.333, 0.755 } do expect(sol(x, at)):near(math.exp(-at), 1e-8) end
   expect(sol:stats().steps):equals(100)
@@ -63,7 +71,8 @@ test("verify() measures the order of every formula", function()
   for k = 1, 6 do
     local v = bdf(k):verify()
     expect(v.ok):is_true()
-    for _, row in ipairs(v.rows) do expect(row.expected):equals(row.problem == "index 3" and math.min(k, 4) or k) end
+    for _, row in ipairs(v.rows) do expect(row.expected):equals(row.problem == "index 3" and math.min(k, 4)
+      or k) end
   end
   expect(tostring(bdf(5):verify())):matches "index 3: the start by Radau steps limits it"
 end)

@@ -7,14 +7,17 @@ end
 test("squeezer in form ggl: every tolerance is reached, down to rounding", function()
   local p = problems.squeezer
   local at, beta = p:start(), p().differential[1]
-  local exact = p():reduce "project":integrate { start = at, to = 0.03, rtol = 1e-12, atol = 1e-12 }:final(beta)
+  local exact = p():reduce "project":integrate { start = at, to = 0.03, rtol = 1e-12,
+    atol = 1e-12 }:final(beta)
   local low = p():reduce "ggl"
   for _, rtol in ipairs { 1e-8, 1e-9, 1e-10, 1e-11, 1e-12 } do                 -- 1e-9 stopped at t = 0.004
     local sol = low:integrate { start = at, to = 0.03, rtol = rtol, atol = rtol }
     expect(sol.status):equals "finished"
-    expect(sol:final(beta)):near(exact, math.max(10*rtol, 1e-9))               -- the crank makes two and a half turns
+    -- the crank makes two and a half turns
+    expect(sol:final(beta)):near(exact, math.max(10*rtol, 1e-9))
   end
-  local sol = low:integrate { start = at, to = 0.03, rtol = 1e-8, atol = 1e-8, method = "bdf" }   -- stopped at t = 0
+  -- stopped at t = 0
+  local sol = low:integrate { start = at, to = 0.03, rtol = 1e-8, atol = 1e-8, method = "bdf" }
   expect(sol.status):equals "finished"
   expect(sol:final(beta)):near(exact, 1e-6)
 end)
@@ -38,7 +41,8 @@ test("towards a singular position the run ends with the cause: flat at t = π - 
   local sys, at, a1 = parallelogram()
   local sol = sys:reduce "ggl":integrate { start = at, to = 4, rtol = 1e-8, atol = 1e-8 }
   has(sol.status, "the constraints (3a), (3c), (3e), (3g) are dependent")
-  sol = sys:reduce "ggl":integrate { start = at, to = 4, rtol = 1e-10, atol = 1e-10 }   -- rounding grows on the way there
+  -- rounding grows on the way there
+  sol = sys:reduce "ggl":integrate { start = at, to = 4, rtol = 1e-10, atol = 1e-10 }
   has(sol.status, "Near there the constraints (3a), (3c), (3e), (3g) are dependent")
   local last = sol.t[#sol.t]
   expect(last > 2.1 and last < math.pi - 1):is_true()

@@ -7,7 +7,8 @@ local pendulum = dae { der(theta, 2) ~ -9.81/l*sin(theta) }
 local vdp = dae { der(x) ~ y, der(y) ~ mu*(1 - x^2)*y - x }
 local volterra = dae { der(x) ~ k*x - x*y, der(y) ~ x*y - y }
 local lorenz = dae { der(x) ~ 10*(y - x), der(y) ~ x*(rho - z) - y, der(z) ~ x*y - 8/3*z }
-local has_lanes = sweep(decay, { start = { x = 1 }, to = 1, params = { k = {1, 2} }, lanes = 8 }):stats().lanes > 1
+local has_lanes = sweep(decay, { start = { x = 1 }, to = 1, params = { k = {1, 2} },
+  lanes = 8 }):stats().lanes > 1
 
 local function with(options, more)
   local all = {}
@@ -23,7 +24,8 @@ local function same(a, b, tolerance)                             -- columns that
 end
 
 test("four models: lanes against one run after another", function()
-  local cases = {                                                -- rtol 1e-9; errors grow along the solutions, differences stay a part of them
+  -- rtol 1e-9; errors grow along the solutions, differences stay a part of them
+  local cases = {
     { pendulum, { theta = 2, [theta.dot] = 0 }, 10, { l = linspace(1, 2, 33) }, theta, 1e-8 },
     { volterra, { x = 2, y = 1 }, 10, { k = linspace(0.5, 2, 33) }, x, 1e-8 },
     { vdp, { x = 2, y = 0 }, 10, { mu = linspace(0.5, 1.5, 33) }, x, 1e-8 },
@@ -47,14 +49,16 @@ test("any number of runs, with a sign that changes", function()
   for _, n in ipairs { 1, 3, 7, 8, 9, 17 } do
     local rates = {}
     for i = 1, n do rates[i] = -1 + 0.25*i end
-    local s = sweep(decay, { start = { x = 1 }, to = 2, params = { k = rates }, rtol = 1e-10, atol = 1e-12, lanes = 8 })
+    local s = sweep(decay, { start = { x = 1 }, to = 2, params = { k = rates }, rtol = 1e-10, atol = 1e-12,
+      lanes = 8 })
     for i = 1, n do expect(s:final(x)[i]):near(math.exp(-2*rates[i]), 1e-8) end
     expect(s(x^2 + k, 1)[n]):near(math.exp(-2*rates[n]) + rates[n], 1e-8)
   end
 end)
 
 test("failures keep to themselves: domains left, poles, too many steps", function()
-  local options = { start = { x = 1 }, to = 1, params = { k = linspace(-1, 1, 1000) }, rtol = 1e-9, atol = 1e-9 }
+  local options = { start = { x = 1 }, to = 1, params = { k = linspace(-1, 1, 1000) }, rtol = 1e-9,
+    atol = 1e-9 }
   local s = sweep(dae { der(x) ~ -sqrt(k)*x }, options)
   expect(#s.failures):equals(500)
   expect(s.failures[1].index):equals(1)
@@ -63,17 +67,21 @@ test("failures keep to themselves: domains left, poles, too many steps", functio
   local blow = dae { der(x) ~ k*x^2 }                            -- x = 1/(1 - k t)
   local b = sweep(blow, with(options, { params = { k = {0.5, 2, -1, 0.25, 4, -8, 0, 0.75, 3} } }))
   expect(#b.failures):equals(3)
-  expect(b.failures[2].why:find "stopped at t = 0.25" ~= nil or b.failures[2].why:find "0.249" ~= nil):is_true()
+  expect(b.failures[2].why:find "stopped at t = 0.25" ~= nil
+    or b.failures[2].why:find "0.249" ~= nil):is_true()
   for i, rate in ipairs { 0.5, 2, -1, 0.25, 4, -8, 0, 0.75, 3 } do
-    if rate < 1 then expect(b:final(x)[i]):near(1/(1 - rate), 1e-7) else expect(b:final(x)[i] ~= b:final(x)[i]):is_true() end
+    if rate < 1 then expect(b:final(x)[i]):near(1/(1 - rate),
+      1e-7) else expect(b:final(x)[i] ~= b:final(x)[i]):is_true() end
   end
-  local few = sweep(vdp, { start = { x = 2, y = 0 }, to = 20, params = { mu = linspace(0.1, 5, 20) }, max_steps = 40 })
+  local few = sweep(vdp, { start = { x = 2, y = 0 }, to = 20, params = { mu = linspace(0.1, 5, 20) },
+    max_steps = 40 })
   expect(#few.failures > 0 and #few.failures < 20):is_true()
   expect(few.failures[1].why:find "max_steps = 40 steps were not enough" ~= nil):is_true()
 end)
 
 test("runs that turn out stiff change to the ordinary road", function()
-  local options = { start = { x = 2, y = 0 }, to = 20, params = { mu = {1, 10, 100, 1000, 1e4, 1, 2, 0.5, 1e5} } }
+  local options = { start = { x = 2, y = 0 }, to = 20,
+    params = { mu = {1, 10, 100, 1000, 1e4, 1, 2, 0.5, 1e5} } }
   local s, one = sweep(vdp, options), sweep(vdp, with(options, { lanes = 1 }))
   expect(#s.failures):equals(0)
   same(s:final(x), one:final(x), 1e-5)
@@ -83,7 +91,8 @@ end)
 test("starts of every kind, inputs, another beginning", function()
   local u = input "u"
   local driven = dae { der(x) ~ -k*x + u }
-  local options = { start = { x = linspace(0, 1, 16) }, from = 1, to = 2, inputs = { [u] = sin(t)*k }, rtol = 1e-10, atol = 1e-10 }
+  local options = { start = { x = linspace(0, 1, 16) }, from = 1, to = 2, inputs = { [u] = sin(t)*k },
+    rtol = 1e-10, atol = 1e-10 }
   local s, one = sweep(driven, options), sweep(driven, with(options, { lanes = 1 }))
   same(s:final(x), one:final(x), 1e-9)
   same(s(u + der(x), 1.5), one(u + der(x), 1.5), 1e-8)
@@ -91,21 +100,26 @@ test("starts of every kind, inputs, another beginning", function()
   for i = 1, 9 do list[i] = i % 2 == 0 and { x = i } or decay:init { fix = { x = i } } end
   local starts = sweep(decay, { start = list, to = 1, rtol = 1e-10, atol = 1e-10 })
   for i = 1, 9 do expect(starts:final(x)[i]):near(i*math.exp(-1), 1e-8) end
-  local slope = sweep(decay, { start = { [x.dot] = linspace(-1, -9, 9) }, to = 1, rtol = 1e-10, atol = 1e-10 })  -- x follows
+  -- x follows
+  local slope = sweep(decay, { start = { [x.dot] = linspace(-1, -9, 9) }, to = 1, rtol = 1e-10,
+    atol = 1e-10 })
   for i = 1, 9 do expect(slope:final(x)[i]):near(i*math.exp(-1), 1e-8) end
 end)
 
 test("the sweep says why there are no lanes", function()
-  local function why(model, options) return sweep(model, with({ start = { x = 1 }, to = 1, params = { k = linspace(1, 2, 9) } }, options)):stats().why end
+  local function why(model, options) return sweep(model,
+    with({ start = { x = 1 }, to = 1, params = { k = linspace(1, 2, 9) } }, options)):stats().why end
   expect(why(decay, { lanes = 1 })):equals "one run after another: lanes = 1 was asked for"
   if not has_lanes then return end
   expect(why(decay, { params = { k = {1, 2} } }):find "2 runs do not fill" ~= nil):is_true()
   expect(why(decay, { method = "radau" }):find "radau is implicit" ~= nil):is_true()
   expect(why(decay, { method = rk.rk4, dt = 0.1 }):find "steps are fixed" ~= nil):is_true()
-  expect(why(decay, { events = { { when = x - 0.5, action = "stop" } } }):find "events are watched" ~= nil):is_true()
+  expect(why(decay, { events = { { when = x - 0.5,
+    action = "stop" } } }):find "events are watched" ~= nil):is_true()
   expect(why(dae { der(x) ~ -k*abs(x) }, {}):find "equations switch" ~= nil):is_true()
   expect(why(decay, { to = 1e6 }):find "stiff" ~= nil):is_true()
   expect(why(dae { der(x) ~ -y, 0 ~ y - k*x }, {}):find "not an explicit ODE" ~= nil):is_true()
   expect(why(decay, { method = "dopri5" }):find "SIMD lanes, dopri5" ~= nil):is_true()
-  expect(tostring(sweep(decay, { start = { x = 1 }, to = 1, params = { k = {1, 2} } }):stats()):find "steps" ~= nil):is_true()
+  expect(tostring(sweep(decay, { start = { x = 1 }, to = 1,
+    params = { k = {1, 2} } }):stats()):find "steps" ~= nil):is_true()
 end)

@@ -4,7 +4,8 @@ local k, m = params "k=1 m=1"
 local decay = dae { der(x) ~ -k*x }
 
 test("paired parameters: exact values, columns, statistics", function()
-  local s = sweep(decay, { start = { x = 1 }, to = 1, params = { k = linspace(0, 2, 41) }, rtol = 1e-10, atol = 1e-10 })
+  local s = sweep(decay, { start = { x = 1 }, to = 1, params = { k = linspace(0, 2, 41) }, rtol = 1e-10,
+    atol = 1e-10 })
   expect(#s):equals(41)
   expect(#s.failures):equals(0)
   for i = 1, 41 do
@@ -27,32 +28,37 @@ end)
 test("without lanes each run equals integrate bit for bit, here and in worker processes", function()
   local theta, l = var "theta", param("l", 1)
   local pendulum = dae { der(theta, 2) ~ -9.81/l*sin(theta) }
-  local options = { start = { theta = 2, [theta.dot] = 0 }, to = 3, params = { l = linspace(1, 2, 12) }, rtol = 1e-8, lanes = 1 }
+  local options = { start = { theta = 2, [theta.dot] = 0 }, to = 3, params = { l = linspace(1, 2, 12) },
+    rtol = 1e-8, lanes = 1 }
   local many = sweep(pendulum, options)
   options.workers = 1
   local one = sweep(pendulum, options)
   expect(many:final(theta)):near(one:final(theta), 0)
   expect(many(theta, 1.2345)):near(one(theta, 1.2345), 0)        -- not a saved time: the runs are repeated
-  local alone = pendulum:integrate { start = options.start, to = 3, rtol = 1e-8, params = { l = many.params.l[7] } }
+  local alone = pendulum:integrate { start = options.start, to = 3, rtol = 1e-8,
+    params = { l = many.params.l[7] } }
   expect(many:final(theta)[7]):equals(alone:final(theta))
   expect(many(theta, 1.2345)[7]):equals(alone(theta, 1.2345))
   expect(many[7](theta, 1.2345)):equals(alone(theta, 1.2345))
 end)
 
 test("fixed steps and given times", function()
-  local s = sweep(decay, { start = { x = 1 }, params = { k = {1, 2, 3} }, method = rk.rk4, dt = 0.1, times = { 0.5, 1 } })
+  local s = sweep(decay, { start = { x = 1 }, params = { k = {1, 2, 3} }, method = rk.rk4, dt = 0.1,
+    times = { 0.5, 1 } })
   expect(#s.t):equals(2)
   expect(s(x).rows):equals(2)
   expect(s(x).cols):equals(3)
   local alone = decay:integrate { start = { x = 1 }, to = 1, method = rk.rk4, dt = 0.1, params = { k = 2 } }
   expect(s(x)(1, 2)):equals(alone(x, 0.5))
   expect(s(x)(2, 2)):equals(alone:final(x))
-  local usual = sweep(decay, { start = { x = 1 }, to = 1, params = { k = {1, 2} }, method = rk.rk4, dt = 0.1 })
+  local usual = sweep(decay, { start = { x = 1 }, to = 1, params = { k = {1, 2} }, method = rk.rk4,
+    dt = 0.1 })
   expect(#usual.t):equals(11)                                    -- the mesh itself
 end)
 
 test("grid: all combinations, the last list fastest", function()
-  local s = sweep(dae { m*der(x) ~ -k*x }, { start = { x = 1 }, to = 1, grid = true, params = { k = {1, 2}, m = {1, 2, 4} },
+  local s = sweep(dae { m*der(x) ~ -k*x }, { start = { x = 1 }, to = 1, grid = true,
+    params = { k = {1, 2}, m = {1, 2, 4} },
                                              rtol = 1e-10, atol = 1e-10 })
   expect(#s):equals(6)
   expect(s.params.k):near({1, 1, 1, 2, 2, 2}, 0)
@@ -64,9 +70,11 @@ test("starts: lists of initial values, lists of starts", function()
   local s = sweep(decay, { start = { x = {1, 2, 3} }, to = 1, rtol = 1e-10, atol = 1e-10 })
   expect(s:final(x)):near({math.exp(-1), 2*math.exp(-1), 3*math.exp(-1)}, 1e-9)
   expect(s.params.x):near({1, 2, 3}, 0)
-  local list = sweep(decay, { start = { { x = 1 }, decay:init { fix = { x = 5 } } }, to = 1, rtol = 1e-10, atol = 1e-10 })
+  local list = sweep(decay, { start = { { x = 1 }, decay:init { fix = { x = 5 } } }, to = 1, rtol = 1e-10,
+    atol = 1e-10 })
   expect(list:final(x)):near({math.exp(-1), 5*math.exp(-1)}, 1e-9)
-  local paired = sweep(decay, { start = { x = {1, 2} }, params = { k = {3, 4} }, to = 1, rtol = 1e-10, atol = 1e-10 })
+  local paired = sweep(decay, { start = { x = {1, 2} }, params = { k = {3, 4} }, to = 1, rtol = 1e-10,
+    atol = 1e-10 })
   expect(paired:final(x)):near({math.exp(-3), 2*math.exp(-4)}, 1e-9)
 end)
 
@@ -83,7 +91,8 @@ end)
 
 test("failures are listed with parameters and reason", function()
   local blow = dae { der(x) ~ k*x^2 }                            -- x = 1/(1 - k t)
-  local s = sweep(blow, { start = { x = 1 }, to = 1, params = { k = {0.5, 2, -1} }, rtol = 1e-8, atol = 1e-8 })
+  local s = sweep(blow, { start = { x = 1 }, to = 1, params = { k = {0.5, 2, -1} }, rtol = 1e-8,
+    atol = 1e-8 })
   expect(#s.failures):equals(1)
   expect(s.failures[1].index):equals(2)
   expect(s.failures[1].params.k):near(2, 0)
@@ -98,7 +107,8 @@ test("failures are listed with parameters and reason", function()
   expect(text:find "nan" == nil):is_true()
   expect(s:table():find "failed" ~= nil):is_true()
   local L = param("L", 1)
-  local start = sweep(dae { der(x) ~ y, 0 ~ x^2 + y^2 - L^2 }, { start = { x = 0.6 }, to = 0.1, params = { L = {0.5, 1, 2} } })
+  local start = sweep(dae { der(x) ~ y, 0 ~ x^2 + y^2 - L^2 },
+    { start = { x = 0.6 }, to = 0.1, params = { L = {0.5, 1, 2} } })
   expect(#start.failures):equals(1)
   expect(start.failures[1].params.L):near(0.5, 0)
 end)
@@ -106,16 +116,19 @@ end)
 test("Lua callbacks that cannot be followed with symbols run in the workers too", function()
   local u = input "u"
   local driven = dae { der(x) ~ -k*x + u }
-  local s = sweep(driven, { start = { x = 0 }, to = 2, params = { k = linspace(1, 2, 8) }, method = rk.rk4, dt = 0.05,
+  local s = sweep(driven, { start = { x = 0 }, to = 2, params = { k = linspace(1, 2, 8) }, method = rk.rk4,
+    dt = 0.05,
                             inputs = { u = function(time) if time < 1 then return 1 end return 0 end } })
   for i = 1, 8 do
     local rate = s.params.k[i]
-    expect(s:final(x)[i]):near((1 - math.exp(-rate))/rate*math.exp(-rate), 0.02)  -- the jump lies inside a stage
+    -- the jump lies inside a stage
+    expect(s:final(x)[i]):near((1 - math.exp(-rate))/rate*math.exp(-rate), 0.02)
   end
 end)
 
 test("events end runs at different times", function()
-  local s = sweep(decay, { start = { x = 1 }, to = 5, params = { k = {1, 2, 0.1} }, rtol = 1e-10, atol = 1e-10,
+  local s = sweep(decay, { start = { x = 1 }, to = 5, params = { k = {1, 2, 0.1} }, rtol = 1e-10,
+    atol = 1e-10,
                            events = { { when = x - 0.5, action = "stop" } } })
   expect(s:final(x)):near({0.5, 0.5, math.exp(-0.5)}, 1e-8)
   expect(s:final(t)):near({math.log(2), math.log(2)/2, 5}, 1e-8)
