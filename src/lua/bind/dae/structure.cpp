@@ -49,8 +49,11 @@ int list_text(lua_State* L) {
   }
   if (n == 0) out = "none";
   if (lua_getfield(L, 1, "equations") == LUA_TTABLE && lua_rawlen(L, -1) > 0 &&
-      lua_getfield(L, 1, "unknowns") == LUA_TTABLE)
-    out = text(luaL_tolstring(L, -2, nullptr), "  for  ", luaL_tolstring(L, -2, nullptr));
+      lua_getfield(L, 1, "unknowns") == LUA_TTABLE) {
+    const int unknowns = lua_gettop(L), equations = unknowns - 1;
+    const std::string names = luaL_tolstring(L, unknowns, nullptr);
+    out = text(names, "  for  ", luaL_tolstring(L, equations, nullptr));
+  }
   lua_pushlstring(L, out.data(), out.size());
   return 1;
 }
