@@ -60,7 +60,8 @@ local function bode_figure(r, options)
     angle[j] = { x = r.w, y = column(r.phase, j), labels = { labels[j] } }
   end
   local legend = #labels > 1
-  local below = figure { by = "bode", series = angle, xlog = true, xlabel = "ω [rad/s]", ylabel = "phase [°]", legend = false }
+  local below = figure { by = "bode", series = angle, xlog = true, xlabel = "ω [rad/s]", ylabel = "phase [°]", legend = false,
+    ystep = 45 }
   return figure(copy({ by = "bode", series = gain, xlog = true, title = "Bode diagram", ylabel = "gain [dB]", legend = legend,
                        below = { below } }, options))
 end
@@ -129,9 +130,11 @@ local function map_of(by, G, options)
   check_system(by, G)
   options = check_options(by, options)
   local series, discrete = {}, G.Ts ~= 0
-  for _, each in ipairs { { G:poles(), "poles" }, { G:zeros(), "zeros" } } do
-    local roots, name = unpack(each)
-    if #roots > 0 then series[#series + 1] = { x = roots.re, y = roots.im, labels = { name }, style = "points" } end
+  for _, each in ipairs { { G:poles(), "poles", "cross" }, { G:zeros(), "zeros", "ring" } } do
+    local roots, name, marker = unpack(each)
+    if #roots > 0 then
+      series[#series + 1] = { x = roots.re, y = roots.im, labels = { name }, style = "points", marker = marker }
+    end
   end
   if discrete then
     local x, y = {}, {}
@@ -155,7 +158,7 @@ local function map_of(by, G, options)
 end
 
 doc { name = "pzmap", module = "lti responses", sig = "pzmap(G [, options]) -> figure",
-  text = "Poles and zeros in the complex plane; in discrete time with the unit circle.",
+  text = "Poles × and zeros ○ in the complex plane; in discrete time with the unit circle.",
   example = "return pzmap(tf({1, 2}, {1, 2, 5}))", gives = "figure 'Poles and zeros': 2 series, 3 points",
   function(G, options) return map_of("pzmap", G, options) end }
 doc { name = "lti:pzmap", module = "lti responses", sig = "G:pzmap([options]) -> figure", text = "The same as pzmap(G).",

@@ -68,9 +68,12 @@ void draw_line(Canvas& canvas, const Frame& f, const Series& s, Look& l) {
   for (Index i = 0; i < s.x.size(); ++i) {
     if (!drawable(f.figure, s, i)) continue;
     const double x = f.x(s.x[i]), y = f.y(s.y[i]);
-    const bool joined = i > 0 && drawable(f.figure, s, i - 1);
-    const bool alone = !joined && (i + 1 == s.x.size() || !drawable(f.figure, s, i + 1));
-    if (alone) l.pen.travelled = 0, canvas.line(x, y, x, y, l.pen, clip);  // between two gaps: still a dot
+    const bool joined = i > 0 && drawable(f.figure, s, i - 1) && !s.starts_at(i);
+    const bool last = i + 1 == s.x.size() || !drawable(f.figure, s, i + 1) || s.starts_at(i + 1);
+    if (!joined && last) {  // between two gaps: still a dot
+      l.pen.travelled = 0;
+      canvas.line(x, y, x, y, l.pen, clip);
+    }
     if (!joined) continue;
     const double x0 = f.x(s.x[i - 1]), y0 = f.y(s.y[i - 1]);
     if (s.style == Style::steps) {
@@ -89,6 +92,7 @@ void draw_points(Canvas& canvas, const Frame& f, const Series& s, Look& l) {
   const double zero = f.figure.axes[1].log ? clip.bottom : f.y(0);
   for (Index i = 0; i < s.x.size(); ++i) {
     if (!drawable(f.figure, s, i)) continue;
+    if (!s.marked.empty() && !std::binary_search(s.marked.begin(), s.marked.end(), i)) continue;
     const double x = f.x(s.x[i]), y = f.y(s.y[i]);
     if (s.style == Style::impulses) canvas.line(x, zero, x, y, l.pen, clip);
     if (s.style == Style::dots)
@@ -156,12 +160,39 @@ void write_centred(Canvas& canvas, const Frame& f, int row, const std::string& w
   canvas.write(column, row, shortened(what, room));
 }
 
+/// Both edges of an area: a terminal has no half tones.
+void draw_edges(Canvas& canvas, const Frame& f, const Series& s, Look& l) {
+  Series edge = s;
+  draw_line(canvas, f, edge, l);
+  edge.y = s.lower.size() ? s.lower : Vec(Vec::Zero(s.y.size()));
+  l.pen.travelled = 0;
+  draw_line(canvas, f, edge, l);
+}
+
+void draw_rules(Canvas& canvas, const Frame& f) {
+  const Clip clip = f.clip();
+  Pen pen{faint, {4, 4}};
+  for (const Rule& rule : f.figure.rules) {
+    if (f.figure.axes[static_cast<size_t>(rule.axis)].log && rule.at <= 0) continue;
+    pen.travelled = 0;
+    if (rule.axis == 1) {
+      const double y = f.y(rule.at);
+      canvas.line(clip.left, y, clip.right, y, pen, clip);
+    } else {
+      const double x = f.x(rule.at);
+      canvas.line(x, clip.top, x, clip.bottom, pen, clip);
+    }
+  }
+}
+
 void draw_series(Canvas& canvas, const Frame& f, Palette palette) {
   for (size_t k = 0; k < f.figure.series.size(); ++k) {
     const Series& s = f.figure.series[k];
     Look l = look(f.figure, k, palette);
     if (s.style == Style::cells)
       draw_cells(canvas, f, s, l);
+    else if (s.style == Style::fill)
+      draw_edges(canvas, f, s, l);
     else if (draws_line(s.style))
       draw_line(canvas, f, s, l);
     if (draws_points(s.style) || s.style == Style::dots) draw_points(canvas, f, s, l);
@@ -175,8 +206,8 @@ std::string draw_flat(const Figure& figure, const Terminal& terminal) {
   const int columns = terminal.columns;
   const int notes = static_cast<int>(note_lines(figure, columns).size());
   f.rows = std::clamp(terminal.rows - 8 - notes, 6, std::max(10, columns * 9 / 40));
-  // The y numbers decide the left margin; for an equal figure the frame, and with it the ticks, may still
-  // shrink.
+  // The y numbers decide the left margin; for an equal figure
+  // the frame, and with it the ticks, may still shrink.
   Ticks y_ticks;
   for (int pass = 0; pass < 2; ++pass) {
     y_ticks = ticks(figure.axes[1], f.range[1], std::max(2, f.rows / 3));
@@ -205,6 +236,7 @@ std::string draw_flat(const Figure& figure, const Terminal& terminal) {
   draw_frame(canvas, f);
   draw_y_ticks(canvas, f, y_ticks);
   draw_x_ticks(canvas, f, x_ticks);
+  draw_rules(canvas, f);
   draw_series(canvas, f, terminal.palette);
   if (!x_label.empty()) write_centred(canvas, f, f.top + f.rows + 2, x_label);
   return canvas.str(terminal.palette) + note_text(figure, terminal);

@@ -1,5 +1,5 @@
-// Figures in a terminal: text drawn with Unicode braille, about 5 ms, the same bytes for the same figure and
-// width.
+// Figures in a terminal: text drawn with Unicode braille,
+// about 5 ms, the same bytes for the same figure and width.
 #pragma once
 
 #include <string>
@@ -18,8 +18,8 @@ struct Terminal {
 /// set or TERM is "dumb"), otherwise 80 columns without colours.
 Terminal terminal_of(int descriptor);
 
-/// The figure as text, every line ended by a newline, no line wider than the terminal. Requires a checked
-/// figure.
+/// The figure as text, every line ended by a newline, no
+/// line wider than the terminal. Requires a checked figure.
 std::string draw(const Figure& figure, const Terminal& terminal = {});
 
 }  // namespace pendula::plot

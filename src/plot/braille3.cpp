@@ -28,8 +28,8 @@ struct Stage {
   Spot spot(const Seen& s) const { return {centre_x + scale * s.right, centre_y - scale * s.up}; }
 };
 
-/// Writes a text next to a spot: to its left, to its right (side -1, +1) or centred (0), unless something is
-/// there.
+/// Writes a text next to a spot: to its left, to its right
+/// (side -1, +1) or centred (0), unless something is there.
 void write_beside(Canvas& canvas, Spot at, int side, int rows_below, const std::string& what) {
   const int width = width_of(what), column = static_cast<int>(std::lround(at.x)) / 2;
   const int row = static_cast<int>(std::lround(at.y)) / 4 + rows_below;
@@ -68,8 +68,8 @@ void draw_axis(Canvas& canvas, const Stage& stage, int axis) {
   if (!vertical) write_beside(canvas, {middle.x + 4 * side, middle.y}, side, 2, label);
 }
 
-/// A segment in view coordinates, in pieces of at most four dots: each is drawn with the pen for seen or
-/// hidden.
+/// A segment in view coordinates, in pieces of at most four
+/// dots: each is drawn with the pen for seen or hidden.
 void draw_segment(Canvas& canvas, const Stage& stage, const DepthMap& depth, const Seen& a, const Seen& b,
                   Pen& seen, Pen& hidden) {
   const double length = stage.scale * std::hypot(b.right - a.right, b.up - a.up);
@@ -94,8 +94,10 @@ void draw_box(Canvas& canvas, const Stage& stage, const DepthMap& depth) {
         const size_t a = (along + 1) % 3, b = (along + 2) % 3;
         if (p == near[a] && q == near[b]) continue;
         std::array<int, 3> from{}, to{};
-        from[a] = to[a] = p, from[b] = to[b] = q;
-        from[along] = -1, to[along] = 1;
+        from[a] = to[a] = p;
+        from[b] = to[b] = q;
+        from[along] = -1;
+        to[along] = 1;
         const bool solid = numbered[a] == p && numbered[b] == q;
         Pen seen{faint, solid ? std::vector<int>{} : std::vector<int>{1, 2}}, hidden{faint, {0, 1}};
         draw_segment(canvas, stage, depth, stage.view.corner(from), stage.view.corner(to), seen, hidden);
@@ -113,8 +115,10 @@ void draw_surface(Canvas& canvas, const Stage& stage, const DepthMap& depth, con
   const auto node = [&](Index i, Index j) { return stage.view({s.x(i, j), s.y(i, j), s.z(i, j)}); };
   double low = 1e300, high = -1e300;  // height of the surface on the screen
   for (Index i = 0; i < s.x.rows(); ++i)
-    for (Index j = 0; j < s.x.cols(); ++j)
-      low = std::min(low, node(i, j).up), high = std::max(high, node(i, j).up);
+    for (Index j = 0; j < s.x.cols(); ++j) {
+      low = std::min(low, node(i, j).up);
+      high = std::max(high, node(i, j).up);
+    }
   const double dots = stage.scale * (high - low);
   const Index rows = line_stride(s.x.rows(), dots), cols = line_stride(s.x.cols(), 2 * dots);
   const auto piece = [&](const Seen& a, const Seen& b, Pen& seen, Pen& hidden) {

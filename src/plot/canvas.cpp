@@ -42,8 +42,10 @@ bool cut(double& x0, double& y0, double& x1, double& y1, const Clip& clip) {
   if (!edge(-dx, x0 - (clip.left - 1)) || !edge(dx, clip.right + 1 - x0) || !edge(-dy, y0 - (clip.top - 1)) ||
       !edge(dy, clip.bottom + 1 - y0))
     return false;
-  x1 = x0 + leave * dx, y1 = y0 + leave * dy;
-  x0 += enter * dx, y0 += enter * dy;
+  x1 = x0 + leave * dx;
+  y1 = y0 + leave * dy;
+  x0 += enter * dx;
+  y0 += enter * dy;
   return true;
 }
 
@@ -79,9 +81,9 @@ bool Canvas::is_free(int column, int row, int width) const {
 
 void Canvas::line(double x0, double y0, double x1, double y1, Pen& pen, const Clip& clip) {
   if (!cut(x0, y0, x1, y1, clip)) return;
-  // One dot per step of the longer side. Endpoints are rounded first: the line through two dots is the same
-  // whichever way it is drawn, and the next segment begins on the dot where this one ended, which is not
-  // counted twice.
+  // One dot per step of the longer side. Endpoints are rounded first: the line
+  // through two dots is the same whichever way it is drawn, and the next
+  // segment begins on the dot where this one ended, which is not counted twice.
   const long ax = std::lround(x0), ay = std::lround(y0), bx = std::lround(x1), by = std::lround(y1);
   const long steps = std::max(std::labs(bx - ax), std::labs(by - ay));
   for (long k = 0; k <= steps; ++k) {

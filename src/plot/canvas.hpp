@@ -1,6 +1,6 @@
-// A sheet of terminal cells. Each cell is a Unicode braille pattern of 2×4 dots, or a character that covers
-// it. Dots are nearly square, so a circle of dots looks like a circle. Coordinates: dots from the top left
-// corner.
+// A sheet of terminal cells. Each cell is a Unicode braille pattern of 2×4
+// dots, or a character that covers it. Dots are nearly square, so a circle
+// of dots looks like a circle. Coordinates: dots from the top left corner.
 #pragma once
 
 #include <array>
@@ -14,8 +14,8 @@ namespace pendula::plot {
 /// What colours the terminal has.
 enum class Palette { none, ansi8, ansi256 };
 
-/// Colour of a cell: `ink` is the terminal's own foreground, `faint` a quiet grey, 1, 2, … the series
-/// colours.
+/// Colour of a cell: `ink` is the terminal's own foreground,
+/// `faint` a quiet grey, 1, 2, … the series colours.
 constexpr int ink = 0, faint = -1;
 
 /// How a line is drawn: dots on and off in turn along its way, beginning with on. Empty: solid.
@@ -38,8 +38,8 @@ class Canvas {
   int rows() const { return rows_; }
 
   void dot(int x, int y, int colour);
-  /// A straight line between two points in dot coordinates, cut at `clip`; advances the pen. Any finite
-  /// coordinates.
+  /// A straight line between two points in dot coordinates,
+  /// cut at `clip`; advances the pen. Any finite coordinates.
   void line(double x0, double y0, double x1, double y1, Pen& pen, const Clip& clip);
   /// One character (with its combining marks) over a cell; outside the sheet it is dropped.
   void glyph(int column, int row, std::string_view character, int colour);
@@ -49,8 +49,8 @@ class Canvas {
   /// Are these cells on the sheet and without characters?
   bool is_free(int column, int row, int width) const;
 
-  /// The sheet without empty rows at the end, one line per row without trailing blanks, each ended by a
-  /// newline.
+  /// The sheet without empty rows at the end, one line per
+  /// row without trailing blanks, each ended by a newline.
   std::string str(Palette palette) const;
 
  private:
@@ -66,8 +66,8 @@ class Canvas {
   std::vector<Cell> cells_;
 };
 
-/// Splits a text into characters, each with its combining marks; control characters and broken UTF-8 become
-/// blanks.
+/// Splits a text into characters, each with its combining
+/// marks; control characters and broken UTF-8 become blanks.
 std::vector<std::string> characters(std::string_view utf8);
 
 /// The text in a colour of the palette, and back to normal after it.

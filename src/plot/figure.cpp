@@ -36,6 +36,9 @@ void check_lengths(const Figure& f, size_t k) {
     throw Error(text("x has ", values(s.x.size()), " but y has ", s.y.size(), where));
   if (f.three_d && s.z.size() != s.x.size())
     throw Error(text("x has ", values(s.x.size()), " but z has ", s.z.size(), where));
+  if (s.lower.size() != 0 && s.lower.size() != s.y.size())
+    throw Error(
+        text("the upper edge has ", values(s.y.size()), " but the lower one has ", s.lower.size(), where));
   if (s.x.size() == 0)
     throw Error("nothing to draw: " + called(f, k) +
                 (k || f.series.size() > 1 || !s.label.empty() ? " has" : " have") + " no points");
@@ -69,6 +72,8 @@ void check_axes(const Figure& f) {
     throw Error(
         text("view = {", shortest(f.tilt), ", ", shortest(f.turn),
              "}: the tilt must lie between 0 (from above) and 90 degrees, the turn be a number of degrees"));
+  for (const Rule& rule : f.rules)
+    if (!std::isfinite(rule.at)) throw Error("a line across the figure must stand at a finite number");
   for (int n : f.size)
     if (n && (n < 100 || n > 10000))
       throw Error(
@@ -127,6 +132,11 @@ bool inside(const Figure& f, const Series& s, Index i, int except) {
   return true;
 }
 
+bool near(double value, Range r) {
+  const double room = 2 * std::max(r.span(), 0.1 * std::max(std::abs(r.low), std::abs(r.high)));
+  return value >= r.low - room && value <= r.high + room;
+}
+
 /// Range of the drawable data along one axis; `limited`: only points inside the limits of the other axes.
 std::optional<Range> extent(const Figure& f, int axis, bool limited) {
   constexpr double inf = std::numeric_limits<double>::infinity();
@@ -135,7 +145,14 @@ std::optional<Range> extent(const Figure& f, int axis, bool limited) {
   for (const Series& s : f.series) {
     bool any = false;
     for (Index i = 0; i < s.x.size(); ++i)
-      if (drawable(f, s, i) && (!limited || inside(f, s, i, axis))) take(coordinate(s, axis, i)), any = true;
+      if (drawable(f, s, i) && (!limited || inside(f, s, i, axis))) {
+        take(coordinate(s, axis, i));
+        any = true;
+      }
+    if (axis == 1 && s.style == Style::fill)
+      for (Index i = 0; i < s.lower.size(); ++i)
+        if (std::isfinite(s.lower[i]) && drawable(f, s, i)) take(s.lower[i]);
+    if (any && s.style == Style::fill && s.lower.size() == 0 && axis == 1 && !f.axes[axis].log) take(0);
     if (any && s.style == Style::impulses && axis == dimensions(f) - 1 && !f.axes[axis].log) take(0);
   }
   for (const Surface& s : f.surfaces) {
@@ -144,13 +161,26 @@ std::optional<Range> extent(const Figure& f, int axis, bool limited) {
       if (std::isfinite(m.data()[i])) take(m.data()[i]);
   }
   if (!(r.low <= r.high)) return std::nullopt;
+  for (const Rule& rule : f.rules)  // a bound is worth seeing, unless it would hide the data
+    if (rule.axis == axis && (!f.axes[axis].log || rule.at > 0) && near(rule.at, r)) take(rule.at);
   return r;
 }
 
 bool is_tight(const Figure& f, int axis) {
   return !f.three_d && axis == 0 && !f.equal &&
-         std::all_of(f.series.begin(), f.series.end(),
-                     [](const Series& s) { return s.style == Style::line || s.style == Style::steps; });
+         std::all_of(f.series.begin(), f.series.end(), [](const Series& s) {
+           return s.style == Style::line || s.style == Style::steps || s.style == Style::fill;
+         });
+}
+
+/// The place of a name in a list of allowed ones.
+size_t position_of(const std::string& name, const std::vector<std::string>& names, const char* what,
+                   const char* list) {
+  const auto it = std::find(names.begin(), names.end(), name);
+  if (it == names.end())
+    throw Error(text("unknown ", what, " '", name, "'.", did_you_mean(name, names), " ", list,
+                     std::string(list).find(':') == std::string::npos ? ": " : " ", join(names, ", ")));
+  return static_cast<size_t>(it - names.begin());
 }
 
 /// A range that has room to draw in: `margin` of its span at each end; a constant c gets c ± 5 % (0: ± 1).
@@ -174,18 +204,42 @@ Range widened(Range r, bool log, double margin) {
 }  // namespace
 
 const std::vector<std::string>& style_names() {
-  static const std::vector<std::string> names{"line",     "points", "line+points", "dots",
-                                              "impulses", "steps",  "cells"};  // in the order of Style
+  static const std::vector<std::string> names{"line",  "points", "line+points", "dots", "impulses",
+                                              "steps", "cells",  "fill"};  // in the order of Style
   return names;
 }
 
 Style style_named(const std::string& name) {
-  const auto& names = style_names();
-  const auto it = std::find(names.begin(), names.end(), name);
-  if (it == names.end())
-    throw Error("unknown style '" + name + "'." + did_you_mean(name, names) +
-                " Styles: " + join(names, ", "));
-  return static_cast<Style>(it - names.begin());
+  return static_cast<Style>(position_of(name, style_names(), "style", "Styles"));
+}
+
+Dash dash_named(const std::string& name) {
+  static const std::vector<std::string> names{"auto", "solid", "dashed", "dotted", "dashdot"};
+  return static_cast<Dash>(position_of(name, names, "dash", "Dashes"));
+}
+
+Mark mark_named(const std::string& name) {
+  static const std::vector<std::string> names{"auto",     "circle",  "ring", "square", "box",
+                                              "triangle", "diamond", "plus", "cross"};
+  return static_cast<Mark>(position_of(name, names, "marker", "Markers"));
+}
+
+LegendPlace legend_place_named(const std::string& name) {
+  static const std::vector<std::string> names{"auto",         "none",  "top left", "top right", "bottom left",
+                                              "bottom right", "above", "right",    "below"};
+  return static_cast<LegendPlace>(position_of(name, names, "legend place", "Places"));
+}
+
+std::string colour_named(const std::string& name) {
+  static const std::vector<std::string> names{"blue", "red",   "green", "purple", "orange",
+                                              "sky",  "black", "grey",  "yellow"};
+  static const char* const values[] = {"#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00",
+                                       "#56B4E9", "#000000", "#808080", "#F0E442"};
+  const bool hexadecimal = name.size() == 7 && name[0] == '#' &&
+                           name.find_first_not_of("0123456789abcdefABCDEF", 1) == std::string::npos;
+  if (hexadecimal) return name;
+  if (name == "gray") return values[7];
+  return values[position_of(name, names, "colour", "Colours: \"#rrggbb\" and")];
 }
 
 bool drawable(const Figure& f, const Series& s, Index i) {
@@ -216,7 +270,7 @@ Range visible(const Figure& f, int axis) {
 bool has_legend(const Figure& f) {
   const auto labelled =
       std::count_if(f.series.begin(), f.series.end(), [](const Series& s) { return !s.label.empty(); });
-  return f.legend && labelled > 0 && f.series.size() > 1;
+  return f.legend && labelled > 0 && (f.series.size() > 1 || f.legend_at != LegendPlace::automatic);
 }
 
 std::string axis_label(const Figure& f, int axis) {

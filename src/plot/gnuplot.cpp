@@ -35,8 +35,8 @@ std::string axis_lines(const Figure& f, int a) {
   return out;
 }
 
-/// Where the legend never hides data: above the frame while it fits there, then to the right, long labels
-/// below.
+/// Where the legend never hides data: above the frame while
+/// it fits there, then to the right, long labels below.
 std::string key_lines(const Figure& f) {
   const std::string common = " Left reverse noenhanced samplen 2.5 spacing 1.15 textcolor '#333333'\n";
   switch (legend_place(f)) {
@@ -46,7 +46,16 @@ std::string key_lines(const Figure& f) {
       return "set key outside right top vertical" + common;
     case LegendPlace::below:
       return "set rmargin 3\nset key below vertical maxcols 1" + common;
+    case LegendPlace::top_left:
+      return "set rmargin 3\nset key inside left top vertical opaque" + common;
+    case LegendPlace::top_right:
+      return "set rmargin 3\nset key inside right top vertical opaque" + common;
+    case LegendPlace::bottom_left:
+      return "set rmargin 3\nset key inside left bottom vertical opaque" + common;
+    case LegendPlace::bottom_right:
+      return "set rmargin 3\nset key inside right bottom vertical opaque" + common;
     case LegendPlace::above:
+    case LegendPlace::automatic:
       break;
   }
   if (f.title.empty()) return "set rmargin 3\nset key above right horizontal" + common;
@@ -54,30 +63,97 @@ std::string key_lines(const Figure& f) {
   return "set rmargin 3\nset tmargin 4.8\nset key at graph 1, graph 1.02 right bottom horizontal" + common;
 }
 
-/// "with …" for one series; colour and dashes tell series apart.
-std::string with_style(const Series& s, size_t k) {
+std::string dash_of(const Series& s, size_t k) {
   static const char* const dashes[] = {"", " dashtype 2", " dashtype 3", " dashtype 4"};
+  static const char* const named[] = {"", "", " dashtype (9,6)", " dashtype (2,4)", " dashtype (9,5,2,5)"};
+  return s.dash == Dash::automatic ? dashes[k / 7 % 4] : named[static_cast<size_t>(s.dash)];
+}
+
+std::string mark_of(const Series& s, size_t k) {
   static const int marks[] = {7, 9, 5, 13, 6, 8, 4, 12};
-  const std::string colour = " linecolor rgb '" + series_colour(k) + "'";
-  const std::string mark = text(" pointtype ", marks[k % 8], " pointsize 0.6");
-  const std::string dash = dashes[k / 7 % 4];
-  switch (s.style) {
+  static const int named[] = {0, 7, 6, 5, 4, 9, 13, 1, 2};  // in the order of Mark
+  if (s.mark == Mark::automatic) return text(" pointtype ", marks[k % 8], " pointsize 0.6");
+  return text(" pointtype ", named[static_cast<size_t>(s.mark)], " pointsize 1.1 linewidth 1.8");
+}
+
+/// "with …" for one series; colour and dashes tell series apart.
+std::string with_style(const Figure& f, size_t k, Style style) {
+  const Series& s = f.series[k];
+  const std::string colour = " linecolor rgb '" + colour_of(f, k) + "'";
+  const auto lines = [&](const char* usual) {
+    return " linewidth " + (s.width > 0 ? shortest(s.width) : std::string(usual)) + colour + dash_of(s, k);
+  };
+  switch (style) {
     case Style::line:
-      return "with lines linewidth 1.8" + colour + dash;
+      return "with lines" + lines("1.8");
     case Style::steps:
-      return "with steps linewidth 1.8" + colour + dash;
+      return "with steps" + lines("1.8");
     case Style::points:
-      return "with points" + mark + colour;
+      return "with points" + mark_of(s, k) + colour;
     case Style::line_points:
-      return "with linespoints linewidth 1.5" + mark + colour + dash;
+      return "with linespoints" + mark_of(s, k) + lines("1.5");
     case Style::dots:
       return "with points pointtype 7 pointsize 0.15" + colour;
     case Style::impulses:
-      return "with impulses linewidth 1.5" + colour;
+      return "with impulses linewidth " + (s.width > 0 ? shortest(s.width) : std::string("1.5")) + colour;
     case Style::cells:
       return "with boxxyerror fillstyle solid 0.9 noborder" + colour;
+    case Style::fill:
+      return "with filledcurves fillstyle solid 0.25 noborder" + colour;
   }
   return "";
+}
+
+/// The columns of the data block that a series is drawn from.
+std::string columns_of(const Series& s) {
+  if (s.style == Style::cells)
+    return text(" using 1:2:(", shortest(s.cell[0] / 2), "):(", shortest(s.cell[1] / 2), ") ");
+  return s.style == Style::fill ? " using 1:2:3 " : " using 1:2 ";
+}
+
+Block data_of(const Figure& f, const Series& s, const std::string& name) {
+  Block block(name);
+  for (Index i : thinned(f, s)) {
+    if (i < 0)
+      block.gap();
+    else if (s.style == Style::fill)
+      block.row(s.x[i], s.lower.size() ? s.lower[i] : 0, s.y[i]);
+    else
+      block.row(s.x[i], s.y[i]);
+  }
+  return block;
+}
+
+/// The points that get marks, where these are not all of them.
+Block marks_of(const Figure& f, const Series& s, const std::string& name) {
+  Block block(name);
+  for (Index i : s.marked)
+    if (drawable(f, s, i)) block.row(s.x[i], s.y[i]);
+  return block;
+}
+
+/// Lines across the frame and texts in it.
+std::string rule_lines(const Figure& f) {
+  std::string out;
+  size_t number = 1;
+  for (const Rule& rule : f.rules) {
+    const std::string at = shortest(rule.at);
+    const bool flat = rule.axis == 1;
+    out += text("set arrow ", number,
+                flat ? " from graph 0, first " + at + " to graph 1, first " + at
+                     : " from first " + at + ", graph 0 to first " + at + ", graph 1",
+                " nohead front linewidth 1.2 dashtype (6,4) linecolor rgb '#555555'\n");
+    if (!rule.label.empty())
+      out += text("set label ", number, " ", quoted(rule.label),
+                  flat ? " at graph 0.99, first " + at + " right offset 0,0.5"
+                       : " at first " + at + ", graph 0.97 left offset 0.6,0",
+                  " front noenhanced textcolor '#555555'\n");
+    ++number;
+  }
+  for (const Words& words : f.texts)
+    out += text("set label ", number++, " ", quoted(words.text), " at first ", shortest(words.x), ", first ",
+                shortest(words.y), " front noenhanced textcolor '#333333'\n");
+  return out;
 }
 
 std::string extension_of(const std::string& path) {
@@ -94,51 +170,61 @@ std::string extension_of(const std::string& path) {
 std::string flat_script(const Figure& f) {
   std::string out =
       "set border 3 linewidth 1 linecolor rgb '#666666'\n"
-      "set grid xtics ytics linetype 1 linewidth 0.6 linecolor rgb '#DDDDDD'\n"
       "set tics out scale 0.6 textcolor rgb '#333333'\n";
+  out += f.grid ? "set grid xtics ytics linetype 1 linewidth 0.6 linecolor rgb '#DDDDDD'\n" : "unset grid\n";
   out += axis_lines(f, 0) + axis_lines(f, 1) + key_lines(f) + note_labels(f);
   if (!f.notes.empty() && legend_place(f) != LegendPlace::below)
     out += text("set bmargin ",
                 (axis_label(f, 0).empty() ? 2.5 : 4.0) + 1.1 * static_cast<double>(f.notes.size()), "\n");
   if (f.equal) out += "set size ratio -1\n";
+  out += rule_lines(f);
   std::string plots;
+  const auto add = [&](const Block& block, const std::string& how) {
+    if (block.empty()) return false;
+    out += block.str();
+    plots += (plots.empty() ? "plot " : ", \\\n     ") + block.name() + how;
+    return true;
+  };
   for (size_t k = 0; k < f.series.size(); ++k) {
     const Series& s = f.series[k];
-    Block block(text("$data", k + 1));
-    for (Index i : thinned(f, s)) {
-      if (i < 0)
-        block.gap();
-      else
-        block.row(s.x[i], s.y[i]);
-    }
-    if (block.empty()) continue;
-    out += block.str();
-    const std::string columns = s.style == Style::cells ? text(" using 1:2:(", shortest(s.cell[0] / 2), "):(",
-                                                               shortest(s.cell[1] / 2), ") ")
-                                                        : " using 1:2 ";
+    const bool some_marks = s.style == Style::line_points && !s.marked.empty();
     const std::string title = s.label.empty() ? " notitle" : " title " + quoted(s.label);
-    plots += (plots.empty() ? "plot " : ", \\\n     ") + block.name() + columns + with_style(s, k) + title;
-    if (s.style == Style::impulses) {
-      Series marks;
-      marks.style = Style::points;
-      plots += ", \\\n     " + block.name() + columns + with_style(marks, k) + " notitle";
-    }
+    const Style style = some_marks ? Style::line : s.style;
+    if (!add(data_of(f, s, text("$data", k + 1)), columns_of(s) + with_style(f, k, style) + title)) continue;
+    if (some_marks)
+      add(marks_of(f, s, text("$marks", k + 1)),
+          " using 1:2 " + with_style(f, k, Style::points) + " notitle");
+    if (s.style == Style::impulses)
+      plots += text(", \\\n     $data", k + 1, " using 1:2 ", with_style(f, k, Style::points), " notitle");
   }
   return out + plots + "\n";
 }
 
-/// Panels one under the other; what one of them sets, the next one takes back.
+/// Panels row by row; what one of them sets, the next one takes back.
 static std::string panels_script(const Figure& figure, const std::string& format) {
+  const int count = static_cast<int>(figure.below.size()) + 1, columns = std::max(1, figure.columns);
+  const int rows = (count + columns - 1) / columns;
   Figure page = figure;
-  page.size = {figure.size[0] ? figure.size[0] : 800,
-               figure.size[1] ? figure.size[1] : 360 * static_cast<int>(figure.below.size() + 1)};
-  std::string out = preamble(page, format) + text("set multiplot layout ", figure.below.size() + 1, ",1\n") +
-                    "set lmargin 10\n" + flat_script(figure);
-  for (const Figure& panel : figure.below) {
-    out += "unset logscale\nunset label\nunset title\nset tmargin\nset bmargin\nset rmargin\n";
-    if (!panel.title.empty()) out += "set title " + quoted(panel.title) + " font ',16' noenhanced\n";
+  page.size = {figure.size[0] ? figure.size[0]
+               : columns == 1 ? 800
+                              : 560 * columns,
+               figure.size[1] ? figure.size[1] : (columns == 1 ? 360 : 420) * rows};
+  page.title.clear();
+  std::string out =
+      preamble(page, format) + text("set multiplot layout ", rows, ",", columns, "\n") + "set lmargin 10\n";
+  const auto add = [&](const Figure& panel) {
+    out +=
+        "unset logscale\nunset label\nunset arrow\nunset title\nunset xlabel\nunset ylabel\nset tmargin\n"
+        "set bmargin\nset rmargin\nset size noratio\n";
+    if (!panel.title.empty()) {
+      const bool legend = legend_place(panel) == LegendPlace::above;
+      out +=
+          "set title " + quoted(panel.title) + (legend ? " offset 0,1.6" : "") + " font ',16' noenhanced\n";
+    }
     out += flat_script(panel);
-  }
+  };
+  add(figure);
+  for (const Figure& panel : figure.below) add(panel);
   return out + "unset multiplot\n";
 }
 

@@ -27,8 +27,8 @@ class Picture {
     plots_ += (plots_.empty() ? "plot " : ", \\\n     ") + block.name() + " using 1:2 " + style;
   }
   Block block() { return Block(text("$part", ++blocks_)); }
-  /// A text whose `anchor` ("left", "center", "right") is at a place of the screen plane, turned by `angle`
-  /// degrees.
+  /// A text whose `anchor` ("left", "center", "right") is at
+  /// a place of the screen plane, turned by `angle` degrees.
   void label(double x, double y, const std::string& words, const std::string& anchor, double angle = 0) {
     labels_ += text("set label ", ++count_, " ", quoted(words), " at ", rounded(x, 8), ",", rounded(y, 8),
                     " ", anchor, angle == 0 ? "" : " rotate by " + rounded(angle, 5),
@@ -60,7 +60,8 @@ void add_box(Picture& picture, const View& view, const std::array<Ticks, 3>& num
     std::array<int, 3> at{};
     at[wall] = -near[wall];
     for (const auto& [p, q] : {std::pair{-1, -1}, {1, -1}, {1, 1}, {-1, 1}, {-1, -1}}) {
-      at[a] = p, at[b] = q;
+      at[a] = p;
+      at[b] = q;
       const Seen c = view.corner(at);
       walls.row(c.right, c.up);
     }
@@ -77,7 +78,8 @@ void add_box(Picture& picture, const View& view, const std::array<Ticks, 3>& num
   }
   for (int axis = 0; axis < 3; ++axis) {
     auto from = view.numbered_edge(axis), to = from;
-    from[static_cast<size_t>(axis)] = -1, to[static_cast<size_t>(axis)] = 1;
+    from[static_cast<size_t>(axis)] = -1;
+    to[static_cast<size_t>(axis)] = 1;
     segment(edges, view.corner(from), view.corner(to));
   }
   picture.add(walls,
@@ -98,7 +100,10 @@ void add_axis(Picture& picture, const View& view, int axis, const std::string& n
   const double dx = high.right - low.right, dy = high.up - low.up, length = std::hypot(dx, dy);
   if (length < 0.1) return;                    // seen end-on
   double nx = dy / length, ny = -dx / length;  // across the edge, away from the centre of the picture
-  if (nx * (low.right + high.right) + ny * (low.up + high.up) < 0) nx = -nx, ny = -ny;
+  if (nx * (low.right + high.right) + ny * (low.up + high.up) < 0) {
+    nx = -nx;
+    ny = -ny;
+  }
   const std::string anchor = nx < -0.5 ? "right" : nx > 0.5 ? "left" : "center";
   Block marks = picture.block();
   size_t widest = 0;
@@ -161,8 +166,8 @@ void add_surfaces(Picture& picture, const Figure& f, const View& view, const Dep
   picture.add(net, line_style("#A8A8A8", 0.6));
 }
 
-/// One curve in two blocks: what surfaces hide and what they do not. Pieces are short where a surface is
-/// near.
+/// One curve in two blocks: what surfaces hide and what
+/// they do not. Pieces are short where a surface is near.
 void split_curve(const Figure& f, const Series& s, const View& view, const DepthMap& depth, Block& seen,
                  Block& hidden) {
   Index before = -1;
@@ -184,7 +189,8 @@ void split_curve(const Figure& f, const Series& s, const View& view, const Depth
         into.row(to.right, to.up);
       }
     } else {
-      seen.gap(), hidden.gap();
+      seen.gap();
+      hidden.gap();
     }
     before = i;
   }

@@ -19,6 +19,13 @@ std::string series_colour(size_t k) {
   return colours[k % 7];
 }
 
+std::string colour_of(const Figure& figure, size_t k) {
+  if (!figure.series[k].colour.empty()) return figure.series[k].colour;
+  size_t number = 0;  // series with colours of their own leave the palette to the others
+  for (size_t i = 0; i < k; ++i) number += figure.series[i].colour.empty();
+  return series_colour(number);
+}
+
 std::string quoted(const std::string& utf8) {
   std::string out = "'";
   for (const std::string& c : characters(utf8)) out += c == "'" ? "''" : c;
@@ -36,6 +43,11 @@ void Block::row(double x, double y) {
   any_ = open_ = true;
 }
 
+void Block::row(double x, double low, double high) {
+  rows_ += shortest(x) + " " + shortest(low) + " " + shortest(high) + "\n";
+  any_ = open_ = true;
+}
+
 void Block::gap() {
   if (open_) rows_ += "\n";
   open_ = false;
@@ -43,6 +55,7 @@ void Block::gap() {
 
 LegendPlace legend_place(const Figure& figure) {
   if (!has_legend(figure)) return LegendPlace::none;
+  if (figure.legend_at != LegendPlace::automatic) return figure.legend_at;
   size_t length = 0, longest = 0;  // in characters; 80 of them are as wide as the frame
   for (const Series& s : figure.series) {
     const size_t own = characters(s.label).size();
@@ -90,7 +103,10 @@ std::vector<Index> thinned(const Figure& f, const Series& s) {
   const Index n = s.x.size();
   if (!f.three_d &&
       (s.style == Style::cells || s.style == Style::steps || s.style == Style::impulses || n < 3000)) {
-    for (Index i = 0; i < n; ++i) kept.push_back(drawable(f, s, i) ? i : -1);
+    for (Index i = 0; i < n; ++i) {
+      if (s.starts_at(i)) kept.push_back(-1);
+      kept.push_back(drawable(f, s, i) ? i : -1);
+    }
     return kept;
   }
   constexpr double resolution = 1.0 / 4000;  // of the width and height of the frame
@@ -103,11 +119,12 @@ std::vector<Index> thinned(const Figure& f, const Series& s) {
   double last[3] = {0, 0, 0};
   Index skipped = -1;
   for (Index i = 0; i < n; ++i) {
-    if (!drawable(f, s, i)) {
+    if (!drawable(f, s, i) || s.starts_at(i)) {
       if (skipped >= 0) kept.push_back(skipped);
-      kept.push_back(skipped = -1);
-      continue;
+      kept.push_back(-1);
+      skipped = -1;
     }
+    if (!drawable(f, s, i)) continue;
     double moved = 0;
     for (int a = 0; a < axes; ++a) moved = std::max(moved, std::abs(place(i, a) - last[a]));
     if (!kept.empty() && kept.back() >= 0 && moved < resolution && i + 1 < n) {

@@ -1,5 +1,5 @@
-// Pieces of a gnuplot script: quoting, data blocks, terminals, colours. Every text of the user goes through
-// `quoted`.
+// Pieces of a gnuplot script: quoting, data blocks, terminals,
+// colours. Every text of the user goes through `quoted`.
 #pragma once
 
 #include <string>
@@ -11,6 +11,8 @@ namespace pendula::plot {
 
 /// Colour-blind-safe: Okabe & Ito (2008), without the yellow that vanishes on white.
 std::string series_colour(size_t k);
+/// Its own colour, or the palette's.
+std::string colour_of(const Figure& figure, size_t k);
 
 /// A single-quoted gnuplot text: nothing in it is expanded or executed.
 std::string quoted(const std::string& utf8);
@@ -24,6 +26,7 @@ class Block {
   explicit Block(std::string name) : name_(std::move(name)) {}
   const std::string& name() const { return name_; }
   void row(double x, double y);
+  void row(double x, double low, double high);
   void gap();  ///< an empty line: the curve is interrupted, the polygon closed
   bool empty() const { return !any_; }
   bool is_open() const { return open_; }  ///< would the next row continue a curve?
@@ -34,7 +37,7 @@ class Block {
   bool any_ = false, open_ = false;
 };
 
-enum class LegendPlace { none, above, right, below };
+/// The user's, or one outside the frame where the legend fits and never hides data.
 LegendPlace legend_place(const Figure& figure);
 
 /// The preamble: terminal with its size, fonts, no interpretation of markup, title.

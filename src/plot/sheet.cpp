@@ -34,8 +34,10 @@ Terminal terminal_of(int descriptor) {
   Terminal t;
   if (!isatty(descriptor)) return t;
   winsize size{};
-  if (ioctl(descriptor, TIOCGWINSZ, &size) == 0 && size.ws_col > 0 && size.ws_row > 0)
-    t.columns = size.ws_col, t.rows = size.ws_row;
+  if (ioctl(descriptor, TIOCGWINSZ, &size) == 0 && size.ws_col > 0 && size.ws_row > 0) {
+    t.columns = size.ws_col;
+    t.rows = size.ws_row;
+  }
   t.palette = palette_of_environment();
   return t;
 }
@@ -51,7 +53,9 @@ std::string draw(const Figure& figure, const Terminal& terminal) {
 
 Look look(const Figure& figure, size_t k, Palette palette) {
   Look l;
-  l.mark = marks[k % 8];
+  static const char* const named[] = {"", "●", "○", "■", "□", "▲", "◆", "+", "×"};  // in the order of Mark
+  const Mark mark = figure.series[k].mark;
+  l.mark = mark == Mark::automatic ? marks[k % 8] : named[static_cast<size_t>(mark)];
   if (palette == Palette::none) {
     l.pen.dashes = dash_patterns[k % 4];
     l.marked = k >= 4;
@@ -74,7 +78,10 @@ Legend::Legend(const Figure& figure, const Terminal& terminal, int columns)
     if (figure.series[k].label.empty()) continue;
     const std::string label = shortened(figure.series[k].label, columns - sample_cells - 1);
     const int width = sample_cells + 1 + static_cast<int>(characters(label).size());
-    if (used + 3 + width > columns) lines_.emplace_back(), used = -3;
+    if (used + 3 + width > columns) {
+      lines_.emplace_back();
+      used = -3;
+    }
     lines_.back().push_back({k, label, width});
     used += 3 + width;
   }
@@ -104,6 +111,7 @@ void Legend::draw(Canvas& canvas, int column, int row) const {
       if (draws_points(style) || l0.marked) canvas.glyph(at + sample_cells / 2, y, l0.mark, l0.pen.colour);
       if (style == Style::dots) canvas.glyph(at + sample_cells / 2, y, "⠂", l0.pen.colour);
       if (style == Style::cells) canvas.glyph(at + sample_cells / 2, y, "■", l0.pen.colour);
+      if (style == Style::fill) canvas.write(at + 1, y, "▒▒▒▒", l0.pen.colour);
       canvas.write(at + sample_cells + 1, y, e.label);
       at += e.width + 3;
     }
@@ -127,7 +135,11 @@ std::vector<std::string> note_lines(const Figure& figure, int columns) {
       const size_t end = std::min(note.find(' ', begin), note.size());
       const std::string word = shortened(note.substr(begin, end - begin), columns);
       const int size = static_cast<int>(characters(word).size());
-      if (width && width + 1 + size > columns) out.push_back(line), line.clear(), width = 0;
+      if (width && width + 1 + size > columns) {
+        out.push_back(line);
+        line.clear();
+        width = 0;
+      }
       line += (width ? " " : "") + word;
       width += (width ? 1 : 0) + size;
       begin = end + 1;

@@ -67,17 +67,34 @@ bool contains(Range r, double v) { return v >= r.low * (1 - 1e-12) && v <= r.hig
 
 }  // namespace
 
-Ticks linear_ticks(Range range, int count, double step_min) {
+namespace {
+
+Ticks multiples(Range range, double step) {
   Ticks t;
+  const double first = std::ceil(range.low / step - 1e-9), last = std::floor(range.high / step + 1e-9);
+  for (double k = first; k <= last; ++k) t.at.push_back(k * step == 0 ? 0 : k * step);
+  if (t.at.empty()) t.at.push_back(range.low);
+  write_numbers(t, range, step);
+  return t;
+}
+
+}  // namespace
+
+Ticks ticks_of_step(Range range, int count, double step) {
+  const double fitting = range.span() / std::max(1, count);
+  double stride = 1;
+  while (stride * step < 0.75 * fitting) stride *= 2;
+  if (stride * step > range.span()) return linear_ticks(range, count);  // one number alone gives no scale
+  return multiples(range, stride * step);
+}
+
+Ticks linear_ticks(Range range, int count, double step_min) {
   double step = nice_step(std::max(range.span() / std::max(1, count), step_min));
   const auto first = [&] { return std::ceil(range.low / step - 1e-9); };
   const auto last = [&] { return std::floor(range.high / step + 1e-9); };
   if (last() - first() < 1)
     step = std::max(nice_step(0.4 * step), step_min);  // one number alone gives no scale
-  for (double k = first(); k <= last(); ++k) t.at.push_back(k * step == 0 ? 0 : k * step);
-  if (t.at.empty()) t.at.push_back(range.low);
-  write_numbers(t, range, step);
-  return t;
+  return multiples(range, step);
 }
 
 Ticks log_ticks(Range range, int count) {
@@ -93,7 +110,10 @@ Ticks log_ticks(Range range, int count) {
     const int stride = (decades + std::max(1, count) - 1) / std::max(1, count);
     const bool plain = std::abs(lowest) <= 3 && std::abs(highest) <= 3;
     for (int e = lowest; e <= highest; ++e)
-      if (e % stride == 0) t.at.push_back(power_of_ten(e)), t.text.push_back(mantissa_text(1, e, plain));
+      if (e % stride == 0) {
+        t.at.push_back(power_of_ten(e));
+        t.text.push_back(mantissa_text(1, e, plain));
+      }
     return t;
   }
   const bool plain = std::abs(lowest - 1) <= 3 && std::abs(highest) <= 3;
@@ -108,6 +128,7 @@ Ticks log_ticks(Range range, int count) {
 }
 
 Ticks ticks(const Axis& axis, Range range, int count) {
+  if (!axis.log && axis.step > 0) return ticks_of_step(range, count, axis.step);
   return axis.log ? log_ticks(range, count) : linear_ticks(range, count, axis.whole ? 1 : 0);
 }
 

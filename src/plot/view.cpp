@@ -17,8 +17,10 @@ View::View(const Figure& figure) {
   for (size_t a = 0; a < 3; ++a)
     side_[a] = figure.equal ? std::max(ranges_[a].span() / longest, 0.02) : brick[a];
   const double degree = std::numbers::pi / 180;
-  cos_turn_ = std::cos(figure.turn * degree), sin_turn_ = std::sin(figure.turn * degree);
-  cos_tilt_ = std::cos(figure.tilt * degree), sin_tilt_ = std::sin(figure.tilt * degree);
+  cos_turn_ = std::cos(figure.turn * degree);
+  sin_turn_ = std::sin(figure.turn * degree);
+  cos_tilt_ = std::cos(figure.tilt * degree);
+  sin_tilt_ = std::sin(figure.tilt * degree);
 }
 
 Seen View::rotated(const Point3& p) const {
@@ -64,7 +66,8 @@ Extent View::extent() const {
     for (int y : {-1, 1})
       for (int z : {-1, 1}) {
         const Seen c = corner({x, y, z});
-        e.right = std::max(e.right, std::abs(c.right)), e.up = std::max(e.up, std::abs(c.up));
+        e.right = std::max(e.right, std::abs(c.right));
+        e.up = std::max(e.up, std::abs(c.up));
       }
   return e;
 }
@@ -107,8 +110,8 @@ bool DepthMap::hides(const Seen& p) const {
   const auto to_cell = [&](double v) { return std::lround((v / reach_ + 1) * 0.5 * cells - 0.5); };
   const long x = to_cell(p.right), y = to_cell(p.up);
   if (x < 0 || x >= cells || y < 0 || y >= cells) return false;
-  // The facets of the grid cut off up to 2 % of a sphere: a trace on the surface must not flicker behind
-  // them.
+  // The facets of the grid cut off up to 2 % of a sphere:
+  // a trace on the surface must not flicker behind them.
   return nearest_[static_cast<size_t>(y) * cells + static_cast<size_t>(x)] > p.near + 0.04 * reach_;
 }
 

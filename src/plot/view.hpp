@@ -31,8 +31,8 @@ class View {
   Seen corner(const std::array<int, 3>& sign) const;
   /// Which end of each axis (-1, +1) is towards the viewer.
   std::array<int, 3> near_end() const;
-  /// Box ends (-1, +1) of the edge that carries the numbers of an axis: low and outside. The entry of the
-  /// axis is 0.
+  /// Box ends (-1, +1) of the edge that carries the numbers
+  /// of an axis: low and outside. The entry of the axis is 0.
   std::array<int, 3> numbered_edge(int axis) const;
   const Range& range(int axis) const { return ranges_[static_cast<size_t>(axis)]; }
   double side(int axis) const { return side_[static_cast<size_t>(axis)]; }

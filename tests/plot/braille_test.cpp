@@ -123,7 +123,8 @@ TEST_CASE("drawing: pipes have 80 columns and no colours") {
   int ends[2];
   REQUIRE(pipe(ends) == 0);
   const Terminal t = terminal_of(ends[1]);
-  close(ends[0]), close(ends[1]);
+  close(ends[0]);
+  close(ends[1]);
   CHECK(t.columns == 80);
   CHECK(t.palette == Palette::none);
 }
@@ -169,13 +170,16 @@ TEST_CASE("drawing: a circle with equal axes is as high as it is wide") {
 
 TEST_CASE("drawing: 3-D shows the box, its numbers and the labels") {
   Figure f = ball();
-  f.axes[0].label = "east", f.axes[1].label = "north", f.axes[2].label = "up";
+  f.axes[0].label = "east";
+  f.axes[1].label = "north";
+  f.axes[2].label = "up";
   const std::string drawing = draw(checked(f));
   for (const char* word : {"east", "north", "up", "-1", "0", "1"})
     CHECK(drawing.find(word) != std::string::npos);
   for (double tilt : {0.0, 30.0, 90.0})
     for (double turn : {-120.0, 0.0, 45.0, 300.0}) {
-      f.tilt = tilt, f.turn = turn;
+      f.tilt = tilt;
+      f.turn = turn;
       CHECK(draw(checked(f)).size() > 500);
     }
 }

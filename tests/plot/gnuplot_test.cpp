@@ -91,7 +91,8 @@ TEST_CASE("gnuplot: every style, log axes, gaps and reversed axes are accepted")
   const Vec x = Vec::LinSpaced(40, 1, 100);
   for (const std::string& style : style_names()) {
     Vec y = x.array().pow(-2);
-    y[7] = std::numeric_limits<double>::quiet_NaN(), y[9] = 0;
+    y[7] = std::numeric_limits<double>::quiet_NaN();
+    y[9] = 0;
     f.series.push_back({style, x, y, {}, style_named(style)});
   }
   f.axes[1].reversed = true;

@@ -75,6 +75,7 @@ TEST_CASE("ticks: fraction of an axis") {
   CHECK(fraction(axis, {2, 6}, 3) == 0.25);
   axis.reversed = true;
   CHECK(fraction(axis, {2, 6}, 3) == 0.75);
-  axis.reversed = false, axis.log = true;
+  axis.reversed = false;
+  axis.log = true;
   CHECK(fraction(axis, {1e-4, 1}, 1e-3) == doctest::Approx(0.25));
 }

@@ -43,6 +43,9 @@ class Trajectory {
   Mat values(std::span<const Expr> expressions) const;
   Vec values(std::span<const Expr> expressions, double t) const;
 
+  /// The expressions in the unknowns and parameters of the solution, inputs put in.
+  std::vector<Expr> resolved(std::span<const Expr> expressions) const;
+
   /// What the solution has sensitivities to.
   const std::vector<Expr>& sensitivities() const { return asked_; }
   /// d expression/dp for p in sensitivities(): one row per saved time, or at time t. Throws Error naming what
@@ -59,7 +62,6 @@ class Trajectory {
   Drift drift() const;
 
  private:
-  std::vector<Expr> resolved(std::span<const Expr> expressions) const;
   std::vector<Expr> differentiated(std::span<const Expr> expressions, Expr p) const;
   std::vector<Invariant> invariants() const;
   dae::ModelPtr model_;

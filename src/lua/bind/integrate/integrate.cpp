@@ -6,6 +6,7 @@
 
 #include "base/interrupt.hpp"
 #include "base/text.hpp"
+#include "integrate/solution/curve.hpp"
 #include "lua/bind/integrate/integrate_options.hpp"
 #include "lua/core/objects.hpp"
 #include "lua/core/terminal.hpp"
@@ -81,6 +82,84 @@ int value(Call& call) {
   Mat rows(times.size(), e.size());
   for (Eigen::Index i = 0; i < times.size(); ++i) rows.row(i) = self(call).values(entries(e), times[i]);
   return push_matrix(call.L, rows);
+}
+
+/// The expressions of a list, a column or a single one, one after the other.
+std::vector<Expr> read_expressions(Call& call, int i) {
+  std::vector<Expr> all;
+  const auto add = [&](const MatX& e) { all.insert(all.end(), entries(e).begin(), entries(e).end()); };
+  if (!lua_istable(call.L, i)) {
+    add(read_expression(call, i));
+    return all;
+  }
+  const lua_Integer n = luaL_len(call.L, i);
+  for (lua_Integer k = 1; k <= n; ++k) {
+    lua_geti(call.L, i, k);
+    add(read_expression(call, lua_gettop(call.L)));
+    lua_pop(call.L, 1);
+  }
+  return all;
+}
+
+/// A pair of numbers, or nothing.
+std::optional<std::pair<double, double>> pair_option(Call& call, const Options& o, const char* key) {
+  if (!o.has(key)) return {};
+  const Vec pair = to_numbers(call.L, o.push(key), key);
+  lua_pop(call.L, 1);
+  if (pair.size() != 2) throw Error(text("option '", key, "': expected two numbers, got ", pair.size()));
+  return std::pair(pair[0], pair[1]);
+}
+
+/// The sheet of plot's options.
+integrate::CurvePlan curve_plan(Call& call, const Options& o, int columns) {
+  integrate::CurvePlan plan;
+  const auto coordinates = static_cast<int>(o.integer("coordinates", 0));
+  if (coordinates == 0) {
+    for (int k = 1; k < columns; ++k) plan.curves.push_back({0, k});
+  } else {
+    plan.curves.emplace_back();
+    for (int k = 0; k < coordinates; ++k) plan.curves[0].push_back(k);
+  }
+  plan.axes.resize(static_cast<std::size_t>(std::max(2, coordinates)));
+  const auto size = pair_option(call, o, "size").value_or(std::pair(800.0, 500.0));
+  const char* const limits[] = {"xlim", "ylim", "zlim"};
+  for (std::size_t a = 0; a < plan.axes.size(); ++a) {
+    plan.axes[a].pixels = a == 0 ? size.first : size.second;
+    plan.axes[a].limits = pair_option(call, o, limits[a]);
+  }
+  plan.axes[0].log = o.boolean("xlog", false);
+  plan.axes[1].log = o.boolean("ylog", false);
+  return plan;
+}
+
+int push_rows(lua_State* L, const std::vector<Eigen::Index>& rows) {
+  lua_createtable(L, static_cast<int>(rows.size()), 0);
+  for (std::size_t k = 0; k < rows.size(); ++k) {
+    lua_pushinteger(L, static_cast<lua_Integer>(rows[k]) + 1);
+    lua_rawseti(L, -2, static_cast<lua_Integer>(k) + 1);
+  }
+  return 1;
+}
+
+/// sol:curve(expressions [, options]): columns for plot, where the line is interrupted, what was saved.
+int curve(Call& call) {
+  std::vector<Expr> wanted = read_expressions(call, 2);
+  const Options o = call.options(3, {"coordinates", "xlim", "ylim", "zlim", "xlog", "ylog", "size"});
+  const long coordinates = o.integer("coordinates", 0);
+  if (coordinates == 0) wanted.insert(wanted.begin(), time_symbol());
+  if (coordinates != 0 &&
+      (coordinates < 2 || coordinates > 3 || static_cast<std::size_t>(coordinates) != wanted.size()))
+    throw Error(
+        text("coordinates = ", coordinates, " needs as many expressions, 2 or 3, not ", wanted.size()));
+  const std::vector<Expr> known = self(call).resolved(wanted);
+  const auto points = integrate::curve_points(self(call).solution(), known,
+                                              curve_plan(call, o, static_cast<int>(known.size())));
+  lua_createtable(call.L, static_cast<int>(known.size()), 0);
+  for (Eigen::Index j = 0; j < points.values.cols(); ++j) {
+    push_matrix(call.L, Mat(points.values.col(j)));
+    lua_rawseti(call.L, -2, static_cast<lua_Integer>(j) + 1);
+  }
+  return 1 + push_rows(call.L, points.breaks) + push_rows(call.L, points.saved);
 }
 
 int final(Call& call) {
@@ -313,6 +392,12 @@ extern const Module integrate_module = {
             sol = dae{ der(x) ~ 2*t }:integrate{ start = { x = 0 }, to = 2, method = rk.gauss(2), dt = 0.5 }
             print(("%.6f"):format(sol(x^2, 1.5))))",
          "5.062500"},
+        {"solution:curve", curve, "sol:curve(expressions [, options]) -> list of columns, rows, rows",
+         "What plot draws: columns t, e₁, e₂ … with rows so close that lines between them are off by a fraction of "
+         "a pixel; the rows before which a jump interrupts the line; the rows that are saved points. With "
+         "coordinates = 2 or 3 the expressions are the coordinates of one curve, without t. xlim, ylim, zlim, "
+         "xlog, ylog and size are those of the figure.",
+         "return #dae{der(var \"x\") ~ -var \"x\"}:integrate{start = {x = 1}, to = 1}:curve \"x\"", "2"},
         {"solution#t", times, "sol.t -> column", "The saved times.", "", ""},
         {"solution#model", model, "sol.model -> model", "The model that was integrated.", "", ""},
         {"solution#status", status, "sol.status -> string",

@@ -92,6 +92,7 @@ class SeriesReader {
         throw Error("cell must be { width, height }, both positive");
       cell_ = {size[0], size[1]};
     }
+    read_look();
     read_labels();
     if (field("points")) return read_points();
     const Mat x = field("x") ? columns(L_, lua_gettop(L_), "x") : Mat();
@@ -103,6 +104,12 @@ class SeriesReader {
     const Vec along = x.size() || field("x")
                           ? Vec(x.reshaped())
                           : Vec(Vec::LinSpaced(y.rows(), 1, static_cast<double>(y.rows())));
+    if (field("lower")) {
+      const Mat lower = columns(L_, lua_gettop(L_), "lower");
+      if (lower.cols() != 1)
+        throw Error(text("lower must be one column, but it has ", lower.cols(), " columns"));
+      look_.lower = lower.col(0);
+    }
     for (Index j = 0; j < std::max<Index>(1, y.cols()); ++j)
       add(along, y.cols() ? Vec(y.col(j)) : Vec(), z.reshaped());
   }
@@ -115,6 +122,25 @@ class SeriesReader {
     if (lua_rawget(L_, table_) != LUA_TNIL) return true;
     lua_pop(L_, 1);
     return false;
+  }
+  /// colour, width, dash, marker, breaks and marked rows: the same for all curves of the series.
+  void read_look() {
+    if (field("colour")) look_.colour = plot::colour_named(words(L_, lua_gettop(L_), "colour"));
+    if (field("dash")) look_.dash = plot::dash_named(words(L_, lua_gettop(L_), "dash"));
+    if (field("marker")) look_.mark = plot::mark_named(words(L_, lua_gettop(L_), "marker"));
+    if (field("width")) {
+      look_.width = to_number(L_, lua_gettop(L_), "width");
+      if (!(look_.width > 0 && look_.width <= 50)) throw Error("width must lie between 0 and 50 pixels");
+    }
+    if (field("breaks")) look_.breaks = rows("breaks");
+    if (field("marked")) look_.marked = rows("marked");
+  }
+  /// A list of row numbers from 1, as indices from 0.
+  std::vector<Index> rows(const char* what) {
+    std::vector<Index> list;
+    const Vec numbers = to_numbers(L_, lua_gettop(L_), what);
+    for (double number : numbers) list.push_back(static_cast<Index>(number) - 1);
+    return list;
   }
   void read_labels() {
     if (!field("labels")) return;
@@ -135,7 +161,14 @@ class SeriesReader {
   }
   void add(Vec x, Vec y, Vec z) {
     const std::string label = added_ < labels_.size() ? labels_[added_] : "";
-    figure_.series.push_back({label, std::move(x), std::move(y), std::move(z), style_, cell_});
+    plot::Series s = look_;
+    s.label = label;
+    s.x = std::move(x);
+    s.y = std::move(y);
+    s.z = std::move(z);
+    s.style = style_;
+    s.cell = cell_;
+    figure_.series.push_back(std::move(s));
     ++added_;
   }
 
@@ -143,6 +176,7 @@ class SeriesReader {
   int table_;
   plot::Figure& figure_;
   plot::Style style_ = plot::Style::line;
+  plot::Series look_;  ///< what all curves of the series have in common
   std::array<double, 2> cell_{0.9, 0.9};
   std::vector<std::string> labels_;
   size_t added_ = 0;
@@ -184,10 +218,17 @@ void read_axes(Call& call, const Options& o, plot::Figure& f) {
     if (const auto pair = pair_option(call, o, limits[a]))
       f.axes[a].limits = plot::Range{(*pair)[0], (*pair)[1]};
   }
-  f.axes[0].log = o.boolean("xlog", false), f.axes[1].log = o.boolean("ylog", false);
-  f.axes[0].whole = o.boolean("xwhole", false), f.axes[1].whole = o.boolean("ywhole", false);
+  f.axes[0].log = o.boolean("xlog", false);
+  f.axes[1].log = o.boolean("ylog", false);
+  f.axes[0].whole = o.boolean("xwhole", false);
+  f.axes[1].whole = o.boolean("ywhole", false);
   f.axes[1].reversed = o.boolean("yreversed", false);
-  if (const auto view = pair_option(call, o, "view")) f.tilt = (*view)[0], f.turn = (*view)[1];
+  f.axes[0].step = o.number("xstep", 0);
+  f.axes[1].step = o.number("ystep", 0);
+  if (const auto view = pair_option(call, o, "view")) {
+    f.tilt = (*view)[0];
+    f.turn = (*view)[1];
+  }
   if (const auto size = pair_option(call, o, "size"))
     for (size_t k = 0; k < 2; ++k) {
       if (!((*size)[k] >= 1 && (*size)[k] <= 1e6))
@@ -196,18 +237,78 @@ void read_axes(Call& call, const Options& o, plot::Figure& f) {
     }
 }
 
+/// hlines = {0, {1, "limit"}}: numbers, or a number with its label.
+void read_rules(Call& call, const Options& o, const char* key, int axis, plot::Figure& f) {
+  if (!o.has(key)) return;
+  lua_State* L = call.L;
+  const int value = o.push(key);
+  if (!lua_istable(L, value)) {
+    f.rules.push_back({axis, number_with_defaults(L, value, key), ""});
+    lua_settop(L, value - 1);
+    return;
+  }
+  lua_settop(L, value - 1);
+  each_item(call, o, key, [&](int at, lua_Integer i) {
+    plot::Rule rule{axis, 0, ""};
+    const std::string what = text(key, "[", i, "]");
+    if (lua_istable(L, at)) {
+      lua_rawgeti(L, at, 2);
+      if (!lua_isnil(L, -1)) rule.label = words(L, lua_gettop(L), what);
+      lua_rawgeti(L, at, 1);
+      rule.at = number_with_defaults(L, lua_gettop(L), what);
+    } else {
+      rule.at = number_with_defaults(L, at, what);
+    }
+    f.rules.push_back(std::move(rule));
+  });
+}
+
+/// texts = {{x, y, "words"}, …}
+void read_texts(Call& call, const Options& o, plot::Figure& f) {
+  lua_State* L = call.L;
+  each_item(call, o, "texts", [&](int at, lua_Integer i) {
+    if (!lua_istable(L, at) || luaL_len(L, at) != 3)
+      throw Error(text("texts[", i, "] must be { x, y, \"words\" }"));
+    plot::Words entry;
+    for (int k = 1; k <= 3; ++k) lua_rawgeti(L, at, k);
+    entry.x = number_with_defaults(L, at + 1, "x");
+    entry.y = number_with_defaults(L, at + 2, "y");
+    entry.text = words(L, at + 3, "the words");
+    f.texts.push_back(std::move(entry));
+  });
+}
+
+/// legend = true, false, or a place.
+void read_legend(Call& call, const Options& o, plot::Figure& f) {
+  if (!o.has("legend")) return;
+  const int at = o.push("legend");
+  if (lua_isboolean(call.L, at)) {
+    f.legend = lua_toboolean(call.L, at) != 0;
+  } else {
+    f.legend_at = plot::legend_place_named(words(call.L, at, "legend"));
+    f.legend = f.legend_at != plot::LegendPlace::none;
+  }
+  lua_settop(call.L, at - 1);
+}
+
 plot::Figure read_figure(Call& call) {
   lua_State* L = call.L;
   call.table(1, "description");
   const Options o =
-      call.options(1, {"series",  "surfaces", "title",  "xlabel", "ylabel", "zlabel",    "xlim", "ylim",
-                       "zlim",    "xlog",     "ylog",   "xwhole", "ywhole", "yreversed", "view", "size",
-                       "three_d", "equal",    "legend", "notes",  "by",     "below"});
+      call.options(1, {"series",  "surfaces", "title",  "xlabel", "ylabel", "zlabel",    "xlim",    "ylim",
+                       "zlim",    "xlog",     "ylog",   "xwhole", "ywhole", "yreversed", "view",    "size",
+                       "three_d", "equal",    "legend", "notes",  "by",     "below",     "columns", "grid",
+                       "hlines",  "vlines",   "texts",  "xstep",  "ystep"});
   plot::Figure f;
   f.title = words_option(call, o, "title");
   f.three_d = o.boolean("three_d", false);
   f.equal = o.boolean("equal", false);
-  f.legend = o.boolean("legend", true);
+  read_legend(call, o, f);
+  f.grid = o.boolean("grid", true);
+  f.columns = static_cast<int>(o.integer("columns", 1));
+  read_rules(call, o, "hlines", 1, f);
+  read_rules(call, o, "vlines", 0, f);
+  read_texts(call, o, f);
   read_axes(call, o, f);
   each_item(call, o, "series", [&](int at, lua_Integer i) {
     if (!lua_istable(L, at))
@@ -285,12 +386,16 @@ void call_node(Call& call, plot::Surface& s, Index i, Index j, double u, double 
   const int results = lua_gettop(L) - top;
   const bool list = results == 1 && lua_type(L, -1) != LUA_TNUMBER;
   if (results == 1 && !list) {
-    s.x(i, j) = u, s.y(i, j) = v, s.z(i, j) = lua_tonumber(L, -1);
+    s.x(i, j) = u;
+    s.y(i, j) = v;
+    s.z(i, j) = lua_tonumber(L, -1);
   } else if (list) {
     const Vec p = to_numbers(L, top + 1, "the result of f");
     if (p.size() != 3)
       throw Error(text("f must return z or x, y, z, but it returned ", p.size(), " numbers"));
-    s.x(i, j) = p[0], s.y(i, j) = p[1], s.z(i, j) = p[2];
+    s.x(i, j) = p[0];
+    s.y(i, j) = p[1];
+    s.z(i, j) = p[2];
   } else {
     if (results != 3) throw Error(text("f must return z or x, y, z, but it returned ", results, " values"));
     s.x(i, j) = to_number(L, top + 1, "x"), s.y(i, j) = to_number(L, top + 2, "y"),
@@ -359,6 +464,39 @@ int save(Call& call) {
   return 1;
 }
 
+/// fig:with(other): the curves of both.
+int with(Call& call) {
+  plot::Figure f = self(call);
+  const auto& other = call.object<plot::Figure>(2, "other");
+  if (f.three_d || other.three_d) throw Error("curves of 3-D figures cannot be put together");
+  f.series.insert(f.series.end(), other.series.begin(), other.series.end());
+  f.rules.insert(f.rules.end(), other.rules.begin(), other.rules.end());
+  f.texts.insert(f.texts.end(), other.texts.begin(), other.texts.end());
+  return call.push(std::make_shared<const plot::Figure>(plot::checked(std::move(f))));
+}
+
+/// fig:page(columns, { figures }): this figure and others on one page.
+int page(Call& call) {
+  plot::Figure f = self(call);
+  f.columns = static_cast<int>(call.integer(2, "columns"));
+  call.table(3, "figures");
+  const lua_Integer n = list_size(call.L, 3, "figures");
+  for (lua_Integer i = 1; i <= n; ++i) {
+    lua_rawgeti(call.L, 3, i);
+    const auto* held = object_at(call.L, lua_gettop(call.L), TypeName<plot::Figure>::value);
+    if (!held || !*held) throw Error(text("figure ", i, " is not a figure"));
+    f.below.push_back(*static_cast<const plot::Figure*>(held->get()));
+    lua_pop(call.L, 1);
+  }
+  for (const plot::Figure& panel : f.below)
+    if (panel.three_d || f.three_d || !panel.below.empty())
+      throw Error("pages are made of 2-D figures of one panel each");
+  return call.push(std::make_shared<const plot::Figure>(std::move(f)));
+}
+
+/// The words of an expression as axes and legends show them.
+int label_text(Call& call) { return call.push(words(call.L, 1, "label")); }
+
 int describe_figure(Call& call) { return call.push(plot::describe(self(call))); }
 int title(Call& call) { return call.push(self(call).title); }
 
@@ -407,6 +545,12 @@ extern const Module plot_module = {
             figure that is the value of a line is shown by itself.)"},
         {"figure:save", save, "fig:save(file) -> fig",
          "Writes the figure to a file through gnuplot; the extension says the format: .svg, .png or .pdf."},
+        {"figure:with", with, "fig:with(other) -> figure", "The curves of both figures in one: see overlay."},
+        {"figure:page", page, "fig:page(columns, { figures }) -> figure",
+         "This figure and others on one page: see layout."},
+        {"label_text", label_text, "label_text(expression) -> string",
+         "The words that axes and legends show for an expression: its label and unit where it is a variable.",
+         "label_text(var(\"p\", { text = \"pressure\", unit = \"bar\" }))", "pressure [bar]"},
         {"figure:text", drawing_text, "fig:text([columns]) -> string",
          "The terminal drawing without colours, 80 columns wide unless told.",
          R"(plot({0, 1, 4}):text(40):match("┌"))", "┌"},
