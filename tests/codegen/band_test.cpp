@@ -1,4 +1,4 @@
-#include "codegen/linear/band.hpp"
+#include "codegen/routines/band.hpp"
 
 #include <doctest/doctest.h>
 

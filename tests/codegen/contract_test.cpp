@@ -6,8 +6,9 @@
 #include <doctest/doctest.h>
 
 #include "codegen/machine/machine.hpp"
-#include "codegen/tape/contract.hpp"
-#include "codegen/tape/writer.hpp"
+#include "codegen/program/contract.hpp"
+#include "codegen/program/writer.hpp"
+#include "tests/require_code.hpp"
 
 using namespace pendula;
 using namespace pendula::codegen;
@@ -24,7 +25,8 @@ Program shapes() {
                             w.put(Op::sub, a, bc)};
   results.push_back(w.put(Op::add, ac, w.put(Op::mul, d, d)));
   results.push_back(w.put(Op::sub, w.put(Op::mul, a, a), w.put(Op::mul, b, b)));
-  results.push_back(w.put(Op::add, bd, a)), results.push_back(bd);
+  results.push_back(w.put(Op::add, bd, a));
+  results.push_back(bd);
   return w.finish(std::move(results));
 }
 
@@ -56,7 +58,7 @@ TEST_CASE("contract: divisions by constants, and again by the same, become produ
   };
   CHECK(divisions(program) == 4);
   CHECK(divisions(after) == 2);  // 1/b, and b/c
-  if (!Machine::available()) return;
+  REQUIRE_CODE(1);
   const auto fused = Machine::compile(program, 1, Rounding::fused);
   const std::array in{0.7, -1.3, 2.9};
   std::array<double, 4> out{};
@@ -68,7 +70,7 @@ TEST_CASE("contract: divisions by constants, and again by the same, become produ
 }
 
 TEST_CASE("contract: values") {
-  if (!Machine::available()) return;
+  REQUIRE_CODE(1);
   std::mt19937 random(3);
   std::uniform_real_distribution<double> u(-2, 2);
   for (int lanes : {1, 4}) {
@@ -88,7 +90,7 @@ TEST_CASE("contract: values") {
 }
 
 TEST_CASE("contract: random sums need registers again and again") {
-  if (!Machine::available()) return;
+  REQUIRE_CODE(1);
   std::mt19937 random(4);
   std::uniform_real_distribution<double> u(-1, 1);
   for (int run = 0; run < 50; ++run) {

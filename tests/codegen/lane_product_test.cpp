@@ -4,14 +4,15 @@
 #include <doctest/doctest.h>
 
 #include "base/math.hpp"
-#include "codegen/linear/lane_product.hpp"
 #include "codegen/machine/machine.hpp"
+#include "codegen/routines/lane_product.hpp"
+#include "tests/require_code.hpp"
 
 using namespace pendula;
 using namespace pendula::codegen;
 
 TEST_CASE("lane products: every number of rows, terms and vectors") {
-  if (!Machine::available(4)) return;
+  REQUIRE_CODE(4);
   for (const int terms : {1, 3, 7})
     for (const int size : {1, 2, 3, 4, 5, 9, 16})
       for (const bool both : {false, true}) {

@@ -12,6 +12,7 @@
 #include "codegen/tape/tape.hpp"
 #include "expr/graph/solve.hpp"
 #include "tests/expr/random_expressions.hpp"
+#include "tests/require_code.hpp"
 
 using namespace pendula;
 using codegen::Kernel;
@@ -23,15 +24,23 @@ bool same(double a, double b) {
          (std::isnan(a) && std::isnan(b));
 }
 
-/// Every output of both roads at one point; the number of outputs that differ.
-int differences(const Kernel& kernel, const std::vector<double>& in) {
-  std::vector<double> work(kernel.workspace_size()), tape(kernel.outputs()), code(kernel.outputs());
-  kernel.run_tape(in.data(), tape.data(), work.data());
-  kernel.run(in.data(), code.data(), work.data());
-  int count = 0;
-  for (std::size_t i = 0; i < tape.size(); ++i) count += !same(tape[i], code[i]);
-  return count;
-}
+/// A kernel with machine code, and the tape it is compared with.
+struct Pair {
+  Kernel kernel;
+  codegen::Tape tape;
+  Pair(std::span<const Expr> outputs, std::span<const Expr> inputs)
+      : kernel(outputs, inputs), tape(codegen::lower(outputs, inputs)) {}
+
+  /// The number of outputs that differ at this point.
+  int differences(const std::vector<double>& in) const {
+    std::vector<double> work(tape.workspace_size()), slow(kernel.outputs()), fast(kernel.outputs());
+    tape.run(in.data(), slow.data(), work.data());
+    kernel.run(in.data(), fast.data(), work.data());
+    int count = 0;
+    for (std::size_t i = 0; i < slow.size(); ++i) count += !same(slow[i], fast[i]);
+    return count;
+  }
+};
 
 const std::vector<double> awkward = {0.0,
                                      -0.0,
@@ -49,7 +58,7 @@ const std::vector<double> awkward = {0.0,
 }  // namespace
 
 TEST_CASE("machine code: every operation agrees with the tape bit for bit, on ordinary and awkward numbers") {
-  if (!codegen::Machine::available()) return;
+  REQUIRE_CODE(1);
   const Expr x[] = {symbol(Kind::variable, "mx"), symbol(Kind::variable, "my"), symbol(Kind::variable, "mz")};
   std::vector<Expr> outputs;
   for (Op op = first_op; op < end_op; op = next(op)) {
@@ -58,34 +67,34 @@ TEST_CASE("machine code: every operation agrees with the tape bit for bit, on or
     outputs.push_back(
         make(op, x[1], info(op).arity > 1 ? x[0] : Expr(0), info(op).arity > 2 ? x[2] : Expr(0)) + 1);
   }
-  const Kernel kernel(outputs, x);
-  REQUIRE(kernel.accelerate());
+  const Pair both(outputs, x);
+  REQUIRE(both.kernel.accelerate());
   for (double a : awkward)
     for (double b : awkward)
-      for (double c : {0.0, 2.0, static_cast<double>(NAN)}) CHECK(differences(kernel, {a, b, c}) == 0);
+      for (double c : {0.0, 2.0, static_cast<double>(NAN)}) CHECK(both.differences({a, b, c}) == 0);
 }
 
 TEST_CASE("machine code: sine and cosine of one argument, which one call computes, to the bit") {
-  if (!codegen::Machine::available()) return;
+  REQUIRE_CODE(1);
   const Expr x = symbol(Kind::variable, "mx"), y = symbol(Kind::variable, "my");
   const Expr inputs[] = {x, y};
   const Expr s = sin(x), c = cos(x);
   const std::vector<Expr> outputs{s * c, c + y, s, cos(y), sin(2 * y) - cos(2 * y), sin(s) * cos(s), sin(c)};
-  const Kernel kernel(outputs, inputs);
-  REQUIRE(kernel.accelerate());
+  const Pair both(outputs, inputs);
+  REQUIRE(both.kernel.accelerate());
   std::mt19937 random(5);
   std::uniform_real_distribution<double> u(-1, 1);
   int wrong = 0;
   for (int run = 0; run < 20000; ++run) {
     const double size = std::pow(10, 8 * u(random));
-    wrong += differences(kernel, {size * u(random), u(random)});
+    wrong += both.differences({size * u(random), u(random)});
   }
-  for (double a : awkward) wrong += differences(kernel, {a, -a});
+  for (double a : awkward) wrong += both.differences({a, -a});
   CHECK(wrong == 0);
 }
 
 TEST_CASE("machine code: random graphs with many live values agree with the tape bit for bit") {
-  if (!codegen::Machine::available()) return;
+  REQUIRE_CODE(1);
   RandomExpressions random(20261121);
   for (int round = 0; round < 60; ++round) {
     std::vector<Expr> outputs;
@@ -93,29 +102,31 @@ TEST_CASE("machine code: random graphs with many live values agree with the tape
     // Sums of everything keep values alive across the whole program.
     Expr all = 0;
     for (Expr e : outputs) all = all + e * all + e;
-    outputs.push_back(all), outputs.push_back(outputs[0]);
+    outputs.push_back(all);
+    outputs.push_back(outputs[0]);
     const auto at = random.point();
     std::vector<Expr> inputs;
     std::vector<double> in;
     for (const auto& [leaf, value] : at) inputs.push_back(leaf), in.push_back(value);
-    const Kernel kernel(outputs, inputs);
-    if (!kernel.accelerate()) continue;
+    const Pair both(outputs, inputs);
+    if (!both.kernel.accelerate()) continue;
     for (int point = 0; point < 5; ++point) {
-      CHECK(differences(kernel, in) == 0);
+      CHECK(both.differences(in) == 0);
       for (double& v : in) v = -1.3 * v + 0.1;
     }
   }
 }
 
 TEST_CASE("machine code: linear systems, with shared factors and components as outputs") {
-  if (!codegen::Machine::available()) return;
+  REQUIRE_CODE(1);
   RandomExpressions random(7);
   for (int n = 2; n <= 7; ++n) {
     MatX A(n, n);
     VecX b(n), c(n);
     for (int i = 0; i < n; ++i) {
       for (int j = 0; j < n; ++j) A(i, j) = random.expression(3) + (i == j ? Expr(7) : Expr(0));
-      b[i] = random.expression(4), c[i] = random.expression(2);
+      b[i] = random.expression(4);
+      c[i] = random.expression(2);
     }
     const VecX x = linear_solution(A, b), y = linear_solution(A.transpose(), c);
     std::vector<Expr> outputs(x.begin(), x.end());
@@ -124,14 +135,14 @@ TEST_CASE("machine code: linear systems, with shared factors and components as o
     std::vector<Expr> inputs;
     std::vector<double> in;
     for (const auto& [leaf, value] : at) inputs.push_back(leaf), in.push_back(value);
-    const Kernel kernel(outputs, inputs);
-    REQUIRE(kernel.accelerate());
-    CHECK(differences(kernel, in) == 0);
+    const Pair both(outputs, inputs);
+    REQUIRE(both.kernel.accelerate());
+    CHECK(both.differences(in) == 0);
   }
 }
 
 TEST_CASE("machine code: a kernel that is run often switches by itself, copies share the code") {
-  if (!codegen::Machine::available()) return;
+  REQUIRE_CODE(1);
   const Expr x[] = {symbol(Kind::variable, "mhot")};
   Expr e = x[0];
   for (int i = 0; i < 2000; ++i) e = e * x[0] + 1;
@@ -144,45 +155,6 @@ TEST_CASE("machine code: a kernel that is run often switches by itself, copies s
   for (int i = 0; i < 1000; ++i) kernel.run(&in, &out, work.data());
   CHECK(copy.is_machine_code());
   CHECK(same(first, out));
-}
-
-TEST_CASE("machine code: four lanes agree with the tape, arithmetic to the bit and functions to 2 ulp") {
-  if (!codegen::Machine::available(4)) return;
-  const Expr x[] = {symbol(Kind::variable, "mx"), symbol(Kind::variable, "my"), symbol(Kind::variable, "mz")};
-  for (Op op = first_op; op < end_op; op = next(op)) {
-    const int arity = info(op).arity;
-    const Expr outputs[] = {make(op, x[0], arity > 1 ? x[1] : Expr(0), arity > 2 ? x[2] : Expr(0)), x[2]};
-    const Kernel kernel(outputs, x);
-    constexpr std::size_t points = 131;  // not a multiple of four
-    std::vector<double> in(3 * points), many(2 * points), one(2), work(kernel.workspace_size());
-    for (std::size_t i = 0; i < in.size(); ++i)
-      in[i] = info(op).lo + (info(op).hi - info(op).lo) * static_cast<double>(i * 37 % 401) / 401;
-    kernel.run_many(in.data(), many.data(), points);
-    int wrong = 0;
-    for (std::size_t p = 0; p < points; ++p) {
-      kernel.run_tape(in.data() + 3 * p, one.data(), work.data());
-      const double ulp = std::nextafter(std::fabs(one[0]), 1e308) - std::fabs(one[0]);
-      wrong += !(std::fabs(many[2 * p] - one[0]) <= 2 * ulp) || many[2 * p + 1] != one[1];
-    }
-    CHECK_MESSAGE(wrong == 0, info(op).name);
-  }
-}
-
-TEST_CASE("machine code: linear systems on lanes") {
-  const Expr x[] = {symbol(Kind::variable, "mx"), symbol(Kind::variable, "my")};
-  MatX A(3, 3);
-  A << x[0] + 4, x[1], 1, x[1], x[0] + 5, x[0] * x[1], 1, x[0], 6;
-  VecX b(3);
-  b << x[0], 1, x[1];
-  const VecX y = linear_solution(A, b);
-  const Kernel kernel(std::vector<Expr>(y.begin(), y.end()), x);
-  std::vector<double> in(2 * 80), many(3 * 80), one(3), work(kernel.workspace_size());
-  for (std::size_t i = 0; i < in.size(); ++i) in[i] = std::sin(static_cast<double>(i));
-  kernel.run_many(in.data(), many.data(), 80);
-  for (std::size_t p = 0; p < 80; ++p) {
-    kernel.run_tape(in.data() + 2 * p, one.data(), work.data());
-    for (std::size_t k = 0; k < 3; ++k) CHECK(same(one[k], many[3 * p + k]));
-  }
 }
 
 TEST_CASE("kernels: the same expressions are compiled once, other inputs are another kernel") {
@@ -219,11 +191,11 @@ codegen::Program with_all_values(codegen::Program program) {
   return program;
 }
 
-/// Runs the program on lanes with all values as results; every lane has its point from `points` (point after
-/// point).
-std::vector<double> all_values(codegen::Program program, int lanes, const std::vector<double>& points) {
-  const std::size_t n = program.inputs, m = program.instructions.size();
-  const auto machine = codegen::Machine::compile(with_all_values(std::move(program)), lanes);
+/// The results of the program on lanes; every lane has its point from `points` (point after point).
+std::vector<double> run_on_lanes(const codegen::Program& program, int lanes,
+                                 const std::vector<double>& points) {
+  const std::size_t n = program.inputs, m = program.results.size();
+  const auto machine = codegen::Machine::compile(program, lanes);
   const auto W = static_cast<std::size_t>(lanes);
   std::vector<double> in(n * W), out(m * W), work(machine->workspace_size()), result;
   for (std::size_t first = 0; first * n < points.size(); first += W) {
@@ -235,6 +207,11 @@ std::vector<double> all_values(codegen::Program program, int lanes, const std::v
       for (std::size_t k = 0; k < m; ++k) result.push_back(out[k * W + l]);
   }
   return result;
+}
+
+std::vector<double> all_values(const codegen::Program& program, int lanes,
+                               const std::vector<double>& points) {
+  return run_on_lanes(with_all_values(program), lanes, points);
 }
 
 /// How many values of the program differ from what their operation makes of their operands: arithmetic and
@@ -283,7 +260,7 @@ TEST_CASE("machine code on lanes: every operation, ordinary and awkward numbers,
 }
 
 TEST_CASE("machine code on lanes: random graphs; neighbours and the number of lanes change no bit") {
-  if (!codegen::Machine::available(4)) return;
+  REQUIRE_CODE(4);
   RandomExpressions random(20261122);
   for (int round = 0; round < 40; ++round) {
     std::vector<Expr> outputs, inputs;
@@ -312,6 +289,28 @@ TEST_CASE("machine code on lanes: random graphs; neighbours and the number of la
     const auto eight = all_values(program, 8, points);
     for (std::size_t k = 0; k < four.size(); ++k) different += !same(four[k], eight[k]);
     CHECK(different == 0);
+  }
+}
+
+TEST_CASE("machine code: linear systems on lanes") {
+  REQUIRE_CODE(4);
+  const Expr x[] = {symbol(Kind::variable, "mx"), symbol(Kind::variable, "my")};
+  MatX A(3, 3);
+  A << x[0] + 4, x[1], 1, x[1], x[0] + 5, x[0] * x[1], 1, x[0], 6;
+  VecX b(3);
+  b << x[0], 1, x[1];
+  const VecX y = linear_solution(A, b);
+  const codegen::Program program = codegen::lower(std::vector<Expr>(y.begin(), y.end()), x);
+  const codegen::Tape tape(program);
+  std::vector<double> in(2 * 80), one(3), work(tape.workspace_size());
+  for (std::size_t i = 0; i < in.size(); ++i) in[i] = std::sin(static_cast<double>(i));
+  for (int lanes : {4, 8}) {
+    if (!codegen::Machine::available(lanes)) continue;
+    const auto many = run_on_lanes(program, lanes, in);
+    for (std::size_t p = 0; p < 80; ++p) {
+      tape.run(in.data() + 2 * p, one.data(), work.data());
+      for (std::size_t k = 0; k < 3; ++k) CHECK(same(one[k], many[3 * p + k]));
+    }
   }
 }
 

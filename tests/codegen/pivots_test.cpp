@@ -23,7 +23,9 @@ std::vector<std::pair<int, int>> searched(int n, std::vector<Number> A, std::vec
   for (int i = 0; i < n; ++i) {
     double largest = 0;
     for (int j = 0; j < n; ++j) largest = std::max(largest, std::abs(A[at(i, j)]));
-    scale.push_back(1 / largest), rows.insert(i), columns.insert(i);
+    scale.push_back(1 / largest);
+    rows.insert(i);
+    columns.insert(i);
   }
   std::vector<std::pair<int, int>> order;
   while (!rows.empty()) {
@@ -34,25 +36,35 @@ std::vector<std::pair<int, int>> searched(int n, std::vector<Number> A, std::vec
       double largest = 0;
       long in_column = 0;
       for (int i : rows)
-        if (entry[at(i, j)]) ++in_column, largest = std::max(largest, std::abs(A[at(i, j)]) * scale[i]);
+        if (entry[at(i, j)]) {
+          ++in_column;
+          largest = std::max(largest, std::abs(A[at(i, j)]) * scale[i]);
+        }
       for (int i : rows) {
         const double here = std::abs(A[at(i, j)]) * scale[i];
         if (!entry[at(i, j)] || here < threshold * largest) continue;
         long in_row = 0;
         for (int k : columns) in_row += entry[at(i, k)];
         const long cost = (in_row - 1) * (in_column - 1);
-        if (best.first < 0 || cost < least || (cost == least && here > size))
-          best = {i, j}, least = cost, size = here;
+        if (best.first < 0 || cost < least || (cost == least && here > size)) {
+          best = {i, j};
+          least = cost;
+          size = here;
+        }
       }
     }
     const auto [p, c] = best;
     order.push_back(best);
-    rows.erase(p), columns.erase(c);
+    rows.erase(p);
+    columns.erase(c);
     for (int i : rows) {
       if (!entry[at(i, c)]) continue;
       const Number factor = A[at(i, c)] / A[at(p, c)];
       for (int j : columns)
-        if (entry[at(p, j)]) entry[at(i, j)] = 1, A[at(i, j)] -= factor * A[at(p, j)];
+        if (entry[at(p, j)]) {
+          entry[at(i, j)] = 1;
+          A[at(i, j)] -= factor * A[at(p, j)];
+        }
     }
   }
   return order;

@@ -7,6 +7,7 @@
 #include "base/decompositions.hpp"
 #include "base/math.hpp"
 #include "codegen/linear/straight_lu.hpp"
+#include "tests/require_code.hpp"
 
 using namespace pendula;
 using codegen::StraightLU;
@@ -69,7 +70,7 @@ double backward_error(int n, const Sample& s, bool complex, StraightLU& lu, std:
 }  // namespace
 
 TEST_CASE("straight-line LU: random patterns, real and complex, backward error at rounding; new values too") {
-  if (!codegen::Machine::available()) return;
+  REQUIRE_CODE(1);
   std::mt19937 random(5);
   std::uniform_real_distribution<> u(0.8, 1.2);
   for (bool complex : {false, true})
@@ -90,7 +91,7 @@ TEST_CASE("straight-line LU: random patterns, real and complex, backward error a
 }
 
 TEST_CASE("straight-line LU: rows and columns of very different size") {
-  if (!codegen::Machine::available()) return;
+  REQUIRE_CODE(1);
   std::mt19937 random(11);
   Sample s = sample(12, 0.3, false, random);
   const Eigen::MatrixXd plain = dense(12, s, false).real();
@@ -111,7 +112,7 @@ TEST_CASE("straight-line LU: rows and columns of very different size") {
 }
 
 TEST_CASE("straight-line LU: refuses what its pivots do not suit, and singular or undefined matrices") {
-  if (!codegen::Machine::available()) return;
+  REQUIRE_CODE(1);
   const Positions full = {{0, 0}, {0, 1}, {1, 0}, {1, 1}};
   const double good[] = {2, 1, 1, 3}, singular[] = {1, 2, 2, 4}, swapped[] = {1e-9, 1, 1, 1e-9};
   const double undefined[] = {1, NAN, 1, 2};
@@ -157,7 +158,7 @@ Eigen::MatrixXcd random_matrix(int rows, int columns, bool complex, std::mt19937
 TEST_CASE(
     "straight-line LU: structurally zero pivots - saddle points, cycles, anti-diagonals, arrows upside "
     "down") {
-  if (!codegen::Machine::available()) return;
+  REQUIRE_CODE(1);
   std::mt19937 random(2026);
   for (bool complex : {false, true})
     for (int round = 0; round < 25; ++round) {
@@ -166,7 +167,8 @@ TEST_CASE(
       Eigen::MatrixXcd kkt = Eigen::MatrixXcd::Zero(n + m, n + m);
       const Eigen::MatrixXcd C = random_matrix(m, n, complex, random);
       for (int i = 0; i < n; ++i) kkt(i, i) = i < m && i % 2 == 1 ? 0.0 : 1.0 + i;
-      kkt.topRightCorner(n, m) = C.transpose(), kkt.bottomLeftCorner(m, n) = C;
+      kkt.topRightCorner(n, m) = C.transpose();
+      kkt.bottomLeftCorner(m, n) = C;
       // x₂ … xₙ x₁: no entry on the diagonal, and one coupling more
       Eigen::MatrixXcd cycle = Eigen::MatrixXcd::Zero(n, n);
       for (int i = 0; i < n; ++i) cycle(i, (i + 1) % n) = 1.0 + i, cycle(i, (i + 2) % n) += 0.3;
@@ -174,8 +176,11 @@ TEST_CASE(
       for (int i = 0; i < n; ++i) anti(i, n - 1 - i) = random_matrix(1, 1, complex, random)(0, 0) + 2.0;
       // first row and column full, diagonal else, but for the first two entries of it
       Eigen::MatrixXcd arrow = Eigen::MatrixXcd::Zero(n, n);
-      for (int i = 0; i < n; ++i)
-        arrow(0, i) = 1.0 / (1 + i), arrow(i, 0) = 2.0 + i, arrow(i, i) = i < 2 ? 0.0 : 3.0;
+      for (int i = 0; i < n; ++i) {
+        arrow(0, i) = 1.0 / (1 + i);
+        arrow(i, 0) = 2.0 + i;
+        arrow(i, i) = i < 2 ? 0.0 : 3.0;
+      }
       for (const Eigen::MatrixXcd& A : {kkt, cycle, anti, arrow}) {
         const int size = static_cast<int>(A.rows());
         const Sample s = pattern_of(A, complex);
@@ -188,7 +193,7 @@ TEST_CASE(
 }
 
 TEST_CASE("straight-line LU: a singular matrix is refused or shows a pivot at rounding level") {
-  if (!codegen::Machine::available()) return;
+  REQUIRE_CODE(1);
   std::mt19937 random(31);
   for (bool complex : {false, true})
     for (int n = 2; n < 30; ++n) {
@@ -209,7 +214,7 @@ TEST_CASE("straight-line LU: a singular matrix is refused or shows a pivot at ro
 }
 
 TEST_CASE("straight-line LU: rows and columns scaled by up to 10^±12, every row is solved in its own units") {
-  if (!codegen::Machine::available()) return;
+  REQUIRE_CODE(1);
   std::mt19937 random(77);
   std::uniform_int_distribution<> power(-12, 12);
   for (bool complex : {false, true})
@@ -247,7 +252,7 @@ TEST_CASE("straight-line LU: rows and columns scaled by up to 10^±12, every row
 }
 
 TEST_CASE("straight-line LU: other values of the pattern are refused or solved, never silently wrong") {
-  if (!codegen::Machine::available()) return;
+  REQUIRE_CODE(1);
   std::mt19937 random(123);
   std::uniform_real_distribution<> u(-1, 1);
   int refused = 0, solved = 0;

@@ -9,8 +9,8 @@
 
 #include "codegen/kernel/kernel.hpp"
 #include "codegen/machine/machine.hpp"
-#include "codegen/tape/pieces.hpp"
 #include "codegen/tape/tape.hpp"
+#include "codegen/tape/vector_loops.hpp"
 #include "expr/graph/derivative.hpp"
 #include "expr/graph/solve.hpp"
 
@@ -38,9 +38,9 @@ struct Both {
   std::vector<double> tape, plain;
 };
 Both both(const std::vector<Expr>& outputs, const std::vector<Expr>& inputs, const std::vector<double>& in) {
-  const codegen::Kernel kernel(outputs, inputs);
-  std::vector<double> work(kernel.workspace_size()), out(outputs.size());
-  kernel.run_tape(in.data(), out.data(), work.data());
+  const codegen::Tape tape(codegen::lower(outputs, inputs));
+  std::vector<double> work(tape.workspace_size()), out(outputs.size());
+  tape.run(in.data(), out.data(), work.data());
   std::unordered_map<Expr, double> at;
   for (std::size_t i = 0; i < inputs.size(); ++i) at[inputs[i]] = in[i];
   return {out, evaluate(outputs, at)};
@@ -173,7 +173,8 @@ Solved solved(const std::vector<std::size_t>& name, const std::vector<std::size_
     for (std::size_t far : distances)
       if (k >= far) {
         const int j = static_cast<int>(name[k - far]);
-        A.push_back({i, j, e[k]}), A.push_back({j, i, e[k]});
+        A.push_back({i, j, e[k]});
+        A.push_back({j, i, e[k]});
       }
   }
   std::sort(A.begin(), A.end(), [](const Entry& p, const Entry& q) {
@@ -185,10 +186,10 @@ Solved solved(const std::vector<std::size_t>& name, const std::vector<std::size_
   inputs.insert(inputs.end(), e.begin(), e.end());
   inputs.insert(inputs.end(), f.begin(), f.end());
   const auto in = values(inputs.size());
-  const codegen::Kernel kernel(outputs, inputs);
-  std::vector<double> x(n), work(kernel.workspace_size());
-  kernel.run_tape(in.data(), x.data(), work.data());
-  Solved result{0, kernel.operations(), true};
+  const codegen::Tape tape(codegen::lower(outputs, inputs));
+  std::vector<double> x(n), work(tape.workspace_size());
+  tape.run(in.data(), x.data(), work.data());
+  Solved result{0, tape.operations(), true};
   if (const auto machine = codegen::Machine::compile(codegen::lower(outputs, inputs))) {
     std::vector<double> y(n), space(machine->workspace_size());
     machine->run(in.data(), y.data(), space.data());
@@ -199,7 +200,10 @@ Solved solved(const std::vector<std::size_t>& name, const std::vector<std::size_
   for (std::size_t k = 0; k < n; ++k) {
     r[k] += (4 + in[k]) * x[name[k]] - in[2 * cell + k];
     for (std::size_t far : distances)
-      if (k >= far) r[k] += in[cell + k] * x[name[k - far]], r[k - far] += in[cell + k] * x[name[k]];
+      if (k >= far) {
+        r[k] += in[cell + k] * x[name[k - far]];
+        r[k - far] += in[cell + k] * x[name[k]];
+      }
   }
   for (double v : r) result.residual = std::max(result.residual, std::fabs(v));
   return result;

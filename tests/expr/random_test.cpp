@@ -2,8 +2,8 @@
 // printing is deterministic, to_code rebuilds the same node. The seed is in the message of a failure.
 #include <doctest/doctest.h>
 
-#include "expr/graph/vectors.hpp"
 #include "expr/print/print.hpp"
+#include "expr/print/vectors.hpp"
 #include "expr/rewrite/rewrite.hpp"
 #include "random_expressions.hpp"
 

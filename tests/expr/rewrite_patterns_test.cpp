@@ -83,15 +83,18 @@ TEST_CASE("patterns: renamed random expressions keep their value, and simplify s
   std::uniform_real_distribution<double> draw(-1.5, 1.5);
   for (int seed = 0; seed < 150; ++seed) {
     std::vector<Expr> leaves = a;
-    leaves.push_back(derivative_leaf(a[0])), leaves.push_back(derivative_leaf(a[2]));
+    leaves.push_back(derivative_leaf(a[0]));
+    leaves.push_back(derivative_leaf(a[2]));
     const Expr e = random_expression(random, leaves, 2 + seed % 3);
     (void)simplify(e);
     for (const auto& list : {b, std::vector<Expr>{c[2], c[0], c[1]}}) {
       Substitution renamed;
       std::unordered_map<Expr, double> at;
       for (std::size_t i = 0; i < a.size(); ++i) {
-        renamed[a[i]] = list[i], renamed[derivative_leaf(a[i])] = derivative_leaf(list[i]);
-        at[list[i]] = draw(random), at[derivative_leaf(list[i])] = draw(random);
+        renamed[a[i]] = list[i];
+        renamed[derivative_leaf(a[i])] = derivative_leaf(list[i]);
+        at[list[i]] = draw(random);
+        at[derivative_leaf(list[i])] = draw(random);
       }
       const Expr other = substitute(e, renamed), simple = simplify(other);
       CAPTURE(seed);

@@ -19,28 +19,20 @@ long break_even(const Program& program) {
 
 }  // namespace
 
-Hot::Hot(Program program, double regular)
+TieredCode::TieredCode(Program program, double regular)
     : left_(break_even(program)),
       worth_code_(program.instructions.size() < large_regular || regular < mostly_regular) {
   if (left_ > 0) program_ = std::move(program);  // else code is never made
   if (!worth_code_) left_ = -1;
 }
 
-const Machine* Hot::compile() {
+const Machine* TieredCode::compile() {
   std::call_once(once_, [this] {
     if (program_.instructions.empty() || !worth_code_) return;
     machine_ = Machine::compile(program_);
     ready_.store(machine_.get(), std::memory_order_release);
   });
   return made();
-}
-
-const Machine* Hot::lanes() {
-  std::call_once(lanes_once_, [this] {
-    if (!program_.instructions.empty() && Machine::widest() > 1)
-      lanes_ = Machine::compile(program_, Machine::widest());
-  });
-  return lanes_.get();
 }
 
 }  // namespace pendula::codegen

@@ -5,15 +5,15 @@
 
 #include "base/error.hpp"
 #include "codegen/kernel/jit_policy.hpp"
-#include "codegen/kernel/program_cache.hpp"
+#include "codegen/program/program_cache.hpp"
 #include "codegen/tape/tape.hpp"
 
 namespace pendula::codegen {
 
 struct Kernel::Code {
   Tape tape;
-  Hot hot;
-  explicit Code(Program program) : tape(program), hot(std::move(program), tape.regular_share()) {}
+  TieredCode tiers;
+  explicit Code(Program program) : tape(program), tiers(std::move(program), tape.regular_share()) {}
 };
 
 Kernel::Kernel(std::span<const Expr> outputs, std::span<const Expr> inputs) {
@@ -31,7 +31,9 @@ Kernel::Kernel(std::span<const Expr> outputs, std::span<const Expr> inputs) {
     code_ = std::make_shared<Code>(lower(outputs, inputs));
     memory.add(key, code_, code_->tape.operations());
   }
-  input_count_ = inputs.size(), output_count_ = outputs.size(), slots_ = code_->tape.workspace_size();
+  input_count_ = inputs.size();
+  output_count_ = outputs.size();
+  slots_ = code_->tape.workspace_size();
 }
 
 std::size_t Kernel::operations() const { return code_ ? code_->tape.operations() : 0; }
@@ -50,37 +52,13 @@ std::vector<double> Kernel::operator()(std::span<const double> in) const {
 
 void Kernel::run(const double* in, double* out, double* w) const {
   if (!code_) return;
-  if (const Machine* machine = code_->hot.code())
+  if (const Machine* machine = code_->tiers.code())
     machine->run(in, out, w);
   else
     code_->tape.run(in, out, w);
 }
 
-void Kernel::run_tape(const double* in, double* out, double* w) const {
-  if (code_) code_->tape.run(in, out, w);
-}
-
-bool Kernel::accelerate() const { return code_ && code_->hot.compile(); }
-bool Kernel::is_machine_code() const { return code_ && code_->hot.made(); }
-
-void Kernel::run_many(const double* in, double* out, std::size_t points) const {
-  constexpr std::size_t worth_it = 64;
-  const auto lanes = static_cast<std::size_t>(Machine::widest());
-  const std::size_t n = inputs(), m = outputs();
-  const Machine* machine = code_ && points >= worth_it ? code_->hot.lanes() : nullptr;
-  std::size_t done = 0;
-  if (machine) {
-    std::vector<double> x(lanes * n), y(lanes * m), work(machine->workspace_size());
-    for (; done + lanes <= points; done += lanes) {
-      for (std::size_t lane = 0; lane < lanes; ++lane)
-        for (std::size_t k = 0; k < n; ++k) x[lanes * k + lane] = in[(done + lane) * n + k];
-      machine->run(x.data(), y.data(), work.data());
-      for (std::size_t lane = 0; lane < lanes; ++lane)
-        for (std::size_t k = 0; k < m; ++k) out[(done + lane) * m + k] = y[lanes * k + lane];
-    }
-  }
-  std::vector<double> work(workspace_size());
-  for (; done < points; ++done) run(in + done * n, out + done * m, work.data());
-}
+bool Kernel::accelerate() const { return code_ && code_->tiers.compile(); }
+bool Kernel::is_machine_code() const { return code_ && code_->tiers.made(); }
 
 }  // namespace pendula::codegen

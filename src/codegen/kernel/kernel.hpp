@@ -38,16 +38,10 @@ class Kernel {
   void operator()(const double* in, double* out) const { run(in, out, work()); }
   std::vector<double> operator()(std::span<const double> in) const;
 
-  /// Many points, one after another in `in` and `out`; four or eight at a time where the processor can. sin,
-  /// exp … may then differ from those of run() in the last place.
-  void run_many(const double* in, double* out, std::size_t points) const;
-
-  /// The same by the tape alone, the reference.
-  void run_tape(const double* in, double* out, double* work) const;
-  /// Makes machine code at once, for a kernel that is going to be run thousands of times. True if there is
-  /// some.
+  /// Makes machine code at once, for a kernel that is going
+  /// to be run thousands of times. True if there is some.
   bool accelerate() const;
-  bool is_machine_code() const;
+  bool is_machine_code() const;  ///< whether run() uses it already
 
  private:
   struct Code;

@@ -14,10 +14,15 @@ class Markowitz {
   Markowitz(int n, std::vector<std::complex<double>> A, std::vector<char> entry, double threshold)
       : n_(n), a_(std::move(A)), entry_(std::move(entry)), threshold_(threshold) {
     const auto size = static_cast<std::size_t>(n);
-    rows_.resize(size), columns_.resize(size), scale_.assign(size, 0);
-    row_count_.assign(size, 0), column_count_.assign(size, 0);
-    row_done_.assign(size, 0), column_done_.assign(size, 0);
-    best_.resize(size), stale_.assign(size, 0);
+    rows_.resize(size);
+    columns_.resize(size);
+    scale_.assign(size, 0);
+    row_count_.assign(size, 0);
+    column_count_.assign(size, 0);
+    row_done_.assign(size, 0);
+    column_done_.assign(size, 0);
+    best_.resize(size);
+    stale_.assign(size, 0);
     for (int i = 0; i < n; ++i)
       for (int j = 0; j < n; ++j)
         if (has(i, j)) add(i, j);
@@ -34,7 +39,8 @@ class Markowitz {
       const Candidate chosen = best();
       if (chosen.row < 0) return {};
       const int j = chosen.column;
-      order_.row.push_back(chosen.row), order_.column.push_back(j);
+      order_.row.push_back(chosen.row);
+      order_.column.push_back(j);
       order_.row_scale.push_back(scale_[at(chosen.row)]);
       eliminate(chosen.row, j);
     }
@@ -59,8 +65,10 @@ class Markowitz {
   std::complex<double>& a(int i, int j) { return a_[at(i) * at(n_) + at(j)]; }
   char& has(int i, int j) { return entry_[at(i) * at(n_) + at(j)]; }
   void add(int i, int j) {
-    rows_[at(i)].push_back(j), columns_[at(j)].push_back(i);
-    ++row_count_[at(i)], ++column_count_[at(j)];
+    rows_[at(i)].push_back(j);
+    columns_[at(j)].push_back(i);
+    ++row_count_[at(i)];
+    ++column_count_[at(j)];
   }
   double scaled(int i, int j) { return std::abs(a(i, j)) * scale_[at(i)]; }
 
@@ -97,7 +105,10 @@ class Markowitz {
     row_done_[at(pivot_row)] = column_done_[at(pivot_column)] = 1;
     std::vector<int> changed;  // columns
     const auto change = [&](int j) {
-      if (!column_done_[at(j)] && !stale_[at(j)]) stale_[at(j)] = 1, changed.push_back(j);
+      if (!column_done_[at(j)] && !stale_[at(j)]) {
+        stale_[at(j)] = 1;
+        changed.push_back(j);
+      }
     };
     for (int j : rows_[at(pivot_row)]) --column_count_[at(j)], change(j);
     for (int i : columns_[at(pivot_column)]) {
@@ -106,7 +117,10 @@ class Markowitz {
       const std::complex<double> factor = a(i, pivot_column) / a(pivot_row, pivot_column);
       for (int j : rows_[at(pivot_row)]) {
         if (column_done_[at(j)]) continue;
-        if (!has(i, j)) has(i, j) = 1, add(i, j);
+        if (!has(i, j)) {
+          has(i, j) = 1;
+          add(i, j);
+        }
         a(i, j) -= factor * a(pivot_row, j);
       }
       for (int j : rows_[at(i)]) change(j);

@@ -5,9 +5,10 @@
 #include <map>
 #include <mutex>
 
-#include "codegen/kernel/program_cache.hpp"
 #include "codegen/linear/pivots.hpp"
-#include "codegen/tape/writer.hpp"
+#include "codegen/machine/machine.hpp"
+#include "codegen/program/program_cache.hpp"
+#include "codegen/program/writer.hpp"
 
 namespace pendula::codegen {
 namespace {
@@ -168,8 +169,10 @@ Program solve_program(const Elimination& order, bool complex, std::size_t multip
 /// What a plan depends on beside numbers: the size and the positions.
 Key key_of(int n, const std::vector<StraightLU::Position>& positions, bool complex) {
   Key key{static_cast<std::uint32_t>(n), complex};
-  for (const auto& p : positions)
-    key.push_back(static_cast<std::uint32_t>(p.row)), key.push_back(static_cast<std::uint32_t>(p.column));
+  for (const auto& p : positions) {
+    key.push_back(static_cast<std::uint32_t>(p.row));
+    key.push_back(static_cast<std::uint32_t>(p.column));
+  }
   return key;
 }
 
@@ -224,7 +227,8 @@ std::optional<StraightLU> StraightLU::plan(int n, const std::vector<Position>& p
   auto order = choose_pivots(n, std::move(dense), std::move(entry));
   if (!order) return {};
   StraightLU lu;
-  lu.n_ = n, lu.width_ = complex ? 2 : 1;
+  lu.n_ = n;
+  lu.width_ = complex ? 2 : 1;
   std::size_t updates = 0;
   for (std::size_t i = 0; i < size; ++i) {
     lu.multipliers_ += order->lower[i].size();

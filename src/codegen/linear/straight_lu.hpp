@@ -11,8 +11,7 @@
 #include <span>
 #include <vector>
 
-#include "codegen/machine/machine.hpp"
-#include "codegen/tape/writer.hpp"
+#include "codegen/program/writer.hpp"
 
 namespace pendula::codegen {
 
@@ -29,8 +28,8 @@ class StraightLU {
   /// code. Cost: O(n · fill) for the pivots and 0.15 µs per operation.
   static std::optional<StraightLU> plan(int n, const std::vector<Position>& positions, const double* values,
                                         bool complex, std::size_t longest = 60'000);
-  /// The last plans for these positions, newest first, at most `most_remembered`: whose pivots suit,
-  /// factorise() will say.
+  /// The last plans for these positions, newest first, at most
+  /// `most_remembered`: whose pivots suit, factorise() will say.
   static std::vector<StraightLU> remembered(int n, const std::vector<Position>& positions, bool complex);
   static constexpr std::size_t most_remembered = 4;
 
@@ -40,8 +39,8 @@ class StraightLU {
   /// b ← A⁻¹ b, n numbers or pairs. Requires a factorisation.
   void solve(double* b);
 
-  /// The smallest pivot of the factorisation, rows scaled as when the plan was made: near 0 close to a
-  /// singular matrix.
+  /// The smallest pivot of the factorisation, rows scaled as
+  /// when the plan was made: near 0 close to a singular matrix.
   double weakest_pivot() const;
 
   std::size_t instructions() const;  ///< of factorisation and solution together

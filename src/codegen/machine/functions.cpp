@@ -3,13 +3,13 @@
 #include <cmath>
 #include <vector>
 
-#include "codegen/linear/band.hpp"
+#include "codegen/routines/band.hpp"
 #include "expr/graph/solve.hpp"
 
 namespace pendula::codegen {
 namespace {
 
-#define OP(name, arity, style, value, da, db, dc, lo, hi, latex, help)                                   \
+#define OP(name, arity, style, parity, exact, code, value, ...)                                          \
   double name##_value([[maybe_unused]] double a, [[maybe_unused]] double b, [[maybe_unused]] double c) { \
     return static_cast<double>(value);                                                                   \
   }
@@ -85,8 +85,8 @@ const void* address(F* function) {
 
 const void* scalar_function(Op op) {
   switch (op) {
-#define OP(name, arity, style, value, da, db, dc, lo, hi, latex, help) \
-  case Op::name:                                                       \
+#define OP(name, ...) \
+  case Op::name:      \
     return address(name##_value);
 #include "expr/ops.def"
 #undef OP

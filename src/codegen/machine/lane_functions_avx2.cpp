@@ -5,7 +5,16 @@
 #include "codegen/machine/lane_functions.hpp"
 
 namespace pendula::codegen {
-const void* lane_function4(Op op) { PENDULA_LANE_FUNCTIONS(__m256d, 4, avx2) }
+const void* lane_function4(Op op) {
+  using Vector = __m256d;
+  switch (op) {
+#define OP(name, arity, style, parity, exact, code, ...) PENDULA_LANE_##code(name, 4, avx2)
+#include "expr/ops.def"
+#undef OP
+    default:
+      return nullptr;  // a few machine instructions, or a linear system
+  }
+}
 }  // namespace pendula::codegen
 
 #else

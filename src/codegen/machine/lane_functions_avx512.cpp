@@ -5,7 +5,16 @@
 #include "codegen/machine/lane_functions.hpp"
 
 namespace pendula::codegen {
-const void* lane_function8(Op op) { PENDULA_LANE_FUNCTIONS(__m512d, 8, avx512f) }
+const void* lane_function8(Op op) {
+  using Vector = __m512d;
+  switch (op) {
+#define OP(name, arity, style, parity, exact, code, ...) PENDULA_LANE_##code(name, 8, avx512f)
+#include "expr/ops.def"
+#undef OP
+    default:
+      return nullptr;  // a few machine instructions, or a linear system
+  }
+}
 }  // namespace pendula::codegen
 
 #else

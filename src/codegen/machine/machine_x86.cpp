@@ -1,5 +1,5 @@
-// Machine code for x86-64: scalar SSE2 or AVX, four AVX2 lanes, eight AVX-512 lanes. The only file that knows
-// asmjit.
+// Machine code for x86-64: scalar SSE2 or AVX, four AVX2
+// lanes, eight AVX-512 lanes. The only file that knows asmjit.
 #include "codegen/machine/machine.hpp"
 
 #ifdef PENDULA_MACHINE_CODE
@@ -9,10 +9,12 @@
 
 #include <asmjit/x86.h>
 
+#include "base/error.hpp"
 #include "codegen/machine/functions.hpp"
 #include "codegen/machine/isa_x86.hpp"
 #include "codegen/machine/registers.hpp"
-#include "codegen/tape/contract.hpp"
+#include "codegen/program/contract.hpp"
+#include "expr/graph/operation.hpp"
 
 namespace pendula::codegen {
 namespace {
@@ -22,6 +24,21 @@ using namespace asmjit;
 JitRuntime& runtime() {
   static JitRuntime runtime;
   return runtime;
+}
+
+/// Tried once, with a function that only returns.
+bool may_execute() {
+  static const bool allowed = [] {
+    CodeHolder code;
+    if (code.init(runtime().environment()) != kErrorOk) return false;
+    x86::Assembler assembler(&code);
+    assembler.ret();
+    void (*function)() = nullptr;
+    if (runtime().add(&function, &code) != kErrorOk) return false;
+    runtime().release(function);
+    return true;
+  }();
+  return allowed;
 }
 
 bool has_avx2() {
@@ -44,15 +61,62 @@ const Isa* isa_for(int lanes) {
   return has_avx2() ? &avx : &sse2;
 }
 
-/// Emits one program. The last two registers, A and B, are scratch, the others hold values.
+constexpr bool is_direct(CodeKind kind) { return kind == CodeKind::direct; }
+constexpr int direct_operations = 0
+#define OP(name, arity, style, parity, exact, code, ...) +is_direct(CodeKind::code)
+#include "expr/ops.def"
+#undef OP
+    ;
+static_assert(
+    direct_operations == 15,
+    "a row of ops.def is marked `direct`: emit_arithmetic or emit_logic must know its instructions");
+
+/// Operations that are one machine instruction; the other direct ones are made of comparisons and masks.
+bool is_arithmetic(Op op) {
+  switch (op) {
+    case Op::neg:
+    case Op::abs:
+    case Op::sqrt:
+    case Op::add:
+    case Op::sub:
+    case Op::mul:
+    case Op::div:
+    case Op::min:
+    case Op::max:
+      return true;
+    default:
+      return false;
+  }
+}
+
+x86::Inst::Id binary_instruction(const Isa& isa, Op op) {
+  switch (op) {
+    case Op::add:
+      return isa.add;
+    case Op::sub:
+      return isa.sub;
+    case Op::mul:
+      return isa.mul;
+    case Op::div:
+      return isa.div;
+    case Op::min:
+      return isa.min;
+    case Op::max:
+      return isa.max;
+    default:
+      internal_error(__FILE__, __LINE__, "an operation without machine instruction");
+  }
+}
+
+/// Emits one program. The last two registers, A_ and B_, are scratch, the others hold values.
 class Emitter {
  public:
   Emitter(const Program& program, const Isa& isa, CodeHolder& code)
       : p_(program),
         isa_(isa),
         values_(isa.lanes == 8 ? 30 : 14),
-        A(values_),
-        B(values_ + 1),
+        A_(values_),
+        B_(values_ + 1),
         a_(&code),
         order_(call_order(program)),
         r_(program, order_, values_) {
@@ -62,12 +126,18 @@ class Emitter {
   }
 
   void emit_all() {
-    a_.push(x86::rbx), a_.push(x86::r12), a_.push(x86::r13);
-    a_.mov(x86::rbx, x86::rdi), a_.mov(x86::r12, x86::rsi), a_.mov(x86::r13, x86::rdx);
+    a_.push(x86::rbx);
+    a_.push(x86::r12);
+    a_.push(x86::r13);
+    a_.mov(x86::rbx, x86::rdi);
+    a_.mov(x86::r12, x86::rsi);
+    a_.mov(x86::r13, x86::rdx);
     copy_leaf_results();
     for (Slot i : order_) emit(p_.first_instruction() + i, p_.instructions[i]);
     if (isa_.lanes > 1) a_.vzeroupper();
-    a_.pop(x86::r13), a_.pop(x86::r12), a_.pop(x86::rbx);
+    a_.pop(x86::r13);
+    a_.pop(x86::r12);
+    a_.pop(x86::rbx);
     a_.ret();
     embed_constants();
   }
@@ -190,7 +260,7 @@ class Emitter {
 
   const Program& p_;
   const Isa& isa_;
-  const int values_, A, B;
+  const int values_, A_, B_;
   x86::Assembler a_;
   std::vector<Slot> order_;
   Registers r_;
@@ -212,8 +282,8 @@ void Emitter::copy_leaf_results() {
   for (Slot k = 0; k < p_.results.size(); ++k) {
     const Slot value = p_.results[k];
     if (value >= p_.first_instruction()) continue;
-    a_.emit(isa_.load, reg(B), at(r_.home(value)));
-    a_.emit(isa_.store, at({Home::Array::output, k}), reg(B));
+    a_.emit(isa_.load, reg(B_), at(r_.home(value)));
+    a_.emit(isa_.store, at({Home::Array::output, k}), reg(B_));
   }
 }
 
@@ -228,8 +298,10 @@ void Emitter::embed_constants() {
     std::memcpy(&b, &x, sizeof b);
     return b;
   };
-  pool(std::uint64_t{1} << 63, mask_numbers), pool(~(std::uint64_t{1} << 63), mask_numbers);
-  pool(bits(1.0), mask_numbers), pool(0, mask_numbers);
+  pool(std::uint64_t{1} << 63, mask_numbers);
+  pool(~(std::uint64_t{1} << 63), mask_numbers);
+  pool(bits(1.0), mask_numbers);
+  pool(0, mask_numbers);
   for (double x : p_.constants) pool(bits(x), isa_.lanes);
 }
 
@@ -257,8 +329,10 @@ int Emitter::emit_arithmetic(const Instruction& i) {
       // vsqrtsd takes the upper half from its second operand
       if (from.isReg())
         a_.emit(isa_.sqrt, reg(d), from, from);
-      else
-        a_.emit(isa_.load, reg(A), from), a_.emit(isa_.sqrt, reg(d), reg(A), reg(A));
+      else {
+        a_.emit(isa_.load, reg(A_), from);
+        a_.emit(isa_.sqrt, reg(d), reg(A_), reg(A_));
+      }
     } else {
       a_.emit(isa_.sqrt, reg(d), from);
     }
@@ -273,18 +347,13 @@ int Emitter::emit_arithmetic(const Instruction& i) {
   }
   const Operand ob = operand(b);
   if (ob.isReg()) pinned |= 1U << ob.as<x86::Vec>().id();
-  const x86::Inst::Id op = i.op == Op::add   ? isa_.add
-                           : i.op == Op::sub ? isa_.sub
-                           : i.op == Op::mul ? isa_.mul
-                           : i.op == Op::div ? isa_.div
-                           : i.op == Op::min ? isa_.min
-                                             : isa_.max;
+  const x86::Inst::Id op = binary_instruction(isa_, i.op);
   consume(i);
   // With two operands, the first register becomes the result if its value is not needed any more.
   int d = !isa_.vex && r_.in(ra) == Registers::never ? ra : take(pinned);
   if (!isa_.vex && d != ra && ob.isReg() && static_cast<int>(ob.as<x86::Vec>().id()) == d) {
-    a_.emit(isa_.copy, reg(B), reg(d));  // the result would overwrite the second operand
-    three(op, d, ra, reg(B));
+    a_.emit(isa_.copy, reg(B_), reg(d));  // the result would overwrite the second operand
+    three(op, d, ra, reg(B_));
     return d;
   }
   three(op, d, ra, ob);
@@ -301,10 +370,10 @@ int Emitter::emit_choice(const Instruction& i, int ra, int rb, int rc) {
     a_.k(x86::k1).vblendmpd(reg(d), reg(rc), reg(rb));
     return d;
   }
-  compare(A, ra, zero_number(), neq);
+  compare(A_, ra, zero_number(), neq);
   consume(i);
   const int d = take(0);
-  a_.vblendvpd(reg(d), reg(rc), reg(rb), reg(A));
+  a_.vblendvpd(reg(d), reg(rc), reg(rb), reg(A_));
   return d;
 }
 
@@ -317,34 +386,37 @@ int Emitter::emit_logic(const Instruction& i) {
   switch (i.op) {
     case Op::lt:
     case Op::le:
-      compare(A, ra, reg(rb), i.op == Op::lt ? lt : le);
-      three(isa_.band, A, A, mask(one));
+      compare(A_, ra, reg(rb), i.op == Op::lt ? lt : le);
+      three(isa_.band, A_, A_, mask(one));
       break;
     case Op::both:
     case Op::either:
-      compare(A, ra, zero_number(), neq);
-      compare(B, rb, zero_number(), neq);
-      three(i.op == Op::both ? isa_.band : isa_.bor, A, A, reg(B));
-      three(isa_.band, A, A, mask(one));
+      compare(A_, ra, zero_number(), neq);
+      compare(B_, rb, zero_number(), neq);
+      three(i.op == Op::both ? isa_.band : isa_.bor, A_, A_, reg(B_));
+      three(isa_.band, A_, A_, mask(one));
       break;
     case Op::sign:
-      a_.emit(isa_.load, reg(B), zero_number());
-      compare(A, B, reg(ra), lt);
-      three(isa_.band, A, A, mask(one));
-      compare(B, ra, zero_number(), lt);
-      three(isa_.band, B, B, mask(one));
-      three(isa_.sub, A, A, reg(B));
+      a_.emit(isa_.load, reg(B_), zero_number());
+      compare(A_, B_, reg(ra), lt);
+      three(isa_.band, A_, A_, mask(one));
+      compare(B_, ra, zero_number(), lt);
+      three(isa_.band, B_, B_, mask(one));
+      three(isa_.sub, A_, A_, reg(B_));
       break;
-    default:  // ifelse
+    case Op::ifelse:
       if (isa_.vex) return emit_choice(i, ra, rb, rc);
-      compare(A, ra, zero_number(), neq);
-      three(isa_.band, B, A, reg(rb));
-      three(isa_.bandn, A, A, reg(rc));
-      three(isa_.bor, A, A, reg(B));
+      compare(A_, ra, zero_number(), neq);
+      three(isa_.band, B_, A_, reg(rb));
+      three(isa_.bandn, A_, A_, reg(rc));
+      three(isa_.bor, A_, A_, reg(B_));
+      break;
+    default:
+      internal_error(__FILE__, __LINE__, "an operation without machine instructions");
   }
   consume(i);
   const int d = take(pinned);
-  a_.emit(isa_.copy, reg(d), reg(A));
+  a_.emit(isa_.copy, reg(d), reg(A_));
   return d;
 }
 
@@ -389,12 +461,12 @@ void Emitter::call(const void* function) {
 
 void Emitter::emit_call(Slot value, const Instruction& i) {
   // Operands go through the scratch registers: the arguments may sit in each other's places.
-  load(B, i.operand[0]);
-  if (i.operands() > 1) load(A, i.operand[1]);
+  load(B_, i.operand[0]);
+  if (i.operands() > 1) load(A_, i.operand[1]);
   consume(i);
   leave_registers();
-  a_.emit(isa_.copy, reg(0), reg(B));
-  if (i.operands() > 1) a_.emit(isa_.copy, reg(1), reg(A));
+  a_.emit(isa_.copy, reg(0), reg(B_));
+  if (i.operands() > 1) a_.emit(isa_.copy, reg(1), reg(A_));
   call(isa_.lanes > 1 ? lane_function(i.op, isa_.lanes) : scalar_function(i.op));
   finish(value, 0);
 }
@@ -414,10 +486,10 @@ void Emitter::pair_functions() {
 
 void Emitter::emit_pair(Slot value, Slot partner, const Instruction& i) {
   if (partner == value) return consume(i);  // computed with the first
-  load(B, i.operand[0]);
+  load(B_, i.operand[0]);
   consume(i);
   leave_registers();
-  a_.emit(isa_.copy, reg(0), reg(B));
+  a_.emit(isa_.copy, reg(0), reg(B_));
   call(sincos_function());
   finish(i.op == Op::sin ? value : partner, 0);
   finish(i.op == Op::sin ? partner : value, 1);
@@ -427,8 +499,8 @@ void Emitter::emit_linear(Slot value, const Instruction& i) {
   const Slot region = r_.new_slot(i.results());
   Slot k = region;
   for (int e = 0; e < i.extras(); ++e) {
-    load(B, p_.extra[i.first_extra + static_cast<Slot>(e)]);
-    a_.emit(isa_.store, at({Home::Array::work, k++}), reg(B));
+    load(B_, p_.extra[i.first_extra + static_cast<Slot>(e)]);
+    a_.emit(isa_.store, at({Home::Array::work, k++}), reg(B_));
   }
   const Home factors = i.part == Part::solve ? r_.home(i.operand[0]) : Home{};
   consume(i);
@@ -464,9 +536,9 @@ void Emitter::emit(Slot value, const Instruction& i) {
     r_.home(value) = home;
     consume(i);
     if (outputs_of_[value] < outputs_of_[value + 1]) {
-      a_.emit(isa_.load, reg(B), at(home));
+      a_.emit(isa_.load, reg(B_), at(home));
       for (Slot k = outputs_of_[value]; k < outputs_of_[value + 1]; ++k)
-        a_.emit(isa_.store, at({Home::Array::output, outputs_[k]}), reg(B));
+        a_.emit(isa_.store, at({Home::Array::output, outputs_[k]}), reg(B_));
     }
   } else if (i.part == Part::fused) {
     finish(value, emit_fused(i));
@@ -474,22 +546,19 @@ void Emitter::emit(Slot value, const Instruction& i) {
     emit_pair(value, pair->second, i);
   } else if (is_call(i)) {
     emit_call(value, i);
-  } else if (i.op == Op::lt || i.op == Op::le || i.op == Op::both || i.op == Op::either || i.op == Op::sign ||
-             i.op == Op::ifelse) {
-    finish(value, emit_logic(i));
   } else {
-    finish(value, emit_arithmetic(i));
+    finish(value, is_arithmetic(i.op) ? emit_arithmetic(i) : emit_logic(i));
   }
 }
 
 }  // namespace
 
-bool Machine::available(int lanes) { return isa_for(lanes) != nullptr; }
+bool Machine::available(int lanes) { return isa_for(lanes) != nullptr && may_execute(); }
 int Machine::widest() { return available(8) ? 8 : available(4) ? 4 : 1; }
 
 std::unique_ptr<const Machine> Machine::compile(const Program& program, int lanes, Rounding rounding) {
+  if (!available(lanes)) return nullptr;
   const Isa* isa = isa_for(lanes);
-  if (!isa) return nullptr;
   if (rounding == Rounding::fused && isa->vex && has_fma())
     return compile(contracted(program), lanes, Rounding::exact);
   CodeHolder code;
@@ -498,7 +567,7 @@ std::unique_ptr<const Machine> Machine::compile(const Program& program, int lane
   emitter.emit_all();
   Function function = nullptr;
   if (runtime().add(&function, &code) != kErrorOk) return nullptr;
-  return std::unique_ptr<const Machine>(new Machine(function, emitter.work_numbers(), code.codeSize()));
+  return std::unique_ptr<const Machine>(new Machine(function, emitter.work_numbers()));
 }
 
 Machine::~Machine() { runtime().release(function_); }

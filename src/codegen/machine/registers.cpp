@@ -3,30 +3,14 @@
 #include <algorithm>
 #include <numeric>
 
+#include "expr/graph/operation.hpp"
+
 namespace pendula::codegen {
 
 bool is_call(const Instruction& i) {
   if (i.part == Part::fused) return false;
-  switch (i.op) {
-    case Op::neg:
-    case Op::add:
-    case Op::sub:
-    case Op::mul:
-    case Op::div:
-    case Op::sqrt:
-    case Op::abs:
-    case Op::sign:
-    case Op::min:
-    case Op::max:
-    case Op::lt:
-    case Op::le:
-    case Op::both:
-    case Op::either:
-    case Op::ifelse:
-      return false;
-    default:
-      return i.part != Part::component;  // a linear system, or a function
-  }
+  if (i.op == Op::solve) return i.part != Part::component;  // a linear system
+  return code_kind(i.op) != CodeKind::direct;
 }
 
 std::vector<Slot> call_order(const Program& program) {

@@ -4,7 +4,7 @@
 
 #include <limits>
 
-#include "codegen/tape/program.hpp"
+#include "codegen/program/program.hpp"
 
 namespace pendula::codegen {
 

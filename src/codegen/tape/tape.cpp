@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "base/error.hpp"
-#include "codegen/linear/band.hpp"
+#include "codegen/routines/band.hpp"
 #include "expr/graph/solve.hpp"
 
 namespace pendula::codegen {
@@ -20,8 +20,8 @@ std::size_t Tape::operations() const {
   return n;
 }
 
-// Dense LU with partial pivoting on slots. All right sides with the same matrix, or with its transpose, share
-// one factorisation.
+// Dense LU with partial pivoting on slots. All right sides with
+// the same matrix, or with its transpose, share one factorisation.
 void Tape::run_linear(const LinearStep& step, Slot result, const double* in, double* w) const {
   const int n = step.n;
   double* const r = w + result;
@@ -49,7 +49,7 @@ void Tape::run(const double* in, double* out, double* w) const {
     double* const r = w + run.first_slot;
     const std::size_t n = run.count;
     switch (run.op) {
-#define OP(name, arity, style, value, da, db, dc, lo, hi, latex, help)   \
+#define OP(name, arity, style, parity, exact, code, value, ...)          \
   case Op::name:                                                         \
     for (std::size_t k = 0; k < n; ++k) {                                \
       [[maybe_unused]] const double a = w[o[k]];                         \

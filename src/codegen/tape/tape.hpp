@@ -7,8 +7,8 @@
 // with vector instructions.
 #pragma once
 
-#include "codegen/tape/loops.hpp"
-#include "codegen/tape/program.hpp"
+#include "codegen/program/program.hpp"
+#include "codegen/tape/fused_loops.hpp"
 
 namespace pendula::codegen {
 
@@ -31,7 +31,7 @@ class Tape {
     Slot first_slot, count, first_operand;  ///< of Op::solve: first_operand is a linear step
     Slot first_loop, loops;                 ///< those that come before
   };
-  class Layout;
+  class Emitter;
   static constexpr Slot line = 8;  ///< numbers; the workspace begins with a line of the cache
   /// Slots between the inputs and the others: no loop begins in the inputs and ends behind them.
   static constexpr Slot gap = 16;
@@ -48,7 +48,7 @@ class Tape {
   std::vector<std::pair<std::size_t, std::size_t>> used_inputs_;  ///< from, to: copied into the workspace
   std::vector<double> constants_;
   std::vector<Run> runs_;
-  std::vector<Loop> loops_;
+  std::vector<FusedLoop> loops_;
   std::vector<LinearStep> linear_;
   std::vector<Copy> linear_copies_;
   std::vector<Slot> operands_;  ///< arity × count slot numbers per run, operand by operand

@@ -3,8 +3,8 @@
 #include <algorithm>
 
 #include "base/error.hpp"
+#include "expr/normal/normal.hpp"
 #include "expr/print/print.hpp"
-#include "expr/rewrite/normal.hpp"
 #include "expr/rewrite/rewrite.hpp"
 
 namespace pendula::dae {

@@ -45,7 +45,8 @@ template <class Wanted, class Found>
 void reverse_sweep(Expr e, const Wanted& wanted, const Found& found) {
   static NodeMap<Expr> adjoint;
   static NodeMap<char> active;
-  adjoint.clear(), active.clear();
+  adjoint.clear();
+  active.clear();
   const std::vector<Expr> order = topological({&e, 1});
   for (Expr node : order) {
     const auto operands = node.operands();
@@ -87,8 +88,8 @@ double value_of(Expr node, const NodeMap<double>& values) {
   return apply(node.op(), at(0), at(1), at(2));
 }
 
-/// Fills `values` for all nodes below the outputs, in topological order; `visit` sees each node after its
-/// value.
+/// Fills `values` for all nodes below the outputs, in
+/// topological order; `visit` sees each node after its value.
 template <class Visit>
 void evaluate_nodes(std::span<const Expr> outputs, const std::unordered_map<Expr, double>& leaf_values,
                     NodeMap<double>& values, const Visit& visit) {

@@ -6,6 +6,7 @@
 
 #include "base/error.hpp"
 #include "base/text.hpp"
+#include "expr/graph/operation.hpp"
 
 namespace pendula {
 namespace {
@@ -88,25 +89,8 @@ std::optional<mpq_class> exact_result(Op op, const mpq_class& a, const mpq_class
       return mpq_class(a != 0 && b != 0);
     case Op::either:
       return mpq_class(a != 0 || b != 0);
-    case Op::cos:
-    case Op::cosh:
-    case Op::exp:
-      return a == 0 ? std::optional<mpq_class>{1} : std::nullopt;
-    case Op::log:
-    case Op::acosh:
-      return a == 1 ? std::optional<mpq_class>{0} : std::nullopt;
-    case Op::acos:
-      return a == 1 ? std::optional<mpq_class>{0} : std::nullopt;
-    case Op::sin:
-    case Op::tan:
-    case Op::asin:
-    case Op::atan:
-    case Op::sinh:
-    case Op::tanh:
-    case Op::asinh:
-    case Op::atanh:
-      return a == 0 ? std::optional<mpq_class>{0} : std::nullopt;
     default:
+      if (const auto known = exact_point(op); known && a == known->x) return mpq_class(known->y);
       return {};
   }
 }
@@ -246,8 +230,10 @@ std::optional<mpq_class> simplest_rational(double value) {
     const auto e = shortest.find('e');
     std::string mantissa = shortest.substr(0, e);
     long exponent = std::stol(shortest.substr(e + 1));
-    if (const auto point = mantissa.find('.'); point != std::string::npos)
-      exponent -= static_cast<long>(mantissa.size() - point - 1), mantissa.erase(point, 1);
+    if (const auto point = mantissa.find('.'); point != std::string::npos) {
+      exponent -= static_cast<long>(mantissa.size() - point - 1);
+      mantissa.erase(point, 1);
+    }
     constexpr std::size_t typed = 15;  // digits; 2⁶⁰ has more and is meant as it is
     if (mantissa.size() > typed) return mpq_class(value);
     mpz_class power;
@@ -255,9 +241,9 @@ std::optional<mpq_class> simplest_rational(double value) {
     const mpz_class whole = mpz_class(mantissa) * power;
     return mpq_class(value < 0 ? mpz_class(-whole) : whole);
   }
-  // Continued fraction; the convergents p/q are best approximations (Hardy & Wright, ch. X). The first one
-  // that rounds to the very same double is the simplest. A double of this size is an exact quotient of
-  // 128-bit numbers.
+  // Continued fraction; the convergents p/q are best approximations (Hardy &
+  // Wright, ch. X). The first one that rounds to the very same double is the
+  // simplest. A double of this size is an exact quotient of 128-bit numbers.
   const double size = std::fabs(value);
   if (size < 0.5 / max_denominator) return {};
   __extension__ using Wide = unsigned __int128;
@@ -276,8 +262,12 @@ std::optional<mpq_class> simplest_rational(double value) {
       return value < 0 ? mpq_class(-convergent) : convergent;
     }
     const Wide rest = numerator - whole * denominator;
-    numerator = denominator, denominator = rest;
-    p0 = p1, q0 = q1, p1 = p2, q1 = q2;
+    numerator = denominator;
+    denominator = rest;
+    p0 = p1;
+    q0 = q1;
+    p1 = p2;
+    q1 = q2;
   }
   return {};
 }
@@ -304,7 +294,8 @@ Expr parse_number(const std::string& word) {
     if (number[i] == '.') {
       point = true;
     } else {
-      digits += number[i], any = true;
+      digits += number[i];
+      any = true;
       if (point) --exponent;
     }
   }

@@ -149,7 +149,7 @@ void check_name(const std::string& name) {
 
 const OpInfo& info(Op op) {
   static const OpInfo table[] = {
-#define OP(name, arity, style, value, da, db, dc, lo, hi, latex, help) \
+#define OP(name, arity, style, parity, exact, code, value, da, db, dc, lo, hi, latex, help) \
   {#name, arity, Style::style, lo, hi, latex, help},
 #include "expr/ops.def"
 #undef OP
@@ -171,8 +171,7 @@ std::span<const Expr> Expr::operands() const {
   return {n.operand.data(), static_cast<std::size_t>(info(n.op).arity)};
 }
 
-// ── constants
-// ────────────────────────────────────────────────────────────────────────────────────────────────────
+// ── constants ──────────────────────────────────────────────────────────────────────────────────────────────
 
 Expr::Expr(int value) : Expr(static_cast<long>(value)) {}
 Expr::Expr(long value)
@@ -206,8 +205,7 @@ const mpq_class* exact_value(Expr e) {
 
 double constant_value(Expr e) { return constant_of(e).value; }
 
-// ── symbols
-// ──────────────────────────────────────────────────────────────────────────────────────────────────────
+// ── symbols ────────────────────────────────────────────────────────────────────────────────────────────────
 
 static Expr leaf_of(Symbol s) {
   Graph& g = graph();
@@ -300,8 +298,7 @@ std::vector<Expr> vector_components(const std::string& name) {
 
 const std::vector<std::string>& vector_names() { return graph().vector_names; }
 
-// ── unspecified functions
-// ────────────────────────────────────────────────────────────────────────────────────────
+// ── unspecified functions ──────────────────────────────────────────────────────────────────────────────────
 
 Expr call(const FunctionCall& application) {
   check_name(application.name);
@@ -320,8 +317,7 @@ const FunctionCall& call_of(Expr e) {
   return graph().calls[graph().nodes[e.id()].operand[0].id()];
 }
 
-// ── construction
-// ─────────────────────────────────────────────────────────────────────────────────────────────────
+// ── construction ───────────────────────────────────────────────────────────────────────────────────────────
 
 Expr make(Op op, Expr a, Expr b, Expr c) {
   if (const auto folded = fold(op, a, b, c)) return *folded;
@@ -341,10 +337,11 @@ SolveIndex solve_index(Expr e) {
 }
 
 double apply(Op op, double a, double b, double c) {
-  static_cast<void>(b), static_cast<void>(c);
+  static_cast<void>(b);
+  static_cast<void>(c);
   switch (op) {
-#define OP(name, arity, style, value, da, db, dc, lo, hi, latex, help) \
-  case Op::name:                                                       \
+#define OP(name, arity, style, parity, exact, code, value, ...) \
+  case Op::name:                                                \
     return static_cast<double>(value);
 #include "expr/ops.def"
 #undef OP
@@ -362,10 +359,11 @@ Expr local_derivative(Expr e, int i) {
   const Expr zero = 0, one = 1, two = 2, r = e;
   const auto x = e.operands();
   const Expr a = x[0], b = x.size() > 1 ? x[1] : zero, c = x.size() > 2 ? x[2] : zero;
-  static_cast<void>(two), static_cast<void>(c);
+  static_cast<void>(two);
+  static_cast<void>(c);
   switch (e.op()) {
-#define OP(name, arity, style, value, da, db, dc, lo, hi, latex, help) \
-  case Op::name:                                                       \
+#define OP(name, arity, style, parity, exact, code, value, da, db, dc, ...) \
+  case Op::name:                                                            \
     return i == 0 ? da : i == 1 ? db : dc;
 #include "expr/ops.def"
 #undef OP
@@ -374,8 +372,7 @@ Expr local_derivative(Expr e, int i) {
   }
 }
 
-// ── traversal
-// ────────────────────────────────────────────────────────────────────────────────────────────────────
+// ── traversal ──────────────────────────────────────────────────────────────────────────────────────────────
 
 std::vector<Expr> topological(std::span<const Expr> outputs) {
   static NodeMap<char> seen;

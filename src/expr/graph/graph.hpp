@@ -28,7 +28,7 @@ enum class Op : std::uint8_t {
   symbol,
   call,   ///< an unspecified function g(x, z) or one of its formal partial derivatives
   solve,  ///< a component of the solution of a linear system (solve.hpp)
-#define OP(name, arity, style, value, da, db, dc, lo, hi, latex, help) name,
+#define OP(name, ...) name,
 #include "expr/ops.def"
 #undef OP
 };
@@ -99,8 +99,8 @@ class Expr {
   std::uint32_t id_ = 0;
 };
 
-// ── constants
-// ────────────────────────────────────────────────────────────────────────────────────────────────────
+// ── constants ──────────────────────────────────────────────────────────────────────────────────────────────
+// Exact rationals where they can be, doubles otherwise.
 
 /// The exact value of a constant, or nothing if it is not a constant or was only known as a double.
 const mpq_class* exact_value(Expr e);
@@ -111,8 +111,8 @@ Expr parse_number(const std::string& text);
 /// The simplest rational that is this double, if its denominator is at most 10⁶ (continued fraction).
 std::optional<mpq_class> simplest_rational(double value);
 
-// ── symbols
-// ──────────────────────────────────────────────────────────────────────────────────────────────────────
+// ── symbols ────────────────────────────────────────────────────────────────────────────────────────────────
+// Leaves with a name; all their other properties are in a table beside the graph.
 
 struct Symbol {
   Kind kind;
@@ -144,8 +144,8 @@ std::vector<Expr> vector_components(const std::string& name);
 /// Names of all columns declared so far, in order of declaration.
 const std::vector<std::string>& vector_names();
 
-// ── unspecified functions
-// ────────────────────────────────────────────────────────────────────────────────────────
+// ── unspecified functions ──────────────────────────────────────────────────────────────────────────────────
+// g(x, z) of which only the name is known.
 
 /// The application of an unspecified function to arguments, or a formal partial derivative of it.
 struct FunctionCall {
@@ -158,8 +158,8 @@ Expr call(const FunctionCall& application);
 /// Requires op() == Op::call.
 const FunctionCall& call_of(Expr e);
 
-// ── construction
-// ─────────────────────────────────────────────────────────────────────────────────────────────────
+// ── construction ───────────────────────────────────────────────────────────────────────────────────────────
+// Every node is folded (fold.hpp) and interned: equal expressions are one node.
 
 /// The node of an operation, folded and interned. Throws Error where a constant operation has no real value
 /// (1/0).
@@ -180,7 +180,7 @@ inline Expr& Expr::operator/=(Expr b) { return *this = *this / b; }
   inline Expr name(Expr a, Expr b) { return make(Op::name, a, b); }
 #define PENDULA_ARITY3(name) \
   inline Expr name(Expr a, Expr b, Expr c) { return make(Op::name, a, b, c); }
-#define OP(name, arity, style, value, da, db, dc, lo, hi, latex, help) PENDULA_ARITY##arity(name)
+#define OP(name, arity, ...) PENDULA_ARITY##arity(name)
 #include "expr/ops.def"
 #undef OP
 #undef PENDULA_ARITY1
@@ -201,11 +201,11 @@ Expr local_derivative(Expr e, int i);
 /// The operation in double arithmetic.
 double apply(Op op, double a, double b, double c);
 
-// ── traversal
-// ────────────────────────────────────────────────────────────────────────────────────────────────────
+// ── traversal ──────────────────────────────────────────────────────────────────────────────────────────────
+// Operands come before what uses them.
 
-/// Every node the outputs depend on, operands first. Iterative: depth does not matter. Cost: linear in the
-/// result.
+/// Every node the outputs depend on, operands first. Iterative: depth does not matter. One thread at a time
+/// (its marks are kept between calls). Cost: linear in the result.
 std::vector<Expr> topological(std::span<const Expr> outputs);
 /// The leaves (symbols) the outputs depend on, in order of first declaration.
 std::vector<Expr> leaves(std::span<const Expr> outputs);

@@ -59,6 +59,23 @@ Echelon eliminate(Rows rows, int columns) {
   return e;
 }
 
+std::optional<MatX> solve(const MatX& a, const MatX& b) {
+  const auto n = static_cast<std::size_t>(a.rows());
+  MatX both(a.rows(), a.cols() + b.cols());
+  both << a, b;
+  std::vector<mpq_class> scale;
+  const Echelon e = eliminate(integer_rows(both, scale), static_cast<int>(n));
+  if (e.pivot_column.size() < n) return {};
+  MatX x(a.cols(), b.cols());
+  for (Eigen::Index i = 0; i < x.rows(); ++i)
+    for (Eigen::Index j = 0; j < x.cols(); ++j) {
+      mpq_class q(e.rows[i][a.cols() + j], e.pivot);
+      q.canonicalize();
+      x(i, j) = Expr(q);
+    }
+  return x;
+}
+
 std::optional<VecX> null_vector(const Echelon& e, int columns) {
   int free_column = 0;
   while (free_column < static_cast<int>(e.pivot_column.size()) && e.pivot_column[free_column] == free_column)
@@ -137,7 +154,10 @@ std::vector<mpq_class> convergents(double value) {
     const mpz_class whole = std::floor(rest);
     rest -= std::floor(rest);
     const mpz_class p2 = whole * p1 + p0, q2 = whole * q1 + q0;
-    p0 = p1, q0 = q1, p1 = p2, q1 = q2;
+    p0 = p1;
+    q0 = q1;
+    p1 = p2;
+    q1 = q2;
   }
   return list;
 }

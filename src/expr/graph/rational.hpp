@@ -27,6 +27,9 @@ Echelon eliminate(Rows rows, int columns);
 /// constants that are exact.
 Rows integer_rows(const MatX& a, std::vector<mpq_class>& scale);
 
+/// x with a x = b, nothing where a is singular. Requires constants that are exact, a square.
+std::optional<MatX> solve(const MatX& a, const MatX& b);
+
 /// The kernel vector that belongs to the first column without a pivot, as coprime integers.
 std::optional<VecX> null_vector(const Echelon& e, int columns);
 

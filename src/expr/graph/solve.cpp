@@ -6,7 +6,8 @@
 #include <unordered_map>
 
 #include "base/error.hpp"
-#include "expr/linalg/linalg.hpp"
+#include "base/text.hpp"
+#include "expr/graph/rational.hpp"
 
 namespace pendula {
 namespace {
@@ -33,7 +34,8 @@ Key key_of(std::vector<Entry> entries, bool turned) {
   });
   Key key;
   for (const Entry& e : entries) {
-    key.push_back(static_cast<std::uint32_t>(e.row)), key.push_back(static_cast<std::uint32_t>(e.column));
+    key.push_back(static_cast<std::uint32_t>(e.row));
+    key.push_back(static_cast<std::uint32_t>(e.column));
     key.push_back(e.value.id());
   }
   return key;
@@ -80,7 +82,8 @@ struct Systems {
       return;
     }
     if (const auto known = find(key_of(entries, true))) {
-      s.matrix = *known, s.transposed = true;
+      s.matrix = *known;
+      s.transposed = true;
       return;
     }
     matrices.push_back(matrix);
@@ -104,10 +107,15 @@ class Peeling {
         columns_(rows_.size()),
         definite_(definite) {
     for (const Entry& e : A)
-      if (!e.value.is_zero()) row(e.row)[e.column] = e.value, column(e.column).insert(e.row);
+      if (!e.value.is_zero()) {
+        row(e.row)[e.column] = e.value;
+        column(e.column).insert(e.row);
+      }
     for (int i = 0; i < static_cast<int>(b.size()); ++i) {
-      left_rows_.insert(i), left_columns_.insert(i);
-      note_row(i), note_column(i);
+      left_rows_.insert(i);
+      left_columns_.insert(i);
+      note_row(i);
+      note_column(i);
     }
   }
 
@@ -136,6 +144,14 @@ class Peeling {
   [[noreturn]] static void singular(const char* what, int i) {
     throw Error(
         text("a linear system cannot be solved: ", what, " ", i + 1, " of its matrix contains only zeros"));
+  }
+  [[noreturn]] static void singular(const MatX& A) {
+    std::vector<mpq_class> scale;
+    const auto n = static_cast<int>(A.cols());
+    std::string dependent;
+    const VecX v = *rational::null_vector(rational::eliminate(rational::integer_rows(A, scale), n), n);
+    for (Expr e : v) dependent += text(dependent.empty() ? "" : ", ", exact_value(e)->get_str());
+    throw Error(text("the matrix is singular: A v = 0 for v = (", dependent, ")"));
   }
   void note_row(int i) {
     if (row(i).empty()) singular("row", i);
@@ -173,8 +189,10 @@ class Peeling {
   }
 
   void remove(int i, int j) {
-    left_rows_.erase(i), left_columns_.erase(j);
-    lone_rows_.erase(i), lone_columns_.erase(j);
+    left_rows_.erase(i);
+    left_columns_.erase(j);
+    lone_rows_.erase(i);
+    lone_columns_.erase(j);
   }
 
   void solve_rest() {
@@ -195,13 +213,14 @@ class Peeling {
 
   VecX solved(const std::vector<Entry>& A, const VecX& b) const {
     if (std::all_of(b.begin(), b.end(), [](Expr e) { return e.is_zero(); })) return VecX::Zero(b.size());
-    const bool numbers = linalg::is_rational(b) && std::all_of(A.begin(), A.end(), [](const Entry& e) {
-                           return exact_value(e.value) != nullptr;
-                         });
+    const auto exact = [](Expr e) { return exact_value(e) != nullptr; };
+    const bool numbers = std::all_of(b.begin(), b.end(), exact) &&
+                         std::all_of(A.begin(), A.end(), [&](const Entry& e) { return exact(e.value); });
     if (numbers) {
       MatX dense = MatX::Zero(b.size(), b.size());
       for (const Entry& e : A) dense(e.row, e.column) = e.value;
-      return linalg::solve(dense, MatX(b)).col(0);
+      if (const auto x = rational::solve(dense, b)) return x->col(0);
+      singular(dense);
     }
     const Expr head = solve_node(systems().intern(A, b, definite_), 0, {});
     VecX x(b.size());
@@ -314,8 +333,7 @@ std::vector<double> solution_value(Expr head, const std::function<double(Expr)>&
   return x;
 }
 
-// ── numbers
-// ──────────────────────────────────────────────────────────────────────────────────────────────────────
+// ── numbers ────────────────────────────────────────────────────────────────────────────────────────────────
 
 void lu_factor(double* a, double* pivot, int n) {
   for (int k = 0; k < n; ++k) {

@@ -61,8 +61,8 @@ void solution_adjoint(Expr head, const VecX& adjoints, const std::function<bool(
 /// The numbers x; not finite where A is singular.
 std::vector<double> solution_value(Expr head, const std::function<double(Expr)>& value);
 
-// ── numbers
-// ──────────────────────────────────────────────────────────────────────────────────────────────────────
+// ── numbers ────────────────────────────────────────────────────────────────────────────────────────────────
+// The same elimination on doubles, or over any field.
 
 /// P A = L U in place with partial pivoting, rows of A one after the other; pivot[k] is the row exchanged
 /// with row k. A singular matrix leaves a zero on the diagonal, and solutions that are not finite.

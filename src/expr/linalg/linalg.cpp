@@ -120,7 +120,10 @@ class Elimination {
 
   void drop_zeros() {
     for (Eigen::Index k = 0; k < a_.size(); ++k)
-      if (values_[k].is_zero()) a_.data()[k] = 0, values_[k] = Residue{};
+      if (values_[k].is_zero()) {
+        a_.data()[k] = 0;
+        values_[k] = Residue{};
+      }
   }
 
   /// Numbers before expressions, then the row with the fewest entries (least fill, as Markowitz).
@@ -130,7 +133,10 @@ class Elimination {
       if (value(i, c).is_zero()) continue;
       Eigen::Index cost = a_(i, c).is_constant() ? 0 : a_.cols();
       for (Eigen::Index j = c; j < a_.cols(); ++j) cost += !a_(i, j).is_zero();
-      if (best < 0 || cost < best_cost) best = i, best_cost = cost;
+      if (best < 0 || cost < best_cost) {
+        best = i;
+        best_cost = cost;
+      }
     }
     return best;
   }
@@ -160,7 +166,8 @@ class Elimination {
         value(i, j) = value(i, j) - factor_value * value(r, j);
         a_(i, j) = value(i, j).is_zero() ? Expr(0) : a_(i, j) - factor * a_(r, j);
       }
-      a_(i, c) = 0, value(i, c) = Residue{};
+      a_(i, c) = 0;
+      value(i, c) = Residue{};
     }
   }
 
@@ -187,22 +194,6 @@ MatX side_by_side(const MatX& a, const MatX& b) {
   MatX all(a.rows(), a.cols() + b.cols());
   all << a, b;
   return all;
-}
-
-MatX solve_rational(const MatX& a, const MatX& b) {
-  std::vector<mpq_class> scale;
-  const auto n = static_cast<std::size_t>(a.rows());
-  const rational::Echelon e =
-      rational::eliminate(rational::integer_rows(side_by_side(a, b), scale), static_cast<int>(n));
-  if (e.pivot_column.size() < n) singular(a);
-  MatX x(a.cols(), b.cols());
-  for (std::size_t i = 0; i < n; ++i)
-    for (Eigen::Index j = 0; j < b.cols(); ++j) {
-      mpq_class q(e.rows[i][n + static_cast<std::size_t>(j)], e.pivot);
-      q.canonicalize();
-      x(static_cast<Eigen::Index>(i), j) = Expr(q);
-    }
-  return x;
 }
 
 }  // namespace
@@ -242,7 +233,11 @@ MatX solve(const MatX& a, const MatX& b) {
   require_square(a);
   if (a.rows() != b.rows())
     throw Error(text("the matrix has ", a.rows(), " rows but the right-hand side has ", b.rows()));
-  if (is_rational(a) && is_rational(b)) return solve_rational(a, b);
+  if (is_rational(a) && is_rational(b)) {
+    auto x = rational::solve(a, b);
+    if (!x) singular(a);
+    return std::move(*x);
+  }
   if (a.rows() == 0) return b;
   if (a.rows() <= cramer_up_to) {
     const Expr det = simplify(determinant_by_minors(a));

@@ -20,8 +20,8 @@ void require_finite(const Mat& a) {
   if (!a.allFinite()) throw Error("the matrix has entries that are not finite numbers");
 }
 
-/// LU with partial pivoting if the matrix is regular to working precision, else an error with the null
-/// vector.
+/// LU with partial pivoting if the matrix is regular to
+/// working precision, else an error with the null vector.
 Eigen::PartialPivLU<Mat> regular_lu(const Mat& a) {
   require_square(a);
   require_finite(a);
@@ -95,8 +95,10 @@ Eigensystem eigensystem(const Mat& a) {
   });
   for (Eigen::Index k = 0; k < n; ++k) {
     const Eigen::Index i = order[k];
-    e.re[k] = values[i].real(), e.im[k] = values[i].imag();
-    e.vectors_re.col(k) = vectors.col(i).real(), e.vectors_im.col(k) = vectors.col(i).imag();
+    e.re[k] = values[i].real();
+    e.im[k] = values[i].imag();
+    e.vectors_re.col(k) = vectors.col(i).real();
+    e.vectors_im.col(k) = vectors.col(i).imag();
   }
   return e;
 }

@@ -31,8 +31,12 @@ std::vector<mpq_class> rational_eigenvalues(const MatX& a, std::vector<mpq_class
 /// √q as k √n with n free of small squares.
 Expr square_root(const mpq_class& q) {
   mpz_class n = q.get_num() * q.get_den(), k = 1;  // √(a/b) = √(a b)/b
-  for (unsigned long p = 2; p < 1000 && mpz_class(p) * p <= n; ++p)
-    while (mpz_divisible_ui_p(n.get_mpz_t(), p * p)) n /= p * p, k *= p;
+  for (unsigned long p = 2; p < 1000 && mpz_class(p) * p <= n; ++p) {
+    while (mpz_divisible_ui_p(n.get_mpz_t(), p * p)) {
+      n /= p * p;
+      k *= p;
+    }
+  }
   mpq_class factor(k, q.get_den());
   factor.canonicalize();
   return Expr(factor) * sqrt(Expr(mpq_class(n)));
@@ -83,7 +87,9 @@ std::optional<Scaled> scaled(const MatX& a) {
     if (e.is_zero()) continue;
     const auto [q, core] = split(e);
     if (!first && core != result.s) return {};
-    result.r.data()[k] = Expr(q), result.s = core, first = false;
+    result.r.data()[k] = Expr(q);
+    result.s = core;
+    first = false;
   }
   return result;
 }

@@ -1,5 +1,5 @@
-// LaTeX: \ddot{x}, \mathbf{p}_1^\top \mathbf{p}_1, \frac{…}{…}, \begin{cases}. The text goes into math mode
-// as it is.
+// LaTeX: \ddot{x}, \mathbf{p}_1^\top \mathbf{p}_1, \frac{…}{…},
+// \begin{cases}. The text goes into math mode as it is.
 #include <cctype>
 
 #include "base/error.hpp"

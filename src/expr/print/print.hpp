@@ -37,15 +37,15 @@ std::string vector_to_text(const VecX& v, const PrintOptions& options = default_
 /// A matrix as an aligned grid over several lines (LaTeX: a bmatrix).
 std::string matrix_to_text(const MatX& m, const PrintOptions& options = default_print_options());
 
-/// Lua text that rebuilds the same node, also in a new session: an expression of the language's own
-/// vocabulary.
+/// Lua text that rebuilds the same node, also in a new session, in the vocabulary of the language:
 ///
-///   symbols     var("x")  input("u")  t  pi  var("q", 6)[3]  der(var("x"), 2)  param("m", 1), with its
-///   default value numbers     2  9.81  0.5 where Lua reads them exactly, rational("1/3") otherwise
+///   symbols     var("x")  input("u")  t  pi  var("q", 6)[3]  der(var("x"), 2)  param("m", 1), with its default
+///   numbers     2  9.81  0.5 where Lua reads them exactly, rational("1/3") otherwise
 ///   operations  + - * / ^ and the functions by name; conditions lt le all any, as in ifelse(lt(a, b), p, q)
-///   functions   func("g")(vec{a, b}, c); a formal derivative is taken at placeholders which are then
-///   substituted large       (function() local e = {}; e[1] = …; return … end)(), where shared or deeply
-///   nested parts appear once
+///   functions   func("g")(vec{a, b}, c); a formal derivative is taken at placeholders, for which the
+///               arguments are then substituted
+///   large       (function() local e = {}; e[1] = …; return … end)(): shared or deep parts appear once
+///
 ///
 /// Cost: linear in the nodes of e, in time and in length.
 std::string to_code(Expr e);

@@ -1,12 +1,12 @@
-// How pieces of mathematics are put on paper: the printer (print.cpp) decides what stands where, a notation
-// how it looks.
+// How pieces of mathematics are put on paper: the printer
+// (print.cpp) decides what stands where, a notation how it looks.
 #pragma once
 
 #include <string>
 #include <vector>
 
 #include "base/text.hpp"
-#include "expr/rewrite/normal.hpp"
+#include "expr/normal/normal.hpp"
 
 namespace pendula {
 
@@ -38,8 +38,8 @@ class Notation {
   virtual Piece function(Op op,
                          const std::vector<Piece>& args) const = 0;  ///< named or cond, not sqrt or abs
   virtual Piece call(const std::string& name, const std::vector<Piece>& args) const = 0;
-  /// ∂g/∂x; `wrt` lists the arguments with multiplicity. With `args`: not plain symbols, the place is given
-  /// instead.
+  /// ∂g/∂x; `wrt` lists the arguments with multiplicity. With
+  /// `args`: not plain symbols, the place is given instead.
   virtual Piece partial(const std::string& name, const std::vector<Piece>& wrt) const = 0;
   virtual Piece partial_at(const std::string& name, const std::vector<int>& places,
                            const std::vector<Piece>& args) const = 0;

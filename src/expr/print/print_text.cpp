@@ -29,8 +29,14 @@ bool all_digits(const std::string& s) {
 std::string decimal(const mpq_class& q) {
   mpz_class rest = q.get_den();
   int twos = 0, fives = 0;
-  while (rest % 2 == 0) rest /= 2, ++twos;
-  while (rest % 5 == 0) rest /= 5, ++fives;
+  while (rest % 2 == 0) {
+    rest /= 2;
+    ++twos;
+  }
+  while (rest % 5 == 0) {
+    rest /= 5;
+    ++fives;
+  }
   const int places = std::max(twos, fives);
   if (rest != 1 || places > 12) return "";
   mpz_class scale;

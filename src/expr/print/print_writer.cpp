@@ -26,8 +26,8 @@ void positive_first(const NormalForms& forms, std::vector<Item>& list) {
   }
 }
 
-/// Vector sums: accelerations and velocities, then what is constant, then the rest; by textbook order
-/// otherwise.
+/// Vector sums: accelerations and velocities, then what is
+/// constant, then the rest; by textbook order otherwise.
 int vector_rank(const NormalForms& forms, const Item& item) {
   if (!item.written.empty()) return 3;
   if (item.unit > 0) return 1;
@@ -182,8 +182,7 @@ std::optional<Piece> Writer::norm(SumId argument) {
   return notation_.norm(a);
 }
 
-// ── unspecified functions
-// ────────────────────────────────────────────────────────────────────────────────────────
+// ── unspecified functions ──────────────────────────────────────────────────────────────────────────────────
 
 std::optional<Piece> Writer::plain_symbol(SumId id) {
   const Sum& s = forms_.sum(id);
@@ -221,8 +220,7 @@ Piece Writer::call(const Atom& a) {
   return plain ? notation_.partial(f.name, wrt) : notation_.partial_at(f.name, places, args);
 }
 
-// ── columns
-// ──────────────────────────────────────────────────────────────────────────────────────────────────────
+// ── columns ────────────────────────────────────────────────────────────────────────────────────────────────
 
 Piece Writer::column(const std::vector<SumId>& entries, bool by_names) {
   if (by_names) {

@@ -1,8 +1,8 @@
 // From forms to pieces: which sign, which fraction, which parentheses. Shared by text and LaTeX.
 #pragma once
 
-#include "expr/graph/vectors.hpp"
 #include "expr/print/print_notation.hpp"
+#include "expr/print/vectors.hpp"
 
 namespace pendula {
 

@@ -27,8 +27,7 @@ std::optional<mpq_class> exact_root(const mpq_class& q, unsigned long d) {
 
 }  // namespace
 
-// ── expand
-// ───────────────────────────────────────────────────────────────────────────────────────────────────────
+// ── expand ─────────────────────────────────────────────────────────────────────────────────────────────────
 
 SumId Expander::rewritten_product(Term term) {
   Sum result{Term{term.coefficient, {}}};
@@ -72,8 +71,7 @@ Expr expand(Expr e) {
   return forms.build(forms.form(e));
 }
 
-// ── simplify
-// ─────────────────────────────────────────────────────────────────────────────────────────────────────
+// ── simplify ───────────────────────────────────────────────────────────────────────────────────────────────
 
 std::optional<Number> Simplifier::constant(SumId s) const {
   if (sum(s).empty()) return Number(0);

@@ -1,7 +1,7 @@
 // The forms that simplify and expand work in: collected forms with rules at every product, function and sum.
 #pragma once
 
-#include "expr/rewrite/normal.hpp"
+#include "expr/normal/normal.hpp"
 
 namespace pendula {
 
@@ -57,8 +57,7 @@ class Simplifier : public NormalForms {
   double work_ = 0;  // terms made in search of shorter forms
 };
 
-// ── rules as data (rewrite_rules.cpp)
-// ────────────────────────────────────────────────────────────────────────────────
+// ── rules as data (rewrite_rules.cpp) ──────────────────────────────────────────────────────────────────────
 
 /// op(args) as something simpler, or nothing.
 struct FunctionRule {

@@ -16,8 +16,8 @@ struct Pattern {
   std::vector<std::uint32_t> key;
   std::vector<Expr> variables;  ///< of order 0, as the key numbers them
 };
-/// Nothing for expressions that are small or very large, and those with unspecified functions or linear
-/// systems. Cost: linear.
+/// Nothing for expressions that are small or very large, and those
+/// with unspecified functions or linear systems. Cost: linear.
 std::optional<Pattern> pattern_of(Expr e);
 
 /// Remembers results by pattern.

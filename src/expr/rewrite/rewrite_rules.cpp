@@ -1,6 +1,7 @@
 // The rules of simplify. All of them hold over the reals wherever the left side is defined.
 #include <cmath>
 
+#include "expr/graph/operation.hpp"
 #include "expr/rewrite/rewrite_forms.hpp"
 
 namespace pendula {
@@ -8,31 +9,7 @@ namespace {
 
 using Args = std::vector<SumId>;
 
-// ── functions
-// ────────────────────────────────────────────────────────────────────────────────────────────────────
-
-enum class Parity { none, odd, even };
-
-Parity parity(Op op) {
-  switch (op) {
-    case Op::sin:
-    case Op::tan:
-    case Op::asin:
-    case Op::atan:
-    case Op::sinh:
-    case Op::tanh:
-    case Op::asinh:
-    case Op::atanh:
-    case Op::sign:
-      return Parity::odd;
-    case Op::cos:
-    case Op::cosh:
-    case Op::abs:
-      return Parity::even;
-    default:
-      return Parity::none;
-  }
-}
+// ── functions ──────────────────────────────────────────────────────────────────────────────────────────────
 
 std::optional<SumId> fold_parity(Simplifier& s, Op op, const Args& x) {
   const Parity p = parity(op);
@@ -170,8 +147,7 @@ constexpr FunctionRule functions[] = {
     {"ifelse(c, p, p) = p", equal_branches},
 };
 
-// ── products
-// ─────────────────────────────────────────────────────────────────────────────────────────────────────
+// ── products ───────────────────────────────────────────────────────────────────────────────────────────────
 
 /// exp(a) exp(b) = exp(a + b).
 bool merge_exponentials(Simplifier& s, Term& term) {

@@ -97,8 +97,7 @@ std::optional<SumId> Simplifier::exact_quotient(SumId a, SumId b) {
   return intern(std::move(quotient));
 }
 
-// ── candidates
-// ───────────────────────────────────────────────────────────────────────────────────────────────────
+// ── candidates ─────────────────────────────────────────────────────────────────────────────────────────────
 
 /// The products multiplied out: the shortest one, the two shortest, …
 void Simplifier::expanded(SumId s, std::vector<SumId>& candidates) {
@@ -145,8 +144,8 @@ SumId Simplifier::with_grouped(const Sum& terms, const std::vector<Factor>& comm
   return intern(std::move(rest));
 }
 
-/// A factor common to all terms; terms that differ in their parameters only, as in (M + m) x″; a common
-/// denominator.
+/// A factor common to all terms; terms that differ in their
+/// parameters only, as in (M + m) x″; a common denominator.
 void Simplifier::grouped(SumId s, std::vector<SumId>& candidates) {
   const std::vector<Term> terms = ordered_terms(s);
   if (terms.size() < 2) return;

@@ -235,9 +235,10 @@ static void compile(StepEntry& entry, const Problem& problem, const Tableau& rk,
   TimePart timed(Machine::available(TimeCode::lanes) ? TimePart(outputs, problem) : TimePart(outputs));
   const Program program = Author(problem, rk, stiff_stage, timed).step();
   if (program.instructions.size() > longest_step_program) return;
-  entry.machines.push_back(Machine::compile(program, 1, codegen::Rounding::fused));
-  if (timed.parts.empty()) return;
-  entry.machines.push_back(TimeCode::compile(timed, problem));
+  std::vector<std::shared_ptr<const Machine>> compiled;
+  compiled.push_back(Machine::compile(program, 1, codegen::Rounding::fused));
+  if (!timed.parts.empty()) compiled.push_back(TimeCode::compile(timed, problem));
+  entry.keep_if_complete(std::move(compiled));
   entry.handed = timed.parts.size();
 }
 

@@ -6,8 +6,8 @@
 #include <span>
 #include <vector>
 
-#include "codegen/linear/lane_product.hpp"
 #include "codegen/machine/machine.hpp"
+#include "codegen/routines/lane_product.hpp"
 #include "integrate/problem/problem.hpp"
 
 namespace pendula::integrate {

@@ -5,8 +5,8 @@
 #include <limits>
 #include <mutex>
 
-#include "codegen/kernel/program_cache.hpp"
-#include "codegen/tape/writer.hpp"
+#include "codegen/program/program_cache.hpp"
+#include "codegen/program/writer.hpp"
 #include "integrate/compiled/step_cache.hpp"
 #include "method/step_control.hpp"
 
@@ -398,6 +398,7 @@ std::shared_ptr<const LaneCode> LaneCode::make(const Problem& problem, const Tab
   code->step_ = codegen::Machine::compile(step, lanes, fused);
   code->start_ = codegen::Machine::compile(author.start(), lanes, fused);
   code->between_ = codegen::Machine::compile(author.between(), lanes, fused);
+  if (!code->step_ || !code->start_ || !code->between_) return nullptr;
   memory.add(key, code, step.instructions.size());
   return code;
 }

@@ -134,7 +134,7 @@ std::shared_ptr<NewtonCode> NewtonCode::make(const Request& q, long iterations, 
   add(key, std::bit_cast<double>(reinterpret_cast<std::uint64_t>(q.pivots.pivots().get())));
   const std::lock_guard lock(step_store().mutex);
   const auto entry = step_store().entry(key);
-  if (entry->wanted < 0) return nullptr;  // too long
+  if (entry->wanted < 0) return nullptr;  // too long, or not possible
   if (entry->machines.empty()) {
     entry->wanted += iterations;
     entry->kept = {q.pivots.pivots()};
@@ -148,8 +148,11 @@ std::shared_ptr<NewtonCode> NewtonCode::make(const Request& q, long iterations, 
     entry->wanted = -1;
     for (const auto& [program, width] : all)
       if (program.instructions.size() > longest_step_program) return nullptr;
+    std::vector<std::shared_ptr<const Machine>> compiled;
     for (const auto& [program, width] : all)
-      entry->machines.push_back(Machine::compile(program, width, codegen::Rounding::fused));
+      compiled.push_back(Machine::compile(program, width, codegen::Rounding::fused));
+    entry->keep_if_complete(std::move(compiled));
+    if (entry->machines.empty()) return nullptr;
     entry->wanted = 0;
   }
   std::shared_ptr<NewtonCode> code(new NewtonCode(Layout(q), q));

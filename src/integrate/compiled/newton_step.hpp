@@ -3,7 +3,7 @@
 //
 // An iteration is the same work several times: the equations at every stage, and a linear system of one
 // pattern for every eigenvalue of A⁻¹ = W. So stages, and systems, are the lanes of vector registers, and
-// what W, T⁻¹ and T do between them are products of lanes (codegen/linear/lane_product.hpp):
+// what W, T⁻¹ and T do between them are products of lanes (codegen/routines/lane_product.hpp):
 //
 //     R = F(tᵢ, y + Zᵢ, (W Z)ᵢ/h)   stages      (λM/h + J) Δ = (T⁻¹ ⊗ I) R   systems      Z ← Z - (T ⊗ I) Δ
 //
@@ -15,9 +15,9 @@
 #include <memory>
 #include <vector>
 
-#include "codegen/linear/lane_product.hpp"
 #include "codegen/linear/straight_lu.hpp"
 #include "codegen/machine/machine.hpp"
+#include "codegen/routines/lane_product.hpp"
 #include "integrate/problem/problem.hpp"
 #include "method/irk_formula.hpp"
 

@@ -216,7 +216,7 @@ std::shared_ptr<RosenbrockCode> RosenbrockCode::make(const Request& q) {
   if (entry->wanted++ == 0) {
     entry->kept = {q.pivots.pivots()};
     if (Program program = Author(q).step(); program.instructions.size() <= longest_step_program)
-      entry->machines.push_back(Machine::compile(program, 1, codegen::Rounding::fused));
+      entry->keep_if_complete({Machine::compile(program, 1, codegen::Rounding::fused)});
   }
   if (entry->machines.empty()) return nullptr;
   const Author::Layout at(q);

@@ -19,6 +19,10 @@ void add(Key& key, std::span<const Expr> list) {
   for (Expr e : list) key.push_back(e.id());
 }
 
+void StepEntry::keep_if_complete(std::vector<std::shared_ptr<const codegen::Machine>> compiled) {
+  if (std::find(compiled.begin(), compiled.end(), nullptr) == compiled.end()) machines = std::move(compiled);
+}
+
 std::shared_ptr<StepEntry> StepStore::entry(const Key& key) {
   auto found = entries.find(key);
   if (!found) entries.add(key, found = std::make_shared<StepEntry>(), 1000);

@@ -7,9 +7,9 @@
 #include <span>
 #include <vector>
 
-#include "codegen/kernel/program_cache.hpp"
 #include "codegen/machine/machine.hpp"
-#include "codegen/tape/writer.hpp"
+#include "codegen/program/program_cache.hpp"
+#include "codegen/program/writer.hpp"
 #include "integrate/problem/problem.hpp"
 
 namespace pendula::integrate {
@@ -26,6 +26,10 @@ struct StepEntry {
   long wanted = 0;
   std::size_t handed = 0;  ///< numbers that the second machine hands to the first, if there are two
   std::vector<std::shared_ptr<const void>> kept;  ///< whose addresses are in the key
+
+  /// Keeps the machines of one step if all of them could be compiled; otherwise none: there is no step
+  /// without executable memory.
+  void keep_if_complete(std::vector<std::shared_ptr<const codegen::Machine>> compiled);
 };
 
 struct StepStore {

@@ -3,7 +3,7 @@
 #include <numeric>
 #include <optional>
 
-#include "codegen/kernel/program_cache.hpp"
+#include "codegen/program/program_cache.hpp"
 #include "integrate/solve/band_lu.hpp"
 
 namespace pendula::integrate {

@@ -9,7 +9,7 @@
 #include <klu.h>
 
 #include "base/error.hpp"
-#include "codegen/kernel/program_cache.hpp"
+#include "codegen/program/program_cache.hpp"
 
 namespace pendula::integrate {
 namespace {

@@ -113,6 +113,8 @@ std::shared_ptr<const LaneSweep> LaneSweep::make(const SweepRequest& request,
   if (!rk.bhat()) return nullptr;
   int lanes = request.lanes == 0 ? codegen::Machine::widest() : request.lanes;
   if (!codegen::Machine::available(lanes)) lanes = codegen::Machine::widest();
+  why = "no machine code can be made here";
+  if (!codegen::Machine::available(lanes)) return nullptr;
   auto sweep = std::make_shared<LaneSweep>();
   sweep->code_ = LaneCode::make(problem, rk, request.simulation.method.family == "auto", lanes);
   why = "the equations are long";

@@ -9,6 +9,7 @@
 #include "base/interrupt.hpp"
 #include "integrate/run/adaptive_run.hpp"
 #include "tests/integrate/problems.hpp"
+#include "tests/require_code.hpp"
 
 using namespace pendula;
 using namespace pendula::test;
@@ -119,7 +120,7 @@ TEST_CASE("ensemble: lanes give what the ordinary stepper gives, whatever the nu
 }
 
 TEST_CASE("ensemble: neighbours, order and number of lanes change no bit") {
-  if (!codegen::Machine::available(4)) return;
+  REQUIRE_CODE(4);
   const auto values = spread(21);
   const auto reference = run(values, 4);
   std::vector<double> other(values.rbegin(), values.rend());
@@ -140,7 +141,7 @@ TEST_CASE("ensemble: neighbours, order and number of lanes change no bit") {
 }
 
 TEST_CASE("ensemble: too many steps, a stiff set and one that is not defined are left to another road") {
-  if (!codegen::Machine::available(4)) return;
+  REQUIRE_CODE(4);
   dae::FirstOrder form = ode({x()}, {-k() * (x() - cos(time_symbol())) + Expr(1e-9) * sqrt(k() - 1)});
   form.p = {k()};
   const ProblemPtr p = std::make_shared<Problem>(form, Vec::Constant(1, 2.0));
@@ -171,7 +172,7 @@ TEST_CASE("ensemble: too many steps, a stiff set and one that is not defined are
 }
 
 TEST_CASE("ensemble: Ctrl-C stops it between two steps") {
-  if (!codegen::Machine::available(4)) return;
+  REQUIRE_CODE(4);
   class Pressed : public List {
    public:
     Pressed() : List(spread(100)) {}

@@ -6,6 +6,7 @@
 
 #include "integrate/compiled/explicit_step.hpp"
 #include "tests/integrate/problems.hpp"
+#include "tests/require_code.hpp"
 
 using namespace pendula;
 using namespace pendula::test;
@@ -33,7 +34,7 @@ Point random_point(int n, std::mt19937& random) {
 }  // namespace
 
 TEST_CASE("explicit code: the end of a step, its error and the test of stiffness") {
-  if (!codegen::Machine::available()) return;
+  REQUIRE_CODE(1);
   // The last stage but one stands at the end of the step.
   const TableauPtr method =
       drawn("0 | \n 1/2 | 1/2 \n 1/2 | 0 1/2 \n 1 | 0 0 1 \n | 1/6 1/3 1/3 1/6 \n | 0 1 0 0");

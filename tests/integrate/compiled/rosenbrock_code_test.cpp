@@ -7,6 +7,7 @@
 #include "integrate/compiled/rosenbrock_step.hpp"
 #include "integrate/solve/linear_solver.hpp"
 #include "tests/integrate/problems.hpp"
+#include "tests/require_code.hpp"
 
 using namespace pendula;
 using namespace pendula::test;
@@ -102,7 +103,7 @@ double distance(const double* a, const Vec& b) {
 }  // namespace
 
 TEST_CASE("rosenbrock code: a step is the one that the definition gives") {
-  if (!codegen::Machine::available()) return;
+  REQUIRE_CODE(1);
   for (int run = 0; run < 10; ++run) {
     Bench b(forced());
     const Mat inverse = (Mat::Identity(2, 2) + b.method.gamma() * b.dt * b.J).inverse();  // J = -∂f/∂x
@@ -125,7 +126,7 @@ TEST_CASE("rosenbrock code: a step is the one that the definition gives") {
 }
 
 TEST_CASE("rosenbrock code: a semi-explicit DAE, error estimate and dense output") {
-  if (!codegen::Machine::available()) return;
+  REQUIRE_CODE(1);
   for (int run = 0; run < 10; ++run) {
     Bench b(pendulum3d_semi_explicit());
     const auto lu = (b.M / (b.method.gamma() * b.dt) + b.J).partialPivLu();
@@ -148,7 +149,7 @@ TEST_CASE("rosenbrock code: a semi-explicit DAE, error estimate and dense output
 }
 
 TEST_CASE("rosenbrock code: pivots that do not suit are noticed") {
-  if (!codegen::Machine::available()) return;
+  REQUIRE_CODE(1);
   Bench b(pendulum3d_semi_explicit());
   b.from.x.head(3).setZero();  // the multiplier's pivot is |p|²
   CHECK_FALSE(b.code->run(*b.p, b.from, b.dt, nullptr).regular);

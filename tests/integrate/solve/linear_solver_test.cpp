@@ -8,6 +8,7 @@
 #include "base/decompositions.hpp"
 #include "base/math.hpp"
 #include "tests/integrate/solve/scalars.hpp"
+#include "tests/require_code.hpp"
 
 using namespace pendula;
 using namespace pendula::integrate;
@@ -79,7 +80,7 @@ TEST_CASE("linear solver: all roads solve, real and complex, sparse and full") {
 
 TEST_CASE(
     "linear solver: a system that is factorised often gets code; other pivots, the first road and new code") {
-  if (!codegen::Machine::available()) return;
+  REQUIRE_CODE(1);
   std::mt19937 random(8);
   auto s = random_system<double>(12, 0.2, random);
   for (int i = 0; i < 12; ++i) s.positions.push_back({i, (i + 5) % 12}), s.values.push_back(0);

@@ -124,7 +124,7 @@ int ifelse(Call& call) {
 
 Function function_of(Op op) {
   static constexpr Function table[] = {
-#define OP(name, arity, style, value, da, db, dc, lo, hi, latex, help) named<Op::name>,
+#define OP(name, ...) named<Op::name>,
 #include "expr/ops.def"
 #undef OP
   };

@@ -1,4 +1,4 @@
-#include "expr/rewrite/normal.hpp"
+#include "expr/normal/normal.hpp"
 
 #include <cmath>
 
@@ -41,8 +41,7 @@ bool factors_less(const std::vector<Factor>& a, const std::vector<Factor>& b) {
 
 }  // namespace
 
-// ── numbers
-// ──────────────────────────────────────────────────────────────────────────────────────────────────────
+// ── numbers ────────────────────────────────────────────────────────────────────────────────────────────────
 
 Number Number::approximate(double value) {
   if (const auto q = simplest_rational(value)) return Number(*q);
@@ -85,8 +84,7 @@ std::optional<Number> Number::power(const Number& a, const mpz_class& n) {
   return Number(q);
 }
 
-// ── interning
-// ────────────────────────────────────────────────────────────────────────────────────────────────────
+// ── interning ──────────────────────────────────────────────────────────────────────────────────────────────
 
 void Traits::include(const Traits& part) {
   if (part.level >= level) degree = part.level > level ? part.degree : std::max(degree, part.degree);
@@ -191,8 +189,7 @@ AtomId NormalForms::power_atom(SumId base, SumId exponent) {
   return intern(Atom{AtomKind::power, Op::pow, {}, {base, exponent}, {}});
 }
 
-// ── products
-// ─────────────────────────────────────────────────────────────────────────────────────────────────────
+// ── products ───────────────────────────────────────────────────────────────────────────────────────────────
 
 Number NormalForms::content(const Sum& terms) const {
   mpz_class num = 0, den = 1;

@@ -3,7 +3,7 @@
 #include <numeric>
 
 #include "expr/graph/declaration.hpp"
-#include "expr/rewrite/normal.hpp"
+#include "expr/normal/normal.hpp"
 
 namespace pendula {
 namespace {
@@ -184,8 +184,7 @@ std::vector<Term> NormalForms::ordered_terms(SumId id) const {
   return result;
 }
 
-// ── back to the graph
-// ────────────────────────────────────────────────────────────────────────────────────────────
+// ── back to the graph ──────────────────────────────────────────────────────────────────────────────────────
 
 Expr NormalForms::build(AtomId id, const mpq_class& exponent) const {
   const Atom& a = atoms_[id];

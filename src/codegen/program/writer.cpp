@@ -1,4 +1,4 @@
-#include "codegen/tape/writer.hpp"
+#include "codegen/program/writer.hpp"
 
 #include <algorithm>
 #include <bit>

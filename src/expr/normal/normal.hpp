@@ -21,8 +21,8 @@
 
 namespace pendula {
 
-/// A rational, or a double where only that is known. Doubles are read as simple rationals like everywhere
-/// (graph.hpp).
+/// A rational, or a double where only that is known. Doubles
+/// are read as simple rationals like everywhere (graph.hpp).
 class Number {
  public:
   Number(long value = 0) : exact_(value), value_(static_cast<double>(value)) {}

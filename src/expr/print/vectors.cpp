@@ -1,4 +1,4 @@
-#include "expr/graph/vectors.hpp"
+#include "expr/print/vectors.hpp"
 
 #include <map>
 
@@ -44,8 +44,7 @@ bool whole_positive(const mpq_class& exponent) { return exponent >= 1 && exponen
 
 }  // namespace
 
-// ── known columns
-// ────────────────────────────────────────────────────────────────────────────────────────────────
+// ── known columns ──────────────────────────────────────────────────────────────────────────────────────────
 
 Columns::Columns(const PrintOptions& options) : aliases_(options.aliases) {
   std::erase_if(aliases_, [](const VectorName& v) {
@@ -85,8 +84,7 @@ std::vector<Component> Columns::of(Expr leaf) const {
   return found;
 }
 
-// ── lifting
-// ──────────────────────────────────────────────────────────────────────────────────────────────────────
+// ── lifting ────────────────────────────────────────────────────────────────────────────────────────────────
 
 const std::vector<Component>& VectorFinder::components_of(AtomId atom) {
   const auto [it, made] = known_.try_emplace(atom);
@@ -118,7 +116,7 @@ std::optional<Lift> VectorFinder::lift(AtomId id, int size, int index) {
 /// Component j of a lift as an atom, if the forms have it already.
 std::optional<AtomId> VectorFinder::component(const Lift& lift, int j) {
   const auto leaf_of = [&](const Component& c) {
-    const Expr base = c.base[static_cast<std::size_t>(j) - 1];
+    const Expr base = c.base[j - 1];
     return forms_.leaf_atom(c.order == 0 ? base : derivative_leaf(base, c.order));
   };
   if (lift.size() == 1 && lift[0].scalar == Term{1, {}}) return leaf_of(lift[0].column);
@@ -150,8 +148,7 @@ std::vector<VectorFinder::Carrier> VectorFinder::carriers(const Term& term) {
   return found;
 }
 
-// ── scalar products
-// ──────────────────────────────────────────────────────────────────────────────────────────────
+// ── scalar products ────────────────────────────────────────────────────────────────────────────────────────
 
 std::vector<Item> VectorFinder::items(SumId sum) {
   const std::vector<Term> terms = forms_.ordered_terms(sum);
@@ -210,8 +207,7 @@ std::vector<Item> VectorFinder::items(SumId sum) {
   return result;
 }
 
-// ── columns
-// ──────────────────────────────────────────────────────────────────────────────────────────────────────
+// ── columns ────────────────────────────────────────────────────────────────────────────────────────────────
 
 std::optional<std::vector<Item>> VectorFinder::items(const std::vector<SumId>& entries) {
   const auto n = static_cast<int>(entries.size());
@@ -230,7 +226,7 @@ std::optional<std::vector<Item>> VectorFinder::items(const std::vector<SumId>& e
         Term copy = rest;
         copy.factors.push_back({*component(c.lift, j), 1});
         forms_.collect(copy);
-        const auto place = pools[static_cast<std::size_t>(j) - 1].find(copy);
+        const auto place = pools[j - 1].find(copy);
         if (!place) break;
         places.push_back(*place);
       }
@@ -250,7 +246,10 @@ std::optional<std::vector<Item>> VectorFinder::items(const std::vector<SumId>& e
   for (std::size_t row = 0; row < terms.size(); ++row) {
     for (std::size_t i = 0; i < terms[row].size(); ++i)
       if (!pools[row].taken(i)) rest[row].push_back(terms[row][i]);
-    if (!rest[row].empty()) ++rows, last = row;
+    if (!rest[row].empty()) {
+      ++rows;
+      last = row;
+    }
   }
   if (rows == 1 && rest[last].size() == 1) {
     result.push_back({rest[last][0], rest[last][0], {}, static_cast<int>(last) + 1, {}});

@@ -1,4 +1,4 @@
-#include "codegen/linear/band.hpp"
+#include "codegen/routines/band.hpp"
 
 #include <algorithm>
 #include <cstddef>
@@ -12,7 +12,8 @@ int middle(int n) { return n / 2; }
 // One diagonal, from both ends: above the middle l[i] = A(i, i-1)/d[i-1] belongs to row i, below it l[i] =
 // A(i, i-1)/d[i] to row i-1. What is left of a are 1/d and l.
 void factor_from_both_ends(double* a, int n) {
-  double *const d = a, *const l = a + n;
+  double* const d = a;
+  double* const l = a + n;
   const int m = middle(n);
   double up = m > 0 ? 1 / d[0] : 0, down = m < n - 1 ? 1 / d[n - 1] : 0;  // reciprocals of the last pivots
   int i = 1, j = n - 2;

@@ -1,7 +1,7 @@
-// From the graph to forms: which nodes need a form of their own, and one sweep over the sum or product below
-// each.
+// From the graph to forms: which nodes need a form of their
+// own, and one sweep over the sum or product below each.
 #include "base/interrupt.hpp"
-#include "expr/rewrite/normal.hpp"
+#include "expr/normal/normal.hpp"
 
 namespace pendula {
 namespace {
@@ -17,8 +17,6 @@ std::optional<long> whole_exponent(Expr power) {
 }
 
 }  // namespace
-
-// ───────────────────────────────────────────────────────────────────────────────────────────────
 
 NormalForms::Role NormalForms::role(Expr e) {
   switch (e.op()) {
@@ -38,8 +36,8 @@ NormalForms::Role NormalForms::role(Expr e) {
 
 SumId NormalForms::form(Expr e) {
   const std::vector<Expr> order = topological({&e, 1});
-  // A head needs a form of its own: the output, and every operand that does not continue the sum or product
-  // above it.
+  // A head needs a form of its own: the output, and every
+  // operand that does not continue the sum or product above it.
   std::unordered_map<Expr, bool> head;
   head[e] = true;
   for (Expr node : order) {

@@ -1,4 +1,4 @@
-#include "codegen/tape/pieces.hpp"
+#include "codegen/tape/vector_loops.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -40,7 +40,7 @@ template <std::size_t sa, std::size_t sb, class F>
 }
 
 template <class F>
-[[gnu::always_inline]] inline void loop(const Piece& p, std::size_t n, const Places& at, const F& f) {
+[[gnu::always_inline]] inline void loop(const VectorLoop& p, std::size_t n, const Places& at, const F& f) {
   double* __restrict r = at.r;
   const double *a = at.a, *b = at.b;
   const std::size_t sa = p.stride[0], sb = p.stride[1];
@@ -68,7 +68,8 @@ template <class F>
 
 /// Operations that are calls, or have no form for vectors in C++.
 template <class F>
-[[gnu::always_inline]] inline void one_by_one(const Piece& p, std::size_t n, const Places& at, const F& f) {
+[[gnu::always_inline]] inline void one_by_one(const VectorLoop& p, std::size_t n, const Places& at,
+                                              const F& f) {
   double* __restrict r = at.r;
   const double* a = at.a;
   const std::size_t sa = p.stride[0];
@@ -79,7 +80,7 @@ template <class F>
   }
 }
 
-[[gnu::always_inline]] inline void run_any(const Piece& p, std::size_t n, const Places& at) {
+[[gnu::always_inline]] inline void run_any(const VectorLoop& p, std::size_t n, const Places& at) {
   switch (p.op) {
     case Op::neg:
       return loop(p, n, at, [](auto& r, const auto& a, const auto&) { r = -a; });
@@ -101,11 +102,13 @@ template <class F>
 }
 
 #if defined(__x86_64__) && defined(__GNUC__)
-[[gnu::target("avx2")]] void run_avx2(const Piece& p, std::size_t n, const Places& at) { run_any(p, n, at); }
+[[gnu::target("avx2")]] void run_avx2(const VectorLoop& p, std::size_t n, const Places& at) {
+  run_any(p, n, at);
+}
 #endif
-void run_plain(const Piece& p, std::size_t n, const Places& at) { run_any(p, n, at); }
+void run_plain(const VectorLoop& p, std::size_t n, const Places& at) { run_any(p, n, at); }
 
-using Run = void (*)(const Piece&, std::size_t, const Places&);
+using Run = void (*)(const VectorLoop&, std::size_t, const Places&);
 
 Run best() {
 #if defined(__x86_64__) && defined(__GNUC__)
@@ -161,9 +164,9 @@ bool has_loop(Op op) {
          op == Op::sqrt || op == Op::exp;
 }
 
-void run_members(const Piece& piece, std::size_t count, const Places& places) {
+void run_members(const VectorLoop& loop, std::size_t count, const Places& places) {
   static const Run run = best();
-  run(piece, count, places);
+  run(loop, count, places);
 }
 
 std::vector<Copy> arrange_copies(std::span<const Slot> from, Slot inputs) {

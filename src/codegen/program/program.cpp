@@ -1,12 +1,12 @@
 // Expr graph -> program.
-#include "codegen/tape/program.hpp"
+#include "codegen/program/program.hpp"
 
 #include <cstdlib>
 #include <optional>
 #include <unordered_map>
 
 #include "base/error.hpp"
-#include "codegen/linear/symmetric.hpp"
+#include "codegen/program/symmetric.hpp"
 #include "expr/graph/solve.hpp"
 
 namespace pendula::codegen {

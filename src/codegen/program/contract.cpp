@@ -1,4 +1,4 @@
-#include "codegen/tape/contract.hpp"
+#include "codegen/program/contract.hpp"
 
 #include <optional>
 #include <unordered_map>

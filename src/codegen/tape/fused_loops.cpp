@@ -1,4 +1,4 @@
-#include "codegen/tape/loops.hpp"
+#include "codegen/tape/fused_loops.hpp"
 
 #include <algorithm>
 #include <optional>
@@ -16,21 +16,21 @@ class Fusion {
     t_.loop.assign(n, 0);
     t_.shift.assign(n, 0);
     t_.local.assign(n, 0);
-    for (std::size_t i = 0; i < n; ++i) items[i].is_piece ? place_piece(i) : place_other(i);
+    for (std::size_t i = 0; i < n; ++i) items[i].is_loop ? place_piece(i) : place_other(i);
     t_.loops = static_cast<Slot>(loops_.size());
   }
 
   Timing result(const std::vector<Slot>& kept) && {
-    for (std::size_t i = 0; i < items_.size(); ++i) t_.local[i] = items_[i].is_piece;
+    for (std::size_t i = 0; i < items_.size(); ++i) t_.local[i] = items_[i].is_loop;
     const auto outside = [&](Slot slot) {
       if (owner_[slot] != no_owner) t_.local[owner_[slot]] = 0;
     };
     std::for_each(kept.begin(), kept.end(), outside);
     for (std::size_t i = 0; i < items_.size(); ++i) {
       std::for_each(items_[i].reads.begin(), items_[i].reads.end(), outside);
-      if (items_[i].is_piece)
+      if (items_[i].is_loop)
         for (int k = 0; k < 2; ++k)
-          if (!reads_in_step(i, k)) outside(items_[i].piece.operand[k]);
+          if (!reads_in_step(i, k)) outside(items_[i].loop.operand[k]);
     }
     return std::move(t_);
   }
@@ -44,10 +44,10 @@ class Fusion {
 
   /// Is the operand made by the same loop, in the same step?
   bool reads_in_step(std::size_t i, int k) const {
-    const Piece& p = items_[i].piece;
+    const VectorLoop& p = items_[i].loop;
     const Slot from = maker(p.operand[k]);
     if (from == no_owner) return true;
-    return items_[from].is_piece && t_.time[from] == t_.time[i] && t_.loop[from] == t_.loop[i] &&
+    return items_[from].is_loop && t_.time[from] == t_.time[i] && t_.loop[from] == t_.loop[i] &&
            p.stride[k] == 1 && t_.shift[from] + (p.operand[k] - items_[from].result) == t_.shift[i];
   }
 
@@ -62,7 +62,7 @@ class Fusion {
   }
 
   void place_piece(std::size_t i) {
-    const Piece& p = items_[i].piece;
+    const VectorLoop& p = items_[i].loop;
     Slot time = 1;
     for (Slot slot : p.operand)
       if (const Slot from = maker(slot); from != no_owner)
@@ -87,14 +87,14 @@ class Fusion {
 
   /// The loop at this time that makes an operand.
   std::optional<Slot> last_member_of_loop(std::size_t i, Slot time) const {
-    for (Slot slot : items_[i].piece.operand)
+    for (Slot slot : items_[i].loop.operand)
       if (const Slot from = maker(slot); from != no_owner && t_.time[from] == time) return t_.loop[from];
     return std::nullopt;
   }
 
-  /// Can the piece be part of this loop, which makes at least one of its operands? Sets its shift.
+  /// Can the loop be part of this loop, which makes at least one of its operands? Sets its shift.
   bool join(std::size_t i, Slot loop, Slot time) {
-    const Piece& p = items_[i].piece;
+    const VectorLoop& p = items_[i].loop;
     if (!similar(loops_[loop].count, p.count)) return false;
     Slot shift = 0;
     for (int k = 0; k < 2; ++k) {
@@ -129,11 +129,11 @@ Timing fuse(const std::vector<Item>& items, const std::vector<Slot>& owner, cons
   return Fusion(items, owner).result(kept);
 }
 
-void run_loop(const Loop& loop, Slot inputs, const double* in, double* w) {
+void run_loop(const FusedLoop& loop, Slot inputs, const double* in, double* w) {
   for (Slot begin = 0; begin < loop.steps; begin += loop.chunk) {
     const Slot end = begin + loop.chunk;
-    for (const Strand& s : loop.strands) {
-      const Piece& p = s.piece;
+    for (const FusedOperation& s : loop.operations) {
+      const VectorLoop& p = s.loop;
       const Slot first = std::max(begin, s.shift) - s.shift,
                  last = std::min(std::max(end, s.shift) - s.shift, p.count);
       if (first >= last) continue;

@@ -1,4 +1,4 @@
-#include "codegen/linear/symmetric.hpp"
+#include "codegen/program/symmetric.hpp"
 
 #include <Eigen/OrderingMethods>
 #include <Eigen/SparseCore>

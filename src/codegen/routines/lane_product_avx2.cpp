@@ -1,5 +1,5 @@
 // This file is compiled for AVX2.
-#include "codegen/linear/lane_product.hpp"
+#include "codegen/routines/lane_product.hpp"
 
 #include <algorithm>
 

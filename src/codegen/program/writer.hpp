@@ -5,7 +5,7 @@
 #include <map>
 #include <unordered_map>
 
-#include "codegen/tape/program.hpp"
+#include "codegen/program/program.hpp"
 
 namespace pendula::codegen {
 

@@ -1,7 +1,7 @@
 // What is fast and not exact to the last bit: products and sums in one operation, reciprocals.
 #pragma once
 
-#include "codegen/tape/program.hpp"
+#include "codegen/program/program.hpp"
 
 namespace pendula::codegen {
 

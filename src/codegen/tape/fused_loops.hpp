@@ -1,5 +1,5 @@
-// Loops over the same range become one loop (fusion; Allen & Kennedy, Optimizing Compilers for Modern
-// Architectures, §6.2).
+// Loops over the same range become one loop (fusion; Allen &
+// Kennedy, Optimizing Compilers for Modern Architectures, §6.2).
 //
 // A loop per operation reads and writes whole arrays; of a large model they lie in the second-level cache or
 // behind it, and moving them takes longer than computing. Fused loops run chunk by chunk: all operations on
@@ -10,30 +10,30 @@
 
 #include <vector>
 
-#include "codegen/tape/pieces.hpp"
+#include "codegen/tape/vector_loops.hpp"
 
 namespace pendula::codegen {
 
-/// A piece as part of a loop: its member j runs in step j + shift. Local numbers are slots of buffers, in
+/// A loop as part of a loop: its member j runs in step j + shift. Local numbers are slots of buffers, in
 /// which step k of a chunk has place k.
-struct Strand {
-  Piece piece;
+struct FusedOperation {
+  VectorLoop loop;
   Slot shift = 0;
   bool local_result = false, local_operand[2] = {false, false};
 };
 
-struct Loop {
-  std::vector<Strand> strands;
+struct FusedLoop {
+  std::vector<FusedOperation> operations;
   Slot steps = 0, chunk = 0;
 };
 
 /// Inputs are read from `in`, as in run_piece.
-void run_loop(const Loop& loop, Slot inputs, const double* in, double* workspace);
+void run_loop(const FusedLoop& loop, Slot inputs, const double* in, double* workspace);
 
 /// What a tape does, in an order that respects dependences; every result has a range of slots of its own.
 struct Item {
-  bool is_piece = false;
-  Piece piece{};  ///< if it is one; else an operation without pattern or a linear system
+  bool is_loop = false;
+  VectorLoop loop{};  ///< if it is one; else an operation without pattern or a linear system
   Slot result = 0, size = 0;
   std::vector<Slot> reads;  ///< of the others
 };

@@ -24,8 +24,8 @@ struct Snippet {
 
 std::string quoted(const std::string& name) { return "\"" + name + "\""; }
 
-/// A constant that Lua reads as exactly this one; `exact`: as an expression even where no other operand is
-/// one.
+/// A constant that Lua reads as exactly this one; `exact`:
+/// as an expression even where no other operand is one.
 Snippet constant_code(Expr e, bool exact) {
   const mpq_class* q = exact_value(e);
   if (!q) return {shortest(constant_value(e)), constant_value(e) < 0 ? signs : whole};
@@ -126,8 +126,8 @@ class CodeWriter {
       return applied(named(e.op()), std::move(args));
     }
     Expr a = x[0], b = x.size() > 1 ? x[1] : Expr(0);
-    // Numbers lead products. A sum with a number may fold in one order of its operands: keep the order that
-    // stays.
+    // Numbers lead products. A sum with a number may fold in
+    // one order of its operands: keep the order that stays.
     const bool commutes = e.op() == Op::add || e.op() == Op::mul;
     if (e.op() == Op::mul && b.is_constant()) std::swap(a, b);
     if (commutes && make(e.op(), a, b) != e) std::swap(a, b);
@@ -185,8 +185,8 @@ class CodeWriter {
     return applied("func(" + quoted(f.name) + ")", std::move(grouped));
   }
 
-  /// A formal partial derivative is taken with respect to placeholders, for which the arguments are then
-  /// substituted.
+  /// A formal partial derivative is taken with respect to
+  /// placeholders, for which the arguments are then substituted.
   Snippet call_code(const FunctionCall& f) {
     std::vector<Snippet> args;
     const bool differentiated = std::any_of(f.partial.begin(), f.partial.end(), [](int n) { return n > 0; });

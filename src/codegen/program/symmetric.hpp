@@ -9,7 +9,7 @@
 #include <utility>
 #include <vector>
 
-#include "codegen/tape/program.hpp"
+#include "codegen/program/program.hpp"
 
 namespace pendula::codegen {
 
@@ -40,8 +40,8 @@ struct BandOrder {
 /// small matrices, whose elimination is better written out, and where the band would be wide.
 std::optional<BandOrder> band_order(int n, std::span<const std::pair<int, int>> places);
 
-/// entries: all of A, or at least its upper triangle. Order: approximate minimum degree. Cost: that of the
-/// fill.
+/// entries: all of A, or at least its upper triangle. Order:
+/// approximate minimum degree. Cost: that of the fill.
 SymmetricFactor factor_symmetric(int n, const std::vector<SymmetricEntry>& entries, const Emit& emit);
 /// The values of x with A x = b.
 std::vector<Slot> solve_symmetric(const SymmetricFactor& factor, const std::vector<Slot>& b,

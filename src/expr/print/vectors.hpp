@@ -1,13 +1,13 @@
-// Vectors by their names: which terms of a sum are one scalar product, which entries of a column one named
-// vector.
+// Vectors by their names: which terms of a sum are one scalar
+// product, which entries of a column one named vector.
 //
 // A lift is what a component factor stands for: q₂ is the second component of q, (q₅ - q₂) that of p2 - p1. A
 // set of n terms  c·r·aⱼ·bⱼ, j = 1 … n, with equal c and r is the scalar product c·r·aᵀb. Every copy is
 // looked up among the terms before it is claimed, so recognition cannot change the meaning.
 #pragma once
 
+#include "expr/normal/normal.hpp"
 #include "expr/print/print.hpp"
-#include "expr/rewrite/normal.hpp"
 
 namespace pendula {
 
@@ -55,8 +55,8 @@ class VectorFinder {
 
   /// The terms of a sum in textbook order, scalar products collected.
   std::vector<Item> items(SumId sum);
-  /// A column by names, or nothing where no named column occurs in it. Constant entries become multiples of
-  /// eᵢ.
+  /// A column by names, or nothing where no named column
+  /// occurs in it. Constant entries become multiples of eᵢ.
   std::optional<std::vector<Item>> items(const std::vector<SumId>& entries);
 
  private:
