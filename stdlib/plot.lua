@@ -207,7 +207,7 @@ end
 -- y against x along a solution; returns the labels of the axes.
 local function add_against(by, series, solution, x, y, options, suffix)
   local names = labels_of(y, labels_of(x, {}))
-  if #names ~= 2 then
+  if #names ~= 2 or type(x) == "table" or type(y) == "table" then
     fail(("%s: %s(sol, x, y) draws one expression against another one; over time write %s(sol, { x, y })"):format(
       by, by, by))
   end

@@ -50,6 +50,8 @@ Expr random_expression(std::mt19937_64& random, const std::vector<Expr>& leaves,
 }  // namespace
 
 TEST_CASE("patterns: equal for other variables in the same order, different otherwise") {
+  const Expr two = 2;  // operands stand in the order in which nodes were made: made before both expressions
+  REQUIRE(two.is_constant());
   const auto a = variables("pata", 4), b = variables("patb", 4);
   const auto key = [](Expr e) { return pattern_of(e)->key; };
   const Expr k = symbol(Kind::parameter, "patk"), l = symbol(Kind::parameter, "patl");

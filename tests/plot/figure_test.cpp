@@ -122,7 +122,7 @@ TEST_CASE("figure: labels and descriptions") {
   CHECK_THROWS_WITH(
       style_named("lines"),
       "unknown style 'lines'. Did you mean 'line'? Styles: line, points, line+points, dots, impulses, "
-      "steps, cells");
+      "steps, cells, fill");
 }
 
 TEST_CASE("figure: every node of a sphere lies on it") {

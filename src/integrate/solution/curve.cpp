@@ -120,7 +120,7 @@ class Refinement {
   std::vector<Node> run() && {
     // The extent of the curves is known well enough from a few points in every piece, or from many saved ones.
     std::vector<Node> coarse;
-    const int pieces = saved_.size() * 8 < plan_.most ? 3 : 1;
+    const int pieces = many_saved() ? 1 : 3;
     for (std::size_t i = 0; i < saved_.size(); ++i) {
       if (i > 0 && !saved_[i].lifted) add_between(saved_[i - 1], saved_[i], pieces, coarse);
       coarse.push_back(saved_[i]);
@@ -142,6 +142,8 @@ class Refinement {
   static constexpr int deepest = 9;
   static constexpr double one_pixel = 1, long_piece = 30;  // pixels
 
+  bool many_saved() const { return saved_.size() * 8 >= plan_.most; }
+
   std::optional<Node> at(double t) {
     if (++evaluations_ > plan_.most) return {};
     try {
@@ -161,7 +163,8 @@ class Refinement {
 
   void divide(const Sheet& sheet, const Node& a, const Node& b, int depth, std::vector<Node>& to) {
     if (depth == 0 || !(b.t > a.t)) return;
-    if (is_finite(a.values) && is_finite(b.values) && sheet.length(a, b) < one_pixel) return;
+    // Of few points every piece is looked at: the curve may turn back between neighbours.
+    if (many_saved() && is_finite(a.values) && is_finite(b.values) && sheet.length(a, b) < one_pixel) return;
     const auto p = at(a.t + 0.31 * (b.t - a.t)), q = at(a.t + 0.64 * (b.t - a.t));
     if (!p || !q) return;
     const double off = std::max(sheet.distance(a, b, *p), sheet.distance(a, b, *q));
