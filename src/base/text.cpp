@@ -88,7 +88,10 @@ std::vector<std::string> split_words(std::string_view words) {
   std::string current;
   for (char c : words) {
     if (c == ' ' || c == ',' || c == '\t' || c == '\n') {
-      if (!current.empty()) out.push_back(std::move(current)), current.clear();
+      if (!current.empty()) {
+        out.push_back(std::move(current));
+        current.clear();
+      }
     } else {
       current += c;
     }

@@ -214,11 +214,15 @@ Polynomial characteristic(const System& g) {
 std::optional<std::vector<Expr>> symbolic_zeros(const Polynomial& given) {
   Polynomial p = given;
   std::vector<Expr> list;
-  while (p.size() > 1 && p.front().is_zero()) p.erase(p.begin()), list.push_back(0);
+  while (p.size() > 1 && p.front().is_zero()) {
+    p.erase(p.begin());
+    list.push_back(0);
+  }
   if (p.size() == 2) list.push_back(simplify(-p[0] / p[1]));
   if (p.size() == 3) {
     const Expr centre = simplify(-p[1] / (2 * p[2])), root = sqrt(simplify(centre * centre - p[0] / p[2]));
-    list.push_back(simplify(centre - root)), list.push_back(simplify(centre + root));
+    list.push_back(simplify(centre - root));
+    list.push_back(simplify(centre + root));
   }
   if (p.size() > 3) return {};
   return list;

@@ -209,7 +209,10 @@ std::vector<dae::Mode> zeros(const Polynomial& given) {
   std::vector<dae::Mode> list;
   std::vector<double> p = numbers(given);
   int at_zero = 0;
-  while (p.size() > 1 && p.front() == 0) p.erase(p.begin()), ++at_zero;
+  while (p.size() > 1 && p.front() == 0) {
+    p.erase(p.begin());
+    ++at_zero;
+  }
   if (at_zero) list.push_back({0.0, at_zero, std::pair(Expr(0), Expr(0))});
   for (const Complex& z : numeric_zeros(std::move(p))) list.push_back({z, 1, {}});
   std::stable_sort(list.begin(), list.end(), [](const auto& a, const auto& b) {

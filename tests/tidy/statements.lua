@@ -8,6 +8,7 @@ local statements = {}
 local function is_comma_statement(statement)
   statement = statement:gsub("%b{}", "{}"):gsub("%b()", "()"):gsub("%b[]", "[]")
   statement = statement:gsub("^%s*else%s", " "):gsub("^%s*[%w_]+%s*%(%)%s+", " ")   -- else …, if () …
+  statement = statement:gsub("<[%w_, ]*>%(", "(")                                   -- f<a, b>(…)
   if not statement:find "," then return false end
   return statement:find "^%s*[%w_.:%[%]()>*-]+%s*[-+*/|&]?=[^=]"
     or statement:find "^%s*return%f[%W].*%f[=]=%f[^=].*,"

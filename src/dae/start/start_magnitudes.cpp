@@ -65,7 +65,8 @@ class Magnitude {
       const Expr next = open.back();
       open.pop_back();
       if (next.op() == Op::add || next.op() == Op::sub) {
-        open.push_back(next.operand(1)), open.push_back(next.operand(0));
+        open.push_back(next.operand(1));
+        open.push_back(next.operand(0));
       } else if (next.op() == Op::neg) {
         open.push_back(next.operand(0));
       } else if (const Size& s = size_.at(next)) {
@@ -206,7 +207,10 @@ Magnitudes magnitudes(const std::vector<Expr>& rows, std::size_t equations, cons
   constexpr double credible =
       80;  // in a long chain small contradictions add up to nothing that means anything
   if (n > 0 && log_unit.maxCoeff() - log_unit.minCoeff() > credible) {
-    for (Index j = 0; j < n; ++j) m.equations.push_back({{{j, 1}}, 0}), weight.push_back(0.1);
+    for (Index j = 0; j < n; ++j) {
+      m.equations.push_back({{{j, 1}}, 0});
+      weight.push_back(0.1);
+    }
     log_unit = least_absolute(m.equations, weight, n);
   }
   constexpr double largest = 200;  // e²⁰⁰ is 1e87: products of units stay finite

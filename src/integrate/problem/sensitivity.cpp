@@ -45,11 +45,15 @@ Variational variational(const dae::FirstOrder& form, const std::vector<Expr>& wi
     if (!contains(form.p, p) && !contains(form.x, p))
       throw Error(text("sensitivities: ", to_text(p), " is neither a parameter nor a state of the model"));
   for (int j = 0; j < k; ++j)
-    for (int i = 0; i < n; ++i) all.x.push_back(slot("S", i, j)), all.xdot.push_back(slot("dS", i, j));
+    for (int i = 0; i < n; ++i) {
+      all.x.push_back(slot("S", i, j));
+      all.xdot.push_back(slot("dS", i, j));
+    }
   for (int j = 0; j < k; ++j)
     for (int i = 0; i < m; ++i) all.z.push_back(slot("Z", i, j));
   const std::vector<Expr> F = form.F, f = form.f, g = form.g;
-  all.label.resize(F.size()), all.sides.resize(F.size());
+  all.label.resize(F.size());
+  all.sides.resize(F.size());
   for (int j = 0; j < k; ++j) {
     const std::string name = to_text(with_respect_to[j]);
     for (std::size_t i = 0; i < F.size(); ++i) {
@@ -72,7 +76,10 @@ Mat initial_sensitivity(const Variational& model, const std::vector<Expr>& condi
   kept.resize(static_cast<std::size_t>(n), 1);
   for (int j = 0; j < k; ++j) {
     const auto at = std::find(x.begin(), x.end(), model.with_respect_to[j]);
-    if (at != x.end()) wanted(at - x.begin(), j) = 1, kept[at - x.begin()] = 1;
+    if (at != x.end()) {
+      wanted(at - x.begin(), j) = 1;
+      kept[at - x.begin()] = 1;
+    }
   }
   if (conditions.empty()) return wanted;
   const auto rows = static_cast<Eigen::Index>(conditions.size());

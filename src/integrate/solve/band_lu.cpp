@@ -178,9 +178,11 @@ BandLU<Scalar>::BandLU(const std::vector<Position>& positions, std::shared_ptr<c
   }
   rows_.assign(at(n_) * parts * at(width_), 0);
   multipliers_.assign(at(n_) * parts * at(order_->below), 0);
-  inverse_.assign(at(n_) * parts, 0), scale_.assign(at(n_), 0);
+  inverse_.assign(at(n_) * parts, 0);
+  scale_.assign(at(n_), 0);
   y_.assign((at(n_) + at(width_)) * parts, 0);
-  swap_.assign(at(n_), 0), last_.assign(at(n_), 0);
+  swap_.assign(at(n_), 0);
+  last_.assign(at(n_), 0);
   parity_ = parity(order_->row) * parity(order_->column);
 }
 

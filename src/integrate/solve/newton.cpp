@@ -16,7 +16,8 @@ constexpr double stagnation_level = 1e-10;
 constexpr double smallest_step = 1.0 / 1024;
 
 void scales(const Mat& J, Vec& row, Vec& column) {
-  row.setZero(J.rows()), column.setZero(J.cols());
+  row.setZero(J.rows());
+  column.setZero(J.cols());
   for (Eigen::Index j = 0; j < J.cols(); ++j)
     for (Eigen::Index i = 0; i < J.rows(); ++i) row[i] = std::max(row[i], std::fabs(J(i, j)));
   for (double& r : row) r = r > 0 ? 1 / r : 1;

@@ -235,7 +235,8 @@ IdData resample(const IdData& d, double Ts, Resampling how) {
     counts.push_back(static_cast<Index>(count));
     total += counts.back();
   }
-  out.y.resize(total, d.outputs()), out.u.resize(total, d.inputs());
+  out.y.resize(total, d.outputs());
+  out.u.resize(total, d.inputs());
   for (Index k = 0; k < d.experiments(); ++k) {
     const auto i = static_cast<std::size_t>(k);
     const Index from = d.starts[i], n = d.end(k) - from;
