@@ -80,14 +80,9 @@ int docs_ararx(Call& call) {
          ":detrend(), { na = 1, nb = 1, nd = 1, nk = 3 }).theta", "3")]),
     "an operation": ({
         "src/expr/ops.def": (r"OP\(sin, [^\n]*\n", """\
-OP(docs_cube, 1, named, a * a * a,         Expr(3) * a * a,        zero,              zero,  -2, 2,   "\\\\mathrm{cube}", "third power")
+OP(cbrt, 1, named, odd, at(0, 0), each, std::cbrt(a), one / (Expr(3) * r * r), zero, zero, .5, 3, "\\\\sqrt[3]", "cube root")
 """),
-        "src/codegen/machine/lane_functions.hpp": (
-            r"\nnamespace {\n", """
-inline double docs_cube(double a) { return a * a * a; }
-""", r"  switch \(op\) { +\\\n", """    case Op::docs_cube: return reinterpret_cast<const void*>(lane_by_lane<Vector, docs_cube>); \\
-"""),
-    }, [("docs_cube(2.0)", "8.0"), ("diff(docs_cube(var 'x'), var 'x')", "3 x²")]),
+    }, [("cbrt(8.0)", "2.0"), ("diff(cbrt(var 'x'), var 'x')", "1/(3 cbrt²(x))"), ("simplify(cbrt(-var 'x'))", "-cbrt(x)")]),
 }
 OPERATION_FILES = ["src/expr/graph/graph.cpp", "src/codegen/tape/tape.cpp", "src/codegen/machine/functions.cpp",
                    "src/codegen/machine/lane_functions_avx2.cpp", "src/lua/bind/expr/expr_functions.cpp"]

@@ -94,8 +94,24 @@ local function check_header_of(file, text, sources)
     "implements which header? None has its name; include the one beside it that it implements first")
 end
 
---- Arrows against the order, folders that are too full, files nobody includes.
+-- The tree in README.md names every layer and every folder of it.
+local function check_readme()
+  local text = source.read "README.md"
+  for layer in pairs(layers) do
+    local row = text:match("\n| `src/" .. layer .. "` |([^\n]*)")
+    if not row then report("README.md", 1, "the tree does not name src/" .. layer) end
+    for folder in pairs(row and folders[layer] or {}) do
+      local name = folder:match "^[^/]*"
+      if name ~= "" and not row:find("`" .. name .. "`", 1, true) then
+        report("README.md", 1, ("the tree does not name src/%s/%s"):format(layer, name))
+      end
+    end
+  end
+end
+
+--- Arrows against the order, folders that are too full, files nobody includes, the tree in README.md.
 function architecture.check_all(sources)
+  check_readme()
   for arrow, place in pairs(against) do
     ratchet.check("arrows", arrow, place.number, place.file, place.line,
       "breaks the order of folders: " .. arrow)
