@@ -101,6 +101,16 @@ std::string type_of(lua_State* L, int index) {
   return name;
 }
 
+/// " ≈ 1.414213562" behind a number such as √2, else "".
+std::string approximation(lua_State* L, int index) {
+  if (luaL_getmetafield(L, index, "__approximation") == LUA_TNIL) return "";
+  lua_pushvalue(L, index);
+  lua_call(L, 1, 1);
+  const std::string text = lua_tostring(L, -1);
+  lua_pop(L, 1);
+  return text.empty() ? "" : " " + text;
+}
+
 bool is_figure(lua_State* L, int index) { return type_of(L, index) == "figure"; }
 
 /// Curves that are looked at: their figure is drawn under their text.
@@ -137,7 +147,7 @@ int echo_values(lua_State* L) {
   if (!lua_isnil(L, 1)) remember(L, 1);
   if (count == 1 && is_figure(L, 1)) return show_figure(L, 1), 0;
   std::string line;
-  for (int i = 1; i <= count; ++i) line += (i > 1 ? "\t" : "") + echo_text(L, i);
+  for (int i = 1; i <= count; ++i) line += (i > 1 ? "\t" : "") + echo_text(L, i) + approximation(L, i);
   line += "\n";
   std::fwrite(line.data(), 1, line.size(), stdout);
   if (count == 1 && is_response(L, 1)) show_figure(L, 1);

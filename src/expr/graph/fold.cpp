@@ -6,6 +6,7 @@
 
 #include "base/error.hpp"
 #include "base/text.hpp"
+#include "expr/graph/angle.hpp"
 #include "expr/graph/operation.hpp"
 
 namespace pendula {
@@ -105,6 +106,8 @@ std::optional<Expr> fold_constants(Op op, Expr a, Expr b) {
     if (const auto q = exact_result(op, *qa, *qb); q && small(*q)) return Expr(*q);
     const double value = apply(op, constant_value(a), constant_value(b), 0);
     if (!std::isfinite(value)) undefined(op, a, b);
+    if (!binary)
+      if (const auto angle = known_angle(op, *qa)) return angle;
     if (keeps_exact(op) && std::fabs(value) < 1e300) return {};
     return Expr(value);
   }
@@ -200,6 +203,11 @@ std::optional<Expr> fold(Op op, Expr a, Expr b, Expr c) {
       return fold_quotient(a, b);
     case Op::pow:
       return fold_power(a, b);
+    case Op::sin:
+    case Op::cos:
+    case Op::tan:
+      if (const auto q = half_turns(a)) return trigonometric_value(op, *q);
+      return {};
     case Op::min:
     case Op::max:
       return a == b ? std::optional<Expr>{a} : std::nullopt;

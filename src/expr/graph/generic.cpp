@@ -6,6 +6,7 @@
 #include <unordered_map>
 
 #include "base/error.hpp"
+#include "expr/graph/angle.hpp"
 #include "expr/graph/declaration.hpp"
 #include "expr/graph/solve.hpp"
 
@@ -61,6 +62,15 @@ struct Rotation {
 
 Rotation turn(Rotation a, Rotation b) {
   return {a.cosine * b.cosine - a.sine * b.sine, a.sine * b.cosine + a.cosine * b.sine};
+}
+Rotation power(Rotation one, std::uint64_t n) {
+  Rotation result{Residue{1}, Residue{0}};
+  while (n > 0) {
+    if (n % 2 == 1) result = turn(result, one);
+    one = turn(one, one);
+    n /= 2;
+  }
+  return result;
 }
 Rotation back(Rotation a) { return {a.cosine, Residue{} - a.sine}; }
 
@@ -179,8 +189,30 @@ class Point {
     return {0, e};
   }
 
+  /// Numbers with small denominators are multiples of one number, so that e² is the square of e.
+  static constexpr long common_denominator = 2520;
+  static std::optional<long> multiple_of_unit(Expr e) {
+    const mpq_class* q = exact_value(e);
+    if (!q || common_denominator % q->get_den() != 0 || abs(*q) > 1000) return {};
+    return mpz_class(q->get_num() * (common_denominator / q->get_den())).get_si();
+  }
+
+  /// A multiple of π/4 as a rotation; the square root of 2 is one modulo the prime.
+  static std::optional<Rotation> eighths_of_turn(Expr e) {
+    const auto q = half_turns(e);
+    if (!q || (4 % q->get_den()) != 0) return {};
+    const Residue half = power(Residue{2}, (prime + 1) / 4) / Residue{2};  // √2/2
+    return power(Rotation{half, half},
+                 mpz_fdiv_ui(mpz_class(q->get_num() * (4 / q->get_den())).get_mpz_t(), 8));
+  }
+
   Rotation angle(Expr e, int depth) {
     if (e.is_zero()) return {Residue{1}, Residue{0}};
+    if (const auto known = eighths_of_turn(e)) return *known;
+    if (const auto n = multiple_of_unit(e)) {
+      const Rotation one = power(angle_of(Expr(1)), static_cast<std::uint64_t>(std::labs(*n)));
+      return *n > 0 ? one : back(one);
+    }
     if (depth < deepest) {
       if (e.op() == Op::neg) return back(angle(e.operand(0), depth + 1));
       if (e.op() == Op::add) return turn(angle(e.operand(0), depth + 1), angle(e.operand(1), depth + 1));
@@ -193,12 +225,20 @@ class Point {
         return total;
       }
     }
+    return angle_of(e);
+  }
+
+  Rotation angle_of(Expr e) {
     const Residue h = drawn(e), square = h * h, low = Residue{1} + square;  // the tangent of half the angle
     return {quotient(Residue{1} - square, low), quotient(h + h, low)};
   }
 
   Residue exponential(Expr e, int depth) {
     if (e.is_zero()) return Residue{1};
+    if (const auto n = multiple_of_unit(e)) {
+      const Residue whole = power(drawn(Expr(1)), static_cast<std::uint64_t>(std::labs(*n)));
+      return *n > 0 ? whole : quotient(Residue{1}, whole);
+    }
     if (depth < deepest) {
       if (e.op() == Op::neg) return quotient(Residue{1}, exponential(e.operand(0), depth + 1));
       if (e.op() == Op::add)
@@ -292,6 +332,13 @@ Real real_at(Expr e, std::uint64_t seed) {
   return values[e];
 }
 
+/// Does a number stand there, with roots, π or functions of numbers in it?
+bool is_number(Expr e) {
+  for (Expr node : topological({&e, 1}))
+    if (node.op() == Op::call || (node.is_symbol() && symbol_of(node).kind != Kind::constant)) return false;
+  return true;
+}
+
 /// Functions that are drawn or folded above without all their identities.
 bool has_other_functions(Expr e) {
   for (Expr node : topological({&e, 1}))
@@ -371,7 +418,7 @@ bool decided_by_residues(std::span<const Expr> outputs, bool pieces) {
 bool is_zero(Expr e) {
   if (e.is_constant()) return constant_value(e) == 0;
   if (residues({&e, 1})[0].is_zero()) return true;
-  if (!has_other_functions(e)) return false;
+  if (!has_other_functions(e) && !is_number(e)) return false;
   int finite = 0;
   for (std::uint64_t seed = 2; seed < 2 + attempts && finite < 4; ++seed) {
     const Real r = real_at(e, seed);

@@ -24,6 +24,13 @@ void require_square(const MatX& a) {
   if (a.rows() != a.cols()) throw Error(text("the matrix must be square, not ", a.rows(), "×", a.cols()));
 }
 
+/// Numbers without symbols, some of them irrational.
+bool is_numeric(const MatX& a) {
+  for (Expr leaf : leaves(entries(a)))
+    if (symbol_of(leaf).kind != Kind::constant) return false;
+  return !is_rational(a);
+}
+
 /// "A v = 0 for v = (2, -1)", or the columns that depend on each other where v is long.
 std::string dependency(const MatX& a) {
   const auto v = null_vector(a);
@@ -38,7 +45,8 @@ std::string dependency(const MatX& a) {
 }
 
 [[noreturn]] void singular(const MatX& a) {
-  throw Error(text("the matrix is singular", is_rational(a) ? "" : " for all values of its symbols", ": ",
+  throw Error(text("the matrix is singular",
+                   is_rational(a) || is_numeric(a) ? "" : " for all values of its symbols", ": ",
                    dependency(a)));
 }
 
@@ -92,7 +100,8 @@ MatX adjugate(const MatX& a) {
 /// [a | …] with the value of every entry at a random point beside it: what is zero there is zero.
 class Elimination {
  public:
-  Elimination(MatX a, std::vector<Residue> values) : a_(std::move(a)), values_(std::move(values)) {
+  Elimination(MatX a, std::vector<Residue> values)
+      : a_(std::move(a)), values_(std::move(values)), numbers_(is_numeric(a_)) {
     drop_zeros();
   }
 
@@ -118,9 +127,15 @@ class Elimination {
  private:
   Residue& value(Eigen::Index i, Eigen::Index j) { return values_[j * a_.rows() + i]; }
 
+  /// Identities of roots and functions of numbers, such as √2 √3 = √6, that residues do not know: such an
+  /// entry is zero if it cancels to rounding.
+  bool vanishes(Expr e, Residue residue) const {
+    return residue.is_zero() || (numbers_ && !e.is_constant() && generic::is_zero(e));
+  }
+
   void drop_zeros() {
     for (Eigen::Index k = 0; k < a_.size(); ++k)
-      if (values_[k].is_zero()) {
+      if (vanishes(a_.data()[k], values_[k])) {
         a_.data()[k] = 0;
         values_[k] = Residue{};
       }
@@ -165,6 +180,10 @@ class Elimination {
         if (a_(r, j).is_zero()) continue;
         value(i, j) = value(i, j) - factor_value * value(r, j);
         a_(i, j) = value(i, j).is_zero() ? Expr(0) : a_(i, j) - factor * a_(r, j);
+        if (vanishes(a_(i, j), value(i, j))) {
+          a_(i, j) = 0;
+          value(i, j) = Residue{};
+        }
       }
       a_(i, c) = 0;
       value(i, c) = Residue{};
@@ -175,6 +194,7 @@ class Elimination {
   std::vector<Residue> values_;
   std::vector<Expr> pivots_;
   int sign_ = 1;
+  bool numbers_;  ///< there are no symbols but π
 };
 
 struct Reduced {
@@ -221,7 +241,10 @@ Expr determinant(const MatX& a) {
     for (const mpq_class& factor : scale) det /= factor;
     return Expr(det);
   }
-  if (a.rows() <= minors_up_to) return determinant_by_minors(a);
+  if (a.rows() <= minors_up_to) {
+    const Expr det = determinant_by_minors(a);
+    return is_numeric(a) && generic::is_zero(det) ? Expr(0) : det;
+  }
   const Reduced reduced = reduce(a, a.cols());
   if (reduced.pivot_columns.size() < n) return 0;
   Expr det = reduced.sign;

@@ -81,7 +81,7 @@ class Latex final : public Notation {
 
   Piece product(const Number& coefficient, std::vector<Piece> above,
                 std::vector<Piece> below) const override {
-    const NumberText c = numbers(coefficient);
+    const NumberText c = numbers(coefficient, !above.empty());
     if (c.above != "1" || above.empty()) above.insert(above.begin(), {c.above});
     if (!c.below.empty()) below.insert(below.begin(), {c.below});
     if (below.empty()) return above.size() == 1 ? above[0] : Piece{juxtaposed(above), Bind::product};
@@ -155,8 +155,8 @@ class Latex final : public Notation {
   }
 
   /// 1e-09 is 10^{-9} on paper.
-  static NumberText numbers(const Number& magnitude) {
-    NumberText n = number_text(magnitude);
+  static NumberText numbers(const Number& magnitude, bool has_factors = false) {
+    NumberText n = has_factors ? coefficient_text(magnitude) : number_text(magnitude);
     if (const std::size_t e = n.above.find('e'); e != std::string::npos)
       n.above = text(n.above.substr(0, e), " \\cdot 10^{", std::stol(n.above.substr(e + 1)), "}");
     return n;

@@ -60,6 +60,7 @@ std::string to_text(Expr e, const PrintOptions& options) {
   NormalForms forms;
   const Columns columns(options);
   const SumId sum = forms.form(e);
+  const NumberStyleScope style(forms, {sum});
   return Writer(forms, columns, notation_of(options)).whole(sum);
 }
 
@@ -76,6 +77,7 @@ std::string vector_to_text(const VecX& v, const PrintOptions& options) {
   const Columns columns(options);
   std::vector<SumId> sums;
   for (Expr e : entries(v)) sums.push_back(forms.form(e));
+  const NumberStyleScope style(forms, sums);
   return Writer(forms, columns, notation_of(options)).whole(sums);
 }
 
@@ -83,11 +85,14 @@ std::string matrix_to_text(const MatX& m, const PrintOptions& options) {
   NormalForms forms;
   const Columns columns(options);
   std::vector<std::vector<std::string>> cells(static_cast<std::size_t>(m.rows()));
+  std::vector<SumId> sums;
   for (Eigen::Index i = 0; i < m.rows(); ++i)
-    for (Eigen::Index j = 0; j < m.cols(); ++j) {
-      const SumId sum = forms.form(m(i, j));
-      cells[i].push_back(Writer(forms, columns, notation_of(options)).whole(sum));
-    }
+    for (Eigen::Index j = 0; j < m.cols(); ++j) sums.push_back(forms.form(m(i, j)));
+  const NumberStyleScope style(forms, sums);
+  auto sum = sums.begin();
+  for (auto& row : cells)
+    for (Eigen::Index j = 0; j < m.cols(); ++j)
+      row.push_back(Writer(forms, columns, notation_of(options)).whole(*sum++));
   return options.latex ? bmatrix(cells) : grid(cells);
 }
 

@@ -70,5 +70,25 @@ struct NumberText {
   std::string above, below;  ///< below is "" for 1
 };
 NumberText number_text(const Number& magnitude);
+/// The same before other factors: x/10 and not 0.1 x, but 0.3 x.
+NumberText coefficient_text(const Number& magnitude);
+
+/// How rational numbers are written: one way within an expression, a vector or a matrix.
+///   mixed      0.2 and 9.81, but 1/2 and 3/4: a finite decimal where 5 divides the denominator
+///   fractions  1/5 and 1/3: where a number is no finite decimal, those with small denominators
+///   decimals   0.2 and 0.5: lists of nothing but numbers
+enum class NumberStyle { mixed, fractions, decimals };
+
+/// The style of these forms for the life of the object; the one before comes back after it.
+class NumberStyleScope {
+ public:
+  NumberStyleScope(const NormalForms& forms, const std::vector<SumId>& sums);
+  ~NumberStyleScope();
+  NumberStyleScope(const NumberStyleScope&) = delete;
+  NumberStyleScope& operator=(const NumberStyleScope&) = delete;
+
+ private:
+  NumberStyle before_;
+};
 
 }  // namespace pendula

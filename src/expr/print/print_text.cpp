@@ -1,6 +1,7 @@
 // Unicode text: x″, θ₁, p1ᵀp1, √x, {p if x < 0, else q}.
 #include <array>
 #include <cctype>
+#include <unordered_set>
 
 #include "base/text.hpp"
 #include "expr/print/print_notation.hpp"
@@ -18,6 +19,8 @@ constexpr Greek greek[] = {
     {"upsilon", "υ"}, {"phi", "φ"},   {"chi", "χ"},    {"psi", "ψ"},   {"omega", "ω"},   {"Gamma", "Γ"},
     {"Delta", "Δ"},   {"Theta", "Θ"}, {"Lambda", "Λ"}, {"Xi", "Ξ"},    {"Pi", "Π"},      {"Sigma", "Σ"},
     {"Phi", "Φ"},     {"Psi", "Ψ"},   {"Omega", "Ω"}};
+
+thread_local NumberStyle number_style = NumberStyle::mixed;
 
 constexpr std::size_t longest_fraction = 24, longest_integer = 40;
 
@@ -96,7 +99,7 @@ class Unicode final : public Notation {
 
   Piece product(const Number& coefficient, std::vector<Piece> above,
                 std::vector<Piece> below) const override {
-    const NumberText c = number_text(coefficient);
+    const NumberText c = above.empty() ? number_text(coefficient) : coefficient_text(coefficient);
     if (c.above != "1" || above.empty()) above.insert(above.begin(), {c.above});
     if (!c.below.empty()) below.insert(below.begin(), {c.below});
     if (above.size() == 1 && below.empty()) return above[0];
@@ -215,11 +218,59 @@ NumberText number_text(const Number& magnitude) {
   const mpq_class& q = magnitude.rational();
   const std::string above = q.get_num().get_str();
   if (q.get_den() == 1) return {above.size() <= longest_integer ? above : rounded(magnitude.value(), 10), ""};
-  if (q.get_den() > 20)
+  const bool five = mpz_divisible_ui_p(q.get_den_mpz_t(), 5) != 0;
+  if (q.get_den() > 20 || number_style == NumberStyle::decimals ||
+      (five && number_style == NumberStyle::mixed))
     if (const std::string d = decimal(q); !d.empty()) return {d, ""};
   const std::string below = q.get_den().get_str();
   if (above.size() + below.size() > longest_fraction) return {rounded(magnitude.value(), 10), ""};
   return {above, below};
 }
+
+NumberText coefficient_text(const Number& magnitude) {
+  constexpr long readable = 20;
+  const bool divides = magnitude.exact() && magnitude.rational().get_num() == 1 &&
+                       magnitude.rational().get_den() <= readable && !magnitude.is(1);
+  return divides ? NumberText{"1", magnitude.rational().get_den().get_str()} : number_text(magnitude);
+}
+
+namespace {
+
+/// Every coefficient in the forms and below them, and whether there is anything else in them.
+struct NumbersOfForms {
+  bool all_finite = true, some_five = false, only_numbers = true;
+
+  void visit(const NormalForms& forms, SumId sum, int depth = 0) {
+    constexpr int deepest = 100;
+    if (depth > deepest || !seen_.insert(sum).second) return;
+    for (const Term& t : forms.sum(sum)) {
+      note(t.coefficient);
+      for (const Factor& f : t.factors) {
+        only_numbers = false;
+        for (SumId part : forms.atom(f.atom).args) visit(forms, part, depth + 1);
+      }
+    }
+  }
+
+ private:
+  void note(const Number& n) {
+    if (!n.exact() || n.rational().get_den() == 1) return;
+    all_finite = all_finite && !decimal(abs(n.rational())).empty();
+    some_five = some_five || mpz_divisible_ui_p(n.rational().get_den_mpz_t(), 5) != 0;
+  }
+  std::unordered_set<SumId> seen_;
+};
+
+}  // namespace
+
+NumberStyleScope::NumberStyleScope(const NormalForms& forms, const std::vector<SumId>& sums)
+    : before_(number_style) {
+  NumbersOfForms numbers;
+  for (SumId s : sums) numbers.visit(forms, s);
+  number_style = !numbers.all_finite                         ? NumberStyle::fractions
+                 : numbers.only_numbers && numbers.some_five ? NumberStyle::decimals
+                                                             : NumberStyle::mixed;
+}
+NumberStyleScope::~NumberStyleScope() { number_style = before_; }
 
 }  // namespace pendula

@@ -210,57 +210,6 @@ SumId Simplifier::rewritten_product(Term term) {
   return finished_product(std::move(term));
 }
 
-/// α c R f² + β c R g² = c R, and c R - α c R f² = β c R g².
-SumId Simplifier::by_sum_rules(SumId id) {
-  for (int round = 0; round < most_product_rules; ++round) {
-    const std::vector<Term> terms = ordered_terms(id);
-    const auto without = [&](const Term& t, AtomId a) {
-      Term rest = t;
-      rest.factors.push_back({a, -2});
-      collect(rest);
-      return rest;
-    };
-    const auto find = [&](const Term& wanted) {
-      return std::find(terms.begin(), terms.end(), wanted) - terms.begin();
-    };
-    const auto size = static_cast<std::ptrdiff_t>(terms.size());
-    std::optional<Sum> shorter;
-    const auto replace = [&](std::ptrdiff_t i, std::ptrdiff_t j, Term by) {
-      shorter.emplace();
-      for (std::ptrdiff_t k = 0; k < size; ++k)
-        if (k != i && k != j) shorter->push_back(terms[k]);
-      const SumId p = product(std::move(by));
-      shorter->insert(shorter->end(), sum(p).begin(), sum(p).end());
-    };
-    for (std::ptrdiff_t i = 0; i < size && !shorter && size <= 2000; ++i) {
-      const Term& t = terms[i];
-      for (const SquareRule& rule : square_rules())
-        for (const Factor& f : t.factors) {
-          const bool is_f = is_function(f.atom, rule.f), is_g = is_function(f.atom, rule.g);
-          if (shorter || (!is_f && !is_g) || f.exponent < 2) continue;
-          const int mine = is_f ? rule.alpha : rule.beta, theirs = is_f ? rule.beta : rule.alpha;
-          Term rest = without(t, f.atom);  // t = mine · c R · square
-          rest.coefficient = rest.coefficient * Number(mine);
-          Term other = rest;  // theirs · c R · other square
-          other.coefficient = other.coefficient * Number(theirs);
-          other.factors.push_back({function_atom(is_f ? rule.g : rule.f, atom(f.atom).args), 2});
-          collect(other);
-          if (const auto j = find(other); j < size && j != i) {
-            replace(i, j, rest);
-            continue;
-          }
-          Term opposite = rest;
-          opposite.coefficient = -opposite.coefficient;
-          other.coefficient = -other.coefficient;
-          if (const auto j = find(opposite); j < size && j != i) replace(i, j, other);
-        }
-    }
-    if (!shorter) break;
-    id = intern(std::move(*shorter));
-  }
-  return id;
-}
-
 namespace {
 
 // Nodes are never changed, so neither are their simple forms.

@@ -1,6 +1,7 @@
 // The rules of simplify. All of them hold over the reals wherever the left side is defined.
 #include <cmath>
 
+#include "expr/graph/angle.hpp"
 #include "expr/graph/operation.hpp"
 #include "expr/rewrite/rewrite_forms.hpp"
 
@@ -85,47 +86,35 @@ std::optional<SumId> absolute_value(Simplifier& s, Op op, const Args& x) {
   return s.product(outside);
 }
 
-/// √n/2 · sign
-SumId half_root(Simplifier& s, int n, int sign) {
-  Term term;
-  term.coefficient = Number(mpq_class(sign, 2));
-  s.multiply(term, s.number(n), mpq_class(1, 2));
-  return s.product(term);
+/// The multiple of π among the terms of a sum, in half turns.
+std::optional<std::size_t> term_of_pi(Simplifier& s, const Sum& sum) {
+  const std::vector<Factor> only_pi{{s.leaf_atom(pi()), 1}};
+  for (std::size_t k = 0; k < sum.size(); ++k)
+    if (sum[k].factors == only_pi && sum[k].coefficient.exact()) return k;
+  return {};
 }
 
-/// sin(k π/12) for even k and for odd multiples of π/4.
-std::optional<SumId> sine_of_twelfths(Simplifier& s, unsigned long k) {
-  const int sign = k < 12 ? 1 : -1;
-  switch (k % 12) {
-    case 0:
-      return s.number(0);
-    case 2:
-    case 10:
-      return s.number(Number(mpq_class(sign, 2)));
-    case 3:
-    case 9:
-      return half_root(s, 2, sign);
-    case 4:
-    case 8:
-      return half_root(s, 3, sign);
-    case 6:
-      return s.number(sign);
-    default:
-      return {};
-  }
-}
-
-/// sin and cos at multiples of π/6 and π/4, tan at multiples of π.
-std::optional<SumId> known_angle(Simplifier& s, Op op, const Args& x) {
+/// sin and cos at multiples of π/6 and π/4, tan at multiples of π; sin(x + π) = -sin x, cos(x + π/2) = -sin x.
+std::optional<SumId> multiples_of_pi(Simplifier& s, Op op, const Args& x) {
   if (op != Op::sin && op != Op::cos && op != Op::tan) return {};
-  const Sum& sum = s.sum(x[0]);
-  if (sum.size() != 1 || sum[0].factors != std::vector<Factor>{{s.leaf_atom(pi()), 1}}) return {};
-  if (!sum[0].coefficient.exact()) return {};
-  const mpq_class turns = sum[0].coefficient.rational();  // in half turns
-  if (op == Op::tan) return turns.get_den() == 1 ? std::optional(s.number(0)) : std::nullopt;
-  const mpq_class twelfths = turns * 12 + (op == Op::cos ? 6 : 0);  // cos x = sin(x + π/2)
-  if (twelfths.get_den() != 1) return {};
-  return sine_of_twelfths(s, mpz_fdiv_ui(twelfths.get_num_mpz_t(), 24));
+  Sum sum = s.sum(x[0]);
+  const auto place = term_of_pi(s, sum);
+  if (!place) return {};
+  const mpq_class turns = sum[*place].coefficient.rational();  // in half turns
+  if (sum.size() == 1) {
+    const auto value = trigonometric_value(op, turns);
+    return value ? std::optional(s.form(*value)) : std::nullopt;
+  }
+  const mpq_class quarters = 2 * turns;
+  if (quarters.get_den() != 1) return {};
+  const unsigned long k = mpz_fdiv_ui(quarters.get_num_mpz_t(), 4);
+  sum.erase(sum.begin() + static_cast<std::ptrdiff_t>(*place));
+  const SumId rest = s.intern(std::move(sum));
+  if (op == Op::tan) return k % 2 == 0 ? std::optional(s.function(Op::tan, {rest})) : std::nullopt;
+  const bool sine = (op == Op::sin) == (k % 2 == 0);
+  const bool minus = op == Op::sin ? k >= 2 : k == 1 || k == 2;
+  const SumId value = s.function(sine ? Op::sin : Op::cos, {rest});
+  return minus ? s.minus(value) : value;
 }
 
 std::optional<SumId> equal_branches(Simplifier& s, Op op, const Args& x) {
@@ -143,7 +132,7 @@ constexpr FunctionRule functions[] = {
     {"exp(c log x) = x^c", power_of_log},
     {"log(x^3) = 3 log x", log_of_power},
     {"|2 x² y| = 2 x² |y|", absolute_value},
-    {"sin(π) = 0", known_angle},
+    {"sin(π) = 0, sin(x + π) = -sin x", multiples_of_pi},
     {"ifelse(c, p, p) = p", equal_branches},
 };
 
@@ -261,12 +250,43 @@ bool divide_sums(Simplifier& s, Term& term) {
   return false;
 }
 
+/// 1/(1/a + 1/b) = a b/(a + b).
+bool clear_denominators(Simplifier& s, Term& term) {
+  for (std::size_t i = 0; i < term.factors.size(); ++i) {
+    const Factor f = term.factors[i];
+    if (f.exponent >= 0 || f.exponent.get_den() != 1 || s.atom(f.atom).kind != AtomKind::sum) continue;
+    Sum inside = s.sum(s.atom(f.atom).args[0]);
+    std::vector<Factor> below;  // the highest powers in denominators, as positive exponents
+    for (const Term& t : inside)
+      for (const Factor& g : t.factors) {
+        if (g.exponent >= 0 || g.exponent.get_den() != 1) continue;
+        const auto known =
+            std::find_if(below.begin(), below.end(), [&](const Factor& b) { return b.atom == g.atom; });
+        if (known == below.end())
+          below.push_back({g.atom, -g.exponent});
+        else if (known->exponent < -g.exponent)
+          known->exponent = -g.exponent;
+      }
+    if (below.empty()) continue;
+    for (Term& t : inside) {
+      t.factors.insert(t.factors.end(), below.begin(), below.end());
+      s.collect(t);
+    }
+    term.factors.erase(term.factors.begin() + static_cast<std::ptrdiff_t>(i));
+    for (const Factor& b : below) term.factors.push_back({b.atom, -b.exponent * f.exponent});
+    s.multiply(term, s.intern(std::move(inside)), f.exponent);
+    return true;
+  }
+  return false;
+}
+
 constexpr ProductRule products[] = {
     {"exp a exp b = exp(a + b)", merge_exponentials},
     {"x^a x^b = x^(a + b)", merge_powers},
     {"|x|² = x²", square_absolutes},
     {"tan x cos x = sin x", tangents},
     {"(x² - 1)/(x - 1) = x + 1", divide_sums},
+    {"1/(1/a + 1/b) = a b/(a + b)", clear_denominators},
 };
 
 constexpr SquareRule squares[] = {

@@ -189,6 +189,7 @@ SumId Simplifier::rewritten_sum(SumId s) {
     std::vector<SumId> candidates;
     expanded(best, candidates);
     grouped(best, candidates);
+    if (const auto whole = over_common_denominator(best)) candidates.push_back(*whole);
     SumId shortest = best;
     for (SumId c : candidates)
       if (const SumId after = by_sum_rules(c); traits(after).tokens < traits(shortest).tokens)

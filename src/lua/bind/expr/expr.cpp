@@ -8,6 +8,7 @@
 #include "base/text.hpp"
 #include "expr/graph/declaration.hpp"
 #include "expr/graph/derivative.hpp"
+#include "expr/print/approximation.hpp"
 #include "expr/print/print.hpp"
 #include "lua/bind/expr/expr_subs.hpp"
 #include "lua/core/objects.hpp"
@@ -262,6 +263,8 @@ int default_of(Call& call) {
   return 1;
 }
 
+int approximation(Call& call) { return call.push(decimal_approximation(to_expr(call.L, 1, "e"))); }
+
 int to_string(Call& call) {
   collect_aliases(call.L);
   return call.push(to_text(to_expr(call.L, 1, "e")));
@@ -417,6 +420,8 @@ std::vector<Row> rows() {
       {"expr:__len", one, "#e", "1 for a scalar."},
       {"expr:__index", index, "e[1]", "The scalar itself."},
       {"expr:__tostring", to_string, "tostring(e)", "The expression as in a book."},
+      {"expr:__approximation", approximation, "sqrt(2) at the prompt",
+       "The prompt shows √2 ≈ 1.414213562: a number with roots, π or functions in it and its decimals."},
   };
   for (const char* type : {"expr", "matrix"})
     for (const Operator& op : operators)

@@ -1,0 +1,150 @@
+// Rules for pairs of terms of a sum: squares of sine and cosine, products of them at two angles, fractions.
+#include <algorithm>
+
+#include "expr/rewrite/rewrite_forms.hpp"
+
+namespace pendula {
+namespace {
+
+constexpr int most_rounds = 40;
+constexpr std::size_t most_terms = 2000;
+
+using Index = std::size_t;
+constexpr Index nowhere = static_cast<Index>(-1);
+
+Index place_of(const std::vector<Term>& terms, const Term& wanted, Index except) {
+  for (Index k = 0; k < terms.size(); ++k)
+    if (k != except && terms[k] == wanted) return k;
+  return nowhere;
+}
+
+/// The place of a term with these factors, whatever its coefficient.
+Index place_of_factors(const std::vector<Term>& terms, const Term& wanted, Index except) {
+  for (Index k = 0; k < terms.size(); ++k)
+    if (k != except && terms[k].factors == wanted.factors) return k;
+  return nowhere;
+}
+
+/// The terms but for two of them.
+Sum without_two(const std::vector<Term>& terms, Index i, Index j) {
+  Sum rest;
+  for (Index k = 0; k < terms.size(); ++k)
+    if (k != i && k != j) rest.push_back(terms[k]);
+  return rest;
+}
+
+Term with_factor(const NormalForms& forms, Term term, AtomId atom, const mpq_class& exponent) {
+  term.factors.push_back({atom, exponent});
+  forms.collect(term);
+  return term;
+}
+
+}  // namespace
+
+/// α c R f² + β c R g² = c R, and c R - α c R f² = β c R g²; a R f² + b R g² with numbers 0 < a < b is
+/// a R + (b - a) R g² for sine and cosine.
+std::optional<Sum> Simplifier::by_squares(const std::vector<Term>& terms) {
+  const auto replaced = [&](Index i, Index j, Term by) {
+    Sum shorter = without_two(terms, i, j);
+    const SumId p = product(std::move(by));
+    shorter.insert(shorter.end(), sum(p).begin(), sum(p).end());
+    return shorter;
+  };
+  for (Index i = 0; i < terms.size(); ++i) {
+    const Term& t = terms[i];
+    for (const SquareRule& rule : square_rules())
+      for (const Factor& f : t.factors) {
+        const bool is_f = is_function(f.atom, rule.f), is_g = is_function(f.atom, rule.g);
+        if ((!is_f && !is_g) || f.exponent < 2) continue;
+        const int mine = is_f ? rule.alpha : rule.beta, theirs = is_f ? rule.beta : rule.alpha;
+        Term rest = with_factor(*this, t, f.atom, -2);  // t = mine · c R · square
+        rest.coefficient = rest.coefficient * Number(mine);
+        Term other = rest;  // theirs · c R · other square
+        other.coefficient = other.coefficient * Number(theirs);
+        other = with_factor(*this, other, function_atom(is_f ? rule.g : rule.f, atom(f.atom).args), 2);
+        if (const Index j = place_of(terms, other, i); j != nowhere) return replaced(i, j, rest);
+        Term opposite = rest;
+        opposite.coefficient = -opposite.coefficient;
+        Term remaining = other;
+        remaining.coefficient = -remaining.coefficient;
+        if (const Index j = place_of(terms, opposite, i); j != nowhere) return replaced(i, j, remaining);
+        const Index j = rule.f == Op::sin ? place_of_factors(terms, other, i) : nowhere;
+        if (j == nowhere || terms[j].coefficient.sign() != t.coefficient.sign()) continue;
+        const Number more = terms[j].coefficient + -t.coefficient;
+        if (!more.exact() || more.sign() != t.coefficient.sign()) continue;
+        Sum shorter = replaced(i, j, rest);
+        shorter.push_back({more, other.factors});
+        return shorter;
+      }
+  }
+  return {};
+}
+
+/// c R cos a cos b ± c R sin a sin b = c R cos(a ∓ b), c R sin a cos b ± c R cos a sin b = c R sin(a ± b).
+std::optional<Sum> Simplifier::by_angle_sums(const std::vector<Term>& terms) {
+  for (Index i = 0; i < terms.size(); ++i) {
+    const Term& t = terms[i];
+    for (const Factor& x : t.factors)
+      for (const Factor& y : t.factors) {
+        if (x.atom == y.atom || x.exponent < 1 || y.exponent < 1 || !is_function(y.atom, Op::cos)) continue;
+        const bool both_cos = is_function(x.atom, Op::cos);
+        if (!both_cos && !is_function(x.atom, Op::sin)) continue;
+        const SumId a = atom(x.atom).args[0], b = atom(y.atom).args[0];
+        if (a == b) continue;
+        const Term rest = with_factor(*this, with_factor(*this, t, x.atom, -1), y.atom, -1);
+        Term other = with_factor(*this, rest, function_atom(both_cos ? Op::sin : Op::cos, {a}), 1);
+        other = with_factor(*this, other, function_atom(Op::sin, {b}), 1);
+        Index j = place_of(terms, other, i);
+        const bool same = j != nowhere;
+        other.coefficient = -other.coefficient;
+        if (!same) j = place_of(terms, other, i);
+        if (j == nowhere) continue;
+        const bool difference = both_cos == same;  // cos(a - b), sin(a - b)
+        Sum angle = sum(a);
+        const SumId turned = difference ? minus(b) : b;
+        angle.insert(angle.end(), sum(turned).begin(), sum(turned).end());
+        Term by = rest;
+        multiply(by, function(both_cos ? Op::cos : Op::sin, {intern(std::move(angle))}), 1);
+        Sum shorter = without_two(terms, i, j);
+        const SumId p = product(std::move(by));
+        shorter.insert(shorter.end(), sum(p).begin(), sum(p).end());
+        return shorter;
+      }
+  }
+  return {};
+}
+
+SumId Simplifier::by_sum_rules(SumId id) {
+  for (int round = 0; round < most_rounds; ++round) {
+    const std::vector<Term> terms = ordered_terms(id);
+    if (terms.size() < 2 || terms.size() > most_terms) break;
+    auto shorter = by_squares(terms);
+    if (!shorter) shorter = by_angle_sums(terms);
+    if (!shorter) break;
+    id = intern(std::move(*shorter));
+  }
+  return id;
+}
+
+/// a + b/(c + d) = (a (c + d) + b)/(c + d) for one denominator that is a sum, the numerator multiplied out.
+std::optional<SumId> Simplifier::over_common_denominator(SumId s) {
+  const std::vector<Term> terms = ordered_terms(s);
+  constexpr std::size_t most = 12;
+  if (terms.size() < 2 || terms.size() > most) return {};
+  for (const Term& t : terms)
+    for (const Factor& f : t.factors) {
+      if (atom(f.atom).kind != AtomKind::sum || f.exponent != -1) continue;
+      Sum numerator;
+      for (const Term& u : terms) {
+        const auto out = multiplied_out(with_factor(*this, u, f.atom, 1), most * most);
+        if (!out) return {};
+        numerator.insert(numerator.end(), out->begin(), out->end());
+      }
+      Term quotient{1, {{f.atom, -1}}};
+      multiply(quotient, by_sum_rules(intern(std::move(numerator))), 1);
+      return quotient.coefficient.sign() == 0 ? number(0) : product(std::move(quotient));
+    }
+  return {};
+}
+
+}  // namespace pendula
