@@ -5,6 +5,7 @@
 
 #include "base/error.hpp"
 #include "expr/graph/angle.hpp"
+#include "expr/graph/assumption.hpp"
 #include "expr/graph/derivative.hpp"
 #include "expr/graph/generic.hpp"
 #include "expr/linalg/linalg.hpp"
@@ -130,4 +131,17 @@ TEST_CASE("print: the decimals of numbers that are no decimals") {
   CHECK(decimal_approximation(fraction(1, 3)).empty());
   CHECK(decimal_approximation(symbol(Kind::variable, "exx")).empty());
   CHECK(decimal_approximation(symbol(Kind::parameter, "exm") * sqrt(Expr(2))).empty());
+}
+
+TEST_CASE("simplify: what is declared positive leaves absolute values and roots") {
+  const Expr m = symbol(Kind::parameter, "expos"), x = symbol(Kind::variable, "expx");
+  const Expr size = abs(m * x), root = sqrt(m * m * x * x);
+  const Expr before = simplify(size);
+  CHECK(simplify(size) == simplify(abs(m) * abs(x)));
+  assume_positive(m, true);
+  CHECK(simplify(size) == simplify(m * abs(x)));
+  CHECK(simplify(root) == simplify(m * abs(x)));
+  CHECK(simplify(sqrt(pi() * pi())) == pi());
+  assume_positive(m, false);
+  CHECK(simplify(size) == before);
 }

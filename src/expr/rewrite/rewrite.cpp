@@ -5,6 +5,7 @@
 
 #include "base/error.hpp"
 #include "base/interrupt.hpp"
+#include "expr/graph/assumption.hpp"
 #include "expr/print/print.hpp"
 #include "expr/rewrite/rewrite_forms.hpp"
 #include "expr/rewrite/rewrite_patterns.hpp"
@@ -91,6 +92,8 @@ bool Simplifier::leads_negative(SumId s) const {
 
 bool Simplifier::never_negative(const Factor& f) const {
   const bool whole = f.exponent.get_den() == 1;
+  const Atom& a = atom(f.atom);
+  if (a.kind == AtomKind::leaf && is_assumed_positive(a.node)) return true;
   return !whole || mpz_even_p(f.exponent.get_num_mpz_t()) || is_function(f.atom, Op::abs) ||
          is_function(f.atom, Op::exp) || is_function(f.atom, Op::cosh);
 }
@@ -257,9 +260,15 @@ Expr simplified(Expr e) {
 
 Expr simplify(Expr e) {
   static thread_local Known known;
+  static thread_local RewrittenPatterns patterns;
+  static thread_local std::size_t assumptions = 0;
+  if (assumptions != assumptions_made()) {
+    known = {};
+    patterns = {};
+    assumptions = assumptions_made();
+  }
   if (e.is_constant()) return simplified(e);
   if (const auto simple = known.find(e)) return *simple;
-  static thread_local RewrittenPatterns patterns;
   const auto pattern = pattern_of(e);
   if (!pattern) return known.add(e, simplified(e));
   if (const auto simple = patterns.find(*pattern)) return known.add(e, *simple);

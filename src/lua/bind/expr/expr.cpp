@@ -6,6 +6,7 @@
 #include <deque>
 
 #include "base/text.hpp"
+#include "expr/graph/assumption.hpp"
 #include "expr/graph/declaration.hpp"
 #include "expr/graph/derivative.hpp"
 #include "expr/print/approximation.hpp"
@@ -27,11 +28,21 @@ void check_free_name(const std::string& name) {
 struct Attributes {
   bool given = false;
   std::string unit, label;
+  std::optional<bool> positive;
 };
 
 Attributes read_attributes(Call& call, int index) {
-  const Options options = call.options(index, {"unit", "text"});
-  return {call.has(index), options.string("unit", ""), options.string("text", "")};
+  const Options options = call.options(index, {"unit", "text", "positive"});
+  Attributes given{call.has(index), options.string("unit", ""), options.string("text", ""), {}};
+  if (options.has("positive")) given.positive = options.boolean("positive", false);
+  return given;
+}
+
+void declare_positive(Expr leaf, bool positive) {
+  const auto& value = symbol_of(leaf).value;
+  if (positive && value && value->is_constant() && constant_value(*value) <= 0)
+    throw Error(text("'", symbol_of(leaf).name, "' cannot be positive: its value is ", to_text(*value)));
+  assume_positive(leaf, positive);
 }
 
 /// A declaration without options keeps what an earlier one said.
@@ -39,6 +50,7 @@ void set_attributes(std::span<const Expr> leaves, const Attributes& given) {
   note_declared(leaves);
   if (!given.given) return;
   for (Expr leaf : leaves) {
+    if (given.positive) declare_positive(leaf, *given.positive);
     attributes(leaf).unit = given.unit;
     attributes(leaf).label = given.label;
     if (leaves.size() > 1 && !given.label.empty())
@@ -110,10 +122,10 @@ int param(Call& call) {
   const Attributes given = read_attributes(call, only_options ? 2 : 3);
   if (only_options || !call.has(2) || is_expression(call.L, 2)) {
     const Expr leaf = newly_declared({symbol(Kind::parameter, name)})[0];
-    set_attributes({&leaf, 1}, given);
     std::optional<Expr> value;
     if (!only_options && call.has(2)) value = default_value(to_expr(call.L, 2, "value"), name);
     attributes(leaf).value = value;
+    set_attributes({&leaf, 1}, given);
     return push_expr(call.L, leaf);
   }
   const VecX values = to_column(call.L, 2, "value");
@@ -149,8 +161,8 @@ int params(Call& call) {
     std::optional<Expr> value;
     if (equals != std::string::npos) value = parse_number(word.substr(equals + 1));
     leaves.push_back(symbol(Kind::parameter, name));
-    set_attributes({&leaves.back(), 1}, given);
     attributes(leaves.back()).value = value;
+    set_attributes({&leaves.back(), 1}, given);
   }
   for (Expr leaf : newly_declared(leaves)) push_expr(call.L, leaf);
   return static_cast<int>(words.size());
@@ -379,15 +391,16 @@ std::vector<Row> rows() {
        "q = var(\"q\", 3); q.T*q", "qᵀq"},
       {"vars", vars, "vars \"x y z\" -> x, y, z", "Several unknown functions of time.",
        "x, y = vars \"x y\"; diff(x^2*y, x)", "2 x y"},
-      {"param", param, "param(name [, value] [, {unit =, text =}]) -> symbol or column",
-       "A constant with a default value: a number, \"1/3\", or a list for a column; also param \"L=2\". "
+      {"param", param, "param(name [, value] [, {unit =, text =, positive =}]) -> symbol or column",
+       "A constant with a default value: a number, \"1/3\", or a list for a column; also param \"L=2\". With "
+       "positive = true simplify knows that it is greater than 0: |L| = L, √(L²) = L. "
        "Without a value it must "
        "be given "
        "later.",
        "L = param(\"L\", 2); evaluate(L^2)", "4.0"},
-      {"params", params, "params \"m=1 g=9.81 L\" -> m, g, L",
-       "Several constants, with or without default values.", "m, g = params \"m=1/2 g=9.81\"; evaluate(m*g)",
-       "4.905"},
+      {"params", params, "params(\"m=1 g=9.81 L\" [, {positive =}]) -> m, g, L",
+       "Several constants, with or without default values; positive = true says that all are greater than 0.",
+       "m, g = params \"m=1/2 g=9.81\"; evaluate(m*g)", "4.905"},
       {"input", input, "input(name [, size] [, {unit =, text =}]) -> symbol or column",
        "A known function of time (or a column), given at init and integration.", "u = input(\"u\", 2); #u",
        "2"},
