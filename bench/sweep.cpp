@@ -17,6 +17,7 @@
 #include <benchmark/benchmark.h>
 
 #include "integrate/run/adaptive_run.hpp"
+#include "integrate/run/methods.hpp"
 #include "integrate/sweep/ensemble.hpp"
 #include "lua/bind/integrate/integrate_options.hpp"
 #include "lua/session/state.hpp"
@@ -155,7 +156,7 @@ void steppers(benchmark::State& state, const std::string& name, int lanes) {
     } else {
       sum = 0, steps = 0;
       Method method;
-      method.family = "tableau", method.tableau = verner87();
+      method = method_of(verner87());
       Plan plan;
       plan.to = c.to, plan.tolerances = tolerances(c), plan.times = std::vector{c.to};
       for (int set = 0; set < sets; ++set) {

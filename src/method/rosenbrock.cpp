@@ -235,6 +235,18 @@ bool Rosenbrock::is_stiffly_accurate() const {
   return alpha_[last] == 1;
 }
 
+/// R(z) - R̂(z) = Σₖ zᵏ⁺¹ (b - b̂)ᵀ βᵏ 1 + … vanishes with the first s of these numbers.
+bool Rosenbrock::error_sees_linear() const {
+  const Vec difference = Gamma_.transpose() * *e_;
+  Vec power = Vec::Ones(stages());
+  for (int k = 0; k < stages(); ++k) {
+    const double size = difference.cwiseAbs().dot(power.cwiseAbs());
+    if (std::fabs(difference.dot(power)) > 1e-10 * size) return true;
+    power = beta_ * power;
+  }
+  return false;
+}
+
 std::string Rosenbrock::str() const {
   std::string result = text(name(), ": Rosenbrock method, ", stages(), stages() == 1 ? " stage" : " stages",
                             ", order ", order_);

@@ -52,6 +52,8 @@ class Rosenbrock {
   const Vec& gammas() const { return gammas_; }  ///< γᵢ: the factor of Δt ∂f/∂t
   const Vec& m() const { return m_; }
   const std::optional<Vec>& e() const { return e_; }  ///< m - mhat: the error estimate Σ eᵢuᵢ
+  /// False where method and embedded method agree on x′ = A x: the estimate would be 0 there. Requires e().
+  bool error_sees_linear() const;
   /// Dense output with r rows d₁ … dᵣ (2 for order 3, 3 for order 4; empty: none):
   ///   x(tₖ + θΔt) = (1-θ)xₖ + θ(xₖ₊₁ + (1-θ)(K₁ + θ(K₂ + θ K₃))),   Kⱼ = Σᵢ dⱼᵢuᵢ
   const Mat& dense() const { return dense_; }
@@ -66,8 +68,7 @@ class Rosenbrock {
   /// Order for x′ = f(t, x) with the exact Jacobian (Thm IV.7.4).
   int order() const { return order_; }
   int embedded_order() const { return embedded_order_; }
-  /// Order for the differential and algebraic variables of an index-1 DAE (§VI.4, Thm 4.?), at most 4
-  /// checked.
+  /// Order for the differential and algebraic variables of an index-1 DAE (§VI.4), at most 4 checked.
   int dae_order() const { return dae_order_; }
   bool is_stiffly_accurate()
       const;  ///< αₛᵢ + γₛᵢ = bᵢ and αₛ = 1: R(∞) = 0 and z solves its equations to first order

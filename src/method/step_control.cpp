@@ -24,7 +24,7 @@ static double negative_limit(const Tableau& rk) {
   return low;
 }
 
-ExplicitRules::ExplicitRules(const Tableau& rk) : stability_limit(negative_limit(rk)), fsal(rk.is_fsal()) {
+StepRules::StepRules(const Tableau& rk) : stability_limit(negative_limit(rk)), fsal(rk.is_fsal()) {
   const int embedded = rk.data().embedded ? *rk.data().embedded : rk.embedded_order();
   control_order = rk.bhat2() ? rk.order() : std::min(rk.order(), embedded) + 1;
   beta = control_order < 7 ? 0.2 / control_order : 0;

@@ -1,16 +1,16 @@
-// What step size control makes of a tableau: orders and limits (Hairer, Nørsett & Wanner, Solving ODEs I, 2nd
-// ed., §II.4).
+// The constants of step size control that follow from a tableau (Hairer, Nørsett & Wanner, Solving ODEs I, 2nd ed.,
+// §II.4; docs/derivations.md#step-size-control).
 #pragma once
 
 #include "method/tableau.hpp"
 
 namespace pendula::integrate {
 
-/// Gustafsson's PI controller as DOPRI5 has it, without the integral part for high orders, as in DOP853: with
-/// it (exponents 0.7/k and 0.4/k) steps on the edge of stability swing so that stiffness goes unnoticed.
-struct ExplicitRules {
+/// Gustafsson's PI controller with the exponents of DOPRI5; without the integral part for orders from 7 on, as in
+/// DOP853: with exponents 0.7/k and 0.4/k the step size oscillates at the stability limit and the stiffness test fails.
+struct StepRules {
   /// Requires an explicit method with an embedded one.
-  explicit ExplicitRules(const Tableau& rk);
+  explicit StepRules(const Tableau& rk);
   int control_order;        ///< of the error estimate
   double beta, exponent;    ///< dt ← dt · 0.9 · err_old^β / err^exponent
   double slowest, fastest;  ///< between these factors

@@ -80,9 +80,8 @@ class Tableau {
   int order() const { return order_; }
   /// The same tableau with all its claims proved. Throws Error naming one that does not hold.
   Tableau proved() const;
-  /// The order with bhat (bhat2) in place of b. Requires that there is one.
+  /// The order with bhat in place of b. Requires that there is one.
   int embedded_order() const;
-  int second_embedded_order() const { return algebraic_order(coefficients_, coefficients_.bhat2); }
   int stage_order() const { return integrate::stage_order(coefficients_); }
 
   bool is_explicit() const;  ///< strictly lower triangular: one stage after another, nothing to solve

@@ -60,6 +60,39 @@ for _, list in ipairs(libraries) do
   end
 end
 
+-- The adaptive methods: a family as it is, or what the library has of it.
+local function methods()
+  local list = { { name = "auto", family = "auto", explicit = false, index_2 = true,
+    text = "chosen by the model, its spectrum and the tolerances; stats() says which and why" } }
+  local function add(family, name, data)
+    list[#list + 1] = { name = name, family = family.name, explicit = family.explicit,
+      index_2 = family.index_2, order = data.order, text = data.text }
+  end
+  local function add_library(family, library, suits)
+    for _, list in ipairs(libraries) do
+      for _, name in ipairs(list.library == library and list or {}) do
+        local data = file_of(list.folder, name)
+        if suits(data, list) then add(family, name, data) end
+      end
+    end
+  end
+  for _, family in ipairs(method_families()) do
+    if family.explicit then
+      add_library(family, "rk", function(data, list) return list.folder == "explicit" and data.bhat end)
+    elseif family.default ~= "" then
+      add_library(family, "rosenbrock", function(data) return data.mhat end)
+    else
+      add(family, family.name, family)
+    end
+  end
+  return list
+end
+doc { name = "methods", module = "methods", title = "Multistep and Rosenbrock methods",
+  sig = "methods() -> { method, … }",
+  text = "The methods that choose their steps: name (as in method = name), family, text, explicit, order "
+    .. "(none where it varies), and index_2: it treats models of index 2 and 3 as they stand.",
+  example = "methods()[1].name", gives = "auto", methods }
+
 -- Words, tables and pictures about methods: loaded when first asked for.
 local loaded
 local function analysis()

@@ -15,6 +15,7 @@ class Writer {
 
   Slot input(std::size_t k) const { return static_cast<Slot>(k); }
   Slot constant(double value);
+  bool is_constant(Slot value) const { return value >= constants_from; }
   Slot put(Op op, Slot a, Slot b = 0, Slot c = 0);
   /// Σ factors[i] · values[i] from left to right; zero factors are left out. Nothing left: the constant 0.
   Slot combination(std::span<const double> factors, std::span<const Slot> values);

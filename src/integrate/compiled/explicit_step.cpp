@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <optional>
 
+#include "integrate/compiled/pair_emitter.hpp"
 #include "integrate/compiled/step_cache.hpp"
 
 namespace pendula::integrate {
@@ -14,8 +15,6 @@ using codegen::Slot;
 using codegen::Writer;
 
 namespace {
-
-using Slots = std::vector<Slot>;
 
 /// The times of stages 2 … s and of the end, in units of the step, each once.
 std::vector<double> times_of(const Tableau& rk) {
@@ -36,175 +35,130 @@ std::vector<Expr> expressions(const Problem& problem) {
   return list;
 }
 
-/// Writes the program. In: h | x | K₁ | p | atol | rtol | (t, u) at the times of the stages | what depends on
-/// time alone, there.
-class Author {
+/// Where the inputs of the program stand: h | x | K₁ | p | atol | rtol | (t, u) at the times of the stages | what depends
+/// on time alone, there.
+struct Layout {
+  std::size_t n, p, u, times, parts;
+
+  Layout(const Problem& problem, std::size_t times, std::size_t parts)
+      : n(static_cast<std::size_t>(problem.n())),
+        p(parameter_count(problem)),
+        u(input_count(problem)),
+        times(times),
+        parts(parts) {}
+  std::size_t x() const { return 1; }
+  std::size_t slope() const { return x() + n; }
+  std::size_t parameters() const { return slope() + n; }
+  std::size_t atol() const { return parameters() + p; }
+  std::size_t rtol() const { return atol() + n; }
+  std::size_t time(std::size_t which) const { return rtol() + n + which * (1 + u); }
+  std::size_t part(std::size_t which, std::size_t k) const {
+    return time(times) + TimeCode::place(which, k, parts);
+  }
+  std::size_t size() const { return time(times) + TimeCode::size(times, parts); }
+};
+
+/// Writes the program.
+class ExplicitEmitter {
  public:
-  Author(const Problem& problem, const Tableau& rk, int stiff_stage, const TimePart& timed)
+  ExplicitEmitter(const Problem& problem, const Tableau& rk, int stiff_stage, const TimePart& timed)
       : problem_(problem),
         rk_(rk),
         stiff_stage_(stiff_stage),
-        n_(static_cast<std::size_t>(problem.n())),
-        np_(parameter_count(problem)),
-        nu_(input_count(problem)),
-        parts_(timed.parts.size()),
         times_(times_of(rk)),
-        w_(inputs(problem, times_.size(), parts_)),
-        h_(w_.input(0)),
-        x_(inputs_from(w_, 1, n_)),
-        p_(inputs_from(w_, 1 + 2 * n_, np_)),
-        K_{inputs_from(w_, 1 + n_, n_)},
+        at_(problem, times_.size(), timed.parts.size()),
+        w_(at_.size()),
+        x_(inputs_from(w_, at_.x(), at_.n)),
         all_(problem.arguments()),
-        rest_(timed.outputs.begin() + static_cast<std::ptrdiff_t>(n_), timed.outputs.end()) {
+        at_end_(timed.outputs.begin() + static_cast<std::ptrdiff_t>(at_.n), timed.outputs.end()) {
     all_.insert(all_.end(), timed.symbols.begin(), timed.symbols.end());
-    f_ = codegen::lower(std::span(timed.outputs).first(n_), all_);
-  }
-
-  static std::size_t first_stage(const Problem& problem) {
-    return 1 + 4 * static_cast<std::size_t>(problem.n()) + parameter_count(problem);
-  }
-  static std::size_t first_part(const Problem& problem, std::size_t times) {
-    return first_stage(problem) + times * (1 + input_count(problem));
-  }
-  static std::size_t inputs(const Problem& problem, std::size_t times, std::size_t parts) {
-    return first_part(problem, times) + TimeCode::size(times, parts);
+    f_ = codegen::lower(std::span(timed.outputs).first(at_.n), all_);
   }
 
   /// Out: as in ExplicitCode::End.
   Program step() {
-    const int s = rk_.stages();
     early_parts();
-    for (int i = 1; i < s; ++i) K_.push_back(slope(i, point(row_of(rk_.A(), i, i))));
-    const std::vector<double> b(rk_.b().begin(), rk_.b().end());
-    const Slots x1 = point(b), xdot = slope(s, x1), weight = weights(x1);
-    const Slots error = scaled(difference(rk_.bhat()), weight),
-                second = scaled(difference(rk_.bhat2()), weight);
+    const auto slope = [this](int stage, const Slots& x) { return w_.inlined(f_, arguments_at(stage, x)); };
+    PairEmitter pair(w_, rk_, Formula(w_, w_.input(0)), x_, inputs_from(w_, at_.slope(), at_.n), slope);
+    const Slots x1 = pair.end(), xdot = pair.slope_at_end();
+    const Slots weight = pair.weights(inputs_from(w_, at_.rtol(), at_.n), inputs_from(w_, at_.atol(), at_.n));
+    const Slots error = pair.error(rk_.bhat(), weight);
     Slots results = x1;
     results.insert(results.end(), xdot.begin(), xdot.end());
     results.insert(results.end(), error.begin(), error.end());
-    for (const Slots& list : {squares(error), squares(second)})
-      results.push_back(w_.sum(list)), results.push_back(w_.largest(list));
-    watch(xdot, weight, results);
+    add_sizes(pair.squares(error), results);
+    if (rk_.bhat2()) {
+      add_sizes(pair.squares(pair.error(rk_.bhat2(), weight)), results);
+    } else {
+      results.insert(results.end(), 2, w_.constant(0));
+    }
+    if (stiff_stage_ > 0) {
+      const PairEmitter::Differences d = pair.differences(stiff_stage_, xdot, weight);
+      results.insert(results.end(), {d.slopes, d.points});
+    } else {
+      results.insert(results.end(), 2, w_.constant(0));
+    }
     for (const dae::Projection& stage : problem_.projections()) add_margins(stage, x1, results);
     return w_.finish(std::move(results));
   }
 
  private:
-  /// h Σ factorsⱼ Kⱼ, component k.
-  Slot sum(const std::vector<double>& factors, std::size_t k) {
-    Slots terms;
-    for (std::size_t j = 0; j < factors.size(); ++j) terms.push_back(K_[j][k]);
-    return w_.put(Op::mul, h_, w_.combination(factors, terms));
-  }
-  Slots point(const std::vector<double>& factors) {
-    for (std::size_t i = 0; i < rows_.size(); ++i)  // the last stage of a method "first same as last"
-      if (std::equal(rows_[i].begin(), rows_[i].end(), factors.begin()) &&
-          std::all_of(factors.begin() + static_cast<std::ptrdiff_t>(rows_[i].size()), factors.end(),
-                      [](double b) { return b == 0; }))
-        return X_[i];
-    rows_.push_back(factors), X_.emplace_back();
-    for (std::size_t k = 0; k < n_; ++k) X_.back().push_back(w_.put(Op::add, x_[k], sum(factors, k)));
-    return X_.back();
+  /// Sum and largest; 0 for the latter where it cannot be nine times the mean (ErrorSum).
+  void add_sizes(const Slots& squares, Slots& results) {
+    results.push_back(w_.sum(squares));
+    results.push_back(squares.size() < 9 ? w_.constant(0) : w_.largest(squares));
   }
   /// The arguments of f at stage i, or at the end, i = s. Equal for stages at the same time.
-  Slots arguments_at(int i, std::span<const Slot> x) {
+  Slots arguments_at(int i, std::span<const Slot> x) const {
     const double c = i < rk_.stages() ? rk_.c()[i] : 1.0;
-    const auto time = static_cast<std::size_t>(std::find(times_.begin(), times_.end(), c) - times_.begin());
-    const std::size_t at = first_stage(problem_) + time * (1 + nu_),
-                      part = first_part(problem_, times_.size());
+    const auto which = static_cast<std::size_t>(std::find(times_.begin(), times_.end(), c) - times_.begin());
     Slots parts;
-    for (std::size_t k = 0; k < parts_; ++k)
-      parts.push_back(w_.input(part + TimeCode::place(time, k, parts_)));
-    return arguments(w_.input(at), {x, x, inputs_from(w_, at + 1, nu_), p_, parts});  // f contains no x′
+    for (std::size_t k = 0; k < at_.parts; ++k) parts.push_back(w_.input(at_.part(which, k)));
+    const std::size_t time = at_.time(which);
+    return arguments(w_.input(time), {x, x, inputs_from(w_, time + 1, at_.u),  // f contains no x′
+                                      inputs_from(w_, at_.parameters(), at_.p), parts});
   }
-  Slots slope(int i, const Slots& x) { return w_.inlined(f_, arguments_at(i, x)); }
   /// What depends on time alone, where it is not given: for all stages at once, so that functions like sin
   /// are called while no register holds anything.
   void early_parts() {
     std::vector<bool> early(all_.size(), true);
-    std::fill_n(early.begin() + 1, 2 * n_, false);
+    std::fill_n(early.begin() + 1, 2 * at_.n, false);
     for (int i = 1; i <= rk_.stages(); ++i) w_.inline_part(f_, arguments_at(i, x_), early);
-  }
-  /// b - b̂; zeros where there is no b̂.
-  std::vector<double> difference(const std::optional<Vec>& embedded) const {
-    std::vector<double> e(static_cast<std::size_t>(rk_.stages()), 0);
-    for (std::size_t j = 0; embedded && j < e.size(); ++j) {
-      const auto k = static_cast<Eigen::Index>(j);
-      e[j] = rk_.b()[k] - (*embedded)[k];
-    }
-    return e;
-  }
-  /// 1/(atol + rtol max(|x|, |x₁|))
-  Slots weights(const Slots& x1) {
-    const std::size_t atol = 1 + 2 * n_ + np_, rtol = atol + n_;
-    Slots list;
-    for (std::size_t k = 0; k < n_; ++k) {
-      const Slot size = w_.put(Op::max, w_.put(Op::abs, x_[k]), w_.put(Op::abs, x1[k]));
-      const Slot scale = w_.put(Op::add, w_.input(atol + k), w_.put(Op::mul, w_.input(rtol + k), size));
-      list.push_back(w_.put(Op::div, w_.constant(1), scale));
-    }
-    return list;
-  }
-  Slots scaled(const std::vector<double>& factors, const Slots& weight) {
-    const bool none = std::all_of(factors.begin(), factors.end(), [](double e) { return e == 0; });
-    Slots list;
-    for (std::size_t k = 0; k < n_; ++k)
-      list.push_back(none ? w_.constant(0) : w_.put(Op::mul, sum(factors, k), weight[k]));
-    return list;
-  }
-  Slots squares(const Slots& list) {
-    Slots result;
-    for (Slot v : list) result.push_back(w_.put(Op::mul, v, v));
-    return result;
-  }
-  void watch(const Slots& xdot, const Slots& weight, Slots& results) {
-    Slots slopes, changes;
-    for (std::size_t k = 0; k < n_ && stiff_stage_ > 0; ++k) {
-      const auto g = static_cast<std::size_t>(stiff_stage_);
-      slopes.push_back(w_.put(Op::mul, w_.put(Op::sub, xdot[k], K_[g][k]), weight[k]));
-      const Slot change = w_.put(Op::sub, point({rk_.b().begin(), rk_.b().end()})[k],
-                                 point(row_of(rk_.A(), stiff_stage_, stiff_stage_))[k]);
-      changes.push_back(w_.put(Op::mul, change, weight[k]));
-    }
-    results.push_back(w_.sum(squares(slopes))), results.push_back(w_.sum(squares(changes)));
   }
 
   /// For every condition: how far it is from being violated too much; negative if it is.
   void add_margins(const dae::Projection& stage, const Slots& x1, Slots& results) {
     const std::vector<Expr>& x = problem_.model().x;
     const std::size_t count = stage.residuals.size() + stage.jacobian.size();
-    const Slots values = w_.inlined(codegen::lower(std::span(rest_).subspan(in_rest_, count), all_),
+    const auto value = [this](Slot slot) { return Formula(w_, slot); };
+    const Slots values = w_.inlined(codegen::lower(std::span(at_end_).subspan(margins_done_, count), all_),
                                     arguments_at(rk_.stages(), x1));
-    in_rest_ += count;
-    const std::size_t atol = 1 + 2 * n_ + np_, rtol = atol + n_;
+    margins_done_ += count;
     std::vector<Slots> effects(stage.residuals.size());
     for (std::size_t e = 0; e < stage.jacobian.size(); ++e) {
       const pendula::Entry& entry = stage.jacobian[e];
       const Expr unknown = stage.unknowns[entry.column];
       const auto j = static_cast<std::size_t>(std::find(x.begin(), x.end(), unknown) - x.begin());
-      const Slot size = w_.put(Op::mul, w_.input(rtol + j), w_.put(Op::abs, x1[j]));
-      const Slot change = w_.put(Op::add, w_.input(atol + j), size);
-      effects[entry.row].push_back(
-          w_.put(Op::mul, w_.put(Op::abs, values[stage.residuals.size() + e]), change));
+      const Formula atol = value(w_.input(at_.atol() + j)), rtol = value(w_.input(at_.rtol() + j));
+      const Formula change = atol + rtol * magnitude(value(x1[j]));
+      const Formula slope = magnitude(value(values[stage.residuals.size() + e]));
+      effects[entry.row].push_back((slope * change).slot(w_));
     }
     for (std::size_t i = 0; i < effects.size(); ++i) {
-      const Slot allowed = w_.put(Op::mul, w_.constant(ExplicitCode::share), w_.sum(effects[i]));
-      results.push_back(w_.put(Op::sub, allowed, w_.put(Op::abs, values[i])));
+      const Formula allowed = ExplicitCode::share * value(w_.sum(effects[i]));
+      results.push_back((allowed - magnitude(value(values[i]))).slot(w_));
     }
   }
 
   const Problem& problem_;
   const Tableau& rk_;
   int stiff_stage_;
-  std::size_t n_, np_, nu_, parts_;
   std::vector<double> times_;
+  Layout at_;
   Writer w_;
-  Slot h_;
-  Slots x_, p_;
-  std::vector<Slots> K_, X_;  ///< slopes of the stages; points, as they were asked for
-  std::vector<std::vector<double>> rows_;
-  std::vector<Expr> all_, rest_;  ///< arguments; what the projections evaluate
-  std::size_t in_rest_ = 0;
+  Slots x_;
+  std::vector<Expr> all_, at_end_;  ///< arguments; what the projections evaluate
+  std::size_t margins_done_ = 0;    ///< of at_end_
   Program f_;
 };
 
@@ -233,7 +187,7 @@ Key key_of(const Problem& problem, const Tableau& rk, int stiff_stage) {
 static void compile(StepEntry& entry, const Problem& problem, const Tableau& rk, int stiff_stage) {
   const std::vector<Expr> outputs = expressions(problem);
   TimePart timed(Machine::available(TimeCode::lanes) ? TimePart(outputs, problem) : TimePart(outputs));
-  const Program program = Author(problem, rk, stiff_stage, timed).step();
+  const Program program = ExplicitEmitter(problem, rk, stiff_stage, timed).step();
   if (program.instructions.size() > longest_step_program) return;
   std::vector<std::shared_ptr<const Machine>> compiled;
   compiled.push_back(Machine::compile(program, 1, codegen::Rounding::fused));
@@ -257,14 +211,15 @@ std::shared_ptr<ExplicitCode> ExplicitCode::make(const Problem& problem, const T
   code->c_ = times_of(rk);
   code->parts_ = entry->handed;
   if (code->parts_ > 0) code->time_.emplace(entry->machines[1], problem, code->c_);
-  code->in_.resize(Author::inputs(problem, code->c_.size(), code->parts_));
+  const Layout at(problem, code->c_.size(), code->parts_);
+  code->in_.resize(at.size());
   code->out_.resize(3 * n + 6);
   for (const dae::Projection& stage : problem.projections())
     code->out_.resize(code->out_.size() + stage.residuals.size());
   code->work_.resize(code->machine_->workspace_size());
-  code->stages_ = Author::first_stage(problem);
-  double* const weights = code->in_.data() + 1 + 2 * n + parameter_count(problem);
-  std::copy_n(tolerances.rtol.data(), n, std::copy_n(tolerances.atol.data(), n, weights));
+  code->stages_ = at.time(0);
+  std::copy_n(tolerances.atol.data(), n, code->in_.data() + at.atol());
+  std::copy_n(tolerances.rtol.data(), n, code->in_.data() + at.rtol());
   return code;
 }
 

@@ -22,7 +22,7 @@ namespace pendula::integrate {
 /// Steps of an explicit method on an explicit ODE, with their error estimates.
 class ExplicitCode {
  public:
-  /// The end of a step: x₁, x₁′ and the scaled error (n numbers each); sum and largest of the squares of the
+  /// The end of a step: x₁, x₁′ and the scaled error (n numbers each); sum and largest (0 below nine unknowns, see ErrorSum) of the squares of the
   /// scaled error, also with the second embedded method (or zeros); and for the test of stiffness the squares
   /// of ‖f(x₁) - f(g)‖ and ‖x₁ - g‖ with a second stage g at the end of the step (or zeros).
   /// near_conditions: x₁ violates none of the problem's projections by more than `share` of what a change of

@@ -6,9 +6,8 @@
 #include <mutex>
 
 #include "codegen/program/program_cache.hpp"
-#include "codegen/program/writer.hpp"
+#include "integrate/compiled/pair_emitter.hpp"
 #include "integrate/compiled/step_cache.hpp"
-#include "method/step_control.hpp"
 
 namespace pendula::integrate {
 
@@ -18,61 +17,32 @@ using codegen::Writer;
 
 namespace {
 
-using Slots = std::vector<Slot>;
 constexpr double eps = std::numeric_limits<double>::epsilon();
 
-/// Operations on values of a program, written like formulas.
-class Formulas {
- public:
-  explicit Formulas(Writer& w) : w_(w) {}
-  Slot number(double value) { return w_.constant(value); }
-  Slot add(Slot a, Slot b) { return w_.put(Op::add, a, b); }
-  Slot sub(Slot a, Slot b) { return w_.put(Op::sub, a, b); }
-  Slot mul(Slot a, Slot b) { return w_.put(Op::mul, a, b); }
-  Slot div(Slot a, Slot b) { return w_.put(Op::div, a, b); }
-  Slot min(Slot a, Slot b) { return w_.put(Op::min, a, b); }
-  Slot max(Slot a, Slot b) { return w_.put(Op::max, a, b); }
-  Slot lt(Slot a, Slot b) { return w_.put(Op::lt, a, b); }
-  Slot le(Slot a, Slot b) { return w_.put(Op::le, a, b); }
-  Slot both(Slot a, Slot b) { return w_.put(Op::both, a, b); }
-  Slot either(Slot a, Slot b) { return w_.put(Op::either, a, b); }
-  Slot choose(Slot condition, Slot a, Slot b) { return w_.put(Op::ifelse, condition, a, b); }
-  Slot f(Op op, Slot a) { return w_.put(op, a); }
-  Slot sum(const Slots& list) {
-    Slot s = list[0];
-    for (std::size_t i = 1; i < list.size(); ++i) s = add(s, list[i]);
-    return s;
-  }
-  /// 0, or NaN if one of the numbers is not finite.
-  Slot nothing(const Slots& list) {
-    Slots zeros;
-    for (Slot v : list) zeros.push_back(mul(v, number(0)));
-    return sum(zeros);
-  }
-  /// ErrorSum::norm.
-  Slot norm(const Slots& scaled) {
-    Slots squares;
-    for (Slot v : scaled) squares.push_back(mul(v, v));
-    const Slot mean = div(sum(squares), number(static_cast<double>(scaled.size())));
-    if (scaled.size() <= 9) return f(Op::sqrt, mean);
-    Slot largest = squares[0];
-    for (Slot v : squares) largest = max(largest, v);
-    const Slot share = div(largest, number(9));
-    return f(Op::sqrt, choose(lt(mean, share), share, mean));
-  }
+/// 0, or NaN if one of the numbers is not finite.
+Formula defect(Writer& w, const Slots& list) {
+  Formula sum(w, w.constant(0));
+  for (Slot v : list) sum = sum + Formula(w, v) * 0.0;
+  return sum;
+}
 
- private:
-  Writer& w_;
-};
+/// ErrorSum::norm of numbers whose squares are these.
+Formula norm(Writer& w, const Slots& squares, Slot sum) {
+  const auto count = static_cast<double>(squares.size());
+  const Formula mean = Formula(w, sum) / count;
+  if (squares.size() < 9) return square_root(mean);  // the largest is no more than eight times the mean
+  const Formula floor = Formula(w, w.largest(squares)) * (1.0 / 9);
+  return square_root(choose(mean < floor, floor, mean));
+}
 
 /// Writes the three programs.
-class Author {
+class LaneEmitter {
  public:
-  Author(const Problem& problem, const Tableau& rk, bool watch)
+  LaneEmitter(const Problem& problem, const Tableau& rk, bool watch)
       : problem_(problem),
         rk_(rk),
-        rules_(rk),
-        watch_(watch && rules_.stiff_stage >= 0),
+        controller_(StepRules(rk), problem.n()),
+        watch_(watch),
         n_(static_cast<std::size_t>(problem.n())),
         p_(problem.model().p.size()),
         f_(codegen::lower(problem.model().f, problem.arguments())) {}
@@ -82,287 +52,208 @@ class Author {
   Program between();
 
  private:
-  Slots list(const Writer& w, std::size_t first, std::size_t count) const {
-    Slots slots;
-    for (std::size_t k = 0; k < count; ++k) slots.push_back(w.input(first + k));
-    return slots;
-  }
+  using Controller = StepController<Formula>;
+  using State = StepState<Formula>;
+
   /// f(t, x, p).
-  Slots rhs(Writer& w, Slot t, const Slots& x, const Slots& p) const {
-    Slots arguments{t};
-    arguments.insert(arguments.end(), x.begin(), x.end());
-    arguments.insert(arguments.end(), x.begin(), x.end());  // f contains no x′
-    arguments.insert(arguments.end(), p.begin(), p.end());
-    return w.inlined(f_, arguments);
-  }
-  struct Stages {
-    Slots t;
-    std::vector<Slots> x, K;
-  };
-  Stages stages(Writer& w, Slot t, Slot h, const Slots& x, const Slots& xdot, const Slots& p,
-                std::vector<char> wanted) const;
-  Slot combination(Writer& w, Slot h, const std::vector<double>& factors, const Stages& s,
-                   std::size_t k) const;
-  std::vector<double> row(int i) const {
-    std::vector<double> r(static_cast<std::size_t>(rk_.stages()), 0);
-    for (int j = 0; j < i; ++j) r[j] = rk_.A()(i, j);
-    return r;
-  }
-  std::vector<double> b() const { return {rk_.b().begin(), rk_.b().end()}; }
-  std::vector<double> error(const Vec& embedded) const {
-    std::vector<double> e = b();
-    for (std::size_t j = 0; j < e.size(); ++j) e[j] -= embedded[static_cast<Eigen::Index>(j)];
-    return e;
+  Slots rhs(Writer& w, Formula t, const Slots& x, const Slots& p) const {
+    return w.inlined(f_, arguments(t.slot(w), {x, x, p}));  // f contains no x′
   }
 
   /// The inputs of a step, by name.
   struct Lane {
     Slots number, given, x, xdot, p, rtol, atol;
   };
-  Lane lane_inputs(const Writer& w) const {
-    Lane s;
-    std::size_t at = 0;
-    const auto next = [&](std::size_t count) {
-      at += count;
-      return list(w, at - count, count);
-    };
-    s.number = next(lane::numbers), s.x = next(n_), s.xdot = next(n_), s.given = next(lane::given);
-    s.p = next(p_), s.rtol = next(n_), s.atol = next(n_);
-    return s;
-  }
+  Lane lane_inputs(const Writer& w) const;
   std::size_t lane_size() const {
     return std::size_t{lane::numbers} + std::size_t{lane::given} + 4 * n_ + p_;
   }
+  PairEmitter pair(Writer& w, Formula t, Formula h, Formula arrival, const Lane& s,
+                   std::vector<char> wanted) const;
   std::vector<char> wanted() const;
-  Slot error_norm(Formulas& o, Writer& w, Slot h, const Stages& s, const Slots& weight) const;
-  Slot eigenvalue_seen(Formulas& o, Writer& w, const Stages& s, const Slots& slope,
-                       const Slots& weight) const;
+  Formula error_norm(Writer& w, PairEmitter& pair, const Slots& weight) const;
+  Formula is_smooth(Writer& w, const Lane& s, const Slots& x1, const Slots& slope) const;
+  static State choose_state(Formula condition, const State& yes, const State& no);
 
   const Problem& problem_;
   const Tableau& rk_;
-  ExplicitRules rules_;
+  Controller controller_;
   bool watch_;
   std::size_t n_, p_;
   Program f_;
 };
 
-Slot Author::combination(Writer& w, Slot h, const std::vector<double>& factors, const Stages& s,
-                         std::size_t k) const {
-  Slots terms;
-  std::vector<double> used;
-  for (std::size_t j = 0; j < factors.size(); ++j)
-    if (factors[j] != 0) terms.push_back(s.K[j][k]), used.push_back(factors[j]);
-  return w.put(Op::mul, h, w.combination(used, terms));
-}
-
-/// Those of the wanted stages and of the stages they need.
-Author::Stages Author::stages(Writer& w, Slot t, Slot h, const Slots& x, const Slots& xdot, const Slots& p,
-                              std::vector<char> wanted) const {
-  const auto size = static_cast<std::size_t>(rk_.stages());
-  for (std::size_t i = size; i-- > 1;)
-    for (std::size_t j = 0; wanted[i] && j < i; ++j)
-      if (rk_.A()(static_cast<int>(i), static_cast<int>(j)) != 0) wanted[j] = 1;
-  Stages s;
-  s.t.resize(size), s.x.resize(size), s.K.resize(size);
-  s.t[0] = t, s.x[0] = x, s.K[0] = xdot;
-  std::vector<bool> early(problem_.arguments().size(), true);
-  std::fill_n(early.begin() + 1, 2 * n_, false);
-  for (std::size_t i = 1; i < size; ++i) {
-    if (!wanted[i]) continue;
-    const double c = rk_.c()[static_cast<Eigen::Index>(i)];
-    s.t[i] = w.put(Op::add, t, c == 1 ? h : w.put(Op::mul, w.constant(c), h));
-    Slots arguments{s.t[i]};  // what depends on time alone is computed first: functions empty the registers
-    arguments.insert(arguments.end(), x.begin(), x.end());
-    arguments.insert(arguments.end(), x.begin(), x.end());
-    arguments.insert(arguments.end(), p.begin(), p.end());
-    w.inline_part(f_, arguments, early);
-  }
-  for (std::size_t i = 1; i < size; ++i) {
-    if (!wanted[i]) continue;
-    const auto factors = row(static_cast<int>(i));
-    for (std::size_t k = 0; k < n_; ++k)
-      s.x[i].push_back(w.put(Op::add, x[k], combination(w, h, factors, s, k)));
-    s.K[i] = rhs(w, s.t[i], s.x[i], p);
-  }
+LaneEmitter::Lane LaneEmitter::lane_inputs(const Writer& w) const {
+  std::size_t at = 0;
+  const auto next = [&](std::size_t count) {
+    at += count;
+    return inputs_from(w, at - count, count);
+  };
+  Lane s;
+  s.number = next(lane::numbers);
+  s.x = next(n_);
+  s.xdot = next(n_);
+  s.given = next(lane::given);
+  s.p = next(p_);
+  s.rtol = next(n_);
+  s.atol = next(n_);
   return s;
 }
 
+/// A step of length h from (t, x); `wanted`: the stages whose slopes are used.
+PairEmitter LaneEmitter::pair(Writer& w, Formula t, Formula h, Formula arrival, const Lane& s,
+                              std::vector<char> wanted) const {
+  std::vector<Formula> times;
+  for (int i = 0; i < rk_.stages(); ++i) times.push_back(t + (rk_.c()[i] == 1 ? h : rk_.c()[i] * h));
+  times.push_back(arrival);
+  // What depends on time alone is computed first: functions empty the registers.
+  std::vector<bool> early(problem_.arguments().size(), true);
+  std::fill_n(early.begin() + 1, 2 * n_, false);
+  for (int i = rk_.stages() - 1; i > 0; --i)
+    for (int j = 0; wanted[i] && j < i; ++j)
+      if (rk_.A()(i, j) != 0) wanted[j] = 1;
+  for (int i = 1; i < rk_.stages(); ++i)
+    if (wanted[i]) w.inline_part(f_, arguments(times[i].slot(w), {s.x, s.x, s.p}), early);
+  const auto slope = [this, &w, times, p = s.p](int stage, const Slots& x) {
+    return rhs(w, times[stage], x, p);
+  };
+  return PairEmitter(w, rk_, h, s.x, s.xdot, slope);
+}
+
 /// In: h, t, x, x′, p.
-Program Author::between() {
+Program LaneEmitter::between() {
   Writer w(2 + 2 * n_ + p_);
-  const Slot h = w.input(0), t = w.input(1);
-  const Slots x = list(w, 2, n_), xdot = list(w, 2 + n_, n_), p = list(w, 2 + 2 * n_, p_);
+  const Formula h(w, w.input(0)), t(w, w.input(1));
+  Lane s;
+  s.x = inputs_from(w, 2, n_);
+  s.xdot = inputs_from(w, 2 + n_, n_);
+  s.p = inputs_from(w, 2 + 2 * n_, p_);
   std::vector<char> wanted;
   for (double weight : rk_.b()) wanted.push_back(weight != 0);
-  const Stages s = stages(w, t, h, x, xdot, p, wanted);
-  Slots results;
-  for (std::size_t k = 0; k < n_; ++k) results.push_back(w.put(Op::add, x[k], combination(w, h, b(), s, k)));
-  const Slots slope = rhs(w, w.put(Op::add, t, h), results, p);
+  PairEmitter step = pair(w, t, h, t + h, s, wanted);
+  Slots results = step.end();
+  const Slots slope = rhs(w, t + h, results, s.p);
   results.insert(results.end(), slope.begin(), slope.end());
   return w.finish(std::move(results));
 }
 
-/// Hairer, Nørsett & Wanner I, §II.4, "Starting Step Size", as in ExplicitStepper::first_step.
-Program Author::start() {
+/// As ExplicitStepper::first_step.
+Program LaneEmitter::start() {
   Writer w(lane_size());
-  Formulas o(w);
   const Lane s = lane_inputs(w);
-  const Slot t = s.number[lane::t];
+  const auto value = [&](Slot slot) { return Formula(w, slot); };
+  const Formula t = value(s.number[lane::t]);
   const Slots slope = rhs(w, t, s.x, s.p);
-  const auto norm = [&](const Slots& v) {
-    Slots scaled;
-    for (std::size_t k = 0; k < n_; ++k)
-      scaled.push_back(o.div(v[k], o.add(s.atol[k], o.mul(s.rtol[k], o.f(Op::abs, s.x[k])))));
-    return o.norm(scaled);
+  const auto scaled_norm = [&](const Slots& v) {
+    Slots squares;
+    for (std::size_t k = 0; k < n_; ++k) {
+      const Formula scaled = value(v[k]) / (value(s.atol[k]) + value(s.rtol[k]) * magnitude(value(s.x[k])));
+      squares.push_back((scaled * scaled).slot(w));
+    }
+    Slot sum = squares[0];
+    for (std::size_t k = 1; k < n_; ++k) sum = w.put(Op::add, sum, squares[k]);
+    return norm(w, squares, sum);
   };
-  const Slot longest = o.min(o.sub(s.given[lane::end], t), s.given[lane::dt_max]);
-  const Slot d0 = norm(s.x), d1 = norm(slope), tiny = o.number(1e-5);
-  const auto visible = [&](Slot dt) {
-    return o.min(o.max(dt, o.mul(o.number(1e4 * eps), o.f(Op::abs, t))), longest);
-  };
-  const Slot careful = o.mul(o.number(1e-6), o.max(o.number(1), longest));
-  const Slot h0 = visible(
-      o.choose(o.either(o.lt(d0, tiny), o.lt(d1, tiny)), careful, o.div(o.mul(o.number(0.01), d0), d1)));
+  const Formula longest = lesser(value(s.given[lane::end]) - t, value(s.given[lane::dt_max]));
+  const Formula size = scaled_norm(s.x), speed = scaled_norm(slope);
+  const Formula cautious = cautious_step(size, speed, t, longest);
   Slots ahead;
-  for (std::size_t k = 0; k < n_; ++k) ahead.push_back(o.add(s.x[k], o.mul(h0, slope[k])));
-  Slots change = rhs(w, o.add(t, h0), ahead, s.p);
-  const Slot defined = o.f(Op::abs, o.nothing(change));  // 0 or NaN
-  for (std::size_t k = 0; k < n_; ++k) change[k] = o.sub(change[k], slope[k]);
-  const Slot steepest = o.max(d1, o.div(norm(change), h0));
-  const Slot power = w.put(Op::pow, o.div(o.number(0.01), steepest), o.number(1.0 / rules_.control_order));
-  const Slot h1 = o.choose(o.le(steepest, o.number(1e-15)),
-                           o.max(o.mul(o.number(1e-6), longest), o.mul(h0, o.number(1e-3))), power);
-  const Slot chosen = o.choose(o.le(defined, o.number(0)), visible(o.min(o.mul(o.number(100), h0), h1)),
-                               o.mul(h0, o.number(1e-3)));
-  const Slot first = s.given[lane::dt_first];
-  Slots results(lane::numbers, o.number(0));
-  results[lane::t] = t;
-  results[lane::dt] = o.choose(o.lt(o.number(0), first), first, chosen);
-  results[lane::log_error] = o.number(std::log(1e-4));
+  for (std::size_t k = 0; k < n_; ++k) ahead.push_back((value(s.x[k]) + cautious * value(slope[k])).slot(w));
+  Slots change = rhs(w, t + cautious, ahead, s.p);
+  const Formula defined = defect(w, change) <= 0.0;
+  for (std::size_t k = 0; k < n_; ++k) change[k] = (value(change[k]) - value(slope[k])).slot(w);
+  const Formula steepest = greater(speed, scaled_norm(change) / cautious);
+  const Formula chosen =
+      choose(defined, first_step(cautious, steepest, t, longest, controller_.rules().control_order),
+             cautious * 1e-3);
+  const Formula given = value(s.given[lane::dt_first]);
+  const State state = controller_.start(choose(0.0 < given, given, chosen));
+  Slots results{t.slot(w), w.constant(0)};
+  for (auto field : State::fields) results.push_back((state.*field).slot(w));
   results.insert(results.end(), s.x.begin(), s.x.end());
   results.insert(results.end(), slope.begin(), slope.end());
   return w.finish(std::move(results));
 }
 
-Slot Author::error_norm(Formulas& o, Writer& w, Slot h, const Stages& s, const Slots& weight) const {
-  const auto norm = [&](const Vec& embedded) {
-    const auto e = error(embedded);
-    Slots scaled;
-    for (std::size_t k = 0; k < n_; ++k) scaled.push_back(o.mul(combination(w, h, e, s, k), weight[k]));
-    return o.norm(scaled);
+Formula LaneEmitter::error_norm(Writer& w, PairEmitter& pair, const Slots& weight) const {
+  const auto of = [&](const std::optional<Vec>& embedded) {
+    const Slots squares = pair.squares(pair.error(embedded, weight));
+    return norm(w, squares, w.sum(squares));
   };
-  const Slot first = norm(*rk_.bhat());
-  if (!rk_.bhat2()) return first;
-  const Slot third = norm(*rk_.bhat2()), square = o.mul(first, first);
-  const Slot both = o.add(square, o.mul(o.number(0.01), o.mul(third, third)));
-  return o.choose(o.le(first, o.number(0)), first, o.div(square, o.f(Op::sqrt, both)));
+  const Formula first = of(rk_.bhat());
+  return rk_.bhat2() ? combined_error(first, of(rk_.bhat2())) : first;
 }
 
-/// 1 where h|λ| lies near the edge of the stability region (Hairer & Wanner II, §IV.2).
-Slot Author::eigenvalue_seen(Formulas& o, Writer& w, const Stages& s, const Slots& slope,
-                             const Slots& weight) const {
-  const auto stage = static_cast<std::size_t>(rules_.stiff_stage);
-  std::vector<double> factors = b();
-  for (std::size_t j = 0; j < stage; ++j) factors[j] -= rk_.A()(rules_.stiff_stage, static_cast<int>(j));
-  Slots numerator, denominator;
-  const auto square = [&](Slot v, std::size_t k) {
-    const Slot scaled = o.mul(v, weight[k]);
-    return o.mul(scaled, scaled);
-  };
+/// As ExplicitStepper::is_smooth.
+Formula LaneEmitter::is_smooth(Writer& w, const Lane& s, const Slots& x1, const Slots& slope) const {
+  Slots changes, sizes;
   for (std::size_t k = 0; k < n_; ++k) {
-    numerator.push_back(square(o.sub(slope[k], s.K[stage][k]), k));
-    Slots terms;
-    std::vector<double> used;
-    for (std::size_t j = 0; j < factors.size(); ++j)
-      if (factors[j] != 0) terms.push_back(s.K[j][k]), used.push_back(factors[j]);
-    denominator.push_back(square(w.combination(used, terms), k));
+    const Formula x(w, x1[k]), before(w, s.xdot[k]), after(w, slope[k]);
+    const Formula weight = 1 / (Formula(w, s.atol[k]) + Formula(w, s.rtol[k]) * magnitude(x));
+    const Formula change = (after - before) * weight, size = after * weight;
+    changes.push_back((change * change).slot(w));
+    sizes.push_back((size * size).slot(w));
   }
-  const double edge = 0.95 * rules_.stability_limit;
-  return o.lt(o.mul(o.number(edge * edge), o.sum(denominator)), o.sum(numerator));
+  return Formula(w, w.sum(changes)) <= Controller::smooth * Controller::smooth * Formula(w, w.sum(sizes));
 }
 
 /// The stages whose slopes a step uses.
-std::vector<char> Author::wanted() const {
-  const auto size = static_cast<std::size_t>(rk_.stages());
-  std::vector<char> wanted(size, 0);
-  for (std::size_t j = 0; j < size; ++j) {
-    const auto k = static_cast<Eigen::Index>(j);
-    wanted[j] = rk_.b()[k] != 0 || rk_.b()[k] != (*rk_.bhat())[k] ||
-                (rk_.bhat2() && rk_.b()[k] != (*rk_.bhat2())[k]) ||
-                (watch_ && static_cast<int>(j) == rules_.stiff_stage);
+std::vector<char> LaneEmitter::wanted() const {
+  std::vector<char> wanted;
+  for (int j = 0; j < rk_.stages(); ++j) {
+    const double b = rk_.b()[j];
+    const bool used = b != 0 || (*rk_.bhat())[j] != b || (rk_.bhat2() && (*rk_.bhat2())[j] != b);
+    wanted.push_back(used || j == controller_.rules().stiff_stage);
   }
-  if (rules_.fsal) wanted.back() = 1;
+  if (rk_.is_fsal()) wanted.back() = 1;
   return wanted;
 }
 
-Program Author::step() {
+LaneEmitter::State LaneEmitter::choose_state(Formula condition, const State& yes, const State& no) {
+  State result;
+  for (auto field : State::fields) result.*field = choose(condition, yes.*field, no.*field);
+  return result;
+}
+
+Program LaneEmitter::step() {
   Writer w(lane_size());
-  Formulas o(w);
+  const auto value = [&](Slot slot) { return Formula(w, slot); };
   const Lane s = lane_inputs(w);
-  const Slot t = s.number[lane::t], planned = s.number[lane::dt], end = s.given[lane::end];
-  const Slot zero = o.number(0), one = o.number(1), was_rejected = s.number[lane::was_rejected];
-  // Stepper::fitted
-  const Slot left = o.sub(end, t), dt = o.min(planned, s.given[lane::dt_max]);
-  const Slot half = o.mul(left, o.number(0.5));
-  const Slot h = o.choose(o.le(left, o.mul(dt, o.number(1.01))), left,
-                          o.choose(o.lt(left, o.mul(dt, o.number(2))), half, dt));
-  const Stages K = stages(w, t, h, s.x, s.xdot, s.p, wanted());
-  Slots x1;
-  if (rules_.fsal) {
-    x1 = K.x.back();
-  } else {
-    for (std::size_t k = 0; k < n_; ++k) x1.push_back(o.add(s.x[k], combination(w, h, b(), K, k)));
+  const Formula t = value(s.number[lane::t]), end = value(s.given[lane::end]);
+  State before;
+  for (std::size_t k = 0; k < State::fields.size(); ++k)
+    before.*State::fields[k] = value(s.number[lane::control + k]);
+  const Formula left = end - t, h = fitted_step(before.dt, left, value(s.given[lane::dt_max]));
+  const Formula arrival = choose(left <= h, end, t + h);
+  PairEmitter step = pair(w, t, h, arrival, s, wanted());
+  const Slots x1 = step.end(), slope = step.slope_at_end(), weight = step.weights(s.rtol, s.atol);
+  const Formula error = error_norm(w, step, weight);
+  const Formula defined = both(error <= std::numeric_limits<double>::max(), defect(w, slope) <= 0.0);
+  const Formula accepted = both(error <= 1.0, defined);
+  State onward = controller_.accept(before, h, error);
+  if (controller_.watches_stiffness()) {
+    const auto d = step.differences(controller_.rules().stiff_stage, slope, weight);
+    onward = controller_.watch(onward, h, value(d.slopes), value(d.points), is_smooth(w, s, x1, slope));
   }
-  const Slot arrived = o.choose(o.le(left, h), end, o.add(t, h));
-  const Slots slope = rules_.fsal ? K.K.back() : rhs(w, arrived, x1, s.p);
-  Slots weight;
-  for (std::size_t k = 0; k < n_; ++k) {
-    const Slot larger = o.max(o.f(Op::abs, s.x[k]), o.f(Op::abs, x1[k]));
-    weight.push_back(o.div(one, o.add(s.atol[k], o.mul(s.rtol[k], larger))));
-  }
-  const Slot error = error_norm(o, w, h, K, weight);
-  const Slot defined =
-      o.both(o.le(error, o.number(std::numeric_limits<double>::max())), o.le(o.nothing(slope), zero));
-  const Slot accepted = o.both(o.le(error, one), defined);
-  // The controller: err^a / err_old^β = exp(a ln err - β ln err_old)
-  const Slot log_error = o.f(Op::log, error), old = s.number[lane::log_error];
-  const Slot exponent = o.mul(o.number(rules_.exponent), log_error);
-  const Slot safety = o.number(std::log(0.9));
-  const Slot plain = o.f(Op::exp, o.sub(exponent, safety));
-  const Slot remembered = o.mul(o.number(rules_.beta), old);
-  const Slot filtered = rules_.beta > 0 ? o.f(Op::exp, o.sub(o.sub(exponent, remembered), safety)) : plain;
-  const Slot longer =
-      o.div(h, o.min(o.max(filtered, o.number(1 / rules_.fastest)), o.number(1 / rules_.slowest)));
-  const Slot kept = o.choose(was_rejected, o.min(longer, h), longer);
-  const Slot shortened = o.lt(h, o.mul(planned, o.number(0.99)));
-  const Slot onward = o.choose(shortened, o.max(kept, planned), kept);
-  const Slot shorter =
-      o.choose(defined, o.div(h, o.min(o.number(1 / rules_.slowest), plain)), o.mul(h, o.number(0.25)));
-  // Attention
-  const Slot size_of_h = o.f(Op::abs, h);
-  const Slot smallest = o.max(o.mul(o.number(10 * eps), o.f(Op::abs, t)), o.number(1e-300));
-  const Slot vanished = o.both(o.le(size_of_h, smallest), o.either(o.lt(h, left), was_rejected));
-  Slot attention = o.either(o.both(accepted, o.le(s.given[lane::look_at], arrived)), vanished);
-  Slots results(lane::numbers, zero);
-  if (watch_) {
-    const Slot late = o.le(o.number(9), s.number[lane::steps]);
-    const Slot seen = o.both(o.both(eigenvalue_seen(o, w, K, slope, weight), accepted), late);
-    const Slot hits = o.add(s.number[lane::hits], seen);
-    const Slot calm = o.choose(seen, zero, o.add(s.number[lane::calm], accepted));
-    results[lane::calm] = calm;
-    results[lane::hits] = o.choose(o.le(o.number(6), calm), zero, hits);
-    attention = o.either(attention, o.le(o.number(LaneCode::enough_hits), results[lane::hits]));
-  }
-  results[lane::t] = o.choose(accepted, arrived, t);
-  results[lane::dt] = o.choose(accepted, onward, shorter);
-  results[lane::log_error] = o.choose(accepted, o.max(log_error, o.number(std::log(1e-4))), old);
-  results[lane::was_rejected] = o.sub(one, accepted);
-  results[lane::steps] = o.add(s.number[lane::steps], accepted);
-  attention = o.either(attention, o.le(s.given[lane::most_steps], results[lane::steps]));
-  results[lane::rejected] = o.add(s.number[lane::rejected], results[lane::was_rejected]);
-  for (std::size_t k = 0; k < n_; ++k) results.push_back(o.choose(accepted, x1[k], s.x[k]));
-  for (std::size_t k = 0; k < n_; ++k) results.push_back(o.choose(accepted, slope[k], s.xdot[k]));
-  results.push_back(attention);
+  const State again =
+      choose_state(defined, controller_.reject(before, h, error), controller_.undefined(before, h));
+  const State after = choose_state(accepted, onward, again);
+  // What the loop over the steps has to look at.
+  const Formula smallest = greater(10 * eps * magnitude(t), 1e-300);
+  const Formula vanished = both(magnitude(h) <= smallest, either(h < left, before.repeated));
+  Formula attention = either(both(accepted, value(s.given[lane::look_at]) <= arrival), vanished);
+  attention = either(attention, value(s.given[lane::most_steps]) <= after.accepted);
+  if (watch_) attention = either(attention, Controller::is_stiff(after));
+  Slots results{choose(accepted, arrival, t).slot(w),
+                (value(s.number[lane::rejected]) + after.repeated).slot(w)};
+  for (auto field : State::fields) results.push_back((after.*field).slot(w));
+  const auto add_chosen = [&](const Slots& yes, const Slots& no) {
+    for (std::size_t k = 0; k < n_; ++k)
+      results.push_back(choose(accepted, value(yes[k]), value(no[k])).slot(w));
+  };
+  add_chosen(x1, s.x);
+  add_chosen(slope, s.xdot);
+  results.push_back(attention.slot(w));
   return w.finish(std::move(results));
 }
 
@@ -389,15 +280,18 @@ std::shared_ptr<const LaneCode> LaneCode::make(const Problem& problem, const Tab
   const std::lock_guard lock(mutex);
   const codegen::Key key = key_of(problem, rk, watch, lanes);
   if (auto known = memory.find(key)) return known;
-  Author author(problem, rk, watch);
-  const Program step = author.step();
+  LaneEmitter emitter(problem, rk, watch);
+  const Program step = emitter.step();
   if (step.instructions.size() > longest) return nullptr;
   auto code = std::make_shared<LaneCode>();
-  code->lanes_ = lanes, code->n_ = problem.n(), code->p_ = static_cast<int>(problem.model().p.size());
+  code->lanes_ = lanes;
+  code->n_ = problem.n();
+  code->p_ = static_cast<int>(problem.model().p.size());
+  code->watch_ = watch;
   constexpr auto fused = codegen::Rounding::fused;
   code->step_ = codegen::Machine::compile(step, lanes, fused);
-  code->start_ = codegen::Machine::compile(author.start(), lanes, fused);
-  code->between_ = codegen::Machine::compile(author.between(), lanes, fused);
+  code->start_ = codegen::Machine::compile(emitter.start(), lanes, codegen::Rounding::exact);  // as C++
+  code->between_ = codegen::Machine::compile(emitter.between(), lanes, fused);
   if (!code->step_ || !code->start_ || !code->between_) return nullptr;
   memory.add(key, code, step.instructions.size());
   return code;

@@ -1,8 +1,8 @@
 // Explicit steps with step size control for several parameter sets at once, as straight-line machine code.
 //
-// Every lane has its own t, dt, error estimate and decision: a step that is not accepted leaves the lane's
-// state as it was, with a smaller dt. Nothing a lane computes depends on the others. The rules are those of
-// explicit_stepper.hpp: error norm, controller, first step, stiffness test.
+// Every lane has its own t, dt, error estimate and decision: a step that is not accepted leaves the lane's state as
+// it was, with a smaller dt. Nothing a lane computes depends on the others. Step (pair_emitter.hpp) and controller
+// (step_controller.hpp) are those of ExplicitStepper: where f gives the same bits, lanes take the same steps.
 #pragma once
 
 #include <memory>
@@ -10,14 +10,28 @@
 
 #include "codegen/machine/machine.hpp"
 #include "integrate/problem/problem.hpp"
+#include "integrate/solve/step_controller.hpp"
 #include "method/tableau.hpp"
 
 namespace pendula::integrate {
 
-/// The numbers of a lane, in this order. What a step changes: those of `Number`, then x and x′ (n numbers
-/// each). What it does not: those of `Given`, then p, then rtol and atol (n numbers each).
+/// The numbers of a lane, in this order. What a step changes: t, the number of rejections, the state of the
+/// controller, then x and x′ (n numbers each). What it does not: those of `Given`, then p, then rtol and atol (n
+/// numbers each).
 namespace lane {
-enum Number { t, dt, log_error, was_rejected, steps, rejected, hits, calm, numbers };
+using Control = StepState<double>;
+constexpr int t = 0, rejected = 1, control = 2, numbers = control + static_cast<int>(Control::fields.size());
+/// Where the lane keeps a number of its controller.
+constexpr int place(double Control::*field) {
+  int k = control;
+  for (auto other : Control::fields) {
+    if (other == field) break;
+    ++k;
+  }
+  return k;
+}
+constexpr int dt = place(&Control::dt), steps = place(&Control::accepted), hits = place(&Control::hits);
+constexpr int repeated = place(&Control::repeated);
 enum Given { end, look_at, dt_max, dt_first, most_steps, given };
 }  // namespace lane
 
@@ -26,13 +40,16 @@ enum Given { end, look_at, dt_max, dt_first, most_steps, given };
 class LaneCode {
  public:
   /// Nothing where there is no machine code for so many lanes or it would be long (`longest` instructions).
-  /// Remembered for equal equations, method and lanes. watch: for stiffness.
+  /// Remembered for equal equations, method and lanes. watch: a lane whose steps stability limits
+  /// needs attention.
   /// Requires x′ = f(t, x, p) and an explicit method with an embedded one.
   static std::shared_ptr<const LaneCode> make(const Problem& problem, const Tableau& rk, bool watch,
                                               int lanes);
   static constexpr std::size_t longest = 20'000;
 
   int lanes() const { return lanes_; }
+  /// A lane whose steps stability limits is to be given up.
+  bool watches_stiffness() const { return watch_; }
   int n() const { return n_; }
   int parameters() const { return p_; }
   /// Positions of numbers in the state of a lane.
@@ -55,11 +72,10 @@ class LaneCode {
   void between(const double* in, double* out, double* work) const { between_->run(in, out, work); }
   std::size_t workspace_size() const;
 
-  static constexpr int enough_hits = 25;
-
  private:
   std::unique_ptr<const codegen::Machine> step_, start_, between_;
   int lanes_ = 1, n_ = 0, p_ = 0;
+  bool watch_ = false;
 };
 
 }  // namespace pendula::integrate

@@ -56,6 +56,14 @@ class NewtonCode {
   void set(const double* Z);
   /// Z ← Z + ΔZ; sum and largest of the squares of ΔZ in units of the scales.
   void iterate(double& sum, double& largest);
+  /// What the last iteration began with, at a stage: h x′ and F, every `lanes`-th number.
+  struct Stage {
+    const double *slope, *residual;
+  };
+  Stage stage_of_last_iteration(int i) {
+    const auto pass = static_cast<std::size_t>(i) / lanes, lane = static_cast<std::size_t>(i) % lanes;
+    return {stage(pass, at_.stage_x()) + lane, residual_.data() + pass * lanes * at_.N + lane};
+  }
   /// Valid until the next call.
   End end();
   /// The error estimate with another y: ‖…‖ as in End.

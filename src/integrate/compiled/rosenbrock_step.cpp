@@ -28,7 +28,7 @@ std::vector<double> nodes_of(const Rosenbrock& method) {
 }
 
 /// Writes the program. In: h | y | p | atol | rtol | (t, u) of every node | ∂F/∂t if there are inputs.
-class Author {
+class RosenbrockEmitter {
  public:
   struct Layout {
     std::size_t N, p, atol, stages, slope, end;
@@ -41,7 +41,7 @@ class Author {
           end(slope + (input_count(q.problem) > 0 ? N : 0)) {}
   };
 
-  explicit Author(const Request& request)
+  explicit RosenbrockEmitter(const Request& request)
       : q_(request),
         rk_(request.method),
         model_(request.problem.model()),
@@ -108,7 +108,12 @@ class Author {
     const Slot factor = w_.put(Op::mul, w_.constant(1 / rk_.gamma()), inverse_h_);
     for (std::size_t k = 0; k < entries.size(); ++k)
       if (q_.in_mass[k]) entries[k] = w_.put(Op::mul, factor, entries[k]);
-    return q_.pivots.write_factors(w_, entries, false, growth);
+    Slots varying;  // 0, or NaN where the Jacobian is not finite: such a step is not one
+    for (Slot entry : entries)
+      if (!w_.is_constant(entry)) varying.push_back(w_.put(Op::mul, entry, w_.constant(0)));
+    const Slots factors = q_.pivots.write_factors(w_, entries, false, growth);
+    if (!varying.empty()) growth = w_.put(Op::add, growth, w_.sum(varying));
+    return factors;
   }
   void slopes_in_time() {
     if (input_count(q_.problem) > 0) {
@@ -215,11 +220,11 @@ std::shared_ptr<RosenbrockCode> RosenbrockCode::make(const Request& q) {
   const auto entry = step_store().entry(key_of(q));
   if (entry->wanted++ == 0) {
     entry->kept = {q.pivots.pivots()};
-    if (Program program = Author(q).step(); program.instructions.size() <= longest_step_program)
+    if (Program program = RosenbrockEmitter(q).step(); program.instructions.size() <= longest_step_program)
       entry->keep_if_complete({Machine::compile(program, 1, codegen::Rounding::fused)});
   }
   if (entry->machines.empty()) return nullptr;
-  const Author::Layout at(q);
+  const RosenbrockEmitter::Layout at(q);
   auto code = std::make_shared<RosenbrockCode>();
   code->machine_ = entry->machines[0];
   code->c_ = nodes_of(q.method);

@@ -36,7 +36,7 @@ std::vector<int> paired(int n, int N, const dae::Signature& determines) {
 
 }  // namespace
 
-std::shared_ptr<const Couplings> Couplings::of(const Problem& problem, int modes, int least) {
+std::shared_ptr<const DependencyGraph> DependencyGraph::of(const Problem& problem, int modes, int least) {
   const dae::FirstOrder& model = problem.model();
   const int n = problem.n(), N = n + problem.m();
   if (N < least || modes > 0 || !model.u.empty() || problem.projects() || problem.shown_n() != n)
@@ -51,7 +51,7 @@ std::shared_ptr<const Couplings> Couplings::of(const Problem& problem, int modes
     roles[model.xdot[i]] = {i, true};
   }
   for (int j = n; j < N; ++j) roles[model.z[j - n]] = {j, true};
-  auto result = std::make_shared<Couplings>();
+  auto result = std::make_shared<DependencyGraph>();
   std::vector<std::pair<int, int>> contains, users;
   dae::Signature determines(static_cast<std::size_t>(N));
   for (int row = 0; row < N; ++row) {
@@ -79,7 +79,7 @@ std::shared_ptr<const Couplings> Couplings::of(const Problem& problem, int modes
   return result;
 }
 
-std::vector<int> Couplings::order(Problem& problem, const Point& point, int& active) const {
+std::vector<int> DependencyGraph::order(Problem& problem, const Point& point, int& active) const {
   const int n = problem.n();
   std::vector<double> residual(unknown_of_.size());
   problem.place(point.t, point.x.data(), point.xdot.data(), point.z.data());
@@ -144,8 +144,8 @@ ProblemPtr problem_of(const ProblemPtr& whole, const Point& rest, const std::vec
 
 }  // namespace
 
-Part::Part(const Couplings& couplings, const ProblemPtr& all, const Point& rest,
-           const std::vector<int>& order, int count) {
+Subsystem::Subsystem(const DependencyGraph& couplings, const ProblemPtr& all, const Point& rest,
+                     const std::vector<int>& order, int count) {
   const int n = all->n(), N = couplings.size();
   count = std::min(count, static_cast<int>(order.size()));
   whole = 2 * count > N || count == 0;
@@ -159,8 +159,9 @@ Part::Part(const Couplings& couplings, const ProblemPtr& all, const Point& rest,
   std::sort(unknowns.begin(), unknowns.end());
   for (int j : unknowns) {
     const auto users = of(couplings.user_start_, couplings.users_, j);
-    const bool at_rim = std::any_of(users.begin(), users.end(), [&](int row) { return !inside[row]; });
-    if (at_rim) (j < n ? rim_x : rim_z).push_back(static_cast<int>(j < n ? x.size() : z.size()));
+    const bool at_interface = std::any_of(users.begin(), users.end(), [&](int row) { return !inside[row]; });
+    if (at_interface)
+      (j < n ? interface_x : interface_z).push_back(static_cast<int>(j < n ? x.size() : z.size()));
     if (j < n)
       x.push_back(j);
     else
@@ -169,11 +170,11 @@ Part::Part(const Couplings& couplings, const ProblemPtr& all, const Point& rest,
   problem = whole ? all : problem_of(all, rest, rows, x, z);
 }
 
-Point Part::take(const Point& all) const {
+Point Subsystem::take(const Point& all) const {
   return {all.t, picked(all.x, x), picked(all.xdot, x), picked(all.z, z)};
 }
 
-void Part::put(const Point& some, Point& all) const {
+void Subsystem::put(const Point& some, Point& all) const {
   all.t = some.t;
   for (std::size_t k = 0; k < x.size(); ++k) {
     const auto i = static_cast<Eigen::Index>(k);
@@ -182,7 +183,7 @@ void Part::put(const Point& some, Point& all) const {
   for (std::size_t k = 0; k < z.size(); ++k) all.z[z[k]] = some.z[static_cast<Eigen::Index>(k)];
 }
 
-Vec Part::take(const Vec& all, int n) const {
+Vec Subsystem::take(const Vec& all, int n) const {
   Vec result(static_cast<Eigen::Index>(x.size() + z.size()));
   Eigen::Index k = 0;
   for (int i : x) result[k++] = all[i];
@@ -190,10 +191,10 @@ Vec Part::take(const Vec& all, int n) const {
   return result;
 }
 
-bool Part::touched(const Point& now, const Point& rest) const {
-  for (int k : rim_x)
+bool Subsystem::touched(const Point& now, const Point& rest) const {
+  for (int k : interface_x)
     if (now.x[k] != rest.x[x[k]] || now.xdot[k] != 0) return true;
-  for (int k : rim_z)
+  for (int k : interface_z)
     if (now.z[k] != rest.z[z[k]]) return true;
   return false;
 }

@@ -4,7 +4,7 @@
 // equation is at rest when its residual is exactly 0, the x′ in it are 0, and neither t nor an input occurs
 // in it. Every unknown (x′ᵢ or zⱼ) is paired with an equation that can determine it, and the pairs are sorted
 // by their distance from those that are not at rest. The first of them are a model of their own in which the
-// unknowns outside are parameters. As long as the unknowns of its rim, which occur in equations outside, keep
+// unknowns outside are parameters. As long as the unknowns of its interface, which occur in equations outside, keep
 // their values to the last bit, everything outside stays at rest, and the solution of the part is that of the
 // whole model: nothing is neglected.
 #pragma once
@@ -17,13 +17,13 @@
 namespace pendula::integrate {
 
 /// Which unknowns occur in which equation, and the pairs. Unknown i < n is xᵢ with xᵢ′, unknown n + j is zⱼ.
-class Couplings {
+class DependencyGraph {
  public:
   static constexpr int large = 20'000;  ///< unknowns; below, the whole model is as quick
 
   /// Nothing where a part makes no sense: small models, models with projections, modes, sensitivities or
   /// numeric inputs, and those whose equations cannot be paired. Cost: linear in practice.
-  static std::shared_ptr<const Couplings> of(const Problem& problem, int modes, int least = large);
+  static std::shared_ptr<const DependencyGraph> of(const Problem& problem, int modes, int least = large);
 
   int size() const { return static_cast<int>(unknown_of_.size()); }
   /// Equations sorted by their distance from those that are not at rest; those that are never reached are
@@ -31,7 +31,7 @@ class Couplings {
   std::vector<int> order(Problem& problem, const Point& point, int& active) const;
 
  private:
-  friend struct Part;
+  friend struct Subsystem;
   std::vector<int> unknown_of_;            ///< per equation
   std::vector<int> row_start_, unknowns_;  ///< of every equation
   std::vector<int> user_start_, users_;    ///< equations in which an unknown occurs
@@ -39,20 +39,20 @@ class Couplings {
 };
 
 /// A part of a model and where its unknowns are in the whole.
-struct Part {
+struct Subsystem {
   ProblemPtr problem;
-  std::vector<int> x, z;          ///< ascending
-  std::vector<int> rim_x, rim_z;  ///< places in x and z
+  std::vector<int> x, z;                      ///< ascending
+  std::vector<int> interface_x, interface_z;  ///< places in x and z
   bool whole = false;
 
   /// The first `count` equations of the order; the whole model where that is more than half of it.
-  Part(const Couplings& couplings, const ProblemPtr& problem, const Point& rest,
-       const std::vector<int>& order, int count);
+  Subsystem(const DependencyGraph& couplings, const ProblemPtr& problem, const Point& rest,
+            const std::vector<int>& order, int count);
 
   Point take(const Point& all) const;             ///< of this part
   void put(const Point& some, Point& all) const;  ///< other entries stay as they are
   Vec take(const Vec& all, int n) const;          ///< one number per unknown of (x, z); n states in the whole
-  /// Has the rim moved?
+  /// Has the interface moved?
   bool touched(const Point& now, const Point& rest) const;
 };
 

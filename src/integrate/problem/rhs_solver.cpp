@@ -1,5 +1,8 @@
 #include "integrate/problem/rhs_solver.hpp"
 
+#include "base/error.hpp"
+#include "base/text.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <unordered_set>
@@ -22,7 +25,7 @@ bool all_finite(const double* x, int n) {
 
 }  // namespace
 
-Derivative::Derivative(ProblemPtr problem, Stats& stats)
+RhsSolver::RhsSolver(ProblemPtr problem, Stats& stats)
     : problem_(std::move(problem)), stats_(stats), ode_(problem_->is_ode()) {
   if (ode_) return;
   const dae::FirstOrder& model = problem_->model();
@@ -47,7 +50,7 @@ Derivative::Derivative(ProblemPtr problem, Stats& stats)
   solver_.analyse(static_cast<int>(unknowns.size()), positions_);
 }
 
-bool Derivative::assemble() {
+bool RhsSolver::assemble() {
   jacobian_(problem_->values().data(), entries_.data());
   ++stats_.jacobians;
   ++stats_.factorisations;
@@ -59,11 +62,11 @@ bool Derivative::assemble() {
   return false;
 }
 
-bool Derivative::operator()(double t, const double* x, double* xdot, double* z) {
+bool RhsSolver::operator()(double t, const double* x, double* xdot, double* z) {
   return solve(t, x, xdot, z, true);
 }
 
-bool Derivative::solve(double t, const double* x, double* xdot, double* z, bool near) {
+bool RhsSolver::solve(double t, const double* x, double* xdot, double* z, bool near) {
   const int n = problem_->n(), m = problem_->m();
   problem_->set_time(t);
   double* at = problem_->unknowns();
@@ -85,7 +88,7 @@ bool Derivative::solve(double t, const double* x, double* xdot, double* z, bool 
 
 /// One correction with the factorisation at hand; its length in units of the unknowns, NaN if F is not
 /// finite.
-double Derivative::correct(double* xdot, double* z) {
+double RhsSolver::correct(double* xdot, double* z) {
   const int n = problem_->n(), m = problem_->m(), N = n + m;
   problem_->residual(r_.data());
   ++stats_.evaluations;
@@ -110,7 +113,7 @@ double Derivative::correct(double* xdot, double* z) {
   return largest;
 }
 
-bool Derivative::newton(double* xdot, double* z, bool near) {
+bool RhsSolver::newton(double* xdot, double* z, bool near) {
   constexpr double rounding = 1e-14, stagnation = 1e-11, slowest = 0.5, small = 1e-6;
   if (linear_) {
     if ((!constant_ || !ready_) && !assemble()) return false;
@@ -136,7 +139,7 @@ bool Derivative::newton(double* xdot, double* z, bool near) {
   return ready_ = false;
 }
 
-std::string Derivative::reason() const {
+std::string RhsSolver::reason() const {
   switch (trouble_) {
     case Trouble::none:
       return "";
@@ -153,7 +156,7 @@ std::string Derivative::reason() const {
   return text(who, " is not finite there: the equations are not defined");
 }
 
-bool Derivative::settle(Point& point) {
+bool RhsSolver::settle(Point& point) {
   Vec xdot = point.xdot, z = point.z;
   if (solve(point.t, point.x.data(), xdot.data(), z.data(), false) && is_regular()) {
     point.xdot = xdot, point.z = z;
@@ -163,7 +166,7 @@ bool Derivative::settle(Point& point) {
   return false;
 }
 
-void Derivative::require(double t, const double* x, double* xdot, double* z) {
+void RhsSolver::require(double t, const double* x, double* xdot, double* z) {
   if (!solve(t, x, xdot, z, false)) throw Failure(reason());
 }
 

@@ -1,8 +1,9 @@
 // x′ and z where t and x are known: what an explicit method evaluates, and what a mesh point is completed by.
 #pragma once
 
+#include "integrate/problem/problem.hpp"
 #include "integrate/solve/linear_solver.hpp"
-#include "integrate/step/stepper.hpp"
+#include "integrate/solve/stats.hpp"
 
 namespace pendula::integrate {
 
@@ -11,9 +12,9 @@ namespace pendula::integrate {
 /// iteration from the values given, with the factorisation kept while it contracts.
 ///
 /// requires  index 0 or 1 in these unknowns: ∂F/∂(x′, z) regular
-class Derivative {
+class RhsSolver {
  public:
-  Derivative(ProblemPtr problem, Stats& stats);
+  RhsSolver(ProblemPtr problem, Stats& stats);
 
   /// xdot (n) and z (m) in: starting values, out: the solution on their branch. False where F is not finite,
   /// the matrix is singular, the iteration fails, or where it contracts so slowly from the values given that

@@ -98,7 +98,7 @@ class MeshPolynomial : public Continuation {
   int degree_;
   Points mesh_;
   Stats unused_;
-  Derivative derivative_;
+  RhsSolver derivative_;
 };
 
 class FixedBdf {

@@ -7,17 +7,16 @@
 namespace pendula::integrate {
 
 MethodSelector::MethodSelector(AdaptiveState& state, const Method& method)
-    : state_(state), method_(method), couplings_(Couplings::of(*state.problem, state.plan.modes)) {}
+    : state_(state), method_(method), couplings_(DependencyGraph::of(*state.problem, state.plan.modes)) {}
 
 void MethodSelector::start(const Point& point) {
   const Choice choice = is_automatic() ? choose(state_.problem, method_, state_.plan, point, couplings_)
                                        : Choice{method_.family, method_.tableau, ""};
   method_.tableau = choice.tableau;
-  use(choice.family, point, choice.why);
+  use(*choice.family, point, choice.why);
 }
 
-void MethodSelector::use(const std::string& family, const Point& point, const std::string& why) {
-  family_ = family;
+void MethodSelector::use(const MethodFamily& family, const Point& point, const std::string& why) {
   state_.history->use(make_stepper(family, state_.problem, method_, state_.plan, state_.stats(), couplings_));
   Stepper& stepper = state_.stepper();
   stepper.start(point, state_.end);
@@ -28,7 +27,7 @@ void MethodSelector::use(const std::string& family, const Point& point, const st
 }
 
 /// Goes on with another method from here.
-void MethodSelector::change(const std::string& family, double dt, const std::string& why) {
+void MethodSelector::change(const MethodFamily& family, double dt, const std::string& why) {
   const Point here = state_.stepper().here();
   const double first = state_.plan.dt_first;
   state_.plan.dt_first = dt;
@@ -40,11 +39,11 @@ void MethodSelector::step() {
   try {
     return state_.stepper().step(state_.end);
   } catch (const Failure& failure) {
-    if (!is_automatic() || family_ != "explicit") throw;
+    if (!is_automatic() || !state_.stepper().is_explicit()) throw;
     const std::string reason = failure.what(), name = name_;
     const std::size_t uses = state_.solution->methods_in_use().size();
     try {
-      change("radau", 0, "the explicit method could not go on");
+      change(family::radau, 0, "the explicit method could not go on");
       state_.stepper().step(state_.end);
     } catch (const Failure&) {
       state_.solution->keep_methods(uses);

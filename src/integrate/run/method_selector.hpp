@@ -21,15 +21,14 @@ class MethodSelector {
   void change_if_stiff();
 
  private:
-  bool is_automatic() const { return method_.family == "auto"; }
-  void use(const std::string& family, const Point& point, const std::string& why);
-  void change(const std::string& family, double dt, const std::string& why);
+  bool is_automatic() const { return !method_.family; }
+  void use(const MethodFamily& family, const Point& point, const std::string& why);
+  void change(const MethodFamily& family, double dt, const std::string& why);
 
   AdaptiveState& state_;
   Method method_;
-  std::shared_ptr<const Couplings> couplings_;  ///< of a large model
-  std::string family_;                          ///< in use
-  std::string name_;                            ///< of all methods so far
+  std::shared_ptr<const DependencyGraph> couplings_;  ///< of a large model
+  std::string name_;                                  ///< of all methods so far
 };
 
 }  // namespace pendula::integrate

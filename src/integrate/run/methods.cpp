@@ -17,42 +17,149 @@ namespace pendula::integrate {
 
 namespace {
 
-std::shared_ptr<Stepper> plain_stepper(const std::string& family, const ProblemPtr& problem,
-                                       const Method& method, const Plan& plan, const Tolerances& tolerances,
-                                       Stats& stats) {
-  const StepLimits limits{plan.dt_first, plan.dt_max};
-  if (family == "explicit" || (family == "tableau" && method.tableau->is_explicit()))
-    return std::make_shared<ExplicitStepper>(problem, method.tableau, tolerances, limits, stats);
-  if (family == "radau")
-    return std::make_shared<IrkStepper>("radau", problem,
-                                        std::vector{radau_formula(3), radau_formula(5), radau_formula(7)},
-                                        plan.variable_index, tolerances, limits, stats);
-  if (family == "bdf")
-    return std::make_shared<BdfStepper>(problem, method.order > 0 ? method.order : 5, plan.variable_index,
-                                        tolerances, limits, stats);
-  if (family == "rodas")
-    return std::make_shared<RosenbrockStepper>(problem, method.rosenbrock, tolerances, limits, stats);
-  if (family == "tableau" || family == "gauss") {
-    const TableauPtr tableau = method.tableau ? method.tableau : std::make_shared<const Tableau>(gauss(3));
-    return std::make_shared<IrkStepper>(tableau->name(), problem,
-                                        std::vector{std::make_shared<const IrkFormula>(tableau)},
-                                        plan.variable_index, tolerances, limits, stats);
-  }
-  throw Error(text("unknown method '", family, "'"));
+StepLimits limits(const Plan& plan) { return {plan.dt_first, plan.dt_max}; }
+
+std::shared_ptr<Stepper> make_explicit(const StepperRequest& q) {
+  return std::make_shared<ExplicitStepper>(q.problem, q.method.tableau, q.tolerances, limits(q.plan),
+                                           q.stats);
 }
+
+std::shared_ptr<Stepper> make_collocation(const StepperRequest& q) {
+  const TableauPtr tableau = q.method.tableau ? q.method.tableau : std::make_shared<const Tableau>(gauss(3));
+  const std::vector formulas{std::make_shared<const IrkFormula>(tableau)};
+  return std::make_shared<IrkStepper>(tableau->name(), q.problem, formulas, q.plan.variable_index,
+                                      q.tolerances, limits(q.plan), q.stats);
+}
+
+std::shared_ptr<Stepper> make_radau(const StepperRequest& q) {
+  const std::vector formulas{radau_formula(3), radau_formula(5), radau_formula(7)};
+  return std::make_shared<IrkStepper>("radau", q.problem, formulas, q.plan.variable_index, q.tolerances,
+                                      limits(q.plan), q.stats);
+}
+
+std::shared_ptr<Stepper> make_bdf(const StepperRequest& q) {
+  return std::make_shared<BdfStepper>(q.problem, q.method.order > 0 ? q.method.order : 5,
+                                      q.plan.variable_index, q.tolerances, limits(q.plan), q.stats);
+}
+
+std::shared_ptr<Stepper> make_rosenbrock(const StepperRequest& q) {
+  return std::make_shared<RosenbrockStepper>(q.problem, q.method.rosenbrock, q.tolerances, limits(q.plan),
+                                             q.stats);
+}
+
+std::string none(const Method&) { return ""; }
 
 }  // namespace
 
-std::shared_ptr<Stepper> make_stepper(const std::string& family, const ProblemPtr& problem,
+namespace family {
+
+const MethodFamily explicit_pair{.name = "explicit",
+                                 .alias = {},
+                                 .text = "explicit Runge-Kutta pairs, for what is not stiff",
+                                 .listed = false,
+                                 .is_explicit = true,
+                                 .one_step = false,
+                                 .instead = "rk.rk4",
+                                 .default_method = "",
+                                 .make = make_explicit,
+                                 .objection_to_index_2 = [](const Method&) -> std::string {
+                                   return "is explicit and needs x′ and z from the equations";
+                                 }};
+
+const MethodFamily collocation{
+    .name = "gauss",
+    .alias = {},
+    .text = "collocation, by default Gauss of order 6: symmetric, keeps quadratic invariants",
+    .listed = true,
+    .is_explicit = false,
+    .one_step = false,
+    .instead = "rk.gauss(3)",
+    .default_method = "",
+    .make = make_collocation,
+    .objection_to_index_2 = [](const Method& method) -> std::string {
+      if (method.tableau && method.tableau->is_stiffly_accurate()) return "";
+      return "is not stiffly accurate: its algebraic variables do not converge in general";
+    }};
+
+const MethodFamily radau{.name = "radau",
+                         .alias = {"radau5", "radauIIA"},
+                         .text = "Radau IIA of order 5, 9 and 13, for stiff models and every index up to 3",
+                         .listed = true,
+                         .is_explicit = false,
+                         .one_step = true,
+                         .instead = "rk.radau(3)",
+                         .default_method = "",
+                         .make = make_radau,
+                         .objection_to_index_2 = none};
+
+const MethodFamily bdf{
+    .name = "bdf",
+    .alias = {},
+    .text = "backward differentiation formulas of order 1 to 5, for large stiff models and few digits",
+    .listed = true,
+    .is_explicit = false,
+    .one_step = false,
+    .instead = "bdf(3)",
+    .default_method = "",
+    .make = make_bdf,
+    .objection_to_index_2 = none};
+
+const MethodFamily rosenbrock{
+    .name = "rodas",
+    .alias = {"rosenbrock"},
+    .text = "Rosenbrock methods for M x′ = f with a constant M, for stiff models and few digits",
+    .listed = true,
+    .is_explicit = false,
+    .one_step = true,
+    .instead = "rk.radau(3)",
+    .default_method = "rodas4",
+    .make = make_rosenbrock,
+    .objection_to_index_2 = [](const Method&) -> std::string { return "is for index 0 and 1"; }};
+
+}  // namespace family
+
+std::span<const MethodFamily* const> families() {
+  static constexpr const MethodFamily* all[] = {&family::explicit_pair, &family::radau, &family::collocation,
+                                                &family::bdf, &family::rosenbrock};
+  return all;
+}
+
+const MethodFamily* family_named(std::string_view name) {
+  for (const MethodFamily* row : families())
+    if (row->name == name || std::find(row->alias.begin(), row->alias.end(), name) != row->alias.end())
+      return row;
+  return nullptr;
+}
+
+Method method_of(TableauPtr tableau) {
+  Method method;
+  method.family = tableau->is_explicit() ? &family::explicit_pair : &family::collocation;
+  method.tableau = std::move(tableau);
+  return method;
+}
+
+Method method_of(RosenbrockPtr rosenbrock) {
+  Method method;
+  method.family = &family::rosenbrock;
+  method.rosenbrock = std::move(rosenbrock);
+  return method;
+}
+
+std::string name_of(const Method& method) {
+  if (method.tableau) return method.tableau->name();
+  if (method.family && method.rosenbrock) return method.rosenbrock->name();
+  return std::string(method.family ? method.family->name : "auto");
+}
+
+std::shared_ptr<Stepper> make_stepper(const MethodFamily& family, const ProblemPtr& problem,
                                       const Method& method, const Plan& plan, Stats& stats,
-                                      const std::shared_ptr<const Couplings>& couplings) {
-  if (!couplings || !plan.variable_index.empty() || (family != "radau" && family != "rodas"))
-    return plain_stepper(family, problem, method, plan, plan.tolerances, stats);
-  const auto make = [family, method, plan, &stats](const ProblemPtr& part, const Tolerances& tolerances) {
-    return plain_stepper(family, part, method, plan, tolerances, stats);
+                                      const std::shared_ptr<const DependencyGraph>& couplings) {
+  if (!couplings || !plan.variable_index.empty() || !family.one_step)
+    return family.make({problem, method, plan, plan.tolerances, stats});
+  const auto make = [&family, method, plan, &stats](const ProblemPtr& part, const Tolerances& tolerances) {
+    return family.make({part, method, plan, tolerances, stats});
   };
-  return std::make_shared<PartStepper>(problem, couplings, make, plan.tolerances,
-                                       StepLimits{plan.dt_first, plan.dt_max}, stats);
+  return std::make_shared<SubsystemStepper>(problem, couplings, make, plan.tolerances, limits(plan), stats);
 }
 
 static double tightest(const Plan& plan) {
@@ -72,21 +179,21 @@ static bool contains_time(const Problem& problem) {
 /// Of large sparse models the factorisations cost most: a Rosenbrock method takes one real matrix per step,
 /// which pays unless the tolerance asks for the higher orders of Radau IIA. Of small ones it pays at loose
 /// tolerances, unless the equations contain t: there its order drops to 2 (Hairer & Wanner II, §IV.15).
-std::string implicit_family(const Problem& problem, const Method& method, const Plan& plan) {
+const MethodFamily& implicit_family(const Problem& problem, const Method& method, const Plan& plan) {
   constexpr int large = 500;
   constexpr double loose = 5e-5, moderate = 0.99e-5;
-  if (!method.rosenbrock || !problem.model().semi_explicit || has_high_index(plan)) return "radau";
+  if (!method.rosenbrock || !problem.model().semi_explicit || has_high_index(plan)) return family::radau;
   const double rtol = tightest(plan);
   const bool suits =
       problem.n() + problem.m() >= large ? rtol >= moderate : rtol >= loose && !contains_time(problem);
-  return suits ? "rodas" : "radau";
+  return suits ? family::rosenbrock : family::radau;
 }
 
 namespace {
 
-/// The same where some variable has moved by a hundredth of the largest: what is zero at the start, and with
-/// it the eigenvalue of a reaction like y² (Robertson's), is not zero there any more.
-std::optional<Rates> rates_ahead(Derivative& derivative, const Point& start, double span) {
+/// The same where some variable has moved by a hundredth of the largest: species that are zero at the start hide the
+/// stiff eigenvalue of a reaction like y² (Robertson's), and show it a little later.
+std::optional<Rates> rates_ahead(RhsSolver& derivative, const Point& start, double span) {
   const double size = start.x.cwiseAbs().maxCoeff(), speed = start.xdot.cwiseAbs().maxCoeff();
   if (!(size > 0 && speed > 0)) return {};
   Point ahead = start;
@@ -107,13 +214,13 @@ bool is_stiff(const Rates& rates, double span, int unknowns) {
 
 /// The problem whose eigenvalues are looked at: of a large model that is at rest almost everywhere, a part.
 std::pair<ProblemPtr, Point> probed(const ProblemPtr& problem, const Point& start,
-                                    const Couplings* couplings) {
+                                    const DependencyGraph* couplings) {
   constexpr int enough = 500;
   if (!couplings) return {problem, start};
   int active = 0;
   const std::vector<int> order = couplings->order(*problem, start, active);
-  const Part part(*couplings, problem, start, order,
-                  active > 0 ? std::max(enough, 4 * active) : couplings->size());
+  const Subsystem part(*couplings, problem, start, order,
+                       active > 0 ? std::max(enough, 4 * active) : couplings->size());
   return {part.problem, part.take(start)};
 }
 
@@ -124,43 +231,46 @@ double implicit_cost(int unknowns) {
   return std::clamp(unknowns / least, 1.0, most / least);
 }
 
-std::size_t explicit_rank(double rtol) { return rtol > 2e-3 ? 0 : rtol > 2e-4 ? 1 : rtol > 1e-9 ? 2 : 3; }
+std::size_t explicit_choice_at(double rtol) {
+  return rtol > 2e-3 ? 0 : rtol > 2e-4 ? 1 : rtol > 1e-9 ? 2 : 3;
+}
 
 Choice choose(const ProblemPtr& whole, const Method& method, const Plan& plan, const Point& start,
-              const std::shared_ptr<const Couplings>& couplings) {
-  if (method.tableau) return {"explicit", method.tableau, ""};
+              const std::shared_ptr<const DependencyGraph>& couplings) {
+  if (method.tableau) return {&family::explicit_pair, method.tableau, ""};
   const double rtol = tightest(plan);
-  if (method.explicit_choice.empty()) return {"radau", nullptr, ""};
+  if (method.explicit_choice.empty()) return {&family::radau, nullptr, ""};
   if (has_high_index(plan))
-    return {"radau", nullptr, "the model has index 2 or more and is integrated as it stands"};
-  if (whole->n() == 0) return {"radau", nullptr, "the model has no states"};
+    return {&family::radau, nullptr, "the model has index 2 or more and is integrated as it stands"};
+  if (whole->n() == 0) return {&family::radau, nullptr, "the model has no states"};
   Stats unused;
   auto [problem, at] = probed(whole, start, couplings.get());
-  Derivative derivative(problem, unused);
+  RhsSolver derivative(problem, unused);
   if (!derivative(at.t, at.x.data(), at.xdot.data(), at.z.data()) || !derivative.is_regular())
-    return {"radau", nullptr, "x′ and z do not follow from t and x at the start"};
+    return {&family::radau, nullptr, "x′ and z do not follow from t and x at the start"};
   const auto here = rates(derivative, at);
-  if (!here) return {"radau", nullptr, "no eigenvalues of ∂x′/∂x were found at the start"};
+  if (!here) return {&family::radau, nullptr, "no eigenvalues of ∂x′/∂x were found at the start"};
   const double span = plan.to - plan.from;
   const int size = problem->n() + problem->m();
   if (!problem->has_dense_jacobian()) {
     if (is_stiff(*here, span, size))
-      return {implicit_family(*whole, method, plan), nullptr,
+      return {&implicit_family(*whole, method, plan), nullptr,
               "stiff: an eigenvalue of ∂x′/∂x at the start is large beside 1/(to - from)"};
     if (const auto later = rates_ahead(derivative, at, span); later && is_stiff(*later, span, size))
-      return {implicit_family(*whole, method, plan), nullptr,
+      return {&implicit_family(*whole, method, plan), nullptr,
               "stiff: an eigenvalue of ∂x′/∂x soon becomes large beside 1/(to - from)"};
   }
   constexpr double oscillations = 300;
   if (problem->has_dense_jacobian() && method.explicit_choice.back() && here->fastest * span > oscillations &&
       rtol > 1e-11)
-    return {"explicit", method.explicit_choice.back(),
+    return {&family::explicit_pair, method.explicit_choice.back(),
             "explicit: fast oscillations limit the step, and this method is stable on the imaginary axis"};
-  const std::size_t last = method.explicit_choice.size() - 1, which = std::min(explicit_rank(rtol), last);
+  const std::size_t last = method.explicit_choice.size() - 1,
+                    which = std::min(explicit_choice_at(rtol), last);
   auto suits = method.explicit_choice.begin() + static_cast<std::ptrdiff_t>(which);
   if (!*suits)
     suits = std::find_if(method.explicit_choice.begin(), method.explicit_choice.end() - 1, std::identity());
-  return {"explicit", *suits, "explicit: not stiff at the start, order for this tolerance"};
+  return {&family::explicit_pair, *suits, "explicit: not stiff at the start, order for this tolerance"};
 }
 
 }  // namespace pendula::integrate

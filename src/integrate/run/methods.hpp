@@ -1,36 +1,75 @@
-// The families of adaptive methods, one line each.
+// The families of adaptive methods, one row each, and the choice among them.
 #pragma once
+
+#include <span>
+#include <string_view>
 
 #include "integrate/problem/active_subsystem.hpp"
 #include "integrate/run/plan.hpp"
 
 namespace pendula::integrate {
 
-/// The stepper for a family ("explicit", "radau", …). Throws Error naming the method when it cannot treat the
-/// model, with one that can. couplings: of a large model, of which implicit one-step methods then integrate
-/// the active part.
-std::shared_ptr<Stepper> make_stepper(const std::string& family, const ProblemPtr& problem,
+/// What a stepper is made of.
+struct StepperRequest {
+  ProblemPtr problem;
+  const Method& method;
+  const Plan& plan;
+  const Tolerances& tolerances;
+  Stats& stats;
+};
+
+/// A row of families(). A new family is a file in integrate/step and a row here.
+struct MethodFamily {
+  std::string_view name;                ///< method = "radau"
+  std::vector<std::string_view> alias;  ///< other names for it
+  std::string_view text;                ///< one line, for methods()
+  bool listed;                          ///< has a name a user gives; else a tableau stands for it
+  bool is_explicit;                     ///< x′ and z must follow from (t, x)
+  bool one_step;                        ///< can go on with another part of a large model after every step
+  std::string_view instead;             ///< what to write where steps are fixed
+  std::string_view default_method;      ///< of the library `rosenbrock`, where the name stands for one of it
+  /// Throws Error naming the method when it cannot treat the model, with one that can.
+  std::shared_ptr<Stepper> (*make)(const StepperRequest&);
+  /// Why its algebraic variables would not converge for a model of index 2 or 3 as it stands; "" where they do.
+  std::string (*objection_to_index_2)(const Method&);
+};
+
+namespace family {
+extern const MethodFamily explicit_pair, collocation, radau, bdf, rosenbrock;
+}
+std::span<const MethodFamily* const> families();
+/// By name or alias; none: null.
+const MethodFamily* family_named(std::string_view name);
+
+/// Adaptive, and with fixed steps.
+Method method_of(TableauPtr tableau);
+Method method_of(RosenbrockPtr method);
+/// The tableau's or Rosenbrock method's own name, else that of the family.
+std::string name_of(const Method& method);
+
+/// The stepper of a family. couplings: of a large model; implicit one-step methods then integrate its active part.
+std::shared_ptr<Stepper> make_stepper(const MethodFamily& family, const ProblemPtr& problem,
                                       const Method& method, const Plan& plan, Stats& stats,
-                                      const std::shared_ptr<const Couplings>& couplings = nullptr);
+                                      const std::shared_ptr<const DependencyGraph>& couplings = nullptr);
 
-/// Which of Method::explicit_choice "auto" takes at this relative tolerance; the last one is for large
-/// models.
-std::size_t explicit_rank(double rtol);
+/// The place in Method::explicit_choice of the pair for this relative tolerance (the last entry there is for large
+/// models).
+std::size_t explicit_choice_at(double rtol);
 
-/// Of a step, in units of the cost for a handful of unknowns (some 5 explicit steps): factorisations do not
-/// keep up with whole explicit steps in machine code.
+/// Cost of an implicit step relative to one with few unknowns (some 5 explicit steps); grows because LU factorisations
+/// scale worse than compiled explicit steps. Measured: docs/performance.md.
 double implicit_cost(int unknowns);
 
-/// The implicit family that "auto" takes for a stiff model: "radau", or "rodas" where that is faster.
-std::string implicit_family(const Problem& problem, const Method& method, const Plan& plan);
+/// The implicit family that "auto" takes for a stiff model: Radau IIA, or Rosenbrock where that is faster.
+const MethodFamily& implicit_family(const Problem& problem, const Method& method, const Plan& plan);
 
 /// What "auto" begins with for a model and its tolerances, at a start.
 struct Choice {
-  std::string family;
+  const MethodFamily* family = nullptr;
   TableauPtr tableau;
   std::string why;  ///< in words, for stats()
 };
 Choice choose(const ProblemPtr& problem, const Method& method, const Plan& plan, const Point& start,
-              const std::shared_ptr<const Couplings>& couplings = nullptr);
+              const std::shared_ptr<const DependencyGraph>& couplings = nullptr);
 
 }  // namespace pendula::integrate

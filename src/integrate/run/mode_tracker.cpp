@@ -42,8 +42,8 @@ void ModeTracker::begin(const Point& point, const Crossings& crossed) {
 /// The side on which a solution goes on that is on a surface and does not leave it to first order: where x″
 /// takes it.
 double ModeTracker::side_ahead(int which, const Point& point) {
-  if (!derivative_) derivative_ = std::make_unique<Derivative>(state_.problem, state_.stats());
-  Derivative& derivative = *derivative_;
+  if (!derivative_) derivative_ = std::make_unique<RhsSolver>(state_.problem, state_.stats());
+  RhsSolver& derivative = *derivative_;
   Point ahead = point;
   const auto solve = [&] { return derivative(ahead.t, ahead.x.data(), ahead.xdot.data(), ahead.z.data()); };
   if (!solve()) return 0;

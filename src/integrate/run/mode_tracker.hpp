@@ -35,7 +35,7 @@ class ModeTracker {
 
   AdaptiveState& state_;
   std::vector<double> modes_;
-  std::unique_ptr<Derivative> derivative_;
+  std::unique_ptr<RhsSolver> derivative_;
 };
 
 }  // namespace pendula::integrate

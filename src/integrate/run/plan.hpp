@@ -49,13 +49,15 @@ struct Plan {
   std::function<void(double t, const Stats&)> progress;
 };
 
-/// A method of any kind. family: "tableau" (fixed steps, or adaptive by an embedded method or collocation),
-/// "auto", "radau", "gauss", "bdf", "rodas"; order: the highest of variable-order BDF, 0: 5.
+struct MethodFamily;  // methods.hpp
+
+/// A method of any kind: with fixed steps a tableau or a multistep method, with chosen steps a family and what
+/// it needs.
 struct Method {
-  std::string family = "auto";
+  const MethodFamily* family = nullptr;  ///< of adaptive methods; none: "auto", chosen for the model
   TableauPtr tableau;
-  int order = 0;
-  RosenbrockPtr rosenbrock;                 ///< of family "rodas"
+  int order = 0;  ///< the highest of variable-order BDF; 0: 5
+  RosenbrockPtr rosenbrock;
   MultistepPtr multistep;                   ///< with fixed steps
   std::vector<TableauPtr> explicit_choice;  ///< "auto": for looser to tighter tolerances, see choose()
 };

@@ -9,6 +9,7 @@
 #include "expr/graph/derivative.hpp"
 #include "expr/print/print.hpp"
 #include "integrate/event/resets.hpp"
+#include "integrate/run/methods.hpp"
 
 namespace pendula::integrate {
 
@@ -212,21 +213,12 @@ static void add_tangents(Event& event, const Variational& all) {
 static void require_convergence(const Method& method, const std::vector<int>& indices) {
   const int index = indices.empty() ? 1 : *std::max_element(indices.begin(), indices.end());
   if (index < 2) return;
-  const bool collocation =
-      method.family == "gauss" || (method.family == "tableau" && !method.tableau->is_explicit());
-  const std::string remedy = "; take method = \"radau\", or sys:reduce():integrate{…}";
-  if (collocation && !(method.tableau && method.tableau->is_stiffly_accurate()))
-    throw Error(text("the method ", method.tableau ? method.tableau->name() : "gauss",
-                     " is not stiffly accurate: for a model of index ", index,
-                     " as it stands its algebraic variables do not converge in general", remedy,
-                     ". Fixed steps (dt = …) show what happens"));
-  if (method.family == "explicit" || (method.family == "tableau" && method.tableau->is_explicit()))
-    throw Error(text("the method ", method.tableau->name(),
-                     " is explicit and needs x′ and z from the equations, ", "but this model has index ",
-                     index, remedy));
-  if (method.family == "rodas")
-    throw Error(text("the method ", method.rosenbrock ? method.rosenbrock->name() : "rodas",
-                     " is for index 0 and 1, this model has index ", index, remedy));
+  if (!method.family) return;
+  const std::string objection = method.family->objection_to_index_2(method);
+  if (!objection.empty())
+    throw Error(text(
+        "the method ", name_of(method), " ", objection, ", but this model has index ", index,
+        "; take method = \"radau\", or sys:reduce():integrate{…}. Fixed steps (dt = …) show what happens"));
 }
 
 /// An event whose expressions are in leaves of the problem.

@@ -43,29 +43,35 @@ BdfStepper::BdfStepper(ProblemPtr problem, int highest_order, std::vector<int> i
       N_(n() + m()),
       highest_(std::clamp(highest_order, 1, most)),
       index_(std::move(index)),
-      derivative_(problem_, stats) {
+      rhs_(problem_, stats),
+      check_(*problem_) {
   if (index_.empty()) index_.assign(static_cast<std::size_t>(N_), 1);
   for (const Problem::Entry& e : problem_->pattern()) {
-    in_mass_.push_back(e.column >= n() && e.column < 2 * n());
-    positions_.push_back({e.row, e.column < n() ? e.column : e.column - n()});
+    rows_.in_mass.push_back(e.column >= n() && e.column < 2 * n());
+    rows_.positions.push_back({e.row, e.column < n() ? e.column : e.column - n()});
   }
-  matrix_.resize(positions_.size());
-  solver_.analyse(N_, positions_);
+  jacobian_.matrix.resize(rows_.positions.size());
+  solver_.analyse(N_, rows_.positions);
   rounding_ = RoundingFloor(index_, n());
   const bool high_index = std::any_of(index_.begin(), index_.end(), [](int i) { return i > 1; });
-  column_scale_.assign(high_index ? static_cast<std::size_t>(N_) : 0, 1.0);
+  rows_.column_scale.assign(high_index ? static_cast<std::size_t>(N_) : 0, 1.0);
   const auto size = static_cast<std::size_t>(N_);
-  differences_.assign(size * (most + 3), 0.0);
-  for (auto* v : {&predicted_, &psi_, &y_, &d_, &r_, &scale_}) v->assign(size, 0.0);
-  for (Point* p : {&next_, &before_}) p->x.resize(n()), p->xdot.resize(n()), p->z.resize(m());
+  history_.differences.assign(size * (most + 3), 0.0);
+  Attempt& a = attempt_;
+  for (auto* v : {&a.predicted, &a.psi, &a.y, &a.d, &a.r, &a.scale}) v->assign(size, 0.0);
+  for (Point* p : {&next_, &before_}) {
+    p->x.resize(n());
+    p->xdot.resize(n());
+    p->z.resize(m());
+  }
   const double smallest = std::max(tolerances_.rtol.minCoeff(), 1e-13);
-  newton_tolerance_ = std::max(10 * eps / smallest, std::min(0.03, std::sqrt(smallest)));
+  iteration_.tolerance = std::max(10 * eps / smallest, std::min(0.03, std::sqrt(smallest)));
 }
 
 void BdfStepper::start(const Point& point, double end) {
   here_ = point;
   determined_ = std::all_of(index_.begin(), index_.end(), [](int i) { return i == 1; });
-  determined_ = determined_ && derivative_.settle(here_);  // else x′ and z as the start gives them
+  determined_ = determined_ && rhs_.settle(here_);  // else x′ and z as the start gives them
   const double longest = std::min(end - here_.t, limits_.dt_max);
   dt_ = limits_.dt_first;
   if (dt_ <= 0) {
@@ -74,12 +80,13 @@ void BdfStepper::start(const Point& point, double end) {
     const double d1 = n() > 0 ? slope.norm(n()) : 0;
     dt_ = visible(d1 > 0 ? 0.5 / d1 : 1e-3 * longest, longest);
   }
-  order_ = 1, equal_steps_ = 0;
+  history_.order = 1;
+  history_.equal_steps = 0;
   rounding_.forget();
-  entries_.clear();
-  rejected_ = jacobian_current_ = false;
-  factorised_for_ = 0;
-  std::fill(differences_.begin(), differences_.end(), 0.0);
+  jacobian_.entries.clear();
+  rejected_ = jacobian_.fresh = false;
+  jacobian_.factorised_for = 0;
+  std::fill(history_.differences.begin(), history_.differences.end(), 0.0);
   std::copy_n(here_.x.data(), n(), D(0));
   std::copy_n(here_.z.data(), m(), D(0) + n());
   for (int k = 0; k < n(); ++k) D(1)[k] = dt_ * here_.xdot[k];
@@ -87,25 +94,25 @@ void BdfStepper::start(const Point& point, double end) {
 
 /// The differences for a step size `factor` times as large.
 void BdfStepper::rescale(double factor) {
-  const Mat RU = difference_matrix(order_, factor) * difference_matrix(order_, 1);
-  Eigen::Map<Mat> all(differences_.data(), N_, order_ + 1);
+  const Mat RU = difference_matrix(history_.order, factor) * difference_matrix(history_.order, 1);
+  Eigen::Map<Mat> all(history_.differences.data(), N_, history_.order + 1);
   all = (all * RU).eval();
   dt_ *= factor;
-  equal_steps_ = 0;
+  history_.equal_steps = 0;
 }
 
 void BdfStepper::predict() {
-  c_ = dt_ / alpha(order_);
+  attempt_.c = dt_ / alpha(history_.order);
   for (int k = 0; k < N_; ++k) {
     double sum = D(0)[k], psi = 0;
-    for (int j = 1; j <= order_; ++j) {
+    for (int j = 1; j <= history_.order; ++j) {
       sum += D(j)[k];
       psi += D(j)[k] * harmonic[j];
     }
     const auto i = static_cast<std::size_t>(k);
-    predicted_[i] = sum;
-    psi_[i] = psi / alpha(order_);
-    scale_[i] = scale(k, std::fabs(sum));
+    attempt_.predicted[i] = sum;
+    attempt_.psi[i] = psi / alpha(history_.order);
+    attempt_.scale[i] = scale(k, std::fabs(sum));
   }
 }
 
@@ -118,36 +125,41 @@ double BdfStepper::scale(int k, double size) const {
 
 double BdfStepper::scaled_norm(const double* e, double factor) const {
   ErrorSum sum;
-  for (int k = 0; k < N_; ++k) sum.add(factor * e[k] / scale_[k]);
+  for (int k = 0; k < N_; ++k) sum.add(factor * e[k] / attempt_.scale[k]);
   return sum.norm(N_);
 }
 
 bool BdfStepper::evaluate_jacobian(double t) {
   double* at = problem_->unknowns();
   problem_->set_time(t);
-  for (int k = 0; k < n(); ++k) at[k] = predicted_[k], at[n() + k] = psi_[k] / c_;
-  for (int k = n(); k < N_; ++k) at[n() + k] = predicted_[k];
-  entries_ = problem_->jacobian();
+  for (int k = 0; k < n(); ++k) {
+    at[k] = attempt_.predicted[k];
+    at[n() + k] = attempt_.psi[k] / attempt_.c;
+  }
+  for (int k = n(); k < N_; ++k) at[n() + k] = attempt_.predicted[k];
+  jacobian_.entries = problem_->jacobian();
   ++stats_.jacobians;
-  jacobian_current_ = true;
-  factorised_for_ = 0;
-  return std::all_of(entries_.begin(), entries_.end(), [](double e) { return std::isfinite(e); });
+  jacobian_.fresh = true;
+  jacobian_.factorised_for = 0;
+  return std::all_of(jacobian_.entries.begin(), jacobian_.entries.end(),
+                     [](double e) { return std::isfinite(e); });
 }
 
 bool BdfStepper::factorise() {
-  for (std::size_t k = 0; k < column_scale_.size(); ++k) column_scale_[k] = std::pow(c_, 1 - index_[k]);
-  for (std::size_t k = 0; k < entries_.size(); ++k) {
-    matrix_[k] = in_mass_[k] ? entries_[k] / c_ : entries_[k];
-    if (!column_scale_.empty()) matrix_[k] *= column_scale_[positions_[k].column];
+  for (std::size_t k = 0; k < rows_.column_scale.size(); ++k)
+    rows_.column_scale[k] = std::pow(attempt_.c, 1 - index_[k]);
+  for (std::size_t k = 0; k < jacobian_.entries.size(); ++k) {
+    jacobian_.matrix[k] = rows_.in_mass[k] ? jacobian_.entries[k] / attempt_.c : jacobian_.entries[k];
+    if (!rows_.column_scale.empty()) jacobian_.matrix[k] *= rows_.column_scale[rows_.positions[k].column];
   }
   ++stats_.factorisations;
-  factorised_for_ = solver_.factorise(matrix_.data()) ? c_ : 0;
-  return factorised_for_ != 0;
+  jacobian_.factorised_for = solver_.factorise(jacobian_.matrix.data()) ? attempt_.c : 0;
+  return jacobian_.factorised_for != 0;
 }
 
 void BdfStepper::solve(double* right) {
   solver_.solve(right);
-  for (std::size_t k = 0; k < column_scale_.size(); ++k) right[k] *= column_scale_[k];
+  for (std::size_t k = 0; k < rows_.column_scale.size(); ++k) right[k] *= rows_.column_scale[k];
 }
 
 /// Were the last corrections of an iteration that did not converge, or the error that was too large,
@@ -155,81 +167,121 @@ void BdfStepper::solve(double* right) {
 RoundingFloor::Answer BdfStepper::at_rounding(double length) {
   constexpr double sums = 100;  // what differences and sums over the steps make of it
   std::vector<double> slopes(static_cast<std::size_t>(n()));
-  for (std::size_t k = 0; k < slopes.size(); ++k) slopes[k] = (psi_[k] + d_[k]) / c_;
-  const auto answer = rounding_.look({positions_, entries_, in_mass_, [&](double* right) { solve(right); }},
-                                     y_.data(), slopes.data(), scale_, dt_, length, sums);
+  for (std::size_t k = 0; k < slopes.size(); ++k) slopes[k] = (attempt_.psi[k] + attempt_.d[k]) / attempt_.c;
+  const auto answer = rounding_.look(
+      {rows_.positions, jacobian_.entries, rows_.in_mass, [&](double* right) { solve(right); }},
+      attempt_.y.data(), slopes.data(), attempt_.scale, dt_, length, sums);
   if (rounding_.trouble > 0) trouble_ = rounding_text(rounding_, unknown_name(rounding_.worst));
   if (answer == RoundingFloor::Answer::accepted)
-    newton_tolerance_ = std::max(newton_tolerance_, std::min(0.1, sums / 10 * rounding_.floor));
+    iteration_.tolerance = std::max(iteration_.tolerance, std::min(0.1, sums / 10 * rounding_.floor));
   return answer;
 }
 
 /// F(t, y⁰ + d, (ψ + d)/c) = 0 for d.
-bool BdfStepper::newton(double t, bool& slow) {
+BdfStepper::Newton BdfStepper::newton(double t) {
   problem_->set_time(t);
   double* at = problem_->unknowns();
-  std::fill(d_.begin(), d_.end(), 0.0);
+  std::fill(attempt_.d.begin(), attempt_.d.end(), 0.0);
   double before = 0;
-  slow = false;
-  for (iterations_ = 1; iterations_ <= most_iterations; ++iterations_) {
+  for (iteration_.count = 1; iteration_.count <= most_iterations; ++iteration_.count) {
     for (int k = 0; k < N_; ++k) {
       const auto i = static_cast<std::size_t>(k);
-      y_[i] = predicted_[i] + d_[i];
-      at[k < n() ? k : n() + k] = y_[i];
-      if (k < n()) at[n() + k] = (psi_[i] + d_[i]) / c_;
+      attempt_.y[i] = attempt_.predicted[i] + attempt_.d[i];
+      at[k < n() ? k : n() + k] = attempt_.y[i];
+      if (k < n()) at[n() + k] = (attempt_.psi[i] + attempt_.d[i]) / attempt_.c;
     }
-    problem_->residual(r_.data());
-    ++stats_.evaluations, ++stats_.newton_iterations;
+    problem_->residual(attempt_.r.data());
+    ++stats_.evaluations;
+    ++stats_.newton_iterations;
     double finite = 0;
-    for (double r : r_) finite += r * 0;
+    for (double r : attempt_.r) finite += r * 0;
     if (finite != 0) {
       trouble_ = "the equations are not finite near here";
-      return false;
+      return Newton::not_finite;
     }
-    solve(r_.data());
-    const double length = scaled_norm(r_.data(), 1);
-    last_length_ = length;
-    const double rate = iterations_ > 1 ? length / before : 0;
-    const bool negligible = length <= 1e-3 * newton_tolerance_;  // whatever the rate: rounding has none
-    if (iterations_ > 1 && !negligible &&
+    check_.begin();
+    check_.add(at + n(), 1, attempt_.r.data(), 1, jacobian_.entries);
+    solve(attempt_.r.data());
+    const double length = scaled_norm(attempt_.r.data(), 1);
+    iteration_.length = length;
+    const double rate = iteration_.count > 1 ? length / before : 0;
+    const bool negligible = length <= 1e-3 * iteration_.tolerance;  // whatever the rate: rounding has none
+    if (iteration_.count > 1 && !negligible &&
         (rate >= 1 ||
-         std::pow(rate, most_iterations - iterations_) / (1 - rate) * length > newton_tolerance_))
+         std::pow(rate, most_iterations - iteration_.count) / (1 - rate) * length > iteration_.tolerance))
       break;
-    for (std::size_t i = 0; i < d_.size(); ++i) d_[i] -= r_[i];
-    if (negligible || (iterations_ > 1 && rate / (1 - rate) * length < newton_tolerance_)) {
-      for (std::size_t i = 0; i < d_.size(); ++i) y_[i] = predicted_[i] + d_[i];
-      return true;
+    for (std::size_t i = 0; i < attempt_.d.size(); ++i) attempt_.d[i] -= attempt_.r[i];
+    const bool small =
+        negligible || (iteration_.count > 1 && rate / (1 - rate) * length < iteration_.tolerance);
+    if (small && check_.plausible(dt_, attempt_.scale, jacobian_.entries)) {
+      for (std::size_t i = 0; i < attempt_.d.size(); ++i)
+        attempt_.y[i] = attempt_.predicted[i] + attempt_.d[i];
+      return Newton::converged;
     }
     before = length;
   }
-  slow = true;
-  return false;
+  return Newton::slow;
+}
+
+/// Newton's iteration with the Jacobian at hand, and once more with a new one.
+BdfStepper::Newton BdfStepper::solve_step(double t) {
+  Newton result = Newton::not_finite;
+  for (int attempt = 0; attempt < 2 && result != Newton::converged; ++attempt) {
+    if (jacobian_.entries.empty() || (attempt > 0 && !jacobian_.fresh)) {
+      if (!evaluate_jacobian(t)) {
+        trouble_ = "the equations are not finite near here";
+        jacobian_.entries.clear();
+        break;
+      }
+    } else if (attempt > 0) {
+      break;
+    }
+    if (jacobian_.factorised_for != attempt_.c && !factorise()) {
+      trouble_ = "the iteration matrix is singular";
+      continue;
+    }
+    result = newton(t);
+  }
+  return result;
 }
 
 void BdfStepper::update_differences() {
-  const double* d = d_.data();
+  const double* d = attempt_.d.data();
   for (int k = 0; k < N_; ++k) {
-    D(order_ + 2)[k] = d[k] - D(order_ + 1)[k];
-    D(order_ + 1)[k] = d[k];
-    for (int j = order_; j >= 0; --j) D(j)[k] += D(j + 1)[k];
+    D(history_.order + 2)[k] = d[k] - D(history_.order + 1)[k];
+    D(history_.order + 1)[k] = d[k];
+    for (int j = history_.order; j >= 0; --j) D(j)[k] += D(j + 1)[k];
   }
 }
 
+/// Fewer iterations than allowed are a sign that the step may be longer.
+double BdfStepper::safety_factor() const {
+  return 0.9 * (2 * most_iterations + 1) / (2 * most_iterations + iteration_.count);
+}
+
 void BdfStepper::choose_order(double error) {
-  if (equal_steps_ < order_ + 1) return;
-  const double safety = 0.9 * (2 * most_iterations + 1) / (2 * most_iterations + iterations_);
+  if (history_.equal_steps < history_.order + 1) return;
+  const double safety = safety_factor();
   const auto factor = [](double e, int k) { return e > 0 ? std::pow(e, -1.0 / (k + 1)) : 10.0; };
-  double best = factor(error, order_);
-  int wanted = order_;
-  if (order_ > 1)
-    if (const double f = factor(scaled_norm(D(order_), error_constant(order_ - 1)), order_ - 1); f > best)
-      best = f, wanted = order_ - 1;
-  if (order_ < highest_)
-    if (const double f = factor(scaled_norm(D(order_ + 2), error_constant(order_ + 1)), order_ + 1); f > best)
-      best = f, wanted = order_ + 1;
+  double best = factor(error, history_.order);
+  int wanted = history_.order;
+  if (history_.order > 1)
+    if (const double f =
+            factor(scaled_norm(D(history_.order), error_constant(history_.order - 1)), history_.order - 1);
+        f > best) {
+      best = f;
+      wanted = history_.order - 1;
+    }
+  if (history_.order < highest_)
+    if (const double f = factor(scaled_norm(D(history_.order + 2), error_constant(history_.order + 1)),
+                                history_.order + 1);
+        f > best) {
+      best = f;
+      wanted = history_.order + 1;
+    }
   const double change = std::min(10.0, safety * best);
-  if (wanted == order_ && change < 1.2 && change >= 0.9) return;
-  order_ = wanted;
+  if (wanted == history_.order && change < 1.2 && change >= 0.9) return;
+  history_.order = wanted;
   rescale(std::min(change, limits_.dt_max / dt_));
 }
 
@@ -237,9 +289,10 @@ void BdfStepper::set_end(double t) {
   next_.t = t;
   for (int k = 0; k < n(); ++k) {
     const auto i = static_cast<std::size_t>(k);
-    next_.x[k] = y_[i], next_.xdot[k] = (psi_[i] + d_[i]) / c_;
+    next_.x[k] = attempt_.y[i];
+    next_.xdot[k] = (attempt_.psi[i] + attempt_.d[i]) / attempt_.c;
   }
-  for (int k = n(); k < N_; ++k) next_.z[k - n()] = y_[k];
+  for (int k = n(); k < N_; ++k) next_.z[k - n()] = attempt_.y[k];
 }
 
 void BdfStepper::step(double end) {
@@ -250,68 +303,60 @@ void BdfStepper::step(double end) {
     if (dt != dt_) rescale(dt / dt_);
     dt_ = dt;
     if ((dt != end - here_.t || rejected_) && !is_visible(dt))
-      throw vanished(Eigen::Map<const Vec>(d_.data(), trouble_.empty() ? N_ : 0),
+      throw vanished(Eigen::Map<const Vec>(attempt_.d.data(), trouble_.empty() ? N_ : 0),
                      trouble_.empty() && rounding_.raised() ? raised_text() : trouble_);
     trouble_.clear();
     const double t = dt == end - here_.t ? end : here_.t + dt;
     predict();
-    bool slow = false, solved = false;
-    for (int attempt = 0; attempt < 2 && !solved; ++attempt) {
-      if (entries_.empty() || (attempt > 0 && !jacobian_current_)) {
-        if (!evaluate_jacobian(t)) {
-          trouble_ = "the equations are not finite near here";
-          entries_.clear();
-          break;
-        }
-      } else if (attempt > 0) {
-        break;
-      }
-      if (factorised_for_ != c_ && !factorise()) {
-        trouble_ = "the iteration matrix is singular";
-        continue;
-      }
-      solved = newton(t, slow);
-    }
-    if (!solved && slow) {
-      const RoundingFloor::Answer answer = at_rounding(last_length_);
+    Newton outcome = solve_step(t);
+    if (outcome == Newton::slow) {
+      const RoundingFloor::Answer answer = at_rounding(iteration_.length);
       if (answer == RoundingFloor::Answer::raised) continue;
-      solved = answer == RoundingFloor::Answer::accepted;
+      if (answer == RoundingFloor::Answer::accepted) outcome = Newton::converged;
     }
-    if (!solved) {
-      ++stats_.rejected;
-      rejected_ = true;
-      rescale(slow ? 0.5 : 0.25);
+    if (outcome != Newton::converged) {
+      reject(outcome == Newton::slow ? 0.5 : 0.25);
       continue;
     }
     for (int k = 0; k < N_; ++k) {
       const auto i = static_cast<std::size_t>(k);
-      scale_[i] = scale(k, std::fabs(y_[i]));
+      attempt_.scale[i] = scale(k, std::fabs(attempt_.y[i]));
     }
-    const double error = scaled_norm(d_.data(), error_constant(order_));
-    if (!(error <= 1)) {
-      if (rounding_.has_multipliers() && at_rounding(error) == RoundingFloor::Answer::raised) continue;
-      ++stats_.rejected;
-      rejected_ = true;
-      const double safety = 0.9 * (2 * most_iterations + 1) / (2 * most_iterations + iterations_);
-      rescale(std::isfinite(error) ? std::max(0.2, safety * std::pow(error, -1.0 / (order_ + 1))) : 0.2);
-      continue;
-    }
-    set_end(t);
-    ++stats_.steps, ++equal_steps_;
-    jacobian_current_ = false;
-    update_differences();
-    order_at_step_ = order_, kept_t_ = t, kept_dt_ = dt;
-    kept_.assign(D(0), D(order_ + 1));
-    choose_order(error);
-    std::swap(before_, here_);
-    std::swap(here_, next_);
-    return;
+    const double error = scaled_norm(attempt_.d.data(), error_constant(history_.order));
+    if (error <= 1) return accept(t, error);
+    if (rounding_.has_multipliers() && at_rounding(error) == RoundingFloor::Answer::raised) continue;
+    const double factor = safety_factor() * std::pow(error, -1.0 / (history_.order + 1));
+    reject(std::isfinite(error) ? std::max(0.2, factor) : 0.2);
   }
 }
 
+/// To be repeated with a step of this part of its size.
+void BdfStepper::reject(double factor) {
+  ++stats_.rejected;
+  rejected_ = true;
+  rescale(factor);
+}
+
+void BdfStepper::accept(double t, double error) {
+  set_end(t);
+  ++stats_.steps;
+  ++history_.equal_steps;
+  jacobian_.fresh = false;
+  update_differences();
+  last_.order = history_.order;
+  last_.t = t;
+  last_.dt = dt_;
+  last_.differences.assign(D(0), D(history_.order + 1));
+  choose_order(error);
+  std::swap(before_, here_);
+  std::swap(here_, next_);
+}
+
 void BdfStepper::record(double* to) const {
-  *to++ = order_at_step_, *to++ = kept_t_, *to++ = kept_dt_;
-  std::copy(kept_.begin(), kept_.end(), to);
+  *to++ = last_.order;
+  *to++ = last_.t;
+  *to++ = last_.dt;
+  std::copy(last_.differences.begin(), last_.differences.end(), to);
 }
 
 /// The polynomial through the last k + 1 points by its backward differences.
@@ -337,7 +382,7 @@ void BdfStepper::interpolate(const StepView& step, double t, Detail detail, Poin
     for (int i = 0; i < n(); ++i) out.x[i] += factor * Dj[i], out.xdot[i] += slope * Dj[i];
     for (int i = n(); i < N_; ++i) out.z[i - n()] += factor * Dj[i];
   }
-  if (detail == Detail::full && determined_) derivative_(t, out.x.data(), out.xdot.data(), out.z.data());
+  if (detail == Detail::full && determined_) rhs_(t, out.x.data(), out.xdot.data(), out.z.data());
 }
 
 }  // namespace pendula::integrate

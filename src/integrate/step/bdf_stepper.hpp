@@ -1,10 +1,12 @@
 // Backward differentiation formulas of variable order 1 … 5 and variable step for F(t, x, x′, z) = 0 of every
 // kind: quasi-constant steps, backward differences, the modification of Klopfenstein and Shampine (NDF).
-// Shampine & Reichelt, The MATLAB ODE suite, SIAM J. Sci. Comput. 18(1), 1997, §2.
+// Shampine & Reichelt, The MATLAB ODE suite, SIAM J. Sci. Comput. 18(1), 1997, §2;
+// docs/derivations.md#bdf.
 #pragma once
 
 #include "integrate/problem/rhs_solver.hpp"
 #include "integrate/solve/rounding_floor.hpp"
+#include "integrate/step/increment_check.hpp"
 #include "integrate/step/stepper.hpp"
 
 namespace pendula::integrate {
@@ -17,42 +19,76 @@ class BdfStepper final : public Stepper {
   std::string name() const override { return "bdf"; }
   void start(const Point& point, double end) override;
   void step(double end) override;
-  std::size_t record_size() const override { return 3 + static_cast<std::size_t>((order_at_step_ + 1) * N_); }
+  std::size_t record_size() const override { return 3 + static_cast<std::size_t>((last_.order + 1) * N_); }
   void record(double* to) const override;
   void interpolate(const StepView& step, double t, Detail detail, Point& out) override;
 
  private:
   static constexpr int most = 5;
-  double* D(int j) { return differences_.data() + static_cast<std::ptrdiff_t>(j) * N_; }
+  enum class Newton { converged, slow, not_finite };
+  struct Pattern {
+    std::vector<Position> positions;
+    std::vector<char> in_mass;
+    /// c^(1 - index) of every column: multipliers of tiny steps are no reason to be singular.
+    std::vector<double> column_scale;
+  };
+  struct Jacobian {
+    std::vector<double> entries, matrix;  ///< the latter with the factor for x′
+    double factorised_for = 0;            ///< c
+    bool fresh = false;                   ///< of this step
+  };
+  /// ∇⁰y … ∇^(order + 2) y at the last point for steps of the size dt_.
+  struct History {
+    std::vector<double> differences;
+    int order = 1, equal_steps = 0;
+  };
+  /// The step in hand: x′ = (ψ + d)/c, y = predicted + d.
+  struct Attempt {
+    double c = 0;
+    std::vector<double> predicted, psi, y, d, r, scale;
+  };
+  struct Iteration {
+    double tolerance = 0, length = 0;  ///< length: of the last correction
+    int count = 0;
+  };
+  struct LastStep {
+    int order = 1;
+    double t = 0, dt = 0;
+    std::vector<double> differences;
+  };
+
+  double* D(int j) { return history_.differences.data() + static_cast<std::ptrdiff_t>(j) * N_; }
   void rescale(double factor);
   void predict();
-  bool newton(double t, bool& slow);
+  Newton newton(double t);
+  Newton solve_step(double t);
   RoundingFloor::Answer at_rounding(double length);
   void solve(double* right);
   double scale(int k, double size) const;
   bool factorise();
   bool evaluate_jacobian(double t);
   double scaled_norm(const double* e, double factor) const;
+  double safety_factor() const;
+  void reject(double factor);
+  void accept(double t, double error);
   void update_differences();
   void choose_order(double error);
   void set_end(double t);
 
-  int N_, highest_, order_ = 1, order_at_step_ = 1;
+  int N_, highest_;
   std::vector<int> index_;
-  Derivative derivative_;
-  bool determined_ = true;
-  std::vector<Position> positions_;
-  std::vector<char> in_mass_;
-  std::vector<double> entries_, matrix_;
+  RhsSolver rhs_;
+  bool determined_ = true;  ///< x′ and z follow from (t, x)
+  Pattern rows_;
+  Jacobian jacobian_;
   LinearSolver<double> solver_;
-  std::vector<double> differences_, predicted_, psi_, y_, d_, r_, scale_, kept_;
-  std::vector<double>
-      column_scale_;  ///< c^(1 - index): multipliers of tiny steps are no reason to be singular
+  History history_;
+  Attempt attempt_;
+  Iteration iteration_;
+  IncrementCheck check_;
   RoundingFloor rounding_;
-  double last_length_ = 0;
-  double c_ = 0, factorised_for_ = 0, newton_tolerance_ = 0, kept_t_ = 0, kept_dt_ = 0;
-  int equal_steps_ = 0, iterations_ = 0;
-  bool jacobian_current_ = false, rejected_ = false;
+  LastStep last_;
+  bool rejected_ = false;
   std::string trouble_;
   Point next_;
 };

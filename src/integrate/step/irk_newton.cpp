@@ -16,12 +16,12 @@ constexpr double eps = std::numeric_limits<double>::epsilon();
 
 bool IrkStepper::evaluate_jacobian() {
   problem_->place(here_.t, here_.x.data(), here_.xdot.data(), here_.z.data());
-  entries_ = problem_->jacobian();
+  jacobian_.entries = problem_->jacobian();
   ++stats_.jacobians;
-  jacobian_fresh_ = true;
-  for (std::size_t k = 0; k < entries_.size(); ++k) {
-    if (std::isfinite(entries_[k])) continue;
-    trouble_ = text("the Jacobian of ", problem_->equation_name(positions_[k].row), " is not finite");
+  jacobian_.fresh = true;
+  for (std::size_t k = 0; k < jacobian_.entries.size(); ++k) {
+    if (std::isfinite(jacobian_.entries[k])) continue;
+    trouble_ = text("the Jacobian of ", problem_->equation_name(rows_.positions[k].row), " is not finite");
     return false;
   }
   return true;
@@ -32,10 +32,10 @@ bool IrkStepper::evaluate_jacobian() {
 bool IrkStepper::use_code(double dt, bool now) {
   const codegen::StraightLU* pivots = matrices().real.straight();
   if (!pivots) return false;
-  const long iterations = stats_.newton_iterations - iterations_counted_;
-  iterations_counted_ = stats_.newton_iterations;
-  matrices().code = NewtonCode::make({*problem_, f(), bare_, in_mass_, *pivots}, iterations, now);
-  if (matrices().code && !matrices().code->factorise(entries_, dt)) matrices().code = nullptr;
+  const long iterations = stats_.newton_iterations - counted_iterations_;
+  counted_iterations_ = stats_.newton_iterations;
+  matrices().code = NewtonCode::make({*problem_, f(), rows_.bare, rows_.in_mass, *pivots}, iterations, now);
+  if (matrices().code && !matrices().code->factorise(jacobian_.entries, dt)) matrices().code = nullptr;
   return matrices().code != nullptr;
 }
 
@@ -44,30 +44,30 @@ void IrkStepper::prepare_code() {
   constexpr int small = 60;
   if (N_ > small || matrices().code || !evaluate_jacobian()) return;
   shift(f().gamma / dt_);
-  matrices().real.prepare(real_entries_.data());
-  if (matrices().real.factorise(real_entries_.data())) use_code(dt_, true);
+  matrices().real.prepare(shifted_.real.data());
+  if (matrices().real.factorise(shifted_.real.data())) use_code(dt_, true);
   trouble_.clear();
 }
 
 void IrkStepper::shift(double factor) {
-  for (std::size_t k = 0; k < entries_.size(); ++k)
-    real_entries_[k] = in_mass_[k] ? factor * entries_[k] : entries_[k];
+  for (std::size_t k = 0; k < jacobian_.entries.size(); ++k)
+    shifted_.real[k] = rows_.in_mass[k] ? factor * jacobian_.entries[k] : jacobian_.entries[k];
 }
 void IrkStepper::shift(std::complex<double> factor) {
-  for (std::size_t k = 0; k < entries_.size(); ++k)
-    complex_entries_[k] = in_mass_[k] ? factor * entries_[k] : entries_[k];
+  for (std::size_t k = 0; k < jacobian_.entries.size(); ++k)
+    shifted_.complex[k] = rows_.in_mass[k] ? factor * jacobian_.entries[k] : jacobian_.entries[k];
 }
 
 bool IrkStepper::factorise(double dt) {
   ++stats_.factorisations;
   NewtonCode* code = matrices().code.get();
-  bool regular = code && code->factorise(entries_, dt);
+  bool regular = code && code->factorise(jacobian_.entries, dt);
   if (!regular) {
     matrices().code = nullptr;
     shift(f().gamma / dt);
-    regular = matrices().real.factorise(real_entries_.data()) && (use_code(dt, false) || factorise_pairs(dt));
+    regular = matrices().real.factorise(shifted_.real.data()) && (use_code(dt, false) || factorise_pairs(dt));
   }
-  factorised_for_ = regular ? dt : 0;
+  jacobian_.factorised_for = regular ? dt : 0;
   if (!regular) trouble_ = "the iteration matrix is singular";
   return regular;
 }
@@ -76,16 +76,16 @@ bool IrkStepper::factorise_pairs(double dt) {
   bool regular = true;
   for (std::size_t pair = 0; regular && pair < f().pairs.size(); ++pair) {
     shift(f().pairs[pair] / dt);
-    regular = matrices().complex[pair].factorise(complex_entries_.data());
+    regular = matrices().complex[pair].factorise(shifted_.complex.data());
   }
   return regular;
 }
 
 void IrkStepper::start_iteration(double dt) {
   NewtonCode* code = matrices().code.get();
-  if (code) code->begin(*problem_, here_.t, dt, y_.data(), scale_.data());
-  if (code && old_dt_ > 0 && old_level_ == level_) {
-    code->predict(dt / old_dt_, step_y_.data(), old_Z_.data());
+  if (code) code->begin(*problem_, here_.t, dt, y_.data(), scales_.scale.data());
+  if (code && last_.dt > 0 && last_.level == level_) {
+    code->predict(dt / last_.dt, last_.y.data(), last_.Z.data());
     return;
   }
   predict(dt);
@@ -95,7 +95,7 @@ void IrkStepper::start_iteration(double dt) {
 /// Starting values of Z: the collocation polynomial of the last step continued.
 void IrkStepper::predict(double dt) {
   const auto size = static_cast<std::size_t>(N_);
-  if (old_dt_ == 0) {
+  if (last_.dt == 0) {
     std::fill(Z_.begin(), Z_.end(), 0.0);
     for (int i = 0; i < f().s; ++i)  // equations that are not linear in x′ need x′ to begin with
       for (int k = 0; k < n(); ++k)
@@ -103,14 +103,14 @@ void IrkStepper::predict(double dt) {
     return;
   }
   // The Lagrange polynomials add up to 1: p(θ) - y₀ = Σ lⱼ(θ) Zⱼ - (y₀ - its value at the old start).
-  const IrkFormula& old = *formulas_[old_level_];
-  lagrange_.resize(static_cast<std::size_t>(old.s) + 1);
+  const IrkFormula& old = *formulas_[last_.level];
+  work_.lagrange.resize(static_cast<std::size_t>(old.s) + 1);
   for (int i = 0; i < f().s; ++i) {
-    old.lagrange(1 + f().c[i] * dt / old_dt_, lagrange_.data());
+    old.lagrange(1 + f().c[i] * dt / last_.dt, work_.lagrange.data());
     double* Zi = Z_.data() + static_cast<std::size_t>(i) * size;
-    for (std::size_t k = 0; k < size; ++k) Zi[k] = step_y_[k] - y_[k];
-    combine(N_, Zi, std::span<const double>(lagrange_).subspan(1, static_cast<std::size_t>(old.s)),
-            old_Z_.data(), N_, Zi);
+    for (std::size_t k = 0; k < size; ++k) Zi[k] = last_.y[k] - y_[k];
+    combine(N_, Zi, std::span<const double>(work_.lagrange).subspan(1, static_cast<std::size_t>(old.s)),
+            last_.Z.data(), N_, Zi);
   }
 }
 
@@ -118,19 +118,21 @@ void IrkStepper::predict(double dt) {
 bool IrkStepper::residuals(double dt) {
   const int s = f().s, states = n();
   const auto size = static_cast<std::size_t>(N_);
+  check_.begin();
   for (int i = 0; i < s; ++i) {
     problem_->set_time(here_.t + f().c[i] * dt);
     double* at = problem_->unknowns();
     const double* Zi = Z_.data() + static_cast<std::size_t>(i) * size;
     for (int k = 0; k < states; ++k) at[k] = y_[k] + Zi[k];
-    for (int j = 0; j < s; ++j) weights_[j] = f().W(i, j) / dt;
-    combine(states, nullptr, weights_, Z_.data(), N_, at + states);
+    for (int j = 0; j < s; ++j) work_.weights[j] = f().W(i, j) / dt;
+    combine(states, nullptr, work_.weights, Z_.data(), N_, at + states);
     for (int k = states; k < N_; ++k) at[states + k] = y_[k] + Zi[k];
-    double* R = R_.data() + static_cast<std::size_t>(i) * size;
+    double* R = work_.R.data() + static_cast<std::size_t>(i) * size;
     problem_->residual(R);
     ++stats_.evaluations;
     double sum = 0;
     for (std::size_t k = 0; k < size; ++k) sum += R[k] * 0;
+    check_.add(at + states, 1, R, 1, jacobian_.entries);
     if (sum == 0) continue;
     for (std::size_t k = 0; k < size; ++k)
       if (!std::isfinite(R[k]))
@@ -146,25 +148,38 @@ void IrkStepper::solve_stages() {
   const auto size = static_cast<std::size_t>(N_);
   const auto mix = [&](const Mat& by, const std::vector<double>& from, std::vector<double>& to) {
     for (int i = 0; i < s; ++i) {
-      for (int j = 0; j < s; ++j) weights_[j] = by(i, j);
-      combine(N_, nullptr, weights_, from.data(), N_, to.data() + static_cast<std::size_t>(i) * size);
+      for (int j = 0; j < s; ++j) work_.weights[j] = by(i, j);
+      combine(N_, nullptr, work_.weights, from.data(), N_, to.data() + static_cast<std::size_t>(i) * size);
     }
   };
-  mix(f().T_inverse, R_, transformed_);
-  double* w = transformed_.data();
+  mix(f().T_inverse, work_.R, work_.transformed);
+  double* w = work_.transformed.data();
   if (f().has_real) {
     for (std::size_t k = 0; k < size; ++k) w[k] = -w[k];
     matrices().real.solve(w);
     w += size;
   }
   for (LinearSolver<std::complex<double>>& solver : matrices().complex) {
-    for (std::size_t k = 0; k < size; ++k) complex_right_[k] = {-w[k], w[size + k]};
-    solver.solve(complex_right_.data());
+    for (std::size_t k = 0; k < size; ++k) shifted_.right[k] = {-w[k], w[size + k]};
+    solver.solve(shifted_.right.data());
     for (std::size_t k = 0; k < size; ++k)
-      w[k] = complex_right_[k].real(), w[size + k] = -complex_right_[k].imag();
+      w[k] = shifted_.right[k].real(), w[size + k] = -shifted_.right[k].imag();
     w += 2 * size;
   }
-  mix(f().T, transformed_, R_);
+  mix(f().T, work_.transformed, work_.R);
+}
+
+/// Do the slopes and residuals of the last iteration belong to a step that is nearly solved?
+bool IrkStepper::plausible(double dt) {
+  if (check_.empty()) return true;
+  if (NewtonCode* code = matrices().code.get()) {
+    check_.begin();
+    for (int i = 0; i < f().s; ++i) {
+      const NewtonCode::Stage stage = code->stage_of_last_iteration(i);
+      check_.add(stage.slope, 1 / dt, stage.residual, NewtonCode::lanes, jacobian_.entries);
+    }
+  }
+  return check_.plausible(dt, scales_.scale, jacobian_.entries);
 }
 
 /// Z ← Z + ΔZ; ‖ΔZ‖, NaN where an equation is not finite.
@@ -175,7 +190,7 @@ double IrkStepper::iterate(double dt) {
   ++stats_.newton_iterations;
   double sum = 0, largest = 0;
   for (std::size_t at = 0; at < Z_.size(); at += size)
-    apply(N_, Z_.data() + at, R_.data() + at, inverse_scale_.data(), sum, largest);
+    apply(N_, Z_.data() + at, work_.R.data() + at, scales_.inverse.data(), sum, largest);
   return ErrorSum::norm(sum, largest, f().s * N_);
 }
 
@@ -190,34 +205,35 @@ double IrkStepper::iterate(NewtonCode& code) {
 }
 
 IrkStepper::Newton IrkStepper::newton(double dt) {
-  const int most = 7 + (f().s - 3) * 5 / 2;
+  const int most = most_iterations();
   double before = 0, quotient_before = 0;
-  contraction_ = std::pow(static_cast<float>(std::max(contraction_, eps)), 0.8f);
-  theta_ = keep_jacobian_below;
+  iteration_.contraction = std::pow(static_cast<float>(std::max(iteration_.contraction, eps)), 0.8f);
+  iteration_.theta = keep_jacobian_below;
   NewtonCode* code = matrices().code.get();
-  for (iterations_ = 1;; ++iterations_) {
+  for (iteration_.count = 1;; ++iteration_.count) {
     const double length = code ? iterate(*code) : iterate(dt);
     if (!std::isfinite(length)) return Newton::not_finite;
-    last_length_ = length;
-    if (iterations_ > 1) {
+    iteration_.length = length;
+    if (iteration_.count > 1) {
       const double quotient = length / before;
-      theta_ = iterations_ == 2 ? quotient : std::sqrt(quotient * quotient_before);
+      iteration_.theta = iteration_.count == 2 ? quotient : std::sqrt(quotient * quotient_before);
       quotient_before = quotient;
-      if (!(theta_ < 0.99)) return Newton::diverged;
-      contraction_ = theta_ / (1 - theta_);
-      const int left = most - 1 - iterations_;
-      double predicted = contraction_ * length / newton_tolerance_;
-      for (int k = 0; k < left && predicted >= 1; ++k) predicted *= theta_;
-      if (predicted >= 1 && iterations_ < most) {
-        slow_factor_ = 0.8 * std::pow(std::clamp(predicted, 1e-4, 20.0), -1.0 / (4 + left));
+      if (!(iteration_.theta < 0.99)) return Newton::diverged;
+      iteration_.contraction = iteration_.theta / (1 - iteration_.theta);
+      const int left = most - 1 - iteration_.count;
+      double predicted = iteration_.contraction * length / iteration_.tolerance;
+      for (int k = 0; k < left && predicted >= 1; ++k) predicted *= iteration_.theta;
+      if (predicted >= 1 && iteration_.count < most) {
+        iteration_.slow_factor = 0.8 * std::pow(std::clamp(predicted, 1e-4, 20.0), -1.0 / (4 + left));
         return Newton::slow;
       }
     }
     before = std::max(length, eps);
     // One iteration tells nothing about its own contraction: far away, that of the last step is not trusted.
-    const bool measured = iterations_ > 1 || length <= 1;
-    if (measured && contraction_ * length <= newton_tolerance_) return Newton::converged;
-    if (iterations_ >= most) return Newton::diverged;
+    const bool measured = iteration_.count > 1 || length <= 1;
+    if (measured && iteration_.contraction * length <= iteration_.tolerance && plausible(dt))
+      return Newton::converged;
+    if (iteration_.count >= most) return Newton::diverged;
   }
 }
 
@@ -227,52 +243,61 @@ RoundingFloor::Answer IrkStepper::at_rounding(double dt, double length) {
   constexpr double stages = 100;  // what transformations and sums over the stages make of it; seen: 4 … 45
   if (matrices().code) {          // it has factors of its own
     shift(f().gamma / dt);
-    if (!matrices().real.factorise(real_entries_.data())) return RoundingFloor::Answer::no;
+    if (!matrices().real.factorise(shifted_.real.data())) return RoundingFloor::Answer::no;
   }
   const auto solve = [&](double* right) { matrices().real.solve(right); };
-  const auto answer = rounding_.look({positions_, entries_, in_mass_, solve}, y_.data(), here_.xdot.data(),
-                                     scale_, dt, length, stages);
+  const auto answer = rounding_.look({rows_.positions, jacobian_.entries, rows_.in_mass, solve}, y_.data(),
+                                     here_.xdot.data(), scales_.scale, dt, length, stages);
   if (rounding_.trouble > 0) trouble_ = rounding_text(rounding_, unknown_name(rounding_.worst));
   if (answer != RoundingFloor::Answer::accepted) return answer;
-  newton_tolerance_ = std::max(newton_tolerance_, std::min(0.1, stages / 10 * rounding_.floor));
-  theta_ = 10 * keep_jacobian_below;  // not measured: new Jacobian, same order
+  iteration_.tolerance = std::max(iteration_.tolerance, std::min(0.1, stages / 10 * rounding_.floor));
+  iteration_.theta = 10 * keep_jacobian_below;  // not measured: new Jacobian, same order
   return answer;
 }
 
-/// ‖(γ/h M + J)⁻¹ F(t₀, y, v)‖ with x′ = velocity_.
-double IrkStepper::filtered_error(const double* y, double) {
+/// ‖(γ/h M + J)⁻¹ F(t₀, y, v)‖ with x′ = work_.velocity.
+double IrkStepper::filtered_error(const double* y) {
   problem_->set_time(here_.t);
   double* at = problem_->unknowns();
   std::copy_n(y, n(), at);
-  std::copy_n(velocity_.data(), n(), at + n());
+  std::copy_n(work_.velocity.data(), n(), at + n());
   std::copy_n(y + n(), m(), at + 2 * n());
   problem_->residual(error_.data());
   ++stats_.evaluations;
   // The residual of a constraint in x alone belongs to the point the step begins at, and h⁻² of it would be
   // seen in an index-3 multiplier however small the step.
-  for (std::size_t k = 0; k < error_.size(); ++k) error_[k] = bare_[k] ? 0 : -error_[k];
+  for (std::size_t k = 0; k < error_.size(); ++k) error_[k] = rows_.bare[k] ? 0 : -error_[k];
   matrices().real.solve(error_.data());
   ErrorSum sum;
-  for (int k = 0; k < N_; ++k) sum.add(error_[k] / scale_[k]);
+  for (int k = 0; k < N_; ++k) sum.add(error_[k] / scales_.scale[k]);
   return std::max(sum.norm(N_), 1e-10);
 }
 
+/// The error in units of the tolerance. A matrix that is far off, or that of a solution which grows fast, damps the
+/// estimate whatever the step does: then it is taken without the matrix.
 double IrkStepper::error_norm(double dt, bool again) {
-  if (NewtonCode* code = matrices().code.get()) return error_norm(*code, again);
+  const double norm = damped_error_norm(dt, again);
+  if (!(norm < 1) || check_.empty() || rounding_.has_multipliers()) return norm;
+  return check_.undamped_norm(norm, error_.data(), f().gamma / dt, scales_.scale, jacobian_.entries);
+}
+
+double IrkStepper::damped_error_norm(double dt, bool again) {
+  if (NewtonCode* code = matrices().code.get()) return damped_error_norm(*code, again);
   const auto size = static_cast<std::size_t>(N_);
-  std::fill_n(velocity_.data(), n(), 0.0);
+  std::fill_n(work_.velocity.data(), n(), 0.0);
   for (int i = 0; i < f().s; ++i)
-    add_multiple(velocity_.data(), -f().error[i] / dt, Z_.data() + static_cast<std::size_t>(i) * size, n());
-  double norm = filtered_error(y_.data(), dt);
+    add_multiple(work_.velocity.data(), -f().error[i] / dt, Z_.data() + static_cast<std::size_t>(i) * size,
+                 n());
+  double norm = filtered_error(y_.data());
   if (norm < 1 || !again) return norm;
   // The first estimate of a very stiff component is too large: once more from y₀ + err.
-  std::vector<double>& moved = transformed_;
+  std::vector<double>& moved = work_.transformed;
   for (std::size_t k = 0; k < size; ++k) moved[k] = y_[k] + error_[k];
-  const double second = filtered_error(moved.data(), dt);
+  const double second = filtered_error(moved.data());
   return std::isfinite(second) ? second : norm;
 }
 
-double IrkStepper::error_norm(NewtonCode& code, bool again) {
+double IrkStepper::damped_error_norm(NewtonCode& code, bool again) {
   const auto norm = [&](const NewtonCode::End& end) {
     ++stats_.evaluations;
     error_.assign(end.error, end.error + N_);
@@ -280,7 +305,7 @@ double IrkStepper::error_norm(NewtonCode& code, bool again) {
   };
   const double first = norm(end_ = code.end());
   if (first < 1 || !again) return first;
-  std::vector<double>& moved = transformed_;
+  std::vector<double>& moved = work_.transformed;
   for (std::size_t k = 0; k < static_cast<std::size_t>(N_); ++k) moved[k] = y_[k] + error_[k];
   const double second = norm(code.end_at(moved.data()));
   end_ = code.end();

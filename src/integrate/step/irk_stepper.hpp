@@ -5,12 +5,14 @@
 // Simplified Newton iterations in transformed variables, one real and (s - 1)/2 complex systems of size n +
 // m; predictive step size control; Jacobian and factorisations are kept while they serve. Hairer & Wanner,
 // Solving ODEs II, 2nd ed., §IV.8; order selection: Hairer & Wanner, Stiff differential equations solved by
-// Radau methods, J. Comput. Appl. Math. 111, 1999.
+// Radau methods, J. Comput. Appl. Math. 111, 1999; docs/derivations.md#radau.
 #pragma once
 
 #include "integrate/compiled/newton_step.hpp"
 #include "integrate/problem/rhs_solver.hpp"
+#include "integrate/solve/predictive_controller.hpp"
 #include "integrate/solve/rounding_floor.hpp"
+#include "integrate/step/increment_check.hpp"
 #include "integrate/step/runge_kutta.hpp"
 #include "integrate/step/stepper.hpp"
 #include "method/irk_formula.hpp"
@@ -41,13 +43,62 @@ class IrkStepper final : public Stepper {
   /// Contraction below which the Jacobian serves another step.
   static constexpr double keep_jacobian_below = 0.001;
   enum class Newton { converged, slow, diverged, not_finite };
+  /// Why a step is repeated.
+  enum class Rejection {
+    error,      ///< its error was too large
+    slow,       ///< Newton's iteration would take too long: a little shorter
+    unsolvable  ///< no solution, or not a finite one: half
+  };
   struct Matrices {
     LinearSolver<double> real;
     std::vector<LinearSolver<std::complex<double>>> complex;
     std::shared_ptr<NewtonCode> code;  ///< holds the factors at hand, if there is code
   };
+  /// Of ∂F/∂(x, x′, z), as a matrix of size n + m: what belongs to x′ is added to what belongs to x.
+  struct Pattern {
+    std::vector<Position> positions;
+    std::vector<char> in_mass;  ///< the entry belongs to ∂F/∂x′
+    std::vector<char> bare;     ///< rows of index 2 and 3: constraints in x alone
+  };
+  struct Jacobian {
+    std::vector<double> entries;
+    bool fresh = false;         ///< of this step
+    bool keep = false;          ///< serves the next step
+    double factorised_for = 0;  ///< dt; 0: not
+  };
+  /// The entries with a factor for those of x′, and a right side.
+  struct Shifted {
+    std::vector<double> real;
+    std::vector<std::complex<double>> complex, right;
+  };
+  struct Iteration {
+    double tolerance = 0;
+    int count = 0;
+    double length = 0;         ///< of the last correction
+    double theta = 0;          ///< contraction
+    double contraction = 1;    ///< Θ/(1 - Θ), an estimate where only one iteration was made
+    double slow_factor = 0.5;  ///< of dt, when it was slow
+    int failures = 0;          ///< since the last accepted step
+  };
+  /// The tolerances of the error estimate, which is of lower order than the method, and the scales from them.
+  struct Scales {
+    Vec rtol, atol;
+    std::vector<double> scale, inverse;
+  };
+  /// The last accepted step, for its continuation.
+  struct LastStep {
+    int level = 0;
+    double t = 0, dt = 0;  ///< dt = 0: there is none
+    std::vector<double> y, Z;
+  };
+  struct Work {
+    std::vector<double> R, transformed, velocity, lagrange;
+    std::vector<double> weights;  ///< of a sum over the stages
+  };
+
   const IrkFormula& f() const { return *formulas_[level_]; }
   Matrices& matrices() { return matrices_[level_]; }
+  int most_iterations() const { return 7 + (f().s - 3) * 5 / 2; }
   void use(int level);
   int first_level() const;
   void prepare_tolerances();
@@ -64,16 +115,19 @@ class IrkStepper final : public Stepper {
   Newton newton(double dt);
   double iterate(double dt);
   double iterate(NewtonCode& code);
+  bool plausible(double dt);
   bool residuals(double dt);
   void solve_stages();
   double error_norm(double dt, bool again);
-  double error_norm(NewtonCode& code, bool again);
+  double damped_error_norm(double dt, bool again);
+  double damped_error_norm(NewtonCode& code, bool again);
   void end_step(double dt);
-  double filtered_error(const double* y, double dt);
+  double filtered_error(const double* y);
   bool complete(double dt);
-  void choose_next(double dt, double error);
+  void accept(double dt, double error, double end);
+  double safety_factor() const;
   void choose_order(double quotient);
-  void reject(double dt, double error);
+  void reject(double dt, Rejection why, double error = 0);
   void refine(const StepView& step, std::size_t level, double t, Point& out);
   RoundingFloor::Answer at_rounding(double dt, double length);
   std::string blame() const;
@@ -81,34 +135,25 @@ class IrkStepper final : public Stepper {
   std::string name_;
   std::vector<std::shared_ptr<const IrkFormula>> formulas_;
   std::vector<int> index_;
-  int level_ = 0, N_;
-  Derivative derivative_;
+  int level_ = 0, next_level_ = 0, since_order_change_ = 0;
+  int N_;
+  RhsSolver rhs_;
   bool determined_ = true;  ///< x′ and z follow from (t, x)
-
-  std::vector<Position> positions_;
-  std::vector<char> in_mass_;  ///< the entry belongs to ∂F/∂x′
-  std::vector<char> bare_;     ///< rows of index 2 and 3: constraints in x alone
-  std::vector<double> entries_, real_entries_;
-  std::vector<std::complex<double>> complex_entries_, complex_right_;
+  Pattern rows_;
+  Jacobian jacobian_;
+  Shifted shifted_;
   std::vector<Matrices> matrices_;  ///< one set per formula
-  double factorised_for_ = 0;
-  long iterations_counted_ = 0;  ///< by NewtonCode::make
-
-  std::vector<double> y_, Z_, old_Z_, R_, transformed_, scale_, inverse_scale_, error_, velocity_, lagrange_;
-  std::vector<double> weights_;  ///< of a sum over the stages
-  Vec rtol_, atol_;              ///< of the error estimate, which is of lower order than the method
-  double newton_tolerance_ = 0, last_length_ = 0;
+  long counted_iterations_ = 0;     ///< by NewtonCode::make
+  Scales scales_;
+  PredictiveController control_;
+  Iteration iteration_;
+  IncrementCheck check_;
   RoundingFloor rounding_;
-  Point next_;
-  int old_level_ = 0, next_level_ = 0;
-  double old_dt_ = 0, step_dt_ = 0, step_t_ = 0;
-  std::vector<double> step_y_;
-
+  std::vector<double> y_, Z_, error_;
   NewtonCode::End end_{};  ///< of the step in hand, where there is code
-  double theta_ = 0, contraction_ = 1, slow_factor_ = 0.5;
-  int iterations_ = 0, since_order_change_ = 0, newton_failures_ = 0;
-  double accepted_dt_ = 0, accepted_error_ = 0;
-  bool first_ = true, rejected_ = false, jacobian_fresh_ = false, keep_ = false;
+  Work work_;
+  Point next_;
+  LastStep last_;
   std::string trouble_;
   std::vector<std::shared_ptr<RungeKutta>> dense_;
 };

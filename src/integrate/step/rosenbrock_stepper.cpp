@@ -5,6 +5,7 @@
 #include <unordered_set>
 
 #include "base/interrupt.hpp"
+#include "base/text.hpp"
 #include "expr/graph/derivative.hpp"
 
 namespace pendula::integrate {
@@ -20,9 +21,12 @@ RosenbrockStepper::RosenbrockStepper(ProblemPtr problem, RosenbrockPtr method, T
     : Stepper(std::move(problem), std::move(tolerances), limits, stats),
       method_(std::move(method)),
       N_(n() + m()),
-      derivative_(problem_, stats) {
+      rhs_(problem_, stats) {
   if (!method_->e())
     throw Error(text("the method ", method_->name(), " has no embedded method to estimate its error"));
+  if (!method_->error_sees_linear())
+    throw Error(text("the error estimate of ", method_->name(),
+                     " is zero for every linear equation: it cannot choose steps; take method = \"rodas\""));
   require_constant_mass();
   for (const Problem::Entry& e : problem_->pattern()) {
     const bool mass = e.column >= n() && e.column < 2 * n();
@@ -40,7 +44,7 @@ RosenbrockStepper::RosenbrockStepper(ProblemPtr problem, RosenbrockPtr method, T
   const auto size = static_cast<std::size_t>(N_);
   for (auto* v : {&y_, &Ft_, &R_, &scaled_}) v->assign(size, 0.0);
   U_.assign(size * static_cast<std::size_t>(method_->stages()), 0.0);
-  old_.assign(size * (2 + static_cast<std::size_t>(method_->dense().rows())), 0.0);
+  last_.dense.assign(size * (2 + static_cast<std::size_t>(method_->dense().rows())), 0.0);
   for (Point* p : {&next_, &before_}) p->x.resize(n()), p->xdot.resize(n()), p->z.resize(m());
 }
 
@@ -59,9 +63,9 @@ void RosenbrockStepper::require_constant_mass() const {
 
 void RosenbrockStepper::start(const Point& point, double end) {
   here_ = point;
-  if (!derivative_(here_.t, here_.x.data(), here_.xdot.data(), here_.z.data()) && !derivative_.is_singular())
-    throw Failure(derivative_.reason());
-  first_ = true, rejected_ = false;
+  if (!rhs_(here_.t, here_.x.data(), here_.xdot.data(), here_.z.data()) && !rhs_.is_singular())
+    throw Failure(rhs_.reason());
+  control_.start();
   trouble_.clear();
   dt_ = limits_.dt_first > 0 ? limits_.dt_first : cautious_step(end);
   prepare_code();
@@ -123,7 +127,18 @@ double RosenbrockStepper::attempt(double dt) {
   return time_derivative(here_) ? attempt_apart(dt) : NAN;
 }
 
+/// An infinite ∂f/∂x, at the border of a domain, would hold the solution there.
+bool RosenbrockStepper::jacobian_is_finite() {
+  for (std::size_t k = 0; k < entries_.size(); ++k) {
+    if (std::isfinite(entries_[k])) continue;
+    trouble_ = text("the Jacobian of ", problem_->equation_name(positions_[k].row), " is not finite");
+    return false;
+  }
+  return true;
+}
+
 double RosenbrockStepper::attempt_apart(double dt) {
+  if (!jacobian_is_finite()) return NAN;
   if (!factorise(dt)) {
     trouble_ = "the matrix of the linear systems is singular";
     return NAN;
@@ -194,23 +209,23 @@ double RosenbrockStepper::error_norm() {
 void RosenbrockStepper::end_step(double dt) {
   const auto size = static_cast<std::size_t>(N_), rows = static_cast<std::size_t>(method_->dense().rows());
   next_.t = here_.t + dt;
-  std::copy_n(y_.begin(), size, old_.begin());
+  std::copy_n(y_.begin(), size, last_.dense.begin());
   if (code_) {
     std::copy_n(end_.y, n(), next_.x.data());
     std::copy_n(end_.y + n(), m(), next_.z.data());
     std::copy_n(end_.xdot, n(), next_.xdot.data());
-    std::copy_n(end_.dense, rows * size, std::copy_n(end_.y, size, old_.begin() + N_));
+    std::copy_n(end_.dense, rows * size, std::copy_n(end_.y, size, last_.dense.begin() + N_));
     return;
   }
   for (std::size_t c = 0; c < size; ++c) {
     const int k = static_cast<int>(c);
-    old_[size + c] = k < n() ? next_.x[k] : next_.z[k - n()];
-    double slope = old_[size + c] - old_[c];
+    last_.dense[size + c] = k < n() ? next_.x[k] : next_.z[k - n()];
+    double slope = last_.dense[size + c] - last_.dense[c];
     for (std::size_t r = 0; r < rows; ++r) {
       double sum = 0;
       for (int i = 0; i < method_->stages(); ++i)
         sum += method_->dense()(static_cast<Eigen::Index>(r), i) * U_[static_cast<std::size_t>(i) * size + c];
-      old_[size * (2 + r) + c] = sum;
+      last_.dense[size * (2 + r) + c] = sum;
       slope -= sum;
     }
     if (k < n()) next_.xdot[k] = slope / dt;
@@ -232,11 +247,11 @@ bool RosenbrockStepper::complete(double dt) {
   }
   if (code_ && !moved) return next_.xdot.allFinite();
   if (!problem_->is_ode()) return true;
-  return derivative_(next_.t, next_.x.data(), next_.xdot.data(), next_.z.data());
+  return rhs_(next_.t, next_.x.data(), next_.xdot.data(), next_.z.data());
 }
 
 void RosenbrockStepper::step(double end) {
-  constexpr double safety = 0.9, smallest = 1.0 / 6, largest = 5;
+  constexpr double safety = PredictiveController::safety, smallest = 1.0 / 6, largest = 5;
   if (!code_) use_code();  // with other pivots than the code that did not suit
   begin_step();
   if (!time_derivative(here_))
@@ -245,7 +260,7 @@ void RosenbrockStepper::step(double end) {
   for (;;) {
     poll_interrupt();
     const double dt = fitted(dt_, end);
-    if ((dt != end - here_.t || rejected_) && !is_visible(dt))
+    if ((dt != end - here_.t || control_.repeated) && !is_visible(dt))
       throw vanished(Eigen::Map<const Vec>(scaled_.data(), trouble_.empty() ? N_ : 0), trouble_);
     trouble_.clear();
     const double error = attempt(dt);
@@ -253,20 +268,16 @@ void RosenbrockStepper::step(double end) {
       ++stats_.rejected;
       dt_ = error > 1 && std::isfinite(error) ? dt / std::min(1 / smallest, root(error, order) / safety)
                                               : dt / 4;
-      rejected_ = true;
+      control_.repeated = true;
       continue;
     }
-    double quotient = std::clamp(root(error, order) / safety, 1 / largest, 1 / smallest);
-    if (!first_) {
-      const double predicted = accepted_dt_ / dt * root(error * error / accepted_error_, order) / safety;
-      quotient = std::max(quotient, std::clamp(predicted, 1 / largest, 1 / smallest));
-    }
-    accepted_dt_ = dt, accepted_error_ = std::max(1e-2, error);
-    const double proposed = rejected_ ? std::min(dt, dt / quotient) : dt / quotient;
+    const double quotient = control_.quotient(dt, error, order, safety, 1 / largest, 1 / smallest);
+    const double proposed = control_.propose(dt, quotient);
+    control_.accept(dt, error);
     dt_ = dt < 0.99 * dt_ ? std::max(proposed, dt_) : proposed;
-    first_ = rejected_ = false;
     if (dt == end - here_.t) next_.t = end;
-    old_t_ = here_.t, old_dt_ = dt;
+    last_.t = here_.t;
+    last_.dt = dt;
     std::swap(before_, here_);
     std::swap(here_, next_);
     ++stats_.steps;
@@ -275,8 +286,9 @@ void RosenbrockStepper::step(double end) {
 }
 
 void RosenbrockStepper::record(double* to) const {
-  *to++ = old_t_, *to++ = old_dt_;
-  std::copy(old_.begin(), old_.end(), to);
+  *to++ = last_.t;
+  *to++ = last_.dt;
+  std::copy(last_.dense.begin(), last_.dense.end(), to);
 }
 
 /// The method itself from the beginning of the step to t: of its order, where that costs little.
@@ -316,7 +328,7 @@ void RosenbrockStepper::interpolate(const StepView& step, double t, Detail detai
     out.x[k] = value;
     out.xdot[k] = (y1 - y0 + (v - u) * inner + u * v * slope) / dt;
   }
-  if (detail == Detail::full) derivative_(t, out.x.data(), out.xdot.data(), out.z.data());
+  if (detail == Detail::full) rhs_(t, out.x.data(), out.xdot.data(), out.z.data());
 }
 
 }  // namespace pendula::integrate

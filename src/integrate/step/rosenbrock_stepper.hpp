@@ -8,6 +8,7 @@
 
 #include "integrate/compiled/rosenbrock_step.hpp"
 #include "integrate/problem/rhs_solver.hpp"
+#include "integrate/solve/predictive_controller.hpp"
 #include "integrate/step/stepper.hpp"
 #include "method/rosenbrock.hpp"
 
@@ -22,7 +23,7 @@ class RosenbrockStepper final : public Stepper {
   std::string name() const override { return method_->name(); }
   void start(const Point& point, double end) override;
   void step(double end) override;
-  std::size_t record_size() const override { return 2 + old_.size(); }
+  std::size_t record_size() const override { return 2 + last_.dense.size(); }
   void record(double* to) const override;
   void interpolate(const StepView& step, double t, Detail detail, Point& out) override;
 
@@ -34,6 +35,7 @@ class RosenbrockStepper final : public Stepper {
   bool time_derivative(const Point& at);
   double attempt(double dt);
   double attempt_apart(double dt);
+  bool jacobian_is_finite();
   bool factorise(double dt);
   bool stages(double dt);
   double error_norm();
@@ -43,7 +45,7 @@ class RosenbrockStepper final : public Stepper {
 
   RosenbrockPtr method_;
   int N_;
-  Derivative derivative_;
+  RhsSolver rhs_;
   std::vector<Position> positions_;
   std::vector<char> in_mass_;
   std::vector<double> entries_, matrix_;
@@ -51,11 +53,13 @@ class RosenbrockStepper final : public Stepper {
   codegen::Kernel time_kernel_;
   bool depends_on_time_ = false;
   std::vector<double> y_, U_, Ft_, R_, scaled_;
-  std::vector<double> old_;  ///< y₀, y₁, K₁ … of the last step
-  double old_dt_ = 0, old_t_ = 0;
+  struct LastStep {
+    double t = 0, dt = 0;
+    std::vector<double> dense;  ///< y₀, y₁, K₁ …
+  };
+  LastStep last_;
   Point next_;
-  double accepted_dt_ = 0, accepted_error_ = 0;
-  bool first_ = true, rejected_ = false;
+  PredictiveController control_;
   std::string trouble_;
   std::shared_ptr<RosenbrockCode> code_;  ///< whole steps, where there is code
   RosenbrockCode::End end_{};             ///< of the last one

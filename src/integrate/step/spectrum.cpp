@@ -13,7 +13,7 @@ constexpr Eigen::Index small = 20;  // all eigenvalues
 /// v ↦ D⁻¹ (∂x′/∂x) D v, D the sizes of the states: variables of any unit count alike.
 class ScaledJacobian {
  public:
-  ScaledJacobian(Derivative& derivative, const Point& at)
+  ScaledJacobian(RhsSolver& derivative, const Point& at)
       : derivative_(derivative), at_(at), scale_(at.x.cwiseAbs()) {
     const double largest = scale_.maxCoeff();
     scale_.array() += largest > 0 ? 1e-3 * largest : 1;
@@ -30,7 +30,7 @@ class ScaledJacobian {
   }
 
  private:
-  Derivative& derivative_;
+  RhsSolver& derivative_;
   const Point& at_;
   Vec scale_;
 };
@@ -88,7 +88,7 @@ void balance(Mat& A) {
 
 }  // namespace
 
-std::optional<Rates> rates(Derivative& derivative, const Point& at) {
+std::optional<Rates> rates(RhsSolver& derivative, const Point& at) {
   const Eigen::Index n = at.x.size();
   const ScaledJacobian J(derivative, at);
   auto matrix = n <= small ? columns(J, n) : hessenberg(J, n);

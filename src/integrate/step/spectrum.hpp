@@ -22,6 +22,6 @@ struct Rates {
 /// requires  x′ of `at` follows from its t and x
 /// returns   nothing where x′ cannot be evaluated near the point, or the eigenvalues do not converge
 /// cost      up to 20 states one evaluation of x′ each, beyond 12; eigenvalues of a matrix of that size
-std::optional<Rates> rates(Derivative& derivative, const Point& at);
+std::optional<Rates> rates(RhsSolver& derivative, const Point& at);
 
 }  // namespace pendula::integrate

@@ -4,29 +4,24 @@
 #include <cmath>
 
 #include "base/text.hpp"
+#include "integrate/solve/step_controller.hpp"
 
 namespace pendula::integrate {
 
-double Stepper::fitted(double dt, double end) const {
-  const double left = end - here_.t;
-  if (dt > limits_.dt_max) dt = limits_.dt_max;
-  if (dt * 1.01 >= left) return left;    // the last step
-  return dt * 2 > left ? left / 2 : dt;  // the last two: not one long and one tiny step
-}
+double Stepper::fitted(double dt, double end) const { return fitted_step(dt, end - here_.t, limits_.dt_max); }
 
-double Stepper::visible(double dt, double longest) const {
-  return std::min(std::max(dt, 1e4 * std::numeric_limits<double>::epsilon() * std::fabs(here_.t)), longest);
-}
+double Stepper::visible(double dt, double longest) const { return visible_step(dt, here_.t, longest); }
 
 double Stepper::cautious_step(double end) const {
-  const double longest = std::min(end - here_.t, limits_.dt_max);
   ErrorSum size, slope;
   for (int i = 0; i < n(); ++i) {
     const double w = weight(i, std::fabs(here_.x[i]));
-    size.add(here_.x[i] / w), slope.add(here_.xdot[i] / w);
+    size.add(here_.x[i] / w);
+    slope.add(here_.xdot[i] / w);
   }
-  const double d0 = size.norm(std::max(1, n())), d1 = slope.norm(std::max(1, n()));
-  return visible(d0 < 1e-5 || d1 < 1e-5 ? 1e-6 * std::max(1.0, longest) : 0.01 * d0 / d1, longest);
+  const int count = std::max(1, n());
+  return integrate::cautious_step(size.norm(count), slope.norm(count), here_.t,
+                                  std::min(end - here_.t, limits_.dt_max));
 }
 
 Failure Stepper::vanished(const Eigen::Ref<const Vec>& error, const std::string& reason) const {
@@ -34,7 +29,9 @@ Failure Stepper::vanished(const Eigen::Ref<const Vec>& error, const std::string&
   double largest = 0;
   for (int i = 0; i < error.size(); ++i) {
     const double size = std::isfinite(error[i]) ? std::fabs(error[i]) : 1e300;
-    if (size > largest) largest = size, worst = i;
+    if (size <= largest) continue;
+    largest = size;
+    worst = i;
   }
   std::string who;
   if (worst >= 0) {

@@ -61,6 +61,8 @@ class Stepper {
   /// The Runge–Kutta method of a step; none: another kind of method.
   virtual TableauPtr tableau(const StepView&) const { return nullptr; }
 
+  /// The method evaluates x′ and z from (t, x), and cannot go on where they do not follow from them.
+  virtual bool is_explicit() const { return false; }
   /// Since the last start, the step size was limited by stability rather than accuracy.
   virtual bool is_stiff() const { return false; }
   /// The first step after the next start; 0: chosen.
@@ -77,8 +79,8 @@ class Stepper {
   double fitted(double dt, double end) const;
   /// A first step that is not lost beside t.
   double visible(double dt, double longest) const;
-  /// A first step in which x and x′ change little in units of the tolerance; its error estimate corrects it.
-  /// Hairer, Nørsett & Wanner, Solving ODEs I, 2nd ed., §II.4, the step h₀ of "Starting Step Size".
+  /// A first step in which x and x′ change little in units of the tolerance (step_controller.hpp); its error
+  /// estimate corrects it.
   double cautious_step(double end) const;
   bool is_visible(double dt) const {
     const double smallest = 10 * std::numeric_limits<double>::epsilon() * std::fabs(here_.t);
@@ -97,7 +99,5 @@ class Stepper {
   Point here_, before_;
   double dt_ = 0;
 };
-
-using StepperPtr = std::unique_ptr<Stepper>;
 
 }  // namespace pendula::integrate

@@ -4,16 +4,16 @@
 
 namespace pendula::integrate {
 
-PartStepper::PartStepper(ProblemPtr problem, std::shared_ptr<const Couplings> couplings, Make make,
-                         Tolerances tolerances, StepLimits limits, Stats& stats)
+SubsystemStepper::SubsystemStepper(ProblemPtr problem, std::shared_ptr<const DependencyGraph> couplings,
+                                   Make make, Tolerances tolerances, StepLimits limits, Stats& stats)
     : Stepper(std::move(problem), std::move(tolerances), limits, stats),
       couplings_(std::move(couplings)),
       make_(std::move(make)) {}
 
 /// `from` is a point of the whole model.
-void PartStepper::enter(int count, const Point& from, double dt, double end) {
+void SubsystemStepper::enter(int count, const Point& from, double dt, double end) {
   count_ = count;
-  Part part(*couplings_, problem_, rest_, order_, count);
+  Subsystem part(*couplings_, problem_, rest_, order_, count);
   const Tolerances tolerances{part.take(tolerances_.rtol, n()), part.take(tolerances_.atol, n())};
   auto stepper = make_(part.problem, tolerances);
   stepper->suggest(dt);
@@ -27,7 +27,7 @@ void PartStepper::enter(int count, const Point& from, double dt, double end) {
   uses_.push_back({std::move(part), std::move(stepper)});
 }
 
-void PartStepper::start(const Point& point, double end) {
+void SubsystemStepper::start(const Point& point, double end) {
   constexpr int first = 500, ahead = 4;
   rest_ = point;
   int active = 0;
@@ -39,7 +39,7 @@ void PartStepper::start(const Point& point, double end) {
   dt_ = inner().next_dt();
 }
 
-void PartStepper::step(double end) {
+void SubsystemStepper::step(double end) {
   for (;;) {
     bool failed = false;
     try {
@@ -48,7 +48,7 @@ void PartStepper::step(double end) {
       if (uses_.back().part.whole) throw;
       failed = true;
     }
-    const Part& part = uses_.back().part;
+    const Subsystem& part = uses_.back().part;
     if (!failed && !part.touched(inner().here(), rest_)) break;
     Point from = here_;
     const double dt = failed ? 0 : inner().here().t - from.t;
@@ -61,16 +61,16 @@ void PartStepper::step(double end) {
   dt_ = inner().next_dt();
 }
 
-void PartStepper::record(double* to) const {
+void SubsystemStepper::record(double* to) const {
   *to = static_cast<double>(uses_.size() - 1);
   inner().record(to + 1);
 }
 
-StepView PartStepper::view(const Use& use, const StepView& step) const {
+StepView SubsystemStepper::view(const Use& use, const StepView& step) const {
   return {use.part.take(step.from), use.part.take(step.to), step.record + 1};
 }
 
-void PartStepper::interpolate(const StepView& step, double t, Detail detail, Point& out) {
+void SubsystemStepper::interpolate(const StepView& step, double t, Detail detail, Point& out) {
   const Use& use = uses_[step.record[0]];
   Point some;
   use.stepper->interpolate(view(use, step), t, detail, some);
@@ -80,7 +80,7 @@ void PartStepper::interpolate(const StepView& step, double t, Detail detail, Poi
   use.part.put(some, out);
 }
 
-TableauPtr PartStepper::tableau(const StepView& step) const {
+TableauPtr SubsystemStepper::tableau(const StepView& step) const {
   const Use& use = uses_[step.record[0]];
   return use.stepper->tableau(view(use, step));
 }

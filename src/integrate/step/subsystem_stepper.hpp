@@ -9,17 +9,17 @@
 
 namespace pendula::integrate {
 
-class PartStepper final : public Stepper {
+class SubsystemStepper final : public Stepper {
  public:
   /// The stepper for a part, with these tolerances.
   using Make = std::function<std::shared_ptr<Stepper>(const ProblemPtr&, const Tolerances&)>;
 
-  PartStepper(ProblemPtr problem, std::shared_ptr<const Couplings> couplings, Make make,
-              Tolerances tolerances, StepLimits limits, Stats& stats);
+  SubsystemStepper(ProblemPtr problem, std::shared_ptr<const DependencyGraph> couplings, Make make,
+                   Tolerances tolerances, StepLimits limits, Stats& stats);
 
   std::string name() const override { return inner().name(); }
   void start(const Point& point, double end) override;
-  /// A step that moves the rim is taken back and repeated in a part four times as large.
+  /// A step that moves the interface is taken back and repeated in a part four times as large.
   void step(double end) override;
   std::size_t record_size() const override { return 1 + inner().record_size(); }
   void record(double* to) const override;
@@ -29,14 +29,14 @@ class PartStepper final : public Stepper {
 
  private:
   struct Use {
-    Part part;
+    Subsystem part;
     std::shared_ptr<Stepper> stepper;
   };
   Stepper& inner() const { return *uses_.back().stepper; }
   void enter(int count, const Point& from, double dt, double end);
   StepView view(const Use& use, const StepView& step) const;
 
-  std::shared_ptr<const Couplings> couplings_;
+  std::shared_ptr<const DependencyGraph> couplings_;
   Make make_;
   Point rest_;
   std::vector<int> order_;

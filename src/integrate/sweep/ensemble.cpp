@@ -76,7 +76,7 @@ void Ensemble::set_look_at(int l) {
 void Ensemble::rest(int l) {
   set_[l] = -1;
   at(state_, code_->of(lane::end), l) = at(state_, lane::t, l);
-  at(state_, lane::was_rejected, l) = 0;
+  at(state_, lane::repeated, l) = 0;
 }
 
 /// The lane takes the next set that can be started.
@@ -159,7 +159,8 @@ void Ensemble::look(EnsembleClient& client, int l, std::vector<int>& free) {
     else
       done_.push_back({set, stats});
     free.push_back(l);
-  } else if (steps >= plan_.most_steps || at(out_, lane::hits, l) >= LaneCode::enough_hits || !(t > from)) {
+  } else if (steps >= plan_.most_steps || !(t > from) ||
+             (code_->watches_stiffness() && at(out_, lane::hits, l) >= StepController<double>::enough_hits)) {
     client.abandoned(set);
     free.push_back(l);
   }

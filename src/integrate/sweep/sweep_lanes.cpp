@@ -41,9 +41,8 @@ std::string objection(const SweepRequest& request) {
   if (!s.plan.breaks.empty() || !s.plan.monitored_inputs.empty()) return "inputs jump";
   if (!s.numeric_inputs.empty()) return "inputs are functions of numbers";
   if (chooses_states(*request.model)) return "the form chooses its states on the way";
-  const std::string& family = s.method.family;
-  if (family != "auto" && !(family == "tableau" && s.method.tableau->is_explicit()))
-    return text("the method ", s.method.tableau ? s.method.tableau->name() : family, " is implicit");
+  if (s.method.family && !s.method.family->is_explicit)
+    return text("the method ", name_of(s.method), " is implicit");
   return "";
 }
 
@@ -75,9 +74,9 @@ std::optional<Probe> probe(const SweepRequest& request, int number) {
     complete_plan(result.plan, request.model, simulation, result.run, std::make_shared<TrajectoryPtr>());
     check_adaptive(result.plan);
     const Point start = checked_start(result.run.start, *result.run.problem, result.plan.from);
-    result.choice = simulation.method.family == "auto"
-                        ? choose(result.run.problem, simulation.method, result.plan, start)
-                        : Choice{"explicit", simulation.method.tableau, ""};
+    result.choice = simulation.method.family
+                        ? Choice{simulation.method.family, simulation.method.tableau, ""}
+                        : choose(result.run.problem, simulation.method, result.plan, start);
     return result;
   } catch (const UserFacing&) {
     return {};  // it will say so when it is run
@@ -96,7 +95,7 @@ std::shared_ptr<const LaneSweep> LaneSweep::make(const SweepRequest& request,
     auto one = probe(request, number);
     if (!one) continue;
     found = std::move(one);
-    if (found->choice.family == "explicit") break;
+    if (found->choice.family->is_explicit) break;
   }
   why = "no run could be started";
   if (!found) return nullptr;
@@ -106,8 +105,8 @@ std::shared_ptr<const LaneSweep> LaneSweep::make(const SweepRequest& request,
   why = "the equations cannot be solved everywhere, which is watched step by step";
   if (!guards_of(request.model, request.simulation.inputs, problem, false).empty()) return nullptr;
   if (!blocks_of(request.model, request.simulation.inputs, problem).empty()) return nullptr;
-  why = text("the method is ", found->choice.family, ": ", found->choice.why);
-  if (found->choice.family != "explicit") return nullptr;
+  why = text("the method is ", found->choice.family->name, ": ", found->choice.why);
+  if (!found->choice.family->is_explicit) return nullptr;
   const Tableau& rk = *found->choice.tableau;
   why = text(rk.name(), " has no embedded method");
   if (!rk.bhat()) return nullptr;
@@ -116,7 +115,7 @@ std::shared_ptr<const LaneSweep> LaneSweep::make(const SweepRequest& request,
   why = "no machine code can be made here";
   if (!codegen::Machine::available(lanes)) return nullptr;
   auto sweep = std::make_shared<LaneSweep>();
-  sweep->code_ = LaneCode::make(problem, rk, request.simulation.method.family == "auto", lanes);
+  sweep->code_ = LaneCode::make(problem, rk, !request.simulation.method.family, lanes);
   why = "the equations are long";
   if (!sweep->code_) return nullptr;
   why = "a leaf is not known to the equations";

@@ -10,6 +10,7 @@
 #include "dae/reduce/reduce.hpp"
 #include "dae/structure/analysis.hpp"
 #include "expr/print/print.hpp"
+#include "integrate/run/methods.hpp"
 #include "method/collocation.hpp"
 
 namespace pendula::sysid {
@@ -108,7 +109,7 @@ class Experiment {
     s.plan.from = r_.from, s.plan.to = times_.back(), s.plan.times = times_;
     if (r_.dt > 0) {
       static const auto gauss = std::make_shared<const integrate::Tableau>(integrate::gauss(3));
-      s.method.family = "tableau", s.method.tableau = gauss;
+      s.method = integrate::method_of(gauss);
       s.plan.dt = r_.dt;
     } else {
       s.method = r_.method;

@@ -1,5 +1,6 @@
 // Many sets on SIMD lanes: a set's result depends on nothing but the set.
 #include "integrate/sweep/ensemble.hpp"
+#include "integrate/run/methods.hpp"
 
 #include <cmath>
 #include <map>
@@ -102,7 +103,7 @@ TEST_CASE("ensemble: lanes give what the ordinary stepper gives, whatever the nu
         REQUIRE(result.numbers.size() == 18);
         const ProblemPtr p = std::make_shared<Problem>(swing(), Vec::Constant(1, value));
         Method method;
-        method.family = "tableau", method.tableau = pair32();
+        method = method_of(pair32());
         Plan plan;
         plan.to = 5, plan.tolerances = {Vec::Constant(2, 1e-6), Vec::Constant(2, 1e-8)};
         const auto alone = integrate_adaptive(p, method, start(vector({1, 0})), plan);

@@ -73,7 +73,7 @@ TEST_CASE("explicit code: the end of a step, its error and the test of stiffness
       CHECK(std::fabs(out.scaled[k] - error[k]) < 1e-15 * weights[k]);
     }
     CHECK(out.sum == doctest::Approx(error.squaredNorm()).epsilon(1e-9));
-    CHECK(out.largest == doctest::Approx(error.cwiseAbs2().maxCoeff()).epsilon(1e-9));
+    CHECK(out.largest == 0);     // below nine unknowns it cannot decide
     CHECK(out.second_sum == 0);  // no second embedded method
     CHECK(out.second_largest == 0);
     const Vec change = end - at, slopes = slope - K.col(g);

@@ -1,7 +1,10 @@
 -- Events on constrained models, at awkward places, and dense output between the steps of every adaptive
 -- method.
 local x, y, v, w, z = vars "x y v w z"
-local methods = { "auto", "dopri5", "tsit5", "dop853", "radau", "bdf", "rodas" }
+local names = {}                                           -- those for tight tolerances
+for _, method in ipairs(methods()) do
+  if (method.order or 5) >= (method.explicit and 5 or 4) then names[#names + 1] = method.name end
+end
 
 -- The pendulum by its angle hits the wall at θ = -1/2: θ′²/2 = g (cos θ - cos 1), and bounces with θ′ → -0.8
 -- θ′.
@@ -11,7 +14,7 @@ local by_angle = dae { der(th, 2) ~ -g*sin(th) }
 local speed = math.sqrt(2*g*(math.cos(0.5) - math.cos(1)))
 
 test("a pendulum hits a wall", function()
-  for _, method in ipairs(methods) do
+  for _, method in ipairs(names) do
     if method ~= "rodas" or by_angle.kind ~= "fully implicit" then
       local sol = by_angle:integrate { start = { theta = 1, [th.dot] = 0 }, to = 3, method = method,
         rtol = 1e-9,
@@ -125,7 +128,7 @@ end)
 -- The continuous extension is as good as the mesh: an error of order tol between the steps as well.
 test("dense output of adaptive methods", function()
   local model = dae { der(x) ~ y, der(y) ~ -x }
-  for _, method in ipairs(methods) do
+  for _, method in ipairs(names) do
     local before
     for _, tol in ipairs { 1e-5, 1e-8 } do
       local sol = model:integrate { start = { x = 0, y = 1 }, to = 6, method = method, rtol = tol,

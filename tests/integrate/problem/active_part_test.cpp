@@ -47,7 +47,7 @@ std::shared_ptr<Stepper> radau(const ProblemPtr& p, const Tolerances& tolerances
 
 TEST_CASE("active part: equations are sorted by their distance from those that are not at rest") {
   const ProblemPtr p = ladder(50, sin(time_symbol()));
-  const auto couplings = Couplings::of(*p, 0, 10);
+  const auto couplings = DependencyGraph::of(*p, 0, 10);
   REQUIRE(couplings);
   int active = 0;
   const std::vector<int> order = couplings->order(*p, at_rest(*p), active);
@@ -61,26 +61,26 @@ TEST_CASE("active part: equations are sorted by their distance from those that a
   couplings->order(*p, moved, active);
   CHECK(active == 4);
 
-  CHECK(!Couplings::of(*p, 0));      // small models are integrated as they stand
-  CHECK(!Couplings::of(*p, 1, 10));  // and those whose equations switch
+  CHECK(!DependencyGraph::of(*p, 0));      // small models are integrated as they stand
+  CHECK(!DependencyGraph::of(*p, 1, 10));  // and those whose equations switch
 }
 
 TEST_CASE("active part: the first equations of the order are a model of their own with a rim") {
   const ProblemPtr p = ladder(50, sin(time_symbol()));
-  const auto couplings = Couplings::of(*p, 0, 10);
+  const auto couplings = DependencyGraph::of(*p, 0, 10);
   int active = 0;
   const Point rest = at_rest(*p);
   const std::vector<int> order = couplings->order(*p, rest, active);
-  const Part part(*couplings, p, rest, order, 20);
+  const Subsystem part(*couplings, p, rest, order, 20);
   CHECK(!part.whole);
   CHECK(part.problem->n() + part.problem->m() == 20);
-  CHECK(part.rim_x.size() + part.rim_z.size() >= 1);
+  CHECK(part.interface_x.size() + part.interface_z.size() >= 1);
   Point now = part.take(rest);
   CHECK(!part.touched(now, rest));
-  if (part.rim_x.empty())
-    now.z[part.rim_z[0]] = 5e-324;
+  if (part.interface_x.empty())
+    now.z[part.interface_z[0]] = 5e-324;
   else
-    now.x[part.rim_x[0]] = 5e-324;
+    now.x[part.interface_x[0]] = 5e-324;
   CHECK(part.touched(now, rest));
 
   // The residuals of the part are those of the whole, bit for bit.
@@ -96,15 +96,15 @@ TEST_CASE("active part: the first equations of the order are a model of their ow
   std::sort(rows.begin(), rows.end());
   for (std::size_t k = 0; k < own.size(); ++k) CHECK(own[k] == all[rows[k]]);
 
-  const Part whole(*couplings, p, rest, order, 60);
+  const Subsystem whole(*couplings, p, rest, order, 60);
   CHECK(whole.whole);
   CHECK(whole.problem == p);
-  CHECK(whole.rim_x.size() + whole.rim_z.size() == 0);
+  CHECK(whole.interface_x.size() + whole.interface_z.size() == 0);
 }
 
 TEST_CASE("active part: the solution is that of the whole model, and the part grows with it") {
   const ProblemPtr p = ladder(3000, sin(time_symbol()));
-  const auto couplings = Couplings::of(*p, 0, 10);
+  const auto couplings = DependencyGraph::of(*p, 0, 10);
   REQUIRE(couplings);
   const Tolerances tolerances = Tolerances::uniform(6000, 1e-5, 1e-8);
   const FlushDenormals guard;
@@ -120,7 +120,7 @@ TEST_CASE("active part: the solution is that of the whole model, and the part gr
     ++parts, largest = std::max(largest, part->n() + part->m());
     return radau(part, own, part_stats);
   };
-  PartStepper part(p, couplings, make, tolerances, {}, part_stats);
+  SubsystemStepper part(p, couplings, make, tolerances, {}, part_stats);
   run(part);
   CHECK(parts >= 2);
   CHECK(largest <= 2000);

@@ -73,13 +73,18 @@ test("bad samples are refused", function()
   expect(sol.status):equals "stopped at t = 1: the input u is known for 0 ≤ t ≤ 1 only"
 end)
 
+local names = {}                                           -- those for tight tolerances
+for _, method in ipairs(methods()) do
+  if (method.order or 5) >= (method.explicit and 5 or 4) then names[#names + 1] = method.name end
+end
+
 -- x′ = u: the integral of u, exact on every piece. Functions with `if` cannot be followed with symbols.
 test("jumps of inputs written in Lua are found", function()
   local integral = dae { der(x) ~ u }
   local function run(f, method, rtol)
     return integral:integrate { start = { x = 0 }, to = 3, inputs = { u = f }, method = method, rtol = rtol }
   end
-  for _, method in ipairs { "auto", "dopri5", "dop853", "verner98", "radau", "bdf", "rodas", "gauss" } do
+  for _, method in ipairs(names) do
     expect(run(function(s) if s > 1.3 then return 2 end return 1 end, method):final(x)):near(4.7, 1e-12)
     -- eleven jumps
     local wave = run(function(s) if 4*s//1 % 2 == 0 then return 1 end return -1 end, method)

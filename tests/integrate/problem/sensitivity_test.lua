@@ -74,11 +74,16 @@ test("what was not asked for is refused", function()
   end):fails "events that call"
 end)
 
+local names = {}                                           -- those for tight tolerances
+for _, method in ipairs(methods()) do
+  if (method.order or 5) >= (method.explicit and 5 or 4) then names[#names + 1] = method.name end
+end
+
 -- x′ = 1 before x = c and 3 after: x(t) = c + 3(t - c). The same with the time as the border.
 test("sensitivities jump where x' does", function()
   local c = param "c"
   for _, before in ipairs { lt(x, c), lt(t, c) } do
-    for _, method in ipairs { "dopri5", "radau", "bdf", "rodas" } do
+    for _, method in ipairs(names) do
       local sol = dae { der(x) ~ ifelse(before, 1, 3) }:integrate { start = { x = 0 }, to = 3,
         params = { c = 2 }, method = method,
                                                                     rtol = 1e-9, sensitivities = { c } }

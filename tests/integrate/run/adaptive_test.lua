@@ -10,9 +10,13 @@ local function worst(sol, reference)                       -- largest relative e
   return largest
 end
 
+local names = {}                                           -- those for tight tolerances
+for _, method in ipairs(methods()) do
+  if (method.order or 5) >= (method.explicit and 5 or 4) then names[#names + 1] = method.name end
+end
+
 test("a tolerance is met by every pair: x' = -2x and the Van der Pol oscillator", function()
-  for _, method in ipairs { "dopri5", "tsit5", "dop853", "verner98", "radau", "gauss", "rodas", "rodas5p",
-    "bdf", "auto" } do
+  for _, method in ipairs(names) do
     local sol = decay:integrate { start = { x = 1 }, to = 2, method = method, rtol = 1e-8, atol = 1e-10 }
     expect(sol.status):equals "finished"
     local slack = method == "bdf" and 10 or 1              -- some 200 steps, errors of one sign add up

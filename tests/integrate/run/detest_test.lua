@@ -90,6 +90,10 @@ for name in pairs(problems) do names[#names + 1] = name end
 table.sort(names)
 expect(#names):equals(25)
 
+local tested = {}                                              -- those for tight tolerances
+for _, method in ipairs(methods()) do
+  if (method.order or 5) >= (method.explicit and 5 or 4) then tested[#tested + 1] = method.name end
+end
 local function run(p, method, tol)
   return dae(p[2]):integrate { start = { [p[1]] = p[3] }, to = 20, method = method, rtol = tol, atol = tol }
 end
@@ -112,7 +116,7 @@ for _, name in ipairs(names) do
       for j = 1, #p[1] do sum = sum + math.abs(columns[j][i]) end
       amplification = math.max(amplification, sum)
     end
-    for _, method in ipairs { "auto", "dopri5", "tsit5", "dop853", "verner98", "radau", "bdf", "rodas" } do
+    for _, method in ipairs(tested) do
       for _, tol in ipairs { 1e-3, 1e-6, 1e-9 } do
         local sol = run(p, method, tol)
         expect(sol.status):equals "finished"

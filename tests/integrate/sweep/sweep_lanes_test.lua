@@ -45,6 +45,30 @@ test("four models: lanes against one run after another", function()
   end
 end)
 
+-- One controller and one step serve both: where the equations give the same bits, the steps are the same,
+-- also where stability limits them (x follows y on the edge of the stability region) and where the flow
+-- is chaotic.
+test("lanes take the steps of single runs", function()
+  local relax = dae { der(x) ~ -k*(x - y), der(y) ~ -y/10 }
+  local cases = {
+    { relax, { x = 1, y = 1 }, { k = linspace(1, 100, 32) } },
+    { relax, { x = 1, y = 1 }, { k = linspace(10, 1000, 32) } },
+    { relax, { x = 1e6, y = 1e-6 }, { k = linspace(5, 50, 32) } },
+    { vdp, { x = 2, y = 0 }, { mu = linspace(1, 30, 32) } },
+    { lorenz, { x = 1, y = 1, z = 1 }, { rho = linspace(20, 28, 32) } },
+  }
+  for _, case in ipairs(cases) do
+    for _, method in ipairs { "dop853", "dopri5", "tsit5", "verner87" } do
+      local options = { start = case[2], to = 10, params = case[3], rtol = 1e-10, method = method }
+      local many = sweep(case[1], options):stats()
+      local one = sweep(case[1], with(options, { lanes = 1 })):stats()
+      if has_lanes then expect(many.lanes > 1):is_true() end
+      expect(many.steps):equals(one.steps)
+      expect(many.rejected):equals(one.rejected)
+    end
+  end
+end)
+
 test("any number of runs, with a sign that changes", function()
   for _, n in ipairs { 1, 3, 7, 8, 9, 17 } do
     local rates = {}

@@ -52,43 +52,32 @@ TableauPtr library_tableau(lua_State* L, const std::string& name) {
   return library_method<integrate::Tableau>(L, "rk", name);
 }
 
-const std::vector<std::string> families = {"auto", "radau", "gauss", "bdf", "rodas"};
-
-Method tableau_method(TableauPtr tableau) {
-  Method method;
-  method.family = "tableau";
-  method.tableau = std::move(tableau);
-  return method;
-}
-
-Method rosenbrock_method(integrate::RosenbrockPtr rosenbrock) {
-  Method method;
-  method.family = "rodas";
-  method.rosenbrock = std::move(rosenbrock);
-  return method;
+/// The names a user can give, for messages.
+std::vector<std::string> known_methods() {
+  std::vector<std::string> known{"auto"};
+  for (const integrate::MethodFamily* family : integrate::families())
+    if (family->listed) known.emplace_back(family->name);
+  for (const char* name : {"dopri5", "tsit5", "dop853", "rk4", "bogacki_shampine"}) known.emplace_back(name);
+  return known;
 }
 
 Method named_method(lua_State* L, const std::string& wanted, bool fixed) {
   if (wanted == "auto") return automatic_method(L);
-  if (const TableauPtr tableau = library_tableau(L, wanted)) return tableau_method(tableau);
-  std::string family = wanted == "radau5" || wanted == "radauIIA" ? "radau" : wanted;
+  if (TableauPtr tableau = library_tableau(L, wanted)) return integrate::method_of(std::move(tableau));
+  const integrate::MethodFamily* family = integrate::family_named(wanted);
   if (!fixed) {
-    const std::string name = family == "rodas" || family == "rosenbrock" ? "rodas4" : family;
-    if (const auto rosenbrock = library_method<integrate::Rosenbrock>(L, "rosenbrock", name))
-      return rosenbrock_method(rosenbrock);
+    const std::string name(family && !family->default_method.empty() ? family->default_method : wanted);
+    if (auto rosenbrock = library_method<integrate::Rosenbrock>(L, "rosenbrock", name))
+      return integrate::method_of(std::move(rosenbrock));
   }
-  if (std::find(families.begin(), families.end(), family) == families.end()) {
-    std::vector<std::string> known = families;
-    for (const char* name : {"dopri5", "tsit5", "dop853", "rk4", "bogacki_shampine"}) known.push_back(name);
+  if (!family || !family->listed) {
+    const std::vector<std::string> known = known_methods();
     throw Error(text("unknown method '", wanted, "'.", did_you_mean(wanted, known),
                      " Give a tableau, for example method = rk.gauss(2), or one of ", join(known, ", ")));
   }
   if (fixed)
     throw Error(text("method = \"", wanted,
-                     "\" chooses its steps; for fixed steps give a tableau, for example ",
-                     family == "bdf"     ? "bdf(3)"
-                     : family == "gauss" ? "rk.gauss(3)"
-                                         : "rk.radau(3)",
+                     "\" chooses its steps; for fixed steps give a tableau, for example ", family->instead,
                      ", or leave dt out and give rtol = 1e-6"));
   Method method;
   method.family = family;
@@ -338,7 +327,7 @@ Method automatic_method(lua_State* L, std::optional<double> rtol, std::size_t eq
   const char* names[] = {"bogacki_shampine", "tsit5", "verner87", "verner98", "dop853"};
   Method method;
   for (std::size_t k = 0; k < std::size(names); ++k) {
-    const bool wanted = !rtol || integrate::explicit_rank(*rtol) == k || (k == 4 && equations >= large);
+    const bool wanted = !rtol || integrate::explicit_choice_at(*rtol) == k || (k == 4 && equations >= large);
     TableauPtr tableau = wanted ? library_tableau(L, names[k]) : nullptr;
     if (wanted && !tableau) tableau = library_tableau(L, "dopri5");
     method.explicit_choice.push_back(tableau);
@@ -373,14 +362,14 @@ Method read_method(Call& call, const Options& options, bool fixed, const dae::Mo
   if (lua_type(L, index) == LUA_TSTRING) {
     method = named_method(L, lua_tostring(L, index), fixed);
   } else if (const TableauPtr tableau = held_at<integrate::Tableau>(L, index)) {
-    method = tableau_method(tableau);
+    method = integrate::method_of(tableau);
   } else if (const auto rosenbrock = held_at<integrate::Rosenbrock>(L, index)) {
     if (fixed)
       throw Error(
           text("the method ", rosenbrock->name(), " chooses its steps: leave dt out and give rtol = 1e-6"));
-    method = rosenbrock_method(rosenbrock);
+    method = integrate::method_of(rosenbrock);
   } else if (const auto multistep = held_at<integrate::Multistep>(L, index)) {
-    method.family = "bdf";
+    method.family = &integrate::family::bdf;
     method.multistep = multistep;
     method.order = multistep->steps();
     if (!multistep->is_bdf())

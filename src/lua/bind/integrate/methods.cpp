@@ -2,6 +2,7 @@
 #include <cmath>
 
 #include "base/text.hpp"
+#include "integrate/run/methods.hpp"
 #include "lua/bind/integrate/tableau.hpp"
 #include "lua/core/trampoline.hpp"
 #include "lua/core/values.hpp"
@@ -174,12 +175,42 @@ int ros_dae_order(Call& call) { return call.push(rosenbrock(call).dae_order()); 
 int ros_text(Call& call) { return call.push(rosenbrock(call).str()); }
 int ros_report(Call& call) { return call.push(rosenbrock(call).report()); }
 
+// ── families ──
+
+int method_families(Call& call) {
+  lua_State* L = call.L;
+  const auto set = [L](const char* key, std::string_view value) {
+    lua_pushlstring(L, value.data(), value.size());
+    lua_setfield(L, -2, key);
+  };
+  lua_newtable(L);
+  for (const integrate::MethodFamily* family : integrate::families()) {
+    lua_newtable(L);
+    set("name", family->name);
+    set("text", family->text);
+    set("default", family->default_method);
+    for (const auto& [key, value] :
+         {std::pair{"listed", family->listed}, std::pair{"explicit", family->is_explicit}}) {
+      lua_pushboolean(L, value);
+      lua_setfield(L, -2, key);
+    }
+    lua_pushboolean(L, family->objection_to_index_2({}).empty());
+    lua_setfield(L, -2, "index_2");
+    lua_rawseti(L, -2, static_cast<lua_Integer>(lua_rawlen(L, -2)) + 1);
+  }
+  return 1;
+}
+
 }  // namespace
 
 extern const Module methods_module = {
     "methods",
     "Multistep and Rosenbrock methods",
     {
+        {"method_families", method_families, "method_families() -> { family, … }",
+         R"(The families of adaptive methods: name, text, explicit; listed: method = name chooses it; index_2: it
+            treats models of index 2 and 3 as they stand; default: the method behind the name. See methods().)",
+         "#method_families()", "5"},
         {"bdf", bdf, "bdf(steps) -> multistep",
          "The backward differentiation formula with 1 to 6 steps, its coefficients derived exactly.",
          "bdf(2)", R"(

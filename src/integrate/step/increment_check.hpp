@@ -1,0 +1,55 @@
+// Do the slopes of a step agree with the equations? A second opinion where an iteration matrix is huge.
+//
+// Where ∂f/∂x is huge (a Jacobian from another point, a solution that runs into a pole), corrections and error
+// estimates, which are solutions with that matrix, are tiny whatever the step does. Two facts need no matrix:
+//   - in a solved step M x′ = f at every stage, so no row of M x′ is far larger than the values f took;
+//   - an estimate that the matrix has turned round (against its right side) belongs to a solution that grows, and
+//     is not to be damped.
+// docs/derivations.md#step-checks
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "integrate/problem/problem.hpp"
+
+namespace pendula::integrate {
+
+/// The rows M x′ - f(t, x, z) = 0 of a model whose M is constant.
+class IncrementCheck {
+ public:
+  /// pattern of the problem; rows with other factors of x′ than numbers and parameters are left out.
+  explicit IncrementCheck(const Problem& problem);
+
+  bool empty() const { return rows_.empty(); }
+  void begin();
+  /// A stage: x′ = unit · xdot and the residual F there, every `stride`-th number. entries: of the Jacobian.
+  void add(const double* xdot, double unit, const double* F, std::ptrdiff_t stride,
+           std::span<const double> entries);
+  /// False where a row of M x′ is more than twice what f was at any stage and moves x by more than ten tolerances
+  /// in the step. Twice: the weights of Radau and Gauss methods are positive and add up to 1, so that
+  /// |M (x₁ - x₀)| ≤ h max |fᵢ|.
+  bool plausible(double dt, std::span<const double> scale, std::span<const double> entries) const;
+
+  /// An error estimate e, the solution of (factor M + J) e = r: its norm, or that of r/factor where e points against
+  /// r (cosine below -1/2), which is a sign of growth in more than a step. scale: of the unknowns.
+  double undamped_norm(double norm, const double* e, double factor, std::span<const double> scale,
+                       std::span<const double> entries);
+
+ private:
+  struct Term {
+    int column;         ///< of x
+    std::size_t entry;  ///< of the Jacobian
+  };
+  struct Row {
+    int row;
+    std::vector<Term> mass;
+    std::vector<Term> other;  ///< ∂F/∂(x, z): columns of (x, z)
+  };
+  double scale_of(const Row& row, std::span<const double> scale, std::span<const double> entries) const;
+
+  std::vector<Row> rows_;
+  std::vector<double> slopes_, values_;  ///< largest of |M x′| and |f| so far, of every row
+};
+
+}  // namespace pendula::integrate
