@@ -6,6 +6,7 @@
 
 #include "integrate/compiled/explicit_step.hpp"
 #include "tests/integrate/problems.hpp"
+#include "tests/refuse_code.hpp"
 #include "tests/require_code.hpp"
 
 using namespace pendula;
@@ -80,4 +81,16 @@ TEST_CASE("explicit code: the end of a step, its error and the test of stiffness
     CHECK(out.change == doctest::Approx(change.cwiseProduct(weights).squaredNorm()).epsilon(1e-6));
     CHECK(out.slope_change == doctest::Approx(slopes.cwiseProduct(weights).squaredNorm()).epsilon(1e-6));
   }
+}
+
+TEST_CASE("explicit code: none where the system refuses more executable memory, now and later") {
+  REQUIRE_CODE(1);
+  check_without_code([] {
+    const ProblemPtr p = problem(forced());
+    const TableauPtr method = drawn("0 | \n 1/2 | 1/2 \n | 0 1 \n | 1 0");
+    const Tolerances tolerances = Tolerances::uniform(2, 1e-6, 1e-6);
+    for (int k = 0; k < 2; ++k)
+      if (ExplicitCode::make(*p, *method, -1, tolerances)) return 1;
+    return 0;
+  });
 }
