@@ -185,6 +185,25 @@ void draw_rules(Canvas& canvas, const Frame& f) {
   }
 }
 
+/// A text inside the frame, its left end at a cell.
+void write_inside(Canvas& canvas, const Frame& f, int column, int row, const std::string& what) {
+  const int width = std::min(width_of(what), f.columns);
+  canvas.write(std::clamp(column, f.left, f.left + f.columns - width),
+               std::clamp(row, f.top, f.top + f.rows - 1), shortened(what, width));
+}
+
+void write_texts(Canvas& canvas, const Frame& f) {
+  const auto cell = [](double dots, int size) { return static_cast<int>(std::lround(dots)) / size; };
+  for (const Rule& rule : f.figure.rules) {
+    const bool flat = rule.axis == 1;
+    const int column = flat ? f.left + f.columns - width_of(rule.label) : cell(f.x(rule.at), 2) + 1;
+    if (!rule.label.empty())
+      write_inside(canvas, f, column, flat ? cell(f.y(rule.at), 4) - 1 : f.top, rule.label);
+  }
+  for (const Words& words : f.figure.texts)
+    write_inside(canvas, f, cell(f.x(words.x), 2), cell(f.y(words.y), 4), words.text);
+}
+
 void draw_series(Canvas& canvas, const Frame& f, Palette palette) {
   for (size_t k = 0; k < f.figure.series.size(); ++k) {
     const Series& s = f.figure.series[k];
@@ -238,6 +257,7 @@ std::string draw_flat(const Figure& figure, const Terminal& terminal) {
   draw_x_ticks(canvas, f, x_ticks);
   draw_rules(canvas, f);
   draw_series(canvas, f, terminal.palette);
+  write_texts(canvas, f);
   if (!x_label.empty()) write_centred(canvas, f, f.top + f.rows + 2, x_label);
   return canvas.str(terminal.palette) + note_text(figure, terminal);
 }

@@ -100,3 +100,12 @@ test("saving says what is wrong and returns the figure", function()
   os.remove(name .. ".svg")
   os.remove(name)
 end)
+
+test("lines across, their labels and texts are drawn", function()
+  local f = plot({ 0, 1, 2 }, { 0, 1, 4 }, { hlines = { { 2, "limit" } }, vlines = 1, texts = { { 0.5, 3,
+    "here" } } })
+  expect(f:text(60)):matches "limit"
+  expect(f:text(60)):matches "here"
+  expect(function() plot({ 0, 1 }, { texts = { { 1,
+    2 } } }) end):fails "texts[1] must be { x, y, \"words\" }"
+end)
