@@ -177,6 +177,15 @@ RoundingFloor::Answer BdfStepper::at_rounding(double length) {
   return answer;
 }
 
+/// Do x′ and the residual of the last iteration belong to a step that is nearly solved? A measured contraction
+/// below ½ says so too: the Jacobian is right to a factor of two.
+bool BdfStepper::plausible() {
+  if (check_.empty()) return true;
+  check_.begin();
+  check_.add(problem_->unknowns() + n(), 1, attempt_.residual.data(), 1, jacobian_.entries);
+  return check_.plausible(dt_, attempt_.scale, jacobian_.entries);
+}
+
 /// F(t, y⁰ + d, (ψ + d)/c) = 0 for d.
 BdfStepper::Newton BdfStepper::newton(double t) {
   problem_->set_time(t);
@@ -199,8 +208,7 @@ BdfStepper::Newton BdfStepper::newton(double t) {
       trouble_ = "the equations are not finite near here";
       return Newton::not_finite;
     }
-    check_.begin();
-    check_.add(at + n(), 1, attempt_.r.data(), 1, jacobian_.entries);
+    attempt_.residual = attempt_.r;
     solve(attempt_.r.data());
     const double length = scaled_norm(attempt_.r.data(), 1);
     iteration_.length = length;
@@ -213,7 +221,7 @@ BdfStepper::Newton BdfStepper::newton(double t) {
     for (std::size_t i = 0; i < attempt_.d.size(); ++i) attempt_.d[i] -= attempt_.r[i];
     const bool small =
         negligible || (iteration_.count > 1 && rate / (1 - rate) * length < iteration_.tolerance);
-    if (small && check_.plausible(dt_, attempt_.scale, jacobian_.entries)) {
+    if (small && ((iteration_.count > 1 && rate < 0.5) || plausible())) {
       for (std::size_t i = 0; i < attempt_.d.size(); ++i)
         attempt_.y[i] = attempt_.predicted[i] + attempt_.d[i];
       return Newton::converged;

@@ -46,6 +46,7 @@ class BdfStepper final : public Stepper {
   struct Attempt {
     double c = 0;
     std::vector<double> predicted, psi, y, d, r, scale;
+    std::vector<double> residual;  ///< F in the last iteration
   };
   struct Iteration {
     double tolerance = 0, length = 0;  ///< length: of the last correction
@@ -61,6 +62,7 @@ class BdfStepper final : public Stepper {
   void rescale(double factor);
   void predict();
   Newton newton(double t);
+  bool plausible();
   Newton solve_step(double t);
   RoundingFloor::Answer at_rounding(double length);
   void solve(double* right);
