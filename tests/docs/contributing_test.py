@@ -78,6 +78,59 @@ int docs_ararx(Call& call) {
         ],
     }, [("#docs_ararx(iddata.read('ROOT/scripts/data/hairdryer.csv', { y = 'y_temp', u = 'u_voltage', Ts = 0.08 })"
          ":detrend(), { na = 1, nb = 1, nd = 1, nk = 3 }).theta", "3")]),
+    "a method family": ({
+        "src/integrate/step/docs_stepper.hpp": """// The explicit Euler method with steps of one length.
+#pragma once
+#include "integrate/problem/rhs_solver.hpp"
+#include "integrate/step/stepper.hpp"
+namespace pendula::integrate {
+class DocsStepper final : public Stepper {
+ public:
+  DocsStepper(const ProblemPtr& problem, const Tolerances& tolerances, Stats& stats)
+      : Stepper(problem, tolerances, {}, stats), rhs_(problem, stats) {}
+  std::string name() const override { return "docs_euler"; }
+  void start(const Point& point, double) override {
+    here_ = before_ = point;
+    rhs_.require(here_.t, here_.x.data(), here_.xdot.data(), here_.z.data());
+  }
+  void step(double end) override {
+    before_ = here_;
+    const double dt = fitted(1e-3, end);
+    here_.t = std::fabs(end - here_.t) <= std::fabs(dt) ? end : here_.t + dt;
+    here_.x += dt * before_.xdot;
+    rhs_.require(here_.t, here_.x.data(), here_.xdot.data(), here_.z.data());
+  }
+  void interpolate(const StepView& step, double t, Detail, Point& out) override {
+    out = step.from;
+    out.t = t;
+    out.x += (t - step.from.t) * step.from.xdot;
+  }
+
+ private:
+  RhsSolver rhs_;
+};
+}  // namespace pendula::integrate
+""",
+        "src/integrate/run/methods.cpp": [
+            (r'#include "method/collocation.hpp"\n', '#include "integrate/step/docs_stepper.hpp"\n'),
+            (r"\n}  // namespace family", None, """
+const MethodFamily docs{.name = "docs_euler",
+                        .alias = {},
+                        .text = "explicit Euler",
+                        .listed = true,
+                        .is_explicit = true,
+                        .one_step = false,
+                        .instead = "rk.euler",
+                        .default_method = "",
+                        .make = [](const StepperRequest& q) -> std::shared_ptr<Stepper> {
+                          return std::make_shared<DocsStepper>(q.problem, q.tolerances, q.stats);
+                        },
+                        .objection_to_index_2 = none};
+"""),
+            (r"all\[\] = \{", "&family::docs, "),
+        ],
+    }, [("dae{ der(var 'x') ~ -var 'x' }:integrate{ start = { x = 1 }, to = 0.1, method = 'docs_euler' }.status",
+         "finished")]),
     "an operation": ({
         "src/expr/ops.def": (r"OP\(sin, [^\n]*\n", """\
 OP(cbrt, 1, named, odd, at(0, 0), each, std::cbrt(a), one / (Expr(3) * r * r), zero, zero, .5, 3, "\\\\sqrt[3]", "cube root")
