@@ -6,6 +6,7 @@ include "files"      -- save, load
 include "explain"    -- explain
 include "plot"       -- plot, plot3, semilogy, semilogx, loglog, spy
 include "sysid"      -- d:plot, mod:plot, v:plot, set:plot
+include "spectral"   -- spa
 include "lti"        -- step, bode, nyquist, pzmap … as figures
 include "tableaus/init"  -- rk.euler, rk.rk4, …
 include "laboratory"  -- pictures of newton and basins

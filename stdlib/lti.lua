@@ -164,6 +164,113 @@ doc { name = "pzmap", module = "lti responses", sig = "pzmap(G [, options]) -> f
 doc { name = "lti:pzmap", module = "lti responses", sig = "G:pzmap([options]) -> figure", text = "The same as pzmap(G).",
   function(G, options) return map_of("pzmap", G, options) end }
 
+-- ── root loci and delays ────────────────────────────────────────────────────────────────────────────────
+
+-- The entries of `now` in the order of the nearest ones of `before`.
+local function matched(before, now)
+  local used, order = {}, {}
+  for i, b in ipairs(before) do
+    local best, least
+    for j, z in ipairs(now) do
+      local d = (z[1] - b[1])^2 + (z[2] - b[2])^2
+      if not used[j] and (not least or d < least) then best, least = j, d end
+    end
+    used[best], order[i] = true, now[best]
+  end
+  return order
+end
+
+-- Gains at which something happens: 1/|G(iω)|, two decades beyond on both sides.
+local function locus_gains(G)
+  local low, high = math.huge, 0
+  local mag = G:freqresp().mag
+  for k = 1, mag.rows do
+    local size = mag(k, 1)
+    if size > 0 and size < math.huge then low, high = math.min(low, 1 / size), math.max(high, 1 / size) end
+  end
+  if high == 0 then fail "rlocus: the system is zero" end
+  local gains, count = { 0 }, 600
+  for k = 0, count do gains[#gains + 1] = 0.01 * low * (1e4 * high / low)^(k / count) end
+  return gains
+end
+
+-- Eigenvalues of A - k B C/(1 + k D) as { re, im }.
+local function closed_loop_poles(S, k)
+  local e = named "eig" (S.A - S.B * S.C * (k / (1 + k * S.D)))
+  local list = {}
+  for i = 1, e.re.rows do list[i] = { e.re[i], e.im[i] } end
+  return list
+end
+
+local function root_locus(G, gains, options)
+  if object_type(G) ~= "lti" then fail "rlocus: expected a linear system (ss, tf, zpk)" end
+  if #G.inputs ~= 1 or #G.outputs ~= 1 then
+    fail "rlocus is for one input and one output; choose one with G:channel(i, j)"
+  end
+  options = check_options("rlocus", options)
+  local g, evaluate = G:ss(), named "evaluate"
+  if g.A.rows == 0 then fail "rlocus: a gain has no poles" end
+  local S = { A = evaluate(g.A) * 1.0, B = evaluate(g.B) * 1.0, C = evaluate(g.C) * 1.0,
+              D = evaluate(g.D(1, 1)) }
+  local branches, now, far = {}, nil, 0
+  local poles, zeros = G:poles(), G:zeros()
+  for _, roots in ipairs { poles, zeros } do
+    for k = 1, #roots do
+      far = math.max(far, 3 * math.sqrt(evaluate(roots.re[k])^2 + evaluate(roots.im[k])^2))
+    end
+  end
+  if far == 0 then far = 3 end
+  for _, k in ipairs(gains or locus_gains(G)) do
+    if 1 + k * S.D ~= 0 then
+      local list = closed_loop_poles(S, k)
+      now = now and matched(now, list) or list
+      for i, z in ipairs(now) do
+        branches[i] = branches[i] or { x = {}, y = {} }
+        local b = branches[i]
+        if z[1]^2 + z[2]^2 <= far^2 then b.x[#b.x + 1], b.y[#b.y + 1] = z[1], z[2] end
+      end
+    end
+  end
+  local series = {}
+  for i, b in ipairs(branches) do
+    if #b.x > 0 then series[#series + 1] = { x = b.x, y = b.y, labels = { "branch " .. i } } end
+  end
+  for _, each in ipairs { { poles, "poles" }, { zeros, "zeros" } } do
+    local roots, name = unpack(each)
+    if #roots > 0 then
+      series[#series + 1] = { x = roots.re, y = roots.im, labels = { name }, style = "points" }
+    end
+  end
+  local v = G.Ts ~= 0 and "z" or "s"
+  return figure(copy({ by = "rlocus", series = series, title = "Root locus", xlabel = "Re " .. v,
+                       ylabel = "Im " .. v, equal = true, legend = false }, options))
+end
+
+doc { name = "rlocus", module = "lti responses", sig = "rlocus(G [, gains [, options]]) -> figure",
+  text = "The poles of the closed loop G/(1 + k G) for k from 0 on, or for a list of gains, with the poles "
+    .. "and zeros of G. Points beyond three times the farthest pole or zero are left out.",
+  example = "return rlocus(tf({1, 2}, {1, 1, 0})).title", gives = "Root locus",
+  root_locus }
+
+doc { name = "pade", module = "lti", sig = "pade(T [, n = 1]) -> G",
+  text = "The Padé approximant of the delay exp(-T s), order n in numerator and denominator: |G(iω)| = 1, "
+    .. "and the phase is right up to about ω = n/T. T may be a parameter.",
+  example = "return pade(2, 2):dcgain()", gives = "1",
+  function(T, n)
+    n = n or 1
+    if math.type(n) ~= "integer" or n < 1 or n > 10 then
+      fail "pade: the order n is a whole number from 1 to 10"
+    end
+    local above, below = {}, {}
+    local function factorial(k) local f = 1 for i = 2, k do f = f * i end return f end
+    for k = n, 0, -1 do
+      local c = factorial(2 * n - k) // (factorial(k) * factorial(n - k))
+      local term = c * T^k
+      below[#below + 1], above[#above + 1] = term, (k % 2 == 1 and -1 or 1) * term
+    end
+    return named "tf" (above, below)
+  end }
+
 -- ── spectra ─────────────────────────────────────────────────────────────────────────────────────────────────────────
 
 doc { name = "spectrum:plot", module = "signals", sig = "s:plot([options]) -> figure",

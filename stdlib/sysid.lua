@@ -8,36 +8,66 @@ local function joined(y, u)
   return names
 end
 
-doc { name = "iddata:plot", module = "identification", sig = "d:plot() -> figure",
-  text = "Outputs and inputs against time.",
+-- The options of a picture with those that the user gives.
+local function with_options(by, base, options)
+  if options == nil then return base end
+  if type(options) ~= "table" then fail(by .. ": options are a table { title = … }") end
+  for key, value in pairs(options) do base[key] = value end
+  return base
+end
+
+-- Which output to show of several: the option `output`, a number or a name; the other options.
+local function chosen_output(by, names, options)
+  local rest, which = {}, nil
+  for key, value in pairs(options or {}) do
+    if key == "output" then which = value else rest[key] = value end
+  end
+  if which == nil and #names == 1 then which = 1 end
+  for i, name in ipairs(names) do if which == i or which == name then return i, rest end end
+  fail(("%s: there are the outputs %s; choose one with { output = \"%s\" }")
+    :format(by, table.concat(names, ", "), names[1]))
+end
+
+local function column(m, i)
+  local values = {}
+  for k = 1, m.rows do values[k] = m(k, i) end
+  return values
+end
+
+doc { name = "iddata:plot", module = "identification", sig = "d:plot([options]) -> figure",
+  text = "Outputs and inputs against time; options as in plot.",
   example = "iddata{ y = {0, 1, 2}, u = {1, 1, 0} }:plot()", gives = "figure: 2 series, 6 points",
-  function(d)
+  function(d, options)
     local pairs_list = { d.t, d.y }
     local names = joined(d.y_names, d.u_names)
     if #d.u_names > 0 then pairs_list[3], pairs_list[4] = d.t, d.u end
-    pairs_list[#pairs_list + 1] = { labels = names, xlabel = "t [s]", style = "line" }
+    pairs_list[#pairs_list + 1] =
+      with_options("d:plot", { labels = names, xlabel = "t [s]", style = "line" }, options)
     return named "plot" (table.unpack(pairs_list))
   end }
 
-doc { name = "idmodel:plot", module = "identification", sig = "mod:plot(d) -> figure",
-  text = "The measured output and the simulated one, with the fit in the title.",
+doc { name = "idmodel:plot", module = "identification", sig = "mod:plot(d [, options]) -> figure",
+  text = "The measured output and the simulated one, with the fit in the title. Options as in plot; of "
+    .. "several outputs { output = name or number }.",
   example = "d = iddata{ y = {0, 2, 1, 4}, u = {1, 0.5, 2, 1} }\nfir(d, { nb = 1 }):plot(d)",
   gives = "figure 'simulation, fit 100 %': 2 series, 8 points",
-  function(mod, d)
+  function(mod, d, options)
     if object_type(d) ~= "iddata" then fail "mod:plot(d) needs the data to compare with" end
+    local i, rest = chosen_output("mod:plot", d.y_names, options)
     local fit = mod:fit(d, "simulation")
-    if object_type(fit) == "matrix" then fail "mod:plot is for models with one output" end
-    return named "plot" (d.t, d.y, d.t, mod:simulate(d),
-      { labels = { "measured", "simulated" }, xlabel = "t [s]", ylabel = d.y_names[1], style = "line",
-        title = ("simulation, fit %.4g %%"):format(fit) })
+    if object_type(fit) == "matrix" then fit = fit[i] end
+    return named "plot" (d.t, column(d.y, i), d.t, column(mod:simulate(d), i),
+      with_options("mod:plot", { labels = { "measured", "simulated" }, xlabel = "t [s]",
+        ylabel = d.y_names[i], style = "line", title = ("simulation, fit %.4g %%"):format(fit) }, rest))
   end }
 
-doc { name = "validation:plot", module = "identification", sig = "v:plot([\"auto\" | \"cross\"]) -> figure",
+doc { name = "validation:plot", module = "identification", sig = "v:plot([\"auto\" | \"cross\" [, options]]) -> figure",
   text = "The autocorrelation of the residuals, or their correlation with the inputs, with 99 % bounds.",
   example = "u, y = {}, {}\nfor t = 1, 40 do u[t] = (-1)^(t*t//3); y[t] = u[t] + ((7*t) % 5)/9 end\n"
     .. "d = iddata{ y = y, u = u }\nfir(d, { nb = 1, nk = 0 }):validate(d):plot().title",
   gives = "autocorrelation of the residuals",
-  function(v, what)
+  function(v, what, options)
+    if type(what) == "table" then what, options = nil, what end
     what = what or "auto"
     if what ~= "auto" and what ~= "cross" then fail "v:plot: expected \"auto\" or \"cross\"" end
     local values = what == "auto" and v.autocorrelation or v.crosscorrelation
@@ -48,8 +78,9 @@ doc { name = "validation:plot", module = "identification", sig = "v:plot([\"auto
     local bound = what == "auto" and v.bound or v.cross_bound
     if object_type(bound) == "matrix" then bound = bound[1] end
     return named "plot" (lags, values, { first, n }, { bound, bound }, { first, n }, { -bound, -bound },
-      { title = what == "auto" and "autocorrelation of the residuals" or "residuals and inputs", xlabel = "lag", legend = false,
-        style = { "impulses", "line", "line" } })
+      with_options("v:plot", { xlabel = "lag", legend = false,
+        title = what == "auto" and "autocorrelation of the residuals" or "residuals and inputs",
+        style = { "impulses", "line", "line" } }, options))
   end }
 
 -- The convex hull of points in the plane, counter-clockwise (Andrew's monotone chain).
@@ -100,17 +131,18 @@ doc { name = "parameter_set:plot", module = "identification", sig = "set:plot([p
         title = ("parameters that explain all %d rows"):format(set.rows) })
   end }
 
-doc { name = "fit_result:plot", module = "identification", sig = "r:plot() -> figure",
+doc { name = "fit_result:plot", module = "identification", sig = "r:plot([options]) -> figure",
   text = "The measured outputs and those of the fitted model.",
   example = "x, k = var \"x\", param(\"k\", 1)\nd = iddata{ y = {1, 0.6, 0.4}, Ts = 1 }\n"
     .. "fit(dae{ der(x) ~ -k*x }, { params = {k}, data = d, y = x, start = { x = 1 } }):plot()",
   gives = "figure: 2 series, 6 points",
-  function(r)
+  function(r, options)
     local d = r.data
     local labels = {}
     for _, name in ipairs(d.y_names) do labels[#labels + 1] = name end
     for _, name in ipairs(d.y_names) do labels[#labels + 1] = name .. " fitted" end
-    return named "plot" (d.t, d.y, d.t, r.simulated, { labels = labels, xlabel = "t [s]", style = { "points", "line" } })
+    return named "plot" (d.t, d.y, d.t, r.simulated,
+      with_options("r:plot", { labels = labels, xlabel = "t [s]", style = { "points", "line" } }, options))
   end }
 
 -- What a linear system answers, asked of an estimated model.
@@ -133,12 +165,12 @@ for _, row in ipairs {
     end }
 end
 
-doc { name = "order_scan_result:plot", module = "identification", sig = "s:plot() -> figure",
+doc { name = "order_scan_result:plot", module = "identification", sig = "s:plot([options]) -> figure",
   text = "For every number of parameters the best loss, and the best loss on the validation data.",
   example = "u, y = {}, {}\nfor t = 1, 60 do u[t] = (-1)^(t*t//3); y[t] = 0.5*(y[t-1] or 0) + (u[t-2] or 0) + ((7*t) % 5)/50 end\n"
     .. "order_scan(iddata{ y = y, u = u }, { na = {1, 2}, nb = 1, nk = {1, 3} }):plot()",
   gives = "figure 'order scan: best model of every size': 1 series, 2 points",
-  function(s)
+  function(s, options)
     local best, best_v, sizes = {}, {}, {}
     for i = 1, #s do
       local m = s[i]
@@ -152,24 +184,30 @@ doc { name = "order_scan_result:plot", module = "identification", sig = "s:plot(
     for i, d in ipairs(sizes) do loss[i], loss_v[i] = best[d], best_v[d] end
     local arguments = { sizes, loss }
     if #loss_v > 0 then arguments[3], arguments[4] = sizes, loss_v end
-    arguments[#arguments + 1] = { title = "order scan: best model of every size", xlabel = "parameters", ylabel = "loss",
-      labels = #loss_v > 0 and { "estimation", "validation" } or { "estimation" }, style = "line" }
+    arguments[#arguments + 1] = with_options("s:plot",
+      { title = "order scan: best model of every size", xlabel = "parameters", ylabel = "loss", style = "line",
+        labels = #loss_v > 0 and { "estimation", "validation" } or { "estimation" } }, options)
     return named "plot" (table.unpack(arguments))
   end }
 
-doc { name = "comparison:plot", module = "identification", sig = "c:plot() -> figure",
-  text = "The measured output and the simulation of every model, with its fit in the legend.",
+doc { name = "comparison:plot", module = "identification", sig = "c:plot([options]) -> figure",
+  text = "The measured output and the simulation of every model, with its fit in the legend. Options as in "
+    .. "plot; of several outputs { output = name or number }.",
   example = "d = iddata{ y = {0, 2, 1, 4, 2}, u = {1, 0.5, 2, 1, 0} }\ncompare(d, fir(d, { nb = 1 })):plot()",
   gives = "figure 'simulation': 2 series, 10 points",
-  function(c)
+  function(c, options)
     local d = c.data
-    local arguments, labels = { d.t, d.y }, { "measured" }
+    local j, rest = chosen_output("c:plot", d.y_names, options)
+    local arguments, labels = { d.t, column(d.y, j) }, { "measured" }
     for i = 1, #c do
-      arguments[#arguments + 1], arguments[#arguments + 2] = d.t, c.models[i]:simulate(d)
-      labels[#labels + 1] = ("%s, %.4g %%"):format(c[i].name, c[i].simulation)
+      local fit = c.models[i]:fit(d, "simulation")
+      if object_type(fit) == "matrix" then fit = fit[j] end
+      if #d.y_names == 1 then fit = c[i].simulation end
+      arguments[#arguments + 1], arguments[#arguments + 2] = d.t, column(c.models[i]:simulate(d), j)
+      labels[#labels + 1] = ("%s, %.4g %%"):format(c[i].name, fit)
     end
-    if #d.y_names > 1 then fail "c:plot is for models with one output" end
-    arguments[#arguments + 1] = { title = "simulation", labels = labels, xlabel = "t [s]", ylabel = d.y_names[1], style = "line" }
+    arguments[#arguments + 1] = with_options("c:plot", { title = "simulation", labels = labels, xlabel = "t [s]",
+      ylabel = d.y_names[j], style = "line" }, rest)
     return named "plot" (table.unpack(arguments))
   end }
 

@@ -4,6 +4,7 @@
 #include "base/error.hpp"
 #include "base/text.hpp"
 #include "expr/print/print.hpp"
+#include "expr/rewrite/rewrite.hpp"
 #include "lti/system.hpp"
 
 namespace pendula::lti {
@@ -99,8 +100,17 @@ std::string state_space(const System& g) {
 std::string factors_text(const std::vector<std::pair<Expr, Expr>>& zeros, const std::string& variable,
                          bool latex, bool alone) {
   std::vector<std::pair<std::string, int>> list;
-  for (const auto& [re, im] : zeros) {
-    if (im.is_constant() && constant_value(im) < 0) continue;  // its conjugate speaks for it
+  std::vector<std::pair<Expr, Expr>> alone_yet;  // complex zeros whose conjugates have not come
+  for (const auto& zero : zeros) {
+    const Expr re = zero.first, im = zero.second;
+    const auto conjugate = std::find_if(alone_yet.begin(), alone_yet.end(), [&](const auto& z) {
+      return simplify(z.first - re).is_zero() && simplify(z.second + im).is_zero();
+    });
+    if (conjugate != alone_yet.end()) {
+      alone_yet.erase(conjugate);
+      continue;
+    }
+    if (!im.is_zero()) alone_yet.emplace_back(re, im);
     Polynomial p{-re, 1};
     if (!im.is_zero()) p = from_zeros({{re, im}, {re, -im}});
     std::string words = to_text(p, variable, latex);

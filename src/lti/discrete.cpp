@@ -69,6 +69,48 @@ System by_impulse(const System& g, Expr Ts) {
                  tidy(scaled(Ts, product(g.ss.C, g.ss.B))), Ts);
 }
 
+std::pair<Expr, Expr> sampled(const std::pair<Expr, Expr>& root, double Ts) {
+  const Complex z = std::exp(Complex(number(root.first), number(root.second)) * Ts);
+  return {Expr(z.real()), Expr(z.imag())};
+}
+
+/// Π (s - root)
+Complex product_at(Complex s, const std::vector<std::pair<Expr, Expr>>& roots) {
+  Complex p = 1;
+  for (const auto& [re, im] : roots) p *= s - Complex(number(re), number(im));
+  return p;
+}
+
+/// Every pole and zero goes to e^{s Ts}, all but one of the zeros at infinity to -1; the gain is that of G at s = 0,
+/// or at the first multiple of 0.1/Ts that is neither pole nor zero (Franklin, Powell & Workman, Digital Control
+/// of Dynamic Systems, 3rd ed., §6.2).
+System by_matching(const System& given, double Ts) {
+  if (!given.siso()) throw Error("\"matched\" is for one input and one output; choose G:channel(i, j)");
+  const Factored f = to_zpk(with_numbers(given)).zpk[0];
+  if (f.zeros.size() > f.poles.size()) throw Error("\"matched\" needs at least as many poles as zeros");
+  Factored h;
+  for (const auto& z : f.zeros) h.zeros.push_back(sampled(z, Ts));
+  for (const auto& p : f.poles) h.poles.push_back(sampled(p, Ts));
+  for (std::size_t k = f.zeros.size() + 1; k < f.poles.size(); ++k) h.zeros.emplace_back(-1, 0);
+  double s = 0;
+  const auto is_root = [&](double at) {
+    return std::abs(product_at(at, f.zeros)) == 0 || std::abs(product_at(at, f.poles)) == 0;
+  };
+  while (is_root(s)) s += 0.1 / Ts;
+  const double z = std::exp(s * Ts);
+  const Complex gain = number(f.gain) * product_at(s, f.zeros) / product_at(s, f.poles) *
+                       product_at(z, h.poles) / product_at(z, h.zeros);
+  h.gain = Expr(gain.real());
+  System out = make_zpk({h}, 1, 1, Expr(Ts));
+  out.input_names = given.input_names;
+  out.output_names = given.output_names;
+  if (given.form == Form::zpk) return out;
+  System converted = given.form == Form::tf ? to_tf(out) : to_ss(out);
+  converted.input_names = given.input_names;
+  converted.output_names = given.output_names;
+  return converted;
+}
+
 System named_like(System h, const System& g) {
   h.state_names = g.state_names, h.input_names = g.input_names, h.output_names = g.output_names;
   if (g.form != Form::ss) h.state_names.clear(), h = to_tf(h);
@@ -97,6 +139,15 @@ std::optional<MatX> unipotent_logarithm(const MatX& M) {
   return {};
 }
 
+/// Entries that are rounding errors become 0: small in the units of the states in which L is balanced.
+Mat without_rounding(Mat L) {
+  const Vec d = linalg::balancing(L);
+  const Vec inverse = d.cwiseInverse();
+  const Mat balanced = inverse.asDiagonal() * L * d.asDiagonal();
+  const double rounding = 64 * std::numeric_limits<double>::epsilon() * balanced.lpNorm<Eigen::Infinity>();
+  return (balanced.array().abs() <= rounding).select(0, L);
+}
+
 System from_hold(const System& g) {
   const Index n = g.ss.order(), m = g.inputs;
   const MatX M = above(beside(g.ss.A, g.ss.B), beside(zeros_of(m, n), identity(m)));
@@ -107,9 +158,7 @@ System from_hold(const System& g) {
     if (field(M) == Field::symbolic || !g.Ts.is_constant())
       throw Error("the logarithm needs numbers; give values with G:with{ … }");
     try {
-      const Mat L = logarithm(numbers(M)) / number(g.Ts);
-      const double rounding = 64 * std::numeric_limits<double>::epsilon() * L.lpNorm<Eigen::Infinity>();
-      log = expressions(Mat(L.unaryExpr([&](double v) { return std::fabs(v) <= rounding ? 0.0 : v; })));
+      log = expressions(without_rounding(linalg::logarithm(numbers(M)) / number(g.Ts)));
     } catch (const Error& e) {
       throw Error(text("no continuous system of this order gives these samples with inputs held constant: ",
                        e.what(), "; d2c(G, \"tustin\") always works unless -1 is a pole"));
@@ -134,8 +183,8 @@ System from_tustin(const System& g) {
 }  // namespace
 
 const std::vector<std::string>& sampling_methods() {
-  static const std::vector<std::string> list = {"zoh",   "foh",      "tustin", "bilinear",
-                                                "euler", "backward", "impulse"};
+  static const std::vector<std::string> list = {"zoh",   "foh",      "tustin",  "bilinear",
+                                                "euler", "backward", "impulse", "matched"};
   return list;
 }
 
@@ -146,6 +195,7 @@ System c2d(const System& given, Expr Ts, const std::string& method, double prewa
         given.Ts.is_constant() ? pendula::rounded(constant_value(given.Ts)) : pendula::to_text(given.Ts)));
   if (Ts.is_constant() && !(constant_value(Ts) > 0))
     throw Error(text("the sampling time must be positive, got Ts = ", pendula::to_text(Ts)));
+  if (method == "matched") return by_matching(given, number(Ts));
   const System g = to_ss(given);
   const Expr half = Expr(mpq_class(1, 2));
   if (method == "zoh" || method == "foh") {

@@ -2,9 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <unsupported/Eigen/MatrixFunctions>
 
-#include "base/decompositions.hpp"
 #include "base/error.hpp"
 #include "base/text.hpp"
 #include "dae/pencil/pencil.hpp"
@@ -156,24 +154,6 @@ std::optional<MatX> transition(const MatX& given, Expr t) {
 std::optional<MatX> exponential(const MatX& A) {
   if (field(A) == Field::numeric) return {};
   return transition(A, 1);
-}
-
-Mat logarithm(const Mat& A) {
-  if (A.rows() != A.cols()) throw Error(text("the matrix must be square, not ", A.rows(), "×", A.cols()));
-  if (A.rows() == 0) return A;
-  const Eigen::EigenSolver<Mat> solver(A, false);
-  const double tiny = 1e-14 * A.norm();
-  for (Index i = 0; i < A.rows(); ++i) {
-    const Complex z = solver.eigenvalues()[i];
-    if (std::abs(z) <= tiny) throw Error("the matrix has the eigenvalue 0: it is no exponential");
-    if (z.real() < 0 && std::fabs(z.imag()) <= 1e-10 * std::abs(z))
-      throw Error(text("the matrix has the eigenvalue ", pendula::rounded(z.real(), 6),
-                       " on the negative real axis: it has no real principal logarithm"));
-  }
-  const ComplexMat X =
-      ComplexMat(A.cast<Complex>()).log();  // Higham & Al-Mohy, SIAM J. Sci. Comput. 34(4), 2012
-  if (!X.allFinite()) throw Failure("the logarithm of the matrix did not converge");
-  return X.real();
 }
 
 namespace {

@@ -1,4 +1,4 @@
-// e^{At}, exact where it can be, and the logarithm. docs/derivations.md#matrix-exponential.
+// e^{At}, exact where it can be, and the response it gives. docs/derivations.md#matrix-exponential.
 #pragma once
 
 #include "lti/system.hpp"
@@ -12,11 +12,6 @@ namespace pendula::lti {
 std::optional<MatX> transition(const MatX& A, Expr t);
 /// e^A: the same with every scalar factor in A; nothing where there is no exact form.
 std::optional<MatX> exponential(const MatX& A);
-
-/// X with e^X = A, the principal one: eigenvalues with imaginary parts in (-π, π).
-/// throws  Error where A has an eigenvalue on the closed negative real axis: there is no real logarithm, or
-/// more than one
-Mat logarithm(const Mat& A);
 
 /// x(t) = e^{At} x₀ + ∫₀ᵗ e^{A(t-τ)} B u(τ) dτ for t ≥ 0 (Kailath, Linear Systems, 1980, ch. 2).
 ///

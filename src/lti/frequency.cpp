@@ -152,6 +152,95 @@ Vec phase(const ComplexVec& G) {
   return p;
 }
 
+namespace {
+
+/// arg(at(ω) - z) relative to ω = 0, for a zero or pole z that is not there itself. Roots on the axis (circle)
+/// count as stable ones.
+double turn(Complex z, double w, double Ts) {
+  constexpr double on_axis = 1e-9;
+  if (Ts == 0) {
+    if (std::fabs(z.real()) <= on_axis * std::abs(z)) z = {-on_axis * std::abs(z), z.imag()};
+    return std::arg(1.0 - Complex(0, w) / z);
+  }
+  if (std::fabs(std::abs(z) - 1) <= on_axis) z *= 1 - on_axis;
+  return std::arg((point(w, Ts) - z) / (1.0 - z));
+}
+
+/// The continuous phase in degrees at all ω from poles, zeros and the sign of the gain at low frequencies.
+std::optional<Vec> sheet(const System& given, const Vec& w) {
+  constexpr int most_states = 60;
+  if (order(given) > most_states) return {};
+  const System g = with_numbers(given);
+  const double Ts = sampling(g);
+  std::vector<dae::Mode> up, down;
+  try {
+    up = zeros(g);
+    down = poles(g);
+  } catch (const Error&) {
+    return {};
+  }
+  const Complex origin = Ts > 0 ? 1 : 0;
+  const auto is_origin = [&](const dae::Mode& m) {
+    return Ts > 0 ? std::abs(m.value - origin) < 1e-9 : m.value == origin;
+  };
+  const auto is_unstable = [&](const dae::Mode& m) {
+    return m.value.imag() == 0 && (Ts > 0 ? m.value.real() > 1 : m.value.real() > 0);
+  };
+  int integrators = 0;
+  bool odd = false;
+  double slowest = std::numeric_limits<double>::infinity();
+  for (const auto* list : {&up, &down})
+    for (const dae::Mode& m : *list) {
+      const int sign = list == &up ? -1 : 1;
+      if (is_origin(m)) {
+        integrators += sign * m.multiplicity;
+        continue;
+      }
+      if (list == &down && is_unstable(m) && m.multiplicity % 2) odd = !odd;
+      const Complex s = Ts > 0 ? (m.value == 0.0 ? Complex(1 / Ts) : std::log(m.value) / Ts) : m.value;
+      slowest = std::min(slowest, std::abs(s));
+    }
+  if (!std::isfinite(slowest)) slowest = Ts > 0 ? 1 / Ts : 1;
+  const Evaluator at(g);
+  const double low = 1e-4 * slowest;
+  const Complex first = at(low)(0, 0) * std::pow(Complex(0, 1), integrators);
+  double base = first.real() >= 0 ? 0 : odd ? -180 : 180;
+  base -= 90 * integrators;
+  Vec out = Vec::Constant(w.size(), base);
+  for (Index k = 0; k < w.size(); ++k)
+    for (const auto* list : {&up, &down})
+      for (const dae::Mode& m : *list)
+        if (!is_origin(m))
+          out[k] += (list == &up ? 1 : -1) * m.multiplicity * turn(m.value, w[k], Ts) * 180 / M_PI;
+  return out;
+}
+
+}  // namespace
+
+Vec phase(const FrequencyResponse& r, int i, int j) {
+  Vec p = phase(r.channel(i, j));
+  const System& all = *r.system;
+  const auto expected = sheet(all.siso() ? all : select(all, {i}, {j}), r.w);
+  if (!expected) return p;
+  for (Index k = 0; k < p.size(); ++k)
+    if (std::isfinite(p[k])) p[k] += 360 * std::round(((*expected)[k] - p[k]) / 360);
+  return p;
+}
+
+namespace {
+
+/// G(∞) of one channel; nothing where it is infinite.
+std::optional<double> feedthrough(const System& g) {
+  if (g.form == Form::ss) return numbers(g.ss.D)(0, 0);
+  const System f = to_tf(g);
+  const int above = degree(f.tf[0].num), below = degree(f.tf[0].den);
+  if (f.tf[0].num.empty() || above < below) return 0;
+  if (above > below) return {};
+  return number(f.tf[0].num.back()) / number(f.tf[0].den.back());
+}
+
+}  // namespace
+
 Margins margins(const System& given) {
   if (!given.siso())
     throw Error("margins are for one input and one output; choose a channel with G:channel(i, j)");
@@ -186,12 +275,18 @@ Margins margins(const System& given) {
         m.gain = margin, m.gain_at = x;
     }
   }
-  if (at.Ts() > 0) {  // the end of the curve, where G is real
-    const double top = M_PI / at.Ts();
-    const Complex v = at(top)(0, 0);
-    if (v.real() < 0 && (!m.gain || std::fabs(std::log(1 / std::abs(v))) < std::fabs(std::log(*m.gain))))
-      m.gain = 1 / std::abs(v), m.gain_at = top;
-  }
+  // The ends of the curve, where G is real: a pole of the closed loop crosses the axis there, too.
+  const auto consider_end = [&](double frequency, double value) {
+    if (!(value < 0) || !std::isfinite(value)) return;
+    if (m.gain && std::fabs(std::log(-1 / value)) >= std::fabs(std::log(*m.gain))) return;
+    m.gain = -1 / value;
+    m.gain_at = frequency;
+  };
+  consider_end(0, at(0)(0, 0).real());
+  if (at.Ts() > 0)
+    consider_end(M_PI / at.Ts(), at(M_PI / at.Ts())(0, 0).real());
+  else if (const auto through = feedthrough(g))
+    consider_end(std::numeric_limits<double>::infinity(), *through);
   m.closed_loop_stable = stability(feedback(g, make_gain(MatX::Identity(1, 1)))).asymptotic;
   return m;
 }

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 
+#include "base/decompositions.hpp"
 #include "base/error.hpp"
 #include "base/interrupt.hpp"
 #include "base/text.hpp"
@@ -70,7 +71,9 @@ class Hold {
   Mat Phi_, G1_, G2_;
 };
 
-/// Five Gauss nodes on pieces of a step.
+/// x(t + h) = e^{Ah} x + ∫ e^{A(h-τ)} B u(τ) dτ with the polynomial of degree 4 through five Gauss nodes in the place
+/// of u, on pieces of a step. The polynomial is integrated exactly, by one exponential of [A B; 0 N] with a
+/// nilpotent N: stiff modes need no short pieces.
 class Quadrature {
  public:
   explicit Quadrature(const Numbers& s) : s_(s) {}
@@ -89,15 +92,30 @@ class Quadrature {
     h_ = h;
     pieces_ = static_cast<int>(std::clamp(std::ceil(h * s_.A.lpNorm<1>()), 1.0, 1000.0));
     const double piece = h / pieces_;
-    Phi_ = linalg::exponential(Mat(s_.A * piece));
-    for (std::size_t i = 0; i < nodes.size(); ++i)
-      weight_[i] = weights[i] * piece * linalg::exponential(Mat(s_.A * (piece * (1 - nodes[i])))) * s_.B;
+    const Index n = s_.A.rows(), m = s_.B.cols();
+    constexpr Index count = static_cast<Index>(nodes.size());
+    Mat M = Mat::Zero(n + count * m, n + count * m);
+    M.topLeftCorner(n, n) = s_.A * piece;
+    M.block(0, n, n, m) = s_.B * piece;
+    for (Index k = 0; k + 1 < count; ++k) M.block(n + k * m, n + (k + 1) * m, m, m).setIdentity();
+    const Mat F = linalg::exponential(M);  // block k: ∫₀¹ e^{Ah(1-σ)} B h σᵏ/k! dσ
+    Phi_ = F.topLeftCorner(n, n);
+    Mat V(count, count);  // V⁻¹: the coefficients of Lagrange's polynomials
+    for (Index i = 0; i < count; ++i)
+      for (Index k = 0; k < count; ++k) V(i, k) = std::pow(nodes[i], k);
+    const Mat lagrange = V.inverse();
+    for (Index i = 0; i < count; ++i) {
+      Mat& w = weight_[i];
+      w = Mat::Zero(n, m);
+      double factorial = 1;
+      for (Index k = 0; k < count; ++k) {
+        w += lagrange(k, i) * factorial * F.block(0, n + k * m, n, m);
+        factorial *= static_cast<double>(k + 1);
+      }
+    }
   }
   static constexpr std::array<double, 5> nodes = {0.046910077030668004, 0.23076534494715845, 0.5,
                                                   0.76923465505284155, 0.95308992296933200};
-  static constexpr std::array<double, 5> weights = {0.11846344252809454, 0.23931433524968324,
-                                                    0.28444444444444444, 0.23931433524968324,
-                                                    0.11846344252809454};
   const Numbers& s_;
   double h_ = -1;
   int pieces_ = 1;

@@ -36,8 +36,8 @@ Response initial(const System& g, const Vec& x0, const Vec& t);
 
 /// Inputs known at the times only: between them straight lines, or constant (hold). One row of u per time.
 Response simulate(const System& g, const Mat& u, const Vec& t, const Vec& x0, bool hold);
-/// Inputs known everywhere: between two times ∫ e^{A(h-τ)} B u dτ by Gauss' formula with five nodes (order
-/// 10) on pieces no longer than 1/‖A‖.
+/// Inputs known everywhere: between two times u is the polynomial through five Gauss nodes, on pieces no longer than
+/// 1/‖A‖ or a thousandth of the step; its response is exact, also of stiff systems.
 Response simulate(const System& g, const std::function<Vec(double)>& u, const Vec& t, const Vec& x0);
 
 std::string describe(const Response& r);

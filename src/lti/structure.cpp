@@ -26,16 +26,16 @@ RationalMatrix reachable(const RationalMatrix& A, const RationalMatrix& B) {
   return space;
 }
 
-/// Orthonormal; a direction counts when it is larger than `tol` relative to A and B (staircase algorithm, Van
-/// Dooren, IEEE Trans. Automat. Control 26(1), 1981).
-Mat reachable(const Mat& A, const Mat& B) {
+/// Orthonormal; a direction counts when it is larger than `relative` times ‖A‖ and ‖B‖ (staircase algorithm,
+/// Van Dooren, IEEE Trans. Automat. Control 26(1), 1981).
+Mat reachable(const Mat& A, const Mat& B, double relative) {
   const Index n = A.rows();
   Mat space(n, 0), newest = B;
   double size = B.norm();
   while (newest.cols() > 0 && space.cols() < n) {
     for (int pass = 0; pass < 2; ++pass) newest -= space * (space.transpose() * newest);
     const Eigen::JacobiSVD<Mat> svd(newest, Eigen::ComputeThinU);
-    const double tol = 1e-12 * static_cast<double>(n) * std::max(size, 1e-300);
+    const double tol = relative * std::max(size, 1e-300);
     const Index rank = (svd.singularValues().array() > tol).count();
     const Mat directions = svd.matrixU().leftCols(rank);
     Mat grown(n, space.cols() + rank);
@@ -53,8 +53,8 @@ struct Split {
   int dimension;
 };
 
-/// Coordinates in which the reachable states come first.
-Split split(const MatX& A, const MatX& B) {
+/// Coordinates in which the reachable states come first. tol ≤ 0: n·1e-12.
+Split split(const MatX& A, const MatX& B, double tol = 0) {
   const Index n = A.rows();
   if (common(field(A), field(B)) == Field::exact && n <= most_exact) {
     const RationalMatrix space = reachable(rational(A), rational(B));
@@ -64,7 +64,7 @@ Split split(const MatX& A, const MatX& B) {
     PENDULA_ASSERT(back.has_value(), "a basis that is singular");
     return {dae::expressions(V), dae::expressions(*back), space.cols()};
   }
-  const Mat space = reachable(numbers(A), numbers(B));
+  const Mat space = reachable(numbers(A), numbers(B), tol > 0 ? tol : 1e-12 * static_cast<double>(n));
   Mat V(n, n);
   const Eigen::JacobiSVD<Mat> svd(space, Eigen::ComputeFullU);
   V << space, Mat(svd.matrixU().rightCols(n - space.cols()));
@@ -258,8 +258,7 @@ std::string describe(const Reach& r) {
 }
 
 System minimal(const System& g, double tol) {
-  if (tol <= 0) tol = 1e-8;
-  if (g.form != Form::ss) return minimal_fractions(g, tol);
+  if (g.form != Form::ss) return minimal_fractions(g, tol > 0 ? tol : 1e-8);
   if (field(g) == Field::symbolic) {
     if (!g.siso())
       throw Error(
@@ -269,11 +268,11 @@ System minimal(const System& g, double tol) {
     h.notes.push_back("minimal: " + count(g.ss.order() - h.ss.order(), "state") + " removed");
     return h;
   }
-  const Split c = split(g.ss.A, g.ss.B);
+  const Split c = split(g.ss.A, g.ss.B, tol);
   System h = c.dimension == g.ss.order() ? g : transformed(g, c, c.dimension);
   const int uncontrollable = g.ss.order() - h.ss.order();
   const System t = transposed(h);
-  const Split o = split(t.ss.A, t.ss.B);
+  const Split o = split(t.ss.A, t.ss.B, tol);
   const int unobservable = h.ss.order() - o.dimension;
   if (unobservable > 0) {
     System dual = transformed(t, o, o.dimension);

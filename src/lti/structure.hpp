@@ -44,8 +44,9 @@ Reach observability(const System& g);
 std::string describe(const Reach& r);
 
 /// Without uncontrollable and unobservable modes (Kalman decomposition), fractions without common factors.
-/// `tol`: two zeros of numeric fractions cancel when closer than tol·max(1, |z|); 0: 1e-8. The notes say what
-/// was removed.
+/// `tol`: two zeros of numeric fractions cancel when closer than tol·max(1, |z|); in state space directions smaller
+/// than tol relative to ‖A‖ and ‖B‖ (‖C‖) do not count. 0: 1e-8 for fractions, n·1e-12 in state space. Exact
+/// entries need no tolerance. The notes say what was removed.
 System minimal(const System& g, double tol);
 
 /// A P + P Aᵀ + Q = 0, or A P Aᵀ - P + Q = 0 in discrete time: exact for small rational matrices, else by the

@@ -5,6 +5,7 @@
 
 #include <doctest/doctest.h>
 
+#include "sysid/fit/order_scan.hpp"
 #include "sysid/model/validation.hpp"
 
 using namespace pendula;
@@ -50,7 +51,7 @@ TEST_CASE("pem: gradients agree with central differences") {
   const Polynomials p = system_of(true, true, true, true);
   const IdData d = record(60, 1, 0.3, p);
   const Orders o = orders_of(p);
-  for (const Start start : {Start::zero, Start::drop}) {
+  for (const InitialCondition start : {InitialCondition::zero, InitialCondition::drop}) {
     Vec theta = parameters_of(p, o);
     for (Index i = 0; i < theta.size(); ++i) theta[i] += 0.05 * std::sin(3.0 * static_cast<double>(i));
     const PredictionErrors at = prediction_errors(d, 0, o, theta, start, true);
@@ -74,14 +75,15 @@ TEST_CASE("pem: with a fitted initial state the gradient of the loss agrees with
   const Orders o = orders_of(p);
   Vec theta = parameters_of(p, o);
   for (Index i = 0; i < theta.size(); ++i) theta[i] += 0.05 * std::cos(2.0 * static_cast<double>(i));
-  const PredictionErrors at = prediction_errors(d, 0, o, theta, Start::estimate, true);
+  const PredictionErrors at = prediction_errors(d, 0, o, theta, InitialCondition::estimate, true);
   const Vec g = 2 * at.J.transpose() * at.e;
   for (Index i = 0; i < theta.size(); ++i) {
     Vec up = theta, down = theta;
     up[i] += 1e-5, down[i] -= 1e-5;
-    const double slope = (prediction_errors(d, 0, o, up, Start::estimate, false).e.squaredNorm() -
-                          prediction_errors(d, 0, o, down, Start::estimate, false).e.squaredNorm()) /
-                         2e-5;
+    const double slope =
+        (prediction_errors(d, 0, o, up, InitialCondition::estimate, false).e.squaredNorm() -
+         prediction_errors(d, 0, o, down, InitialCondition::estimate, false).e.squaredNorm()) /
+        2e-5;
     CAPTURE(i);
     CHECK(std::abs(slope - g[i]) <= 1e-6 * (1 + g.norm()));
   }
@@ -144,7 +146,7 @@ TEST_CASE("the scan of one factorisation gives what each model alone gives") {
     // The same rows: start the model alone where the largest one starts.
     Orders o;
     o.na = e.na, o.nb = {e.nb}, o.nk = {e.nk};
-    const Regressor regressor(one, 0, o, Start::drop);
+    const Regressor regressor(one, 0, o, InitialCondition::drop);
     const Mat phi = regressor.matrix().bottomRows(scan.rows);
     const Vec y = regressor.targets().tail(scan.rows);
     const WeightedLeastSquares ls = least_squares(phi, y, {});

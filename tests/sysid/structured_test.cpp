@@ -1,11 +1,12 @@
 // Least squares on shifted signals: two roads to the same digits, and what rank deficiency looks like.
-#include "sysid/fit/structured.hpp"
+#include "sysid/regression/structured.hpp"
 
 #include <random>
 
 #include <doctest/doctest.h>
 
 #include "sysid/data/excitation.hpp"
+#include "sysid/model/model.hpp"
 
 using namespace pendula;
 using namespace pendula::sysid;
@@ -40,7 +41,8 @@ TEST_CASE(
     IdData d = random_arx(3000, seed, 0.1);
     if (seed == 2) d.starts = {0, 700, 1500};
     if (seed == 3) d.y(100, 0) = d.u(2000, 0) = NAN;
-    for (const Start start : {Start::drop, Start::zero, Start::estimate})
+    for (const InitialCondition start :
+         {InitialCondition::drop, InitialCondition::zero, InitialCondition::estimate})
       for (const Orders& o : {siso(2, 2, 1), siso(10, 10, 1), siso(0, 7, 3), siso(5, 0, 1), siso(1, 3, 0)}) {
         CAPTURE(seed);
         CAPTURE(o.na);
@@ -59,7 +61,7 @@ TEST_CASE(
 
 TEST_CASE("structured: noise-free data give the parameters to rounding") {
   const IdData d = random_arx(5000, 7, 0);
-  const Regressor regressor(d, 0, siso(2, 2, 1), Start::drop);
+  const Regressor regressor(d, 0, siso(2, 2, 1), InitialCondition::drop);
   const Vec truth = (Vec(4) << -1.5, 0.7, 1, 0.5).finished();
   for (const LeastSquares& ls : {solve_structured(regressor), solve_blocked(regressor)}) {
     CHECK((ls.theta - truth).norm() <= 1e-13);
@@ -70,7 +72,7 @@ TEST_CASE("structured: noise-free data give the parameters to rounding") {
 TEST_CASE("structured: bad conditioning is left to QR") {
   IdData d = random_arx(3000, 5, 0.1);
   d.u.setOnes();
-  const Regressor regressor(d, 0, siso(0, 2, 1), Start::drop);
+  const Regressor regressor(d, 0, siso(0, 2, 1), InitialCondition::drop);
   CHECK(solve_structured(regressor).rank == -1);
   const LeastSquares ls = solve_regression(regressor);
   CHECK(ls.rank == 1);
@@ -81,7 +83,7 @@ TEST_CASE("structured: bad conditioning is left to QR") {
 
 TEST_CASE("regressor: φ(t) as the header says") {
   const IdData d = random_arx(6, 1, 1);
-  const Regressor regressor(d, 0, siso(2, 2, 1), Start::drop);
+  const Regressor regressor(d, 0, siso(2, 2, 1), InitialCondition::drop);
   CHECK(regressor.rows() == 4);
   double phi[4];
   regressor.row(3, 0, phi);
@@ -109,8 +111,8 @@ TEST_CASE("excitation: a constant has order 1, a sine order 2, noise any") {
 
 TEST_CASE("residuals are orthogonal to the regressors") {
   const IdData d = random_arx(500, 11, 1);
-  const Regressor regressor(d, 0, siso(3, 2, 1), Start::drop);
-  const PolyModel m = arx(d, 0, siso(3, 2, 1), Start::drop);
+  const Regressor regressor(d, 0, siso(3, 2, 1), InitialCondition::drop);
+  const PolyModel m = arx(d, 0, siso(3, 2, 1), InitialCondition::drop);
   const Vec e = predict(m, d, 1, Seed::data).errors;
   const Mat phi = regressor.matrix();
   REQUIRE(e.size() == phi.rows());

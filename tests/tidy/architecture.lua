@@ -26,6 +26,7 @@ local function reach(arrows, name, stops, into, path)
   into[name] = true
   path[name] = true
   for to in (arrows[name] or ""):gmatch "%S+" do
+    to = to == "." and "" or to                              -- the files of the layer itself
     if stops then into[to] = true else reach(arrows, to, stops, into, path) end
   end
   path[name] = nil

@@ -54,7 +54,21 @@ Eigensystem eigensystem(const Mat& a);
 /// eᵃ where it is exact: a is nilpotent, or a = R s with a scalar s and a rational R whose eigenvalues are
 /// rational (Putzer, Amer. Math. Monthly 73(1), 1966). Nothing otherwise.
 std::optional<MatX> exact_exponential(const MatX& a);
+/// eᵃ of doubles with bounds of the errors of its entries (matrix_exponential.cpp): 12 digits relative to the
+/// largest entry of the row or of the column, for up to 24 rows whatever the decades of a.
+/// throws  Error where a is not square or not finite, Failure where the result overflows
+struct BoundedExponential {
+  Mat value, error;
+};
+BoundedExponential bounded_exponential(const Mat& a);
 Mat exponential(const Mat& a);
+/// The principal logarithm, eigenvalues with imaginary parts in (-π, π), and square root, eigenvalues in the right
+/// half-plane (matrix_roots.cpp).    throws  Error with the eigenvalue on the negative real axis, or 0 (logarithm)
+Mat logarithm(const Mat& a);
+Mat square_root(const Mat& a);
+/// Powers of two d with similar rows and columns of diag(d)⁻¹ A diag(d). A column without a row (an input
+/// that is constant) is scaled to the size of the others, as is a row without a column.
+Vec balancing(const Mat& a);
 
 /// -(∂r/∂z)⁻¹ ∂r/∂y: the derivative of z(y) where r(y, z) = 0, near a point at which ∂r/∂z is regular
 /// (implicit function theorem).

@@ -2,7 +2,6 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
-#include <unsupported/Eigen/MatrixFunctions>
 
 #include "base/decompositions.hpp"
 #include "base/error.hpp"
@@ -101,15 +100,6 @@ Eigensystem eigensystem(const Mat& a) {
     e.vectors_im.col(k) = vectors.col(i).imag();
   }
   return e;
-}
-
-Mat exponential(const Mat& a) {
-  require_square(a);
-  require_finite(a);
-  if (a.size() == 0) return a;
-  Mat result = a.exp();  // scaling and squaring (Higham, SIAM J. Matrix Anal. Appl. 26(4), 2005)
-  if (!result.allFinite()) throw Failure(text("the exponential overflows: ‖A‖ = ", rounded(a.norm(), 3)));
-  return result;
 }
 
 }  // namespace pendula::linalg

@@ -33,6 +33,7 @@ extern const Module complex_module;
 extern const Module lti_module;
 extern const Module lti_connect_module;
 extern const Module lti_analysis_module;
+extern const Module lti_design_module;
 extern const Module lti_response_module;
 extern const Module lti_linearize_module;
 extern const Module sweep_module;
@@ -71,6 +72,7 @@ const std::vector<const Module*>& modules() {
                                                   &lti_module,
                                                   &lti_connect_module,
                                                   &lti_analysis_module,
+                                                  &lti_design_module,
                                                   &lti_response_module,
                                                   &lti_linearize_module,
                                                   &signals_module,

@@ -4,23 +4,9 @@
 #include <cmath>
 #include <limits>
 
-#include "base/error.hpp"
+#include "base/triangular_factor.hpp"
 
 namespace pendula::sysid {
-namespace {
-
-const char* excitation_words(int order) {
-  return order == 0 ? "is zero" : order == 1 ? "does not vary" : "takes too few frequencies";
-}
-
-bool touches(const PolyModel& m, char letter) {
-  for (Index i = 0; i < m.null_space.rows(); ++i)
-    if (m.names[i][0] == letter && m.null_space.row(i).cwiseAbs().maxCoeff() > 0) return true;
-  return false;
-}
-
-}  // namespace
-
 int excitation_order(const IdData& d, Index input, int limit) {
   const Vec u = d.u.col(input);
   const auto n = std::min<Index>(limit, (d.samples() + 1) / 2);
@@ -41,42 +27,6 @@ int excitation_order(const IdData& d, Index input, int limit) {
   Index order = 0;
   while (order < n && std::abs(factor.R()(order, order)) > tolerance * factor.R().col(order).norm()) ++order;
   return static_cast<int>(order);
-}
-
-std::vector<std::string> why_not_identifiable(const IdData& d, const PolyModel& m, Index rows) {
-  std::vector<std::string> out;
-  const auto need = static_cast<Index>(m.names.size());
-  if (rows < need)
-    out.push_back(text("there ", rows == 1 ? "is 1 row" : text("are ", rows, " rows"), " for ", need,
-                       " parameters: at least ", need, " rows are needed; take more samples",
-                       m.left_out > 0 ? " or fill the missing ones: d:fill()" : ""));
-  bool poor = false;
-  for (Index k = 0; rows >= need && k < d.inputs(); ++k) {
-    const int nb = m.orders.nb[k];
-    if (nb == 0) continue;
-    const int order = excitation_order(d, k, nb + 1);
-    if (order >= nb) continue;
-    poor = true;
-    out.push_back(text("the input ", d.u_names[k], " ", excitation_words(order),
-                       ": it is persistently exciting of order ", order, ", nb = ", nb, " needs order ", nb,
-                       "; excite with prbs(…) or multisine(…), or lower nb"));
-  }
-  if (rows >= need && !poor) {
-    if (touches(m, 'a') && touches(m, 'b'))
-      out.push_back(
-          m.exact ? "past outputs and inputs depend on each other: the data follow a model of lower order "
-                    "exactly, so that common factors of A and B are free; lower na and nb by one"
-                  : "past outputs and inputs depend on each other: u is computed from y by a feedback of low "
-                    "order; add an external reference to the loop, or a delay or more terms to the feedback");
-    else if (touches(m, 'a'))
-      out.push_back(
-          "the past outputs are linearly dependent (a constant or zero output?); excite the system, or lower "
-          "na");
-    else
-      out.push_back("the inputs depend on each other; excite them independently");
-  }
-  if (m.left_out > 0) out.push_back(text(m.left_out, " rows are left out because of missing samples"));
-  return out;
 }
 
 }  // namespace pendula::sysid

@@ -6,6 +6,7 @@
 #include "base/decompositions.hpp"
 #include "base/error.hpp"
 #include "base/interrupt.hpp"
+#include "base/least_squares.hpp"
 #include "base/text.hpp"
 #include "dae/reduce/reduce.hpp"
 #include "dae/structure/analysis.hpp"
@@ -162,43 +163,28 @@ Point evaluate(Experiment& experiment, const GreyBoxRequest& r, const Vec& theta
   return p;
 }
 
+/// Minimises the squared errors of the simulation from out.theta. Steps at which the model cannot be
+/// integrated are refused; V is known to the accuracy of the integration.
 void search(Experiment& experiment, const GreyBoxRequest& r, GreyBoxFit& out, Point& at) {
-  double damping = 0, last = 1;
-  const auto settled = [&](double size) { return size < 1e-10; };
-  for (int k = 0; k < r.iterations; ++k) {
-    const Vec g = at.J.transpose() * at.e;
-    const Mat H = at.J.transpose() * at.J;
-    const Vec scale = H.diagonal().cwiseMax(1e-14 * H.diagonal().maxCoeff() + 1e-300);
-    bool improved = false;
-    double size = 0;
-    for (int tries = 0; tries < 25 && !improved; ++tries) {
-      Mat damped = H;
-      damped.diagonal() += (damping + 1e-14) * scale;
-      const Vec step = damped.llt().solve(g);
-      size = std::sqrt(step.cwiseAbs2().dot(scale) / (out.theta.cwiseAbs2().dot(scale) + 1e-300));
-      try {
-        if (step.allFinite()) {
-          Point next = evaluate(experiment, r, out.theta + step);
-          // Near the minimum the loss is integration error: there the shrinking step tells progress.
-          const bool settling = size < 1e-5 && size < 0.9 * last && next.sse <= at.sse * (1 + 1e-6);
-          if (next.sse < at.sse || settling) {
-            improved = true, last = size;
-            out.theta += step, at = std::move(next);
-            damping = damping < 1e-8 ? 0 : damping / 10;
-            break;
-          }
-        }
-      } catch (const UserFacing&) {  // the step left the region where the model can be integrated
-      }
-      if (size < 1e-7) break;
-      damping = damping == 0 ? 1e-3 : damping * 10;
+  Vec last = out.theta;
+  const auto loss = [&](Vec& theta) -> std::optional<QuadraticModel> {
+    try {
+      if (theta != last) at = evaluate(experiment, r, theta), last = theta;
+    } catch (const UserFacing&) {
+      return {};
     }
-    if (improved) out.losses.push_back(at.sse);
-    if (!improved || settled(size)) {
-      out.converged = size < 1e-5 || at.sse == 0;
-      return;
-    }
-  }
+    return gauss_newton_model(-at.J, at.e);
+  };
+  MinimiserOptions options;
+  options.iterations = r.iterations;
+  options.noise = r.dt > 0 ? 1e-12 : std::clamp(10 * r.rtol, 1e-12, 1e-3);
+  options.accuracy = r.dt > 0 ? 1e-11 : std::clamp(r.rtol, 1e-11, 1e-4);
+  const Minimum m = minimise(loss, out.theta, options);
+  out.theta = m.theta, out.converged = m.converged();
+  out.ending = ending_text(m);
+  out.losses.clear();
+  for (const double value : m.values) out.losses.push_back(2 * value);
+  if (last != m.theta) at = evaluate(experiment, r, m.theta);
 }
 
 void check(const GreyBoxRequest& r) {
@@ -245,15 +231,11 @@ GreyBoxFit fit(const GreyBoxRequest& given) {
   Experiment experiment(request);
   out.theta = request.guess;
   Point at = evaluate(experiment, request, out.theta);
-  out.losses.push_back(at.sse);
   search(experiment, request, out, at);
   out.form = experiment.form, out.method = experiment.method;
-  TriangularFactor factor(out.theta.size() + 1);
-  Mat both(at.e.size(), out.theta.size() + 1);
-  both << at.J, at.e;
-  factor.add(both);
   constexpr double growth = 10;  // of the errors of a simulation over its steps
-  out.ls = solve_triangular(factor.R(), at.e.size(), request.dt > 0 ? 1e-9 : growth * request.rtol);
+  out.ls = solve_triangular(triangular_factor(at.J, at.e).R(), at.e.size(),
+                            request.dt > 0 ? 1e-9 : growth * request.rtol);
   double variation = 0;
   for (Index j = 0; j < request.data.outputs(); ++j) {
     std::vector<double> y, e;
@@ -286,7 +268,7 @@ std::string describe(const GreyBoxFit& f) {
   std::string out =
       text("grey box: ", f.names.size(), f.names.size() == 1 ? " parameter" : " parameters", " from ",
            f.residuals.size(), " samples by Gauss–Newton with exact sensitivities (", steps,
-           steps == 1 ? " iteration" : " iterations", f.converged ? ")\n" : "; not converged)\n");
+           steps == 1 ? " iteration" : " iterations", f.converged ? ")\n" : "; " + f.ending + ")\n");
   out += text("  simulated with ", f.method, f.form.empty() ? "" : ", model of higher index " + f.form, "\n");
   Table table({false, true, false});
   for (std::size_t i = 0; i < f.names.size(); ++i) {

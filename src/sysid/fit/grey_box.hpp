@@ -6,8 +6,8 @@
 #include <functional>
 
 #include "integrate/run/simulate.hpp"
-#include "sysid/fit/least_squares.hpp"
 #include "sysid/model/model.hpp"
+#include "sysid/regression/least_squares.hpp"
 
 namespace pendula::sysid {
 
@@ -45,6 +45,7 @@ struct GreyBoxFit {
   std::vector<double> losses;  ///< SSE after each iteration, the start first
   std::vector<std::string> unidentifiable;
   bool exact = false, converged = false;
+  std::string ending;        ///< of a search that did not converge, in words
   std::string method, form;  ///< of the integration; the reduced form, or ""
 };
 /// Initial values that the start leaves open are estimated too, after the parameters.

@@ -5,8 +5,8 @@
 #include "base/error.hpp"
 #include "base/interrupt.hpp"
 #include "base/text.hpp"
-#include "sysid/fit/structured.hpp"
-#include "sysid/model/validation.hpp"
+#include "sysid/fit/order_scan.hpp"
+#include "sysid/regression/structured.hpp"
 
 namespace pendula::sysid {
 namespace {
@@ -33,7 +33,7 @@ Factored factored(const IdData& d, const Orders& largest) {
   if (d.outputs() > 1 && missing(d) > 0)
     throw Error(text(missing_text(d), "; a scan of several outputs needs every sample: d:fill()"));
   const IdData all = channel(d, 0, d.outputs() > 1);
-  const Regressor regressor(all, 0, largest, Start::drop);
+  const Regressor regressor(all, 0, largest, InitialCondition::drop);
   if (regressor.rows() < 2)
     throw Error(
         text("the largest model needs ", largest.memory(), " earlier samples; the data has ", d.samples()));

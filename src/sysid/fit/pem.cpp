@@ -1,11 +1,11 @@
 #include "sysid/fit/pem.hpp"
 
 #include <cmath>
-#include <limits>
 
 #include "base/decompositions.hpp"
 #include "base/error.hpp"
 #include "base/interrupt.hpp"
+#include "base/least_squares.hpp"
 #include "base/text.hpp"
 
 namespace pendula::sysid {
@@ -39,7 +39,7 @@ struct Part {
 
 class Evaluator {
  public:
-  Evaluator(const Part& part, const Orders& orders, const Polynomials& p, Start start)
+  Evaluator(const Part& part, const Orders& orders, const Polynomials& p, InitialCondition start)
       : part_(part), orders_(orders), p_(p), start_(start) {}
 
   void run(Eigen::Ref<Vec> e, Mat* J, Index first, Index& free_start, Index& skipped) {
@@ -53,8 +53,8 @@ class Evaluator {
     }
     e_ = filtered(p_.D, p_.C, v_);
     const Index memory = std::min(p_.memory(), n);
-    skipped = start_ == Start::drop ? memory : 0;
-    if (start_ == Start::estimate && memory > 0) {
+    skipped = start_ == InitialCondition::drop ? memory : 0;
+    if (start_ == InitialCondition::estimate && memory > 0) {
       Z_ = start_responses(convolve(p_.C, F), n, memory);
       qr_.compute(Z_);
       free_start = memory;
@@ -97,7 +97,7 @@ class Evaluator {
   const Part& part_;
   const Orders& orders_;
   const Polynomials& p_;
-  Start start_;
+  InitialCondition start_;
   Vec v_, e_, added_;
   std::vector<Vec> w_;
   Mat Z_;
@@ -121,8 +121,20 @@ bool admissible(const Polynomials& p) {
   return good;
 }
 
-PredictionErrors evaluate(const std::vector<Part>& parts, const Orders& orders, const Vec& theta, Start start,
-                          bool gradient) {
+/// Replaces zeros of C and F outside the unit circle by their mirror images 1/z̄, which leave the spectrum of
+/// C e as it is up to a factor (Ljung §10.2, (10.63)). False where a polynomial is not finite.
+bool make_admissible(Vec& theta, const Orders& orders) {
+  if (!theta.allFinite()) return false;
+  Polynomials p = polynomials_of(theta, orders);
+  if (admissible(p)) return true;
+  p.C = reflected(p.C);
+  for (Vec& f : p.F) f = reflected(f);
+  theta = parameters_of(p, orders);
+  return admissible(p);
+}
+
+PredictionErrors evaluate(const std::vector<Part>& parts, const Orders& orders, const Vec& theta,
+                          InitialCondition start, bool gradient) {
   const Polynomials p = polynomials_of(theta, orders);
   PredictionErrors out;
   Index total = 0;
@@ -142,65 +154,64 @@ PredictionErrors evaluate(const std::vector<Part>& parts, const Orders& orders, 
   return out;
 }
 
-struct Search {
-  Vec theta;
-  PredictionErrors at;
-  double sse = std::numeric_limits<double>::infinity();
-  int iterations = 0;
-  std::string end;
+/// The search for one minimum, with the last evaluation kept: usually it is the one at the minimum.
+class Search {
+ public:
+  Search(const std::vector<Part>& parts, const Orders& orders, const PemOptions& o)
+      : parts_(parts), orders_(orders), o_(o) {}
+
+  /// Where the loss is finite at `start`; gives up with Ending::known when it comes within 0.1 % of `known`.
+  std::optional<Minimum> run(const Vec& start, const Vec& known) {
+    const auto loss = [&](Vec& theta) -> std::optional<QuadraticModel> {
+      if (!make_admissible(theta, orders_)) return {};
+      const PredictionErrors& at = errors(theta);
+      return gauss_newton_model(at.J, at.e);
+    };
+    Vec begin = start;
+    const auto first = loss(begin);
+    if (!first || !std::isfinite(first->value) || !first->R.allFinite()) return {};
+    MinimiserOptions options;
+    options.iterations = o_.iterations;
+    options.is_known = [&](const Vec& theta, const Vec& scale) {
+      return known.size() == theta.size() &&
+             (theta - known).cwiseProduct(scale).norm() < 1e-3 * known.cwiseProduct(scale).norm();
+    };
+    return minimise(loss, begin, options);
+  }
+
+  PredictionErrors& errors(const Vec& theta) {
+    if (last_.size() != theta.size() || last_ != theta) {
+      at_ = evaluate(parts_, orders_, theta, o_.start, true);
+      last_ = theta;
+    }
+    return at_;
+  }
+
+ private:
+  const std::vector<Part>& parts_;
+  const Orders& orders_;
+  const PemOptions& o_;
+  Vec last_;
+  PredictionErrors at_;
 };
 
-/// Gauss–Newton with damping λ diag(JᵀJ) when the full step does not help or leaves the stable region. Gives
-/// up with an infinite loss when it comes within 0.1 % of a minimum that is already known.
-Search minimise(const std::vector<Part>& parts, const Orders& orders, Vec theta, const PemOptions& o,
-                const Vec& known) {
-  Search s;
-  s.theta = std::move(theta);
-  s.at = evaluate(parts, orders, s.theta, o.start, true);
-  s.sse = s.at.e.squaredNorm();
-  if (!std::isfinite(s.sse)) return s.sse = std::numeric_limits<double>::infinity(), s;
-  double damping = 0, last = 1;
-  for (s.end = "the search did not settle";; ++s.iterations) {
-    if (s.iterations >= o.iterations) return s;
-    const Vec g = s.at.J.transpose() * s.at.e;
-    Mat H = Mat::Zero(g.size(), g.size());
-    H.selfadjointView<Eigen::Lower>().rankUpdate(s.at.J.transpose());
-    const Vec scale = H.diagonal().cwiseMax(1e-300);
-    if (known.size() == s.theta.size() &&
-        (s.theta - known).cwiseAbs2().dot(scale) < 1e-6 * known.cwiseAbs2().dot(scale))
-      return s.sse = std::numeric_limits<double>::infinity(), s;
-    bool improved = false;
-    double size = 0;
-    for (int tries = 0; tries < 40 && !improved; ++tries) {
-      Mat damped = H;
-      damped.diagonal() += (damping + 1e-15) * scale;
-      const Eigen::LLT<Mat, Eigen::Lower> llt(damped);
-      const Vec step = llt.info() == Eigen::Success ? Vec(-llt.solve(g)) : Vec::Zero(g.size());
-      size = std::sqrt(step.cwiseAbs2().dot(scale) / (s.theta.cwiseAbs2().dot(scale) + 1e-300));
-      const Vec next = s.theta + step;
-      if (llt.info() == Eigen::Success && admissible(polynomials_of(next, orders))) {
-        PredictionErrors at = evaluate(parts, orders, next, o.start, true);
-        const double sse = at.e.squaredNorm();
-        // Near the minimum the loss is all rounding: there the shrinking step is what tells progress.
-        const bool settling = size < 1e-6 && size < 0.9 * last && sse <= s.sse * (1 + 1e-11);
-        if (sse < s.sse || settling) {
-          improved = true, last = size;
-          s.theta = next, s.sse = sse, s.at = std::move(at);
-          damping = damping < 1e-8 ? 0 : damping / 10;
-          break;
-        }
-        if (size < 1e-6) break;  // rounding decides: this is the minimum
-      }
-      damping = damping == 0 ? 1e-4 : damping * 10;
-    }
-    if (!improved || size < 1e-13) break;
-  }
-  s.end = "";
-  return s;
+/// Is a zero of the polynomial on the unit circle, or beyond 1 - 1e-4?
+bool reaches_circle(Vec p) {
+  constexpr double radius = 1 - 1e-4;
+  for (Index k = 1; k < p.size(); ++k) p[k] *= std::pow(radius, -static_cast<double>(k));
+  return !stable(p);
 }
 
-/// Σ (y - ȳ)² over the data.
-double variation(const Vec& y) { return (y.array() - y.mean()).matrix().squaredNorm(); }
+std::vector<std::string> warnings(const PolyModel& m) {
+  std::vector<std::string> out;
+  for (std::size_t i = 0; i < m.p.F.size(); ++i)
+    if (reaches_circle(m.p.F[i]))
+      out.push_back(text("the search ended with a zero of F on the unit circle; if ", m.u_names[i], " → ",
+                         m.y_name, " is unstable or integrates, use arx or armax, whose A may be unstable"));
+  if (reaches_circle(m.p.C))
+    out.push_back("the search ended with a zero of C on the unit circle: lower nc, or give other orders");
+  return out;
+}
 
 /// Without noise nothing is known of C and D: their columns of J are rounding. They become 1.
 void forget_noise(PolyModel& m, Mat& J) {
@@ -212,23 +223,17 @@ void forget_noise(PolyModel& m, Mat& J) {
   m.p = polynomials_of(m.theta, m.orders);
 }
 
-void complete(PolyModel& m, const IdData& d, Search& best) {
+void complete(PolyModel& m, const IdData& d, PredictionErrors& at) {
   const Vec y = d.y.col(m.output);
-  m.exact = std::sqrt(best.sse) <= 1e-13 * std::sqrt(static_cast<double>(m.theta.size())) * 10 * y.norm();
-  if (m.exact) forget_noise(m, best.at.J);
-  TriangularFactor factor(m.theta.size() + 1);
-  for (Index t = 0; t < best.at.e.size(); t += 1024) {
-    const Index n = std::min<Index>(1024, best.at.e.size() - t);
-    Mat block(n, m.theta.size() + 1);
-    block << best.at.J.middleRows(t, n), -best.at.e.segment(t, n);
-    factor.add(block);
-  }
-  const LeastSquares ls = solve_triangular(factor.R(), best.at.rows);
+  const double sse = at.e.squaredNorm();
+  m.exact = std::sqrt(sse) <= 1e-13 * std::sqrt(static_cast<double>(m.theta.size())) * 10 * y.norm();
+  if (m.exact) forget_noise(m, at.J);
+  const LeastSquares ls = solve_triangular(pendula::triangular_factor(at.J, -at.e).R(), at.rows);
   m.rank = ls.rank, m.null_space = ls.null_space;
   m.unidentifiable = free_directions(ls.null_space, m.names);
-  m.quality = criteria(best.sse, best.at.rows, ls.rank, variation(y));
-  const Index left = best.at.rows - ls.rank - best.at.free_start;
-  m.quality.sigma2 = left > 0 ? best.sse / static_cast<double>(left) : 0;
+  m.quality = criteria(sse, at.rows, ls.rank, compared_variation(d, m));
+  const Index left = at.rows - ls.rank - at.free_start;
+  m.quality.sigma2 = left > 0 ? sse / static_cast<double>(left) : 0;
   m.covariance = (m.exact ? 0 : m.quality.sigma2) * ls.inverse;
   m.std = standard_deviations(ls, m.covariance);
   if (ls.rank < m.theta.size() - m.orders.nc - m.orders.nd && m.exact)
@@ -245,8 +250,19 @@ void complete(PolyModel& m, const IdData& d, Search& best) {
 }  // namespace
 
 PredictionErrors prediction_errors(const IdData& d, Index output, const Orders& orders, const Vec& theta,
-                                   Start start, bool gradient) {
+                                   InitialCondition start, bool gradient) {
   return evaluate(parts_of(d, output), orders, theta, start, gradient);
+}
+
+double compared_variation(const IdData& d, const PolyModel& m) {
+  std::vector<double> kept;
+  for (Index k = 0; k < d.experiments(); ++k) {
+    const Index skipped = m.start == InitialCondition::drop ? m.p.memory() : 0;
+    for (Index t = std::min(d.starts[k] + skipped, d.end(k)); t < d.end(k); ++t)
+      kept.push_back(d.y(t, m.output));
+  }
+  const auto y = Eigen::Map<const Vec>(kept.data(), static_cast<Index>(kept.size()));
+  return kept.empty() ? 0 : (y.array() - y.mean()).matrix().squaredNorm();
 }
 
 PolyModel pem(const IdData& d, Index output, const Orders& wanted, const std::string& kind,
@@ -267,30 +283,33 @@ PolyModel pem(const IdData& d, Index output, const Orders& wanted, const std::st
     starts = {*options.theta};
   else
     starts = starting_values(d, output, orders);
-  Search best;
+  Search search(parts, orders, options);
+  std::optional<Minimum> best;
   for (const Vec& start : starts) {
     if (start.size() != orders.parameters())
       throw Error(text("start: expected ", orders.parameters(), " numbers (",
                        join(parameter_names(orders, d.u_names), ", "), "), got ", start.size()));
-    if (!admissible(polynomials_of(start, orders))) {
-      if (options.theta) throw Error("start: C and F must be stable (zeros inside the unit circle)");
-      continue;
-    }
-    Search s = minimise(parts, orders, start, options, best.theta);
-    if (s.sse < best.sse) best = std::move(s);
+    if (options.theta && !admissible(polynomials_of(start, orders)))
+      throw Error("start: C and F must be stable (zeros inside the unit circle)");
+    auto m = search.run(start, best ? best->theta : Vec());
+    if (m && m->ending != Ending::known && (!best || m->value < best->value)) best = std::move(m);
   }
-  if (!std::isfinite(best.sse)) throw Failure("no finite start was found: is the data constant?");
+  if (!best)
+    throw Failure("the loss is not finite at any start: is the data constant, or its size beyond 1e150?");
   PolyModel m;
-  m.kind = kind, m.orders = orders, m.theta = best.theta, m.output = output;
-  m.p = polynomials_of(best.theta, orders);
+  m.kind = kind, m.orders = orders, m.theta = best->theta, m.output = output;
+  m.p = polynomials_of(best->theta, orders);
   m.Ts = d.Ts, m.start = options.start, m.samples = d.samples();
   m.y_name = d.y_names[output], m.u_names = d.u_names;
   m.estimated = true;
   m.names = parameter_names(orders, d.u_names);
-  m.iterations = std::max(1, best.iterations);
-  m.search = text("Gauss–Newton (", m.iterations, m.iterations == 1 ? " iteration)" : " iterations)",
-                  best.end.empty() ? "" : "; " + best.end);
-  complete(m, d, best);
+  m.search.iterations = std::max(1, best->iterations);
+  const std::string ending = ending_text(*best);
+  m.search.method =
+      text("Gauss–Newton (", m.search.iterations, m.search.iterations == 1 ? " iteration" : " iterations",
+           ending.empty() ? ")" : "; " + ending + ")");
+  complete(m, d, search.errors(best->theta));
+  m.search.warnings = warnings(m);
   return m;
 }
 

@@ -13,7 +13,7 @@
 
 namespace pendula::sysid {
 
-/// ε and its gradient at θ, one experiment after the other. Start::estimate adds the response to an unknown
+/// ε and its gradient at θ, one experiment after the other. InitialCondition::estimate adds the response to an unknown
 /// initial state (impulses in the first memory() rows through 1/(C F)), fitted by linear least squares at
 /// every θ; its effect is projected out of the gradient (Kaufman, BIT 15, 1975).
 struct PredictionErrors {
@@ -23,10 +23,13 @@ struct PredictionErrors {
   Index rows = 0;        ///< rows that count
 };
 PredictionErrors prediction_errors(const IdData& d, Index output, const Orders& orders, const Vec& theta,
-                                   Start start, bool gradient);
+                                   InitialCondition start, bool gradient);
+
+/// Σ (y - ȳ)² over the samples whose errors count.
+double compared_variation(const IdData& d, const PolyModel& m);
 
 struct PemOptions {
-  Start start = Start::estimate;
+  InitialCondition start = InitialCondition::estimate;
   int iterations = 200;
   std::optional<Vec> theta;  ///< where to begin; otherwise from linear estimates
 };

@@ -1,8 +1,9 @@
 // Starting values for the prediction-error search, all by linear least squares.
+#include <algorithm>
 #include <cmath>
 
 #include "sysid/fit/pem.hpp"
-#include "sysid/fit/structured.hpp"
+#include "sysid/regression/structured.hpp"
 
 namespace pendula::sysid {
 namespace {
@@ -17,7 +18,7 @@ IdData with_signals(const IdData& like, const Vec& y, const Mat& u) {
 }
 
 Vec regress(const IdData& d, const Orders& orders) {
-  const Regressor regressor(d, 0, orders, Start::drop);
+  const Regressor regressor(d, 0, orders, InitialCondition::drop);
   return regressor.rows() > 0 ? solve_regression(regressor).theta : Vec(Vec::Zero(regressor.columns()));
 }
 
@@ -47,7 +48,7 @@ Vec innovations(const IdData& d, int order) {
   o.na = order;
   o.nb.assign(static_cast<std::size_t>(d.inputs()), order), o.nk.assign(o.nb.size(), 0),
       o.nf.assign(o.nb.size(), 0);
-  const Regressor regressor(d, 0, o, Start::drop);
+  const Regressor regressor(d, 0, o, InitialCondition::drop);
   Vec e = Vec::Zero(d.samples());
   if (regressor.rows() <= regressor.columns()) return e;
   const Polynomials p = polynomials_of(solve_regression(regressor).theta, o);
@@ -136,6 +137,35 @@ void noise_start(const IdData& d, const Orders& orders, int order, Polynomials& 
   }
 }
 
+/// The first k + 1 coefficients of p, padded with zeros.
+Vec resized(const Vec& p, Index k) {
+  Vec out = Vec::Zero(k + 1);
+  out.head(std::min(k + 1, p.size())) = p.head(std::min(k + 1, p.size()));
+  return out;
+}
+
+/// An ARX model with as many poles as the largest F has: its A as every F and as D.
+Vec equation_error_poles(const IdData& d, const Orders& orders, Polynomials p) {
+  Orders o = orders;
+  o.nc = o.nd = 0;
+  o.na = std::max(orders.na, *std::max_element(orders.nf.begin(), orders.nf.end()));
+  for (int& f : o.nf) f = 0;
+  const Polynomials found = polynomials_of(regress(d, o), o);
+  for (std::size_t i = 0; i < p.B.size(); ++i) {
+    p.B[i] = found.B[i];
+    p.F[i] = stabilised(resized(found.A, orders.nf[i]));
+  }
+  p.D = stabilised(resized(found.A, orders.nd));
+  return parameters_of(p, orders);
+}
+
+std::vector<Vec> distinct(std::vector<Vec> list) {
+  std::vector<Vec> out;
+  for (Vec& v : list)
+    if (std::find(out.begin(), out.end(), v) == out.end()) out.push_back(std::move(v));
+  return out;
+}
+
 }  // namespace
 
 std::vector<Vec> starting_values(const IdData& data, Index output, const Orders& orders) {
@@ -175,8 +205,14 @@ std::vector<Vec> starting_values(const IdData& data, Index output, const Orders&
     if (orders.nc > 0 || orders.nd > 0) noise_start(d, orders, order, p);
     out.push_back(parameters_of(p, orders));
   }
-  if (out[0] == out[1]) out.pop_back();
-  return out;
+  if (rational) out.push_back(equation_error_poles(d, orders, fresh()));
+  if (orders.nc + orders.nd > 0) {  // without a noise model
+    Polynomials p = polynomials_of(out[0], orders);
+    p.C = fresh().C;
+    p.D = fresh().D;
+    out.push_back(parameters_of(p, orders));
+  }
+  return distinct(std::move(out));
 }
 
 }  // namespace pendula::sysid

@@ -5,10 +5,11 @@
 #include "base/decompositions.hpp"
 #include "base/error.hpp"
 #include "base/interrupt.hpp"
+#include "base/least_squares.hpp"
 #include "base/text.hpp"
 #include "expr/graph/derivative.hpp"
 #include "expr/print/print.hpp"
-#include "sysid/model/predictor.hpp"
+#include "sysid/fit/predictor_fit.hpp"
 
 namespace pendula::sysid {
 namespace {
@@ -26,7 +27,7 @@ Index input_column(const std::string& name, const IdData& d) {
 
 class Recursion {
  public:
-  Recursion(const Predictor& p, const IdData& d, Start start) : p_(p), d_(d), start_(start) {
+  Recursion(const Predictor& p, const IdData& d, InitialCondition start) : p_(p), d_(d), start_(start) {
     std::vector<Expr> slots;
     Substitution by_slot;
     for (std::size_t i = 0; i < p.terms.size(); ++i) {
@@ -65,7 +66,7 @@ class Recursion {
     std::vector<Index> rows;
     for (Index k = 0; k < d_.experiments(); ++k) {
       const Index begin = d_.starts[k];
-      const Index from = start_ == Start::zero ? begin : std::min(begin + p_.memory(), d_.end(k));
+      const Index from = start_ == InitialCondition::zero ? begin : std::min(begin + p_.memory(), d_.end(k));
       for (Index t = from; t < d_.end(k); ++t) {
         if (t % 1024 == 0) poll_interrupt();
         fill(t, begin, all, in.data() + n);
@@ -104,7 +105,7 @@ class Recursion {
 
   const Predictor& p_;
   const IdData& d_;
-  Start start_;
+  InitialCondition start_;
   codegen::Kernel kernel_;
   std::vector<Index> column_;
   std::vector<std::size_t> fed_back_;
@@ -113,57 +114,36 @@ class Recursion {
 };
 
 LeastSquares linearised(const Mat& J, const Vec& e) {
-  Mat both(J.rows(), J.cols() + 1);
-  both << J, e;
-  TriangularFactor factor(both.cols());
-  factor.add(both);
-  return solve_triangular(factor.R(), both.rows());
+  return solve_triangular(triangular_factor(J, e).R(), e.size());
 }
 
-/// Damped Gauss–Newton on the recursion.
-void search(Recursion& recursion, Vec& theta, Vec& e, Mat& J, Vec& yhat, int& iterations) {
-  recursion.run(theta, e, J, yhat);
-  if (!e.allFinite())
+/// Minimises ½‖y - ŷ(θ)‖² from theta; e, J and yhat belong to the minimum.
+Minimum search(Recursion& recursion, Vec& theta, Vec& e, Mat& J, Vec& yhat) {
+  const auto loss = [&](Vec& at) -> std::optional<QuadraticModel> {
+    recursion.run(at, e, J, yhat);
+    if (!e.allFinite() || !J.allFinite()) return {};
+    return gauss_newton_model(-J, e);
+  };
+  if (!loss(theta))
     throw Failure("the predictor is not finite at the start; give start = { … } nearer to the solution");
-  double damping = 0, sse = e.squaredNorm();
-  for (iterations = 0; iterations < 500; ++iterations) {
-    const Vec g = J.transpose() * e;
-    const Mat H = J.transpose() * J;
-    const Vec scale = H.diagonal().cwiseMax(1e-12 * H.diagonal().maxCoeff() + 1e-300);
-    bool improved = false;
-    double size = 0, gain = 0;
-    for (int tries = 0; tries < 40 && !improved; ++tries) {
-      Mat damped = H;
-      damped.diagonal() += (damping + 1e-14) * scale;
-      const Vec step = damped.llt().solve(g);
-      size = std::sqrt(step.cwiseAbs2().dot(scale) / (theta.cwiseAbs2().dot(scale) + 1e-300));
-      Vec e2, yhat2;
-      Mat J2;
-      if (step.allFinite()) recursion.run(theta + step, e2, J2, yhat2);
-      if (step.allFinite() && e2.allFinite() && J2.allFinite() && e2.squaredNorm() < sse) {
-        gain = (sse - e2.squaredNorm()) / sse;
-        sse = e2.squaredNorm(), theta += step, e = e2, J = J2, yhat = yhat2;
-        improved = true, damping = damping < 1e-8 ? 0 : damping / 10;
-      } else if (size < 1e-10) {
-        break;
-      } else {
-        damping = damping == 0 ? 1e-4 : damping * 10;
-      }
-    }
-    if (!improved || size < 1e-13 || (gain < 1e-13 && size < 1e-8)) return;
-  }
+  MinimiserOptions options;
+  options.iterations = 500;
+  Minimum m = minimise(loss, theta, options);
+  theta = m.theta;
+  recursion.run(theta, e, J, yhat);
+  return m;
 }
 
 }  // namespace
 
 namespace {
 
-void check(const Predictor& p, const IdData& d, Start start) {
+void check(const Predictor& p, const IdData& d, InitialCondition start) {
   if (d.outputs() != 1) throw Error("a predictor explains one output; the data has several");
   if (p.parameters.empty()) throw Error("the predictor has no parameters to estimate");
   if (p.recursive && missing(d) > 0)
     throw Error(text(missing_text(d), "; the recursion cannot run across them: d:fill()"));
-  if (start == Start::estimate) throw Error("ic: \"drop\" or \"zero\" for a predictor");
+  if (start == InitialCondition::estimate) throw Error("ic: \"drop\" or \"zero\" for a predictor");
 }
 
 [[noreturn]] void no_row(const Predictor& p, const IdData& d) {
@@ -189,7 +169,7 @@ void maximise_likelihood(PredictorFit& f, const Regression& r, const Density& de
 
 }  // namespace
 
-Regression regression(const Predictor& p, const IdData& d, Start start) {
+Regression regression(const Predictor& p, const IdData& d, InitialCondition start) {
   check(p, d, start);
   if (!p.linear) throw Error("noise = … needs a predictor that is linear in its parameters");
   Recursion recursion(p, d, start);
@@ -202,7 +182,7 @@ Regression regression(const Predictor& p, const IdData& d, Start start) {
   return r;
 }
 
-PredictorFit fit(const Predictor& p, const IdData& d, Start start, const Vec& theta0,
+PredictorFit fit(const Predictor& p, const IdData& d, InitialCondition start, const Vec& theta0,
                  const Density* density) {
   check(p, d, start);
   PredictorFit f;
@@ -219,7 +199,9 @@ PredictorFit fit(const Predictor& p, const IdData& d, Start start, const Vec& th
     f.ls = linearised(J, e);
     recursion.run(f.theta, e, J, yhat);
   } else {
-    search(recursion, f.theta, e, J, yhat, f.iterations);
+    const Minimum m = search(recursion, f.theta, e, J, yhat);
+    f.iterations = m.iterations;
+    f.ending = ending_text(m);
     f.ls = linearised(J, e);
   }
   f.ls.theta = f.theta, f.ls.sse = e.squaredNorm();
@@ -231,7 +213,7 @@ PredictorFit fit(const Predictor& p, const IdData& d, Start start, const Vec& th
   f.std = standard_deviations(f.ls, f.covariance);
   f.unidentifiable = free_directions(f.ls.null_space, f.names);
   f.residuals = e, f.predictions = yhat;
-  f.first = start == Start::zero ? 0 : p.memory();
+  f.first = start == InitialCondition::zero ? 0 : p.memory();
   if (density) {
     const Regression r = regression(p, d, start);
     if (f.unidentifiable.empty()) maximise_likelihood(f, r, *density);  // else the rank report comes first
@@ -242,9 +224,11 @@ PredictorFit fit(const Predictor& p, const IdData& d, Start start, const Vec& th
 std::string describe(const PredictorFit& f) {
   std::string out =
       text("predictor fitted to ", f.residuals.size(), f.residuals.size() == 1 ? " row" : " rows", " by ",
-           !f.noise.empty()     ? "maximum likelihood"
-           : f.predictor.linear ? "linear least squares"
-                                : text("Gauss–Newton (", f.iterations, " iterations)"),
+           !f.noise.empty() ? "maximum likelihood"
+           : f.predictor.linear
+               ? "linear least squares"
+               : text("Gauss–Newton (", f.iterations, f.iterations == 1 ? " iteration" : " iterations",
+                      f.ending.empty() ? ")" : "; " + f.ending + ")"),
            "\n", describe(f.predictor), "\n");
   if (!f.noise.empty()) out += text("  ", f.noise, ", ln L = ", rounded(f.log_likelihood, 7), "\n");
   Table table({false, true, false});

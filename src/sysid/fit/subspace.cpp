@@ -6,8 +6,8 @@
 #include "base/error.hpp"
 #include "base/interrupt.hpp"
 #include "base/text.hpp"
-#include "sysid/fit/state_space_fit.hpp"
-#include "sysid/model/state_space.hpp"
+#include "sysid/fit/subspace.hpp"
+#include "sysid/model/state_space_fit.hpp"
 
 namespace pendula::sysid {
 namespace {
@@ -225,8 +225,6 @@ Mat kalman_gain(const Mat& A, const Mat& C, const Mat& Q, const Mat& S, const Ma
   }
   return K;
 }
-
-double spectral_radius(const Mat& A) { return A.rows() == 0 ? 0 : A.eigenvalues().cwiseAbs().maxCoeff(); }
 
 IdModel subspace(const IdData& data, const SubspaceOptions& o) {
   check(data, o);

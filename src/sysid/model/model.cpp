@@ -6,8 +6,7 @@
 #include "base/decompositions.hpp"
 #include "base/error.hpp"
 #include "base/text.hpp"
-#include "sysid/data/excitation.hpp"
-#include "sysid/fit/structured.hpp"
+#include "sysid/regression/structured.hpp"
 
 namespace pendula::sysid {
 
@@ -124,12 +123,13 @@ double variation(const Regressor& regressor) {
   return square;
 }
 
-[[noreturn]] void no_rows(const IdData& d, const Orders& o, Start start) {
+[[noreturn]] void no_rows(const IdData& d, const Orders& o, InitialCondition start) {
   const std::string gaps = missing_text(d);
   if (!gaps.empty())
     throw Error(text("no row is complete: ", gaps, ". Fill them with d:fill() or use smaller orders"));
   throw Error(text("no row is left: φ(t) needs ", o.memory(), " earlier samples and the data has ",
-                   d.samples(), start == Start::drop ? "; use smaller orders or ic = \"zero\"" : ""));
+                   d.samples(),
+                   start == InitialCondition::drop ? "; use smaller orders or ic = \"zero\"" : ""));
 }
 
 /// y(0), y(-1), …, y(1-na) that make the first na rows exact, u taken as zero before the data; empty where θ
@@ -156,7 +156,7 @@ Vec past_outputs(const IdData& d, const PolyModel& m) {
 
 }  // namespace
 
-PolyModel arx(const IdData& d, Index output, const Orders& wanted, Start start) {
+PolyModel arx(const IdData& d, Index output, const Orders& wanted, InitialCondition start) {
   PolyModel m;
   m.orders = checked(wanted, d);
   if (m.orders.nc || m.orders.nd) throw Error("arx: nc and nd belong to armax and bj");
@@ -164,6 +164,8 @@ PolyModel arx(const IdData& d, Index output, const Orders& wanted, Start start) 
   const Regressor regressor(d, output, m.orders, start);
   if (regressor.rows() == 0) no_rows(d, m.orders, start);
   const LeastSquares ls = solve_regression(regressor);
+  if (!ls.theta.allFinite() || !std::isfinite(ls.sse))
+    throw Failure("the sums of squares overflow: scale the data, for example to values near 1");
   m.kind = m.orders.na == 0 ? "FIR" : d.inputs() == 0 ? "AR" : "ARX";
   m.p = polynomials_of(ls.theta, m.orders);
   m.Ts = d.Ts, m.output = output, m.start = start;
@@ -178,9 +180,9 @@ PolyModel arx(const IdData& d, Index output, const Orders& wanted, Start start) 
   m.std = standard_deviations(ls, m.covariance);
   m.unidentifiable = free_directions(ls.null_space, m.names);
   if (ls.rank < regressor.columns()) m.advice = why_not_identifiable(d, m, ls.rows);
-  if (start == Start::estimate) m.initial_past = past_outputs(d, m);
+  if (start == InitialCondition::estimate) m.initial_past = past_outputs(d, m);
   m.simulation_fit = std::numeric_limits<double>::quiet_NaN();
-  const Seed seed = start == Start::zero ? Seed::zero : Seed::data;
+  const Seed seed = start == InitialCondition::zero ? Seed::zero : Seed::data;
   m.simulation_start = seed_text(m, seed);
   if (missing(d) == 0 && d.samples() > m.p.memory()) m.simulation_fit = simulation_fit(m, d, seed);
   return m;

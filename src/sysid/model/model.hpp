@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
-#include "sysid/fit/least_squares.hpp"
-#include "sysid/fit/regressor.hpp"
+#include "sysid/regression/least_squares.hpp"
+#include "sysid/regression/regressor.hpp"
 
 namespace pendula::sysid {
 
@@ -31,6 +31,13 @@ Criteria criteria(double sse, Index rows, Index parameters, double y_variation);
 /// 100 (1 - ‖e‖/‖y - ȳ‖); -inf when y does not vary.
 double fit_percent(const Vec& y, const Vec& e);
 
+/// What a nonlinear search says about its result.
+struct SearchReport {
+  int iterations = 0;  ///< 0: one linear least-squares problem
+  std::string method;  ///< with the iterations, and how it ended if it did not converge
+  std::vector<std::string> warnings;
+};
+
 struct PolyModel {
   std::string kind;  ///< "ARX", "FIR", "ARMAX", "OE", "BJ", "polynomial"
   Polynomials p;
@@ -48,13 +55,12 @@ struct PolyModel {
   double simulation_fit = 0;     ///< NaN: there is none; -inf: the simulation diverges
   std::string simulation_start;  ///< in words: how that simulation begins
   Index samples = 0, left_out = 0;
-  Start start = Start::drop;
+  InitialCondition start = InitialCondition::drop;
   bool exact = false;
   Index rank = 0;
   std::vector<std::string> unidentifiable, advice;
   Mat null_space;
-  int iterations = 0;     ///< of the nonlinear search; 0: one linear least-squares problem
-  std::string search;     ///< how it ended, in words
+  SearchReport search;
   std::string weighting;  ///< of a weighted estimate, in words
   std::string noise;      ///< maximum likelihood: the density in words, with what was estimated of it
   double log_likelihood = 0;
@@ -69,7 +75,11 @@ Orders orders_of(const Polynomials& p);
 
 /// ARX and FIR by linear least squares. Fewer rows than parameters is a rank report. throws Error if no row
 /// is usable.
-PolyModel arx(const IdData& d, Index output, const Orders& orders, Start start);
+PolyModel arx(const IdData& d, Index output, const Orders& orders, InitialCondition start);
+
+/// Sentences: which input excites too little, what the structure of the null space says (feedback, orders too
+/// high for exact data), what is missing, and what to change.
+std::vector<std::string> why_not_identifiable(const IdData& d, const PolyModel& m, Index rows);
 
 // ── using a model ──
 
@@ -104,6 +114,8 @@ Vec ringing(const Vec& den, const Vec& head, Index n);
 Vec convolve(const Vec& a, const Vec& b);
 /// All zeros of the monic polynomial 1 + p₁q⁻¹ + … inside the unit circle (Schur–Cohn recursion).
 bool stable(const Vec& p);
+/// The polynomial with its zeros outside the unit circle at their mirror images 1/z̄.
+Vec reflected(const Vec& p);
 
 // ── text ──
 

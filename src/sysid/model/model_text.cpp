@@ -29,18 +29,18 @@ std::string number_or(double value, int digits, const std::string& otherwise) {
 
 std::string head(const PolyModel& m) {
   if (!m.estimated) return m.kind + " model\n";
-  const std::string how = m.iterations > 0       ? m.search
-                          : !m.weighting.empty() ? m.weighting
-                          : !m.noise.empty()     ? "maximum likelihood"
-                                                 : "linear least squares";
+  const std::string how = m.search.iterations > 0 ? m.search.method
+                          : !m.weighting.empty()  ? m.weighting
+                          : !m.noise.empty()      ? "maximum likelihood"
+                                                  : "linear least squares";
   std::string out =
       text(m.kind, " model, estimated from ", m.quality.rows, " of ", m.samples, " samples by ", how, "\n");
   const Index first = m.samples - m.quality.rows - m.left_out;
-  if (m.start == Start::drop && first > 0)
+  if (m.start == InitialCondition::drop && first > 0)
     out += text("  ic = \"drop\": the first ", first == 1 ? "sample starts" : text(first, " samples start"),
                 " the regressor\n");
-  if (m.start == Start::zero) out += "  ic = \"zero\": samples before the first are zero\n";
-  if (m.start == Start::estimate) {
+  if (m.start == InitialCondition::zero) out += "  ic = \"zero\": samples before the first are zero\n";
+  if (m.start == InitialCondition::estimate) {
     out += "  ic = \"estimate\": the samples before the first are estimated";
     for (Index i = 0; i < m.initial_past.size(); ++i)
       out += text(i == 0 ? ": " : ", ", m.y_name, "(", -i, ") = ", rounded(m.initial_past[i], 6));
@@ -144,9 +144,11 @@ std::string numbers(const PolyModel& m) {
       out += text(", diverges (simulation, ", m.simulation_start, ": the model is unstable)");
     out += "\n";
   }
+  for (const std::string& line : m.search.warnings) out += text("  warning: ", line, "\n");
   if (!m.unidentifiable.empty()) {
-    out +=
-        text("  rank ", m.rank, " of ", m.names.size(), ": the estimate shown is the one of minimum norm\n");
+    out += text("  rank ", m.rank, " of ", m.names.size(),
+                m.search.iterations > 0 ? ": other parameters explain the data equally well\n"
+                                        : ": the estimate shown is the one of minimum norm\n");
     for (const std::string& line : m.unidentifiable) out += "    " + line + "\n";
     for (const std::string& line : m.advice) out += "    why: " + line + "\n";
   }

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 
+#include "base/decompositions.hpp"
 #include "base/error.hpp"
 #include "base/interrupt.hpp"
 #include "base/text.hpp"
@@ -95,6 +96,25 @@ bool stable(const Vec& p) {
     a = (a - k * reversed).head(n).eval();
   }
   return true;
+}
+
+Vec reflected(const Vec& p) {
+  Index n = p.size() - 1;
+  while (n > 0 && p[n] == 0) --n;
+  if (n == 0) return p;
+  Mat companion = Mat::Zero(n, n);
+  companion.row(0) = -p.segment(1, n).transpose() / p[0];
+  companion.diagonal(-1).setOnes();
+  const Eigen::EigenSolver<Mat> solver(companion, false);
+  constexpr double largest = 1 - 1e-9;  // zeros on the circle itself move inside
+  Eigen::VectorXcd product = Eigen::VectorXcd::Unit(p.size(), 0) * p[0];
+  for (std::complex<double> z : solver.eigenvalues()) {
+    const double size = std::abs(z);
+    if (size > 1) z /= size * size;
+    if (size > largest && std::abs(z) > largest) z *= largest / std::abs(z);
+    for (Index k = product.size() - 1; k > 0; --k) product[k] -= z * product[k - 1];
+  }
+  return product.real();
 }
 
 Seed seed_named(const std::string& name) {

@@ -133,7 +133,7 @@ std::string describe(const Predictor& p) {
   for (const Expr e : entries(p.regressor)) phi.push_back(to_text(e));
   out += text("  linear in ", theta, ": ŷ(t) = ", p.offset.is_zero() ? "" : to_text(p.offset) + " + ",
               "φ(t)ᵀθ with φ(t) = [", join(phi, ", "), "]ᵀ\n");
-  return out + "  least squares is a linear problem: θ̂ = (ΦᵀΦ)⁻¹ Φᵀ y, covariance σ²(ΦᵀΦ)⁻¹";
+  return out + "  least squares is a linear problem: ΦᵀΦ θ̂ = Φᵀ y; covariance σ²(ΦᵀΦ)⁻¹ if Φ has full rank";
 }
 
 // ── from polynomials ──

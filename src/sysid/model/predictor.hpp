@@ -9,10 +9,7 @@
 
 #include "codegen/kernel/kernel.hpp"
 #include "expr/graph/matrix.hpp"
-#include "sysid/fit/least_squares.hpp"
-#include "sysid/fit/regressor.hpp"
 #include "sysid/model/model.hpp"
-#include "sysid/noise/likelihood.hpp"
 
 namespace pendula::sysid {
 
@@ -53,29 +50,5 @@ Predictor predictor(const SymbolicPolynomials& p, const std::vector<std::string>
 /// The equation above in words, before its coefficients are written out.
 std::string derivation(const SymbolicPolynomials& p);
 std::string describe(const SymbolicPolynomials& p, const std::vector<std::string>& inputs);
-
-/// Parameters of any predictor by least squares: one linear problem if the predictor is linear in θ, else
-/// Gauss–Newton with damping, the gradient carried through the recursion: dŷ = ∂f/∂θ + Σ ∂f/∂ŷ(t-k) dŷ(t-k).
-struct PredictorFit {
-  Predictor predictor;
-  std::vector<std::string> names;
-  LeastSquares ls;
-  Vec theta, std;
-  Mat covariance;
-  Criteria quality;
-  bool exact = false;
-  int iterations = 0;
-  std::vector<std::string> unidentifiable;
-  Vec predictions, residuals;  ///< at the rows used
-  Index first = 0;             ///< rows left out at the start of each experiment
-  std::string noise;           ///< maximum likelihood: the density in words
-  double log_likelihood = 0;
-};
-/// With a density (not uniform): maximum likelihood; requires a linear predictor.
-PredictorFit fit(const Predictor& p, const IdData& d, Start start, const Vec& theta0,
-                 const Density* density = nullptr);
-/// y - offset = Φθ of a linear predictor. throws Error if it is not linear.
-Regression regression(const Predictor& p, const IdData& d, Start start);
-std::string describe(const PredictorFit& f);
 
 }  // namespace pendula::sysid

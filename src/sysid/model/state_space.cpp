@@ -9,9 +9,11 @@
 #include "base/interrupt.hpp"
 #include "base/text.hpp"
 #include "lti/system.hpp"
-#include "sysid/fit/state_space_fit.hpp"
+#include "sysid/model/state_space_fit.hpp"
 
 namespace pendula::sysid {
+
+double spectral_radius(const Mat& A) { return A.rows() == 0 ? 0 : A.eigenvalues().cwiseAbs().maxCoeff(); }
 
 Index StateSpaceModel::parameters() const {
   const Index n = order(), p = C.rows(), m = B.cols();
@@ -159,7 +161,7 @@ IdModel completed(StateSpaceModel m, const IdData& d, bool exact) {
     e.col(j) = one[i].errors;
     PolyModel row;
     row.kind = "state space", row.estimated = true, row.Ts = d.Ts, row.output = j,
-    row.start = Start::estimate;
+    row.start = InitialCondition::estimate;
     row.y_name = d.y_names[i], row.u_names = d.u_names, row.samples = d.samples();
     row.rank = m.parameters();
     const Vec& y = one[i].compared;

@@ -61,7 +61,7 @@ Index noise_parameters(const IdModel& m, const PolyModel& row) {
 
 }  // namespace
 
-Validation validate(const IdModel& model, Index output, const IdData& data, Index lags) {
+Validation validate(const IdModel& model, Index output, const IdData& data, std::optional<Index> lags) {
   Validation v;
   const auto index = static_cast<std::size_t>(output);
   const PolyModel& m = model.outputs[index];
@@ -72,7 +72,10 @@ Validation validate(const IdModel& model, Index output, const IdData& data, Inde
   v.y_name = m.y_name, v.u_names = d.u_names, v.state_space = model.state_space != nullptr;
   v.rows = one.errors.size();
   if (v.rows < 8) throw Error(text("validation needs at least 8 residuals, the data gives ", v.rows));
-  v.lags = std::min<Index>(lags, v.rows / 4);
+  v.lags = lags.value_or(std::min<Index>(25, v.rows / 4));
+  if (v.lags > v.rows - 4)
+    throw Error(
+        text("lags = ", v.lags, " is too many for ", v.rows, " residuals; give at most ", v.rows - 4));
   v.fit = one.fit, v.residuals = one.errors;
   try {
     v.simulation_fit = predict(model, data, 0, seed)[index].fit;
@@ -145,7 +148,8 @@ std::string describe(const Validation& v) {
   if (!v.independent)
     out += text("  the input explains more than the model uses: raise ",
                 v.state_space ? "the order\n" : "nb, nf, or lower nk\n");
-  if (v.feedback) out += "  residuals and later inputs are correlated: the data were taken in closed loop\n";
+  if (v.feedback)
+    out += "  residuals and later inputs are correlated: the data may have been taken in closed loop\n";
   out.pop_back();
   return out;
 }
@@ -169,7 +173,9 @@ std::vector<ComparisonRow> compare(const std::vector<std::pair<std::string, cons
                                      : free[i].fit / static_cast<double>(one.size());
       row.loss += one[i].errors.squaredNorm() / static_cast<double>(one[i].errors.size());
       if (!model->state_space) row.parameters += model->outputs[i].theta.size();
-      row.fpe += model->outputs[i].quality.fpe, row.aic += model->outputs[i].quality.aic;
+      const bool exact = model->outputs[i].exact;  // then these criteria are those of rounding errors
+      row.fpe += exact ? std::numeric_limits<double>::quiet_NaN() : model->outputs[i].quality.fpe;
+      row.aic += exact ? std::numeric_limits<double>::quiet_NaN() : model->outputs[i].quality.aic;
     }
     if (model->state_space) row.parameters = model->state_space->parameters();
     rows.push_back(row);
@@ -186,7 +192,8 @@ std::string describe(const std::vector<ComparisonRow>& rows, const IdData& d) {
     if (rows[i].simulation > rows[free].simulation) free = i;
     table.row({rows[i].name, std::to_string(rows[i].parameters), rounded(rows[i].prediction, 5),
                std::isfinite(rows[i].simulation) ? rounded(rows[i].simulation, 5) : std::string("diverges"),
-               rounded(rows[i].fpe, 6), rounded(rows[i].aic, 6)});
+               std::isnan(rows[i].fpe) ? "–" : rounded(rows[i].fpe, 6),
+               std::isnan(rows[i].aic) ? "–" : rounded(rows[i].aic, 6)});
   }
   return text("comparison on ", d.samples(),
               " samples (initial states estimated; FPE and AIC from the estimation data)\n", table.str(2),

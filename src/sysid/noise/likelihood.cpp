@@ -8,6 +8,7 @@
 #include "base/decompositions.hpp"
 #include "base/error.hpp"
 #include "base/interrupt.hpp"
+#include "base/least_squares.hpp"
 #include "base/text.hpp"
 #include "codegen/kernel/kernel.hpp"
 #include "expr/graph/derivative.hpp"
@@ -182,40 +183,26 @@ LikelihoodFit user(const Regression& r, const Density& density) {
   LikelihoodFit out;
   const LeastSquares ls = ordinary(r);
   out.theta = ls.theta;
-  Objective now = objective(r, f, out.theta);
-  if (!std::isfinite(now.value)) zero_density(r, f, out.theta, density);
-  double damping = 0;
-  for (;; ++out.iterations) {
-    poll_interrupt();
-    if (out.iterations == 500) throw Failure("the likelihood did not settle in 500 Newton steps");
-    const Mat metric =
-        now.hessian.cwiseAbs().diagonal().asDiagonal().toDenseMatrix() +
-        Mat(ls.scale.cwiseAbs2().asDiagonal()) * (1e-12 + now.hessian.norm() / ls.scale.squaredNorm());
-    Vec step;
-    for (damping = std::max(0.0, damping / 10);;) {
-      const Eigen::LLT<Mat> llt(now.hessian + damping * metric);
-      if (llt.info() == Eigen::Success) {
-        step = llt.solve(-now.gradient);
-        const Objective next = objective(r, f, out.theta + step);
-        if (std::isfinite(next.value) && next.value <= now.value + 1e-14 * std::abs(now.value)) {
-          now = next;
-          break;
-        }
-      }
-      damping = damping == 0 ? 1e-3 : damping * 10;
-      if (damping > 1e15) {  // a kink
-        if (!reweight(r, f, out.theta, now.value))
-          throw Failure(
-              "the likelihood cannot be increased along any direction, but its slope is not zero: is the "
-              "density smooth?");
-        return kinked(r, f, std::move(out), now.value);
-      }
-    }
-    out.theta += step;
-    if (step.cwiseProduct(ls.scale).norm() <=
-        1e-11 * (1e-300 + out.theta.cwiseProduct(ls.scale).norm() + ls.y_norm))
-      break;
+  const auto negative_log_likelihood = [&](Vec& theta) -> std::optional<QuadraticModel> {
+    const Objective at = objective(r, f, theta);
+    if (!std::isfinite(at.value) || !at.hessian.allFinite()) return {};
+    return newton_model(at.value, at.gradient, at.hessian);
+  };
+  if (!negative_log_likelihood(out.theta)) zero_density(r, f, out.theta, density);
+  MinimiserOptions options;
+  options.iterations = 500;
+  const Minimum m = minimise(negative_log_likelihood, out.theta, options);
+  out.theta = m.theta;
+  out.iterations = m.iterations;
+  if (m.ending == Ending::iterations) throw Failure("the likelihood did not settle in 500 Newton steps");
+  double value = m.value;
+  if (!m.converged()) {
+    if (reweight(r, f, out.theta, value)) return kinked(r, f, std::move(out), value);
+    throw Failure(
+        "the likelihood cannot be increased along any direction, but its slope is not zero: is the density "
+        "smooth?");
   }
+  const Objective now = objective(r, f, out.theta);
   const Eigen::LLT<Mat> llt(now.hessian);
   if (llt.info() == Eigen::Success)
     out.covariance = llt.solve(Mat::Identity(out.theta.size(), out.theta.size()));

@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "expr/graph/graph.hpp"
-#include "sysid/fit/least_squares.hpp"
 #include "sysid/noise/polytope.hpp"
+#include "sysid/regression/least_squares.hpp"
 
 namespace pendula::sysid {
 
@@ -58,7 +58,7 @@ std::string described(const Density& f, const LikelihoodFit& fit);
 /// Uniform noise: the set on which the likelihood is (high - low)^-N.
 struct ParameterSet {
   Regression regression;
-  Strips strips;
+  FeasibleSet strips;
   double low = 0, high = 0;
   bool feasible = false, bounded = false;
   std::vector<std::string> free;  ///< unbounded directions in words

@@ -30,7 +30,7 @@ double fraction(std::uint64_t x) { return static_cast<double>(scramble(x) >> 11)
 /// A simple polytope: vertex v lies on active[v][0..d-1], and dropping active[v][i] leads to neighbour[v][i].
 class DoubleDescription {
  public:
-  DoubleDescription(const Strips& s, const std::vector<Index>& basis) : d_(s.Phi.cols()) {
+  DoubleDescription(const FeasibleSet& s, const std::vector<Index>& basis) : d_(s.Phi.cols()) {
     transform(s, basis);
     start(basis);
   }
@@ -66,7 +66,7 @@ class DoubleDescription {
   };
 
   /// Constraint 2r + 1: g ξ ≤ upper_r; 2r: -g ξ ≤ -lower_r, in coordinates ξ = Φ_basis θ, g scaled to norm 1.
-  void transform(const Strips& s, const std::vector<Index>& basis) {
+  void transform(const FeasibleSet& s, const std::vector<Index>& basis) {
     Mat B(d_, d_);
     for (Index i = 0; i < d_; ++i) B.row(i) = s.Phi.row(basis[i]);
     const Mat rows = (B.transpose().partialPivLu().solve(s.Phi.transpose()));  // d×N
@@ -183,14 +183,33 @@ class DoubleDescription {
     for (const Index k : on) key += scramble(static_cast<std::uint64_t>(k));
     for (Index k = 0; k < d_; ++k) {
       if (k == i) continue;
-      // Two new vertices are joined along the edge that drops this constraint.
-      const std::uint64_t edge = key - scramble(static_cast<std::uint64_t>(on[k]));
-      const auto [at, first] = half_edges_.try_emplace(edge, id, k);
-      if (first) continue;
+      join_along_edge(key - scramble(static_cast<std::uint64_t>(on[k])), id, k);
+    }
+  }
+
+  /// Two new vertices are joined along the edge on which both drop one constraint and share the other d - 1.
+  /// `key` is a hash of those; edges are told apart by the sets themselves.
+  void join_along_edge(std::uint64_t key, Index id, Index k) {
+    const auto [first, last] = half_edges_.equal_range(key);
+    for (auto at = first; at != last; ++at) {
       const auto [other, j] = at->second;
+      if (!same_edge(id, k, other, j)) continue;
       neighbour_[id][k] = other;
       neighbour_[other][j] = id;
+      return;
     }
+    half_edges_.emplace(key, std::pair(id, k));
+  }
+
+  /// Do the vertices a and b lie on the same constraints, a's k-th and b's j-th left out?
+  bool same_edge(Index a, Index k, Index b, Index j) const {
+    const std::vector<Index>&on_a = active_[a], &on_b = active_[b];
+    for (Index i = 0; i < d_; ++i) {
+      if (i == k) continue;
+      const auto at = std::find(on_b.begin(), on_b.end(), on_a[i]);
+      if (at == on_b.end() || at - on_b.begin() == j) return false;
+    }
+    return true;
   }
 
   void compact(std::vector<Candidate>& candidates) {
@@ -218,11 +237,11 @@ class DoubleDescription {
   Vec h_;
   std::vector<std::vector<Index>> active_, neighbour_;
   std::vector<bool> alive_;
-  std::unordered_map<std::uint64_t, std::pair<Index, Index>> half_edges_;
+  std::unordered_multimap<std::uint64_t, std::pair<Index, Index>> half_edges_;
 };
 
 /// Solves the active rows with the true bounds.
-Vec solved(const Strips& s, const std::vector<Index>& active) {
+Vec solved(const FeasibleSet& s, const std::vector<Index>& active) {
   const Index d = s.Phi.cols();
   Mat B(d, d);
   Vec rhs(d);
@@ -273,7 +292,7 @@ void unite(std::vector<Index>& into, const std::vector<Index>& more) {
 }
 
 /// Vertices in a stable order; coinciding ones become one.
-void collect(Polytope& p, const Strips& s, std::vector<std::vector<Index>> sets) {
+void collect(Polytope& p, const FeasibleSet& s, std::vector<std::vector<Index>> sets) {
   std::vector<std::pair<Vec, std::vector<Index>>> all;
   for (auto& set : sets) {
     std::sort(set.begin(), set.end());
@@ -362,7 +381,7 @@ std::optional<ExactStrips> exact_strips(const Mat& Phi, const Vec& y, double low
   return out;
 }
 
-Polytope polytope(const Strips& s, const std::optional<ExactStrips>& exact) {
+Polytope polytope(const FeasibleSet& s, const std::optional<ExactStrips>& exact) {
   const Index d = s.Phi.cols();
   Polytope p;
   for (Index r = 0; r < s.Phi.rows(); ++r)

@@ -20,7 +20,7 @@ namespace pendula::sysid {
 
 using Eigen::Index;
 
-struct Strips {
+struct FeasibleSet {
   Mat Phi;
   Vec lower, upper;  ///< per row
 };
@@ -42,7 +42,7 @@ struct Polytope {
 
 /// Requires full column rank (Error otherwise). Cost: about vertices·rows·d. throws Failure above 200000
 /// vertices.
-Polytope polytope(const Strips& s, const std::optional<ExactStrips>& exact = {});
+Polytope polytope(const FeasibleSet& s, const std::optional<ExactStrips>& exact = {});
 
 /// Volume by splitting into simplices (Cohen & Hickey, J. ACM 26(3), 1979).
 double volume(const Polytope& p);
@@ -54,7 +54,7 @@ struct Ball {
   double radius = 0;
 };
 /// The largest ball inside (Chebyshev centre), from the constraints active at some vertex.
-Ball largest_ball(const Strips& s, const Polytope& p);
+Ball largest_ball(const FeasibleSet& s, const Polytope& p);
 
 /// The smallest γ for which {|mid_t - φᵀθ| ≤ γ} is not empty, one θ that attains it, and the rows that
 /// decide.
@@ -67,6 +67,6 @@ SmallestBound smallest_bound(const Mat& Phi, const Vec& mid);
 
 /// [min θ_i, max θ_i]; infinite where unbounded. Linear programs: also for rank-deficient Φ. Requires
 /// feasible.
-Mat intervals(const Strips& s);
+Mat intervals(const FeasibleSet& s);
 
 }  // namespace pendula::sysid

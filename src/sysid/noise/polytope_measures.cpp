@@ -120,7 +120,7 @@ mpq_class exact_volume(const Polytope& p) {
   return sum;
 }
 
-Ball largest_ball(const Strips& s, const Polytope& p) {
+Ball largest_ball(const FeasibleSet& s, const Polytope& p) {
   const Index d = s.Phi.cols();
   std::set<Index> facets;
   for (const auto& set : p.active) facets.insert(set.begin(), set.end());
@@ -167,7 +167,7 @@ SmallestBound smallest_bound(const Mat& Phi, const Vec& mid) {
   return out;
 }
 
-Mat intervals(const Strips& s) {
+Mat intervals(const FeasibleSet& s) {
   const Index d = s.Phi.cols(), N = s.Phi.rows();
   Mat box(d, 2);
   const Vec scale = s.Phi.colwise().norm();

@@ -2,6 +2,7 @@
 #include <cmath>
 
 #include "base/text.hpp"
+#include "expr/linalg/linalg.hpp"
 #include "expr/print/print.hpp"
 #include "lti/exponential.hpp"
 #include "lti/frequency.hpp"
@@ -175,8 +176,8 @@ int obsv(Call& call) {
 }
 
 int minreal(Call& call) {
-  const double tol = call.number(2, "tol", 1e-8);
-  if (!(tol > 0)) throw Error("tol must be positive");
+  const double tol = call.number(2, "tol", 0);
+  if (call.has(2) && !(tol > 0)) throw Error("tol must be positive");
   return push_system(call, lti::minimal(read_system(call, 1, "G"), tol));
 }
 
@@ -254,7 +255,7 @@ int solution(Call& call) {
   return push_matrix(call.L, MatX(lti::solution(g, x0, u)));
 }
 
-int logm(Call& call) { return push_value(call.L, lti::logarithm(to_numeric_matrix(call.L, 1, "A"))); }
+int logm(Call& call) { return push_value(call.L, linalg::logarithm(to_numeric_matrix(call.L, 1, "A"))); }
 
 // ── values ──
 
@@ -356,9 +357,11 @@ extern const Module lti_analysis_module = {
          "obsv({{0, 1}, {-2, -3}}, {1, 0})", R"(
             ⎡1  0⎤
             ⎣0  1⎦)"},
-        {"minreal", minreal, "minreal(G [, tol = 1e-8]) -> G",
+        {"minreal", minreal, "minreal(G [, tol]) -> G",
          R"(A minimal realisation: without uncontrollable and unobservable states, without common factors.
-            Exact for exact systems; tol is for decimals.)",
+            Exact for exact systems; tol is for decimals: zeros and poles closer than tol·max(1, |z|) cancel
+            (1e-8 if it is not given), states that inputs reach or outputs see with less than tol·‖A‖ are
+            removed (n·1e-12).)",
          "minreal(tf({1, 1}, {1, 3, 2}))",
          R"(
             transfer function, continuous time

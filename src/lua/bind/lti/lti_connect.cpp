@@ -120,7 +120,8 @@ extern const Module lti_connect_module = {
         {"lti:feedback", feedback, "G:feedback([G2 [, sign]]) -> G", "The same as feedback(G, G2, sign)."},
         {"c2d", c2d, R"(c2d(G, Ts [, method = "zoh" [, { prewarp = ω }]]) -> G)",
          R"(Sampling: "zoh" (inputs held), "foh" (straight lines), "tustin", "euler", "backward",
-            "impulse". Exact where the result is rational or symbolic.)",
+            "impulse", "matched" (poles and zeros go to e^{s Ts}). Exact where the result is rational or
+            symbolic.)",
          R"(Ts = param "Ts"  return c2d(ss({{0, 1}, {0, 0}}, {0, 1}, {1, 0}), Ts).B[1])", "Ts²/2"},
         {"d2c", d2c, R"(d2c(G [, method = "zoh"]) -> G)",
          R"(Back to continuous time by the matrix logarithm ("zoh") or by "tustin"; poles on the negative

@@ -221,7 +221,14 @@ int mag(Call& call) {
   return push_curves(call, [](const lti::ComplexVec& g) { return Vec(g.cwiseAbs()); });
 }
 int db(Call& call) { return push_curves(call, lti::decibels); }
-int phase(Call& call) { return push_curves(call, lti::phase); }
+int phase(Call& call) {
+  const auto& r = frequency(call);
+  Mat m(r.w.size(), static_cast<Eigen::Index>(r.G.size()));
+  Eigen::Index column = 0;
+  for (int j = 0; j < r.system->inputs; ++j)
+    for (int i = 0; i < r.system->outputs; ++i) m.col(column++) = lti::phase(r, i, j);
+  return push_matrix(call.L, m);
+}
 int re(Call& call) {
   return push_curves(call, [](const lti::ComplexVec& g) { return Vec(g.real()); });
 }

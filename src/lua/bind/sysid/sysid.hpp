@@ -4,10 +4,10 @@
 #include "lua/bind/expr/expr.hpp"
 #include "lua/core/values.hpp"
 #include "lua/read/iddata.hpp"
-#include "sysid/fit/estimators.hpp"
-#include "sysid/fit/least_squares.hpp"
+#include "sysid/fit/predictor_fit.hpp"
+#include "sysid/model/id_model.hpp"
 #include "sysid/model/model.hpp"
-#include "sysid/model/predictor.hpp"
+#include "sysid/regression/least_squares.hpp"
 
 namespace pendula::lua {
 

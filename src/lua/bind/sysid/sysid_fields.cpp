@@ -4,7 +4,7 @@
 #include "base/text.hpp"
 #include "lua/bind/sysid/sysid.hpp"
 #include "lua/core/objects.hpp"
-#include "sysid/model/state_space.hpp"
+#include "sysid/fit/subspace.hpp"
 
 namespace pendula::lua {
 

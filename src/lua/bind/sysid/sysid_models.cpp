@@ -73,15 +73,16 @@ std::vector<int> read_coupling(Call& call, const Options& o, const IdData& d, In
 }
 
 /// ic = "drop" …, also written start = "drop".
-sysid::Start read_ic(Call& call, const Options& o, const char* fallback) {
-  if (o.has("ic") || !o.has("start")) return sysid::start_named(o.string("ic", fallback));
+sysid::InitialCondition read_ic(Call& call, const Options& o, const char* fallback) {
+  if (o.has("ic") || !o.has("start")) return sysid::initial_condition_named(o.string("ic", fallback));
   const bool word = lua_type(call.L, o.push("start")) == LUA_TSTRING;
   lua_settop(call.L, call.count());
-  return sysid::start_named(word ? o.string("start") : fallback);
+  return sysid::initial_condition_named(word ? o.string("start") : fallback);
 }
 
 /// weights = or covariance =: one model with one output.
-int estimate_weighted(Call& call, const Options& o, const sysid::Orders& orders, sysid::Start start) {
+int estimate_weighted(Call& call, const Options& o, const sysid::Orders& orders,
+                      sysid::InitialCondition start) {
   const IdData& d = call.object<IdData>(1, "data");
   if (o.has("noise") || (o.has("weights") && o.has("covariance")))
     throw Error("give one of noise, covariance and weights (weights = 1/variance)");
@@ -104,7 +105,7 @@ int estimate_arx(Call& call, const Options& o) {
     orders.push_back(read_orders(call, o, d, i));
     couplings.push_back(read_coupling(call, o, d, i));
   }
-  const sysid::Start start = read_ic(call, o, "drop");
+  const sysid::InitialCondition start = read_ic(call, o, "drop");
   if (o.has("weights") || o.has("covariance")) return estimate_weighted(call, o, orders[0], start);
   if (const auto noise = read_noise(call, o)) {
     if (d.outputs() > 1)

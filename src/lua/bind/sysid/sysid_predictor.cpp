@@ -223,7 +223,7 @@ int fit_predictor(Call& call) {
     }
     lua_settop(call.L, call.count());
   }
-  const sysid::Start ic = sysid::start_named(o.string("ic", "drop"));
+  const sysid::InitialCondition ic = sysid::initial_condition_named(o.string("ic", "drop"));
   const auto noise = read_noise(call, o);
   if (noise && noise->kind == sysid::Density::Kind::uniform)
     return push_parameter_set(call, sysid::regression(p, d, ic), *noise);
@@ -277,7 +277,7 @@ extern const Module predictor_module = {
          R"(
             ŷ(t) = b₀ u(t) - a₁ y(t - 1)
               linear in θ = (a₁, b₀): ŷ(t) = φ(t)ᵀθ with φ(t) = [-y(t - 1), u(t)]ᵀ
-              least squares is a linear problem: θ̂ = (ΦᵀΦ)⁻¹ Φᵀ y, covariance σ²(ΦᵀΦ)⁻¹)"},
+              least squares is a linear problem: ΦᵀΦ θ̂ = Φᵀ y; covariance σ²(ΦᵀΦ)⁻¹ if Φ has full rank)"},
         {"idpoly:derivation", poly_derivation, "m:derivation() -> string", "The predictor step by step.",
          R"(
             b1, f1 = params "b1 f1"

@@ -1,4 +1,5 @@
 // validate, order_scan, compare. Reads arguments, calls src/sysid/model/validation.
+#include "sysid/fit/order_scan.hpp"
 #include "sysid/model/validation.hpp"
 
 #include <algorithm>
@@ -42,8 +43,10 @@ int validate(Call& call) {
   const IdModel& m = call.object<IdModel>(1, "idmodel");
   const IdData& d = call.object<IdData>(2, "data");
   const Options o = call.options(3, {"lags"});
-  const long lags = o.integer("lags", 25);
-  if (lags < 1 || lags > 10000) throw Error(text("lags must lie between 1 and 10000, got ", lags));
+  std::optional<Index> lags;
+  if (o.has("lags")) lags = o.integer("lags", 25);
+  if (lags && (*lags < 1 || *lags > 10000))
+    throw Error(text("lags must lie between 1 and 10000, got ", *lags));
   if (d.outputs() != static_cast<Index>(m.outputs.size()))
     throw Error(text("the model has ", m.outputs.size(), " outputs, the data ", d.outputs()));
   if (m.outputs.size() > 1) lua_createtable(call.L, static_cast<int>(m.outputs.size()), 0);
@@ -90,7 +93,9 @@ sysid::Range range_option(Call& call, const Options& o, const char* key, sysid::
 int order_scan(Call& call) {
   const IdData& e = call.object<IdData>(1, "estimation data");
   const bool has_validation = call.is<IdData>(2);
-  const Options o = call.options(has_validation ? 3 : 2, {"na", "nb", "nk", "criterion"});
+  const bool has_place =
+      has_validation || (lua_isnil(call.L, 2) && call.has(3));  // order_scan(e, nil, { … })
+  const Options o = call.options(has_place ? 3 : 2, {"na", "nb", "nk", "criterion"});
   const IdData* v = has_validation ? &call.object<IdData>(2, "validation data") : nullptr;
   std::string criterion = o.string("criterion", v ? "fit" : "aic");
   if (criterion == "mdl") criterion = "bic";

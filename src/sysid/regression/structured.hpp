@@ -7,8 +7,8 @@
 // (Golub & Van Loan §5.3.8) gives the digits of an orthogonal factorisation. docs/derivations.md#regression.
 #pragma once
 
-#include "sysid/fit/least_squares.hpp"
-#include "sysid/fit/regressor.hpp"
+#include "sysid/regression/least_squares.hpp"
+#include "sysid/regression/regressor.hpp"
 
 namespace pendula::sysid {
 

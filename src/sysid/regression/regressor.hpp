@@ -12,9 +12,8 @@ namespace pendula::sysid {
 
 /// What happens at the start of an experiment, where φ(t) needs samples before the first one: rows left out;
 /// those samples taken as zero; or those of y estimated with θ and those of u taken as zero.
-enum class Start { drop, zero, estimate };
-Start start_named(const std::string& name);
-const char* start_name(Start s);
+enum class InitialCondition { drop, zero, estimate };
+InitialCondition initial_condition_named(const std::string& name);
 
 /// Orders as in MATLAB: B_i has nb_i coefficients after a delay of nk_i samples; one entry per input.
 struct Orders {
@@ -36,7 +35,7 @@ struct RowRange {
 class Regressor {
  public:
   /// For output `output`. The data must outlive the regressor.
-  Regressor(const IdData& data, Index output, Orders orders, Start start);
+  Regressor(const IdData& data, Index output, Orders orders, InitialCondition start);
 
   Index columns() const { return static_cast<Index>(names_.size()); }
   const std::vector<std::string>& names() const { return names_; }  ///< a1 a2 b3 b4, b1(u2) …
@@ -62,7 +61,7 @@ class Regressor {
   const double* target() const { return target_; }
 
  private:
-  void find_ranges(Start start);
+  void find_ranges(InitialCondition start);
   const IdData& data_;
   Orders orders_;
   const double* target_;

@@ -1,4 +1,4 @@
-#include "sysid/fit/least_squares.hpp"
+#include "sysid/regression/least_squares.hpp"
 
 #include <cmath>
 #include <limits>
@@ -119,15 +119,6 @@ Mat whitened(const Mat& A, const Vec& y, const Weighting& w) {
 }
 
 }  // namespace
-
-void TriangularFactor::add(const Eigen::Ref<const Mat>& block) {
-  const Index n = R_.cols();
-  Mat stacked(n + block.rows(), n);
-  stacked << R_, block;
-  const Eigen::HouseholderQR<Eigen::Ref<Mat>> qr(stacked);  // in place
-  R_ = stacked.topRows(n).triangularView<Eigen::Upper>();
-  rows_ += block.rows();
-}
 
 bool LeastSquares::exact() const {
   return std::sqrt(sse) <= 100 * eps * (y_norm + theta.cwiseAbs().dot(scale));

@@ -1,4 +1,4 @@
-#include "sysid/fit/regressor.hpp"
+#include "sysid/regression/regressor.hpp"
 
 #include <cmath>
 
@@ -7,17 +7,15 @@
 
 namespace pendula::sysid {
 
-Start start_named(const std::string& name) {
-  if (name == "drop") return Start::drop;
-  if (name == "zero") return Start::zero;
-  if (name == "estimate") return Start::estimate;
+InitialCondition initial_condition_named(const std::string& name) {
+  if (name == "drop") return InitialCondition::drop;
+  if (name == "zero") return InitialCondition::zero;
+  if (name == "estimate") return InitialCondition::estimate;
   throw Error(
       text("unknown ic '", name, "'.", did_you_mean(name, {"drop", "zero", "estimate"}),
            " (ic = \"drop\": leave out the rows that need earlier samples; \"zero\": these samples are zero; "
            "\"estimate\": they are estimated too)"));
 }
-
-const char* start_name(Start s) { return s == Start::drop ? "drop" : s == Start::zero ? "zero" : "estimate"; }
 
 Index Orders::memory() const {
   Index m = na;
@@ -65,7 +63,7 @@ Orders checked(Orders o, const IdData& d) {
   return o;
 }
 
-Regressor::Regressor(const IdData& data, Index output, Orders orders, Start start)
+Regressor::Regressor(const IdData& data, Index output, Orders orders, InitialCondition start)
     : data_(data), orders_(checked(std::move(orders), data)), target_(data.y.col(output).data()) {
   if (orders_.na > 0) groups_.push_back({target_, 1, orders_.na, -1.0, 0});
   for (int i = 1; i <= orders_.na; ++i) names_.push_back("a" + std::to_string(i));
@@ -87,8 +85,10 @@ void Regressor::row(Index t, Index begin, double* phi) const {
     }
 }
 
-void Regressor::find_ranges(Start start) {
-  const Index skip = start == Start::drop ? orders_.memory() : start == Start::estimate ? orders_.na : 0;
+void Regressor::find_ranges(InitialCondition start) {
+  const Index skip = start == InitialCondition::drop       ? orders_.memory()
+                     : start == InitialCondition::estimate ? orders_.na
+                                                           : 0;
   const bool complete = missing(data_) == 0;
   std::vector<double> phi(static_cast<std::size_t>(columns()));
   for (Index k = 0; k < data_.experiments(); ++k) {

@@ -5,25 +5,11 @@
 #include <string>
 #include <vector>
 
-#include "base/math.hpp"
+#include "base/triangular_factor.hpp"
 
 namespace pendula::sysid {
 
 using Eigen::Index;
-
-/// The triangular factor R of a tall matrix that arrives block by block: QR of [R; block] (Golub & Van Loan,
-/// Matrix Computations, 4th ed., §5.2). Memory O(columns²), cost 2 rows columns².
-class TriangularFactor {
- public:
-  explicit TriangularFactor(Index columns) : R_(Mat::Zero(columns, columns)) {}
-  void add(const Eigen::Ref<const Mat>& block);
-  const Mat& R() const { return R_; }
-  Index rows() const { return rows_; }
-
- private:
-  Mat R_;
-  Index rows_ = 0;
-};
 
 struct LeastSquares {
   Vec theta;    ///< of minimum norm if the rank is deficient

@@ -1,4 +1,4 @@
-#include "sysid/fit/structured.hpp"
+#include "sysid/regression/structured.hpp"
 
 #include <array>
 #include <cmath>

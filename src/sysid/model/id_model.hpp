@@ -22,15 +22,17 @@ IdData channel(const IdData& d, Index output, bool coupled);
 
 /// Orders per output; couplings[i][j]: how many past values of output j enter output i (coupled ARX).
 IdModel arx(const IdData& d, const std::vector<Orders>& orders,
-            const std::vector<std::vector<int>>& couplings, Start start);
+            const std::vector<std::vector<int>>& couplings, InitialCondition start);
 
 /// The rows of the regressor of one output with the samples they explain. throws Error if no row is usable.
-Regression regression(const IdData& d, Index output, const Orders& orders, Start start);
+Regression regression(const IdData& d, Index output, const Orders& orders, InitialCondition start);
 /// ARX by weighted least squares; weights or covariance per sample of the data, or per row of the regressor.
 /// The criteria are those of the unweighted errors.
-PolyModel arx(const IdData& d, Index output, const Orders& orders, Start start, Weighting weighting);
+PolyModel arx(const IdData& d, Index output, const Orders& orders, InitialCondition start,
+              Weighting weighting);
 /// ARX by maximum likelihood: the least-squares model with θ, covariance and criteria of this density.
-PolyModel arx(const IdData& d, Index output, const Orders& orders, Start start, const Density& density);
+PolyModel arx(const IdData& d, Index output, const Orders& orders, InitialCondition start,
+              const Density& density);
 
 /// The responses of all outputs; the simulation of a coupled model feeds simulated outputs to each other.
 std::vector<Response> predict(const IdModel& m, const IdData& d, Index horizon, Seed seed);

@@ -1,4 +1,4 @@
-#include "sysid/fit/estimators.hpp"
+#include "sysid/model/id_model.hpp"
 
 #include <cmath>
 #include <limits>
@@ -23,7 +23,7 @@ IdData channel(const IdData& d, Index output, bool coupled) {
 }
 
 IdModel arx(const IdData& d, const std::vector<Orders>& orders,
-            const std::vector<std::vector<int>>& couplings, Start start) {
+            const std::vector<std::vector<int>>& couplings, InitialCondition start) {
   IdModel m;
   m.inputs = d.inputs();
   m.coupled = d.outputs() > 1;
@@ -41,7 +41,7 @@ IdModel arx(const IdData& d, const std::vector<Orders>& orders,
   if (m.coupled && missing(d) == 0) {  // all outputs together, not one of them given the others
     std::vector<Response> free;
     try {
-      free = predict(m, d, 0, start == Start::zero ? Seed::zero : Seed::data);
+      free = predict(m, d, 0, start == InitialCondition::zero ? Seed::zero : Seed::data);
     } catch (const Failure&) {
     }
     for (std::size_t i = 0; i < m.outputs.size(); ++i)
@@ -50,7 +50,7 @@ IdModel arx(const IdData& d, const std::vector<Orders>& orders,
   return m;
 }
 
-Regression regression(const IdData& d, Index output, const Orders& orders, Start start) {
+Regression regression(const IdData& d, Index output, const Orders& orders, InitialCondition start) {
   const Regressor regressor(d, output, orders, start);
   if (regressor.rows() == 0) arx(d, output, orders, start);  // throws, and says why
   Regression r{regressor.matrix(), regressor.targets(), regressor.names(), {}};
@@ -83,7 +83,8 @@ void choose_rows(Weighting& w, const Regression& r, Index samples) {
 
 }  // namespace
 
-PolyModel arx(const IdData& d, Index output, const Orders& orders, Start start, Weighting weighting) {
+PolyModel arx(const IdData& d, Index output, const Orders& orders, InitialCondition start,
+              Weighting weighting) {
   PolyModel m = arx(d, output, orders, start);
   const Regression r = regression(d, output, m.orders, start);
   choose_rows(weighting, r, d.samples());
@@ -100,11 +101,12 @@ PolyModel arx(const IdData& d, Index output, const Orders& orders, Start start, 
   m.quality = criteria((r.y - r.Phi * m.theta).squaredNorm(), r.y.size(), fit.rank,
                        (r.y.array() - r.y.mean()).matrix().squaredNorm());
   if (missing(d) == 0)
-    m.simulation_fit = simulation_fit(m, d, start == Start::zero ? Seed::zero : Seed::data);
+    m.simulation_fit = simulation_fit(m, d, start == InitialCondition::zero ? Seed::zero : Seed::data);
   return m;
 }
 
-PolyModel arx(const IdData& d, Index output, const Orders& orders, Start start, const Density& density) {
+PolyModel arx(const IdData& d, Index output, const Orders& orders, InitialCondition start,
+              const Density& density) {
   PolyModel m = arx(d, output, orders, start);
   if (m.rank < m.theta.size()) return m;  // the rank report says what to change first
   const Regression r = regression(d, output, m.orders, start);
@@ -120,7 +122,7 @@ PolyModel arx(const IdData& d, Index output, const Orders& orders, Start start, 
                        (r.y.array() - r.y.mean()).matrix().squaredNorm());
   m.noise = described(density, fit);
   if (missing(d) == 0)
-    m.simulation_fit = simulation_fit(m, d, start == Start::zero ? Seed::zero : Seed::data);
+    m.simulation_fit = simulation_fit(m, d, start == InitialCondition::zero ? Seed::zero : Seed::data);
   return m;
 }
 

@@ -1,0 +1,25 @@
+// QR factorisation of tall matrices that arrive block by block.
+#pragma once
+
+#include "base/math.hpp"
+
+namespace pendula {
+
+/// The triangular factor R of a tall matrix A: RᵀR = AᵀA, by QR of [R; block] (Golub & Van Loan, Matrix
+/// Computations, 4th ed., §5.2). Memory O(columns²), cost 2 rows columns².
+class TriangularFactor {
+ public:
+  explicit TriangularFactor(Eigen::Index columns) : R_(Mat::Zero(columns, columns)) {}
+  void add(const Eigen::Ref<const Mat>& block);
+  const Mat& R() const { return R_; }
+  Eigen::Index rows() const { return rows_; }
+
+ private:
+  Mat R_;
+  Eigen::Index rows_ = 0;
+};
+
+/// The factor of [A b], in blocks that fit into the cache.    requires  |b| = rows of A
+TriangularFactor triangular_factor(const Mat& A, const Vec& b);
+
+}  // namespace pendula

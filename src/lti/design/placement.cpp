@@ -1,0 +1,242 @@
+#include "lti/design/placement.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "base/decompositions.hpp"
+#include "base/error.hpp"
+#include "base/text.hpp"
+#include "lti/structure.hpp"
+
+namespace pendula::lti {
+namespace {
+
+std::string shown(Complex z) {
+  if (z.imag() == 0) return pendula::rounded(z.real(), 6);
+  return text(pendula::rounded(z.real(), 6), z.imag() < 0 ? " - " : " + ",
+              pendula::rounded(std::fabs(z.imag()), 6), " i");
+}
+
+/// Real poles first, then pairs z, z̄ with Im z > 0. throws Error for a pole without its conjugate.
+std::vector<Complex> paired(const ComplexVec& poles) {
+  std::vector<Complex> real, complex, waiting;
+  for (const Complex z : poles) {
+    if (z.imag() == 0) {
+      real.push_back(z);
+      continue;
+    }
+    const auto partner = std::find(waiting.begin(), waiting.end(), std::conj(z));
+    if (partner == waiting.end()) {
+      waiting.push_back(z);
+      continue;
+    }
+    waiting.erase(partner);
+    const Complex up(z.real(), std::fabs(z.imag()));
+    complex.push_back(up);
+    complex.push_back(std::conj(up));
+  }
+  if (!waiting.empty())
+    throw Error(text("the pole ", shown(waiting[0]), " needs its conjugate ", shown(std::conj(waiting[0])),
+                     ", so that K is real"));
+  real.insert(real.end(), complex.begin(), complex.end());
+  return real;
+}
+
+void require_controllable(const Mat& A, const Mat& B) {
+  const Index n = A.rows();
+  const Reach r =
+      controllability(make_ss(expressions(A), expressions(B), MatX::Identity(n, n), MatX::Zero(n, B.cols())));
+  if (r.rank < r.order) throw Error(text("the poles cannot be placed: ", describe(r)));
+}
+
+void require_multiplicity(const std::vector<Complex>& poles, Index rank) {
+  for (const Complex z : poles) {
+    const auto times = std::count(poles.begin(), poles.end(), z);
+    if (times > rank)
+      throw Error(text("the pole ", shown(z), " is wanted ", times, " times, but B has rank ", rank,
+                       ": repeat it at most that often, or use acker (one input)"));
+  }
+}
+
+/// Eigenvectors as real columns: x for a real pole, Re x and Im x for a pair.
+class Eigenvectors {
+ public:
+  Eigenvectors(const Mat& A, const Mat& B, std::vector<Complex> poles) : poles_(std::move(poles)) {
+    const Index n = A.rows(), m = B.cols();
+    const Eigen::ColPivHouseholderQR<Mat> qr(B);
+    const Mat Q = qr.householderQ() * Mat::Identity(n, n);
+    const Mat U1 = Q.rightCols(n - m);
+    X_.resize(n, n);
+    for (Index j = 0; j < n; ++j) {
+      // x ∈ ker U1ᵀ(A - λI): then A x - λ x lies in the range of B.
+      const ComplexMat M = (U1.transpose() * A).cast<Complex>() - poles_[j] * U1.transpose().cast<Complex>();
+      const Eigen::JacobiSVD<ComplexMat> svd(M, Eigen::ComputeFullV);
+      spaces_.push_back(svd.matrixV().rightCols(m));
+      put(j, spaces_.back().rowwise().sum().normalized());
+      if (!pair(j)) continue;
+      const ComplexMat conjugate = spaces_.back().conjugate();
+      spaces_.push_back(conjugate);
+      ++j;
+    }
+  }
+
+  void improve() {
+    constexpr int most_sweeps = 30;
+    double before = size();
+    for (int sweep = 0; sweep < most_sweeps; ++sweep) {
+      for (Index j = 0; j < X_.cols(); ++j) {
+        if (!pair(j)) {
+          update_real(j);
+          continue;
+        }
+        update_pair(j);
+        ++j;
+      }
+      const double now = size();
+      if (std::fabs(now - before) <= 1e-3 * std::fabs(now)) return;
+      before = now;
+    }
+  }
+
+  const Mat& X() const { return X_; }
+  /// Λ with A X = X Λ after the feedback.
+  Mat Lambda() const {
+    Mat L = Mat::Zero(X_.cols(), X_.cols());
+    for (Index j = 0; j < L.cols(); ++j) {
+      L(j, j) = poles_[j].real();
+      if (!pair(j)) continue;
+      L(j + 1, j + 1) = poles_[j].real();
+      L(j, j + 1) = poles_[j].imag();
+      L(j + 1, j) = -poles_[j].imag();
+      ++j;
+    }
+    return L;
+  }
+
+ private:
+  bool pair(Index j) const { return poles_[j].imag() > 0; }
+  double size() const { return std::fabs(X_.partialPivLu().determinant()); }
+
+  void put(Index j, const ComplexVec& x) {
+    if (pair(j)) {
+      X_.col(j) = std::sqrt(2.0) * x.real();
+      X_.col(j + 1) = std::sqrt(2.0) * x.imag();
+    } else {
+      X_.col(j) = x.real().normalized();
+    }
+  }
+
+  /// The directions orthogonal to all columns but `count` from j on.
+  Mat complement(Index j, Index count) const {
+    const Index n = X_.rows();
+    Mat others(n, n - count);
+    others << X_.leftCols(j), X_.rightCols(n - j - count);
+    if (others.cols() == 0) return Mat::Identity(n, n);
+    const Mat Q = Eigen::HouseholderQR<Mat>(others).householderQ() * Mat::Identity(n, n);
+    return Q.rightCols(count);
+  }
+
+  /// The x of its space nearest to the normal of the other columns.
+  void update_real(Index j) {
+    const Mat S = spaces_[j].real();
+    const Vec x = S * (S.transpose() * complement(j, 1).col(0));
+    if (x.norm() > 1e-12) X_.col(j) = x.normalized();
+  }
+
+  /// max |det of [Re x, Im x] in the complement|: the leading eigenvectors of Sᴴ(u uᴴ - ū uᵀ)S, u = q₁ + i q₂
+  /// (Tits & Yang, §6.2); where two of them are equally good, the combination nearest to the old x.
+  void update_pair(Index j) {
+    const Mat q = complement(j, 2);
+    const ComplexMat& S = spaces_[j];
+    ComplexVec u = q.col(0).cast<Complex>() + Complex(0, 1) * q.col(1).cast<Complex>();
+    const ComplexMat M = S.adjoint() * (u * u.adjoint() - u.conjugate() * u.transpose()) * S;
+    const Eigen::JacobiSVD<ComplexMat> svd(M, Eigen::ComputeFullU | Eigen::ComputeFullV);
+    const Vec sigma = svd.singularValues();
+    const bool tie = sigma.size() > 1 && sigma[1] > (1 - 1e-8) * sigma[0];
+    const ComplexMat best = S * svd.matrixU().leftCols(tie ? 2 : 1);
+    const ComplexVec old = X_.col(j).cast<Complex>() + Complex(0, 1) * X_.col(j + 1).cast<Complex>();
+    ComplexVec x = best * (best.adjoint() * old);
+    if (x.norm() < 1e-12) x = best.col(0);
+    put(j, x.normalized());
+  }
+
+  std::vector<Complex> poles_;
+  std::vector<ComplexMat> spaces_;
+  Mat X_;
+};
+
+/// The largest distance of a wanted pole to the computed one that is matched with it, relative.
+double miss(const std::vector<Complex>& wanted, ComplexVec found) {
+  double worst = 0, scale = 1e-300;
+  for (const Complex z : wanted) scale = std::max(scale, std::abs(z));
+  std::vector<bool> used(wanted.size(), false);
+  for (const Complex z : wanted) {
+    std::size_t best = wanted.size();
+    for (std::size_t k = 0; k < wanted.size(); ++k)
+      if (!used[k] && (best == wanted.size() || std::abs(found[k] - z) < std::abs(found[best] - z))) best = k;
+    used[best] = true;
+    worst = std::max(worst, std::abs(found[best] - z) / scale);
+  }
+  return worst;
+}
+
+double condition(const Mat& X) {
+  const Vec s = Eigen::JacobiSVD<Mat>(X).singularValues();
+  return s[0] / s[s.size() - 1];
+}
+
+}  // namespace
+
+Placement place(const Mat& A, const Mat& B, const ComplexVec& wanted) {
+  const Index n = A.rows(), m = B.cols();
+  if (A.cols() != n || B.rows() != n || m == 0)
+    throw Error(
+        text("A must be n×n and B n×m, but they are ", A.rows(), "×", A.cols(), " and ", B.rows(), "×", m));
+  if (wanted.size() != n) throw Error(text("expected ", n, " poles, one per state, got ", wanted.size()));
+  const std::vector<Complex> poles = paired(wanted);
+  require_controllable(A, B);
+  const Eigen::ColPivHouseholderQR<Mat> qr(B);
+  const Index rank = qr.rank();
+  require_multiplicity(poles, rank);
+  if (rank < m) {  // inputs that are combinations of others stay at zero
+    const Mat kept = B * qr.colsPermutation() * Mat::Identity(m, rank);
+    Placement p = place(A, kept, wanted);
+    Mat K = Mat::Zero(m, n);
+    K.topRows(rank) = p.K;
+    p.K = qr.colsPermutation() * K;
+    return p;
+  }
+  Eigenvectors vectors(A, B, poles);
+  if (m > 1) vectors.improve();
+  // B K = A - X Λ X⁻¹
+  const Mat closed =
+      vectors.X().transpose().partialPivLu().solve((vectors.X() * vectors.Lambda()).transpose());
+  Placement out;
+  out.K = qr.solve(A - closed.transpose());
+  out.condition = condition(vectors.X());
+  out.poles = Eigen::EigenSolver<Mat>(A - B * out.K, false).eigenvalues();
+  if (!out.K.allFinite() || !(miss(poles, out.poles) <= 1e-3))
+    throw Failure(text("the poles are too sensitive to be placed: the condition of their eigenvectors is ",
+                       pendula::rounded(out.condition, 3),
+                       "; place them farther apart or nearer to those of A"));
+  return out;
+}
+
+MatX acker(const MatX& A, const MatX& B, const std::vector<Expr>& polynomial) {
+  const Index n = A.rows();
+  if (A.cols() != n || B.rows() != n || B.cols() != 1)
+    throw Error(text("acker is for one input: A n×n and B n×1, but they are ", A.rows(), "×", A.cols(),
+                     " and ", B.rows(), "×", B.cols(), "; for several inputs: place(A, B, poles)"));
+  if (static_cast<Index>(polynomial.size()) != n + 1)
+    throw Error(text("expected ", n, " poles, one per state, got ", polynomial.size() - 1));
+  MatX phi = MatX::Zero(n, n);
+  for (const Expr c : polynomial) phi = MatX(product(phi, A) + scaled(c, MatX::Identity(n, n)));
+  const System g = make_ss(A, B, MatX::Identity(n, n), MatX::Zero(n, 1));
+  MatX last = MatX::Zero(n, 1);
+  last(n - 1, 0) = 1;
+  const auto row = solve(MatX(controllability_matrix(g).transpose()), last);
+  if (!row) throw Error(text("the poles cannot be placed: ", describe(controllability(g))));
+  return tidy(product(MatX(row->transpose()), phi));
+}
+
+}  // namespace pendula::lti

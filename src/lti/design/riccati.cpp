@@ -1,0 +1,245 @@
+#include "lti/design/riccati.hpp"
+
+#include <cmath>
+
+#include "base/decompositions.hpp"
+#include "base/error.hpp"
+#include "base/interrupt.hpp"
+#include "base/text.hpp"
+#include "expr/linalg/linalg.hpp"
+#include "lti/structure.hpp"
+
+namespace pendula::lti {
+namespace {
+
+Mat symmetric(const Mat& m) { return 0.5 * (m + m.transpose()); }
+Mat solved(const Mat& a, const Mat& b) { return a.partialPivLu().solve(b); }
+
+void require_size(const Mat& m, const char* name, Index rows, Index cols) {
+  if (m.rows() != rows || m.cols() != cols)
+    throw Error(text(name, " must be ", rows, "×", cols, ", but it is ", m.rows(), "×", m.cols()));
+  if (!m.allFinite()) throw Error(text(name, " has entries that are not finite numbers"));
+}
+
+void require_symmetric(const Mat& m, const char* name) {
+  if ((m - m.transpose()).cwiseAbs().maxCoeff() > 1e-10 * m.cwiseAbs().maxCoeff())
+    throw Error(text(name, " must be symmetric"));
+}
+
+void check(RiccatiProblem& p) {
+  const Index n = p.A.rows(), m = p.B.cols();
+  if (n == 0) throw Error("the system has no states");
+  if (m == 0) throw Error("the system has no inputs");
+  require_size(p.A, "A", n, n);
+  require_size(p.B, "B", n, m);
+  require_size(p.Q, "Q", n, n);
+  require_size(p.R, "R", m, m);
+  if (p.S.size() == 0) p.S = Mat::Zero(n, m);
+  require_size(p.S, "N", n, m);
+  require_symmetric(p.Q, "Q");
+  require_symmetric(p.R, "R");
+  if (Eigen::LLT<Mat>(p.R).info() != Eigen::Success)
+    throw Error("R must be positive definite: every input needs a weight");
+}
+
+/// Without the cross term: u = v - R⁻¹Sᵀx.
+struct Reduced {
+  Mat A, G, H;  ///< G = B R⁻¹ Bᵀ, H = Q - S R⁻¹ Sᵀ
+};
+Reduced without_cross_term(const RiccatiProblem& p) {
+  const Mat back = solved(p.R, p.S.transpose());
+  return {p.A - p.B * back, symmetric(p.B * solved(p.R, p.B.transpose())), symmetric(p.Q - p.S * back)};
+}
+
+/// A ← A W A, G ← G + A W G Aᵀ, H ← H + Aᵀ H W A with W = (I + G H)⁻¹, until H stands still. Nothing where the
+/// iteration does not converge.
+std::optional<Mat> doubled(Mat A, Mat G, Mat H) {
+  constexpr int most_doublings = 60;
+  const Index n = A.rows();
+  for (int k = 0; k < most_doublings; ++k) {
+    poll_interrupt();
+    const Eigen::PartialPivLU<Mat> lu(Mat::Identity(n, n) + G * H);
+    const Mat WA = lu.solve(A), WG = lu.solve(G);
+    const Mat change = symmetric(A.transpose() * H * WA);
+    G = symmetric(G + A * WG * A.transpose());
+    H += change;
+    A = A * WA;
+    if (!H.allFinite() || !G.allFinite() || !A.allFinite()) return {};
+    if (change.norm() <= 1e-16 * H.norm() || A.norm() < 1e-300) return H;
+  }
+  return {};
+}
+
+std::optional<Mat> first_solution(const RiccatiProblem& p) {
+  Reduced r = without_cross_term(p);
+  const double g = r.G.norm(), h = r.H.norm();
+  const double scale = g > 0 && h > 0 ? std::sqrt(h / g) : 1;  // X = scale X̃ makes G and H equally large
+  r.G *= scale;
+  r.H /= scale;
+  std::optional<Mat> X;
+  if (!p.continuous) {
+    X = doubled(r.A, r.G, r.H);
+  } else {
+    const Index n = p.A.rows();
+    const double size = std::sqrt((2 * r.A.squaredNorm() + r.G.squaredNorm() + r.H.squaredNorm()) /
+                                  static_cast<double>(2 * n));
+    for (const double factor : {1.0, 1.37, 0.61, 4.3, 0.23}) {  // γ must not be an eigenvalue
+      const double gamma = factor * (size > 0 ? size : 1);
+      const Mat I = Mat::Identity(n, n);
+      const Eigen::PartialPivLU<Mat> shifted(r.A - gamma * I);
+      const Eigen::PartialPivLU<Mat> W((r.A - gamma * I).transpose() + r.H * shifted.solve(r.G));
+      if (!(shifted.rcond() > 1e-14) || !(W.rcond() > 1e-14)) continue;
+      const Mat inverse = W.inverse();
+      X = doubled(I + 2 * gamma * inverse.transpose(), symmetric(2 * gamma * shifted.solve(r.G) * inverse),
+                  symmetric(2 * gamma * inverse * r.H * shifted.inverse()));
+      if (X) break;
+    }
+  }
+  if (X) *X *= scale;
+  return X;
+}
+
+Mat gain(const RiccatiProblem& p, const Mat& X) {
+  if (p.continuous) return solved(p.R, p.B.transpose() * X + p.S.transpose());
+  return solved(p.R + p.B.transpose() * X * p.B, p.B.transpose() * X * p.A + p.S.transpose());
+}
+
+struct Residual {
+  Mat value;
+  double relative;
+};
+Residual residual(const RiccatiProblem& p, const Mat& X, const Mat& K) {
+  const Mat linear = p.continuous ? Mat(p.A.transpose() * X + X * p.A) : Mat(p.A.transpose() * X * p.A - X);
+  const Mat M = p.continuous ? Mat(X * p.B + p.S) : Mat(p.A.transpose() * X * p.B + p.S);
+  const Mat value = symmetric(linear - M * K + p.Q);
+  const double size = linear.norm() + (M * K).norm() + p.Q.norm();
+  return {value, size > 0 ? value.norm() / size : 0};
+}
+
+bool stabilises(const RiccatiProblem& p, const ComplexVec& poles) {
+  for (const Complex z : poles)
+    if (!(p.continuous ? z.real() < 0 : std::abs(z) < 1)) return false;
+  return true;
+}
+
+ComplexVec eigenvalues(const Mat& A) { return Eigen::EigenSolver<Mat>(A, false).eigenvalues(); }
+
+/// Newton's method from a stabilising X: (A - BK)ᵀD + D(A - BK) + residual = 0, as long as the residual falls.
+void refine(const RiccatiProblem& p, RiccatiSolution& s) {
+  Residual now = residual(p, s.X, s.K);
+  for (int k = 0; k < 10 && now.relative > 0; ++k) {
+    const Mat closed = p.A - p.B * s.K;
+    Mat D;
+    try {
+      D = numbers(lyapunov(expressions(closed.transpose()), expressions(now.value), p.continuous));
+    } catch (const Error&) {
+      break;
+    }
+    const Mat X = symmetric(s.X + D), K = gain(p, X);
+    const Residual next = residual(p, X, K);
+    if (!(next.relative < now.relative)) break;
+    s.X = X;
+    s.K = K;
+    now = next;
+  }
+  s.residual = now.relative;
+  s.poles = eigenvalues(p.A - p.B * s.K);
+}
+
+[[noreturn]] void no_solution(const RiccatiProblem& p) {
+  const Index n = p.A.rows();
+  const Expr Ts = p.continuous ? 0 : 1;
+  const Reach inputs = controllability(
+      make_ss(expressions(p.A), expressions(p.B), MatX::Identity(n, n), MatX::Zero(n, p.B.cols()), Ts));
+  if (!inputs.stable)
+    throw Error(
+        text("there is no stabilising solution, because (A, B) cannot be stabilised: ", describe(inputs)));
+  throw Error(text("there is no stabilising solution: A has a mode on the ",
+                   p.continuous ? "imaginary axis" : "unit circle",
+                   " that Q does not weight, or Q is not positive semidefinite"));
+}
+
+}  // namespace
+
+namespace {
+
+/// Units of the states, x = D x̃ with powers of two, in which the Hamiltonian matrix [A -G; -H -Aᵀ] is balanced
+/// (Benner, Linear Algebra Appl. 323, 2001: the similarity must be diag(D, D⁻¹)).
+Vec units(const RiccatiProblem& p) {
+  const Reduced r = without_cross_term(p);
+  const Index n = p.A.rows();
+  Mat hamiltonian(2 * n, 2 * n);
+  hamiltonian << r.A, -r.G, -r.H, -r.A.transpose();
+  const Vec d = linalg::balancing(hamiltonian);
+  Vec out(n);
+  for (Index i = 0; i < n; ++i) out[i] = std::exp2(std::round(0.5 * std::log2(d[i] / d[n + i])));
+  return out;
+}
+
+}  // namespace
+
+RiccatiSolution riccati(RiccatiProblem p) {
+  check(p);
+  const Vec d = units(p), inverse = d.cwiseInverse();
+  p.A = inverse.asDiagonal() * p.A * d.asDiagonal();
+  p.B = inverse.asDiagonal() * p.B;
+  p.Q = d.asDiagonal() * p.Q * d.asDiagonal();
+  p.S = d.asDiagonal() * p.S;
+  const auto X = first_solution(p);
+  if (!X) no_solution(p);
+  RiccatiSolution s{*X, gain(p, *X), {}, 0};
+  if (!s.K.allFinite() || !stabilises(p, eigenvalues(p.A - p.B * s.K))) no_solution(p);
+  refine(p, s);
+  if (!stabilises(p, s.poles) || s.residual > 1e-6) no_solution(p);
+  s.X = inverse.asDiagonal() * s.X * inverse.asDiagonal();
+  s.K = s.K * inverse.asDiagonal();
+  return s;
+}
+
+namespace {
+
+RiccatiProblem problem_of(const System& given, const Mat& Q, const Mat& R) {
+  const System g = to_ss(with_numbers(given));
+  return {numbers(g.ss.A), numbers(g.ss.B), Q, R, {}, g.continuous()};
+}
+
+}  // namespace
+
+RiccatiSolution lqi(const System& given, const Mat& Q, const Mat& R) {
+  const System g = to_ss(with_numbers(given));
+  const Index n = g.ss.order(), q = g.outputs, m = g.inputs;
+  const Mat A = numbers(g.ss.A), B = numbers(g.ss.B), C = numbers(g.ss.C), D = numbers(g.ss.D);
+  RiccatiProblem p{Mat::Zero(n + q, n + q), Mat::Zero(n + q, m), Q, R, {}, g.continuous()};
+  const double h = g.continuous() ? 1 : number(g.Ts);  // ∫(r - y) by Euler's rule in discrete time
+  p.A.topLeftCorner(n, n) = A;
+  p.A.bottomLeftCorner(q, n) = -h * C;
+  if (!g.continuous()) p.A.bottomRightCorner(q, q).setIdentity();
+  p.B.topRows(n) = B;
+  p.B.bottomRows(q) = -h * D;
+  return riccati(std::move(p));
+}
+
+RiccatiSolution kalman(const System& given, const Mat& Q, const Mat& R) {
+  RiccatiProblem p = problem_of(given, Q, R);
+  const System g = to_ss(with_numbers(given));
+  p.A.transposeInPlace();
+  p.B = numbers(g.ss.C).transpose();
+  RiccatiSolution s = riccati(std::move(p));
+  s.K.transposeInPlace();
+  return s;
+}
+
+System estimator(const System& given, const Mat& L) {
+  const System g = to_ss(with_numbers(given));
+  const Index n = g.ss.order(), q = g.outputs, m = g.inputs;
+  const Mat A = numbers(g.ss.A), B = numbers(g.ss.B), C = numbers(g.ss.C), D = numbers(g.ss.D);
+  require_size(L, "L", n, q);
+  Mat inputs(n, m + q), outputs(q + n, n), through = Mat::Zero(q + n, m + q);
+  inputs << B - L * D, L;
+  outputs << C, Mat::Identity(n, n);
+  through.topLeftCorner(q, m) = D;
+  return make_ss(expressions(A - L * C), expressions(inputs), expressions(outputs), expressions(through),
+                 g.Ts);
+}
+
+}  // namespace pendula::lti

@@ -1,0 +1,261 @@
+// Control design: feedback and observer gains, Riccati equations, reduction. Reads arguments, calls src/lti/design.
+#include <algorithm>
+
+#include "base/text.hpp"
+#include "expr/linalg/linalg.hpp"
+#include "lti/design/placement.hpp"
+#include "lti/design/reduction.hpp"
+#include "lti/design/riccati.hpp"
+#include "lua/bind/lti/lti.hpp"
+
+namespace pendula::lua {
+namespace {
+
+using Eigen::Index;
+using lti::System;
+
+int push_poles(Call& call, const lti::ComplexVec& poles) {
+  Roots r{"poles", {}, {}};
+  for (const lti::Complex z : poles) r.list.push_back({z, 1, {}});
+  std::sort(r.list.begin(), r.list.end(), [](const auto& a, const auto& b) {
+    return std::pair(a.value.real(), a.value.imag()) < std::pair(b.value.real(), b.value.imag());
+  });
+  return push_roots(call, std::move(r));
+}
+
+/// A, B of a system or of two matrices; `next`: the argument behind them.
+struct StateEquation {
+  MatX A, B;
+  bool continuous = true;
+  int next = 3;
+};
+StateEquation state_equation(Call& call) {
+  if (call.is<System>(1)) {
+    const System g = lti::to_ss(call.object<System>(1, "G"));
+    return {g.ss.A, g.ss.B, g.continuous(), 2};
+  }
+  return {to_matrix(call.L, 1, "A"), to_matrix(call.L, 2, "B"), true, 3};
+}
+
+Mat in_numbers(const MatX& m) {
+  std::vector<Expr> all(m.data(), m.data() + m.size());
+  return lti::numbers(
+      MatX(column(pendula::substitute(all, lti::defaults(all))).reshaped(m.rows(), m.cols())));
+}
+
+/// A number stands for a multiple of the identity.
+Mat weight(Call& call, int i, const char* name, Index size) {
+  if (lua_type(call.L, i) == LUA_TNUMBER) return call.number(i, name) * Mat::Identity(size, size);
+  return to_numeric_matrix(call.L, i, name);
+}
+
+int push_riccati(Call& call, const Mat& gain, const lti::RiccatiSolution& s) {
+  push_matrix(call.L, gain);
+  push_matrix(call.L, s.X);
+  push_poles(call, s.poles);
+  return 3;
+}
+
+// ── pole placement ──
+
+std::vector<ComplexNumber> read_poles(Call& call, int i) {
+  std::vector<ComplexNumber> list;
+  if (call.is<Roots>(i)) {
+    for (const dae::Mode& m : call.object<Roots>(i, "poles").list)
+      for (int k = 0; k < m.multiplicity; ++k)
+        list.push_back(m.exact ? ComplexNumber{m.exact->first, m.exact->second}
+                               : ComplexNumber{Expr(m.value.real()), Expr(m.value.imag())});
+    return list;
+  }
+  if (lua_type(call.L, i) != LUA_TTABLE) {
+    const VecX c = to_column(call.L, i, "poles");
+    for (const Expr e : c) list.push_back({e, 0});
+    return list;
+  }
+  for (lua_Integer k = 1, n = static_cast<lua_Integer>(lua_rawlen(call.L, i)); k <= n; ++k) {
+    lua_rawgeti(call.L, i, k);
+    list.push_back(read_complex(call.L, -1, text("poles[", k, "]")));
+    lua_pop(call.L, 1);
+  }
+  return list;
+}
+
+int place(Call& call) {
+  const StateEquation e = state_equation(call);
+  const auto list = read_poles(call, e.next);
+  lti::ComplexVec poles(static_cast<Index>(list.size()));
+  for (std::size_t k = 0; k < list.size(); ++k)
+    poles[static_cast<Index>(k)] = {lti::number(list[k].re), lti::number(list[k].im)};
+  const lti::Placement p = lti::place(in_numbers(e.A), in_numbers(e.B), poles);
+  push_matrix(call.L, p.K);
+  push_poles(call, p.poles);
+  call.push(p.condition);
+  return 3;
+}
+
+/// Π (s - p): a real pole gives s - p, a pair s² - 2 Re p s + |p|².
+std::vector<Expr> polynomial(const std::vector<ComplexNumber>& poles) {
+  std::vector<Expr> c{1};
+  const auto multiply = [&](const std::vector<Expr>& f) {
+    std::vector<Expr> out(c.size() + f.size() - 1, Expr(0));
+    for (std::size_t i = 0; i < c.size(); ++i)
+      for (std::size_t j = 0; j < f.size(); ++j) out[i + j] = out[i + j] + c[i] * f[j];
+    c = std::move(out);
+  };
+  std::vector<bool> used(poles.size(), false);
+  for (std::size_t i = 0; i < poles.size(); ++i) {
+    if (used[i]) continue;
+    const auto& [re, im] = poles[i];
+    if (im.is_zero()) {
+      multiply({1, -re});
+      continue;
+    }
+    std::size_t j = i + 1;
+    while (j < poles.size() && (used[j] || !(poles[j].re == re) || !(poles[j].im + im).is_zero())) ++j;
+    if (j == poles.size())
+      throw Error(text("the pole ", complex_text(poles[i]), " needs its conjugate, so that K is real"));
+    used[j] = true;
+    multiply({1, -2 * re, re * re + im * im});
+  }
+  return c;
+}
+
+int acker(Call& call) {
+  const StateEquation e = state_equation(call);
+  return push_entries(call.L, lti::acker(e.A, e.B, polynomial(read_poles(call, e.next))));
+}
+
+// ── Riccati equations ──
+
+lti::RiccatiSolution regulator(Call& call, const StateEquation& e, bool continuous) {
+  lti::RiccatiProblem p{in_numbers(e.A), in_numbers(e.B), {}, {}, {}, continuous};
+  p.Q = weight(call, e.next, "Q", p.A.rows());
+  p.R = weight(call, e.next + 1, "R", p.B.cols());
+  if (call.has(e.next + 2)) p.S = to_numeric_matrix(call.L, e.next + 2, "N");
+  return lti::riccati(std::move(p));
+}
+int lqr(Call& call) {
+  const StateEquation e = state_equation(call);
+  const auto s = regulator(call, e, e.continuous);
+  return push_riccati(call, s.K, s);
+}
+int dlqr(Call& call) {
+  const StateEquation e = state_equation(call);
+  if (call.is<System>(1) && e.continuous)
+    throw Error("the system is continuous: lqr(G, Q, R), or sample it first: c2d(G, Ts)");
+  const auto s = regulator(call, e, false);
+  return push_riccati(call, s.K, s);
+}
+int riccati_equation(Call& call, bool continuous) {
+  const auto s = regulator(call, state_equation(call), continuous);
+  push_matrix(call.L, s.X);
+  push_matrix(call.L, s.K);
+  push_poles(call, s.poles);
+  return 3;
+}
+int care(Call& call) { return riccati_equation(call, true); }
+int dare(Call& call) { return riccati_equation(call, false); }
+
+int lqi(Call& call) {
+  const System g = lti::to_ss(lti::with_numbers(read_system(call, 1, "G")));
+  const auto s = lti::lqi(g, weight(call, 2, "Q", g.ss.order() + g.outputs), weight(call, 3, "R", g.inputs));
+  return push_riccati(call, s.K, s);
+}
+
+lti::RiccatiSolution filter(Call& call, const System& g) {
+  return lti::kalman(g, weight(call, 2, "Q", g.ss.order()), weight(call, 3, "R", g.outputs));
+}
+int lqe(Call& call) {
+  const System g = lti::to_ss(lti::with_numbers(read_system(call, 1, "G")));
+  const auto s = filter(call, g);
+  return push_riccati(call, s.K, s);
+}
+int kalman(Call& call) {
+  const System g = lti::to_ss(lti::with_numbers(read_system(call, 1, "G")));
+  const auto s = filter(call, g);
+  System observer = lti::estimator(g, s.K);
+  for (int j = 0; j < g.inputs; ++j) observer.input_names.push_back(lti::input_name(g, j));
+  for (int i = 0; i < g.outputs; ++i) observer.input_names.push_back(lti::output_name(g, i));
+  for (int i = 0; i < g.outputs; ++i) observer.output_names.push_back("ŷ" + std::to_string(i + 1));
+  for (int i = 0; i < g.ss.order(); ++i) observer.output_names.push_back("x̂" + std::to_string(i + 1));
+  push_system(call, std::move(observer));
+  push_matrix(call.L, s.K);
+  push_matrix(call.L, s.X);
+  push_poles(call, s.poles);
+  return 4;
+}
+
+// ── reduction ──
+
+int balreal(Call& call) {
+  lti::Balanced b = lti::balanced(read_system(call, 1, "G"));
+  push_system(call, std::move(b.system));
+  push_matrix(call.L, Mat(b.hankel));
+  push_matrix(call.L, b.T);
+  return 3;
+}
+int balred(Call& call) {
+  const System g = read_system(call, 1, "G");
+  const lti::Reduction r =
+      lti::reduced(g, static_cast<int>(call.integer(2, "order")), call.string(3, "method", "truncate"));
+  push_system(call, r.system);
+  push_matrix(call.L, Mat(r.hankel));
+  call.push(r.bound);
+  return 3;
+}
+
+int sqrtm(Call& call) { return push_matrix(call.L, linalg::square_root(to_numeric_matrix(call.L, 1, "A"))); }
+
+}  // namespace
+
+extern const Module lti_design_module = {
+    "lti design",
+    "Linear systems: control design",
+    {
+        {"place", place, "place(A, B, poles) or place(G, poles) -> K, poles, condition",
+         R"(u = -K x with the given eigenvalues of A - B K (numbers and pairs complex(re, ±im)). With several
+            inputs the eigenvectors are made as independent as possible (Kautsky, Nichols & Van Dooren 1985;
+            Tits & Yang 1996); their condition says how sensitive the poles are. An observer: the transpose of
+            place(G.A', G.C', poles).)",
+         "(place({{0, 1}, {0, 0}}, {0, 1}, {-1, -2}))", "2  3"},
+        {"acker", acker, "acker(A, B, poles) or acker(G, poles) -> K",
+         "The same for one input by Ackermann's formula: exact where the entries are, and symbolic.",
+         R"(k = param "k"  return acker({{0, 1}, {-k, 0}}, {0, 1}, {-1, -2}))", "[2 - k  3]"},
+        {"lqr", lqr, "lqr(G, Q, R [, N]) or lqr(A, B, Q, R [, N]) -> K, X, poles",
+         R"(u = -K x minimises ∫ xᵀQx + uᵀRu + 2 xᵀNu dt, or the sum over samples of a discrete G. X: the cost is
+            x₀ᵀXx₀; poles: of the closed loop. A number is a multiple of the identity.)",
+         "(lqr({{0, 1}, {0, 0}}, {0, 1}, 1, 1))", "1  1.732050808"},
+        {"dlqr", dlqr, "dlqr(A, B, Q, R [, N]) or dlqr(G, Q, R [, N]) -> K, X, poles",
+         "The same in discrete time: x⁺ = A x + B u.", "(dlqr({{1}}, {{1}}, 1, 1))", "0.6180339887"},
+        {"care", care, "care(A, B, Q, R [, N]) -> X, K, poles",
+         "The stabilising solution of AᵀX + XA - (XB + N)R⁻¹(BᵀX + Nᵀ) + Q = 0.",
+         "(care({{0}}, {{1}}, {{4}}, {{1}}))", "2"},
+        {"dare", dare, "dare(A, B, Q, R [, N]) -> X, K, poles",
+         "The stabilising solution of AᵀXA - X - (AᵀXB + N)(R + BᵀXB)⁻¹(BᵀXA + Nᵀ) + Q = 0.",
+         "(dare({{0}}, {{1}}, {{4}}, {{1}}))", "4"},
+        {"lqi", lqi, "lqi(G, Q, R) -> K, X, poles",
+         R"(The regulator with integral action: u = -K [x; z], z′ = r - y (discrete: z⁺ = z + Ts (r - y)). Q
+            weights [x; z].)",
+         "(lqi(ss({{-1}}, {1}, {1}), 1, 1))", "1  -1"},
+        {"lqe", lqe, "lqe(G, Q, R) -> L, P, poles",
+         R"(The gain of the stationary Kalman filter x̂′ = A x̂ + B u + L (y - C x̂ - D u) for x′ = A x + B u + w,
+            y = C x + D u + v with intensities Q of w and R of v; P: covariance of x - x̂. Discrete G: L is the
+            gain of the one-step predictor.)",
+         "(lqe(ss({{0}}, {1}, {1}), 1, 1))", "1"},
+        {"kalman", kalman, "kalman(G, Q, R) -> estimator, L, P, poles",
+         "The same as lqe, and the filter as a system with the inputs u, y and the outputs ŷ, x̂.",
+         "kalman(ss({{0}}, {1}, {1}), 1, 1):poles()", "poles: -1"},
+        {"balreal", balreal, "balreal(G) -> G, hankel, T",
+         R"(A balanced realisation x = T x̃: both Gramians are diag(hankel), the Hankel singular values. G must be
+            stable and minimal.)",
+         "#select(2, balreal(tf({1}, {1, 3, 2})))", "2"},
+        {"balred", balred, R"(balred(G, order [, "truncate" or "dc"]) -> G, hankel, bound)",
+         R"(The first states of a balanced realisation; "dc" keeps the static gain. bound: the largest possible
+            error max |G(iω) - Gᵣ(iω)|, twice the sum of the other Hankel singular values.)",
+         R"(#balred(tf({1}, {1, 3, 2}), 1, "dc").A)", "1"},
+        {"sqrtm", sqrtm, "sqrtm(A) -> matrix",
+         "The principal square root X, X² = A, of a matrix without eigenvalues on the negative real axis.",
+         "sqrtm{{4, 1}, {0, 9}}(1, 2)", "0.2"},
+    }};
+
+}  // namespace pendula::lua
