@@ -138,7 +138,10 @@ Bounded by_squaring(const Mat& A) {
   for (std::size_t k = 0; k < degrees.size(); ++k) {
     const int low = k < 2 ? 2 : 3;
     const double eta = std::max(powers.root(low), powers.root(low + 1));
-    if (eta <= theta[k] && more_squarings(A, degrees[k]) == 0) return pade(A, powers, degrees[k]);
+    if (eta > theta[k] || more_squarings(A, degrees[k]) > 0) continue;
+    Bounded x = pade(A, powers, degrees[k]);
+    if (upper_triangular(A)) exact_diagonals(x, A, 1);
+    return x;
   }
   const double eta =
       std::min(std::max(powers.root(3), powers.root(4)), std::max(powers.root(4), powers.root(5)));
