@@ -1,31 +1,38 @@
--- save and load: models and expressions as Lua files.
+-- save and load: models and expressions as files; the values of a solution as a table with commas.
 
 local lua_load = load
 local kinds = { model = true, expr = true, matrix = true, equation = true }
 
+-- A number as text that reads back as the same one.
+local function number_text(value)
+  if value ~= value then fail "save: nan cannot be saved" end
+  if value == math.huge or value == -math.huge then return value > 0 and "1e999" or "-1e999" end
+  local text = ("%.17g"):format(value)
+  return math.type(value) == "float" and not text:find "[.e]" and text .. ".0" or text
+end
+
+local function source_of(value)
+  if type(value) == "number" then return "return " .. number_text(value) .. "\n" end
+  local kind = object_type(value)
+  if kind == "model" then return value:code() end
+  if kinds[kind] then return "return " .. value:code() .. "\n" end
+  local remedy = kind == "solution" and '; sol:csv "run.csv" writes its values' or ""
+  fail("save: a model, an expression, a matrix or an equation can be saved, not "
+    .. (kind and "a " .. kind or type(value)) .. remedy)
+end
+
 doc { name = "save", module = "files", title = "Files", sig = "save(file, value)",
   text = [[Writes a model, an expression, a matrix or an equation to a Lua file that load (or dofile) turns
     into the same value, in a new session too. A model keeps its name, parameter values and the form it was
-    reduced to.]],
-  example = [[x = var "x"
-name = os.tmpname() .. ".lua"
-save(name, dae{ der(x) ~ -2*x })
-return load(name).kind]], gives = "ODE",
+    reduced to. The file appears complete or not at all.]],
+  example = [[
+    x = var "x"
+    name = os.tmpname() .. ".lua"
+    save(name, dae{ der(x) ~ -2*x })
+    return load(name).kind]], gives = "ODE",
   function(file, value)
     if type(file) ~= "string" then fail 'save: expected a file name first, as in save("model.lua", sys)' end
-    local kind = object_type(value)
-    if type(value) == "number" then kind = "expr" end
-    if not kinds[kind] then
-      fail("save: a model, an expression, a matrix or an equation can be saved, not "
-        .. (kind and "a " .. kind or type(value))
-          .. (kind == "solution" and '; sol:csv "run.csv" writes its values' or ""))
-    end
-    local text = type(value) == "number" and ("return %.17g\n"):format(value) or value:code()
-    if kind ~= "model" and type(value) ~= "number" then text = "return " .. text .. "\n" end
-    local out, why = io.open(file, "w")
-    if not out then fail("save: cannot write " .. why) end
-    out:write(text)
-    out:close()
+    write_file(file, source_of(value), "save")
   end }
 
 -- A column title is quoted where it contains a comma or a quote.
@@ -69,29 +76,41 @@ for line in io.lines(name) do print(line) end]], gives = "t,x\n0,1\n0.5,0\n1,0",
       list = { list }
     end
     local titles, columns = csv_columns(sol, list)
-    local out, why = io.open(file, "w")
-    if not out then fail("csv: cannot write " .. why) end
     for j, title in ipairs(titles) do titles[j] = quoted(title) end
-    out:write(table.concat(titles, ","), "\n")
+    local lines = { table.concat(titles, ",") }
     for i = 1, #sol.t do
       local row = {}
       for j, column in ipairs(columns) do row[j] = ("%.17g"):format(column[i]) end
-      out:write(table.concat(row, ","), "\n")
+      lines[#lines + 1] = table.concat(row, ",")
     end
-    out:close()
+    lines[#lines + 1] = ""
+    write_file(file, table.concat(lines, "\n"), "csv")
   end }
 
+local function read_file(name)
+  local file, why = io.open(name, "rb")
+  if not file then
+    if not why:find "No such file" then fail("load: cannot read " .. why) end
+    fail("load: there is no file '" .. name .. "'")
+  end
+  local text
+  text, why = file:read "a"
+  file:close()
+  if not text then fail(("load: cannot read '%s': %s"):format(name, why)) end
+  return text
+end
+
+local read_saved
+
 doc { name = "load", module = "files", sig = "load(file) -> value",
-  text = [[Runs a Lua file ("model.lua") and returns its value: what save wrote. Anything else is Lua's own
-    load, which compiles a chunk.]],
+  text = [[The value in a file that save wrote ("model.lua"). The file is read as data: it can name symbols,
+    functions and models of the vocabulary and nothing else, so a file from somebody else can be opened
+    without looking into it. A Lua program is run by dofile. Anything but a file name is Lua's own load, which
+    compiles a chunk.]],
   example = 'load "return 1 + 1"()', gives = "2",
   function(chunk, ...)
     local is_file = type(chunk) == "string" and select("#", ...) == 0 and chunk:find "^[^\n]*%.lua$" ~= nil
     if not is_file then return lua_load(chunk, ...) end
-    local file = io.open(chunk)
-    if not file then fail("load: there is no file '" .. chunk .. "'") end
-    file:close()
-    local run, why = loadfile(chunk)
-    if not run then fail("load: " .. why) end
-    return run()
+    read_saved = read_saved or include "saved"
+    return read_saved(read_file(chunk), chunk)
   end }

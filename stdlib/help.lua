@@ -270,7 +270,7 @@ local function help_value(value)
   elseif value == nil then
     fail 'help: got nil; write help "name" with quotes, or help() for the overview'
   else
-    print("a " .. type(value) .. ": " .. tostring(value))
+    print("a " .. type(value) .. ": " .. shown(value))
   end
 end
 

@@ -194,6 +194,9 @@ System ss_of_tf(const System& g) {
 
 System to_tf(const System& g) {
   if (g.form == Form::tf) return g;
+  if (g.inputs == 0 || g.outputs == 0)
+    throw Error(text("a system without ", g.inputs == 0 ? "inputs" : "outputs",
+                     " has no transfer function; give B and C, as in ss(A, B, C)"));
   System h = g.form == Form::ss ? tf_of_ss(g) : tf_of_zpk(g);
   h.input_names = g.input_names, h.output_names = g.output_names;
   return h;

@@ -17,6 +17,8 @@ void check_sampling(Expr Ts) {
   if (Ts.is_constant() && constant_value(Ts) < 0)
     throw Error(text("the sampling time must be positive, got Ts = ", to_text(Ts),
                      "; without it time is continuous"));
+  if (Ts.is_constant() && !Ts.is_zero() && !(constant_value(Ts) > 1e-150 && constant_value(Ts) < 1e150))
+    throw Error(text("the sampling time must lie between 1e-150 and 1e150 seconds, got Ts = ", to_text(Ts)));
 }
 
 std::string name_or(const std::vector<std::string>& names, int i, const char* letter, int count) {

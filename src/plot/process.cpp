@@ -2,7 +2,6 @@
 // complete or not at all. No shell is involved.
 #include <cerrno>
 #include <csignal>
-#include <cstdlib>
 #include <cstring>
 #include <string>
 
@@ -10,10 +9,10 @@
 #include <poll.h>
 #include <spawn.h>
 #include <sys/mman.h>
-#include <sys/stat.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include "base/draft.hpp"
 #include "base/error.hpp"
 #include "base/interrupt.hpp"
 #include "plot/script.hpp"
@@ -40,45 +39,6 @@ class Descriptor {
 };
 
 std::string reason() { return std::strerror(errno); }
-
-/// A file beside the target that is renamed onto it at the end, or removed.
-class Draft {
- public:
-  explicit Draft(const std::string& target) : target_(target) {
-    struct stat info {};
-    if (stat(target.c_str(), &info) == 0 && S_ISDIR(info.st_mode))
-      throw Error("cannot save '" + target + "': it is a folder");
-    const size_t slash = target.rfind('/');
-    const std::string folder = slash == std::string::npos ? "." : target.substr(0, slash + 1);
-    if (stat(folder.c_str(), &info) != 0 || !S_ISDIR(info.st_mode))
-      throw Error("cannot save '" + target + "': there is no folder '" + folder + "'; make it first");
-    path_ = (slash == std::string::npos ? "" : folder) + ".pendula-figure-XXXXXX";
-    descriptor_ = mkostemp(path_.data(), O_CLOEXEC);
-    if (descriptor_ < 0) throw Error("cannot save '" + target + "': " + reason());
-  }
-  Draft(const Draft&) = delete;
-  Draft& operator=(const Draft&) = delete;
-  ~Draft() {
-    close(descriptor_);
-    if (!path_.empty()) unlink(path_.c_str());
-  }
-  int descriptor() const { return descriptor_; }
-  bool is_empty() const {
-    struct stat info {};
-    return fstat(descriptor_, &info) != 0 || info.st_size == 0;
-  }
-  void publish() {
-    const mode_t mask = umask(0);
-    umask(mask);
-    if (fchmod(descriptor_, 0666 & ~mask) != 0 || rename(path_.c_str(), target_.c_str()) != 0)
-      throw Error("cannot save '" + target_ + "': " + reason());
-    path_.clear();
-  }
-
- private:
-  std::string target_, path_;
-  int descriptor_ = -1;
-};
 
 /// The script as a readable descriptor at its beginning, in memory.
 int script_descriptor(const std::string& script) {
@@ -173,7 +133,7 @@ std::string last_line(std::string said) {
 }  // namespace
 
 void run_gnuplot(const std::string& script, const std::string& path) {
-  Draft draft(path);
+  Draft draft(path, "save");
   const Descriptor in(script_descriptor(script));
   int ends[2];
   if (pipe2(ends, O_CLOEXEC) != 0) throw Failure("gnuplot could not be started: " + reason());

@@ -26,10 +26,17 @@ std::string colour_of(const Figure& figure, size_t k) {
   return series_colour(number);
 }
 
+/// A string expression of gnuplot: in single quotes, where nothing is replaced, joined with runs of apostrophes in
+/// double quotes. ('' inside single quotes, as documented, fails where two meet: f''(x).)
 std::string quoted(const std::string& utf8) {
   std::string out = "'";
-  for (const std::string& c : characters(utf8)) out += c == "'" ? "''" : c;
-  return out + "'";
+  bool apostrophes = false;
+  for (const std::string& c : characters(utf8)) {
+    if ((c == "'") != apostrophes) out += apostrophes ? "\" . '" : "' . \"";
+    apostrophes = c == "'";
+    out += c;
+  }
+  return out + (apostrophes ? "\"" : "'");
 }
 
 std::string translucent(const std::string& colour, double opacity) {

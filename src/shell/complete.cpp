@@ -87,8 +87,8 @@ void push_key(lua_State* L, const Key& key) {
   }
 }
 
-/// Replaces the stack by the value the path leads to. Globals are read raw: an undefined one is an error in
-/// Pendula.
+/// Replaces the stack by the value the path leads to. Globals are read raw: an
+/// undefined one is an error in Pendula.
 void walk(lua_State* L, const Request& request) {
   lua_settop(L, 0);
   lua_pushglobaltable(L);
@@ -148,8 +148,8 @@ std::size_t key_before(const std::vector<Token>& tokens, std::size_t end, std::v
   return end;
 }
 
-/// Fills path and separator from the tokens before tokens[end]. False: nothing sensible stands there, as in
-/// `f(x).`.
+/// Fills path and separator from the tokens before tokens[end]. False: nothing
+/// sensible stands there, as in `f(x).`.
 bool read_path(const std::vector<Token>& tokens, std::size_t end, Request& request) {
   if (end == 0 || !(tokens[end - 1].is(".") || tokens[end - 1].is(":"))) return true;
   request.separator = tokens[end - 1].text[0];

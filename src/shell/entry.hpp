@@ -23,9 +23,9 @@ enum class Reading {
 
 Reading compile(lua_State* L, const std::string& entry);
 
-/// Top-level `local x = 1` becomes `x = 1`, so that it survives its entry; line numbers are kept. <const> is
-/// dropped; a <close> variable stays local and is closed when the entry has run. Blocks and functions are
-/// left alone.
+/// Top-level `local x = 1` becomes `x = 1`, so that it survives its entry; line numbers are
+/// kept. <const> is dropped; a <close> variable stays local and is closed when the entry
+/// has run. Blocks and functions are left alone.
 std::string globalize(std::string_view source);
 
 /// Splits pasted lines into entries that run one after the other as if they had been typed, each with the

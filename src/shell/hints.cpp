@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <array>
+#include <cctype>
 #include <cstdlib>
+#include <vector>
 
 #include "shell/tokens.hpp"
 
@@ -15,7 +17,7 @@ struct Foreign {
 };
 
 // Longest first where one begins like another.
-constexpr std::array<Foreign, 29> foreign = {{
+constexpr std::array<Foreign, 31> foreign = {{
     {"!=", "not equal is written ~="},
     {"!", "logical not is written not"},
     {"&&", "logical and is written and"},
@@ -27,6 +29,8 @@ constexpr std::array<Foreign, 29> foreign = {{
     {"++", "write x = x + 1"},
     {"**", "a power is written ^"},
     {".*", "products and powers of matrices are written * and ^"},
+    {".^", "powers are written ^"},
+    {"\\", "a linear system A x = b is solved by solve(A, b)"},
     {"−", "the minus sign '−' (U+2212) is written -"},
     {"–", "the dash '–' (U+2013) is written -"},
     {"·", "the product '·' is written *"},
@@ -63,13 +67,98 @@ std::string_view foreign_at(std::string_view rest) {
   return {};
 }
 
-std::string_view foreign_on(std::string_view source, long line) {
+/// The tokens of one line of the source.
+std::vector<Token> tokens_on(std::string_view source, long line) {
+  std::vector<Token> found;
+  std::size_t counted = 0;  // up to where lines are counted
+  long at = 1;
   for (const Token& token : tokenize(source)) {
-    const auto before = source.substr(0, token.begin);
-    if (1 + std::count(before.begin(), before.end(), '\n') != line || token.kind != TokenKind::symbol)
-      continue;
+    at += std::count(source.begin() + static_cast<std::ptrdiff_t>(counted),
+                     source.begin() + static_cast<std::ptrdiff_t>(token.begin), '\n');
+    counted = token.begin;
+    if (at == line) found.push_back(token);
+    if (at > line) break;
+  }
+  return found;
+}
+
+std::string_view foreign_on(std::string_view source, const std::vector<Token>& tokens) {
+  for (const Token& token : tokens) {
+    if (token.kind != TokenKind::symbol) continue;
     if (const auto remedy = foreign_at(source.substr(token.begin)); !remedy.empty()) return remedy;
   }
+  return {};
+}
+
+// ── words and turns of other languages ──
+
+bool is(const std::vector<Token>& tokens, std::size_t i, std::string_view text) {
+  return i < tokens.size() && tokens[i].text == text;
+}
+
+bool has_word(const std::vector<Token>& tokens, std::string_view word) {
+  return std::any_of(tokens.begin(), tokens.end(), [&](const Token& t) { return t.text == word; });
+}
+
+/// name . name = inside braces: { x.dot = 0 }
+bool has_dotted_key(const std::vector<Token>& tokens) {
+  for (std::size_t i = 0; i + 3 < tokens.size(); ++i)
+    if (tokens[i].kind == TokenKind::name && is(tokens, i + 1, ".") &&
+        tokens[i + 2].kind == TokenKind::name && is(tokens, i + 3, "="))
+      return true;
+  return false;
+}
+
+std::string_view by_first_word(const std::vector<Token>& tokens) {
+  if (tokens.empty()) return {};
+  const std::string_view first = tokens[0].text;
+  const bool in = has_word(tokens, "in");
+  if (first == "for" && (has_word(tokens, ":") || (in && !has_word(tokens, "do"))))
+    return "a loop is written for i = 1, 3 do … end, over a list for i, v in ipairs(list) do … end";
+  if (first == "def" || first == "fun" || (first == "function" && is(tokens, 2, "=")))
+    return "a function is written function f(x) return x^2 end";
+  if (first == "import" || first == "using" || first == "from")
+    return "nothing has to be imported; a file of your own is run by dofile \"file.lua\"";
+  if (first == "let" || first == "var" || first == "const" || first == "double" || first == "float" ||
+      first == "int" || first == "Real" || first == "parameter")
+    if (tokens.size() > 1 && tokens[1].kind == TokenKind::name)
+      return "a local variable is written local x = 1, a symbol x = var \"x\", a parameter m = param(\"m\", 1)";
+  if (first == "syms" || first == "sym" || first == "@") return "symbols are written x, y = vars \"x y\"";
+  if (first == "%") return "a comment begins with --";
+  if (first == "#") return "a comment begins with --";
+  if (first == "//" || first == "/") return "a comment begins with --, over several lines --[[ … ]]";
+  if (first == "print" && tokens.size() > 1 && tokens[1].kind == TokenKind::name) return "write print(x)";
+  if (first == "plot" && tokens.size() > 1 && tokens[1].kind == TokenKind::name) return "write plot(x, y)";
+  if (first == "hold" || first == "close" || first == "clear" || first == "clc" || first == "format")
+    return "there are no commands, only calls: f(x)";
+  return {};
+}
+
+std::string_view by_turn(std::string_view source, const std::vector<Token>& tokens) {
+  if (has_word(tokens, "lambda") || has_word(tokens, "->") || has_word(tokens, "=>"))
+    return "a function is written function(x) return x^2 end";
+  for (std::size_t i = 0; i + 1 < tokens.size(); ++i) {
+    const bool adjacent = tokens[i].begin + tokens[i].text.size() == tokens[i + 1].begin;
+    const bool list = is(tokens, i, "[") && (i == 0 || is(tokens, i - 1, "=") || is(tokens, i - 1, "(") ||
+                                             is(tokens, i - 1, ",") || is(tokens, i - 1, "["));
+    if (list && !is(tokens, i + 1, "["))
+      return "a list is written { 1, 2, 3 }, a column vec{1, 2, 3}, a matrix mat{{1, 2}, {3, 4}}";
+    if (tokens[i].kind == TokenKind::number && tokens[i + 1].kind == TokenKind::name && adjacent)
+      return "a product is written 2*x";
+    if (is(tokens, i, "-") && is(tokens, i + 1, ">"))
+      return "a function is written function(x) return x^2 end";
+    if (is(tokens, i, "=") && is(tokens, i + 1, ">"))
+      return "a function is written function(x) return x^2 end";
+    if (is(tokens, i, "else") && is(tokens, i + 1, "if"))
+      return "write elseif … then, with one end for all branches";
+    if (is(tokens, i, "@") && is(tokens, i + 1, "("))
+      return "a function is written function(x) return x^2 end, one of symbols fn(x, x^2)";
+  }
+  for (const Token& token : tokens)
+    if (token.kind == TokenKind::unfinished_string && token.text[0] == '\'' && token.begin > 0 &&
+        (std::isalnum(static_cast<unsigned char>(source[token.begin - 1])) ||
+         source[token.begin - 1] == ')' || source[token.begin - 1] == '\'' || source[token.begin - 1] == ']'))
+      return "a derivative is written x.dot or der(x), a transpose A.T";
   return {};
 }
 
@@ -77,15 +166,38 @@ bool contains(std::string_view text, std::string_view part) {
   return text.find(part) != std::string_view::npos;
 }
 
+bool has_else_if(std::string_view source) {
+  const auto tokens = tokenize(source);
+  for (std::size_t i = 0; i + 1 < tokens.size(); ++i)
+    if (is(tokens, i, "else") && is(tokens, i + 1, "if")) return true;
+  return false;
+}
+
+std::string_view by_message(std::string_view source, std::string_view error,
+                            const std::vector<Token>& tokens) {
+  if (contains(error, "'end' expected") && has_else_if(source))
+    return "write elseif … then, with one end for all branches";
+  if (contains(error, "syntax error near") && has_word(tokens, "="))
+    return "an equation is written with ~ (lhs ~ rhs), a comparison with ==";
+  if (contains(error, "malformed number")) return "a product is written 2*x";
+  if (contains(error, "near '='") && !has_dotted_key(tokens))
+    return "an equation is written with ~ (lhs ~ rhs), a comparison with ==";
+  if (contains(error, "near '='"))
+    return "a key that is no plain name stands in brackets: { x = 1, [x.dot] = 0 }";
+  if (contains(error, "'then' expected")) return "a condition is written if … then … end";
+  if (contains(error, "'do' expected")) return "a loop is written while … do … end or for i = 1, 3 do … end";
+  if (contains(error, "near '<\\"))
+    return "names are made of ASCII letters, digits and _; other letters belong in strings and comments";
+  return {};
+}
+
 }  // namespace
 
 std::string syntax_hint(std::string_view source, std::string_view error) {
-  const auto remedy = foreign_on(source, line_of(error));
-  if (!remedy.empty()) return "\n  Lua: " + std::string(remedy) + ".";
-  if (contains(error, "near '='"))
-    return "\n  An equation is written with ~ (lhs ~ rhs), a comparison with ==.";
-  if (contains(error, "near '<\\"))
-    return "\n  Names are made of ASCII letters, digits and _; other letters belong in strings and comments.";
+  const auto tokens = tokens_on(source, line_of(error));
+  for (const auto& remedy : {by_first_word(tokens), by_turn(source, tokens), foreign_on(source, tokens),
+                             by_message(source, error, tokens)})
+    if (!remedy.empty()) return "\n  Lua: " + std::string(remedy) + ".";
   return "";
 }
 

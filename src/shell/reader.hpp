@@ -40,8 +40,8 @@ class Reader {
   virtual void remember(const std::string& entry) = 0;
 };
 
-/// A reader on standard input. With line editing if the build has it (PENDULA_READLINE) and a person is
-/// typing.
+/// A reader on standard input. With line editing if the build has it
+/// (PENDULA_READLINE) and a person is typing.
 std::unique_ptr<Reader> open_reader(Completer completer);
 
 /// Was the program built with readline?

@@ -140,8 +140,9 @@ TEST_CASE("gnuplot: Ctrl-C ends it and leaves no file") {
 }
 
 TEST_CASE("gnuplot: texts are quoted so that nothing in them is executed") {
-  CHECK(quoted("it's") == "'it''s'");
-  CHECK(quoted("a\nset output 'x'\n`id`") == "'a set output ''x'' `id`'");
+  CHECK(quoted("it's") == R"('it' . "'" . 's')");
+  CHECK(quoted("f''(x)") == R"('f' . "''" . '(x)')");
+  CHECK(quoted("a\nset output 'x'\n`id`") == R"('a set output ' . "'" . 'x' . "'" . ' `id`')");
   CHECK(translucent("#808080", 0.25) == "#BF808080");
 }
 

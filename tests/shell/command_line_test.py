@@ -42,6 +42,28 @@ def test_code(terminal, home):
     check(run("-e", "print 'π'").stdout, "π\n")
 
 
+def test_errors_name_the_callers(terminal, home):
+    path = write(home, "calls.lua", "local function f() return nil + 1 end\nlocal function g()\n  local v = f()\n"
+                                    "  return v\nend\ng()\n")
+    error = run(path, expect=1).stderr
+    check(error.startswith(path + ":1: "), True, error)
+    check_in(f"called from {path}:3", error)
+    check_in(f"called from {path}:6", error)
+    path = write(home, "flat.lua", "print(nil + 1)\n")
+    check("called from" in run(path, expect=1).stderr, False)
+
+
+def test_tables_are_printed(terminal, home):
+    check(run("-e", "print({1, {2, x = 3}}, {}, 0/0)").stdout, "{1, {2, x = 3}}\t{}\tnan\n")
+
+
+def test_a_syntax_error_in_a_long_script_is_told_at_once(terminal, home):
+    path = write(home, "long.lua", "x = 1 + 2 * (3 - 4)\n" * 150000 + "y != 3\n")
+    begun = time.monotonic()
+    check_in("not equal is written ~=", run(path, expect=1).stderr)
+    check(time.monotonic() - begun < 20, True, "seconds")
+
+
 def test_standard_input(terminal, home):
     check(run(stdin="local x = 1\nprint(x)").stdout, "1\n")
     check(run("-", "a", "b", stdin="print(...)").stdout, "a\tb\n")

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <memory>
 
+#include "lua/core/table_text.hpp"
 #include "lua/session/state.hpp"
 #include "shell/complete.hpp"
 #include "shell/echo.hpp"
@@ -96,7 +97,7 @@ TEST_CASE("echo: plain tables are written as Lua would read them") {
   const auto echo = [&](const std::string& expression) {
     REQUIRE(luaL_loadstring(s.L, ("return " + expression).c_str()) == LUA_OK);
     REQUIRE(pendula::lua::run(s.L, 0, 1));
-    const std::string text = echo_text(s.L, -1);
+    const std::string text = pendula::lua::shown_text(s.L, -1);
     lua_pop(s.L, 1);
     return text;
   };

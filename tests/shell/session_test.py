@@ -38,6 +38,17 @@ def test_values_are_echoed(terminal, home):
     w.wait("^9.0$", pattern=True)
 
 
+def test_a_run_that_ends_early_says_so(terminal, home):
+    w = started(terminal)
+    w.enter('x = var "x"')
+    w.enter("s = dae{ x.dot ~ x^2 }:integrate{ start = { x = 1 }, to = 2 }")
+    w.wait("warning: integrate: stopped at t = 1")
+    w.enter("v = s:final(x)")
+    w.wait("warning: final: the value at the last point")
+    w.enter("s2 = dae{ x.dot ~ -x }:integrate{ start = { x = 1 }, to = 2 }; print 'quiet'")
+    w.wait("^quiet$", pattern=True)
+
+
 def test_local_survives_its_line(terminal, home):
     w = started(terminal)
     w.enter("local speed <const> = 12")

@@ -40,7 +40,6 @@ return {
   },
   class_lines = {
     ["src/lab/newton_verdict.cpp Judge"] = 272,
-    ["src/lua/bind/integrate/sweep_options.cpp Reader"] = 274,
   },
   class_members = {
     ["src/integrate/compiled/newton_step.hpp NewtonCode"] = 33,
@@ -164,7 +163,6 @@ return {
     ["src/lua/bind/integrate/integrate_options.cpp"] = 1,
     ["src/lua/bind/integrate/methods.cpp"] = 1,
     ["src/lua/bind/integrate/sweep.cpp"] = 1,
-    ["src/lua/bind/integrate/sweep_options.cpp"] = 1,
     ["src/lua/bind/lti/lti.cpp"] = 1,
     ["src/lua/bind/sysid/sysid_fields.cpp"] = 2,
     ["src/lua/bind/sysid/sysid_likelihood.cpp"] = 1,

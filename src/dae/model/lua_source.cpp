@@ -71,7 +71,7 @@ class Names {
       for (Expr& leaf : whole) leaf = derivative_leaf(leaf, s.order);
     const bool named =
         std::any_of(names_.begin(), names_.end(), [&](const auto& n) { return n.first == s.vector; });
-    if (!named || column(whole) != v) return {};
+    if (!named || static_cast<Eigen::Index>(whole.size()) != v.size() || column(whole) != v) return {};
     return s.order == 0   ? s.vector
            : s.order == 1 ? "der(" + s.vector + ")"
                           : text("der(", s.vector, ", ", s.order, ")");
@@ -177,7 +177,10 @@ class Writer {
     names_.add(source_->inputs), names_.add(source_->parameters);
     names_.add(model_->parameters);
     const std::string made = source_->mechanics && !lost_ ? mechanics() : equations();
-    std::string out = model_->name.empty() ? "-- A model of Pendula.\n" : "-- " + model_->name + "\n";
+    std::string title = model_->name.empty() ? "A model of Pendula." : model_->name;
+    replace_all(title, "\n", " ");
+    replace_all(title, "\r", " ");
+    std::string out = "-- " + title + "\n";
     if (lost_) out += "-- These are the equations of a derived model; where they came from is not kept.\n";
     return out + names_.declarations() + "return " + made + calls_ + values() + "\n";
   }
@@ -188,6 +191,8 @@ class Writer {
     std::string quoted = source_->name;
     replace_all(quoted, "\\", "\\\\");
     replace_all(quoted, "\"", "\\\"");
+    replace_all(quoted, "\n", "\\n");
+    replace_all(quoted, "\r", "\\r");
     return "  name = \"" + quoted + "\",\n";
   }
 

@@ -20,6 +20,7 @@ Expr tangent(Expr e, const Seed& seed) {
   d.clear();
   std::unordered_map<Expr, VecX> solved;  // of every linear system, by its head
   for (Expr node : topological({&e, 1})) {
+    poll_interrupt();
     Expr sum = 0;
     if (node.is_symbol()) {
       sum = seed(node);
@@ -58,6 +59,7 @@ void reverse_sweep(Expr e, const Wanted& wanted, const Found& found) {
   const auto add = [](Expr operand, Expr term) { adjoint[operand] += term; };
   adjoint[e] = 1;
   for (auto it = order.rbegin(); it != order.rend(); ++it) {
+    poll_interrupt();
     const Expr node = *it, weight = adjoint[node];
     if (!active[node]) continue;
     if (node.op() == Op::solve) {
@@ -201,6 +203,7 @@ std::vector<Expr> substitute(std::span<const Expr> outputs, const Substitution& 
   std::unordered_map<Expr, VecX> solved;
   const auto of = [](Expr operand) { return image[operand]; };
   for (Expr node : topological(outputs)) {
+    poll_interrupt();
     if (node.op() == Op::solve && component_of(node) == 0) solved[node] = mapped_solution(node, of);
     if (const auto it = replacements.find(node); it != replacements.end()) {
       image[node] = it->second;

@@ -142,7 +142,9 @@ void check_name(const std::string& name) {
   for (unsigned char c : name)
     good = good && (std::isalnum(c) || c == '_' || c >= 0x80);  // UTF-8 letters pass
   if (!good)
-    throw Error(text("'", name, "' is not a name: use letters, digits and _, not starting with a digit"));
+    throw Error(text(
+        "'", name, "' is not a name: use letters, digits and _, not starting with a digit",
+        name.find_first_of(" ,") == name.npos ? "" : "; several are declared by vars, params and inputs"));
 }
 
 }  // namespace

@@ -340,6 +340,7 @@ MatX implicit_jacobian(std::span<const Expr> r, std::span<const Expr> z, std::sp
   if (r.size() != z.size())
     throw Error(text("r has ", r.size(), r.size() == 1 ? " equation" : " equations", " but z has ", z.size(),
                      z.size() == 1 ? " unknown" : " unknowns", ": they must be as many"));
+  if (r.empty()) throw Error("r is empty; give the equations r(y, z) = 0 that determine z");
   const MatX rz = jacobian(r, z);
   try {
     return solve(rz, -jacobian(r, y));

@@ -3,6 +3,7 @@
 #include <map>
 
 #include "base/error.hpp"
+#include "base/interrupt.hpp"
 #include "expr/graph/derivative.hpp"
 #include "expr/graph/rational.hpp"
 #include "expr/linalg/linalg.hpp"
@@ -97,9 +98,11 @@ std::optional<Scaled> scaled(const MatX& a) {
 MatX product(const MatX& a, const MatX& b) {
   MatX c = MatX::Zero(a.rows(), b.cols());
   for (Eigen::Index i = 0; i < a.rows(); ++i)
-    for (Eigen::Index k = 0; k < a.cols(); ++k)
+    for (Eigen::Index k = 0; k < a.cols(); ++k) {
+      poll_interrupt();
       if (!a(i, k).is_zero())
         for (Eigen::Index j = 0; j < b.cols(); ++j) c(i, j) += a(i, k) * b(k, j);
+    }
   return c;
 }
 

@@ -2,12 +2,14 @@
 
 #include <algorithm>
 #include <atomic>
+#include <chrono>
 #include <csignal>
 #include <cstdio>
 #include <cstring>
 
 #include <sched.h>
 #include <sys/mman.h>
+#include <sys/prctl.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -122,10 +124,17 @@ void drain_singly(SharedSlots& slots, TaskQueue& queue, const std::function<void
   }
 }
 
-/// Waits for the workers, polling so that progress is shown and Ctrl-C is passed on.
+/// Waits for the workers, polling so that progress is shown and Ctrl-C is passed on. One that does not end within
+/// two seconds of it, because it was stopped (SIGSTOP) or does not poll, is killed.
 void wait_for(std::vector<pid_t> workers, const SharedSlots& slots,
               const std::function<void(int)>& progress) {
+  using Clock = std::chrono::steady_clock;
+  constexpr auto patience = std::chrono::seconds(2);
   bool told = false;
+  Clock::time_point told_at;
+  const auto tell = [&](int signal) {  // our own children; the terminal may have told them already
+    for (pid_t worker : workers) kill(worker, signal);
+  };
   while (!workers.empty()) {
     for (std::size_t k = 0; k < workers.size();) {
       int status = 0;
@@ -139,10 +148,11 @@ void wait_for(std::vector<pid_t> workers, const SharedSlots& slots,
     usleep(2000);
     if (progress) progress(slots.finished());
     if (interrupt_requested && !told) {
-      for (pid_t worker : workers)
-        kill(worker, SIGINT);  // our own children; the terminal may have told them already
+      tell(SIGINT);
       told = true;
+      told_at = Clock::now();
     }
+    if (told && Clock::now() - told_at > patience) tell(SIGKILL);
   }
 }
 
@@ -164,9 +174,12 @@ bool run_queue(SharedSlots& slots, int workers, const std::function<void(TaskQue
   if (workers <= 1) return work(queue, drain);
   std::fflush(nullptr);  // what stands in buffers must not be written twice
   std::vector<pid_t> children;
+  const pid_t parent = getpid();
   for (int k = 0; k < workers; ++k) {
     const pid_t child = fork();
     if (child == 0) {
+      prctl(PR_SET_PDEATHSIG, SIGKILL);   // nobody waits for the results of an orphan
+      if (getppid() != parent) _exit(1);  // it ended before the line above
       int status = 1;
       try {
         work(queue, drain);

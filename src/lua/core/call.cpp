@@ -55,6 +55,8 @@ std::string Call::usage() const {
 
 void Call::wrong(int i, const char* name, const std::string& expected) const {
   const Kind kind = kind_of(row);
+  if (i == 2 && std::string_view(row.name).ends_with(":__index") && lua_type(L, 2) == LUA_TSTRING)
+    unknown_member(L, object_type(L, 1).c_str());
   const std::string got = i <= count_ ? describe(L, i) : "nothing";
   if (kind.binary) {
     throw Error(text("the ", i == 1 ? "left" : "right", " operand must be ", expected, ", not ", got));

@@ -126,8 +126,8 @@ class Call {
     return std::static_pointer_cast<const T>(required(i, TypeName<T>::value, name));
   }
 
-  /// The table of options at argument i (absent or nil: all fallbacks). Throws on keys that are not among the
-  /// known ones.
+  /// The table of options at argument i (absent or nil: all fallbacks). Throws on
+  /// keys that are not among the known ones.
   Options options(int i, std::initializer_list<const char*> known) const;
 
   [[noreturn]] void wrong(int i, const char* name, const std::string& expected) const;

@@ -4,9 +4,11 @@
 #include <string>
 #include <vector>
 
+#include "base/draft.hpp"
 #include "base/text.hpp"
 #include "lua/core/library.hpp"
 #include "lua/core/objects.hpp"
+#include "lua/core/table_text.hpp"
 #include "lua/core/trampoline.hpp"
 
 namespace pendula::lua {
@@ -18,10 +20,29 @@ int include_file(lua_State* L) {
   return 1;
 }
 
+/// A method written in Lua: what stands before the colon is checked. Upvalues: the function, type and name.
+int method_in_lua(lua_State* L) {
+  const std::string type = lua_tostring(L, lua_upvalueindex(2)), name = lua_tostring(L, lua_upvalueindex(3));
+  if (object_type(L, 1) != type)
+    throw Error(text(name, ": expected a value of type ", type, " before the colon, as in x:", name,
+                     "(…), got ", lua_gettop(L) > 0 ? describe(L, 1) : "nothing"));
+  lua_pushvalue(L, lua_upvalueindex(1));
+  lua_insert(L, 1);
+  lua_call(L, lua_gettop(L) - 1, LUA_MULTRET);
+  return lua_gettop(L);
+}
+
 int install_value(lua_State* L) {
   const std::string name = luaL_checkstring(L, 1);
   luaL_checkany(L, 2);
   lua_settop(L, 2);
+  if (const std::size_t colon = name.find(':'); colon != name.npos && lua_isfunction(L, 2)) {
+    if (name.compare(colon, 3, ":__") != 0) {
+      lua_pushlstring(L, name.data(), colon);
+      lua_pushstring(L, name.c_str() + colon + 1);
+      lua_pushcclosure(L, guarded<method_in_lua>, 3);
+    }
+  }
   install(L, name);
   return 0;
 }
@@ -103,6 +124,18 @@ int position(lua_State* L) {
   return 1;
 }
 
+int write_whole_file(lua_State* L) {
+  std::size_t name_size = 0, size = 0;
+  const char* name = luaL_checklstring(L, 1, &name_size);
+  const char* bytes = luaL_checklstring(L, 2, &size);
+  try {
+    write_file({name, name_size}, {bytes, size});
+  } catch (const Error& e) {
+    throw Error(text(luaL_checkstring(L, 3), ": ", e.what()));
+  }
+  return 0;
+}
+
 int fail(lua_State* L) { throw Error(error_text(L, 1)); }
 
 int load_check(lua_State* L) {
@@ -116,6 +149,12 @@ int laid_out(lua_State* L) {
   const char* bytes = luaL_checklstring(L, 1, &size);
   const std::string result = layout({bytes, size});
   lua_pushlstring(L, result.data(), result.size());
+  return 1;
+}
+
+int shown_value(lua_State* L) {
+  const std::string shown = shown_text(L, 1);
+  lua_pushlstring(L, shown.data(), shown.size());
   return 1;
 }
 
@@ -141,7 +180,9 @@ void open_documentation(lua_State* L) {
                                                              {"position", guarded<position>},
                                                              {"fail", guarded<fail>},
                                                              {"width", guarded<columns>},
+                                                             {"write_file", guarded<write_whole_file>},
                                                              {"prose", guarded<laid_out<prose>>},
+                                                             {"shown", guarded<shown_value>},
                                                              {"block", guarded<laid_out<block>>}};
   push_stdlib_environment(L);
   for (const auto& [name, function] : functions) {

@@ -13,7 +13,9 @@
 //   did_you_mean(word, list)      " Did you mean 'x'?" or ""
 //   position()                    "exam.lua:12: ", the user's innermost line, or ""
 //   fail(message)                 raises an error at that position
+//   write_file(name, text, by)    a file that appears complete or not at all; `by` begins the error text
 //   width(text)                   the columns that a text takes on a terminal
+//   shown(value)                  the text that print shows
 //   prose(text), block(text)      the two layouts of written texts below
 #pragma once
 

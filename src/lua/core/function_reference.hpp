@@ -5,21 +5,20 @@
 
 namespace pendula::lua {
 
-/// Keeps a Lua function alive through the registry for as long as some callback holds it. Must not outlive L.
+/// Keeps a Lua function alive through the registry for as long as some callback holds it. Must not outlive the
+/// Lua state; the coroutine that made it may end and be collected before.
 class FunctionReference {
  public:
-  FunctionReference(lua_State* L, int index) : L_(L) {
-    lua_pushvalue(L, index);
-    reference_ = luaL_ref(L, LUA_REGISTRYINDEX);
-  }
+  FunctionReference(lua_State* L, int index);
   FunctionReference(const FunctionReference&) = delete;
   FunctionReference& operator=(const FunctionReference&) = delete;
-  ~FunctionReference() { luaL_unref(L_, LUA_REGISTRYINDEX, reference_); }
-  void push() const { lua_rawgeti(L_, LUA_REGISTRYINDEX, reference_); }
-  lua_State* state() const { return L_; }
+  ~FunctionReference();
+  /// Pushes the function onto the stack of the coroutine that runs now and returns that coroutine; there is
+  /// room for 20 values more.
+  lua_State* push() const;
 
  private:
-  lua_State* L_;
+  lua_State* main_;
   int reference_;
 };
 

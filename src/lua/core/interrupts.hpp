@@ -8,8 +8,8 @@
 
 namespace pendula::lua {
 
-/// While it lives, L is the coroutine that request_interrupt() stops. Nested: the destructor restores the
-/// outer one.
+/// While it lives, L is the coroutine that request_interrupt() stops. Nested:
+/// the destructor restores the outer one.
 class Running {
  public:
   explicit Running(lua_State* L);

@@ -5,6 +5,7 @@
 #include "base/error.hpp"
 #include "base/text.hpp"
 #include "lua/core/embedded.hpp"
+#include "lua/core/foreign_names.hpp"
 #include "lua/core/objects.hpp"
 #include "lua/core/trampoline.hpp"
 
@@ -18,6 +19,16 @@ constexpr const char* lazy_field =
 
 void push_registry(lua_State* L, const char* key) { lua_rawgetp(L, LUA_REGISTRYINDEX, key); }
 
+/// "a model or a lti", the types that have a method of this name; "" if there is none.
+std::string type_with_method(lua_State* L, const std::string& name) {
+  std::vector<std::string> owners;
+  if (name.size() < 3) return "";  // x and dt are rather variables that were forgotten
+  for (const std::string& type : type_names(L))
+    if (has_method(L, type.c_str(), name.c_str())) owners.push_back(type);
+  if (owners.size() > 3) owners.resize(3);
+  return owners.empty() ? "" : "of type " + join(owners, " or ");
+}
+
 void append_names(lua_State* L, std::vector<std::string>& names) {
   lua_pushnil(L);
   while (lua_next(L, -2) != 0) {
@@ -30,6 +41,11 @@ void append_names(lua_State* L, std::vector<std::string>& names) {
 int undefined_global(lua_State* L) {
   if (lua_type(L, 2) != LUA_TSTRING) return 0;
   const std::string name = lua_tostring(L, 2);
+  if (const std::string remedy = remedy_for_name(name); !remedy.empty())
+    throw Error(text("undefined variable '", name, "': ", remedy));
+  if (const std::string owner = type_with_method(L, name); !owner.empty())
+    throw Error(text("undefined variable '", name, "'; it is a method: write x:", name, "() where x is ",
+                     owner, " (help \"", name, "\")"));
   throw Error(text("undefined variable '", name, "'.", did_you_mean(name, global_names(L))));
 }
 
@@ -248,6 +264,12 @@ void open_library(lua_State* L) {
 }
 
 void push_stdlib_environment(lua_State* L) { push_registry(L, &environment_key); }
+
+bool is_vocabulary_function(lua_State* L, const std::string& name) {
+  const bool function = push_global(L, name) == LUA_TFUNCTION;
+  lua_pop(L, 1);
+  return function;
+}
 
 std::vector<std::string> global_names(lua_State* L) {
   std::vector<std::string> names;

@@ -33,8 +33,8 @@ size_t physical_memory() {
   return pages > 0 && page > 0 ? static_cast<size_t>(pages) * static_cast<size_t>(page) : 4096 * MiB;
 }
 
-/// Out-of-memory errors carry no position in Lua (the message is preallocated), so it is noted here. "Sl"
-/// allocates nothing.
+/// Out-of-memory errors carry no position in Lua (the message is preallocated), so
+/// it is noted here. "Sl" allocates nothing.
 void note_position(Budget& budget) {
   budget.line = 0;
   lua_State* L = running_state();

@@ -16,9 +16,9 @@ lua_State* new_capped_state();
 /// Another cap for this state; for tests.
 void set_memory_cap(lua_State* L, size_t bytes);
 
-/// Lowers the process's data limit to three quarters of the machine's memory (once; never raises it), so that
-/// a C++ result that does not fit is an error and not the end of the process. Nothing under the address
-/// sanitizer.
+/// Lowers the process's data limit to three quarters of the machine's memory (once; never
+/// raises it), so that a C++ result that does not fit is an error and not the end of the
+/// process. Nothing under the address sanitizer.
 void limit_process_memory();
 
 /// "script.lua:3: not enough memory (…)" for the last request that was refused.
@@ -36,9 +36,9 @@ class Reserve {
   size_t* cap_;
 };
 
-/// Called whenever an object is handed to Lua. The collector sees only small handles; every 64 objects this
-/// looks at the resident size of the process and runs a full collection when it has doubled since the last
-/// one.
+/// Called whenever an object is handed to Lua. The collector sees only small handles;
+/// every 64 objects this looks at the resident size of the process and runs a full
+/// collection when it has doubled since the last one.
 void collect_if_grown(lua_State* L);
 
 }  // namespace pendula::lua

@@ -6,6 +6,8 @@
 #include "base/error.hpp"
 #include "base/text.hpp"
 #include "lua/core/call.hpp"
+#include "lua/core/foreign_names.hpp"
+#include "lua/core/library.hpp"
 #include "lua/core/memory.hpp"
 #include "lua/core/trampoline.hpp"
 
@@ -20,8 +22,8 @@ struct Box {
   std::shared_ptr<const void> object;
 };
 
-/// __gc: gives up the value but leaves an empty, valid Box, since a script's own finalizer may resurrect the
-/// userdata.
+/// __gc: gives up the value but leaves an empty, valid Box, since a script's own
+/// finalizer may resurrect the userdata.
 int finalize(lua_State* L) {
   static_cast<Box*>(lua_touserdata(L, 1))->object.reset();
   return 0;
@@ -34,16 +36,6 @@ void append_string_keys(lua_State* L, int table, std::vector<std::string>& names
     lua_pop(L, 1);
     if (lua_type(L, -1) == LUA_TSTRING) names.emplace_back(lua_tostring(L, -1));
   }
-}
-
-[[noreturn]] void unknown_member(lua_State* L, const char* type) {
-  const std::string hint = text(" (list: help \"", type, "\")");
-  if (lua_type(L, 2) != LUA_TSTRING) {
-    throw Error(text(describe(L, 1), " cannot be indexed with ", describe(L, 2), hint));
-  }
-  const std::string name = lua_tostring(L, 2);
-  throw Error(text(describe(L, 1), " has no field or method '", name, "'.",
-                   did_you_mean(name, member_names(L, type)), hint));
 }
 
 /// __index(object, key): method, then field, then the type's own row "type:__index". Upvalues: methods,
@@ -137,6 +129,23 @@ void push_types(lua_State* L) {
 
 }  // namespace
 
+void unknown_member(lua_State* L, const char* type) {
+  const std::string hint = text(" (list: help \"", type, "\")");
+  if (lua_type(L, 2) != LUA_TSTRING) {
+    throw Error(text(describe(L, 1), " cannot be indexed with ", describe(L, 2), hint));
+  }
+  const std::string name = lua_tostring(L, 2);
+  if (const std::string remedy = remedy_for_member(type, name); !remedy.empty())
+    throw Error(text(describe(L, 1), " has no field or method '", name, "': ", remedy, hint));
+  if (is_vocabulary_function(L, name))
+    throw Error(text(describe(L, 1), " has no method '", name,
+                     "', but there is a function of that name: write ", name, "(…) (help \"", name, "\")"));
+  const bool variable = std::strcmp(type, "solution") == 0;
+  throw Error(text(describe(L, 1), " has no field or method '", name, "'.",
+                   did_you_mean(name, member_names(L, type)),
+                   variable ? " The values of a variable x are sol(x), at a time sol(x, t)." : "", hint));
+}
+
 void push_metatable(lua_State* L, const char* type) {
   push_types(L);
   if (lua_getfield(L, -1, type) != LUA_TTABLE) {
@@ -225,6 +234,18 @@ bool push_member(lua_State* L, const char* type, const char* member) {
   }
   lua_remove(L, -2);
   return !lua_isnil(L, -1);
+}
+
+bool has_method(lua_State* L, const char* type, const char* member) {
+  push_types(L);
+  bool found = false;
+  if (lua_getfield(L, -1, type) == LUA_TTABLE) {
+    lua_rawgetp(L, -1, &methods_key);
+    found = lua_getfield(L, -1, member) == LUA_TFUNCTION;
+    lua_pop(L, 2);
+  }
+  lua_pop(L, 2);
+  return found;
 }
 
 std::vector<std::string> type_names(lua_State* L) {

@@ -1,12 +1,13 @@
-// Objects in Lua: a userdata that shares ownership of an immutable C++ value, and one metatable per type
-// name.
+// Objects in Lua: a userdata that shares ownership of an immutable C++ value, and one metatable per type name.
 //
-//   metatable = { __name = type, __metatable = type, __index, __newindex, __gc, __tostring, __concat, rows
-//   "type:__x",
-//                 [methods] = { name = function }, [fields] = { name = function }, [fallback] = row
-//                 "type:__index" }
-//
-// The metatable never reaches a script: getmetatable(object) is the type name.
+//   metatable = {
+//     __name = type, __metatable = type,              -- never reaches a script: getmetatable(object) is the type
+//     __index, __newindex, __gc, __tostring, __concat,
+//     __add, …                                        -- rows "type:__add"
+//     [methods] = { name = function },                -- rows "type:name"
+//     [fields] = { name = function },                 -- rows "type#name"
+//     [fallback] = function,                          -- row "type:__index"
+//   }
 #pragma once
 
 #include <memory>
@@ -29,13 +30,19 @@ void push_metatable(lua_State* L, const char* type);
 enum class Member { method, field };
 void set_member(lua_State* L, const char* type, const char* member, Member kind);
 
-/// Pushes a method, field or metamethod; nil (and false) if the type has none of that name. Never makes a
-/// type.
+/// Pushes a method, field or metamethod; nil (and false) if the type has
+/// none of that name. Never makes a type.
 bool push_member(lua_State* L, const char* type, const char* member);
+
+/// Has the type a method of this name (a field is none)?
+bool has_method(lua_State* L, const char* type, const char* member);
 
 /// The names of all types so far, and a type's methods and fields, sorted. For help and completion.
 std::vector<std::string> type_names(lua_State* L);
 std::vector<std::string> member_names(lua_State* L, const char* type);
+
+/// Throws Error: the object at 1 has no member of the name at 2, and what to write instead.
+[[noreturn]] void unknown_member(lua_State* L, const char* type);
 
 /// The type name of one of our objects, or "".
 std::string object_type(lua_State* L, int index);

@@ -1,4 +1,5 @@
 // Options: the table of named arguments that most calls take last.
+#include <algorithm>
 #include <vector>
 
 #include "base/text.hpp"
@@ -9,8 +10,8 @@ namespace pendula::lua {
 
 namespace {
 
-/// Leaves the value of `key` on the stack (nil if there is no table). Raw: a user's metatable cannot
-/// interfere.
+/// Leaves the value of `key` on the stack (nil if there is no table). Raw:
+/// a user's metatable cannot interfere.
 int push_option(lua_State* L, int table, const char* key) {
   if (table == 0) {
     lua_pushnil(L);
@@ -20,28 +21,43 @@ int push_option(lua_State* L, int table, const char* key) {
   return lua_rawget(L, table);
 }
 
+[[noreturn]] void refuse(std::vector<std::string> unknown, const std::vector<std::string>& known) {
+  std::sort(unknown.begin(), unknown.end());
+  std::string hints;
+  for (const std::string& key : unknown) {
+    const std::string nearest = nearest_word(key, known);
+    if (nearest.empty()) continue;
+    hints += unknown.size() == 1 ? did_you_mean(key, known)
+                                 : text(hints.empty() ? " Did you mean " : ", ", nearest, " for '", key, "'");
+  }
+  if (unknown.size() > 1 && !hints.empty()) hints += "?";
+  throw Error(text(unknown.size() == 1 ? "unknown option '" : "unknown options '", join(unknown, "', '"),
+                   "'.", hints, " (options: ", join(known, ", "), ")"));
+}
+
 }  // namespace
 
 Options Call::options(int i, std::initializer_list<const char*> known) const {
   if (!has(i)) return {this, 0};
   if (!lua_istable(L, i)) wrong(i, "options", "a table of options");
   const std::vector<std::string> names(known.begin(), known.end());
+  std::vector<std::string> positions,
+      unknown;  // all of them, sorted: the order of a table's keys is nobody's
   lua_pushnil(L);
   while (lua_next(L, i) != 0) {
     lua_pop(L, 1);
-    if (lua_type(L, -1) != LUA_TSTRING) {
-      const std::string key = luaL_tolstring(L, -1, nullptr);
-      throw Error(text("options are written { name = value }, but this table has the key [", key,
-                       "]; known options: ", join(names, ", ")));
-    }
-    const std::string key = lua_tostring(L, -1);
-    bool found = false;
-    for (const std::string& name : names) found = found || name == key;
-    if (!found) {
-      throw Error(text("unknown option '", key, "'.", did_you_mean(key, names),
-                       " (options: ", join(names, ", "), ")"));
-    }
+    const std::string key = luaL_tolstring(L, -1, nullptr);
+    lua_pop(L, 1);
+    if (lua_type(L, -1) != LUA_TSTRING)
+      positions.push_back(key);
+    else if (std::find(names.begin(), names.end(), key) == names.end())
+      unknown.push_back(key);
   }
+  if (!positions.empty())
+    throw Error(text("options are written { name = value }, but this table has the key [",
+                     *std::min_element(positions.begin(), positions.end()),
+                     "]; known options: ", join(names, ", ")));
+  if (!unknown.empty()) refuse(std::move(unknown), names);
   return {this, i};
 }
 

@@ -16,8 +16,8 @@ void push_row(lua_State* L, const Row& row);
 /// The name a row goes by in messages: "reduce" for "model:reduce", "rk.gauss", "+" for "expr:__add".
 std::string shown_name(const std::string& row_name);
 
-/// "exam.lua:12: " for the innermost frame that is the user's: not C, not the embedded stdlib. "" if there is
-/// none.
+/// "exam.lua:12: " for the innermost frame that is the user's: not C, not the
+/// embedded stdlib. "" if there is none.
 std::string user_position(lua_State* L);
 
 /// The text of any error value: a string as it is; a value with __tostring by that; else what it is.

@@ -163,6 +163,17 @@ Eigen::Index Matrix::cols() const {
 
 // ── reading ──
 
+static thread_local int nested_lists = 0;
+
+Nesting::Nesting(lua_State* L) {
+  constexpr int most = 50;
+  if (nested_lists >= most) throw Error("lists inside lists, more than 50 deep: does a list contain itself?");
+  luaL_checkstack(L, LUA_MINSTACK, nullptr);
+  ++nested_lists;
+}
+
+Nesting::~Nesting() { --nested_lists; }
+
 lua_Integer list_size(lua_State* L, int list, const std::string& what) {
   lua_Integer count = 0, largest = 0;
   lua_pushnil(L);

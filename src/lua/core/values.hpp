@@ -56,6 +56,15 @@ double to_number(lua_State* L, int index, const std::string& what);
 std::optional<double> constant_at(lua_State* L, int index);
 /// A number, a number string, an expr or a 1×1 matrix.
 Expr to_expr(lua_State* L, int index, const std::string& what);
+/// One level of lists inside lists, while it lives. Throws Error when there are too many, as in a list that
+/// contains itself, and makes room on the Lua stack for what reading one level takes.
+class Nesting {
+ public:
+  explicit Nesting(lua_State* L);
+  ~Nesting();
+  Nesting(const Nesting&) = delete;
+  Nesting& operator=(const Nesting&) = delete;
+};
 /// The number of entries of a list at an absolute index. A hole ("entry 2 of C is nil") and a key that is not
 /// 1, 2, … are errors.
 lua_Integer list_size(lua_State* L, int list, const std::string& what);
@@ -64,13 +73,13 @@ lua_Integer list_size(lua_State* L, int list, const std::string& what);
 MatX to_matrix(lua_State* L, int index, const std::string& what);
 /// The same, required to be a column (a 1×n row is not accepted).
 VecX to_column(lua_State* L, int index, const std::string& what);
-/// Numeric column: list of numbers or a matrix with one column (exact constants are converted). Never
-/// interned.
+/// Numeric column: list of numbers or a matrix with one column (exact
+/// constants are converted). Never interned.
 Vec to_numbers(lua_State* L, int index, const std::string& what);
 Mat to_numeric_matrix(lua_State* L, int index, const std::string& what);
-/// A leaf or a column of leaves, from a symbol, a matrix of symbols, a list of these, or a name ("x", "q" for
-/// a declared column, "q3", "x'" for derivatives). `known` resolves names; throws with "did you mean" over
-/// its names.
+/// A leaf or a column of leaves, from a symbol, a matrix of symbols, a list of these, or a
+/// name ("x", "q" for a declared column, "q3", "x'" for derivatives). `known` resolves
+/// names; throws with "did you mean" over its names.
 std::vector<Expr> to_leaves(lua_State* L, int index, const std::string& what, std::span<const Expr> known);
 
 struct SymbolEntry {
@@ -82,12 +91,12 @@ struct SymbolEntry {
 /// is an error.
 void each_symbol_entry(lua_State* L, int table, const std::string& what, std::span<const Expr> known,
                        const std::function<void(const SymbolEntry&)>& visit);
-/// The same with numeric values: a number per leaf (scalar values are not broadcast). Constants only (√2 is
-/// one).
+/// The same with numeric values: a number per leaf (scalar values are not
+/// broadcast). Constants only (√2 is one).
 std::vector<std::pair<Expr, double>> to_symbol_numbers(lua_State* L, int table, const std::string& what,
                                                        std::span<const Expr> known);
-/// A list of equations (or one); column equations stay whole. Booleans and numbers in it: "write ~, not == or
-/// =".
+/// A list of equations (or one); column equations stay whole. Booleans and
+/// numbers in it: "write ~, not == or =".
 std::vector<Equation> to_equations(lua_State* L, int index, const std::string& what);
 
 // ── pushing; each returns 1 ──
@@ -107,8 +116,8 @@ void open_numbers(lua_State* L);
 
 // ── names ──
 
-/// Every symbol a script has declared so far (order 0), in order; for names that an expression does not
-/// contain.
+/// Every symbol a script has declared so far (order 0), in order; for names
+/// that an expression does not contain.
 const std::vector<Expr>& declared_symbols();
 void note_declared(std::span<const Expr> leaves);
 /// Forgets them: names and the order of listing are those of the new session.
@@ -116,8 +125,8 @@ void begin_session();
 
 /// "x", "x'" or "q3''": a leaf as a user writes it in a string.
 std::string leaf_name(Expr leaf);
-/// Words for an axis: the label if there is one, else the printed expression; " [unit]" where the unit is
-/// known.
+/// Words for an axis: the label if there is one, else the printed
+/// expression; " [unit]" where the unit is known.
 std::string label_of(Expr e);
 
 /// Sets the printer's aliases from the user's variables: every global and every local or upvalue of the

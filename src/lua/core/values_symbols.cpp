@@ -55,6 +55,25 @@ std::vector<Expr> whole_column(const std::vector<Expr>& known, const std::string
   return std::find(all.begin(), all.end(), known[0]) == all.end() ? known : all;
 }
 
+/// "x.dot", "x_dot", "x.ddot" -> "x'", "x''"; "" if the word does not end so.
+std::string with_marks(const std::string& word) {
+  for (const auto& [suffix, marks] : {std::pair{"ddot", "''"}, {"dot", "'"}})
+    for (const char* joint : {".", "_"}) {
+      const std::string ending = std::string(joint) + suffix;
+      if (word.size() > ending.size() && word.ends_with(ending))
+        return word.substr(0, word.size() - ending.size()) + marks;
+    }
+  return "";
+}
+
+/// For "xdot" and "dx", when there is an x.
+std::string derivative_hint(const std::string& word, const std::vector<std::string>& names) {
+  for (const std::string& name : names)
+    if (word == name + "dot" || word == "d" + name || word == name + "_d" || word == name + "p")
+      return text(" The derivative of ", name, " is written [", name, ".dot], as a name \"", name, "'\".");
+  return "";
+}
+
 std::vector<Expr> leaves_named(const std::string& word, const std::string& what,
                                std::span<const Expr> known) {
   const Name name = split_name(word);
@@ -77,11 +96,15 @@ std::vector<Expr> leaves_named(const std::string& word, const std::string& what,
             [](Expr a, Expr b) { return symbol_of(a).component < symbol_of(b).component; });
   components.erase(std::unique(components.begin(), components.end()), components.end());
   if (!components.empty()) return whole_column(components, name.base);
-  throw Error(text(what, ": unknown symbol '", word, "'.", did_you_mean(word, names_of(known))));
+  if (const std::string marked = with_marks(word); !marked.empty()) return leaves_named(marked, what, known);
+  const std::vector<std::string> names = names_of(known);
+  const std::string hint = derivative_hint(word, names);
+  throw Error(text(what, ": unknown symbol '", word, "'.", hint.empty() ? did_you_mean(word, names) : hint));
 }
 
 std::vector<Expr> leaves_of_list(lua_State* L, int list, const std::string& what,
                                  std::span<const Expr> known) {
+  const Nesting nesting(L);
   std::vector<Expr> all;
   const lua_Integer n = list_size(L, list, what);
   for (lua_Integer i = 1; i <= n; ++i) {
@@ -185,8 +208,8 @@ void each_symbol_entry(lua_State* L, int table, const std::string& what, std::sp
     lua_rawseti(L, values, entry.value);  // pops the value
     found.push_back(std::move(entry));
   }
-  // By leaf, then by key: equal first leaves are an error, whose text must not depend on the hash order
-  // either.
+  // By leaf, then by key: equal first leaves are an error, whose text must
+  // not depend on the hash order either.
   std::sort(found.begin(), found.end(), [](const SymbolEntry& a, const SymbolEntry& b) {
     return std::tuple(declaration_of(a.leaves[0]), symbol_of(a.leaves[0]).order, a.key) <
            std::tuple(declaration_of(b.leaves[0]), symbol_of(b.leaves[0]).order, b.key);

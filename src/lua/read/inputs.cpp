@@ -13,8 +13,8 @@
 namespace pendula::lua {
 namespace {
 
-/// f(t) with the symbol t, if the function can be followed symbolically: no branches on t, vocabulary
-/// functions only.
+/// f(t) with the symbol t, if the function can be followed symbolically: no
+/// branches on t, vocabulary functions only.
 std::optional<MatX> traced(lua_State* L, int function, const std::string& what) {
   lua_pushvalue(L, function);
   push_expr(L, time_symbol());
@@ -32,8 +32,7 @@ std::optional<MatX> traced(lua_State* L, int function, const std::string& what) 
 std::function<double(double)> numeric(std::shared_ptr<FunctionReference> f, Eigen::Index row,
                                       std::string name) {
   return [f = std::move(f), row, name = std::move(name)](double t) {
-    lua_State* L = f->state();
-    f->push();
+    lua_State* L = f->push();
     lua_pushnumber(L, t);
     protected_call(L, 1, 1);
     const Vec value =

@@ -23,10 +23,10 @@ struct Inputs {
   std::vector<double> breaks;         ///< ascending: times at which samples jump or bend
 };
 
-/// Reads the option `inputs` of init and integrate. A Lua function is called once with the symbol t; if that
-/// gives an expression, derivatives are exact. The callbacks keep a reference to the function; they must not
-/// outlive L. Throws Error on what is no input of the model (did you mean), wrong sizes, results that are not
-/// numbers.
+/// Reads the option `inputs` of init and integrate. A Lua function is called once with the symbol
+/// t; if that gives an expression, derivatives are exact. The callbacks keep a reference to the
+/// function; they must not outlive L. Throws Error on what is no input of the model (did you
+/// mean), wrong sizes, results that are not numbers.
 Inputs read_inputs(const Options& options, const dae::Model& model, lua_State* L);
 
 /// Parameter overrides: params = { m = 2 }.

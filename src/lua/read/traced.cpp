@@ -5,30 +5,11 @@
 
 #include "base/text.hpp"
 #include "expr/graph/derivative.hpp"
+#include "lua/core/function_reference.hpp"
 #include "lua/core/objects.hpp"
 
 namespace pendula::lua {
 namespace {
-
-/// A Lua function kept alive by the registry for as long as some callback holds it.
-class Kept {
- public:
-  Kept(lua_State* L, int index) : L_(L) {
-    lua_pushvalue(L, index);
-    reference_ = luaL_ref(L, LUA_REGISTRYINDEX);
-  }
-  Kept(const Kept&) = delete;
-  Kept& operator=(const Kept&) = delete;
-  ~Kept() { luaL_unref(L_, LUA_REGISTRYINDEX, reference_); }
-  lua_State* push() const {
-    lua_rawgeti(L_, LUA_REGISTRYINDEX, reference_);
-    return L_;
-  }
-
- private:
-  lua_State* L_;
-  int reference_;
-};
 
 bool one_column(lua_State* L, int index, std::size_t count) {
   return count > 1 && parameter_names(L, index).size() == 1;
@@ -47,12 +28,13 @@ MatX stacked_results(lua_State* L, int base, const std::string& what) {
 }
 
 /// r(x) by calling the function with numbers; an empty r takes whatever comes.
-void call_with_numbers(const Kept& f, bool as_column, const Vec& x, Vec& r) {
+void call_with_numbers(const FunctionReference& f, bool as_column, const Vec& x, Vec& r) {
   lua_State* L = f.push();
   const int base = lua_gettop(L) - 1;
   if (as_column) {
     push_matrix(L, Mat(x));
   } else {
+    luaL_checkstack(L, static_cast<int>(x.size()), nullptr);
     for (double v : x) lua_pushnumber(L, v);
   }
   protected_call(L, as_column ? 1 : static_cast<int>(x.size()), LUA_MULTRET);
@@ -202,7 +184,7 @@ void read_function(Call& call, const Options& options, const char* key, bool num
     throw Error(text("the function cannot be followed with symbols, so its derivatives are not known: ", why,
                      "\nUse the vocabulary's functions (sin, not math.sin; ifelse, not if), or jacobian = "
                      "\"finite difference\""));
-  const auto kept = std::make_shared<Kept>(L, function);
+  const auto kept = std::make_shared<FunctionReference>(L, function);
   const bool as_column = one_column(L, function, problem.x.size());
   problem.f.unknowns = names_of(problem.x);
   Vec first;
@@ -250,6 +232,7 @@ std::optional<MatX> trace(lua_State* L, int index, const std::vector<Expr>& argu
 }
 
 std::vector<Expr> to_residuals(lua_State* L, int index, const std::string& what) {
+  const Nesting nesting(L);
   index = lua_absindex(L, index);
   if (lua_isboolean(L, index))
     throw Error(text(what, " must be an expression or an equation, not a boolean: write ~, not =="));

@@ -33,8 +33,8 @@ struct Problem {
 /// Throws Error on what is missing, not an expression, of the wrong size or not finite.
 Problem read_problem(Call& call, const Options& options, const char* key, bool numbers);
 
-/// Residuals: expressions, columns and equations (lhs - rhs) in any mix. Throws Error on booleans ("write
-/// ~").
+/// Residuals: expressions, columns and equations (lhs - rhs) in any mix.
+/// Throws Error on booleans ("write ~").
 std::vector<Expr> to_residuals(lua_State* L, int index, const std::string& what);
 
 }  // namespace pendula::lua

@@ -1,18 +1,23 @@
 #include "lua/session/safe.hpp"
 
+#include <clocale>
+#include <cstdio>
 #include <cstring>
 #include <string>
 
 #include "base/error.hpp"
+#include "lua/core/table_text.hpp"
 #include "lua/core/trampoline.hpp"
+#include "lua/session/numeric_calls.hpp"
+#include "lua/session/patterns.hpp"
 #include "lua/session/safe_calls.hpp"
 
 namespace pendula::lua {
 
 namespace {
 
-/// Raises unless the mode at argument `i` admits text; then makes it "t". Bytecode can crash the virtual
-/// machine.
+/// Raises unless the mode at argument `i` admits text; then makes it "t".
+/// Bytecode can crash the virtual machine.
 void text_only(lua_State* L, int i) {
   const char* mode = luaL_optstring(L, i, "t");
   if (!std::strchr(mode, 't')) luaL_error(L, "bytecode is not accepted, only Lua text (mode 't')");
@@ -20,26 +25,20 @@ void text_only(lua_State* L, int i) {
   lua_replace(L, i);
 }
 
-/// load(chunk, name, mode, env). Upvalue: the original. An absent env must stay absent: nil would be an
-/// environment.
+/// load(chunk, name, mode, env). Upvalue: the original. An absent env must stay
+/// absent: nil would be an environment.
 int safe_load(lua_State* L) {
   const int given = lua_gettop(L);
   if (given < 3) lua_settop(L, 3);
   text_only(L, 3);
-  lua_pushvalue(L, lua_upvalueindex(1));
-  lua_insert(L, 1);
-  lua_call(L, lua_gettop(L) - 1, LUA_MULTRET);
-  return lua_gettop(L);
+  return lua_tocfunction(L, lua_upvalueindex(1))(L);  // in this frame: its errors carry the caller's line
 }
 
 /// loadfile(name, mode, env). Upvalue: the original.
 int safe_loadfile(lua_State* L) {
   if (lua_gettop(L) < 2) lua_settop(L, 2);
   text_only(L, 2);
-  lua_pushvalue(L, lua_upvalueindex(1));
-  lua_insert(L, 1);
-  lua_call(L, lua_gettop(L) - 1, LUA_MULTRET);
-  return lua_gettop(L);
+  return lua_tocfunction(L, lua_upvalueindex(1))(L);
 }
 
 int dofile_results(lua_State* L, int, lua_KContext) { return lua_gettop(L) - 1; }
@@ -64,6 +63,33 @@ int safe_exit(lua_State* L) {
   lua_pushboolean(L, 1);
   lua_call(L, 2, 0);
   return 0;
+}
+
+/// print(…), with tables that are lists of results written out.
+int print_values(lua_State* L) {
+  const int count = lua_gettop(L);
+  for (int i = 1; i <= count; ++i) {
+    const bool special = lua_istable(L, i) || lua_type(L, i) == LUA_TNUMBER;
+    const std::string shown = special ? shown_text(L, i) : std::string();
+    std::size_t size = shown.size();
+    const char* bytes = special ? shown.data() : luaL_tolstring(L, i, &size);
+    if (i > 1) std::fputc('\t', stdout);
+    std::fwrite(bytes, 1, size, stdout);
+    lua_settop(L, count);
+  }
+  std::fputc('\n', stdout);
+  std::fflush(stdout);
+  return 0;
+}
+
+/// os.setlocale(…): numbers keep the decimal point whatever the locale, in files and
+/// in what Lua reads. Upvalue: the original.
+int safe_setlocale(lua_State* L) {
+  lua_pushvalue(L, lua_upvalueindex(1));
+  lua_insert(L, 1);
+  lua_call(L, lua_gettop(L) - 1, 1);
+  std::setlocale(LC_NUMERIC, "C");
+  return 1;
 }
 
 /// The searcher of require: Lua text along package.path, nothing else. Upvalue: package.searchpath.
@@ -136,13 +162,18 @@ void secure_debug(lua_State* L) {
 void open_safe_libraries(lua_State* L) {
   luaL_openlibs(L);
   open_safe_calls(L);
+  open_numeric_calls(L);
+  open_patterns(L);
   lua_pushglobaltable(L);
   wrap_field(L, "load", safe_load);
+  lua_pushcfunction(L, guarded<print_values>);
+  lua_setfield(L, -2, "print");
   wrap_field(L, "loadfile", safe_loadfile);
   lua_pushcfunction(L, safe_dofile);
   lua_setfield(L, -2, "dofile");
   lua_getfield(L, -1, "os");
   wrap_field(L, "exit", safe_exit);
+  wrap_field(L, "setlocale", safe_setlocale);
   lua_pop(L, 2);
   remove_fields(L, "string", {"dump"});
   secure_package(L);

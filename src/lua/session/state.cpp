@@ -1,6 +1,7 @@
 #include "lua/session/state.hpp"
 
 #include <cstdio>
+#include <cstring>
 
 #ifdef __GLIBC__
 #include <malloc.h>
@@ -39,13 +40,34 @@ int open_everything(lua_State* L) {
   return 0;
 }
 
+/// "\n  called from exam.lua:20" for every line of the user's files that led to the innermost one.
+std::string callers(lua_State* L) {
+  constexpr int most = 8;
+  std::string lines;
+  lua_Debug frame;
+  int found = 0;
+  for (int level = 0; lua_getstack(L, level, &frame) != 0; ++level) {
+    lua_getinfo(L, "Sl", &frame);
+    if (frame.currentline <= 0 || std::strncmp(frame.source, "=stdlib/", 8) == 0) continue;
+    if (++found == 1) continue;  // the line that the message begins with
+    if (found > most + 1) return lines + "\n  …";
+    if (frame.source[0] == '@') lines += text("\n  called from ", frame.source + 1, ":", frame.currentline);
+  }
+  return lines;
+}
+
 /// Turns whatever was raised into the text for the user. Messages of the user's own lines pass unchanged; an
 /// error of our stdlib is blamed on the user's line that called it.
 int explain_error(lua_State* L) {
   if (is_interrupt_marker(L, 1)) return 1;
   std::string message = error_text(L, 1);
-  const bool positioned = lua_type(L, 1) == LUA_TSTRING && message.rfind("stdlib/", 0) != 0;
-  if (!positioned) message = user_position(L) + message;
+  const bool ours = message.starts_with("stdlib/");
+  const bool bare =
+      message.starts_with("C stack overflow") || message.starts_with("attempt to load a binary");
+  if (ours && message.find(": bad argument") != message.npos)
+    message.erase(0, message.find(": bad argument") + 2);
+  if (ours || bare || lua_type(L, 1) != LUA_TSTRING) message = user_position(L) + message;
+  message += callers(L);
   lua_pushlstring(L, message.data(), message.size());
   return 1;
 }

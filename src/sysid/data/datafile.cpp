@@ -7,6 +7,7 @@
 #include <memory>
 #include <sstream>
 
+#include "base/draft.hpp"
 #include "base/error.hpp"
 #include "base/text.hpp"
 #include "sysid/data/iddata.hpp"
@@ -178,8 +179,8 @@ FileColumns read_table(const std::string& path) {
 }
 
 void write_csv(const IdData& d, const std::string& path) {
-  std::ofstream out(path);
-  if (!out) throw Error(text("cannot write ", path));
+  Draft draft(path);
+  std::ostringstream out;
   out << "t";
   if (d.experiments() > 1) out << ",experiment";
   for (const auto* names : {&d.u_names, &d.y_names})
@@ -198,8 +199,8 @@ void write_csv(const IdData& d, const std::string& path) {
       for (Index j = 0; j < d.outputs(); ++j) put(d.y(i, j));
       out << '\n';
     }
-  out.flush();
-  if (!out) throw Error(text("cannot write ", path));
+  draft.write(out.str());
+  draft.publish();
 }
 
 namespace {

@@ -1,8 +1,12 @@
 // MATLAB files, by libmatio.
 #include <cstring>
 #include <filesystem>
+#include <fstream>
 #include <memory>
+#include <new>
+#include <sstream>
 
+#include "base/draft.hpp"
 #include "base/error.hpp"
 #include "base/text.hpp"
 #include "sysid/data/iddata.hpp"
@@ -10,6 +14,8 @@
 #ifdef PENDULA_MATIO
 #include <dlfcn.h>
 #include <matio.h>
+#include <sys/mman.h>
+#include <unistd.h>
 #endif
 
 namespace pendula::sysid {
@@ -39,62 +45,152 @@ const Library& library() {
 using File = std::unique_ptr<mat_t, int (*)(mat_t*)>;
 using Variable = std::unique_ptr<matvar_t, void (*)(matvar_t*)>;
 
-template <class T>
-std::vector<double> converted(const void* data, std::size_t n) {
-  const T* const values = static_cast<const T*>(data);
-  return {values, values + n};
-}
+/// A file that has a name but no place on a disk.
+class MemoryFile {
+ public:
+  MemoryFile() : descriptor_(memfd_create("pendula-mat", MFD_CLOEXEC)) {
+    if (descriptor_ < 0) throw Error("no memory for a MATLAB file");
+  }
+  MemoryFile(const MemoryFile&) = delete;
+  MemoryFile& operator=(const MemoryFile&) = delete;
+  ~MemoryFile() { close(descriptor_); }
+  std::string path() const { return text("/proc/self/fd/", descriptor_); }
+  std::string content() const {
+    std::ostringstream out;
+    out << std::ifstream(path(), std::ios::binary).rdbuf();
+    return out.str();
+  }
 
-/// The entries of a real numeric array as doubles; empty for everything else.
-std::vector<double> numbers(const matvar_t& v) {
-  if (v.isComplex || !v.data || v.rank != 2) return {};
-  const std::size_t n = v.dims[0] * v.dims[1];
-  switch (v.data_type) {
+ private:
+  int descriptor_;
+};
+
+/// n entries of this type as doubles; nothing if the type is not one of numbers. `bytes`: how many there are.
+std::vector<double> entries_as(matio_types type, const void* data, std::size_t n, std::size_t bytes) {
+  const auto as = [&]<class T>(T) -> std::vector<double> {
+    if (n > bytes / sizeof(T)) throw Error("an array is shorter than its size says: the file is damaged");
+    const T* const values = static_cast<const T*>(data);
+    return {values, values + n};
+  };
+  switch (type) {
     case MAT_T_DOUBLE:
-      return converted<double>(v.data, n);
+      return as(double{});
     case MAT_T_SINGLE:
-      return converted<float>(v.data, n);
+      return as(float{});
     case MAT_T_INT8:
-      return converted<std::int8_t>(v.data, n);
+      return as(std::int8_t{});
     case MAT_T_UINT8:
-      return converted<std::uint8_t>(v.data, n);
+      return as(std::uint8_t{});
     case MAT_T_INT16:
-      return converted<std::int16_t>(v.data, n);
+      return as(std::int16_t{});
     case MAT_T_UINT16:
-      return converted<std::uint16_t>(v.data, n);
+      return as(std::uint16_t{});
     case MAT_T_INT32:
-      return converted<std::int32_t>(v.data, n);
+      return as(std::int32_t{});
     case MAT_T_UINT32:
-      return converted<std::uint32_t>(v.data, n);
+      return as(std::uint32_t{});
     case MAT_T_INT64:
-      return converted<std::int64_t>(v.data, n);
+      return as(std::int64_t{});
     case MAT_T_UINT64:
-      return converted<std::uint64_t>(v.data, n);
+      return as(std::uint64_t{});
     default:
       return {};
   }
 }
 
-/// Vectors are columns; a matrix gives name1, name2, …; the fields of a structure count as variables.
-void collect(const matvar_t& v, const std::string& name, FileColumns& table) {
-  if (v.class_type == MAT_C_STRUCT) {
-    if (v.rank != 2 || v.dims[0] != 1 || v.dims[1] != 1) return;
-    auto* const structure = const_cast<matvar_t*>(&v);
-    const char* const* const fields = MATIO(Mat_VarGetStructFieldnames)(structure);
-    for (unsigned i = 0, n = MATIO(Mat_VarGetNumberOfFields)(structure); i < n; ++i)
-      if (const matvar_t* field = MATIO(Mat_VarGetStructFieldByIndex)(structure, i, 0))
-        collect(*field, fields[i], table);
-    return;
+struct Shape {
+  std::size_t rows = 0, cols = 0;
+  std::size_t size() const { return rows * cols; }
+};
+
+/// The shape of an array with two dimensions; an empty one for everything else.
+Shape shape_of(const matvar_t& v) {
+  constexpr std::size_t most = std::size_t{1} << 32;
+  if (v.rank != 2 || !v.dims) return {};
+  const Shape shape{v.dims[0], v.dims[1]};
+  if (shape.cols > 0 && shape.rows > most / shape.cols)
+    throw Error(text("an array of ", shape.rows, "×", shape.cols, " entries: the file is damaged"));
+  return shape;
+}
+
+/// Compressed columns (jc: where each begins, ir: the rows of its entries) as a full array. Nothing in the file
+/// is trusted.
+std::vector<double> from_sparse(const matvar_t& v, Shape shape) {
+  constexpr std::size_t most_entries = 10'000'000;
+  if (shape.size() > most_entries)
+    throw Error(text("a sparse ", shape.rows, "×", shape.cols, " matrix is too large to be data"));
+  const auto& sparse = *static_cast<const mat_sparse_t*>(v.data);
+  if (sparse.ndata == 0) return std::vector<double>(shape.size());
+  const auto damaged = [] { return Error("the indices of a sparse matrix are damaged"); };
+  if (!sparse.jc || !sparse.ir || !sparse.data || sparse.njc != shape.cols + 1) throw damaged();
+  const std::size_t bytes = static_cast<std::size_t>(sparse.ndata) * MATIO(Mat_SizeOf)(v.data_type);
+  const std::vector<double> values = entries_as(v.data_type, sparse.data, sparse.ndata, bytes);
+  if (values.empty()) return {};
+  std::vector<double> full(shape.size());
+  for (std::size_t j = 0; j < shape.cols; ++j) {
+    const std::size_t first = sparse.jc[j], last = sparse.jc[j + 1];
+    if (first > last || last > sparse.nir || last > values.size()) throw damaged();
+    for (std::size_t k = first; k < last; ++k) {
+      if (sparse.ir[k] >= shape.rows) throw damaged();
+      full[j * shape.rows + sparse.ir[k]] = values[k];
+    }
   }
-  if (v.class_type == MAT_C_CHAR) return;
+  return full;
+}
+
+/// The entries of a real numeric array as doubles, column by column; empty for everything else.
+std::vector<double> numbers(const matvar_t& v) {
+  const Shape shape = shape_of(v);
+  if (v.isComplex || !v.data || shape.size() == 0) return {};
+  switch (v.class_type) {
+    case MAT_C_DOUBLE:
+    case MAT_C_SINGLE:
+    case MAT_C_INT8:
+    case MAT_C_UINT8:
+    case MAT_C_INT16:
+    case MAT_C_UINT16:
+    case MAT_C_INT32:
+    case MAT_C_UINT32:
+    case MAT_C_INT64:
+    case MAT_C_UINT64:
+      return entries_as(v.data_type, v.data, shape.size(), v.nbytes);
+    case MAT_C_SPARSE:
+      return from_sparse(v, shape);
+    default:
+      return {};
+  }
+}
+
+void collect(const matvar_t& v, const std::string& name, FileColumns& table, int depth);
+
+void collect_fields(const matvar_t& v, FileColumns& table, int depth) {
+  constexpr int deepest = 32;
+  if (depth >= deepest) throw Error("structures inside structures, more than 32 deep");
+  if (!v.data || shape_of(v).size() != 1) return;
+  auto* const structure = const_cast<matvar_t*>(&v);
+  const char* const* const names = MATIO(Mat_VarGetStructFieldnames)(structure);
+  if (!names) return;
+  for (unsigned i = 0, n = MATIO(Mat_VarGetNumberOfFields)(structure); i < n; ++i) {
+    const matvar_t* const field = MATIO(Mat_VarGetStructFieldByIndex)(structure, i, 0);
+    if (field && names[i]) collect(*field, names[i], table, depth + 1);
+  }
+}
+
+/// Vectors are columns; a matrix gives name1, name2, …; the fields of a structure count as variables.
+void collect(const matvar_t& v, const std::string& name, FileColumns& table, int depth) {
+  if (v.class_type == MAT_C_STRUCT) return collect_fields(v, table, depth);
+  constexpr std::size_t most_columns = 10'000;
+  Shape shape = shape_of(v);
+  if (shape.rows == 1) std::swap(shape.rows, shape.cols);
+  if (shape.cols > most_columns)
+    throw Error(
+        text("'", name, "' is a matrix of ", shape.cols, " columns; data have at most ", most_columns));
   const std::vector<double> all = numbers(v);
   if (all.empty()) return;
-  std::size_t rows = v.dims[0], cols = v.dims[1];
-  if (rows == 1) std::swap(rows, cols);
-  for (std::size_t j = 0; j < cols; ++j) {
-    table.names.push_back(cols == 1 ? name : name + std::to_string(j + 1));
-    table.columns.emplace_back(all.begin() + static_cast<std::ptrdiff_t>(j * rows),
-                               all.begin() + static_cast<std::ptrdiff_t>((j + 1) * rows));
+  for (std::size_t j = 0; j < shape.cols; ++j) {
+    table.names.push_back(shape.cols == 1 ? name : name + std::to_string(j + 1));
+    table.columns.emplace_back(all.begin() + static_cast<std::ptrdiff_t>(j * shape.rows),
+                               all.begin() + static_cast<std::ptrdiff_t>((j + 1) * shape.rows));
   }
 }
 
@@ -107,6 +203,24 @@ void write(mat_t* file, const char* name, const Mat& m, const std::string& path)
     throw Error(text("cannot write ", path));
 }
 
+/// What libmatio writes to a file in memory: it does not say when a disk is full.
+std::string written(const IdData& d, const std::string& path) {
+  const MemoryFile memory;
+  {
+    const File file(MATIO(Mat_CreateVer)(memory.path().c_str(), nullptr, MAT_FT_MAT5), MATIO(Mat_Close));
+    if (!file) throw Error(text("cannot write ", path));
+    write(file.get(), "y", d.y, path);
+    if (d.inputs() > 0) write(file.get(), "u", d.u, path);
+    write(file.get(), "Ts", Mat::Constant(1, 1, d.Ts), path);
+    if (d.experiments() > 1) {
+      Mat starts(d.experiments(), 1);
+      for (Index k = 0; k < d.experiments(); ++k) starts(k, 0) = static_cast<double>(d.starts[k] + 1);
+      write(file.get(), "starts", starts, path);
+    }
+  }
+  return memory.content();
+}
+
 }  // namespace
 
 FileColumns read_mat(const std::string& path) {
@@ -115,25 +229,22 @@ FileColumns read_mat(const std::string& path) {
   const File file(MATIO(Mat_Open)(path.c_str(), MAT_ACC_RDONLY), MATIO(Mat_Close));
   if (!file) throw Error(text("cannot open ", path, " as a MATLAB file"));
   FileColumns table;
-  while (matvar_t* raw = MATIO(Mat_VarReadNext)(file.get())) {
-    const Variable variable(raw, MATIO(Mat_VarFree));
-    collect(*raw, raw->name, table);
+  try {
+    while (matvar_t* raw = MATIO(Mat_VarReadNext)(file.get())) {
+      const Variable variable(raw, MATIO(Mat_VarFree));
+      if (raw->name) collect(*raw, raw->name, table, 0);
+    }
+  } catch (const Error& e) {
+    throw Error(text(path, ": ", e.what()));
+  } catch (const std::bad_alloc&) {
+    throw Error(
+        text(path, " says that it holds more than there is memory: it is damaged, or not for this machine"));
   }
   if (table.names.empty()) throw Error(text(path, " holds no real matrix of numbers"));
   return table;
 }
 
-void write_mat(const IdData& d, const std::string& path) {
-  const File file(MATIO(Mat_CreateVer)(path.c_str(), nullptr, MAT_FT_MAT5), MATIO(Mat_Close));
-  if (!file) throw Error(text("cannot write ", path));
-  write(file.get(), "y", d.y, path);
-  if (d.inputs() > 0) write(file.get(), "u", d.u, path);
-  write(file.get(), "Ts", Mat::Constant(1, 1, d.Ts), path);
-  if (d.experiments() == 1) return;
-  Mat starts(d.experiments(), 1);
-  for (Index k = 0; k < d.experiments(); ++k) starts(k, 0) = static_cast<double>(d.starts[k] + 1);
-  write(file.get(), "starts", starts, path);
-}
+void write_mat(const IdData& d, const std::string& path) { write_file(path, written(d, path)); }
 #else
 FileColumns read_mat(const std::string& path) {
   throw Error(text("cannot read ", path, ": this program was built without libmatio; save the data as CSV"));

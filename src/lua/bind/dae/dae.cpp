@@ -151,8 +151,7 @@ int model_text(Call& call) {
   return call.push(dae::describe(model_of(call)));
 }
 
-// ── constraints
-// ───────────────────────────────────────────────────────────────────────────────────────────
+// ── constraints ───────────────────────────────────────────────────────────────────────────────────────
 
 int constraints_text(Call& call) {
   collect_aliases(call.L);

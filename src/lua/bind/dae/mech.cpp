@@ -1,9 +1,12 @@
 // The `mech` module: Lagrange mechanics. Reads arguments, calls src/mech.
 #include "mech/lagrangian.hpp"
 
+#include "expr/graph/derivative.hpp"
 #include "expr/print/print.hpp"
+#include "expr/rewrite/rewrite.hpp"
 #include "lua/bind/dae/dae.hpp"
 #include "lua/core/values.hpp"
+#include "lua/read/traced.hpp"
 
 namespace pendula::lua {
 
@@ -21,18 +24,36 @@ VecX option_column(Call& call, const Options& options, const char* key) {
   return v;
 }
 
+/// T and V of L = T - V: V is what is left of -L without velocities.
+void split(Expr L, mech::Lagrangian& system) {
+  Substitution at_rest;
+  for (Expr q : system.q) at_rest.emplace(derivative_leaf(q), Expr(0));
+  system.V = simplify(-substitute({&L, 1}, at_rest)[0]);
+  system.T = simplify(L + system.V);
+}
+
 int lagrange(Call& call) {
-  const Options o = call.options(1, {"q", "T", "V", "C", "Q", "multipliers", "name"});
-  if (!o.has("q") || !o.has("T")) throw Error("expected { q =, T =, V =, C =, Q = }: q and T are required");
+  const Options o = call.options(1, {"q", "T", "V", "L", "C", "Q", "multipliers", "name"});
+  if (!o.has("q") || (!o.has("T") && !o.has("L")))
+    throw Error("expected { q =, T =, V =, C =, Q = }: q and T are required (or q and L = T - V)");
+  if (o.has("L") && (o.has("T") || o.has("V"))) throw Error("give T and V, or L = T - V alone");
   mech::Lagrangian system;
   system.q = option_column(call, o, "q");
-  system.T = to_expr(call.L, o.push("T"), "T");
+  if (o.has("L")) {
+    split(to_expr(call.L, o.push("L"), "L"), system);
+  } else {
+    system.T = to_expr(call.L, o.push("T"), "T");
+  }
   lua_pop(call.L, 1);
   if (o.has("V")) {
     system.V = to_expr(call.L, o.push("V"), "V");
     lua_pop(call.L, 1);
   }
-  system.C = option_column(call, o, "C");
+  if (o.has("C")) {
+    const std::vector<Expr> C = to_residuals(call.L, o.push("C"), "C");
+    system.C = column(C);
+    lua_pop(call.L, 1);
+  }
   system.Q = option_column(call, o, "Q");
   system.multipliers = o.string("multipliers", "z");
   system.name = o.string("name", "");

@@ -82,8 +82,8 @@ static dae::StartPtr translated_to_dummies(const dae::StartPtr& at, const dae::M
   return here;
 }
 
-/// Form "minimal" has taken one root of a quadratic constraint: a start on the other one is none of its
-/// starts.
+/// Form "minimal" has taken one root of a quadratic constraint: a start on
+/// the other one is none of its starts.
 static void require_same_branch(const dae::Start& at, const dae::Start& here, const dae::Model& model) {
   const dae::ModelPtr source = dae::original(here.model);
   for (Expr leaf : source->states()) {

@@ -1,5 +1,5 @@
-// The `expressions` module: symbols of every kind, time derivatives, what an expression answers, and its
-// operators.
+// The `expressions` module: symbols of every kind, time derivatives, what an
+// expression answers, and its operators.
 #include "lua/bind/expr/expr.hpp"
 
 #include <cstring>
@@ -351,6 +351,15 @@ int no_not(Call&) {
   throw Error("~ stands between two sides: write 0 ~ x; for a difference write lhs ~= rhs");
 }
 
+int no_call(Call& call) {
+  const Expr e = call.object<Expr>(1, "e");
+  if (call.count() == 2 && lua_type(call.L, 2) == LUA_TSTRING && lua_rawlen(call.L, 2) == 0)  // x''
+    throw Error(text("two quotes are an empty text; the second derivative of ", to_text(e), " is ",
+                     to_text(e), ".ddot"));
+  throw Error(text("'", to_text(e), "' is an expression and no function; its value at a time is sol(",
+                   to_text(e), ", t), for given numbers evaluate(e, { x = 1 })"));
+}
+
 /// The operators of both types are the same functions.
 struct Operator {
   const char* metamethod;
@@ -382,6 +391,7 @@ std::vector<Row> rows() {
   static std::deque<std::string> names;  // a Row holds pointers
   std::vector<Row> all = {
       {"=t", time, "t", "The independent variable: time.", "diff(t^2, t)", "2 t"},
+      {"expr:__call", no_call, "x(t)", always_an_error},
       {"=pi", number_pi, "pi", "The number π as a symbol; math.pi is its double.", "evaluate(cos(pi))",
        "-1.0"},
       {"var", var, "var(name [, size] [, {unit =, text =}]) -> symbol or column",

@@ -1,5 +1,5 @@
-// The `calculus` module: partial derivatives, substitution, rewriting, evaluation, and the text of
-// expressions.
+// The `calculus` module: partial derivatives, substitution, rewriting,
+// evaluation, and the text of expressions.
 #include <algorithm>
 #include <cstdio>
 
@@ -47,6 +47,20 @@ int hessian(Call& call) {
   return push_value(call.L, jacobian(gradient(e, x), x));
 }
 
+/// diff(x, t) with a variable x is 0 and never what was meant.
+void refuse_hidden_time(const MatX& e) {
+  Expr moving = 0;
+  for (Expr leaf : leaves(entries(e))) {
+    if (leaf == time_symbol()) return;
+    const Kind kind = symbol_of(leaf).kind;
+    if (kind == Kind::variable || kind == Kind::input) moving = leaf;
+  }
+  if (!moving.is_zero())
+    throw Error(
+        text("the partial derivative by t is 0, because t does not occur; the derivative by time, in which ",
+             to_text(moving), " changes, is der(e)"));
+}
+
 int diff(Call& call) {
   const Value e = to_value(call.L, 1, "e");
   const auto x = variables(call, 2, "x");
@@ -57,6 +71,7 @@ int diff(Call& call) {
     throw Error(text("the order of a derivative must be between 0 and 100, not ", order));
   MatX d = to_matrix(call.L, 1, "e");
   for (long k = 0; k < order; ++k) d = d.unaryExpr([&](Expr entry) { return partial(entry, x[0]); });
+  if (x[0] == time_symbol() && order > 0) refuse_hidden_time(to_matrix(call.L, 1, "e"));
   return is_matrix(e) ? push_value(call.L, d) : push_expr(call.L, d(0, 0));
 }
 

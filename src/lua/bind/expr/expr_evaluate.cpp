@@ -33,8 +33,8 @@ namespace {
 
 using Point = std::unordered_map<Expr, double>;
 
-/// The symbols a key may name: those of the expression, then t and every declared one of another name
-/// (harmless extras).
+/// The symbols a key may name: those of the expression, then t and every declared
+/// one of another name (harmless extras).
 std::vector<Expr> nameable(std::span<const Expr> outputs) {
   std::vector<Expr> known = leaves(outputs);
   const auto taken = known;

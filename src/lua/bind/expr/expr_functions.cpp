@@ -34,8 +34,8 @@ void check_count(Call& call, int arity) {
                    call.usage()));
 }
 
-/// The one float that all arguments being Lua numbers and one of them a float ask for: no graph, no
-/// allocation.
+/// The one float that all arguments being Lua numbers and one of them a
+/// float ask for: no graph, no allocation.
 bool plain_numbers(Call& call, int arity) {
   bool floating = false;
   for (int i = 1; i <= arity; ++i) {

@@ -1,5 +1,5 @@
-// The `linear algebra` module: exact where the matrix is rational or symbolic, in doubles where it holds
-// data.
+// The `linear algebra` module: exact where the matrix is rational or
+// symbolic, in doubles where it holds data.
 #include <cmath>
 
 #include "base/text.hpp"
@@ -41,8 +41,8 @@ Value square_matrix(Call& call, int i) {
   return a;
 }
 
-/// An exact matrix of constants that are not all rational (√2, 2.718…) in doubles; nothing where a symbol is
-/// in it.
+/// An exact matrix of constants that are not all rational (√2, 2.718…) in
+/// doubles; nothing where a symbol is in it.
 std::optional<Mat> in_doubles(const MatX& a) {
   Mat values(a.rows(), a.cols());
   for (Eigen::Index k = 0; k < a.size(); ++k) {
@@ -82,7 +82,19 @@ int inv(Call& call) {
   return push_value(call.L, simplified(linalg::inverse(std::get<MatX>(a))));
 }
 
+/// solve(x^2 - 2, x) and solve(x^2 ~ 2, x) ask for the roots of an equation.
+void refuse_equations(Call& call) {
+  constexpr const char* remedy =
+      "solve(A, b) solves the linear system A x = b; roots are found by newton{ r = { x^2 - 2 }, start = { 1 } }";
+  if (call.is<Equation>(1)) throw Error(remedy);
+  if (!call.is<Expr>(1) || !call.is<Expr>(2)) return;
+  const Expr e = call.object<Expr>(1, "A"), x = call.object<Expr>(2, "b");
+  const auto in = leaves({&e, 1});
+  if (x.is_symbol() && std::find(in.begin(), in.end(), x) != in.end()) throw Error(remedy);
+}
+
 int solve(Call& call) {
+  refuse_equations(call);
   const Value a = square_matrix(call, 1);
   Value b = to_value(call.L, 2, "b");
   const bool data = std::holds_alternative<Mat>(a) || std::holds_alternative<Mat>(b);

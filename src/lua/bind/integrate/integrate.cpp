@@ -1,14 +1,17 @@
 // model:integrate and the type "solution". Reads arguments, calls src/integrate.
 #include "lua/bind/integrate/integrate.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 
 #include "base/interrupt.hpp"
 #include "base/text.hpp"
+#include "expr/graph/derivative.hpp"
 #include "integrate/solution/curve.hpp"
 #include "lua/bind/integrate/integrate_options.hpp"
 #include "lua/core/objects.hpp"
+#include "lua/core/table_text.hpp"
 #include "lua/core/terminal.hpp"
 #include "lua/core/values.hpp"
 
@@ -32,6 +35,13 @@ namespace {
 
 using integrate::Trajectory;
 
+/// At the prompt a run that did not reach its end says so, and so does what is asked about its last point.
+void tell_early_end(Call& call, const char* what, const integrate::Solution& run) {
+  if (run.ending() != integrate::Ending::stopped || !typed_at_prompt(call.L)) return;
+  std::fflush(stdout);
+  std::fprintf(stderr, "warning: %s %s\n", what, run.status().c_str());
+}
+
 int integrate_model(Call& call) {
   const auto model = call.shared<dae::Model>(1, "model");
   const Options options = call.options(2, {PENDULA_INTEGRATE_OPTIONS});
@@ -54,17 +64,32 @@ int integrate_model(Call& call) {
     std::fprintf(stderr, "\ninterrupted at t = %s; the part computed so far is the result\n",
                  rounded(result->solution().t().back(), 6).c_str());
   }
+  tell_early_end(call, "integrate:", result->solution());
   return call.push(result);
 }
 
-// ── solutions
-// ────────────────────────────────────────────────────────────────────────────────────────────────────
+// ── solutions ─────────────────────────────────────────────────────────────────────────────────────────
 
 const Trajectory& self(Call& call) { return call.object<Trajectory>(1, "solution"); }
 
+/// Parameters that the model does not know have their default values.
+MatX with_defaults(MatX e, const dae::Model& model) {
+  Substitution defaults;
+  for (Expr leaf : leaves(entries(e))) {
+    const Symbol& s = symbol_of(leaf);
+    const auto& known = model.parameters;
+    if (s.kind == Kind::parameter && s.value && std::find(known.begin(), known.end(), leaf) == known.end())
+      defaults.emplace(leaf, *s.value);
+  }
+  if (defaults.empty()) return e;
+  const std::vector<Expr> replaced = substitute(entries(e), defaults);
+  return Eigen::Map<const MatX>(replaced.data(), e.rows(), e.cols());
+}
+
 /// An expression, a column, or the name of a variable.
 MatX read_expression(Call& call, int i) {
-  if (lua_type(call.L, i) != LUA_TSTRING) return to_matrix(call.L, i, "expression");
+  if (lua_type(call.L, i) != LUA_TSTRING)
+    return with_defaults(to_matrix(call.L, i, "expression"), *self(call).model());
   const std::vector<Expr> known = known_leaves(*self(call).model());
   return column(to_leaves(call.L, i, "expression", known));
 }
@@ -75,6 +100,9 @@ int push_at(Call& call, const MatX& e, double t) {
 }
 
 int value(Call& call) {
+  if (call.count() == 2 && lua_type(call.L, 2) == LUA_TNUMBER)
+    throw Error(text("expected an expression; the value of x at t = ", luaL_tolstring(call.L, 2, nullptr),
+                     " is sol(x, ", luaL_tolstring(call.L, 2, nullptr), ")"));
   const MatX e = read_expression(call, 2);
   if (!call.has(3)) return push_matrix(call.L, self(call).values(entries(e)));
   if (is_expression(call.L, 3)) return push_at(call, e, to_number(call.L, 3, "t"));
@@ -163,6 +191,7 @@ int curve(Call& call) {
 }
 
 int final(Call& call) {
+  tell_early_end(call, "final: the value at the last point; the run", self(call).solution());
   const integrate::Point end = self(call).solution().final();
   return call.has(2) ? push_at(call, read_expression(call, 2), end.t)
                      : push_matrix(call.L, Mat(end.x.head(self(call).solution().problem().shown_n())));
@@ -175,6 +204,7 @@ int sensitivity(Call& call) {
   std::vector<Expr> known = known_leaves(*run.model());
   for (Expr p : run.sensitivities()) known.push_back(p);
   const std::vector<Expr> wanted = to_leaves(call.L, 3, "parameter", known);
+  if (wanted.empty()) throw Error("the list of parameters is empty; name one, as in sol:sensitivity(x, k)");
   if (wanted.size() != 1 && e.size() != 1)
     throw Error("sensitivity: give one expression or one parameter at a time");
   const auto columns = [&](auto&& values) {
@@ -208,8 +238,8 @@ int sensitivity(Call& call) {
   return push_matrix(call.L, result);
 }
 
-/// sol:gradient(cost [, {p, …}]): of a cost at the end, by sensitivities if there are any, else by the
-/// adjoint.
+/// sol:gradient(cost [, {p, …}]): of a cost at the end, by sensitivities if
+/// there are any, else by the adjoint.
 int gradient(Call& call) {
   const MatX cost = read_expression(call, 2);
   if (cost.size() != 1) throw Error("the cost must be one number, an expression evaluated at the end");
@@ -220,6 +250,7 @@ int gradient(Call& call) {
     known.insert(known.end(), wanted.begin(), wanted.end());
     known.insert(known.end(), run.model()->parameters.begin(), run.model()->parameters.end());
     wanted = to_leaves(call.L, 3, "parameters", known);
+    if (wanted.empty()) throw Error("the list of parameters is empty; without one all of them are meant");
   } else if (wanted.empty()) {
     wanted = run.model()->parameters;
   }
@@ -241,10 +272,6 @@ int times(Call& call) {
 int model(Call& call) { return call.push(self(call).model()); }
 
 int status(Call& call) { return call.push(self(call).solution().status()); }
-
-std::string without_newline(const std::string& text) {
-  return text.substr(0, text.find_last_not_of('\n') + 1);
-}
 
 int solution_text(Call& call) { return call.push(without_newline(self(call).solution().str())); }
 
@@ -311,8 +338,7 @@ int switches(Call& call) {
 
 int drift(Call& call) { return call.push(std::make_shared<const integrate::Drift>(self(call).drift())); }
 
-// ── statistics and drift
-// ─────────────────────────────────────────────────────────────────────────────────────────
+// ── statistics and drift ──────────────────────────────────────────────────────────────────────────────
 
 const SolutionStats& counted(Call& call) { return call.object<SolutionStats>(1, "stats"); }
 int stats_text(Call& call) { return call.push(counted(call).text); }

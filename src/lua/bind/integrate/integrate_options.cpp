@@ -6,6 +6,7 @@
 #include "expr/print/print.hpp"
 #include "integrate/run/methods.hpp"
 #include "lua/bind/integrate/tableau.hpp"
+#include "lua/core/foreign_names.hpp"
 #include "lua/core/function_reference.hpp"
 #include "lua/core/library.hpp"
 #include "lua/core/objects.hpp"
@@ -30,8 +31,8 @@ int get_field(lua_State* L) {
   return 1;
 }
 
-/// table.name as a T, or null. Methods are made when they are first asked for, so the table's own __index has
-/// its say.
+/// table.name as a T, or null. Methods are made when they are first asked for,
+/// so the table's own __index has its say.
 template <class T>
 std::shared_ptr<const T> library_method(lua_State* L, const std::string& table, const std::string& name) {
   const int top = lua_gettop(L);
@@ -72,6 +73,8 @@ Method named_method(lua_State* L, const std::string& wanted, bool fixed) {
   }
   if (!family || !family->listed) {
     const std::vector<std::string> known = known_methods();
+    if (const std::string like = method_like(wanted); !like.empty())
+      throw Error(text("unknown method '", wanted, "'; what comes nearest here is method = \"", like, "\""));
     throw Error(text("unknown method '", wanted, "'.", did_you_mean(wanted, known),
                      " Give a tableau, for example method = rk.gauss(2), or one of ", join(known, ", ")));
   }
@@ -228,9 +231,8 @@ ModelEvent read_event(lua_State* L, int table, const dae::ModelPtr& model, const
       throw Error(text(what, ".call must be a function, got ", describe(L, call)));
     event.call = [f = std::make_shared<FunctionReference>(L, call), model,
                   what](const integrate::TrajectoryPtr& so_far) {
-      lua_State* state = f->state();
-      const int level = lua_gettop(state);
-      f->push();
+      lua_State* state = f->push();
+      const int level = lua_gettop(state) - 1;
       push_object(state, so_far, TypeName<integrate::Trajectory>::value);
       protected_call(state, 1, 1);
       const integrate::EventReply reply = read_reply(state, *model, what + ".call");

@@ -13,8 +13,7 @@ namespace {
 using integrate::Multistep;
 using integrate::Rosenbrock;
 
-// ── multistep
-// ───────────────────────────────────────────────────────────────────────────────────────────────
+// ── multistep ─────────────────────────────────────────────────────────────────────────────────────────
 
 const Multistep& multistep(Call& call) { return call.object<Multistep>(1, "method"); }
 
@@ -128,8 +127,7 @@ int ms_boundary(Call& call) {
   return push_matrix(call.L, rows);
 }
 
-// ── Rosenbrock
-// ──────────────────────────────────────────────────────────────────────────────────────────────
+// ── Rosenbrock ────────────────────────────────────────────────────────────────────────────────────────
 
 const Rosenbrock& rosenbrock(Call& call) { return call.object<Rosenbrock>(1, "method"); }
 

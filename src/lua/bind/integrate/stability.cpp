@@ -1,5 +1,5 @@
-// The types "stability" and "conditions": what analysis says about a method. Reads arguments, calls
-// src/integrate.
+// The types "stability" and "conditions": what analysis says about a method.
+// Reads arguments, calls src/integrate.
 #include "method/stability.hpp"
 
 #include <cmath>
@@ -37,8 +37,7 @@ using integrate::Stability;
 using integrate::Surd;
 using integrate::Tableau;
 
-// ── stability
-// ───────────────────────────────────────────────────────────────────────────────────────────────
+// ── stability ─────────────────────────────────────────────────────────────────────────────────────────
 
 const Stability& self(Call& call) { return call.object<Stability>(1, "stability"); }
 Expr z_leaf() { return symbol(Kind::parameter, "z"); }
@@ -120,8 +119,7 @@ int stability_text(Call& call) {
   return call.push(result);
 }
 
-// ── order conditions
-// ────────────────────────────────────────────────────────────────────────────────────────
+// ── order conditions ──────────────────────────────────────────────────────────────────────────────────
 
 const Conditions& conditions(Call& call) { return call.object<Conditions>(1, "conditions"); }
 
@@ -192,8 +190,7 @@ int conditions_text(Call& call) {
                         " conditions met\n", table.str(2).substr(0, table.str(2).size() - 1)));
 }
 
-// ── tableaus: what follows from the coefficients
-// ────────────────────────────────────────────────────────────
+// ── tableaus: what follows from the coefficients ──────────────────────────────────────────────────────
 
 const Tableau& tableau(Call& call) { return call.object<Tableau>(1, "tableau"); }
 

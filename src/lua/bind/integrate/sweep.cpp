@@ -6,10 +6,12 @@
 #include "base/interrupt.hpp"
 #include "base/text.hpp"
 #include "expr/print/print.hpp"
+#include "integrate/sweep/sample_statistics.hpp"
 #include "lua/bind/dae/dae.hpp"
 #include "lua/bind/expr/expr.hpp"
 #include "lua/bind/integrate/integrate.hpp"
 #include "lua/bind/integrate/sweep_options.hpp"
+#include "lua/core/table_text.hpp"
 #include "lua/core/terminal.hpp"
 
 namespace pendula::lua {
@@ -99,42 +101,19 @@ int times(Call& call) {
   return push_matrix(call.L, Mat(Eigen::Map<const Vec>(t.data(), static_cast<Eigen::Index>(t.size()))));
 }
 
-struct Statistics {
-  double mean = NAN, deviation = NAN, min = NAN, max = NAN;
-  long count = 0;
-};
-
-Statistics statistics_of(const Mat& column) {
-  Statistics s;
-  double sum = 0, square = 0;
-  for (double v : column.reshaped()) {
-    if (std::isnan(v)) continue;
-    s.min = s.count ? std::min(s.min, v) : v;
-    s.max = s.count ? std::max(s.max, v) : v;
-    ++s.count;
-    sum += v;
-  }
-  if (s.count == 0) return s;
-  s.mean = sum / static_cast<double>(s.count);
-  for (double v : column.reshaped())
-    if (!std::isnan(v)) square += (v - s.mean) * (v - s.mean);
-  s.deviation = s.count > 1 ? std::sqrt(square / static_cast<double>(s.count - 1)) : 0;
-  return s;
-}
-
-Statistics statistics(Call& call) {
+integrate::SampleStatistics statistics(Call& call) {
   const Mat column = values(call, 2);
   if (column.cols() != 1) throw Error(text("expected one expression, got ", column.cols()));
-  const Statistics s = statistics_of(column);
+  const integrate::SampleStatistics s = integrate::statistics_of(column);
   if (s.count == 0) throw Error("no run has a value there: see s.failures");
   return s;
 }
-int mean(Call& call) { return call.push(statistics(call).mean); }
-int deviation(Call& call) { return call.push(statistics(call).deviation); }
-int min(Call& call) { return call.push(statistics(call).min); }
-int max(Call& call) { return call.push(statistics(call).max); }
+int push_mean(Call& call) { return call.push(statistics(call).mean); }
+int push_deviation(Call& call) { return call.push(statistics(call).deviation); }
+int push_least(Call& call) { return call.push(statistics(call).min); }
+int push_greatest(Call& call) { return call.push(statistics(call).max); }
 int push_statistics(Call& call) {
-  const Statistics s = statistics(call);
+  const integrate::SampleStatistics s = statistics(call);
   lua_createtable(call.L, 0, 5);
   for (const auto& [key, number] : {std::pair{"mean", s.mean}, std::pair{"std", s.deviation},
                                     std::pair{"min", s.min}, std::pair{"max", s.max}}) {
@@ -144,10 +123,6 @@ int push_statistics(Call& call) {
   lua_pushinteger(call.L, s.count);
   lua_setfield(call.L, -2, "count");
   return 1;
-}
-
-std::string without_newline(const std::string& lines) {
-  return lines.substr(0, lines.find_last_not_of('\n') + 1);
 }
 
 int stats(Call& call) {
@@ -295,7 +270,7 @@ int sweep_text(Call& call) {
   Table lines({false, true, true, true, true});
   lines.row({"at the end", "mean", "std", "min", "max"});
   for (Expr e : unknowns(s)) {
-    const Statistics st = statistics_of(s.final({&e, 1}));
+    const integrate::SampleStatistics st = integrate::statistics_of(s.final({&e, 1}));
     if (st.count)
       lines.row({heading(e), rounded(st.mean, 8), rounded(st.deviation, 6), rounded(st.min, 8),
                  rounded(st.max, 8)});
@@ -369,11 +344,11 @@ extern const Module sweep_module = {
         {"sweep_stats#why", stats_why, "stats.why -> string",
          "In words: lanes and method, or why there were no lanes.", "", ""},
         {"sweep_stats:__tostring", stats_text, "print(s:stats())", "The counts.", "", ""},
-        {"sweep:mean", mean, "s:mean(e [, t]) -> number", "The mean over the runs.", "", ""},
-        {"sweep:std", deviation, "s:std(e [, t]) -> number", "The standard deviation over the runs (n - 1).",
-         "", ""},
-        {"sweep:min", min, "s:min(e [, t]) -> number", "The smallest value.", "", ""},
-        {"sweep:max", max, "s:max(e [, t]) -> number", "The largest value.", "", ""},
+        {"sweep:mean", push_mean, "s:mean(e [, t]) -> number", "The mean over the runs.", "", ""},
+        {"sweep:std", push_deviation, "s:std(e [, t]) -> number",
+         "The standard deviation over the runs (n - 1).", "", ""},
+        {"sweep:min", push_least, "s:min(e [, t]) -> number", "The smallest value.", "", ""},
+        {"sweep:max", push_greatest, "s:max(e [, t]) -> number", "The largest value.", "", ""},
         {"sweep:table", table, "s:table([expressions]) -> string",
          "One line per run: what varied and the values at the end.", "", ""},
         {"sweep:__index", solution, "s[i] -> solution", "The whole solution of run i (integrated again).", "",

@@ -21,8 +21,82 @@ struct Axis {
   std::vector<double> values;
 };
 
-/// Reads the options of sweep and offers those of integrate, with the values of one run in the place of the
-/// lists.
+/// The axes of a sweep and which values of them every run has: in pairs, or all
+/// combinations, the last axis fastest.
+class Layout {
+ public:
+  void add(Axis axis) { axes_.push_back(std::move(axis)); }
+  /// The order of a Lua table's keys is nobody's, that of declarations may lie in another file.
+  void order_by_name(std::size_t first) {
+    std::sort(axes_.begin() + static_cast<std::ptrdiff_t>(first), axes_.end(),
+              [](const Axis& a, const Axis& b) { return a.name < b.name; });
+  }
+  /// Counts the runs. Throws Error where nothing varies, lists do not fit together or are too many.
+  void close(bool grid);
+
+  const std::vector<Axis>& axes() const { return axes_; }
+  long runs() const { return runs_; }
+  /// The place in the list of an axis that a run takes.
+  std::size_t index(std::size_t axis, long run) const;
+  std::vector<SweepAxis> values() const;
+
+ private:
+  void combine();
+  void pair();
+  std::vector<Axis> axes_;
+  bool grid_ = false;
+  long runs_ = 1;
+};
+
+void Layout::close(bool grid) {
+  grid_ = grid;
+  if (axes_.empty())
+    throw Error(
+        "nothing varies: give lists, for example params = { m = linspace(1, 2, 10) } or start = { x = {1, 2, 3} }");
+  grid ? combine() : pair();
+}
+
+void Layout::combine() {
+  for (const Axis& axis : axes_) {
+    runs_ *= static_cast<long>(axis.values.size());
+    if (runs_ > most_runs) throw Error("more than 10 000 000 combinations; give shorter lists");
+  }
+}
+
+void Layout::pair() {
+  const Axis* longest = &axes_[0];
+  for (const Axis& axis : axes_)
+    if (axis.values.size() > longest->values.size()) longest = &axis;
+  for (const Axis& axis : axes_)
+    if (axis.values.size() != 1 && axis.values.size() != longest->values.size())
+      throw Error(text("the lists are paired, but ", axis.name, " has ", axis.values.size(), " values and ",
+                       longest->name, " has ", longest->values.size(),
+                       "; give lists of one length, or grid = true for all combinations"));
+  runs_ = static_cast<long>(longest->values.size());
+  if (runs_ > most_runs) throw Error("more than 10 000 000 runs; give shorter lists");
+}
+
+std::size_t Layout::index(std::size_t axis, long run) const {
+  const auto size = [&](std::size_t a) { return static_cast<long>(axes_[a].values.size()); };
+  if (!grid_) return size(axis) == 1 ? 0 : static_cast<std::size_t>(run);
+  for (std::size_t a = axes_.size() - 1; a > axis; --a) run /= size(a);
+  return static_cast<std::size_t>(run % size(axis));
+}
+
+std::vector<SweepAxis> Layout::values() const {
+  std::vector<SweepAxis> result;
+  for (std::size_t a = 0; a < axes_.size(); ++a) {
+    SweepAxis axis{axes_[a].name, {}};
+    for (long run = 0; run < runs_; ++run)
+      axis.values.push_back(axes_[a].starts ? static_cast<double>(index(a, run) + 1)
+                                            : axes_[a].values[index(a, run)]);
+    result.push_back(std::move(axis));
+  }
+  return result;
+}
+
+/// Reads the options of sweep and offers those of integrate, with the values
+/// of one run in the place of the lists.
 class Reader {
  public:
   explicit Reader(Call& call) : call_(call), L_(call.L), model_(call.shared<dae::Model>(1, "model")) {
@@ -55,23 +129,13 @@ class Reader {
   integrate::SweepRequest read() {
     read_params();
     read_start_axes();
-    lay_out();
+    layout_.close(grid_);
     request_.model = model_;
     read_base();
     fill_sets();
     return std::move(request_);
   }
-  std::vector<SweepAxis> axes() const {
-    std::vector<SweepAxis> result;
-    for (std::size_t a = 0; a < axes_.size(); ++a) {
-      SweepAxis axis{axes_[a].name, {}};
-      for (long run = 0; run < runs_; ++run)
-        axis.values.push_back(axes_[a].starts ? static_cast<double>(index(a, run) + 1)
-                                              : axes_[a].values[index(a, run)]);
-      result.push_back(std::move(axis));
-    }
-    return result;
-  }
+  const Layout& layout() const { return layout_; }
 
  private:
   int original(const char* key) {
@@ -92,8 +156,8 @@ class Reader {
                          " matrix"));
       for (double v : m.reshaped())
         if (!std::isfinite(v)) throw Error(text(what, ".", entry.key, " contains ", shortest(v)));
-      axes_.push_back({leaf_name(entry.leaves[0]), entry.leaves[0], parameter, false,
-                       std::vector<double>(m.data(), m.data() + m.size())});
+      layout_.add({leaf_name(entry.leaves[0]), entry.leaves[0], parameter, false,
+                   std::vector<double>(m.data(), m.data() + m.size())});
       return;
     }
     const MatX value = to_matrix(L_, entry.value, what + "." + entry.key);
@@ -110,18 +174,12 @@ class Reader {
     lua_pop(L_, 1);
   }
 
-  /// The order of a Lua table's keys is nobody's, that of declarations may lie in another file.
-  void order_by_name(std::size_t first) {
-    std::sort(axes_.begin() + static_cast<std::ptrdiff_t>(first), axes_.end(),
-              [](const auto& a, const auto& b) { return a.name < b.name; });
-  }
-
   void read_params() {
     const int params = original("params");
     if (!lua_isnil(L_, params))
       each_symbol_entry(L_, params, "params", model_->parameters,
                         [&](const SymbolEntry& entry) { sort(entry, "params", true, fixed_params_); });
-    order_by_name(0);
+    layout_.order_by_name(0);
     lua_settop(L_, call_.count());
   }
 
@@ -137,49 +195,16 @@ class Reader {
                              describe(L_, -1)));
           lua_pop(L_, 1);
         }
-        axes_.push_back({"start", {}, false, true, std::vector<double>(static_cast<std::size_t>(n))});
+        layout_.add({"start", {}, false, true, std::vector<double>(static_cast<std::size_t>(n))});
       } else {
         keyed_start_ = true;
-        const std::size_t first = axes_.size();
+        const std::size_t first = layout_.axes().size();
         each_symbol_entry(L_, start, "start", known_leaves(*model_),
                           [&](const SymbolEntry& entry) { sort(entry, "start", false, fixed_start_); });
-        order_by_name(first);
+        layout_.order_by_name(first);
       }
     }
     lua_settop(L_, call_.count());
-  }
-
-  /// The number of runs and how they run through the axes: in pairs, or all combinations, the last axis
-  /// fastest.
-  void lay_out() {
-    runs_ = 1;
-    if (axes_.empty())
-      throw Error(
-          "nothing varies: give lists, for example params = { m = linspace(1, 2, 10) } or start = { x = {1, "
-          "2, 3} }");
-    if (grid_) {
-      for (const Axis& axis : axes_) {
-        runs_ *= static_cast<long>(axis.values.size());
-        if (runs_ > most_runs) throw Error("more than 10 000 000 combinations; give shorter lists");
-      }
-      return;
-    }
-    const Axis* longest = &axes_[0];
-    for (const Axis& axis : axes_)
-      if (axis.values.size() > longest->values.size()) longest = &axis;
-    for (const Axis& axis : axes_)
-      if (axis.values.size() != 1 && axis.values.size() != longest->values.size())
-        throw Error(text("the lists are paired, but ", axis.name, " has ", axis.values.size(), " values and ",
-                         longest->name, " has ", longest->values.size(),
-                         "; give lists of one length, or grid = true for all combinations"));
-    runs_ = static_cast<long>(longest->values.size());
-    if (runs_ > most_runs) throw Error("more than 10 000 000 runs; give shorter lists");
-  }
-  std::size_t index(std::size_t axis, long run) const {
-    const auto size = [&](std::size_t a) { return static_cast<long>(axes_[a].values.size()); };
-    if (!grid_) return size(axis) == 1 ? 0 : static_cast<std::size_t>(run);
-    for (std::size_t a = axes_.size() - 1; a > axis; --a) run /= size(a);
-    return static_cast<std::size_t>(run % size(axis));
   }
 
   void copy_of(int reference) {
@@ -206,19 +231,19 @@ class Reader {
     const int params = lua_gettop(L_);
     copy_of(fixed_start_);
     const int start = lua_gettop(L_);
-    for (std::size_t a = 0; a < axes_.size(); ++a) {
-      if (axes_[a].starts) continue;
-      push_expr(L_, axes_[a].leaf);
-      lua_pushnumber(L_, axes_[a].values[index(a, run)]);
-      lua_rawset(L_, axes_[a].parameter ? params : start);
+    for (std::size_t a = 0; a < layout_.axes().size(); ++a) {
+      if (layout_.axes()[a].starts) continue;
+      push_expr(L_, layout_.axes()[a].leaf);
+      lua_pushnumber(L_, layout_.axes()[a].values[layout_.index(a, run)]);
+      lua_rawset(L_, layout_.axes()[a].parameter ? params : start);
     }
     if (keyed_start_) {
       lua_pushvalue(L_, start);
       lua_setfield(L_, options, "start");
     }
-    for (std::size_t a = 0; a < axes_.size(); ++a)
-      if (axes_[a].starts) {
-        lua_rawgeti(L_, original("start"), static_cast<lua_Integer>(index(a, run)) + 1);
+    for (std::size_t a = 0; a < layout_.axes().size(); ++a)
+      if (layout_.axes()[a].starts) {
+        lua_rawgeti(L_, original("start"), static_cast<lua_Integer>(layout_.index(a, run)) + 1);
         lua_setfield(L_, options, "start");
       }
     lua_pushvalue(L_, params);
@@ -231,8 +256,8 @@ class Reader {
   /// The options common to all runs are read with the first run whose start can be solved.
   void read_base() {
     std::exception_ptr first;
-    const long stride = std::max(1L, runs_ / 20);
-    for (long run = 0; run < runs_; run += stride) {
+    const long stride = std::max(1L, layout_.runs() / 20);
+    for (long run = 0; run < layout_.runs(); run += stride) {
       offer(run);
       const Options options = call_.options(2, {PENDULA_INTEGRATE_OPTIONS});
       try {
@@ -248,16 +273,17 @@ class Reader {
 
   void fill_sets() {
     std::vector<dae::StartPtr> starts;
-    for (const Axis& axis : axes_)
+    for (const Axis& axis : layout_.axes())
       if (axis.starts) starts = read_starts(axis);
-    for (long run = 0; run < runs_; ++run) {
+    for (long run = 0; run < layout_.runs(); ++run) {
       SweepSet set;
-      for (std::size_t a = 0; a < axes_.size(); ++a) {
-        const std::size_t i = index(a, run);
-        if (axes_[a].starts)
+      for (std::size_t a = 0; a < layout_.axes().size(); ++a) {
+        const std::size_t i = layout_.index(a, run);
+        if (layout_.axes()[a].starts)
           set.at = starts[i];
         else
-          (axes_[a].parameter ? set.parameters : set.start).emplace_back(axes_[a].leaf, axes_[a].values[i]);
+          (layout_.axes()[a].parameter ? set.parameters : set.start)
+              .emplace_back(layout_.axes()[a].leaf, layout_.axes()[a].values[i]);
       }
       request_.sets.push_back(std::move(set));
     }
@@ -292,9 +318,8 @@ class Reader {
   lua_State* L_;
   dae::ModelPtr model_;
   integrate::SweepRequest request_;
-  std::vector<Axis> axes_;
+  Layout layout_;
   bool grid_ = false, keyed_start_ = false;
-  long runs_ = 1;
   int original_, fixed_params_, fixed_start_;
 };
 
@@ -303,7 +328,7 @@ class Reader {
 integrate::SweepRequest read_sweep(Call& call, std::vector<SweepAxis>& axes) {
   Reader reader(call);
   integrate::SweepRequest request = reader.read();
-  axes = reader.axes();
+  axes = reader.layout().values();
   return request;
 }
 

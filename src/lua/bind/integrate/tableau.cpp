@@ -84,8 +84,8 @@ integrate::DenseData read_dense(lua_State* L, int index, Eigen::Index s) {
   return dense;
 }
 
-/// A row of A may stop early only where all rows stay within the lower triangle: elsewhere nobody knows what
-/// is meant.
+/// A row of A may stop early only where all rows stay within the lower triangle:
+/// elsewhere nobody knows what is meant.
 void refuse_ragged(lua_State* L, int index) {
   if (!lua_istable(L, index)) return;
   const auto s = static_cast<lua_Integer>(lua_rawlen(L, index));

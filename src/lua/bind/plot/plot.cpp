@@ -30,8 +30,8 @@ namespace {
 
 using Eigen::Index;
 
-/// Numbers as columns: a list, a numeric matrix; a single row is taken as a column. The one place where data
-/// enter.
+/// Numbers as columns: a list, a numeric matrix; a single row is taken as a
+/// column. The one place where data enter.
 Mat columns(lua_State* L, int index, const std::string& what) {
   Mat m = to_numeric_matrix(L, index, what);
   if (m.rows() == 1 && m.cols() > 1) m.transposeInPlace();

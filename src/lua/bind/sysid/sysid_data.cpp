@@ -100,6 +100,7 @@ std::vector<int> to_whole_numbers(lua_State* L, int index, const std::string& wh
       throw Error(text(what, " must be a whole number, got ", shortest(v)));
     out.push_back(static_cast<int>(v));
   }
+  if (out.empty()) throw Error(text(what, " is an empty list; give a whole number"));
   return out;
 }
 

@@ -1,0 +1,175 @@
+#include "lua/core/foreign_names.hpp"
+
+#include <algorithm>
+#include <cctype>
+#include <iterator>
+
+namespace pendula::lua {
+
+namespace {
+
+struct Remedy {
+  std::string_view names;  ///< separated by blanks
+  std::string_view text;
+};
+
+constexpr Remedy global_names[] = {
+    // values
+    {"True TRUE", "write true"},
+    {"False FALSE", "write false"},
+    {"None null NULL undefined missing", "write nil"},
+    {"NaN nan NAN", "write 0/0"},
+    {"Inf inf INF infinity Infinity", "write math.huge"},
+    {"eps epsilon", "machine epsilon is 2^-52"},
+    {"Pi PI π", "write pi"},
+    // symbols and models
+    {"sym symbols Symbol Symbols", "a variable is x = var \"x\", several are x, y = vars \"x y\""},
+    {"syms variables @variables", "write x, y = vars \"x y\""},
+    {"parameter parameters Parameter @parameters",
+     "write m = param(\"m\", 1), or m, g = params \"m=1 g=9.81\""},
+    {"Function", "a function nobody knows yet is f = func \"f\""},
+    {"ode ODE odefun ODEProblem model Model ode_system odesys", "a model is dae{ der(x) ~ -x }"},
+    {"equation equations Eq", "an equation is written lhs ~ rhs, a model dae{ … }"},
+    {"Derivative D Dt Differential ddt", "the derivative by time is der(x) or x.dot"},
+    {"Lagrangian euler_lagrange", "write lagrange{ q = q, T = …, V = … }"},
+    {"integral int Integral", "an integral along a solution is one more state: der(J) ~ x^2"},
+    // solving
+    {"ode45 ode23 ode113 odeint solve_ivp lsode rk45 ode15s ode23s ode23t ode15i odesolve lsoda",
+     "write sys:integrate{ start = { x = 1 }, to = 10 }"},
+    {"simulate sim integrate integrate_ode",
+     "it is a method of models: sys:integrate{ start = { x = 1 }, to = 10 }"},
+    {"dsolve", "there are no closed solutions; write sys:integrate{ start = { x = 1 }, to = 10 }"},
+    {"fsolve fzero root roots nsolve find_root fsolve_newton",
+     "roots of equations are found by newton{ r = { x^2 - 2 }, start = { 1 } }"},
+    {"lsqnonlin least_squares curve_fit lsqcurvefit leastsq", "write gauss_newton{ R = …, start = … }"},
+    {"fmincon fminsearch fminunc minimize minimise",
+     "least squares are gauss_newton{ R = …, start = … }; there is no general minimiser"},
+    {"linsolve mldivide lstsq", "a linear system is solve(A, b)"},
+    {"factor expand collect simplify_expression", "write simplify(e)"},
+    // matrices and lists
+    {"matrix Matrix", "a matrix is mat{{1, 2}, {3, 4}}, a column vec{1, 2}"},
+    {"array vector Vector column list np numpy", "a column is vec{1, 2}, a matrix mat{{1, 2}, {3, 4}}"},
+    {"identity", "the identity matrix is eye(n)"},
+    {"transpose", "the transpose is A.T"},
+    {"numel length len size", "the length is #x; of a matrix A.rows and A.cols"},
+    {"eig eigenvalues eigvals", "eigenvalues are eigen(A)"},
+    {"range arange", "equal steps are linspace(from, to, n); a loop is for i = 1, n do … end"},
+    {"append push push_back", "write list[#list + 1] = x"},
+    {"map filter lambda",
+     "write a loop: for i, v in ipairs(list) do … end; a function is function(x) return x^2 end"},
+    {"enumerate", "write for i, v in ipairs(list) do … end"},
+    {"sum_list cumsum", "write a loop, or sum(…)"},
+    {"linspace_", "write linspace(from, to, n)"},
+    // printing, files, session
+    {"disp println display puts echo", "write print(x)"},
+    {"printf fprintf sprintf", "write print((\"%.3f\"):format(x))"},
+    {"clc clear close exit_session", "a session is left by Ctrl-D or os.exit()"},
+    {"quit exit", "write os.exit(), or press Ctrl-D"},
+    {"doc man lookfor", "write help \"word\" or apropos \"word\""},
+    {"import include using from source",
+     "a file is run by dofile \"file.lua\", a module read by require \"file\""},
+    {"open fopen readmatrix csvread read_csv readtable loadtxt",
+     "data are read by iddata.read(\"file.csv\", { y = \"…\" })"},
+    {"tic toc timeit", "write t0 = os.clock() … print(os.clock() - t0)"},
+    {"str string_of", "write tostring(x)"},
+    {"int float double", "write math.tointeger(x), tonumber(x) or x + 0.0"},
+    {"try except catch", "write ok, message = pcall(function() … end)"},
+    {"elif elsif", "write elseif"},
+    {"switch case", "write if … then … elseif … then … end"},
+    {"def fun fn_def", "a function is function f(x) return x^2 end"},
+    {"var_dump typeof class", "write type(x); help(x) says what a value is"},
+    // pictures
+    {"figure_ plt pyplot subplot hold axis xlabel ylabel zlabel legend grid title xlim ylim",
+     "these are options: plot(x, y, { title = \"…\", xlabel = \"…\", labels = { … } })"},
+    {"savefig saveas print_figure exportgraphics", "write plot(x, y):save \"file.svg\""},
+    // linear systems and identification
+    {"TransferFunction", "write tf({1}, {1, 1})"},
+    {"StateSpace", "write ss(A, B, C, D)"},
+    {"zeros_of poles_of", "write G:poles() or G:zeros()"},
+};
+
+constexpr Remedy model_members[] = {
+    {"simulate solve sim run ode45", "write sys:integrate{ start = { x = 1 }, to = 10 }"},
+    {"states x state", "the states are sys.differential"},
+    {"params", "the parameters are sys.parameters; other values: sys:with{ m = 2 }"},
+    {"linearise linearization", "write sys:linearize{ … }"},
+    {"subs set set_parameter update", "other parameter values are sys:with{ m = 2 }"},
+    {"jacobian", "the Jacobian of expressions is jacobian(f, x); the linear model sys:linearize{ … }"},
+    {"plot", "write plot(sys:integrate{ start = { x = 1 }, to = 10 }, { x })"},
+};
+
+constexpr Remedy solution_members[] = {
+    {"y Y u states", "the values of an expression are sol(x), at time t sol(x, t)"},
+    {"time times T", "the times are sol.t"},
+    {"plot show", "write plot(sol, { x, y })"},
+    {"save", "sol:csv \"run.csv\" writes its values"},
+    {"success message", "write sol.status"},
+    {"value values at interp interpolate eval", "write sol(x, t)"},
+};
+
+constexpr Remedy matrix_members[] = {
+    {"t transpose Transpose H", "the transpose is A.T"},
+    {"inv inverse I", "the inverse is inv(A)"},
+    {"det", "the determinant is det(A)"},
+    {"shape size", "write A.rows and A.cols"},
+    {"length n len", "write #A"},
+    {"dot", "the derivative of a column of variables is der(q); a product is a.T*b"},
+    {"sum mean max min", "write a loop over the entries A[i], or A(i, j)"},
+};
+
+constexpr Remedy expr_members[] = {
+    {"subs replace evalf eval evaluate value subs_",
+     "put values in by subs(e, { x = 2 }); the number is evaluate(e, { x = 2 })"},
+    {"diff derivative d", "the partial derivative is diff(e, x), the derivative by time der(e)"},
+    {"dt prime", "the derivative by time is x.dot or der(x)"},
+    {"simplify expand factor", "write simplify(e)"},
+};
+
+std::string remedy_in(const Remedy* first, const Remedy* last, std::string_view name) {
+  for (; first != last; ++first) {
+    std::string_view names = first->names;
+    while (!names.empty()) {
+      const std::size_t end = std::min(names.find(' '), names.size());
+      if (names.substr(0, end) == name) return std::string(first->text);
+      names.remove_prefix(std::min(end + 1, names.size()));
+    }
+  }
+  return "";
+}
+
+}  // namespace
+
+std::string remedy_for_name(std::string_view name) {
+  return remedy_in(std::begin(global_names), std::end(global_names), name);
+}
+
+std::string remedy_for_member(std::string_view type, std::string_view name) {
+  if (type == "model") return remedy_in(std::begin(model_members), std::end(model_members), name);
+  if (type == "solution") return remedy_in(std::begin(solution_members), std::end(solution_members), name);
+  if (type == "matrix") return remedy_in(std::begin(matrix_members), std::end(matrix_members), name);
+  if (type == "expr") return remedy_in(std::begin(expr_members), std::end(expr_members), name);
+  return "";
+}
+
+std::string method_like(std::string_view name) {
+  static constexpr Remedy methods[] = {
+      {"ode45 rk45 dorpi dopri54 dormand_prince rkdp ode5", "dopri5"},
+      {"ode23 rk23 bs3 bs23", "bogacki_shampine"},
+      {"ode113 vern9 dop8 dopri8 dopri853 ode78 ode89", "dop853"},
+      {"ode15s ode15i lsoda vode cvode ida dassl daspk fbdf qndf ndf gear dae", "bdf"},
+      {"ode23s ode23t ode23tb rodas4 rodas5 rodas5p rosenbrock rosenbrock23", "rodas"},
+      {"radau5 radauiia radau_iia radauiia5", "radau"},
+      {"tsitouras tsitouras5", "tsit5"},
+      {"runge_kutta rungekutta rk classical", "rk4"},
+      {"euler_forward forward_euler explicit_euler", "euler"},
+      {"backward_euler euler_backward", "implicit_euler"},
+      {"crank_nicolson cn trapezoidal", "trapezoid"},
+      {"default automatic", "auto"},
+  };
+  std::string lower(name);
+  std::transform(lower.begin(), lower.end(), lower.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return remedy_in(std::begin(methods), std::end(methods), lower);
+}
+
+}  // namespace pendula::lua

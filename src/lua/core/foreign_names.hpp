@@ -1,0 +1,18 @@
+// What users of MATLAB, Python, Julia, Maple and Modelica type first: the names that are something else here.
+#pragma once
+
+#include <string>
+#include <string_view>
+
+namespace pendula::lua {
+
+/// What to write instead of a global `name` of another language, "" if nothing is known about it.
+std::string remedy_for_name(std::string_view name);
+
+/// The same for a field or a method `name` of a value of the type.
+std::string remedy_for_member(std::string_view type, std::string_view name);
+
+/// The same for a method of integration: "dopri5" for "ode45"; "" if nothing is known about it.
+std::string method_like(std::string_view name);
+
+}  // namespace pendula::lua

@@ -1,0 +1,133 @@
+#include "lua/core/table_text.hpp"
+
+#include <algorithm>
+#include <set>
+#include <vector>
+
+namespace pendula::lua {
+namespace {
+
+constexpr int widest = 20;  // entries of a table that are shown
+constexpr int deepest = 3;  // tables within tables
+
+/// Does the value say itself how it prints?
+bool has_text(lua_State* L, int index) {
+  for (const char* field : {"__tostring", "__name"}) {
+    if (luaL_getmetafield(L, index, field) == LUA_TNIL) continue;
+    lua_pop(L, 1);
+    return true;
+  }
+  return false;
+}
+
+/// tostring(), without addresses: they differ from run to run and say nothing.
+std::string plain_text(lua_State* L, int index) {
+  const int type = lua_type(L, index);
+  if ((type == LUA_TFUNCTION || type == LUA_TTHREAD) && !has_text(L, index))
+    return type == LUA_TFUNCTION ? "function" : "coroutine";
+  if (type == LUA_TNUMBER && lua_tonumber(L, index) != lua_tonumber(L, index))
+    return "nan";  // C: "-nan" at times
+  std::size_t length = 0;
+  const char* text = luaL_tolstring(L, index, &length);
+  std::string result(text, length);
+  lua_pop(L, 1);
+  return result;
+}
+
+std::string quoted(const std::string& text) {
+  std::string result = "\"";
+  for (char c : text) {
+    if (c == '\n') {
+      result += "\\n";
+    } else {
+      if (c == '"' || c == '\\') result += '\\';
+      result += c;
+    }
+  }
+  return result + "\"";
+}
+
+bool is_plain_table(lua_State* L, int index) {
+  if (!lua_istable(L, index)) return false;
+  const bool has_metatable = lua_getmetatable(L, index);
+  if (has_metatable) lua_pop(L, 1);
+  return !has_metatable;
+}
+
+std::string table_text(lua_State* L, int index, int depth);
+
+std::string item_text(lua_State* L, int index, int depth) {
+  if (is_plain_table(L, index)) return depth < deepest ? table_text(L, index, depth + 1) : "{…}";
+  if (lua_istable(L, index) && !has_text(L, index)) return "{…}";
+  const std::string text = plain_text(L, index);
+  return lua_type(L, index) == LUA_TSTRING ? quoted(text) : text;
+}
+
+/// Can it stand before = in a table? (Lua 5.4 Reference Manual §3.1)
+bool is_name(const std::string& word) {
+  static const std::set<std::string> keywords = {
+      "and", "break", "do",  "else", "elseif", "end",    "false",  "for",  "function", "goto",  "if",
+      "in",  "local", "nil", "not",  "or",     "repeat", "return", "then", "true",     "until", "while"};
+  const auto is_letter = [](char c) { return (c | 0x20) >= 'a' && (c | 0x20) <= 'z'; };
+  const auto is_word = [&](char c) { return is_letter(c) || c == '_' || (c >= '0' && c <= '9'); };
+  return !word.empty() && (is_letter(word[0]) || word[0] == '_') &&
+         std::all_of(word.begin(), word.end(), is_word) && keywords.count(word) == 0;
+}
+
+/// "name", or ["any text"], or [expression].
+std::string key_text(lua_State* L, int index) {
+  if (lua_type(L, index) != LUA_TSTRING) return "[" + item_text(L, index, deepest) + "]";
+  const std::string name = lua_tostring(L, index);
+  return is_name(name) ? name : "[" + quoted(name) + "]";
+}
+
+/// `key = value` of everything outside 1..length, sorted by text, so that a
+/// table is always shown the same way.
+std::vector<std::string> named_items(lua_State* L, int table, lua_Integer length, int depth) {
+  std::vector<std::string> items;
+  lua_pushnil(L);
+  while (lua_next(L, table)) {
+    const bool listed = lua_isinteger(L, -2) && lua_tointeger(L, -2) >= 1 && lua_tointeger(L, -2) <= length;
+    if (!listed) items.push_back(key_text(L, -2) + " = " + item_text(L, lua_gettop(L), depth));
+    lua_pop(L, 1);
+  }
+  std::sort(items.begin(), items.end());
+  return items;
+}
+
+std::string table_text(lua_State* L, int index, int depth) {
+  luaL_checkstack(L, 8, nullptr);
+  const int table = lua_absindex(L, index);
+  const auto length = static_cast<lua_Integer>(lua_rawlen(L, table));
+  std::vector<std::string> items;
+  for (lua_Integer i = 1; i <= std::min<lua_Integer>(length, widest); ++i) {
+    lua_rawgeti(L, table, i);
+    items.push_back(item_text(L, lua_gettop(L), depth));
+    lua_pop(L, 1);
+  }
+  auto named = named_items(L, table, length, depth);
+  const auto left_out = static_cast<lua_Integer>(named.size()) + length - widest;
+  named.resize(std::min(named.size(), static_cast<std::size_t>(widest) - items.size()));
+  items.insert(items.end(), named.begin(), named.end());
+  if (left_out > 0) items.push_back("… " + std::to_string(left_out) + " more");
+
+  // A list of tables is set as the rows of a matrix.
+  const bool rows = depth == 0 && items.size() > 1 &&
+                    std::all_of(items.begin(), items.end(), [](const auto& s) { return s.front() == '{'; });
+  const std::string separator = rows ? ",\n " : ", ";
+  std::string text = "{";
+  for (const auto& item : items) text += (text.size() > 1 ? separator : "") + item;
+  return text + "}";
+}
+
+}  // namespace
+
+std::string without_newline(const std::string& lines) {
+  return lines.substr(0, lines.find_last_not_of('\n') + 1);
+}
+
+std::string shown_text(lua_State* L, int index) {
+  return is_plain_table(L, index) ? table_text(L, index, 0) : plain_text(L, index);
+}
+
+}  // namespace pendula::lua

@@ -1,0 +1,17 @@
+// How values are shown, at the prompt and by print.
+#pragma once
+
+#include <string>
+
+#include <lua.hpp>
+
+namespace pendula::lua {
+
+/// tostring(), except that a plain table is written as Lua would read it, {1, 2, x = 3}, cut short when it is long,
+/// and that functions have no addresses.
+std::string shown_text(lua_State* L, int index);
+
+/// What print is given ends without a line end; print adds one.
+std::string without_newline(const std::string& lines);
+
+}  // namespace pendula::lua

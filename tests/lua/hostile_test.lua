@@ -1,0 +1,191 @@
+-- Values that are empty, cyclic, deep or outlive what made them; files that are damaged or not what they say;
+-- disks
+-- that are full.
+
+local function fails(words, f, ...)
+  local good, message = pcall(f, ...)
+  if good then error("no error, expected: " .. words, 2) end
+  if not tostring(message):find(words, 1, true) then error(tostring(message) .. "  lacks  " .. words, 2) end
+  expect(true):equals(true)
+end
+
+test("callbacks outlive the coroutine that gave them", function()
+  local y, v, u = var "y_c", var "v_c", input "u_c"
+  local m = dae { der(y) ~ v + u/1000, der(v) ~ -1 }
+  local calls, sol = 0, nil
+  local function make()
+    sol = m:integrate { start = { [y] = 1, [v] = 0 }, to = 4,
+      inputs = { [u] = function(time) if time > 2 then return 1 end return 0 end },
+      events = { { when = y - 1/2, call = function() calls = calls + 1 end } } }
+  end
+  for _ = 1, 20 do
+    assert(coroutine.resume(coroutine.create(make)))
+    collectgarbage()
+  end
+  expect(sol.status):equals "finished"
+  expect(calls):equals(20)
+  for _ = 1, 200 do coroutine.wrap(function() return {} end)() end
+  collectgarbage()
+  expect(sol(u, 3)):near(1, 1e-12)                      -- asks the function of a dead coroutine
+  expect(coroutine.wrap(function() return sol(u, 1) end)()):near(0, 1e-12)
+  sol = nil
+  collectgarbage()
+  local f = coroutine.wrap(function() return fn(function(a) return a^2 end) end)()
+  collectgarbage()
+  expect(f(3)):equals(9)
+end)
+
+test("lists that contain themselves, and lists inside lists without end", function()
+  local x = var "x_deep"
+  local cyclic, deep = {}, x
+  cyclic[1] = cyclic
+  for _ = 1, 200 do deep = { deep } end
+  for _, list in ipairs { cyclic, deep } do
+    local words = "lists inside lists"
+    fails(words, diff, x^2, list)
+    fails(words, fn, list, x)
+    fails(words, gradient, x^2, list)
+    fails(words, hessian, x^2, list)
+    fails(words, jacobian, { x^2 }, list)
+    fails(words, implicit_jacobian, { x^2 }, { x }, list)
+    fails(words, newton, { r = list, start = { 1 } })
+    fails(words, newton, { r = { x }, x = list, start = { 1 } })
+    fails(words, gauss_newton, { R = { x }, x = list, start = { 1 } })
+    local sol = dae { der(x) ~ -x }:integrate { start = { [x] = 1 }, to = 1 }
+    fails(words, sol.sensitivity, sol, x, list)
+    fails(words, sol.gradient, sol, x, list)
+  end
+  for _ = 1, 100 do pcall(diff, x, cyclic) end          -- the count of levels goes back
+  expect(diff(x^2, { { x } })):equals(2*x)
+end)
+
+test("empty lists where something is needed", function()
+  local x, k = var "x_empty", param "k_empty"
+  local sol = dae { der(x) ~ -k*x }:integrate { start = { [x] = 1 }, to = 1, params = { [k] = 1 },
+    sensitivities = { k } }
+  fails("list of parameters is empty", sol.sensitivity, sol, x, {})
+  fails("list of parameters is empty", sol.sensitivity, sol, 0*x, {}, { 0, 1 / 2, 1 })
+  fails("list of parameters is empty", sol.gradient, sol, x, {})
+  fails("r is empty", implicit_jacobian, {}, {}, x)
+  fails("no transfer function", function() return ss({ {} }):tf() end)
+  fails("no transfer function", function() return ss({ {} }):poles() and ss({ {} }):tf():poles() end)
+  fails("sampling time", function() return margin(c2d(tf({ 1 }, { 1, 1 }), 5e-324)) end)
+  local d = iddata { y = { 1, 2, 3, 4, 5, 6, 7, 8 }, u = { 1, 2, 1, 2, 1, 2, 1, 1 }, Ts = 1 }
+  fails("empty list", n4sid, d, { order = vec {} })
+  fails("empty list", n4sid, d, { order = {} })
+end)
+
+-- ── saved files ────────────────────────────────────────────────────────────────────────────────────────────
+
+local file = os.tmpname() .. ".lua"
+local function write(text)
+  local out = assert(io.open(file, "w"))
+  out:write(text)
+  out:close()
+end
+
+test("a model of a column whose name means another size now can be saved", function()
+  local x = var("x_size", 2)
+  local m = dae { der(x) ~ -x }
+  var("x_size", 3)
+  save(file, m)
+  expect(load(file):code()):equals(m:code())
+end)
+
+test("a saved file is data: nothing in it runs", function()
+  ran = false
+  for _, text in ipairs { "ran = true", "return ran", "(function() ran = true end)()",
+    "return (function() ran = true end)()",
+    "local a = os.execute 'true' return 1", "return load 'ran = true'()", "while true do end",
+      "return setmetatable({}, {})",
+    "return ('x'):rep(1e9)", "return print", "return _G", "return var('x').T:reduce()",
+      "goto a ::a:: return 1",
+    "return 1, 2", "return 1 return 2", "local function f() end return f", "return function() end",
+      "return 1 .. 2",
+    "return dae.list", "return #'a'", "return not 1", "return ...", "return { x = 1 }.x",
+      "return dae { der(var 'x') ~ 1 }:integrate{}",
+    "\27Lua", "", "return", "return {", "return (1", "return 'a", "return 1 +", "return nil", "return inf",
+    "return " .. ("("):rep(10000) .. "1", "return " .. ("{"):rep(10000), "return " .. ("-"):rep(10000) .. "1",
+    "return -{}", "return {} + 1", "return var('x') ~ {}", "return var" } do
+    write(text)
+    fails(file, load, file)
+  end
+  expect(ran):equals(false)
+  ran = nil
+end)
+
+test("damaged copies of a saved model are refused or read, and nothing else happens", function()
+  save(file, problems.sphere_chain():reduce())
+  local good = io.open(file):read "a"
+  local seed = 1
+  local function random(n)
+    seed = (seed * 1103515245 + 12345) % 2147483648
+    return seed % n + 1
+  end
+  local refused = 0
+  for _ = 1, 300 do
+    local at = random(#good)
+    local kind = random(3)
+    local text = kind == 1 and good:sub(1, at) or kind == 2 and good:sub(1, at - 1) .. good:sub(at + 1)
+      or good:sub(1, at - 1) .. string.char(random(126)) .. good:sub(at + 1)
+    write(text)
+    local read, message = pcall(load, file)
+    if not read then
+      refused = refused + 1
+      if tostring(message):find("internal error", 1, true) or tostring(message):find("stdlib/", 1, true) then
+        error(message .. "\n" .. text, 0)
+      end
+    end
+  end
+  expect(refused > 100):equals(true)
+end)
+
+test("numbers and names come back as they were", function()
+  for _, value in ipairs { 1/0, -1/0, 3, -3, 0.5, 1e300, 2^53, -2.5e-300 } do
+    save(file, value)
+    expect(load(file)):equals(value)
+    expect(math.type(load(file))):equals(math.type(value))
+  end
+  fails("nan cannot be saved", save, file, 0/0)
+  local x = var "x_named"
+  local m = dae { der(x) ~ -x, name = "two\nlines \"and\" a \\" }
+  save(file, m)
+  expect(load(file):code()):equals(m:code())
+end)
+
+test("a file appears complete or not at all", function()
+  local x = var "x_disk"
+  local sol = dae { der(x) ~ -x }:integrate { start = { [x] = 1 }, to = 1 }
+  local d = iddata { y = { 1, 2, 3 }, u = { 1, 2, 3 }, Ts = 1 }
+  for _, f in ipairs { function(name) save(name, x) end, function(name) sol:csv(name) end,
+    function(name) d:csv(name) end, function(name) d:save(name) end } do
+    fails("No space left on device", f, "/dev/full")
+    fails("there is no folder", f, "/no/such/place/x.csv")
+    fails("it is a folder", f, "/tmp")
+  end
+  save(file, x)
+  local before = io.open(file):read "a"
+  fails("nan cannot be saved", save, file, 0/0)
+  expect(io.open(file):read "a"):equals(before)
+end)
+
+test("the decimal point does not depend on the locale", function()
+  os.setlocale "de_DE.UTF-8"
+  expect(("%.1f"):format(0.5)):equals "0.5"
+  expect(tonumber "0.5"):equals(0.5)
+  os.setlocale "C"
+end)
+
+test("nan has no sign and tables no address when they are shown", function()
+  expect(tostring(0/0)):equals "nan"
+  expect(tostring(-(0/0))):equals "nan"
+  expect(("%f %g"):format(0/0, -(0/0))):equals "nan nan"
+end)
+
+test("a method written in Lua says what stands before its colon", function()
+  local f = plot({ 1, 2 })
+  fails("before the colon", f.show)
+  fails("before the colon", f.save, "a.svg")
+end)
+
+os.remove(file)

@@ -1,0 +1,242 @@
+-- What users of MATLAB, Python, Julia and Modelica type first: each slip is accepted, or its error names the
+-- remedy.
+
+local setup = [[
+  x, y, z = vars "x y z"
+  q = var("q", 3)
+  m, g, L = params "m=1 g=9.81 L=1"
+  u = input "u"
+  decay = dae { der(x) ~ -x }
+  free = lagrange { q = q, T = m/2*q.dot.T*q.dot, V = m*g*q[3] }
+  sol = decay:integrate { start = { x = 1 }, to = 1 }
+  A = mat { { 2, 1 }, { 1, 3 } }
+  b = vec { 1, 2 }
+  G = tf({ 1 }, { 1, 1 })
+]]
+
+local function environment()
+  local env = setmetatable({}, { __index = _G })
+  assert(load(setup, "=setup", "t", env))()
+  return env
+end
+
+-- ── accepted ───────────────────────────────────────────────────────────────────────────────────────────────
+
+local accepted = {
+  -- exact numbers are numbers
+  { '("%.4f"):format(sqrt(5))', "2.2361" },
+  { '("%.3f"):format(pi/4)', "0.785" },
+  { '("%d"):format(rational "6/3")', "2" },
+  { '("%g"):format(G:dcgain())', "1" },
+  { '("%.2f"):format(solve(A, b)[2])', "0.60" },
+  { '("%s"):format(sqrt(5))', "√5" },
+  { '("%5.1f|%s"):format(rational "1/3", x)', "  0.3|x" },
+  { "math.abs(-sqrt(2))", tostring(math.sqrt(2)) },
+  { 'math.floor(rational "7/2")', "3" },
+  { "math.max(pi, 3)", tostring(math.pi) },
+  { "math.sin(pi/6)", tostring(math.sin(math.pi/6)) },
+  { "tonumber(sqrt(2))", tostring(math.sqrt(2)) },
+  { 'tonumber(rational "1/2")', "0.5" },
+  -- parameters that the model does not know have their values
+  { "sol(m*x, 0)", "1.0" },
+  { "sol:final(2*g*x)/sol:final(x)", "19.62" },
+  -- Lagrangians
+  { "evaluate(lagrange { q = q, L = m/2*q.dot.T*q.dot - m*g*q[3] }.energy - free.energy, { [q] = { 1, "
+    .. "2, 3 }, "
+    .. "[q.dot] = { 4, 5, 6 } })", "0.0" },
+  { "lagrange { q = q, T = m/2*q.dot.T*q.dot, C = { q.T*q ~ L^2 } }.C", "(qᵀq - L²)" },
+  -- spelling of derivatives
+  { "sol('x.dot', 0)", "-1.0" },
+  { "sol('x_dot', 0)", "-1.0" },
+  { "sol(\"x'\", 0)", "-1.0" },
+  { "sol('x′', 0)", "-1.0" },
+}
+
+test("slips that are accepted", function()
+  local complaints = {}
+  for _, case in ipairs(accepted) do
+    local chunk = assert(load("return " .. case[1], "=typed", "t", environment()))
+    local good, value = pcall(chunk)
+    if tostring(value) ~= case[2] then
+      complaints[#complaints + 1] = case[1] .. "  ->  " .. tostring(value)
+    end
+  end
+  if #complaints > 0 then error(table.concat(complaints, "\n"), 0) end
+  expect(#complaints):equals(0)
+end)
+
+-- ── errors at run time ─────────────────────────────────────────────────────────────────────────────────────
+
+local errors = {
+  -- numbers and functions
+  { '("%.4f"):format(x)', "takes a number, not the expression x", "evaluate" },
+  { '("%d"):format(A)', "not a matrix", "m[1]" },
+  { "math.sin(x)", "math.sin takes numbers, not the expression x", "sin takes expressions" },
+  { "math.abs(x - 1)", "abs takes expressions" },
+  { "math.floor(x)", "math.floor takes numbers" },
+  { "x(0)", "is an expression and no function", "sol(x, t)" },
+  { "x''", "x.ddot" },
+  { "sol(1)", "expected an expression", "sol(x, 1)" },
+  -- derivatives and equations
+  { "diff(x, t)", "der(e)" },
+  { "diff(x^2*y, t)", "der(e)" },
+  { "solve(x^2 - m, x)", "newton" },
+  { "solve(x^2 ~ 2, x)", "newton" },
+  -- methods of integration
+  { "decay:integrate { start = { x = 1 }, to = 1, method = 'ode45' }", 'method = "dopri5"' },
+  { "decay:integrate { start = { x = 1 }, to = 1, method = 'RK45' }", 'method = "dopri5"' },
+  { "decay:integrate { start = { x = 1 }, to = 1, method = 'ode15s' }", 'method = "bdf"' },
+  { "decay:integrate { start = { x = 1 }, to = 1, method = 'LSODA' }", 'method = "bdf"' },
+  { "decay:integrate { start = { x = 1 }, to = 1, method = 'ode23s' }", 'method = "rodas"' },
+  { "decay:integrate { start = { x = 1 }, to = 1, method = 'ode23' }", "bogacki_shampine" },
+  { "decay:integrate { start = { x = 1 }, to = 1, method = 'dassl' }", 'method = "bdf"' },
+  { "decay:integrate { start = { x = 1 }, too = 1, frm = 2 }", "unknown options 'frm', 'too'" },
+  -- members
+  { "sol.x", "sol(x)" },
+  { "sol.y", "sol(x)" },
+  { "sol.time", "sol.t" },
+  { "sol:plot()", "plot(sol" },
+  { "decay:simulate()", "sys:integrate{" },
+  { "decay:solve()", "sys:integrate{" },
+  { "decay.states", "sys.differential" },
+  { "decay:subs { x = 1 }", "sys:with{" },
+  { "x:subs { x = 1 }", "subs(e" },
+  { "x:diff(x)", "diff(e, x)" },
+  { "x:sin()", "sin(…)" },
+  { "A.transpose", "A.T" },
+  { "A:inv()", "inv(A)" },
+  { "A:det()", "det(A)" },
+  { "A.shape", "A.rows" },
+  { "decay.integrate()", "before the colon" },
+  { "decay.reduce()", "before the colon" },
+  { "G:step():csv 'x.csv'", "has no field or method 'csv'" },
+  -- names of other languages
+  { "poles(G)", "it is a method", ":poles()" },
+  { "index(decay)", "it is a method", ":index()" },
+  { "simulate(decay)", "sys:integrate{" },
+  { "roots({ 1, 0, -1 })", "newton" },
+  { "fsolve(x^2 - 2)", "newton" },
+  { "ode { der(x) ~ -x }", "dae{" },
+  { "ode45(decay)", "sys:integrate{" },
+  { "odeint(decay)", "sys:integrate{" },
+  { "solve_ivp(decay)", "sys:integrate{" },
+  { "dsolve(decay)", "sys:integrate{" },
+  { "syms 'x y'", 'vars "x y"' },
+  { "symbols 'x y'", 'vars "x y"' },
+  { "Symbol 'x'", 'var "x"' },
+  { "True", "write true" },
+  { "False", "write false" },
+  { "None", "write nil" },
+  { "null", "write nil" },
+  { "NaN", "0/0" },
+  { "Inf", "math.huge" },
+  { "disp(x)", "print(x)" },
+  { "printf 'a'", "print(" },
+  { "fprintf 'a'", "print(" },
+  { "transpose(A)", "A.T" },
+  { "length(b)", "#x" },
+  { "numel(b)", "#x" },
+  { "size(A)", "A.rows" },
+  { "array { 1, 2 }", "vec{1, 2}" },
+  { "range(3)", "for i = 1, n do" },
+  { "np.array", "vec{1, 2}" },
+  { "plt.plot", "plot(x, y" },
+  { "xlabel 'x'", "plot(x, y" },
+  { "savefig 'a.svg'", ":save" },
+  { "lsqnonlin(x)", "gauss_newton" },
+  { "linsolve(A, b)", "solve(A, b)" },
+  { "try(x)", "pcall" },
+  { "quit()", "os.exit()" },
+  { "tic()", "os.clock()" },
+  { "str(x)", "tostring(x)" },
+  { "typeof(x)", "help(x)" },
+  { "Derivative(x, t)", "der(x)" },
+  { "Eq(x, y)", "lhs ~ rhs" },
+  { "lambda(x)", "function(x)" },
+  { "Function 'f'", 'func "f"' },
+  { "TransferFunction({1}, {1, 1})", "tf(" },
+  -- spelling
+  { "decay:integrate { start = { xdot = 1 }, to = 1 }", "[x.dot]" },
+  { 'var "x y"', "vars" },
+  { "lagrange { q = q }", "L = T - V" },
+  { "lagrange { q = q, L = 1, T = 2 }", "alone" },
+}
+
+test("slips whose error names the remedy", function()
+  local complaints = {}
+  for _, case in ipairs(errors) do
+    local chunk = assert(load("return " .. case[1], "=typed", "t", environment()))
+    local good, message = pcall(chunk)
+    local text = tostring(message)
+    for _, word in ipairs { table.unpack(case, 2) } do
+      if good or not text:find(word, 1, true) then
+        complaints[#complaints + 1] = ("%s  lacks  %s  ->  %s"):format(case[1], word, text)
+      end
+    end
+    if not good and not text:find "^typed:1: " then
+      complaints[#complaints + 1] = case[1] .. "  no place: " .. text
+    end
+  end
+  if #complaints > 0 then error(table.concat(complaints, "\n"), 0) end
+  expect(#complaints):equals(0)
+end)
+
+-- ── errors of syntax: the program names the remedy below Lua's message ─────────────────────────────────────
+
+local syntax = {
+  { "s = { x = 1, x.dot = 0 }", "[x.dot] = 0" },
+  { "y = A'", "A.T" },
+  { "y = A\\b", "solve(A, b)" },
+  { "v = [1 2 3]", "{ 1, 2, 3 }" },
+  { "v = [1, 2, 3]", "{ 1, 2, 3 }" },
+  { "% a comment", "--" },
+  { "x = 1\n# a comment", "--" },
+  { "// a comment", "--" },
+  { "for i=1:3 print(i) end", "for i = 1, 3 do" },
+  { "for i in list: print(i)", "for i = 1, 3 do" },
+  { "y = 2x", "2*x" },
+  { "y = -2x", "2*x" },
+  { "y = 2 + 3x^2", "2*x" },
+  { "y = x.^2", "written ^" },
+  { "y = x.*2", "* and ^" },
+  { "y = x**2", "written ^" },
+  { "if x == 3\n  y = 2\nend", "then" },
+  { "while x < 3\n  x = 4\nend", "do" },
+  { "if x != 3 then end", "~=" },
+  { "if x && y then end", "and" },
+  { "if x || y then end", "or" },
+  { "x += 1", "x = x +" },
+  { "x++", "x = x + 1" },
+  { "def f(x):\n  return x", "function f(x)" },
+  { "f(x) = x^2 -> 3", "function(x)" },
+  { "f = lambda x: x^2", "function(x)" },
+  { "f = @(x) x^2", "function(x)" },
+  { "f = x => x^2", "function(x)" },
+  { "import numpy", "dofile" },
+  { "using Plots", "dofile" },
+  { "let x = 1", "local x = 1" },
+  { "x^2 + y^2 = 1", "lhs ~ rhs" },
+  { "clear all", "f(x)" },
+  { "plot x y", "plot(x, y)" },
+  { "print x", "print(x)" },
+  { "if a then b() else if c then d() end", "elseif" },
+}
+
+test("slips of syntax", function()
+  local program, file = os.getenv "PENDULA", os.tmpname()
+  if not program then return expect(true):equals(true) end
+  local complaints = {}
+  for _, case in ipairs(syntax) do
+    local out = assert(io.open(file, "w"))
+    out:write(case[1], "\n")
+    out:close()
+    local run = assert(io.popen(("'%s' '%s' 2>&1"):format(program, file)))
+    local said = run:read "a"
+    run:close()
+    local hint = said:match "Lua: (.*)" or ""
+    if not hint:find(case[2], 1, true) then complaints[#complaints + 1] = case[1] .. "  ->  " .. said end
+  end
+  os.remove(file)
+  if #complaints > 0 then error(table.concat(complaints, "\n"), 0) end
+  expect(#accepted + #errors + #syntax >= 130):equals(true)
+end)
