@@ -28,6 +28,9 @@ Expr tangent(Expr e, const Seed& seed) {
       if (component_of(node) == 0)
         solved[node] = solution_tangent(node, [](Expr operand) { return d[operand]; });
       sum = solved[head_of(node)][component_of(node)];
+    } else if (node.op() == Op::ifelse) {  // not 1·dp + 0·dq: dq may be infinite where p is chosen
+      const Expr dp = d[node.operand(1)], dq = d[node.operand(2)];
+      if (!dp.is_zero() || !dq.is_zero()) sum = ifelse(node.operand(0), dp, dq);
     } else {
       const auto operands = node.operands();
       for (std::size_t i = 0; i < operands.size(); ++i) {
@@ -38,6 +41,29 @@ Expr tangent(Expr e, const Seed& seed) {
     d[node] = sum;
   }
   return d[e];
+}
+
+/// weight·factor with the choice of a branch outermost: a branch that is not chosen contributes 0, even where
+/// its derivative is infinite or not a number. `depth`: sums of long chains of choices are left as they are.
+Expr scaled(Expr weight, Expr factor, int depth = 0) {
+  constexpr int deepest = 20;
+  if (weight.is_symbol() || weight.is_constant() || depth > deepest) return weight * factor;
+  const auto inner = [&](Expr part) { return part.is_zero() ? part : scaled(part, factor, depth + 1); };
+  if (weight.op() == Op::ifelse && (weight.operand(1).is_zero() || weight.operand(2).is_zero()))
+    return ifelse(weight.operand(0), inner(weight.operand(1)), inner(weight.operand(2)));
+  if (weight.op() == Op::add) {
+    const auto parts = weight.operands();
+    const bool chosen = std::any_of(parts.begin(), parts.end(), [](Expr part) {
+      return !part.is_symbol() && !part.is_constant() && part.op() == Op::ifelse;
+    });
+    if (chosen) {
+      const std::vector<Expr> list(parts.begin(), parts.end());  // new nodes may move the graph's memory
+      Expr sum = 0;
+      for (Expr part : list) sum += inner(part);
+      return sum;
+    }
+  }
+  return weight * factor;
 }
 
 /// Reverse sweep: calls found(leaf, adjoint) for every leaf among `wanted` that e depends on. Nodes without
@@ -76,9 +102,15 @@ void reverse_sweep(Expr e, const Wanted& wanted, const Found& found) {
       found(node, weight);
       continue;
     }
+    if (node.op() == Op::ifelse) {
+      const Expr condition = node.operand(0), p = node.operand(1), q = node.operand(2);
+      if (active[p]) add(p, ifelse(condition, weight, 0));
+      if (active[q]) add(q, ifelse(condition, 0, weight));
+      continue;
+    }
     const auto operands = node.operands();
     for (std::size_t i = 0; i < operands.size(); ++i)
-      if (active[operands[i]]) add(operands[i], weight * local_derivative(node, static_cast<int>(i)));
+      if (active[operands[i]]) add(operands[i], scaled(weight, local_derivative(node, static_cast<int>(i))));
   }
 }
 

@@ -20,6 +20,9 @@ bool opposite(double a, double b) { return (a < 0 && b > 0) || (a > 0 && b < 0);
 
 EventFinder::EventFinder(const ProblemPtr& problem, const std::vector<Event>& events)
     : problem_(std::make_shared<Problem>(*problem)), events_(events) {
+  ignored_.assign(events.size(), 0);
+  finite_ = ignored_;
+  resumed_ = ignored_;
   if (events.empty()) return;
   const dae::FirstOrder& model = problem->model();
   const std::vector<Expr>& arguments = problem->arguments();
@@ -46,7 +49,23 @@ EventFinder::EventFinder(const ProblemPtr& problem, const std::vector<Event>& ev
       return leaf == time_symbol() || kind == Kind::constant || kind == Kind::parameter;
     }));
   }
+  const auto is_known = [&](Expr e) {
+    const std::vector<Expr> inside = leaves({&e, 1});
+    return std::all_of(inside.begin(), inside.end(), [&](Expr leaf) {
+      return (known.count(leaf) && !late.count(leaf)) || symbol_of(leaf).kind == Kind::constant;
+    });
+  };
+  std::vector<Expr> phases;
+  for (std::size_t i = 0; i < events.size(); ++i)
+    for (Expr node : topological(std::vector{events[i].when})) {
+      if (node.op() != Op::sin && node.op() != Op::cos && node.op() != Op::tan) continue;
+      const Expr phase = total_derivative(node.operand(0));
+      if (!is_known(phase) && !(problem->is_ode() && slope_known_[i])) continue;
+      phases_.push_back(i);
+      phases.push_back(phase);
+    }
   outputs.insert(outputs.end(), slopes.begin(), slopes.end());
+  outputs.insert(outputs.end(), phases.begin(), phases.end());
   for (Expr leaf : leaves(slopes)) needs_derivatives_ = needs_derivatives_ || late.count(leaf);
   kernel_ = codegen::Kernel(outputs, arguments);
   out_.resize(outputs.size());
@@ -63,7 +82,21 @@ void EventFinder::evaluate(const Point& point, Sample& out) {
   const auto middle = out_.begin() + static_cast<std::ptrdiff_t>(events_.size());
   out.t = point.t;
   out.g.assign(out_.begin(), middle);
-  out.slope.assign(middle, out_.end());
+  const auto last = middle + static_cast<std::ptrdiff_t>(events_.size());
+  out.slope.assign(middle, last);
+  out.rate.assign(events_.size(), 0.0);
+  for (std::size_t k = 0; k < phases_.size(); ++k) {
+    const double rate = std::fabs(last[static_cast<std::ptrdiff_t>(k)]);
+    if (std::isfinite(rate)) out.rate[phases_[k]] = std::max(out.rate[phases_[k]], rate);
+  }
+  for (std::size_t i = 0; i < events_.size(); ++i)
+    if (std::isfinite(out.g[i])) finite_[i] = 1;
+  for (std::size_t i = 0; i < ignored_.size(); ++i)
+    if (ignored_[i]) {
+      out.g[i] = 1;
+      out.slope[i] = 0;
+      out.rate[i] = 0;
+    }
   out.exact = true;
 }
 
@@ -86,6 +119,14 @@ double EventFinder::slope(int which, const Point& point) {
   return probe_.slope[which];
 }
 
+int EventFinder::never_finite() const {
+  for (std::size_t i = 0; i < events_.size(); ++i) {
+    const bool asked = !events_[i].surface && events_[i].termination_reason.empty();
+    if (asked && !finite_[i]) return static_cast<int>(i);
+  }
+  return -1;
+}
+
 /// To rounding: what g changes by in a few ulp of t.
 bool EventFinder::is_zero(std::size_t i, const Sample& at) const {
   const double size = slope_known_[i] ? std::fabs(at.slope[i]) * std::max(1.0, std::fabs(at.t)) : 0;
@@ -97,11 +138,17 @@ bool EventFinder::wanted(std::size_t i, bool rising) const {
 }
 
 /// A zero at the beginning becomes the sign of g just after it.
-void EventFinder::start(const Point& point) {
+void EventFinder::start(const Point& point, const std::vector<Crossing>& crossed) {
   if (events_.empty()) return;
   evaluate(point, last_);
+  // A root by the continuous extension may be far from one by the slope of the solution, near points at which
+  // events accumulate: the condition is then not small beside its slope, but the root has been dealt with.
+  resumed_.assign(events_.size(), 0);
+  for (const Crossing& c : crossed)
+    resumed_[c.which] = std::fabs(last_.g[c.which] - c.g) <= 1e-3 * std::fabs(c.g);
   for (std::size_t i = 0; i < events_.size(); ++i)
-    if (is_zero(i, last_)) last_.g[i] = last_.slope[i] == 0 ? 0.0 : std::copysign(tiny, last_.slope[i]);
+    if (resumed_[i] || is_zero(i, last_))
+      last_.g[i] = last_.slope[i] == 0 ? 0.0 : std::copysign(tiny, last_.slope[i]);
 }
 
 /// Illinois-safeguarded secant between points of opposite sign; the end where the sign has changed.
@@ -148,6 +195,7 @@ std::optional<EventFinder::Root> EventFinder::root_between(Stepper& stepper, con
   const auto i = static_cast<std::size_t>(which);
   double left = a.t, ga = a.g[i], right = b.t, gb = b.g[i];
   bool rising = ga < 0;
+  if (ends_at_zero(i, a, b)) return wanted(i, rising) ? std::optional(Root{b.t, b.t, rising}) : std::nullopt;
   if (gb == 0 && right >= step.to.t)
     return ga != 0 && wanted(i, rising) ? std::optional(Root{b.t, b.t, rising}) : std::nullopt;
   if (!opposite(ga, gb)) {
@@ -166,7 +214,8 @@ std::optional<EventFinder::Root> EventFinder::root_between(Stepper& stepper, con
   // `a` may be a root itself: step back towards it until its sign just after is seen.
   double t = left;
   for (int k = 0; std::fabs(ga) <= tiny; ++k) {
-    if (k == 48) return {};
+    // no sign of it: g turns at once; that is another root where the step began at one, else noise
+    if (k == 48) return resumed_[i] ? std::optional(Root{left, right, rising}) : std::nullopt;
     t = left + (right - left) / 2;
     const double g = value(stepper, step, which, t);
     if (opposite(g, gb)) {
@@ -198,7 +247,7 @@ std::optional<EventFinder::Hit> EventFinder::first_hit(Stepper& stepper, const S
     const bool rising = roots[i] ? roots[i]->rising : a.g[i] < 0;
     const bool same = roots[i] && roots[i]->t - hit.t <= close;
     const bool soon = is_zero(i, probe_) && std::fabs(a.g[i]) > tiny && probe_.slope[i] * a.g[i] < 0;
-    if (same || (soon && wanted(i, rising))) hit.list.push_back({static_cast<int>(i), rising});
+    if (same || (soon && wanted(i, rising))) hit.list.push_back({static_cast<int>(i), rising, probe_.g[i]});
   }
   return hit;
 }
@@ -215,6 +264,21 @@ bool EventFinder::may_hide(const Sample& a, const Sample& b, int depth) const {
   return false;
 }
 
+/// At the end of the run there is no step behind a root that would show the change of sign.
+bool EventFinder::ends_at_zero(std::size_t i, const Sample& a, const Sample& b) const {
+  const bool toward = std::fabs(a.g[i]) > tiny && a.g[i] * b.slope[i] < 0;
+  return b.t >= end_ && !events_[i].surface && toward && is_zero(i, b) && !opposite(a.g[i], b.g[i]);
+}
+
+/// A sine of a condition turns by more than a radian.
+bool EventFinder::oscillates(const Sample& a, const Sample& b, int depth) const {
+  constexpr int most = 12;  // halvings: 4096 samples in a quarter of a step
+  if (phases_.empty() || depth >= most) return false;
+  for (std::size_t i = 0; i < events_.size(); ++i)
+    if (std::max(a.rate[i], b.rate[i]) * (b.t - a.t) > 1) return true;
+  return false;
+}
+
 std::optional<EventFinder::Hit> EventFinder::scan(Stepper& stepper, const StepView& step, Sample& a,
                                                   Sample& b, int depth) {
   if (changes(a, b)) {  // what the sketches have seen must be so
@@ -224,7 +288,7 @@ std::optional<EventFinder::Hit> EventFinder::scan(Stepper& stepper, const StepVi
     floor_ = a;
     make_exact(stepper, step, b);
   }
-  if (may_hide(a, b, depth)) {
+  if (oscillates(a, b, depth) || may_hide(a, b, depth)) {
     Sample middle;
     sample(stepper, step, a.t + (b.t - a.t) / 2, Detail::sketch, middle);
     if (auto hit = scan(stepper, step, a, middle, depth + 1)) return hit;

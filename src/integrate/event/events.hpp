@@ -26,8 +26,10 @@ struct Event {
   std::function<EventReply(const Point&)> call;
   std::string termination_reason;  ///< not the user's: why the equations cannot be solved behind it
   bool surface = false;            ///< not the user's: the equations are not smooth there
-  std::vector<Mode> modes;         ///< of the surface
-  std::vector<Expr> tangent;       ///< d when/dp for the parameters of the sensitivities
+  std::size_t surface_number = 0;
+  Smoothness smoothness = Smoothness::open;
+  std::vector<Mode> modes;                       ///< of the surface
+  std::vector<Expr> tangent;                     ///< d when/dp for the parameters of the sensitivities
   std::vector<std::vector<Expr>> reset_tangent;  ///< per entry of `reset`: d value/dp, then d value/dt
 };
 
@@ -42,7 +44,9 @@ struct EventList {
 ///
 /// A step is looked at in pieces. Between two samples a change of sign is a root; where the slopes say that g
 /// could have gone to zero and back, the piece is halved a few times, more often for functions of time alone,
-/// which are cheap and do not limit the step size themselves.
+/// which are cheap and do not limit the step size themselves. A condition that contains sines and cosines is
+/// sampled once per radian of their arguments: where it oscillates faster than the solution, its slopes at two
+/// samples say nothing.
 class EventFinder {
  public:
   EventFinder(const ProblemPtr& problem, const std::vector<Event>& events);
@@ -50,6 +54,7 @@ class EventFinder {
   struct Crossing {
     int which;
     bool rising;
+    double g = 0;  ///< what is left of the condition where the root was located
   };
   /// Roots that cannot be told apart in time belong together.
   struct Hit {
@@ -58,10 +63,17 @@ class EventFinder {
     std::vector<Crossing> list;  ///< in the order of the events
   };
   bool empty() const { return events_.empty(); }
+  /// The run ends at this time: a condition that is 0 there to rounding is a root.
+  void set_end(double t) { end_ = t; }
+  /// The first event whose condition has been a number at no point that was looked at; -1 if there is none.
+  int never_finite() const;
   /// Inputs jump there: see Problem.
   void set_limit(double t) { problem_->set_limit(t); }
-  /// A new beginning at a point: what is zero here does not count as a root here.
-  void start(const Point& point);
+  /// From now on, no root of this event is found.
+  void ignore(int which) { ignored_[which] = 1; }
+  /// A new beginning at a point: what is zero here does not count as a root here, nor does the root from which
+  /// the run begins again (crossed), unless it has changed since.
+  void start(const Point& point, const std::vector<Crossing>& crossed = {});
   /// On which side of its root an event function is at the last point looked at: -1, 1, or 0.
   double side(int which) const;
   /// Every g at the last point looked at.
@@ -77,8 +89,8 @@ class EventFinder {
  private:
   struct Sample {
     double t = 0;
-    std::vector<double> g, slope;
-    bool exact = true;  ///< not by a sketch
+    std::vector<double> g, slope, rate;  ///< rate: radians per time of the sines in g
+    bool exact = true;                   ///< not by a sketch
   };
   void evaluate(const Point& point, Sample& out);
   void sample(Stepper& stepper, const StepView& step, double t, Detail detail, Sample& out);
@@ -88,6 +100,8 @@ class EventFinder {
   };
   bool is_zero(std::size_t i, const Sample& at) const;
   bool wanted(std::size_t i, bool rising) const;
+  bool oscillates(const Sample& a, const Sample& b, int depth) const;
+  bool ends_at_zero(std::size_t i, const Sample& a, const Sample& b) const;
   bool may_hide(const Sample& a, const Sample& b, int depth) const;
   std::optional<Hit> scan(Stepper& stepper, const StepView& step, Sample& a, Sample& b, int depth);
   bool changes(const Sample& a, const Sample& b) const;
@@ -103,9 +117,13 @@ class EventFinder {
 
   ProblemPtr problem_;
   const std::vector<Event>& events_;
-  codegen::Kernel kernel_;         ///< g, then dg/dt
-  std::vector<char> slope_known_;  ///< dg/dt contains nothing but known leaves
-  std::vector<char> clock_;        ///< g depends on time alone
+  codegen::Kernel kernel_;           ///< g, then dg/dt, then the slopes of the arguments of sines
+  std::vector<std::size_t> phases_;  ///< the event of each of those arguments
+  std::vector<char> slope_known_;    ///< dg/dt contains nothing but known leaves
+  std::vector<char> clock_;          ///< g depends on time alone
+  std::vector<char> ignored_, finite_;
+  std::vector<char> resumed_;  ///< the run has begun again at a root of this event
+  double end_ = std::numeric_limits<double>::infinity();
   bool needs_derivatives_ = false;
   Sample last_;   ///< at the last point looked at; signs of zeros are those just after
   Sample floor_;  ///< the last exact sample before those of the step that are sketches

@@ -4,7 +4,7 @@
 #include <unordered_set>
 
 #include "base/error.hpp"
-#include "expr/graph/derivative.hpp"
+#include "integrate/event/border_smoothness.hpp"
 
 namespace pendula::integrate {
 namespace {
@@ -28,7 +28,7 @@ bool never_negative(Expr e) {
   return (e.op() == Op::add || e.op() == Op::mul) && std::all_of(parts.begin(), parts.end(), never_negative);
 }
 
-/// Defined on one side only, so that a branch held fixed may leave its domain.
+/// Defined on one side only, so that a frozen branch may leave its domain.
 bool may_leave_domain(Expr node) {
   switch (node.op()) {
     case Op::sqrt:
@@ -48,86 +48,130 @@ bool may_leave_domain(Expr node) {
   }
 }
 
-class Freezer {
- public:
-  explicit Freezer(const std::vector<Expr>& nodes) {
-    for (Expr node : nodes)
-      if (switches(node.op())) replace(node);
-  }
-  Surfaces surfaces;
-  Substitution replacements;
-  std::vector<Expr> modes;
-
-  /// Nothing that depends on a mode, by value or by being chosen, can leave its domain.
-  bool is_safe(const std::vector<Expr>& equations) const {
-    const std::unordered_set<Expr> mode(modes.begin(), modes.end());
-    std::unordered_set<Expr> dependent;
-    std::vector<Expr> branches;
-    for (Expr node : topological(equations)) {
-      bool depends = mode.count(node) > 0;
-      for (Expr part : node.operands()) depends = depends || dependent.count(part);
-      if (!depends) continue;
-      dependent.insert(node);
-      if (may_leave_domain(node)) return false;
-      if (node.op() == Op::ifelse) branches.push_back(node.operand(1)), branches.push_back(node.operand(2));
-    }
-    const std::vector<Expr> chosen = topological(branches);
-    return std::none_of(chosen.begin(), chosen.end(), may_leave_domain);
-  }
-
- private:
-  Expr mode_of(Expr when, Mode::Kind kind) {
-    auto at = std::find_if(surfaces.list.begin(), surfaces.list.end(),
-                           [&](const Surface& s) { return s.when == when; });
-    if (at == surfaces.list.end()) at = surfaces.list.insert(at, {when, {}});
-    for (const Mode& mode : at->modes)
-      if (mode.kind == kind) return modes[mode.number];
-    at->modes.push_back({surfaces.modes++, kind});
-    modes.push_back(symbol(Kind::slot, text("mode_", surfaces.modes)));
-    return modes.back();
-  }
-
-  void replace(Expr node) {
-    const Op op = node.op();
-    const bool two = op != Op::abs && op != Op::sign;
-    const Expr a = node.operand(0), b = two ? node.operand(1) : Expr();
-    const Expr when = a - b;
-    if (when.is_constant()) return;
-    const auto inner = [&](Expr e) { return substitute(std::vector{e}, replacements)[0]; };
-    if (op == Op::abs) {
-      replacements[node] = mode_of(when, Mode::Kind::sign) * inner(a);
-    } else if (op == Op::sign) {
-      replacements[node] = mode_of(when, Mode::Kind::sign);
-    } else if (op == Op::min) {
-      replacements[node] = ifelse(mode_of(when, Mode::Kind::less), inner(a), inner(b));
-    } else if (op == Op::max) {
-      replacements[node] = ifelse(mode_of(when, Mode::Kind::less), inner(b), inner(a));
-    } else {
-      replacements[node] = mode_of(when, op == Op::lt ? Mode::Kind::less : Mode::Kind::less_or_equal);
-    }
-  }
-};
-
-}  // namespace
-
-Surfaces switching_surfaces(dae::FirstOrder& form, bool freeze) {
+std::vector<Expr> equations_of(const dae::FirstOrder& form) {
   std::vector<Expr> all = form.F;
   all.insert(all.end(), form.f.begin(), form.f.end());
   all.insert(all.end(), form.g.begin(), form.g.end());
-  const std::vector<Expr> nodes = topological(all);
-  if (std::none_of(nodes.begin(), nodes.end(), [](Expr e) { return switches(e.op()); })) return {};
-  Freezer freezer(nodes);
-  if (freezer.surfaces.list.empty()) return {};
-  const std::vector<Expr> frozen = substitute(all, freezer.replacements);
-  if (!freeze || !freezer.is_safe(frozen)) {
-    for (Surface& surface : freezer.surfaces.list) surface.modes.clear();
-    freezer.surfaces.modes = 0;
-    return freezer.surfaces;
+  return all;
+}
+
+}  // namespace
+
+PiecewiseForm::PiecewiseForm(dae::FirstOrder form, std::span<const double> values) : form_(std::move(form)) {
+  const std::vector<Expr> equations = equations_of(form_);
+  const std::vector<Expr> nodes = topological(equations);
+  if (std::none_of(nodes.begin(), nodes.end(), [](Expr e) { return switches(e.op()); })) return;
+  find_branches(nodes);
+  if (surfaces_.empty()) return;
+  number_modes(std::vector<char>(surfaces_.size(), 1));
+  const Substitution all = frozen(std::vector<char>(surfaces_.size(), 0));
+  const BorderSmoothness smoothness(substitute(form_.F, all), modes_, surfaces_, form_.p, values);
+  const std::vector<char> freeze = may_be_frozen(substitute(equations, all));
+  for (std::size_t k = 0; k < surfaces_.size(); ++k) {
+    Surface& surface = surfaces_[k];
+    surface.smoothness = smoothness(substitute(surface.when, all), surface.modes);
   }
-  for (auto* equations : {&form.F, &form.f, &form.g})
-    *equations = substitute(*equations, freezer.replacements);
-  form.p.insert(form.p.end(), freezer.modes.begin(), freezer.modes.end());
-  return freezer.surfaces;
+  number_modes(freeze);
+}
+
+void PiecewiseForm::find_branches(const std::vector<Expr>& nodes) {
+  for (Expr node : nodes) {
+    const Op op = node.op();
+    if (!switches(op)) continue;
+    const bool two = op != Op::abs && op != Op::sign;
+    const Expr when = node.operand(0) - (two ? node.operand(1) : Expr());
+    if (when.is_constant()) continue;
+    const Mode::Kind kind = !two           ? Mode::Kind::sign
+                            : op == Op::le ? Mode::Kind::less_or_equal
+                                           : Mode::Kind::less;
+    bool reversed = false;
+    const std::size_t surface = surface_of(when, reversed);
+    branches_.push_back({node, surface, kind, reversed});
+  }
+}
+
+/// a < b and b < a have one border.
+std::size_t PiecewiseForm::surface_of(Expr when, bool& reversed) {
+  const Expr other = -when;
+  for (std::size_t k = 0; k < surfaces_.size(); ++k) {
+    reversed = surfaces_[k].when == other;
+    if (reversed || surfaces_[k].when == when) return k;
+  }
+  reversed = false;
+  surfaces_.push_back({when, {}});
+  return surfaces_.size() - 1;
+}
+
+/// One mode for every kind of branch of a surface that may be frozen.
+void PiecewiseForm::number_modes(const std::vector<char>& frozen) {
+  modes_.clear();
+  for (Surface& surface : surfaces_) surface.modes.clear();
+  for (Branch& branch : branches_) {
+    branch.mode = -1;
+    if (!frozen[branch.surface]) continue;
+    std::vector<Mode>& modes = surfaces_[branch.surface].modes;
+    const auto same = std::find_if(modes.begin(), modes.end(), [&](const Mode& mode) {
+      return mode.kind == branch.kind && mode.reversed == branch.reversed;
+    });
+    if (same != modes.end()) {
+      branch.mode = same->number;
+      continue;
+    }
+    branch.mode = static_cast<int>(modes_.size());
+    modes.push_back({branch.mode, branch.kind, branch.reversed});
+    modes_.push_back(symbol(Kind::slot, text("mode_", modes_.size() + 1)));
+  }
+}
+
+Substitution PiecewiseForm::frozen(const std::vector<char>& thawed) const {
+  Substitution replacements;
+  for (const Branch& branch : branches_) {
+    if (branch.mode < 0 || thawed[branch.surface]) continue;
+    const Expr mode = modes_[branch.mode], node = branch.node;
+    const auto inner = [&](int i) { return substitute(node.operand(i), replacements); };
+    switch (node.op()) {
+      case Op::abs:
+        replacements[node] = mode * inner(0);
+        break;
+      case Op::min:
+        replacements[node] = ifelse(mode, inner(0), inner(1));
+        break;
+      case Op::max:
+        replacements[node] = ifelse(mode, inner(1), inner(0));
+        break;
+      default:
+        replacements[node] = mode;
+    }
+  }
+  return replacements;
+}
+
+dae::FirstOrder PiecewiseForm::form(const std::vector<char>& thawed) const {
+  dae::FirstOrder result = form_;
+  result.p.insert(result.p.end(), modes_.begin(), modes_.end());
+  const Substitution replacements = frozen(thawed);
+  if (replacements.empty()) return result;
+  for (auto* equations : {&result.F, &result.f, &result.g}) *equations = substitute(*equations, replacements);
+  return result;
+}
+
+/// For each surface: nothing that depends on its modes, by value or by being chosen, can leave its domain.
+std::vector<char> PiecewiseForm::may_be_frozen(const std::vector<Expr>& equations) const {
+  std::vector<char> result(surfaces_.size(), 1);
+  std::unordered_map<Expr, std::size_t> surface_of_mode;
+  for (std::size_t k = 0; k < surfaces_.size(); ++k)
+    for (const Mode& mode : surfaces_[k].modes) surface_of_mode[modes_[mode.number]] = k;
+  const auto keep_live = [&](Expr e) {
+    for (Expr leaf : leaves({&e, 1}))
+      if (const auto at = surface_of_mode.find(leaf); at != surface_of_mode.end()) result[at->second] = 0;
+  };
+  for (Expr node : topological(equations)) {
+    if (may_leave_domain(node)) keep_live(node);
+    if (node.op() != Op::ifelse) continue;
+    const std::vector<Expr> chosen = topological(std::vector{node.operand(1), node.operand(2)});
+    if (std::any_of(chosen.begin(), chosen.end(), may_leave_domain)) keep_live(node.operand(0));
+  }
+  return result;
 }
 
 }  // namespace pendula::integrate

@@ -1,16 +1,31 @@
-// Equations that are only piecewise smooth: their branches are held fixed during a step.
+// Equations that are only piecewise smooth: their borders, and how a run treats them.
 //
-// Every condition, abs, sign, min and max is replaced by what it is on one side of its switching surface,
-// said by a "mode" that is constant between crossings: abs(a) → σa, sign(a) → σ, a < b → σ. Each step then
-// sees smooth equations, crossings are roots of the surface function along a smooth solution and are located
-// exactly, and the next step begins there with the other mode.
+// Every condition, abs, sign, min and max has a border on which a "surface function" is 0. What happens there
+// is decided from the expressions (border_smoothness.hpp):
+//
+//   smooth   both sides agree in value and in slope
+//   kink     both sides agree in value
+//   open     the sides differ, or it depends on where the border is crossed
+//
+// A border is located as a root, so that every step sees one side only: a step size that has grown on one side
+// may be far too long for the other, even where the equations are smooth. Where a border is located, its branch is held fixed ("frozen") during a step: abs(a) → σa, sign(a) → σ,
+// a < b → σ, with a "mode" σ that is constant between crossings. Each step then sees smooth equations,
+// crossings are roots along a smooth solution, and the next step begins there with the other mode:
 //
 //   x′ = 2 - abs(x)   →   x′ = 2 - σx,  σ = ±1, and the surface 0 = x
 //
-// see  Hairer, Nørsett & Wanner I, 2nd ed., §II.6, "Numerical treatment of discontinuities"
+// A branch is never frozen where a root or a logarithm could leave its domain behind the border. A run may
+// thaw borders on which the equations are continuous, where locating does not pay: they are evaluated as they
+// are written from then on, and the error control sees to the kinks.
+//
+// see  Hairer, Nørsett & Wanner I, 2nd ed., §II.6, "Numerical treatment of discontinuities";
+//      docs/derivations.md#borders
 #pragma once
 
+#include <span>
+
 #include "dae/model/first_order.hpp"
+#include "expr/graph/derivative.hpp"
 
 namespace pendula::integrate {
 
@@ -23,26 +38,53 @@ struct Mode {
   };
   int number;
   Kind kind;
+  bool reversed = false;  ///< of the negative surface function
   /// side: -1, 0, 1.
   double value(double side) const {
+    if (reversed) side = -side;
     if (kind == Kind::sign) return side;
     return side < 0 || (side == 0 && kind == Kind::less_or_equal) ? 1 : 0;
   }
 };
 
+enum class Smoothness { smooth, kink, open };
+
 struct Surface {
-  Expr when;  ///< the surface is 0 = when
-  std::vector<Mode> modes;
+  Expr when;                ///< the surface is 0 = when
+  std::vector<Mode> modes;  ///< none: its branch is not frozen
+  Smoothness smoothness = Smoothness::open;
 };
 
-struct Surfaces {
-  std::vector<Surface> list;
-  int modes = 0;  ///< how many; the last parameters of the form
-};
+/// A form whose piecewise nodes can be frozen, each surface for itself.
+class PiecewiseForm {
+ public:
+  /// values: of the form's parameters, in their order; the sides of a border may agree for these only.
+  PiecewiseForm(dae::FirstOrder form, std::span<const double> values);
 
-/// The surfaces of the form's equations; with `freeze`, the equations are rewritten as above and the modes
-/// become parameters of the form. Not rewritten, with modes = 0, where a root or a logarithm may leave its
-/// domain on the other side of a surface.
-Surfaces switching_surfaces(dae::FirstOrder& form, bool freeze);
+  const std::vector<Surface>& surfaces() const { return surfaces_; }
+  /// How many modes there are; they are the last parameters of every form.
+  int modes() const { return static_cast<int>(modes_.size()); }
+  /// The form with the branches frozen but for those of some surfaces.
+  dae::FirstOrder form(const std::vector<char>& thawed) const;
+
+ private:
+  struct Branch {
+    Expr node;
+    std::size_t surface;
+    Mode::Kind kind;
+    bool reversed;
+    int mode = -1;  ///< -1: never frozen
+  };
+  void find_branches(const std::vector<Expr>& nodes);
+  std::size_t surface_of(Expr when, bool& reversed);
+  void number_modes(const std::vector<char>& frozen);
+  Substitution frozen(const std::vector<char>& thawed) const;
+  std::vector<char> may_be_frozen(const std::vector<Expr>& equations) const;
+
+  dae::FirstOrder form_;
+  std::vector<Surface> surfaces_;
+  std::vector<Branch> branches_;  ///< operands first
+  std::vector<Expr> modes_;
+};
 
 }  // namespace pendula::integrate

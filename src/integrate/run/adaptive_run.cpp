@@ -10,6 +10,7 @@
 
 #include "base/interrupt.hpp"
 #include "base/text.hpp"
+#include "expr/print/print.hpp"
 #include "integrate/event/jumps.hpp"
 #include "integrate/run/event_handler.hpp"
 #include "integrate/run/method_selector.hpp"
@@ -33,7 +34,7 @@ class AdaptiveRun {
   AdaptiveRun(ProblemPtr problem, const Method& method, const Plan& plan)
       : state_(std::move(problem), plan),
         method_(state_, method),
-        modes_(state_),
+        modes_(state_, method_),
         monitors_(state_.problem, state_.plan, state_.finder, *state_.history),
         events_(state_, modes_, monitors_) {}
 
@@ -64,8 +65,13 @@ class AdaptiveRun {
     } catch (const Failure& failure) {
       outcome = stopped_at(state_.reached, failure.what() + singularity_nearby(0.05));
     }
+    if (const int never = state_.finder.never_finite(); never >= 0 && outcome.is_complete())
+      outcome = stopped_at(state_.reached,
+                           text("the condition of an event, ", to_text(plan().events.list[never].when),
+                                ", was not a number anywhere on the solution"));
     state_.problem->set_limit(std::numeric_limits<double>::infinity());
     const double seconds = static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC;
+    modes_.report();
     state_.solution->finish(std::move(outcome), state_.stats(), seconds);
   }
 
@@ -78,7 +84,7 @@ class AdaptiveRun {
     poll_interrupt();
     check_progress();
     state_.view.record = nullptr;
-    method_.step();
+    step();
     if (!plan().monitored_inputs.empty() && repeated_up_to_jump()) return;
     state_.view_step();
     if (events_.after_step(outcome)) return;
@@ -97,6 +103,19 @@ class AdaptiveRun {
       else
         method_.change_if_stiff();
     }
+  }
+
+  /// Where a step fails with frozen branches, it may succeed with the branches as they are written: a frozen
+  /// one may have been evaluated where it is singular.
+  void step() {
+    try {
+      return method_.step();
+    } catch (const Failure&) {
+      const Point here = stepper().here();
+      if (plan().modes == 0 || !modes_.thaw_all(here)) throw;
+      events_.begin_again(here, {});
+    }
+    method_.step();
   }
 
   void check_progress() {

@@ -20,9 +20,17 @@ AdaptiveState::AdaptiveState(ProblemPtr given, const Plan& asked)
       finder(problem, plan.events.list) {
   if (plan.times) history->may_forget();
   solution->set_continuation(history);
+  finder.set_end(plan.to);
+}
+
+void AdaptiveState::use(ProblemPtr other) {
+  problem = std::move(other);
+  problem->accelerate();
+  problem->set_limit(limit_);
 }
 
 void AdaptiveState::limit(double t) {
+  limit_ = t;
   problem->set_limit(t);
   finder.set_limit(t);
 }

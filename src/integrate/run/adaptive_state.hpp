@@ -1,6 +1,7 @@
 // What the parts of an adaptive run share: where it is, and what it has produced so far.
 #pragma once
 
+#include <limits>
 #include <memory>
 #include <vector>
 
@@ -24,6 +25,8 @@ struct AdaptiveState {
   void aim(double t);
   /// Inputs jump at this time: steps end there, and until then inputs have the values before it.
   void limit(double t);
+  /// Another problem with the same unknowns takes over; the next stepper is made for it.
+  void use(ProblemPtr other);
   /// The stepper's last step, for the continuous extension; its ends only where somebody asks.
   void view_step();
   /// The step, or its part up to an event, belongs to the solution. about_to_jump: see OutputWriter.
@@ -43,6 +46,7 @@ struct AdaptiveState {
 
  private:
   std::vector<double> record_;
+  double limit_ = std::numeric_limits<double>::infinity();
 };
 
 }  // namespace pendula::integrate

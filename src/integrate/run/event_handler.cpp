@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "base/error.hpp"
 #include "base/text.hpp"
@@ -39,15 +40,25 @@ bool EventHandler::handle(const EventFinder::Hit& hit, RunOutcome& outcome) {
       return true;
     return end_before(hit, *end, outcome);
   }
-  bool surface = false, may_jump = false;
+  bool surface = false, may_jump = false, frozen = true;
   for (const auto& crossing : hit.list) {
     const Event& event = event_of(crossing);
     surface = surface || event.surface;
+    frozen = frozen && (!event.surface || !event.modes.empty());
     may_jump = may_jump || event.call || !event.reset.empty();
   }
-  const bool frozen = s.plan.modes > 0;
   Point point = s.inside(surface && !frozen ? hit.before : hit.t, Detail::full);
-  point.t = hit.t;
+  if (is_contradictory(hit, point)) {
+    if (first_in_step_ && repeated_shorter()) return true;
+    const bool soon = !last_restart_.list.empty() && point.t - last_restart_.t < 1e-6 * s.interval();
+    if (soon) {
+      s.reached = s.view.from.t;
+      throw accumulation(event_of(hit.list.front()));
+    }
+  }
+  // a step of a few ulp from here to the end is no step
+  const bool at_end = s.plan.to - hit.t <= 4 * std::numeric_limits<double>::epsilon() * std::fabs(s.plan.to);
+  point.t = at_end ? s.plan.to : hit.t;
   s.keep(point, may_jump);
   const Point before = point;
   bool stop = false, changed = false;
@@ -57,7 +68,7 @@ bool EventHandler::handle(const EventFinder::Hit& hit, RunOutcome& outcome) {
     stop = stop || reply.stop;
     changed = changed || !reply.reset.empty();
   }
-  if ((changed || surface) && !stop) restart(point, before, hit);
+  if ((changed || (surface && !at_end)) && !stop) restart(point, before, hit);
   if (changed) {
     if (!stop) point = s.stepper().here();
     s.history->begin(point);
@@ -66,10 +77,22 @@ bool EventHandler::handle(const EventFinder::Hit& hit, RunOutcome& outcome) {
   if (may_jump && !changed && s.plan.times) s.writer.begin(point);  // held back, but nothing has jumped
   write_records(point);
   if (stop) outcome.ending = Ending::event;
-  if (!stop && changed && hit.t >= s.plan.to) outcome.ending = Ending::finished;
-  const bool ends_step = stop || changed || surface;
+  if (!stop && at_end) outcome.ending = Ending::finished;
+  const bool ends_step = stop || changed || surface || at_end;
   if (!ends_step) s.finder.pass(hit, s.stepper(), s.view);
   return ends_step;
+}
+
+/// The condition falls by the continuous extension while it rises by the equations, or the reverse, and a reset
+/// depends on it: the errors of the step are larger than what has happened since the last event.
+bool EventHandler::is_contradictory(const EventFinder::Hit& hit, const Point& point) {
+  for (const auto& crossing : hit.list) {
+    const Event& event = event_of(crossing);
+    if (event.surface || (event.reset.empty() && !event.call)) continue;
+    const double slope = state_.finder.slope(crossing.which, point);
+    if (crossing.rising ? slope < 0 : slope > 0) return true;
+  }
+  return false;
 }
 
 void EventHandler::write_records(const Point& after) {
@@ -107,7 +130,8 @@ bool EventHandler::repeated_shorter() {
   const std::vector<Event>& events = state_.plan.events.list;
   std::vector<double> sides;
   for (std::size_t i = 0; i < events.size(); ++i) sides.push_back(state_.finder.side(static_cast<int>(i)));
-  state_.finder.start(stepper.here());
+  const bool after_event = last_restart_.t == start.t;
+  state_.finder.start(stepper.here(), after_event ? last_restart_.list : ModeTracker::Crossings{});
   for (std::size_t i = 0; i < sides.size(); ++i) {
     const bool ends = !events[i].termination_reason.empty();
     if (ends && sides[i] * state_.finder.side(static_cast<int>(i)) < 0) return false;
@@ -144,27 +168,40 @@ void EventHandler::reset(Point& point, const std::vector<std::pair<Expr, double>
 }
 
 void EventHandler::restart(const Point& point, const Point& before, const EventFinder::Hit& hit) {
-  check_accumulation(point.t, hit);
+  last_restart_ = hit;
+  last_restart_.t = point.t;
+  modes_.count(hit.list, point);
+  check_accumulation(point, hit);
   begin_again(point, hit.list);
-  if (state_.problem->n() > state_.problem->shown_n()) follow_sensitivities(before, hit);
+  // where x′ is continuous, its derivatives with respect to parameters are
+  const bool sensitivities = state_.problem->n() > state_.problem->shown_n();
+  if (sensitivities && !modes_.is_continuous(hit.list)) follow_sensitivities(before, hit);
 }
 
-void EventHandler::check_accumulation(double t, const EventFinder::Hit& hit) {
+void EventHandler::check_accumulation(const Point& point, const EventFinder::Hit& hit) {
   ++since_event_;
   for (const EventFinder::Crossing& crossing : hit.list)
     if (!event_of(crossing).surface) {
       since_event_ = 0;
       last_event_ = crossing.which;
     }
-  if (!zeno_.add(t, state_.stats().steps, state_.interval())) return;
+  if (!zeno_.add(point.t, state_.stats().steps, state_.interval())) return;
   // Between the bounces of v′ = -g - v |v| the solution crosses v = 0: it is the bounces that accumulate.
   const int which = last_event_ >= 0 && since_event_ <= 2 ? last_event_ : hit.list.front().which;
   const Event& event = state_.plan.events.list[which];
-  state_.reached = t;
+  if (event.surface && modes_.thaw(hit.list, point)) {
+    zeno_ = {};
+    return;
+  }
+  state_.reached = point.t;
   if (event.surface) throw ModeTracker::sliding(event);
-  throw Failure(text("the events ", to_text(event.when),
-                     " = 0 accumulate: infinitely many in finite time (Zeno). Add an event that stops, or "
-                     "a reset that ends the motion"));
+  throw accumulation(event);
+}
+
+Failure EventHandler::accumulation(const Event& event) const {
+  return Failure(text("the events ", to_text(event.when),
+                      " = 0 accumulate: infinitely many in finite time (Zeno). Add an event that stops, or a "
+                      "reset that ends the motion"));
 }
 
 void EventHandler::begin_again(const Point& point, const ModeTracker::Crossings& crossed) {

@@ -5,9 +5,9 @@
 #include <optional>
 #include <vector>
 
+#include "integrate/event/zeno_detector.hpp"
 #include "integrate/run/mode_tracker.hpp"
 #include "integrate/run/run_monitors.hpp"
-#include "integrate/run/zeno_detector.hpp"
 
 namespace pendula::integrate {
 
@@ -32,10 +32,12 @@ class EventHandler {
   const Event* terminating(const EventFinder::Hit& hit) const;
   bool end_before(const EventFinder::Hit& hit, const Event& event, RunOutcome& outcome);
   bool repeated_shorter();
+  bool is_contradictory(const EventFinder::Hit& hit, const Point& point);
+  Failure accumulation(const Event& event) const;
   EventReply apply(const EventFinder::Crossing& crossing, Point& point);
   void reset(Point& point, const std::vector<std::pair<Expr, double>>& values);
   void restart(const Point& point, const Point& before, const EventFinder::Hit& hit);
-  void check_accumulation(double t, const EventFinder::Hit& hit);
+  void check_accumulation(const Point& point, const EventFinder::Hit& hit);
   void follow_sensitivities(const Point& before, const EventFinder::Hit& hit);
   void write_records(const Point& after);
 
@@ -46,6 +48,7 @@ class EventHandler {
   bool first_in_step_ = true;              ///< no event so far in the step
   int last_event_ = -1, since_event_ = 0;  ///< the user's last event; restarts since then
   std::vector<EventRecord> records_;       ///< of the events at one time
+  EventFinder::Hit last_restart_;
 };
 
 }  // namespace pendula::integrate

@@ -17,6 +17,7 @@ void MethodSelector::start(const Point& point) {
 }
 
 void MethodSelector::use(const MethodFamily& family, const Point& point, const std::string& why) {
+  family_ = &family;
   state_.history->use(make_stepper(family, state_.problem, method_, state_.plan, state_.stats(), couplings_));
   Stepper& stepper = state_.stepper();
   stepper.start(point, state_.end);
@@ -24,6 +25,11 @@ void MethodSelector::use(const MethodFamily& family, const Point& point, const s
   state_.solution->set_method(name_, 0);
   if (!why.empty()) state_.solution->add_method({point.t, stepper.name(), why});
   state_.reached = point.t;
+}
+
+void MethodSelector::renew() {
+  state_.history->use(
+      make_stepper(*family_, state_.problem, method_, state_.plan, state_.stats(), couplings_));
 }
 
 /// Goes on with another method from here.

@@ -15,6 +15,8 @@ class MethodSelector {
 
   /// The method that was asked for or, for "auto", the one that suits the model and the tolerances.
   void start(const Point& point);
+  /// The method in use, for the state's problem, which has changed. It has to begin at a point then.
+  void renew();
   /// One step; where "auto" has chosen an explicit method that cannot go on, an implicit one may.
   void step();
   /// Explicit → implicit, when it pays: many more steps of this size would follow.
@@ -28,6 +30,7 @@ class MethodSelector {
   AdaptiveState& state_;
   Method method_;
   std::shared_ptr<const DependencyGraph> couplings_;  ///< of a large model
+  const MethodFamily* family_ = nullptr;              ///< in use
   std::string name_;                                  ///< of all methods so far
 };
 

@@ -41,7 +41,10 @@ struct Plan {
   /// §VII.4); empty: all 1.
   std::vector<int> variable_index;
   EventList events;
-  int modes = 0;               ///< of the surfaces among the events
+  int modes = 0;  ///< of the surfaces among the events
+  /// The same problem with the branches of some surfaces no longer frozen (event/surfaces.hpp), by their
+  /// numbers.
+  std::function<ProblemPtr(const std::vector<char>& thawed)> thaw;
   std::vector<double> breaks;  ///< ascending: times at which the equations are not smooth; steps end there
   /// Inputs known by value only; each step is checked for a jump in them.
   std::vector<std::function<double(double)>> monitored_inputs;

@@ -8,6 +8,7 @@
 #include "dae/model/lineage.hpp"
 #include "expr/graph/derivative.hpp"
 #include "expr/print/print.hpp"
+#include "integrate/event/pulses.hpp"
 #include "integrate/event/resets.hpp"
 #include "integrate/run/methods.hpp"
 
@@ -241,6 +242,22 @@ static Event event_of(const ModelEvent& request, const dae::ModelPtr& model, con
   return event;
 }
 
+static void add_surfaces(Plan& plan, const ProblemSetup& run) {
+  if (!run.piecewise) return;
+  const std::vector<Surface>& surfaces = run.piecewise->surfaces();
+  for (std::size_t k = 0; k < surfaces.size(); ++k) {
+    Event event;
+    event.when = surfaces[k].when;
+    event.surface = true;
+    event.surface_number = k;
+    event.smoothness = surfaces[k].smoothness;
+    event.modes = surfaces[k].modes;
+    plan.events.list.push_back(event);
+  }
+  plan.modes = run.piecewise->modes();
+  plan.thaw = run.thaw;
+}
+
 static void add_events(Plan& plan, const dae::ModelPtr& model, const Simulation& simulation,
                        const ProblemSetup& run, const std::shared_ptr<TrajectoryPtr>& so_far) {
   bool resets = false;
@@ -251,14 +268,7 @@ static void add_events(Plan& plan, const dae::ModelPtr& model, const Simulation&
   if (resets) plan.events.reinitialise = reinitialiser(*model, run.problem, simulation.inputs);
   if (resets && run.variational && plan.events.reinitialise)
     throw Error("sensitivities do not follow resets of a model whose states obey constraints");
-  for (const Surface& surface : run.surfaces.list) {
-    Event event;
-    event.when = surface.when;
-    event.surface = true;
-    event.modes = surface.modes;
-    plan.events.list.push_back(event);
-  }
-  plan.modes = run.surfaces.modes;
+  add_surfaces(plan, run);
   if (run.variational)
     for (Event& event : plan.events.list) add_tangents(event, *run.variational);
   for (const Guard& guard : plan.guards) {
@@ -267,6 +277,17 @@ static void add_events(Plan& plan, const dae::ModelPtr& model, const Simulation&
     event.termination_reason = guard.reason;
     plan.events.list.push_back(event);
   }
+}
+
+/// Steps end inside short pulses of functions of time.
+static void add_pulses(Plan& plan, const Problem& problem) {
+  const dae::FirstOrder& form = problem.model();
+  const std::span<const double> values(problem.values());
+  const std::vector<double> pulses =
+      pulse_times(form.F, form.p, values.last(form.p.size()), plan.from, plan.to);
+  if (pulses.empty()) return;
+  plan.breaks.insert(plan.breaks.end(), pulses.begin(), pulses.end());
+  std::sort(plan.breaks.begin(), plan.breaks.end());
 }
 
 void complete_plan(Plan& plan, const dae::ModelPtr& model, const Simulation& simulation,
@@ -278,6 +299,7 @@ void complete_plan(Plan& plan, const dae::ModelPtr& model, const Simulation& sim
   scale_sensitivities(plan.tolerances, *run.problem, run.variational.get());
   if (plan.direct || model->form == "ggl") plan.variable_index = variable_indices(*model, *run.problem);
   require_convergence(simulation.method, plan.variable_index);
+  add_pulses(plan, *run.problem);
   add_events(plan, model, simulation, run, so_far);
 }
 
@@ -310,41 +332,72 @@ static void extend_start(Point& start, const Variational& all, const dae::Model&
   const Mat S = start_sensitivity(all, model, *simulation.start, simulation.inputs, std::move(values));
   const Point base = start;
   const auto k = static_cast<Eigen::Index>(all.with_respect_to.size());
-  start.x = Vec::Zero(all.n * (k + 1)), start.xdot = start.x, start.z = Vec::Zero(all.m * (k + 1));
-  start.x.head(all.n) = base.x, start.xdot.head(all.n) = base.xdot, start.z.head(all.m) = base.z;
+  start.x = Vec::Zero(all.n * (k + 1));
+  start.xdot = start.x;
+  start.z = Vec::Zero(all.m * (k + 1));
+  start.x.head(all.n) = base.x;
+  start.xdot.head(all.n) = base.xdot;
+  start.z.head(all.m) = base.z;
   start.x.tail(all.n * k) = S.reshaped();
 }
 
-ProblemSetup set_up_problem(const dae::ModelPtr& model, const Simulation& simulation) {
-  dae::FirstOrder form = dae::first_order(*model);
+/// The model's equations with its inputs, and a number for every parameter.
+static dae::FirstOrder form_of(const dae::Model& model, const Simulation& simulation, Vec& parameters) {
+  dae::FirstOrder form = dae::first_order(model);
   insert_inputs(form, simulation.inputs);
   add_event_parameters(form, simulation.events);
-  Vec parameters(static_cast<Eigen::Index>(form.p.size()));
+  parameters.resize(static_cast<Eigen::Index>(form.p.size()));
   for (std::size_t i = 0; i < form.p.size(); ++i)
-    parameters[static_cast<Eigen::Index>(i)] = parameter_value(form.p[i], *model, simulation);
-  add_inputs(form, *model, simulation);
+    parameters[static_cast<Eigen::Index>(i)] = parameter_value(form.p[i], model, simulation);
+  add_inputs(form, model, simulation);
+  return form;
+}
+
+static void refuse_calls(const std::vector<ModelEvent>& events) {
+  for (const ModelEvent& event : events)
+    if (event.call)
+      throw Error(
+          "sensitivities do not follow through events that call; use reset = { … } or action = \"stop\"");
+}
+
+ProblemSetup set_up_problem(const dae::ModelPtr& model, const Simulation& simulation) {
+  Vec parameters;
+  dae::FirstOrder form = form_of(*model, simulation, parameters);
   std::vector<Problem::Input> inputs;
   for (Expr u : form.u) inputs.push_back(input_of(u, simulation));
   ProblemSetup result;
   result.start = starting_point(*simulation.start, form);
-  result.surfaces = switching_surfaces(form, !simulation.plan.dt);
-  parameters.conservativeResize(static_cast<Eigen::Index>(form.p.size()));
-  parameters.tail(result.surfaces.modes).setOnes();
   const int n = static_cast<int>(form.x.size()), m = static_cast<int>(form.z.size());
+  std::size_t surfaces = 0;
+  if (!simulation.plan.dt) {
+    result.piecewise = std::make_shared<const PiecewiseForm>(
+        form, std::span<const double>(parameters.data(), form.p.size()));
+    surfaces = result.piecewise->surfaces().size();
+    form = result.piecewise->form(std::vector<char>(surfaces, 0));
+    parameters.conservativeResize(static_cast<Eigen::Index>(form.p.size()));
+    parameters.tail(result.piecewise->modes()).setOnes();
+  }
+  std::vector<Expr> own;
   if (!simulation.sensitivities.empty()) {
-    for (const ModelEvent& event : simulation.events)
-      if (event.call)
-        throw Error(
-            "sensitivities do not follow through events that call; use reset = { … } or action = \"stop\"");
-    std::vector<Expr> own;
+    refuse_calls(simulation.events);
     for (Expr p : simulation.sensitivities) own.push_back(dae::resolve(*model, p));
     result.variational = std::make_shared<const Variational>(variational(form, own));
     extend_start(result.start, *result.variational, *model, simulation, parameters);
     form = result.variational->form;
   }
-  result.problem = std::make_shared<Problem>(std::move(form), std::move(parameters), std::move(inputs));
-  result.problem->show(n, m);
-  result.problem->set_projections(projections(*model, simulation.inputs));
+  const auto make = [parameters, inputs, n, m,
+                     stages = projections(*model, simulation.inputs)](dae::FirstOrder equations) {
+    auto problem = std::make_shared<Problem>(std::move(equations), parameters, inputs);
+    problem->show(n, m);
+    problem->set_projections(stages);
+    return problem;
+  };
+  result.problem = make(std::move(form));
+  if (surfaces > 0)
+    result.thaw = [make, own, piecewise = result.piecewise](const std::vector<char>& thawed) {
+      dae::FirstOrder equations = piecewise->form(thawed);
+      return make(own.empty() ? std::move(equations) : variational(equations, own).form);
+    };
   return result;
 }
 

@@ -11,7 +11,9 @@ struct ProblemSetup {
   ProblemPtr problem;
   Point start;
   std::shared_ptr<const Variational> variational;
-  Surfaces surfaces;
+  /// Of chosen steps: the form with its branches frozen, and how to make the problem with some of them thawed.
+  std::shared_ptr<const PiecewiseForm> piecewise;
+  std::function<ProblemPtr(const std::vector<char>& thawed)> thaw;
 };
 
 /// Throws Error when a parameter or an input has no value.

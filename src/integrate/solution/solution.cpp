@@ -7,6 +7,7 @@
 #include "base/error.hpp"
 #include "base/interrupt.hpp"
 #include "base/text.hpp"
+#include "expr/print/print.hpp"
 
 namespace pendula::integrate {
 namespace {
@@ -170,7 +171,23 @@ std::string Solution::stats_text() const {
   std::string result = table.str();
   for (const MethodInUse& use : methods_in_use_)
     result += text(use.name, " from t = ", rounded(use.t, 6), ": ", use.why, "\n");
-  return result;
+  return result + borders_text();
+}
+
+std::string Solution::borders_text() const {
+  constexpr std::size_t most = 12;  // lines
+  std::string result;
+  if (borders_.size() <= most) {
+    for (const BorderInUse& border : borders_)
+      result += text("border ", to_text(border.when), " = 0: ", border.treatment, "\n");
+    return result;
+  }
+  const auto through = std::count_if(borders_.begin(), borders_.end(), [](const BorderInUse& border) {
+    return border.treatment.find("integrated through") != std::string::npos;
+  });
+  return text(borders_.size(),
+              " borders of piecewise equations: ", static_cast<std::ptrdiff_t>(borders_.size()) - through,
+              " located, ", through, " integrated through\n");
 }
 
 }  // namespace pendula::integrate

@@ -35,6 +35,12 @@ class Points {
   std::vector<double> t_, x_, xdot_, z_;
 };
 
+/// A border of piecewise equations: 0 = when, and how the run has treated it.
+struct BorderInUse {
+  Expr when;
+  std::string treatment;  ///< "kink, located 3 times"
+};
+
 /// What lies between the points.
 class Continuation {
  public:
@@ -81,6 +87,7 @@ class Solution {
   void set_method(std::string name, double dt) { method_ = std::move(name), dt_ = dt; }
   void set_continuation(std::shared_ptr<Continuation> between) { between_ = std::move(between); }
   void add_event(EventRecord event) { events_.push_back(std::move(event)); }
+  void set_borders(std::vector<BorderInUse> borders) { borders_ = std::move(borders); }
   void add_method(MethodInUse use) { methods_in_use_.push_back(std::move(use)); }
   void keep_methods(std::size_t count) { methods_in_use_.resize(count); }
   void cut(double t);  ///< takes back what was filled in behind t
@@ -106,6 +113,10 @@ class Solution {
 
   /// Method "auto": what was chosen, when and why.
   const std::vector<MethodInUse>& methods_in_use() const { return methods_in_use_; }
+
+  /// The borders of piecewise equations.
+  const std::vector<BorderInUse>& borders() const { return borders_; }
+  std::string borders_text() const;  ///< one line each; many are counted
 
   int size() const { return points_.size(); }
   const std::vector<double>& t() const { return points_.t(); }
@@ -143,6 +154,7 @@ class Solution {
   std::vector<EventRecord> events_;
   std::vector<StatesInUse> states_in_use_;
   std::vector<MethodInUse> methods_in_use_;
+  std::vector<BorderInUse> borders_;
   mutable std::vector<Expr>
       compiled_;  ///< what kernel_ computes: the same expressions are asked for again and again
   mutable codegen::Kernel kernel_;

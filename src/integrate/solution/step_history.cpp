@@ -10,9 +10,9 @@ namespace pendula::integrate {
 void StepHistory::use(std::shared_ptr<Stepper> stepper) { steppers_.push_back(std::move(stepper)); }
 
 void StepHistory::use_modes(const ProblemPtr& problem, const std::vector<double>& modes) {
-  problem_ = problem;
-  problem_->set_modes(modes);
-  if (modes_.empty() || modes_.back() != modes) modes_.push_back(modes);
+  problem->set_modes(modes);
+  const Modes now{problem, modes};
+  if (modes_.empty() || !(modes_.back() == now)) modes_.push_back(now);
 }
 
 void StepHistory::forget_if_large() {
@@ -64,7 +64,10 @@ std::vector<DiscreteStep> StepHistory::steps() {
       throw Error(
           text("the adjoint needs a Runge–Kutta method such as \"dopri5\" or \"radau\", the solution is by ",
                stepper.name(), "; or integrate with sensitivities = { … }"));
-    if (step.modes >= 0) taken.modes = modes_[step.modes];
+    if (step.modes >= 0) taken.modes = modes_[step.modes].values;
+    if (step.modes >= 0 && modes_[step.modes].problem != modes_[0].problem)
+      throw Error(text("the adjoint does not follow branches that change inside a step, as they do from t = ",
+                       rounded(view.from.t, 6), " on; integrate with sensitivities = { … }"));
     const Vec jump = result.empty() ? Vec() : Vec(view.from.xdot - before);
     if (!result.empty() && result.back().modes != taken.modes && jump.norm() > 1e-6 * view.from.xdot.norm())
       throw Error(text("x′ jumps at t = ", rounded(view.from.t, 6), " where the equations switch, which the ",
@@ -129,10 +132,10 @@ Point StepHistory::at(const Points& saved, double t) {
     viewed_ = i;
   }
   view_.record = records_.data() + step.record;
-  if (step.modes >= 0) problem_->set_modes(modes_[step.modes]);
+  if (step.modes >= 0) modes_[step.modes].problem->set_modes(modes_[step.modes].values);
   Point out;
   steppers_[step.stepper]->interpolate(view_, t, Detail::full, out);
-  if (step.modes >= 0) problem_->set_modes(modes_.back());  // of the run, which may not be over
+  if (step.modes >= 0) modes_.back().problem->set_modes(modes_.back().values);  // the run may not be over
   return out;
 }
 

@@ -48,8 +48,12 @@ class StepHistory : public Continuation, public StepInterpolation {
   std::vector<Step> steps_;  ///< that ends in mesh point i
   std::vector<double> records_;
   std::vector<std::shared_ptr<Stepper>> steppers_;
-  ProblemPtr problem_;
-  std::vector<std::vector<double>> modes_;
+  struct Modes {
+    ProblemPtr problem;
+    std::vector<double> values;
+    bool operator==(const Modes&) const = default;
+  };
+  std::vector<Modes> modes_;
   void forget_if_large();
   StepView view_;
   int viewed_ = -1;

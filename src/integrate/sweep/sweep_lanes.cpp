@@ -47,10 +47,13 @@ std::string objection(const SweepRequest& request) {
 }
 
 /// What in the equations speaks against them.
-std::string objection(const Problem& problem, const Surfaces& surfaces) {
+std::string objection(const Problem& problem, const Plan& plan) {
   if (!problem.is_ode() || problem.m() > 0) return "the model is not an explicit ODE x′ = f(t, x)";
   if (problem.n() == 0) return "the model has no states";
-  if (surfaces.modes > 0 || !surfaces.list.empty()) return "the equations switch (abs, sign, ifelse, …)";
+  const auto& events = plan.events.list;
+  if (std::any_of(events.begin(), events.end(), [](const Event& event) { return event.surface; }))
+    return "the equations switch (abs, sign, ifelse, …)";
+  if (!plan.breaks.empty()) return "the equations contain short pulses in time";
   if (problem.projects()) return "the form projects onto constraints";
   if (!problem.model().u.empty()) return "inputs are functions of numbers";
   return "";
@@ -100,7 +103,7 @@ std::shared_ptr<const LaneSweep> LaneSweep::make(const SweepRequest& request,
   why = "no run could be started";
   if (!found) return nullptr;
   const Problem& problem = *found->run.problem;
-  why = objection(problem, found->run.surfaces);
+  why = objection(problem, found->plan);
   if (!why.empty()) return nullptr;
   why = "the equations cannot be solved everywhere, which is watched step by step";
   if (!guards_of(request.model, request.simulation.inputs, problem, false).empty()) return nullptr;

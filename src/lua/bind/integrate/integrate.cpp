@@ -19,7 +19,7 @@ namespace pendula::lua {
 
 struct SolutionStats {
   integrate::Stats counts;
-  std::string method, text, why;
+  std::string method, text, why, borders;
   double seconds;
 };
 template <>
@@ -282,7 +282,7 @@ int stats(Call& call) {
     why += text(why.empty() ? "" : "\n", use.name, " from t = ", rounded(use.t, 6), ": ", use.why);
   return call.push(std::make_shared<const SolutionStats>(
       SolutionStats{solution.stats(), solution.method_name(), without_newline(solution.stats_text()), why,
-                    solution.cpu_seconds()}));
+                    without_newline(solution.borders_text()), solution.cpu_seconds()}));
 }
 
 /// { name = value } of every state and algebraic variable.
@@ -350,6 +350,7 @@ int stats_jacobians(Call& call) { return call.push(counted(call).counts.jacobian
 int stats_factorisations(Call& call) { return call.push(counted(call).counts.factorisations); }
 int stats_newton(Call& call) { return call.push(counted(call).counts.newton_iterations); }
 int stats_why(Call& call) { return call.push(counted(call).why); }
+int stats_borders(Call& call) { return call.push(counted(call).borders); }
 int stats_time(Call& call) { return call.push(counted(call).seconds); }
 
 const integrate::Drift& drifted(Call& call) { return call.object<integrate::Drift>(1, "drift"); }
@@ -489,6 +490,12 @@ extern const Module integrate_module = {
          "LU factorisations.", "", ""},
         {"stats#newton", stats_newton, "stats.newton -> integer", "Newton iterations.", "", ""},
         {"stats#time", stats_time, "stats.time -> seconds", "CPU time; differs from run to run.", "", ""},
+        {"stats#borders", stats_borders, "stats.borders -> string",
+         "How the borders of abs, sign, min, max and ifelse were treated, a line each: smooth (both sides agree "
+         "in value and slope) and kink (in value): located, or integrated through where that costs less; jump "
+         "or kink (not decided by the expressions): located.",
+         "dae{ der(var 'x') ~ 2 - abs(var 'x') }:integrate{ start = { x = -1 }, to = 3 }:stats().borders",
+         "border x = 0: kink, located 1 time"},
         {"stats#why", stats_why, "stats.why -> string",
          "Where the method was chosen: which one from when on, and why; one line each.", "", ""},
         {"stats:__tostring", stats_text, "print(sol:stats())", "The counts, without the time.", "", ""},

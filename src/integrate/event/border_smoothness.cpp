@@ -1,0 +1,147 @@
+#include "integrate/event/border_smoothness.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace pendula::integrate {
+namespace {
+
+constexpr int points = 3;      // on the border: an accidental zero at all of them has probability 0
+constexpr int attempts = 12;   // to find them: some lie outside the domain of a root
+constexpr double aside = 0.1;  // a point beside the border: leaves are of size 1
+/// Of a difference beside its value aside. On the border, located to 10⁻¹⁶, a difference that is linear in
+/// the distance has 10⁻¹⁵ of it, a root 10⁻⁸; a jump all of it. Rounding of large terms makes it look like a
+/// jump, never the reverse.
+constexpr double zero = 1e-6;
+constexpr std::size_t most_leaves = 400;  // of one border: beyond, it is judged where it is crossed
+
+/// The largest |value| of a range; NaN counts as infinite.
+double largest(const std::vector<double>& values, std::size_t first, std::size_t last) {
+  double size = 0;
+  for (std::size_t k = first; k < last; ++k)
+    size = std::isnan(values[k]) ? INFINITY : std::max(size, std::fabs(values[k]));
+  return size;
+}
+
+}  // namespace
+
+/// What the residuals differ by on both sides of a border.
+struct BorderSmoothness::Difference {
+  std::vector<Expr> outputs;        ///< D of each row, then ∂D/∂y for its leaves
+  std::vector<std::size_t> starts;  ///< of the slopes of each row, and the end
+  std::size_t rows = 0;
+};
+
+BorderSmoothness::BorderSmoothness(std::vector<Expr> equations, const std::vector<Expr>& modes,
+                                   const std::vector<Surface>& surfaces, const std::vector<Expr>& parameters,
+                                   std::span<const double> values)
+    : equations_(std::move(equations)), modes_(modes) {
+  for (const Surface& surface : surfaces)
+    for (const Mode& mode : surface.modes) kind_[modes[mode.number]] = mode.kind;
+  for (std::size_t i = 0; i < equations_.size(); ++i)
+    for (Expr leaf : leaves({&equations_[i], 1}))
+      if (kind_.count(leaf)) rows_of_[leaf].push_back(i);
+  for (std::size_t j = 0; j < parameters.size() && j < values.size(); ++j) known_[parameters[j]] = values[j];
+}
+
+BorderSmoothness::Difference BorderSmoothness::difference(const std::vector<Mode>& own) const {
+  Substitution above, below;
+  std::vector<std::size_t> rows;
+  for (const Mode& mode : own) {
+    const Expr leaf = modes_[mode.number];
+    above[leaf] = Expr(mode.value(1));
+    below[leaf] = Expr(mode.value(-1));
+    if (const auto at = rows_of_.find(leaf); at != rows_of_.end())
+      rows.insert(rows.end(), at->second.begin(), at->second.end());
+  }
+  std::sort(rows.begin(), rows.end());
+  rows.erase(std::unique(rows.begin(), rows.end()), rows.end());
+  Difference result;
+  result.rows = rows.size();
+  std::vector<Expr> slopes;
+  for (std::size_t row : rows) {
+    const Expr D = substitute(equations_[row], above) - substitute(equations_[row], below);
+    std::vector<Expr> inside;
+    for (Expr leaf : leaves({&D, 1}))
+      if (!known_.count(leaf) && !kind_.count(leaf) && symbol_of(leaf).kind != Kind::constant)
+        inside.push_back(leaf);
+    const std::vector<Expr> gradient_of_D = gradient(D, inside);
+    result.outputs.push_back(D);
+    result.starts.push_back(rows.size() + slopes.size());
+    slopes.insert(slopes.end(), gradient_of_D.begin(), gradient_of_D.end());
+  }
+  result.outputs.insert(result.outputs.end(), slopes.begin(), slopes.end());
+  result.starts.push_back(result.outputs.size());
+  return result;
+}
+
+BorderSmoothness::Values BorderSmoothness::random_values(const std::vector<Expr>& inside,
+                                                         std::mt19937& random) const {
+  std::uniform_real_distribution<double> size(0.3, 2);
+  std::bernoulli_distribution coin;
+  Values values = known_;
+  for (Expr leaf : inside) {
+    if (values.count(leaf) || symbol_of(leaf).kind == Kind::constant) continue;
+    const double sign = coin(random) ? 1 : -1;
+    const auto mode = kind_.find(leaf);
+    const bool comparison = mode != kind_.end() && mode->second != Mode::Kind::sign;
+    values[leaf] = comparison ? (sign + 1) / 2 : mode != kind_.end() ? sign : sign * size(random);
+  }
+  return values;
+}
+
+/// Newton's method in one leaf.
+bool BorderSmoothness::move_onto_border(Expr when, const Solvable& in, Values& values) {
+  const std::vector<Expr> both{when, in.slope};
+  double& y = values[in.leaf];
+  for (int k = 0; k < 30; ++k) {
+    const std::vector<double> at = evaluate(both, values);
+    if (!std::isfinite(at[0]) || !std::isfinite(at[1]) || at[1] == 0) return false;
+    const double correction = at[0] / at[1];
+    y -= correction;
+    if (std::fabs(correction) <= 4e-16 * std::fabs(y)) return true;
+  }
+  return false;
+}
+
+Smoothness BorderSmoothness::operator()(Expr when, const std::vector<Mode>& own) const {
+  const Difference difference_of = difference(own);
+  std::vector<Expr> all = difference_of.outputs;
+  all.push_back(when);
+  const std::vector<Expr> inside = leaves(all);
+  if (inside.size() > most_leaves) return Smoothness::open;
+  std::vector<Solvable> solvable;
+  for (Expr leaf : leaves({&when, 1}))
+    if (!known_.count(leaf) && !kind_.count(leaf) && symbol_of(leaf).kind != Kind::constant)
+      solvable.push_back({leaf, partial(when, leaf)});
+  if (solvable.empty()) return Smoothness::open;
+  std::mt19937 random(1);  // the same points in every run
+  Smoothness result = Smoothness::smooth;
+  int seen = 0;
+  for (int k = 0; k < attempts && seen < points; ++k) {
+    const Solvable& in = solvable[random() % solvable.size()];
+    Values values = random_values(inside, random);
+    if (!move_onto_border(when, in, values)) continue;
+    const double border = values[in.leaf];
+    const std::vector<double> on = evaluate(difference_of.outputs, values);
+    values[in.leaf] = border + aside;
+    const std::vector<double> above = evaluate(difference_of.outputs, values);
+    values[in.leaf] = border - aside;
+    const std::vector<double> below = evaluate(difference_of.outputs, values);
+    if (!std::isfinite(largest(on, 0, difference_of.rows))) continue;
+    ++seen;
+    const auto vanishes = [&](std::size_t first, std::size_t last) {
+      double beside = 0;
+      for (double size : {largest(above, first, last), largest(below, first, last)})
+        if (std::isfinite(size)) beside = std::max(beside, size);
+      return largest(on, first, last) <= zero * beside;
+    };
+    for (std::size_t row = 0; row < difference_of.rows; ++row) {
+      if (!vanishes(row, row + 1)) return Smoothness::open;
+      if (!vanishes(difference_of.starts[row], difference_of.starts[row + 1])) result = Smoothness::kink;
+    }
+  }
+  return seen == points ? result : Smoothness::open;
+}
+
+}  // namespace pendula::integrate

@@ -1,0 +1,53 @@
+// Whether the equations are continuous, or differentiable, across a border: decided from their expressions.
+//
+// With all branches frozen (surfaces.hpp), a residual is an analytic function of its leaves, F₊ on one side of
+// the border s = 0 and F₋ on the other. An analytic function that vanishes at random points of the border
+// vanishes on all of it (but for a set of exceptions of measure 0). So:
+//
+//   D = F₊ - F₋ = 0 on s = 0          the equations are continuous there: a kink
+//   and ∂D/∂y = 0 for every leaf y    they are continuously differentiable there: smooth
+//
+// evaluated at a few random points with s = 0, whatever the modes of the other borders. The answer "yes" is
+// right wherever the border is crossed. "No" may be due to a combination of modes that never happens, or to a
+// part of the border that a solution never reaches: such borders are judged where they are crossed.
+#pragma once
+
+#include <random>
+#include <span>
+#include <unordered_map>
+#include <vector>
+
+#include "integrate/event/surfaces.hpp"
+
+namespace pendula::integrate {
+
+class BorderSmoothness {
+ public:
+  /// equations: with frozen branches, in modes of these surfaces. parameters and their values.
+  /// Requires that modes and surfaces outlive it.
+  BorderSmoothness(std::vector<Expr> equations, const std::vector<Expr>& modes,
+                   const std::vector<Surface>& surfaces, const std::vector<Expr>& parameters,
+                   std::span<const double> values);
+
+  /// when: the surface function, with frozen branches; own: the modes of its border.
+  Smoothness operator()(Expr when, const std::vector<Mode>& own) const;
+
+ private:
+  using Values = std::unordered_map<Expr, double>;
+  struct Difference;
+  /// A leaf in which the surface function can be made 0, with its partial derivative.
+  struct Solvable {
+    Expr leaf, slope;
+  };
+  Difference difference(const std::vector<Mode>& own) const;
+  Values random_values(const std::vector<Expr>& inside, std::mt19937& random) const;
+  static bool move_onto_border(Expr when, const Solvable& in, Values& values);
+
+  std::vector<Expr> equations_;
+  const std::vector<Expr>& modes_;
+  std::unordered_map<Expr, std::vector<std::size_t>> rows_of_;  ///< that contain a mode
+  std::unordered_map<Expr, Mode::Kind> kind_;                   ///< of a mode
+  Values known_;                                                ///< parameters
+};
+
+}  // namespace pendula::integrate

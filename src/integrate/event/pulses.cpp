@@ -1,0 +1,136 @@
+#include "integrate/event/pulses.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <unordered_set>
+
+#include "codegen/kernel/kernel.hpp"
+
+namespace pendula::integrate {
+namespace {
+
+constexpr int cells = 2048;
+constexpr double change = 2e-3;    // of the range of values, from a sample to the next: something happens
+constexpr double returned = 0.05;  // of the height of a pulse: it is over
+constexpr int longest = cells / 30;
+constexpr int stops = 8;                  // in a pulse: every method sees a bell curve in eight pieces
+constexpr std::size_t most_pulses = 200;  // more are an oscillation, which no step passes over
+
+/// Sums, products, sines of a smooth argument have no short pulse without an oscillation, and the borders of
+/// abs, min, max and ifelse are located.
+bool can_pulse(Expr e) {
+  const std::vector<Expr> nodes = topological({&e, 1});
+  return std::any_of(nodes.begin(), nodes.end(), [](Expr node) {
+    if (node.is_symbol() || node.is_constant()) return false;
+    switch (node.op()) {
+      case Op::exp:
+      case Op::tanh:
+      case Op::cosh:
+      case Op::div:
+        return true;
+      case Op::pow: {
+        const mpq_class* n = exact_value(node.operand(1));
+        return !n || n->get_den() != 1 || *n < 0;
+      }
+      default:
+        return false;
+    }
+  });
+}
+
+/// The maximal subexpressions of t and parameters that may pulse.
+std::vector<Expr> functions_of_time(std::span<const Expr> equations, const std::vector<Expr>& parameters) {
+  const std::unordered_set<Expr> known(parameters.begin(), parameters.end());
+  std::unordered_set<Expr> timely, constant;
+  std::vector<Expr> found;
+  for (Expr node : topological(equations)) {
+    if (node.is_constant() || known.count(node) ||
+        (node.is_symbol() && symbol_of(node).kind == Kind::constant)) {
+      constant.insert(node);
+      continue;
+    }
+    if (node == time_symbol()) {
+      timely.insert(node);
+      continue;
+    }
+    if (node.is_symbol() || node.op() == Op::call || node.op() == Op::solve) continue;
+    const auto parts = node.operands();
+    const auto is_time = [&](Expr e) { return timely.count(e) > 0; };
+    const auto is_either = [&](Expr e) { return is_time(e) || constant.count(e) > 0; };
+    if (std::all_of(parts.begin(), parts.end(), is_either)) {
+      const bool any = std::any_of(parts.begin(), parts.end(), is_time);
+      (any ? timely : constant).insert(node);
+    } else {
+      std::copy_if(parts.begin(), parts.end(), std::back_inserter(found), is_time);
+    }
+  }
+  for (Expr e : equations)
+    if (timely.count(e)) found.push_back(e);
+  std::sort(found.begin(), found.end(), [](Expr a, Expr b) { return a.id() < b.id(); });
+  found.erase(std::unique(found.begin(), found.end()), found.end());
+  std::erase_if(found, [](Expr e) { return !can_pulse(e); });
+  return found;
+}
+
+/// Samples k … l of one function, between which it has moved away and come back.
+struct Pulse {
+  int first, last;
+};
+
+std::vector<Pulse> pulses_of(const std::vector<double>& f) {
+  const auto [low, high] = std::minmax_element(f.begin(), f.end());
+  const double range = *high - *low;
+  std::vector<Pulse> found;
+  if (!(range > 0) || !std::isfinite(range)) return found;
+  for (int k = 1; k < cells; ++k) {
+    if (std::fabs(f[k + 1] - f[k]) <= change * range) continue;
+    const int first = k;
+    double height = 0;
+    int rest = 0;
+    for (; k < cells && rest < 3; ++k) {
+      height = std::max(height, std::fabs(f[k + 1] - f[first]));
+      rest = std::fabs(f[k + 1] - f[k]) <= change * range ? rest + 1 : 0;
+    }
+    const bool short_enough = k - first < longest && rest == 3;
+    if (short_enough && std::fabs(f[k] - f[first]) <= returned * height) found.push_back({first, k});
+  }
+  return found;
+}
+
+}  // namespace
+
+std::vector<double> pulse_times(std::span<const Expr> equations, const std::vector<Expr>& parameters,
+                                std::span<const double> values, double from, double to) {
+  const std::vector<Expr> functions = functions_of_time(equations, parameters);
+  if (functions.empty()) return {};
+  std::vector<Expr> arguments{time_symbol()};
+  arguments.insert(arguments.end(), parameters.begin(), parameters.end());
+  const codegen::Kernel kernel(functions, arguments);
+  std::vector<double> at{from}, out(functions.size());
+  at.insert(at.end(), values.begin(), values.end());
+  std::vector<std::vector<double>> samples(functions.size(), std::vector<double>(cells + 1));
+  for (int k = 0; k <= cells; ++k) {
+    at[0] = from + (to - from) * k / cells;
+    kernel(at.data(), out.data());
+    for (std::size_t i = 0; i < functions.size(); ++i) samples[i][k] = out[i];
+  }
+  std::vector<double> times;
+  for (const std::vector<double>& f : samples) {
+    const std::vector<Pulse> pulses = pulses_of(f);
+    if (pulses.size() > most_pulses) continue;
+    for (const Pulse& pulse : pulses)
+      for (int s = 0; s <= stops; ++s) {
+        const double share =
+            (pulse.first + (pulse.last - pulse.first) * (static_cast<double>(s) / stops)) / cells;
+        times.push_back(from + (to - from) * share);
+      }
+  }
+  std::sort(times.begin(), times.end());
+  const double distinct = 1e-6 * (to - from) / cells;
+  times.erase(std::unique(times.begin(), times.end(), [&](double a, double b) { return b - a <= distinct; }),
+              times.end());
+  std::erase_if(times, [&](double t) { return t <= from || t >= to; });
+  return times;
+}
+
+}  // namespace pendula::integrate

@@ -1,0 +1,22 @@
+// Short pulses of functions of time in the equations, which a step could pass over.
+//
+// A step-size control sees the equations at a few points of each step. Where the right-hand side has been smooth,
+// steps become long, and a Gaussian of a hundredth of their length may lie between those points: the run would
+// finish without it. Expressions of t and parameters alone can be looked at beforehand.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "expr/graph/graph.hpp"
+
+namespace pendula::integrate {
+
+/// Times inside [from, to], ascending, at which steps should end so that no pulse is passed over: eight for each
+/// pulse, that is a change of a maximal subexpression of t alone that comes, goes back, and is shorter than a
+/// thirtieth of the interval, with rest before and behind it. Pulses are seen that are longer than some 1/2000 of
+/// the interval. parameters and their values.
+std::vector<double> pulse_times(std::span<const Expr> equations, const std::vector<Expr>& parameters,
+                                std::span<const double> values, double from, double to);
+
+}  // namespace pendula::integrate

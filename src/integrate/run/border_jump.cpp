@@ -1,0 +1,97 @@
+#include "integrate/run/border_jump.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "expr/graph/derivative.hpp"
+
+namespace pendula::integrate {
+namespace {
+
+/// A point is on the border to a few ulp of its unknowns: δ must be well above that, and a root of it well
+/// below what δ itself shrinks by.
+constexpr double far = 1e-3, near = 1e-9;
+constexpr double shrunk = 0.01;  // √(near/far) = 10⁻³ and less
+constexpr double floor = 1e-10;  // of the terms of F: rounding of long sums
+
+}  // namespace
+
+bool BorderJump::is_continuous(int event, const Point& point) {
+  const Plan& plan = state_.plan;
+  if (!plan.thaw) return false;
+  if (!live_) {
+    live_ = plan.thaw(std::vector<char>(plan.events.list.size(), 1));
+  }
+  const Vec n = direction(event, point);
+  if (!n.allFinite() || n.isZero(0)) return false;
+  const Vec wide = difference(point, n, far), narrow = difference(point, n, near), least = rounding(point);
+  for (Eigen::Index i = 0; i < narrow.size(); ++i) {
+    const double allowed = std::max(std::isfinite(wide[i]) ? shrunk * std::fabs(wide[i]) : 0.0, least[i]);
+    if (!(std::fabs(narrow[i]) <= allowed)) return false;
+  }
+  return true;
+}
+
+/// In units of the unknowns: wᵢ ∂g/∂yᵢ over its largest entry, times wᵢ; y = (t, x, x′, z).
+Vec BorderJump::direction(int event, const Point& point) {
+  const dae::FirstOrder& model = state_.problem->model();
+  auto& [kernel, numbers] = directions_[event];
+  if (numbers.empty()) {
+    std::vector<Expr> unknowns{time_symbol()};
+    for (const auto* group : {&model.x, &model.xdot, &model.z})
+      unknowns.insert(unknowns.end(), group->begin(), group->end());
+    kernel =
+        codegen::Kernel(gradient(state_.plan.events.list[event].when, unknowns), state_.problem->arguments());
+    numbers.resize(unknowns.size());
+  }
+  live_->place(point.t, point.x.data(), point.xdot.data(), point.z.data());
+  kernel(live_->values().data(), numbers.data());
+  const Eigen::Index n = point.x.size(), m = point.z.size();
+  const Tolerances& tolerances = state_.plan.tolerances;
+  const auto smallest = [&](Eigen::Index i) {  // what counts as a size where the unknown is 0
+    return tolerances.rtol[i] > 0 ? tolerances.atol[i] / tolerances.rtol[i] : 1.0;
+  };
+  Vec size(1 + 2 * n + m);
+  size[0] = state_.interval();
+  for (Eigen::Index i = 0; i < n; ++i) {
+    size[1 + i] = std::max(std::fabs(point.x[i]), smallest(i));
+    size[1 + n + i] = std::max(std::fabs(point.xdot[i]), smallest(i) / state_.interval());
+  }
+  for (Eigen::Index i = 0; i < m; ++i) size[1 + 2 * n + i] = std::max(std::fabs(point.z[i]), smallest(n + i));
+  const Vec scaled = size.cwiseProduct(Eigen::Map<const Vec>(numbers.data(), size.size()));
+  const double largest = scaled.cwiseAbs().maxCoeff();
+  if (!(largest > 0)) return Vec::Zero(size.size());
+  return size.cwiseProduct(scaled) / largest;
+}
+
+Vec BorderJump::difference(const Point& point, const Vec& direction, double distance) {
+  const Eigen::Index n = point.x.size(), m = point.z.size();
+  Vec result = Vec::Zero(n + m), F(n + m);
+  for (const double side : {1.0, -1.0}) {
+    const Vec moved = side * distance * direction;
+    const Vec x = point.x + moved.segment(1, n), xdot = point.xdot + moved.segment(1 + n, n),
+              z = point.z + moved.tail(m);
+    live_->place(point.t + moved[0], x.data(), xdot.data(), z.data());
+    live_->residual(F.data());
+    result += side * F;
+  }
+  return result;
+}
+
+/// Of F: a share of Σ |∂F/∂y| |y|.
+Vec BorderJump::rounding(const Point& point) {
+  const int n = live_->n();
+  live_->place(point.t, point.x.data(), point.xdot.data(), point.z.data());
+  const std::vector<double>& J = live_->jacobian();
+  Vec sum = Vec::Zero(n + live_->m());
+  for (std::size_t k = 0; k < J.size(); ++k) {
+    const auto [row, column] = live_->pattern()[k];
+    const double y = column < n       ? point.x[column]
+                     : column < 2 * n ? point.xdot[column - n]
+                                      : point.z[column - 2 * n];
+    if (std::isfinite(J[k])) sum[row] += std::fabs(J[k] * y);
+  }
+  return floor * sum;
+}
+
+}  // namespace pendula::integrate

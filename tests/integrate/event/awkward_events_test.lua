@@ -1,0 +1,76 @@
+-- Events at awkward places: accumulating, oscillating, at the end, without a value; short pulses of time.
+local x, v = vars "x v"
+local methods = { "auto", "dopri5", "tsit5", "dop853", "radau", "gauss", "bdf", "rodas" }
+
+test("a bouncing ball ends where its bounces accumulate, in every unit", function()
+  for _, method in ipairs(methods) do
+    for _, rtol in ipairs { 1e-3, 1e-6, 1e-9 } do
+      for _, unit in ipairs { 1, 1e-3, 1e3 } do
+        local ball = dae { der(x) ~ v, der(v) ~ -9.81*unit }
+        local sol = ball:integrate { start = { x = unit, v = 0 }, to = 10, method = method, rtol = rtol,
+          atol = 1e-3*rtol*unit, events = { { when = x, direction = -1, reset = { [v] = -0.8*v } } } }
+        local fall = math.sqrt(2/9.81)
+        expect(method .. " " .. sol.status):matches "stopped at t = 4.06.*accumulate"
+        expect(sol.t[#sol.t]):near(fall*(1 + 2*0.8/0.2), 1e-2)
+        expect(sol:final(x)/unit):near(0, 1e-4)
+      end
+    end
+  end
+end)
+
+test("every root of an oscillating condition is found", function()
+  for _, method in ipairs(methods) do
+    for _, omega in ipairs { 3, 30, 100, 317 } do
+      local all = math.floor((10*omega + 0.3)/math.pi)
+      local decay = dae { der(x) ~ -x }:integrate { start = { x = 1 }, to = 10, method = method,
+        events = { { when = sin(omega*t + 0.3) } } }
+      local clock = dae { der(x) ~ 1 }:integrate { start = { x = 0 }, to = 10, method = method,
+        events = { { when = cos(omega*x + 0.3 - math.pi/2) } } }
+      expect(#decay.events):equals(all)
+      expect(#clock.events):equals(all)
+      expect(clock.events[all].t):near((all*math.pi - 0.3)/omega, 1e-9)
+    end
+  end
+end)
+
+test("an event exactly at the end happens", function()
+  for _, method in ipairs(methods) do
+    for _, to in ipairs { 1, 0.3, 0.7, 3.3, 1e-3, 1e3 } do
+      local stops = dae { der(x) ~ 1 }:integrate { start = { x = 0 }, to = to, method = method,
+        events = { { when = x - to } } }
+      expect(#stops.events):equals(1)
+      expect(stops.status):equals "finished"
+      local falling = dae { der(x) ~ 1 }:integrate { start = { x = 0 }, to = to, method = method,
+        events = { { when = x - to, direction = -1 }, { when = x - to*1.001 } } }
+      expect(#falling.events):equals(0)
+    end
+  end
+end)
+
+test("a condition without a value is said", function()
+  for _, method in ipairs(methods) do
+    local function run(when)
+      return dae { der(x) ~ -x }:integrate { start = { x = 1 }, to = 1, method = method,
+        events = { { when = when } } }
+    end
+    expect(run(sqrt(x - 2)).status):equals
+      "stopped at t = 1: the condition of an event, √(x - 2), was not a number anywhere on the solution"
+    expect(run(sqrt(x - 0.5)).status):equals "finished"              -- a number at first
+  end
+end)
+
+test("short pulses are not passed over", function()
+  for _, method in ipairs(methods) do
+    for k = 1, 10 do
+      local at = 0.37 + 0.93*k
+      local function final(pulse, to)
+        to = to or 10
+        return dae { der(x) ~ pulse }:integrate { start = { x = 0 }, to = to, method = method }(x, to)
+      end
+      expect(final(exp(-((t - at)/0.03)^2))):near(0.03*math.sqrt(math.pi), 1e-4)
+      local area = 0.01*(math.atan((10 - at)/0.01) + math.atan(at/0.01))
+      expect(final(1/(1 + ((t - at)/0.01)^2))):near(area, 1e-4)
+      expect(final(exp(-((t - 100*at)/3)^2), 1000)):near(3*math.sqrt(math.pi), 1e-3)
+    end
+  end
+end)
