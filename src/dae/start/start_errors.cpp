@@ -1,4 +1,4 @@
-// Why there is no start, in the words of the user: what conflicts, what is open, what has no value.
+// Error messages of init(): conflicting values, undetermined values, expressions without value.
 #include <algorithm>
 #include <cmath>
 #include <utility>
@@ -6,11 +6,12 @@
 #include "base/decompositions.hpp"
 #include "base/error.hpp"
 #include "base/text.hpp"
-#include "dae/singular/domain.hpp"
+#include "dae/analysis/determinant_factors.hpp"
+#include "dae/singular/singularity_conditions.hpp"
 #include "dae/start/start_system.hpp"
-#include "dae/structure/elimination.hpp"
 #include "expr/print/print.hpp"
 #include "expr/rewrite/rewrite.hpp"
+#include "expr/rewrite/tidied.hpp"
 
 namespace pendula::dae {
 namespace {
@@ -55,10 +56,12 @@ std::optional<Undefined> undefined_at(const StartSystem& s, const std::unordered
 // ── conflicts ──
 
 /// Rows that still contain unknowns that are not fixed are solved for these and substituted, as long as they
-/// are linear in them. What is left are conditions on the fixed values alone.
+/// are linear in them. What is left are conditions on the fixed values alone; `certain` if nothing was divided by that
+/// other unknowns could make 0.
 std::vector<Expr> conditions_on_fixed(const StartSystem& s, std::vector<Expr> rows,
                                       const std::vector<Expr>& fixed,
-                                      const std::unordered_map<Expr, double>& point) {
+                                      const std::unordered_map<Expr, double>& point, bool& certain) {
+  certain = true;
   const auto is_fixed = [&](Expr leaf) { return std::find(fixed.begin(), fixed.end(), leaf) != fixed.end(); };
   for (bool again = true; again;) {
     again = false;
@@ -70,6 +73,8 @@ std::vector<Expr> conditions_on_fixed(const StartSystem& s, std::vector<Expr> ro
         const double value = pendula::evaluate({&slope, 1}, point)[0];
         if (!std::isfinite(value) || std::fabs(value) < 1e-9) continue;
         const Expr solution = -substitute(rows[i], {{leaf, Expr(0)}}) / slope;
+        const auto inside = unknowns_in(s, slope);
+        certain = certain && std::all_of(inside.begin(), inside.end(), is_fixed);
         rows.erase(rows.begin() + static_cast<std::ptrdiff_t>(i));
         for (Expr& other : rows) other = tidied(substitute(other, {{leaf, solution}}));
         again = true;
@@ -162,28 +167,54 @@ std::string short_label(const StartSystem& s, std::size_t row) {
   return label.starts_with(word) ? label.substr(word.size()) : label;
 }
 
-std::vector<std::string> violations(const StartSystem& s, const Conflict& conflict) {
+/// No values of the other unknowns satisfy this equation: with the fixed values put in, it is 0 for none.
+bool never_holds(const StartSystem& s, Expr row, const Conflict& conflict) {
+  Substitution values;
+  for (const auto& [leaf, value] : s.known) values[leaf] = Expr(value);
+  for (std::size_t i : conflict.fixes)
+    if (const auto j = s.fixed_unknown(i - s.first_fix))
+      values[s.unknowns[*j]] = Expr(s.request.fix[i - s.first_fix].second);
+  try {
+    const Expr left = tidied(substitute(row, values));
+    return is_short(left) && !left.is_zero() && vanishing_factors(left).empty();
+  } catch (const Error&) {  // it has no value there
+    return false;
+  }
+}
+
+/// What is not satisfied, and whether that proves a contradiction.
+struct Violations {
+  std::vector<std::string> lines;
+  bool proved = false;
+};
+
+Violations violations(const StartSystem& s, const Conflict& conflict) {
   const auto point = nearest_miss(s, conflict);
   std::vector<Expr> equations, fixed;
   std::vector<std::string> labels, lines;
-  for (std::size_t i : conflict.equations)
-    equations.push_back(s.rows[i]), labels.push_back(short_label(s, i));
+  for (std::size_t i : conflict.equations) {
+    equations.push_back(s.rows[i]);
+    labels.push_back(short_label(s, i));
+  }
   for (std::size_t i : conflict.fixes)
     if (const auto j = s.fixed_unknown(i - s.first_fix)) fixed.push_back(s.unknowns[*j]);
   const auto value = [&](Expr e) { return pendula::evaluate({&e, 1}, point)[0]; };
   const auto rounding = [&](Expr e) { return 1e-12 * std::min(1.0, size_of_terms(e, point)); };
   constexpr std::size_t readable = 8;
+  bool certain = false;
   if (equations.size() <= readable)
-    for (Expr e : conditions_on_fixed(s, equations, fixed, point))
+    for (Expr e : conditions_on_fixed(s, equations, fixed, point, certain))
       if (std::isfinite(value(e)) && std::fabs(value(e)) > rounding(e))
         lines.push_back(
             text(join(labels, ", "), ":  0 ≠ ", rounded(value(e), 6), " = ", to_text(simplify(e))));
-  if (!lines.empty()) return lines;
+  if (!lines.empty()) return {lines, certain};
+  const bool never = equations.empty() || std::any_of(equations.begin(), equations.end(),
+                                                      [&](Expr e) { return never_holds(s, e, conflict); });
   for (std::size_t k = 0; k < equations.size() && k < readable; ++k)
     if (std::fabs(value(equations[k])) > rounding(equations[k]))
       lines.push_back(text(labels[k], ":  0 ≠ ", rounded(value(equations[k]), 6), " = ",
                            to_text(equations[k]), "  at ", values_of(unknowns_in(s, equations[k]), point)));
-  return lines;
+  return {lines, never};
 }
 
 // ── freedom ──
@@ -204,7 +235,8 @@ std::vector<std::string> directions(const StartSystem& s, const Freedom& open) {
     for (Index j : open.open) {
       const double step = N(j, k) * s.unit[j] / s.unit[lead];
       if (std::fabs(N(j, k)) < 1e-9) continue;
-      names.push_back(to_text(s.unknowns[j])), numbers.push_back(rounded(step, 5));
+      names.push_back(to_text(s.unknowns[j]));
+      numbers.push_back(rounded(step, 5));
     }
     lines.push_back(names.size() == 1
                         ? text(names[0], " may move alone")
@@ -268,7 +300,7 @@ std::string call_text(const LeafValues& fix, const LeafValues& guess) {
 
 void explain_undefined(const StartSystem& s) {
   const auto point = s.point(first_point(s, 0));
-  require_domain(s.model, point);
+  require_nonsingular(s.model, point);
   const auto bad = undefined_at(s, point);
   if (!bad)
     throw Failure("no consistent start was found: the equations have no finite values near the guess");
@@ -314,12 +346,18 @@ void explain_conflict(const ModelPtr& model, const StartSystem& s, const StartSo
   const Conflict conflict = smallest_conflict(s, failed);
   std::vector<std::string> fixes;
   for (std::size_t i : conflict.fixes) fixes.push_back(s.label(i));
-  const auto violated = violations(s, conflict);
-  throw Error(
-      text("the fixed values contradict each other and the constraints.\n  conflict: ", join(fixes, ", "),
-           violated.empty() ? "" : "\n  violated: " + join(violated, "\n            "),
-           "\n  Leave one of them out of fix, move it to guess, or move all as little as possible: "
-           "nearest = true"));
+  const auto [violated, proved] = violations(s, conflict);
+  const std::string lines = violated.empty() ? "" : "\n  violated: " + join(violated, "\n            ");
+  if (!proved)
+    throw Error(text(
+        "no start was found from this guess with these values fixed.\n  not satisfied together: ",
+        join(fixes, ", "), lines,
+        "\n  That they contradict each other is not proved: give a guess near the solution, "
+        "guess = { … }, move a value from fix to guess, or move all as little as possible: nearest = true"));
+  throw Error(text(
+      "the fixed values contradict each other and the constraints.\n  conflict: ", join(fixes, ", "), lines,
+      "\n  Leave one of them out of fix, move it to guess, or move all as little as possible: "
+      "nearest = true"));
 }
 
 void explain_freedom(const ModelPtr& model, const StartSystem& s, const Vec& w, const Freedom& open) {

@@ -16,7 +16,7 @@ namespace pendula::integrate {
 struct SweepSet {
   std::vector<std::pair<Expr, double>> parameters;
   dae::LeafValues start;  ///< replace or extend what the start fixes
-  dae::StartPtr at;       ///< a start of its own, or null
+  dae::ConsistentStatePtr at;       ///< a start of its own, or null
 };
 
 struct SweepRequest {
