@@ -1,7 +1,7 @@
 -- Models whose index, degrees of freedom and solution are known by construction: Weierstrass forms
 --   v′ = A v,   0 = w₁ + g,   w₁′ = w₂,   w₂′ = w₃ …        (index = length of the chain)
--- disguised by nonlinear maps of the unknowns, by combinations of the equations with multipliers that vary, and by
--- units of the unknowns and equations between 10⁻¹² and 10¹². Seeded: the same models in every run.
+-- disguised by nonlinear maps of the unknowns, by combinations of the equations with multipliers that vary,
+-- and by units of the unknowns and equations between 10⁻¹² and 10¹². Seeded: the same models in every run.
 local random = {}
 function random.new(seed)
   local state = seed * 7919 + 17
@@ -39,7 +39,9 @@ local function values(w, y, units, target, at)
 end
 
 -- The k-th derivative of -sin t.
-local function chain_value(k, at) return ({ -math.sin(at), -math.cos(at), math.sin(at), math.cos(at) })[k % 4 + 1] end
+local function chain_value(k, at)
+  return ({ -math.sin(at), -math.cos(at), math.sin(at), math.cos(at) })[k % 4 + 1]
+end
 
 local function disguised(seed, index, dof, linear)
   local draw = random.new(seed)
@@ -80,7 +82,8 @@ local function check(seed, index, dof, linear)
   expect(name .. (started and "" or ": " .. tostring(start))):equals(name)
   for i = 1, #y do
     local error = math.abs(start(y[i]) - exact[i]) / (math.abs(exact[i]) + units[i])
-    expect(name .. (error < 1e-6 and "" or (": y%d = %g, not %g"):format(i, start(y[i]), exact[i]))):equals(name)
+    local wrong = (": y%d = %g, not %g"):format(i, start(y[i]), exact[i])
+    expect(name .. (error < 1e-6 and "" or wrong)):equals(name)
   end
 end
 

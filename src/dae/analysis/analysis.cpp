@@ -151,8 +151,8 @@ std::string why_not_regular(const Model& m, const Analysis& a) {
           a.offsets.index(), " holds for almost all other values only");
     case Standing::on_solutions:
       return text(
-          "the system Jacobian of the structural analysis has full rank in general, but is singular where the "
-          "equations hold",
+          "the system Jacobian of the structural analysis has full rank in general, "
+          "but is singular where the equations hold",
           a.solutions && a.solutions->points > 0 && a.solutions->dependent.size() > 1
               ? text(" (the rows of ", equation_list(m, a.solutions->dependent), " depend on each other)")
               : "",

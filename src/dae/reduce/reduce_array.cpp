@@ -10,14 +10,14 @@
 #include "dae/model/lineage.hpp"
 #include "dae/model/make_model.hpp"
 #include "dae/points/array_points.hpp"
+#include "dae/points/derivative_array.hpp"
 #include "dae/points/generic_functions.hpp"
+#include "dae/rank/rank_with_gap.hpp"
 #include "dae/reduce/reduced_forms.hpp"
 #include "dae/structure/differentiation.hpp"
 #include "expr/graph/declaration.hpp"
 #include "expr/print/print.hpp"
 #include "expr/rewrite/tidied.hpp"
-#include "dae/rank/rank_with_gap.hpp"
-#include "dae/points/derivative_array.hpp"
 
 namespace pendula::dae {
 namespace {

@@ -166,8 +166,8 @@ void leading_rank(const Model& m, Table& symbols) {
   const char* word = m.variables[0].order > 1 ? "∂F/∂x″" : "∂F/∂x′";
   if (rank.rank == n && loses_leading_rank(m)) {
     symbols.row({word, text("nonsingular in general (rank ", n,
-                            "), but singular where the equations hold: a DAE, though every unknown is "
-                            "differentiated")});
+                            "), but singular where the equations hold: a DAE, "
+                            "though every unknown is differentiated")});
     return;
   }
   symbols.row({word, rank.rank == n ? text("nonsingular (rank ", n, "): an implicit ODE")

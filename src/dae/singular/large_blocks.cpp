@@ -15,7 +15,8 @@
 namespace pendula::dae {
 namespace {
 
-constexpr std::size_t written_out = 4;  // equations of a block whose determinant is known (determinant_factors.hpp)
+constexpr std::size_t written_out =
+    4;  // equations of a block whose determinant is known (determinant_factors.hpp)
 
 using Row = std::map<int, Expr>;
 

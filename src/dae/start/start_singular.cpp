@@ -8,14 +8,14 @@
 #include "base/text.hpp"
 #include "dae/model/lineage.hpp"
 #include "dae/points/array_points.hpp"
+#include "dae/points/derivative_array.hpp"
 #include "dae/rank/rank.hpp"
+#include "dae/rank/rank_with_gap.hpp"
+#include "dae/rank/stable_values.hpp"
 #include "dae/reduce/reduce.hpp"
 #include "dae/singular/singularity_conditions.hpp"
 #include "dae/start/start_system.hpp"
 #include "expr/print/print.hpp"
-#include "dae/rank/rank_with_gap.hpp"
-#include "dae/rank/stable_values.hpp"
-#include "dae/points/derivative_array.hpp"
 
 namespace pendula::dae {
 namespace {

@@ -4,7 +4,6 @@
 #include <cmath>
 #include <vector>
 
-
 namespace pendula {
 
 Substitution vanishing_parts(std::span<const Expr> expressions,
@@ -18,8 +17,8 @@ Substitution vanishing_parts(std::span<const Expr> expressions,
   std::unordered_map<Expr, char> known;
   std::vector<Expr> parts;
   for (Expr e : topological(expressions)) {
-    bool all = e.is_constant() || values.count(e) > 0 ||
-               (e.is_symbol() && symbol_of(e).kind == Kind::constant);
+    bool all =
+        e.is_constant() || values.count(e) > 0 || (e.is_symbol() && symbol_of(e).kind == Kind::constant);
     if (!all && !e.is_symbol() && e.op() != Op::call) {
       const auto operands = e.operands();
       all = std::all_of(operands.begin(), operands.end(), [&](Expr x) { return known[x]; });

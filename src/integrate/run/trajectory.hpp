@@ -24,7 +24,8 @@ class Trajectory {
  public:
   Trajectory(dae::ModelPtr model, Substitution inputs, SolutionPtr solution,
              std::vector<ModelEvent> events = {}, std::vector<Expr> asked = {},
-             std::shared_ptr<const Variational> variational = nullptr, dae::ConsistentStatePtr start = nullptr)
+             std::shared_ptr<const Variational> variational = nullptr,
+             dae::ConsistentStatePtr start = nullptr)
       : model_(std::move(model)),
         inputs_(std::move(inputs)),
         solution_(std::move(solution)),

@@ -115,8 +115,8 @@ extern const Module forms_module = {
             lets violations decay (gains alpha, beta), "ggl" keeps C = 0 and C′ = 0 with additional
             multipliers (index 2), "dummy" makes dependent derivatives algebraic, chosen at a start,
             "minimal" substitutes dependent coordinates (of a quadratic constraint the root of the start
-            at). Without an argument, the form best suited to simulation;
-            trace() says which and why.)",
+            at), "array" takes rows of the derivative array and needs an index only. Without an argument, the
+            form best suited to simulation; trace() says which and why.)",
          R"(x, z = vars "x z"  return dae{ der(x) ~ z, 0 ~ x - sin(t) }:reduce("acc"):index())", "1"},
         {"model:trace", trace, "sys:trace([{ latex = true }]) -> trace",
          R"(The derivation of this form, step by step: what was differentiated, combined, substituted, with
