@@ -18,7 +18,7 @@ namespace {
 
 std::string story_of(const Regularised& r) {
   std::string all;
-  for (const auto& line : r.story) all += line + "\n";
+  for (const auto& line : r.log) all += line + "\n";
   return all;
 }
 
@@ -50,7 +50,7 @@ TEST_CASE("linear combination with a function: (2) - x (1), valid everywhere") {
   CAPTURE(story_of(*r));
   CHECK(r->nonzero.empty());
   CHECK(r->definitions.empty());
-  CHECK(r->story[0] == "(2) - x (1):  0 = x - y + sin(t)   replaces (2) as (2*), valid everywhere");
+  CHECK(r->log[0] == "(2) - x (1):  0 = x - y + sin(t)   replaces (2) as (2*), valid everywhere");
   CHECK(r->dof == 1);
   bool found = false;  // x - y + sin t = 0
   for (Expr e : r->model->residuals)
@@ -108,7 +108,7 @@ TEST_CASE("singular only at the given parameter values: regularised with them, a
   const auto one = with_values(m, {{k, 1}});
   const auto r = regularise(one);
   REQUIRE(r);
-  CHECK(r->story[0] == "with the parameter values k = 1");
+  CHECK(r->log[0] == "with the parameter values k = 1");
   CHECK(r->dof == 1);
   const ArrayResult truth = derivative_array(*one);
   CHECK(truth.index == 1);

@@ -1,5 +1,6 @@
 #include "dae/rank/stable_values.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 namespace pendula::dae {
@@ -12,8 +13,8 @@ StableValues evaluate_stable(const Evaluator& outputs, const Vec& w, std::span<c
   moved = here;
   for (std::size_t j = 0; j < static_cast<std::size_t>(w.size()); ++j) {
     const double part = std::fmod((static_cast<double>(j) + 1) * golden, 1.0);
-    moved[j] += (0.5 + part) * 1e-10 *
-                (std::fabs(here[j]) + 0.01 * (unit.size() ? unit[static_cast<Eigen::Index>(j)] : 1));
+    const double small = unit.size() ? std::min(unit[static_cast<Eigen::Index>(j)], 1.0) : 1;
+    moved[j] += (0.5 + part) * 1e-10 * (std::fabs(here[j]) + 0.01 * small);
   }
   auto values = outputs(here);
   const auto other = outputs(moved);

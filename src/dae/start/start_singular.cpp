@@ -63,6 +63,23 @@ std::string vanishing(const ModelPtr& model, const std::unordered_map<Expr, doub
   return join(words, ", ");
 }
 
+/// Does what vanishes there vanish along the solution too, as far as its derivative tells? Then unknowns stay open; an
+/// isolated singular point, such as z = 0 of z³ = t, is passed.
+bool stays_singular(const ModelPtr& model, const std::unordered_map<Expr, double>& point) {
+  constexpr double zero = 1e-9;
+  for (const SingularityCondition& c : singularity_conditions(model)) {
+    const Expr slope = total_derivative(c.factor);
+    const auto inside = leaves(std::vector<Expr>{c.factor, slope});
+    const bool known = std::all_of(inside.begin(), inside.end(), [&](Expr leaf) {
+      return point.count(leaf) || symbol_of(leaf).kind == Kind::constant;
+    });
+    if (!known) continue;
+    const auto values = pendula::evaluate(std::vector<Expr>{c.factor, slope}, point);
+    if (std::fabs(values[0]) < zero && std::fabs(values[1]) < zero) return true;
+  }
+  return false;
+}
+
 /// x′ and z of the solution that continues smoothly, if the differentiated equations determine them at the point
 /// with these states: t x′ = -x + 2 t at t = 0 differentiated gives x′ = 1.
 struct Continuation {
@@ -130,6 +147,7 @@ void require_regular_point(const ModelPtr& model, const StartSystem& s, const Ve
   const std::string where = vanishing(model, s.point(w));
   const Continuation smooth = smooth_continuation(s, w);
   if (smooth.text.empty() && !is_determined) return;  // what is open is the better explanation
+  if (smooth.text.empty() && !stays_singular(model, s.point(w))) return;
   if (smooth.is_here) return;
   throw Error(text(
       "the start lies on a singular point", where.empty() ? "" : " (" + where + ")",
