@@ -75,6 +75,7 @@ NumericArray::NumericArray(const DerivativeArray& array)
       first_(array.first().size()),
       equations_(array.equations()) {
   prepare();
+  measure();
 }
 
 NumericArray::NumericArray(std::vector<Expr> rows, std::vector<Expr> columns)
@@ -93,15 +94,14 @@ void NumericArray::prepare() {
   const std::unordered_set<Expr> unknown(columns_.begin(), columns_.end());
   for (Expr leaf : leaves(outputs_))
     if (!unknown.count(leaf) && symbol_of(leaf).kind != Kind::constant) others_.push_back(leaf);
-  measure();
+  unit_ = Vec::Ones(static_cast<Index>(columns_.size()));
+  row_unit_ = Vec::Ones(static_cast<Index>(rows_));
 }
 
 /// Units only where the model has sizes far from 1: nanometres, pascals.
 void NumericArray::measure() {
   constexpr double usual = 300;
   constexpr std::size_t affordable = 300;  // rows
-  unit_ = Vec::Ones(static_cast<Index>(columns_.size()));
-  row_unit_ = Vec::Ones(static_cast<Index>(rows_));
   if (rows_ == 0 || columns_.empty() || rows_ > affordable) return;
   const std::vector<Expr> rows(outputs_.begin(), outputs_.begin() + static_cast<std::ptrdiff_t>(rows_));
   Magnitudes m = magnitudes(rows, rows_, columns_, known(0), {});

@@ -6,7 +6,6 @@
 #include "base/decompositions.hpp"
 #include "base/error.hpp"
 #include "base/text.hpp"
-#include "dae/analysis/determinant_factors.hpp"
 #include "dae/singular/singularity_conditions.hpp"
 #include "dae/start/start_system.hpp"
 #include "expr/print/print.hpp"
@@ -56,12 +55,10 @@ std::optional<Undefined> undefined_at(const StartSystem& s, const std::unordered
 // ── conflicts ──
 
 /// Rows that still contain unknowns that are not fixed are solved for these and substituted, as long as they
-/// are linear in them. What is left are conditions on the fixed values alone; `certain` if nothing was divided by that
-/// other unknowns could make 0.
+/// are linear in them. What is left are conditions on the fixed values alone.
 std::vector<Expr> conditions_on_fixed(const StartSystem& s, std::vector<Expr> rows,
                                       const std::vector<Expr>& fixed,
-                                      const std::unordered_map<Expr, double>& point, bool& certain) {
-  certain = true;
+                                      const std::unordered_map<Expr, double>& point) {
   const auto is_fixed = [&](Expr leaf) { return std::find(fixed.begin(), fixed.end(), leaf) != fixed.end(); };
   for (bool again = true; again;) {
     again = false;
@@ -73,8 +70,6 @@ std::vector<Expr> conditions_on_fixed(const StartSystem& s, std::vector<Expr> ro
         const double value = pendula::evaluate({&slope, 1}, point)[0];
         if (!std::isfinite(value) || std::fabs(value) < 1e-9) continue;
         const Expr solution = -substitute(rows[i], {{leaf, Expr(0)}}) / slope;
-        const auto inside = unknowns_in(s, slope);
-        certain = certain && std::all_of(inside.begin(), inside.end(), is_fixed);
         rows.erase(rows.begin() + static_cast<std::ptrdiff_t>(i));
         for (Expr& other : rows) other = tidied(substitute(other, {{leaf, solution}}));
         again = true;
@@ -167,28 +162,7 @@ std::string short_label(const StartSystem& s, std::size_t row) {
   return label.starts_with(word) ? label.substr(word.size()) : label;
 }
 
-/// No values of the other unknowns satisfy this equation: with the fixed values put in, it is 0 for none.
-bool never_holds(const StartSystem& s, Expr row, const Conflict& conflict) {
-  Substitution values;
-  for (const auto& [leaf, value] : s.known) values[leaf] = Expr(value);
-  for (std::size_t i : conflict.fixes)
-    if (const auto j = s.fixed_unknown(i - s.first_fix))
-      values[s.unknowns[*j]] = Expr(s.request.fix[i - s.first_fix].second);
-  try {
-    const Expr left = tidied(substitute(row, values));
-    return is_short(left) && !left.is_zero() && vanishing_factors(left).empty();
-  } catch (const Error&) {  // it has no value there
-    return false;
-  }
-}
-
-/// What is not satisfied, and whether that proves a contradiction.
-struct Violations {
-  std::vector<std::string> lines;
-  bool proved = false;
-};
-
-Violations violations(const StartSystem& s, const Conflict& conflict) {
+std::vector<std::string> violations(const StartSystem& s, const Conflict& conflict) {
   const auto point = nearest_miss(s, conflict);
   std::vector<Expr> equations, fixed;
   std::vector<std::string> labels, lines;
@@ -201,20 +175,17 @@ Violations violations(const StartSystem& s, const Conflict& conflict) {
   const auto value = [&](Expr e) { return pendula::evaluate({&e, 1}, point)[0]; };
   const auto rounding = [&](Expr e) { return 1e-12 * std::min(1.0, size_of_terms(e, point)); };
   constexpr std::size_t readable = 8;
-  bool certain = false;
   if (equations.size() <= readable)
-    for (Expr e : conditions_on_fixed(s, equations, fixed, point, certain))
+    for (Expr e : conditions_on_fixed(s, equations, fixed, point))
       if (std::isfinite(value(e)) && std::fabs(value(e)) > rounding(e))
         lines.push_back(
             text(join(labels, ", "), ":  0 ≠ ", rounded(value(e), 6), " = ", to_text(simplify(e))));
-  if (!lines.empty()) return {lines, certain};
-  const bool never = equations.empty() || std::any_of(equations.begin(), equations.end(),
-                                                      [&](Expr e) { return never_holds(s, e, conflict); });
+  if (!lines.empty()) return lines;
   for (std::size_t k = 0; k < equations.size() && k < readable; ++k)
     if (std::fabs(value(equations[k])) > rounding(equations[k]))
       lines.push_back(text(labels[k], ":  0 ≠ ", rounded(value(equations[k]), 6), " = ",
                            to_text(equations[k]), "  at ", values_of(unknowns_in(s, equations[k]), point)));
-  return {lines, never};
+  return lines;
 }
 
 // ── freedom ──
@@ -346,14 +317,8 @@ void explain_conflict(const ModelPtr& model, const StartSystem& s, const StartSo
   const Conflict conflict = smallest_conflict(s, failed);
   std::vector<std::string> fixes;
   for (std::size_t i : conflict.fixes) fixes.push_back(s.label(i));
-  const auto [violated, proved] = violations(s, conflict);
+  const auto violated = violations(s, conflict);
   const std::string lines = violated.empty() ? "" : "\n  violated: " + join(violated, "\n            ");
-  if (!proved)
-    throw Error(text(
-        "no start was found from this guess with these values fixed.\n  not satisfied together: ",
-        join(fixes, ", "), lines,
-        "\n  That they contradict each other is not proved: give a guess near the solution, "
-        "guess = { … }, move a value from fix to guess, or move all as little as possible: nearest = true"));
   throw Error(text(
       "the fixed values contradict each other and the constraints.\n  conflict: ", join(fixes, ", "), lines,
       "\n  Leave one of them out of fix, move it to guess, or move all as little as possible: "

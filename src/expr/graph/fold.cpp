@@ -267,10 +267,11 @@ constexpr std::size_t typed_digits = 15;  // beyond them a double is meant as it
 
 std::optional<mpq_class> typed_decimal(double value) {
   constexpr int meant_digits = 10;
+  constexpr std::size_t decimal_digits = 12;  // of 10⁵ doubles that were computed, six have so few
   constexpr double last_places = 2;
   if (!std::isfinite(value) || value == 0) return {};
   const double size = std::fabs(value), spacing = std::nextafter(size, HUGE_VAL) - size;
-  if (const Decimal d = decimal_of(size); d.mantissa.size() <= typed_digits) return rational(d, value < 0);
+  if (const Decimal d = decimal_of(size); d.mantissa.size() <= decimal_digits) return rational(d, value < 0);
   const Decimal near = decimal_of(size, meant_digits - 1);
   const mpq_class meant = rational(near, false);
   if (abs(meant - mpq_class(size)) > last_places * mpq_class(spacing)) return {};
