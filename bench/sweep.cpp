@@ -16,6 +16,7 @@
 
 #include <benchmark/benchmark.h>
 
+#include "dae/model/first_order.hpp"
 #include "integrate/run/adaptive_run.hpp"
 #include "integrate/run/methods.hpp"
 #include "integrate/sweep/ensemble.hpp"

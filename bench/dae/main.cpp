@@ -2,6 +2,7 @@
 #include <cstdio>
 #include <memory>
 
+#include "dae/model/first_order.hpp"
 #include "expr/graph/derivative.hpp"
 #include "ida.hpp"
 #include "lua/bind/dae/dae.hpp"
@@ -15,7 +16,7 @@ namespace {
 
 using lua::Call;
 
-integrate::Point point_of(const dae::FirstOrder& form, const dae::Start& start) {
+integrate::Point point_of(const dae::FirstOrder& form, const dae::ConsistentState& start) {
   const auto value = [&](Expr leaf) {
     const auto known = start.values.find(leaf);
     return known == start.values.end() ? start(leaf) : known->second;
@@ -42,7 +43,7 @@ int ida(Call& call) {
   const auto model = call.shared<dae::Model>(1, "model");
   const lua::Options options = call.options(2, {"start", "to", "rtol", "atol", "sparse", "suppress",
                                                 "coefficient", "flush", "inputs", "params", "from"});
-  const dae::StartPtr start = lua::read_start(call.L, options, model);
+  const dae::ConsistentStatePtr start = lua::read_start(call.L, options, model);
   lua_settop(call.L, call.count());
   dae::FirstOrder form = dae::first_order(*model);
   Vec parameters(static_cast<Eigen::Index>(form.p.size()));

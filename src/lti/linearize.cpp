@@ -6,6 +6,7 @@
 #include "base/decompositions.hpp"
 #include "base/error.hpp"
 #include "base/text.hpp"
+#include "dae/model/lineage.hpp"
 #include "dae/pencil/pencil.hpp"
 #include "dae/reduce/reduce.hpp"
 #include "expr/linalg/linalg.hpp"
@@ -28,7 +29,7 @@ Expr snapped(double v, double scale) {
 /// All leaves of the model at the start.
 class Point {
  public:
-  Point(const dae::Model& model, const dae::Start& at) : model_(model) {
+  Point(const dae::Model& model, const dae::ConsistentState& at) : model_(model) {
     double scale = 1;
     for (const auto& [leaf, v] : at.values) scale = std::max(scale, std::fabs(v));
     for (const auto& [leaf, v] : at.values) values_[leaf] = snapped(v, scale);
@@ -304,7 +305,7 @@ System by_pencil(const Expansion& x, const std::vector<Expr>& outputs) {
   return g;
 }
 
-dae::StartPtr start_of_relative(const dae::ModelPtr& low, const dae::Start& at) {
+dae::ConsistentStatePtr start_of_relative(const dae::ModelPtr& low, const dae::ConsistentState& at) {
   dae::StartRequest request;
   request.t = at.t, request.keep_invariants = false;
   for (Expr leaf : low->states())
@@ -331,9 +332,10 @@ MatX tangent(const MatX& J, int n) {
 
 /// Away from rest: the form "acc" x′ = f(x), whose solutions stay on 0 = C(x). Its deviations are tangent to
 /// that, δx = V δξ with some of the variables as ξ, and δξ′ is what f says of these variables.
-System along_trajectory(const dae::ModelPtr& model, const dae::Start& at, const LinearizeRequest& request) {
+System along_trajectory(const dae::ModelPtr& model, const dae::ConsistentState& at,
+                        const LinearizeRequest& request) {
   const dae::ModelPtr low = dae::reduce(model, "acc");
-  const dae::StartPtr start = start_of_relative(low, at);
+  const dae::ConsistentStatePtr start = start_of_relative(low, at);
   LinearizeRequest again = request;
   if (again.inputs.empty()) again.inputs = model->inputs;
   System g = linearize(low, *start, again);
@@ -379,7 +381,8 @@ System along_trajectory(const dae::ModelPtr& model, const dae::Start& at, const 
 
 }  // namespace
 
-System linearize(const dae::ModelPtr& model, const dae::Start& at, const LinearizeRequest& request) {
+System linearize(const dae::ModelPtr& model, const dae::ConsistentState& at,
+                 const LinearizeRequest& request) {
   const std::vector<Expr> inputs = request.inputs.empty() ? model->inputs : request.inputs;
   check_inputs(*model, inputs);
   const Point point(*model, at);

@@ -26,6 +26,7 @@ struct LinearizeRequest {
 /// inputs and outputs that are not of this model, outputs that depend on derivatives of inputs, models
 ///           without a regular linearisation
 /// cost      one sparse Jacobian; of higher index an exact pencil (at most 60 unknowns)
-System linearize(const dae::ModelPtr& model, const dae::Start& at, const LinearizeRequest& request = {});
+System linearize(const dae::ModelPtr& model, const dae::ConsistentState& at,
+                 const LinearizeRequest& request = {});
 
 }  // namespace pendula::lti

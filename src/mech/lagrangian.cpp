@@ -5,6 +5,7 @@
 
 #include "base/error.hpp"
 #include "base/text.hpp"
+#include "dae/model/make_model.hpp"
 #include "dae/rank/rank.hpp"
 #include "expr/graph/declaration.hpp"
 #include "expr/print/print.hpp"
@@ -142,7 +143,10 @@ dae::ModelPtr lagrange(const Lagrangian& s) {
     throw Error(text("Q has ", s.Q.size(), " rows, but there are ", n,
                      " coordinates in q; see generalized_force(q, { {p, F} })"));
   dae::Mechanics mech;
-  mech.q = s.q, mech.T = s.T, mech.V = s.V, mech.C = s.C;
+  mech.q = s.q;
+  mech.T = s.T;
+  mech.V = s.V;
+  mech.C = s.C;
   mech.Q = s.Q.size() ? s.Q : VecX(VecX::Zero(n));
   const VecX v = dot(s.q), a = dot(s.q, 2);
   const Expr L = s.T - s.V;

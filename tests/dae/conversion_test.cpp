@@ -1,10 +1,11 @@
 // Conversions with functions as multipliers: what replaces what, where it is valid, and that the solutions
 // stay.
-#include "dae/structure/conversion.hpp"
+#include "dae/regularise/regularise.hpp"
 
 #include <doctest/doctest.h>
 
-#include "dae/index/derivative_array.hpp"
+#include "dae/index/array_index.hpp"
+#include "dae/model/make_model.hpp"
 #include "expr/graph/generic.hpp"
 #include "expr/print/print.hpp"
 #include "tests/dae/problems.hpp"
@@ -15,19 +16,19 @@ using namespace pendula::problems;
 
 namespace {
 
-std::string story_of(const Repaired& r) {
+std::string story_of(const Regularised& r) {
   std::string all;
-  for (const auto& line : r.story) all += line + "\n";
+  for (const auto& line : r.log) all += line + "\n";
   return all;
 }
 
-/// The repaired model and the derivative array of the original agree.
+/// The regularised model and the derivative array of the original agree.
 void check_both_roads(const ModelPtr& m, int index, int dof) {
   const ArrayResult truth = derivative_array(*m);
   CAPTURE(truth.text);
   CHECK(truth.index == index);
   CHECK(truth.dof == dof);
-  const auto r = repair(m);
+  const auto r = regularise(m);
   REQUIRE(r);
   CAPTURE(story_of(*r));
   CHECK(r->dof == dof);
@@ -44,12 +45,12 @@ TEST_CASE("linear combination with a function: (2) - x (1), valid everywhere") {
              dy = derivative_leaf(y);
   const auto m = model({{dx + x * dy, 1}, {x * dx + x * x * dy, y - sin(t)}});
   CHECK_FALSE(analyse(*m).regular);
-  const auto r = repair(m);
+  const auto r = regularise(m);
   REQUIRE(r);
   CAPTURE(story_of(*r));
   CHECK(r->nonzero.empty());
   CHECK(r->definitions.empty());
-  CHECK(r->story[0] == "(2) - x (1):  0 = x - y + sin(t)   replaces (2) as (2*), valid everywhere");
+  CHECK(r->log[0] == "(2) - x (1):  0 = x - y + sin(t)   replaces (2) as (2*), valid everywhere");
   CHECK(r->dof == 1);
   bool found = false;  // x - y + sin t = 0
   for (Expr e : r->model->residuals)
@@ -64,7 +65,7 @@ TEST_CASE("linear combination where a coefficient must not vanish: the domain is
              dy = derivative_leaf(y);
   // both rows are multiplied with unknowns: one of them has to be divided by
   const auto m = model({{y * (dx + dy), z}, {x * (dx + dy), 1}, {derivative_leaf(z), x}});
-  const auto r = repair(m);
+  const auto r = regularise(m);
   REQUIRE(r);
   CAPTURE(story_of(*r));
   REQUIRE(r->nonzero.size() == 1);
@@ -76,7 +77,7 @@ TEST_CASE("a new unknown for the shared combination w = x′ - y′ where combin
   const Expr x = unknown("x"), y = unknown("y"), t = time_symbol(),
              shared = derivative_leaf(x) - derivative_leaf(y);
   const auto m = model({{exp(shared) + x, 3}, {sin(shared) + y, t}});
-  const auto r = repair(m);
+  const auto r = regularise(m);
   REQUIRE(r);
   CAPTURE(story_of(*r));
   REQUIRE(r->definitions.size() == 1);
@@ -93,21 +94,21 @@ TEST_CASE("a parameter as coefficient: valid where it is not zero") {
   const Expr dx = derivative_leaf(x), dy = derivative_leaf(y);
   const auto m = model({{m1 * dx + m1 * dy, x}, {m2 * dx + m2 * dy, y}});
   check_both_roads(m, 1, 1);
-  const auto r = repair(m);
+  const auto r = regularise(m);
   for (Expr e : r->nonzero)
     for (Expr leaf : leaves({&e, 1})) CHECK(symbol_of(leaf).kind == pendula::Kind::parameter);
 }
 
-TEST_CASE("singular only at the given parameter values: repaired with them, and it says so") {
+TEST_CASE("singular only at the given parameter values: regularised with them, and it says so") {
   const Expr x = unknown("x"), y = unknown("y"), k = parameter("k");
   const Expr dx = derivative_leaf(x), dy = derivative_leaf(y);
   const auto m = model({{dx + dy, x}, {dx + k * dy, y}});
-  CHECK_FALSE(repair(m));  // generic k: an ODE
-  CHECK_FALSE(repair(with_values(m, {{k, 2}})));
+  CHECK_FALSE(regularise(m));  // generic k: an ODE
+  CHECK_FALSE(regularise(with_values(m, {{k, 2}})));
   const auto one = with_values(m, {{k, 1}});
-  const auto r = repair(one);
+  const auto r = regularise(one);
   REQUIRE(r);
-  CHECK(r->story[0] == "with the parameter values k = 1");
+  CHECK(r->log[0] == "with the parameter values k = 1");
   CHECK(r->dof == 1);
   const ArrayResult truth = derivative_array(*one);
   CHECK(truth.index == 1);
@@ -124,11 +125,11 @@ TEST_CASE("a pendulum whose constraint is hidden in an equation of motion") {
   check_both_roads(m, 3, 2);
 }
 
-TEST_CASE("structurally singular models are not repaired") {
+TEST_CASE("structurally singular models are not regularised") {
   const Expr x = unknown("x"), y = unknown("y"), t = time_symbol();
   std::vector<std::string> why;
-  CHECK_FALSE(
-      repair(model({{x, t}, {x * x + derivative_leaf(x), 1}, {derivative_leaf(y) + unknown("z"), x}}), &why));
+  CHECK_FALSE(regularise(
+      model({{x, t}, {x * x + derivative_leaf(x), 1}, {derivative_leaf(y) + unknown("z"), x}}), &why));
   REQUIRE(why.size() == 1);
   CHECK(why[0].find("structurally singular") != std::string::npos);
 }
@@ -140,7 +141,7 @@ TEST_CASE("the row of a column equation is replaced in place and noted") {
   b.lhs << derivative_leaf(x1) + derivative_leaf(x2), derivative_leaf(x3),
       derivative_leaf(x1) + derivative_leaf(x2) + derivative_leaf(x3);
   b.rhs << x1, x2, x3;
-  const auto r = repair(make_model({b}));
+  const auto r = regularise(make_model({b}));
   REQUIRE(r);
   REQUIRE(r->blocks.size() == 1);
   REQUIRE(r->blocks[0].rewritten.size() == 3);
@@ -171,7 +172,7 @@ TEST_CASE("a structure that is right in general and wrong on the solutions is no
   CHECK(s.singular_on_solutions);
   CHECK_FALSE(s.regular);
   std::vector<std::string> why;
-  CHECK_FALSE(repair(m, &why));
+  CHECK_FALSE(regularise(m, &why));
   CHECK(why.back().find("singular wherever the equations hold") != std::string::npos);
   const ArrayResult truth = derivative_array(*m);
   CAPTURE(truth.text);

@@ -1,14 +1,16 @@
 // The derivative array against problems whose index, degrees of freedom and conditions are known from the
 // literature or by hand.
-#include "dae/index/derivative_array.hpp"
+#include "dae/index/array_index.hpp"
 
 #include <doctest/doctest.h>
 
 #include <cmath>
 
 #include "base/error.hpp"
-#include "dae/index/array_points.hpp"
-#include "dae/structure/analysis.hpp"
+#include "dae/analysis/analysis.hpp"
+#include "dae/model/make_model.hpp"
+#include "dae/points/array_points.hpp"
+#include "dae/rank/rank_with_gap.hpp"
 #include "expr/graph/generic.hpp"
 #include "expr/print/print.hpp"
 #include "tests/dae/problems.hpp"

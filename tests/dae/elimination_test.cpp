@@ -1,11 +1,12 @@
 // Elimination of constant leading rows: the steps of exam 3(d), and systems where the answer is known by
 // hand.
-#include "dae/structure/elimination.hpp"
+#include "dae/regularise/elimination.hpp"
 
 #include <doctest/doctest.h>
 
 #include "dae/index/array_conditions.hpp"
-#include "dae/structure/conversion.hpp"
+#include "dae/rank/tracked_elimination.hpp"
+#include "dae/regularise/regularise.hpp"
 #include "expr/graph/generic.hpp"
 #include "expr/print/print.hpp"
 #include "tests/dae/problems.hpp"
@@ -39,8 +40,8 @@ TEST_CASE(
   CHECK(second);
 }
 
-TEST_CASE("exam 3(d) repaired: the model is equivalent, its analysis is valid: one degree of freedom") {
-  const auto r = repair(exam_3d());
+TEST_CASE("exam 3(d) regularised: the model is equivalent, its analysis is valid: one degree of freedom") {
+  const auto r = regularise(exam_3d());
   REQUIRE(r);
   CHECK(r->dof == 1);
   CHECK(r->differentiations == 2);
@@ -54,7 +55,7 @@ TEST_CASE("exam 3(d) repaired: the model is equivalent, its analysis is valid: o
 }
 
 TEST_CASE("second derivatives that cancel: x = t + sin t appears as an equation") {
-  const auto r = repair(hidden_sum());
+  const auto r = regularise(hidden_sum());
   REQUIRE(r);
   CHECK(r->dof == 0);
   CHECK(r->differentiations == 3);
@@ -66,27 +67,27 @@ TEST_CASE("rows with multipliers other than one, offsets that differ") {
   const Expr x = unknown("x"), y = unknown("y"), t = time_symbol();
   const auto m = model({{3 * derivative_leaf(x) + 6 * derivative_leaf(y) + x, 0},
                         {2 * derivative_leaf(x) + 4 * derivative_leaf(y) - y, t}});
-  const auto r = repair(m);
+  const auto r = regularise(m);
   REQUIRE(r);
   CHECK(r->dof == 1);
   CHECK(r->story[0].find("3 (2) - 2 (1)") == 0);
 }
 
-TEST_CASE("dependent and contradicting equations are reported, not repaired") {
+TEST_CASE("dependent and contradicting equations are reported, not regularised") {
   const Expr x = unknown("x"), y = unknown("y"), t = time_symbol();
   std::vector<std::string> why;
-  CHECK_FALSE(repair(model({{derivative_leaf(x) + y, 0}, {2 * derivative_leaf(x) + 2 * y, 0}}), &why));
+  CHECK_FALSE(regularise(model({{derivative_leaf(x) + y, 0}, {2 * derivative_leaf(x) + 2 * y, 0}}), &why));
   REQUIRE_FALSE(why.empty());
   CHECK(why.back().find("depend on each other") != std::string::npos);
   why.clear();
-  CHECK_FALSE(repair(model({{derivative_leaf(x) + y, 0}, {2 * derivative_leaf(x) + 2 * y, t}}), &why));
+  CHECK_FALSE(regularise(model({{derivative_leaf(x) + y, 0}, {2 * derivative_leaf(x) + 2 * y, t}}), &why));
   CHECK(why.back().find("contains no unknown") != std::string::npos);
 }
 
 TEST_CASE("a derivative that cancels within one equation does not count") {
   const Expr x = unknown("x"), y = unknown("y"), d = derivative_leaf(x);
   const auto m = model({{(d + 1) * (d + 1) - d * d - 2 * d, 1 + x - y}, {derivative_leaf(y), x}});
-  const auto r = repair(m);
+  const auto r = regularise(m);
   REQUIRE(r);
   CHECK(r->dof == 1);  // x = y, y′ = x
   CHECK(r->story[0].find("which cancels") != std::string::npos);
@@ -94,9 +95,9 @@ TEST_CASE("a derivative that cancels within one equation does not count") {
 
 TEST_CASE("a regular model is left alone") {
   std::vector<std::string> why;
-  CHECK_FALSE(repair(pendulum(), &why));
+  CHECK_FALSE(regularise(pendulum(), &why));
   CHECK(why.empty());
-  CHECK_FALSE(repair(cstr()));
+  CHECK_FALSE(regularise(cstr()));
 }
 
 TEST_CASE("tracked elimination: combinations reproduce the rows") {

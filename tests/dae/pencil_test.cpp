@@ -7,6 +7,8 @@
 #include <random>
 
 #include "base/error.hpp"
+#include "dae/model/forms.hpp"
+#include "dae/model/make_model.hpp"
 #include "dae/pencil/pencil_shuffle.hpp"
 #include "expr/graph/declaration.hpp"
 #include "expr/graph/generic.hpp"

@@ -4,6 +4,7 @@
 #include <utility>
 #include <vector>
 
+#include "dae/model/make_model.hpp"
 #include "dae/model/model.hpp"
 
 namespace pendula::problems {

@@ -1,13 +1,14 @@
 // Random DAEs whose index and degrees of freedom are known by construction: transformed Weierstrass forms
 // S (diag(I, N) w′ - diag(J, I) w - f) = 0, w = T x (Kunkel & Mehrmann 2006, Thm 2.7), and nonlinear changes
 // of variables and time-dependent mixing of them. The roads must agree: construction, derivative array,
-// repaired structure.
+// regularised structure.
 #include <doctest/doctest.h>
 
 #include <random>
 
-#include "dae/index/derivative_array.hpp"
-#include "dae/structure/conversion.hpp"
+#include "dae/index/array_index.hpp"
+#include "dae/model/make_model.hpp"
+#include "dae/regularise/regularise.hpp"
 #include "expr/print/print.hpp"
 #include "tests/dae/problems.hpp"
 
@@ -103,18 +104,18 @@ bool check_roads(const Known& k) {
   if (s.regular) {
     CHECK(s.offsets.value == k.dof);
     CHECK(s.offsets.index() >= k.index);
-  } else if (const auto repaired = repair(k.model)) {
-    CHECK(repaired->dof == k.dof);
-    CHECK(repaired->differentiations >= k.index);
+  } else if (const auto regularised = regularise(k.model)) {
+    CHECK(regularised->dof == k.dof);
+    CHECK(regularised->differentiations >= k.index);
   }
   return decided;
 }
 
 }  // namespace
 
-TEST_CASE("linear: derivative array and repaired structure find the index and freedom of construction") {
+TEST_CASE("linear: derivative array and regularised structure find the index and freedom of construction") {
   Generator g(20261121, 3);
-  int repaired = 0;
+  int regularised = 0;
   for (int trial = 0; trial < 30; ++trial) {
     CAPTURE(trial);
     const Known k = disguised(g, Disguise::linear, 4);
@@ -122,14 +123,14 @@ TEST_CASE("linear: derivative array and repaired structure find the index and fr
     const ArrayResult r = derivative_array(*k.model);
     CHECK(r.exact);
     CHECK(static_cast<int>(r.constraints.size()) == r.conditions);
-    const auto model = repair(k.model);
+    const auto model = regularise(k.model);
     if (!structure_of(equations_of(*k.model)).regular) {
       REQUIRE(model);  // constant coefficients: elimination always succeeds
       CHECK(model->nonzero.empty());
-      ++repaired;
+      ++regularised;
     }
   }
-  CHECK(repaired > 10);
+  CHECK(regularised > 10);
 }
 
 TEST_CASE("nonlinear changes of variables keep index and freedom") {

@@ -4,7 +4,10 @@
 #include <cmath>
 
 #include "base/error.hpp"
+#include "dae/model/derivation_markup.hpp"
+#include "dae/model/first_order.hpp"
 #include "dae/model/lineage.hpp"
+#include "dae/model/make_model.hpp"
 #include "dae/rank/rank.hpp"
 #include "dae/reduce/reduced_forms.hpp"
 #include "dae/start/start.hpp"
@@ -80,14 +83,14 @@ Problem slider_crank() {
   return p;
 }
 
-dae::StartPtr start_of(const Problem& p) {
+dae::ConsistentStatePtr start_of(const Problem& p) {
   dae::StartRequest request;
   request.fix = p.fix;
   return dae::init(p.model, request);
 }
 
 /// The start of a relative in the unknowns of `low`.
-dae::StartPtr translated(const dae::Start& at, const dae::ModelPtr& low) {
+dae::ConsistentStatePtr translated(const dae::ConsistentState& at, const dae::ModelPtr& low) {
   dae::StartRequest request;
   for (Expr leaf : low->states()) {
     REQUIRE(at.value_for(*low, leaf).has_value());
@@ -99,7 +102,7 @@ dae::StartPtr translated(const dae::Start& at, const dae::ModelPtr& low) {
 }
 
 /// 1e-10: solved_below in start.cpp bounds what the residuals of both starts leave.
-void check_agrees(const Problem& p, const dae::Start& at, const dae::ModelPtr& low) {
+void check_agrees(const Problem& p, const dae::ConsistentState& at, const dae::ModelPtr& low) {
   CAPTURE(low->form);
   const auto other = translated(at, low);
   for (Expr e : p.probes) CHECK(std::fabs((*other)(e)-at(e)) < 1e-10 * (1 + std::fabs(at(e))));
@@ -312,7 +315,7 @@ TEST_CASE("dummy: the selection follows the point, and its quality falls towards
 TEST_CASE("lineage: forms can be made of forms, and keep parameter values") {
   const auto p = two_masses();
   const auto ode = dae::reduce(dae::reduce(p.model, "acc"), "ode");
-  CHECK(ode->kind == dae::Kind::ode);
+  CHECK(ode->kind == dae::ModelKind::ode);
   CHECK(ode->form == "ode");
   const Expr L = symbol(Kind::parameter, "L");
   const auto longer = dae::with_values(ode, {{L, Expr(2)}});

@@ -5,6 +5,8 @@
 #include <cmath>
 
 #include "base/error.hpp"
+#include "dae/model/forms.hpp"
+#include "dae/model/make_model.hpp"
 #include "dae/reduce/reduce.hpp"
 #include "dae/start/start.hpp"
 #include "mech/lagrangian.hpp"
@@ -60,11 +62,11 @@ TEST_CASE("exam 1b: index 3, eight free initial values, conditions C = 0 and Câ€
   CHECK(a.regular);
   CHECK(a.index == 3);
   CHECK(a.dof == 8);
-  CHECK(dae::conditions_by_offsets(*s.model, a).size() == 4);
+  CHECK(dae::hidden_constraints_by_offsets(*s.model, a).size() == 4);
   const auto low = dae::reduce_acc(s.model);
   CHECK(dae::analyse(*low).index == 1);
   CHECK(dae::analyse(*low).dof == 8);
-  CHECK(low->kind == dae::Kind::fully_implicit);
+  CHECK(low->kind == dae::ModelKind::fully_implicit);
 }
 
 TEST_CASE("exam 1b: accelerations and multipliers at a consistent start to 1e-11") {

@@ -9,7 +9,7 @@ local function has(story, words) expect(story:find(words, 1, true) ~= nil):is_tr
 test("a derivation names equations by their numbers, in text and in LaTeX", function()
   local story = ball:reduce "acc":trace()
   has(story, "(3)  0 = (pᵀp - L²)/2   is differentiated twice")
-  has(story, "with (1)  p′ = v")
+  has(story, "substituting (1)  p′ = v")
   local latex = story:latex()
   has(latex, [[(3)  $0 = \frac{\mathbf{p}^\top \mathbf{p} - L^2}{2}$   is differentiated twice\\]])
   has(latex, [[d$^{2}$/dt$^{2}$:  $0 = \mathbf{p}^\top \dot{\mathbf{v}} + \mathbf{v}^\top \mathbf{v}$\\]])

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "dae/model/first_order.hpp"
 #include "integrate/run/fixed_step_run.hpp"
 #include "method/tableau_text.hpp"
 

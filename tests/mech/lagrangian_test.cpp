@@ -58,7 +58,7 @@ TEST_CASE("cart-pendulum: mass matrix and right side as derived by hand") {
   check_same(W(1, 1), M * L * L);
   check_same(mech.rhs[0], M * L * dot(th) * dot(th) * cos(th));
   check_same(mech.rhs[1], -M * g * L * cos(th));
-  CHECK(model->kind == dae::Kind::implicit_ode);
+  CHECK(model->kind == dae::ModelKind::implicit_ode);
 }
 
 TEST_CASE("the exam's two masses: W, right side, ∂C/∂q and the quadratic velocity terms") {
@@ -73,7 +73,7 @@ TEST_CASE("the exam's two masses: W, right side, ∂C/∂q and the quadratic vel
   s.C = col({(p1.dot(p1) - R * R) / 2, (d.dot(d) - L * L) / 2});
   const auto model = mech::lagrange(s);
   const auto& mech = *model->mechanics;
-  CHECK(model->kind == dae::Kind::semi_explicit);
+  CHECK(model->kind == dae::ModelKind::semi_explicit);
   CHECK(model->states().size() == 12);
   CHECK(model->algebraic().size() == 2);
   for (int i = 0; i < 6; ++i) {

@@ -1,17 +1,25 @@
 #include "dae/index/differentiation_index.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 #include "base/error.hpp"
 #include "base/text.hpp"
-#include "dae/index/derivative_array.hpp"
+#include "dae/analysis/determinant_factors.hpp"
+#include "dae/index/array_index.hpp"
+#include "dae/index/hidden_constraints.hpp"
 #include "dae/index/structural_index_check.hpp"
-#include "dae/model/memo.hpp"
+#include "dae/model/model_key.hpp"
+#include "dae/model/parameter_values.hpp"
 #include "dae/model/piecewise.hpp"
 #include "dae/pencil/pencil.hpp"
-#include "dae/singular/validity.hpp"
-#include "dae/structure/conversion.hpp"
-#include "dae/structure/hidden_constraints.hpp"
+#include "dae/points/consistent_point_rank.hpp"
+#include "dae/rank/rank.hpp"
+#include "dae/rank/rank_with_gap.hpp"
+#include "dae/regularise/regularise.hpp"
+#include "dae/structure/signature.hpp"
+#include "expr/print/print.hpp"
+#include "expr/rewrite/rewrite.hpp"
 
 namespace pendula::dae {
 namespace {
@@ -19,24 +27,24 @@ namespace {
 constexpr std::size_t array_affordable =
     12;  // unknowns of a nonlinear model for which numeric ranks are taken
 
-Truth from_structure(const Analysis& a, const std::string& by) {
-  Truth t;
+IndexResult from_structure(const Analysis& a, const std::string& by) {
+  IndexResult t;
   t.index = a.index;
   t.dof = a.dof;
-  t.by = by;
+  t.evidence = by;
   return t;
 }
 
 /// What makes a pencil singular, where elimination shows it: "(2) - (1):  0 = 1 …".
 std::string why_singular(const Model& m) {
   std::vector<std::string> tried;
-  repair(std::make_shared<const Model>(m), &tried);
+  regularise(std::make_shared<const Model>(m), &tried);
   std::string out;
   for (const std::string& line : tried) out += "\n  " + line;
   return out;
 }
 
-std::optional<Truth> from_pencil(const Model& m) {
+std::optional<IndexResult> from_pencil(const Model& m) {
   const auto form = linear_form(m);
   if (!form) return {};
   LinearIndex linear = linear_index(*form);
@@ -45,12 +53,12 @@ std::optional<Truth> from_pencil(const Model& m) {
         "the pencil sE - A is singular (det(sE - A) = 0 for every s): the equations depend on each other or "
         "leave unknowns open, so there is no index; sys:pencil() shows which",
         why_singular(m)));
-  Truth t;
+  IndexResult t;
   t.index = linear.index;
   t.dof = linear.dof;
-  t.conditions = Truth::Conditions::found;
+  t.conditions = IndexResult::Conditions::found;
   t.found = std::move(linear.constraints);
-  t.by = "shuffle algorithm, exact";
+  t.evidence = "shuffle algorithm, exact";
   return t;
 }
 
@@ -61,14 +69,14 @@ std::vector<Constraint> array_constraints(const ArrayResult& array) {
 }
 
 /// A label in which "(6*)", no equation of the user, is replaced by the combination that it stands for.
-std::string in_given_equations(std::string label, const Model& repaired) {
+std::string in_given_equations(std::string label, const Model& regularised) {
   constexpr int deepest = 3;  // combinations of combinations; an equation may have been replaced twice
   for (int depth = 0; depth < deepest && label.find("*)") != std::string::npos; ++depth)
-    for (std::size_t i = 0; i < repaired.residuals.size(); ++i) {
-      const auto [block, row] = repaired.origin[i];
-      const auto& how = repaired.blocks[block].rewritten;
+    for (std::size_t i = 0; i < regularised.residuals.size(); ++i) {
+      const auto [block, row] = regularised.origin[i];
+      const auto& how = regularised.blocks[block].rewritten;
       if (static_cast<std::size_t>(row) >= how.size() || how[row].empty()) continue;
-      const std::string star = repaired.label(i), &note = how[row];
+      const std::string star = regularised.label(i), &note = how[row];
       const std::string meaning = label == star ? note : "(" + note + ")";
       for (std::size_t k = 0; (k = label.find(star, k)) != std::string::npos; k += meaning.size())
         label.replace(k, star.size(), meaning);
@@ -76,12 +84,15 @@ std::string in_given_equations(std::string label, const Model& repaired) {
   return label;
 }
 
-/// The conditions of a repaired model, in the unknowns and equations of the original one.
-std::vector<Constraint> in_given_terms(std::vector<Constraint> list, const Repaired& repaired) {
+/// The conditions of a regularised model, in the unknowns and equations of the original one.
+std::vector<Constraint> in_given_terms(std::vector<Constraint> list, const Regularised& regularised) {
   for (Constraint& c : list) {
-    c.residual = substitute(c.residual, repaired.definitions);
-    std::string label = in_given_equations(c.label, *repaired.model);
-    if (label != c.label) c.origin = -1, c.label = std::move(label);
+    c.residual = substitute(c.residual, regularised.definitions);
+    std::string label = in_given_equations(c.label, *regularised.model);
+    if (label != c.label) {
+      c.origin = -1;
+      c.label = std::move(label);
+    }
   }
   std::stable_sort(list.begin(), list.end(), [](const Constraint& a, const Constraint& b) {
     return display_width(a.label) < display_width(b.label);  // an equation as written, then combinations
@@ -89,27 +100,27 @@ std::vector<Constraint> in_given_terms(std::vector<Constraint> list, const Repai
   return list;
 }
 
-std::vector<Constraint> repaired_constraints(const Repaired& repaired) {
-  const Model& m = *repaired.model;
-  return in_given_terms(conditions_by_offsets(m, require_regular(m)), repaired);
+std::vector<Constraint> regularised_constraints(const Regularised& regularised) {
+  const Model& m = *regularised.model;
+  return in_given_terms(hidden_constraints_by_offsets(m, require_regular(m)), regularised);
 }
 
-Truth from_array(const ModelPtr& model, const Analysis& a, const ArrayResult& array) {
-  Truth t;
+IndexResult from_array(const ModelPtr& model, const Analysis& a, const ArrayResult& array) {
+  IndexResult t;
   t.index = array.index;
   t.dof = array.dof;
-  t.by =
+  t.evidence =
       array.exact ? "derivative array, exact" : text("derivative array, ranks at ", array.points, " points");
   if (a.regular && a.dof == array.dof) return t;
   t.found = array_constraints(array);
   t.complete = static_cast<int>(t.found.size()) == array.conditions;
-  const bool leads_further = !t.complete && repair(model);
-  t.conditions = leads_further ? Truth::Conditions::of_repaired : Truth::Conditions::found;
+  const bool leads_further = !t.complete && regularise(model);
+  t.conditions = leads_further ? IndexResult::Conditions::of_regularised : IndexResult::Conditions::found;
   return t;
 }
 
-[[noreturn]] void no_road(const Model& m, const Analysis& a, const ArrayResult* array,
-                          const std::vector<std::string>& tried) {
+[[noreturn]] void fail_no_index(const Model& m, const Analysis& a, const ArrayResult* array,
+                                const std::vector<std::string>& tried) {
   std::string why = why_not_regular(m, a);
   if (array) why += "\n  derivative array: " + array->text;
   for (const std::string& line : tried) why += "\n  " + line;
@@ -118,47 +129,85 @@ Truth from_array(const ModelPtr& model, const Analysis& a, const ArrayResult& ar
 
 /// det J is written out, and no factor of it can vanish.
 bool regular_everywhere(const Model& m, const Analysis& a) {
-  const Validity v = validity(m, a, blocks_of(m, a));
+  const DeterminantFactors v = determinant_factors(m, a, blocks_of(m, a));
   return v.complete && v.conditions.empty();
 }
 
+/// Is the structural index exact where J has its generic rank? (sigma.hpp)
+bool exact_in_general(const Model& m, const Analysis& a) {
+  std::vector<int> orders;
+  for (const Variable& v : m.variables) orders.push_back(v.order);
+  const LowerIndexRows lower = lower_index_rows(a.offsets, orders);
+  std::vector<int> row(m.residuals.size(), -1), column(m.variables.size(), -1);
+  for (std::size_t k = 0; k < lower.rows.size(); ++k) row[lower.rows[k]] = static_cast<int>(k);
+  for (std::size_t k = 0; k < lower.other_columns.size(); ++k)
+    column[lower.other_columns[k]] = static_cast<int>(k);
+  std::vector<Entry> part;
+  for (const Entry& e : a.jacobian)
+    if (row[e.row] >= 0 && column[e.column] >= 0) part.push_back({row[e.row], column[e.column], e.value});
+  const int rank =
+      modular_rank(part, static_cast<int>(lower.rows.size()), static_cast<int>(lower.other_columns.size()))
+          .rank;
+  return lower.cannot_determine(rank);
+}
+
 /// The structure's answer, and at which points it was confirmed.
-Truth confirmed_structure(const Model& m, const Analysis& a) {
+IndexResult confirmed_structure(const Model& m, const Analysis& a) {
   const auto n = static_cast<int>(m.variables.size());
   std::string by = "structure, system Jacobian regular";
   if (a.solutions && a.solutions->most == n)
     by += ", also at a consistent point";
   else if (a.solutions)
     by += "; no consistent point was found to confirm it";
-  else if (n > OnSolutions::affordable && regular_everywhere(m, a))
+  else if (n > ConsistentPointRank::affordable && regular_everywhere(m, a))
     by += " at every point";
-  else if (n > OnSolutions::affordable)
-    by += text("; not confirmed at consistent points (more than ", OnSolutions::affordable, " equations)");
-  Truth t = from_structure(a, by);
-  t.index_is_bound = a.index > 1;
+  else if (n > ConsistentPointRank::affordable)
+    by += text("; not confirmed at consistent points (more than ", ConsistentPointRank::affordable,
+               " equations)");
+  IndexResult t = from_structure(a, by);
+  const bool at_points = a.solutions && a.solutions->points > 0;
+  t.index_is_bound = a.index > 1 && !(at_points ? a.solutions->index_proved > 0 : exact_in_general(m, a));
   return t;
 }
 
-Truth without_regular_structure(const ModelPtr& model, const Analysis& a, const ArrayResult& array) {
+/// The derivative array at consistent points of the regularised equations, which Newton's method finds more easily.
+ArrayResult array_from_regularised(const Model& m, const Regularised& r, ArrayOptions options) {
+  constexpr int seeds = 8;
+  const Model& other = *r.model;
+  const Analysis a = analyse(other);
+  if (!a.regular || other.variables.size() > ConsistentPointRank::affordable) return {};
+  const ConsistentPointRank points(residuals_at_values(other), unknowns_of(other), a.offsets, a.jacobian);
+  if (!points.applies()) return {};
+  for (int seed = 0; seed < seeds && static_cast<int>(options.from.size()) < options.points; ++seed)
+    if (auto values = points.consistent_values(seed)) options.from.emplace_back(seed, std::move(*values));
+  return options.from.empty() ? ArrayResult{} : derivative_array(m, options);
+}
+
+IndexResult without_regular_structure(const ModelPtr& model, const Analysis& a, const ArrayResult& array,
+                                      const ArrayOptions& options) {
   if (array.verdict == ArrayVerdict::determined) return from_array(model, a, array);
   std::vector<std::string> tried;
-  const auto repaired = repair(model, &tried);
-  if (!repaired || array.verdict != ArrayVerdict::not_covered) no_road(*model, a, &array, tried);
-  Truth t = from_structure(require_regular(*repaired->model), "structure of the repaired equations");
-  t.conditions = Truth::Conditions::of_repaired;
-  t.index = repaired->differentiations;
-  t.index_is_bound = true;
+  const auto regularised = regularise(model, &tried);
+  if (!regularised || array.verdict != ArrayVerdict::not_covered) fail_no_index(*model, a, &array, tried);
+  const ArrayResult again = array_from_regularised(*model, *regularised, options);
+  if (again.verdict == ArrayVerdict::determined && again.dof == regularised->dof)
+    return from_array(model, a, again);
+  IndexResult t =
+      from_structure(require_regular(*regularised->model), "structure of the regularised equations");
+  t.conditions = IndexResult::Conditions::of_regularised;
+  t.index = regularised->differentiations;
+  t.index_is_bound = t.index > 1;
   return t;
 }
 
-Truth find(const Model& m, const Analysis& a) {
+IndexResult find(const Model& m, const Analysis& a) {
   // A reduced form: made regular on purpose, with conditions its equations do not know, or with states that
   // are changed where it becomes singular.
-  if (!m.invariants.empty() || (m.form == "dummy" && a.regular)) {
-    if (!a.regular) no_road(m, a, nullptr, {});
+  if (!m.invariants.empty() || ((m.form == "dummy" || m.form == "array") && a.regular)) {
+    if (!a.regular) fail_no_index(m, a, nullptr, {});
     return from_structure(a, "structure of a reduced form, system Jacobian regular");
   }
-  if (a.standing == Standing::unmatched) no_road(m, a, nullptr, {});
+  if (a.standing == Standing::unmatched) fail_no_index(m, a, nullptr, {});
   if (auto t = from_pencil(m)) return *t;
   if (a.regular && m.variables.size() > array_affordable) return confirmed_structure(m, a);
   if (const int points = a.regular ? points_of_agreement(m, a) : 0)
@@ -167,10 +216,10 @@ Truth find(const Model& m, const Analysis& a) {
   ArrayOptions options;
   options.conditions = !a.regular;  // else they are those of the structure
   const ArrayResult array = derivative_array(m, options);
-  if (!a.regular) return without_regular_structure(model, a, array);
+  if (!a.regular) return without_regular_structure(model, a, array, options);
   if (array.verdict == ArrayVerdict::determined && array.dof == a.dof && array.index <= a.index)
     return from_array(model, a, array);
-  Truth t = confirmed_structure(m, a);
+  IndexResult t = confirmed_structure(m, a);
   if (array.verdict == ArrayVerdict::determined)
     t.notes.push_back("on another branch of the solutions, where the system Jacobian is singular: " +
                       array.text);
@@ -185,17 +234,17 @@ std::size_t length_of(const std::vector<Constraint>& list) {
   return nodes;
 }
 
-Consistency written_down(const Model& m, const Analysis& a, const Truth& t) {
-  if (t.conditions == Truth::Conditions::found) return {t.found, t.complete};
-  if (t.conditions == Truth::Conditions::by_offsets) return {conditions_by_offsets(m, a), true};
-  const auto repaired = repair(std::make_shared<const Model>(m));
-  if (!repaired) return {t.found, t.complete};
-  return {repaired_constraints(*repaired), true};
+HiddenConstraints written_down(const Model& m, const Analysis& a, const IndexResult& t) {
+  if (t.conditions == IndexResult::Conditions::found) return {t.found, t.complete};
+  if (t.conditions == IndexResult::Conditions::by_offsets) return {hidden_constraints_by_offsets(m, a), true};
+  const auto regularised = regularise(std::make_shared<const Model>(m));
+  if (!regularised) return {t.found, t.complete};
+  return {regularised_constraints(*regularised), true};
 }
 
 /// Conditions on the states only, as many as there are; where elimination does not lead to them, the list
 /// stays as it was found and is marked incomplete.
-void complete_constraints(const Model& m, const Analysis& a, const Truth& t, Consistency& known) {
+void complete_constraints(const Model& m, const Analysis& a, const IndexResult& t, HiddenConstraints& known) {
   const int wanted = static_cast<int>(m.states().size()) - t.dof;
   const bool clean = on_states_only(m, known.constraints);
   if (clean && static_cast<int>(known.constraints.size()) == wanted) return void(known.complete = true);
@@ -203,13 +252,14 @@ void complete_constraints(const Model& m, const Analysis& a, const Truth& t, Con
   Model there = m;
   if (a.standing == Standing::at_values) there.residuals = residuals_at_values(m);
   auto rows = a.regular ? rows_by_offsets(there, a.offsets) : rows_up_to(there, order);
-  auto found = state_conditions(there, m.states(), std::move(rows), wanted);
-  if (!a.regular)  // the repaired equations may lead further, or to something shorter
-    if (const auto repaired = repair(std::make_shared<const Model>(there))) {
-      auto more = state_conditions(*repaired->model, m.states(),
-                                   rows_by_offsets(*repaired->model, repaired->offsets), wanted);
+  auto found = hidden_constraints_on_states(there, m.states(), std::move(rows), wanted);
+  if (!a.regular)  // the regularised equations may lead further, or to something shorter
+    if (const auto regularised = regularise(std::make_shared<const Model>(there))) {
+      auto more =
+          hidden_constraints_on_states(*regularised->model, m.states(),
+                                       rows_by_offsets(*regularised->model, regularised->offsets), wanted);
       if (more.size() > found.size() || (more.size() == found.size() && length_of(more) < length_of(found)))
-        found = in_given_terms(std::move(more), *repaired);
+        found = in_given_terms(std::move(more), *regularised);
     }
   known.complete = static_cast<int>(found.size()) == wanted;
   if (known.complete || !clean) known.constraints = std::move(found);
@@ -217,7 +267,7 @@ void complete_constraints(const Model& m, const Analysis& a, const Truth& t, Con
 
 std::string answer_in(const Model& m) {
   try {
-    const Truth t = find(m, analyse(m));
+    const IndexResult t = find(m, analyse(m));
     return text("index ", t.index_is_bound ? "at most " : "", t.index, ", ", t.dof,
                 t.dof == 1 ? " free initial value" : " free initial values");
   } catch (const UserFacing&) {
@@ -226,7 +276,7 @@ std::string answer_in(const Model& m) {
 }
 
 /// Notes where the regions of a piecewise model do not all have one answer.
-void compare_regions(const Model& m, Truth& t) {
+void compare_regions(const Model& m, IndexResult& t) {
   if (m.variables.size() > array_affordable) return;
   std::vector<std::string> answers, words;
   for (const Region& r : regions(m)) {
@@ -237,8 +287,93 @@ void compare_regions(const Model& m, Truth& t) {
   if (answers.size() > 1) t.notes.push_back("the model is piecewise: " + join(words, "; "));
 }
 
+std::string answer_text(int index, int dof) {
+  return text("index ", index, ", ", dof, dof == 1 ? " free initial value" : " free initial values");
+}
+
+/// Constants of the size of rounding errors, beside which the others of the equation are of size 1: 0.1 + 0.2 - 0.3.
+/// Decimals as typed are exact and do not count.
+std::vector<Expr> rounding_sized(Expr residual) {
+  constexpr double rounding = 64 * 2.2e-16;
+  std::vector<Expr> small;
+  double largest = 1;
+  for (Expr node : topological({&residual, 1}))
+    if (node.is_constant()) largest = std::max(largest, std::fabs(constant_value(node)));
+  for (Expr node : topological({&residual, 1}))
+    if (node.is_constant() && !exact_value(node) && std::fabs(constant_value(node)) <= rounding * largest)
+      small.push_back(node);
+  return small;
+}
+
+/// Says what the index is if such constants are 0.
+void compare_without_rounding(const Model& m, IndexResult& t) {
+  Model other = m;
+  std::vector<std::string> words;
+  for (std::size_t i = 0; i < m.residuals.size(); ++i) {
+    Substitution zero;
+    for (Expr c : rounding_sized(m.residuals[i])) {
+      zero[c] = Expr(0);
+      words.push_back(text(rounded(constant_value(c), 3), " in ", m.label(i)));
+    }
+    if (!zero.empty()) other.residuals[i] = simplify(substitute(m.residuals[i], zero));
+  }
+  if (words.empty()) return;
+  const std::string here = answer_text(t.index, t.dof), there = answer_in(other);
+  if (here != there)
+    t.notes.push_back(
+        text("near-singular: ", join(words, ", "),
+             words.size() == 1 ? " has the size of a rounding error" : " have the size of rounding errors",
+             "; as given: ", here, ", with 0 in ", words.size() == 1 ? "its" : "their", " place: ", there));
+}
+
+/// Rows and columns scaled so that the logarithms of the entries are balanced: units of unknowns and equations, however
+/// far apart, change nothing.
+Mat balanced(Mat J) {
+  constexpr int sweeps = 60;
+  const auto center = [](auto&& line) {
+    double sum = 0;
+    int count = 0;
+    for (Eigen::Index k = 0; k < line.size(); ++k)
+      if (line[k] != 0) {
+        sum += std::log(std::fabs(line[k]));
+        ++count;
+      }
+    if (count) line *= std::exp(-sum / count);
+  };
+  for (int sweep = 0; sweep < sweeps; ++sweep) {
+    for (Eigen::Index i = 0; i < J.rows(); ++i) center(J.row(i));
+    for (Eigen::Index j = 0; j < J.cols(); ++j) center(J.col(j));
+  }
+  return J;
+}
+
+/// Says what the index is if pivots that differ by more than rounding explains are counted as 0.
+void compare_numerically(const Model& m, const Analysis& a, IndexResult& t) {
+  if (m.variables.size() > array_affordable || !a.regular) return;
+  std::vector<Expr> slopes;
+  for (const Entry& e : a.jacobian) slopes.push_back(e.value);
+  slopes = at_values(slopes, m.values);
+  const auto values = pendula::evaluate(slopes, random_point(slopes, 0));
+  const auto n = static_cast<Eigen::Index>(m.variables.size());
+  Mat J = Mat::Zero(n, n);
+  for (std::size_t k = 0; k < values.size(); ++k) J(a.jacobian[k].row, a.jacobian[k].column) = values[k];
+  if (!J.allFinite() || rank_with_gap(balanced(J)).rank == n) return;
+  ArrayOptions numeric;
+  numeric.conditions = false;
+  numeric.numeric = true;
+  const ArrayResult array = derivative_array(m, numeric);
+  const std::string here = answer_text(t.index, t.dof);
+  const std::string there =
+      array.verdict == ArrayVerdict::determined ? answer_text(array.index, array.dof) : array.text;
+  if (here != there)
+    t.notes.push_back(
+        text("near-singular: the pivots of the system Jacobian differ by more than 10⁸ and the smallest is "
+             "lost in rounding; as given: ",
+             here, ", counted as 0: ", there));
+}
+
 struct Outcome {
-  std::optional<Truth> truth;
+  std::optional<IndexResult> result;
   std::string failure;
 };
 
@@ -246,37 +381,41 @@ constexpr std::size_t kept = 500;  // equations; beyond them the structure decid
 
 }  // namespace
 
-Truth truth(const Model& m, const Analysis& a) {
-  static Remembered<Outcome> remembered;
+IndexResult differentiation_index(const Model& m, const Analysis& a) {
+  static ModelCache<Outcome> cache(cached_models);
   if (m.residuals.size() > kept) return find(m, a);
-  auto key = key_of(m);
-  const Outcome* known = remembered.find(key);
+  const ModelKey key = key_of(m);
+  const Outcome* known = cache.find(key);
   if (!known) {
     Outcome outcome;
     try {
-      outcome.truth = find(m, a);
-      if (m.invariants.empty()) compare_regions(m, *outcome.truth);
+      outcome.result = find(m, a);
+      if (m.invariants.empty()) {
+        compare_regions(m, *outcome.result);
+        compare_without_rounding(m, *outcome.result);
+        if (m.form.empty()) compare_numerically(m, a, *outcome.result);
+      }
     } catch (const Failure& e) {
       outcome.failure = e.what();
     }
-    known = &remembered.keep(std::move(key), std::move(outcome));
+    known = &cache.insert(key, std::move(outcome));
   }
-  if (!known->truth) throw Failure(known->failure);
-  return *known->truth;
+  if (!known->result) throw Failure(known->failure);
+  return *known->result;
 }
 
-Truth truth(const Model& m) { return truth(m, analyse(m)); }
+IndexResult differentiation_index(const Model& m) { return differentiation_index(m, analyse(m)); }
 
-Consistency consistency(const Model& m) {
-  static Remembered<Consistency> remembered;
+HiddenConstraints hidden_constraints(const Model& m) {
+  static ModelCache<HiddenConstraints> cache(cached_models);
   const Analysis a = analyse(m);
-  const Truth t = truth(m, a);
+  const IndexResult t = differentiation_index(m, a);
   if (m.residuals.size() > kept) return written_down(m, a, t);
-  auto key = key_of(m);
-  if (const Consistency* known = remembered.find(key)) return *known;
-  Consistency found = written_down(m, a, t);
+  const ModelKey key = key_of(m);
+  if (const HiddenConstraints* known = cache.find(key)) return *known;
+  HiddenConstraints found = written_down(m, a, t);
   if (m.invariants.empty()) complete_constraints(m, a, t, found);
-  return remembered.keep(std::move(key), std::move(found));
+  return cache.insert(key, std::move(found));
 }
 
 }  // namespace pendula::dae

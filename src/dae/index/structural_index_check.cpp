@@ -2,7 +2,13 @@
 
 #include <algorithm>
 
-#include "dae/index/array_points.hpp"
+#include "dae/index/array_index.hpp"
+#include "dae/model/parameter_values.hpp"
+#include "dae/points/array_points.hpp"
+#include "dae/points/derivative_array.hpp"
+#include "dae/points/generic_functions.hpp"
+#include "dae/rank/rank_with_gap.hpp"
+#include "dae/rank/stable_values.hpp"
 
 namespace pendula::dae {
 namespace {
@@ -40,8 +46,8 @@ int points_of_agreement(const Model& m, const Analysis& a) {
     const ArrayRanks ranks = numeric.ranks(*solution, known);
     const bool open = ranks.y < first || ranks.y != first + ranks.higher;
     if (ranks.slow || !(ranks.gap >= clear_gap) || !open) return 0;
-    const RankGap J = rank_with_gap(
-        as_numbers(a.jacobian, evaluate_stable(slopes, numeric.columns(), solution->w, known), n));
+    const RankGap J = rank_with_gap(as_numbers(
+        a.jacobian, evaluate_stable(slopes, numeric.columns(), solution->w, known, numeric.unit()), n));
     if (J.rank < n || !(J.gap >= clear_gap)) return 0;
     ++points;
   }

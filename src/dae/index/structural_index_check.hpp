@@ -1,11 +1,11 @@
 // The structural index against the derivative array, at points of the solution.
 #pragma once
 
-#include "dae/structure/analysis.hpp"
+#include "dae/analysis/analysis.hpp"
 
 namespace pendula::dae {
 
-/// The number of points at which both roads agree about the index ν of a regular analysis; 0 where they do
+/// The number of points at which both methods agree about the index ν of a regular analysis; 0 where they do
 /// not, or no clear answer was found quickly (then derivative_array() has to decide). Looked at is F_k = 0
 /// with k = ν - 1 alone: there the system Jacobian is regular, so that index and degrees of freedom are at
 /// most the structural ones, and these free values exact (Pryce, BIT 41(2), 2001, Thm 4.2); x′ is not

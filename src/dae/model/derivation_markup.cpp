@@ -194,4 +194,10 @@ std::string latex(const Model& m) {
   return "\\begin{align}\n  " + join(rows, " \\\\\n  ") + "\n\\end{align}";
 }
 
+std::string trace(const Model& m) {
+  std::string lines = m.parent ? trace(*m.parent) : "";
+  for (const std::string& line : m.trace) lines += rendered(line) + "\n";
+  return lines;
+}
+
 }  // namespace pendula::dae

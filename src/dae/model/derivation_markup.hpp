@@ -29,7 +29,9 @@ std::string rendered(const std::string& line, Notation notation = Notation::text
 /// Unicode mathematics in words (C₁′ ≠ 0, α) as LaTeX; `inside`: between dollars already.
 std::string latex_words(const std::string& words, bool inside);
 
-/// The derivation from the original model to this one as LaTeX paragraphs.
+/// The derivation from the original model to this one, oldest step first.
+std::string trace(const Model& model);
+/// The same as LaTeX paragraphs.
 std::string trace_latex(const Model& model);
 
 /// The equations of a model as an align environment with their numbers as tags.

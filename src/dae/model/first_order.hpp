@@ -10,7 +10,7 @@
 #include <utility>
 #include <vector>
 
-#include "expr/graph/graph.hpp"
+#include "dae/model/model.hpp"
 
 namespace pendula::dae {
 
@@ -31,5 +31,8 @@ struct FirstOrder {
 
   bool is_ode() const { return semi_explicit && z.empty(); }
 };
+
+/// The lowering for the integrators. Throws Error unless there are as many equations as unknowns.
+FirstOrder first_order(const Model& model);
 
 }  // namespace pendula::dae

@@ -1,12 +1,14 @@
-// The model classes (semi-explicit, fully implicit, linear) and the conversions between them.
+#include "dae/model/forms.hpp"
+
 #include <algorithm>
 #include <unordered_set>
 
 #include "base/error.hpp"
 #include "base/text.hpp"
-#include "dae/model/classification.hpp"
 #include "dae/model/first_order.hpp"
 #include "dae/model/lineage.hpp"
+#include "dae/model/make_model.hpp"
+#include "dae/model/solved_rows.hpp"
 #include "expr/graph/declaration.hpp"
 #include "expr/print/print.hpp"
 #include "expr/rewrite/rewrite.hpp"
@@ -20,7 +22,7 @@ std::vector<Expr> list(const VecX& v) { return {v.data(), v.data() + v.size()}; 
 
 VecX derivative(const VecX& x) {
   return x.unaryExpr([](Expr e) {
-    if (!e.is_symbol() || symbol_of(e).kind != pendula::Kind::variable)
+    if (!e.is_symbol() || symbol_of(e).kind != Kind::variable)
       throw Error(text("x must be made of variables (var \"x\"), got '", to_text(e), "'"));
     return derivative_leaf(e);
   });
@@ -28,9 +30,9 @@ VecX derivative(const VecX& x) {
 
 /// The model under the name of the form it is written in, though its rows could be solved for x′.
 ModelPtr as_implicit(const ModelPtr& model) {
-  if (model->kind == Kind::fully_implicit || model->kind == Kind::implicit_ode) return model;
+  if (model->kind == ModelKind::fully_implicit || model->kind == ModelKind::implicit_ode) return model;
   auto copy = std::make_shared<Model>(*model);
-  copy->kind = model->kind == Kind::ode ? Kind::implicit_ode : Kind::fully_implicit;
+  copy->kind = model->kind == ModelKind::ode ? ModelKind::implicit_ode : ModelKind::fully_implicit;
   return copy;
 }
 
@@ -48,12 +50,14 @@ ModelPtr semi_explicit(const VecX& x, const VecX& z, const VecX& u, const VecX& 
   check_size("f", f.size(), x.size(), "state", "x");
   ModelOptions options;
   options.name = std::move(name);
-  options.x = list(x), options.z = list(z), options.u = list(u);
+  options.x = list(x);
+  options.z = list(z);
+  options.u = list(u);
   std::vector<Block> blocks;
   if (x.size()) blocks.push_back({derivative(x), f, ""});
   if (g.size()) blocks.push_back({VecX::Zero(g.size()), g, ""});
   ModelPtr m = make_model(std::move(blocks), std::move(options));
-  if (m->kind != Kind::semi_explicit && m->kind != Kind::ode)
+  if (m->kind != ModelKind::semi_explicit && m->kind != ModelKind::ode)
     throw Error("f and g of a semi-explicit model must not contain derivatives; write dae.implicit{ F = … }");
   return m;
 }
@@ -61,7 +65,9 @@ ModelPtr semi_explicit(const VecX& x, const VecX& z, const VecX& u, const VecX& 
 ModelPtr implicit(const VecX& x, const VecX& z, const VecX& u, const VecX& F, std::string name) {
   ModelOptions options;
   options.name = std::move(name);
-  options.x = list(x), options.z = list(z), options.u = list(u);
+  options.x = list(x);
+  options.z = list(z);
+  options.u = list(u);
   return as_implicit(make_model({{VecX::Zero(F.size()), F, ""}}, std::move(options)));
 }
 
@@ -70,27 +76,42 @@ ModelPtr linear(const MatX& E, const MatX& A, const MatX& B, VecX x, VecX u, std
   if (A.rows() != E.rows() || A.cols() != n)
     throw Error(text("E is ", E.rows(), "×", n, ", but A is ", A.rows(), "×", A.cols(),
                      "; both must have the same size"));
-  if (x.size() == 0)
-    x = column(newly_declared(symbol_vector(pendula::Kind::variable, "x", static_cast<int>(n))));
+  if (x.size() == 0) x = column(newly_declared(symbol_vector(Kind::variable, "x", static_cast<int>(n))));
   check_size("x", x.size(), n, "column", "E");
   if (B.size() && B.rows() != E.rows()) throw Error(text("B has ", B.rows(), " rows, but E has ", E.rows()));
   if (B.size() && u.size() == 0)
-    u = column(newly_declared(symbol_vector(pendula::Kind::input, "u", static_cast<int>(B.cols()))));
+    u = column(newly_declared(symbol_vector(Kind::input, "u", static_cast<int>(B.cols()))));
   if (u.size()) check_size("u", u.size(), B.cols(), "column", "B");
   ModelOptions options;
   options.name = std::move(name);
-  options.x = list(x), options.u = list(u);
+  options.x = list(x);
+  options.u = list(u);
   VecX right = A * x;
   if (B.size()) right += B * u;
   return make_model({{E * derivative(x), right, ""}}, std::move(options));
 }
 
-/// The same model with one more line of its story, which can only be told now that it is made.
+/// The same model with a last line of its derivation, which needs the finished model.
 template <class Line>
 static ModelPtr with_last_line(const ModelPtr& model, Line line) {
   auto copy = std::make_shared<Model>(*model);
   copy->trace.push_back(line(*model));
   return copy;
+}
+
+/// "n_x = 2, n_z = 1, n_u = 1; F has m = 3 rows: …", why m = n_x + n_z.
+static std::string counts(const Model& m) {
+  const std::size_t n = m.top_derivatives().size(), z = m.algebraic().size(), u = m.inputs.size(),
+                    rows = m.residuals.size();
+  std::string out = text("n = n_x = ", n, ", n_z = ", z, u ? text(", n_u = ", u) : "",
+                         ": x′ has as many entries as x, and F has m = ", rows);
+  if (rows == n + z)
+    out +=
+        " = n_x + n_z rows, one for each of the unknowns x′ and z, so that ∂F/∂(x′, z) is square and can be "
+        "nonsingular (implicit function theorem)";
+  else
+    out += text(" rows for the ", n + z, " unknowns x′ and z: m should be n_x + n_z");
+  return out;
 }
 
 ModelPtr to_implicit(const ModelPtr& model) {
@@ -111,20 +132,20 @@ ModelPtr to_first_order(const ModelPtr& model) {
   for (const Group& g : groups(*model)) {
     std::vector<Expr> below = g.leaves;
     for (int k = 1; k < g.order; ++k) {
-      const std::string wish = g.name.size() == 1 && g.name == "q" && k == 1
-                                   ? "v"
-                                   : g.name + "_dot" + (k > 1 ? std::to_string(k) : "");
-      const std::string name = fresh_name(used, k == 1 ? (used.count("v") ? wish : "v") : wish, wish);
+      const std::string preferred = g.name.size() == 1 && g.name == "q" && k == 1
+                                        ? "v"
+                                        : g.name + "_dot" + (k > 1 ? std::to_string(k) : "");
+      const std::string name =
+          fresh_name(used, k == 1 ? (used.count("v") ? preferred : "v") : preferred, preferred);
       used.insert(name);
-      const std::vector<Expr> v = beside(g, name);
+      const std::vector<Expr> v = new_variable_like(g, name);
       Block tie{VecX(static_cast<Index>(v.size())), column(v), ""};
       for (std::size_t i = 0; i < v.size(); ++i) {
         tie.lhs[static_cast<Index>(i)] = derivative_leaf(below[i]);
         lower[derivative_leaf(g.leaves[i], k)] = v[i];
         if (k + 1 == g.order) lower[derivative_leaf(g.leaves[i], g.order)] = derivative_leaf(v[i]);
       }
-      options.trace.push_back(vector_to_text(tie.lhs) + " = " + vector_to_text(tie.rhs) +
-                              ": a new variable for the derivative");
+      options.trace.push_back("introduce " + column_text(tie.rhs) + " = " + column_text(tie.lhs));
       blocks.push_back(std::move(tie));
       below = v;
     }
@@ -175,11 +196,12 @@ static SolvedBlocks solved_blocks(const Model& m) {
 
 ModelPtr to_semi_explicit(const ModelPtr& given) {
   const ModelPtr model = to_first_order(given);
-  if (model->kind == Kind::ode || (model->kind == Kind::semi_explicit && !model->mass_matrix)) return model;
+  if (model->kind == ModelKind::ode || (model->kind == ModelKind::semi_explicit && !model->mass_matrix))
+    return model;
   ModelOptions options = child_of(model);
   if (model->residuals.size() == model->variables.size())
     if (auto solved = solved_form(*model)) {
-      options.trace.push_back("every derivative has a row of its own, which is solved for it: x′ = f, 0 = g");
+      options.trace.push_back("solve each row for the derivative it contains: x′ = f, 0 = g");
       return make_model(std::move(*solved), std::move(options));
     }
   std::vector<Block> blocks;
@@ -190,15 +212,15 @@ ModelPtr to_semi_explicit(const ModelPtr& given) {
     if (g.order == 0 || known.count(derivative_leaf(g.leaves[0]))) continue;
     const std::string name = fresh_name(used, "delta_" + g.name, "delta_" + g.name + "_");
     used.insert(name);
-    const std::vector<Expr> d = beside(g, name);
+    const std::vector<Expr> d = new_variable_like(g, name);
     Block tie{VecX(static_cast<Index>(d.size())), column(d), ""};
     for (std::size_t i = 0; i < d.size(); ++i) {
       const Expr derivative = derivative_leaf(g.leaves[i]);
       tie.lhs[static_cast<Index>(i)] = derivative;
       known[derivative] = options.relations[derivative] = d[i];
     }
-    options.trace.push_back(vector_to_text(tie.lhs) + " = " + vector_to_text(tie.rhs) +
-                            ": a new algebraic variable");
+    options.trace.push_back("introduce the algebraic variable " + column_text(tie.rhs) + " = " +
+                            column_text(tie.lhs));
     blocks.push_back(std::move(tie));
   }
   for (std::size_t b = 0; b < model->blocks.size(); ++b) {
@@ -214,17 +236,6 @@ ModelPtr to_semi_explicit(const ModelPtr& given) {
     return text("x′ = f, 0 = g with n_x = ", n, ", n_z = ", z, ": g has ", m.residuals.size() - n,
                 m.residuals.size() == n + z ? " rows, as many as there are algebraic variables" : " rows");
   });
-}
-
-Expr resolve(const Model& model, Expr e) {
-  for (const Model* m = &model; m; m = m->parent.get()) {
-    if (m->relations.empty()) continue;
-    e = substitute(e, model.relations);
-    break;
-  }
-  // Symbols that a descendant introduced (v for q′) mean the older expression in an ancestor: the relations
-  // of the descendant, read backwards, are kept by the caller that knows both models (Start::value).
-  return e;
 }
 
 }  // namespace pendula::dae

@@ -13,13 +13,16 @@ std::unordered_set<std::string> used_names(const Model& m) {
   std::unordered_set<std::string> names;
   std::vector<Expr> all = m.residuals;
   for (const Constraint& c : m.invariants) all.push_back(c.residual);
-  for (Expr leaf : leaves(all)) names.insert(symbol_of(leaf).name), names.insert(symbol_of(leaf).vector);
+  for (Expr leaf : leaves(all)) {
+    names.insert(symbol_of(leaf).name);
+    names.insert(symbol_of(leaf).vector);
+  }
   return names;
 }
 
-std::string fresh_name(const std::unordered_set<std::string>& used, const std::string& wish,
+std::string fresh_name(const std::unordered_set<std::string>& used, const std::string& preferred,
                        const std::string& fallback) {
-  if (!used.count(wish)) return wish;
+  if (!used.count(preferred)) return preferred;
   std::string name = fallback;
   while (used.count(name)) name += "_";
   return name;
@@ -37,30 +40,25 @@ std::vector<Group> groups(const Model& m) {
   return out;
 }
 
-std::vector<Expr> beside(const Group& g, const std::string& name) {
-  if (g.leaves.size() == 1) return newly_declared({symbol(pendula::Kind::variable, name)});
-  return newly_declared(symbol_vector(pendula::Kind::variable, name, static_cast<int>(g.leaves.size())));
+std::vector<Expr> new_variable_like(const Group& g, const std::string& name) {
+  if (g.leaves.size() == 1) return newly_declared({symbol(Kind::variable, name)});
+  return newly_declared(symbol_vector(Kind::variable, name, static_cast<int>(g.leaves.size())));
 }
 
 std::vector<Expr> new_variables(const Model& m, const std::string& name, std::size_t n) {
   const std::string fresh = fresh_name(used_names(m), name, name + "_");
-  if (n == 1) return newly_declared({symbol(pendula::Kind::variable, fresh)});
-  return newly_declared(symbol_vector(pendula::Kind::variable, fresh, static_cast<int>(n)));
+  if (n == 1) return newly_declared({symbol(Kind::variable, fresh)});
+  return newly_declared(symbol_vector(Kind::variable, fresh, static_cast<int>(n)));
 }
 
 VecX mapped(const VecX& v, const Substitution& s) { return column(substitute(entries(v), s)); }
 
 ModelOptions child_of(const ModelPtr& m) {
   ModelOptions options;
-  options.name = m->name;
+  static_cast<ModelAttributes&>(options) = *m;
   options.parent = m;
-  options.form = m->form;
-  options.relations = m->relations;
-  options.invariants = m->invariants;
-  options.mechanics = m->mechanics;
-  options.drift = m->drift;
-  options.projections = m->projections;
-  options.domain = m->domain;
+  options.values.clear();  // inherited from the parent
+  options.trace.clear();
   return options;
 }
 
@@ -69,7 +67,7 @@ void move_invariants(ModelOptions& options, const Substitution& s) {
   std::vector<Expr> meanings;  // at once: they share what they are made of, the solution of one linear system
   for (const auto& [leaf, meaning] : options.relations) meanings.push_back(meaning);
   meanings = substitute(meanings, s);
-  for (Nonzero& n : options.domain) n.factor = substitute(n.factor, s);
+  for (SingularityCondition& n : options.singularity_conditions) n.factor = substitute(n.factor, s);
   std::size_t next = 0;
   for (auto& [leaf, meaning] : options.relations) meaning = meanings[next++];
   for (Projection& p : options.projections) {
@@ -114,6 +112,17 @@ ModelPtr original(const ModelPtr& m) {
   for (Expr p : copy->parameters)
     if (const auto it = m->values.find(p); it != m->values.end()) copy->values[p] = it->second;
   return copy;
+}
+
+Expr resolve(const Model& model, Expr e) {
+  for (const Model* m = &model; m; m = m->parent.get()) {
+    if (m->relations.empty()) continue;
+    e = substitute(e, model.relations);
+    break;
+  }
+  // Symbols that a descendant introduced (v for q′) mean the older expression in an ancestor: the relations
+  // of the descendant, read backwards, are kept by the caller that knows both models (ConsistentState::value).
+  return e;
 }
 
 std::string names_of(const std::vector<Expr>& list) {

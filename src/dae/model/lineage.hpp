@@ -1,19 +1,19 @@
-// What the makers of new models share: names, groups of unknowns, and what a child takes over from its
-// parent.
+// Helpers for model transformations: fresh names, groups of unknowns, attributes inherited from the parent.
 #pragma once
 
 #include <string>
 #include <unordered_set>
 #include <vector>
 
+#include "dae/model/make_model.hpp"
 #include "dae/model/model.hpp"
 
 namespace pendula::dae {
 
 /// Names of all symbols a model uses, so that new ones do not collide.
 std::unordered_set<std::string> used_names(const Model& m);
-/// `wish` if it is free, else `fallback` with as many _ as needed.
-std::string fresh_name(const std::unordered_set<std::string>& used, const std::string& wish,
+/// `preferred` if it is free, else `fallback` with as many _ as needed.
+std::string fresh_name(const std::unordered_set<std::string>& used, const std::string& preferred,
                        const std::string& fallback);
 
 /// The unknowns of a model grouped as the user declared them: a column, or single variables.
@@ -23,8 +23,8 @@ struct Group {
   int order;
 };
 std::vector<Group> groups(const Model& m);
-/// New variables beside a group: a column of the same size, or a scalar.
-std::vector<Expr> beside(const Group& g, const std::string& name);
+/// New variables of the same shape as a group: a column of its size, or a scalar.
+std::vector<Expr> new_variable_like(const Group& g, const std::string& name);
 /// n new variables of this name, or of this name with _: a scalar if n = 1, else a column.
 std::vector<Expr> new_variables(const Model& m, const std::string& name, std::size_t n);
 
@@ -49,6 +49,10 @@ std::vector<Chain> chains(const Model& model, const Model& low);
 /// The model that a reduced form was made from, with the form's parameter values; the model itself if it is
 /// none.
 ModelPtr original(const ModelPtr& m);
+
+/// An expression in symbols of this model or of its lineage, rewritten in unknowns of this model (q.dot ->
+/// v).
+Expr resolve(const Model& model, Expr e);
 
 /// "x, y, q": names for messages, columns by their entries.
 std::string names_of(const std::vector<Expr>& list);

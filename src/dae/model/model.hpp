@@ -1,5 +1,10 @@
-// A model: equations between expressions, the unknowns they contain, parameter values, and where it came
-// from.
+// Models: equations between expressions, the unknowns they contain, parameter values, and where they came from.
+//
+// This folder knows what a model is and how one is made from another, and nothing about its index: model.hpp the
+// value, make_model.hpp its construction, forms.hpp the classes of the textbooks and their conversions,
+// first_order.hpp and solved_rows.hpp the views that integrators and reductions take, lineage.hpp what a derived
+// model inherits, derivation_markup.hpp the lines of a derivation, model_key.hpp the key under which answers about
+// a model are cached.
 //
 // A model is an immutable value. Every operation (reduce, first_order, with …) returns a new model whose
 // lineage says which model it was made from, step by step (trace), and which of its symbols mean which
@@ -13,7 +18,6 @@
 #include <unordered_map>
 #include <vector>
 
-#include "dae/model/first_order.hpp"
 #include "expr/graph/derivative.hpp"
 #include "expr/graph/matrix.hpp"
 
@@ -36,6 +40,7 @@ struct Block {
 struct Variable {
   Expr leaf;
   int order;
+  friend bool operator==(const Variable&, const Variable&) = default;
 };
 
 /// A condition on the initial values, explicit or hidden.
@@ -62,7 +67,7 @@ MatX dense(const std::vector<Entry>& entries, Eigen::Index rows, Eigen::Index co
 
 /// An expression that must not vanish along a solution: a form divided by it, or it is a factor of the
 /// determinant of the system Jacobian.
-struct Nonzero {
+struct SingularityCondition {
   Expr factor;         ///< in unknowns of the model, inputs, parameters and t
   std::string where;   ///< what goes wrong where it is 0: "(5) cannot be solved for u, as form … did"
   std::string remedy;  ///< what can be done, "" if nothing
@@ -90,22 +95,14 @@ std::string row_letter(int row, Eigen::Index rows);
 std::string row_label(const Block& b, int block, int row);
 
 /// "ODE", "implicit ODE", "semi-explicit" or "fully implicit".
-enum class Kind { ode, implicit_ode, semi_explicit, fully_implicit };
-const char* kind_name(Kind kind);
+enum class ModelKind { ode, implicit_ode, semi_explicit, fully_implicit };
+const char* kind_name(ModelKind kind);
 
-struct Model {
+/// What distinguishes a model from a bare list of equations.
+struct ModelAttributes {
   std::string name;
-  std::vector<Block> blocks;
-  std::vector<Expr> residuals;              ///< lhs - rhs of every row of every block
-  std::vector<std::pair<int, int>> origin;  ///< block and row of each residual
-  std::vector<Variable> variables;          ///< in order of declaration
-  std::vector<Expr> inputs;                 ///< leaves of order 0
-  std::vector<Expr> parameters;
   ParameterValues values;  ///< of parameters; what is missing must be given later
-  Kind kind = Kind::fully_implicit;
-  bool mass_matrix = false;  ///< semi-explicit after inverting a nonsingular M(x, t)
-
-  std::string form;  ///< "" as written, "acc" …: the form reduce() made
+  std::string form;        ///< "" as written, "acc" …: the form reduce() made
   ModelPtr parent;
   std::vector<std::string> trace;  ///< how it was derived from the parent, line by line
   Substitution relations;          ///< leaf that is no unknown here -> expression in unknowns of this model
@@ -113,7 +110,19 @@ struct Model {
   DriftLaw drift = DriftLaw::none;      ///< of the invariants
   std::vector<Projection> projections;  ///< form "project": for the integrator, after every step
   std::optional<Mechanics> mechanics;
-  std::vector<Nonzero> domain;  ///< equivalent to the model it was made from where none of these vanishes
+  /// Equivalent to the model it was made from where none of these vanishes.
+  std::vector<SingularityCondition> singularity_conditions;
+};
+
+struct Model : ModelAttributes {
+  std::vector<Block> blocks;
+  std::vector<Expr> residuals;              ///< lhs - rhs of every row of every block
+  std::vector<std::pair<int, int>> origin;  ///< block and row of each residual
+  std::vector<Variable> variables;          ///< in order of declaration
+  std::vector<Expr> inputs;                 ///< leaves of order 0
+  std::vector<Expr> parameters;
+  ModelKind kind = ModelKind::fully_implicit;
+  bool mass_matrix = false;  ///< semi-explicit after inverting a nonsingular M(x, t)
 
   std::vector<Expr> states() const;  ///< x_j^(k), k < order_j: all of order 0 first, then order 1 …
   std::vector<Expr> algebraic() const;
@@ -122,66 +131,5 @@ struct Model {
   std::string label(std::size_t residual) const;
   std::string equation_text(std::size_t residual) const;
 };
-
-/// What distinguishes a model from a bare list of equations; all optional.
-struct ModelOptions {
-  std::string name;
-  std::vector<Expr> x, z, u;  ///< declared unknowns and inputs; when any is given, everything else is refused
-  ParameterValues values;     ///< override the parameters' defaults
-  std::string form;
-  ModelPtr parent;
-  std::vector<std::string> trace;
-  Substitution relations;
-  std::vector<Constraint> invariants;
-  DriftLaw drift = DriftLaw::none;
-  std::vector<Projection> projections;
-  std::optional<Mechanics> mechanics;
-  std::vector<Nonzero> domain;
-};
-
-/// Builds and classifies a model. Throws Error: no equations, sizes differ, two symbols of one name, a symbol
-/// that was not declared although x, z or u were given, a derivative of a variable declared algebraic. Cost:
-/// linear in the size of the expressions, plus one rank computation of ∂F/∂x′.
-ModelPtr make_model(std::vector<Block> blocks, ModelOptions options = {});
-
-/// The same model with other parameter values. Throws Error on a parameter it does not have.
-ModelPtr with_values(const ModelPtr& model, const ParameterValues& values);
-
-/// x′ = f, 0 = g.  F(x′, x, z, u) = 0.  E x′ = A x + B u (x may be empty: made as var("x", n)).
-ModelPtr semi_explicit(const VecX& x, const VecX& z, const VecX& u, const VecX& f, const VecX& g,
-                       std::string name = "");
-ModelPtr implicit(const VecX& x, const VecX& z, const VecX& u, const VecX& F, std::string name = "");
-ModelPtr linear(const MatX& E, const MatX& A, const MatX& B, VecX x, VecX u, std::string name = "");
-
-/// Conversions between the classes of Brenan, Campbell & Petzold §1.2. Semi-explicit: solved equations stay, otherwise x′ = δ with new
-/// algebraic δ.
-ModelPtr to_semi_explicit(const ModelPtr& model);
-ModelPtr to_implicit(const ModelPtr& model);
-/// Variables of order > 1 get their derivatives as new variables: q″ = f becomes q′ = v, v′ = f.
-ModelPtr to_first_order(const ModelPtr& model);
-
-/// The lowering for the integrators. Throws Error unless there are as many equations as unknowns.
-FirstOrder first_order(const Model& model);
-
-/// An expression in symbols of this model or of its lineage, rewritten in unknowns of this model (q.dot ->
-/// v).
-Expr resolve(const Model& model, Expr e);
-
-/// An equation solved for a first derivative: x_j′ = f.
-struct Solved {
-  std::size_t residual;
-  Expr derivative;  ///< the top derivative leaf
-  Expr f;
-  Expr slope = 1;  ///< its coefficient in the row, which f was divided by
-};
-/// Rows that contain one top derivative, linearly, with a coefficient free of unknowns; each derivative at
-/// most once.
-std::vector<Solved> solved_rows(const Model& model);
-
-/// x_j⁽ᵏ⁾ = f, row by row, and no such derivative in any f. Cost: one pass over all f together.
-bool is_explicit_ode(const Model& model);
-
-/// print(model): header, numbered equations, unknowns, parameters.
-std::string describe(const Model& model);
 
 }  // namespace pendula::dae

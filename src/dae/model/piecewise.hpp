@@ -10,8 +10,9 @@ namespace pendula::dae {
 
 /// A region of a piecewise model, and the equations that hold there.
 struct Region {
-  std::string where;  ///< "x < 0, z ≥ 0"
-  Model model;        ///< residuals without the pieces
+  std::string where;          ///< "x < 0, z ≥ 0"
+  Model model;                ///< residuals without the pieces
+  std::vector<Expr> margins;  ///< not negative in the region; may contain other pieces
 };
 
 /// All combinations of at most three conditions; empty if there are none, or more.

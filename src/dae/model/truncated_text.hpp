@@ -8,7 +8,7 @@
 namespace pendula::dae {
 
 /// The text of an expression, cut after `widest` characters: "x² + 2 x y + …".
-inline std::string elided_text(Expr e, std::size_t widest = 240) {
+inline std::string truncated_text(Expr e, std::size_t widest = 240) {
   std::string out = to_text(e);
   std::size_t characters = 0, at = 0;
   for (; at < out.size() && characters <= widest; ++at)

@@ -101,12 +101,14 @@ void weierstrass(Pencil& p, long regular_at) {
   const RationalMatrix &E = p.form.E, &A = p.form.A;
   const int n = E.rows();
   const WongSpaces s = wong_spaces(E, A);
-  p.dof = s.V.cols(), p.index = s.index;
+  p.dof = s.V.cols();
+  p.index = s.index;
   PENDULA_ASSERT(s.V.cols() + s.W.cols() == n, "the Wong spaces of a regular pencil do not fill the space");
   const auto transform = [&](const RationalMatrix& V, const RationalMatrix& W) {
     const auto S = inverse(beside(E * V, A * W));
     PENDULA_ASSERT(S.has_value(), "[E V, A W] of a regular pencil is singular");
-    p.T = beside(V, W), p.S = *S;
+    p.T = beside(V, W);
+    p.S = *S;
     const RationalMatrix SAT = p.S * A * p.T, SET = p.S * E * p.T;
     p.J = SAT.block(0, 0, p.dof, p.dof);
     p.N = SET.block(p.dof, p.dof, n - p.dof, n - p.dof);
@@ -209,7 +211,8 @@ LinearIndex linear_index(const LinearForm& f) {
       c.derivative = std::max(c.derivative, row.derivative);
     }
     const mpq_class scale = primitive_factor(c.a);
-    c.a = scale * c.a, c.g = simplify(Expr(scale) * c.g);
+    c.a = scale * c.a;
+    c.g = simplify(Expr(scale) * c.g);
     const auto pivot =
         std::find_if(algebraic.begin(), algebraic.end(), [&](int j) { return c.a(0, j) != 0; });
     (pivot == algebraic.end() ? result.constraints : result.algebraic).push_back(constraint_of(f, c));
@@ -233,7 +236,8 @@ Pencil pencil(const LinearForm& form) {
       for (const Constraint& c : *list)
         PENDULA_ASSERT((row_of(c.residual, form) * p.basis()).is_zero(),
                        "a constraint of the shuffle is violated by a solution");
-    p.constraints = std::move(low.constraints), p.algebraic = std::move(low.algebraic);
+    p.constraints = std::move(low.constraints);
+    p.algebraic = std::move(low.algebraic);
   } else {
     p.columns = minimal_basis(form.E, form.A, form.size() - p.rank);
     p.rows = minimal_basis(form.E.transposed(), form.A.transposed(), form.rows() - p.rank);

@@ -38,7 +38,8 @@ RationalMatrix semisimple_part(const RationalMatrix& m, const Polynomial& p) {
 VecX quadratic(const RationalMatrix& D, const Factor& f, Expr t, const VecX& v) {
   const mpq_class a = -f.p[1] / 2, square = a * a - f.p[0];
   RationalMatrix companion(2, 2), shifted = D;
-  companion(0, 1) = square, companion(1, 0) = 1;
+  companion(0, 1) = square;
+  companion(1, 0) = 1;
   for (int i = 0; i < D.rows(); ++i) shifted(i, i) -= a;
   const auto zeros = linalg::exact_eigenvalues(expressions(companion));
   PENDULA_ASSERT(zeros && zeros->size() == 2, "a quadratic factor has no exact zeros");

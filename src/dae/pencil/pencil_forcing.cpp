@@ -20,7 +20,8 @@ Forcing constant(Expr c) { return {{0, 0, 0, c, 0}}; }
 
 void add(Forcing& sum, const Forcing& terms, Expr factor) {
   for (ForcingTerm t : terms) {
-    t.cosine = factor * t.cosine, t.sine = factor * t.sine;
+    t.cosine = factor * t.cosine;
+    t.sine = factor * t.sine;
     sum.push_back(t);
   }
 }
@@ -160,20 +161,30 @@ std::vector<ForcingGroup> grouped(const Forcing& terms) {
     // cos(-bt) = cos(bt), sin(-bt) = -sin(bt)
     const bool negative =
         t.frequency.is_constant() ? constant_value(t.frequency) < 0 : t.frequency.op() == Op::neg;
-    if (negative) t.frequency = -t.frequency, t.sine = -t.sine;
+    if (negative) {
+      t.frequency = -t.frequency;
+      t.sine = -t.sine;
+    }
     if (t.frequency.is_zero()) t.sine = 0;
     auto g = std::find_if(groups.begin(), groups.end(), [&](const ForcingGroup& x) {
       return x.rate == t.rate && x.frequency == t.frequency;
     });
     if (g == groups.end()) g = groups.insert(g, {t.rate, t.frequency, {}, {}});
     const auto size = static_cast<std::size_t>(t.power) + 1;
-    if (g->p.size() < size) g->p.resize(size), g->q.resize(size);
-    g->p[size - 1] += t.cosine, g->q[size - 1] += t.sine;
+    if (g->p.size() < size) {
+      g->p.resize(size);
+      g->q.resize(size);
+    }
+    g->p[size - 1] += t.cosine;
+    g->q[size - 1] += t.sine;
   }
   for (ForcingGroup& g : groups) {
     for (auto* list : {&g.p, &g.q})
       for (Expr& e : *list) e = simplify(e);
-    while (!g.p.empty() && g.p.back().is_zero() && g.q.back().is_zero()) g.p.pop_back(), g.q.pop_back();
+    while (!g.p.empty() && g.p.back().is_zero() && g.q.back().is_zero()) {
+      g.p.pop_back();
+      g.q.pop_back();
+    }
   }
   std::erase_if(groups, [](const ForcingGroup& g) { return g.p.empty(); });
   return groups;

@@ -90,7 +90,7 @@ class Extraction {
     Substitution zero;
     for (std::size_t k = 0; k < all.size(); ++k) {
       const Symbol& s = symbol_of(all[k]);
-      const bool unknown = s.kind == pendula::Kind::variable && !is_input(s.base);
+      const bool unknown = s.kind == Kind::variable && !is_input(s.base);
       if (!unknown && !is_input(s.base)) continue;
       const Expr c = constant_of(slopes[k]);
       const auto q = rational(c);
@@ -132,7 +132,7 @@ class Extraction {
 
   void note_used(Expr slope) {
     for (Expr p : leaves({&slope, 1}))
-      if (symbol_of(p).kind == pendula::Kind::parameter &&
+      if (symbol_of(p).kind == Kind::parameter &&
           std::find(form_.used.begin(), form_.used.end(), p) == form_.used.end())
         form_.used.push_back(p);
   }
@@ -150,13 +150,13 @@ class Extraction {
       }
     for (Expr s : leaves({&c, 1})) {
       const Symbol& symbol = symbol_of(s);
-      if (symbol.kind == pendula::Kind::parameter)
+      if (symbol.kind == Kind::parameter)
         return text("the parameter '", symbol.name, "' in the term ", to_text(culprit), " of ", where,
                     " has no value; give it one with sys:with{ ", symbol.name, " = 1 }");
-      if (symbol.kind == pendula::Kind::variable && !is_input(symbol.base))
+      if (symbol.kind == Kind::variable && !is_input(symbol.base))
         return text(where, " is not linear: the term ", to_text(culprit), " is not a constant times ",
                     to_text(leaf), "; sys:linearize(at) makes a linear model at a point");
-      if (symbol.kind != pendula::Kind::constant)
+      if (symbol.kind != Kind::constant)
         return text("the coefficient ", to_text(slope), " of ", to_text(leaf), " in ", where,
                     " is not constant: it depends on ", to_text(s));
     }

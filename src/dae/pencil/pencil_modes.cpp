@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "base/error.hpp"
+#include "dae/model/lineage.hpp"
 #include "expr/graph/rational.hpp"
 #include "expr/linalg/linalg.hpp"
 
@@ -210,7 +211,9 @@ std::vector<Mode> modes(const std::vector<Factor>& factors) {
       list.push_back({f.zeros[0], f.multiplicity, std::pair(Expr(mpq_class(-f.p[0])), Expr(0))});
     } else if (f.degree() == 2) {
       RationalMatrix companion(2, 2);
-      companion(0, 1) = -f.p[0], companion(1, 0) = 1, companion(1, 1) = -f.p[1];
+      companion(0, 1) = -f.p[0];
+      companion(1, 0) = 1;
+      companion(1, 1) = -f.p[1];
       const auto exact = linalg::exact_eigenvalues(expressions(companion));
       PENDULA_ASSERT(exact && exact->size() == 2, "a quadratic factor has no exact zeros");
       auto z = f.zeros;

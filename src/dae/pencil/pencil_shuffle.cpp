@@ -4,6 +4,7 @@
 
 #include "base/error.hpp"
 #include "base/text.hpp"
+#include "dae/rank/tracked_elimination.hpp"
 #include "expr/print/print.hpp"
 #include "expr/rewrite/rewrite.hpp"
 
@@ -38,7 +39,9 @@ void normalise(Row& r, bool divide) {
   mpq_class factor = primitive_factor(r.e.is_zero() ? r.a : r.e);
   if (!divide) factor = sgn(factor);
   if (factor == 1) return;
-  r.e = factor * r.e, r.a = factor * r.a, r.g = simplify(Expr(factor) * r.g);
+  r.e = factor * r.e;
+  r.a = factor * r.a;
+  r.g = simplify(Expr(factor) * r.g);
   for (auto& [equation, q] : r.of) q *= factor;
 }
 
@@ -99,7 +102,8 @@ class Shuffling {
     Row sum{"", RationalMatrix(1, form_.size()), RationalMatrix(1, form_.size()), 0, -1, 0, {}};
     for (std::size_t i = 0; i < y.size(); ++i) {
       if (y[i] == 0) continue;
-      sum.e = sum.e + y[i] * active_[i].e, sum.a = sum.a + y[i] * active_[i].a;
+      sum.e = sum.e + y[i] * active_[i].e;
+      sum.a = sum.a + y[i] * active_[i].a;
       sum.g += Expr(y[i]) * active_[i].g;
       add_multiple(sum.of, y[i], active_[i].of);
     }
@@ -143,7 +147,9 @@ class Shuffling {
         result_.regular = false;
         return n;
       }
-      r.name = old.name, r.origin = old.origin, r.derivative = old.derivative;
+      r.name = old.name;
+      r.origin = old.origin;
+      r.derivative = old.derivative;
       normalise(r, true);
       step(ShuffleStep::Kind::combination, multiples(combinations[k]), r);
       result_.constraints.push_back({r.a, r.g, r.origin, r.derivative, r.of});

@@ -35,7 +35,7 @@ VecX forcing(const Pencil& p, const SolutionRequest& request) {
   VecX g = p.form.forcing();
   for (Expr leaf : leaves(entries(g))) {
     const Symbol& s = symbol_of(leaf);
-    if (s.kind == pendula::Kind::time || s.kind == pendula::Kind::parameter) continue;
+    if (s.kind == Kind::time || s.kind == Kind::parameter) continue;
     if (const auto it = request.inputs.find(s.base); it != request.inputs.end())
       known[leaf] = substitute(s.order == 0 ? it->second : total_derivative(it->second, s.order), values);
   }
@@ -72,7 +72,7 @@ class Differential {
  private:
   [[noreturn]] static void refuse(Expr culprit) {
     for (Expr leaf : leaves({&culprit, 1}))
-      if (symbol_of(leaf).kind == pendula::Kind::input || symbol_of(leaf).kind == pendula::Kind::variable)
+      if (symbol_of(leaf).kind == Kind::input || symbol_of(leaf).kind == Kind::variable)
         throw Error(text("the input '", symbol_of(leaf).name, "' needs an expression in t: { inputs = { ",
                          symbol_of(leaf).name, " = sin(t) } }"));
     throw Error(text("the forcing ", to_text(culprit),
@@ -96,7 +96,8 @@ class Differential {
       const auto power = static_cast<std::size_t>(j);
       w_.push_back(factorial * g.p[power]);
       if (width == 1) continue;
-      grown(y, z) = 1, grown(z, y) = -square;
+      grown(y, z) = 1;
+      grown(z, y) = -square;
       w_.push_back(factorial * g.frequency * g.q[power]);
     }
     M_ = std::move(grown);
@@ -110,13 +111,15 @@ class Differential {
     const MatX j = expressions(J_);
     for (Index i = 0; i < n; ++i) {
       for (Index k = 0; k < n; ++k) a(i, k) = a(n + i, n + k) = (i == k ? g.rate : Expr(0)) - j(i, k);
-      a(i, n + i) = g.frequency, a(n + i, i) = -g.frequency;
+      a(i, n + i) = g.frequency;
+      a(n + i, i) = -g.frequency;
     }
     const Expr t = time_symbol(), growth = exp(g.rate * t);
     for (std::size_t k = g.p.size(); k-- > 0;) {
       MatX right = MatX::Zero(2 * n, 1);
       for (Index i = 0; i < 2 * n; ++i) right(i, 0) = -Expr(static_cast<long>(k + 1)) * last(i, 0);
-      right(row, 0) += g.p[k], right(n + row, 0) += g.q[k];
+      right(row, 0) += g.p[k];
+      right(n + row, 0) += g.q[k];
       try {
         last = linalg::solve(a, right);
       } catch (const Error&) {
@@ -160,7 +163,7 @@ std::string names(const std::vector<Expr>& list) {
 
 /// c with T₁ c + shift = x0 in the given components.
 VecX start(const Pencil& p, const SolutionRequest& request, const VecX& shift) {
-  if (request.general) return column(newly_declared(symbol_vector(pendula::Kind::parameter, "c", p.dof)));
+  if (request.general) return column(newly_declared(symbol_vector(Kind::parameter, "c", p.dof)));
   const int rows = static_cast<int>(request.x0.size());
   RationalMatrix given(rows, p.dof);
   VecX right(rows), shifts(rows);
@@ -172,7 +175,8 @@ VecX start(const Pencil& p, const SolutionRequest& request, const VecX& shift) {
           text("x0: '", to_text(leaf), "' is no state of this system; its states are ", names(p.form.x)));
     const int j = static_cast<int>(it - p.form.x.begin());
     given.set(i, 0, p.T.block(j, 0, 1, p.dof));
-    shifts[i] = shift[j], right[i] = simplify(v - shift[j]);
+    shifts[i] = shift[j];
+    right[i] = simplify(v - shift[j]);
   }
   const Reduced r = reduced(beside(given, RationalMatrix::identity(rows)), p.dof);
   const int rank = static_cast<int>(r.pivots.size());

@@ -84,7 +84,7 @@ std::string row_text(const LinearForm& f, const PolynomialVector& y) {
 
 /// The unknowns along x(s): (x, y) + (φ′, -φ) solves the same equations.
 std::string column_text(const LinearForm& f, const PolynomialVector& x) {
-  const Expr phi = symbol(pendula::Kind::variable, "phi");
+  const Expr phi = symbol(Kind::variable, "phi");
   std::vector<std::string> names, parts;
   for (int j = 0; j < f.size(); ++j) {
     Expr part = 0;
@@ -149,7 +149,7 @@ std::string describe(const Pencil& p) {
                 "\n");
     return out + describe_singular(p);
   }
-  const Expr s = symbol(pendula::Kind::parameter, "s");
+  const Expr s = symbol(Kind::parameter, "s");
   list(out, "det(sE - A)", {to_text(expression(p.det, s))});
   std::vector<std::string> lines;
   for (const Mode& m : p.modes)

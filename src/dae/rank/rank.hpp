@@ -1,4 +1,9 @@
-// Generic rank: the rank a matrix of expressions has at almost every point.
+// Ranks of matrices of expressions and of numbers; knows expressions only, no models.
+//
+// modular.hpp: generic rank without rounding, modulo a large prime. rank.hpp (here): generic rank of small matrices at
+// random points, numeric rank, null space. rank_with_gap.hpp: numeric rank with the gap of singular values that
+// decided it. rational_matrix.hpp and tracked_elimination.hpp: exact linear algebra over the rationals.
+// definite.hpp: symmetric definite matrices. stable_values.hpp: values with cancellation recognised.
 #pragma once
 
 #include "base/math.hpp"

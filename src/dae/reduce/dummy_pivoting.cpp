@@ -135,9 +135,10 @@ std::vector<Index> independent_columns(const Component& part) {
         if (j == column) continue;
         double& entry = rows[i][j];
         entry -= factor * v;
-        if (std::fabs(entry) <= rounding * std::fabs(factor * v))
-          rows[i].erase(j), users[j].erase(i);
-        else
+        if (std::fabs(entry) <= rounding * std::fabs(factor * v)) {
+          rows[i].erase(j);
+          users[j].erase(i);
+        } else
           users[j].insert(i);
       }
       queue.insert({rows[i].size(), i});
@@ -166,7 +167,10 @@ double quality_of(const std::vector<Component>& parts, const std::vector<char>& 
 
 DummyPivoting::DummyPivoting(const ModelPtr& source) : model_(source), analysis_(require_regular(*source)) {
   for (const Entry& e : analysis_.jacobian)
-    if (analysis_.offsets.c[e.row] > 0) entries_.push_back(e), slopes.push_back(e.value);
+    if (analysis_.offsets.c[e.row] > 0) {
+      entries_.push_back(e);
+      slopes.push_back(e.value);
+    }
 }
 
 /// Row by row, largest entry 1; empty where a number is not finite.
@@ -215,7 +219,10 @@ DummySelection DummyPivoting::best(std::span<const double> numbers) const {
     std::vector<char> chosen(all.size(), 0);
     std::size_t rank = 0;
     for (const Component& part : parts)
-      for (Index j : independent_columns(part)) chosen[j] = 1, ++rank;
+      for (Index j : independent_columns(part)) {
+        chosen[j] = 1;
+        ++rank;
+      }
     if (rank < here.size())
       throw Failure(text("form \"dummy\": the constraint Jacobian has rank ", rank, " of ", here.size(),
                          " at this point: the constraints are singular there"));
@@ -244,8 +251,10 @@ double DummyPivoting::quality(const DummySelection& selection, std::span<const d
     std::size_t count = 0;
     for (std::size_t j = 0; j < chosen.size(); ++j)
       if (columns[j] && analysis_.offsets.d[j] >= stage - 1 &&
-          dummies.count(dummy(static_cast<Index>(j), stage)))
-        chosen[j] = 1, ++count;
+          dummies.count(dummy(static_cast<Index>(j), stage))) {
+        chosen[j] = 1;
+        ++count;
+      }
     if (count != here.size()) throw Error("the selection of dummy derivatives is of another model");
     quality = std::min(quality, quality_of(components(here), chosen));
     columns = std::move(chosen);

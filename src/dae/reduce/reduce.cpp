@@ -7,12 +7,15 @@
 
 #include "base/error.hpp"
 #include "base/text.hpp"
-#include "dae/model/classification.hpp"
+#include "dae/analysis/classification.hpp"
 #include "dae/model/derivation_markup.hpp"
 #include "dae/model/lineage.hpp"
+#include "dae/model/make_model.hpp"
+#include "dae/model/solved_rows.hpp"
 #include "dae/rank/rank.hpp"
-#include "dae/reduce/differentiation.hpp"
-#include "dae/structure/conversion.hpp"
+#include "dae/reduce/reduced_forms.hpp"
+#include "dae/regularise/regularise.hpp"
+#include "dae/structure/differentiation.hpp"
 #include "expr/print/print.hpp"
 #include "expr/rewrite/rewrite.hpp"
 
@@ -27,13 +30,13 @@ void describe_substitutions(const Model& m, const std::vector<Constraint>& const
   for (const Constraint& c : constraints) residuals.push_back(c.residual);
   const auto inside = leaves(residuals);
   const std::unordered_set<Expr> differentiated(inside.begin(), inside.end());
-  std::unordered_set<int> told;
+  std::unordered_set<int> described;
   for (const auto& solved : solved_rows(m)) {
     const int block = m.origin[solved.residual].first;
     if (!known.count(solved.derivative) || !differentiated.count(symbol_of(solved.derivative).base)) continue;
-    if (!told.insert(block).second) continue;
-    lines.push_back(
-        text("with (", block + 1, ")  ", formula(ref(m.blocks[block].lhs), " = ", ref(m.blocks[block].rhs))));
+    if (!described.insert(block).second) continue;
+    lines.push_back(text("substituting (", block + 1, ")  ",
+                         formula(ref(m.blocks[block].lhs), " = ", ref(m.blocks[block].rhs))));
   }
 }
 
@@ -58,17 +61,10 @@ std::vector<Entry> top_jacobian(const Model& m) {
   return sparse_jacobian(m.residuals, unknowns);
 }
 
-ModelPtr regular_form(const ModelPtr& model) {
-  const Analysis as_written = analyse(*model);
-  if (!as_written.regular && as_written.offsets.unmatched.empty())
-    if (const auto repaired = repair(model)) return repaired->model;
-  return model;
-}
-
 namespace {
 
 /// The last answers: models are values, and other forms ask for this one first.
-class LowForms {
+class ReducedFormCache {
  public:
   ModelPtr find(const ModelPtr& model) const {
     for (const auto& [given, low] : last_)
@@ -90,7 +86,7 @@ ModelPtr made_acc(const ModelPtr& given);
 }  // namespace
 
 ModelPtr reduce_acc(const ModelPtr& given) {
-  static LowForms known;
+  static ReducedFormCache known;
   if (const ModelPtr low = known.find(given)) return low;
   const ModelPtr low = made_acc(given);
   known.keep(given, low);
@@ -110,7 +106,7 @@ ModelPtr made_acc(const ModelPtr& given) {
   options.parent = model;
   options.relations = model->relations;
   options.invariants = model->invariants;
-  options.domain = model->domain;
+  options.singularity_conditions = model->singularity_conditions;
   options.drift = DriftLaw::polynomial;
   options.invariants.insert(options.invariants.end(), d.constraints.begin(), d.constraints.end());
   options.mechanics = model->mechanics;
@@ -128,9 +124,9 @@ ModelPtr made_acc(const ModelPtr& given) {
     throw Failure(text("differentiating did not lower the index to 1: the Jacobian with respect to (",
                        unknowns_text(*low), ") has rank ", rank, " of ", n));
   auto done = std::make_shared<Model>(*low);
-  done->trace.push_back(text("The Jacobian with respect to (", unknowns_text(*low), ") has rank ", rank,
-                             " of ", n, ": index ",
-                             low->algebraic().empty() && low->kind != Kind::fully_implicit ? 0 : 1, "."));
+  done->trace.push_back(
+      text("The Jacobian with respect to (", unknowns_text(*low), ") has rank ", rank, " of ", n, ": index ",
+           low->algebraic().empty() && low->kind != ModelKind::fully_implicit ? 0 : 1, "."));
   for (const auto& [word, line] : classification(*model))
     if (word == "holds") done->trace.push_back("The original model has " + line + ".");
   constexpr std::size_t most = 40;
@@ -145,10 +141,18 @@ ModelPtr made_acc(const ModelPtr& given) {
 
 }  // namespace
 
-std::string trace(const Model& m) {
-  std::string story = m.parent ? trace(*m.parent) : "";
-  for (const std::string& line : m.trace) story += rendered(line) + "\n";
-  return story;
+ModelPtr index_one_form(const ModelPtr& model, const std::unordered_map<Expr, double>& near) {
+  try {
+    return reduce_acc(model);
+  } catch (const Failure&) {
+    try {
+      ReduceOptions options;
+      options.at = near;
+      return reduce_array(model, options);
+    } catch (const Failure&) {  // the first reason is the better one
+    }
+    throw;
+  }
 }
 
 }  // namespace pendula::dae

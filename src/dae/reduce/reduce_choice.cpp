@@ -4,6 +4,7 @@
 #include "dae/index/differentiation_index.hpp"
 #include "dae/model/lineage.hpp"
 #include "dae/reduce/reduced_forms.hpp"
+#include "dae/regularise/regularise.hpp"
 
 namespace pendula::dae {
 namespace {
@@ -21,9 +22,10 @@ const Form forms[] = {
     {"dummy", [](const ModelPtr& m, const ReduceOptions& o) { return reduce_dummy(m, o); }},
     {"minimal", [](const ModelPtr& m, const ReduceOptions& o) { return reduce_minimal(m, o); }},
     {"ode", [](const ModelPtr& m, const ReduceOptions&) { return reduce_ode(m); }},
+    {"array", [](const ModelPtr& m, const ReduceOptions& o) { return reduce_array(m, o); }},
 };
 
-/// The same model with one more line of its story.
+/// The same model with one more line of its derivation.
 ModelPtr with_line(const ModelPtr& model, const std::string& line) {
   auto copy = std::make_shared<Model>(*model);
   copy->trace.push_back(line);
@@ -43,8 +45,8 @@ ModelPtr checked(const ModelPtr& done, const ModelPtr& model, const std::string&
   return done;
 }
 
-/// The best road for simulation. Nothing is reduced that can be integrated as it stands.
-ModelPtr best(const ModelPtr& given) {
+/// Nothing is reduced that can be integrated as it stands.
+ModelPtr best_by_structure(const ModelPtr& given) {
   const ModelPtr model = regular_form(given);
   const Analysis a = require_regular(*model);
   const ModelPtr low = reduce_acc(model);
@@ -60,7 +62,7 @@ ModelPtr best(const ModelPtr& given) {
     return same;
   }
   const ModelPtr done = reduce_project(model);
-  const bool is_explicit = done->parent->form == "ode" || done->kind == Kind::ode;
+  const bool is_explicit = done->parent->form == "ode" || done->kind == ModelKind::ode;
   return with_line(
       done, text("reduce() chose form \"project\" over ",
                  is_explicit
@@ -69,6 +71,21 @@ ModelPtr best(const ModelPtr& given) {
                      : "form \"acc\": its equations are not linear in the derivatives, so there is no "
                        "explicit form",
                  "; the projection keeps the constraints, which would drift otherwise."));
+}
+
+/// The form best suited to simulation; form "array" where the structure leads to none.
+ModelPtr best(const ModelPtr& given, const ReduceOptions& options) {
+  try {
+    return best_by_structure(given);
+  } catch (const Failure&) {
+    try {
+      return with_line(
+          reduce_array(given, options),
+          "reduce() chose form \"array\": the structural analysis of the model leads to no other form.");
+    } catch (const Failure&) {  // the first reason is the better one
+    }
+    throw;
+  }
 }
 
 }  // namespace
@@ -85,7 +102,7 @@ ModelPtr reduce(const ModelPtr& model, const std::string& form, const ReduceOpti
                      form.empty() ? "; name it: reduce(\"baumgarte\", { alpha = 10 })"
                                   : text("; form \"", form, "\" has none")));
   const auto made = [&]() -> ModelPtr {
-    if (form.empty()) return best(model);
+    if (form.empty()) return best(model, options);
     for (const Form& f : forms)
       if (form == f.name) return checked(f.make(model, options), model, form);
     return nullptr;
@@ -93,7 +110,7 @@ ModelPtr reduce(const ModelPtr& model, const std::string& form, const ReduceOpti
   try {
     if (const ModelPtr done = made()) return done;
   } catch (const Failure&) {
-    truth(*original(model));  // a better reason, where there is no index at all
+    differentiation_index(*original(model));  // a better reason, where there is no index at all
     throw;
   }
   throw Error(text("unknown form '", form, "'.", did_you_mean(form, reduction_forms()),

@@ -11,8 +11,10 @@
 #include "base/text.hpp"
 #include "dae/model/derivation_markup.hpp"
 #include "dae/model/lineage.hpp"
+#include "dae/model/make_model.hpp"
 #include "dae/rank/rank.hpp"
 #include "dae/reduce/reduced_forms.hpp"
+#include "dae/regularise/regularise.hpp"
 #include "expr/graph/declaration.hpp"
 #include "expr/print/print.hpp"
 #include "expr/rewrite/rewrite.hpp"
@@ -27,7 +29,7 @@ using Numbers = std::unordered_map<Expr, double>;
 Numbers complete(const Model& m, std::span<const Expr> outputs, const Numbers& point) {
   Numbers values = point.empty() ? random_point(outputs, 0) : point;
   for (Expr leaf : leaves(outputs)) {
-    if (symbol_of(leaf).kind == pendula::Kind::constant || point.count(leaf)) continue;
+    if (symbol_of(leaf).kind == Kind::constant || point.count(leaf)) continue;
     if (const auto it = m.values.find(leaf); it != m.values.end())
       values[leaf] = pendula::evaluate({&it->second, 1}, {})[0];
     else if (!point.empty())
@@ -123,7 +125,7 @@ Substitution stand_ins(const Model& m, const DummySelection& selection, std::vec
     name += symbol.order > 3 ? text("d", symbol.order, "ot") : "dot";
     name = fresh_name(used, name, name + "_");
     used.insert(name);
-    s[leaf] = newly_declared({pendula::symbol(pendula::Kind::variable, name)})[0];
+    s[leaf] = newly_declared({pendula::symbol(Kind::variable, name)})[0];
     made.push_back(s[leaf]);
   }
   return s;
@@ -143,7 +145,10 @@ ModelPtr reduce_dummy(const ModelPtr& model, const DummySelection& selection) {
   std::vector<Block> blocks = with_derivatives(*source, a.offsets, options.trace);
   std::vector<Expr> made;
   const Substitution s = stand_ins(*source, selection, made);
-  for (Block& b : blocks) b.lhs = mapped(b.lhs, s), b.rhs = mapped(b.rhs, s);
+  for (Block& b : blocks) {
+    b.lhs = mapped(b.lhs, s);
+    b.rhs = mapped(b.rhs, s);
+  }
   move_invariants(options, s);
   for (const auto& [leaf, meaning] : s) options.relations[leaf] = meaning;
   std::vector<Expr> states;

@@ -9,12 +9,14 @@
 
 #include "base/error.hpp"
 #include "base/text.hpp"
+#include "dae/analysis/determinant_factors.hpp"
 #include "dae/model/derivation_markup.hpp"
 #include "dae/model/lineage.hpp"
+#include "dae/model/make_model.hpp"
 #include "dae/rank/rank.hpp"
-#include "dae/reduce/differentiation.hpp"
 #include "dae/reduce/reduced_forms.hpp"
-#include "dae/singular/validity.hpp"
+#include "dae/regularise/regularise.hpp"
+#include "dae/structure/differentiation.hpp"
 #include "expr/graph/generic.hpp"
 #include "expr/print/print.hpp"
 #include "expr/rewrite/rewrite.hpp"
@@ -33,21 +35,21 @@ struct Candidate {
 bool has_unknown(Expr e) {
   const auto inside = leaves({&e, 1});
   return std::any_of(inside.begin(), inside.end(),
-                     [](Expr leaf) { return symbol_of(leaf).kind == pendula::Kind::variable; });
+                     [](Expr leaf) { return symbol_of(leaf).kind == Kind::variable; });
 }
 
 bool varies(Expr e) {
   const auto inside = leaves({&e, 1});
   return std::any_of(inside.begin(), inside.end(), [](Expr leaf) {
     const auto kind = symbol_of(leaf).kind;
-    return kind != pendula::Kind::parameter && kind != pendula::Kind::constant;
+    return kind != Kind::parameter && kind != Kind::constant;
   });
 }
 
 double strength_at(Expr slope, const Model& m, const std::unordered_map<Expr, double>& at) {
   auto point = random_point({&slope, 1}, 0);
   for (auto& [leaf, value] : point) {
-    if (symbol_of(leaf).kind == pendula::Kind::time) value = 0;  // where integrations begin
+    if (symbol_of(leaf).kind == Kind::time) value = 0;  // where integrations begin
     if (const auto it = m.values.find(leaf); it != m.values.end())
       value = pendula::evaluate({&it->second, 1}, {})[0];
     if (const auto it = at.find(leaf); it != at.end()) value = it->second;
@@ -62,7 +64,7 @@ class Dependents {
   Dependents(const Model& m, const ReduceOptions& options) : m_(m), at_(options.at) {}
 
   std::vector<std::pair<Expr, Expr>> solved;  ///< y, φ in independent unknowns
-  std::vector<Nonzero> domain;                ///< what was divided by, in the model's unknowns
+  std::vector<SingularityCondition> domain;   ///< what was divided by, in the model's unknowns
   std::vector<std::string> trace;
 
   void add(const Constraint& c) {
@@ -155,12 +157,12 @@ class Dependents {
   double signed_at(Expr e) const {
     std::unordered_map<Expr, double> point;
     for (Expr leaf : leaves({&e, 1})) {
-      if (symbol_of(leaf).kind == pendula::Kind::constant) continue;
+      if (symbol_of(leaf).kind == Kind::constant) continue;
       if (const auto it = at_.find(leaf); it != at_.end())
         point[leaf] = it->second;
       else if (const auto known = m_.values.find(leaf); known != m_.values.end())
         point[leaf] = pendula::evaluate({&known->second, 1}, {})[0];
-      else if (symbol_of(leaf).kind == pendula::Kind::time)
+      else if (symbol_of(leaf).kind == Kind::time)
         point[leaf] = 0;
       else
         return NAN;
@@ -214,7 +216,7 @@ class Dependents {
   [[noreturn]] void refuse(const Constraint& c, Expr e) const {
     std::vector<Expr> names;
     for (Expr leaf : leaves({&e, 1}))
-      if (symbol_of(leaf).kind == pendula::Kind::variable) names.push_back(leaf);
+      if (symbol_of(leaf).kind == Kind::variable) names.push_back(leaf);
     throw Error(text("form \"minimal\": the constraint ", c.label, "  0 = ", to_text(e),
                      " is linear or quadratic in none of ", grouped_names(names),
                      ", so no coordinate can be written explicitly. Use reduce \"dummy\", which needs no "
@@ -246,7 +248,8 @@ std::vector<Block> remaining(const Model& m, const std::vector<Chain>& removed, 
                         [&](Expr leaf) { return dependent.count(leaf) > 0 && symbol_of(leaf).order > 0; }))
           continue;
       }
-      left.push_back(simplify(l)), right.push_back(simplify(e));
+      left.push_back(simplify(l));
+      right.push_back(simplify(e));
       kept.push_back(how[r]);
     }
     if (!left.empty()) blocks.push_back({column(left), column(right), m.blocks[b].note, kept});
@@ -255,7 +258,7 @@ std::vector<Block> remaining(const Model& m, const std::vector<Chain>& removed, 
 }
 
 ModelPtr eliminated(const ModelPtr& m) {
-  if (m->kind == Kind::ode) return m;
+  if (m->kind == ModelKind::ode) return m;
   try {
     const ModelPtr low = reduce_ode(m);
     auto done = std::make_shared<Model>(*low);
@@ -281,9 +284,10 @@ ModelPtr reduce_minimal(const ModelPtr& model, const ReduceOptions& request) {
   ModelOptions options = child_of(source);
   options.form = "minimal";
   const Substitution dependent = d.derivatives();
-  options.domain.insert(options.domain.end(), d.domain.begin(), d.domain.end());
+  options.singularity_conditions.insert(options.singularity_conditions.end(), d.domain.begin(),
+                                        d.domain.end());
   move_invariants(options, dependent);
-  for (Nonzero& n : options.domain) n.factor = simplify(n.factor);
+  for (SingularityCondition& n : options.singularity_conditions) n.factor = simplify(n.factor);
   for (const auto& [leaf, meaning] : dependent) options.relations[leaf] = meaning;
   options.mechanics.reset();  // T, V, q are those of the larger set of coordinates
   options.u = source->inputs;

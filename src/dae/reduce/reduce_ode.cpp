@@ -6,14 +6,17 @@
 #include "base/text.hpp"
 #include "dae/model/derivation_markup.hpp"
 #include "dae/model/lineage.hpp"
+#include "dae/model/make_model.hpp"
+#include "dae/model/solved_rows.hpp"
 #include "dae/rank/definite.hpp"
 #include "dae/rank/rank.hpp"
 #include "dae/reduce/reduced_forms.hpp"
-#include "dae/structure/elimination.hpp"
+#include "dae/regularise/elimination.hpp"
 #include "expr/graph/solve.hpp"
 #include "expr/linalg/linalg.hpp"
 #include "expr/print/print.hpp"
 #include "expr/rewrite/rewrite.hpp"
+#include "expr/rewrite/tidied.hpp"
 
 namespace pendula::dae {
 namespace {
@@ -32,7 +35,7 @@ bool contains(Expr e, const std::unordered_set<Expr>& set) {
 bool vanishes(Expr slope, const Model& m) {
   std::unordered_map<Expr, double> values;
   for (Expr leaf : leaves({&slope, 1})) {
-    if (symbol_of(leaf).kind == pendula::Kind::constant) continue;
+    if (symbol_of(leaf).kind == Kind::constant) continue;
     const auto it = m.values.find(leaf);
     if (it == m.values.end()) return false;
     values[leaf] = pendula::evaluate({&it->second, 1}, {})[0];
@@ -45,7 +48,7 @@ bool moves(Expr slope) {
   const auto inside = leaves({&slope, 1});
   return std::any_of(inside.begin(), inside.end(), [](Expr leaf) {
     const auto kind = symbol_of(leaf).kind;
-    return kind != pendula::Kind::parameter && kind != pendula::Kind::constant;
+    return kind != Kind::parameter && kind != Kind::constant;
   });
 }
 
@@ -140,18 +143,18 @@ class Elimination {
   std::unordered_set<Expr> top_;
 };
 
-std::vector<std::string> story(const Elimination& e, const Model& low) {
+std::vector<std::string> derivation(const Elimination& e, const Model& low) {
   std::vector<std::string> lines, labels;
   for (std::size_t i : e.rows)
     if (labels.empty() || labels.back() != text("(", low.origin[i].first + 1, ")"))
       labels.push_back(text("(", low.origin[i].first + 1, ")"));
   if (e.unknowns.empty()) {
-    lines.push_back("ode: every derivative has a row of its own; nothing has to be eliminated.");
+    lines.push_back("ode: every derivative has a row of its own; there is nothing to eliminate.");
     return lines;
   }
   if (e.unknowns.size() < low.top_derivatives().size() + low.algebraic().size())
     lines.push_back(
-        text("ode: the rows that give a derivative directly are put into ", join(labels, ", "), "."));
+        text("ode: substitute the rows that are solved for a derivative into ", join(labels, ", "), "."));
   lines.push_back(text("ode: ", join(labels, ", "), labels.size() == 1 ? " is" : " are", " linear in w = (",
                        grouped_names(e.unknowns), "):  A w = b"));
   constexpr Index widest = 8;
@@ -174,11 +177,11 @@ std::vector<std::string> story(const Elimination& e, const Model& low) {
 
 ModelPtr reduce_ode(const ModelPtr& model) {
   const ModelPtr low = reduce_acc(model);
-  if (low->kind == Kind::ode && low == model) return model;
+  if (low->kind == ModelKind::ode && low == model) return model;
   const Elimination e(*low);
   ModelOptions options = child_of(low);
   options.form = "ode";
-  options.trace = story(e, *low);
+  options.trace = derivation(e, *low);
   Substitution z;
   for (Expr leaf : low->algebraic()) z[leaf] = e.solved.at(leaf);
   move_invariants(options, z);
@@ -204,8 +207,8 @@ ModelPtr reduce_ode(const ModelPtr& model) {
   if (!low->algebraic().empty())
     options.trace.push_back(text("     ", grouped_names(low->algebraic()),
                                  low->algebraic().size() == 1
-                                     ? " is no unknown any more; its value is known as an expression."
-                                     : " are no unknowns any more; their values are known as expressions."));
+                                     ? " is eliminated; its value is known as an expression."
+                                     : " are eliminated; their values are known as expressions."));
   options.trace.push_back("     The model is an explicit ODE: index 0.");
   return make_model(std::move(blocks), std::move(options));
 }

@@ -11,6 +11,7 @@
 #include "dae/model/lineage.hpp"
 #include "dae/rank/rank.hpp"
 #include "dae/reduce/reduced_forms.hpp"
+#include "dae/regularise/regularise.hpp"
 #include "expr/print/print.hpp"
 
 namespace pendula::dae {
@@ -73,7 +74,10 @@ std::vector<Projection> stages(const Model& m) {
   for (int k = 0; k <= highest; ++k) {
     std::vector<Expr> residuals;
     for (const Constraint& c : m.invariants)
-      if (c.derivative == k) residuals.push_back(c.residual), all.push_back(c.residual);
+      if (c.derivative == k) {
+        residuals.push_back(c.residual);
+        all.push_back(c.residual);
+      }
     if (residuals.empty()) continue;
     std::vector<Expr> unknowns = states_in(residuals, m);
     std::erase_if(unknowns, [&](Expr x) { return moved.count(x) > 0; });

@@ -4,9 +4,13 @@
 #include "base/error.hpp"
 #include "base/text.hpp"
 #include "dae/model/derivation_markup.hpp"
+#include "dae/model/forms.hpp"
 #include "dae/model/lineage.hpp"
-#include "dae/reduce/differentiation.hpp"
+#include "dae/model/make_model.hpp"
+#include "dae/model/solved_rows.hpp"
 #include "dae/reduce/reduced_forms.hpp"
+#include "dae/regularise/regularise.hpp"
+#include "dae/structure/differentiation.hpp"
 #include "expr/print/print.hpp"
 
 namespace pendula::dae {
@@ -61,7 +65,7 @@ void add_multipliers(std::vector<Block>& blocks, const Model& first, const std::
   for (std::size_t k = 0; k < positions.size(); ++k) {
     const Expr C = positions[k].below[0].residual;
     for (Expr q : leaves({&C, 1})) {
-      if (symbol_of(q).kind != pendula::Kind::variable) continue;
+      if (symbol_of(q).kind != Kind::variable) continue;
       const auto row = rows.find(q);
       if (row == rows.end())
         throw Error(text("form \"ggl\": the constraint ", positions[k].below[0].label, " = 0 contains ",
@@ -69,7 +73,10 @@ void add_multipliers(std::vector<Block>& blocks, const Model& first, const std::
                          "′ = v; use reduce \"acc\" or \"dummy\""));
       const auto [b, r] = first.origin[row->second.residual];
       Block& block = blocks[b];
-      if (block.lhs[r] != derivative_leaf(q)) block.lhs[r] = derivative_leaf(q), block.rhs[r] = row->second.f;
+      if (block.lhs[r] != derivative_leaf(q)) {
+        block.lhs[r] = derivative_leaf(q);
+        block.rhs[r] = row->second.f;
+      }
       block.rhs[r] -= partial(C, q) * mu[k];
     }
   }
@@ -89,7 +96,8 @@ ModelPtr reduce_ggl(const ModelPtr& model) {
   std::vector<std::string> labels, below;
   for (std::size_t k = 0; k < positions.size(); ++k) {
     velocity[static_cast<Index>(k)] = positions[k].below[1].residual;
-    below.push_back(positions[k].below[0].label), labels.push_back(positions[k].below[1].label);
+    below.push_back(positions[k].below[0].label);
+    labels.push_back(positions[k].below[1].label);
   }
   blocks.push_back({VecX::Zero(velocity.size()), velocity, text("d/dt of ", join(below, ", "))});
   ModelOptions options = child_of(first);
@@ -126,7 +134,7 @@ Gains gains(const ReduceOptions& options) {
       throw Error(text("form \"baumgarte\": ", name, " = ", to_text(gain),
                        " must be positive: otherwise the violation of a constraint does not decay"));
     for (Expr leaf : leaves({&gain, 1}))
-      if (symbol_of(leaf).kind != pendula::Kind::parameter && symbol_of(leaf).kind != pendula::Kind::constant)
+      if (symbol_of(leaf).kind != Kind::parameter && symbol_of(leaf).kind != Kind::constant)
         throw Error(text("form \"baumgarte\": ", name, " = ", to_text(gain),
                          " must be a number or made of parameters"));
   }

@@ -1,4 +1,4 @@
-// The forms beside "acc". Each takes any model, returns a new one with lineage and trace, and throws an Error
+// The forms other than "acc". Each takes any model, returns a new one with lineage and trace, and throws an Error
 // that says why where the form does not apply. docs/derivations.md#forms.
 #pragma once
 
@@ -36,6 +36,15 @@ ModelPtr reduce_project(const ModelPtr& model);
 /// Newton's method with least steps. values: states, inputs, parameters, t. Returns the largest change.
 /// throws    Failure where Newton's method does not converge
 double project(const Model& model, std::unordered_map<Expr, double>& values);
+
+/// "array": of the equations and their derivatives up to the index, a choice of rows that determines the derivatives
+/// of all unknowns at a point, as a square system of index 1: as many unknowns become algebraic as there are
+/// conditions on them, and derivatives of these become variables of their own. Needs no structure, only an index:
+/// where x′ follows from F_k = 0, it follows from rows as many as the rank, and derivatives that no row determines
+/// may have any value (0). Valid near the point, where the chosen rows stay regular.
+/// requires  a model without unspecified functions; throws Failure where no regular point is found
+/// see       Kunkel & Mehrmann, Differential-Algebraic Equations, 2006, §6.2; Mattsson & Söderlind 1993
+ModelPtr reduce_array(const ModelPtr& model, const ReduceOptions& options);
 
 /// "minimal": constraints are solved for dependent variables, which are substituted; what remains moves
 /// freely. requires  every constraint linear in some coordinate

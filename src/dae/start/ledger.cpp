@@ -1,9 +1,10 @@
-// What a start tells: values of expressions, also in the words of related models, and the ledger.
+// Values of expressions at a start, also in the symbols of related models, and the printed ledger.
 #include <algorithm>
 #include <cmath>
 
 #include "base/error.hpp"
 #include "base/text.hpp"
+#include "dae/model/lineage.hpp"
 #include "dae/model/truncated_text.hpp"
 #include "dae/start/start_system.hpp"
 #include "expr/graph/derivative.hpp"
@@ -30,12 +31,12 @@ const char* word(Origin origin) {
 
 }  // namespace
 
-double Start::operator()(Expr e) const {
+double ConsistentState::operator()(Expr e) const {
   const Expr own = resolve(*model, e);
   for (Expr leaf : leaves({&own, 1})) {
     const Symbol& s = symbol_of(leaf);
-    if (values.count(leaf) || s.kind == pendula::Kind::constant) continue;
-    if (s.value && s.kind == pendula::Kind::parameter) continue;
+    if (values.count(leaf) || s.kind == Kind::constant) continue;
+    if (s.value && s.kind == Kind::parameter) continue;
     std::vector<std::string> names;
     for (const auto& row : rows) names.push_back(to_text(row.leaf));
     throw Error(
@@ -48,7 +49,7 @@ double Start::operator()(Expr e) const {
   return pendula::evaluate({&own, 1}, all)[0];
 }
 
-std::optional<double> Start::value_for(const Model& other, Expr leaf) const {
+std::optional<double> ConsistentState::value_for(const Model& other, Expr leaf) const {
   const auto known = [&](Expr e) -> std::optional<double> {
     const auto it = values.find(e);
     return it == values.end() ? std::nullopt : std::optional(it->second);
@@ -70,7 +71,7 @@ double size_of_terms(Expr e, const std::unordered_map<Expr, double>& point) {
   return size;
 }
 
-std::string Start::ledger() const {
+std::string ConsistentState::ledger() const {
   const auto beside_terms = [&](const auto& c) {  // terms of 10²⁴ leave 10⁸ by rounding
     return std::fabs(c.second) /
            std::max(1.0, std::fabs(c.second) < 1e-9 ? 1 : size_of_terms(c.first.residual, values));
@@ -94,8 +95,9 @@ std::string Start::ledger() const {
   for (const Branch& b : other)
     out += text("  ", b.formula.empty() ? to_text(b.leaf) : b.formula, ": here ", rounded(b.here), "; ",
                 rounded(b.there), " with guess = { ", key_text(b.leaf), " = ", rounded(b.there, 4), " }\n");
-  for (const Nonzero& n : model->domain)
-    out += text("valid while ", elided_text(n.factor), " ≠ 0 (here ", rounded((*this)(n.factor), 4), ")\n");
+  for (const SingularityCondition& n : model->singularity_conditions)
+    out +=
+        text("valid while ", truncated_text(n.factor), " ≠ 0 (here ", rounded((*this)(n.factor), 4), ")\n");
   if (constraints.empty()) return out;
   out += "constraints\n";
   Table residuals({false, true, false});
@@ -105,7 +107,7 @@ std::string Start::ledger() const {
                    std::fabs(r) < 1e-12          ? "≤ 1e-12"
                    : beside_terms(entry) < 1e-12 ? "≤ 1e-12 of its terms"
                                                  : rounded(r, 2),
-                   "0 = " + elided_text(c.residual)});
+                   "0 = " + truncated_text(c.residual)});
   }
   return out + residuals.str(2);
 }

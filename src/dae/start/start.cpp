@@ -7,6 +7,8 @@
 
 #include "base/error.hpp"
 #include "base/text.hpp"
+#include "dae/model/first_order.hpp"
+#include "dae/model/lineage.hpp"
 #include "dae/start/start_system.hpp"
 
 namespace pendula::dae {
@@ -58,7 +60,7 @@ void clean(const StartSystem& s, Vec& w, bool slow) {
   }
 }
 
-void fill_ledger(Start& at, const StartSystem& s, const Freedom& open) {
+void fill_ledger(ConsistentState& at, const StartSystem& s, const Freedom& open) {
   std::unordered_map<Expr, Origin> origin;
   for (std::size_t k = 0; k < s.fixes(); ++k)
     origin[resolve(s.model, s.request.fix[k].first)] = open.redundant[k] ? Origin::redundant : Origin::fixed;
@@ -94,8 +96,8 @@ ModelPtr sparse_relative(const ModelPtr& model) {
   return m && m->states() == model->states() ? m : nullptr;
 }
 
-StartPtr init_by(const ModelPtr& relative, const ModelPtr& model, const StartRequest& request) {
-  auto at = std::make_shared<Start>(*init(relative, request));
+ConsistentStatePtr init_by(const ModelPtr& relative, const ModelPtr& model, const StartRequest& request) {
+  auto at = std::make_shared<ConsistentState>(*init(relative, request));
   at->model = model;
   std::unordered_set<Expr> own;
   for (const auto& list : {model->states(), model->top_derivatives(), model->algebraic()})
@@ -114,15 +116,17 @@ std::optional<double> value_of(Expr p, const Model& model, const StartRequest& r
 
 /// x′ = f(t, x) with every state given is a start as it stands: no system to solve. Nothing where anything
 /// else is asked for or f is not finite, and for small models, where the system costs nothing either.
-StartPtr explicit_start(const ModelPtr& model, const StartRequest& request) {
+ConsistentStatePtr explicit_start(const ModelPtr& model, const StartRequest& request) {
   constexpr std::size_t few = 20;
   const std::vector<Expr> states = model->states();
   if (states.size() < few || request.fix.size() != states.size() || !request.guess.empty()) return nullptr;
   if (request.nearest || !model->invariants.empty() || !model->projections.empty()) return nullptr;
   const FirstOrder form = first_order(*model);
   if (!form.is_ode() || form.x != states || form.u.size() != request.inputs.size()) return nullptr;
-  auto at = std::make_shared<Start>();
-  at->model = model, at->t = request.t, at->request = request;
+  auto at = std::make_shared<ConsistentState>();
+  at->model = model;
+  at->t = request.t;
+  at->request = request;
   at->values[time_symbol()] = request.t;
   for (const auto& [leaf, value] : request.fix) at->values[resolve(*model, leaf)] = value;
   const std::unordered_set<Expr> known(states.begin(), states.end());
@@ -133,7 +137,7 @@ StartPtr explicit_start(const ModelPtr& model, const StartRequest& request) {
   for (const auto& [leaf, e] : request.inputs) {
     if (symbol_of(leaf).order != 0) return nullptr;
     for (Expr inside : leaves({&e, 1}))
-      if (symbol_of(inside).kind == pendula::Kind::parameter) parameters.push_back(inside);
+      if (symbol_of(inside).kind == Kind::parameter) parameters.push_back(inside);
   }
   for (Expr p : parameters) {
     const auto value = value_of(p, *model, request);
@@ -160,9 +164,10 @@ StartPtr explicit_start(const ModelPtr& model, const StartRequest& request) {
 
 }  // namespace
 
-StartPtr init(const ModelPtr& model, const StartRequest& request) {
-  if (StartPtr at = explicit_start(model, request)) return at;
+ConsistentStatePtr init(const ModelPtr& model, const StartRequest& request) {
+  if (ConsistentStatePtr at = explicit_start(model, request)) return at;
   if (const ModelPtr relative = sparse_relative(model)) return init_by(relative, model, request);
+  if (ConsistentStatePtr at = start_in_region(model, request)) return at;
   const StartSystem s(model, request);
   StartSolution solution = solve_start(s);
   if (!solution.solved && !solution.defined) explain_undefined(s);
@@ -171,8 +176,9 @@ StartPtr init(const ModelPtr& model, const StartRequest& request) {
   if (!solution.solved) explain_conflict(model, s, solution);
   clean(s, solution.w, solution.slow);
   const Freedom open = freedom(s, solution.w, solution.slow);
+  if (!request.nearest && !solution.slow) require_regular_point(model, s, solution.w, open.count == 0);
   if (open.count > 0) explain_freedom(model, s, solution.w, open);
-  auto at = std::make_shared<Start>();
+  auto at = std::make_shared<ConsistentState>();
   at->model = model;
   at->t = request.t;
   at->request = request;

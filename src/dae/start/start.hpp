@@ -1,5 +1,12 @@
-// A consistent start: values of every state, derivative and algebraic variable that satisfy the equations and
-// all hidden constraints. `fix` is a condition, `guess` only a starting point; nothing else ever becomes an
+// Consistent initial values.
+//
+// start_system: the equations of a start (index-1 form, invariants, fixed values) in units of their own, estimated in
+// start_magnitudes. start_solve: damped Gauss-Newton through a list of attempts. start_freedom: which values are
+// still free. start_nearest: contradictory values moved as little as possible. start_branches: other solutions for
+// the same fixed values. start_errors: messages. ledger: the printed table.
+//
+// A consistent start has values of every state, derivative and algebraic variable that satisfy the equations and all
+// hidden constraints. `fix` is a condition, `guess` only a starting point; nothing else ever becomes an
 // equation. docs/derivations.md#start.
 #pragma once
 
@@ -43,7 +50,7 @@ struct LedgerRow {
   Origin origin;
 };
 
-class Start {
+class ConsistentState {
  public:
   ModelPtr model;
   double t = 0;
@@ -64,18 +71,18 @@ class Start {
   /// few, small models only. Cost: some further solves.
   std::vector<Branch> branches() const;
 };
-using StartPtr = std::shared_ptr<const Start>;
+using ConsistentStatePtr = std::shared_ptr<const ConsistentState>;
 
 /// Solves the equations, the hidden constraints and the fixes together (damped Gauss-Newton, least steps in
 /// the units of the unknowns: the result does not depend on the units that the model is written in).
 ///
-/// requires  a model whose structural analysis is regular, or can be repaired
+/// requires  a model whose structural analysis is regular, or can be regularised
 /// returns   values with every scaled residual below 1e-10
 /// throws    Error for conflicting fixes (names the fewest that conflict and the equation that they violate),
 ///           for values that are neither fixed nor determined (names the candidates, the null vector, and a
 ///           call that works), for equations without value at the guess, for parameters or inputs without
 ///           value; Failure where no solution was found
 /// cost      per iteration one complete orthogonal decomposition; above 250 unknowns a sparse factorisation
-StartPtr init(const ModelPtr& model, const StartRequest& request);
+ConsistentStatePtr init(const ModelPtr& model, const StartRequest& request);
 
 }  // namespace pendula::dae

@@ -4,6 +4,7 @@
 
 #include "base/error.hpp"
 #include "base/text.hpp"
+#include "dae/model/lineage.hpp"
 #include "dae/start/start_system.hpp"
 #include "expr/print/print.hpp"
 #include "expr/rewrite/rewrite.hpp"
@@ -50,7 +51,7 @@ std::string quadratic(const StartSystem& s, Expr leaf) {
 }
 
 /// Does this guess lead to that root?
-bool leads_to(const Start& at, Expr leaf, double value) {
+bool leads_to(const ConsistentState& at, Expr leaf, double value) {
   StartRequest request = at.request;
   std::erase_if(request.guess, [&](const auto& g) { return resolve(*at.model, g.first) == leaf; });
   request.guess.push_back({leaf, value});
@@ -61,7 +62,7 @@ bool leads_to(const Start& at, Expr leaf, double value) {
   }
 }
 
-/// The unknown by which two roots are told apart: the mirrored one if it differs visibly, else the one that
+/// The unknown that distinguishes two roots: the mirrored one if it differs visibly, else the one that
 /// differs most.
 std::optional<Index> most_different(const StartSystem& s, const Vec& a, const Vec& b, Index mirrored) {
   const auto difference = [&](Index j) { return std::fabs(a[j] - b[j]) / (s.unit[j] + std::fabs(a[j])); };
@@ -75,7 +76,7 @@ std::optional<Index> most_different(const StartSystem& s, const Vec& a, const Ve
 
 }  // namespace
 
-std::vector<Branch> Start::branches() const {
+std::vector<Branch> ConsistentState::branches() const {
   std::vector<Branch> found;
   if (request.nearest || rows.empty() || rows.size() > most_unknowns) return found;
   if (std::any_of(rows.begin(), rows.end(), [](const LedgerRow& r) { return r.origin == Origin::chosen; }))
@@ -99,12 +100,12 @@ std::vector<Branch> Start::branches() const {
                different * (1 + root.cwiseQuotient(s.unit).cwiseAbs().maxCoeff());
       };
       if (std::any_of(roots.begin(), roots.end(), same)) continue;
-      const auto told = most_different(s, w, other.w, j);  // β may have moved where γ was mirrored
-      if (!told) continue;
-      const Expr leaf = s.unknowns[*told];
-      if (!leads_to(*this, leaf, other.w[*told])) continue;
+      const auto distinct = most_different(s, w, other.w, j);  // β may have moved where γ was mirrored
+      if (!distinct) continue;
+      const Expr leaf = s.unknowns[*distinct];
+      if (!leads_to(*this, leaf, other.w[*distinct])) continue;
       roots.push_back(other.w);
-      found.push_back({leaf, w[*told], other.w[*told], quadratic(s, leaf)});
+      found.push_back({leaf, w[*distinct], other.w[*distinct], quadratic(s, leaf)});
       if (!found.back().formula.empty()) break;
       const double apart = other.w[j] - w[j];  // a cubic has a third root between two, or behind them
       from.insert(from.end(), {w[j] + apart / 2, w[j] + 2 * apart, w[j] - apart});

@@ -1,4 +1,4 @@
-// Why there is no start, in the words of the user: what conflicts, what is open, what has no value.
+// Error messages of init(): conflicting values, undetermined values, expressions without value.
 #include <algorithm>
 #include <cmath>
 #include <utility>
@@ -6,11 +6,11 @@
 #include "base/decompositions.hpp"
 #include "base/error.hpp"
 #include "base/text.hpp"
-#include "dae/singular/domain.hpp"
+#include "dae/singular/singularity_conditions.hpp"
 #include "dae/start/start_system.hpp"
-#include "dae/structure/elimination.hpp"
 #include "expr/print/print.hpp"
 #include "expr/rewrite/rewrite.hpp"
+#include "expr/rewrite/tidied.hpp"
 
 namespace pendula::dae {
 namespace {
@@ -166,8 +166,10 @@ std::vector<std::string> violations(const StartSystem& s, const Conflict& confli
   const auto point = nearest_miss(s, conflict);
   std::vector<Expr> equations, fixed;
   std::vector<std::string> labels, lines;
-  for (std::size_t i : conflict.equations)
-    equations.push_back(s.rows[i]), labels.push_back(short_label(s, i));
+  for (std::size_t i : conflict.equations) {
+    equations.push_back(s.rows[i]);
+    labels.push_back(short_label(s, i));
+  }
   for (std::size_t i : conflict.fixes)
     if (const auto j = s.fixed_unknown(i - s.first_fix)) fixed.push_back(s.unknowns[*j]);
   const auto value = [&](Expr e) { return pendula::evaluate({&e, 1}, point)[0]; };
@@ -204,7 +206,8 @@ std::vector<std::string> directions(const StartSystem& s, const Freedom& open) {
     for (Index j : open.open) {
       const double step = N(j, k) * s.unit[j] / s.unit[lead];
       if (std::fabs(N(j, k)) < 1e-9) continue;
-      names.push_back(to_text(s.unknowns[j])), numbers.push_back(rounded(step, 5));
+      names.push_back(to_text(s.unknowns[j]));
+      numbers.push_back(rounded(step, 5));
     }
     lines.push_back(names.size() == 1
                         ? text(names[0], " may move alone")
@@ -268,7 +271,7 @@ std::string call_text(const LeafValues& fix, const LeafValues& guess) {
 
 void explain_undefined(const StartSystem& s) {
   const auto point = s.point(first_point(s, 0));
-  require_domain(s.model, point);
+  require_nonsingular(s.model, point);
   const auto bad = undefined_at(s, point);
   if (!bad)
     throw Failure("no consistent start was found: the equations have no finite values near the guess");
@@ -315,11 +318,11 @@ void explain_conflict(const ModelPtr& model, const StartSystem& s, const StartSo
   std::vector<std::string> fixes;
   for (std::size_t i : conflict.fixes) fixes.push_back(s.label(i));
   const auto violated = violations(s, conflict);
-  throw Error(
-      text("the fixed values contradict each other and the constraints.\n  conflict: ", join(fixes, ", "),
-           violated.empty() ? "" : "\n  violated: " + join(violated, "\n            "),
-           "\n  Leave one of them out of fix, move it to guess, or move all as little as possible: "
-           "nearest = true"));
+  const std::string lines = violated.empty() ? "" : "\n  violated: " + join(violated, "\n            ");
+  throw Error(text(
+      "the fixed values contradict each other and the constraints.\n  conflict: ", join(fixes, ", "), lines,
+      "\n  Leave one of them out of fix, move it to guess, or move all as little as possible: "
+      "nearest = true"));
 }
 
 void explain_freedom(const ModelPtr& model, const StartSystem& s, const Vec& w, const Freedom& open) {

@@ -139,7 +139,8 @@ class ClassedElimination {
   /// Columns of class c that get a pivot; returns those that do not.
   std::vector<Index> eliminate(int c) {
     now_ = c;
-    short_rows_ = Queue(rows_.size()), short_columns_ = Queue(class_.size());
+    short_rows_ = Queue(rows_.size());
+    short_columns_ = Queue(class_.size());
     for (std::size_t i = 0; i < rows_.size(); ++i)
       if (active_[i]) update_row(static_cast<Index>(i));
     for (std::size_t j = 0; j < class_.size(); ++j) update_column(static_cast<Index>(j));
@@ -151,9 +152,15 @@ class ClassedElimination {
       ++rank;
       active_[at(p)] = 0;
       short_rows_.put(p, 0);
-      for (const auto& [j, v] : rows_[at(p)]) columns_[at(j)].erase(p), update_column(j);
+      for (const auto& [j, v] : rows_[at(p)]) {
+        columns_[at(j)].erase(p);
+        update_column(j);
+      }
       const auto others = columns_[at(column)];
-      for (Index i : others) subtract(p, i, column), update_row(i);
+      for (Index i : others) {
+        subtract(p, i, column);
+        update_row(i);
+      }
     }
     std::vector<Index> left;
     for (std::size_t j = 0; j < class_.size(); ++j)
@@ -236,9 +243,11 @@ class ClassedElimination {
       if (j == column ||
           std::fabs(it->second) <= rounding * std::max({before, std::fabs(factor * v), 1e-3})) {
         row.erase(it);
-        columns_[at(j)].erase(i), update_column(j);
+        columns_[at(j)].erase(i);
+        update_column(j);
       } else if (made) {
-        columns_[at(j)].insert(i), update_column(j);
+        columns_[at(j)].insert(i);
+        update_column(j);
       }
     }
   }

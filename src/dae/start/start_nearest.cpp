@@ -25,9 +25,13 @@ class Nearest {
   explicit Nearest(const StartSystem& s) : s_(s), n_(static_cast<Index>(s.unknowns.size())) {
     equations_.rows.assign(s.rows.size(), 1);
     for (std::size_t i = s.first_fix; i < s.rows.size(); ++i) equations_.rows[i] = 0;
-    weight_ = Vec::Zero(n_), target_ = Vec::Zero(n_);
+    weight_ = Vec::Zero(n_);
+    target_ = Vec::Zero(n_);
     for (std::size_t k = 0; k < s.fixes(); ++k)
-      if (const auto j = s.fixed_unknown(k)) weight_[*j] = 1, target_[*j] = s.request.fix[k].second;
+      if (const auto j = s.fixed_unknown(k)) {
+        weight_[*j] = 1;
+        target_[*j] = s.request.fix[k].second;
+      }
     prepare_hessian();
   }
 
@@ -67,7 +71,7 @@ class Nearest {
   void prepare_hessian() {
     Expr lagrangian;
     for (std::size_t i = 0; i < s_.first_fix; ++i) {
-      multipliers_.push_back(symbol(pendula::Kind::slot, text("nearest_multiplier_", i)));
+      multipliers_.push_back(symbol(Kind::slot, text("nearest_multiplier_", i)));
       lagrangian += multipliers_.back() * s_.rows[i];
     }
     hessian_ = sparse_jacobian(gradient(lagrangian, s_.unknowns), s_.unknowns);
@@ -127,7 +131,10 @@ StartSolution sparse_nearest(const StartSystem& s) {
   for (std::size_t i = s.first_fix; i < s.rows.size(); ++i) equations.rows[i] = 0;
   Vec weight = Vec::Zero(n), target = Vec::Zero(n);
   for (std::size_t k = 0; k < s.fixes(); ++k)
-    if (const auto j = s.fixed_unknown(k)) weight[*j] = 1, target[*j] = s.request.fix[k].second;
+    if (const auto j = s.fixed_unknown(k)) {
+      weight[*j] = 1;
+      target[*j] = s.request.fix[k].second;
+    }
   StartSolution at = solve_start(s, equations);
   if (!at.solved) return at;
   Vec w = at.w;
@@ -139,9 +146,10 @@ StartSolution sparse_nearest(const StartSystem& s) {
     for (Index i = 0; i < m; ++i) entries.emplace_back(n + i, n + i, -redundant);
     for (Index j = 0; j < J.outerSize(); ++j)
       for (Sparse::InnerIterator it(J, j); it; ++it)
-        if (it.row() < m)
-          entries.emplace_back(n + it.row(), j, it.value()),
-              entries.emplace_back(j, n + it.row(), it.value());
+        if (it.row() < m) {
+          entries.emplace_back(n + it.row(), j, it.value());
+          entries.emplace_back(j, n + it.row(), it.value());
+        }
     Sparse K(n + m, n + m);
     K.setFromTriplets(entries.begin(), entries.end());
     K.makeCompressed();

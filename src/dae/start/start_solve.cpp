@@ -6,6 +6,7 @@
 
 #include "base/decompositions.hpp"
 #include "base/interrupt.hpp"
+#include "dae/model/lineage.hpp"
 #include "dae/start/start_system.hpp"
 
 namespace pendula::dae {
@@ -16,6 +17,13 @@ using Sparse = Eigen::SparseMatrix<double>;
 
 constexpr double solved_below = 1e-10;  // scaled residual that counts as satisfied
 constexpr int max_iterations = 60;
+constexpr double shortest_step = 1e-4;   // of a full step: a search that needs less has stalled
+constexpr double polishing_step = 0.75;  // at a solution: a full step that makes it no better is rounding
+constexpr double sufficient = 0.1;       // share of the predicted decrease that a step must bring
+constexpr double rounding_step = 1e-15, last_digit = 4e-16;  // relative to the size of the unknowns
+// A double root halves the distance with every step; steps above `visible` count, six in a row are enough.
+constexpr double visible = 1e-7, half_low = 0.4, half_high = 0.6;
+constexpr int double_root_after = 6;
 
 /// Residual and Jacobian of the rows that take part, in the unknowns that may move.
 class Selected {
@@ -106,8 +114,10 @@ Vec sparse_least_step(const Sparse& J, const Vec& r) {
   for (Index i = 0; i < m; ++i) entries.emplace_back(i, i, 1);
   for (Index j = 0; j < n; ++j) entries.emplace_back(m + j, m + j, -mu_squared);
   for (Index j = 0; j < J.outerSize(); ++j)
-    for (Sparse::InnerIterator it(J, j); it; ++it)
-      entries.emplace_back(m + j, it.row(), it.value()), entries.emplace_back(it.row(), m + j, it.value());
+    for (Sparse::InnerIterator it(J, j); it; ++it) {
+      entries.emplace_back(m + j, it.row(), it.value());
+      entries.emplace_back(it.row(), m + j, it.value());
+    }
   Sparse K(m + n, m + n);
   K.setFromTriplets(entries.begin(), entries.end());
   Vec right = Vec::Zero(m + n);
@@ -159,7 +169,8 @@ StartSolution gauss_newton(const StartSystem& s, Vec w, const Selection& selecti
   const Selected system(s, selection);
   const Vec reach = reaches(s);
   StartSolution out;
-  out.w = w, out.residual = Vec::Constant(static_cast<Index>(s.rows.size()), INFINITY);
+  out.w = w;
+  out.residual = Vec::Constant(static_cast<Index>(s.rows.size()), INFINITY);
   double last_step = 0;
   int halvings = 0;  // full steps in a row that shrank by half: a double root
   for (int iteration = 0; iteration < max_iterations; ++iteration) {
@@ -180,21 +191,21 @@ StartSolution gauss_newton(const StartSystem& s, Vec w, const Selection& selecti
     const Vec step = reach.cwiseProduct(least_step(weighted, weight.cwiseProduct(r)));
     if (!step.allFinite()) break;
     const double size = weight.cwiseProduct(r).norm();
-    // A full step that makes a solution no better is rounding.
-    const double shortest = out.solved ? 0.75 : 1e-4;
+    const double shortest = out.solved ? polishing_step : shortest_step;
     double alpha = 1;
     Vec trial;
     for (; alpha > shortest; alpha /= 2) {
       trial = w + alpha * step.cwiseProduct(s.unit);
       const Vec next = weight.cwiseProduct(system.residual(trial));
-      if (next.allFinite() && next.norm() <= (1 - 0.1 * alpha) * size) break;
+      if (next.allFinite() && next.norm() <= (1 - sufficient * alpha) * size) break;
     }
     const double moved = alpha * step.norm(), far = 1 + omega.norm();
-    if (moved > 1e-7 * far) halvings = moved > 0.4 * last_step && moved < 0.6 * last_step ? halvings + 1 : 0;
-    out.slow = halvings >= 6;
+    if (moved > visible * far)
+      halvings = moved > half_low * last_step && moved < half_high * last_step ? halvings + 1 : 0;
+    out.slow = halvings >= double_root_after;
     last_step = moved;
-    const bool stalled = alpha <= shortest || moved <= 1e-15 * far;
-    if (stalled || (out.solved && moved <= 4e-16 * far)) break;
+    const bool stalled = alpha <= shortest || moved <= rounding_step * far;
+    if (stalled || (out.solved && moved <= last_digit * far)) break;
     w = trial;
   }
   return out;
@@ -260,39 +271,64 @@ static int stuck_row(const StartSystem& s, const Vec& w, const Selection& select
   return -1;
 }
 
-StartSolution solve_start(const StartSystem& s, const Selection& selection) {
-  StartSolution best;
-  bool defined = false;
-  Selection held = selection;  // fixed values as they are; free to move only where that does not work
+namespace {
+
+/// One way to a solution.
+struct Attempt {
+  Selection selection;
+  int point;  ///< of first_point()
+  enum class Accept { exact, simple_root, solved } accept;
+  bool reported;  ///< its failure is one that the user may hear of
+};
+
+bool accepted(const StartSolution& found, Attempt::Accept accept) {
+  constexpr double rounding = 1e-15;
+  if (!found.solved) return false;
+  if (accept == Attempt::Accept::exact) return found.residual.maxCoeff() <= rounding;
+  return accept == Attempt::Accept::solved || !found.slow;
+}
+
+/// In this order:
+///   1. all guesses held: guesses that satisfy the equations stay exactly as they are;
+///   2. guessed states held (small models): they do not move for the sake of what follows from them;
+///   3. from every first point: fixed values held, then fixed values free to move.
+std::vector<Attempt> attempts_for(const StartSystem& s, const Selection& selection) {
+  std::vector<Attempt> list;
+  const bool small = s.unknowns.size() <= static_cast<std::size_t>(dense_up_to);
+  Selection held = selection;
   if (held.held.empty()) held.held = s.fixed();
   for (std::size_t k = 0; k < s.fixes() && !selection.rows.empty(); ++k)
     if (const auto j = s.fixed_unknown(k); j && !selection.rows[s.first_fix + k]) held.held[*j] = 0;
   if (selection.held.empty() && selection.rows.empty() && !s.request.guess.empty()) {
-    Selection here = held;  // guesses that satisfy the equations already stay exactly as they are
+    Selection here = held;
     const auto guessed = s.guessed();
     for (std::size_t j = 0; j < guessed.size(); ++j) here.held[j] = here.held[j] || guessed[j];
-    StartSolution next = by_levels(s, first_point(s, 0), here);
-    constexpr double rounding = 1e-15;
-    if (next.solved && next.residual.maxCoeff() <= rounding) return next;
-    if (next.w.size() <= dense_up_to) {  // nor do free states move for the sake of what follows from them
-      for (std::size_t j = s.state_count; j < guessed.size(); ++j) here.held[j] = held.held[j];
-      next = by_levels(s, first_point(s, 0), here);
-      if (next.solved && !next.slow) return next;
-    }
+    list.push_back({here, 0, Attempt::Accept::exact, false});
+    for (std::size_t j = s.state_count; j < guessed.size(); ++j) here.held[j] = held.held[j];
+    if (small) list.push_back({here, 0, Attempt::Accept::simple_root, false});
   }
-  const bool large = first_point(s, 0).size() > dense_up_to;
   const bool nothing_held = selection.held.empty() && std::count(held.held.begin(), held.held.end(), 1) == 0;
-  for (int attempt = 0; attempt < (large ? 2 : start_attempts); ++attempt) {
-    const bool undefined =
-        attempt > 0 && !defined;  // the user should hear of a guess where nothing has a value
-    const Vec from = first_point(s, attempt, selection, undefined);
-    StartSolution next = by_levels(s, from, held);
-    if (next.solved) return next;
-    if (!nothing_held) next = by_levels(s, from, selection);
-    if (next.solved) return next;
+  for (int point = 0; point < (small ? start_attempts : 2); ++point) {
+    list.push_back({held, point, Attempt::Accept::solved, nothing_held});
+    if (!nothing_held) list.push_back({selection, point, Attempt::Accept::solved, true});
+  }
+  return list;
+}
+
+}  // namespace
+
+StartSolution solve_start(const StartSystem& s, const Selection& selection) {
+  StartSolution best;
+  bool defined = false;  // at some first point
+  for (const Attempt& attempt : attempts_for(s, selection)) {
+    // The user should hear of a guess where nothing has a value.
+    const Vec from = first_point(s, attempt.point, selection, attempt.point > 0 && !defined);
+    StartSolution next = by_levels(s, from, attempt.selection);
+    if (accepted(next, attempt.accept)) return next;
+    if (!attempt.reported) continue;
     defined = defined || next.defined;
-    if (attempt == 0 || next.residual.maxCoeff() < best.residual.maxCoeff()) best = std::move(next);
-    if (large && (best.stuck = stuck_row(s, from, selection)) >= 0) break;
+    if (attempt.point == 0 || next.residual.maxCoeff() < best.residual.maxCoeff()) best = std::move(next);
+    if (from.size() > dense_up_to && (best.stuck = stuck_row(s, from, selection)) >= 0) break;
   }
   best.defined = defined;
   return best;

@@ -6,6 +6,7 @@
 
 #include "base/error.hpp"
 #include "base/text.hpp"
+#include "dae/model/lineage.hpp"
 #include "dae/reduce/reduce.hpp"
 #include "expr/print/print.hpp"
 
@@ -13,15 +14,27 @@ namespace pendula::dae {
 
 using Index = Eigen::Index;
 
+/// What a request says about the point.
+static std::unordered_map<Expr, double> values_near(const StartRequest& r) {
+  std::unordered_map<Expr, double> near{{time_symbol(), r.t}};
+  for (const auto& [parameter, value] : r.parameters) near[parameter] = pendula::evaluate({&value, 1}, {})[0];
+  for (const auto& list : {r.guess, r.fix})
+    for (const auto& [leaf, value] : list) near[leaf] = value;
+  return near;
+}
+
 StartSystem::StartSystem(const ModelPtr& m, const StartRequest& r)
-    : low(reduce_acc(m)), model(*m), request(r), inputs_(r.inputs) {
+    : low(index_one_form(m, values_near(r))), model(*m), request(r), inputs_(r.inputs) {
   for (const auto& list : {low->states(), low->top_derivatives(), low->algebraic()})
     unknowns.insert(unknowns.end(), list.begin(), list.end());
   for (std::size_t j = 0; j < unknowns.size(); ++j) column_[unknowns[j]] = static_cast<Index>(j);
   state_count = low->states().size();
   bind();
   if (request.keep_invariants)
-    for (const Constraint& c : low->invariants) add(c.residual), labels_.push_back(c.label);
+    for (const Constraint& c : low->invariants) {
+      add(c.residual);
+      labels_.push_back(c.label);
+    }
   for (std::size_t i = 0; i < low->residuals.size(); ++i) {
     const auto [block, row] = low->origin[i];
     const Block& b = low->blocks[block];  // 0 = C reads better than 0 = -C
@@ -32,15 +45,18 @@ StartSystem::StartSystem(const ModelPtr& m, const StartRequest& r)
   for (const auto& [leaf, value] : request.fix) add(resolve(model, leaf) - Expr(value));
   const std::span<const Expr> all(rows);  // only the fixes differ from start to start
   jacobian_ = sparse_jacobian(all.first(first_fix), unknowns);
-  for (Entry e : sparse_jacobian(all.subspan(first_fix), unknowns))
-    e.row += static_cast<int>(first_fix), jacobian_.push_back(e);
+  for (Entry e : sparse_jacobian(all.subspan(first_fix), unknowns)) {
+    e.row += static_cast<int>(first_fix);
+    jacobian_.push_back(e);
+  }
   check_known();
   compile();
   LeafValues anchors;
   for (const auto& list : {request.fix, request.guess})
     for (const auto& [leaf, value] : list) anchors.push_back({resolve(model, leaf), value});
   Magnitudes m_units = magnitudes(rows, first_fix, unknowns, known, anchors);
-  unit = std::move(m_units.unknowns), row_unit = std::move(m_units.rows);
+  unit = std::move(m_units.unknowns);
+  row_unit = std::move(m_units.rows);
 }
 
 std::optional<Index> StartSystem::position(Expr leaf) const {
@@ -85,9 +101,13 @@ Eigen::SparseMatrix<double> StartSystem::jacobian(const Vec& w) const {
 
 void StartSystem::compile() {
   std::vector<Expr> leaves = unknowns, slopes;
-  for (const auto& [leaf, value] : known) leaves.push_back(leaf), given_.push_back(value);
+  for (const auto& [leaf, value] : known) {
+    leaves.push_back(leaf);
+    given_.push_back(value);
+  }
   for (const auto& entry : jacobian_) slopes.push_back(entry.value);
-  rows_.emplace(rows, leaves), slopes_.emplace(slopes, leaves);
+  rows_.emplace(rows, leaves);
+  slopes_.emplace(slopes, leaves);
 }
 
 std::vector<double> StartSystem::leaf_values(const Vec& w) const {
@@ -106,7 +126,7 @@ std::unordered_map<Expr, double> StartSystem::point(const Vec& w) const {
 void StartSystem::differentiate_inputs(Expr e) {
   for (Expr leaf : leaves({&e, 1})) {
     const Symbol& s = symbol_of(leaf);
-    if (s.kind != pendula::Kind::input || inputs_.count(leaf) || !inputs_.count(s.base)) continue;
+    if (s.kind != Kind::input || inputs_.count(leaf) || !inputs_.count(s.base)) continue;
     const auto& numeric = request.numeric_inputs;
     if (std::find(numeric.begin(), numeric.end(), s.base) != numeric.end()) continue;
     inputs_[leaf] = total_derivative(inputs_.at(s.base), s.order);
@@ -129,7 +149,7 @@ void StartSystem::bind() {
   std::vector<Expr> parameters = low->parameters;
   for (const auto& [leaf, e] : inputs_)  // an input's expression has parameters of its own
     for (Expr p : leaves({&e, 1}))
-      if (symbol_of(p).kind == pendula::Kind::parameter) parameters.push_back(p);
+      if (symbol_of(p).kind == Kind::parameter) parameters.push_back(p);
   for (Expr p : parameters) {
     const auto given = request.parameters.find(p), own = model.values.find(p);
     if (given != request.parameters.end())
@@ -163,8 +183,8 @@ std::string StartSystem::missing_input(Expr leaf) const {
 void StartSystem::check_known() const {
   for (Expr leaf : leaves(rows)) {
     const Symbol& s = symbol_of(leaf);
-    if (known.count(leaf) || column_.count(leaf) || s.kind == pendula::Kind::constant) continue;
-    if (s.kind == pendula::Kind::input) throw Error(missing_input(leaf));
+    if (known.count(leaf) || column_.count(leaf) || s.kind == Kind::constant) continue;
+    if (s.kind == Kind::input) throw Error(missing_input(leaf));
     std::vector<std::string> names;
     for (Expr e : unknowns) names.push_back(symbol_of(e).name);
     throw Error(text("'", to_text(leaf), "' is not an unknown of this model.", did_you_mean(s.name, names)));

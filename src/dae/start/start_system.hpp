@@ -8,21 +8,11 @@
 #include <Eigen/SparseCore>
 
 #include "base/math.hpp"
+#include "dae/points/magnitudes.hpp"
 #include "dae/start/start.hpp"
 #include "expr/graph/evaluator.hpp"
 
 namespace pendula::dae {
-
-/// Units of unknowns and residuals: the magnitudes for which the terms of every sum have the same size, in
-/// the sense of least absolute logarithms. Arguments of sin, exp … have magnitude 1; `known` are the values
-/// of parameters and inputs (terms with a factor 0 do not count); `anchors` are values that the user gave,
-/// for what the first `equations` of the rows leave open. Multiplying an unknown or an equation by a constant
-/// multiplies its unit, and changes nothing else.
-struct Magnitudes {
-  Vec unknowns, rows;
-};
-Magnitudes magnitudes(const std::vector<Expr>& rows, std::size_t equations, const std::vector<Expr>& unknowns,
-                      const std::unordered_map<Expr, double>& known, const LeafValues& anchors);
 
 class StartSystem {
  public:
@@ -118,6 +108,15 @@ Freedom sparse_freedom(const StartSystem& s, const Eigen::SparseMatrix<double>& 
 [[noreturn]] void explain_conflict(const ModelPtr& model, const StartSystem& s, const StartSolution& failed);
 [[noreturn]] void explain_freedom(const ModelPtr& model, const StartSystem& s, const Vec& w,
                                   const Freedom& open);
+
+/// A start in the active region of a piecewise model whose regions differ in index; nullptr for other models.
+/// throws    Error that says for every region why it has no consistent start
+ConsistentStatePtr start_in_region(const ModelPtr& model, const StartRequest& request);
+
+/// Throws Error where the equations of index 1 do not determine x′ and z at this point, with what vanishes there and
+/// the values of a solution that continues smoothly, if there is one; where the values are not all determined yet
+/// (`is_determined`), only if there is one. Small models only.
+void require_regular_point(const ModelPtr& model, const StartSystem& s, const Vec& w, bool is_determined);
 
 /// The contradictory fixes moved onto the constraints: min Σ ((w_j - fix_j)/s_j)² subject to the equations.
 /// Throws Failure where no stationary point was found.

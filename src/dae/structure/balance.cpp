@@ -4,7 +4,8 @@
 
 #include "base/error.hpp"
 #include "base/text.hpp"
-#include "dae/structure/analysis.hpp"
+#include "dae/rank/modular.hpp"
+#include "dae/structure/signature.hpp"
 #include "expr/print/print.hpp"
 
 namespace pendula::dae {
@@ -29,6 +30,36 @@ bool has_unknown(const Model& m, std::size_t row) {
     for (const Variable& v : m.variables)
       if (symbol_of(leaf).base == v.leaf) return true;
   return false;
+}
+
+/// With these unknowns as inputs, do the equations determine the rest? There is a transversal, and the system
+/// Jacobian has full generic rank.
+bool determined_without(const Model& m, const std::vector<int>& given) {
+  std::vector<Expr> rest;
+  for (std::size_t j = 0; j < m.variables.size(); ++j)
+    if (std::find(given.begin(), given.end(), static_cast<int>(j)) == given.end())
+      rest.push_back(m.variables[j].leaf);
+  const auto n = static_cast<int>(rest.size());
+  if (m.residuals.size() != rest.size()) return false;
+  const Signature sigma = signature(m.residuals, rest);
+  const Offsets o = offsets(sigma, n);
+  if (!o.unmatched.empty()) return false;
+  return modular_rank(system_jacobian(m.residuals, rest, o, sigma), n, n).rank == n;
+}
+
+/// Unknowns that can be inputs, as many as equations are missing: tried, not guessed. Empty if none was found.
+std::vector<int> possible_inputs(const Model& m, const Blocks& blocks) {
+  constexpr std::size_t affordable = 300;
+  if (m.variables.size() > affordable || m.variables.size() <= m.residuals.size()) return {};
+  std::vector<int> unmatched;
+  for (std::size_t j = 0; j < blocks.row_of.size(); ++j)
+    if (blocks.row_of[j] < 0) unmatched.push_back(static_cast<int>(j));
+  const auto& under = blocks.under.columns;
+  if (m.variables.size() == m.residuals.size() + 1)
+    for (auto j = under.rbegin(); j != under.rend(); ++j)
+      if (determined_without(m, {*j})) return {*j};
+  if (unmatched.size() > 1 && determined_without(m, unmatched)) return unmatched;
+  return {};
 }
 
 }  // namespace
@@ -74,11 +105,22 @@ std::string imbalance(const Model& m) {
   if (!blocks.over.rows.empty())
     out +=
         "\n  Remove one of the equations that are too many, or declare what should follow from it with var.";
-  if (!blocks.under.columns.empty()) {
-    const std::string plain = symbol_of(m.variables[blocks.under.columns.back()].leaf).name;
-    out += text("\n  Add an equation, or let one of the unknowns be given: ", plain, " = input \"", plain,
-                "\".");
+  if (blocks.under.columns.empty()) return out;
+  std::vector<std::string> calls;
+  std::vector<int> given = possible_inputs(m, blocks);
+  const std::size_t missing = unknowns > equations ? unknowns - equations : 0;
+  if (missing == 0) given = {blocks.under.columns.back()};
+  for (int j : given) {
+    const std::string& plain = symbol_of(m.variables[j].leaf).name;
+    calls.push_back(text(plain, " = input \"", plain, "\""));
   }
+  if (calls.empty())
+    out += text("\n  Add ", missing == 1 ? "an equation" : text(missing, " equations"),
+                "; no unknown was found that could be an input instead.");
+  else
+    out += text("\n  Add ",
+                calls.size() == 1 ? "an equation, or let one of the unknowns" : "equations, or let unknowns",
+                " be given: ", join(calls, ", "), ".");
   return out;
 }
 

@@ -84,13 +84,19 @@ Part reach(const Pattern& edges, const std::vector<int>& own_partner, const std:
   Part part;
   std::vector<int>& queue = part.rows;
   for (int v = 0; v < static_cast<int>(own_partner.size()); ++v)
-    if (own_partner[v] == none) queue.push_back(v), seen[v] = 1;
+    if (own_partner[v] == none) {
+      queue.push_back(v);
+      seen[v] = 1;
+    }
   for (std::size_t head = 0; head < queue.size(); ++head)
     for (int w : edges[queue[head]]) {
       if (seen_other[w]) continue;
       seen_other[w] = 1;
       part.columns.push_back(w);
-      if (const int v = other_partner[w]; v != none && !seen[v]) seen[v] = 1, queue.push_back(v);
+      if (const int v = other_partner[w]; v != none && !seen[v]) {
+        seen[v] = 1;
+        queue.push_back(v);
+      }
     }
   std::sort(part.rows.begin(), part.rows.end());
   std::sort(part.columns.begin(), part.columns.end());

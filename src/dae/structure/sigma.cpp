@@ -143,7 +143,10 @@ void smallest_offsets(const Signature& sigma, const std::vector<int>& equation_o
       const int k = equation_of[j], c = o.d[j] - order_on_transversal[j];
       if (c <= o.c[k]) continue;
       o.c[k] = c;
-      if (!waiting[k]) waiting[k] = 1, grown.push_back(k);
+      if (!waiting[k]) {
+        waiting[k] = 1;
+        grown.push_back(k);
+      }
     }
   }
 }
@@ -167,6 +170,19 @@ Offsets offsets(const Signature& sigma, int variables) {
   for (int d : o.d) o.value += d;
   for (int c : o.c) o.value -= c;
   return o;
+}
+
+LowerIndexRows lower_index_rows(const Offsets& o, const std::vector<int>& orders) {
+  LowerIndexRows lower;
+  if (o.index() == 0) return lower;
+  const int most = *std::max_element(o.c.begin(), o.c.end());
+  const int stage = std::find(o.d.begin(), o.d.end(), 0) != o.d.end() ? 1 : 0;
+  for (std::size_t i = 0; i < o.c.size(); ++i)
+    if (o.c[i] < most) lower.rows.push_back(static_cast<int>(i));
+  for (std::size_t j = 0; j < o.d.size(); ++j)
+    if (o.d[j] + stage != std::max(1, orders[j])) lower.other_columns.push_back(static_cast<int>(j));
+  lower.asked = static_cast<int>(o.d.size() - lower.other_columns.size());
+  return lower;
 }
 
 }  // namespace pendula::dae

@@ -224,6 +224,60 @@ std::optional<Expr> fold(Op op, Expr a, Expr b, Expr c) {
   }
 }
 
+namespace {
+
+/// mantissa · 10^exponent
+struct Decimal {
+  std::string mantissa;  ///< digits without trailing zeros
+  long exponent;
+};
+
+/// `precision` digits behind the first one; negative: the shortest decimal that reads as this double.
+Decimal decimal_of(double size, int precision = -1) {
+  char text[64];
+  const auto end =
+      precision < 0 ? std::to_chars(text, text + sizeof text, size, std::chars_format::scientific)
+                    : std::to_chars(text, text + sizeof text, size, std::chars_format::scientific, precision);
+  const std::string word(text, end.ptr);
+  const auto e = word.find('e');
+  Decimal d{word.substr(0, e), std::stol(word.substr(e + 1))};
+  if (const auto point = d.mantissa.find('.'); point != std::string::npos) {
+    d.exponent -= static_cast<long>(d.mantissa.size() - point - 1);
+    d.mantissa.erase(point, 1);
+  }
+  while (d.mantissa.size() > 1 && d.mantissa.back() == '0') {
+    d.mantissa.pop_back();
+    ++d.exponent;
+  }
+  return d;
+}
+
+mpq_class rational(const Decimal& d, bool negative) {
+  mpz_class power;
+  mpz_ui_pow_ui(power.get_mpz_t(), 10, static_cast<unsigned long>(std::labs(d.exponent)));
+  const mpz_class mantissa(negative ? "-" + d.mantissa : d.mantissa);
+  mpq_class q = d.exponent >= 0 ? mpq_class(mantissa * power) : mpq_class(mantissa, power);
+  q.canonicalize();
+  return q;
+}
+
+constexpr std::size_t typed_digits = 15;  // beyond them a double is meant as it is: 2⁶⁰
+
+}  // namespace
+
+std::optional<mpq_class> typed_decimal(double value) {
+  constexpr int meant_digits = 10;
+  constexpr std::size_t decimal_digits = 12;  // of 10⁵ doubles that were computed, six have so few
+  constexpr double last_places = 2;
+  if (!std::isfinite(value) || value == 0) return {};
+  const double size = std::fabs(value), spacing = std::nextafter(size, HUGE_VAL) - size;
+  if (const Decimal d = decimal_of(size); d.mantissa.size() <= decimal_digits) return rational(d, value < 0);
+  const Decimal near = decimal_of(size, meant_digits - 1);
+  const mpq_class meant = rational(near, false);
+  if (abs(meant - mpq_class(size)) > last_places * mpq_class(spacing)) return {};
+  return value < 0 ? mpq_class(-meant) : meant;
+}
+
 std::optional<mpq_class> simplest_rational(double value) {
   constexpr double max_denominator = 1e6;
   if (!std::isfinite(value)) return {};
@@ -231,23 +285,8 @@ std::optional<mpq_class> simplest_rational(double value) {
     constexpr double exactly =
         9007199254740992.0;  // 2⁵³: beyond it 1e24 means 10²⁴, not the double next to it
     if (std::fabs(value) <= exactly) return mpq_class(value);
-    char digits[32];
-    const auto end =
-        std::to_chars(digits, digits + sizeof digits, std::fabs(value), std::chars_format::scientific);
-    const std::string shortest(digits, end.ptr);
-    const auto e = shortest.find('e');
-    std::string mantissa = shortest.substr(0, e);
-    long exponent = std::stol(shortest.substr(e + 1));
-    if (const auto point = mantissa.find('.'); point != std::string::npos) {
-      exponent -= static_cast<long>(mantissa.size() - point - 1);
-      mantissa.erase(point, 1);
-    }
-    constexpr std::size_t typed = 15;  // digits; 2⁶⁰ has more and is meant as it is
-    if (mantissa.size() > typed) return mpq_class(value);
-    mpz_class power;
-    mpz_ui_pow_ui(power.get_mpz_t(), 10, static_cast<unsigned long>(exponent));
-    const mpz_class whole = mpz_class(mantissa) * power;
-    return mpq_class(value < 0 ? mpz_class(-whole) : whole);
+    const Decimal d = decimal_of(std::fabs(value));
+    return d.mantissa.size() > typed_digits ? mpq_class(value) : rational(d, value < 0);
   }
   // Continued fraction; the convergents p/q are best approximations (Hardy &
   // Wright, ch. X). The first one that rounds to the very same double is the

@@ -184,7 +184,9 @@ Expr::Expr(const mpq_class& value) : Expr(graph().exact(value)) {}
 Expr::Expr(double value) {
   if (!std::isfinite(value))
     throw Error(text("the number ", shortest(value), " cannot be part of an expression"));
-  if (const auto q = simplest_rational(value)) {
+  auto q = simplest_rational(value);
+  if (!q) q = typed_decimal(value);
+  if (q) {
     *this = graph().exact(*q);
     return;
   }

@@ -51,6 +51,21 @@ std::string decimal(const mpq_class& q) {
   return digits.insert(digits.size() - static_cast<std::size_t>(places), ".");
 }
 
+/// A decimal number of more than six places, such as 3e-9: an exponent reads better.
+bool is_long_decimal(const mpq_class& q) {
+  mpz_class rest = q.get_den();
+  int twos = 0, fives = 0;
+  while (rest % 2 == 0) {
+    rest /= 2;
+    ++twos;
+  }
+  while (rest % 5 == 0) {
+    rest /= 5;
+    ++fives;
+  }
+  return rest == 1 && (fives > 6 || (fives > 0 && twos > 6));
+}
+
 std::string primes(int order) {
   static constexpr const char* marks[] = {"", "′", "″", "‴"};
   return order < 4 ? marks[order] : "⁽" + superscript(order) + "⁾";
@@ -219,6 +234,7 @@ NumberText number_text(const Number& magnitude) {
   const std::string above = q.get_num().get_str();
   if (q.get_den() == 1) return {above.size() <= longest_integer ? above : rounded(magnitude.value(), 10), ""};
   const bool five = mpz_divisible_ui_p(q.get_den_mpz_t(), 5) != 0;
+  if (is_long_decimal(q)) return {rounded(magnitude.value(), 10), ""};
   if (q.get_den() > 20 || number_style == NumberStyle::decimals ||
       (five && number_style == NumberStyle::mixed))
     if (const std::string d = decimal(q); !d.empty()) return {d, ""};

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <bit>
 
+#include "dae/model/first_order.hpp"
 #include "expr/graph/derivative.hpp"
 #include "integrate/compiled/step_cache.hpp"
 

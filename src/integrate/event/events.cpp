@@ -4,6 +4,7 @@
 #include <cmath>
 #include <unordered_set>
 
+#include "dae/model/first_order.hpp"
 #include "expr/graph/derivative.hpp"
 
 namespace pendula::integrate {

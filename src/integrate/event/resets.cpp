@@ -15,7 +15,7 @@ std::vector<dae::Constraint> state_conditions(const dae::Model& model) {
   for (const dae::Projection& stage : model.projections)
     for (Expr e : stage.residuals) result.push_back({e, 0, 0, 0, ""});
   if (result.empty()) result = model.invariants;
-  const auto more = dae::conditions_by_offsets(model, dae::analyse(model));
+  const auto more = dae::hidden_constraints_by_offsets(model, dae::analyse(model));
   result.insert(result.end(), more.begin(), more.end());
   return result;
 }

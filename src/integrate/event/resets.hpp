@@ -3,7 +3,7 @@
 
 #include <functional>
 
-#include "dae/structure/analysis.hpp"
+#include "dae/analysis/analysis.hpp"
 #include "integrate/problem/problem.hpp"
 
 namespace pendula::integrate {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <unordered_map>
 
+#include "dae/model/first_order.hpp"
 #include "dae/structure/sigma.hpp"
 
 namespace pendula::integrate {

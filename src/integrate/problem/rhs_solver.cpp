@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <unordered_set>
+#include "dae/model/first_order.hpp"
 
 namespace pendula::integrate {
 namespace {

@@ -14,6 +14,7 @@
 //   Vec at = run->sensitivity(std::span(&y, 1), m, 2.5);
 #pragma once
 
+#include "dae/model/first_order.hpp"
 #include "dae/start/start.hpp"
 #include "integrate/problem/problem.hpp"
 

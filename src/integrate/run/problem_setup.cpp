@@ -5,6 +5,7 @@
 
 #include "base/text.hpp"
 #include "dae/index/differentiation_index.hpp"
+#include "dae/model/first_order.hpp"
 #include "dae/model/lineage.hpp"
 #include "expr/graph/derivative.hpp"
 #include "expr/print/print.hpp"
@@ -23,7 +24,7 @@ void require_low_index(const dae::Model& model, bool direct) {
   if (!analysis.regular && model.residuals.size() > affordable) return;
   int index = 0;
   try {
-    index = dae::truth(model, analysis).index;
+    index = dae::differentiation_index(model, analysis).index;
   } catch (const Failure&) {
     if (analysis.regular) throw;
     return;
@@ -101,7 +102,7 @@ static Problem::Input input_of(Expr leaf, const Simulation& simulation) {
   throw Error(text("the input '", name, "' has no values; give inputs = { ", name, " = function(t) … end }"));
 }
 
-static Point starting_point(const dae::Start& start, const dae::FirstOrder& form) {
+static Point starting_point(const dae::ConsistentState& start, const dae::FirstOrder& form) {
   const auto value = [&](Expr leaf) {
     const auto it = start.values.find(leaf);
     return it == start.values.end() ? 0.0 : it->second;
@@ -303,7 +304,7 @@ void complete_plan(Plan& plan, const dae::ModelPtr& model, const Simulation& sim
   add_events(plan, model, simulation, run, so_far);
 }
 
-Mat start_sensitivity(const Variational& all, const dae::Model& model, const dae::Start& start,
+Mat start_sensitivity(const Variational& all, const dae::Model& model, const dae::ConsistentState& start,
                       const Substitution& inputs, std::unordered_map<Expr, double> values) {
   for (const auto& [leaf, value] : start.values) values.try_emplace(leaf, value);
   std::vector<Expr> conditions;
@@ -404,7 +405,7 @@ ProblemSetup set_up_problem(const dae::ModelPtr& model, const Simulation& simula
 ProblemPtr make_problem(const dae::ModelPtr& model, const Simulation& simulation) {
   Simulation bare = simulation;
   bare.sensitivities.clear();
-  auto anywhere = std::make_shared<dae::Start>();
+  auto anywhere = std::make_shared<dae::ConsistentState>();
   for (Expr x : model->states()) anywhere->values[x] = 0;
   bare.start = anywhere;
   return set_up_problem(model, bare).problem;

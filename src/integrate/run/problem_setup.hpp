@@ -30,7 +30,7 @@ void complete_plan(Plan& plan, const dae::ModelPtr& model, const Simulation& sim
                    const ProblemSetup& run, const std::shared_ptr<TrajectoryPtr>& so_far);
 
 /// S(0), n × k: how x(0) changes with what `all` is differentiated by; values: of parameters and t.
-Mat start_sensitivity(const Variational& all, const dae::Model& model, const dae::Start& start,
+Mat start_sensitivity(const Variational& all, const dae::Model& model, const dae::ConsistentState& start,
                       const Substitution& inputs, std::unordered_map<Expr, double> values);
 
 }  // namespace pendula::integrate

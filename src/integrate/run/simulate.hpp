@@ -13,7 +13,7 @@ struct ToleranceRequest {
 };
 
 struct Simulation {
-  dae::StartPtr start;              ///< of this model; x is taken from it, x′ and z as starting values
+  dae::ConsistentStatePtr start;    ///< of this model; x is taken from it, x′ and z as starting values
   dae::ParameterValues parameters;  ///< override those of the model
   Substitution inputs;              ///< input leaf (of any order) -> expression in t and parameters
   std::vector<std::pair<Expr, Problem::Input>> numeric_inputs;

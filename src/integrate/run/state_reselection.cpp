@@ -6,6 +6,7 @@
 
 #include "base/text.hpp"
 #include "codegen/kernel/kernel.hpp"
+#include "dae/model/first_order.hpp"
 #include "dae/model/lineage.hpp"
 #include "dae/reduce/reduced_forms.hpp"
 #include "expr/print/print.hpp"
@@ -197,9 +198,9 @@ class StateReselection {
     return {simulation_.plan.from, values(form.x), values(form.xdot), values(form.z)};
   }
 
-  dae::StartPtr start_at(const dae::ModelPtr& model, double t,
-                         const std::vector<std::pair<Expr, double>>& values) const {
-    auto at = std::make_shared<dae::Start>();
+  dae::ConsistentStatePtr start_at(const dae::ModelPtr& model, double t,
+                                   const std::vector<std::pair<Expr, double>>& values) const {
+    auto at = std::make_shared<dae::ConsistentState>();
     at->model = model;
     at->t = t;
     for (const auto& [leaf, value] : values) at->values.try_emplace(dae::resolve(*model, leaf), value);

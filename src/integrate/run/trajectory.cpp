@@ -101,7 +101,8 @@ std::vector<Invariant> Trajectory::invariants() const {
   if (!result.empty()) return result;
   const bool chosen = chooses_states(*model_);  // its equations are those of the model and their derivatives
   const dae::ModelPtr source = chosen ? dae::original(model_) : model_;
-  for (const dae::Constraint& c : dae::conditions_by_offsets(*source, dae::analyse(*source))) add(c, false);
+  for (const dae::Constraint& c : dae::hidden_constraints_by_offsets(*source, dae::analyse(*source)))
+    add(c, false);
   return result;
 }
 

@@ -24,7 +24,8 @@ class Trajectory {
  public:
   Trajectory(dae::ModelPtr model, Substitution inputs, SolutionPtr solution,
              std::vector<ModelEvent> events = {}, std::vector<Expr> asked = {},
-             std::shared_ptr<const Variational> variational = nullptr, dae::StartPtr start = nullptr)
+             std::shared_ptr<const Variational> variational = nullptr,
+             dae::ConsistentStatePtr start = nullptr)
       : model_(std::move(model)),
         inputs_(std::move(inputs)),
         solution_(std::move(solution)),
@@ -70,7 +71,7 @@ class Trajectory {
   std::vector<ModelEvent> events_;
   std::vector<Expr> asked_;  ///< as the user named them
   std::shared_ptr<const Variational> variational_;
-  dae::StartPtr start_;
+  dae::ConsistentStatePtr start_;
 };
 
 using TrajectoryPtr = std::shared_ptr<const Trajectory>;

@@ -5,6 +5,7 @@
 
 #include "base/error.hpp"
 #include "base/text.hpp"
+#include "dae/model/first_order.hpp"
 #include "expr/graph/derivative.hpp"
 
 namespace pendula::integrate {

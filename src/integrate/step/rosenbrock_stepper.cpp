@@ -6,6 +6,7 @@
 
 #include "base/interrupt.hpp"
 #include "base/text.hpp"
+#include "dae/model/first_order.hpp"
 #include "expr/graph/derivative.hpp"
 
 namespace pendula::integrate {

@@ -7,6 +7,8 @@
 
 #include "base/interrupt.hpp"
 #include "base/text.hpp"
+#include "dae/model/first_order.hpp"
+#include "dae/model/lineage.hpp"
 #include "integrate/sweep/sweep_lanes.hpp"
 
 namespace pendula::integrate {

@@ -15,8 +15,8 @@ namespace pendula::integrate {
 /// What distinguishes one run from the others.
 struct SweepSet {
   std::vector<std::pair<Expr, double>> parameters;
-  dae::LeafValues start;  ///< replace or extend what the start fixes
-  dae::StartPtr at;       ///< a start of its own, or null
+  dae::LeafValues start;       ///< replace or extend what the start fixes
+  dae::ConsistentStatePtr at;  ///< a start of its own, or null
 };
 
 struct SweepRequest {

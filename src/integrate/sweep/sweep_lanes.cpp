@@ -5,6 +5,7 @@
 
 #include "base/interrupt.hpp"
 #include "base/text.hpp"
+#include "dae/model/first_order.hpp"
 #include "dae/model/lineage.hpp"
 #include "integrate/event/monitor/guards.hpp"
 #include "integrate/run/adaptive_run.hpp"

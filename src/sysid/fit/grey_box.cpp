@@ -8,8 +8,9 @@
 #include "base/interrupt.hpp"
 #include "base/least_squares.hpp"
 #include "base/text.hpp"
+#include "dae/analysis/analysis.hpp"
+#include "dae/model/make_model.hpp"
 #include "dae/reduce/reduce.hpp"
-#include "dae/structure/analysis.hpp"
 #include "expr/print/print.hpp"
 #include "integrate/run/methods.hpp"
 #include "method/collocation.hpp"
@@ -86,7 +87,7 @@ class Experiment {
       for (const Expr x : guessed) start.guess.emplace_back(x, first_value(r_, x));
       dae::LeafValues open;
       try {
-        const dae::StartPtr at = dae::init(model_, start);
+        const dae::ConsistentStatePtr at = dae::init(model_, start);
         for (const dae::LedgerRow& row : at->rows)
           if (row.origin == dae::Origin::chosen &&
               std::find(guessed.begin(), guessed.end(), row.leaf) != guessed.end())

@@ -8,6 +8,7 @@
 #include <doctest/doctest.h>
 
 #include "base/interrupt.hpp"
+#include "dae/model/first_order.hpp"
 #include "integrate/run/adaptive_run.hpp"
 #include "tests/integrate/problems.hpp"
 #include "tests/require_code.hpp"

@@ -4,6 +4,7 @@
 
 #include <doctest/doctest.h>
 
+#include "dae/model/first_order.hpp"
 #include "integrate/compiled/explicit_step.hpp"
 #include "tests/integrate/problems.hpp"
 #include "tests/refuse_code.hpp"

@@ -5,6 +5,7 @@
 #include <doctest/doctest.h>
 
 #include "base/decompositions.hpp"
+#include "dae/model/first_order.hpp"
 #include "integrate/compiled/newton_step.hpp"
 #include "integrate/solve/linear_solver.hpp"
 #include "method/collocation.hpp"

@@ -4,6 +4,7 @@
 #include <doctest/doctest.h>
 
 #include "base/decompositions.hpp"
+#include "dae/model/first_order.hpp"
 #include "integrate/compiled/rosenbrock_step.hpp"
 #include "integrate/solve/linear_solver.hpp"
 #include "tests/integrate/problems.hpp"

@@ -6,6 +6,7 @@
 
 #include <doctest/doctest.h>
 
+#include "dae/model/first_order.hpp"
 #include "integrate/run/adaptive_run.hpp"
 #include "integrate/step/irk_stepper.hpp"
 #include "integrate/step/subsystem_stepper.hpp"

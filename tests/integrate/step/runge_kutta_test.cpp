@@ -5,6 +5,7 @@
 
 #include "base/error.hpp"
 #include "base/interrupt.hpp"
+#include "dae/model/first_order.hpp"
 #include "method/collocation.hpp"
 #include "tests/integrate/problems.hpp"
 

@@ -6,7 +6,7 @@
 #include "base/error.hpp"
 #include "base/text.hpp"
 #include "dae/model/truncated_text.hpp"
-#include "dae/singular/domain.hpp"
+#include "dae/singular/singularity_conditions.hpp"
 
 namespace pendula::integrate {
 
@@ -28,12 +28,12 @@ std::vector<Guard> guards_of(const dae::ModelPtr& model, const Substitution& inp
                              bool all_values) {
   const Leaves known = arguments_of(problem);
   std::vector<Guard> guards;
-  for (const dae::Nonzero& n : dae::domain(model, all_values)) {
+  for (const dae::SingularityCondition& n : dae::singularity_conditions(model, all_values)) {
     const Expr factor = substitute(n.factor, inputs);
     if (factor.is_constant() || !all_known({&factor, 1}, known)) continue;
     const bool root = !factor.is_symbol() && factor.op() == Op::sqrt;
     guards.push_back({root ? factor.operand(0) : factor,
-                      text(dae::elided_text(n.factor), " = 0 there, and ", n.where,
+                      text(dae::truncated_text(n.factor), " = 0 there, and ", n.where,
                            n.remedy.empty() ? "" : "; ", n.remedy),
                       root});
   }

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "dae/rank/large_blocks.hpp"
+#include "dae/singular/large_blocks.hpp"
 #include "integrate/problem/problem.hpp"
 
 namespace pendula::integrate {

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "dae/rank/large_blocks.hpp"
+#include "dae/singular/large_blocks.hpp"
 #include "integrate/event/monitor/monitor.hpp"
 #include "integrate/solve/linear_solver.hpp"
 

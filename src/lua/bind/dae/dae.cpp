@@ -7,9 +7,12 @@
 #include "base/text.hpp"
 
 #include "dae/index/differentiation_index.hpp"
+#include "dae/model/forms.hpp"
 #include "dae/model/lineage.hpp"
+#include "dae/model/make_model.hpp"
 #include "dae/model/truncated_text.hpp"
 #include "dae/reduce/reduce.hpp"
+#include "dae/report/describe.hpp"
 #include "dae/start/start.hpp"
 #include "expr/print/print.hpp"
 #include "lua/bind/dae/dae.hpp"
@@ -104,7 +107,8 @@ int parameters(Call& call) { return push_list(call, model_of(call).parameters); 
 
 int domain(Call& call) {
   std::vector<Expr> factors;
-  for (const dae::Nonzero& n : model_of(call).domain) factors.push_back(n.factor);
+  for (const dae::SingularityCondition& n : model_of(call).singularity_conditions)
+    factors.push_back(n.factor);
   return push_list(call, factors);
 }
 
@@ -123,18 +127,25 @@ int to_implicit(Call& call) { return call.push(dae::to_implicit(model_ptr(call))
 int to_first_order(Call& call) { return call.push(dae::to_first_order(model_ptr(call))); }
 
 /// A bare number cannot say that it holds on one branch or in one region only: that goes to the error stream.
-static dae::Truth truth_with_warnings(Call& call) {
-  dae::Truth known = dae::truth(model_of(call));
+static dae::IndexResult index_with_warnings(Call& call) {
+  dae::IndexResult known = dae::differentiation_index(model_of(call));
   for (const std::string& note : known.notes) std::fprintf(stderr, "warning: %s\n", note.c_str());
   return known;
 }
 
-int index(Call& call) { return call.push(truth_with_warnings(call).index); }
-int dof(Call& call) { return call.push(truth_with_warnings(call).dof); }
+int index(Call& call) {
+  const dae::IndexResult known = index_with_warnings(call);
+  if (known.index_is_bound && known.conditions == dae::IndexResult::Conditions::of_regularised)
+    throw Failure(
+        text("the index is at least 1 and at most ", known.index, ": the ", known.evidence,
+             " gives a bound, and the derivative array could not decide; sys:structure() says more"));
+  return call.push(known.index);
+}
+int dof(Call& call) { return call.push(index_with_warnings(call).dof); }
 
 int constraints(Call& call) {
   auto list = std::make_shared<Constraints>();
-  dae::Consistency known = dae::consistency(model_of(call));
+  dae::HiddenConstraints known = dae::hidden_constraints(model_of(call));
   list->list = std::move(known.constraints);
   list->complete = known.complete;
   return call.push(std::shared_ptr<const Constraints>(list));
@@ -164,7 +175,7 @@ int constraints_text(Call& call) {
     return call.push("no conditions: every initial value of the differential variables is free");
   Table table;
   for (const auto& c : list)
-    table.row({c.label + ":", "0 = " + dae::elided_text(c.residual),
+    table.row({c.label + ":", "0 = " + dae::truncated_text(c.residual),
                c.origin < 0        ? ""
                : c.derivative == 0 ? text("from (", c.origin + 1, ")")
                                    : text("(", c.origin + 1, ") differentiated",

@@ -11,7 +11,7 @@ struct TypeName<dae::Model> {
   static constexpr const char* value = "model";
 };
 template <>
-struct TypeName<dae::Start> {
+struct TypeName<dae::ConsistentState> {
   static constexpr const char* value = "start";
 };
 
@@ -35,15 +35,15 @@ dae::LeafValues read_leaf_values(lua_State* L, int index, const std::string& wha
 dae::StartRequest read_start_request(lua_State* L, const Options& options, const dae::Model& model);
 
 /// The parameters whose values at the start are not those of the start's model: they were given to init.
-dae::ParameterValues parameter_overrides(const dae::Start& at);
+dae::ParameterValues parameter_overrides(const dae::ConsistentState& at);
 
 /// A start of a relative, in the leaves of this model. Throws Error where a state has no value.
-dae::StartPtr translated(const dae::StartPtr& at, const dae::ModelPtr& model);
+dae::ConsistentStatePtr translated(const dae::ConsistentStatePtr& at, const dae::ModelPtr& model);
 
 /// The option `start` of integrate and its relatives: a result of init (of this model or a relative), or a
 /// table of conditions that init completes (options inputs, params, from are read too). A table that
 /// contradicts only the invariants of a reduced form is accepted with a warning on stderr: its drift is what
 /// drift() explains. Throws Error when it is absent.
-dae::StartPtr read_start(lua_State* L, const Options& options, const dae::ModelPtr& model);
+dae::ConsistentStatePtr read_start(lua_State* L, const Options& options, const dae::ModelPtr& model);
 
 }  // namespace pendula::lua

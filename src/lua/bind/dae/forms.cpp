@@ -4,8 +4,8 @@
 #include "base/text.hpp"
 #include "dae/model/derivation_markup.hpp"
 #include "dae/model/lineage.hpp"
-#include "dae/model/lua_source.hpp"
 #include "dae/reduce/reduce.hpp"
+#include "dae/report/lua_source.hpp"
 #include "lua/bind/dae/dae.hpp"
 #include "lua/core/objects.hpp"
 #include "lua/core/values.hpp"
@@ -16,13 +16,14 @@ namespace pendula::lua {
 struct Trace {
   dae::ModelPtr model;
   std::string text() const {
-    const std::string story = dae::trace(*model);
-    return story.empty() ? "The model stands as it was written; nothing was derived."
-                         : story.substr(0, story.size() - 1);
+    const std::string derivation = dae::trace(*model);
+    return derivation.empty() ? "The model stands as it was written; nothing was derived."
+                              : derivation.substr(0, derivation.size() - 1);
   }
   std::string latex() const {
-    const std::string story = dae::trace_latex(*model);
-    return story.empty() ? text() : story.substr(0, story.size() - 3);  // no break after the last line
+    const std::string derivation = dae::trace_latex(*model);
+    return derivation.empty() ? text()
+                              : derivation.substr(0, derivation.size() - 3);  // no break after the last line
   }
 };
 template <>
@@ -43,10 +44,11 @@ int reduce(Call& call) {
     for (const auto& [key, gain] : {std::pair{"alpha", &request.alpha}, std::pair{"beta", &request.beta}})
       if (o.has(key)) *gain = to_expr(L, o.push(key), key);
     if (o.has("at")) {
-      const auto* held = object_at(L, o.push("at"), TypeName<dae::Start>::value);
+      const auto* held = object_at(L, o.push("at"), TypeName<dae::ConsistentState>::value);
       if (!held) throw Error("at must be a start: at = sys:init{ … }");
       request.at =
-          translated(std::static_pointer_cast<const dae::Start>(*held), dae::original(model))->values;
+          translated(std::static_pointer_cast<const dae::ConsistentState>(*held), dae::original(model))
+              ->values;
     }
     lua_settop(L, call.count());
   }
@@ -58,8 +60,8 @@ int trace(Call& call) {
   const bool named =
       lua_type(call.L, 2) == LUA_TSTRING && std::string_view(lua_tostring(call.L, 2)) == "latex";
   const bool latex = named || call.options(2, {"latex"}).boolean("latex", false);
-  const auto story = std::make_shared<const Trace>(Trace{model_ptr(call)});
-  return latex ? call.push(story->latex()) : call.push(story);
+  const auto derivation = std::make_shared<const Trace>(Trace{model_ptr(call)});
+  return latex ? call.push(derivation->latex()) : call.push(derivation);
 }
 
 int model_latex(Call& call) {
@@ -78,20 +80,20 @@ int trace_text(Call& call) { return call.push(self(call).text()); }
 int trace_latex(Call& call) { return call.push(self(call).latex()); }
 
 int trace_length(Call& call) {
-  const std::string story = self(call).text();
-  return call.push(static_cast<long>(std::count(story.begin(), story.end(), '\n') + 1));
+  const std::string derivation = self(call).text();
+  return call.push(static_cast<long>(std::count(derivation.begin(), derivation.end(), '\n') + 1));
 }
 
 /// trace:find, :match, :gsub …: the function of Lua's string library on the text.
 int string_function(Call& call, const char* name) {
   lua_State* L = call.L;
-  const std::string story = self(call).text();
+  const std::string derivation = self(call).text();
   const int arguments = call.count();
   lua_getfield(L, LUA_REGISTRYINDEX, LUA_LOADED_TABLE);
   lua_getfield(L, -1, LUA_STRLIBNAME);
   lua_getfield(L, -1, name);
   const int function = lua_gettop(L);
-  lua_pushlstring(L, story.data(), story.size());
+  lua_pushlstring(L, derivation.data(), derivation.size());
   for (int i = 2; i <= arguments; ++i) lua_pushvalue(L, i);
   protected_call(L, arguments, LUA_MULTRET);
   return lua_gettop(L) - function + 1;
@@ -113,7 +115,8 @@ extern const Module forms_module = {
             lets violations decay (gains alpha, beta), "ggl" keeps C = 0 and C′ = 0 with additional
             multipliers (index 2), "dummy" makes dependent derivatives algebraic, chosen at a start,
             "minimal" substitutes dependent coordinates (of a quadratic constraint the root of the start
-            at). Without a form the best road for simulation; trace() says which and why.)",
+            at), "array" takes rows of the derivative array and needs an index only. Without an argument, the
+            form best suited to simulation; trace() says which and why.)",
          R"(x, z = vars "x z"  return dae{ der(x) ~ z, 0 ~ x - sin(t) }:reduce("acc"):index())", "1"},
         {"model:trace", trace, "sys:trace([{ latex = true }]) -> trace",
          R"(The derivation of this form, step by step: what was differentiated, combined, substituted, with

@@ -2,6 +2,7 @@
 #include <algorithm>
 
 #include "base/text.hpp"
+#include "dae/model/forms.hpp"
 #include "dae/pencil/pencil.hpp"
 #include "dae/pencil/pencil_shuffle.hpp"
 #include "expr/print/print.hpp"

@@ -48,7 +48,7 @@ dae::StartRequest read_start_request(lua_State* L, const Options& options, const
   return request;
 }
 
-dae::ParameterValues parameter_overrides(const dae::Start& at) {
+dae::ParameterValues parameter_overrides(const dae::ConsistentState& at) {
   dae::ParameterValues overrides;
   for (Expr p : at.model->parameters) {
     const auto used = at.values.find(p);
@@ -60,18 +60,20 @@ dae::ParameterValues parameter_overrides(const dae::Start& at) {
   return overrides;
 }
 
-static dae::StartPtr translated_states(const dae::StartPtr& at, const dae::ModelPtr& model);
+static dae::ConsistentStatePtr translated_states(const dae::ConsistentStatePtr& at,
+                                                 const dae::ModelPtr& model);
 
 /// Form "dummy": the choice of states in `model` may be singular at this start. All choices have the same
 /// leaves: they get their values from one that is regular here.
-static dae::StartPtr translated_to_dummies(const dae::StartPtr& at, const dae::ModelPtr& model) {
+static dae::ConsistentStatePtr translated_to_dummies(const dae::ConsistentStatePtr& at,
+                                                     const dae::ModelPtr& model) {
   const dae::ModelPtr source = dae::original(model);
   auto point = at->values;
   for (Expr leaf : source->states())
     if (const auto value = at->value_for(*source, leaf)) point[leaf] = *value;
   const dae::ModelPtr good = dae::reduce_dummy(source, dae::select_dummies(source, point));
-  const dae::StartPtr there = translated_states(at, good);
-  auto here = std::make_shared<dae::Start>(*there);
+  const dae::ConsistentStatePtr there = translated_states(at, good);
+  auto here = std::make_shared<dae::ConsistentState>(*there);
   here->model = model;
   here->rows.clear();
   for (const auto& list : {model->states(), model->top_derivatives(), model->algebraic()})
@@ -82,9 +84,10 @@ static dae::StartPtr translated_to_dummies(const dae::StartPtr& at, const dae::M
   return here;
 }
 
-/// Form "minimal" has taken one root of a quadratic constraint: a start on
-/// the other one is none of its starts.
-static void require_same_branch(const dae::Start& at, const dae::Start& here, const dae::Model& model) {
+/// Form "minimal" has taken one root of a quadratic constraint: a start on the other one is none of its
+/// starts.
+static void require_same_branch(const dae::ConsistentState& at, const dae::ConsistentState& here,
+                                const dae::Model& model) {
   const dae::ModelPtr source = dae::original(here.model);
   for (Expr leaf : source->states()) {
     const auto given = at.values.find(leaf);
@@ -104,12 +107,13 @@ static void require_same_branch(const dae::Start& at, const dae::Start& here, co
 }
 
 /// A start of a relative, in the leaves of this model.
-dae::StartPtr translated(const dae::StartPtr& at, const dae::ModelPtr& model) {
+dae::ConsistentStatePtr translated(const dae::ConsistentStatePtr& at, const dae::ModelPtr& model) {
   if (at->model == model) return at;
   return model->form == "dummy" ? translated_to_dummies(at, model) : translated_states(at, model);
 }
 
-static dae::StartPtr translated_states(const dae::StartPtr& at, const dae::ModelPtr& model) {
+static dae::ConsistentStatePtr translated_states(const dae::ConsistentStatePtr& at,
+                                                 const dae::ModelPtr& model) {
   dae::StartRequest request;
   request.t = at->t;
   request.keep_invariants = false;
@@ -135,7 +139,7 @@ static dae::StartPtr translated_states(const dae::StartPtr& at, const dae::Model
     if (std::find(model->parameters.begin(), model->parameters.end(), p) != model->parameters.end())
       request.parameters[p] = value;
   // What was fixed, chosen or computed in the original stays so: sensitivities of the start depend on it.
-  auto result = std::make_shared<dae::Start>(*dae::init(model, request));
+  auto result = std::make_shared<dae::ConsistentState>(*dae::init(model, request));
   if (model->form == "minimal") require_same_branch(*at, *result, *model);
   std::unordered_map<Expr, dae::Origin> origins;
   for (const dae::LedgerRow& original : at->rows) {
@@ -147,15 +151,15 @@ static dae::StartPtr translated_states(const dae::StartPtr& at, const dae::Model
   return result;
 }
 
-dae::StartPtr read_start(lua_State* L, const Options& options, const dae::ModelPtr& model) {
+dae::ConsistentStatePtr read_start(lua_State* L, const Options& options, const dae::ModelPtr& model) {
   if (!options.has("start"))
     throw Error("needs a start: start = sys:init{ fix = { … } }, or a table start = { x = 1 }");
   const int index = options.push("start");
   if (lua_isuserdata(L, index)) {
-    const auto* held = object_at(L, index, TypeName<dae::Start>::value);
+    const auto* held = object_at(L, index, TypeName<dae::ConsistentState>::value);
     if (!held)
       throw Error(text("start must be a result of init or a table { x = 1, … }, got ", describe(L, index)));
-    const auto at = std::static_pointer_cast<const dae::Start>(*held);
+    const auto at = std::static_pointer_cast<const dae::ConsistentState>(*held);
     lua_pop(L, 1);
     return translated(at, model);
   }
@@ -170,7 +174,7 @@ dae::StartPtr read_start(lua_State* L, const Options& options, const dae::ModelP
   } catch (const Error& conflict) {
     if (model->invariants.empty()) throw;
     request.keep_invariants = false;
-    dae::StartPtr at;
+    dae::ConsistentStatePtr at;
     try {
       at = dae::init(model, request);
     } catch (const UserFacing&) {
@@ -193,7 +197,7 @@ int init(Call& call) {
   dae::StartRequest request = read_start_request(call.L, o, *model);
   request.keep_invariants = o.boolean("consistent", true);
   request.nearest = o.boolean("nearest", false);
-  const dae::StartPtr at = dae::init(model, request);
+  const dae::ConsistentStatePtr at = dae::init(model, request);
   std::size_t told = 0;
   constexpr std::size_t most = 20;
   for (const dae::Moved& m : at->moved)
@@ -205,10 +209,10 @@ int init(Call& call) {
   return call.push(at);
 }
 
-const dae::Start& start_of(Call& call) { return call.object<dae::Start>(1, "start"); }
+const dae::ConsistentState& start_of(Call& call) { return call.object<dae::ConsistentState>(1, "start"); }
 
 int start_value(Call& call) {
-  const dae::Start& at = start_of(call);
+  const dae::ConsistentState& at = start_of(call);
   const bool name = lua_type(call.L, 2) == LUA_TSTRING;
   const MatX e = name ? MatX(column(to_leaves(call.L, 2, "expression", known_leaves(*at.model))))
                       : to_matrix(call.L, 2, "expression");
@@ -240,7 +244,8 @@ int start_moved(Call& call) {
     lua_newtable(call.L);
     push_expr(call.L, m.leaf);
     lua_setfield(call.L, -2, "variable");
-    set_number(call.L, "from", m.from), set_number(call.L, "to", m.to);
+    set_number(call.L, "from", m.from);
+    set_number(call.L, "to", m.to);
     lua_rawseti(call.L, -2, ++i);
   }
   return 1;
@@ -254,7 +259,8 @@ int start_branches(Call& call) {
     lua_newtable(call.L);
     push_expr(call.L, b.leaf);
     lua_setfield(call.L, -2, "variable");
-    set_number(call.L, "here", b.here), set_number(call.L, "there", b.there);
+    set_number(call.L, "here", b.here);
+    set_number(call.L, "there", b.there);
     lua_pushlstring(call.L, b.formula.data(), b.formula.size());
     lua_setfield(call.L, -2, "formula");
     lua_rawseti(call.L, -2, ++i);

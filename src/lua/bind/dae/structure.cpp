@@ -1,5 +1,5 @@
-// structure(): the structural analysis as a value that prints. Reads arguments, calls src/dae/structure/structure.
-#include "dae/structure/structure.hpp"
+// structure(): the structural analysis as a value that prints. Reads arguments, calls src/dae/report/structure_report.
+#include "dae/report/structure_report.hpp"
 
 #include <cmath>
 #include <limits>
@@ -20,15 +20,15 @@ struct TypeName<dae::StructureReport> {
 namespace {
 
 int structure(Call& call) {
-  if (const auto* held = object_at(call.L, 2, TypeName<dae::Start>::value))  // sys:structure(at)
+  if (const auto* held = object_at(call.L, 2, TypeName<dae::ConsistentState>::value))  // sys:structure(at)
     return call.push(std::make_shared<const dae::StructureReport>(dae::structure(
-        call.shared<dae::Model>(1, "model"), std::static_pointer_cast<const dae::Start>(*held))));
+        call.shared<dae::Model>(1, "model"), std::static_pointer_cast<const dae::ConsistentState>(*held))));
   const Options o = call.options(2, {"at"});
-  dae::StartPtr at;
+  dae::ConsistentStatePtr at;
   if (o.has("at")) {
-    const auto* held = object_at(call.L, o.push("at"), TypeName<dae::Start>::value);
+    const auto* held = object_at(call.L, o.push("at"), TypeName<dae::ConsistentState>::value);
     if (!held) throw Error("at must be a result of init: at = sys:init{ fix = { … } }");
-    at = std::static_pointer_cast<const dae::Start>(*held);
+    at = std::static_pointer_cast<const dae::ConsistentState>(*held);
   }
   return call.push(
       std::make_shared<const dae::StructureReport>(dae::structure(call.shared<dae::Model>(1, "model"), at)));
@@ -149,7 +149,7 @@ int gap(Call& call) {
 int nonzero(Call& call) {
   lua_newtable(call.L);
   lua_Integer k = 0;
-  for (const dae::Condition& c : self(call).validity.conditions) {
+  for (const dae::DeterminantFactor& c : self(call).validity.conditions) {
     push_expr(call.L, c.factor);
     lua_rawseti(call.L, -2, ++k);
   }

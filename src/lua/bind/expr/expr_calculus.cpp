@@ -4,7 +4,7 @@
 #include <cstdio>
 
 #include "base/text.hpp"
-#include "dae/rank/rank_on_zero_set.hpp"
+#include "dae/points/rank_on_zero_set.hpp"
 #include "expr/graph/derivative.hpp"
 #include "expr/linalg/linalg.hpp"
 #include "expr/print/print.hpp"
@@ -79,7 +79,7 @@ int push_implicit_jacobian(Call& call) {
   const VecX r = to_column(call.L, 1, "r");
   const auto z = variables(call, 2, "z"), y = variables(call, 3, "y");
   const MatX slope = linalg::implicit_jacobian(entries(r), z, y);
-  const dae::RanksOnSet there = dae::ranks_on_set({r.data(), r.data() + r.size()}, z);
+  const dae::ZeroSetRanks there = dae::rank_on_zero_set({r.data(), r.data() + r.size()}, z);
   if (there.regular == 0 && there.singular > 1)
     throw Error(
         "∂r/∂z is regular in general, but singular at every point found where r = 0: the rank condition "

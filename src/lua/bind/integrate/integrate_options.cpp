@@ -310,8 +310,8 @@ integrate::Plan read_plan(Call& call, const Options& options, double from) {
 /// Parameters: what a start was computed with holds for what begins there, params of this call come first.
 dae::ParameterValues read_all_parameters(Call& call, const Options& options, const dae::Model& model) {
   dae::ParameterValues values;
-  if (const auto* held = object_at(call.L, options.push("start"), TypeName<dae::Start>::value)) {
-    values = parameter_overrides(*std::static_pointer_cast<const dae::Start>(*held));
+  if (const auto* held = object_at(call.L, options.push("start"), TypeName<dae::ConsistentState>::value)) {
+    values = parameter_overrides(*std::static_pointer_cast<const dae::ConsistentState>(*held));
   }
   if (options.has("params")) {
     for (const auto& [p, value] : read_parameters(call.L, options.push("params"), model, "params"))

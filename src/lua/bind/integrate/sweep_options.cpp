@@ -190,7 +190,7 @@ class Reader {
         const lua_Integer n = list_size(L_, start, "start");
         for (lua_Integer i = 1; i <= n; ++i) {
           lua_rawgeti(L_, start, i);
-          if (!lua_istable(L_, -1) && !object_at(L_, -1, TypeName<dae::Start>::value))
+          if (!lua_istable(L_, -1) && !object_at(L_, -1, TypeName<dae::ConsistentState>::value))
             throw Error(text("start[", i, "] must be a result of init or a table { x = 1, … }, got ",
                              describe(L_, -1)));
           lua_pop(L_, 1);
@@ -272,7 +272,7 @@ class Reader {
   }
 
   void fill_sets() {
-    std::vector<dae::StartPtr> starts;
+    std::vector<dae::ConsistentStatePtr> starts;
     for (const Axis& axis : layout_.axes())
       if (axis.starts) starts = read_starts(axis);
     for (long run = 0; run < layout_.runs(); ++run) {
@@ -290,20 +290,20 @@ class Reader {
   }
 
   /// A list of starts: what each of them fixes; solved when its run begins.
-  std::vector<dae::StartPtr> read_starts(const Axis& axis) {
-    std::vector<dae::StartPtr> starts;
+  std::vector<dae::ConsistentStatePtr> read_starts(const Axis& axis) {
+    std::vector<dae::ConsistentStatePtr> starts;
     for (std::size_t i = 0; i < axis.values.size(); ++i) {
       lua_rawgeti(L_, original("start"), static_cast<lua_Integer>(i) + 1);
       const int item = lua_gettop(L_);
       const std::string what = text("start[", i + 1, "]");
-      if (const auto* held = object_at(L_, item, TypeName<dae::Start>::value)) {
-        const auto at = std::static_pointer_cast<const dae::Start>(*held);
+      if (const auto* held = object_at(L_, item, TypeName<dae::ConsistentState>::value)) {
+        const auto at = std::static_pointer_cast<const dae::ConsistentState>(*held);
         if (at->model != model_)
           throw Error(
               text(what, " was made with another model; make it with this model's init, or give a table"));
         starts.push_back(at);
       } else {
-        auto at = std::make_shared<dae::Start>();
+        auto at = std::make_shared<dae::ConsistentState>();
         at->model = model_;
         at->request = request_.simulation.start->request;
         at->request.fix = read_leaf_values(L_, item, what, *model_);

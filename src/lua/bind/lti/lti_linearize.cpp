@@ -10,7 +10,7 @@ namespace pendula::lua {
 namespace {
 
 /// A start of this model or a relative of it, or a table of conditions that init completes.
-dae::StartPtr read_point(Call& call, const dae::ModelPtr& model) {
+dae::ConsistentStatePtr read_point(Call& call, const dae::ModelPtr& model) {
   if (!call.has(2)) call.wrong(2, "at", "a start: sys:linearize(sys:init{ … })");
   lua_State* L = call.L;
   lua_createtable(L, 0, 4);
@@ -47,7 +47,7 @@ int linearize(Call& call) {
     }
     lua_settop(L, call.count());
   }
-  const dae::StartPtr at = read_point(call, model);
+  const dae::ConsistentStatePtr at = read_point(call, model);
   collect_aliases(L);
   lti::System g = lti::linearize(model, *at, request);
   for (const std::string& note : g.notes)

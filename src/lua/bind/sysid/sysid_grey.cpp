@@ -34,8 +34,8 @@ void read_start_of(Call& call, const Options& o, GreyBoxRequest& r) {
   lua_State* L = call.L;
   if (!o.has("start")) return;
   const int at = o.push("start");
-  if (const auto* held = object_at(L, at, TypeName<dae::Start>::value)) {
-    const auto start = std::static_pointer_cast<const dae::Start>(*held);
+  if (const auto* held = object_at(L, at, TypeName<dae::ConsistentState>::value)) {
+    const auto start = std::static_pointer_cast<const dae::ConsistentState>(*held);
     r.start = start->request;
     r.start.parameters = parameter_overrides(*start);
     r.from = start->t;

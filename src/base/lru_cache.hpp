@@ -1,0 +1,73 @@
+// A cache that forgets the least recently used: the one cache type of the project.
+//
+// Keys are values with == and a hash; a key must contain everything that the answer depends on, because equal
+// keys give the stored answer without a further check. Every entry has a size (1 if all cost the same), and
+// the entries in the cache add up to at most `capacity`; the newest one is kept even if it is larger.
+// Not synchronised: a cache that several threads use needs a mutex of its owner.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <list>
+#include <unordered_map>
+#include <utility>
+#include <vector>
+
+namespace pendula {
+
+/// FNV-1a over the entries of a key made of integers.
+struct WordsHash {
+  template <class Words>
+  std::size_t operator()(const Words& key) const {
+    std::size_t h = 1469598103934665603ULL;
+    for (const auto word : key) h = (h ^ static_cast<std::uint32_t>(word)) * 1099511628211ULL;
+    return h;
+  }
+};
+
+template <class Key, class Value, class Hash = std::hash<Key>>
+class LruCache {
+ public:
+  explicit LruCache(std::size_t capacity) : capacity_(capacity) {}
+
+  /// The stored value, now the most recently used, or nullptr. Valid until the next insert.
+  Value* find(const Key& key) {
+    const auto at = where_.find(key);
+    if (at == where_.end()) return nullptr;
+    entries_.splice(entries_.begin(), entries_, at->second);
+    return &at->second->value;
+  }
+
+  /// Stores a value in the place of an earlier one of this key.
+  Value& insert(const Key& key, Value value, std::size_t size = 1) {
+    if (const auto old = where_.find(key); old != where_.end()) remove(old->second);
+    entries_.push_front({key, std::move(value), size});
+    where_[key] = entries_.begin();
+    total_ += size;
+    while (total_ > capacity_ && entries_.size() > 1) remove(std::prev(entries_.end()));
+    return entries_.front().value;
+  }
+
+  std::size_t size() const { return entries_.size(); }
+
+ private:
+  struct Entry {
+    Key key;
+    Value value;
+    std::size_t size;
+  };
+  using Place = typename std::list<Entry>::iterator;
+
+  void remove(Place entry) {
+    total_ -= entry->size;
+    where_.erase(entry->key);
+    entries_.erase(entry);
+  }
+
+  std::size_t capacity_, total_ = 0;
+  std::list<Entry> entries_;  ///< most recently used first
+  std::unordered_map<Key, Place, Hash> where_;
+};
+
+}  // namespace pendula

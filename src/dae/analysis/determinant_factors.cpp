@@ -1,0 +1,260 @@
+#include "dae/analysis/determinant_factors.hpp"
+
+#include <algorithm>
+#include <unordered_set>
+
+#include "base/error.hpp"
+#include "base/text.hpp"
+#include "dae/model/parameter_values.hpp"
+#include "dae/points/consistent_point_rank.hpp"
+#include "expr/linalg/linalg.hpp"
+#include "expr/print/print.hpp"
+#include "expr/rewrite/rewrite.hpp"
+#include "expr/rewrite/tidied.hpp"
+
+namespace pendula::dae {
+namespace {
+
+constexpr std::size_t largest_block = 4;  // determinants are written out up to here
+constexpr std::size_t most_conditions = 6;
+constexpr std::size_t searched = 20;  // unknowns of a model whose consistent points are searched
+constexpr double longest = 60;        // operations of a factor
+
+/// Sign of e for all values of its symbols: ±2 strictly, ±1 or zero, 0 unknown.
+class Signs {
+ public:
+  int of(Expr e) {
+    if (e.is_constant()) {
+      const double v = constant_value(e);
+      return v > 0 ? 2 : v < 0 ? -2 : 0;
+    }
+    const auto it = known_.find(e);
+    if (it != known_.end()) return it->second;
+    return known_[e] = decide(e);
+  }
+
+ private:
+  int decide(Expr e) {
+    if (e.is_symbol()) return symbol_of(e).kind == Kind::constant ? 2 : 0;  // π
+    switch (e.op()) {
+      case Op::exp:
+      case Op::cosh:
+        return 2;
+      case Op::sqrt:
+      case Op::abs:
+        return 1;
+      case Op::neg:
+        return -of(e.operand(0));
+      case Op::add:
+        return sum(of(e.operand(0)), of(e.operand(1)));
+      case Op::sub:
+        return sum(of(e.operand(0)), -of(e.operand(1)));
+      case Op::mul:
+        return product(of(e.operand(0)), of(e.operand(1)));
+      case Op::div:
+        return product(of(e.operand(0)), of(e.operand(1)));
+      case Op::pow:
+        return power(e);
+      default:
+        return 0;
+    }
+  }
+  static int sum(int a, int b) {
+    if (a == 0 || b == 0 || (a > 0) != (b > 0)) return 0;
+    return std::abs(a) > std::abs(b) ? a : b;
+  }
+  static int product(int a, int b) {
+    const int size = std::min(std::abs(a), std::abs(b));
+    return (a > 0) == (b > 0) ? size : -size;
+  }
+  int power(Expr e) {
+    const int base = of(e.operand(0));
+    if (base == 2) return 2;
+    const mpq_class* q = exact_value(e.operand(1));
+    if (q && q->get_den() == 1 && q->get_num() % 2 == 0) return std::abs(base) == 2 ? 2 : 1;
+    return q && q->get_den() == 1 ? base : 0;
+  }
+
+  std::unordered_map<Expr, int> known_;
+};
+
+/// What must not vanish so that e does not.
+void split(Expr e, std::vector<Expr>& factors, Signs& signs) {
+  if (std::abs(signs.of(e)) == 2) return;
+  if (!e.is_symbol()) switch (e.op()) {
+      case Op::neg:
+      case Op::sqrt:
+      case Op::abs:
+        return split(e.operand(0), factors, signs);
+      case Op::mul:
+        split(e.operand(0), factors, signs);
+        return split(e.operand(1), factors, signs);
+      case Op::div:  // a denominator that vanishes is a point where the equations are not defined
+        return split(e.operand(0), factors, signs);
+      case Op::pow:
+        if (const mpq_class* q = exact_value(e.operand(1))) {
+          if (*q > 0) split(e.operand(0), factors, signs);
+          return;
+        }
+        break;
+      default:
+        break;
+    }
+  if (std::find(factors.begin(), factors.end(), e) == factors.end()) factors.push_back(e);
+}
+
+/// Without a common rational factor, and with the sign by which it reads without a leading minus: a product
+/// gives the common factor of a sum away.
+Expr upright(Expr e) {
+  const Expr unit = symbol(Kind::slot, "unit");
+  std::vector<Expr> parts;
+  Signs signs;
+  split(simplify(unit * e), parts, signs);
+  std::erase(parts, unit);
+  const Expr s = parts.size() == 1 ? simplify(parts[0]) : simplify(e);
+  if (!to_text(s).starts_with("-")) return s;
+  const Expr other = simplify(-s);
+  return to_text(other).starts_with("-") ? s : other;
+}
+
+}  // namespace
+
+std::vector<Expr> vanishing_factors(Expr e) {
+  Signs signs;
+  std::vector<Expr> found, list;
+  split(simplify(e), found, signs);
+  for (Expr f : found) {
+    f = upright(f);
+    if (f.is_constant() || std::abs(signs.of(f)) == 2) continue;
+    if (std::find(list.begin(), list.end(), f) == list.end()) list.push_back(f);
+  }
+  return list;
+}
+
+namespace {
+
+class Factors {
+ public:
+  Factors(const Model& m, const Analysis& a, const Blocks& blocks) {
+    std::vector<std::vector<const Entry*>> row(m.residuals.size());
+    for (const Entry& e : a.jacobian) row[e.row].push_back(&e);
+    for (const Part& part : blocks.square) {
+      if (list.size() > most_conditions) break;
+      add(part, row);
+      parts.resize(list.size(), &part);
+    }
+    if (list.size() > most_conditions) {
+      list.clear();
+      complete = false;
+    }
+  }
+  std::vector<Expr> list;
+  std::vector<const Part*> parts;  ///< where each was found first
+  bool complete = true;
+
+ private:
+  void add(const Part& part, const std::vector<std::vector<const Entry*>>& row) {
+    const auto n = static_cast<Eigen::Index>(part.rows.size());
+    if (n == 1) {
+      for (const Entry* e : row[part.rows[0]])
+        if (e->column == part.columns[0]) add_factors(e->value);
+      return;
+    }
+    bool constant = true;
+    MatX J = part.rows.size() <= largest_block ? MatX(MatX::Zero(n, n)) : MatX();
+    for (std::size_t i = 0; i < part.rows.size(); ++i)
+      for (const Entry* e : row[part.rows[i]]) {
+        const auto at = std::lower_bound(part.columns.begin(), part.columns.end(), e->column);
+        if (at == part.columns.end() || *at != e->column) continue;
+        constant = constant && e->value.is_constant();
+        if (J.size()) J(static_cast<Eigen::Index>(i), at - part.columns.begin()) = e->value;
+      }
+    if (constant) return;
+    if (!J.size())
+      complete = false;
+    else
+      add_factors(linalg::determinant(J));
+  }
+
+  void add_factors(Expr determinant) {
+    if (std::abs(signs_.of(determinant)) == 2) return;
+    if (!is_short(determinant, 20 * longest)) {
+      complete = false;
+      return;
+    }
+    std::vector<Expr> found;
+    split(simplify(determinant), found, signs_);
+    for (Expr f : found) {
+      f = upright(f);
+      if (f.is_constant() || std::abs(signs_.of(f)) == 2) continue;
+      if (!is_short(f, longest))
+        complete = false;
+      else if (std::find(list.begin(), list.end(), f) == list.end())
+        list.push_back(f);
+    }
+  }
+
+  Signs signs_;
+};
+
+DeterminantFactor::Kind kind_of(Expr factor) {
+  const auto nodes = topological({&factor, 1});
+  if (std::any_of(nodes.begin(), nodes.end(), [](Expr e) { return !e.is_constant() && e.op() == Op::call; }))
+    return DeterminantFactor::Kind::functions;
+  for (Expr leaf : leaves({&factor, 1})) {
+    const auto kind = symbol_of(leaf).kind;
+    if (kind != Kind::parameter && kind != Kind::constant) return DeterminantFactor::Kind::state;
+  }
+  return DeterminantFactor::Kind::parameters;
+}
+
+bool has_variable(Expr e) {
+  for (Expr leaf : leaves({&e, 1}))
+    if (symbol_of(leaf).kind == Kind::variable) return true;
+  return false;
+}
+
+}  // namespace
+
+DeterminantFactors determinant_factors(const Model& m, const Analysis& a, const Blocks& blocks) {
+  Factors factors(m, a, blocks);
+  DeterminantFactors v;
+  v.complete = factors.complete;
+  for (std::size_t k = 0; k < factors.list.size(); ++k)
+    v.conditions.push_back(
+        {factors.list[k], kind_of(factors.list[k]), factors.parts[k]->rows, factors.parts[k]->columns, {}});
+  std::stable_sort(v.conditions.begin(), v.conditions.end(),
+                   [](const DeterminantFactor& x, const DeterminantFactor& y) { return x.kind < y.kind; });
+  if (m.variables.size() > searched || a.standing == Standing::on_solutions) return v;
+  std::vector<Expr> variables;
+  for (const Variable& x : m.variables) variables.push_back(x.leaf);
+  const ConsistentPointRank points(residuals_at_values(m), variables, a.offsets, a.jacobian);
+  const Substitution values(m.values.begin(), m.values.end());
+  for (DeterminantFactor& c : v.conditions)
+    if (c.kind == DeterminantFactor::Kind::state && points.applies() && has_variable(c.factor))
+      c.reached = points.reaches(substitute(c.factor, values));
+  return v;
+}
+
+Blocks blocks_of(const Model& m, const Analysis& a) {
+  Pattern pattern(m.residuals.size());
+  for (const Entry& e : a.jacobian) pattern[e.row].push_back(e.column);
+  return dulmage_mendelsohn(pattern, static_cast<int>(m.variables.size()));
+}
+
+std::string conditions_text(const DeterminantFactors& v, std::optional<DeterminantFactor::Kind> kind) {
+  std::vector<std::string> words;
+  for (const DeterminantFactor& c : v.conditions)
+    if (!kind || c.kind == *kind) words.push_back(to_text(c.factor) + " ≠ 0");
+  return join(words, ", ");
+}
+
+std::optional<std::pair<Expr, Expr>> exceptional_value(Expr factor) {
+  const auto inside = leaves({&factor, 1});
+  if (inside.size() != 1 || symbol_of(inside[0]).kind != Kind::parameter) return {};
+  const Expr slope = simplify(partial(factor, inside[0]));
+  if (!slope.is_constant()) return {};
+  return std::pair(inside[0], simplify(-substitute(factor, {{inside[0], Expr(0)}}) / slope));
+}
+
+}  // namespace pendula::dae

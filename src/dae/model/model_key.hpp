@@ -1,0 +1,35 @@
+// Answers about a model that cost much are cached: models are values, and print, index, dof, init, reduce and
+// integrate ask the same questions.
+#pragma once
+
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "base/lru_cache.hpp"
+#include "dae/model/model.hpp"
+
+namespace pendula::dae {
+
+/// All that an answer about the equations of a model depends on. Equal expressions have equal ids, so that
+/// comparing keys costs no more than comparing integers.
+struct ModelKey {
+  std::vector<Expr> residuals;
+  std::vector<std::pair<int, int>> origin;  ///< block and row of each residual
+  std::vector<Variable> variables;
+  std::vector<std::pair<Expr, Expr>> values;             ///< parameters that have one, in their order
+  std::vector<std::pair<Expr, std::string>> invariants;  ///< residual and label
+  std::string form;
+  Eigen::Index mechanical_constraints = -1;  ///< -1: no Lagrangian
+  friend bool operator==(const ModelKey&, const ModelKey&) = default;
+};
+struct ModelKeyHash {
+  std::size_t operator()(const ModelKey& key) const;
+};
+ModelKey key_of(const Model& model);
+
+template <class Answer>
+using ModelCache = LruCache<ModelKey, Answer, ModelKeyHash>;
+constexpr std::size_t cached_models = 64;
+
+}  // namespace pendula::dae

@@ -1,0 +1,229 @@
+#include "dae/points/array_points.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <random>
+#include <unordered_set>
+
+#include "base/decompositions.hpp"
+#include "base/error.hpp"
+#include "base/interrupt.hpp"
+#include "dae/points/magnitudes.hpp"
+#include "expr/graph/declaration.hpp"
+
+namespace pendula::dae {
+namespace {
+
+using Index = Eigen::Index;
+
+constexpr double solved_below = 1e-11;  // scaled residual of a point
+constexpr int max_iterations = 120;     // exponentials come down by one per Newton step
+constexpr double far_away = 1e10;       // starting values are near 1
+
+/// |r_i| relative to the size of its own terms.
+double scaled_size(const Vec& r, const Mat& J, const Vec& w) {
+  return r.size() ? r.cwiseAbs().cwiseQuotient(Vec::Ones(r.size()) + J.cwiseAbs() * w.cwiseAbs()).maxCoeff()
+                  : 0;
+}
+
+/// Least-norm Newton steps with one Jacobian, in unknowns and equations scaled to unit size: neither units
+/// nor the growth of high derivatives matter.
+class NewtonStep {
+ public:
+  NewtonStep(const Mat& J, Index held) : held_(held), columns_(J.cols()) {
+    Mat m = J.rightCols(J.cols() - held);
+    row_ = Vec::Ones(m.rows());
+    column_ = Vec::Ones(m.cols());
+    for (int sweep = 0; sweep < 3; ++sweep) {
+      for (Index i = 0; i < m.rows(); ++i)
+        if (const double s = m.row(i).cwiseAbs().maxCoeff(); s > 0) {
+          m.row(i) /= s;
+          row_[i] *= s;
+        }
+      for (Index j = 0; j < m.cols(); ++j)
+        if (const double s = m.col(j).cwiseAbs().maxCoeff(); s > 0) {
+          m.col(j) /= s;
+          column_[j] *= s;
+        }
+    }
+    qr_.setThreshold(1e-12);  // below it a direction counts as undetermined; rounding is 1e-15
+    qr_.compute(m);
+  }
+
+  /// -J⁺ r in scaled unknowns: what the size of a step is measured in.
+  Vec scaled(const Vec& r) const { return qr_.solve(-r.cwiseQuotient(row_)); }
+  Vec step(const Vec& s) const {
+    Vec out = Vec::Zero(columns_);
+    out.tail(columns_ - held_) = s.cwiseQuotient(column_);
+    return out;
+  }
+
+ private:
+  Index held_, columns_;
+  Vec row_, column_;
+  Eigen::CompleteOrthogonalDecomposition<Mat> qr_;
+};
+
+}  // namespace
+
+NumericArray::NumericArray(const DerivativeArray& array)
+    : columns_(array.columns()),
+      outputs_(array.rows()),
+      entries_(array.jacobian()),
+      rows_(array.rows().size()),
+      states_(array.states().size()),
+      first_(array.first().size()),
+      equations_(array.equations()) {
+  prepare();
+  measure();
+}
+
+NumericArray::NumericArray(std::vector<Expr> rows, std::vector<Expr> columns)
+    : columns_(std::move(columns)),
+      outputs_(std::move(rows)),
+      entries_(sparse_jacobian(outputs_, columns_)),
+      rows_(outputs_.size()),
+      states_(0),
+      first_(0),
+      equations_(rows_) {
+  prepare();
+}
+
+void NumericArray::prepare() {
+  for (const Entry& e : entries_) outputs_.push_back(e.value);
+  const std::unordered_set<Expr> unknown(columns_.begin(), columns_.end());
+  for (Expr leaf : leaves(outputs_))
+    if (!unknown.count(leaf) && symbol_of(leaf).kind != Kind::constant) others_.push_back(leaf);
+  unit_ = Vec::Ones(static_cast<Index>(columns_.size()));
+  row_unit_ = Vec::Ones(static_cast<Index>(rows_));
+}
+
+/// Units only where the model has sizes far from 1: nanometres, pascals.
+void NumericArray::measure() {
+  constexpr double usual = 300;
+  constexpr std::size_t affordable = 300;  // rows
+  if (rows_ == 0 || columns_.empty() || rows_ > affordable) return;
+  const std::vector<Expr> rows(outputs_.begin(), outputs_.begin() + static_cast<std::ptrdiff_t>(rows_));
+  Magnitudes m = magnitudes(rows, rows_, columns_, known(0), {});
+  if (m.unknowns.maxCoeff() < usual && m.unknowns.minCoeff() > 1 / usual) return;
+  unit_ = std::move(m.unknowns);
+  row_unit_ = std::move(m.rows);
+}
+
+Vec NumericArray::start(int seed, const std::unordered_map<Expr, double>& continued) const {
+  constexpr double golden = 0.6180339887498949;
+  constexpr double spread[] = {1, 2,   0.3, 5,
+                               1, 0.1, 3,   0.01};  // small ones late: there everything is nearly linear
+  const double size = spread[seed / 3 % 8];
+  Vec w(static_cast<Index>(columns_.size()));
+  for (std::size_t j = 0; j < columns_.size(); ++j) {
+    const auto who =
+        static_cast<double>(name_hash(columns_[j]) % 10007);  // the same in any order of unknowns
+    const double fraction = std::fmod((who + 1) * golden * (seed + 1), 1.0);
+    const auto it = continued.find(columns_[j]);
+    const double fresh = seed % 3 == 0 ? std::min(0.3, size) + size * fraction : size * (2 * fraction - 1);
+    w[static_cast<Index>(j)] = it != continued.end() ? it->second : fresh * unit_[static_cast<Index>(j)];
+  }
+  return w;
+}
+
+std::unordered_map<Expr, double> NumericArray::known(int seed) const {
+  std::unordered_map<Expr, double> values;
+  for (Expr leaf : others_) {
+    const Symbol& s = symbol_of(leaf);
+    std::mt19937_64 random(std::hash<std::string>()(s.name) * 31 +
+                           static_cast<unsigned>(s.order * 7919 + seed));
+    values[leaf] = std::uniform_real_distribution<double>(0.5, 1.5)(random);
+  }
+  return values;
+}
+
+void NumericArray::evaluate_at(const Vec& w, const std::unordered_map<Expr, double>& known, Vec& r,
+                               Mat& J) const {
+  if (!evaluator_) {
+    std::vector<Expr> all = columns_;
+    all.insert(all.end(), others_.begin(), others_.end());
+    evaluator_.emplace(outputs_, all);
+  }
+  std::vector<double> others;
+  for (Expr leaf : others_) {
+    const auto value = known.find(leaf);
+    if (value == known.end()) throw Error(text("no value for '", symbol_of(leaf).name, "'"));
+    others.push_back(value->second);
+  }
+  const auto [values, noise] = evaluate_stable(*evaluator_, w, others, unit_);
+  r = Eigen::Map<const Vec>(values.data(), static_cast<Index>(rows_)).cwiseQuotient(row_unit_);
+  J = Mat::Zero(static_cast<Index>(rows_), w.size());
+  for (std::size_t k = 0; k < entries_.size(); ++k)
+    if (!noise[rows_ + k])
+      J(entries_[k].row, entries_[k].column) =
+          values[rows_ + k] * (unit_[entries_[k].column] / row_unit_[entries_[k].row]);
+}
+
+std::optional<NumericArray::Solution> NumericArray::project(Vec w,
+                                                            const std::unordered_map<Expr, double>& known,
+                                                            Index held) const {
+  Vec r, next_r;
+  Mat J, next_J;
+  evaluate_at(w, known, r, J);
+  double last_step = INFINITY;
+  int linear = 0;  // steps in a row that shrank only by a constant factor
+  for (int iteration = 0; iteration < max_iterations; ++iteration) {
+    poll_interrupt();
+    if (!r.allFinite() || !J.allFinite()) return {};
+    const NewtonStep newton(J, held);
+    const Vec s = newton.scaled(r), step = newton.step(s), omega = w.cwiseQuotient(unit_);
+    if (!step.allFinite()) return {};
+    const bool solved = scaled_size(r, J, omega) < solved_below;
+    const double size = step.norm() / (1 + omega.norm());
+    if (w.size() && omega.cwiseAbs().maxCoeff() > far_away)
+      return {};  // no solution: it runs off to infinity
+    if (solved && size < 1e-13) return Solution{w, linear >= 5};
+    linear = size > 0.1 * last_step && size < 0.95 * last_step ? linear + 1 : 0;
+    last_step = size;
+    constexpr int hopeless = 36;  // halvings: a circle of radius 10⁻⁶ is a point until 20 steps from 1
+    if (solved && linear >= hopeless) return Solution{w, true};
+    double alpha =
+        1;  // natural monotonicity: the next step, with this Jacobian, is shorter (Deuflhard 2004, §2)
+    for (; alpha > 1e-5; alpha /= 2) {
+      evaluate_at(w + alpha * unit_.cwiseProduct(step), known, next_r, next_J);
+      if (next_r.allFinite() && next_J.allFinite() &&
+          newton.scaled(next_r).norm() <= (1 - alpha / 4) * s.norm())
+        break;
+    }
+    if (alpha <= 1e-5) {  // no further decrease: rounding level, or no solution here
+      if (!solved) return {};
+      return Solution{w, linear >= 5};
+    }
+    w += alpha * unit_.cwiseProduct(step);
+    r = next_r;
+    J = next_J;
+  }
+  if (scaled_size(r, J, w.cwiseQuotient(unit_)) < solved_below) return Solution{w, true};
+  return {};
+}
+
+Mat NumericArray::jacobian(const Vec& w, const std::unordered_map<Expr, double>& known) const {
+  Vec r;
+  Mat J;
+  evaluate_at(w, known, r, J);
+  return J;
+}
+
+ArrayRanks NumericArray::ranks(const Solution& at, const std::unordered_map<Expr, double>& known) const {
+  Vec r;
+  Mat J;
+  evaluate_at(at.w, known, r, J);
+  const auto x = static_cast<Index>(states_), n = static_cast<Index>(first_);
+  const RankGap all = rank_with_gap(J), y = rank_with_gap(J.rightCols(J.cols() - x)),
+                higher = rank_with_gap(J.rightCols(J.cols() - x - n));
+  ArrayRanks ranks{all.rank, y.rank, higher.rank, std::min({all.gap, y.gap, higher.gap}), {}, at.slow};
+  for (std::size_t rows = equations_; rows < rows_; rows += equations_) {
+    const Mat first_rows = J.topRows(static_cast<Index>(rows));
+    ranks.prefixes.push_back({rank_with_gap(first_rows.rightCols(J.cols() - x)).rank,
+                              rank_with_gap(first_rows.rightCols(J.cols() - x - n)).rank});
+  }
+  return ranks;
+}
+
+}  // namespace pendula::dae

@@ -1,0 +1,73 @@
+// Consistent points: values that satisfy the equations of a model and their derivatives, and ranks there.
+//
+// Whether a rank is lost depends on where it is taken: only points on the solutions count. derivative_array.hpp: F and
+// its derivatives as expressions. array_points.hpp (here): points with F_k = 0 by Gauss-Newton from seeded starts, and
+// the ranks of the derivative array there. consistent_point_rank.hpp: the rank of the system Jacobian at such
+// points. rank_on_zero_set.hpp: the same for a given set of equations. generic_functions.hpp: unspecified functions
+// replaced by functions with values.
+#pragma once
+
+#include <optional>
+#include <unordered_map>
+
+#include "base/math.hpp"
+#include "dae/points/derivative_array.hpp"
+#include "dae/rank/rank_with_gap.hpp"
+#include "dae/rank/stable_values.hpp"
+#include "expr/graph/evaluator.hpp"
+
+namespace pendula::dae {
+
+struct ArrayRanks {
+  int all = 0, y = 0, higher = 0;  ///< of ∂F_k/∂(x, y), ∂F_k/∂y, and the latter without the columns of x′
+  double gap = 0;
+  struct OfPrefix {
+    int y, higher;
+  };
+  std::vector<OfPrefix> prefixes;  ///< of F_0, F_1 … F_{k-1}, which are the first rows, at the same point
+  bool slow = false;  ///< Gauss-Newton converged linearly: the Jacobian loses rank at the solution
+};
+
+/// The numeric derivative array at one k. All functions of time but the unknowns get values of their own.
+class NumericArray {
+ public:
+  explicit NumericArray(const DerivativeArray& array);
+  /// Any equations in any unknowns.
+  NumericArray(std::vector<Expr> rows, std::vector<Expr> columns);
+
+  /// Values for t, inputs, parameters without value: drawn from the seed and the name, the same for every k.
+  std::unordered_map<Expr, double> known(int seed) const;
+
+  /// From `w` to a solution of F_k = 0, the first `held` unknowns kept; nothing if there is none near.
+  struct Solution {
+    Vec w;
+    bool slow;
+  };
+  std::optional<Solution> project(Vec w, const std::unordered_map<Expr, double>& known,
+                                  Eigen::Index held) const;
+
+  /// `y_only`: the point was found with x held, so that ranks of y are what can be said.
+  ArrayRanks ranks(const Solution& at, const std::unordered_map<Expr, double>& known) const;
+
+  const std::vector<Expr>& columns() const { return columns_; }
+  /// The size of every unknown, as far as the equations tell it (magnitudes.hpp); 1 where all are near 1.
+  const Vec& unit() const { return unit_; }
+  /// ∂rows/∂columns at w, in units of rows and columns; entries that are cancellation are 0.
+  Mat jacobian(const Vec& w, const std::unordered_map<Expr, double>& known) const;
+
+  /// The starting values of a seed; `continued` where it has a value.
+  Vec start(int seed, const std::unordered_map<Expr, double>& continued = {}) const;
+
+ private:
+  void prepare();
+  void measure();
+  void evaluate_at(const Vec& w, const std::unordered_map<Expr, double>& known, Vec& r, Mat& J) const;
+
+  std::vector<Expr> columns_, outputs_, others_;  ///< others: leaves of the outputs that are no columns
+  std::vector<Entry> entries_;
+  Vec unit_, row_unit_;
+  std::size_t rows_, states_, first_, equations_;
+  mutable std::optional<Evaluator> evaluator_;  ///< of outputs_, made when it is needed
+};
+
+}  // namespace pendula::dae

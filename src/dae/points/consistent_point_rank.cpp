@@ -1,0 +1,262 @@
+#include "dae/points/consistent_point_rank.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <random>
+#include <unordered_map>
+#include <unordered_set>
+
+#include "base/decompositions.hpp"
+#include "dae/points/array_points.hpp"
+#include "dae/points/generic_functions.hpp"
+#include "dae/rank/rank_with_gap.hpp"
+#include "dae/rank/stable_values.hpp"
+#include "expr/graph/declaration.hpp"
+
+namespace pendula::dae {
+namespace {
+
+using Index = Eigen::Index;
+
+constexpr double off_domain = 1e-6;     // what must not vanish is larger; starting values are near 1
+constexpr double near_enough = 1e3;     // of a point where something vanishes: not a limit at infinity
+constexpr std::size_t longest = 20000;  // operations of the differentiated equations
+
+}  // namespace
+
+ConsistentPointRank::ConsistentPointRank(const std::vector<Expr>& residuals, std::vector<Expr> variables,
+                                         const Offsets& offsets, std::vector<Entry> jacobian,
+                                         const std::vector<Expr>& nonzero)
+    : size_(static_cast<int>(variables.size())),
+      offsets_(offsets),
+      variables_(std::move(variables)),
+      jacobian_(std::move(jacobian)) {
+  const std::unordered_set<Expr> bases(variables_.begin(), variables_.end());
+  for (const Entry& e : jacobian_) slopes_.push_back(e.value);
+  const std::vector<Expr> inside = leaves(slopes_);
+  const bool varies = std::any_of(inside.begin(), inside.end(),
+                                  [&](Expr leaf) { return bases.count(symbol_of(leaf).base) > 0; });
+  std::unordered_map<Expr, int> order;
+  for (Expr leaf : leaves(residuals)) {
+    int& highest = order[symbol_of(leaf).base];
+    highest = std::max(highest, symbol_of(leaf).order);
+  }
+  for (Expr v : variables_) orders_.push_back(order[v]);
+  if (size_ > affordable || !varies) return;
+  for (std::size_t i = 0; i < residuals.size(); ++i)
+    for (int k = 0; k <= offsets.c[i]; ++k) {
+      if (k == 0) as_written_.push_back(rows_.size());
+      rows_.push_back(k ? total_derivative(rows_.back()) : residuals[i]);
+      stages_.push_back(k - offsets_.c[i]);
+    }
+  if (topological(rows_).size() > longest) return;
+  applies_ = true;
+  const auto equations = static_cast<std::ptrdiff_t>(rows_.size());
+  slopes_.insert(slopes_.end(), nonzero.begin(), nonzero.end());
+  rows_.insert(rows_.end(), slopes_.begin(), slopes_.end());
+  rows_ = without_calls(rows_);  // together: the same function in equations and entries
+  slopes_.assign(rows_.begin() + equations, rows_.end());
+  rows_.resize(static_cast<std::size_t>(equations));
+}
+
+namespace {
+
+/// Every other start has unknowns of very different size: where branches meet, each attracts some of them.
+Vec starting_point(const NumericArray& numeric, int seed) {
+  Vec w = numeric.start(seed);
+  if (seed % 2 == 0) return w;
+  std::uniform_real_distribution<double> size(-1.7, 0.6);  // decades: 0.02 … 4
+  for (Index j = 0; j < w.size(); ++j) {
+    std::mt19937_64 random(name_hash(numeric.columns()[j]) + static_cast<unsigned>(seed));
+    w[j] = numeric.unit()[j] * std::copysign(std::pow(10, size(random)), size(random) + 0.55);
+  }
+  return w;
+}
+
+bool depends_on_any(const std::vector<Expr>& rows, Expr leaf) {
+  const auto inside = leaves(rows);
+  return std::find(inside.begin(), inside.end(), leaf) != inside.end();
+}
+
+std::vector<Expr> unknowns_in(std::vector<Expr> rows, const std::vector<Expr>& more,
+                              const std::vector<Expr>& variables) {
+  rows.insert(rows.end(), more.begin(), more.end());
+  const std::unordered_set<Expr> bases(variables.begin(), variables.end());
+  std::vector<Expr> found;
+  for (Expr leaf : leaves(rows))
+    if (bases.count(symbol_of(leaf).base)) found.push_back(leaf);
+  return found;
+}
+
+}  // namespace
+
+/// As many unknowns as have free initial values come first, others for every seed: held where they start,
+/// they lead to branches on which they are free.
+std::vector<Expr> ConsistentPointRank::with_held_first(std::vector<Expr> columns, int seed) const {
+  std::unordered_map<Expr, int> leading;
+  for (std::size_t j = 0; j < variables_.size(); ++j) leading[variables_[j]] = offsets_.d[j];
+  const auto end = std::stable_partition(columns.begin(), columns.end(), [&](Expr leaf) {
+    const Symbol& s = symbol_of(leaf);
+    return s.order < leading[s.base];
+  });
+  const auto below = end - columns.begin();
+  if (below > 0) std::rotate(columns.begin(), columns.begin() + seed / 4 % below, end);
+  return columns;
+}
+
+/// Rows that take part in a left null vector.
+static std::vector<int> dependent_rows(Mat J, int rank) {
+  for (Index i = 0; i < J.rows(); ++i)
+    if (const double size = J.row(i).norm(); size > 0) J.row(i) /= size;
+  const Eigen::JacobiSVD<Mat> svd(J, Eigen::ComputeFullU);
+  std::vector<int> rows;
+  for (Index i = 0; i < J.rows(); ++i)
+    if (svd.matrixU().row(i).tail(J.rows() - rank).norm() > 1e-6) rows.push_back(static_cast<int>(i));
+  return rows;
+}
+
+std::optional<ConsistentPointRank::Point> ConsistentPointRank::point(int seed,
+                                                                     const std::vector<Expr>& columns,
+                                                                     int held) const {
+  const NumericArray numeric(rows_, columns);
+  const auto known = numeric.known(seed);
+  const auto at = numeric.project(starting_point(numeric, seed), known, held);
+  if (!at || (at->slow && at->w.cwiseQuotient(numeric.unit()).cwiseAbs().maxCoeff() >= near_enough))
+    return {};
+  auto [value, noise] = evaluate_stable(slopes_, columns, at->w, known, numeric.unit());
+  const auto allowed = static_cast<std::ptrdiff_t>(jacobian_.size());
+  if (std::any_of(value.begin() + allowed, value.end(), [](double x) { return std::fabs(x) < off_domain; }))
+    return {};
+  return Point{std::move(value), std::move(noise), at->slow};
+}
+
+/// Stage by stage, as Pryce (BIT 41(2), 2001, §3) solves for the Taylor coefficients: F_i^(c_i + s) = 0 for
+/// the x_j^(d_j + s), s = -max d … 0, each with what came before held. All at once, Gauss–Newton is drawn to
+/// points of low rank, where velocities are easier to satisfy: a parallelogram goes flat.
+std::optional<ConsistentPointRank::StagedValues> ConsistentPointRank::staged_values(
+    int seed, const std::vector<Expr>& columns) const {
+  std::unordered_map<Expr, int> leading;
+  for (std::size_t j = 0; j < variables_.size(); ++j) leading[variables_[j]] = offsets_.d[j];
+  const NumericArray numeric(rows_, columns);
+  StagedValues result{numeric.known(seed), numeric.start(seed), numeric.unit(), false};
+  auto known = result.known;
+  for (int stage = -*std::max_element(offsets_.d.begin(), offsets_.d.end()); stage <= 0; ++stage) {
+    std::vector<Expr> rows, unknowns;
+    for (std::size_t k = 0; k < rows_.size(); ++k)
+      if (stages_[k] == stage) rows.push_back(rows_[k]);
+    std::vector<double> from;
+    for (std::size_t j = 0; j < columns.size(); ++j) {
+      const Symbol& s = symbol_of(columns[j]);
+      if (s.order - leading[s.base] != stage) continue;
+      unknowns.push_back(columns[j]);
+      from.push_back(result.w[static_cast<Index>(j)]);
+    }
+    if (unknowns.empty()) continue;
+    Vec w = Eigen::Map<const Vec>(from.data(), static_cast<Index>(from.size()));
+    if (!rows.empty()) {
+      const auto at = NumericArray(rows, unknowns).project(w, known, 0);
+      if (!at) return {};
+      w = at->w;
+      result.slow = result.slow || at->slow;
+    }
+    for (std::size_t j = 0; j < unknowns.size(); ++j) known[unknowns[j]] = w[static_cast<Index>(j)];
+  }
+  for (std::size_t j = 0; j < columns.size(); ++j) {
+    const auto it = known.find(columns[j]);
+    if (it == known.end()) return {};
+    result.w[static_cast<Index>(j)] = it->second;
+  }
+  return result;
+}
+
+std::optional<ConsistentPointRank::Point> ConsistentPointRank::staged_point(
+    int seed, const std::vector<Expr>& columns) const {
+  const auto at = staged_values(seed, columns);
+  if (!at) return {};
+  auto [value, noise] = evaluate_stable(slopes_, columns, at->w, at->known, at->unit);
+  const auto allowed = static_cast<std::ptrdiff_t>(jacobian_.size());
+  if (std::any_of(value.begin() + allowed, value.end(), [](double x) { return std::fabs(x) < off_domain; }))
+    return {};
+  return Point{std::move(value), std::move(noise), at->slow};
+}
+
+std::optional<std::unordered_map<Expr, double>> ConsistentPointRank::consistent_values(int seed) const {
+  const std::vector<Expr> columns = unknowns_in(rows_, slopes_, variables_);
+  const auto at = staged_values(seed, columns);
+  if (!at || at->slow) return {};
+  std::unordered_map<Expr, double> values;
+  for (std::size_t j = 0; j < columns.size(); ++j) values[columns[j]] = at->w[static_cast<Index>(j)];
+  return values;
+}
+
+bool ConsistentPointRank::proves_index(const Mat& J) const {
+  const LowerIndexRows lower = lower_index_rows(offsets_, orders_);
+  if (lower.asked == 0) return offsets_.index() == 0;
+  const RankGap rest = rank_with_gap(J(lower.rows, lower.other_columns));
+  return rest.gap >= clear_gap && lower.cannot_determine(rest.rank);
+}
+
+ConsistentPointRanks ConsistentPointRank::ranks(int wanted, int seeds) const {
+  ConsistentPointRanks result;
+  const std::vector<Expr> columns = unknowns_in(rows_, slopes_, variables_);
+  const int enough = std::max(wanted, size_ <= 12 ? 16 : 3);  // before the rank is called deficient
+  const auto take = [&](const Point& at) {
+    Mat J = Mat::Zero(size_, size_);
+    for (std::size_t k = 0; k < jacobian_.size(); ++k)
+      if (!at.noise[k]) J(jacobian_[k].row, jacobian_[k].column) = at.slopes[k];
+    if (!J.allFinite()) return;
+    const int rank = rank_with_gap(J).rank;
+    if (rank < size_ && (result.points == 0 || rank < result.least))
+      result.dependent = dependent_rows(J, rank);
+    result.most = std::max(result.most, rank);
+    if (rank == size_ && proves_index(J)) ++result.index_proved;
+    result.least = result.points++ ? std::min(result.least, rank) : rank;
+  };
+  for (int seed = 0; seed < seeds && result.points < enough; ++seed) {
+    const bool hold = seed % 4 == 1 && offsets_.value > 0;
+    const auto at =
+        hold ? point(seed, with_held_first(columns, seed), offsets_.value) : point(seed, columns, 0);
+    if (!at) continue;
+    if (at->slow)
+      ++result.slow;
+    else
+      take(*at);
+    if (wanted == 1 && result.most == size_) break;
+  }
+  constexpr int more = 6;
+  for (int seed = 0; seed < more && result.most < size_; ++seed)
+    if (const auto at = staged_point(seed, columns); at && !at->slow) take(*at);
+  if (result.points == 0) result.slow = std::max(result.slow, points_of_one_equation());
+  return result;
+}
+
+/// The most points on one equation alone at which its gradient vanishes, if it vanishes at all that are
+/// found: C² = 0. All equations together may have no point then that Newton's method reaches.
+int ConsistentPointRank::points_of_one_equation() const {
+  constexpr int seeds = 6;
+  int most = 0;
+  for (std::size_t row : as_written_) {
+    const NumericArray numeric({rows_[row]}, unknowns_in({rows_[row]}, {}, variables_));
+    int slow = 0, regular = 0;
+    for (int seed = 0; seed < seeds && regular == 0; ++seed)
+      if (const auto at = numeric.project(numeric.start(seed), numeric.known(seed), 0))
+        ++(at->slow ? slow : regular);
+    if (regular == 0) most = std::max(most, slow);
+  }
+  return most;
+}
+
+bool ConsistentPointRank::reaches(Expr factor, int seeds) const {
+  std::vector<Expr> rows = rows_;
+  rows.push_back(without_calls({factor})[0]);
+  std::vector<Expr> columns = unknowns_in(rows, {}, variables_);
+  if (depends_on_any(rows, time_symbol())) columns.push_back(time_symbol());  // at any time
+  const NumericArray numeric(rows, columns);
+  for (int seed = 0; seed < seeds; ++seed) {
+    const auto at = numeric.project(starting_point(numeric, seed), numeric.known(seed), 0);
+    if (at && at->w.cwiseQuotient(numeric.unit()).cwiseAbs().maxCoeff() < near_enough) return true;
+  }
+  return false;
+}
+
+}  // namespace pendula::dae

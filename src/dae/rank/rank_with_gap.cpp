@@ -1,0 +1,63 @@
+#include "dae/rank/rank_with_gap.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+#include "base/decompositions.hpp"
+
+namespace pendula::dae {
+namespace {
+
+using Index = Eigen::Index;
+
+constexpr double rank_cut = 1e-8;  // relative to σ₁: σ above it always counts
+constexpr double rounding = 1e-16;
+
+/// The rank, where a QR factorisation with pivoting proves it: with R₁₁ (r × r) and R₂₂ its diagonal blocks,
+/// σ_r ≥ 1/‖R₁₁⁻¹‖ and σ_{r+1} ≤ ‖R₂₂‖, Frobenius norms (Golub & Van Loan 2013, §5.4.2). Nothing if the two
+/// bounds do not show the widest gap.
+std::optional<RankGap> proved_rank(const Mat& m) {
+  const Eigen::ColPivHouseholderQR<Mat> qr(m);
+  const Mat& R = qr.matrixQR();
+  const Index n = std::min(m.rows(), m.cols()), cols = m.cols();
+  Index r = 0;
+  while (r < n && std::fabs(R(r, r)) > rank_cut * std::fabs(R(0, 0))) ++r;
+  const Mat R11 = R.topLeftCorner(r, r).triangularView<Eigen::Upper>(),
+            R22 = R.block(r, r, n - r, cols - r).triangularView<Eigen::Upper>();
+  const double most = m.norm();  // ≥ σ₁
+  const double last = 1 / (R11.triangularView<Eigen::Upper>().solve(Mat::Identity(r, r)).norm() * most);
+  const double next = std::max(R22.norm() / std::fabs(R(0, 0)), rounding);
+  if (!(last > rank_cut) || next / rounding > last / next) return {};
+  return RankGap{static_cast<int>(r), last / next};
+}
+
+}  // namespace
+
+Mat equilibrated(Mat m) {
+  for (int sweep = 0; sweep < 3; ++sweep) {
+    for (Index i = 0; i < m.rows(); ++i)
+      if (const double s = m.row(i).cwiseAbs().maxCoeff(); s > 0) m.row(i) /= s;
+    for (Index j = 0; j < m.cols(); ++j)
+      if (const double s = m.col(j).cwiseAbs().maxCoeff(); s > 0) m.col(j) /= s;
+  }
+  return m;
+}
+
+RankGap rank_with_gap(const Mat& given) {
+  if (given.size() == 0) return {0, 1 / rounding};
+  const Mat m = equilibrated(given);
+  if (m.isZero(0)) return {0, 1 / rounding};
+  if (const auto proved = proved_rank(m)) return *proved;
+  const Eigen::JacobiSVD<Mat> svd(m);
+  Vec s = svd.singularValues();
+  s = (s / s[0]).cwiseMax(rounding);
+  RankGap best{static_cast<int>(s.size()), s[s.size() - 1] / rounding};
+  if (s[s.size() - 1] > rank_cut) return best;
+  best.gap = 0;
+  for (Index i = 0; i + 1 < s.size(); ++i)
+    if (s[i + 1] <= rank_cut && s[i] / s[i + 1] > best.gap) best = {static_cast<int>(i) + 1, s[i] / s[i + 1]};
+  return best;
+}
+
+}  // namespace pendula::dae

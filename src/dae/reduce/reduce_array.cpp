@@ -1,0 +1,233 @@
+// Form "array": the rows of the derivative array that determine the solution at a point, as a system of index 1.
+#include <algorithm>
+#include <optional>
+
+#include "base/decompositions.hpp"
+#include "base/error.hpp"
+#include "base/text.hpp"
+#include "dae/index/differentiation_index.hpp"
+#include "dae/model/forms.hpp"
+#include "dae/model/lineage.hpp"
+#include "dae/model/make_model.hpp"
+#include "dae/points/array_points.hpp"
+#include "dae/points/derivative_array.hpp"
+#include "dae/points/generic_functions.hpp"
+#include "dae/rank/rank_with_gap.hpp"
+#include "dae/reduce/reduced_forms.hpp"
+#include "dae/structure/differentiation.hpp"
+#include "expr/graph/declaration.hpp"
+#include "expr/print/print.hpp"
+#include "expr/rewrite/tidied.hpp"
+
+namespace pendula::dae {
+namespace {
+
+using Index = Eigen::Index;
+using Columns = std::vector<Index>;
+
+constexpr std::size_t most_columns = 400;  // of ∂F_k/∂(x, y); orthogonal decompositions cost O(n³)
+
+/// F_k with k = ν, a point that satisfies it, and the Jacobian there, rows and columns of unit size.
+struct ArrayAt {
+  DerivativeArray array;
+  std::vector<Expr> columns;
+  Vec w;
+  Mat J;
+  Index states, first;
+};
+
+Mat columns_of(const Mat& J, const Columns& list) { return J(Eigen::all, list); }
+
+Columns range(Index from, Index to) {
+  Columns list;
+  for (Index j = from; j < to; ++j) list.push_back(j);
+  return list;
+}
+
+/// The first `count` pivots of a QR factorisation: independent columns.
+Columns pivots(const Mat& m, Index count) {
+  const Eigen::ColPivHouseholderQR<Mat> qr(m);
+  Columns list;
+  for (Index k = 0; k < count; ++k) list.push_back(qr.colsPermutation().indices()[k]);
+  return list;
+}
+
+/// Values of parameters, then those that the caller gave; the rest is drawn.
+std::unordered_map<Expr, double> known_values(const NumericArray& numeric, const Model& m, int seed,
+                                              const std::unordered_map<Expr, double>& near) {
+  auto known = numeric.known(seed);
+  for (auto& [leaf, value] : known) {
+    if (const auto own = m.values.find(leaf); own != m.values.end())
+      value = pendula::evaluate({&own->second, 1}, {})[0];
+    if (const auto given = near.find(leaf); given != near.end()) value = given->second;
+  }
+  return known;
+}
+
+/// A point of F_k = 0 where x′ is determined and the rows are as independent as at the best point found: near
+/// the given values first, then anywhere.
+std::optional<ArrayAt> regular_point(const Model& m, int order,
+                                     const std::unordered_map<Expr, double>& near) {
+  constexpr int seeds = 16;
+  ArrayAt best{DerivativeArray(m.residuals, m.variables), {}, {}, {}, 0, 0};
+  for (int k = 0; k < order; ++k) best.array.extend();
+  best.columns = best.array.columns();
+  best.states = static_cast<Index>(best.array.states().size());
+  best.first = static_cast<Index>(best.array.first().size());
+  if (best.columns.size() > most_columns) return {};
+  const NumericArray numeric(best.array);
+  int most = -1;
+  for (int seed = 0; seed < seeds; ++seed) {
+    const auto known = known_values(numeric, m, seed, near);
+    const auto at = numeric.project(numeric.start(seed, near), known, 0);
+    if (!at || at->slow) continue;
+    const ArrayRanks ranks = numeric.ranks(*at, known);
+    if (ranks.y != best.first + ranks.higher || ranks.y < best.first || ranks.all <= most) continue;
+    most = ranks.all;
+    best.w = at->w;
+    best.J = equilibrated(numeric.jacobian(at->w, known));
+    if (most == static_cast<int>(best.array.rows().size()) || !near.empty()) break;
+  }
+  return most < 0 ? std::nullopt : std::optional(std::move(best));
+}
+
+/// Which rows, which unknowns they determine, and which unknowns are states.
+struct ArraySelection {
+  Columns rows, dependent, higher;
+};
+
+/// Square and regular in (dependent x, x′, higher): of the higher derivatives as many as are independent, of x as
+/// many as F_k = 0 has conditions on it, variables without derivative in F first; rows with few derivatives first.
+ArraySelection select(const ArrayAt& a, const Model& m) {
+  constexpr double prefer = 1e2;
+  ArraySelection s;
+  const Mat higher = a.J.rightCols(a.J.cols() - a.states - a.first);
+  for (Index j : pivots(higher, rank_with_gap(higher).rank)) s.higher.push_back(a.states + a.first + j);
+  Columns y = range(a.states, a.states + a.first);
+  y.insert(y.end(), s.higher.begin(), s.higher.end());
+  const Mat Y = columns_of(a.J, y);
+  const Eigen::HouseholderQR<Mat> qr(Y);
+  const Mat left = Mat(qr.householderQ()).rightCols(a.J.rows() - Y.cols());  // its null space from the left
+  Mat conditions = left.transpose() * a.J.leftCols(a.states);
+  const int count = rank_with_gap(a.J).rank - static_cast<int>(y.size());
+  for (Index j = 0; j < a.states; ++j)
+    if (m.variables[j].order == 0) conditions.col(j) *= prefer;
+  s.dependent = pivots(conditions, count);
+  Columns unknowns = s.dependent;
+  unknowns.insert(unknowns.end(), y.begin(), y.end());
+  Mat S = columns_of(a.J, unknowns).transpose();
+  const auto equations = static_cast<Index>(a.array.equations());
+  for (Index i = 0; i < S.cols(); ++i) S.col(i) /= std::pow(prefer, static_cast<double>(i / equations));
+  s.rows = pivots(S, S.rows());
+  std::sort(s.rows.begin(), s.rows.end());
+  return s;
+}
+
+/// Higher derivatives that one row alone contains only say what they are themselves: both are left out.
+void prune(ArraySelection& s, const ArrayAt& a) {
+  for (bool again = true; again;) {
+    again = false;
+    for (std::size_t k = 0; k < s.higher.size() && !again; ++k) {
+      const Expr leaf = a.columns[s.higher[k]];
+      Columns users;
+      for (Index i : s.rows) {
+        const Expr row = a.array.rows()[i];
+        if (depends_on(row, leaf)) users.push_back(i);
+      }
+      if (users.size() != 1) continue;
+      std::erase(s.rows, users[0]);
+      s.higher.erase(s.higher.begin() + static_cast<std::ptrdiff_t>(k));
+      again = true;
+    }
+  }
+}
+
+/// x_dot, x_ddot … for derivatives that become algebraic variables; 0 for those that nothing determines.
+struct Replacement {
+  Substitution by;
+  std::vector<Expr> made;
+};
+
+Replacement replacement(const ArrayAt& a, const ArraySelection& s, const Model& m) {
+  Replacement r;
+  auto used = used_names(m);
+  const auto introduce = [&](Expr leaf) {
+    const Symbol& symbol = symbol_of(leaf);
+    std::string dots = "dot";
+    for (int k = 1; k < std::min(symbol.order, 4); ++k) dots.insert(0, "d");
+    if (symbol.order > 4) dots = text("d", symbol.order, "ot");
+    const std::string name = fresh_name(used, symbol.name + "_" + dots, symbol.name + "_" + dots + "_");
+    used.insert(name);
+    r.by[leaf] = newly_declared({pendula::symbol(Kind::variable, name)})[0];
+    r.made.push_back(r.by[leaf]);
+  };
+  for (Index j : s.dependent) introduce(derivative_leaf(a.columns[j]));
+  for (Index j : s.higher) introduce(a.columns[j]);
+  for (std::size_t j = static_cast<std::size_t>(a.states + a.first); j < a.columns.size(); ++j)
+    if (!r.by.count(a.columns[j])) r.by[a.columns[j]] = Expr(0);
+  return r;
+}
+
+ModelPtr made_of(const ModelPtr& source, const ArrayAt& a, const ArraySelection& s, int index) {
+  const Model& m = *source;
+  const Replacement r = replacement(a, s, m);
+  ModelOptions options = child_of(source);
+  options.form = "array";
+  options.mechanics.reset();
+  std::vector<Block> blocks;
+  std::vector<std::string> labels;
+  for (Index i : s.rows) {
+    const auto row = static_cast<std::size_t>(i) % a.array.equations();
+    const int k = static_cast<int>(static_cast<std::size_t>(i) / a.array.equations());
+    const std::string label = constraint_label(m, row, k);
+    labels.push_back(label);
+    const auto [block, within] = m.origin[row];
+    if (k == 0)
+      blocks.push_back({VecX::Constant(1, substitute(m.blocks[block].lhs[within], r.by)),
+                        VecX::Constant(1, substitute(m.blocks[block].rhs[within], r.by)), label});
+    else
+      blocks.push_back({VecX::Constant(1, Expr(0)),
+                        VecX::Constant(1, tidied(substitute(a.array.rows()[i], r.by))), label});
+  }
+  move_invariants(options, r.by);
+  for (const auto& [leaf, meaning] : r.by)
+    if (!meaning.is_constant()) options.relations[leaf] = meaning;
+  options.u = m.inputs;
+  std::vector<Expr> dependent;
+  for (Index j : s.dependent) dependent.push_back(a.columns[j]);
+  for (const Variable& v : m.variables)
+    (std::find(dependent.begin(), dependent.end(), v.leaf) == dependent.end() ? options.x : options.z)
+        .push_back(v.leaf);
+  options.z.insert(options.z.end(), r.made.begin(), r.made.end());
+  options.trace.push_back(
+      text("array: the index is ", index, ": the equations and their derivatives up to order ", index,
+           " determine the derivatives of all unknowns; of these rows ", join(labels, ", "), " are enough."));
+  if (!options.x.empty()) options.trace.push_back("     states: " + grouped_names(options.x));
+  options.trace.push_back(text("     algebraic: ", grouped_names(options.z),
+                               ". The index is 1, every constraint is an equation, nothing drifts."));
+  options.trace.push_back(
+      "     The rows were chosen at a point of the solution; reduce(\"array\", { at = sys:init{ … } }) "
+      "chooses the rows that suit a start.");
+  return make_model(std::move(blocks), std::move(options));
+}
+
+}  // namespace
+
+ModelPtr reduce_array(const ModelPtr& model, const ReduceOptions& options) {
+  const ModelPtr source = to_first_order(original(model));
+  if (source->residuals.size() != source->variables.size() || !source->invariants.empty())
+    throw Failure("form \"array\": the model is not square");
+  if (without_calls(source->residuals) != source->residuals)
+    throw Failure("form \"array\": the model contains unspecified functions; give them as expressions");
+  const int index = differentiation_index(*source).index;
+  const auto at = regular_point(*source, index, options.at);
+  if (!at)
+    throw Failure(
+        text("form \"array\": no point was found at which the equations and their derivatives up to order ",
+             index, " determine the derivatives of all unknowns"));
+  ArraySelection selection = select(*at, *source);
+  prune(selection, *at);
+  return made_of(source, *at, selection, index);
+}
+
+}  // namespace pendula::dae

@@ -1,0 +1,230 @@
+#include "dae/report/describe.hpp"
+
+#include <algorithm>
+
+#include "base/error.hpp"
+#include "base/text.hpp"
+#include "dae/analysis/classification.hpp"
+#include "dae/index/differentiation_index.hpp"
+#include "dae/model/model.hpp"
+#include "dae/model/parameter_values.hpp"
+#include "dae/model/truncated_text.hpp"
+#include "dae/rank/rank.hpp"
+#include "dae/singular/singularity_conditions.hpp"
+#include "dae/structure/balance.hpp"
+#include "expr/print/print.hpp"
+
+namespace pendula::dae {
+namespace {
+
+using Index = Eigen::Index;
+
+constexpr Index most_lines = 60;       // of equations; sys.equations has all of them
+constexpr std::size_t longest = 1000;  // characters of a side
+constexpr std::size_t most_names = 30;
+
+std::string count(std::size_t n, const char* what) { return text(n, " ", what, n == 1 ? "" : "s"); }
+
+/// A column by names; one with a single entry as a multiple of a unit vector: -m g e₃.
+std::string column_text(const VecX& v) {
+  Index only = -1;
+  for (Index i = 0; i < v.size(); ++i)
+    if (!v[i].is_zero()) only = only == -1 ? i : v.size();
+  if (only == -1) return "0";
+  if (only == v.size()) return vector_to_text(v);
+  const std::string factor = to_text(v[only]);
+  const bool sum = factor.find(" + ") != std::string::npos || factor.find(" - ") != std::string::npos;
+  return (v[only].is_one() ? "" : sum ? "(" + factor + ") " : factor + " ") + "e" + subscript(only + 1);
+}
+
+bool is_unit_multiple(const VecX& v) {
+  return std::count_if(v.begin(), v.end(), [](Expr e) { return !e.is_zero(); }) == 1;
+}
+
+/// A column equation by vector names, if both sides have such a form that is short enough to read.
+std::optional<std::string> vector_equation(const VecX& lhs, const VecX& rhs) {
+  constexpr int widest = 100;
+  const std::string left = column_text(lhs), right = column_text(rhs);
+  if (is_unit_multiple(lhs)) return {};  // x₁′ e₁ = … reads better row by row
+  const std::string line = left + " = " + right;
+  const bool listed = line.find(", ") != std::string::npos;  // some side is only (a, b, c)
+  return listed || display_width(line) > widest ? std::nullopt : std::optional(line);
+}
+
+/// Equal parts of the rows (of a system of points in space: the points), each as a vector equation.
+std::optional<std::vector<std::string>> split_equation(const Block& b) {
+  for (Index parts = 2; parts <= b.lhs.size() / 2; ++parts) {
+    if (b.lhs.size() % parts) continue;
+    const Index size = b.lhs.size() / parts;
+    std::vector<std::string> lines;
+    for (Index k = 0; k < parts; ++k)
+      if (const auto line = vector_equation(b.lhs.segment(k * size, size), b.rhs.segment(k * size, size)))
+        lines.push_back(*line);
+    if (static_cast<Index>(lines.size()) == parts) return lines;
+  }
+  return {};
+}
+
+struct Lines {
+  std::vector<std::string> text;
+  bool rows = false;  ///< one line per row: (3a), (3b) …
+};
+
+Lines by_rows(const Block& b) {
+  Lines lines{{}, true};
+  for (Index i = 0; i < std::min(b.lhs.size(), most_lines); ++i)
+    lines.text.push_back(truncated_text(b.lhs[i], longest) + " = " + truncated_text(b.rhs[i], longest));
+  return lines;
+}
+
+Lines lines_of(const Block& b) {
+  if (b.lhs.size() == 1)
+    return {{truncated_text(b.lhs[0], longest) + " = " + truncated_text(b.rhs[0], longest)}};
+  const bool rewritten =
+      std::any_of(b.rewritten.begin(), b.rewritten.end(), [](const auto& how) { return !how.empty(); });
+  if (rewritten) return by_rows(b);
+  if (const auto line = vector_equation(b.lhs, b.rhs)) return {{*line}};
+  if (b.lhs.size() <= most_lines)
+    if (const auto lines = split_equation(b)) return {*lines};
+  return by_rows(b);
+}
+
+/// ∂F/∂x′ has full rank in general, but not where the equations hold: a DAE that looks like an implicit ODE.
+bool loses_leading_rank(const Model& m) {
+  if (m.kind != ModelKind::implicit_ode) return false;
+  try {
+    return differentiation_index(m).index > 0;
+  } catch (const UserFacing&) {
+    return false;
+  }
+}
+
+std::string header(const Model& m) {
+  std::string out = m.name.empty() ? "" : m.name + ": ";
+  const bool is_dae = loses_leading_rank(m);
+  out += is_dae ? "fully implicit" : kind_name(m.kind);
+  if (is_dae || m.kind == ModelKind::semi_explicit || m.kind == ModelKind::fully_implicit) out += " DAE";
+  const std::size_t n = m.states().size(), z = m.algebraic().size();
+  out += text(", ", n, " differential",
+              z ? text(" + ", z, " algebraic variable", n + z == 1 ? "" : "s")
+                : text(" variable", n == 1 ? "" : "s"));
+  if (m.residuals.size() != m.variables.size())
+    return out +
+           text("; ", count(m.residuals.size(), "equation"), " for ", count(m.variables.size(), "unknown"));
+  try {
+    const IndexResult known = differentiation_index(m);
+    return out + text(", index ", known.index_is_bound ? "at most " : "", known.index, ", ",
+                      count(static_cast<std::size_t>(known.dof), "free initial value"));
+  } catch (const Failure&) {
+    return out + ", no index (sys:structure() says why)";
+  }
+}
+
+/// x, y, q (6): columns by name and size.
+std::string grouped(const std::vector<Expr>& list) {
+  std::vector<std::string> names;
+  for (std::size_t i = 0; i < list.size();) {
+    const Symbol& s = symbol_of(list[i]);
+    std::size_t n = 1;
+    if (!s.vector.empty())
+      while (i + n < list.size() && symbol_of(list[i + n]).vector == s.vector &&
+             symbol_of(list[i + n]).order == s.order)
+        ++n;
+    const bool whole = n > 1 && vector_components(s.vector).size() == n;
+    if (!whole)
+      for (std::size_t k = 0; k < std::min(n, most_names + 1); ++k) names.push_back(to_text(list[i + k]));
+    else
+      names.push_back(text(vector_to_text(column(std::span(list).subspan(i, n))), " (", n, ")"));
+    i += n;
+    if (names.size() > most_names) {
+      names.resize(most_names);
+      names.push_back(text("… ", list.size(), " in all"));
+      break;
+    }
+  }
+  return join(names, ", ");
+}
+
+std::string parameter_values(const Model& m) {
+  std::vector<std::string> words;
+  for (Expr p : m.parameters) {
+    const auto it = m.values.find(p);
+    words.push_back(to_text(p) + (it == m.values.end() ? " (no value)" : " = " + to_text(it->second)));
+  }
+  return join(words, ", ");
+}
+
+/// Every unknown is differentiated: the rank of ∂F/∂x′ decides between implicit ODE and DAE.
+void leading_rank(const Model& m, Table& symbols) {
+  constexpr std::size_t affordable = 300;
+  const auto top = m.top_derivatives();
+  if (m.kind == ModelKind::ode || !m.algebraic().empty() || top.size() != m.residuals.size() ||
+      top.size() > affordable)
+    return;
+  const auto n = static_cast<int>(top.size());
+  const ModularRank rank = generic_rank(sparse_jacobian(residuals_at_values(m), top), n, n);
+  const char* word = m.variables[0].order > 1 ? "∂F/∂x″" : "∂F/∂x′";
+  if (rank.rank == n && loses_leading_rank(m)) {
+    symbols.row({word, text("nonsingular in general (rank ", n,
+                            "), but singular where the equations hold: a DAE, "
+                            "though every unknown is differentiated")});
+    return;
+  }
+  symbols.row({word, rank.rank == n ? text("nonsingular (rank ", n, "): an implicit ODE")
+                                    : text("singular (rank ", rank.rank, " of ", n,
+                                           rank.dependent_rows.empty()
+                                               ? ""
+                                               : text("; ", equation_list(m, rank.dependent_rows),
+                                                      " depends on the others"),
+                                           "): a DAE, though every unknown is differentiated")});
+}
+
+}  // namespace
+
+std::string describe(const Model& m) {
+  std::string out = header(m) + "\n";
+  if (m.mechanics)
+    out += m.mechanics->C.size() ? "Lagrange, L = T - V - zᵀC:  W(q) q″ + (∂C/∂q)ᵀ z = rhs,  0 = C(q)\n"
+                                 : "Lagrange, L = T - V:  W(q) q″ = rhs\n";
+  Table equations;
+  Index written = 0;  // rows
+  for (std::size_t b = 0; b < m.blocks.size() && written < most_lines; ++b) {
+    const Lines lines = lines_of(m.blocks[b]);
+    const auto number = [&](std::size_t i) {
+      if (lines.rows) return row_label(m.blocks[b], static_cast<int>(b), static_cast<int>(i));
+      return i > 0                         ? ""
+             : m.blocks[b].lhs.size() == 1 ? row_label(m.blocks[b], static_cast<int>(b), 0)
+                                           : text("(", b + 1, ")");
+    };
+    const auto note = [&](std::size_t i) {
+      const auto& how = m.blocks[b].rewritten;
+      if (i < how.size() && !how[i].empty()) return "[" + how[i] + "]";
+      return i == 0 && !m.blocks[b].note.empty() ? "[" + m.blocks[b].note + "]" : "";
+    };
+    for (std::size_t i = 0; i < lines.text.size(); ++i) equations.row({number(i), lines.text[i], note(i)});
+    written += lines.rows ? std::min(m.blocks[b].lhs.size(), most_lines) : m.blocks[b].lhs.size();
+  }
+  const auto rows = static_cast<Index>(m.residuals.size());
+  if (written < rows)
+    equations.row({"…", text(rows - written, " more (sys.equations has all ", m.blocks.size(), ")"), ""});
+  out += equations.str(2);
+  Table symbols;
+  if (!m.states().empty()) symbols.row({"differential", grouped(m.states())});
+  if (!m.algebraic().empty()) symbols.row({"algebraic", grouped(m.algebraic())});
+  if (!m.inputs.empty()) symbols.row({"inputs", grouped(m.inputs)});
+  if (!m.parameters.empty()) symbols.row({"parameters", parameter_values(m)});
+  leading_rank(m, symbols);
+  for (const auto& [word, line] : classification(m)) symbols.row({word, line});
+  if (!m.singularity_conditions.empty()) symbols.row({"valid where", singularity_conditions_text(m)});
+  if (!m.invariants.empty()) {
+    std::vector<std::string> words;
+    for (const Constraint& c : m.invariants)
+      if (words.size() < most_names) words.push_back(c.label + " = 0");
+    if (m.invariants.size() > most_names) words.push_back(text("… ", m.invariants.size(), " in all"));
+    symbols.row({"start must keep", join(words, ", ")});
+  }
+  out += symbols.str(2);
+  return out.substr(0, out.size() - 1);
+}
+
+}  // namespace pendula::dae

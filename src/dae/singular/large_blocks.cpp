@@ -1,0 +1,323 @@
+#include "dae/singular/large_blocks.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include "dae/analysis/determinant_factors.hpp"
+#include "dae/model/lineage.hpp"
+#include "dae/model/model_key.hpp"
+#include "dae/model/parameter_values.hpp"
+#include "dae/rank/rank.hpp"
+#include "dae/regularise/regularise.hpp"
+#include "dae/structure/differentiation.hpp"
+
+namespace pendula::dae {
+namespace {
+
+constexpr std::size_t written_out =
+    4;  // equations of a block whose determinant is known (determinant_factors.hpp)
+
+using Row = std::map<int, Expr>;
+
+std::vector<Entry> entries_of(const std::vector<Row>& rows) {
+  std::vector<Entry> list;
+  for (std::size_t i = 0; i < rows.size(); ++i)
+    for (const auto& [j, value] : rows[i]) list.push_back({static_cast<int>(i), j, value});
+  return list;
+}
+
+bool all_constant(const std::vector<Entry>& list) {
+  return std::all_of(list.begin(), list.end(), [](const Entry& e) { return e.value.is_constant(); });
+}
+
+/// Gradients with the rows q′ = v, which have one or two constant entries, used up: their first unknown is
+/// expressed by the other one.
+class Gradients {
+ public:
+  Gradients(std::vector<Row> rows, std::vector<std::string> names)
+      : rows_(std::move(rows)), names_(std::move(names)) {
+    for (bool again = true; again;) {
+      again = false;
+      users_.clear();
+      for (std::size_t i = 0; i < rows_.size(); ++i)
+        for (const auto& [j, value] : rows_[i]) users_[j].push_back(i);
+      for (std::size_t i = 0; i < rows_.size(); ++i) again = used_up(i) || again;
+    }
+  }
+
+  LargeBlock::Matrix matrix(std::vector<std::string>& names) const {
+    std::map<int, int> column;
+    std::vector<Row> kept;
+    for (std::size_t i = 0; i < rows_.size(); ++i) {
+      if (gone_.count(i)) continue;
+      names.push_back(names_[i]);
+      kept.emplace_back();
+      for (const auto& [j, value] : rows_[i])
+        kept.back()[column.emplace(j, static_cast<int>(column.size())).first->second] = value;
+    }
+    return {static_cast<int>(kept.size()), static_cast<int>(column.size()), entries_of(kept)};
+  }
+
+ private:
+  bool used_up(std::size_t i) {
+    const Row row = rows_[i];
+    if (gone_.count(i) || row.empty() || row.size() > 2) return false;
+    for (const auto& [j, value] : row)
+      if (!value.is_constant() || value.is_zero()) return false;
+    const auto [j, pivot] = *row.begin();
+    for (std::size_t k : users_[j]) {
+      if (k == i || gone_.count(k)) continue;
+      const auto at = rows_[k].find(j);
+      if (at == rows_[k].end()) continue;
+      const Expr factor = at->second / pivot;
+      rows_[k].erase(at);
+      for (const auto& [l, value] : row) {
+        if (l == j) continue;
+        const auto [to, is_new] = rows_[k].emplace(l, -factor * value);
+        if (is_new)
+          users_[l].push_back(k);
+        else
+          to->second = to->second - factor * value;
+        if (to->second.is_zero()) rows_[k].erase(to);
+      }
+    }
+    rows_[i].clear();
+    gone_[i] = true;
+    return true;
+  }
+
+  std::vector<Row> rows_;
+  std::vector<std::string> names_;
+  std::map<int, std::vector<std::size_t>> users_;
+  std::map<std::size_t, bool> gone_;
+};
+
+/// J = [M F; G 0], G the rows that are differentiated, columns of F those that no row of G contains.
+class Saddle {
+ public:
+  Saddle(const std::vector<Row>& all, const std::vector<char>& is_gradient, const ParameterValues& values)
+      : all_(all), is_gradient_(is_gradient), values_(values) {}
+
+  /// M constant, diagonal and of one sign, and every column of F a multiple of a row of G (tried at two
+  /// points): then J is singular only where rows of G are dependent.
+  bool gradients_decide() {
+    for (std::size_t i = 0; i < all_.size(); ++i)
+      if (is_gradient_[i])
+        for (const auto& [j, value] : all_[i]) moved_[j] = 1;
+    return read_dynamics() && read_constraints() && columns_match();
+  }
+
+ private:
+  bool read_dynamics() {
+    int sign = 0;
+    for (std::size_t i = 0; i < all_.size(); ++i) {
+      if (is_gradient_[i]) continue;
+      int own = -1;
+      for (const auto& [j, value] : all_[i]) {
+        if (!moved_.count(j)) {
+          F_[j].emplace_back(static_cast<int>(i), value);
+          continue;
+        }
+        const std::vector<Expr> put = at_values({&value, 1}, values_);
+        if (own >= 0 || !put[0].is_constant()) return false;
+        own = j;
+        const int here = constant_value(put[0]) > 0 ? 1 : constant_value(put[0]) < 0 ? -1 : 0;
+        if (here == 0 || (sign != 0 && here != sign)) return false;
+        sign = here;
+      }
+      if (own < 0 || place_.count(own)) return false;
+      place_[own] = static_cast<int>(i);
+    }
+    return true;
+  }
+
+  bool read_constraints() {
+    for (std::size_t i = 0; i < all_.size(); ++i) {
+      if (!is_gradient_[i]) continue;
+      std::map<int, Expr> as_column;
+      for (const auto& [j, value] : all_[i]) {
+        if (!place_.count(j)) return false;
+        as_column[place_[j]] = value;
+      }
+      std::vector<int> support;
+      std::vector<Expr> values;
+      for (const auto& [k, value] : as_column) {
+        support.push_back(k);
+        values.push_back(value);
+      }
+      rows_[support].push_back(values);
+      ++constraints_;
+    }
+    return F_.size() == constraints_;
+  }
+
+  bool columns_match() {
+    std::vector<Expr> everything;
+    for (const Row& row : all_)
+      for (const auto& [j, value] : row) everything.push_back(value);
+    std::unordered_map<Expr, double> numbers[2];
+    for (int k = 0; k < 2; ++k) {
+      const std::vector<double> at = pendula::evaluate(everything, random_point(everything, k));
+      for (std::size_t i = 0; i < everything.size(); ++i) numbers[k][everything[i]] = at[i];
+    }
+    for (const auto& [j, column] : F_) {
+      std::vector<int> support;
+      for (const auto& [i, value] : column) support.push_back(i);
+      const auto found = rows_.find(support);
+      if (found == rows_.end()) return false;
+      const auto multiple = [&, &entries = column](const std::vector<Expr>& row) {
+        double ratio = 0;
+        for (const auto& here : numbers)
+          for (std::size_t s = 0; s < row.size(); ++s) {
+            const double r = here.at(entries[s].second) / here.at(row[s]);
+            if (!std::isfinite(r) || r == 0) return false;
+            if (ratio != 0 && std::fabs(r - ratio) > 1e-9 * std::fabs(ratio)) return false;
+            ratio = r;
+          }
+        return true;
+      };
+      auto& rows = found->second;
+      const auto match = std::find_if(rows.begin(), rows.end(), multiple);
+      if (match == rows.end()) return false;
+      rows.erase(match);
+    }
+    return true;
+  }
+
+  const std::vector<Row>& all_;
+  const std::vector<char>& is_gradient_;
+  const ParameterValues& values_;
+  std::map<int, char> moved_;
+  std::map<int, int> place_;  ///< of the row whose diagonal entry this column is
+  std::map<int, std::vector<std::pair<int, Expr>>> F_;
+  std::map<std::vector<int>, std::vector<std::vector<Expr>>> rows_;  ///< of G, by where they are not 0
+  std::size_t constraints_ = 0;
+};
+
+/// Rows that say q′ = v, put into the others: columns of J are those of M, F and G alone.
+struct Kinematics {
+  std::vector<Row> rows;
+  std::vector<char> is_gradient;
+};
+Kinematics without_kinematics(std::vector<Row> rows, const std::vector<char>& differentiated) {
+  Kinematics result;
+  std::map<int, std::vector<std::size_t>> users;
+  for (std::size_t i = 0; i < rows.size(); ++i)
+    for (const auto& [j, value] : rows[i]) users[j].push_back(i);
+  std::vector<char> gone(rows.size(), 0);
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    if (!differentiated[i] || rows[i].size() != 2) continue;
+    const auto [j, a] = *rows[i].begin();
+    const auto [l, b] = *rows[i].rbegin();
+    if (!a.is_constant() || !b.is_constant()) continue;
+    for (std::size_t k : users[j]) {
+      if (k == i || gone[k] || !rows[k].count(j)) continue;
+      const Expr f = -rows[k][j] * b / a;
+      rows[k].erase(j);
+      if (rows[k].count(l)) return {};
+      rows[k][l] = f;
+      users[l].push_back(k);
+    }
+    gone[i] = 1;
+  }
+  for (std::size_t i = 0; i < rows.size(); ++i)
+    if (!gone[i]) {
+      result.rows.push_back(rows[i]);
+      result.is_gradient.push_back(differentiated[i]);
+    }
+  return result;
+}
+
+/// One constraint C with |∇C|² = a + b C, a ≠ 0 and b the same at every point tried: a distance. Its gradient
+/// vanishes nowhere on C = 0.
+bool is_distance(Expr C, const std::vector<Entry>& gradient, const ParameterValues& values) {
+  Expr square = 0;
+  for (const Entry& e : gradient) square = square + e.value * e.value;
+  const std::vector<Expr> both = at_values(std::vector<Expr>{C, square}, values);
+  double c[4], s[4];
+  for (int k = 0; k < 4; ++k) {
+    const std::vector<double> at = pendula::evaluate(both, random_point(both, k));
+    c[k] = at[0];
+    s[k] = at[1];
+  }
+  const double b = (s[1] - s[0]) / (c[1] - c[0]), a = s[0] - b * c[0];
+  for (int k = 2; k < 4; ++k)
+    if (!(std::fabs(s[k] - a - b * c[k]) <= 1e-9 * (std::fabs(s[k]) + std::fabs(a)))) return false;
+  return std::fabs(a) > 1e-9 * (std::fabs(s[0]) + std::fabs(b * c[0]));
+}
+
+std::vector<LargeBlock> found_in(const ModelPtr& source) {
+  std::vector<LargeBlock> list;
+  if (source->residuals.size() != source->variables.size()) return list;
+  const Analysis a = analyse(*source);
+  if (!a.regular) return list;
+  std::vector<std::vector<const Entry*>> of_row(source->residuals.size());
+  for (const Entry& e : a.jacobian) of_row[e.row].push_back(&e);
+  for (const Part& part : blocks_of(*source, a).square) {
+    if (part.rows.size() <= written_out) continue;
+    std::map<int, int> local;
+    for (int j : part.columns) local.emplace(j, static_cast<int>(local.size()));
+    std::vector<Row> all, constraints;
+    std::vector<char> differentiated;
+    std::vector<std::string> names;
+    std::map<std::string, Expr> residual;  // of a constraint
+    LargeBlock block;
+    for (int i : part.rows) {
+      const auto row = static_cast<std::size_t>(i);
+      all.emplace_back();
+      for (const Entry* e : of_row[row])
+        if (const auto j = local.find(e->column); j != local.end()) all.back()[j->second] = e->value;
+      differentiated.push_back(a.offsets.c[row] > 0);
+      block.equations.push_back(source->label(row));
+      if (a.offsets.c[row] == 0) continue;
+      constraints.push_back(all.back());
+      names.push_back(constraint_label(*source, row, 0));
+      residual[names.back()] = source->residuals[row];
+    }
+    const int n = static_cast<int>(part.rows.size());
+    block.all = {n, n, entries_of(all)};
+    if (all_constant(block.all.entries)) continue;
+    for (int j : part.columns) {
+      const auto k = static_cast<std::size_t>(j);
+      block.determined.push_back(derivative_leaf(source->variables[k].leaf, a.offsets.d[k]));
+    }
+    const Kinematics rest = without_kinematics(all, differentiated);
+    const bool decided =
+        source->mechanics.has_value() ||
+        (!rest.rows.empty() && Saddle(rest.rows, rest.is_gradient, source->values).gradients_decide());
+    if (!constraints.empty())
+      block.gradients = Gradients(std::move(constraints), std::move(names)).matrix(block.constraints);
+    if (all_constant(block.gradients.entries)) {
+      block.gradients = {};
+      block.constraints.clear();
+    }
+    if (block.gradients.rows == 1 && decided &&
+        is_distance(residual.at(block.constraints[0]), block.gradients.entries, source->values))
+      continue;
+    if (block.gradients.rows == 0 || !decided) block.jacobian = block.all;
+    list.push_back(std::move(block));
+  }
+  return list;
+}
+
+}  // namespace
+
+std::vector<LargeBlock> large_blocks(const ModelPtr& model) {
+  static ModelCache<std::vector<LargeBlock>> known(cached_models);
+  const ModelPtr written = original(model);
+  const auto key = key_of(*written);
+  const auto* found = known.find(key);
+  std::vector<LargeBlock> list = found ? *found : known.insert(key, found_in(regular_form(written)));
+  if (model->relations.empty()) return list;
+  for (LargeBlock& block : list)
+    for (LargeBlock::Matrix* m : {&block.gradients, &block.jacobian, &block.all}) {
+      std::vector<Expr> values;
+      for (const Entry& e : m->entries) values.push_back(e.value);
+      values = substitute(values, model->relations);
+      for (std::size_t k = 0; k < values.size(); ++k) m->entries[k].value = values[k];
+    }
+  return list;
+}
+
+}  // namespace pendula::dae

@@ -1,0 +1,159 @@
+// Starts at singular points: where the equations of index 1 do not determine x′ and z, the solution that begins there is
+// not determined by the start, or only one of the values that satisfy the equations continues smoothly.
+#include <algorithm>
+#include <cmath>
+
+#include "base/decompositions.hpp"
+#include "base/error.hpp"
+#include "base/text.hpp"
+#include "dae/model/lineage.hpp"
+#include "dae/points/array_points.hpp"
+#include "dae/points/derivative_array.hpp"
+#include "dae/rank/rank.hpp"
+#include "dae/rank/rank_with_gap.hpp"
+#include "dae/rank/stable_values.hpp"
+#include "dae/reduce/reduce.hpp"
+#include "dae/singular/singularity_conditions.hpp"
+#include "dae/start/start_system.hpp"
+#include "expr/print/print.hpp"
+
+namespace pendula::dae {
+namespace {
+
+using Index = Eigen::Index;
+
+constexpr std::size_t affordable = 60;  // unknowns; singular values cost O(n³)
+constexpr std::size_t continued = 12;   // unknowns of a model whose smooth continuation is searched
+
+std::vector<Expr> unknowns_of_step(const Model& low) {
+  std::vector<Expr> list = low.top_derivatives();
+  const auto z = low.algebraic();
+  list.insert(list.end(), z.begin(), z.end());
+  return list;
+}
+
+Mat top_jacobian_at(const StartSystem& s, const Vec& w) {
+  const std::vector<Entry> entries = top_jacobian(*s.low);
+  std::vector<Expr> slopes;
+  for (const Entry& e : entries) slopes.push_back(e.value);
+  const auto [value, noise] = evaluate_stable(slopes, s.unknowns, w, s.known, s.unit);
+  const auto first_row = static_cast<Index>(s.low->invariants.size());
+  const auto n = static_cast<Index>(s.low->variables.size()),
+             first_unknown = static_cast<Index>(s.state_count);
+  Mat J = Mat::Zero(n, n);
+  for (std::size_t k = 0; k < entries.size(); ++k)
+    if (!noise[k])
+      J(entries[k].row, entries[k].column) =
+          value[k] * s.unit[first_unknown + entries[k].column] / s.row_unit[first_row + entries[k].row];
+  return J;
+}
+
+/// "t = 0, y = 0": what vanishes there.
+std::string vanishing(const ModelPtr& model, const std::unordered_map<Expr, double>& point) {
+  constexpr double zero = 1e-9;
+  std::vector<std::string> words;
+  for (const SingularityCondition& c : singularity_conditions(model)) {
+    const auto inside = leaves({&c.factor, 1});
+    const bool known = std::all_of(inside.begin(), inside.end(), [&](Expr leaf) {
+      return point.count(leaf) || symbol_of(leaf).kind == Kind::constant;
+    });
+    if (known && std::fabs(pendula::evaluate({&c.factor, 1}, point)[0]) < zero)
+      words.push_back(to_text(c.factor) + " = 0");
+  }
+  return join(words, ", ");
+}
+
+/// Does what vanishes there vanish along the solution too, as far as its derivative tells? Then unknowns stay open; an
+/// isolated singular point, such as z = 0 of z³ = t, is passed.
+bool stays_singular(const ModelPtr& model, const std::unordered_map<Expr, double>& point) {
+  constexpr double zero = 1e-9;
+  for (const SingularityCondition& c : singularity_conditions(model)) {
+    const Expr slope = total_derivative(c.factor);
+    const auto inside = leaves(std::vector<Expr>{c.factor, slope});
+    const bool known = std::all_of(inside.begin(), inside.end(), [&](Expr leaf) {
+      return point.count(leaf) || symbol_of(leaf).kind == Kind::constant;
+    });
+    if (!known) continue;
+    const auto values = pendula::evaluate(std::vector<Expr>{c.factor, slope}, point);
+    if (std::fabs(values[0]) < zero && std::fabs(values[1]) < zero) return true;
+  }
+  return false;
+}
+
+/// x′ and z of the solution that continues smoothly, if the differentiated equations determine them at the point
+/// with these states: t x′ = -x + 2 t at t = 0 differentiated gives x′ = 1.
+struct Continuation {
+  std::string text;      ///< "x′ = 1"; empty: there is none
+  bool is_here = false;  ///< the start has these values
+};
+
+Continuation smooth_continuation(const StartSystem& s, const Vec& w) {
+  constexpr int most = 3;
+  if (s.low->variables.size() > continued || !s.low->invariants.empty()) return {};
+  const std::vector<Expr> asked = unknowns_of_step(*s.low), states = s.low->states();
+  const auto point = s.point(w);
+  DerivativeArray array(s.low->residuals, s.low->variables);
+  for (int k = 1; k <= most; ++k) {
+    array.extend();
+    std::vector<Expr> columns = states;
+    columns.insert(columns.end(), asked.begin(), asked.end());
+    for (Expr leaf : array.columns())
+      if (std::find(columns.begin(), columns.end(), leaf) == columns.end()) columns.push_back(leaf);
+    const NumericArray numeric(array.rows(), columns);
+    auto known = numeric.known(0);
+    for (auto& [leaf, value] : known) {
+      const auto it = point.find(leaf);
+      if (it == point.end()) return {};
+      value = it->second;
+    }
+    Vec start = Vec::Zero(static_cast<Index>(columns.size()));
+    for (std::size_t j = 0; j < states.size() + asked.size(); ++j)
+      start[static_cast<Index>(j)] = point.at(columns[j]);
+    const auto held = static_cast<Index>(states.size());
+    const auto solution = numeric.project(start, known, held);
+    if (!solution) return {};
+    const Mat J = numeric.jacobian(solution->w, known);
+    const auto count = static_cast<Index>(asked.size());
+    const int both = rank_with_gap(J.rightCols(J.cols() - held)).rank,
+              rest = rank_with_gap(J.rightCols(J.cols() - held - count)).rank;
+    if (both != rest + count) continue;
+    std::vector<std::string> words;
+    Continuation found{"", true};
+    for (std::size_t j = 0; j < asked.size(); ++j) {
+      const Index k = held + static_cast<Index>(j);
+      words.push_back(text(to_text(asked[j]), " = ", rounded(solution->w[k], 6)));
+      found.is_here =
+          found.is_here && std::fabs(solution->w[k] - start[k]) <= 1e-6 * (s.unit[k] + std::fabs(start[k]));
+    }
+    found.text = join(words, ", ");
+    return found;
+  }
+  return {};
+}
+
+}  // namespace
+
+void require_regular_point(const ModelPtr& model, const StartSystem& s, const Vec& w, bool is_determined) {
+  if (s.low->variables.size() > affordable || !s.request.keep_invariants) return;
+  const Mat J = top_jacobian_at(s, w);
+  if (J.size() == 0 || !J.allFinite()) return;
+  const RankGap rank = rank_with_gap(J);
+  if (rank.rank == J.rows() || !(rank.gap >= clear_gap)) return;
+  const std::vector<Expr> unknowns = unknowns_of_step(*s.low);
+  std::vector<Expr> open;
+  const Mat N = null_space(equilibrated(J));
+  for (Index j = 0; j < N.rows(); ++j)
+    if (N.row(j).norm() > 1e-6) open.push_back(unknowns[j]);
+  const std::string where = vanishing(model, s.point(w));
+  const Continuation smooth = smooth_continuation(s, w);
+  if (smooth.text.empty() && !is_determined) return;  // what is open is the better explanation
+  if (smooth.text.empty() && !stays_singular(model, s.point(w))) return;
+  if (smooth.is_here) return;
+  throw Error(text(
+      "the start lies on a singular point", where.empty() ? "" : " (" + where + ")",
+      ": the equations do not determine ", names_of(open), " there (rank ", rank.rank, " of ", J.rows(), ").",
+      smooth.text.empty() ? "" : "\n  The solution that continues smoothly has " + smooth.text + ".",
+      "\n  Start beside it: another time, or other values in fix or guess"));
+}
+
+}  // namespace pendula::dae

@@ -1,0 +1,158 @@
+#include "dae/structure/differentiation.hpp"
+
+#include <algorithm>
+#include <unordered_set>
+
+#include "base/error.hpp"
+#include "base/text.hpp"
+#include "dae/model/derivation_markup.hpp"
+#include "dae/model/solved_rows.hpp"
+#include "expr/print/print.hpp"
+#include "expr/rewrite/rewrite.hpp"
+
+namespace pendula::dae {
+
+static bool varies(Expr leaf) {
+  const auto kind = symbol_of(leaf).kind;
+  return kind != Kind::parameter && kind != Kind::constant;
+}
+
+Substitution kinematics(const Model& m) {
+  const auto z = m.algebraic(), top = m.top_derivatives();
+  std::unordered_set<Expr> unknown(z.begin(), z.end());
+  unknown.insert(top.begin(), top.end());
+  Substitution known;
+  for (const Solved& row : solved_rows(m)) {
+    const auto inside = leaves({&row.f, 1}), divisor = leaves({&row.slope, 1});
+    if (std::any_of(divisor.begin(), divisor.end(), varies))
+      continue;  // t x′ = f says nothing about x′ at t = 0
+    if (std::none_of(inside.begin(), inside.end(), [&](Expr leaf) { return unknown.count(leaf) > 0; }))
+      known[row.derivative] = row.f;
+  }
+  return known;
+}
+
+namespace {
+
+std::string primes(int k) {
+  constexpr const char* signs[] = {"", "′", "″", "‴"};
+  return k < 4 ? signs[k] : text("⁽", superscript(k), "⁾");
+}
+
+}  // namespace
+
+std::string constraint_label(const Model& m, std::size_t residual, int k) {
+  const auto [block, row] = m.origin[residual];
+  if (m.mechanics && row < m.mechanics->C.size() && block == static_cast<int>(m.blocks.size()) - 1)
+    return (m.mechanics->C.size() == 1 ? "C" : "C" + subscript(row + 1)) + primes(k);
+  return m.label(residual) + primes(k);
+}
+
+namespace {
+
+/// One reduction in progress: differentiates blocks, records constraints and derivation.
+class Differentiation {
+ public:
+  Differentiation(const Model& model, const Offsets& o) : m_(model), o_(o), known_(kinematics(model)) {
+    for (Expr leaf : m_.top_derivatives()) top_.insert(leaf);
+    std::size_t first = 0;
+    for (std::size_t b = 0; b < m_.blocks.size(); ++b) {
+      const auto rows = static_cast<std::size_t>(m_.blocks[b].lhs.size());
+      reduce_block(b, first, rows);
+      first += rows;
+    }
+    if (told_ > most_told)
+      result.trace.push_back(text("… and ", told_ - most_told, " more equations in the same way"));
+  }
+
+  Differentiated result;
+
+ private:
+  bool substituted(std::size_t i) const {
+    for (Expr leaf : leaves({&m_.residuals[i], 1}))
+      if (known_.count(leaf)) return top_.count(leaf) > 0;
+    return false;
+  }
+
+  int times(std::size_t i) const { return substituted(i) ? 0 : o_.c[i]; }
+
+  void reduce_block(std::size_t b, std::size_t first, std::size_t rows) {
+    int most = 0;
+    bool uniform = true;
+    for (std::size_t r = 0; r < rows; ++r) {
+      most = std::max(most, times(first + r));
+      uniform = uniform && times(first + r) == times(first);
+    }
+    if (most == 0) return result.blocks.push_back(m_.blocks[b]);
+    const auto number = [&](std::size_t r) {  // of a row that is described alone
+      return rows == 1 || !uniform ? m_.label(first + r) : text("(", b + 1, ")");
+    };
+    VecX residual = column(std::span(m_.residuals).subspan(first, rows));
+    for (Eigen::Index r = 0; r < residual.size(); ++r)  // 0 = C reads better than 0 = -C
+      if (m_.blocks[b].lhs[r].is_zero()) residual[r] = m_.blocks[b].rhs[r];
+    std::vector<std::vector<std::string>> lines_of_rows(uniform ? 1 : rows);  // rows treated alike together
+    const auto tell = [&](std::size_t r, const std::string& before, const std::string& after) {
+      lines_of_rows[r].push_back(before +
+                                 (uniform ? formula("0 = ", ref(residual))
+                                          : formula("0 = ", ref(residual[static_cast<Eigen::Index>(r)]))) +
+                                 after);
+    };
+    for (std::size_t r = 0; r < lines_of_rows.size(); ++r)
+      if (const int n = times(first + r); n > 0)
+        tell(r, number(r) + "  ",
+             text("   is differentiated ", n == 1   ? "once"
+                                           : n == 2 ? "twice"
+                                                    : text(n, " times")));
+    for (int k = 0; k < most; ++k) {
+      for (std::size_t r = 0; r < rows; ++r) {
+        if (k >= times(first + r)) continue;
+        Expr& e = residual[static_cast<Eigen::Index>(r)];
+        result.constraints.push_back(
+            {e, static_cast<int>(b), static_cast<int>(r), k, constraint_label(m_, first + r, k)});
+        e = simplify(substitute(total_derivative(e), known_));
+      }
+      for (std::size_t r = 0; r < lines_of_rows.size(); ++r)
+        if (k < times(first + r))
+          tell(r,
+               text("     ", k == 0 ? "d/dt" : text("d", superscript(k + 1), "/dt", superscript(k + 1)),
+                    ":  "),
+               "");
+    }
+    if (++told_ <= most_told)
+      for (const auto& lines : lines_of_rows)
+        result.trace.insert(result.trace.end(), lines.begin(), lines.end());
+    Block block{m_.blocks[b].lhs, m_.blocks[b].rhs, "", m_.blocks[b].rewritten};
+    const bool by_row = !uniform || (rows == 1 && !block.rewritten.empty());
+    if (!by_row) {
+      block.note = differentiated(number(0), most);
+      block.rewritten.clear();
+    }
+    if (by_row) block.rewritten.resize(rows);
+    for (std::size_t r = 0; r < rows; ++r) {
+      if (times(first + r) == 0) continue;
+      block.lhs[static_cast<Eigen::Index>(r)] = 0;
+      block.rhs[static_cast<Eigen::Index>(r)] = residual[static_cast<Eigen::Index>(r)];
+      if (by_row) block.rewritten[r] = differentiated(number(r), times(first + r));
+    }
+    result.blocks.push_back(std::move(block));
+  }
+
+  static std::string differentiated(const std::string& what, int times) {
+    return what + " differentiated" + (times == 1 ? "" : times == 2 ? " twice" : text(" ", times, " times"));
+  }
+
+  const Model& m_;
+  const Offsets& o_;
+  static constexpr int most_told = 60;  // equations; a reader of thousands has understood
+  Substitution known_;
+  std::unordered_set<Expr> top_;
+  int told_ = 0;
+};
+
+}  // namespace
+
+Differentiated differentiate(const Model& model, const Offsets& offsets) {
+  return Differentiation(model, offsets).result;
+}
+
+}  // namespace pendula::dae
