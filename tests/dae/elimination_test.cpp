@@ -70,7 +70,7 @@ TEST_CASE("rows with multipliers other than one, offsets that differ") {
   const auto r = regularise(m);
   REQUIRE(r);
   CHECK(r->dof == 1);
-  CHECK(r->story[0].find("3 (2) - 2 (1)") == 0);
+  CHECK(r->log[0].find("3 (2) - 2 (1)") == 0);
 }
 
 TEST_CASE("dependent and contradicting equations are reported, not regularised") {
@@ -90,7 +90,7 @@ TEST_CASE("a derivative that cancels within one equation does not count") {
   const auto r = regularise(m);
   REQUIRE(r);
   CHECK(r->dof == 1);  // x = y, y′ = x
-  CHECK(r->story[0].find("which cancels") != std::string::npos);
+  CHECK(r->log[0].find("which cancels") != std::string::npos);
 }
 
 TEST_CASE("a regular model is left alone") {
