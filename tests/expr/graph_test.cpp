@@ -56,7 +56,11 @@ TEST_CASE("constants: a double is read as its simplest rational") {
   CHECK(exact_text(1.0 / 3) == "1/3");
   CHECK(exact_text(5.0 / 12) == "5/12");
   CHECK(exact_text(-0.1) == "-1/10");
-  CHECK(exact_text(1e-7) == "not exact");  // its denominator is above 10⁶ …
+  CHECK(exact_text(1e-7) == "1/10000000");  // decimals are exact as typed, at any exponent
+  CHECK(exact_text(3e-9) == "3/1000000000");
+  CHECK(exact_text(0.1 + 0.2) == "3/10");
+  CHECK(exact_text(0.1 + 0.2 - 0.3) == "not exact");
+  CHECK(exact_text(0.12345678901234) == "not exact");  // as many digits as computed numbers have  // its denominator is above 10⁶ …
   CHECK(exact_text(0.25) == "1/4");
   CHECK(exact_text(std::ldexp(1.0, 60)) == "1152921504606846976");
   CHECK(exact_text(std::acos(-1.0)) == "not exact");
