@@ -14,8 +14,11 @@ constexpr int widest = 24;  // states, inputs or outputs that are written out
 
 std::string count(int k, const char* what) { return text(k, " ", what, k == 1 ? "" : "s"); }
 
+/// A constant as it is, or rounded where it is a decimal number or its text is longer than the digits that fit.
 std::string number_text(Expr e, bool decimals, int digits = 10) {
-  return decimals && e.is_constant() ? pendula::rounded(constant_value(e), digits) : pendula::to_text(e);
+  std::string exact = pendula::to_text(e);
+  const bool fits = display_width(exact) <= digits + 2;
+  return e.is_constant() && (decimals || !fits) ? pendula::rounded(constant_value(e), digits) : exact;
 }
 
 std::string time_text(const System& g) {

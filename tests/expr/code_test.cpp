@@ -5,8 +5,8 @@
 #include "expr/graph/solve.hpp"
 #include "expr/print/print.hpp"
 #include "lua/core/library.hpp"
-#include "lua/session/state.hpp"
 #include "lua/core/values.hpp"
+#include "lua/session/state.hpp"
 #include "random_expressions.hpp"
 
 using namespace pendula;

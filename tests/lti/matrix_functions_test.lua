@@ -99,3 +99,15 @@ test("an input known everywhere drives a stiff system", function()
   local want = function(t) return (math.cos(t) + math.sin(t) - math.exp(-t)) / 2 end
   for k, t in ipairs { 1, 2, 4 } do expect(math.abs(r.y(k + 1, 1) - want(t)) < 3e-6):is_true() end
 end)
+
+test("entries beyond what double precision can follow are refused, at every size", function()
+  for _, A in ipairs { mat{{1e308, 1e308}, {1e308, 1e308}}, mat{{1e200, 1}, {1, 1e200}},
+    mat{{0, 1e200}, {-1e200, 0}}, mat{{2e300, 1e300}, {0, 2e300}} } do
+    for _, scaled in ipairs { A, A/1.000001 } do
+      local done, why = pcall(expm, scaled)
+      expect(done):equals(false)
+      expect((why:find "cannot be had in double precision" or why:find "no finite real value") ~= nil):is_true()
+    end
+  end
+  expect(expm(mat{{0, 1e300}, {0, 0}})):equals(mat{{1, 1e300}, {0, 1}})
+end)

@@ -7,10 +7,10 @@
 
 #include "base/error.hpp"
 #include "base/text.hpp"
+#include "dae/model/first_order.hpp"
 #include "dae/model/forms.hpp"
 #include "dae/reduce/reduce.hpp"
 #include "expr/print/print.hpp"
-#include "dae/model/first_order.hpp"
 
 namespace pendula::dae {
 namespace {

@@ -168,6 +168,7 @@ std::vector<mpq_class> divide_rational_roots(std::vector<mpq_class>& polynomial,
                                              const std::vector<double>& near) {
   std::vector<mpq_class> roots;
   for (double value : near) {
+    if (!std::isfinite(value)) continue;  // of coefficients beyond the range of double
     for (const mpq_class& candidate : convergents(value)) {
       if (polynomial.size() < 2 || horner(polynomial, candidate) != 0) continue;
       while (polynomial.size() > 1 && horner(polynomial, candidate) == 0) {

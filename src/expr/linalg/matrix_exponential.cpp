@@ -312,16 +312,22 @@ BoundedExponential bounded_exponential(const Mat& a) {
   if (a.rows() != a.cols()) throw Error(text("the matrix must be square, not ", a.rows(), "×", a.cols()));
   if (!a.allFinite()) throw Error("the matrix has entries that are not finite numbers");
   if (a.size() == 0) return {a, a};
+  const auto overflows = [&] {
+    return Failure(text("the exponential cannot be had in double precision: the largest entry of A is ",
+                        rounded(a.cwiseAbs().maxCoeff(), 3)));
+  };
+  if (!std::isfinite(norm1(a))) throw overflows();
   const Vec d = balancing(a);
   const Mat B = similar(a, d);
+  if (!std::isfinite(norm1(B))) throw overflows();
   Bounded x = by_squaring(B);
   if (x.value.size() == 0 || !x.value.allFinite() || lost_digits(x))
     if (const auto wide = in_multiple_precision(B)) x = {*wide, 2 * unit * wide->cwiseAbs()};
+  if (x.value.size() == 0) throw overflows();
   const Vec inverse = d.cwiseInverse();
   BoundedExponential out{d.asDiagonal() * x.value * inverse.asDiagonal(),
                          d.asDiagonal() * x.error * inverse.asDiagonal()};
-  if (out.value.size() == 0 || !out.value.allFinite())
-    throw Failure(text("the exponential overflows: ‖A‖ = ", rounded(a.norm(), 3)));
+  if (!out.value.allFinite()) throw overflows();
   return out;
 }
 

@@ -111,7 +111,7 @@ extern const Module idmodel_systems_module = {
             transfer function, sampling time 1
                  z
               ───────
-              z - 0.5)"},
+              z - 1/2)"},
         {"idmodel:ss", model_ss, R"(mod:ss(["plant" | "noise"]) -> G)",
          "The same in state space; of n4sid its own matrices.", "", ""},
         {"idmodel:predictor", model_predictor, "mod:predictor() -> predictor",
