@@ -9,7 +9,6 @@
 #include "base/decompositions.hpp"
 #include "dae/points/array_points.hpp"
 #include "dae/points/generic_functions.hpp"
-#include "dae/points/magnitudes.hpp"
 #include "dae/rank/rank_with_gap.hpp"
 #include "dae/rank/stable_values.hpp"
 #include "expr/graph/declaration.hpp"
@@ -19,9 +18,6 @@ namespace {
 
 using Index = Eigen::Index;
 
-/// Staged points of so many seeds start at sizes near 1, the others at the sizes that the terms suggest: Newton's
-/// method that comes from afar to a circle of radius 10⁻⁶ ends where a coordinate is 0.
-constexpr int unscaled_stages = 6;
 constexpr double off_domain = 1e-6;     // what must not vanish is larger; starting values are near 1
 constexpr double near_enough = 1e3;     // of a point where something vanishes: not a limit at infinity
 constexpr std::size_t longest = 20000;  // operations of the differentiated equations
@@ -143,8 +139,6 @@ std::optional<ConsistentPointRank::StagedValues> ConsistentPointRank::staged_val
   for (std::size_t j = 0; j < variables_.size(); ++j) leading[variables_[j]] = offsets_.d[j];
   const NumericArray numeric(rows_, columns);
   StagedValues result{numeric.known(seed), numeric.start(seed), numeric.unit(), false};
-  if (seed >= unscaled_stages)
-    result.w.array() *= magnitudes(rows_, rows_.size(), columns, result.known, {}).unknowns.array();
   auto known = result.known;
   for (int stage = -*std::max_element(offsets_.d.begin(), offsets_.d.end()); stage <= 0; ++stage) {
     std::vector<Expr> rows, unknowns;
@@ -229,7 +223,7 @@ ConsistentPointRanks ConsistentPointRank::ranks(int wanted, int seeds) const {
       take(*at);
     if (wanted == 1 && result.most == size_) break;
   }
-  constexpr int more = 2 * unscaled_stages;
+  constexpr int more = 6;
   for (int seed = 0; seed < more && result.most < size_; ++seed)
     if (const auto at = staged_point(seed, columns); at && !at->slow) take(*at);
   if (result.points == 0) result.slow = std::max(result.slow, points_of_one_equation());
