@@ -272,8 +272,7 @@ test("large and small values: consistent means beside the terms, conflicts have 
   expect(function() tiny:init { fix = { x = 1, y = 3.001 } } end):fails "0 ≠ -1e-15 = 1e-12 (3 x - y)"
   for _, radius in ipairs { 1e-3, 1e-6, 1e-8, 1e6 } do
     local circle = dae { der(x) ~ z, 0 ~ x^2 + y^2 - radius^2, der(y) ~ -x }
-    -- Known to fail below 1e-5, where only points of the other branch, x = 0 (index 3), are found.
-    if radius > 1e-5 then expect(circle:index()):equals(2) end
+    expect(circle:index()):equals(2)
     expect(circle:init { fix = { x = 0.6*radius }, guess = { y = radius } }(y)/radius):near(0.8, 1e-9)
   end
 end)

@@ -459,7 +459,8 @@ int drawing_text(Call& call) {
 }
 
 int save(Call& call) {
-  plot::save(self(call), call.string(2, "file"));
+  const auto& figure = self(call);  // before the file: the first wrong argument is named
+  plot::save(figure, call.string(2, "file"));
   lua_settop(call.L, 1);
   return 1;
 }
