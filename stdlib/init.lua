@@ -3,6 +3,7 @@ include "prelude"    -- doc{}
 include "help"       -- help, apropos, examples
 include "testing"    -- test, expect
 include "files"      -- save, load
+include "models"     -- form:solve
 include "explain"    -- explain
 include "plot"       -- plot, plot3, semilogy, semilogx, loglog, spy
 include "sysid"      -- d:plot, mod:plot, v:plot, set:plot

@@ -56,7 +56,7 @@ int echo_values(lua_State* L) {
   if (!lua_isnil(L, 1)) remember(L, 1);
   if (count == 1 && is_figure(L, 1)) return show_figure(L, 1), 0;
   std::string line;
-  for (int i = 1; i <= count; ++i) line += (i > 1 ? "\t" : "") + lua::shown_text(L, i) + approximation(L, i);
+  for (int i = 1; i <= count; ++i) line += (i > 1 ? "  " : "") + lua::shown_text(L, i) + approximation(L, i);
   line += "\n";
   std::fwrite(line.data(), 1, line.size(), stdout);
   if (count == 1 && is_response(L, 1)) show_figure(L, 1);

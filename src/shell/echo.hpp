@@ -5,7 +5,7 @@
 
 namespace pendula::shell {
 
-/// Shows the `count` values on top of the stack, separated by tabs, and pops them; the
+/// Shows the `count` values on top of the stack, separated by two blanks, and pops them; the
 /// first is remembered in the global `ans`. Nils alone show nothing; a figure is drawn.
 /// Called under protection: may raise Lua errors.
 int echo_values(lua_State* L);

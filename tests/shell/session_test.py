@@ -145,7 +145,7 @@ def test_ctrl_c_in_a_lua_loop(terminal, home):
         w.enter(f"kept = {turn}; print('busy', kept); while true do pcall(error) end")
         w.wait(f"^busy +{turn}$", pattern=True)
         w.key("C-c")
-        w.wait_prompt(f"busy    {turn}")
+        w.wait_prompt(f"busy {turn}")
         check_in("interrupted", w.screen())
     w.enter("kept * 100")
     w.wait("^300$", pattern=True)
@@ -325,7 +325,7 @@ def test_script_then_session(terminal, home):
     with open(path, "w") as file:
         file.write("mass = 4\nlocal hidden = 1\nprint('loaded', ...)\n")
     w = terminal(command=f"{quoted(PROGRAM)} -i {quoted(path)} red blue")
-    w.wait_prompt("loaded  red     blue")
+    w.wait_prompt("loaded red blue")
     w.enter("mass * 2, arg[2]")
     w.wait("^8 +blue$", pattern=True)
     with open(path, "a") as file:

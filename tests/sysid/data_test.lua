@@ -148,3 +148,22 @@ test("signals are chosen by name or number", function()
   expect(d:resample { Ts = 2, method = "hold" }.N):equals(2)
   expect(d:detrend(0).y):equals(d:detrend "mean".y)
 end)
+
+test("columns answer to every spelling of their name", function()
+  local th = var "theta"
+  local q = var("q", 2)
+  local file = os.tmpname()
+  dae { der(th, 2) ~ -th }:integrate { start = { [th] = 1, [th.dot] = 0 }, to = 1,
+    times = linspace(0, 1, 5) }:csv(file)
+  for _, name in ipairs { "theta'", "theta′", "θ′", "theta_dot", "theta.dot", "θ.dot" } do
+    expect(#iddata.read(file, { y = name }).y):equals(5)
+    expect(iddata.read(file, { y = name }).y[1]):equals(0)
+  end
+  expect(iddata.read(file, { y = "theta" }).y[1]):equals(1)
+  expect(function() iddata.read(file, { y = "thetas" }) end):fails "no column 'thetas'"
+  dae { der(q) ~ -q }:integrate { start = { [q] = { 1, 2 } }, to = 1, times = linspace(0, 1, 3) }:csv(file)
+  for _, name in ipairs { "q2", "q₂", "q_2", "q[2]" } do
+    expect(iddata.read(file, { y = name }).y[1]):equals(2)
+  end
+  os.remove(file)
+end)

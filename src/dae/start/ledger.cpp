@@ -1,4 +1,6 @@
 // Values of expressions at a start, also in the symbols of related models, and the printed ledger.
+#include "dae/start/start_system.hpp"
+
 #include <algorithm>
 #include <cmath>
 
@@ -6,7 +8,7 @@
 #include "base/text.hpp"
 #include "dae/model/lineage.hpp"
 #include "dae/model/truncated_text.hpp"
-#include "dae/start/start_system.hpp"
+#include "dae/start/start_derivatives.hpp"
 #include "expr/graph/derivative.hpp"
 #include "expr/print/print.hpp"
 
@@ -31,18 +33,43 @@ const char* word(Origin origin) {
 
 }  // namespace
 
+namespace {
+
+bool is_derivative_of_unknown(const Model& model, Expr leaf) {
+  const Symbol& s = symbol_of(leaf);
+  return s.order > 0 && std::any_of(model.variables.begin(), model.variables.end(),
+                                    [&](const Variable& v) { return v.leaf == s.base; });
+}
+
+/// Inputs that are known as functions; of the others only one value is, no derivative.
+Substitution inputs_in_time(const StartRequest& request) {
+  Substitution inputs = request.inputs;
+  for (Expr numeric : request.numeric_inputs) inputs.erase(numeric);
+  return inputs;
+}
+
+}  // namespace
+
 double ConsistentState::operator()(Expr e) const {
   const Expr own = resolve(*model, e);
+  auto all = values;
+  std::vector<Expr> derivatives;
+  for (Expr leaf : leaves({&own, 1}))
+    if (!values.count(leaf) && is_derivative_of_unknown(*model, leaf)) derivatives.push_back(leaf);
+  const bool known =
+      derivatives.empty() || add_derivatives(*model, derivatives, inputs_in_time(request), all);
   for (Expr leaf : leaves({&own, 1})) {
     const Symbol& s = symbol_of(leaf);
-    if (values.count(leaf) || s.kind == Kind::constant) continue;
+    if (all.count(leaf) || s.kind == Kind::constant) continue;
     if (s.value && s.kind == Kind::parameter) continue;
+    if (!known)
+      throw Error(
+          text("the derivative '", to_text(leaf), "' does not follow from the equations at the start"));
     std::vector<std::string> names;
     for (const auto& row : rows) names.push_back(to_text(row.leaf));
     throw Error(
         text("the start has no value for '", to_text(leaf), "'.", did_you_mean(to_text(leaf), names)));
   }
-  auto all = values;
   for (Expr leaf : leaves({&own, 1}))
     if (!all.count(leaf) && symbol_of(leaf).value)
       all[leaf] = pendula::evaluate({&*symbol_of(leaf).value, 1}, {})[0];

@@ -9,17 +9,6 @@
 namespace pendula {
 namespace {
 
-struct Greek {
-  const char *name, *letter;
-};
-constexpr Greek greek[] = {
-    {"alpha", "α"},   {"beta", "β"},  {"gamma", "γ"},  {"delta", "δ"}, {"epsilon", "ε"}, {"zeta", "ζ"},
-    {"eta", "η"},     {"theta", "θ"}, {"iota", "ι"},   {"kappa", "κ"}, {"lambda", "λ"},  {"mu", "μ"},
-    {"nu", "ν"},      {"xi", "ξ"},    {"pi", "π"},     {"rho", "ρ"},   {"sigma", "σ"},   {"tau", "τ"},
-    {"upsilon", "υ"}, {"phi", "φ"},   {"chi", "χ"},    {"psi", "ψ"},   {"omega", "ω"},   {"Gamma", "Γ"},
-    {"Delta", "Δ"},   {"Theta", "Θ"}, {"Lambda", "Λ"}, {"Xi", "Ξ"},    {"Pi", "Π"},      {"Sigma", "Σ"},
-    {"Phi", "Φ"},     {"Psi", "Ψ"},   {"Omega", "Ω"}};
-
 thread_local NumberStyle number_style = NumberStyle::mixed;
 
 constexpr std::size_t longest_fraction = 24, longest_integer = 40;
@@ -212,12 +201,6 @@ class Unicode final : public Notation {
 const Notation& unicode_notation() {
   static const Unicode notation;
   return notation;
-}
-
-std::string greek_letter(const std::string& name) {
-  for (const Greek& g : greek)
-    if (name == g.name) return g.letter;
-  return "";
 }
 
 SplitName split_name(const std::string& name) {

@@ -117,6 +117,16 @@ constexpr Remedy matrix_members[] = {
     {"sum mean max min", "write a loop over the entries A[i], or A(i, j)"},
 };
 
+constexpr Remedy form_members[] = {
+    {"b rhs right", "the right side is form.c"},
+    {"x q z", "the unknowns are form.unknowns, their values form:solve()"},
+    {"M matrix", "the matrix is form.A"},
+};
+
+constexpr Remedy sweep_members[] = {
+    {"csv save", "each run is a solution: runs[i]:csv \"run.csv\""},
+};
+
 constexpr Remedy expr_members[] = {
     {"subs replace evalf eval evaluate value subs_",
      "put values in by subs(e, { x = 2 }); the number is evaluate(e, { x = 2 })"},
@@ -147,6 +157,8 @@ std::string remedy_for_member(std::string_view type, std::string_view name) {
   if (type == "model") return remedy_in(std::begin(model_members), std::end(model_members), name);
   if (type == "solution") return remedy_in(std::begin(solution_members), std::end(solution_members), name);
   if (type == "matrix") return remedy_in(std::begin(matrix_members), std::end(matrix_members), name);
+  if (type == "matrix_form") return remedy_in(std::begin(form_members), std::end(form_members), name);
+  if (type == "sweep") return remedy_in(std::begin(sweep_members), std::end(sweep_members), name);
   if (type == "expr") return remedy_in(std::begin(expr_members), std::end(expr_members), name);
   return "";
 }

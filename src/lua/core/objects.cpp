@@ -129,7 +129,9 @@ void push_types(lua_State* L) {
 
 }  // namespace
 
-void unknown_member(lua_State* L, const char* type) {
+namespace {
+
+[[noreturn]] void unknown(lua_State* L, const char* type) {
   const std::string hint = text(" (list: help \"", type, "\")");
   if (lua_type(L, 2) != LUA_TSTRING) {
     throw Error(text(describe(L, 1), " cannot be indexed with ", describe(L, 2), hint));
@@ -144,6 +146,17 @@ void unknown_member(lua_State* L, const char* type) {
   throw Error(text(describe(L, 1), " has no field or method '", name, "'.",
                    did_you_mean(name, member_names(L, type)),
                    variable ? " The values of a variable x are sol(x), at a time sol(x, t)." : "", hint));
+}
+
+}  // namespace
+
+void unknown_member(lua_State* L, const char* type) {
+  try {
+    unknown(L, type);
+  } catch (const UserFacing& e) {
+    throw LuaError(user_position(L) +
+                   e.what());  // reading a member is no call: no name of a function in front
+  }
 }
 
 void push_metatable(lua_State* L, const char* type) {

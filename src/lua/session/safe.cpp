@@ -65,7 +65,7 @@ int safe_exit(lua_State* L) {
   return 0;
 }
 
-/// print(…), with tables that are lists of results written out.
+/// print(…): values with a blank between them, tables that are lists of results written out.
 int print_values(lua_State* L) {
   const int count = lua_gettop(L);
   for (int i = 1; i <= count; ++i) {
@@ -73,7 +73,7 @@ int print_values(lua_State* L) {
     const std::string shown = special ? shown_text(L, i) : std::string();
     std::size_t size = shown.size();
     const char* bytes = special ? shown.data() : luaL_tolstring(L, i, &size);
-    if (i > 1) std::fputc('\t', stdout);
+    if (i > 1) std::fputc(' ', stdout);
     std::fwrite(bytes, 1, size, stdout);
     lua_settop(L, count);
   }

@@ -10,6 +10,7 @@
 #include "base/draft.hpp"
 #include "base/error.hpp"
 #include "base/text.hpp"
+#include "expr/print/spelling.hpp"
 #include "sysid/data/iddata.hpp"
 
 namespace pendula::sysid {
@@ -92,6 +93,8 @@ Lines lines_of(const std::string& content) {
 std::size_t find_column(const FileColumns& table, const std::string& wanted, const std::string& path) {
   for (std::size_t i = 0; i < table.names.size(); ++i)
     if (table.names[i] == wanted) return i;
+  for (std::size_t i = 0; i < table.names.size(); ++i)  // theta' for θ′, q1 for q₁
+    if (plain_spelling(table.names[i]) == plain_spelling(wanted)) return i;
   std::size_t number = 0;
   const auto end = std::from_chars(wanted.data(), wanted.data() + wanted.size(), number);
   if (end.ec == std::errc() && end.ptr == wanted.data() + wanted.size() && number >= 1 &&

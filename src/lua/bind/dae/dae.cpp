@@ -7,6 +7,7 @@
 #include "base/text.hpp"
 
 #include "dae/index/differentiation_index.hpp"
+#include "dae/model/compose.hpp"
 #include "dae/model/forms.hpp"
 #include "dae/model/lineage.hpp"
 #include "dae/model/make_model.hpp"
@@ -51,6 +52,54 @@ std::vector<dae::Block> to_blocks(const std::vector<Equation>& equations) {
   return blocks;
 }
 
+/// What stands in dae{ … }: equations, lists of equations, models, and the option `name`.
+class ModelReader {
+ public:
+  explicit ModelReader(lua_State* L) : L_(L) {}
+
+  void read(int list, const std::string& what) {
+    const Nesting nesting(L_);
+    refuse_keys(list, what);
+    const lua_Integer n = list_size(L_, list, what);
+    for (lua_Integer i = 1; i <= n; ++i) {
+      lua_rawgeti(L_, list, i);
+      read_entry(lua_gettop(L_), text("entry ", i, " of ", what));
+      lua_settop(L_, list);
+    }
+  }
+  dae::ModelPtr model(dae::ModelOptions options) {
+    return nested_ ? dae::compose(parts_, std::move(blocks_), std::move(options))
+                   : dae::make_model(std::move(blocks_), std::move(options));
+  }
+
+ private:
+  void read_entry(int at, const std::string& what) {
+    if (const auto* part = object_at(L_, at, TypeName<dae::Model>::value)) {
+      parts_.push_back(std::static_pointer_cast<const dae::Model>(*part));
+      nested_ = true;
+      return;
+    }
+    if (lua_istable(L_, at)) {
+      nested_ = true;
+      return read(at, what);
+    }
+    for (dae::Block& block : to_blocks(to_equations(L_, at, what))) blocks_.push_back(std::move(block));
+  }
+  void refuse_keys(int list, const std::string& what) {
+    for (lua_pushnil(L_); lua_next(L_, list) != 0;) {
+      lua_pop(L_, 1);
+      if (lua_type(L_, -1) == LUA_TSTRING)
+        throw Error(text(what, " has the key '", lua_tostring(L_, -1),
+                         "' among its equations: write ~, not == or ="));
+    }
+  }
+
+  lua_State* L_;
+  std::vector<dae::Block> blocks_;
+  std::vector<dae::ModelPtr> parts_;
+  bool nested_ = false;  ///< there are models or lists: an equation for an input closes a loop
+};
+
 int make(Call& call) {
   lua_State* L = call.L;
   call.table(1, "equations");
@@ -68,7 +117,9 @@ int make(Call& call) {
     lua_insert(L, -2);
     lua_settable(L, list);
   }
-  return call.push(dae::make_model(to_blocks(to_equations(L, list, "the list of equations")), options));
+  ModelReader reader(L);
+  reader.read(list, "the list of equations");
+  return call.push(reader.model(std::move(options)));
 }
 
 int make_semi_explicit(Call& call) {
@@ -208,7 +259,8 @@ extern const Module dae_module = {
     {
         {"dae", make, R"(dae{ equation, equation, …, name = "…" } -> model)",
          R"(A model from any mix of scalar and column equations (lhs ~ rhs). Unknowns are the variables
-            that occur; inputs and parameters are recognised.)",
+            that occur; inputs and parameters are recognised. A model, or a list of equations, may stand among
+            the equations; an equation for an input of such a model closes the loop: dae{ plant, F ~ -10*x }.)",
          R"(x, z = vars "x z"  return dae{ der(x) ~ z - x, 0 ~ x + 2*z }.kind)", "semi-explicit"},
         {"dae.semi_explicit", make_semi_explicit,
          "dae.semi_explicit{ x =, z =, u =, f =, g =, name = } -> model",

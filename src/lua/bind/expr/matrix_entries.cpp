@@ -35,7 +35,8 @@ int index(Call& call) {
 }
 
 int entry(Call& call) {
-  if (call.count() != 3) throw Error("expected a row and a column, as in A(2, 3)");
+  if (call.count() != 3)
+    throw Error("expected a row and a column, as in A(2, 3); entry i of a column is q[i]");
   const long i = call.integer(2, "row"), j = call.integer(3, "column");
   return visit(call, [&](const auto& m) {
     return push_entry(call.L,

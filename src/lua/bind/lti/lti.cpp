@@ -82,8 +82,16 @@ bool has_string_key(lua_State* L, int i) {
   return named;
 }
 
+/// A model of equations becomes a linear system at a point.
+void refuse_model(Call& call) {
+  if (object_type(call.L, 1) != "model") return;
+  throw Error(text("a model becomes a linear system at a point: at = sys:init{ fix = … }, then G = ",
+                   "sys:linearize(at), and G:tf() or G:zpk()"));
+}
+
 int ss(Call& call) {
   lua_State* L = call.L;
+  refuse_model(call);
   if (call.is<System>(1)) return push_system(call, lti::to_ss(self(call)));
   if (has_string_key(L, 1)) return push_system(call, ss_from_options(call));
   if (call.count() == 1) return push_system(call, lti::make_gain(to_matrix(L, 1, "D")));
@@ -199,6 +207,7 @@ System assembled(lua_State* L, int index) {
 
 int tf(Call& call) {
   lua_State* L = call.L;
+  refuse_model(call);
   if (call.is<System>(1)) return push_system(call, lti::to_tf(self(call)));
   if (lua_type(L, 1) == LUA_TSTRING &&
       (call.string(1, "variable") == "s" || call.string(1, "variable") == "z")) {
@@ -259,6 +268,7 @@ std::vector<std::pair<Expr, Expr>> read_roots(lua_State* L, int index, const std
 }
 
 int zpk(Call& call) {
+  refuse_model(call);
   if (call.is<System>(1)) return push_system(call, lti::to_zpk(self(call)));
   lti::Factored f;
   f.zeros = read_roots(call.L, 1, "z");

@@ -1,0 +1,110 @@
+// Derivatives at a start that its model does not name, such as z′ of an algebraic variable: they follow from the
+// equations and their derivatives.
+#include "dae/start/start_derivatives.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+#include <Eigen/QR>
+
+#include "base/math.hpp"
+#include "dae/points/derivative_array.hpp"
+
+namespace pendula::dae {
+namespace {
+
+using Eigen::Index;
+
+/// The equations differentiated k times, as a linear problem for what is not known yet; a nonlinear one takes
+/// several steps of Gauss-Newton.
+class Extension {
+ public:
+  Extension(const DerivativeArray& array, const std::unordered_map<Expr, double>& known)
+      : rows_(array.rows()), point_(known) {
+    for (Expr leaf : leaves(rows_)) {
+      if (known.count(leaf) || symbol_of(leaf).kind != Kind::variable) continue;
+      unknowns_.push_back(leaf);
+      point_[leaf] = 0;
+    }
+  }
+
+  /// The values of `wanted` if the equations determine all of them.
+  std::optional<std::vector<double>> values(const std::vector<Expr>& wanted) {
+    std::vector<Index> places;
+    for (Expr leaf : wanted) {
+      const auto at = std::find(unknowns_.begin(), unknowns_.end(), leaf);
+      if (at == unknowns_.end()) return {};
+      places.push_back(at - unknowns_.begin());
+    }
+    const auto entries = sparse_jacobian(rows_, unknowns_);
+    constexpr int steps = 8;  // of Newton's method, quadratic: linear levels take one step each
+    for (int step = 0; step < steps; ++step) {
+      const Mat J = numbers(entries);
+      const Vec r = Eigen::Map<const Vec>(evaluate(rows_, point_).data(), static_cast<Index>(rows_.size()));
+      const Eigen::CompleteOrthogonalDecomposition<Mat> decomposition(J);
+      const Vec d = decomposition.solve(-r);
+      if (!d.allFinite()) return {};
+      for (std::size_t i = 0; i < unknowns_.size(); ++i) point_[unknowns_[i]] += d[static_cast<Index>(i)];
+      if (step + 1 < steps && d.norm() > 1e-13 * (1 + size())) continue;
+      if (!determined(decomposition, J, places)) return {};
+      break;
+    }
+    std::vector<double> found;
+    for (Expr leaf : wanted) found.push_back(point_.at(leaf));
+    return found;
+  }
+
+ private:
+  double size() const {
+    double sum = 0;
+    for (Expr leaf : unknowns_) sum += std::fabs(point_.at(leaf));
+    return sum;
+  }
+  Mat numbers(const std::vector<Entry>& entries) const {
+    std::vector<Expr> expressions;
+    for (const Entry& e : entries) expressions.push_back(e.value);
+    const auto values = evaluate(expressions, point_);
+    Mat J = Mat::Zero(static_cast<Index>(rows_.size()), static_cast<Index>(unknowns_.size()));
+    for (std::size_t k = 0; k < entries.size(); ++k) J(entries[k].row, entries[k].column) = values[k];
+    return J;
+  }
+  /// Unknown i is determined if the null space of J has no component along it: (J⁺ J)ᵢᵢ = 1.
+  static bool determined(const Eigen::CompleteOrthogonalDecomposition<Mat>& decomposition, const Mat& J,
+                         const std::vector<Index>& places) {
+    return std::all_of(places.begin(), places.end(),
+                       [&](Index i) { return std::fabs(decomposition.solve(J.col(i))[i] - 1) < 1e-9; });
+  }
+
+  std::vector<Expr> rows_, unknowns_;
+  std::unordered_map<Expr, double> point_;
+};
+
+}  // namespace
+
+bool add_derivatives(const Model& model, const std::vector<Expr>& wanted, const Substitution& inputs,
+                     std::unordered_map<Expr, double>& values) {
+  constexpr int deepest = 8;  // differentiations; the index of what people write is at most 5
+  constexpr std::size_t most = 400;
+  std::vector<Expr> residuals = model.residuals;
+  if (residuals.size() > most) return false;
+  if (!inputs.empty()) residuals = substitute(residuals, inputs);
+  DerivativeArray array(residuals, model.variables);
+  for (int k = 1; k <= deepest; ++k) {
+    array.extend();
+    auto known = values;
+    for (Expr leaf : leaves(array.rows())) {
+      const Symbol& s = symbol_of(leaf);
+      if (s.kind == Kind::variable || s.kind == Kind::constant || known.count(leaf)) continue;
+      if (!s.value) return false;  // the derivative of an input of which only numbers are known
+      known[leaf] = evaluate({&*s.value, 1}, {})[0];
+    }
+    if (const auto found = Extension(array, known).values(wanted)) {
+      for (std::size_t i = 0; i < wanted.size(); ++i) values[wanted[i]] = (*found)[i];
+      return true;
+    }
+  }
+  return false;
+}
+
+}  // namespace pendula::dae
