@@ -1,6 +1,6 @@
-// embed <output.cpp> <stdlib folder> <files…>: compiles the files with the Lua that will run them and writes
+// embed <output.cpp> <stdlib folder> <files…>: compiles the Lua files with the Lua that will run them and writes
 // the bytecode, with line information, as a C++ source that defines embedded_stdlib(). Parsing at start-up
-// would cost more than everything else before the prompt.
+// would cost more than everything else before the prompt. Other files (a font, a style sheet) go in as they are.
 #include <algorithm>
 #include <cstdio>
 #include <fstream>
@@ -17,9 +17,13 @@ int append(lua_State*, const void* bytes, size_t size, void* out) {
 }
 
 bool compile(const std::string& file, const std::string& name, std::string& bytecode) {
-  lua_State* L = luaL_newstate();
   std::ifstream in(file, std::ios::binary);
   const std::string source((std::istreambuf_iterator<char>(in)), std::istreambuf_iterator<char>());
+  if (in && !name.ends_with(".lua")) {
+    bytecode = source;
+    return true;
+  }
+  lua_State* L = luaL_newstate();
   const bool good =
       in && luaL_loadbuffer(L, source.data(), source.size(), ("=stdlib/" + name).c_str()) == LUA_OK;
   // The compiler reads "stdlib/x.lua:3: …" as file and line.

@@ -6,6 +6,7 @@ _pendula() {
   [[ $previous == -e && $COMP_CWORD -gt 1 ]] && return
   for ((i = 1; i < COMP_CWORD; i++)); do
     case ${COMP_WORDS[i]} in
+      report) mapfile -t COMPREPLY < <(compgen -f -- "$word"; compgen -W '-o --timing --fold --help' -- "$word"); return ;;
       test) mapfile -t COMPREPLY < <(compgen -f -X '!*.lua' -- "$word"; compgen -d -- "$word"); return ;;
       -e) ((i++)) ;;
       -?*) ;;
@@ -16,6 +17,6 @@ _pendula() {
     mapfile -t COMPREPLY < <(compgen -W '-e -i - -- --no-color --version --help' -- "$word")
     return
   fi
-  mapfile -t COMPREPLY < <(compgen -f -X '!*.lua' -- "$word"; compgen -d -- "$word"; compgen -W test -- "$word")
+  mapfile -t COMPREPLY < <(compgen -f -X '!*.lua' -- "$word"; compgen -d -- "$word"; compgen -W 'test report' -- "$word")
 }
 complete -F _pendula pendula

@@ -5,11 +5,17 @@
 
 #include "lua/bind/modules.hpp"
 #include "lua/core/objects.hpp"
+#include "lua/document/tokens.hpp"
 #include "lua/session/state.hpp"
-#include "shell/tokens.hpp"
 
 namespace pendula::shell {
 namespace {
+
+using lua::is_name;
+using lua::keywords;
+using lua::Token;
+using lua::tokenize;
+using lua::TokenKind;
 
 using Key = std::variant<std::string, lua_Integer>;
 

@@ -3,11 +3,16 @@
 #include <algorithm>
 #include <array>
 
+#include "lua/document/tokens.hpp"
 #include "shell/hints.hpp"
-#include "shell/tokens.hpp"
 
 namespace pendula::shell {
 namespace {
+
+using lua::is_name;
+using lua::Token;
+using lua::tokenize;
+using lua::TokenKind;
 
 bool ends_with(std::string_view text, std::string_view end) {
   return text.size() >= end.size() && text.substr(text.size() - end.size()) == end;

@@ -6,10 +6,14 @@
 #include <cstdlib>
 #include <vector>
 
-#include "shell/tokens.hpp"
+#include "lua/document/tokens.hpp"
 
 namespace pendula::shell {
 namespace {
+
+using lua::Token;
+using lua::tokenize;
+using lua::TokenKind;
 
 struct Foreign {
   std::string_view written;  ///< adjacent characters outside of strings and comments

@@ -6,6 +6,7 @@
 #include <cstring>
 #include <memory>
 
+#include "base/error.hpp"
 #include "lua/session/state.hpp"
 #include "lua/session/testing.hpp"
 #include "shell/options.hpp"
@@ -23,6 +24,16 @@ using State = std::unique_ptr<lua_State, decltype(&lua_close)>;
 int run_tests(const Options& options) {
   catch_interrupt_in_script();
   return lua::run_tests(options.arguments);
+}
+
+int run_tool(const Options& options) {
+  catch_interrupt_in_script();
+  const State state(lua::new_state(), lua_close);
+  try {
+    return lua::run_tool(state.get(), options.tool, options.arguments);
+  } catch (const Interrupted&) {
+    return complain("interrupted"), interrupted;
+  }
 }
 
 /// -e, then the script; the first error ends it.
@@ -60,6 +71,8 @@ int dispatch(const Options& options) {
       return ok;
     case Options::Action::test:
       return run_tests(options);
+    case Options::Action::tool:
+      return run_tool(options);
     case Options::Action::run:
       return run(options);
   }

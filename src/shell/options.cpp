@@ -28,6 +28,18 @@ void read_option(const std::vector<std::string>& words, std::size_t& i, Options&
   }
 }
 
+/// Words that stand where a script would, and the file of stdlib behind them.
+struct Tool {
+  const char *word, *file;
+};
+constexpr Tool tools[] = {{"report", "document/report"}};
+
+const Tool* tool_named(const std::string& word) {
+  for (const Tool& tool : tools)
+    if (word == tool.word) return &tool;
+  return nullptr;
+}
+
 void take_rest(const std::vector<std::string>& words, std::size_t i, std::vector<std::string>& rest) {
   rest.assign(words.begin() + static_cast<std::ptrdiff_t>(i), words.end());
 }
@@ -58,6 +70,13 @@ Options parse_options(const std::vector<std::string>& words) {
       throw UsageError("'pendula test' needs files or folders: pendula test tests");
     return options;
   }
+  if (const Tool* tool = tool_named(words[i]);
+      tool && !only_operands && options.code.empty() && !options.interactive) {
+    options.action = Options::Action::tool;
+    options.tool = tool->file;
+    take_rest(words, i + 1, options.arguments);
+    return options;
+  }
   options.script = words[i];
   if (options.script.empty()) throw UsageError("the name of the script is empty");
   take_rest(words, i + 1, options.arguments);
@@ -67,6 +86,7 @@ Options parse_options(const std::vector<std::string>& words) {
 const char* help_text() {
   return R"(usage: pendula [options] [script.lua [arguments]]
        pendula test path...
+       pendula report script.lua [-o page.html]
 
 Without a script: an interactive session, or, if standard input is not a terminal, the script that stands there.
 
@@ -79,6 +99,7 @@ Without a script: an interactive session, or, if standard input is not a termina
   --            what follows is the script, whatever it looks like
 
 pendula test    runs scripted tests, files or all *.lua below a folder
+pendula report  runs a script and writes its text, code, results and figures as one page: report --help
 
 A script finds its arguments in the table arg and in ... . Exit status: 0, 1 after an error, 2 for a wrong
 command line, 130 after Ctrl-C.

@@ -8,11 +8,12 @@
 namespace pendula::shell {
 
 struct Options {
-  enum class Action { run, test, version, help };
+  enum class Action { run, test, tool, version, help };
   Action action = Action::run;
   std::vector<std::string> code;       ///< the texts of -e, in order
   std::string script;                  ///< "": none; "-": standard input
-  std::vector<std::string> arguments;  ///< behind the script; or the paths of `pendula test`
+  std::vector<std::string> arguments;  ///< behind the script, or behind the name of a tool or `test`
+  std::string tool;                    ///< the file of stdlib that is run: "document/report"
   std::vector<std::string> before;     ///< what stood before the script, the program's name first
   bool interactive = false;            ///< -i
   bool colour = true;                  ///< not --no-color

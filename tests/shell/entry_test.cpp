@@ -3,12 +3,13 @@
 
 #include <memory>
 
+#include "lua/document/tokens.hpp"
 #include "lua/session/state.hpp"
 #include "shell/entry.hpp"
 #include "shell/hints.hpp"
-#include "shell/tokens.hpp"
 
 using namespace pendula::shell;
+using namespace pendula::lua;
 
 namespace {
 

@@ -7,6 +7,7 @@
 #include <malloc.h>
 #endif
 
+#include "base/interrupt.hpp"
 #include "lua/bind/modules.hpp"
 #include "lua/core/documentation.hpp"
 #include "lua/core/interrupts.hpp"
@@ -15,6 +16,7 @@
 #include "lua/core/records.hpp"
 #include "lua/core/trampoline.hpp"
 #include "lua/core/values.hpp"
+#include "lua/document/document.hpp"
 #include "lua/session/safe.hpp"
 
 namespace pendula::lua {
@@ -27,11 +29,38 @@ int panic(lua_State* L) {
   return 0;
 }
 
+/// run_user(function, …): true; or false, the text of the error and whether it was Ctrl-C. For what stands
+/// between a script and the terminal: reports, notebooks.
+int run_user(lua_State* L) {
+  luaL_checktype(L, 1, LUA_TFUNCTION);
+  const bool good = run(L, lua_gettop(L) - 1, 0);
+  lua_pushboolean(L, good);
+  if (good) return 1;
+  const bool stopped = is_interrupt(L, -2);
+  if (stopped) interrupt_requested = false;
+  if (stopped || !lua_isstring(L, -2)) {
+    lua_pushstring(L, stopped ? "interrupted" : "an error without a text");
+  } else {
+    lua_pushvalue(L, -2);
+  }
+  lua_pushboolean(L, stopped);
+  return 3;
+}
+
+void open_run_user(lua_State* L) {
+  push_stdlib_environment(L);
+  lua_pushcfunction(L, guarded<run_user>);
+  lua_setfield(L, -2, "run_user");
+  lua_pop(L, 1);
+}
+
 int open_everything(lua_State* L) {
   lua_gc(L, LUA_GCSTOP);
   open_safe_libraries(L);
   open_library(L);
   open_documentation(L);
+  open_document(L);
+  open_run_user(L);
   open_records(L);
   for (const Module* module : modules()) add_module(L, *module);
   open_numbers(L);
@@ -120,6 +149,35 @@ bool run(lua_State* L, int arguments, int results) {
     lua_pushlstring(L, message.data(), message.size());
   }
   return status == LUA_OK;
+}
+
+namespace {
+
+int load_tool(lua_State* L) {
+  include_embedded(L, luaL_checkstring(L, 1));
+  return 1;
+}
+
+}  // namespace
+
+int run_tool(lua_State* L, const std::string& name, const std::vector<std::string>& arguments) {
+  const int base = lua_gettop(L);
+  lua_pushcfunction(L, guarded<load_tool>);
+  lua_pushlstring(L, name.data(), name.size());
+  bool good = run(L, 1, 1);
+  if (good) {
+    lua_createtable(L, static_cast<int>(arguments.size()), 0);
+    for (std::size_t i = 0; i < arguments.size(); ++i) {
+      lua_pushlstring(L, arguments[i].data(), arguments[i].size());
+      lua_rawseti(L, -2, static_cast<lua_Integer>(i) + 1);
+    }
+    good = run(L, 1, 1);
+  }
+  if (!good && is_interrupt(L, -1)) throw Interrupted();
+  if (!good) throw Error(lua_tostring(L, -1));
+  const auto status = static_cast<int>(lua_tointeger(L, -1));
+  lua_settop(L, base);
+  return status;
 }
 
 }  // namespace pendula::lua

@@ -3,6 +3,9 @@
 // the stdlib's files, and the shell above knows only this folder.
 #pragma once
 
+#include <string>
+#include <vector>
+
 #include <lua.hpp>
 
 namespace pendula::lua {
@@ -17,6 +20,11 @@ lua_State* new_state();
 /// Runs the function on top of the stack (below `arguments` arguments) with a traceback handler. True:
 /// results are on the stack. False: the error text (or the interrupt marker) is on top.
 bool run(lua_State* L, int arguments, int results);
+
+/// Runs a tool of the program that is written in Lua: the file stdlib/<name>.lua returns a function, which gets
+/// the arguments as a list. The exit status it returns. Throws Error with the text of what went wrong,
+/// Interrupted after Ctrl-C.
+int run_tool(lua_State* L, const std::string& name, const std::vector<std::string>& arguments);
 
 /// Was the error value on top of the stack Ctrl-C?
 bool is_interrupt(lua_State* L, int index);

@@ -465,6 +465,36 @@ int save(Call& call) {
   return 1;
 }
 
+int push_texts(lua_State* L, const std::vector<std::string>& texts) {
+  lua_createtable(L, static_cast<int>(texts.size()), 0);
+  for (size_t i = 0; i < texts.size(); ++i) {
+    lua_pushlstring(L, texts[i].data(), texts[i].size());
+    lua_rawseti(L, -2, static_cast<lua_Integer>(i) + 1);
+  }
+  return 1;
+}
+
+/// Appends the figures of the list at an argument.
+void read_figures(Call& call, int argument, std::vector<plot::Figure>& into) {
+  call.table(argument, "figures");
+  const lua_Integer n = list_size(call.L, argument, "figures");
+  for (lua_Integer i = 1; i <= n; ++i) {
+    lua_rawgeti(call.L, argument, i);
+    const auto* held = object_at(call.L, lua_gettop(call.L), TypeName<plot::Figure>::value);
+    if (!held || !*held) throw Error(text("figure ", i, " is not a figure"));
+    into.push_back(*static_cast<const plot::Figure*>(held->get()));
+    lua_pop(call.L, 1);
+  }
+}
+
+/// fig:svg() -> text; fig:svg{ others } -> list of texts.
+int svg(Call& call) {
+  std::vector<plot::Figure> figures{self(call)};
+  if (!call.has(2)) return call.push(plot::svg_texts(figures)[0]);
+  read_figures(call, 2, figures);
+  return push_texts(call.L, plot::svg_texts(figures));
+}
+
 /// fig:with(other): the curves of both.
 int with(Call& call) {
   plot::Figure f = self(call);
@@ -480,15 +510,7 @@ int with(Call& call) {
 int page(Call& call) {
   plot::Figure f = self(call);
   f.columns = static_cast<int>(call.integer(2, "columns"));
-  call.table(3, "figures");
-  const lua_Integer n = list_size(call.L, 3, "figures");
-  for (lua_Integer i = 1; i <= n; ++i) {
-    lua_rawgeti(call.L, 3, i);
-    const auto* held = object_at(call.L, lua_gettop(call.L), TypeName<plot::Figure>::value);
-    if (!held || !*held) throw Error(text("figure ", i, " is not a figure"));
-    f.below.push_back(*static_cast<const plot::Figure*>(held->get()));
-    lua_pop(call.L, 1);
-  }
+  read_figures(call, 3, f.below);
   for (const plot::Figure& panel : f.below)
     if (panel.three_d || f.three_d || !panel.below.empty())
       throw Error("pages are made of 2-D figures of one panel each");
@@ -500,15 +522,6 @@ int label_text(Call& call) { return call.push(words(call.L, 1, "label")); }
 
 int describe_figure(Call& call) { return call.push(plot::describe(self(call))); }
 int title(Call& call) { return call.push(self(call).title); }
-
-int push_texts(lua_State* L, const std::vector<std::string>& texts) {
-  lua_createtable(L, static_cast<int>(texts.size()), 0);
-  for (size_t i = 0; i < texts.size(); ++i) {
-    lua_pushlstring(L, texts[i].data(), texts[i].size());
-    lua_rawseti(L, -2, static_cast<lua_Integer>(i) + 1);
-  }
-  return 1;
-}
 
 int notes(Call& call) { return push_texts(call.L, self(call).notes); }
 
@@ -546,6 +559,9 @@ extern const Module plot_module = {
             figure that is the value of a line is shown by itself.)"},
         {"figure:save", save, "fig:save(file) -> fig",
          "Writes the figure to a file through gnuplot; the extension says the format: .svg, .png or .pdf."},
+        {"figure:svg", svg, "fig:svg([{ others }]) -> string, or list of strings",
+         R"(The SVG text that :save "file.svg" writes; with a list of other figures the texts of this one and
+            of those, for which gnuplot is started once.)"},
         {"figure:with", with, "fig:with(other) -> figure", "The curves of both figures in one: see overlay."},
         {"figure:page", page, "fig:page(columns, { figures }) -> figure",
          "This figure and others on one page: see layout."},

@@ -1,9 +1,9 @@
-#include "shell/tokens.hpp"
+#include "lua/document/tokens.hpp"
 
 #include <algorithm>
 #include <array>
 
-namespace pendula::shell {
+namespace pendula::lua {
 namespace {
 
 // Not <cctype>: its answers depend on the locale, Lua's names do not.
@@ -145,4 +145,4 @@ bool is_name(std::string_view word) {
          !is_keyword(word);
 }
 
-}  // namespace pendula::shell
+}  // namespace pendula::lua

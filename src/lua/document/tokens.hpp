@@ -1,6 +1,6 @@
-// The words of a piece of Lua, as far as the prompt needs them: where strings and
-// comments end, which words are keywords, what the cursor stands in. It never fails: text
-// that Lua would refuse becomes tokens all the same.
+// The words of a piece of Lua, as far as the prompt and documents need them: where strings and comments end,
+// which words are keywords, what the cursor stands in. It never fails: text that Lua would refuse becomes tokens
+// all the same.
 #pragma once
 
 #include <cstddef>
@@ -8,7 +8,7 @@
 #include <string_view>
 #include <vector>
 
-namespace pendula::shell {
+namespace pendula::lua {
 
 enum class TokenKind {
   name,
@@ -40,4 +40,4 @@ const std::vector<std::string>& keywords();
 
 bool is_name(std::string_view word);  ///< a Lua name that is not a keyword
 
-}  // namespace pendula::shell
+}  // namespace pendula::lua

@@ -1,0 +1,437 @@
+-- Mathematics in HTML: LaTeX as our printers and people write it, as native MathML, which browsers set
+-- without a script. What it does not know it shows as it stands; it never fails.
+local text = document.text
+local M = {}
+
+local deepest = 100                                  -- braces within braces
+
+local greek = {}
+for name, letter in ([[alpha α beta β gamma γ delta δ epsilon ϵ varepsilon ε zeta ζ eta η theta θ vartheta ϑ
+    iota ι kappa κ lambda λ mu μ nu ν xi ξ omicron ο pi π varpi ϖ rho ρ varrho ϱ sigma σ varsigma ς tau τ
+    upsilon υ phi ϕ varphi φ chi χ psi ψ omega ω Gamma Γ Delta Δ Theta Θ Lambda Λ Xi Ξ Pi Π Sigma Σ
+    Upsilon Υ Phi Φ Psi Ψ Omega Ω]]):gmatch "(%S+)%s+(%S+)" do
+  greek[name] = letter
+end
+
+local operators = {}
+for name, sign in ([[cdot ⋅ times × div ÷ pm ± mp ∓ le ≤ leq ≤ ge ≥ geq ≥ ne ≠ neq ≠ approx ≈ equiv ≡ sim ∼
+    ll ≪ gg ≫ to → rightarrow → leftarrow ← Rightarrow ⇒ Leftrightarrow ⇔ mapsto ↦ in ∈ notin ∉ subset ⊂ cup ∪
+    cap ∩ land ∧ lor ∨ neg ¬ forall ∀ exists ∃ circ ∘ ast ∗ star ⋆ mid ∣ parallel ∥ perp ⊥ propto ∝ prime ′
+    setminus ∖ langle ⟨ rangle ⟩ lbrace { rbrace } lfloor ⌊ rfloor ⌋ lceil ⌈ rceil ⌉ vert | Vert ‖ | ‖ { { } }
+    colon :]]):gmatch "(%S+)%s+(%S+)" do
+  operators[name] = sign
+end
+
+local identifiers = { infty = "∞", partial = "∂", nabla = "∇", top = "⊤", ell = "ℓ", hbar = "ℏ",
+  emptyset = "∅", Re = "ℜ", Im = "ℑ", dots = "…", ldots = "…", cdots = "⋯", vdots = "⋮", ddots = "⋱",
+  imath = "ı", jmath = "ȷ", ["%"] = "%", ["#"] = "#", ["_"] = "_", ["&"] = "&", ["$"] = "$" }
+
+local functions = {}
+for name in ("sin cos tan arcsin arccos arctan sinh cosh tanh exp ln log det dim ker rank arg gcd")
+    :gmatch "%S+" do
+  functions[name] = true
+end
+
+local large = { sum = "∑", prod = "∏", lim = "lim", max = "max", min = "min", sup = "sup", inf = "inf" }
+local integrals = { int = "∫", iint = "∬", oint = "∮" }
+local accents = { dot = "˙", ddot = "¨", dddot = "⃛", hat = "^", widehat = "^", bar = "¯", overline = "¯",
+  vec = "→", tilde = "~", widetilde = "~" }
+local spaces = { quad = "1em", qquad = "2em", [","] = "0.17em", [":"] = "0.22em", [";"] = "0.28em",
+  ["!"] = "-0.17em", [" "] = "0.33em" }
+local sized = { big = true, Big = true, bigg = true, Bigg = true, bigl = true, bigr = true, Bigl = true,
+  Bigr = true, displaystyle = true, textstyle = true, limits = true, nolimits = true, nonumber = true,
+  notag = true, hline = true }
+
+-- First code point of the alphabets, for A … Z, a … z, α … ω and 0 … 9. MathML has no other bold letters.
+local alphabets = {
+  mathbf = { upper = 0x1D400, lower = 0x1D41A, Upper = 0x1D6A8, greek = 0x1D6C2, digit = 0x1D7CE },
+  boldsymbol = { upper = 0x1D468, lower = 0x1D482, Upper = 0x1D71C, greek = 0x1D736, digit = 0x1D7CE },
+  mathbb = { upper = 0x1D538, C = 0x2102, H = 0x210D, N = 0x2115, P = 0x2119, Q = 0x211A, R = 0x211D,
+    Z = 0x2124 },
+  mathcal = { upper = 0x1D49C, B = 0x212C, E = 0x2130, F = 0x2131, H = 0x210B, I = 0x2110, L = 0x2112,
+    M = 0x2133, R = 0x211B },
+}
+alphabets.bm, alphabets.textbf = alphabets.boldsymbol, alphabets.mathbf
+
+local function in_alphabet(letters, alphabet)
+  local out = {}
+  for _, code in utf8.codes(letters) do
+    local c = utf8.char(code)
+    local first, base
+    if alphabet[c] then first, base = alphabet[c], code
+    elseif c:find "^%u$" then first, base = alphabet.upper, 65
+    elseif c:find "^%l$" then first, base = alphabet.lower, 97
+    elseif c:find "^%d$" then first, base = alphabet.digit, 48
+    elseif code >= 0x391 and code <= 0x3A9 then first, base = alphabet.Upper, 0x391
+    elseif code >= 0x3B1 and code <= 0x3C9 then first, base = alphabet.greek, 0x3B1 end
+    out[#out + 1] = first and utf8.char(first + code - base) or c
+  end
+  return table.concat(out)
+end
+
+-- ── reading ────────────────────────────────────────────────────────────────────────────────────────────────
+
+-- Tokens: "\name", "\{" …, single characters; blanks only where they end a command.
+local function tokens_of(latex)
+  local list = {}
+  local at = 1
+  while at <= #latex do
+    local token = latex:match("^\\%a+", at) or latex:match("^\\.", at) or latex:match("^%d+%.?%d*", at)
+      or latex:match("^'+", at) or latex:match("^[%z\1-\127\194-\244][\128-\191]*", at) or latex:sub(at, at)
+    if not token:find "^%s" then list[#list + 1] = { token = token, first = at, last = at + #token - 1 } end
+    at = at + #token
+  end
+  return list
+end
+
+local Reader = {}
+Reader.__index = Reader
+
+function Reader:peek() return self.tokens[self.at] and self.tokens[self.at].token end
+
+function Reader:next()
+  local token = self:peek()
+  self.at = self.at + 1
+  return token
+end
+
+-- What stands between braces, as it was written; for words and names.
+function Reader:raw()
+  if self:peek() ~= "{" then return self:next() or "" end
+  local first, depth = self.tokens[self.at].last + 1, 0
+  local last = #self.latex
+  repeat
+    local token = self.tokens[self.at]
+    if not token then break end
+    if token.token == "{" then depth = depth + 1 end
+    if token.token == "}" then depth = depth - 1 end
+    last = token.first - 1
+    self.at = self.at + 1
+  until depth == 0
+  return self.latex:sub(first, last)
+end
+
+-- ── writing ────────────────────────────────────────────────────────────────────────────────────────────────
+
+local function tag(name, inside, attributes)
+  return "<" .. name .. (attributes and " " .. attributes or "") .. ">" .. inside .. "</" .. name .. ">"
+end
+
+local function mo(sign, attributes) return tag("mo", text.escaped(sign), attributes) end
+local function mi(name, attributes) return tag("mi", text.escaped(name), attributes) end
+
+local function row(nodes)
+  if #nodes == 1 then return nodes[1] end
+  return tag("mrow", table.concat(nodes))
+end
+
+local function words(latex)
+  local plain = latex:gsub("\\([%%#_&$ {}])", "%1")
+  return tag("mtext", (text.escaped(plain):gsub("^ ", "\u{A0}"):gsub(" $", "\u{A0}")))
+end
+
+-- One argument: a group in braces, or one atom.
+function Reader:argument()
+  local node = self:atom()
+  return node or "<mrow></mrow>"
+end
+
+function Reader:group(close)
+  self.depth = self.depth + 1
+  if self.depth > deepest then error("too deep", 0) end
+  local nodes = self:nodes({ [close] = true })
+  if self:peek() == close then self.at = self.at + 1 end
+  self.depth = self.depth - 1
+  return row(nodes)
+end
+
+local fences = { ["("] = "(", [")"] = ")", ["["] = "[", ["]"] = "]", ["|"] = "|", ["/"] = "/", ["<"] = "⟨",
+  [">"] = "⟩", ["."] = "" }
+
+function Reader:fence()
+  local token = self:next() or "."
+  return fences[token] or operators[token:sub(2)] or text.escaped(token)
+end
+
+local tall = { "<mfrac", "<mtable", "<msqrt", "<mroot", "<munder" }  -- what parentheses grow around
+
+function Reader:left_right()
+  local open = self:fence()
+  self.depth = self.depth + 1
+  if self.depth > deepest then error("too deep", 0) end
+  local nodes = self:nodes { ["\\right"] = true }
+  self.depth = self.depth - 1
+  local close = ""
+  if self:peek() == "\\right" then
+    self.at = self.at + 1
+    close = self:fence()
+  end
+  local inside = table.concat(nodes)
+  local low = true
+  for _, name in ipairs(tall) do low = low and not inside:find(name, 1, true) end
+  local attributes = 'fence="true"' .. (low and ' stretchy="false"' or "")
+  if open ~= "" then inside = mo(open, 'form="prefix" ' .. attributes) .. inside end
+  if close ~= "" then inside = inside .. mo(close, 'form="postfix" ' .. attributes) end
+  return tag("mrow", inside)
+end
+
+-- ── tables ─────────────────────────────────────────────────────────────────────────────────────────────────
+
+local enclosed = { bmatrix = { "[", "]" }, pmatrix = { "(", ")" }, vmatrix = { "|", "|" },
+  Bmatrix = { "{", "}" },
+  Vmatrix = { "‖", "‖" }, cases = { "{", "" } }
+local aligned = { align = true, ["align*"] = true, aligned = true, eqnarray = true, split = true }
+local rows_only = { equation = true, ["equation*"] = true, gather = true, ["gather*"] = true,
+  gathered = true }
+
+-- The cells of an environment up to its \end; what \tag and \hline said of each row.
+function Reader:cells(name)
+  local rows, cells, notes = {}, {}, { rules = {}, tags = {} }
+  local closing = { ["&"] = true, ["\\\\"] = true, ["\\end"] = true }
+  local ended = false
+  while not ended do
+    while self:peek() == "\\hline" do
+      notes.rules[#rows + 1] = true
+      self.at = self.at + 1
+    end
+    self.tag = nil
+    cells[#cells + 1] = row(self:nodes(closing))
+    notes.tags[#rows + 1] = notes.tags[#rows + 1] or self.tag
+    local token = self:next()
+    if token ~= "&" then
+      if not (#cells == 1 and cells[1] == "<mrow></mrow>") then rows[#rows + 1] = cells end
+      cells = {}
+    end
+    ended = token == nil or token == "\\end"
+  end
+  self:raw()                                         -- {name}
+  self.tag = nil
+  return rows, notes
+end
+
+-- "c|cc" -> alignments of the columns, and which have a line on their left.
+local function columns_of(layout)
+  local sides, lines, line = {}, {}, false
+  for c in layout:gmatch "[lcr|]" do
+    if c == "|" then
+      line = true
+    else
+      sides[#sides + 1] = c == "l" and "left" or c == "r" and "right" or "center"
+      lines[#sides], line = line, false
+    end
+  end
+  return sides, lines
+end
+
+local function side_of(name, j, sides)
+  if name == "cases" then return "left" end
+  if aligned[name] then return j % 2 == 1 and "right" or "left" end
+  return sides and sides[j] or "center"
+end
+
+function Reader:environment()
+  local name = self:raw()
+  self.depth = self.depth + 1
+  if self.depth > deepest then error("too deep", 0) end
+  local sides, lines
+  if name == "array" then sides, lines = columns_of(self:raw()) end
+  local rows, notes = self:cells(name)
+  self.depth = self.depth - 1
+  local out, tagged = {}, next(notes.tags) ~= nil
+  for i, cells in ipairs(rows) do
+    local list = {}
+    for j, cell in ipairs(cells) do
+      local side = side_of(name, j, sides)
+      local classes = { side }
+      if lines and lines[j] then classes[#classes + 1] = "line-left" end
+      if notes.rules[i] then classes[#classes + 1] = "line-above" end
+      list[#list + 1] = tag("mtd", cell, ('class="%s"'):format(table.concat(classes, " ")))
+    end
+    if tagged then
+      local label = notes.tags[i]
+      list[#list + 1] = tag("mtd", label and words("(" .. label .. ")") or "", 'class="tag"')
+    end
+    out[#out + 1] = tag("mtr", table.concat(list))
+  end
+  local display = aligned[name] or rows_only[name]
+  local kind = aligned[name] and "aligned" or rows_only[name] and "gathered" or "grid"
+  local grid = tag("mtable", table.concat(out), ('class="%s"%s'):format(kind,
+    display and ' displaystyle="true"' or ""))
+  local fence = enclosed[name]
+  if not fence then return grid end
+  local close = fence[2] ~= "" and mo(fence[2], 'form="postfix" fence="true"') or ""
+  return tag("mrow", mo(fence[1], 'form="prefix" fence="true"') .. grid .. close)
+end
+
+-- ── atoms ──────────────────────────────────────────────────────────────────────────────────────────────────
+
+local commands = {}
+
+function commands.frac(r) return tag("mfrac", r:argument() .. r:argument()) end
+commands.dfrac, commands.tfrac = commands.frac, commands.frac
+function commands.binom(r)
+  return tag("mrow", mo "(" .. tag("mfrac", r:argument() .. r:argument(), 'linethickness="0"') .. mo ")")
+end
+function commands.sqrt(r)
+  if r:peek() ~= "[" then return tag("msqrt", r:argument()) end
+  r.at = r.at + 1
+  local index = r:group "]"
+  return tag("mroot", r:argument() .. index)
+end
+function commands.left(r) return r:left_right() end
+function commands.begin(r) return r:environment() end
+function commands.text(r) return words(r:raw()) end
+commands.textrm, commands.mbox, commands.textit = commands.text, commands.text, commands.text
+function commands.mathrm(r) return mi(r:raw():gsub("\\_", "_"), 'mathvariant="normal"') end
+commands.mathsf, commands.mathit = commands.mathrm, commands.mathrm
+function commands.operatorname(r) return mi(r:raw(), 'mathvariant="normal"') .. mo "\u{2061}" end
+function commands.tag(r)
+  r.tag = r:raw()
+  return ""
+end
+function commands.label(r)
+  r:raw()
+  return ""
+end
+for name, alphabet in pairs(alphabets) do
+  commands[name] = function(r)
+    local inside = r:raw():gsub("\\(%a+)%s*", greek)
+    local bold = in_alphabet(text.valid(inside), alphabet)
+    return tag(inside:find "^%d+$" and "mn" or "mi", text.escaped(bold))
+  end
+end
+
+function Reader:command(name)
+  if commands[name] then return commands[name](self) end
+  if greek[name] then return mi(greek[name], name:find "^%u" and 'mathvariant="normal"' or nil) end
+  if name == "top" then return mi("⊤") end
+  if identifiers[name] then return mi(identifiers[name]) end
+  if operators[name] then return mo(operators[name]) end
+  if functions[name] then return mi(name) .. mo "\u{2061}" end
+  if large[name] then
+    local letters = large[name]:find "^%a"
+    return letters and mo(large[name], 'movablelimits="true" form="prefix"') or mo(large[name])
+  end
+  if integrals[name] then return mo(integrals[name]) end
+  if accents[name] then return tag("mover", self:argument() .. mo(accents[name]), 'accent="true"') end
+  if name == "underline" then return tag("munder", self:argument() .. mo "_") end
+  if spaces[name] then return ('<mspace width="%s"></mspace>'):format(spaces[name]) end
+  if sized[name] then return "" end
+  return tag("mtext", text.escaped("\\" .. name))
+end
+
+local signs = { ["-"] = "−", ["*"] = "∗" }
+
+-- The next piece without its indices, or nil at the end.
+function Reader:atom()
+  local token = self:next()
+  if not token then return nil end
+  if token == "{" then return self:group "}" end
+  if token:find "^\\" then return self:command(token:sub(2)), token:sub(2) end
+  if token:find "^%d" then return tag("mn", token) end
+  if token:find "^%a$" then return tag("mi", token) end
+  if token:find "^'" then return mo(("′"):rep(#token)) end
+  if #token > 1 then
+    local code = utf8.len(token) == 1 and utf8.codepoint(token)
+    if code and (code < 0x2190 or code > 0x2BFF) and code ~= 0x2032 then return mi(token) end
+    return mo(token)
+  end
+  if token == "~" then return '<mspace width="0.33em"></mspace>' end
+  return mo(signs[token] or token, (token == "(" or token == ")" or token == "|") and 'stretchy="false"'
+    or nil)
+end
+
+local primes = { "′", "″", "‴", "⁗" }
+
+-- Sub- and superscripts behind an atom.
+function Reader:scripts(base, name)
+  local below, above
+  while true do
+    local token = self:peek()
+    if token == "_" and not below then
+      self.at = self.at + 1
+      below = self:argument()
+    elseif token == "^" and (not above or above.prime) then
+      self.at = self.at + 1
+      local raised = self:argument()
+      above = { node = above and tag("mrow", above.node .. raised) or raised }
+    elseif token and token:find "^'" and not above then
+      self.at = self.at + 1
+      above = { node = mo(primes[#token] or ("′"):rep(#token)), prime = true }
+    else
+      break
+    end
+  end
+  above = above and above.node
+  if not below and not above then return base end
+  local limits = name and large[name]
+  local under, over, both = "msub", "msup", "msubsup"
+  if limits then under, over, both = "munder", "mover", "munderover" end
+  if base == "" then base = "<mrow></mrow>" end
+  if below and above then return tag(both, base .. below .. above) end
+  return tag(below and under or over, base .. (below or above))
+end
+
+-- Atoms with their scripts until one of `closing` or the end.
+function Reader:nodes(closing)
+  local nodes = {}
+  while true do
+    local token = self:peek()
+    if not token or closing[token] then return nodes end
+    if token == "_" or token == "^" then
+      nodes[#nodes + 1] = self:scripts("")
+    elseif token == "}" or token == "&" or token == "\\\\" or token == "\\right" or token == "\\end" then
+      self.at = self.at + 1                          -- closes what was never opened
+      if token == "\\right" or token == "\\end" then self:raw() end
+    else
+      local leads = (token == "-" or token == "+") and (#nodes == 0 or nodes[#nodes]:find "</mo>$")
+      local node, name = self:atom()
+      if leads then node = node:gsub("^<mo>", '<mo form="prefix">') end
+      node = self:scripts(node, name)
+      if node ~= "" then nodes[#nodes + 1] = node end
+    end
+  end
+end
+
+local displays = { [true] = 'display="block"', large = 'displaystyle="true"' }
+
+-- The element math of a LaTeX formula: in a line; with `display` true on a line of its own; with "large" in a
+-- line, but with fractions as large as on one of its own.
+function M.formula(latex, display)
+  latex = text.valid(latex)
+  local good, nodes = pcall(function()
+    local reader = setmetatable({ latex = latex, tokens = tokens_of(latex), at = 1, depth = 0 }, Reader)
+    return reader:nodes({})
+  end)
+  if not good then return "<code>" .. text.escaped(latex) .. "</code>" end
+  return tag("math", row(nodes), displays[display])
+end
+
+-- Names whose indices alone are a formula, q$_{1}''$, belong into it.
+local function with_names(line)
+  return (line:gsub("(%a[%w]*)%$([_^][^$]*)%$", function(name, indices)
+    return "$" .. (#name > 1 and "\\mathrm{" .. name .. "}" or name) .. indices .. "$"
+  end))
+end
+
+-- A derivation: lines of words with formulas between dollars.
+function M.lines(latex)
+  local out = {}
+  for line in (latex .. "\\\\\n"):gmatch "(.-)\\\\\n" do
+    line = with_names(line)
+    local html, at = {}, 1
+    while true do
+      local first, last, inside = line:find("%$(.-)%$", at)
+      local plain = line:sub(at, (first or 0) - 1):gsub("\\quad%s*", "\u{2003}")
+        :gsub("\\textquotesingle%s?", "'"):gsub("\\([%%#_&${}])", "%1")
+      html[#html + 1] = text.escaped(plain)
+      if not first then break end
+      html[#html + 1] = M.formula(inside)
+      at = last + 1
+    end
+    out[#out + 1] = '<p class="step">' .. table.concat(html) .. "</p>"
+  end
+  return table.concat(out, "\n")
+end
+
+return M

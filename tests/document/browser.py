@@ -1,0 +1,138 @@
+"""Documents in chromium (./dev test-browser): mathematics has a size and its font, figures are drawn, nothing is
+fetched, nothing complains, text can be selected, pages print, light and dark can be read. Pictures are left in the
+folder that is the first argument."""
+import os
+import re
+import subprocess
+import sys
+import tempfile
+import unittest
+
+sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
+import chromium  # noqa: E402
+
+PROGRAM = os.environ.get("PENDULA", "build/release/pendula")
+ROOT = os.environ.get("PENDULA_ROOT", ".")
+FOLDER = None
+AXE = os.environ.get("PENDULA_AXE", "")                # axe.min.js, for the accessibility check
+
+SCRIPT = r'''
+--- # The pendulum
+--- The length is kept: $\sqrt{x^2 + y^2} = L$.
+x, y, u, v, z = vars "x y u v z"
+pend = dae { der(x) ~ u, der(y) ~ v, der(u) ~ -z*x, der(v) ~ -z*y - 9.81, 0 ~ x^2 + y^2 - 1 }
+print(pend)
+print(jacobian({ x^2/y, sin(x) }, { x, y }))
+low = pend:reduce "ggl"
+at = low:init { fix = { [x] = 1, [v] = 0 }, guess = { y = 0 } }
+print(at:ledger())
+sol = low:integrate { start = at, to = 5, method = "radau" }
+print(sol:drift())
+plot(sol, { x, y }, { title = "Place" }):show()
+plot3(sol, vec{x, y, t}, { title = "In space" }):show()
+for i = 1, 100 do print("line " .. i) end
+print(rk.gauss(3))
+error "here"
+'''
+
+
+def visible(browser, selector):
+    return browser.value("""Array.from(document.querySelectorAll(%r)).map(e => {
+        const box = e.getBoundingClientRect(); return [box.width, box.height] })""" % selector)
+
+
+class BrowserTest(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.browser = chromium.Browser()
+        cls.page = os.path.join(FOLDER, "report.html")
+        script = os.path.join(FOLDER, "exam.lua")
+        with open(script, "w") as file:
+            file.write(SCRIPT)
+        subprocess.run([PROGRAM, "report", script, "-o", cls.page, "--timing"], stderr=subprocess.DEVNULL)
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.browser.close()
+
+    def accessible(self, name):
+        if not AXE:
+            return
+        with open(AXE) as file:
+            self.browser.value(file.read() + "; 0")
+        found = self.browser.value("axe.run().then(r => r.violations.map(v => v.id + ': ' + v.nodes.length + ' ' + "
+                                   "v.nodes[0].html.slice(0, 200)))")
+        self.assertEqual(found, [], name)
+
+    def test_report(self):
+        browser = self.browser
+        browser.media()
+        browser.size(900, 1200)
+        browser.open(self.page)
+        browser.picture(os.path.join(FOLDER, "report.png"))
+        self.assertEqual(browser.complaints(), [])
+        formulas, figures = visible(browser, "math"), visible(browser, "figure svg")
+        self.assertGreaterEqual(len(formulas), 4)
+        self.assertTrue(all(w > 5 and h > 8 for w, h in formulas), formulas)
+        self.assertEqual(len(figures), 2)
+        self.assertTrue(all(w > 300 and h > 200 for w, h in figures), figures)
+        self.assertTrue(browser.value("document.fonts.check('12px \"Latin Modern Math Subset\"')"))
+        self.assertTrue(browser.value("Array.from(document.fonts).every(f => f.status == 'loaded')"))
+        self.assertGreater(browser.value("document.querySelectorAll('figure svg path').length"), 4)
+        self.assertIn("consistent start", browser.value(
+            "(() => { getSelection().selectAllChildren(document.querySelector('main')); "
+            "return getSelection().toString() })()"))
+        overflow = browser.value("document.documentElement.scrollWidth - document.documentElement.clientWidth")
+        self.assertLessEqual(overflow, 0)
+        self.accessible("light")
+
+    def test_a_fraction_is_two_lines_high(self):
+        self.browser.open(self.page)
+        whole, part = self.browser.value("""(() => { const f = document.querySelector('mfrac').getBoundingClientRect(),
+            n = document.querySelector('mfrac > *').getBoundingClientRect(); return [f.height, n.height] })()""")
+        self.assertGreater(whole, 1.6 * part)
+
+    def test_narrow(self):
+        self.browser.size(360, 700)
+        self.browser.open(self.page)
+        overflow = self.browser.value("document.documentElement.scrollWidth - document.documentElement.clientWidth")
+        self.assertLessEqual(overflow, 0)
+        self.browser.picture(os.path.join(FOLDER, "narrow.png"))
+
+    def test_dark(self):
+        self.browser.size(900, 1200)
+        self.browser.media(dark=True)
+        self.browser.open(self.page)
+        ink, paper = self.browser.value("[getComputedStyle(document.body).color, "
+                                        "getComputedStyle(document.body).backgroundColor]")
+        light = [sum(map(int, re.findall(r"\d+", colour)[:3])) for colour in (ink, paper)]
+        self.assertGreater(light[0], light[1] + 400)
+        self.browser.picture(os.path.join(FOLDER, "dark.png"))
+        self.accessible("dark")
+        self.browser.media()
+
+    def test_click_enlarges(self):
+        self.browser.size(1400, 1000)
+        self.browser.open(self.page)
+        before, _ = visible(self.browser, "figure svg")[0]
+        self.browser.value("document.querySelector('figure svg').dispatchEvent(new MouseEvent('click'))")
+        self.assertGreater(visible(self.browser, "figure.large svg")[0][0], before * 1.2)
+
+    def test_pdf(self):
+        target = os.path.join(FOLDER, "report.pdf")
+        subprocess.run([PROGRAM, "report", os.path.join(FOLDER, "exam.lua"), "-o", target], stderr=subprocess.DEVNULL)
+        text = subprocess.run(["pdftotext", "-layout", target, "-"], capture_output=True, text=True).stdout
+        self.assertIn("The pendulum", text)
+        self.assertIn("line 97", text, "folded text is printed")
+        pages = text.count("\f")
+        self.assertTrue(3 <= pages <= 12, pages)
+
+
+if __name__ == "__main__":
+    if not chromium.program():
+        print("no chromium here: apt-get install chromium")
+        sys.exit(1)
+    FOLDER = os.path.abspath(sys.argv.pop(1)) if len(sys.argv) > 1 and not sys.argv[1].startswith("-") else \
+        tempfile.mkdtemp()
+    os.makedirs(FOLDER, exist_ok=True)
+    unittest.main()
