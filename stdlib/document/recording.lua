@@ -56,9 +56,11 @@ function Recorder:print(values)
     special = special or html ~= nil
     parts[i] = { html = html, kind = kind or "text", words = html and "" or shown(values[i]) }
   end
-  if not special then
+  if not special and self.plain then
+    self.plain(table.unpack(values, 1, values.n))    -- into what is caught
+  elseif not special then
     for i = 1, values.n do parts[i] = parts[i].words end
-    self:write(table.concat(parts, "\t") .. "\n")
+    self:write(table.concat(parts, " ") .. "\n")
   elseif values.n == 1 then
     self:add { html = '<div class="' .. parts[1].kind .. '" tabindex="0">' .. parts[1].html .. "</div>" }
   else
@@ -114,12 +116,12 @@ function Recorder:during(body)
     self:show_figure(fig)
     return result
   end)
-  document.recorder = self
+  document.recorder, self.plain = self, user_print
   capture_output(true)
   local results = table.pack(pcall(body))
   self:drain()
   capture_output(false)
-  document.recorder = nil
+  document.recorder, self.plain = nil, nil
   install("figure:show", show)
   install("figure:save", save)
   print = stdlib_print
