@@ -68,7 +68,7 @@ void Sweep::choose_times() {
 }
 
 TrajectoryPtr Sweep::simulate_one(int run, const std::optional<std::vector<double>>& times) const {
-  const SweepSet& set = request_.sets[run];
+  const SweepSet set = request_.set(run);
   Simulation simulation = request_.simulation;
   dae::StartRequest start = (set.at ? set.at : simulation.start)->request;
   for (const auto& [p, value] : set.parameters) {

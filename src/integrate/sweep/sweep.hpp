@@ -22,9 +22,11 @@ struct SweepSet {
 struct SweepRequest {
   dae::ModelPtr model;
   Simulation simulation;  ///< of all runs; its start is made anew for each from start->request
-  std::vector<SweepSet> sets;
-  int workers = 0;  ///< 0: as many as there are processors
-  int lanes = 0;    ///< 1: none; 4 or 8: at most so many, also for few runs; 0: as many as pay
+  int runs = 0;
+  std::function<SweepSet(int)> set;  ///< what distinguishes run number 0 … runs - 1
+  bool own_starts = false;           ///< sets have an `at`
+  int workers = 0;                   ///< 0: as many as there are processors
+  int lanes = 0;  ///< 1: none; 4 or 8: at most so many, also for few runs; 0: as many as pay
 };
 
 class LaneSweep;
@@ -37,7 +39,7 @@ class Sweep {
   Sweep& operator=(const Sweep&) = delete;
 
   const SweepRequest& request() const { return request_; }
-  int runs() const { return static_cast<int>(request_.sets.size()); }
+  int runs() const { return request_.runs; }
   bool complete() const { return complete_; }  ///< false: Ctrl-C
   bool done(int run) const { return slots_->state(run) == SharedSlots::State::done; }
   std::string failure(int run) const;  ///< of a run that is not done

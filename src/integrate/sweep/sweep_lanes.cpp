@@ -30,7 +30,7 @@ dae::StartRequest start_request(const SweepRequest& request, const SweepSet& set
 /// What in the request alone speaks against lanes.
 std::string objection(const SweepRequest& request) {
   const Simulation& s = request.simulation;
-  const int runs = static_cast<int>(request.sets.size());
+  const int runs = request.runs;
   if (request.lanes == 1) return "lanes = 1 was asked for";
   if (codegen::Machine::widest() == 1) return "no SIMD code for this processor";
   if (request.lanes == 0 && runs < codegen::Machine::widest())
@@ -68,7 +68,7 @@ struct Probe {
 };
 
 std::optional<Probe> probe(const SweepRequest& request, int number) {
-  const SweepSet& set = request.sets[number];
+  const SweepSet set = request.set(number);
   Simulation simulation = request.simulation;
   try {
     for (const auto& [p, value] : set.parameters) simulation.parameters[p] = Expr(value);
@@ -93,7 +93,7 @@ std::shared_ptr<const LaneSweep> LaneSweep::make(const SweepRequest& request,
                                                  const std::vector<Expr>& arguments, std::string& why) {
   why = objection(request);
   if (!why.empty()) return nullptr;
-  const int runs = static_cast<int>(request.sets.size());
+  const int runs = request.runs;
   std::optional<Probe> found;
   for (int number : {0, runs / 2, runs - 1}) {
     auto one = probe(request, number);
@@ -176,10 +176,8 @@ void LaneSweep::map_sets(const Problem& problem) {
                                 [&](const auto& f) { return f.first == x && std::isfinite(f.second); });
            });
   };
-  const auto& sets = request_->sets;
   plain_start_ = dae::original(request_->model) == request_->model && request_->model->invariants.empty() &&
-                 plain(start_request(*request_, sets[0])) &&
-                 std::none_of(sets.begin(), sets.end(), [](const SweepSet& s) { return s.at != nullptr; });
+                 !request_->own_starts && plain(start_request(*request_, request_->set(0)));
 }
 
 /// The sets of one worker.
@@ -200,7 +198,7 @@ class LaneSweep::Client : public EnsembleClient {
       if (run < 0) return -1;
       --left_;
       mine_.push_back(run);
-      if (begin(sweep_.request_->sets[run], run, x, p)) return run;
+      if (begin(sweep_.request_->set(run), run, x, p)) return run;
     }
     return -1;
   }

@@ -18,7 +18,7 @@ namespace pendula::lua {
 
 struct SweepRecord {
   std::shared_ptr<const integrate::Sweep> sweep;
-  std::vector<SweepAxis> axes;
+  std::shared_ptr<const random::SampleSpace> space;
 };
 template <>
 struct TypeName<SweepRecord> {
@@ -41,9 +41,9 @@ namespace {
 int sweep(Call& call) {
   auto record = std::make_shared<SweepRecord>();
   {
-    integrate::SweepRequest request = read_sweep(call, record->axes);
+    integrate::SweepRequest request = read_sweep(call, record->space);
     ProgressLine line(std::chrono::seconds(1), std::chrono::milliseconds(0));
-    const auto runs = static_cast<int>(request.sets.size());
+    const int runs = request.runs;
     int last = -1;
     record->sweep = std::make_shared<const integrate::Sweep>(std::move(request), [&](int done) {
       if (done == last || !line.due()) return;
@@ -153,18 +153,21 @@ int length(Call& call) { return call.push(sweep_of(call).runs()); }
 
 void push_set(lua_State* L, const SweepRecord& record, int run) {
   lua_newtable(L);
-  for (const SweepAxis& axis : record.axes) {
-    lua_pushnumber(L, axis.values[run]);
-    lua_setfield(L, -2, axis.name.c_str());
+  const auto& columns = record.space->columns();
+  for (std::size_t c = 0; c < columns.size(); ++c) {
+    lua_pushnumber(L, record.space->value(c, run));
+    lua_setfield(L, -2, columns[c].name.c_str());
   }
 }
 
 int params(Call& call) {
   lua_newtable(call.L);
-  for (const SweepAxis& axis : self(call).axes) {
-    push_matrix(call.L, Mat(Eigen::Map<const Vec>(axis.values.data(),
-                                                  static_cast<Eigen::Index>(axis.values.size()))));
-    lua_setfield(call.L, -2, axis.name.c_str());
+  const random::SampleSpace& space = *self(call).space;
+  for (std::size_t c = 0; c < space.columns().size(); ++c) {
+    Mat values(space.runs(), 1);
+    for (long run = 0; run < space.runs(); ++run) values(run, 0) = space.value(c, run);
+    push_matrix(call.L, std::move(values));
+    lua_setfield(call.L, -2, space.columns()[c].name.c_str());
   }
   return 1;
 }
@@ -172,9 +175,10 @@ int params(Call& call) {
 /// The names of the axes in their order, for s:plot().
 int names(Call& call) {
   lua_newtable(call.L);
-  for (std::size_t a = 0; a < self(call).axes.size(); ++a) {
-    lua_pushstring(call.L, self(call).axes[a].name.c_str());
-    lua_rawseti(call.L, -2, static_cast<lua_Integer>(a) + 1);
+  const auto& columns = self(call).space->columns();
+  for (std::size_t c = 0; c < columns.size(); ++c) {
+    lua_pushstring(call.L, columns[c].name.c_str());
+    lua_rawseti(call.L, -2, static_cast<lua_Integer>(c) + 1);
   }
   return 1;
 }
@@ -211,8 +215,9 @@ int solution(Call& call) {
 
 std::string set_text(const SweepRecord& record, int run) {
   std::vector<std::string> parts;
-  for (const SweepAxis& axis : record.axes)
-    parts.push_back(text(axis.name, " = ", rounded(axis.values[run], 6)));
+  const auto& columns = record.space->columns();
+  for (std::size_t c = 0; c < columns.size(); ++c)
+    parts.push_back(text(columns[c].name, " = ", rounded(record.space->value(c, run), 6)));
   return join(parts, ", ");
 }
 
@@ -231,7 +236,8 @@ int table(Call& call) {
   const auto& s = *record.sweep;
   std::vector<Expr> expressions = unknowns(s);
   std::vector<std::string> head;
-  for (const SweepAxis& axis : record.axes) head.push_back(axis.name);
+  const auto& columns = record.space->columns();
+  for (const random::Column& column : columns) head.push_back(column.name);
   if (call.has(2)) {
     expressions = read_expressions(call, 2);
     for (Expr e : expressions) head.push_back(e.is_symbol() ? heading(e) : to_text(e));
@@ -244,7 +250,7 @@ int table(Call& call) {
   lines.row(head);
   for (int run = 0; run < s.runs(); ++run) {
     std::vector<std::string> row = {std::to_string(run + 1)};
-    for (const SweepAxis& axis : record.axes) row.push_back(rounded(axis.values[run], 6));
+    for (std::size_t c = 0; c < columns.size(); ++c) row.push_back(rounded(record.space->value(c, run), 6));
     for (Eigen::Index j = 0; j < end.cols(); ++j)
       row.push_back(s.done(run) ? rounded(end(run, j), 8) : j == 0 ? "failed" : "");
     lines.row(row);
@@ -255,14 +261,26 @@ int table(Call& call) {
 
 std::string first_line(const std::string& message) { return message.substr(0, message.find('\n')); }
 
+/// "1 … 2" of a list, the call that makes a distribution.
+std::string range_text(const SweepRecord& record, std::size_t c) {
+  const random::Column& column = record.space->columns()[c];
+  if (column.distribution) return column.distribution->code();
+  if (column.joint) {
+    const auto& m = column.joint->mean();
+    const double sigma = std::sqrt(column.joint->covariance()(column.component, column.component));
+    return text("normal(", shortest(m[column.component]), ", ", rounded(sigma, 6), ") correlated");
+  }
+  const auto [low, high] = std::minmax_element(column.list.begin(), column.list.end());
+  return text(rounded(*low, 6), *low == *high ? "" : " … " + rounded(*high, 6));
+}
+
 int sweep_text(Call& call) {
   const SweepRecord& record = self(call);
   const auto& s = *record.sweep;
   std::vector<std::string> over;
-  for (const SweepAxis& axis : record.axes) {
-    const auto [low, high] = std::minmax_element(axis.values.begin(), axis.values.end());
-    over.push_back(text(axis.name, " = ", rounded(*low, 6), *low == *high ? "" : " … " + rounded(*high, 6)));
-  }
+  const auto& columns = record.space->columns();
+  for (std::size_t c = 0; c < columns.size(); ++c)
+    over.push_back(text(columns[c].name, " = ", range_text(record, c)));
   const int failed = static_cast<int>(s.counts().failures);
   std::string out = text("sweep of ", s.runs(), s.runs() == 1 ? " run" : " runs", " over ", join(over, ", "),
                          ": ", s.runs() - failed, " finished", failed ? text(", ", failed, " failed") : "",
@@ -294,11 +312,16 @@ extern const Module sweep_module = {
     "Parameter sweeps",
     {
         {"sweep", sweep,
-         R"(sweep(sys, { start =, to =, params = { m = {…} }, grid = false, workers =, lanes =, times =,
-            method =, dt =, rtol =, … }) -> sweep)",
+         R"(sweep(sys, { start =, to =, params = { m = {…} }, grid = false, runs =, seed = 0, design = "monte carlo",
+            levels =, scramble = "owen", workers =, lanes =, times =, method =, dt =, rtol =, … }) -> sweep)",
          R"(Integrates for many parameter values or starts: lists in params and start are paired, grid =
             true takes all combinations (lists in alphabetical order of their names, params before start,
-            the last one fastest). start is solved anew for each run; start may also be a list of starts.
+            the last one fastest). Distributions in params and start (normal, lognormal, uniform, triangular, beta,
+            discrete, empirical, components of normal(means, covariance), and in params without a name a result of
+            fit) are drawn from: runs of them, by design "monte carlo", "latin hypercube", "sobol", "halton", "grid" (levels
+            per distribution), "star" (the centre, and levels along each), "saltelli" or "morris" (runs base points or
+            trajectories). A run's numbers depend on seed and run only. start is solved anew for each run; start may
+            also be a list of starts.
             All options of integrate are understood. The runs are shared among worker processes (workers =
             1: none); a run that fails is listed in s.failures and stops nothing. Lua callbacks see copies
             of the script's variables there. Non-stiff explicit ODEs without events advance 4 or 8 runs at

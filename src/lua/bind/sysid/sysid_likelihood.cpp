@@ -2,6 +2,7 @@
 #include <cmath>
 
 #include "base/text.hpp"
+#include "lua/bind/random/random.hpp"
 #include "lua/bind/sysid/sysid.hpp"
 #include "lua/core/objects.hpp"
 
@@ -31,6 +32,19 @@ Density density_of(lua_State* L, int function) {
   return f;
 }
 
+/// What may be drawn from as noise: uniform on an interval.
+std::shared_ptr<const Density> density_of(const random::Distribution& d) {
+  if (d.kind() != random::Distribution::Kind::uniform)
+    throw Error(
+        text("noise cannot be ", d.code(),
+             "; it must be a density such as gaussian(0.1), uniform(-1, 1), laplace() or exponential()"));
+  Density f;
+  f.kind = Density::Kind::uniform;
+  f.low = d.parameters()[0];
+  f.high = d.parameters()[1];
+  return std::make_shared<const Density>(std::move(f));
+}
+
 }  // namespace
 
 std::shared_ptr<const Density> read_noise(Call& call, const Options& o) {
@@ -40,6 +54,12 @@ std::shared_ptr<const Density> read_noise(Call& call, const Options& o) {
     const auto made = std::make_shared<const Density>(density_of(call.L, at));
     lua_settop(call.L, call.count());
     return made;
+  }
+  if (const auto* drawn = object_at(call.L, at, TypeName<random::Distribution>::value)) {
+    const auto density = density_of(static_cast<const random::Distribution&>(
+        *std::static_pointer_cast<const random::Distribution>(*drawn)));
+    lua_settop(call.L, call.count());
+    return density;
   }
   const auto* held = object_at(call.L, at, TypeName<Density>::value);
   if (!held)
@@ -66,17 +86,6 @@ double positive(Call& call, int i, const char* name) {
   return v;
 }
 
-int uniform(Call& call) {
-  Density f;
-  f.kind = Density::Kind::uniform;
-  f.low = call.number(1, "low");
-  f.high = call.number(2, "high");
-  if (!std::isfinite(f.low) || !std::isfinite(f.high) || !(f.low < f.high))
-    throw Error(text("the interval [", shortest(f.low), ", ", shortest(f.high),
-                     "] is empty or not finite; low must be below high"));
-  return push(call, f);
-}
-
 int gaussian(Call& call) {
   Density f;
   if (call.has(1)) f.scale = positive(call, 1, "sigma");
@@ -100,6 +109,16 @@ int exponential(Call& call) {
 int density(Call& call) {
   call.function(1, "f");
   return push(call, density_of(call.L, 1));
+}
+
+/// For sweep: what numbers can be drawn from.
+int distribution(Call& call) {
+  const Density& f = call.object<Density>(1, "density");
+  if (!f.scale) throw Error("a density without scale cannot be drawn from; write gaussian(0.1)");
+  if (f.kind == Density::Kind::gaussian) return call.push(random::normal(0, *f.scale));
+  if (f.kind == Density::Kind::exponential) return call.push(random::exponential(1 / *f.scale));
+  throw Error(
+      text(sysid::describe(f), " cannot be drawn from; normal, uniform, exponential(rate) and others can"));
 }
 
 int density_text(Call& call) { return call.push(sysid::describe(call.object<Density>(1, "density"))); }
@@ -214,18 +233,6 @@ extern const Module likelihood_module = {
     "identification",
     "",
     {
-        {"uniform", uniform, "uniform(low, high) -> density",
-         R"(Noise spread evenly over [low, high]. The likelihood is then constant on a polytope of
-            parameters and zero outside: arx and lsq return that set.)",
-         R"(print(lsq({1, 1}, {0.5, 1.25}, { noise = uniform(-1, 1), names = "a" })))",
-         "uniform noise on [-1, 1]: 2 rows, 1 parameter\n"
-         "  the likelihood is 0.5² everywhere on this set and 0 outside: the maximum-likelihood estimate "
-         "is not unique\n"
-         "  vertex    a\n"
-         "       1  1/4\n"
-         "       2  3/2\n"
-         "  1/4 ≤ a ≤ 3/2\n"
-         "  Chebyshev centre (0.875), radius 0.625"},
         {"gaussian", gaussian, "gaussian([sigma]) -> density",
          R"(Normal noise: maximum likelihood is least squares with covariance σ²(ΦᵀΦ)⁻¹; σ is estimated if
             it is not given.)",
@@ -252,6 +259,9 @@ extern const Module likelihood_module = {
             m = fir(d, { nb = 1, nk = 0, noise = density(function(e) return 1/(1 + e^2)^2 end) })
             print(("%.3f"):format(m.theta[1])))",
          "1.008"},
+        {"density#distribution", distribution, "f.distribution -> distribution",
+         "The same as a distribution to draw from, in sweep and ks_test.", "print(gaussian(2).distribution)",
+         "normal(0, 2)"},
         {"density:__tostring", density_text, "print(density)", "The density in words.", "", ""},
         {"parameter_set#feasible", feasible, "set.feasible -> boolean",
          "There are parameters that explain all rows.", "", ""},
