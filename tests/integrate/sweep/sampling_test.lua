@@ -75,7 +75,8 @@ test("numbers that vary together, by component, by vector, by a fit", function()
 end)
 
 test("densities of noise are distributions too", function()
-  local s = sweep(decay, { start = { x = gaussian(0.1) }, to = 1, params = { k = exponential(2) }, runs = 100 })
+  local s = sweep(decay, { start = { x = gaussian(0.1) }, to = 1, runs = 100,
+    params = { k = exponential(2) } })
   expect(#s):equals(100)
   expect(function() sweep(decay, { start = { x = laplace(1) }, to = 1, runs = 3 }) end)
     :fails "cannot be drawn from"
