@@ -146,6 +146,7 @@ dae::ModelPtr lagrange(const Lagrangian& s) {
   mech.q = s.q;
   mech.T = s.T;
   mech.V = s.V;
+  mech.forces = s.forces;
   mech.C = s.C;
   mech.Q = s.Q.size() ? s.Q : VecX(VecX::Zero(n));
   const VecX v = dot(s.q), a = dot(s.q, 2);

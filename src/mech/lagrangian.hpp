@@ -13,6 +13,8 @@ struct Lagrangian {
   Expr V;  ///< potential energy
   VecX C;  ///< constraints C(q, t) = 0, may be empty
   VecX Q;  ///< generalised forces, empty: none
+  std::vector<std::pair<VecX, VecX>> forces =
+      {};  ///< points and forces that Q was made of, where that is known
   std::string multipliers = "z";
   std::string name;
 };

@@ -5,6 +5,8 @@
 #include <cstdlib>
 #include <utility>
 
+#include "dae/model/equation_lines.hpp"
+#include "dae/model/latex_lines.hpp"
 #include "dae/model/lineage.hpp"
 #include "expr/print/print.hpp"
 
@@ -14,6 +16,7 @@ namespace {
 using Index = Eigen::Index;
 
 constexpr char begin_ref = '\x1d', end_ref = '\x1e', begin_formula = '\x1c', end_formula = '\x1f';
+constexpr char from_full = '\x1a', from_every = '\x1b';
 
 std::string numbers(std::span<const Expr> list) {
   std::string out;
@@ -31,25 +34,32 @@ std::vector<Expr> expressions(const std::string& list) {
   return out;
 }
 
-std::string indented(std::string grid) {
-  for (std::size_t k = 0; (k = grid.find('\n', k)) != std::string::npos; k += 10)
-    grid.replace(k, 1, "\n         ");
-  return grid;
+/// "p" or "r", the function, a colon and the ids of x: ∂L/∂x or d/dt ∂L/∂x.
+std::string written_partial(const std::string& code, const PrintOptions& options) {
+  const std::size_t colon = code.find(':');
+  const std::string function = code.substr(1, colon - 1);
+  const auto list = expressions(code.substr(colon + 1));
+  const std::string x = list.size() == 1 ? to_text(list[0], options) : vector_to_text(column(list), options);
+  const bool rate = code[0] == 'r';
+  if (!options.latex) return text(rate ? "d/dt " : "", "∂", function, "/∂", x);
+  return text(rate ? "\\frac{\\mathrm{d}}{\\mathrm{d}t} " : "", "\\frac{\\partial ",
+              latex_words(function, true), "}{\\partial ", x, "}");
 }
 
 /// What stands between the marks of a reference: kind, for matrices the number of rows and a colon, ids.
 std::string written(const std::string& code, Notation notation) {
   PrintOptions options = default_print_options();
   options.latex = notation == Notation::latex;
+  if (code[0] == 'p' || code[0] == 'r') return written_partial(code, options);
   if (code[0] == 'm') {
     const std::size_t colon = code.find(':');
     const auto list = expressions(code.substr(colon + 1));
     const Index rows = std::atol(code.c_str() + 1);
     const MatX m = Eigen::Map<const MatX>(list.data(), rows, static_cast<Index>(list.size()) / rows);
-    const std::string grid = matrix_to_text(m, options);
-    return options.latex ? grid : indented(grid);
+    return matrix_to_text(m, options);
   }
   const auto list = expressions(code.substr(1));
+  if (code[0] == 'u') return side(column(list), notation);
   return list.size() == 1 ? to_text(list[0], options) : vector_to_text(column(list), options);
 }
 
@@ -58,27 +68,17 @@ struct Sign {
 };
 
 constexpr std::array signs{
-    Sign{"′", "'"},         Sign{"″", "''"},
-    Sign{"‴", "'''"},       Sign{"α", "\\alpha "},
-    Sign{"β", "\\beta "},   Sign{"γ", "\\gamma "},
-    Sign{"δ", "\\delta "},  Sign{"λ", "\\lambda "},
-    Sign{"μ", "\\mu "},     Sign{"θ", "\\theta "},
-    Sign{"φ", "\\varphi "}, Sign{"ω", "\\omega "},
-    Sign{"π", "\\pi "},     Sign{"∂", "\\partial "},
-    Sign{"·", "\\cdot "},   Sign{"±", "\\pm "},
-    Sign{"√", "\\surd "},   Sign{"≠", "\\ne "},
-    Sign{"≤", "\\le "},     Sign{"≥", "\\ge "},
-    Sign{"→", "\\to "},     Sign{"ᵀ", "^{\\mathsf T}"},
-    Sign{"⁻", "^{-}"},      Sign{"⁰", "^{0}"},
-    Sign{"¹", "^{1}"},      Sign{"²", "^{2}"},
-    Sign{"³", "^{3}"},      Sign{"⁴", "^{4}"},
-    Sign{"⁵", "^{5}"},      Sign{"⁶", "^{6}"},
-    Sign{"⁷", "^{7}"},      Sign{"⁸", "^{8}"},
-    Sign{"⁹", "^{9}"},      Sign{"₀", "_{0}"},
-    Sign{"₁", "_{1}"},      Sign{"₂", "_{2}"},
-    Sign{"₃", "_{3}"},      Sign{"₄", "_{4}"},
-    Sign{"₅", "_{5}"},      Sign{"₆", "_{6}"},
-    Sign{"₇", "_{7}"},      Sign{"₈", "_{8}"},
+    Sign{"′", "'"},       Sign{"″", "''"},         Sign{"‴", "'''"},        Sign{"α", "\\alpha "},
+    Sign{"β", "\\beta "}, Sign{"γ", "\\gamma "},   Sign{"δ", "\\delta "},   Sign{"λ", "\\lambda "},
+    Sign{"μ", "\\mu "},   Sign{"θ", "\\theta "},   Sign{"φ", "\\varphi "},  Sign{"ω", "\\omega "},
+    Sign{"π", "\\pi "},   Sign{"∂", "\\partial "}, Sign{"·", "\\cdot "},    Sign{"±", "\\pm "},
+    Sign{"√", "\\surd "}, Sign{"∈", "\\in "},      Sign{"ℝ", "\\mathbf R"}, Sign{"≠", "\\ne "},
+    Sign{"≤", "\\le "},   Sign{"≥", "\\ge "},      Sign{"→", "\\to "},      Sign{"ᵀ", "^{\\mathsf T}"},
+    Sign{"⁻", "^{-}"},    Sign{"⁰", "^{0}"},       Sign{"¹", "^{1}"},       Sign{"²", "^{2}"},
+    Sign{"³", "^{3}"},    Sign{"⁴", "^{4}"},       Sign{"⁵", "^{5}"},       Sign{"⁶", "^{6}"},
+    Sign{"⁷", "^{7}"},    Sign{"⁸", "^{8}"},       Sign{"⁹", "^{9}"},       Sign{"₀", "_{0}"},
+    Sign{"₁", "_{1}"},    Sign{"₂", "_{2}"},       Sign{"₃", "_{3}"},       Sign{"₄", "_{4}"},
+    Sign{"₅", "_{5}"},    Sign{"₆", "_{6}"},       Sign{"₇", "_{7}"},       Sign{"₈", "_{8}"},
     Sign{"₉", "_{9}"},
 };
 
@@ -115,6 +115,24 @@ std::string ref(Expr e) { return text(begin_ref, "v", e.id(), ",", end_ref); }
 std::string ref(const VecX& v) { return text(begin_ref, "v", numbers(entries(v)), end_ref); }
 std::string ref(const MatX& m) { return text(begin_ref, "m", m.rows(), ":", numbers(entries(m)), end_ref); }
 
+std::string ref_side(const VecX& v) { return text(begin_ref, "u", numbers(entries(v)), end_ref); }
+std::string ref_partial(const std::string& function, const VecX& x) {
+  return text(begin_ref, "p", function, ":", numbers(entries(x)), end_ref);
+}
+std::string ref_rate_of_partial(const std::string& function, const VecX& x) {
+  return text(begin_ref, "r", function, ":", numbers(entries(x)), end_ref);
+}
+
+std::string told_from(Detail least, const std::string& line) {
+  return (least == Detail::brief ? "" : std::string(1, least == Detail::full ? from_full : from_every)) +
+         line;
+}
+
+bool is_told(const std::string& line, Detail detail) {
+  if (line.empty() || detail == Detail::every) return true;
+  return line[0] != from_every && (detail == Detail::full || line[0] != from_full);
+}
+
 std::string latex_words(const std::string& words, bool inside) {
   std::string out;
   for (std::size_t i = 0; i < words.size();) {
@@ -135,6 +153,15 @@ std::string latex_words(const std::string& words, bool inside) {
   return out;
 }
 
+/// The lines of a grid below each other, where `before` stands on the left of it.
+static std::string aligned(std::string grid, const std::string& before) {
+  const std::string blanks(static_cast<std::size_t>(display_width(before.substr(before.rfind('\n') + 1))),
+                           ' ');
+  for (std::size_t k = 0; (k = grid.find('\n', k)) != std::string::npos; k += blanks.size() + 1)
+    grid.insert(k + 1, blanks);
+  return grid;
+}
+
 std::string rendered(const std::string& line, Notation notation) {
   const bool latex = notation == Notation::latex;
   std::string out, words;
@@ -144,6 +171,7 @@ std::string rendered(const std::string& line, Notation notation) {
     words.clear();
   };
   for (std::size_t i = 0; i < line.size(); ++i) {
+    if (line[i] == from_full || line[i] == from_every) continue;
     if (line[i] == begin_formula || line[i] == end_formula) {
       flush();
       inside = line[i] == begin_formula;
@@ -151,7 +179,8 @@ std::string rendered(const std::string& line, Notation notation) {
     } else if (line[i] == begin_ref) {
       flush();
       const std::size_t end = line.find(end_ref, i);
-      const std::string e = written(line.substr(i + 1, end - i - 1), notation);
+      std::string e = written(line.substr(i + 1, end - i - 1), notation);
+      if (!latex) e = aligned(e, out);
       out += latex && !inside ? "$" + e + "$" : e;
       i = end;
     } else {
@@ -162,42 +191,36 @@ std::string rendered(const std::string& line, Notation notation) {
   return out;
 }
 
-std::string trace_latex(const Model& m) {
-  std::string out = m.parent ? trace_latex(*m.parent) : "";
-  for (const std::string& line : m.trace) {
-    const std::size_t first = line.find_first_not_of(' ');
-    if (first == std::string::npos) continue;
-    out += (first > 0 ? "\\quad " : "") + rendered(line.substr(first), Notation::latex) + "\\\\\n";
-  }
-  return out;
-}
-
 namespace {
 
-std::string row_latex(const VecX& left, const VecX& right) {
-  PrintOptions options = default_print_options();
-  options.latex = true;
-  const auto side = [&](const VecX& v) {
-    if (v.size() == 1) return to_text(v[0], options);
-    if (std::all_of(v.begin(), v.end(), [](Expr e) { return e.is_zero(); })) return std::string("0");
-    return vector_to_text(v, options);
-  };
-  return side(left) + " &= " + side(right);
+/// A formula that fills its line: it is displayed.
+bool is_display(const std::string& line) {
+  return line.size() > 1 && line.front() == begin_formula && line.find(end_formula) == line.size() - 1;
+}
+
+std::string latex_line(std::string line) {
+  if (!line.empty() && (line[0] == from_full || line[0] == from_every)) line.erase(0, 1);
+  const std::size_t first = line.find_first_not_of(' ');
+  if (first == std::string::npos) return "";
+  line.erase(0, first);
+  const std::string set = rendered(line, Notation::latex);
+  if (is_display(line))
+    return text("\\begin{equation*}\n", broken_equation(set.substr(1, set.size() - 2)),
+                "\n\\end{equation*}\n");
+  return text(first > 0 ? "\\quad " : "", set, "\\\\\n");
 }
 
 }  // namespace
 
-std::string latex(const Model& m) {
-  std::vector<std::string> rows;
-  for (std::size_t b = 0; b < m.blocks.size(); ++b)
-    rows.push_back(row_latex(m.blocks[b].lhs, m.blocks[b].rhs) + text(" \\tag{", b + 1, "}"));
-  return "\\begin{align}\n  " + join(rows, " \\\\\n  ") + "\n\\end{align}";
+std::string written_out(const std::vector<std::string>& lines, Detail detail, Notation notation) {
+  std::string out;
+  for (const std::string& line : lines)
+    if (is_told(line, detail)) out += notation == Notation::latex ? latex_line(line) : rendered(line) + "\n";
+  return out;
 }
 
-std::string trace(const Model& m) {
-  std::string lines = m.parent ? trace(*m.parent) : "";
-  for (const std::string& line : m.trace) lines += rendered(line) + "\n";
-  return lines;
+std::string trace(const Model& m, Detail detail, Notation notation) {
+  return (m.parent ? trace(*m.parent, detail, notation) : "") + written_out(m.trace, detail, notation);
 }
 
 }  // namespace pendula::dae

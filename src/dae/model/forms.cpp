@@ -5,11 +5,14 @@
 
 #include "base/error.hpp"
 #include "base/text.hpp"
+#include "dae/model/derivation_markup.hpp"
+#include "dae/model/equation_lines.hpp"
 #include "dae/model/first_order.hpp"
 #include "dae/model/lineage.hpp"
 #include "dae/model/make_model.hpp"
 #include "dae/model/solved_rows.hpp"
 #include "expr/graph/declaration.hpp"
+#include "expr/linalg/linalg.hpp"
 #include "expr/print/print.hpp"
 #include "expr/rewrite/rewrite.hpp"
 
@@ -124,19 +127,26 @@ ModelPtr to_implicit(const ModelPtr& model) {
                         [](const Model& m) { return counts(m); });
 }
 
+/// The usual name of a derivative: ω₁ of θ₁; v where there is no other, else v_x.
+static std::string velocity_name(const std::string& name, bool alone) {
+  constexpr std::string_view angle = "theta";
+  if (name.starts_with(angle)) return "omega" + name.substr(angle.size());
+  return alone ? "v" : "v_" + name;
+}
+
 ModelPtr to_first_order(const ModelPtr& model) {
   ModelOptions options = child_of(model);
   Substitution lower;
   std::vector<Block> blocks;
   auto used = used_names(*model);
-  for (const Group& g : groups(*model)) {
+  const auto list_of_groups = groups(*model);
+  const bool alone = std::count_if(list_of_groups.begin(), list_of_groups.end(),
+                                   [](const Group& g) { return g.order > 1; }) == 1;
+  for (const Group& g : list_of_groups) {
     std::vector<Expr> below = g.leaves;
     for (int k = 1; k < g.order; ++k) {
-      const std::string preferred = g.name.size() == 1 && g.name == "q" && k == 1
-                                        ? "v"
-                                        : g.name + "_dot" + (k > 1 ? std::to_string(k) : "");
-      const std::string name =
-          fresh_name(used, k == 1 ? (used.count("v") ? preferred : "v") : preferred, preferred);
+      const std::string plain = g.name + "_dot" + (k > 1 ? std::to_string(k) : "");
+      const std::string name = fresh_name(used, k == 1 ? velocity_name(g.name, alone) : plain, plain);
       used.insert(name);
       const std::vector<Expr> v = new_variable_like(g, name);
       Block tie{VecX(static_cast<Index>(v.size())), column(v), ""};
@@ -145,7 +155,8 @@ ModelPtr to_first_order(const ModelPtr& model) {
         lower[derivative_leaf(g.leaves[i], k)] = v[i];
         if (k + 1 == g.order) lower[derivative_leaf(g.leaves[i], g.order)] = derivative_leaf(v[i]);
       }
-      options.trace.push_back("introduce " + column_text(tie.rhs) + " = " + column_text(tie.lhs));
+      options.trace.push_back(text("introduce ", formula(ref(tie.rhs), " = ", ref(tie.lhs)),
+                                   ", a new variable for the derivative"));
       blocks.push_back(std::move(tie));
       below = v;
     }
@@ -157,6 +168,48 @@ ModelPtr to_first_order(const ModelPtr& model) {
   for (const Block& b : model->blocks)
     blocks.push_back({mapped(b.lhs, lower), mapped(b.rhs, lower), b.note, b.rewritten});
   return make_model(std::move(blocks), std::move(options));
+}
+
+/// The equations without derivatives as they were written: each keeps its sign.
+static std::vector<Block> algebraic_blocks(const Model& m) {
+  const auto top = m.top_derivatives();
+  const std::unordered_set<Expr> derivatives(top.begin(), top.end());
+  std::vector<Block> list;
+  for (const Block& b : m.blocks) {
+    std::vector<Expr> sides(b.lhs.begin(), b.lhs.end());
+    sides.insert(sides.end(), b.rhs.begin(), b.rhs.end());
+    const auto inside = leaves(sides);
+    if (std::none_of(inside.begin(), inside.end(), [&](Expr e) { return derivatives.count(e) > 0; }))
+      list.push_back(b);
+  }
+  return list;
+}
+
+/// (a + b)/m as a/m + b/m.
+static Expr distributed(Expr above, Expr below) {
+  switch (above.op()) {
+    case Op::add:
+      return distributed(above.operand(0), below) + distributed(above.operand(1), below);
+    case Op::sub:
+      return distributed(above.operand(0), below) - distributed(above.operand(1), below);
+    case Op::neg:
+      return -distributed(above.operand(0), below);
+    default:
+      return simplify(above / below);
+  }
+}
+
+/// The right side with its quotients term by term, where then vectors have names: v′ = F/m - z p/m - g e₃.
+static Block by_terms(Block b) {
+  if (b.lhs.size() == 1 || rows_per_line(b.lhs, b.rhs) > 1) return b;
+  const VecX terms = b.rhs.unaryExpr([](Expr e) {
+    if (e.op() == Op::div) return distributed(e.operand(0), e.operand(1));
+    if (e.op() == Op::neg && e.operand(0).op() == Op::div)
+      return -distributed(e.operand(0).operand(0), e.operand(0).operand(1));
+    return e;
+  });
+  if (rows_per_line(b.lhs, terms) > 1) b.rhs = terms;
+  return b;
 }
 
 /// x′ = f, 0 = g by rows, where every derivative has a row of its own and occurs in no other.
@@ -171,9 +224,16 @@ static std::optional<std::vector<Block>> solved_form(const Model& m) {
     Block b{derivative(column(g.leaves)), VecX(static_cast<Index>(g.leaves.size())), ""};
     for (std::size_t i = 0; i < g.leaves.size(); ++i)
       b.rhs[static_cast<Index>(i)] = simplify(f.at(g.leaves[i]));
-    blocks.push_back(std::move(b));
+    blocks.push_back(by_terms(std::move(b)));
   }
-  if (!fo.g.empty()) blocks.push_back({VecX::Zero(static_cast<Index>(fo.g.size())), column(fo.g), ""});
+  if (fo.g.empty()) return blocks;
+  const auto written = algebraic_blocks(m);
+  std::size_t rows = 0;
+  for (const Block& b : written) rows += static_cast<std::size_t>(b.lhs.size());
+  if (rows == fo.g.size())
+    blocks.insert(blocks.end(), written.begin(), written.end());
+  else
+    blocks.push_back({VecX::Zero(static_cast<Index>(fo.g.size())), column(fo.g), ""});
   return blocks;
 }
 
@@ -194,15 +254,86 @@ static SolvedBlocks solved_blocks(const Model& m) {
   return result;
 }
 
+/// Whether every row reads x′ = f or 0 = g already.
+static bool reads_semi_explicit(const Model& m) {
+  const auto top = m.top_derivatives();
+  const std::unordered_set<Expr> derivatives(top.begin(), top.end());
+  for (const Block& b : m.blocks)
+    for (Index i = 0; i < b.lhs.size(); ++i) {
+      const Expr sides[] = {derivatives.count(b.lhs[i]) ? Expr(0) : b.lhs[i], b.rhs[i]};
+      for (Expr leaf : leaves(sides))
+        if (derivatives.count(leaf)) return false;
+    }
+  return true;
+}
+
+/// x′ = M⁻¹ r written out, where the rows with derivatives are few, and linear in them with a matrix M(x, t) that is
+/// regular: the rows, with what M is.
+struct SolvedForDerivatives {
+  std::vector<Block> blocks;
+  MatX M;
+};
+
+static std::optional<SolvedForDerivatives> solved_for_derivatives(const Model& m) {
+  constexpr Index largest = 4;  // of a system whose solution is still a formula to be read
+  const auto top = m.top_derivatives();
+  const std::unordered_set<Expr> derivatives(top.begin(), top.end());
+  const auto has_derivative = [&](Expr e) {
+    const auto inside = leaves({&e, 1});
+    return std::any_of(inside.begin(), inside.end(), [&](Expr leaf) { return derivatives.count(leaf) > 0; });
+  };
+  std::vector<Expr> rows, g, coupled;
+  Substitution known;
+  for (const Solved& row : solved_rows(m))
+    if (!has_derivative(row.f)) known[row.derivative] = row.f;
+  for (Expr x : top)
+    if (!known.count(x)) coupled.push_back(x);
+  for (Expr residual : m.residuals) {
+    if (!has_derivative(residual)) {
+      g.push_back(residual);
+      continue;
+    }
+    const Expr rest = substitute(residual, known);
+    if (has_derivative(rest)) rows.push_back(rest);
+  }
+  const auto n = static_cast<Index>(coupled.size());
+  if (n == 0 || n > largest || rows.size() != coupled.size()) return {};
+  const MatX M = jacobian(rows, coupled).unaryExpr([](Expr e) { return simplify(e); });
+  if (std::any_of(M.reshaped().begin(), M.reshaped().end(), has_derivative) || linalg::rank(M) < n) return {};
+  Substitution none;
+  for (Expr x : coupled) none[x] = Expr(0);
+  const MatX solution = linalg::solve(M, -column(substitute(rows, none)));
+  const VecX unknowns = column(coupled);
+  for (Index i = 0; i < n; ++i) known[unknowns[i]] = simplify(solution(i, 0));
+  SolvedForDerivatives result{{}, M};
+  for (const Group& group : groups(m)) {
+    if (group.order == 0) continue;
+    Block b{derivative(column(group.leaves)), VecX(static_cast<Index>(group.leaves.size())), ""};
+    for (Index i = 0; i < b.lhs.size(); ++i) b.rhs[i] = simplify(known.at(b.lhs[i]));
+    result.blocks.push_back(std::move(b));
+  }
+  const auto written = algebraic_blocks(m);
+  result.blocks.insert(result.blocks.end(), written.begin(), written.end());
+  return result;
+}
+
 ModelPtr to_semi_explicit(const ModelPtr& given) {
   const ModelPtr model = to_first_order(given);
-  if (model->kind == ModelKind::ode || (model->kind == ModelKind::semi_explicit && !model->mass_matrix))
+  if (model->kind == ModelKind::ode && reads_semi_explicit(*model)) return model;
+  if (model->kind == ModelKind::semi_explicit && !model->mass_matrix && reads_semi_explicit(*model))
     return model;
   ModelOptions options = child_of(model);
   if (model->residuals.size() == model->variables.size())
     if (auto solved = solved_form(*model)) {
       options.trace.push_back("solve each row for the derivative it contains: x′ = f, 0 = g");
       return make_model(std::move(*solved), std::move(options));
+    }
+  if (model->mass_matrix || (model->kind == ModelKind::implicit_ode && given->mechanics))
+    if (auto solved = solved_for_derivatives(*model)) {
+      options.trace.push_back("solve the rows that contain derivatives for them:  " + formula("M x′ = r") +
+                              "  with");
+      options.trace.push_back("     " + formula("M = ", ref(solved->M)));
+      return make_model(std::move(solved->blocks), std::move(options));
     }
   std::vector<Block> blocks;
   const SolvedBlocks solved = solved_blocks(*model);

@@ -60,6 +60,7 @@ struct Mechanics {
   std::vector<Entry> M;  ///< mass matrix W(q), n×n; what is not listed is 0
   VecX rhs;              ///< W q″ + (∂C/∂q)ᵀ z = rhs
   std::vector<Entry> dCdq;
+  std::vector<std::pair<VecX, VecX>> forces = {};  ///< points p(q) and forces F that Q was made of, if known
 };
 
 /// The matrix with these entries, and zeros elsewhere.

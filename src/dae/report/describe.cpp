@@ -6,6 +6,7 @@
 #include "base/text.hpp"
 #include "dae/analysis/classification.hpp"
 #include "dae/index/differentiation_index.hpp"
+#include "dae/model/equation_lines.hpp"
 #include "dae/model/model.hpp"
 #include "dae/model/parameter_values.hpp"
 #include "dae/model/truncated_text.hpp"
@@ -19,75 +20,10 @@ namespace {
 
 using Index = Eigen::Index;
 
-constexpr Index most_lines = 60;       // of equations; sys.equations has all of them
-constexpr std::size_t longest = 1000;  // characters of a side
+constexpr Index most_lines = 60;  // of equations; sys.equations has all of them
 constexpr std::size_t most_names = 30;
 
 std::string count(std::size_t n, const char* what) { return text(n, " ", what, n == 1 ? "" : "s"); }
-
-/// A column by names; one with a single entry as a multiple of a unit vector: -m g e₃.
-std::string column_text(const VecX& v) {
-  Index only = -1;
-  for (Index i = 0; i < v.size(); ++i)
-    if (!v[i].is_zero()) only = only == -1 ? i : v.size();
-  if (only == -1) return "0";
-  if (only == v.size()) return vector_to_text(v);
-  const std::string factor = to_text(v[only]);
-  const bool sum = factor.find(" + ") != std::string::npos || factor.find(" - ") != std::string::npos;
-  return (v[only].is_one() ? "" : sum ? "(" + factor + ") " : factor + " ") + "e" + subscript(only + 1);
-}
-
-bool is_unit_multiple(const VecX& v) {
-  return std::count_if(v.begin(), v.end(), [](Expr e) { return !e.is_zero(); }) == 1;
-}
-
-/// A column equation by vector names, if both sides have such a form that is short enough to read.
-std::optional<std::string> vector_equation(const VecX& lhs, const VecX& rhs) {
-  constexpr int widest = 100;
-  const std::string left = column_text(lhs), right = column_text(rhs);
-  if (is_unit_multiple(lhs)) return {};  // x₁′ e₁ = … reads better row by row
-  const std::string line = left + " = " + right;
-  const bool listed = line.find(", ") != std::string::npos;  // some side is only (a, b, c)
-  return listed || display_width(line) > widest ? std::nullopt : std::optional(line);
-}
-
-/// Equal parts of the rows (of a system of points in space: the points), each as a vector equation.
-std::optional<std::vector<std::string>> split_equation(const Block& b) {
-  for (Index parts = 2; parts <= b.lhs.size() / 2; ++parts) {
-    if (b.lhs.size() % parts) continue;
-    const Index size = b.lhs.size() / parts;
-    std::vector<std::string> lines;
-    for (Index k = 0; k < parts; ++k)
-      if (const auto line = vector_equation(b.lhs.segment(k * size, size), b.rhs.segment(k * size, size)))
-        lines.push_back(*line);
-    if (static_cast<Index>(lines.size()) == parts) return lines;
-  }
-  return {};
-}
-
-struct Lines {
-  std::vector<std::string> text;
-  bool rows = false;  ///< one line per row: (3a), (3b) …
-};
-
-Lines by_rows(const Block& b) {
-  Lines lines{{}, true};
-  for (Index i = 0; i < std::min(b.lhs.size(), most_lines); ++i)
-    lines.text.push_back(truncated_text(b.lhs[i], longest) + " = " + truncated_text(b.rhs[i], longest));
-  return lines;
-}
-
-Lines lines_of(const Block& b) {
-  if (b.lhs.size() == 1)
-    return {{truncated_text(b.lhs[0], longest) + " = " + truncated_text(b.rhs[0], longest)}};
-  const bool rewritten =
-      std::any_of(b.rewritten.begin(), b.rewritten.end(), [](const auto& how) { return !how.empty(); });
-  if (rewritten) return by_rows(b);
-  if (const auto line = vector_equation(b.lhs, b.rhs)) return {{*line}};
-  if (b.lhs.size() <= most_lines)
-    if (const auto lines = split_equation(b)) return {*lines};
-  return by_rows(b);
-}
 
 /// ∂F/∂x′ has full rank in general, but not where the equations hold: a DAE that looks like an implicit ODE.
 bool loses_leading_rank(const Model& m) {
@@ -189,7 +125,7 @@ std::string describe(const Model& m) {
   Table equations;
   Index written = 0;  // rows
   for (std::size_t b = 0; b < m.blocks.size() && written < most_lines; ++b) {
-    const Lines lines = lines_of(m.blocks[b]);
+    const EquationLines lines = equation_lines(m.blocks[b], most_lines);
     const auto number = [&](std::size_t i) {
       if (lines.rows) return row_label(m.blocks[b], static_cast<int>(b), static_cast<int>(i));
       return i > 0                         ? ""
@@ -201,7 +137,8 @@ std::string describe(const Model& m) {
       if (i < how.size() && !how[i].empty()) return "[" + how[i] + "]";
       return i == 0 && !m.blocks[b].note.empty() ? "[" + m.blocks[b].note + "]" : "";
     };
-    for (std::size_t i = 0; i < lines.text.size(); ++i) equations.row({number(i), lines.text[i], note(i)});
+    for (std::size_t i = 0; i < lines.sides.size(); ++i)
+      equations.row({number(i), lines.sides[i].left + " = " + lines.sides[i].right, note(i)});
     written += lines.rows ? std::min(m.blocks[b].lhs.size(), most_lines) : m.blocks[b].lhs.size();
   }
   const auto rows = static_cast<Index>(m.residuals.size());

@@ -1,29 +1,34 @@
 // Reduced forms, their derivations, and what they look like in LaTeX. Reads arguments, calls src/dae.
 #include <algorithm>
 
+#include "base/error.hpp"
 #include "base/text.hpp"
 #include "dae/model/derivation_markup.hpp"
+#include "dae/model/latex_lines.hpp"
 #include "dae/model/lineage.hpp"
 #include "dae/reduce/reduce.hpp"
 #include "dae/report/lua_source.hpp"
 #include "lua/bind/dae/dae.hpp"
 #include "lua/core/objects.hpp"
 #include "lua/core/values.hpp"
+#include "mech/derivation.hpp"
 
 namespace pendula::lua {
 
 /// A derivation as a value: prints as text, answers :latex() and the questions of a string.
 struct Trace {
   dae::ModelPtr model;
+  dae::Detail detail = dae::Detail::full;
   std::string text() const {
-    const std::string derivation = dae::trace(*model);
+    const std::string derivation = mech::trace(model, detail, dae::Notation::text);
     return derivation.empty() ? "The model stands as it was written; nothing was derived."
                               : derivation.substr(0, derivation.size() - 1);
   }
   std::string latex() const {
-    const std::string derivation = dae::trace_latex(*model);
-    return derivation.empty() ? text()
-                              : derivation.substr(0, derivation.size() - 3);  // no break after the last line
+    std::string derivation = mech::trace(model, detail, dae::Notation::latex);
+    if (derivation.ends_with("\\\\\n"))
+      derivation.resize(derivation.size() - 3);  // no break after the last line
+    return derivation.empty() ? text() : derivation;
   }
 };
 template <>
@@ -55,13 +60,33 @@ int reduce(Call& call) {
   return call.push(dae::reduce(model, call.string(2, "form", ""), request));
 }
 
+dae::Detail detail_named(const std::string& name) {
+  if (name == "short") return dae::Detail::brief;
+  if (name == "full") return dae::Detail::full;
+  if (name == "every step") return dae::Detail::every;
+  const std::vector<std::string> names{"short", "full", "every step"};
+  throw Error(text("unknown detail '", name, "'.", did_you_mean(name, names),
+                   " A derivation is \"short\", \"full\" or \"every step\""));
+}
+
+/// trace(), trace "short", trace("full", { latex = true }), trace { detail = "short" }, trace "latex".
 int trace(Call& call) {
   collect_aliases(call.L);
-  const bool named =
-      lua_type(call.L, 2) == LUA_TSTRING && std::string_view(lua_tostring(call.L, 2)) == "latex";
-  const bool latex = named || call.options(2, {"latex"}).boolean("latex", false);
-  const auto derivation = std::make_shared<const Trace>(Trace{model_ptr(call)});
-  return latex ? call.push(derivation->latex()) : call.push(derivation);
+  Trace derivation{model_ptr(call)};
+  bool latex = false;
+  const bool named = lua_type(call.L, 2) == LUA_TSTRING;
+  if (named) {
+    const std::string word = lua_tostring(call.L, 2);
+    latex = word == "latex";
+    if (!latex) derivation.detail = detail_named(word);
+  }
+  if (const int at = named ? 3 : 2; call.has(at)) {
+    const Options o = call.options(at, {"latex", "detail"});
+    latex = latex || o.boolean("latex", false);
+    if (o.has("detail")) derivation.detail = detail_named(o.string("detail", ""));
+  }
+  return latex ? call.push(derivation.latex())
+               : call.push(std::make_shared<const Trace>(std::move(derivation)));
 }
 
 int model_latex(Call& call) {
@@ -118,9 +143,13 @@ extern const Module forms_module = {
             at), "array" takes rows of the derivative array and needs an index only. Without an argument, the
             form best suited to simulation; trace() says which and why.)",
          R"(x, z = vars "x z"  return dae{ der(x) ~ z, 0 ~ x - sin(t) }:reduce("acc"):index())", "1"},
-        {"model:trace", trace, "sys:trace([{ latex = true }]) -> trace",
+        {"model:trace", trace,
+         R"(sys:trace(["short" | "full" | "every step"] [, { latex = true }]) -> trace)",
          R"(The derivation of this form, step by step: what was differentiated, combined, substituted, with
-            the numbers of the equations. print it, or take :latex(); :find and :match search its text.)",
+            the numbers of the equations; of a model made by lagrange, from the energies on: L, its partial
+            derivatives, the generalised forces, W and c. "short" has the results, "full" (the default) the
+            steps between them, "every step" all parts of them. print it, or take :latex(); :find and :match
+            search its text.)",
          "x, z = vars \"x z\"  return dae{ der(x) ~ z, 0 ~ x - sin(t) }:reduce(\"acc\"):trace():match "
          "\"^[^\\n]*\"",
          "(2)  0 = x - sin(t)   is differentiated once"},

@@ -5,6 +5,7 @@
 #include "expr/print/print.hpp"
 #include "expr/rewrite/rewrite.hpp"
 #include "lua/bind/dae/dae.hpp"
+#include "lua/core/objects.hpp"
 #include "lua/core/values.hpp"
 #include "lua/read/traced.hpp"
 
@@ -32,6 +33,70 @@ void split(Expr L, mech::Lagrangian& system) {
   system.T = simplify(L + system.V);
 }
 
+using Forces = std::vector<std::pair<VecX, VecX>>;
+struct VirtualWork {
+  Forces forces;
+};
+
+}  // namespace
+
+template <>
+struct TypeName<VirtualWork> {
+  static constexpr const char* value = "virtual_work";
+};
+
+namespace {
+
+/// The table [column made by generalized_force] = its forces, which keeps no column alive.
+void push_known_forces(lua_State* L) {
+  if (luaL_getsubtable(L, LUA_REGISTRYINDEX, "pendula.virtual_work")) return;
+  lua_createtable(L, 0, 1);
+  lua_pushliteral(L, "k");
+  lua_setfield(L, -2, "__mode");
+  lua_setmetatable(L, -2);
+}
+
+/// Notes what the column on top of the stack was made of, for the derivation of a model.
+void remember_forces(lua_State* L, Forces forces) {
+  push_known_forces(L);
+  lua_pushvalue(L, -2);
+  push_object(L, std::make_shared<const VirtualWork>(VirtualWork{std::move(forces)}),
+              TypeName<VirtualWork>::value);
+  lua_rawset(L, -3);
+  lua_pop(L, 1);
+}
+
+/// The forces that the column at `index` was made of; none if it came another way.
+Forces known_forces(lua_State* L, int index) {
+  lua_pushvalue(L, index);
+  push_known_forces(L);
+  lua_insert(L, -2);
+  lua_rawget(L, -2);
+  const auto* held = object_at(L, -1, TypeName<VirtualWork>::value);
+  Forces forces = held ? static_cast<const VirtualWork*>(held->get())->forces : Forces{};
+  lua_pop(L, 2);
+  return forces;
+}
+
+/// Pairs { {p, F}, {p, F} }.
+int generalized_force(Call& call) {
+  lua_State* L = call.L;
+  const VecX q = to_column(L, 1, "q");
+  call.table(2, "forces");
+  std::vector<std::pair<VecX, VecX>> forces;
+  for (lua_Integer i = 1, n = luaL_len(L, 2); i <= n; ++i) {
+    if (lua_geti(L, 2, i) != LUA_TTABLE)
+      throw Error(text("force ", i, " must be a pair {point, force}, got ", describe(L, -1)));
+    lua_geti(L, -1, 1);
+    lua_geti(L, -2, 2);
+    forces.push_back({to_column(L, -2, text("the point of force ", i)), to_column(L, -1, text("force ", i))});
+    lua_pop(L, 3);
+  }
+  push_matrix(L, MatX(mech::generalized_force(q, forces)));
+  remember_forces(L, std::move(forces));
+  return 1;
+}
+
 int lagrange(Call& call) {
   const Options o = call.options(1, {"q", "T", "V", "L", "C", "Q", "multipliers", "name"});
   if (!o.has("q") || (!o.has("T") && !o.has("L")))
@@ -54,27 +119,15 @@ int lagrange(Call& call) {
     system.C = column(C);
     lua_pop(call.L, 1);
   }
-  system.Q = option_column(call, o, "Q");
+  if (o.has("Q")) {
+    const int Q = o.push("Q");
+    system.forces = known_forces(call.L, Q);
+    system.Q = to_column(call.L, Q, "Q");
+    lua_pop(call.L, 1);
+  }
   system.multipliers = o.string("multipliers", "z");
   system.name = o.string("name", "");
   return call.push(mech::lagrange(system));
-}
-
-/// Pairs { {p, F}, {p, F} }.
-int generalized_force(Call& call) {
-  lua_State* L = call.L;
-  const VecX q = to_column(L, 1, "q");
-  call.table(2, "forces");
-  std::vector<std::pair<VecX, VecX>> forces;
-  for (lua_Integer i = 1, n = luaL_len(L, 2); i <= n; ++i) {
-    if (lua_geti(L, 2, i) != LUA_TTABLE)
-      throw Error(text("force ", i, " must be a pair {point, force}, got ", describe(L, -1)));
-    lua_geti(L, -1, 1);
-    lua_geti(L, -2, 2);
-    forces.push_back({to_column(L, -2, text("the point of force ", i)), to_column(L, -1, text("force ", i))});
-    lua_pop(L, 3);
-  }
-  return push_matrix(L, MatX(mech::generalized_force(q, forces)));
 }
 
 const dae::Mechanics& mechanics(Call& call) {

@@ -1,0 +1,92 @@
+#include "dae/model/latex_lines.hpp"
+
+#include <cctype>
+
+#include "base/text.hpp"
+#include "dae/model/equation_lines.hpp"
+
+namespace pendula::dae {
+namespace {
+
+using Index = Eigen::Index;
+
+/// The nesting that a command or brace at `i` opens (+1) or closes (-1).
+int nesting(const std::string& s, std::size_t i) {
+  if (s[i] == '{' || s[i] == '(' || s[i] == '[') return 1;
+  if (s[i] == '}' || s[i] == ')' || s[i] == ']') return -1;
+  if (s.compare(i, 6, "\\begin") == 0) return 1;
+  if (s.compare(i, 4, "\\end") == 0) return -1;
+  return 0;
+}
+
+/// Characters of a formula on paper, roughly: a command counts as one sign, a fraction as its wider part.
+int visible_width(const std::string& s) {
+  int width = 0;
+  for (std::size_t i = 0; i < s.size(); ++i) {
+    const auto c = static_cast<unsigned char>(s[i]);
+    if (s.compare(i, 5, "\\frac") == 0) {
+      width -= 2;
+      i += 4;
+    } else if (c == '\\') {
+      ++width;
+      while (i + 1 < s.size() && std::isalpha(static_cast<unsigned char>(s[i + 1]))) ++i;
+    } else if (c != '{' && c != '}' && c != '^' && c != '_' && c != ' ' && (c & 0xC0) != 0x80) {
+      ++width;
+    }
+  }
+  return width;
+}
+
+}  // namespace
+
+std::vector<std::string> line_pieces(const std::string& latex, int widest) {
+  std::vector<std::string> terms{""};
+  int depth = 0;
+  for (std::size_t i = 0; i < latex.size(); ++i) {
+    depth += nesting(latex, i);
+    const bool cut = depth == 0 && i > 0 && latex[i] == ' ' && i + 2 < latex.size() && latex[i + 2] == ' ' &&
+                     (latex[i + 1] == '+' || latex[i + 1] == '-');
+    if (cut) terms.emplace_back();
+    terms.back() += latex[i];
+  }
+  std::vector<std::string> pieces{""};
+  for (const std::string& term : terms) {
+    if (!pieces.back().empty() && visible_width(pieces.back() + term) > widest) pieces.emplace_back();
+    pieces.back() += pieces.back().empty() && pieces.size() > 1 ? term.substr(1) : term;
+  }
+  return pieces;
+}
+
+std::string broken_equation(const std::string& equation) {
+  const std::size_t equals = equation.find(" = ");
+  if (equals == std::string::npos) return equation;
+  const auto pieces = line_pieces(equation.substr(equals + 3));
+  if (pieces.size() == 1) return equation;
+  return text("\\begin{aligned}\n", equation.substr(0, equals), " &= ", join(pieces, " \\\\\n&\\quad "),
+              "\n\\end{aligned}");
+}
+
+std::string latex(const Model& m) {
+  constexpr Index most = 1000;
+  std::vector<std::string> rows;
+  for (std::size_t b = 0; b < m.blocks.size(); ++b) {
+    const EquationLines lines = equation_lines(m.blocks[b], most, Notation::latex);
+    for (std::size_t i = 0; i < lines.sides.size(); ++i) {
+      const auto left = line_pieces(lines.sides[i].left), right = line_pieces(lines.sides[i].right);
+      std::string number = row_label(m.blocks[b], static_cast<int>(b), static_cast<int>(i));
+      if (!lines.rows) number = text("(", b + 1, ")");
+      const bool tagged = lines.rows || i == 0;
+      std::vector<std::string> cut(left.begin(), left.end() - 1);
+      for (std::string& piece : cut) piece = "&" + piece;
+      cut.push_back((cut.empty() ? "" : "&\\quad ") + left.back() + (cut.empty() ? " &= " : " = ") +
+                    right[0]);
+      for (std::size_t k = 1; k < right.size(); ++k) cut.push_back("&\\quad " + right[k]);
+      for (std::size_t k = 0; k + 1 < cut.size(); ++k) cut[k] += " \\notag";
+      cut.back() += tagged ? " \\tag{" + number.substr(1, number.size() - 2) + "}" : " \\notag";
+      rows.insert(rows.end(), cut.begin(), cut.end());
+    }
+  }
+  return "\\begin{align}\n  " + join(rows, " \\\\\n  ") + "\n\\end{align}";
+}
+
+}  // namespace pendula::dae

@@ -1,0 +1,235 @@
+#include "mech/derivation.hpp"
+
+#include <algorithm>
+
+#include "base/error.hpp"
+#include "base/text.hpp"
+#include "dae/model/equation_lines.hpp"
+#include "dae/model/forms.hpp"
+#include "expr/print/print.hpp"
+#include "expr/rewrite/rewrite.hpp"
+#include "expr/rewrite/tidied.hpp"
+
+namespace pendula::mech {
+namespace {
+
+using dae::Detail;
+using dae::formula;
+using dae::ref;
+using dae::ref_partial;
+using dae::ref_rate_of_partial;
+using dae::ref_side;
+using dae::told_from;
+using Index = Eigen::Index;
+
+const std::string indent(5, ' ');
+
+VecX dot(const VecX& q, int order = 1) {
+  return q.unaryExpr([=](Expr e) { return derivative_leaf(e, order); });
+}
+
+/// A product with a sum in it is written as a sum: M L² θ′ - M L x′ sin θ, and not M L (L θ′ - x′ sin θ).
+Expr as_terms(Expr e) {
+  const Expr simple = simplify(e);
+  const bool product = simple.op() == Op::mul || simple.op() == Op::neg || simple.op() == Op::div;
+  constexpr double longest = 60;  // nodes; multiplied out, longer products are no easier to read
+  return product && is_short(simple, longest) ? expand(simple) : simple;
+}
+
+/// Of a column over coordinates q: as it is where the names of vectors say all of it.
+VecX as_terms(const VecX& q, const VecX& v) {
+  const VecX simple = v.unaryExpr([](Expr e) { return simplify(e); });
+  if (q.size() > 1 && dae::rows_per_line(q, simple) > 1) return simple;
+  return v.unaryExpr([](Expr e) { return as_terms(e); });
+}
+
+VecX gradient_column(Expr e, const VecX& x) { return as_terms(x, column(gradient(e, entries(x)))); }
+
+/// Tells the parts of a derivation in order; every part is a method.
+class Derivation {
+ public:
+  explicit Derivation(const dae::ModelPtr& model)
+      : model_(model), mech_(*model->mechanics), v_(dot(mech_.q)), L_(mech_.T - mech_.V) {
+    for (Index k = 0; k < mech_.C.size(); ++k) L_ -= mech_.multipliers[k] * mech_.C[k];
+    lagrange_function();
+    energies_alone();
+    momenta();
+    slopes();
+    constraint_jacobian();
+    virtual_work();
+    equations();
+    mass_matrix();
+    first_order();
+  }
+
+  std::vector<std::string> lines;
+
+ private:
+  void tell(Detail least, const std::string& line) { lines.push_back(told_from(least, line)); }
+
+  /// name(q) = value, by vectors where they have names, else one line per coordinate.
+  template <class Name>
+  void tell_column(Detail least, Name name, const VecX& q, const VecX& value) {
+    const Index size = dae::rows_per_line(q, value);
+    for (Index i = 0; i < q.size(); i += size)
+      tell(least, indent + formula(name(VecX(q.segment(i, size))), " = ", ref_side(value.segment(i, size))));
+  }
+
+  void lagrange_function() {
+    tell(Detail::full, text("Generalised coordinates  ", coordinates(), ", energies",
+                            mech_.C.size() == 0   ? ""
+                            : mech_.C.size() == 1 ? " and constraint"
+                                                  : " and constraints",
+                            ":"));
+    tell(Detail::full, indent + formula("T = ", ref(mech_.T)));
+    tell(Detail::full, indent + formula("V = ", ref(mech_.V)));
+    for (Index k = 0; k < mech_.C.size(); ++k)
+      tell(Detail::full, indent + formula(mech_.C.size() > 1 ? "C" + subscript(k + 1) : "C", " = ",
+                                          ref(mech_.C[k]), " = 0"));
+    tell(Detail::brief, mech_.C.size() ? "Lagrange function  " + formula("L = T - V - zᵀC") + ":"
+                                       : "Lagrange function  " + formula("L = T - V") + ":");
+    tell(Detail::brief, indent + formula("L = ", ref(L_)));
+  }
+
+  void energies_alone() {
+    tell(Detail::every, "The energies and constraints contribute:");
+    tell_column(
+        Detail::every, [](const VecX& v) { return ref_partial("T", v); }, v_, gradient_column(mech_.T, v_));
+    tell_column(
+        Detail::every, [](const VecX& q) { return ref_partial("T", q); }, mech_.q,
+        gradient_column(mech_.T, mech_.q));
+    tell_column(
+        Detail::every, [](const VecX& q) { return ref_partial("V", q); }, mech_.q,
+        gradient_column(mech_.V, mech_.q));
+    for (Index k = 0; k < mech_.C.size(); ++k) {
+      const std::string C = mech_.C.size() > 1 ? "C" + subscript(k + 1) : "C";
+      tell_column(
+          Detail::every, [&](const VecX& q) { return ref_partial(C, q); }, mech_.q,
+          gradient_column(mech_.C[k], mech_.q));
+    }
+  }
+
+  void momenta() {
+    tell(Detail::full, "Its partial derivatives:");
+    const VecX momentum = gradient_column(L_, v_);
+    tell_column(
+        Detail::full, [](const VecX& v) { return ref_partial("L", v); }, v_, momentum);
+    tell_column(
+        Detail::full, [](const VecX& v) { return ref_rate_of_partial("L", v); }, v_,
+        as_terms(v_, momentum.unaryExpr([](Expr e) { return total_derivative(e); })));
+  }
+
+  void slopes() {
+    tell_column(
+        Detail::full, [](const VecX& q) { return ref_partial("L", q); }, mech_.q,
+        gradient_column(L_, mech_.q));
+  }
+
+  void constraint_jacobian() {
+    if (mech_.C.size() == 0) return;
+    tell(Detail::full,
+         text("The constraint Jacobian", mech_.C.size() > 1 ? ", one row per constraint:" : ":"));
+    tell(Detail::full,
+         indent + formula("∂C/∂q = ", ref(dae::dense(mech_.dCdq, mech_.C.size(), mech_.q.size()))));
+  }
+
+  bool has_forces() const {
+    return std::any_of(mech_.Q.begin(), mech_.Q.end(), [](Expr e) { return !e.is_zero(); });
+  }
+
+  void virtual_work() {
+    if (!has_forces()) return tell(Detail::full, "No forces besides those of V: " + formula("Q = 0") + ".");
+    const auto delta = [](const VecX& q) { return formula("δW = Qᵀ δq, q = ", ref(q)); };
+    tell(Detail::full, "Generalised forces, from the virtual work  " + formula("δW = Qᵀ δq") + ":");
+    for (const auto& [p, F] : mech_.forces) {
+      const MatX slope = jacobian(entries(p), entries(mech_.q)).unaryExpr([](Expr e) { return simplify(e); });
+      tell(Detail::full,
+           text(indent, "force ", formula(ref_side(F)), " at ", formula(ref_side(p)), ":  ",
+                formula("δW = Fᵀ δp = Fᵀ (∂p/∂q) δq"), ", which adds ",
+                formula("(∂p/∂q)ᵀ F = ", ref_side(as_terms(mech_.q, VecX(slope.transpose() * F))))));
+      tell(Detail::every, indent + formula("∂p/∂q = ", ref(slope)));
+    }
+    tell_column(
+        Detail::full, [&](const VecX& q) { return "Q" + coordinate(q); }, mech_.q,
+        as_terms(mech_.q, mech_.Q));
+  }
+
+  /// "q ∈ ℝ⁶" where q is a column of that name, else "q = (x, θ)".
+  std::string coordinates() const {
+    const std::string name = vector_to_text(mech_.q);
+    return name == "q" ? formula("q ∈ ℝ", superscript(static_cast<long>(mech_.q.size())))
+                       : formula("q = ", ref(mech_.q));
+  }
+
+  /// "" for all of q, else "(x)".
+  std::string coordinate(const VecX& q) const {
+    return q.size() == mech_.q.size() ? std::string() : text("(", ref(q), ")");
+  }
+
+  void equations() {
+    tell(Detail::brief,
+         text(formula("d/dt ∂L/∂q′ - ∂L/∂q = Q"), mech_.C.size() ? " and " + formula("C = 0") : "", ":"));
+    for (std::size_t b = 0; b < model_->blocks.size(); ++b) {
+      const dae::Block& block = model_->blocks[b];
+      const Index size = dae::rows_per_line(block.lhs, block.rhs), n = block.lhs.size();
+      for (Index i = 0; i < n; i += size) {
+        const std::string number = size == 1 ? dae::row_label(block, static_cast<int>(b), static_cast<int>(i))
+                                   : i == 0  ? text("(", b + 1, ")")
+                                             : "   ";
+        tell(Detail::brief, text("  ", number, number.size() < 4 ? "  " : " ",
+                                 formula(ref_side(block.lhs.segment(i, size)), " = ",
+                                         ref_side(block.rhs.segment(i, size)))));
+      }
+    }
+  }
+
+  void mass_matrix() {
+    const Index n = mech_.q.size();
+    tell(Detail::full,
+         text("that is  ", formula("W(q) q″", mech_.C.size() ? " + (∂C/∂q)ᵀ z" : "", " = c"), "  with"));
+    tell(Detail::full, indent + formula("W = ∂²T/∂q′² = ", ref(dae::dense(mech_.M, n, n))));
+    tell(Detail::full, indent + formula("c = ", ref_side(mech_.rhs)));
+  }
+
+  void first_order() {
+    const dae::ModelPtr low = dae::to_semi_explicit(model_);
+    const bool solved = low->kind == dae::ModelKind::ode || low->kind == dae::ModelKind::semi_explicit;
+    tell(Detail::full, "As a system of first order, " +
+                           formula(mech_.C.size() ? "q′ = v,  v′ = W⁻¹ (c - (∂C/∂q)ᵀ z),  0 = C(q)"
+                                                  : "q′ = v,  v′ = W⁻¹ c") +
+                           (solved ? ":" : "; in rows, with W on the left:"));
+    for (const dae::Block& block : low->blocks) {
+      const Index size = dae::rows_per_line(block.lhs, block.rhs);
+      for (Index i = 0; i < block.lhs.size(); i += size)
+        tell(Detail::full, indent + formula(ref_side(block.lhs.segment(i, size)), " = ",
+                                            ref_side(block.rhs.segment(i, size))));
+    }
+  }
+
+  const dae::ModelPtr& model_;
+  const dae::Mechanics& mech_;
+  VecX v_;
+  Expr L_;
+};
+
+/// The model that lagrange() returned, among this one and those it was made from; null if there is none.
+dae::ModelPtr lagrangian_root(dae::ModelPtr m) {
+  while (m->parent) m = m->parent;
+  return m->mechanics && m->form.empty() ? m : nullptr;
+}
+
+}  // namespace
+
+std::vector<std::string> derivation(const dae::ModelPtr& model) {
+  PENDULA_ASSERT(model->mechanics.has_value(), "a derivation from the energies needs them");
+  return Derivation(model).lines;
+}
+
+std::string trace(const dae::ModelPtr& model, dae::Detail detail, dae::Notation notation) {
+  const dae::ModelPtr root = lagrangian_root(model);
+  const bool from_energies = root && (root == model || detail == Detail::every);
+  return (from_energies ? dae::written_out(derivation(root), detail, notation) : "") +
+         dae::trace(*model, detail, notation);
+}
+
+}  // namespace pendula::mech

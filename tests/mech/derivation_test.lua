@@ -1,0 +1,93 @@
+-- The derivation of Lagrange's equations as a solution sheet prints it.
+local q = var("q", 6)
+p1, p2 = q:slice(1, 3), q:slice(4, 6)               -- globals lend their names to printed vectors
+local m, g, R, L = params "m=1 g=9.81 R=1 L=0.5"
+local chain = lagrange { q = q, T = m/2*q.dot.T*q.dot, V = m*g*(p1[3] + p2[3]),
+  C = { (p1.T*p1 - R^2)/2, (norm(p2 - p1)^2 - L^2)/2 } }
+
+local function has(text, words)
+  local said = tostring(text)
+  if not said:find(words, 1, true) then error("'" .. words .. "' is not in\n" .. said, 2) end
+end
+local function lacks(text, words) expect(tostring(text):find(words, 1, true)):equals(nil) end
+
+test("two masses on a sphere: every line that a sheet has", function()
+  local text = chain:trace()
+  for _, line in ipairs {
+    "L = m q′ᵀq′/2 - z₁ (p1ᵀp1 - R²)/2 - z₂ ((p2 - p1)ᵀ(p2 - p1) - L²)/2 - m g (q₃ + q₆)",
+    "∂L/∂q′ = m q′", "d/dt ∂L/∂q′ = m q″", "∂L/∂p1 = -m g e₃ - z₁ p1 - z₂ (p1 - p2)",
+    "∂L/∂p2 = z₂ (p1 - p2) - m g e₃", "∂C/∂q = ⎡  q₁       q₂",
+    "d/dt ∂L/∂q′ - ∂L/∂q = Q and C = 0:", "(1)  m p1″ + z₁ p1 + z₂ (p1 - p2) = -m g e₃",
+    "W(q) q″ + (∂C/∂q)ᵀ z = c", "W = ∂²T/∂q′² = ⎡m", "q′ = v", "v₄′ = z₂ (q₁ - q₄)/m", "0 = (p1ᵀp1 - R²)/2",
+  } do has(text, line) end
+end)
+
+test("three levels: results, steps, every part", function()
+  local short, full, every = chain:trace "short", chain:trace(), chain:trace "every step"
+  expect(#short < #full and #full < #every):is_true()
+  lacks(short, "∂L/∂q′ =")
+  has(short, "(1)  m p1″")
+  has(every, "∂C₂/∂p2 = p2 - p1")
+  lacks(full, "∂C₂/∂p2")
+  expect(tostring(chain:trace "full")):equals(tostring(full))
+  expect(tostring(chain:trace { detail = "short" })):equals(tostring(short))
+  expect(function() chain:trace "shrt" end):fails "Did you mean 'short'"
+end)
+
+test("forms of the model begin with it; in every step with the energies", function()
+  local low = chain:reduce "acc"
+  lacks(low:trace(), "Lagrange function")
+  has(low:trace "every step", "Lagrange function")
+end)
+
+local x, th = vars "x theta"
+local M, f = params "M f"
+
+test("generalised forces are told from where they come", function()
+  local cart = lagrange { q = { x, th }, T = (m + M)/2*x.dot^2 + M*L^2/2*th.dot^2 - L*M*th.dot*x.dot*sin(th),
+    V = M*g*L*sin(th), Q = generalized_force({ x, th }, { { vec { x }, vec { f } } }) }
+  local text = cart:trace()
+  has(text, "force f at x:  δW = Fᵀ δp")
+  has(text, "Q(x) = f")
+  has(text, "∂L/∂x′ = (m + M) x′ -")                 -- the lecture's gradients, term by term
+  has(text, "θ″ - ")
+  has(text, "ω′ = ")
+  local by_hand = lagrange { q = { x }, T = m/2*x.dot^2, V = 0, Q = vec { f } }
+  has(by_hand:trace(), "Q = f")
+  lacks(by_hand:trace(), "force f at")
+  has(lagrange { q = { x }, T = m/2*x.dot^2, V = 0 }:trace(), "No forces besides those of V")
+end)
+
+test("in LaTeX no mark and no Unicode sign of mathematics is left", function()
+  local latex = chain:trace("every step", { latex = true })
+  expect(latex:find("[\x1a-\x1f]")):equals(nil)
+  for _, sign in ipairs { "′", "∂", "δ", "ᵀ", "₁" } do lacks(latex, sign) end
+  has(latex, "\\frac{\\mathrm{d}}{\\mathrm{d}t} \\frac{\\partial L}{\\partial \\dot{\\mathbf{q}}}")
+  expect(select(2, latex:gsub("%$", "")) % 2):equals(0)
+end)
+
+test("a model in LaTeX is numbered by rows and broken where it is wide", function()
+  local latex = chain:latex()
+  has(latex, [[0 &= \frac{\mathbf{p}_1^\top \mathbf{p}_1 - R^2}{2} \tag{2a}]])
+  local a = vars "a b c d"
+  local y = var "y"
+  local sum = 0
+  for i = 1, 30 do sum = sum + param("k" .. i)*y^i end
+  local long = dae { der(y) ~ sum }:latex()
+  expect(select(2, long:gsub("\\tag", "")) == 1 and select(2, long:gsub("\\notag", "")) >= 1):is_true()
+end)
+
+test("semi_explicit: x′ = f and 0 = g with their signs, usual names of velocities", function()
+  local se = chain:semi_explicit()
+  expect(se:index()):equals(3)
+  lacks(se, "at most")
+  has(se, "v₁′ = -(q₁ z₁ + z₂ (q₁ - q₄))/m")
+  has(se, "0 = (p1ᵀp1 - R²)/2")
+  local p = vars "p"
+  local two = lagrange { q = { th, x }, T = m/2*x.dot^2 + m/2*th.dot^2, V = m*g*x }:semi_explicit()
+  has(two, "θ′ = ω")
+  has(two, "v_x′ = -g")
+  local T = m/2*x.dot^2 + m*x.dot*th.dot/2 + m/2*th.dot^2
+  local coupled = lagrange { q = { x, th }, T = T, V = m*g*x }:semi_explicit()
+  has(coupled, "v_x′ = -4 g/3")
+end)
