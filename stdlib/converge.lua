@@ -434,7 +434,7 @@ doc { name = "converge", module = "integrate",
     t4 = converge(dae{ der(x) ~ -2*x },
       { start = { x = 1 }, to = 2, methods = { rk.rk4 }, dt = { 0.2, 0.1, 0.05 }, exact = exp(-2*t) })
     print(("%.1f"):format(t4.slopes[1]), t4.orders[1])]],
-  gives = "4.1\t4", converge }
+  gives = "4.1 4", converge }
 
 local function field(name, sig, text, get)
   doc { name = "convergence#" .. name, module = "integrate", sig = sig, text = text,

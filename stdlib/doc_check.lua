@@ -24,7 +24,7 @@ local function output_of(code)
   local function write(...)
     local parts = table.pack(...)
     for i = 1, parts.n do parts[i] = tostring(parts[i]) end
-    lines[#lines + 1] = table.concat(parts, "\t")
+    lines[#lines + 1] = table.concat(parts, " ")
   end
   local env = setmetatable({ print = write }, { __index = _G })
   local stdlib_print = print

@@ -1,6 +1,28 @@
 -- help(), apropos, examples: what the documentation rows say, laid out for a terminal.
 
-local page_width = 96
+-- Lines are collected and shown together: what is longer than the screen is shown a screen at a time.
+local collected = {}
+local function say(line) collected[#collected + 1] = line or "" end
+
+local function show()
+  local text = table.concat(collected, "\n")
+  collected = {}
+  if screen_width() == 0 then print(text) else page(text .. "\n") end
+end
+
+-- Runs a page and shows what it says; what was said before an error is dropped.
+local function shown_page(f, ...)
+  collected = {}
+  f(...)
+  show()
+end
+
+local page_width = 96  -- of a page that goes into a file or a pipe
+
+local function columns()
+  local screen = screen_width()
+  return screen == 0 and page_width or math.max(30, math.min(screen, 110))
+end
 
 -- ── the entries ────────────────────────────────────────────────────────────────────────────────────────────
 
@@ -68,15 +90,15 @@ local function print_pairs(pairs_list, indent)
   end
   local margin = (" "):rep(indent)
   for _, pair in ipairs(pairs_list) do
-    local lines = wrapped(pair[2], page_width - indent - left_width - 2)
+    local lines = wrapped(pair[2], columns() - indent - left_width - 2)
     local left = pair[1]
     if width(left) > left_width then
-      print(margin .. left)
+      say(margin .. left)
       left = ""
     end
     for i, line in ipairs(lines) do
       local text = margin .. pad(i == 1 and left or "", left_width) .. "  " .. line
-      print((text:gsub("%s+$", "")))
+      say((text:gsub("%s+$", "")))
     end
   end
 end
@@ -85,13 +107,34 @@ local function first_sentence(text) return (text:match "^(.-[.!?])%s" or text):g
 
 local function print_example(entry, indent)
   local margin = (" "):rep(indent)
-  for line in entry.example:gmatch "[^\n]+" do print(margin .. "> " .. line) end
-  for line in entry.gives:gmatch "[^\n]+" do print(margin .. line) end
+  for line in entry.example:gmatch "[^\n]+" do say(margin .. "> " .. line) end
+  for line in entry.gives:gmatch "[^\n]+" do say(margin .. line) end
+end
+
+-- The words that an option can be: "acc|ggl" as \"acc\", \"ggl\".
+local function choices(option)
+  if option.values == "" or option.values:sub(1, 1) == "@" or option.type == "boolean" then return "" end
+  return ': "' .. option.values:gsub("|", '", "') .. '"'
+end
+
+-- name = default   meaning (type): one row per option.
+local function print_options(entry)
+  local rows = {}
+  for _, option in ipairs(entry.options) do
+    local name = option.name:find "^%d" and ("argument " .. option.name) or option.name
+    if option.default ~= "" then name = name .. " = " .. option.default end
+    rows[#rows + 1] = { name, option.text .. choices(option) .. " (" .. option.type .. ")" }
+  end
+  say("  options")
+  print_pairs(rows, 4)
 end
 
 local function print_entry(entry)
-  print(entry.sig ~= "" and entry.sig or entry.name)
-  for _, line in ipairs(wrapped(entry.text, page_width - 2)) do print("  " .. line) end
+  for i, line in ipairs(wrapped(entry.sig ~= "" and entry.sig or entry.name, columns() - 4)) do
+    say((i > 1 and "    " or "") .. line)
+  end
+  for _, line in ipairs(wrapped(entry.text, columns() - 2)) do say("  " .. line) end
+  if entry.options then print_options(entry) end
   if entry.example ~= "" then print_example(entry, 4) end
 end
 
@@ -162,19 +205,19 @@ local function help_type(type_name)
   local members = members_of_type(type_name)
   local operators = all(function(e) return is_metamethod(e) and e.owner == type_name and e.sig ~= "" end)
   if #members + #operators == 0 then return false end
-  print(type_name)
+  say(type_name)
   for _, part in ipairs { { "fields", "#" }, { "methods", ":" } } do
     local list = {}
     for _, entry in ipairs(members) do
       if entry.separator == part[2] then list[#list + 1] = entry end
     end
     if #list > 0 then
-      print(part[1])
+      say(part[1])
       print_list(list)
     end
   end
   if #operators > 0 then
-    print("operators")
+    say("operators")
     print_list(operators)
   end
   return true
@@ -183,7 +226,7 @@ end
 local function help_library(name)
   local list = all(function(e) return e.separator == "." and e.owner == name end)
   if #list == 0 then return false end
-  print(name)
+  say(name)
   print_list(list)
   return true
 end
@@ -191,7 +234,7 @@ end
 local function help_module(name)
   local list = all(function(e) return e.module == name and not is_metamethod(e) end)
   if #list == 0 then return false end
-  print(list[1].title ~= "" and list[1].title or name)
+  say(list[1].title ~= "" and list[1].title or name)
   print_list(list)
   return true
 end
@@ -208,10 +251,10 @@ local function names_line(names, module)
 end
 
 local function overview()
-  print("Lua 5.4 and a vocabulary for dynamic systems.")
-  print('help "name" explains one, help(value) a value, apropos "word" searches, '
+  say("Lua 5.4 and a vocabulary for dynamic systems.")
+  say('help "name" explains one, help(value) a value, apropos "word" searches, '
     .. 'examples "name" shows it in use.')
-  print()
+  say()
   local lines, by_module = {}, {}
   for _, entry in ipairs(entries()) do
     if not is_member(entry) then
@@ -236,19 +279,19 @@ end
 local function help_name(name)
   local found = find(name)
   for i, entry in ipairs(found) do
-    if i > 1 then print() end
+    if i > 1 then say() end
     print_entry(entry)
   end
   local shown = #found > 0
   -- A word may name a function and a type ("expr") or a library and a module ("dae"): show both.
   for _, page in ipairs { help_type, help_library, #found == 0 and help_module or nil } do
-    if shown and (page == help_type and #members_of_type(name) > 0) then print() end
+    if shown and (page == help_type and #members_of_type(name) > 0) then say() end
     shown = page(name) or shown
   end
   if shown then return end
   local builtin = rawget(_G, name:match "^[^.:]+" or name)
   if builtin ~= nil and named(name) == nil and (type(builtin) == "function" or type(builtin) == "table") then
-    print(name .. " is not from Pendula; Lua's own functions are described at "
+    say(name .. " is not from Pendula; Lua's own functions are described at "
       .. "https://www.lua.org/manual/5.4/")
     return
   end
@@ -259,18 +302,18 @@ end
 local function help_value(value)
   local type_name = object_type(value)
   if type_name then
-    if not help_type(type_name) then print(type_name .. ": a value without fields or methods") end
+    if not help_type(type_name) then say(type_name .. ": a value without fields or methods") end
     return
   end
   for _, entry in ipairs(entries()) do
     if value ~= nil and rawequal(entry.value, value) then return help_name(entry.name) end
   end
   if type(value) == "function" then
-    print("a function without documentation")
+    say("a function without documentation")
   elseif value == nil then
     fail 'help: got nil; write help "name" with quotes, or help() for the overview'
   else
-    print("a " .. type(value) .. ": " .. shown(value))
+    say("a " .. type(value) .. ": " .. shown(value))
   end
 end
 
@@ -282,10 +325,9 @@ apropos(word)
     > apropos "apropos"
       apropos(word)  Lists everything whose name, signature or text contains the word.]],
   function(...)
-    if select("#", ...) == 0 then return overview() end
     local what = ...
-    if type(what) == "string" then return help_name(what) end
-    return help_value(what)
+    if select("#", ...) == 0 then return shown_page(overview) end
+    return shown_page(type(what) == "string" and help_name or help_value, what)
   end }
 
 doc { name = "apropos", module = "help", sig = "apropos(word)",
@@ -303,7 +345,7 @@ doc { name = "apropos", module = "help", sig = "apropos(word)",
       print("nothing mentions '" .. word .. "'." .. did_you_mean(word, all_names()))
       return
     end
-    print_list(found)
+    shown_page(print_list, found)
   end }
 
 doc { name = "examples", module = "help", sig = "examples(name)",
@@ -320,9 +362,11 @@ doc { name = "examples", module = "help", sig = "examples(name)",
     local own = {}
     for _, entry in ipairs(found) do own[entry] = true end
     local list = all(function(e) return e.example ~= "" and (own[e] or e.example:find(uses) ~= nil) end)
-    if #list == 0 then print("no examples of " .. name) end
-    for i, entry in ipairs(list) do
-      if i > 1 then print() end
-      print_example(entry, 0)
-    end
+    if #list == 0 then return print("no examples of " .. name) end
+    shown_page(function()
+      for i, entry in ipairs(list) do
+        if i > 1 then say() end
+        print_example(entry, 0)
+      end
+    end)
   end }

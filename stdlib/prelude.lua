@@ -11,6 +11,9 @@
 -- sig, text, title: a line end counts as one blank, with the blanks around it. Of several lines of an example
 -- or a result the indentation that they have in common is no part of it.
 --
+-- options = { { name =, type =, default =, text =, values = }, … }: as in the rows of C++ (OptionRow);
+-- check_options(by, options, known) refuses what is not among them.
+--
 -- An entry of a library that is seldom needed has load = function() … end instead of the value: it is made
 -- when first touched. describe = function(entry) … end sets text and example when they are first read.
 
@@ -32,7 +35,7 @@ function doc(entry)
   documented[#documented + 1] = {
     name = entry.name, sig = prose(entry.sig), text = prose(entry.text), example = lines(entry.example),
     gives = lines(entry.gives), module = entry.module or "library", title = prose(entry.title or ""),
-    value = entry[1], describe = entry.describe,
+    value = entry[1], describe = entry.describe, options = entry.options,
   }
   if entry.load then return install_lazy(entry.name, entry.load) end
   install(entry.name, entry[1])

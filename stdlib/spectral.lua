@@ -127,4 +127,4 @@ doc { name = "spa", module = "identification",
     .. "and .coherence; :plot() with ±2σ. A wider window shows sharper peaks and more noise.",
   example = "u = prbs(127)\ny = {}\nfor t = 1, 127 do y[t] = 2*u[t] end\n"
     .. "r = spa(iddata{ y = y, u = u })\nreturn math.abs(r.mag[64] - 2) < 1e-6, r.coherence[64] > 0.999",
-  gives = "true\ttrue", spectral_analysis }
+  gives = "true true", spectral_analysis }

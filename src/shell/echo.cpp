@@ -2,6 +2,8 @@
 
 #include <cstdio>
 
+#include "lua/screen/fit_text.hpp"
+#include "lua/screen/pager.hpp"
 #include "lua/core/table_text.hpp"
 
 namespace pendula::shell {
@@ -56,9 +58,14 @@ int echo_values(lua_State* L) {
   if (!lua_isnil(L, 1)) remember(L, 1);
   if (count == 1 && is_figure(L, 1)) return show_figure(L, 1), 0;
   std::string line;
-  for (int i = 1; i <= count; ++i) line += (i > 1 ? "  " : "") + lua::shown_text(L, i) + approximation(L, i);
-  line += "\n";
-  std::fwrite(line.data(), 1, line.size(), stdout);
+  bool fits = true;  // one string is the user's own: it keeps its lines
+  for (int i = 1; i <= count; ++i) {
+    const std::string text = lua::shown_text(L, i);
+    if (lua_type(L, i) != LUA_TSTRING || text.find('\n') != text.npos) fits = false;
+    line += (i > 1 ? "  " : "") + text + approximation(L, i);
+  }
+  const lua::ScreenSize screen = lua::screen_size();
+  lua::show_text((fits ? line : lua::fitted(line, screen.columns)) + "\n");
   if (count == 1 && is_response(L, 1)) show_figure(L, 1);
   return 0;
 }

@@ -7,6 +7,7 @@
 
 #include "base/interrupt.hpp"
 #include "lua/core/objects.hpp"
+#include "lua/screen/pager.hpp"
 #include "lua/session/state.hpp"
 #include "shell/complete.hpp"
 #include "shell/echo.hpp"
@@ -198,6 +199,7 @@ void run_session(lua_State* L) {
     std::printf("Pendula %s, Lua for dynamic systems.  help() shows the way, Ctrl-D leaves.\n",
                 PENDULA_VERSION);
   catch_interrupt_in_session();
+  lua::page_long_text();
   Session(L).run();
 }
 

@@ -51,6 +51,21 @@ namespace pendula::lua {
 class Call;
 using Function = int (*)(Call&);
 
+/// One option of a function: what reads it, help, the completion of the prompt and error texts know it from this
+/// row. A name that is a number is no option but that argument of the call, a word to choose (reduce "acc").
+struct OptionRow {
+  const char* name;
+  const char* type;      ///< "number", "boolean", "string", "table", "expression", "1 or 2 numbers", …
+  const char* fallback;  ///< as it would be written; "": none, or it depends
+  const char* text;      ///< what it does, with its unit
+  /// What the value can be: words with | between them, or where they come from: "@methods" (names of methods),
+  /// "@variables", "@parameters", "@inputs" (keys of a table, or a list, of symbols of the model).
+  const char* values = "";
+};
+using OptionTable = std::vector<OptionRow>;
+/// The rows of two tables.
+OptionTable joined(const OptionTable& first, const OptionTable& more);
+
 struct Row {
   const char* name;
   Function function;
@@ -58,6 +73,7 @@ struct Row {
   const char* text;          ///< sentences
   const char* example = "";  ///< statements; the value of the last expression is printed and compared
   const char* gives = "";    ///< what the example prints
+  const OptionTable* options = nullptr;
 };
 
 struct Module {
@@ -129,6 +145,8 @@ class Call {
   /// The table of options at argument i (absent or nil: all fallbacks). Throws on
   /// keys that are not among the known ones.
   Options options(int i, std::initializer_list<const char*> known) const;
+  /// The same with the options of the row.
+  Options options(int i) const;
 
   [[noreturn]] void wrong(int i, const char* name, const std::string& expected) const;
   /// " (usage: sin(x))", for the end of an error text; "" for rows without a signature.
@@ -147,6 +165,7 @@ class Call {
   }
 
  private:
+  Options checked_options(int i, const std::vector<std::string>& names) const;
   std::shared_ptr<const void>* test(int i, const char* type) const;
   std::shared_ptr<const void> required(int i, const char* type, const char* name) const;
   static void push_shared(lua_State* L, std::shared_ptr<const void> object, const char* type);

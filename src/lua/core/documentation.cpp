@@ -8,6 +8,7 @@
 #include "base/text.hpp"
 #include "lua/core/library.hpp"
 #include "lua/core/objects.hpp"
+#include "lua/screen/pager.hpp"
 #include "lua/core/table_text.hpp"
 #include "lua/core/trampoline.hpp"
 
@@ -68,12 +69,31 @@ void push_strings(lua_State* L, const std::vector<std::string>& strings) {
   }
 }
 
+/// { { name =, type =, default =, text =, values = }, … }
+void push_options(lua_State* L, const OptionTable& options) {
+  lua_createtable(L, static_cast<int>(options.size()), 0);
+  lua_Integer n = 0;
+  for (const OptionRow& option : options) {
+    lua_createtable(L, 0, 5);
+    for (const auto& [key, value] : {std::pair{"name", option.name},
+                                     {"type", option.type},
+                                     {"default", option.fallback},
+                                     {"values", option.values}}) {
+      lua_pushstring(L, value);
+      lua_setfield(L, -2, key);
+    }
+    lua_pushstring(L, prose(option.text).c_str());
+    lua_setfield(L, -2, "text");
+    lua_rawseti(L, -2, ++n);
+  }
+}
+
 int all_rows(lua_State* L) {
   lua_newtable(L);
   lua_Integer n = 0;
   for (const Module* module : added_modules(L)) {
     for (const Row& row : module->rows) {
-      lua_createtable(L, 0, 7);
+      lua_createtable(L, 0, 8);
       const std::pair<const char*, std::string> fields[] = {
           {"name", row.name},         {"sig", prose(row.signature)}, {"text", prose(row.text)},
           {"module", module->name},   {"title", module->title},      {"example", block(row.example)},
@@ -81,6 +101,10 @@ int all_rows(lua_State* L) {
       for (const auto& [key, value] : fields) {
         lua_pushlstring(L, value.data(), value.size());
         lua_setfield(L, -2, key);
+      }
+      if (row.options) {
+        push_options(L, *row.options);
+        lua_setfield(L, -2, "options");
       }
       lua_rawseti(L, -2, ++n);
     }
@@ -165,6 +189,20 @@ int columns(lua_State* L) {
   return 1;
 }
 
+/// page(text): shown at once, or a screen at a time where a person waits at the prompt.
+int page(lua_State* L) {
+  std::size_t size = 0;
+  const char* bytes = luaL_checklstring(L, 1, &size);
+  show_text({bytes, size});
+  return 0;
+}
+
+/// The columns of the terminal on standard output; 0: it is none.
+int screen_width(lua_State* L) {
+  lua_pushinteger(L, screen_size().columns);
+  return 1;
+}
+
 }  // namespace
 
 void open_documentation(lua_State* L) {
@@ -183,6 +221,8 @@ void open_documentation(lua_State* L) {
                                                              {"write_file", guarded<write_whole_file>},
                                                              {"prose", guarded<laid_out<prose>>},
                                                              {"shown", guarded<shown_value>},
+                                                             {"page", guarded<page>},
+                                                             {"screen_width", guarded<screen_width>},
                                                              {"block", guarded<laid_out<block>>}};
   push_stdlib_environment(L);
   for (const auto& [name, function] : functions) {

@@ -1,5 +1,6 @@
 // Options: the table of named arguments that most calls take last.
 #include <algorithm>
+#include <cctype>
 #include <vector>
 
 #include "base/text.hpp"
@@ -37,10 +38,27 @@ int push_option(lua_State* L, int table, const char* key) {
 
 }  // namespace
 
+OptionTable joined(const OptionTable& first, const OptionTable& more) {
+  OptionTable all = first;
+  all.insert(all.end(), more.begin(), more.end());
+  return all;
+}
+
 Options Call::options(int i, std::initializer_list<const char*> known) const {
+  return checked_options(i, std::vector<std::string>(known.begin(), known.end()));
+}
+
+Options Call::options(int i) const {
+  PENDULA_ASSERT(row.options != nullptr, "a row without a table of options reads options");
+  std::vector<std::string> names;
+  for (const OptionRow& option : *row.options)
+    if (!std::isdigit(static_cast<unsigned char>(option.name[0]))) names.emplace_back(option.name);
+  return checked_options(i, names);
+}
+
+Options Call::checked_options(int i, const std::vector<std::string>& names) const {
   if (!has(i)) return {this, 0};
   if (!lua_istable(L, i)) wrong(i, "options", "a table of options");
-  const std::vector<std::string> names(known.begin(), known.end());
   std::vector<std::string> positions,
       unknown;  // all of them, sorted: the order of a table's keys is nobody's
   lua_pushnil(L);

@@ -6,6 +6,8 @@
 #include <string>
 
 #include "base/error.hpp"
+#include "lua/screen/fit_text.hpp"
+#include "lua/screen/pager.hpp"
 #include "lua/core/table_text.hpp"
 #include "lua/core/trampoline.hpp"
 #include "lua/session/numeric_calls.hpp"
@@ -65,20 +67,28 @@ int safe_exit(lua_State* L) {
   return 0;
 }
 
-/// print(…): values with a blank between them, tables that are lists of results written out.
+/// print(…): values with a blank between them, tables that are lists of results written out; on a terminal what
+/// is no string is fitted to its width.
 int print_values(lua_State* L) {
   const int count = lua_gettop(L);
+  std::string line;
+  bool only_strings = true;
   for (int i = 1; i <= count; ++i) {
-    const bool special = lua_istable(L, i) || lua_type(L, i) == LUA_TNUMBER;
-    const std::string shown = special ? shown_text(L, i) : std::string();
-    std::size_t size = shown.size();
-    const char* bytes = special ? shown.data() : luaL_tolstring(L, i, &size);
-    if (i > 1) std::fputc(' ', stdout);
-    std::fwrite(bytes, 1, size, stdout);
+    const int type = lua_type(L, i);
+    only_strings = only_strings && type != LUA_TUSERDATA && type != LUA_TTABLE;
+    if (i > 1) line += ' ';
+    if (type == LUA_TTABLE || type == LUA_TNUMBER) {
+      line += shown_text(L, i);
+    } else {
+      std::size_t size = 0;
+      const char* bytes = luaL_tolstring(L, i, &size);
+      line.append(bytes, size);
+    }
     lua_settop(L, count);
   }
-  std::fputc('\n', stdout);
-  std::fflush(stdout);
+  const ScreenSize screen = screen_size();
+  if (screen.columns > 0 && !only_strings) line = fitted(line, screen.columns);
+  show_text(line + "\n");
   return 0;
 }
 

@@ -45,7 +45,7 @@ int reduce(Call& call) {
   const dae::ModelPtr model = model_ptr(call);
   dae::ReduceOptions request;
   if (call.has(3)) {
-    const Options o = call.options(3, {"alpha", "beta", "at"});
+    const Options o = call.options(3);
     for (const auto& [key, gain] : {std::pair{"alpha", &request.alpha}, std::pair{"beta", &request.beta}})
       if (o.has(key)) *gain = to_expr(L, o.push(key), key);
     if (o.has("at")) {
@@ -128,6 +128,14 @@ int trace_match(Call& call) { return string_function(call, "match"); }
 int trace_gmatch(Call& call) { return string_function(call, "gmatch"); }
 int trace_gsub(Call& call) { return string_function(call, "gsub"); }
 
+const OptionTable reduce_options = {
+    {"1", "string", "", "the form; chosen if it is not given",
+     "acc|ggl|baumgarte|project|dummy|minimal|ode|array"},
+    {"alpha", "expression", "", "baumgarte: gain of C, in 1/s²"},
+    {"beta", "expression", "", "baumgarte: gain of C′, in 1/s"},
+    {"at", "start", "", "the point at which a choice is made (dummy, minimal, array)"},
+};
+
 }  // namespace
 
 extern const Module forms_module = {
@@ -142,7 +150,8 @@ extern const Module forms_module = {
             "minimal" substitutes dependent coordinates (of a quadratic constraint the root of the start
             at), "array" takes rows of the derivative array and needs an index only. Without an argument, the
             form best suited to simulation; trace() says which and why.)",
-         R"(x, z = vars "x z"  return dae{ der(x) ~ z, 0 ~ x - sin(t) }:reduce("acc"):index())", "1"},
+         R"(x, z = vars "x z"  return dae{ der(x) ~ z, 0 ~ x - sin(t) }:reduce("acc"):index())", "1",
+         &reduce_options},
         {"model:trace", trace,
          R"(sys:trace(["short" | "full" | "every step"] [, { latex = true }]) -> trace)",
          R"(The derivation of this form, step by step: what was differentiated, combined, substituted, with

@@ -98,7 +98,7 @@ int generalized_force(Call& call) {
 }
 
 int lagrange(Call& call) {
-  const Options o = call.options(1, {"q", "T", "V", "L", "C", "Q", "multipliers", "name"});
+  const Options o = call.options(1);
   if (!o.has("q") || (!o.has("T") && !o.has("L")))
     throw Error("expected { q =, T =, V =, C =, Q = }: q and T are required (or q and L = T - V)");
   if (o.has("L") && (o.has("T") || o.has("V"))) throw Error("give T and V, or L = T - V alone");
@@ -169,6 +169,17 @@ int form_text(Call& call) {
   return call.push(mech::describe(form));
 }
 
+const OptionTable lagrange_options = {
+    {"q", "column or list", "", "the coordinates"},
+    {"T", "expression", "", "kinetic energy, in J"},
+    {"V", "expression", "0", "potential energy, in J"},
+    {"L", "expression", "", "T - V in one, instead of T and V"},
+    {"C", "list", "", "constraints 0 = C(q), as expressions or equations"},
+    {"Q", "column", "0", "generalized forces: generalized_force(q, { {p, F} }) or any expressions"},
+    {"multipliers", "string", "\"z\"", "the name of the multipliers"},
+    {"name", "string", "", "the name of the model"},
+};
+
 }  // namespace
 
 extern const Module mech_module = {
@@ -180,7 +191,7 @@ extern const Module mech_module = {
             C(q).)",
          "th = var \"theta\"  m, g, l = params \"m g l\"  return lagrange{ q = {th}, T = m*l^2*th.dot^2/2, "
          "V = -m*g*l*cos(th) }.rhs[1]",
-         "-m g l sin(θ)"},
+         "-m g l sin(θ)", &lagrange_options},
         {"generalized_force", generalized_force, "generalized_force(q, { {p, F}, … }) -> column",
          "Virtual work: Q = Σ (∂p/∂q)ᵀ F for forces F at points p(q).",
          "th = var \"theta\"  F = param \"F\"  return generalized_force({th}, { {vec{sin(th), -cos(th)}, "

@@ -186,7 +186,7 @@ extern const Module pencil_module = {
             named.)",
          "x = var(\"x\", 3)  p = dae{ mat{{1,1,0},{0,0,1},{1,1,1}} * der(x) ~ x }:pencil()  return "
          "p.index, p.dof, p.det",
-         "2\t1\t2 s - 1"},
+         "2 1 2 s - 1"},
         {"pencil#regular", is_regular, "p.regular -> boolean", "det(sE - A) is not identically zero.", "",
          ""},
         {"pencil#rank", rank, "p.rank -> integer", "The rank of sE - A at almost every s.", "", ""},
@@ -198,7 +198,7 @@ extern const Module pencil_module = {
          "The nilpotency index of N: the differentiation index of the system.", "", ""},
         {"pencil#modes", modes, "p.modes -> list of { re =, im =, multiplicity =, exact = }",
          "The zeros of p.det: exact where they are rational or quadratic, else decimals.",
-         R"(x = var "x"  m = dae{ der(x, 2) + x ~ 0 }:pencil().modes  return m[2].re, m[2].im)", "0\t1"},
+         R"(x = var "x"  m = dae{ der(x, 2) + x ~ 0 }:pencil().modes  return m[2].re, m[2].im)", "0 1"},
         {"pencil#x", x, "p.x -> column", "The unknowns in the order of the columns of E.", "", ""},
         {"pencil#u", u, "p.u -> column", "The inputs in the order of the columns of B.", "", ""},
         {"pencil#E", E, "p.E -> matrix", "E of E x′ = A x + B u + f.", "", ""},

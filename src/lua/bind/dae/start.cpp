@@ -193,7 +193,7 @@ namespace {
 
 int init(Call& call) {
   const auto model = call.shared<dae::Model>(1, "model");
-  const Options o = call.options(2, {"fix", "guess", "inputs", "params", "from", "consistent", "nearest"});
+  const Options o = call.options(2);
   dae::StartRequest request = read_start_request(call.L, o, *model);
   request.keep_invariants = o.boolean("consistent", true);
   request.nearest = o.boolean("nearest", false);
@@ -268,6 +268,19 @@ int start_branches(Call& call) {
   return 1;
 }
 
+const OptionTable init_options = {
+    {"fix", "table", "", "values that hold at the start: { x = 1, [x.dot] = 0, [p] = {1, 0, 0} }",
+     "@variables"},
+    {"guess", "table", "", "where the search for the other values begins; it also chooses what is free",
+     "@variables"},
+    {"inputs", "table", "", "{ [u] = … } as in integrate", "@inputs"},
+    {"params", "table", "", "values of parameters: { m = 2 }", "@parameters"},
+    {"from", "number", "0", "the time of the start, in s"},
+    {"consistent", "boolean", "true",
+     "false: a reduced form may start off the constraints it no longer imposes"},
+    {"nearest", "boolean", "false", "move contradictory fixes onto the constraints, as little as possible"},
+};
+
 }  // namespace
 
 extern const Module start_module = {
@@ -283,8 +296,8 @@ extern const Module start_module = {
             possible in units of their own, and prints what moved. consistent = false lets a reduced form
             start off the constraints it no longer imposes, to study drift. The result does not depend on
             units.)",
-         R"(x, z = vars "x z"  return dae{ der(x) ~ z - x, 0 ~ x + 2*z }:init{ fix = { x = 2 } }(z))",
-         "-1.0"},
+         R"(x, z = vars "x z"  return dae{ der(x) ~ z - x, 0 ~ x + 2*z }:init{ fix = { x = 2 } }(z))", "-1.0",
+         &init_options},
         {"start:__call", start_value, "at(expression) -> number or matrix",
          "The value of any expression at the start, accelerations and multipliers included.", "", ""},
         {"start:ledger", start_ledger, "at:ledger() -> string",

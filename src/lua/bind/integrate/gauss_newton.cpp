@@ -50,7 +50,7 @@ void read_damping(Call& call, const Options& options, integrate::GaussNewtonSett
 
 int gauss_newton(Call& call) {
   call.table(1, "{ R =, x =, start = }");
-  const Options options = call.options(1, {"R", "x", "start", "alpha", "method", "tol", "max", "params"});
+  const Options options = call.options(1);
   auto record = std::make_shared<LeastSquaresRecord>();
   Problem problem = read_problem(call, options, "R", true);
   read_damping(call, options, record->settings);
@@ -142,6 +142,18 @@ int run_text(Call& call) {
   return call.push(integrate::gauss_newton_text(g.f, g.settings, g.run));
 }
 
+const OptionTable gauss_newton_options = {
+    {"R", "list or function", "", "the residuals, of which ½‖R(x)‖² becomes least"},
+    {"x", "list of symbols", "", "the unknowns, in this order; else in order of declaration"},
+    {"start", "list or table", "", "where it begins"},
+    {"alpha", "number or string", "", "length of the step; by default it is halved where needed",
+     "line search"},
+    {"method", "string", "", "which steps are taken", "gauss-newton|levenberg-marquardt"},
+    {"tol", "number", "1e-10", "it ends where steps become smaller, relative to x"},
+    {"max", "integer", "200", "most iterations"},
+    {"params", "table", "", "values of parameters: { m = 2 }"},
+};
+
 }  // namespace
 
 extern const Module gauss_newton_module = {
@@ -160,7 +172,7 @@ extern const Module gauss_newton_module = {
             a, b = vars "a b"
             g = gauss_newton{ R = { a + b - 1, a + 2*b - 3, a + 3*b - 4 }, start = {0, 0} }
             print(("%.6f %.6f"):format(g.x[1], g.x[2])))",
-         "-0.333333 1.500000"},
+         "-0.333333 1.500000", &gauss_newton_options},
         {"gauss_newton#x", solution, "g.x -> column or number", "The last iterate.", "", ""},
         {"gauss_newton#converged", converged, "g.converged -> boolean",
          "No component of the Gauss–Newton step is above tol relative to x.", "", ""},

@@ -12,7 +12,7 @@
 #include "lua/bind/integrate/integrate_options.hpp"
 #include "lua/core/objects.hpp"
 #include "lua/core/table_text.hpp"
-#include "lua/core/terminal.hpp"
+#include "lua/screen/terminal.hpp"
 #include "lua/core/values.hpp"
 
 namespace pendula::lua {
@@ -44,7 +44,7 @@ void tell_early_end(Call& call, const char* what, const integrate::Solution& run
 
 int integrate_model(Call& call) {
   const auto model = call.shared<dae::Model>(1, "model");
-  const Options options = call.options(2, {PENDULA_INTEGRATE_OPTIONS});
+  const Options options = call.options(2);
   integrate::Simulation simulation = read_simulation(call, options, model);
   const integrate::TrajectoryPtr result = [&] {
     ProgressLine line(std::chrono::milliseconds(500), std::chrono::milliseconds(200));
@@ -410,7 +410,8 @@ extern const Module integrate_module = {
             print(sol))",
          R"(
             solution by rk4, dt = 0.1: 20 steps from t = 0 to 2, finished
-              x  =  0.01831679337)"},
+              x  =  0.01831679337)",
+         &integrate_option_rows()},
         {"solution:__call", value, "sol(expression [, t]) -> matrix or number",
          R"(The values of any expression of the model at the saved times, one row per time, or at time t (a
             number or a list).)",

@@ -14,6 +14,37 @@
 #include "lua/read/inputs.hpp"
 
 namespace pendula::lua {
+
+const OptionTable& integrate_option_rows() {
+  static const OptionTable rows = {
+      {"start", "start or table", "",
+       "where it begins: a result of init, a solution (its end), or { x = 1, [x.dot] = 0 }", "@variables"},
+      {"from", "number", "0", "the time of the start, in s"},
+      {"to", "number", "", "the end of the interval, in s; required unless times says it"},
+      {"times", "list of numbers", "", "the times at which points are saved; without it every step"},
+      {"method", "string or tableau", "\"auto\"",
+       "by name, or any tableau or bdf(k); what is chosen is in sol:stats()", "@methods"},
+      {"dt", "number", "", "fixed steps of this length, in s, for any tableau; instead of rtol and atol"},
+      {"rtol", "number", "1e-3", "relative tolerance of each step; also a list or { [x] = 1e-9 }"},
+      {"atol", "number", "1e-6",
+       "absolute tolerance of each step, in units of the variables; also a list or table"},
+      {"inputs", "table", "",
+       "{ [u] = … }: a Lua function of t, an expression, iddata, or samples { t =, u =, hold = }", "@inputs"},
+      {"params", "table", "", "values of parameters for this run: { m = 2 }", "@parameters"},
+      {"events", "list of tables", "",
+       "{ when = e, direction = -1, 0 or 1, action = \"stop\", reset = { [v] = … } or call = function(sol) … end }"},
+      {"sensitivities", "list of symbols", "", "parameters, and states that stand for their initial values",
+       "@parameters"},
+      {"dt0", "number", "", "length of the first step, in s"},
+      {"dtmax", "number", "", "length of the longest step, in s"},
+      {"max_steps", "integer", "", "the run stops after so many steps"},
+      {"direct", "boolean", "false",
+       "integrate a model of index 2 or more as it stands, to study order reduction"},
+      {"guards", "boolean", "true",
+       "end the run where constraints become dependent or an equation loses its unknown"},
+  };
+  return rows;
+}
 namespace {
 
 using integrate::Method;

@@ -6,10 +6,8 @@
 
 namespace pendula::lua {
 
-/// The names of all options that read_simulation knows.
-#define PENDULA_INTEGRATE_OPTIONS                                                                      \
-  "start", "from", "to", "dt", "method", "times", "inputs", "params", "direct", "rtol", "atol", "dt0", \
-      "dtmax", "max_steps", "events", "sensitivities", "guards"
+/// The options that read_simulation knows.
+const OptionTable& integrate_option_rows();
 
 /// Everything that integrate needs, from a table of options. Throws Error naming the option.
 integrate::Simulation read_simulation(Call& call, const Options& options, const dae::ModelPtr& model);

@@ -112,8 +112,7 @@ bool wants_exact(lua_State* L, const Options& options) {
 
 int newton(Call& call) {
   call.table(1, "{ r =, x =, start = }");
-  const Options options =
-      call.options(1, {"r", "x", "start", "alpha", "tol", "jacobian", "max", "h", "params"});
+  const Options options = call.options(1);
   auto record = std::make_shared<NewtonRecord>();
   Problem problem = read_problem(call, options, "r", !wants_exact(call.L, options));
   const auto n = static_cast<int>(problem.x.size());
@@ -295,6 +294,18 @@ int basin_text(Call& call) {
                         b.roots.size() == 1 ? " root\n" : " roots\n", out.substr(0, out.size() - 1)));
 }
 
+const OptionTable newton_options = {
+    {"r", "list or function", "", "the equations r(x) = 0: expressions, equations or a Lua function"},
+    {"x", "list of symbols", "", "the unknowns, in this order; else in order of declaration"},
+    {"start", "list or table", "", "where it begins"},
+    {"alpha", "number or string", "1", "length of the step, or a line search", "line search"},
+    {"tol", "number", "1e-12", "it ends where ‖r‖ ≤ tol"},
+    {"jacobian", "string or matrix", "\"exact\"", "how ∂r/∂x is found", "exact|finite difference|frozen"},
+    {"max", "integer", "", "most iterations"},
+    {"h", "number", "", "relative step of finite differences"},
+    {"params", "table", "", "values of parameters: { m = 2 }"},
+};
+
 }  // namespace
 
 extern const Module newton_module = {
@@ -312,7 +323,7 @@ extern const Module newton_module = {
             x = var "x"
             k = newton{ r = x^2 - 2, start = {1} }
             print(("%.9f"):format(k.x), k.converged))",
-         "1.414213562\ttrue"},
+         "1.414213562 true", &newton_options},
         {"newton#x", solution, "k.x -> column or number", "The last iterate.", "", ""},
         {"newton#converged", converged, "k.converged -> boolean",
          "‖r‖ ≤ tol, or at the rounding level of its terms.", "", ""},

@@ -343,7 +343,7 @@ extern const Module stability_module = {
          "tab:conditions([order [, { embedded = true }]]) -> conditions",
          R"(The order conditions of all trees up to an order (default: one more than the order, at most 6)
             with values and residuals.)",
-         "#rk.rk4:conditions(5), rk.rk4:conditions(5)[9].met", "17\tfalse"},
+         "#rk.rk4:conditions(5), rk.rk4:conditions(5)[9].met", "17 false"},
         {"conditions:__index", condition_item, "conditions[i] -> table",
          R"(Condition i: order, tree, formula, target, value, residual, met; text and residual_text for
             printing.)",

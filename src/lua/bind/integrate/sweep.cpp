@@ -12,7 +12,7 @@
 #include "lua/bind/integrate/integrate.hpp"
 #include "lua/bind/integrate/sweep_options.hpp"
 #include "lua/core/table_text.hpp"
-#include "lua/core/terminal.hpp"
+#include "lua/screen/terminal.hpp"
 
 namespace pendula::lua {
 
@@ -331,7 +331,7 @@ extern const Module sweep_module = {
          "s = sweep(dae{ der(x) ~ -k*x }, { start = { x = 1 }, to = 1, params = { k = {1, 2} }, rtol = "
          "1e-10, atol = 1e-10 })\n"
          "print((\"%.6f %.6f\"):format(s:final(x)[1], s:final(x)[2]))",
-         "0.367879 0.135335"},
+         "0.367879 0.135335", &sweep_option_rows()},
         {"sweep:__call", value, "s(e [, t]) -> matrix",
          R"(s(e, t): one row per run at time t, nan where a run failed or ended before. s(e): one row per
             saved time, one column per run, for plot(s.t, s(x)).)",

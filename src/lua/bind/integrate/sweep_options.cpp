@@ -9,12 +9,34 @@
 #include "lua/core/objects.hpp"
 
 namespace pendula::lua {
+
+namespace {
+
+/// The options that sweep has beside those of integrate.
+const OptionTable& own_rows() {
+  static const OptionTable rows = {
+      {"grid", "boolean", "false", "all combinations of the lists in params and start, instead of pairs"},
+      {"runs", "integer", "", "how many runs are drawn where params or start name distributions"},
+      {"seed", "integer", "0", "of the numbers that are drawn; those of a run depend on seed and run only"},
+      {"design", "string", "\"monte carlo\"", "how runs fill the distributions",
+       "monte carlo|latin hypercube|sobol|halton|grid|star|saltelli|morris"},
+      {"scramble", "string", "\"owen\"", "sobol and halton: how sequences are scrambled", "owen|digital|none"},
+      {"levels", "integer", "", "grid, star, morris: values of each quantity"},
+      {"workers", "integer", "", "worker processes; 1: none. Without it one for each processor"},
+      {"lanes", "integer", "", "runs that advance together on SIMD lanes: 1, 4 or 8"},
+  };
+  return rows;
+}
+
+}  // namespace
+
+const OptionTable& sweep_option_rows() {
+  static const OptionTable rows = joined(integrate_option_rows(), own_rows());
+  return rows;
+}
 namespace {
 
 using integrate::SweepSet;
-
-/// The options that sweep has beside those of integrate.
-#define PENDULA_SWEEP_OPTIONS "grid", "workers", "lanes", "design", "runs", "seed", "scramble", "levels"
 
 Call& with_table(Call& call) {
   call.table(2, "{ start =, to =, params = { m = {…} } }");
@@ -30,7 +52,7 @@ class Reader {
         L_(call.L),
         model_(call.shared<dae::Model>(1, "model")),
         given_(with_table(call), model_) {
-    const Options all = call.options(2, {PENDULA_INTEGRATE_OPTIONS, PENDULA_SWEEP_OPTIONS});
+    const Options all = call.options(2);
     grid_ = all.boolean("grid", false);
     read_design(all);
     const long workers = all.integer("workers", 0);
@@ -97,9 +119,9 @@ class Reader {
     lua_settop(L_, call_.count());
     copy_of(given_.options());
     const int options = lua_gettop(L_);
-    for (const char* key : {PENDULA_SWEEP_OPTIONS}) {
+    for (const OptionRow& row : own_rows()) {
       lua_pushnil(L_);
-      lua_setfield(L_, options, key);
+      lua_setfield(L_, options, row.name);
     }
     copy_of(given_.fixed_params());
     const int params = lua_gettop(L_);
@@ -133,7 +155,7 @@ class Reader {
     const long stride = std::max(1L, space_->runs() / 20);
     for (long run = 0; run < space_->runs(); run += stride) {
       offer(run);
-      const Options options = call_.options(2, {PENDULA_INTEGRATE_OPTIONS});
+      const Options options = call_.options(2);
       try {
         request_.simulation = read_simulation(call_, options, model_);
         return;

@@ -111,8 +111,7 @@ void refuse_ragged(lua_State* L, int index) {
 }
 
 integrate::TableauData read_fields(Call& call) {
-  const Options options = call.options(
-      1, {"name", "text", "cite", "order", "embedded", "A", "b", "c", "bhat", "bhat2", "dense", "proved"});
+  const Options options = call.options(1);
   if (!options.has("A") || !options.has("b"))
     throw Error("expected { A = { {…}, … }, b = {…}, c = {…} }: A and b are required");
   integrate::TableauData data;
@@ -197,6 +196,21 @@ int drawn(Call& call) {
   return call.push(text.substr(0, text.size() - 1));
 }
 
+const OptionTable tableau_options = {
+    {"A", "list of lists", "", "the matrix; fractions as strings: \"1/2\""},
+    {"b", "list", "", "the weights"},
+    {"c", "list", "", "the nodes; without it the row sums of A"},
+    {"bhat", "list", "", "weights of the embedded method"},
+    {"bhat2", "list", "", "weights of a second embedded method"},
+    {"dense", "list of lists", "", "coefficients of the dense output"},
+    {"name", "string", "", "as it appears in print and stats()"},
+    {"text", "string", "", "one sentence about it"},
+    {"cite", "string", "", "where it was published"},
+    {"order", "integer", "", "the order, where conditions are not to be checked"},
+    {"embedded", "integer", "", "the order of bhat"},
+    {"proved", "boolean", "false", "true: the declared order is proved elsewhere"},
+};
+
 }  // namespace
 
 extern const Module tableau_module = {
@@ -212,7 +226,7 @@ extern const Module tableau_module = {
             tableau [[ 0   |
             1/2 | 1/2
                 | 0  1 ]]:order())",
-         "2"},
+         "2", &tableau_options},
         {"rk.gauss", gauss, "rk.gauss(stages) -> tableau",
          R"(Gauss-Legendre collocation of order 2s: the nodes are the zeros of the shifted Legendre
             polynomial.)",

@@ -293,7 +293,7 @@ extern const Module lti_analysis_module = {
          R"(The transfer function at a symbol, a number or complex(re, im); of several channels a matrix
             (complex: { re =, im = }).)",
          R"(s = param "s"  return tf({1, 2}, {1, 3, 1})(s), tf({1}, {1, 1})(complex(0, 1)))",
-         "(s + 2)/(s² + 3 s + 1)\t1/2 - 1/2 i"},
+         "(s + 2)/(s² + 3 s + 1) 1/2 - 1/2 i"},
         {"lti:dcgain", dcgain, "G:dcgain() -> number or matrix",
          "The static gain G(0), in discrete time G(1).", "tf({6}, {1, 2, 3}):dcgain()", "2"},
         {"lti:poles", poles, "G:poles() -> roots",

@@ -80,7 +80,7 @@ int c2d(Call& call) {
   if (!call.has(2)) call.wrong(2, "Ts", "a sampling time");
   double prewarp = 0;
   if (call.has(4)) {
-    prewarp = call.options(4, {"prewarp"}).number("prewarp");
+    prewarp = call.options(4).number("prewarp");
     if (!(prewarp > 0)) throw Error("option 'prewarp' must be a positive frequency in rad/s");
   }
   return push_system(call, lti::c2d(g, to_expr(call.L, 2, "Ts"), call.string(3, "method", "zoh"), prewarp));
@@ -88,6 +88,12 @@ int c2d(Call& call) {
 int d2c(Call& call) {
   return push_system(call, lti::d2c(read_system(call, 1, "G"), call.string(2, "method", "zoh")));
 }
+
+const OptionTable c2d_options = {
+    {"2", "string", "\"zoh\"", "what the input does between samples, or the substitution for s",
+     "zoh|foh|tustin|bilinear|euler|backward|impulse|matched"},
+    {"prewarp", "number", "", "tustin: the frequency, in rad/s, at which both agree"},
+};
 
 }  // namespace
 
@@ -122,7 +128,8 @@ extern const Module lti_connect_module = {
          R"(Sampling: "zoh" (inputs held), "foh" (straight lines), "tustin", "euler", "backward",
             "impulse", "matched" (poles and zeros go to e^{s Ts}). Exact where the result is rational or
             symbolic.)",
-         R"(Ts = param "Ts"  return c2d(ss({{0, 1}, {0, 0}}, {0, 1}, {1, 0}), Ts).B[1])", "Ts²/2"},
+         R"(Ts = param "Ts"  return c2d(ss({{0, 1}, {0, 0}}, {0, 1}, {1, 0}), Ts).B[1])", "Ts²/2",
+         &c2d_options},
         {"d2c", d2c, R"(d2c(G [, method = "zoh"]) -> G)",
          R"(Back to continuous time by the matrix logarithm ("zoh") or by "tustin"; poles on the negative
             axis have no "zoh".)",

@@ -37,7 +37,7 @@ int linearize(Call& call) {
   lua_State* L = call.L;
   lti::LinearizeRequest request;
   if (call.has(3)) {
-    const Options o = call.options(3, {"inputs", "outputs", "params", "from", "guess"});
+    const Options o = call.options(3);
     if (o.has("inputs")) request.inputs = read_inputs_of(L, o.push("inputs"), *model);
     if (o.has("outputs")) {
       const int at = o.push("outputs");
@@ -55,6 +55,14 @@ int linearize(Call& call) {
   return push_system(call, std::move(g));
 }
 
+const OptionTable linearize_options = {
+    {"inputs", "list", "", "inputs or parameters of the model; without it its inputs"},
+    {"outputs", "list", "", "any expressions of the model; without it the states"},
+    {"params", "table", "", "values of parameters: { m = 2 }", "@parameters"},
+    {"from", "number", "0", "the time of the point, in s"},
+    {"guess", "table", "", "where the search for values that are not given begins", "@variables"},
+};
+
 }  // namespace
 
 extern const Module lti_linearize_module = {
@@ -69,7 +77,7 @@ extern const Module lti_linearize_module = {
             point that is no equilibrium gives a warning.)",
          "th = var \"theta\"  sys = dae{ der(th, 2) ~ -4*sin(th) }  return sys:linearize(sys:init{ fix = { "
          "[th] = 0, [th.dot] = 0 } }):poles()",
-         "poles: ±2 i"},
+         "poles: ±2 i", &linearize_options},
     }};
 
 }  // namespace pendula::lua

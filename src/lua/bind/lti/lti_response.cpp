@@ -273,7 +273,7 @@ extern const Module lti_response_module = {
             .settling_time .overshoot .peak .peak_time; :plot() :show() :save(file).)",
          "r = tf({4}, {1, 2, 4}):step(8)  return #r.t, math.abs(r.overshoot - "
          "100*math.exp(-math.pi/math.sqrt(3))) < 0.01",
-         "301\ttrue"},
+         "301 true"},
         {"lti:impulse", impulse, "G:impulse([to or times]) -> response",
          "The response to a unit impulse; in discrete time to the samples 1, 0, 0 and so on.",
          "tf({1}, {1, 1}):impulse({0, 1}).y(2, 1) == math.exp(-1)", "true"},
@@ -305,7 +305,7 @@ extern const Module lti_response_module = {
         {"lti:freqresp", freqresp, "G:freqresp([frequencies]) -> frequency response",
          "G(iω), in discrete time G(e^{iωTs}). .w .mag .db .phase .re .im.",
          "r = tf({1}, {1, 1}):freqresp({1})  return math.abs(r.mag(1, 1)^2 - 0.5) < 1e-15, r.phase(1, 1)",
-         "true\t-45.0"},
+         "true -45.0"},
         {"lti:bode", freqresp, "G:bode([frequencies or { from, to }]) -> frequency response",
          R"(Gain and phase over the frequency: .w .mag .db .phase, margins in print; :plot() :show()
             :save(file) draw both.)"},

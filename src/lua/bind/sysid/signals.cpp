@@ -122,14 +122,14 @@ extern const Module signals_module = {
          R"(A pseudo-random binary sequence of a shift register of maximum length, every bit held for
             `hold` samples. Its period is hold (2^order - 1) samples; without an order the shortest that is
             not below `samples`.)",
-         "u = prbs(15)  return sum(u), excitation_order(prbs(62, { order = 5 }))", "1.0\t31"},
+         "u = prbs(15)  return sum(u), excitation_order(prbs(62, { order = 5 }))", "1.0 31"},
         {"multisine", multisine,
          R"(multisine(samples [, { lines =, amplitudes =, phases = "schroeder", peak = 1, seed = 1 }]) ->
             column)",
          R"(A sum of cosines at the lines k, which have k periods in the record (1 to samples/4 unless
             told). Schroeder's phases (or "zero", "random") keep the peak low.)",
          "u = multisine(64, { lines = {1, 3, 5} })  return excitation_order(u), crest_factor(u) < 2",
-         "6\ttrue"},
+         "6 true"},
         {"chirp", chirp,
          R"(chirp(samples, { from =, to =, Ts = 1, amplitude = 1, method = "linear" }) -> column)",
          "A cosine whose frequency in Hz runs from one value to another, linearly or exponentially.",
@@ -143,7 +143,7 @@ extern const Module signals_module = {
          R"(|U(ω)|² with U(ω) = N^(-1/2) Σ u(t) e^{-iωt} at the frequencies k/(N Ts). Its mean over all N
             is the mean square of u. u is a column, a list or data. Fields: .f in Hz, .w in rad/s, .power,
             .mean_square.)",
-         "s = periodogram(multisine(8, { lines = {2}, peak = 0 }))  return s.f[3], s.power[3]", "0.25\t2.0"},
+         "s = periodogram(multisine(8, { lines = {2}, peak = 0 }))  return s.f[3], s.power[3]", "0.25 2.0"},
         {"spectrum#f", f, "s.f -> column", "Frequencies in Hz."},
         {"spectrum#w", w, "s.w -> column", "Frequencies in rad/s."},
         {"spectrum#power", power, "s.power -> column", "|U(ω)|²."},
@@ -152,7 +152,7 @@ extern const Module signals_module = {
         {"excitation_order", excitation, "excitation_order(u [, limit]) -> integer",
          R"(The order of persistent excitation: as many parameters of an FIR model can be found from this
             input. Not looked for beyond limit (half the samples; at least 50, less in long records).)",
-         "excitation_order(square(40, { period = 40 })), excitation_order({1, 1, 1, 1, 1, 1})", "20\t1"},
+         "excitation_order(square(40, { period = 40 })), excitation_order({1, 1, 1, 1, 1, 1})", "20 1"},
         {"crest_factor", crest, "crest_factor(u) -> number", "The largest |u| over its root mean square.",
          "crest_factor({1, -1, 1})", "1.0"},
     }};

@@ -314,7 +314,7 @@ extern const Module iddata_module = {
             name = os.tmpname()  f = io.open(name, "w")  f:write "t;u;y\n0;1;0,5\n2;0;\n"  f:close()
             d = iddata.read(name)  os.remove(name)
             d.Ts, d.missing)",
-         "2.0\t1"},
+         "2.0 1"},
         {"iddata:slice", slice, "d:slice(first, last) -> iddata",
          "Samples first to last, counted from 1, both included.",
          "iddata{ y = {5, 6, 7, 8} }:slice(2, 3).y[1]", "6.0"},
@@ -323,7 +323,7 @@ extern const Module iddata_module = {
          R"(
             e, v = iddata{ y = {1, 2, 3, 4} }:split(0.5)
             #e, #v)",
-         "2\t2"},
+         "2 2"},
         {"iddata:detrend", detrend, R"(d:detrend(["mean" | "linear" | { y =, u = }]) -> iddata)",
          "Removes the means, the least-squares lines, or the given offsets of all signals.",
          "iddata{ y = {1, 2, 3} }:detrend().y[1]", "-1.0"},

@@ -233,7 +233,7 @@ int n4sid(Call& call) {
     s.order = static_cast<int>(n);
   }
   const bool table = call.has(2) && lua_istable(call.L, 2);
-  const Options o = call.options(table ? 2 : 3, {"order", "weight", "horizon", "D", "K"});
+  const Options o = call.options(table ? 2 : 3);
   if (o.has("order")) read_order(call, o, s);
   s.weighting = o.string("weight", s.weighting);
   for (char& c : s.weighting) c = static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
@@ -247,6 +247,14 @@ int n4sid(Call& call) {
   s.feedthrough = o.boolean("D", false), s.noise = o.boolean("K", true);
   return call.push(std::make_shared<const IdModel>(sysid::subspace(d, s)));
 }
+
+const OptionTable n4sid_options = {
+    {"order", "integer or range", "", "states, or { least, most } to choose from"},
+    {"weight", "string", "\"CVA\"", "weighting of the projection", "CVA|MOESP|N4SID"},
+    {"horizon", "integer", "", "block rows of past and future"},
+    {"D", "boolean", "false", "estimate a direct term"},
+    {"K", "boolean", "true", "false: an output-error model"},
+};
 
 }  // namespace
 
@@ -266,7 +274,7 @@ extern const Module idmodel_fields_module = {
             for t = 1, 60 do u[t] = (-1)^(t*t//3); y[t] = 0.5*(y[t-1] or 0) + (u[t-1] or 0) end
             m = n4sid(iddata{ y = y, u = u }, 1)
             print(("%.6f %.6f"):format(m.A[1], m.C[1]*m.B[1])))",
-         "0.500000 1.000000"},
+         "0.500000 1.000000", &n4sid_options},
         {"idmodel#K", K, "mod.K -> matrix", "State space: the gain of the noise, that of the Kalman filter.",
          "", ""},
         {"idmodel#x0", x0, "mod.x0 -> column",

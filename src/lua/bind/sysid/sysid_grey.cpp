@@ -103,8 +103,7 @@ int fit(Call& call) {
   lua_State* L = call.L;
   GreyBoxRequest r;
   r.model = call.shared<dae::Model>(1, "model");
-  const Options o = call.options(2, {"params", "data", "y", "start", "guess", "inputs", "hold", "method",
-                                     "dt", "rtol", "atol", "iterations", "from"});
+  const Options o = call.options(2);
   for (const char* key : {"params", "data", "y"})
     if (!o.has(key))
       throw Error(text(key, " is missing; write fit(sys, { params = {m}, data = d, y = x, start = {…} })"));
@@ -179,6 +178,22 @@ int estimate(Call& call) {
 
 int to_text_(Call& call) { return call.push(sysid::describe(self(call))); }
 
+const OptionTable fit_options = {
+    {"params", "list of symbols", "", "the parameters to be found; others keep their values", "@parameters"},
+    {"data", "iddata", "", "what was measured"},
+    {"y", "expression or list", "", "what of the model corresponds to the outputs of the data", "@variables"},
+    {"start", "table", "", "a result of init, or the values that are known: { x = 2 }", "@variables"},
+    {"guess", "table", "", "where the search begins: { m = 1 }", "@parameters"},
+    {"inputs", "table", "", "{ [u] = … } as in integrate; else the inputs of the data", "@inputs"},
+    {"hold", "string", "\"zero\"", "inputs between samples", "zero|linear"},
+    {"method", "string or tableau", "\"auto\"", "of the integration", "@methods"},
+    {"dt", "number", "", "fixed steps of this length, in s"},
+    {"rtol", "number", "1e-8", "relative tolerance of the integration"},
+    {"atol", "number", "1e-10", "absolute tolerance of the integration"},
+    {"iterations", "integer", "100", "most steps of Gauss-Newton"},
+    {"from", "number", "0", "the time of the first sample, in s"},
+};
+
 }  // namespace
 
 extern const Module grey_box_module = {
@@ -200,7 +215,7 @@ extern const Module grey_box_module = {
             for i = 0, 10 do y[i+1] = 2*math.exp(-0.3*i) end
             r = fit(sys, { params = {k}, data = iddata{ y = y, Ts = 1 }, y = x, start = { x = 2 } })
             print(("%.6f"):format(r.theta[1])))",
-         "0.300000"},
+         "0.300000", &fit_options},
         {"fit_result#theta", theta, "r.theta -> column",
          "The estimates, in the order of params, then the initial values that were open.", "", ""},
         {"fit_result#std", deviations, "r.std -> column", "Their standard deviations.", "", ""},

@@ -298,7 +298,7 @@ extern const Module likelihood_module = {
          R"(
             s = lsq({1, 1}, {0.5, 1.25}, { noise = uniform(-1, 1) })
             s:contains {1}, s:contains {0})",
-         "true\tfalse\t2"},
+         "true false 2"},
         {"parameter_set:__tostring", to_text, "print(set)",
          "Vertices, intervals, centre, volume; or why it is empty.", "", ""},
     }};

@@ -123,14 +123,13 @@ int estimate_arx(Call& call, const Options& o) {
 int arx(Call& call) {
   call.object<IdData>(1, "data");
   call.table(2, "orders");
-  return estimate_arx(call,
-                      call.options(2, {"na", "nb", "nk", "ic", "noise", "weights", "covariance", "start"}));
+  return estimate_arx(call, call.options(2));
 }
 
 int fir(Call& call) {
   call.object<IdData>(1, "data");
   call.table(2, "orders");
-  const Options o = call.options(2, {"nb", "nk", "ic", "noise", "weights", "covariance", "start"});
+  const Options o = call.options(2);
   if (!o.has("nb")) throw Error("nb is missing: the number of coefficients, fir(d, { nb = 10, nk = 1 })");
   return estimate_arx(call, o);
 }
@@ -139,7 +138,7 @@ int fir(Call& call) {
 int regressor(Call& call) {
   const IdData& d = call.object<IdData>(1, "data");
   call.table(2, "orders");
-  const Options o = call.options(2, {"na", "nb", "nk", "ic", "start"});
+  const Options o = call.options(2);
   if (d.outputs() > 1) throw Error("the regressor is for data with one output; take one: d:select{ y = 1 }");
   const sysid::Regression r = sysid::regression(d, 0, read_orders(call, o, d, 0), read_ic(call, o, "drop"));
   push_matrix(call.L, r.Phi);
@@ -175,26 +174,23 @@ void check_estimation(Call& call) {
 
 int armax(Call& call) {
   check_estimation(call);
-  const Options o = call.options(2, {"na", "nb", "nc", "nk", "ic", "start", "iterations", "noise"});
+  const Options o = call.options(2);
   return estimate_pem(call, o, call.object<IdData>(1, "data").inputs() > 0 ? "ARMAX" : "ARMA");
 }
 
 int oe(Call& call) {
   check_estimation(call);
-  return estimate_pem(call, call.options(2, {"nb", "nf", "nk", "ic", "start", "iterations", "noise"}), "OE");
+  return estimate_pem(call, call.options(2), "OE");
 }
 
 int bj(Call& call) {
   check_estimation(call);
-  return estimate_pem(
-      call, call.options(2, {"nb", "nc", "nd", "nf", "nk", "ic", "start", "iterations", "noise"}), "BJ");
+  return estimate_pem(call, call.options(2), "BJ");
 }
 
 int pem(Call& call) {
   check_estimation(call);
-  return estimate_pem(
-      call, call.options(2, {"na", "nb", "nc", "nd", "nf", "nk", "ic", "start", "iterations", "noise"}),
-      "polynomial");
+  return estimate_pem(call, call.options(2), "polynomial");
 }
 
 const IdModel& self(Call& call) { return call.object<IdModel>(1, "idmodel"); }
@@ -278,6 +274,81 @@ int fit(Call& call) {
   return 2;
 }
 
+const OptionTable arx_options = {
+    {"na", "integer", "", "past outputs: coefficients of A(q)"},
+    {"nb", "integer or list", "", "past inputs: coefficients of B(q), one number per input"},
+    {"nk", "integer or list", "1", "delay of the inputs, in samples"},
+    {"ic", "string", "\"drop\"", "what happens before the first sample", "drop|zero|estimate"},
+    {"noise", "density", "", "maximum likelihood: gaussian(s), laplace(s), uniform(a, b)"},
+    {"weights", "column", "", "1/variance of each row"},
+    {"covariance", "matrix", "", "of the noise"},
+    {"start", "column", "", "θ to begin with; else linear estimates"},
+};
+
+const OptionTable fir_options = {
+    {"nb", "integer or list", "", "past inputs: coefficients of B(q), one number per input"},
+    {"nk", "integer or list", "1", "delay of the inputs, in samples"},
+    {"ic", "string", "\"drop\"", "what happens before the first sample", "drop|zero|estimate"},
+    {"noise", "density", "", "maximum likelihood: gaussian(s), laplace(s), uniform(a, b)"},
+    {"weights", "column", "", "1/variance of each row"},
+    {"covariance", "matrix", "", "of the noise"},
+    {"start", "column", "", "θ to begin with; else linear estimates"},
+};
+
+const OptionTable regressor_options = {
+    {"na", "integer", "", "past outputs: coefficients of A(q)"},
+    {"nb", "integer or list", "", "past inputs: coefficients of B(q), one number per input"},
+    {"nk", "integer or list", "1", "delay of the inputs, in samples"},
+    {"ic", "string", "\"drop\"", "what happens before the first sample", "drop|zero|estimate"},
+    {"start", "column", "", "θ to begin with; else linear estimates"},
+};
+
+const OptionTable armax_options = {
+    {"na", "integer", "", "past outputs: coefficients of A(q)"},
+    {"nb", "integer or list", "", "past inputs: coefficients of B(q), one number per input"},
+    {"nc", "integer", "", "coefficients of C(q), the colour of the noise"},
+    {"nk", "integer or list", "1", "delay of the inputs, in samples"},
+    {"ic", "string", "\"estimate\"", "what happens before the first sample", "drop|zero|estimate"},
+    {"start", "column", "", "θ to begin with; else linear estimates"},
+    {"iterations", "integer", "", "most steps of Gauss-Newton"},
+    {"noise", "density", "", "maximum likelihood: gaussian(s), laplace(s), uniform(a, b)"},
+};
+
+const OptionTable oe_options = {
+    {"nb", "integer or list", "", "past inputs: coefficients of B(q), one number per input"},
+    {"nf", "integer or list", "", "coefficients of F(q), the poles of the inputs"},
+    {"nk", "integer or list", "1", "delay of the inputs, in samples"},
+    {"ic", "string", "\"estimate\"", "what happens before the first sample", "drop|zero|estimate"},
+    {"start", "column", "", "θ to begin with; else linear estimates"},
+    {"iterations", "integer", "", "most steps of Gauss-Newton"},
+    {"noise", "density", "", "maximum likelihood: gaussian(s), laplace(s), uniform(a, b)"},
+};
+
+const OptionTable bj_options = {
+    {"nb", "integer or list", "", "past inputs: coefficients of B(q), one number per input"},
+    {"nc", "integer", "", "coefficients of C(q), the colour of the noise"},
+    {"nd", "integer", "", "coefficients of D(q), the poles of the noise"},
+    {"nf", "integer or list", "", "coefficients of F(q), the poles of the inputs"},
+    {"nk", "integer or list", "1", "delay of the inputs, in samples"},
+    {"ic", "string", "\"estimate\"", "what happens before the first sample", "drop|zero|estimate"},
+    {"start", "column", "", "θ to begin with; else linear estimates"},
+    {"iterations", "integer", "", "most steps of Gauss-Newton"},
+    {"noise", "density", "", "maximum likelihood: gaussian(s), laplace(s), uniform(a, b)"},
+};
+
+const OptionTable pem_options = {
+    {"na", "integer", "", "past outputs: coefficients of A(q)"},
+    {"nb", "integer or list", "", "past inputs: coefficients of B(q), one number per input"},
+    {"nc", "integer", "", "coefficients of C(q), the colour of the noise"},
+    {"nd", "integer", "", "coefficients of D(q), the poles of the noise"},
+    {"nf", "integer or list", "", "coefficients of F(q), the poles of the inputs"},
+    {"nk", "integer or list", "1", "delay of the inputs, in samples"},
+    {"ic", "string", "\"estimate\"", "what happens before the first sample", "drop|zero|estimate"},
+    {"start", "column", "", "θ to begin with; else linear estimates"},
+    {"iterations", "integer", "", "most steps of Gauss-Newton"},
+    {"noise", "density", "", "maximum likelihood: gaussian(s), laplace(s), uniform(a, b)"},
+};
+
 }  // namespace
 
 extern const Module idmodel_module = {
@@ -295,17 +366,17 @@ extern const Module idmodel_module = {
             d = iddata{ y = {0, 1, .6, -.7, 1.5, 1.9}, u = {1, 0, -1, 2, 1, 0} }
             m = arx(d, { na = 1, nb = 1, nk = 1 })
             print(m.theta.T))",
-         "-0.6031634446  0.985940246"},
+         "-0.6031634446  0.985940246", &arx_options},
         {"fir", fir, R"(fir(d, { nb =, nk = 1, ic = "drop" }) -> idmodel)",
          "Least-squares estimate of the impulse response y(t) = Σ b_k u(t-k) + e(t).",
-         "print(fir(iddata{ y = {0, 2, 1, 4}, u = {1, 0.5, 2, 1} }, { nb = 1 }).theta)", "2"},
+         "print(fir(iddata{ y = {0, 2, 1, 4}, u = {1, 0.5, 2, 1} }, { nb = 1 }).theta)", "2", &fir_options},
         {"regressor", regressor, R"(regressor(d, { na =, nb =, nk = 1, ic = "drop" }) -> Phi, y, names)",
          R"(The matrix Φ with the rows φ(t)ᵀ = [-y(t-1) … u(t-nk) …], the outputs y(t) it explains, and the
             names of its columns: what arx solves, for lsq and for a look.)",
          R"(
             Phi, y = regressor(iddata{ y = {0, 1}, u = {1, 0} }, { na = 1, nb = 1 })
             print(Phi, y))",
-         "0  1\t1"},
+         "0  1 1", &regressor_options},
         {"armax", armax, R"(armax(d, { na =, nb =, nc =, nk = 1, ic = "estimate", start = }) -> idmodel)",
          R"(Prediction-error estimate of A(q) y(t) = B(q) u(t) + C(q) e(t) by Gauss–Newton with exact
             gradients; without inputs an ARMA model. start: θ to begin with; otherwise linear estimates.
@@ -316,7 +387,7 @@ extern const Module idmodel_module = {
             for t = 1, 40 do u[t] = (-1)^(t*t//3); y[t] = 0.5*(y[t-1] or 0) + (u[t-1] or 0) end
             m = armax(iddata{ y = y, u = u }, { na = 1, nb = 1, nc = 1 })
             print(("%.6f %.6f"):format(m.theta[1], m.theta[2])))",
-         "-0.500000 1.000000"},
+         "-0.500000 1.000000", &armax_options},
         {"oe", oe, R"(oe(d, { nb =, nf =, nk = 1, ic = "estimate", start = }) -> idmodel)",
          "Output-error estimate y(t) = B(q)/F(q) u(t) + e(t): the model that simulates best.",
          R"(
@@ -324,7 +395,7 @@ extern const Module idmodel_module = {
             for t = 1, 40 do u[t] = (-1)^(t*t//3); y[t] = 0.5*(y[t-1] or 0) + (u[t-1] or 0) end
             m = oe(iddata{ y = y, u = u }, { nb = 1, nf = 1 })
             print(("%.6f %.6f"):format(m.theta[1], m.theta[2])))",
-         "1.000000 -0.500000"},
+         "1.000000 -0.500000", &oe_options},
         {"bj", bj, R"(bj(d, { nb =, nc =, nd =, nf =, nk = 1, ic = "estimate", start = }) -> idmodel)",
          "Box–Jenkins estimate y(t) = B(q)/F(q) u(t) + C(q)/D(q) e(t).",
          R"(
@@ -332,13 +403,13 @@ extern const Module idmodel_module = {
             for t = 1, 80 do u[t] = (-1)^(t*t//3); y[t] = 0.5*(y[t-1] or 0) + (u[t-1] or 0) end
             m = bj(iddata{ y = y, u = u }, { nb = 1, nf = 1, nc = 0, nd = 1 })
             print(("%.6f"):format(m.B[2])))",
-         "1.000000"},
+         "1.000000", &bj_options},
         {"pem", pem, "pem(d, { na =, nb =, nc =, nd =, nf =, nk = 1, ic =, start = }) -> idmodel",
          "Prediction-error estimate of A(q) y(t) = B(q)/F(q) u(t) + C(q)/D(q) e(t) with any orders.",
          R"(
             d = iddata{ y = {0, 1, .6, -.7, 1.5, 1.9}, u = {1, 0, -1, 2, 1, 0} }
             print(("%.6f"):format(pem(d, { na = 1, nb = 1, ic = "drop" }).theta[1])))",
-         "-0.603163"},
+         "-0.603163", &pem_options},
         {"idmodel:predict", predict, "mod:predict(d [, horizon | { horizon = 1, init = }]) -> column",
          R"(ŷ(t|t-horizon) at every sample. init says what stands before the first sample: "data" takes the
             first measured outputs as they are, "zero" starts from rest, "estimate" fits the initial state.)",
@@ -364,7 +435,7 @@ extern const Module idmodel_module = {
          R"(
             d = iddata{ y = {0, 2, 1, 4}, u = {1, 0.5, 2, 1} }
             print(fir(d, { nb = 1 }):fit(d)))",
-         "100.0\t% fit, 1-step prediction, 3 samples"},
+         "100.0 % fit, 1-step prediction, 3 samples"},
         {"idmodel:__tostring", to_text, "print(mod)",
          "The polynomials, the difference equation, parameters ± standard deviation, criteria and fit.", "",
          ""},

@@ -320,7 +320,7 @@ extern const Module predictor_module = {
             a, b = params "a b"
             p = predictor(a*y(t-1) + b*u(t-1))
             p.linear, p.regressor[1])",
-         "true\ty(t - 1)"},
+         "true y(t - 1)"},
         {"predictor:fit", fit_predictor, R"(p:fit(d [, { start =, ic = "drop", noise = }]) -> predictor_fit)",
          R"(Its parameters by least squares: one linear problem, or Gauss–Newton with the exact gradient of
             the recursion. noise: maximum likelihood for that density (linear predictors); uniform(low,

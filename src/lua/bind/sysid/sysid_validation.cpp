@@ -275,7 +275,7 @@ extern const Module validation_module = {
          "s = order_scan(iddata{ y = y, u = u }:detrend(), { na = {1, 2}, nb = 1, nk = {1, 3}, criterion = "
          "\"bic\" })\n"
          "s.best.na, s.best.nb, s.best.nk",
-         "1\t1\t2"},
+         "1 1 2"},
         {"order_scan_result#best", best, "s.best -> { na =, nb =, nk = }",
          "The orders that win, as arx takes them.", "", ""},
         {"order_scan_result#fpe", best_by<by_fpe>, "s.fpe -> orders", "The best by final prediction error.",

@@ -1,4 +1,4 @@
-#include "lua/core/terminal.hpp"
+#include "lua/screen/terminal.hpp"
 
 #include <cstdio>
 #include <cstring>

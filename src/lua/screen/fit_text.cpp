@@ -1,0 +1,260 @@
+#include "lua/screen/fit_text.hpp"
+
+#include <algorithm>
+#include <string_view>
+#include <vector>
+
+#include "base/text.hpp"
+
+namespace pendula::lua {
+namespace {
+
+/// One character of a line and the place where it stands.
+struct Glyph {
+  std::string_view bytes;
+  int width;
+};
+using Line = std::vector<Glyph>;
+
+Line glyphs(std::string_view line) {
+  Line list;
+  while (!line.empty()) {
+    std::size_t size = 1;
+    while (size < line.size() && (static_cast<unsigned char>(line[size]) & 0xC0) == 0x80) ++size;
+    list.push_back({line.substr(0, size), display_width(line.substr(0, size))});
+    line.remove_prefix(size);
+  }
+  return list;
+}
+
+int width_of(const Line& line) {
+  int width = 0;
+  for (const Glyph& g : line) width += g.width;
+  return width;
+}
+
+std::string joined(const Line& line, std::size_t from, std::size_t to) {
+  std::string out;
+  for (std::size_t i = from; i < std::min(to, line.size()); ++i) out += line[i].bytes;
+  return out.substr(0, out.find_last_not_of(' ') + 1);
+}
+
+bool is_blank(const Line& line, std::size_t i) { return line[i].bytes == " "; }
+
+// ── one line ──
+
+/// Where continuation lines begin: behind the last run of two blanks or more in the first half, else four cells
+/// further in than the line itself.
+std::size_t hanging_indent(const Line& line, int columns) {
+  std::size_t first = 0;
+  while (first < line.size() && is_blank(line, first)) ++first;
+  std::size_t indent = first + 4;
+  for (std::size_t i = first; i + 2 < line.size() && i < static_cast<std::size_t>(columns) / 2; ++i)
+    if (is_blank(line, i) && is_blank(line, i + 1) && !is_blank(line, i + 2)) indent = i + 2;
+  return std::min(indent, static_cast<std::size_t>(columns) / 2);
+}
+
+int bracket(std::string_view glyph) {
+  if (glyph == "(" || glyph == "[" || glyph == "{") return 1;
+  if (glyph == ")" || glyph == "]" || glyph == "}") return -1;
+  return 0;
+}
+
+bool is_operator(const Line& line, std::size_t blank) {
+  if (blank + 2 >= line.size() || line[blank + 2].bytes != " ") return false;
+  const std::string_view glyph = line[blank + 1].bytes;
+  return glyph == "=" || glyph == "+" || glyph == "-" || glyph == "~" || glyph == "−";
+}
+
+bool has_operators(const Line& line) {
+  for (std::size_t i = 0; i < line.size(); ++i)
+    if (is_blank(line, i) && is_operator(line, i)) return true;
+  return false;
+}
+
+/// The blank in (from, to) at which the line is best broken: late, outside brackets, in front of an operator;
+/// `to` if there is none.
+std::size_t best_break(const Line& line, std::size_t from, std::size_t to, bool formula) {
+  constexpr int per_depth = 12, inside_product = 25;  // cells that a break may come earlier to avoid these
+  std::size_t best = to;
+  int least = 0, depth = 0;
+  for (std::size_t i = from; i < to; ++i) {
+    depth = std::max(0, depth + bracket(line[i].bytes));
+    if (!is_blank(line, i) || i == from) continue;
+    const bool after_comma = line[i - 1].bytes == ",";
+    const int cost = static_cast<int>(to - i) + per_depth * depth +
+                     (formula && !is_operator(line, i) && !after_comma ? inside_product : 0);
+    if (best == to || cost <= least) {
+      best = i;
+      least = cost;
+    }
+  }
+  return best;
+}
+
+std::string folded(const Line& line, int columns) {
+  if (width_of(line) <= columns) return joined(line, 0, line.size());
+  const bool formula = has_operators(line);
+  const std::size_t indent = hanging_indent(line, columns);
+  std::string out;
+  std::size_t from = 0;
+  while (from < line.size()) {
+    const int room = columns - (from == 0 ? 0 : static_cast<int>(indent));
+    std::size_t to = from;
+    int used = 0;
+    while (to < line.size() && used + line[to].width <= room) used += line[to++].width;
+    std::size_t first_word = from;
+    while (first_word < to && is_blank(line, first_word)) ++first_word;
+    if (to < line.size() && !is_blank(line, to)) {
+      const std::size_t at = best_break(line, first_word, to, formula);
+      if (at < to) to = at;
+    } else if (to < line.size() && formula && !is_operator(line, to)) {
+      to = best_break(line, first_word, to + 1, formula);
+    }
+    if (!out.empty()) out += "\n" + std::string(indent, ' ');
+    out += joined(line, from, to);
+    from = to;
+    while (from < line.size() && is_blank(line, from)) ++from;
+  }
+  return out;
+}
+
+// ── several lines: matrices and tables of numbers ──
+
+/// Columns of a group of lines: [begin, end) cells, separated by blanks that all lines share.
+struct Segment {
+  std::size_t begin, end;
+};
+
+std::vector<Segment> segments(const std::vector<Line>& lines) {
+  std::size_t longest = 0;
+  for (const Line& line : lines) longest = std::max(longest, line.size());
+  std::vector<Segment> list;
+  bool inside = false;
+  for (std::size_t i = 0; i < longest; ++i) {
+    const bool blank = std::all_of(lines.begin(), lines.end(),
+                                   [&](const Line& line) { return i >= line.size() || is_blank(line, i); });
+    if (!blank && !inside) list.push_back({i, i});
+    inside = !blank;
+    if (inside) list.back().end = i + 1;
+  }
+  return list;
+}
+
+/// The first columns that fit beside the last one, ⋯ in between; "" where there are too few columns.
+std::string elided(const std::vector<Line>& lines, int columns) {
+  const std::vector<Segment> all = segments(lines);
+  constexpr std::size_t fewest = 4;
+  if (all.size() < fewest) return "";
+  const Segment last = all.back();
+  const std::size_t room = static_cast<std::size_t>(std::max(columns, 20)) - (last.end - last.begin) - 4;
+  std::size_t kept = 0;
+  while (kept + 1 < all.size() && all[kept].end <= room) ++kept;
+  if (kept == 0) return "";
+  std::string out;
+  for (std::size_t row = 0; row < lines.size(); ++row) {
+    Line line = lines[row];
+    const std::size_t cut = all[kept - 1].end;
+    while (line.size() < last.end) line.push_back({" ", 1});
+    std::string left;
+    for (std::size_t i = 0; i < cut; ++i) left += line[i].bytes;
+    out += (row ? "\n" : "") + left + " ⋯  " + joined(line, last.begin, last.end);
+  }
+  return out;
+}
+
+bool contains(std::string_view line, const char* what) { return line.find(what) != line.npos; }
+
+/// The number of lines from `at` that form one matrix or one table of columns; 1 if it is a line of its own.
+std::size_t group_size(const std::vector<std::string_view>& lines, std::size_t at, int columns) {
+  std::size_t end = at;
+  if (contains(lines[at], "⎡")) {
+    while (end < lines.size() && !contains(lines[end], "⎣")) ++end;
+    return std::min(end + 1, lines.size()) - at;
+  }
+  while (end < lines.size() && display_width(lines[end]) > columns) ++end;
+  return std::max<std::size_t>(end - at, 1);
+}
+
+/// Are these rows of numbers? A line of words is wrapped, not cut.
+bool is_numeric(const std::vector<std::string_view>& lines, std::size_t at, std::size_t n) {
+  std::size_t letters = 0, digits = 0;
+  for (std::size_t i = at; i < at + n; ++i)
+    for (unsigned char c : lines[i]) {
+      letters += (c | 0x20) >= 'a' && (c | 0x20) <= 'z';
+      digits += c >= '0' && c <= '9';
+    }
+  return digits > 4 * letters;
+}
+
+std::vector<std::string_view> lines_of(std::string_view text) {
+  std::vector<std::string_view> lines;
+  while (true) {
+    const std::size_t end = text.find('\n');
+    lines.push_back(text.substr(0, end));
+    if (end == text.npos) return lines;
+    text.remove_prefix(end + 1);
+  }
+}
+
+}  // namespace
+
+std::string fitted(const std::string& text, int columns) {
+  if (columns < 20) return text;
+  const std::vector<std::string_view> lines = lines_of(text);
+  const bool fits = std::all_of(lines.begin(), lines.end(),
+                                [&](std::string_view line) { return display_width(line) <= columns; });
+  if (fits) return text;
+  std::string out;
+  for (std::size_t at = 0; at < lines.size();) {
+    const std::size_t n = group_size(lines, at, columns);
+    std::vector<Line> group;
+    bool wide = false;
+    for (std::size_t i = at; i < at + n; ++i) {
+      group.push_back(glyphs(lines[i]));
+      wide = wide || width_of(group.back()) > columns;
+    }
+    const bool matrix = contains(lines[at], "⎡") || (n > 1 && is_numeric(lines, at, n));
+    std::string part = wide && matrix ? elided(group, columns) : "";
+    if (part.empty())
+      for (std::size_t i = 0; i < n; ++i) part += (i ? "\n" : "") + folded(group[i], columns);
+    out += (at ? "\n" : "") + part;
+    at += n;
+  }
+  return out;
+}
+
+std::string in_ascii(const std::string& text) {
+  struct Spelling {
+    const char *shown, *plain;
+  };
+  static constexpr Spelling signs[] = {
+      {"′", "'"},      {"″", "''"},    {"‴", "'''"},   {"√", "sqrt "},  {"≈", "~="},      {"≤", "<="},
+      {"≥", ">="},     {"≠", "!="},    {"∞", "inf"},   {"∂", "d"},      {"∇", "grad "},   {"Σ", "Sum"},
+      {"·", "*"},      {"×", "x"},     {"±", "+-"},    {"…", "..."},    {"⋯", "..."},     {"–", "-"},
+      {"—", "-"},      {"−", "-"},     {"→", "->"},    {"←", "<-"},     {"‖", "||"},      {"½", "1/2"},
+      {"⎡", "["},      {"⎢", "["},     {"⎣", "["},     {"⎤", "]"},      {"⎥", "]"},       {"⎦", "]"},
+      {"│", "|"},      {"─", "-"},     {"┼", "+"},     {"┌", "+"},      {"┐", "+"},       {"└", "+"},
+      {"┘", "+"},      {"ᵀ", "^T"},    {"⁻", "^-"},    {"∈", "in"},     {"⁰", "^0"},      {"¹", "^1"},
+      {"²", "^2"},     {"³", "^3"},    {"⁴", "^4"},    {"⁵", "^5"},     {"⁶", "^6"},      {"⁷", "^7"},
+      {"⁸", "^8"},     {"⁹", "^9"},    {"₀", "0"},     {"₁", "1"},      {"₂", "2"},       {"₃", "3"},
+      {"₄", "4"},      {"₅", "5"},     {"₆", "6"},     {"₇", "7"},      {"₈", "8"},       {"₉", "9"},
+      {"α", "alpha"},  {"β", "beta"},  {"γ", "gamma"}, {"δ", "delta"},  {"ε", "epsilon"}, {"ζ", "zeta"},
+      {"η", "eta"},    {"θ", "theta"}, {"κ", "kappa"}, {"λ", "lambda"}, {"μ", "mu"},      {"ν", "nu"},
+      {"ξ", "xi"},     {"π", "pi"},    {"ρ", "rho"},   {"σ", "sigma"},  {"τ", "tau"},     {"φ", "phi"},
+      {"χ", "chi"},    {"ψ", "psi"},   {"ω", "omega"}, {"Δ", "Delta"},  {"Φ", "Phi"},     {"Ω", "Omega"},
+      {"Λ", "Lambda"}, {"Γ", "Gamma"}, {"Θ", "Theta"}};
+  std::string out;
+  for (const Glyph& g : glyphs(text)) {
+    if (g.bytes.size() == 1) {
+      out += g.bytes;
+      continue;
+    }
+    const auto* sign = std::find_if(std::begin(signs), std::end(signs),
+                                    [&](const Spelling& s) { return g.bytes == s.shown; });
+    out += sign == std::end(signs) ? "?" : sign->plain;
+  }
+  return out;
+}
+
+}  // namespace pendula::lua

@@ -1,0 +1,133 @@
+#include "lua/screen/pager.hpp"
+
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <string_view>
+
+#include <poll.h>
+#include <sys/ioctl.h>
+#include <termios.h>
+#include <unistd.h>
+
+#include "base/text.hpp"
+#include "lua/screen/fit_text.hpp"
+
+namespace pendula::lua {
+namespace {
+
+bool a_person_waits = false;
+
+/// The terminal without line editing and echo, while it lives.
+class RawTerminal {
+ public:
+  RawTerminal() {
+    good_ = tcgetattr(STDIN_FILENO, &saved_) == 0;
+    termios raw = saved_;
+    raw.c_lflag &= ~static_cast<tcflag_t>(ICANON | ECHO | ISIG);
+    raw.c_cc[VMIN] = 1;
+    raw.c_cc[VTIME] = 0;
+    good_ = good_ && tcsetattr(STDIN_FILENO, TCSANOW, &raw) == 0;
+  }
+  ~RawTerminal() {
+    if (good_) tcsetattr(STDIN_FILENO, TCSANOW, &saved_);
+  }
+  RawTerminal(const RawTerminal&) = delete;
+  RawTerminal& operator=(const RawTerminal&) = delete;
+  bool good() const { return good_; }
+
+ private:
+  termios saved_{};
+  bool good_ = false;
+};
+
+bool input_waits() {
+  pollfd keyboard{STDIN_FILENO, POLLIN, 0};
+  return poll(&keyboard, 1, 0) > 0;
+}
+
+/// How many lines come next: a screen, one, or none.
+enum class Wish { screen, line, leave };
+
+Wish ask() {
+  std::fputs("-- more: Space or Enter, q leaves --", stdout);
+  std::fflush(stdout);
+  char key = 'q';
+  const bool read_one = read(STDIN_FILENO, &key, 1) == 1;
+  std::fputs("\r\033[K", stdout);
+  constexpr char ctrl_c = 3, ctrl_d = 4, escape = 27;
+  if (!read_one || key == 'q' || key == 'Q' || key == ctrl_c || key == ctrl_d) return Wish::leave;
+  if (key == escape) {  // an arrow key: its other bytes are no answers
+    char rest[8];
+    while (input_waits() && read(STDIN_FILENO, rest, sizeof rest) > 0) continue;
+    return Wish::line;
+  }
+  return key == '\n' || key == '\r' || key == 'j' ? Wish::line : Wish::screen;
+}
+
+int rows_of(std::string_view line, int columns) {
+  return columns > 0 ? std::max(1, (display_width(line) + columns - 1) / columns) : 1;
+}
+
+/// Writes lines from `text` that take up to `rows` rows, and removes them from it.
+void write_rows(std::string_view& text, int rows, int columns) {
+  while (!text.empty()) {
+    const std::string_view line = text.substr(0, text.find('\n'));
+    rows -= rows_of(line, columns);
+    if (rows < 0) return;
+    const std::size_t size = std::min(line.size() + 1, text.size());
+    std::fwrite(text.data(), 1, size, stdout);
+    text.remove_prefix(size);
+  }
+}
+
+int total_rows(std::string_view text, int columns) {
+  int rows = 0;
+  while (!text.empty()) {
+    const std::string_view line = text.substr(0, text.find('\n'));
+    rows += rows_of(line, columns);
+    text.remove_prefix(std::min(line.size() + 1, text.size()));
+  }
+  return rows;
+}
+
+bool only_ascii() {
+  for (const char* name : {"LC_ALL", "LC_CTYPE", "LANG"}) {
+    const char* value = std::getenv(name);
+    if (value && *value) return std::strcmp(value, "C") == 0 || std::strcmp(value, "POSIX") == 0;
+  }
+  return false;
+}
+
+}  // namespace
+
+ScreenSize screen_size() {
+  if (!isatty(STDOUT_FILENO)) return {};
+  winsize size{};
+  if (ioctl(STDOUT_FILENO, TIOCGWINSZ, &size) != 0 || size.ws_col == 0) return {};
+  return {size.ws_col, size.ws_row};
+}
+
+void page_long_text() { a_person_waits = true; }
+
+void show_text(const std::string& text) {
+  const ScreenSize screen = screen_size();
+  const std::string shown = screen.columns > 0 && only_ascii() ? in_ascii(text) : text;
+  std::string_view rest = shown;
+  constexpr int longest_measured = 1 << 22;  // bytes
+  const bool paged = a_person_waits && screen.rows > 4 && isatty(STDIN_FILENO) && !input_waits() &&
+                     rest.size() < longest_measured && total_rows(rest, screen.columns) >= screen.rows;
+  if (paged) {
+    const RawTerminal raw;
+    write_rows(rest, screen.rows - 1, screen.columns);
+    while (raw.good() && !rest.empty()) {
+      const Wish wish = ask();
+      if (wish == Wish::leave) return std::fflush(stdout), void();
+      write_rows(rest, wish == Wish::line ? 1 : screen.rows - 1, screen.columns);
+    }
+  }
+  std::fwrite(rest.data(), 1, rest.size(), stdout);
+  std::fflush(stdout);
+}
+
+}  // namespace pendula::lua

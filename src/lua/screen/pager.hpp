@@ -1,0 +1,21 @@
+// What is said at a terminal: fitted to its width, and a screen at a time where it is longer.
+#pragma once
+
+#include <string>
+
+namespace pendula::lua {
+
+/// The size of the terminal on standard output at this moment; columns = 0: it is none, and nothing is fitted.
+struct ScreenSize {
+  int columns = 0, rows = 0;
+};
+ScreenSize screen_size();
+
+/// From now on a person waits at a prompt for what is shown.
+void page_long_text();
+
+/// Writes the lines to standard output. Where a person waits, text that is longer than the screen stops after
+/// every screen: Space and Enter go on, q leaves. Anywhere else everything is written at once.
+void show_text(const std::string& text);
+
+}  // namespace pendula::lua
