@@ -1,6 +1,7 @@
-// embed <output.cpp> <stdlib folder> <files…>: compiles the Lua files with the Lua that will run them and writes
+// embed <output.cpp> <root folder> <files…>: compiles the Lua files with the Lua that will run them and writes
 // the bytecode, with line information, as a C++ source that defines embedded_stdlib(). Parsing at start-up
-// would cost more than everything else before the prompt. Other files (a font, a style sheet) go in as they are.
+// would cost more than everything else before the prompt. Other files (a font, a style sheet, pages of the manual)
+// go in as they are. Names are relative to the root, those of stdlib/ to that folder.
 #include <algorithm>
 #include <cstdio>
 #include <fstream>
@@ -57,7 +58,8 @@ int main(int argc, char** argv) {
   std::string list;
   int number = 0;
   for (const std::string& file : files) {
-    const std::string name = file.substr(folder.size());
+    std::string name = file.substr(folder.size());
+    if (name.starts_with("stdlib/")) name.erase(0, std::string("stdlib/").size());
     std::string bytecode;
     if (!compile(file, name, bytecode)) return 1;
     write_bytes(out, number, bytecode);

@@ -32,7 +32,7 @@ void read_option(const std::vector<std::string>& words, std::size_t& i, Options&
 struct Tool {
   const char *word, *file;
 };
-constexpr Tool tools[] = {{"report", "document/report"}};
+constexpr Tool tools[] = {{"report", "document/report"}, {"manual", "document/manual"}};
 
 const Tool* tool_named(const std::string& word) {
   for (const Tool& tool : tools)
@@ -87,6 +87,7 @@ const char* help_text() {
   return R"(usage: pendula [options] [script.lua [arguments]]
        pendula test path...
        pendula report script.lua [-o page.html]
+       pendula manual [--luals]
 
 Without a script: an interactive session, or, if standard input is not a terminal, the script that stands there.
 
@@ -100,6 +101,7 @@ Without a script: an interactive session, or, if standard input is not a termina
 
 pendula test    runs scripted tests, files or all *.lua below a folder
 pendula report  runs a script and writes its text, code, results and figures as one page: report --help
+pendula manual  opens the manual; --luals writes the vocabulary for editors: manual --help
 
 A script finds its arguments in the table arg and in ... . Exit status: 0, 1 after an error, 2 for a wrong
 command line, 130 after Ctrl-C.

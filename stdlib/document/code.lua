@@ -33,6 +33,7 @@ local starts = {}
 for word in ("break do for function goto if local repeat return while ::"):gmatch "%S+" do
   starts[word] = true
 end
+for word in ("# not nil true false"):gmatch "%S+" do starts[word] = true end       -- an expression at the end
 local ends = {}
 for word in ("end nil true false ... ) ] }"):gmatch "%S+" do ends[word] = true end
 
@@ -43,7 +44,8 @@ local function begins(last, word, kind)
   if last.word == ";" then return word ~= ";" end
   local ended = last.kind == "name" or last.kind == "number" or last.kind == "string" or ends[last.word]
     or last.word == "break" or last.label
-  return ended and (kind == "name" or starts[word] or (last.label and word == "(")) or false
+  local starting = kind == "name" or kind == "number" or starts[word] or (last.label and word == "(")
+  return ended and starting or false
 end
 
 -- { first, last }, the bytes of each statement of the outermost level.

@@ -38,7 +38,8 @@ function M.html(figures, first)
     if good then
       inside = on_page(svgs[i], ("f%d-"):format((first or 1) + i - 1), M.label(figure))
     else
-      inside = '<pre class="text">' .. text.escaped(figure:text(80)) .. '</pre><figcaption class="error">'
+      inside = '<pre class="text" tabindex="0">' .. text.escaped(figure:text(80))
+        .. '</pre><figcaption class="error">'
         .. text.escaped(tostring(svgs)) .. "</figcaption>"
     end
     out[i] = "<figure>" .. inside .. "</figure>"

@@ -30,6 +30,7 @@ local function link(line, at)
   return last - 1, function(options)
     local place = target:sub(2, -2):gsub('%s+".*"$', "")
     if options.link then place = options.link(place) end
+    if not place then return inline(label:sub(2, -2), options) end
     return ('<a href="%s">%s</a>'):format(text.safe_link(place), inline(label:sub(2, -2), options))
   end
 end
@@ -263,8 +264,8 @@ function blocks(lines, options)
   return table.concat(out, "\n")
 end
 
--- HTML of a text. options: link(target) -> target, code(language, source) -> HTML or nil, heading(level,
--- title, id), deeper = levels that are added to headings.
+-- HTML of a text. options: link(target) -> target, or nil for words without a link; code(language, source) ->
+-- HTML or nil; heading(level, title, id); deeper = levels that are added to headings.
 function M.html(source, options)
   local lines = {}
   for line in (text.valid(source) .. "\n"):gmatch "(.-)\n" do lines[#lines + 1] = line end

@@ -15,7 +15,7 @@ local function lines_of(words)
 end
 
 local function pre(lines, first, last)
-  return '<pre class="text">' .. text.escaped(table.concat(lines, "\n", first, last)) .. "</pre>"
+  return '<pre class="text" tabindex="0">' .. text.escaped(table.concat(lines, "\n", first, last)) .. "</pre>"
 end
 
 -- Text as it is; of many lines the first, and the rest behind a fold.

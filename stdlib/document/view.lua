@@ -19,7 +19,7 @@ return function(x, options)
     end
   end
   if x == nil then fail "view: there is nothing to show: the value is nil" end
-  if document.recorder then return document.recorder:show(x) end
+  if document.recorder and not options.file then return document.recorder:show(x) end
   local record = recording.new()
   record:show(x)
   local title = (shown(x):match "^[^\n]*"):sub(1, 80)

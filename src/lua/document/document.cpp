@@ -115,6 +115,8 @@ void open_document(lua_State* L) {
                                                              {"capture_output", guarded<capture_output>},
                                                              {"captured", guarded<captured>}};
   push_stdlib_environment(L);
+  lua_pushliteral(L, PENDULA_VERSION);
+  lua_setfield(L, -2, "program_version");
   for (const auto& [name, function] : functions) {
     lua_pushcfunction(L, function);
     lua_setfield(L, -2, name);
