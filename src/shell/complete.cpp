@@ -1,23 +1,20 @@
 #include "shell/complete.hpp"
 
 #include <set>
-#include <variant>
 
 #include "lua/bind/modules.hpp"
+#include "lua/core/library.hpp"
 #include "lua/core/objects.hpp"
 #include "lua/document/tokens.hpp"
 #include "lua/session/state.hpp"
+#include "shell/call_context.hpp"
 
 namespace pendula::shell {
 namespace {
 
 using lua::is_name;
 using lua::keywords;
-using lua::Token;
 using lua::tokenize;
-using lua::TokenKind;
-
-using Key = std::variant<std::string, lua_Integer>;
 
 /// `rk.gauss`, `q[1].do`, `sys:red`: the keys that lead to the value, and the word behind the last separator.
 struct Request {
@@ -89,7 +86,7 @@ void push_key(lua_State* L, const Key& key) {
   if (const auto* name = std::get_if<std::string>(&key)) {
     lua_pushlstring(L, name->data(), name->size());
   } else {
-    lua_pushinteger(L, std::get<lua_Integer>(key));
+    lua_pushinteger(L, std::get<long long>(key));
   }
 }
 
@@ -123,35 +120,14 @@ int collect(lua_State* L) {
 /// A field that is computed in Lua must not keep the user waiting, for Ctrl-C cannot stop a completion.
 void give_up(lua_State* L, lua_Debug*) { luaL_error(L, "too long for a completion"); }
 
-void run_collect(lua_State* L, Request& request) {
+void run_limited(lua_State* L, lua_CFunction function, void* request) {
   const auto hook = lua_gethook(L);
   const int mask = lua_gethookmask(L), count = lua_gethookcount(L);
   lua_sethook(L, give_up, LUA_MASKCOUNT, 200000);
-  lua_pushcfunction(L, collect);
-  lua_pushlightuserdata(L, &request);
+  lua_pushcfunction(L, function);
+  lua_pushlightuserdata(L, request);
   if (lua_pcall(L, 1, 0, 0) != LUA_OK) lua_pop(L, 1);
   lua_sethook(L, hook, mask, count);
-}
-
-/// Reads the key that ends before tokens[end]: `name`, or `[3]` or `["x"]` with literals. Returns its first
-/// token's index, or `end` if there is none.
-std::size_t key_before(const std::vector<Token>& tokens, std::size_t end, std::vector<Key>& path) {
-  if (end >= 1 && tokens[end - 1].kind == TokenKind::name) {
-    path.insert(path.begin(), std::string(tokens[end - 1].text));
-    return end - 1;
-  }
-  if (end < 3 || !tokens[end - 1].is("]") || !tokens[end - 3].is("[")) return end;
-  const Token& literal = tokens[end - 2];
-  if (literal.kind == TokenKind::string && literal.text.find('\\') == std::string_view::npos) {
-    path.insert(path.begin(), std::string(literal.text.substr(1, literal.text.size() - 2)));
-    return end - 3;
-  }
-  if (literal.kind == TokenKind::number && literal.text.size() < 10 &&
-      literal.text.find_first_not_of("0123456789") == std::string_view::npos) {
-    path.insert(path.begin(), static_cast<lua_Integer>(std::stoll(std::string(literal.text))));
-    return end - 3;
-  }
-  return end;
 }
 
 /// Fills path and separator from the tokens before tokens[end]. False: nothing
@@ -159,13 +135,97 @@ std::size_t key_before(const std::vector<Token>& tokens, std::size_t end, std::v
 bool read_path(const std::vector<Token>& tokens, std::size_t end, Request& request) {
   if (end == 0 || !(tokens[end - 1].is(".") || tokens[end - 1].is(":"))) return true;
   request.separator = tokens[end - 1].text[0];
-  for (std::size_t at = end - 1;;) {
-    const std::size_t key = key_before(tokens, at, request.path);
-    if (key == at) return false;
-    const bool index = tokens[key].is("[");
-    if (!index && (key == 0 || !tokens[key - 1].is("."))) return true;
-    at = index ? key : key - 1;
+  return path_before(tokens, end - 1, request.path) != end - 1;
+}
+
+// ── options and other words inside a call ─────────────────────────────────────────────────────────────────
+
+void set_string(lua_State* L, const char* key, const std::string& value) {
+  lua_pushlstring(L, value.data(), value.size());
+  lua_setfield(L, -2, key);
+}
+
+/// "rk.gauss" of a path of names; "" if an index is in it.
+std::string dotted(const std::vector<Key>& path) {
+  std::string name;
+  for (const Key& key : path) {
+    const auto* word = std::get_if<std::string>(&key);
+    if (!word) return "";
+    name += (name.empty() ? "" : ".") + *word;
   }
+  return name;
+}
+
+/// Pushes the value that a path leads to, from the globals; nil where there is none.
+void push_value(lua_State* L, const std::vector<Key>& path) {
+  if (path.empty()) return lua_pushnil(L);
+  lua_pushglobaltable(L);
+  push_key(L, path[0]);
+  lua_rawget(L, -2);
+  lua_remove(L, -2);
+  for (std::size_t i = 1; i < path.size() && !lua_isnil(L, -1); ++i) {
+    push_key(L, path[i]);
+    lua_gettable(L, -2);
+    lua_remove(L, -2);
+  }
+}
+
+struct CallRequest {
+  const CallContext& context;
+  const std::string& word;
+  bool in_string;
+  std::vector<std::string> found;
+};
+
+/// Asks stdlib/complete.lua, which knows the tables of options.
+int collect_in_call(lua_State* L) {
+  auto& request = *static_cast<CallRequest*>(lua_touserdata(L, 1));
+  const CallContext& context = request.context;
+  lua::include_embedded(L, "complete");
+  lua_newtable(L);
+  set_string(L, "method", context.method);
+  set_string(L, "name", dotted(context.function));
+  set_string(L, "key", context.key);
+  set_string(L, "word", request.word);
+  lua_pushinteger(L, static_cast<lua_Integer>(context.argument));
+  lua_setfield(L, -2, "argument");
+  for (const auto& [key, value] : {std::pair{"in_table", context.in_table},
+                                   {"at_key", context.at_key},
+                                   {"in_string", request.in_string}}) {
+    lua_pushboolean(L, value);
+    lua_setfield(L, -2, key);
+  }
+  lua_newtable(L);
+  for (std::size_t i = 0; i < context.tables.size(); ++i) {
+    lua_pushlstring(L, context.tables[i].data(), context.tables[i].size());
+    lua_rawseti(L, -2, static_cast<lua_Integer>(i) + 1);
+  }
+  lua_setfield(L, -2, "tables");
+  push_value(L, context.method.empty() ? context.first : context.function);
+  lua_setfield(L, -2, "object");
+  lua_call(L, 1, 1);
+  for (lua_Integer i = 1; lua_rawgeti(L, -1, i) == LUA_TSTRING; ++i) {
+    request.found.emplace_back(lua_tostring(L, -1));
+    lua_pop(L, 1);
+  }
+  return 0;
+}
+
+/// The words that may stand at the cursor because of the call around it; none: anything may.
+std::vector<std::string> words_in_call(lua_State* L, const CallContext& context, const std::string& word,
+                                       bool in_string) {
+  if (context.argument == 0) return {};
+  CallRequest request{context, word, in_string, {}};
+  run_limited(L, collect_in_call, &request);
+  return request.found;
+}
+
+/// f "word: the call that a string without parentheses belongs to; else the call around it.
+CallContext context_of_string(const std::vector<Token>& tokens, std::size_t string) {
+  std::vector<Token> with_bracket(tokens.begin(), tokens.begin() + static_cast<std::ptrdiff_t>(string));
+  const bool bare = string > 0 && tokens[string - 1].kind == TokenKind::name;
+  if (bare) with_bracket.push_back({TokenKind::symbol, "(", tokens[string].begin});
+  return call_context(with_bracket, with_bracket.size());
 }
 
 }  // namespace
@@ -180,7 +240,10 @@ Completions complete(lua_State* L, std::string_view text) {
     const Token& last = tokens.back();
     if (last.kind == TokenKind::unfinished_string) {
       result.begin = last.begin + 1;
-      result.file_quote = last.text[0];
+      result.quote = last.text[0];
+      result.words =
+          words_in_call(L, context_of_string(tokens, end - 1), std::string(last.text.substr(1)), true);
+      result.files = result.words.empty();
       return result;
     }
     if (last.kind == TokenKind::unfinished_long || last.kind == TokenKind::unfinished_comment) return result;
@@ -193,9 +256,13 @@ Completions complete(lua_State* L, std::string_view text) {
     }
   }
   if (!read_path(tokens, end, request)) return result;
+  if (request.path.empty()) {
+    result.words = words_in_call(L, call_context(tokens, end), request.word, false);
+    if (!result.words.empty()) return result;
+  }
   if (request.path.empty())
     for (const auto& word : keywords()) offer(request, word);
-  run_collect(L, request);
+  run_limited(L, collect, &request);
   result.words.assign(request.found.begin(), request.found.end());
   return result;
 }

@@ -23,7 +23,8 @@ struct Line {
 struct Completions {
   std::size_t begin = 0;           ///< offset in the text of the word to complete
   std::vector<std::string> words;  ///< replacements for the word, sorted
-  char file_quote = '\0';          ///< inside a string: the quote that opened it, and `words` is not used
+  char quote = '\0';               ///< inside a string: the quote that opened it
+  bool files = false;              ///< names of files may stand here, and `words` is not used
 };
 
 /// `text` is the entry up to the cursor. Must not throw.

@@ -158,16 +158,16 @@ char* ReadlineReader::word_breaks() {
   auto& self = *active_;
   self.completions_ =
       self.completer_(self.pending_ + std::string(rl_line_buffer, static_cast<std::size_t>(rl_point)));
-  return self.completions_.file_quote ? in_string : in_code;
+  return self.completions_.quote ? in_string : in_code;
 }
 
 char** ReadlineReader::attempt(const char* text, int, int end) {
   rl_attempted_completion_over = 1;
   rl_completion_append_character = '\0';
-  const char quote = active_->completions_.file_quote;
-  if (!quote) return rl_completion_matches(text, next_word);
+  const char quote = active_->completions_.quote;
+  if (quote && rl_line_buffer[end] != quote) rl_completion_append_character = quote;
+  if (!active_->completions_.files) return rl_completion_matches(text, next_word);
   rl_filename_completion_desired = 1;
-  if (rl_line_buffer[end] != quote) rl_completion_append_character = quote;
   return rl_completion_matches(text, rl_filename_completion_function);
 }
 

@@ -7,6 +7,7 @@
 
 #include "base/interrupt.hpp"
 #include "lua/core/objects.hpp"
+#include "lua/screen/fit_text.hpp"
 #include "lua/screen/pager.hpp"
 #include "lua/session/state.hpp"
 #include "shell/complete.hpp"
@@ -188,7 +189,8 @@ void Session::report(const std::string& entry) {
       message = (several ? "line " + message.substr(chunk.size(), end - chunk.size()) + ": " : "") +
                 message.substr(end + 2);
   }
-  complain(message);
+  const lua::ScreenSize screen = lua::screen_size();
+  complain(screen.columns > 0 ? lua::fitted(message, screen.columns) : message);
 }
 
 }  // namespace

@@ -84,9 +84,9 @@ TEST_CASE("complete: metatables are followed, errors and endless loops are not")
 
 TEST_CASE("complete: inside quotes file names, inside comments nothing") {
   State s("");
-  CHECK(complete(s.L, "iddata.read(\"da").file_quote == '"');
-  CHECK(complete(s.L, "x = 'da").file_quote == '\'');
-  CHECK(complete(s.L, "x = 'da'").file_quote == '\0');
+  CHECK(complete(s.L, "iddata.read(\"da").quote == '"');
+  CHECK(complete(s.L, "x = 'da").quote == '\'');
+  CHECK(complete(s.L, "x = 'da'").quote == '\0');
   CHECK(s.words("-- pri").empty());
   CHECK(s.words("x = [[pri").empty());
   CHECK(s.offers("x = 'a' .. pri", "print"));
@@ -112,4 +112,37 @@ TEST_CASE("echo: plain tables are written as Lua would read them") {
         "{1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15, 16, 17, 18, 19, 20, … 80 more}");
   CHECK(echo("(function() local t = {} t[1] = t return t end)()") == "{{{{{…}}}}}");
   CHECK(echo("setmetatable({}, {__tostring = function() return 'me' end})") == "me");
+}
+
+TEST_CASE("complete: options, their values, and symbols of the model inside a call") {
+  State s(
+      "x, v = vars 'x v' g = param('g', 9.81) u = input 'u' ball = dae { der(x) ~ v, der(v) ~ u - g }\n"
+      "sol = ball:integrate { start = { x = 1, v = 0 }, to = 1, inputs = { u = 0 } }");
+  CHECK(s.offers("ball:integrate { ", "start"));
+  CHECK(s.words("ball:integrate { sta") == Words{"start"});
+  CHECK(s.words("ball:integrate{ start = { x = 1 }, me") == Words{"method"});
+  CHECK(s.words("s = ball:integrate { ma") == Words{"max_steps"});
+  CHECK(s.words("ball:integrate { start = { ") == Words{"v", "x"});
+  CHECK(s.words("ball:integrate { params = { ") == Words{"g"});
+  CHECK(s.words("ball:integrate { inputs = { ") == Words{"u"});
+  CHECK(s.words("ball:integrate { method = \"rad") == Words{"radau"});
+  CHECK(s.words("ball:integrate { method = \"dopri") == Words{"dopri5"});
+  CHECK(s.words("ball:integrate { direct = ") == Words{"false", "true"});
+  CHECK(s.words("ball:reduce \"b") == Words{"baumgarte"});
+  CHECK(s.words("ball:reduce(\"b") == Words{"baumgarte"});
+  CHECK(s.words("newton { r = x^2 - 2, jacobian = \"fr") == Words{"frozen"});
+  CHECK(s.words("newton { r = x^2 - 2, jacobian = fr").empty());
+  CHECK(s.words("sweep(ball, { des") == Words{"design"});
+  CHECK(s.words("sweep(ball, { start = { ") == Words{"v", "x"});
+  CHECK(s.offers("help \"integ", "integrate"));
+  CHECK(s.offers("plot(sol, { ", "x"));
+  CHECK_FALSE(s.offers("plot(sol, { ", "print"));
+  // Where anything may stand, everything is offered.
+  CHECK(s.offers("ball:integrate { start = pri", "print"));
+  CHECK(s.offers("f(", "print"));
+  CHECK(s.offers("(", "print"));
+  CHECK(s.offers("t = { ", "print"));
+  CHECK(s.offers("ball:integrate { start = { [", "x"));
+  CHECK(s.offers("ball:integrate { to = 1 } pri", "print"));
+  CHECK(s.words("print \"nothing").empty());
 }
