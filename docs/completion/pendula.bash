@@ -15,7 +15,7 @@ _pendula() {
     esac
   done
   if [[ $word == -* ]]; then
-    mapfile -t COMPREPLY < <(compgen -W '-e -i - -- --no-color --version --help' -- "$word")
+    mapfile -t COMPREPLY < <(compgen -W '-e -i - -- --no-color --version --licences --help' -- "$word")
     return
   fi
   mapfile -t COMPREPLY < <(compgen -f -X '!*.lua' -- "$word"; compgen -d -- "$word"; compgen -W 'test report manual' -- "$word")

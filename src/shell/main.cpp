@@ -9,6 +9,7 @@
 #include "base/error.hpp"
 #include "lua/session/state.hpp"
 #include "lua/session/testing.hpp"
+#include "shell/licences.hpp"
 #include "shell/options.hpp"
 #include "shell/reader.hpp"
 #include "shell/repl.hpp"
@@ -65,6 +66,9 @@ int dispatch(const Options& options) {
     case Options::Action::version:
       std::printf("pendula %s (%s%s)\n", PENDULA_VERSION, LUA_RELEASE,
                   has_line_editing() ? ", with readline" : "");
+      return ok;
+    case Options::Action::licences:
+      std::fputs(licences_text().c_str(), stdout);
       return ok;
     case Options::Action::help:
       std::fputs(help_text(), stdout);

@@ -5,7 +5,7 @@
 namespace pendula::shell {
 namespace {
 
-const std::vector<std::string> long_options = {"--help", "--version", "--no-color"};
+const std::vector<std::string> long_options = {"--help", "--version", "--licences", "--no-color"};
 
 /// Reads one option at words[i]; moves i over its value.
 void read_option(const std::vector<std::string>& words, std::size_t& i, Options& options) {
@@ -21,6 +21,8 @@ void read_option(const std::vector<std::string>& words, std::size_t& i, Options&
     options.colour = false;
   } else if (word == "-v" || word == "--version") {
     options.action = Options::Action::version;
+  } else if (word == "--licences") {
+    options.action = Options::Action::licences;
   } else if (word == "-h" || word == "--help") {
     options.action = Options::Action::help;
   } else {
@@ -96,6 +98,7 @@ Without a script: an interactive session, or, if standard input is not a termina
   -             the script is standard input
   --no-color    no colour (also: the environment variable NO_COLOR)
   --version     print the version
+  --licences    print the licences of what the program is made of
   --help        print this text
   --            what follows is the script, whatever it looks like
 

@@ -8,7 +8,7 @@
 namespace pendula::shell {
 
 struct Options {
-  enum class Action { run, test, tool, version, help };
+  enum class Action { run, test, tool, version, licences, help };
   Action action = Action::run;
   std::vector<std::string> code;       ///< the texts of -e, in order
   std::string script;                  ///< "": none; "-": standard input

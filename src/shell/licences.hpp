@@ -1,0 +1,11 @@
+// What the program is linked with, and the licences of that.
+#pragma once
+
+#include <string>
+
+namespace pendula::shell {
+
+/// The text of --licences: one paragraph for each library of this build, whose names come from CMake.
+std::string licences_text();
+
+}  // namespace pendula::shell
