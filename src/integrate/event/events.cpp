@@ -42,6 +42,8 @@ EventFinder::EventFinder(const ProblemPtr& problem, const std::vector<Event>& ev
       return (known.count(leaf) && (solved || !late.count(leaf))) || symbol_of(leaf).kind == Kind::constant;
     });
     slope_known_.push_back(usable);
+    measured_.push_back(!usable && event.termination_reason.empty());
+    measures_ = measures_ || measured_.back();
     slopes.push_back(usable ? slope : Expr());
     const std::vector<Expr> own = leaves({&event.when, 1});
     for (Expr leaf : own) needs_derivatives_ = needs_derivatives_ || late.count(leaf);
@@ -110,6 +112,36 @@ void EventFinder::sample(Stepper& stepper, const StepView& step, double t, Detai
   out.exact = detail != Detail::sketch;
 }
 
+/// dg/dt of the conditions that contain x′ or z, by differences along the step; their g, too, since a sketch
+/// may know z at the ends of the step only.
+void EventFinder::measure_slopes(Stepper& stepper, const StepView& step, double t, Sample& out) {
+  const double apart = (step.to.t - step.from.t) / 64;  // makes far more difference than errors of the step
+  const double at = std::min(t, step.to.t - apart / 2);
+  const double beside = at - apart < step.from.t ? at + apart : at - apart;
+  const auto conditions = [&](double time) {
+    point_.xdot = step.to.xdot, point_.z = step.to.z;
+    try {
+      stepper.interpolate(step, time, Detail::full, point_);
+    } catch (const Failure&) {  // the equations are singular there: the run will come to that
+      stepper.interpolate(step, time, Detail::sketch, point_);
+    }
+    evaluate(point_, beside_);
+    return beside_.g;
+  };
+  const std::vector<double> g = conditions(at), other = conditions(beside);
+  for (std::size_t i = 0; i < measured_.size(); ++i) {
+    if (!measured_[i]) continue;
+    out.slope[i] = (g[i] - other[i]) / (at - beside);
+    if (!out.exact && at == t) out.g[i] = g[i];
+  }
+}
+
+/// A sample by the cheapest means that show z.
+void EventFinder::look(Stepper& stepper, const StepView& step, double t, Sample& out) {
+  sample(stepper, step, t, Detail::sketch, out);
+  if (measures_) measure_slopes(stepper, step, t, out);
+}
+
 double EventFinder::value(Stepper& stepper, const StepView& step, int which, double t) {
   sample(stepper, step, t, Detail::state, probe_);
   return probe_.g[which];
@@ -118,6 +150,14 @@ double EventFinder::value(Stepper& stepper, const StepView& step, int which, dou
 double EventFinder::slope(int which, const Point& point) {
   evaluate(point, probe_);
   return probe_.slope[which];
+}
+
+double EventFinder::slope_between(int which, const Point& a, const Point& b) {
+  const double known = slope(which, b);
+  if (slope_known_[which]) return known;
+  const double g = probe_.g[which];
+  evaluate(a, probe_);
+  return (g - probe_.g[which]) / (b.t - a.t);
 }
 
 int EventFinder::never_finite() const {
@@ -142,6 +182,7 @@ bool EventFinder::wanted(std::size_t i, bool rising) const {
 void EventFinder::start(const Point& point, const std::vector<Crossing>& crossed) {
   if (events_.empty()) return;
   evaluate(point, last_);
+  fresh_ = true;
   // A root by the continuous extension may be far from one by the slope of the solution, near points at which
   // events accumulate: the condition is then not small beside its slope, but the root has been dealt with.
   resumed_.assign(events_.size(), 0);
@@ -186,6 +227,7 @@ std::optional<double> EventFinder::dip(Stepper& stepper, const StepView& step, i
     const double t = (low + high) / 2;
     const double g = value(stepper, step, which, t);
     if (g * sign < 0) return t;
+    if (measured_[i]) measure_slopes(stepper, step, t, probe_);
     (probe_.slope[i] * sign < 0 ? low : high) = t;
   }
   return {};
@@ -200,7 +242,7 @@ std::optional<EventFinder::Root> EventFinder::root_between(Stepper& stepper, con
   if (gb == 0 && right >= step.to.t)
     return ga != 0 && wanted(i, rising) ? std::optional(Root{b.t, b.t, rising}) : std::nullopt;
   if (!opposite(ga, gb)) {
-    const bool toward = slope_known_[i] && a.slope[i] * gb < 0 && b.slope[i] * gb > 0 && ga != 0;
+    const bool toward = a.slope[i] * gb < 0 && b.slope[i] * gb > 0 && ga != 0;
     const auto bottom = toward ? dip(stepper, step, which, a, b) : std::nullopt;
     if (!bottom) return {};
     const double below = value(stepper, step, which, *bottom);
@@ -230,16 +272,36 @@ std::optional<EventFinder::Root> EventFinder::root_between(Stepper& stepper, con
   return root;
 }
 
+/// The first of them. A condition that has another sign there than at `a` has a root before it.
+const std::optional<EventFinder::Root>& EventFinder::first_root(Stepper& stepper, const StepView& step,
+                                                                const Sample& a, Roots& roots) {
+  const auto earlier = [](const auto& p, const auto& q) { return p && (!q || p->t < q->t); };
+  for (std::size_t tries = 0;; ++tries) {
+    const auto& first = *std::min_element(roots.begin(), roots.end(), earlier);
+    if (!first || tries == roots.size()) return first;
+    Sample there;
+    sample(stepper, step, first->t, Detail::state, there);
+    bool again = false;
+    for (std::size_t i = 0; i < roots.size(); ++i) {
+      const bool is_first = roots[i] && roots[i]->t <= first->t;
+      if (is_first || !opposite(a.g[i], there.g[i]) || is_zero(i, there)) continue;
+      const auto root = root_between(stepper, step, static_cast<int>(i), a, there);
+      if (!earlier(root, first)) continue;
+      roots[i] = root;
+      again = true;
+    }
+    if (!again) return first;
+  }
+}
+
 /// The first root between two samples, with all others that cannot be told apart from it.
 std::optional<EventFinder::Hit> EventFinder::first_hit(Stepper& stepper, const StepView& step,
                                                        const Sample& a, const Sample& b) {
-  std::vector<std::optional<Root>> roots(events_.size());
-  std::optional<Root> first;
-  for (std::size_t i = 0; i < events_.size(); ++i) {
-    if (!(std::isfinite(a.g[i]) && std::isfinite(b.g[i]))) continue;
-    roots[i] = root_between(stepper, step, static_cast<int>(i), a, b);
-    if (roots[i] && (!first || roots[i]->t < first->t)) first = roots[i];
-  }
+  Roots roots(events_.size());
+  for (std::size_t i = 0; i < events_.size(); ++i)
+    if (std::isfinite(a.g[i]) && std::isfinite(b.g[i]))
+      roots[i] = root_between(stepper, step, static_cast<int>(i), a, b);
+  const std::optional<Root>& first = first_root(stepper, step, a, roots);
   if (!first) return {};
   Hit hit{first->t, first->before, {}};
   sample(stepper, step, hit.t, Detail::state, probe_);
@@ -257,7 +319,7 @@ std::optional<EventFinder::Hit> EventFinder::first_hit(Stepper& stepper, const S
 /// monotone or gently curved function.
 bool EventFinder::may_hide(const Sample& a, const Sample& b, int depth) const {
   for (std::size_t i = 0; i < events_.size(); ++i) {
-    if (!slope_known_[i] || depth >= (clock_[i] ? deepest_clock : deepest) || opposite(a.g[i], b.g[i]))
+    if (depth >= (clock_[i] ? deepest_clock : deepest) || opposite(a.g[i], b.g[i]))
       continue;
     const double steepest = std::max(std::fabs(a.slope[i]), std::fabs(b.slope[i]));
     if (steepest * (b.t - a.t) > 1.5 * (std::fabs(a.g[i]) + std::fabs(b.g[i]))) return true;
@@ -291,7 +353,7 @@ std::optional<EventFinder::Hit> EventFinder::scan(Stepper& stepper, const StepVi
   }
   if (oscillates(a, b, depth) || may_hide(a, b, depth)) {
     Sample middle;
-    sample(stepper, step, a.t + (b.t - a.t) / 2, Detail::sketch, middle);
+    look(stepper, step, a.t + (b.t - a.t) / 2, middle);
     if (auto hit = scan(stepper, step, a, middle, depth + 1)) return hit;
     return scan(stepper, step, middle, b, depth + 1);
   }
@@ -311,6 +373,7 @@ bool EventFinder::changes(const Sample& a, const Sample& b) const {
 void EventFinder::make_exact(Stepper& stepper, const StepView& step, Sample& at) {
   if (at.exact) return;
   sample(stepper, step, at.t, Detail::state, at);
+  if (measures_) measure_slopes(stepper, step, at.t, at);
   settle_zeros(floor_, at);
 }
 
@@ -322,9 +385,16 @@ void EventFinder::settle_zeros(const Sample& a, Sample& b) const {
 
 std::optional<EventFinder::Hit> EventFinder::find(Stepper& stepper, const StepView& step) {
   const double from = last_.t, length = step.to.t - from;
+  if (measures_ && fresh_) {
+    measure_slopes(stepper, step, from, last_);
+    for (std::size_t i = 0; i < events_.size(); ++i)
+      if (measured_[i] && last_.g[i] == 0 && last_.slope[i] != 0)
+        last_.g[i] = std::copysign(tiny, last_.slope[i]);
+  }
+  fresh_ = false;
   floor_ = last_;
   for (int k = 1; k <= pieces; ++k) {
-    sample(stepper, step, k == pieces ? step.to.t : from + length * k / pieces, Detail::sketch, here_);
+    look(stepper, step, k == pieces ? step.to.t : from + length * k / pieces, here_);
     if (auto hit = scan(stepper, step, last_, here_, 0)) return hit;
     std::swap(last_, here_);
   }

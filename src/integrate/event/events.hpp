@@ -46,7 +46,8 @@ struct EventList {
 /// could have gone to zero and back, the piece is halved a few times, more often for functions of time alone,
 /// which are cheap and do not limit the step size themselves. A condition that contains sines and cosines is
 /// sampled once per radian of their arguments: where it oscillates faster than the solution, its slopes at two
-/// samples say nothing.
+/// samples say nothing. Slopes that the equations do not give are differences along the step. Where a root is
+/// found, the signs of the other conditions there show roots of theirs that lie before it.
 class EventFinder {
  public:
   EventFinder(const ProblemPtr& problem, const std::vector<Event>& events);
@@ -78,8 +79,10 @@ class EventFinder {
   double side(int which) const;
   /// Every g at the last point looked at.
   const std::vector<double>& values() const { return last_.g; }
-  /// dg/dt at a point, 0 if it is not known.
+  /// dg/dt at a point, 0 if it is not known: where g contains x′ or z, x″ or z′ would appear in it.
   double slope(int which, const Point& point);
+  /// dg/dt between two points of a solution that are close to each other; where it is known, at the second.
+  double slope_between(int which, const Point& a, const Point& b);
   /// The first root in (from, to], where `from` is the last start or root, located to a few ulp of t.
   /// Requires events.
   std::optional<Hit> find(Stepper& stepper, const StepView& step);
@@ -94,6 +97,8 @@ class EventFinder {
   };
   void evaluate(const Point& point, Sample& out);
   void sample(Stepper& stepper, const StepView& step, double t, Detail detail, Sample& out);
+  void look(Stepper& stepper, const StepView& step, double t, Sample& out);
+  void measure_slopes(Stepper& stepper, const StepView& step, double t, Sample& out);
   struct Root {
     double before, t;
     bool rising;
@@ -114,12 +119,18 @@ class EventFinder {
                             const Sample& b);
   double value(Stepper& stepper, const StepView& step, int which, double t);
   std::optional<Hit> first_hit(Stepper& stepper, const StepView& step, const Sample& a, const Sample& b);
+  using Roots = std::vector<std::optional<Root>>;
+  const std::optional<Root>& first_root(Stepper& stepper, const StepView& step, const Sample& a,
+                                        Roots& roots);
 
   ProblemPtr problem_;
   const std::vector<Event>& events_;
   codegen::Kernel kernel_;           ///< g, then dg/dt, then the slopes of the arguments of sines
   std::vector<std::size_t> phases_;  ///< the event of each of those arguments
   std::vector<char> slope_known_;    ///< dg/dt contains nothing but known leaves
+  std::vector<char> measured_;       ///< its slope is a difference along the step
+  bool measures_ = false;
+  bool fresh_ = true;  ///< no step since the last start
   std::vector<char> clock_;          ///< g depends on time alone
   std::vector<char> ignored_, finite_;
   std::vector<char> resumed_;  ///< the run has begun again at a root of this event
@@ -127,7 +138,7 @@ class EventFinder {
   bool needs_derivatives_ = false;
   Sample last_;   ///< at the last point looked at; signs of zeros are those just after
   Sample floor_;  ///< the last exact sample before those of the step that are sketches
-  Sample here_, probe_;
+  Sample here_, probe_, beside_;
   Point point_;
   std::vector<double> out_;
 };

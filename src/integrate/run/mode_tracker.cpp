@@ -65,7 +65,7 @@ double ModeTracker::side_ahead(int which, const Point& point) {
   ahead.t += dt;
   ahead.x += dt * ahead.xdot;
   if (!solve()) return 0;
-  const double slope = state_.finder.slope(which, ahead);
+  const double slope = state_.finder.slope_between(which, point, ahead);
   return (slope > 0) - (slope < 0);
 }
 
