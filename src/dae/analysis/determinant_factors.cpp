@@ -111,13 +111,19 @@ Expr upright(Expr e) {
   Signs signs;
   split(simplify(unit * e), parts, signs);
   std::erase(parts, unit);
-  const Expr s = parts.size() == 1 ? simplify(parts[0]) : simplify(e);
+  const auto contains_unit = [&](Expr part) {  // the product has been multiplied out
+    const std::vector<Expr> inside = leaves({&part, 1});
+    return std::find(inside.begin(), inside.end(), unit) != inside.end();
+  };
+  const Expr s = parts.size() == 1 && !contains_unit(parts[0]) ? simplify(parts[0]) : simplify(e);
   if (!to_text(s).starts_with("-")) return s;
   const Expr other = simplify(-s);
   return to_text(other).starts_with("-") ? s : other;
 }
 
 }  // namespace
+
+int sign_of(Expr e) { return Signs().of(e); }
 
 std::vector<Expr> vanishing_factors(Expr e) {
   Signs signs;

@@ -38,6 +38,10 @@ DeterminantFactors determinant_factors(const Model& model, const Analysis& analy
 /// Factors of e that may vanish, each once, the way they read best.
 std::vector<Expr> vanishing_factors(Expr e);
 
+/// The sign of e for all values of its symbols, as far as the signs of its parts tell: ±2 never 0 (1 + x²),
+/// ±1 or 0 (x² + y²), 0 unknown.
+int sign_of(Expr e);
+
 /// The blocks of the system Jacobian, each solvable after those before it.
 Blocks blocks_of(const Model& model, const Analysis& analysis);
 

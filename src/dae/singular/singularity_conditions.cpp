@@ -34,20 +34,25 @@ struct Factor {
       reached;  ///< false: no state that satisfies the constraints makes it 0 at the model's parameter values
 };
 
-/// Is there a state with factor = 0 that satisfies what the equations demand of states (and z)? Other than
-/// for consistent points, derivatives need not exist there: in x x′ = -1 they grow without bound on the way
-/// to x = 0. Gauss–Newton from a few points.
+/// Is there a state with factor = 0 that satisfies what the equations demand of states (and of the z in the
+/// factor)? Other than for consistent points, derivatives and other z need not exist there: in x x′ = -1 and
+/// 0 = z x - 1 they grow without bound on the way to x = 0. Gauss–Newton from a few points.
 /// `accept`: which of the points found count; none: all.
 using Accept = std::function<bool(const std::unordered_map<Expr, double>&)>;
 bool reachable(const Model& m, const Analysis& a, Expr factor, const Accept& accept = {}) {
   std::vector<Expr> rows{factor};
   for (const Constraint& c : hidden_constraints_by_offsets(m, a)) rows.push_back(c.residual);
   const auto top = m.top_derivatives();
+  const std::vector<Expr> own = leaves({&factor, 1}), algebraic = m.algebraic();
+  const auto contains = [](const std::vector<Expr>& list, Expr leaf) {
+    return std::find(list.begin(), list.end(), leaf) != list.end();
+  };
+  const auto unbounded = [&](Expr leaf) {
+    return contains(top, leaf) || (contains(algebraic, leaf) && !contains(own, leaf));
+  };
   for (Expr e : m.residuals) {
     const auto inside = leaves({&e, 1});
-    if (std::none_of(inside.begin(), inside.end(),
-                     [&](Expr leaf) { return std::find(top.begin(), top.end(), leaf) != top.end(); }))
-      rows.push_back(e);
+    if (std::none_of(inside.begin(), inside.end(), unbounded)) rows.push_back(e);
   }
   rows = at_values(rows, m.values);
   std::vector<Expr> unknowns;

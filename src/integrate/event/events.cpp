@@ -119,7 +119,8 @@ void EventFinder::measure_slopes(Stepper& stepper, const StepView& step, double 
   const double at = std::min(t, step.to.t - apart / 2);
   const double beside = at - apart < step.from.t ? at + apart : at - apart;
   const auto conditions = [&](double time) {
-    point_.xdot = step.to.xdot, point_.z = step.to.z;
+    point_.xdot = step.to.xdot;
+    point_.z = step.to.z;
     try {
       stepper.interpolate(step, time, Detail::full, point_);
     } catch (const Failure&) {  // the equations are singular there: the run will come to that
@@ -319,8 +320,7 @@ std::optional<EventFinder::Hit> EventFinder::first_hit(Stepper& stepper, const S
 /// monotone or gently curved function.
 bool EventFinder::may_hide(const Sample& a, const Sample& b, int depth) const {
   for (std::size_t i = 0; i < events_.size(); ++i) {
-    if (depth >= (clock_[i] ? deepest_clock : deepest) || opposite(a.g[i], b.g[i]))
-      continue;
+    if (depth >= (clock_[i] ? deepest_clock : deepest) || opposite(a.g[i], b.g[i])) continue;
     const double steepest = std::max(std::fabs(a.slope[i]), std::fabs(b.slope[i]));
     if (steepest * (b.t - a.t) > 1.5 * (std::fabs(a.g[i]) + std::fabs(b.g[i]))) return true;
   }

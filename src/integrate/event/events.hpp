@@ -130,8 +130,8 @@ class EventFinder {
   std::vector<char> slope_known_;    ///< dg/dt contains nothing but known leaves
   std::vector<char> measured_;       ///< its slope is a difference along the step
   bool measures_ = false;
-  bool fresh_ = true;  ///< no step since the last start
-  std::vector<char> clock_;          ///< g depends on time alone
+  bool fresh_ = true;        ///< no step since the last start
+  std::vector<char> clock_;  ///< g depends on time alone
   std::vector<char> ignored_, finite_;
   std::vector<char> resumed_;  ///< the run has begun again at a root of this event
   double end_ = std::numeric_limits<double>::infinity();

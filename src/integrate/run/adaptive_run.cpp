@@ -12,6 +12,7 @@
 #include "base/text.hpp"
 #include "expr/print/print.hpp"
 #include "integrate/event/jumps.hpp"
+#include "integrate/event/monitor/domain_monitor.hpp"
 #include "integrate/run/event_handler.hpp"
 #include "integrate/run/method_selector.hpp"
 #include "integrate/run/run_monitors.hpp"
@@ -36,7 +37,8 @@ class AdaptiveRun {
         method_(state_, method),
         modes_(state_, method_),
         monitors_(state_.problem, state_.plan, state_.finder, *state_.history),
-        events_(state_, modes_, monitors_) {}
+        events_(state_, modes_, monitors_),
+        domain_(*state_.problem, state_.plan.guards, state_.plan.check_singularities) {}
 
   std::shared_ptr<Solution> solution() { return state_.solution; }
 
@@ -53,6 +55,7 @@ class AdaptiveRun {
     state_.history->begin(first_);
     state_.writer.begin(first_);
     monitors_.start(first_);
+    domain_.start(first_);
   }
 
   void go() {
@@ -86,8 +89,9 @@ class AdaptiveRun {
     state_.view.record = nullptr;
     step();
     if (!plan().monitored_inputs.empty() && repeated_up_to_jump()) return;
+    if (has_passed_pole(outcome)) return;
     state_.view_step();
-    if (events_.after_step(outcome)) return;
+    if (events_.after_step(outcome)) return domain_.restart(stepper().here());
     state_.keep(stepper().here(), false);
     const bool done = stepper().here().t >= plan().to;
     if (const auto stop = monitors_.after({stepper().before(), stepper().here(), done, state_.stats()}))
@@ -144,6 +148,16 @@ class AdaptiveRun {
     outcome = stopped_at(stop, 6);
   }
 
+  /// A step across a pole is taken back; shorter ones come closer, until the run ends before it.
+  bool has_passed_pole(RunOutcome& outcome) {
+    const Point &from = stepper().before(), &to = stepper().here();
+    const auto reason = domain_.passed(*state_.problem, from, to);
+    if (!reason) return false;
+    const double t = from.t;
+    if (!events_.repeated_shorter()) outcome = stopped_at(t, *reason);
+    return true;
+  }
+
   /// A step over a jump of an input is taken back; the next ones end there.
   bool repeated_up_to_jump() {
     const double from = stepper().before().t, to = stepper().here().t;
@@ -172,13 +186,15 @@ class AdaptiveRun {
 
   /// After a failure: what the equations need and has almost vanished at the last point.
   std::string singularity_nearby(double almost) {
-    if (plan().guards.empty() && plan().blocks.empty()) return "";
+    if (plan().guards.empty() && plan().blocks.empty()) return domain_.almost_outside(stepper().here());
     SingularityMonitor divisors(state_.problem, plan().guards);
     RankMonitor ranks(state_.problem, plan().blocks, 1e-6);
     divisors.start(first_);
     ranks.start(first_);
     const bool back = state_.solution->size() > 0 && state_.reached < stepper().here().t;
-    return near_singularity(divisors, ranks, back ? stepper().before() : stepper().here(), almost);
+    const Point& point = back ? stepper().before() : stepper().here();
+    const std::string found = near_singularity(divisors, ranks, point, almost);
+    return found.empty() ? domain_.almost_outside(point) : found;
   }
 
   AdaptiveState state_;
@@ -186,6 +202,7 @@ class AdaptiveRun {
   ModeTracker modes_;
   AdaptiveStepMonitors monitors_;
   EventHandler events_;
+  DomainMonitor domain_;
   StallDetector stall_;
   Point first_;
   int since_progress_ = 0;

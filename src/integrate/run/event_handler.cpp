@@ -115,8 +115,6 @@ bool EventHandler::end_before(const EventFinder::Hit& hit, const Event& event, R
   return true;
 }
 
-/// The step is taken back and repeated with a quarter of its length. False where that makes no progress, or
-/// where x′ and z, solved for again, are on another branch: the step has passed the singular point already.
 bool EventHandler::repeated_shorter() {
   Stepper& stepper = state_.stepper();
   const Point start = stepper.before();

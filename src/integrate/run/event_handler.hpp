@@ -24,6 +24,10 @@ class EventHandler {
   /// Begins anew at a point where the equations or the states have jumped.
   void begin_again(const Point& point, const ModeTracker::Crossings& crossed);
 
+  /// The step is taken back and repeated with a quarter of its length. False where that makes no progress, or
+  /// where x′ and z, solved for again, are on another branch: the step has passed the singular point already.
+  bool repeated_shorter();
+
  private:
   const Event& event_of(const EventFinder::Crossing& crossing) const {
     return state_.plan.events.list[crossing.which];
@@ -31,7 +35,6 @@ class EventHandler {
   bool handle(const EventFinder::Hit& hit, RunOutcome& outcome);
   const Event* terminating(const EventFinder::Hit& hit) const;
   bool end_before(const EventFinder::Hit& hit, const Event& event, RunOutcome& outcome);
-  bool repeated_shorter();
   bool is_contradictory(const EventFinder::Hit& hit, const Point& point);
   Failure accumulation(const Event& event) const;
   EventReply apply(const EventFinder::Crossing& crossing, Point& point);

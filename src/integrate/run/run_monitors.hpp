@@ -3,6 +3,7 @@
 
 #include <vector>
 
+#include "integrate/event/monitor/domain_monitor.hpp"
 #include "integrate/event/monitor/rank_monitor.hpp"
 #include "integrate/event/monitor/root_branch_monitor.hpp"
 #include "integrate/event/monitor/singularity_monitor.hpp"
@@ -40,26 +41,36 @@ class FixedStepMonitors : public MonitorList {
       : divisors_(problem, plan.guards),
         ranks_(problem, plan.blocks, 1e-6),
         roots_(problem, plan.guards),
+        domain_(*problem, plan.guards, plan.check_singularities),
+        problem_(problem),
         empty_(plan.guards.empty() && plan.blocks.empty()) {
     if (empty_) return;
     add(divisors_);
     add(ranks_);
     add(roots_);
   }
+  void start(const Point& point) {
+    MonitorList::start(point);
+    domain_.start(point);
+  }
   std::optional<Stop> after(const Point& before, const Point& here) {
+    if (const auto reason = domain_.passed(*problem_, before, here)) return Stop{before.t, *reason, before.t};
     if (empty_) return {};
     const Stats none;
     return MonitorList::after({before, here, true, none});
   }
   /// After a failure: see near_singularity(SingularityMonitor&, …).
   std::string near_singularity(const Point& point) {
-    return empty_ ? "" : integrate::near_singularity(divisors_, ranks_, point, 0.05);
+    const std::string found = empty_ ? "" : integrate::near_singularity(divisors_, ranks_, point, 0.05);
+    return found.empty() ? domain_.almost_outside(point) : found;
   }
 
  private:
   SingularityMonitor divisors_;
   RankMonitor ranks_;
   RootBranchMonitor roots_;
+  DomainMonitor domain_;
+  ProblemPtr problem_;
   bool empty_;
 };
 

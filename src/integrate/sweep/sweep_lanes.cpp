@@ -12,6 +12,7 @@
 #include "integrate/run/methods.hpp"
 #include "integrate/run/problem_setup.hpp"
 #include "integrate/run/state_reselection.hpp"
+#include "integrate/sweep/pole_signs.hpp"
 
 namespace pendula::integrate {
 namespace {
@@ -165,6 +166,7 @@ bool LaneSweep::map_arguments(const Problem& problem, const std::vector<Expr>& a
 
 void LaneSweep::map_sets(const Problem& problem) {
   const dae::FirstOrder& form = problem.model();
+  form_ = std::make_shared<const dae::FirstOrder>(form);
   parameters_.assign(problem.values().end() - static_cast<std::ptrdiff_t>(form.p.size()),
                      problem.values().end());
   for (std::size_t j = 0; j < form.p.size(); ++j) p_.emplace_back(form.p[j], static_cast<int>(j));
@@ -185,7 +187,7 @@ class LaneSweep::Client : public EnsembleClient {
  public:
   Client(const LaneSweep& sweep, SharedSlots& slots, TaskQueue& queue, int most,
          const std::function<void(int)>& progress)
-      : sweep_(sweep), slots_(slots), queue_(queue), left_(most), progress_(progress) {
+      : sweep_(sweep), slots_(slots), queue_(queue), left_(most), progress_(progress), poles_(*sweep.form_) {
     base_.assign(sweep.x_.size(), 0);
     if (sweep.plain_start_)
       for (const auto& [leaf, value] : sweep.request_->simulation.start->request.fix)
@@ -198,7 +200,9 @@ class LaneSweep::Client : public EnsembleClient {
       if (run < 0) return -1;
       --left_;
       mine_.push_back(run);
-      if (begin(sweep_.request_->set(run), run, x, p)) return run;
+      if (!begin(sweep_.request_->set(run), run, x, p)) continue;
+      poles_.start(run, sweep_.plan_.from, x, p);
+      return run;
     }
     return -1;
   }
@@ -210,14 +214,18 @@ class LaneSweep::Client : public EnsembleClient {
               : source == Source::xdot ? xdot[k]
                                        : p[k];
     if (place < 0) slots_.numbers(run)[0] = t;
+    poles_.look(run, t, x, p);
   }
   void finished(int run, const Stats& stats) override {
     double* numbers = slots_.numbers(run);
     numbers[1] = static_cast<double>(stats.steps), numbers[2] = static_cast<double>(stats.rejected);
     numbers[3] = static_cast<double>(stats.evaluations);
-    end(run, SharedSlots::State::done);
+    end(run, poles_.changed(run) ? SharedSlots::State::apart : SharedSlots::State::done);
   }
-  void abandoned(int run) override { end(run, SharedSlots::State::apart); }
+  void abandoned(int run) override {
+    poles_.changed(run);
+    end(run, SharedSlots::State::apart);
+  }
   /// Nothing of this worker is left running.
   void give_back() {
     for (int run : mine_) slots_.set(run, SharedSlots::State::waiting);
@@ -263,6 +271,7 @@ class LaneSweep::Client : public EnsembleClient {
   TaskQueue& queue_;
   int left_;
   const std::function<void(int)>& progress_;
+  PoleSigns poles_;
   std::vector<double> base_;
   std::vector<int> mine_;  ///< that are running
 };

@@ -151,3 +151,23 @@ test("bounces that accumulate are named, not the border of |v| between them", fu
     events = { { when = y, direction = -1, reset = { v = -0.8*v } } } }
   expect(sol.status):matches "the events y = 0 accumulate: infinitely many in finite time"
 end)
+
+test("a condition on an algebraic unknown that holds for a short time only", function()
+  local z, v, w = var "z", var "v", var "w"
+  for _, method in ipairs { "auto", "dopri5", "dop853", "tsit5", "radau", "gauss", "bdf", "rodas" } do
+    for _, rtol in ipairs { 1e-3, 1e-5, 1e-7 } do
+      local how = { method = method, rtol = rtol, to = 3, start = { x = 0 } }
+      how.events = { { when = z - 0.01, direction = -1 }, { when = z - 0.01, direction = 1 } }
+      local sol = dae { der(x) ~ 1, 0 ~ z - (x - 1)^2 }:integrate(how)
+      expect(#sol.events):equals(2)
+      expect(sol.events[1].t):near(0.9, 1e-12)
+      expect(sol.events[2].t):near(1.1, 1e-12)
+      how.events, how.start = nil, { x = 0, w = 0 }                       -- a border of the equations
+      local sol = dae { der(x) ~ 1, der(w) ~ ifelse(lt(z, 0.01), 1, 0), 0 ~ z - (x - 1)^2 }:integrate(how)
+      expect(sol(w, 3)):near(0.2, 1e-12)
+      how.events, how.start, how.to = { { when = der(v) - 0.98 } }, { x = 1, v = 0 }, 30
+      local sol = dae { der(x) ~ v, der(v) ~ -x }:integrate(how)          -- a derivative: twice a period
+      if rtol < 1e-4 then expect(#sol.events):equals(10) end
+    end
+  end
+end)

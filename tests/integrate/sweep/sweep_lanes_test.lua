@@ -147,3 +147,17 @@ test("the sweep says why there are no lanes", function()
   expect(tostring(sweep(decay, { start = { x = 1 }, to = 1,
     params = { k = {1, 2} } }):stats()):find "steps" ~= nil):is_true()
 end)
+
+test("lanes do not run across poles", function()
+  local a = params "a=1"
+  local pole = dae { der(x) ~ -a/x^2 }
+  local many = sweep(pole, { start = { x = 1 }, to = 2, params = { a = linspace(0.05, 2, 64) }, rtol = 1e-4 })
+  local one = sweep(pole, { start = { x = 1 }, to = 2, params = { a = linspace(0.05, 2, 64) }, rtol = 1e-4,
+    lanes = 1 })
+  expect(#many.failures):equals(#one.failures)
+  expect(#many.failures > 50):equals(true)                        -- x³ = 1 - 3at: a > 1/6 ends before t = 2
+  same(many:final(x), one:final(x), 1e-4)
+  local bounded = sweep(dae { der(x) ~ a, der(y) ~ sin(x)/x }, { start = { x = -1, y = 0 }, to = 2,
+    params = { a = linspace(0.6, 2.1, 33) } })
+  expect(#bounded.failures):equals(0)
+end)

@@ -1,0 +1,92 @@
+#include "dae/singular/domain_conditions.hpp"
+
+#include <algorithm>
+#include <unordered_map>
+#include <unordered_set>
+
+#include "base/error.hpp"
+#include "dae/analysis/determinant_factors.hpp"
+#include "dae/model/truncated_text.hpp"
+#include "expr/graph/derivative.hpp"
+
+namespace pendula::dae {
+namespace {
+
+bool varies(Expr e) {
+  const std::vector<Expr> inside = leaves({&e, 1});
+  return std::any_of(inside.begin(), inside.end(), [](Expr leaf) {
+    const Kind kind = symbol_of(leaf).kind;
+    return kind != Kind::parameter && kind != Kind::constant;
+  });
+}
+
+/// What must vanish where a denominator does. Long ones are taken as they are: to factor them takes longer
+/// than it helps.
+const std::vector<Expr>& factors_of(Expr denominator) {
+  constexpr std::size_t long_expression = 60, most = 20000;  // nodes; denominators remembered
+  static std::unordered_map<Expr, std::vector<Expr>> known;
+  const auto found = known.find(denominator);
+  if (found != known.end()) return found->second;
+  if (known.size() >= most) known.clear();
+  const bool is_long = topological(std::vector{denominator}).size() > long_expression;
+  return known[denominator] = is_long ? std::vector{denominator} : vanishing_factors(denominator);
+}
+
+class Collector {
+ public:
+  void add(Expr term) {
+    const Expr a = term.operand(0);
+    switch (term.op()) {
+      case Op::div:
+        return add_poles(term.operand(1), term);
+      case Op::tan:
+        return add_poles(cos(a), term);
+      case Op::atanh:
+      case Op::asin:
+      case Op::acos:
+        return add_one(1 - a * a, term, false);
+      case Op::acosh:
+        return add_one(a - 1, term, false);
+      case Op::log:
+      case Op::sqrt:
+        return add_one(a, term, false);
+      case Op::pow:
+        return add_power(term);
+      default:
+        return;
+    }
+  }
+  std::vector<DomainCondition> list;
+
+ private:
+  void add_power(Expr term) {
+    const Expr base = term.operand(0), exponent = term.operand(1);
+    const mpq_class* q = exact_value(exponent);
+    if (!q || q->get_den() != 1) return add_one(base, term, false);
+    if (*q < 0) add_poles(base, term);
+  }
+  void add_poles(Expr denominator, Expr term) {
+    if (denominator.is_constant() || !varies(denominator)) return;
+    for (Expr factor : factors_of(denominator)) add_one(factor, term, sign_of(factor) == 0);
+  }
+  void add_one(Expr factor, Expr term, bool pole) {
+    if (factor.is_constant() || !varies(factor) || !seen_.insert(factor).second) return;
+    list.push_back({factor, term, pole});
+  }
+  std::unordered_set<Expr> seen_;
+};
+
+}  // namespace
+
+std::string DomainCondition::reason() const {
+  return text(truncated_text(factor), " = 0 there, and ", truncated_text(term, 60), " is not defined");
+}
+
+std::vector<DomainCondition> domain_conditions(const std::vector<Expr>& equations) {
+  Collector collector;
+  for (Expr node : topological(equations))
+    if (!node.is_constant() && !node.is_symbol()) collector.add(node);
+  return std::move(collector.list);
+}
+
+}  // namespace pendula::dae

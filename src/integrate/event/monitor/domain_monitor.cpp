@@ -1,0 +1,184 @@
+#include "integrate/event/monitor/domain_monitor.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "expr/graph/derivative.hpp"
+#include "integrate/event/monitor/monitor.hpp"
+
+namespace pendula::integrate {
+namespace {
+
+/// Do the equations grow without bound towards a zero of the factor on the straight line from one point
+/// through another? x′ and z are not continued before the first. Requires that the zero lies between them, or
+/// that the factor is 0 at the second.
+class PoleTest {
+ public:
+  PoleTest(Problem& equations, Expr factor, const Point& from, const Point& to)
+      : equations_(equations), factor_(std::vector{factor}, equations.arguments()), from_(from), to_(to) {}
+
+  bool operator()() {
+    constexpr double steep = 20;  // |F| grows by more over 10⁻³ of the distance: a pole of order above 0.43
+    const double g0 = value(0), g1 = value(1);
+    double low = 0, high = 1;
+    for (int k = 0; k < 60; ++k) {
+      const double middle = (low + high) / 2, g = value(middle);
+      ((g1 > g0 ? g < 0 : g > 0) ? low : high) = middle;
+    }
+    // what rounding leaves of a distance, as a share of the step
+    const double noise = std::max(std::fabs(value(low)), std::fabs(value(high))) / std::fabs(g1 - g0);
+    const auto rows = static_cast<std::size_t>(equations_.n() + equations_.m());
+    std::vector<std::vector<double>> F(3, std::vector<double>(rows));
+    double distance = std::max(1e-2 * low, 1e8 * noise);
+    for (std::vector<double>& at : F) {
+      value(low - distance);
+      equations_.residual(at.data());
+      distance *= 1e-3;
+    }
+    for (std::size_t i = 0; i < rows; ++i) {
+      const double change = std::fabs(F[1][i] - F[0][i]);
+      if (!std::isfinite(F[2][i])) continue;
+      if (std::fabs(F[2][i]) > steep * std::fabs(F[1][i]) && std::fabs(F[2][i] - F[1][i]) > steep * change &&
+          change > 1e-3 * std::fabs(F[0][i]))
+        return true;
+    }
+    return false;
+  }
+
+ private:
+  /// Places the equations there.
+  double value(double share) {
+    const double inside = std::max(share, 0.0);
+    point_.t = from_.t + share * (to_.t - from_.t);
+    point_.x = from_.x + share * (to_.x - from_.x);
+    point_.xdot = from_.xdot + inside * (to_.xdot - from_.xdot);
+    point_.z = from_.z + inside * (to_.z - from_.z);
+    equations_.place(point_.t, point_.x.data(), point_.xdot.data(), point_.z.data());
+    double g = 0;
+    factor_(equations_.values().data(), &g);
+    return g;
+  }
+  Problem& equations_;
+  codegen::Kernel factor_;
+  const Point &from_, &to_;
+  Point point_;
+};
+
+}  // namespace
+
+DomainMonitor::DomainMonitor(const Problem& problem, const std::vector<Guard>& guards, bool wanted) {
+  if (!wanted) return;
+  conditions_ = dae::domain_conditions(problem.model().F);
+  std::erase_if(conditions_, [&](const dae::DomainCondition& c) {
+    return std::any_of(guards.begin(), guards.end(), [&](const Guard& g) { return g.factor == c.factor; });
+  });
+  if (conditions_.empty()) return;
+  problem_ = std::make_shared<Problem>(problem);
+  std::vector<Expr> factors, slopes;
+  for (std::size_t i = 0; i < conditions_.size(); ++i) {
+    if (!conditions_[i].pole) continue;
+    const Expr factor = conditions_[i].factor, slope = total_derivative(factor);
+    poles_.push_back({factor, i});
+    factors.push_back(factor);
+    slopes.push_back(all_known(slope, problem) ? slope : Expr(0));
+  }
+  for (Expr node : topological(factors))
+    if (node.op() == Op::sin || node.op() == Op::cos) pieces_ = 8;
+  factors.insert(factors.end(), slopes.begin(), slopes.end());
+  if (!factors.empty()) kernel_ = codegen::Kernel(factors, problem.arguments());
+}
+
+void DomainMonitor::evaluate(codegen::Kernel& kernel, const Point& point) {
+  problem_->place(point.t, point.x.data(), point.xdot.data(), point.z.data());
+  out_.resize(kernel.outputs());
+  kernel(problem_->values().data(), out_.data());
+}
+
+void DomainMonitor::start(const Point& point) {
+  if (conditions_.empty()) return;
+  first_ = point;
+  restart(point);
+}
+
+void DomainMonitor::restart(const Point& point) {
+  if (poles_.empty()) return;
+  evaluate(kernel_, point);
+  for (std::size_t i = 0; i < poles_.size(); ++i) {
+    poles_[i].g = out_[i];
+    poles_[i].slope = out_[poles_.size() + i];
+  }
+}
+
+std::optional<std::string> DomainMonitor::passed(Problem& equations, const Point& from, const Point& to) {
+  if (poles_.empty()) return {};
+  if (pieces_ == 1) return passed_part(equations, from, to);
+  const std::vector<Pole> before = poles_;
+  start_ = from;
+  for (int k = 1; k <= pieces_; ++k) {
+    inside_ = to;
+    if (k < pieces_) hermite(from, to, static_cast<double>(k) / pieces_, inside_);
+    if (auto reason = passed_part(equations, start_, inside_)) {
+      poles_ = before;
+      return reason;
+    }
+    std::swap(start_, inside_);
+  }
+  return {};
+}
+
+/// The sign has changed, or the value has moved against its slopes.
+bool DomainMonitor::suspicious(const Pole& pole, double g, double slope, double dt) const {
+  if (pole.g == 0) return false;
+  if (pole.g < 0 ? g >= 0 : g <= 0) return true;
+  const double change = g - pole.g;
+  const bool toward = pole.g * pole.slope < 0 && pole.g * slope < 0;
+  return toward && change * pole.g > 0 && std::fabs(pole.slope) * dt > std::fabs(pole.g);
+}
+
+std::optional<std::string> DomainMonitor::passed_part(Problem& equations, const Point& from,
+                                                      const Point& to) {
+  evaluate(kernel_, to);
+  const std::size_t n = poles_.size();
+  const double dt = to.t - from.t;
+  for (std::size_t i = 0; i < n; ++i) {
+    Pole& pole = poles_[i];
+    if (!suspicious(pole, out_[i], out_[n + i], dt)) continue;
+    Point ahead = to;
+    if (pole.g * out_[i] > 0) {  // where the slope at the beginning leads
+      const double share = -1.5 * pole.g / pole.slope;
+      ahead.t = from.t + share;
+      ahead.x = from.x + share * from.xdot;
+    }
+    if (PoleTest(equations, pole.factor, from, ahead)()) return conditions_[pole.condition].reason();
+  }
+  for (std::size_t i = 0; i < n; ++i) {
+    poles_[i].slope = out_[n + i];
+    if (out_[i] != 0) poles_[i].g = out_[i];
+  }
+  return {};
+}
+
+std::string DomainMonitor::almost_outside(const Point& point) {
+  constexpr double gone = 1e-3;  // of the value at the start
+  if (conditions_.empty() || first_.x.size() == 0) return "";
+  std::vector<Expr> factors;
+  for (const dae::DomainCondition& c : conditions_) factors.push_back(c.factor);
+  codegen::Kernel all(factors, problem_->arguments());
+  evaluate(all, first_);
+  const std::vector<double> first = out_;
+  evaluate(all, point);
+  std::size_t closest = 0;
+  double least = gone;
+  for (std::size_t i = 0; i < conditions_.size(); ++i) {
+    const double left = first[i] == 0 ? INFINITY : std::fabs(out_[i] / first[i]);
+    if (!(left <= least)) continue;
+    least = left;
+    closest = i;
+  }
+  if (least >= gone) return "";
+  std::string reason = conditions_[closest].reason();
+  const std::string zero = " = 0 there, and ";
+  return ". " + reason.replace(reason.find(zero), zero.size(), " is almost 0 there; where it is 0, ");
+}
+
+}  // namespace pendula::integrate

@@ -1,0 +1,56 @@
+// Poles of equations as they are written: x′ = -1/x² must not be integrated across x = 0.
+//
+// A step has passed the zero of a divisor g where g has changed its sign, or where g falls at both ends of the
+// step and has grown (or the reverse): stages on both sides of a pole can deceive an error estimate.
+//
+// That alone is no reason to stop: sin(x)/x is bounded, 1/x may stand in a branch that is not in force. The
+// residual F decides: on a straight line through the zero of g, at distances that shrink by 10⁻³ each time, a
+// pole of order k grows by 10³ᵏ; what is bounded, or grows like a logarithm, does not.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "codegen/kernel/kernel.hpp"
+#include "dae/singular/domain_conditions.hpp"
+#include "integrate/event/monitor/guards.hpp"
+#include "integrate/problem/problem.hpp"
+
+namespace pendula::integrate {
+
+class DomainMonitor {
+ public:
+  /// The conditions of a problem's equations but for those that are guards. Cost: of domain_conditions().
+  /// wanted = false: none.
+  DomainMonitor(const Problem& problem, const std::vector<Guard>& guards, bool wanted);
+
+  void start(const Point& point);
+  /// The solution has jumped to this point.
+  void restart(const Point& point);
+  /// After every accepted step: why it must not be taken, if a pole lies in it. `equations`: those in force.
+  std::optional<std::string> passed(Problem& equations, const Point& from, const Point& to);
+  /// After a failure at a point: ". x is almost 0 there; where it is 0, log(x) is not defined", of the
+  /// condition that is closest to 0; "" if none is.
+  std::string almost_outside(const Point& point);
+
+ private:
+  struct Pole {
+    Expr factor;
+    std::size_t condition;
+    double g = 0, slope = 0;  ///< at the last point; slope: dg/dt, 0 if it is not known
+  };
+  void evaluate(codegen::Kernel& kernel, const Point& point);
+  bool suspicious(const Pole& pole, double g, double slope, double dt) const;
+  std::optional<std::string> passed_part(Problem& equations, const Point& from, const Point& to);
+
+  ProblemPtr problem_;  ///< a copy: run and monitor place different points
+  std::vector<dae::DomainCondition> conditions_;
+  std::vector<Pole> poles_;
+  codegen::Kernel kernel_;  ///< g of the poles, then their slopes
+  int pieces_ = 1;          ///< of a step: sines may vanish several times in it
+  Point first_, start_, inside_;
+  std::vector<double> out_;
+};
+
+}  // namespace pendula::integrate

@@ -1,0 +1,87 @@
+-- Where equations as they are written are not defined: a run ends there and says why, whatever the method.
+local x, y, z, a = vars "x y z a"
+local methods = { "auto", "dopri5", "dop853", "tsit5", "radau", "gauss", "bdf", "rodas" }
+local tolerances = { 1e-3, 1e-4, 1e-6, 1e-8, 1e-10 }
+
+local function stops(name, equations, start, exact, factor, only)
+  test(name, function()
+    local sys = dae(equations)
+    for _, method in ipairs(only or methods) do
+      for _, rtol in ipairs(tolerances) do
+        local sol = sys:integrate { start = start, to = 2.5*exact, rtol = rtol, method = method }
+        local at = method .. " " .. rtol .. " "
+        expect(at .. sol.status):matches "stopped at t = "
+        local named = false
+        for _, words in ipairs { " = 0 there, and ", " is almost 0 there; where it", " is only 0.0" } do
+          named = named or sol.status:find(factor .. words, 1, true) ~= nil
+        end
+        expect(named):equals(true)
+        if rtol < 1e-5 then expect(sol.t[#sol.t]):near(exact, 1e-3*exact) end
+      end
+    end
+  end)
+end
+
+stops("x' = -1/x² reaches 0 at 1/3", { der(x) ~ -1/x^2 }, { x = 1 }, 1/3, "x")
+stops("the same, a thousand times smaller", { der(x) ~ -1e-9/x^2 }, { x = 1e-3 }, 1/3, "x")
+stops("the same from below", { der(x) ~ 1/x^2 }, { x = -1 }, 1/3, "x")
+stops("x' = -1/x", { der(x) ~ -1/x }, { x = 1 }, 1/2, "x")
+stops("x' = 1/(2 - x)", { der(x) ~ 1/(2 - x) }, { x = 1 }, 1/2, "2 - x")
+stops("x' = -1/sin x", { der(x) ~ -1/sin(x) }, { x = 1 }, 1 - math.cos(1), "sin(x)")
+stops("x' = -1/(x (1 + x²))", { der(x) ~ -1/(x*(1 + x^2)) }, { x = 1 }, 3/4, "x")
+stops("a pole on the way of another unknown", { der(x) ~ -1, der(y) ~ 1/x }, { x = 1, y = 0 }, 1, "x")
+stops("a pole in time", { der(y) ~ 1/(t - 1) }, { y = 0 }, 1, "t - 1")
+stops("a tangent", { der(x) ~ 1, der(y) ~ tan(x) }, { x = 0, y = 0 }, math.pi/2, "cos(x)")
+stops("an algebraic unknown", { der(x) ~ -1, der(y) ~ z, 0 ~ z - 1/x }, { x = 1, y = 0 }, 1, "x")
+stops("an algebraic unknown, implicitly", { der(x) ~ -z, 0 ~ z*x^2 - 1 }, { x = 1 }, 1/3, "x")
+for _, k in ipairs { 0.3, 1/3, -0.7, 12 } do
+  local factor = tostring(x + k)
+  stops("x' = -1/(x + " .. k .. ")", { der(x) ~ -1/(k + x) }, { x = 1 - k }, 1/2, factor)
+  stops("the same with x' implicit, " .. k, { (k + x)*der(x) ~ -1 }, { x = 1 - k }, 1/2, factor,
+    { "auto", "dopri5", "radau", "gauss", "bdf" })
+  stops("the same with an algebraic unknown, " .. k, { der(x) ~ -z, z*(k + x) ~ 1 }, { x = 1 - k }, 1/2,
+    factor)
+end
+stops("a logarithm", { der(x) ~ log(x) - 1 }, { x = 1 }, 0.59634736232319, "x")   -- -e Ei(-1)
+stops("a root", { der(x) ~ -sqrt(x) - 1 }, { x = 1 }, 2 - 2*math.log(2), "x")
+stops("an inverse sine", { der(x) ~ 1, der(y) ~ asin(x) }, { x = 0, y = 0 }, 1, "1 - x²")
+
+test("fixed steps end at poles, too", function()
+  for _, method in ipairs { rk.dopri5, rk.radau(3), rk.gauss(2) } do
+    local cubic = dae { der(x) ~ -1/x^2 }
+    local sol = cubic:integrate { start = { x = 1 }, to = 2, dt = 0.003, method = method }
+    expect(sol.status):matches "stopped at t = 0.3"
+    local sol = dae { der(x) ~ -1, der(y) ~ 1/x }:integrate { start = { x = 1, y = 0 }, to = 2, dt = 0.003,
+      method = method }
+    expect(sol.status):matches "x = 0 there, and 1/x is not defined"
+    expect(sol.t[#sol.t]):near(1, 0.004)
+  end
+end)
+
+test("what is bounded where a divisor vanishes goes on", function()
+  local models = {
+    { sin(x)/x },
+    { (1 - cos(x))/x^2 }, { x^3/(2*x) }, { (exp(x) - 1)/x }, { (x - sin(x))/x^3 }, { sqrt(1 + x^2)/(2 + x) },
+    { ifelse(lt(abs(x), 0.1), 1 - x^2/6, sin(x)/x) }, { 1/(1 + 1/x^2) }, { x*log(abs(x)) },
+    { ifelse(lt(x, 2), 1, 1/x) }, { log(x^2 + 0.01) } }
+  for _, model in ipairs(models) do
+    for _, method in ipairs(methods) do
+      local sys = dae { der(x) ~ 1, der(y) ~ model[1] }
+      local sol = sys:integrate { start = { x = -0.7345, y = 0 }, to = 1.7345, rtol = 1e-6, method = method }
+      expect(method .. " " .. sol.status):equals(method .. " finished")
+    end
+  end
+end)
+
+test("a pole in a branch that is not in force is none", function()
+  local m = dae { der(x) ~ cos(t), der(y) ~ ifelse(gt(abs(x), 0.2), 1/x, 25*x) }
+  for _, method in ipairs(methods) do
+    expect(m:integrate { start = { x = 0, y = 0 }, to = 10, method = method }.status):equals "finished"
+  end
+end)
+
+test("guards = false goes on", function()
+  local sol = dae { der(x) ~ -1, der(y) ~ 1/x }:integrate { start = { x = 1.05, y = 0 }, to = 2, dt = 0.1,
+    guards = false, method = rk.rk4 }
+  expect(sol.status):equals "finished"
+end)
