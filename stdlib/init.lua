@@ -12,5 +12,6 @@ include "lti"        -- step, bode, nyquist, pzmap … as figures
 include "tableaus/init"  -- rk.euler, rk.rk4, …
 include "laboratory"  -- pictures of newton and basins
 include "converge"    -- converge
+include "algebra"     -- roots, equilibria, apart, integral, Laplace transforms
 include "problems/init"  -- problems.pendulum, problems.akzo, …
 include "document"    -- view; reports and notebooks behind it

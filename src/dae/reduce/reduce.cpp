@@ -13,6 +13,7 @@
 #include "dae/model/make_model.hpp"
 #include "dae/model/solved_rows.hpp"
 #include "dae/rank/rank.hpp"
+#include "dae/reduce/rank_reason.hpp"
 #include "dae/reduce/reduced_forms.hpp"
 #include "dae/regularise/regularise.hpp"
 #include "dae/structure/differentiation.hpp"
@@ -127,6 +128,8 @@ ModelPtr made_acc(const ModelPtr& given) {
   done->trace.push_back(
       text("The Jacobian with respect to (", unknowns_text(*low), ") has rank ", rank, " of ", n, ": index ",
            low->algebraic().empty() && low->kind != ModelKind::fully_implicit ? 0 : 1, "."));
+  const auto reason = rank_reason(*done);
+  done->trace.insert(done->trace.end(), reason.begin(), reason.end());
   for (const auto& [word, line] : classification(*model))
     if (word == "holds") done->trace.push_back("The original model has " + line + ".");
   constexpr std::size_t most = 40;

@@ -100,7 +100,9 @@ class Elimination {
     Substitution zero;
     for (Expr w : unknowns) zero[w] = Expr(0);
     b = -column(substitute(rest, zero)).unaryExpr(tidy);
-    const VecX w = is_short_and_rational(n) ? exact_solution(n) : linear_solution(A, b, definite);
+    const VecX w = is_short_and_rational(n)   ? exact_solution(n)
+                   : is_small_and_constant(n) ? written_solution(n)
+                                              : linear_solution(A, b, definite);
     Substitution values;
     for (Index j = 0; j < n; ++j) values[unknowns[j]] = w[j];
     for (auto& [leaf, f] : solved) f = substitute(f, values);
@@ -112,6 +114,19 @@ class Elimination {
     constexpr Index readable_system = 6;
     return n <= readable_system &&
            std::all_of(A.begin(), A.end(), [](const Entry& e) { return exact_value(e.value) != nullptr; });
+  }
+
+  /// A few unknowns with coefficients that only parameters change: a formula is what a reader expects.
+  bool is_small_and_constant(Index n) const {
+    constexpr Index few = 3;
+    return n <= few && std::none_of(A.begin(), A.end(), [](const Entry& e) { return moves(e.value); }) &&
+           std::none_of(A.begin(), A.end(), [](const Entry& e) { return !is_short(e.value, 60); });
+  }
+
+  VecX written_solution(Index n) {
+    const VecX w = exact_solution(n);
+    expanded = std::all_of(w.begin(), w.end(), [](Expr e) { return is_short(e, 300); });
+    return expanded ? w : linear_solution(A, b, definite);
   }
 
   VecX exact_solution(Index n) {
@@ -165,11 +180,30 @@ std::vector<std::string> derivation(const Elimination& e, const Model& low) {
     lines.push_back("     " + formula("b = ", ref(e.b)));
   }
   if (e.expanded && e.unknowns.size() > 1)
-    lines.push_back("     A consists of numbers: w = A⁻¹ b is written out.");
+    lines.push_back("     A does not change along a solution: w = A⁻¹ b is written out.");
   else if (e.unknowns.size() > 1)
     lines.push_back(text("     w = A⁻¹ b is solved numerically wherever it is needed (",
                          e.definite ? "A is symmetric and definite: L D Lᵀ" : "LU with pivoting",
                          "), never expanded."));
+  return lines;
+}
+
+/// "The multiplier is eliminated: z = …", short values written out.
+std::vector<std::string> eliminated_variables(const Model& low, const Substitution& values) {
+  constexpr int widest = 160;
+  const auto list = low.algebraic();
+  if (list.empty()) return {};
+  const bool one = list.size() == 1;
+  const bool multipliers = low.mechanics && list.size() == static_cast<std::size_t>(low.mechanics->C.size());
+  std::vector<std::string> lines{
+      text("     ", multipliers ? one ? "The multiplier " : "The multipliers " : "", grouped_names(list),
+           one ? " is eliminated" : " are eliminated", "; ", one ? "its value" : "their values",
+           " along a solution: sol(", to_text(list[0]), ").")};
+  for (Expr leaf : list) {
+    const Expr value = readable(values.at(leaf));
+    if (is_short(value, 400) && display_width(to_text(value)) <= widest)
+      lines.push_back("     " + formula(ref(leaf), " = ", ref(value)));
+  }
   return lines;
 }
 
@@ -204,11 +238,8 @@ ModelPtr reduce_ode(const ModelPtr& model) {
     throw Error(
         "form \"ode\": the model has no differential variable; its equations are algebraic, and "
         "sys:init{…} solves them");
-  if (!low->algebraic().empty())
-    options.trace.push_back(text("     ", grouped_names(low->algebraic()),
-                                 low->algebraic().size() == 1
-                                     ? " is eliminated; its value is known as an expression."
-                                     : " are eliminated; their values are known as expressions."));
+  const auto eliminated = eliminated_variables(*low, z);
+  options.trace.insert(options.trace.end(), eliminated.begin(), eliminated.end());
   options.trace.push_back("     The model is an explicit ODE: index 0.");
   return make_model(std::move(blocks), std::move(options));
 }

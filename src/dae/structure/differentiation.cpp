@@ -6,6 +6,8 @@
 #include "base/error.hpp"
 #include "base/text.hpp"
 #include "dae/model/derivation_markup.hpp"
+#include "dae/model/equation_lines.hpp"
+#include "dae/model/lineage.hpp"
 #include "dae/model/solved_rows.hpp"
 #include "expr/print/print.hpp"
 #include "expr/rewrite/rewrite.hpp"
@@ -90,19 +92,21 @@ class Differentiation {
     VecX residual = column(std::span(m_.residuals).subspan(first, rows));
     for (Eigen::Index r = 0; r < residual.size(); ++r)  // 0 = C reads better than 0 = -C
       if (m_.blocks[b].lhs[r].is_zero()) residual[r] = m_.blocks[b].rhs[r];
-    std::vector<std::vector<std::string>> lines_of_rows(uniform ? 1 : rows);  // rows treated alike together
+    const bool whole = uniform && is_told_whole(residual);
+    std::vector<std::vector<std::string>> lines_of_rows(whole ? 1 : rows);  // rows treated alike together
     const auto tell = [&](std::size_t r, const std::string& before, const std::string& after) {
       lines_of_rows[r].push_back(before +
-                                 (uniform ? formula("0 = ", ref(residual))
-                                          : formula("0 = ", ref(residual[static_cast<Eigen::Index>(r)]))) +
+                                 (whole ? formula("0 = ", ref(residual))
+                                        : formula("0 = ", ref(residual[static_cast<Eigen::Index>(r)]))) +
                                  after);
     };
     for (std::size_t r = 0; r < lines_of_rows.size(); ++r)
       if (const int n = times(first + r); n > 0)
-        tell(r, number(r) + "  ",
+        tell(r, (whole ? number(r) : m_.label(first + r)) + "  ",
              text("   is differentiated ", n == 1   ? "once"
                                            : n == 2 ? "twice"
                                                     : text(n, " times")));
+    tell_why(residual, lines_of_rows);
     for (int k = 0; k < most; ++k) {
       for (std::size_t r = 0; r < rows; ++r) {
         if (k >= times(first + r)) continue;
@@ -135,6 +139,31 @@ class Differentiation {
       if (by_row) block.rewritten[r] = differentiated(number(r), times(first + r));
     }
     result.blocks.push_back(std::move(block));
+  }
+
+  /// A list of scalar equations is told row by row; a column that reads as a vector, and a long one, stay whole.
+  static bool is_told_whole(const VecX& residual) {
+    constexpr Eigen::Index most_apart = 8;
+    return residual.size() == 1 || residual.size() > most_apart ||
+           rows_per_line(VecX::Zero(residual.size()), residual) > 1;
+  }
+
+  /// Why: the equation contains none of the unknowns that the equations have to determine.
+  void tell_why(const VecX& residual, std::vector<std::vector<std::string>>& lines) const {
+    const auto z = m_.algebraic();
+    const std::unordered_set<Expr> algebraic(z.begin(), z.end());
+    for (Expr leaf : leaves(entries(residual)))
+      if (top_.count(leaf) || algebraic.count(leaf)) return;
+    constexpr std::size_t readable = 12;
+    const auto top = m_.top_derivatives();
+    if (top.size() > readable) return;
+    const std::string unknowns = grouped_names(top);
+    for (auto& list : lines)
+      if (!list.empty())
+        list.push_back(
+            told_from(Detail::full, text("     because it contains ", z.empty() ? "none of " : "neither ",
+                                         unknowns, z.empty() ? "" : text(" nor ", grouped_names(z)),
+                                         ", which the equations have to determine:")));
   }
 
   static std::string differentiated(const std::string& what, int times) {

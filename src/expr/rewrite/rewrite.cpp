@@ -172,6 +172,13 @@ void Simplifier::multiply_root(Term& term, SumId base, const mpq_class& q) {
       inside = 1;
     }
   }
+  if (terms.size() == 1 && terms[0].factors.empty() && inside.exact() && inside.rational().get_den() != 1 &&
+      abs(q) == mpq_class(1, 2)) {  // √(1/2) = √2/2, 1/√(2/3) = √6/2
+    const mpq_class r = inside.rational();
+    const mpz_class below = q > 0 ? r.get_den() : r.get_num();
+    term.coefficient = term.coefficient * Number(mpq_class(1, below));
+    return multiply_root(term, number(Number(mpq_class(r.get_num() * r.get_den()))), mpq_class(1, 2));
+  }
   if (terms.size() > 1) {
     for (Term& t : terms) t.coefficient = t.coefficient * *Number::power(c, -1) * inside;
     term.factors.push_back({sum_atom(intern(std::move(terms))), q});

@@ -51,6 +51,7 @@ class Simplifier : public NormalForms {
   std::optional<Sum> by_squares(const std::vector<Term>& terms);
   std::optional<Sum> by_angle_sums(const std::vector<Term>& terms);
   std::optional<SumId> over_common_denominator(SumId s);
+  std::optional<SumId> in_factors(SumId s);
   void expanded(SumId s, std::vector<SumId>& candidates);
   void grouped(SumId s, std::vector<SumId>& candidates);
   SumId with_grouped(const Sum& terms, const std::vector<Factor>& common,

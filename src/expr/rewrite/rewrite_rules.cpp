@@ -3,6 +3,7 @@
 
 #include "expr/graph/angle.hpp"
 #include "expr/graph/operation.hpp"
+#include "expr/polynomial/rational_form.hpp"
 #include "expr/rewrite/rewrite_forms.hpp"
 
 namespace pendula {
@@ -250,6 +251,44 @@ bool divide_sums(Simplifier& s, Term& term) {
   return false;
 }
 
+/// Whether two sums may have a common factor that is worth looking for.
+bool may_share_factor(Simplifier& s, SumId a, SumId b) {
+  constexpr std::size_t most = 30;  // terms
+  if (s.sum(a).size() > most || s.sum(b).size() > most) return false;
+  std::vector<AtomId> of_a, of_b;
+  for (const auto& [sum, atoms] : {std::pair{a, &of_a}, std::pair{b, &of_b}})
+    for (const Term& t : s.sum(sum))
+      for (const Factor& f : t.factors) {
+        if (f.exponent < 0 || f.exponent.get_den() != 1) return false;
+        atoms->push_back(f.atom);
+      }
+  return std::any_of(of_a.begin(), of_a.end(),
+                     [&](AtomId x) { return std::find(of_b.begin(), of_b.end(), x) != of_b.end(); });
+}
+
+/// (x³ - 1)/(x² - 1) = (x² + x + 1)/(x + 1).
+bool cancel_common_factors(Simplifier& s, Term& term) {
+  for (std::size_t i = 0; i < term.factors.size(); ++i)
+    for (std::size_t j = 0; j < term.factors.size(); ++j) {
+      const Factor above = term.factors[i], below = term.factors[j];
+      if (above.exponent < 1 || below.exponent > -1) continue;
+      if (above.exponent.get_den() != 1 || below.exponent.get_den() != 1) continue;
+      if (s.atom(above.atom).kind != AtomKind::sum || s.atom(below.atom).kind != AtomKind::sum) continue;
+      const SumId sa = s.atom(above.atom).args[0], sb = s.atom(below.atom).args[0];
+      if (!may_share_factor(s, sa, sb)) continue;
+      const auto common = common_divisor(s, sa, sb);
+      const auto qa = common ? s.exact_quotient(sa, *common) : std::nullopt;
+      const auto qb = common ? s.exact_quotient(sb, *common) : std::nullopt;
+      if (!qa || !qb) continue;
+      term.factors[i].exponent -= 1;
+      term.factors[j].exponent += 1;
+      s.multiply(term, *qa, 1);
+      s.multiply(term, *qb, -1);
+      return true;
+    }
+  return false;
+}
+
 /// 1/(1/a + 1/b) = a b/(a + b).
 bool clear_denominators(Simplifier& s, Term& term) {
   for (std::size_t i = 0; i < term.factors.size(); ++i) {
@@ -280,12 +319,53 @@ bool clear_denominators(Simplifier& s, Term& term) {
   return false;
 }
 
+/// The largest k with k² | n, by trial division; n itself is left as n/k².
+mpz_class square_part(mpz_class& n) {
+  constexpr unsigned long largest = 1000;
+  mpz_class root = 1;
+  for (unsigned long p = 2; p <= largest && p * p <= n; ++p)
+    while (mpz_divisible_ui_p(n.get_mpz_t(), p * p)) {
+      n /= p * p;
+      root *= p;
+    }
+  return root;
+}
+
+/// √2 √6 = 2 √3, 1/√2 = √2/2, √8 = 2 √2: one root of a whole number without square factors.
+bool collect_square_roots(Simplifier& s, Term& term) {
+  mpz_class inside = 1, below = 1;
+  std::vector<AtomId> roots;
+  bool minus = false;
+  for (const Factor& f : term.factors) {
+    if (abs(f.exponent) != mpq_class(1, 2) || s.atom(f.atom).kind != AtomKind::sum) continue;
+    const auto c = s.constant(s.atom(f.atom).args[0]);
+    if (!c || !c->exact() || c->sign() <= 0 || c->rational().get_den() != 1) continue;
+    inside *= c->rational().get_num();
+    if (f.exponent < 0) below *= c->rational().get_num();
+    minus = minus || f.exponent < 0;
+    roots.push_back(f.atom);
+  }
+  if (roots.empty() || !term.coefficient.exact()) return false;
+  const mpz_class outside = square_part(inside);
+  if (roots.size() == 1 && outside == 1 && !minus) return false;
+  std::erase_if(term.factors, [&](const Factor& f) {
+    return std::find(roots.begin(), roots.end(), f.atom) != roots.end();
+  });
+  mpq_class c(outside, below);
+  c.canonicalize();
+  term.coefficient = term.coefficient * Number(c);
+  if (inside != 1) term.factors.push_back({s.sum_atom(s.number(Number(mpq_class(inside)))), mpq_class(1, 2)});
+  return true;
+}
+
 constexpr ProductRule products[] = {
     {"exp a exp b = exp(a + b)", merge_exponentials},
     {"x^a x^b = x^(a + b)", merge_powers},
     {"|x|² = x²", square_absolutes},
+    {"√2 √6 = 2 √3", collect_square_roots},
     {"tan x cos x = sin x", tangents},
     {"(x² - 1)/(x - 1) = x + 1", divide_sums},
+    {"(x³ - 1)/(x² - 1) = (x² + x + 1)/(x + 1)", cancel_common_factors},
     {"1/(1/a + 1/b) = a b/(a + b)", clear_denominators},
 };
 

@@ -1,5 +1,6 @@
 // Shorter forms of a sum: multiplied out where terms then cancel, grouped where a factor is common.
 #include "base/interrupt.hpp"
+#include "expr/polynomial/rational_form.hpp"
 #include "expr/rewrite/rewrite_forms.hpp"
 
 namespace pendula {
@@ -181,6 +182,31 @@ void Simplifier::grouped(SumId s, std::vector<SumId>& candidates) {
   work_ += static_cast<double>(terms.size() * candidates.size());
 }
 
+/// One quotient of coprime polynomials in factors over ℚ: 1/(x - 1) - 1/(x + 1) = 2/((x - 1) (x + 1)), and
+/// x² + 2 x y + y² = (x + y)². Nothing where it is not likely to be shorter, or costs more than it is worth.
+std::optional<SumId> Simplifier::in_factors(SumId s) {
+  constexpr std::size_t fewest = 2, most = 12;
+  constexpr double longest = 120;  // tokens
+  const Sum& terms = sum(s);
+  if (terms.size() < fewest || terms.size() > most || traits(s).tokens > longest) return {};
+  int quotients = 0, powers = 0;
+  for (const Term& t : terms) {
+    bool quotient = false;
+    for (const Factor& f : t.factors) {
+      quotient = quotient || (f.exponent < 0 && atom(f.atom).kind == AtomKind::sum);
+      powers += f.exponent > 1 && f.exponent.get_den() == 1 && atom(f.atom).kind == AtomKind::leaf;
+    }
+    quotients += quotient;
+  }
+  if (quotients == 0 && (powers < 2 || terms.size() < 3)) return {};
+  const auto form = rational_form(*this, s, Factoring::both);
+  if (!form) return {};
+  if (form->coefficient == 0) return number(0);
+  Term whole{Number(form->coefficient), {}};
+  for (const auto& [base, exponent] : form->powers) multiply(whole, base, exponent);
+  return product(std::move(whole));
+}
+
 SumId Simplifier::rewritten_sum(SumId s) {
   if (const auto it = rewritten_.find(s); it != rewritten_.end()) return it->second;
   SumId best = by_sum_rules(s);
@@ -190,6 +216,7 @@ SumId Simplifier::rewritten_sum(SumId s) {
     expanded(best, candidates);
     grouped(best, candidates);
     if (const auto whole = over_common_denominator(best)) candidates.push_back(*whole);
+    if (const auto product = in_factors(best)) candidates.push_back(*product);
     SumId shortest = best;
     for (SumId c : candidates)
       if (const SumId after = by_sum_rules(c); traits(after).tokens < traits(shortest).tokens)

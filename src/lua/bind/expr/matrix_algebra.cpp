@@ -8,6 +8,8 @@
 #include "expr/rewrite/rewrite.hpp"
 #include "lti/exponential.hpp"
 #include "lua/bind/expr/expr.hpp"
+#include "lua/core/library.hpp"
+#include "lua/core/objects.hpp"
 
 namespace pendula::lua {
 
@@ -82,19 +84,35 @@ int inv(Call& call) {
   return push_value(call.L, simplified(linalg::inverse(std::get<MatX>(a))));
 }
 
-/// solve(x^2 - 2, x) and solve(x^2 ~ 2, x) ask for the roots of an equation.
-void refuse_equations(Call& call) {
-  constexpr const char* remedy =
-      "solve(A, b) solves the linear system A x = b; roots are found by newton{ r = { x^2 - 2 }, start = { 1 } }";
-  if (call.is<Equation>(1)) throw Error(remedy);
-  if (!call.is<Expr>(1) || !call.is<Expr>(2)) return;
+/// Whether the first argument is an equation or a list of them, or the second a symbol that occurs in the first.
+bool asks_for_equations(Call& call) {
+  if (call.is<Equation>(1)) return true;
+  if (lua_istable(call.L, 1)) {
+    lua_geti(call.L, 1, 1);
+    const bool equation = object_type(call.L, -1) == TypeName<Equation>::value;
+    lua_pop(call.L, 1);
+    return equation;
+  }
+  if (!call.is<Expr>(1) || !call.is<Expr>(2)) return false;
   const Expr e = call.object<Expr>(1, "A"), x = call.object<Expr>(2, "b");
   const auto in = leaves({&e, 1});
-  if (x.is_symbol() && std::find(in.begin(), in.end(), x) != in.end()) throw Error(remedy);
+  return x.is_symbol() && std::find(in.begin(), in.end(), x) != in.end();
+}
+
+/// The function of stdlib/algebra.lua: roots of one equation for a symbol, else solutions of a system.
+int solve_equations(Call& call) {
+  lua_State* L = call.L;
+  if (!call.has(2))
+    throw Error("the unknowns are missing: solve(x^2 ~ 2, x), solve({ x + y ~ 3, x*y ~ 2 }, { x, y })");
+  push_named(L, lua_istable(L, 1) || !call.is<Expr>(2) ? "solve_equations" : "roots");
+  lua_pushvalue(L, 1);
+  lua_pushvalue(L, 2);
+  protected_call(L, 2, 1);
+  return 1;
 }
 
 int solve(Call& call) {
-  refuse_equations(call);
+  if (asks_for_equations(call)) return solve_equations(call);
   const Value a = square_matrix(call, 1);
   Value b = to_value(call.L, 2, "b");
   const bool data = std::holds_alternative<Mat>(a) || std::holds_alternative<Mat>(b);
@@ -239,7 +257,10 @@ extern const Module algebra_module = {
          R"(The rank: exact for rational matrices, at almost all values of the symbols for symbolic ones,
             by singular values for data.)",
          "rank{{1, 2}, {2, 4}}", "1"},
-        {"solve", solve, "solve(A, b) -> x", "The solution of A x = b for a column or several.",
+        {"solve", solve, "solve(A, b) -> x, or solve(equations, unknowns) -> solutions",
+         R"(The solution of A x = b for a column or
+            several. Of equations, solve(x^2 ~ 2, x) or solve({ x + y ~ 3, x*y ~ 2 }, { x, y }): all solutions in
+            closed form (roots, solve_equations).)",
          "solve({{2, 0}, {0, 4}}, {1, 1})[2]", "1/4"},
         {"charpoly", charpoly, "charpoly(A [, s]) -> column or polynomial",
          "The coefficients 1, c₁, …, cₙ of det(sI - A), or the polynomial in s.",

@@ -1,0 +1,198 @@
+#include "dae/reduce/rank_reason.hpp"
+
+#include <algorithm>
+#include <set>
+#include <unordered_set>
+
+#include "base/text.hpp"
+#include "dae/analysis/determinant_factors.hpp"
+#include "dae/model/derivation_markup.hpp"
+#include "dae/model/lineage.hpp"
+#include "dae/model/solved_rows.hpp"
+#include "expr/linalg/linalg.hpp"
+#include "expr/print/print.hpp"
+#include "expr/rewrite/rewrite.hpp"
+#include "expr/rewrite/tidied.hpp"
+
+namespace pendula::dae {
+namespace {
+
+using Index = Eigen::Index;
+
+constexpr std::size_t most_variables = 40;
+constexpr Index largest = 3;          // of a matrix that is shown with its determinant
+constexpr int widest = 140;           // characters of a formula that explains something
+constexpr double longest_node = 400;  // nodes that are simplified for it
+
+bool is_variable(Expr leaf) { return symbol_of(leaf).kind == Kind::variable; }
+
+bool has_variables(Expr e) {
+  const auto inside = leaves({&e, 1});
+  return std::any_of(inside.begin(), inside.end(), is_variable);
+}
+
+bool contains(Expr e, const std::unordered_set<Expr>& set) {
+  const auto inside = leaves({&e, 1});
+  return std::any_of(inside.begin(), inside.end(), [&](Expr leaf) { return set.count(leaf) > 0; });
+}
+
+Expr readable(Expr e) { return is_short(e, longest_node) ? simplify(e) : e; }
+
+bool is_readable(Expr e) { return is_short(e, longest_node) && display_width(to_text(e)) <= widest; }
+
+/// The unknowns that are left when rows x′ = f have been put into the others.
+struct Remainder {
+  explicit Remainder(const Model& m) : model(m) {
+    const auto top = m.top_derivatives(), z = m.algebraic();
+    const std::unordered_set<Expr> derivatives(top.begin(), top.end());
+    std::set<std::size_t> used;
+    for (const Solved& row : solved_rows(m)) {
+      if (contains(row.f, derivatives) || has_variables(row.slope)) continue;
+      known[row.derivative] = row.f;
+      used.insert(row.residual);
+      direct.push_back(row.derivative);
+    }
+    for (Expr x : top)
+      if (!known.count(x)) unknowns.push_back(x);
+    unknowns.insert(unknowns.end(), z.begin(), z.end());
+    for (std::size_t i = 0; i < m.residuals.size(); ++i) {
+      auto& labels = used.count(i) ? solved_labels : labels_left;
+      const std::string label = text("(", m.origin[i].first + 1, ")");
+      if (labels.empty() || labels.back() != label) labels.push_back(label);
+      if (!used.count(i)) rows.push_back(substitute(m.residuals[i], known));
+    }
+  }
+
+  bool is_small() const {
+    return !unknowns.empty() && static_cast<Index>(unknowns.size()) <= largest &&
+           rows.size() == unknowns.size();
+  }
+
+  const Model& model;
+  Substitution known;
+  std::vector<Expr> direct, unknowns, rows;
+  std::vector<std::string> solved_labels, labels_left;
+};
+
+/// "p² ≠ 0 and m ≠ 0", each with its value on the constraints where they give one.
+std::string conditions(Expr determinant, const Model& m) {
+  std::vector<std::string> words;
+  for (Expr factor : vanishing_factors(determinant)) {
+    if (!has_variables(factor)) continue;
+    const Expr value = on_constraints(factor, m.invariants);
+    words.push_back(value == factor
+                        ? text(formula(ref(factor), " ≠ 0"))
+                        : text(formula(ref(factor), " = ", ref(value), " ≠ 0"), " by the constraints"));
+  }
+  return join(words, " and ");
+}
+
+/// A w = b, b at w = 0.
+VecX right_side(const Remainder& r) {
+  Substitution none;
+  for (Expr w : r.unknowns) none[w] = Expr(0);
+  return -column(substitute(r.rows, none));
+}
+
+/// A constraint that is linear in a variable, with a constant coefficient, put into e where that makes it shorter:
+/// C_A = C_B/K_eq.
+Expr shorter_on_constraints(Expr e, const std::vector<Constraint>& constraints) {
+  for (const Constraint& c : constraints)
+    for (Expr x : leaves({&c.residual, 1})) {
+      if (!is_variable(x) || !depends_on(e, x)) continue;
+      const Expr slope = simplify(partial(c.residual, x));
+      if (slope.is_zero() || has_variables(slope)) continue;
+      const Expr other = readable(substitute(e, {{x, x - c.residual / slope}}));
+      if (to_text(other).size() < to_text(e).size()) e = other;
+    }
+  return e;
+}
+
+void tell_solution(const Remainder& r, const MatX& A, std::vector<std::string>& lines) {
+  const VecX b = right_side(r).unaryExpr(&readable);
+  const VecX unknowns = column(r.unknowns);
+  const MatX there = A.unaryExpr([&](Expr e) { return on_constraints(e, r.model.invariants); });
+  const MatX solution = linalg::solve(there, b);
+  Substitution values;
+  for (Index i = 0; i < b.size(); ++i) {
+    const Expr w = shorter_on_constraints(readable(solution(i, 0)), r.model.invariants);
+    if (!is_readable(w)) break;
+    values[unknowns[i]] = w;
+  }
+  if (static_cast<Index>(values.size()) < b.size()) {
+    lines.push_back(told_from(Detail::every, "     " + formula("b = ", ref(b))));
+    return;
+  }
+  for (Index i = 0; i < b.size(); ++i)
+    lines.push_back(
+        told_from(Detail::full, text(i == 0 ? "     so that  " : "              ",
+                                     formula(ref(unknowns[i]), " = ", ref(values.at(unknowns[i]))),
+                                     there == A ? "" : "  on the constraints")));
+  for (Expr x : r.direct) {
+    const Expr f = readable(substitute(r.known.at(x), values));
+    if (is_readable(f)) lines.push_back(told_from(Detail::every, "     " + formula(ref(x), " = ", ref(f))));
+  }
+}
+
+void tell_mechanics(const Model& m, std::vector<std::string>& lines) {
+  if (!m.mechanics || m.mechanics->C.size() == 0) return;
+  lines.push_back(told_from(
+      Detail::full, text("     It is  ", formula("[W Cqᵀ; Cq 0]"), "  with  ", formula("Cq = ∂C/∂q"),
+                         ": regular where W > 0 on ker Cq (every motion has kinetic energy) and Cq has")));
+  lines.push_back(told_from(
+      Detail::full, "     full row rank; it fails where the gradients of the constraints become dependent."));
+}
+
+}  // namespace
+
+Expr on_constraints(Expr e, const std::vector<Constraint>& constraints) {
+  if (!has_variables(e) || !is_short(e, longest_node)) return e;
+  for (const Constraint& c : constraints) {
+    for (Expr x : leaves({&c.residual, 1})) {
+      if (!is_variable(x)) continue;
+      const Expr slope = simplify(partial(c.residual, x));
+      if (slope.is_zero()) continue;
+      const Expr k = simplify(partial(e, x) / slope);
+      if (k.is_zero() || has_variables(k)) break;
+      const Expr value = simplify(expand(e - k * c.residual));
+      if (!has_variables(value)) return value;
+      break;
+    }
+  }
+  return e;
+}
+
+std::vector<std::string> rank_reason(const Model& low) {
+  std::vector<std::string> lines;
+  if (low.variables.size() > most_variables) return lines;
+  tell_mechanics(low, lines);
+  const Remainder r(low);
+  if (!r.is_small()) return lines;
+  const auto n = static_cast<Index>(r.unknowns.size());
+  const MatX A = jacobian(r.rows, r.unknowns).unaryExpr(&readable);
+  const std::unordered_set<Expr> unknown(r.unknowns.begin(), r.unknowns.end());
+  if (std::any_of(A.reshaped().begin(), A.reshaped().end(),
+                  [&](Expr e) { return contains(e, unknown) || !is_readable(e); }))
+    return lines;
+  if (!r.direct.empty())
+    lines.push_back(told_from(
+        Detail::full,
+        text("     ", join(r.solved_labels, ", "), r.solved_labels.size() == 1 ? " gives " : " give ",
+             grouped_names(r.direct), " directly; substituting into ", join(r.labels_left, ", "), " leaves  ",
+             n == 1 ? formula("A ", ref(r.unknowns[0]), " = b")
+                    : formula("A w = b, w = ", ref(column(r.unknowns))),
+             "  with")));
+  lines.push_back(
+      told_from(Detail::full, "     " + (n == 1 ? formula("A = ", ref(A(0, 0))) : formula("A = ", ref(A)))));
+  const Expr determinant = readable(linalg::determinant(A));
+  if (is_readable(determinant)) {
+    if (n > 1) lines.push_back(told_from(Detail::full, "     " + formula("det A = ", ref(determinant))));
+    const std::string where = conditions(determinant, low);
+    if (!where.empty())
+      lines.push_back(told_from(Detail::full, text("     A is regular where  ", where, ".")));
+  }
+  tell_solution(r, A, lines);
+  return lines;
+}
+
+}  // namespace pendula::dae

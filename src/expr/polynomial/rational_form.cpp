@@ -1,0 +1,351 @@
+#include "expr/polynomial/rational_form.hpp"
+
+#include <algorithm>
+#include <map>
+
+#include "base/error.hpp"
+#include "base/interrupt.hpp"
+#include "base/text.hpp"
+#include "expr/polynomial/polynomial.hpp"
+
+namespace pendula {
+namespace {
+
+// Bounds that keep every answer below some ten milliseconds.
+constexpr std::size_t most_generators = 32, most_terms = 600, most_factored_terms = 120;
+constexpr long highest_power = 40, most_factored_degree = 24;
+
+/// Numerator and denominator; not necessarily coprime.
+struct Fraction {
+  Polynomial above, below;
+};
+
+/// A form that is no rational function we want to work on.
+struct Unsuitable {};
+
+class Conversion {
+ public:
+  explicit Conversion(NormalForms& forms) : forms_(forms) {}
+
+  /// Finds the generators of the sums that will be converted.
+  void prepare(std::span<const SumId> sums) {
+    if (!have_polynomials()) throw Unsuitable();
+    for (SumId s : sums) visit(s);
+    if (generators_.size() > most_generators) throw Unsuitable();
+    std::vector<AtomId> order;
+    for (const auto& [atom, root] : generators_) order.push_back(atom);
+    std::sort(order.begin(), order.end(), [&](AtomId a, AtomId b) { return before(a, b); });
+    for (std::size_t i = 0; i < order.size(); ++i) place_[order[i]] = i;
+    atoms_ = std::move(order);
+    ring_ = polynomial_ring(atoms_.size());
+    relations();
+  }
+
+  Fraction fraction(SumId s) {
+    if (const auto known = known_.find(s); known != known_.end()) return known->second;
+    Fraction sum{constant(0), constant(1)};
+    for (const Term& t : forms_.sum(s)) {
+      poll_interrupt();
+      sum = added(sum, fraction(t));
+      check(sum);
+    }
+    return known_.insert_or_assign(s, sum).first->second;
+  }
+
+  static Fraction coprime(const Fraction& f) {
+    if (f.above.is_zero()) return f;
+    const auto common = gcd(f.above, f.below);
+    if (!common || common->is_one()) return f;
+    return {*quotient(f.above, *common), *quotient(f.below, *common)};
+  }
+
+  Polynomial reduced(const Polynomial& p) const { return remainder(p, basis_); }
+
+  SumId sum(const Polynomial& p) {
+    Sum terms;
+    for (const Monomial& m : p.terms()) {
+      Term t{Number(m.coefficient), {}};
+      for (std::size_t i = 0; i < atoms_.size(); ++i)
+        if (m.exponents[i] > 0)
+          t.factors.push_back({atoms_[i], mpq_class(m.exponents[i], generators_.at(atoms_[i]))});
+      for (Factor& f : t.factors) f.exponent.canonicalize();
+      forms_.collect(t);
+      terms.push_back(std::move(t));
+    }
+    return forms_.intern(std::move(terms));
+  }
+
+  Polynomial constant(const mpq_class& c) const { return Polynomial::constant(ring_, c); }
+
+ private:
+  bool is_inner_sum(const Factor& f) const {
+    return forms_.atom(f.atom).kind == AtomKind::sum && f.exponent.get_den() == 1;
+  }
+
+  /// Notes the generators; of a root the least common denominator of its exponents.
+  void visit(SumId s) {
+    if (!seen_.insert({s, true}).second) return;
+    if (forms_.sum(s).size() > most_terms) throw Unsuitable();
+    for (const Term& t : forms_.sum(s)) {
+      if (!t.coefficient.exact()) throw Unsuitable();
+      for (const Factor& f : t.factors) {
+        if (abs(f.exponent) > highest_power || !f.exponent.get_den().fits_slong_p()) throw Unsuitable();
+        const Atom& a = forms_.atom(f.atom);
+        if (a.kind == AtomKind::opaque) throw Unsuitable();
+        if (a.kind == AtomKind::sum) visit(a.args[0]);
+        if (is_inner_sum(f)) continue;
+        auto [at, added] = generators_.insert({f.atom, 1});
+        mpz_class common;
+        mpz_lcm(common.get_mpz_t(), mpz_class(at->second).get_mpz_t(), f.exponent.get_den_mpz_t());
+        if (common > highest_power) throw Unsuitable();
+        at->second = common.get_si();
+      }
+    }
+  }
+
+  /// Roots before what they are roots of, sines before cosines: the leading terms of the relations.
+  bool before(AtomId a, AtomId b) const {
+    const auto rank = [&](AtomId x) {
+      const Atom& atom = forms_.atom(x);
+      if (atom.kind == AtomKind::sum) return 0;
+      if (atom.kind == AtomKind::function && atom.op == Op::sin) return 1;
+      return 2;
+    };
+    const int ra = rank(a), rb = rank(b);
+    if (ra != rb) return ra < rb;
+    const int depth_a = forms_.atom(a).traits.depth, depth_b = forms_.atom(b).traits.depth;
+    if (ra == 0 && depth_a != depth_b) return depth_a > depth_b;
+    return forms_.compare(a, b) < 0;
+  }
+
+  Polynomial generator(std::size_t place, unsigned long exponent) const {
+    Monomial m{1, std::vector<unsigned long>(atoms_.size(), 0)};
+    m.exponents[place] = exponent;
+    return Polynomial(ring_, {m});
+  }
+
+  /// rᵈ = a for roots of sums that are polynomials, s² = 1 - c².
+  void relations() {
+    for (AtomId id : atoms_) {
+      const Atom a = forms_.atom(id);
+      if (a.kind == AtomKind::sum) {
+        const Fraction inside = fraction(a.args[0]);
+        if (!inside.below.is_one()) continue;
+        const auto d = static_cast<unsigned long>(generators_.at(id));
+        basis_.push_back(generator(place_.at(id), d) + constant(-1) * inside.above);
+      } else if (a.kind == AtomKind::function && a.op == Op::sin) {
+        const AtomId cosine = forms_.function_atom(Op::cos, a.args);
+        if (!place_.contains(cosine)) continue;
+        if (generators_.at(id) != 1 || generators_.at(cosine) != 1) continue;
+        basis_.push_back(generator(place_.at(id), 2) + generator(place_.at(cosine), 2) + constant(-1));
+      }
+    }
+  }
+
+  Fraction fraction(const Term& t) {
+    Fraction product{constant(t.coefficient.rational()), constant(1)};
+    for (const Factor& f : t.factors) {
+      Fraction base{constant(1), constant(1)};
+      unsigned long n = 0;
+      if (is_inner_sum(f)) {
+        base = fraction(forms_.atom(f.atom).args[0]);
+        n = mpz_class(abs(f.exponent.get_num())).get_ui();
+      } else {
+        base.above = generator(place_.at(f.atom), 1);
+        n = mpz_class(abs(f.exponent.get_num()) * generators_.at(f.atom) / f.exponent.get_den()).get_ui();
+      }
+      if (f.exponent < 0) std::swap(base.above, base.below);
+      if (base.below.is_zero()) throw Unsuitable();  // undefined everywhere
+      if (base.above.size() > 1 && n > 12) throw Unsuitable();
+      product.above = product.above * base.above.power(n);
+      product.below = product.below * base.below.power(n);
+      check(product);
+    }
+    return product;
+  }
+
+  static Fraction added(const Fraction& a, const Fraction& b) {
+    if (a.above.is_zero()) return b;
+    const auto common = gcd(a.below, b.below);
+    if (!common) throw Unsuitable();
+    const Polynomial left = *quotient(b.below, *common), right = *quotient(a.below, *common);
+    return {a.above * left + b.above * right, a.below * left};
+  }
+
+  static void check(const Fraction& f) {
+    if (f.above.size() > most_terms || f.below.size() > most_terms) throw Unsuitable();
+  }
+
+  NormalForms& forms_;
+  std::map<AtomId, long> generators_;  ///< atom -> d: the generator is its d-th root
+  std::unordered_map<AtomId, std::size_t> place_;
+  std::vector<AtomId> atoms_;
+  std::unordered_map<SumId, bool> seen_;
+  std::unordered_map<SumId, Fraction> known_;
+  std::vector<Polynomial> basis_;
+  RingPtr ring_;
+};
+
+bool is_factorable(const Polynomial& p) {
+  return p.size() <= most_factored_terms && p.total_degree() <= most_factored_degree;
+}
+
+/// Adds p^(±1): as irreducible factors, or as one.
+void append(RationalForm& form, Conversion& conversion, const Polynomial& p, long sign, bool factor) {
+  if (p.is_constant()) {
+    const mpq_class c = p.terms()[0].coefficient;
+    form.coefficient *= sign > 0 ? c : 1 / c;
+    return;
+  }
+  if (const auto factors = factor && is_factorable(p) ? p.factors() : std::nullopt) {
+    form.coefficient *= sign > 0 ? factors->constant : 1 / factors->constant;
+    for (const auto& [base, n] : factors->powers)
+      form.powers.push_back({conversion.sum(base), sign * static_cast<long>(n)});
+  } else {
+    form.powers.push_back({conversion.sum(p), sign});
+  }
+}
+
+/// The fraction that reads best: relations applied where they shorten it.
+Fraction shortest(Conversion& conversion, const Fraction& given) {
+  const Fraction plain = Conversion::coprime(given);
+  const Polynomial above = conversion.reduced(given.above);
+  if (above.is_zero()) return {above, plain.below};
+  const Polynomial below = conversion.reduced(given.below);
+  if (below.is_zero()) return plain;  // divided by zero: left to those who evaluate it
+  const Fraction other = Conversion::coprime({above, below});
+  return other.above.size() + other.below.size() < plain.above.size() + plain.below.size() ? other : plain;
+}
+
+[[noreturn]] void refuse() {
+  require_polynomials();
+  throw Error(
+      "the expression is too long for factors and common denominators, or contains decimals that are not exact");
+}
+
+}  // namespace
+
+std::optional<RationalForm> rational_form(NormalForms& forms, SumId s, Factoring factoring) {
+  try {
+    Conversion conversion(forms);
+    conversion.prepare({&s, 1});
+    const Fraction f = shortest(conversion, conversion.fraction(s));
+    if (f.above.is_zero()) return RationalForm{0, {}};
+    RationalForm form;
+    append(form, conversion, f.above, 1, factoring == Factoring::both);
+    append(form, conversion, f.below, -1, true);
+    return form;
+  } catch (const Unsuitable&) {
+    return {};
+  }
+}
+
+std::optional<SumId> common_divisor(NormalForms& forms, SumId a, SumId b) {
+  try {
+    const SumId both[] = {a, b};
+    Conversion conversion(forms);
+    conversion.prepare(both);
+    const Fraction fa = conversion.fraction(a), fb = conversion.fraction(b);
+    const auto common = gcd(fa.above, fb.above);
+    if (!common || common->is_constant()) return {};
+    return conversion.sum(*common);
+  } catch (const Unsuitable&) {
+    return {};
+  }
+}
+
+namespace {
+
+Expr built(NormalForms& forms, const RationalForm& form, int sign) {
+  Expr product = 1;
+  for (const auto& [base, exponent] : form.powers)
+    if ((exponent > 0) == (sign > 0)) product *= pow(forms.build(base), Expr(std::labs(exponent)));
+  return product;
+}
+
+RationalForm required(NormalForms& forms, Expr e, Factoring factoring) {
+  const auto form = rational_form(forms, forms.form(e), factoring);
+  if (!form) refuse();
+  return *form;
+}
+
+}  // namespace
+
+Quotient quotient_of(Expr e) {
+  NormalForms forms;
+  const SumId s = forms.form(e);
+  try {
+    Conversion conversion(forms);
+    conversion.prepare({&s, 1});
+    const Fraction f = shortest(conversion, conversion.fraction(s));
+    if (f.above.is_zero()) return {0, 1};
+    return {forms.build(conversion.sum(f.above)), forms.build(conversion.sum(f.below))};
+  } catch (const Unsuitable&) {
+    refuse();
+  }
+}
+
+Expr factored(Expr e) {
+  NormalForms forms;
+  const RationalForm form = required(forms, e, Factoring::both);
+  if (form.coefficient == 0) return 0;
+  const Expr above = Expr(mpq_class(form.coefficient.get_num())) * built(forms, form, 1);
+  const Expr below = Expr(mpq_class(form.coefficient.get_den())) * built(forms, form, -1);
+  return above / below;
+}
+
+std::vector<std::pair<Expr, long>> numerator_factors(Expr e) {
+  NormalForms forms;
+  const RationalForm form = required(forms, e, Factoring::both);
+  std::vector<std::pair<Expr, long>> list;
+  for (const auto& [base, exponent] : form.powers)
+    if (exponent > 0) list.emplace_back(forms.build(base), exponent);
+  return list;
+}
+
+std::optional<std::vector<Expr>> polynomial_coefficients(Expr e, Expr x) {
+  const Quotient q = quotient_of(e);
+  if (depends_on(q.denominator, x)) return {};
+  NormalForms forms;
+  const AtomId leaf = forms.leaf_atom(x);
+  std::map<long, Sum> by_degree;
+  for (Term t : forms.sum(forms.form(q.numerator))) {
+    long degree = 0;
+    for (auto f = t.factors.begin(); f != t.factors.end(); ++f) {
+      if (f->atom != leaf) continue;
+      if (f->exponent < 0 || f->exponent.get_den() != 1) return {};
+      degree = f->exponent.get_num().get_si();
+      t.factors.erase(f);
+      break;
+    }
+    by_degree[degree].push_back(std::move(t));
+  }
+  std::vector<Expr> list;
+  for (auto& [degree, terms] : by_degree) {
+    const Expr c = forms.build(forms.intern(std::move(terms)));
+    if (depends_on(c, x)) return {};
+    list.resize(static_cast<std::size_t>(degree), Expr(0));
+    list.push_back(c / q.denominator);
+  }
+  if (list.empty()) list.push_back(0);
+  return list;
+}
+
+std::vector<SeparatedTerm> separated_terms(Expr e, Expr x) {
+  NormalForms forms;
+  std::vector<SeparatedTerm> list;
+  for (const Term& t : forms.ordered_terms(forms.form(e))) {
+    SeparatedTerm separated{t.coefficient.expr(), {}};
+    for (const Factor& f : forms.ordered_factors(t)) {
+      const Expr base = forms.build(forms.single(f.atom));
+      if (depends_on(base, x))
+        separated.factors.emplace_back(base, f.exponent);
+      else
+        separated.coefficient = separated.coefficient * pow(base, Expr(f.exponent));
+    }
+    list.push_back(std::move(separated));
+  }
+  return list;
+}
+
+}  // namespace pendula

@@ -1,0 +1,209 @@
+-- Equilibria of a model in symbols or numbers, with their linearisation and stability.
+
+local algebra = include "algebra/solve"
+
+local function entries(column)
+  local list = {}
+  for i = 1, #column do list[i] = column[i] end
+  return list
+end
+
+-- States in the order of the first-order form, algebraic variables, and the residuals by kind.
+local function parts(sys)
+  local low = sys:semi_explicit()
+  local x, z, f, g = {}, entries(low.algebraic), {}, {}
+  local of = {}
+  for _, equation in ipairs(low.equations) do
+    local left, right = equation.lhs, equation.rhs
+    local n = object_type(left) == "matrix" and #left or 1
+    for i = 1, n do
+      local l, r = n > 1 and left[i] or left, n > 1 and right[i] or right
+      if object_type(left) == "matrix" and n == 1 then l, r = left[1], right[1] end
+      if l == 0 then g[#g + 1] = r else of[l] = r end
+    end
+  end
+  for _, state in ipairs(entries(low.differential)) do
+    local rate = of[der(state)]
+    if rate == nil then
+      fail("equilibria: the model is not solved for " .. tostring(der(state))
+        .. "; write it as der(x) ~ f, or reduce it first")
+    end
+    x[#x + 1], f[#f + 1] = state, rate
+  end
+  return { model = low, x = x, z = z, f = f, g = g }
+end
+
+-- A = f_x - f_z g_z⁻¹ g_x.
+local function linearisation(p)
+  local A = jacobian(vec(p.f), vec(p.x))
+  if #p.z == 0 then return A end
+  local Gz = jacobian(vec(p.g), vec(p.z))
+  if #p.g ~= #p.z or rank(Gz) < #p.z then
+    fail("equilibria: the algebraic equations do not determine " .. tostring(vec(p.z).T)
+      .. " (index above 1); reduce the model: equilibria(sys:reduce \"minimal\")")
+  end
+  return A - jacobian(vec(p.f), vec(p.z))*solve(Gz, jacobian(vec(p.g), vec(p.x)))
+end
+
+-- What has to be positive for all roots of sⁿ + c₁ sⁿ⁻¹ + … to lie in the left half-plane: the
+-- coefficients up to degree 2, with c₁ c₂ - c₃ in degree 3, else the Hurwitz determinants.
+local function hurwitz(c)
+  local n, list = #c - 1, {}
+  if n <= 3 then
+    for k = 1, n do list[k] = c[k + 1] end
+    if n == 3 then list[#list + 1] = c[2]*c[3] - c[4] end
+  else
+    for size = 1, n do
+      local rows = {}
+      for i = 1, size do
+        rows[i] = {}
+        for j = 1, size do
+          local k = 2*i - j
+          rows[i][j] = k >= 0 and k <= n and c[k + 1] or 0
+        end
+      end
+      list[size] = size == 1 and rows[1][1] or det(mat(rows))
+    end
+  end
+  for k = 1, #list do list[k] = factor(list[k]) end
+  return list
+end
+
+-- 1, -1 or 0 where the sign of e is known, from numbers and parameters that are declared positive.
+local function sign_of(e)
+  if type(e) == "number" then return e > 0 and 1 or e < 0 and -1 or 0 end
+  local size = simplify(abs(e))
+  if size == simplify(e) then return 1 end
+  if size == simplify(-e) then return -1 end
+end
+
+local function judge_by_eigenvalues(A)
+  local eigenvalues = eig(evaluate(A))
+  local worst, zero = -math.huge, 0
+  for i = 1, #eigenvalues.re do
+    local re = eigenvalues.re[i]
+    if math.abs(re) < 1e-9 then zero, re = zero + 1, 0 end
+    worst = math.max(worst, re)
+  end
+  if worst > 0 then return false, "unstable", eigenvalues end
+  if zero > 0 then
+    return nil, "not decided by the linearisation (an eigenvalue on the imaginary axis)", eigenvalues
+  end
+  return true, "asymptotically stable", eigenvalues
+end
+
+local function judge(A)
+  if #symbols_in(A) == 0 then return judge_by_eigenvalues(A) end
+  local all, zero = {}, false
+  for _, e in ipairs(hurwitz(entries(charpoly(A)))) do
+    local sign = sign_of(e)
+    if sign == -1 then return false, ("unstable (%s < 0)"):format(tostring(e)) end
+    zero = zero or sign == 0
+    if not sign then all[#all + 1] = tostring(e) .. " > 0" end
+  end
+  if zero then return nil, "not decided by the linearisation (an eigenvalue on the imaginary axis)" end
+  if #all == 0 then return true, "asymptotically stable" end
+  return nil, "asymptotically stable where " .. table.concat(all, ", ")
+end
+
+-- "s² + (d/m) s + k/m".
+local function polynomial_text(c)
+  local n, text = #c - 1, ""
+  for k = 0, n do
+    local e, power = c[k + 1], n - k == 0 and "" or tostring((param "s")^(n - k))
+    if e ~= 0 then
+      local shown = tostring(e)
+      local minus = shown:sub(1, 1) == "-" and not shown:find(" [+-] ")
+      if minus then shown = shown:sub(2) end
+      if power ~= "" and shown == "1" then shown = "" end
+      if power ~= "" and shown ~= "" then
+        shown = (shown:find "[/+-]" and "(" .. shown .. ")" or shown) .. " "
+      end
+      text = text .. (text == "" and (minus and "-" or "") or minus and " - " or " + ") .. shown .. power
+    end
+  end
+  return text
+end
+
+local function point_text(point, names)
+  local list = {}
+  for _, x in ipairs(names) do
+    local v = rawget(point, x)
+    list[#list + 1] = tostring(x) .. (v == nil and " free" or " = " .. tostring(v))
+  end
+  return table.concat(list, ",  ")
+end
+
+local function indented(matrix, label)
+  local lines, first = {}, true
+  for line in tostring(matrix):gmatch "[^\n]+" do
+    lines[#lines + 1] = "     " .. (first and label or (" "):rep(#label)) .. line
+    first = false
+  end
+  return table.concat(lines, "\n")
+end
+
+local function list_text(list)
+  local lines = {}
+  for k, point in ipairs(list) do
+    lines[#lines + 1] = ("(%d)  %s"):format(k, point_text(point, list.unknowns))
+    lines[#lines + 1] = indented(#point.A == 1 and point.A(1, 1) or point.A, "A = ")
+    if point.eigenvalues then
+      lines[#lines + 1] = (indented(point.eigenvalues, ""))
+    else
+      lines[#lines + 1] = "     det(s I - A) = " .. polynomial_text(entries(charpoly(point.A)))
+    end
+    lines[#lines + 1] = "     " .. point.verdict
+  end
+  if #list == 0 then lines[1] = list.none end
+  if list.period then lines[#lines + 1] = "angles " .. list.period end
+  if #list.conditions > 0 then lines[#lines + 1] = "where " .. table.concat(list.conditions, ", ") end
+  return table.concat(lines, "\n")
+end
+
+local function values_of(sys, options)
+  local values = {}
+  if options.params == true then
+    for _, p in ipairs(entries(sys.parameters)) do
+      local good, v = pcall(function() return p.value end)
+      if good and v ~= nil then values[p] = v end
+    end
+  else
+    for p, v in pairs(options.params or {}) do values[type(p) == "string" and param(p) or p] = v end
+  end
+  for u, v in pairs(options.inputs or {}) do values[type(u) == "string" and input(u) or u] = v end
+  return values
+end
+
+local function equilibria(sys, options)
+  if object_type(sys) ~= "model" then fail "equilibria: expected a model: equilibria(dae{ … })" end
+  options = options or {}
+  local p = parts(sys)
+  local values = values_of(sys, options)
+  local unknowns, equations = {}, {}
+  for _, x in ipairs(p.x) do unknowns[#unknowns + 1] = x end
+  for _, z in ipairs(p.z) do unknowns[#unknowns + 1] = z end
+  local function put(e) return next(values) and subs(e, values) or e end
+  for _, f in ipairs(p.f) do equations[#equations + 1] = put(f) end
+  for _, g in ipairs(p.g) do equations[#equations + 1] = put(g) end
+  local found = algebra.solve_equations(equations, unknowns)
+  local slope = put(linearisation(p))
+  local list = { unknowns = unknowns, conditions = found.conditions, period = found.period,
+    none = tostring(found) }
+  for k, s in ipairs(found) do
+    local point = {}
+    for _, x in ipairs(unknowns) do point[x] = rawget(s, x) end
+    local at = next(point) and subs(slope, point) or slope
+    at = simplify(at)
+    local A = object_type(at) == "matrix" and at or mat { { at } }
+    local stable, verdict, eigenvalues = judge(A)
+    local extra = { A = A, stable = stable, verdict = verdict, eigenvalues = eigenvalues }
+    list[k] = setmetatable(point, { __index = function(_, key)
+      if extra[key] ~= nil then return extra[key] end
+      if type(key) == "string" then for x, v in pairs(point) do if x.name == key then return v end end end
+    end })
+  end
+  return setmetatable(list, { __tostring = list_text, __name = "equilibria" })
+end
+
+return { equilibria = equilibria }

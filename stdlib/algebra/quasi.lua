@@ -1,0 +1,58 @@
+-- Sums of c xⁿ exp(λ x) cos(b x) and c xⁿ exp(λ x) sin(b x): what Laplace transforms and integrals in
+-- closed form have in common.
+
+local function linear(e, x, what)
+  local good, c = pcall(coefficients, e, x)
+  if not good or #c > 2 then
+    fail(("%s: %s is not linear in %s"):format(what, tostring(e), tostring(x)))
+  end
+  return c[1], c[2] or 0
+end
+
+-- Products of sines and cosines as sums: { c, b, phase } stands for c cos(b x + phase).
+local function times_cosine(waves, b, phase)
+  if not waves then return { { 1, b, phase } } end
+  local list = {}
+  for _, w in ipairs(waves) do
+    list[#list + 1] = { w[1]/2, simplify(w[2] + b), simplify(w[3] + phase) }
+    list[#list + 1] = { w[1]/2, simplify(w[2] - b), simplify(w[3] - phase) }
+  end
+  return list
+end
+
+-- e as a list of { c =, n =, lambda =, b =, kind = "cos" or "sin" }.
+local function decompose(e, x, what)
+  local list = {}
+  for _, term in ipairs(terms(expand(e), x)) do
+    local c, n, lambda, waves = term[1], 0, 0, nil
+    for k = 2, #term do
+      local base, exponent = term[k][1], term[k][2]
+      local op, argument = operation(base)
+      if base == x then
+        n = exponent
+      elseif op == "exp" then
+        local constant, slope = linear(argument, x, what)
+        c, lambda = c*exp(constant*exponent), lambda + slope*exponent
+      elseif (op == "sin" or op == "cos") and math.type(exponent) == "integer" and exponent > 0 then
+        local phase, b = linear(argument, x, what)
+        for _ = 1, exponent do
+          -- sin(α) = cos(α - π/2)
+          waves = times_cosine(waves, b, op == "sin" and phase - pi/2 or phase)
+        end
+      else
+        return nil, base^exponent
+      end
+    end
+    if math.type(n) ~= "integer" or n < 0 then return nil, x^n end
+    lambda = simplify(lambda)
+    for _, w in ipairs(waves or { { 1, 0, 0 } }) do
+      local cosine, sine = simplify(c*w[1]*cos(w[3])), simplify(-c*w[1]*sin(w[3]))
+      if w[2] == 0 then sine = 0 end
+      if cosine ~= 0 then list[#list + 1] = { c = cosine, n = n, lambda = lambda, b = w[2], kind = "cos" } end
+      if sine ~= 0 then list[#list + 1] = { c = sine, n = n, lambda = lambda, b = w[2], kind = "sin" } end
+    end
+  end
+  return list
+end
+
+return { decompose = decompose }

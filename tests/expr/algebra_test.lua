@@ -1,0 +1,122 @@
+-- Polynomials, equations, integrals and transforms in closed form.
+local x, y, th = vars "x y theta"
+local a, b, s = params "a b s"
+local m1, m2 = params "m1 m2"
+
+local function zero(e) expect(simplify(e)):equals(0) end
+local function shows(e, text) expect(tostring(e)):equals(text) end
+
+test("quotients are cancelled, and sums brought over one denominator", function()
+  shows(simplify((x^3 - 1)/(x^2 - 1)), "(x² + x + 1)/(x + 1)")
+  shows(simplify((x^2 - y^2)/(x^2 + 2*x*y + y^2)), "(x - y)/(x + y)")
+  shows(simplify((1 - 1/(m1*(1/m1 + 1/m2)))/m1), "1/(m₁ + m₂)")
+  shows(simplify(x^2 + 2*x*y + y^2), "(x + y)²")
+  shows(simplify(1/(1/a + 1/b)), "a b/(a + b)")
+  shows(factor(x^3 - x*y^2), "x (x + y) (x - y)")
+  shows(factor(x^4 + 4), "(x² + 2 x + 2) (x² - 2 x + 2)")
+  shows(together(1/(x - 1) - 1/(x + 1)), "2/(x² - 1)")
+  zero(together(sin(x)^2 + cos(x)^2) - 1)
+end)
+
+test("square roots of whole numbers have one form", function()
+  shows(simplify(sqrt(rational "1/2")), "√2/2")
+  shows(simplify(1/sqrt(rational "2/3")), "√6/2")
+  shows(simplify(sqrt(8)*x), "2 √2 x")
+  zero(sqrt(2)*sqrt(3) - sqrt(6))
+  zero((sqrt(2) + sqrt(3))^2 - 5 - 2*sqrt(6))
+  expect(rank(mat { { sqrt(2), sqrt(6) }, { 1, sqrt(3) } })):equals(1)
+  zero(det(mat { { sqrt(2), sqrt(6) }, { 1, sqrt(3) } }))
+end)
+
+test("roots of one equation, with conditions", function()
+  shows(roots(x^3 - x, x), "x = 0\nx = -1\nx = 1")
+  shows(roots(x^2 ~ 2, x), "x = √2\nx = -√2")
+  shows(roots(x^2 + 1, x), "x = 0 ± i  (no real solutions)")
+  shows(roots(sin(x) ~ rational "1/2", x), "x = π/6 + 2 k π\nx = 5 π/6 + 2 k π")
+  local general = roots(a*x^2 + b*x + 1, x)
+  for i = 1, 2 do zero(subs(a*x^2 + b*x + 1, { [x] = general[i] })) end
+  expect(tostring(general)):matches "a ≠ 0"
+  expect(roots(x^5 - x - 1, x)[1]):near(1.1673039782614187, 1e-12)
+  expect(roots(exp(2*x) ~ 3, x)[1]):equals(simplify(log(3)/2))
+  expect(#roots((x^2 - 1)/(x - 1), x)):equals(1)
+  expect(function() roots(x^5 + a*x + 1, x) end):fails "give values"
+  expect(function() roots(x + sin(x), x) end):fails "newton"
+  expect(function() roots(x - x, x) end):fails "holds for every"
+end)
+
+test("systems: all solutions, each of which satisfies the equations", function()
+  local function check(equations, unknowns, count)
+    local list = solve(equations, unknowns)
+    expect(#list):equals(count)
+    for _, solution in ipairs(list) do
+      local values = {}
+      for _, u in ipairs(unknowns) do values[u] = solution[u] end
+      for _, e in ipairs(equations) do zero(expand(subs(e.lhs - e.rhs, values))) end
+    end
+    return list
+  end
+  check({ x + y ~ 3, x*y ~ 2 }, { x, y }, 2)
+  check({ x^2 + y^2 ~ 1, x ~ y }, { x, y }, 2)
+  check({ x*y ~ 0, x + y ~ a }, { x, y }, 2)
+  check({ x^2 ~ y, y^2 ~ x }, { x, y }, 2)
+  local line = check({ a*x + y ~ 1, x - y ~ b }, { x, y }, 1)
+  expect(line[1].x):equals(line[1][x])
+  expect(tostring(line)):matches "a %+ 1 ≠ 0"
+  shows(solve({ x + y ~ 1, x + y ~ 2 }, { x, y }), "no solution")
+  expect(solve({ { 2, 0 }, { 0, 4 } }, { 1, 1 })[2]):equals(rational "1/4")   -- the linear system as before
+end)
+
+test("equilibria with linearisation and stability", function()
+  local r = param "r"
+  local fork = equilibria(dae { der(x) ~ r*x - x^3 })
+  expect(#fork):equals(3)
+  expect(fork[1].x):equals(0)
+  expect(fork[1].A(1, 1)):equals(r)
+  expect(tostring(fork)):matches "asymptotically stable where %-r > 0"
+  local lotka = equilibria(dae { der(x) ~ x - x*y, der(y) ~ x*y - y })
+  expect(lotka[1].stable):equals(false)
+  expect(lotka[2].stable):equals(nil)
+  local m = param("mass", { positive = true })
+  local d, l, g = param("damping", { positive = true }), param("len", { positive = true }),
+    param("grav", { positive = true })
+  local pendulum = equilibria(dae { m*l^2*der(th, 2) ~ -m*g*l*sin(th) - d*der(th) })
+  expect(pendulum[1].stable):equals(true)
+  expect(pendulum[2].stable):equals(false)
+  expect(pendulum[2].theta):equals(pi)
+  local numbers = equilibria(dae { der(x) ~ a - x }, { params = { a = 2 } })
+  expect(numbers[1].x):equals(2)
+  expect(numbers[1].stable):equals(true)
+end)
+
+test("partial fractions add up", function()
+  for _, e in ipairs { 1/(x^2 - 1), (x^3 + 1)/(x*(x^2 + 1)), 1/(x*(x + 1)^2), x^4/(x^2 + x + 1),
+    1/((x^2 + 1)^2*(x - a)) } do
+    zero(together(apart(e, x) - e))
+  end
+  shows(apart(1/(x^2 - 1), x), "1/(2 (x - 1)) - 1/(2 (x + 1))")
+end)
+
+test("Laplace transforms there and back", function()
+  local c = { 1, t, t^2*exp(-t), exp(-2*t)*sin(3*t), cos(2*t), t*sin(t), 1 - exp(-t),
+    exp(-t)*(2*cos(t) - sin(t)) }
+  for _, f in ipairs(c) do zero(inverse_laplace(laplace_transform(f, t, s), s, t) - f) end
+  shows(laplace_transform(exp(-2*t)*sin(3*t), t, s), "3/(s² + 4 s + 13)")
+  expect(evaluate(inverse_laplace(1/(s^2 + 3*s + 1), s, t), { t = 1 }))
+    :near((math.exp(-0.38196601125) - math.exp(-2.61803398875))/math.sqrt(5), 1e-10)
+  expect(tostring(laplace_transform(der(x, 2) + x, t, s))):matches "X"
+  expect(function() laplace_transform(log(t), t, s) end):fails "no transform"
+  expect(function() inverse_laplace(s, s, t) end):fails "impulses"
+end)
+
+test("integrals: their derivatives are the integrands, borders are put in", function()
+  for _, f in ipairs { x^3 - 2*x, x*exp(-a*x), x^2*sin(2*x), exp(-x)*cos(3*x + 1), sin(x)^2, sin(x)*cos(2*x),
+    1/(x^2 + 1),
+    1/(x^2 + 2*x + 5), (x + 3)/(x + 1)^2 } do
+    local e = diff(integral(f, x), x) - f
+    expect(evaluate(e, { x = 0.7, a = 1.3 })):near(0, 1e-12)
+  end
+  expect(integral(x*sin(x), x, 0, pi)):equals(pi)
+  expect(integral((1 - x)*x, x, 0, 1)):equals(rational "1/6")   -- ∫ ℓ₁ ℓ₂ of the nodes 0 and 1
+  expect(function() integral(exp(x^2), x) end):fails "not linear"
+  expect(function() integral(1/sin(x), x) end):fails "no closed form"
+end)
