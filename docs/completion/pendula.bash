@@ -7,6 +7,7 @@ _pendula() {
   for ((i = 1; i < COMP_CWORD; i++)); do
     case ${COMP_WORDS[i]} in
       report) mapfile -t COMPREPLY < <(compgen -f -- "$word"; compgen -W '-o --timing --fold --help' -- "$word"); return ;;
+      kernel) mapfile -t COMPREPLY < <(compgen -W 'install uninstall --prefix --help' -- "$word"); return ;;
       manual) mapfile -t COMPREPLY < <(compgen -f -- "$word"; compgen -W '-o --luals --help' -- "$word"); return ;;
       test) mapfile -t COMPREPLY < <(compgen -f -X '!*.lua' -- "$word"; compgen -d -- "$word"); return ;;
       -e) ((i++)) ;;
@@ -18,6 +19,6 @@ _pendula() {
     mapfile -t COMPREPLY < <(compgen -W '-e -i - -- --no-color --version --licences --help' -- "$word")
     return
   fi
-  mapfile -t COMPREPLY < <(compgen -f -X '!*.lua' -- "$word"; compgen -d -- "$word"; compgen -W 'test report manual' -- "$word")
+  mapfile -t COMPREPLY < <(compgen -f -X '!*.lua' -- "$word"; compgen -d -- "$word"; compgen -W 'test report manual kernel' -- "$word")
 }
 complete -F _pendula pendula

@@ -34,7 +34,7 @@ void read_option(const std::vector<std::string>& words, std::size_t& i, Options&
 struct Tool {
   const char *word, *file;
 };
-constexpr Tool tools[] = {{"report", "document/report"}, {"manual", "document/manual"}};
+constexpr Tool tools[] = {{"report", "document/report"}, {"manual", "document/manual"}, {"kernel", "document/kernel"}};
 
 const Tool* tool_named(const std::string& word) {
   for (const Tool& tool : tools)
@@ -90,6 +90,7 @@ const char* help_text() {
        pendula test path...
        pendula report script.lua [-o page.html]
        pendula manual [--luals]
+       pendula kernel install
 
 Without a script: an interactive session, or, if standard input is not a terminal, the script that stands there.
 
@@ -105,6 +106,7 @@ Without a script: an interactive session, or, if standard input is not a termina
 pendula test    runs scripted tests, files or all *.lua below a folder
 pendula report  runs a script and writes its text, code, results and figures as one page: report --help
 pendula manual  opens the manual; --luals writes the vocabulary for editors: manual --help
+pendula kernel  makes the notebook kernel known to Jupyter: kernel --help
 
 A script finds its arguments in the table arg and in ... . Exit status: 0, 1 after an error, 2 for a wrong
 command line, 130 after Ctrl-C.

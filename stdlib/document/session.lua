@@ -4,7 +4,7 @@ local code, recording = document.code, document.recording
 local M = {}
 
 -- The source with its last statement as a value, where it is one.
-local function compile(source, name)
+function M.compile(source, name)
   local chunk = load("return " .. source, name, "t")
   if chunk then return chunk end
   local statements = code.statements(source)
@@ -32,7 +32,7 @@ function Session:run(source, name)
   self.count = self.count + 1
   record.at = self.count
   return record:during(function()
-    local chunk, problem = compile(source, name)
+    local chunk, problem = M.compile(source, name)
     local stopped
     if chunk then
       local values

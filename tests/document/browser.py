@@ -105,6 +105,34 @@ class BrowserTest(unittest.TestCase):
             input.dispatchEvent(new Event('input')) })()""")
         self.assertEqual(browser.value("document.querySelector('#found a').textContent"), "model:reduce")
 
+    def test_notebook(self):
+        kernel = os.path.join(os.path.dirname(os.path.abspath(PROGRAM)), "pendula-kernel")
+        try:
+            import nbconvert
+            import nbformat
+            from nbclient import NotebookClient
+        except ImportError:
+            self.skipTest("python3-nbclient and python3-nbconvert are not here")
+        if not os.path.exists(kernel):
+            self.skipTest("no pendula-kernel beside the program")
+        subprocess.run([PROGRAM, "kernel", "install", "--prefix", FOLDER], check=True, stdout=subprocess.DEVNULL)
+        os.environ["JUPYTER_PATH"] = os.path.join(FOLDER, "share", "jupyter")
+        cells = ["plot({1, 4, 9})", 'dae { der(var "x") ~ -var "x" }', 'plot({1, 2}):show() plot({2, 1}):show()']
+        notebook = nbformat.v4.new_notebook(cells=[nbformat.v4.new_code_cell(cell) for cell in cells])
+        NotebookClient(notebook, kernel_name="pendula", timeout=60).execute()
+        page, _ = nbconvert.HTMLExporter(template_name="basic").from_notebook_node(notebook)
+        target = os.path.join(FOLDER, "notebook.html")
+        with open(target, "w") as file:
+            file.write('<!DOCTYPE html><meta charset="utf-8"><title>n</title>' + page)
+        self.browser.media()
+        self.browser.size(900, 1200)
+        self.browser.open(target)
+        widths = self.browser.value("Array.from(document.images).map(i => i.naturalWidth)")
+        self.assertEqual(len(widths), 3)
+        self.assertTrue(all(width > 300 for width in widths), widths)
+        self.assertTrue(all(w > 20 and h > 10 for w, h in visible(self.browser, "math")))
+        self.browser.picture(os.path.join(FOLDER, "notebook.png"))
+
     def test_a_fraction_is_two_lines_high(self):
         self.browser.open(self.page)
         whole, part = self.browser.value("""(() => { const f = document.querySelector('mfrac').getBoundingClientRect(),

@@ -17,7 +17,8 @@ for line in source.read("docs/architecture.md"):match("```arrows\n(.-)```"):gmat
   end
 end
 
-local prints = { plot = true, lua = true, shell = true }     -- the other layers never write to the terminal
+-- The other layers never write to the terminal.
+local prints = { plot = true, lua = true, shell = true, kernel = true }
 local most_files = 30
 
 -- What `name` reaches along `arrows`, itself included. A cycle in the table is an error of the table.

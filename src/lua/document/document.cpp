@@ -1,6 +1,7 @@
 #include "lua/document/document.hpp"
 
 #include <chrono>
+#include <filesystem>
 #include <memory>
 #include <string>
 #include <string_view>
@@ -117,6 +118,9 @@ void open_document(lua_State* L) {
   push_stdlib_environment(L);
   lua_pushliteral(L, PENDULA_VERSION);
   lua_setfield(L, -2, "program_version");
+  std::error_code ignored;
+  lua_pushstring(L, std::filesystem::read_symlink("/proc/self/exe", ignored).c_str());
+  lua_setfield(L, -2, "program_path");
   for (const auto& [name, function] : functions) {
     lua_pushcfunction(L, function);
     lua_setfield(L, -2, name);

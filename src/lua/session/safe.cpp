@@ -6,10 +6,10 @@
 #include <string>
 
 #include "base/error.hpp"
-#include "lua/screen/fit_text.hpp"
-#include "lua/screen/pager.hpp"
 #include "lua/core/table_text.hpp"
 #include "lua/core/trampoline.hpp"
+#include "lua/screen/fit_text.hpp"
+#include "lua/screen/pager.hpp"
 #include "lua/session/numeric_calls.hpp"
 #include "lua/session/patterns.hpp"
 #include "lua/session/safe_calls.hpp"

@@ -153,26 +153,31 @@ bool run(lua_State* L, int arguments, int results) {
 
 namespace {
 
-int load_tool(lua_State* L) {
+int load_part(lua_State* L) {
   include_embedded(L, luaL_checkstring(L, 1));
   return 1;
 }
 
 }  // namespace
 
+void push_part(lua_State* L, const std::string& name) {
+  lua_pushcfunction(L, guarded<load_part>);
+  lua_pushlstring(L, name.data(), name.size());
+  if (run(L, 1, 1)) return;
+  const std::string message = error_text(L, -1);
+  lua_pop(L, 1);
+  throw Error(message);
+}
+
 int run_tool(lua_State* L, const std::string& name, const std::vector<std::string>& arguments) {
   const int base = lua_gettop(L);
-  lua_pushcfunction(L, guarded<load_tool>);
-  lua_pushlstring(L, name.data(), name.size());
-  bool good = run(L, 1, 1);
-  if (good) {
-    lua_createtable(L, static_cast<int>(arguments.size()), 0);
-    for (std::size_t i = 0; i < arguments.size(); ++i) {
-      lua_pushlstring(L, arguments[i].data(), arguments[i].size());
-      lua_rawseti(L, -2, static_cast<lua_Integer>(i) + 1);
-    }
-    good = run(L, 1, 1);
+  push_part(L, name);
+  lua_createtable(L, static_cast<int>(arguments.size()), 0);
+  for (std::size_t i = 0; i < arguments.size(); ++i) {
+    lua_pushlstring(L, arguments[i].data(), arguments[i].size());
+    lua_rawseti(L, -2, static_cast<lua_Integer>(i) + 1);
   }
+  const bool good = run(L, 1, 1);
   if (!good && is_interrupt(L, -1)) throw Interrupted();
   if (!good) throw Error(lua_tostring(L, -1));
   const auto status = static_cast<int>(lua_tointeger(L, -1));

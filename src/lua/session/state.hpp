@@ -21,6 +21,9 @@ lua_State* new_state();
 /// results are on the stack. False: the error text (or the interrupt marker) is on top.
 bool run(lua_State* L, int arguments, int results);
 
+/// Pushes what the file stdlib/<name>.lua returns. Throws Error.
+void push_part(lua_State* L, const std::string& name);
+
 /// Runs a tool of the program that is written in Lua: the file stdlib/<name>.lua returns a function, which gets
 /// the arguments as a list. The exit status it returns. Throws Error with the text of what went wrong,
 /// Interrupted after Ctrl-C.

@@ -1,0 +1,17 @@
+# pendula-kernel: the kernel of Jupyter notebooks, where xeus is installed (xeus-dev, cppzmq-dev, libzmq3-dev,
+# nlohmann-json3-dev).
+option(PENDULA_KERNEL "build the kernel of Jupyter notebooks where xeus is installed" ON)
+if(PENDULA_KERNEL)
+  find_path(XEUS_INCLUDE xeus/xkernel.hpp)
+  find_path(ZMQ_INCLUDE zmq.hpp)
+  find_path(JSON_INCLUDE nlohmann/json.hpp)
+  find_library(XEUS_LIBRARY xeus)
+  find_library(ZMQ_LIBRARY zmq)
+  if(XEUS_INCLUDE AND ZMQ_INCLUDE AND JSON_INCLUDE AND XEUS_LIBRARY AND ZMQ_LIBRARY)
+    add_executable(pendula-kernel src/kernel/main.cpp src/kernel/interpreter.cpp)
+    target_link_libraries(pendula-kernel PRIVATE pendula_shell ${XEUS_LIBRARY} ${ZMQ_LIBRARY})
+    list(APPEND parts xeus)
+  else()
+    message(STATUS "no kernel for notebooks: xeus-dev, cppzmq-dev, libzmq3-dev or nlohmann-json3-dev is missing")
+  endif()
+endif()
