@@ -110,6 +110,10 @@ doc { name = "load", module = "files", sig = "load(file) -> value",
   example = 'load "return 1 + 1"()', gives = "2",
   function(chunk, ...)
     local is_file = type(chunk) == "string" and select("#", ...) == 0 and chunk:find "^[^\n]*%.lua$" ~= nil
+    if type(chunk) ~= "string" and type(chunk) ~= "function" then
+      fail(("load: expected a file name, a chunk of Lua text or a function that gives its pieces, got %s")
+        :format(type(chunk)))
+    end
     if not is_file then return lua_load(chunk, ...) end
     read_saved = read_saved or include "saved"
     return read_saved(read_file(chunk), chunk)

@@ -10,13 +10,13 @@ _pendula() {
       kernel) mapfile -t COMPREPLY < <(compgen -W 'install uninstall --prefix --help' -- "$word"); return ;;
       manual) mapfile -t COMPREPLY < <(compgen -f -- "$word"; compgen -W '-o --luals --help' -- "$word"); return ;;
       test) mapfile -t COMPREPLY < <(compgen -f -X '!*.lua' -- "$word"; compgen -d -- "$word"); return ;;
-      -e) ((i++)) ;;
+      -e | --time | --memory | --folder) ((i++)) ;;
       -?*) ;;
       *) mapfile -t COMPREPLY < <(compgen -f -- "$word"); return ;;
     esac
   done
   if [[ $word == -* ]]; then
-    mapfile -t COMPREPLY < <(compgen -W '-e -i - -- --no-color --version --licences --help' -- "$word")
+    mapfile -t COMPREPLY < <(compgen -W '-e -i - -- --safe --time --memory --folder --json --no-color --version --licences --help' -- "$word")
     return
   fi
   mapfile -t COMPREPLY < <(compgen -f -X '!*.lua' -- "$word"; compgen -d -- "$word"; compgen -W 'test report manual kernel' -- "$word")

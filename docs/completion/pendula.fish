@@ -2,6 +2,11 @@
 complete -c pendula -f
 complete -c pendula -s e -x -d 'Run code'
 complete -c pendula -s i -d 'Go on with an interactive session'
+complete -c pendula -l safe -d 'Run the script confined'
+complete -c pendula -l time -x -d 'With --safe: processor time, as 10s'
+complete -c pendula -l memory -x -d 'With --safe: memory, as 1G'
+complete -c pendula -l folder -x -a '(__fish_complete_directories)' -d 'With --safe: the folder it may use'
+complete -c pendula -l json -d 'With --safe: the outcome as JSON'
 complete -c pendula -l no-color -d 'No colour'
 complete -c pendula -s v -l version -d 'Print the version'
 complete -c pendula -l licences -d 'Print the licences of its parts'

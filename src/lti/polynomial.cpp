@@ -62,6 +62,31 @@ std::pair<std::complex<long double>, std::complex<long double>> value_and_slope(
   return {v, d};
 }
 
+double distance_to_others(const Eigen::VectorXcd& zeros, Index i) {
+  double least = INFINITY;
+  for (Index j = 0; j < zeros.size(); ++j)
+    if (j != i) least = std::min(least, std::abs(zeros[j] - zeros[i]));
+  return least;
+}
+
+/// Newton from an eigenvalue that may have lost all its digits beside much larger ones (1 - 10⁸ s + s²: 7.5e-9
+/// in place of 1e-8). What it finds counts where it lies nearer than a third of the way to the next eigenvalue;
+/// else the start is the answer.
+std::complex<long double> isolated_zero(const std::vector<double>& p, std::complex<long double> start,
+                                        double distance) {
+  const auto allowed = static_cast<long double>(distance) / 3;
+  auto s = start;
+  for (int step = 0; step < 40; ++step) {
+    const auto [v, d] = value_and_slope(p, s);
+    if (std::abs(d) == 0) return start;
+    const auto change = v / d;
+    s -= change;
+    if (!(std::abs(s - start) < allowed)) return start;
+    if (std::abs(change) <= 1e-6L * std::abs(s)) return s;
+  }
+  return start;
+}
+
 /// Zeros of a polynomial with nonzero ends: eigenvalues of the companion matrix in the variable s/σ, where σ
 /// is the geometric mean of their moduli; sharpened by Newton.
 std::vector<Complex> numeric_zeros(std::vector<double> p) {
@@ -85,6 +110,7 @@ std::vector<Complex> numeric_zeros(std::vector<double> p) {
     std::complex<long double> s =
         std::complex<long double>(solver.eigenvalues()[i]) * static_cast<long double>(sigma);
     if (s.imag() < 0) continue;
+    s = isolated_zero(p, s, distance_to_others(solver.eigenvalues(), i) * sigma);
     for (int step = 0; step < 10; ++step) {
       const auto [v, d] = value_and_slope(p, s);
       if (std::abs(d) == 0) break;

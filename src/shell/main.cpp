@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <cstring>
 #include <memory>
+#include <new>
 
 #include "base/error.hpp"
 #include "lua/session/state.hpp"
@@ -13,6 +14,7 @@
 #include "shell/options.hpp"
 #include "shell/reader.hpp"
 #include "shell/repl.hpp"
+#include "shell/safe_mode.hpp"
 #include "shell/script.hpp"
 #include "shell/signals.hpp"
 #include "shell/terminal.hpp"
@@ -78,7 +80,7 @@ int dispatch(const Options& options) {
     case Options::Action::tool:
       return run_tool(options);
     case Options::Action::run:
-      return run(options);
+      return options.safe ? run_safely(options) : run(options);
   }
   return failed;
 }
@@ -100,6 +102,9 @@ int main(int argc, char** argv) {
   } catch (const UsageError& e) {
     complain(std::string("pendula: ") + e.what() + "\n'pendula --help' shows the options.");
     return usage;
+  } catch (const std::bad_alloc&) {
+    complain("pendula: not enough memory");
+    return failed;
   } catch (const std::exception& e) {
     complain(std::string("pendula: ") + e.what());
     return failed;

@@ -5,7 +5,31 @@
 namespace pendula::shell {
 namespace {
 
-const std::vector<std::string> long_options = {"--help", "--version", "--licences", "--no-color"};
+const std::vector<std::string> long_options = {"--help", "--version", "--licences", "--no-color", "--safe",
+                                               "--time", "--memory",  "--folder",   "--json"};
+
+/// --time, --memory, --folder with their values, --safe, --json; false: it is none of them.
+bool read_limit(const std::vector<std::string>& words, std::size_t& i, Options& options) {
+  const std::string& word = words[i];
+  if (word == "--safe") return options.safe = true;
+  if (word == "--json") return options.json = true;
+  const auto equals = word.find('=');
+  const std::string name = word.substr(0, equals);
+  if (name != "--time" && name != "--memory" && name != "--folder") return false;
+  const char* const example = name == "--time" ? "10s" : name == "--memory" ? "1G" : "results";
+  if (equals == std::string::npos && i + 1 == words.size())
+    throw UsageError("option " + name + " needs a value, as in " + name + " " + example);
+  const std::string value = equals == std::string::npos ? words[++i] : word.substr(equals + 1);
+  try {
+    if (name == "--time") options.limits.seconds = sandbox::seconds_of(value);
+    if (name == "--memory") options.limits.memory = sandbox::bytes_of(value);
+  } catch (const std::invalid_argument& e) {
+    throw UsageError("option " + name + ": " + e.what());
+  }
+  if (name == "--folder") options.limits.folder = value;
+  options.limited = true;
+  return true;
+}
 
 /// Reads one option at words[i]; moves i over its value.
 void read_option(const std::vector<std::string>& words, std::size_t& i, Options& options) {
@@ -15,6 +39,7 @@ void read_option(const std::vector<std::string>& words, std::size_t& i, Options&
     options.code.push_back(words[++i]);
   } else if (word.rfind("-e", 0) == 0) {
     options.code.push_back(word.substr(2));
+  } else if (read_limit(words, i, options)) {
   } else if (word == "-i") {
     options.interactive = true;
   } else if (word == "--no-color") {
@@ -64,6 +89,10 @@ Options parse_options(const std::vector<std::string>& words) {
   }
   options.before.assign(words.begin(),
                         words.begin() + static_cast<std::ptrdiff_t>(std::min(i, words.size())));
+  if ((options.json || options.limited) && !options.safe)
+    throw UsageError(
+        "--time, --memory, --folder and --json go with --safe, as in pendula --safe script.lua --json");
+  if (options.safe && options.interactive) throw UsageError("--safe and -i exclude each other");
   if (i >= words.size()) return options;
   if (words[i] == "test" && !only_operands && options.code.empty() && !options.interactive) {
     options.action = Options::Action::test;
@@ -81,7 +110,12 @@ Options parse_options(const std::vector<std::string>& words) {
   }
   options.script = words[i];
   if (options.script.empty()) throw UsageError("the name of the script is empty");
-  take_rest(words, i + 1, options.arguments);
+  // pendula --safe script.lua --json: its limits may stand behind the script; "--" begins the script's own words.
+  ++i;
+  if (options.safe)
+    while (i < words.size() && read_limit(words, i, options)) ++i;
+  if (options.safe && i < words.size() && words[i] == "--") ++i;
+  take_rest(words, i, options.arguments);
   return options;
 }
 
@@ -97,6 +131,11 @@ Without a script: an interactive session, or, if standard input is not a termina
   -e CODE       run CODE; several are run in order, before the script
   -i            go on with an interactive session behind -e and the script
   -             the script is standard input
+  --safe        run the script confined: no processes, no network, no files but those of --folder
+  --time 10s    with --safe: the most processor time (default 10s)
+  --memory 1G   with --safe: the most memory (default 1G)
+  --folder DIR  with --safe: the folder whose files can be read and written
+  --json        with --safe: the outcome as JSON
   --no-color    no colour (also: the environment variable NO_COLOR)
   --version     print the version
   --licences    print the licences of what the program is made of
@@ -109,7 +148,7 @@ pendula manual  opens the manual; --luals writes the vocabulary for editors: man
 pendula kernel  makes the notebook kernel known to Jupyter: kernel --help
 
 A script finds its arguments in the table arg and in ... . Exit status: 0, 1 after an error, 2 for a wrong
-command line, 130 after Ctrl-C.
+command line, 130 after Ctrl-C; with --safe also 3 forbidden call, 4 time, 5 memory, 6 too much output, 7 crash.
 )";
 }
 

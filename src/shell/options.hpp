@@ -5,6 +5,8 @@
 #include <string>
 #include <vector>
 
+#include "shell/sandbox/sandbox.hpp"
+
 namespace pendula::shell {
 
 struct Options {
@@ -17,6 +19,10 @@ struct Options {
   std::vector<std::string> before;     ///< what stood before the script, the program's name first
   bool interactive = false;            ///< -i
   bool colour = true;                  ///< not --no-color
+  bool safe = false;                   ///< --safe
+  bool json = false;                   ///< --json
+  bool limited = false;                ///< one of the next was given
+  sandbox::Limits limits;              ///< --time, --memory, --folder
 };
 
 /// A command line that makes no sense: exit status 2.

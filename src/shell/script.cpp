@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <optional>
 
+#include "base/error.hpp"
 #include "base/interrupt.hpp"
 #include "base/text.hpp"
 #include "lua/session/state.hpp"
@@ -55,11 +56,14 @@ std::string similar_file(const std::string& path) {
   return did_you_mean(wanted.filename().string(), names);
 }
 
+std::string why_not_read(const std::string& path, int error) {
+  const std::string message = "cannot read '" + path + "': " + std::strerror(error) + ".";
+  return error == ENOENT ? message + similar_file(path) : message;
+}
+
 Status cannot_read(const std::string& path, int error) {
   if (error == EINTR && interrupt_requested) return complain("interrupted"), interrupted;
-  std::string message = "pendula: cannot read '" + path + "': " + std::strerror(error) + ".";
-  if (error == ENOENT) message += similar_file(path);
-  complain(message);
+  complain("pendula: " + why_not_read(path, error));
   return failed;
 }
 
@@ -79,13 +83,19 @@ void complain(const std::string& message) {
   std::fwrite(line.data(), 1, line.size(), stderr);
 }
 
-Status report_error(lua_State* L) {
-  const bool stopped = lua::is_interrupt(L, -1);
+ScriptError pop_error(lua_State* L) {
+  ScriptError error{"interrupted", lua::is_interrupt(L, -1)};
   std::size_t length = 0;
-  const char* text = stopped ? "interrupted" : lua_tolstring(L, -1, &length);
-  complain(stopped || !text ? (stopped ? text : "an error without a text") : std::string(text, length));
+  const char* text = error.interrupted ? nullptr : lua_tolstring(L, -1, &length);
+  if (!error.interrupted) error.text = text ? std::string(text, length) : "an error without a text";
   lua_pop(L, 1);
-  return stopped ? interrupted : failed;
+  return error;
+}
+
+Status report_error(lua_State* L) {
+  const ScriptError error = pop_error(L);
+  complain(error.text);
+  return error.interrupted ? interrupted : failed;
 }
 
 void set_arguments(lua_State* L, const std::vector<std::string>& before, const std::string& script,
@@ -103,23 +113,43 @@ void set_arguments(lua_State* L, const std::vector<std::string>& before, const s
   lua_setglobal(L, "arg");
 }
 
-Status run_source(lua_State* L, std::string source, const std::string& chunk,
-                  const std::vector<std::string>& arguments) {
+bool run_text(lua_State* L, std::string source, const std::string& chunk,
+              const std::vector<std::string>& arguments) {
   skip_preamble(source);
+  if (source.starts_with(LUA_SIGNATURE)) {
+    lua_pushstring(L, (chunk.substr(1) + ": this is binary Lua code (bytecode); only text is run").c_str());
+    return false;
+  }
   if (luaL_loadbufferx(L, source.data(), source.size(), chunk.c_str(), "t") != LUA_OK) {
     add_hint(L, source);
-    return report_error(L);
+    return false;
   }
-  if (!lua_checkstack(L, static_cast<int>(arguments.size()) + 10))
-    return complain("pendula: too many arguments"), failed;
+  if (!lua_checkstack(L, static_cast<int>(arguments.size()) + 10)) {
+    lua_settop(L, 0);
+    lua_pushliteral(L, "pendula: too many arguments");
+    return false;
+  }
   for (const auto& argument : arguments) lua_pushlstring(L, argument.data(), argument.size());
-  return lua::run(L, static_cast<int>(arguments.size()), 0) ? ok : report_error(L);
+  return lua::run(L, static_cast<int>(arguments.size()), 0);
 }
+
+Status run_source(lua_State* L, std::string source, const std::string& chunk,
+                  const std::vector<std::string>& arguments) {
+  return run_text(L, std::move(source), chunk, arguments) ? ok : report_error(L);
+}
+
+std::string read_source(const std::string& path) {
+  auto source = read_file(path);
+  if (!source) throw Error(why_not_read(path, errno));
+  return std::move(*source);
+}
+
+std::string chunk_name(const std::string& path) { return path == "-" ? "=stdin" : "@" + path; }
 
 Status run_file(lua_State* L, const std::string& path, const std::vector<std::string>& arguments) {
   auto source = read_file(path);
   if (!source) return cannot_read(path, errno);
-  return run_source(L, std::move(*source), path == "-" ? "=stdin" : "@" + path, arguments);
+  return run_source(L, std::move(*source), chunk_name(path), arguments);
 }
 
 }  // namespace pendula::shell

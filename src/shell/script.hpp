@@ -15,6 +15,22 @@ enum Status { ok = 0, failed = 1, usage = 2, interrupted = 130 };
 void set_arguments(lua_State* L, const std::vector<std::string>& before, const std::string& script,
                    const std::vector<std::string>& arguments);
 
+/// The text of a script; "-" is standard input. Throws Error where it cannot be read.
+std::string read_source(const std::string& path);
+/// The name of its chunk as Lua wants it: "@exam.lua", "=stdin".
+std::string chunk_name(const std::string& path);
+
+/// Compiles and runs Lua text; false leaves the error on the stack.
+bool run_text(lua_State* L, std::string source, const std::string& chunk,
+              const std::vector<std::string>& arguments);
+
+/// What went wrong, popped from the stack.
+struct ScriptError {
+  std::string text;
+  bool interrupted;
+};
+ScriptError pop_error(lua_State* L);
+
 /// Runs Lua source. `chunk` is its name as Lua wants it: "@exam.lua", "=stdin". The arguments become `...`.
 /// An error goes to standard error as "file:line: text".
 Status run_source(lua_State* L, std::string source, const std::string& chunk,

@@ -188,4 +188,97 @@ test("a method written in Lua says what stands before its colon", function()
   fails("before the colon", f.save, "a.svg")
 end)
 
+-- ── large arguments ────────────────────────────────────────────────────────────────────────────────────────
+
+test("functions of Lua that can be interrupted give what they gave", function()
+  local n = 5000001
+  local long = ("ab"):rep(n, ",;")
+  expect(#long):equals(4*n - 2)
+  for _, at in ipairs { 1, 4194300, 4194303, 2*n, #long - 9 } do
+    for k = at, at + 8 do
+      expect(long:sub(k, k)):equals(("ab,;"):sub((k - 1) % 4 + 1, (k - 1) % 4 + 1))
+    end
+  end
+  expect(("abC"):rep(3e6):upper() == ("ABC"):rep(3e6)):is_true()
+  expect(("abC"):rep(3e6):lower() == ("abc"):rep(3e6)):is_true()
+  expect(("abC"):rep(3e6):reverse() == ("Cba"):rep(3e6)):is_true()
+  expect(("x"):rep(0)):equals ""
+  expect(("x"):rep(-5)):equals ""
+  expect((""):rep(1e9)):equals ""
+  fails("too large", string.rep, "x", 1 << 62)
+  local list = {}
+  for i = 1, 200000 do list[i] = i*7919 % 200003 end
+  local copy = table.move(list, 1, #list, 1, {})
+  table.sort(list)
+  for i = 2, #list do if list[i] < list[i - 1] then error "not sorted" end end
+  table.sort(copy, function(a, b) return a > b end)
+  expect(copy[1]):equals(list[#list])
+  table.insert(list, 1, -5)
+  expect({ list[1], #list, list[200001] }):equals { -5, 200001, copy[1] }
+  expect(table.remove(list, 1)):equals(-5)
+  expect({ #list, list[200000] }):equals { 200000, copy[1] }
+  table.move(list, 1, 200000, 3)
+  expect({ list[3] == list[1], list[200002] }):equals { true, copy[1] }
+  table.move(list, 3, 200002, 1)
+  expect(list[200000]):equals(copy[1])
+  fails("number expected", table.insert, {}, {}, 1)
+  fails("out of bounds", table.remove, { 1 }, 7)
+  fails("attempt to compare", table.sort, { 1, "a", 2 })
+end)
+
+test("finalizers run, and their errors stay theirs", function()
+  local ran = 0
+  for _ = 1, 3 do setmetatable({}, { __gc = function(object) ran = ran + #object + 1 end }) end
+  setmetatable({}, { __gc = function() error "in a finalizer" end })
+  collectgarbage()
+  collectgarbage()
+  expect(ran):equals(3)
+  local shared = { __gc = function() ran = ran + 1 end }
+  for _ = 1, 3 do setmetatable({}, shared) end
+  collectgarbage()
+  expect(ran):equals(6)
+end)
+
+test("nesting of functions costs its length, not its square", function()
+  local e, begin = var "x_nested", os.clock()
+  for _ = 1, 100000 do e = sin(e) end
+  expect(os.clock() - begin < 5):is_true()
+end)
+
+test("sums of exact texts; what load does not take", function()
+  expect(sum { "1/2", "1/3" }):equals(rational(5, 6))
+  fails("entry 2 of the list", sum, { 1, "a b" })
+  fails("load: expected a file name", load, {})
+  fails("load: expected a file name", load, 42)
+end)
+
+test("tiny zeros beside large ones", function()
+  local function smallest(den)
+    local least
+    for _, p in ipairs(tf({ 1 }, den):poles()) do
+      local value = evaluate(p)
+      if not least or math.abs(value) < math.abs(least) then least = value end
+    end
+    return least
+  end
+  expect(smallest { 1, -1e8, 1 }*1e8):near(1, 1e-12)
+  expect(smallest { 1, -1e8, 1, 1e-9 }*1e10):near(-9.160797830996161, 1e-11)
+  expect(smallest { 1.0000000001, 1e12, 1 }*1e12):near(-1, 1e-12)
+  expect(smallest { 1, 1e5, 1e-5, 1e-20 }*1e15):near(-1.0000100002, 1e-12)
+  expect(tostring(tf({ 1 }, { 1, -3, 1 }):poles()[1])):equals "3/2 - √5/2"
+end)
+
+test("an algebraic variable does not pass a pole", function()
+  local y, w, x = vars "y_pole w_pole x_pole"
+  for _, divisor in ipairs { y, y - 0.3, 2*y - 0.6, y^3, sin(y) } do
+    for _, method in ipairs { "verner87", "radau", "bdf", "rodas" } do
+      local sol = dae { der(y) ~ -1, 0 ~ w*divisor - 1 }
+        :integrate { start = { [y] = 1 }, to = 2, method = method }
+      expect(sol.status:find "^stopped at t = " ~= nil):is_true()
+    end
+  end
+  local safe = dae { der(y) ~ -1, 0 ~ w*(y^2 + 1) - 1 }:integrate { start = { [y] = 1 }, to = 2 }
+  expect(safe.status):equals "finished"
+end)
+
 os.remove(file)

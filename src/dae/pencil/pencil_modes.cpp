@@ -1,6 +1,7 @@
 #include "dae/pencil/pencil_modes.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "base/error.hpp"
@@ -48,12 +49,19 @@ std::vector<std::complex<double>> zeros(const Polynomial& p) {
   const auto exact = in_doubles(p), slope = in_doubles(derivative(p));
   std::vector<std::complex<double>> list;
   for (Eigen::Index i = 0; i < n; ++i) {
-    Complex s(eigen.re[i], eigen.im[i]);
+    const Complex start(eigen.re[i], eigen.im[i]);
+    // Beside much larger ones an eigenvalue may have lost all its digits (s² - 10⁸ s + 1: 7.5e-9 in place of 1e-8),
+    // so that Newton may go a third of the way to the next one.
+    long double isolated = INFINITY;
+    for (Eigen::Index j = 0; j < n; ++j)
+      if (j != i) isolated = std::min(isolated, std::abs(Complex(eigen.re[j], eigen.im[j]) - start) / 3);
+    Complex s = start;
     for (int step = 0; step < 20; ++step) {
       const Complex d = horner(slope, s);
       if (std::abs(d) == 0) break;
       const Complex change = horner(exact, s) / d;
-      if (!(std::abs(change) < 0.1L * (std::abs(s) + 1e-3L))) break;  // never leave the zero that was found
+      const bool near = std::abs(change) < 0.1L * (std::abs(s) + 1e-3L);
+      if (!near && !(std::abs(s - change - start) < isolated)) break;  // never leave the zero that was found
       s -= change;
       if (std::abs(change) < 1e-18L * std::abs(s)) break;
     }
@@ -220,8 +228,15 @@ std::vector<Mode> modes(const std::vector<Factor>& factors) {
       const auto key = [](const std::complex<double>& s) { return std::pair(s.real(), s.imag()); };
       if (z[0].imag() != 0) z[1] = {z[0].real(), z[1].imag()};  // one real part, whatever rounding says
       std::sort(z.begin(), z.end(), [&](auto& a, auto& b) { return key(a) < key(b); });
+      std::array<Expr, 2> re{(*exact)[0].re, (*exact)[1].re};
+      // -p/2 ± √… of a small zero beside a large one cancels when it is evaluated; their product does not.
+      constexpr double apart = 1e-4;
+      const bool real = z[0].imag() == 0 && z[1].imag() == 0;
+      const std::size_t small = std::abs(z[0]) < std::abs(z[1]) ? 0 : 1;
+      if (real && std::abs(z[small]) < apart * std::abs(z[1 - small]))
+        re[small] = Expr(f.p[0]) / re[1 - small];
       for (std::size_t i = 0; i < 2; ++i)
-        list.push_back({z[i], f.multiplicity, std::pair((*exact)[i].re, (*exact)[i].im)});
+        list.push_back({z[i], f.multiplicity, std::pair(re[i], (*exact)[i].im)});
     } else {
       for (const auto& z : f.zeros) list.push_back({z, f.multiplicity, {}});
     }

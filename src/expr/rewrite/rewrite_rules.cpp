@@ -1,6 +1,7 @@
 // The rules of simplify. All of them hold over the reals wherever the left side is defined.
 #include <cmath>
 
+#include "base/interrupt.hpp"
 #include "expr/graph/angle.hpp"
 #include "expr/graph/operation.hpp"
 #include "expr/polynomial/rational_form.hpp"
@@ -231,14 +232,16 @@ bool tangents(Simplifier& s, Term& term) {
 
 /// (x² - 1)/(x - 1) = x + 1.
 bool divide_sums(Simplifier& s, Term& term) {
-  for (std::size_t i = 0; i < term.factors.size(); ++i)
-    for (std::size_t j = 0; j < term.factors.size(); ++j) {
-      const Factor above = term.factors[i], below = term.factors[j];
-      if (above.exponent < 1 || below.exponent > -1) continue;
-      if (above.exponent.get_den() != 1 || below.exponent.get_den() != 1) continue;
-      const Atom &a = s.atom(above.atom), &b = s.atom(below.atom);
-      if (a.kind != AtomKind::sum || b.kind != AtomKind::sum) continue;
-      const SumId sa = a.args[0], sb = b.args[0];
+  std::vector<std::size_t> above, below;  // factors that are whole powers of sums
+  for (std::size_t i = 0; i < term.factors.size(); ++i) {
+    const Factor& f = term.factors[i];
+    if (f.exponent.get_den() != 1 || s.atom(f.atom).kind != AtomKind::sum) continue;
+    (f.exponent > 0 ? above : below).push_back(i);
+  }
+  for (const std::size_t i : above)
+    for (const std::size_t j : below) {
+      poll_interrupt();
+      const SumId sa = s.atom(term.factors[i].atom).args[0], sb = s.atom(term.factors[j].atom).args[0];
       auto quotient = s.exact_quotient(sa, sb);
       const int sign = quotient ? 1 : -1;
       if (!quotient) quotient = s.exact_quotient(sb, sa);

@@ -21,7 +21,8 @@ TrajectoryPtr simulate(const dae::ModelPtr& model, const Simulation& simulation)
   };
   Plan plan = simulation.plan;
   if (plan.check_singularities) {
-    plan.guards = guards_of(model, simulation.inputs, *run.problem, !simulation.parameters.empty());
+    // All of them: no consistent point with w y = 1 has y = 0, and yet y can pass 0 through a pole of w.
+    plan.guards = guards_of(model, simulation.inputs, *run.problem, true);
     plan.blocks = blocks_of(model, simulation.inputs, *run.problem);
   }
   if (plan.dt)

@@ -32,7 +32,11 @@ Running::Running(lua_State* L) : outer_(running.exchange(L)) {
   if (interrupt_requested.load(std::memory_order_relaxed)) stop_running();
 }
 
-Running::~Running() { running.store(outer_); }
+Running::~Running() {
+  running.store(outer_);
+  // Where the end of this call swallows the marker (a finalizer), the caller has to stop as well.
+  if (outer_ && interrupt_requested.load(std::memory_order_relaxed)) stop_running();
+}
 
 lua_State* running_state() { return running.load(std::memory_order_relaxed); }
 

@@ -1,5 +1,6 @@
 #include "lua/core/values.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 #include "expr/graph/derivative.hpp"
@@ -204,10 +205,23 @@ bool is_expression(lua_State* L, int index) {
   }
 }
 
+/// Is there a symbol (π and e are none) or a call in e? Remembered for every node, as expressions are asked while
+/// they grow. Operands precede their operation and the graph only grows, so that each node is looked at once.
+static bool has_symbols(Expr e) {
+  static std::vector<bool> known;
+  while (known.size() <= e.id()) {
+    const Expr node = Expr::at(static_cast<std::uint32_t>(known.size()));
+    const auto inside = [](Expr operand) { return known[operand.id()]; };
+    known.push_back(node.op() == Op::call ||
+                    (node.is_symbol() ? symbol_of(node).kind != Kind::constant
+                                      : std::any_of(node.operands().begin(), node.operands().end(), inside)));
+  }
+  return known[e.id()];
+}
+
 std::optional<double> number_value(Expr e) {
   if (e.is_constant()) return constant_value(e);
-  for (Expr node : topological({&e, 1}))
-    if (node.op() == Op::call || (node.is_symbol() && symbol_of(node).kind != Kind::constant)) return {};
+  if (has_symbols(e)) return {};
   return evaluate({&e, 1}, {})[0];
 }
 

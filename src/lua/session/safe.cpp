@@ -10,6 +10,7 @@
 #include "lua/core/trampoline.hpp"
 #include "lua/screen/fit_text.hpp"
 #include "lua/screen/pager.hpp"
+#include "lua/session/long_calls.hpp"
 #include "lua/session/numeric_calls.hpp"
 #include "lua/session/patterns.hpp"
 #include "lua/session/safe_calls.hpp"
@@ -174,6 +175,7 @@ void open_safe_libraries(lua_State* L) {
   open_safe_calls(L);
   open_numeric_calls(L);
   open_patterns(L);
+  open_long_calls(L);
   lua_pushglobaltable(L);
   wrap_field(L, "load", safe_load);
   lua_pushcfunction(L, guarded<print_values>);

@@ -63,7 +63,13 @@ bool load_and_run(lua_State* L, const std::string& file) {
   lua_pushstring(L, file.c_str());
   lua_rawseti(L, -2, 0);
   lua_setglobal(L, "arg");
-  return luaL_loadfilex(L, file.c_str(), "t") == LUA_OK && run(L, 0, 0);
+  if (luaL_loadfilex(L, file.c_str(), "t") == LUA_OK) return run(L, 0, 0);
+  const std::string message = error_text(L, -1);
+  if (message.starts_with("attempt to load a binary chunk")) {
+    lua_pop(L, 1);
+    lua_pushstring(L, text(file, ": this is binary Lua code (bytecode); only text is run").c_str());
+  }
+  return false;
 }
 
 Tally run_file(const std::string& file) {

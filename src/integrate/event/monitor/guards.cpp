@@ -25,10 +25,10 @@ static bool all_known(std::span<const Expr> expressions, const Leaves& known) {
 bool all_known(Expr e, const Problem& problem) { return all_known({&e, 1}, arguments_of(problem)); }
 
 std::vector<Guard> guards_of(const dae::ModelPtr& model, const Substitution& inputs, const Problem& problem,
-                             bool all_values) {
+                             bool all) {
   const Leaves known = arguments_of(problem);
   std::vector<Guard> guards;
-  for (const dae::SingularityCondition& n : dae::singularity_conditions(model, all_values)) {
+  for (const dae::SingularityCondition& n : dae::singularity_conditions(model, all)) {
     const Expr factor = substitute(n.factor, inputs);
     if (factor.is_constant() || !all_known({&factor, 1}, known)) continue;
     const bool root = !factor.is_symbol() && factor.op() == Op::sqrt;

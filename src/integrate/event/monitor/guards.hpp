@@ -18,9 +18,9 @@ struct Guard {
 };
 
 /// What the model's form was divided by, and what its equations need to be solvable.
-/// all_values: parameters may have other values than those the form was made with.
+/// all: also what no consistent point makes 0, at the parameter values that the form was made with.
 std::vector<Guard> guards_of(const dae::ModelPtr& model, const Substitution& inputs, const Problem& problem,
-                             bool all_values);
+                             bool all);
 
 /// Blocks too large for symbolic guards, with the run's inputs in their entries; only those whose entries
 /// are known where the run computes.

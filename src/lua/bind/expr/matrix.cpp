@@ -149,6 +149,10 @@ int sum_of(Call& call) {
     if (type != LUA_TNUMBER && type != LUA_TUSERDATA && type != LUA_TSTRING)
       throw Error(text("entry ", i, " of the list must be a number, an expression or a matrix, got ",
                        describe(call.L, -1)));
+    if (type == LUA_TSTRING) {  // Lua's + reads "2" but not "1/2"
+      push_expr(call.L, to_expr(call.L, -1, text("entry ", i, " of the list")));
+      lua_remove(call.L, -2);
+    }
     if (i == 1)
       lua_remove(call.L, -2);  // a list of vectors starts with its first one
     else

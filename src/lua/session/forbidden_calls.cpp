@@ -1,0 +1,69 @@
+#include "lua/session/forbidden_calls.hpp"
+
+#include <cerrno>
+
+#include "base/error.hpp"
+#include "lua/core/memory.hpp"
+#include "lua/core/trampoline.hpp"
+
+namespace pendula::lua {
+
+namespace {
+
+using Tell = std::function<void(const std::string&)>;
+
+const Tell& tell_of(lua_State* L) {
+  return *static_cast<const Tell*>(lua_touserdata(L, lua_upvalueindex(1)));
+}
+
+/// Upvalues: tell, the name of the call.
+int refuse(lua_State* L) {
+  const std::string name = lua_tostring(L, lua_upvalueindex(2));
+  tell_of(L)(name);
+  throw Error(
+      name +
+      " is forbidden in safe mode: a script can neither start programs nor use files outside its folder");
+}
+
+/// Upvalues: tell, the name of the call, the original, whose third result is the number of the error.
+int watch(lua_State* L) {
+  const int arguments = lua_gettop(L);
+  const std::string file = arguments > 0 && lua_type(L, 1) == LUA_TSTRING ? lua_tostring(L, 1) : "";
+  lua_pushvalue(L, lua_upvalueindex(3));
+  lua_insert(L, 1);
+  lua_call(L, arguments, LUA_MULTRET);
+  if (lua_gettop(L) == 3 && lua_isnil(L, 1) &&
+      (lua_tointeger(L, 3) == EACCES || lua_tointeger(L, 3) == EPERM))
+    tell_of(L)(text(lua_tostring(L, lua_upvalueindex(2)), " '", file, "'"));
+  return lua_gettop(L);
+}
+
+void replace(lua_State* L, const char* library, const char* function, const Tell& tell, bool entirely) {
+  lua_getglobal(L, library);
+  lua_pushlightuserdata(L, const_cast<Tell*>(&tell));
+  lua_pushstring(L, text(library, ".", function).c_str());
+  if (!entirely) lua_getfield(L, -3, function);
+  lua_pushcclosure(L, entirely ? guarded<refuse> : watch, entirely ? 2 : 3);
+  lua_setfield(L, -2, function);
+  lua_pop(L, 1);
+}
+
+}  // namespace
+
+void forbid_calls(lua_State* L, const Tell& tell, std::size_t memory) {
+  for (const char* function : {"execute", "tmpname"}) replace(L, "os", function, tell, true);
+  for (const char* function : {"popen", "tmpfile"}) replace(L, "io", function, tell, true);
+  for (const char* function : {"remove", "rename"}) replace(L, "os", function, tell, false);
+  replace(L, "io", "open", tell, false);
+  lua_pushglobaltable(L);
+  lua_pushliteral(L, "debug");
+  lua_pushnil(L);
+  lua_rawset(L, -3);
+  lua_getfield(L, LUA_REGISTRYINDEX, LUA_LOADED_TABLE);
+  lua_pushnil(L);
+  lua_setfield(L, -2, "debug");
+  lua_pop(L, 2);
+  set_memory_cap(L, memory);
+}
+
+}  // namespace pendula::lua

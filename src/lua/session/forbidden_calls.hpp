@@ -1,0 +1,17 @@
+// What a script that nobody trusts does not find: other programs, the debug library; and a note of what it tried.
+// This is for the error with its line. What holds it back is the operating system (shell/sandbox).
+#pragma once
+
+#include <functional>
+#include <string>
+
+#include <lua.hpp>
+
+namespace pendula::lua {
+
+/// os.execute, io.popen, io.tmpfile and os.tmpname become errors, debug is gone; io.open, os.remove and os.rename
+/// tell of files that the system refuses. `tell` is called with the name of the call and must outlive the state.
+/// Lua's blocks may sum up to `memory` bytes.
+void forbid_calls(lua_State* L, const std::function<void(const std::string&)>& tell, std::size_t memory);
+
+}  // namespace pendula::lua

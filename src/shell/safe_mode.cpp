@@ -1,0 +1,131 @@
+#include "shell/safe_mode.hpp"
+
+#include <unistd.h>
+
+#include <cstdlib>
+#include <memory>
+
+#include "base/error.hpp"
+#include "lua/session/forbidden_calls.hpp"
+#include "lua/session/state.hpp"
+#include "shell/sandbox/json.hpp"
+#include "shell/script.hpp"
+#include "shell/signals.hpp"
+
+namespace pendula::shell {
+namespace {
+
+struct Source {
+  std::string text, chunk;
+};
+
+std::vector<Source> read_sources(const Options& options) {
+  std::vector<Source> sources;
+  for (const std::string& code : options.code) sources.push_back({code, "=-e"});
+  if (options.script.empty()) {
+    if (sources.empty()) throw UsageError("--safe needs a script: pendula --safe script.lua");
+    return sources;
+  }
+  sources.push_back({read_source(options.script), chunk_name(options.script)});
+  return sources;
+}
+
+/// "exam.lua:3: text" → 3; 0: there is none.
+int line_of(const std::string& message) {
+  const auto colon = message.find(':');
+  if (colon == std::string::npos) return 0;
+  char* end = nullptr;
+  const long line = std::strtol(message.c_str() + colon + 1, &end, 10);
+  return *end == ':' && line > 0 && line < 100000000 ? static_cast<int>(line) : 0;
+}
+
+class Confined {
+ public:
+  Confined(const Options& options, const std::vector<Source>& sources, sandbox::Reporter& reporter)
+      : options_(options), sources_(sources), reporter_(reporter), state_(lua::new_state(), lua_close) {
+    set_arguments(state_.get(), options.before, options.script, options.arguments);
+    // An eighth is left for what is not Lua's.
+    lua::forbid_calls(state_.get(), tell_, options.limits.memory / 8 * 7);
+  }
+
+  bool work() {
+    for (const Source& source : sources_) {
+      const bool last = &source == &sources_.back();
+      if (run_text(state_.get(), source.text, source.chunk,
+                   last ? options_.arguments : std::vector<std::string>()))
+        continue;
+      reporter_.message(pop_error(state_.get()).text);
+      return false;
+    }
+    state_.reset();  // files are written and finalizers run inside the walls
+    return true;
+  }
+
+ private:
+  const Options& options_;
+  const std::vector<Source>& sources_;
+  sandbox::Reporter& reporter_;
+  const std::function<void(const std::string&)> tell_ = [this](const std::string& call) {
+    reporter_.forbidden(call);
+  };
+  std::unique_ptr<lua_State, decltype(&lua_close)> state_;
+};
+
+void write_all(int descriptor, const char* bytes, std::size_t size) {
+  std::FILE* const file = descriptor == 1 ? stdout : stderr;
+  std::fwrite(bytes, 1, size, file);
+  std::fflush(file);
+}
+
+std::string summary(const sandbox::Outcome& o) {
+  std::string words = o.kind == sandbox::Kind::error ? "" : text("safe mode: ", sandbox::name_of(o.kind));
+  for (const std::string& call : o.forbidden) words += (&call == &o.forbidden.front() ? ": " : ", ") + call;
+  if (o.message.empty()) return words;
+  return words.empty() ? o.message : words + "\n" + o.message;
+}
+
+}  // namespace
+
+std::vector<std::pair<std::string, std::string>> json_outcome(const sandbox::Outcome& o) {
+  std::vector<std::string> forbidden;
+  for (const std::string& call : o.forbidden) forbidden.push_back(sandbox::json_text(call));
+  const int line = line_of(o.message);
+  return {{"outcome", sandbox::json_text(sandbox::name_of(o.kind))},
+          {"status", std::to_string(sandbox::status_of(o.kind))},
+          {"message", o.message.empty() ? "null" : sandbox::json_text(o.message)},
+          {"line", line > 0 ? std::to_string(line) : "null"},
+          {"forbidden", sandbox::json_list(forbidden)},
+          {"cpu_seconds", sandbox::json_number(o.processor_seconds)},
+          {"seconds", sandbox::json_number(o.seconds)},
+          {"memory_bytes", std::to_string(o.memory)}};
+}
+
+int run_safely(const Options& options) {
+  const auto sources = read_sources(options);
+  catch_interrupt_in_session();
+  std::string out, err;
+  const auto print = [&](int descriptor, const char* bytes, std::size_t size) {
+    if (options.json)
+      (descriptor == 1 ? out : err).append(bytes, size);
+    else
+      write_all(descriptor, bytes, size);
+  };
+  const auto prepare = [&](sandbox::Reporter& reporter) -> sandbox::Work {
+    auto confined = std::make_shared<Confined>(options, sources, reporter);
+    return [confined] { return confined->work(); };
+  };
+  sandbox::Outcome outcome = sandbox::run(options.limits, prepare, print);
+  if (outcome.kind == sandbox::Kind::error && outcome.message.empty())
+    outcome.message = "the script left with os.exit and a status other than 0";
+  if (options.json) {
+    auto report = json_outcome(outcome);
+    report.emplace_back("output", sandbox::json_text(out));
+    report.emplace_back("errors", sandbox::json_text(err));
+    std::printf("%s\n", sandbox::json_object(report).c_str());
+  } else if (outcome.kind != sandbox::Kind::finished) {
+    complain(summary(outcome));
+  }
+  return sandbox::status_of(outcome.kind);
+}
+
+}  // namespace pendula::shell
