@@ -5,16 +5,16 @@
 #include <limits>
 
 #include "base/decompositions.hpp"
+#include "base/epsilon.hpp"
 #include "base/error.hpp"
 #include "base/interrupt.hpp"
 
-namespace pendula::integrate {
+namespace pendula::lab {
 namespace {
 
 using Eigen::Index;
-constexpr double eps = std::numeric_limits<double>::epsilon();
 constexpr double rank_threshold = 1e-9;  ///< of singular values of J with columns scaled to length 1
-constexpr double slow = 1e-6;  ///< a predicted rate above this shows as linear convergence in the end
+constexpr double linear_in_the_end = 1e-6;  ///< a predicted rate above this shows as linear convergence in the end
 
 class Solver {
  public:
@@ -254,7 +254,7 @@ void analyse(const NumericFunction& f, GaussNewtonRun& run) {
   double largest = 0;
   for (const Vec& x : run.x) largest = std::max(largest, x.norm());
   const double noise = 4 * eps * largest + (JtJ.inverse().cwiseAbs() * gradient_noise).norm();
-  run.observed = observe(run.x, root, noise, run.predicted > slow);
+  run.observed = observe(run.x, root, noise, run.predicted > linear_in_the_end);
 }
 
 }  // namespace
@@ -267,4 +267,4 @@ GaussNewtonRun gauss_newton(const NumericFunction& R, const GaussNewtonSettings&
   return run;
 }
 
-}  // namespace pendula::integrate
+}  // namespace pendula::lab

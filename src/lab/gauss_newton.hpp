@@ -14,7 +14,7 @@
 #include "lab/numeric_function.hpp"
 #include "lab/observed_order.hpp"
 
-namespace pendula::integrate {
+namespace pendula::lab {
 
 enum class Damping {
   automatic,    ///< α = 1, ½ … 1/16; where that fails, Levenberg–Marquardt
@@ -70,4 +70,4 @@ std::string gauss_newton_verdict(const NumericFunction& R, const GaussNewtonRun&
 /// What the data cannot tell: "(a, b) can move along (1, -1) …; only a + b is determined".
 std::string undetermined_text(const std::vector<std::string>& names, const Mat& directions);
 
-}  // namespace pendula::integrate
+}  // namespace pendula::lab

@@ -6,18 +6,13 @@
 #include "base/error.hpp"
 #include "base/text.hpp"
 #include "lab/gauss_newton.hpp"
+#include "lab/printed.hpp"
 
-namespace pendula::integrate {
+namespace pendula::lab {
 namespace {
 
 using Eigen::Index;
-constexpr int widest = 5, first_rows = 10, last_rows = 6;
-
-std::string printed(const char* format, int digits, double value) {
-  char buffer[64];
-  std::snprintf(buffer, sizeof buffer, format, digits, value);
-  return buffer;
-}
+constexpr int widest_x = 5, rows_before = 10, rows_after = 6;
 
 std::string heading(const NumericFunction& f, const GaussNewtonSettings& settings,
                     const GaussNewtonRun& run) {
@@ -36,7 +31,7 @@ std::string heading(const NumericFunction& f, const GaussNewtonSettings& setting
 }
 
 std::string table_text(const NumericFunction& f, const GaussNewtonRun& run) {
-  const Index shown = std::min<Index>(f.n(), widest);
+  const Index shown = std::min<Index>(f.n(), widest_x);
   const bool damped = std::any_of(run.alpha.begin(), run.alpha.end(), [](double a) { return a < 1; });
   const bool marquardt = std::any_of(run.lambda.begin(), run.lambda.end(), [](double l) { return l > 0; });
   const bool errors = !run.observed.error.empty();
@@ -50,9 +45,9 @@ std::string table_text(const NumericFunction& f, const GaussNewtonRun& run) {
   table.row(head);
   const std::size_t n = run.x.size();
   for (std::size_t k = 0; k < n; ++k) {
-    if (n > first_rows + last_rows + 1 && k == first_rows) {
+    if (n > rows_before + rows_after + 1 && k == rows_before) {
       table.row({"…"});
-      k = n - last_rows;
+      k = n - rows_after;
     }
     std::vector<std::string> row = {std::to_string(k)};
     for (Index j = 0; j < shown; ++j) row.push_back(rounded(run.x[k][j], 9));
@@ -177,4 +172,4 @@ std::string gauss_newton_verdict(const NumericFunction& R, const GaussNewtonRun&
   return out;
 }
 
-}  // namespace pendula::integrate
+}  // namespace pendula::lab

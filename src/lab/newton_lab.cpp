@@ -5,15 +5,15 @@
 #include <limits>
 
 #include "base/decompositions.hpp"
+#include "base/epsilon.hpp"
 #include "base/error.hpp"
 #include "base/interrupt.hpp"
 #include "integrate/solve/newton.hpp"
 
-namespace pendula::integrate {
+namespace pendula::lab {
 namespace {
 
 using Eigen::Index;
-constexpr double eps = std::numeric_limits<double>::epsilon();
 constexpr double smallest_step = 1.0 / (1 << 20);
 constexpr int longest_cycle = 12;
 constexpr int largest_inverse = 50;
@@ -165,7 +165,7 @@ class Iteration {
   Vec x_, residual_, blur_;
   Mat M_;
   Vec step_;
-  ScaledLU lu_;
+  integrate::ScaledLU lu_;
   double far_;
   NewtonRun run_;
 };
@@ -218,4 +218,4 @@ Basins basins(const NumericFunction& r, const NewtonSettings& settings, const Ve
   return result;
 }
 
-}  // namespace pendula::integrate
+}  // namespace pendula::lab

@@ -17,7 +17,7 @@
 #include "lab/numeric_function.hpp"
 #include "lab/observed_order.hpp"
 
-namespace pendula::integrate {
+namespace pendula::lab {
 
 enum class JacobianKind { exact, finite_difference, frozen, given };
 
@@ -85,4 +85,4 @@ struct Basins {
 };
 Basins basins(const NumericFunction& r, const NewtonSettings& settings, const Vec& first, const Vec& second);
 
-}  // namespace pendula::integrate
+}  // namespace pendula::lab

@@ -6,21 +6,14 @@
 #include "base/error.hpp"
 #include "base/text.hpp"
 #include "lab/newton_lab.hpp"
+#include "lab/printed.hpp"
 
-namespace pendula::integrate {
+namespace pendula::lab {
 namespace {
 
 using Eigen::Index;
 constexpr int widest = 4;  ///< unknowns shown side by side
 constexpr int first_rows = 10, last_rows = 8;
-
-std::string printed(const char* format, int digits, double value) {
-  char buffer[64];
-  std::snprintf(buffer, sizeof buffer, format, digits, value);
-  std::string out = buffer;
-  if (out.find_first_not_of("-0.") == std::string::npos && out[0] == '-') out.erase(0, 1);  // never -0.000
-  return out;
-}
 
 /// 15 significant digits of the largest value of a column, the same number of decimals in all of its rows;
 /// decimals that rounding does not determine are left blank.
@@ -118,4 +111,4 @@ std::string newton_text(const NumericFunction& r, const NewtonSettings& settings
   return heading(settings, run) + table_text(r, settings, run) + wrapped(run.verdict);
 }
 
-}  // namespace pendula::integrate
+}  // namespace pendula::lab

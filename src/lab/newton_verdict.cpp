@@ -4,17 +4,17 @@
 #include <limits>
 
 #include "base/decompositions.hpp"
+#include "base/epsilon.hpp"
 #include "base/error.hpp"
 #include "base/text.hpp"
 #include "lab/newton_lab.hpp"
 
-namespace pendula::integrate {
+namespace pendula::lab {
 namespace {
 
 using Eigen::Index;
-constexpr double eps = std::numeric_limits<double>::epsilon();
 constexpr double flat = 1e-3;  ///< scaled singular value below which a root may be singular
-constexpr double slow = 1e-3;  ///< a predicted rate above this is linear convergence one can see
+constexpr double visibly_linear = 1e-3;  ///< a predicted rate above this is linear convergence one can see
 
 class Judge {
  public:
@@ -131,7 +131,7 @@ class Judge {
   }
 
   void measure(const Mat& J) {
-    const bool linear = run_.singular_root || run_.predicted > slow;
+    const bool linear = run_.singular_root || run_.predicted > visibly_linear;
     double noise = 4 * eps * root_.norm();
     if (run_.singular_root)  // the extrapolated x⋆ is no better than the last iterates
       noise = 5 * (run_.x.back() - root_).norm() / above_noise;
@@ -171,7 +171,7 @@ class Judge {
 
   std::string words(const Mat& at_start, const Mat& J) const {
     if (run_.singular_root) return singular_root_words();
-    if (run_.predicted > slow) return linear_words();
+    if (run_.predicted > visibly_linear) return linear_words();
     const bool exact = settings_.jacobian == JacobianKind::exact;
     const std::string conditions =
         text(exact ? "the Jacobian is exact" : "the " + jacobian_words() + " is very nearly exact",
@@ -299,4 +299,4 @@ void judge(const NumericFunction& r, const NewtonSettings& settings, NewtonRun& 
     run.verdict = judge.not_converged();
 }
 
-}  // namespace pendula::integrate
+}  // namespace pendula::lab

@@ -12,7 +12,7 @@
 #include "expr/graph/derivative.hpp"
 #include "expr/print/print.hpp"
 
-namespace pendula::integrate {
+namespace pendula::lab {
 namespace {
 
 using Eigen::Index;
@@ -195,4 +195,4 @@ Conditioning conditioning(const Mat& J, const Mat& scale) {
   return result;
 }
 
-}  // namespace pendula::integrate
+}  // namespace pendula::lab

@@ -10,7 +10,7 @@
 #include "base/math.hpp"
 #include "expr/graph/graph.hpp"
 
-namespace pendula::integrate {
+namespace pendula::lab {
 
 struct NumericFunction {
   std::vector<std::string> unknowns;  ///< n names
@@ -61,4 +61,4 @@ struct Conditioning {
 /// default |J|.
 Conditioning conditioning(const Mat& J, const Mat& scale = {});
 
-}  // namespace pendula::integrate
+}  // namespace pendula::lab

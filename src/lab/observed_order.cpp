@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-namespace pendula::integrate {
+namespace pendula::lab {
 namespace {
 
 /// The slope of log e₊ over log e through the last pairs of errors in the phase of steady contraction: c in
@@ -51,4 +51,4 @@ Observed observe(const std::vector<Vec>& x, const Vec& root, double noise, bool 
   return o;
 }
 
-}  // namespace pendula::integrate
+}  // namespace pendula::lab

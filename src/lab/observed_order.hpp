@@ -5,7 +5,7 @@
 
 #include "base/math.hpp"
 
-namespace pendula::integrate {
+namespace pendula::lab {
 
 /// An error is measured while it is this many times its noise, so that four digits of a ratio are not
 /// rounding.
@@ -26,4 +26,4 @@ struct Observed {
 /// `linear`: the theory predicts linear convergence; decides which ratio is the rate.
 Observed observe(const std::vector<Vec>& x, const Vec& root, double noise, bool linear);
 
-}  // namespace pendula::integrate
+}  // namespace pendula::lab

@@ -20,7 +20,7 @@ bool is_static(const System& g) {
 
 bool has_states(const System& g) { return g.form == Form::ss && g.ss.order() > 0; }
 
-std::string time_text(const System& g) {
+std::string time_clause(const System& g) {
   return g.continuous() ? "is continuous"
                         : text("has the sampling time ",
                                g.Ts.is_constant() ? pendula::rounded(constant_value(g.Ts)) : to_text(g.Ts));
@@ -31,8 +31,8 @@ Expr common_time(const System& a, const System& b) {
   if (a.Ts == b.Ts) return a.Ts;
   if (is_static(a) && a.continuous()) return b.Ts;
   if (is_static(b) && b.continuous()) return a.Ts;
-  throw Error(text("the sampling times differ: the first system ", time_text(a), ", the second ",
-                   time_text(b), "; convert one with c2d(G, Ts) or d2c(G)"));
+  throw Error(text("the sampling times differ: the first system ", time_clause(a), ", the second ",
+                   time_clause(b), "; convert one with c2d(G, Ts) or d2c(G)"));
 }
 
 /// State space where one of them is, else fractions.

@@ -18,8 +18,6 @@ namespace {
 
 using Eigen::Index;
 
-int width_of(const std::string& s) { return static_cast<int>(characters(s).size()); }
-
 /// The drawing area in cells (inside the frame) and how data map to its dots.
 struct Frame {
   const Figure& figure;

@@ -12,8 +12,6 @@ namespace {
 
 using Eigen::Index;
 
-int width_of(const std::string& s) { return static_cast<int>(characters(s).size()); }
-
 struct Spot {
   double x, y;  ///< dots
 };

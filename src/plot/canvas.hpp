@@ -69,6 +69,7 @@ class Canvas {
 /// Splits a text into characters, each with its combining
 /// marks; control characters and broken UTF-8 become blanks.
 std::vector<std::string> characters(std::string_view utf8);
+inline int width_of(std::string_view utf8) { return static_cast<int>(characters(utf8).size()); }
 
 /// The text in a colour of the palette, and back to normal after it.
 std::string painted(const std::string& text, int colour, Palette palette);

@@ -14,13 +14,13 @@ namespace {
 
 using Eigen::Index;
 
-const char* const axis_names[] = {"x", "y"};
+const char* const gnuplot_axes[] = {"x", "y"};
 
 std::string axis_lines(const Figure& f, int a) {
   const Axis& axis = f.axes[static_cast<size_t>(a)];
   const Range r = visible(f, a);
   const Ticks t = ticks(axis, r, a == 0 ? 9 : 7);
-  const std::string name = axis_names[a];
+  const std::string name = gnuplot_axes[a];
   std::string out = "set " + name + "range [" + shortest(axis.reversed ? r.high : r.low) + ":" +
                     shortest(axis.reversed ? r.low : r.high) + "]\n";
   if (axis.log) out += "set logscale " + name + " 10\n";

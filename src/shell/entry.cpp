@@ -18,10 +18,6 @@ bool ends_with(std::string_view text, std::string_view end) {
   return text.size() >= end.size() && text.substr(text.size() - end.size()) == end;
 }
 
-bool contains(std::string_view text, std::string_view part) {
-  return text.find(part) != std::string_view::npos;
-}
-
 /// +1 where a block begins, -1 where it ends. `for` and `while` count by their `do`, `elseif` by its `if`.
 int block_step(const Token& token) {
   if (token.kind != TokenKind::keyword) return 0;

@@ -166,10 +166,6 @@ std::string_view by_turn(std::string_view source, const std::vector<Token>& toke
   return {};
 }
 
-bool contains(std::string_view text, std::string_view part) {
-  return text.find(part) != std::string_view::npos;
-}
-
 bool has_else_if(std::string_view source) {
   const auto tokens = tokenize(source);
   for (std::size_t i = 0; i + 1 < tokens.size(); ++i)

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <limits>
 
+#include "base/epsilon.hpp"
+
 namespace pendula::codegen {
 namespace {
 
@@ -78,7 +80,6 @@ class Markowitz {
     for (int i : columns_[at(j)])
       if (!row_done_[at(i)]) largest = std::max(largest, scaled(i, j));
     Candidate found;
-    constexpr double eps = std::numeric_limits<double>::epsilon();
     if (!(largest > n_ * eps * eps)) return found;
     for (int i : columns_[at(j)]) {
       if (row_done_[at(i)]) continue;

@@ -13,7 +13,7 @@ namespace pendula::dae {
 namespace {
 
 /// Rows, then columns, divided by their largest entry: the rank shall not depend on units.
-Mat equilibrated(Mat m) {
+Mat scaled_once(Mat m) {
   for (Eigen::Index i = 0; i < m.rows(); ++i)
     if (const double s = m.row(i).cwiseAbs().maxCoeff(); s > 0) m.row(i) /= s;
   for (Eigen::Index j = 0; j < m.cols(); ++j)
@@ -46,7 +46,7 @@ Mat evaluate(const MatX& m, const std::unordered_map<Expr, double>& values) {
 
 int numeric_rank(const Mat& m, double* gap) {
   if (m.size() == 0) return 0;
-  const Eigen::JacobiSVD<Mat> svd(equilibrated(m));
+  const Eigen::JacobiSVD<Mat> svd(scaled_once(m));
   const Vec s = svd.singularValues();
   int rank = 0;
   while (rank < s.size() && s[rank] > rank_tolerance * s[0] && s[rank] > 0) ++rank;

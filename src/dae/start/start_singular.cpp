@@ -22,8 +22,8 @@ namespace {
 
 using Index = Eigen::Index;
 
-constexpr std::size_t affordable = 60;  // unknowns; singular values cost O(n³)
-constexpr std::size_t continued = 12;   // unknowns of a model whose smooth continuation is searched
+constexpr std::size_t most_by_svd = 60;  // unknowns; singular values cost O(n³)
+constexpr std::size_t continued = 12;    // unknowns of a model whose smooth continuation is searched
 
 std::vector<Expr> unknowns_of_step(const Model& low) {
   std::vector<Expr> list = low.top_derivatives();
@@ -134,7 +134,7 @@ Continuation smooth_continuation(const StartSystem& s, const Vec& w) {
 }  // namespace
 
 void require_regular_point(const ModelPtr& model, const StartSystem& s, const Vec& w, bool is_determined) {
-  if (s.low->variables.size() > affordable || !s.request.keep_invariants) return;
+  if (s.low->variables.size() > most_by_svd || !s.request.keep_invariants) return;
   const Mat J = top_jacobian_at(s, w);
   if (J.size() == 0 || !J.allFinite()) return;
   const RankGap rank = rank_with_gap(J);

@@ -10,7 +10,7 @@
 namespace pendula::dae {
 namespace {
 
-constexpr int none = -1;
+constexpr int unassigned = -1;
 constexpr int far = std::numeric_limits<int>::max() / 4;
 
 /// Greatest-value transversal by the primal-dual method (Kuhn-Munkres on a sparse matrix, all free equations
@@ -20,8 +20,8 @@ class Transversal {
  public:
   Transversal(const Signature& sigma, int variables)
       : sigma_(sigma),
-        variable_of(sigma.size(), none),
-        equation_of(variables, none),
+        variable_of(sigma.size(), unassigned),
+        equation_of(variables, unassigned),
         row_(sigma.size(), 0),
         column_(variables, 0),
         distance_(variables, far),
@@ -33,7 +33,7 @@ class Transversal {
       while (augment_tight()) poll_interrupt();
     } while (make_tight());
     for (std::size_t i = 0; i < sigma.size(); ++i)
-      if (variable_of[i] == none) unmatched.push_back(static_cast<int>(i));
+      if (variable_of[i] == unassigned) unmatched.push_back(static_cast<int>(i));
   }
 
  private:
@@ -52,7 +52,7 @@ class Transversal {
     std::fill(next_.begin(), next_.end(), 0);
     bool any = false;
     for (int i = 0; i < static_cast<int>(sigma_.size()); ++i)
-      if (variable_of[i] == none && augment(i)) any = true;
+      if (variable_of[i] == unassigned && augment(i)) any = true;
     return any;
   }
 
@@ -67,7 +67,7 @@ class Transversal {
       const auto& e = sigma_[i][next_[i]++];
       if (visited_[e.variable] || cost(i, e) != 0) continue;
       visited_[e.variable] = 1;
-      if (equation_of[e.variable] != none) {
+      if (equation_of[e.variable] != unassigned) {
         path.push_back(equation_of[e.variable]);
         continue;
       }
@@ -95,13 +95,13 @@ class Transversal {
       }
     };
     for (int i = 0; i < static_cast<int>(sigma_.size()); ++i)
-      if (variable_of[i] == none) relax(i, 0);
+      if (variable_of[i] == unassigned) relax(i, 0);
     int length = far;
     while (!queue.empty()) {
       const auto [d, j] = queue.top();
       queue.pop();
       if (d > distance_[j]) continue;
-      if (equation_of[j] == none) {
+      if (equation_of[j] == unassigned) {
         length = d;
         break;
       }
@@ -109,7 +109,7 @@ class Transversal {
     }
     if (length == far) return false;
     for (int i = 0; i < static_cast<int>(sigma_.size()); ++i)
-      if (variable_of[i] == none) row_[i] -= length;
+      if (variable_of[i] == unassigned) row_[i] -= length;
     for (int j = 0; j < static_cast<int>(equation_of.size()); ++j)
       if (distance_[j] < length) {
         column_[j] += length - distance_[j];

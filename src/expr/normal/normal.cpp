@@ -5,10 +5,8 @@
 namespace pendula {
 namespace {
 
-constexpr double copy_limit = 4e6;         // terms that one session may copy out of shared sums
-constexpr std::size_t weight_bits = 4096;  // coefficients and exponents beyond this keep their node whole
-constexpr long power_limit = 64;           // (2x)^n is written 2^n x^n up to this n
-constexpr long simple_denominator = 20;    // 9.81 is not a multiple of 1/100 to a reader
+constexpr long power_limit = 64;         // (2x)^n is written 2^n x^n up to this n
+constexpr long simple_denominator = 20;  // 9.81 is not a multiple of 1/100 to a reader
 
 std::size_t combine(std::size_t seed, std::size_t value) {
   return seed ^ (value + 0x9e3779b97f4a7c15ull + (seed << 6) + (seed >> 2));

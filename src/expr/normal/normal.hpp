@@ -21,6 +21,9 @@
 
 namespace pendula {
 
+inline constexpr double copy_limit = 4e6;         ///< terms that one session may copy out of shared sums
+inline constexpr std::size_t weight_bits = 4096;  ///< longer coefficients and exponents keep their node whole
+
 /// A rational, or a double where only that is known. Doubles
 /// are read as simple rationals like everywhere (graph.hpp).
 class Number {

@@ -6,9 +6,6 @@
 namespace pendula {
 namespace {
 
-constexpr double copy_limit = 4e6;         // terms that one session may copy out of shared sums
-constexpr std::size_t weight_bits = 4096;  // coefficients and exponents beyond this keep their node whole
-
 /// n of x^n where n is a whole number that fits comfortably.
 std::optional<long> whole_exponent(Expr power) {
   const mpq_class* n = exact_value(power.operand(1));

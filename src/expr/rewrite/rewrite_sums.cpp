@@ -6,7 +6,7 @@
 namespace pendula {
 namespace {
 
-constexpr int most_rounds = 40;
+constexpr int most_passes = 40;
 constexpr std::size_t most_terms = 2000;
 
 using Index = std::size_t;
@@ -115,7 +115,7 @@ std::optional<Sum> Simplifier::by_angle_sums(const std::vector<Term>& terms) {
 }
 
 SumId Simplifier::by_sum_rules(SumId id) {
-  for (int round = 0; round < most_rounds; ++round) {
+  for (int round = 0; round < most_passes; ++round) {
     const std::vector<Term> terms = ordered_terms(id);
     if (terms.size() < 2 || terms.size() > most_terms) break;
     auto shorter = by_squares(terms);

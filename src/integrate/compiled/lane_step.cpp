@@ -5,6 +5,7 @@
 #include <limits>
 #include <mutex>
 
+#include "base/epsilon.hpp"
 #include "codegen/program/program_cache.hpp"
 #include "integrate/compiled/pair_emitter.hpp"
 #include "integrate/compiled/step_cache.hpp"
@@ -16,8 +17,6 @@ using codegen::Slot;
 using codegen::Writer;
 
 namespace {
-
-constexpr double eps = std::numeric_limits<double>::epsilon();
 
 /// 0, or NaN if one of the numbers is not finite.
 Formula defect(Writer& w, const Slots& list) {

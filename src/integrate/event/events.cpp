@@ -4,13 +4,13 @@
 #include <cmath>
 #include <unordered_set>
 
+#include "base/epsilon.hpp"
 #include "dae/model/first_order.hpp"
 #include "expr/graph/derivative.hpp"
 
 namespace pendula::integrate {
 namespace {
 
-constexpr double eps = std::numeric_limits<double>::epsilon();
 constexpr double tiny = std::numeric_limits<double>::min();  // a sign without a size
 constexpr int pieces = 4;  // a step is looked at in so many places, and in halves of them
 constexpr int deepest = 3, deepest_clock = 8;

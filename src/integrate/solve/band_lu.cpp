@@ -5,12 +5,14 @@
 #include <limits>
 #include <type_traits>
 
+#include "base/epsilon.hpp"
 #include "base/four.hpp"
 
 namespace pendula::integrate {
 namespace {
 
 std::size_t at(int i) { return static_cast<std::size_t>(i); }
+
 constexpr int padded(int count) { return (count + 3) / 4 * 4; }
 
 /// What elimination works on; row k begins at a[k · parts · width].
@@ -92,7 +94,6 @@ void exchange(Band& b, int k, int p) {
 
 template <int parts>
 [[gnu::always_inline]] inline bool eliminate(Band& b) {
-  constexpr double eps = std::numeric_limits<double>::epsilon();
   for (int k = 0; k < b.n; ++k) {
     double largest = 0;
     const int p = b.swap[k] = pivot<parts>(b, k, largest);

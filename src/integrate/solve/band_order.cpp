@@ -9,35 +9,35 @@
 namespace pendula::integrate {
 namespace {
 
-std::size_t at(int i) { return static_cast<std::size_t>(i); }
+std::size_t slot(int i) { return static_cast<std::size_t>(i); }
 
 /// Lists of numbers, one behind the other.
 struct Lists {
   std::vector<int> first, item;
-  Lists(int n, const std::vector<Position>& pairs) : first(at(n) + 1, 0), item(pairs.size()) {
-    for (const Position& p : pairs) ++first[at(p.row) + 1];
+  Lists(int n, const std::vector<Position>& pairs) : first(slot(n) + 1, 0), item(pairs.size()) {
+    for (const Position& p : pairs) ++first[slot(p.row) + 1];
     std::partial_sum(first.begin(), first.end(), first.begin());
     std::vector<int> next(first.begin(), first.end() - 1);
-    for (const Position& p : pairs) item[at(next[at(p.row)]++)] = p.column;
+    for (const Position& p : pairs) item[slot(next[slot(p.row)]++)] = p.column;
   }
-  const int* begin(int i) const { return item.data() + first[at(i)]; }
-  const int* end(int i) const { return item.data() + first[at(i) + 1]; }
-  int size(int i) const { return first[at(i) + 1] - first[at(i)]; }
+  const int* begin(int i) const { return item.data() + first[slot(i)]; }
+  const int* end(int i) const { return item.data() + first[slot(i) + 1]; }
+  int size(int i) const { return first[slot(i) + 1] - first[slot(i)]; }
 };
 
 /// The row of every column; diagonal entries where that is possible.
 class Matching {
  public:
   Matching(int n, const std::vector<Position>& positions)
-      : columns_of_(n, positions), row_of(at(n), -1), column_of_(at(n), -1), seen_(at(n), -1) {
+      : columns_of_(n, positions), row_of(slot(n), -1), column_of_(slot(n), -1), seen_(slot(n), -1) {
     for (const Position& p : positions)
-      if (p.row == p.column) row_of[at(p.row)] = column_of_[at(p.row)] = p.row;
+      if (p.row == p.column) row_of[slot(p.row)] = column_of_[slot(p.row)] = p.row;
     for (int i = 0; i < n; ++i)
-      for (const int* j = columns_of_.begin(i); column_of_[at(i)] < 0 && j != columns_of_.end(i); ++j)
-        if (row_of[at(*j)] < 0) row_of[at(*j)] = i, column_of_[at(i)] = *j;
+      for (const int* j = columns_of_.begin(i); column_of_[slot(i)] < 0 && j != columns_of_.end(i); ++j)
+        if (row_of[slot(*j)] < 0) row_of[slot(*j)] = i, column_of_[slot(i)] = *j;
     long left = 100 * static_cast<long>(positions.size()) + 1000;
     for (int i = 0; i < n && complete; ++i)
-      if (column_of_[at(i)] < 0) complete = augment(i, left);
+      if (column_of_[slot(i)] < 0) complete = augment(i, left);
   }
 
   bool complete = true;
@@ -59,16 +59,16 @@ class Matching {
       }
       const int j = *here.next;
       if (--left < 0) return false;
-      if (seen_[at(j)] == start) {
+      if (seen_[slot(j)] == start) {
         ++here.next;
         continue;
       }
-      seen_[at(j)] = start;
-      if (row_of[at(j)] >= 0) {
-        path.push_back({row_of[at(j)], columns_of_.begin(row_of[at(j)])});
+      seen_[slot(j)] = start;
+      if (row_of[slot(j)] >= 0) {
+        path.push_back({row_of[slot(j)], columns_of_.begin(row_of[slot(j)])});
         continue;
       }
-      for (const Place& p : path) row_of[at(*p.next)] = p.row, column_of_[at(p.row)] = *p.next;
+      for (const Place& p : path) row_of[slot(*p.next)] = p.row, column_of_[slot(p.row)] = *p.next;
       return true;
     }
     return false;
@@ -86,13 +86,13 @@ class Matching {
 /// the last level.
 int walk(const Lists& graph, int from, std::vector<int>& order, std::vector<char>& seen) {
   std::size_t level = order.size(), done = level;
-  order.push_back(from), seen[at(from)] = 1;
+  order.push_back(from), seen[slot(from)] = 1;
   while (done < order.size()) {
     level = done;
     for (const std::size_t end = order.size(); done < end; ++done) {
       const std::size_t first = order.size();
       for (const int* j = graph.begin(order[done]); j != graph.end(order[done]); ++j)
-        if (!seen[at(*j)]) seen[at(*j)] = 1, order.push_back(*j);
+        if (!seen[slot(*j)]) seen[slot(*j)] = 1, order.push_back(*j);
       std::sort(order.begin() + static_cast<std::ptrdiff_t>(first), order.end(), [&](int a, int b) {
         return graph.size(a) != graph.size(b) ? graph.size(a) < graph.size(b) : a < b;
       });
@@ -104,15 +104,15 @@ int walk(const Lists& graph, int from, std::vector<int>& order, std::vector<char
 
 std::vector<int> cuthill_mckee(int n, const Lists& graph) {
   std::vector<int> order;
-  std::vector<char> seen(at(n), 0);
-  order.reserve(at(n));
+  std::vector<char> seen(slot(n), 0);
+  order.reserve(slot(n));
   for (int i = 0; i < n; ++i) {
-    if (seen[at(i)]) continue;
+    if (seen[slot(i)]) continue;
     const auto first = static_cast<std::ptrdiff_t>(order.size());
     int from = i;
     for (int times = 0; times < 3; ++times) {
       if (times > 0) {
-        for (auto v = order.begin() + first; v != order.end(); ++v) seen[at(*v)] = 0;
+        for (auto v = order.begin() + first; v != order.end(); ++v) seen[slot(*v)] = 0;
         order.resize(static_cast<std::size_t>(first));
       }
       from = walk(graph, from, order, seen);
@@ -124,11 +124,11 @@ std::vector<int> cuthill_mckee(int n, const Lists& graph) {
 std::optional<BandOrder> found(int n, const std::vector<Position>& positions) {
   const Matching matching(n, positions);
   if (!matching.complete) return {};
-  std::vector<int> vertex(at(n));  // of a row: its column
-  for (int j = 0; j < n; ++j) vertex[at(matching.row_of[at(j)])] = j;
+  std::vector<int> vertex(slot(n));  // of a row: its column
+  for (int j = 0; j < n; ++j) vertex[slot(matching.row_of[slot(j)])] = j;
   std::vector<Position> edges;
   for (const Position& p : positions) {
-    const int v = vertex[at(p.row)];
+    const int v = vertex[slot(p.row)];
     if (v != p.column) edges.push_back({v, p.column}), edges.push_back({p.column, v});
   }
   const auto before = [](const Position& a, const Position& b) {
@@ -142,13 +142,13 @@ std::optional<BandOrder> found(int n, const std::vector<Position>& positions) {
               edges.end());
   BandOrder result;
   result.column = cuthill_mckee(n, Lists(n, edges));
-  std::vector<int> place(at(n));
+  std::vector<int> place(slot(n));
   for (int k = 0; k < n; ++k) {
-    place[at(result.column[at(k)])] = k;
-    result.row.push_back(matching.row_of[at(result.column[at(k)])]);
+    place[slot(result.column[slot(k)])] = k;
+    result.row.push_back(matching.row_of[slot(result.column[slot(k)])]);
   }
   for (const Position& p : positions) {
-    const int distance = place[at(vertex[at(p.row)])] - place[at(p.column)];
+    const int distance = place[slot(vertex[slot(p.row)])] - place[slot(p.column)];
     result.below = std::max(result.below, distance), result.above = std::max(result.above, -distance);
   }
   if (result.below > BandOrder::widest || result.above > BandOrder::widest) return {};
@@ -162,7 +162,7 @@ struct Answer {
 }  // namespace
 
 std::shared_ptr<const BandOrder> BandOrder::find(int n, const std::vector<Position>& positions) {
-  if (positions.size() > at(n) * (2 * widest + 1)) return nullptr;
+  if (positions.size() > slot(n) * (2 * widest + 1)) return nullptr;
   codegen::Key key{static_cast<std::uint32_t>(n)};
   for (const Position& p : positions)
     key.push_back(static_cast<std::uint32_t>(p.row)), key.push_back(static_cast<std::uint32_t>(p.column));
@@ -173,7 +173,7 @@ std::shared_ptr<const BandOrder> BandOrder::find(int n, const std::vector<Positi
   auto order = found(n, positions);
   const auto answer = std::make_shared<Answer>();
   if (order) answer->order = std::make_shared<const BandOrder>(std::move(*order));
-  answers.add(key, answer, at(n));
+  answers.add(key, answer, slot(n));
   return answer->order;
 }
 

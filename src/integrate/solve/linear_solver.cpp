@@ -8,19 +8,18 @@
 
 #include <klu.h>
 
+#include "base/epsilon.hpp"
 #include "base/error.hpp"
 #include "codegen/program/program_cache.hpp"
 
 namespace pendula::integrate {
 namespace {
 
-constexpr double eps = std::numeric_limits<double>::epsilon();
-
 // bench/linear.cpp. Code is made when the factorisations so far have taken about as long as making it will:
 // some 200 of them. Up to 60 unknowns that is a millisecond or less, and the code is remembered: made at
 // once.
-constexpr int small = 60;
-long often(int n) { return n <= small ? 12 : std::min(static_cast<long>(n) * n / 25, 200L); }
+constexpr int dense_always = 60;
+long often(int n) { return n <= dense_always ? 12 : std::min(static_cast<long>(n) * n / 25, 200L); }
 
 /// The most operations with which code still beats dense elimination, α n³ + β n² (in units of 0.25 ns, what
 /// one operation of code takes): loops run vectorised there.
@@ -58,11 +57,11 @@ std::complex<double> inverse(std::complex<double> a) {
 }
 
 /// row[j] -= factor · other[j]
-void subtract(double* row, double factor, const double* other, int count) {
+void subtract_row(double* row, double factor, const double* other, int count) {
   for (int j = 0; j < count; ++j) row[j] -= factor * other[j];
 }
-void subtract(std::complex<double>* row, std::complex<double> factor, const std::complex<double>* other,
-              int count) {
+void subtract_row(std::complex<double>* row, std::complex<double> factor, const std::complex<double>* other,
+                  int count) {
   const double re = factor.real(), im = factor.imag();
   auto* to = reinterpret_cast<double*>(row);
   const auto* from = reinterpret_cast<const double*>(other);
@@ -302,7 +301,7 @@ bool LinearSolver<Scalar>::plan(const Scalar* values) {
 
 template <class Scalar>
 void LinearSolver<Scalar>::prepare(const Scalar* values) {
-  if (straight_.empty() && n_ <= small) plan(values);
+  if (straight_.empty() && n_ <= dense_always) plan(values);
 }
 
 template <class Scalar>
@@ -351,7 +350,7 @@ bool LinearSolver<Scalar>::factorise_dense(const Scalar* values) {
       Scalar& factor = a[i * n + k];
       if (factor == Scalar(0)) continue;
       factor = times(factor, reciprocal);
-      subtract(a + i * n + k + 1, factor, a + k * n + k + 1, n - k - 1);
+      subtract_row(a + i * n + k + 1, factor, a + k * n + k + 1, n - k - 1);
     }
   }
   return true;

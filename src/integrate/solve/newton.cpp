@@ -4,12 +4,12 @@
 #include <limits>
 
 #include "base/decompositions.hpp"
+#include "base/epsilon.hpp"
 #include "base/interrupt.hpp"
 
 namespace pendula::integrate {
 namespace {
 
-constexpr double eps = std::numeric_limits<double>::epsilon();
 constexpr int most_iterations = 40;
 constexpr double rounding_level = 32 * eps;
 constexpr double stagnation_level = 1e-10;

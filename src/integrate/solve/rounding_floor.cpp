@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <limits>
 
+#include "base/epsilon.hpp"
 #include "base/error.hpp"
 #include "base/text.hpp"
 #include "integrate/solve/tolerances.hpp"
@@ -19,7 +20,6 @@ RoundingFloor::RoundingFloor(std::vector<int> index, int states) : index_(std::m
 
 /// ε Σ |∂F_i/∂y_j y_j| with signs of three patterns, solved for.
 void RoundingFloor::measure(const Matrix& A, const double* y, const double* xdot) {
-  constexpr double eps = std::numeric_limits<double>::epsilon();
   const std::size_t size = index_.size();
   std::vector<double> terms(size, 0.0), right(size);
   for (std::size_t k = 0; k < A.entries.size(); ++k) {

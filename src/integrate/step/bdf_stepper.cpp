@@ -4,12 +4,12 @@
 #include <array>
 #include <cmath>
 
+#include "base/epsilon.hpp"
 #include "base/interrupt.hpp"
 
 namespace pendula::integrate {
 namespace {
 
-constexpr double eps = std::numeric_limits<double>::epsilon();
 constexpr int most_iterations = 4;
 /// κ of the NDF: larger steps than BDF at a small loss of stability; 0 at order 5.
 constexpr std::array<double, 6> kappa = {0, -0.1850, -1.0 / 9, -0.0823, -0.0415, 0};

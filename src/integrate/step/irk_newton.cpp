@@ -3,16 +3,13 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/epsilon.hpp"
 #include "base/text.hpp"
 #include "integrate/solve/vector_sums.hpp"
 #include "integrate/step/irk_stepper.hpp"
 
 namespace pendula::integrate {
-namespace {
-
-constexpr double eps = std::numeric_limits<double>::epsilon();
-
-}  // namespace
+namespace {}  // namespace
 
 bool IrkStepper::evaluate_jacobian() {
   problem_->place(here_.t, here_.x.data(), here_.xdot.data(), here_.z.data());

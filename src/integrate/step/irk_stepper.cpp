@@ -3,13 +3,13 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/epsilon.hpp"
 #include "base/interrupt.hpp"
 #include "base/text.hpp"
 
 namespace pendula::integrate {
 namespace {
 
-constexpr double eps = std::numeric_limits<double>::epsilon();
 constexpr double order_up = 0.002, order_down = 0.8;  // contraction
 constexpr double order_quotient_low = 0.8, order_quotient_high = 1.2;
 

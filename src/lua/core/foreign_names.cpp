@@ -13,7 +13,7 @@ struct Remedy {
   std::string_view text;
 };
 
-constexpr Remedy global_names[] = {
+constexpr Remedy foreign_globals[] = {
     // values
     {"True TRUE", "write true"},
     {"False FALSE", "write false"},
@@ -150,7 +150,7 @@ std::string remedy_in(const Remedy* first, const Remedy* last, std::string_view 
 }  // namespace
 
 std::string remedy_for_name(std::string_view name) {
-  return remedy_in(std::begin(global_names), std::end(global_names), name);
+  return remedy_in(std::begin(foreign_globals), std::end(foreign_globals), name);
 }
 
 std::string remedy_for_member(std::string_view type, std::string_view name) {

@@ -42,13 +42,6 @@ void push_interned(lua_State* L, Expr e) {
   lua_remove(L, -2);
 }
 
-template <class T>
-const T* object(lua_State* L, int index) {
-  const std::shared_ptr<const void>* held = object_at(L, index, TypeName<T>::value);
-  if (held && !*held) throw Error("a value cannot be used after its __gc has run");
-  return held ? static_cast<const T*>(held->get()) : nullptr;
-}
-
 Expr from_lua_number(lua_State* L, int index, const std::string& what) {
   if (lua_isinteger(L, index)) return Expr(static_cast<long>(lua_tointeger(L, index)));
   const double value = lua_tonumber(L, index);

@@ -12,10 +12,20 @@
 #include <variant>
 #include <vector>
 
+#include "base/error.hpp"
 #include "expr/graph/matrix.hpp"
 #include "lua/core/call.hpp"
+#include "lua/core/objects.hpp"
 
 namespace pendula::lua {
+
+/// The object at `index` if it is a T, else nullptr. Throws Error where a script's __gc has taken it back.
+template <class T>
+const T* object(lua_State* L, int index) {
+  const std::shared_ptr<const void>* held = object_at(L, index, TypeName<T>::value);
+  if (held && !*held) throw Error("a value cannot be used after its __gc has run");
+  return held ? static_cast<const T*>(held->get()) : nullptr;
+}
 
 struct Matrix {
   std::variant<MatX, Mat> store;

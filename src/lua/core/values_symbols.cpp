@@ -16,12 +16,6 @@
 namespace pendula::lua {
 namespace {
 
-template <class T>
-const T* object(lua_State* L, int index) {
-  const std::shared_ptr<const void>* held = object_at(L, index, TypeName<T>::value);
-  return held ? static_cast<const T*>(held->get()) : nullptr;
-}
-
 struct Name {
   std::string base;
   int order;

@@ -10,6 +10,10 @@
 
 namespace pendula::lua {
 
+inline bool contains(std::string_view text, std::string_view part) {
+  return text.find(part) != std::string_view::npos;
+}
+
 enum class TokenKind {
   name,
   keyword,

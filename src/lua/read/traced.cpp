@@ -279,7 +279,7 @@ Problem read_problem(Call& call, const Options& options, const char* key, bool n
     problem.start = read_point(L, options.push("start"), problem.x, problem.x.size());
     lua_settop(L, top);
   }
-  problem.f = integrate::compile(problem.r, problem.x, problem.values);
+  problem.f = lab::compile(problem.r, problem.x, problem.values);
   return problem;
 }
 

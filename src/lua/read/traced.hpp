@@ -24,7 +24,7 @@ struct Problem {
   std::vector<Expr> r;  ///< empty if r is a Lua function that could not be traced
   std::vector<Expr> x;
   std::unordered_map<Expr, double> values;  ///< of everything else
-  integrate::NumericFunction f;
+  lab::NumericFunction f;
   Vec start;
 };
 

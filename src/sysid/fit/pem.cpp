@@ -115,12 +115,6 @@ std::vector<Part> parts_of(const IdData& d, Index output) {
   return parts;
 }
 
-bool admissible(const Polynomials& p) {
-  bool good = stable(p.C);
-  for (const Vec& f : p.F) good = good && stable(f);
-  return good;
-}
-
 /// Replaces zeros of C and F outside the unit circle by their mirror images 1/z̄, which leave the spectrum of
 /// C e as it is up to a factor (Ljung §10.2, (10.63)). False where a polynomial is not finite.
 bool make_admissible(Vec& theta, const Orders& orders) {

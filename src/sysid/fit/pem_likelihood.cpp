@@ -14,10 +14,6 @@
 namespace pendula::sysid {
 namespace {
 
-bool admissible(const Polynomials& p) {
-  return stable(p.C) && std::all_of(p.F.begin(), p.F.end(), [](const Vec& f) { return stable(f); });
-}
-
 /// -ln L of the errors with the weights w = (-ln f)′(ε)/ε: its gradient is Jᵀ W ε, and JᵀWJ is a model of its
 /// curvature. Errors near 0, where the weight of a density with a kink is infinite, count as `floor`.
 QuadraticModel weighted_model(const PredictionErrors& at, const NegativeLogarithm& f) {

@@ -114,6 +114,8 @@ Vec ringing(const Vec& den, const Vec& head, Index n);
 Vec convolve(const Vec& a, const Vec& b);
 /// All zeros of the monic polynomial 1 + p₁q⁻¹ + … inside the unit circle (Schur–Cohn recursion).
 bool stable(const Vec& p);
+/// C and every F are stable: predictions do not grow.
+bool admissible(const Polynomials& p);
 /// The polynomial with its zeros outside the unit circle at their mirror images 1/z̄.
 Vec reflected(const Vec& p);
 

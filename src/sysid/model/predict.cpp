@@ -98,6 +98,10 @@ bool stable(const Vec& p) {
   return true;
 }
 
+bool admissible(const Polynomials& p) {
+  return stable(p.C) && std::all_of(p.F.begin(), p.F.end(), [](const Vec& f) { return stable(f); });
+}
+
 Vec reflected(const Vec& p) {
   Index n = p.size() - 1;
   while (n > 0 && p[n] == 0) --n;

@@ -4,14 +4,13 @@
 #include <limits>
 
 #include "base/decompositions.hpp"
+#include "base/epsilon.hpp"
 #include "base/error.hpp"
 #include "base/text.hpp"
 #include "expr/graph/graph.hpp"
 
 namespace pendula::sysid {
 namespace {
-
-constexpr double eps = std::numeric_limits<double>::epsilon();
 
 /// Reduced echelon form of the columns: free directions become unit vectors where they can.
 Mat echelon(Mat n) {

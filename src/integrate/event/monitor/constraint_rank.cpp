@@ -9,9 +9,6 @@
 namespace pendula::integrate {
 
 constexpr long most_steps = 32;  // between two looks at a block whose gradients hardly change
-/// A size of w that counts as 0 beside those at the ends of an interval: bisection in 30 halvings reaches
-/// 10⁻⁹ of them, interpolation of x inside a step at a tolerance of 10⁻³ errs by as much.
-constexpr double zero_size = 3e-3;
 
 ConstraintRank::ConstraintRank(RankBlock& block, double tolerance)
     : block_(block),

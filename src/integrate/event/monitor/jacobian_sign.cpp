@@ -5,8 +5,7 @@
 
 namespace pendula::integrate {
 
-constexpr int dense = 24;           // rows of a Jacobian that is not worth a sparse factorisation
-constexpr double zero_size = 3e-3;  // of |det J| at the ends of an interval: as in constraint_rank.cpp
+constexpr int dense = 24;  // rows of a Jacobian that is not worth a sparse factorisation
 constexpr double log_of_zero = -1e300;
 
 JacobianSign::JacobianSign(RankBlock& block)

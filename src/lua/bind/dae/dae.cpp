@@ -23,14 +23,14 @@
 
 namespace pendula::lua {
 
-namespace {
-
 VecX option_column(Call& call, const Options& options, const char* key) {
   if (!options.has(key)) return {};
   const VecX v = to_column(call.L, options.push(key), key);
   lua_pop(call.L, 1);
   return v;
 }
+
+namespace {
 
 MatX option_matrix(Call& call, const Options& options, const char* key) {
   if (!options.has(key)) return {};
@@ -40,7 +40,6 @@ MatX option_matrix(Call& call, const Options& options, const char* key) {
 }
 
 const dae::Model& model_of(Call& call) { return call.object<dae::Model>(1, "model"); }
-dae::ModelPtr model_ptr(Call& call) { return call.shared<dae::Model>(1, "model"); }
 
 std::vector<dae::Block> to_blocks(const std::vector<Equation>& equations) {
   std::vector<dae::Block> blocks;

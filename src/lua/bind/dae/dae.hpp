@@ -25,6 +25,12 @@ struct TypeName<Constraints> {
   static constexpr const char* value = "constraints";
 };
 
+/// The model a method is called on.
+inline dae::ModelPtr model_ptr(Call& call) { return call.shared<dae::Model>(1, "model"); }
+
+/// The option as a column; empty where it is absent.
+VecX option_column(Call& call, const Options& options, const char* key);
+
 /// Every leaf of the model and of its lineage that a user may name.
 std::vector<Expr> known_leaves(const dae::Model& model);
 

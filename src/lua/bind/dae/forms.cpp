@@ -38,8 +38,6 @@ struct TypeName<Trace> {
 
 namespace {
 
-dae::ModelPtr model_ptr(Call& call) { return call.shared<dae::Model>(1, "model"); }
-
 int reduce(Call& call) {
   lua_State* L = call.L;
   const dae::ModelPtr model = model_ptr(call);
@@ -96,23 +94,23 @@ int model_latex(Call& call) {
 
 int model_code(Call& call) { return call.push(dae::code(model_ptr(call))); }
 
-const Trace& self(Call& call) {
+const Trace& trace_of(Call& call) {
   collect_aliases(call.L);
   return call.object<Trace>(1, "trace");
 }
 
-int trace_text(Call& call) { return call.push(self(call).text()); }
-int trace_latex(Call& call) { return call.push(self(call).latex()); }
+int trace_text(Call& call) { return call.push(trace_of(call).text()); }
+int trace_latex(Call& call) { return call.push(trace_of(call).latex()); }
 
 int trace_length(Call& call) {
-  const std::string derivation = self(call).text();
+  const std::string derivation = trace_of(call).text();
   return call.push(static_cast<long>(std::count(derivation.begin(), derivation.end(), '\n') + 1));
 }
 
 /// trace:find, :match, :gsub …: the function of Lua's string library on the text.
 int string_function(Call& call, const char* name) {
   lua_State* L = call.L;
-  const std::string derivation = self(call).text();
+  const std::string derivation = trace_of(call).text();
   const int arguments = call.count();
   lua_getfield(L, LUA_REGISTRYINDEX, LUA_LOADED_TABLE);
   lua_getfield(L, -1, LUA_STRLIBNAME);

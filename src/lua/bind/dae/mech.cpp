@@ -18,13 +18,6 @@ struct TypeName<mech::MatrixForm> {
 
 namespace {
 
-VecX option_column(Call& call, const Options& options, const char* key) {
-  if (!options.has(key)) return {};
-  const VecX v = to_column(call.L, options.push(key), key);
-  lua_pop(call.L, 1);
-  return v;
-}
-
 /// T and V of L = T - V: V is what is left of -L without velocities.
 void split(Expr L, mech::Lagrangian& system) {
   Substitution at_rest;

@@ -24,17 +24,17 @@ struct TypeName<ModelPencil> {
 
 namespace {
 
-const ModelPencil& self(Call& call) { return call.object<ModelPencil>(1, "pencil"); }
+const ModelPencil& pencil_of(Call& call) { return call.object<ModelPencil>(1, "pencil"); }
 
 /// Of what exists for regular pencils only.
 const dae::Pencil& regular(Call& call, const char* what) {
-  const dae::Pencil& p = self(call).pencil;
+  const dae::Pencil& p = pencil_of(call).pencil;
   if (!p.regular)
     throw Error(text("the pencil is singular and has no ", what, ":\n", dae::describe_singular(p)));
   return p;
 }
 
-int make(Call& call) {
+int make_pencil(Call& call) {
   auto result = std::make_shared<ModelPencil>();
   result->model = call.shared<dae::Model>(1, "model");
   result->pencil = dae::pencil(*result->model);
@@ -45,19 +45,19 @@ int push_rational(Call& call, const dae::RationalMatrix& m) {
   return push_matrix(call.L, dae::expressions(m));
 }
 
-int is_regular(Call& call) { return call.push(self(call).pencil.regular); }
-int rank(Call& call) { return call.push(self(call).pencil.rank); }
+int is_regular(Call& call) { return call.push(pencil_of(call).pencil.regular); }
+int rank(Call& call) { return call.push(pencil_of(call).pencil.rank); }
 int det(Call& call) {
-  return push_expr(call.L, dae::expression(self(call).pencil.det, symbol(Kind::parameter, "s")));
+  return push_expr(call.L, dae::expression(pencil_of(call).pencil.det, symbol(Kind::parameter, "s")));
 }
 int dof(Call& call) { return call.push(regular(call, "degrees of freedom").dof); }
 int index(Call& call) { return call.push(regular(call, "index").index); }
-int E(Call& call) { return push_rational(call, self(call).pencil.form.E); }
-int A(Call& call) { return push_rational(call, self(call).pencil.form.A); }
-int B(Call& call) { return push_rational(call, self(call).pencil.form.B); }
-int f(Call& call) { return push_matrix(call.L, MatX(self(call).pencil.form.f)); }
-int x(Call& call) { return push_matrix(call.L, MatX(column(self(call).pencil.form.x))); }
-int u(Call& call) { return push_matrix(call.L, MatX(column(self(call).pencil.form.u))); }
+int E(Call& call) { return push_rational(call, pencil_of(call).pencil.form.E); }
+int A(Call& call) { return push_rational(call, pencil_of(call).pencil.form.A); }
+int B(Call& call) { return push_rational(call, pencil_of(call).pencil.form.B); }
+int f(Call& call) { return push_matrix(call.L, MatX(pencil_of(call).pencil.form.f)); }
+int x(Call& call) { return push_matrix(call.L, MatX(column(pencil_of(call).pencil.form.x))); }
+int u(Call& call) { return push_matrix(call.L, MatX(column(pencil_of(call).pencil.form.u))); }
 int S(Call& call) { return push_rational(call, regular(call, "Weierstrass form").S); }
 int T(Call& call) { return push_rational(call, regular(call, "Weierstrass form").T); }
 int J(Call& call) { return push_rational(call, regular(call, "Weierstrass form").J); }
@@ -102,7 +102,7 @@ int algebraic(Call& call) { return push_constraints(call, regular(call, "constra
 int shuffle(Call& call) {
   regular(call, "shuffle");
   collect_aliases(call.L);
-  const ModelPencil& p = self(call);
+  const ModelPencil& p = pencil_of(call);
   // Derivatives that are states get names of their own: x″ = f reads better as x′ = v, v′ = f.
   const dae::ModelPtr lowered = dae::to_first_order(p.model);
   const auto form = dae::linear_form(*lowered);
@@ -147,7 +147,7 @@ void read_x0(Call& call, const ModelPencil& p, dae::SolutionRequest& request) {
 }
 
 int solution(Call& call) {
-  const ModelPencil& p = self(call);
+  const ModelPencil& p = pencil_of(call);
   dae::SolutionRequest request;
   request.general = !call.has(2);
   if (call.has(3)) {
@@ -171,7 +171,7 @@ int solution(Call& call) {
 
 int to_string(Call& call) {
   collect_aliases(call.L);
-  return call.push(dae::describe(self(call).pencil));
+  return call.push(dae::describe(pencil_of(call).pencil));
 }
 
 }  // namespace
@@ -180,7 +180,7 @@ extern const Module pencil_module = {
     "pencil",
     "Linear systems with constant coefficients, exactly",
     {
-        {"model:pencil", make, "sys:pencil() -> pencil",
+        {"model:pencil", make_pencil, "sys:pencil() -> pencil",
          R"(E x′ = A x + B u + f(t) over the rational numbers: det(sE - A), modes, index, Weierstrass form,
             constraints and solutions. Parameters have their values; an equation that is not linear is
             named.)",

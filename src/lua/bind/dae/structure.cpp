@@ -34,7 +34,9 @@ int structure(Call& call) {
       std::make_shared<const dae::StructureReport>(dae::structure(call.shared<dae::Model>(1, "model"), at)));
 }
 
-const dae::StructureReport& self(Call& call) { return call.object<dae::StructureReport>(1, "structure"); }
+const dae::StructureReport& report_of(Call& call) {
+  return call.object<dae::StructureReport>(1, "structure");
+}
 
 /// print(s.c), print(s.sigma): entries beside each other, lists among them below each other.
 int list_text(lua_State* L) {
@@ -79,11 +81,11 @@ int push_integers(lua_State* L, const std::vector<int>& list) {
   return 1;
 }
 
-int c(Call& call) { return push_integers(call.L, self(call).analysis.offsets.c); }
-int d(Call& call) { return push_integers(call.L, self(call).analysis.offsets.d); }
+int c(Call& call) { return push_integers(call.L, report_of(call).analysis.offsets.c); }
+int d(Call& call) { return push_integers(call.L, report_of(call).analysis.offsets.d); }
 
 int sigma(Call& call) {
-  const dae::StructureReport& s = self(call);
+  const dae::StructureReport& s = report_of(call);
   const std::size_t n = s.model->variables.size();
   lua_createtable(call.L, static_cast<int>(s.analysis.sigma.size()), 0);
   for (std::size_t i = 0; i < s.analysis.sigma.size(); ++i) {
@@ -113,23 +115,23 @@ int push_known(Call& call, const std::optional<int>& value) {
 }
 
 int structural_index(Call& call) {
-  const dae::StructureReport& s = self(call);
+  const dae::StructureReport& s = report_of(call);
   return push_known(call, s.verdict == dae::Verdict::structurally_singular
                               ? std::nullopt
                               : std::optional(s.structural_index));
 }
 int structural_dof(Call& call) {
-  const dae::StructureReport& s = self(call);
+  const dae::StructureReport& s = report_of(call);
   return push_known(call, s.verdict == dae::Verdict::structurally_singular ? std::nullopt
                                                                            : std::optional(s.structural_dof));
 }
-int index(Call& call) { return push_known(call, self(call).index); }
-int dof(Call& call) { return push_known(call, self(call).dof); }
-int verdict(Call& call) { return call.push(dae::verdict_name(self(call).verdict)); }
-int valid(Call& call) { return call.push(self(call).verdict == dae::Verdict::valid); }
+int index(Call& call) { return push_known(call, report_of(call).index); }
+int dof(Call& call) { return push_known(call, report_of(call).dof); }
+int verdict(Call& call) { return call.push(dae::verdict_name(report_of(call).verdict)); }
+int valid(Call& call) { return call.push(report_of(call).verdict == dae::Verdict::valid); }
 
 int jacobian(Call& call) {
-  const dae::StructureReport& s = self(call);
+  const dae::StructureReport& s = report_of(call);
   constexpr Eigen::Index most = 300;  // beyond it the matrix would fill the memory with zeros
   if (s.verdict == dae::Verdict::structurally_singular) return push_nil(call);
   const auto n = static_cast<Eigen::Index>(s.model->variables.size());
@@ -142,14 +144,14 @@ int jacobian(Call& call) {
 }
 
 int gap(Call& call) {
-  const auto& value = self(call).gap;
+  const auto& value = report_of(call).gap;
   return value ? call.push(*value) : push_nil(call);
 }
 
 int nonzero(Call& call) {
   lua_newtable(call.L);
   lua_Integer k = 0;
-  for (const dae::DeterminantFactor& c : self(call).validity.conditions) {
+  for (const dae::DeterminantFactor& c : report_of(call).validity.conditions) {
     push_expr(call.L, c.factor);
     lua_rawseti(call.L, -2, ++k);
   }
@@ -178,17 +180,17 @@ void push_part(lua_State* L, const dae::Model& m, const dae::Part& part) {
 }
 
 int over(Call& call) {
-  push_part(call.L, *self(call).model, self(call).blocks.over);
+  push_part(call.L, *report_of(call).model, report_of(call).blocks.over);
   return 1;
 }
 
 int under(Call& call) {
-  push_part(call.L, *self(call).model, self(call).blocks.under);
+  push_part(call.L, *report_of(call).model, report_of(call).blocks.under);
   return 1;
 }
 
 int blocks(Call& call) {
-  const dae::StructureReport& s = self(call);
+  const dae::StructureReport& s = report_of(call);
   lua_createtable(call.L, static_cast<int>(s.blocks.square.size()), 0);
   for (std::size_t k = 0; k < s.blocks.square.size(); ++k) {
     push_part(call.L, *s.model, s.blocks.square[k]);
@@ -200,7 +202,7 @@ int blocks(Call& call) {
 
 int structure_text(Call& call) {
   collect_aliases(call.L);
-  return call.push(dae::describe(self(call)));
+  return call.push(dae::describe(report_of(call)));
 }
 
 }  // namespace

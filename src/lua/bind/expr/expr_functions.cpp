@@ -152,7 +152,7 @@ std::string number(double value) {
   return digits.find_first_of(".e") == std::string::npos ? digits + ".0" : digits;
 }
 
-std::vector<Row> rows() {
+std::vector<Row> function_rows() {
   static std::deque<std::string> texts;  // a Row holds pointers
   const auto keep = [](std::string s) { return texts.emplace_back(std::move(s)).c_str(); };
   std::vector<Row> all;
@@ -189,6 +189,6 @@ std::vector<Row> rows() {
 }  // namespace
 
 extern const Module functions_module = {"functions", "Functions on numbers, expressions and matrices",
-                                        rows()};
+                                        function_rows()};
 
 }  // namespace pendula::lua

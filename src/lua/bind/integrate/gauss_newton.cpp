@@ -8,9 +8,9 @@
 namespace pendula::lua {
 
 struct LeastSquaresRecord {
-  integrate::NumericFunction f;
-  integrate::GaussNewtonSettings settings;
-  integrate::GaussNewtonRun run;
+  lab::NumericFunction f;
+  lab::GaussNewtonSettings settings;
+  lab::GaussNewtonRun run;
 };
 template <>
 struct TypeName<LeastSquaresRecord> {
@@ -19,9 +19,9 @@ struct TypeName<LeastSquaresRecord> {
 
 namespace {
 
-using integrate::Damping;
+using lab::Damping;
 
-void read_damping(Call& call, const Options& options, integrate::GaussNewtonSettings& settings) {
+void read_damping(Call& call, const Options& options, lab::GaussNewtonSettings& settings) {
   if (options.has("alpha")) {
     const int index = options.push("alpha");
     if (lua_type(call.L, index) == LUA_TSTRING) {
@@ -62,14 +62,14 @@ int gauss_newton(Call& call) {
   if (max < 1 || max > 10'000'000)
     throw Error(text("max = ", max, "; the number of iterations must lie between 1 and 10 000 000"));
   record->settings.max = static_cast<int>(max);
-  record->run = integrate::gauss_newton(problem.f, record->settings, problem.start);
+  record->run = lab::gauss_newton(problem.f, record->settings, problem.start);
   record->f = std::move(problem.f);
   return call.push(std::shared_ptr<const LeastSquaresRecord>(std::move(record)));
 }
 
 // ── fields ──
 
-const integrate::GaussNewtonRun& self(Call& call) {
+const lab::GaussNewtonRun& run_of(Call& call) {
   return call.object<LeastSquaresRecord>(1, "gauss_newton").run;
 }
 
@@ -86,50 +86,52 @@ int push_or_nil(Call& call, bool known, double value) {
   return call.push(value);
 }
 
-int solution(Call& call) { return push_value(call.L, Mat(self(call).x.back())); }
-int converged(Call& call) { return call.push(self(call).converged); }
-int status(Call& call) { return call.push(self(call).status); }
-int iterations(Call& call) { return call.push(self(call).iterations()); }
-int verdict(Call& call) { return call.push(self(call).verdict); }
-int residuals(Call& call) { return push_column(call, self(call).norm); }
-int gradients(Call& call) { return push_column(call, self(call).gradient); }
-int alphas(Call& call) { return push_column(call, self(call).alpha); }
-int lambdas(Call& call) { return push_column(call, self(call).lambda); }
-int final_R(Call& call) { return push_matrix(call.L, Mat(self(call).R)); }
-int final_J(Call& call) { return push_matrix(call.L, self(call).J); }
-int loss(Call& call) { return call.push(self(call).norm.back() * self(call).norm.back() / 2); }
-int rank(Call& call) { return call.push(self(call).rank); }
-int variance(Call& call) { return push_or_nil(call, self(call).variance > 0, self(call).variance); }
+int solution(Call& call) { return push_value(call.L, Mat(run_of(call).x.back())); }
+int converged(Call& call) { return call.push(run_of(call).converged); }
+int status(Call& call) { return call.push(run_of(call).status); }
+int iterations(Call& call) { return call.push(run_of(call).iterations()); }
+int verdict(Call& call) { return call.push(run_of(call).verdict); }
+int residuals(Call& call) { return push_column(call, run_of(call).norm); }
+int gradients(Call& call) { return push_column(call, run_of(call).gradient); }
+int alphas(Call& call) { return push_column(call, run_of(call).alpha); }
+int lambdas(Call& call) { return push_column(call, run_of(call).lambda); }
+int final_R(Call& call) { return push_matrix(call.L, Mat(run_of(call).R)); }
+int final_J(Call& call) { return push_matrix(call.L, run_of(call).J); }
+int loss(Call& call) { return call.push(run_of(call).norm.back() * run_of(call).norm.back() / 2); }
+int rank(Call& call) { return call.push(run_of(call).rank); }
+int variance(Call& call) { return push_or_nil(call, run_of(call).variance > 0, run_of(call).variance); }
 int covariance(Call& call) {
-  return push_or_nil(call, self(call).covariance.size() > 0, self(call).covariance);
+  return push_or_nil(call, run_of(call).covariance.size() > 0, run_of(call).covariance);
 }
 int deviation(Call& call) {
-  const Mat& covariance = self(call).covariance;
+  const Mat& covariance = run_of(call).covariance;
   return push_or_nil(call, covariance.size() > 0, Mat(covariance.diagonal().cwiseSqrt()));
 }
 int correlation(Call& call) {
-  const Mat& covariance = self(call).covariance;
+  const Mat& covariance = run_of(call).covariance;
   const Vec inverse = covariance.diagonal().cwiseSqrt().cwiseInverse();
   return push_or_nil(call, covariance.size() > 0,
                      Mat(inverse.asDiagonal() * covariance * inverse.asDiagonal()));
 }
 int undetermined(Call& call) {
-  return push_or_nil(call, self(call).undetermined.size() > 0, self(call).undetermined);
+  return push_or_nil(call, run_of(call).undetermined.size() > 0, run_of(call).undetermined);
 }
-int approximation(Call& call) { return push_value(call.L, Mat(self(call).J.transpose() * self(call).J)); }
+int approximation(Call& call) { return push_value(call.L, Mat(run_of(call).J.transpose() * run_of(call).J)); }
 int hessian(Call& call) {
-  const auto& run = self(call);
+  const auto& run = run_of(call);
   return push_or_nil(call, run.S.size() > 0, Mat(run.J.transpose() * run.J + run.S));
 }
-int order(Call& call) { return push_or_nil(call, self(call).observed.order > 0, self(call).observed.order); }
-int rate(Call& call) { return push_or_nil(call, self(call).observed.rate > 0, self(call).observed.rate); }
-int predicted(Call& call) { return push_or_nil(call, self(call).predicted >= 0, self(call).predicted); }
+int order(Call& call) {
+  return push_or_nil(call, run_of(call).observed.order > 0, run_of(call).observed.order);
+}
+int rate(Call& call) { return push_or_nil(call, run_of(call).observed.rate > 0, run_of(call).observed.rate); }
+int predicted(Call& call) { return push_or_nil(call, run_of(call).predicted >= 0, run_of(call).predicted); }
 int errors(Call& call) {
-  if (self(call).observed.error.empty()) return lua_pushnil(call.L), 1;
-  return push_column(call, self(call).observed.error);
+  if (run_of(call).observed.error.empty()) return lua_pushnil(call.L), 1;
+  return push_column(call, run_of(call).observed.error);
 }
 int iterates(Call& call) {
-  const auto& x = self(call).x;
+  const auto& x = run_of(call).x;
   lua_createtable(call.L, static_cast<int>(x.size()), 0);
   for (std::size_t k = 0; k < x.size(); ++k) {
     push_value(call.L, Mat(x[k]));
@@ -139,7 +141,7 @@ int iterates(Call& call) {
 }
 int run_text(Call& call) {
   const auto& g = call.object<LeastSquaresRecord>(1, "gauss_newton");
-  return call.push(integrate::gauss_newton_text(g.f, g.settings, g.run));
+  return call.push(lab::gauss_newton_text(g.f, g.settings, g.run));
 }
 
 const OptionTable gauss_newton_options = {

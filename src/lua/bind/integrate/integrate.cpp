@@ -70,7 +70,7 @@ int integrate_model(Call& call) {
 
 // ── solutions ─────────────────────────────────────────────────────────────────────────────────────────
 
-const Trajectory& self(Call& call) { return call.object<Trajectory>(1, "solution"); }
+const Trajectory& trajectory_of(Call& call) { return call.object<Trajectory>(1, "solution"); }
 
 /// Parameters that the model does not know have their default values.
 MatX with_defaults(MatX e, const dae::Model& model) {
@@ -89,13 +89,13 @@ MatX with_defaults(MatX e, const dae::Model& model) {
 /// An expression, a column, or the name of a variable.
 MatX read_expression(Call& call, int i) {
   if (lua_type(call.L, i) != LUA_TSTRING)
-    return with_defaults(to_matrix(call.L, i, "expression"), *self(call).model());
-  const std::vector<Expr> known = known_leaves(*self(call).model());
+    return with_defaults(to_matrix(call.L, i, "expression"), *trajectory_of(call).model());
+  const std::vector<Expr> known = known_leaves(*trajectory_of(call).model());
   return column(to_leaves(call.L, i, "expression", known));
 }
 
 int push_at(Call& call, const MatX& e, double t) {
-  const Vec values = self(call).values(entries(e), t);
+  const Vec values = trajectory_of(call).values(entries(e), t);
   return push_value(call.L, Mat(Eigen::Map<const Mat>(values.data(), e.rows(), e.cols())));
 }
 
@@ -104,11 +104,12 @@ int value(Call& call) {
     throw Error(text("expected an expression; the value of x at t = ", luaL_tolstring(call.L, 2, nullptr),
                      " is sol(x, ", luaL_tolstring(call.L, 2, nullptr), ")"));
   const MatX e = read_expression(call, 2);
-  if (!call.has(3)) return push_matrix(call.L, self(call).values(entries(e)));
+  if (!call.has(3)) return push_matrix(call.L, trajectory_of(call).values(entries(e)));
   if (is_expression(call.L, 3)) return push_at(call, e, to_number(call.L, 3, "t"));
   const Vec times = to_numbers(call.L, 3, "t");
   Mat rows(times.size(), e.size());
-  for (Eigen::Index i = 0; i < times.size(); ++i) rows.row(i) = self(call).values(entries(e), times[i]);
+  for (Eigen::Index i = 0; i < times.size(); ++i)
+    rows.row(i) = trajectory_of(call).values(entries(e), times[i]);
   return push_matrix(call.L, rows);
 }
 
@@ -179,8 +180,8 @@ int curve(Call& call) {
       (coordinates < 2 || coordinates > 3 || static_cast<std::size_t>(coordinates) != wanted.size()))
     throw Error(
         text("coordinates = ", coordinates, " needs as many expressions, 2 or 3, not ", wanted.size()));
-  const std::vector<Expr> known = self(call).resolved(wanted);
-  const auto points = integrate::curve_points(self(call).solution(), known,
+  const std::vector<Expr> known = trajectory_of(call).resolved(wanted);
+  const auto points = integrate::curve_points(trajectory_of(call).solution(), known,
                                               curve_plan(call, o, static_cast<int>(known.size())));
   lua_createtable(call.L, static_cast<int>(known.size()), 0);
   for (Eigen::Index j = 0; j < points.values.cols(); ++j) {
@@ -191,16 +192,17 @@ int curve(Call& call) {
 }
 
 int final(Call& call) {
-  tell_early_end(call, "final: the value at the last point; the run", self(call).solution());
-  const integrate::Point end = self(call).solution().final();
-  return call.has(2) ? push_at(call, read_expression(call, 2), end.t)
-                     : push_matrix(call.L, Mat(end.x.head(self(call).solution().problem().shown_n())));
+  tell_early_end(call, "final: the value at the last point; the run", trajectory_of(call).solution());
+  const integrate::Point end = trajectory_of(call).solution().final();
+  return call.has(2)
+             ? push_at(call, read_expression(call, 2), end.t)
+             : push_matrix(call.L, Mat(end.x.head(trajectory_of(call).solution().problem().shown_n())));
 }
 
 /// sol:sensitivity(expression, parameter [, t])
 int sensitivity(Call& call) {
   const MatX e = read_expression(call, 2);
-  const Trajectory& run = self(call);
+  const Trajectory& run = trajectory_of(call);
   std::vector<Expr> known = known_leaves(*run.model());
   for (Expr p : run.sensitivities()) known.push_back(p);
   const std::vector<Expr> wanted = to_leaves(call.L, 3, "parameter", known);
@@ -243,7 +245,7 @@ int sensitivity(Call& call) {
 int gradient(Call& call) {
   const MatX cost = read_expression(call, 2);
   if (cost.size() != 1) throw Error("the cost must be one number, an expression evaluated at the end");
-  const Trajectory& run = self(call);
+  const Trajectory& run = trajectory_of(call);
   std::vector<Expr> wanted = run.sensitivities();
   if (call.has(3)) {
     std::vector<Expr> known = known_leaves(*run.model());
@@ -265,18 +267,18 @@ int gradient(Call& call) {
 }
 
 int times(Call& call) {
-  const std::vector<double>& t = self(call).solution().t();
+  const std::vector<double>& t = trajectory_of(call).solution().t();
   return push_matrix(call.L, Mat(Eigen::Map<const Vec>(t.data(), static_cast<Eigen::Index>(t.size()))));
 }
 
-int model(Call& call) { return call.push(self(call).model()); }
+int model(Call& call) { return call.push(trajectory_of(call).model()); }
 
-int status(Call& call) { return call.push(self(call).solution().status()); }
+int status(Call& call) { return call.push(trajectory_of(call).solution().status()); }
 
-int solution_text(Call& call) { return call.push(without_newline(self(call).solution().str())); }
+int solution_text(Call& call) { return call.push(without_newline(trajectory_of(call).solution().str())); }
 
 int stats(Call& call) {
-  const integrate::Solution& solution = self(call).solution();
+  const integrate::Solution& solution = trajectory_of(call).solution();
   std::string why;
   for (const integrate::MethodInUse& use : solution.methods_in_use())
     why += text(why.empty() ? "" : "\n", use.name, " from t = ", rounded(use.t, 6), ": ", use.why);
@@ -300,7 +302,7 @@ void push_values(lua_State* L, const integrate::Problem& problem, const integrat
 /// { { t =, which =, action =, values = { x = … }, after = { x = … } }, … }
 int events(Call& call) {
   lua_State* L = call.L;
-  const integrate::Solution& solution = self(call).solution();
+  const integrate::Solution& solution = trajectory_of(call).solution();
   const auto& events = solution.events();
   lua_createtable(L, static_cast<int>(events.size()), 0);
   for (std::size_t i = 0; i < events.size(); ++i) {
@@ -325,7 +327,7 @@ int events(Call& call) {
 int switches(Call& call) {
   lua_newtable(call.L);
   int i = 0;
-  for (const integrate::StatesInUse& use : self(call).solution().states_in_use()) {
+  for (const integrate::StatesInUse& use : trajectory_of(call).solution().states_in_use()) {
     lua_createtable(call.L, 0, 2);
     lua_pushnumber(call.L, use.t);
     lua_setfield(call.L, -2, "t");
@@ -336,7 +338,9 @@ int switches(Call& call) {
   return 1;
 }
 
-int drift(Call& call) { return call.push(std::make_shared<const integrate::Drift>(self(call).drift())); }
+int drift(Call& call) {
+  return call.push(std::make_shared<const integrate::Drift>(trajectory_of(call).drift()));
+}
 
 // ── statistics and drift ──────────────────────────────────────────────────────────────────────────────
 

@@ -10,17 +10,17 @@ namespace pendula::lua {
 
 /// A run with what is needed to look at it again from other starts.
 struct NewtonRecord {
-  integrate::NumericFunction f;
+  lab::NumericFunction f;
   std::vector<Expr> x;
-  integrate::NewtonSettings settings;
-  integrate::NewtonRun run;
+  lab::NewtonSettings settings;
+  lab::NewtonRun run;
 };
 template <>
 struct TypeName<NewtonRecord> {
   static constexpr const char* value = "newton";
 };
 struct BasinsRecord {
-  integrate::Basins basins;
+  lab::Basins basins;
   std::vector<std::string> names;
 };
 template <>
@@ -30,10 +30,10 @@ struct TypeName<BasinsRecord> {
 
 namespace {
 
-using integrate::JacobianKind;
+using lab::JacobianKind;
 
 void read_jacobian(Call& call, const Options& options, const Problem& problem,
-                   integrate::NewtonSettings& settings) {
+                   lab::NewtonSettings& settings) {
   lua_State* L = call.L;
   settings.jacobian = problem.r.empty() ? JacobianKind::finite_difference : JacobianKind::exact;
   if (!options.has("jacobian")) return;
@@ -66,12 +66,12 @@ void read_jacobian(Call& call, const Options& options, const Problem& problem,
       if (const auto& value = symbol_of(leaf).value; value && !values.count(leaf))
         values[leaf] = number_value(*value).value_or(NAN);
     settings.jacobian = JacobianKind::given;
-    settings.given = integrate::compile_matrix({M.data(), M.data() + M.size()}, problem.x, values);
+    settings.given = lab::compile_matrix({M.data(), M.data() + M.size()}, problem.x, values);
   }
   lua_settop(L, call.count());
 }
 
-void read_alpha(Call& call, const Options& options, integrate::NewtonSettings& settings) {
+void read_alpha(Call& call, const Options& options, lab::NewtonSettings& settings) {
   if (!options.has("alpha")) return;
   const int index = options.push("alpha");
   if (lua_type(call.L, index) == LUA_TSTRING) {
@@ -128,8 +128,8 @@ int newton(Call& call) {
   record->settings.difference = options.number("h", 0);
   if (options.has("h") && !(record->settings.difference > 0 && record->settings.difference < 1))
     throw Error("h is the relative step of finite differences; it must lie between 0 and 1");
-  record->run = integrate::iterate(problem.f, record->settings, problem.start);
-  integrate::judge(problem.f, record->settings, record->run);
+  record->run = lab::iterate(problem.f, record->settings, problem.start);
+  lab::judge(problem.f, record->settings, record->run);
   record->f = std::move(problem.f);
   record->x = std::move(problem.x);
   return call.push(std::shared_ptr<const NewtonRecord>(std::move(record)));
@@ -137,23 +137,23 @@ int newton(Call& call) {
 
 // ── fields ──
 
-const NewtonRecord& self(Call& call) { return call.object<NewtonRecord>(1, "newton"); }
+const NewtonRecord& newton_of(Call& call) { return call.object<NewtonRecord>(1, "newton"); }
 
 int push_column(Call& call, const std::vector<double>& values) {
   return push_matrix(call.L,
                      Mat(Eigen::Map<const Vec>(values.data(), static_cast<Eigen::Index>(values.size()))));
 }
 
-int solution(Call& call) { return push_value(call.L, Mat(self(call).run.x.back())); }
-int converged(Call& call) { return call.push(self(call).run.converged()); }
-int status(Call& call) { return call.push(ending_name(self(call).run.ending)); }
-int iterations(Call& call) { return call.push(self(call).run.iterations()); }
-int verdict(Call& call) { return call.push(self(call).run.verdict); }
-int residuals(Call& call) { return push_column(call, self(call).run.norm); }
-int steps(Call& call) { return push_column(call, self(call).run.alpha); }
+int solution(Call& call) { return push_value(call.L, Mat(newton_of(call).run.x.back())); }
+int converged(Call& call) { return call.push(newton_of(call).run.converged()); }
+int status(Call& call) { return call.push(ending_name(newton_of(call).run.ending)); }
+int iterations(Call& call) { return call.push(newton_of(call).run.iterations()); }
+int verdict(Call& call) { return call.push(newton_of(call).run.verdict); }
+int residuals(Call& call) { return push_column(call, newton_of(call).run.norm); }
+int steps(Call& call) { return push_column(call, newton_of(call).run.alpha); }
 
 int iterates(Call& call) {
-  const auto& x = self(call).run.x;
+  const auto& x = newton_of(call).run.x;
   lua_createtable(call.L, static_cast<int>(x.size()), 0);
   for (std::size_t k = 0; k < x.size(); ++k) {
     push_value(call.L, Mat(x[k]));
@@ -167,27 +167,27 @@ int push_or_nil(Call& call, bool known, double value) {
   return call.push(value);
 }
 int order(Call& call) {
-  return push_or_nil(call, self(call).run.observed.order > 0, self(call).run.observed.order);
+  return push_or_nil(call, newton_of(call).run.observed.order > 0, newton_of(call).run.observed.order);
 }
 int rate(Call& call) {
-  return push_or_nil(call, self(call).run.observed.rate > 0, self(call).run.observed.rate);
+  return push_or_nil(call, newton_of(call).run.observed.rate > 0, newton_of(call).run.observed.rate);
 }
 int predicted(Call& call) {
-  return push_or_nil(call, self(call).run.predicted >= 0, self(call).run.predicted);
+  return push_or_nil(call, newton_of(call).run.predicted >= 0, newton_of(call).run.predicted);
 }
 int errors(Call& call) {
-  const auto& run = self(call).run;
+  const auto& run = newton_of(call).run;
   if (run.observed.error.empty()) return lua_pushnil(call.L), 1;
   return push_column(call, run.observed.error);
 }
 int null_vector(Call& call) {
-  const auto& run = self(call).run;
+  const auto& run = newton_of(call).run;
   if (run.null_vector.size() == 0) return lua_pushnil(call.L), 1;
   return push_value(call.L, Mat(run.null_vector));
 }
 int newton_text(Call& call) {
-  const NewtonRecord& k = self(call);
-  return call.push(integrate::newton_text(k.f, k.settings, k.run));
+  const NewtonRecord& k = newton_of(call);
+  return call.push(lab::newton_text(k.f, k.settings, k.run));
 }
 
 // ── basins ──
@@ -195,7 +195,7 @@ int newton_text(Call& call) {
 Vec grid(double low, double high, long n) { return Vec::LinSpaced(n, low, high); }
 
 int basins(Call& call) {
-  const NewtonRecord& k = self(call);
+  const NewtonRecord& k = newton_of(call);
   lua_State* L = call.L;
   if (k.f.n() != 2)
     throw Error(text("a picture of basins needs two unknowns, these equations have ", k.f.n()));
@@ -235,7 +235,7 @@ int basins(Call& call) {
     throw Error(text("n = ", n, "; the grid must have between 2 and 2000 points per side"));
   auto record = std::make_shared<BasinsRecord>();
   record->names = k.f.unknowns;
-  record->basins = integrate::basins(k.f, k.settings, grid(range[0][0], range[0][1], n),
+  record->basins = lab::basins(k.f, k.settings, grid(range[0][0], range[0][1], n),
                                      grid(range[1][0], range[1][1], n));
   return call.push(std::shared_ptr<const BasinsRecord>(std::move(record)));
 }

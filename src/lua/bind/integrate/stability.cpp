@@ -39,7 +39,7 @@ using integrate::Tableau;
 
 // ── stability ─────────────────────────────────────────────────────────────────────────────────────────
 
-const Stability& self(Call& call) { return call.object<Stability>(1, "stability"); }
+const Stability& stability_of(Call& call) { return call.object<Stability>(1, "stability"); }
 Expr z_leaf() { return symbol(Kind::parameter, "z"); }
 
 int tableau_stability(Call& call) {
@@ -50,31 +50,31 @@ int rosenbrock_stability(Call& call) {
 }
 
 int R(Call& call) {
-  const Stability& stability = self(call);
+  const Stability& stability = stability_of(call);
   const Expr p = stability.numerator(z_leaf()), q = stability.denominator(z_leaf());
   return push_expr(call.L, q.is_one() ? p : p / q);
 }
-int P(Call& call) { return push_expr(call.L, self(call).numerator(z_leaf())); }
-int Q(Call& call) { return push_expr(call.L, self(call).denominator(z_leaf())); }
-int formula(Call& call) { return call.push(self(call).formula()); }
-int exact(Call& call) { return call.push(self(call).is_exact()); }
-int real_limit(Call& call) { return call.push(self(call).real_limit()); }
-int imaginary_limit(Call& call) { return call.push(self(call).imaginary_limit()); }
-int alpha(Call& call) { return call.push(self(call).alpha_degrees()); }
-int infinity(Call& call) { return call.push(self(call).at_infinity()); }
-int a_stable(Call& call) { return call.push(self(call).is_a_stable()); }
-int l_stable(Call& call) { return call.push(self(call).is_l_stable()); }
-int order(Call& call) { return call.push(self(call).order()); }
+int P(Call& call) { return push_expr(call.L, stability_of(call).numerator(z_leaf())); }
+int Q(Call& call) { return push_expr(call.L, stability_of(call).denominator(z_leaf())); }
+int formula(Call& call) { return call.push(stability_of(call).formula()); }
+int exact(Call& call) { return call.push(stability_of(call).is_exact()); }
+int real_limit(Call& call) { return call.push(stability_of(call).real_limit()); }
+int imaginary_limit(Call& call) { return call.push(stability_of(call).imaginary_limit()); }
+int alpha(Call& call) { return call.push(stability_of(call).alpha_degrees()); }
+int infinity(Call& call) { return call.push(stability_of(call).at_infinity()); }
+int a_stable(Call& call) { return call.push(stability_of(call).is_a_stable()); }
+int l_stable(Call& call) { return call.push(stability_of(call).is_l_stable()); }
+int order(Call& call) { return call.push(stability_of(call).order()); }
 
 int error_constant(Call& call) {
-  const Surd constant = self(call).error_constant();
-  if (self(call).is_exact()) return push_expr(call.L, constant.expr());
+  const Surd constant = stability_of(call).error_constant();
+  if (stability_of(call).is_exact()) return push_expr(call.L, constant.expr());
   return call.push(constant.value());
 }
 
 int value(Call& call) {
   const std::complex<double> z(call.number(2, "x"), call.number(3, "y", 0));
-  const std::complex<double> r = self(call)(z);
+  const std::complex<double> r = stability_of(call)(z);
   call.push(r.real());
   if (!call.has(3)) return 1;
   call.push(r.imag());
@@ -84,7 +84,7 @@ int value(Call& call) {
 int boundary(Call& call) {
   const long angles = call.integer(2, "angles", 360);
   if (angles < 3 || angles > 100000) throw Error("angles must be between 3 and 100000");
-  const auto points = self(call).boundary(static_cast<int>(angles));
+  const auto points = stability_of(call).boundary(static_cast<int>(angles));
   Mat rows(static_cast<Eigen::Index>(points.size()), 2);
   for (std::size_t i = 0; i < points.size(); ++i)
     rows.row(static_cast<Eigen::Index>(i)) << points[i].real(), points[i].imag();
@@ -96,7 +96,7 @@ std::string interval(double limit, const char* left, const char* right) {
 }
 
 int stability_text(Call& call) {
-  const Stability& s = self(call);
+  const Stability& s = stability_of(call);
   const double at_infinity = s.at_infinity();
   std::string result = text("R(z) = ", s.formula(), s.is_exact() ? "" : "  (rounded)", "\n");
   const double real = s.real_limit();

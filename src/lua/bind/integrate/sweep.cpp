@@ -61,8 +61,8 @@ int sweep(Call& call) {
 
 // ── values ──
 
-const SweepRecord& self(Call& call) { return call.object<SweepRecord>(1, "sweep"); }
-const integrate::Sweep& sweep_of(Call& call) { return *self(call).sweep; }
+const SweepRecord& record_of(Call& call) { return call.object<SweepRecord>(1, "sweep"); }
+const integrate::Sweep& sweep_of(Call& call) { return *record_of(call).sweep; }
 
 std::vector<Expr> read_expressions(Call& call, int i) {
   if (lua_type(call.L, i) == LUA_TSTRING)
@@ -162,7 +162,7 @@ void push_set(lua_State* L, const SweepRecord& record, int run) {
 
 int params(Call& call) {
   lua_newtable(call.L);
-  const random::SampleSpace& space = *self(call).space;
+  const random::SampleSpace& space = *record_of(call).space;
   for (std::size_t c = 0; c < space.columns().size(); ++c) {
     Mat values(space.runs(), 1);
     for (long run = 0; run < space.runs(); ++run) values(run, 0) = space.value(c, run);
@@ -175,7 +175,7 @@ int params(Call& call) {
 /// The names of the axes in their order, for s:plot().
 int names(Call& call) {
   lua_newtable(call.L);
-  const auto& columns = self(call).space->columns();
+  const auto& columns = record_of(call).space->columns();
   for (std::size_t c = 0; c < columns.size(); ++c) {
     lua_pushstring(call.L, columns[c].name.c_str());
     lua_rawseti(call.L, -2, static_cast<lua_Integer>(c) + 1);
@@ -193,7 +193,7 @@ int failures(Call& call) {
     lua_createtable(L, 0, 3);
     lua_pushinteger(L, run + 1);
     lua_setfield(L, -2, "index");
-    push_set(L, self(call), run);
+    push_set(L, record_of(call), run);
     lua_setfield(L, -2, "params");
     const std::string why = s.failure(run);
     lua_pushlstring(L, why.data(), why.size());
@@ -232,7 +232,7 @@ std::vector<Expr> unknowns(const integrate::Sweep& s) {
 std::string heading(Expr e) { return leaf_name(e); }
 
 int table(Call& call) {
-  const SweepRecord& record = self(call);
+  const SweepRecord& record = record_of(call);
   const auto& s = *record.sweep;
   std::vector<Expr> expressions = unknowns(s);
   std::vector<std::string> head;
@@ -275,7 +275,7 @@ std::string range_text(const SweepRecord& record, std::size_t c) {
 }
 
 int sweep_text(Call& call) {
-  const SweepRecord& record = self(call);
+  const SweepRecord& record = record_of(call);
   const auto& s = *record.sweep;
   std::vector<std::string> over;
   const auto& columns = record.space->columns();

@@ -56,7 +56,7 @@ namespace {
 
 using integrate::Tableau;
 
-const Tableau& self(Call& call) { return call.object<Tableau>(1, "tableau"); }
+const Tableau& tableau_of(Call& call) { return call.object<Tableau>(1, "tableau"); }
 
 int push_new(Call& call, Tableau tableau) {
   return call.push(std::make_shared<const Tableau>(std::move(tableau)));
@@ -165,34 +165,34 @@ int push_entries(Call& call, const Exact& exact_entries, const Numeric& numeric)
   return push_matrix(call.L, MatX(exact_entries));
 }
 
-int A(Call& call) { return push_entries(call, self(call).data().A, self(call).A()); }
-int b(Call& call) { return push_entries(call, self(call).data().b, self(call).b()); }
-int c(Call& call) { return push_entries(call, *self(call).data().c, self(call).c()); }
+int A(Call& call) { return push_entries(call, tableau_of(call).data().A, tableau_of(call).A()); }
+int b(Call& call) { return push_entries(call, tableau_of(call).data().b, tableau_of(call).b()); }
+int c(Call& call) { return push_entries(call, *tableau_of(call).data().c, tableau_of(call).c()); }
 int bhat(Call& call) {
-  const Tableau& tab = self(call);
+  const Tableau& tab = tableau_of(call);
   if (tab.bhat()) return push_entries(call, *tab.data().bhat, *tab.bhat());
   lua_pushnil(call.L);
   return 1;
 }
 
 int bhat2(Call& call) {
-  const Tableau& tab = self(call);
+  const Tableau& tab = tableau_of(call);
   if (tab.bhat2()) return push_entries(call, *tab.data().bhat2, *tab.bhat2());
   lua_pushnil(call.L);
   return 1;
 }
 
-int name(Call& call) { return call.push(self(call).name()); }
-int note(Call& call) { return call.push(self(call).data().text); }
-int cite(Call& call) { return call.push(self(call).data().cite); }
-int stages(Call& call) { return call.push(self(call).stages()); }
-int order(Call& call) { return call.push(self(call).order()); }
-int proved(Call& call) { return push_new(call, self(call).proved()); }
-int stage_order(Call& call) { return call.push(self(call).stage_order()); }
-int is(Call& call) { return call.push(self(call).is(call.string(2, "property"))); }
-int latex(Call& call) { return call.push(self(call).latex()); }
+int name(Call& call) { return call.push(tableau_of(call).name()); }
+int note(Call& call) { return call.push(tableau_of(call).data().text); }
+int cite(Call& call) { return call.push(tableau_of(call).data().cite); }
+int stages(Call& call) { return call.push(tableau_of(call).stages()); }
+int order(Call& call) { return call.push(tableau_of(call).order()); }
+int proved(Call& call) { return push_new(call, tableau_of(call).proved()); }
+int stage_order(Call& call) { return call.push(tableau_of(call).stage_order()); }
+int is(Call& call) { return call.push(tableau_of(call).is(call.string(2, "property"))); }
+int latex(Call& call) { return call.push(tableau_of(call).latex()); }
 int drawn(Call& call) {
-  const std::string text = self(call).str();
+  const std::string text = tableau_of(call).str();
   return call.push(text.substr(0, text.size() - 1));
 }
 

@@ -89,15 +89,15 @@ int make(Call& call) {
   return call.push(std::shared_ptr<const ComplexNumber>(std::move(z)));
 }
 
-const ComplexNumber& self(Call& call) { return call.object<ComplexNumber>(1, "z"); }
-int re(Call& call) { return push_expr(call.L, self(call).re); }
-int im(Call& call) { return push_expr(call.L, self(call).im); }
-int conj(Call& call) { return push_result(call, self(call).re, -self(call).im); }
+const ComplexNumber& complex_of(Call& call) { return call.object<ComplexNumber>(1, "z"); }
+int re(Call& call) { return push_expr(call.L, complex_of(call).re); }
+int im(Call& call) { return push_expr(call.L, complex_of(call).im); }
+int conj(Call& call) { return push_result(call, complex_of(call).re, -complex_of(call).im); }
 int magnitude(Call& call) {
-  const auto& z = self(call);
+  const auto& z = complex_of(call);
   return push_expr(call.L, tidy(sqrt(tidy(z.re * z.re + z.im * z.im))));
 }
-int argument(Call& call) { return push_expr(call.L, tidy(atan2(self(call).im, self(call).re))); }
+int argument(Call& call) { return push_expr(call.L, tidy(atan2(complex_of(call).im, complex_of(call).re))); }
 
 int add(Call& call) {
   const auto [a, b] = operands(call);
@@ -128,15 +128,15 @@ int power(Call& call) {
   if (std::labs(n) > 10000)
     throw Error("the exponent of a complex number must be an integer of at most 10000");
   ComplexNumber result{1, 0};
-  for (long k = 0; k < std::labs(n); ++k) result = product(result, self(call));
+  for (long k = 0; k < std::labs(n); ++k) result = product(result, complex_of(call));
   return push_complex(call.L, n < 0 ? quotient({1, 0}, result) : result);
 }
-int negative(Call& call) { return push_result(call, -self(call).re, -self(call).im); }
+int negative(Call& call) { return push_result(call, -complex_of(call).re, -complex_of(call).im); }
 int equal(Call& call) {
   const auto [a, b] = operands(call);
   return call.push(a.re == b.re && a.im == b.im);
 }
-int shown(Call& call) { return call.push(complex_text(self(call))); }
+int shown(Call& call) { return call.push(complex_text(complex_of(call))); }
 
 // ── roots ──
 

@@ -11,7 +11,6 @@ namespace {
 
 using lti::System;
 
-const System& self(Call& call) { return call.object<System>(1, "G"); }
 
 Expr read_sampling(lua_State* L, int index) {
   const Expr Ts = to_expr(L, index, "Ts");
@@ -92,7 +91,7 @@ void refuse_model(Call& call) {
 int ss(Call& call) {
   lua_State* L = call.L;
   refuse_model(call);
-  if (call.is<System>(1)) return push_system(call, lti::to_ss(self(call)));
+  if (call.is<System>(1)) return push_system(call, lti::to_ss(system_of(call)));
   if (has_string_key(L, 1)) return push_system(call, ss_from_options(call));
   if (call.count() == 1) return push_system(call, lti::make_gain(to_matrix(L, 1, "D")));
   const MatX A = to_matrix(L, 1, "A"), B = to_matrix(L, 2, "B");
@@ -208,7 +207,7 @@ System assembled(lua_State* L, int index) {
 int tf(Call& call) {
   lua_State* L = call.L;
   refuse_model(call);
-  if (call.is<System>(1)) return push_system(call, lti::to_tf(self(call)));
+  if (call.is<System>(1)) return push_system(call, lti::to_tf(system_of(call)));
   if (lua_type(L, 1) == LUA_TSTRING &&
       (call.string(1, "variable") == "s" || call.string(1, "variable") == "z")) {
     const bool discrete = call.string(1, "variable") == "z";
@@ -269,7 +268,7 @@ std::vector<std::pair<Expr, Expr>> read_roots(lua_State* L, int index, const std
 
 int zpk(Call& call) {
   refuse_model(call);
-  if (call.is<System>(1)) return push_system(call, lti::to_zpk(self(call)));
+  if (call.is<System>(1)) return push_system(call, lti::to_zpk(system_of(call)));
   lti::Factored f;
   f.zeros = read_roots(call.L, 1, "z");
   f.poles = read_roots(call.L, 2, "p");
@@ -280,7 +279,7 @@ int zpk(Call& call) {
 // ── fields ──
 
 const System& in_state_space(Call& call, const char* what) {
-  const System& g = self(call);
+  const System& g = system_of(call);
   if (g.form != lti::Form::ss)
     throw Error(
         text("a transfer function has no ", what, "; G:ss().", what, " belongs to a realisation of it"));
@@ -292,7 +291,7 @@ int C(Call& call) { return push_entries(call.L, in_state_space(call, "C").ss.C);
 int D(Call& call) { return push_entries(call.L, in_state_space(call, "D").ss.D); }
 
 int push_polynomial(Call& call, bool numerator) {
-  const System g = lti::to_tf(self(call));
+  const System g = lti::to_tf(system_of(call));
   if (!g.siso()) throw Error("of several inputs or outputs: choose one with G:channel(i, j)");
   const lti::Polynomial& p = numerator ? g.tf[0].num : g.tf[0].den;
   MatX c = MatX::Zero(std::max<Eigen::Index>(1, static_cast<Eigen::Index>(p.size())), 1);
@@ -303,30 +302,30 @@ int num(Call& call) { return push_polynomial(call, true); }
 int den(Call& call) { return push_polynomial(call, false); }
 
 int gain(Call& call) {
-  const System g = lti::to_zpk(self(call));
+  const System g = lti::to_zpk(system_of(call));
   if (!g.siso()) throw Error("of several inputs or outputs: choose one with G:channel(i, j)");
   return push_expr(call.L, g.zpk[0].gain);
 }
 
-int Ts(Call& call) { return push_expr(call.L, self(call).Ts); }
+int Ts(Call& call) { return push_expr(call.L, system_of(call).Ts); }
 int form(Call& call) {
   static const char* const names[] = {"ss", "tf", "zpk"};
-  return call.push(names[static_cast<int>(self(call).form)]);
+  return call.push(names[static_cast<int>(system_of(call).form)]);
 }
-int order(Call& call) { return call.push(lti::order(self(call))); }
+int order(Call& call) { return call.push(lti::order(system_of(call))); }
 int names(Call& call, int count, std::string (*name)(const System&, int)) {
   std::vector<std::string> list;
-  for (int i = 0; i < count; ++i) list.push_back(name(self(call), i));
+  for (int i = 0; i < count; ++i) list.push_back(name(system_of(call), i));
   return push_names(call.L, list);
 }
-int states(Call& call) { return names(call, self(call).ss.order(), lti::state_name); }
-int inputs(Call& call) { return names(call, self(call).inputs, lti::input_name); }
-int outputs(Call& call) { return names(call, self(call).outputs, lti::output_name); }
-int notes(Call& call) { return push_names(call.L, self(call).notes); }
+int states(Call& call) { return names(call, system_of(call).ss.order(), lti::state_name); }
+int inputs(Call& call) { return names(call, system_of(call).inputs, lti::input_name); }
+int outputs(Call& call) { return names(call, system_of(call).outputs, lti::output_name); }
+int notes(Call& call) { return push_names(call.L, system_of(call).notes); }
 
 int with(Call& call) {
   call.table(2, "parameters");
-  const System& g = self(call);
+  const System& g = system_of(call);
   std::vector<Expr> known;
   const std::vector<Expr> all = lti::entries(g);
   for (Expr leaf : leaves(all))
@@ -343,7 +342,7 @@ int with(Call& call) {
 }
 
 int named(Call& call) {
-  System g = self(call);
+  System g = system_of(call);
   name_channels(g, call.options(2, {"states", "inputs", "outputs"}), call.L);
   return push_system(call, std::move(g));
 }
@@ -352,7 +351,7 @@ int named(Call& call) {
 int channel_of(Call& call, int i, const char* what, int count, std::string (*name)(const System&, int)) {
   if (lua_type(call.L, i) == LUA_TSTRING) {
     std::vector<std::string> all;
-    for (int k = 0; k < count; ++k) all.push_back(name(self(call), k));
+    for (int k = 0; k < count; ++k) all.push_back(name(system_of(call), k));
     const std::string word = call.string(i, what);
     const auto at = std::find(all.begin(), all.end(), word);
     if (at == all.end())
@@ -368,13 +367,13 @@ int channel_of(Call& call, int i, const char* what, int count, std::string (*nam
 }
 
 int channel(Call& call) {
-  const System& g = self(call);
+  const System& g = system_of(call);
   return push_system(call, lti::select(g, {channel_of(call, 2, "output", g.outputs, lti::output_name)},
                                        {channel_of(call, 3, "input", g.inputs, lti::input_name)}));
 }
 
-int latex(Call& call) { return call.push(lti::latex(self(call))); }
-int shown(Call& call) { return call.push(lti::describe(self(call))); }
+int latex(Call& call) { return call.push(lti::latex(system_of(call))); }
+int shown(Call& call) { return call.push(lti::describe(system_of(call))); }
 
 }  // namespace
 

@@ -32,6 +32,8 @@ struct TypeName<Roots> {
   static constexpr const char* value = "roots";
 };
 
+/// The system a method is called on.
+inline const lti::System& system_of(Call& call) { return call.object<lti::System>(1, "G"); }
 /// A linear system; a number, an expression or a matrix is a gain.
 lti::System read_system(Call& call, int i, const char* name);
 int push_system(Call& call, lti::System g);

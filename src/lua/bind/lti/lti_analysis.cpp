@@ -37,8 +37,6 @@ namespace {
 
 using lti::System;
 
-const System& self(Call& call) { return call.object<System>(1, "G"); }
-
 bool has_free_parameters(const System& g) {
   const std::vector<Expr> all = lti::entries(g);
   for (Expr leaf : leaves(all))
@@ -47,7 +45,7 @@ bool has_free_parameters(const System& g) {
 }
 
 int poles(Call& call) {
-  const System& g = self(call);
+  const System& g = system_of(call);
   if (has_free_parameters(g)) {
     if (const auto list = lti::symbolic_zeros(lti::characteristic(g)))
       return push_roots(call, {"poles", {}, *list});
@@ -58,7 +56,7 @@ int poles(Call& call) {
 }
 
 int zeros(Call& call) {
-  const System& g = self(call);
+  const System& g = system_of(call);
   if (has_free_parameters(g)) {
     const System f = lti::to_tf(g);
     if (f.siso() && !f.tf[0].num.empty())
@@ -69,7 +67,7 @@ int zeros(Call& call) {
 }
 
 int charpoly(Call& call) {
-  const lti::Polynomial p = lti::characteristic(self(call));
+  const lti::Polynomial p = lti::characteristic(system_of(call));
   if (call.has(2)) return push_expr(call.L, lti::expression(p, to_expr(call.L, 2, "s")));
   MatX c(static_cast<Eigen::Index>(p.size()), 1);
   for (std::size_t k = 0; k < p.size(); ++k) c(static_cast<Eigen::Index>(p.size() - 1 - k), 0) = p[k];
@@ -79,10 +77,10 @@ int charpoly(Call& call) {
 // ── stability ──
 
 int stability(Call& call) {
-  return call.push(std::make_shared<const lti::Stability>(lti::stability(self(call))));
+  return call.push(std::make_shared<const lti::Stability>(lti::stability(system_of(call))));
 }
 int is_stable(Call& call) {
-  const lti::Stability s = lti::stability(self(call));
+  const lti::Stability s = lti::stability(system_of(call));
   if (s.symbolic) throw Error("it depends on the parameters: " + lti::describe(s));
   return call.push(s.asymptotic);
 }
@@ -98,7 +96,7 @@ int stability_text(Call& call) { return call.push(lti::describe(verdict_of(call)
 
 int damp(Call& call) {
   auto d = std::make_shared<Damping>();
-  const System g = lti::with_numbers(self(call));
+  const System g = lti::with_numbers(system_of(call));
   d->poles = lti::poles(g);
   d->Ts = g.continuous() ? 0 : lti::number(g.Ts);
   return call.push(std::shared_ptr<const Damping>(std::move(d)));
@@ -143,10 +141,10 @@ int damping_text(Call& call) {
 
 const lti::Reach& reach(Call& call) { return call.object<lti::Reach>(1, "report"); }
 int controllability(Call& call) {
-  return call.push(std::make_shared<const lti::Reach>(lti::controllability(self(call))));
+  return call.push(std::make_shared<const lti::Reach>(lti::controllability(system_of(call))));
 }
 int observability(Call& call) {
-  return call.push(std::make_shared<const lti::Reach>(lti::observability(self(call))));
+  return call.push(std::make_shared<const lti::Reach>(lti::observability(system_of(call))));
 }
 int reach_rank(Call& call) { return call.push(reach(call).rank); }
 int reach_matrix(Call& call) { return push_entries(call.L, reach(call).matrix); }
@@ -161,13 +159,13 @@ int reach_text(Call& call) { return call.push(lti::describe(reach(call))); }
 
 /// ctrb(G) or ctrb(A, B); obsv(G) or obsv(A, C).
 int ctrb(Call& call) {
-  if (call.is<System>(1)) return push_entries(call.L, lti::controllability_matrix(self(call)));
+  if (call.is<System>(1)) return push_entries(call.L, lti::controllability_matrix(system_of(call)));
   const MatX A = to_matrix(call.L, 1, "A"), B = to_matrix(call.L, 2, "B");
   return push_entries(call.L, lti::controllability_matrix(
                                   lti::make_ss(A, B, MatX::Zero(0, A.cols()), MatX::Zero(0, B.cols()))));
 }
 int obsv(Call& call) {
-  if (call.is<System>(1)) return push_entries(call.L, lti::observability_matrix(self(call)));
+  if (call.is<System>(1)) return push_entries(call.L, lti::observability_matrix(system_of(call)));
   const MatX A = to_matrix(call.L, 1, "A");
   MatX C = to_matrix(call.L, 2, "C");
   if (C.cols() == 1 && C.rows() == A.rows()) C = MatX(C.transpose());
@@ -185,7 +183,7 @@ int gram(Call& call) {
   const std::string which = call.string(2, "which", "c");
   if (which != "c" && which != "o")
     throw Error(text("which must be \"c\" (controllability) or \"o\" (observability), got '", which, "'"));
-  return push_entries(call.L, lti::gramian(self(call), which == "c"));
+  return push_entries(call.L, lti::gramian(system_of(call), which == "c"));
 }
 int lyap(Call& call) {
   return push_entries(call.L, lti::lyapunov(to_matrix(call.L, 1, "A"), to_matrix(call.L, 2, "Q"), true));
@@ -203,9 +201,9 @@ int norm(Call& call) {
     if (call.has(2) &&
         !(lua_type(call.L, 2) == LUA_TNUMBER ? lua_tonumber(call.L, 2) == 2 : call.string(2, "which") == "2"))
       throw Error("which must be 2 or \"inf\"");
-    return call.push(lti::h2_norm(self(call)));
+    return call.push(lti::h2_norm(system_of(call)));
   }
-  const lti::PeakGain p = lti::hinf_norm(self(call));
+  const lti::PeakGain p = lti::hinf_norm(system_of(call));
   call.push(p.value);
   call.push(p.at);
   return 2;
@@ -228,7 +226,7 @@ int margins_text(Call& call) { return call.push(lti::describe(margins(call))); }
 // ── exponentials ──
 
 int transition(Call& call) {
-  const System g = lti::to_ss(self(call));
+  const System g = lti::to_ss(system_of(call));
   if (!g.continuous()) throw Error("a discrete system has Aᵏ: G.A^k");
   const Expr time = call.has(2) ? to_expr(call.L, 2, "t") : time_symbol();
   if (const auto Phi = lti::transition(g.ss.A, time)) return push_matrix(call.L, *Phi);
@@ -237,7 +235,7 @@ int transition(Call& call) {
 }
 
 int solution(Call& call) {
-  const System g = lti::to_ss(self(call));
+  const System g = lti::to_ss(system_of(call));
   const VecX x0 = call.has(2) ? read_state(call.L, 2, "x0", g) : VecX(VecX::Zero(g.ss.order()));
   if (call.has(3) && lua_isfunction(call.L, 3)) {  // u(t) with the symbol t
     lua_pushvalue(call.L, 3);
@@ -260,7 +258,7 @@ int logm(Call& call) { return push_value(call.L, linalg::logarithm(to_numeric_ma
 // ── values ──
 
 int value(Call& call) {
-  const System& g = self(call);
+  const System& g = system_of(call);
   if (!call.has(2)) call.wrong(2, "s", "a symbol, a number or complex(re, im)");
   const ComplexNumber z = call.is<ComplexNumber>(2) || lua_istable(call.L, 2)
                               ? read_complex(call.L, 2, g.variable())
@@ -281,7 +279,7 @@ int value(Call& call) {
   return 1;
 }
 
-int dcgain(Call& call) { return push_entries_or_one(call.L, lti::dcgain(self(call))); }
+int dcgain(Call& call) { return push_entries_or_one(call.L, lti::dcgain(system_of(call))); }
 
 }  // namespace
 

@@ -11,8 +11,6 @@ namespace {
 
 using lti::System;
 
-const System& self(Call& call) { return call.object<System>(1, "G"); }
-
 bool is_scalar(Call& call, int i) { return !call.is<System>(i) && is_expression(call.L, i); }
 
 /// A scalar beside a system with several channels multiplies all of them.
@@ -26,7 +24,7 @@ System operand(Call& call, int i, const char* name, int channels) {
 }
 
 int multiply(Call& call) {
-  const int channels = call.is<System>(1) ? (is_scalar(call, 2) ? self(call).inputs : 1)
+  const int channels = call.is<System>(1) ? (is_scalar(call, 2) ? system_of(call).inputs : 1)
                                           : call.object<System>(2, "the right operand").outputs;
   return push_system(call, lti::series(operand(call, 1, "the left operand", channels),
                                        operand(call, 2, "the right operand", channels)));
@@ -44,11 +42,11 @@ int subtract(Call& call) {
   return push_system(call, lti::parallel(read_system(call, 1, "the left operand"),
                                          lti::negative(read_system(call, 2, "the right operand"))));
 }
-int negative(Call& call) { return push_system(call, lti::negative(self(call))); }
+int negative(Call& call) { return push_system(call, lti::negative(system_of(call))); }
 int power(Call& call) {
   const long n = call.integer(2, "exponent");
   if (std::labs(n) > 100) throw Error("the exponent of a system must be an integer of at most 100");
-  return push_system(call, lti::power(self(call), static_cast<int>(n)));
+  return push_system(call, lti::power(system_of(call), static_cast<int>(n)));
 }
 
 int series(Call& call) {

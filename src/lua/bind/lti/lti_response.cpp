@@ -244,7 +244,7 @@ int channels(Call& call) {
           r.system->siso() ? "G" : lti::output_name(*r.system, i) + " from " + lti::input_name(*r.system, j));
   return push_names(call.L, list);
 }
-int system_of(Call& call) { return call.push(frequency(call).system); }
+int system_field(Call& call) { return call.push(frequency(call).system); }
 
 int frequency_text(Call& call) {
   const auto& r = frequency(call);
@@ -318,7 +318,7 @@ extern const Module lti_response_module = {
         {"frequency response#im", im, "r.im -> matrix", "Imaginary parts."},
         {"frequency response#labels", channels, "r.labels -> list",
          "The channels, in the order of the columns."},
-        {"frequency response#system", system_of, "r.system -> G", "The system."},
+        {"frequency response#system", system_field, "r.system -> G", "The system."},
         {"frequency response:__tostring", frequency_text, "print(G:bode())",
          "The range, the peak and the margins."},
     }};

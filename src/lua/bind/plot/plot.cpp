@@ -441,10 +441,10 @@ int surface_text(Call& call) {
 
 // ── methods of a figure ──
 
-const plot::Figure& self(Call& call) { return call.object<plot::Figure>(1, "figure"); }
+const plot::Figure& figure_of(Call& call) { return call.object<plot::Figure>(1, "figure"); }
 
 int show(Call& call) {
-  const std::string drawing = plot::draw(self(call), plot::terminal_of(STDOUT_FILENO));
+  const std::string drawing = plot::draw(figure_of(call), plot::terminal_of(STDOUT_FILENO));
   std::fwrite(drawing.data(), 1, drawing.size(), stdout);
   std::fflush(stdout);
   return 0;
@@ -455,11 +455,11 @@ int drawing_text(Call& call) {
   const long columns = call.integer(2, "columns", 80);
   if (columns < 30 || columns > 120) throw Error(text("columns must lie between 30 and 120, got ", columns));
   terminal.columns = static_cast<int>(columns);
-  return call.push(plot::draw(self(call), terminal));
+  return call.push(plot::draw(figure_of(call), terminal));
 }
 
 int save(Call& call) {
-  const auto& figure = self(call);  // before the file: the first wrong argument is named
+  const auto& figure = figure_of(call);  // before the file: the first wrong argument is named
   plot::save(figure, call.string(2, "file"));
   lua_settop(call.L, 1);
   return 1;
@@ -489,7 +489,7 @@ void read_figures(Call& call, int argument, std::vector<plot::Figure>& into) {
 
 /// fig:svg() -> text; fig:svg{ others } -> list of texts.
 int svg(Call& call) {
-  std::vector<plot::Figure> figures{self(call)};
+  std::vector<plot::Figure> figures{figure_of(call)};
   if (!call.has(2)) return call.push(plot::svg_texts(figures)[0]);
   read_figures(call, 2, figures);
   return push_texts(call.L, plot::svg_texts(figures));
@@ -497,7 +497,7 @@ int svg(Call& call) {
 
 /// fig:with(other): the curves of both.
 int with(Call& call) {
-  plot::Figure f = self(call);
+  plot::Figure f = figure_of(call);
   const auto& other = call.object<plot::Figure>(2, "other");
   if (f.three_d || other.three_d) throw Error("curves of 3-D figures cannot be put together");
   f.series.insert(f.series.end(), other.series.begin(), other.series.end());
@@ -508,7 +508,7 @@ int with(Call& call) {
 
 /// fig:page(columns, { figures }): this figure and others on one page.
 int page(Call& call) {
-  plot::Figure f = self(call);
+  plot::Figure f = figure_of(call);
   f.columns = static_cast<int>(call.integer(2, "columns"));
   read_figures(call, 3, f.below);
   for (const plot::Figure& panel : f.below)
@@ -520,14 +520,14 @@ int page(Call& call) {
 /// The words of an expression as axes and legends show them.
 int label_text(Call& call) { return call.push(words(call.L, 1, "label")); }
 
-int describe_figure(Call& call) { return call.push(plot::describe(self(call))); }
-int title(Call& call) { return call.push(self(call).title); }
+int describe_figure(Call& call) { return call.push(plot::describe(figure_of(call))); }
+int title(Call& call) { return call.push(figure_of(call).title); }
 
-int notes(Call& call) { return push_texts(call.L, self(call).notes); }
+int notes(Call& call) { return push_texts(call.L, figure_of(call).notes); }
 
 int labels(Call& call) {
   std::vector<std::string> all;
-  for (const auto& s : self(call).series) all.push_back(s.label);
+  for (const auto& s : figure_of(call).series) all.push_back(s.label);
   return push_texts(call.L, all);
 }
 

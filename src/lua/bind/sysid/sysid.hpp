@@ -29,6 +29,8 @@ struct TypeName<sysid::ParameterSet> {
   static constexpr const char* value = "parameter_set";
 };
 
+/// The model a method is called on.
+inline const sysid::IdModel& idmodel_of(Call& call) { return call.object<sysid::IdModel>(1, "idmodel"); }
 /// The option `noise`: a density.
 std::shared_ptr<const sysid::Density> read_noise(Call& call, const Options& options);
 /// Pushes the set of parameters that uniform noise leaves.

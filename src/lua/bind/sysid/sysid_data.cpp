@@ -116,7 +116,7 @@ int push_words(lua_State* L, const std::vector<std::string>& words) {
 
 namespace {
 
-const IdData& self(Call& call) { return call.object<IdData>(1, "iddata"); }
+const IdData& data_of(Call& call) { return call.object<IdData>(1, "iddata"); }
 int push(Call& call, IdData d) { return call.push(std::make_shared<const IdData>(std::move(d))); }
 
 std::vector<std::string> words_option(Call& call, const Options& o, const char* key) {
@@ -155,19 +155,19 @@ int read(Call& call) {
 }
 
 int slice(Call& call) {
-  const IdData& d = self(call);
+  const IdData& d = data_of(call);
   return push(call, sysid::slice(d, call.integer(2, "first"), call.integer(3, "last", d.samples())));
 }
 
 int split(Call& call) {
-  auto [first, second] = sysid::split(self(call), call.number(2, "fraction", 0.5));
+  auto [first, second] = sysid::split(data_of(call), call.number(2, "fraction", 0.5));
   push(call, std::move(first));
   push(call, std::move(second));
   return 2;
 }
 
 int detrend(Call& call) {
-  const IdData& d = self(call);
+  const IdData& d = data_of(call);
   if (call.has(2) && lua_istable(call.L, 2)) {
     const Options o = call.options(2, {"y", "u"});
     const auto offsets = [&](const char* key, Index n) {
@@ -197,9 +197,9 @@ int resample(Call& call) {
   const Options o = table ? call.options(2, {"Ts", "method"}) : call.options(3, {"method"});
   const std::string how = o.string("method", "lowpass");
   const double Ts = table ? o.number("Ts") : call.number(2, "Ts");
-  if (how == "lowpass") return push(call, sysid::resample(self(call), Ts, sysid::Resampling::lowpass));
-  if (how == "linear") return push(call, sysid::resample(self(call), Ts, sysid::Resampling::linear));
-  if (how == "hold") return push(call, sysid::resample(self(call), Ts, sysid::Resampling::hold));
+  if (how == "lowpass") return push(call, sysid::resample(data_of(call), Ts, sysid::Resampling::lowpass));
+  if (how == "linear") return push(call, sysid::resample(data_of(call), Ts, sysid::Resampling::linear));
+  if (how == "hold") return push(call, sysid::resample(data_of(call), Ts, sysid::Resampling::hold));
   throw Error(text("unknown method '", how, "'.", did_you_mean(how, {"lowpass", "linear", "hold"}),
                    " (lowpass, linear, hold)"));
 }
@@ -213,8 +213,8 @@ int merge(Call& call) {
 
 int fill(Call& call) {
   const std::string how = call.string(2, "method", "linear");
-  if (how == "linear") return push(call, sysid::fill(self(call), sysid::Filling::linear));
-  if (how == "previous") return push(call, sysid::fill(self(call), sysid::Filling::previous));
+  if (how == "linear") return push(call, sysid::fill(data_of(call), sysid::Filling::linear));
+  if (how == "previous") return push(call, sysid::fill(data_of(call), sysid::Filling::previous));
   throw Error(
       text("unknown method '", how, "'.", did_you_mean(how, {"linear", "previous"}), " (linear, previous)"));
 }
@@ -246,14 +246,14 @@ std::vector<Index> wanted(Call& call, const Options& o, const char* key,
 }
 
 int select(Call& call) {
-  const IdData& d = self(call);
+  const IdData& d = data_of(call);
   call.table(2, "signals");
   const Options o = call.options(2, {"y", "u"});
   return push(call, sysid::select(d, wanted(call, o, "y", d.y_names), wanted(call, o, "u", d.u_names)));
 }
 
 int save(Call& call) {
-  const IdData& d = self(call);
+  const IdData& d = data_of(call);
   const std::string path = call.string(2, "file");
   if (path.size() > 4 && path.compare(path.size() - 4, 4, ".mat") == 0)
     sysid::write_mat(d, path);
@@ -263,32 +263,32 @@ int save(Call& call) {
 }
 
 int csv(Call& call) {
-  sysid::write_csv(self(call), call.string(2, "file"));
+  sysid::write_csv(data_of(call), call.string(2, "file"));
   return 0;
 }
 
-int field_y(Call& call) { return push_matrix(call.L, self(call).y); }
-int field_u(Call& call) { return push_matrix(call.L, self(call).u); }
-int field_Ts(Call& call) { return call.push(self(call).Ts); }
-int field_N(Call& call) { return call.push(static_cast<long>(self(call).samples())); }
-int field_missing(Call& call) { return call.push(static_cast<long>(sysid::missing(self(call)))); }
-int field_experiments(Call& call) { return call.push(static_cast<long>(self(call).experiments())); }
-int field_y_names(Call& call) { return push_words(call.L, self(call).y_names); }
-int field_u_names(Call& call) { return push_words(call.L, self(call).u_names); }
+int field_y(Call& call) { return push_matrix(call.L, data_of(call).y); }
+int field_u(Call& call) { return push_matrix(call.L, data_of(call).u); }
+int field_Ts(Call& call) { return call.push(data_of(call).Ts); }
+int field_N(Call& call) { return call.push(static_cast<long>(data_of(call).samples())); }
+int field_missing(Call& call) { return call.push(static_cast<long>(sysid::missing(data_of(call)))); }
+int field_experiments(Call& call) { return call.push(static_cast<long>(data_of(call).experiments())); }
+int field_y_names(Call& call) { return push_words(call.L, data_of(call).y_names); }
+int field_u_names(Call& call) { return push_words(call.L, data_of(call).u_names); }
 int field_t(Call& call) {
-  const IdData& d = self(call);
+  const IdData& d = data_of(call);
   return push_matrix(call.L,
                      Mat(Vec::LinSpaced(d.samples(), 0, static_cast<double>(d.samples() - 1)) * d.Ts));
 }
 int field_offsets(Call& call) {
   lua_createtable(call.L, 0, 2);
-  push_value(call.L, Mat(self(call).y_offset));
+  push_value(call.L, Mat(data_of(call).y_offset));
   lua_setfield(call.L, -2, "y");
-  push_value(call.L, Mat(self(call).u_offset));
+  push_value(call.L, Mat(data_of(call).u_offset));
   lua_setfield(call.L, -2, "u");
   return 1;
 }
-int to_text(Call& call) { return call.push(sysid::describe(self(call))); }
+int to_text(Call& call) { return call.push(sysid::describe(data_of(call))); }
 
 }  // namespace
 

@@ -16,11 +16,9 @@ using sysid::StateSpaceModel;
 
 namespace {
 
-const IdModel& self(Call& call) { return call.object<IdModel>(1, "idmodel"); }
-
 /// θ and what belongs to it: a state-space model has none.
 void require_parameters(Call& call, const char* what) {
-  if (self(call).state_space)
+  if (idmodel_of(call).state_space)
     throw Error(
         text("a state-space model has no ", what,
              ": its entries depend on the coordinates of the state; see mod.A, mod.B, mod.C, mod.D, mod.K "
@@ -28,7 +26,7 @@ void require_parameters(Call& call, const char* what) {
 }
 
 const StateSpaceModel& state_space(Call& call, const char* field) {
-  const IdModel& m = self(call);
+  const IdModel& m = idmodel_of(call);
   if (!m.state_space)
     throw Error(text(field, " belongs to state-space models (n4sid); this one is ", m.outputs[0].kind));
   return *m.state_space;
@@ -37,7 +35,7 @@ const StateSpaceModel& state_space(Call& call, const char* field) {
 /// A value per output: the value itself when there is one, else a list.
 template <class Push>
 int each_output(Call& call, const Push& push) {
-  const IdModel& m = self(call);
+  const IdModel& m = idmodel_of(call);
   if (m.outputs.size() == 1) return push(m.outputs[0]);
   lua_createtable(call.L, static_cast<int>(m.outputs.size()), 0);
   lua_Integer i = 0;
@@ -65,7 +63,7 @@ int theta(Call& call) {
 }
 int std_(Call& call) {
   require_parameters(call, "std");
-  for (const PolyModel& m : self(call).outputs)
+  for (const PolyModel& m : idmodel_of(call).outputs)
     if (m.std.size() == 0)
       throw Error(
           "this estimate has no standard deviation: it lies in a corner of the feasible set and converges "
@@ -74,7 +72,7 @@ int std_(Call& call) {
 }
 int cov(Call& call) {
   require_parameters(call, "cov");
-  for (const PolyModel& m : self(call).outputs)
+  for (const PolyModel& m : idmodel_of(call).outputs)
     if (m.covariance.size() == 0)
       throw Error("this estimate has no covariance: it lies in a corner of the feasible set");
   return each_output(call, [&](const PolyModel& m) { return push_matrix(call.L, m.covariance); });
@@ -90,27 +88,27 @@ int correlation(Call& call) {
   });
 }
 int A(Call& call) {
-  if (self(call).state_space) return push_matrix(call.L, self(call).state_space->A);
+  if (idmodel_of(call).state_space) return push_matrix(call.L, idmodel_of(call).state_space->A);
   return each_output(call, [&](const PolyModel& m) { return push_row(call.L, m.p.A); });
 }
 int B(Call& call) {
-  if (self(call).state_space) return push_matrix(call.L, self(call).state_space->B);
+  if (idmodel_of(call).state_space) return push_matrix(call.L, idmodel_of(call).state_space->B);
   return each_output(call, [&](const PolyModel& m) { return push_polynomials(call.L, m.p.B); });
 }
 int C(Call& call) {
-  if (self(call).state_space) return push_matrix(call.L, self(call).state_space->C);
+  if (idmodel_of(call).state_space) return push_matrix(call.L, idmodel_of(call).state_space->C);
   return each_output(call, [&](const PolyModel& m) { return push_row(call.L, m.p.C); });
 }
 int D(Call& call) {
-  if (self(call).state_space) return push_matrix(call.L, self(call).state_space->D);
+  if (idmodel_of(call).state_space) return push_matrix(call.L, idmodel_of(call).state_space->D);
   return each_output(call, [&](const PolyModel& m) { return push_row(call.L, m.p.D); });
 }
 int F(Call& call) {
   require_parameters(call, "F");
   return each_output(call, [&](const PolyModel& m) { return push_polynomials(call.L, m.p.F); });
 }
-int noise(Call& call) { return call.push(self(call).outputs[0].noise); }
-int log_likelihood(Call& call) { return call.push(self(call).outputs[0].log_likelihood); }
+int noise(Call& call) { return call.push(idmodel_of(call).outputs[0].noise); }
+int log_likelihood(Call& call) { return call.push(idmodel_of(call).outputs[0].log_likelihood); }
 int names(Call& call) {
   return each_output(call, [&](const PolyModel& m) { return push_words(call.L, m.names); });
 }
@@ -133,15 +131,15 @@ int unidentifiable(Call& call) {
 int advice(Call& call) {
   return each_output(call, [&](const PolyModel& m) { return push_words(call.L, m.advice); });
 }
-int kind(Call& call) { return call.push(self(call).outputs[0].kind); }
-int Ts(Call& call) { return call.push(self(call).outputs[0].Ts); }
+int kind(Call& call) { return call.push(idmodel_of(call).outputs[0].kind); }
+int Ts(Call& call) { return call.push(idmodel_of(call).outputs[0].Ts); }
 
 int K(Call& call) { return push_matrix(call.L, state_space(call, "K").K); }
 int singular_values(Call& call) {
   return push_matrix(call.L, Mat(state_space(call, "singular_values").singular_values));
 }
 int innovations(Call& call) {
-  const IdModel& m = self(call);
+  const IdModel& m = idmodel_of(call);
   if (m.state_space) return push_matrix(call.L, m.state_space->innovations);
   Mat v = Mat::Zero(static_cast<Index>(m.outputs.size()), static_cast<Index>(m.outputs.size()));
   for (Index i = 0; i < v.rows(); ++i) v(i, i) = m.outputs[i].quality.sigma2;
@@ -166,7 +164,7 @@ int push_integers(lua_State* L, const std::vector<int>& v) {
 
 /// { na =, nb =, nk = … } as the estimator takes them; a state-space model: { order = }.
 int orders(Call& call) {
-  const IdModel& m = self(call);
+  const IdModel& m = idmodel_of(call);
   lua_State* L = call.L;
   if (m.state_space) {
     lua_createtable(L, 0, 1);
@@ -195,18 +193,18 @@ int orders(Call& call) {
   });
 }
 
-int samples(Call& call) { return call.push(static_cast<long>(self(call).outputs[0].samples)); }
+int samples(Call& call) { return call.push(static_cast<long>(idmodel_of(call).outputs[0].samples)); }
 int simulation_percent(Call& call) {
   return each_output(call, [&](const PolyModel& m) { return call.push(m.simulation_fit); });
 }
 int y_names(Call& call) {
   std::vector<std::string> out;
-  for (const PolyModel& m : self(call).outputs) out.push_back(m.y_name);
+  for (const PolyModel& m : idmodel_of(call).outputs) out.push_back(m.y_name);
   return push_words(call.L, out);
 }
 int u_names(Call& call) {
-  std::vector<std::string> out = self(call).outputs[0].u_names;
-  out.resize(static_cast<std::size_t>(self(call).inputs));
+  std::vector<std::string> out = idmodel_of(call).outputs[0].u_names;
+  out.resize(static_cast<std::size_t>(idmodel_of(call).inputs));
   return push_words(call.L, out);
 }
 

@@ -137,34 +137,34 @@ int fit(Call& call) {
   return call.push(std::make_shared<const GreyBoxFit>(sysid::fit(r)));
 }
 
-const GreyBoxFit& self(Call& call) { return call.object<GreyBoxFit>(1, "fit_result"); }
-int theta(Call& call) { return push_matrix(call.L, Mat(self(call).theta)); }
-int deviations(Call& call) { return push_matrix(call.L, Mat(self(call).std)); }
-int cov(Call& call) { return push_matrix(call.L, self(call).covariance); }
-int names(Call& call) { return push_words(call.L, self(call).names); }
-int loss(Call& call) { return call.push(self(call).quality.loss); }
-int sigma2(Call& call) { return call.push(self(call).quality.sigma2); }
-int fpe(Call& call) { return call.push(self(call).quality.fpe); }
-int aic(Call& call) { return call.push(self(call).quality.aic); }
-int rank(Call& call) { return call.push(static_cast<long>(self(call).ls.rank)); }
-int converged(Call& call) { return call.push(self(call).converged); }
-int simulated(Call& call) { return push_matrix(call.L, self(call).simulated); }
-int residuals(Call& call) { return push_matrix(call.L, Mat(self(call).residuals)); }
+const GreyBoxFit& fit_of(Call& call) { return call.object<GreyBoxFit>(1, "fit_result"); }
+int theta(Call& call) { return push_matrix(call.L, Mat(fit_of(call).theta)); }
+int deviations(Call& call) { return push_matrix(call.L, Mat(fit_of(call).std)); }
+int cov(Call& call) { return push_matrix(call.L, fit_of(call).covariance); }
+int names(Call& call) { return push_words(call.L, fit_of(call).names); }
+int loss(Call& call) { return call.push(fit_of(call).quality.loss); }
+int sigma2(Call& call) { return call.push(fit_of(call).quality.sigma2); }
+int fpe(Call& call) { return call.push(fit_of(call).quality.fpe); }
+int aic(Call& call) { return call.push(fit_of(call).quality.aic); }
+int rank(Call& call) { return call.push(static_cast<long>(fit_of(call).ls.rank)); }
+int converged(Call& call) { return call.push(fit_of(call).converged); }
+int simulated(Call& call) { return push_matrix(call.L, fit_of(call).simulated); }
+int residuals(Call& call) { return push_matrix(call.L, Mat(fit_of(call).residuals)); }
 int losses(Call& call) {
-  return push_matrix(call.L, Mat(Eigen::Map<const Vec>(self(call).losses.data(),
-                                                       static_cast<Index>(self(call).losses.size()))));
+  return push_matrix(call.L, Mat(Eigen::Map<const Vec>(fit_of(call).losses.data(),
+                                                       static_cast<Index>(fit_of(call).losses.size()))));
 }
-int iterations(Call& call) { return call.push(static_cast<long>(self(call).losses.size()) - 1); }
-int fitted_model(Call& call) { return call.push(self(call).fitted); }
-int data(Call& call) { return call.push(std::make_shared<const sysid::IdData>(self(call).request.data)); }
-int unidentifiable(Call& call) { return push_words(call.L, self(call).unidentifiable); }
+int iterations(Call& call) { return call.push(static_cast<long>(fit_of(call).losses.size()) - 1); }
+int fitted_model(Call& call) { return call.push(fit_of(call).fitted); }
+int data(Call& call) { return call.push(std::make_shared<const sysid::IdData>(fit_of(call).request.data)); }
+int unidentifiable(Call& call) { return push_words(call.L, fit_of(call).unidentifiable); }
 int fit_percent(Call& call) {
-  const auto& f = self(call).fit;
+  const auto& f = fit_of(call).fit;
   return push_value(call.L, Mat(Eigen::Map<const Vec>(f.data(), static_cast<Index>(f.size()))));
 }
 
 int estimate(Call& call) {
-  const GreyBoxFit& f = self(call);
+  const GreyBoxFit& f = fit_of(call);
   const std::vector<Expr> wanted = to_leaves(call.L, 2, "parameter", everything(*f.request.model));
   Vec values(static_cast<Index>(wanted.size()));
   for (std::size_t k = 0; k < wanted.size(); ++k) {
@@ -176,7 +176,7 @@ int estimate(Call& call) {
   return push_value(call.L, Mat(values));
 }
 
-int to_text_(Call& call) { return call.push(sysid::describe(self(call))); }
+int to_text_(Call& call) { return call.push(sysid::describe(fit_of(call))); }
 
 const OptionTable fit_options = {
     {"params", "list of symbols", "", "the parameters to be found; others keep their values", "@parameters"},

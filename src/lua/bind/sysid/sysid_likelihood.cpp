@@ -125,10 +125,10 @@ int density_text(Call& call) { return call.push(sysid::describe(call.object<Dens
 
 // ── parameter sets ──
 
-const ParameterSet& self(Call& call) { return call.object<ParameterSet>(1, "parameter_set"); }
+const ParameterSet& set_of(Call& call) { return call.object<ParameterSet>(1, "parameter_set"); }
 
 const ParameterSet& bounded(Call& call, const char* what) {
-  const ParameterSet& s = self(call);
+  const ParameterSet& s = set_of(call);
   if (!s.feasible)
     throw Error(text("the set is empty: there is no ", what, "; see set.smallest_bound and set.deciding"));
   if (!s.bounded)
@@ -138,12 +138,12 @@ const ParameterSet& bounded(Call& call, const char* what) {
 
 Expr exact(const ParameterSet& s, Index vertex, Index i) { return Expr(s.polytope.exact[vertex][i]); }
 
-int feasible(Call& call) { return call.push(self(call).feasible); }
-int is_bounded(Call& call) { return call.push(self(call).bounded); }
-int is_exact(Call& call) { return call.push(!self(call).polytope.exact.empty()); }
+int feasible(Call& call) { return call.push(set_of(call).feasible); }
+int is_bounded(Call& call) { return call.push(set_of(call).bounded); }
+int is_exact(Call& call) { return call.push(!set_of(call).polytope.exact.empty()); }
 
 int vertices(Call& call) {
-  const ParameterSet& s = self(call);
+  const ParameterSet& s = set_of(call);
   if (s.feasible) bounded(call, "vertex list");
   const Mat& v = s.polytope.vertices;
   if (s.polytope.exact.empty()) return push_matrix(call.L, v);
@@ -155,7 +155,7 @@ int vertices(Call& call) {
 
 /// A list of { low, high, low =, high = }, exact where the vertices are.
 int box(Call& call) {
-  const ParameterSet& s = self(call);
+  const ParameterSet& s = set_of(call);
   if (!s.feasible) bounded(call, "box");
   lua_createtable(call.L, static_cast<int>(s.box.rows()), 0);
   for (Index i = 0; i < s.box.rows(); ++i) {
@@ -176,29 +176,29 @@ int box(Call& call) {
 
 int center(Call& call) { return push_matrix(call.L, Mat(bounded(call, "centre").center)); }
 int radius(Call& call) { return call.push(bounded(call, "radius").radius); }
-int theta(Call& call) { return push_matrix(call.L, Mat(self(call).center)); }
+int theta(Call& call) { return push_matrix(call.L, Mat(set_of(call).center)); }
 
 int volume(Call& call) {
-  const ParameterSet& s = self(call);
+  const ParameterSet& s = set_of(call);
   if (!s.feasible) return call.push(0);
   if (!s.bounded) return call.push(HUGE_VAL);
   if (s.polytope.exact.empty()) return call.push(sysid::volume(s.polytope));
   return push_expr(call.L, Expr(sysid::exact_volume(s.polytope)));
 }
 
-int names(Call& call) { return push_words(call.L, self(call).regression.names); }
-int unidentifiable(Call& call) { return push_words(call.L, self(call).free); }
-int rows(Call& call) { return call.push(static_cast<long>(self(call).regression.y.size())); }
+int names(Call& call) { return push_words(call.L, set_of(call).regression.names); }
+int unidentifiable(Call& call) { return push_words(call.L, set_of(call).free); }
+int rows(Call& call) { return call.push(static_cast<long>(set_of(call).regression.y.size())); }
 
 sysid::SmallestBound smallest(const ParameterSet& s) {
   if (s.smallest.theta.size() > 0) return s.smallest;
   return sysid::smallest_bound(s.regression.Phi, s.regression.y.array() - (s.low + s.high) / 2);
 }
 
-int smallest_bound(Call& call) { return call.push(smallest(self(call)).bound); }
+int smallest_bound(Call& call) { return call.push(smallest(set_of(call)).bound); }
 
 int deciding(Call& call) {
-  const ParameterSet& s = self(call);
+  const ParameterSet& s = set_of(call);
   Vec samples(0);
   for (const Index row : smallest(s).rows) {
     samples.conservativeResize(samples.size() + 1);
@@ -213,7 +213,7 @@ int deciding(Call& call) {
 }
 
 int contains(Call& call) {
-  const ParameterSet& s = self(call);
+  const ParameterSet& s = set_of(call);
   const Vec point = to_data(call.L, 2, "theta").reshaped();
   if (point.size() != s.strips.Phi.cols())
     throw Error(text("theta: expected ", s.strips.Phi.cols(), " numbers (", join(s.regression.names, ", "),
@@ -225,7 +225,7 @@ int contains(Call& call) {
   return 2;
 }
 
-int to_text(Call& call) { return call.push(sysid::describe(self(call))); }
+int to_text(Call& call) { return call.push(sysid::describe(set_of(call))); }
 
 }  // namespace
 

@@ -70,34 +70,35 @@ int lsq(Call& call) {
   return call.push(std::make_shared<const LsqResult>(std::move(result)));
 }
 
-const LsqResult& self(Call& call) { return call.object<LsqResult>(1, "lsq_result"); }
-int theta(Call& call) { return push_matrix(call.L, Mat(self(call).fit.theta)); }
+const LsqResult& result_of(Call& call) { return call.object<LsqResult>(1, "lsq_result"); }
+int theta(Call& call) { return push_matrix(call.L, Mat(result_of(call).fit.theta)); }
 int covariance(Call& call) {
-  if (self(call).fit.covariance.size() == 0)
+  if (result_of(call).fit.covariance.size() == 0)
     throw Error("this estimate has no covariance: it lies in a corner of the feasible set");
-  return push_matrix(call.L, self(call).fit.covariance);
+  return push_matrix(call.L, result_of(call).fit.covariance);
 }
 int deviations(Call& call) {
-  if (self(call).fit.covariance.size() == 0)
+  if (result_of(call).fit.covariance.size() == 0)
     throw Error("this estimate has no standard deviation: it lies in a corner of the feasible set");
-  return push_matrix(call.L, Mat(sysid::standard_deviations(self(call).fit, self(call).fit.covariance)));
+  return push_matrix(call.L,
+                     Mat(sysid::standard_deviations(result_of(call).fit, result_of(call).fit.covariance)));
 }
-int rank(Call& call) { return call.push(static_cast<long>(self(call).fit.rank)); }
-int sigma2(Call& call) { return call.push(self(call).fit.sigma2); }
-int sse(Call& call) { return call.push(self(call).fit.sse); }
-int residuals(Call& call) { return push_matrix(call.L, Mat(self(call).fit.residuals)); }
-int null_space(Call& call) { return push_matrix(call.L, self(call).fit.null_space); }
-int exact(Call& call) { return call.push(self(call).fit.exact()); }
+int rank(Call& call) { return call.push(static_cast<long>(result_of(call).fit.rank)); }
+int sigma2(Call& call) { return call.push(result_of(call).fit.sigma2); }
+int sse(Call& call) { return call.push(result_of(call).fit.sse); }
+int residuals(Call& call) { return push_matrix(call.L, Mat(result_of(call).fit.residuals)); }
+int null_space(Call& call) { return push_matrix(call.L, result_of(call).fit.null_space); }
+int exact(Call& call) { return call.push(result_of(call).fit.exact()); }
 int unidentifiable(Call& call) {
-  return push_words(call.L, sysid::free_directions(self(call).fit.null_space, self(call).names));
+  return push_words(call.L, sysid::free_directions(result_of(call).fit.null_space, result_of(call).names));
 }
 
-int log_likelihood(Call& call) { return call.push(self(call).log_likelihood); }
+int log_likelihood(Call& call) { return call.push(result_of(call).log_likelihood); }
 
 int to_text(Call& call) {
-  const auto& fit = self(call).fit;
-  const auto& names = self(call).names;
-  const bool corner = fit.covariance.size() == 0, likelihood = !self(call).noise.empty();
+  const auto& fit = result_of(call).fit;
+  const auto& names = result_of(call).names;
+  const bool corner = fit.covariance.size() == 0, likelihood = !result_of(call).noise.empty();
   const Vec std = corner ? Vec(Vec::Zero(fit.theta.size())) : sysid::standard_deviations(fit, fit.covariance);
   const bool uncertain = !corner && (fit.known_noise || fit.sigma2 > 0);
   std::string out = text(likelihood ? "maximum likelihood: " : "least squares: ", fit.rows,
@@ -113,7 +114,7 @@ int to_text(Call& call) {
   }
   out += table.str(2);
   if (likelihood)
-    out += text("  ", self(call).noise, ", ln L = ", rounded(self(call).log_likelihood, 7), "\n");
+    out += text("  ", result_of(call).noise, ", ln L = ", rounded(result_of(call).log_likelihood, 7), "\n");
   else if (fit.known_noise)
     out += text("  covariance (Aᵀ S⁻¹ A)⁻¹ with the given S\n");
   else if (fit.exact())

@@ -193,8 +193,7 @@ int pem(Call& call) {
   return estimate_pem(call, call.options(2), "polynomial");
 }
 
-const IdModel& self(Call& call) { return call.object<IdModel>(1, "idmodel"); }
-int to_text(Call& call) { return call.push(sysid::describe(self(call))); }
+int to_text(Call& call) { return call.push(sysid::describe(idmodel_of(call))); }
 
 // ── methods ──
 
@@ -207,7 +206,7 @@ struct Mode {
 Mode read_mode(Call& call, Index horizon) {
   Mode mode;
   mode.horizon = horizon;
-  if (!self(call).outputs[0].p.equation_error()) mode.seed = sysid::Seed::estimate;
+  if (!idmodel_of(call).outputs[0].p.equation_error()) mode.seed = sysid::Seed::estimate;
   const auto positive = [](long h) {
     if (h < 1) throw Error(text("horizon must be at least 1, got ", h));
     return static_cast<Index>(h);
@@ -244,7 +243,7 @@ Mode read_mode(Call& call, Index horizon) {
 
 std::vector<sysid::Response> respond(Call& call, Index horizon) {
   const Mode mode = read_mode(call, horizon);
-  return sysid::predict(self(call), call.object<IdData>(2, "data"), mode.horizon, mode.seed);
+  return sysid::predict(idmodel_of(call), call.object<IdData>(2, "data"), mode.horizon, mode.seed);
 }
 
 int push_columns(Call& call, const std::vector<sysid::Response>& r, Vec sysid::Response::*member) {

@@ -127,7 +127,7 @@ sysid::PolyModel numeric(Call& call, const IdData& d) {
   return out;
 }
 
-int respond(Call& call, Index fallback) {
+int push_response(Call& call, Index fallback) {
   const IdData& d = call.object<IdData>(2, "data");
   Index horizon = fallback;
   std::string init = "zero";
@@ -140,8 +140,8 @@ int respond(Call& call, Index fallback) {
   return push_matrix(call.L,
                      Mat(sysid::predict(numeric(call, d), d, horizon, sysid::seed_named(init)).values));
 }
-int poly_predict(Call& call) { return respond(call, 1); }
-int poly_simulate(Call& call) { return respond(call, 0); }
+int poly_predict(Call& call) { return push_response(call, 1); }
+int poly_simulate(Call& call) { return push_response(call, 0); }
 
 int poly_predictor(Call& call) {
   const IdPoly& m = poly(call);
@@ -180,23 +180,25 @@ int predictor(Call& call) {
   return call.push(std::make_shared<const Predictor>(sysid::predictor(e, parameters)));
 }
 
-const Predictor& self(Call& call) { return call.object<Predictor>(1, "predictor"); }
-int expression(Call& call) { return push_expr(call.L, self(call).expression); }
-int is_linear(Call& call) { return call.push(self(call).linear); }
-int is_recursive(Call& call) { return call.push(self(call).recursive); }
-int regressor(Call& call) {
-  const Predictor& p = self(call);
+const Predictor& predictor_of(Call& call) { return call.object<Predictor>(1, "predictor"); }
+int expression(Call& call) { return push_expr(call.L, predictor_of(call).expression); }
+int is_linear(Call& call) { return call.push(predictor_of(call).linear); }
+int is_recursive(Call& call) { return call.push(predictor_of(call).recursive); }
+int predictor_regressor(Call& call) {
+  const Predictor& p = predictor_of(call);
   if (!p.linear) throw Error("the predictor is not linear in θ: it has no regressor");
   return push_matrix(call.L, MatX(p.regressor));
 }
-int offset(Call& call) { return push_expr(call.L, self(call).linear ? self(call).offset : Expr(0)); }
-int parameters(Call& call) { return push_matrix(call.L, MatX(column(self(call).parameters))); }
-int predictor_text(Call& call) { return call.push(sysid::describe(self(call)).substr(2)); }
+int offset(Call& call) {
+  return push_expr(call.L, predictor_of(call).linear ? predictor_of(call).offset : Expr(0));
+}
+int parameters(Call& call) { return push_matrix(call.L, MatX(column(predictor_of(call).parameters))); }
+int predictor_text(Call& call) { return call.push(sysid::describe(predictor_of(call)).substr(2)); }
 
-int latex(Call& call) { return call.push("\\hat y(t) = " + to_latex(self(call).expression)); }
+int latex(Call& call) { return call.push("\\hat y(t) = " + to_latex(predictor_of(call).expression)); }
 
 int fit_predictor(Call& call) {
-  const Predictor& p = self(call);
+  const Predictor& p = predictor_of(call);
   const IdData& d = call.object<IdData>(2, "data");
   const Options o = call.options(3, {"start", "ic", "noise"});
   Vec theta = Vec::Zero(static_cast<Index>(p.parameters.size()));
@@ -335,8 +337,8 @@ extern const Module predictor_module = {
         {"predictor#expression", expression, "p.expression -> expression", "ŷ(t).", "", ""},
         {"predictor#linear", is_linear, "p.linear -> boolean", "Linear in the parameters.", "", ""},
         {"predictor#recursive", is_recursive, "p.recursive -> boolean", "Earlier predictions enter.", "", ""},
-        {"predictor#regressor", regressor, "p.regressor -> column", "φ(t) with ŷ(t) = offset + φ(t)ᵀθ.", "",
-         ""},
+        {"predictor#regressor", predictor_regressor, "p.regressor -> column",
+         "φ(t) with ŷ(t) = offset + φ(t)ᵀθ.", "", ""},
         {"predictor#offset", offset, "p.offset -> expression", "The part of ŷ(t) without parameters.", "",
          ""},
         {"predictor#parameters", parameters, "p.parameters -> column", "θ.", "", ""},

@@ -13,8 +13,6 @@ using sysid::PolyModel;
 
 namespace {
 
-const IdModel& self(Call& call) { return call.object<IdModel>(1, "idmodel"); }
-
 /// num/den in q⁻¹ as a fraction in z.
 lti::Fraction fraction(const Vec& num, const Vec& den) {
   const auto polynomial = [](const Vec& c, Index size) {
@@ -55,8 +53,8 @@ lti::System states(const IdModel& m, bool noise) {
                       entries(noise ? Mat(Mat::Identity(p, p)) : s.D), Expr(m.outputs[0].Ts));
 }
 
-lti::System system_of(Call& call) {
-  const IdModel& m = self(call);
+lti::System as_system(Call& call) {
+  const IdModel& m = idmodel_of(call);
   const std::string what = call.string(2, "what", "plant");
   if (what != "plant" && what != "noise")
     throw Error(text("unknown part '", what, "' (\"plant\": from u to y; \"noise\": from e to y)"));
@@ -76,12 +74,12 @@ lti::System system_of(Call& call) {
   return g;
 }
 
-int model_tf(Call& call) { return push_system(call, lti::to_tf(system_of(call))); }
-int model_ss(Call& call) { return push_system(call, lti::to_ss(system_of(call))); }
+int model_tf(Call& call) { return push_system(call, lti::to_tf(as_system(call))); }
+int model_ss(Call& call) { return push_system(call, lti::to_ss(as_system(call))); }
 
 /// The one-step predictor with the estimates as numbers.
 int model_predictor(Call& call) {
-  const IdModel& m = self(call);
+  const IdModel& m = idmodel_of(call);
   if (m.state_space || m.outputs.size() != 1)
     throw Error("the predictor is written out for polynomial models with one output; see mod:predict(d)");
   const PolyModel& row = m.outputs[0];
