@@ -5,6 +5,7 @@ package.path = (arg[0]:match "^(.*)/[^/]*$" or ".") .. "/tidy/?.lua;" .. package
 local source, ratchet = require "source", require "ratchet"
 local architecture, lengths = require "architecture", require "lengths"
 local statements, citations = require "statements", require "citations"
+local together = require "together"
 require "examples"
 
 local written = { [""] = true }                         -- endings of what we write; data and figures are free
@@ -29,6 +30,7 @@ for _, file in ipairs(source.files("src tests bench", "*.cpp", "*.hpp", "*.def")
   if not file:find "%.def$" then bares[file] = bare end
 end
 statements.check_unused(bares, sources)
+together.check(bares)
 statements.check_type_names(sources)
 architecture.check_all(sources)
 

@@ -1,11 +1,12 @@
 // The table of a Newton run.
+#include "lab/newton_lab.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
 
 #include "base/error.hpp"
 #include "base/text.hpp"
-#include "lab/newton_lab.hpp"
 #include "lab/printed.hpp"
 
 namespace pendula::lab {

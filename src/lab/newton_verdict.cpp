@@ -3,6 +3,7 @@
 #include <cmath>
 #include <limits>
 
+#include "base/counted.hpp"
 #include "base/decompositions.hpp"
 #include "base/epsilon.hpp"
 #include "base/error.hpp"
@@ -13,7 +14,7 @@ namespace pendula::lab {
 namespace {
 
 using Eigen::Index;
-constexpr double flat = 1e-3;  ///< scaled singular value below which a root may be singular
+constexpr double flat = 1e-3;            ///< scaled singular value below which a root may be singular
 constexpr double visibly_linear = 1e-3;  ///< a predicted rate above this is linear convergence one can see
 
 class Judge {
@@ -74,7 +75,6 @@ class Judge {
 
  private:
   int last() const { return run_.iterations(); }
-  static std::string counted(int n, const char* what) { return text(n, " ", what, n == 1 ? "" : "s"); }
   double step(int k) const { return (run_.x[k + 1] - run_.x[k]).norm(); }
   double steps_ratio() const { return last() >= 2 ? step(last() - 1) / step(last() - 2) : 0; }
   bool no_root_near() const {

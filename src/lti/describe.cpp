@@ -1,6 +1,7 @@
 // Linear systems on paper: the block table of a state space, fractions with a rule, factors.
 #include <algorithm>
 
+#include "base/counted.hpp"
 #include "base/error.hpp"
 #include "base/text.hpp"
 #include "expr/print/print.hpp"
@@ -11,8 +12,6 @@ namespace pendula::lti {
 namespace {
 
 constexpr int widest = 24;  // states, inputs or outputs that are written out
-
-std::string count(int k, const char* what) { return text(k, " ", what, k == 1 ? "" : "s"); }
 
 /// A constant as it is, or rounded where it is a decimal number or its text is longer than the digits that fit.
 std::string number_text(Expr e, bool decimals, int digits = 10) {
@@ -90,8 +89,8 @@ std::string block_table(const System& g) {
 
 std::string state_space(const System& g) {
   const int n = g.ss.order();
-  std::string out = text("state space: ", count(n, "state"), ", ", count(g.inputs, "input"), ", ",
-                         count(g.outputs, "output"), ", ", time_text(g), "\n");
+  std::string out = text("state space: ", counted(n, "state"), ", ", counted(g.inputs, "input"), ", ",
+                         counted(g.outputs, "output"), ", ", time_text(g), "\n");
   if (n > widest || g.inputs > widest || g.outputs > widest)
     return out + "  too large to be written out; G.A, G.B, G.C and G.D are its matrices\n";
   return out + block_table(g);
@@ -164,7 +163,7 @@ Parts parts(const System& g, int i, int j, bool latex) {
 std::string fractions(const System& g) {
   std::string out;
   const char* what = g.form == Form::tf ? "transfer function" : "zeros, poles, gain";
-  out = text(what, g.siso() ? "" : text(": ", count(g.inputs, "input"), ", ", count(g.outputs, "output")),
+  out = text(what, g.siso() ? "" : text(": ", counted(g.inputs, "input"), ", ", counted(g.outputs, "output")),
              ", ", time_text(g), "\n");
   for (int j = 0; j < g.inputs; ++j)
     for (int i = 0; i < g.outputs; ++i) {

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/counted.hpp"
 #include "base/decompositions.hpp"
 #include "base/error.hpp"
 #include "base/text.hpp"
@@ -14,7 +15,7 @@ namespace pendula::lti {
 namespace {
 
 using dae::RationalMatrix;
-constexpr int most_exact = 20;
+constexpr int most_exact_pairs = 20;
 
 /// The span of [B, AB, A²B, …] as columns.
 RationalMatrix reachable(const RationalMatrix& A, const RationalMatrix& B) {
@@ -56,7 +57,7 @@ struct Split {
 /// Coordinates in which the reachable states come first. tol ≤ 0: n·1e-12.
 Split split(const MatX& A, const MatX& B, double tol = 0) {
   const Index n = A.rows();
-  if (common(field(A), field(B)) == Field::exact && n <= most_exact) {
+  if (common(field(A), field(B)) == Field::exact && n <= most_exact_pairs) {
     const RationalMatrix space = reachable(rational(A), rational(B));
     const RationalMatrix V =
         dae::beside(space, dae::complement(space, RationalMatrix::identity(static_cast<int>(n))));
@@ -173,8 +174,6 @@ Factored without_pairs(Factored f, double tol, int& pairs) {
   return f;
 }
 
-std::string count(int k, const char* what) { return text(k, " ", what, k == 1 ? "" : "s"); }
-
 System minimal_fractions(const System& g, double tol) {
   System h = g;
   int removed = 0;
@@ -197,7 +196,7 @@ System minimal_fractions(const System& g, double tol) {
     }
   }
   h.notes.clear();
-  if (removed) h.notes.push_back("minimal: " + count(removed, "common factor") + " removed");
+  if (removed) h.notes.push_back("minimal: " + counted(removed, "common factor") + " removed");
   return h;
 }
 
@@ -206,7 +205,7 @@ System minimal_fractions(const System& g, double tol) {
 MatX controllability_matrix(const System& given) {
   const System g = to_ss(given);
   const int n = g.ss.order(), m = g.inputs;
-  if (field(g) != Field::symbolic && n > most_exact) {
+  if (field(g) != Field::symbolic && n > most_exact_pairs) {
     const Mat A = numbers(g.ss.A);
     Mat all(n, n * m), part = numbers(g.ss.B);
     for (int k = 0; k < n; ++k, part = A * part) all.middleCols(k * m, m) = part;
@@ -265,7 +264,7 @@ System minimal(const System& g, double tol) {
           "a minimal realisation with symbols needs one input and one output; give values with G:with{ … }");
     System h = to_ss(to_tf(g));
     if (h.ss.order() == g.ss.order()) return g;
-    h.notes.push_back("minimal: " + count(g.ss.order() - h.ss.order(), "state") + " removed");
+    h.notes.push_back("minimal: " + counted(g.ss.order() - h.ss.order(), "state") + " removed");
     return h;
   }
   const Split c = split(g.ss.A, g.ss.B, tol);
@@ -283,8 +282,8 @@ System minimal(const System& g, double tol) {
   if (h.ss.order() != g.ss.order()) h.state_names.clear();
   h.notes.clear();
   std::vector<std::string> parts;
-  if (uncontrollable) parts.push_back(count(uncontrollable, "uncontrollable state"));
-  if (unobservable) parts.push_back(count(unobservable, "unobservable state"));
+  if (uncontrollable) parts.push_back(counted(uncontrollable, "uncontrollable state"));
+  if (unobservable) parts.push_back(counted(unobservable, "unobservable state"));
   if (!parts.empty()) h.notes.push_back("minimal: " + join(parts, " and ") + " removed");
   return h;
 }

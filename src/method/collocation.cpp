@@ -13,7 +13,7 @@
 namespace pendula::integrate {
 namespace {
 
-constexpr long most_stages = 100;
+constexpr long most_collocated = 100;
 
 /// aᵢⱼ = ∫₀^τᵢ ℓⱼ and bⱼ = ∫₀¹ ℓⱼ for Number = Surd (exact) or Real. The coefficients of ℓⱼ grow like
 /// 6^s and are cancelled again: Real needs 3 s bits more than the result is to have.
@@ -251,8 +251,8 @@ Real refine(int s, double start, mp_bitcnt_t bits, const Quotient& quotient) {
 }
 
 void check_stages(const char* name, long stages) {
-  if (stages >= 1 && stages <= most_stages) return;
-  throw Error(text(name, "(", stages, "): the number of stages must be between 1 and ", most_stages));
+  if (stages >= 1 && stages <= most_collocated) return;
+  throw Error(text(name, "(", stages, "): the number of stages must be between 1 and ", most_collocated));
 }
 
 TableauData named(const std::string& name, const char* note, const char* cite, int order) {
@@ -318,7 +318,7 @@ std::vector<Surd> exact_lobatto_nodes(int s) {
 
 Tableau collocation(std::span<const Expr> nodes) {
   if (nodes.empty()) throw Error("needs at least one node: rk.collocation{ \"1/3\", 1 }");
-  if (nodes.size() > most_stages) throw Error(text(nodes.size(), " nodes; the limit is ", most_stages));
+  if (nodes.size() > most_collocated) throw Error(text(nodes.size(), " nodes; the limit is ", most_collocated));
   const mp_bitcnt_t bits = digits_for(nodes.size());
   double error = 0;
   RealVector values;
@@ -413,9 +413,9 @@ Tableau lobatto(const std::string& kind, long stages) {
     const std::string name = candidate.name;
     names.push_back(name);
     if (wanted != name && wanted != name.substr(3) && "LOBATTO" + name != wanted) continue;
-    if (stages < 2 || stages > most_stages)
+    if (stages < 2 || stages > most_collocated)
       throw Error(text("lobatto(\"", name, "\", ", stages, "): the number of stages must be between 2 and ",
-                       most_stages, "; the nodes 0 and 1 are always there"));
+                       most_collocated, "; the nodes 0 and 1 are always there"));
     const int s = static_cast<int>(stages);
     TableauData data =
         named(text("lobatto(", name, ", ", s, ")"), candidate.note,

@@ -22,7 +22,7 @@ return {
     ["src/sysid/fit/predictor_fit.cpp"] = 1,
   },
   class_lines = {
-    ["src/lab/newton_verdict.cpp Judge"] = 272,
+    ["src/lab/newton_verdict.cpp Judge"] = 271,
   },
   class_members = {
     ["src/integrate/compiled/newton_step.hpp NewtonCode"] = 33,

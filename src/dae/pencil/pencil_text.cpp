@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/counted.hpp"
 #include "base/error.hpp"
 #include "base/text.hpp"
 #include "dae/pencil/pencil.hpp"
@@ -10,8 +11,6 @@
 
 namespace pendula::dae {
 namespace {
-
-std::string count(int n, const char* what) { return text(n, " ", what, n == 1 ? "" : "s"); }
 
 std::string number(double v) { return rounded(v, 10); }
 
@@ -140,8 +139,8 @@ std::string describe_singular(const Pencil& p) {
 std::string describe(const Pencil& p) {
   const LinearForm& f = p.form;
   std::string out = p.regular ? "regular pencil, " : "singular pencil, ";
-  out += count(f.rows(), "equation") + " for " + join({count(f.size(), "unknown")}, "");
-  if (p.regular) out += text(", index ", p.index, ", ", count(p.dof, "free initial value"));
+  out += counted(f.rows(), "equation") + " for " + join({counted(f.size(), "unknown")}, "");
+  if (p.regular) out += text(", index ", p.index, ", ", counted(p.dof, "free initial value"));
   out += "\n";
   if (!f.used.empty()) out += "  with the values " + values_text(f) + "\n";
   if (!p.regular) {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "base/counted.hpp"
 #include "base/error.hpp"
 #include "base/text.hpp"
 #include "dae/analysis/classification.hpp"
@@ -23,8 +24,6 @@ using Index = Eigen::Index;
 constexpr Index most_lines = 60;  // of equations; sys.equations has all of them
 constexpr std::size_t most_names = 30;
 
-std::string count(std::size_t n, const char* what) { return text(n, " ", what, n == 1 ? "" : "s"); }
-
 /// ∂F/∂x′ has full rank in general, but not where the equations hold: a DAE that looks like an implicit ODE.
 bool loses_leading_rank(const Model& m) {
   if (m.kind != ModelKind::implicit_ode) return false;
@@ -45,12 +44,12 @@ std::string header(const Model& m) {
               z ? text(" + ", z, " algebraic variable", n + z == 1 ? "" : "s")
                 : text(" variable", n == 1 ? "" : "s"));
   if (m.residuals.size() != m.variables.size())
-    return out +
-           text("; ", count(m.residuals.size(), "equation"), " for ", count(m.variables.size(), "unknown"));
+    return out + text("; ", counted(m.residuals.size(), "equation"), " for ",
+                      counted(m.variables.size(), "unknown"));
   try {
     const IndexResult known = differentiation_index(m);
     return out + text(", index ", known.index_is_bound ? "at most " : "", known.index, ", ",
-                      count(static_cast<std::size_t>(known.dof), "free initial value"));
+                      counted(static_cast<std::size_t>(known.dof), "free initial value"));
   } catch (const Failure&) {
     return out + ", no index (sys:structure() says why)";
   }

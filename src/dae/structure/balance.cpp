@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "base/counted.hpp"
 #include "base/error.hpp"
 #include "base/text.hpp"
 #include "dae/rank/modular.hpp"
@@ -21,8 +22,6 @@ std::string some_of(const std::vector<int>& list, Word word) {
   if (list.size() > listed) words.push_back(text("… ", list.size(), " in all"));
   return join(words, ", ");
 }
-
-std::string count(std::size_t n, const char* what) { return text(n, " ", what, n == 1 ? "" : "s"); }
 
 bool has_unknown(const Model& m, std::size_t row) {
   const Expr r = m.residuals[row];
@@ -75,8 +74,8 @@ std::string unknown_list(const Model& m, const std::vector<int>& columns) {
 std::vector<std::string> balance_lines(const Model& m, const Blocks& blocks) {
   std::vector<std::string> lines;
   const auto part = [&](const char* what, const Part& p) {
-    return text(what, ": ", count(p.rows.size(), "equation"), p.rows.empty() ? "" : " ",
-                equation_list(m, p.rows), " for ", count(p.columns.size(), "unknown"),
+    return text(what, ": ", counted(p.rows.size(), "equation"), p.rows.empty() ? "" : " ",
+                equation_list(m, p.rows), " for ", counted(p.columns.size(), "unknown"),
                 p.columns.empty() ? "" : " ", unknown_list(m, p.columns));
   };
   std::vector<int> bare;  // they belong to the over-determined part, but what is wrong with them is plainer
@@ -100,7 +99,7 @@ std::string imbalance(const Model& m) {
   std::string out =
       equations == unknowns
           ? "the model is structurally singular: some equations cannot all determine unknowns"
-          : text("the model has ", count(equations, "equation"), " for ", count(unknowns, "unknown"));
+          : text("the model has ", counted(equations, "equation"), " for ", counted(unknowns, "unknown"));
   for (const std::string& line : balance_lines(m, blocks)) out += "\n  " + line;
   if (!blocks.over.rows.empty())
     out +=

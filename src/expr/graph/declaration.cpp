@@ -5,6 +5,8 @@
 #include <tuple>
 #include <unordered_map>
 
+#include "expr/graph/mix.hpp"
+
 namespace pendula {
 namespace {
 
@@ -24,12 +26,6 @@ Declarations& declarations() {
 }
 
 Declared place_of(Expr base) { return declarations().places.at(base); }
-
-std::uint64_t mix(std::uint64_t h) {  // splitmix64's finaliser
-  h = (h ^ (h >> 30)) * 0xbf58476d1ce4e5b9ull;
-  h = (h ^ (h >> 27)) * 0x94d049bb133111ebull;
-  return h ^ (h >> 31);
-}
 
 template <class Place>
 void sort_by(std::vector<Expr>& leaves, Place place) {

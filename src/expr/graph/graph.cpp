@@ -13,6 +13,7 @@
 #include "base/text.hpp"
 #include "expr/graph/declaration.hpp"
 #include "expr/graph/fold.hpp"
+#include "expr/graph/mix.hpp"
 
 namespace pendula {
 namespace {
@@ -44,12 +45,6 @@ class Arena {
   std::vector<std::unique_ptr<T[]>> chunks_;
   std::uint32_t size_ = 0;
 };
-
-std::uint64_t mix(std::uint64_t h) {  // splitmix64's finaliser
-  h = (h ^ (h >> 30)) * 0xbf58476d1ce4e5b9ull;
-  h = (h ^ (h >> 27)) * 0x94d049bb133111ebull;
-  return h ^ (h >> 31);
-}
 
 std::uint64_t hash_of(const Node& n) {
   const std::uint64_t low = n.operand[0].id() | std::uint64_t{n.operand[1].id()} << 32;

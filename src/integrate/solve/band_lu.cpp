@@ -147,9 +147,9 @@ bool eliminate_plain(Band& b, bool complex) { return complex ? eliminate<2>(b) :
 [[gnu::target("avx2")]] bool eliminate_avx2(Band& b, bool complex) {
   return complex ? eliminate<2>(b) : eliminate<1>(b);
 }
-const bool has_avx2 = __builtin_cpu_supports("avx2");
+const bool band_by_avx2 = __builtin_cpu_supports("avx2");
 #else
-constexpr bool has_avx2 = false;
+constexpr bool band_by_avx2 = false;
 bool eliminate_avx2(Band& b, bool complex) { return eliminate_plain(b, complex); }
 #endif
 
@@ -211,7 +211,7 @@ bool BandLU<Scalar>::factorise(const Scalar* values) {
     scale_[at(k)] = 1 / largest;
     last_[at(k)] = std::min(k + order_->above, n_ - 1);
   }
-  const bool regular = has_avx2 ? eliminate_avx2(b, parts == 2) : eliminate_plain(b, parts == 2);
+  const bool regular = band_by_avx2 ? eliminate_avx2(b, parts == 2) : eliminate_plain(b, parts == 2);
   weakest_ = regular ? b.weakest : 0;
   odd_ = b.odd;
   reach_ = b.reach;

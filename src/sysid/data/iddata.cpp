@@ -2,13 +2,12 @@
 
 #include <cmath>
 
+#include "base/counted.hpp"
 #include "base/error.hpp"
 #include "base/text.hpp"
 
 namespace pendula::sysid {
 namespace {
-
-std::string signals(Index n, const char* word) { return text(n, " ", word, n == 1 ? "" : "s"); }
 
 std::vector<std::string> default_names(Index n, const std::string& letter) {
   if (n == 1) return {letter};
@@ -154,15 +153,15 @@ IdData checked(IdData d) {
   if (d.y.cols() == 0 || d.y.rows() == 0) throw Error("iddata: y has no samples; give y = { … }");
   if (d.u.size() == 0) d.u.resize(d.y.rows(), 0);
   if (d.u.rows() != d.y.rows())
-    throw Error(text("y has ", signals(d.y.rows(), "sample"), " but u has ", d.u.rows(),
+    throw Error(text("y has ", counted(d.y.rows(), "sample"), " but u has ", d.u.rows(),
                      "; y and u must be sampled at the same times"));
   if (!(d.Ts > 0) || !std::isfinite(d.Ts)) throw Error(text("Ts must be positive, got ", shortest(d.Ts)));
   if (d.y_names.empty()) d.y_names = default_names(d.y.cols(), "y");
   if (d.u_names.empty()) d.u_names = default_names(d.u.cols(), "u");
   if (static_cast<Index>(d.y_names.size()) != d.y.cols())
-    throw Error(text("y has ", signals(d.y.cols(), "column"), " but ", d.y_names.size(), " names"));
+    throw Error(text("y has ", counted(d.y.cols(), "column"), " but ", d.y_names.size(), " names"));
   if (static_cast<Index>(d.u_names.size()) != d.u.cols())
-    throw Error(text("u has ", signals(d.u.cols(), "column"), " but ", d.u_names.size(), " names"));
+    throw Error(text("u has ", counted(d.u.cols(), "column"), " but ", d.u_names.size(), " names"));
   check_infinite(d.y, "y");
   check_infinite(d.u, "u");
   if (d.y_offset.size() == 0) d.y_offset = d.y_slope = Vec::Zero(d.y.cols());
@@ -207,7 +206,7 @@ IdData detrend(const IdData& d, Trend trend) {
 
 IdData remove_offsets(const IdData& d, const Vec& y, const Vec& u) {
   if (y.size() != d.outputs() || u.size() != d.inputs())
-    throw Error(text("offsets: expected ", signals(d.outputs(), "number"), " for y and ", d.inputs(),
+    throw Error(text("offsets: expected ", counted(d.outputs(), "number"), " for y and ", d.inputs(),
                      " for u, got ", y.size(), " and ", u.size()));
   IdData out = d;
   out.y.rowwise() -= y.transpose();
@@ -274,8 +273,8 @@ IdData merge(const std::vector<IdData>& parts) {
   for (std::size_t k = 1; k < parts.size(); ++k) {
     const IdData& next = parts[k];
     if (next.outputs() != out.outputs() || next.inputs() != out.inputs())
-      throw Error(text("experiment ", k + 1, " has ", signals(next.outputs(), "output"), " and ",
-                       signals(next.inputs(), "input"), ", the first has ", out.outputs(), " and ",
+      throw Error(text("experiment ", k + 1, " has ", counted(next.outputs(), "output"), " and ",
+                       counted(next.inputs(), "input"), ", the first has ", out.outputs(), " and ",
                        out.inputs()));
     if (std::abs(next.Ts - out.Ts) > 1e-9 * out.Ts)
       throw Error(text("experiment ", k + 1, " is sampled every ", shortest(next.Ts), ", the first every ",
@@ -308,12 +307,12 @@ std::string missing_text(const IdData& d) {
   std::vector<std::string> parts;
   append_missing(d.y, d.y_names, parts);
   append_missing(d.u, d.u_names, parts);
-  return text(signals(count, "missing value"), ": ", join(parts, "; "));
+  return text(counted(count, "missing value"), ": ", join(parts, "; "));
 }
 
 std::string describe(const IdData& d) {
-  std::string out = text("data: ", signals(d.samples(), "sample"), ", Ts = ", rounded(d.Ts), ", ",
-                         signals(d.outputs(), "output"), ", ", signals(d.inputs(), "input"));
+  std::string out = text("data: ", counted(d.samples(), "sample"), ", Ts = ", rounded(d.Ts), ", ",
+                         counted(d.outputs(), "output"), ", ", counted(d.inputs(), "input"));
   if (d.experiments() > 1) {
     std::vector<std::string> sizes;
     for (Index k = 0; k < d.experiments(); ++k) sizes.push_back(std::to_string(d.end(k) - d.starts[k]));
