@@ -9,6 +9,7 @@
 #include "expr/print/print.hpp"
 #include "expr/rewrite/rewrite.hpp"
 #include "expr/rewrite/tidied.hpp"
+#include "mech/lagrangian.hpp"
 
 namespace pendula::mech {
 namespace {
@@ -23,10 +24,6 @@ using dae::told_from;
 using Index = Eigen::Index;
 
 const std::string indent(5, ' ');
-
-VecX dot(const VecX& q, int order = 1) {
-  return q.unaryExpr([=](Expr e) { return derivative_leaf(e, order); });
-}
 
 /// A product with a sum in it is written as a sum: M L² θ′ - M L x′ sin θ, and not M L (L θ′ - x′ sin θ).
 Expr as_terms(Expr e) {
@@ -43,7 +40,7 @@ VecX as_terms(const VecX& q, const VecX& v) {
   return v.unaryExpr([](Expr e) { return as_terms(e); });
 }
 
-VecX gradient_column(Expr e, const VecX& x) { return as_terms(x, column(gradient(e, entries(x)))); }
+VecX gradient_terms(Expr e, const VecX& x) { return as_terms(x, column(gradient(e, entries(x)))); }
 
 /// Tells the parts of a derivation in order; every part is a method.
 class Derivation {
@@ -94,24 +91,24 @@ class Derivation {
   void energies_alone() {
     tell(Detail::every, "The energies and constraints contribute:");
     tell_column(
-        Detail::every, [](const VecX& v) { return ref_partial("T", v); }, v_, gradient_column(mech_.T, v_));
+        Detail::every, [](const VecX& v) { return ref_partial("T", v); }, v_, gradient_terms(mech_.T, v_));
     tell_column(
         Detail::every, [](const VecX& q) { return ref_partial("T", q); }, mech_.q,
-        gradient_column(mech_.T, mech_.q));
+        gradient_terms(mech_.T, mech_.q));
     tell_column(
         Detail::every, [](const VecX& q) { return ref_partial("V", q); }, mech_.q,
-        gradient_column(mech_.V, mech_.q));
+        gradient_terms(mech_.V, mech_.q));
     for (Index k = 0; k < mech_.C.size(); ++k) {
       const std::string C = mech_.C.size() > 1 ? "C" + subscript(k + 1) : "C";
       tell_column(
           Detail::every, [&](const VecX& q) { return ref_partial(C, q); }, mech_.q,
-          gradient_column(mech_.C[k], mech_.q));
+          gradient_terms(mech_.C[k], mech_.q));
     }
   }
 
   void momenta() {
     tell(Detail::full, "Its partial derivatives:");
-    const VecX momentum = gradient_column(L_, v_);
+    const VecX momentum = gradient_terms(L_, v_);
     tell_column(
         Detail::full, [](const VecX& v) { return ref_partial("L", v); }, v_, momentum);
     tell_column(
@@ -122,7 +119,7 @@ class Derivation {
   void slopes() {
     tell_column(
         Detail::full, [](const VecX& q) { return ref_partial("L", q); }, mech_.q,
-        gradient_column(L_, mech_.q));
+        gradient_terms(L_, mech_.q));
   }
 
   void constraint_jacobian() {

@@ -12,13 +12,13 @@
 #include "expr/rewrite/rewrite.hpp"
 
 namespace pendula::mech {
+VecX dot(const VecX& q, int order) {
+  return q.unaryExpr([=](Expr e) { return derivative_leaf(e, order); });
+}
+
 namespace {
 
 using Index = Eigen::Index;
-
-VecX dot(const VecX& q, int order = 1) {
-  return q.unaryExpr([=](Expr e) { return derivative_leaf(e, order); });
-}
 
 using Set = std::unordered_set<Expr>;
 

@@ -10,7 +10,6 @@ namespace pendula::random {
 namespace {
 
 using Kind = DesignRequest::Kind;
-constexpr long most_runs = 10'000'000;
 
 /// The middle of cell k of n.
 double middle(long k, long n) { return (static_cast<double>(k) + 0.5) / static_cast<double>(n); }

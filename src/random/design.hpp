@@ -11,6 +11,8 @@
 
 namespace pendula::random {
 
+inline constexpr long most_runs = 10'000'000;  ///< of one sweep
+
 struct DesignRequest {
   enum class Kind { monte_carlo, latin_hypercube, sobol, halton, grid, star, saltelli, morris };
   Kind kind = Kind::monte_carlo;

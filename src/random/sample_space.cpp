@@ -7,11 +7,7 @@
 #include "random/special.hpp"
 
 namespace pendula::random {
-namespace {
-
-constexpr long most_runs = 10'000'000;
-
-}  // namespace
+namespace {}  // namespace
 
 SampleSpace::SampleSpace(std::vector<Column> columns, bool grid, std::optional<DesignRequest> design)
     : columns_(std::move(columns)), grid_(grid) {

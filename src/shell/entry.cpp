@@ -28,8 +28,8 @@ int block_step(const Token& token) {
 
 int bracket_step(const Token& token) {
   if (token.kind != TokenKind::symbol || token.text.size() != 1) return 0;
-  if (contains("([{", token.text)) return 1;
-  return contains(")]}", token.text) ? -1 : 0;
+  if (lua::contains("([{", token.text)) return 1;
+  return lua::contains(")]}", token.text) ? -1 : 0;
 }
 
 bool loads(lua_State* L, const std::string& source) {
@@ -50,7 +50,7 @@ std::string message(lua_State* L) {
 /// backslash continues it.
 bool wants_more(std::string_view entry, std::string_view error) {
   if (!ends_with(error, "near <eof>") || ends_with(error, "syntax error near <eof>")) return false;
-  return !contains(error, "unfinished string") || ends_with(entry, "\\") || ends_with(entry, "\\z");
+  return !lua::contains(error, "unfinished string") || ends_with(entry, "\\") || ends_with(entry, "\\z");
 }
 
 bool begins_statement(std::string_view source) {
@@ -67,7 +67,7 @@ std::string meant(std::string_view entry, const std::string& as_expression, cons
   constexpr std::string_view leftover = "<eof> expected";
   const auto at = as_expression.find(leftover);
   if (at == std::string::npos) return as_expression;
-  if (!contains(as_statement, "syntax error near")) return as_statement;
+  if (!lua::contains(as_statement, "syntax error near")) return as_statement;
   std::string error = as_expression;  // "x y": a complete expression and then something else
   return error.replace(at, leftover.size(), "end of line expected");
 }

@@ -175,18 +175,18 @@ bool has_else_if(std::string_view source) {
 
 std::string_view by_message(std::string_view source, std::string_view error,
                             const std::vector<Token>& tokens) {
-  if (contains(error, "'end' expected") && has_else_if(source))
+  if (lua::contains(error, "'end' expected") && has_else_if(source))
     return "write elseif … then, with one end for all branches";
-  if (contains(error, "syntax error near") && has_word(tokens, "="))
+  if (lua::contains(error, "syntax error near") && has_word(tokens, "="))
     return "an equation is written with ~ (lhs ~ rhs), a comparison with ==";
-  if (contains(error, "malformed number")) return "a product is written 2*x";
-  if (contains(error, "near '='") && !has_dotted_key(tokens))
+  if (lua::contains(error, "malformed number")) return "a product is written 2*x";
+  if (lua::contains(error, "near '='") && !has_dotted_key(tokens))
     return "an equation is written with ~ (lhs ~ rhs), a comparison with ==";
-  if (contains(error, "near '='"))
+  if (lua::contains(error, "near '='"))
     return "a key that is no plain name stands in brackets: { x = 1, [x.dot] = 0 }";
-  if (contains(error, "'then' expected")) return "a condition is written if … then … end";
-  if (contains(error, "'do' expected")) return "a loop is written while … do … end or for i = 1, 3 do … end";
-  if (contains(error, "near '<\\"))
+  if (lua::contains(error, "'then' expected")) return "a condition is written if … then … end";
+  if (lua::contains(error, "'do' expected")) return "a loop is written while … do … end or for i = 1, 3 do … end";
+  if (lua::contains(error, "near '<\\"))
     return "names are made of ASCII letters, digits and _; other letters belong in strings and comments";
   return {};
 }
