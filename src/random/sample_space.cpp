@@ -7,7 +7,6 @@
 #include "random/special.hpp"
 
 namespace pendula::random {
-namespace {}  // namespace
 
 SampleSpace::SampleSpace(std::vector<Column> columns, bool grid, std::optional<DesignRequest> design)
     : columns_(std::move(columns)), grid_(grid) {
