@@ -8,6 +8,7 @@
 #include "dae/model/make_model.hpp"
 #include "dae/rank/rank.hpp"
 #include "expr/graph/declaration.hpp"
+#include "expr/graph/depends_on.hpp"
 #include "expr/print/print.hpp"
 #include "expr/rewrite/rewrite.hpp"
 
@@ -23,11 +24,6 @@ using Index = Eigen::Index;
 using Set = std::unordered_set<Expr>;
 
 Set set_of(const VecX& v) { return {v.begin(), v.end()}; }
-
-bool depends_on_any(Expr e, const Set& set) {
-  const auto inside = leaves({&e, 1});
-  return std::any_of(inside.begin(), inside.end(), [&](Expr leaf) { return set.count(leaf) > 0; });
-}
 
 std::vector<Entry> simplified(std::vector<Entry> list) {
   for (Entry& e : list) e.value = simplify(e.value);

@@ -9,6 +9,7 @@
 #include "dae/model/derivation_markup.hpp"
 #include "dae/model/lineage.hpp"
 #include "dae/model/solved_rows.hpp"
+#include "expr/graph/depends_on.hpp"
 #include "expr/linalg/linalg.hpp"
 #include "expr/print/print.hpp"
 #include "expr/rewrite/rewrite.hpp"
@@ -31,12 +32,7 @@ bool has_variables(Expr e) {
   return std::any_of(inside.begin(), inside.end(), is_variable);
 }
 
-bool contains(Expr e, const std::unordered_set<Expr>& set) {
-  const auto inside = leaves({&e, 1});
-  return std::any_of(inside.begin(), inside.end(), [&](Expr leaf) { return set.count(leaf) > 0; });
-}
-
-Expr readable(Expr e) { return is_short(e, longest_node) ? simplify(e) : e; }
+Expr readable_entry(Expr e) { return is_short(e, longest_node) ? simplify(e) : e; }
 
 bool is_readable(Expr e) { return is_short(e, longest_node) && display_width(to_text(e)) <= widest; }
 
@@ -47,7 +43,7 @@ struct Remainder {
     const std::unordered_set<Expr> derivatives(top.begin(), top.end());
     std::set<std::size_t> used;
     for (const Solved& row : solved_rows(m)) {
-      if (contains(row.f, derivatives) || has_variables(row.slope)) continue;
+      if (depends_on_any(row.f, derivatives) || has_variables(row.slope)) continue;
       known[row.derivative] = row.f;
       used.insert(row.residual);
       direct.push_back(row.derivative);
@@ -102,7 +98,7 @@ Expr shorter_on_constraints(Expr e, const std::vector<Constraint>& constraints) 
       if (!is_variable(x) || !depends_on(e, x)) continue;
       const Expr slope = simplify(partial(c.residual, x));
       if (slope.is_zero() || has_variables(slope)) continue;
-      const Expr other = readable(substitute(e, {{x, x - c.residual / slope}}));
+      const Expr other = readable_entry(substitute(e, {{x, x - c.residual / slope}}));
       if (to_text(other).size() < to_text(e).size()) e = other;
     }
   return e;
@@ -115,7 +111,7 @@ void tell_solution(const Remainder& r, const MatX& A, std::vector<std::string>& 
   const MatX solution = linalg::solve(there, b);
   Substitution values;
   for (Index i = 0; i < b.size(); ++i) {
-    const Expr w = shorter_on_constraints(readable(solution(i, 0)), r.model.invariants);
+    const Expr w = shorter_on_constraints(readable_entry(solution(i, 0)), r.model.invariants);
     if (!is_readable(w)) break;
     values[unknowns[i]] = w;
   }
@@ -129,7 +125,7 @@ void tell_solution(const Remainder& r, const MatX& A, std::vector<std::string>& 
                                      formula(ref(unknowns[i]), " = ", ref(values.at(unknowns[i]))),
                                      there == A ? "" : "  on the constraints")));
   for (Expr x : r.direct) {
-    const Expr f = readable(substitute(r.known.at(x), values));
+    const Expr f = readable_entry(substitute(r.known.at(x), values));
     if (is_readable(f)) lines.push_back(told_from(Detail::every, "     " + formula(ref(x), " = ", ref(f))));
   }
 }
@@ -172,7 +168,7 @@ std::vector<std::string> rank_reason(const Model& low) {
   const MatX A = jacobian(r.rows, r.unknowns).unaryExpr(&readable);
   const std::unordered_set<Expr> unknown(r.unknowns.begin(), r.unknowns.end());
   if (std::any_of(A.reshaped().begin(), A.reshaped().end(),
-                  [&](Expr e) { return contains(e, unknown) || !is_readable(e); }))
+                  [&](Expr e) { return depends_on_any(e, unknown) || !is_readable(e); }))
     return lines;
   if (!r.direct.empty())
     lines.push_back(told_from(
@@ -184,7 +180,7 @@ std::vector<std::string> rank_reason(const Model& low) {
              "  with")));
   lines.push_back(
       told_from(Detail::full, "     " + (n == 1 ? formula("A = ", ref(A(0, 0))) : formula("A = ", ref(A)))));
-  const Expr determinant = readable(linalg::determinant(A));
+  const Expr determinant = readable_entry(linalg::determinant(A));
   if (is_readable(determinant)) {
     if (n > 1) lines.push_back(told_from(Detail::full, "     " + formula("det A = ", ref(determinant))));
     const std::string where = conditions(determinant, low);

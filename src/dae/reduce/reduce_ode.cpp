@@ -12,6 +12,7 @@
 #include "dae/rank/rank.hpp"
 #include "dae/reduce/reduced_forms.hpp"
 #include "dae/regularise/elimination.hpp"
+#include "expr/graph/depends_on.hpp"
 #include "expr/graph/solve.hpp"
 #include "expr/linalg/linalg.hpp"
 #include "expr/print/print.hpp"
@@ -25,11 +26,6 @@ namespace {
 Expr readable(Expr e) { return is_short(e, 60) ? simplify(e) : e; }
 
 using Index = Eigen::Index;
-
-bool contains(Expr e, const std::unordered_set<Expr>& set) {
-  const auto inside = leaves({&e, 1});
-  return std::any_of(inside.begin(), inside.end(), [&](Expr leaf) { return set.count(leaf) > 0; });
-}
 
 /// A coefficient that is zero for the parameter values at hand must not be divided by: a mass of 0.
 bool vanishes(Expr slope, const Model& m) {
@@ -79,7 +75,7 @@ class Elimination {
     std::unordered_set<std::size_t> used;
     for (const Solved& row : solved_rows(m_)) {
       const Expr slope = partial(m_.residuals[row.residual], row.derivative);
-      if (contains(row.f, top_) || moves(slope) || vanishes(slope, m_)) continue;
+      if (depends_on_any(row.f, top_) || moves(slope) || vanishes(slope, m_)) continue;
       solved[row.derivative] = row.f;
       used.insert(row.residual);
     }
@@ -139,7 +135,7 @@ class Elimination {
   void check_linear() const {
     const std::unordered_set<Expr> set(unknowns.begin(), unknowns.end());
     for (const Entry& e : A) {
-      if (!contains(e.value, set)) continue;
+      if (!depends_on_any(e.value, set)) continue;
       const std::size_t row = rows[e.row];
       throw Error(text("form \"ode\": equation ", m_.label(row), "  ", m_.equation_text(row),
                        " is not linear in ", to_text(unknowns[e.column]),
