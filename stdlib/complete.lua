@@ -2,8 +2,8 @@
 -- The prompt asks (src/shell/complete.cpp) with
 --
 --   { name = "newton" or "sys", method = "integrate" or "", object = what stands before the colon, or the
---     first argument, argument = 1, in_table =, at_key =, key = the option whose value is meant, tables = keys
---     of the tables around, in_string =, word = what is typed so far }
+--     first argument, argument = 1, in_table =, at_key =, key = the option whose value is meant,
+--     tables = keys of the tables around, in_string =, word = what is typed so far }
 --
 -- and gets a list of words, empty where anything may stand.
 
@@ -54,11 +54,13 @@ local function model_of(object)
   if kind == "solution" or kind == "start" then return object.model end
 end
 
--- Global variables of the session that hold expressions or columns, and the names of the model's own variables.
+-- Global variables of the session that hold expressions or columns, and the names of the model's own
+-- variables.
 local function expressions(object)
   local words, seen = {}, {}
   local model = model_of(object)
-  local known = model and names_in { model.differential, model.algebraic, model.parameters, model.inputs } or {}
+  local known = model
+    and names_in { model.differential, model.algebraic, model.parameters, model.inputs } or {}
   for _, name in ipairs(known) do
     if rawget(_G, name) ~= nil then
       seen[name] = true
@@ -147,9 +149,12 @@ local function candidates(request)
   if request.method == "" and request.in_string and names_of[request.name] then return all_names() end
   local options = row and row.options
   local depth = #request.tables
-  if not request.in_table then return values_at(option_named(options, tostring(request.argument)), request) end
+  if not request.in_table then
+    return values_at(option_named(options, tostring(request.argument)), request)
+  end
   if depth == 1 and request.at_key and not request.in_string then
-    local list = request.tables[1] == "" and request.argument > 1 and object_type(request.object) == "solution"
+    local list = request.tables[1] == "" and request.argument > 1
+      and object_type(request.object) == "solution"
     if list and request.argument == 2 then return expressions(request.object) end
     return options and option_names(options) or {}
   end

@@ -105,7 +105,7 @@ Expr shorter_on_constraints(Expr e, const std::vector<Constraint>& constraints) 
 }
 
 void tell_solution(const Remainder& r, const MatX& A, std::vector<std::string>& lines) {
-  const VecX b = right_side(r).unaryExpr(&readable);
+  const VecX b = right_side(r).unaryExpr(&readable_entry);
   const VecX unknowns = column(r.unknowns);
   const MatX there = A.unaryExpr([&](Expr e) { return on_constraints(e, r.model.invariants); });
   const MatX solution = linalg::solve(there, b);
@@ -165,7 +165,7 @@ std::vector<std::string> rank_reason(const Model& low) {
   const Remainder r(low);
   if (!r.is_small()) return lines;
   const auto n = static_cast<Index>(r.unknowns.size());
-  const MatX A = jacobian(r.rows, r.unknowns).unaryExpr(&readable);
+  const MatX A = jacobian(r.rows, r.unknowns).unaryExpr(&readable_entry);
   const std::unordered_set<Expr> unknown(r.unknowns.begin(), r.unknowns.end());
   if (std::any_of(A.reshaped().begin(), A.reshaped().end(),
                   [&](Expr e) { return depends_on_any(e, unknown) || !is_readable(e); }))
