@@ -7,10 +7,12 @@ document = setmetatable({}, { __index = function(parts, name)
   return part
 end })
 
-doc { name = "view", module = "plot", sig = "view(x [, { file =, open = true }]) -> file name",
+doc { name = "view", module = "plot",
+  sig = "view(x [, { file =, open = true, slider =, values = }]) -> file name",
   text = [[A page of one value in the browser: its mathematics, tables and figures as in a report; of a list
-    of values all of them. Without a screen, or with open = false, it only writes the page. In a report the
-    value is shown where the call stands, unless a file is named.]],
+    of values all of them, or of a list of figures one at a time with slider = "k", values = { 1, 2 }. Without
+    a screen, or with open = false, it only writes the page. In a report the value is shown where the call
+    stands, unless a file is named.]],
   example = [[
     x = var "x"
     page = view(x^2/3, { file = os.tmpname() .. ".html", open = false })

@@ -157,7 +157,9 @@ end
 local function table_row(cells, name, options)
   local out = {}
   for _, cell in ipairs(cells) do
-    out[#out + 1] = ("<%s>%s</%s>"):format(name, inline(cell:match "^%s*(.-)%s*$", options), name)
+    cell = cell:match "^%s*(.-)%s*$"
+    local tag = cell == "" and "td" or name            -- an empty title says nothing about its column
+    out[#out + 1] = ("<%s>%s</%s>"):format(tag, inline(cell, options), tag)
   end
   return "<tr>" .. table.concat(out) .. "</tr>"
 end

@@ -407,31 +407,46 @@ function M.formula(latex, display)
   return tag("math", row(nodes), displays[display])
 end
 
--- Names whose indices alone are a formula, q$_{1}''$, belong into it.
+-- Names whose indices or primes alone are a formula, q$_{1}''$, belong into it.
 local function with_names(line)
-  return (line:gsub("(%a[%w]*)%$([_^][^$]*)%$", function(name, indices)
+  return (line:gsub("(%a[%w]*)%$([_^'][^$]*)%$", function(name, indices)
     return "$" .. (#name > 1 and "\\mathrm{" .. name .. "}" or name) .. indices .. "$"
   end))
 end
 
--- A derivation: lines of words with formulas between dollars.
-function M.lines(latex)
-  local out = {}
-  for line in (latex .. "\\\\\n"):gmatch "(.-)\\\\\n" do
-    line = with_names(line)
-    local html, at = {}, 1
-    while true do
-      local first, last, inside = line:find("%$(.-)%$", at)
-      local plain = line:sub(at, (first or 0) - 1):gsub("\\quad%s*", "\u{2003}")
-        :gsub("\\textquotesingle%s?", "'"):gsub("\\([%%#_&${}])", "%1")
-      html[#html + 1] = text.escaped(plain)
-      if not first then break end
-      html[#html + 1] = M.formula(inside)
-      at = last + 1
-    end
-    out[#out + 1] = '<p class="step">' .. table.concat(html) .. "</p>"
+-- A line of words with formulas between dollars.
+local function line_html(line)
+  line = with_names(line)
+  local html, at = {}, 1
+  while true do
+    local first, last, inside = line:find("%$(.-)%$", at)
+    local plain = line:sub(at, (first or 0) - 1):gsub("\\quad%s*", "\u{2003}")
+      :gsub("\\textquotesingle%s?", "'"):gsub("\\([%%#_&${}])", "%1")
+    html[#html + 1] = text.escaped(plain)
+    if not first then break end
+    html[#html + 1] = M.formula(inside)
+    at = last + 1
   end
-  return table.concat(out, "\n")
+  return '<p class="step">' .. table.concat(html) .. "</p>"
+end
+
+local function add_lines(latex, out)
+  if not latex:find "%S" then return end
+  for line in (latex:gsub("\\\\%s*$", "") .. "\\\\\n"):gmatch "(.-)\\\\\n" do
+    out[#out + 1] = line_html(line)
+  end
+end
+
+-- A derivation: lines of words with formulas between dollars, and equations on lines of their own.
+function M.lines(latex)
+  local out, at = {}, 1
+  while true do
+    local first, last, inside = latex:find("\\begin{equation%*}%s*(.-)%s*\\end{equation%*}", at)
+    add_lines(latex:sub(at, (first or 0) - 1), out)
+    if not first then return table.concat(out, "\n") end
+    out[#out + 1] = M.formula(inside, true)
+    at = last + 1
+  end
 end
 
 return M

@@ -70,6 +70,9 @@ local function recorder_for(publish)
     if object_type(any) == "figure" then return self:show_figure(any) end
     publish("display", value_bundle(any))
   end
+  function record:show_frames(figures)
+    for _, fig in ipairs(figures) do self:show_figure(fig) end
+  end
   return record
 end
 
@@ -80,7 +83,12 @@ local function result(record, values, publish)
   if values.n == 1 and object_type(values[1]) == "figure" then
     return publish("result", figure_bundle(values[1]))
   end
-  if values.n == 1 then return publish("result", value_bundle(values[1])) end
+  if values.n == 1 then
+    publish("result", value_bundle(values[1]))
+    local drawing = recording.drawing_of(values[1])
+    if drawing then publish("display", figure_bundle(drawing)) end
+    return
+  end
   local words = {}
   for i = 1, values.n do words[i] = shown(values[i]) end
   publish("result", { ["text/plain"] = text.valid(table.concat(words, " ")) })

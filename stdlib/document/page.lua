@@ -21,6 +21,8 @@ local template = [[
 <meta name="viewport" content="width=device-width, initial-scale=1">
 <meta name="color-scheme" content="light dark">
 <meta name="generator" content="Pendula">
+<meta http-equiv="Content-Security-Policy" content="default-src 'none'; style-src 'unsafe-inline';
+ script-src 'unsafe-inline'; font-src data:; img-src data:">
 <title>{title}</title>
 <style>{style}</style>
 </head>

@@ -73,7 +73,25 @@ function Recorder:print(values)
   self.overhead = self.overhead + clock() - begin
 end
 
--- Shows one value on its own: figures as figures, lists one by one.
+local drawn_types = { response = true, ["frequency response"] = true }
+
+-- The figure of a value that the prompt draws under its text, or nil.
+function M.drawing_of(any) return drawn_types[object_type(any)] and any:plot() or nil end
+
+-- Figures that share a place; a slider, whose name and values are given, chooses among them. Without a script
+-- the
+-- page has all of them.
+function Recorder:show_frames(figures, name, values)
+  self:drain()
+  local item = { frames = {} }
+  for i, fig in ipairs(figures) do
+    self.figures[#self.figures + 1] = fig
+    item.frames[i] = { figure = #self.figures, label = name .. " = " .. shown(values[i]) }
+  end
+  self:add(item)
+end
+
+-- Shows one value on its own, as the prompt does: figures as figures, lists one by one.
 function Recorder:show(any)
   if object_type(any) == "figure" then return self:show_figure(any) end
   if type(any) == "table" and not object_type(any) and object_type(any[1]) then
@@ -81,6 +99,17 @@ function Recorder:show(any)
     return
   end
   self:print { n = 1, any }
+  local drawing = M.drawing_of(any)
+  if drawing then self:show_figure(drawing) end
+end
+
+local function frames_html(frames, drawn)
+  local out = {}
+  for _, frame in ipairs(frames) do
+    out[#out + 1] = ('<div class="frame" data-label="%s"><p class="caption">%s</p>%s</div>'):format(
+      text.escaped(frame.label), text.escaped(frame.label), drawn[frame.figure])
+  end
+  return '<div class="frames">' .. table.concat(out, "\n") .. "</div>"
 end
 
 -- The output of a statement as HTML; `drawn` are the figures' pages.
@@ -90,6 +119,8 @@ function Recorder:html(i, drawn)
     if item.parts then
       out[#out + 1] = value.text_block(table.concat(item.parts))
       if item.cut then out[#out + 1] = '<p class="note">… more text, which is left out here</p>' end
+    elseif item.frames then
+      out[#out + 1] = frames_html(item.frames, drawn)
     elseif item.figure then
       out[#out + 1] = drawn[item.figure]
     elseif item.error then
@@ -103,27 +134,30 @@ end
 
 function Recorder:drawings() return figure.html(self.figures) end
 
--- Runs body() with this recorder in place of the terminal. fig:save(file) still writes the file.
+-- While one records, :show() and :save() show the figure there; save still writes its file. Wrapped once.
+local show, save = named "figure:show", named "figure:save"
+install("figure:show", function(fig, ...)
+  if document.recorder then return document.recorder:show_figure(fig) end
+  return show(fig, ...)
+end)
+install("figure:save", function(fig, ...)
+  local result = save(fig, ...)
+  if document.recorder then document.recorder:show_figure(fig) end
+  return result
+end)
+
+-- Runs body() with this recorder in place of the terminal.
 function Recorder:during(body)
   local stdlib_print, user_print = print, rawget(_G, "print")
-  local show, save = named "figure:show", named "figure:save"
   local function recording_print(...) self:print(table.pack(...)) end
   print = recording_print
   rawset(_G, "print", recording_print)
-  install("figure:show", function(fig) self:show_figure(fig) end)
-  install("figure:save", function(fig, ...)
-    local result = save(fig, ...)
-    self:show_figure(fig)
-    return result
-  end)
   document.recorder, self.plain = self, user_print
   capture_output(true)
   local results = table.pack(pcall(body))
   self:drain()
   capture_output(false)
   document.recorder, self.plain = nil, nil
-  install("figure:show", show)
-  install("figure:save", save)
   print = stdlib_print
   rawset(_G, "print", user_print)
   if not results[1] then error(results[2], 0) end

@@ -39,11 +39,9 @@ function Session:run(source, name)
       local good
       good, problem, stopped = run_user(function()
         values = table.pack(chunk())
-        if values.n == 1 and type(values[1]) == "table" and not object_type(values[1]) then
+        if values.n == 1 and values[1] ~= nil then
           record:show(values[1])
-        elseif values.n == 1 and object_type(values[1]) == "figure" then
-          record:show_figure(values[1])
-        elseif values.n > 0 and not (values.n == 1 and values[1] == nil) then
+        elseif values.n > 1 then
           record:print(values)
         end
       end)

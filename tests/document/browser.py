@@ -31,6 +31,8 @@ print(sol:drift())
 plot(sol, { x, y }, { title = "Place" }):show()
 plot3(sol, vec{x, y, t}, { title = "In space" }):show()
 for i = 1, 100 do print("line " .. i) end
+view({ plot({1, 2, 3}), plot({3, 2, 1}), plot({2, 2, 2}) }, { slider = "k", values = { 0.5, 1, 2 } })
+semilogy({ 1, 2, 3 }, { 1, 100, 10000 }):show()
 print(rk.gauss(3))
 error "here"
 '''
@@ -74,8 +76,9 @@ class BrowserTest(unittest.TestCase):
         formulas, figures = visible(browser, "math"), visible(browser, "figure svg")
         self.assertGreaterEqual(len(formulas), 4)
         self.assertTrue(all(w > 5 and h > 8 for w, h in formulas), formulas)
-        self.assertEqual(len(figures), 2)
-        self.assertTrue(all(w > 300 and h > 200 for w, h in figures), figures)
+        self.assertEqual(len(figures), 6)
+        self.assertEqual(len([f for f in figures if f[0] == 0]), 2, "frames behind the slider")
+        self.assertTrue(all(w > 300 and h > 200 for w, h in figures if w), figures)
         self.assertTrue(browser.value("document.fonts.check('12px \"Latin Modern Math Subset\"')"))
         self.assertTrue(browser.value("Array.from(document.fonts).every(f => f.status == 'loaded')"))
         self.assertGreater(browser.value("document.querySelectorAll('figure svg path').length"), 4)
@@ -164,6 +167,34 @@ class BrowserTest(unittest.TestCase):
         before, _ = visible(self.browser, "figure svg")[0]
         self.browser.value("document.querySelector('figure svg').dispatchEvent(new MouseEvent('click'))")
         self.assertGreater(visible(self.browser, "figure.large svg")[0][0], before * 1.2)
+
+    def read(self, number, fx, fy):
+        """What the pointer reads at a place in figure `number`, as fractions of its size."""
+        return self.browser.value("""(() => { const svg = document.querySelectorAll('figure svg')[%d],
+            box = svg.getBoundingClientRect();
+            svg.dispatchEvent(new PointerEvent('pointermove', { clientX: box.left + %g*box.width,
+                clientY: box.top + %g*box.height }));
+            const reading = svg.parentNode.querySelector('.reading');
+            return reading ? reading.textContent : null })()""" % (number, fx, fy))
+
+    def test_the_pointer_reads_values(self):
+        self.browser.size(900, 1200)
+        self.browser.open(self.page)
+        x, y = re.match(r"(?:.*: )?(\S+), (\S+)$", self.read(0, 0.5, 0.5)).groups()
+        self.assertTrue(2 < float(x) < 3 and -1 < float(y) < 1, (x, y))
+        self.assertIsNone(self.read(1, 0.5, 0.5), "in space there is nothing to read")
+        x, y = re.match(r"(?:.*: )?(\S+), (\S+)$", self.read(5, 0.52, 0.5)).groups()
+        self.assertAlmostEqual(float(x), 2, delta=0.02)
+        self.assertAlmostEqual(float(y), 100, delta=4)
+
+    def test_slider(self):
+        self.browser.open(self.page)
+        seen = self.browser.value("""(() => { const slider = document.querySelector('.frames input'),
+            words = () => document.querySelector('.frames label').textContent + ' ' +
+                document.querySelectorAll('.frame:not([hidden])').length;
+            const first = words(); slider.value = 2; slider.dispatchEvent(new Event('input'));
+            return [first, words()] })()""")
+        self.assertEqual(seen, ["k = 0.5 1", "k = 2 1"])
 
     def test_pdf(self):
         target = os.path.join(FOLDER, "report.pdf")

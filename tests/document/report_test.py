@@ -172,6 +172,17 @@ class ReportTest(unittest.TestCase):
         self.assertIn("and", page.text("span"))
         self.assertGreaterEqual(page.count("table"), 3)
 
+    def test_slider(self):
+        page = self.report('view({ plot({1, 2}), plot({2, 1}) }, { slider = "k", values = { 1, 2 } })')
+        self.assertEqual(page.count("svg"), 2)             # both are there without a script
+        self.assertIn("k = 2", page.text("p"))
+        for wrong, words in (('view({ 1 }, { slider = "k" })', "no figure"),
+                             ('view({ plot{1, 2} }, { slider = "k", values = { 1, 2 } })', "1 figures need"),
+                             ('view(plot{1, 2}, { slider = "k" })', "list of figures"),
+                             ('view(1, { fil = "x" })', "Did you mean 'file'"), ("view(nil)", "nothing to show")):
+            self.report(wrong, status=1)
+            self.assertIn(words, self.said)
+
     def test_usage(self):
         for arguments, status, words in (([], 1, "which script"), (["--timng", "x.lua"], 1, "--timing"),
                                          (["missing.lua"], 1, "No such file"), (["--help"], 0, "usage")):

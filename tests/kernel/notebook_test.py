@@ -92,6 +92,15 @@ class NotebookTest(unittest.TestCase):
         shown = [m for m in self.outputs('view(var "x"^2)') if m["msg_type"] == "display_data"]
         self.assertEqual(len(shown), 1)
 
+    def test_figures_after_many_cells(self):
+        """What stands between a figure and its picture does not grow with the number of cells."""
+        for _ in range(230):
+            self.outputs("y = 1")
+        shown = [m for m in self.outputs("plot({1, 2}):show()") if m["msg_type"] == "display_data"]
+        self.assertEqual(len(shown), 1)
+        shown = [m for m in self.outputs("tf({1}, {1, 1}):bode()") if m["msg_type"] == "display_data"]
+        self.assertEqual(len(shown), 1)
+
     def test_errors(self):
         reply, messages = self.run_cell("y = 1\nnothing()")
         self.assertEqual(reply["status"], "error")
