@@ -10,7 +10,7 @@ local read = {}
 local function lazy(entry, file)
   entry.module, entry.title = module, title
   entry[1] = function(...)
-    read[file] = read[file] or include("algebra/" .. file)
+    read[file] = read[file] or include(file)
     return read[file][entry.name](...)
   end
   doc(entry)
@@ -22,14 +22,16 @@ lazy({ name = "roots", sig = "roots(e, x) -> list",
     Numbers stand for the roots of other polynomials without parameters. Conditions and complex pairs
     are printed with the list.]],
   example = 'x = var "x"  return roots(x^3 - x, x)',
-  gives = "x = 0\nx = 1\nx = -1" }, "solve")
+  gives = "x = 0\nx = 1\nx = -1" },
+  "algebra/solve")
 
 lazy({ name = "solve_equations", sig = "solve_equations({ equations }, { unknowns }) -> list of solutions",
   text = [[All solutions of a system of polynomial or triangular equations in closed form: factors are taken
     apart, equations that are linear in an unknown are solved for it, resultants eliminate what is
     left. A solution answers s[x] and s.x. solve(equations, unknowns) is the same.]],
   example = 'x, y = vars "x y"  return solve_equations({ x + y ~ 3, x*y ~ 2 }, { x, y })',
-  gives = "x = 2,  y = 1\nx = 1,  y = 2" }, "solve")
+  gives = "x = 2,  y = 1\nx = 1,  y = 2" },
+  "algebra/solve")
 
 lazy({ name = "equilibria", sig = "equilibria(sys [, { params =, inputs =, unknowns = }]) -> list",
   text = [[The points where nothing moves: all derivatives 0. In symbols where no values are given (params =
@@ -38,30 +40,57 @@ lazy({ name = "equilibria", sig = "equilibria(sys [, { params =, inputs =, unkno
     list[1].A, list[1].stable.]],
   example = 'x = var "x"  r = param "r"  return #equilibria(dae { der(x) ~ r*x - x^3 })',
   gives = "3" },
-    "equilibria")
+  "algebra/equilibria")
 
 lazy({ name = "apart", sig = "apart(e, x) -> expression",
   text = "The partial fractions of a rational function, over the rational numbers.",
   example = 'x = var "x"  return apart(1/(x^2 - 1), x)',
   gives = "1/(2 (x - 1)) - 1/(2 (x + 1))" },
-    "partial_fractions")
+  "algebra/partial_fractions")
 
 lazy({ name = "laplace_transform", sig = "laplace_transform(e, t, s) -> expression",
   text = [[∫₀^∞ e(t) exp(-s t) dt of sums of products of powers of t, exponentials, sines and cosines.
     Derivatives of unknowns: L{x′} = s X - x(0), with the symbols X and x0.]],
   example = 's = param "s"  return laplace_transform(exp(-2*t)*sin(3*t), t, s)',
     gives = "3/(s² + 4 s + 13)" },
-  "laplace")
+  "algebra/laplace")
 
 lazy({ name = "inverse_laplace", sig = "inverse_laplace(F, s, t) -> expression",
   text = [[The function of t ≥ 0 whose transform F(s) is: partial fractions with real or complex pairs of
     poles. A transfer function of tf or ss works too.]],
   example = 's = param "s"  return inverse_laplace(1/(s*(s + 1)), s, t)',
-  gives = "1 - exp(-t)" }, "laplace")
+  gives = "1 - exp(-t)" },
+  "algebra/laplace")
 
 lazy({ name = "integral", sig = "integral(e, x [, a, b]) -> expression",
   text = [[∫ e dx, or from a to b: polynomials, exponentials, sines and cosines of linear arguments and their
     products; rational functions with factors of degree one and two. Anything else is an error:
     integrate numerically with one more state, der(J) ~ e.]],
   example = 'x = var "x"  return integral(x*sin(x), x, 0, pi)',
-  gives = "π" }, "integral")
+  gives = "π" },
+  "algebra/integral")
+
+module, title = "method theory", "Methods as an exam asks for them"
+
+lazy({ name = "explain_step", sig = "explain_step(sys, method) -> step",
+  text = [[The equations of one step of a Runge-Kutta, BDF or Rosenbrock method for a model: the unknowns and
+    their number s (n_x + n_z), r(w, x_k) = 0, the Jacobian M in blocks, the Newton step, the update.
+    Fields: r, w, M, size; latex().]],
+  example = 'x = var "x"  return explain_step(dae { der(x) ~ -x^2 }, rk.implicit_euler).size',
+  gives = "1" }, "explain_step")
+
+lazy({ name = "order_conditions", sig = "order_conditions(p [, tab]) -> conditions",
+  text = [[The conditions for order p = 1 … 6 of a Runge-Kutta method, one for each rooted tree, as sums over
+    bᵢ, aᵢⱼ, cᵢ; with a tableau also what they are for it.]],
+  example = "order_conditions(3)",
+  gives = "order 1  Σ bᵢ = 1\norder 2  Σ bᵢ cᵢ = 1/2\norder 3  Σ bᵢ aᵢⱼ cⱼ = 1/6\norder 3  Σ bᵢ cᵢ² = 1/3" },
+  "tableaus/symbolic")
+
+lazy({ name = "symbolic_tableau", sig = "symbolic_tableau{ A =, b =, c = } -> tableau with symbols",
+  text = [[A tableau with symbols among its coefficients; tableau{…} with symbols gives the same. It has
+    tab:order_conditions(p), tab:solve(p) for what the conditions leave free, tab:subs{ [a] = 1 },
+    which is an ordinary tableau once all symbols have numbers, tab:stability_function(z) and
+    tab:latex().]],
+  example = 'a = param "a"  return symbolic_tableau { A = { {0, 0}, {a, 0} }, b = { 1 - 1/(2*a), 1/(2*a) } }'
+    .. ':stability_function(param "z")',
+  gives = "z²/2 + z + 1" }, "tableaus/symbolic")

@@ -2,35 +2,16 @@
 
 local algebra = include "algebra/solve"
 
-local function entries(column)
-  local list = {}
-  for i = 1, #column do list[i] = column[i] end
-  return list
-end
+local model_parts = include "algebra/model_parts"
+local entries = model_parts.entries
 
--- States in the order of the first-order form, algebraic variables, and the residuals by kind.
 local function parts(sys)
-  local low = sys:semi_explicit()
-  local x, z, f, g = {}, entries(low.algebraic), {}, {}
-  local of = {}
-  for _, equation in ipairs(low.equations) do
-    local left, right = equation.lhs, equation.rhs
-    local n = object_type(left) == "matrix" and #left or 1
-    for i = 1, n do
-      local l, r = n > 1 and left[i] or left, n > 1 and right[i] or right
-      if object_type(left) == "matrix" and n == 1 then l, r = left[1], right[1] end
-      if l == 0 then g[#g + 1] = r else of[l] = r end
-    end
+  local p, unsolved = model_parts.semi_explicit(sys)
+  if not p then
+    fail("equilibria: the model is not solved for " .. tostring(unsolved)
+      .. "; write it as der(x) ~ f, or reduce it first")
   end
-  for _, state in ipairs(entries(low.differential)) do
-    local rate = of[der(state)]
-    if rate == nil then
-      fail("equilibria: the model is not solved for " .. tostring(der(state))
-        .. "; write it as der(x) ~ f, or reduce it first")
-    end
-    x[#x + 1], f[#f + 1] = state, rate
-  end
-  return { model = low, x = x, z = z, f = f, g = g }
+  return p
 end
 
 -- A = f_x - f_z g_z⁻¹ g_x.

@@ -370,6 +370,20 @@ local function by_one_unknown(equations, unknowns, notes, depth)
   end
 end
 
+-- One equation with several unknowns left: quadratic in one of them, which the others are parameters of.
+local function by_quadratic(equations, unknowns, notes, depth)
+  if #equations > 1 then return end
+  for _, x in ipairs(unknowns_in(equations[1], unknowns)) do
+    if polynomial_in(equations[1], x) and #coefficients(equations[1], x) == 3 then
+      local list, solutions = new_roots(), {}
+      find_roots(equations[1], x, list)
+      for _, condition in ipairs(list.conditions) do add_condition(notes, condition) end
+      for k = 1, #list do append(solutions, completed(search({}, unknowns, notes, depth + 1), x, list[k])) end
+      return solutions
+    end
+  end
+end
+
 -- The determinant that vanishes where two polynomials in x have a common root.
 local function resultant(a, b, x)
   local p, q = coefficients(a, x), coefficients(b, x)
@@ -421,7 +435,9 @@ function search(equations, unknowns, notes, depth)
   end
   done = by_one_unknown(equations, unknowns, notes, depth)
   if done then return done end
-  if not i then return by_resultant(equations, unknowns, notes, depth) end
+  if not i then
+    return by_quadratic(equations, unknowns, notes, depth) or by_resultant(equations, unknowns, notes, depth)
+  end
   local by, rest = simplify(-c[1]/c[2]), without(equations, i)
   local solutions = completed(search(substituted(rest, x, by), unknowns, notes, depth + 1), x, by)
   table.insert(rest, c[1])

@@ -1,6 +1,7 @@
 // The `rk` table and the type "tableau". Reads arguments, calls src/integrate.
 #include "lua/bind/integrate/tableau.hpp"
 #include "base/text.hpp"
+#include "lua/core/library.hpp"
 #include "lua/core/trampoline.hpp"
 #include "lua/core/values.hpp"
 #include "method/collocation.hpp"
@@ -133,8 +134,26 @@ integrate::TableauData read_fields(Call& call) {
   return data;
 }
 
+/// Symbols among the coefficients: order and stability are questions of algebra (stdlib/tableaus/symbolic.lua).
+bool has_symbols(const integrate::TableauData& data) {
+  std::vector<Expr> all(entries(data.A).begin(), entries(data.A).end());
+  all.insert(all.end(), data.b.begin(), data.b.end());
+  if (data.c) all.insert(all.end(), data.c->begin(), data.c->end());
+  const auto inside = leaves(all);
+  return std::any_of(inside.begin(), inside.end(),
+                     [](Expr e) { return symbol_of(e).kind != Kind::constant; });
+}
+
 int make(Call& call) {
-  if (!lua_isstring(call.L, 1)) call.table(1, "tableau");
+  if (!lua_isstring(call.L, 1)) {
+    call.table(1, "tableau");
+    if (has_symbols(read_fields(call))) {
+      push_named(call.L, "symbolic_tableau");
+      lua_pushvalue(call.L, 1);
+      protected_call(call.L, 1, 1);
+      return 1;
+    }
+  }
   integrate::TableauData data =
       lua_isstring(call.L, 1) ? integrate::parse_tableau(call.string(1, "tableau")) : read_fields(call);
   try {

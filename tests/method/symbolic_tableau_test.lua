@@ -1,0 +1,83 @@
+-- Tableaus with symbols, order conditions as sums, and steps explained.
+local a, b1, b2, b3 = params "a b1 b2 b3"
+local function has(text, words)
+  local said = tostring(text)
+  if not said:find(words, 1, true) then error("'" .. words .. "' is not in\n" .. said, 2) end
+end
+
+test("the family of two stages of order 2", function()
+  local tab = tableau { A = { { 0, 0 }, { a, 0 } }, b = { b1, b2 } }
+  has(tab, "2 stages with symbols")
+  has(tab:order_conditions(2), "order 2  Σ bᵢ cᵢ = 1/2  a b₂ = 1/2")
+  local family = tab:solve(2)
+  expect(#family):equals(1)
+  expect(family[1][b2]):equals(simplify(1/(2*a)))
+  has(family, "a free")
+  for _, value in ipairs { rational "1/2", 1, rational "2/3" } do        -- midpoint, Heun, Ralston
+    local member = tab:subs { b1 = family[1][b1], b2 = family[1][b2] }:subs { a = value }
+    expect(member:order()):equals(2)
+  end
+  expect(tab:subs { a = 1, b1 = 1, b2 = 0 }:order()):equals(1)
+  expect(tab:latex()):matches "hline"
+end)
+
+test("three stages with nodes: the classical solution in c₂ and c₃", function()
+  local c2, c3, a32 = params "c2 c3 a32"
+  local tab = tableau { A = { {}, { c2 }, { c3 - a32, a32 } }, b = { b1, b2, b3 }, c = { 0, c2, c3 } }
+  local found = tab:solve(3, { b1, b2, b3, a32 })
+  local general = found[1]
+  local values = { [b1] = general[b1], [b2] = general[b2], [b3] = general[b3], [a32] = general[a32] }
+  expect(simplify(values[b2] - (3*c3 - 2)/(6*c2*(c3 - c2)))):equals(0)
+  local kutta = tab:subs(values):subs { [c2] = rational "1/2", [c3] = 1 }
+  expect(kutta:order()):equals(3)
+  expect(kutta.b[2]):equals(rational "2/3")
+end)
+
+test("order conditions of trees: number, weights, verdicts", function()
+  local counts = { 1, 2, 4, 8, 17, 37 }
+  for p, count in ipairs(counts) do expect(#order_conditions(p)):equals(count) end
+  has(order_conditions(4), "order 4  Σ bᵢ aᵢⱼ aⱼₖ cₖ = 1/24")
+  has(order_conditions(3, rk.heun), "Σ bᵢ aᵢⱼ cⱼ = 1/6  missed: 0")
+  for _, c in ipairs(order_conditions(4, rk.rk4)) do expect(c.met):is_true() end
+  expect(function() order_conditions(7) end):fails "1 … 6"
+end)
+
+test("R(z) with symbols", function()
+  local z = param "z"
+  local tab = tableau { A = { { 0, 0 }, { a, 0 } }, b = { 1 - 1/(2*a), 1/(2*a) } }
+  expect(tab:stability_function(z)):equals(1 + z + z^2/2)
+  local g = param "gam"
+  expect(simplify(tableau { A = { { g } }, b = {
+    1 } }:stability_function(z) - (1 + (1 - g)*z)/(1 - g*z))):equals(0)
+end)
+
+local y, w, u = var "y", var "w", input "u"
+local sys = dae { der(y) ~ -y + w + u, 0 ~ w^3 + w - y }
+
+test("a step of an implicit method: unknowns, r, M, Newton, update", function()
+  local step = explain_step(sys, rk.gauss(2))
+  expect(step.size):equals(4)
+  expect(#step.r):equals(4)
+  expect(step.M.rows):equals(4)
+  for _, words in ipairs { "w = (K₁, z₁, K₂, z₂)", "s (n_x + n_z) = 2 (1 + 1) = 4",
+    "X₁ = x_k + Δt (1/4 K₁ + (1/4 - √3/6) K₂)", "K₁ - f(X₁, z₁, u(t_k + (1/2 - √3/6) Δt)) = 0",
+    "δᵢⱼ I - Δt aᵢⱼ f_x,  -δᵢⱼ f_z", "g_z = 3 w² + 1", "solve M Δw = -r",
+      "x_{k+1} = x_k + Δt (1/2 K₁ + 1/2 K₂)",
+  } do has(step, words) end
+  expect(simplify(step.M - jacobian(step.r, step.w))):equals(zeros(4, 4))
+  has(explain_step(sys, rk.radau(2)), "stiffly accurate")
+  expect(step.latex()):matches "begin{align%*}"
+end)
+
+test("BDF: the residual of the lecture; explicit and Rosenbrock methods; implicit models", function()
+  has(explain_step(sys, bdf(1)), "x_{k+1} - x_k - Δt f(x_{k+1}, z_{k+1}, u_{k+1}) = 0")
+  local two = explain_step(sys, bdf(2))
+  has(two, "x_{k+1} - 4/3 x_k + 1/3 x_{k-1} - 2/3 Δt f(")
+  has(two, "M = [ I - 2/3 Δt f_x,  -2/3 Δt f_z;  g_x,  g_z ]")
+  expect(two.M(2, 1)):equals(-1)
+  has(explain_step(dae { der(y) ~ -y^2 }, rk.rk4), "K₂ = f(x_k + Δt (1/2 K₁))")
+  has(explain_step(dae { der(y) ~ -y^2 }, rosenbrock.ros2), "linearly implicit")
+  local model = dae.implicit { x = { y }, z = { w }, F = { der(y)*(1 + w) + y, w - y^2 - w^3/10 } }
+  has(explain_step(model, rk.radau(2)), "F(K₁, X₁, z₁) = 0")
+  expect(function() explain_step(sys, "radau") end):fails "expected a method"
+end)
