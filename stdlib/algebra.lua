@@ -22,7 +22,7 @@ lazy({ name = "roots", sig = "roots(e, x) -> list",
     Numbers stand for the roots of other polynomials without parameters. Conditions and complex pairs
     are printed with the list.]],
   example = 'x = var "x"  return roots(x^3 - x, x)',
-  gives = "x = 0\nx = 1\nx = -1" },
+  gives = "x = -1\nx = 0\nx = 1" },
   "algebra/solve")
 
 lazy({ name = "solve_equations", sig = "solve_equations({ equations }, { unknowns }) -> list of solutions",

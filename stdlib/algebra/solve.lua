@@ -267,6 +267,9 @@ local function roots_of(e, x)
   end
   local list = new_roots()
   find_roots(residual_of(e), x, list)
+  local numbers = true
+  for i = 1, #list do numbers = numbers and is_number(list[i]) end
+  if numbers then table.sort(list, function(a, b) return value(a) < value(b) end) end
   return setmetatable(list, { __tostring = function(r) return (root_lines(r, x)) end, __name = "roots" })
 end
 
