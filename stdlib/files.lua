@@ -102,19 +102,37 @@ end
 
 local read_saved
 
+-- The sweep in a store, without making any run.
+local function load_sweep(file)
+  local info = store_info(file)
+  if info.hidden:find "inputs" then
+    fail(("load: the store '%s' does not hold %s, Lua functions of the script that made it; call the sweep "
+      .. "of that script again: what is there is not computed twice"):format(file, info.hidden))
+  end
+  local sys = read_saved(info.model, file)
+  local options = read_saved(info.options, file, { sys = sys })
+  options.store, options.open = file, true
+  return sweep(sys, options)
+end
+
 doc { name = "load", module = "files", sig = "load(file) -> value",
   text = [[The value in a file that save wrote ("model.lua"). The file is read as data: it can name symbols,
     functions and models of the vocabulary and nothing else, so a file from somebody else can be opened
-    without looking into it. A Lua program is run by dofile. Anything but a file name is Lua's own load, which
+    without looking into it; also the sweep in a store ("runs.db"). A Lua program is run by dofile. Anything
+    but a file name is Lua's own load, which
     compiles a chunk.]],
   example = 'load "return 1 + 1"()', gives = "2",
   function(chunk, ...)
-    local is_file = type(chunk) == "string" and select("#", ...) == 0 and chunk:find "^[^\n]*%.lua$" ~= nil
     if type(chunk) ~= "string" and type(chunk) ~= "function" then
       fail(("load: expected a file name, a chunk of Lua text or a function that gives its pieces, got %s")
         :format(type(chunk)))
     end
-    if not is_file then return lua_load(chunk, ...) end
+    local lone = type(chunk) == "string" and select("#", ...) == 0
+    local is_file, is_store = lone and chunk:find "^[^
+]*%.lua$", lone and chunk:find "^[^
+]*%.db$"
+    if not is_file and not is_store then return lua_load(chunk, ...) end
     read_saved = read_saved or include "saved"
+    if is_store then return load_sweep(chunk) end
     return read_saved(read_file(chunk), chunk)
   end }

@@ -5,13 +5,16 @@
 
 local functions = {}              -- what may be called, besides the functions of expressions (sin, sqrt, …)
 for word in ([[var vars param params input func vec mat rational dae lagrange der diff subs solve ifelse
-  lt le gt ge all any]]):gmatch "%w+" do
+  lt le gt ge all any normal lognormal uniform triangular beta exponential discrete empirical
+  bdf]]):gmatch "%w+" do
   functions[word] = true
 end
 local constants = { t = true, pi = true, e = true }
-local methods = { reduce = true, first_order = true, semi_explicit = true, implicit = true, with = true }
+local methods = { init = true, reduce = true, first_order = true, semi_explicit = true, implicit = true,
+  with = true }
 local fields = { T = true, dot = true, ddot = true }
-local library = { dae = { linear = true, semi_explicit = true } }
+local anything = setmetatable({}, { __index = function() return true end })
+local library = { dae = { linear = true, semi_explicit = true }, rk = anything, rosenbrock = anything }
 
 local function vocabulary()
   for _, row in ipairs(rows()) do
@@ -164,8 +167,11 @@ function reader:named()
       self:fail(("'%s.%s' is no part of a saved value"):format(name, member))
     end
     self:next()
+    local good, value = pcall(function() return named(name)[member] end)
+    if not good then self:fail(("'%s' has no entry '%s'"):format(name, member)) end
+    if object_type(value) then return value end
     if not self:is_call() then self:fail(("expected the arguments of %s.%s"):format(name, member)) end
-    return self:call(named(name)[member])
+    return self:call(value)
   end
   if constants[name] then return named(name) end
   if functions[name] and self:is_call() then return self:call(named(name)) end
@@ -285,10 +291,11 @@ function reader:value_of(least)
   return value
 end
 
--- The value in the text of a file.
-return function(text, file)
+-- The value in the text of a file. locals: names that it may use besides its own.
+return function(text, file, locals)
   vocabulary()
-  local self = setmetatable({ text = text, file = file, stop = 1, at = 1, depth = 0, locals = {} }, reader)
+  local self = setmetatable({ text = text, file = file, stop = 1, at = 1, depth = 0, locals = locals or {} },
+    reader)
   self:next()
   while self:accept "local" do
     if self.kind ~= "name" then self:fail "expected a name after 'local'" end

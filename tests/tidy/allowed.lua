@@ -54,7 +54,6 @@ return {
     ["src/integrate/step/rosenbrock_stepper.cpp"] = 3,
     ["src/integrate/step/spectrum.cpp"] = 1,
     ["src/integrate/sweep/ensemble.cpp"] = 8,
-    ["src/integrate/sweep/sweep.cpp"] = 1,
     ["src/integrate/sweep/sweep_lanes.cpp"] = 1,
     ["src/lti/conversion.cpp"] = 4,
     ["src/lti/discrete.cpp"] = 3,

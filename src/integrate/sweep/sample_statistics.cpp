@@ -5,20 +5,21 @@
 
 namespace pendula::integrate {
 
-SampleStatistics statistics_of(const Mat& values) {
+SampleStatistics statistics_of(const Sweep& sweep, Expr e, std::optional<double> t) {
   SampleStatistics s;
-  double sum = 0, square = 0;
-  for (double v : values.reshaped()) {
-    if (std::isnan(v)) continue;
+  double mean = 0, square = 0;
+  sweep.each({&e, 1}, t, [&](int, const double* value) {
+    const double v = *value;
+    if (std::isnan(v)) return;
     s.min = s.count ? std::min(s.min, v) : v;
     s.max = s.count ? std::max(s.max, v) : v;
     ++s.count;
-    sum += v;
-  }
+    const double d = v - mean;
+    mean += d / static_cast<double>(s.count);
+    square += d * (v - mean);
+  });
   if (s.count == 0) return s;
-  s.mean = sum / static_cast<double>(s.count);
-  for (double v : values.reshaped())
-    if (!std::isnan(v)) square += (v - s.mean) * (v - s.mean);
+  s.mean = mean;
   s.deviation = s.count > 1 ? std::sqrt(square / static_cast<double>(s.count - 1)) : 0;
   return s;
 }

@@ -1,7 +1,9 @@
 // Mean and spread of a value over the runs of a sweep.
 #pragma once
 
-#include "base/math.hpp"
+#include <optional>
+
+#include "integrate/sweep/sweep.hpp"
 
 namespace pendula::integrate {
 
@@ -11,7 +13,7 @@ struct SampleStatistics {
   long count = 0;          ///< n, the values that are not nan
 };
 
-/// Of all entries that are not nan (runs that failed).
-SampleStatistics statistics_of(const Mat& values);
+/// Of all values that are not nan, one run after another: nothing is kept (Welford's recursion).
+SampleStatistics statistics_of(const Sweep& sweep, Expr e, std::optional<double> t);
 
 }  // namespace pendula::integrate

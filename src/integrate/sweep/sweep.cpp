@@ -4,6 +4,7 @@
 #include <cmath>
 #include <ctime>
 #include <limits>
+#include <numeric>
 
 #include "base/interrupt.hpp"
 #include "base/text.hpp"
@@ -15,28 +16,44 @@ namespace pendula::integrate {
 namespace {
 
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
-constexpr std::size_t head = LaneSweep::head;
+constexpr std::size_t head = store::Record::head;
 constexpr double most_kept = 2e7;  ///< numbers kept without being asked for: 160 MB
 constexpr int usual_times = 101;
 
 /// Runs so short that starting processes would cost more than they save are done here.
 constexpr double worth_a_process = 0.02;  // seconds in all
 
+bool stopped_by_event(const Solution& solution) {
+  return solution.ending() == Ending::event && !solution.events().empty();
+}
+
 }  // namespace
 
-Sweep::Sweep(SweepRequest request, std::function<void(int)> progress) : request_(std::move(request)) {
+Sweep::Sweep(SweepRequest request, bool keep_ends) : request_(std::move(request)) {
   inputs_ = request_.simulation.inputs;
   if (request_.workers == 0) request_.workers = available_workers();
-  choose_times();
+  choose_times(keep_ends);
   on_lanes_ = LaneSweep::make(request_, arguments_, why_);
   why_ = on_lanes_ ? text(on_lanes_->lanes(), " runs at a time on SIMD lanes, ", on_lanes_->method())
                    : text("one run after another: ", why_);
-  slots_ = run_all(times_, complete_, progress);
+}
+
+void Sweep::run(const Progress& progress) {
+  std::vector<int> all(runs());
+  std::iota(all.begin(), all.end(), 0);
+  const auto slots = std::make_shared<SharedSlots>(std::move(all), numbers_of(times_));
+  complete_ = run_all(*slots, times_, progress);
+  results_ = results_in(slots, arguments_.size());
+}
+
+void Sweep::open(Results results, bool complete) {
+  results_ = std::move(results);
+  complete_ = complete;
 }
 
 /// What the user asked for, or about a hundred times (of the mesh, where the steps are fixed), or the end
 /// alone.
-void Sweep::choose_times() {
+void Sweep::choose_times(bool keep_ends) {
   const Plan& plan = request_.simulation.plan;
   const dae::FirstOrder form = dae::first_order(*request_.model);
   arguments_ = {time_symbol()};
@@ -55,7 +72,7 @@ void Sweep::choose_times() {
     return;
   }
   const double kept = static_cast<double>(runs()) * usual_times * static_cast<double>(arguments_.size());
-  if (kept > most_kept || !(plan.to > plan.from)) return;
+  if (keep_ends || kept > most_kept || !(plan.to > plan.from)) return;
   const double length = plan.to - plan.from;
   const long steps =
       plan.dt ? std::max(1L, std::lround(std::ceil(length / *plan.dt - 1e-9))) : usual_times - 1;
@@ -89,14 +106,15 @@ TrajectoryPtr Sweep::simulate_one(int run, const std::optional<std::vector<doubl
 TrajectoryPtr Sweep::trajectory(int run) const { return simulate_one(run, request_.simulation.plan.times); }
 
 /// The values of all leaves at the times that the run reached, then at its end.
-void Sweep::store(int, const Trajectory& trajectory, const std::vector<double>& times,
-                  double* numbers) const {
+void Sweep::keep(const Trajectory& trajectory, const std::vector<double>& times, double* numbers) const {
   const Solution& solution = trajectory.solution();
   const std::size_t width = arguments_.size();
-  Point end = solution.final();
-  if (solution.ending() == Ending::event && !solution.events().empty()) {  // between two saved times
+  Point end;
+  if (stopped_by_event(solution)) {  // between two saved times
     end = solution.events().back().after;
     end.t = solution.events().back().t;
+  } else {
+    end = solution.final();
   }
   const Stats& stats = solution.stats();
   const double first[head] = {end.t, static_cast<double>(stats.steps), static_cast<double>(stats.rejected),
@@ -117,75 +135,84 @@ void Sweep::store(int, const Trajectory& trajectory, const std::vector<double>& 
   }
 }
 
-std::shared_ptr<SharedSlots> Sweep::run_all(const std::vector<double>& times, bool& complete,
-                                            const std::function<void(int)>& progress) const {
-  const auto slots = std::make_shared<SharedSlots>(runs(), head + arguments_.size() * (times.size() + 1));
-  complete = (!on_lanes_ || run_on_lanes(*slots, times, progress)) && run_singly(*slots, times, progress);
-  return slots;
+std::size_t Sweep::numbers_of(const std::vector<double>& times) const {
+  return head + arguments_.size() * (times.size() + 1);
+}
+
+bool Sweep::run_all(SharedSlots& slots, const std::vector<double>& times, const Progress& progress) const {
+  return (!on_lanes_ || run_on_lanes(slots, times, progress)) && run_singly(slots, times, progress);
 }
 
 /// False: interrupted. What lanes could not do is waiting afterwards.
 bool Sweep::run_on_lanes(SharedSlots& slots, const std::vector<double>& times,
-                         const std::function<void(int)>& progress) const {
+                         const Progress& progress) const {
   // The first sets tell how long the others will take.
-  const int first = std::min(runs(), 8 * on_lanes_->lanes());
+  const int tasks = slots.tasks(), first = request_.limit > 0 ? 0 : std::min(tasks, 8 * on_lanes_->lanes());
   const std::clock_t begin = std::clock();
-  bool complete = run_queue(
-      slots, 1, [&](TaskQueue& queue) { on_lanes_->drain(slots, queue, times, first, progress); }, progress);
+  bool complete = true;
+  if (first > 0)
+    complete = run_queue(slots, {1, 0, progress},
+                         [&](TaskQueue& queue) { on_lanes_->drain(slots, queue, times, first, progress); });
   const double seconds = static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC;
-  if (complete && runs() > first) {
-    const bool here = seconds / first * (runs() - first) < worth_a_process || request_.workers == 1;
+  if (complete && tasks > first) {
+    const bool fast = first > 0 && seconds / first * (tasks - first) < worth_a_process;
+    const bool here = request_.limit <= 0 && (fast || request_.workers == 1);
     const auto rest = [&](TaskQueue& queue) {
-      on_lanes_->drain(slots, queue, times, runs(), here ? progress : nullptr);
+      on_lanes_->drain(slots, queue, times, tasks, here ? progress : nullptr);
     };
-    complete = run_queue(slots, here ? 1 : request_.workers, rest, progress);
+    complete = run_queue(slots, {here ? 1 : request_.workers, request_.limit, progress}, rest);
   }
   apart_ = 0;
-  for (int run = 0; run < runs(); ++run) {
-    if (slots.state(run) != SharedSlots::State::apart) continue;
-    slots.set(run, SharedSlots::State::waiting);
+  for (int task = 0; task < tasks; ++task) {
+    if (slots.state(task) != SharedSlots::State::apart) continue;
+    slots.set(task, SharedSlots::State::waiting);
     ++apart_;
   }
   return complete;
 }
 
-bool Sweep::run_singly(SharedSlots& slots, const std::vector<double>& times,
-                       const std::function<void(int)>& progress) const {
-  std::vector<double> wanted = times;
-  const double to = request_.simulation.plan.to;
-  if (wanted.empty() || wanted.back() < to) wanted.push_back(to);  // the end is always kept
-  double seconds = 0;
-  const auto one = [&](int run, double* numbers) {
-    const TrajectoryPtr result = simulate_one(run, wanted);
-    const Solution& solution = result->solution();
-    if (solution.ending() == Ending::interrupted) throw Interrupted();
-    if (solution.t().empty() || !solution.outcome().is_complete()) throw Failure(solution.status());
-    store(run, *result, times, numbers);
-  };
-  // The first runs are made here: they fill the caches that the workers inherit, and tell how long a run
-  // takes.
+/// A few runs in this process: they fill the caches that the workers inherit, and tell how long a run takes.
+bool Sweep::run_here_first(SharedSlots& slots, const std::function<void(int, double*)>& one,
+                           const Progress& progress, double& seconds) const {
   const std::clock_t begin = std::clock();
-  const int left = runs() - slots.finished();
   int tried = 0;
-  for (int run = 0; run < runs() && tried < 3; ++run) {
-    if (slots.state(run) != SharedSlots::State::waiting) continue;
+  for (int task = 0; task < slots.tasks() && tried < 3; ++task) {
+    if (slots.state(task) != SharedSlots::State::waiting) continue;
     try {
-      slots.set(run, SharedSlots::State::running);
-      one(run, slots.numbers(run));
-      slots.set(run, SharedSlots::State::done);
+      slots.set(task, SharedSlots::State::running);
+      one(task, slots.numbers(task));
+      slots.set(task, SharedSlots::State::done);
     } catch (const UserFacing& error) {
-      slots.set(run, SharedSlots::State::failed, error.what());
+      slots.set(task, SharedSlots::State::failed, error.what());
     } catch (const Interrupted&) {
-      slots.set(run, SharedSlots::State::waiting);
+      slots.set(task, SharedSlots::State::waiting);
       return false;
     }
     ++tried;
-    seconds = static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC;
+    seconds = static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC / tried;
     if (progress) progress(slots.finished());
   }
-  if (tried == left) return true;
-  const bool here = seconds / tried * (left - tried) < worth_a_process;
-  return run_tasks(slots, here ? 1 : std::min(request_.workers, left - tried), one, progress);
+  return true;
+}
+
+bool Sweep::run_singly(SharedSlots& slots, const std::vector<double>& times, const Progress& progress) const {
+  std::vector<double> wanted = times;
+  const double to = request_.simulation.plan.to;
+  if (wanted.empty() || wanted.back() < to) wanted.push_back(to);  // the end is always kept
+  const auto one = [&](int task, double* numbers) {
+    const TrajectoryPtr result = simulate_one(slots.run(task), wanted);
+    const Solution& solution = result->solution();
+    if (solution.ending() == Ending::interrupted) throw Interrupted();
+    const bool has_end = stopped_by_event(solution) || !solution.t().empty();
+    if (!has_end || !solution.outcome().is_complete()) throw Failure(solution.status());
+    keep(*result, times, numbers);
+  };
+  double seconds = worth_a_process;  // per run
+  if (request_.limit <= 0 && !run_here_first(slots, one, progress, seconds)) return false;
+  const int left = slots.tasks() - slots.finished();
+  if (left == 0) return true;
+  const bool here = request_.limit <= 0 && seconds * left < worth_a_process;
+  return run_tasks(slots, {here ? 1 : std::min(request_.workers, left), request_.limit, progress}, one);
 }
 
 std::string Sweep::why() const {
@@ -194,36 +221,38 @@ std::string Sweep::why() const {
 
 int Sweep::lanes() const { return on_lanes_ ? on_lanes_->lanes() : 1; }
 
-std::string Sweep::failure(int run) const {
-  return slots_->state(run) == SharedSlots::State::failed ? slots_->failure(run) : "not run: interrupted";
-}
+std::string Sweep::failure(int run) const { return results_->failure(run); }
 
-double Sweep::end(int run) const { return done(run) ? slots_->numbers(run)[0] : nan; }
-
-Mat Sweep::evaluate(const SharedSlots& slots, std::span<const Expr> expressions, std::size_t place) const {
+void Sweep::visit(const RunResults& results, std::span<const Expr> expressions, std::size_t place,
+                  const Visitor& visitor) const {
   std::vector<Expr> own;
   for (Expr e : expressions) own.push_back(substitute(dae::resolve(*request_.model, e), inputs_));
   const codegen::Kernel kernel(own, arguments_);
-  Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> result(
-      runs(), static_cast<Eigen::Index>(own.size()));
-  for (int i = 0; i < runs(); ++i) {
-    const double* values = slots.numbers(i) + head + place * arguments_.size();
-    if (slots.state(i) != SharedSlots::State::done || std::isnan(values[0])) {
-      result.row(i).setConstant(nan);
-    } else {
-      kernel(values, result.row(i).data());
-    }
-  }
-  return result;
+  std::vector<double> values(own.size());
+  results.visit(place, [&](int run, const double*, const double* leaves) {
+    if (std::isnan(leaves[0])) return;  // it ended before
+    kernel(leaves, values.data());
+    visitor(run, values.data());
+  });
 }
 
-Mat Sweep::final(std::span<const Expr> expressions) const { return evaluate(*slots_, expressions, 0); }
+Mat Sweep::table(const RunResults& results, std::span<const Expr> expressions, std::size_t place) const {
+  const auto width = static_cast<Eigen::Index>(expressions.size());
+  Mat all = Mat::Constant(runs(), width, nan);
+  visit(results, expressions, place, [&](int run, const double* values) {
+    all.row(run) = Eigen::Map<const Eigen::RowVectorXd>(values, width);
+  });
+  return all;
+}
+
+Mat Sweep::final(std::span<const Expr> expressions) const { return table(*results_, expressions, 0); }
 
 Mat Sweep::at_saved(std::span<const Expr> expressions, int number) const {
-  return evaluate(*slots_, expressions, static_cast<std::size_t>(number) + 1);
+  return table(*results_, expressions, static_cast<std::size_t>(number) + 1);
 }
 
-Mat Sweep::at(std::span<const Expr> expressions, double t) const {
+/// Throws Error where t lies outside.
+std::optional<std::size_t> Sweep::saved_place(double t) const {
   const Plan& plan = request_.simulation.plan;
   const double close =
       4 * std::numeric_limits<double>::epsilon() * std::max(std::fabs(plan.from), std::fabs(plan.to));
@@ -231,23 +260,38 @@ Mat Sweep::at(std::span<const Expr> expressions, double t) const {
     throw Error(text("t = ", rounded(t), " lies outside the sweep, which covers ", rounded(plan.from),
                      " ≤ t ≤ ", rounded(plan.to)));
   for (std::size_t k = 0; k < times_.size(); ++k)
-    if (std::fabs(times_[k] - t) <= close) return at_saved(expressions, static_cast<int>(k));
-  bool all = true;
-  const auto slots = run_all({t}, all, {});
-  if (!all) throw Interrupted();
-  return evaluate(*slots, expressions, 1);
+    if (std::fabs(times_[k] - t) <= close) return k + 1;
+  return {};
+}
+
+Mat Sweep::at(std::span<const Expr> expressions, double t) const {
+  if (const auto place = saved_place(t)) return table(*results_, expressions, *place);
+  std::vector<int> all(runs());
+  std::iota(all.begin(), all.end(), 0);
+  const auto slots = std::make_shared<SharedSlots>(std::move(all), numbers_of({t}));
+  if (!run_all(*slots, {t}, {})) throw Interrupted();
+  return table(*results_in(slots, arguments_.size()), expressions, 1);
+}
+
+void Sweep::each(std::span<const Expr> expressions, std::optional<double> t, const Visitor& visitor) const {
+  const auto place = t ? saved_place(*t) : std::optional<std::size_t>(0);
+  if (place) return visit(*results_, expressions, *place, visitor);
+  const Mat all = at(expressions, *t);
+  for (int run = 0; run < runs(); ++run) {
+    const Vec row = all.row(run);
+    if (row.array().isNaN().all()) continue;
+    visitor(run, row.data());
+  }
 }
 
 Sweep::Counts Sweep::counts() const {
   Counts counts;
-  for (int i = 0; i < runs(); ++i) {
-    if (!done(i)) {
-      ++counts.failures;
-      continue;
-    }
-    const double* numbers = slots_->numbers(i);
-    counts.steps += numbers[1], counts.rejected += numbers[2], counts.evaluations += numbers[3];
-  }
+  counts.failures = static_cast<double>(results_->failures().size());
+  results_->visit(0, [&](int, const double* numbers, const double*) {
+    counts.steps += numbers[1];
+    counts.rejected += numbers[2];
+    counts.evaluations += numbers[3];
+  });
   return counts;
 }
 

@@ -8,7 +8,8 @@
 #pragma once
 
 #include "integrate/run/simulate.hpp"
-#include "integrate/sweep/workers.hpp"
+#include "integrate/sweep/run_results.hpp"
+#include "store/record.hpp"
 
 namespace pendula::integrate {
 
@@ -25,8 +26,11 @@ struct SweepRequest {
   int runs = 0;
   std::function<SweepSet(int)> set;  ///< what distinguishes run number 0 … runs - 1
   bool own_starts = false;           ///< sets have an `at`
-  int workers = 0;                   ///< 0: as many as there are processors
-  int lanes = 0;  ///< 1: none; 4 or 8: at most so many, also for few runs; 0: as many as pay
+  /// What varies, in numbers, for the records of a store.
+  std::function<std::vector<double>(int)> varied;
+  int workers = 0;   ///< 0: as many as there are processors
+  double limit = 0;  ///< seconds that one run may take; 0: any time
+  int lanes = 0;     ///< 1: none; 4 or 8: at most so many, also for few runs; 0: as many as pay
 };
 
 class LaneSweep;
@@ -34,17 +38,33 @@ class LaneSweep;
 /// The results: for every run the values of all leaves at the saved times and at its end.
 class Sweep {
  public:
-  Sweep(SweepRequest request, std::function<void(int done)> progress);
+  using Progress = std::function<void(int done)>;
+  using Results = std::shared_ptr<const RunResults>;
+
+  /// Decides how the runs are made; none is made yet. keep_ends: without times that were asked for, only the ends are
+  /// kept.
+  explicit Sweep(SweepRequest request, bool keep_ends = false);
   Sweep(const Sweep&) = delete;
   Sweep& operator=(const Sweep&) = delete;
+
+  /// Makes all runs and keeps the results in memory.
+  void run(const Progress& progress);
+  /// Makes the runs first … last - 1 that the sink has not, and gives it the results while they come. False: Ctrl-C.
+  /// progress: of all runs of that range, with those that were there.
+  bool run_into(store::RunSink& sink, int first, int last, const Progress& progress) const;
+  /// Takes results from elsewhere.
+  void open(Results results, bool complete);
+  /// The record of a run that is finished.
+  store::Record record(const SharedSlots& slots, int task) const;
 
   const SweepRequest& request() const { return request_; }
   int runs() const { return request_.runs; }
   bool complete() const { return complete_; }  ///< false: Ctrl-C
-  bool done(int run) const { return slots_->state(run) == SharedSlots::State::done; }
+  bool done(int run) const { return results_->state(run) == RunResults::State::done; }
   std::string failure(int run) const;  ///< of a run that is not done
-  double end(int run) const;           ///< the time it reached
+  std::vector<int> failures() const { return results_->failures(); }
   const std::vector<double>& times() const { return times_; }
+  const std::vector<Expr>& kept_leaves() const { return arguments_; }
 
   /// Values of expressions, one row per run: at the end of each run, at a saved time (by its number), or at
   /// any time (the runs are repeated unless it is a saved time). NaN where a run failed or ended before.
@@ -52,6 +72,9 @@ class Sweep {
   Mat final(std::span<const Expr> expressions) const;
   Mat at_saved(std::span<const Expr> expressions, int number) const;
   Mat at(std::span<const Expr> expressions, double t) const;
+  /// The same one run after another, ascending: nothing is kept. Runs without a value are left out.
+  using Visitor = std::function<void(int run, const double* values)>;
+  void each(std::span<const Expr> expressions, std::optional<double> t, const Visitor& visitor) const;
 
   /// The whole trajectory of one run. Throws what made it fail.
   TrajectoryPtr trajectory(int run) const;
@@ -66,15 +89,18 @@ class Sweep {
 
  private:
   TrajectoryPtr simulate_one(int run, const std::optional<std::vector<double>>& times) const;
-  void store(int run, const Trajectory& trajectory, const std::vector<double>& times, double* numbers) const;
-  std::shared_ptr<SharedSlots> run_all(const std::vector<double>& times, bool& complete,
-                                       const std::function<void(int)>& progress) const;
-  bool run_on_lanes(SharedSlots& slots, const std::vector<double>& times,
-                    const std::function<void(int)>& progress) const;
-  bool run_singly(SharedSlots& slots, const std::vector<double>& times,
-                  const std::function<void(int)>& progress) const;
-  Mat evaluate(const SharedSlots& slots, std::span<const Expr> expressions, std::size_t place) const;
-  void choose_times();
+  void keep(const Trajectory& trajectory, const std::vector<double>& times, double* numbers) const;
+  bool run_all(SharedSlots& slots, const std::vector<double>& times, const Progress& progress) const;
+  bool run_on_lanes(SharedSlots& slots, const std::vector<double>& times, const Progress& progress) const;
+  bool run_singly(SharedSlots& slots, const std::vector<double>& times, const Progress& progress) const;
+  bool run_here_first(SharedSlots& slots, const std::function<void(int, double*)>& one,
+                      const Progress& progress, double& seconds) const;
+  void visit(const RunResults& results, std::span<const Expr> expressions, std::size_t place,
+             const Visitor& visitor) const;
+  Mat table(const RunResults& results, std::span<const Expr> expressions, std::size_t place) const;
+  std::optional<std::size_t> saved_place(double t) const;
+  std::size_t numbers_of(const std::vector<double>& times) const;
+  void choose_times(bool keep_ends);
 
   SweepRequest request_;
   std::vector<double> times_;
@@ -83,7 +109,7 @@ class Sweep {
   std::shared_ptr<const LaneSweep> on_lanes_;
   std::string why_;
   mutable int apart_ = 0;  ///< runs that lanes were tried for in vain
-  std::shared_ptr<SharedSlots> slots_;
+  Results results_;
   bool complete_ = true;
 };
 

@@ -200,14 +200,15 @@ class LaneSweep::Client : public EnsembleClient {
       if (run < 0) return -1;
       --left_;
       mine_.push_back(run);
-      if (!begin(sweep_.request_->set(run), run, x, p)) continue;
+      if (!begin(sweep_.request_->set(slots_.run(run)), run, x, p)) continue;
       poles_.start(run, sweep_.plan_.from, x, p);
       return run;
     }
     return -1;
   }
   void point(int run, int place, double t, const double* x, const double* xdot, const double* p) override {
-    double* to = slots_.numbers(run) + head + sweep_.stored_.size() * static_cast<std::size_t>(place + 1);
+    double* to = slots_.numbers(run) + store::Record::head +
+                 sweep_.stored_.size() * static_cast<std::size_t>(place + 1);
     for (const auto& [source, k] : sweep_.stored_)
       *to++ = source == Source::time   ? t
               : source == Source::x    ? x[k]

@@ -21,7 +21,6 @@ class LaneSweep {
   /// Throws Interrupted.
   void drain(SharedSlots& slots, TaskQueue& queue, const std::vector<double>& times, int most,
              const std::function<void(int)>& progress) const;
-  static constexpr std::size_t head = 4;  ///< end time, steps, rejected, evaluations
 
  private:
   class Client;

@@ -15,22 +15,30 @@
 
 #include "base/error.hpp"
 #include "base/interrupt.hpp"
+#include "base/text.hpp"
 
 namespace pendula::integrate {
 
 struct alignas(64) SharedSlots::Head {  // numbers follow it
-  std::atomic<int> state;
+  std::atomic<int> state, worker;
   char failure[longest_text];
 };
 
 namespace {
 
-constexpr std::size_t front = 64;  ///< what all workers count
+constexpr int most_workers = 1024;
 
+double now() {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
+
+/// What all workers share, before the slots.
 struct Counters {
-  std::atomic<int> next;      ///< task to be handed out
-  std::atomic<int> finished;  ///< tasks done or failed
+  std::atomic<int> next;                    ///< task to be handed out
+  std::atomic<int> finished;                ///< tasks done or failed
+  std::atomic<double> since[most_workers];  ///< when a worker took its last task; 0: it has not yet
 };
+constexpr std::size_t front = (sizeof(Counters) + 63) / 64 * 64;
 Counters& counters(char* memory) { return *reinterpret_cast<Counters*>(memory); }
 
 bool is_final(int state) {
@@ -40,14 +48,16 @@ bool is_final(int state) {
 
 }  // namespace
 
-SharedSlots::SharedSlots(int tasks, std::size_t numbers)
-    : tasks_(tasks), numbers_(numbers), stride_((sizeof(Head) + numbers * sizeof(double) + 63) / 64 * 64) {
-  bytes_ = front + static_cast<std::size_t>(tasks) * stride_;
+SharedSlots::SharedSlots(std::vector<int> runs, std::size_t numbers)
+    : runs_(std::move(runs)),
+      numbers_(numbers),
+      stride_((sizeof(Head) + numbers * sizeof(double) + 63) / 64 * 64) {
+  bytes_ = front + runs_.size() * stride_;
   void* memory =
       mmap(nullptr, bytes_, PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
   if (memory == MAP_FAILED)
-    throw Error(
-        text("there is no memory for ", tasks, " results of ", numbers, " numbers each; give fewer times"));
+    throw Error(text("there is no memory for ", runs_.size(), " results of ", numbers,
+                     " numbers each; give fewer times, or store = \"runs.db\""));
   memory_ = static_cast<char*>(memory);  // filled with zeros: every task is waiting
 }
 
@@ -75,12 +85,15 @@ void SharedSlots::set(int task, State state, const std::string& failure) {
 int SharedSlots::finished() const { return counters(memory_).finished; }
 
 int TaskQueue::next() {
-  std::atomic<int>& next = counters(slots_.memory_).next;
-  for (int i = next.fetch_add(1); i < slots_.tasks(); i = next.fetch_add(1)) {
+  Counters& c = counters(slots_.memory_);
+  for (int i = c.next.fetch_add(1); i < slots_.tasks(); i = c.next.fetch_add(1)) {
     if (slots_.state(i) != SharedSlots::State::waiting) continue;
+    slots_.head(i)->worker = worker_;
+    c.since[worker_] = now();
     slots_.set(i, SharedSlots::State::running);
     return i;
   }
+  c.since[worker_] = 0;
   return -1;
 }
 void TaskQueue::begin_again() { counters(slots_.memory_).next = 0; }
@@ -124,81 +137,154 @@ void drain_singly(SharedSlots& slots, TaskQueue& queue, const std::function<void
   }
 }
 
-/// Waits for the workers, polling so that progress is shown and Ctrl-C is passed on. One that does not end within
-/// two seconds of it, because it was stopped (SIGSTOP) or does not poll, is killed.
-void wait_for(std::vector<pid_t> workers, const SharedSlots& slots,
-              const std::function<void(int)>& progress) {
-  using Clock = std::chrono::steady_clock;
-  constexpr auto patience = std::chrono::seconds(2);
-  bool told = false;
-  Clock::time_point told_at;
-  const auto tell = [&](int signal) {  // our own children; the terminal may have told them already
-    for (pid_t worker : workers) kill(worker, signal);
-  };
-  while (!workers.empty()) {
-    for (std::size_t k = 0; k < workers.size();) {
-      int status = 0;
-      if (waitpid(workers[k], &status, WNOHANG) == 0) {
-        ++k;
-      } else {
-        workers.erase(workers.begin() + static_cast<std::ptrdiff_t>(k));
-      }
-    }
-    if (workers.empty()) break;
-    usleep(2000);
-    if (progress) progress(slots.finished());
-    if (interrupt_requested && !told) {
-      tell(SIGINT);
-      told = true;
-      told_at = Clock::now();
-    }
-    if (told && Clock::now() - told_at > patience) tell(SIGKILL);
+}  // namespace
+
+/// The worker processes of one queue. One that dies, or is killed because its task takes too long, is followed by
+/// another; its task is failed, or apart where it has several at a time.
+class Crew {
+ public:
+  Crew(SharedSlots& slots, const Labour& labour, const std::function<void(TaskQueue&)>& drain, bool several)
+      : slots_(slots),
+        labour_(labour),
+        drain_(drain),
+        several_(several),
+        pids_(std::min(labour.workers, most_workers)),
+        late_(pids_.size()) {
+    std::fflush(nullptr);  // what stands in buffers must not be written twice
+    for (std::size_t k = 0; k < pids_.size(); ++k) hire(k);
   }
+  ~Crew() {
+    tell(SIGKILL);  // only after an error: all of them have ended otherwise
+    for (pid_t pid : pids_)
+      if (pid > 0) waitpid(pid, nullptr, 0);
+  }
+  Crew(const Crew&) = delete;
+  Crew& operator=(const Crew&) = delete;
+
+  bool is_empty() const {
+    return std::all_of(pids_.begin(), pids_.end(), [](pid_t pid) { return pid <= 0; });
+  }
+
+  /// Until all have ended, polling so that progress is shown and Ctrl-C is passed on. One that does not end within two
+  /// seconds of it, because it was stopped (SIGSTOP) or does not poll, is killed.
+  void wait() {
+    constexpr double patience = 2;  // seconds
+    double told_at = 0;
+    while (true) {
+      reap(told_at > 0);
+      if (is_empty()) return;
+      usleep(2000);
+      if (labour_.progress) labour_.progress(slots_.finished());
+      if (labour_.limit > 0) end_late_ones();
+      if (interrupt_requested && told_at == 0) {
+        tell(SIGINT);
+        told_at = now();
+      }
+      if (told_at > 0 && now() - told_at > patience) tell(SIGKILL);
+    }
+  }
+
+ private:
+  using State = SharedSlots::State;
+  void hire(std::size_t k) {
+    counters(slots_.memory_).since[k] = 0;
+    const pid_t parent = getpid();
+    const pid_t child = fork();
+    pids_[k] = child;
+    if (child != 0) return;
+    prctl(PR_SET_PDEATHSIG, SIGKILL);   // nobody waits for the results of an orphan
+    if (getppid() != parent) _exit(1);  // it ended before the line above
+    int status = 1;
+    try {
+      TaskQueue queue(slots_, static_cast<int>(k));
+      work(queue, drain_);
+      status = 0;
+    } catch (const std::exception&) {
+    }
+    std::fflush(nullptr);
+    _exit(status);
+  }
+
+  void reap(bool ending) {
+    for (std::size_t k = 0; k < pids_.size(); ++k) {
+      int status = 0;
+      if (pids_[k] <= 0 || waitpid(pids_[k], &status, WNOHANG) == 0) continue;
+      pids_[k] = 0;
+      if (WIFEXITED(status) && WEXITSTATUS(status) == 0) continue;
+      std::string why = "its worker process ended unexpectedly";
+      if (WIFSIGNALED(status)) why += text(" (signal ", WTERMSIG(status), ")");
+      State then = several_ ? State::apart : State::failed;
+      if (late_[k] > 0) why = text("it took longer than limit = ", shortest(labour_.limit), " seconds");
+      const bool took_another = late_[k] > 0 && late_[k] != counters(slots_.memory_).since[k];
+      if (ending || took_another) then = State::waiting;
+      late_[k] = 0;
+      give_up(static_cast<int>(k), then, why);
+      if (!ending && counters(slots_.memory_).next < slots_.tasks()) hire(k);
+    }
+  }
+
+  /// The tasks of a dead worker.
+  void give_up(int worker, State then, const std::string& why) {
+    for (int i = 0; i < slots_.tasks(); ++i)
+      if (slots_.state(i) == State::running && slots_.head(i)->worker == worker) slots_.set(i, then, why);
+  }
+
+  void end_late_ones() {
+    for (std::size_t k = 0; k < pids_.size(); ++k) {
+      const double since = counters(slots_.memory_).since[k];
+      if (pids_[k] <= 0 || since == 0 || now() - since <= labour_.limit || late_[k] > 0) continue;
+      late_[k] = since;
+      kill(pids_[k], SIGKILL);
+    }
+  }
+
+  void tell(int signal) {  // our own children; the terminal may have told them already
+    for (pid_t pid : pids_)
+      if (pid > 0) kill(pid, signal);
+  }
+
+  SharedSlots& slots_;
+  const Labour& labour_;
+  const std::function<void(TaskQueue&)>& drain_;
+  bool several_;
+  std::vector<pid_t> pids_;
+  std::vector<double> late_;  ///< > 0: killed because of the task it had taken then
+};
+
+namespace {
+
+bool share_out(SharedSlots& slots, const Labour& labour, const std::function<void(TaskQueue&)>& drain,
+               bool several) {
+  TaskQueue queue(slots);
+  queue.begin_again();
+  if (labour.workers <= 1 && labour.limit <= 0) return work(queue, drain);
+  const auto is_waiting = [&] {
+    for (int i = 0; i < slots.tasks(); ++i)
+      if (slots.state(i) == SharedSlots::State::waiting) return true;
+    return false;
+  };
+  do {  // a process that was killed may have claimed a task without having begun it
+    queue.begin_again();
+    Crew crew(slots, labour, drain, several);
+    if (crew.is_empty()) return work(queue, drain);  // no more processes allowed: here, then
+    crew.wait();
+    if (interrupt_requested) return false;
+  } while (is_waiting());
+  return true;
 }
 
 }  // namespace
 
-bool run_tasks(SharedSlots& slots, int workers, const std::function<void(int, double*)>& run,
-               const std::function<void(int)>& progress) {
+bool run_tasks(SharedSlots& slots, const Labour& labour, const std::function<void(int, double*)>& run) {
   const pid_t here = getpid();
   const auto drain = [&](TaskQueue& queue) {
-    drain_singly(slots, queue, run, getpid() == here ? progress : nullptr);
+    drain_singly(slots, queue, run, getpid() == here ? labour.progress : nullptr);
   };
-  return run_queue(slots, workers, drain, progress);
+  return share_out(slots, labour, drain, false);
 }
 
-bool run_queue(SharedSlots& slots, int workers, const std::function<void(TaskQueue&)>& drain,
-               const std::function<void(int)>& progress) {
-  TaskQueue queue(slots);
-  queue.begin_again();
-  if (workers <= 1) return work(queue, drain);
-  std::fflush(nullptr);  // what stands in buffers must not be written twice
-  std::vector<pid_t> children;
-  const pid_t parent = getpid();
-  for (int k = 0; k < workers; ++k) {
-    const pid_t child = fork();
-    if (child == 0) {
-      prctl(PR_SET_PDEATHSIG, SIGKILL);   // nobody waits for the results of an orphan
-      if (getppid() != parent) _exit(1);  // it ended before the line above
-      int status = 1;
-      try {
-        work(queue, drain);
-        status = 0;
-      } catch (const std::exception&) {
-      }
-      std::fflush(nullptr);
-      _exit(status);
-    }
-    if (child > 0) children.push_back(child);
-  }
-  if (children.empty()) return work(queue, drain);  // no more processes allowed: here, then
-  wait_for(std::move(children), slots, progress);
-  if (interrupt_requested) return false;
-  for (int i = 0; i < slots.tasks(); ++i)
-    if (slots.state(i) == SharedSlots::State::running)
-      slots.set(i, SharedSlots::State::failed, "its worker process ended unexpectedly");
-  queue.begin_again();
-  return work(queue, drain);  // what dead workers left
+bool run_queue(SharedSlots& slots, const Labour& labour, const std::function<void(TaskQueue&)>& drain) {
+  return share_out(slots, labour, drain, true);
 }
 
 }  // namespace pendula::integrate

@@ -20,13 +20,14 @@ class SharedSlots {
   enum class State : int { waiting = 0, running, done, failed, apart };  ///< apart: left for another road
   static constexpr int longest_text = 480;                               ///< of a failure, in bytes
 
-  /// Throws Error when the memory is not there.
-  SharedSlots(int tasks, std::size_t numbers);
+  /// runs: what each task stands for. Throws Error when the memory is not there.
+  SharedSlots(std::vector<int> runs, std::size_t numbers);
   ~SharedSlots();
   SharedSlots(const SharedSlots&) = delete;
   SharedSlots& operator=(const SharedSlots&) = delete;
 
-  int tasks() const { return tasks_; }
+  int tasks() const { return static_cast<int>(runs_.size()); }
+  int run(int task) const { return runs_[task]; }
   double* numbers(int task) const;
   State state(int task) const;
   std::string failure(int task) const;
@@ -35,9 +36,10 @@ class SharedSlots {
 
  private:
   friend class TaskQueue;
+  friend class Crew;
   struct Head;
   Head* head(int task) const;
-  int tasks_;
+  std::vector<int> runs_;
   std::size_t numbers_, stride_, bytes_;
   char* memory_;
 };
@@ -45,28 +47,34 @@ class SharedSlots {
 /// Hands out tasks to all workers.
 class TaskQueue {
  public:
-  explicit TaskQueue(SharedSlots& slots) : slots_(slots) {}
+  explicit TaskQueue(SharedSlots& slots, int worker = 0) : slots_(slots), worker_(worker) {}
   /// Claims a waiting task, which is `running` then; -1: none is left.
   int next();
   void begin_again();
 
  private:
   SharedSlots& slots_;
+  int worker_;
 };
 
 /// Processors this process may use.
 int available_workers();
 
+/// How tasks are shared out.
+struct Labour {
+  int workers = 1;                             ///< processes; 1: this one, unless there is a limit
+  double limit = 0;                            ///< seconds that one task may take; 0: any time
+  std::function<void(int finished)> progress;  ///< called now and then, here; what it throws ends the work
+};
+
 /// Runs run(task, numbers) for every waiting task; a task that throws a user-facing error is failed with its
-/// text, one whose process dies is failed too. workers ≤ 1: all in this process. progress(finished) is called
-/// now and then. Returns false when Ctrl-C stopped it: the tasks that are done stay done.
-bool run_tasks(SharedSlots& slots, int workers, const std::function<void(int, double*)>& run,
-               const std::function<void(int)>& progress);
+/// text, and so is one whose process dies or that takes too long; another process goes on with the others then. Returns
+/// false when Ctrl-C stopped it: the tasks that are done stay done.
+bool run_tasks(SharedSlots& slots, const Labour& labour, const std::function<void(int, double*)>& run);
 
 /// The same for tasks that are worked on several at a time: drain(queue) is called in every worker and takes
 /// tasks until there is none. It sets their states; when it throws Interrupted, none of its tasks may be left
-/// running.
-bool run_queue(SharedSlots& slots, int workers, const std::function<void(TaskQueue&)>& drain,
-               const std::function<void(int)>& progress);
+/// running. Tasks of a process that dies are `apart` afterwards.
+bool run_queue(SharedSlots& slots, const Labour& labour, const std::function<void(TaskQueue&)>& drain);
 
 }  // namespace pendula::integrate

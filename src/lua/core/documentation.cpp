@@ -182,6 +182,26 @@ int shown_value(lua_State* L) {
   return 1;
 }
 
+/// The code of a Lua function and the plain values that it has taken from around it, for fingerprints.
+int function_bytes(lua_State* L) {
+  std::string bytes;
+  const auto write = [](lua_State*, const void* piece, size_t size, void* to) {
+    static_cast<std::string*>(to)->append(static_cast<const char*>(piece), size);
+    return 0;
+  };
+  lua_settop(L, 1);
+  if (lua_iscfunction(L, 1) || lua_dump(L, write, &bytes, 1) != 0)
+    throw Error("a function of the library itself cannot be written down");
+  for (int i = 1; lua_getupvalue(L, 1, i); ++i) {
+    const int type = lua_type(L, -1);
+    if (type == LUA_TNUMBER || type == LUA_TSTRING || type == LUA_TBOOLEAN)
+      bytes += luaL_tolstring(L, -1, nullptr);
+    lua_settop(L, 1);
+  }
+  lua_pushlstring(L, bytes.data(), bytes.size());
+  return 1;
+}
+
 int columns(lua_State* L) {
   size_t size = 0;
   const char* bytes = luaL_checklstring(L, 1, &size);
@@ -220,6 +240,7 @@ void open_documentation(lua_State* L) {
                                                              {"width", guarded<columns>},
                                                              {"write_file", guarded<write_whole_file>},
                                                              {"prose", guarded<laid_out<prose>>},
+                                                             {"function_bytes", guarded<function_bytes>},
                                                              {"shown", guarded<shown_value>},
                                                              {"page", guarded<page>},
                                                              {"screen_width", guarded<screen_width>},

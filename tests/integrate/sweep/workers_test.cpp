@@ -4,6 +4,7 @@
 
 #include <atomic>
 #include <cmath>
+#include <csignal>
 
 #include <doctest/doctest.h>
 #include <unistd.h>
@@ -15,17 +16,29 @@ using namespace pendula;
 using namespace pendula::integrate;
 using State = SharedSlots::State;
 
+namespace {
+
+std::vector<int> numbered(int tasks) {
+  std::vector<int> runs(tasks);
+  for (int i = 0; i < tasks; ++i) runs[i] = i;
+  return runs;
+}
+
+Labour with(int workers, std::function<void(int)> progress = {}, double limit = 0) {
+  return {workers, limit, std::move(progress)};
+}
+
+}  // namespace
+
 TEST_CASE("workers: all tasks are done once, with the numbers of their own slot") {
   for (int workers : {1, 2, 5}) {
     CAPTURE(workers);
-    SharedSlots slots(100, 3);
-    const bool complete = run_tasks(slots, workers,
-                                    [](int task, double* numbers) {
-                                      numbers[0] += task;  // a second run of the task would show
-                                      numbers[1] = std::sqrt(task);
-                                      numbers[2] = -1;
-                                    },
-                                    {});
+    SharedSlots slots(numbered(100), 3);
+    const bool complete = run_tasks(slots, with(workers), [](int task, double* numbers) {
+      numbers[0] += task;  // a second run of the task would show
+      numbers[1] = std::sqrt(task);
+      numbers[2] = -1;
+    });
     CHECK(complete);
     CHECK(slots.finished() == 100);
     for (int i = 0; i < 100; ++i) {
@@ -37,17 +50,15 @@ TEST_CASE("workers: all tasks are done once, with the numbers of their own slot"
 }
 
 TEST_CASE("workers: a user-facing error fails its task alone; a long text is cut between characters") {
-  SharedSlots slots(20, 1);
-  run_tasks(slots, 3,
-            [](int task, double*) {
-              if (task == 7) throw Failure("step 7 ‖r‖");
-              if (task == 8) {
-                std::string text;
-                for (int i = 0; i < 300; ++i) text += "‖";
-                throw Error(text);
-              }
-            },
-            {});
+  SharedSlots slots(numbered(20), 1);
+  run_tasks(slots, with(3), [](int task, double*) {
+    if (task == 7) throw Failure("step 7 ‖r‖");
+    if (task == 8) {
+      std::string text;
+      for (int i = 0; i < 300; ++i) text += "‖";
+      throw Error(text);
+    }
+  });
   CHECK(slots.state(7) == State::failed);
   CHECK(slots.failure(7) == "step 7 ‖r‖");
   CHECK(slots.failure(8).size() % 3 == 0);
@@ -56,14 +67,12 @@ TEST_CASE("workers: a user-facing error fails its task alone; a long text is cut
 }
 
 TEST_CASE("workers: a process that dies fails its task, the others go on") {
-  SharedSlots slots(40, 1);
+  SharedSlots slots(numbered(40), 1);
   const auto parent = getpid();
-  const bool complete = run_tasks(slots, 2,
-                                  [parent](int task, double* numbers) {
-                                    if (task == 3 && getpid() != parent) _exit(9);
-                                    numbers[0] = 1;
-                                  },
-                                  {});
+  const bool complete = run_tasks(slots, with(2), [parent](int task, double* numbers) {
+    if (task == 3 && getpid() != parent) _exit(9);
+    numbers[0] = 1;
+  });
   CHECK(complete);
   CHECK(slots.state(3) == State::failed);
   CHECK(slots.failure(3) == "its worker process ended unexpectedly");
@@ -74,20 +83,58 @@ TEST_CASE("workers: a process that dies fails its task, the others go on") {
 TEST_CASE("workers: an interrupt stops, what is done stays done") {
   for (int workers : {1, 2}) {
     CAPTURE(workers);
-    SharedSlots slots(1000, 1);
+    SharedSlots slots(numbered(1000), 1);
     std::atomic<bool> asked = false;
-    const bool complete = run_tasks(
-        slots, workers,
-        [](int, double* numbers) {
-          numbers[0] = 1;
-          usleep(1000);
-        },
-        [&](int done) {
-          if (done > 10 && !asked.exchange(true)) interrupt_requested = true;
-        });
+    const auto progress = [&](int done) {
+      if (done > 10 && !asked.exchange(true)) interrupt_requested = true;
+    };
+    const bool complete = run_tasks(slots, with(workers, progress), [](int, double* numbers) {
+      numbers[0] = 1;
+      usleep(1000);
+    });
     interrupt_requested = false;
     CHECK_FALSE(complete);
     CHECK(slots.finished() > 10);
     CHECK(slots.finished() < 1000);
   }
+}
+
+TEST_CASE("workers: a task that hangs costs itself, whatever the number of workers") {
+  for (int workers : {1, 3}) {
+    CAPTURE(workers);
+    SharedSlots slots(numbered(30), 1);
+    const bool complete = run_tasks(slots, with(workers, {}, 0.2), [](int task, double* numbers) {
+      while (task == 4 || task == 29) usleep(10'000);
+      numbers[0] = 1;
+    });
+    CHECK(complete);
+    for (int i = 0; i < 30; ++i) {
+      if (i == 4 || i == 29) {
+        CHECK(slots.state(i) == State::failed);
+        CHECK(slots.failure(i) == "it took longer than limit = 0.2 seconds");
+      } else {
+        CHECK(slots.state(i) == State::done);
+      }
+    }
+  }
+}
+
+TEST_CASE("workers: every task may kill its process, nothing else is lost and this process goes on") {
+  SharedSlots slots(numbered(60), 1);
+  const bool complete = run_tasks(slots, with(2), [](int task, double*) {
+    if (task % 2 == 1) raise(SIGKILL);
+  });
+  CHECK(complete);
+  for (int i = 0; i < 60; ++i) CHECK(slots.state(i) == (i % 2 == 1 ? State::failed : State::done));
+  CHECK(slots.failure(59) == "its worker process ended unexpectedly (signal 9)");
+}
+
+TEST_CASE("workers: what progress throws ends the workers and is thrown on") {
+  SharedSlots slots(numbered(1000), 1);
+  const auto full = [](int done) {
+    if (done > 5) throw Failure("the disk is full");
+  };
+  CHECK_THROWS_WITH_AS(run_tasks(slots, with(2, full), [](int, double*) { usleep(1000); }),
+                       "the disk is full", Failure);
+  CHECK(slots.finished() < 1000);
 }

@@ -228,6 +228,36 @@ int start_ledger(Call& call) {
 }
 
 int start_text(Call& call) { return start_ledger(call); }
+int push_given(lua_State* L, const dae::LeafValues& values) {
+  lua_newtable(L);
+  for (const auto& [leaf, value] : values) {
+    push_expr(L, leaf);
+    lua_pushnumber(L, value);
+    lua_rawset(L, -3);
+  }
+  return 1;
+}
+int start_fix(Call& call) { return push_given(call.L, start_of(call).request.fix); }
+int start_guess(Call& call) { return push_given(call.L, start_of(call).request.guess); }
+int start_inputs(Call& call) {
+  lua_newtable(call.L);
+  for (const auto& [leaf, value] : start_of(call).request.inputs) {
+    if (symbol_of(leaf).order > 0) continue;
+    push_expr(call.L, leaf);
+    push_expr(call.L, value);
+    lua_rawset(call.L, -3);
+  }
+  return 1;
+}
+int start_params(Call& call) {
+  lua_newtable(call.L);
+  for (const auto& [leaf, value] : start_of(call).request.parameters) {
+    push_expr(call.L, leaf);
+    push_expr(call.L, value);
+    lua_rawset(call.L, -3);
+  }
+  return 1;
+}
 int start_time(Call& call) { return call.push(start_of(call).t); }
 int start_free(Call& call) { return call.push(start_of(call).free); }
 
@@ -314,6 +344,11 @@ extern const Module start_module = {
             at = dae{ der(x) ~ -x, 0 ~ x^2 + y^2 - 1 }:init{ fix = { x = 0.6 }, guess = { y = 1 } }
             return at:branches()[1].formula)",
          "y = ±√(1 - x²)"},
+        {"start#fix", start_fix, "at.fix -> table", "The values that were fixed.", "", ""},
+        {"start#guess", start_guess, "at.guess -> table", "The values that were only guessed.", "", ""},
+        {"start#inputs", start_inputs, "at.inputs -> table", "The inputs that it was made with.", "", ""},
+        {"start#params", start_params, "at.params -> table", "The parameter values that it was made with.",
+         "", ""},
         {"start#t", start_time, "at.t -> number", "The time of the start.", "", ""},
         {"start:__tostring", start_text, "print(at)", "The ledger.", "", ""},
     }};

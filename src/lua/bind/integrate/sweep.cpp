@@ -11,6 +11,7 @@
 #include "lua/bind/expr/expr.hpp"
 #include "lua/bind/integrate/integrate.hpp"
 #include "lua/bind/integrate/sweep_options.hpp"
+#include "lua/bind/integrate/sweep_store.hpp"
 #include "lua/core/table_text.hpp"
 #include "lua/screen/terminal.hpp"
 
@@ -19,6 +20,7 @@ namespace pendula::lua {
 struct SweepRecord {
   std::shared_ptr<const integrate::Sweep> sweep;
   std::shared_ptr<const random::SampleSpace> space;
+  std::shared_ptr<const store::RunStore> store;  ///< or null: in memory
 };
 template <>
 struct TypeName<SweepRecord> {
@@ -38,25 +40,103 @@ struct TypeName<SweepStats> {
 
 namespace {
 
+/// "sweep: 120 of 1000 runs, 35/s, 25 s left".
+class SweepProgress {
+ public:
+  explicit SweepProgress(int runs)
+      : runs_(runs), line_(std::chrono::seconds(1), std::chrono::milliseconds(0)), begin_(Clock::now()) {}
+  void operator()(int done) {
+    if (first_ < 0) first_ = done;
+    if (done == last_ || !line_.due()) return;
+    last_ = done;
+    const double seconds = std::chrono::duration<double>(Clock::now() - begin_).count();
+    const double rate = (done - first_) / seconds;
+    std::string out = text("sweep: ", done, " of ", runs_, " runs");
+    if (rate > 0) out += text(", ", rounded(rate, 2), "/s, ", rounded((runs_ - done) / rate, 2), " s left");
+    line_.show(out);
+  }
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  int runs_, first_ = -1, last_ = -1;
+  ProgressLine line_;
+  Clock::time_point begin_;
+};
+
+/// Goes on with the runs of a store, unless it is only to be opened.
+void run_in_store(integrate::Sweep& sweep, const std::shared_ptr<store::RunStore>& store, bool open,
+                  bool retry) {
+  bool complete = true;
+  if (!open) {
+    const store::RunStore::Lock lock(*store);
+    if (retry) store->forget_failures();
+    SweepProgress progress(sweep.runs());
+    complete = sweep.run_into(*store, 0, sweep.runs(), [&](int done) { progress(done); });
+  } else {
+    const auto finished = store->finished();
+    complete = std::find(finished.begin(), finished.end(), false) == finished.end();
+  }
+  sweep.open(integrate::results_in(store), complete);
+}
+
 int sweep(Call& call) {
   auto record = std::make_shared<SweepRecord>();
-  {
-    integrate::SweepRequest request = read_sweep(call, record->space);
-    ProgressLine line(std::chrono::seconds(1), std::chrono::milliseconds(0));
-    const int runs = request.runs;
-    int last = -1;
-    record->sweep = std::make_shared<const integrate::Sweep>(std::move(request), [&](int done) {
-      if (done == last || !line.due()) return;
-      last = done;
-      line.show(text("sweep: ", done, " of ", runs, " runs"));
-    });
+  std::string file;
+  bool open = false, retry = false;
+  SweepText words;
+  if (lua_istable(call.L, 2)) {
+    lua_getfield(call.L, 2, "store");
+    if (lua_type(call.L, -1) == LUA_TSTRING)
+      file = lua_tostring(call.L, -1);
+    else if (!lua_isnil(call.L, -1))
+      throw Error(text("store must be the name of a file, got ", describe(call.L, -1)));
+    lua_getfield(call.L, 2, "open");
+    open = lua_toboolean(call.L, -1);
+    lua_getfield(call.L, 2, "retry");
+    retry = lua_toboolean(call.L, -1);
+    lua_settop(call.L, call.count());
+    if (file.empty() && (open || retry))
+      throw Error("open and retry are for a sweep with store = \"runs.db\"");
+    if (!file.empty() && call.is<dae::Model>(1)) words = read_sweep_text(call);
   }
-  if (!record->sweep->complete()) {
+  auto made = std::make_shared<integrate::Sweep>(read_sweep(call, record->space), !file.empty());
+  if (file.empty()) {
+    SweepProgress progress(made->runs());
+    made->run([&](int done) { progress(done); });
+  } else {
+    auto store = open ? std::make_shared<store::RunStore>(file)
+                      : std::make_shared<store::RunStore>(file, describe_store(*made, *record->space, words));
+    run_in_store(*made, store, open, retry);
+    record->store = std::move(store);
+  }
+  record->sweep = std::move(made);
+  if (!record->sweep->complete() && !open) {
     if (!typed_at_prompt(call.L)) throw Interrupted();
     interrupt_requested = false;
     std::fprintf(stderr, "\ninterrupted; the runs that are done are the result\n");
   }
   return call.push(std::shared_ptr<const SweepRecord>(std::move(record)));
+}
+
+/// What a store says about itself.
+int store_info(Call& call) {
+  const store::RunStore store(call.string(1, "file"));
+  const store::Description& d = store.description();
+  lua_State* L = call.L;
+  lua_newtable(L);
+  for (const auto& [key, value] :
+       {std::pair{"program", &d.program}, std::pair{"fingerprint", &d.fingerprint},
+        std::pair{"model", &d.model}, std::pair{"options", &d.options}, std::pair{"hidden", &d.hidden}}) {
+    lua_pushlstring(L, value->data(), value->size());
+    lua_setfield(L, -2, key);
+  }
+  const long failed = static_cast<long>(store.failed().size());
+  for (const auto& [key, value] :
+       {std::pair{"runs", d.runs}, std::pair{"done", store.done()}, std::pair{"failed", failed}}) {
+    lua_pushinteger(L, value);
+    lua_setfield(L, -2, key);
+  }
+  return 1;
 }
 
 // ── values ──
@@ -102,9 +182,11 @@ int times(Call& call) {
 }
 
 integrate::SampleStatistics statistics(Call& call) {
-  const Mat column = values(call, 2);
-  if (column.cols() != 1) throw Error(text("expected one expression, got ", column.cols()));
-  const integrate::SampleStatistics s = integrate::statistics_of(column);
+  const auto expressions = read_expressions(call, 2);
+  if (expressions.size() != 1) throw Error(text("expected one expression, got ", expressions.size()));
+  std::optional<double> t;
+  if (call.has(3)) t = to_number(call.L, 3, "t");
+  const integrate::SampleStatistics s = integrate::statistics_of(sweep_of(call), expressions[0], t);
   if (s.count == 0) throw Error("no run has a value there: see s.failures");
   return s;
 }
@@ -188,8 +270,7 @@ int failures(Call& call) {
   const auto& s = sweep_of(call);
   lua_newtable(L);
   lua_Integer count = 0;
-  for (int run = 0; run < s.runs(); ++run) {
-    if (s.done(run)) continue;
+  for (int run : s.failures()) {
     lua_createtable(L, 0, 3);
     lua_pushinteger(L, run + 1);
     lua_setfield(L, -2, "index");
@@ -288,19 +369,19 @@ int sweep_text(Call& call) {
   Table lines({false, true, true, true, true});
   lines.row({"at the end", "mean", "std", "min", "max"});
   for (Expr e : unknowns(s)) {
-    const integrate::SampleStatistics st = integrate::statistics_of(s.final({&e, 1}));
+    const integrate::SampleStatistics st = integrate::statistics_of(s, e, {});
     if (st.count)
       lines.row({heading(e), rounded(st.mean, 8), rounded(st.deviation, 6), rounded(st.min, 8),
                  rounded(st.max, 8)});
   }
   if (failed < s.runs()) out += lines.str(2);
   int shown = 0;
-  for (int run = 0; run < s.runs() && shown < 5 && failed; ++run) {
-    if (s.done(run)) continue;
+  for (int run : s.failures()) {
+    if (++shown > 5) break;
     out +=
         text("  failed: run ", run + 1, " (", set_text(record, run), "): ", first_line(s.failure(run)), "\n");
-    ++shown;
   }
+  shown = std::min(shown, 5);
   if (failed > shown) out += text("  … ", failed - shown, " more in s.failures\n");
   return call.push(out.substr(0, out.size() - 1));
 }
@@ -313,14 +394,18 @@ extern const Module sweep_module = {
     {
         {"sweep", sweep,
          R"(sweep(sys, { start =, to =, params = { m = {…} }, grid = false, runs =, seed = 0, design = "monte carlo",
-            levels =, scramble = "owen", workers =, lanes =, times =, method =, dt =, rtol =, … }) -> sweep)",
+            levels =, scramble = "owen", store =, workers =, limit =, lanes =, times =, method =, dt =, rtol =, … })
+            -> sweep)",
          R"(Integrates for many parameter values or starts: lists in params and start are paired, grid =
             true takes all combinations (lists in alphabetical order of their names, params before start,
             the last one fastest). Distributions in params and start (normal, lognormal, uniform, triangular, beta,
             discrete, empirical, components of normal(means, covariance), and in params without a name a result of
             fit) are drawn from: runs of them, by design "monte carlo", "latin hypercube", "sobol", "halton", "grid" (levels
             per distribution), "star" (the centre, and levels along each), "saltelli" or "morris" (runs base points or
-            trajectories). A run's numbers depend on seed and run only. start is solved anew for each run; start may
+            trajectories). A run's numbers depend on seed and run only. store = "runs.db": results go into this file
+            while they come; the same call again goes on where it stopped, load "runs.db" gives the sweep back
+            (docs/store.md); retry = true makes failed runs again; open = true makes none. limit: the seconds that one
+            run may take. start is solved anew for each run; start may
             also be a list of starts.
             All options of integrate are understood. The runs are shared among worker processes (workers =
             1: none); a run that fails is listed in s.failures and stops nothing. Lua callbacks see copies
@@ -332,6 +417,13 @@ extern const Module sweep_module = {
          "1e-10, atol = 1e-10 })\n"
          "print((\"%.6f %.6f\"):format(s:final(x)[1], s:final(x)[2]))",
          "0.367879 0.135335", &sweep_option_rows()},
+        {"store_info", store_info, "store_info(file) -> table",
+         R"(What a store of runs holds: runs, done, failed, program, fingerprint, and model and options as Lua text.)",
+         R"(
+            x, k, file = var "x", param "k", os.tmpname() .. ".db"
+            sweep(dae{ der(x) ~ -k*x }, { start = { x = 1 }, to = 1, params = { k = {1, 2} }, store = file })
+            print(store_info(file).done, #load(file)))",
+         "2\t2"},
         {"sweep:__call", value, "s(e [, t]) -> matrix",
          R"(s(e, t): one row per run at time t, nan where a run failed or ended before. s(e): one row per
             saved time, one column per run, for plot(s.t, s(x)).)",

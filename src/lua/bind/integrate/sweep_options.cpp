@@ -23,6 +23,10 @@ const OptionTable& own_rows() {
       {"scramble", "string", "\"owen\"", "sobol and halton: how sequences are scrambled", "owen|digital|none"},
       {"levels", "integer", "", "grid, star, morris: values of each quantity"},
       {"workers", "integer", "", "worker processes; 1: none. Without it one for each processor"},
+      {"limit", "number", "", "seconds that one run may take; a longer one is a failure"},
+      {"store", "string", "", "file that takes the results, \"runs.db\"; what is there is not computed again"},
+      {"retry", "boolean", "false", "store: runs that failed are made again"},
+      {"open", "boolean", "false", "store: only what is there, no run is made"},
       {"lanes", "integer", "", "runs that advance together on SIMD lanes: 1, 4 or 8"},
   };
   return rows;
@@ -59,6 +63,10 @@ class Reader {
     if (all.has("workers") && (workers < 1 || workers > 1024))
       throw Error(text("workers = ", workers, "; the number of processes must lie between 1 and 1024"));
     request_.workers = static_cast<int>(workers);
+    request_.limit = all.number("limit", 0);
+    if (all.has("limit") && !(request_.limit > 0))
+      throw Error(
+          text("limit = ", shortest(request_.limit), "; the seconds that one run may take must be positive"));
     const long lanes = all.integer("lanes", 0);
     if (all.has("lanes") && lanes != 1 && lanes != 4 && lanes != 8)
       throw Error(text("lanes = ", lanes, "; it must be 1 (one run after another), 4 or 8"));
@@ -173,6 +181,11 @@ class Reader {
       if (axis.starts) *starts = read_starts(axis.column.list.size());
     request_.runs = static_cast<int>(space_->runs());
     request_.own_starts = !starts->empty();
+    request_.varied = [space = space_](int run) {
+      std::vector<double> values;
+      for (std::size_t c = 0; c < space->columns().size(); ++c) values.push_back(space->value(c, run));
+      return values;
+    };
     request_.set = [space = space_, axes = given_.axes(), starts](int run) {
       SweepSet set;
       for (std::size_t a = 0; a < axes.size(); ++a) {

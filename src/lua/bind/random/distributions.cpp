@@ -115,6 +115,10 @@ int component(Call& call) {
   return call.push(std::make_shared<const JointComponent>(
       JointComponent{call.shared<random::JointNormal>(1, "distribution"), static_cast<int>(i - 1)}));
 }
+int same_joint(Call& call) {
+  const auto* other = object_at(call.L, 2, TypeName<random::JointNormal>::value);
+  return call.push(other && other->get() == &joint(call));
+}
 int joint_length(Call& call) { return call.push(joint(call).size()); }
 int joint_mean(Call& call) { return push_matrix(call.L, Mat(joint(call).mean())); }
 int joint_covariance(Call& call) { return push_matrix(call.L, joint(call).covariance()); }
@@ -177,6 +181,8 @@ extern const Module distributions_module = {
          "d = normal({1, 2}, {{0.04, 0.01}, {0.01, 0.09}})\nprint(d[2])",
          "component 2 of a normal distribution of 2 numbers"},
         {"joint_distribution:__len", joint_length, "#d", "How many numbers.", "", ""},
+        {"joint_distribution:__eq", same_joint, "d == e -> boolean",
+         "The same numbers, not only numbers of the same distribution.", "", ""},
         {"joint_distribution#mean", joint_mean, "d.mean -> column", "The means.", "", ""},
         {"joint_distribution#cov", joint_covariance, "d.cov -> matrix", "The covariance.", "", ""},
         {"joint_distribution:__tostring", joint_text, "print(d)", "What it is.", "", ""},
