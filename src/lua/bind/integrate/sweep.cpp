@@ -423,7 +423,7 @@ extern const Module sweep_module = {
             x, k, file = var "x", param "k", os.tmpname() .. ".db"
             sweep(dae{ der(x) ~ -k*x }, { start = { x = 1 }, to = 1, params = { k = {1, 2} }, store = file })
             print(store_info(file).done, #load(file)))",
-         "2\t2"},
+         "2 2"},
         {"sweep:__call", value, "s(e [, t]) -> matrix",
          R"(s(e, t): one row per run at time t, nan where a run failed or ended before. s(e): one row per
             saved time, one column per run, for plot(s.t, s(x)).)",
