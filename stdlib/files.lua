@@ -119,8 +119,7 @@ doc { name = "load", module = "files", sig = "load(file) -> value",
   text = [[The value in a file that save wrote ("model.lua"). The file is read as data: it can name symbols,
     functions and models of the vocabulary and nothing else, so a file from somebody else can be opened
     without looking into it; also the sweep in a store ("runs.db"). A Lua program is run by dofile. Anything
-    but a file name is Lua's own load, which
-    compiles a chunk.]],
+    but a file name is Lua's own load, which compiles a chunk.]],
   example = 'load "return 1 + 1"()', gives = "2",
   function(chunk, ...)
     if type(chunk) ~= "string" and type(chunk) ~= "function" then
@@ -128,9 +127,7 @@ doc { name = "load", module = "files", sig = "load(file) -> value",
         :format(type(chunk)))
     end
     local lone = type(chunk) == "string" and select("#", ...) == 0
-    local is_file, is_store = lone and chunk:find "^[^
-]*%.lua$", lone and chunk:find "^[^
-]*%.db$"
+    local is_file, is_store = lone and chunk:find "^[^\n]*%.lua$", lone and chunk:find "^[^\n]*%.db$"
     if not is_file and not is_store then return lua_load(chunk, ...) end
     read_saved = read_saved or include "saved"
     if is_store then return load_sweep(chunk) end
