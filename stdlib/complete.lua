@@ -1,7 +1,7 @@
 -- What may stand at the cursor inside a call: options, their values, names for help, variables of a model.
 -- The prompt asks (src/shell/complete.cpp) with
 --
---   { name = "newton" or "sys", method = "integrate" or "", object = what stands before the colon, or the
+--   { name = "newton" or "sys", method = "integrate" or "", object = what stands before the colon or the
 --     first argument, argument = 1, in_table =, at_key =, key = the option whose value is meant,
 --     tables = keys of the tables around, in_string =, word = what is typed so far }
 --
@@ -54,8 +54,7 @@ local function model_of(object)
   if kind == "solution" or kind == "start" then return object.model end
 end
 
--- Global variables of the session that hold expressions or columns, and the names of the model's own
--- variables.
+-- Global variables of the session that hold expressions or columns, and names of the model's own variables.
 local function expressions(object)
   local words, seen = {}, {}
   local model = model_of(object)
@@ -153,9 +152,8 @@ local function candidates(request)
     return values_at(option_named(options, tostring(request.argument)), request)
   end
   if depth == 1 and request.at_key and not request.in_string then
-    local list = request.tables[1] == "" and request.argument > 1
-      and object_type(request.object) == "solution"
-    if list and request.argument == 2 then return expressions(request.object) end
+    local along = request.tables[1] == "" and object_type(request.object) == "solution"
+    if along and request.argument == 2 then return expressions(request.object) end
     return options and option_names(options) or {}
   end
   if depth == 1 then return values_at(option_named(options, request.key), request) end

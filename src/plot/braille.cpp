@@ -43,8 +43,16 @@ void make_equal(Frame& f) {
   f.rows = std::clamp(static_cast<int>(std::ceil((per_unit * f.range[1].span() + 1) / 4)), 3, f.rows);
 }
 
+/// Is the dot set where a value has this share of its range? Ordered dither (Bayer, 1973): the share is the
+/// density of dots.
+bool dithered(int x, int y, double share) {
+  static constexpr int order[4][4] = {{0, 8, 2, 10}, {12, 4, 14, 6}, {3, 11, 1, 9}, {15, 7, 13, 5}};
+  return share * 16 > order[y & 3][x & 3] + 0.5;
+}
+
 void draw_cells(Canvas& canvas, const Frame& f, const Series& s, const Look& l) {
   const Clip clip = f.clip();
+  const Range values = value_range(f.figure).value_or(Range{});
   for (Index i = 0; i < s.x.size(); ++i) {
     if (!drawable(f.figure, s, i)) continue;
     const double x0 = f.x(s.x[i] - s.cell[0] / 2), x1 = f.x(s.x[i] + s.cell[0] / 2);
@@ -56,7 +64,8 @@ void draw_cells(Canvas& canvas, const Frame& f, const Series& s, const Look& l) 
     if (x1 < clip.left || x0 > clip.right || y1 < clip.top || y0 > clip.bottom) continue;
     for (int y = dot(y0, clip.top, clip.bottom); y <= dot(y1, clip.top, clip.bottom); ++y)
       for (int x = dot(x0, clip.left, clip.right); x <= dot(x1, clip.left, clip.right); ++x)
-        canvas.dot(x, y, l.pen.colour);
+        if (s.value.size() == 0 || dithered(x, y, (s.value[i] - values.low) / values.span()))
+          canvas.dot(x, y, l.pen.colour);
   }
 }
 
@@ -145,6 +154,16 @@ void draw_y_ticks(Canvas& canvas, const Frame& f, const Ticks& t) {
   }
 }
 
+void draw_right_ticks(Canvas& canvas, const Frame& f, const Ticks& t) {
+  const Range r = *f.figure.right->limits;
+  for (size_t k = 0; k < t.at.size(); ++k) {
+    const double share = (t.at[k] - r.low) / r.span();
+    const int row = static_cast<int>(std::lround(4 * (f.top + f.rows) - 1 - share * (4 * f.rows - 1))) / 4;
+    canvas.glyph(f.left + f.columns, row, "├", faint);
+    canvas.write(f.left + f.columns + 2, row, t.text[k]);
+  }
+}
+
 void draw_x_ticks(Canvas& canvas, const Frame& f, const Ticks& t) {
   for (size_t k = 0; k < t.at.size(); ++k) {
     canvas.glyph(static_cast<int>(std::lround(f.x(t.at[k]))) / 2, f.top + f.rows, "┬", faint);
@@ -225,13 +244,18 @@ std::string draw_flat(const Figure& figure, const Terminal& terminal) {
   f.rows = std::clamp(terminal.rows - 8 - notes, 6, std::max(10, columns * 9 / 40));
   // The y numbers decide the left margin; for an equal figure
   // the frame, and with it the ticks, may still shrink.
-  Ticks y_ticks;
+  Ticks y_ticks, right_ticks;
+  int right_width = 0;
+  if (figure.right) {
+    right_ticks = ticks(*figure.right, *figure.right->limits, std::max(2, f.rows / 3));
+    for (const std::string& s : right_ticks.text) right_width = std::max(right_width, width_of(s) + 1);
+  }
   for (int pass = 0; pass < 2; ++pass) {
     y_ticks = ticks(figure.axes[1], f.range[1], std::max(2, f.rows / 3));
     int width = 0;
     for (const std::string& s : y_ticks.text) width = std::max(width, width_of(s));
     f.left = width + 2;
-    f.columns = columns - f.left - 1;
+    f.columns = columns - f.left - 1 - right_width;
     if (figure.equal) make_equal(f);
   }
   const Ticks x_ticks = fitting_ticks(f, columns);
@@ -252,6 +276,7 @@ std::string draw_flat(const Figure& figure, const Terminal& terminal) {
   canvas.write(0, header - 1, y_label);
   draw_frame(canvas, f);
   draw_y_ticks(canvas, f, y_ticks);
+  if (figure.right) draw_right_ticks(canvas, f, right_ticks);
   draw_x_ticks(canvas, f, x_ticks);
   draw_rules(canvas, f);
   draw_series(canvas, f, terminal.palette);

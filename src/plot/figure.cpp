@@ -39,6 +39,8 @@ void check_lengths(const Figure& f, size_t k) {
   if (s.lower.size() != 0 && s.lower.size() != s.y.size())
     throw Error(
         text("the upper edge has ", values(s.y.size()), " but the lower one has ", s.lower.size(), where));
+  if (s.value.size() != 0 && s.value.size() != s.x.size())
+    throw Error(text("there are ", s.value.size(), " colours for ", values(s.x.size()), where));
   if (s.x.size() == 0)
     throw Error("nothing to draw: " + called(f, k) +
                 (k || f.series.size() > 1 || !s.label.empty() ? " has" : " have") + " no points");
@@ -74,6 +76,8 @@ void check_axes(const Figure& f) {
              "}: the tilt must lie between 0 (from above) and 90 degrees, the turn be a number of degrees"));
   for (const Rule& rule : f.rules)
     if (!std::isfinite(rule.at)) throw Error("a line across the figure must stand at a finite number");
+  if (f.right && !(f.right->limits && f.right->limits->low < f.right->limits->high))
+    throw Error("y2lim: the first limit must be below the second");
   for (int n : f.size)
     if (n && (n < 100 || n > 10000))
       throw Error(
@@ -271,6 +275,19 @@ bool has_legend(const Figure& f) {
   const auto labelled =
       std::count_if(f.series.begin(), f.series.end(), [](const Series& s) { return !s.label.empty(); });
   return f.legend && labelled > 0 && (f.series.size() > 1 || f.legend_at != LegendPlace::automatic);
+}
+
+std::optional<Range> value_range(const Figure& f) {
+  std::optional<Range> range;
+  for (const Series& s : f.series)
+    for (double v : s.value) {
+      if (!std::isfinite(v)) continue;
+      if (!range) range = Range{v, v};
+      range->low = std::min(range->low, v);
+      range->high = std::max(range->high, v);
+    }
+  if (range && !(range->low < range->high)) range->high = range->low + std::max(1.0, std::abs(range->low));
+  return range;
 }
 
 std::string axis_label(const Figure& f, int axis) {

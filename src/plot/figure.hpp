@@ -60,6 +60,7 @@ struct Series {
   double width = 0;                      ///< of the line in pixels; 0: the usual one
   Dash dash = Dash::automatic;
   Mark mark = Mark::automatic;
+  Vec value{};                         ///< of Style::cells: a number per cell that becomes its colour
   Vec lower{};                         ///< of Style::fill, as long as y; empty: zero
   std::vector<Eigen::Index> breaks{};  ///< points before which the line is interrupted, ascending
   std::vector<Eigen::Index> marked{};  ///< points that get marks; empty: all of them
@@ -109,6 +110,10 @@ struct Figure {
   bool legend = true;  ///< shown when at least two series have labels
   LegendPlace legend_at = LegendPlace::automatic;
   bool grid = true;
+  bool dark = false;  ///< light lines and texts on a dark page
+  std::optional<Axis>
+      right;                 ///< 2-D: a second y axis with its limits; its curves were scaled to the left one
+  std::string value_label;   ///< of the scale beside cells with values
   std::vector<Rule> rules;   ///< 2-D only
   std::vector<Words> texts;  ///< 2-D only
   double tilt = 60, turn = 30;  ///< 3-D view in degrees: 0 ≤ tilt ≤ 90 (0: from above), turn about the z axis
@@ -129,6 +134,9 @@ bool drawable(const Figure& figure, const Series& series, Eigen::Index i);
 /// The range to show on axis 0, 1, 2: the user's, or that of
 /// the drawable data with a margin. Never empty, always finite.
 Range visible(const Figure& figure, int axis);
+
+/// From the least to the greatest value of cells, or nothing.
+std::optional<Range> value_range(const Figure& figure);
 
 /// Series with labels worth a legend: at least two, and the user did not switch it off.
 bool has_legend(const Figure& figure);

@@ -31,14 +31,15 @@ std::string axis_lines(const Figure& f, int a) {
     if (std::find(t.at.begin(), t.at.end(), m) == t.at.end()) out += ", '' " + shortest(m) + " 1";
   out += ")\n";
   const std::string label = labelled(axis_label(f, a), t);
-  if (!label.empty()) out += "set " + name + "label " + quoted(label) + " noenhanced\n";
+  if (!label.empty())
+    out += "set " + name + "label " + quoted(label) + " noenhanced textcolor rgb '#333333'\n";
   return out;
 }
 
 /// Where the legend never hides data: above the frame while
 /// it fits there, then to the right, long labels below.
 std::string key_lines(const Figure& f) {
-  const std::string common = " Left reverse noenhanced samplen 2.5 spacing 1.15 textcolor '#333333'\n";
+  const std::string common = " Left reverse noenhanced samplen 2.5 spacing 1.15 textcolor rgb '#333333'\n";
   switch (legend_place(f)) {
     case LegendPlace::none:
       return "unset key\nset rmargin 3\n";
@@ -97,15 +98,19 @@ std::string with_style(const Figure& f, size_t k, Style style) {
     case Style::impulses:
       return "with impulses linewidth " + (s.width > 0 ? shortest(s.width) : std::string("1.5")) + colour;
     case Style::cells:
+      if (s.value.size()) return "with boxxyerror fillstyle solid 1 noborder linecolor palette";
       return "with boxxyerror fillstyle solid 0.9 noborder" + colour;
     case Style::fill:
-      return "with filledcurves fillstyle solid 0.25 noborder" + colour;
+      return "with filledcurves fillstyle transparent solid 0.35 noborder" + colour;
   }
   return "";
 }
 
 /// The columns of the data block that a series is drawn from.
 std::string columns_of(const Series& s) {
+  if (s.style == Style::cells && s.value.size())
+    // a little larger than their distance, so that no seams are seen
+    return text(" using 1:2:(", shortest(0.52 * s.cell[0]), "):(", shortest(0.52 * s.cell[1]), "):3 ");
   if (s.style == Style::cells)
     return text(" using 1:2:(", shortest(s.cell[0] / 2), "):(", shortest(s.cell[1] / 2), ") ");
   return s.style == Style::fill ? " using 1:2:3 " : " using 1:2 ";
@@ -116,6 +121,10 @@ Block data_of(const Figure& f, const Series& s, const std::string& name) {
   for (Index i : thinned(f, s)) {
     if (i < 0)
       block.gap();
+    else if (s.value.size() && std::isfinite(s.value[i]))
+      block.row(s.x[i], s.y[i], s.value[i]);
+    else if (s.value.size())
+      continue;  // a hole: the page shows
     else if (s.style == Style::fill)
       block.row(s.x[i], s.lower.size() ? s.lower[i] : 0, s.y[i]);
     else
@@ -147,13 +156,38 @@ std::string rule_lines(const Figure& f) {
       out += text("set label ", number, " ", quoted(rule.label),
                   flat ? " at graph 0.99, first " + at + " right offset 0,0.5"
                        : " at first " + at + ", graph 0.97 left offset 0.6,0",
-                  " front noenhanced textcolor '#555555'\n");
+                  " front noenhanced textcolor rgb '#555555'\n");
     ++number;
   }
   for (const Words& words : f.texts)
     out += text("set label ", number++, " ", quoted(words.text), " at first ", shortest(words.x), ", first ",
-                shortest(words.y), " front noenhanced textcolor '#333333'\n");
+                shortest(words.y), " front noenhanced textcolor rgb '#333333'\n");
   return out;
+}
+
+/// The second y axis.
+std::string right_axis_lines(const Figure& f) {
+  if (!f.right) return "unset y2tics\nunset y2label\n";
+  const Range r = *f.right->limits;
+  const Ticks t = ticks(*f.right, r, 7);
+  std::string out =
+      text("set border 11\nset y2range [", shortest(r.low), ":", shortest(r.high), "]\nset y2tics (");
+  for (size_t k = 0; k < t.at.size(); ++k)
+    out += (k ? ", " : "") + quoted(t.text[k]) + " " + shortest(t.at[k]);
+  return out + ")\nset rmargin 10\nset y2label " + quoted(labelled(f.right->label, t)) +
+         " noenhanced textcolor rgb '#333333'\n";
+}
+
+/// Viridis (van der Walt and Smith, 2015): equal steps of lightness, safe for colour-blind readers.
+std::string palette_lines(const Figure& f) {
+  const auto range = value_range(f);
+  if (!range) return "";
+  return text("set palette defined (0 '#440154', 1 '#3B528B', 2 '#21918C', 3 '#5EC962', 4 '#FDE725')\n",
+              "set cbrange [", shortest(range->low), ":", shortest(range->high),
+              "]\nset colorbox\nset rmargin 12\nset cbtics textcolor rgb '#333333'\n",
+              f.value_label.empty()
+                  ? "unset cblabel\n"
+                  : "set cblabel " + quoted(f.value_label) + " noenhanced textcolor rgb '#333333'\n");
 }
 
 std::string extension_of(const std::string& path) {
@@ -176,6 +210,7 @@ std::string flat_script(const Figure& f) {
   if (!f.notes.empty() && legend_place(f) != LegendPlace::below)
     out += text("set bmargin ",
                 (axis_label(f, 0).empty() ? 2.5 : 4.0) + 1.1 * static_cast<double>(f.notes.size()), "\n");
+  out += right_axis_lines(f) + palette_lines(f);
   if (f.equal) out += "set size ratio -1\n";
   out += rule_lines(f);
   std::string plots;
@@ -218,8 +253,8 @@ static std::string panels_script(const Figure& figure, const std::string& format
         "set bmargin\nset rmargin\nset size noratio\n";
     if (!panel.title.empty()) {
       const bool legend = legend_place(panel) == LegendPlace::above;
-      out +=
-          "set title " + quoted(panel.title) + (legend ? " offset 0,1.6" : "") + " font ',16' noenhanced\n";
+      out += "set title " + quoted(panel.title) + (legend ? " offset 0,1.6" : "") +
+             " font ',16' noenhanced textcolor rgb '#333333'\n";
     }
     out += flat_script(panel);
   };
@@ -228,9 +263,32 @@ static std::string panels_script(const Figure& figure, const std::string& format
   return out + "unset multiplot\n";
 }
 
+/// The colours of a light page become those of a dark one; curves keep theirs, but for black.
+static std::string darkened(std::string script) {
+  static const std::pair<const char*, const char*> colours[] = {
+      {"#FFFFFF", "#14171A"}, {"#333333", "#E6E6E6"}, {"#666666", "#A0A4A8"}, {"#555555", "#B4B8BC"},
+      {"#DDDDDD", "#33383D"}, {"#000000", "#F2F2F2"}, {"#0072B2", "#4DA3D9"}};
+  std::string out;
+  for (size_t at = 0; at < script.size();) {
+    const auto* found = std::find_if(std::begin(colours), std::end(colours), [&](const auto& pair) {
+      return script.compare(at, 7, pair.first) == 0;
+    });
+    if (found == std::end(colours)) {
+      out += script[at++];
+    } else {
+      out += found->second;
+      at += 7;
+    }
+  }
+  return out;
+}
+
 std::string gnuplot_script(const Figure& figure, const std::string& format) {
-  if (!figure.below.empty()) return panels_script(figure, format);
-  return preamble(figure, format) + (figure.three_d ? solid_script(figure) : flat_script(figure));
+  const std::string script =
+      !figure.below.empty()
+          ? panels_script(figure, format)
+          : preamble(figure, format) + (figure.three_d ? solid_script(figure) : flat_script(figure));
+  return figure.dark ? darkened(script) : script;
 }
 
 void save(const Figure& figure, const std::string& path) {

@@ -90,7 +90,8 @@ std::string preamble(const Figure& figure, const std::string& format) {
   if (!figure.title.empty()) {
     // With a legend in between, the title stands clear of the frame.
     const bool legend = !figure.three_d && legend_place(figure) == LegendPlace::above;
-    out += "set title " + quoted(figure.title) + (legend ? " offset 0,1.6" : "") + " font ',16' noenhanced\n";
+    out += "set title " + quoted(figure.title) + (legend ? " offset 0,1.6" : "") +
+           " font ',16' noenhanced textcolor rgb '#333333'\n";
   }
   return out;
 }
@@ -101,7 +102,7 @@ std::string note_labels(const Figure& figure) {
   for (size_t k = 0; k < figure.notes.size(); ++k)
     out += text("set label ", 1000 + k, " ", quoted(figure.notes[k]), " at screen 0.015,",
                 rounded((12 + 16.0 * static_cast<double>(figure.notes.size() - 1 - k)) / height, 6),
-                " font ',10' textcolor '#666666' noenhanced\n");
+                " font ',10' textcolor rgb '#666666' noenhanced\n");
   return out;
 }
 

@@ -143,7 +143,7 @@ return {
     ["scripts/lecture/pendulum3d.lua"] = 2,
     ["scripts/lecture/spring.lua"] = 1,
     ["stdlib/lti.lua"] = 26,
-    ["stdlib/plot.lua"] = 2,
+    ["stdlib/plot.lua"] = 1,
     ["stdlib/sysid.lua"] = 8,
     ["stdlib/tableaus/init.lua"] = 1,
     ["tests/dae/domain_test.lua"] = 1,

@@ -1,0 +1,29 @@
+// Reading what figure{…} is given: series, axes, rules, texts, legends.
+#pragma once
+
+#include <string>
+
+#include "lua/core/trampoline.hpp"
+#include "plot/figure.hpp"
+
+namespace pendula::lua {
+
+template <>
+struct TypeName<plot::Figure> {
+  static constexpr const char* value = "figure";
+};
+template <>
+struct TypeName<plot::Surface> {
+  static constexpr const char* value = "surface";
+};
+
+/// The table at argument 1 as a checked figure. Throws Error that names the entry.
+plot::Figure read_figure(Call& call);
+
+/// Words for a label: a string, or an expression, which is called by its label and unit (x: "position [m]").
+std::string words(lua_State* L, int index, const std::string& what);
+
+/// A number, also one that follows from the default values of parameters (R in sphere(R)).
+double number_with_defaults(lua_State* L, int index, const std::string& what);
+
+}  // namespace pendula::lua

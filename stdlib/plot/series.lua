@@ -1,0 +1,185 @@
+-- Columns and expressions along solutions as the series that figure{} reads
+-- (src/lua/bind/plot/figure_reader.cpp).
+
+local arguments = plotting.arguments
+local is_solution, check_holes, labels_of = arguments.is_solution, arguments.check_holes, arguments.labels_of
+local is_list_of_columns = arguments.is_list_of_columns
+local M = {}
+
+-- Options of single curves: one value for all, or a list with one for each.
+local per_curve = { "style", "colour", "color", "dash", "width", "marker" }
+
+-- ── series ─────────────────────────────────────────────────────────────────────────────────────────────────
+
+function M.rows_of(column)
+  if type(column) == "table" then return #column end
+  return column.cols == 1 and column.rows or math.max(column.rows, column.cols)
+end
+
+local function count_of(column)
+  if type(column) == "table" then return type(column[1]) == "table" and #column[1] or 1 end
+  return column.rows == 1 and 1 or column.cols
+end
+
+function M.check_column(by, what, value)
+  local kind = object_type(value) or type(value)
+  if kind == "table" or kind == "matrix" then return value end
+  if kind == "number" then return { value } end
+  if kind == "expr" then
+    fail(("%s: %s is the expression %s; to draw it along a solution write %s(sol, %s)"):format(
+      by, what, tostring(value), by, tostring(value)))
+  end
+  fail(("%s: %s must be a list of numbers or a column, not a %s"):format(by, what, kind))
+end
+
+-- {y1, y2} are two curves, but a list of n rows beside n values of x is a matrix.
+local function curves_in(y, n)
+  if not is_list_of_columns(y) or (type(y[1]) == "table" and #y == n and #y[1] ~= n) then return { y } end
+  return y
+end
+
+local function add_pair(by, series, x, y)
+  for i, each in ipairs(curves_in(y, x and M.rows_of(x))) do
+    each = M.check_column(by, "curve " .. i, each)
+    series[#series + 1] = { x = x, y = each, count = count_of(each) }
+  end
+end
+
+-- A line follows the solution between its points; marks, strokes and steps stand at the points that were
+-- saved.
+M.follows = { line = true, ["line+points"] = true }
+
+function M.style_of(options, index)
+  local style = options.style
+  if type(style) == "table" then style = style[index] or style[#style] end
+  return style
+end
+
+-- A list of solutions, or one.
+local function solutions_in(value)
+  if is_solution(value) then return { value } end
+  if type(value) ~= "table" or not is_solution(value[1]) then return nil end
+  for i, each in ipairs(value) do
+    if not is_solution(each) then fail(("plot: entry %d of the list of solutions is not a solution"):format(
+      i)) end
+  end
+  return value
+end
+
+local function sheet_of(options, more)
+  local sheet = { xlim = options.xlim, ylim = options.ylim, xlog = options.xlog, ylog = options.ylog,
+    size = options.size }
+  for key, value in pairs(more or {}) do sheet[key] = value end
+  return sheet
+end
+
+-- Expressions over time along a solution; `suffix` tells solutions apart.
+local function add_along_solution(by, series, solution, what, options, suffix)
+  local list = type(what) == "table" and check_holes(by, what) or { what }
+  local style = M.style_of(options, #series + 1)
+  if style and not M.follows[style] then
+    for _, expression in ipairs(list) do
+      local names = labels_of(expression, {})
+      series[#series + 1] = { x = solution.t, y = solution(expression), labels = names, count = #names,
+        suffix = suffix }
+    end
+    return
+  end
+  local columns, breaks, saved = solution:curve(list, sheet_of(options))
+  local at = 1
+  for _, expression in ipairs(list) do
+    local group = #series + 1
+    for _, name in ipairs(labels_of(expression, {})) do
+      at = at + 1
+      series[#series + 1] = { x = columns[1], y = columns[at], labels = { name }, count = 1,
+        breaks = breaks, marked = saved,
+                              group = group, suffix = suffix, style = "line" }
+    end
+  end
+end
+
+-- y against x along a solution; returns the labels of the axes.
+local function add_against(by, series, solution, x, y, options, suffix)
+  local names = labels_of(y, labels_of(x, {}))
+  if #names ~= 2 or type(x) == "table" or type(y) == "table" then
+    fail(("%s: %s(sol, x, y) draws one expression against another; over time write %s(sol, { x, y })"):format(
+      by, by, by))
+  end
+  local style = M.style_of(options, #series + 1)
+  local each = { labels = { suffix and names[2] }, count = 1, style = "line", suffix = suffix }
+  if style and not M.follows[style] then
+    each.x, each.y = solution(x), solution(y)
+  else
+    local columns, breaks, saved = solution:curve({ x, y }, sheet_of(options, { coordinates = 2 }))
+    each.x, each.y, each.breaks, each.marked = columns[1], columns[2], breaks, saved
+  end
+  series[#series + 1] = each
+  return names
+end
+
+-- The pairs of plot(y), plot(x, y, …), plot(sol, expressions, …) and the triple plot(sol, x, y).
+function M.read_series(by, arguments, options)
+  local series, axes, bare = {}, nil, false
+  local n = arguments.n
+  if n == 0 then fail(by .. ": nothing to draw: write " .. by .. "(x, y)") end
+  if n == 1 and solutions_in(arguments[1]) then
+    fail(("%s: what is to be drawn of this solution? write %s(sol, { x, y })"):format(by, by))
+  end
+  if n == 1 then
+    bare = true
+    add_pair(by, series, nil, M.check_column(by, "y", arguments[1]))
+    return series, axes, bare
+  end
+  local runs = solutions_in(arguments[1])
+  local function suffix(run) return #runs > 1 and (" (%d)"):format(run) or nil end
+  if n == 3 and runs and not solutions_in(arguments[3]) then
+    for k, run in ipairs(runs) do axes = add_against(by, series, run, arguments[2], arguments[3], options,
+      suffix(k)) end
+    return series, axes, bare
+  end
+  if n % 2 == 1 then
+    fail(("%s: arguments come in pairs x, y, but there are %d; options are written { title = … }"):format(
+      by, n))
+  end
+  for i = 1, n, 2 do
+    local x, y = arguments[i], arguments[i + 1]
+    runs = solutions_in(x)
+    if runs then
+      axes = axes or { named "t" }
+      for k, run in ipairs(runs) do add_along_solution(by, series, run, y, options, suffix(k)) end
+    else
+      add_pair(by, series, M.check_column(by, "x", x), M.check_column(by, "y", y))
+    end
+  end
+  return series, axes, bare
+end
+
+-- Few points are marked, so that one sees where they are.
+local function default_style(series)
+  return M.rows_of(series.y) <= 30 and "line+points" or "line"
+end
+
+function M.set_looks(by, series, options)
+  for i, each in ipairs(series) do
+    local index = each.group or i
+    each.style = M.style_of(options, index) or each.style or (each.y and default_style(each)) or "line"
+    for _, key in ipairs(per_curve) do
+      local value = options[key]
+      if type(value) == "table" then value = value[index] end
+      if key ~= "style" and value ~= nil then each[key == "color" and "colour" or key] = value end
+    end
+    if each.style ~= "line+points" then each.marked = nil end
+    each.group, each.count = nil, nil
+  end
+end
+
+function M.copy_options(description, options)
+  local dropped = { labels = true }
+  for _, key in ipairs(per_curve) do dropped[key] = true end
+  for key, value in pairs(options) do
+    if not dropped[key] then description[key] = value end
+  end
+  return description
+end
+
+return M
