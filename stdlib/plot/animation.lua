@@ -72,9 +72,8 @@ end
 local film_type = { __name = "animation" }
 film_type.__index = film_type
 film_type.__tostring = function(film)
-  return ("animation: %d points, %d pictures, %.3g s; :show() plays it, :save \"file.svg\" writes it (.svg, "
-    .. ".html, "
-    .. ".gif)"):format(#film.frames[1], #film.frames, film.seconds)
+  return ('animation: %d points, %d pictures, %.3g s; :show(), :save "file.svg" (.svg, .html, .gif)')
+    :format(#film.frames[1], #film.frames, film.seconds)
 end
 
 -- The points of the bars at frame k: the base, then every point.

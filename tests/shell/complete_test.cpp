@@ -131,7 +131,7 @@ TEST_CASE("complete: options, their values, and symbols of the model inside a ca
   CHECK(s.words("ball:reduce \"b") == Words{"baumgarte"});
   CHECK(s.words("ball:reduce(\"b") == Words{"baumgarte"});
   CHECK(s.words("newton { r = x^2 - 2, jacobian = \"fr") == Words{"frozen"});
-  CHECK(s.words("newton { r = x^2 - 2, jacobian = fr").empty());
+  CHECK(s.words("newton { r = x^2 - 2, jacobian = frozn").empty());
   CHECK(s.words("sweep(ball, { des") == Words{"design"});
   CHECK(s.words("sweep(ball, { start = { ") == Words{"v", "x"});
   CHECK(s.offers("help \"integ", "integrate"));
