@@ -10,7 +10,7 @@
 
 #include "base/interrupt.hpp"
 #include "lua/session/state.hpp"
-#include "shell/complete.hpp"
+#include "shell/completion/complete.hpp"
 #include "shell/entry.hpp"
 #include "shell/signals.hpp"
 

@@ -1,11 +1,12 @@
 // Where the lines of a session come from: GNU readline on a terminal, plain reading elsewhere.
 #pragma once
 
-#include <functional>
 #include <memory>
 #include <string>
 #include <string_view>
 #include <vector>
+
+#include "shell/completion/completions.hpp"
 
 namespace pendula::shell {
 
@@ -18,17 +19,6 @@ struct Line {
   Kind kind;
   std::string text;
 };
-
-/// What may stand at the end of the text typed so far.
-struct Completions {
-  std::size_t begin = 0;           ///< offset in the text of the word to complete
-  std::vector<std::string> words;  ///< replacements for the word, sorted
-  char quote = '\0';               ///< inside a string: the quote that opened it
-  bool files = false;              ///< names of files may stand here, and `words` is not used
-};
-
-/// `text` is the entry up to the cursor. Must not throw.
-using Completer = std::function<Completions(std::string_view text)>;
 
 class Reader {
  public:

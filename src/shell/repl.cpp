@@ -10,7 +10,7 @@
 #include "lua/screen/fit_text.hpp"
 #include "lua/screen/pager.hpp"
 #include "lua/session/state.hpp"
-#include "shell/complete.hpp"
+#include "shell/completion/complete.hpp"
 #include "shell/echo.hpp"
 #include "shell/entry.hpp"
 #include "shell/reader.hpp"

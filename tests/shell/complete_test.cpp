@@ -6,7 +6,7 @@
 
 #include "lua/core/table_text.hpp"
 #include "lua/session/state.hpp"
-#include "shell/complete.hpp"
+#include "shell/completion/complete.hpp"
 #include "shell/echo.hpp"
 
 using namespace pendula::shell;

@@ -1,4 +1,4 @@
-#include "shell/call_context.hpp"
+#include "shell/completion/call_context.hpp"
 
 #include <algorithm>
 

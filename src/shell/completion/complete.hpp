@@ -7,7 +7,7 @@
 
 #include <string_view>
 
-#include "shell/reader.hpp"
+#include "shell/completion/completions.hpp"
 
 namespace pendula::shell {
 

@@ -1,4 +1,4 @@
-#include "shell/complete.hpp"
+#include "shell/completion/complete.hpp"
 
 #include <set>
 
@@ -7,7 +7,7 @@
 #include "lua/core/objects.hpp"
 #include "lua/document/tokens.hpp"
 #include "lua/session/state.hpp"
-#include "shell/call_context.hpp"
+#include "shell/completion/call_context.hpp"
 
 namespace pendula::shell {
 namespace {
