@@ -182,7 +182,7 @@ int svg(Call& call) {
 
 /// The figures of a film: this one and those of the list at argument 2.
 std::vector<plot::Figure> film(Call& call) {
-  std::vector<plot::Figure> figures{self(call)};
+  std::vector<plot::Figure> figures{figure_of(call)};
   read_figures(call, 2, figures);
   return figures;
 }
