@@ -12,7 +12,7 @@
 #include "lua/session/state.hpp"
 #include "shell/completion/complete.hpp"
 #include "shell/entry.hpp"
-#include "shell/signals.hpp"
+#include "shell/input/signals.hpp"
 
 namespace pendula::kernel {
 namespace {

@@ -11,7 +11,7 @@
 #include <zmq.hpp>
 
 #include "kernel/interpreter.hpp"
-#include "shell/signals.hpp"
+#include "shell/input/signals.hpp"
 
 namespace {
 

@@ -10,14 +10,14 @@
 #include "base/error.hpp"
 #include "lua/session/state.hpp"
 #include "lua/session/testing.hpp"
+#include "shell/input/reader.hpp"
+#include "shell/input/signals.hpp"
+#include "shell/input/terminal.hpp"
 #include "shell/licences.hpp"
 #include "shell/options.hpp"
-#include "shell/reader.hpp"
 #include "shell/repl.hpp"
 #include "shell/safe_mode.hpp"
 #include "shell/script.hpp"
-#include "shell/signals.hpp"
-#include "shell/terminal.hpp"
 
 namespace pendula::shell {
 namespace {

@@ -13,10 +13,10 @@
 #include "shell/completion/complete.hpp"
 #include "shell/echo.hpp"
 #include "shell/entry.hpp"
-#include "shell/reader.hpp"
+#include "shell/input/reader.hpp"
+#include "shell/input/signals.hpp"
+#include "shell/input/terminal.hpp"
 #include "shell/script.hpp"
-#include "shell/signals.hpp"
-#include "shell/terminal.hpp"
 
 namespace pendula::shell {
 namespace {

@@ -8,9 +8,9 @@
 #include "base/error.hpp"
 #include "lua/session/forbidden_calls.hpp"
 #include "lua/session/state.hpp"
+#include "shell/input/signals.hpp"
 #include "shell/sandbox/json.hpp"
 #include "shell/script.hpp"
-#include "shell/signals.hpp"
 
 namespace pendula::shell {
 namespace {

@@ -13,7 +13,7 @@
 #include "base/text.hpp"
 #include "lua/session/state.hpp"
 #include "shell/hints.hpp"
-#include "shell/terminal.hpp"
+#include "shell/input/terminal.hpp"
 
 namespace pendula::shell {
 namespace {

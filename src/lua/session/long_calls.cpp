@@ -25,10 +25,6 @@ bool is_whole(lua_State* L, int index) {
   return lua_type(L, index) == LUA_TNUMBER && whole;
 }
 
-/// The original is upvalue 1, a C function without upvalues of its own: in this frame its errors carry the
-/// name under which the user called it.
-int call_original(lua_State* L) { return lua_tocfunction(L, lua_upvalueindex(1))(L); }
-
 // ── tables ──
 
 int less(lua_State* L) {

@@ -10,6 +10,7 @@
 #include "lua/core/objects.hpp"
 #include "lua/core/trampoline.hpp"
 #include "lua/core/values.hpp"
+#include "lua/session/long_calls.hpp"
 
 namespace pendula::lua {
 
@@ -43,10 +44,6 @@ std::string remedy_for(lua_State* L, int index) {
   if (object_type(L, index) == TypeName<Matrix>::value) return "; take an entry, m[1] or m(1, 2)";
   return "; its value is evaluate(e, { x = 1 }), along a solution sol(e, t)";
 }
-
-/// The original (upvalue 1, a C function without upvalues of its own) in this frame, so that its errors carry the
-/// name under which the user called it.
-int call_original(lua_State* L) { return lua_tocfunction(L, lua_upvalueindex(1))(L); }
 
 /// math.f(…). Upvalues: the original, its name.
 int numeric_function(lua_State* L) {

@@ -47,7 +47,7 @@ class Recursion {
       if (symbol_of(leaf).kind != Kind::parameter ||
           std::find(inputs.begin(), inputs.end(), leaf) != inputs.end())
         continue;
-      fixed_.push_back(evaluate({&*symbol_of(leaf).value, 1}, {})[0]);
+      fixed_.push_back(pendula::evaluate({&*symbol_of(leaf).value, 1}, {})[0]);
       inputs.push_back(leaf);
     }
     kernel_ = codegen::Kernel(outputs, inputs);
@@ -114,7 +114,7 @@ class Recursion {
 };
 
 LeastSquares linearised(const Mat& J, const Vec& e) {
-  return solve_triangular(triangular_factor(J, e).R(), e.size());
+  return solve_triangular(pendula::triangular_factor(J, e).R(), e.size());
 }
 
 /// Minimises ½‖y - ŷ(θ)‖² from theta; e, J and yhat belong to the minimum.

@@ -1,4 +1,4 @@
-#include "shell/history.hpp"
+#include "shell/input/history.hpp"
 
 #include <fcntl.h>
 #include <unistd.h>

@@ -1,4 +1,4 @@
-#include "shell/terminal.hpp"
+#include "shell/input/terminal.hpp"
 
 #include <langinfo.h>
 #include <unistd.h>

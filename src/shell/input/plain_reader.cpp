@@ -3,8 +3,8 @@
 
 #include <cstdio>
 
-#include "shell/reader.hpp"
-#include "shell/signals.hpp"
+#include "shell/input/reader.hpp"
+#include "shell/input/signals.hpp"
 
 namespace pendula::shell {
 namespace {

@@ -12,10 +12,10 @@
 #include <readline/history.h>
 #include <readline/readline.h>
 
-#include "shell/history.hpp"
-#include "shell/reader.hpp"
-#include "shell/signals.hpp"
-#include "shell/terminal.hpp"
+#include "shell/input/history.hpp"
+#include "shell/input/reader.hpp"
+#include "shell/input/signals.hpp"
+#include "shell/input/terminal.hpp"
 
 namespace pendula::shell {
 namespace {

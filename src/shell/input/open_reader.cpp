@@ -1,7 +1,7 @@
 #include <unistd.h>
 
-#include "shell/reader.hpp"
-#include "shell/terminal.hpp"
+#include "shell/input/reader.hpp"
+#include "shell/input/terminal.hpp"
 
 namespace pendula::shell {
 

@@ -1,4 +1,4 @@
-#include "shell/signals.hpp"
+#include "shell/input/signals.hpp"
 
 #include <poll.h>
 #include <unistd.h>
