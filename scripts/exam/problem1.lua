@@ -1,6 +1,6 @@
--- Exam problem 1, Lagrange modelling: two masses m, the first on a sphere of radius R, joined by a rigid link
--- of length L. Text and printed solution: the course exam; what is misprinted there is corrected here and
--- said in comments.
+--- # Exam problem 1: Lagrange modelling
+--- Two masses m, the first on a sphere of radius R, joined by a rigid link of length L. Text and printed
+--- solution: the course exam; what is misprinted there is corrected here and said in comments.
 --
 --   ./dev run scripts/exam/problem1.lua              the numbers, and the figures in the terminal with: … problem1.lua show
 --

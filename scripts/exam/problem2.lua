@@ -1,6 +1,6 @@
--- Exam problem 2, system identification: maximum likelihood with uniform noise, predictors, weighted least
--- squares, and what one equation says about two parameters. Corrections to the printed solution are said in
--- comments.
+--- # Exam problem 2: system identification
+--- Maximum likelihood with uniform noise, predictors, weighted least squares, and what one equation says
+--- about two parameters. Corrections to the printed solution are said in comments.
 --
 --   ./dev run scripts/exam/problem2.lua              the numbers, and the figure with: … problem2.lua show
 

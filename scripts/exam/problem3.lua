@@ -1,6 +1,6 @@
--- Exam problem 3, differential-algebraic and implicit differential equations.
--- Text and printed solution: the course exam; what is misprinted there is corrected here and said in
--- comments.
+--- # Exam problem 3: differential-algebraic and implicit differential equations
+--- Text and printed solution: the course exam; what is misprinted there is corrected here and said in
+--- comments.
 --
 --   ./dev run scripts/exam/problem3.lua
 --

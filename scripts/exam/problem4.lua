@@ -1,7 +1,7 @@
--- Exam problem 4, Newton's method: when do full steps converge, and what does ‖x₊ - x⋆‖ ≤ c ‖x - x⋆‖² mean?
--- The iteration (51): ∂r/∂x Δx + r = 0, x ← x + α Δx. In (52) x⋆ is a root, r(x⋆) = 0 (missing in the print);
--- (66) needs
--- α > 0, since α = 0 never moves.
+--- # Exam problem 4: Newton's method
+--- When do full steps converge, and what does ‖x₊ - x⋆‖ ≤ c ‖x - x⋆‖² mean? The iteration (51):
+--- ∂r/∂x Δx + r = 0, x ← x + α Δx. In (52) x⋆ is a root, r(x⋆) = 0 (missing in the print); (66) needs
+--- α > 0, since α = 0 never moves.
 --
 --   pendula scripts/exam/problem4.lua              the numbers; with `show` also the pictures: … problem4.lua show
 local show = arg and arg[1] == "show"

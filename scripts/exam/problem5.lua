@@ -1,7 +1,7 @@
--- Exam problem 5, simulation with implicit Runge–Kutta methods.
--- Corrections to the print: the stopping test of the algorithm is ‖r(K, z, x_k)‖, z needs a start and is
--- returned too; what is printed as the solution of 5(d) answers 5(e). Order 2s of Gauss methods holds for
--- ODEs at the mesh points (73).
+--- # Exam problem 5: simulation with implicit Runge–Kutta methods
+--- Corrections to the print: the stopping test of the algorithm is ‖r(K, z, x_k)‖, z needs a start and is
+--- returned too; what is printed as the solution of 5(d) answers 5(e). Order 2s of Gauss methods holds for
+--- ODEs at the mesh points (73).
 --
 --   pendula scripts/exam/problem5.lua              the numbers; with `show` also the pictures: … problem5.lua show
 local show = arg and arg[1] == "show"

@@ -8,12 +8,12 @@
 #include <new>
 
 #include "base/error.hpp"
+#include "lua/document/licences.hpp"
 #include "lua/session/state.hpp"
 #include "lua/session/testing.hpp"
 #include "shell/input/reader.hpp"
 #include "shell/input/signals.hpp"
 #include "shell/input/terminal.hpp"
-#include "shell/licences.hpp"
 #include "shell/options.hpp"
 #include "shell/repl.hpp"
 #include "shell/safe_mode.hpp"
@@ -70,7 +70,7 @@ int dispatch(const Options& options) {
                   has_line_editing() ? ", with readline" : "");
       return ok;
     case Options::Action::licences:
-      std::fputs(licences_text().c_str(), stdout);
+      std::fputs(lua::licences_text().c_str(), stdout);
       return ok;
     case Options::Action::help:
       std::fputs(help_text(), stdout);

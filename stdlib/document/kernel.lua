@@ -22,8 +22,9 @@ local function json_string(words) return '"' .. words:gsub('[\\"]', "\\%0") .. '
 
 local function data_folder(prefix)
   if prefix then return prefix .. "/share/jupyter" end
-  local home = os.getenv "HOME" or "/root"
-  return os.getenv "JUPYTER_DATA_DIR" or (os.getenv "XDG_DATA_HOME" or home .. "/.local/share") .. "/jupyter"
+  local home = page.environment "HOME" or "/root"
+  return page.environment "JUPYTER_DATA_DIR"
+    or (page.environment "XDG_DATA_HOME" or home .. "/.local/share") .. "/jupyter"
 end
 
 -- The second program stands beside this one.

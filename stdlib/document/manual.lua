@@ -241,7 +241,7 @@ local function make(folder)
 end
 
 local function cache_folder()
-  local home = os.getenv "XDG_CACHE_HOME" or (os.getenv "HOME" or "/tmp") .. "/.cache"
+  local home = page.environment "XDG_CACHE_HOME" or (page.environment "HOME" or "/tmp") .. "/.cache"
   return home .. "/pendula/manual-" .. program_version
 end
 

@@ -43,6 +43,12 @@ end
 
 -- ── programs ───────────────────────────────────────────────────────────────────────────────────────────────
 
+-- A variable of the environment; an empty one counts as none.
+function M.environment(name)
+  local value = os.getenv(name)
+  return value ~= "" and value or nil
+end
+
 local function quoted(word) return "'" .. word:gsub("'", "'\\''") .. "'" end
 M.quoted = quoted
 
@@ -80,8 +86,9 @@ end
 
 -- Shows a page in the user's browser, if there is a screen. True if one was started.
 function M.open(path)
-  if not (os.getenv "DISPLAY" or os.getenv "WAYLAND_DISPLAY" or os.getenv "BROWSER") then return false end
-  local opener = os.getenv "BROWSER" or "xdg-open"
+  local browser = M.environment "BROWSER"
+  if not (M.environment "DISPLAY" or M.environment "WAYLAND_DISPLAY" or browser) then return false end
+  local opener = browser or "xdg-open"
   if not has_program(opener) then return false end
   return os.execute(quoted(opener) .. " " .. quoted(path) .. " >/dev/null 2>&1 &") == true
 end

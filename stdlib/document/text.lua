@@ -4,8 +4,9 @@ local M = {}
 
 local replacement = "\u{FFFD}"
 
--- Valid UTF-8 without control characters; line ends and tabs stay.
+-- Valid UTF-8 without control characters; line ends, of whatever system, and tabs stay.
 function M.valid(text)
+  text = text:gsub("\r\n?", "\n")
   local length, bad = utf8.len(text)
   if not length then
     local parts, from = {}, 1

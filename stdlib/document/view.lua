@@ -53,7 +53,12 @@ return function(x, options)
   end
   if inside then return end
   local title = (shown(x):match "^[^\n]*"):sub(1, 80)
-  local target = options.file or os.tmpname() .. ".html"
+  local target = options.file
+  if not target then
+    local name = os.tmpname()                        -- exists, so the name with an ending is ours as well
+    target = name .. ".html"
+    os.remove(name)
+  end
   write_file(target, page.html(title, '<section class="output">' .. record:html(0, record:drawings())
     .. "</section>"), "view")
   if options.open ~= false then page.open(target) end

@@ -2,6 +2,7 @@
 mathematics, figures, errors in their places; what must not: markup that a script printed, anything to fetch."""
 import os
 import re
+import signal
 import subprocess
 import sys
 import tempfile
@@ -171,6 +172,37 @@ class ReportTest(unittest.TestCase):
         self.assertIn("2.5e-12", page.text("td"))
         self.assertIn("and", page.text("span"))
         self.assertGreaterEqual(page.count("table"), 3)
+
+    def test_line_ends_of_other_systems(self):
+        page = self.report('--- # Title\r\n--- text\r\nx = 1\r\nprint(x)\r\n')
+        self.assertEqual(page.text("h1"), "Title")
+        self.assertNotIn("\ufffd", page.html)
+
+    def test_without_gnuplot(self):
+        script = os.path.join(self.folder, "exam.lua")
+        with open(script, "w") as file:
+            file.write('plot({1, 2}, { title = "Line" }):show()')
+        run = subprocess.run([os.path.abspath(PROGRAM), "report", script, "-o", "x.html"], capture_output=True,
+                             text=True, cwd=self.folder, env={"PATH": self.folder})
+        self.assertEqual(run.returncode, 0, run.stderr)
+        with open(os.path.join(self.folder, "x.html")) as file:
+            page = Page(file.read())
+        self.assertIn("apt-get install gnuplot-nox", page.text("figcaption"))
+        self.assertIn("Line", page.text("pre"))
+
+    def test_interrupt(self):
+        script = os.path.join(self.folder, "exam.lua")
+        with open(script, "w") as file:
+            file.write('print "before"\nwhile true do end')
+        run = subprocess.Popen([PROGRAM, "report", script, "-o", script + ".html"], stderr=subprocess.PIPE)
+        time.sleep(1.5)
+        run.send_signal(signal.SIGINT)
+        run.communicate(timeout=60)
+        self.assertEqual(run.returncode, 130)
+        with open(script + ".html") as file:
+            page = Page(file.read())
+        self.assertIn("before", page.text("pre"))
+        self.assertIn("interrupted", page.text("pre"))
 
     def test_slider(self):
         page = self.report('view({ plot({1, 2}), plot({2, 1}) }, { slider = "k", values = { 1, 2 } })')

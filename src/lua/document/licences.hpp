@@ -3,9 +3,9 @@
 
 #include <string>
 
-namespace pendula::shell {
+namespace pendula::lua {
 
 /// The text of --licences: one paragraph for each library of this build, whose names come from CMake.
 std::string licences_text();
 
-}  // namespace pendula::shell
+}  // namespace pendula::lua

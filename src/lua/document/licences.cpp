@@ -1,10 +1,10 @@
-#include "shell/licences.hpp"
+#include "lua/document/licences.hpp"
 
 #include <string_view>
 
 #include "base/text.hpp"
 
-namespace pendula::shell {
+namespace pendula::lua {
 namespace {
 
 struct Part {
@@ -45,4 +45,4 @@ std::string licences_text() {
          "gnuplot, chromium and other programs are started where they are installed and are no part of it.\n";
 }
 
-}  // namespace pendula::shell
+}  // namespace pendula::lua
