@@ -19,6 +19,8 @@ constexpr Part parts[] = {
     {"klu",
      "SuiteSparse (libklu, libbtf, libsuitesparseconfig: LGPL-2.1-or-later or BSD-3-Clause; libamd, libcolamd: "
      "BSD-3-Clause). © Timothy A. Davis, Eka Palamadai and others"},
+    {"sqlite", "SQLite (libsqlite3): public domain"},
+    {"zlib", "zlib (libz): Zlib. © Jean-loup Gailly and Mark Adler"},
     {"asmjit", "AsmJit (libasmjit): Zlib. © Petr Kobalicek"},
     {"sleef", "SLEEF (libsleef): BSL-1.0. © Naoki Shibata and contributors"},
     {"readline",
