@@ -79,7 +79,7 @@ local most_written = 24        -- rows of r and M that are still a formula on pa
 local function stages_of(p, tab, dt)
   local s, n = tab.stages, #p.x
   local K, z, w, r = {}, {}, {}, {}
-  local xk = stand_ins("xk", p.x)
+  local xk = stand_ins("x_k", p.x)
   for i = 1, s do K[i], z[i] = stand_ins("K" .. i, p.x), stand_ins("z" .. i, p.z) end
   for i = 1, s do
     local replacements, X = {}, {}
@@ -224,7 +224,7 @@ local function bdf_step(p, method, result)
   add "Equations r(w) = 0:"
   local x1, z1 = stand_ins("x1", p.x), stand_ins("z1", p.z)
   local old = {}
-  for j = 1, m do old[j] = stand_ins("x" .. (j == 1 and "k" or "k" .. (j - 1)), p.x) end
+  for j = 1, m do old[j] = stand_ins("x_" .. (j == 1 and "k" or "k" .. (j - 1)), p.x) end
   local replacements = pairing(p.z, z1, pairing(p.x, x1, {}))
   local dt, r, w = param "dt", {}, {}
   local minus = history:sub(1, 1) == "-" and " - " .. history:sub(2) or " + " .. history
@@ -324,7 +324,9 @@ end
 local function written(result)
   local text = result.text
   if result.r and #result.r <= most_written then
-    text = text .. "\nWritten out, with w = " .. tostring(result.w) .. ":"
+    local names = {}
+    for i = 1, #result.w do names[i] = tostring(result.w[i]) end
+    text = text .. "\nWritten out, with w = (" .. table.concat(names, ", ") .. "):"
     for i = 1, #result.r do text = text .. "\n     0 = " .. tostring(result.r[i]) end
   end
   return text

@@ -2,7 +2,8 @@
 --- Two masses m, the first on a sphere of radius R, joined by a rigid link of length L. Text and printed
 --- solution: the course exam; what is misprinted there is corrected here and said in comments.
 --
---   ./dev run scripts/exam/problem1.lua              the numbers, and the figures in the terminal with: … problem1.lua show
+--   ./dev run scripts/exam/problem1.lua              the numbers, and the figures in the terminal with: …
+--   problem1.lua show
 --
 -- Everything below is typed as one would at the prompt.
 
@@ -23,6 +24,8 @@ print("V =", chain.V)
 for i = 1, 2 do print("C" .. i .. " =", chain.C[i]) end
 print("W ="); print(chain.M)
 print("∂C/∂q ="); print(chain.dCdq)                -- exam (7), transposed
+print "The derivation:"
+print(chain:trace())
 print(chain)
 print("index " .. chain:index() .. ": " .. #chain.differential .. " differential + " .. #chain.algebraic
   .. " algebraic variables")
@@ -78,8 +81,9 @@ figure2 = plot3(off, p1, { title = "Mass 1 leaves the sphere: C1′(0) = 0.1", s
 figure1 = plot3(good, p1, { title = "A consistent start stays on it", surfaces = { sphere(1) } })
 lines   = plot(off, { C1, C2 }, { title = "C(t) from an inconsistent start", labels = { "C1", "C2" } })
 level   = plot(good, { C1, C2 }, { title = "C(t) from a consistent start", labels = { "C1", "C2" } })
+lines:show()
 if arg and arg[1] == "show" then
-  figure1:show() figure2:show() lines:show() level:show()
+  figure1:show() figure2:show() level:show()
 elseif arg and arg[1] == "save" then
   figure1:save "sphere-consistent.svg" figure2:save "sphere-inconsistent.svg" lines:save "drift.svg" level:save "no-drift.svg"
 end

@@ -20,7 +20,7 @@ print(("n = n_x = %d,  m = n_x + n_z = %d;  the matrix is %d × %d"):format(#x, 
 expect(J.rows):equals(J.cols)
 for _, m in ipairs { 2, 4 } do
   local wrong = dae.implicit { x = x, z = z, u = u, F = func("F", m)(x.dot, x, z, u) }
-  print(("with m = %d: %s"):format(m, wrong:structure().verdict))
+  print(("with m = %d: %s"):format(m, tostring(wrong):match "; ([^\n]*)"))
   expect(function() return wrong:index() end):fails(m .. " equations for 3 unknowns")
 end
 
@@ -93,7 +93,7 @@ low = general:reduce "acc"
 print "Index reduction:"
 print(low:trace())
 gx = jacobian(g(x), x)
-print("with (1) in it:  0 =", (gx*(A*x + b*z)))    -- exam (49b)
+print("Substituting (1):  0 =", (gx*(A*x + b*z)))    -- exam (49b)
 print("solvable for z where  ∂g/∂x b =", gx*b, "≠ 0: a scalar, so full rank means different from 0")
 print("z =", -(gx*A*x)/(gx*b))
 print("consistency:  "); print(general:constraints())

@@ -3,7 +3,8 @@
 --- returned too; what is printed as the solution of 5(d) answers 5(e). Order 2s of Gauss methods holds for
 --- ODEs at the mesh points (73).
 --
---   pendula scripts/exam/problem5.lua              the numbers; with `show` also the pictures: … problem5.lua show
+--   pendula scripts/exam/problem5.lua              the numbers; with `show` also the pictures: … problem5.lua
+--   show
 local show = arg and arg[1] == "show"
 
 print "5(a)  An IRK scheme for F(x′, x, z) = 0, written out by hand"
@@ -51,6 +52,8 @@ print("by hand:   x(2) = " .. ("%.10f, %.10f"):format(by_hand[1], by_hand[2])
   .. ("   %d Newton steps for 20 steps"):format(count))
 model = dae.implicit { x = x, z = vec { z }, F = F }
 at = model:init { fix = { [x] = {1, 0.5} }, guess = { z = 0.1 } }
+print "The algorithm, with its equations, its Jacobian and the Newton step:"
+print(explain_step(model, tab))
 built_in = model:integrate { start = at, to = 2, method = tab, dt = 0.1 }
 print("built in:  x(2) = " .. ("%.10f, %.10f"):format(built_in:final(x[1]), built_in:final(x[2])))
 expect(by_hand):near(built_in:final(x), 1e-13)               -- the same scheme: equal to rounding
@@ -105,7 +108,7 @@ print "Stages grow faster than the order (Table 1 of the exam), here with the me
 print "  order  stages (least possible)  method"
 least = { 1, 2, 3, 4, 6, 7, 9, 11 }
 for _, row in ipairs { { 1, rk.euler }, { 2, rk.midpoint }, { 3, rk.bogacki_shampine }, { 4, rk.rk4 },
-  { 5, rk.dopri5 }, { 8, rk.dop853 } } do
+  { 5, rk.dopri5 }, { 6, rk.butcher6 }, { 7, rk.verner76 }, { 8, rk.dop853 } } do
   local order, method = row[1], row[2]
   expect(method:order()):equals(order)
   print(("  %d      %2d (%d)                  %s"):format(order, method.stages, least[order], method.name))
@@ -135,9 +138,12 @@ X1, X2 = X + h*(a[1][1]*K1 + a[1][2]*K2), X + h*(a[2][1]*K1 + a[2][2]*K2)
 re = vec { K1 - f(X1, Z1, U1), g(X1, Z1, U1), K2 - f(X2, Z2, U2), g(X2, Z2, U2) }
 we = vec { K1, Z1, K2, Z2 }
 print "w = (K₁, z₁, K₂, z₂), r(w) ="
-print(re)
+for i = 1, #re do print("  " .. tostring(re[i])) end
 print "∂r/∂w ="
 print(jacobian(re, we))
+semi = dae.semi_explicit { x = { var "x1" }, z = { var "z1" }, u = { input "u" },
+  f = f(var "x1", var "z1", input "u"), g = g(var "x1", var "z1", input "u") }
+print(explain_step(semi, rk.gauss(2)))
 print "The block pattern for n = 3 states, m = 2 algebraic variables and s = 3 stages, and the one of 5(a):"
 xs, zs = var("xs", 3), var("zs", 2)
 fs, gs = func("fs", 3), func("gs", 2)

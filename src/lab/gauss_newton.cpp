@@ -39,7 +39,7 @@ class Solver {
       }
       const Vec step = gauss_newton_step();
       if (small(step) || R_.norm() <= noise()) {
-        status = "converged";
+        status = has_run_away() ? "diverged" : "converged";
         break;
       }
       if (run_.iterations() >= settings_.max) break;
@@ -66,6 +66,14 @@ class Solver {
     scale_ = scale_.cwiseMax(J_.colwise().norm().transpose());
     for (double& s : scale_)
       if (s == 0) s = 1;
+  }
+  /// Steps become small where some unknown has no influence any more, though ‖R‖ is larger than at the start.
+  bool has_run_away() const {
+    if (!(R_.norm() > 10 * run_.norm.front())) return false;
+    Eigen::ColPivHouseholderQR<Mat> qr;
+    qr.setThreshold(rank_threshold);
+    qr.compute(J_ * scale_.cwiseInverse().asDiagonal());
+    return qr.rank() < f_.n();
   }
   double noise() const { return 8 * eps * (J_.cwiseAbs() * x_.cwiseAbs()).norm(); }
 

@@ -35,7 +35,7 @@ struct GaussNewtonRun {
   std::vector<double> norm, gradient;  ///< ‖R‖ and ‖JᵀR‖ of every iterate
   std::vector<double> alpha, lambda;   ///< of the step from xₖ; λ = 0: a Gauss–Newton step
   bool converged = false;
-  std::string status;  ///< "converged", "not converged", "stalled", "undefined"
+  std::string status;  ///< "converged", "not converged", "diverged", "stalled", "undefined"
 
   // ── at the last iterate ──
   Vec R;

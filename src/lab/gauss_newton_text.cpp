@@ -126,6 +126,10 @@ std::string ending_text(const NumericFunction& f, const GaussNewtonRun& run) {
     return text("Stopped: R or ∂R/∂x is not finite beyond iterate ", run.iterations(),
                 what.empty() ? "" : "; ", what, ". Start where R is defined.");
   }
+  if (run.status == "diverged")
+    return text(
+        "Diverged: ‖R‖ has grown from ", rounded(run.norm.front(), 3), " to ", rounded(run.norm.back(), 3),
+        ", where not all unknowns have an influence on R. Use alpha = \"line search\", or start elsewhere.");
   if (run.status == "stalled")
     return text("Stalled: no step from iterate ", run.iterations(),
                 " makes ‖R‖ = ", rounded(run.norm.back(), 6),
@@ -167,6 +171,7 @@ std::string gauss_newton_text(const NumericFunction& R, const GaussNewtonSetting
 
 std::string gauss_newton_verdict(const NumericFunction& R, const GaussNewtonRun& run) {
   std::string out = ending_text(R, run);
+  if (run.status == "diverged") return out;  // where it ended is no point to be described
   const std::string free = undetermined_text(R.unknowns, run.undetermined);
   if (!free.empty()) out += (out.empty() ? "" : " ") + free;
   return out;

@@ -142,7 +142,15 @@ class Iteration {
     }
     return end(ending);
   }
+  /// The Jacobian vanishes where the iterates have gone: that it is singular there is not the reason.
+  bool is_running_away() const {
+    const std::size_t k = run_.x.size();
+    constexpr double far = 5, growing = 2;  // starts; of one step
+    if (k < 2 || !(x_.norm() > far * (1 + run_.x.front().norm()))) return false;
+    return x_.norm() > growing * run_.x[k - 2].norm();
+  }
   NewtonRun singular() {
+    if (is_running_away()) return end(Ending::diverged);
     run_.null_vector = conditioning(M_).null_vector;
     return end(Ending::singular);
   }

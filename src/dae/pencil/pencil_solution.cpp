@@ -163,7 +163,12 @@ std::string names(const std::vector<Expr>& list) {
 
 /// c with T₁ c + shift = x0 in the given components.
 VecX start(const Pencil& p, const SolutionRequest& request, const VecX& shift) {
-  if (request.general) return column(newly_declared(symbol_vector(Kind::parameter, "c", p.dof)));
+  if (request.general) {  // scalars: "c₁ cos(t) + …", and not multiples of a column c
+    if (p.dof == 1) return column(newly_declared({symbol(Kind::parameter, "c")}));
+    VecX c(p.dof);
+    for (int i = 0; i < p.dof; ++i) c[i] = newly_declared({symbol(Kind::parameter, text("c", i + 1))})[0];
+    return c;
+  }
   const int rows = static_cast<int>(request.x0.size());
   RationalMatrix given(rows, p.dof);
   VecX right(rows), shifts(rows);

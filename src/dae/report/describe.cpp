@@ -44,7 +44,8 @@ std::string header(const Model& m) {
               z ? text(" + ", z, " algebraic variable", n + z == 1 ? "" : "s")
                 : text(" variable", n == 1 ? "" : "s"));
   if (m.residuals.size() != m.variables.size())
-    return out + text("; ", counted(m.residuals.size(), "equation"), " for ",
+    return out + text("; ", m.residuals.size() > m.variables.size() ? "over" : "under",
+                      "-determined: ", counted(m.residuals.size(), "equation"), " for ",
                       counted(m.variables.size(), "unknown"));
   try {
     const IndexResult known = differentiation_index(m);

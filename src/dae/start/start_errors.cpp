@@ -1,6 +1,7 @@
 // Error messages of init(): conflicting values, undetermined values, expressions without value.
 #include <algorithm>
 #include <cmath>
+#include <unordered_set>
 #include <utility>
 
 #include "base/decompositions.hpp"
@@ -162,6 +163,30 @@ std::string short_label(const StartSystem& s, std::size_t row) {
   return label.starts_with(word) ? label.substr(word.size()) : label;
 }
 
+/// Equations all of whose unknowns are fixed, where the given values violate them.
+std::vector<std::string> violations_of_given_values(const StartSystem& s, const Conflict& conflict) {
+  Vec w = first_point(s, 0);
+  std::unordered_set<Expr> fixed;
+  for (std::size_t k = 0; k < s.fixes(); ++k)
+    if (const auto j = s.fixed_unknown(k)) {
+      w[*j] = s.request.fix[k].second;
+      fixed.insert(s.unknowns[*j]);
+    }
+  const auto point = s.point(w);
+  std::vector<std::string> lines;
+  for (std::size_t i : conflict.equations) {
+    const Expr e = s.rows[i];
+    const auto inside = unknowns_in(s, e);
+    if (!std::all_of(inside.begin(), inside.end(), [&](Expr leaf) { return fixed.count(leaf) > 0; }))
+      continue;
+    const double value = pendula::evaluate({&e, 1}, point)[0];
+    if (std::fabs(value) > 1e-9 * std::max(1.0, size_of_terms(e, point)))
+      lines.push_back(text(short_label(s, i), ":  0 ≠ ", rounded(value, 6), " = ", to_text(e), "  at ",
+                           values_of(inside, point)));
+  }
+  return lines;
+}
+
 std::vector<std::string> violations(const StartSystem& s, const Conflict& conflict) {
   const auto point = nearest_miss(s, conflict);
   std::vector<Expr> equations, fixed;
@@ -180,6 +205,7 @@ std::vector<std::string> violations(const StartSystem& s, const Conflict& confli
       if (std::isfinite(value(e)) && std::fabs(value(e)) > rounding(e))
         lines.push_back(
             text(join(labels, ", "), ":  0 ≠ ", rounded(value(e), 6), " = ", to_text(simplify(e))));
+  if (lines.empty()) lines = violations_of_given_values(s, conflict);
   if (!lines.empty()) return lines;
   for (std::size_t k = 0; k < equations.size() && k < readable; ++k)
     if (std::fabs(value(equations[k])) > rounding(equations[k]))

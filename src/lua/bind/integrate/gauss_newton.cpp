@@ -179,7 +179,7 @@ extern const Module gauss_newton_module = {
         {"gauss_newton#converged", converged, "g.converged -> boolean",
          "No component of the Gauss–Newton step is above tol relative to x.", "", ""},
         {"gauss_newton#status", status, "g.status -> string",
-         R"("converged", "not converged", "stalled" or "undefined".)", "", ""},
+         R"("converged", "not converged", "diverged", "stalled" or "undefined".)", "", ""},
         {"gauss_newton#iterations", iterations, "g.iterations -> integer", "Steps taken.", "", ""},
         {"gauss_newton#iterates", iterates, "g.iterates -> list of columns", "iterates[1] is the start.", "",
          ""},
