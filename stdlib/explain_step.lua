@@ -346,8 +346,11 @@ local function explain_step(sys, method)
   result.text = table.concat(lines, "\n")
   function result.latex()
     if not result.r then return "" end
-    return "\\begin{align*}\n  r &= " .. result.r:latex() .. " = 0 \\\\\n  w &= " .. result.w:latex()
-      .. " \\\\\n  \\frac{\\partial r}{\\partial w} &= " .. result.M:latex() .. "\n\\end{align*}"
+    local rows, longest = {}, 1500
+    for i = 1, #result.r do rows[i] = "  0 &= " .. latex(result.r[i]) end
+    local M = result.M:latex()
+    if #M <= longest then rows[#rows + 1] = "  \\frac{\\partial r}{\\partial w} &= " .. M end
+    return "\\begin{align*}\n" .. table.concat(rows, " \\\\\n") .. "\n\\end{align*}"
   end
   return setmetatable(result, { __tostring = written, __name = "step" })
 end

@@ -21,10 +21,37 @@ local function source_of(value)
     .. (kind and "a " .. kind or type(value)) .. remedy)
 end
 
+-- A value as LaTeX for a page: formulas displayed, what is text or an environment already as it is.
+local function fragment_of(value)
+  if type(value) == "string" then return value end
+  local good, latex = pcall(function() return value:latex() end)
+  if not good and type(value) == "table" and type(value.latex) == "function" then
+    good, latex = pcall(value.latex, value)
+  end
+  if not good then
+    fail("save: " .. (object_type(value) or type(value)) .. " has no latex(); a .tex file takes models, derivations, "
+      .. "expressions, tableaus, identified models, or a list of these and of texts")
+  end
+  local is_inner = latex:find "^%s*\\begin{aligned}" or latex:find "^%s*\\begin{array}"
+  local is_page = not is_inner and (latex:find "^%s*\\begin{align" or latex:find "\\begin{equation" or latex:find "\\\\\n%a")
+  return is_page and latex or "\\begin{equation*}\n" .. latex .. "\n\\end{equation*}"
+end
+
+local function document_of(value)
+  local is_list = type(value) == "table" and getmetatable(value) == nil
+  local parts = {}
+  for _, part in ipairs(is_list and value or { value }) do parts[#parts + 1] = fragment_of(part) end
+  return "\\documentclass[11pt,a4paper]{article}\n\\usepackage[T1]{fontenc}\n\\usepackage{amsmath}\n"
+    .. "\\usepackage[margin=25mm]{geometry}\n\\setlength{\\parindent}{0pt}\n\\allowdisplaybreaks\n\\begin{document}\n"
+    .. table.concat(parts, "\n\n") .. "\n\\end{document}\n"
+end
+
 doc { name = "save", module = "files", title = "Files", sig = "save(file, value)",
   text = [[Writes a model, an expression, a matrix or an equation to a Lua file that load (or dofile) turns
     into the same value, in a new session too. A model keeps its name, parameter values and the form it was
-    reduced to. The file appears complete or not at all.]],
+    reduced to. A file named .tex is a LaTeX document that compiles as it is: of whatever has latex()
+    (models, derivations, expressions, tableaus, identified models), or of a list of these and of texts. The
+    file appears complete or not at all.]],
   example = [[
     x = var "x"
     name = os.tmpname() .. ".lua"
@@ -32,7 +59,7 @@ doc { name = "save", module = "files", title = "Files", sig = "save(file, value)
     return load(name).kind]], gives = "ODE",
   function(file, value)
     if type(file) ~= "string" then fail 'save: expected a file name first, as in save("model.lua", sys)' end
-    write_file(file, source_of(value), "save")
+    write_file(file, file:find "%.tex$" and document_of(value) or source_of(value), "save")
   end }
 
 -- A column title is quoted where it contains a comma or a quote.

@@ -155,8 +155,7 @@ ModelPtr to_first_order(const ModelPtr& model) {
         lower[derivative_leaf(g.leaves[i], k)] = v[i];
         if (k + 1 == g.order) lower[derivative_leaf(g.leaves[i], g.order)] = derivative_leaf(v[i]);
       }
-      options.trace.push_back(text("introduce ", formula(ref(tie.rhs), " = ", ref(tie.lhs)),
-                                   ", a new variable for the derivative"));
+      options.trace.push_back(text("Introduce ", formula(ref(tie.rhs), " = ", ref(tie.lhs)), "."));
       blocks.push_back(std::move(tie));
       below = v;
     }
@@ -325,12 +324,12 @@ ModelPtr to_semi_explicit(const ModelPtr& given) {
   ModelOptions options = child_of(model);
   if (model->residuals.size() == model->variables.size())
     if (auto solved = solved_form(*model)) {
-      options.trace.push_back("solve each row for the derivative it contains: x′ = f, 0 = g");
+      options.trace.push_back("Solve each row for the derivative it contains: x′ = f, 0 = g");
       return make_model(std::move(*solved), std::move(options));
     }
   if (model->mass_matrix || (model->kind == ModelKind::implicit_ode && given->mechanics))
     if (auto solved = solved_for_derivatives(*model)) {
-      options.trace.push_back("solve the rows that contain derivatives for them:  " + formula("M x′ = r") +
+      options.trace.push_back("Solve the rows that contain derivatives for them:  " + formula("M x′ = r") +
                               "  with");
       options.trace.push_back("     " + formula("M = ", ref(solved->M)));
       return make_model(std::move(solved->blocks), std::move(options));
@@ -350,7 +349,7 @@ ModelPtr to_semi_explicit(const ModelPtr& given) {
       tie.lhs[static_cast<Index>(i)] = derivative;
       known[derivative] = options.relations[derivative] = d[i];
     }
-    options.trace.push_back("introduce the algebraic variable " + column_text(tie.rhs) + " = " +
+    options.trace.push_back("Introduce the algebraic variable " + column_text(tie.rhs) + " = " +
                             column_text(tie.lhs));
     blocks.push_back(std::move(tie));
   }

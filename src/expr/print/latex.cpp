@@ -1,6 +1,9 @@
 // LaTeX: \ddot{x}, \mathbf{p}_1^\top \mathbf{p}_1, \frac{…}{…},
 // \begin{cases}. The text goes into math mode as it is.
+#include <algorithm>
+#include <array>
 #include <cctype>
+#include <cstring>
 
 #include "base/error.hpp"
 #include "base/text.hpp"
@@ -37,6 +40,31 @@ std::string dotted(const std::string& head, int order) {
 /// For the fourth derivative and beyond the order goes above the line.
 std::string above_line(int order) { return order < 4 ? "" : text("^{(", order, ")}"); }
 
+constexpr std::array angle_functions{"\\sinh", "\\cosh", "\\tanh", "\\sin", "\\cos", "\\tan"};
+
+/// The length of \sin, \cos … at the beginning of one function and nothing else, which takes its exponent there:
+/// \sin^2\theta, \sin^2\left(2 x\right); 0 of anything else.
+std::size_t name_of_function(const Piece& p) {
+  const std::string& text = p.text;
+  for (const char* name : angle_functions) {
+    if (p.bind != Bind::atom || !text.starts_with(name)) continue;
+    const std::size_t end = std::strlen(name);
+    if (text.compare(end, 6, "\\left(") != 0) return text.find("\\left(") == std::string::npos ? end : 0;
+    int depth = 0;  // the parenthesis that is opened first is closed last
+    for (std::size_t i = end; i < text.size(); ++i) {
+      if (text.compare(i, 6, "\\left(") == 0) ++depth;
+      if (text.compare(i, 7, "\\right)") == 0 && --depth == 0) return i + 7 == text.size() ? end : 0;
+    }
+  }
+  return 0;
+}
+
+/// One symbol, with what stands above and below it: no parentheses are needed after \sin.
+bool is_symbol(const Piece& p) {
+  return p.bind == Bind::atom && p.text.find_first_of(" (|") == std::string::npos &&
+         p.text.find("\\frac") == std::string::npos;
+}
+
 class Latex final : public Notation {
  public:
   std::string parenthesised(const std::string& inside) const override {
@@ -72,6 +100,9 @@ class Latex final : public Notation {
   Piece power(const Piece& base, const mpq_class& exponent) const override {
     if (exponent == 1) return base;
     const std::string n = exponent.get_str();
+    if (const std::size_t end = name_of_function(base); end > 0 && exponent.get_den() == 1)
+      return {base.text.substr(0, end) + "^" + (n.size() == 1 ? n : braced(n)) + base.text.substr(end),
+              Bind::power};
     return {within(base, Bind::atom) + "^" + (n.size() == 1 ? n : braced(n)), Bind::power};
   }
 
@@ -110,8 +141,13 @@ class Latex final : public Notation {
       case Op::ifelse:
         return {"\\begin{cases} " + args[1].text + " & \\text{if } " + args[0].text + " \\\\ " +
                 args[2].text + " & \\text{else} \\end{cases}"};
-      default:
-        return {info(op).latex + list(args).text};
+      default: {
+        const std::string name = info(op).latex;
+        const bool angle =
+            std::find(angle_functions.begin(), angle_functions.end(), name) != angle_functions.end();
+        if (angle && is_symbol(args[0])) return {name + (args[0].text[0] == '\\' ? "" : " ") + args[0].text};
+        return {name + list(args).text};
+      }
     }
   }
 

@@ -1,0 +1,47 @@
+"""save "x.tex" writes documents that pdflatex compiles: models, derivations, tableaus, steps, fits."""
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+
+program = os.environ.get("PENDULA", "./pendula")
+script = r"""
+local x, th, y = vars "x theta y"
+local m, M, L, g = params "m=1 M=2 L=1 g=9.81"
+local cart = lagrange { q = { x, th }, T = (m + M)/2*x.dot^2 + M*L^2/2*th.dot^2 - L*M*th.dot*x.dot*sin(th),
+  V = M*g*L*sin(th), Q = generalized_force({ x, th }, { { vec { x }, vec { param "f" } } }) }
+local p = var("p", 3)
+local ball = lagrange { q = p, T = m/2*p.dot.T*p.dot, V = m*g*p[3], C = { (p.T*p - L^2)/2 } }
+local long = 0
+for i = 1, 40 do long = long + param("k" .. i)*sin(y)^i end
+local fit = arx(iddata { y = { 1, 2, 4.5, 9, 18 } }, { na = 1 })
+local parts = { "\\\\section*{Answers}", cart:trace "every step", cart, cart:semi_explicit(), ball, dae { der(y) ~ long },
+  rk.gauss(2), sin(th)^2/cos(th), mat { { x, 1 }, { 0, y } }, fit, explain_step(dae { der(y) ~ -y^3 }, rk.radau(2)) }
+for _, form in ipairs { "acc", "ggl", "baumgarte", "project", "dummy", "ode" } do
+  parts[#parts + 1] = ball:reduce(form):trace "every step"
+  parts[#parts + 1] = ball:reduce(form)
+end
+save(arg[1], parts)
+"""
+
+with tempfile.TemporaryDirectory() as folder:
+    source = os.path.join(folder, "answers.lua")
+    with open(source, "w", encoding="utf8") as file:
+        file.write(script.replace("\\\\\\\\", "\\\\"))
+    tex = os.path.join(folder, "answers.tex")
+    subprocess.run([program, source, tex], check=True)
+    text = open(tex, encoding="utf8").read()
+    for sign in "′″∂δᵀ₁²θωμ":
+        assert sign not in text, f"'{sign}' is left in the LaTeX text"
+    assert r"\sin^2\theta" in text, text[-400:]
+    if not shutil.which("pdflatex"):
+        print("pdflatex is not installed (Debian: texlive-latex-base): the document was not compiled")
+        sys.exit(0)
+    run = subprocess.run(["pdflatex", "-interaction=nonstopmode", "-halt-on-error", "answers.tex"], cwd=folder,
+                         capture_output=True, text=True, errors="replace")
+    if run.returncode:
+        print(run.stdout[-3000:])
+    assert run.returncode == 0, "pdflatex fails"
+    assert os.path.exists(os.path.join(folder, "answers.pdf"))
+print("passed")
