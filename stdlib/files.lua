@@ -29,11 +29,13 @@ local function fragment_of(value)
     good, latex = pcall(value.latex, value)
   end
   if not good then
-    fail("save: " .. (object_type(value) or type(value)) .. " has no latex(); a .tex file takes models, derivations, "
+    fail("save: " .. (object_type(value) or type(value))
+      .. " has no latex(); a .tex file takes models, derivations, "
       .. "expressions, tableaus, identified models, or a list of these and of texts")
   end
   local is_inner = latex:find "^%s*\\begin{aligned}" or latex:find "^%s*\\begin{array}"
-  local is_page = not is_inner and (latex:find "^%s*\\begin{align" or latex:find "\\begin{equation" or latex:find "\\\\\n%a")
+  local is_page = not is_inner and (latex:find "^%s*\\begin{align" or latex:find "\\begin{equation"
+    or latex:find "\\\\\n%a")
   return is_page and latex or "\\begin{equation*}\n" .. latex .. "\n\\end{equation*}"
 end
 

@@ -131,11 +131,11 @@ return {
   },
   width = {
     ["bench/problems.lua"] = 2,
-    ["scripts/exam/problem1.lua"] = 3,
+    ["scripts/exam/problem1.lua"] = 2,
     ["scripts/exam/problem2.lua"] = 2,
     ["scripts/exam/problem3.lua"] = 1,
     ["scripts/exam/problem4.lua"] = 4,
-    ["scripts/exam/problem5.lua"] = 2,
+    ["scripts/exam/problem5.lua"] = 1,
     ["scripts/lecture/cart_pendulum.lua"] = 1,
     ["scripts/lecture/delta_robot.lua"] = 2,
     ["scripts/lecture/external_forces.lua"] = 1,
