@@ -11,6 +11,7 @@
 #include "lua/document/licences.hpp"
 #include "lua/session/state.hpp"
 #include "lua/session/testing.hpp"
+#include "shell/grading/grade.hpp"
 #include "shell/input/reader.hpp"
 #include "shell/input/signals.hpp"
 #include "shell/input/terminal.hpp"
@@ -61,6 +62,26 @@ int run(const Options& options) {
   return status;
 }
 
+int grade(const Options& options) {
+  catch_interrupt_in_session();
+  grading::Request request;
+  request.tasks = options.arguments.front();
+  request.submissions.assign(options.arguments.begin() + 1, options.arguments.end());
+  request.limits = options.limits;
+  std::fflush(nullptr);
+  try {
+    const grading::Report report = grading::grade(request);
+    std::fputs((options.json ? grading::json_report(report) : grading::text_report(report)).c_str(), stdout);
+    return ok;
+  } catch (const Interrupted&) {
+    complain("interrupted");
+    return interrupted;
+  } catch (const UserFacing& e) {
+    complain(std::string("pendula: ") + e.what());
+    return usage;
+  }
+}
+
 int dispatch(const Options& options) {
   if (!options.colour) refuse_colour();
   catch_broken_pipe();
@@ -79,6 +100,8 @@ int dispatch(const Options& options) {
       return run_tests(options);
     case Options::Action::tool:
       return run_tool(options);
+    case Options::Action::grade:
+      return grade(options);
     case Options::Action::run:
       return options.safe ? run_safely(options) : run(options);
   }

@@ -59,7 +59,8 @@ void read_option(const std::vector<std::string>& words, std::size_t& i, Options&
 struct Tool {
   const char *word, *file;
 };
-constexpr Tool tools[] = {{"report", "document/report"}, {"manual", "document/manual"}, {"kernel", "document/kernel"}};
+constexpr Tool tools[] = {
+    {"report", "document/report"}, {"manual", "document/manual"}, {"kernel", "document/kernel"}};
 
 const Tool* tool_named(const std::string& word) {
   for (const Tool& tool : tools)
@@ -89,7 +90,8 @@ Options parse_options(const std::vector<std::string>& words) {
   }
   options.before.assign(words.begin(),
                         words.begin() + static_cast<std::ptrdiff_t>(std::min(i, words.size())));
-  if ((options.json || options.limited) && !options.safe)
+  const bool grades = i < words.size() && words[i] == "grade" && !only_operands && options.code.empty();
+  if ((options.json || options.limited) && !options.safe && !grades)
     throw UsageError(
         "--time, --memory, --folder and --json go with --safe, as in pendula --safe script.lua --json");
   if (options.safe && options.interactive) throw UsageError("--safe and -i exclude each other");
@@ -108,6 +110,15 @@ Options parse_options(const std::vector<std::string>& words) {
     take_rest(words, i + 1, options.arguments);
     return options;
   }
+  if (grades) {
+    options.action = Options::Action::grade;
+    for (++i; i < words.size(); ++i)
+      if (!read_limit(words, i, options)) options.arguments.push_back(words[i]);
+    if (options.arguments.size() < 2)
+      throw UsageError(
+          "'pendula grade' needs tasks and submissions: pendula grade tasks.lua submissions --json");
+    return options;
+  }
   options.script = words[i];
   if (options.script.empty()) throw UsageError("the name of the script is empty");
   // pendula --safe script.lua --json: its limits may stand behind the script; "--" begins the script's own words.
@@ -122,6 +133,7 @@ Options parse_options(const std::vector<std::string>& words) {
 const char* help_text() {
   return R"(usage: pendula [options] [script.lua [arguments]]
        pendula test path...
+       pendula grade tasks.lua submission-or-folder... [--json]
        pendula report script.lua [-o page.html]
        pendula manual [--luals]
        pendula kernel install
@@ -146,6 +158,9 @@ pendula test    runs scripted tests, files or all *.lua below a folder
 pendula report  runs a script and writes its text, code, results and figures as one page: report --help
 pendula manual  opens the manual; --luals writes the vocabulary for editors: manual --help
 pendula kernel  makes the notebook kernel known to Jupyter: kernel --help
+
+pendula grade   runs submissions confined and compares their answers with the tasks of a teacher's file;
+                --time, --memory and --folder (read only) are for each submission
 
 A script finds its arguments in the table arg and in ... . Exit status: 0, 1 after an error, 2 for a wrong
 command line, 130 after Ctrl-C; with --safe also 3 forbidden call, 4 time, 5 memory, 6 too much output, 7 crash.

@@ -10,7 +10,7 @@
 namespace pendula::shell {
 
 struct Options {
-  enum class Action { run, test, tool, version, licences, help };
+  enum class Action { run, test, tool, version, licences, help, grade };
   Action action = Action::run;
   std::vector<std::string> code;       ///< the texts of -e, in order
   std::string script;                  ///< "": none; "-": standard input

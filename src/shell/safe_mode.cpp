@@ -103,6 +103,7 @@ std::vector<std::pair<std::string, std::string>> json_outcome(const sandbox::Out
 int run_safely(const Options& options) {
   const auto sources = read_sources(options);
   catch_interrupt_in_session();
+  std::fflush(nullptr);  // what stands in buffers must not be written twice
   std::string out, err;
   const auto print = [&](int descriptor, const char* bytes, std::size_t size) {
     if (options.json)

@@ -294,7 +294,6 @@ void require_confinement() {
 Outcome run(const Limits& limits, const Prepare& prepare, const Print& print) {
   require_confinement();
   Pipe out, err, report;
-  std::fflush(nullptr);
   const pid_t pid = fork();
   if (pid < 0) throw Error(text("no process can be started: ", std::strerror(errno)));
   if (pid == 0) be_child(limits, prepare, out, err, report.writing());

@@ -61,7 +61,8 @@ using Prepare = std::function<Work(Reporter&)>;
 /// What the child prints: descriptor 1 or 2, bytes.
 using Print = std::function<void(int, const char*, std::size_t)>;
 
-/// Throws Error where the system cannot confine a process.
+/// Requires empty buffers of stdio. Several threads may call it. Throws Error where the system cannot confine a
+/// process.
 Outcome run(const Limits& limits, const Prepare& prepare, const Print& print);
 
 /// Throws Error: Landlock is not there.
