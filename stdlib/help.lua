@@ -52,6 +52,7 @@ function entries()
     end
     cache[#cache + 1] = row
   end
+  for _, page in ipairs(rawget(_ENV, "concepts") or include "concepts/init") do cache[#cache + 1] = page end
   for _, row in ipairs(cache) do
     row.owner, row.separator, row.member = split_name(row.name)
     if row.value == nil then row.value = named(row.name) end
@@ -107,7 +108,7 @@ local function first_sentence(text) return (text:match "^(.-[.!?])%s" or text):g
 
 local function print_example(entry, indent)
   local margin = (" "):rep(indent)
-  for line in entry.example:gmatch "[^\n]+" do say(margin .. "> " .. line) end
+  for line in entry.example:gmatch "[^\n]+" do say(margin .. "> " .. line:gsub("^return ", "")) end
   for line in entry.gives:gmatch "[^\n]+" do say(margin .. line) end
 end
 
@@ -129,7 +130,20 @@ local function print_options(entry)
   print_pairs(rows, 4)
 end
 
+-- A page about a word: what it means, an example, what to read next.
+local function print_concept(page)
+  say(page.name)
+  for _, line in ipairs(wrapped(page.text, columns() - 2)) do say("  " .. line) end
+  print_example(page, 4)
+  local names = {}
+  for name in page.see:gmatch "%S+" do names[#names + 1] = ('help "%s"'):format(name) end
+  for _, line in ipairs(wrapped("See also " .. table.concat(names, ", ") .. ".", columns() - 2)) do
+    say("  " .. line)
+  end
+end
+
 local function print_entry(entry)
+  if entry.is_concept then return print_concept(entry) end
   for i, line in ipairs(wrapped(entry.sig ~= "" and entry.sig or entry.name, columns() - 4)) do
     say((i > 1 and "    " or "") .. line)
   end
@@ -175,6 +189,8 @@ local function find(name)
   end
   return found
 end
+
+local search = include "help/search"
 
 local function members_of_type(type_name)
   return all(function(e) return is_member(e) and e.owner == type_name and not is_metamethod(e) end)
@@ -252,8 +268,10 @@ end
 
 local function overview()
   say("Lua 5.4 and a vocabulary for dynamic systems.")
-  say('help "name" explains one, help(value) a value, apropos "word" searches, '
-    .. 'examples "name" shows it in use.')
+  for _, line in ipairs(wrapped('help "name" explains a name or a concept, help "several words" searches, '
+    .. 'help(value) explains a value, apropos "word" lists what mentions it, examples "name" shows it in '
+    .. 'use. '
+    .. 'The tour: scripts/tour.lua; the language: docs/language.md.', columns())) do say(line) end
   say()
   local lines, by_module = {}, {}
   for _, entry in ipairs(entries()) do
@@ -289,6 +307,21 @@ local function help_name(name)
     shown = page(name) or shown
   end
   if shown then return end
+  if name:find "%s" then
+    local list = search(name)
+    if #list > 0 then
+      say(("pages about '%s', the nearest first:"):format(name))
+      return print_list({ table.unpack(list, 1, 12) })
+    end
+  end
+  for _, page in ipairs(entries()) do  -- "stiff" is a word of the page "stiffness"
+    if page.is_concept and (" " .. page.words .. " "):find(" " .. name:lower() .. " ", 1, true) then
+      return print_concept(page)
+    end
+  end
+  local _, why = pcall(function() return _G[name] end)  -- a name of another language has a remedy
+  local remedy = type(why) == "string" and why:match "undefined variable '.-': (.+)$"
+  if remedy then return say(name .. ": " .. remedy) end
   local builtin = rawget(_G, name:match "^[^.:]+" or name)
   if builtin ~= nil and named(name) == nil and (type(builtin) == "function" or type(builtin) == "table") then
     say(name .. " is not from Pendula; Lua's own functions are described at "
@@ -336,11 +369,7 @@ doc { name = "apropos", module = "help", sig = "apropos(word)",
   gives = "  apropos(word)  Lists everything whose name, signature or text contains the word.",
   function(word)
     if type(word) ~= "string" or word == "" then fail 'apropos: expected a word, as in apropos "index"' end
-    local lower = word:lower()
-    local found = all(function(e)
-      return (e.name .. "\n" .. e.sig .. "\n" .. e.text):lower():find(lower, 1, true) ~= nil
-        and not is_metamethod(e)
-    end)
+    local found = search(word)
     if #found == 0 then
       print("nothing mentions '" .. word .. "'." .. did_you_mean(word, all_names()))
       return

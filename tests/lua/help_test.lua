@@ -1,0 +1,59 @@
+-- Pages about concepts: found by name, by a word, by a question; their names to go on with exist.
+
+local function shown(script)
+  local file = os.tmpname()
+  local program = os.getenv "PENDULA" or "pendula"
+  local out = assert(io.open(file, "w"))
+  out:write(script)
+  out:close()
+  local run = assert(io.popen(("'%s' '%s' 2>&1"):format(program, file)))
+  local text = run:read "a"
+  run:close()
+  os.remove(file)
+  return text
+end
+
+test("words lead to pages", function()
+  local text = shown [[
+    for _, word in ipairs { "stiff", "tolerance", "rtol", "events", "ans", "solver", "derivative", "keys",
+      "drift", "identifiability", "index", "ode45", "bounce", "initial conditions", "how to choose a method",
+      "transpose" } do
+      print("=== " .. word)
+      help(word)
+    end]]
+  for word, expected in pairs { stiff = "stability, not accuracy", tolerance = "rtol is relative",
+    rtol = "atol says",
+    events = "located to rounding", ans = "first value of the last line", solver = "Runge-Kutta",
+    derivative = "chain rule", keys = "Ctrl-R", drift = "project", identifiability = "the data change",
+    index = "derivatives of all unknowns", bounce = "reset sets", ["initial conditions"] = "consistent start",
+    ["how to choose a method"] = "methods", transpose = "A.T" } do
+    local page = text:match("=== " .. word .. "\n(.-)\n===") or text:match("=== " .. word .. "\n(.*)$")
+    if not page or not page:gsub("%s+", " "):find(expected, 1, true) then
+      error(("help %q does not say %q but %s"):format(word, expected, tostring(page)), 0)
+    end
+  end
+  expect(text:find("attempt to", 1, true)):equals(nil)
+end)
+
+test("every page leads on to names that exist", function()
+  local text = shown [[
+    local see = {}
+    for _, file in ipairs { "models", "integration", "data" } do
+      local text = io.open("stdlib/concepts/" .. file .. ".lua"):read "a"
+      for names in text:gmatch 'see = "(.-)"' do see[#see + 1] = names end
+    end
+    for _, names in ipairs(see) do
+      for name in names:gmatch "%S+" do
+        if not pcall(help, name) then print("MISSING " .. name) end
+      end
+    end
+    print("pages " .. #see)]]
+  expect(text:match "MISSING [^\n]*"):equals(nil)
+  expect(tonumber(text:match "pages (%d+)") >= 40):equals(true)
+end)
+
+test("apropos puts whole words first", function()
+  local text = shown 'apropos "table"'
+  local first = text:match "^%s*([^\n]*)"
+  expect(first:lower():find "%f[%w]table%f[%W]" ~= nil):equals(true)
+end)
