@@ -10,8 +10,8 @@ function concept(page)
   for _, key in ipairs { "name", "words", "see", "text", "example" } do
     if type(page[key]) ~= "string" then error("a concept without " .. key) end
   end
-  concepts[#concepts + 1] = { name = page.name, sig = page.name, text = prose(page.text), module = "concepts",
-    title = "Concepts", example = block("\n" .. page.example:gsub("^\n", "")),
+  concepts[#concepts + 1] = { name = page.name, sig = page.name, text = prose(page.text), module = "topics",
+    title = "Words explained", example = block("\n" .. page.example:gsub("^\n", "")),
     gives = page.gives and block("\n" .. page.gives:gsub("^\n", "")) or "",
     words = page.words, see = page.see,
     is_concept = true }

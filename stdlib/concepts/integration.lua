@@ -148,7 +148,7 @@ concept { name = "symplectic integration", see = "rk tableau:is",
   ]],
   gives = "true false" }
 
-concept { name = "newton's method", see = "newton gauss_newton",
+concept { name = "newton iteration", see = "newton gauss_newton",
   words = "newton roots nonlinear equations convergence basin",
   text = [[newton{ r =, start = } solves r(x) = 0 and keeps every iterate, with the order of convergence
     observed and explained. A line search (alpha = "line search") helps far from the root.]],

@@ -157,6 +157,15 @@ local operators = { __add = "add", __sub = "sub", __mul = "mul", __div = "div", 
 local unary = { unm = true, len = true, bnot = true }
 local closed = { expr = true, matrix = true, complex = true, lti = true }  -- arithmetic stays in the type
 
+-- The entries that are names of the language; pages about words are none.
+local function documented_names()
+  local list = {}
+  for _, entry in ipairs(entries()) do
+    if not entry.is_concept then list[#list + 1] = entry end
+  end
+  return list
+end
+
 local function operator_result(type_name, operator)
   if operator == "len" then return "integer" end
   if operator == "concat" then return "string" end
@@ -167,7 +176,7 @@ end
 local function write_class(type_name, known)
   line("---@class ", class_name(type_name))
   local methods = {}
-  for _, entry in ipairs(entries()) do
+  for _, entry in ipairs(documented_names()) do
     if entry.owner == type_name and entry.separator == "#" then
       local result = entry.sig:match "%->%s*(.-)%s*$"
       line("---@field ", entry.member, " ", result and type_of(result, known) or "any", " ",
@@ -193,13 +202,13 @@ end
 -- Libraries (rk, dae) and whether they can be called.
 local function libraries()
   local list, callable = {}, {}
-  for _, entry in ipairs(entries()) do
+  for _, entry in ipairs(documented_names()) do
     if entry.separator == "." and not list[entry.owner] then
       list[entry.owner] = true
       list[#list + 1] = entry.owner
     end
   end
-  for _, entry in ipairs(entries()) do
+  for _, entry in ipairs(documented_names()) do
     if entry.separator == "" and list[entry.name] then callable[entry.name] = entry end
   end
   return list, callable
@@ -239,7 +248,7 @@ return function()
   for _, type_name in ipairs(types()) do known[type_name] = true end
   for _, type_name in ipairs(types()) do write_class(type_name, known) end
   local callable = write_libraries(known)
-  for _, entry in ipairs(entries()) do
+  for _, entry in ipairs(documented_names()) do
     local is_entry = entry.separator == "." or (entry.separator == "" and not callable[entry.name])
     if is_entry then write_entry(entry, known) end
   end
