@@ -150,3 +150,24 @@ test("inputs are suggested where they lead to a solution", function()
   expect(function() dae { der(x) ~ u + v - x, 0 ~ u - x }:index() end)
     :fails "let one of the unknowns be given: "
 end)
+
+-- ── units ────────────────────────────────────────────────────────────────────────────────────────
+
+test("the index does not depend on the size of the constraint set", function()
+  local models = {
+    { 2, function(r) return dae { der(x) ~ z, 0 ~ x^2 + y^2 - r^2, der(y) ~ -x } end },    -- x = 0: index 3
+    { 2, function(r) return dae { der(x) ~ z, 0 ~ x*y - r^2, der(y) ~ -x } end },
+    { 2, function(r) return dae { der(x) ~ z, 0 ~ x^3 + y^3 - r^3, der(y) ~ -x } end },
+    { 2, function(r)
+      return dae { der(x) ~ y, der(y) ~ u, der(z) ~ v, 0 ~ x^2 + y^2 + z^2 - r^2, v ~ -x }
+    end },
+    { 3, function(r)
+      return dae { der(x, 2) ~ -z*x, der(y, 2) ~ -z*y - 9.81*r, 0 ~ x^2 + y^2 - r^2 }
+    end },
+  }
+  for _, m in ipairs(models) do
+    for _, r in ipairs { 1e-12, 1e-9, 1e-6, 1e-5, 1e-3, 0.02, 1, 50, 1e3, 1e6, 1e9 } do
+      expect(m[2](r):index()):equals(m[1])
+    end
+  end
+end)

@@ -87,6 +87,7 @@ NumericArray::NumericArray(std::vector<Expr> rows, std::vector<Expr> columns)
       first_(0),
       equations_(rows_) {
   prepare();
+  measure();
 }
 
 void NumericArray::prepare() {

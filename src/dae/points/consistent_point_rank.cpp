@@ -127,7 +127,18 @@ std::optional<ConsistentPointRank::Point> ConsistentPointRank::point(int seed,
   const auto allowed = static_cast<std::ptrdiff_t>(jacobian_.size());
   if (std::any_of(value.begin() + allowed, value.end(), [](double x) { return std::fabs(x) < off_domain; }))
     return {};
-  return Point{std::move(value), std::move(noise), at->slow};
+  return Point{std::move(value), std::move(noise), leading_units(columns, numeric.unit()), at->slow};
+}
+
+/// The size of x_j^(d_j) for every column of the Jacobian.
+Vec ConsistentPointRank::leading_units(const std::vector<Expr>& columns, const Vec& unit) const {
+  Vec result = Vec::Ones(size_);
+  for (Index j = 0; j < size_; ++j) {
+    const Expr leaf = derivative_leaf(variables_[static_cast<std::size_t>(j)], offsets_.d[j]);
+    const auto at = std::find(columns.begin(), columns.end(), leaf);
+    if (at != columns.end()) result[j] = unit[at - columns.begin()];
+  }
+  return result;
 }
 
 /// Stage by stage, as Pryce (BIT 41(2), 2001, §3) solves for the Taylor coefficients: F_i^(c_i + s) = 0 for
@@ -177,7 +188,7 @@ std::optional<ConsistentPointRank::Point> ConsistentPointRank::staged_point(
   const auto allowed = static_cast<std::ptrdiff_t>(jacobian_.size());
   if (std::any_of(value.begin() + allowed, value.end(), [](double x) { return std::fabs(x) < off_domain; }))
     return {};
-  return Point{std::move(value), std::move(noise), at->slow};
+  return Point{std::move(value), std::move(noise), leading_units(columns, at->unit), at->slow};
 }
 
 std::optional<std::unordered_map<Expr, double>> ConsistentPointRank::consistent_values(int seed) const {
@@ -203,7 +214,8 @@ ConsistentPointRanks ConsistentPointRank::ranks(int wanted, int seeds) const {
   const auto take = [&](const Point& at) {
     Mat J = Mat::Zero(size_, size_);
     for (std::size_t k = 0; k < jacobian_.size(); ++k)
-      if (!at.noise[k]) J(jacobian_[k].row, jacobian_[k].column) = at.slopes[k];
+      if (!at.noise[k])
+        J(jacobian_[k].row, jacobian_[k].column) = at.slopes[k] * at.unit[jacobian_[k].column];
     if (!J.allFinite()) return;
     const int rank = rank_with_gap(J).rank;
     if (rank < size_ && (result.points == 0 || rank < result.least))

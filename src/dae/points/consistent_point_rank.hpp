@@ -50,6 +50,7 @@ class ConsistentPointRank {
   struct Point {
     std::vector<double> slopes;
     std::vector<char> noise;
+    Vec unit;  ///< of the columns of J: ranks are taken in units of the model
     bool slow;
   };
   std::optional<Point> point(int seed, const std::vector<Expr>& columns, int held) const;
@@ -59,6 +60,7 @@ class ConsistentPointRank {
     bool slow;
   };
   std::optional<StagedValues> staged_values(int seed, const std::vector<Expr>& columns) const;
+  Vec leading_units(const std::vector<Expr>& columns, const Vec& unit) const;
   std::optional<Point> staged_point(int seed, const std::vector<Expr>& columns) const;
   int points_of_one_equation() const;
   bool proves_index(const Mat& J) const;
