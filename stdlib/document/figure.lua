@@ -16,8 +16,17 @@ local function on_page(svg, prefix, label)
   return (svg:gsub("\n%s*\n+", "\n"))
 end
 
+-- Animations are pictures as well: SVG that moves by itself.
+function M.is_animation(any)
+  local kind = type(any) == "table" and getmetatable(any)
+  return type(kind) == "table" and kind.__name == "animation"
+end
+
+function M.is_picture(any) return object_type(any) == "figure" or M.is_animation(any) end
+
 -- What a figure is called, for those who do not see it: its title and curves.
 function M.label(figure)
+  if M.is_animation(figure) then return figure.title or "animation" end
   local words = {}
   if figure.title ~= "" then words[1] = figure.title end
   for _, label in ipairs(figure.labels) do
@@ -26,21 +35,38 @@ function M.label(figure)
   return #words > 0 and table.concat(words, ", ") or tostring(figure)
 end
 
--- HTML of each figure of a list; `first` numbers the names on the page. Where figures cannot be drawn (no
--- gnuplot), the drawings of the terminal stand instead, and why.
-function M.html(figures, first)
-  if #figures == 0 then return {} end
-  local others = table.move(figures, 2, #figures, 1, {})
-  local good, svgs = pcall(function() return figures[1]:svg(others) end)
-  local out = {}
-  for i, figure in ipairs(figures) do
-    local inside
-    if good then
-      inside = on_page(svgs[i], ("f%d-"):format((first or 1) + i - 1), M.label(figure))
+-- The SVG texts of pictures, those of figures by one start of gnuplot.
+local function svg_texts(pictures)
+  local figures, texts = {}, {}
+  for _, picture in ipairs(pictures) do
+    if not M.is_animation(picture) then figures[#figures + 1] = picture end
+  end
+  local drawn = #figures > 0 and figures[1]:svg(table.move(figures, 2, #figures, 1, {})) or {}
+  local next_figure = 0
+  for i, picture in ipairs(pictures) do
+    if M.is_animation(picture) then
+      texts[i] = picture:svg()
     else
-      inside = '<pre class="text" tabindex="0">' .. text.escaped(figure:text(80))
-        .. '</pre><figcaption class="error">'
-        .. text.escaped(tostring(svgs)) .. "</figcaption>"
+      next_figure = next_figure + 1
+      texts[i] = drawn[next_figure]
+    end
+  end
+  return texts
+end
+
+-- HTML of each picture of a list; `first` numbers the names on the page. Where figures cannot be drawn (no
+-- gnuplot), the drawings of the terminal stand instead, and why.
+function M.html(pictures, first)
+  local good, svgs = pcall(svg_texts, pictures)
+  local out = {}
+  for i, picture in ipairs(pictures) do
+    local inside
+    if good or M.is_animation(picture) then
+      inside = on_page(good and svgs[i] or picture:svg(), ("f%d-"):format((first or 1) + i - 1),
+        M.label(picture))
+    else
+      inside = '<pre class="text" tabindex="0">' .. text.escaped(picture:text(80))
+        .. '</pre><figcaption class="error">' .. text.escaped(tostring(svgs)) .. "</figcaption>"
     end
     out[i] = "<figure>" .. inside .. "</figure>"
   end

@@ -242,7 +242,21 @@ local function displayed(lines, i, out)
   return i + 1
 end
 
-local kinds = { heading, fenced, displayed, rule, bars, quotation, list }
+-- Lines that are indented by four blanks stand as they are.
+local function indented(lines, i, out)
+  if not lines[i]:find "^    %s*%S" then return nil end
+  local inside, last = {}, i
+  while lines[i] and (lines[i]:find "^    " or not lines[i]:find "%S") do
+    inside[#inside + 1] = lines[i]:sub(5)
+    if lines[i]:find "%S" then last = i end
+    i = i + 1
+  end
+  out[#out + 1] = '<pre class="code" tabindex="0"><code>'
+    .. text.escaped(table.concat(inside, "\n", 1, #inside - (i - 1 - last))) .. "</code></pre>"
+  return last + 1
+end
+
+local kinds = { heading, fenced, displayed, rule, bars, quotation, list, indented }
 
 local function paragraph(lines, i, out, options)
   local words = {}

@@ -17,7 +17,7 @@ local function figure_bundle(fig)
     bundle["text/html"] = ('<img alt="%s" src="data:image/svg+xml;base64,%s">'):format(
       text.escaped(figure.label(fig)), base64(svg))
   else
-    bundle["text/plain"] = fig:text(80) .. tostring(svg)
+    bundle["text/plain"] = (fig.text and fig:text(80) or tostring(fig)) .. tostring(svg)
   end
   return bundle
 end
@@ -67,7 +67,7 @@ local function recorder_for(publish)
   end
   function record:show(any)
     self:drain()
-    if object_type(any) == "figure" then return self:show_figure(any) end
+    if figure.is_picture(any) then return self:show_figure(any) end
     publish("display", value_bundle(any))
   end
   function record:show_frames(figures)
@@ -80,7 +80,7 @@ local function result(record, values, publish)
   record:drain()
   if values.n == 0 or (values.n == 1 and values[1] == nil) then return end
   rawset(_G, "ans", values[1])
-  if values.n == 1 and object_type(values[1]) == "figure" then
+  if values.n == 1 and figure.is_picture(values[1]) then
     return publish("result", figure_bundle(values[1]))
   end
   if values.n == 1 then

@@ -88,6 +88,7 @@
   document.querySelectorAll("figure").forEach(function (figure) {
     var svg = figure.querySelector("svg");
     if (!svg) return;
+    if (matchMedia("(prefers-reduced-motion: reduce)").matches) svg.pauseAnimations();
     readable(figure, svg);
     svg.addEventListener("click", function () { figure.classList.toggle("large"); });
   });

@@ -93,8 +93,9 @@ end
 
 -- Shows one value on its own, as the prompt does: figures as figures, lists one by one.
 function Recorder:show(any)
-  if object_type(any) == "figure" then return self:show_figure(any) end
-  if type(any) == "table" and not object_type(any) and object_type(any[1]) then
+  if figure.is_picture(any) then return self:show_figure(any) end
+  local list = type(any) == "table" and not object_type(any) and getmetatable(any) == nil
+  if list and (object_type(any[1]) or figure.is_picture(any[1])) then
     for _, each in ipairs(any) do self:show(each) end
     return
   end

@@ -226,6 +226,7 @@ end
 -- ── methods ────────────────────────────────────────────────────────────────────────────────────────────────
 
 function film_type:show()
+  if document.recorder then return document.recorder:show(self) end
   local every = math.max(1, math.ceil(self.fps/15))  -- a terminal draws some fifteen pictures a second
   local first, others = pictures(self, every)
   first:play(others, self.seconds*every/#self.frames)
@@ -245,6 +246,7 @@ function film_type:save(file)
     fail(("animate: unknown extension '.%s'; the extension says the format: .svg, .html or .gif"):format(
       ending))
   end
+  if document.recorder then document.recorder:show(self) end
   return self
 end
 

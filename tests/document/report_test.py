@@ -204,6 +204,13 @@ class ReportTest(unittest.TestCase):
         self.assertIn("before", page.text("pre"))
         self.assertIn("interrupted", page.text("pre"))
 
+    def test_animation(self):
+        page = self.report('th = var "theta"\nsol = dae { der(th, 2) ~ -9.81*sin(th) }:integrate { '
+                           'start = { [th] = 1, [th.dot] = 0 }, to = 2 }\n'
+                           'film = animate(sol, { vec(sin(th), -cos(th)) })\nfilm:show()\nview { film, plot{1, 2} }')
+        self.assertEqual(page.count("svg"), 3)
+        self.assertGreater(page.count("animate"), 1)
+
     def test_slider(self):
         page = self.report('view({ plot({1, 2}), plot({2, 1}) }, { slider = "k", values = { 1, 2 } })')
         self.assertEqual(page.count("svg"), 2)             # both are there without a script
