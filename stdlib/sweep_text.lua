@@ -2,7 +2,8 @@
 -- again. The fingerprint of a store is a hash of it.
 
 -- How the runs are shared out; what does not touch their results.
-local elsewhere = { store = true, workers = true, limit = true, retry = true, on = true, progress = true }
+local elsewhere = { store = true, workers = true, limit = true, retry = true, open = true, shards = true,
+  on = true, progress = true }
 
 local writer = {}
 writer.__index = writer

@@ -35,7 +35,7 @@ class Design {
   const DesignRequest& request() const { return request_; }
   /// grid: levelsᵈ. star: 1 + d·levels, the centre first. saltelli: N(d + 2), for each base point A, B, then A with
   /// coordinate i from B (Saltelli et al., Comput. Phys. Commun. 181, 2010). morris: r(d + 1), trajectories of one
-  /// step per coordinate by half of the levels (Morris, Technometrics 33(2), 1991).
+  /// step per coordinate by half of the levels, which lie between 0.5 % and 99.5 % (Morris, Technometrics 33(2), 1991).
   long runs() const { return runs_; }
   /// In (0, 1); unscrambled sequences: in [0, 1).
   double unit(long run, int dimension) const;

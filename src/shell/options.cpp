@@ -59,8 +59,11 @@ void read_option(const std::vector<std::string>& words, std::size_t& i, Options&
 struct Tool {
   const char *word, *file;
 };
-constexpr Tool tools[] = {
-    {"report", "document/report"}, {"manual", "document/manual"}, {"kernel", "document/kernel"}};
+constexpr Tool tools[] = {{"report", "document/report"},
+                          {"manual", "document/manual"},
+                          {"kernel", "document/kernel"},
+                          {"shard", "many/shard"},
+                          {"sweep", "many/command"}};
 
 const Tool* tool_named(const std::string& word) {
   for (const Tool& tool : tools)
@@ -137,6 +140,8 @@ const char* help_text() {
        pendula report script.lua [-o page.html]
        pendula manual [--luals]
        pendula kernel install
+       pendula shard runs.db.d/17...
+       pendula sweep status|cancel|collect|attach runs.db
 
 Without a script: an interactive session, or, if standard input is not a terminal, the script that stands there.
 

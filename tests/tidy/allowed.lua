@@ -116,7 +116,6 @@ return {
     ["src/lua/bind/integrate/integrate.cpp"] = 1,
     ["src/lua/bind/integrate/integrate_options.cpp"] = 1,
     ["src/lua/bind/integrate/methods.cpp"] = 1,
-    ["src/lua/bind/integrate/sweep.cpp"] = 1,
     ["src/lua/bind/lti/lti.cpp"] = 1,
     ["src/lua/bind/sysid/sysid_fields.cpp"] = 2,
     ["src/plot/gnuplot3.cpp"] = 1,

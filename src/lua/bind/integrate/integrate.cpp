@@ -12,8 +12,8 @@
 #include "lua/bind/integrate/integrate_options.hpp"
 #include "lua/core/objects.hpp"
 #include "lua/core/table_text.hpp"
-#include "lua/screen/terminal.hpp"
 #include "lua/core/values.hpp"
+#include "lua/screen/terminal.hpp"
 
 namespace pendula::lua {
 

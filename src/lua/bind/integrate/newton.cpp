@@ -235,8 +235,8 @@ int basins(Call& call) {
     throw Error(text("n = ", n, "; the grid must have between 2 and 2000 points per side"));
   auto record = std::make_shared<BasinsRecord>();
   record->names = k.f.unknowns;
-  record->basins = lab::basins(k.f, k.settings, grid(range[0][0], range[0][1], n),
-                                     grid(range[1][0], range[1][1], n));
+  record->basins =
+      lab::basins(k.f, k.settings, grid(range[0][0], range[0][1], n), grid(range[1][0], range[1][1], n));
   return call.push(std::shared_ptr<const BasinsRecord>(std::move(record)));
 }
 

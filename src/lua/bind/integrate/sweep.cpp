@@ -11,21 +11,12 @@
 #include "lua/bind/expr/expr.hpp"
 #include "lua/bind/integrate/integrate.hpp"
 #include "lua/bind/integrate/sweep_options.hpp"
+#include "lua/bind/integrate/sweep_record.hpp"
 #include "lua/bind/integrate/sweep_store.hpp"
 #include "lua/core/table_text.hpp"
 #include "lua/screen/terminal.hpp"
 
 namespace pendula::lua {
-
-struct SweepRecord {
-  std::shared_ptr<const integrate::Sweep> sweep;
-  std::shared_ptr<const random::SampleSpace> space;
-  std::shared_ptr<const store::RunStore> store;  ///< or null: in memory
-};
-template <>
-struct TypeName<SweepRecord> {
-  static constexpr const char* value = "sweep";
-};
 
 /// What a sweep has cost, and how it was made.
 struct SweepStats {
@@ -39,105 +30,6 @@ struct TypeName<SweepStats> {
 };
 
 namespace {
-
-/// "sweep: 120 of 1000 runs, 35/s, 25 s left".
-class SweepProgress {
- public:
-  explicit SweepProgress(int runs)
-      : runs_(runs), line_(std::chrono::seconds(1), std::chrono::milliseconds(0)), begin_(Clock::now()) {}
-  void operator()(int done) {
-    if (first_ < 0) first_ = done;
-    if (done == last_ || !line_.due()) return;
-    last_ = done;
-    const double seconds = std::chrono::duration<double>(Clock::now() - begin_).count();
-    const double rate = (done - first_) / seconds;
-    std::string out = text("sweep: ", done, " of ", runs_, " runs");
-    if (rate > 0) out += text(", ", rounded(rate, 2), "/s, ", rounded((runs_ - done) / rate, 2), " s left");
-    line_.show(out);
-  }
-
- private:
-  using Clock = std::chrono::steady_clock;
-  int runs_, first_ = -1, last_ = -1;
-  ProgressLine line_;
-  Clock::time_point begin_;
-};
-
-/// Goes on with the runs of a store, unless it is only to be opened.
-void run_in_store(integrate::Sweep& sweep, const std::shared_ptr<store::RunStore>& store, bool open,
-                  bool retry) {
-  bool complete = true;
-  if (!open) {
-    const store::RunStore::Lock lock(*store);
-    if (retry) store->forget_failures();
-    SweepProgress progress(sweep.runs());
-    complete = sweep.run_into(*store, 0, sweep.runs(), [&](int done) { progress(done); });
-  } else {
-    const auto finished = store->finished();
-    complete = std::find(finished.begin(), finished.end(), false) == finished.end();
-  }
-  sweep.open(integrate::results_in(store), complete);
-}
-
-int sweep(Call& call) {
-  auto record = std::make_shared<SweepRecord>();
-  std::string file;
-  bool open = false, retry = false;
-  SweepText words;
-  if (lua_istable(call.L, 2)) {
-    lua_getfield(call.L, 2, "store");
-    if (lua_type(call.L, -1) == LUA_TSTRING)
-      file = lua_tostring(call.L, -1);
-    else if (!lua_isnil(call.L, -1))
-      throw Error(text("store must be the name of a file, got ", describe(call.L, -1)));
-    lua_getfield(call.L, 2, "open");
-    open = lua_toboolean(call.L, -1);
-    lua_getfield(call.L, 2, "retry");
-    retry = lua_toboolean(call.L, -1);
-    lua_settop(call.L, call.count());
-    if (file.empty() && (open || retry))
-      throw Error("open and retry are for a sweep with store = \"runs.db\"");
-    if (!file.empty() && call.is<dae::Model>(1)) words = read_sweep_text(call);
-  }
-  auto made = std::make_shared<integrate::Sweep>(read_sweep(call, record->space), !file.empty());
-  if (file.empty()) {
-    SweepProgress progress(made->runs());
-    made->run([&](int done) { progress(done); });
-  } else {
-    auto store = open ? std::make_shared<store::RunStore>(file)
-                      : std::make_shared<store::RunStore>(file, describe_store(*made, *record->space, words));
-    run_in_store(*made, store, open, retry);
-    record->store = std::move(store);
-  }
-  record->sweep = std::move(made);
-  if (!record->sweep->complete() && !open) {
-    if (!typed_at_prompt(call.L)) throw Interrupted();
-    interrupt_requested = false;
-    std::fprintf(stderr, "\ninterrupted; the runs that are done are the result\n");
-  }
-  return call.push(std::shared_ptr<const SweepRecord>(std::move(record)));
-}
-
-/// What a store says about itself.
-int store_info(Call& call) {
-  const store::RunStore store(call.string(1, "file"));
-  const store::Description& d = store.description();
-  lua_State* L = call.L;
-  lua_newtable(L);
-  for (const auto& [key, value] :
-       {std::pair{"program", &d.program}, std::pair{"fingerprint", &d.fingerprint},
-        std::pair{"model", &d.model}, std::pair{"options", &d.options}, std::pair{"hidden", &d.hidden}}) {
-    lua_pushlstring(L, value->data(), value->size());
-    lua_setfield(L, -2, key);
-  }
-  const long failed = static_cast<long>(store.failed().size());
-  for (const auto& [key, value] :
-       {std::pair{"runs", d.runs}, std::pair{"done", store.done()}, std::pair{"failed", failed}}) {
-    lua_pushinteger(L, value);
-    lua_setfield(L, -2, key);
-  }
-  return 1;
-}
 
 // ── values ──
 
@@ -271,7 +163,7 @@ int failures(Call& call) {
   lua_newtable(L);
   lua_Integer count = 0;
   for (int run : s.failures()) {
-    lua_createtable(L, 0, 3);
+    lua_createtable(L, 0, 4);
     lua_pushinteger(L, run + 1);
     lua_setfield(L, -2, "index");
     push_set(L, record_of(call), run);
@@ -279,6 +171,11 @@ int failures(Call& call) {
     const std::string why = s.failure(run);
     lua_pushlstring(L, why.data(), why.size());
     lua_setfield(L, -2, "why");
+    const std::string again = record_of(call).store
+                                  ? text("load(\"", record_of(call).store->file(), "\")[", run + 1, "]")
+                                  : text("s[", run + 1, "]");
+    lua_pushlstring(L, again.data(), again.size());
+    lua_setfield(L, -2, "call");
     lua_rawseti(L, -2, ++count);
   }
   return 1;
@@ -392,38 +289,6 @@ extern const Module sweep_module = {
     "sweep",
     "Parameter sweeps",
     {
-        {"sweep", sweep,
-         R"(sweep(sys, { start =, to =, params = { m = {…} }, grid = false, runs =, seed = 0, design = "monte carlo",
-            levels =, scramble = "owen", store =, workers =, limit =, lanes =, times =, method =, dt =, rtol =, … })
-            -> sweep)",
-         R"(Integrates for many parameter values or starts: lists in params and start are paired, grid =
-            true takes all combinations (lists in alphabetical order of their names, params before start,
-            the last one fastest). Distributions in params and start (normal, lognormal, uniform, triangular, beta,
-            discrete, empirical, components of normal(means, covariance), and in params without a name a result of
-            fit) are drawn from: runs of them, by design "monte carlo", "latin hypercube", "sobol", "halton", "grid" (levels
-            per distribution), "star" (the centre, and levels along each), "saltelli" or "morris" (runs base points or
-            trajectories). A run's numbers depend on seed and run only. store = "runs.db": results go into this file
-            while they come; the same call again goes on where it stopped, load "runs.db" gives the sweep back
-            (docs/store.md); retry = true makes failed runs again; open = true makes none. limit: the seconds that one
-            run may take. start is solved anew for each run; start may
-            also be a list of starts.
-            All options of integrate are understood. The runs are shared among worker processes (workers =
-            1: none); a run that fails is listed in s.failures and stops nothing. Lua callbacks see copies
-            of the script's variables there. Non-stiff explicit ODEs without events advance 4 or 8 runs at
-            a time on SIMD lanes, each with steps of its own (results equal those of integrate to a part of
-            the tolerance); s:stats() says so, or why not; lanes = 1 makes one run after another.)",
-         "x, k = var \"x\", param \"k\"\n"
-         "s = sweep(dae{ der(x) ~ -k*x }, { start = { x = 1 }, to = 1, params = { k = {1, 2} }, rtol = "
-         "1e-10, atol = 1e-10 })\n"
-         "print((\"%.6f %.6f\"):format(s:final(x)[1], s:final(x)[2]))",
-         "0.367879 0.135335", &sweep_option_rows()},
-        {"store_info", store_info, "store_info(file) -> table",
-         R"(What a store of runs holds: runs, done, failed, program, fingerprint, and model and options as Lua text.)",
-         R"(
-            x, k, file = var "x", param "k", os.tmpname() .. ".db"
-            sweep(dae{ der(x) ~ -k*x }, { start = { x = 1 }, to = 1, params = { k = {1, 2} }, store = file })
-            print(store_info(file).done, #load(file)))",
-         "2 2"},
         {"sweep:__call", value, "s(e [, t]) -> matrix",
          R"(s(e, t): one row per run at time t, nan where a run failed or ended before. s(e): one row per
             saved time, one column per run, for plot(s.t, s(x)).)",
@@ -435,7 +300,9 @@ extern const Module sweep_module = {
          "s.params.m: what varied, one value per run; initial values too.", "", ""},
         {"sweep#names", names, "s.names -> list", "The names of what varied.", "", ""},
         {"sweep#failures", failures, "s.failures -> list",
-         R"({ index =, params = { m = … }, why = "…" } of every run that failed.)", "", ""},
+         R"({ index =, params = { m = … }, why = "…", call = "s[17]" } of every run that failed; the call, where s is the
+            sweep, makes that run again, as far as it came.)",
+         "", ""},
         {"sweep:statistics", push_statistics, "s:statistics(e [, t]) -> table",
          "mean, std, min, max and count over the runs that did not fail, at the end or at time t.", "", ""},
         {"sweep:stats", stats, "s:stats() -> sweep_stats",

@@ -9,6 +9,13 @@
 
 namespace pendula::lua {
 
+std::string fingerprint_of(const std::string& model, const std::string& options, const std::string& hidden,
+                           const std::string& contents) {
+  std::string all = "pendula " PENDULA_VERSION;
+  for (const std::string* part : {&model, &options, &hidden, &contents}) all += std::string(1, '\0') + *part;
+  return store::sha256(all);
+}
+
 SweepText read_sweep_text(Call& call) {
   lua_State* L = call.L;
   include_embedded(L, "sweep_text");
@@ -22,11 +29,7 @@ SweepText read_sweep_text(Call& call) {
     parts[i].assign(bytes, size);
   }
   lua_pop(L, 4);
-  SweepText result{parts[0], parts[1], parts[2], ""};
-  std::string all = "pendula " PENDULA_VERSION;
-  for (const std::string& part : parts) all += std::string(1, '\0') + part;
-  result.fingerprint = store::sha256(all);
-  return result;
+  return {parts[0], parts[1], parts[2], fingerprint_of(parts[0], parts[1], parts[2], parts[3])};
 }
 
 store::Description describe_store(const integrate::Sweep& sweep, const random::SampleSpace& space,

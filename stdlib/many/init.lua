@@ -1,0 +1,134 @@
+-- What the runs of a sweep say: quantiles, probabilities, pictures, indices, surrogates; tables for other
+-- programs. The computations are read when they are first asked for.
+
+local parts = {}
+local function late(part, name)
+  return function(...)
+    parts[part] = parts[part] or include("many/" .. part)
+    return parts[part][name](...)
+  end
+end
+
+local function method(name, sig, text, part)
+  doc { name = "sweep:" .. name, module = "sweep", sig = sig, text = text, late(part, name) }
+end
+
+method("quantile", "s:quantile(e, p [, t]) -> number or column",
+  [[The value of an expression below which the share p of the runs lies, at the end or at time t; p may be a
+    list.]], "answers")
+method("probability",
+  "s:probability(condition [, t] [, { confidence = 0.95, method = \"wilson\" }]) -> probability",
+  [[The share of the runs for which a condition such as lt(x, 0.2) holds at the end (or at time t), with an
+    interval ("wilson" or "clopper-pearson"): .p .low .high .count .n. Independent runs (design "monte
+    carlo") only have that interval; for even designs it is too long.]], "answers")
+method("histogram", "s:histogram(e [, { t =, bins = }]) -> figure",
+  "Draws how often the values of an expression lie in cells of one width.", "pictures")
+method("density", "s:density(e [, { t =, bandwidth = }]) -> figure",
+  "Draws the density of the values by Gaussian kernels.", "pictures")
+method("fan", "s:fan(e [, { 0.05, 0.25 }]) -> figure",
+  [[The median over time between the quantiles p and 1 - p; needs saved times.]], "pictures")
+method("scatter", "s:scatter{ e, … } -> figure",
+  "One panel for each expression against each of what varies.", "pictures")
+method("convergence", "s:convergence(e [, t]) -> figure",
+  [[The mean over the first n runs with its 95 % interval, against n: what more runs would change.]],
+    "pictures")
+method("sobol", "s:sobol(e [, { t =, bootstrap = 200, confidence = 0.95, seed = 0 }]) -> sobol_indices",
+  [[Shares of the variance of an expression that each quantity explains alone (first) and with all others
+    (total), with bootstrap intervals. Needs design = "saltelli" with runs = a power of 2 of base points.
+    Estimators: Saltelli et al., Comput. Phys. Commun. 181, 2010 (first), Jansen, Comput. Phys. Commun. 117,
+    1999 (total).]], "sensitivity")
+method("morris", "s:morris(e [, t]) -> morris_effects",
+  [[Mean μ, mean of the sizes μ* and deviation σ of the elementary effects of each quantity: which matter at
+    all. Needs design = "morris" (Morris, Technometrics 33(2), 1991).]], "sensitivity")
+method("chaos", "s:chaos(e [, { degree = 3, t = }]) -> chaos",
+  [[A polynomial in what varies, orthonormal for its distributions, fitted to the runs with few terms:
+    c.mean, c.std, c.loo (leave-one-out error, as a share of the variance), c.terms, c:sobol(), c{ k = 1.2 }.
+    Blatman & Sudret, J. Comput. Phys. 230(6), 2011 (there by least angles; here by orthogonal matching
+    pursuit).]], "chaos")
+method("csv", "s:csv(file [, { expressions }])",
+  [[Writes one line per run: what varied, the values at the end, and why it failed.]], "tables")
+method("json", "s:json(file [, { expressions }])",
+  "The same as JSON: a list of objects.", "tables")
+
+doc { name = "reliability", module = "sweep",
+  sig = "reliability(sys, { params =, start =, to =, limit_state = g, runs = 1000, p0 = 0.1, seed = 0, t = "
+    .. "}) -> result",
+  text = [[The probability that g < 0 at the end (or at time t), by subset simulation: conditional samples
+    approach the event level by level, so that 10⁻⁶ takes some thousand runs (Au & Beck, Probabilistic Eng.
+    Mech. 16(4), 2001). r.p, r.cov (coefficient of variation, roughly), r.levels. Distributions must not be
+    correlated.]],
+  example = [[
+    x, k = var "x", param "k"
+    decay = dae{ der(x) ~ -k*x }
+    r = reliability(decay, { start = { x = 1 }, to = 1, params = { k = normal(1, 0.1) },
+      limit_state = x - 0.3, runs = 500, rtol = 1e-8 })
+    print(r.p > 0.01 and r.p < 0.04)]], gives = "true",      -- exact: P(k > -ln 0.3) = 0.0206
+  late("reliability", "reliability") }
+
+-- ── what the computations return ───────────────────────────────────────────────────────────────────────────
+
+local function fields(type, list)
+  for _, entry in ipairs(list) do
+    doc { name = type .. "#" .. entry[1], module = "sweep", sig = "r." .. entry[1] .. " -> " .. entry[2],
+      text = entry[3], function(self) return contents(type, self)[entry[1]] end }
+  end
+  doc { name = type .. ":__tostring", module = "sweep", sig = "print(r)", text = "The table.",
+    function(self) return contents(type, self).text end }
+end
+
+fields("probability", { { "p", "number", "The share." }, { "low", "number", "Begin of the interval." },
+  { "high", "number", "End of the interval." }, { "count", "integer", "Runs for which it holds." },
+  { "n", "integer", "Runs with a value." } })
+fields("sobol_indices", { { "names", "list", "What varies." }, { "first", "list", "First-order indices." },
+  { "total", "list", "Total indices." }, { "first_interval", "list", "{ low, high } of each first index." },
+  { "total_interval", "list", "{ low, high } of each total index." } })
+fields("morris_effects", { { "names", "list", "What varies." }, { "mu", "list", "Mean effects." },
+  { "mu_star", "list", "Means of the sizes." }, { "sigma", "list", "Deviations." } })
+fields("reliability_result", { { "p", "number", "The probability." },
+  { "cov", "number", "Its coefficient of variation, estimated as if levels were independent." },
+  { "levels", "integer", "Levels of conditional samples." }, { "runs", "integer", "Runs made." } })
+fields("chaos", { { "mean", "number", "The mean." }, { "std", "number", "The standard deviation." },
+  { "loo", "number", "Leave-one-out error, a share of the variance." },
+  { "terms", "integer", "Terms that were kept." } })
+doc { name = "chaos:sobol", module = "sweep", sig = "c:sobol() -> sobol_indices",
+  text = "Sobol' indices from the coefficients.", late("chaos", "indices") }
+doc { name = "chaos:__call", module = "sweep", sig = "c{ k = 1.2, … } -> number",
+  text = "The value of the polynomial.", late("chaos", "value") }
+
+-- ── other machines ─────────────────────────────────────────────────────────────────────────────────────────
+
+doc { name = "slurm", module = "sweep",
+  sig = "slurm{ partition =, tasks = 16, time = \"2h\", modules = {…}, memory =, account =, cpus =, options "
+    .. "= {…}, "
+    .. "shards =, retries = 3, program = }",
+  text = [[For sweep{ …, store = "runs.db", on = slurm{ … } }: the runs become a job array of at most `tasks`
+    tasks at a time, each for one of `shards` shards. What is lost (node, preemption, time limit) is
+    submitted again, at most `retries` times. Nothing but the queue and the folder runs.db.d connects the two
+    sides: the session may end, attach "runs.db" goes on.]],
+  example = [[print(slurm{ tasks = 4, time = "10min" })]], gives = "slurm: 4 tasks at a time",
+  function(options)
+    parts.cluster = parts.cluster or include "many/cluster"
+    if type(options) ~= "table" then
+      fail "slurm: expected a table, slurm{ partition = \"short\", tasks = 64 }"
+    end
+    return record("slurm", parts.cluster.read(options))
+  end }
+doc { name = "slurm:__tostring", module = "sweep", sig = "print(on)", text = "In words.",
+  function(self)
+    local on = contents("slurm", self)
+    return ("slurm: %d tasks at a time%s"):format(on.tasks or 16,
+      on.partition and " in " .. on.partition or "")
+  end }
+doc { name = "attach", module = "sweep", sig = "attach(file) -> sweep",
+  text = [[Follows a sweep that a cluster makes until it is finished (Ctrl-C leaves it to the cluster) and
+    gives it back; lost tasks are submitted again. Also `pendula sweep attach runs.db`.]],
+  example = "print(type(attach))", gives = "function",
+  function(file)
+    parts.cluster = parts.cluster or include "many/cluster"
+    parts.cluster.follow(file)
+    return load(file)
+  end }
+doc { name = "shards.run", module = "sweep", sig = "shards.run(path [, workers]) -> string",
+  text = [[Makes the runs of one shard, "runs.db.d/17": "done", "done before", or "done by another" where two
+    worked on it. From a shell: pendula shard runs.db.d/17.]],
+  example = "print(type(shards.run))", gives = "function", late("cluster", "run_shard") }
