@@ -43,9 +43,12 @@ local function document_of(value)
   local is_list = type(value) == "table" and getmetatable(value) == nil
   local parts = {}
   for _, part in ipairs(is_list and value or { value }) do parts[#parts + 1] = fragment_of(part) end
-  return "\\documentclass[11pt,a4paper]{article}\n\\usepackage[T1]{fontenc}\n\\usepackage{amsmath}\n"
-    .. "\\usepackage[margin=25mm]{geometry}\n\\setlength{\\parindent}{0pt}\n\\allowdisplaybreaks\n\\begin{document}\n"
-    .. table.concat(parts, "\n\n") .. "\n\\end{document}\n"
+  local preamble = {
+    "\\documentclass[11pt,a4paper]{article}", "\\usepackage[T1]{fontenc}", "\\usepackage{amsmath}",
+    "\\usepackage[margin=25mm]{geometry}", "\\setlength{\\parindent}{0pt}", "\\allowdisplaybreaks",
+  }
+  return table.concat(preamble, "\n") .. "\n\\begin{document}\n" .. table.concat(parts, "\n\n")
+    .. "\n\\end{document}\n"
 end
 
 doc { name = "save", module = "files", title = "Files", sig = "save(file, value)",

@@ -122,6 +122,17 @@ SumId Simplifier::power(SumId base, SumId exponent) {
   if (const auto q = constant(exponent); q && q->exact() && !sum(base).empty())
     return rooted(base, q->rational());
   if (const auto b = constant(base); b && b->is(1)) return number(1);
+  // (p^a)^b = p^(a b) for p > 0
+  if (const auto a = lone_atom(base); a && atom(*a).kind == AtomKind::power) {
+    const SumId inner = atom(*a).args[0], above = atom(*a).args[1];
+    const auto p = lone_atom(inner);
+    if (p && never_negative({*p, 1})) {
+      Term product_of_exponents{1, {}};
+      multiply(product_of_exponents, above, 1);
+      multiply(product_of_exponents, exponent, 1);
+      return power(inner, product(std::move(product_of_exponents)));
+    }
+  }
   return single(power_atom(base, exponent));
 }
 
@@ -180,6 +191,9 @@ void Simplifier::multiply_root(Term& term, SumId base, const mpq_class& q) {
     return multiply_root(term, number(Number(mpq_class(r.get_num() * r.get_den()))), mpq_class(1, 2));
   }
   if (terms.size() > 1) {
+    if (const auto root = perfect_power(base, q)) {
+      return multiply(term, *root, 1);
+    }
     for (Term& t : terms) t.coefficient = t.coefficient * *Number::power(c, -1) * inside;
     term.factors.push_back({sum_atom(intern(std::move(terms))), q});
     return;

@@ -50,6 +50,10 @@ class Simplifier : public NormalForms {
   SumId by_sum_rules(SumId s);
   std::optional<Sum> by_squares(const std::vector<Term>& terms);
   std::optional<Sum> by_angle_sums(const std::vector<Term>& terms);
+  std::optional<Sum> by_tangents(const std::vector<Term>& terms);
+  std::optional<Sum> by_logarithms(const std::vector<Term>& terms);
+  std::optional<SumId> with_single_angles(SumId s);
+  std::optional<SumId> perfect_power(SumId base, const mpq_class& exponent);
   std::optional<SumId> over_common_denominator(SumId s);
   std::optional<SumId> in_factors(SumId s);
   void expanded(SumId s, std::vector<SumId>& candidates);

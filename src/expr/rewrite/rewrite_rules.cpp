@@ -38,6 +38,37 @@ std::optional<SumId> cancel_inverse(Simplifier& s, Op op, const Args& x) {
   return {};
 }
 
+/// sin(acos x) = √(1 - x²), cos(atan x) = 1/√(1 + x²) and the like.
+std::optional<SumId> function_of_inverse(Simplifier& s, Op op, const Args& x) {
+  if (op != Op::sin && op != Op::cos && op != Op::tan) return {};
+  const auto a = s.lone_atom(x[0]);
+  if (!a) return {};
+  const bool of_sine = s.is_function(*a, Op::asin), of_cosine = s.is_function(*a, Op::acos);
+  const bool of_tangent = s.is_function(*a, Op::atan);
+  if (!of_sine && !of_cosine && !of_tangent) return {};
+  const SumId y = s.atom(*a).args[0];
+  Term square{Number(of_tangent ? 1 : -1), {}};
+  s.multiply(square, y, 2);
+  Sum inside = s.sum(s.product(std::move(square)));
+  inside.push_back(Term{1, {}});
+  const SumId rest = s.intern(std::move(inside));  // 1 ± y²
+  const mpq_class half(1, 2);
+  Term value{1, {}};
+  if (of_tangent) {
+    if (op == Op::tan) return {};
+    if (op == Op::sin) s.multiply(value, y, 1);
+    s.multiply(value, rest, -half);
+  } else if ((op == Op::sin && of_cosine) || (op == Op::cos && of_sine)) {
+    s.multiply(value, rest, half);
+  } else if (op == Op::tan) {
+    s.multiply(value, y, of_sine ? 1 : -1);
+    s.multiply(value, rest, of_sine ? mpq_class(-half) : half);
+  } else {
+    return {};
+  }
+  return s.product(std::move(value));
+}
+
 /// exp(c log x) = x^c.
 std::optional<SumId> power_of_log(Simplifier& s, Op op, const Args& x) {
   const Sum& sum = s.sum(x[0]);
@@ -131,6 +162,7 @@ constexpr FunctionRule functions[] = {
     {"sqrt(x) = x^(1/2)", root_is_power},
     {"f(-x) = -f(x) or f(x)", fold_parity},
     {"log(exp x) = x and the like", cancel_inverse},
+    {"sin(acos x) = √(1 - x²)", function_of_inverse},
     {"exp(c log x) = x^c", power_of_log},
     {"log(x^3) = 3 log x", log_of_power},
     {"|2 x² y| = 2 x² |y|", absolute_value},
@@ -194,6 +226,22 @@ bool square_absolutes(Simplifier& s, Term& term) {
     return true;
   }
   return false;
+}
+
+/// |x| |y| = |x y|, |x|/|y| = |x/y|.
+bool merge_absolutes(Simplifier& s, Term& term) {
+  Term inside{1, {}};
+  int count = 0;
+  for (const Factor& f : term.factors) {
+    if (!s.is_function(f.atom, Op::abs) || abs(f.exponent) != 1) continue;
+    s.multiply(inside, s.atom(f.atom).args[0], f.exponent);
+    ++count;
+  }
+  if (count < 2) return false;
+  std::erase_if(term.factors,
+                [&](const Factor& f) { return s.is_function(f.atom, Op::abs) && abs(f.exponent) == 1; });
+  s.multiply(term, s.single(s.function_atom(Op::abs, {s.product(std::move(inside))})), 1);
+  return true;
 }
 
 /// The place of op(argument) among the factors.
@@ -365,6 +413,7 @@ constexpr ProductRule products[] = {
     {"exp a exp b = exp(a + b)", merge_exponentials},
     {"x^a x^b = x^(a + b)", merge_powers},
     {"|x|² = x²", square_absolutes},
+    {"|x| |y| = |x y|", merge_absolutes},
     {"√2 √6 = 2 √3", collect_square_roots},
     {"tan x cos x = sin x", tangents},
     {"(x² - 1)/(x - 1) = x + 1", divide_sums},

@@ -207,6 +207,27 @@ std::optional<SumId> Simplifier::in_factors(SumId s) {
   return product(std::move(whole));
 }
 
+/// √(x² + 2 x + 1) = |x + 1|: the root of a sum that is an even power.
+std::optional<SumId> Simplifier::perfect_power(SumId base, const mpq_class& exponent) {
+  constexpr std::size_t fewest = 3, most = 6;
+  const Sum& terms = sum(base);
+  if (exponent.get_den() != 2 || terms.size() < fewest || terms.size() > most) return {};
+  const auto squares = std::count_if(terms.begin(), terms.end(), [](const Term& t) {
+    return std::all_of(t.factors.begin(), t.factors.end(), [](const Factor& f) {
+      return f.exponent.get_den() == 1 && mpz_even_p(f.exponent.get_num_mpz_t()) != 0;
+    });
+  });
+  if (squares < 2) return {};
+  const auto form = rational_form(*this, base, Factoring::both);
+  if (!form || form->coefficient != 1) return {};
+  Term whole{1, {}};
+  for (const auto& [factor, power] : form->powers) {
+    if (power % 2 != 0) return {};
+    multiply(whole, absolute(factor), power * exponent);
+  }
+  return product(std::move(whole));
+}
+
 SumId Simplifier::rewritten_sum(SumId s) {
   if (const auto it = rewritten_.find(s); it != rewritten_.end()) return it->second;
   SumId best = by_sum_rules(s);
@@ -217,6 +238,14 @@ SumId Simplifier::rewritten_sum(SumId s) {
     grouped(best, candidates);
     if (const auto whole = over_common_denominator(best)) candidates.push_back(*whole);
     if (const auto product = in_factors(best)) candidates.push_back(*product);
+    const std::vector<SumId> written(
+        candidates.begin(), candidates.begin() + std::min<std::ptrdiff_t>(2, std::ssize(candidates)));
+    for (SumId c : written)
+      if (const auto single = with_single_angles(c)) candidates.push_back(*single);
+    if (const auto single = with_single_angles(best)) {
+      candidates.push_back(*single);
+      expanded(*single, candidates);
+    }
     SumId shortest = best;
     for (SumId c : candidates)
       if (const SumId after = by_sum_rules(c); traits(after).tokens < traits(shortest).tokens)

@@ -114,12 +114,105 @@ std::optional<Sum> Simplifier::by_angle_sums(const std::vector<Term>& terms) {
   return {};
 }
 
+/// c R + c R tan² = c R/cos², c R - c R tanh² = c R/cosh².
+std::optional<Sum> Simplifier::by_tangents(const std::vector<Term>& terms) {
+  for (Index i = 0; i < terms.size(); ++i)
+    for (const Factor& f : terms[i].factors) {
+      const bool circular = is_function(f.atom, Op::tan);
+      if (f.exponent != 2 || (!circular && !is_function(f.atom, Op::tanh))) continue;
+      Term rest = with_factor(*this, terms[i], f.atom, -2);
+      if (!circular) rest.coefficient = -rest.coefficient;
+      const Index j = place_of(terms, rest, i);
+      if (j == nowhere) continue;
+      Term by = rest;
+      multiply(by, single(function_atom(circular ? Op::cos : Op::cosh, atom(f.atom).args)), -2);
+      Sum shorter = without_two(terms, i, j);
+      const SumId p = product(std::move(by));
+      shorter.insert(shorter.end(), sum(p).begin(), sum(p).end());
+      return shorter;
+    }
+  return {};
+}
+
+/// c R log a ± c R log b = c R log(a b^±1): where the left side is defined, a and b are positive.
+std::optional<Sum> Simplifier::by_logarithms(const std::vector<Term>& terms) {
+  for (Index i = 0; i < terms.size(); ++i)
+    for (const Factor& f : terms[i].factors) {
+      if (f.exponent != 1 || !is_function(f.atom, Op::log)) continue;
+      const Term rest = with_factor(*this, terms[i], f.atom, -1);
+      for (Index j = i + 1; j < terms.size(); ++j)
+        for (const Factor& g : terms[j].factors) {
+          if (g.exponent != 1 || !is_function(g.atom, Op::log)) continue;
+          const Term other = with_factor(*this, terms[j], g.atom, -1);
+          Term opposite = other;
+          opposite.coefficient = -opposite.coefficient;
+          if (!(other == rest) && !(opposite == rest)) continue;
+          Term inside{1, {}};
+          multiply(inside, atom(f.atom).args[0], 1);
+          multiply(inside, atom(g.atom).args[0], other == rest ? 1 : -1);
+          Term by = rest;
+          multiply(by, function(Op::log, {product(std::move(inside))}), 1);
+          Sum shorter = without_two(terms, i, j);
+          const SumId p = product(std::move(by));
+          shorter.insert(shorter.end(), sum(p).begin(), sum(p).end());
+          return shorter;
+        }
+    }
+  return {};
+}
+
+/// sin 2A, cos 3A … in powers of sin A and cos A, where these occur too: 2 sin x cos x - sin 2x = 0.
+std::optional<SumId> Simplifier::with_single_angles(SumId s) {
+  constexpr std::size_t most = 12;
+  const Sum terms = sum(s);
+  if (terms.size() > most) return {};
+  std::vector<SumId> angles;
+  for (const Term& t : terms)
+    for (const Factor& f : t.factors)
+      if (is_function(f.atom, Op::sin) || is_function(f.atom, Op::cos))
+        angles.push_back(atom(f.atom).args[0]);
+  const auto multiple = [&](SumId angle) -> std::optional<std::pair<SumId, int>> {
+    for (SumId a : angles)
+      for (int k : {2, 3})
+        if (scaled(a, k) == angle) return std::pair{a, k};
+    return {};
+  };
+  Sum whole;
+  bool changed = false;
+  for (const Term& t : terms) {
+    const auto at = std::find_if(t.factors.begin(), t.factors.end(), [&](const Factor& f) {
+      return (is_function(f.atom, Op::sin) || is_function(f.atom, Op::cos)) && f.exponent == 1 &&
+             multiple(atom(f.atom).args[0]);
+    });
+    if (at == t.factors.end()) {
+      whole.push_back(t);
+      continue;
+    }
+    const auto [a, k] = *multiple(atom(at->atom).args[0]);
+    const bool sine = is_function(at->atom, Op::sin);
+    const AtomId si = function_atom(Op::sin, {a}), co = function_atom(Op::cos, {a});
+    const Term rest = with_factor(*this, t, at->atom, -1);
+    // sin 2A = 2 s c, cos 2A = 2 c² - 1, sin 3A = 3 s - 4 s³, cos 3A = 4 c³ - 3 c
+    Sum by = sine     ? k == 2 ? Sum{{2, {{si, 1}, {co, 1}}}} : Sum{{3, {{si, 1}}}, {-4, {{si, 3}}}}
+                 : k == 2 ? Sum{{2, {{co, 2}}}, {-1, {}}}
+                      : Sum{{4, {{co, 3}}}, {-3, {{co, 1}}}};
+    for (Term& part : by) {
+      collect(part);
+      whole.push_back(times(rest, part));
+    }
+    changed = true;
+  }
+  return changed ? std::optional(intern(std::move(whole))) : std::nullopt;
+}
+
 SumId Simplifier::by_sum_rules(SumId id) {
   for (int round = 0; round < most_passes; ++round) {
     const std::vector<Term> terms = ordered_terms(id);
     if (terms.size() < 2 || terms.size() > most_terms) break;
     auto shorter = by_squares(terms);
     if (!shorter) shorter = by_angle_sums(terms);
+    if (!shorter) shorter = by_tangents(terms);
+    if (!shorter) shorter = by_logarithms(terms);
     if (!shorter) break;
     id = intern(std::move(*shorter));
   }
