@@ -4,6 +4,7 @@ include "help"       -- help, apropos, examples
 include "testing"    -- test, expect
 include "files"      -- save, load
 include "models"     -- form:solve
+include "session"    -- who, cd, ls, record, edit
 include "explain"    -- explain
 include "plot"       -- plot, plot3, semilogy, semilogx, loglog, spy
 include "sysid"      -- d:plot, mod:plot, v:plot, set:plot

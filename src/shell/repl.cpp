@@ -4,8 +4,10 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <fstream>
 
 #include "base/interrupt.hpp"
+#include "lua/core/library.hpp"
 #include "lua/core/objects.hpp"
 #include "lua/screen/fit_text.hpp"
 #include "lua/screen/pager.hpp"
@@ -83,6 +85,7 @@ class Session {
   bool command(const std::string& entry);
   void evaluate_pieces(const std::vector<std::string>& parts);
   bool evaluate(const std::string& entry);
+  void record(const std::string& entry);
   void report(const std::string& entry);
 
   lua_State* L_;
@@ -166,11 +169,26 @@ bool Session::evaluate(const std::string& entry) {
     lua_insert(L_, base + 1);
     good = lua::run(L_, lua_gettop(L_) - base - 1, 0);
   }
+  if (good) record(entry);
   if (!good) report(entry);
   lua_settop(L_, base);
   interrupt_requested = false;
   std::fflush(stdout);
   return good;
+}
+
+/// Appends the entry to the file that record "session.lua" named; an expression becomes print(expression).
+void Session::record(const std::string& entry) {
+  const int top = lua_gettop(L_);
+  lua::push_stdlib_environment(L_);
+  lua_pushliteral(L_, "record_file");
+  if (lua_rawget(L_, -2) == LUA_TSTRING && entry.find("record") == entry.npos) {
+    std::ofstream file(lua_tostring(L_, -1), std::ios::app);
+    const bool statement = luaL_loadstring(L_, entry.c_str()) == LUA_OK;
+    const std::string expression = entry.substr(entry.find_first_not_of("= "));
+    file << (statement ? entry : "print(" + expression + ")") << "\n";
+  }
+  lua_settop(L_, top);
 }
 
 /// The position "stdin:1:" says nothing about an entry of one line; of several, the line is worth knowing.

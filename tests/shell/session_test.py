@@ -303,6 +303,79 @@ def test_window_size_changes(terminal, home):
     w.wait("^3$", pattern=True)
 
 
+def test_what_is_there_and_where_one_is(terminal, home):
+    os.makedirs(os.path.join(home, "models"))
+    w = started(terminal)
+    w.enter("mass = 12")
+    w.enter("who()")
+    w.wait("^mass +number +12$", pattern=True)
+    w.enter(f"cd '{home}'")
+    w.enter("ls()")
+    w.wait("models/")
+    w.enter("cd 'nowhere'")
+    w.wait("cd: 'nowhere': No such file or directory")
+    w.enter("record 'session.lua'")
+    w.enter("6*mass")
+    w.wait("^72$", pattern=True)
+    w.enter("no_such_thing")
+    w.enter("half = mass/2")
+    w.enter("record(false)")
+    w.wait_prompt("record(false)")
+    with open(os.path.join(home, "session.lua")) as file:
+        check(file.read().split("\n")[1:], ["print(6*mass)", "half = mass/2", ""])
+
+
+def test_text_fits_the_window(terminal, home):
+    for columns in (40, 80, 200):
+        w = started(terminal, columns=columns, rows=60)
+        w.enter("q = var('q', 3)")
+        w.enter("sum{ q[1]*sin(q[2]), q[2]*cos(q[3]), q[3]*q[1]^2, exp(q[1])*q[2], sin(q[1])*cos(q[2])^3 }")
+        w.wait("q₃")
+        w.enter("error(('word '):rep(60))")
+        w.wait("word word")
+        w.key("C-l")
+        w.enter('help "fixed steps"')
+        w.wait("See also")
+        for line in w.tmux("capture-pane", "-p").split("\n"):  # not joined: what was too long stands on two lines
+            check(len(line.rstrip()) <= columns, True, line)
+        check_in("study a method", " ".join(w.screen().split()))
+
+
+def test_long_text_comes_a_screen_at_a_time(terminal, home):
+    w = started(terminal, columns=80, rows=20)
+    w.enter('help "integrate"')
+    w.wait("-- more")
+    check_in("sys:integrate{", w.screen())
+    w.key("Space")
+    w.wait("rtol = 1e-3")
+    w.key("q")
+    w.wait("^>$", pattern=True)
+    w.enter("'still ' .. 'here'")
+    w.wait("^still here$", pattern=True)
+    w.enter("eye(40)")
+    w.wait("-- more")
+    w.key("C-c")
+    w.enter("1 + 1")
+    w.wait("^2$", pattern=True)
+    w.enter("print(eye(3))")  # short text is not paged
+    w.wait("⎣0  0  1⎦")
+
+
+@edits_lines
+def test_options_are_completed(terminal, home):
+    w = started(terminal)
+    w.enter('x = var "x"; m = dae { der(x) ~ -x }')
+    w.type("m:integrate { ")
+    w.key("Tab", "Tab")
+    w.wait("max_steps")
+    w.type("start = { ")
+    w.key("Tab")
+    w.type(' = 1 }, to = 1, method = "dop853" }')
+    w.wait("start = { x = 1 }")
+    w.key("Enter")
+    w.wait("solution by dop853")
+
+
 @edits_lines
 def test_suspend_and_resume(terminal, home):
     w = terminal(command="bash --norc --noprofile", PS1="shell: ")

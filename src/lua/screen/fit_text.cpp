@@ -107,7 +107,11 @@ std::string folded(const Line& line, int columns) {
     while (first_word < to && is_blank(line, first_word)) ++first_word;
     if (to < line.size() && !is_blank(line, to)) {
       const std::size_t at = best_break(line, first_word, to, formula);
-      if (at < to) to = at;
+      if (at < to) {
+        to = at;
+      } else {  // one word: it stays whole
+        while (to < line.size() && !is_blank(line, to)) ++to;
+      }
     } else if (to < line.size() && formula && !is_operator(line, to)) {
       to = best_break(line, first_word, to + 1, formula);
     }

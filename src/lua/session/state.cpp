@@ -17,6 +17,7 @@
 #include "lua/core/trampoline.hpp"
 #include "lua/core/values.hpp"
 #include "lua/document/document.hpp"
+#include "lua/session/folders.hpp"
 #include "lua/session/safe.hpp"
 
 namespace pendula::lua {
@@ -62,6 +63,7 @@ int open_everything(lua_State* L) {
   open_document(L);
   open_run_user(L);
   open_records(L);
+  open_folders(L);
   for (const Module* module : modules()) add_module(L, *module);
   open_numbers(L);
   include_embedded(L, "init");

@@ -158,13 +158,19 @@ dae::ConsistentStatePtr read_start(lua_State* L, const Options& options, const d
   if (lua_isuserdata(L, index)) {
     const auto* held = object_at(L, index, TypeName<dae::ConsistentState>::value);
     if (!held)
-      throw Error(text("start must be a result of init or a table { x = 1, … }, got ", describe(L, index)));
+      throw Error(text("start must be a result of init or a table { x = 1, … }, got ", describe(L, index),
+                       object_type(L, index) == "solution"
+                           ? "; its end is sol:state(), and sol:continue{ to = … } goes on from there"
+                           : ""));
     const auto at = std::static_pointer_cast<const dae::ConsistentState>(*held);
     lua_pop(L, 1);
     return translated(at, model);
   }
   if (!lua_istable(L, index))
-    throw Error(text("start must be a result of init or a table { x = 1, … }, got ", describe(L, index)));
+    throw Error(text("start must be a result of init or a table { x = 1, … }, got ", describe(L, index),
+                     object_type(L, index) == "solution"
+                         ? "; its end is sol:state(), and sol:continue{ to = … } goes on from there"
+                         : ""));
   dae::StartRequest request = read_start_request(L, options, *model);
   request.fix = read_leaf_values(L, index, "start", *model);
   lua_pop(L, 1);

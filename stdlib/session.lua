@@ -1,0 +1,106 @@
+-- For a session at the prompt: what is defined, where one is, a record of the entries, an editor.
+
+-- ── what is defined ────────────────────────────────────────────────────────────────────────────────────────
+
+-- What is there before anything is typed.
+local standard = {}
+for name in pairs(_G) do standard[name] = true end
+
+-- One line about a value: the first line of its text, shortened.
+local function summary(value, room)
+  local text = shown(value):match "[^\n]*"
+  if width(text) > room then text = text:sub(1, (utf8.offset(text, room) or #text + 1) - 1) .. " …" end
+  return text
+end
+
+doc { name = "who", module = "session", title = "The session", sig = "who()",
+  text = "Lists the variables of the session: name, type, and the first line of the value.",
+  example = "box = { 1, 2 }  who()",
+  function()
+    local names = {}
+    for name, value in pairs(_G) do
+      if type(name) == "string" and not rawequal(value, named(name)) and not standard[name] then
+        names[#names + 1] = name
+      end
+    end
+    table.sort(names)
+    local lines = { { "name", "type", "value" } }
+    for _, name in ipairs(names) do
+      local value = rawget(_G, name)
+      lines[#lines + 1] = { name, object_type(value) or type(value), summary(value, 50) }
+    end
+    if #lines == 1 then return print "no variables yet" end
+    local layout = include "layout"
+    print(layout(lines))
+  end }
+
+-- ── folders ────────────────────────────────────────────────────────────────────────────────────────────────
+
+doc { name = "pwd", module = "session", sig = "pwd() -> string",
+  text = "The folder in which files are looked for.",
+  example = "return #pwd() > 0", gives = "true", function() return working_folder() end }
+
+doc { name = "cd", module = "session", sig = "cd(folder) -> string",
+  text = "Changes the folder in which files are looked for; cd() goes home.",
+  example = 'return cd "." == pwd()', gives = "true",
+  function(folder)
+    if folder == nil then folder = os.getenv "HOME" or "/" end
+    if type(folder) ~= "string" then fail 'cd: expected the name of a folder, as in cd "models"' end
+    if folder:sub(1, 1) == "~" then folder = (os.getenv "HOME" or "") .. folder:sub(2) end
+    change_folder(folder)
+    return working_folder()
+  end }
+
+doc { name = "ls", module = "session", sig = "ls([folder]) -> list",
+  text = "The names in a folder, folders with a slash behind them; names that begin with a dot are left out.",
+  example = "return type(ls()[1])",
+  function(folder)
+    if folder ~= nil and type(folder) ~= "string" then
+      fail 'ls: expected the name of a folder, as in ls "models"'
+    end
+    return folder_names(folder or ".")
+  end }
+
+-- ── time ───────────────────────────────────────────────────────────────────────────────────────────────────
+
+doc { name = "timed", module = "session", sig = "timed(f) -> seconds, results …",
+  text = "Calls a function and says how long it took: the time on the processor, in s, then what it "
+    .. "returned.",
+  example = "return select(2, timed(function() return 6*7 end))", gives = "42",
+  function(f)
+    if type(f) ~= "function" then fail "timed: expected a function: timed(function() return … end)" end
+    local begin = os.clock()
+    local results = table.pack(f())
+    return os.clock() - begin, table.unpack(results, 1, results.n)
+  end }
+
+-- ── record and editor ──────────────────────────────────────────────────────────────────────────────────────
+
+-- The prompt appends every entry that worked to this file (src/shell/repl.cpp).
+record_file = nil
+
+doc { name = "record", module = "session", sig = 'record "session.lua", record(false)',
+  text = "From now on the entries that worked are written to a file, as a script that runs them again; "
+    .. "record(false) ends it, record() says where it goes.",
+  example = "return record()", gives = "nil",
+  function(file)
+    if file == nil then return record_file end
+    if file == false then
+      record_file = nil
+      return
+    end
+    if type(file) ~= "string" then fail 'record: expected a file name, as in record "session.lua"' end
+    write_file(file, "-- A session of Pendula.\n", "record")
+    record_file = file:sub(1, 1) == "/" and file or working_folder() .. "/" .. file
+  end }
+
+doc { name = "edit", module = "session", sig = "edit(file)",
+  text = "Opens a file in $VISUAL or $EDITOR and runs it afterwards, if it is a Lua script.",
+  example = "return type(edit)", gives = "function",
+  function(file)
+    if type(file) ~= "string" then fail 'edit: expected a file name, as in edit "model.lua"' end
+    local editor = os.getenv "VISUAL" or os.getenv "EDITOR" or "vi"
+    local good = os.execute(("%s '%s'"):format(editor, (file:gsub("'", "'\\''"))))
+    if not good then fail(("edit: %s did not end well"):format(editor)) end
+    if file:find "%.lua$" and io.open(file) then return dofile(file) end
+  end }

@@ -1,0 +1,37 @@
+-- Going on from a solution: sol:state() and sol:continue{ }.
+
+local x, v, y, z = vars "x v y z"
+local k = param("k", 2)
+local spring = dae { der(x) ~ v, der(v) ~ -k*x }
+local tight = { rtol = 1e-10, atol = 1e-10 }
+
+local function with(options)
+  for key, value in pairs(tight) do options[key] = value end
+  return options
+end
+
+test("two pieces are one run, with the parameters of the run", function()
+  local first = spring:integrate(with { start = { x = 1, v = 0 }, to = 1, params = { k = 3 } })
+  local second = first:continue(with { to = 2 })
+  expect(second.t[1]):equals(1)
+  expect(second(x, 2)):near(math.cos(2*math.sqrt(3)), 1e-9)
+  expect(spring:integrate(with { start = first:state(0.5), to = 2, params = { k = 3 } })(x, 2))
+    :near(math.cos(2*math.sqrt(3)), 1e-9)
+end)
+
+test("reduced forms go on from their ends", function()
+  local pendulum = dae { der(x, 2) ~ -z*x, der(y, 2) ~ -z*y - 9.81, 0 ~ x^2 + y^2 - 1 }
+  local at = pendulum:init { fix = { x = 0.6, [x.dot] = 0 }, guess = { y = -0.8 } }
+  for _, form in ipairs { "acc", "project", "ggl" } do
+    local low = pendulum:reduce(form)
+    local whole = low:integrate(with { start = at, to = 2 })
+    local second = low:integrate(with { start = at, to = 1 }):continue(with { to = 2 })
+    expect(second(x, 2)):near(whole(x, 2), 1e-7)
+  end
+end)
+
+test("what is not understood is said", function()
+  local sol = spring:integrate { start = { x = 1, v = 0 }, to = 1 }
+  expect(function() spring:integrate { start = sol, to = 2 } end):fails "sol:state()"
+  expect(function() sol:continue(2) end):fails "sol:continue{ to = 20 }"
+end)
