@@ -77,16 +77,16 @@ doc { name = "timed", module = "session", sig = "timed(f) -> seconds, results �
 -- ── record and editor ──────────────────────────────────────────────────────────────────────────────────────
 
 -- The prompt appends every entry that worked to this file (src/shell/repl.cpp).
-record_file = nil
+record_file = false
 
 doc { name = "record", module = "session", sig = 'record "session.lua", record(false)',
   text = "From now on the entries that worked are written to a file, as a script that runs them again; "
     .. "record(false) ends it, record() says where it goes.",
   example = "return record()", gives = "nil",
   function(file)
-    if file == nil then return record_file end
+    if file == nil then return record_file or nil end
     if file == false then
-      record_file = nil
+      record_file = false
       return
     end
     if type(file) ~= "string" then fail 'record: expected a file name, as in record "session.lua"' end
