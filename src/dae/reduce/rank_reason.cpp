@@ -109,9 +109,12 @@ void tell_solution(const Remainder& r, const MatX& A, std::vector<std::string>& 
   const VecX unknowns = column(r.unknowns);
   const MatX there = A.unaryExpr([&](Expr e) { return on_constraints(e, r.model.invariants); });
   const MatX solution = linalg::solve(there, b);
+  bool by_constraints = there != A;
   Substitution values;
   for (Index i = 0; i < b.size(); ++i) {
-    const Expr w = shorter_on_constraints(readable_entry(solution(i, 0)), r.model.invariants);
+    const Expr exact = readable_entry(solution(i, 0));
+    const Expr w = shorter_on_constraints(exact, r.model.invariants);
+    by_constraints = by_constraints || w != exact;
     if (!is_readable(w)) break;
     values[unknowns[i]] = w;
   }
@@ -123,7 +126,7 @@ void tell_solution(const Remainder& r, const MatX& A, std::vector<std::string>& 
     lines.push_back(
         told_from(Detail::full, text(i == 0 ? "     so that  " : "              ",
                                      formula(ref(unknowns[i]), " = ", ref(values.at(unknowns[i]))),
-                                     there == A ? "" : "  on the constraints")));
+                                     by_constraints ? "  on the constraints" : "")));
   for (Expr x : r.direct) {
     const Expr f = readable_entry(substitute(r.known.at(x), values));
     if (is_readable(f)) lines.push_back(told_from(Detail::every, "     " + formula(ref(x), " = ", ref(f))));

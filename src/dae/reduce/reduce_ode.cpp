@@ -197,6 +197,7 @@ std::vector<std::string> eliminated_variables(const Model& low, const Substituti
            " along a solution: sol(", to_text(list[0]), ").")};
   for (Expr leaf : list) {
     const Expr value = readable(values.at(leaf));
+    if (value.op() == Op::solve) continue;  // a component of w, which was written above
     if (is_short(value, 400) && display_width(to_text(value)) <= widest)
       lines.push_back("     " + formula(ref(leaf), " = ", ref(value)));
   }

@@ -106,7 +106,8 @@ ModelPtr reduce_ggl(const ModelPtr& model) {
   declare_unknowns(options, *first);
   options.z.insert(options.z.end(), mu.begin(), mu.end());
   options.trace = {
-      text("ggl: ", join(below, ", "), below.size() == 1 ? " stays as it was written, and " : " stay as they were written, and ",
+      text("ggl: ", join(below, ", "),
+           below.size() == 1 ? " stays as it was written, and " : " stay as they were written, and ",
            join(labels, ", "), below.size() == 1 ? " joins it" : " join", ":  ",
            formula("0 = ", ref(velocity))),
       text("     q′ = v - (∂C/∂q)ᵀ μ with new multipliers ", grouped_names(mu),
