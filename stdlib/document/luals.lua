@@ -122,13 +122,48 @@ local function choices(entry, name)
   return #list >= 2 and table.concat(list, "|") .. "|string" or nil
 end
 
+local function options_class(entry) return (entry.name:gsub("[^%w_]", "_")) .. "_options" end
+
+local option_types = { number = "number", integer = "integer", boolean = "boolean", string = "string",
+  list = "table", table = "table", expression = "expr|number", ["function"] = "function" }
+
+-- "boolean or string" -> "boolean|string"; what is not known is any.
+local function option_type(option)
+  if option.values:find "^[^@]" and option.type ~= "boolean" then
+    return '"' .. option.values:gsub("|", '"|"') .. '"|any'
+  end
+  local parts = {}
+  for part in (option.type .. " or "):gmatch "(.-) or " do
+    if not option_types[part] then return "any" end
+    parts[#parts + 1] = option_types[part]
+  end
+  return table.concat(parts, "|")
+end
+
+-- The options of a function as a class of their own, so that editors complete their names.
+local function write_options(entry)
+  local rows = {}
+  for _, option in ipairs(entry.options or {}) do
+    if option.name:find "^[%a_][%w_]*$" then rows[#rows + 1] = option end
+  end
+  if #rows == 0 then return false end
+  line("---@class ", options_class(entry))
+  for _, option in ipairs(rows) do
+    line("---@field ", option.name, "? ", option_type(option), " ", (option.text:gsub("%s+", " ")))
+  end
+  line ""
+  return true
+end
+
 local function parameter_type(entry, one)
+  if one.name == "options" and entry.has_options_class then return options_class(entry) end
   if one.name == "options" and one.written and one.written:find "^{" then return "table" end
   if one.written and one.written:find '^"' then return choices(entry, "name") or "string" end
   return choices(entry, one.name) or "any"
 end
 
 local function write_function(entry, name, known)
+  entry.has_options_class = write_options(entry)
   comment(entry)
   local list, result = signature(entry.sig)
   local names = {}

@@ -166,10 +166,22 @@ local function run_examples(module)
   return record, numbers
 end
 
+local function options_html(entry)
+  if not entry.options or #entry.options == 0 then return "" end
+  local out = {}
+  for _, option in ipairs(entry.options) do
+    local default = option.default ~= "" and " = " .. option.default or ""
+    local choices = option.values:find "^[^@]" and ' "' .. option.values:gsub("|", '", "') .. '"' or ""
+    out[#out + 1] = ("<tr><th><code>%s</code></th><td>%s (%s)</td></tr>"):format(
+      text.escaped(option.name .. default), text.escaped(option.text .. choices), text.escaped(option.type))
+  end
+  return '<details><summary>options</summary><table class="facts">' .. table.concat(out) .. "</table></details>"
+end
+
 local function entry_html(entry, record, drawn, number)
   local example = entry.example ~= "" and example_html(entry, record, drawn, number) or ""
-  return ('<section class="entry" id="%s"><h2><code>%s</code></h2><p>%s</p>%s</section>'):format(
-    text.escaped(entry.name), text.escaped(entry.sig), text.escaped(entry.text), example)
+  return ('<section class="entry" id="%s"><h2><code>%s</code></h2><p>%s</p>%s%s</section>'):format(
+    text.escaped(entry.name), text.escaped(entry.sig), text.escaped(entry.text), options_html(entry), example)
 end
 
 local function module_page(module)

@@ -113,17 +113,12 @@ function M.inspect(source, at)
   local first = #source:sub(1, at):match "[%w_.:]*$"
   local path = source:sub(at - first + 1):match "^[%w_.:]*":gsub("[.:]+$", "")
   if not path:find "^[%a_]" then return nil end
-  local said = {}
-  local before = print
-  print = function(...)
-    local words = table.pack(...)
-    for i = 1, words.n do words[i] = tostring(words[i]) end
-    said[#said + 1] = table.concat(words, " ")
-  end
   local own = rawget(_G, path)
+  capture_output(true)                               -- no terminal, no pages of a screen
   local good = pcall(help, object_type(own) and own or path)
-  print = before
-  return good and #said > 0 and table.concat(said, "\n") or nil
+  local said = captured():gsub("%s+$", "")
+  capture_output(false)
+  return good and said ~= "" and said or nil
 end
 
 -- What a notebook cannot do is said at once.

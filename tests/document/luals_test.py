@@ -9,7 +9,7 @@ import unittest
 PROGRAM = os.environ.get("PENDULA", "build/release/pendula")
 TYPE = r'(?:[A-Za-z_][\w]*(?:\[\])?|"[^"]*")(?:\|(?:[A-Za-z_][\w]*(?:\[\])?|"[^"]*"))*'
 ANNOTATIONS = {
-    "meta": r"\w+", "class": r"[\w]+", "field": r"[\w]+ " + TYPE + r"(?: .*)?", "type": TYPE,
+    "meta": r"\w+", "class": r"[\w]+", "field": r"[\w]+\?? " + TYPE + r"(?: .*)?", "type": TYPE,
     "param": r"(?:[A-Za-z_]\w*\??|\.\.\.) " + TYPE, "return": TYPE, "overload": r"fun\(\.\.\.\): " + TYPE,
     "operator": r"(?:add|sub|mul|div|pow|unm|concat|len|bnot|bxor)(?:\(any\))?: " + TYPE,
 }
@@ -42,7 +42,9 @@ class LuaLSTest(unittest.TestCase):
         classes = set(re.findall(r"^---@class (\w+)", self.text, re.M))
         for kind, rest in re.findall(r"^---@(param|return|type|field|operator|overload) (.*)$", self.text, re.M):
             words = rest.split(" ")
-            names = words[1] if kind in ("param", "field") else words[0]
+            names = words[0]
+            if kind == "field":
+                names = re.match(r"\S+ (%s)" % TYPE, rest)[1]
             if kind in ("operator", "overload"):
                 names = words[-1]
             if kind == "param":
@@ -71,7 +73,7 @@ class LuaLSTest(unittest.TestCase):
             self.assertTrue(re.search(r"(?m)^(?:function %s\(|%s = )" % (name, name), self.text), name)
         for words in ("function model:reduce(form, options) end", "function rk.gauss(stages) end",
                       "function dae.semi_explicit(", '---@param form? "acc"|"ode"', "---@field dot any",
-                      "---@operator bxor(any): equation"):
+                      "---@operator bxor(any): equation", "---@field rtol? ", "---@param options model_integrate_options"):
             self.assertTrue(words in self.text, words)
 
     def test_snippets_are_lua(self):
