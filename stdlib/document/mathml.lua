@@ -130,8 +130,14 @@ local function words(latex)
   return tag("mtext", (text.escaped(plain):gsub("^ ", "\u{A0}"):gsub(" $", "\u{A0}")))
 end
 
--- One argument: a group in braces, or one atom.
+-- One argument: a group in braces, or one atom; of a number without braces one digit, as in \frac12.
 function Reader:argument()
+  local number = self:peek()
+  if number and number:find "^%d." then
+    self.tokens[self.at] = { token = number:sub(2), first = self.tokens[self.at].first + 1,
+      last = self.tokens[self.at].last }
+    return tag("mn", number:sub(1, 1))
+  end
   local node = self:atom()
   return node or "<mrow></mrow>"
 end
