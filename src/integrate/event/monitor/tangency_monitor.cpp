@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "base/text.hpp"
 #include "expr/graph/derivative.hpp"
@@ -13,6 +14,14 @@ TangencyMonitor::TangencyMonitor(const ProblemPtr& problem, const std::vector<Ev
     : problem_(problem), events_(events), finder_(finder), tolerances_(tolerances) {
   empty_ = std::none_of(events.begin(), events.end(),
                         [](const Event& event) { return !event.termination_reason.empty(); });
+  const std::vector<Expr>& z = problem->model().z;
+  for (const Event& event : events) {
+    const std::vector<Expr> inside = leaves({&event.when, 1});
+    with_z_.push_back(!event.termination_reason.empty() &&
+                      std::any_of(inside.begin(), inside.end(),
+                                  [&](Expr leaf) { return std::find(z.begin(), z.end(), leaf) != z.end(); }));
+    any_with_z_ = any_with_z_ || with_z_.back();
+  }
 }
 
 std::optional<Stop> TangencyMonitor::after(const MonitoredStep& step) {
@@ -36,11 +45,65 @@ std::optional<Stop> TangencyMonitor::after(const MonitoredStep& step) {
                        "; if the solution only comes near, ask for smaller tolerances or go on with ",
                        "guards = false"),
                   step.before.t};
+    if (turned && !stop && with_z_[i] && has_previous_)
+      if (const auto t = time_of_zero(i, step)) stop = Stop{*t, reason, previous_.t};
     seen.before = fresh ? 0 : seen.last;
     seen.last = g[i];
     seen.largest = std::max(seen.largest, std::fabs(g[i]));
   }
+  if (any_with_z_) previous_ = step.before;
+  has_previous_ = any_with_z_;
   return stop;
+}
+
+/// |g| inside a step: x by Hermite interpolation, z solved for. 0 where the equations have no solution.
+double TangencyMonitor::size_between(std::size_t which, const Point& from, const Point& to, double share) {
+  if (!solver_) {
+    problem_ = std::make_shared<Problem>(*problem_);
+    solver_ = std::make_unique<RhsSolver>(problem_, ignored_);
+    conditions_.resize(events_.size());
+  }
+  if (conditions_[which].outputs() == 0)
+    conditions_[which] = codegen::Kernel(std::vector{events_[which].when}, problem_->arguments());
+  Point p;
+  hermite(from, to, share, p);
+  try {
+    solver_->require(p.t, p.x.data(), p.xdot.data(), p.z.data());
+  } catch (const Failure&) {
+    return 0;
+  }
+  problem_->place(p.t, p.x.data(), p.xdot.data(), p.z.data());
+  double g = 0;
+  conditions_[which](problem_->values().data(), &g);
+  return std::fabs(g);
+}
+
+/// Golden section in the last two steps; 0 is what is less than 10⁻⁶ of the values at the ends.
+std::optional<double> TangencyMonitor::time_of_zero(std::size_t which, const MonitoredStep& step) {
+  constexpr double golden = 0.3819660112501051, zero = 1e-6;
+  using Ends = std::pair<const Point*, const Point*>;
+  for (const Ends& part : {Ends{&previous_, &step.before}, Ends{&step.before, &step.here}}) {
+    const Point *from = part.first, *to = part.second;
+    const auto size = [&](double share) { return size_between(which, *from, *to, share); };
+    const double ends = std::max(size(0), size(1));
+    double low = 0, high = 1, l = golden, r = 1 - golden, at_l = size(l), at_r = size(r);
+    for (int k = 0; k < 50 && std::min(at_l, at_r) > 0; ++k) {
+      if (at_l < at_r) {
+        high = std::exchange(r, l);
+        l = low + golden * (high - low);
+        at_r = std::exchange(at_l, size(l));
+      } else {
+        low = std::exchange(l, r);
+        r = high - golden * (high - low);
+        at_l = std::exchange(at_r, size(r));
+      }
+    }
+    const double share = at_l < at_r ? l : r;
+    const double around = std::max(size(share - 1e-3), size(share + 1e-3));  // a failure alone proves nothing
+    if (std::min(at_l, at_r) <= zero * ends && around <= 0.1 * ends)
+      return from->t + share * (to->t - from->t);
+  }
+  return {};
 }
 
 /// Σ |∂g/∂yⱼ| (atolⱼ + rtolⱼ |yⱼ|) over y = (x, z).

@@ -2,13 +2,19 @@
 //
 // A spinning top passes the upright position, where two of its Euler angles become one: sin θ touches 0.
 // Rounding and truncation errors turn the touch into a near miss; the continuation after it is arbitrary.
+//
+// Branches of 0 = z² - x² cross at x = 0: a step from one side to the other solves for z on the branch that it
+// started on, by the sign of z, and not on the one that continues smoothly. z then turns at 0 between two mesh
+// points: where a divisor with z in it has turned, its least value is looked for between them.
 #pragma once
 
+#include <memory>
 #include <vector>
 
 #include "codegen/kernel/kernel.hpp"
 #include "integrate/event/events.hpp"
 #include "integrate/event/monitor/monitor.hpp"
+#include "integrate/problem/rhs_solver.hpp"
 #include "integrate/solve/tolerances.hpp"
 
 namespace pendula::integrate {
@@ -20,9 +26,13 @@ class TangencyMonitor : public Monitor {
   TangencyMonitor(const ProblemPtr& problem, const std::vector<Event>& events, const EventFinder& finder,
                   const Tolerances& tolerances);
 
-  void start(const Point&) override { seen_.clear(); }
-  void restart() override { seen_.clear(); }
-  /// The event whose |g| had a minimum at the beginning of the step, below ten times its uncertainty there.
+  void start(const Point&) override { restart(); }
+  void restart() override {
+    seen_.clear();
+    has_previous_ = false;
+  }
+  /// The event whose |g| had a minimum at the beginning of the step, below ten times its uncertainty there, or
+  /// that was 0 near it.
   std::optional<Stop> after(const MonitoredStep& step) override;
 
  private:
@@ -30,12 +40,20 @@ class TangencyMonitor : public Monitor {
     double largest = 0, before = 0, last = 0;
   };
   double uncertainty(std::size_t which, const Point& point);
+  std::optional<double> time_of_zero(std::size_t which, const MonitoredStep& step);
+  double size_between(std::size_t which, const Point& from, const Point& to, double share);
   ProblemPtr problem_;
   const std::vector<Event>& events_;
   const EventFinder& finder_;
   const Tolerances& tolerances_;
-  bool empty_;
+  bool empty_, any_with_z_ = false;
+  std::vector<char> with_z_;  ///< z is in the condition
+  Point previous_;            ///< two steps before the last point, if any has z
+  bool has_previous_ = false;
   std::vector<Values> seen_;
+  std::vector<codegen::Kernel> conditions_;  ///< made when needed
+  Stats ignored_;
+  std::unique_ptr<RhsSolver> solver_;
   std::vector<codegen::Kernel> gradients_;  ///< with respect to (x, z), made when needed
 };
 

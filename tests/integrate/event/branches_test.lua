@@ -1,0 +1,51 @@
+-- Branches of an algebraic equation that cross or touch: no run passes them on a branch of its own choice.
+local x, y, z, v = vars "x y z v"
+local methods = { "auto", "dopri5", "dop853", "tsit5", "verner76", "radau", "gauss", "bdf", "rodas" }
+
+local function runs(equations, fix, guess, to, check)
+  local sys = dae(equations)
+  local at = sys:init { fix = fix, guess = guess }
+  for _, method in ipairs(methods) do
+    for _, rtol in ipairs { 1e-3, 1e-4, 1e-5, 1e-7, 1e-9 } do
+      local sol = sys:integrate { start = at, to = to, rtol = rtol, method = method }
+      check(sol, method .. " " .. rtol .. ": ", rtol)
+    end
+  end
+end
+
+local function stops_at(exact, within)
+  return function(sol, who, rtol)
+    expect(who .. sol.status):matches "stopped at t = "
+    if rtol <= 1e-5 then expect(tonumber(sol.status:match "t = ([^:]*):")):near(exact, within) end
+  end
+end
+local function finishes(e, exact)
+  return function(sol, who, rtol)
+    if rtol > 1e-6 and sol.status ~= "finished" then return end  -- gives up near the branch it must not take
+    expect(who .. sol.status):equals(who .. "finished")
+    expect(sol:final(e)):near(exact, 2e-2)
+  end
+end
+
+test("branches that cross", function()
+  runs({ der(x) ~ 1, 0 ~ z^2 - x^2 }, { x = -1 }, { z = -1 }, 2, stops_at(1, 0.03))
+  runs({ der(x) ~ 1, 0 ~ z^2 - x^2 }, { x = -0.77 }, { z = 0.8 }, 2, stops_at(0.77, 0.03))
+  runs({ der(x) ~ 1, 0 ~ z^2 - sin(x)^2 }, { x = -1 }, { z = -0.8 }, 2, stops_at(1, 0.03))
+  runs({ der(x) ~ 1e3, 0 ~ z^2 - 1e-4*x^2 }, { x = -1 }, { z = -1e-2 }, 2e-3, stops_at(1e-3, 3e-5))
+  runs({ der(x) ~ 1, der(y) ~ z, 0 ~ (z - x)*(z - x^3 + 0.5) }, { x = -1, y = 0 }, { z = -1 }, 4,
+    function(sol, who, rtol)
+      if not who:find "^bdf" then stops_at(2.19148788395, 0.2)(sol, who, rtol) end
+    end)
+end)
+
+test("branches that touch", function()
+  runs({ der(x) ~ 1, 0 ~ z^2*(1 + x^2) - x^4 }, { x = -1 }, { z = 0.7 }, 2, stops_at(1, 0.2))
+end)
+
+test("branches that come near each other and do not meet", function()
+  for _, gap in ipairs { 0.1, 1e-2, 1e-3, 1e-4, 1e-5 } do
+    runs({ der(x) ~ 1, 0 ~ z^2 - x^2 - gap }, { x = -1 }, { z = -1 }, 2, finishes(z, -math.sqrt(1 + gap)))
+  end
+  runs({ der(x) ~ v, der(v) ~ -x, 0 ~ z^2 - x^2 - 0.04 }, { x = 1, v = 0 }, { z = 1 }, 4*math.pi,
+    finishes(z, math.sqrt(1.04)))
+end)
