@@ -18,6 +18,8 @@ print("V =", V)
 lecture_T = (m + M)/2*x.dot^2 + M*L^2/2*theta.dot^2 - L*M*theta.dot*x.dot*sin(theta)
 expect(simplify(expand(T - lecture_T))):equals(0)
 horizontal = lagrange { q = {x, theta}, T = lecture_T, V = V, name = "θ from the horizontal" }
+print "The gradients of the slides, with the right V:"
+print(horizontal:trace())
 print(horizontal.matrix_form)
 expect(horizontal.rhs[2]):equals(-M*g*L*cos(theta))  -- the second right side of the slides with the right V
 expect(simplify(horizontal.rhs[1] - M*L*theta.dot^2*cos(theta))):equals(0)

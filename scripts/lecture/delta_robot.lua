@@ -31,6 +31,10 @@ for k = 1, 3 do print("p" .. k .. "ᴿ =", end_point(k).T) end
 print("C1 =", robot.C[1])
 assert(robot:index() == 3 and robot:dof() == 6 and #robot:constraints() == 6)
 
+print "The equations of motion, and C′ from the conditions on the start:"
+print(robot:trace "short")
+print(robot:constraints())
+
 print "\nA start: the nacelle at rest off the centre, no torque. The arms' angles follow (two branches; the guess chooses)."
 off = { [u] = vec { 0, 0, 0 } }
 at = robot:init { fix = { [p] = {0.05, -0.02, -0.6}, [p.dot] = {0, 0, 0} }, guess = { [alpha] = {0, 0, 0} },

@@ -37,6 +37,7 @@ print("Q =", Q.T)
 expect(Q):equals(vec { motor - d*x.dot + wind, wind*L*cos(theta) })
 sys = lagrange { q = {x, theta}, T = m/2*x.dot^2 + M/2*(v.T*v), V = M*g*mass[2], Q = Q,
   name = "cart with motor, friction, wind" }
+print(sys:trace())
 print(sys.matrix_form)
 assert(sys:index() == 0 and sys:dof() == 4)
 

@@ -29,6 +29,8 @@ for _, model in ipairs { newton_form, half, whole } do
   assert(model:index() == 3 and model:dof() == 4 and #model:constraints() == 2)
 end
 print(half:constraints())
+print "\nAfter two differentiations: the multiplier as on the slide, z = (m vᵀv - m g p₃ + uᵀp)/L²"
+print(half:reduce "acc":trace())
 
 print "\nThe multiplier without ½ is half of the one with ½; the motion is the same"
 zero = { [u] = vec { 0, 0, 0 } }

@@ -17,6 +17,7 @@ expect(der(diff(L, x.dot)) - diff(L, x)):equals(m*der(x, 2) + k*x)
 
 print "\nBy lagrange"
 spring = lagrange { q = {x}, T = T, V = V, name = "mass on a spring" }
+print(spring:trace())
 print(spring)
 print(spring.matrix_form)
 assert(spring.kind == "ODE" and spring:index() == 0 and spring:dof() == 2)

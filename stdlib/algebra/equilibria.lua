@@ -14,15 +14,12 @@ local function parts(sys)
   return p
 end
 
--- A = f_x - f_z g_z⁻¹ g_x.
+-- A = f_x - f_z g_z⁻¹ g_x; nothing where the algebraic equations do not determine z.
 local function linearisation(p)
   local A = jacobian(vec(p.f), vec(p.x))
   if #p.z == 0 then return A end
   local Gz = jacobian(vec(p.g), vec(p.z))
-  if #p.g ~= #p.z or rank(Gz) < #p.z then
-    fail("equilibria: the algebraic equations do not determine " .. tostring(vec(p.z).T)
-      .. " (index above 1); reduce the model: equilibria(sys:reduce \"minimal\")")
-  end
+  if #p.g ~= #p.z or rank(Gz) < #p.z then return nil end   -- index above 1
   return A - jacobian(vec(p.f), vec(p.z))*solve(Gz, jacobian(vec(p.g), vec(p.x)))
 end
 
@@ -128,8 +125,10 @@ local function list_text(list)
   local lines = {}
   for k, point in ipairs(list) do
     lines[#lines + 1] = ("(%d)  %s"):format(k, point_text(point, list.unknowns))
-    lines[#lines + 1] = indented(#point.A == 1 and point.A(1, 1) or point.A, "A = ")
-    if point.eigenvalues then
+    if point.A then lines[#lines + 1] = indented(#point.A == 1 and point.A(1, 1) or point.A, "A = ") end
+    if not point.A then
+      -- the verdict says why
+    elseif point.eigenvalues then
       lines[#lines + 1] = (indented(point.eigenvalues, ""))
     else
       lines[#lines + 1] = "     det(s I - A) = " .. polynomial_text(entries(charpoly(point.A)))
@@ -168,16 +167,20 @@ local function equilibria(sys, options)
   for _, f in ipairs(p.f) do equations[#equations + 1] = put(f) end
   for _, g in ipairs(p.g) do equations[#equations + 1] = put(g) end
   local found = algebra.solve_equations(equations, unknowns)
-  local slope = put(linearisation(p))
+  local slope = linearisation(p)
+  if slope then slope = put(slope) end
   local list = { unknowns = unknowns, conditions = found.conditions, period = found.period,
     none = tostring(found) }
   for k, s in ipairs(found) do
     local point = {}
     for _, x in ipairs(unknowns) do point[x] = rawget(s, x) end
-    local at = next(point) and subs(slope, point) or slope
-    at = simplify(at)
-    local A = object_type(at) == "matrix" and at or mat { { at } }
-    local stable, verdict, eigenvalues = judge(A)
+    local A, stable, eigenvalues = nil, nil, nil
+    local verdict = 'not linearised: the index is above 1; reduce first, equilibria(sys:reduce "minimal")'
+    if slope then
+      local at = simplify(next(point) and subs(slope, point) or slope)
+      A = object_type(at) == "matrix" and at or mat { { at } }
+      stable, verdict, eigenvalues = judge(A)
+    end
     local extra = { A = A, stable = stable, verdict = verdict, eigenvalues = eigenvalues }
     list[k] = setmetatable(point, { __index = function(_, key)
       if extra[key] ~= nil then return extra[key] end

@@ -16,15 +16,8 @@ end
 
 -- Derivatives of unknowns: x⁽ᵏ⁾ -> sᵏ X - sᵏ⁻¹ x(0) - … - x⁽ᵏ⁻¹⁾(0).
 local function transform_of_unknown(leaf, s)
-  local name = leaf.name:gsub("'+$", "")
-  local order = 0
-  local base = var(name)
-  while base ~= leaf do
-    base, order = der(base), order + 1
-    if order > 9 then
-      fail("laplace_transform: the derivative " .. tostring(leaf) .. " is of too high an order")
-    end
-  end
+  local base, order = undifferentiated(leaf)
+  local name = base.name
   local X = s^order*param(name:upper() ~= name and name:upper() or name .. "_s")
   for k = 0, order - 1 do
     X = X - s^(order - 1 - k)*param(name .. (k == 0 and "0" or "0_" .. ("p"):rep(k)))
@@ -82,6 +75,8 @@ local function inverse_of_pair(part, c, s, t)
   local number = #symbols_in(square) == 0 and evaluate(square)
   local real = number and number < 0
   local w = simplify(sqrt(real and -square or square))
+  local op, inside = operation(w)
+  if op == "abs" then w = inside end                       -- every term is even in w
   local co, si = real and cosh(w*t) or cos(w*t), real and sinh(w*t) or sin(w*t)
   local f
   if part.power == 1 then

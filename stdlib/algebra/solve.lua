@@ -19,7 +19,8 @@ local function residual_of(equation)
   local kind = object_type(equation)
   if kind == "equation" then return equation.lhs - equation.rhs end
   if kind == "expr" or type(equation) == "number" then return equation end
-  fail("solve: expected an equation, x^2 ~ 2, or an expression that is 0, got " .. (kind or type(equation)))
+  fail("roots and solve expect an equation, x^2 ~ 2, or an expression that is 0, got "
+    .. (kind or type(equation)))
 end
 
 local function is_number(e) return type(e) == "number" or #symbols_in(e) == 0 end
@@ -197,6 +198,7 @@ local function invert(e, f, x, list)
   for _, condition in ipairs(values.conditions) do add_condition(list, condition) end
   for _, v in ipairs(values) do
     local arguments, period
+    if outside[op] and is_number(v) and outside[op](value(v)) then goto next_value end
     if op == "pow" and not depends(second, x) then
       arguments = { v^(1/second) }
     elseif op == "pow" and not depends(argument, x) then
@@ -206,13 +208,14 @@ local function invert(e, f, x, list)
     else
       return false
     end
-    if not (outside[op] and is_number(v) and outside[op](value(v))) then
+    do
       if period then list.period = period end
       if outside[op] and not is_number(v) then
         add_condition(list, ("%s = %s"):format(tostring(f), tostring(v)))
       end
       for _, a in ipairs(arguments) do find_roots(argument - a, x, list) end
     end
+    ::next_value::
   end
   return true
 end

@@ -240,7 +240,11 @@ local function symbolic_tableau(data)
     c[i] = data.c and read(data.c[i]) or sum
   end
   local tab = { A = mat(A), b = vec(b), c = vec(c), stages = s, name = data.name or "tableau" }
-  return setmetatable(tab, { __index = methods, __tostring = drawn, __name = "symbolic tableau" })
+  local function member(_, key)
+    if methods[key] then return methods[key] end
+    fail(("a tableau with symbols has no '%s'; give them values first: tab:subs { … }"):format(tostring(key)))
+  end
+  return setmetatable(tab, { __index = member, __tostring = drawn, __name = "symbolic tableau" })
 end
 
 return { symbolic_tableau = symbolic_tableau,

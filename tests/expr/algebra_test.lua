@@ -83,6 +83,12 @@ test("equilibria with linearisation and stability", function()
   expect(pendulum[1].stable):equals(true)
   expect(pendulum[2].stable):equals(false)
   expect(pendulum[2].theta):equals(pi)
+  local p = var("p", 2)
+  local ball = lagrange { q = p, T = (p.dot.T*p.dot)/2, V = p[2], C = { (p.T*p - 1)/2 } }
+  local resting = equilibria(ball)                       -- index 3: points, no linearisation
+  expect(#resting):equals(2)
+  expect(resting[1].A):equals(nil)
+  expect(resting[1].verdict):matches "index is above 1"
   local numbers = equilibria(dae { der(x) ~ a - x }, { params = { a = 2 } })
   expect(numbers[1].x):equals(2)
   expect(numbers[1].stable):equals(true)
@@ -106,6 +112,10 @@ test("Laplace transforms there and back", function()
   expect(tostring(laplace_transform(der(x, 2) + x, t, s))):matches "X"
   expect(function() laplace_transform(log(t), t, s) end):fails "no transform"
   expect(function() inverse_laplace(s, s, t) end):fails "impulses"
+  shows(inverse_laplace(a/(s^2 + a^2), s, t), "sin(a t)")
+  expect(tostring(laplace_transform(der(x) + 3*x ~ input "force", t, s))):matches "FORCE"
+  expect(#roots(exp(x) + 1, x)):equals(0)
+  expect(#roots(cos(x) ~ 2, x)):equals(0)
 end)
 
 test("integrals: their derivatives are the integrands, borders are put in", function()

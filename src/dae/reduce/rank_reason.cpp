@@ -4,6 +4,7 @@
 #include <set>
 #include <unordered_set>
 
+#include "base/error.hpp"
 #include "base/text.hpp"
 #include "dae/analysis/determinant_factors.hpp"
 #include "dae/model/derivation_markup.hpp"
@@ -11,6 +12,7 @@
 #include "dae/model/solved_rows.hpp"
 #include "expr/graph/depends_on.hpp"
 #include "expr/linalg/linalg.hpp"
+#include "expr/polynomial/rational_form.hpp"
 #include "expr/print/print.hpp"
 #include "expr/rewrite/rewrite.hpp"
 #include "expr/rewrite/tidied.hpp"
@@ -104,6 +106,18 @@ Expr shorter_on_constraints(Expr e, const std::vector<Constraint>& constraints) 
   return e;
 }
 
+/// (m p′ᵀp′ + uᵀp)/L² where that is shorter than m (p′ᵀp′ + uᵀp/m)/L².
+Expr over_one_denominator(Expr e) {
+  if (!is_short(e, longest_node)) return e;
+  try {
+    const Quotient q = quotient_of(e);
+    const Expr other = q.numerator / q.denominator;
+    return display_width(to_text(other)) < display_width(to_text(e)) ? other : e;
+  } catch (const Error&) {  // too long, or with decimals
+    return e;
+  }
+}
+
 void tell_solution(const Remainder& r, const MatX& A, std::vector<std::string>& lines) {
   const VecX b = right_side(r).unaryExpr(&readable_entry);
   const VecX unknowns = column(r.unknowns);
@@ -113,8 +127,8 @@ void tell_solution(const Remainder& r, const MatX& A, std::vector<std::string>& 
   Substitution values;
   for (Index i = 0; i < b.size(); ++i) {
     const Expr exact = readable_entry(solution(i, 0));
-    const Expr w = shorter_on_constraints(exact, r.model.invariants);
-    by_constraints = by_constraints || w != exact;
+    const Expr on_them = shorter_on_constraints(exact, r.model.invariants), w = over_one_denominator(on_them);
+    by_constraints = by_constraints || on_them != exact;
     if (!is_readable(w)) break;
     values[unknowns[i]] = w;
   }

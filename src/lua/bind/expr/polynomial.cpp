@@ -67,6 +67,13 @@ int operation(Call& call) {
   return 1 + static_cast<int>(e.operands().size());
 }
 
+int undifferentiated(Call& call) {
+  const Symbol& s = symbol_of(leaf(call, 1, "x"));
+  push_expr(call.L, s.base);
+  lua_pushinteger(call.L, s.order);
+  return 2;
+}
+
 int symbols_in(Call& call) {
   const MatX m = to_matrix(call.L, 1, "e");
   lua_newtable(call.L);
@@ -132,6 +139,9 @@ extern const Module polynomial_module = {
         {"symbols_in", symbols_in, "symbols_in(e) -> list",
          "The symbols that an expression or matrix contains.",
          "x, a = vars \"x a\"  return symbols_in(a*sin(x))[2]", "a"},
+        {"undifferentiated", undifferentiated, "undifferentiated(x) -> symbol, order",
+         "The unknown or input that a derivative belongs to, and the order of the derivative.",
+         "x = var \"x\"  return undifferentiated(x.ddot)", "x 2"},
         {"operation", operation, "operation(e) -> name, operands …",
          R"(The operation on top of an expression, "sin" or "add", and its operands; "" of numbers and
             symbols.)",
