@@ -72,10 +72,24 @@ std::vector<Expr> functions_of_time(std::span<const Expr> equations, const std::
   return found;
 }
 
-/// Samples k … l of one function, between which it has moved away and come back.
+/// Samples first … last of one function, between which it has moved away and come back; it is at rest before
+/// `rest_before` and behind `rest_behind`.
 struct Pulse {
   int first, last;
+  int rest_before = first, rest_behind = last;
 };
+
+/// The feet of a bell curve: a step that ends in one and has no stage there has not seen it. Not more than the
+/// length of the pulse on either side: the feet of 1/(1 + t²) have no end.
+void add_feet(Pulse& pulse, const std::vector<double>& f, double range) {
+  constexpr double at_rest = 1e-9;  // of the range
+  const int length = pulse.last - pulse.first;
+  const auto moves = [&](int k) { return std::fabs(f[k + 1] - f[k]) > at_rest * range; };
+  while (pulse.rest_before > 0 && pulse.first - pulse.rest_before < length && moves(pulse.rest_before - 1))
+    --pulse.rest_before;
+  while (pulse.rest_behind < cells && pulse.rest_behind - pulse.last < length && moves(pulse.rest_behind))
+    ++pulse.rest_behind;
+}
 
 std::vector<Pulse> pulses_of(const std::vector<double>& f) {
   const auto [low, high] = std::minmax_element(f.begin(), f.end());
@@ -92,7 +106,9 @@ std::vector<Pulse> pulses_of(const std::vector<double>& f) {
       rest = std::fabs(f[k + 1] - f[k]) <= change * range ? rest + 1 : 0;
     }
     const bool short_enough = k - first < longest && rest == 3;
-    if (short_enough && std::fabs(f[k] - f[first]) <= returned * height) found.push_back({first, k});
+    if (!short_enough || std::fabs(f[k] - f[first]) > returned * height) continue;
+    found.push_back({first, k});
+    add_feet(found.back(), f, range);
   }
   return found;
 }
@@ -118,12 +134,13 @@ std::vector<double> pulse_times(std::span<const Expr> equations, const std::vect
   for (const std::vector<double>& f : samples) {
     const std::vector<Pulse> pulses = pulses_of(f);
     if (pulses.size() > most_pulses) continue;
-    for (const Pulse& pulse : pulses)
-      for (int s = 0; s <= stops; ++s) {
-        const double share =
-            (pulse.first + (pulse.last - pulse.first) * (static_cast<double>(s) / stops)) / cells;
-        times.push_back(from + (to - from) * share);
-      }
+    for (const Pulse& pulse : pulses) {
+      const auto add = [&](double sample) { times.push_back(from + (to - from) * (sample / cells)); };
+      add(pulse.rest_before);
+      for (int s = 0; s <= stops; ++s)
+        add(pulse.first + (pulse.last - pulse.first) * (static_cast<double>(s) / stops));
+      add(pulse.rest_behind);
+    }
   }
   std::sort(times.begin(), times.end());
   const double distinct = 1e-6 * (to - from) / cells;
