@@ -1,25 +1,7 @@
 -- save and load: models and expressions as files; the values of a solution as a table with commas.
 
 local lua_load = load
-local kinds = { model = true, expr = true, matrix = true, equation = true }
-
--- A number as text that reads back as the same one.
-local function number_text(value)
-  if value ~= value then fail "save: nan cannot be saved" end
-  if value == math.huge or value == -math.huge then return value > 0 and "1e999" or "-1e999" end
-  local text = ("%.17g"):format(value)
-  return math.type(value) == "float" and not text:find "[.e]" and text .. ".0" or text
-end
-
-local function source_of(value)
-  if type(value) == "number" then return "return " .. number_text(value) .. "\n" end
-  local kind = object_type(value)
-  if kind == "model" then return value:code() end
-  if kinds[kind] then return "return " .. value:code() .. "\n" end
-  local remedy = kind == "solution" and '; sol:csv "run.csv" writes its values' or ""
-  fail("save: a model, an expression, a matrix or an equation can be saved, not "
-    .. (kind and "a " .. kind or type(value)) .. remedy)
-end
+local source_of
 
 -- A value as LaTeX for a page: formulas displayed, what is text or an environment already as it is.
 local function fragment_of(value)
@@ -52,8 +34,8 @@ local function document_of(value)
 end
 
 doc { name = "save", module = "files", title = "Files", sig = "save(file, value)",
-  text = [[Writes a model, an expression, a matrix or an equation to a Lua file that load (or dofile) turns
-    into the same value, in a new session too. A model keeps its name, parameter values and the form it was
+  text = [[Writes a model, an expression, a matrix, an equation, a start, data, a linear system, a number,
+    a text or a table of these to a file that load turns into the same value, in a new session too. A model keeps its name, parameter values and the form it was
     reduced to. A file named .tex is a LaTeX document that compiles as it is: of whatever has latex()
     (models, derivations, expressions, tableaus, identified models), or of a list of these and of texts. The
     file appears complete or not at all.]],
@@ -64,6 +46,7 @@ doc { name = "save", module = "files", title = "Files", sig = "save(file, value)
     return load(name).kind]], gives = "ODE",
   function(file, value)
     if type(file) ~= "string" then fail 'save: expected a file name first, as in save("model.lua", sys)' end
+    source_of = source_of or include "saving"
     write_file(file, file:find "%.tex$" and document_of(value) or source_of(value), "save")
   end }
 

@@ -6,7 +6,7 @@
 local functions = {}              -- what may be called, besides the functions of expressions (sin, sqrt, …)
 for word in ([[var vars param params input func vec mat rational dae lagrange der diff subs solve ifelse
   lt le gt ge all any normal lognormal uniform triangular beta exponential discrete empirical
-  bdf tableau tf ss complex]]):gmatch "%w+" do
+  bdf tableau tf ss complex iddata]]):gmatch "%w+" do
   functions[word] = true
 end
 local constants = { t = true, pi = true, e = true }

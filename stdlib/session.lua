@@ -6,6 +6,17 @@
 local standard = {}
 for name in pairs(_G) do standard[name] = true end
 
+-- The variables of the session by name.
+local function variables()
+  local found = {}
+  for name, value in pairs(_G) do
+    if type(name) == "string" and not rawequal(value, named(name)) and not standard[name] then
+      found[name] = value
+    end
+  end
+  return found
+end
+
 -- One line about a value: the first line of its text, shortened.
 local function summary(value, room)
   local text = shown(value):match "[^\n]*"
@@ -18,11 +29,7 @@ doc { name = "who", module = "session", title = "The session", sig = "who()",
   example = "box = { 1, 2 }  who()",
   function()
     local names = {}
-    for name, value in pairs(_G) do
-      if type(name) == "string" and not rawequal(value, named(name)) and not standard[name] then
-        names[#names + 1] = name
-      end
-    end
+    for name in pairs(variables()) do names[#names + 1] = name end
     table.sort(names)
     local lines = { { "name", "type", "value" } }
     for _, name in ipairs(names) do
@@ -103,4 +110,51 @@ doc { name = "edit", module = "session", sig = "edit(file)",
     local good = os.execute(("%s '%s'"):format(editor, (file:gsub("'", "'\\''"))))
     if not good then fail(("edit: %s did not end well"):format(editor)) end
     if file:find "%.lua$" and io.open(file) then return dofile(file) end
+  end }
+
+-- ── a session in a file ────────────────────────────────────────────────────────────────────────────────────
+
+doc { name = "save_session", module = "session", sig = "save_session(file) -> names",
+  text = "Saves every variable of the session that save can save, and says which ones it cannot.",
+  example = "return type(save_session)", gives = "function",
+  function(file)
+    if type(file) ~= "string" then
+      fail 'save_session: expected a file name, as in save_session "work.lua"'
+    end
+    local source_of = include "saving"
+    local kept, names, others = {}, {}, {}
+    for name, value in pairs(variables()) do
+      if pcall(source_of, { value }) then
+        kept[name] = value
+        names[#names + 1] = name
+      else
+        others[#others + 1] = name
+      end
+    end
+    table.sort(names)
+    table.sort(others)
+    write_file(file, source_of(kept), "save_session")
+    if #others > 0 then print("not saved: " .. table.concat(others, ", ")) end
+    return names
+  end }
+
+doc { name = "load_session", module = "session", sig = "load_session(file) -> names",
+  text = "Sets the variables in a file that save_session wrote. The file is read as data.",
+  example = "return type(load_session)", gives = "function",
+  function(file)
+    if type(file) ~= "string" then
+      fail 'load_session: expected a file name, as in load_session "work.lua"'
+    end
+    local values = load(file)
+    if type(values) ~= "table" or getmetatable(values) ~= nil then
+      fail(("load_session: %s holds no session; its value is read by load"):format(file))
+    end
+    local names = {}
+    for name, value in pairs(values) do
+      if type(name) ~= "string" then fail(("load_session: %s holds no session"):format(file)) end
+      rawset(_G, name, value)
+      names[#names + 1] = name
+    end
+    table.sort(names)
+    return names
   end }

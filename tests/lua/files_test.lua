@@ -40,7 +40,8 @@ test("expressions, matrices and numbers can be saved too; other values are refus
   expect(again(sin(x)^2/3)):equals(sin(x)^2/3)
   expect(again(mat { { x, 1 }, { 0, rational "1/3" } })):equals(mat { { x, 1 }, { 0, rational "1/3" } })
   expect(again(0.1)):equals(0.1)
-  expect(function() save(file, {}) end):fails "can be saved, not table"
+  expect(function() save(file, print) end):fails "a function cannot be saved"
+  expect(function() save(file, { run = { print } }) end):fails "run[1]: a function cannot be saved"
   expect(function() save(problems.pendulum(), file) end):fails "expected a file name first"
   expect(function() save("/no/such/place/model.lua", x) end):fails "cannot write"
   expect(function() load "/no/such/place/model.lua" end):fails "there is no file"
@@ -100,3 +101,49 @@ test("a solution as a table with commas", function()
   os.remove(name)
 end)
 os.remove(file)
+
+test("tables of models, starts, data and systems come back", function()
+  local x, v = vars "x_saved v_saved"
+  local k = param("k_saved", 2)
+  local m = dae { der(x) ~ v, der(v) ~ -k*x }
+  local at = m:init { fix = { [x] = 1, [v] = 0.1 } }
+  local all = { m = m, heavy = m:with { k_saved = 3 }, at = at,
+    data = iddata { y = { 1, 2, 0/0 }, u = { 1, 2, 3 },
+    Ts = 0.1 }, G = tf({ 1 }, { 1, 2 }), e = x^2 + sin(v), n = 1/3, s = 'a "b"\n\\c', list = { 1, { 2 } },
+      b = true,
+    ["two words"] = 2 }
+  local back = again(all)
+  expect(back.e):equals(all.e)
+  expect(back.n):equals(1/3)
+  expect(back.s):equals(all.s)
+  expect(back.list[2][1]):equals(2)
+  expect(back["two words"]):equals(2)
+  expect(back.b):equals(true)
+  expect(back.at(v)):equals(0.1)
+  expect(back.data.missing):equals(1)
+  expect(tostring(back.G:poles())):equals(tostring(all.G:poles()))
+  expect(back.heavy:integrate { start = back.at, to = 1 }(k)[1]):equals(3)
+  local ring = {}
+  ring.ring = ring
+  expect(function() save(file, ring) end):fails "contains itself"
+  local sol = m:integrate { start = at, to = 1 }
+  expect(function() save(file, { a = { s = sol } }) end):fails "a.s: a solution cannot be saved"
+end)
+
+test("files that are cut or altered are refused", function()
+  save(file, { a = 1, b = { "x", 2 } })
+  local text = io.open(file):read "a"
+  for cut = 1, #text - 2, 3 do
+    local out = io.open(file, "w")
+    out:write((text:sub(1, cut)))
+    out:close()
+    expect(function() return load(file) end):fails "load: "
+  end
+  for _, other in ipairs { "return os.exit()", "return { a = io.open('x') }", "while true do end return 1",
+    "return (function() return 1 end)()" } do
+    local out = io.open(file, "w")
+    out:write(other)
+    out:close()
+    expect(function() return load(file) end):fails "load: "
+  end
+end)

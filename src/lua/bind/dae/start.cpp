@@ -227,6 +227,8 @@ int start_value(Call& call) {
   return value.size() == 1 ? call.push(value(0, 0)) : push_matrix(call.L, value);
 }
 
+int start_model(Call& call) { return call.push(call.object<dae::ConsistentState>(1, "start").model); }
+
 int start_ledger(Call& call) {
   collect_aliases(call.L);
   const std::string ledger = start_of(call).ledger();
@@ -336,6 +338,7 @@ extern const Module start_module = {
          &init_options},
         {"start:__call", start_value, "at(expression) -> number or matrix",
          "The value of any expression at the start, accelerations and multipliers included.", "", ""},
+        {"start#model", start_model, "at.model -> model", "The model that the start was made for.", "", ""},
         {"start:ledger", start_ledger, "at:ledger() -> string",
          "Every variable: fixed, free, computed; the residual of every constraint.", "", ""},
         {"start#free", start_free, "at.free -> integer", "The number of initial values that could be chosen.",
