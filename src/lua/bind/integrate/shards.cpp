@@ -182,7 +182,7 @@ extern const Module shards_module = {
             options = { start = { x = 1 }, to = 1, params = { k = linspace(1, 2, 10) }, store = file, shards = 2 }
             sweep(sys, options)
             print(shards.run(file .. ".d/1"), shards.run(file .. ".d/2"), shards.collect(file).done))",
-         "done\tdone\t10"},
+         "done done 10"},
         {"shards.make", run_shard, "shards.make(sys, options, shard) -> string",
          "Makes the runs of one shard of a sweep; shards.run reads model and options from its folder.",
          "print(type(shards.make))", "function", &sweep_option_rows()},
