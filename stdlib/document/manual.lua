@@ -175,7 +175,8 @@ local function options_html(entry)
     out[#out + 1] = ("<tr><th><code>%s</code></th><td>%s (%s)</td></tr>"):format(
       text.escaped(option.name .. default), text.escaped(option.text .. choices), text.escaped(option.type))
   end
-  return '<details><summary>options</summary><table class="facts">' .. table.concat(out) .. "</table></details>"
+  return '<details><summary>options</summary><table class="facts">' .. table.concat(out)
+    .. "</table></details>"
 end
 
 local function entry_html(entry, record, drawn, number)
