@@ -22,6 +22,9 @@ for _, form in ipairs { "acc", "ggl", "baumgarte", "project", "dummy", "ode" } d
   parts[#parts + 1] = ball:reduce(form):trace "every step"
   parts[#parts + 1] = ball:reduce(form)
 end
+parts[#parts + 1] = ball:structure()
+parts[#parts + 1] = ball:init { fix = { [p] = { 1, 0, 0 }, [p.dot] = { 0, 1, 0 } } }
+parts[#parts + 1] = dae { der(x) ~ y, der(y) ~ -x, 0 ~ x + y }:structure()
 save(arg[1], parts)
 """
 

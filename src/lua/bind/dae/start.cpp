@@ -6,6 +6,7 @@
 #include "base/text.hpp"
 #include "dae/model/lineage.hpp"
 #include "dae/reduce/reduced_forms.hpp"
+#include "dae/report/report_latex.hpp"
 #include "dae/start/start.hpp"
 #include "expr/print/print.hpp"
 #include "lua/bind/dae/dae.hpp"
@@ -229,6 +230,11 @@ int start_value(Call& call) {
 
 int start_model(Call& call) { return call.push(call.object<dae::ConsistentState>(1, "start").model); }
 
+int start_latex(Call& call) {
+  collect_aliases(call.L);
+  return call.push(dae::latex(call.object<dae::ConsistentState>(1, "start")));
+}
+
 int start_ledger(Call& call) {
   collect_aliases(call.L);
   const std::string ledger = start_of(call).ledger();
@@ -341,6 +347,8 @@ extern const Module start_module = {
         {"start#model", start_model, "at.model -> model", "The model that the start was made for.", "", ""},
         {"start:ledger", start_ledger, "at:ledger() -> string",
          "Every variable: fixed, free, computed; the residual of every constraint.", "", ""},
+        {"start:latex", start_latex, "at:latex() -> string",
+         "The ledger in LaTeX: a fragment for amsmath; save \"x.tex\" makes a document of it.", "", ""},
         {"start#free", start_free, "at.free -> integer", "The number of initial values that could be chosen.",
          "", ""},
         {"start#moved", start_moved, "at.moved -> list of { variable =, from =, to = }",

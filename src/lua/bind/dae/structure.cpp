@@ -1,4 +1,5 @@
 // structure(): the structural analysis as a value that prints. Reads arguments, calls src/dae/report/structure_report.
+#include "dae/report/report_latex.hpp"
 #include "dae/report/structure_report.hpp"
 
 #include <cmath>
@@ -200,6 +201,10 @@ int blocks(Call& call) {
   return 1;
 }
 
+int structure_latex(Call& call) {
+  collect_aliases(call.L);
+  return call.push(dae::latex(report_of(call)));
+}
 int structure_text(Call& call) {
   collect_aliases(call.L);
   return call.push(dae::describe(report_of(call)));
@@ -247,6 +252,9 @@ extern const Module structure_module = {
          "The under-determined part: more unknowns than equations.", "", ""},
         {"structure#blocks", blocks, "s.blocks -> list of { equations, unknowns }",
          "The square blocks, each solvable after those before it.", "", ""},
+        {"structure:latex", structure_latex, "s:latex() -> string",
+         "Σ, offsets and verdict in LaTeX: a fragment for amsmath; save \"x.tex\" makes a document of it.",
+         "", ""},
         {"structure:__tostring", structure_text, "print(sys:structure())", "The whole report.", "", ""},
     }};
 
