@@ -38,7 +38,7 @@ std::string sigma_array(const StructureReport& s) {
     row[0] = text("\\text{", m.label(i), "}");
     for (const SignatureEntry& e : a.sigma[i]) {
       const bool chosen = offsets_known && a.offsets.equation_of[e.variable] == static_cast<int>(i);
-      row[static_cast<std::size_t>(e.variable) + 1] = text(e.order, chosen ? "^*" : "");
+      *(row.begin() + e.variable + 1) = text(e.order, chosen ? "^*" : "");
     }
     if (offsets_known) row.push_back(std::to_string(a.offsets.c[i]));
     rows.push_back(join(row, " & ") + " \\\\");
