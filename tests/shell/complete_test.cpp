@@ -36,7 +36,7 @@ TEST_CASE("complete: globals and keywords") {
   State s("wagon_mass = 1 wagon_length = 2 _hidden = 3");
   CHECK(s.words("wagon_") == Words{"wagon_length", "wagon_mass"});
   CHECK(s.words("2 * wagon_m") == Words{"wagon_mass"});
-  CHECK(s.words("wh") == Words{"while"});
+  CHECK(s.words("whi") == Words{"while"});
   CHECK(s.offers("", "print"));
   CHECK_FALSE(s.offers("", "_hidden"));
   CHECK(s.offers("_h", "_hidden"));
