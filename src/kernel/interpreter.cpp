@@ -134,7 +134,8 @@ nl::json Interpreter::execute_request_impl(int number, const std::string& code, 
   silent_ = silent;
   const int base = lua_gettop(L_);
   push_function("run");
-  const std::string source = shell::globalize(code);
+  const std::string asked = shell::help_path(code);  // reduce?
+  const std::string source = asked.empty() ? shell::globalize(code) : "help \"" + asked + "\"";
   lua_pushlstring(L_, source.data(), source.size());
   lua_pushstring(L_, ("=In[" + std::to_string(number) + "]").c_str());
   lua_pushlightuserdata(L_, this);

@@ -101,6 +101,10 @@ class NotebookTest(unittest.TestCase):
         shown = [m for m in self.outputs("tf({1}, {1, 1}):bode()") if m["msg_type"] == "display_data"]
         self.assertEqual(len(shown), 1)
 
+    def test_question_mark(self):
+        self.assertIn("lagrange{", self.text_of(self.outputs("lagrange?")))
+        self.assertIn("reduce", self.text_of(self.outputs("?model:reduce")))
+
     def test_errors(self):
         reply, messages = self.run_cell("y = 1\nnothing()")
         self.assertEqual(reply["status"], "error")
