@@ -91,3 +91,12 @@ test("semi_explicit: x′ = f and 0 = g with their signs, usual names of velocit
   local coupled = lagrange { q = { x, th }, T = T, V = m*g*x }:semi_explicit()
   has(coupled, "v_x′ = -4 g/3")
 end)
+
+test("an equation keeps its sign: F is left - right, and g of 0 = g", function()
+  local y, w = vars "y w"
+  local sys = dae { der(y) ~ w - y, 0 ~ w^3 - y, w ~ 2*y }
+  local F = tostring(sys:implicit())
+  has(F, "0 = y′ + y - w")
+  has(F, "0 = w³ - y")
+  has(F, "0 = w - 2 y")
+end)

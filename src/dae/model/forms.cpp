@@ -117,12 +117,20 @@ static std::string counts(const Model& m) {
   return out;
 }
 
+/// left - right, as everywhere; of 0 = g it is g.
+static VecX residual_of(const Block& b) {
+  VecX residual = b.lhs - b.rhs;
+  for (Index i = 0; i < residual.size(); ++i)
+    if (b.lhs[i].is_zero()) residual[i] = b.rhs[i];
+  return residual;
+}
+
 ModelPtr to_implicit(const ModelPtr& model) {
   ModelOptions options = child_of(model);
-  options.trace.push_back("F(x′, x, z, u) = right side - left side of every equation");
+  options.trace.push_back("F(x′, x, z, u) = left side - right side of every equation, and g of 0 = g");
   std::vector<Block> blocks;
   for (const Block& b : model->blocks)
-    blocks.push_back({VecX::Zero(b.lhs.size()), b.rhs - b.lhs, b.note, b.rewritten});
+    blocks.push_back({VecX::Zero(b.lhs.size()), residual_of(b), b.note, b.rewritten});
   return with_last_line(as_implicit(make_model(std::move(blocks), std::move(options))),
                         [](const Model& m) { return counts(m); });
 }
@@ -359,7 +367,7 @@ ModelPtr to_semi_explicit(const ModelPtr& given) {
       blocks.push_back(block);
     else
       blocks.push_back(
-          {VecX::Zero(block.lhs.size()), mapped(block.rhs - block.lhs, known), block.note, block.rewritten});
+          {VecX::Zero(block.lhs.size()), mapped(residual_of(block), known), block.note, block.rewritten});
   }
   return with_last_line(make_model(std::move(blocks), std::move(options)), [](const Model& m) {
     const std::size_t n = m.states().size(), z = m.algebraic().size();
