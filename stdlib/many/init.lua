@@ -132,3 +132,33 @@ doc { name = "shards.run", module = "sweep", sig = "shards.run(path [, workers])
   text = [[Makes the runs of one shard, "runs.db.d/17": "done", "done before", or "done by another" where two
     worked on it. From a shell: pendula shard runs.db.d/17.]],
   example = "print(type(shards.run))", gives = "function", late("cluster", "run_shard") }
+
+-- ── inputs ─────────────────────────────────────────────────────────────────────────────────────────────────
+
+doc { name = "random_process", module = "sweep",
+  sig = "random_process{ band = { low, high }, std = | spectrum = function(f) … end, lines = 32, mean = 0 } "
+    .. "-> random_process",
+  text = [[A Gaussian process as an input of sweep, each run with numbers of its own: inputs = { [r] =
+    random_process{ band = { 0.1, 5 }, std = 2 } }. Even within the band (Hz), or with a one-sided spectrum
+    S(f) in unit²/Hz; a sum of `lines` sines that repeats after lines/(high - low) seconds.
+    p:realisation(seed) is one of them as an expression of t, for integrate.]],
+  example = "random_process{ band = { 0.1, 5 }, std = 2 }", gives = "random process of 32 lines, std 2",
+  function(options)
+    parts.process = parts.process or include "many/process"
+    if type(options) ~= "table" then
+      fail "random_process: expected a table, random_process{ band = { 0.1, 5 }, std = 1 }"
+    end
+    return record("random_process", parts.process.read(options))
+  end }
+doc { name = "random_process:realisation", module = "sweep", sig = "p:realisation([seed]) -> expression",
+  text = "One of its signals, as an expression of t.",
+  function(self, seed_)
+    parts.process = parts.process or include "many/process"
+    return parts.process.realisation(contents("random_process", self), seed_ or 0)
+  end }
+doc { name = "random_process:__tostring", module = "sweep", sig = "print(p)", text = "In words.",
+  function(self)
+    local p, variance = contents("random_process", self), 0
+    for _, sigma in ipairs(p.sigmas) do variance = variance + sigma^2 end
+    return ("random process of %d lines, std %.6g"):format(#p.sigmas, math.sqrt(variance))
+  end }

@@ -188,10 +188,27 @@ Inputs read_inputs(const Options& options, const dae::Model& model, lua_State* L
   return inputs;
 }
 
+std::vector<Expr> input_parameters(lua_State* L, int index) {
+  std::vector<Expr> found;
+  if (!lua_istable(L, index)) return found;
+  for (lua_pushnil(L); lua_next(L, index) != 0; lua_pop(L, 1)) {
+    if (object_type(L, lua_gettop(L)) != TypeName<Expr>::value) continue;
+    const Expr e = to_expr(L, lua_gettop(L), "inputs");
+    for (Expr leaf : leaves({&e, 1}))
+      if (symbol_of(leaf).kind == Kind::parameter &&
+          std::find(found.begin(), found.end(), leaf) == found.end())
+        found.push_back(leaf);
+  }
+  return found;
+}
+
 dae::ParameterValues read_parameters(lua_State* L, int index, const dae::Model& model,
-                                     const std::string& what) {
+                                     const std::string& what, std::span<const Expr> others) {
   dae::ParameterValues values;
-  each_symbol_entry(L, index, what, model.parameters, [&](const SymbolEntry& entry) {
+  std::vector<Expr> known = model.parameters;
+  for (Expr p : others)
+    if (std::find(known.begin(), known.end(), p) == known.end()) known.push_back(p);
+  each_symbol_entry(L, index, what, known, [&](const SymbolEntry& entry) {
     const MatX value = to_matrix(L, entry.value, what + "." + entry.key);
     if (value.size() != static_cast<Eigen::Index>(entry.leaves.size()))
       throw Error(text(what, ": '", entry.key, "' has ", entry.leaves.size(), " components, its value has ",

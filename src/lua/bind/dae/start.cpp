@@ -36,8 +36,9 @@ dae::StartRequest read_start_request(lua_State* L, const Options& options, const
       lua_pop(L, 1);
     }
   if (options.has("params")) {
-    request.parameters = read_parameters(L, options.push("params"), model, "params");
-    lua_pop(L, 1);
+    const auto others = input_parameters(L, options.push("inputs"));
+    request.parameters = read_parameters(L, options.push("params"), model, "params", others);
+    lua_pop(L, 2);
   }
   request.t = options.number("from", 0);
   const Inputs inputs = read_inputs(options, model, L);

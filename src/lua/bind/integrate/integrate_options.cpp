@@ -345,7 +345,8 @@ dae::ParameterValues read_all_parameters(Call& call, const Options& options, con
     values = parameter_overrides(*std::static_pointer_cast<const dae::ConsistentState>(*held));
   }
   if (options.has("params")) {
-    for (const auto& [p, value] : read_parameters(call.L, options.push("params"), model, "params"))
+    const auto others = input_parameters(call.L, options.push("inputs"));
+    for (const auto& [p, value] : read_parameters(call.L, options.push("params"), model, "params", others))
       values[p] = value;
   }
   lua_settop(call.L, call.count());

@@ -257,8 +257,10 @@ int sweep_text(Call& call) {
   const auto& s = *record.sweep;
   std::vector<std::string> over;
   const auto& columns = record.space->columns();
-  for (std::size_t c = 0; c < columns.size(); ++c)
-    over.push_back(text(columns[c].name, " = ", range_text(record, c)));
+  constexpr std::size_t most = 8;
+  const std::size_t told = columns.size() > most ? most - 2 : columns.size();
+  for (std::size_t c = 0; c < told; ++c) over.push_back(text(columns[c].name, " = ", range_text(record, c)));
+  if (told < columns.size()) over.push_back(text(columns.size() - told, " more"));
   const int failed = static_cast<int>(s.counts().failures);
   std::string out = text("sweep of ", s.runs(), s.runs() == 1 ? " run" : " runs", " over ", join(over, ", "),
                          ": ", s.runs() - failed, " finished", failed ? text(", ", failed, " failed") : "",

@@ -7,6 +7,7 @@
 #include "lua/bind/integrate/integrate_options.hpp"
 #include "lua/bind/random/random.hpp"
 #include "lua/core/objects.hpp"
+#include "lua/read/inputs.hpp"
 
 namespace pendula::lua {
 
@@ -164,10 +165,13 @@ int AxisReader::named_params(int params) {
 }
 
 void AxisReader::read_params() {
+  std::vector<Expr> known = model_->parameters;
+  for (Expr p : input_parameters(L_, original("inputs")))
+    if (std::find(known.begin(), known.end(), p) == known.end()) known.push_back(p);
   int params = original("params");
   if (!lua_isnil(L_, params)) params = named_params(params);
   if (!lua_isnil(L_, params))
-    each_symbol_entry(L_, params, "params", model_->parameters,
+    each_symbol_entry(L_, params, "params", known,
                       [&](const SymbolEntry& entry) { sort(entry, "params", true, fixed_params_); });
   order_by_name(0);
   lua_settop(L_, call_.count());

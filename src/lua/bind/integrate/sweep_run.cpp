@@ -95,7 +95,26 @@ void hand_over(Call& call, const store::RunStore& store, const Elsewhere& elsewh
   lua_settop(L, call.count());
 }
 
+/// Random processes among the inputs become expressions whose parameters are drawn.
+void expand_processes(Call& call) {
+  lua_State* L = call.L;
+  if (!lua_istable(L, 2)) return;
+  bool found = false;
+  if (lua_getfield(L, 2, "inputs") == LUA_TTABLE)
+    for (lua_pushnil(L); lua_next(L, -2) != 0; lua_pop(L, 1))
+      found = found || object_type(L, lua_gettop(L)) == "random_process";
+  lua_settop(L, call.count());
+  if (!found) return;
+  include_embedded(L, "many/process");
+  lua_getfield(L, -1, "expand");
+  lua_pushvalue(L, 2);
+  protected_call(L, 1, 1);
+  lua_replace(L, 2);
+  lua_settop(L, call.count());
+}
+
 int sweep(Call& call) {
+  expand_processes(call);
   auto record = std::make_shared<SweepRecord>();
   std::string file;
   bool open = false, retry = false;
