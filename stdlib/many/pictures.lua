@@ -14,7 +14,7 @@ function pictures.histogram(s, e, options)
   end
   local zero = {}
   for i = 1, #x do zero[i] = 0 end
-  return overlay(band(x, zero, y), plot(x, y, { xlabel = title(e), ylabel = "runs" }))
+  return overlay(band(x, zero, y, { xlabel = title(e), ylabel = "runs" }), plot(x, y))
 end
 
 function pictures.density(s, e, options)
@@ -36,10 +36,10 @@ function pictures.fan(s, e, levels)
       local q = quantile(rows[i], { p, 1 - p })
       low[i], high[i] = q[1], q[2]
     end
-    figures[#figures + 1] = band(times, low, high)
+    figures[#figures + 1] = band(times, low, high, { xlabel = "t", ylabel = title(e) })
   end
   for i = 1, #times do median[i] = quantile(rows[i], 0.5) end
-  figures[#figures + 1] = plot(times, median, { xlabel = "t", ylabel = title(e) })
+  figures[#figures + 1] = plot(times, median)
   return overlay(table.unpack(figures))
 end
 
@@ -74,7 +74,7 @@ function pictures.convergence(s, e, t)
     end
   end
   if #x < 2 then fail "convergence: fewer than twelve runs have a value; make more" end
-  return overlay(band(x, low, high), plot(x, y, { xlabel = "runs", ylabel = "mean of " .. title(e) }))
+  return overlay(band(x, low, high, { xlabel = "runs", ylabel = "mean of " .. title(e) }), plot(x, y))
 end
 
 return pictures
