@@ -1,4 +1,4 @@
-// parallel(n, f): a Lua function in worker processes. Reads arguments, calls src/integrate.
+// parallel_calls(n, f): a Lua function in worker processes. Reads arguments, calls src/integrate.
 #include <numeric>
 
 #include "base/error.hpp"
@@ -101,13 +101,13 @@ extern const Module parallel_module = {
     "sweep",
     "",
     {
-        {"parallel", parallel, "parallel(n, f [, { workers =, limit =, seed = }]) -> results, failures",
+        {"parallel_calls", parallel, "parallel_calls(n, f [, { workers =, limit =, seed = }]) -> results, failures",
          R"(Calls f(1) … f(n) in worker processes; f returns a number or a list of numbers. For fits from many starts,
             bootstrap, cross-validation, scans: rand and randn give each call numbers of its own, whoever makes it. A
             call that fails, crashes or takes longer than limit is false in the results and { index =, why = } in the
             failures. What f assigns to variables stays in its process.)",
          R"(
-            squares, failures = parallel(3, function(i) return i^2 end)
+            squares, failures = parallel_calls(3, function(i) return i^2 end)
             print(squares[3], #failures))",
          "9.0 0", &parallel_option_rows()},
     }};
