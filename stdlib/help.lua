@@ -332,9 +332,49 @@ local function help_name(name)
        .. ' (search: apropos "' .. name .. '")')
 end
 
+-- What one does with a value next.
+local next_steps = {
+  model = { "sys:structure()", "sys:init{ fix = … }", "sys:reduce()", "sys:integrate{ start =, to = }",
+    "sys:linearize(at)" },
+  start = { "at(x)", "at:ledger()", "sys:integrate{ start = at, to = 10 }" },
+  solution = { "plot(sol, { x })", "sol(x, 0.5)", "sol:final(x)", "sol:stats()", "sol:drift()",
+    "sol:continue{ to = 20 }" },
+  figure = { "fig:show()", 'fig:save "figure.svg"', "overlay(fig, other)", "layout({ 1, 2 }, fig, other)" },
+  iddata = { "d:detrend()", "d:split(0.5)", "arx(d, { na = 2, nb = 2, nk = 1 })", "fit(sys, { … })" },
+  idmodel = { "mod:fit(v)", "mod:validate(v)", "mod:plot(v)", "mod:ss()" },
+  lti = { "G:poles()", "G:step()", "G:bode()", "c2d(G, 0.1)", "lqr(G, Q, R)" },
+  tableau = { "tab:report()", "tab:plot()", "sys:integrate{ start =, to =, method = tab, dt = 0.01 }" },
+  sweep = { "runs:final(x)", "runs:plot(x)", "plot(runs.t, runs(x))", "histogram(runs:final(x))" },
+  expr = { "der(e)", "diff(e, x)", "simplify(e)", "evaluate(e, { x = 1 })", "e:latex()" },
+  matrix = { "A(1, 2)", "A.T", "det(A)", "inv(A)", "solve(A, b)" },
+}
+
+-- The calls of a list in lines; a call is not broken.
+local function say_next(calls)
+  local line = "next  "
+  for i, call in ipairs(calls) do
+    local item = call .. (i < #calls and "," or "")
+    if width(line) + 2 + width(item) > columns() and line:find "%S" then
+      say((line:gsub("%s+$", "")))
+      line = "      "
+    end
+    line = line .. " " .. item
+  end
+  say(line)
+end
+
+local most_lines = 5  -- of the value itself, at the head of its page
+
 local function help_value(value)
   local type_name = object_type(value)
   if type_name then
+    local count = 0
+    for line in (shown(value) .. "\n"):gmatch "([^\n]*)\n" do
+      count = count + 1
+      if count <= most_lines then say(line) elseif count == most_lines + 1 then say "…" end
+    end
+    if next_steps[type_name] then say_next(next_steps[type_name]) end
+    say()
     if not help_type(type_name) then say(type_name .. ": a value without fields or methods") end
     return
   end

@@ -7,6 +7,7 @@
 #include <fstream>
 
 #include "base/interrupt.hpp"
+#include "base/text.hpp"
 #include "lua/core/library.hpp"
 #include "lua/core/objects.hpp"
 #include "lua/screen/fit_text.hpp"
@@ -216,8 +217,10 @@ void Session::report(const std::string& entry) {
 void run_session(lua_State* L) {
   use_utf8();
   if (is_terminal(STDIN_FILENO))
-    std::printf("Pendula %s, Lua for dynamic systems.  help() shows the way, Ctrl-D leaves.\n",
-                PENDULA_VERSION);
+    lua::show_text(lua::fitted(text("Pendula ", PENDULA_VERSION,
+                                    ", Lua for dynamic systems.  help() shows the way, ", "Ctrl-D leaves."),
+                               lua::screen_size().columns) +
+                   "\n");
   catch_interrupt_in_session();
   lua::page_long_text();
   Session(L).run();

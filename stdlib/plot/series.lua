@@ -73,6 +73,14 @@ local function sheet_of(options, more)
   return sheet
 end
 
+-- sol:curve, whose errors carry the name of the function that the user called.
+function M.curve_of(by, solution, list, sheet)
+  local found = table.pack(pcall(solution.curve, solution, list, sheet))
+  if found[1] then return table.unpack(found, 2, found.n) end
+  if type(found[2]) ~= "string" then error(found[2], 0) end  -- an interrupt
+  fail(by .. ": " .. found[2]:gsub("^.-curve: ", "", 1))
+end
+
 -- Expressions over time along a solution; `suffix` tells solutions apart.
 local function add_along_solution(by, series, solution, what, options, suffix)
   local list = type(what) == "table" and check_holes(by, what) or { what }
@@ -85,7 +93,7 @@ local function add_along_solution(by, series, solution, what, options, suffix)
     end
     return
   end
-  local columns, breaks, saved = solution:curve(list, sheet_of(options))
+  local columns, breaks, saved = M.curve_of(by, solution, list, sheet_of(options))
   local at = 1
   for _, expression in ipairs(list) do
     local group = #series + 1
@@ -110,7 +118,8 @@ local function add_against(by, series, solution, x, y, options, suffix)
   if style and not M.follows[style] then
     each.x, each.y = solution(x), solution(y)
   else
-    local columns, breaks, saved = solution:curve({ x, y }, sheet_of(options, { coordinates = 2 }))
+    local columns, breaks, saved = M.curve_of(by, solution, { x, y },
+      sheet_of(options, { coordinates = 2 }))
     each.x, each.y, each.breaks, each.marked = columns[1], columns[2], breaks, saved
   end
   series[#series + 1] = each

@@ -31,7 +31,8 @@ local function add_trajectories(by, series, solution, what, chosen)
     else
       local sheet = { coordinates = 3, xlim = chosen.xlim, ylim = chosen.ylim, zlim = chosen.zlim,
         size = chosen.size }
-      local columns, breaks, saved = solution:curve({ parts[1], parts[2], parts[3] }, sheet)
+      local columns, breaks, saved = curves.curve_of(by, solution,
+        { parts[1], parts[2], parts[3] }, sheet)
       each.x, each.y, each.z = columns[1], columns[2], columns[3]
       each.breaks, each.marked = breaks, saved
     end
