@@ -139,6 +139,8 @@ class Search {
   /// What it means that no step is left.
   Ending verdict(const Steps& steps, bool refused) const {
     if (steps.promise() <= 10 * options_.noise * std::fabs(at_.value)) return Ending::converged;
+    // an error ε of V hides a minimum that is √ε away; where V itself is rounding, ε is all of it
+    if (!refused && steps.length(0) <= std::sqrt(options_.noise) * size(out_.theta)) return Ending::converged;
     return refused ? Ending::boundary : Ending::stalled;
   }
 
@@ -165,7 +167,11 @@ class Search {
     next = newton_model(next.value, g, B);
   }
 
-  bool learns() const { return slow_ > most_slow && forgotten_ < most_forgotten; }
+  /// In a narrow valley, where JᵀJ is right but steps are short, updates that do not end soon only do harm.
+  bool learns() const {
+    const int enough = 20 + 10 * static_cast<int>(out_.theta.size());
+    return slow_ > most_slow && slow_ <= most_slow + enough && forgotten_ < most_forgotten;
+  }
 
   /// A verdict is given with the curvature JᵀJ only: back to it.
   bool forget_curvature() {

@@ -116,6 +116,9 @@ TEST_CASE("known minima are found") {
     MinimiserOptions options;
     options.iterations = 1000;
     const Minimum m = minimise(half_square(c.r), c.start, options);
+    CAPTURE(ending_text(m));
+    CAPTURE(m.iterations);
+    CHECK(m.converged());
     CHECK(2 * m.value == doctest::Approx(c.sum).epsilon(1e-5));
     if (c.sum == 0) CHECK(2 * m.value < 1e-8);
   }
