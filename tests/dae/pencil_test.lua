@@ -42,3 +42,32 @@ test("what has no pencil", function()
   expect(function() return p.index end):fails "the pencil is singular and has no index"
   expect(tostring(p)):matches "one equation too many, no contradiction"
 end)
+
+test("det(sE - A) in symbols is that of the pencil with numbers in place of them", function()
+  local x, y, z, w = vars "x y z w"
+  local a, b, c, s = params "a b c s"
+  local models = {
+    { der(x) ~ y, a*der(y) ~ -x - b*y, "ab" },
+    { a*der(x) ~ y, b*der(y) ~ -x + c*z, 0 ~ x + a*y - z, "abc" },
+    { der(x, 2) ~ -a*x + b*(y - x), c*der(y, 2) ~ -b*(y - x), "abc" },
+    { a*der(x) + b*der(y) ~ -x, c*der(x) + der(y) ~ y, "abc" },
+    { der(x) ~ y + a*w, der(y) ~ z, b*der(z) + c*der(w) ~ x, 0 ~ x - a*w, "abc" },
+  }
+  for _, equations in ipairs(models) do
+    local names = table.remove(equations)
+    local sys = dae(equations)
+    local polynomial, coefficients = sys:characteristic()
+    for _, set in ipairs { { a = 2, b = 3, c = 5 }, { a = 1, b = 1, c = 1 }, { a = 0, b = 2, c = 1 } } do
+      local numbers, values = { [a] = set.a, [b] = set.b, [c] = set.c }, {}
+      for name in names:gmatch "." do values[name] = set[name] end
+      local there = subs(polynomial, numbers)
+      local by_numbers = sys:with(values):pencil()
+      local same = simplify(there - by_numbers.det) == 0 or simplify(there + by_numbers.det) == 0
+      expect(same):equals(true)
+      if by_numbers.regular and subs(coefficients[#coefficients] + 0*a, numbers) ~= 0 then
+        expect(by_numbers.dof):equals(#coefficients - 1)
+      end
+    end
+  end
+  expect(function() dae { der(x) ~ -x^2 }:characteristic() end):fails "that of x is 2 x"
+end)

@@ -152,7 +152,8 @@ class Extraction {
       const Symbol& symbol = symbol_of(s);
       if (symbol.kind == Kind::parameter)
         return text("the parameter '", symbol.name, "' in the term ", to_text(culprit), " of ", where,
-                    " has no value; give it one with sys:with{ ", symbol.name, " = 1 }");
+                    " has no value; give it one with sys:with{ ", symbol.name,
+                    " = 1 }, or take sys:characteristic(), det(sE - A) in symbols");
       if (symbol.kind == Kind::variable && !is_input(symbol.base))
         return text(where, " is not linear: the term ", to_text(culprit), " is not a constant times ",
                     to_text(leaf), "; sys:linearize(at) makes a linear model at a point");

@@ -133,10 +133,10 @@ std::optional<ConsistentPointRank::Point> ConsistentPointRank::point(int seed,
 /// The size of x_j^(d_j) for every column of the Jacobian.
 Vec ConsistentPointRank::leading_units(const std::vector<Expr>& columns, const Vec& unit) const {
   Vec result = Vec::Ones(size_);
-  for (Index j = 0; j < size_; ++j) {
-    const Expr leaf = derivative_leaf(variables_[static_cast<std::size_t>(j)], offsets_.d[j]);
+  for (std::size_t j = 0; j < variables_.size(); ++j) {
+    const Expr leaf = derivative_leaf(variables_[j], offsets_.d[j]);
     const auto at = std::find(columns.begin(), columns.end(), leaf);
-    if (at != columns.end()) result[j] = unit[at - columns.begin()];
+    if (at != columns.end()) result[static_cast<Index>(j)] = unit[at - columns.begin()];
   }
   return result;
 }

@@ -4,6 +4,7 @@
 #include "base/text.hpp"
 #include "dae/model/forms.hpp"
 #include "dae/pencil/pencil.hpp"
+#include "dae/pencil/pencil_polynomial.hpp"
 #include "dae/pencil/pencil_shuffle.hpp"
 #include "expr/print/print.hpp"
 #include "lua/bind/dae/dae.hpp"
@@ -39,6 +40,22 @@ int make_pencil(Call& call) {
   result->model = call.shared<dae::Model>(1, "model");
   result->pencil = dae::pencil(*result->model);
   return call.push(std::shared_ptr<const ModelPencil>(result));
+}
+
+int characteristic(Call& call) {
+  const std::vector<Expr> coefficients = dae::pencil_polynomial(*call.shared<dae::Model>(1, "model"));
+  const Expr s = symbol(Kind::parameter, "s");
+  Expr sum(0), power(1);
+  lua_createtable(call.L, static_cast<int>(coefficients.size()), 0);
+  for (std::size_t k = 0; k < coefficients.size(); ++k) {
+    push_expr(call.L, coefficients[k]);
+    lua_rawseti(call.L, -2, static_cast<lua_Integer>(k) + 1);
+    sum = sum + coefficients[k] * power;
+    power = power * s;
+  }
+  push_expr(call.L, sum);
+  lua_insert(call.L, -2);
+  return 2;
 }
 
 int push_rational(Call& call, const dae::RationalMatrix& m) {
@@ -187,6 +204,13 @@ extern const Module pencil_module = {
          "x = var(\"x\", 3)  p = dae{ mat{{1,1,0},{0,0,1},{1,1,1}} * der(x) ~ x }:pencil()  return "
          "p.index, p.dof, p.det",
          "2 1 2 s - 1"},
+        {"model:characteristic", characteristic, "sys:characteristic() -> expression, list",
+         R"(det(sE - A) up to its sign for a linear model with parameters as symbols, and its coefficients from
+            s⁰ on. Its degree is the number of free initial values where the last coefficient is not 0; where
+            that is 0, the degree, the index and what may be fixed are others.)",
+         "x, y = vars \"x y\"  a, e = params \"a e\"  p, c = dae{ der(x) ~ y, e*der(y) ~ -x - a*y }:"
+         "characteristic()  return #c - 1, c[2]",
+         "2 a"},
         {"pencil#regular", is_regular, "p.regular -> boolean", "det(sE - A) is not identically zero.", "",
          ""},
         {"pencil#rank", rank, "p.rank -> integer", "The rank of sE - A at almost every s.", "", ""},
