@@ -14,11 +14,15 @@ end
 
 function answers.probability(s, condition, t, options)
   if type(t) == "table" then t, options = nil, t end
-  local holds = answers.values(s, ifelse(condition, 1, 0), t)
+  local holds = answers.values(s, condition, t)
   local count, n = 0, 0
   for i = 1, #holds do
     local value = holds[i]
     if value == value then
+      if value ~= 0 and value ~= 1 then
+        fail(("probability: %s is no condition; write lt(x, 0.2), gt(x, 1), all(…, …)"):format(
+          tostring(condition)))
+      end
       n = n + 1
       if value == 1 then count = count + 1 end
     end

@@ -144,8 +144,37 @@ def crashed():
         why = connection.execute("select why from runs where status = 'failed'").fetchall()
     assert why == [("its worker process ended unexpectedly (signal 9)",)], why
 
+def sharded():
+    fresh()
+    name = folder + "/shards.lua"
+    with open(name, "w") as file:
+        file.write("""
+x, k = var "x", param("k", 1)
+sweep(dae { der(x) ~ -k*x }, { start = { x = 1 }, to = 1, params = { k = uniform(1, 2) }, runs = 400, seed = 3, lanes = 1,
+  method = "bogacki_shampine", rtol = 1e-11, atol = 1e-14, store = "%s", shards = 4 })
+""" % db)
+    run(name)
+    command = [pendula, "shard", "-j", "1"]
+    # Two on one shard, one that is killed in the middle of another.
+    two = [subprocess.Popen(command + [db + ".d/1"], stdout=subprocess.PIPE, text=True) for _ in range(2)]
+    killed = subprocess.Popen(command + [db + ".d/2"])
+    wait_for(lambda: any(name.startswith("2.part") for name in os.listdir(db + ".d")))
+    killed.kill()
+    killed.wait()
+    said = sorted(process.communicate(timeout=60)[0].split(": ")[1].strip() for process in two)
+    assert said[0] == "done" and said[1] in ("done before", "done by another"), said
+    here = shutil.which("parallel")                     # GNU parallel; over ssh: --sshlogin node1,node2
+    if here:
+        subprocess.run([here, "--will-cite", "--sshlogin", "2/:", " ".join(command), "{}", ":::"]
+                       + [db + ".d/%d" % number for number in (2, 3, 4)], check=True, capture_output=True)
+    else:
+        subprocess.run(command + [db + ".d/%d" % number for number in (2, 3, 4)], check=True, capture_output=True)
+    result = subprocess.run([pendula, "sweep", "collect", db], capture_output=True, text=True)
+    assert "400 of 400 runs finished, 0 of them failed" in result.stdout, result
+    shutil.rmtree(db + ".d")
+
 try:
-    for test in (killed_and_resumed, one_equals_interrupted, interrupted, full, refused, crashed):
+    for test in (killed_and_resumed, one_equals_interrupted, interrupted, full, refused, crashed, sharded):
         begin = time.time()
         test()
         print("%s: passed (%.1f s)" % (test.__name__, time.time() - begin), flush=True)
