@@ -25,7 +25,7 @@ ConstraintRank::ConstraintRank(RankBlock& block, double tolerance)
 }
 
 void ConstraintRank::start(const Point& point) {
-  last_.t = point.t;
+  last_.t = begin_ = point.t;
   last_.size = measure(point, last_.u, last_.w, 8);
   keep_gradients(last_);
   first_ = largest_ = last_.size;
@@ -72,7 +72,7 @@ std::optional<Stop> ConstraintRank::look(const Point& point, long steps, const S
   pace_ = std::min(pace_, pace);
   std::optional<Stop> stop = scan(last_, next, is_small() ? deepest : 0, between);
   pace_ = pace;
-  if (!stop) stop = closing_in(next, point);
+  if (!stop) stop = closing_in(next, point, between);
   const double far = static_cast<double>(most_steps);
   steps_to_change_ = moved > 0
                          ? std::lround(std::min(0.5 * next.size / moved * static_cast<double>(steps), far))
@@ -82,15 +82,36 @@ std::optional<Stop> ConstraintRank::look(const Point& point, long steps, const S
 }
 
 /// w is 0 to within the tolerance, and still getting smaller: where it would be 0 at this rate.
-std::optional<Stop> ConstraintRank::closing_in(const Look& next, const Point& point) {
+std::optional<Stop> ConstraintRank::closing_in(const Look& next, const Point& point,
+                                               const SolutionBetween& between) {
   if (next.size > near_ * largest_ || next.size >= last_.size) return {};
   const double closed = last_.size - next.size, dt = point.t - last_.t;
   const bool straight = (next.w - last_.w).norm() < 2 * closed;
-  const double t = straight ? point.t + std::min(dt * next.size / closed, dt) : point.t;
+  double t = straight ? point.t + std::min(dt * next.size / closed, dt) : point.t;
+  if (straight) t = seen_from_afar(next, closed / dt, between).value_or(t);
   return Stop{t,
               text(dependent(next.u), " there to within the tolerance, and the equations ",
                    block_.loses(point), RankBlock::remedy()),
               last_.t};
+}
+
+/// The zero of |w| by its values at two times so long before that the defect ε of the constraints, which
+/// shifts w by √ε, does not matter. Nothing where they cannot be had, or say something else.
+std::optional<double> ConstraintRank::seen_from_afar(const Look& next, double rate,
+                                                     const SolutionBetween& between) {
+  constexpr double many = 30;  // times √ε
+  const double far = many * near_ * largest_ / rate;
+  if (next.t - far < begin_) return {};
+  double size[2];
+  for (int k : {0, 1}) {
+    Point p;
+    if (!RankBlock::reached(next.t - far / (1 + k), between, p)) return {};
+    Vec u = next.u, w;
+    size[k] = measure(p, u, w, 4);
+  }
+  if (!(size[0] > size[1] && size[1] > next.size)) return {};
+  const double t = next.t - far / 2 + far / 2 * size[1] / (size[0] - size[1]);
+  return std::fabs(t - next.t) < far / 4 ? std::optional(t) : std::nullopt;
 }
 
 /// Has w reversed between two looks? Where it has changed so much, or so much time has passed, that it might

@@ -50,7 +50,8 @@ class ConstraintRank {
   double change(const Look& from, const Look& to) const;
   void keep_gradients(Look& look) const;
   void look_again(const Point& point, const Look& before, Look& next);
-  std::optional<Stop> closing_in(const Look& next, const Point& point);
+  std::optional<Stop> closing_in(const Look& next, const Point& point, const SolutionBetween& between);
+  std::optional<double> seen_from_afar(const Look& next, double rate, const SolutionBetween& between);
   std::optional<Stop> scan(const Look& from, const Look& to, int depth, const SolutionBetween& between);
   std::optional<Stop> narrow(const Look& from, const Look& to, const SolutionBetween& between);
   std::string dependent(const Vec& u) const;
@@ -63,6 +64,7 @@ class ConstraintRank {
   Look last_, next_;  ///< next_: kept for its storage
   double near_;       ///< of the largest size: closer counts as reached
   double largest_ = 0, first_ = 0;
+  double begin_ = 0;       ///< time of the start
   double pace_ = forever;  ///< time in which w changes by half its length
   double cost_ = 0;
   long steps_to_change_ = 1;
