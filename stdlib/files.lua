@@ -38,8 +38,9 @@ doc { name = "save", module = "files", title = "Files", sig = "save(file, value)
     text or a table of these to a file that load turns into the same value, in a new session too. A
     model keeps its name, parameter values and the form it was reduced to. A file named .tex is a
     LaTeX document that compiles as it is: of whatever has latex() (models, derivations, expressions,
-    tableaus, identified models), or of a list of these and of texts. The file appears complete or not
-    at all.]],
+    tableaus, identified models), or of a list of these and of texts. A solution is kept as a table
+    { model, t, values, status, state }: the saved times, the values by name, and the start at its end. The
+    file appears complete or not at all.]],
   example = [[
     x = var "x"
     name = os.tmpname() .. ".lua"

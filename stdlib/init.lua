@@ -3,6 +3,7 @@ include "prelude"    -- doc{}
 include "help"       -- help, apropos, examples
 include "testing"    -- test, expect
 include "files"      -- save, load
+include "json"       -- json
 include "models"     -- form:solve
 include "session"    -- who, cd, ls, record, edit
 include "explain"    -- explain

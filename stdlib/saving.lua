@@ -80,6 +80,25 @@ function writer:lti(value)
     rows_text(system.D), Ts)
 end
 
+local function numbers_of(column)
+  local list = {}
+  for i = 1, column.rows*column.cols do list[i] = column[i] end
+  return list
+end
+
+-- A solution as what it says: its model, the saved times and values, and the start at its end. What lies
+-- between
+-- the saved times is not kept.
+function writer:solution(value)
+  local values, model = {}, value.model
+  for _, list in ipairs { model.differential, model.algebraic } do
+    for i = 1, #list do values[tostring(list[i])] = numbers_of(value(list[i])) end
+  end
+  local good, state = pcall(value.state, value)  -- with inputs of unknown form there is none
+  return self:table { model = model, t = numbers_of(value.t), values = values, status = value.status,
+    state = good and state or nil }
+end
+
 -- A plain table: its list, then its names in order.
 function writer:table(value)
   if self.inside[value] then self:fail "a table that contains itself cannot be saved" end
@@ -104,12 +123,12 @@ function writer:table(value)
   return #parts == 0 and "{}" or "{ " .. table.concat(parts, ", ") .. " }"
 end
 
-local remedies = { solution = 'sol:csv "run.csv" writes its values, sol:state() is a start that can be saved',
-  figure = 'fig:save "figure.svg" writes it', fit_result = "r.model is a model that can be saved" }
+local remedies = { figure = 'fig:save "figure.svg" writes it',
+  fit_result = "r.model is a model that can be saved" }
 
 function writer:text(value)
   local kind = object_type(value)
-  if kind == "model" or kind == "start" or kind == "iddata" or kind == "lti" then
+  if kind == "model" or kind == "start" or kind == "iddata" or kind == "lti" or kind == "solution" then
     return self[kind](self, value)
   end
   if by_code[kind] then return value:code() end

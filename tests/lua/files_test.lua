@@ -127,7 +127,11 @@ test("tables of models, starts, data and systems come back", function()
   ring.ring = ring
   expect(function() save(file, ring) end):fails "contains itself"
   local sol = m:integrate { start = at, to = 1 }
-  expect(function() save(file, { a = { s = sol } }) end):fails "a.s: a solution cannot be saved"
+  local kept = again(sol)
+  expect(kept.values[tostring(x)][#kept.t]):equals(sol:final(x))
+  expect(kept.status):equals "finished"
+  expect(kept.model:integrate { start = kept.state, to = 2 }(x, 2)):near(sol:continue { to = 2 }(x, 2), 1e-6)
+  expect(function() save(file, { a = { s = plot({ 0, 1 }) } }) end):fails "a.s: a figure cannot be saved"
 end)
 
 test("files that are cut or altered are refused", function()
