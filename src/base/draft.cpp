@@ -1,5 +1,6 @@
 #include "base/draft.hpp"
 
+#include <atomic>
 #include <cerrno>
 #include <climits>
 #include <cstdlib>
@@ -34,7 +35,33 @@ void sync_folder(const std::string& folder) {
   close(descriptor);
 }
 
+// Drafts that exist, by name, where a signal handler can read them. A slot is taken once its name is complete.
+struct Open {
+  std::atomic<bool> taken = false;
+  char path[PATH_MAX];
+};
+Open open_drafts[8];
+
+void note_draft(const std::string& path) {
+  for (Open& slot : open_drafts) {
+    if (slot.taken || path.size() >= sizeof slot.path) continue;
+    std::memcpy(slot.path, path.c_str(), path.size() + 1);
+    slot.taken = true;
+    return;
+  }
+}
+
+void forget_draft(const std::string& path) {
+  for (Open& slot : open_drafts)
+    if (slot.taken && path == slot.path) slot.taken = false;
+}
+
 }  // namespace
+
+void remove_drafts() noexcept {
+  for (Open& slot : open_drafts)
+    if (slot.taken) unlink(slot.path);
+}
 
 Draft::Draft(const std::string& target, const char* verb) : target_(target), verb_(verb) {
   if (target.find('\0') != std::string::npos) fail("a file name cannot contain a zero byte");
@@ -60,11 +87,14 @@ Draft::Draft(const std::string& target, const char* verb) : target_(target), ver
     descriptor_ = mkostemp(path_.data(), O_CLOEXEC);
   }
   if (descriptor_ < 0) fail(reason());
+  if (!direct_) note_draft(path_);
 }
 
 Draft::~Draft() {
   if (descriptor_ >= 0) close(descriptor_);
-  if (!direct_ && !path_.empty()) unlink(path_.c_str());
+  if (direct_ || path_.empty()) return;
+  unlink(path_.c_str());
+  forget_draft(path_);
 }
 
 void Draft::fail(const std::string& why) const {
@@ -90,6 +120,7 @@ void Draft::publish() {
   if (fchmod(descriptor_, mode_) != 0 || fsync(descriptor_) != 0) fail(reason());
   const std::string target = resolved(target_);
   if (rename(path_.c_str(), target.c_str()) != 0) fail(reason());
+  forget_draft(path_);
   path_.clear();
   sync_folder(folder_of(target));
 }

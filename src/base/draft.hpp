@@ -38,6 +38,9 @@ class Draft {
   unsigned mode_ = 0;    ///< permissions of the file that is replaced
 };
 
+/// Removes the drafts that are open. Async-signal-safe, for a handler after which the process ends.
+void remove_drafts() noexcept;
+
 /// A whole file at once.
 void write_file(const std::string& target, std::string_view bytes);
 

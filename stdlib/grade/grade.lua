@@ -106,7 +106,8 @@ function grade.answer(name, text)
   end
   local done, verdict, points, words = pcall(judge, task, answer)
   if not done then
-    return { { name, "error", "0", points_text(task.points), "could not be compared: " .. tostring(verdict) } }
+    return { { name, "error", "0", points_text(task.points),
+      "could not be compared: " .. tostring(verdict) } }
   end
   return { { name, verdict, points_text(points), points_text(task.points), tostring(words or "") } }
 end

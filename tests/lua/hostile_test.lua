@@ -268,6 +268,20 @@ test("tiny zeros beside large ones", function()
   expect(tostring(tf({ 1 }, { 1, -3, 1 }):poles()[1])):equals "3/2 - √5/2"
 end)
 
+test("as many inputs as states can be placed; numbers that are none are refused", function()
+  local _, poles = place({ { 0, 1 }, { 0, 0 } }, { { 1, 0 }, { 0, 1 } }, { -1, -2 })
+  expect(tostring(poles)):matches "%-2, %-1"
+  local _, pole = place({ { 1 } }, { { 1 } }, { -1 })
+  expect(tostring(pole)):matches "%-1"
+  fails("infinite", place, { { 1, 2 }, { 3, 4 } }, { 1, 0 }, { 1/0, -2 })
+end)
+
+test("methods take the options of the functions that they stand for", function()
+  local G = tf({ 1 }, { 1, 1 })
+  expect(tostring(G:c2d(0.1, "tustin", { prewarp = 2 }))):equals(tostring(c2d(G, 0.1, "tustin",
+    { prewarp = 2 })))
+end)
+
 test("an algebraic variable does not pass a pole", function()
   local y, w, x = vars "y_pole w_pole x_pole"
   for _, divisor in ipairs { y, y - 0.3, 2*y - 0.6, y^3, sin(y) } do

@@ -48,6 +48,13 @@ test("a sparse matrix is read as the matrix it stands for", function()
   expect(empty.y[2]):equals(0)
 end)
 
+test("an array that is larger than its file is refused before memory is asked for", function()
+  for _, rows in ipairs { 268435460, 2147483647, 1000000 } do
+    local bytes = text_header .. array("y", 6, rows, 1, { element(double, numbers("d", { 1, 2, 3, 4 })) })
+    expect(function() read(bytes, { y = "y", Ts = 1 }) end):fails "damaged"
+  end
+end)
+
 test("indices that lead out of a sparse matrix are an error", function()
   for _, case in ipairs { { { 1, 9, 0 }, { 0, 2, 3 } }, { { 1, -1, 0 }, { 0, 2, 3 } },
     { { 1, 3, 0 }, { 0, 9, 3 } },

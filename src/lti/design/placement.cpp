@@ -70,8 +70,10 @@ class Eigenvectors {
     for (Index j = 0; j < n; ++j) {
       // x ∈ ker U1ᵀ(A - λI): then A x - λ x lies in the range of B.
       const ComplexMat M = (U1.transpose() * A).cast<Complex>() - poles_[j] * U1.transpose().cast<Complex>();
-      const Eigen::JacobiSVD<ComplexMat> svd(M, Eigen::ComputeFullV);
-      spaces_.push_back(svd.matrixV().rightCols(m));
+      if (M.rows() == 0)  // as many inputs as states: every vector will do
+        spaces_.push_back(ComplexMat::Identity(n, m));
+      else
+        spaces_.push_back(Eigen::JacobiSVD<ComplexMat>(M, Eigen::ComputeFullV).matrixV().rightCols(m));
       put(j, spaces_.back().rowwise().sum().normalized());
       if (!pair(j)) continue;
       const ComplexMat conjugate = spaces_.back().conjugate();
@@ -192,6 +194,8 @@ Placement place(const Mat& A, const Mat& B, const ComplexVec& wanted) {
   if (A.cols() != n || B.rows() != n || m == 0)
     throw Error(
         text("A must be n×n and B n×m, but they are ", A.rows(), "×", A.cols(), " and ", B.rows(), "×", m));
+  if (!A.allFinite() || !B.allFinite() || !wanted.allFinite())
+    throw Error("A, B and the poles must be finite numbers");
   if (wanted.size() != n) throw Error(text("expected ", n, " poles, one per state, got ", wanted.size()));
   const std::vector<Complex> poles = paired(wanted);
   require_controllable(A, B);

@@ -7,6 +7,7 @@
 #include <cerrno>
 #include <ctime>
 
+#include "base/draft.hpp"
 #include "base/interrupt.hpp"
 
 namespace pendula::shell {
@@ -51,6 +52,11 @@ extern "C" void leave_broken_pipe(int signal) {
   errno = saved;
 }
 
+extern "C" void end_without_drafts(int signal) {
+  remove_drafts();
+  raise(signal);  // its action is the default one again
+}
+
 /// Without SA_RESTART: a script that waits for input must notice Ctrl-C too.
 void handle(int signal, void (*handler)(int), int flags = 0) {
   struct sigaction action = {};
@@ -62,8 +68,23 @@ void handle(int signal, void (*handler)(int), int flags = 0) {
 
 }  // namespace
 
-void catch_interrupt_in_script() { handle(SIGINT, on_interrupt, SA_RESETHAND); }
-void catch_interrupt_in_session() { handle(SIGINT, on_interrupt_again); }
+/// What ends the process from outside does so, but leaves no half-written file.
+static void catch_end() {
+  for (int signal : {SIGTERM, SIGHUP}) {
+    struct sigaction before {};
+    sigaction(signal, nullptr, &before);
+    if (before.sa_handler == SIG_DFL) handle(signal, end_without_drafts, SA_RESETHAND);
+  }
+}
+
+void catch_interrupt_in_script() {
+  catch_end();
+  handle(SIGINT, on_interrupt, SA_RESETHAND);
+}
+void catch_interrupt_in_session() {
+  catch_end();
+  handle(SIGINT, on_interrupt_again);
+}
 void catch_broken_pipe() { handle(SIGPIPE, leave_broken_pipe, SA_RESTART); }
 
 PromptSignals::PromptSignals() {

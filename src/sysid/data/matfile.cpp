@@ -221,6 +221,21 @@ std::string written(const IdData& d, const std::string& path) {
   return memory.content();
 }
 
+/// A full array has no more entries than its file can hold, at the best compression there is (deflate: 1032 to 1):
+/// else libmatio would ask for gigabytes because of one damaged byte.
+void check_sizes(mat_t* file, std::uintmax_t bytes) {
+  constexpr std::uintmax_t compression = 1040;
+  while (matvar_t* raw = MATIO(Mat_VarReadNextInfo)(file)) {
+    const Variable variable(raw, MATIO(Mat_VarFree));
+    if (raw->class_type == MAT_C_SPARSE || raw->class_type == MAT_C_STRUCT || !raw->dims) continue;
+    std::uintmax_t entries = 1;
+    for (int k = 0; k < raw->rank; ++k)
+      if (raw->dims[k] > 0 && (entries *= raw->dims[k]) > compression * bytes)
+        throw Error("an array is larger than the file: it is damaged");
+  }
+  MATIO(Mat_Rewind)(file);
+}
+
 }  // namespace
 
 FileColumns read_mat(const std::string& path) {
@@ -230,6 +245,7 @@ FileColumns read_mat(const std::string& path) {
   if (!file) throw Error(text("cannot open ", path, " as a MATLAB file"));
   FileColumns table;
   try {
+    check_sizes(file.get(), std::filesystem::file_size(path));
     while (matvar_t* raw = MATIO(Mat_VarReadNext)(file.get())) {
       const Variable variable(raw, MATIO(Mat_VarFree));
       if (raw->name) collect(*raw, raw->name, table, 0);

@@ -42,6 +42,38 @@ void tell_early_end(Call& call, const char* what, const integrate::Solution& run
   std::fprintf(stderr, "warning: %s %s\n", what, run.status().c_str());
 }
 
+char options_key;  // registry: solution -> the table of options it was made with, as long as it lives
+
+/// Pushes a copy of the table at `index`, an absolute one.
+void push_copy(lua_State* L, int index) {
+  lua_newtable(L);
+  for (lua_pushnil(L); lua_next(L, index) != 0;) {
+    lua_pushvalue(L, -2);
+    lua_insert(L, -2);
+    lua_rawset(L, -4);
+  }
+}
+
+/// Keeps the options (argument 2) of the solution on top.
+void remember_options(lua_State* L) {
+  if (!lua_istable(L, 2)) return;
+  const int solution = lua_gettop(L);
+  if (lua_rawgetp(L, LUA_REGISTRYINDEX, &options_key) != LUA_TTABLE) {
+    lua_pop(L, 1);
+    lua_newtable(L);
+    lua_newtable(L);
+    lua_pushliteral(L, "k");
+    lua_setfield(L, -2, "__mode");
+    lua_setmetatable(L, -2);
+    lua_pushvalue(L, -1);
+    lua_rawsetp(L, LUA_REGISTRYINDEX, &options_key);
+  }
+  lua_pushvalue(L, solution);
+  push_copy(L, 2);
+  lua_rawset(L, -3);
+  lua_settop(L, solution);
+}
+
 int integrate_model(Call& call) {
   const auto model = call.shared<dae::Model>(1, "model");
   const Options options = call.options(2);
@@ -65,7 +97,18 @@ int integrate_model(Call& call) {
                  rounded(result->solution().t().back(), 6).c_str());
   }
   tell_early_end(call, "integrate:", result->solution());
-  return call.push(result);
+  call.push(result);
+  remember_options(call.L);
+  return 1;
+}
+
+/// sol.options: a copy, so that what a script does to it changes nothing.
+int asked_options(Call& call) {
+  lua_rawgetp(call.L, LUA_REGISTRYINDEX, &options_key);
+  if (!lua_istable(call.L, -1)) return lua_pushnil(call.L), 1;
+  lua_pushvalue(call.L, 1);
+  if (lua_rawget(call.L, -2) == LUA_TTABLE) push_copy(call.L, lua_gettop(call.L));
+  return 1;
 }
 
 // ── solutions ─────────────────────────────────────────────────────────────────────────────────────────
@@ -432,6 +475,8 @@ extern const Module integrate_module = {
          "return #dae{der(var \"x\") ~ -var \"x\"}:integrate{start = {x = 1}, to = 1}:curve \"x\"", "2"},
         {"solution#t", times, "sol.t -> column", "The saved times.", "", ""},
         {"solution#model", model, "sol.model -> model", "The model that was integrated.", "", ""},
+        {"solution#options", asked_options, "sol.options -> table",
+         "What integrate was asked for; nil for a run of a sweep.", "", ""},
         {"solution#status", status, "sol.status -> string",
          R"("finished", "event", "interrupted", or "stopped at t = …: why".)", "", ""},
         {"solution#events", events, "sol.events -> list",

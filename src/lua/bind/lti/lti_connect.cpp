@@ -132,7 +132,8 @@ extern const Module lti_connect_module = {
          R"(Back to continuous time by the matrix logarithm ("zoh") or by "tustin"; poles on the negative
             axis have no "zoh".)",
          "d2c(c2d(tf({1}, {1, 2}), 0.5)):poles()", "poles: -2"},
-        {"lti:c2d", c2d, "G:c2d(Ts [, method]) -> G", "The same as c2d(G, Ts, method)."},
+        {"lti:c2d", c2d, "G:c2d(Ts [, method [, { prewarp = ω }]]) -> G", "The same as c2d(G, Ts, method).",
+         "", "", &c2d_options},
         {"lti:d2c", d2c, "G:d2c([method]) -> G", "The same as d2c(G, method)."},
     }};
 

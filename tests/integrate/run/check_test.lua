@@ -1,0 +1,47 @@
+-- sol:check(): the second run confirms what is right and not what is wrong; sol.options.
+local x, y, z, k = var "x_check", var "y_check", var "z_check", param("k_check", 2)
+
+test("a right solution is confirmed by a method of another kind", function()
+  local models = { dae { der(x) ~ -k*x, der(y) ~ x - y, 0 ~ z - x*y }, dae { der(x) ~ -1000*(x - cos(t)),
+    der(y) ~ x, 0 ~ z - x } }
+  for _, m in ipairs(models) do
+    for _, method in ipairs { "auto", "radau", "bdf", "rodas", "gauss" } do
+      local sol = m:integrate { start = { [x] = 1, [y] = 0 }, to = 2, method = method, rtol = 1e-6 }
+      local c = sol:check()
+      expect(c.good):is_true()
+      expect(#c):equals(3)
+      expect(c.methods[1] ~= c.methods[2]):is_true()
+    end
+  end
+end)
+
+test("what is off by far is not", function()
+  local m = dae { der(x) ~ y, der(y) ~ -x }
+  local euler = m:integrate { start = { [x] = 1, [y] = 0 }, to = 20, method = rk.euler, dt = 0.1 }
+  local c = euler:check()
+  expect(c.good):equals(false)
+  expect(c.verdict):matches "NOT confirmed"
+  expect(c[1].difference > 1):is_true()
+  expect(tostring(c)):matches "component"
+  expect(m:integrate { start = { [x] = 1, [y] = 0 }, to = 20 }:check().good):is_true()
+end)
+
+test("jumps at events, parameters, inputs and lists of tolerances", function()
+  local ball = dae { der(x) ~ y, der(y) ~ -9.81 }
+  local sol = ball:integrate { start = { [x] = 1, [y] = 0 }, to = 2,
+    events = { { when = x, direction = -1, reset = { [y] = -0.9*y } } } }
+  expect(#sol.events > 1):is_true()
+  expect(sol:check().good):is_true()
+  local u = input "u_check"
+  local driven = dae { der(x) ~ -k*x + u }:integrate { start = { [x] = 0 }, to = 1, params = { [k] = 3 },
+    inputs = { [u] = function(time) return math.sin(time) end }, rtol = 1e-5, atol = { [x] = 1e-9 } }
+  local c = driven:check { method = "radau" }
+  expect(c.good):is_true()
+  expect(c.methods[2]):matches "radau"
+  expect(driven.options.params[k]):equals(3)
+  expect(driven.options.rtol):equals(1e-5)
+  driven.options.rtol = 1
+  expect(driven.options.rtol):equals(1e-5)
+  local runs = sweep(dae { der(x) ~ -k*x }, { start = { [x] = 1 }, to = 1, params = { [k] = { 1, 2 } } })
+  expect(#runs):equals(2)
+end)

@@ -1,0 +1,83 @@
+"""Signals at random moments, full disks, little memory: a clear end, whole files, nothing left behind."""
+import os
+import random
+import signal
+import subprocess
+import tempfile
+import time
+
+PROGRAM = os.environ["PENDULA"]
+work = tempfile.mkdtemp(prefix="pendula-faults-")
+random.seed(5)
+
+
+def start(code, **more):
+    return subprocess.Popen([PROGRAM, "-e", code], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, cwd=work,
+                            **more)
+
+
+def interrupted(code, sent=signal.SIGINT):
+    """The exit status of a run that is signalled at a random moment after it said 'go'; it must end soon."""
+    process = start("io.write 'go\\n' io.flush() " + code)
+    process.stdout.readline()
+    time.sleep(random.uniform(0, 0.2))
+    process.send_signal(sent)
+    begin = time.time()
+    try:
+        _, errors = process.communicate(timeout=10)
+    except subprocess.TimeoutExpired:
+        process.kill()
+        raise AssertionError(f"no end: {code}")
+    assert time.time() - begin < 5, (code, time.time() - begin)
+    return process.returncode, errors
+
+
+long_work = (
+    "local t = {} for i = 1, 1e6 do t[i] = math.random() end while true do table.sort(t) t[1], t[9] = 2, 3 end",
+    "while true do string.rep('ab', 1e8) end",
+    "table.move({}, 1, 1e15, 2)",
+    "string.find(('a'):rep(100), ('a*'):rep(40) .. 'b')",
+    "setmetatable({}, { __gc = function() while true do end end }) while true do collectgarbage() end",
+    "local s = ('x'):rep(1e8) while true do s:upper() s:reverse() end",
+    "expand((var 'x' + var 'y' + var 'z' + 1)^100)",
+    "local x = var 'x' while true do dae{ der(x) ~ -x }:integrate{ start = { x = 1 }, to = 100, rtol = 1e-12 } end",
+    "local e = var 'x' for i = 1, 20000 do e = sin(e) end dae{ der(var 'x') ~ e }:index()",
+    "coroutine.wrap(function() while true do pcall(error) end end)()",
+)
+for code in long_work:
+    status, errors = interrupted(code)
+    assert status == 130 and "interrupted" in errors, (code, status, errors)
+for sent in (signal.SIGTERM, signal.SIGHUP):
+    status, _ = interrupted("while true do end", sent)
+    assert status == -sent, status
+
+# A file is the old one or the new one, and its draft goes with the process, whenever that ends.
+saving = ("local x = var 'x' local long = dae{ der(x) ~ -x + expand((x + 1)^40) } save('m.lua', x) "
+          "while true do save('m.lua', long) save('m.lua', x) end")
+for k in range(12):
+    interrupted(saving, (signal.SIGTERM, signal.SIGHUP, signal.SIGINT)[k % 3])
+    done = subprocess.run([PROGRAM, "-e", "print(load 'm.lua')"], capture_output=True, text=True, cwd=work)
+    assert done.returncode == 0, done
+    assert os.listdir(work) == ["m.lua"], os.listdir(work)
+
+# Disks and pipes.
+for code in ("save('/dev/full', var 'x')", "iddata{ y = { 1, 2 }, Ts = 1 }:csv '/dev/full'",
+             "dae{ der(var 'x') ~ 1 }:integrate{ start = { x = 1 }, to = 1 }:csv '/dev/full'"):
+    done = subprocess.run([PROGRAM, "-e", code], capture_output=True, text=True)
+    assert done.returncode == 1 and "No space left" in done.stderr, (code, done)
+with open("/dev/full", "w") as full:
+    done = subprocess.run([PROGRAM, "-e", "print(('x'):rep(1e5))"], stdout=full, stderr=subprocess.PIPE, text=True)
+assert done.returncode == 1 and "standard output" in done.stderr, done
+done = subprocess.run(f"{PROGRAM} -e 'for i = 1, 1e6 do print(i) end' | head -1", shell=True, capture_output=True, text=True)
+assert done.stdout == "1\n" and done.stderr == "", done
+
+# Little memory, a small stack.
+for limit, code in (("ulimit -v 600000", "local t = {} while true do t[#t + 1] = {} end"),
+                    ("ulimit -v 600000", "local s = 'x' while true do s = s .. s end"),
+                    ("ulimit -v 600000", "local t = {} for i = 1, 1e9 do t[i] = zeros(1000, 1000) end"),
+                    ("ulimit -s 256", "local function f() return 1 + f() end f()"),
+                    ("ulimit -s 256", "print(load(('('):rep(190) .. '1' .. (')'):rep(190)))")):
+    done = subprocess.run(["bash", "-c", f"{limit}; exec {PROGRAM} -e \"$0\"", code], capture_output=True, text=True, timeout=60)
+    assert done.returncode in (0, 1), (limit, code, done)
+    assert done.returncode == 0 or "memory" in done.stderr or "stack overflow" in done.stderr, (limit, code, done)
+print("faults survived")
