@@ -146,7 +146,8 @@ test("numbers and names come back as they were", function()
     expect(load(file)):equals(value)
     expect(math.type(load(file))):equals(math.type(value))
   end
-  fails("nan cannot be saved", save, file, 0/0)
+  save(file, 0/0)
+  expect(tostring(load(file))):equals "nan"
   local x = var "x_named"
   local m = dae { der(x) ~ -x, name = "two\nlines \"and\" a \\" }
   save(file, m)
@@ -165,7 +166,7 @@ test("a file appears complete or not at all", function()
   end
   save(file, x)
   local before = io.open(file):read "a"
-  fails("nan cannot be saved", save, file, 0/0)
+  fails("can be saved", save, file, print)
   expect(io.open(file):read "a"):equals(before)
 end)
 
