@@ -166,7 +166,7 @@ test("a file appears complete or not at all", function()
   end
   save(file, x)
   local before = io.open(file):read "a"
-  fails("can be saved", save, file, print)
+  fails("cannot be saved", save, file, print)
   expect(io.open(file):read "a"):equals(before)
 end)
 
