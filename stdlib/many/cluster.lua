@@ -168,6 +168,11 @@ local function submit_lost(file, folder, on, state)
   return jobs
 end
 
+-- One line on the terminal, written over again; nothing where there is none.
+local function progress(text)
+  if os.execute "test -t 2" then io.stderr:write("\r", text, "\27[K") end
+end
+
 -- Until all shards are collected.
 function cluster.follow(file)
   require_slurm()
@@ -176,11 +181,14 @@ function cluster.follow(file)
   local pause = seconds.first
   while true do
     local state = shards.collect(file)
+    progress(("sweep: %d of %d runs, %d of %d shards (Ctrl-C leaves it to the cluster, attach %q goes on)")
+      :format(state.done + state.failed, state.runs, state.shards - #state.open, state.shards, file))
     if #state.open == 0 then break end
     submit_lost(file, folder, on, state)
     io.popen("sleep " .. pause):close()
     pause = math.min(1.5*pause, seconds.most)
   end
+  progress ""
   cluster.cancel(file)                                   -- duplicates that still wait
 end
 

@@ -11,7 +11,7 @@ namespace {
 
 using integrate::SharedSlots;
 constexpr std::size_t most_numbers = 1024;  ///< of one result
-enum Kind : int { single = 0, list = 1 };
+constexpr double single = 0, list = 1;      ///< what f returned: a number, a list
 
 const OptionTable& parallel_option_rows() {
   static const OptionTable rows = {
@@ -101,7 +101,8 @@ extern const Module parallel_module = {
     "sweep",
     "",
     {
-        {"parallel_calls", parallel, "parallel_calls(n, f [, { workers =, limit =, seed = }]) -> results, failures",
+        {"parallel_calls", parallel,
+         "parallel_calls(n, f [, { workers =, limit =, seed = }]) -> results, failures",
          R"(Calls f(1) … f(n) in worker processes; f returns a number or a list of numbers. For fits from many starts,
             bootstrap, cross-validation, scans: rand and randn give each call numbers of its own, whoever makes it. A
             call that fails, crashes or takes longer than limit is false in the results and { index =, why = } in the
