@@ -2,14 +2,6 @@
 
 namespace Eigen {
 
-template class LLT<MatrixXd>;
-template class PartialPivLU<MatrixXd>;
-template class PartialPivLU<MatrixXcd>;
-template class FullPivLU<MatrixXd>;
-template class HouseholderQR<MatrixXd>;
-template class ColPivHouseholderQR<MatrixXd>;
-template class ColPivHouseholderQR<MatrixXcd>;
-template class FullPivHouseholderQR<MatrixXd>;
-template class CompleteOrthogonalDecomposition<MatrixXd>;
+PENDULA_FACTORISATIONS(template)
 
 }  // namespace Eigen
