@@ -80,6 +80,12 @@ void add_part(const Model& part, std::vector<Block>& blocks, ModelOptions& optio
         text("reduce(\"", part.form, "\") made this part; nest the model as written and reduce the whole"));
   blocks.insert(blocks.end(), part.blocks.begin(), part.blocks.end());
   for (const auto& [leaf, meaning] : part.relations) options.relations[leaf] = meaning;
+  options.events.insert(options.events.end(), part.events.begin(), part.events.end());
+  const auto append = [](auto& list, const auto& more) {
+    list.insert(list.begin(), more.begin(), more.end());
+  };
+  append(options.start_values, part.start_values);
+  append(options.start_guesses, part.start_guesses);
   for (const auto& [parameter, value] : part.values) {
     const auto [at, made] = options.values.try_emplace(parameter, value);
     if (!made && at->second != value)

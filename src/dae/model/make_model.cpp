@@ -90,6 +90,12 @@ void collect_symbols(Model& m, const ModelOptions& options) {
   if (!declared) sort_by_latest_declaration(bases);
   std::vector<Expr> meanings;  // a multiplier may be the only thing that depends on the mass
   for (const auto& [leaf, meaning] : m.relations) meanings.push_back(meaning);
+  for (const Transition& event : m.events) {
+    meanings.push_back(event.when);
+    for (const auto& [state, value] : event.reset) meanings.push_back(value);
+  }
+  for (const auto* starts : {&m.start_values, &m.start_guesses})
+    for (const auto& [leaf, value] : *starts) meanings.push_back(value);
   for (Expr leaf : leaves(meanings))
     if (symbol_of(leaf).kind == Kind::parameter) parameters.push_back(leaf);
   for (Expr base : bases) m.variables.push_back({base, order.at(base)});

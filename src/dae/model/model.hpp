@@ -95,6 +95,14 @@ std::string row_letter(int row, Eigen::Index rows);
 /// Of row `row` of equation `block` (from 0): "(3)", "(3b)", "(3b*)" if it is not the one that was written.
 std::string row_label(const Block& b, int block, int row);
 
+/// What a model does by itself where an expression becomes zero: an event that belongs to its equations.
+struct Transition {
+  Expr when;          ///< its roots are the moments; in leaves of the model or of its lineage, t too
+  int direction = 0;  ///< -1: only where it falls, 1: only where it rises
+  bool stop = false;  ///< the run ends there
+  std::vector<std::pair<Expr, Expr>> reset;  ///< state -> its value after, in the values before
+};
+
 /// "ODE", "implicit ODE", "semi-explicit" or "fully implicit".
 enum class ModelKind { ode, implicit_ode, semi_explicit, fully_implicit };
 const char* kind_name(ModelKind kind);
@@ -113,6 +121,10 @@ struct ModelAttributes {
   std::optional<Mechanics> mechanics;
   /// Equivalent to the model it was made from where none of these vanishes.
   std::vector<SingularityCondition> singularity_conditions;
+  std::vector<Transition> events;  ///< in every run of the model
+  /// Leaf -> number or expression in parameters: what the start fixes, and where it begins to search, unless
+  /// the user says something else about this leaf.
+  std::vector<std::pair<Expr, Expr>> start_values, start_guesses;
 };
 
 struct Model : ModelAttributes {

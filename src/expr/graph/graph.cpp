@@ -132,10 +132,30 @@ std::string key_of(Kind kind, const std::string& name, int order) {
   return text(static_cast<int>(kind), ':', order, ':', name);
 }
 
+bool is_digit(char c) { return std::isdigit(static_cast<unsigned char>(c)) != 0; }
+
+/// "cell", "cell[3]": one step of a path.
+bool is_step(std::string_view step) {
+  if (step.ends_with(']')) {
+    const std::size_t open = step.find('[');
+    if (open == step.npos || open + 2 >= step.size()) return false;
+    const std::string_view number = step.substr(open + 1, step.size() - open - 2);
+    if (!std::all_of(number.begin(), number.end(), is_digit)) return false;
+    step = step.substr(0, open);
+  }
+  if (step.empty() || is_digit(step[0])) return false;
+  return std::all_of(step.begin(), step.end(), [](unsigned char c) {
+    return std::isalnum(c) || c == '_' || c >= 0x80;  // UTF-8 letters pass
+  });
+}
+
 void check_name(const std::string& name) {
-  bool good = !name.empty() && !std::isdigit(static_cast<unsigned char>(name[0]));
-  for (unsigned char c : name)
-    good = good && (std::isalnum(c) || c == '_' || c >= 0x80);  // UTF-8 letters pass
+  bool good = true;
+  for (std::size_t begin = 0; good && begin <= name.size();) {
+    const std::size_t end = std::min(name.find('.', begin), name.size());
+    good = is_step(std::string_view(name).substr(begin, end - begin));
+    begin = end + 1;
+  }
   if (!good)
     throw Error(text(
         "'", name, "' is not a name: use letters, digits and _, not starting with a digit",

@@ -127,7 +127,7 @@ struct Symbol {
 };
 
 /// The leaf of this kind and name, made on first use. Names: letters, digits, underscores, not starting with
-/// a digit. Throws Error on anything else.
+/// a digit; or a path of such names, "motor.shaft.w", "rod.cell[3].T". Throws Error on anything else.
 Expr symbol(Kind kind, const std::string& name);
 /// The n leaves name1 … namen of a column; prints as one vector.
 std::vector<Expr> symbol_vector(Kind kind, const std::string& name, int size);

@@ -10,12 +10,8 @@ namespace pendula::integrate {
 
 class Trajectory;
 
-/// An event whose expressions contain leaves of the model.
-struct ModelEvent {
-  Expr when;
-  int direction = 0;
-  bool stop = false;
-  std::vector<std::pair<Expr, Expr>> reset;
+/// An event of one run, whose expressions contain leaves of the model.
+struct ModelEvent : dae::Transition {
   /// Sees the solution so far, which ends at the event.
   std::function<EventReply(const std::shared_ptr<const Trajectory>&)> call;
 };

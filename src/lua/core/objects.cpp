@@ -170,7 +170,21 @@ void push_metatable(lua_State* L, const char* type) {
   lua_remove(L, -2);
 }
 
+/// A table that stands for an object: its metatable's field "__model" is a function that gives the model. The
+/// table keeps what it gives.
+static std::shared_ptr<const void>* object_of_table(lua_State* L, int index, const char* type) {
+  const std::string field = std::string("__") + type;
+  if (!luaL_getmetafield(L, index, field.c_str())) return nullptr;
+  lua_pushvalue(L, index);
+  luaL_checkstack(L, 8, nullptr);
+  protected_call(L, 1, 1);
+  std::shared_ptr<const void>* held = object_at(L, lua_gettop(L), type);
+  lua_pop(L, 1);
+  return held;
+}
+
 std::shared_ptr<const void>* object_at(lua_State* L, int index, const char* type) {
+  if (lua_istable(L, index)) return object_of_table(L, lua_absindex(L, index), type);
   if (lua_type(L, index) != LUA_TUSERDATA || !lua_getmetatable(L, index)) return nullptr;
   lua_rawgetp(L, -1, &type_key);
   const char* name = lua_tostring(L, -1);

@@ -19,7 +19,8 @@
 namespace pendula::lua {
 
 /// The pointer inside the userdata at `index` if it is one of ours and of this type, else nullptr. The
-/// pointer itself is null when the object was finalized and resurrected by a script's __gc.
+/// pointer itself is null when the object was finalized and resurrected by a script's __gc. A table whose
+/// metatable has a function "__model" is a model, too: the function gives it, and the table has to keep it.
 std::shared_ptr<const void>* object_at(lua_State* L, int index, const char* type);
 
 /// Pushes the metatable of a type; the first use makes it.

@@ -17,6 +17,8 @@
 #include "dae/start/start.hpp"
 #include "expr/print/print.hpp"
 #include "lua/bind/dae/dae.hpp"
+#include "lua/bind/dae/transitions.hpp"
+#include "lua/core/library.hpp"
 #include "lua/core/objects.hpp"
 #include "lua/core/values.hpp"
 #include "lua/read/inputs.hpp"
@@ -66,6 +68,20 @@ class ModelReader {
       lua_settop(L_, list);
     }
   }
+  std::vector<dae::Block>& blocks() { return blocks_; }
+  /// Symbols of the equations and the derivatives that a start may name.
+  std::vector<Expr> nameable() const {
+    std::vector<Expr> sides, known;
+    for (const dae::Block& b : blocks_)
+      for (const VecX* side : {&b.lhs, &b.rhs}) sides.insert(sides.end(), side->begin(), side->end());
+    for (Expr leaf : leaves(sides)) {
+      known.push_back(leaf);
+      if (symbol_of(leaf).kind == Kind::variable) known.push_back(derivative_leaf(leaf));
+    }
+    for (const dae::ModelPtr& part : parts_)
+      for (Expr leaf : known_leaves(*part)) known.push_back(leaf);
+    return known;
+  }
   dae::ModelPtr model(dae::ModelOptions options) {
     return nested_ ? dae::compose(parts_, std::move(blocks_), std::move(options))
                    : dae::make_model(std::move(blocks_), std::move(options));
@@ -99,25 +115,96 @@ class ModelReader {
   bool nested_ = false;  ///< there are models or lists: an equation for an input closes a loop
 };
 
+/// Values by leaf, numbers or expressions in parameters.
+std::vector<std::pair<Expr, Expr>> read_start_expressions(lua_State* L, int index,
+                                                          std::span<const Expr> known,
+                                                          const std::string& what) {
+  std::vector<std::pair<Expr, Expr>> values = read_reset(L, index, known, what);
+  for (const auto& [leaf, value] : values)
+    for (Expr inside : leaves({&value, 1}))
+      if (symbol_of(inside).kind != Kind::parameter && symbol_of(inside).kind != Kind::constant)
+        throw Error(text(what, ": the value of '", leaf_name(leaf), "' must be a number or an expression in ",
+                         "parameters, not ", to_text(value)));
+  return values;
+}
+
+/// The options of dae{ … } that stand among its equations, by name; they are taken out of the table on top.
+struct ModelWords {
+  static constexpr const char* all[] = {"name", "events", "start", "guess", "notes"};
+  static bool contains(const char* word) {
+    return std::any_of(std::begin(all), std::end(all),
+                       [&](const char* w) { return std::strcmp(w, word) == 0; });
+  }
+};
+
+void read_model_words(lua_State* L, int words, ModelReader& reader, dae::ModelOptions& options) {
+  std::vector<dae::Block>& blocks = reader.blocks();
+  const auto word = [&](const char* key) { return lua_getfield(L, words, key) != LUA_TNIL; };
+  const std::vector<Expr> known = reader.nameable();
+  if (word("name")) {
+    if (lua_type(L, -1) != LUA_TSTRING) throw Error(text("name must be a string, got ", describe(L, -1)));
+    options.name = lua_tostring(L, -1);
+  }
+  if (word("start")) options.start_values = read_start_expressions(L, lua_gettop(L), known, "start");
+  if (word("guess")) options.start_guesses = read_start_expressions(L, lua_gettop(L), known, "guess");
+  if (word("events")) {
+    const int list = lua_gettop(L);
+    if (!lua_istable(L, list)) throw Error("events must be a list of tables { { when = y, reset = { … } } }");
+    for (lua_Integer i = 1, n = list_size(L, list, "events"); i <= n; ++i) {
+      lua_geti(L, list, i);
+      const std::string what = text("events[", i, "]");
+      options.events.push_back(read_transition(L, lua_gettop(L), known, what));
+      lua_pushliteral(L, "call");
+      if (lua_rawget(L, -2) != LUA_TNIL)
+        throw Error(text(what, ".call: an event of a model cannot call; give it to integrate{ events = … }"));
+      lua_settop(L, list);
+    }
+  }
+  if (word("notes")) {
+    if (!lua_istable(L, -1)) throw Error("notes must be a list of strings, one for each equation");
+    for (std::size_t b = 0; b < blocks.size(); ++b) {
+      if (lua_rawgeti(L, -1, static_cast<lua_Integer>(b + 1)) == LUA_TSTRING)
+        blocks[b].note = lua_tostring(L, -1);
+      lua_pop(L, 1);
+    }
+  }
+  lua_settop(L, words);
+}
+
+/// A list with parts in it is what model{ … } takes.
+bool contains_parts(lua_State* L, int list) {
+  for (lua_Integer i = 1, n = luaL_len(L, list); i <= n; ++i) {
+    lua_rawgeti(L, list, i);
+    const bool found = lua_istable(L, -1) && luaL_getmetafield(L, -1, "__model") != LUA_TNIL;
+    lua_settop(L, list);
+    if (found) return true;
+  }
+  return false;
+}
+
 int make(Call& call) {
   lua_State* L = call.L;
   call.table(1, "equations");
-  dae::ModelOptions options;
-  lua_newtable(L);  // the same list without the option `name`
-  const int list = lua_gettop(L);
+  lua_settop(L, 1);
+  if (contains_parts(L, 1)) {
+    push_named(L, "model");
+    lua_pushvalue(L, 1);
+    protected_call(L, 1, 1);
+    return 1;
+  }
+  lua_newtable(L);  // the equations
+  lua_newtable(L);  // the options
+  const int list = 2, words = 3;
   for (lua_pushnil(L); lua_next(L, 1);) {
-    if (lua_type(L, -2) == LUA_TSTRING && std::strcmp(lua_tostring(L, -2), "name") == 0) {
-      if (lua_type(L, -1) != LUA_TSTRING) throw Error(text("name must be a string, got ", describe(L, -1)));
-      options.name = lua_tostring(L, -1);
-      lua_pop(L, 1);
-      continue;
-    }
+    const bool option = lua_type(L, -2) == LUA_TSTRING && ModelWords::contains(lua_tostring(L, -2));
     lua_pushvalue(L, -2);
     lua_insert(L, -2);
-    lua_settable(L, list);
+    lua_settable(L, option ? words : list);
   }
   ModelReader reader(L);
   reader.read(list, "the list of equations");
+  dae::ModelOptions options;
+  read_model_words(L, words, reader, options);
   return call.push(reader.model(std::move(options)));
 }
 
@@ -256,10 +343,13 @@ extern const Module dae_module = {
     "dae",
     "Differential-algebraic equations",
     {
-        {"dae", make, R"(dae{ equation, equation, …, name = "…" } -> model)",
+        {"dae", make, R"(dae{ equation, equation, …, name =, start =, guess =, events =, notes = } -> model)",
          R"(A model from any mix of scalar and column equations (lhs ~ rhs). Unknowns are the variables
             that occur; inputs and parameters are recognised. A model, or a list of equations, may stand among
-            the equations; an equation for an input of such a model closes the loop: dae{ plant, F ~ -10*x }.)",
+            the equations; an equation for an input of such a model closes the loop: dae{ plant, F ~ -10*x }.
+            start = { [x] = 1 } and guess are values that every start of the model has unless it says otherwise,
+            events = { { when =, direction =, reset = { … } } } happen in every run, notes stand beside the
+            equations. With parts among the equations it is model{ … }.)",
          R"(x, z = vars "x z"  return dae{ der(x) ~ z - x, 0 ~ x + 2*z }.kind)", "semi-explicit"},
         {"dae.semi_explicit", make_semi_explicit,
          "dae.semi_explicit{ x =, z =, u =, f =, g =, name = } -> model",

@@ -3,6 +3,7 @@
 
 #include "base/error.hpp"
 #include "base/text.hpp"
+#include "dae/alias/eliminate.hpp"
 #include "dae/model/derivation_markup.hpp"
 #include "dae/model/latex_lines.hpp"
 #include "dae/model/lineage.hpp"
@@ -57,6 +58,8 @@ int reduce(Call& call) {
   }
   return call.push(dae::reduce(model, call.string(2, "form", ""), request));
 }
+
+int eliminate(Call& call) { return call.push(dae::eliminate(model_ptr(call))); }
 
 dae::Detail detail_named(const std::string& name) {
   if (name == "short") return dae::Detail::brief;
@@ -140,6 +143,11 @@ extern const Module forms_module = {
     "forms",
     "Reduced forms of a model",
     {
+        {"model:eliminate", eliminate, "sys:eliminate() -> model",
+         R"(The same model without the unknowns that an equation defines: aliases x = ±y, constants, sums, and
+            what is used once. Their values can still be asked for: sol(x). Exact: nothing that depends on time
+            is divided by, and no solution is lost or gained.)",
+         R"(x, y, z = vars "x y z"  return #dae{ der(x) ~ -y, y ~ 2*z, z ~ x }:eliminate().equations)", "1"},
         {"model:reduce", reduce, "sys:reduce([form [, { alpha =, beta =, at = start }]]) -> model",
          R"(A model of lower index. "acc" differentiates constraints down to accelerations, "ode" solves
             these for x′ = f, "project" keeps the constraints by projection after every step, "baumgarte"

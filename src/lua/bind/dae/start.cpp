@@ -28,6 +28,30 @@ std::vector<Expr> known_leaves(const dae::Model& model) {
   return known;
 }
 
+/// What parts of the model say about its start holds where the request says nothing about the same leaf.
+static void add_declared(dae::StartRequest& request, const dae::Model& model) {
+  std::unordered_map<Expr, double> values;
+  for (Expr p : model.parameters) {
+    const auto asked = request.parameters.find(p);
+    const auto own = model.values.find(p);
+    if (asked != request.parameters.end())
+      values[p] = number_value(asked->second).value_or(0);
+    else if (own != model.values.end())
+      values[p] = number_value(own->second).value_or(0);
+  }
+  const auto add = [&](const auto& declared, dae::LeafValues& target) {
+    for (const auto& [leaf, value] : declared) {
+      const auto same = [leaf = leaf](const auto& entry) { return entry.first == leaf; };
+      if (std::any_of(request.fix.begin(), request.fix.end(), same) ||
+          std::any_of(request.guess.begin(), request.guess.end(), same))
+        continue;
+      target.push_back({leaf, evaluate({&value, 1}, values)[0]});
+    }
+  };
+  add(model.start_values, request.fix);
+  add(model.start_guesses, request.guess);
+}
+
 dae::StartRequest read_start_request(lua_State* L, const Options& options, const dae::Model& model) {
   dae::StartRequest request;
   for (const auto& [key, target] : {std::pair{"fix", &request.fix}, std::pair{"guess", &request.guess}})
@@ -154,7 +178,7 @@ static dae::ConsistentStatePtr translated_states(const dae::ConsistentStatePtr& 
 }
 
 dae::ConsistentStatePtr read_start(lua_State* L, const Options& options, const dae::ModelPtr& model) {
-  if (!options.has("start"))
+  if (!options.has("start") && model->start_values.empty())
     throw Error("needs a start: start = sys:init{ fix = { … } }, or a table start = { x = 1 }");
   const int index = options.push("start");
   if (lua_isuserdata(L, index)) {
@@ -168,13 +192,14 @@ dae::ConsistentStatePtr read_start(lua_State* L, const Options& options, const d
     lua_pop(L, 1);
     return translated(at, model);
   }
-  if (!lua_istable(L, index))
+  if (!lua_istable(L, index) && !lua_isnil(L, index))
     throw Error(text("start must be a result of init or a table { x = 1, … }, got ", describe(L, index),
                      object_type(L, index) == "solution"
                          ? "; its end is sol:state(), and sol:continue{ to = … } goes on from there"
                          : ""));
   dae::StartRequest request = read_start_request(L, options, *model);
-  request.fix = read_leaf_values(L, index, "start", *model);
+  if (lua_istable(L, index)) request.fix = read_leaf_values(L, index, "start", *model);
+  add_declared(request, *model);
   lua_pop(L, 1);
   if (model->form == "dummy") return translated(dae::init(dae::original(model), request), model);
   try {
@@ -205,6 +230,7 @@ int init(Call& call) {
   dae::StartRequest request = read_start_request(call.L, o, *model);
   request.keep_invariants = o.boolean("consistent", true);
   request.nearest = o.boolean("nearest", false);
+  add_declared(request, *model);
   const dae::ConsistentStatePtr at = dae::init(model, request);
   std::size_t told = 0;
   constexpr std::size_t most = 20;

@@ -262,6 +262,11 @@ int name_of(Call& call) {
   if (!e.is_symbol()) throw Error(text("only symbols have a name; this is the expression ", to_text(e)));
   return call.push(leaf_name(e));
 }
+int kind_of(Call& call) {
+  static const char* const names[] = {"time", "variable", "input", "parameter", "constant", "slot"};
+  const Expr e = to_expr(call.L, 1, "e");
+  return call.push(e.is_symbol() ? names[static_cast<int>(symbol_of(e).kind)] : "expression");
+}
 int unit_of(Call& call) {
   const Expr e = to_expr(call.L, 1, "e");
   return call.push(e.is_symbol() ? symbol_of(e).unit : "");
@@ -437,6 +442,7 @@ std::vector<Row> rows() {
       {"expr#rows", one, "e.rows", "1 for a scalar."},
       {"expr#cols", one, "e.cols", "1 for a scalar."},
       {"expr#name", name_of, "x.name", "The name of a symbol: \"x\", \"q3\", \"x'\"."},
+      {"expr#kind", kind_of, "x.kind", "\"variable\", \"input\", \"parameter\", \"time\", or \"expression\"."},
       {"expr#unit", unit_of, "x.unit", "The unit given with the symbol, or \"\"."},
       {"expr#label", label, "x.label", "What stands on an axis: text or name, with the unit."},
       {"expr#value", default_of, "m.value", "The default value of a parameter, or nil."},

@@ -2,6 +2,7 @@
 // evaluation, and the text of expressions.
 #include <algorithm>
 #include <cstdio>
+#include <unordered_set>
 
 #include "base/text.hpp"
 #include "dae/points/rank_on_zero_set.hpp"
@@ -16,6 +17,29 @@
 
 namespace pendula::lua {
 namespace {
+
+// ── symbols ──
+
+int symbols(Call& call) {
+  std::vector<Expr> all;
+  const auto add = [&](const MatX& m) { all.insert(all.end(), m.data(), m.data() + m.size()); };
+  if (call.is<Equation>(1)) {
+    add(call.object<Equation>(1, "e").lhs);
+    add(call.object<Equation>(1, "e").rhs);
+  } else if (!call.is<Matrix>(1) || !call.object<Matrix>(1, "e").numeric()) {
+    add(to_matrix(call.L, 1, "e"));
+  }
+  lua_newtable(call.L);
+  lua_Integer n = 0;
+  std::unordered_set<Expr> seen;
+  for (Expr leaf : leaves(all)) {
+    const Symbol& s = symbol_of(leaf);
+    if (s.kind == Kind::constant || !seen.insert(s.base).second) continue;
+    push_expr(call.L, s.kind == Kind::time ? leaf : s.base);
+    lua_rawseti(call.L, -2, ++n);
+  }
+  return 1;
+}
 
 // ── partial derivatives ──
 
@@ -181,6 +205,9 @@ extern const Module calculus_module = {
          R"(x, y = vars "x y"; hessian(x*y, {x, y})(1, 2))", "1"},
         {"diff", diff, "diff(e, x [, n]) -> expression", "The n-th partial derivative by one symbol.",
          R"(x = var "x"; diff(x^3, x, 3))", "6"},
+        {"symbols", symbols, "symbols(e) -> list of symbols",
+         "The symbols that an expression, a matrix or an equation contains, without derivatives, as declared.",
+         R"(x, y = vars "x y"; #symbols(x*y + der(y) ~ t))", "3"},
         {"subs", push_substituted, "subs(e, {[x] = …}) -> expression",
          R"(Replaces symbols, columns or whole subexpressions, all at once. What stands for x stands,
             differentiated, for x.dot too, unless x.dot is itself a key: a constant makes it 0. For an

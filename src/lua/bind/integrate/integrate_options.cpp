@@ -5,6 +5,7 @@
 #include "base/text.hpp"
 #include "expr/print/print.hpp"
 #include "integrate/run/methods.hpp"
+#include "lua/bind/dae/transitions.hpp"
 #include "lua/bind/integrate/tableau.hpp"
 #include "lua/core/foreign_names.hpp"
 #include "lua/core/function_reference.hpp"
@@ -152,21 +153,6 @@ integrate::ToleranceRequest read_tolerance(Call& call, const Options& options, c
 
 // ── events ──
 
-std::vector<std::pair<Expr, Expr>> read_reset(lua_State* L, int index, const dae::Model& model,
-                                              const std::string& what) {
-  std::vector<std::pair<Expr, Expr>> result;
-  if (!lua_istable(L, index)) throw Error(text(what, " must be a table such as { [v] = -0.9*v }"));
-  each_symbol_entry(L, index, what, known_leaves(model), [&](const SymbolEntry& entry) {
-    const MatX value = to_matrix(L, entry.value, what + "." + entry.key);
-    if (value.size() != static_cast<Eigen::Index>(entry.leaves.size()))
-      throw Error(text(what, ": '", entry.key, "' has ", entry.leaves.size(), " components, its value has ",
-                       value.size()));
-    for (std::size_t i = 0; i < entry.leaves.size(); ++i)
-      result.emplace_back(entry.leaves[i], value.data()[i]);
-  });
-  return result;
-}
-
 /// What a callback returned: nothing, "stop" or true, or a table of new values.
 integrate::EventReply read_reply(lua_State* L, const dae::Model& model, const std::string& what) {
   integrate::EventReply reply;
@@ -179,7 +165,7 @@ integrate::EventReply read_reply(lua_State* L, const dae::Model& model, const st
       throw Error(text(what, " returned \"", lua_tostring(L, index), "\"; it may return \"stop\""));
     reply.stop = true;
   } else if (lua_istable(L, index)) {
-    for (const auto& [leaf, value] : read_reset(L, index, model, what)) {
+    for (const auto& [leaf, value] : read_reset(L, index, known_leaves(model), what)) {
       const auto number = number_value(value);
       if (!number)
         throw Error(
@@ -193,71 +179,13 @@ integrate::EventReply read_reply(lua_State* L, const dae::Model& model, const st
   return reply;
 }
 
-int read_direction(lua_State* L, int index, const std::string& what) {
-  if (lua_isnil(L, index)) return 0;
-  if (lua_type(L, index) == LUA_TSTRING) {
-    const std::string word = lua_tostring(L, index);
-    if (word == "falling" || word == "down") return -1;
-    if (word == "rising" || word == "up") return 1;
-    if (word == "both") return 0;
-  } else if (lua_isnumber(L, index)) {
-    const double d = lua_tonumber(L, index);
-    if (d == 0 || d == 1 || d == -1) return static_cast<int>(d);
-  }
-  throw Error(text(what, ".direction must be -1 (falling), 1 (rising) or 0 (both)"));
-}
-
-void check_event_keys(lua_State* L, int table, const std::string& what) {
-  static const std::vector<std::string> known = {"when", "direction", "action", "reset", "call", "name"};
-  lua_pushnil(L);
-  while (lua_next(L, table) != 0) {
-    lua_pop(L, 1);
-    const std::string key = lua_type(L, -1) == LUA_TSTRING ? lua_tostring(L, -1) : "[…]";
-    if (std::find(known.begin(), known.end(), key) == known.end())
-      throw Error(text(what, ": unknown field '", key, "'.", did_you_mean(key, known),
-                       " (fields: ", join(known, ", "), ")"));
-  }
-}
-
-/// when = y, a condition lt(y, 0) (its sign change), or an equation y ~ 0.
-Expr read_when(lua_State* L, int index, const std::string& what) {
-  if (lua_isnil(L, index)) throw Error(text(what, " needs when: an expression whose roots are the events"));
-  if (const auto* held = object_at(L, index, TypeName<Equation>::value)) {
-    const auto& equation = *static_cast<const Equation*>(held->get());
-    if (equation.lhs.size() == 1) return equation.lhs(0, 0) - equation.rhs(0, 0);
-  }
-  const Expr e = to_expr(L, index, what + ".when");
-  if (e.op() == Op::lt || e.op() == Op::le) return e.operand(0) - e.operand(1);
-  return e;
-}
-
 ModelEvent read_event(lua_State* L, int table, const dae::ModelPtr& model, const std::string& what) {
-  if (!lua_istable(L, table))
-    throw Error(text(what, " must be a table such as { when = y, direction = -1, action = \"stop\" }"));
-  check_event_keys(L, table, what);
   ModelEvent event;
-  const auto field = [&](const char* key) {
-    lua_pushstring(L, key);
-    lua_rawget(L, table);
-    return lua_gettop(L);
-  };
+  static_cast<dae::Transition&>(event) = read_transition(L, table, known_leaves(*model), what);
   const int top = lua_gettop(L);
-  event.when = read_when(L, field("when"), what);
-  if (event.when.is_constant())
-    throw Error(text(what, ".when = ", to_text(event.when),
-                     " is constant: give an expression whose roots are the events"));
-  event.direction = read_direction(L, field("direction"), what);
-  const int action = field("action");
-  if (!lua_isnil(L, action)) {
-    if (lua_type(L, action) != LUA_TSTRING || std::string(lua_tostring(L, action)) != "stop")
-      throw Error(text(what,
-                       ".action can be \"stop\"; for other things use reset = { [v] = … } or call = "
-                       "function(sol) … end"));
-    event.stop = true;
-  }
-  if (const int reset = field("reset"); !lua_isnil(L, reset))
-    event.reset = read_reset(L, reset, *model, what + ".reset");
-  if (const int call = field("call"); !lua_isnil(L, call)) {
+  lua_pushliteral(L, "call");
+  lua_rawget(L, table);
+  if (const int call = lua_gettop(L); !lua_isnil(L, call)) {
     if (!lua_isfunction(L, call))
       throw Error(text(what, ".call must be a function, got ", describe(L, call)));
     event.call = [f = std::make_shared<FunctionReference>(L, call), model,
@@ -427,7 +355,8 @@ integrate::Simulation read_simulation(Call& call, const Options& options, const 
   simulation.parameters = read_all_parameters(call, options, *model);
   simulation.rtol = read_tolerance(call, options, "rtol", *model);
   simulation.atol = read_tolerance(call, options, "atol", *model);
-  simulation.events = read_events(call, options, model);
+  for (const dae::Transition& own : model->events) simulation.events.push_back({own, {}});
+  for (ModelEvent& asked : read_events(call, options, model)) simulation.events.push_back(std::move(asked));
   if (simulation.plan.dt && !simulation.events.empty())
     throw Error("events need steps chosen by the error: leave dt out and give rtol = 1e-8");
   if (options.has("sensitivities")) {

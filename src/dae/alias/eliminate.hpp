@@ -1,0 +1,23 @@
+// Aliases and trivial equations: unknowns that the equations define are written into the others.
+#pragma once
+
+#include "dae/model/model.hpp"
+
+namespace pendula::dae {
+
+/// The same model without the unknowns that an equation defines.
+///
+/// An equation 0 = c·x + e with a constant c ≠ 0 (a number, or a product of parameters that is not 0 at their
+/// values) defines x = -e/c. It is written into the other equations where they do not grow by more than a few
+/// terms: always for x = const, x = ±y, x = c·y; for sums and for nonlinear e as a pivot of least fill-in
+/// (Markowitz, Management Science 3(3), 1957). A differentiated x is eliminated where e contains only
+/// unknowns differentiated as often, with constant coefficients, so that no derivative is added and the
+/// solutions are the same; an equation between two states disappears this way, and the index falls with it.
+///
+/// returns  a child of the model: relations hold what every eliminated unknown means in the others, the
+///          trace says so line by line; the model itself where nothing is to be eliminated
+/// throws   Error where equations contradict each other or say nothing new, naming one of them
+/// cost     n log n for n unknowns in networks whose parts have few terms
+ModelPtr eliminate(const ModelPtr& model);
+
+}  // namespace pendula::dae

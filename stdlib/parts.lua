@@ -1,0 +1,78 @@
+-- Models from parts: component, connector, connect, model. What they do is loaded when the first part is made:
+-- parts/kinds.lua connectors, parts/scope.lua what a part consists of, parts/names.lua names by path,
+-- parts/joints.lua connections, parts/flat.lua the equations of all parts together, parts/report.lua trees and
+-- diagrams, parts/adapt.lua other models as parts. The libraries are in components/, one file a domain.
+
+-- A file of the library whose value is made once.
+local made = {}
+function use(name)
+  if made[name] == nil then made[name] = include(name) end
+  return made[name]
+end
+
+local function parts() return use "parts/api" end
+
+local module, title = "parts", "Models from parts"
+
+doc { name = "component", module = module, title = title,
+  sig = "component(name, defaults, function(self) … end [, { text =, source =, example = }]) -> component",
+  text = [[A kind of part. defaults are its parameters: numbers, { 100, unit = "Ohm" }, or whatever self.given
+    hands to the function. The function declares connectors (self.p = kind), variables (self:vars "v i"),
+    parts (self.R = resistor{}), start values (self:start(v, 0)) and returns its equations and connections.
+    It runs once for every place the part has in a model. Calling the component makes a part.]],
+  example = [[
+    pin = components.electrical.pin
+    lossy = component("lossy", { C = 1, G = 1 }, function(self)
+      self.p, self.n = pin, pin
+      local v = self:var "v"
+      return { v ~ self.p.v - self.n.v, self.p.i ~ self.C*der(v) + self.G*v, 0 ~ self.p.i + self.n.i }
+    end)
+    e = components.electrical
+    m = model { x = lossy{ C = 2 }, gnd = e.ground{}, connect("x.n", "gnd.p"), connect "x.p" }
+    return m:dof()]], gives = "1",
+  function(...) return parts().component(...) end }
+
+doc { name = "connector", module = module, title = title,
+  sig = "connector(name, { across = { v = \"V\" }, through = { i = \"A\" } }) -> kind of connector",
+  text = [[Connected connectors have equal across variables, and their through variables add up to 0 (into the
+    part counts positive). Units are text; a variable with several components is { unit, size }. Options:
+    reference = true where one potential must be fixed, as in circuits.]],
+  example = 'connector("shaft", { across = { w = "rad/s" }, through = { tau = "N*m" } })',
+  gives = "connector shaft: across w [rad/s], through tau [N*m]",
+  function(...) return parts().connector(...) end }
+
+doc { name = "connect", module = module, title = title,
+  sig = 'connect(a, b, …) -> connection',
+  text = [[An entry of model{ … } or of what a component's function returns: these connectors are joined. Each is a
+    connector (R.p, self.R.p), its path as text ("R.p"), or an input or output of a signal. connect(R.p) alone
+    says that this connector stays open.]],
+  example = [[
+    e = components.electrical
+    return connect(e.resistor{}.p, e.resistor{}.n)]], gives = "connect(resistor.p, resistor_2.n)",
+  function(...) return parts().connect(...) end }
+
+doc { name = "model", module = module, title = title,
+  sig = "model{ name = part, …, connect(…), equation, …, start =, guess =, events = } -> model of parts",
+  text = [[Parts by name, connections and equations. The names of variables are paths: m.C.v is C.v in equations,
+    ledgers, plots and errors. Parts are components, models of parts, dae, lagrange, ss and tf models, and
+    lists of these; each entry is a copy of its own. Everything that a dae model answers, m answers:
+    m:index() and m:structure() speak of all equations, m:reduce(), m:init() and m:integrate() of those left
+    after aliases and trivial equations are eliminated. m:tree() and m:diagram() show it.]],
+  example = [[
+    e = components.electrical
+    V, R, C = e.source{ v = 1 }, e.resistor{ R = 2 }, e.capacitor{ C = 0.5, v0 = 0 }
+    rc = model { V = V, R = R, C = C, gnd = e.ground{},
+                 connect(V.p, R.p), connect(R.n, C.p), connect(C.n, V.n, "gnd.p") }
+    return rc:integrate{ to = 1 }(rc.C.v, 1)]], gives = "0.63212056",
+  function(...) return parts().model(...) end }
+
+local domains = {
+  electrical = "Circuits: pins with a potential v and a current i into the part",
+}
+local order = { "electrical" }
+
+for _, name in ipairs(order) do
+  doc { name = "components." .. name, module = module, title = title, sig = "components." .. name,
+    text = domains[name] .. ". print(components." .. name .. ") lists the parts; print(part) has its equations.",
+    load = function() return use("components/" .. name) end }
+end

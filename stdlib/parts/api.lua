@@ -1,0 +1,91 @@
+-- component, connector, connect and model, and what a part answers.
+local scopes = use "parts/scope"
+local kinds = use "parts/kinds"
+local place = use "parts/place"
+local P, data = scopes.P, scopes.data
+
+local Part = { __name = "part", __metatable = "part" }
+scopes.Part = Part
+
+function scopes.is_part(value)
+  return type(value) == "table" and getmetatable(value) == "part" and rawget(value, P).scope ~= false
+    and rawget(value, P).serial ~= nil
+end
+
+-- What can stand in a list of parts: parts, places of parts (a copy of what stands there), other models.
+function scopes.as_part(value, name)
+  if scopes.is_part(value) then return value end
+  if scopes.is(value) and data(value).part then return data(value).part end
+  local kind = object_type(value)
+  if kind == "model" or kind == "lti" or kind == "idmodel" then
+    return use("parts/adapt").part(value, name)
+  end
+end
+
+-- ── the dae models of a part ───────────────────────────────────────────────────────────────────────────────
+
+local methods = {}
+
+-- All equations, as the parts and connections say them.
+function methods:flat()
+  local d = rawget(self, P)
+  place.outside(self)
+  d.flat = d.flat or use("parts/flat").model(self)
+  return d.flat
+end
+
+-- The equations that are left after aliases and trivial equations are eliminated: what is integrated.
+function methods:dae()
+  local d = rawget(self, P)
+  d.dae = d.dae or methods.flat(self):eliminate()
+  return d.dae
+end
+
+function methods:tree() return use("parts/report").tree(self) end
+function methods:diagram(...) return use("parts/report").diagram(self, ...) end
+
+Part.__model = methods.dae
+
+-- Questions about the equations are answered for all of them.
+local of_all = {}
+for word in ([[index dof structure constraints pencil equations kind differential algebraic]]):gmatch "%a+" do
+  of_all[word] = true
+end
+
+local function model_member(self, key)
+  local model = of_all[key] and methods.flat(self) or methods.dae(self)
+  local value = model[key]
+  if type(value) ~= "function" then return value end
+  return function(first, ...)
+    if rawequal(first, self) then return value(model, ...) end
+    return value(first, ...)
+  end
+end
+
+function Part:__index(key)
+  if methods[key] then return methods[key] end
+  local scope = place.outside(self)
+  local value = scopes.member(scope, key)
+  if value ~= nil then return value end
+  if type(key) == "string" and named("model:" .. key) ~= nil then return model_member(self, key) end
+  return scope[key]            -- the error that says what there is
+end
+
+function Part:__newindex(key)
+  fail(("cannot set '%s': a part does not change; part{ %s = … } is a copy with another parameter"):format(tostring(key),
+    tostring(key)))
+end
+
+function Part:__call(changes)
+  if changes ~= nil and (type(changes) ~= "table" or getmetatable(changes) ~= nil) then
+    fail "a copy of a part: part{ R = 2 }, or part{} with the same parameters"
+  end
+  return place.copy(self, changes)
+end
+
+function Part:__tostring() return use("parts/report").text(self) end
+
+scopes.Scope.__tostring = function(self) return use("parts/report").scope_text(self) end
+place.Component.__tostring = function(self) return use("parts/report").component(self) end
+
+return { component = place.component, connector = kinds.connector, connect = place.connect, model = place.model }

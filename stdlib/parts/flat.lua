@@ -1,0 +1,135 @@
+-- The equations of all parts of a model in one list, each with the path of the part it is from.
+local scopes = use "parts/scope"
+local names = use "parts/names"
+local joints = use "parts/joints"
+local P, data = scopes.P, scopes.data
+
+local flat = {}
+
+local function translated_event(scope, event)
+  local own = {}
+  for key, value in pairs(event) do own[key] = value end
+  if own.when ~= nil then own.when = names.translate(scope, own.when) end
+  if type(own.reset) == "table" then
+    own.reset = {}
+    for key, value in pairs(event.reset) do
+      local symbol = key
+      if type(key) == "string" then
+        symbol = names.navigate(scope, key)
+        if symbol == nil then fail(("an event of %s resets '%s', which is nothing there"):format(scopes.title(scope), key)) end
+      else symbol = names.translate(scope, key) end
+      own.reset[symbol] = names.translate(scope, value)
+    end
+  end
+  return own
+end
+
+local function collect(scope, all)
+  local d = data(scope)
+  if not d.connected then
+    d.connected = joints.connect(scope)
+  end
+  for _, set in ipairs(d.connected) do all.sets[#all.sets + 1] = set end
+  for _, sub in ipairs(d.parts) do collect(sub, all) end
+  for _, entry in ipairs(d.equations) do
+    all.equations[#all.equations + 1] = entry[1]
+    all.notes[#all.equations] = entry[2] or (d.path ~= "" and d.path or nil)
+  end
+  for _, event in ipairs(d.events) do all.events[#all.events + 1] = translated_event(scope, event) end
+  for _, pair in ipairs(d.starts) do all.start[pair[1]] = pair[2] end
+  for _, pair in ipairs(d.guesses) do all.guess[pair[1]] = pair[2] end
+  for _, given in ipairs(d.inputs) do
+    if not d.root then all.inputs[#all.inputs + 1] = { given = given, scope = scope } end
+  end
+end
+
+-- Symbols in equations that a model or a component with parts says itself: they may give an input its value.
+local function symbols_of_composites(scope, found)
+  local d = data(scope)
+  if d.class.items or #d.parts > 0 then
+    for _, entry in ipairs(d.equations) do
+      for _, symbol in ipairs(symbols(entry[1])) do found[symbol] = true end
+    end
+  end
+  for _, sub in ipairs(d.parts) do symbols_of_composites(sub, found) end
+  return found
+end
+
+local function close_inputs(top, all)
+  if #all.inputs == 0 then return end
+  local driven = data(top).driven or {}
+  local found
+  for _, entry in ipairs(all.inputs) do
+    local symbol = entry.given.symbol
+    if not driven[symbol] then
+      found = found or symbols_of_composites(top, {})
+      if not found[symbol] then
+        if entry.given.default == nil then
+          fail(("the input %s has no source; connect(source.y, \"%s\"), an equation %s ~ …, or an input of the model: "
+            .. "u = input \"u\", %s ~ u"):format(tostring(symbol), tostring(symbol), tostring(symbol), tostring(symbol)))
+        end
+        all.equations[#all.equations + 1] = symbol ~ entry.given.default
+        all.notes[#all.equations] = "default of " .. tostring(symbol)
+      end
+    end
+  end
+end
+
+local function check_own_pins(top)
+  for _, pin in ipairs(data(top).pins) do
+    local p = rawget(pin, P)
+    if not p.optional then
+      fail(("%s (%s) is open: this part is not a model by itself; put it into one and connect its connectors"):format(
+        p.path, p.kind.name))
+    end
+  end
+end
+
+-- Equations that are too many or too few, by the parts they are in.
+local function check_count(top, all)
+  local rows, unknowns, seen = 0, 0, {}
+  for _, equation in ipairs(all.equations) do
+    rows = rows + equation.lhs.rows * equation.lhs.cols
+  end
+  local function count(scope)
+    unknowns = unknowns + data(scope).unknowns
+    for _, sub in ipairs(data(scope).parts) do count(sub) end
+  end
+  count(top)
+  if rows == unknowns then return end
+  local words = {}
+  local function explain(scope)
+    local d = data(scope)
+    if d.class.items and #d.vars > 0 then
+      for _, symbol in ipairs(d.vars) do
+        if not seen[symbol] then seen[symbol], words[#words + 1] = true, tostring(symbol) end
+      end
+    end
+    for _, sub in ipairs(d.parts) do explain(sub) end
+  end
+  explain(top)
+  fail(("the model has %d equations for %d unknowns: %d too %s"):format(rows, unknowns, math.abs(rows - unknowns),
+    rows > unknowns and "many" or "few") .. (#words > 0 and "; its own equations have the unknowns "
+    .. table.concat(words, ", ", 1, math.min(#words, 12)) or "; a component with parts has equations of its own "
+    .. "that are too " .. (rows > unknowns and "many" or "few")))
+end
+
+-- A dae model of everything as it stands.
+function flat.model(part)
+  local top = data(rawget(part, P).scope)
+  local scope = rawget(part, P).scope
+  local all = { equations = {}, notes = {}, events = {}, start = {}, guess = {}, inputs = {}, sets = {} }
+  check_own_pins(scope)
+  collect(scope, all)
+  joints.check_floating(scope, all.sets)
+  close_inputs(scope, all)
+  check_count(scope, all)
+  local list = all.equations
+  list.notes, list.name = all.notes, top.class.title
+  if next(all.start) then list.start = all.start end
+  if next(all.guess) then list.guess = all.guess end
+  if #all.events > 0 then list.events = all.events end
+  return dae(list)
+end
+
+return flat

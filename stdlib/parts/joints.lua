@@ -1,0 +1,274 @@
+-- Connections: equal across variables, through variables that add up to 0; what is open, driven twice, floating.
+local scopes = use "parts/scope"
+local names = use "parts/names"
+local P, data = scopes.P, scopes.data
+
+local joints = {}
+
+local function pin_data(pin) return rawget(pin, P) end
+local function describe(pin) return ("%s (%s)"):format(pin_data(pin).path, pin_data(pin).kind.name) end
+
+-- ── ends ───────────────────────────────────────────────────────────────────────────────────────────────────
+
+local function is_below(scope, top)
+  while scope do
+    if scope == top then return true end
+    scope = data(scope).parent
+  end
+  return false
+end
+
+-- The path of a connector of a part that is in no model, below that part; and the part.
+local function outside_path(pin)
+  local d = pin_data(pin)
+  local top = d.scope
+  while data(top).parent do top = data(top).parent end
+  local prefix = data(top).path
+  return prefix == "" and d.path or d.path:sub(#prefix + 2), data(top).part
+end
+
+local function placed_pin(scope, pin)
+  if is_below(pin_data(pin).scope, scope) then return pin end
+  local rest, part = outside_path(pin)
+  local places = names.places(scope, part)
+  if #places == 0 then
+    fail(("connect: %s belongs to a part that is not in %s; give the part a name there: model{ name = part, … }")
+      :format(tostring(pin), scopes.title(scope)))
+  end
+  if #places > 1 then names.ambiguous(tostring(pin), places, "the connector") end
+  return names.navigate(places[1], rest)
+end
+
+-- An end of a connection as a connector or an expression of this place.
+local function resolve(scope, e)
+  if type(e) == "string" then
+    local found = names.navigate(scope, e)
+    if scopes.is_pin(found) or object_type(found) == "expr" then return found end
+    fail(("connect: %s has no connector '%s'"):format(scopes.title(scope), e)
+      .. (scopes.is(found) and "; that is a whole part: name one of its connectors" or ""))
+  end
+  if scopes.is_pin(e) then return placed_pin(scope, e) end
+  return names.translate(scope, e)
+end
+
+-- ── sets ───────────────────────────────────────────────────────────────────────────────────────────────────
+
+local function root_of(up, pin)
+  while up[pin] ~= pin do
+    up[pin] = up[up[pin]]
+    pin = up[pin]
+  end
+  return pin
+end
+
+local function units(kind)
+  local list = {}
+  for _, v in ipairs(kind.across) do list[#list + 1] = v.name .. " [" .. v.unit .. "]" end
+  return table.concat(list, ", ")
+end
+
+local function check_kinds(a, b)
+  local ka, kb = pin_data(a).kind, pin_data(b).kind
+  if ka == kb then return end
+  fail(("connect: %s and %s cannot be joined: %s against %s"):format(describe(a), describe(b), units(ka), units(kb)))
+end
+
+-- Inputs and outputs: the second and every further end equals the first output, or the first end.
+local function join_signals(scope, ends, connection)
+  local d = data(scope)
+  local source, driver = nil, nil
+  for _, e in ipairs(ends) do
+    if scopes.is_pin(e) then
+      fail(("connect: %s is a connector and %s a signal"):format(describe(e), tostring(ends[1] == e and ends[2] or ends[1])))
+    end
+    local output = joints.outputs(scope)[e]
+    if output or type(e) == "number" or #symbols(e) ~= 1 then
+      if driver then
+        fail(("connect: %s and %s are both outputs: an input has one source"):format(tostring(driver), tostring(e)))
+      end
+      driver = e
+    end
+  end
+  source = driver or ends[1]
+  for _, e in ipairs(ends) do
+    if e ~= source then
+      d.equations[#d.equations + 1] = { e ~ source, tostring(connection) }
+      d.rows = d.rows + 1
+      joints.drive(scope, e, tostring(connection))
+    end
+  end
+end
+
+-- The outputs of all parts of the model, symbol -> true.
+function joints.outputs(scope)
+  local top = scope
+  while data(top).parent do top = data(top).parent end
+  local d = data(top)
+  if d.all_outputs then return d.all_outputs end
+  local all = {}
+  local function collect(at)
+    for symbol in pairs(data(at).outputs or {}) do all[symbol] = true end
+    for _, sub in ipairs(data(at).parts) do collect(sub) end
+  end
+  collect(top)
+  d.all_outputs = all
+  return all
+end
+
+function joints.drive(scope, symbol, how)
+  local top = scope
+  while data(top).parent do top = data(top).parent end
+  local d = data(top)
+  d.driven = d.driven or {}
+  if d.driven[symbol] then
+    fail(("%s is driven twice: by %s and by %s; a signal has one source"):format(tostring(symbol), d.driven[symbol], how))
+  end
+  d.driven[symbol] = how
+end
+
+-- ── one place ──────────────────────────────────────────────────────────────────────────────────────────────
+
+local function across_equations(d, members)
+  local first = members[1]
+  local p = pin_data(first)
+  for i = 2, #members do
+    for _, v in ipairs(p.kind.across) do
+      d.equations[#d.equations + 1] = { members[i][v.name] ~ first[v.name],
+        ("connect(%s, %s)"):format(p.path, pin_data(members[i]).path) }
+      d.rows = d.rows + v.size
+    end
+  end
+end
+
+local function through_equations(scope, members)
+  local d = data(scope)
+  local kind = pin_data(members[1]).kind
+  for _, v in ipairs(kind.through) do
+    local sum = 0
+    for _, pin in ipairs(members) do
+      if pin_data(pin).scope == scope then sum = sum - pin[v.name] else sum = sum + pin[v.name] end
+    end
+    local zero = v.size > 1 and zeros(v.size, 1) or 0
+    d.equations[#d.equations + 1] = { zero ~ sum, "sum at " .. pin_data(members[1]).path }
+    d.rows = d.rows + v.size
+  end
+end
+
+local function own_connections(scope)
+  local d, up, order, opened = data(scope), {}, {}, {}
+  for _, connection in ipairs(d.connections) do
+    local ends, pins = {}, 0
+    for i = 1, connection.n do
+      ends[i] = resolve(scope, connection.ends[i])
+      if scopes.is_pin(ends[i]) then pins = pins + 1 end
+    end
+    if connection.n == 1 and pins == 1 then
+      opened[ends[1]] = true
+    elseif pins < #ends then
+      join_signals(scope, ends, connection)
+    else
+      for _, pin in ipairs(ends) do
+        if up[pin] == nil then up[pin], order[#order + 1] = pin, pin end
+        check_kinds(ends[1], pin)
+        local a, b = root_of(up, ends[1]), root_of(up, pin)
+        if a ~= b then up[b] = a end
+      end
+    end
+  end
+  return up, order, opened
+end
+
+local function open_pin(scope, pin, opened)
+  local d, p = data(scope), pin_data(pin)
+  if not (p.optional or opened[pin]) then
+    fail(("%s is connected to nothing; connect(%s, …), or connect(\"%s\") alone to leave it open"):format(describe(pin),
+      p.path, p.path))
+  end
+  through_equations(scope, { pin })
+end
+
+-- Equations of the connections at one place; every connector of its parts has to be in one of them.
+function joints.connect(scope)
+  local up, order, opened = own_connections(scope)
+  local sets, list = {}, {}
+  for _, pin in ipairs(order) do
+    local top = root_of(up, pin)
+    if not sets[top] then
+      sets[top] = {}
+      list[#list + 1] = sets[top]
+    end
+    table.insert(sets[top], pin)
+  end
+  for _, members in ipairs(list) do
+    across_equations(data(scope), members)
+    through_equations(scope, members)
+  end
+  for _, sub in ipairs(data(scope).parts) do
+    for _, pin in ipairs(data(sub).pins) do
+      if up[pin] == nil then open_pin(scope, pin, opened) end
+    end
+  end
+  return list
+end
+
+-- ── floating ───────────────────────────────────────────────────────────────────────────────────────────────
+
+local function each_pin(scope, f)
+  for _, pin in ipairs(data(scope).pins) do f(pin) end
+  for _, sub in ipairs(data(scope).parts) do each_pin(sub, f) end
+end
+
+local function join(up, a, b)
+  a, b = root_of(up, a), root_of(up, b)
+  if a ~= b then up[b] = a end
+end
+
+local function islands_of(scope, up)
+  local d = data(scope)
+  local groups = d.islands
+  if not groups then
+    local by_kind = {}
+    for _, pin in ipairs(d.pins) do
+      local kind = pin_data(pin).kind
+      by_kind[kind] = by_kind[kind] or {}
+      table.insert(by_kind[kind], pin)
+    end
+    groups = {}
+    for _, group in pairs(by_kind) do groups[#groups + 1] = group end
+  end
+  if #d.parts == 0 then
+    for _, group in ipairs(groups) do
+      for i = 2, #group do join(up, group[1], group[i]) end
+    end
+  end
+  for _, sub in ipairs(d.parts) do islands_of(sub, up) end
+end
+
+-- Circuits in which no potential is fixed: their equations repeat each other.
+function joints.check_floating(top, sets)
+  local up, pins, fixed = {}, {}, {}
+  each_pin(top, function(pin)
+    if pin_data(pin).kind.reference then up[pin], pins[#pins + 1] = pin, pin end
+  end)
+  if #pins == 0 then return end
+  islands_of(top, up)
+  for _, members in ipairs(sets) do
+    if up[members[1]] then
+      for i = 2, #members do join(up, members[1], members[i]) end
+    end
+  end
+  local function references(scope)
+    for _, pin in ipairs(data(scope).references) do fixed[root_of(up, pin)] = true end
+    for _, sub in ipairs(data(scope).parts) do references(sub) end
+  end
+  references(top)
+  for _, pin in ipairs(pins) do
+    if not fixed[root_of(up, pin)] and #data(pin_data(pin).scope).references == 0 then
+      local part, kind = scopes.title(pin_data(pin).scope), pin_data(pin).kind.name
+      fail(("the circuit of %s floats: nothing fixes a potential (%s) in it; connect one of its points to a ground: "
+        .. "gnd = components.electrical.ground{}, connect(\"%s\", \"gnd.p\")"):format(part, kind, pin_data(pin).path))
+    end
+  end
+end
+
+return joints
