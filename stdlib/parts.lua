@@ -1,6 +1,8 @@
--- Models from parts: component, connector, connect, model. What they do is loaded when the first part is made:
+-- Models from parts: component, connector, connect, model. What they do is loaded when the first part is
+-- made:
 -- parts/kinds.lua connectors, parts/scope.lua what a part consists of, parts/names.lua names by path,
--- parts/joints.lua connections, parts/flat.lua the equations of all parts together, parts/report.lua trees and
+-- parts/joints.lua connections, parts/flat.lua the equations of all parts together, parts/report.lua trees
+-- and
 -- diagrams, parts/adapt.lua other models as parts. The libraries are in components/, one file a domain.
 
 -- A file of the library whose value is made once.
@@ -43,19 +45,19 @@ doc { name = "connector", module = module, title = title,
 
 doc { name = "connect", module = module, title = title,
   sig = 'connect(a, b, …) -> connection',
-  text = [[An entry of model{ … } or of what a component's function returns: these connectors are joined. Each is a
-    connector (R.p, self.R.p), its path as text ("R.p"), or an input or output of a signal. connect(R.p) alone
-    says that this connector stays open.]],
+  text = [[An entry of model{ … } or of what a component's function returns: these connectors are joined.
+    Each is a connector (R.p, self.R.p), its path as text ("R.p"), or an input or output of a signal.
+    connect(R.p) alone says that this connector stays open.]],
   example = [[
     e = components.electrical
     return connect(e.resistor{}.p, e.resistor{}.n)]], gives = "connect(resistor.p, resistor_2.n)",
   function(...) return parts().connect(...) end }
 
 doc { name = "model", module = module, title = title,
-  sig = "model{ name = part, …, connect(…), equation, …, start =, guess =, events = } -> model of parts",
-  text = [[Parts by name, connections and equations. The names of variables are paths: m.C.v is C.v in equations,
-    ledgers, plots and errors. Parts are components, models of parts, dae, lagrange, ss and tf models, and
-    lists of these; each entry is a copy of its own. Everything that a dae model answers, m answers:
+  sig = "model{ name = part, …, connect(…), equation, …, start =, guess =, events = } -> model",
+  text = [[Parts by name, connections and equations. The names of variables are paths: m.C.v is C.v in
+    equations, ledgers, plots and errors. Parts are components, models of parts, dae, lagrange, ss and tf
+    models, and lists of these; each entry is a copy of its own. Everything that a dae model answers, m answers:
     m:index() and m:structure() speak of all equations, m:reduce(), m:init() and m:integrate() of those left
     after aliases and trivial equations are eliminated. m:tree() and m:diagram() show it.]],
   example = [[
@@ -66,13 +68,31 @@ doc { name = "model", module = module, title = title,
     return rc:integrate{ to = 1 }(rc.C.v, 1)]], gives = "0.63212056",
   function(...) return parts().model(...) end }
 
-local domains = {
-  electrical = "Circuits: pins with a potential v and a current i into the part",
-}
-local order = { "electrical" }
+doc { name = "model:ports", module = module, title = title,
+  sig = "chain:ports{ name = { kind, across = expression } } -> part",
+  text = [[A lagrange model as a part with connectors: { flange, s = q[1] } joins a position that depends on the
+    coordinates; a force there enters the equations of motion as the generalised force of this position.]],
+  example = [[
+    l = components.translational
+    q = var "q"
+    bob = lagrange{ q = {q}, T = q.dot^2 }:ports{ tip = { l.flange, s = 2*q } }
+    m = model { P = bob, F = l.force{ f = 3 }, connect("P.tip", "F.flange"), start = { q = 0 } }
+    return m:dae().equations[1] ]], gives = "2 P.q″ = 2 F.f",
+  function(...) return use("parts/adapt").with_ports(...) end }
 
-for _, name in ipairs(order) do
+-- The libraries in the order of help(); name, what its connectors are.
+local domains = {
+  { "electrical", "Circuits: pins with a potential v and a current i into the part" },
+  { "translational", "Motion along a line: flanges with a position s and a force f on the part" },
+  { "rotational", "Shafts: flanges with an angle phi and a torque tau on the part" },
+  { "thermal", "Heat: ports with a temperature T and a heat flow Q into the part" },
+  { "hydraulic", "Tanks, pipes and pumps: ports with a pressure p and a volume flow q into the part" },
+  { "signals", "Signals: sources, controllers, filters, sampling, state machines" },
+}
+
+for _, domain in ipairs(domains) do
+  local name, text = domain[1], domain[2]
   doc { name = "components." .. name, module = module, title = title, sig = "components." .. name,
-    text = domains[name] .. ". print(components." .. name .. ") lists the parts; print(part) has its equations.",
+    text = text .. ". print(components." .. name .. ") lists the parts; print(part) has its equations.",
     load = function() return use("components/" .. name) end }
 end

@@ -10,7 +10,8 @@ for word in ([[var vars param params input func vec mat rational dae lagrange de
   functions[word] = true
 end
 local constants = { t = true, pi = true, e = true }
-local methods = { init = true, reduce = true, first_order = true, semi_explicit = true, implicit = true,
+local methods = { init = true, reduce = true, first_order = true, eliminate = true, semi_explicit = true,
+  implicit = true,
   with = true }
 local fields = { T = true, dot = true, ddot = true }
 local anything = setmetatable({}, { __index = function() return true end })

@@ -48,7 +48,8 @@ e.capacitor = component("capacitor", { C = { 1e-6, unit = "F", text = "capacitan
   local v, i, list = two_pins(self)
   self:start(v, self.v0)
   return with(list, i ~ self.C*der(v))
-end, { text = "i = C v′. Voltage sources and capacitors in a loop have index 2.", source = "Faraday's law of charge",
+end, { text = "i = C v′. Voltage sources and capacitors in a loop have index 2.",
+  source = "Faraday's law of charge",
   example = [[
     m = model { I = e.current{ i = 2 }, C = e.capacitor{ C = 4, v0 = 1 }, gnd = e.ground{},
                 connect("I.p", "C.n", "gnd.p"), connect("I.n", "C.p") }
@@ -119,6 +120,7 @@ e.diode = component("diode", { Is = { 1e-12, unit = "A", text = "saturation curr
   Vt = { 0.025, unit = "V", text = "thermal voltage times emission coefficient" },
   G = { 1e-9, unit = "S", text = "parallel conductance" } }, function(self)
   local v, i, list = two_pins(self)
+  self:guess(v, 0.6)
   return with(list, i ~ self.Is*(exp(v/self.Vt) - 1) + self.G*v)
 end, { text = "i = Is (exp(v/Vt) - 1) + G v.", source = "Shockley, Bell Syst. Tech. J. 28(3), 1949",
   example = [[
@@ -131,10 +133,11 @@ e.ideal_diode = component("ideal_diode", { Ron = { 1e-5, unit = "Ohm", text = "r
   Vknee = { 0, unit = "V", text = "forward voltage" } }, function(self)
   local v, i, list = two_pins(self)
   local s = self:var("s", { text = "place on the characteristic: blocked below 0" })
-  self.blocks = lt(s, 0)
+  self:guess(s, -1)
   return with(list, v ~ ifelse(lt(s, 0), s, self.Ron*s) + self.Vknee,
     i ~ ifelse(lt(s, 0), self.Goff*s, s) + self.Goff*self.Vknee)
-end, { text = "A characteristic of two straight lines, blocking and conducting; the change is located as an event.",
+end, { text = "A characteristic of two straight lines, blocking and conducting; the change is located as "
+  .. "an event.",
   source = "Clauß, Elmqvist, Mattsson, Otter & Schwarz, Modelica Conference 1995: parametrised curves",
   example = [[
     m = model { V = e.source{ v = -2 }, D = e.ideal_diode{ Goff = 0.25 }, gnd = e.ground{},
@@ -142,7 +145,8 @@ end, { text = "A characteristic of two straight lines, blocking and conducting; 
     return m:init{}(m.D.i)]], gives = "-0.5" })
 
 e.mosfet = component("mosfet", { K = { 1e-3, unit = "A/V^2", text = "transconductance" },
-  Vth = { 1, unit = "V", text = "threshold" }, lambda = { 0, unit = "1/V", text = "channel length modulation" } },
+  Vth = { 1, unit = "V", text = "threshold" }, lambda = { 0, unit = "1/V",
+    text = "channel length modulation" } },
   function(self)
     self.d, self.g, self.s = e.pin, e.pin, e.pin
     local i = self:var("i", { unit = "A", text = "drain current" })
@@ -165,19 +169,23 @@ e.npn = component("npn", { Is = { 1e-16, unit = "A", text = "transport current" 
   self.c, self.b, self.e = e.pin, e.pin, e.pin
   local f = self.Is*(exp((self.b.v - self.e.v)/self.Vt) - 1)
   local r = self.Is*(exp((self.b.v - self.c.v)/self.Vt) - 1)
-  return { self.c.i ~ f - r - r/self.Br, self.b.i ~ f/self.Bf + r/self.Br, 0 ~ self.c.i + self.b.i + self.e.i }
-end, { text = "Bipolar transistor, transport version of Ebers and Moll.", source = "Ebers & Moll, Proc. IRE 42(12), 1954" })
+  return { self.c.i ~ f - r - r/self.Br, self.b.i ~ f/self.Bf + r/self.Br,
+    0 ~ self.c.i + self.b.i + self.e.i }
+end, { text = "Bipolar transistor, transport version of Ebers and Moll.",
+  source = "Ebers & Moll, Proc. IRE 42(12), 1954" })
 
 -- ── amplifiers, transformers ───────────────────────────────────────────────────────────────────────────────
 
 e.opamp = component("opamp", {}, function(self)
   self.p, self.n, self.out = e.pin, e.pin, e.pin
   return { self.p.i ~ 0, self.n.i ~ 0, self.p.v ~ self.n.v }
-end, { text = "Ideal: no current and no voltage between the inputs p and n; the output gives what that needs.",
+end, { text = "Ideal: no current and no voltage between the inputs p and n; the output gives what "
+  .. "that needs.",
   source = "Tellegen's nullor; Horowitz & Hill, The Art of Electronics, ch. 4",
   example = [[
-    m = model { V = e.source{ v = 1 }, R1 = e.resistor{ R = 1000 }, R2 = e.resistor{ R = 3000 }, A = e.opamp{},
-                gnd = e.ground{}, connect("V.p", "R1.p"), connect("R1.n", "A.n", "R2.p"), connect("R2.n", "A.out"),
+    m = model { V = e.source{ v = 1 }, R1 = e.resistor{ R = 1000 }, R2 = e.resistor{ R = 3000 },
+                A = e.opamp{}, gnd = e.ground{},
+                connect("V.p", "R1.p"), connect("R1.n", "A.n", "R2.p"), connect("R2.n", "A.out"),
                 connect("V.n", "A.p", "gnd.p") }
     return m:init{}(m.A.out.v)]], gives = "-3.0" })
 
@@ -188,7 +196,8 @@ e.opamp_limited = component("opamp_limited", { A = { 1e5, text = "gain" },
     self:reference(self.out)
     return { self.p.i ~ 0, self.n.i ~ 0,
       self.out.v ~ min(self.Vmax, max(self.Vmin, self.A*(self.p.v - self.n.v))) }
-  end, { text = "Finite gain and an output that saturates.", source = "Horowitz & Hill, The Art of Electronics, ch. 4",
+  end, { text = "Finite gain and an output that saturates.",
+    source = "Horowitz & Hill, The Art of Electronics, ch. 4",
     example = [[
       m = model { V = e.source{ v = 1 }, A = e.opamp_limited{}, gnd = e.ground{}, R = e.resistor{},
                   connect("V.p", "A.p"), connect("A.out", "R.p"), connect("V.n", "A.n", "R.n", "gnd.p") }
@@ -202,8 +211,8 @@ e.transformer = component("transformer", { n = { 1, text = "turns of winding 1 o
       0 ~ self.p1.i + self.n1.i, 0 ~ self.p2.i + self.n2.i }
   end, { text = "Ideal: v1 = n v2, i2 = -n i1; each side needs a ground of its own.", source = "definition",
     example = [[
-      m = model { V = e.source{ v = 12 }, T = e.transformer{ n = 3 }, R = e.resistor{ R = 2 }, g1 = e.ground{},
-                  g2 = e.ground{}, connect("V.p", "T.p1"), connect("V.n", "T.n1", "g1.p"),
+      m = model { V = e.source{ v = 12 }, T = e.transformer{ n = 3 }, R = e.resistor{ R = 2 },
+                  g1 = e.ground{}, g2 = e.ground{}, connect("V.p", "T.p1"), connect("V.n", "T.n1", "g1.p"),
                   connect("T.p2", "R.p"), connect("T.n2", "R.n", "g2.p") }
       return m:init{}(m.R.i)]], gives = "2.0" })
 

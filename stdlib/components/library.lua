@@ -7,7 +7,8 @@ return function(name, title)
   function library:__index(key)
     local known = {}
     for _, entry in ipairs(order) do known[#known + 1] = entry.name end
-    fail(("components.%s has no part '%s'."):format(name, tostring(key)) .. did_you_mean(tostring(key), known))
+    fail(("components.%s has no part '%s'."):format(name, tostring(key))
+      .. did_you_mean(tostring(key), known))
   end
   function library:__newindex(key, value)
     rawset(self, key, value)

@@ -67,13 +67,14 @@ function Part:__index(key)
   local scope = place.outside(self)
   local value = scopes.member(scope, key)
   if value ~= nil then return value end
-  if type(key) == "string" and named("model:" .. key) ~= nil then return model_member(self, key) end
+  if type(key) == "string" and scopes.is_reserved(key) then return model_member(self, key) end
   return scope[key]            -- the error that says what there is
 end
 
 function Part:__newindex(key)
-  fail(("cannot set '%s': a part does not change; part{ %s = … } is a copy with another parameter"):format(tostring(key),
-    tostring(key)))
+  key = tostring(key)
+  fail(("cannot set '%s': a part does not change; part{ %s = … } is a copy with another parameter"):format(
+    key, key))
 end
 
 function Part:__call(changes)
@@ -88,4 +89,5 @@ function Part:__tostring() return use("parts/report").text(self) end
 scopes.Scope.__tostring = function(self) return use("parts/report").scope_text(self) end
 place.Component.__tostring = function(self) return use("parts/report").component(self) end
 
-return { component = place.component, connector = kinds.connector, connect = place.connect, model = place.model }
+return { component = place.component, connector = kinds.connector, connect = place.connect,
+  model = place.model }

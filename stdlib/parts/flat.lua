@@ -16,7 +16,9 @@ local function translated_event(scope, event)
       local symbol = key
       if type(key) == "string" then
         symbol = names.navigate(scope, key)
-        if symbol == nil then fail(("an event of %s resets '%s', which is nothing there"):format(scopes.title(scope), key)) end
+        if symbol == nil then
+          fail(("an event of %s resets '%s', which is nothing there"):format(scopes.title(scope), key))
+        end
       else symbol = names.translate(scope, key) end
       own.reset[symbol] = names.translate(scope, value)
     end
@@ -65,8 +67,10 @@ local function close_inputs(top, all)
       found = found or symbols_of_composites(top, {})
       if not found[symbol] then
         if entry.given.default == nil then
-          fail(("the input %s has no source; connect(source.y, \"%s\"), an equation %s ~ …, or an input of the model: "
-            .. "u = input \"u\", %s ~ u"):format(tostring(symbol), tostring(symbol), tostring(symbol), tostring(symbol)))
+          fail(("the input %s has no source; connect(source.y, \"%s\"), an equation %s ~ …, or an input of "
+            .. "the model: "
+            .. "u = input \"u\", %s ~ u"):format(tostring(symbol), tostring(symbol), tostring(symbol),
+              tostring(symbol)))
         end
         all.equations[#all.equations + 1] = symbol ~ entry.given.default
         all.notes[#all.equations] = "default of " .. tostring(symbol)
@@ -79,7 +83,8 @@ local function check_own_pins(top)
   for _, pin in ipairs(data(top).pins) do
     local p = rawget(pin, P)
     if not p.optional then
-      fail(("%s (%s) is open: this part is not a model by itself; put it into one and connect its connectors"):format(
+      fail(("%s (%s) is open: this part is not a model by itself; put it into one and connect its "
+        .. "connectors"):format(
         p.path, p.kind.name))
     end
   end
@@ -108,9 +113,11 @@ local function check_count(top, all)
     for _, sub in ipairs(d.parts) do explain(sub) end
   end
   explain(top)
-  fail(("the model has %d equations for %d unknowns: %d too %s"):format(rows, unknowns, math.abs(rows - unknowns),
+  fail(("the model has %d equations for %d unknowns: %d too %s"):format(rows, unknowns,
+    math.abs(rows - unknowns),
     rows > unknowns and "many" or "few") .. (#words > 0 and "; its own equations have the unknowns "
-    .. table.concat(words, ", ", 1, math.min(#words, 12)) or "; a component with parts has equations of its own "
+    .. table.concat(words, ", ", 1, math.min(#words, 12))
+      or "; a component with parts has equations of its own "
     .. "that are too " .. (rows > unknowns and "many" or "few")))
 end
 

@@ -1,4 +1,5 @@
--- Connections: equal across variables, through variables that add up to 0; what is open, driven twice, floating.
+-- Connections: equal across variables, through variables that add up to 0; what is open, driven twice,
+-- floating.
 local scopes = use "parts/scope"
 local names = use "parts/names"
 local P, data = scopes.P, scopes.data
@@ -32,7 +33,8 @@ local function placed_pin(scope, pin)
   local rest, part = outside_path(pin)
   local places = names.places(scope, part)
   if #places == 0 then
-    fail(("connect: %s belongs to a part that is not in %s; give the part a name there: model{ name = part, … }")
+    fail(("connect: %s belongs to a part that is not in %s; give the part a name there: model{ name = "
+      .. "part, … }")
       :format(tostring(pin), scopes.title(scope)))
   end
   if #places > 1 then names.ambiguous(tostring(pin), places, "the connector") end
@@ -70,7 +72,8 @@ end
 local function check_kinds(a, b)
   local ka, kb = pin_data(a).kind, pin_data(b).kind
   if ka == kb then return end
-  fail(("connect: %s and %s cannot be joined: %s against %s"):format(describe(a), describe(b), units(ka), units(kb)))
+  fail(("connect: %s and %s cannot be joined: %s against %s"):format(describe(a), describe(b), units(ka),
+    units(kb)))
 end
 
 -- Inputs and outputs: the second and every further end equals the first output, or the first end.
@@ -79,12 +82,14 @@ local function join_signals(scope, ends, connection)
   local source, driver = nil, nil
   for _, e in ipairs(ends) do
     if scopes.is_pin(e) then
-      fail(("connect: %s is a connector and %s a signal"):format(describe(e), tostring(ends[1] == e and ends[2] or ends[1])))
+      fail(("connect: %s is a connector and %s a signal"):format(describe(e),
+        tostring(ends[1] == e and ends[2] or ends[1])))
     end
     local output = joints.outputs(scope)[e]
     if output or type(e) == "number" or #symbols(e) ~= 1 then
       if driver then
-        fail(("connect: %s and %s are both outputs: an input has one source"):format(tostring(driver), tostring(e)))
+        fail(("connect: %s and %s are both outputs: an input has one source"):format(tostring(driver),
+          tostring(e)))
       end
       driver = e
     end
@@ -121,7 +126,8 @@ function joints.drive(scope, symbol, how)
   local d = data(top)
   d.driven = d.driven or {}
   if d.driven[symbol] then
-    fail(("%s is driven twice: by %s and by %s; a signal has one source"):format(tostring(symbol), d.driven[symbol], how))
+    fail(("%s is driven twice: by %s and by %s; a signal has one source"):format(tostring(symbol),
+      d.driven[symbol], how))
   end
   d.driven[symbol] = how
 end
@@ -181,8 +187,8 @@ end
 local function open_pin(scope, pin, opened)
   local d, p = data(scope), pin_data(pin)
   if not (p.optional or opened[pin]) then
-    fail(("%s is connected to nothing; connect(%s, …), or connect(\"%s\") alone to leave it open"):format(describe(pin),
-      p.path, p.path))
+    fail(("%s is connected to nothing; connect(%s, …), or connect(\"%s\") alone to leave it open"):format(
+      describe(pin), p.path, p.path))
   end
   through_equations(scope, { pin })
 end
@@ -265,8 +271,10 @@ function joints.check_floating(top, sets)
   for _, pin in ipairs(pins) do
     if not fixed[root_of(up, pin)] and #data(pin_data(pin).scope).references == 0 then
       local part, kind = scopes.title(pin_data(pin).scope), pin_data(pin).kind.name
-      fail(("the circuit of %s floats: nothing fixes a potential (%s) in it; connect one of its points to a ground: "
-        .. "gnd = components.electrical.ground{}, connect(\"%s\", \"gnd.p\")"):format(part, kind, pin_data(pin).path))
+      fail(("the circuit of %s floats: nothing fixes a potential (%s) in it; connect one of its points to a "
+        .. "ground: "
+        .. "gnd = components.electrical.ground{}, connect(\"%s\", \"gnd.p\")"):format(part, kind,
+          pin_data(pin).path))
     end
   end
 end

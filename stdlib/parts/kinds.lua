@@ -20,14 +20,19 @@ function Kind:__tostring()
 end
 
 local function variables(name, what, given)
-  if type(given) ~= "table" then fail(("connector: %s of '%s' must be a table { v = \"V\" }"):format(what, name)) end
+  if type(given) ~= "table" then
+    fail(("connector: %s of '%s' must be a table { v = \"V\" }"):format(what, name))
+  end
   local list = {}
   for key, unit in pairs(given) do
-    if type(key) ~= "string" then fail(("connector: %s of '%s' must be a table { v = \"V\" }"):format(what, name)) end
+    if type(key) ~= "string" then
+      fail(("connector: %s of '%s' must be a table { v = \"V\" }"):format(what, name))
+    end
     local size = 1
     if type(unit) == "table" then unit, size = unit[1], unit[2] end
     if type(unit) ~= "string" or math.type(size) ~= "integer" or size < 1 then
-      fail(("connector: %s.%s of '%s' must be a unit such as \"V\", or { unit, size }"):format(what, key, name))
+      fail(("connector: %s.%s of '%s' must be a unit such as \"V\", or { unit, size }"):format(what, key,
+        name))
     end
     list[#list + 1] = { name = key, unit = unit, size = size }
   end
@@ -38,16 +43,30 @@ end
 local kinds = {}
 
 function kinds.connector(name, options)
-  if type(name) ~= "string" then fail "connector: the first argument is a name, as in connector(\"pin\", { … })" end
-  if type(options) ~= "table" then fail "connector: expected { across = { v = \"V\" }, through = { i = \"A\" } }" end
+  if type(name) ~= "string" then
+    fail "connector: the first argument is a name, as in connector(\"pin\", { … })"
+  end
+  if type(options) ~= "table" then
+    fail "connector: expected { across = { v = \"V\" }, through = { i = \"A\" } }"
+  end
   for key in pairs(options) do
-    if key ~= "across" and key ~= "through" and key ~= "reference" then
+    if key ~= "across" and key ~= "through" and key ~= "reference" and key ~= "pairs" then
       fail(("connector: unknown option '%s'."):format(tostring(key))
-        .. did_you_mean(tostring(key), { "across", "through", "reference" }))
+        .. did_you_mean(tostring(key), { "across", "pairs", "reference", "through" }))
     end
   end
   return setmetatable({ name = name, across = variables(name, "across", options.across or {}),
-    through = variables(name, "through", options.through or {}), reference = options.reference or false }, Kind)
+    through = variables(name, "through", options.through or {}), reference = options.reference or false,
+    pairs = options.pairs or {} }, Kind)
+end
+
+-- The through variable that does work along an across variable: the force to a position.
+function kinds.partner(kind, across)
+  local through = rawget(kind, "through")
+  if #through == 1 then return through[1].name end
+  return rawget(kind, "pairs")[across]
+    or fail(("connector %s does not say which through variable belongs to %s: pairs = { %s = … }"):format(
+      rawget(kind, "name"), across, across))
 end
 
 function kinds.is(value) return rawequal(getmetatable(value), "connector") and type(value) == "table" end

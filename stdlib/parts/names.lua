@@ -3,7 +3,8 @@ local scopes = use "parts/scope"
 local data, join = scopes.data, scopes.join
 
 local names = {}
-local home = setmetatable({}, { __mode = "v" })     -- name of a symbol -> the part outside of any model it is of
+-- name of a symbol -> the part outside of any model it is of
+local home = setmetatable({}, { __mode = "v" })
 
 -- A part that is in no model yet: where its symbols belong.
 function names.register(scope)
@@ -43,7 +44,8 @@ function names.places(scope, part) return data(scope).by_part[part] or {} end
 local function ambiguous(name, places, what)
   local paths = {}
   for i, place in ipairs(places) do paths[i] = data(place).path end
-  fail(("%s belongs to a part that this model contains %d times (%s): write %s by its path, %s"):format(name, #places,
+  fail(("%s belongs to a part that this model contains %d times (%s): write %s by its path, %s"):format(name,
+    #places,
     table.concat(paths, ", "), what, what == "it" and ("var \"%s.%s\""):format(paths[1], name:match "[^.]+$")
       or ("connect(\"%s.%s\", …)"):format(paths[1], name:match "[^.]+$")))
 end

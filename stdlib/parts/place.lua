@@ -26,7 +26,8 @@ local function with_defaults(class, given, usage)
       local known = {}
       for word in pairs(class.defaults) do known[#known + 1] = word end
       table.sort(known)
-      fail(("%s has no parameter '%s'."):format(class.name, tostring(key)) .. did_you_mean(tostring(key), known)
+      fail(("%s has no parameter '%s'."):format(class.name, tostring(key))
+        .. did_you_mean(tostring(key), known)
         .. (#known > 0 and " (parameters: " .. table.concat(known, ", ") .. ")" or " (it has none)"))
     end
     values[key] = value
@@ -35,7 +36,8 @@ local function with_defaults(class, given, usage)
 end
 
 function Component:__call(given)
-  return place.new_part(self, with_defaults(self, given, next(self.defaults) and next(self.defaults) .. " = …" or ""))
+  return place.new_part(self, with_defaults(self, given,
+    next(self.defaults) and next(self.defaults) .. " = …" or ""))
 end
 
 -- part{ R = 2 }: a copy, with other parameters.
@@ -62,7 +64,7 @@ end
 
 function place.component(name, defaults, body, about)
   if type(name) ~= "string" or not name:find "^[%a_][%w_]*$" then
-    fail 'component: the first argument is its name, as in component("motor", { k = 0.1 }, function(self) … end)'
+    fail 'component: expected a name first: component("motor", { k = 0.1 }, function(self) … end)'
   end
   if type(defaults) == "function" then defaults, body, about = {}, defaults, body end
   if type(defaults) ~= "table" or type(body) ~= "function" then
@@ -77,12 +79,14 @@ end
 
 function place.model(items)
   if type(items) ~= "table" or getmetatable(items) ~= nil then
-    fail "model: expected a list of parts, connections and equations: model { R = R, C = C, connect(R.n, C.p) }"
+    fail "model: expected a list of parts, connections and equations: model { R = R, connect(R.n, C.p) }"
   end
   local kept = {}
   for key, value in pairs(items) do kept[key] = value end
   local title = kept.name
-  if title ~= nil and type(title) ~= "string" then fail("model: name must be a string, got a " .. type(title)) end
+  if title ~= nil and type(title) ~= "string" then
+    fail("model: name must be a string, got a " .. type(title))
+  end
   kept.name = nil
   local part = place.new_part({ name = "model", defaults = {}, items = kept, title = title, text = "" }, {})
   place.outside(part)          -- what is wrong with the list is said here, at the user's line
@@ -118,12 +122,18 @@ local function free_name(d, name)
   return name .. n
 end
 
-local function add_equation(scope, equation, note)
+-- An equation in the symbols of this place.
+local function add_own(scope, own, note)
   local d = data(scope)
-  local own = names.translate(scope, equation)
   d.equations[#d.equations + 1] = { own, note }
-  d.rows = d.rows + own.lhs.rows * own.lhs.cols
+  d.rows = d.rows + own.lhs.rows*own.lhs.cols
 end
+
+local function add_equation(scope, equation, note)
+  add_own(scope, names.translate(scope, equation), note)
+end
+
+place.add_own = add_own
 
 local absorb
 
@@ -162,7 +172,9 @@ local function symbol_pairs(scope, what, given)
     local symbol = key
     if type(key) == "string" then
       symbol = names.navigate(scope, key)
-      if symbol == nil then fail(("%s: %s has nothing called '%s'"):format(what, scopes.title(scope), key)) end
+      if symbol == nil then
+        fail(("%s: %s has nothing called '%s'"):format(what, scopes.title(scope), key))
+      end
     else symbol = names.translate(scope, key) end
     list[#list + 1] = { symbol, names.translate(scope, value) }
   end
@@ -200,10 +212,13 @@ local function check_balance(scope)
     for _, v in ipairs(rawget(pin, P).kind.across) do wanted = wanted - v.size end
   end
   for _, given in ipairs(d.inputs) do wanted = wanted - (d.root and 0 or 1) end
-  wanted = wanted + d.through          -- one equation for every variable of its own and every through variable
+  -- one equation for every variable of its own and every through variable
+  wanted = wanted + d.through
   if wanted == d.rows then return end
-  fail(("%s (component %s) has %d equation%s, but needs %d: one for each of its own variables and each through "
-    .. "variable of its connectors"):format(scopes.title(scope), d.class.name, d.rows, d.rows == 1 and "" or "s", wanted))
+  fail(("%s (component %s) has %d equation%s, but needs %d: one for each of its own variables and each "
+    .. "through "
+    .. "variable of its connectors"):format(scopes.title(scope), d.class.name, d.rows,
+      d.rows == 1 and "" or "s", wanted))
 end
 
 -- Runs what the part says, at this place.
@@ -211,11 +226,13 @@ local function fill(scope)
   local d = data(scope)
   if d.class.items then
     absorb(scope, d.class.items)
+    if d.class.ports then d.class.ports(scope) end
   else
     local list = d.class.body(scope)
     if object_type(list) == "equation" then list = { list } end
     if list ~= nil and (type(list) ~= "table" or getmetatable(list) ~= nil) then
-      fail(("component %s: its function must return a list of equations and connections, not a %s"):format(d.class.name,
+      fail(("component %s: its function must return a list of equations and connections, not a %s"):format(
+        d.class.name,
         object_type(list) or type(list)))
     end
     absorb(scope, list or {})
@@ -236,7 +253,8 @@ function scopes.place(part, name, parent)
   return fill(scope)
 end
 
--- A part in no model: components have a name of their own, "resistor_2", so that two of them can be told apart.
+-- A part in no model: components have a name of their own, "resistor_2", so that two of them can be told
+-- apart.
 function place.outside(part)
   local d = rawget(part, P)
   if d.scope then return d.scope end
@@ -269,7 +287,8 @@ function place.connect(...)
     local good = scopes.is_pin(e) or type(e) == "string" or type(e) == "number" or object_type(e) == "expr"
     if not good then
       local hint = scopes.is(e) or scopes.is_part(e) and true
-      fail(("connect: argument %d must be a connector such as R.p, its path as text, or a signal, not %s"):format(i,
+      fail(("connect: argument %d must be a connector such as R.p, its path as text, or a signal, not %s")
+        :format(        i,
         hint and "a whole part: name one of its connectors" or "a " .. (object_type(e) or type(e))))
     end
   end

@@ -18,7 +18,9 @@ local function given_text(class, given)
   for key in pairs(class.defaults) do keys[#keys + 1] = key end
   table.sort(keys)
   for _, key in ipairs(keys) do
-    if given[key] ~= false and given[key] ~= nil then words[#words + 1] = key .. " = " .. value_text(given[key]) end
+    if given[key] ~= false and given[key] ~= nil then
+      words[#words + 1] = key .. " = " .. value_text(given[key])
+    end
   end
   return table.concat(words, ", ")
 end
@@ -39,7 +41,8 @@ local function branch(scope, prefix, lines)
     end
     local last = i == #subs
     local d = data(sub)
-    local what = d.class.name .. (next(d.class.defaults) and "{ " .. given_text(d.class, d.given) .. " }" or "")
+    local what = d.class.name .. (next(d.class.defaults) and "{ " .. given_text(d.class, d.given) .. " }"
+      or "")
     lines[#lines + 1] = { prefix .. (last and "└ " or "├ ") .. step_name(sub), what }
     branch(sub, prefix .. (last and "  " or "│ "), lines)
   end
@@ -62,7 +65,8 @@ function report.text(part)
   local d = rawget(part, P)
   if not d.class.items then return d.class.name .. "{ " .. given_text(d.class, d.given) .. " }" end
   local all, left = #part:flat().equations, #part:dae().equations
-  return report.tree(part) .. ("\n%d equations, %d after aliases and trivial equations are eliminated\n"):format(all, left)
+  return report.tree(part)
+    .. ("\n%d equations, %d after aliases and trivial equations are eliminated\n"):format(all, left)
     .. tostring(part:dae())
 end
 
@@ -107,11 +111,15 @@ function report.component(class)
   if scope then
     local pins = names_of_pins(scope)
     if pins ~= "" then out[#out + 1] = "connectors: " .. pins end
-    for _, entry in ipairs(data(scope).equations) do out[#out + 1] = "  " .. tostring(entry[1]):gsub("\n", "\n  ") end
+    for _, entry in ipairs(data(scope).equations) do
+      out[#out + 1] = "  " .. tostring(entry[1]):gsub("\n", "\n  ")
+    end
     if #data(scope).parts > 0 then out[#out + 1] = tree_of(scope) end
   end
   if class.source ~= "" then out[#out + 1] = "source: " .. class.source end
-  if class.example ~= "" then out[#out + 1] = "example:\n  " .. block("\n" .. class.example):gsub("\n", "\n  ") end
+  if class.example ~= "" then
+    out[#out + 1] = "example:\n  " .. block("\n" .. class.example):gsub("\n", "\n  ")
+  end
   return table.concat(out, "\n")
 end
 
@@ -146,21 +154,26 @@ local function diagram_text(scope)
   end
   for _, connection in ipairs(data(scope).connections) do
     local signal = true
-    for i = 1, connection.n do signal = signal and not scopes.is_pin(connection.ends[i]) and connection.n > 1 end
+    for i = 1, connection.n do
+      signal = signal and not scopes.is_pin(connection.ends[i]) and connection.n > 1
+    end
     if signal then lines[#lines + 1] = { "→", tostring(connection) } end
   end
   return #lines > 0 and layout(lines) or "no connections"
 end
 
 local function dot_text(scope)
-  local out = { "graph model {", "  node [shape=box, style=rounded, fontname=Helvetica]; edge [fontname=Helvetica, fontsize=9];" }
+  local out = { "graph model {",
+    "  node [shape=box, style=rounded, fontname=Helvetica]; edge [fontname=Helvetica, fontsize=9];" }
   for _, sub in ipairs(data(scope).parts) do
-    out[#out + 1] = ("  %q [label=%q];"):format(data(sub).path, step_name(sub) .. "\n" .. data(sub).class.name)
+    out[#out + 1] = ("  %q [label=%q];"):format(data(sub).path,
+      step_name(sub) .. "\n" .. data(sub).class.name)
   end
   for i, ends in ipairs(connections_of(scope)) do
     local function port(e) return e.pin:match "[^.]+$" end
     if #ends == 2 then
-      out[#out + 1] = ("  %q -- %q [taillabel=%q, headlabel=%q];"):format(data(ends[1].part).path, data(ends[2].part).path,
+      out[#out + 1] = ("  %q -- %q [taillabel=%q, headlabel=%q];"):format(data(ends[1].part).path,
+        data(ends[2].part).path,
         port(ends[1]), port(ends[2]))
     else
       out[#out + 1] = ("  node%d [shape=point, label=\"\"];"):format(i)
@@ -194,7 +207,8 @@ function report.diagram(part, file)
   local done = os.execute(("dot -T%s -o %s %s 2>/dev/null"):format(format, quoted, name))
   os.remove(name)
   if not done then
-    fail("diagram: the program 'dot' is needed for " .. format .. " (Debian package graphviz); m:diagram \"" ..
+    fail("diagram: the program 'dot' is needed for " .. format .. " (Debian package graphviz); m:diagram \""
+      ..
       file:gsub("%.%a+$", ".dot") .. "\" writes its source, m:diagram() the connections as text")
   end
 end

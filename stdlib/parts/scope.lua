@@ -13,7 +13,9 @@ local function join(path, name) return path == "" and name or path .. "." .. nam
 scopes.join = join
 
 function scopes.data(scope) return rawget(scope, P) end
-function scopes.is(value) return type(value) == "table" and getmetatable(value) == "part" and rawget(value, P) ~= nil end
+function scopes.is(value)
+  return type(value) == "table" and getmetatable(value) == "part" and rawget(value, P) ~= nil
+end
 function scopes.is_pin(value) return type(value) == "table" and getmetatable(value) == "pin" end
 
 -- "motor" or "this model", for messages.
@@ -28,13 +30,31 @@ local words = {}
 for word in ([[and break do else elseif end false for function goto if in local nil not or repeat return then
   true until while dot ddot given path]]):gmatch "%a+" do words[word] = "a word of the language" end
 
+-- Methods of models, and fields that every model has; others (sys.M, sys.energy) are those of lagrange{ … }.
+function scopes.is_reserved(name)
+  if not words[1] then
+    words[1] = true
+    for _, row in ipairs(rows()) do
+      words[row.name:match "^model:([%a_]+)$" or 1] = "something that every model answers"
+    end
+    for _, row in ipairs(documented) do
+      words[row.name:match "^model:([%a_]+)$" or 1] = "something that every model answers"
+    end
+    for word in ("kind name form parameters inputs equations differential algebraic domain"):gmatch "%a+" do
+      words[word] = "something that every model answers"
+    end
+  end
+  return words[name]
+end
+
 local function check_name(d, name)
   if type(name) ~= "string" or not name:find "^[%a_\x80-\xff][%w_\x80-\xff]*$" then
     fail(("'%s' is no name for a part or a variable: use letters, digits and _"):format(tostring(name)))
   end
-  if d.names[name] ~= nil then fail(("%s has two things called '%s'"):format(d.path ~= "" and d.path or "the model", name)) end
-  local taken = words[name] or methods[name] and "a function of self" or
-    #name > 2 and named("model:" .. name) and "something that every model answers"
+  if d.names[name] ~= nil then
+    fail(("%s has two things called '%s'"):format(d.path ~= "" and d.path or "the model", name))
+  end
+  local taken = methods[name] and "a function of self" or scopes.is_reserved(name)
   if taken then fail(("'%s' cannot be the name of a part or a variable: it is %s"):format(name, taken)) end
 end
 
@@ -48,7 +68,9 @@ end
 
 function Pin:__index(key)
   local d = rawget(self, P)
-  if type(key) ~= "string" then fail(("%s cannot be indexed with %s"):format(tostring(self), tostring(key))) end
+  if type(key) ~= "string" then
+    fail(("%s cannot be indexed with %s"):format(tostring(self), tostring(key)))
+  end
   local known = {}
   for _, set in ipairs { d.kind.across, d.kind.through } do
     for _, v in ipairs(set) do known[#known + 1] = v.name end
@@ -62,7 +84,8 @@ function Pin:__newindex() fail(tostring(self) .. " is a connector; it cannot be 
 local function make_pin(scope, name, kind, attributes)
   local d = rawget(scope, P)
   local path = join(d.path, name)
-  local pin = { [P] = { scope = scope, name = name, path = path, kind = kind, optional = attributes.optional } }
+  local pin = { [P] = { scope = scope, name = name, path = path, kind = kind,
+    optional = attributes.optional } }
   for _, set in ipairs { kind.across, kind.through } do
     for _, v in ipairs(set) do
       local full, unit = path .. "." .. v.name, { unit = v.unit }
@@ -123,7 +146,9 @@ function Scope:__index(key)
   if key == "given" then return d.given end
   if key == "path" then return d.path end
   if methods[key] then return methods[key] end
-  if type(key) ~= "string" then fail(("%s cannot be indexed with %s"):format(scopes.title(self), tostring(key))) end
+  if type(key) ~= "string" then
+    fail(("%s cannot be indexed with %s"):format(scopes.title(self), tostring(key)))
+  end
   fail(("%s has no part, connector or variable '%s'."):format(scopes.title(self), key)
     .. did_you_mean(key, known_names(d)))
 end
@@ -134,7 +159,8 @@ local function array(scope, name, list)
   local entries, n = {}, 0
   for key in pairs(list) do
     if math.type(key) ~= "integer" then
-      fail(("%s is a list of parts with the key '%s'; parts by name stand in model{ … }"):format(name, tostring(key)))
+      fail(("%s is a list of parts with the key '%s'; parts by name stand in model{ … }"):format(name,
+        tostring(key)))
     end
     n = math.max(n, key)
   end
@@ -150,7 +176,8 @@ function scopes.made(scope, name, value)
   local d = rawget(scope, P)
   if kinds.is(value) then return make_pin(scope, name, value, {}) end
   if type(value) == "table" and getmetatable(value) == "component" then
-    fail(("%s is the component %s and not a part of this kind: write %s{}"):format(name, value.name, value.name))
+    fail(("%s is the component %s and not a part of this kind: write %s{}"):format(name, value.name,
+      value.name))
   end
   local part = scopes.as_part(value, name)
   if part then return scopes.place(part, name, scope) end
@@ -170,10 +197,13 @@ end
 function Scope:__newindex(name, value)
   local d = rawget(self, P)
   if d.closed then
-    fail(("cannot set '%s': %s is made; a model with other parts is another model{ … }"):format(tostring(name),
+    fail(("cannot set '%s': %s is made; a model with other parts is another model{ … }"):format(
+      tostring(name),
       scopes.title(self)))
   end
-  if d.class.defaults[name] ~= nil then fail(("'%s' is a parameter of %s"):format(name, scopes.title(self))) end
+  if d.class.defaults[name] ~= nil then
+    fail(("'%s' is a parameter of %s"):format(name, scopes.title(self)))
+  end
   scopes.set(self, name, value)
 end
 
@@ -184,11 +214,13 @@ function scopes.new(part, name, parent)
   local depth = p and p.depth + 1 or 0
   local class = part and rawget(part, P).class or {}
   if depth > deepest then
-    fail(("parts inside parts, more than %d levels deep: %s. Does the component %s contain itself?"):format(deepest,
+    fail(("parts inside parts, more than %d levels deep: %s. Does the component %s contain itself?"):format(
+      deepest,
       #path > 60 and path:sub(1, 60) .. "…" or path, class.name or "?"))
   end
   return setmetatable({ [P] = {
-    path = path, part = part, class = class, parent = parent, depth = depth, root = parent == nil, name = name,
+    path = path, part = part, class = class, parent = parent, depth = depth, root = parent == nil,
+      name = name,
     names = {}, order = {}, parts = {}, pins = {}, vars = {}, inputs = {}, parameters = {}, equations = {},
     connections = {}, events = {}, starts = {}, guesses = {}, by_part = {}, open = {}, references = {},
     given = part and rawget(part, P).given or {}, unknowns = 0, through = 0, rows = 0,
@@ -199,7 +231,9 @@ end
 
 local function declare(self, name, make, attributes, list)
   local d = rawget(self, P)
-  if d.closed then fail(("%s is made; variables are declared in the function of its component"):format(scopes.title(self))) end
+  if d.closed then
+    fail(("%s is made; variables are declared in the function of its component"):format(scopes.title(self)))
+  end
   check_name(d, name)
   local size = type(attributes) == "number" and attributes or nil
   local full = join(d.path, name)
@@ -239,10 +273,15 @@ end
 -- A signal that this part gives.
 function methods:output(name, attributes)
   local symbol = self:var(name, attributes)
+  self:gives(symbol)
+  return symbol
+end
+
+-- This variable is a signal that the part gives.
+function methods:gives(symbol)
   local d = rawget(self, P)
   d.outputs = d.outputs or {}
-  d.outputs[symbol] = name
-  return symbol
+  d.outputs[symbol] = symbol.name:match "[^.]+$"
 end
 
 -- A connector that need not be connected: what flows through it is 0 then.

@@ -114,7 +114,6 @@ return {
     ["src/lua/bind/expr/expr_calculus.cpp"] = 4,
     ["src/lua/bind/expr/matrix_algebra.cpp"] = 1,
     ["src/lua/bind/integrate/integrate.cpp"] = 1,
-    ["src/lua/bind/integrate/integrate_options.cpp"] = 1,
     ["src/lua/bind/integrate/methods.cpp"] = 1,
     ["src/lua/bind/lti/lti.cpp"] = 1,
     ["src/lua/bind/sysid/sysid_fields.cpp"] = 2,

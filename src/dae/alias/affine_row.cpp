@@ -127,7 +127,9 @@ class RowReader {
     const auto& [e, factor] = part;
     if (known(e) || e.is_symbol()) return false;
     switch (e.op()) {
-      case Op::neg: todo.push_back({e.operand(0), -factor}); return true;
+      case Op::neg:
+        todo.push_back({e.operand(0), -factor});
+        return true;
       case Op::add:
       case Op::sub:
         todo.push_back({e.operand(1), e.op() == Op::add ? factor : -factor});
@@ -144,7 +146,8 @@ class RowReader {
         if (!known(e.operand(1))) return false;
         todo.push_back({e.operand(0), divided(factor, e.operand(1))});
         return true;
-      default: return false;
+      default:
+        return false;
     }
   }
 

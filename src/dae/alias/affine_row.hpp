@@ -17,7 +17,7 @@ class UnknownNumbers {
   int size() const { return static_cast<int>(leaves_.size()); }
   /// -1 for what is no unknown.
   int of(Expr leaf) const;
-  Expr leaf(int number) const { return leaves_[static_cast<std::size_t>(number)]; }
+  Expr leaf(int number) const { return leaves_[number]; }
   int order(int number) const { return number % stride_; }
   int base(int number) const { return number - order(number); }
 

@@ -4,7 +4,7 @@
 #include <optional>
 #include <queue>
 #include <tuple>
-#include <unordered_set>
+#include <utility>
 
 #include "base/error.hpp"
 #include "base/text.hpp"
@@ -18,13 +18,99 @@
 namespace pendula::dae {
 namespace {
 
-constexpr int most_fill = 4;        // new terms by one elimination, beyond those of an alias
+constexpr int most_fill = 4;           // new terms by one elimination, beyond those of an alias
 constexpr std::size_t short_row = 12;  // all its unknowns are looked at again when it changes
 
 struct Definition {
   int unknown;
   Expr meaning;  ///< in unknowns of which some may be eliminated later
 };
+
+/// In how many rows every unknown occurs, and where.
+class Occurrences {
+ public:
+  Occurrences(const UnknownNumbers& numbers, const std::vector<AffineRow>& rows)
+      : numbers_(numbers),
+        where_(static_cast<std::size_t>(numbers.size())),
+        count_(where_.size(), 0),
+        inside_(where_.size(), 0) {
+    for (std::size_t i = 0; i < rows.size(); ++i) {
+      enter(rows[i], 1);
+      note(rows[i], static_cast<int>(i));
+    }
+  }
+
+  /// Counts the unknowns of a row in (1) or out (-1).
+  void enter(const AffineRow& row, int sign) {
+    for (const AffineRow::Term& t : row.terms) count_[t.unknown] += sign;
+    for (int u : row.inside) {
+      if (!row.find(u)) count_[u] += sign;
+      inside_[u] += sign;
+    }
+  }
+  /// Row i contains these unknowns.
+  void note(const AffineRow& row, int i) {
+    for (const AffineRow::Term& t : row.terms) where_[t.unknown].push_back(i);
+    for (int u : row.inside) where_[u].push_back(i);
+  }
+
+  int count(int unknown) const { return count_[unknown]; }
+  int inside(int unknown) const { return inside_[unknown]; }
+  /// Rows that may contain the unknown; some no longer do, some stand there twice.
+  const std::vector<int>& where(int unknown) const { return where_[unknown]; }
+  std::vector<int> take(int unknown) { return std::exchange(where_[unknown], {}); }
+
+  /// The highest derivative of the unknown that occurs.
+  int highest(int base) const {
+    int k = numbers_.stride() - 1;
+    while (k > 0 && count_[base + k] == 0) --k;
+    return k;
+  }
+  bool is_top(int unknown) const {
+    return numbers_.order(unknown) > 0 && numbers_.order(unknown) == highest(numbers_.base(unknown));
+  }
+
+ private:
+  const UnknownNumbers& numbers_;
+  std::vector<std::vector<int>> where_;
+  std::vector<int> count_, inside_;  ///< rows with each unknown; rows with it in their rest
+};
+
+bool is_nonzero_product(const Model& model, Expr c) {
+  if (c.is_constant()) return constant_value(c) != 0;
+  if (c.is_symbol()) {
+    if (symbol_of(c).kind == Kind::constant) return true;
+    const auto value = model.values.find(c);
+    if (symbol_of(c).kind != Kind::parameter || value == model.values.end()) return false;
+    return value->second.is_constant() && constant_value(value->second) != 0;
+  }
+  const auto nonzero = [&](int i) { return is_nonzero_product(model, c.operand(i)); };
+  switch (c.op()) {
+    case Op::neg:
+    case Op::sqrt:
+      return nonzero(0);
+    case Op::mul:
+    case Op::div:
+      return nonzero(0) && nonzero(1);
+    case Op::pow:
+      return nonzero(0) && c.operand(1).is_constant();
+    default:
+      return false;
+  }
+}
+
+/// 0: ±1, 1: another number, 2: a product of parameters; nothing else divides.
+std::optional<int> pivot_class(const Model& model, Expr c) {
+  if (c.is_one() || c == Expr(-1)) return 0;
+  if (c.is_constant()) return constant_value(c) != 0 ? std::optional(1) : std::nullopt;
+  return is_nonzero_product(model, c) ? std::optional(2) : std::nullopt;
+}
+
+bool is_constant_coefficient(Expr c) {
+  for (Expr leaf : leaves({&c, 1}))
+    if (symbol_of(leaf).kind != Kind::parameter && symbol_of(leaf).kind != Kind::constant) return false;
+  return true;
+}
 
 /// Equations and unknowns during elimination.
 class Elimination {
@@ -35,17 +121,14 @@ class Elimination {
         rows_(affine_rows(model, numbers_)),
         alive_(rows_.size(), 1),
         changed_(rows_.size(), 0),
-        where_(static_cast<std::size_t>(numbers_.size())),
-        count_(where_.size(), 0),
-        inside_(where_.size(), 0),
-        guarded_(where_.size(), 0),
+        occurrences_(numbers_, rows_),
+        wanted_(static_cast<std::size_t>(numbers_.size()), 0),
+        guarded_(static_cast<std::size_t>(numbers_.size()), 0),
         seen_(rows_.size(), 0) {
-    for (std::size_t i = 0; i < rows_.size(); ++i) enter(static_cast<int>(i), 1);
-    for (std::size_t i = 0; i < rows_.size(); ++i)
-      for (const AffineRow::Term& t : rows_[i].terms) where_[t.unknown].push_back(static_cast<int>(i));
-    for (std::size_t i = 0; i < rows_.size(); ++i)
-      for (int u : rows_[i].inside)
-        if (!rows_[i].find(u)) where_[u].push_back(static_cast<int>(i));
+    for (const auto* declared : {&model.start_values, &model.start_guesses})
+      for (const auto& [leaf, value] : *declared)
+        if (const int u = numbers_.of(symbol_of(leaf).base); u >= 0)
+          wanted_[u] = static_cast<char>(declared == &model.start_guesses ? 2 : 1);
     for (const Transition& event : model.events)
       for (const auto& [state, value] : event.reset)
         if (const int u = numbers_.of(symbol_of(state).base); u >= 0) guarded_[u] = 1;
@@ -84,63 +167,25 @@ class Elimination {
     }
   };
 
-  /// Counts the unknowns of a row in (1) or out (-1).
-  void enter(int row, int sign) {
-    for (const AffineRow::Term& t : rows_[row].terms) count_[t.unknown] += sign;
-    for (int u : rows_[row].inside) {
-      if (!rows_[row].find(u)) count_[u] += sign;
-      inside_[u] += sign;
-    }
-  }
-
-  /// The highest derivative of the unknown that occurs.
-  int highest(int base) const {
-    int k = numbers_.stride() - 1;
-    while (k > 0 && count_[base + k] == 0) --k;
-    return k;
-  }
-  bool is_top(int unknown) const {
-    return numbers_.order(unknown) > 0 && numbers_.order(unknown) == highest(numbers_.base(unknown));
-  }
-
-  /// 0: ±1, 1: another number, 2: a product of parameters; nothing else divides.
-  std::optional<int> pivot_class(Expr c) const {
-    if (c.is_one() || c == Expr(-1)) return 0;
-    if (c.is_constant()) return constant_value(c) != 0 ? std::optional(1) : std::nullopt;
-    return is_nonzero_product(c) ? std::optional(2) : std::nullopt;
-  }
-  bool is_nonzero_product(Expr c) const {
-    if (c.is_constant()) return constant_value(c) != 0;
-    if (c.is_symbol()) {
-      if (symbol_of(c).kind == Kind::constant) return true;
-      const auto value = model_.values.find(c);
-      if (symbol_of(c).kind != Kind::parameter || value == model_.values.end()) return false;
-      return value->second.is_constant() && constant_value(value->second) != 0;
-    }
-    switch (c.op()) {
-      case Op::neg:
-      case Op::sqrt: return is_nonzero_product(c.operand(0));
-      case Op::mul:
-      case Op::div: return is_nonzero_product(c.operand(0)) && is_nonzero_product(c.operand(1));
-      case Op::pow: return is_nonzero_product(c.operand(0)) && c.operand(1).is_constant();
-      default: return false;
-    }
-  }
-  static bool is_constant_coefficient(Expr c) {
-    for (Expr leaf : leaves({&c, 1}))
-      if (symbol_of(leaf).kind != Kind::parameter && symbol_of(leaf).kind != Kind::constant) return false;
-    return true;
-  }
-
   /// May a differentiated x be replaced? Its definition must not bring in a derivative that did not occur.
   bool adds_no_derivative(const AffineRow& row, int x, int times) const {
     if (!row.inside.empty()) return false;
     for (const AffineRow::Term& t : row.terms) {
       if (t.unknown == x) continue;
-      if (numbers_.order(t.unknown) + times > highest(numbers_.base(t.unknown))) return false;
+      if (numbers_.order(t.unknown) + times > occurrences_.highest(numbers_.base(t.unknown))) return false;
       if (!is_constant_coefficient(t.coefficient)) return false;
     }
     return true;
+  }
+
+  /// What has a guess is better seen by Newton's method, unless states give its value.
+  bool follows_from_states(const AffineRow& row, int x) const {
+    const auto is_state = [&](int u) {
+      return u == x || occurrences_.highest(numbers_.base(u)) > numbers_.order(u);
+    };
+    return std::all_of(row.inside.begin(), row.inside.end(), is_state) &&
+           std::all_of(row.terms.begin(), row.terms.end(),
+                       [&](const auto& t) { return is_state(t.unknown); });
   }
 
   /// A state that events reset may only be replaced by another state.
@@ -151,7 +196,7 @@ class Elimination {
     const AffineRow::Term& b = row.terms[1];
     if (!(a.coefficient + b.coefficient).is_zero()) return true;
     const int other = a.unknown == x ? b.unknown : a.unknown;
-    return highest(numbers_.base(other)) <= numbers_.order(other);
+    return occurrences_.highest(numbers_.base(other)) <= numbers_.order(other);
   }
 
   std::optional<Candidate> candidate(int row, int x) const {
@@ -159,28 +204,30 @@ class Elimination {
     const AffineRow& r = rows_[row];
     const AffineRow::Term* term = r.find(x);
     if (!term || r.has_inside(x)) return {};
-    const auto pivot = pivot_class(term->coefficient);
+    const auto pivot = pivot_class(model_, term->coefficient);
     if (!pivot) return {};
     long others = -1;  // rows that x is written into
     int nonlinear = 0;
     for (int k = 0; k < numbers_.stride(); ++k) {
-      others += count_[x + k];
-      nonlinear += inside_[x + k];
+      others += occurrences_.count(x + k);
+      nonlinear += occurrences_.inside(x + k);
       if (k > 0 && (r.find(x + k) || r.has_inside(x + k))) return {};
     }
-    const int times = highest(x);
+    const int times = occurrences_.highest(x);
     if (times > 0 && !adds_no_derivative(r, x, times)) return {};
     if (loses_reset(r, x)) return {};
     const long terms = static_cast<long>(r.terms.size() - 1 + r.inside.size());
     const long fill = std::max(0L, others - 1) * std::max(0L, terms - 1);
     if (fill > most_fill) return {};
-    const auto top = [&](int u) { return is_top(u); };
-    const bool derivatives =
-        std::any_of(r.terms.begin(), r.terms.end(), [&](const auto& t) { return is_top(t.unknown); }) ||
-        std::any_of(r.inside.begin(), r.inside.end(), top);
+    const auto top = [&](int u) { return occurrences_.is_top(u); };
+    const bool derivatives = std::any_of(r.terms.begin(), r.terms.end(),
+                                         [&](const auto& t) { return occurrences_.is_top(t.unknown); }) ||
+                             std::any_of(r.inside.begin(), r.inside.end(), top);
     if (derivatives && times == 0 && (others > 1 || nonlinear > 0)) return {};
+    if (wanted_[x] == 2 && terms > 1 && !follows_from_states(r, x)) return {};
     const bool buries = nonlinear > 0 && terms > 1;  // a variable that Newton's method had better see
-    const long cost = 16 * fill + 64 * buries + 4 * *pivot + 32 * derivatives + 2 * terms;
+    const long cost =
+        16 * fill + 64 * buries + 4 * *pivot + 32 * derivatives + 2 * terms + 3 * (wanted_[x] > 0);
     const std::string& name = symbol_of(numbers_.leaf(x)).name;
     return Candidate{cost, static_cast<int>(std::count(name.begin(), name.end(), '.')), row, x};
   }
@@ -224,9 +271,9 @@ class Elimination {
   }
 
   void eliminate(int row, int x) {
-    const int times = highest(x);
+    const int times = occurrences_.highest(x);
     AffineRow e = defined(row, x);
-    enter(row, -1);
+    occurrences_.enter(rows_[row], -1);
     alive_[row] = 0;
     const std::vector<AffineRow::Term> freed = rows_[row].terms;
     for (int k = 0; k <= times; ++k) {
@@ -247,16 +294,14 @@ class Elimination {
 
   void write_into_others(int x, const AffineRow& e) {
     ++stamp_;
-    const std::vector<int> rows = std::move(where_[x]);
-    where_[x].clear();
-    for (int i : rows) {
+    for (int i : occurrences_.take(x)) {
       if (!alive_[i] || seen_[i] == stamp_) continue;
       seen_[i] = stamp_;
       AffineRow& r = rows_[i];
       const AffineRow::Term* term = r.find(x);
       const bool inside = r.has_inside(x);
       if (!term && !inside) continue;
-      enter(i, -1);
+      occurrences_.enter(r, -1);
       if (term) {
         const Expr factor = term->coefficient;
         r.terms.erase(r.terms.begin() + (term - r.terms.data()));
@@ -267,10 +312,9 @@ class Elimination {
         for (const AffineRow::Term& t : e.terms) r.put_inside(t.unknown);
         for (int u : e.inside) r.put_inside(u);
       }
-      enter(i, 1);
+      occurrences_.enter(r, 1);
       changed_[i] = 1;
-      for (const AffineRow::Term& t : e.terms) where_[t.unknown].push_back(i);
-      for (int u : e.inside) where_[u].push_back(i);
+      occurrences_.note(e, i);
       if (r.terms.size() <= short_row)
         consider_row(i);
       else
@@ -281,8 +325,8 @@ class Elimination {
   /// What occurs in fewer rows now may have become cheap.
   void reconsider(int unknown) {
     const int x = numbers_.base(unknown);
-    if (count_[x] == 0 || count_[x] > 3) return;
-    const std::vector<int> rows = where_[x];
+    if (occurrences_.count(x) == 0 || occurrences_.count(x) > 3) return;
+    const std::vector<int> rows = occurrences_.where(x);
     if (rows.size() > short_row) return;
     for (int i : rows)
       if (alive_[i]) consider(i, x);
@@ -292,10 +336,9 @@ class Elimination {
   UnknownNumbers numbers_;
   std::vector<AffineRow> rows_;
   std::vector<char> alive_, changed_;
-  std::vector<std::vector<int>> where_;  ///< rows of each unknown; some are no longer true
-  std::vector<int> count_;               ///< rows with each unknown
-  std::vector<int> inside_;              ///< rows with each unknown in their rest
-  std::vector<char> guarded_;            ///< reset by an event
+  Occurrences occurrences_;
+  std::vector<char> wanted_;   ///< 1: has a value at the start, 2: a guess
+  std::vector<char> guarded_;  ///< reset by an event
   std::vector<int> seen_;
   int stamp_ = 0;
   std::priority_queue<Candidate> queue_;
@@ -321,9 +364,9 @@ Block written_row(const AffineRow& row, const Elimination& e, const Substitution
   });
   const int top = terms.empty() ? 0 : numbers.order(terms[0].unknown);
   const Expr rest = substitute(row.rest, relations);
-  const bool turn = !terms.empty() && (terms[0].coefficient.op() == Op::neg ||
-                                       (terms[0].coefficient.is_constant() &&
-                                        constant_value(terms[0].coefficient) < 0));
+  const bool turn =
+      !terms.empty() && (terms[0].coefficient.op() == Op::neg ||
+                         (terms[0].coefficient.is_constant() && constant_value(terms[0].coefficient) < 0));
   Expr left = 0, right = turn ? rest : -rest;
   for (const AffineRow::Term& t : terms) {
     const Expr c = turn ? -t.coefficient : t.coefficient, leaf = numbers.leaf(t.unknown);
@@ -342,11 +385,10 @@ Block written_row(const AffineRow& row, const Elimination& e, const Substitution
 
 [[noreturn]] void refuse_row(const Model& m, std::size_t i, Expr value) {
   const std::string note = m.blocks[m.origin[i].first].note;
-  throw Error(text("equation ", m.label(i), note.empty() ? "" : " (" + note + ")", ", ",
-                   m.equation_text(i), ", ",
-                   value.is_zero() ? "follows from the others: it says nothing new, and some unknown has no equation"
-                                   : text("contradicts the others: with them it reads 0 = ",
-                                          truncated_text(value))));
+  throw Error(
+      text("equation ", m.label(i), note.empty() ? "" : " (" + note + ")", ", ", m.equation_text(i), ", ",
+           value.is_zero() ? "follows from the others: it says nothing new, and some unknown has no equation"
+                           : text("contradicts the others: with them it reads 0 = ", truncated_text(value))));
 }
 
 std::vector<Block> remaining_blocks(const Model& m, const Elimination& e, const Substitution& relations) {

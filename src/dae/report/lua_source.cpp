@@ -7,6 +7,7 @@
 
 #include "base/error.hpp"
 #include "base/text.hpp"
+#include "dae/alias/eliminate.hpp"
 #include "dae/model/first_order.hpp"
 #include "dae/model/forms.hpp"
 #include "dae/reduce/reduce.hpp"
@@ -26,6 +27,7 @@ bool reserved(const std::string& name) {
   if (words.count(name)) return true;
   for (Op op = first_op; op < end_op; op = next(op))
     if (name == info(op).name) return true;
+  if (name.find_first_of(".[") != name.npos) return true;  // a path
   return name.empty() || !(std::isalpha(static_cast<unsigned char>(name[0])) || name[0] == '_');
 }
 
@@ -156,6 +158,7 @@ std::optional<Step> last_step(const ModelPtr& model) {
           return Step{s->from, call};
       continue;
     }
+    if (auto s = try_call(from, ":eliminate()", eliminate)) return s;
     if (auto s = try_call(from, ":first_order()", to_first_order)) return s;
     if (auto s = try_call(from, ":semi_explicit()", to_semi_explicit)) return s;
     if (auto s = try_call(from, ":implicit()", to_implicit)) return s;
@@ -207,7 +210,31 @@ class Writer {
     std::string out = "dae {\n";
     for (const Block& b : source_->blocks)
       out += "  " + names_.code(b.lhs) + " ~ " + names_.code(b.rhs) + ",\n";
-    return out + name_option() + "}";
+    return out + name_option() + start_options() + event_option() + "}";
+  }
+
+  std::string table(const std::vector<std::pair<Expr, Expr>>& values) const {
+    std::vector<std::string> list;
+    for (const auto& [leaf, value] : values)
+      list.push_back("[" + names_.code(leaf) + "] = " + names_.code(value));
+    return "{ " + join(list, ", ") + " }";
+  }
+
+  std::string start_options() const {
+    const Model& m = *source_;
+    return (m.start_values.empty() ? "" : "  start = " + table(m.start_values) + ",\n") +
+           (m.start_guesses.empty() ? "" : "  guess = " + table(m.start_guesses) + ",\n");
+  }
+
+  std::string event_option() const {
+    std::string out;
+    for (const Transition& event : source_->events) {
+      out += "    { when = " + names_.code(event.when) + pendula::text(", direction = ", event.direction);
+      if (event.stop) out += ", action = \"stop\"";
+      if (!event.reset.empty()) out += ", reset = " + table(event.reset);
+      out += " },\n";
+    }
+    return out.empty() ? "" : "  events = {\n" + out + "  },\n";
   }
 
   std::string mechanics() {
@@ -231,7 +258,8 @@ class Writer {
       const auto it = model_->values.find(p);
       const Symbol& s = symbol_of(p);
       if (it == model_->values.end() || (s.value && *s.value == it->second)) continue;
-      list.push_back(s.name + " = " + names_.code(it->second));
+      const bool path = s.name.find_first_of(".[") != s.name.npos;
+      list.push_back((path ? "[\"" + s.name + "\"]" : s.name) + " = " + names_.code(it->second));
     }
     return list.empty() ? "" : ":with { " + join(list, ", ") + " }";
   }

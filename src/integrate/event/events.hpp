@@ -20,7 +20,7 @@ struct EventReply {
 
 struct Event {
   Expr when;          ///< in leaves of the problem; the event is a root of it
-  int direction = 0;  ///< -1: only where it falls, 1: only where it rises
+  int direction = 0;  ///< as in dae::Transition
   bool stop = false;
   std::vector<std::pair<Expr, Expr>> reset;  ///< state -> its value after, in the values before
   std::function<EventReply(const Point&)> call;

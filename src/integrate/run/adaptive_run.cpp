@@ -56,6 +56,7 @@ class AdaptiveRun {
     state_.writer.begin(first_);
     monitors_.start(first_);
     domain_.start(first_);
+    events_.settle();
   }
 
   void go() {

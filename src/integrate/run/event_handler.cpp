@@ -61,7 +61,7 @@ bool EventHandler::handle(const EventFinder::Hit& hit, RunOutcome& outcome) {
   point.t = at_end ? s.plan.to : hit.t;
   s.keep(point, may_jump);
   const Point before = point;
-  bool stop = false, changed = false;
+  bool stop = false, changed = false, settle_after = false;
   for (const auto& crossing : hit.list) {
     if (event_of(crossing).surface) continue;
     const EventReply reply = apply(crossing, point);
@@ -73,14 +73,53 @@ bool EventHandler::handle(const EventFinder::Hit& hit, RunOutcome& outcome) {
     if (!stop) point = s.stepper().here();
     s.history->begin(point);
     s.writer.begin(point);
+    settle_after = !stop;
   }
   if (may_jump && !changed && s.plan.times) s.writer.begin(point);  // held back, but nothing has jumped
   write_records(point);
+  if (settle_after) settle();
   if (stop) outcome.ending = Ending::event;
   if (!stop && at_end) outcome.ending = Ending::finished;
   const bool ends_step = stop || changed || surface || at_end;
   if (!ends_step) s.finder.pass(hit, s.stepper(), s.view);
   return ends_step;
+}
+
+/// The first event of direction ±2 whose condition is beyond its root where the run stands.
+std::optional<int> EventHandler::overdue() const {
+  const std::vector<Event>& events = state_.plan.events.list;
+  for (std::size_t i = 0; i < events.size(); ++i) {
+    if (std::abs(events[i].direction) < 2) continue;
+    const double g = state_.finder.values()[i];
+    if (events[i].direction > 0 ? g >= 0 : g <= 0) return static_cast<int>(i);
+  }
+  return {};
+}
+
+void EventHandler::settle() {
+  constexpr int most = 1000;  // events at one time
+  for (int count = 0;; ++count) {
+    const auto which = state_.finder.empty() ? std::nullopt : overdue();
+    if (!which) return;
+    const Event& event = state_.plan.events.list[*which];
+    Point point = state_.stepper().here();
+    if (count == most)
+      throw Failure(text("at t = ", rounded(point.t, 8),
+                         " events set each other off without end; one of them is ", to_text(event.when),
+                         " = 0"));
+    const Point before = point;
+    const EventFinder::Crossing crossing{*which, event.direction > 0, 0};
+    state_.keep(point, true);
+    if (apply(crossing, point).reset.empty()) {
+      records_.clear();
+      return;
+    }
+    restart(point, before, {point.t, point.t, {crossing}});
+    point = state_.stepper().here();
+    state_.history->begin(point);
+    state_.writer.begin(point);
+    write_records(point);
+  }
 }
 
 /// The condition falls by the continuous extension while it rises by the equations, or the reverse, and a reset

@@ -21,6 +21,10 @@ class EventHandler {
   /// it ended at an event or was taken back; `outcome` is set if the run is over, too.
   bool after_step(RunOutcome& outcome);
 
+  /// After a start or a restart: events of direction ±2 whose condition is beyond its root already happen now,
+  /// one after the other. Throws Failure where they set each other off without end.
+  void settle();
+
   /// Begins anew at a point where the equations or the states have jumped.
   void begin_again(const Point& point, const ModeTracker::Crossings& crossed);
 
@@ -37,6 +41,7 @@ class EventHandler {
   bool end_before(const EventFinder::Hit& hit, const Event& event, RunOutcome& outcome);
   bool is_contradictory(const EventFinder::Hit& hit, const Point& point);
   Failure accumulation(const Event& event) const;
+  std::optional<int> overdue() const;
   EventReply apply(const EventFinder::Crossing& crossing, Point& point);
   void reset(Point& point, const std::vector<std::pair<Expr, double>>& values);
   void restart(const Point& point, const Point& before, const EventFinder::Hit& hit);

@@ -259,6 +259,41 @@ int equations(Call& call) {
   return 1;
 }
 
+void push_values(lua_State* L, const std::vector<std::pair<Expr, Expr>>& values) {
+  lua_newtable(L);
+  for (const auto& [leaf, value] : values) {
+    push_expr(L, leaf);
+    push_expr(L, value);
+    lua_settable(L, -3);
+  }
+}
+
+int events(Call& call) {
+  lua_State* L = call.L;
+  lua_newtable(L);
+  lua_Integer n = 0;
+  for (const dae::Transition& event : model_of(call).events) {
+    lua_newtable(L);
+    push_expr(L, event.when);
+    lua_setfield(L, -2, "when");
+    lua_pushinteger(L, event.direction);
+    lua_setfield(L, -2, "direction");
+    if (event.stop) {
+      lua_pushliteral(L, "stop");
+      lua_setfield(L, -2, "action");
+    }
+    if (!event.reset.empty()) {
+      push_values(L, event.reset);
+      lua_setfield(L, -2, "reset");
+    }
+    lua_rawseti(L, -2, ++n);
+  }
+  return 1;
+}
+
+int start_values(Call& call) { return push_values(call.L, model_of(call).start_values), 1; }
+int start_guesses(Call& call) { return push_values(call.L, model_of(call).start_guesses), 1; }
+
 int to_semi_explicit(Call& call) { return call.push(dae::to_semi_explicit(model_ptr(call))); }
 int to_implicit(Call& call) { return call.push(dae::to_implicit(model_ptr(call))); }
 int to_first_order(Call& call) { return call.push(dae::to_first_order(model_ptr(call))); }
@@ -382,6 +417,12 @@ extern const Module dae_module = {
          "y"},
         {"model#equations", equations, "sys.equations -> list of equations",
          "The equations as they were written; equation i is number (i).", "", ""},
+        {"model#events", events, "sys.events -> list of { when =, direction =, action =, reset = }",
+         "The events that belong to the model and happen in every run.", "", ""},
+        {"model#start_values", start_values, "sys.start_values -> table",
+         "Values that a start of the model has where it says nothing else.", "", ""},
+        {"model#start_guesses", start_guesses, "sys.start_guesses -> table",
+         "Where the search for a start begins.", "", ""},
         {"model:semi_explicit", to_semi_explicit, "sys:semi_explicit() -> model",
          "x′ = f, 0 = g. A fully implicit model gets x′ = δ with new algebraic variables δ.", "", ""},
         {"model:implicit", to_implicit, "sys:implicit() -> model", "0 = F(x′, x, z, u).", "", ""},

@@ -33,9 +33,11 @@ static int read_direction(lua_State* L, int index, const std::string& what) {
     if (word == "both") return 0;
   } else if (lua_isnumber(L, index)) {
     const double d = lua_tonumber(L, index);
-    if (d == 0 || d == 1 || d == -1) return static_cast<int>(d);
+    if (d == 0 || d == 1 || d == -1 || d == 2 || d == -2) return static_cast<int>(d);
   }
-  throw Error(text(what, ".direction must be -1 (falling), 1 (rising) or 0 (both)"));
+  throw Error(text(
+      what,
+      ".direction must be -1 (falling), 1 (rising) or 0 (both); ±2: also where it is beyond at a start"));
 }
 
 static void check_event_keys(lua_State* L, int table, const std::string& what) {
@@ -82,9 +84,8 @@ dae::Transition read_transition(lua_State* L, int table, std::span<const Expr> k
   const int action = field("action");
   if (!lua_isnil(L, action)) {
     if (lua_type(L, action) != LUA_TSTRING || std::string(lua_tostring(L, action)) != "stop")
-      throw Error(text(what,
-                       ".action can be \"stop\"; for other things use reset = { [v] = … } or call = "
-                       "function(sol) … end"));
+      throw Error(text(
+          what, R"(.action can be "stop"; otherwise reset = { [v] = … } or call = function(sol) … end)"));
     event.stop = true;
   }
   if (const int reset = field("reset"); !lua_isnil(L, reset))

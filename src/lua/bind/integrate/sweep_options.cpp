@@ -77,7 +77,7 @@ class Reader {
     if (all.has("lanes") && lanes != 1 && lanes != 4 && lanes != 8)
       throw Error(text("lanes = ", lanes, "; it must be 1 (one run after another), 4 or 8"));
     request_.lanes = static_cast<int>(lanes);
-    if (!all.has("start"))
+    if (!all.has("start") && model_->start_values.empty())
       throw Error(
           "needs a start: start = sys:init{ fix = { … } }, a table start = { x = 1 }, or a list of these");
   }

@@ -1,0 +1,107 @@
+-- Tanks, pipes and pumps: ports with a pressure p and a volume flow q into the part.
+local component, connector = named "component", named "connector"
+local h = use "components/library" ("hydraulic", "incompressible flow; q counts into the part")
+
+h.port = connector("hydraulic port", { across = { p = "Pa" }, through = { q = "m^3/s" } })
+
+local function two_ports(self)
+  self.a, self.b = h.port, h.port
+  local q = self:var("q", { unit = "m^3/s", text = "flow from a to b" })
+  local dp = self:var("dp", { unit = "Pa", text = "pressure drop" })
+  return q, dp, { self.a.q ~ q, self.b.q ~ -q, dp ~ self.a.p - self.b.p }
+end
+
+local function with(list, ...)
+  for _, equation in ipairs { ... } do list[#list + 1] = equation end
+  return list
+end
+
+-- ±√|x|, straight within ±width, so that its slope stays finite.
+local function signed_root(x, width)
+  return x/(x^2 + width^2)^(1/4)
+end
+
+h.ambient = component("ambient", {
+  p = { 0, unit = "Pa", text = "pressure, a number or an expression in t" } },
+  function(self)
+    self.port = h.port
+    return { self.port.p ~ self.p }
+  end, { text = "A pressure that is given; 0 is that of the air.", source = "definition" })
+
+h.tank = component("tank", { A = { 1, unit = "m^2", text = "area" }, rho = { 1000, unit = "kg/m^3" },
+  g = { 9.81, unit = "m/s^2" }, h0 = { false, unit = "m", text = "level at the start" } }, function(self)
+  self.port = h.port
+  local level = self:var("h", { unit = "m", text = "level" })
+  self:start(level, self.h0)
+  self.volume = self.A*level
+  return { self.A*der(level) ~ self.port.q, self.port.p ~ self.rho*self.g*level }
+end, { text = "An open tank with its port at the bottom: A h′ = q, p = rho g h.", source = "Pascal, 1663",
+  example = [[
+    x = model { T = e.tank{ A = 2, h0 = 1 }, P = e.pump{ q = 1 }, R = e.ambient{},
+                connect("P.b", "T.port"), connect("P.a", "R.port") }
+    return x:integrate{ to = 4 }(x.T.h, 4)]], gives = "3.0" })
+
+h.pipe = component("pipe", { R = { 1e6, unit = "Pa*s/m^3", text = "laminar resistance" } }, function(self)
+  local q, dp, list = two_ports(self)
+  return with(list, dp ~ self.R*q)
+end, { text = "Laminar flow dp = R q, with R = 128 mu l/(pi d⁴).", source = "Hagen 1839, Poiseuille 1840",
+  example = [[
+    x = model { A = e.ambient{ p = 6 }, R = e.pipe{ R = 2 }, B = e.ambient{},
+                connect("A.port", "R.a"), connect("R.b", "B.port") }
+    return x:init{}(x.R.q)]], gives = "3.0" })
+
+h.inertance = component("inertance", { I = { 1e6, unit = "kg/m^4", text = "rho l/A" },
+  q0 = { false, unit = "m^3/s", text = "flow at the start" } }, function(self)
+  local q, dp, list = two_ports(self)
+  self:start(q, self.q0)
+  return with(list, dp ~ self.I*der(q))
+end, { text = "The mass of the fluid in a pipe: dp = I q′.", source = "Euler, 1757" })
+
+h.orifice = component("orifice", { A = { 1e-4, unit = "m^2", text = "area" },
+  Cd = { 0.62, text = "discharge coefficient" }, rho = { 1000, unit = "kg/m^3" },
+  dp0 = { 1, unit = "Pa", text = "laminar below this pressure drop" } }, function(self)
+  local q, dp, list = two_ports(self)
+  return with(list, q ~ self.Cd*self.A*sqrt(2/self.rho)*signed_root(dp, self.dp0))
+end, { text = "Turbulent flow q = Cd A √(2 dp/rho), smooth about 0.", source = "Torricelli, 1643",
+  example = [[
+    x = model { A = e.ambient{ p = 2e4 }, R = e.orifice{ A = 1, Cd = 0.5, rho = 2 }, B = e.ambient{},
+                connect("A.port", "R.a"), connect("R.b", "B.port") }
+    return ("%.6f"):format(x:init{}(x.R.q))]], gives = "70.710678" })
+
+h.valve = component("valve", { K = { 1e-5, unit = "m^3/(s*Pa^(1/2))", text = "flow coefficient, wide open" },
+  dp0 = { 1, unit = "Pa", text = "laminar below this pressure drop" } }, function(self)
+  local q, dp, list = two_ports(self)
+  local open = self:input("open", { text = "0 closed … 1 open", default = 1 })
+  return with(list, q ~ self.K*open*signed_root(dp, self.dp0))
+end, { text = "A valve whose opening is a signal.", source = "IEC 60534, incompressible flow" })
+
+h.check_valve = component("check_valve", { R = { 1, unit = "Pa*s/m^3", text = "resistance when open" },
+  G = { 1e-12, unit = "m^3/(Pa*s)", text = "leakage when closed" } }, function(self)
+  local q, dp, list = two_ports(self)
+  return with(list, q ~ ifelse(lt(dp, 0), self.G*dp, dp/self.R))
+end, { text = "Flow from a to b only.", source = "definition" })
+
+h.pump = component("pump", {
+  q = { 0, unit = "m^3/s", text = "flow from a to b, a number or an expression in t" } },
+  function(self)
+    self.a, self.b = h.port, h.port
+    return { self.a.q ~ self.q, self.b.q ~ -self.q }
+  end, { text = "A flow that is given.", source = "definition" })
+
+h.centrifugal_pump = component("centrifugal_pump",
+  { p0 = { 1e5, unit = "Pa", text = "pressure without flow" },
+  qmax = { 1e-3, unit = "m^3/s", text = "flow without pressure" } }, function(self)
+  self.a, self.b = h.port, h.port
+  local q = self:var("q", { unit = "m^3/s" })
+  return { self.a.q ~ q, self.b.q ~ -q, self.b.p - self.a.p ~ self.p0*(1 - (q/self.qmax)^2) }
+end, { text = "A parabola p = p0 (1 - (q/qmax)²).", source = "Pfleiderer, Die Kreiselpumpen, 1924" })
+
+h.accumulator = component("accumulator", { C = { 1e-9, unit = "m^3/Pa", text = "compliance V/K" },
+  p0 = { false, unit = "Pa", text = "pressure at the start" } }, function(self)
+  self.port = h.port
+  local p = self:var("p", { unit = "Pa" })
+  self:start(p, self.p0)
+  return { p ~ self.port.p, self.C*der(p) ~ self.port.q }
+end, { text = "An elastic volume: C p′ = q.", source = "Hooke, for fluids" })
+
+return h

@@ -1,0 +1,160 @@
+-- Shafts: flanges with an angle phi and a torque tau on the part.
+local component, connector = named "component", named "connector"
+local m = use "components/library" ("rotational", "shafts; tau is the torque on the part")
+local translational, electrical = use "components/translational", use "components/electrical"
+
+m.flange = connector("rotational flange", { across = { phi = "rad" }, through = { tau = "N*m" } })
+
+local euler = "Euler, Theoria motus corporum, 1765"
+
+-- Flanges a and b, the angle phi from a to b and the torque tau that turns them together where it is
+-- positive.
+local function two_flanges(self)
+  self.a, self.b = m.flange, m.flange
+  local phi = self:var("phi", { unit = "rad", text = "relative angle" })
+  local tau = self:var("tau", { unit = "N*m", text = "torque" })
+  return phi, tau, { phi ~ self.b.phi - self.a.phi, self.b.tau ~ tau, self.a.tau ~ -tau }
+end
+
+local function with(list, ...)
+  for _, equation in ipairs { ... } do list[#list + 1] = equation end
+  return list
+end
+
+m.fixed = component("fixed", { phi0 = { 0, unit = "rad", text = "angle" } }, function(self)
+  self.flange = m.flange
+  return { self.flange.phi ~ self.phi0 }
+end, { text = "A housing that does not turn.", source = "definition" })
+
+m.inertia = component("inertia", { J = { 1, unit = "kg*m^2", text = "moment of inertia" },
+  phi0 = { false, unit = "rad", text = "angle at the start" },
+  w0 = { false, unit = "rad/s", text = "speed at the start" } }, function(self)
+  self.flange = m.flange
+  local phi, w = self:var("phi", { unit = "rad", text = "angle" }),
+    self:var("w", { unit = "rad/s", text = "speed" })
+  self:start(phi, self.phi0)
+  self:start(w, self.w0)
+  self.energy = self.J*w^2/2
+  return { phi ~ self.flange.phi, w ~ der(phi), self.J*der(phi, 2) ~ self.flange.tau }
+end, { text = "J phi″ = tau; several parts can turn its flange.", source = euler,
+  example = [[
+    x = model { J = e.inertia{ J = 2, phi0 = 0, w0 = 3 }, T = e.torque{ tau = 4 },
+                connect("J.flange", "T.flange") }
+    return x:integrate{ to = 1 }(x.J.w, 1)]], gives = "5.0" })
+
+m.spring = component("spring", { c = { 1, unit = "N*m/rad", text = "stiffness" },
+  phi0 = { 0, unit = "rad", text = "angle without torque" } }, function(self)
+  local phi, tau, list = two_flanges(self)
+  self.energy = self.c*(phi - self.phi0)^2/2
+  return with(list, tau ~ self.c*(phi - self.phi0))
+end, { text = "tau = c (phi - phi0).", source = "Coulomb's torsion balance, 1784",
+  example = [[
+    x = model { c = e.spring{ c = 4 }, J = e.inertia{ J = 1, phi0 = 1, w0 = 0 }, w = e.fixed{},
+                connect("w.flange", "c.a"), connect("c.b", "J.flange") }
+    return x:integrate{ to = math.pi/2 }(x.J.phi, math.pi/2)]], gives = "-1.0" })
+
+m.damper = component("damper", { d = { 1, unit = "N*m*s/rad", text = "viscosity" } }, function(self)
+  local phi, tau, list = two_flanges(self)
+  return with(list, tau ~ self.d*der(phi))
+end, { text = "tau = d phi′.", source = "linear viscous friction",
+  example = [[
+    x = model { d = e.damper{ d = 2 }, J = e.inertia{ J = 2, phi0 = 0, w0 = 1 }, w = e.fixed{},
+                connect("w.flange", "d.a"), connect("d.b", "J.flange") }
+    return x:integrate{ to = 1 }(x.J.w, 1)]], gives = "0.3678794412" })
+
+m.spring_damper = component("spring_damper", { c = { 1, unit = "N*m/rad" }, d = { 1, unit = "N*m*s/rad" },
+  phi0 = { 0, unit = "rad", text = "angle without torque" } }, function(self)
+  local phi, tau, list = two_flanges(self)
+  return with(list, tau ~ self.c*(phi - self.phi0) + self.d*der(phi))
+end, { text = "A spring and a damper side by side.", source = "Kelvin and Voigt" })
+
+m.torque = component("torque", { tau = { 0, unit = "N*m", text = "torque, a number or an expression in t" } },
+  function(self)
+    self.flange = m.flange
+    return { self.flange.tau ~ -self.tau }
+  end, { text = "A torque that is given.", source = "definition" })
+
+m.signal_torque = component("signal_torque", {}, function(self)
+  self.flange = m.flange
+  local tau = self:input("tau", { unit = "N*m" })
+  return { self.flange.tau ~ -tau }
+end, { text = "A torque that a signal gives.", source = "definition" })
+
+m.angle = component("angle", { phi = { 0, unit = "rad", text = "angle, a number or an expression in t" } },
+  function(self)
+    self.flange = m.flange
+    return { self.flange.phi ~ self.phi }
+  end, { text = "A rotation that is given; the torque follows.", source = "definition" })
+
+m.speed = component("speed", { w = { 0, unit = "rad/s", text = "speed, a number or an expression in t" },
+  phi0 = { 0, unit = "rad", text = "angle at the start" } }, function(self)
+    self.flange = m.flange
+    local phi = self:var("phi", { unit = "rad" })
+    self:start(phi, self.phi0)
+    return { phi ~ self.flange.phi, der(phi) ~ self.w }
+  end, { text = "A speed that is given; the torque follows.", source = "definition" })
+
+m.sensor = component("sensor", {}, function(self)
+  self.flange = m.flange
+  local phi = self:output("phi", { unit = "rad" })
+  return { phi ~ self.flange.phi, self.flange.tau ~ 0 }
+end, { text = "The angle as a signal.", source = "definition" })
+
+m.speed_sensor = component("speed_sensor", {}, function(self)
+  self.flange = m.flange
+  local w = self:output("w", { unit = "rad/s" })
+  return { w ~ der(self.flange.phi), self.flange.tau ~ 0 }
+end, { text = "The speed as a signal.", source = "definition" })
+
+-- ── transmissions ──────────────────────────────────────────────────────────────────────────────────────────
+
+m.gear = component("gear", { ratio = { 1, text = "angle of a over angle of b" } }, function(self)
+  self.a, self.b = m.flange, m.flange
+  return { self.a.phi ~ self.ratio*self.b.phi, 0 ~ self.ratio*self.a.tau + self.b.tau }
+end, { text = "Ideal: phi_a = ratio phi_b; the housing is fixed.", source = euler,
+  example = [[
+    x = model { T = e.torque{ tau = 1 }, A = e.inertia{ J = 1, phi0 = 0, w0 = 0 }, g = e.gear{ ratio = 2 },
+                B = e.inertia{ J = 4 }, connect("T.flange", "A.flange", "g.a"), connect("g.b", "B.flange") }
+    return x:integrate{ to = 2 }(x.A.w, 2)]], gives = "1.0" })
+
+m.planetary = component("planetary", { ratio = { 2, text = "teeth of the ring over teeth of the sun" } },
+  function(self)
+    self.sun, self.carrier, self.ring = m.flange, m.flange, m.flange
+    return { (1 + self.ratio)*self.carrier.phi ~ self.sun.phi + self.ratio*self.ring.phi,
+      self.ring.tau ~ self.ratio*self.sun.tau, self.carrier.tau ~ -(1 + self.ratio)*self.sun.tau }
+  end, { text = "Sun, carrier and ring of an ideal planetary gear.",
+    source = "Willis, Principles of Mechanism, 1841",
+    example = [[
+      x = model { T = e.torque{ tau = 1 }, J = e.inertia{ J = 9, phi0 = 0, w0 = 0 },
+                  g = e.planetary{ ratio = 2 }, w = e.fixed{}, connect("T.flange", "g.sun"), connect("g.carrier", "J.flange"),
+                  connect("g.ring", "w.flange") }
+      return x:integrate{ to = 3 }(x.J.w, 3)]], gives = "1.0" })
+
+m.rack = component("rack", { r = { 1, unit = "m", text = "radius" } }, function(self)
+  self.flange, self.slide = m.flange, translational.flange
+  return { self.slide.s ~ self.r*self.flange.phi, 0 ~ self.flange.tau + self.r*self.slide.f }
+end, { text = "A pinion and a rack, or a wheel that rolls: s = r phi.", source = "definition",
+  example = [[
+    l = components.translational
+    x = model { T = e.torque{ tau = 2 }, r = e.rack{ r = 0.5 }, m = l.mass{ m = 2, s0 = 0, v0 = 0 },
+                connect("T.flange", "r.flange"), connect("r.slide", "m.flange") }
+    return x:integrate{ to = 1 }(x.m.v, 1)]], gives = "2.0" })
+
+m.dc_motor = component("dc_motor", { R = { 1, unit = "Ohm" }, L = { 1e-3, unit = "H" },
+  k = { 0.1, unit = "N*m/A", text = "torque per current, voltage per speed" },
+  i0 = { 0, unit = "A", text = "current at the start" } }, function(self)
+  self.p, self.n, self.flange = electrical.pin, electrical.pin, m.flange
+  local i, w = self:var("i", { unit = "A", text = "current" }), self:var("w", { unit = "rad/s" })
+  self:start(i, self.i0)
+  return { i ~ self.p.i, 0 ~ self.p.i + self.n.i, w ~ der(self.flange.phi), self.flange.tau ~ -self.k*i,
+    self.p.v - self.n.v ~ self.R*i + self.L*der(i) + self.k*w }
+end, { text = "Armature with resistance and inductance; the field is constant.",
+  source = "Leonhard, Control of Electrical Drives, §5",
+  example = [[
+    el = components.electrical
+    x = model { V = el.source{ v = 5 }, M = e.dc_motor{}, J = e.inertia{ J = 1e-4, phi0 = 0, w0 = 0 },
+                gnd = el.ground{}, connect("V.p", "M.p"), connect("V.n", "M.n", "gnd.p"),
+                connect("M.flange", "J.flange") }
+    return x:integrate{ to = 1 }(x.J.w, 1)]], gives = "50.0" })
+
+return m

@@ -1,0 +1,132 @@
+-- Motion along a line: flanges with a position s and a force f on the part.
+local component, connector = named "component", named "connector"
+local m = use "components/library" ("translational", "motion along a line; f is the force on the part")
+
+m.flange = connector("translational flange", { across = { s = "m" }, through = { f = "N" } })
+
+local newton = "Newton, Principia, 1687"
+
+-- Flanges a and b, the distance s from a to b and the force f that pulls them together where it is positive.
+local function two_flanges(self, ...)
+  self.a, self.b = m.flange, m.flange
+  local s, f = self:var("s", { unit = "m", text = "distance" }), self:var("f", { unit = "N", text = "force" })
+  return s, f, { s ~ self.b.s - self.a.s, self.b.f ~ f, self.a.f ~ -f }
+end
+
+local function with(list, ...)
+  for _, equation in ipairs { ... } do list[#list + 1] = equation end
+  return list
+end
+
+m.fixed = component("fixed", { s0 = { 0, unit = "m", text = "place" } }, function(self)
+  self.flange = m.flange
+  return { self.flange.s ~ self.s0 }
+end, { text = "A point that does not move.", source = "definition" })
+
+m.mass = component("mass", { m = { 1, unit = "kg", text = "mass" }, s0 = { false, unit = "m",
+  text = "place at the start" }, v0 = { false, unit = "m/s", text = "velocity at the start" } },
+    function(self)
+  self.flange = m.flange
+  local s, v = self:var("s", { unit = "m", text = "position" }),
+    self:var("v", { unit = "m/s", text = "velocity" })
+  self:start(s, self.s0)
+  self:start(v, self.v0)
+  self.energy = self.m*v^2/2
+  return { s ~ self.flange.s, v ~ der(s), self.m*der(s, 2) ~ self.flange.f }
+end, { text = "m s″ = f; several parts can pull at its flange.", source = newton,
+  example = [[
+    x = model { m = e.mass{ m = 2, s0 = 1, v0 = 3 }, F = e.force{ f = 4 }, connect("m.flange", "F.flange") }
+    return x:integrate{ to = 1 }(x.m.s, 1)]], gives = "5.0" })
+
+m.spring = component("spring", { k = { 1, unit = "N/m", text = "stiffness" },
+  s0 = { 0, unit = "m", text = "length without force" } }, function(self)
+  local s, f, list = two_flanges(self)
+  self.energy = self.k*(s - self.s0)^2/2
+  return with(list, f ~ self.k*(s - self.s0))
+end, { text = "f = k (s - s0).", source = "Hooke, De potentia restitutiva, 1678",
+  example = [[
+    x = model { c = e.spring{ k = 4, s0 = 1 }, m = e.mass{ m = 1, s0 = 2, v0 = 0 }, w = e.fixed{},
+                connect("w.flange", "c.a"), connect("c.b", "m.flange") }
+    return x:integrate{ to = math.pi/2, rtol = 1e-9 }(x.m.s, math.pi/2)]], gives = "0.0", })
+
+m.damper = component("damper", { d = { 1, unit = "N*s/m", text = "viscosity" } }, function(self)
+  local s, f, list = two_flanges(self)
+  return with(list, f ~ self.d*der(s))
+end, { text = "f = d s′.", source = newton,
+  example = [[
+    x = model { d = e.damper{ d = 2 }, m = e.mass{ m = 2, s0 = 0, v0 = 1 }, w = e.fixed{},
+                connect("w.flange", "d.a"), connect("d.b", "m.flange") }
+    return x:integrate{ to = 1 }(x.m.v, 1)]], gives = "0.3678794412" })
+
+m.spring_damper = component("spring_damper", { k = { 1, unit = "N/m" }, d = { 1, unit = "N*s/m" },
+  s0 = { 0, unit = "m", text = "length without force" } }, function(self)
+  local s, f, list = two_flanges(self)
+  return with(list, f ~ self.k*(s - self.s0) + self.d*der(s))
+end, { text = "A spring and a damper side by side: f = k (s - s0) + d s′.", source = "Kelvin and Voigt",
+  example = [[
+    x = model { c = e.spring_damper{ k = 1, d = 2 }, m = e.mass{ m = 1, s0 = 1, v0 = 0 }, w = e.fixed{},
+                connect("w.flange", "c.a"), connect("c.b", "m.flange") }
+    return x:integrate{ to = 1 }(x.m.s, 1)]], gives = "0.7357588824" })
+
+m.force = component("force", { f = { 0, unit = "N", text = "force, a number or an expression in t" } },
+  function(self)
+    self.flange = m.flange
+    return { self.flange.f ~ -self.f }
+  end, { text = "A force that is given.", source = "definition" })
+
+m.signal_force = component("signal_force", {}, function(self)
+  self.flange = m.flange
+  local f = self:input("f", { unit = "N" })
+  return { self.flange.f ~ -f }
+end, { text = "A force that a signal gives.", source = "definition" })
+
+m.position = component("position", { s = { 0, unit = "m", text = "place, a number or an expression in t" } },
+  function(self)
+    self.flange = m.flange
+    return { self.flange.s ~ self.s }
+  end, { text = "A motion that is given; the force follows.", source = "definition",
+    example = [[
+      x = model { p = e.position{ s = t^2 }, m = e.mass{ m = 3 }, connect("p.flange", "m.flange") }
+      return x:dae():init{}(x.m.flange.f)]], gives = "6.0" })
+
+m.sensor = component("sensor", {}, function(self)
+  self.flange = m.flange
+  local s = self:output("s", { unit = "m" })
+  return { s ~ self.flange.s, self.flange.f ~ 0 }
+end, { text = "The position as a signal.", source = "definition" })
+
+m.lever = component("lever", { ratio = { 1, text = "arm of b over arm of a" } }, function(self)
+  self.a, self.b = m.flange, m.flange
+  return { self.b.s ~ -self.ratio*self.a.s, self.a.f ~ self.ratio*self.b.f }
+end, { text = "Small turns about a fixed point between a and b: s_b = -ratio s_a.", source = "Archimedes",
+  example = [[
+    x = model { h = e.lever{ ratio = 2 }, m = e.mass{ m = 1, s0 = 0, v0 = 0 }, F = e.force{ f = 6 },
+                connect("F.flange", "h.a"), connect("h.b", "m.flange") }
+    return x:integrate{ to = 1 }(x.m.s, 1)]], gives = "-1.5" })
+
+-- ── friction and stops ─────────────────────────────────────────────────────────────────────────────────────
+
+m.stop = component("stop", { k = { 1e5, unit = "N/m", text = "stiffness in contact" },
+  d = { 10, unit = "N*s/m", text = "viscosity in contact" }, s0 = { 0, unit = "m", text = "gap" } },
+  function(self)
+    local s, f, list = two_flanges(self)
+    return with(list, f ~ ifelse(lt(s, self.s0), min(0, self.k*(s - self.s0) + self.d*der(s)), 0))
+  end, { text = "An elastic contact: pushes where the distance is less than s0, never pulls.",
+    source = "Kelvin and Voigt, without adhesion" })
+
+m.mass_with_stops = component("mass_with_stops", { m = { 1, unit = "kg" }, smax = { 1, unit = "m" },
+  smin = { -1, unit = "m" }, e = { 0.8, text = "restitution: velocity after over before" },
+  s0 = { 0, unit = "m" }, v0 = { 0, unit = "m/s" } }, function(self)
+  self.flange = m.flange
+  local s, v = self:var("s", { unit = "m" }), self:var("v", { unit = "m/s" })
+  self:start(s, self.s0)
+  self:start(v, self.v0)
+  self:event { when = s - self.smax, direction = 1, reset = { [v] = -self.e*v } }
+  self:event { when = s - self.smin, direction = -1, reset = { [v] = -self.e*v } }
+  return { s ~ self.flange.s, der(s) ~ v, self.m*der(v) ~ self.flange.f }
+end, { text = "A mass between two walls with impacts, v⁺ = -e v⁻.", source = newton,
+  example = [[
+    x = model { m = e.mass_with_stops{ v0 = 1, e = 0.5 }, connect("m.flange") }
+    return x:integrate{ to = 2 }(x.m.v, 2)]], gives = "-0.5" })
+
+return m

@@ -1,0 +1,27 @@
+-- Every part of every library has a text and a source, its equations balance, and its example gives what it
+-- says.
+local domains = { "electrical", "translational", "rotational", "thermal", "hydraulic", "signals" }
+
+for _, domain in ipairs(domains) do
+  for name, part in components[domain]() do
+    if getmetatable(part) == "component" then
+      local title = domain .. "." .. name
+      test(title .. " says what it is", function()
+        expect(#part.text > 5):is_true()
+        expect(#part.source > 3):is_true()
+        expect(tostring(part):find("source:", 1, true) ~= nil):is_true()
+      end)
+      if part.example ~= "" then
+        test(title .. " does what its example says", function()
+          local surroundings = setmetatable({ e = components[domain] }, { __index = _G })
+          local value = load(part.example, title, "t", surroundings)()
+          if type(value) == "number" then
+            expect(value):near(tonumber(part.gives), 1e-6)
+          else
+            expect(tostring(value)):equals(part.gives)
+          end
+        end)
+      end
+    end
+  end
+end

@@ -1,0 +1,173 @@
+-- Components, connections and models of parts: names, copies, nesting, arrays, errors by path.
+local e, l, r = components.electrical, components.translational, components.rotational
+
+local function circuit()
+  local R, C, V = e.resistor{ R = 100 }, e.capacitor{ C = 1e-4, v0 = 0 }, e.source{ v = 5*sin(50*t) }
+  return model { R = R, C = C, V = V, gnd = e.ground{},
+                 connect(V.p, R.p), connect(R.n, C.p), connect(C.n, V.n, "gnd.p") }
+end
+
+test("names are paths, in sol, fix, params and tolerances", function()
+  local rc = circuit()
+  expect(tostring(rc.C.v)):equals "C.v"
+  local sol = rc:integrate{ to = 0.1, rtol = 1e-9, atol = 1e-12 }
+  expect(sol(rc.R.v, 0.1)):near(sol(rc.R.R*rc.R.i, 0.1), 1e-12)
+  expect(sol(rc.gnd.p.i, 0.1)):near(0, 1e-12)
+  expect(sol("R.v", 0.1)):near(sol(rc.R.v, 0.1), 1e-12)
+  expect(rc:init{ fix = { [rc.R.i] = 0.01 }, guess = { [rc.C.v] = 0 } }(rc.C.v)):near(-1, 1e-9)
+  expect(rc:init{ fix = { ["C.v"] = 2 } }(rc.R.i)):near(-0.02, 1e-12)
+  local other = rc:integrate{ to = 0.1, params = { ["R.R"] = 50 } }
+  expect(other(rc.R.v, 0.1)):near(other(50*rc.R.i, 0.1), 1e-12)
+  expect(rc:with{ [rc.R.R] = 50 }:integrate{ to = 0.1 }(rc.C.v, 0.1)):near(other(rc.C.v, 0.1), 1e-12)
+end)
+
+test("index and dof are those of all equations; what is integrated has fewer", function()
+  local rc = circuit()
+  expect(rc:index()):equals(1)
+  expect(rc:dof()):equals(1)
+  expect(#rc:flat().equations):equals(19)
+  expect(#rc:dae().equations):equals(1)
+  expect(rc:dae():dof()):equals(1)
+  expect(rc:structure().dof):equals(1)
+  expect(sweep(rc, { to = 0.1, params = { ["R.R"] = { 50, 100 } } }):final(rc.C.v)[1]):near(
+    rc:integrate{ to = 0.1, params = { ["R.R"] = 50 } }(rc.C.v, 0.1), 1e-5)
+end)
+
+test("the same part twice is two copies", function()
+  local cart = l.mass{ m = 1, s0 = 0, v0 = 0 }
+  local two = model { a = cart, b = cart{ m = 2, s0 = 1 }, c = l.spring{ k = 10 },
+                      connect("a.flange", "c.a"), connect("c.b", "b.flange") }
+  expect(two:dof()):equals(4)
+  local sol = two:integrate{ to = 1, rtol = 1e-9 }
+  expect(sol(two.a.m*two.a.v + two.b.m*two.b.v, 1)):near(0, 1e-8)       -- momentum
+  expect(function() return model { a = cart, b = cart, connect(cart.flange, "b.flange") }:dof() end):fails
+    "2 times (a, b)"
+  local pair = model { x = two, y = two }
+  expect(pair:dof()):equals(8)
+  expect(tostring(pair.y.b.v)):equals "y.b.v"
+  expect(function() return model { x = two, y = two, two.a.s ~ 0 } end):fails "2 times (x, y)"
+end)
+
+test("models nest in equations and without a name", function()
+  local F, x = vars "F x"
+  local plant = dae { der(x, 2) ~ F }
+  local loop = dae { plant, F ~ -4*x, start = { [x] = 1, [x.dot] = 0 } }
+  expect(loop:integrate{ to = math.pi/2, rtol = 1e-9 }(x, math.pi/2)):near(-1, 1e-7)
+  local m = model { p = plant, plant_force = l.mass{ s0 = 0, v0 = 0 }, F ~ -4*x,
+    connect("plant_force.flange") }
+  expect(tostring(m.p.x)):equals "p.x"
+  expect(m:dof()):equals(4)
+  local u = input "u"
+  local driven = dae { der(x) ~ u - x }
+  local outer = model { a = driven, b = driven, connect("a.u", 1), connect("b.u", "a.x") }
+  expect(outer:dof()):equals(2)
+  local sol = outer:integrate{ start = { ["a.x"] = 0, ["b.x"] = 0 }, to = 1, rtol = 1e-9 }
+  expect(sol(outer.b.x, 1)):near(1 - 2*math.exp(-1), 1e-8)
+end)
+
+test("lists of parts, and parts inside components", function()
+  local cells = {}
+  for k = 1, 4 do cells[k] = e.resistor{ R = k } end
+  local m = model { V = e.source{ v = 10 }, gnd = e.ground{}, cell = cells, connect("V.p", "cell[1].p"),
+    connect("cell[1].n", "cell[2].p"), connect("cell[2].n", "cell[3].p"), connect("cell[3].n", "cell[4].p"),
+    connect("cell[4].n", "V.n", "gnd.p") }
+  expect(m:init{}(m.cell[4].i)):near(1, 1e-12)
+  expect(tostring(m.cell[3].i)):equals "cell[3].i"
+end)
+
+test("systems, other than parts, are parts", function()
+  local m = model { G = tf({ 1 }, { 1, 1 }), H = ss({{-2}}, {{1}}, {{1}}, {{0}}), connect("G.u", 1),
+    connect("G.y", "H.u") }
+  local y = m:integrate{ to = 1, rtol = 1e-10 }(m.H.y, 1)
+  expect(y):near(0.5 - math.exp(-1) + 0.5*math.exp(-2), 1e-8)
+  local d = model { G = c2d(tf({ 1 }, { 1, 1 }), 0.25), z = components.signals.integrator{},
+    connect("G.u", 1), connect("G.y", "z.u") }
+  local held = 0
+  for k = 0, 3 do held = held + 0.25*(1 - math.exp(-0.25*k)) end
+  expect(d:integrate{ to = 1 }(d.z.y, 1)):near(held, 1e-6)
+  local q = var "q"
+  local bob = lagrange{ q = { q }, T = q.dot^2/2, V = 2*q^2 }:ports{ tip = { l.flange, s = q } }
+  local p = model { P = bob, m = l.mass{ m = 3, s0 = 1, v0 = 0 }, connect("P.tip", "m.flange") }
+  expect(p:dof()):equals(2)
+  expect(p:integrate{ to = math.pi/math.sqrt(1), rtol = 1e-9 }(p.P.q, math.pi)):near(-1, 1e-6)
+end)
+
+-- ── errors ─────────────────────────────────────────────────────────────────────────────────────────────────
+
+local function fails(items, text)
+  expect(function() return model(items):index() end):fails(text)
+end
+
+test("unconnected, unlike, floating, doubly driven", function()
+  local R, C = e.resistor{}, e.capacitor{}
+  fails({ R = R, C = C, g = e.ground{}, connect(R.p, C.p, "g.p") }, 'connect("R.n") alone to leave it open')
+  fails({ R = R, m = l.mass{}, connect(R.p, "m.flange") },
+    "R.p (electrical pin) and m.flange (translational flange) cannot be joined: v [V] against s [m]")
+  fails({ R = R, C = C, connect(R.p, C.p), connect(R.n, C.n) }, "the circuit of R floats")
+  fails({ V = e.source{ v = 1 }, W = e.source{ v = 2 }, g = e.ground{}, connect("V.p", "W.p"),
+    connect("V.n", "W.n", "g.p") }, "")
+  local s = components.signals
+  fails({ a = s.gain{}, b = s.gain{}, c = s.gain{}, connect("a.y", "c.u"), connect("b.y", "c.u") },
+    "driven twice")
+  fails({ a = s.gain{}, b = s.gain{}, connect("a.y", "b.y") }, "both outputs")
+  fails({ a = s.gain{} }, "the input a.u has no source")
+  expect(function() return connect(R, C) end):fails "a whole part: name one of its connectors"
+  expect(function() return R:index() end):fails "is open"
+end)
+
+test("two sources in parallel contradict each other, two grounds repeat each other", function()
+  local m = model { V = e.source{ v = 1 }, W = e.source{ v = 2 }, g = e.ground{}, connect("V.p", "W.p"),
+    connect("V.n", "W.n", "g.p") }
+  expect(function() return m:dae() end):fails "W.v"
+  local g = model { V = e.source{ v = 1 }, R = e.resistor{}, g = e.ground{}, h = e.ground{},
+    connect("V.p", "R.p"),
+    connect("V.n", "R.n", "g.p", "h.p") }
+  expect(function() return g:dae() end):fails "follows from the others"
+end)
+
+test("wrong names, wrong counts, cycles", function()
+  expect(function() return e.resistr{} end):fails "Did you mean 'resistor'"
+  expect(function() return e.resistor{ r = 1 } end):fails "resistor has no parameter 'r'"
+  expect(function() return circuit().R.w end):fails "R has no part, connector or variable 'w'"
+  expect(function() return circuit().Q end):fails "this model has no part"
+  expect(function() return model { index = e.resistor{} } end):fails "'index' cannot be the name"
+  expect(function() return model { e.resistor } end):fails "component"
+  expect(function() return model { R = e.resistor } end):fails "write resistor{}"
+  expect(function() return model { R = nil, nil, e.ground{} } end):fails "entry 1"
+  local short = component("short", {}, function(self)
+    self.p, self.n = e.pin, e.pin
+    return { self.p.v ~ self.n.v }
+  end)
+  expect(function() return model { s = short{} } end):fails "s (component short) has 1 equation, but needs 2"
+  local loop
+  loop = component("loop", {}, function(self) self.inner = loop{} end)
+  expect(function() return model { a = loop{} } end):fails "Does the component loop contain itself"
+  local deep = model { R = e.resistor{} }
+  expect(function()
+    for _ = 1, 10000 do deep = model { deeper = deep } end
+  end):fails "levels deep"
+  fails({ G = e.ground{}, R = e.resistor{}, connect("G.p", "R.p", "R.n"), var "z" ~ 1, var "z" ~ 2 },
+    "1 too many")
+end)
+
+test("a tree, a diagram, a picture's source", function()
+  local rc = circuit()
+  expect(tostring(rc:tree()):find("├ R    resistor{ R = 100 }", 1, true) ~= nil):is_true()
+  expect(rc:diagram():find("(1)  V.p ── R.p", 1, true) ~= nil):is_true()
+  local file = os.tmpname() .. ".dot"
+  rc:diagram(file)
+  local handle = io.open(file)
+  local text = handle:read "a"
+  handle:close()
+  os.remove(file)
+  expect(text:find('"V" -- "R"', 1, true) ~= nil):is_true()
+end)
+
+test("two models of parts that are saved come back", function()
+  local rc = circuit()
+  local name = os.tmpname() .. ".lua"
+  save(name, rc:dae())
+  local again = load(name)
+  os.remove(name)
+  expect(again:integrate{ to = 0.1 }("C.v", 0.1)):near(rc:integrate{ to = 0.1 }(rc.C.v, 0.1), 1e-12)
+end)
