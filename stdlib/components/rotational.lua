@@ -126,8 +126,8 @@ m.planetary = component("planetary", { ratio = { 2, text = "teeth of the ring ov
     source = "Willis, Principles of Mechanism, 1841",
     example = [[
       x = model { T = e.torque{ tau = 1 }, J = e.inertia{ J = 9, phi0 = 0, w0 = 0 },
-                  g = e.planetary{ ratio = 2 }, w = e.fixed{}, connect("T.flange", "g.sun"), connect("g.carrier", "J.flange"),
-                  connect("g.ring", "w.flange") }
+                  g = e.planetary{ ratio = 2 }, w = e.fixed{}, connect("T.flange", "g.sun"),
+                  connect("g.carrier", "J.flange"), connect("g.ring", "w.flange") }
       return x:integrate{ to = 3 }(x.J.w, 3)]], gives = "1.0" })
 
 m.rack = component("rack", { r = { 1, unit = "m", text = "radius" } }, function(self)

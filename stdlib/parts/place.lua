@@ -288,7 +288,7 @@ function place.connect(...)
     if not good then
       local hint = scopes.is(e) or scopes.is_part(e) and true
       fail(("connect: argument %d must be a connector such as R.p, its path as text, or a signal, not %s")
-        :format(        i,
+        :format(i,
         hint and "a whole part: name one of its connectors" or "a " .. (object_type(e) or type(e))))
     end
   end
