@@ -157,4 +157,36 @@ end, { text = "Armature with resistance and inductance; the field is constant.",
                 connect("M.flange", "J.flange") }
     return x:integrate{ to = 1 }(x.J.w, 1)]], gives = "50.0" })
 
+-- ── friction ───────────────────────────────────────────────────────────────────────────────────────────────
+
+m.friction = component("friction", { tau0 = { 1, unit = "N*m", text = "torque when it slides" },
+  taus = { false, unit = "N*m", text = "largest torque at rest; tau0 if not given" },
+  mode0 = { 0, text = "at the start: 0 sticks, 1 and -1 slide" } }, function(self)
+  local phi, tau, list = two_flanges(self)
+  local w = self:var("w", { unit = "rad/s", text = "sliding speed" })
+  local static = self.given.taus and self.taus or self.tau0
+  return with(list, w ~ der(phi), use "components/friction" (self, w, tau, self.tau0, static))
+end, { text = "Dry friction between two shafts, or of a bearing, with stick.",
+  source = "Coulomb, Théorie des machines simples, 1785",
+  example = [[
+    x = model { J = e.inertia{ J = 1, phi0 = 0, w0 = 4 }, R = e.friction{ tau0 = 2, mode0 = 1 }, w = e.fixed{},
+                connect("w.flange", "R.a"), connect("R.b", "J.flange") }
+    return x:integrate{ to = 5 }(x.J.phi, 5)]], gives = "4.0" })
+
+m.clutch = component("clutch", { tau0 = { 1, unit = "N*m", text = "torque it carries where u = 1, sliding" },
+  peak = { 1, text = "torque at rest over torque sliding, 1 or more" },
+  mode0 = { 0, text = "at the start: 0 sticks, 1 and -1 slide" } }, function(self)
+  local phi, tau, list = two_flanges(self)
+  local u = self:input("u", { text = "pressure: 0 open … 1" })
+  local w = self:var("w", { unit = "rad/s", text = "sliding speed" })
+  local capacity = self.tau0*max(0, u)
+  return with(list, w ~ der(phi), use "components/friction" (self, w, tau, capacity, self.peak*capacity))
+end, { text = "A friction clutch, or a brake if one side is fixed, whose pressure is a signal.",
+  source = "Pfeiffer & Glocker, Multibody Dynamics with Unilateral Contacts, §8",
+  example = [[
+    x = model { A = e.inertia{ J = 1, phi0 = 0, w0 = 10 }, B = e.inertia{ J = 1, phi0 = 0, w0 = 0 },
+                K = e.clutch{ tau0 = 5, mode0 = -1 }, connect("A.flange", "K.a"), connect("K.b", "B.flange"),
+                connect("K.u", 1) }
+    return x:integrate{ to = 2 }(x.B.w, 2)]], gives = "5.0" })
+
 return m

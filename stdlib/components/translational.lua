@@ -129,4 +129,18 @@ end, { text = "A mass between two walls with impacts, v⁺ = -e v⁻.", source =
     x = model { m = e.mass_with_stops{ v0 = 1, e = 0.5 }, connect("m.flange") }
     return x:integrate{ to = 2 }(x.m.v, 2)]], gives = "-0.5" })
 
+m.friction = component("friction", { F = { 1, unit = "N", text = "force when it slides" },
+  Fs = { false, unit = "N", text = "largest force at rest; F if not given" },
+  mode0 = { 0, text = "at the start: 0 sticks, 1 and -1 slide" } }, function(self)
+  local s, f, list = two_flanges(self)
+  local v = self:var("v", { unit = "m/s", text = "sliding velocity" })
+  local static = self.given.Fs and self.Fs or self.F
+  return with(list, v ~ der(s), use "components/friction" (self, v, f, self.F, static))
+end, { text = "Dry friction between two flanges, with stick: slides with the force F, holds up to Fs.",
+  source = "Coulomb, Théorie des machines simples, 1785",
+  example = [[
+    x = model { m = e.mass{ m = 1, s0 = 0, v0 = 4 }, R = e.friction{ F = 2, mode0 = 1 }, w = e.fixed{},
+                connect("w.flange", "R.a"), connect("R.b", "m.flange") }
+    return x:integrate{ to = 5 }(x.m.s, 5)]], gives = "4.0" })
+
 return m

@@ -89,11 +89,12 @@ local function own_symbol(scope, symbol, name)
   local known = d.names[name]
   if known ~= nil then return known end
   local kind, full, made = symbol.kind, join(d.path, name), symbol
+  if kind == "input" and d.laws and d.laws[name] then kind = "variable" end
   if kind == "input" and d.parent then
     made = var(full, { unit = symbol.unit })
     d.inputs[#d.inputs + 1] = { symbol = made, name = name }
     d.unknowns = d.unknowns + 1
-  elseif d.path ~= "" then
+  elseif d.path ~= "" or kind ~= symbol.kind then
     if kind == "variable" then made = var(full, { unit = symbol.unit })
     elseif kind == "input" then made = input(full, { unit = symbol.unit })
     else

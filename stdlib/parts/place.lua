@@ -188,6 +188,19 @@ local function add_options(scope, items)
   for _, event in ipairs(items.events or {}) do scope:event(event) end
 end
 
+-- u ~ -k*x: an equation for an input says what it is; it is no input of this model then.
+local function note_law(d, item)
+  if object_type(item) ~= "equation" then return end
+  local left = item.lhs
+  for row = 1, left.rows do
+    local symbol = left[row]
+    if object_type(symbol) == "expr" and symbol.kind == "input" then
+      d.laws = d.laws or {}
+      d.laws[symbol.name] = true
+    end
+  end
+end
+
 -- Parts first, then connections and equations in order, then what is said about the start.
 function absorb(scope, items)
   for _, entry in ipairs(named_entries(items)) do scopes.set(scope, entry.key, entry.value) end
@@ -198,6 +211,7 @@ function absorb(scope, items)
     if item == nil then fail(("entry %d of %s is nil"):format(i, scopes.title(scope))) end
     if scopes.as_part(item, "") then add_item(scope, item, i) end
   end
+  for i = 1, n do note_law(data(scope), items[i]) end
   for i = 1, n do
     if not scopes.as_part(items[i], "") then add_item(scope, items[i], i) end
   end

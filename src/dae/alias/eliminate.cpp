@@ -169,10 +169,13 @@ class Elimination {
 
   /// May a differentiated x be replaced? Its definition must not bring in a derivative that did not occur.
   bool adds_no_derivative(const AffineRow& row, int x, int times) const {
-    if (!row.inside.empty()) return false;
+    const auto occurs = [&](int u) {
+      return numbers_.order(u) + times <= occurrences_.highest(numbers_.base(u));
+    };
+    if (!std::all_of(row.inside.begin(), row.inside.end(), occurs)) return false;
     for (const AffineRow::Term& t : row.terms) {
       if (t.unknown == x) continue;
-      if (numbers_.order(t.unknown) + times > occurrences_.highest(numbers_.base(t.unknown))) return false;
+      if (!occurs(t.unknown)) return false;
       if (!is_constant_coefficient(t.coefficient)) return false;
     }
     return true;
@@ -253,10 +256,21 @@ class Elimination {
     return e;
   }
 
+  /// Without eliminated unknowns.
+  Expr in_remaining(Expr e) const {
+    for (;;) {
+      const Expr next = substitute(e, meanings_);
+      if (next == e) return e;
+      e = next;
+    }
+  }
+
   AffineRow derivative(const AffineRow& e) const {
     AffineRow d;
     for (const AffineRow::Term& t : e.terms) d.terms.push_back({t.unknown + 1, t.coefficient});
-    d.rest = total_derivative(e.rest);
+    d.rest = total_derivative(in_remaining(e.rest));
+    for (Expr leaf : leaves({&d.rest, 1}))
+      if (const int u = numbers_.of(leaf); u >= 0) d.put_inside(u);
     return d;
   }
 
@@ -280,6 +294,7 @@ class Elimination {
       if (k > 0) e = derivative(e);
       const Expr meaning = written(e);
       definitions_.push_back({x + k, meaning});
+      meanings_[numbers_.leaf(x + k)] = meaning;
       if (e.terms.empty() && e.inside.empty()) known_[numbers_.leaf(x + k)] = meaning;
       pass_guard(x + k, e);
       write_into_others(x + k, e);
@@ -343,7 +358,8 @@ class Elimination {
   int stamp_ = 0;
   std::priority_queue<Candidate> queue_;
   std::vector<Definition> definitions_;
-  Substitution known_;  ///< eliminated, and without unknowns
+  Substitution meanings_;  ///< the same as definitions_
+  Substitution known_;     ///< eliminated, and without unknowns
 };
 
 /// What every eliminated unknown means in those that are left.

@@ -11,8 +11,9 @@ namespace pendula::dae {
 /// values) defines x = -e/c. It is written into the other equations where they do not grow by more than a few
 /// terms: always for x = const, x = ±y, x = c·y; for sums and for nonlinear e as a pivot of least fill-in
 /// (Markowitz, Management Science 3(3), 1957). A differentiated x is eliminated where e contains only
-/// unknowns differentiated as often, with constant coefficients, so that no derivative is added and the
-/// solutions are the same; an equation between two states disappears this way, and the index falls with it.
+/// unknowns that occur differentiated as often, so that no derivative is added and the solutions are the same:
+/// an equation between two states disappears this way, positions of rigid bodies follow from the coordinates
+/// of their joints, and the index falls with it.
 ///
 /// returns  a child of the model: relations hold what every eliminated unknown means in the others, the
 ///          trace says so line by line; the model itself where nothing is to be eliminated
