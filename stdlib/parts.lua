@@ -86,6 +86,7 @@ local domains = {
   { "translational", "Motion along a line: flanges with a position s and a force f on the part" },
   { "rotational", "Shafts: flanges with an angle phi and a torque tau on the part" },
   { "planar", "Bodies in the plane: frames with x, y, phi and fx, fy, tau on the part" },
+  { "spatial", "Bodies in space: frames with r, unit quaternions q, f and n on the part" },
   { "thermal", "Heat: ports with a temperature T and a heat flow Q into the part" },
   { "hydraulic", "Tanks, pipes and pumps: ports with a pressure p and a volume flow q into the part" },
   { "signals", "Signals: sources, controllers, filters, sampling, state machines" },

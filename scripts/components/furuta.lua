@@ -15,7 +15,7 @@ local plant = model { P = arm, M = r.dc_motor{ R = 2, L = 1e-3, k = 0.05 }, V = 
 print(("index %d, %d free initial values"):format(plant:index(), plant:dof()))
 
 local start = { ["P.th"] = 0, ["P.al"] = 0, ["P.th'"] = 0, ["P.al'"] = 0, ["M.i"] = 0 }
-local G = plant:linearize{ start = start, inputs = { u = 0 } }
+local G = plant:linearize(plant:init{ fix = start, inputs = { u = 0 } })
 print("poles about the upright position:", G:poles())
 
 local free = plant:integrate{ start = { ["P.th"] = 0, ["P.al"] = 0.1, ["P.th'"] = 0, ["P.al'"] = 0,

@@ -41,6 +41,17 @@ function methods:dae()
   return d.dae
 end
 
+-- The transfer function of a linear model, exactly where its parameters are exact.
+function methods:tf(u, y)
+  local model = methods.dae(self)
+  local fix, inputs = {}, {}
+  for k = 1, #model.differential do fix[model.differential[k]] = 0 end
+  for k = 1, #model.inputs do inputs[model.inputs[k]] = 0 end
+  if y == nil then fail "tf: expected an input and an output, as in m:tf(m.u, m.C.v)" end
+  local at = model:init{ fix = fix, inputs = inputs }
+  return model:linearize(at, { inputs = { u }, outputs = { y } }):tf()
+end
+
 function methods:tree() return use("parts/report").tree(self) end
 function methods:diagram(...) return use("parts/report").diagram(self, ...) end
 

@@ -136,7 +136,12 @@ function flat.model(part)
   if next(all.start) then list.start = all.start end
   if next(all.guess) then list.guess = all.guess end
   if #all.events > 0 then list.events = all.events end
-  return dae(list)
+  local model = dae(list)
+  if top.class.items and top.class.items.units == "check" then
+    local clashes = model:units()
+    if #clashes > 0 then fail("units: equation " .. table.concat(clashes, "\n  equation ")) end
+  end
+  return model
 end
 
 return flat

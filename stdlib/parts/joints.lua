@@ -150,9 +150,11 @@ local function through_equations(scope, members)
   local d = data(scope)
   local kind = pin_data(members[1]).kind
   for _, v in ipairs(kind.through) do
-    local sum = 0
+    local sum
     for _, pin in ipairs(members) do
-      if pin_data(pin).scope == scope then sum = sum - pin[v.name] else sum = sum + pin[v.name] end
+      local into = pin[v.name]
+      if pin_data(pin).scope == scope then into = -into end
+      sum = sum and sum + into or into
     end
     local zero = v.size > 1 and zeros(v.size, 1) or 0
     d.equations[#d.equations + 1] = { zero ~ sum, "sum at " .. pin_data(members[1]).path }

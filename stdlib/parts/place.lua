@@ -83,6 +83,7 @@ function place.model(items)
   end
   local kept = {}
   for key, value in pairs(items) do kept[key] = value end
+  if kept.units ~= nil and kept.units ~= "check" then fail 'model: units can be "check"' end
   local title = kept.name
   if title ~= nil and type(title) ~= "string" then
     fail("model: name must be a string, got a " .. type(title))
@@ -95,7 +96,7 @@ end
 
 -- ── places ─────────────────────────────────────────────────────────────────────────────────────────────────
 
-local option_words = { start = true, guess = true, events = true, name = true }
+local option_words = { start = true, guess = true, events = true, name = true, units = true }
 
 -- The named entries of a list in the order in which the parts were made.
 local function named_entries(items)

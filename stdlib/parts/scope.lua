@@ -40,7 +40,9 @@ function scopes.is_reserved(name)
     for _, row in ipairs(documented) do
       words[row.name:match "^model:([%a_]+)$" or 1] = "something that every model answers"
     end
-    for word in ("kind name form parameters inputs equations differential algebraic domain"):gmatch "%a+" do
+    for word in ("kind name form parameters inputs equations differential algebraic domain flat dae tree "
+      .. "diagram tf")
+      :gmatch "%a+" do
       words[word] = "something that every model answers"
     end
   end

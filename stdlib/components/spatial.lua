@@ -1,0 +1,161 @@
+-- Bodies in space: frames with position r and orientation q (unit quaternions), force f on the part and n,
+-- the
+-- generalised force that belongs to q. A torque M (in space) is n = 2 Eᵀ(q) M.
+local component, connector = named "component", named "connector"
+local s = use "components/library" ("spatial", "rigid bodies in space; gravity pulls along -z")
+
+s.frame = connector("spatial frame", { across = { r = { "m", 3 }, q = { "", 4 } },
+  through = { f = { "N", 3 }, n = { "N*m", 4 } }, pairs = { r = "f", q = "n" } })
+
+local euler = "Euler parameters: Nikravesh, Computer-Aided Analysis of Mechanical Systems, ch. 6 and 11"
+
+-- Axes of the body in space.
+local function rotation(q)
+  local a, b, c, d = q[1], q[2], q[3], q[4]
+  return mat { { a^2 + b^2 - c^2 - d^2, 2*(b*c - a*d), 2*(b*d + a*c) },
+               { 2*(b*c + a*d), a^2 - b^2 + c^2 - d^2, 2*(c*d - a*b) },
+               { 2*(b*d - a*c), 2*(c*d + a*b), a^2 - b^2 - c^2 + d^2 } }
+end
+rawset(s, "rotation", rotation)
+
+-- The speed of turning in the axes of the body is 2 G(q) q′.
+local function body_rates(q)
+  local a, b, c, d = q[1], q[2], q[3], q[4]
+  return mat { { -b, a, d, -c }, { -c, -d, a, b }, { -d, c, -b, a } }
+end
+
+local function list_of(v)
+  local list = {}
+  for k = 1, #v do list[k] = v[k] end
+  return list
+end
+
+s.fixed = component("fixed", { r = { { 0, 0, 0 }, unit = "m" } }, function(self)
+  self.frame = s.frame
+  return { self.frame.r ~ self.r, self.frame.q ~ vec { 1, 0, 0, 0 } }
+end, { text = "A frame at rest, with the axes of space.", source = "definition" })
+
+s.body = component("body", { m = { 1, unit = "kg" },
+  J = { { 1, 1, 1 }, unit = "kg*m^2", text = "principal moments" },
+  g = { 9.81, unit = "m/s^2" }, r0 = { false, unit = "m", text = "position at the start" },
+  v0 = { false, unit = "m/s" }, q0 = { false, text = "orientation at the start" },
+  w0 = { false, unit = "rad/s", text = "speed of turning at the start, in the axes of the body" } },
+    function(self)
+  self.frame = s.frame
+  local r, q, w = self:var("r", 3), self:var("q", 4), self:var("w", 3)
+  local lambda = self:var "lambda"
+  local W = 2*body_rates(q)*q.dot
+  local turning = (self.J[1]*W[1]^2 + self.J[2]*W[2]^2 + self.J[3]*W[3]^2)/2
+  for k = 1, 3 do
+    if self.given.r0 then self:start(r[k], self.r0[k]) end
+    if self.given.v0 then self:start(der(r[k]), self.v0[k]) end
+    if self.given.w0 then self:start(w[k], self.w0[k]) end
+  end
+  for k = 1, 4 do
+    if self.given.q0 then self:start(q[k], self.q0[k]) else self:guess(q[k], k == 1 and 1 or 0) end
+  end
+  self.energy = self.m*(r.dot.T*r.dot)/2 + turning + self.m*self.g*r[3]
+  local f = self.frame
+  return { r ~ f.r, q ~ f.q, w ~ W, q.T*q ~ 1, self.m*der(r, 2) ~ f.f - vec { 0, 0, self.m*self.g },
+    der(gradient(turning, q.dot)) - gradient(turning, q) ~ f.n + lambda*q }
+end, { text = "A rigid body with its frame at the centre of mass, along its principal axes.", source = euler,
+  example = [[
+    x = model { B = e.body{ r0 = {0, 0, 0}, v0 = {1, 0, 9.81}, q0 = {1, 0, 0, 0}, w0 = {0, 0, 0} }, connect("B.frame") }
+    return x:reduce():integrate{ to = 2 }(x.B.r[3], 2)]], gives = "0.0" })
+
+s.rod = component("rod", { d = { { 1, 0, 0 }, unit = "m", text = "from a to b, in the axes of a" } },
+  function(self)
+  self.a, self.b = s.frame, s.frame
+  local a, b = self.a, self.b
+  local arm = rotation(a.q)*self.d
+  return { b.r ~ a.r + arm, b.q ~ a.q, zeros(3, 1) ~ a.f + b.f,
+    zeros(4, 1) ~ a.n + b.n + jacobian(arm, a.q).T*b.f }
+end, { text = "Two frames of one rigid body.", source = euler })
+
+-- A joint is its constraints c = 0 with multipliers: the through variables are their gradients.
+local function joint(self, make)
+  self.a, self.b = s.frame, s.frame
+  local a, b = self.a, self.b
+  local c = make(a, b)
+  local z = self:var("z", #c)
+  local work, zero = 0, {}
+  for k = 1, #c do work, zero[k] = work + z[k]*c[k], 0 ~ c[k] end
+  return { zero, a.f ~ gradient(work, a.r), b.f ~ gradient(work, b.r), a.n ~ gradient(work, a.q),
+    b.n ~ gradient(work, b.q) }
+end
+
+-- Two directions at right angles to an axis of space: of the three axes, those that are not this one.
+local function across(axis)
+  local all = { { 1, 0, 0 }, { 0, 1, 0 }, { 0, 0, 1 } }
+  local index = ({ x = 1, y = 2, z = 3 })[axis]
+  if not index then
+    fail(("the axis of a joint is \"x\", \"y\" or \"z\", not '%s'"):format(tostring(axis)))
+  end
+  return vec(all[index]), vec(all[index % 3 + 1]), vec(all[(index + 1) % 3 + 1])
+end
+
+-- Of the turn from a to b, the vector part: 0 where the axes agree.
+local function turn(a, b)
+  local p, q = a.q, b.q
+  return { p[1]*q[2] - p[2]*q[1] - p[3]*q[4] + p[4]*q[3], p[1]*q[3] - p[3]*q[1] - p[4]*q[2] + p[2]*q[4],
+    p[1]*q[4] - p[4]*q[1] - p[2]*q[3] + p[3]*q[2] }
+end
+
+s.spherical = component("spherical", {}, function(self)
+  return joint(self, function(a, b) return list_of(a.r - b.r) end)
+end, { text = "A ball joint: the origins of a and b agree.", source = euler })
+
+s.revolute = component("revolute", { axis = { "z", text = "x, y or z, of both frames" } }, function(self)
+  return joint(self, function(a, b)
+    local e, u, v = across(self.given.axis)
+    local axis = rotation(b.q)*e
+    local c = list_of(a.r - b.r)
+    c[4], c[5] = dot(rotation(a.q)*u, axis), dot(rotation(a.q)*v, axis)
+    return c
+  end)
+end, { text = "A hinge.", source = euler })
+
+s.universal = component("universal", { a_axis = "x", b_axis = "y" }, function(self)
+  return joint(self, function(a, b)
+    local c = list_of(a.r - b.r)
+    c[4] = dot(rotation(a.q)*(across(self.given.a_axis)), rotation(b.q)*(across(self.given.b_axis)))
+    return c
+  end)
+end, { text = "Cardan's joint: an axis of a and one of b stay at right angles.", source = euler })
+
+s.prismatic = component("prismatic", { axis = "x" }, function(self)
+  return joint(self, function(a, b)
+    local _, u, v = across(self.given.axis)
+    local c = turn(a, b)
+    c[4], c[5] = dot(rotation(a.q)*u, b.r - a.r), dot(rotation(a.q)*v, b.r - a.r)
+    return c
+  end)
+end, { text = "A slide without turning.", source = euler })
+
+s.weld = component("weld", {}, function(self)
+  return joint(self, function(a, b)
+    local c = turn(a, b)
+    for k = 1, 3 do c[3 + k] = a.r[k] - b.r[k] end
+    return c
+  end)
+end, { text = "Two bodies become one.", source = euler })
+
+s.spring = component("spring", { k = { 1, unit = "N/m" }, d = { 0, unit = "N*s/m" }, s0 = { 0, unit = "m" } },
+  function(self)
+    self.a, self.b = s.frame, s.frame
+    local a, b = self.a, self.b
+    local length, f = self:var("s", { unit = "m" }), self:var("f", { unit = "N" })
+    local way = b.r - a.r
+    self.energy = self.k*(length - self.s0)^2/2
+    return { length ~ norm(way),
+      f ~ self.k*(length - self.s0) + (self.given.d ~= 0 and self.d*der(length) or 0),
+      b.f ~ f/length*way, a.f ~ -f/length*way, a.n ~ zeros(4, 1), b.n ~ zeros(4, 1) }
+  end, { text = "A spring, and a damper beside it, between two points.",
+    source = "Hooke, De potentia restitutiva, 1678" })
+
+s.force = component("force", { f = { { 0, 0, 0 }, unit = "N" } }, function(self)
+  self.frame = s.frame
+  return { self.frame.f ~ -self.f, self.frame.n ~ zeros(4, 1) }
+end, { text = "A force that is given, in the axes of space.", source = "definition" })
+
+return s
