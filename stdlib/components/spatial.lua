@@ -60,7 +60,8 @@ s.body = component("body", { m = { 1, unit = "kg" },
     der(gradient(turning, q.dot)) - gradient(turning, q) ~ f.n + lambda*q }
 end, { text = "A rigid body with its frame at the centre of mass, along its principal axes.", source = euler,
   example = [[
-    x = model { B = e.body{ r0 = {0, 0, 0}, v0 = {1, 0, 9.81}, q0 = {1, 0, 0, 0}, w0 = {0, 0, 0} }, connect("B.frame") }
+    x = model { B = e.body{ r0 = {0, 0, 0}, v0 = {1, 0, 9.81}, q0 = {1, 0, 0, 0}, w0 = {0, 0, 0} },
+                connect("B.frame") }
     return x:reduce():integrate{ to = 2 }(x.B.r[3], 2)]], gives = "0.0" })
 
 s.rod = component("rod", { d = { { 1, 0, 0 }, unit = "m", text = "from a to b, in the axes of a" } },
