@@ -6,7 +6,8 @@ local rigid = model {
   hammer = l.mass_with_stops{ m = 1, smin = -1, smax = 1, e = 0.5, v0 = 2 }, connect("hammer.flange") }
 local sol = rigid:integrate{ to = 3 }
 -- 1 m at 2 m/s, 2 m at 1 m/s, then 0.5 m/s
-print(("impacts with restitution 1/2: s(3) = %.6f, v(3) = %.6f (by hand -0.75, 0.5)"):format(sol(rigid.hammer.s, 3),
+print(("impacts with restitution 1/2: s(3) = %.6f, v(3) = %.6f (by hand -0.75, 0.5)"):format(
+  sol(rigid.hammer.s, 3),
   sol(rigid.hammer.v, 3)))
 
 local soft = model {

@@ -100,7 +100,8 @@ p.spring = component("spring", { k = { 1, unit = "N/m" }, d = { 0, unit = "N*s/m
 end, { text = "A spring, and a damper beside it, between two points.",
   source = "Hooke, De potentia restitutiva, 1678",
   example = [[
-    x = model { w = e.fixed{}, c = e.spring{ k = 4, s0 = 1 }, B = e.body{ g = 0, x0 = 2, y0 = 0, phi0 = 0, vx0 = 0,
+    x = model { w = e.fixed{}, c = e.spring{ k = 4, s0 = 1 },
+                B = e.body{ g = 0, x0 = 2, y0 = 0, phi0 = 0, vx0 = 0,
                 vy0 = 0, w0 = 0 }, connect("w.frame", "c.a"), connect("c.b", "B.frame") }
     return x:integrate{ to = math.pi/2 }(x.B.x, math.pi/2)]], gives = "0.0" })
 

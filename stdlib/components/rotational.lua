@@ -169,7 +169,8 @@ m.friction = component("friction", { tau0 = { 1, unit = "N*m", text = "torque wh
 end, { text = "Dry friction between two shafts, or of a bearing, with stick.",
   source = "Coulomb, Théorie des machines simples, 1785",
   example = [[
-    x = model { J = e.inertia{ J = 1, phi0 = 0, w0 = 4 }, R = e.friction{ tau0 = 2, mode0 = 1 }, w = e.fixed{},
+    x = model { J = e.inertia{ J = 1, phi0 = 0, w0 = 4 }, R = e.friction{ tau0 = 2, mode0 = 1 },
+                w = e.fixed{},
                 connect("w.flange", "R.a"), connect("R.b", "J.flange") }
     return x:integrate{ to = 5 }(x.J.phi, 5)]], gives = "4.0" })
 

@@ -1,6 +1,7 @@
 -- Every part of every library has a text and a source, its equations balance, and its example gives what it
 -- says.
-local domains = { "electrical", "translational", "rotational", "planar", "spatial", "thermal", "hydraulic", "signals" }
+local domains = { "electrical", "translational", "rotational", "planar", "spatial", "thermal", "hydraulic",
+  "signals" }
 
 for _, domain in ipairs(domains) do
   for name, part in components[domain]() do
