@@ -71,7 +71,8 @@ doc { name = "model", module = module, title = title,
 doc { name = "model:ports", module = module, title = title,
   sig = "chain:ports{ name = { kind, across = expression } } -> part",
   text = [[A lagrange model as a part with connectors: { flange, s = q[1] } joins a position that depends
-    on the coordinates; a force there enters the equations of motion as the generalised force of this position.]],
+    on the coordinates; a force there enters the equations of motion as the generalised force of this
+    position.]],
   example = [[
     l = components.translational
     q = var "q"
