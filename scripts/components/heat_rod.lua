@@ -6,8 +6,9 @@ local function rod(n)
   for k = 1, n do
     cells[k] = h.capacity{ C = 1/n, T0 = 1 }
     walls[k] = h.conductor{ G = k == 1 and 2*n or n }
-    list[#list + 1] = connect(("wall[%d].b"):format(k), ("cell[%d].port"):format(k),
-      k < n and ("wall[%d].a"):format(k + 1) or nil)
+    local ends = { ("wall[%d].b"):format(k), ("cell[%d].port"):format(k) }
+    if k < n then ends[3] = ("wall[%d].a"):format(k + 1) end
+    list[#list + 1] = connect(table.unpack(ends))
   end
   return model { cell = cells, wall = walls, cold = h.temperature{ T = 0 }, connect("cold.port", "wall[1].a"),
     list }

@@ -15,7 +15,7 @@ local sol = ideal:integrate{ to = 0.1, rtol = 1e-7 }
 print(sol.status)
 print(("ideal diodes:       %.3f V at 0.1 s"):format(sol(ideal.C.v, 0.1)))
 
-local real = bridge(e.diode{ Is = 1e-9, Vt = 0.05 })
+local real = bridge(e.diode{ Is = 1e-9, Vt = 0.05, G = 1e-6 })
 local smooth = real:integrate{ to = 0.1, rtol = 1e-6 }
 print(("exponential diodes: %.3f V at 0.1 s"):format(smooth(real.C.v, 0.1)))
 print(plot(sol, { ideal.C.v, ideal.V.v }))

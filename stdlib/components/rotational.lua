@@ -180,7 +180,7 @@ m.clutch = component("clutch", { tau0 = { 1, unit = "N*m", text = "torque it car
   local phi, tau, list = two_flanges(self)
   local u = self:input("u", { text = "pressure: 0 open … 1" })
   local w = self:var("w", { unit = "rad/s", text = "sliding speed" })
-  local capacity = self.tau0*max(0, u)
+  local capacity = self.tau0*u
   return with(list, w ~ der(phi), use "components/friction" (self, w, tau, capacity, self.peak*capacity))
 end, { text = "A friction clutch, or a brake if one side is fixed, whose pressure is a signal.",
   source = "Pfeiffer & Glocker, Multibody Dynamics with Unilateral Contacts, §8",

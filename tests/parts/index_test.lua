@@ -75,7 +75,7 @@ local cases = {
     { "x2.carrier", "x3.flange" }, { "x2.ring", "x4.flange" } }) },
   { "torsion spring between inertias", 1, 4, chain({ J, r.spring{}, J },
     { { "x1.flange", "x2.a" }, { "x2.b", "x3.flange" } }) },
-  { "inertia with a given speed", 2, 1, chain({ J, r.speed{ w = 1 } }, { { "x1.flange", "x2.flange" } }) },
+  { "inertia with a given speed", 3, 1, chain({ J, r.speed{ w = 1 } }, { { "x1.flange", "x2.flange" } }) },
   { "heat", 1, 1, chain({ cap, h.conductor{}, h.temperature{} },
     { { "x1.port", "x2.a" }, { "x2.b", "x3.port" } }) },
   { "two capacities in contact", 2, 1, chain({ cap, cap, h.heat_flow{ Q = 1 } },

@@ -1,9 +1,11 @@
 #include "dae/alias/eliminate.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <optional>
 #include <queue>
 #include <tuple>
+#include <unordered_map>
 #include <utility>
 
 #include "base/error.hpp"
@@ -99,17 +101,34 @@ bool is_nonzero_product(const Model& model, Expr c) {
   }
 }
 
-/// 0: ±1, 1: another number, 2: a product of parameters; nothing else divides.
-std::optional<int> pivot_class(const Model& model, Expr c) {
-  if (c.is_one() || c == Expr(-1)) return 0;
-  if (c.is_constant()) return constant_value(c) != 0 ? std::optional(1) : std::nullopt;
-  return is_nonzero_product(model, c) ? std::optional(2) : std::nullopt;
-}
-
 bool is_constant_coefficient(Expr c) {
   for (Expr leaf : leaves({&c, 1}))
     if (symbol_of(leaf).kind != Kind::parameter && symbol_of(leaf).kind != Kind::constant) return false;
   return true;
+}
+
+/// A sum of parameters that is not 0 at their values, nor what is left of larger terms.
+bool is_nonzero_sum(const Model& model, Expr c) {
+  constexpr double cancelled = 1e-3;
+  if ((c.op() != Op::add && c.op() != Op::sub) || !is_constant_coefficient(c)) return false;
+  std::unordered_map<Expr, double> values;
+  for (Expr leaf : leaves({&c, 1})) {
+    const auto value = model.values.find(leaf);
+    if (symbol_of(leaf).kind == Kind::constant) continue;
+    if (value == model.values.end() || !value->second.is_constant()) return false;
+    values[leaf] = constant_value(value->second);
+  }
+  const Expr all[] = {c, c.operand(0), c.operand(1)};
+  const std::vector<double> v = evaluate(all, values);
+  return std::fabs(v[0]) > cancelled * (std::fabs(v[1]) + std::fabs(v[2]));
+}
+
+/// 0: ±1, 1: another number, 2: a product of parameters, 3: a sum of such; nothing else divides.
+std::optional<int> pivot_class(const Model& model, Expr c) {
+  if (c.is_one() || c == Expr(-1)) return 0;
+  if (c.is_constant()) return constant_value(c) != 0 ? std::optional(1) : std::nullopt;
+  if (is_nonzero_product(model, c)) return 2;
+  return is_nonzero_sum(model, c) ? std::optional(3) : std::nullopt;
 }
 
 /// Equations and unknowns during elimination.
@@ -167,18 +186,22 @@ class Elimination {
     }
   };
 
-  /// May a differentiated x be replaced? Its definition must not bring in a derivative that did not occur.
-  bool adds_no_derivative(const AffineRow& row, int x, int times) const {
-    const auto occurs = [&](int u) {
-      return numbers_.order(u) + times <= occurrences_.highest(numbers_.base(u));
+  /// May a differentiated x be replaced? Derivatives that come in through its definition must not outnumber
+  /// those of x that go: how many do, or nothing.
+  std::optional<int> raised_orders(const AffineRow& row, int x, int times) const {
+    int raised = 0;
+    const auto enter = [&](int u) {
+      const int more = std::max(0, numbers_.order(u) + times - occurrences_.highest(numbers_.base(u)));
+      raised += more;
+      if (more > 0 && occurrences_.is_top(u)) return false;  // x = y′ does not make one equation of two
+      return raised <= times && numbers_.order(u) + times < numbers_.stride();
     };
-    if (!std::all_of(row.inside.begin(), row.inside.end(), occurs)) return false;
+    if (!std::all_of(row.inside.begin(), row.inside.end(), enter)) return {};
     for (const AffineRow::Term& t : row.terms) {
       if (t.unknown == x) continue;
-      if (!occurs(t.unknown)) return false;
-      if (!is_constant_coefficient(t.coefficient)) return false;
+      if (!enter(t.unknown) || !is_constant_coefficient(t.coefficient)) return {};
     }
-    return true;
+    return raised;
   }
 
   /// What has a guess is better seen by Newton's method, unless states give its value.
@@ -217,7 +240,8 @@ class Elimination {
       if (k > 0 && (r.find(x + k) || r.has_inside(x + k))) return {};
     }
     const int times = occurrences_.highest(x);
-    if (times > 0 && !adds_no_derivative(r, x, times)) return {};
+    const std::optional<int> raised = times > 0 ? raised_orders(r, x, times) : 0;
+    if (!raised) return {};
     if (loses_reset(r, x)) return {};
     const long terms = static_cast<long>(r.terms.size() - 1 + r.inside.size());
     const long fill = std::max(0L, others - 1) * std::max(0L, terms - 1);
@@ -229,8 +253,8 @@ class Elimination {
     if (derivatives && times == 0 && (others > 1 || nonlinear > 0)) return {};
     if (wanted_[x] == 2 && terms > 1 && !follows_from_states(r, x)) return {};
     const bool buries = nonlinear > 0 && terms > 1;  // a variable that Newton's method had better see
-    const long cost =
-        16 * fill + 64 * buries + 4 * *pivot + 32 * derivatives + 2 * terms + 3 * (wanted_[x] > 0);
+    const long cost = 16 * fill + 64 * buries + 4 * *pivot + 32 * derivatives + 2 * terms +
+                      3 * (wanted_[x] > 0) + 8 * *raised;
     const std::string& name = symbol_of(numbers_.leaf(x)).name;
     return Candidate{cost, static_cast<int>(std::count(name.begin(), name.end(), '.')), row, x};
   }
@@ -362,12 +386,29 @@ class Elimination {
   Substitution known_;     ///< eliminated, and without unknowns
 };
 
-/// What every eliminated unknown means in those that are left.
+/// What every eliminated unknown means in those that are left. A definition may contain unknowns that were
+/// eliminated before or after it: what it needs comes first.
 Substitution relations_of(const Elimination& e) {
+  std::unordered_map<Expr, Expr> meanings;
+  for (const Definition& d : e.definitions()) meanings[e.numbers().leaf(d.unknown)] = d.meaning;
   Substitution relations;
-  const auto& list = e.definitions();
-  for (auto it = list.rbegin(); it != list.rend(); ++it)
-    relations[e.numbers().leaf(it->unknown)] = substitute(it->meaning, relations);
+  std::vector<std::pair<Expr, bool>> todo;  // a leaf, and whether what it needs has been seen to
+  for (auto it = e.definitions().rbegin(); it != e.definitions().rend(); ++it)
+    todo.emplace_back(e.numbers().leaf(it->unknown), false);
+  while (!todo.empty()) {
+    auto& [leaf, ready] = todo.back();
+    const Expr here = leaf, meaning = meanings.at(leaf);
+    if (relations.count(here) != 0) {
+      todo.pop_back();
+    } else if (ready) {
+      todo.pop_back();
+      relations[here] = substitute(meaning, relations);
+    } else {
+      ready = true;
+      for (Expr inside : leaves({&meaning, 1}))
+        if (meanings.count(inside) != 0 && relations.count(inside) == 0) todo.emplace_back(inside, false);
+    }
+  }
   return relations;
 }
 

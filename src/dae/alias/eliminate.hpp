@@ -10,8 +10,8 @@ namespace pendula::dae {
 /// An equation 0 = c·x + e with a constant c ≠ 0 (a number, or a product of parameters that is not 0 at their
 /// values) defines x = -e/c. It is written into the other equations where they do not grow by more than a few
 /// terms: always for x = const, x = ±y, x = c·y; for sums and for nonlinear e as a pivot of least fill-in
-/// (Markowitz, Management Science 3(3), 1957). A differentiated x is eliminated where e contains only
-/// unknowns that occur differentiated as often, so that no derivative is added and the solutions are the same:
+/// (Markowitz, Management Science 3(3), 1957). A differentiated x is eliminated, with the derivatives
+/// of its definition, where these do not bring in more derivatives than go with x; the solutions are the same:
 /// an equation between two states disappears this way, positions of rigid bodies follow from the coordinates
 /// of their joints, and the index falls with it.
 ///

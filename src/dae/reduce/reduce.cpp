@@ -101,16 +101,11 @@ ModelPtr made_acc(const ModelPtr& given) {
   const Analysis a = require_regular(*model);
   if (a.index <= 1 && a.offsets.value == static_cast<int>(model->states().size())) return model;
   Differentiated d = differentiate(*model, a.offsets);
-  ModelOptions options;
-  options.name = model->name;
+  ModelOptions options = child_of(model);
   options.form = "acc";
-  options.parent = model;
-  options.relations = model->relations;
-  options.invariants = model->invariants;
-  options.singularity_conditions = model->singularity_conditions;
+  options.projections.clear();
   options.drift = DriftLaw::polynomial;
   options.invariants.insert(options.invariants.end(), d.constraints.begin(), d.constraints.end());
-  options.mechanics = model->mechanics;
   for (std::size_t j = 0; j < model->variables.size(); ++j) {  // an algebraic one may have got a derivative
     const Variable& v = model->variables[j];
     (v.order > 0 || a.offsets.d[j] > 0 ? options.x : options.z).push_back(v.leaf);

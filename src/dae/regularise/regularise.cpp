@@ -163,6 +163,9 @@ std::optional<Regularised> regularise(const ModelPtr& model, std::vector<std::st
   options.trace = r.log;
   options.relations = model->relations;
   options.invariants = model->invariants;
+  options.events = model->events;
+  options.start_values = model->start_values;
+  options.start_guesses = model->start_guesses;
   options.singularity_conditions = model->singularity_conditions;
   for (Expr factor : e.nonzero)
     options.singularity_conditions.push_back(

@@ -192,9 +192,9 @@ int make(Call& call) {
     protected_call(L, 1, 1);
     return 1;
   }
-  lua_newtable(L);  // the equations
   lua_newtable(L);  // the options
-  const int list = 2, words = 3;
+  lua_newtable(L);  // the equations
+  const int words = 2, list = 3;
   for (lua_pushnil(L); lua_next(L, 1);) {
     const bool option = lua_type(L, -2) == LUA_TSTRING && ModelWords::contains(lua_tostring(L, -2));
     lua_pushvalue(L, -2);
