@@ -1,12 +1,16 @@
 -- A drive train: motor, clutch, gear and load. The clutch closes at 0.5 s, slides, then holds.
 local r = components.rotational
 
+local close = component("close", { at = 1 }, function(self)        -- a valve: 0, from a time on 1
+  local y = self:discrete("y", 0)
+  self:gives(y)
+  self:event { when = t - self.at, direction = 1, reset = { [y] = 1 } }
+end)
+
 local train = model {
   motor = r.inertia{ J = 0.5, phi0 = 0, w0 = 100 }, load = r.inertia{ J = 2, phi0 = 0, w0 = 0 },
-  clutch = r.clutch{ tau0 = 100, mode0 = -1 }, brake = r.damper{ d = 0 }, wall = r.fixed{},
-  connect("clutch.u", ifelse(lt(t, 0.5), 0, 1)),
-  connect("motor.flange", "clutch.a"), connect("clutch.b", "load.flange", "brake.a"),
-  connect("brake.b", "wall.flange") }
+  clutch = r.clutch{ tau0 = 100, mode0 = -1 }, valve = close{ at = 0.5 }, connect("valve.y", "clutch.u"),
+  connect("motor.flange", "clutch.a"), connect("clutch.b", "load.flange") }
 
 local sol = train:integrate{ to = 2, rtol = 1e-8 }
 local m, c = train.motor, train.load

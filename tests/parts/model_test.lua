@@ -171,3 +171,17 @@ test("two models of parts that are saved come back", function()
   os.remove(name)
   expect(again:integrate{ to = 0.1 }("C.v", 0.1)):near(rc:integrate{ to = 0.1 }(rc.C.v, 0.1), 1e-12)
 end)
+
+test("a factor that is a number at the values of the parameters, and points at which everything is held",
+  function()
+  local h = components.thermal
+  local m = model { V = e.source{ v = 10 }, R = h.heating_resistor{ R = 5, alpha = 0 },
+    C = h.capacity{ C = 2, T0 = 300 },
+    gnd = e.ground{}, connect("V.p", "R.p"), connect("V.n", "R.n", "gnd.p"), connect("R.port", "C.port") }
+  expect(m:integrate{ to = 1 }(m.C.T, 1)):near(310, 1e-6)
+  local train = model { A = r.inertia{ J = 1, phi0 = 0, w0 = 10 }, B = r.inertia{ J = 1, phi0 = 0, w0 = 0 },
+    K = r.clutch{ tau0 = 5, mode0 = -1 }, connect("K.u", ifelse(lt(t, 0.5), 0, 1)),
+      connect("A.flange", "K.a"),
+    connect("K.b", "B.flange") }
+  expect(train:integrate{ to = 3 }(train.B.w, 3)):near(5, 1e-5)
+end)

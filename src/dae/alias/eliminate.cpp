@@ -193,7 +193,9 @@ class Elimination {
     const auto enter = [&](int u) {
       const int more = std::max(0, numbers_.order(u) + times - occurrences_.highest(numbers_.base(u)));
       raised += more;
-      if (more > 0 && occurrences_.is_top(u)) return false;  // x = y′ does not make one equation of two
+      // x = y′ does not make one equation of two, x = z no state of an algebraic unknown
+      const bool coordinate = occurrences_.highest(numbers_.base(u)) > 0 && !occurrences_.is_top(u);
+      if (more > 0 && !coordinate) return false;
       return raised <= times && numbers_.order(u) + times < numbers_.stride();
     };
     if (!std::all_of(row.inside.begin(), row.inside.end(), enter)) return {};

@@ -34,6 +34,7 @@ class NewtonStep {
     Mat m = J.rightCols(J.cols() - held);
     row_ = Vec::Ones(m.rows());
     column_ = Vec::Ones(m.cols());
+    if (m.size() == 0) return;  // everything is held: there is no step
     for (int sweep = 0; sweep < 3; ++sweep) {
       for (Index i = 0; i < m.rows(); ++i)
         if (const double s = m.row(i).cwiseAbs().maxCoeff(); s > 0) {
@@ -51,7 +52,10 @@ class NewtonStep {
   }
 
   /// -J⁺ r in scaled unknowns: what the size of a step is measured in.
-  Vec scaled(const Vec& r) const { return qr_.solve(-r.cwiseQuotient(row_)); }
+  Vec scaled(const Vec& r) const {
+    return row_.size() == 0 || column_.size() == 0 ? Vec(Vec::Zero(column_.size()))
+                                                   : Vec(qr_.solve(-r.cwiseQuotient(row_)));
+  }
   Vec step(const Vec& s) const {
     Vec out = Vec::Zero(columns_);
     out.tail(columns_ - held_) = s.cwiseQuotient(column_);

@@ -60,6 +60,7 @@ bool reachable(const Model& m, const Analysis& a, Expr factor, const Accept& acc
     const auto kind = symbol_of(leaf).kind;
     if (kind != Kind::parameter && kind != Kind::constant) unknowns.push_back(leaf);
   }
+  if (unknowns.empty()) return false;  // at the values of the parameters the factor is a number
   const std::vector<Entry> slopes = sparse_jacobian(rows, unknowns);
   std::vector<Expr> outputs = rows;
   for (const Entry& e : slopes) outputs.push_back(e.value);
