@@ -131,6 +131,17 @@ std::optional<int> pivot_class(const Model& model, Expr c) {
   return is_nonzero_sum(model, c) ? std::optional(3) : std::nullopt;
 }
 
+/// The row as an expression.
+Expr written(const AffineRow& e, const UnknownNumbers& numbers) {
+  Expr sum = e.rest;
+  for (const AffineRow::Term& t : e.terms) {
+    const Expr leaf = numbers.leaf(t.unknown);
+    const bool minus = t.coefficient.op() == Op::neg || t.coefficient == Expr(-1);
+    sum = minus ? sum - scaled(-t.coefficient, leaf) : sum + scaled(t.coefficient, leaf);
+  }
+  return sum;
+}
+
 /// Equations and unknowns during elimination.
 class Elimination {
  public:
@@ -300,16 +311,6 @@ class Elimination {
     return d;
   }
 
-  Expr written(const AffineRow& e) const {
-    Expr sum = e.rest;
-    for (const AffineRow::Term& t : e.terms) {
-      const Expr leaf = numbers_.leaf(t.unknown);
-      const bool minus = t.coefficient.op() == Op::neg || t.coefficient == Expr(-1);
-      sum = minus ? sum - scaled(-t.coefficient, leaf) : sum + scaled(t.coefficient, leaf);
-    }
-    return sum;
-  }
-
   void eliminate(int row, int x) {
     const int times = occurrences_.highest(x);
     AffineRow e = defined(row, x);
@@ -318,7 +319,7 @@ class Elimination {
     const std::vector<AffineRow::Term> freed = rows_[row].terms;
     for (int k = 0; k <= times; ++k) {
       if (k > 0) e = derivative(e);
-      const Expr meaning = written(e);
+      const Expr meaning = written(e, numbers_);
       definitions_.push_back({x + k, meaning});
       meanings_[numbers_.leaf(x + k)] = meaning;
       if (e.terms.empty() && e.inside.empty()) known_[numbers_.leaf(x + k)] = meaning;
