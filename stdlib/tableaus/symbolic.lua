@@ -226,7 +226,14 @@ end
 local function symbolic_tableau(data)
   local s = #data.b
   local A, b, c = {}, {}, {}
-  local function read(e) return type(e) == "string" and rational(e) or e or 0 end
+  local function read(e)
+    if type(e) == "string" then return rational(e) end
+    if e and type(e) ~= "number" and tostring(der(e)) ~= "0" then
+      fail(("tableau: the coefficient %s depends on time; coefficients are numbers and parameters: "
+        .. 'a = param "a"'):format(tostring(e)))
+    end
+    return e or 0
+  end
   for i = 1, s do
     A[i] = {}
     for j = 1, s do

@@ -6,6 +6,7 @@
 #include "expr/normal/normal.hpp"
 #include "expr/print/print.hpp"
 #include "expr/rewrite/rewrite.hpp"
+#include "expr/rewrite/tidied.hpp"
 
 namespace pendula::dae {
 
@@ -37,7 +38,7 @@ Expr with_leading_sign(Expr residual, const std::vector<Expr>& states) {
   for (Expr x : states) {
     const Expr slope = partial(residual, x);
     if (slope.is_zero()) continue;
-    const Expr s = simplify(slope);
+    const Expr s = is_short(slope) ? simplify(slope) : slope;  // a number is short
     return s.is_constant() && constant_value(s) < 0 ? simplify(-residual) : residual;
   }
   return residual;

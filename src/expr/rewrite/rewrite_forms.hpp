@@ -16,6 +16,22 @@ class Expander : public NormalForms {
   double made_ = 0;  ///< products formed so far
 };
 
+/// The terms of a sum in textbook order; a term is found by its factors in constant time.
+class OrderedTerms {
+ public:
+  static constexpr std::size_t nowhere = static_cast<std::size_t>(-1);
+  explicit OrderedTerms(std::vector<Term> terms);
+  std::size_t size() const { return terms_.size(); }
+  const Term& operator[](std::size_t k) const { return terms_[k]; }
+  /// The first place but `except` of this term, of a term with these factors; `nowhere` if there is none.
+  std::size_t place_of(const Term& wanted, std::size_t except) const;
+  std::size_t place_of_factors(const Term& wanted, std::size_t except) const;
+
+ private:
+  std::vector<Term> terms_;
+  std::unordered_map<std::uint64_t, std::vector<std::size_t>> places_;  ///< by a hash of the atoms, ascending
+};
+
 class Simplifier : public NormalForms {
  public:
   // ── what the rules use ──
@@ -48,10 +64,10 @@ class Simplifier : public NormalForms {
 
  private:
   SumId by_sum_rules(SumId s);
-  std::optional<Sum> by_squares(const std::vector<Term>& terms);
-  std::optional<Sum> by_angle_sums(const std::vector<Term>& terms);
-  std::optional<Sum> by_tangents(const std::vector<Term>& terms);
-  std::optional<Sum> by_logarithms(const std::vector<Term>& terms);
+  std::optional<Sum> by_squares(const OrderedTerms& terms);
+  std::optional<Sum> by_angle_sums(const OrderedTerms& terms);
+  std::optional<Sum> by_tangents(const OrderedTerms& terms);
+  std::optional<Sum> by_logarithms(const OrderedTerms& terms);
   std::optional<SumId> with_single_angles(SumId s);
   std::optional<SumId> perfect_power(SumId base, const mpq_class& exponent);
   std::optional<SumId> over_common_denominator(SumId s);

@@ -1,6 +1,7 @@
 // Rules for pairs of terms of a sum: squares of sine and cosine, products of them at two angles, fractions.
 #include <algorithm>
 
+#include "expr/graph/mix.hpp"
 #include "expr/rewrite/rewrite_forms.hpp"
 
 namespace pendula {
@@ -10,23 +11,16 @@ constexpr int most_passes = 40;
 constexpr std::size_t most_terms = 2000;
 
 using Index = std::size_t;
-constexpr Index nowhere = static_cast<Index>(-1);
+constexpr Index nowhere = OrderedTerms::nowhere;
 
-Index place_of(const std::vector<Term>& terms, const Term& wanted, Index except) {
-  for (Index k = 0; k < terms.size(); ++k)
-    if (k != except && terms[k] == wanted) return k;
-  return nowhere;
-}
-
-/// The place of a term with these factors, whatever its coefficient.
-Index place_of_factors(const std::vector<Term>& terms, const Term& wanted, Index except) {
-  for (Index k = 0; k < terms.size(); ++k)
-    if (k != except && terms[k].factors == wanted.factors) return k;
-  return nowhere;
+std::uint64_t hash_of_atoms(const Term& t) {
+  std::uint64_t h = 0;
+  for (const Factor& f : t.factors) h += mix(f.atom);
+  return h;
 }
 
 /// The terms but for two of them.
-Sum without_two(const std::vector<Term>& terms, Index i, Index j) {
+Sum without_two(const OrderedTerms& terms, Index i, Index j) {
   Sum rest;
   for (Index k = 0; k < terms.size(); ++k)
     if (k != i && k != j) rest.push_back(terms[k]);
@@ -41,9 +35,29 @@ Term with_factor(const NormalForms& forms, Term term, AtomId atom, const mpq_cla
 
 }  // namespace
 
+OrderedTerms::OrderedTerms(std::vector<Term> terms) : terms_(std::move(terms)) {
+  for (Index k = 0; k < terms_.size(); ++k) places_[hash_of_atoms(terms_[k])].push_back(k);
+}
+
+std::size_t OrderedTerms::place_of(const Term& wanted, std::size_t except) const {
+  const auto alike = places_.find(hash_of_atoms(wanted));
+  if (alike == places_.end()) return nowhere;
+  for (const Index k : alike->second)
+    if (k != except && terms_[k] == wanted) return k;
+  return nowhere;
+}
+
+std::size_t OrderedTerms::place_of_factors(const Term& wanted, std::size_t except) const {
+  const auto alike = places_.find(hash_of_atoms(wanted));
+  if (alike == places_.end()) return nowhere;
+  for (const Index k : alike->second)
+    if (k != except && terms_[k].factors == wanted.factors) return k;
+  return nowhere;
+}
+
 /// α c R f² + β c R g² = c R, and c R - α c R f² = β c R g²; a R f² + b R g² with numbers 0 < a < b is
 /// a R + (b - a) R g² for sine and cosine.
-std::optional<Sum> Simplifier::by_squares(const std::vector<Term>& terms) {
+std::optional<Sum> Simplifier::by_squares(const OrderedTerms& terms) {
   const auto replaced = [&](Index i, Index j, Term by) {
     Sum shorter = without_two(terms, i, j);
     const SumId p = product(std::move(by));
@@ -62,13 +76,13 @@ std::optional<Sum> Simplifier::by_squares(const std::vector<Term>& terms) {
         Term other = rest;  // theirs · c R · other square
         other.coefficient = other.coefficient * Number(theirs);
         other = with_factor(*this, other, function_atom(is_f ? rule.g : rule.f, atom(f.atom).args), 2);
-        if (const Index j = place_of(terms, other, i); j != nowhere) return replaced(i, j, rest);
+        if (const Index j = terms.place_of(other, i); j != nowhere) return replaced(i, j, rest);
         Term opposite = rest;
         opposite.coefficient = -opposite.coefficient;
         Term remaining = other;
         remaining.coefficient = -remaining.coefficient;
-        if (const Index j = place_of(terms, opposite, i); j != nowhere) return replaced(i, j, remaining);
-        const Index j = rule.f == Op::sin ? place_of_factors(terms, other, i) : nowhere;
+        if (const Index j = terms.place_of(opposite, i); j != nowhere) return replaced(i, j, remaining);
+        const Index j = rule.f == Op::sin ? terms.place_of_factors(other, i) : nowhere;
         if (j == nowhere || terms[j].coefficient.sign() != t.coefficient.sign()) continue;
         const Number more = terms[j].coefficient + -t.coefficient;
         if (!more.exact() || more.sign() != t.coefficient.sign()) continue;
@@ -81,7 +95,7 @@ std::optional<Sum> Simplifier::by_squares(const std::vector<Term>& terms) {
 }
 
 /// c R cos a cos b ± c R sin a sin b = c R cos(a ∓ b), c R sin a cos b ± c R cos a sin b = c R sin(a ± b).
-std::optional<Sum> Simplifier::by_angle_sums(const std::vector<Term>& terms) {
+std::optional<Sum> Simplifier::by_angle_sums(const OrderedTerms& terms) {
   for (Index i = 0; i < terms.size(); ++i) {
     const Term& t = terms[i];
     for (const Factor& x : t.factors)
@@ -94,10 +108,10 @@ std::optional<Sum> Simplifier::by_angle_sums(const std::vector<Term>& terms) {
         const Term rest = with_factor(*this, with_factor(*this, t, x.atom, -1), y.atom, -1);
         Term other = with_factor(*this, rest, function_atom(both_cos ? Op::sin : Op::cos, {a}), 1);
         other = with_factor(*this, other, function_atom(Op::sin, {b}), 1);
-        Index j = place_of(terms, other, i);
+        Index j = terms.place_of(other, i);
         const bool same = j != nowhere;
         other.coefficient = -other.coefficient;
-        if (!same) j = place_of(terms, other, i);
+        if (!same) j = terms.place_of(other, i);
         if (j == nowhere) continue;
         const bool difference = both_cos == same;  // cos(a - b), sin(a - b)
         Sum angle = sum(a);
@@ -115,14 +129,14 @@ std::optional<Sum> Simplifier::by_angle_sums(const std::vector<Term>& terms) {
 }
 
 /// c R + c R tan² = c R/cos², c R - c R tanh² = c R/cosh².
-std::optional<Sum> Simplifier::by_tangents(const std::vector<Term>& terms) {
+std::optional<Sum> Simplifier::by_tangents(const OrderedTerms& terms) {
   for (Index i = 0; i < terms.size(); ++i)
     for (const Factor& f : terms[i].factors) {
       const bool circular = is_function(f.atom, Op::tan);
       if (f.exponent != 2 || (!circular && !is_function(f.atom, Op::tanh))) continue;
       Term rest = with_factor(*this, terms[i], f.atom, -2);
       if (!circular) rest.coefficient = -rest.coefficient;
-      const Index j = place_of(terms, rest, i);
+      const Index j = terms.place_of(rest, i);
       if (j == nowhere) continue;
       Term by = rest;
       multiply(by, single(function_atom(circular ? Op::cos : Op::cosh, atom(f.atom).args)), -2);
@@ -135,7 +149,7 @@ std::optional<Sum> Simplifier::by_tangents(const std::vector<Term>& terms) {
 }
 
 /// c R log a ± c R log b = c R log(a b^±1): where the left side is defined, a and b are positive.
-std::optional<Sum> Simplifier::by_logarithms(const std::vector<Term>& terms) {
+std::optional<Sum> Simplifier::by_logarithms(const OrderedTerms& terms) {
   for (Index i = 0; i < terms.size(); ++i)
     for (const Factor& f : terms[i].factors) {
       if (f.exponent != 1 || !is_function(f.atom, Op::log)) continue;
@@ -207,7 +221,7 @@ std::optional<SumId> Simplifier::with_single_angles(SumId s) {
 
 SumId Simplifier::by_sum_rules(SumId id) {
   for (int round = 0; round < most_passes; ++round) {
-    const std::vector<Term> terms = ordered_terms(id);
+    const OrderedTerms terms(ordered_terms(id));
     if (terms.size() < 2 || terms.size() > most_terms) break;
     auto shorter = by_squares(terms);
     if (!shorter) shorter = by_angle_sums(terms);
