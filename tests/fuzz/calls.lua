@@ -8,7 +8,8 @@ local function pick(list) return list[random(#list)] end
 
 -- ── what can be called ──
 local functions = {}
-local never = { help = 1, apropos = 1, examples = 1, view = 1, dofile = 1, test = 1, expect = 1, load = 1,
+local never = { edit = 1, help = 1, apropos = 1, examples = 1, view = 1, dofile = 1, test = 1, expect = 1,
+  load = 1,
   save = 1,
   manual = 1, explain = 1 }
 for name, value in pairs(pendula) do
