@@ -198,13 +198,14 @@ void EventFinder::start(const Point& point, const std::vector<Crossing>& crossed
 EventFinder::Root EventFinder::locate(Stepper& stepper, const StepView& step, int which, double a, double ga,
                                       double b, double gb) {
   int side = 0;
+  const double smallest = 2 * eps * std::max(std::fabs(a), std::fabs(b));
+  const auto root = [&](double t) { return Root{std::max(a, t - smallest), t, false}; };  // exact zeros: a is far
   for (int k = 0; k < 200; ++k) {
-    const double smallest = 2 * eps * std::max(std::fabs(a), std::fabs(b));
     if (b - a <= smallest || gb == 0) break;
     double t = k % 4 == 3 ? (a + b) / 2 : b - gb * (b - a) / (gb - ga);
     t = std::clamp(t, a + smallest / 2, b - smallest / 2);
     const double g = value(stepper, step, which, t);
-    if (g == 0) return {a, t, false};
+    if (g == 0) return root(t);
     if (opposite(g, gb)) {
       a = t, ga = g;
       if (side == -1) gb /= 2;
@@ -215,7 +216,7 @@ EventFinder::Root EventFinder::locate(Stepper& stepper, const StepView& step, in
       side = 1;
     }
   }
-  return {a, b, false};
+  return root(b);
 }
 
 /// Where g touches or crosses zero between two samples of one sign, by the sign of its slope.

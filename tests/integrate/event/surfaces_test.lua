@@ -99,3 +99,21 @@ test("a short dip below zero is two events", function()
   expect(sol.events[1].t):near(3*math.pi/2 - half, 1e-12)
   expect(sol.events[2].t):near(3*math.pi/2 + half, 1e-12)
 end)
+
+test("time does not pass without the state where a root is found exactly", function()
+  -- b = e^-t goes on through the border of √|c - 0.2/(b² + 1)|, wherever the border is
+  local a, b = vars "a b"
+  for _, border in ipairs { 0.1288444943, 0.11, 0.1 + 0.02/3, 0.125, 0.14 } do
+    local model = dae { der(a) ~ sqrt(abs(border - 0.2/(b^2 + 1))) - 13*a, der(b) ~ -b }
+    for _, method in ipairs { "dopri5", "tsit5", "verner87", "gauss", "radau", "bdf", "rodas" } do
+      local sol = model:integrate { start = { a = 14/15, b = 1 }, to = 0.8, method = method, rtol = 1e-9 }
+      -- the Jacobian at the border is infinite: methods that take it there say so
+      if sol.status ~= "finished" and method ~= "dopri5" and method ~= "tsit5" and method ~= "verner87" then
+        expect(sol.status):matches "Jacobian of equation %(1%).* is not finite"
+      else
+        expect(sol.status):equals "finished"
+        expect(sol(b, 0.8)):near(math.exp(-0.8), method == "bdf" and 2e-7 or 3e-8)
+      end
+    end
+  end
+end)
