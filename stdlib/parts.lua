@@ -65,7 +65,7 @@ doc { name = "model", module = module, title = title,
     V, R, C = e.source{ v = 1 }, e.resistor{ R = 2 }, e.capacitor{ C = 0.5, v0 = 0 }
     rc = model { V = V, R = R, C = C, gnd = e.ground{},
                  connect(V.p, R.p), connect(R.n, C.p), connect(C.n, V.n, "gnd.p") }
-    return rc:integrate{ to = 1 }(rc.C.v, 1)]], gives = "0.63212056",
+    return ("%.6f"):format(rc:integrate{ to = 1 }(rc.C.v, 1))]], gives = "0.632121",
   function(...) return parts().model(...) end }
 
 doc { name = "model:ports", module = module, title = title,
@@ -77,25 +77,26 @@ doc { name = "model:ports", module = module, title = title,
     l = components.translational
     q = var "q"
     bob = lagrange{ q = {q}, T = q.dot^2 }:ports{ tip = { l.flange, s = 2*q } }
-    m = model { P = bob, F = l.force{ f = 3 }, connect("P.tip", "F.flange"), start = { q = 0 } }
+    m = model { P = bob, F = l.force{ f = 3 }, connect("P.tip", "F.flange") }
     return m:dae().equations[1] ]], gives = "2 P.q″ = 2 F.f",
   function(...) return use("parts/adapt").with_ports(...) end }
 
 -- The libraries in the order of help(); name, what its connectors are.
 local domains = {
-  { "electrical", "Circuits: pins with a potential v and a current i into the part" },
-  { "translational", "Motion along a line: flanges with a position s and a force f on the part" },
-  { "rotational", "Shafts: flanges with an angle phi and a torque tau on the part" },
-  { "planar", "Bodies in the plane: frames with x, y, phi and fx, fy, tau on the part" },
-  { "spatial", "Bodies in space: frames with r, unit quaternions q, f and n on the part" },
-  { "thermal", "Heat: ports with a temperature T and a heat flow Q into the part" },
-  { "hydraulic", "Tanks, pipes and pumps: ports with a pressure p and a volume flow q into the part" },
-  { "signals", "Signals: sources, controllers, filters, sampling, state machines" },
+  { "electrical", "Circuits: pins with a potential v and a current i into the part", "resistor" },
+  { "translational", "Motion along a line: flanges with a position s and a force f on the part", "mass" },
+  { "rotational", "Shafts: flanges with an angle phi and a torque tau on the part", "inertia" },
+  { "planar", "Bodies in the plane: frames with x, y, phi and fx, fy, tau on the part", "body" },
+  { "spatial", "Bodies in space: frames with r, unit quaternions q, f and n on the part", "body" },
+  { "thermal", "Heat: ports with a temperature T and a heat flow Q into the part", "capacity" },
+  { "hydraulic", "Tanks, pipes and pumps: ports with a pressure p and a volume flow q into the part", "tank" },
+  { "signals", "Signals: sources, controllers, filters, sampling, state machines", "pid" },
 }
 
 for _, domain in ipairs(domains) do
-  local name, text = domain[1], domain[2]
+  local name, text, part = domain[1], domain[2], domain[3]
   doc { name = "components." .. name, module = module, title = title, sig = "components." .. name,
     text = text .. ". print(components." .. name .. ") lists the parts; print(part) has its equations.",
+    example = ("return components.%s.%s ~= nil"):format(name, part), gives = "true",
     load = function() return use("components/" .. name) end }
 end

@@ -106,6 +106,7 @@ doc { name = "edit", module = "session", sig = "edit(file)",
   example = "return type(edit)", gives = "function",
   function(file)
     if type(file) ~= "string" then fail 'edit: expected a file name, as in edit "model.lua"' end
+    if not os.execute "test -t 0 -a -t 1" then fail "edit: an editor needs a terminal" end
     local editor = os.getenv "VISUAL" or os.getenv "EDITOR" or "vi"
     local good = os.execute(("%s '%s'"):format(editor, (file:gsub("'", "'\\''"))))
     if not good then fail(("edit: %s did not end well"):format(editor)) end

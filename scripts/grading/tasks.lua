@@ -12,7 +12,7 @@ task { "energy", points = 2, text = "Total energy of the pendulum, V = 0 at the 
       feedback = "The sign of the potential energy." },
     { answer = m*l*theta.dot^2/2 - m*g*l*cos(theta), feedback = "The moment of inertia is m l²." } } }
 
-task { "model", points = 3, text = "The pendulum in Cartesian coordinates, index 3",
+task { "pendulum", points = 3, text = "The pendulum in Cartesian coordinates, index 3",
   answer = dae { der(x) ~ u, der(y) ~ v, m*der(u) ~ -z*x, m*der(v) ~ -z*y - m*g, 0 ~ x^2 + y^2 - l^2 } }
 
 task { "index", answer = 3 }

@@ -3,6 +3,7 @@
 #include <atomic>
 #include <cerrno>
 #include <climits>
+#include <csignal>
 #include <cstdlib>
 #include <cstring>
 #include <memory>
@@ -51,6 +52,23 @@ void note_draft(const std::string& path) {
   }
 }
 
+/// No signal comes between making a draft and noting its name.
+class SignalsHeld {
+ public:
+  SignalsHeld() {
+    sigset_t held;
+    sigemptyset(&held);
+    for (const int signal : {SIGINT, SIGTERM, SIGHUP}) sigaddset(&held, signal);
+    pthread_sigmask(SIG_BLOCK, &held, &before_);
+  }
+  ~SignalsHeld() { pthread_sigmask(SIG_SETMASK, &before_, nullptr); }
+  SignalsHeld(const SignalsHeld&) = delete;
+  SignalsHeld& operator=(const SignalsHeld&) = delete;
+
+ private:
+  sigset_t before_;
+};
+
 void forget_draft(const std::string& path) {
   for (Open& slot : open_drafts)
     if (slot.taken && path == slot.path) slot.taken = false;
@@ -84,10 +102,11 @@ Draft::Draft(const std::string& target, const char* verb) : target_(target), ver
     descriptor_ = open(target.c_str(), O_WRONLY | O_CLOEXEC);
   } else {
     path_ = folder_of(resolved(target)) + ".pendula-draft-XXXXXX";
+    const SignalsHeld held;
     descriptor_ = mkostemp(path_.data(), O_CLOEXEC);
+    if (descriptor_ >= 0) note_draft(path_);
   }
   if (descriptor_ < 0) fail(reason());
-  if (!direct_) note_draft(path_);
 }
 
 Draft::~Draft() {

@@ -205,9 +205,18 @@ def compile_commands():
         return {os.path.relpath(entry["file"], ROOT): entry for entry in json.load(file)}
 
 
+def compiled_together(commands, file):
+    """The command of the files of a folder that are compiled as one (pendula_unity in CMakeLists.txt)."""
+    folder = re.sub(r"\W", "_", os.path.dirname(file))
+    for path, entry in commands.items():
+        if f"_{folder}_" in path and "Unity" in path:
+            return entry
+    fail(f"{file} is compiled by no command")
+
+
 def compile_in(scratch, commands, file, like=None, target=None):
     """Compiles a file of the scratch copy as the build compiles `like`; without a target only its syntax is read."""
-    entry = commands[like or file]
+    entry = commands.get(like or file) or compiled_together(commands, like or file)
     words = shlex.split(entry["command"])
     original = entry["file"]
     words = [word.replace(ROOT + "/src", scratch + "/src") for word in words]

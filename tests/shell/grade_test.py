@@ -39,12 +39,12 @@ assert by_name["ada.lua"]["points"] == 15, by_name["ada.lua"]
 assert set(verdicts("ada.lua").values()) <= {"right", "equivalent"}
 assert verdicts("ada.lua")["energy"] == "right" and answer("ada.lua", "energy")["line"] == 4
 assert by_name["ben.lua"]["points"] == 15, by_name["ben.lua"]
-for task in ("energy", "model", "method"):
+for task in ("energy", "pendulum", "method"):
     assert verdicts("ben.lua")[task] == "equivalent", (task, by_name["ben.lua"])
 cem = by_name["cem.lua"]
 assert cem["outcome"] == "error" and "Did you mean" in cem["message"] and "cem.lua:10" in cem["message"], cem
 assert answer("cem.lua", "energy")["points"] == 1 and "sign" in answer("cem.lua", "energy")["feedback"], cem
-assert verdicts("cem.lua") == {"energy": "partly", "model": "wrong", "index": "wrong", "period": "wrong",
+assert verdicts("cem.lua") == {"energy": "partly", "pendulum": "wrong", "index": "wrong", "period": "wrong",
                                "method": "wrong", "higher": "wrong", "poles": "wrong", "plant": "missing"}, cem
 assert "order 1" in answer("cem.lua", "higher")["feedback"]
 dora = by_name["dora.lua"]

@@ -4,8 +4,8 @@ m, g, l = params "m=1 g=9.81 l=1"
 energy = m*l^2*theta.dot^2/2 - m*g*l*cos(theta)
 
 local x, y, u, v, z = vars "x y u v z"
-model = dae { der(x) ~ u, der(y) ~ v, m*der(u) ~ -z*x, m*der(v) ~ -z*y - m*g, 0 ~ x^2 + y^2 - l^2 }
-index = model:index()
+pendulum = dae { der(x) ~ u, der(y) ~ v, m*der(u) ~ -z*x, m*der(v) ~ -z*y - m*g, 0 ~ x^2 + y^2 - l^2 }
+index = pendulum:index()
 period = 2*math.pi*math.sqrt(1/9.81)
 method = rk.heun
 higher = rk.rk4

@@ -3,7 +3,7 @@ local theta, m, g, l = var "theta", param "m", param "g", param "l"
 energy = l*m*(l*theta.dot^2 - 2*g*(1 - 2*sin(theta/2)^2))/2
 
 local p, q, pdot, qdot, force = vars "p q pdot qdot force"
-model = dae { p^2 + q^2 ~ l^2, der(qdot) ~ -force*q/m - g, m*der(pdot) + force*p ~ 0,
+pendulum = dae { p^2 + q^2 ~ l^2, der(qdot) ~ -force*q/m - g, m*der(pdot) + force*p ~ 0,
   pdot ~ der(p), qdot ~ der(q) }
 index = 3.0
 period = 2.00607

@@ -144,6 +144,8 @@ int repeat(lua_State* L) {
   if (n < 2 || period == 0 || static_cast<std::size_t>(n) > most / period) return call_original(L);
   const std::size_t total = static_cast<std::size_t>(n) * period - gap;
   if (total <= many_bytes) return call_original(L);
+  constexpr std::size_t beyond_memory = std::size_t{1} << 33;
+  if (total > beyond_memory) return luaL_error(L, "resulting string too large");
   std::string one(s, size);
   one.append(separator, gap);
   const std::size_t copies = std::max<std::size_t>(1, 4096 / period);

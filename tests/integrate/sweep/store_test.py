@@ -21,7 +21,7 @@ print("finished", #s - #s.failures)
 """
 
 def script(**values):
-    text = SCRIPT % dict(dict(runs=300, rtol="1e-11", db=db, log=log), **values)
+    text = SCRIPT % dict(dict(runs=3000, rtol="1e-11", db=db, log=log), **values)
     name = folder + "/script.lua"
     with open(name, "w") as file:
         file.write(text)
@@ -59,7 +59,7 @@ def killed_and_resumed():
     process.kill()
     process.wait()
     before = stored()
-    assert 20 < len(before) < 300, len(before)
+    assert 20 < len(before) < 3000, len(before)
     with open(log) as file:
         lines = file.read().split()
     time.sleep(0.2)                                     # the workers are gone with their parent
@@ -67,21 +67,21 @@ def killed_and_resumed():
         assert len(file.read().split()) <= len(lines) + 2
     os.remove(log)
     result = run(script())
-    assert "finished 300" in result.stdout, result
+    assert "finished 3000" in result.stdout, result
     after = stored()
     assert [row for row in after if row[0] in {b[0] for b in before}] == before
     with open(log) as file:
         again = {float(line) for line in file}
     assert not again & {row[1] for row in before}, "a run was computed twice"
-    assert len(again) == 300 - len(before)
+    assert len(again) == 3000 - len(before)
     result = run(script())                              # nothing is left to do
     with open(log) as file:
-        assert len(file.read().split()) == 300 - len(before)
+        assert len(file.read().split()) == 3000 - len(before)
 
 def one_equals_interrupted():
     rows = stored()
     fresh()
-    assert "finished 300" in run(script()).stdout
+    assert "finished 3000" in run(script()).stdout
     assert stored() == rows, "a resumed sweep differs from one in a piece"
     with sqlite3.connect(db) as connection:             # trajectories, as docs/store.md says
         leaves = [row[0] for row in connection.execute("select name from quantity where role = 'kept' order by number")]
@@ -99,8 +99,8 @@ def interrupted():
     process.send_signal(signal.SIGINT)
     process.wait()
     kept = len(stored())
-    assert 10 < kept < 300, kept
-    assert "finished 300" in run(script()).stdout
+    assert 10 < kept < 3000, kept
+    assert "finished 3000" in run(script()).stdout
 
 def full():
     fresh()

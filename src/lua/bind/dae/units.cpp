@@ -1,4 +1,6 @@
 // sys:units(): dimensions of all equations. Reads arguments, calls src/dae.
+#include <utility>
+
 #include "base/text.hpp"
 #include "dae/model/truncated_text.hpp"
 #include "dae/units/dimension.hpp"
@@ -21,9 +23,12 @@ int units(Call& call) {
     const dae::Block& b = model.blocks[block];
     const auto clash = dae::dimension_clash(b.lhs[row], b.rhs[row]);
     if (!clash) continue;
+    std::string left = with_unit(clash->left, clash->left_dimension),
+                right = with_unit(clash->right, clash->right_dimension);
+    const bool sides = clash->left == b.lhs[row];
+    if (!sides && right < left) std::swap(left, right);  // operands of a sum have no order of their own
     const std::string line = text(model.label(i), b.note.empty() ? "" : " of " + b.note, ", ",
-                                  model.equation_text(i), ": ", with_unit(clash->left, clash->left_dimension),
-                                  " against ", with_unit(clash->right, clash->right_dimension));
+                                  model.equation_text(i), ": ", left, " against ", right);
     lua_pushlstring(call.L, line.data(), line.size());
     lua_rawseti(call.L, -2, ++n);
   }
@@ -42,7 +47,7 @@ extern const Module units_module = {
             it an error.)",
          R"(s, v = var("s", { unit = "m" }), var("v", { unit = "m/s" })
             return dae{ der(s) ~ 2*v, der(v) ~ -v + s }:units()[1])",
-         "(2), v′ = s - v: v [m/s] against s [m]"},
+         "(2), v′ = s - v: s [m] against v [m/s]"},
     }};
 
 }  // namespace pendula::lua

@@ -21,6 +21,11 @@ namespace {
 // ── symbols ──
 
 int symbols(Call& call) {
+  if (lua_type(call.L, 1) == LUA_TSTRING)
+    throw Error(
+        text("symbols(e) lists the symbols of an expression; new ones are made by x, y = vars \"x y\" and "
+             "params \"m=1 k\", here vars \"",
+             lua_tostring(call.L, 1), "\""));
   std::vector<Expr> all;
   const auto add = [&](const MatX& m) { all.insert(all.end(), m.data(), m.data() + m.size()); };
   if (call.is<Equation>(1)) {
