@@ -89,7 +89,7 @@ local domains = {
   { "planar", "Bodies in the plane: frames with x, y, phi and fx, fy, tau on the part", "body" },
   { "spatial", "Bodies in space: frames with r, unit quaternions q, f and n on the part", "body" },
   { "thermal", "Heat: ports with a temperature T and a heat flow Q into the part", "capacity" },
-  { "hydraulic", "Tanks, pipes and pumps: ports with a pressure p and a volume flow q into the part", "tank" },
+  { "hydraulic", "Tanks, pipes, pumps: ports with a pressure p and a volume flow q into the part", "tank" },
   { "signals", "Signals: sources, controllers, filters, sampling, state machines", "pid" },
 }
 

@@ -241,7 +241,8 @@ end)
 test("every word of the vocabulary, with arguments of every wrong kind", function()
   local wrong = { true, print, {}, { true }, "no such thing", -1, 1e300, 0/0, coroutine.create(print),
     io.stdout }
-  local skip = { edit = true, cd = true, record = true, save_session = true, help = true, apropos = true, examples = true, test = true, expect = true, print = true,
+  local skip = { edit = true, cd = true, record = true, save_session = true, help = true, apropos = true,
+    examples = true, test = true, expect = true, print = true,
     load = true }
   for name, f in pairs(pendula) do
     if (type(f) == "function") and not skip[name] then
