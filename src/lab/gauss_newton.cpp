@@ -14,7 +14,8 @@ namespace {
 
 using Eigen::Index;
 constexpr double rank_threshold = 1e-9;  ///< of singular values of J with columns scaled to length 1
-constexpr double linear_in_the_end = 1e-6;  ///< a predicted rate above this shows as linear convergence in the end
+constexpr double linear_in_the_end =
+    1e-6;  ///< a predicted rate above this shows as linear convergence in the end
 
 class Solver {
  public:

@@ -318,7 +318,8 @@ std::vector<Surd> exact_lobatto_nodes(int s) {
 
 Tableau collocation(std::span<const Expr> nodes) {
   if (nodes.empty()) throw Error("needs at least one node: rk.collocation{ \"1/3\", 1 }");
-  if (nodes.size() > most_collocated) throw Error(text(nodes.size(), " nodes; the limit is ", most_collocated));
+  if (nodes.size() > most_collocated)
+    throw Error(text(nodes.size(), " nodes; the limit is ", most_collocated));
   const mp_bitcnt_t bits = digits_for(nodes.size());
   double error = 0;
   RealVector values;

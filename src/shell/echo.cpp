@@ -2,9 +2,9 @@
 
 #include <cstdio>
 
+#include "lua/core/table_text.hpp"
 #include "lua/screen/fit_text.hpp"
 #include "lua/screen/pager.hpp"
-#include "lua/core/table_text.hpp"
 
 namespace pendula::shell {
 namespace {

@@ -185,7 +185,8 @@ std::string_view by_message(std::string_view source, std::string_view error,
   if (lua::contains(error, "near '='"))
     return "a key that is no plain name stands in brackets: { x = 1, [x.dot] = 0 }";
   if (lua::contains(error, "'then' expected")) return "a condition is written if … then … end";
-  if (lua::contains(error, "'do' expected")) return "a loop is written while … do … end or for i = 1, 3 do … end";
+  if (lua::contains(error, "'do' expected"))
+    return "a loop is written while … do … end or for i = 1, 3 do … end";
   if (lua::contains(error, "near '<\\"))
     return "names are made of ASCII letters, digits and _; other letters belong in strings and comments";
   return {};

@@ -89,6 +89,9 @@ function place.model(items)
     fail("model: name must be a string, got a " .. type(title))
   end
   kept.name = nil
+  if next(kept) == nil then
+    fail "model: it has no parts and no equations; for example model { R = R, C = C, connect(R.n, C.p), … }"
+  end
   local part = place.new_part({ name = "model", defaults = {}, items = kept, title = title, text = "" }, {})
   place.outside(part)          -- what is wrong with the list is said here, at the user's line
   return part

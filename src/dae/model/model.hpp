@@ -97,9 +97,10 @@ std::string row_label(const Block& b, int block, int row);
 
 /// What a model does by itself where an expression becomes zero: an event that belongs to its equations.
 struct Transition {
-  Expr when;          ///< its roots are the moments; in leaves of the model or of its lineage, t too
-  int direction = 0;  ///< -1: only where it falls, 1: where it rises; ±2: also where it is beyond at a restart
-  bool stop = false;  ///< the run ends there
+  Expr when;  ///< its roots are the moments; in leaves of the model or of its lineage, t too
+  int direction =
+      0;  ///< -1: only where it falls, 1: where it rises; ±2: also where it is beyond at a restart
+  bool stop = false;                         ///< the run ends there
   std::vector<std::pair<Expr, Expr>> reset;  ///< state -> its value after, in the values before
 };
 

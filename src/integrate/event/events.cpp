@@ -199,7 +199,9 @@ EventFinder::Root EventFinder::locate(Stepper& stepper, const StepView& step, in
                                       double b, double gb) {
   int side = 0;
   const double smallest = 2 * eps * std::max(std::fabs(a), std::fabs(b));
-  const auto root = [&](double t) { return Root{std::max(a, t - smallest), t, false}; };  // exact zeros: a is far
+  const auto root = [&](double t) {
+    return Root{std::max(a, t - smallest), t, false};
+  };  // exact zeros: a is far
   for (int k = 0; k < 200; ++k) {
     if (b - a <= smallest || gb == 0) break;
     double t = k % 4 == 3 ? (a + b) / 2 : b - gb * (b - a) / (gb - ga);

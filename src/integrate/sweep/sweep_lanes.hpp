@@ -35,7 +35,7 @@ class LaneSweep {
   std::vector<std::pair<Expr, int>> p_;  ///< where parameters are in p
   std::vector<Expr> x_;                  ///< the states
   std::shared_ptr<const dae::FirstOrder> form_;
-  bool plain_start_ = false;             ///< x is what the start fixes
+  bool plain_start_ = false;  ///< x is what the start fixes
   enum class Source { time, x, xdot, p };
   std::vector<std::pair<Source, int>> stored_;  ///< of every argument
 };

@@ -8,9 +8,9 @@
 #include "base/text.hpp"
 #include "lua/core/library.hpp"
 #include "lua/core/objects.hpp"
-#include "lua/screen/pager.hpp"
 #include "lua/core/table_text.hpp"
 #include "lua/core/trampoline.hpp"
+#include "lua/screen/pager.hpp"
 
 namespace pendula::lua {
 

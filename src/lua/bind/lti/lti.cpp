@@ -11,7 +11,6 @@ namespace {
 
 using lti::System;
 
-
 Expr read_sampling(lua_State* L, int index) {
   const Expr Ts = to_expr(L, index, "Ts");
   if (Ts.is_constant() && !(constant_value(Ts) > 0))
