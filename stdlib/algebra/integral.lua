@@ -19,6 +19,11 @@ local function of_wave(part, x)
   return lambda == 0 and waves or waves*exp(lambda*x)
 end
 
+-- A bare expression cannot say under which condition it holds: that goes to the error stream.
+local function warn(text, ...) io.stderr:write("warning: integral: ", text:format(...), "\n") end
+
+local function is_positive(e) return tostring(simplify(abs(e))) == tostring(e) end
+
 local function of_fraction(part, x)
   local c = coefficients(part.base, x)
   if part.degree == 1 then
@@ -39,6 +44,7 @@ local function of_fraction(part, x)
     local w = simplify(sqrt(-inside))
     return sum + simplify(rest/w)*log(abs((slope - w)/(slope + w)))
   end
+  if not number and not is_positive(inside) then warn("holds where %s > 0", tostring(inside)) end
   local w = simplify(sqrt(inside))
   return sum + simplify(2*rest/w)*atan(simplify(slope/w))
 end
@@ -53,7 +59,7 @@ local function rational(e, x)
     if not piece then return nil end
     sum = sum + piece
   end
-  return sum
+  return sum, list
 end
 
 local function antiderivative(e, x)
@@ -63,19 +69,47 @@ local function antiderivative(e, x)
     for _, part in ipairs(list) do sum = sum + of_wave(part, x) end
     return simplify(sum)
   end
-  local sum = rational(e, x)
-  if sum then return simplify(sum) end
+  local sum, fractions_of_e = rational(e, x)
+  if sum then return simplify(sum), fractions_of_e end
   fail(("integral: no closed form is known for a term with %s; integrate numerically with one more state, "
     .. "der(J) ~ e")
     :format(tostring(culprit)))
 end
 
+-- Where a fraction is infinite: zeros of a polynomial of degree 1 or 2, the real ones if that can be told.
+local function poles(part, x)
+  local c = coefficients(part.base, x)
+  if #c == 2 then return { simplify(-c[1]/c[2]) } end
+  local inside = simplify(c[2]^2 - 4*c[3]*c[1])
+  if #symbols_in(inside) == 0 and evaluate(inside) < 0 or is_positive(simplify(-inside)) then return {} end
+  local w = sqrt(inside)
+  return { simplify((-c[2] - w)/(2*c[3])), simplify((-c[2] + w)/(2*c[3])) }
+end
+
+-- The difference of an antiderivative means nothing across a pole, and no pole of a fraction is integrable.
+local function check_poles(list, x, a, b)
+  local function number(e) return type(e) == "number" and e or #symbols_in(e) == 0 and evaluate(e) end
+  for _, part in ipairs(list) do
+    for _, pole in ipairs(poles(part, x)) do
+      local p, low, high = number(pole), number(a), number(b)
+      if not (p and low and high) then
+        warn("holds where %s = %s is not between %s and %s", tostring(x), tostring(pole), tostring(a),
+          tostring(b))
+      elseif math.min(low, high) <= p and p <= math.max(low, high) then
+        fail(("integral: the integrand is infinite at %s = %s: there is no integral from %s to %s"):format(
+          tostring(x), tostring(pole), tostring(a), tostring(b)))
+      end
+    end
+  end
+end
+
 local function integral(e, x, a, b)
   if x == nil then fail "integral: give the variable: integral(x^2, x), or integral(x^2, x, 0, 1)" end
   if object_type(e) == "matrix" then return map(e, function(each) return integral(each, x, a, b) end) end
-  local F = antiderivative(e, x)
+  local F, list = antiderivative(e, x)
   if a == nil then return F end
   if b == nil then fail "integral: give both borders: integral(x^2, x, 0, 1)" end
+  check_poles(list or {}, x, a, b)
   return simplify(subs(F, { [x] = b }) - subs(F, { [x] = a }))
 end
 
