@@ -445,3 +445,13 @@ test("degenerate systems are no trouble", function()
   expect(tf({0}, {1, 1}):bode({ 1 }).mag(1, 1)):equals(0.0)
   expect(ss({{0}}, {0}, {0}):controllability().rank):equals(0)
 end)
+
+test("values are numbers, in == and in formats", function()
+  expect(tf({1}, {1, 2}):dcgain() == 0.5):is_true()
+  expect(tf({6}, {1, 2, 3}):dcgain() == 2):is_true()
+  expect(("%.3f"):format(tf({1}, {1, 3}):dcgain())):equals "0.333"
+  expect(c2d(tf({1}, {1, 1}), 0.1).Ts == 0.1):is_true()
+  expect(tf({1}, {1, 1}).Ts == 0):is_true()
+  local k = param "k"
+  expect(tostring(tf({1}, {1, k}):dcgain())):equals "1/k"
+end)

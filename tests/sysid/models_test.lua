@@ -92,7 +92,7 @@ test("bad input is refused with the reason", function()
   expect(function() armax(d, { na = 1, nb = 1, nc = 1, start = { 0, 0, 2 } }) end):fails "stable"
   expect(function() arx(d, { na = 1, nb = 1 }):predict(iddata { y = { 1, 2 } }) end):fails "input"
   expect(function() arx(d, { na = 1, nb = 1 }):fit(d, "sim") end):fails "unknown mode"
-  expect(function() arx(d, { na = 1, nb = 1 }):simulate(d, { init = "none" }) end):fails "unknown init"
+  expect(function() arx(d, { na = 1, nb = 1 }):simulate(d, { init = "none" }) end):fails "unknown ic"
   -- constant output, constant input: no NaN, a rank report
   local flat = {}
   for t = 1, 50 do flat[t] = 1 end

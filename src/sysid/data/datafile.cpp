@@ -110,13 +110,17 @@ double time_step(const std::vector<double>& t, const std::string& path) {
     if (!std::isfinite(t[i]))
       throw Error(text(path, ": the time of sample ", i + 1,
                        " is missing; give Ts = … to use the samples as they stand"));
-  const double step = (t.back() - t.front()) / static_cast<double>(t.size() - 1);
+  const double mean = (t.back() - t.front()) / static_cast<double>(t.size() - 1);
+  std::vector<double> steps;
+  for (std::size_t i = 1; i < t.size(); ++i) steps.push_back(t[i] - t[i - 1]);
+  std::nth_element(steps.begin(), steps.begin() + static_cast<std::ptrdiff_t>(steps.size() / 2), steps.end());
+  const double median = steps[steps.size() / 2];  // one gap does not move it
   for (std::size_t i = 1; i < t.size(); ++i)
-    if (!(std::abs(t[i] - t[i - 1] - step) <= 1e-3 * std::abs(step)))
+    if (!(std::abs(t[i] - t[i - 1] - median) <= 1e-3 * std::abs(median)))
       throw Error(text(path, ": the times are not equidistant: from sample ", i, " to ", i + 1,
-                       " they step by ", rounded(t[i] - t[i - 1], 6), ", on average by ", rounded(step, 6),
+                       " they step by ", rounded(t[i] - t[i - 1], 6), ", mostly by ", rounded(median, 6),
                        "; give Ts = … to use the samples as they stand"));
-  return step;
+  return mean;
 }
 
 Mat gather(const FileColumns& table, const std::vector<std::size_t>& which) {
@@ -130,6 +134,15 @@ Mat gather(const FileColumns& table, const std::vector<std::size_t>& which) {
     m.col(static_cast<Index>(j)) = Eigen::Map<const Vec>(c.data(), rows);
   }
   return m;
+}
+
+/// Separators at the ends of lines make columns without name and without numbers.
+void drop_empty_columns(FileColumns& table, const std::vector<std::string>& header) {
+  const auto named = [&](std::size_t j) { return j < header.size() && !header[j].empty(); };
+  while (table.columns.size() > 1 && !named(table.columns.size() - 1) &&
+         std::all_of(table.columns.back().begin(), table.columns.back().end(),
+                     [](double v) { return std::isnan(v); }))
+    table.columns.pop_back(), table.names.pop_back();
 }
 
 }  // namespace
@@ -167,6 +180,7 @@ FileColumns parse_table(const std::string& content, const std::string& path) {
       table.columns[j].push_back(value);
     }
   }
+  drop_empty_columns(table, first.size() > 0 && header ? first : std::vector<std::string>());
   return table;
 }
 
@@ -252,6 +266,13 @@ IdData from_columns(const FileColumns& table, const ColumnChoice& choice, const 
   if (y.empty())
     throw Error(text(path, ": which columns are outputs? Give y = \"", table.names.back(),
                      "\" and u = … (columns: ", join(table.names, ", "), ")"));
+  for (const std::size_t i : u)
+    if (std::find(y.begin(), y.end(), i) != y.end())
+      throw Error(text(path, ": the column ", table.names[i],
+                       " is both an output and an input (columns: ", join(table.names, ", "), ")"));
+  d.assumed_Ts = choice.Ts == 0 && std::none_of(table.names.begin(), table.names.end(), [](const auto& name) {
+                   return is_time(name) || name == "Ts";
+                 });
   if (choice.Ts != 0) d.Ts = choice.Ts;
   FileColumns chosen;
   for (const auto& group : {y, u})

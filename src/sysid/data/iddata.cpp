@@ -311,7 +311,8 @@ std::string missing_text(const IdData& d) {
 }
 
 std::string describe(const IdData& d) {
-  std::string out = text("data: ", counted(d.samples(), "sample"), ", Ts = ", rounded(d.Ts), ", ",
+  std::string out = text("data: ", counted(d.samples(), "sample"), ", Ts = ", rounded(d.Ts),
+                         d.assumed_Ts ? " (assumed: the file has no times; give Ts = …)" : "", ", ",
                          counted(d.outputs(), "output"), ", ", counted(d.inputs(), "input"));
   if (d.experiments() > 1) {
     std::vector<std::string> sizes;

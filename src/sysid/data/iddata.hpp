@@ -17,6 +17,7 @@ struct IdData {
   Mat y;  ///< N×ny
   Mat u;  ///< N×nu (nu = 0: a time series)
   double Ts = 1;
+  bool assumed_Ts = false;  ///< read from a file that does not say Ts
   std::vector<std::string> y_names, u_names;
   std::vector<Index> starts{0};  ///< first row of each experiment (merge)
   Vec y_offset, u_offset;        ///< what detrend has removed at the first sample

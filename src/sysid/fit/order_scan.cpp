@@ -114,6 +114,7 @@ OrderScan order_scan(const IdData& e, const IdData* v, Range na, Range nb, Range
   if (inputs == 0) nb = nk = {0, 0};
   const Factored fe = factored(e, largest), fv = v ? factored(*v, largest) : Factored{};
   OrderScan scan;
+  scan.na = na, scan.nb = nb, scan.nk = nk;
   scan.criterion = criterion, scan.rows = fe.rows, scan.validation_rows = fv.rows, scan.outputs = e.outputs();
   for (int a = na.from; a <= na.to; ++a)
     for (int b = nb.from; b <= nb.to; ++b)
@@ -137,6 +138,21 @@ OrderScan order_scan(const IdData& e, const IdData* v, Range na, Range nb, Range
   }
   return scan;
 }
+
+namespace {
+
+/// " (na = 10, nk = 1: at the end of the range)", where a wider range could hold a better model.
+std::string on_the_edge(const OrderScan& s, const ScanEntry& e) {
+  std::vector<std::string> words;
+  const auto add = [&](const char* name, const Range& r, int value, int least) {
+    if (r.from < r.to && (value == r.to || (value == r.from && value > least)))
+      words.push_back(text(name, " = ", value));
+  };
+  add("na", s.na, e.na, 0), add("nb", s.nb, e.nb, 1), add("nk", s.nk, e.nk, 0);
+  return words.empty() ? "" : text(" (", join(words, ", "), ": at the end of the range)");
+}
+
+}  // namespace
 
 std::string describe(const OrderScan& s) {
   const auto number = [](double v) {
@@ -170,7 +186,7 @@ std::string describe(const OrderScan& s) {
   for (const auto& [name, i] : s.best) {
     const ScanEntry& e = s.entries[i];
     out += text("  best by ", name == "fit" ? "validation fit" : name, ": na = ", e.na, ", nb = ", e.nb,
-                ", nk = ", e.nk, "\n");
+                ", nk = ", e.nk, on_the_edge(s, e), "\n");
   }
   out.pop_back();
   return out;

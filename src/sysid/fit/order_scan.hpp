@@ -19,6 +19,7 @@ struct OrderScan {
   std::vector<ScanEntry> entries;  ///< best first by `criterion`
   std::string criterion;
   Index rows = 0, validation_rows = 0, outputs = 1;
+  Range na, nb, nk;
   std::map<std::string, std::size_t> best;  ///< per criterion: index into entries
 };
 /// All ARX models na × nb × nk on the rows that the largest one can use; one factorisation of the largest

@@ -207,6 +207,40 @@ std::vector<std::string> warnings(const PolyModel& m) {
   return out;
 }
 
+/// One start of the search and where it led.
+struct Attempt {
+  std::string start;
+  double value;  ///< ½ Σ ε²
+  bool known;    ///< came to a minimum that another start had found
+};
+
+/// "a minimum (slope 2e-10), from the start of Steiglitz and McBride; 2 other starts lead there".
+std::string verdict(const PolyModel& m, const Minimum& best, const std::vector<Attempt>& attempts) {
+  if (m.exact) return "the errors are rounding";
+  std::string out = !best.converged()            ? "no minimum: " + ending_text(best)
+                    : !m.search.warnings.empty() ? "the least value lies on the border of stable predictors"
+                                                 : "a minimum";
+  out += best.angle < 1e-6 ? " (slope < 1e-6)" : text(" (slope ", rounded(best.angle, 1), ")");
+  std::size_t same = 0;
+  std::vector<std::string> higher;
+  const Attempt* from = nullptr;
+  for (const Attempt& a : attempts) {
+    if (a.known || a.value <= best.value * (1 + 1e-6)) {
+      if (!from && !a.known)
+        from = &a;
+      else
+        ++same;
+    } else {
+      higher.push_back(
+          text(a.start, ": V = ", rounded(2 * a.value / static_cast<double>(m.quality.rows), 4)));
+    }
+  }
+  if (from) out += ", from the start: " + from->start;
+  if (same > 0) out += text("; ", same, same == 1 ? " other start leads" : " other starts lead", " there");
+  if (!higher.empty()) out += text("; higher from ", join(higher, ", "));
+  return out;
+}
+
 /// Without noise nothing is known of C and D: their columns of J are rounding. They become 1.
 void forget_noise(PolyModel& m, Mat& J) {
   Index at = m.orders.na;
@@ -272,21 +306,26 @@ PolyModel pem(const IdData& d, Index output, const Orders& wanted, const std::st
     throw Error(text(d.samples(), " samples are too few for ", orders.parameters(),
                      " parameters of a nonlinear problem"));
   const std::vector<Part> parts = parts_of(d, output);
-  std::vector<Vec> starts;
+  std::vector<StartingValues> starts;
   if (options.theta)
-    starts = {*options.theta};
+    starts = {{*options.theta, "the given one"}};
   else
     starts = starting_values(d, output, orders);
   Search search(parts, orders, options);
   std::optional<Minimum> best;
-  for (const Vec& start : starts) {
+  std::vector<Attempt> attempts;
+  for (const auto& [start, name] : starts) {
     if (start.size() != orders.parameters())
       throw Error(text("start: expected ", orders.parameters(), " numbers (",
                        join(parameter_names(orders, d.u_names), ", "), "), got ", start.size()));
+    for (Index i = 0; i < start.size(); ++i)
+      if (!std::isfinite(start[i])) throw Error(text("start: entry ", i + 1, " is not a finite number"));
     if (options.theta && !admissible(polynomials_of(start, orders)))
       throw Error("start: C and F must be stable (zeros inside the unit circle)");
     auto m = search.run(start, best ? best->theta : Vec());
-    if (m && m->ending != Ending::known && (!best || m->value < best->value)) best = std::move(m);
+    if (!m) continue;
+    attempts.push_back({name, m->value, m->ending == Ending::known});
+    if (m->ending != Ending::known && (!best || m->value < best->value)) best = std::move(m);
   }
   if (!best)
     throw Failure("the loss is not finite at any start: is the data constant, or its size beyond 1e150?");
@@ -304,6 +343,10 @@ PolyModel pem(const IdData& d, Index output, const Orders& wanted, const std::st
            ending.empty() ? ")" : "; " + ending + ")");
   complete(m, d, search.errors(best->theta));
   m.search.warnings = warnings(m);
+  m.search.angle = m.exact ? 0 : best->angle;
+  m.search.settled = best->converged() && m.search.warnings.empty();
+  m.search.verdict = verdict(m, *best, attempts);
+  for (std::string& line : offsets_in(d, output)) m.search.warnings.push_back(std::move(line));
   return m;
 }
 

@@ -46,6 +46,10 @@ PolyModel pem(const IdData& d, Index output, const Orders& orders, const std::st
 
 /// Starting values by linear steps: high-order ARX for the innovations (Hannan & Rissanen, Biometrika 69,
 /// 1982), Steiglitz–McBride iterations for B/F (IEEE Trans. Autom. Control 10, 1965).
-std::vector<Vec> starting_values(const IdData& d, Index output, const Orders& orders);
+struct StartingValues {
+  Vec theta;
+  std::string name;  ///< which estimate, in words
+};
+std::vector<StartingValues> starting_values(const IdData& d, Index output, const Orders& orders);
 
 }  // namespace pendula::sysid

@@ -159,16 +159,17 @@ Vec equation_error_poles(const IdData& d, const Orders& orders, Polynomials p) {
   return parameters_of(p, orders);
 }
 
-std::vector<Vec> distinct(std::vector<Vec> list) {
-  std::vector<Vec> out;
-  for (Vec& v : list)
-    if (std::find(out.begin(), out.end(), v) == out.end()) out.push_back(std::move(v));
+std::vector<StartingValues> distinct(std::vector<StartingValues> list) {
+  std::vector<StartingValues> out;
+  for (StartingValues& v : list)
+    if (std::none_of(out.begin(), out.end(), [&](const auto& o) { return o.theta == v.theta; }))
+      out.push_back(std::move(v));
   return out;
 }
 
 }  // namespace
 
-std::vector<Vec> starting_values(const IdData& data, Index output, const Orders& orders) {
+std::vector<StartingValues> starting_values(const IdData& data, Index output, const Orders& orders) {
   IdData d = data;
   d.y = data.y.col(output);
   d.y_names = {"y"};
@@ -178,18 +179,18 @@ std::vector<Vec> starting_values(const IdData& data, Index output, const Orders&
   bool rational = false;
   for (const int f : orders.nf) rational = rational || f > 0;
   const auto fresh = [&] { return polynomials_of(Vec::Zero(orders.parameters()), orders); };
-  std::vector<Vec> out;
+  std::vector<StartingValues> out;
   if (!rational && orders.nd == 0) {
     Polynomials p = fresh();
     equation_error_start(d, orders, orders.nc > 0 ? innovations(d, order) : Vec(), p);
-    out.push_back(parameters_of(p, orders));
+    out.push_back({parameters_of(p, orders), "innovations of a long ARX model"});
     if (orders.nc > 0) {
       p = fresh();
       Orders plain = orders;
       plain.nc = 0;
       equation_error_start(d, plain, {}, p);
       p.C = Vec::Zero(orders.nc + 1), p.C[0] = 1;
-      out.push_back(parameters_of(p, orders));
+      out.push_back({parameters_of(p, orders), "ARX with C = 1"});
     }
     return out;
   }
@@ -203,14 +204,16 @@ std::vector<Vec> starting_values(const IdData& data, Index output, const Orders&
       equation_error_start(d, plain, {}, p);
     }
     if (orders.nc > 0 || orders.nd > 0) noise_start(d, orders, order, p);
-    out.push_back(parameters_of(p, orders));
+    out.push_back({parameters_of(p, orders), !rational     ? "ARX"
+                                             : rounds == 1 ? "one step of Steiglitz and McBride"
+                                                           : "Steiglitz and McBride"});
   }
-  if (rational) out.push_back(equation_error_poles(d, orders, fresh()));
+  if (rational) out.push_back({equation_error_poles(d, orders, fresh()), "the poles of an ARX model"});
   if (orders.nc + orders.nd > 0) {  // without a noise model
-    Polynomials p = polynomials_of(out[0], orders);
+    Polynomials p = polynomials_of(out[0].theta, orders);
     p.C = fresh().C;
     p.D = fresh().D;
-    out.push_back(parameters_of(p, orders));
+    out.push_back({parameters_of(p, orders), "no noise model"});
   }
   return distinct(std::move(out));
 }

@@ -200,6 +200,15 @@ Mat observer_gain(const Mat& A, const Mat& C) {
   return kalman_gain(A, C, Mat::Identity(n, n), Mat::Zero(n, p), Mat::Identity(p, p));
 }
 
+/// Which columns of B linearly dependent inputs do not tell apart.
+std::vector<std::string> dependent_inputs(const IdData& d) {
+  if (d.inputs() < 2) return {};
+  const LeastSquares ls = solve_triangular(triangular_factor(d.u, Vec::Zero(d.samples())).R(), d.samples());
+  std::vector<std::string> names;
+  for (const std::string& u : d.u_names) names.push_back("B(" + u + ")");
+  return free_directions(ls.null_space, names);
+}
+
 void unscale(StateSpaceModel& m, const Scaled& s) {
   m.C = s.y.asDiagonal() * m.C;
   m.D = s.y.asDiagonal() * m.D * s.u.cwiseInverse().asDiagonal();
@@ -270,6 +279,7 @@ IdModel subspace(const IdData& data, const SubspaceOptions& o) {
     m.K = spectral_radius(m.A) < 1 ? Mat::Zero(n, p) : observer_gain(m.A, m.C);
   if (!m.K.allFinite() || !(spectral_radius(m.A - m.K * m.C) < 1)) m.K = observer_gain(m.A, m.C);
   fit_inputs(m, d);
+  m.free_inputs = dependent_inputs(data);
   if (exact && spectral_radius(m.A) < 1) m.K.setZero();
   unscale(m, s);
   return completed(std::move(m), data, exact);

@@ -1,5 +1,8 @@
 // Why data do not determine the parameters of a model, in words.
+#include <cmath>
+
 #include "base/error.hpp"
+#include "base/text.hpp"
 #include "sysid/data/excitation.hpp"
 #include "sysid/model/model.hpp"
 
@@ -16,7 +19,28 @@ bool touches(const PolyModel& m, char letter) {
   return false;
 }
 
+/// Mean and standard deviation of the samples that are there.
+std::pair<double, double> mean_and_deviation(const Eigen::Ref<const Vec>& x) {
+  double n = 0, mean = 0, square = 0;
+  for (const double v : x)
+    if (std::isfinite(v)) n += 1, square += (v - mean) * (v - mean) * (n - 1) / n, mean += (v - mean) / n;
+  return {mean, n > 1 ? std::sqrt(square / (n - 1)) : 0};
+}
+
 }  // namespace
+
+std::vector<std::string> offsets_in(const IdData& d, Index output) {
+  const auto [mean, deviation] = mean_and_deviation(d.y.col(output));
+  // Three deviations: a signal around 0 does not come there. One that begins at 0 (a step response) needs no offset.
+  double nearest = std::abs(mean);
+  for (const double v : d.y.col(output))
+    if (std::isfinite(v)) nearest = std::min(nearest, std::copysign(1, mean) * v);
+  if (!(std::abs(mean) > 3 * deviation && nearest > deviation) || deviation == 0 || d.samples() < 20)
+    return {};
+  return {text(d.y_names[static_cast<std::size_t>(output)], " has the mean ", rounded(mean, 4),
+               " and deviates from it by ", rounded(deviation, 3),
+               "; the model has no term for an offset: d:detrend() removes it")};
+}
 
 std::vector<std::string> why_not_identifiable(const IdData& d, const PolyModel& m, Index rows) {
   std::vector<std::string> out;

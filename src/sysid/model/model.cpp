@@ -180,6 +180,7 @@ PolyModel arx(const IdData& d, Index output, const Orders& wanted, InitialCondit
   m.std = standard_deviations(ls, m.covariance);
   m.unidentifiable = free_directions(ls.null_space, m.names);
   if (ls.rank < regressor.columns()) m.advice = why_not_identifiable(d, m, ls.rows);
+  m.search.warnings = offsets_in(d, output);
   if (start == InitialCondition::estimate) m.initial_past = past_outputs(d, m);
   m.simulation_fit = std::numeric_limits<double>::quiet_NaN();
   const Seed seed = start == InitialCondition::zero ? Seed::zero : Seed::data;

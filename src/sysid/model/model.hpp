@@ -33,8 +33,11 @@ double fit_percent(const Vec& y, const Vec& e);
 
 /// What a nonlinear search says about its result.
 struct SearchReport {
-  int iterations = 0;  ///< 0: one linear least-squares problem
-  std::string method;  ///< with the iterations, and how it ended if it did not converge
+  int iterations = 0;   ///< 0: one linear least-squares problem
+  std::string method;   ///< with the iterations, and how it ended if it did not converge
+  std::string verdict;  ///< slope, start, other starts, active bounds, in words
+  bool settled = true;  ///< a minimum inside the region of stable predictors was reached
+  double angle = 0;     ///< cosine between residual and tangent plane: 0 at a minimum
   std::vector<std::string> warnings;
 };
 
@@ -80,6 +83,9 @@ PolyModel arx(const IdData& d, Index output, const Orders& orders, InitialCondit
 /// Sentences: which input excites too little, what the structure of the null space says (feedback, orders too
 /// high for exact data), what is missing, and what to change.
 std::vector<std::string> why_not_identifiable(const IdData& d, const PolyModel& m, Index rows);
+
+/// "y has the mean 97 and deviates by 3 …": offsets that the model has no term for, unless detrend was called.
+std::vector<std::string> offsets_in(const IdData& d, Index output);
 
 // ── using a model ──
 

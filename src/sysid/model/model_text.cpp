@@ -144,6 +144,7 @@ std::string numbers(const PolyModel& m) {
       out += text(", diverges (simulation, ", m.simulation_start, ": the model is unstable)");
     out += "\n";
   }
+  if (!m.search.verdict.empty()) out += "  search: " + m.search.verdict + "\n";
   for (const std::string& line : m.search.warnings) out += text("  warning: ", line, "\n");
   if (!m.unidentifiable.empty()) {
     out += text("  rank ", m.rank, " of ", m.names.size(),

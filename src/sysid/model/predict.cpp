@@ -125,8 +125,9 @@ Seed seed_named(const std::string& name) {
   if (name == "zero") return Seed::zero;
   if (name == "data") return Seed::data;
   if (name == "estimate") return Seed::estimate;
-  throw Error(text("unknown init '", name, "'.", did_you_mean(name, {"zero", "data", "estimate"}),
-                   " (init = \"data\": the first measured samples seed the filters; \"zero\": from rest; "
+  if (name == "drop") return Seed::data;
+  throw Error(text("unknown ic '", name, "'.", did_you_mean(name, {"zero", "data", "estimate"}),
+                   " (ic = \"data\": the first measured samples seed the filters; \"zero\": from rest; "
                    "\"estimate\": the "
                    "initial state is fitted)"));
 }

@@ -282,6 +282,9 @@ std::string describe_state_space(const IdModel& model) {
   out += text("  singular values ", join(values, ", "),
               s.singular_values.size() > static_cast<Index>(values.size()) ? ", …" : "", "; order ",
               s.order(), s.choice.empty() ? "" : ": " + s.choice, "\n");
+  if (!s.free_inputs.empty())
+    out += text("  warning: the inputs depend on each other: ", join(s.free_inputs, "; "),
+                "; B shown is the one of minimum norm\n");
   for (const PolyModel& row : model.outputs) {
     const std::string name = model.outputs.size() > 1 ? row.y_name + ": " : "";
     if (row.exact) {

@@ -107,6 +107,8 @@ Validation validate(const IdModel& model, Index output, const IdData& data, std:
   v.cross.resize(2 * v.lags + 1, d.inputs()), v.cross_bound.resize(d.inputs());
   v.independent = true;
   for (Index i = 0; i < d.inputs(); ++i) {
+    v.direct.push_back(model.state_space ? model.state_space->feedthrough
+                                         : m.p.B[static_cast<std::size_t>(i)][0] != 0);
     Vec u = d.u.col(i)(one.rows);
     u.array() -= u.mean();
     const double size = u.norm() * std::sqrt(power);
@@ -128,6 +130,32 @@ Validation validate(const IdModel& model, Index output, const IdData& data, std:
   return v;
 }
 
+namespace {
+
+/// "; the largest is -0.81 at lag 0", where one is outside.
+std::string strongest(const Validation& v, std::size_t input) {
+  const auto i = static_cast<Index>(input);
+  Index at = 0;
+  const Vec forward = v.cross.col(i).tail(v.lags + 1);
+  const double size = forward.cwiseAbs().maxCoeff(&at);
+  if (!(size > v.cross_bound[i])) return "";
+  return text("; the largest is ", rounded(forward[at], 2), " at lag ", at);
+}
+
+/// What a correlation at lag 0 says of a model whose inputs act with a delay.
+std::string without_delay(const Validation& v) {
+  std::string out;
+  for (std::size_t i = 0; i < v.u_names.size(); ++i)
+    if (const double r = v.cross(v.lags, static_cast<Index>(i));
+        !v.direct[i] && std::abs(r) > v.cross_bound[static_cast<Index>(i)])
+      out += text("  ", v.u_names[i], " acts on ", v.y_name, " within the sample (correlation ",
+                  rounded(r, 2), " at lag 0): take ", v.state_space ? "feedthrough = true" : "nk = 0",
+                  ", or there is a feedback without delay\n");
+  return out;
+}
+
+}  // namespace
+
 std::string describe(const Validation& v) {
   std::string out = text("validation of ", v.y_name, " on ", v.rows, " samples\n");
   out += text("  fit: ", rounded(v.fit, 6), " % (1-step prediction), ",
@@ -141,13 +169,14 @@ std::string describe(const Validation& v) {
   for (std::size_t i = 0; i < v.u_names.size(); ++i)
     out += text("  ", v.cross_outside[i] <= v.allowed ? "no dependence" : "dependence", " on past ",
                 v.u_names[i], ": ", v.cross_outside[i], " of ", v.lags + 1, " correlations outside ±",
-                rounded(v.cross_bound[static_cast<Index>(i)], 3), "\n");
+                rounded(v.cross_bound[static_cast<Index>(i)], 3), strongest(v, i), "\n");
   if (!v.white)
     out += text("  what is left has structure: raise ",
                 v.state_space ? "the order\n" : "nc, nd (or na), or use bj\n");
   if (!v.independent)
     out += text("  the input explains more than the model uses: raise ",
                 v.state_space ? "the order\n" : "nb, nf, or lower nk\n");
+  out += without_delay(v);
   if (v.feedback)
     out += "  residuals and later inputs are correlated: the data may have been taken in closed loop\n";
   out.pop_back();
@@ -167,7 +196,11 @@ std::vector<ComparisonRow> compare(const std::vector<std::pair<std::string, cons
       free = predict(*model, d, 0, seed);
     } catch (const Failure&) {
     }
+    row.predictions.resize(d.outputs()), row.simulations.resize(d.outputs());
     for (std::size_t i = 0; i < one.size(); ++i) {
+      row.predictions[static_cast<Index>(i)] = one[i].fit;
+      row.simulations[static_cast<Index>(i)] =
+          free.empty() ? -std::numeric_limits<double>::infinity() : free[i].fit;
       row.prediction += one[i].fit / static_cast<double>(one.size());
       row.simulation += free.empty() ? -std::numeric_limits<double>::infinity()
                                      : free[i].fit / static_cast<double>(one.size());
@@ -183,6 +216,17 @@ std::vector<ComparisonRow> compare(const std::vector<std::pair<std::string, cons
   return rows;
 }
 
+namespace {
+
+std::string fits(const Vec& by_output) {
+  std::vector<std::string> words;
+  for (const double v : by_output)
+    words.push_back(std::isfinite(v) ? rounded(v, 5) : std::string("diverges"));
+  return join(words, ", ");
+}
+
+}  // namespace
+
 std::string describe(const std::vector<ComparisonRow>& rows, const IdData& d) {
   Table table({false, true, true, true, true, true});
   table.row({"model", "parameters", "1-step fit %", "simulation fit %", "FPE", "AIC"});
@@ -190,13 +234,13 @@ std::string describe(const std::vector<ComparisonRow>& rows, const IdData& d) {
   for (std::size_t i = 0; i < rows.size(); ++i) {
     if (rows[i].prediction > rows[best].prediction) best = i;
     if (rows[i].simulation > rows[free].simulation) free = i;
-    table.row({rows[i].name, std::to_string(rows[i].parameters), rounded(rows[i].prediction, 5),
-               std::isfinite(rows[i].simulation) ? rounded(rows[i].simulation, 5) : std::string("diverges"),
-               std::isnan(rows[i].fpe) ? "–" : rounded(rows[i].fpe, 6),
+    table.row({rows[i].name, std::to_string(rows[i].parameters), fits(rows[i].predictions),
+               fits(rows[i].simulations), std::isnan(rows[i].fpe) ? "–" : rounded(rows[i].fpe, 6),
                std::isnan(rows[i].aic) ? "–" : rounded(rows[i].aic, 6)});
   }
   return text("comparison on ", d.samples(),
-              " samples (initial states estimated; FPE and AIC from the estimation data)\n", table.str(2),
+              " samples (initial states estimated; FPE and AIC from the estimation data",
+              d.outputs() > 1 ? "; fits of " + join(d.y_names, ", ") : "", ")\n", table.str(2),
               "  best prediction: ", rows[best].name, ", best simulation: ", rows[free].name);
 }
 

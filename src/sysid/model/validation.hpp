@@ -26,7 +26,8 @@ struct Validation {
   std::vector<int> cross_outside;  ///< per input, lags ≥ 0
   int allowed = 0;                 ///< number outside that chance explains at 99 %
   bool state_space = false;
-  bool feedback = false;  ///< correlation at negative lags
+  bool feedback = false;     ///< correlation at negative lags
+  std::vector<bool> direct;  ///< per input: the model has a term without delay
   bool white = false, independent = false;
   double fit = 0, simulation_fit = 0;
   Vec residuals;
@@ -40,7 +41,8 @@ std::string describe(const Validation& v);
 struct ComparisonRow {
   std::string name;
   Index parameters = 0;
-  double prediction = 0, simulation = 0, loss = 0, fpe = 0, aic = 0;
+  double prediction = 0, simulation = 0, loss = 0, fpe = 0, aic = 0;  ///< of several outputs: means
+  Vec predictions, simulations;                                       ///< by output
 };
 /// One-step and simulation fit of every model on the same samples, initial states estimated.
 std::vector<ComparisonRow> compare(const std::vector<std::pair<std::string, const IdModel*>>& models,

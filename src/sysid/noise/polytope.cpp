@@ -381,9 +381,12 @@ std::optional<ExactStrips> exact_strips(const Mat& Phi, const Vec& y, double low
   return out;
 }
 
-Polytope polytope(const FeasibleSet& s, const std::optional<ExactStrips>& exact) {
-  const Index d = s.Phi.cols();
+Polytope polytope(const FeasibleSet& given, const std::optional<ExactStrips>& exact) {
+  const Index d = given.Phi.cols();
   Polytope p;
+  // In units in which the columns of Φ have norm 1: rank and structure do not depend on those of the data.
+  const Vec unit = given.Phi.colwise().norm().unaryExpr([](double v) { return v > 0 ? v : 1; });
+  const FeasibleSet s{given.Phi * unit.cwiseInverse().asDiagonal(), given.lower, given.upper};
   for (Index r = 0; r < s.Phi.rows(); ++r)
     if (s.lower[r] > s.upper[r] || (s.Phi.row(r).isZero(0) && (s.lower[r] > 0 || s.upper[r] < 0))) return p;
   const Eigen::ColPivHouseholderQR<Mat> qr(s.Phi.transpose());
@@ -397,7 +400,7 @@ Polytope polytope(const FeasibleSet& s, const std::optional<ExactStrips>& exact)
   if (exact && static_cast<Index>(sets.size()) * s.Phi.rows() <= 200000)
     collect_exact(p, *exact, sets);
   else
-    collect(p, s, sets);
+    collect(p, s, sets), p.vertices = (p.vertices * unit.cwiseInverse().asDiagonal()).eval();
   turn(p);
   return p;
 }

@@ -124,9 +124,15 @@ Ball largest_ball(const FeasibleSet& s, const Polytope& p) {
   const Index d = s.Phi.cols();
   std::set<Index> facets;
   for (const auto& set : p.active) facets.insert(set.begin(), set.end());
-  // Around the middle of the vertices, so that the program is well scaled.
+  // Around the middle of the vertices and in units of their extent, so that the program is well scaled.
   const Vec middle = p.vertices.colwise().mean();
-  const double size = std::max((p.vertices.rowwise() - middle.transpose()).cwiseAbs().maxCoeff(), 1e-300);
+  const Vec size = (p.vertices.rowwise() - middle.transpose())
+                       .cwiseAbs()
+                       .colwise()
+                       .maxCoeff()
+                       .transpose()
+                       .cwiseMax(1e-300);
+  const double least = size.minCoeff();
   LinearProgram lp;
   lp.c = -Vec::Unit(d + 1, d);
   lp.G.resize(static_cast<Index>(facets.size()), d + 1), lp.h.resize(lp.G.rows());
@@ -135,11 +141,13 @@ Ball largest_ball(const FeasibleSet& s, const Polytope& p) {
     const double sign = c % 2 ? 1 : -1;
     const Vec g = sign * s.Phi.row(c / 2).transpose();
     const double h = sign * (c % 2 ? s.upper : s.lower)[c / 2];
-    lp.G.row(i) << g.transpose() / g.norm(), 1;
-    lp.h[i++] = (h - g.dot(middle)) / (g.norm() * size);
+    lp.G.row(i) << g.cwiseProduct(size).transpose(), g.norm() * least;
+    const double scale = lp.G.row(i).norm();
+    lp.G.row(i) /= scale;
+    lp.h[i++] = (h - g.dot(middle)) / scale;
   }
   const LinearSolution best = solve(lp);
-  return {middle + size * best.x.head(d), std::max(0.0, size * best.x[d])};
+  return {middle + size.cwiseProduct(best.x.head(d)), std::max(0.0, least * best.x[d])};
 }
 
 SmallestBound smallest_bound(const Mat& Phi, const Vec& mid) {

@@ -306,7 +306,7 @@ int gain(Call& call) {
   return push_expr(call.L, g.zpk[0].gain);
 }
 
-int Ts(Call& call) { return push_expr(call.L, system_of(call).Ts); }
+int Ts(Call& call) { return push_number_or_expression(call.L, system_of(call).Ts); }
 int form(Call& call) {
   static const char* const names[] = {"ss", "tf", "zpk"};
   return call.push(names[static_cast<int>(system_of(call).form)]);

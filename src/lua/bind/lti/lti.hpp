@@ -39,7 +39,10 @@ lti::System read_system(Call& call, int i, const char* name);
 int push_system(Call& call, lti::System g);
 /// The matrix in doubles where an entry is known as a double only.
 int push_entries(lua_State* L, const MatX& m);
-/// The same; one entry is a number or an expression.
+/// A Lua number where e has a value (whole numbers as integers), so that == and string.format know it; else the
+/// expression.
+int push_number_or_expression(lua_State* L, Expr e);
+/// The same as push_entries; one entry is a number or an expression.
 int push_entries_or_one(lua_State* L, const MatX& m);
 /// complex(re, im), { re, im }, or a number.
 ComplexNumber read_complex(lua_State* L, int index, const std::string& what);

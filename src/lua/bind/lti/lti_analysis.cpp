@@ -279,7 +279,10 @@ int value(Call& call) {
   return 1;
 }
 
-int dcgain(Call& call) { return push_entries_or_one(call.L, lti::dcgain(system_of(call))); }
+int dcgain(Call& call) {
+  const MatX K = lti::dcgain(system_of(call));
+  return K.size() == 1 ? push_number_or_expression(call.L, K(0, 0)) : push_entries(call.L, K);
+}
 
 }  // namespace
 
@@ -375,7 +378,7 @@ extern const Module lti_analysis_module = {
         {"dlyap", dlyap, "dlyap(A, Q) -> matrix", "P with A P Aᵀ - P + Q = 0.", R"(dlyap({{"1/2"}}, {{3}}))",
          "(4)"},
         {"lti:norm", norm, R"(G:norm([2 or "inf"]) -> number)",
-         R"(The H₂ norm, or the H∞ norm (the largest gain over all frequencies) and the frequency where it
+         R"(The H₂ (H2) norm, or the H∞ norm (the largest gain over all frequencies) and the frequency where it
             is taken.)",
          "tf({1}, {1, 1}):norm()^2", "0.5"},
         {"margin", margin, "margin(G) -> margins",

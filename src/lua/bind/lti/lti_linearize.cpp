@@ -74,7 +74,7 @@ extern const Module lti_linearize_module = {
             1, at an equilibrium of a model of higher index by its pencil (as many states as there are
             degrees of freedom), else on the tangent of its constraints. inputs: inputs or parameters;
             outputs: any expressions, multipliers and accelerations included; without them the states. A
-            point that is no equilibrium gives a warning.)",
+            point that is no equilibrium gives a warning. (To linearise a model.))",
          "th = var \"theta\"  sys = dae{ der(th, 2) ~ -4*sin(th) }  return sys:linearize(sys:init{ fix = { "
          "[th] = 0, [th.dot] = 0 } }):poles()",
          "poles: ±2 i", &linearize_options},

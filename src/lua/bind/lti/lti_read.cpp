@@ -1,5 +1,6 @@
 // Systems, names and states between Lua and C++.
 #include <algorithm>
+#include <cmath>
 
 #include "base/text.hpp"
 #include "expr/print/print.hpp"
@@ -22,6 +23,16 @@ int push_system(Call& call, lti::System g) {
 int push_entries(lua_State* L, const MatX& m) {
   if (lti::field(m) == lti::Field::numeric) return push_matrix(L, lti::numbers(m));
   return push_matrix(L, m);
+}
+
+int push_number_or_expression(lua_State* L, Expr e) {
+  if (!e.is_constant()) return push_expr(L, e);
+  const double v = lti::number(e);
+  if (v == std::round(v) && std::abs(v) < 1e15)
+    lua_pushinteger(L, static_cast<lua_Integer>(v));
+  else
+    lua_pushnumber(L, v);
+  return 1;
 }
 
 int push_entries_or_one(lua_State* L, const MatX& m) {

@@ -275,7 +275,7 @@ extern const Module likelihood_module = {
         {"parameter_set#box", box, "set.box -> list of { low, high }",
          "The interval of every parameter, also as .low and .high.", "", ""},
         {"parameter_set#center", center, "set.center -> column",
-         "The centre of the largest ball inside (Chebyshev centre).", "", ""},
+         "The centre of the largest ball inside (Chebyshev centre, the minimax estimate).", "", ""},
         {"parameter_set#centre", center, "set.centre -> column", "The same as set.center.", "", ""},
         {"parameter_set#radius", radius, "set.radius -> number", "The radius of that ball.", "", ""},
         {"parameter_set#theta", theta, "set.theta -> column",

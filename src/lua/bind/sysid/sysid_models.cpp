@@ -18,15 +18,19 @@ namespace {
 
 /// An order option as one row per output: a number, a list (per input), or a matrix (outputs × inputs).
 std::vector<int> order_row(Call& call, const Options& o, const char* key, Index output, Index outputs,
-                           int fallback) {
+                           int fallback, bool one_per_output = false) {
   if (!o.has(key)) return {fallback};
   const Mat m = to_data(call.L, o.push(key), key);
   lua_settop(call.L, call.count());
   for (const double v : m.reshaped())
-    if (v != std::round(v) || !(std::abs(v) < 1e6))
+    if (v != std::round(v))
       throw Error(text(key, " must be a whole number, got ", shortest(v)));
+    else if (!(std::abs(v) < 1e6))
+      throw Error(text(key, " = ", shortest(v), " is more than any data can tell (at most 999999)"));
   std::vector<int> out;
-  if (m.cols() > 1 && m.rows() == outputs && outputs > 1) {
+  // Rows are outputs; nb = {{1}, {1}} of one input is a matrix, too, whereas {1, 1} lists two inputs.
+  const bool per_output = m.cols() > 1 || one_per_output;
+  if (per_output && m.rows() == outputs && outputs > 1) {
     for (const double v : m.row(output)) out.push_back(static_cast<int>(v));
   } else {
     for (const double v : m.reshaped()) out.push_back(static_cast<int>(v));
@@ -55,9 +59,9 @@ sysid::Orders read_orders(Call& call, const Options& o, const IdData& d, Index o
       if (o.has(key)) throw Error(text(key, " is given, but the data has no input u"));
     return sysid::checked(orders, d);
   }
-  orders.nb = order_row(call, o, "nb", output, ny, 0);
-  orders.nk = order_row(call, o, "nk", output, ny, 1);
-  orders.nf = order_row(call, o, "nf", output, ny, 0);
+  orders.nb = order_row(call, o, "nb", output, ny, 0, d.inputs() == 1);
+  orders.nk = order_row(call, o, "nk", output, ny, 1, d.inputs() == 1);
+  orders.nf = order_row(call, o, "nf", output, ny, 0, d.inputs() == 1);
   return sysid::checked(orders, d);
 }
 
@@ -202,7 +206,7 @@ struct Mode {
   sysid::Seed seed = sysid::Seed::data;
 };
 
-/// Argument 3: nothing, a horizon, "simulation", or { horizon =, init = }.
+/// Argument 3: nothing, a horizon, "simulation", or { horizon =, ic = }.
 Mode read_mode(Call& call, Index horizon) {
   Mode mode;
   mode.horizon = horizon;
@@ -225,7 +229,7 @@ Mode read_mode(Call& call, Index horizon) {
       return mode.horizon = 0, mode;
     mode.horizon = positive(call.integer(3, "horizon"));
   } else {
-    const Options o = call.options(3, {"horizon", "init"});
+    const Options o = call.options(3, {"horizon", "ic", "init"});
     if (o.has("horizon")) {
       const int at = o.push("horizon");
       if (lua_type(call.L, at) == LUA_TSTRING)
@@ -236,7 +240,8 @@ Mode read_mode(Call& call, Index horizon) {
         mode.horizon = positive(o.integer("horizon", 1));
       lua_settop(call.L, call.count());
     }
-    if (o.has("init")) mode.seed = sysid::seed_named(o.string("init"));
+    // `init` is the name of earlier versions.
+    if (o.has("ic") || o.has("init")) mode.seed = sysid::seed_named(o.string(o.has("ic") ? "ic" : "init"));
   }
   return mode;
 }
@@ -409,15 +414,16 @@ extern const Module idmodel_module = {
             d = iddata{ y = {0, 1, .6, -.7, 1.5, 1.9}, u = {1, 0, -1, 2, 1, 0} }
             print(("%.6f"):format(pem(d, { na = 1, nb = 1, ic = "drop" }).theta[1])))",
          "-0.603163", &pem_options},
-        {"idmodel:predict", predict, "mod:predict(d [, horizon | { horizon = 1, init = }]) -> column",
-         R"(ŷ(t|t-horizon) at every sample. init says what stands before the first sample: "data" takes the
-            first measured outputs as they are, "zero" starts from rest, "estimate" fits the initial state.)",
+        {"idmodel:predict", predict, "mod:predict(d [, horizon | { horizon = 1, ic = }]) -> column",
+         R"(ŷ(t|t-horizon) at every sample. ic says what stands before the first sample: "data" takes the
+            first measured outputs as they are, "zero" starts from rest (zero initial conditions), "estimate"
+            fits the initial state.)",
          R"(
             d = iddata{ y = {0, 2, 1, 4}, u = {1, 0.5, 2, 1} }
             print(fir(d, { nb = 1 }):predict(d).T))",
          "0  2  1  4"},
-        {"idmodel:simulate", simulate, "mod:simulate(d [, { init = }]) -> column",
-         "The output computed from the input alone; init as in predict.",
+        {"idmodel:simulate", simulate, "mod:simulate(d [, { ic = }]) -> column",
+         "The output computed from the input alone; ic as in predict.",
          R"(
             d = iddata{ y = {1, .5, .25, .125}, u = {0, 0, 0, 0} }
             print(arx(d, { na = 1 }):simulate(d).T))",
@@ -429,7 +435,7 @@ extern const Module idmodel_module = {
             #fir(d, { nb = 1 }):residuals(d))",
          "3"},
         {"idmodel:fit", fit,
-         R"(mod:fit(d [, horizon | "simulation" | { horizon =, init = }]) -> percent, label)",
+         R"(mod:fit(d [, horizon | "simulation" | { horizon =, ic = }]) -> percent, label)",
          "100 (1 - ‖y - ŷ‖/‖y - ȳ‖) on the compared samples, and in words what was compared.",
          R"(
             d = iddata{ y = {0, 2, 1, 4}, u = {1, 0.5, 2, 1} }

@@ -219,8 +219,10 @@ int comparison_entry(Call& call) {
     lua_createtable(call.L, 0, 6);
     call.push(c.rows[i].name);
     lua_setfield(call.L, -2, "name");
-    set_number(call.L, "prediction", c.rows[i].prediction),
-        set_number(call.L, "simulation", c.rows[i].simulation);
+    push_value(call.L, Mat(c.rows[i].predictions));
+    lua_setfield(call.L, -2, "prediction");
+    push_value(call.L, Mat(c.rows[i].simulations));
+    lua_setfield(call.L, -2, "simulation");
     set_number(call.L, "fpe", c.rows[i].fpe), set_number(call.L, "aic", c.rows[i].aic);
     set_integer(call.L, "parameters", c.rows[i].parameters);
     return 1;
@@ -237,7 +239,7 @@ extern const Module validation_module = {
     "",
     {
         {"idmodel:validate", validate, "mod:validate(d [, { lags = 25 }]) -> validation",
-         R"(Residual tests at 99 %: autocorrelation and Ljung–Box (are they white?), correlation with past
+         R"(Residual tests at 99 % (whiteness and independence): autocorrelation and Ljung–Box (are they white?), correlation with past
             inputs (does the input explain more?), and the fit in prediction and simulation. plot() draws
             them.)",
          R"(
@@ -302,7 +304,9 @@ extern const Module validation_module = {
             c[1].simulation > c[2].simulation)",
          "true"},
         {"comparison:__index", comparison_entry, "c[i] -> table",
-         "Row i, or the row of a name: prediction, simulation, fpe, aic.", "", ""},
+         R"(Row i, or the row of a name: prediction, simulation (columns where there are several outputs), fpe,
+            aic.)",
+         "", ""},
         {"comparison#models", comparison_models, "c.models -> list", "The models, in the order of the rows.",
          "", ""},
         {"comparison#data", comparison_data, "c.data -> iddata", "The data they were compared on.", "", ""},

@@ -1,0 +1,112 @@
+-- What the library says of data and models that are not as they should be.
+local function file(name, text)
+  local path = os.tmpname() .. name
+  local f = io.open(path, "w")
+  f:write(text)
+  f:close()
+  return path
+end
+
+local function table_of(rows, row)
+  local lines = {}
+  for k = 0, rows - 1 do lines[#lines + 1] = row(k) end
+  return table.concat(lines, "\n") .. "\n"
+end
+
+local function said(value, text) expect(tostring(value):find(text, 1, true) ~= nil):is_true() end
+
+test("a gap in the times is named where it is", function()
+  local path = file(".csv", "t,u,y\n" .. table_of(41, function(k)
+    return ("%g,%g,%g"):format((k < 30 and k or k + 2) * 0.5, math.sin(k * k), math.cos(k))
+  end))
+  expect(function() iddata.read(path) end):fails "from sample 30 to 31 they step by 1.5, mostly by 0.5"
+  said(iddata.read(path, { Ts = 0.5 }), "Ts = 0.5,")
+end)
+
+test("trailing separators are no columns, and Ts that is not in the file is said", function()
+  for _, tail in ipairs { "\t\t", "\t\t\t" } do
+    local path = file(".dat", table_of(41, function(k)
+      return ("%g\t%g%s"):format(math.sin(k * k), k, tail)
+    end))
+    expect(function() iddata.read(path) end):fails "(columns: column1, column2)"
+    said(iddata.read(path, { u = 1, y = 2 }), "Ts = 1 (assumed")
+    expect(function() iddata.read(path, { u = 1, y = 1 }) end):fails "column1 is both an output and an input"
+  end
+  said(iddata.read(file(".csv", "u,y\n1,2\n3,4\n")), "assumed")
+  expect(tostring(iddata.read(file(".csv", "u,y\n1,2\n3,4\n"), { Ts = 1 })):find "assumed"):equals(nil)
+end)
+
+test("offsets that no term of the model holds", function()
+  local y, u = {}, {}
+  for t = 1, 60 do u[t] = (-1)^(t * t // 3); y[t] = 97 + 0.5 * math.sin(t * t) + u[t] end
+  local d = iddata { y = y, u = u }
+  said(arx(d, { na = 1, nb = 1 }), "d:detrend()")
+  said(armax(d, { na = 1, nb = 1, nc = 1 }), "d:detrend()")
+  expect(tostring(arx(d:detrend(), { na = 1, nb = 1 })):find "detrend"):equals(nil)
+  local step = {}
+  for t = 1, 60 do u[t] = 1; step[t] = 1 - 0.5^(t - 1) end
+  expect(tostring(oe(iddata { y = step, u = u }, { nb = 1, nf = 1 })):find "detrend"):equals(nil)
+end)
+
+test("correlation at lag 0, the end of a range, inputs that depend on each other", function()
+  local u, y = {}, {}
+  for t = 1, 200 do u[t] = math.sin(t * t * 1.3); y[t] = -u[t] + 0.3 * (u[t-1] or 0) + 0.5 * math.sin(t^3) end
+  local d = iddata { y = y, u = u }
+  said(arx(d, { na = 1, nb = 1 }):validate(d), "at lag 0): take nk = 0")
+  expect(tostring(arx(d, { na = 1, nb = 2, nk = 0 }):validate(d)):find "at lag 0"):equals(nil)
+  said(order_scan(d, { na = {1, 2}, nb = {1, 3}, nk = {1, 2} }), "at the end of the range")
+  local u2, z = {}, {}
+  for t = 1, 200 do u2[t] = 2 * u[t]; z[t] = 0.5 * (z[t-1] or 0) + (u[t-1] or 0) + 0.01 * math.sin(t^3) end
+  said(n4sid(iddata { y = z, u = { u, u2 } }, { order = 1 }), "only B(u1) + 2 B(u2) is determined")
+end)
+
+test("orders per output with one input, orders beyond the data, starts that are no numbers", function()
+  local y1, y2, u = {}, {}, {}
+  for t = 1, 80 do
+    u[t] = (-1)^(t * t // 3)
+    y1[t], y2[t] = 0.5 * (y1[t-1] or 0) + (u[t-1] or 0), 0.2 * (y2[t-1] or 0) + 3 * (u[t-1] or 0)
+  end
+  local d = iddata { y = { y1, y2 }, u = u }
+  local m = arx(d, { na = {{1, 0}, {0, 1}}, nb = {{1}, {1}} })
+  expect(compare(d, m)[1].prediction.rows):equals(2)
+  expect(function() arx(d, { na = 1, nb = {1, 1, 1} }) end):fails "nb"
+  local one = d:select { y = 1 }
+  expect(function() arx(one, { na = 1e9, nb = 1 }) end):fails "at most 999999"
+  expect(function() arx(one, { na = 1.5, nb = 1 }) end):fails "whole number, got 1.5"
+  expect(function() armax(one, { na = 1, nb = 1, nc = 1, start = { 0/0, 1, 1 } }) end):fails "entry 1"
+end)
+
+test("what stands before the data has one name", function()
+  local d = iddata { y = { 0, 2, 1, 4, 2 }, u = { 1, 0.5, 2, 1, 0 } }
+  local m = arx(d, { na = 1, nb = 1 })
+  for _, ic in ipairs { "zero", "data", "estimate", "drop" } do
+    expect(m:predict(d, { ic = ic }).rows):equals(5)
+    expect(m:simulate(d, { ic = ic }).rows):equals(5)
+  end
+  expect(function() m:predict(d, { ic = "none" }) end):fails "unknown ic"
+end)
+
+test("sets of parameters do not depend on units", function()
+  local function set(unit)
+    local y, u = {}, {}
+    for t = 1, 50 do u[t] = unit * (-1)^(t * t // 3); y[t] = math.sin(t) end
+    return arx(iddata { y = y, u = u }, { na = 1, nb = 1, nk = 0, noise = uniform(-5, 5), ic = "zero" })
+  end
+  local one = set(1)
+  for _, unit in ipairs { 1e-24, 1e-9, 1e9, 1e24 } do
+    local s = set(unit)
+    expect(s.vertices.rows):equals(one.vertices.rows)
+    expect(s.box[1][1]):near(one.box[1][1], 1e-9)
+    expect(s.box[2][2] * unit):near(one.box[2][2], 1e-9)
+    expect(evaluate(s.volume) * unit / evaluate(one.volume)):near(1, 1e-8)
+  end
+end)
+
+test("the verdict of a search", function()
+  local d = iddata.read("scripts/data/hairdryer.csv", { y = "y_temp", u = "u_voltage", Ts = 0.08 })
+  local e = d:detrend():slice(1, 500)
+  said(bj(e, { nb = 2, nc = 2, nd = 2, nf = 2, nk = 3 }), "search: a minimum (slope")
+  local u, y = {}, {}
+  for t = 1, 200 do u[t] = (-1)^((t * t // 3 + t // 7) % 2); y[t] = 1.1 * (y[t-1] or 0) + (u[t-1] or 0) end
+  said(oe(iddata { y = y, u = u }, { nb = 1, nf = 1 }), "zero of F on the unit circle")
+end)
