@@ -5,6 +5,7 @@
 
 #include "lua/document/tokens.hpp"
 #include "shell/hints.hpp"
+#include "shell/input/highlight.hpp"
 
 namespace pendula::shell {
 namespace {
@@ -16,20 +17,6 @@ using lua::TokenKind;
 
 bool ends_with(std::string_view text, std::string_view end) {
   return text.size() >= end.size() && text.substr(text.size() - end.size()) == end;
-}
-
-/// +1 where a block begins, -1 where it ends. `for` and `while` count by their `do`, `elseif` by its `if`.
-int block_step(const Token& token) {
-  if (token.kind != TokenKind::keyword) return 0;
-  for (const char* word : {"function", "do", "if", "repeat"})
-    if (token.text == word) return 1;
-  return token.text == "end" || token.text == "until" ? -1 : 0;
-}
-
-int bracket_step(const Token& token) {
-  if (token.kind != TokenKind::symbol || token.text.size() != 1) return 0;
-  if (lua::contains("([{", token.text)) return 1;
-  return lua::contains(")]}", token.text) ? -1 : 0;
 }
 
 bool loads(lua_State* L, const std::string& source) {

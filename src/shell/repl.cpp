@@ -13,7 +13,9 @@
 #include "lua/screen/fit_text.hpp"
 #include "lua/screen/pager.hpp"
 #include "lua/session/state.hpp"
+#include "shell/commands.hpp"
 #include "shell/completion/complete.hpp"
+#include "shell/completion/names.hpp"
 #include "shell/echo.hpp"
 #include "shell/entry.hpp"
 #include "shell/input/reader.hpp"
@@ -24,38 +26,17 @@
 namespace pendula::shell {
 namespace {
 
-/// Pushes the global, or nil if it is undefined.
-int push_global(lua_State* L, const std::string& name) {
-  lua_pushglobaltable(L);
-  lua_pushlstring(L, name.data(), name.size());
-  const int type = lua_rawget(L, -2);
-  lua_remove(L, -2);
-  return type;
-}
-
 bool is_defined(lua_State* L, const std::string& name) {
   const bool defined = push_global(L, name) != LUA_TNIL;
   lua_pop(L, 1);
   return defined;
 }
 
-/// Does the global hold what the user put there, and not the vocabulary's own value?
-bool is_users(lua_State* L, const std::string& name) {
-  bool own = push_global(L, name) != LUA_TNIL;
-  if (own && push_global(L, "pendula") == LUA_TTABLE) {
-    lua_pushlstring(L, name.data(), name.size());
-    lua_rawget(L, -2);
-    own = !lua_rawequal(L, -1, -3);
-    lua_pop(L, 1);
-  }
-  lua_pop(L, own ? 2 : 1);
-  return own;
-}
-
 /// The call that answers `path?`: about the user's own value if there is one, else about the name.
 std::string help_call(lua_State* L, const std::string& path) {
   const auto names = path_names(path);
-  if (names.size() == 1) return is_users(L, path) ? "help(" + path + ")" : "help \"" + path + "\"";
+  if (names.size() == 1)
+    return name_kind(L, path) == NameKind::own ? "help(" + path + ")" : "help \"" + path + "\"";
   push_global(L, names[0]);
   const std::string type = lua::object_type(L, -1);
   lua_pop(L, 1);
@@ -77,15 +58,20 @@ bool all_complete(lua_State* L, const std::vector<std::string>& parts) {
 class Session {
  public:
   explicit Session(lua_State* L)
-      : L_(L), reader_(open_reader([L](std::string_view text) { return complete(L, text); })) {}
+      : L_(L),
+        reader_(open_reader({[L](std::string_view text) { return complete(L, text); },
+                             [this](const std::string& entry) { return is_complete(entry); },
+                             [L](std::string_view name) { return name_kind(L, name); }})) {}
 
   void run();
 
  private:
   void feed(const std::string& text);
+  bool is_complete(const std::string& text) const;
   bool command(const std::string& entry);
   void evaluate_pieces(const std::vector<std::string>& parts);
-  bool evaluate(const std::string& entry);
+  bool evaluate(const std::string& entry) { return evaluate(entry, entry); }
+  bool evaluate(const std::string& entry, const std::string& script);
   void record(const std::string& entry);
   void report(const std::string& entry);
 
@@ -113,7 +99,7 @@ void Session::run() {
 
 void Session::feed(const std::string& text) {
   const bool first = pending_.empty();
-  const std::string entry = first ? without_prompts(text) : pending_ + "\n" + text;
+  const std::string entry = first ? without_prompts(text) : text;
   if (trimmed(entry).empty() || (first && command(entry))) return;
   const Reading reading = compile(L_, entry);
   if (reading == Reading::incomplete) {
@@ -133,17 +119,30 @@ void Session::feed(const std::string& text) {
   }
 }
 
-/// What is no Lua: how to leave, and the question mark. A global of the user's goes first.
+bool Session::is_complete(const std::string& text) const {
+  const std::string entry = without_prompts(text);
+  if (!command_of(L_, entry).lua.empty() || !help_path(trimmed(entry)).empty()) return true;
+  const Reading reading = compile(L_, entry);
+  if (reading != Reading::incomplete) lua_pop(L_, 1);
+  return reading != Reading::incomplete;
+}
+
+/// What is no Lua: how to leave, commands, and the question mark. A global of the user's goes first.
 bool Session::command(const std::string& entry) {
   const auto word = trimmed(entry);
   for (const char* name : {"exit", "quit"}) {
     if (word != name && word != std::string(name) + "()") continue;
     return leave_ = !is_defined(L_, name);
   }
+  if (const Command command = command_of(L_, entry); !command.lua.empty()) {
+    reader_->remember(entry);
+    evaluate(command.lua, command.script);
+    return true;
+  }
   const std::string path = help_path(word);
   if (path.empty() && word != "help") return false;
   reader_->remember(entry);
-  evaluate(path.empty() ? "help()" : help_call(L_, path));
+  evaluate(path.empty() ? "help()" : help_call(L_, path), "");
   return true;
 }
 
@@ -152,7 +151,7 @@ void Session::evaluate_pieces(const std::vector<std::string>& parts) {
   for (const auto& part : parts) {
     const Reading reading = compile(L_, part);
     if (reading == Reading::incomplete) {
-      pending_ = part;
+      pending_ = part.substr(part.find_first_not_of('\n'));  // without those that count its lines
       return;
     }
     lua_pop(L_, 1);
@@ -160,7 +159,8 @@ void Session::evaluate_pieces(const std::vector<std::string>& parts) {
   }
 }
 
-bool Session::evaluate(const std::string& entry) {
+/// script: what a record of the session gets if all goes well.
+bool Session::evaluate(const std::string& entry, const std::string& script) {
   interrupt_requested = false;
   const int base = lua_gettop(L_);
   bool good = compile(L_, entry) == Reading::complete && lua::run(L_, 0, LUA_MULTRET);
@@ -170,7 +170,7 @@ bool Session::evaluate(const std::string& entry) {
     lua_insert(L_, base + 1);
     good = lua::run(L_, lua_gettop(L_) - base - 1, 0);
   }
-  if (good) record(entry);
+  if (good && !script.empty()) record(script);
   if (!good) report(entry);
   lua_settop(L_, base);
   interrupt_requested = false;

@@ -1,5 +1,6 @@
 # The interactive session, driven through tmux as a person would.
 import os
+import re
 import subprocess
 import sys
 import time
@@ -62,7 +63,6 @@ def test_entry_of_several_lines(terminal, home):
     w = started(terminal)
     w.enter("for i = 1, 3 do")
     w.wait("^…$", pattern=True)
-    w.key("Tab")
     w.enter("print('turn ' .. i)")
     w.enter("end")
     w.wait("turn 3")
@@ -70,11 +70,119 @@ def test_entry_of_several_lines(terminal, home):
     w.enter("99")
     w.wait("^100$", pattern=True)
     w.key("Up")
-    w.wait("^> 1 \\+\n99\\Z", pattern=True)
+    w.wait("^> 1 \\+\n… 99\\Z", pattern=True)
     w.key("Up")
-    w.wait("^> for i = 1, 3 do\n  print\\('turn ' .. i\\)\nend\\Z", pattern=True)
+    w.wait("^> for i = 1, 3 do\n…   print\\('turn ' .. i\\)\n… end\\Z", pattern=True)
     w.key("Enter")
     w.wait("turn 3[^\\0]*turn 3$", pattern=True)
+
+
+@edits_lines
+def test_a_block_is_edited_as_a_whole(terminal, home):
+    w = started(terminal)
+    for line in ("function mean(list)", "local sum = 0", "for i, v in ipairs(list) do", "sum = sum + v", "end"):
+        w.type(line)
+        w.key("Enter")
+        w.wait("^…\\Z", pattern=True)  # only then the next letters are no paste, which has its own blanks
+    w.type("return sum/(#list)")
+    w.wait("^> function mean\\(list\\)\n…   local sum = 0\n…   for i, v in ipairs\\(list\\) do\n…     sum = sum \\+ v\n"
+           "…   end\n…   return sum/\\(#list\\)\\Z", pattern=True)
+    w.key("Up", "Up", "Up", "Up", "C-e")  # into an earlier line
+    w.type(" + 100")
+    w.wait("…   local sum = 0 + 100")
+    w.key("Down", "C-a")
+    w.type("  --[[ here ]]")
+    w.wait("…   --[[ here ]]  for i, v")
+    w.key("C-a", "C-k")  # kills its line only
+    w.wait("^…\n…     sum = sum", pattern=True)
+    w.key("C-y", "Down", "Down", "Down", "C-e", "Enter")
+    w.wait("^…\\Z", pattern=True)
+    w.type("end")
+    w.key("Enter")
+    w.enter("mean{ 1, 3 }")
+    w.wait("^52.0$", pattern=True)
+    w.key("Up", "Up", "Down", "C-e", "BSpace", "BSpace", "BSpace", "BSpace", "BSpace", "BSpace", "Enter")
+    w.wait("local sum = 0\n")
+    w.enter("mean{ 1, 5 }")
+    w.wait("^3.0$", pattern=True)
+
+
+@edits_lines
+def test_what_is_typed_is_coloured_and_suggested(terminal, home):
+    w = started(terminal)
+    w.enter("wagon = dae and 12 -- remark")
+    w.wait_prompt("remark")
+    w.type("wag")
+    w.wait("^> wagon = dae and 12 -- remark\\Z", pattern=True)  # from the history, faintly
+    w.wait("\033[90mon = dae", options=("-e",))
+    w.key("Right")
+    w.wait("^> wagon = dae and 12 -- remark\\Z", pattern=True)
+    for part in ("\033[34mdae", "\033[35mand", "\033[36m12", "\033[90m-- remark"):
+        w.wait(re.escape(part).replace("\033\\[", "\033\\[[0-9;]*"), pattern=True, options=("-e",))
+    w.key("C-u")
+    w.type("(1 + { 2 ")
+    w.type("})")
+    w.wait("\033[7m", options=("-e",))  # the bracket and its partner
+    w.key("Enter")
+    w = started(terminal, NO_COLOR="1")
+    w.type("wag")
+    w.wait("^> wag\\Z", pattern=True)
+    check("\033" in w.screen("-e"), False)
+
+
+@edits_lines
+def test_a_block_higher_than_the_window(terminal, home):
+    w = started(terminal, columns=40, rows=10)
+    w.paste("\n".join(f"v{i} = {i}" for i in range(30)))
+    w.wait("v29 = 29")
+    w.key(*["Up"] * 29)
+    w.wait("^> v0 = 0$", pattern=True)
+    w.key("C-e")
+    w.type("00")
+    w.tmux("resize-window", "-x", "60", "-y", "12")
+    w.key(*["Down"] * 29)
+    w.wait("v29 = 29")
+    w.key("Enter")
+    w.enter("v0 + v29")
+    w.wait("^29$", pattern=True)
+    w.type("'" + "0123456789" * 7 + "'")
+    w.key("C-a", "C-f")
+    w.type("x")
+    w.key("Enter")
+    w.wait("^x0123456789[0-9\n]*$", pattern=True)
+
+
+def test_commands(terminal, home):
+    os.makedirs(os.path.join(home, "models"))
+    w = started(terminal)
+    w.enter(f"cd {home}")
+    w.enter("cd models")
+    w.wait(home + "/models")
+    w.enter("cd ..")
+    w.enter("ls")
+    w.wait("^models/$", pattern=True)
+    w.enter("pwd")
+    w.wait("^" + home + "$", pattern=True)
+    w.enter("log 'session.lua'")
+    w.enter("mass = 12")
+    w.enter("who")
+    w.wait("^mass +number +12$", pattern=True)
+    w.enter("time 6*mass")
+    w.wait("^[0-9.e-]+ s\n72$", pattern=True)
+    w.enter("time for i = 1, 3 do mass = mass + i end")
+    w.enter("mass, 'kg'")
+    w.wait("^18 +kg$", pattern=True)
+    w.enter("record(false)")
+    w.enter("reset")
+    w.enter("who")
+    w.wait("no variables yet")
+    w.enter("ls = 5")  # a variable goes before the command
+    w.enter("ls")
+    w.wait("^5$", pattern=True)
+    w.enter("log(1)")
+    w.wait("^0$", pattern=True)
+    with open(os.path.join(home, "session.lua")) as file:
+        check(file.read().split("\n")[1:], ["mass = 12", "print(6*mass)", "for i = 1, 3 do mass = mass + i end", "print(mass, 'kg')", ""])
 
 
 def test_errors_leave_the_session_alive(terminal, home):
@@ -131,7 +239,7 @@ def test_ctrl_c_at_the_prompt(terminal, home):
     w.enter("function unfinished()")
     w.wait("^…$", pattern=True)
     w.key("C-c")
-    w.wait_prompt("… ^C")
+    w.wait_prompt("…   ^C")
     w.enter("rawget(_G, 'abandoned') or 'not there'")
     w.wait("^not there$", pattern=True)
     # Not a letter may be lost after it.
@@ -211,7 +319,8 @@ def test_exit_and_quit(terminal, home):
 def test_history_across_sessions(terminal, home):
     w = started(terminal)
     w.enter("function area(r)")
-    w.enter("  return 'r\\\\' .. r  -- a backslash, \"quotes\"")
+    w.wait("^…\\Z", pattern=True)
+    w.enter("return 'r\\\\' .. r  -- a backslash, \"quotes\"")
     w.enter("end")
     w.enter("area(2)")
     w.wait("^r\\\\2$", pattern=True)
@@ -226,7 +335,7 @@ def test_history_across_sessions(terminal, home):
     w.key("Up")
     w.wait("> area(2)")
     w.key("Up")
-    w.wait("^> function area\\(r\\)\n  return 'r\\\\\\\\' .. r  -- a backslash, \"quotes\"\nend\\Z", pattern=True)
+    w.wait("^> function area\\(r\\)\n…   return 'r\\\\\\\\' .. r  -- a backslash, \"quotes\"\n… end\\Z", pattern=True)
     w.key("Enter")
     w.enter("area(7)")
     w.wait("^r\\\\7$", pattern=True)
@@ -250,7 +359,7 @@ def test_paste(terminal, home):
     w.wait("^11$", pattern=True)
     w.wait("^b is 21$", pattern=True)
     w.key("Up")
-    w.wait("^> local a = 1\nfunction f[^\\0]*print\\('b is ' .. b\\)\\Z", pattern=True)
+    w.wait("^> local a = 1\n… function f[^\\0]*print\\('b is ' .. b\\)\\Z", pattern=True)
     w.key("C-c")
     w.paste("> c = 5\n> c * 3\n15\n> for i = 7, 8 do\n… print('i', i)\n… end\n")
     w.wait("… end")

@@ -260,7 +260,8 @@ Completions complete(lua_State* L, std::string_view text) {
     result.words = words_in_call(L, call_context(tokens, end), request.word, false);
     if (!result.words.empty()) return result;
   }
-  if (request.path.empty())
+  result.globals = request.path.empty();
+  if (result.globals)
     for (const auto& word : keywords()) offer(request, word);
   run_limited(L, collect, &request);
   result.words.assign(request.found.begin(), request.found.end());

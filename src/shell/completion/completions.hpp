@@ -13,6 +13,7 @@ struct Completions {
   std::size_t begin = 0;           ///< offset in the text of the word to complete
   std::vector<std::string> words;  ///< replacements for the word, sorted
   char quote = '\0';               ///< inside a string: the quote that opened it
+  bool globals = false;            ///< the words are global names and keywords
   bool files = false;              ///< names of files may stand here, and `words` is not used
 };
 

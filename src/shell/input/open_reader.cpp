@@ -13,9 +13,9 @@ bool has_line_editing() {
 #endif
 }
 
-std::unique_ptr<Reader> open_reader([[maybe_unused]] Completer completer) {
+std::unique_ptr<Reader> open_reader([[maybe_unused]] Knowledge knowledge) {
 #ifdef PENDULA_READLINE
-  if (is_terminal(STDIN_FILENO)) return open_readline_reader(std::move(completer));
+  if (is_terminal(STDIN_FILENO)) return open_readline_reader(std::move(knowledge));
 #endif
   return open_plain_reader();
 }

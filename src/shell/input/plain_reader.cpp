@@ -23,14 +23,14 @@ class PlainReader : public Reader {
         std::puts("");
         return {Line::Kind::abandoned, ""};
       } else if (signal == 0 && !fill()) {
-        return last_line();
+        return with(pending, last_line());
       } else if (signal != 0 && signal != SIGWINCH) {
         default_action(signal);
       }
     }
     Line line{Line::Kind::text, buffer_.substr(0, end)};
     buffer_.erase(0, end + 1);
-    return line;
+    return with(pending, std::move(line));
   }
 
   void remember(const std::string&) override {}
@@ -41,6 +41,11 @@ class PlainReader : public Reader {
     const ssize_t count = ::read(STDIN_FILENO, chunk, sizeof chunk);
     if (count > 0) buffer_.append(chunk, static_cast<std::size_t>(count));
     return count > 0;
+  }
+
+  static Line with(const std::string& pending, Line line) {
+    if (line.kind == Line::Kind::text && !pending.empty()) line.text = pending + "\n" + line.text;
+    return line;
   }
 
   /// At the end of the input: what stands there without a line break is a line too.

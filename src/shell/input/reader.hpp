@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "shell/completion/completions.hpp"
+#include "shell/input/highlight.hpp"
 
 namespace pendula::shell {
 
@@ -24,22 +25,30 @@ class Reader {
  public:
   virtual ~Reader() = default;
 
-  /// Waits for a line. `pending` is what was typed before on the same entry, "" at its first line.
+  /// Waits for an entry. `pending` is what was typed before on it, "" if nothing was; the text that comes back
+  /// begins with it, as the user has left it, and is not necessarily complete.
   virtual Line read(const std::string& pending) = 0;
 
   /// Keeps an entry for recall: one history entry, however many lines it has.
   virtual void remember(const std::string& entry) = 0;
 };
 
+/// What a reader that edits wants to know of the language.
+struct Knowledge {
+  Completer complete;
+  std::function<bool(const std::string& entry)> is_complete;  ///< or do more lines belong to it?
+  NameLookup kind;
+};
+
 /// A reader on standard input. With line editing if the build has it
 /// (PENDULA_READLINE) and a person is typing.
-std::unique_ptr<Reader> open_reader(Completer completer);
+std::unique_ptr<Reader> open_reader(Knowledge knowledge);
 
 /// Was the program built with readline?
 bool has_line_editing();
 
 std::unique_ptr<Reader> open_plain_reader();
-std::unique_ptr<Reader> open_readline_reader(Completer completer);  ///< only with PENDULA_READLINE
+std::unique_ptr<Reader> open_readline_reader(Knowledge knowledge);  ///< only with PENDULA_READLINE
 
 inline constexpr std::string_view first_prompt = "> ";
 inline constexpr std::string_view next_prompt = "… ";

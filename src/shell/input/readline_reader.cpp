@@ -1,10 +1,13 @@
 // Line editing with GNU readline through its callback interface. The plain readline() call swallows
 // characters after Ctrl-C; here signals are let in only inside ppoll(), and a line that Ctrl-C abandons is
-// taken down properly.
+// taken down properly. Readline keeps the text, its keys, the history and the search in it; on terminals whose
+// cursor can go up, what is seen is drawn by EntryView, and an entry of several lines is edited as one block.
 #ifdef PENDULA_READLINE
 
+#include <poll.h>
 #include <unistd.h>
 
+#include <array>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
@@ -12,17 +15,19 @@
 #include <readline/history.h>
 #include <readline/readline.h>
 
+#include "shell/input/entry_view.hpp"
 #include "shell/input/history.hpp"
 #include "shell/input/reader.hpp"
 #include "shell/input/signals.hpp"
 #include "shell/input/terminal.hpp"
+#include "shell/input/word_list.hpp"
 
 namespace pendula::shell {
 namespace {
 
 class ReadlineReader : public Reader {
  public:
-  explicit ReadlineReader(Completer completer);
+  explicit ReadlineReader(Knowledge knowledge);
   ~ReadlineReader() override { active_ = nullptr; }
 
   Line read(const std::string& pending) override;
@@ -36,30 +41,66 @@ class ReadlineReader : public Reader {
   static char** attempt(const char* text, int start, int end);
   static char* next_word(const char* text, int state);
 
+  // The keys of a block.
+  static int enter(int count, int key);
+  static int new_line(int count, int key);
+  static int up(int count, int key);
+  static int down(int count, int key);
+  static int right(int count, int key);
+  static int line_end(int count, int key);
+  static int line_begin(int count, int key);
+  static int kill_to_end(int count, int key);
+  static int kill_to_begin(int count, int key);
+  static int delete_or_give_up(int count, int key);
+  static int clear(int count, int key);
+  static void redraw();
+  static void list_words(char** matches, int count, int longest);
+
+  void load();
+  void bind_keys();
   std::string prompt(bool first) const;
+  Entry entry() const;
+  std::string suggestion() const;
+  bool accept_suggestion();
+  void write(const std::string& bytes) const;
+  void finish();
   void on_signal(int signal);
   void abandon();
-  void load();
 
   static ReadlineReader* active_;
-  Completer completer_;
+  Knowledge knowledge_;
   Completions completions_;
+  EntryView view_;
   std::string path_ = history_path();
   std::string pending_;
   Line line_{Line::Kind::end, ""};
   bool done_ = false;
   bool colour_ = false;
+  bool block_ = false;  ///< an entry is edited as a block; else line by line
 };
 
 ReadlineReader* ReadlineReader::active_ = nullptr;
 
-ReadlineReader::ReadlineReader(Completer completer) : completer_(std::move(completer)) {
+std::string_view typed() { return {rl_line_buffer, static_cast<std::size_t>(rl_end)}; }
+std::string_view before_cursor() { return typed().substr(0, static_cast<std::size_t>(rl_point)); }
+
+int begin_of_line(int at) {
+  while (at > 0 && rl_line_buffer[at - 1] != '\n') --at;
+  return at;
+}
+int end_of_line(int at) {
+  while (at < rl_end && rl_line_buffer[at] != '\n') ++at;
+  return at;
+}
+
+ReadlineReader::ReadlineReader(Knowledge knowledge) : knowledge_(std::move(knowledge)) {
   active_ = this;
   rl_readline_name = "pendula";
   rl_catch_signals = 0;
   rl_catch_sigwinch = 0;
   rl_outstream = is_terminal(STDOUT_FILENO) ? stdout : stderr;  // the prompt is no part of redirected output
   rl_variable_bind("enable-bracketed-paste", "on");             // the default; ~/.inputrc may refuse
+  rl_variable_bind("bind-tty-special-chars", "off");            // they would take Ctrl-U of a block away
   rl_initialize();
   colour_ = has_colour(fileno(rl_outstream));
   rl_completion_word_break_hook = word_breaks;
@@ -68,7 +109,42 @@ ReadlineReader::ReadlineReader(Completer completer) : completer_(std::move(compl
   rl_variable_bind("page-completions", "off");
   rl_variable_bind("revert-all-at-newline", "on");  // a history entry edited in passing stays as it was
   rl_bind_key('\t', tab);
+  const char* cursor_up = rl_get_termcap("up");
+  block_ = cursor_up && *cursor_up;
+  if (block_) {
+    rl_redisplay_function = redraw;
+    rl_completion_display_matches_hook = list_words;
+    bind_keys();
+  }
   load();
+}
+
+/// Keys that ~/.inputrc gave to something else keep it.
+void rebind(const char* map_name, const char* keys, rl_command_func_t* usual, rl_command_func_t* now) {
+  const Keymap map = rl_get_keymap_by_name(map_name);
+  std::array<char, 32> bytes = {};
+  int length = 0;
+  rl_translate_keyseq(keys, bytes.data(), &length);
+  if (rl_function_of_keyseq(bytes.data(), map, nullptr) == usual) rl_bind_keyseq_in_map(keys, now, map);
+}
+
+void ReadlineReader::bind_keys() {
+  for (const char* map : {"emacs", "vi-insert", "vi-command"}) {
+    for (const char* keys : {"\\C-m", "\\C-j"}) rebind(map, keys, rl_newline, enter);
+    for (const char* keys : {"\\C-p", "\\e[A", "\\eOA", "k"}) rebind(map, keys, rl_get_previous_history, up);
+    for (const char* keys : {"\\C-n", "\\e[B", "\\eOB", "j"}) rebind(map, keys, rl_get_next_history, down);
+    for (const char* keys : {"\\C-f", "\\e[C", "\\eOC"}) rebind(map, keys, rl_forward_char, right);
+    for (const char* keys : {"\\C-e", "\\e[F", "\\eOF", "\\e[4~"})
+      rebind(map, keys, rl_end_of_line, line_end);
+    for (const char* keys : {"\\C-a", "\\e[H", "\\eOH", "\\e[1~"})
+      rebind(map, keys, rl_beg_of_line, line_begin);
+    rebind(map, "\\C-k", rl_kill_line, kill_to_end);
+    rebind(map, "\\C-u", rl_unix_line_discard, kill_to_begin);
+    rebind(map, "\\C-d", rl_delete, delete_or_give_up);
+    rebind(map, "\\C-l", rl_clear_screen, clear);
+  }
+  for (const char* keys : {"\\e\\C-m", "\\e\\C-j"})
+    rl_bind_keyseq_in_map(keys, new_line, rl_get_keymap_by_name("emacs"));
 }
 
 void ReadlineReader::load() {
@@ -76,17 +152,24 @@ void ReadlineReader::load() {
   for (const auto& entry : load_history(path_)) add_history(entry.c_str());
 }
 
+// ── reading ────────────────────────────────────────────────────────────────────────────────────────────────
+
 std::string ReadlineReader::prompt(bool first) const {
   const std::string text(first ? first_prompt : next_prompt);
-  return colour_ ? "\001\033[1;34m\002" + text + "\001\033[0m\002" : text;
+  return colour_ && !block_ ? "\001\033[1;34m\002" + text + "\001\033[0m\002" : text;
 }
 
 Line ReadlineReader::read(const std::string& pending) {
-  pending_ = pending.empty() ? "" : pending + "\n";
+  pending_ = pending.empty() || block_ ? "" : pending + "\n";
   done_ = false;
   PromptSignals signals;
   rl_reset_screen_size();  // the window may have changed while we computed
-  rl_callback_handler_install(prompt(pending.empty()).c_str(), take_line);
+  view_.begin();
+  rl_callback_handler_install(prompt(pending_.empty()).c_str(), take_line);
+  if (block_ && !pending.empty()) {
+    rl_insert_text((pending + "\n").c_str());
+    redraw();
+  }
   while (!done_) {
     if (const int signal = signals.wait(STDIN_FILENO)) {
       on_signal(signal);
@@ -94,6 +177,7 @@ Line ReadlineReader::read(const std::string& pending) {
       rl_callback_read_char();
     }
   }
+  if (line_.kind == Line::Kind::text) line_.text = pending_ + line_.text;
   return std::move(line_);
 }
 
@@ -109,9 +193,15 @@ void ReadlineReader::on_signal(int signal) {
   switch (signal) {
     case SIGINT:
       return abandon();
-    case SIGWINCH:
+    case SIGWINCH: {
+      rl_reset_screen_size();
+      int rows, columns;
+      rl_get_screen_size(&rows, &columns);
+      if (block_) view_.resized(entry(), columns);
       return rl_resize_terminal();
+    }
     case SIGTSTP:
+      if (block_) finish();
       rl_cleanup_after_signal();
       default_action(signal);
       rl_reset_after_signal();
@@ -127,11 +217,11 @@ void ReadlineReader::abandon() {
   rl_callback_sigcleanup();  // leaves a search or a half-typed key sequence
   rl_free_line_state();
   rl_point = rl_end;  // so that the new prompt begins below a line that takes several rows
-  rl_redisplay();
+  done_ = true;       // no suggestion behind what is given up
+  rl_redisplay_function();
   std::fputs("^C\n", rl_outstream);
   rl_callback_handler_remove();
   line_ = {Line::Kind::abandoned, ""};
-  done_ = true;
 }
 
 void ReadlineReader::remember(const std::string& entry) {
@@ -141,9 +231,192 @@ void ReadlineReader::remember(const std::string& entry) {
   append_history(path_, entry);
 }
 
+// ── what is seen ───────────────────────────────────────────────────────────────────────────────────────────
+
+void ReadlineReader::write(const std::string& bytes) const {
+  std::fwrite(bytes.data(), 1, bytes.size(), rl_outstream);
+  std::fflush(rl_outstream);
+}
+
+/// The newest entry of the history that begins with what was typed: what follows there.
+std::string ReadlineReader::suggestion() const {
+  if (!colour_ || done_ || rl_point != rl_end || rl_end == 0 || rl_readline_state & RL_STATE_ISEARCH)
+    return "";
+  const std::string_view text = typed();
+  for (int i = history_length - 1; i >= 0; --i) {
+    const HIST_ENTRY* past = history_get(history_base + i);
+    if (past && std::strncmp(past->line, text.data(), text.size()) == 0 && past->line[text.size()])
+      return past->line + text.size();
+  }
+  return "";
+}
+
+Entry ReadlineReader::entry() const {
+  Entry entry;
+  entry.text = typed();
+  entry.cursor = static_cast<std::size_t>(rl_point);
+  entry.prompt =
+      rl_display_prompt ? std::string_view(rl_display_prompt) : first_prompt;  // or that of a search
+  entry.coloured = colour_;
+  if (colour_)
+    entry.styles = highlighted(entry.text, done_ ? entry.text.size() : entry.cursor, knowledge_.kind);
+  return entry;
+}
+
+void ReadlineReader::redraw() {
+  auto& self = *active_;
+  int rows, columns;
+  rl_get_screen_size(&rows, &columns);
+  const std::string ghost = self.suggestion();
+  Entry entry = self.entry();
+  entry.ghost = ghost;
+  self.write(self.view_.show(entry, columns, rows));
+}
+
+/// Leaves the entry on the screen and goes below it.
+void ReadlineReader::finish() {
+  int rows, columns;
+  rl_get_screen_size(&rows, &columns);
+  write(view_.leave(entry(), columns, rows));
+}
+
+int ReadlineReader::clear(int, int) {
+  active_->write("\033[H\033[2J");
+  active_->view_.begin();
+  redraw();
+  return 0;
+}
+
+// ── keys of a block ────────────────────────────────────────────────────────────────────────────────────────
+
+/// Is more input there already? Then lines are pasted, with their own blanks in front.
+bool more_is_coming() {
+  pollfd input{STDIN_FILENO, POLLIN, 0};
+  return poll(&input, 1, 0) > 0;
+}
+
+/// A line that only closes a block or bracket goes to where that was opened.
+void align_line() {
+  const int begin = begin_of_line(rl_point);
+  const auto above = typed().substr(0, static_cast<std::size_t>(begin));
+  const auto line = before_cursor().substr(above.size());
+  const auto blanks = line.find_first_not_of(' ');
+  if (begin == 0 || blanks == line.npos || !begins_with_end(line)) return;
+  const std::size_t deep = indentation(above), wanted = deep < 2 ? 0 : deep - 2;
+  const int behind = rl_point - static_cast<int>(blanks) + static_cast<int>(wanted);
+  rl_delete_text(begin, begin + static_cast<int>(blanks));
+  rl_point = begin;
+  rl_insert_text(std::string(wanted, ' ').c_str());
+  rl_point = behind;
+}
+
+int ReadlineReader::enter(int count, int key) {
+  auto& self = *active_;
+  if (!self.knowledge_.is_complete(std::string(typed()))) return new_line(count, key);
+  if (!more_is_coming()) align_line();
+  self.done_ = true;
+  self.finish();
+  self.done_ = false;
+  rl_done = 1;
+  return 0;
+}
+
+/// A line break with the blanks that the block asks for.
+int ReadlineReader::new_line(int, int) {
+  const bool pasted = more_is_coming();
+  rl_begin_undo_group();
+  if (!pasted) align_line();
+  rl_insert_text(("\n" + std::string(pasted ? 0 : indentation(before_cursor()), ' ')).c_str());
+  rl_end_undo_group();
+  return 0;
+}
+
+/// Characters of UTF-8, for keeping the column.
+int characters(int begin, int end) {
+  int count = 0;
+  for (int i = begin; i < end; ++i) count += (rl_line_buffer[i] & 0xC0) != 0x80;
+  return count;
+}
+
+void go_to_column(int begin, int column) {
+  rl_point = begin;
+  for (const int end = end_of_line(begin); rl_point < end && column > 0; --column) {
+    ++rl_point;
+    while (rl_point < end && (rl_line_buffer[rl_point] & 0xC0) == 0x80) ++rl_point;
+  }
+}
+
+/// To the line above; on the first one to the entry before, at the end of its first line, so that the key goes on
+/// through the history and Down goes through the lines.
+int ReadlineReader::up(int count, int key) {
+  const int begin = begin_of_line(rl_point);
+  if (begin > 0) {
+    go_to_column(begin_of_line(begin - 1), characters(begin, rl_point));
+    return 0;
+  }
+  const int result = rl_get_previous_history(count, key);
+  rl_point = end_of_line(0);
+  return result;
+}
+
+int ReadlineReader::down(int count, int key) {
+  const int begin = begin_of_line(rl_point), end = end_of_line(rl_point);
+  if (end == rl_end) return rl_get_next_history(count, key);
+  go_to_column(end + 1, characters(begin, rl_point));
+  return 0;
+}
+
+bool ReadlineReader::accept_suggestion() {
+  const std::string rest = suggestion();
+  if (!rest.empty()) rl_insert_text(rest.c_str());
+  return !rest.empty();
+}
+
+int ReadlineReader::right(int count, int key) {
+  return active_->accept_suggestion() ? 0 : rl_forward_char(count, key);
+}
+
+int ReadlineReader::line_end(int, int) {
+  if (!active_->accept_suggestion()) rl_point = end_of_line(rl_point);
+  return 0;
+}
+
+int ReadlineReader::line_begin(int, int) {
+  rl_point = begin_of_line(rl_point);
+  return 0;
+}
+
+/// At the end of a line its line break goes, too.
+int ReadlineReader::kill_to_end(int, int) {
+  const int end = end_of_line(rl_point);
+  return rl_kill_text(rl_point, end == rl_point && end < rl_end ? end + 1 : end);
+}
+
+int ReadlineReader::kill_to_begin(int, int) {
+  const int begin = begin_of_line(rl_point), end = rl_point;
+  rl_kill_text(begin, end);
+  rl_point = begin;
+  return 0;
+}
+
+/// Ctrl-D deletes; on the empty last line of an entry that is not complete it gives the entry up.
+int ReadlineReader::delete_or_give_up(int count, int key) {
+  const auto line = typed().substr(static_cast<std::size_t>(begin_of_line(rl_end)));
+  const bool waits = rl_point == rl_end && line.size() < typed().size();
+  if (!waits || line.find_first_not_of(' ') != line.npos) return rl_delete(count, key);
+  active_->done_ = true;
+  active_->finish();
+  active_->done_ = false;
+  rl_replace_line("", 1);
+  rl_done = 1;
+  return 0;
+}
+
+// ── completion ─────────────────────────────────────────────────────────────────────────────────────────────
+
 /// On a continuation line, Tab before the first word indents; elsewhere it completes.
 int ReadlineReader::tab(int count, int key) {
-  const std::string_view before(rl_line_buffer, static_cast<std::size_t>(rl_point));
+  const auto before = before_cursor();
   const auto line = before.substr(before.rfind('\n') + 1);
   const bool continued = !active_->pending_.empty() || line.size() < before.size();
   if (continued && line.find_first_not_of(' ') == std::string_view::npos) return rl_insert_text("  "), 0;
@@ -156,8 +429,7 @@ char* ReadlineReader::word_breaks() {
   static char in_code[] = " \t\n\"\\'`@$><=;|&{}()[],+-*/%^~#!?.:";
   static char in_string[] = "\"'";
   auto& self = *active_;
-  self.completions_ =
-      self.completer_(self.pending_ + std::string(rl_line_buffer, static_cast<std::size_t>(rl_point)));
+  self.completions_ = self.knowledge_.complete(self.pending_ + std::string(before_cursor()));
   return self.completions_.quote ? in_string : in_code;
 }
 
@@ -179,10 +451,24 @@ char* ReadlineReader::next_word(const char*, int state) {
   return next < words.size() ? strdup(words[next++].c_str()) : nullptr;
 }
 
+/// matches[1 … count]; matches[0] is what they have in common.
+void ReadlineReader::list_words(char** matches, int count, int) {
+  auto& self = *active_;
+  int rows, columns;
+  rl_get_screen_size(&rows, &columns);
+  const std::vector<std::string> words(matches + 1, matches + 1 + count);
+  self.done_ = true;  // the suggestion would stand between
+  self.finish();
+  self.done_ = false;
+  self.write(word_list(words, self.completions_.globals ? self.knowledge_.kind : NameLookup{},
+                       {columns, rows - 2, self.colour_}));
+  rl_forced_update_display();
+}
+
 }  // namespace
 
-std::unique_ptr<Reader> open_readline_reader(Completer completer) {
-  return std::make_unique<ReadlineReader>(std::move(completer));
+std::unique_ptr<Reader> open_readline_reader(Knowledge knowledge) {
+  return std::make_unique<ReadlineReader>(std::move(knowledge));
 }
 
 }  // namespace pendula::shell

@@ -1,0 +1,75 @@
+#include "shell/commands.hpp"
+
+#include <algorithm>
+#include <array>
+
+#include "shell/completion/names.hpp"
+#include "shell/entry.hpp"
+
+namespace pendula::shell {
+namespace {
+
+/// A Lua string of the text, which may stand in quotes already.
+std::string quoted(std::string_view text) {
+  const bool has_quotes = text.size() > 1 && (text[0] == '"' || text[0] == '\'') && text.back() == text[0];
+  if (has_quotes) return std::string(text);
+  std::string result = "\"";
+  for (char c : text) result += c == '"' || c == '\\' ? std::string("\\") + c : std::string(1, c);
+  return result + "\"";
+}
+
+/// May the text be the rest of a command, the name of a file? Not what makes the line Lua.
+bool is_file_name(std::string_view text) {
+  if (text.find('\n') != text.npos) return false;
+  constexpr std::string_view operators = "=(,.:[{<>+*^%#&|";
+  if (text == ".." || text.substr(0, 2) == "./" || text.substr(0, 3) == "../") return true;
+  return operators.find(text[0]) == operators.npos;
+}
+
+std::string list_of(const std::string& folder) { return "print(table.concat(ls(" + folder + "), '  '))"; }
+
+/// Shows how long the body takes; its values are the values of the entry.
+std::string timed(const std::string& body) {
+  return "(function(seconds, ...) print(('%.3g s'):format(seconds)) return ... end)(timed(function() " +
+         body + "\nend))";
+}
+
+bool reads(lua_State* L, const std::string& chunk) {
+  const Reading reading = compile(L, chunk);
+  if (reading != Reading::incomplete) lua_pop(L, 1);
+  return reading == Reading::complete;
+}
+
+}  // namespace
+
+Command command_of(lua_State* L, const std::string& entry) {
+  const std::string text(trimmed(entry));
+  const auto end = std::min(text.find_first_of(" \t\n"), text.size());
+  const std::string word = text.substr(0, end);
+  const std::string_view rest = trimmed(std::string_view(text).substr(end));
+  constexpr std::array<std::string_view, 8> words = {"who",  "pwd",  "ls",    "cd",
+                                                     "edit", "time", "reset", "log"};
+  if (std::find(words.begin(), words.end(), word) == words.end()) return {};
+  if (name_kind(L, word) == NameKind::own) return {};
+  if (rest.empty()) {
+    if (word == "who" || word == "pwd" || word == "reset") return {word + "()", ""};
+    if (word == "ls") return {list_of(""), ""};
+    if (word == "cd") return {"cd()", "cd()"};
+    return {};
+  }
+  if (word == "time") {
+    const std::string value = timed("return " + std::string(rest));
+    return {reads(L, value) ? value : timed(globalize(rest)), std::string(rest)};
+  }
+  if (!is_file_name(rest)) return {};
+  if (word == "ls") return {list_of(quoted(rest)), ""};
+  if (word == "cd") {
+    const std::string call = "cd(" + quoted(rest) + ")";
+    return {call, call};
+  }
+  if (word == "edit") return {"edit(" + quoted(rest) + ")", ""};
+  if (word == "log" && quoted(rest) == rest) return {"record(" + std::string(rest) + ")", ""};
+  return {};
+}
+
+}  // namespace pendula::shell
