@@ -61,7 +61,7 @@ class Painter {
   void put(std::string_view text, std::size_t& at, std::string_view with) {
     const Glyph next = glyph(text, at);
     if (column_ + next.cells > columns_) row(true);
-    if (coloured_ && with != colour_) result_.rows.back() += plain, result_.rows.back() += with;
+    if (coloured_ && with != colour_) result_.rows.back().append(plain).append(with);
     colour_ = with;
     result_.rows.back() += next.text;
     column_ += next.cells;

@@ -34,7 +34,7 @@ Picture picture(const Entry& entry, int columns);
 class EntryView {
  public:
   /// The cursor stands at the beginning of an empty row, and nothing of an entry is above it.
-  void begin() { above_ = 0, top_ = 0; }
+  void begin() { above_ = top_ = 0; }
 
   /// Shows the entry; of one that is higher than the window, the part around the cursor.
   std::string show(const Entry& entry, int columns, int window_rows);
