@@ -42,8 +42,8 @@ doc { name = "who", module = "session", title = "The session", sig = "who()",
   end }
 
 doc { name = "reset", module = "session", sig = "reset()",
-  text = "Forgets the variables of the session. Files, the folder and the history stay; properties of symbols "
-    .. "(positive, units) belong to the symbols and stay, too.",
+  text = "Forgets the variables of the session. The folder and the history stay, and so do properties of "
+    .. "symbols (positive, units).",
   example = "box = 1  reset()  return rawget(_G, 'box')", gives = "nil",
   function()
     for name in pairs(variables()) do rawset(_G, name, named(name)) end
