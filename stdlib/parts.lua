@@ -90,6 +90,7 @@ local domains = {
   { "spatial", "Bodies in space: frames with r, unit quaternions q, f and n on the part", "body" },
   { "thermal", "Heat: ports with a temperature T and a heat flow Q into the part", "capacity" },
   { "hydraulic", "Tanks, pipes, pumps: ports with a pressure p and a volume flow q into the part", "tank" },
+  { "process", "Process units: reactors, heat exchangers, mixers; streams are signals", "reactor" },
   { "signals", "Signals: sources, controllers, filters, sampling, state machines", "pid" },
 }
 

@@ -21,7 +21,11 @@ e.ground = component("ground", {}, function(self)
   self.p = e.pin
   self:reference(self.p)
   return { self.p.v ~ 0 }
-end, { text = "The point with potential 0; every circuit has one.", source = "Kirchhoff's voltage law" })
+end, { text = "The point with potential 0; every circuit has one.", source = "Kirchhoff's voltage law",
+  example = [[
+    m = model { I = e.current{ i = 3 }, R = e.resistor{ R = 2 }, gnd = e.ground{},
+                connect("I.n", "R.p"), connect("I.p", "R.n", "gnd.p") }
+    return m:init{}(m.I.n.v)]], gives = "6.0" })
 
 -- ── two pins ───────────────────────────────────────────────────────────────────────────────────────────────
 
@@ -106,13 +110,21 @@ e.voltmeter = component("voltmeter", {}, function(self)
   self.p, self.n = e.pin, e.pin
   local v = self:output("v", { unit = "V", text = "voltage" })
   return { v ~ self.p.v - self.n.v, self.p.i ~ 0, self.n.i ~ 0 }
-end, { text = "The voltage v as a signal; no current flows.", source = "definition" })
+end, { text = "The voltage v as a signal; no current flows.", source = "definition",
+  example = [[
+    m = model { V = e.source{ v = 6 }, R = e.resistor{ R = 2 }, U = e.voltmeter{}, gnd = e.ground{},
+                connect("V.p", "R.p", "U.p"), connect("V.n", "R.n", "U.n", "gnd.p") }
+    return m:init{}(m.U.v)]], gives = "6.0" })
 
 e.ammeter = component("ammeter", {}, function(self)
   self.p, self.n = e.pin, e.pin
   local i = self:output("i", { unit = "A", text = "current" })
   return { self.p.v ~ self.n.v, i ~ self.p.i, 0 ~ self.p.i + self.n.i }
-end, { text = "The current i from p to n as a signal; no voltage drops.", source = "definition" })
+end, { text = "The current i from p to n as a signal; no voltage drops.", source = "definition",
+  example = [[
+    m = model { V = e.source{ v = 6 }, R = e.resistor{ R = 2 }, A = e.ammeter{}, gnd = e.ground{},
+                connect("V.p", "A.p"), connect("A.n", "R.p"), connect("V.n", "R.n", "gnd.p") }
+    return m:init{}(m.A.i)]], gives = "3.0" })
 
 -- ── semiconductors ─────────────────────────────────────────────────────────────────────────────────────────
 
@@ -167,12 +179,18 @@ e.mosfet = component("mosfet", { K = { 1e-3, unit = "A/V^2", text = "transconduc
 e.npn = component("npn", { Is = { 1e-16, unit = "A", text = "transport current" }, Vt = { 0.025, unit = "V" },
   Bf = { 100, text = "forward current gain" }, Br = { 1, text = "reverse current gain" } }, function(self)
   self.c, self.b, self.e = e.pin, e.pin, e.pin
-  local f = self.Is*(exp((self.b.v - self.e.v)/self.Vt) - 1)
-  local r = self.Is*(exp((self.b.v - self.c.v)/self.Vt) - 1)
-  return { self.c.i ~ f - r - r/self.Br, self.b.i ~ f/self.Bf + r/self.Br,
+  local vbe, vbc = self:var("vbe", { unit = "V" }), self:var("vbc", { unit = "V" })
+  self:guess(vbe, 0.6)
+  local f, r = self.Is*(exp(vbe/self.Vt) - 1), self.Is*(exp(vbc/self.Vt) - 1)
+  return { vbe ~ self.b.v - self.e.v, vbc ~ self.b.v - self.c.v, self.c.i ~ f - r - r/self.Br, self.b.i ~
+    f/self.Bf + r/self.Br,
     0 ~ self.c.i + self.b.i + self.e.i }
 end, { text = "Bipolar transistor, transport version of Ebers and Moll.",
-  source = "Ebers & Moll, Proc. IRE 42(12), 1954" })
+  source = "Ebers & Moll, Proc. IRE 42(12), 1954",
+  example = [[
+    m = model { V = e.source{ v = 5 }, I = e.current{ i = 0.01 }, T = e.npn{ Bf = 50 }, gnd = e.ground{},
+                connect("V.p", "T.c"), connect("I.n", "T.b"), connect("V.n", "I.p", "T.e", "gnd.p") }
+    return m:init{}(m.T.c.i)]], gives = "0.5" })
 
 -- ── amplifiers, transformers ───────────────────────────────────────────────────────────────────────────────
 
@@ -224,13 +242,23 @@ e.coupled_inductors = component("coupled_inductors", { L1 = { 1e-3, unit = "H" }
   return { self.p1.v - self.n1.v ~ self.L1*der(i1) + self.M*der(i2),
     self.p2.v - self.n2.v ~ self.M*der(i1) + self.L2*der(i2),
     i1 ~ self.p1.i, i2 ~ self.p2.i, 0 ~ self.p1.i + self.n1.i, 0 ~ self.p2.i + self.n2.i }
-end, { text = "Two windings with a common field.", source = "Faraday's law of induction" })
+end, { text = "Two windings with a common field.", source = "Faraday's law of induction",
+  example = [[
+    m = model { V = e.source{ v = 1 }, T = e.coupled_inductors{ L1 = 2, L2 = 8, M = 3 }, U = e.voltmeter{},
+                g1 = e.ground{}, g2 = e.ground{}, connect("V.p", "T.p1"), connect("V.n", "T.n1", "g1.p"),
+                connect("T.p2", "U.p"), connect("T.n2", "U.n", "g2.p") }
+    return m:integrate{ to = 1, start = { ["T.i1"] = 0 } }(m.U.v, 1)]], gives = "1.5" })
 
 e.switch = component("switch", { Ron = { 1e-5, unit = "Ohm" }, Goff = { 1e-5, unit = "S" } }, function(self)
   local v, i, list = two_pins(self)
   local on, s = self:input("on", { text = "closed where it is above 1/2" }), self:var("s")
   return with(list, v ~ ifelse(gt(on, 1/2), self.Ron*s, s), i ~ ifelse(gt(on, 1/2), s, self.Goff*s))
 end, { text = "Closed where the signal on is above 1/2.",
-  source = "Clauß, Elmqvist, Mattsson, Otter & Schwarz, Modelica Conference 1995" })
+  source = "Clauß, Elmqvist, Mattsson, Otter & Schwarz, Modelica Conference 1995",
+  example = [[
+    m = model { V = e.source{ v = 6 }, S = e.switch{ Ron = 1, Goff = 0.5 }, R = e.resistor{ R = 2 },
+                gnd = e.ground{}, connect("S.on", ifelse(lt(t, 1), 0, 1)), connect("V.p", "S.p"),
+                connect("S.n", "R.p"), connect("V.n", "R.n", "gnd.p") }
+    return m:init{ from = 2 }(m.R.i)]], gives = "2.0" })
 
 return e

@@ -26,7 +26,11 @@ h.ambient = component("ambient", {
   function(self)
     self.port = h.port
     return { self.port.p ~ self.p }
-  end, { text = "A pressure that is given; 0 is that of the air.", source = "definition" })
+  end, { text = "A pressure that is given; 0 is that of the air.", source = "definition",
+  example = [[
+    x = model { A = e.ambient{ p = 2*t }, R = e.pipe{ R = 2 }, B = e.ambient{},
+                connect("A.port", "R.a"), connect("R.b", "B.port") }
+    return x:init{ from = 3 }(x.R.q)]], gives = "3.0" })
 
 h.tank = component("tank", { A = { 1, unit = "m^2", text = "area" }, rho = { 1000, unit = "kg/m^3" },
   g = { 9.81, unit = "m/s^2" }, h0 = { false, unit = "m", text = "level at the start" } }, function(self)
@@ -55,7 +59,11 @@ h.inertance = component("inertance", { I = { 1e6, unit = "kg/m^4", text = "rho l
   local q, dp, list = two_ports(self)
   self:start(q, self.q0)
   return with(list, dp ~ self.I*der(q))
-end, { text = "The mass of the fluid in a pipe: dp = I q′.", source = "Euler, 1757" })
+end, { text = "The mass of the fluid in a pipe: dp = I q′.", source = "Euler, 1757",
+  example = [[
+    x = model { A = e.ambient{ p = 6 }, I = e.inertance{ I = 2, q0 = 1 }, B = e.ambient{},
+                connect("A.port", "I.a"), connect("I.b", "B.port") }
+    return x:integrate{ to = 2 }(x.I.q, 2)]], gives = "7.0" })
 
 h.orifice = component("orifice", { A = { 1e-4, unit = "m^2", text = "area" },
   Cd = { 0.62, text = "discharge coefficient" }, rho = { 1000, unit = "kg/m^3" },
@@ -73,20 +81,33 @@ h.valve = component("valve", { K = { 1e-5, unit = "m^3/(s*Pa^(1/2))", text = "fl
   local q, dp, list = two_ports(self)
   local open = self:input("open", { text = "0 closed … 1 open", default = 1 })
   return with(list, q ~ self.K*open*signed_root(dp, self.dp0))
-end, { text = "A valve whose opening is a signal.", source = "IEC 60534, incompressible flow" })
+end, { text = "A valve whose opening is a signal.", source = "IEC 60534, incompressible flow",
+  example = [[
+    x = model { A = e.ambient{ p = 1e8 }, V = e.valve{ K = 0.01 }, B = e.ambient{}, connect("V.open", 0.5),
+                connect("A.port", "V.a"), connect("V.b", "B.port") }
+    return x:init{}(x.V.q)]], gives = "50.0" })
 
 h.check_valve = component("check_valve", { R = { 1, unit = "Pa*s/m^3", text = "resistance when open" },
   G = { 1e-12, unit = "m^3/(Pa*s)", text = "leakage when closed" } }, function(self)
   local q, dp, list = two_ports(self)
   return with(list, q ~ ifelse(lt(dp, 0), self.G*dp, dp/self.R))
-end, { text = "Flow from a to b only.", source = "definition" })
+end, { text = "Flow from a to b only.", source = "definition",
+  example = [[
+    x = model { A = e.ambient{ p = ifelse(lt(t, 1), 6, -6) }, V = e.check_valve{ R = 2, G = 0.5 },
+      B = e.ambient{},
+                connect("A.port", "V.a"), connect("V.b", "B.port") }
+    return x:init{}(x.V.q) + 10*x:init{ from = 2 }(x.V.q)]], gives = "-27.0" })
 
 h.pump = component("pump", {
   q = { 0, unit = "m^3/s", text = "flow from a to b, a number or an expression in t" } },
   function(self)
     self.a, self.b = h.port, h.port
     return { self.a.q ~ self.q, self.b.q ~ -self.q }
-  end, { text = "A flow that is given.", source = "definition" })
+  end, { text = "A flow that is given.", source = "definition",
+  example = [[
+    x = model { A = e.ambient{}, P = e.pump{ q = 2 }, R = e.pipe{ R = 3 }, B = e.ambient{},
+                connect("A.port", "P.a"), connect("P.b", "R.a"), connect("R.b", "B.port") }
+    return x:init{}(x.P.b.p)]], gives = "6.0" })
 
 h.centrifugal_pump = component("centrifugal_pump",
   { p0 = { 1e5, unit = "Pa", text = "pressure without flow" },
@@ -94,7 +115,12 @@ h.centrifugal_pump = component("centrifugal_pump",
   self.a, self.b = h.port, h.port
   local q = self:var("q", { unit = "m^3/s" })
   return { self.a.q ~ q, self.b.q ~ -q, self.b.p - self.a.p ~ self.p0*(1 - (q/self.qmax)^2) }
-end, { text = "A parabola p = p0 (1 - (q/qmax)²).", source = "Pfleiderer, Die Kreiselpumpen, 1924" })
+end, { text = "A parabola p = p0 (1 - (q/qmax)²).", source = "Pfleiderer, Die Kreiselpumpen, 1924",
+  example = [[
+    x = model { A = e.ambient{}, P = e.centrifugal_pump{ p0 = 12, qmax = 2 }, R = e.pipe{ R = 9 },
+      B = e.ambient{},
+                connect("A.port", "P.a"), connect("P.b", "R.a"), connect("R.b", "B.port") }
+    return x:init{ guess = { ["P.q"] = 2 } }(x.P.q)]], gives = "1.0" })
 
 h.accumulator = component("accumulator", { C = { 1e-9, unit = "m^3/Pa", text = "compliance V/K" },
   p0 = { false, unit = "Pa", text = "pressure at the start" } }, function(self)
@@ -102,6 +128,10 @@ h.accumulator = component("accumulator", { C = { 1e-9, unit = "m^3/Pa", text = "
   local p = self:var("p", { unit = "Pa" })
   self:start(p, self.p0)
   return { p ~ self.port.p, self.C*der(p) ~ self.port.q }
-end, { text = "An elastic volume: C p′ = q.", source = "Hooke, for fluids" })
+end, { text = "An elastic volume: C p′ = q.", source = "Hooke, for fluids",
+  example = [[
+    x = model { A = e.ambient{}, P = e.pump{ q = 4 }, V = e.accumulator{ C = 2, p0 = 1 },
+                connect("A.port", "P.a"), connect("P.b", "V.port") }
+    return x:integrate{ to = 3 }(x.V.p, 3)]], gives = "7.0" })
 
 return h

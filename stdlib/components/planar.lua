@@ -22,7 +22,11 @@ p.fixed = component("fixed", { x = { 0, unit = "m" }, y = { 0, unit = "m" }, phi
   function(self)
     self.frame = p.frame
     return { self.frame.x ~ self.x, self.frame.y ~ self.y, self.frame.phi ~ self.phi }
-  end, { text = "A frame at rest.", source = "definition" })
+  end, { text = "A frame at rest.", source = "definition",
+  example = [[
+    x = model { w = e.fixed{ x = 1, phi = math.pi/2 }, r = e.rod{ dx = 2 }, B = e.body{ m = 2 },
+                connect("w.frame", "r.a"), connect("r.b", "B.frame") }
+    return x:dae():init{}(x.B.y)]], gives = "2.0" })
 
 p.body = component("body", { m = { 1, unit = "kg" }, J = { 1, unit = "kg*m^2" },
   g = { 9.81, unit = "m/s^2", text = "gravity along -y" },
@@ -51,7 +55,12 @@ p.rod = component("rod", { dx = { 1, unit = "m" }, dy = { 0, unit = "m" } }, fun
   local dx, dy = turned(self.a.phi, self.dx, self.dy)
   return { self.b.x ~ self.a.x + dx, self.b.y ~ self.a.y + dy, self.b.phi ~ self.a.phi,
     balance(self.a, self.b, dx, dy) }
-end, { text = "Two frames of one rigid body: b is (dx, dy) from a, in the axes of a.", source = euler })
+end, { text = "Two frames of one rigid body: b is (dx, dy) from a, in the axes of a.", source = euler,
+  example = [[
+    x = model { w = e.fixed{ phi = math.pi/2 }, r = e.rod{ dx = 3, dy = 4 }, B = e.body{ m = 2 },
+                connect("w.frame", "r.a"), connect("r.b", "B.frame") }
+    at = x:dae():init{}
+    return at(x.B.x) + at(x.r.a.tau)]], gives = "-82.48" })
 
 p.revolute = component("revolute", { phi0 = { false, unit = "rad", text = "angle at the start" },
   w0 = { false, unit = "rad/s", text = "speed at the start" } }, function(self)
@@ -110,7 +119,12 @@ p.force = component("force", { fx = { 0, unit = "N" }, fy = { 0, unit = "N" }, t
     self.frame = p.frame
     local f = self.frame
     return { f.fx ~ -self.fx, f.fy ~ -self.fy, f.tau ~ -self.tau }
-  end, { text = "A force and a torque that are given, in the axes of the plane.", source = "definition" })
+  end, { text = "A force and a torque that are given, in the axes of the plane.", source = "definition",
+  example = [[
+    x = model { F = e.force{ fx = 3, tau = 4 }, connect("B.frame", "F.frame"),
+                B = e.body{ x0 = 0, y0 = 0, phi0 = 0, vx0 = 0, vy0 = 0, w0 = 0 } }
+    sol = x:integrate{ to = 1 }
+    return sol(x.B.x, 1) + sol(x.B.phi, 1)]], gives = "3.5" })
 
 p.wheel = component("wheel", { r = { 1, unit = "m", text = "radius" }, x0 = { 0, unit = "m",
   text = "place of the centre where phi = 0" } }, function(self)

@@ -24,7 +24,11 @@ end
 m.fixed = component("fixed", { phi0 = { 0, unit = "rad", text = "angle" } }, function(self)
   self.flange = m.flange
   return { self.flange.phi ~ self.phi0 }
-end, { text = "A housing that does not turn.", source = "definition" })
+end, { text = "A housing that does not turn.", source = "definition",
+  example = [[
+    x = model { w = e.fixed{ phi0 = 1 }, c = e.spring{ c = 3 }, A = e.angle{ phi = 3 },
+                connect("w.flange", "c.a"), connect("c.b", "A.flange") }
+    return x:init{}(x.c.tau)]], gives = "6.0" })
 
 m.inertia = component("inertia", { J = { 1, unit = "kg*m^2", text = "moment of inertia" },
   phi0 = { false, unit = "rad", text = "angle at the start" },
@@ -66,25 +70,40 @@ m.spring_damper = component("spring_damper", { c = { 1, unit = "N*m/rad" }, d = 
   phi0 = { 0, unit = "rad", text = "angle without torque" } }, function(self)
   local phi, tau, list = two_flanges(self)
   return with(list, tau ~ self.c*(phi - self.phi0) + self.d*der(phi))
-end, { text = "A spring and a damper side by side.", source = "Kelvin and Voigt" })
+end, { text = "A spring and a damper side by side.", source = "Kelvin and Voigt",
+  example = [[
+    x = model { c = e.spring_damper{ c = 1, d = 2 }, J = e.inertia{ J = 1, phi0 = 1, w0 = 0 }, w = e.fixed{},
+                connect("w.flange", "c.a"), connect("c.b", "J.flange") }
+    return x:integrate{ to = 1 }(x.J.phi, 1)]], gives = "0.7357588824" })
 
 m.torque = component("torque", { tau = { 0, unit = "N*m", text = "torque, a number or an expression in t" } },
   function(self)
     self.flange = m.flange
     return { self.flange.tau ~ -self.tau }
-  end, { text = "A torque that is given.", source = "definition" })
+  end, { text = "A torque that is given.", source = "definition",
+  example = [[
+    x = model { T = e.torque{ tau = 6*t }, J = e.inertia{ J = 2, phi0 = 0, w0 = 0 }, connect("T.flange",
+      "J.flange") }
+    return x:integrate{ to = 2 }(x.J.phi, 2)]], gives = "4.0" })
 
 m.signal_torque = component("signal_torque", {}, function(self)
   self.flange = m.flange
   local tau = self:input("tau", { unit = "N*m" })
   return { self.flange.tau ~ -tau }
-end, { text = "A torque that a signal gives.", source = "definition" })
+end, { text = "A torque that a signal gives.", source = "definition",
+  example = [[
+    x = model { T = e.signal_torque{}, J = e.inertia{ J = 2, phi0 = 0, w0 = 0 }, connect("T.tau", 6*t),
+                connect("T.flange", "J.flange") }
+    return x:integrate{ to = 2 }(x.J.w, 2)]], gives = "6.0" })
 
 m.angle = component("angle", { phi = { 0, unit = "rad", text = "angle, a number or an expression in t" } },
   function(self)
     self.flange = m.flange
     return { self.flange.phi ~ self.phi }
-  end, { text = "A rotation that is given; the torque follows.", source = "definition" })
+  end, { text = "A rotation that is given; the torque follows.", source = "definition",
+  example = [[
+    x = model { A = e.angle{ phi = t^2 }, J = e.inertia{ J = 3 }, connect("A.flange", "J.flange") }
+    return x:dae():init{}(x.J.flange.tau)]], gives = "6.0" })
 
 m.speed = component("speed", { w = { 0, unit = "rad/s", text = "speed, a number or an expression in t" },
   phi0 = { 0, unit = "rad", text = "angle at the start" } }, function(self)
@@ -92,19 +111,32 @@ m.speed = component("speed", { w = { 0, unit = "rad/s", text = "speed, a number 
     local phi = self:var("phi", { unit = "rad" })
     self:start(phi, self.phi0)
     return { phi ~ self.flange.phi, der(phi) ~ self.w }
-  end, { text = "A speed that is given; the torque follows.", source = "definition" })
+  end, { text = "A speed that is given; the torque follows.", source = "definition",
+  example = [[
+    x = model { S = e.speed{ w = 2, phi0 = 1 }, d = e.damper{ d = 4 }, w = e.fixed{}, connect("w.flange",
+      "d.a"),
+                connect("d.b", "S.flange") }
+    sol = x:integrate{ to = 3 }
+    return sol(x.S.phi, 3) + sol(x.d.tau, 3)]], gives = "15.0" })
 
 m.sensor = component("sensor", {}, function(self)
   self.flange = m.flange
   local phi = self:output("phi", { unit = "rad" })
   return { phi ~ self.flange.phi, self.flange.tau ~ 0 }
-end, { text = "The angle as a signal.", source = "definition" })
+end, { text = "The angle as a signal.", source = "definition",
+  example = [[
+    x = model { A = e.angle{ phi = t^2 }, s = e.sensor{}, connect("A.flange", "s.flange") }
+    return x:init{ from = 3 }(x.s.phi)]], gives = "9.0" })
 
 m.speed_sensor = component("speed_sensor", {}, function(self)
   self.flange = m.flange
   local w = self:output("w", { unit = "rad/s" })
   return { w ~ der(self.flange.phi), self.flange.tau ~ 0 }
-end, { text = "The speed as a signal.", source = "definition" })
+end, { text = "The speed as a signal.", source = "definition",
+  example = [[
+    x = model { J = e.inertia{ phi0 = 0, w0 = 1 }, T = e.torque{ tau = 2 }, s = e.speed_sensor{},
+                connect("J.flange", "T.flange", "s.flange") }
+    return x:integrate{ to = 3 }(x.s.w, 3)]], gives = "7.0" })
 
 -- ── transmissions ──────────────────────────────────────────────────────────────────────────────────────────
 
@@ -156,6 +188,79 @@ end, { text = "Armature with resistance and inductance; the field is constant.",
                 gnd = el.ground{}, connect("V.p", "M.p"), connect("V.n", "M.n", "gnd.p"),
                 connect("M.flange", "J.flange") }
     return x:integrate{ to = 1 }(x.J.w, 1)]], gives = "50.0" })
+
+-- ── three-phase machines ───────────────────────────────────────────────────────────────────────────────────
+
+-- Pins a, b, c of a winding in star whose centre is free, the currents of its space phasor α, β and the
+-- voltages.
+local function star_winding(self)
+  self.a, self.b, self.c, self.flange = electrical.pin, electrical.pin, electrical.pin, m.flange
+  local i_alpha = self:var("i_alpha", { unit = "A", text = "current along the axis of phase a" })
+  local i_beta = self:var("i_beta", { unit = "A", text = "current at right angles to it" })
+  local a, b, c, root = self.a, self.b, self.c, sqrt(3)
+  return i_alpha, i_beta, (2*a.v - b.v - c.v)/3, (b.v - c.v)/root, { a.i ~ i_alpha,
+    b.i ~ (root*i_beta - i_alpha)/2, c.i ~ -(root*i_beta + i_alpha)/2 }
+end
+
+m.induction_motor = component("induction_motor", { Rs = { 1, unit = "Ohm", text = "stator resistance" },
+  Rr = { 1, unit = "Ohm", text = "rotor resistance, seen from the stator" },
+  Ls = { 0.1, unit = "H", text = "stator inductance" }, Lr = { 0.1, unit = "H", text = "rotor inductance" },
+  Lm = { 0.095, unit = "H", text = "magnetising inductance" }, p = { 2, text = "pairs of poles" } },
+    function(self)
+  local is_a, is_b, v_a, v_b, list = star_winding(self)
+  local ir_a, ir_b = self:var("ir_alpha", { unit = "A" }), self:var("ir_beta", { unit = "A" })
+  local w = self:var("w", { unit = "rad/s", text = "speed" })
+  for _, i in ipairs { is_a, is_b, ir_a, ir_b } do self:start(i, 0) end
+  local psi_a, psi_b = self.Lr*ir_a + self.Lm*is_a, self.Lr*ir_b + self.Lm*is_b      -- flux of the rotor
+  return { list, w ~ der(self.flange.phi),
+    v_a ~ self.Rs*is_a + self.Ls*der(is_a) + self.Lm*der(ir_a),
+    v_b ~ self.Rs*is_b + self.Ls*der(is_b) + self.Lm*der(ir_b),
+    0 ~ self.Rr*ir_a + self.Lr*der(ir_a) + self.Lm*der(is_a) + self.p*w*psi_b,
+    0 ~ self.Rr*ir_b + self.Lr*der(ir_b) + self.Lm*der(is_b) - self.p*w*psi_a,
+    self.flange.tau ~ -3/2*self.p*self.Lm*(is_b*ir_a - is_a*ir_b) }
+end, { text = "Squirrel cage, linear magnetics, in the coordinates of the stator; the star point is free.",
+  source = "Leonhard, Control of Electrical Drives, §10; Kovács & Rácz, 1959",
+  example = [[
+    el, U, w = components.electrical, 100, 314
+    x = model { A = el.source{ v = U*cos(w*t) }, B = el.source{ v = U*cos(w*t - 2*pi/3) },
+                C = el.source{ v = U*cos(w*t + 2*pi/3) }, gnd = el.ground{}, M = e.induction_motor{},
+                S = e.speed{ w = 150 }, connect("A.p", "M.a"), connect("B.p", "M.b"), connect("C.p", "M.c"),
+                connect("A.n", "B.n", "C.n", "gnd.p"), connect("M.flange", "S.flange") }
+    tau = x:integrate{ to = 0.5, rtol = 1e-8 }(x.S.flange.tau, 0.5)
+    -- 3/2 p/w s (w Lm U)²/Rr / |…|² of the equivalent circuit with slip s
+    s, Xs, Xr, Xm = 1 - 300/314, 31.4, 31.4, 29.83
+    re, im = 1*1/s - (Xs*Xr - Xm^2), Xs*1/s + Xr*1
+    torque = 3/2*2/314*(Xm*U)^2/s/(re^2 + im^2)
+    return tau/torque]], gives = "1.0" })
+
+m.synchronous_motor = component("synchronous_motor", { R = { 1, unit = "Ohm" },
+  Ld = { 1e-2, unit = "H", text = "inductance along the magnets" },
+  Lq = { 1e-2, unit = "H", text = "inductance at right angles" },
+  psi = { 0.1, unit = "V*s", text = "flux of the magnets" }, p = { 2, text = "pairs of poles" } },
+    function(self)
+  local i_a, i_b, v_a, v_b, list = star_winding(self)
+  local i_d, i_q = self:var("i_d", { unit = "A" }), self:var("i_q", { unit = "A" })
+  local w = self:var("w", { unit = "rad/s", text = "speed" })
+  self:start(i_d, 0)
+  self:start(i_q, 0)
+  local angle = self.p*self.flange.phi
+  return { list, w ~ der(self.flange.phi), i_a ~ cos(angle)*i_d - sin(angle)*i_q,
+    i_b ~ sin(angle)*i_d + cos(angle)*i_q,
+    cos(angle)*v_a + sin(angle)*v_b ~ self.R*i_d + self.Ld*der(i_d) - self.p*w*self.Lq*i_q,
+    cos(angle)*v_b - sin(angle)*v_a ~ self.R*i_q + self.Lq*der(i_q) + self.p*w*(self.Ld*i_d + self.psi),
+    self.flange.tau ~ -3/2*self.p*(self.psi + (self.Ld - self.Lq)*i_d)*i_q }
+end, { text = "Permanent magnets on the rotor, in its coordinates d, q; the magnets point along phase a "
+  .. "where phi = 0.",
+  source = "Park, AIEE Trans. 48, 1929; Leonhard, Control of Electrical Drives, §14",
+  example = [[
+    el = components.electrical
+    x = model { A = el.source{ v = -20*sin(100*t) }, B = el.source{ v = -20*sin(100*t - 2*pi/3) },
+                C = el.source{ v = -20*sin(100*t + 2*pi/3) }, gnd = el.ground{}, M = e.synchronous_motor{},
+                S = e.speed{ w = 50 }, connect("A.p", "M.a"), connect("B.p", "M.b"), connect("C.p", "M.c"),
+                connect("A.n", "B.n", "C.n", "gnd.p"), connect("M.flange", "S.flange") }
+    sol = x:integrate{ to = 0.5, rtol = 1e-8 }
+    -- v_d = 0 = i_d - i_q, v_q = 20 = i_q + i_d + 10: i_d = i_q = 5
+    return sol(x.M.i_d, 0.5) + sol(x.S.flange.tau, 0.5)]], gives = "6.5" })
 
 -- ── friction ───────────────────────────────────────────────────────────────────────────────────────────────
 

@@ -31,7 +31,11 @@ end, { text = "y = ±u1 ± u2 …; signs says how many and with which sign.", so
 
 s.product = component("product", {}, function(self)
   return { self:output "y" ~ self:input "u1"*self:input "u2" }
-end, { text = "y = u1 u2.", source = "definition" })
+end, { text = "y = u1 u2.", source = "definition",
+  example = [[
+    x = model { P = e.product{}, connect("P.u1", 3), connect("P.u2", t), z = e.integrator{}, connect("P.y",
+      "z.u") }
+    return x:integrate{ to = 2 }(x.z.y, 2)]], gives = "6.0" })
 
 s.saturation = component("saturation", { low = -1, high = 1 }, function(self)
   local u, y = block(self)
@@ -44,7 +48,10 @@ end, { text = "u, kept between low and high.", source = "definition",
 s.dead_zone = component("dead_zone", { low = -1, high = 1 }, function(self)
   local u, y = block(self)
   return { y ~ max(u - self.high, 0) + min(u - self.low, 0) }
-end, { text = "0 between low and high, what is beyond else.", source = "definition" })
+end, { text = "0 between low and high, what is beyond else.", source = "definition",
+  example = [[
+    x = model { D = e.dead_zone{}, connect("D.u", t - 1), z = e.integrator{}, connect("D.y", "z.u") }
+    return x:integrate{ to = 4 }(x.z.y, 4)]], gives = "2.0" })
 
 -- A piecewise linear function through the points (x[k], y[k]), constant outside.
 s.table = component("table", { x = { { 0, 1 } }, y = { { 0, 1 } } }, function(self)
@@ -105,7 +112,10 @@ s.derivative = component("derivative", { k = 1,
     local x = self:var "x"
     self:start(x, 0)
     return { self.T*der(x) ~ u - x, y ~ self.k*(u - x)/self.T }
-  end, { text = "k s/(T s + 1).", source = "Åström & Hägglund, PID Controllers, §3.4" })
+  end, { text = "k s/(T s + 1).", source = "Åström & Hägglund, PID Controllers, §3.4",
+  example = [[
+    x = model { D = e.derivative{ k = 1, T = 0.5 }, connect("D.u", t) }
+    return x:integrate{ to = 1 }(x.D.y, 1)]], gives = "0.8646647168" })
 
 s.delay = component("delay", { T = { 1, unit = "s", text = "delay" } }, function(self)
   local u, y = block(self)
@@ -115,7 +125,10 @@ s.delay = component("delay", { T = { 1, unit = "s", text = "delay" } }, function
   local w = 1/self.T
   return { der(x1) ~ x2, der(x2) ~ u - 6*w*x2 - 12*w^2*x1, y ~ u - 12*w*x2 }
 end, { text = "e^{-Ts} by the Padé approximation of order 2, 2.",
-  source = "Padé, 1892; Hairer & Wanner II, §IV.3" })
+  source = "Padé, 1892; Hairer & Wanner II, §IV.3",
+  example = [[
+    x = model { D = e.delay{ T = 1 }, connect("D.u", t) }
+    return x:integrate{ to = 10, rtol = 1e-8 }(x.D.y, 10)]], gives = "9.0" })
 
 s.pid = component("pid", { k = { 1, text = "gain" }, Ti = { 1, unit = "s", text = "integral time" },
   Td = { 0, unit = "s", text = "derivative time" }, N = { 10, text = "filter of the derivative: Td/N" },
@@ -185,7 +198,11 @@ s.discrete_pi = component("discrete_pi", sampled { k = 1, Ti = { 1, unit = "s" }
   self:gives(y)
   clock(self, { [y] = self.k*(r - v) + z, [z] = z + self.k*self.Ts/self.Ti*(r - v) })
 end, { text = "A PI controller that runs every Ts.",
-  source = "Åström & Wittenmark, Computer-Controlled Systems, §8.3" })
+  source = "Åström & Wittenmark, Computer-Controlled Systems, §8.3",
+  example = [[
+    x = model { c = e.discrete_pi{ k = 2, Ti = 4 }, connect("c.r", 1), connect("c.v", 0), z = e.integrator{},
+                connect("c.y", "z.u") }
+    return x:integrate{ to = 4 }(x.z.y, 4)]], gives = "11.0" })
 
 s.unit_delay = component("unit_delay", sampled(), function(self)
   local u = self:input "u"
@@ -193,7 +210,10 @@ s.unit_delay = component("unit_delay", sampled(), function(self)
   self:gives(y)
   clock(self, { [y] = held, [held] = u })
 end, { text = "The sample before: y_k = u_{k-1}.",
-  source = "Åström & Wittenmark, Computer-Controlled Systems, §2.4" })
+  source = "Åström & Wittenmark, Computer-Controlled Systems, §2.4",
+  example = [[
+    x = model { d = e.unit_delay{}, connect("d.u", t), z = e.integrator{}, connect("d.y", "z.u") }
+    return x:integrate{ to = 4 }(x.z.y, 4)]], gives = "3.0" })
 
 s.relay = component("relay", { low = { -1, text = "switches off below" },
   high = { 1, text = "switches on above" },
@@ -206,7 +226,10 @@ s.relay = component("relay", { low = { -1, text = "switches off below" },
     self:event { when = state*(self.low - u) - (1 - state), direction = 2, reset = { [state] = 0 } }
     return { y ~ self.off + (self.on - self.off)*state }
   end, { text = "Two positions with hysteresis: a thermostat.",
-    source = "Tsypkin, Relay Control Systems, 1984" })
+    source = "Tsypkin, Relay Control Systems, 1984",
+  example = [[
+    x = model { R = e.relay{}, connect("R.u", 2*sin(t)), z = e.integrator{}, connect("R.y", "z.u") }
+    return x:integrate{ to = math.pi }(x.z.y, math.pi)]], gives = "2.617993878" })
 
 -- states = 3, transitions = { { from = 1, to = 2, when = function(u) return u[1] - 5 end, direction = 1 } }
 s.state_machine = component("state_machine", { states = 2, inputs = 1, initial = 1, transitions = { {} },

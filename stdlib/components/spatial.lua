@@ -30,10 +30,15 @@ local function list_of(v)
   return list
 end
 
-s.fixed = component("fixed", { r = { { 0, 0, 0 }, unit = "m" } }, function(self)
+s.fixed = component("fixed", { r = { { 0, 0, 0 }, unit = "m" },
+  q = { { 1, 0, 0, 0 }, text = "orientation, a unit quaternion" } }, function(self)
   self.frame = s.frame
-  return { self.frame.r ~ self.r, self.frame.q ~ vec { 1, 0, 0, 0 } }
-end, { text = "A frame at rest, with the axes of space.", source = "definition" })
+  self:anchored(self.frame)
+  return { self.frame.r ~ self.r, self.frame.q ~ vec(self.given.q) }
+end, { text = "A frame at rest.", source = "definition",
+  example = [[
+    x = model { w = e.fixed{ r = {1, 2, 3} }, B = e.body{ m = 2 }, connect("w.frame", "B.frame") }
+    return x:dae():init{}(x.B.frame.f[3])]], gives = "19.62" })
 
 s.body = component("body", { m = { 1, unit = "kg" },
   J = { { 1, 1, 1 }, unit = "kg*m^2", text = "principal moments" },
@@ -56,7 +61,8 @@ s.body = component("body", { m = { 1, unit = "kg" },
   end
   self.energy = self.m*(r.dot.T*r.dot)/2 + turning + self.m*self.g*r[3]
   local f = self.frame
-  return { r ~ f.r, q ~ f.q, w ~ W, q.T*q ~ 1, self.m*der(r, 2) ~ f.f - vec { 0, 0, self.m*self.g },
+  self:normalise(f, q.T*q ~ 1, lambda)
+  return { r ~ f.r, q ~ f.q, w ~ W, self.m*der(r, 2) ~ f.f - vec { 0, 0, self.m*self.g },
     der(gradient(turning, q.dot)) - gradient(turning, q) ~ f.n + lambda*q }
 end, { text = "A rigid body with its frame at the centre of mass, along its principal axes.", source = euler,
   example = [[
@@ -68,10 +74,16 @@ s.rod = component("rod", { d = { { 1, 0, 0 }, unit = "m", text = "from a to b, i
   function(self)
   self.a, self.b = s.frame, s.frame
   local a, b = self.a, self.b
+  self:rigid(a, b)
   local arm = rotation(a.q)*self.d
   return { b.r ~ a.r + arm, b.q ~ a.q, zeros(3, 1) ~ a.f + b.f,
     zeros(4, 1) ~ a.n + b.n + jacobian(arm, a.q).T*b.f }
-end, { text = "Two frames of one rigid body.", source = euler })
+end, { text = "Two frames of one rigid body.", source = euler,
+  example = [[
+    x = model { A = e.body{ g = 0, r0 = {-1, 0, 0}, v0 = {0, -1, 0}, q0 = {1, 0, 0, 0}, w0 = {0, 0, 1} },
+                R = e.rod{ d = {2, 0, 0} }, B = e.body{ g = 0 }, connect("A.frame", "R.a"), connect("R.b",
+                  "B.frame") }
+    return x:reduce():integrate{ to = math.pi/2, rtol = 1e-8 }(x.B.r[2], math.pi/2)]], gives = "1.0" })
 
 -- A joint is its constraints c = 0 with multipliers: the through variables are their gradients.
 local function joint(self, make)
@@ -104,7 +116,13 @@ end
 
 s.spherical = component("spherical", {}, function(self)
   return joint(self, function(a, b) return list_of(a.r - b.r) end)
-end, { text = "A ball joint: the origins of a and b agree.", source = euler })
+end, { text = "A ball joint: the origins of a and b agree.", source = euler,
+  example = [[
+    x = model { w = e.fixed{}, j = e.spherical{}, R = e.rod{ d = {0, 0.6, -0.8} }, connect("w.frame", "j.a"),
+                B = e.body{ m = 2, J = {1, 1, 1}, g = 8, q0 = {1, 0, 0, 0}, w0 = {0, 0, math.sqrt(10)} },
+                connect("j.b", "R.a"), connect("R.b", "B.frame") }
+    t1 = math.pi/math.sqrt(10)       -- conical pendulum: w² = g/h, half a turn
+    return x:reduce():integrate{ to = t1, rtol = 1e-8 }(x.B.r[2], t1)]], gives = "-0.6" })
 
 s.revolute = component("revolute", { axis = { "z", text = "x, y or z, of both frames" } }, function(self)
   return joint(self, function(a, b)
@@ -114,7 +132,13 @@ s.revolute = component("revolute", { axis = { "z", text = "x, y or z, of both fr
     c[4], c[5] = dot(rotation(a.q)*u, axis), dot(rotation(a.q)*v, axis)
     return c
   end)
-end, { text = "A hinge.", source = euler })
+end, { text = "A hinge.", source = euler,
+  example = [[
+    x = model { w = e.fixed{}, j = e.revolute{ axis = "z" }, R = e.rod{ d = {2, 0, 0} }, connect("w.frame",
+      "j.a"),
+                B = e.body{ q0 = {1, 0, 0, 0}, w0 = {0, 0, 1} }, connect("j.b", "R.a"), connect("R.b",
+                  "B.frame") }
+    return x:reduce():integrate{ to = math.pi/2, rtol = 1e-8 }(x.B.r[2], math.pi/2)]], gives = "2.0" })
 
 s.universal = component("universal", { a_axis = "x", b_axis = "y" }, function(self)
   return joint(self, function(a, b)
@@ -122,7 +146,12 @@ s.universal = component("universal", { a_axis = "x", b_axis = "y" }, function(se
     c[4] = dot(rotation(a.q)*(across(self.given.a_axis)), rotation(b.q)*(across(self.given.b_axis)))
     return c
   end)
-end, { text = "Cardan's joint: an axis of a and one of b stay at right angles.", source = euler })
+end, { text = "Cardan's joint: an axis of a and one of b stay at right angles.", source = euler,
+  example = [[
+    x = model { w = e.fixed{}, j = e.universal{}, R = e.rod{ d = {0, 0, -2} }, connect("w.frame", "j.a"),
+                B = e.body{ g = 0, q0 = {1, 0, 0, 0}, w0 = {1, 0, 0} }, connect("j.b", "R.a"), connect("R.b",
+                  "B.frame") }
+    return x:reduce():integrate{ to = math.pi/2, rtol = 1e-8 }(x.B.r[2], math.pi/2)]], gives = "2.0" })
 
 s.prismatic = component("prismatic", { axis = "x" }, function(self)
   return joint(self, function(a, b)
@@ -131,7 +160,11 @@ s.prismatic = component("prismatic", { axis = "x" }, function(self)
     c[4], c[5] = dot(rotation(a.q)*u, b.r - a.r), dot(rotation(a.q)*v, b.r - a.r)
     return c
   end)
-end, { text = "A slide without turning.", source = euler })
+end, { text = "A slide without turning.", source = euler,
+  example = [[
+    x = model { w = e.fixed{}, j = e.prismatic{ axis = "z" }, B = e.body{ r0 = {0, 0, 0}, v0 = {0, 0, 9.81} },
+                connect("w.frame", "j.a"), connect("j.b", "B.frame") }
+    return x:reduce():integrate{ to = 1 }(x.B.r[3], 1)]], gives = "4.905" })
 
 s.weld = component("weld", {}, function(self)
   return joint(self, function(a, b)
@@ -139,7 +172,13 @@ s.weld = component("weld", {}, function(self)
     for k = 1, 3 do c[3 + k] = a.r[k] - b.r[k] end
     return c
   end)
-end, { text = "Two bodies become one.", source = euler })
+end, { text = "Two bodies become one.", source = euler,
+  example = [[
+    x = model { A = e.body{ g = 0, r0 = {0, 0, 0}, v0 = {0, 0, 0}, q0 = {1, 0, 0, 0}, w0 = {0, 0, 0} },
+                j = e.weld{}, B = e.body{ g = 0 }, F = e.force{ f = {4, 0, 0} }, connect("A.frame",
+                  "F.frame", "j.a"),
+                connect("j.b", "B.frame") }
+    return x:reduce():integrate{ to = 1 }(x.B.r[1], 1)]], gives = "1.0" })
 
 s.spring = component("spring", { k = { 1, unit = "N/m" }, d = { 0, unit = "N*s/m" }, s0 = { 0, unit = "m" } },
   function(self)
@@ -152,11 +191,20 @@ s.spring = component("spring", { k = { 1, unit = "N/m" }, d = { 0, unit = "N*s/m
       f ~ self.k*(length - self.s0) + (self.given.d ~= 0 and self.d*der(length) or 0),
       b.f ~ f/length*way, a.f ~ -f/length*way, a.n ~ zeros(4, 1), b.n ~ zeros(4, 1) }
   end, { text = "A spring, and a damper beside it, between two points.",
-    source = "Hooke, De potentia restitutiva, 1678" })
+    source = "Hooke, De potentia restitutiva, 1678",
+  example = [[
+    x = model { w = e.fixed{}, c = e.spring{ k = 4, s0 = 1 }, connect("w.frame", "c.a"), connect("c.b",
+      "B.frame"),
+                B = e.body{ g = 0, r0 = {2, 0, 0}, v0 = {0, 0, 0}, q0 = {1, 0, 0, 0}, w0 = {0, 0, 0} } }
+    return x:reduce():integrate{ to = math.pi/2, rtol = 1e-8 }(x.B.r[1], math.pi/2)]], gives = "0.0" })
 
 s.force = component("force", { f = { { 0, 0, 0 }, unit = "N" } }, function(self)
   self.frame = s.frame
   return { self.frame.f ~ -self.f, self.frame.n ~ zeros(4, 1) }
-end, { text = "A force that is given, in the axes of space.", source = "definition" })
+end, { text = "A force that is given, in the axes of space.", source = "definition",
+  example = [[
+    x = model { F = e.force{ f = {0, 0, 11.81} }, connect("F.frame", "B.frame"),
+                B = e.body{ r0 = {0, 0, 0}, v0 = {0, 0, 0}, q0 = {1, 0, 0, 0}, w0 = {0, 0, 0} } }
+    return x:reduce():integrate{ to = 3 }(x.B.r[3], 3)]], gives = "9.0" })
 
 return s

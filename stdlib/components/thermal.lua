@@ -42,7 +42,11 @@ end, { text = "Q = G (T_a - T_b): conduction, or convection with G = alpha A.", 
 h.resistor = component("resistor", { R = { 1, unit = "K/W", text = "thermal resistance" } }, function(self)
   local Q, list = two_ports(self)
   return with(list, self.a.T - self.b.T ~ self.R*Q)
-end, { text = "T_a - T_b = R Q.", source = fourier })
+end, { text = "T_a - T_b = R Q.", source = fourier,
+  example = [[
+    x = model { A = e.temperature{ T = 400 }, R = e.resistor{ R = 2 }, B = e.temperature{ T = 300 },
+                connect("A.port", "R.a"), connect("R.b", "B.port") }
+    return x:init{}(x.R.Q)]], gives = "50.0" })
 
 h.radiation = component("radiation", { G = { 1, unit = "m^2", text = "net radiation area" },
   sigma = { 5.670374419e-8, unit = "W/(m^2*K^4)", text = "Stefan-Boltzmann constant" } }, function(self)
@@ -58,20 +62,33 @@ h.temperature = component("temperature", { T = { 293.15, unit = "K",
   text = "temperature, a number or an expression in t" } }, function(self)
   self.port = h.port
   return { self.port.T ~ self.T }
-end, { text = "A temperature that is given.", source = "definition" })
+end, { text = "A temperature that is given.", source = "definition",
+  example = [[
+    x = model { A = e.temperature{ T = 300 + 2*t }, G = e.conductor{ G = 3 }, B = e.temperature{ T = 300 },
+                connect("A.port", "G.a"), connect("G.b", "B.port") }
+    return x:init{ from = 5 }(x.G.Q)]], gives = "30.0" })
 
 h.heat_flow = component("heat_flow", {
   Q = { 0, unit = "W", text = "heat flow, a number or an expression in t" } },
   function(self)
     self.port = h.port
     return { self.port.Q ~ -self.Q }
-  end, { text = "A heat flow that is given.", source = "definition" })
+  end, { text = "A heat flow that is given.", source = "definition",
+  example = [[
+    x = model { Q = e.heat_flow{ Q = 6 }, R = e.resistor{ R = 2 }, B = e.temperature{ T = 300 },
+                connect("Q.port", "R.a"), connect("R.b", "B.port") }
+    return x:init{}(x.Q.port.T)]], gives = "312.0" })
 
 h.sensor = component("sensor", {}, function(self)
   self.port = h.port
   local T = self:output("T", { unit = "K" })
   return { T ~ self.port.T, self.port.Q ~ 0 }
-end, { text = "The temperature as a signal.", source = "definition" })
+end, { text = "The temperature as a signal.", source = "definition",
+  example = [[
+    x = model { C = e.capacity{ C = 1, T0 = 300 }, G = e.conductor{ G = 1 }, B = e.temperature{ T = 400 },
+      s = e.sensor{},
+                connect("C.port", "G.a", "s.port"), connect("G.b", "B.port") }
+    return x:integrate{ to = 1 }(x.s.T, 1)]], gives = "363.2120558829" })
 
 h.heating_resistor = component("heating_resistor", { R = { 1, unit = "Ohm", text = "resistance at Tref" },
   alpha = { 0, unit = "1/K", text = "temperature coefficient" }, Tref = { 293.15, unit = "K" } },

@@ -21,7 +21,11 @@ end
 m.fixed = component("fixed", { s0 = { 0, unit = "m", text = "place" } }, function(self)
   self.flange = m.flange
   return { self.flange.s ~ self.s0 }
-end, { text = "A point that does not move.", source = "definition" })
+end, { text = "A point that does not move.", source = "definition",
+  example = [[
+    x = model { w = e.fixed{ s0 = 1 }, c = e.spring{ k = 3 }, p = e.position{ s = 3 },
+                connect("w.flange", "c.a"), connect("c.b", "p.flange") }
+    return x:init{}(x.c.f)]], gives = "6.0" })
 
 m.mass = component("mass", { m = { 1, unit = "kg", text = "mass" }, s0 = { false, unit = "m",
   text = "place at the start" }, v0 = { false, unit = "m/s", text = "velocity at the start" } },
@@ -72,13 +76,20 @@ m.force = component("force", { f = { 0, unit = "N", text = "force, a number or a
   function(self)
     self.flange = m.flange
     return { self.flange.f ~ -self.f }
-  end, { text = "A force that is given.", source = "definition" })
+  end, { text = "A force that is given.", source = "definition",
+  example = [[
+    x = model { F = e.force{ f = 6*t }, m = e.mass{ m = 2, s0 = 0, v0 = 0 }, connect("F.flange", "m.flange") }
+    return x:integrate{ to = 2 }(x.m.s, 2)]], gives = "4.0" })
 
 m.signal_force = component("signal_force", {}, function(self)
   self.flange = m.flange
   local f = self:input("f", { unit = "N" })
   return { self.flange.f ~ -f }
-end, { text = "A force that a signal gives.", source = "definition" })
+end, { text = "A force that a signal gives.", source = "definition",
+  example = [[
+    x = model { F = e.signal_force{}, m = e.mass{ m = 2, s0 = 0, v0 = 0 }, connect("F.f", 6*t),
+                connect("F.flange", "m.flange") }
+    return x:integrate{ to = 2 }(x.m.v, 2)]], gives = "6.0" })
 
 m.position = component("position", { s = { 0, unit = "m", text = "place, a number or an expression in t" } },
   function(self)
@@ -93,7 +104,10 @@ m.sensor = component("sensor", {}, function(self)
   self.flange = m.flange
   local s = self:output("s", { unit = "m" })
   return { s ~ self.flange.s, self.flange.f ~ 0 }
-end, { text = "The position as a signal.", source = "definition" })
+end, { text = "The position as a signal.", source = "definition",
+  example = [[
+    x = model { p = e.position{ s = t^2 }, s = e.sensor{}, connect("p.flange", "s.flange") }
+    return x:init{ from = 3 }(x.s.s)]], gives = "9.0" })
 
 m.lever = component("lever", { ratio = { 1, text = "arm of b over arm of a" } }, function(self)
   self.a, self.b = m.flange, m.flange
@@ -112,7 +126,11 @@ m.stop = component("stop", { k = { 1e5, unit = "N/m", text = "stiffness in conta
     local s, f, list = two_flanges(self)
     return with(list, f ~ ifelse(lt(s, self.s0), min(0, self.k*(s - self.s0) + self.d*der(s)), 0))
   end, { text = "An elastic contact: pushes where the distance is less than s0, never pulls.",
-    source = "Kelvin and Voigt, without adhesion" })
+    source = "Kelvin and Voigt, without adhesion",
+  example = [[
+    x = model { w = e.fixed{}, S = e.stop{ k = 100, d = 0 }, m = e.mass{ m = 1, s0 = 1, v0 = -1 },
+                connect("w.flange", "S.a"), connect("S.b", "m.flange") }
+    return x:integrate{ to = 3, rtol = 1e-9 }(x.m.s, 3) + math.pi/10]], gives = "2.0" })
 
 m.mass_with_stops = component("mass_with_stops", { m = { 1, unit = "kg" }, smax = { 1, unit = "m" },
   smin = { -1, unit = "m" }, e = { 0.8, text = "restitution: velocity after over before" },

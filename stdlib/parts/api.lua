@@ -63,13 +63,43 @@ for word in ([[index dof structure constraints pencil equations kind differentia
   of_all[word] = true
 end
 
+-- The values among these that are not 0, and the parameters that are: elimination may have divided by them,
+-- and
+-- without them the index may be another.
+local function split_zeros(values)
+  local zeros, rest = {}, {}
+  for key, value in pairs(values) do
+    local name = type(key) == "string" and key or object_type(key) == "expr" and key.name
+    if value == 0 and name then zeros[#zeros + 1] = name else rest[key] = value end
+  end
+  return zeros, rest
+end
+
+-- The model that answers this question, and the options for it.
+local function model_for(self, key, options)
+  local flat = methods.flat(self)
+  if of_all[key] then return flat, options end
+  local values = options
+  if key ~= "with" then values = type(options) == "table" and rawget(options, "params") end
+  if type(values) ~= "table" then return methods.dae(self), options end
+  local zeros, rest = split_zeros(values)
+  if #zeros == 0 then return methods.dae(self), options end
+  local model = flat:eliminate{ zero = zeros }
+  if key == "with" then return model, rest end
+  local own = {}
+  for word, value in pairs(options) do own[word] = value end
+  own.params = rest
+  return model, own
+end
+
 local function model_member(self, key)
-  local model = of_all[key] and methods.flat(self) or methods.dae(self)
+  local model = model_for(self, key)
   local value = model[key]
   if type(value) ~= "function" then return value end
-  return function(first, ...)
-    if rawequal(first, self) then return value(model, ...) end
-    return value(first, ...)
+  return function(first, options, ...)
+    if not rawequal(first, self) then return value(first, options, ...) end
+    local own, rest = model_for(self, key, options)
+    return own[key](own, rest, ...)
   end
 end
 

@@ -130,6 +130,10 @@ function flat.model(part)
   collect(scope, all)
   joints.check_floating(scope, all.sets)
   close_inputs(scope, all)
+  for _, norm in ipairs(joints.norms(scope, all.sets)) do
+    all.equations[#all.equations + 1] = norm[1]
+    all.notes[#all.equations] = norm[2] ~= "" and norm[2] or nil
+  end
   check_count(scope, all)
   local list = all.equations
   list.notes, list.name = all.notes, top.class.title

@@ -252,6 +252,39 @@ local function islands_of(scope, up)
   for _, sub in ipairs(d.parts) do islands_of(sub, up) end
 end
 
+-- The conditions |q| = 1 of a model, { equation, path }: one for each group of rigidly joined connectors.
+function joints.norms(top, sets)
+  local up, claims, said, list = {}, {}, {}, {}
+  local function known(pin)
+    up[pin] = up[pin] or pin
+    return pin
+  end
+  local held = {}
+  local function read(scope)
+    local d = data(scope)
+    for _, claim in ipairs(d.norms) do
+      known(claim.pin)
+      claims[#claims + 1] = { claim, d.path }
+    end
+    for _, pair in ipairs(d.rigid) do join(up, known(pair[1]), known(pair[2])) end
+    for _, pin in ipairs(d.anchored) do held[#held + 1] = known(pin) end
+    for _, sub in ipairs(d.parts) do read(sub) end
+  end
+  read(top)
+  if #claims == 0 then return list end
+  for _, members in ipairs(sets) do
+    for i = 2, #members do join(up, known(members[1]), known(members[i])) end
+  end
+  for _, pin in ipairs(held) do said[root_of(up, pin)] = true end
+  for _, entry in ipairs(claims) do
+    local claim, path = entry[1], entry[2]
+    local group = root_of(up, claim.pin)
+    list[#list + 1] = { said[group] and claim.multiplier ~ 0 or claim.equation, path }
+    said[group] = true
+  end
+  return list
+end
+
 -- Circuits in which no potential is fixed: their equations repeat each other.
 function joints.check_floating(top, sets)
   local up, pins, fixed = {}, {}, {}

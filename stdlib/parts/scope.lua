@@ -225,6 +225,7 @@ function scopes.new(part, name, parent)
       name = name,
     names = {}, order = {}, parts = {}, pins = {}, vars = {}, inputs = {}, parameters = {}, equations = {},
     connections = {}, events = {}, starts = {}, guesses = {}, by_part = {}, open = {}, references = {},
+    norms = {}, rigid = {}, anchored = {},
     given = part and rawget(part, P).given or {}, unknowns = 0, through = 0, rows = 0,
   } }, Scope)
 end
@@ -330,6 +331,26 @@ end
 -- The potentials of these groups of connectors have nothing to do with each other: a transformer.
 function methods:isolated(...)
   rawget(self, P).islands = { ... }
+end
+
+-- Orientations have one condition more than they have degrees of freedom, |q| = 1. It is said once for all
+-- connectors that are rigidly joined, by connections and by parts that call rigid(a, b), and never where one
+-- of
+-- them is held. Of several bodies the first says it; the multipliers of the others are 0.
+function methods:normalise(pin, equation, multiplier)
+  local d = rawget(self, P)
+  d.norms[#d.norms + 1] = { pin = pin, equation = equation, multiplier = multiplier }
+  d.rows = d.rows + 1
+end
+
+function methods:rigid(a, b)
+  local d = rawget(self, P)
+  d.rigid[#d.rigid + 1] = { a, b }
+end
+
+function methods:anchored(pin)
+  local d = rawget(self, P)
+  d.anchored[#d.anchored + 1] = pin
 end
 
 scopes.methods = methods

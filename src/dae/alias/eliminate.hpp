@@ -1,6 +1,8 @@
 // Aliases and trivial equations: unknowns that the equations define are written into the others.
 #pragma once
 
+#include <span>
+
 #include "dae/model/model.hpp"
 
 namespace pendula::dae {
@@ -15,10 +17,12 @@ namespace pendula::dae {
 /// an equation between two states disappears this way, positions of rigid bodies follow from the coordinates
 /// of their joints, and the index falls with it.
 ///
+/// zeros    parameters that become the number 0 before: what they multiply is gone, the index is that of the
+///          rest, and nothing divides by them
 /// returns  a child of the model: relations hold what every eliminated unknown means in the others, the
 ///          trace says so line by line; the model itself where nothing is to be eliminated
 /// throws   Error where equations contradict each other or say nothing new, naming one of them
 /// cost     n log n for n unknowns in networks whose parts have few terms
-ModelPtr eliminate(const ModelPtr& model);
+ModelPtr eliminate(const ModelPtr& model, std::span<const Expr> zeros = {});
 
 }  // namespace pendula::dae

@@ -158,7 +158,7 @@ std::optional<Step> last_step(const ModelPtr& model) {
           return Step{s->from, call};
       continue;
     }
-    if (auto s = try_call(from, ":eliminate()", eliminate)) return s;
+    if (auto s = try_call(from, ":eliminate()", [](const ModelPtr& m) { return eliminate(m); })) return s;
     if (auto s = try_call(from, ":first_order()", to_first_order)) return s;
     if (auto s = try_call(from, ":semi_explicit()", to_semi_explicit)) return s;
     if (auto s = try_call(from, ":implicit()", to_implicit)) return s;

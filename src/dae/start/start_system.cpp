@@ -23,8 +23,36 @@ static std::unordered_map<Expr, double> values_near(const StartRequest& r) {
   return near;
 }
 
+/// Guesses for what was eliminated, x = a y + b with one unknown y, are guesses for y.
+static StartRequest with_own_guesses(const Model& m, StartRequest r) {
+  std::unordered_map<Expr, double> values{{time_symbol(), r.t}};
+  for (Expr p : m.parameters)
+    if (const auto own = m.values.find(p); own != m.values.end() && own->second.is_constant())
+      values[p] = constant_value(own->second);
+  for (const auto& [p, value] : r.parameters) values[p] = pendula::evaluate({&value, 1}, {})[0];
+  for (auto& [leaf, value] : r.guess) {
+    const Expr meaning = resolve(m, leaf);
+    if (meaning.is_symbol() || meaning.is_constant()) continue;
+    std::vector<Expr> open;
+    for (Expr inside : leaves({&meaning, 1}))
+      if (!values.count(inside)) open.push_back(inside);
+    if (open.size() != 1 || symbol_of(open[0]).kind != Kind::variable) continue;
+    double at[3];
+    for (int y : {0, 1, 2}) {
+      auto there = values;
+      there[open[0]] = y;
+      at[y] = pendula::evaluate({&meaning, 1}, there)[0];
+    }
+    const double slope = at[1] - at[0];
+    if (slope == 0 || std::fabs(at[2] - at[1] - slope) > 1e-9 * std::fabs(slope)) continue;
+    value = (value - at[0]) / slope;
+    leaf = open[0];
+  }
+  return r;
+}
+
 StartSystem::StartSystem(const ModelPtr& m, const StartRequest& r)
-    : low(index_one_form(m, values_near(r))), model(*m), request(r), inputs_(r.inputs) {
+    : low(index_one_form(m, values_near(r))), model(*m), request(with_own_guesses(*m, r)), inputs_(r.inputs) {
   for (const auto& list : {low->states(), low->top_derivatives(), low->algebraic()})
     unknowns.insert(unknowns.end(), list.begin(), list.end());
   for (std::size_t j = 0; j < unknowns.size(); ++j) column_[unknowns[j]] = static_cast<Index>(j);

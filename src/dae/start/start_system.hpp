@@ -21,7 +21,7 @@ class StartSystem {
 
   ModelPtr low;
   const Model& model;
-  const StartRequest& request;
+  const StartRequest request;  ///< its guesses in unknowns of the model
   std::vector<Expr> unknowns, rows;
   std::size_t state_count = 0, first_fix = 0;
   std::unordered_map<Expr, double> known;  ///< parameters, t

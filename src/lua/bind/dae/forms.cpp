@@ -59,7 +59,15 @@ int reduce(Call& call) {
   return call.push(dae::reduce(model, call.string(2, "form", ""), request));
 }
 
-int eliminate(Call& call) { return call.push(dae::eliminate(model_ptr(call))); }
+int eliminate(Call& call) {
+  const dae::ModelPtr model = model_ptr(call);
+  std::vector<Expr> zeros;
+  if (call.has(2)) {
+    const Options o = call.options(2);
+    if (o.has("zero")) zeros = to_leaves(call.L, o.push("zero"), "zero", model->parameters);
+  }
+  return call.push(dae::eliminate(model, zeros));
+}
 
 dae::Detail detail_named(const std::string& name) {
   if (name == "short") return dae::Detail::brief;
@@ -129,6 +137,10 @@ int trace_match(Call& call) { return string_function(call, "match"); }
 int trace_gmatch(Call& call) { return string_function(call, "gmatch"); }
 int trace_gsub(Call& call) { return string_function(call, "gsub"); }
 
+const OptionTable eliminate_options = {
+    {"zero", "list", "", "parameters, as symbols or by name"},
+};
+
 const OptionTable reduce_options = {
     {"1", "string", "", "the form; chosen if it is not given",
      "acc|ggl|baumgarte|project|dummy|minimal|ode|array"},
@@ -143,11 +155,13 @@ extern const Module forms_module = {
     "forms",
     "Reduced forms of a model",
     {
-        {"model:eliminate", eliminate, "sys:eliminate() -> model",
+        {"model:eliminate", eliminate, "sys:eliminate([{ zero = { R, … } }]) -> model",
          R"(The same model without the unknowns that an equation defines: aliases x = ±y, constants, sums, and
             what is used once. Their values can still be asked for: sol(x). Exact: nothing that depends on time
-            is divided by, and no solution is lost or gained.)",
-         R"(x, y, z = vars "x y z"  return #dae{ der(x) ~ -y, y ~ 2*z, z ~ x }:eliminate().equations)", "1"},
+            is divided by, and no solution is lost or gained. zero: parameters that are the number 0 from here
+            on; the terms with them are gone.)",
+         R"(x, y, z = vars "x y z"  return #dae{ der(x) ~ -y, y ~ 2*z, z ~ x }:eliminate().equations)", "1",
+         &eliminate_options},
         {"model:reduce", reduce, "sys:reduce([form [, { alpha =, beta =, at = start }]]) -> model",
          R"(A model of lower index. "acc" differentiates constraints down to accelerations, "ode" solves
             these for x′ = f, "project" keeps the constraints by projection after every step, "baumgarte"

@@ -177,8 +177,14 @@ static dae::ConsistentStatePtr translated_states(const dae::ConsistentStatePtr& 
   return result;
 }
 
+/// Has the model states, and says nothing about their values?
+static bool needs_start(const dae::Model& model) {
+  return model.start_values.empty() &&
+         std::any_of(model.variables.begin(), model.variables.end(), [](const auto& v) { return v.order > 0; });
+}
+
 dae::ConsistentStatePtr read_start(lua_State* L, const Options& options, const dae::ModelPtr& model) {
-  if (!options.has("start") && model->start_values.empty())
+  if (!options.has("start") && needs_start(*model))
     throw Error("needs a start: start = sys:init{ fix = { … } }, or a table start = { x = 1 }");
   const int index = options.push("start");
   if (lua_isuserdata(L, index)) {

@@ -7,6 +7,7 @@
 
 #include "base/interrupt.hpp"
 #include "base/text.hpp"
+#include "dae/model/lineage.hpp"
 #include "expr/graph/derivative.hpp"
 #include "integrate/solution/curve.hpp"
 #include "lua/bind/integrate/integrate_options.hpp"
@@ -121,7 +122,8 @@ MatX with_defaults(MatX e, const dae::Model& model) {
   for (Expr leaf : leaves(entries(e))) {
     const Symbol& s = symbol_of(leaf);
     const auto& known = model.parameters;
-    if (s.kind == Kind::parameter && s.value && std::find(known.begin(), known.end(), leaf) == known.end())
+    if (s.kind == Kind::parameter && s.value && std::find(known.begin(), known.end(), leaf) == known.end() &&
+        dae::resolve(model, leaf) == leaf)
       defaults.emplace(leaf, *s.value);
   }
   if (defaults.empty()) return e;
