@@ -17,10 +17,11 @@ local function lazy(entry, file)
 end
 
 lazy({ name = "roots", sig = "roots(e, x) -> list",
-  text = [[The solutions of e = 0 (or of an equation) for one symbol, in closed form: polynomials in factors
-    over ℚ of degree one and two or in a power of x, and what one function inverts (sin, exp, …).
-    Numbers stand for the roots of other polynomials without parameters. Conditions and complex pairs
-    are printed with the list.]],
+  text = [[The solutions of e = 0 (or of an equation) for one symbol, in closed form: polynomials up to degree 4
+    and powers, after factorisation over ℚ (Cardano, cosines where a cubic has three real roots,
+    Ferrari), sines, exponentials, logarithms and roots of the unknown. list[i] is a root, .when[i] where
+    it is one, .complex the pairs { re =, im = }, .conditions what has to hold for all. Other polynomials
+    with numbers get numbers.]],
   example = 'x = var "x"  return roots(x^3 - x, x)',
   gives = "x = -1\nx = 0\nx = 1" },
   "algebra/solve")

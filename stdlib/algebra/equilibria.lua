@@ -166,7 +166,7 @@ local function equilibria(sys, options)
   local function put(e) return next(values) and subs(e, values) or e end
   for _, f in ipairs(p.f) do equations[#equations + 1] = put(f) end
   for _, g in ipairs(p.g) do equations[#equations + 1] = put(g) end
-  local found = algebra.solve_equations(equations, unknowns)
+  local found = algebra.solve_equations(equations, unknowns, "equilibria")
   local slope = linearisation(p)
   if slope then slope = put(slope) end
   local list = { unknowns = unknowns, conditions = found.conditions, period = found.period,

@@ -31,7 +31,7 @@ end)
 test("roots of one equation, with conditions", function()
   shows(roots(x^3 - x, x), "x = -1\nx = 0\nx = 1")
   shows(roots(x^2 ~ 2, x), "x = -√2\nx = √2")
-  shows(roots(x^2 + 1, x), "x = 0 ± i  (no real solutions)")
+  shows(roots(x^2 + 1, x), "x = ± i  (no real solutions)")
   shows(roots(sin(x) ~ rational "1/2", x), "x = π/6 + 2 k π\nx = 5 π/6 + 2 k π")
   local general = roots(a*x^2 + b*x + 1, x)
   for i = 1, 2 do zero(subs(a*x^2 + b*x + 1, { [x] = general[i] })) end

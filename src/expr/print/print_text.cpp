@@ -218,6 +218,9 @@ NumberText number_text(const Number& magnitude) {
   if (q.get_den() == 1) return {above.size() <= longest_integer ? above : rounded(magnitude.value(), 10), ""};
   const bool five = mpz_divisible_ui_p(q.get_den_mpz_t(), 5) != 0;
   if (is_long_decimal(q)) return {rounded(magnitude.value(), 10), ""};
+  constexpr long readable = 1024;  // 1/256 is a power of 1/2, not a measured 0.00390625
+  if (!five && q.get_den() <= readable && number_style != NumberStyle::decimals)
+    return {above, q.get_den().get_str()};
   if (q.get_den() > 20 || number_style == NumberStyle::decimals ||
       (five && number_style == NumberStyle::mixed))
     if (const std::string d = decimal(q); !d.empty()) return {d, ""};

@@ -127,6 +127,40 @@ std::optional<std::size_t> term_of_pi(Simplifier& s, const Sum& sum) {
   return {};
 }
 
+/// sin, cos, tan of q π with 0 ≤ q ≤ 1/2 and a sign; nothing where q is there already.
+std::optional<SumId> in_first_quadrant(Simplifier& s, Op op, const mpq_class& half_turns) {
+  const mpz_class whole = half_turns.get_num() / (2 * half_turns.get_den());
+  mpq_class q = half_turns - 2 * mpq_class(whole);
+  bool minus = false;
+  if (q < 0) q += 2;
+  if (q > 1) {  // by π: all but the tangent change their sign
+    q -= 1;
+    minus = op != Op::tan;
+  }
+  if (2 * q > 1) {  // the reflection at π/2
+    q = 1 - q;
+    minus = minus != (op != Op::sin);
+  }
+  if (q == half_turns) return {};
+  const SumId value = s.function(op, {s.form(Expr(q) * pi())});
+  return minus ? s.minus(value) : value;
+}
+
+/// asin, acos and atan at √2/2, √3/2, √3/3 and √3.
+std::optional<SumId> angles_of_radicals(Simplifier& s, Op op, const Args& x) {
+  if (op != Op::asin && op != Op::acos && op != Op::atan) return {};
+  if (s.sum(x[0]).size() != 1 || s.sum(x[0])[0].factors.size() != 1) return {};
+  for (const mpq_class& q : {mpq_class(1, 6), mpq_class(1, 4), mpq_class(1, 3)}) {
+    const auto value = trigonometric_value(op == Op::atan ? Op::tan : Op::sin, q);
+    const SumId known = s.form(*value);
+    const bool minus = x[0] == s.minus(known);
+    if (!minus && x[0] != known) continue;
+    const mpq_class angle = minus ? mpq_class(-q) : q;
+    return s.form(Expr(op == Op::acos ? mpq_class(mpq_class(1, 2) - angle) : angle) * pi());
+  }
+  return {};
+}
+
 /// sin and cos at multiples of π/6 and π/4, tan at multiples of π; sin(x + π) = -sin x, cos(x + π/2) = -sin x.
 std::optional<SumId> multiples_of_pi(Simplifier& s, Op op, const Args& x) {
   if (op != Op::sin && op != Op::cos && op != Op::tan) return {};
@@ -136,7 +170,7 @@ std::optional<SumId> multiples_of_pi(Simplifier& s, Op op, const Args& x) {
   const mpq_class turns = sum[*place].coefficient.rational();  // in half turns
   if (sum.size() == 1) {
     const auto value = trigonometric_value(op, turns);
-    return value ? std::optional(s.form(*value)) : std::nullopt;
+    return value ? std::optional(s.form(*value)) : in_first_quadrant(s, op, turns);
   }
   const mpq_class quarters = 2 * turns;
   if (quarters.get_den() != 1) return {};
@@ -167,6 +201,7 @@ constexpr FunctionRule functions[] = {
     {"log(x^3) = 3 log x", log_of_power},
     {"|2 x² y| = 2 x² |y|", absolute_value},
     {"sin(π) = 0, sin(x + π) = -sin x", multiples_of_pi},
+    {"asin(√3/2) = π/3", angles_of_radicals},
     {"ifelse(c, p, p) = p", equal_branches},
 };
 

@@ -16,8 +16,19 @@ namespace pendula::lua {
 
 namespace {
 
+/// What a file of stdlib returns; a table is kept, so that all who include the file share it.
 int include_file(lua_State* L) {
-  include_embedded(L, luaL_checkstring(L, 1));
+  luaL_checkstring(L, 1);
+  luaL_getsubtable(L, LUA_REGISTRYINDEX, "pendula.included");
+  lua_pushvalue(L, 1);
+  if (lua_rawget(L, -2) == LUA_TTABLE) return 1;
+  lua_pop(L, 1);
+  include_embedded(L, lua_tostring(L, 1));
+  if (lua_istable(L, -1)) {
+    lua_pushvalue(L, 1);
+    lua_pushvalue(L, -2);
+    lua_rawset(L, -4);
+  }
   return 1;
 }
 

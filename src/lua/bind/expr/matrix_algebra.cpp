@@ -84,30 +84,47 @@ int inv(Call& call) {
   return push_value(call.L, simplified(linalg::inverse(std::get<MatX>(a))));
 }
 
-/// Whether the first argument is an equation or a list of them, or the second a symbol that occurs in the first.
+/// The expression at the key i of the table at an index of the stack, if there is one.
+std::optional<Expr> entry(Call& call, int index, lua_Integer i) {
+  std::optional<Expr> e;
+  lua_geti(call.L, index, i);
+  if (object_type(call.L, -1) == TypeName<Expr>::value) e = *static_cast<Expr*>(lua_touserdata(call.L, -1));
+  lua_pop(call.L, 1);
+  return e;
+}
+
+/// Whether the first argument is an equation or a list of them, or an expression (a list of them) in which the symbol
+/// (the first symbol of the list) given second occurs.
 bool asks_for_equations(Call& call) {
   if (call.is<Equation>(1)) return true;
+  std::vector<Expr> e;
   if (lua_istable(call.L, 1)) {
     lua_geti(call.L, 1, 1);
     const bool equation = object_type(call.L, -1) == TypeName<Equation>::value;
     lua_pop(call.L, 1);
-    return equation;
+    if (equation) return true;
+    for (lua_Integer i = 1; const auto each = entry(call, 1, i); ++i) e.push_back(*each);
+  } else if (call.is<Expr>(1)) {
+    e.push_back(call.object<Expr>(1, "A"));
+    if (!call.has(2)) return true;
   }
-  if (!call.is<Expr>(1) || !call.is<Expr>(2)) return false;
-  const Expr e = call.object<Expr>(1, "A"), x = call.object<Expr>(2, "b");
-  const auto in = leaves({&e, 1});
-  return x.is_symbol() && std::find(in.begin(), in.end(), x) != in.end();
+  if (e.empty()) return false;
+  std::optional<Expr> x;
+  if (call.is<Expr>(2)) x = call.object<Expr>(2, "b");
+  if (lua_istable(call.L, 2)) x = entry(call, 2, 1);
+  const auto in = leaves(e);
+  return x && x->is_symbol() && std::find(in.begin(), in.end(), *x) != in.end();
 }
 
-/// The function of stdlib/algebra.lua: roots of one equation for a symbol, else solutions of a system.
+/// The function of stdlib/algebra.lua, which solves equations in closed form.
 int solve_equations(Call& call) {
   lua_State* L = call.L;
-  if (!call.has(2))
-    throw Error("the unknowns are missing: solve(x^2 ~ 2, x), solve({ x + y ~ 3, x*y ~ 2 }, { x, y })");
-  push_named(L, lua_istable(L, 1) || !call.is<Expr>(2) ? "solve_equations" : "roots");
+  lua_settop(L, 2);
+  push_named(L, "solve_equations");
   lua_pushvalue(L, 1);
   lua_pushvalue(L, 2);
-  protected_call(L, 2, 1);
+  lua_pushliteral(L, "solve");
+  protected_call(L, 3, 1);
   return 1;
 }
 

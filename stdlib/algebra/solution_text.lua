@@ -1,0 +1,90 @@
+-- How solutions are written.
+
+local equation = include "algebra/equation"
+
+local text = {}
+
+local function shown(v)
+  if math.type(v) == "float" then return ("%.10g"):format(v) end
+  return tostring(v)
+end
+
+-- A multiple k of a period.
+local function multiple(period)
+  local turns = simplify(period/pi)
+  if not equation.is_number(turns) then return "k " .. tostring(period) end
+  return turns == 1 and "k π" or tostring(turns) .. " k π"
+end
+
+function text.period(period) return "+ " .. multiple(period) end
+
+local function with_period(root, period)
+  if not period then return shown(root) end
+  return root == 0 and multiple(period) or shown(root) .. " " .. text.period(period)
+end
+
+-- Numbers by size; others stay as they were found.
+function text.in_order(list)
+  for i = 1, #list do if not equation.is_number(list[i]) or list.text[i] then return list end end
+  local order, places = {}, { "times", "about", "periods", "when" }
+  for i = 1, #list do order[i] = { list[i] } for k, name in ipairs(places) do
+    order[i][k + 1] = (list[name] or {})[i] or false end end
+  table.sort(order, function(a, b) return equation.value(a[1]) < equation.value(b[1]) end)
+  for i, entry in ipairs(order) do
+    list[i] = entry[1]
+    for k, name in ipairs(places) do if list[name] then list[name][i] = entry[k + 1] or nil end end
+  end
+  return list
+end
+
+local multiplicity = { [2] = "  (double)", [3] = "  (triple)" }
+
+local function pair_text(pair)
+  if type(pair.im) ~= "number" then
+    local op, inside = operation(pair.im)
+    if op == "abs" then pair = { re = pair.re, im = inside } end      -- ± says it
+  end
+  local im = pair.im == 1 and "i" or shown(pair.im) .. " i"
+  if type(pair.im) ~= "number" and operation(pair.im) == "add" then im = "(" .. shown(pair.im) .. ") i" end
+  return (pair.re == 0 and "± " or shown(pair.re) .. " ± ") .. im
+end
+
+function text.of_roots(list, x)
+  local lines, sign = {}, tostring(x) .. (list.approximate and " ≈ " or " = ")
+  for i = 1, #list do
+    local line = sign .. (list.text[i] or with_period(list[i], list.periods and list.periods[i]))
+    if list.about[i] then line = line .. (" ≈ %.10g"):format(evaluate(list[i])) end
+    local times = list.times[i] or 1
+    if times > 1 then line = line .. (multiplicity[times] or ("  (%d-fold)"):format(times)) end
+    lines[i] = line .. (list.when[i] and "   where " .. list.when[i] or "")
+  end
+  local only_complex = #list == 0 and #list.complex > 0
+  for _, pair in ipairs(list.complex) do
+    lines[#lines + 1] = sign .. pair_text(pair) .. (only_complex and "  (no real solutions)" or "")
+  end
+  if #lines == 0 then lines[1] = "no solution" end
+  for k, definition in ipairs(list.definitions) do
+    lines[#lines + 1] = (k == 1 and "with " or "     ") .. definition
+  end
+  if #list.conditions > 0 then lines[#lines + 1] = "where " .. table.concat(list.conditions, ", ") end
+  return table.concat(lines, "\n")
+end
+
+function text.of_solutions(list)
+  local lines = {}
+  for _, s in ipairs(list) do
+    local parts = {}
+    for _, x in ipairs(list.unknowns) do
+      local v = rawget(s, x)
+      parts[#parts + 1] = tostring(x) .. (v == nil and " free" or (math.type(v) == "float" and " ≈ " or " = ")
+        .. shown(v))
+    end
+    lines[#lines + 1] = table.concat(parts, ",  ")
+  end
+  if #lines == 0 then lines[1] = list.complex and "no real solution" or "no solution" end
+  if list.period then lines[#lines + 1] = "angles " .. list.period end
+  if #list.conditions > 0 then lines[#lines + 1] = "where " .. table.concat(list.conditions, ", ") end
+  return table.concat(lines, "\n")
+end
+
+return text
