@@ -17,8 +17,8 @@ local function lazy(entry, file)
 end
 
 lazy({ name = "roots", sig = "roots(e, x) -> list",
-  text = [[The solutions of e = 0 (or of an equation) for one symbol, in closed form: polynomials up to degree 4
-    and powers, after factorisation over ℚ (Cardano, cosines where a cubic has three real roots,
+  text = [[The solutions of e = 0 (or of an equation) for one symbol, in closed form: polynomials up to
+    degree 4 and powers, after factorisation over ℚ (Cardano, cosines where a cubic has three real roots,
     Ferrari), sines, exponentials, logarithms and roots of the unknown. list[i] is a root, .when[i] where
     it is one, .complex the pairs { re =, im = }, .conditions what has to hold for all. Other polynomials
     with numbers get numbers.]],
