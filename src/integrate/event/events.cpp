@@ -20,7 +20,7 @@ bool opposite(double a, double b) { return (a < 0 && b > 0) || (a > 0 && b < 0);
 }  // namespace
 
 EventFinder::EventFinder(const ProblemPtr& problem, const std::vector<Event>& events)
-    : problem_(std::make_shared<Problem>(*problem)), events_(events) {
+    : problem_(std::make_shared<Problem>(*problem)), events_(&events) {
   ignored_.assign(events.size(), 0);
   finite_ = ignored_;
   resumed_ = ignored_;
@@ -82,17 +82,17 @@ double EventFinder::side(int which) const {
 void EventFinder::evaluate(const Point& point, Sample& out) {
   problem_->place(point.t, point.x.data(), point.xdot.data(), point.z.data());
   kernel_(problem_->values().data(), out_.data());
-  const auto middle = out_.begin() + static_cast<std::ptrdiff_t>(events_.size());
+  const auto middle = out_.begin() + static_cast<std::ptrdiff_t>(events_->size());
   out.t = point.t;
   out.g.assign(out_.begin(), middle);
-  const auto last = middle + static_cast<std::ptrdiff_t>(events_.size());
+  const auto last = middle + static_cast<std::ptrdiff_t>(events_->size());
   out.slope.assign(middle, last);
-  out.rate.assign(events_.size(), 0.0);
+  out.rate.assign(events_->size(), 0.0);
   for (std::size_t k = 0; k < phases_.size(); ++k) {
     const double rate = std::fabs(last[static_cast<std::ptrdiff_t>(k)]);
     if (std::isfinite(rate)) out.rate[phases_[k]] = std::max(out.rate[phases_[k]], rate);
   }
-  for (std::size_t i = 0; i < events_.size(); ++i)
+  for (std::size_t i = 0; i < events_->size(); ++i)
     if (std::isfinite(out.g[i])) finite_[i] = 1;
   for (std::size_t i = 0; i < ignored_.size(); ++i)
     if (ignored_[i]) {
@@ -162,12 +162,20 @@ double EventFinder::slope_between(int which, const Point& a, const Point& b) {
 }
 
 int EventFinder::never_finite() const {
-  for (std::size_t i = 0; i < events_.size(); ++i) {
-    const bool asked = !events_[i].surface && events_[i].termination_reason.empty();
+  for (std::size_t i = 0; i < events_->size(); ++i) {
+    const bool asked = !(*events_)[i].surface && (*events_)[i].termination_reason.empty();
     if (asked && !finite_[i]) return static_cast<int>(i);
   }
   return -1;
 }
+
+void EventFinder::take_over(const EventFinder& before, std::size_t events) {
+  std::copy_n(before.ignored_.begin(), events, ignored_.begin());
+  std::copy_n(before.finite_.begin(), events, finite_.begin());
+  end_ = before.end_;
+}
+
+void EventFinder::set_side(int which, int side) { last_.g[which] = std::copysign(tiny, side); }
 
 /// To rounding: what g changes by in a few ulp of t.
 bool EventFinder::is_zero(std::size_t i, const Sample& at) const {
@@ -176,20 +184,20 @@ bool EventFinder::is_zero(std::size_t i, const Sample& at) const {
 }
 
 bool EventFinder::wanted(std::size_t i, bool rising) const {
-  return events_[i].direction == 0 || (events_[i].direction > 0) == rising;
+  return (*events_)[i].direction == 0 || ((*events_)[i].direction > 0) == rising;
 }
 
 /// A zero at the beginning becomes the sign of g just after it.
 void EventFinder::start(const Point& point, const std::vector<Crossing>& crossed) {
-  if (events_.empty()) return;
+  if (events_->empty()) return;
   evaluate(point, last_);
   fresh_ = true;
   // A root by the continuous extension may be far from one by the slope of the solution, near points at which
   // events accumulate: the condition is then not small beside its slope, but the root has been dealt with.
-  resumed_.assign(events_.size(), 0);
+  resumed_.assign(events_->size(), 0);
   for (const Crossing& c : crossed)
     resumed_[c.which] = std::fabs(last_.g[c.which] - c.g) <= 1e-3 * std::fabs(c.g);
-  for (std::size_t i = 0; i < events_.size(); ++i)
+  for (std::size_t i = 0; i < events_->size(); ++i)
     if (resumed_[i] || is_zero(i, last_))
       last_.g[i] = last_.slope[i] == 0 ? 0.0 : std::copysign(tiny, last_.slope[i]);
 }
@@ -301,8 +309,8 @@ const std::optional<EventFinder::Root>& EventFinder::first_root(Stepper& stepper
 /// The first root between two samples, with all others that cannot be told apart from it.
 std::optional<EventFinder::Hit> EventFinder::first_hit(Stepper& stepper, const StepView& step,
                                                        const Sample& a, const Sample& b) {
-  Roots roots(events_.size());
-  for (std::size_t i = 0; i < events_.size(); ++i)
+  Roots roots(events_->size());
+  for (std::size_t i = 0; i < events_->size(); ++i)
     if (std::isfinite(a.g[i]) && std::isfinite(b.g[i]))
       roots[i] = root_between(stepper, step, static_cast<int>(i), a, b);
   const std::optional<Root>& first = first_root(stepper, step, a, roots);
@@ -310,7 +318,7 @@ std::optional<EventFinder::Hit> EventFinder::first_hit(Stepper& stepper, const S
   Hit hit{first->t, first->before, {}};
   sample(stepper, step, hit.t, Detail::state, probe_);
   const double close = 8 * eps * std::max(std::fabs(step.from.t), std::fabs(step.to.t));
-  for (std::size_t i = 0; i < events_.size(); ++i) {
+  for (std::size_t i = 0; i < events_->size(); ++i) {
     const bool rising = roots[i] ? roots[i]->rising : a.g[i] < 0;
     const bool same = roots[i] && roots[i]->t - hit.t <= close;
     const bool soon = is_zero(i, probe_) && std::fabs(a.g[i]) > tiny && probe_.slope[i] * a.g[i] < 0;
@@ -322,7 +330,7 @@ std::optional<EventFinder::Hit> EventFinder::first_hit(Stepper& stepper, const S
 /// g may have gone to zero and come back between two samples of one sign: its slopes are too large for a
 /// monotone or gently curved function.
 bool EventFinder::may_hide(const Sample& a, const Sample& b, int depth) const {
-  for (std::size_t i = 0; i < events_.size(); ++i) {
+  for (std::size_t i = 0; i < events_->size(); ++i) {
     if (depth >= (clock_[i] ? deepest_clock : deepest) || opposite(a.g[i], b.g[i])) continue;
     const double steepest = std::max(std::fabs(a.slope[i]), std::fabs(b.slope[i]));
     if (steepest * (b.t - a.t) > 1.5 * (std::fabs(a.g[i]) + std::fabs(b.g[i]))) return true;
@@ -333,14 +341,14 @@ bool EventFinder::may_hide(const Sample& a, const Sample& b, int depth) const {
 /// At the end of the run there is no step behind a root that would show the change of sign.
 bool EventFinder::ends_at_zero(std::size_t i, const Sample& a, const Sample& b) const {
   const bool toward = std::fabs(a.g[i]) > tiny && a.g[i] * b.slope[i] < 0;
-  return b.t >= end_ && !events_[i].surface && toward && is_zero(i, b) && !opposite(a.g[i], b.g[i]);
+  return b.t >= end_ && !(*events_)[i].surface && toward && is_zero(i, b) && !opposite(a.g[i], b.g[i]);
 }
 
 /// A sine of a condition turns by more than a radian.
 bool EventFinder::oscillates(const Sample& a, const Sample& b, int depth) const {
   constexpr int most = 12;  // halvings: 4096 samples in a quarter of a step
   if (phases_.empty() || depth >= most) return false;
-  for (std::size_t i = 0; i < events_.size(); ++i)
+  for (std::size_t i = 0; i < events_->size(); ++i)
     if (std::max(a.rate[i], b.rate[i]) * (b.t - a.t) > 1) return true;
   return false;
 }
@@ -368,7 +376,7 @@ std::optional<EventFinder::Hit> EventFinder::scan(Stepper& stepper, const StepVi
 }
 
 bool EventFinder::changes(const Sample& a, const Sample& b) const {
-  for (std::size_t i = 0; i < events_.size(); ++i)
+  for (std::size_t i = 0; i < events_->size(); ++i)
     if (opposite(a.g[i], b.g[i])) return true;
   return false;
 }
@@ -382,7 +390,7 @@ void EventFinder::make_exact(Stepper& stepper, const StepView& step, Sample& at)
 
 /// A sample that happens to be a root without counting as one has the sign of g just after it.
 void EventFinder::settle_zeros(const Sample& a, Sample& b) const {
-  for (std::size_t i = 0; i < events_.size(); ++i)
+  for (std::size_t i = 0; i < events_->size(); ++i)
     if (b.g[i] == 0) b.g[i] = a.g[i] == 0 ? 0.0 : std::copysign(tiny, b.slope[i]);
 }
 
@@ -390,7 +398,7 @@ std::optional<EventFinder::Hit> EventFinder::find(Stepper& stepper, const StepVi
   const double from = last_.t, length = step.to.t - from;
   if (measures_ && fresh_) {
     measure_slopes(stepper, step, from, last_);
-    for (std::size_t i = 0; i < events_.size(); ++i)
+    for (std::size_t i = 0; i < events_->size(); ++i)
       if (measured_[i] && last_.g[i] == 0 && last_.slope[i] != 0)
         last_.g[i] = std::copysign(tiny, last_.slope[i]);
   }

@@ -28,7 +28,9 @@ struct Event {
   bool surface = false;            ///< not the user's: the equations are not smooth there
   std::size_t surface_number = 0;
   Smoothness smoothness = Smoothness::open;
-  std::vector<Mode> modes;                       ///< of the surface
+  std::vector<Mode> modes;  ///< of the surface
+  int leaves = -1;    ///< not the user's: where the solution leaves this surface, along which it slides,
+  int leaves_to = 0;  ///< to this side
   std::vector<Expr> tangent;                     ///< d when/dp for the parameters of the sensitivities
   std::vector<std::vector<Expr>> reset_tangent;  ///< per entry of `reset`: d value/dp, then d value/dt
 };
@@ -63,15 +65,21 @@ class EventFinder {
     double before = 0;           ///< the last moment before
     std::vector<Crossing> list;  ///< in the order of the events
   };
-  bool empty() const { return events_.empty(); }
+  bool empty() const { return events_->empty(); }
   /// The run ends at this time: a condition that is 0 there to rounding is a root.
   void set_end(double t) { end_ = t; }
   /// The first event whose condition has been a number at no point that was looked at; -1 if there is none.
   int never_finite() const;
   /// Inputs jump there: see Problem.
   void set_limit(double t) { problem_->set_limit(t); }
-  /// From now on, no root of this event is found.
-  void ignore(int which) { ignored_[which] = 1; }
+  /// From now on, no root of this event is found; or again some.
+  void ignore(int which, bool ignored = true) { ignored_[which] = ignored; }
+  /// Goes on for another finder that had the same events, and none or others behind them.
+  void take_over(const EventFinder& before, std::size_t events);
+  /// The modes of the surfaces, which conditions may contain.
+  void set_modes(const std::vector<double>& modes) { problem_->set_modes(modes); }
+  /// At a new beginning: a zero of this event counts as this side of it.
+  void set_side(int which, int side);
   /// A new beginning at a point: what is zero here does not count as a root here, nor does the root from which
   /// the run begins again (crossed), unless it has changed since.
   void start(const Point& point, const std::vector<Crossing>& crossed = {});
@@ -124,7 +132,7 @@ class EventFinder {
                                         Roots& roots);
 
   ProblemPtr problem_;
-  const std::vector<Event>& events_;
+  const std::vector<Event>* events_;
   codegen::Kernel kernel_;           ///< g, then dg/dt, then the slopes of the arguments of sines
   std::vector<std::size_t> phases_;  ///< the event of each of those arguments
   std::vector<char> slope_known_;    ///< dg/dt contains nothing but known leaves

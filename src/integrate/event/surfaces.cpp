@@ -4,6 +4,7 @@
 #include <unordered_set>
 
 #include "base/error.hpp"
+#include "expr/print/print.hpp"
 #include "integrate/event/border_smoothness.hpp"
 
 namespace pendula::integrate {
@@ -64,7 +65,7 @@ PiecewiseForm::PiecewiseForm(dae::FirstOrder form, std::span<const double> value
   find_branches(nodes);
   if (surfaces_.empty()) return;
   number_modes(std::vector<char>(surfaces_.size(), 1));
-  const Substitution all = frozen(std::vector<char>(surfaces_.size(), 0));
+  const Substitution all = frozen(std::vector<Treatment>(surfaces_.size(), Treatment::frozen));
   const BorderSmoothness smoothness(substitute(form_.F, all), modes_, surfaces_, form_.p, values);
   const std::vector<char> freeze = may_be_frozen(substitute(equations, all));
   for (std::size_t k = 0; k < surfaces_.size(); ++k) {
@@ -123,10 +124,10 @@ void PiecewiseForm::number_modes(const std::vector<char>& frozen) {
   }
 }
 
-Substitution PiecewiseForm::frozen(const std::vector<char>& thawed) const {
+Substitution PiecewiseForm::frozen(const std::vector<Treatment>& treatment) const {
   Substitution replacements;
   for (const Branch& branch : branches_) {
-    if (branch.mode < 0 || thawed[branch.surface]) continue;
+    if (branch.mode < 0 || treatment[branch.surface] == Treatment::thawed) continue;
     const Expr mode = modes_[branch.mode], node = branch.node;
     const auto inner = [&](int i) { return substitute(node.operand(i), replacements); };
     switch (node.op()) {
@@ -146,12 +147,27 @@ Substitution PiecewiseForm::frozen(const std::vector<char>& thawed) const {
   return replacements;
 }
 
-dae::FirstOrder PiecewiseForm::form(const std::vector<char>& thawed) const {
-  dae::FirstOrder result = form_;
-  result.p.insert(result.p.end(), modes_.begin(), modes_.end());
-  const Substitution replacements = frozen(thawed);
+Substitution PiecewiseForm::modes_on(const Surface& surface, double side) const {
+  Substitution result;
+  for (const Mode& mode : surface.modes) result[modes_[mode.number]] = Expr(mode.value(side));
+  return result;
+}
+
+SlidingForm PiecewiseForm::form(const std::vector<Treatment>& treatment,
+                                const std::unordered_map<Expr, double>& at) const {
+  SlidingForm result{form_, {}, {}};
+  result.form.p.insert(result.form.p.end(), modes_.begin(), modes_.end());
+  const Substitution replacements = frozen(treatment);
   if (replacements.empty()) return result;
-  for (auto* equations : {&result.F, &result.f, &result.g}) *equations = substitute(*equations, replacements);
+  for (auto* equations : {&result.form.F, &result.form.f, &result.form.g})
+    *equations = substitute(*equations, replacements);
+  for (std::size_t k = 0; k < surfaces_.size(); ++k) {
+    if (treatment[k] != Treatment::sliding) continue;
+    const Surface& surface = surfaces_[k];
+    if (!slide_along(result, substitute(surface.when, replacements), modes_on(surface, 1),
+                     modes_on(surface, -1), at))
+      throw Failure("no combination of both sides stays on " + to_text(surface.when) + " = 0");
+  }
   return result;
 }
 

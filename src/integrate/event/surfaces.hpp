@@ -26,6 +26,7 @@
 
 #include "dae/model/first_order.hpp"
 #include "expr/graph/derivative.hpp"
+#include "integrate/event/filippov.hpp"
 
 namespace pendula::integrate {
 
@@ -49,6 +50,9 @@ struct Mode {
 
 enum class Smoothness { smooth, kink, open };
 
+/// How a run treats a border: its branches held fixed, as they are written, or combined (filippov.hpp).
+enum class Treatment : char { frozen, thawed, sliding };
+
 struct Surface {
   Expr when;                ///< the surface is 0 = when
   std::vector<Mode> modes;  ///< none: its branch is not frozen
@@ -64,8 +68,10 @@ class PiecewiseForm {
   const std::vector<Surface>& surfaces() const { return surfaces_; }
   /// How many modes there are; they are the last parameters of every form.
   int modes() const { return static_cast<int>(modes_.size()); }
-  /// The form with the branches frozen but for those of some surfaces.
-  dae::FirstOrder form(const std::vector<char>& thawed) const;
+  /// The form with each surface treated as asked for; at: values of its leaves, where one slides. Throws
+  /// Failure where no combination of the sides stays on a border that slides.
+  SlidingForm form(const std::vector<Treatment>& treatment,
+                   const std::unordered_map<Expr, double>& at = {}) const;
 
  private:
   struct Branch {
@@ -78,7 +84,8 @@ class PiecewiseForm {
   void find_branches(const std::vector<Expr>& nodes);
   std::size_t surface_of(Expr when, bool& reversed);
   void number_modes(const std::vector<char>& frozen);
-  Substitution frozen(const std::vector<char>& thawed) const;
+  Substitution frozen(const std::vector<Treatment>& treatment) const;
+  Substitution modes_on(const Surface& surface, double side) const;
   std::vector<char> may_be_frozen(const std::vector<Expr>& equations) const;
 
   dae::FirstOrder form_;

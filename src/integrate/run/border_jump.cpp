@@ -18,9 +18,9 @@ constexpr double floor = 1e-10;  // of the terms of F: rounding of long sums
 
 bool BorderJump::is_continuous(int event, const Point& point) {
   const Plan& plan = state_.plan;
-  if (!plan.thaw) return false;
+  if (!plan.treat) return false;
   if (!live_) {
-    live_ = plan.thaw(std::vector<char>(plan.events.list.size(), 1));
+    live_ = plan.treat(std::vector<Treatment>(plan.events.list.size(), Treatment::thawed), {}).problem;
   }
   const Vec n = direction(event, point);
   if (!n.allFinite() || n.isZero(0)) return false;

@@ -209,10 +209,11 @@ void EventHandler::restart(const Point& point, const Point& before, const EventF
   last_restart_.t = point.t;
   modes_.count(hit.list, point);
   check_accumulation(point, hit);
-  begin_again(point, hit.list);
   // where x′ is continuous, its derivatives with respect to parameters are
-  const bool sensitivities = state_.problem->n() > state_.problem->shown_n();
-  if (sensitivities && !modes_.is_continuous(hit.list)) follow_sensitivities(before, hit);
+  const bool follows = state_.problem->n() > state_.problem->shown_n() && !modes_.is_continuous(hit.list);
+  const double slope = follows ? state_.finder.slope(hit.list.front().which, before) : 0;
+  begin_again(point, hit.list);
+  if (follows) follow_sensitivities(before, hit, slope);
 }
 
 void EventHandler::check_accumulation(const Point& point, const EventFinder::Hit& hit) {
@@ -225,13 +226,15 @@ void EventHandler::check_accumulation(const Point& point, const EventFinder::Hit
   if (!zeno_.add(point.t, state_.stats().steps, state_.interval())) return;
   // Between the bounces of v′ = -g - v |v| the solution crosses v = 0: it is the bounces that accumulate.
   const int which = last_event_ >= 0 && since_event_ <= 2 ? last_event_ : hit.list.front().which;
-  const Event& event = state_.plan.events.list[which];
-  if (event.surface && modes_.thaw(hit.list, point)) {
+  const Event event = state_.plan.events.list[which];  // the list may grow
+  const bool again = point.t - last_accumulation_ < 1e-6 * state_.interval();
+  if (event.surface && !again && (modes_.thaw(hit.list, point) || modes_.slide_where_crossed(point))) {
+    last_accumulation_ = point.t;
     zeno_ = {};
     return;
   }
   state_.reached = point.t;
-  if (event.surface) throw ModeTracker::sliding(event);
+  if (event.surface) throw ModeTracker::chattering(event);
   throw accumulation(event);
 }
 
@@ -252,11 +255,10 @@ void EventHandler::begin_again(const Point& point, const ModeTracker::Crossings&
 /// The time t* of an event depends on p: dt*/dp = -(dg/dp)/(dg/dt), and with it S jumps where x or x′ do:
 /// S₊ = S₋ + (x′₋ - x′₊) dt*/dp, for a reset x₊ = r(t, x): S₊ = dr/dp + (dr/dt - x′₊) dt*/dp.
 /// see  Galán, Feehery & Barton, Appl. Numer. Math. 31, 1999;  docs/derivations.md#sensitivities
-void EventHandler::follow_sensitivities(const Point& before, const EventFinder::Hit& hit) {
+void EventHandler::follow_sensitivities(const Point& before, const EventFinder::Hit& hit, double slope) {
   const Event& event = event_of(hit.list.front());
   const Solution& solution = *state_.solution;
   const Vec tangent = solution.values(event.tangent, before);
-  const double slope = state_.finder.slope(hit.list.front().which, before);
   if (slope == 0)
     throw Failure(text("the solution grazes ", to_text(event.when), " = 0: it is not differentiable there"));
   Point after = state_.stepper().here();

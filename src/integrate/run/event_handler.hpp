@@ -2,6 +2,7 @@
 #pragma once
 
 #include <functional>
+#include <limits>
 #include <optional>
 #include <vector>
 
@@ -46,14 +47,15 @@ class EventHandler {
   void reset(Point& point, const std::vector<std::pair<Expr, double>>& values);
   void restart(const Point& point, const Point& before, const EventFinder::Hit& hit);
   void check_accumulation(const Point& point, const EventFinder::Hit& hit);
-  void follow_sensitivities(const Point& before, const EventFinder::Hit& hit);
+  void follow_sensitivities(const Point& before, const EventFinder::Hit& hit, double slope);
   void write_records(const Point& after);
 
   AdaptiveState& state_;
   ModeTracker& modes_;
   MonitorList& monitors_;
   ZenoDetector zeno_;
-  bool first_in_step_ = true;              ///< no event so far in the step
+  double last_accumulation_ = -std::numeric_limits<double>::infinity();  ///< that ended on a border
+  bool first_in_step_ = true;                                            ///< no event so far in the step
   int last_event_ = -1, since_event_ = 0;  ///< the user's last event; restarts since then
   std::vector<EventRecord> records_;       ///< of the events at one time
   EventFinder::Hit last_restart_;

@@ -17,10 +17,11 @@ void ModeTracker::initialise(const Point& point) {
   set_modes(point, {});
 }
 
-Failure ModeTracker::sliding(const Event& surface) {
-  return Failure(text("chattering: the solution crosses ", to_text(surface.when),
-                      " = 0 again and again and slides along it. Regularise the equations there, for example "
-                      "tanh(s/1e-3) in place of sign(s)"));
+Failure ModeTracker::chattering(const Event& surface) {
+  return Failure(
+      text("chattering: the solution crosses ", to_text(surface.when),
+           " = 0 again and again, and no combination of both sides keeps it there. Regularise the ",
+           "equations, for example tanh(s/1e-3) in place of sign(s)"));
 }
 
 void ModeTracker::begin(const Point& point, const Crossings& crossed) {
@@ -30,27 +31,55 @@ void ModeTracker::begin(const Point& point, const Crossings& crossed) {
     state_.finder.start(state_.stepper().here(), crossed);
     return;
   }
+  begin_in_some_mode(point, crossed);
+  for (Border& border : borders_) border.released = 0;
+}
+
+void ModeTracker::begin_in_some_mode(Point point, const Crossings& crossed) {
+  bool leaves = false;
+  for (const auto& crossing : crossed) {
+    const Event& event = events()[crossing.which];
+    if (event.leaves < 0 || is_frozen(static_cast<std::size_t>(event.leaves))) continue;
+    if (!leaves) state_.problem->project(point.t, point.x);
+    leaves = true;
+    release(event.leaves, event.leaves_to, point.t);
+  }
+  if (leaves) rebuild(point);
   std::vector<int> changed;
-  while (!try_modes(point, crossed, changed)) {
+  for (std::size_t tries = 0; tries < 4 * borders_.size() + 4; ++tries) {
+    if (try_modes(point, crossed, changed)) {
+      const auto leaving = outside();
+      if (leaving.empty()) return;
+      for (const auto& [which, side] : leaving) release(which, side, point.t);
+      rebuild(point);
+      continue;
+    }
     Crossings all;
     for (int which : changed) all.push_back({which, true});
     if (thaw(all, point)) continue;
-    state_.reached = point.t;
-    throw sliding(events()[changed.back()]);
+    if (std::none_of(changed.begin(), changed.end(), [&](int which) { return slide(which, point); })) break;
   }
+  state_.reached = point.t;
+  throw chattering(events()[changed.empty() ? crossed.front().which : changed.back()]);
 }
 
 /// False where every choice of modes leads to another one; `changed`: the surfaces that disagree.
 bool ModeTracker::try_modes(const Point& point, const Crossings& crossed, std::vector<int>& changed) {
   Stepper& stepper = state_.stepper();
-  state_.finder.start(point, crossed);
-  for (std::size_t k = 0; k < 2 * events().size() + 2; ++k) {
+  start_finder(point, crossed);
+  for (std::size_t k = 0; k < 2 * borders_.size() + 2; ++k) {
     changed = set_modes(k == 0 ? point : Point(stepper.here()), crossed);
     if (k > 0 && changed.empty()) return true;
     stepper.start(point, state_.end);
-    state_.finder.start(stepper.here(), crossed);
+    start_finder(stepper.here(), crossed);
   }
   return false;
+}
+
+void ModeTracker::start_finder(const Point& point, const Crossings& crossed) {
+  state_.finder.start(point, crossed);
+  for (std::size_t i = 0; i < borders_.size(); ++i)
+    if (borders_[i].released != 0) state_.finder.set_side(static_cast<int>(i), borders_[i].released);
 }
 
 /// The side on which a solution goes on that is on a surface and does not leave it to first order: where x″
@@ -71,19 +100,21 @@ double ModeTracker::side_ahead(int which, const Point& point) {
 
 /// Writes the modes of all sides into the problem; which surfaces have changed theirs.
 std::vector<int> ModeTracker::set_modes(const Point& point, const Crossings& crossed) {
-  std::vector<double> sides(events().size(), 0.0);
+  std::vector<double> sides(borders_.size(), 0.0);
   for (std::size_t i = 0; i < sides.size(); ++i) sides[i] = state_.finder.side(static_cast<int>(i));
   for (const auto& crossing : crossed)
-    if (double& side = sides[crossing.which]; side == 0) side = crossing.rising ? 1 : -1;
+    if (static_cast<std::size_t>(crossing.which) < sides.size())
+      if (double& side = sides[crossing.which]; side == 0) side = crossing.rising ? 1 : -1;
   const std::vector<double> before = modes_;
   use(sides);
   for (std::size_t i = 0; i < sides.size(); ++i)
-    if (sides[i] == 0 && !events()[i].modes.empty()) sides[i] = side_ahead(static_cast<int>(i), point);
+    if (sides[i] == 0 && is_frozen(i) && !events()[i].modes.empty())
+      sides[i] = side_ahead(static_cast<int>(i), point);
   use(sides);
   std::vector<int> changed;
   for (std::size_t i = 0; i < sides.size(); ++i) {
     const auto& modes = events()[i].modes;
-    if (!borders_[i].thawed && std::any_of(modes.begin(), modes.end(), [&](const Mode& mode) {
+    if (is_frozen(i) && std::any_of(modes.begin(), modes.end(), [&](const Mode& mode) {
           return before.empty() || modes_[mode.number] != before[mode.number];
         }))
       changed.push_back(static_cast<int>(i));
@@ -96,19 +127,20 @@ void ModeTracker::use(const std::vector<double>& sides) {
   for (std::size_t i = 0; i < sides.size(); ++i)
     for (const Mode& mode : events()[i].modes) modes_[mode.number] = mode.value(sides[i]);
   state_.history->use_modes(state_.problem, modes_);
+  state_.finder.set_modes(modes_);
 }
 
 bool ModeTracker::differ() const {
-  for (std::size_t i = 0; i < events().size(); ++i) {
+  for (std::size_t i = 0; i < borders_.size(); ++i) {
     const double side = state_.finder.side(static_cast<int>(i));
-    if (side == 0 || borders_[i].thawed) continue;
+    if (side == 0 || !is_frozen(i)) continue;
     for (const Mode& mode : events()[i].modes)
       if (mode.value(side) != modes_[mode.number]) return true;
   }
   return false;
 }
 
-// ── thawing ──
+// ── integrating through ──
 
 bool ModeTracker::is_continuous(const Crossings& crossed) const {
   return std::all_of(crossed.begin(), crossed.end(), [&](const EventFinder::Crossing& crossing) {
@@ -123,7 +155,7 @@ void ModeTracker::count(const Crossings& crossed, const Point& point) {
   const long steps = state_.stats().steps;
   Crossings much;
   for (const auto& crossing : crossed) {
-    if (!events()[crossing.which].surface) continue;
+    if (!events()[crossing.which].surface || events()[crossing.which].leaves >= 0) continue;
     Border& border = borders_[crossing.which];
     ++border.crossings;
     border.quick = steps - border.last_step <= quick ? border.quick + 1 : 0;
@@ -140,59 +172,186 @@ void ModeTracker::count(const Crossings& crossed, const Point& point) {
 bool ModeTracker::thaw(const Crossings& crossed, const Point& point) {
   bool any = false;
   for (const auto& crossing : crossed) any = thaw_one(crossing.which, point) || any;
-  if (any) use_thawed();
+  if (any) rebuild(point);
   return any;
 }
 
 bool ModeTracker::thaw_all(const Point& point) {
   bool any = false;
-  for (std::size_t i = 0; i < events().size(); ++i)
+  for (std::size_t i = 0; i < borders_.size(); ++i)
     any = (events()[i].smoothness != Smoothness::open && thaw_one(static_cast<int>(i), point)) || any;
-  if (any) use_thawed();
+  if (any) rebuild(point);
   return any;
 }
 
 bool ModeTracker::thaw_one(int which, const Point& point) {
   const Event& event = events()[which];
-  Border& border = borders_[which];
-  if (!event.surface || border.thawed) return false;
+  if (!event.surface || event.leaves >= 0 || !is_frozen(static_cast<std::size_t>(which))) return false;
   if (event.smoothness == Smoothness::open && !jump_.is_continuous(which, point)) return false;
-  border.thawed = true;
-  border.thawed_at = point.t;
-  state_.finder.ignore(which);
+  Border& border = borders_[which];
+  border.treatment = Treatment::thawed;
+  border.since = point.t;
   return true;
 }
 
-/// The run goes on with equations in which the branches of thawed borders are as they are written.
-void ModeTracker::use_thawed() {
-  std::vector<char> thawed(events().size(), 0);
-  bool frozen = false;
-  for (std::size_t i = 0; i < events().size(); ++i) {
-    if (!borders_[i].thawed) continue;
-    thawed[events()[i].surface_number] = 1;
-    frozen = frozen || !events()[i].modes.empty();
+// ── sliding ──
+
+bool ModeTracker::slide(int which, Point& point) {
+  const Event& event = events()[which];
+  if (!event.surface || event.modes.empty() || !is_frozen(static_cast<std::size_t>(which))) return false;
+  Border& border = borders_[which];
+  if (border.released != 0) return false;
+  border.treatment = Treatment::sliding;
+  border.since = point.t;
+  try {
+    rebuild(point);
+    Point there = point;
+    state_.problem->project(there.t, there.x);
+    state_.stepper().start(there, state_.end);
+    point = there;
+  } catch (const UserFacing&) {
+    border.treatment = Treatment::frozen;
+    rebuild(point);
+    return false;
   }
-  if (!frozen) return;
-  state_.use(state_.plan.thaw(thawed));
+  ++border.slides;
+  return true;
+}
+
+bool ModeTracker::slide_where_crossed(const Point& point) {
+  constexpr long of_late = 100;  // steps
+  std::vector<int> recent;
+  for (std::size_t i = 0; i < borders_.size(); ++i)
+    if (borders_[i].crossings > 0 && state_.stats().steps - borders_[i].last_step <= of_late)
+      recent.push_back(static_cast<int>(i));
+  const auto slides = [&](const std::vector<int>& which) {
+    Point there = point;
+    std::vector<int> done;
+    for (int i : which)
+      if (slide(i, there)) done.push_back(i);
+    if (!done.empty()) {
+      state_.stepper().start(there, state_.end);
+      if (outside().empty()) return true;
+    }
+    for (int i : done) {
+      borders_[i].treatment = Treatment::frozen;
+      --borders_[i].slides;
+    }
+    if (!done.empty()) rebuild(point);
+    return false;
+  };
+  return slides(recent) || std::any_of(recent.begin(), recent.end(), [&](int i) { return slides({i}); });
+}
+
+void ModeTracker::release(int which, int side, double t) {
+  Border& border = borders_[which];
+  border.treatment = Treatment::frozen;
+  border.released = side;
+  border.slid += t - border.since;
+}
+
+/// The borders whose μ is not in [0, 1] where the stepper stands, and the sides to which the solution leaves.
+std::vector<std::pair<int, int>> ModeTracker::outside() const {
+  constexpr double rounding = 1e-9;
+  std::vector<std::pair<int, int>> result;
+  if (weights_.empty()) return result;
+  const Point& here = state_.stepper().here();
+  state_.problem->place(here.t, here.x.data(), here.xdot.data(), here.z.data());
+  const std::vector<double> mu =
+      codegen::Kernel(weights_, state_.problem->arguments())(state_.problem->values());
+  std::size_t next = 0;
+  for (std::size_t i = 0; i < borders_.size(); ++i) {
+    if (borders_[i].treatment != Treatment::sliding) continue;
+    const double weight = mu[next++];
+    if (!(weight >= -rounding && weight <= 1 + rounding))
+      result.emplace_back(static_cast<int>(i), weight < 0 ? 1 : -1);
+  }
+  return result;
+}
+
+/// Two events for every border that slides: μ < 0 and μ > 1. They keep their places when it no longer does.
+void ModeTracker::renew_exits() {
+  std::vector<Event>& list = state_.plan.events.list;
+  const std::size_t before = list.size();
+  std::size_t next = 0;
+  bool renewed = false;
+  for (std::size_t i = 0; i < borders_.size(); ++i) {
+    if (borders_[i].treatment != Treatment::sliding) continue;
+    if (borders_[i].exits < 0) {
+      borders_[i].exits = static_cast<int>(list.size());
+      list.resize(list.size() + 2);
+    }
+    const Expr weight = weights_[next++];
+    for (int side : {1, -1}) {
+      Event& exit = list[borders_[i].exits + (side < 0)];
+      exit.when = side > 0 ? weight : Expr(1) - weight;
+      exit.direction = -1;
+      exit.surface = true;
+      exit.smoothness = Smoothness::kink;
+      exit.leaves = static_cast<int>(i);
+      exit.leaves_to = side;
+    }
+    renewed = true;
+  }
+  if (renewed) {
+    EventFinder finder(state_.problem, list);
+    finder.take_over(state_.finder, before);
+    state_.finder = std::move(finder);
+  }
+  for (std::size_t k = borders_.size(); k < list.size(); ++k)
+    state_.finder.ignore(static_cast<int>(k), is_frozen(list[k].leaves));
+}
+
+/// The run goes on with equations in which every border is treated as it is now.
+void ModeTracker::rebuild(const Point& point) {
+  std::vector<Treatment> treatment(borders_.size(), Treatment::frozen);
+  bool any = false;
+  for (std::size_t i = 0; i < borders_.size(); ++i) {
+    if (!events()[i].surface) continue;
+    state_.finder.ignore(static_cast<int>(i), !is_frozen(i));
+    treatment[events()[i].surface_number] = borders_[i].treatment;
+    any = any || !events()[i].modes.empty();
+  }
+  if (!any) return;
+  Problem& problem = *state_.problem;
+  problem.place(point.t, point.x.data(), point.xdot.data(), point.z.data());
+  std::unordered_map<Expr, double> values;
+  for (std::size_t k = 0; k < problem.arguments().size(); ++k)
+    values[problem.arguments()[k]] = problem.values()[k];
+  TreatedProblem treated = state_.plan.treat(treatment, values);
+  weights_ = std::move(treated.weights);
+  state_.use(std::move(treated.problem));
   derivative_.reset();
   method_.renew();
   state_.history->use_modes(state_.problem, modes_);
+  renew_exits();
+}
+
+std::string ModeTracker::treatment_text(const Border& border) const {
+  const auto times = [](long n) { return text(n, n == 1 ? " time" : " times"); };
+  std::string what = text(", located ", times(border.crossings));
+  if (border.slides > 0) {
+    const bool still = border.treatment == Treatment::sliding;
+    const double slid = border.slid + (still ? state_.reached - border.since : 0);
+    what += border.slides == 1 && still
+                ? text(", from t = ", rounded(border.since, 6), " on the solution slides along it")
+                : text(", the solution slides along it ", times(border.slides), ", for ", rounded(slid, 6),
+                       " in all");
+  }
+  if (border.treatment == Treatment::thawed)
+    what += text(", from t = ", rounded(border.since, 6), " on integrated through");
+  return what;
 }
 
 void ModeTracker::report() const {
   std::vector<BorderInUse> list;
-  for (std::size_t i = 0; i < events().size(); ++i) {
+  for (std::size_t i = 0; i < borders_.size(); ++i) {
     const Event& event = events()[i];
     if (!event.surface) continue;
-    const Border& border = borders_[i];
-    std::string what = event.smoothness == Smoothness::smooth ? "smooth"
+    const char* kind = event.smoothness == Smoothness::smooth ? "smooth"
                        : event.smoothness == Smoothness::kink ? "kink"
                                                               : "jump or kink";
-    const std::string times = text("located ", border.crossings, border.crossings == 1 ? " time" : " times");
-    what += border.thawed
-                ? text(", ", times, ", from t = ", rounded(border.thawed_at, 6), " on integrated through")
-                : text(", ", times);
-    list.push_back({event.when, what});
+    list.push_back({event.when, kind + treatment_text(borders_[i])});
   }
   state_.solution->set_borders(std::move(list));
 }

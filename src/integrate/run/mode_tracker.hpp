@@ -10,6 +10,9 @@
 //   - a step fails: a frozen branch has been evaluated far outside its own domain
 //
 // and only if the equations are continuous there: by their expressions, or at the point (border_jump.hpp).
+//
+// Where they are not, and the solution goes on on neither side, it slides along the border until one of the
+// sides takes it (event/filippov.hpp).
 #pragma once
 
 #include <memory>
@@ -31,8 +34,8 @@ class ModeTracker {
 
   /// The modes at the start of the run, before there is a stepper.
   void initialise(const Point& point);
-  /// Stepper and events begin at a point, in the modes of the side on which the solution goes on; crossed:
-  /// where it comes from a root. Throws Failure where the solution can go on on no side (sliding).
+  /// Stepper and events begin at a point, in the modes of the side on which the solution goes on, or sliding;
+  /// crossed: where it comes from a root. Throws Failure where the solution can go on in no way.
   void begin(const Point& point, const Crossings& crossed);
   /// After a step without events: a crossing was missed, or the solution has left a surface it was on.
   bool differ() const;
@@ -42,33 +45,49 @@ class ModeTracker {
   bool thaw(const Crossings& crossed, const Point& point);
   /// After a failure of a step: all on which the equations are known to be continuous.
   bool thaw_all(const Point& point);
+  /// Where crossings accumulate: the solution slides along all borders that were crossed of late; false if
+  /// it cannot.
+  bool slide_where_crossed(const Point& point);
   /// True where the equations are continuous at every crossing.
   bool is_continuous(const Crossings& crossed) const;
   /// Writes into the solution what became of every border.
   void report() const;
 
-  /// Why a run ends that slides along a surface.
-  static Failure sliding(const Event& surface);
+  /// Why a run ends that goes on on no side of a surface, nor along it.
+  static Failure chattering(const Event& surface);
 
  private:
   struct Border {
-    long crossings = 0, last_step = -1000, quick = 0;
-    bool thawed = false;
-    double thawed_at = 0;
+    long crossings = 0, last_step = -1000, quick = 0, slides = 0;
+    Treatment treatment = Treatment::frozen;
+    double since = 0, slid = 0;  ///< of the treatment; how long it slid before
+    int exits = -1;              ///< the first of the two events that end the sliding
+    int released = 0;            ///< while a run begins: the side to which the solution leaves
   };
   const std::vector<Event>& events() const { return state_.plan.events.list; }
+  bool is_frozen(std::size_t which) const {
+    return which >= borders_.size() || borders_[which].treatment == Treatment::frozen;
+  }
+  void begin_in_some_mode(Point point, const Crossings& crossed);
   bool try_modes(const Point& point, const Crossings& crossed, std::vector<int>& changed);
   std::vector<int> set_modes(const Point& point, const Crossings& crossed);
   void use(const std::vector<double>& sides);
+  void start_finder(const Point& point, const Crossings& crossed);
   double side_ahead(int which, const Point& point);
   bool thaw_one(int which, const Point& point);
-  void use_thawed();
+  bool slide(int which, Point& point);
+  void release(int which, int side, double t);
+  std::vector<std::pair<int, int>> outside() const;
+  void rebuild(const Point& point);
+  void renew_exits();
+  std::string treatment_text(const Border& border) const;
 
   AdaptiveState& state_;
   MethodSelector& method_;
   BorderJump jump_;
   std::vector<double> modes_;
-  std::vector<Border> borders_;  ///< of every event
+  std::vector<Border> borders_;  ///< of every event of the plan; exits stand behind them
+  std::vector<Expr> weights_;    ///< of the borders that slide, in the order of their surfaces
   long crossings_ = 0;           ///< of borders that can be thawed, at different times
   std::unique_ptr<RhsSolver> derivative_;
 };

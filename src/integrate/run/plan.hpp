@@ -16,6 +16,11 @@
 
 namespace pendula::integrate {
 
+struct TreatedProblem {
+  ProblemPtr problem;
+  std::vector<Expr> weights;  ///< of the surfaces that slide, in their order
+};
+
 struct Plan {
   double from = 0, to = 0;
   std::optional<double> dt;  ///< fixed steps of this length; absent: steps are chosen by the error
@@ -42,9 +47,10 @@ struct Plan {
   std::vector<int> variable_index;
   EventList events;
   int modes = 0;  ///< of the surfaces among the events
-  /// The same problem with the branches of some surfaces no longer frozen (event/surfaces.hpp), by their
-  /// numbers.
-  std::function<ProblemPtr(const std::vector<char>& thawed)> thaw;
+  /// The same problem with each surface treated as asked for (event/surfaces.hpp), by their numbers. Throws
+  /// Failure as PiecewiseForm::form() does.
+  std::function<TreatedProblem(const std::vector<Treatment>&, const std::unordered_map<Expr, double>& at)>
+      treat;
   std::vector<double> breaks;  ///< ascending: times at which the equations are not smooth; steps end there
   /// Inputs known by value only; each step is checked for a jump in them.
   std::vector<std::function<double(double)>> monitored_inputs;

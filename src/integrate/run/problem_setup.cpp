@@ -256,7 +256,7 @@ static void add_surfaces(Plan& plan, const ProblemSetup& run) {
     plan.events.list.push_back(event);
   }
   plan.modes = run.piecewise->modes();
-  plan.thaw = run.thaw;
+  plan.treat = run.treat;
 }
 
 static void add_events(Plan& plan, const dae::ModelPtr& model, const Simulation& simulation,
@@ -374,7 +374,7 @@ ProblemSetup set_up_problem(const dae::ModelPtr& model, const Simulation& simula
     result.piecewise = std::make_shared<const PiecewiseForm>(
         form, std::span<const double>(parameters.data(), form.p.size()));
     surfaces = result.piecewise->surfaces().size();
-    form = result.piecewise->form(std::vector<char>(surfaces, 0));
+    form = result.piecewise->form(std::vector<Treatment>(surfaces, Treatment::frozen)).form;
     parameters.conservativeResize(static_cast<Eigen::Index>(form.p.size()));
     parameters.tail(result.piecewise->modes()).setOnes();
   }
@@ -386,18 +386,28 @@ ProblemSetup set_up_problem(const dae::ModelPtr& model, const Simulation& simula
     extend_start(result.start, *result.variational, *model, simulation, parameters);
     form = result.variational->form;
   }
-  const auto make = [parameters, inputs, n, m,
-                     stages = projections(*model, simulation.inputs)](dae::FirstOrder equations) {
+  const auto make = [parameters, inputs, n, m, stages = projections(*model, simulation.inputs)](
+                        dae::FirstOrder equations, std::optional<dae::Projection> border = {}) {
     auto problem = std::make_shared<Problem>(std::move(equations), parameters, inputs);
     problem->show(n, m);
-    problem->set_projections(stages);
+    std::vector<dae::Projection> all = stages;
+    if (border) all.push_back(std::move(*border));
+    problem->set_projections(all);
     return problem;
   };
   result.problem = make(std::move(form));
   if (surfaces > 0)
-    result.thaw = [make, own, piecewise = result.piecewise](const std::vector<char>& thawed) {
-      dae::FirstOrder equations = piecewise->form(thawed);
-      return make(own.empty() ? std::move(equations) : variational(equations, own).form);
+    result.treat = [make, own, piecewise = result.piecewise](
+                       const std::vector<Treatment>& treatment,
+                       const std::unordered_map<Expr, double>& at) -> TreatedProblem {
+      SlidingForm treated = piecewise->form(treatment, at);
+      std::optional<dae::Projection> border;
+      if (!treated.conditions.empty())
+        border = dae::Projection{
+            treated.form.x, treated.conditions, sparse_jacobian(treated.conditions, treated.form.x), {}};
+      dae::FirstOrder& equations = treated.form;
+      return {make(own.empty() ? std::move(equations) : variational(equations, own).form, std::move(border)),
+              treated.weights};
     };
   return result;
 }

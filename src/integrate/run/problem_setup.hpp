@@ -11,9 +11,9 @@ struct ProblemSetup {
   ProblemPtr problem;
   Point start;
   std::shared_ptr<const Variational> variational;
-  /// Of chosen steps: the form with its branches frozen, and how to make the problem with some of them thawed.
+  /// Of chosen steps: the form with its branches frozen, and how to make the problem with other treatments.
   std::shared_ptr<const PiecewiseForm> piecewise;
-  std::function<ProblemPtr(const std::vector<char>& thawed)> thaw;
+  decltype(Plan::treat) treat;
 };
 
 /// Throws Error when a parameter or an input has no value.

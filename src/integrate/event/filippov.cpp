@@ -1,0 +1,115 @@
+#include "integrate/event/filippov.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "expr/graph/derivative.hpp"
+#include "expr/rewrite/rewrite.hpp"
+
+namespace pendula::integrate {
+namespace {
+
+using Values = std::unordered_map<Expr, double>;
+
+bool is_zero_at(Expr e, const Values& at) {
+  const double value = evaluate(std::span(&e, 1), at)[0];
+  return !std::isfinite(value) || value == 0;
+}
+
+/// s′ with a list of expressions for x′; nothing where s contains more than t, x, parameters and constants.
+std::optional<Expr> rate(Expr s, const dae::FirstOrder& form, const std::vector<Expr>& xdot) {
+  Expr result = partial(s, time_symbol());
+  for (Expr leaf : leaves({&s, 1})) {
+    if (leaf == time_symbol() || symbol_of(leaf).kind == Kind::constant) continue;
+    const auto i = std::find(form.x.begin(), form.x.end(), leaf);
+    if (i != form.x.end())
+      result += partial(s, leaf) * xdot[i - form.x.begin()];
+    else if (std::find(form.p.begin(), form.p.end(), leaf) == form.p.end())
+      return {};
+  }
+  return result;
+}
+
+/// The two sides of the border.
+class Sides {
+ public:
+  Sides(const Substitution& above, const Substitution& below) : above_(above), below_(below) {}
+  Expr plus(Expr e) const { return substitute(e, above_); }
+  /// F₊ - F₋
+  Expr jump(Expr e) const { return simplify(plus(e) - substitute(e, below_)); }
+  /// (1 - μ) F₊ + μ F₋
+  void combine(std::vector<Expr>& list, Expr weight) const {
+    for (Expr& e : list)
+      if (const Expr D = jump(e); !D.is_zero())
+        e = plus(e) - weight * D;
+      else
+        e = plus(e);
+  }
+
+ private:
+  const Substitution &above_, &below_;
+};
+
+void combine_all(SlidingForm& sliding, const Sides& sides, Expr weight) {
+  for (auto* list : {&sliding.form.F, &sliding.form.f, &sliding.form.g, &sliding.weights})
+    sides.combine(*list, weight);
+  for (auto& written : sliding.form.sides) written.reset();
+  sliding.weights.push_back(weight);
+}
+
+/// The residual that μ is eliminated from: one that jumps, by as simple an expression as there is.
+std::optional<std::size_t> eliminated_row(const std::vector<Expr>& F, const Sides& sides, const Values& at) {
+  std::optional<std::size_t> best;
+  std::size_t fewest = 0;
+  for (std::size_t i = 0; i < F.size(); ++i) {
+    const Expr D = sides.jump(F[i]);
+    if (D.is_zero() || is_zero_at(D, at)) continue;
+    const std::size_t size = topological(std::vector{D}).size();
+    if (best && size >= fewest) continue;
+    best = i;
+    fewest = size;
+  }
+  return best;
+}
+
+/// μ from the first of s′, s″ … that jumps; those before it vanish as s does. False where there is none.
+bool slide_by_slope(SlidingForm& sliding, Expr border, const Sides& sides, const Values& at) {
+  constexpr int highest = 3;
+  std::vector<Expr> conditions{border};
+  for (int order = 1; order <= highest; ++order) {
+    const auto slope = rate(conditions.back(), sliding.form, sliding.form.f);
+    if (!slope) return false;
+    const Expr D = sides.jump(*slope);
+    if (D.is_zero()) {
+      conditions.push_back(sides.plus(*slope));
+      continue;
+    }
+    if (is_zero_at(D, at)) return false;
+    combine_all(sliding, sides, sides.plus(*slope) / D);
+    sliding.conditions.insert(sliding.conditions.end(), conditions.begin(), conditions.end());
+    return true;
+  }
+  return false;
+}
+
+}  // namespace
+
+bool slide_along(SlidingForm& sliding, Expr border, const Substitution& above, const Substitution& below,
+                 const std::unordered_map<Expr, double>& at) {
+  dae::FirstOrder& form = sliding.form;
+  const Sides sides(above, below);
+  if (form.semi_explicit && slide_by_slope(sliding, border, sides, at)) return true;
+  const auto by_states = rate(border, form, form.xdot);
+  const auto row = eliminated_row(form.F, sides, at);
+  if (!row) return false;
+  const Expr weight = sides.plus(form.F[*row]) / sides.jump(form.F[*row]);
+  form.semi_explicit = false;
+  form.f.clear();
+  form.g.clear();
+  combine_all(sliding, sides, weight);
+  form.F[*row] = by_states ? *by_states : border;
+  if (by_states) sliding.conditions.push_back(border);
+  return true;
+}
+
+}  // namespace pendula::integrate
