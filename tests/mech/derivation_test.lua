@@ -100,3 +100,27 @@ test("an equation keeps its sign: F is left - right, and g of 0 = g", function()
   has(F, "0 = w³ - y")
   has(F, "0 = w - 2 y")
 end)
+
+test("every form is derived: conditions row by row, why they suffice, what follows", function()
+  local x, y = vars "x y"
+  local low = lagrange { q = { x, y }, T = m/2*(x.dot^2 + y.dot^2), V = m*g*y, C = { (x^2 + y^2 - L^2)/2 } }
+  local function told(form, level, ...)
+    local text = tostring(low:reduce(form):trace(level))
+    for _, line in ipairs { ... } do
+      if not text:find(line, 1, true) then error(form .. " lacks '" .. line .. "':\n" .. text, 2) end
+    end
+    return text
+  end
+  local brief = told("ggl", "short", "(4)′:  0 = x v_x + y v_y", "The index is 2.")
+  expect(brief:find "On the exact solution"):equals(nil)
+  told("ggl", "full", "On the exact solution μ = 0", "q′ = v - Cqᵀ μ,  Cq = ∂C/∂q")
+  told("ggl", "every step", "Cq Cqᵀ = x² + y²")
+  told("dummy", "full", "0 = x x″ + y y″ + x′² + y′²",
+    "with the coefficient y: it can be solved for it where y ≠ 0.",
+    "y′, y″ are replaced by the dummy derivatives y_dot, y_ddot")
+  told("array", "full", "differentiated 3 times: (4)", "become algebraic unknowns: ")
+  told("ode", "full", "(2) is linear in z:  A z = b", "A = (x² + y²)/m")
+  local at = low:init { fix = { x = 0.1, [x.dot] = 1 }, guess = { y = -1 }, params = { L = 1 } }
+  local minimal = tostring(low:reduce("minimal", { at = at }):trace())
+  expect(minimal):matches "What remains of the equations:"
+end)

@@ -1,11 +1,13 @@
 // Form "array": the rows of the derivative array that determine the solution at a point, as a system of index 1.
 #include <algorithm>
+#include <map>
 #include <optional>
 
 #include "base/decompositions.hpp"
 #include "base/error.hpp"
 #include "base/text.hpp"
 #include "dae/index/differentiation_index.hpp"
+#include "dae/model/derivation_markup.hpp"
 #include "dae/model/forms.hpp"
 #include "dae/model/lineage.hpp"
 #include "dae/model/make_model.hpp"
@@ -168,6 +170,37 @@ Replacement replacement(const ArrayAt& a, const ArraySelection& s, const Model& 
   return r;
 }
 
+/// "once", "twice", "3 times".
+std::string times(int k) { return k == 1 ? "once" : k == 2 ? "twice" : text(k, " times"); }
+
+void tell_selection(ModelOptions& options, const Model& m, const ArrayAt& a, const ArraySelection& s,
+                    const Replacement& r, int index) {
+  const int n = static_cast<int>(a.array.equations());
+  options.trace.push_back(text("array: the index is ", index, ": the ", n,
+                               " equations and their derivatives up to order ", index,
+                               " determine the derivatives of all unknowns."));
+  options.trace.push_back(
+      told_from(Detail::full,
+                "     Of these rows as many are kept as determine them (rank of the derivative "
+                "array at a point of the solution):"));
+  std::map<int, std::vector<std::string>> by_order;
+  for (Index i : s.rows)
+    by_order[static_cast<int>(i) / n].push_back(m.label(static_cast<std::size_t>(i) % a.array.equations()));
+  for (const auto& [k, rows] : by_order)
+    options.trace.push_back(text("     ", k == 0 ? "as they were written" : "differentiated " + times(k),
+                                 ": ", join(rows, ", ")));
+  options.trace.push_back(told_from(
+      Detail::full,
+      text("     Derivatives that the rows contain besides those of the states become algebraic unknowns: ",
+           grouped_names(r.made))));
+  if (!options.x.empty()) options.trace.push_back("     States: " + grouped_names(options.x));
+  options.trace.push_back("     The index is 1, every constraint is an equation, nothing drifts.");
+  options.trace.push_back(told_from(
+      Detail::full,
+      "     The rows were chosen at a point of the solution; reduce(\"array\", { at = sys:init{ … } }) "
+      "chooses the rows that suit a start."));
+}
+
 ModelPtr made_of(const ModelPtr& source, const ArrayAt& a, const ArraySelection& s, int index) {
   const Model& m = *source;
   const Replacement r = replacement(a, s, m);
@@ -175,12 +208,10 @@ ModelPtr made_of(const ModelPtr& source, const ArrayAt& a, const ArraySelection&
   options.form = "array";
   options.mechanics.reset();
   std::vector<Block> blocks;
-  std::vector<std::string> labels;
   for (Index i : s.rows) {
     const auto row = static_cast<std::size_t>(i) % a.array.equations();
     const int k = static_cast<int>(static_cast<std::size_t>(i) / a.array.equations());
     const std::string label = constraint_label(m, row, k);
-    labels.push_back(label);
     const auto [block, within] = m.origin[row];
     if (k == 0)
       blocks.push_back({VecX::Constant(1, substitute(m.blocks[block].lhs[within], r.by)),
@@ -199,15 +230,7 @@ ModelPtr made_of(const ModelPtr& source, const ArrayAt& a, const ArraySelection&
     (std::find(dependent.begin(), dependent.end(), v.leaf) == dependent.end() ? options.x : options.z)
         .push_back(v.leaf);
   options.z.insert(options.z.end(), r.made.begin(), r.made.end());
-  options.trace.push_back(
-      text("array: the index is ", index, ": the equations and their derivatives up to order ", index,
-           " determine the derivatives of all unknowns; of these rows ", join(labels, ", "), " are enough."));
-  if (!options.x.empty()) options.trace.push_back("     states: " + grouped_names(options.x));
-  options.trace.push_back(text("     algebraic: ", grouped_names(options.z),
-                               ". The index is 1, every constraint is an equation, nothing drifts."));
-  options.trace.push_back(
-      "     The rows were chosen at a point of the solution; reduce(\"array\", { at = sys:init{ … } }) "
-      "chooses the rows that suit a start.");
+  tell_selection(options, m, a, s, r, index);
   return make_model(std::move(blocks), std::move(options));
 }
 

@@ -16,6 +16,8 @@
 #include "dae/reduce/reduced_forms.hpp"
 #include "dae/regularise/regularise.hpp"
 #include "expr/graph/declaration.hpp"
+#include "expr/graph/derivative.hpp"
+#include "expr/linalg/linalg.hpp"
 #include "expr/print/print.hpp"
 #include "expr/rewrite/rewrite.hpp"
 
@@ -79,7 +81,8 @@ Expr original_leaf(const Model& dummy, Expr leaf) {
 namespace {
 
 /// Every block with its derivatives; rows of a block that are differentiated differently often stand alone.
-std::vector<Block> with_derivatives(const Model& m, const Offsets& o, std::vector<std::string>& trace) {
+std::vector<Block> with_derivatives(const Model& m, const Offsets& o, std::vector<std::string>& trace,
+                                    std::vector<Expr>& highest) {
   std::vector<Block> blocks = m.blocks;  // the equations keep their numbers, derivatives follow
   std::size_t first = 0;
   for (std::size_t b = 0; b < m.blocks.size(); ++b) {
@@ -105,9 +108,13 @@ std::vector<Block> with_derivatives(const Model& m, const Offsets& o, std::vecto
                                     k == 1   ? ""
                                     : k == 2 ? " twice"
                                              : text(" ", k, " times"));
-      trace.push_back(text("dummy: ", note, ":  ", formula("0 = ", ref(right))));
+      trace.push_back(text("dummy: ", note, ":"));
+      for (std::size_t i = 0; i < rows.size(); ++i)
+        trace.push_back(text("     ", all ? labels[i] + ":  " : "", formula("0 = ", ref(rows[i]))));
       blocks.push_back({VecX::Zero(right.size()), right, note});
     }
+    for (std::size_t r = 0; r < size; ++r)
+      if (o.c[first + r] > 0) highest.push_back(residual[r]);
     first += size;
   }
   return blocks;
@@ -131,6 +138,34 @@ Substitution stand_ins(const Model& m, const DummySelection& selection, std::vec
   return s;
 }
 
+/// Why these derivatives: the differentiated equations can be solved for them.
+void tell_choice(const std::vector<Expr>& rows, const Model& m, const Offsets& o,
+                 const DummySelection& selection, std::vector<std::string>& trace) {
+  constexpr std::size_t largest = 3;
+  constexpr int widest = 80;
+  std::vector<Expr> chosen;
+  for (Expr leaf : selection.dummies)
+    for (std::size_t j = 0; j < m.variables.size(); ++j)
+      if (m.variables[j].leaf == symbol_of(leaf).base && symbol_of(leaf).order == o.d[j])
+        chosen.push_back(leaf);
+  if (chosen.empty() || chosen.size() != rows.size() || chosen.size() > largest) return;
+  const MatX J = jacobian(rows, chosen).unaryExpr([](Expr e) { return simplify(e); });
+  const Expr determinant = simplify(linalg::determinant(J));
+  if (display_width(to_text(determinant)) > widest) return;
+  const auto tell = [&](const auto&... parts) {
+    trace.push_back(told_from(Detail::full, text("     ", parts...)));
+  };
+  const std::string where =
+      exact_value(determinant) ? "" : text(" where ", formula(ref(determinant), " ≠ 0"));
+  if (chosen.size() == 1)
+    return tell("The highest derivative is linear in ", names_of(chosen), " with the coefficient ",
+                formula(ref(J(0, 0))), ": it can be solved for it", where, ".");
+  tell("The highest derivatives are linear in ", names_of(chosen), " with the Jacobian");
+  tell(formula("J = ", ref(J)));
+  tell(formula("det J = ", ref(determinant)));
+  tell("They can be solved for these unknowns", where, ".");
+}
+
 }  // namespace
 
 ModelPtr reduce_dummy(const ModelPtr& model, const DummySelection& selection) {
@@ -142,7 +177,8 @@ ModelPtr reduce_dummy(const ModelPtr& model, const DummySelection& selection) {
   ModelOptions options = child_of(source);
   options.form = "dummy";
   options.u = source->inputs;
-  std::vector<Block> blocks = with_derivatives(*source, a.offsets, options.trace);
+  std::vector<Expr> highest;
+  std::vector<Block> blocks = with_derivatives(*source, a.offsets, options.trace, highest);
   std::vector<Expr> made;
   const Substitution s = stand_ins(*source, selection, made);
   for (Block& b : blocks) {
@@ -162,11 +198,18 @@ ModelPtr reduce_dummy(const ModelPtr& model, const DummySelection& selection) {
   }
   options.z.insert(options.z.end(), made.begin(), made.end());
   options.trace.push_back(
-      text("     ", names_of(selection.dummies), " are dummy derivatives, algebraic: ", names_of(made)));
-  options.trace.push_back(text(
-      "     states in use: ", names_of(states), "; quality of the choice ", rounded(selection.quality, 3),
-      " (1 is the best there is, 0 singular). integrate() compares it with the best one "
-      "after every step and changes to that where it is twice as good (sol:switches())."));
+      told_from(Detail::full,
+                text("     Each equation is kept together with its derivatives: ", selection.dummies.size(),
+                     " equations more than unknowns. As many derivatives become algebraic unknowns:")));
+  options.trace.push_back(
+      text("     ", names_of(selection.dummies), " are replaced by the dummy derivatives ", names_of(made)));
+  tell_choice(highest, *source, a.offsets, selection, options.trace);
+  options.trace.push_back(text("     States: ", names_of(states), "."));
+  options.trace.push_back(told_from(
+      Detail::full,
+      text("     Quality of the choice ", rounded(selection.quality, 3),
+           " (1 for the best choice there is, 0 where J is singular); integrate() compares it with the best "
+           "choice after every step and changes where that is twice as good (sol:switches()).")));
   options.trace.push_back("     Every constraint is an equation, so nothing drifts; the index is 1.");
   return make_model(std::move(blocks), std::move(options));
 }
@@ -178,9 +221,9 @@ ModelPtr reduce_dummy(const ModelPtr& model, const ReduceOptions& options) {
   if (!options.at.empty()) return done;
   auto copy = std::make_shared<Model>(*done);
   copy->trace.push_back(
-      "     The states were chosen at a generic point; reduce(\"dummy\", { at = sys:init{ … } }) chooses "
-      "them at a "
-      "start.");
+      told_from(Detail::full,
+                "     The states were chosen at a generic point; reduce(\"dummy\", { at = sys:init{ … } }) "
+                "chooses them at a start."));
   return copy;
 }
 

@@ -84,6 +84,7 @@ class Dependents {
     trace.push_back(text("minimal: ", c.label, " = 0 is linear in ", ref(best->leaf), ":  ",
                          formula(ref(best->leaf), " = ", ref(phi)),
                          best->safe ? "" : ",  valid where " + formula(ref(simplify(best->slope)), " ≠ 0")));
+    tell_derivatives(best->leaf, phi);
   }
 
   /// y -> φ, y′ -> φ′ … for everything solved so far.
@@ -211,6 +212,18 @@ class Dependents {
                          formula(ref(best->leaf), " = ", ref(phi)), ",  the root of the start (",
                          formula(ref(best->leaf), " = "), rounded(at_.at(best->leaf), 6), "),  valid while ",
                          formula(ref(inside), " > 0")));
+    tell_derivatives(best->leaf, phi);
+  }
+
+  /// What y = φ says of y′ and y″.
+  void tell_derivatives(Expr leaf, Expr phi) {
+    constexpr int widest = 120;
+    const Substitution own = with_derivatives(leaf, phi);
+    for (int k = 1; k < static_cast<int>(own.size()); ++k) {
+      const Expr y = derivative_leaf(leaf, k), rate = simplify(own.at(y));
+      if (display_width(to_text(rate)) <= widest)
+        trace.push_back(told_from(Detail::full, "     " + formula(ref(y), " = ", ref(rate))));
+    }
   }
 
   [[noreturn]] void refuse(const Constraint& c, Expr e) const {
@@ -257,6 +270,20 @@ std::vector<Block> remaining(const Model& m, const std::vector<Chain>& removed, 
   return blocks;
 }
 
+/// The equations after the substitution, before multipliers are eliminated.
+void tell_equations(const std::vector<Block>& blocks, std::vector<std::string>& trace) {
+  constexpr Index most = 8;
+  constexpr int widest = 150;
+  Index rows = 0;
+  for (const Block& b : blocks) rows += b.lhs.size();
+  if (rows > most) return;
+  trace.push_back(told_from(Detail::full, "     What remains of the equations:"));
+  for (const Block& b : blocks)
+    for (Index r = 0; r < b.lhs.size(); ++r)
+      if (display_width(to_text(b.lhs[r])) + display_width(to_text(b.rhs[r])) <= widest)
+        trace.push_back(told_from(Detail::full, "     " + formula(ref(b.lhs[r]), " = ", ref(b.rhs[r]))));
+}
+
 ModelPtr eliminated(const ModelPtr& m) {
   if (m->kind == ModelKind::ode) return m;
   try {
@@ -299,11 +326,13 @@ ModelPtr reduce_minimal(const ModelPtr& model, const ReduceOptions& request) {
     if (v.order) kept.push_back(v.leaf);
   }
   options.trace = std::move(d.trace);
-  options.trace.push_back(text(
-      "     ", grouped_names(gone), gone.size() == 1 ? " and its" : " and their",
-      " derivatives are substituted everywhere; independent: ", kept.empty() ? "none" : grouped_names(kept),
-      ". The constraints hold identically, so nothing drifts."));
-  const ModelPtr small = make_model(remaining(*source, list, d), std::move(options));
+  options.trace.push_back(
+      text("     Substituting ", grouped_names(gone), gone.size() == 1 ? " and its" : " and their",
+           " derivatives leaves the coordinates ", kept.empty() ? "none" : grouped_names(kept),
+           "; the constraints hold identically, so nothing drifts."));
+  std::vector<Block> rest = remaining(*source, list, d);
+  tell_equations(rest, options.trace);
+  const ModelPtr small = make_model(std::move(rest), std::move(options));
   if (small->residuals.size() != small->variables.size())
     throw Failure(text("form \"minimal\": substituting ", grouped_names(gone), " leaves ",
                        small->residuals.size(), " equations for ", small->variables.size(),

@@ -96,9 +96,9 @@ class Elimination {
     Substitution zero;
     for (Expr w : unknowns) zero[w] = Expr(0);
     b = -column(substitute(rest, zero)).unaryExpr(tidy);
-    const VecX w = is_short_and_rational(n)   ? exact_solution(n)
-                   : is_small_and_constant(n) ? written_solution(n)
-                                              : linear_solution(A, b, definite);
+    const VecX w = is_short_and_rational(n) ? exact_solution(n)
+                   : is_small(n)            ? written_solution(n)
+                                            : linear_solution(A, b, definite);
     Substitution values;
     for (Index j = 0; j < n; ++j) values[unknowns[j]] = w[j];
     for (auto& [leaf, f] : solved) f = substitute(f, values);
@@ -112,16 +112,23 @@ class Elimination {
            std::all_of(A.begin(), A.end(), [](const Entry& e) { return exact_value(e.value) != nullptr; });
   }
 
-  /// A few unknowns with coefficients that only parameters change: a formula is what a reader expects.
-  bool is_small_and_constant(Index n) const {
+  /// A few unknowns with short coefficients: a formula is what a reader expects.
+  bool is_small(Index n) const {
     constexpr Index few = 3;
-    return n <= few && std::none_of(A.begin(), A.end(), [](const Entry& e) { return moves(e.value); }) &&
-           std::none_of(A.begin(), A.end(), [](const Entry& e) { return !is_short(e.value, 60); });
+    return n <= few && std::all_of(A.begin(), A.end(), [](const Entry& e) { return is_short(e.value, 60); });
   }
 
+  /// Written out if it stays readable. A matrix that changes along a solution has to be a mass matrix, whose
+  /// determinant is positive: any other keeps its pivots.
   VecX written_solution(Index n) {
+    constexpr int widest = 200;
+    const bool moving = std::any_of(A.begin(), A.end(), [](const Entry& e) { return moves(e.value); });
+    const bool mass_matrix = m_.mechanics && m_.mechanics->C.size() == 0;
+    if (moving && (n > 2 || !mass_matrix)) return linear_solution(A, b, definite);
     const VecX w = exact_solution(n);
-    expanded = std::all_of(w.begin(), w.end(), [](Expr e) { return is_short(e, 300); });
+    expanded = std::all_of(w.begin(), w.end(), [&](Expr e) {
+      return is_short(e, 300) && (!moving || display_width(to_text(e)) <= widest);
+    });
     return expanded ? w : linear_solution(A, b, definite);
   }
 
@@ -166,17 +173,19 @@ std::vector<std::string> derivation(const Elimination& e, const Model& low) {
   if (e.unknowns.size() < low.top_derivatives().size() + low.algebraic().size())
     lines.push_back(
         text("ode: substitute the rows that are solved for a derivative into ", join(labels, ", "), "."));
-  lines.push_back(text("ode: ", join(labels, ", "), labels.size() == 1 ? " is" : " are", " linear in w = (",
-                       grouped_names(e.unknowns), "):  A w = b"));
+  const bool one = e.unknowns.size() == 1;
+  lines.push_back(text("ode: ", join(labels, ", "), labels.size() == 1 ? " is" : " are", " linear in ",
+                       one ? formula(ref(e.unknowns[0]), ":  A ", ref(e.unknowns[0]), " = b")
+                           : text("w = (", grouped_names(e.unknowns), "):  A w = b")));
   constexpr Index widest = 8;
   if (e.b.size() <= widest) {
     MatX A = MatX::Zero(e.b.size(), e.b.size());
     for (const Entry& a : e.A) A(a.row, a.column) = a.value;
-    lines.push_back("     " + formula("A = ", ref(A)));
+    lines.push_back("     " + formula("A = ", one ? ref(A(0, 0)) : ref(A)));
     lines.push_back("     " + formula("b = ", ref(e.b)));
   }
   if (e.expanded && e.unknowns.size() > 1)
-    lines.push_back("     A does not change along a solution: w = A⁻¹ b is written out.");
+    lines.push_back("     w = A⁻¹ b is written out.");
   else if (e.unknowns.size() > 1)
     lines.push_back(text("     w = A⁻¹ b is solved numerically wherever it is needed (",
                          e.definite ? "A is symmetric and definite: L D Lᵀ" : "LU with pivoting",

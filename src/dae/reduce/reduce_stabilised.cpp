@@ -12,6 +12,8 @@
 #include "dae/regularise/regularise.hpp"
 #include "dae/structure/differentiation.hpp"
 #include "expr/print/print.hpp"
+#include "expr/rewrite/rewrite.hpp"
+#include "expr/rewrite/tidied.hpp"
 
 namespace pendula::dae {
 namespace {
@@ -82,6 +84,55 @@ void add_multipliers(std::vector<Block>& blocks, const Model& first, const std::
   }
 }
 
+/// Cq Cqᵀ, which has to be regular, and its entries where they are short.
+std::string gram_matrix(const std::vector<Chain>& positions) {
+  constexpr std::size_t most = 3;
+  constexpr int widest = 60;
+  if (positions.size() > most) return "";
+  std::vector<Expr> C, q;
+  for (const Chain& chain : positions) C.push_back(chain.below[0].residual);
+  for (Expr leaf : leaves(C))
+    if (symbol_of(leaf).kind == Kind::variable) q.push_back(leaf);
+  const MatX Cq = jacobian(C, q);
+  const MatX G = MatX(Cq * Cq.transpose()).unaryExpr([](Expr e) { return simplify(e); });
+  for (Expr e : G.reshaped())
+    if (!is_short(e, 200) || display_width(to_text(e)) > widest) return "";
+  return formula("Cq Cqᵀ = ", G.size() == 1 ? ref(G(0, 0)) : ref(G));
+}
+
+std::vector<std::string> ggl_derivation(const std::vector<Chain>& positions, const std::vector<Expr>& mu,
+                                        std::size_t equations) {
+  const bool one = positions.size() == 1;
+  std::vector<std::string> labels, lines;
+  for (const Chain& chain : positions) labels.push_back(chain.below[0].label);
+  lines.push_back(text("ggl: ", join(labels, ", "), one ? " is" : " are", " differentiated once, and ",
+                       one ? "the derivative joins" : "the derivatives join", " the equations as (",
+                       equations + 1, "):"));
+  for (const Chain& chain : positions)
+    lines.push_back(
+        text("     ", chain.below[1].label, ":  ", formula("0 = ", ref(chain.below[1].residual))));
+  lines.push_back(
+      told_from(Detail::full, text("     That makes ", mu.size(), one ? " equation" : " equations",
+                                   " more than unknowns. ", one ? "A new multiplier " : "New multipliers ",
+                                   grouped_names(mu), one ? " acts" : " act", " on q′ as z acts on v′:")));
+  lines.push_back(text("     ", formula("q′ = v - Cqᵀ μ,  Cq = ∂C/∂q")));
+  lines.push_back(
+      told_from(Detail::full,
+                "     On the exact solution μ = 0: C = 0 gives 0 = Cq q′ = Cq v - Cq Cqᵀ μ, the new equation "
+                "says Cq v = 0,"));
+  lines.push_back(told_from(
+      Detail::full, "     and Cq Cqᵀ μ = 0 implies μ = 0 where Cq has full row rank. So q′ = v, as before."));
+  if (const std::string gram = gram_matrix(positions); !gram.empty())
+    lines.push_back(told_from(Detail::every, "     " + gram));
+  lines.push_back(told_from(
+      Detail::full,
+      "     One more differentiation of C = 0 and Cq v = 0 contains Cq Cqᵀ μ and Cq W⁻¹ Cqᵀ z, which "
+      "determine μ and z."));
+  lines.push_back(
+      "     The index is 2. Both conditions are equations, so nothing drifts. Suited to Radau IIA methods.");
+  return lines;
+}
+
 }  // namespace
 
 ModelPtr reduce_ggl(const ModelPtr& model) {
@@ -93,11 +144,10 @@ ModelPtr reduce_ggl(const ModelPtr& model) {
   std::vector<Block> blocks = first->blocks;
   add_multipliers(blocks, *first, positions, mu);
   VecX velocity(static_cast<Index>(positions.size()));
-  std::vector<std::string> labels, below;
+  std::vector<std::string> below;
   for (std::size_t k = 0; k < positions.size(); ++k) {
     velocity[static_cast<Index>(k)] = positions[k].below[1].residual;
     below.push_back(positions[k].below[0].label);
-    labels.push_back(positions[k].below[1].label);
   }
   blocks.push_back({VecX::Zero(velocity.size()), velocity, text("d/dt of ", join(below, ", "))});
   ModelOptions options = child_of(first);
@@ -105,14 +155,7 @@ ModelPtr reduce_ggl(const ModelPtr& model) {
   options.drift = DriftLaw::none;
   declare_unknowns(options, *first);
   options.z.insert(options.z.end(), mu.begin(), mu.end());
-  options.trace = {
-      text("ggl: ", join(below, ", "),
-           below.size() == 1 ? " stays as it was written, and " : " stay as they were written, and ",
-           join(labels, ", "), below.size() == 1 ? " joins it" : " join", ":  ",
-           formula("0 = ", ref(velocity))),
-      text("     q′ = v - (∂C/∂q)ᵀ μ with new multipliers ", grouped_names(mu),
-           ", one for each; they vanish on the exact solution, because C = 0 and C′ = 0 imply q′ = v."),
-      "     The index is 2; both conditions are equations, so nothing drifts. Suited to Radau IIA methods."};
+  options.trace = ggl_derivation(positions, mu, first->blocks.size());
   return make_model(std::move(blocks), std::move(options));
 }
 
@@ -127,7 +170,7 @@ struct Gains {
 };
 
 Gains gains(const ReduceOptions& options) {
-  constexpr int usual = 10;  // 1/s: what is off is gone after about half a second
+  constexpr int usual = 10;  // 1/s: a violation has decayed after about half a second
   const Expr alpha = options.alpha.value_or(options.beta.value_or(Expr(usual)));
   const Gains g{alpha, options.beta.value_or(alpha), !options.alpha && !options.beta};
   for (const auto& [name, gain] : {std::pair{"alpha", g.alpha}, std::pair{"beta", g.beta}}) {
@@ -170,16 +213,17 @@ std::string law(const Chain& chain, const Gains& g) {
 std::vector<std::string> meaning(const Gains& g) {
   std::vector<std::string> lines;
   lines.push_back(text(
-      "     What is off at the start decays: ",
+      "     A violation C ≠ 0 decays ",
       g.alpha == g.beta
-          ? text("as exp(-α t), the time constant is 1/α = ", to_text(1 / g.alpha), " (critical damping)")
-          : "the roots of s² + 2αs + β² say how fast",
+          ? text("like exp(-α t), with time constant 1/α = ", to_text(1 / g.alpha), " (critical damping)")
+          : "like exp(s t) with the roots of s² + 2αs + β² = 0",
       "."));
-  lines.push_back(text("     Warning: the gains", g.chosen ? ", chosen by default," : "",
-                       " are no part of the physics. Small ones let numerical drift grow, large ones make "
-                       "the equations stiff: an explicit method needs dt·α well below 2. Choose 1/α a few "
-                       "steps long and below the time constants of the model; the multipliers of an "
-                       "inconsistent start are not those of the mechanism while it decays."));
+  lines.push_back(
+      text("     Warning: the gains", g.chosen ? ", chosen by default," : "",
+           " are not part of the physics. Small gains let numerical drift grow; large gains make the "
+           "equations stiff, and an explicit method needs α dt well below 2. Choose 1/α as a few "
+           "steps, below the time constants of the model. While the violation of an inconsistent "
+           "start decays, the multipliers are not those of the mechanism."));
   return lines;
 }
 
