@@ -309,7 +309,7 @@ TEST_CASE("dummy: the selection follows the point, and its quality falls towards
           dae::dummy_quality(p.model, foreign, at(0, 0, -1));
         }).find("the selection of dummy derivatives is of another model") != std::string::npos);
   const auto model = dae::reduce_dummy(p.model, side);
-  CHECK(dae::trace(*model).find("states in use: q₂, q₂′, q₃, q₃′") != std::string::npos);
+  CHECK(dae::trace(*model).find("States: q₂, q₂′, q₃, q₃′") != std::string::npos);
 }
 
 TEST_CASE("lineage: forms can be made of forms, and keep parameter values") {
