@@ -3,7 +3,7 @@
 
 local cluster = {}
 local seconds = { first = 0.5, most = 10 }           -- between two looks at the queue
-local most_tasks = 1000                              -- of one array: MaxArraySize is 1001 unless configured
+local most_shards = 1000                             -- the largest number in an array: MaxArraySize is 1001
 
 local function quoted(text) return "'" .. text:gsub("'", "'\\''") .. "'" end
 
@@ -54,6 +54,9 @@ function cluster.read(options)
       fail(("slurm: %s = %s; it must be a whole number of at least 1"):format(key, tostring(options[key])))
     end
   end
+  if (options.shards or 0) > most_shards then
+    fail(("slurm: shards = %d; a job array of Slurm is numbered up to %d"):format(options.shards, most_shards))
+  end
   return options
 end
 
@@ -72,12 +75,10 @@ local function list_text(numbers)
 end
 
 local function script(folder, on)
-  local lines = { "#!/bin/sh" }
+  local lines = { "#!/bin/sh", "#SBATCH --requeue" }
   local function add(option, value) lines[#lines + 1] = ("#SBATCH --%s=%s"):format(option, value) end
   add("job-name", "pendula")
   add("output", folder .. "/log.%a.%A")
-  add("requeue", "")
-  lines[#lines] = "#SBATCH --requeue"
   if on.partition then add("partition", on.partition) end
   if on.account then add("account", on.account) end
   if on.memory then add("mem", on.memory) end
@@ -155,15 +156,13 @@ local function submit_lost(file, folder, on, state)
       if not still[lost[i]] then table.remove(lost, i) end
     end
   end
-  for first = 1, #lost, most_tasks do
-    local part = table.move(lost, first, math.min(first + most_tasks - 1, #lost), 1, {})
-    local job = submit(folder, on, part)
-    for _, number in ipairs(part) do
+  if #lost > 0 then
+    jobs[#jobs + 1] = submit(folder, on, lost)
+    shards.note(file, "jobs", table.concat(jobs, " "))
+    for _, number in ipairs(lost) do
       local tries = tonumber(shards.note(file, "tries " .. number)) or 0
       shards.note(file, "tries " .. number, tostring(tries + 1))
     end
-    jobs[#jobs + 1] = job
-    shards.note(file, "jobs", table.concat(jobs, " "))
   end
   return jobs
 end
@@ -229,7 +228,7 @@ function cluster.run(file, on)
       parts[#parts + 1] = key .. " = " .. tostring(value)
     end
     table.sort(parts)
-    shards.write(file, on.shards or math.min(on.tasks or 16, most_tasks))
+    shards.write(file, on.shards or math.min(on.tasks or 16, most_shards))
     shards.note(file, "on", "return { " .. table.concat(parts, ", ") .. " }\n")
   end
   cluster.follow(file)

@@ -85,7 +85,7 @@ fields("sobol_indices", { { "names", "list", "What varies." }, { "first", "list"
 fields("morris_effects", { { "names", "list", "What varies." }, { "mu", "list", "Mean effects." },
   { "mu_star", "list", "Means of the sizes." }, { "sigma", "list", "Deviations." } })
 fields("reliability_result", { { "p", "number", "The probability." },
-  { "cov", "number", "Its coefficient of variation, estimated as if levels were independent." },
+  { "cov", "number", "Its coefficient of variation; levels count as independent, points of one chain do not." },
   { "levels", "integer", "Levels of conditional samples." }, { "runs", "integer", "Runs made." } })
 fields("chaos", { { "mean", "number", "The mean." }, { "std", "number", "The standard deviation." },
   { "loo", "number", "Leave-one-out error, a share of the variance." },
@@ -94,6 +94,84 @@ doc { name = "chaos:sobol", module = "sweep", sig = "c:sobol() -> sobol_indices"
   text = "Sobol' indices from the coefficients.", late("chaos", "indices") }
 doc { name = "chaos:__call", module = "sweep", sig = "c{ k = 1.2, … } -> number",
   text = "The value of the polynomial.", late("chaos", "value") }
+
+-- ── many fits ──────────────────────────────────────────────────────────────────────────────────────────────
+
+local function option(name, type, text, default)
+  return { name = name, type = type, text = text, default = default or "" }
+end
+local workers = option("workers", "integer", "worker processes; without it one for each processor")
+local seed_row = option("seed", "integer", "of the random numbers", "0")
+local confidence = option("confidence", "number", "of the interval", "0.95")
+
+local function of_fit(name, sig, text, options, example, gives)
+  doc { name = "fit_result:" .. name, module = "identification", sig = sig, text = text, options = options,
+    example = example, gives = gives,
+    function(r, ...)
+      parts.refits = parts.refits or include "many/refits"
+      local arguments = { ... }
+      local last = math.max(#arguments, name == "profile" and 2 or 1)
+      if name == "profile" and arguments[1] == nil then fail "profile: which parameter? write r:profile(k)" end
+      arguments[last] = plotting.arguments.check_options(name, arguments[last], options)
+      return parts.refits[name](r, table.unpack(arguments, 1, last))
+    end }
+end
+
+local decay_fit = [[
+    x, k = var "x", param("k", 1)
+    d = iddata{ y = { 2.02, 1.49, 1.09, 0.83, 0.59, 0.46 }, Ts = 1 }
+    r = fit(dae{ der(x) ~ -k*x }, { params = { k }, data = d, y = x, start = { x = 2 } })
+]]
+
+of_fit("profile", "r:profile(k [, { points = 21, range =, confidence = 0.95 }]) -> profile_result",
+  [[The least loss for each value of one parameter, the others fitted anew: p.low and p.high end where
+    N ln(V/V̂) reaches the quantile of χ² with one degree of freedom; an end that is never reached is nil and
+    the parameter not identifiable on that side. p:plot() draws it. Venzon & Moolgavkar, Appl. Statist. 37(1),
+    1988; Raue et al., Bioinformatics 25(15), 2009.]],
+  { option("points", "integer", "values of the parameter", "21"),
+    option("range", "list", "the least and the largest value; else as wide as needed"), confidence, workers },
+  decay_fit .. [[
+    p = r:profile(k)
+    print(p.low < r(k) and r(k) < p.high)]], "true")
+of_fit("bootstrap", "r:bootstrap{ runs = 200, seed = 0, confidence = 0.95 } -> bootstrap_result",
+  [[Fits to the simulated outputs plus residuals drawn with replacement: b.std, b.low and b.high (quantiles),
+    b.values of each estimate. For residuals that are independent of each other. Efron & Tibshirani, An
+    Introduction to the Bootstrap, 1993, §9.4.]],
+  { option("runs", "integer", "fits", "200"), seed_row, confidence, workers },
+  decay_fit .. [[
+    b = r:bootstrap{ runs = 40 }
+    print(b.low[1] < r(k) and r(k) < b.high[1])]], "true")
+of_fit("cross_validate", "r:cross_validate{ folds = 5 } -> cross_validation",
+  [[Each of `folds` blocks of samples is left out of one fit and predicted by it: c.rmse of what was left out,
+    c.folds by block.]],
+  { option("folds", "integer", "blocks", "5"), workers },
+  decay_fit .. "print(r:cross_validate{ folds = 3 }.rmse < 0.1)", "true")
+of_fit("starts", "r:starts{ runs = 20, spread = 1, lower =, upper =, seed = 0 } -> starts_result",
+  [[Fits from random guesses, even between lower and upper ({ k = 0.1 }) where both are given, else about the
+    estimates by factors exp(±spread): s.best is the best fit, s.minima lists what was found and how often.]],
+  { option("runs", "integer", "fits", "20"),
+    option("spread", "number", "standard deviation of the logarithm of the factor", "1"),
+    option("lower", "table", "least guesses by parameter"), option("upper", "table", "largest guesses"),
+    seed_row, workers },
+  decay_fit .. "print(#r:starts{ runs = 5 }.minima)", "1")
+
+fields("profile_result", { { "best", "number", "The estimate." },
+  { "low", "number or nil", "Begin of the interval." }, { "high", "number or nil", "End of the interval." },
+  { "values", "list", "Values of the parameter." }, { "losses", "list", "The least losses." },
+  { "level", "number", "The loss at the ends of the interval." } })
+doc { name = "profile_result:plot", module = "identification", sig = "p:plot([options]) -> figure",
+  text = "The loss against the parameter, with the level at the ends of the interval.",
+  function(self, options)
+    parts.refits = parts.refits or include "many/refits"
+    return parts.refits.plot_profile(contents("profile_result", self), options)
+  end }
+fields("bootstrap_result", { { "names", "list", "The estimates." },
+  { "std", "list", "Their standard deviations." }, { "low", "list", "Begins of their intervals." },
+  { "high", "list", "Ends of their intervals." }, { "values", "list", "All estimates, a list each." } })
+fields("cross_validation", { { "rmse", "number", "Of the samples left out." },
+  { "folds", "list", "The same by block." } })
+fields("starts_result", { { "best", "fit_result", "The best fit." },
+  { "minima", "list", "{ loss =, theta =, count = }, the best first." } })
 
 -- ── other machines ─────────────────────────────────────────────────────────────────────────────────────────
 

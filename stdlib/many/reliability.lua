@@ -75,6 +75,28 @@ local function conditional(problem, seeds, g_seeds, level, n)
   return points, g
 end
 
+-- The share p of points that are inside, and its squared coefficient of variation, (1 - p)/(p n) (1 + γ): the points
+-- of one chain, which stand `chains` apart, resemble each other (Au & Beck, 2001, eqs. 27 to 29).
+local function share_of(inside, chains)
+  local n, count = #inside, 0
+  for i = 1, n do if inside[i] then count = count + 1 end end
+  local p = count/n
+  if count == 0 then return 0, 1 elseif count == n then return 1, 0 end
+  local gamma = 0
+  for lag = chains, n - 1, chains do
+    local both = 0
+    for i = 1, n - lag do if inside[i] and inside[i + lag] then both = both + 1 end end
+    gamma = gamma + 2*(1 - lag/n)*(both/(n - lag) - p^2)/(p*(1 - p))
+  end
+  return p, (1 - p)/count*(1 + math.max(gamma, 0))
+end
+
+local function inside_of(g, level)
+  local inside = {}
+  for i = 1, #g do inside[i] = g[i] < level end
+  return inside
+end
+
 function reliability.reliability(sys, given)
   local options = {}
   for key, value in pairs(given) do options[key] = value end
@@ -95,26 +117,26 @@ function reliability.reliability(sys, given)
     points[i] = {}
     for j = 1, #problem.list do points[i][j] = normal_number(problem) end
   end
-  local g = evaluate_points(problem, points)
-  local p, square, most = 1, 0, 30
+  local g, chains = evaluate_points(problem, points), n
+  local p, square, most, keep = 1, 0, 30, math.max(1, math.floor(p0*n))
   for level = 1, most do
     local order = {}
     for i = 1, n do order[i] = i end
     table.sort(order, function(a, b) return g[a] < g[b] or (g[a] == g[b] and a < b) end)
-    local failing, keep = 0, math.max(1, math.floor(p0*n))
-    for i = 1, n do if g[i] < 0 then failing = failing + 1 end end
-    if failing >= keep or level == most then
-      local share = failing/n
-      p, square = p*share, square + (share > 0 and (1 - share)/(share*n) or 1)
-      local cov = math.sqrt(square)
-      return record("reliability_result", { p = p, cov = cov, levels = level, runs = problem.runs,
+    local border = g[order[keep]]
+    local last = border < 0 or level == most
+    local share, variance = share_of(inside_of(g, last and 0 or g[order[keep + 1]]), chains)
+    p, square = p*(last and share or keep/n), square + variance
+    if last then
+      return record("reliability_result", { p = p, cov = math.sqrt(square), levels = level,
+        runs = problem.runs,
         text = ("probability of failure %.4g (coefficient of variation about %.2g), %d levels, %d runs")
-          :format(p, cov, level, problem.runs) })
+          :format(p, math.sqrt(square), level, problem.runs) })
     end
     local seeds, g_seeds = {}, {}
     for i = 1, keep do seeds[i], g_seeds[i] = points[order[i]], g[order[i]] end
-    p, square = p*keep/n, square + (1 - keep/n)/keep
-    points, g = conditional(problem, seeds, g_seeds, g[order[keep]], n)
+    chains = keep
+    points, g = conditional(problem, seeds, g_seeds, border, n)
   end
 end
 

@@ -167,6 +167,11 @@ Point evaluate(Experiment& experiment, const GreyBoxRequest& r, const Vec& theta
 /// Minimises the squared errors of the simulation from out.theta. Steps at which the model cannot be
 /// integrated are refused; V is known to the accuracy of the integration.
 void search(Experiment& experiment, const GreyBoxRequest& r, GreyBoxFit& out, Point& at) {
+  if (out.theta.size() == 0) {
+    out.converged = true;
+    out.losses = {at.sse};
+    return;
+  }
   Vec last = out.theta;
   const auto loss = [&](Vec& theta) -> std::optional<QuadraticModel> {
     try {
@@ -189,8 +194,6 @@ void search(Experiment& experiment, const GreyBoxRequest& r, GreyBoxFit& out, Po
 }
 
 void check(const GreyBoxRequest& r) {
-  if (r.parameters.empty())
-    throw Error("params is empty: name the parameters to estimate, params = { m, L }");
   if (static_cast<Index>(r.outputs.size()) != r.data.outputs())
     throw Error(text("y names ", r.outputs.size(), " expression(s), but the data has ", r.data.outputs(),
                      " output(s)"));

@@ -48,7 +48,8 @@ struct GreyBoxFit {
   std::string ending;        ///< of a search that did not converge, in words
   std::string method, form;  ///< of the integration; the reduced form, or ""
 };
-/// Initial values that the start leaves open are estimated too, after the parameters.
+/// Initial values that the start leaves open are estimated too, after the parameters. Without any parameter the model
+/// is simulated and compared.
 /// throws Error for names that are no parameters, sizes, a start that cannot be made; Failure when the model
 /// cannot be integrated at the first guess. Cost: one integration with sensitivities per step.
 GreyBoxFit fit(const GreyBoxRequest& request);

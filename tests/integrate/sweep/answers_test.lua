@@ -93,6 +93,16 @@ test("a small probability by subset simulation", function()
       limit_state = x - limit, runs = 2000, seed = 1, rtol = 1e-8 })
     expect(r.p/exact):near(1, 0.35)
   end
+  -- The coefficient of variation against that of repetitions (16 of them tell it to about 40 %).
+  local sum, squares, reported, n = 0, 0, 0, 16
+  for seed = 1, n do
+    local one = reliability(decay, { start = { x = 1 }, to = 1, params = { k = normal(1, 0.1) },
+      limit_state = x - 0.27, runs = 300, rtol = 1e-6, seed = seed })
+    sum, squares, reported = sum + one.p, squares + one.p^2, reported + one.cov/n
+  end
+  local exact = 1 - normal(1, 0.1):cdf(-math.log(0.27))
+  expect(sum/n/exact):near(1, 2*reported/math.sqrt(n))
+  expect(math.sqrt(squares/n - (sum/n)^2)/(sum/n)/reported):near(1, 0.4)
   expect(function() reliability(decay, { start = { x = 1 }, to = 1, params = { k = { 1, 2 } },
     limit_state = x }) end)
     :fails "no distribution"

@@ -111,6 +111,8 @@ int fit(Call& call) {
   if (!held) throw Error(text("data must be iddata, got ", describe(L, -1)));
   r.data = *static_cast<const sysid::IdData*>(held->get());
   r.parameters = to_leaves(L, o.push("params"), "params", everything(*r.model));
+  if (r.parameters.empty())
+    throw Error("params is empty: name the parameters to estimate, params = { m, L }");
   if (lua_type(L, o.push("y")) == LUA_TSTRING) {
     r.outputs = to_leaves(L, lua_gettop(L), "y", known_leaves(*r.model));
   } else {
@@ -176,6 +178,47 @@ int estimate(Call& call) {
   return push_value(call.L, Mat(values));
 }
 
+/// A parameter that keeps its value: of the model, or the initial value of a state.
+void hold_fixed(GreyBoxRequest& r, Expr leaf, double value) {
+  const auto at = std::find(r.parameters.begin(), r.parameters.end(), leaf);
+  if (at == r.parameters.end())
+    throw Error(text("fixed: ", to_text(leaf), " was not estimated; only what was can be held"));
+  const Index i = at - r.parameters.begin(), behind = r.guess.size() - i - 1;
+  r.parameters.erase(at);
+  r.guess.segment(i, behind) = r.guess.tail(behind).eval();
+  r.guess.conservativeResize(i + behind);
+  if (symbol_of(leaf).kind == Kind::parameter)
+    r.start.parameters[leaf] = Expr(value);
+  else
+    r.start.fix.emplace_back(leaf, value);
+}
+
+int refit(Call& call) {
+  const GreyBoxFit& f = fit_of(call);
+  GreyBoxRequest r = f.request;
+  const Options o = call.options(2);
+  r.guess = f.theta;
+  if (o.has("y")) {
+    const Mat y = to_data(call.L, o.push("y"), "y");
+    if (y.rows() != r.data.y.rows() || y.cols() != r.data.y.cols())
+      throw Error(text("y must have the shape of the data, ", r.data.y.rows(), "×", r.data.y.cols(), ", got ",
+                       y.rows(), "×", y.cols()));
+    r.data.y = y;
+  }
+  const auto leaves = [&](const char* key) {
+    return o.has(key) ? to_symbol_numbers(call.L, o.push(key), key, everything(*r.model))
+                      : std::vector<std::pair<Expr, double>>();
+  };
+  for (const auto& [leaf, value] : leaves("guess")) {
+    const auto at = std::find(r.parameters.begin(), r.parameters.end(), leaf);
+    if (at == r.parameters.end()) throw Error(text("guess: ", to_text(leaf), " was not estimated"));
+    r.guess[at - r.parameters.begin()] = value;
+  }
+  for (const auto& [leaf, value] : leaves("fixed")) hold_fixed(r, leaf, value);
+  lua_settop(call.L, call.count());
+  return call.push(std::make_shared<const GreyBoxFit>(sysid::fit(r)));
+}
+
 int to_text_(Call& call) { return call.push(sysid::describe(fit_of(call))); }
 
 const OptionTable fit_options = {
@@ -192,6 +235,12 @@ const OptionTable fit_options = {
     {"atol", "number", "1e-10", "absolute tolerance of the integration"},
     {"iterations", "integer", "100", "most steps of Gauss-Newton"},
     {"from", "number", "0", "the time of the first sample, in s"},
+};
+
+const OptionTable refit_options = {
+    {"fixed", "table", "", "parameters that are held: { k = 0.3 }", "@parameters"},
+    {"guess", "table", "", "where the search begins; else at the estimates", "@parameters"},
+    {"y", "matrix", "", "other outputs at the same samples; nan is missing"},
 };
 
 }  // namespace
@@ -239,6 +288,15 @@ extern const Module grey_box_module = {
         {"fit_result#data", data, "r.data -> iddata", "The data.", "", ""},
         {"fit_result#unidentifiable", unidentifiable, "r.unidentifiable -> list",
          "Free combinations in words.", "", ""},
+        {"fit_result:refit", refit, "r:refit{ fixed =, guess =, y = } -> fit_result",
+         "The same fit once more with some parameters held, from another guess, or to other outputs.",
+         R"(
+            x, k = var "x", param("k", 1)
+            sys = dae{ der(x) ~ -k*x }
+            d = iddata{ y = { 1, 0.7, 0.5, 0.36 }, Ts = 1 }
+            r = fit(sys, { params = { k, x }, data = d, y = x })
+            print(r:refit{ fixed = { x = 1 } }.loss >= r.loss))",
+         "true", &refit_options},
         {"fit_result:__call", estimate, "r(m) -> number", "The estimate of a parameter by symbol or name.",
          "", ""},
         {"fit_result:__tostring", to_text_, "print(r)", "Estimates ± standard deviation, loss, fit.", "", ""},
