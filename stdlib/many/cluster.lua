@@ -55,7 +55,7 @@ function cluster.read(options)
     end
   end
   if (options.shards or 0) > most_shards then
-    fail(("slurm: shards = %d; a job array of Slurm is numbered up to %d"):format(options.shards, most_shards))
+    fail(("slurm: shards = %d; a job array is numbered up to %d"):format(options.shards, most_shards))
   end
   return options
 end

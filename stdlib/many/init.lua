@@ -85,7 +85,7 @@ fields("sobol_indices", { { "names", "list", "What varies." }, { "first", "list"
 fields("morris_effects", { { "names", "list", "What varies." }, { "mu", "list", "Mean effects." },
   { "mu_star", "list", "Means of the sizes." }, { "sigma", "list", "Deviations." } })
 fields("reliability_result", { { "p", "number", "The probability." },
-  { "cov", "number", "Its coefficient of variation; levels count as independent, points of one chain do not." },
+  { "cov", "number", "Its coefficient of variation; levels count as independent." },
   { "levels", "integer", "Levels of conditional samples." }, { "runs", "integer", "Runs made." } })
 fields("chaos", { { "mean", "number", "The mean." }, { "std", "number", "The standard deviation." },
   { "loo", "number", "Leave-one-out error, a share of the variance." },
@@ -111,7 +111,7 @@ local function of_fit(name, sig, text, options, example, gives)
       parts.refits = parts.refits or include "many/refits"
       local arguments = { ... }
       local last = math.max(#arguments, name == "profile" and 2 or 1)
-      if name == "profile" and arguments[1] == nil then fail "profile: which parameter? write r:profile(k)" end
+      if name == "profile" and arguments[1] == nil then fail "profile: which parameter? r:profile(k)" end
       arguments[last] = plotting.arguments.check_options(name, arguments[last], options)
       return parts.refits[name](r, table.unpack(arguments, 1, last))
     end }

@@ -1,5 +1,5 @@
--- Many fits of one model: from other guesses, with a parameter held, to other data. Each is a call of r:refit in a
--- worker process; what comes back are its loss and its estimates.
+-- Many fits of one model: from other guesses, with a parameter held, to other data. Each is a call of r:refit
+-- in a worker process; what comes back are its loss and its estimates.
 local refits = {}
 
 -- loss and estimates of n fits; what(i) gives the options of r:refit. Fits that fail are counted.
@@ -116,8 +116,8 @@ function refits.profile(r, parameter, given)
       better.loss, r.loss, r.names[place], better.value)
   end
   if failed > 0 then lines[#lines + 1] = ("  %d fits failed"):format(failed) end
-  return record("profile_result", { name = r.names[place], best = best, low = from, high = to, values = values,
-    losses = losses, level = r.loss*math.exp(limit^2/N), failed = failed, text = table.concat(lines, "\n") })
+  return record("profile_result", { name = r.names[place], best = best, low = from, high = to,
+    values = values, losses = losses, level = r.loss*math.exp(limit^2/N), failed = failed, text = table.concat(lines, "\n") })
 end
 
 function refits.plot_profile(p, options)
@@ -129,8 +129,8 @@ end
 
 -- ── bootstrap ──────────────────────────────────────────────────────────────────────────────────────────────
 
--- Residuals of each output about their mean, as large as the noise: a fit with d estimates makes them smaller by
--- √(1 - d/N) (Efron & Tibshirani, 1993, §9.4).
+-- Residuals of each output about their mean, as large as the noise: a fit with d estimates makes them
+-- smaller by √(1 - d/N) (Efron & Tibshirani, 1993, §9.4).
 local function noise_of(r)
   local y, list, N = r.data.y, {}, #r.residuals
   local growth = math.sqrt(N/(N - r.rank))
@@ -221,8 +221,9 @@ function refits.cross_validate(r, given)
     folds[i] = math.sqrt(one[1]/one[2])
   end
   local rmse, own = math.sqrt(square/count), math.sqrt(r.loss)
-  return record("cross_validation", { rmse = rmse, folds = folds, text = ("cross-validation in %d blocks: RMSE "
-    .. "%.6g of samples left out, %.6g of samples fitted"):format(options.folds, rmse, own) })
+  return record("cross_validation", { rmse = rmse, folds = folds,
+    text = ("cross-validation in %d blocks: RMSE %.6g of samples left out, %.6g of samples fitted"):format(
+      options.folds, rmse, own) })
 end
 
 -- ── several starts ─────────────────────────────────────────────────────────────────────────────────────────

@@ -75,8 +75,8 @@ local function conditional(problem, seeds, g_seeds, level, n)
   return points, g
 end
 
--- The share p of points that are inside, and its squared coefficient of variation, (1 - p)/(p n) (1 + γ): the points
--- of one chain, which stand `chains` apart, resemble each other (Au & Beck, 2001, eqs. 27 to 29).
+-- The share p of points that are inside, and its squared coefficient of variation, (1 - p)/(p n) (1 + γ): the
+-- points of one chain, which stand `chains` apart, resemble each other (Au & Beck, 2001, eqs. 27 to 29).
 local function share_of(inside, chains)
   local n, count = #inside, 0
   for i = 1, n do if inside[i] then count = count + 1 end end
