@@ -67,14 +67,21 @@ class Solver {
     scale_ = scale_.cwiseMax(J_.colwise().norm().transpose());
     for (double& s : scale_)
       if (s == 0) s = 1;
+    if (run_.x.size() == 1 && J_.allFinite()) rank_at_start_ = rank_of_jacobian();
   }
-  /// Steps become small where some unknown has no influence any more, though ‖R‖ is larger than at the start.
-  bool has_run_away() const {
-    if (!(R_.norm() > 10 * run_.norm.front())) return false;
+  int rank_of_jacobian() const {
     Eigen::ColPivHouseholderQR<Mat> qr;
     qr.setThreshold(rank_threshold);
     qr.compute(J_ * scale_.cwiseInverse().asDiagonal());
-    return qr.rank() < f_.n();
+    return static_cast<int>(qr.rank());
+  }
+  /// Steps become small where unknowns have lost their influence, though ‖R‖ is larger than at the start or the
+  /// iterates are far away.
+  bool has_run_away() const {
+    constexpr double far = 1e6;
+    if (!(R_.norm() > 10 * run_.norm.front()) && !(x_.norm() > far * (1 + run_.x.front().norm())))
+      return false;
+    return rank_of_jacobian() < rank_at_start_;
   }
   double noise() const { return 8 * eps * (J_.cwiseAbs() * x_.cwiseAbs()).norm(); }
 
@@ -216,6 +223,7 @@ class Solver {
   Vec x_, R_;
   Mat J_;
   Vec trial_R_, scale_;
+  int rank_at_start_ = 0;
   double lambda_ = 1e-3;
   GaussNewtonRun run_;
 };

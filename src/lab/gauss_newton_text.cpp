@@ -126,10 +126,14 @@ std::string ending_text(const NumericFunction& f, const GaussNewtonRun& run) {
     return text("Stopped: R or ∂R/∂x is not finite beyond iterate ", run.iterations(),
                 what.empty() ? "" : "; ", what, ". Start where R is defined.");
   }
-  if (run.status == "diverged")
+  if (run.status == "diverged") {
+    const bool residual = run.norm.back() > 10 * run.norm.front();
     return text(
-        "Diverged: ‖R‖ has grown from ", rounded(run.norm.front(), 3), " to ", rounded(run.norm.back(), 3),
+        "Diverged: ", residual ? "‖R‖" : "‖x‖", " has grown from ",
+        rounded(residual ? run.norm.front() : run.x.front().norm(), 3), " to ",
+        rounded(residual ? run.norm.back() : run.x.back().norm(), 3),
         ", where not all unknowns have an influence on R. Use alpha = \"line search\", or start elsewhere.");
+  }
   if (run.status == "stalled")
     return text("Stalled: no step from iterate ", run.iterations(),
                 " makes ‖R‖ = ", rounded(run.norm.back(), 6),

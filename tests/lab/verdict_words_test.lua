@@ -43,3 +43,13 @@ test("models that are not square are called by their names", function()
   expect(tostring(dae { der(x) + der(y) ~ x })):matches "under%-determined: 1 equation for 2 unknowns"
   expect(tostring(dae { der(x) ~ x, x ~ 1 })):matches "over%-determined: 2 equations for 1 unknown"
 end)
+
+test("Gauss-Newton whose unknowns lose their influence far away has diverged, whether ‖R‖ grows or not",
+  function()
+  local a, b = vars "a b"
+  local run = gauss_newton { R = { a*exp(b) - 1, a*exp(2*b) - 3, a*exp(3*b) - 9.5 }, x = { a, b },
+    start = { -0.5, 0.5 },
+    alpha = 1 }
+  expect(run.converged):equals(false)
+  expect(tostring(run)):matches "Diverged: ‖x‖ has grown from 0.707 to"
+end)
