@@ -50,7 +50,9 @@ local function symbols_of_composites(scope, found)
   local d = data(scope)
   if d.class.items or #d.parts > 0 then
     for _, entry in ipairs(d.equations) do
-      for _, symbol in ipairs(symbols(entry[1])) do found[symbol] = true end
+      if entry[2] == nil then                        -- connections have a note
+        for _, symbol in ipairs(symbols(entry[1])) do found[symbol] = true end
+      end
     end
   end
   for _, sub in ipairs(d.parts) do symbols_of_composites(sub, found) end
@@ -90,6 +92,16 @@ local function check_own_pins(top)
   end
 end
 
+-- Inputs that a connection drives and that an equation of a composite speaks of as well.
+local function driven_and_said(top)
+  local found, words = symbols_of_composites(top, {}), {}
+  for symbol, how in pairs(data(top).driven or {}) do
+    if found[symbol] then words[#words + 1] = ("%s, which %s drives"):format(tostring(symbol), how) end
+  end
+  table.sort(words)
+  return words
+end
+
 -- Equations that are too many or too few, by the parts they are in.
 local function check_count(top, all)
   local rows, unknowns, seen = 0, 0, {}
@@ -102,6 +114,11 @@ local function check_count(top, all)
   end
   count(top)
   if rows == unknowns then return end
+  local twice = rows > unknowns and driven_and_said(top) or {}
+  if #twice > 0 then
+    fail(("the model has %d equations for %d unknowns: its own equations contain %s; a signal has one source")
+      :format(rows, unknowns, table.concat(twice, ", ")))
+  end
   local words = {}
   local function explain(scope)
     local d = data(scope)

@@ -41,15 +41,28 @@ local function placed_pin(scope, pin)
   return names.navigate(places[1], rest)
 end
 
+-- What is inside a part has been connected there; a part has connectors of its own for what is around it.
+local function own_pin(scope, pin)
+  local at = pin_data(pin).scope
+  if at == scope or data(at).parent == scope then return pin end
+  local whole = data(at).parent
+  while data(whole).parent and data(whole).parent ~= scope do whole = data(whole).parent end
+  fail(("connect: %s is inside %s; give %s a connector of its own and connect that one: p = %s kind, "
+    .. "connect(\"p\", \"%s\") in %s, then connect(\"%s.p\", …)"):format(describe(pin), scopes.title(whole),
+    scopes.title(whole), pin_data(pin).kind.name,
+    pin_data(pin).path:sub(#data(whole).path + 2), scopes.title(whole), data(whole).name))
+end
+
 -- An end of a connection as a connector or an expression of this place.
 local function resolve(scope, e)
   if type(e) == "string" then
     local found = names.navigate(scope, e)
-    if scopes.is_pin(found) or object_type(found) == "expr" then return found end
+    if scopes.is_pin(found) then return own_pin(scope, found) end
+    if object_type(found) == "expr" then return found end
     fail(("connect: %s has no connector '%s'"):format(scopes.title(scope), e)
       .. (scopes.is(found) and "; that is a whole part: name one of its connectors" or ""))
   end
-  if scopes.is_pin(e) then return placed_pin(scope, e) end
+  if scopes.is_pin(e) then return own_pin(scope, placed_pin(scope, e)) end
   return names.translate(scope, e)
 end
 
@@ -76,25 +89,33 @@ local function check_kinds(a, b)
     units(kb)))
 end
 
--- Inputs and outputs: the second and every further end equals the first output, or the first end.
-local function join_signals(scope, ends, connection)
-  local d = data(scope)
-  local source, driver = nil, nil
+-- Inputs and outputs. What gives the others their value: an output, a number, an expression, t or an input of
+-- the model; else a variable that is no input of a part in here; else the first end.
+local function source_of(scope, ends)
+  local driver, weak
   for _, e in ipairs(ends) do
     if scopes.is_pin(e) then
       fail(("connect: %s is a connector and %s a signal"):format(describe(e),
         tostring(ends[1] == e and ends[2] or ends[1])))
     end
-    local output = joints.outputs(scope)[e]
-    if output or type(e) == "number" or #symbols(e) ~= 1 then
+    local of_part = joints.signals(scope, "outputs")[e]
+    if of_part == scope then of_part = nil end           -- its own output: from in here it gets its value
+    local known = type(e) == "number" or e.kind == "time" or e.kind == "input" or #symbols(e) ~= 1
+    if of_part or known then
       if driver then
         fail(("connect: %s and %s are both outputs: an input has one source"):format(tostring(driver),
           tostring(e)))
       end
       driver = e
     end
+    local input = joints.signals(scope, "inputs")[e]
+    if not weak and (not input or input == scope) then weak = e end
   end
-  source = driver or ends[1]
+  return driver or weak or ends[1]
+end
+
+local function join_signals(scope, ends, connection)
+  local d, source = data(scope), source_of(scope, ends)
   for _, e in ipairs(ends) do
     if e ~= source then
       d.equations[#d.equations + 1] = { e ~ source, tostring(connection) }
@@ -104,20 +125,21 @@ local function join_signals(scope, ends, connection)
   end
 end
 
--- The outputs of all parts of the model, symbol -> true.
-function joints.outputs(scope)
+-- The outputs or inputs of all parts of the model, symbol -> scope.
+function joints.signals(scope, which)
   local top = scope
   while data(top).parent do top = data(top).parent end
   local d = data(top)
-  if d.all_outputs then return d.all_outputs end
-  local all = {}
-  local function collect(at)
-    for symbol in pairs(data(at).outputs or {}) do all[symbol] = true end
-    for _, sub in ipairs(data(at).parts) do collect(sub) end
+  if d.all_outputs == nil then
+    d.all_outputs, d.all_inputs = {}, {}
+    local function collect(at)
+      for symbol in pairs(data(at).outputs or {}) do d.all_outputs[symbol] = at end
+      for _, given in ipairs(data(at).inputs) do d.all_inputs[given.symbol] = at end
+      for _, sub in ipairs(data(at).parts) do collect(sub) end
+    end
+    collect(top)
   end
-  collect(top)
-  d.all_outputs = all
-  return all
+  return which == "outputs" and d.all_outputs or d.all_inputs
 end
 
 function joints.drive(scope, symbol, how)

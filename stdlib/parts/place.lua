@@ -140,8 +140,9 @@ end
 place.add_own = add_own
 
 local absorb
+local most_nested = 100         -- lists inside lists
 
-local function add_item(scope, item, i)
+local function add_item(scope, item, i, depth)
   local kind = object_type(item)
   if kind == "equation" then return add_equation(scope, item) end
   if type(item) == "table" and getmetatable(item) == "connection" then
@@ -151,7 +152,7 @@ local function add_item(scope, item, i)
   end
   if type(item) == "table" and getmetatable(item) == nil then
     if item.when ~= nil then return scope:event(item) end
-    return absorb(scope, item)
+    return absorb(scope, item, depth + 1)
   end
   local part = scopes.as_part(item, "entry " .. i)
   if not part then
@@ -206,18 +207,23 @@ local function note_law(d, item)
 end
 
 -- Parts first, then connections and equations in order, then what is said about the start.
-function absorb(scope, items)
+function absorb(scope, items, depth)
+  depth = depth or 0
+  if depth > most_nested then
+    fail(("%s has lists inside lists, more than %d levels deep: does a list contain itself?"):format(
+      scopes.title(scope), most_nested))
+  end
   for _, entry in ipairs(named_entries(items)) do scopes.set(scope, entry.key, entry.value) end
   local n = 0
   for key in pairs(items) do if math.type(key) == "integer" then n = math.max(n, key) end end
   for i = 1, n do
     local item = items[i]
     if item == nil then fail(("entry %d of %s is nil"):format(i, scopes.title(scope))) end
-    if scopes.as_part(item, "") then add_item(scope, item, i) end
+    if scopes.as_part(item, "") then add_item(scope, item, i, depth) end
   end
   for i = 1, n do note_law(data(scope), items[i]) end
   for i = 1, n do
-    if not scopes.as_part(items[i], "") then add_item(scope, items[i], i) end
+    if not scopes.as_part(items[i], "") then add_item(scope, items[i], i, depth) end
   end
   add_options(scope, items)
 end
@@ -247,7 +253,9 @@ local function fill(scope)
     if d.class.ports then d.class.ports(scope) end
   else
     local list = d.class.body(scope)
-    if object_type(list) == "equation" then list = { list } end
+    if object_type(list) == "equation" or type(list) == "table" and getmetatable(list) == "connection" then
+      list = { list }
+    end
     if list ~= nil and (type(list) ~= "table" or getmetatable(list) ~= nil) then
       fail(("component %s: its function must return a list of equations and connections, not a %s"):format(
         d.class.name,

@@ -216,9 +216,14 @@ function scopes.new(part, name, parent)
   local depth = p and p.depth + 1 or 0
   local class = part and rawget(part, P).class or {}
   if depth > deepest then
-    fail(("parts inside parts, more than %d levels deep: %s. Does the component %s contain itself?"):format(
-      deepest,
-      #path > 60 and path:sub(1, 60) .. "…" or path, class.name or "?"))
+    local again, up = 0, parent
+    while up do
+      again = again + (rawget(up, P).class == class and 1 or 0)
+      up = rawget(up, P).parent
+    end
+    fail(("parts inside parts, more than %d levels deep: %s.%s"):format(deepest,
+      #path > 60 and path:sub(1, 60) .. "…" or path,
+      again > 1 and (" Does the component %s contain itself?"):format(class.name) or ""))
   end
   return setmetatable({ [P] = {
     path = path, part = part, class = class, parent = parent, depth = depth, root = parent == nil,

@@ -185,3 +185,16 @@ test("a factor that is a number at the values of the parameters, and points at w
     connect("K.b", "B.flange") }
   expect(train:integrate{ to = 3 }(train.B.w, 3)):near(5, 1e-5)
 end)
+
+test("connections of signals: t and expressions drive several inputs, outputs pass through", function()
+  local s = components.signals
+  local m = model { a = s.integrator{}, b = s.integrator{ k = 2 }, connect("a.u", t), connect("b.u", t) }
+  expect(m:integrate{ to = 2 }(m.a.y + m.b.y, 2)):near(6, 1e-6)
+  local twice = component("twice", {}, function(self)
+    self.first, self.second = s.gain{ k = 2 }, s.gain{ k = 3 }
+    local u, y = self:input "u", self:output "y"
+    return { connect(u, self.first.u), connect(self.first.y, self.second.u), connect(self.second.y, y) }
+  end)
+  local chain = model { x = twice{}, z = s.integrator{}, connect("x.u", 1), connect("x.y", "z.u") }
+  expect(chain:integrate{ to = 1 }(chain.z.y, 1)):near(6, 1e-6)
+end)

@@ -7,6 +7,7 @@
 #include "base/decompositions.hpp"
 #include "base/error.hpp"
 #include "base/text.hpp"
+#include "dae/model/lineage.hpp"
 #include "dae/singular/singularity_conditions.hpp"
 #include "dae/start/start_system.hpp"
 #include "expr/print/print.hpp"
@@ -214,6 +215,19 @@ std::vector<std::string> violations(const StartSystem& s, const Conflict& confli
   return lines;
 }
 
+/// Fixed values of what the equations give as a number.
+std::vector<std::string> given_by_equations(const StartSystem& s, const Conflict& conflict) {
+  std::vector<std::string> lines;
+  for (std::size_t i : conflict.fixes) {
+    if (!unknowns_in(s, s.rows[i]).empty()) continue;
+    const auto& [leaf, value] = s.request.fix[i - s.first_fix];
+    const double excess = pendula::evaluate({&s.rows[i], 1}, s.known)[0];
+    lines.push_back(text("the equations give ", to_text(leaf), " = ", to_text(resolve(s.model, leaf)), " = ",
+                         rounded(value + excess, 6)));
+  }
+  return lines;
+}
+
 // ── freedom ──
 
 /// "(x, y) may move along (1, -2)", one line for every direction, each with its own recommended unknown.
@@ -343,7 +357,8 @@ void explain_conflict(const ModelPtr& model, const StartSystem& s, const StartSo
   const Conflict conflict = smallest_conflict(s, failed);
   std::vector<std::string> fixes;
   for (std::size_t i : conflict.fixes) fixes.push_back(s.label(i));
-  const auto violated = violations(s, conflict);
+  auto violated = violations(s, conflict);
+  if (violated.empty()) violated = given_by_equations(s, conflict);
   const std::string lines = violated.empty() ? "" : "\n  violated: " + join(violated, "\n            ");
   throw Error(text(
       "the fixed values contradict each other and the constraints.\n  conflict: ", join(fixes, ", "), lines,

@@ -31,6 +31,21 @@ bool has_unknown(const Model& m, std::size_t row) {
   return false;
 }
 
+/// " of R, C, connect(R.p, C.p)": the parts and connections that these equations are from, where they are known.
+std::string origins(const Model& m, const std::vector<int>& rows) {
+  std::vector<std::string> notes;
+  for (int i : rows) {
+    const std::string& note = m.blocks[m.origin[i].first].note;
+    if (!note.empty() && std::find(notes.begin(), notes.end(), note) == notes.end()) notes.push_back(note);
+  }
+  if (notes.empty()) return "";
+  if (notes.size() > listed) {
+    notes.resize(listed);
+    notes.push_back("…");
+  }
+  return " of " + join(notes, ", ");
+}
+
 /// With these unknowns as inputs, do the equations determine the rest? There is a transversal, and the system
 /// Jacobian has full generic rank.
 bool determined_without(const Model& m, const std::vector<int>& given) {
@@ -75,7 +90,7 @@ std::vector<std::string> balance_lines(const Model& m, const Blocks& blocks) {
   std::vector<std::string> lines;
   const auto part = [&](const char* what, const Part& p) {
     return text(what, ": ", counted(p.rows.size(), "equation"), p.rows.empty() ? "" : " ",
-                equation_list(m, p.rows), " for ", counted(p.columns.size(), "unknown"),
+                equation_list(m, p.rows), origins(m, p.rows), " for ", counted(p.columns.size(), "unknown"),
                 p.columns.empty() ? "" : " ", unknown_list(m, p.columns));
   };
   std::vector<int> bare;  // they belong to the over-determined part, but what is wrong with them is plainer
@@ -101,9 +116,11 @@ std::string imbalance(const Model& m) {
           ? "the model is structurally singular: some equations cannot all determine unknowns"
           : text("the model has ", counted(equations, "equation"), " for ", counted(unknowns, "unknown"));
   for (const std::string& line : balance_lines(m, blocks)) out += "\n  " + line;
-  if (!blocks.over.rows.empty())
+  if (!blocks.over.rows.empty() && origins(m, blocks.over.rows).empty())
     out +=
         "\n  Remove one of the equations that are too many, or declare what should follow from it with var.";
+  else if (!blocks.over.rows.empty())
+    out += "\n  These parts fix the same quantity twice: remove one, or put another part between them.";
   if (blocks.under.columns.empty()) return out;
   std::vector<std::string> calls;
   std::vector<int> given = possible_inputs(m, blocks);

@@ -177,15 +177,22 @@ static dae::ConsistentStatePtr translated_states(const dae::ConsistentStatePtr& 
   return result;
 }
 
-/// Has the model states, and says nothing about their values?
-static bool needs_start(const dae::Model& model) {
-  return model.start_values.empty() &&
-         std::any_of(model.variables.begin(), model.variables.end(), [](const auto& v) { return v.order > 0; });
+/// States of which nothing is known where the user gives no start: all of them, or none.
+static std::vector<Expr> without_start(const dae::Model& model) {
+  return model.start_values.empty() ? model.states() : std::vector<Expr>();
+}
+
+[[noreturn]] static void refuse_without_start(std::vector<Expr> states) {
+  constexpr std::size_t most = 6;
+  const bool more = states.size() > most;
+  states.resize(std::min(states.size(), most));
+  throw Error(text("needs a start: start = sys:init{ fix = { … } }, or a table start = { x = 1 }; ",
+                   "nothing gives a value to ", dae::grouped_names(states), more ? ", …" : ""));
 }
 
 dae::ConsistentStatePtr read_start(lua_State* L, const Options& options, const dae::ModelPtr& model) {
-  if (!options.has("start") && needs_start(*model))
-    throw Error("needs a start: start = sys:init{ fix = { … } }, or a table start = { x = 1 }");
+  if (const std::vector<Expr> open = without_start(*model); !options.has("start") && !open.empty())
+    refuse_without_start(open);
   const int index = options.push("start");
   if (lua_isuserdata(L, index)) {
     const auto* held = object_at(L, index, TypeName<dae::ConsistentState>::value);

@@ -1,0 +1,50 @@
+-- Elimination leaves what one would write by hand, and takes time in proportion to the number of parts.
+local e, h = components.electrical, components.thermal
+
+local function ladder(n)
+  local R, L, C, list, low = {}, {}, {}, {}, { "V.n", "gnd.p" }
+  for k = 1, n do
+    R[k], L[k], C[k] = e.resistor{}, e.inductor{ i0 = 0 }, e.capacitor{ v0 = 0 }
+    list[#list + 1] = connect(("R[%d].n"):format(k), ("L[%d].p"):format(k))
+    local node = { ("L[%d].n"):format(k), ("C[%d].p"):format(k) }
+    if k < n then node[3] = ("R[%d].p"):format(k + 1) end
+    list[#list + 1] = connect(table.unpack(node))
+    low[#low + 1] = ("C[%d].n"):format(k)
+  end
+  list[#list + 1] = connect(table.unpack(low))
+  list[#list + 1] = connect("V.p", "R[1].p")
+  return model { V = e.source{ v = 1 }, R = R, L = L, C = C, gnd = e.ground{}, list }
+end
+
+local function rod(n)
+  local c, g, list = {}, { h.conductor{ G = n } }, { connect("hot.port", "g[1].a") }
+  for k = 1, n do
+    c[k], g[k + 1] = h.capacity{ C = 1/n, T0 = 300 }, h.conductor{ G = n }
+    list[#list + 1] = connect(("g[%d].b"):format(k), ("c[%d].port"):format(k), ("g[%d].a"):format(k + 1))
+  end
+  list[#list + 1] = connect(("g[%d].b"):format(n + 1), "cold.port")
+  return model { hot = h.temperature{ T = 400 }, cold = h.temperature{ T = 300 }, c = c, g = g, list }
+end
+
+test("ladders and rods become the equations of their states", function()
+  for _, n in ipairs { 1, 7, 40 } do
+    expect(#ladder(n):dae().equations):equals(2*n)
+    expect(ladder(n):dae().kind):equals "ODE"
+    expect(#rod(n):dae().equations):equals(n)
+    expect(tostring(rod(n):dae().equations[1]):find("g[2].G", 1, true) ~= nil or n == 1):is_true()
+  end
+end)
+
+test("four times as many parts take four times as long, about", function()
+  local function seconds(make, n)
+    collectgarbage()
+    local before = os.clock()
+    make(n):dae()
+    return os.clock() - before
+  end
+  for _, make in ipairs { ladder, rod } do
+    make(10):dae()
+    local few, many = seconds(make, 150), seconds(make, 600)
+    expect(many/few < 8):is_true()
+  end
+end)

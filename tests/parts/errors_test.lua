@@ -1,0 +1,97 @@
+-- What is wrong with a model of parts is said by path, with a remedy.
+local e, l, s = components.electrical, components.translational, components.signals
+local h, w = components.thermal, components.hydraulic
+
+local function fails(items, ...)
+  for _, words in ipairs { ... } do
+    expect(function()
+      local m = model(items)
+      m:index()
+      m:integrate{ to = 1 }
+    end):fails(words)
+  end
+end
+
+test("sources that contradict each other are named with their connections", function()
+  fails({ V = e.source{ v = 1 }, W = e.source{ v = 2 }, g = e.ground{}, connect("V.p", "W.p"),
+    connect("V.n", "W.n", "g.p") }, "of V, W, g, connect(V.p, W.p)",
+      "remove one, or put another part between them")
+  fails({ a = l.position{ s = t }, b = l.position{ s = 2*t }, m = l.mass{},
+    connect("a.flange", "b.flange", "m.flange") }, "of a, b, connect(a.flange, b.flange)")
+  fails({ a = w.pump{ q = 1 }, b = w.pump{ q = 2 }, A = w.ambient{}, B = w.ambient{}, connect("A.port",
+    "a.a"),
+    connect("a.b", "b.a"), connect("b.b", "B.port") }, "of a, b, sum at a.b")
+  fails({ V = e.source{ v = 1 }, R = e.resistor{}, g = e.ground{}, h = e.ground{}, connect("V.p", "R.p"),
+    connect("V.n", "R.n", "g.p", "h.p") }, "of g, h, connect(V.n, g.p), connect(V.n, h.p)")
+end)
+
+test("what is inside a part is not connected from outside", function()
+  local inner = model { T = h.temperature{}, G = h.conductor{}, connect("T.port", "G.a"), connect "G.b" }
+  fails({ a = inner, b = h.temperature{ T = 3 }, connect("a.T.port", "b.port") },
+    "a.T.port (heat port) is inside a; give a a connector of its own")
+  local mine = model { p = h.port, T = h.temperature{ T = 5 }, G = h.conductor{ G = 2 }, connect("T.port",
+    "G.a"),
+    connect("p", "G.b") }
+  local m = model { a = mine, b = h.temperature{ T = 3 }, connect("a.p", "b.port") }
+  expect(m:init{}(m.a.G.Q)):near(4, 1e-12)
+end)
+
+test("a function may return one connection", function()
+  local sub = component("sub", {}, function(self)
+    self.R, self.p = e.resistor{}, e.pin
+    return connect(self.p, self.R.p)
+  end)
+  fails({ sub = sub{}, g = e.ground{}, connect("sub.p", "g.p") },
+    "sub.R.n (electrical pin) is connected to nothing")
+end)
+
+test("a signal with two sources, connections or equations", function()
+  fails({ a = s.gain{}, connect(1, "a.u"), connect(2, "a.u") }, "a.u is driven twice")
+  fails({ a = s.gain{}, connect(1, "a.u"), var "a.u" ~ 2 }, "a.u, which connect(1, a.u) drives")
+end)
+
+test("units", function()
+  local k1 = connector("pin", { across = { v = "V" }, through = { i = "A" } })
+  local k2 = connector("pin", { across = { v = "mV" }, through = { i = "A" } })
+  local a = component("a", {}, function(self)
+    self.p = k1
+    return self.p.v ~ 1
+  end)
+  local b = component("b", {}, function(self)
+    self.p = k2
+    return self.p.v ~ 1
+  end)
+  fails({ a = a{}, b = b{}, connect("a.p", "b.p") },
+    "a.p (pin) and b.p (pin) cannot be joined: v [V] against v [mV]")
+  local odd = component("odd", { k = { 1, unit = "N*s/m" } }, function(self)
+    self.a = l.flange
+    return self.a.f ~ self.k*self.a.s
+  end)
+  fails({ units = "check", m = l.mass{ s0 = 0, v0 = 0 }, c = odd{}, connect("m.flange", "c.a") },
+    "c.a.f [N] against c.k c.a.s [m*kg/s]")
+end)
+
+test("definitions that contain themselves", function()
+  local A, B
+  A = component("A", {}, function(self) self.b = B{} end)
+  B = component("B", {}, function(self) self.a = A{} end)
+  fails({ x = A{} }, "x.b.a.b.a", "Does the component A contain itself?")
+  local deep
+  deep = component("deep", { n = 0 }, function(self)
+    if self.given.n > 0 then self.a = deep{ n = self.given.n - 1 } end
+  end)
+  fails({ x = deep{ n = 10000 } }, "Does the component deep contain itself?")
+  local list = {}
+  list[1] = list
+  fails(list, "does a list contain itself?")
+end)
+
+test("starts", function()
+  local function circuit(C)
+    return { V = e.source{ v = 1 }, C = C, g = e.ground{}, connect("V.p", "C.p"), connect("V.n", "C.n",
+      "g.p") }
+  end
+  fails(circuit(e.capacitor{ v0 = 3 }), "the equations give C.v = V.v = 1")
+  fails({ V = e.source{ v = 1 }, R = e.resistor{}, C = e.capacitor{}, g = e.ground{}, connect("V.p", "R.p"),
+    connect("R.n", "C.p"), connect("V.n", "C.n", "g.p") }, "nothing gives a value to C.v")
+end)
