@@ -38,7 +38,7 @@ print(models.bj)
 print(models.n4sid)
 print(compare(v, models))
 
-print "\nDo the residuals know something the model does not?"
+print "\nDo the residuals contain information that the model lacks?"
 for _, name in ipairs { "arx", "oe", "bj" } do
   print(name .. ": " .. tostring(models[name]:validate(v)))
 end

@@ -31,7 +31,7 @@ print(("x(10) = %.9f, y(10) = %.9f; known to be %.9f, %.9f"):format(sol(x, 10), 
   problems.pendulum:solution()[x], problems.pendulum:solution()[y]))
 expect(problems.pendulum:error(sol) < 1e-8):is_true()
 
-print "\nSix problems by the road that reduce() chooses, Gauss-3 with the step of the library"
+print "\nSix problems in the form that reduce() chooses, by gauss(3) with the step size of the library"
 for _, p in ipairs { problems.exam_3d, problems.cstr, problems.jay_index3, problems.spring_servo,
   problems.squeezer, problems.akzo } do
   local low = p():reduce()

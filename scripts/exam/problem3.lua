@@ -89,6 +89,7 @@ A, b, g = mat { {a11, a12}, {a21, a22} }, vec { b1, b2 }, func "g"
 -- that it has not).
 general = dae.semi_explicit { x = x, z = z, f = A*x + b*z, g = g(x), name = "(39)" }
 print(general)
+print "m = 1: the unknowns x′ and z are n_x + 1, and (39a) gives n_x equations, so g has one row."
 low = general:reduce "acc"
 print "Index reduction:"
 print(low:trace())
@@ -96,7 +97,7 @@ gx = jacobian(g(x), x)
 print("Substituting (1):  0 =", (gx*(A*x + b*z)))    -- exam (49b)
 print("solvable for z where  ∂g/∂x b =", gx*b, "≠ 0: a scalar, so full rank means different from 0")
 print("z =", -(gx*A*x)/(gx*b))
-print("consistency:  "); print(general:constraints())
+print "consistency:"; print(general:constraints())
 print "z(0) is not free either: it follows from the differentiated equation. Index 3 or more needs ∂g/∂x b = 0 identically near the solution."
 expect(general:index()):equals(2)
 expect(general:dof()):equals(1)

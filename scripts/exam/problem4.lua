@@ -16,12 +16,12 @@ k = newton { r = r, x = {x, y}, start = {-1, -1} }
 print(k)
 expect(k.converged):is_true()
 
-print "\nThe Jacobian must be regular all the way: from (0, 0) there is no step"
+print "\nThe Jacobian must be regular at every iterate: from (0, 0) there is no step"
 print(newton { r = r, x = {x, y}, start = {0, 0} })
 
-print "\nToo far away, or r too nonlinear: full steps of x³ - 2x + 2 = 0 run in a circle between 0 and 1,"
+print "\nToo far away, or r too nonlinear: full steps of x³ - 2x + 2 = 0 cycle between 0 and 1,"
 print(newton { r = x^3 - 2*x + 2, start = {0} })
-print "\nthose of arctan x = 0 move away from everywhere beyond |x| = 1.39,"
+print "\nthose of arctan x = 0 diverge from every start with |x| > 1.39,"
 print(newton { r = atan(x), start = {1.4} }.verdict)
 print "\nand a line search brings them back."
 back = newton { r = atan(x), start = {1.4}, alpha = "line search" }
@@ -46,7 +46,7 @@ half = newton { r = r, x = {x, y}, start = {-1, -1}, alpha = 0.5 }
 print(half)
 expect(half.rate):near(0.5, 1e-3)
 
-print "\nThe Jacobian of the start, never computed again"
+print "\nThe Jacobian of the start, kept in every step"
 frozen = newton { r = r, x = {x, y}, start = {-1.5, -1.3}, jacobian = "frozen" }
 print(frozen)
 expect(frozen.rate):near(frozen.predicted_rate, 0.02)
@@ -55,12 +55,12 @@ print "\nAn approximate Jacobian: difference quotients with a step of 5 %, and w
 print(newton { r = r, x = {x, y}, start = {-1.5, -1.3}, jacobian = "finite difference", h = 0.05 })
 print(newton { r = r, x = {x, y}, start = {-1.5, -1.3}, jacobian = "finite difference" })
 
-print "\nA singular root: the line x + y = 2 touches the circle x² + y² = 2 in (1, 1)"
+print "\nA singular root: the line x + y = 2 touches the circle x² + y² = 2 at (1, 1)"
 touching = newton { r = { x^2 + y^2 - 2, x + y - 2 }, x = {x, y}, start = {3, 0} }
 print(touching)
 expect(touching.rate):near(0.5, 1e-3)
 
-print "\nFaster than quadratic where c happens to be zero: sin x = 0 has no second derivative in its root"
+print "\nFaster than quadratic where c = 0: the second derivative of sin x vanishes at its root"
 print(newton { r = sin(x), start = {0.5} }.verdict)
 
 print "\nLinear equations: one full step"

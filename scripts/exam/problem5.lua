@@ -101,7 +101,7 @@ for _, tolerance in ipairs { 1e-3, 1e-6, 1e-9 } do
   end
   if tolerance > 1e-9 then print "" end
 end
-print "  Blocks: error below 1e-3, 1e-6, 1e-9. The cheapest is s = 1, 2, 3: more stages pay for accuracy only, and s = 4 nowhere here."
+print "  Blocks: error below 1e-3, 1e-6, 1e-9. The cheapest is s = 1, 2, 3: more stages pay off for high accuracy only, and s = 4 never does here."
 
 print "\n5(d)  Why not explicit methods of high order?"
 print "Stages grow faster than the order (Table 1 of the exam), here with the methods of the library:"
@@ -113,7 +113,7 @@ for _, row in ipairs { { 1, rk.euler }, { 2, rk.midpoint }, { 3, rk.bogacki_sham
   expect(method:order()):equals(order)
   print(("  %d      %2d (%d)                  %s"):format(order, method.stages, least[order], method.name))
 end
-print "and their stability hardly: |R(z)| ≤ 1 on the real axis down to"
+print "and the stability interval hardly grows: |R(z)| ≤ 1 on the real axis down to"
 z_ = var "zz"
 for order, tab in ipairs { rk.euler, rk.midpoint, tableau { A = { {}, {"1/2"}, {-1, 2} },
   b = { "1/6", "2/3", "1/6" } }, rk.rk4 } do

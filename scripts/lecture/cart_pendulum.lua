@@ -55,7 +55,7 @@ for _, e in ipairs { horizontal.energy, momentum } do
   expect(h(e, 2)):near(h(e, 0), 1e-8)
 end
 
-print "\nThe slides' mixture, T of θ and V of φ, is another machine: it is not at rest where M hangs straight down."
+print "\nThe slides' mixture, T of θ and V of φ, describes another system: it is not at rest where M hangs straight down."
 mixed = lagrange { q = {x, theta}, T = lecture_T, V = M*g*L*cos(theta), name = "mixed" }
 hanging = { [x] = 0, [theta] = -math.pi/2, [x.dot] = 0, [theta.dot] = 0 }
 for _, model in ipairs { horizontal, mixed } do

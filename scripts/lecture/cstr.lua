@@ -35,7 +35,7 @@ print(("R_1 by init %.10f, by the formula %.10f"):format(at(R1), at(formula)))
 expect(at(R1)):near(at(formula), 1e-12)
 expect(at(R1)):near(0.9, 1e-12)                    -- (3·1·2/2 + 0.4·1.5)/4
 
-print "\nTwo hours of it: the equilibrium and the formula hold all the time"
+print "\nTwo hours: the equilibrium and the formula hold throughout"
 sol = low:integrate { start = at, to = 2, inputs = feed, method = rk.gauss(3), dt = 0.1 }
 print(" t     V       C_A      C_B      C_C      R_1")
 for _, time in ipairs { 0, 0.5, 1, 1.5, 2 } do
@@ -47,6 +47,6 @@ end
 -- Extrapolated end values of the ODE for V, S = C_A + C_B and C_C (problems.cstr).
 expect(sol(vec { CA, CB, CC }, 2)):near({ 0.33499446011, 1.00498338034, 0.70446660399 }, 1e-10)
 
-print "\nNot two free concentrations but one:"
+print "\nOne concentration is free, not two:"
 print((select(2, pcall(function() tank:init { fix = { V = 2, C_A = 1, C_B = 1.5, C_C = 0.1 },
   inputs = feed } end)):gsub("^[^ ]* ", "")))

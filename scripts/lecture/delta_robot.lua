@@ -44,7 +44,7 @@ print(("α = %.6f %.6f %.6f"):format(at(alpha[1]), at(alpha[2]), at(alpha[3])))
 expect(at(alpha)):near({ -0.34935284755, -0.10331377210, -0.19418050391 }, 1e-9)
 for k = 1, 3 do expect(at(C[k])):near(0, 1e-10) end
 
-print "\nIt falls for 0.2 s, by four forms of the model"
+print "\nThe nacelle falls for 0.2 s, computed with four forms of the model"
 print "form       p(0.2)                                    energy gained  largest |C|"
 for _, form in ipairs { "project", "acc", "baumgarte", "dummy" } do
   local low = robot:reduce(form, form == "dummy" and { at = at } or nil)

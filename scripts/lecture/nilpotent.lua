@@ -59,7 +59,7 @@ end
 print(("order       %.2f          %.2f        %.2f        %.2f          %.2f"):format(math.abs(slopes(first,
   h)), slopes(second, h),
   slopes(third, h), slopes(e21, h), slopes(e22, h)))
-print "x₁ errs by O(1) in the first step, by O(h) from the second on; x₃ = -u is exact."
+print "The error of x₁ is O(1) in the first step and O(h) from the second on; x₃ = -u is exact."
 -- x₁ after one step is a second difference with one node of the wrong kind: the error tends to |u″(1)|/2 =
 -- sin(1)/2.
 expect(first[5]):near(math.sin(1)/2, 0.01)
@@ -78,7 +78,7 @@ for i, step in ipairs(h) do
 end
 print(("order       %.2f          %.2f       %.2f"):format(slopes(first, h), slopes(second, h),
   slopes(third, h)))
-print "The first step errs by 0.01/h², the second too; from the third on the method has forgotten the start: O(h)."
+print "The error is 0.01/h² in the first two steps; from the third on the start has no influence: O(h)."
 expect(first[5]*h[5]^2):near(0.01, 1e-3)
 expect(slopes(first, h)):near(-2, 0.05)
 expect(slopes(second, h)):near(-2, 0.05)
@@ -93,7 +93,7 @@ print(("x₁ after 1 and 2 steps: %.8f %.8f, by hand %.8f %.8f"):format(sol(x[1]
 expect(sol(x[1], 1.1)):near(mine[1][1], 1e-9)
 expect(sol(x[1], 1.2)):near(mine[2][1], 1e-9)
 
-print "\nReduced to index 1 the trouble is gone"
+print "\nReduced to index 1: the error has the order of the method from the first step"
 low = sys:reduce "acc"
 fine = low:integrate { start = low:init { inputs = { [u] = sin(t) }, from = 1 }, from = 1, to = 2, dt = 0.1,
   inputs = { [u] = sin(t) },

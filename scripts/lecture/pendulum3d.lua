@@ -20,7 +20,7 @@ print(half.matrix_form)
 whole = lagrange { q = p, T = m/2*p.dot.T*p.dot, V = m*g*(e3.T*p), C = { p.T*p - L^2 }, Q = u,
   name = "without ½" }
 
-print "\nSemi-explicit, and G does not depend on z: ∂G/∂z = 0 has not full rank, so z = ξ(x, u) cannot be solved for"
+print "\nSemi-explicit, and G does not depend on z: ∂G/∂z = 0 does not have full rank, so G = 0 cannot be solved for z = ξ(x, u)"
 print("∂G/∂z =", diff((p.T*p - L^2)/2, z))
 for _, model in ipairs { newton_form, half, whole } do
   print(("%-14s index %d, %d differential + %d algebraic variables, %d free initial values"):format(model.name
@@ -43,7 +43,7 @@ expect(a(half.multipliers)):near(1, 1e-10)            -- m (v² - g p₃)/L²
 expect(b(whole.multipliers)):near(0.5, 1e-10)
 expect(c(z)):near(1, 1e-10)
 
-print "\nTwo seconds of it, three roads"
+print "\nTwo seconds of the motion, by three forms"
 function run(model, start, form)
   return model:reduce(form):integrate { start = start, to = 2, inputs = zero, method = rk.gauss(3),
     dt = 0.01 }
@@ -60,7 +60,7 @@ for _, case in ipairs { { half, a, "project" }, { half, a, "acc" }, { whole, b, 
   expect(sol(angular, 2)):near(1, 1e-8)
 end
 
-print "\nA force that carries it: u = m g e₃ leaves a free particle on the sphere, on a great circle at constant speed"
+print "\nThe force u = m g e₃ balances the weight: a free particle on the sphere moves on a great circle at constant speed"
 carried = { [u] = vec { 0, 0, 9.81 } }
 at = half:init { fix = fix, inputs = carried }
 sol = half:reduce():integrate { start = at, to = math.pi/2, inputs = carried, method = rk.gauss(3),

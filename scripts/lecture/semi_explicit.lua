@@ -31,7 +31,7 @@ expect(rank(J)):equals(6)
 low = pendulum:reduce "acc"
 print(low:trace())
 print(pendulum:reduce "ode")
-print "Solved in numbers wherever it is needed, it gives x′ for an ODE method, and z with it."
+print "Solved numerically in every evaluation, it gives x′ for an ODE method, and z as a by-product."
 
 print "\n3. Implicit Euler and BDF for x′ = F(x, z, u), 0 = G(x, z, u)"
 print(explain_step(model, bdf(1)))

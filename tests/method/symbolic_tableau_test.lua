@@ -79,5 +79,30 @@ test("BDF: the residual of the lecture; explicit and Rosenbrock methods; implici
   has(explain_step(dae { der(y) ~ -y^2 }, rosenbrock.ros2), "linearly implicit")
   local model = dae.implicit { x = { y }, z = { w }, F = { der(y)*(1 + w) + y, w - y^2 - w^3/10 } }
   has(explain_step(model, rk.radau(2)), "F(K₁, X₁, z₁) = 0")
-  expect(function() explain_step(sys, "radau") end):fails "expected a method"
+  expect(function() explain_step(sys, "radar") end):fails "expected a method"
+end)
+
+test("every method explains every model: names, DAEs by Rosenbrock, second order, what is singular",
+  function()
+  local p, q = vars "p q"
+  local second = dae { der(p, 2) ~ -p }
+  local index1 = dae { der(p) ~ q - p, 0 ~ p^2 + q - 1 }
+  local pendulum = lagrange { q = { p, q }, T = (p.dot^2 + q.dot^2)/2, V = 9.81*q, C = { (p^2 + q^2 - 1)/2 } }
+  local implicit = dae { der(p)^2 + p + der(q)*w ~ 0, der(q) + p*w ~ 1, w + p*q ~ 0 }
+  for _, model in ipairs { second, index1, pendulum, implicit, dae { der(p) ~ sin(t) - p } } do
+    for _, method in ipairs { "radau", "gauss", "bdf", "dopri5", "rodas3", bdf(5), rk.sdirk2,
+      rosenbrock.ros2 } do
+      local step = explain_step(model, method)
+      expect(tostring(step)):matches "One step of"
+      expect(tostring(step):find("dt", 1, true)):equals(nil)
+    end
+  end
+  local two = explain_step(index1, rosenbrock.ros2)
+  has(two, "M = B - Δt γ J,  B = diag(I, 0),  J = [ f_x, f_z;  g_x, g_z ]")
+  has(two, "M k₂ = Δt φ(y_k + k₁) + Δt J (-0.58578644 k₁)")
+  has(explain_step(implicit, rosenbrock.ros2), "x′ = δ, 0 = F(δ, x, z)")
+  has(explain_step(dae { der(p) ~ sin(t) - p }, rosenbrock.rodas3), "M k₁ = Δt f(t_k, x_k) + 0.5 Δt² ∂f/∂t")
+  has(explain_step(pendulum, rk.rk4), "M is singular for every Δt: the index is above 1")
+  has(explain_step(pendulum, rk.gauss(2)), "M tends to a singular matrix as Δt → 0: the index is above 1")
+  has(explain_step(index1, bdf(3)), "x_{k+1} - 18 x_k/11 + 9 x_{k-1}/11 - 2 x_{k-2}/11")
 end)
