@@ -126,7 +126,7 @@ int main(int argc, char** argv) {
     complain(std::string("pendula: ") + e.what() + "\n'pendula --help' shows the options.");
     return usage;
   } catch (const std::bad_alloc&) {
-    complain("pendula: not enough memory");
+    std::fputs("pendula: not enough memory\n", stderr);  // nothing that allocates
     return failed;
   } catch (const std::exception& e) {
     complain(std::string("pendula: ") + e.what());

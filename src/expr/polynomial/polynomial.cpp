@@ -1,15 +1,29 @@
 #include "expr/polynomial/polynomial.hpp"
 
+#include <cstdlib>
+#include <cstring>
+
 #include <dlfcn.h>
 #include <flint/fmpq_mpoly_factor.h>
 
 #include "base/error.hpp"
 #include "base/text.hpp"
+#include "expr/graph/exact_memory.hpp"
 
 namespace pendula {
 namespace {
 
 struct Library {
+  /// Without memory FLINT prints, for which it allocates, and aborts; GMP's functions throw.
+  Library() {
+    if (!handle) return;
+    const auto all_zero = [](size_t n, size_t size) {
+      return std::memset(exact_memory::allocate(n * size), 0, n * size);
+    };
+    function(static_cast<decltype(&__flint_set_memory_functions)>(nullptr), "__flint_set_memory_functions")(
+        exact_memory::allocate, all_zero,
+        [](void* old, size_t size) { return exact_memory::reallocate(old, 0, size); }, std::free);
+  }
   void* handle = dlopen(PENDULA_FLINT, RTLD_NOW | RTLD_LOCAL);
   template <class F>
   F* function(F*, const char* name) const {

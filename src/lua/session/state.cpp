@@ -8,6 +8,7 @@
 #endif
 
 #include "base/interrupt.hpp"
+#include "expr/graph/exact_memory.hpp"
 #include "lua/bind/modules.hpp"
 #include "lua/core/documentation.hpp"
 #include "lua/core/interrupts.hpp"
@@ -118,6 +119,7 @@ void keep_freed_memory() {
 
 lua_State* new_state() {
   keep_freed_memory();
+  throw_when_exact_memory_ends();
   limit_process_memory();
   begin_session();
   lua_State* L = new_capped_state();
