@@ -117,7 +117,8 @@ function refits.profile(r, parameter, given)
   end
   if failed > 0 then lines[#lines + 1] = ("  %d fits failed"):format(failed) end
   return record("profile_result", { name = r.names[place], best = best, low = from, high = to,
-    values = values, losses = losses, level = r.loss*math.exp(limit^2/N), failed = failed, text = table.concat(lines, "\n") })
+    values = values, losses = losses, level = r.loss*math.exp(limit^2/N), failed = failed,
+    text = table.concat(lines, "\n") })
 end
 
 function refits.plot_profile(p, options)
