@@ -58,6 +58,22 @@ for i in range(rounds):
     session.expect(f"<{i}:([-0-9. ]+)>")
     waits.append((time.time() - sent, work))
     assert session.match.group(1) == expected, (work, session.match.group(1), expected)
+
+# A part that is kept is stored or drawn; no loop and no further computation goes on with it.
+part = "fall:integrate{ start = { x = 1, v = 0 }, to = 1e7 }"
+for work, told in ((f"sol = {part}", "sol.t[#sol.t] > 0"), (f"do sol = {part}", "sol.t[#sol.t] > 0"),
+                   (f"first = {part} second = {part}", 'first and rawget(_G, "second") == nil'),
+                   (f"fig = plot({part}, x)", 'tostring(fig) ~= "nil"'),
+                   (f"n = 0 while true do n = n + 1 sol = {part}", "n == 1")):
+    end = "\nend" if " do " in work or work.startswith("do") else ""
+    session.sendline(f'print("be" .. "gin") {work}{end}')
+    session.expect("begin\\D")
+    time.sleep(0.5)
+    session.sendintr()
+    session.expect("the part computed so far is the result")
+    session.sendline(f'print("<" .. tostring({told}) .. ">")')
+    session.expect("<(true|false)>")
+    assert session.match.group(1) == "true", work
 session.sendeof()
 session.expect(pexpect.EOF)
 longest = max(waits)

@@ -2,6 +2,7 @@
 
 #include <atomic>
 
+#include "base/error.hpp"
 #include "base/interrupt.hpp"
 
 namespace pendula::lua {
@@ -18,6 +19,35 @@ void raise_marker(lua_State* L, lua_Debug*) {
   lua_error(L);
 }
 
+/// The entry whose computation left a part: its function, and the line that it has reached.
+struct KeptPart {
+  const void* entry = nullptr;
+  int line = 0;
+};
+KeptPart part;
+
+/// Where the entry stands at level `level` of the stack, if it is the entry.
+const void* function_at(lua_State* L, int level, lua_Debug& where) {
+  if (!lua_getstack(L, level, &where)) return nullptr;
+  lua_getinfo(L, "fl", &where);
+  const void* function = lua_topointer(L, -1);
+  lua_pop(L, 1);
+  return function;
+}
+
+/// A line event of the entry at a line that it has reached before is the way back of a loop.
+void stop_loop(lua_State* L, lua_Debug*) {
+  lua_Debug here;
+  if (function_at(L, 0, here) != part.entry) return;
+  if (here.currentline > part.line) {
+    part.line = here.currentline;
+    return;
+  }
+  lua_sethook(L, nullptr, 0, 0);
+  push_interrupt_marker(L);
+  lua_error(L);
+}
+
 /// Async-signal-safe.
 void stop_running() {
   lua_State* L = running.load(std::memory_order_relaxed);
@@ -27,15 +57,29 @@ void stop_running() {
 }  // namespace
 
 Running::Running(lua_State* L) : outer_(running.exchange(L)) {
+  if (!outer_) part = {};
   interrupt_action.store(stop_running, std::memory_order_relaxed);
   // Requested before L was known to the handler: stop L instead.
   if (interrupt_requested.load(std::memory_order_relaxed)) stop_running();
 }
 
 Running::~Running() {
+  if (part.entry) lua_sethook(running.load(), nullptr, 0, 0);
   running.store(outer_);
   // Where the end of this call swallows the marker (a finalizer), the caller has to stop as well.
   if (outer_ && interrupt_requested.load(std::memory_order_relaxed)) stop_running();
+}
+
+void keep_part(lua_State* L) {
+  interrupt_requested = false;
+  lua_Debug caller;
+  part.entry = function_at(L, 1, caller);
+  part.line = caller.currentline;
+  lua_sethook(L, stop_loop, LUA_MASKLINE, 0);
+}
+
+void refuse_after_part() {
+  if (part.entry) throw Interrupted();
 }
 
 lua_State* running_state() { return running.load(std::memory_order_relaxed); }

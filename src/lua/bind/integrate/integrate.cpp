@@ -5,12 +5,12 @@
 #include <cmath>
 #include <cstdio>
 
-#include "base/interrupt.hpp"
 #include "base/text.hpp"
 #include "dae/model/lineage.hpp"
 #include "expr/graph/derivative.hpp"
 #include "integrate/solution/curve.hpp"
 #include "lua/bind/integrate/integrate_options.hpp"
+#include "lua/core/interrupts.hpp"
 #include "lua/core/objects.hpp"
 #include "lua/core/table_text.hpp"
 #include "lua/core/values.hpp"
@@ -76,6 +76,7 @@ void remember_options(lua_State* L) {
 }
 
 int integrate_model(Call& call) {
+  refuse_after_part();
   const auto model = call.shared<dae::Model>(1, "model");
   const Options options = call.options(2);
   integrate::Simulation simulation = read_simulation(call, options, model);
@@ -93,7 +94,7 @@ int integrate_model(Call& call) {
   }();
   if (result->solution().ending() == integrate::Ending::interrupted) {
     if (!typed_at_prompt(call.L) || result->solution().t().empty()) throw Interrupted();
-    interrupt_requested = false;
+    keep_part(call.L);
     std::fprintf(stderr, "\ninterrupted at t = %s; the part computed so far is the result\n",
                  rounded(result->solution().t().back(), 6).c_str());
   }

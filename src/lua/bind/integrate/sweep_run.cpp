@@ -3,13 +3,13 @@
 #include <chrono>
 #include <cstdio>
 
-#include "base/interrupt.hpp"
 #include "base/text.hpp"
 #include "lua/bind/dae/dae.hpp"
 #include "lua/bind/integrate/integrate.hpp"
 #include "lua/bind/integrate/sweep_options.hpp"
 #include "lua/bind/integrate/sweep_record.hpp"
 #include "lua/bind/integrate/sweep_store.hpp"
+#include "lua/core/interrupts.hpp"
 #include "lua/core/library.hpp"
 #include "lua/core/objects.hpp"
 #include "lua/screen/terminal.hpp"
@@ -114,6 +114,7 @@ void expand_processes(Call& call) {
 }
 
 int sweep(Call& call) {
+  refuse_after_part();
   expand_processes(call);
   auto record = std::make_shared<SweepRecord>();
   std::string file;
@@ -152,7 +153,7 @@ int sweep(Call& call) {
   record->sweep = std::move(made);
   if (!record->sweep->complete() && !open) {
     if (!typed_at_prompt(call.L)) throw Interrupted();
-    interrupt_requested = false;
+    keep_part(call.L);
     std::fprintf(stderr, "\ninterrupted; the runs that are done are the result\n");
   }
   return call.push(std::shared_ptr<const SweepRecord>(std::move(record)));
