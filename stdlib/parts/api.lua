@@ -49,7 +49,18 @@ function methods:tf(u, y)
   for k = 1, #model.inputs do inputs[model.inputs[k]] = 0 end
   if y == nil then fail "tf: expected an input and an output, as in m:tf(m.u, m.C.v)" end
   local at = model:init{ fix = fix, inputs = inputs }
-  return model:linearize(at, { inputs = { u }, outputs = { y } }):tf()
+  local G = model:linearize(at, { inputs = { u }, outputs = { y } }):tf()
+  if #G.inputs == 1 then return G end
+  local total, power = nil, tf({ 1 }, { 1 })          -- u, u′, …: each derivative is a factor s
+  for k = 1, #G.inputs do
+    local part = G:channel(1, k)
+    if tostring(part.num) ~= "(0)" then
+      local term = series(power, part)
+      total = total and parallel(total, term) or term
+    end
+    power = series(power, tf({ 1, 0 }, { 1 }))
+  end
+  return (total or tf({ 0 }, { 1 })):named{ inputs = { tostring(u) }, outputs = { tostring(y) } }
 end
 
 function methods:tree() return use("parts/report").tree(self) end

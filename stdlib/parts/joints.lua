@@ -116,8 +116,10 @@ end
 
 local function join_signals(scope, ends, connection)
   local d, source = data(scope), source_of(scope, ends)
+  d.wires = d.wires or {}
   for _, e in ipairs(ends) do
     if e ~= source then
+      d.wires[#d.wires + 1] = { source, e }
       d.equations[#d.equations + 1] = { e ~ source, tostring(connection) }
       d.rows = d.rows + 1
       joints.drive(scope, e, tostring(connection))

@@ -125,61 +125,106 @@ end
 
 -- ── diagrams ───────────────────────────────────────────────────────────────────────────────────────────────
 
-local function owner_below(pin, scope)
-  local at = rawget(pin, P).scope
-  while data(at).parent and data(at).parent ~= scope and at ~= scope do at = data(at).parent end
-  return at
-end
-
--- The connections directly inside a model: lists of { part, connector }.
-local function connections_of(scope)
-  local d = data(scope)
-  local list = {}
-  for _, members in ipairs(d.connected or use("parts/joints").connect(scope)) do
-    local ends = {}
-    for _, pin in ipairs(members) do
-      ends[#ends + 1] = { part = owner_below(pin, scope), pin = rawget(pin, P).path }
-    end
-    list[#list + 1] = ends
-  end
+-- Every place with parts inside, the model first.
+local function composites(scope, list)
+  list = list or {}
+  if #data(scope).parts > 0 then list[#list + 1] = scope end
+  for _, sub in ipairs(data(scope).parts) do composites(sub, list) end
   return list
 end
 
-local function diagram_text(scope)
+local most_connections = 200
+
+local function diagram_text(top)
   local lines = {}
-  for i, ends in ipairs(connections_of(scope)) do
-    local words = {}
-    for _, e in ipairs(ends) do words[#words + 1] = e.pin end
-    lines[#lines + 1] = { ("(%d)"):format(i), table.concat(words, " ── ") }
-  end
-  for _, connection in ipairs(data(scope).connections) do
-    local signal = true
-    for i = 1, connection.n do
-      signal = signal and not scopes.is_pin(connection.ends[i]) and connection.n > 1
+  for _, scope in ipairs(composites(top)) do
+    for _, members in ipairs(data(scope).connected) do
+      local words = {}
+      for k, pin in ipairs(members) do words[k] = rawget(pin, P).path end
+      lines[#lines + 1] = { ("(%d)"):format(#lines + 1), table.concat(words, " ── ") }
     end
-    if signal then lines[#lines + 1] = { "→", tostring(connection) } end
+    for _, wire in ipairs(data(scope).wires or {}) do
+      lines[#lines + 1] = { "→", tostring(wire[1]) .. " → " .. tostring(wire[2]) }
+    end
   end
+  local more = #lines - most_connections
+  for k = #lines, most_connections + 1, -1 do lines[k] = nil end
+  if more > 0 then lines[#lines + 1] = { "…", more .. " more" } end
   return #lines > 0 and layout(lines) or "no connections"
 end
 
-local function dot_text(scope)
-  local out = { "graph model {",
-    "  node [shape=box, style=rounded, fontname=Helvetica]; edge [fontname=Helvetica, fontsize=9];" }
-  for _, sub in ipairs(data(scope).parts) do
-    out[#out + 1] = ("  %q [label=%q];"):format(data(sub).path,
-      step_name(sub) .. "\n" .. data(sub).class.name)
+local function quoted(words) return '"' .. words:gsub('[\\"]', "\\%0"):gsub("\n", "\\n") .. '"' end
+
+-- Connectors of parts with parts inside are points of their own.
+local function node_of(pin)
+  local p = rawget(pin, P)
+  local inside = #data(p.scope).parts > 0
+  return quoted(inside and p.path or data(p.scope).path), inside and "" or p.name
+end
+
+local function joint_of(scope, number) return quoted(("joint %d of %s"):format(number, data(scope).path)) end
+
+local function dot_nodes(scope, indent, out)
+  for number, members in ipairs(data(scope).connected) do
+    if #members ~= 2 then
+      out[#out + 1] = ('%s%s [shape=point, label=""];'):format(indent, joint_of(scope, number))
+    end
   end
-  for i, ends in ipairs(connections_of(scope)) do
-    local function port(e) return e.pin:match "[^.]+$" end
-    if #ends == 2 then
-      out[#out + 1] = ("  %q -- %q [taillabel=%q, headlabel=%q];"):format(data(ends[1].part).path,
-        data(ends[2].part).path,
-        port(ends[1]), port(ends[2]))
+  for _, sub in ipairs(data(scope).parts) do
+    local d = data(sub)
+    local label = quoted(step_name(sub) .. "\n" .. d.class.name)
+    if #d.parts == 0 then
+      out[#out + 1] = ("%s%s [label=%s];"):format(indent, quoted(d.path), label)
     else
-      out[#out + 1] = ("  node%d [shape=point, label=\"\"];"):format(i)
-      for _, e in ipairs(ends) do
-        out[#out + 1] = ("  node%d -- %q [headlabel=%q];"):format(i, data(e.part).path, port(e))
+      out[#out + 1] = ("%ssubgraph %s { label=%s;"):format(indent, quoted("cluster " .. d.path), label)
+      for _, pin in ipairs(d.pins) do
+        out[#out + 1] = ("%s  %s [label=%s, shape=circle, fontsize=9, width=0.2];"):format(indent,
+          quoted(rawget(pin, P).path), quoted(rawget(pin, P).name))
       end
+      dot_nodes(sub, indent .. "  ", out)
+      out[#out + 1] = indent .. "}"
+    end
+  end
+end
+
+local function dot_joint(scope, number, members, out)
+  if #members == 2 then
+    local a, port_a = node_of(members[1])
+    local b, port_b = node_of(members[2])
+    out[#out + 1] = ("  %s -- %s [taillabel=%s, headlabel=%s];"):format(a, b, quoted(port_a), quoted(port_b))
+    return
+  end
+  for _, pin in ipairs(members) do
+    local node, port = node_of(pin)
+    out[#out + 1] = ("  %s -- %s [headlabel=%s];"):format(joint_of(scope, number), node, quoted(port))
+  end
+end
+
+-- A signal belongs to the part whose path it begins with; anything else is a box with its text.
+local function signal_node(value, scope, out)
+  local text = tostring(value)
+  if object_type(value) == "expr" and #symbols(value) == 1 and value.name then
+    local at, name = value.name:match "^(.+)%.([^.]+)$"
+    for _, sub in ipairs(data(scope).parts) do
+      if data(sub).path == at then return quoted(at), name end
+    end
+  end
+  out[#out + 1] = ("  %s [label=%s, shape=plaintext];"):format(quoted("signal " .. text), quoted(text))
+  return quoted("signal " .. text), ""
+end
+
+local function dot_text(top)
+  local out = { "graph model {",
+    "  node [shape=box, style=rounded, fontname=Helvetica]; edge [fontname=Helvetica, fontsize=9];",
+    "  fontname=Helvetica; fontsize=11; color=gray60;" }
+  dot_nodes(top, "  ", out)
+  for _, scope in ipairs(composites(top)) do
+    for number, members in ipairs(data(scope).connected) do dot_joint(scope, number, members, out) end
+    for _, wire in ipairs(data(scope).wires or {}) do
+      local from, out_name = signal_node(wire[1], scope, out)
+      local to, in_name = signal_node(wire[2], scope, out)
+      out[#out + 1] = ("  %s -- %s [dir=forward, style=dashed, taillabel=%s, headlabel=%s];"):format(from, to,
+        quoted(out_name), quoted(in_name))
     end
   end
   out[#out + 1] = "}\n"

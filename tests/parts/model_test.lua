@@ -198,3 +198,24 @@ test("connections of signals: t and expressions drive several inputs, outputs pa
   local chain = model { x = twice{}, z = s.integrator{}, connect("x.u", 1), connect("x.y", "z.u") }
   expect(chain:integrate{ to = 1 }(chain.z.y, 1)):near(6, 1e-6)
 end)
+
+test("curves of parts have their paths; diagrams show signals and what is inside parts", function()
+  local rc = circuit()
+  expect(rc.C.v.label):equals "C.v [V]"
+  local s, h = components.signals, components.thermal
+  local loop = model { P = s.first_order{ T = 2 }, K = s.gain{ k = -3 }, connect("P.y", "K.u"),
+    connect("K.y", "P.u") }
+  local outer = model { inner = loop, circuit = rc }
+  local text = outer:diagram()
+  expect(text:find("inner.P.y → inner.K.u", 1, true) ~= nil):is_true()
+  expect(text:find("circuit.V.p ── circuit.R.p", 1, true) ~= nil):is_true()
+  local file = os.tmpname() .. ".dot"
+  outer:diagram(file)
+  local handle = io.open(file)
+  local source = handle:read "a"
+  handle:close()
+  os.remove(file)
+  expect(source:find('"circuit.R" [label="R\\nresistor"]', 1, true) ~= nil):is_true()
+  expect(source:find('subgraph "cluster inner"', 1, true) ~= nil):is_true()
+  expect(source:find('"inner.P" -- "inner.K" [dir=forward', 1, true) ~= nil):is_true()
+end)

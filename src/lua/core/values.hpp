@@ -135,8 +135,8 @@ void begin_session();
 
 /// "x", "x'" or "q3''": a leaf as a user writes it in a string.
 std::string leaf_name(Expr leaf);
-/// Words for an axis: the label if there is one, else the printed
-/// expression; " [unit]" where the unit is known.
+/// Words for an axis: the label if there is one, of a variable of a part its path, else the printed expression;
+/// " [unit]" where the unit is known.
 std::string label_of(Expr e);
 
 /// Sets the printer's aliases from the user's variables: every global and every local or upvalue of the

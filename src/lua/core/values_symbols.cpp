@@ -268,7 +268,8 @@ std::vector<Equation> to_equations(lua_State* L, int index, const std::string& w
 std::string label_of(Expr e) {
   if (!e.is_symbol()) return to_text(e);
   const Symbol& s = symbol_of(e);
-  const std::string words = s.label.empty() ? to_text(e) : s.label;
+  const bool of_part = s.name.find('.') != std::string::npos;  // every capacitor has a "voltage"
+  const std::string words = s.label.empty() || of_part ? to_text(e) : s.label;
   return s.unit.empty() ? words : text(words, " [", s.unit, "]");
 }
 
