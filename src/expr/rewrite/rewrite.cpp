@@ -6,9 +6,12 @@
 #include "base/error.hpp"
 #include "base/interrupt.hpp"
 #include "expr/graph/assumption.hpp"
+#include "expr/graph/derivative.hpp"
+#include "expr/graph/generic.hpp"
 #include "expr/print/print.hpp"
 #include "expr/rewrite/rewrite_forms.hpp"
 #include "expr/rewrite/rewrite_patterns.hpp"
+#include "expr/rewrite/tidied.hpp"
 
 namespace pendula {
 namespace {
@@ -277,6 +280,44 @@ Expr simplified(Expr e) {
   }
 }
 
+/// sin((x + y)/2) of x = 2 x′, y = 2 y′: e with every symbol doubled, where a function has half of one inside; else e.
+Expr with_whole_angles(Expr e, std::span<const Expr> nodes) {
+  const bool halves = std::any_of(nodes.begin(), nodes.end(), [](Expr node) {
+    const mpq_class* q = exact_value(node);
+    return node.op() == Op::div || (q && q->get_den() == 2);
+  });
+  if (!halves) return e;
+  Substitution doubled;
+  for (Expr leaf : leaves({&e, 1}))
+    if (symbol_of(leaf).kind != Kind::constant) doubled[leaf] = 2 * leaf;
+  return simplified(substitute(e, doubled));
+}
+
+/// Whether sines, cosines, hyperbolic functions and exponentials cancel by their addition theorems: the value at a
+/// random point of a finite field, which satisfies these, is 0.
+bool vanishes_by_addition_theorems(Expr e) {
+  constexpr double longest = 400;
+  if (e.is_constant() || e.is_symbol() || !is_short(e, longest) || !generic::decided_by_residues({&e, 1}))
+    return false;
+  const auto nodes = topological({&e, 1});
+  const bool functions = std::any_of(nodes.begin(), nodes.end(), [](Expr node) {
+    return !node.is_constant() && !node.is_symbol() && info(node.op()).style == Style::named;
+  });
+  if (!functions) return false;
+  try {
+    if (generic::is_zero(e)) return true;
+    const Expr other = with_whole_angles(e, nodes);
+    return other != e && generic::decided_by_residues({&other, 1}) && generic::is_zero(other);
+  } catch (const Error&) {  // divides by what vanishes everywhere
+    return false;
+  }
+}
+
+Expr simplified_or_zero(Expr e) {
+  const Expr simple = simplified(e);
+  return vanishes_by_addition_theorems(simple) ? Expr(0) : simple;
+}
+
 }  // namespace
 
 Expr simplify(Expr e) {
@@ -291,9 +332,9 @@ Expr simplify(Expr e) {
   if (e.is_constant()) return simplified(e);
   if (const auto simple = known.find(e)) return *simple;
   const auto pattern = pattern_of(e);
-  if (!pattern) return known.add(e, simplified(e));
+  if (!pattern) return known.add(e, simplified_or_zero(e));
   if (const auto simple = patterns.find(*pattern)) return known.add(e, *simple);
-  const Expr simple = known.add(e, simplified(e));
+  const Expr simple = known.add(e, simplified_or_zero(e));
   patterns.add(*pattern, simple);
   return simple;
 }

@@ -38,20 +38,47 @@ std::optional<SumId> cancel_inverse(Simplifier& s, Op op, const Args& x) {
   return {};
 }
 
+/// 1 + c y².
+SumId one_and_square(Simplifier& s, SumId y, int c) {
+  Term square{Number(c), {}};
+  s.multiply(square, y, 2);
+  Sum sum = s.sum(s.product(std::move(square)));
+  sum.push_back(Term{1, {}});
+  return s.intern(std::move(sum));
+}
+
+/// sin(2 asin y) = 2 y √(1 - y²), cos(2 asin y) = 1 - 2 y², with atan y over 1 + y².
+std::optional<SumId> twice_an_inverse(Simplifier& s, Op op, const Args& x) {
+  const Sum& sum = s.sum(x[0]);
+  if (op == Op::tan || sum.size() != 1 || sum[0].factors.size() != 1 || sum[0].factors[0].exponent != 1 ||
+      !sum[0].coefficient.is(2))
+    return {};
+  const AtomId a = sum[0].factors[0].atom;
+  const bool of_tangent = s.is_function(a, Op::atan), of_cosine = s.is_function(a, Op::acos);
+  if (!of_tangent && !of_cosine && !s.is_function(a, Op::asin)) return {};
+  const SumId y = s.atom(a).args[0], rest = one_and_square(s, y, of_tangent ? 1 : -1);
+  Term value{Number(op == Op::sin ? 2 : of_cosine ? -1 : 1), {}};
+  if (op == Op::sin) {
+    s.multiply(value, y, 1);
+    s.multiply(value, rest, of_tangent ? mpq_class(-1) : mpq_class(1, 2));
+  } else if (of_tangent) {
+    s.multiply(value, one_and_square(s, y, -1), 1);
+    s.multiply(value, rest, -1);
+  } else {
+    s.multiply(value, one_and_square(s, y, -2), 1);
+  }
+  return s.product(std::move(value));
+}
+
 /// sin(acos x) = √(1 - x²), cos(atan x) = 1/√(1 + x²) and the like.
 std::optional<SumId> function_of_inverse(Simplifier& s, Op op, const Args& x) {
   if (op != Op::sin && op != Op::cos && op != Op::tan) return {};
   const auto a = s.lone_atom(x[0]);
-  if (!a) return {};
+  if (!a) return twice_an_inverse(s, op, x);
   const bool of_sine = s.is_function(*a, Op::asin), of_cosine = s.is_function(*a, Op::acos);
   const bool of_tangent = s.is_function(*a, Op::atan);
   if (!of_sine && !of_cosine && !of_tangent) return {};
-  const SumId y = s.atom(*a).args[0];
-  Term square{Number(of_tangent ? 1 : -1), {}};
-  s.multiply(square, y, 2);
-  Sum inside = s.sum(s.product(std::move(square)));
-  inside.push_back(Term{1, {}});
-  const SumId rest = s.intern(std::move(inside));  // 1 ± y²
+  const SumId y = s.atom(*a).args[0], rest = one_and_square(s, y, of_tangent ? 1 : -1);
   const mpq_class half(1, 2);
   Term value{1, {}};
   if (of_tangent) {
@@ -79,9 +106,30 @@ std::optional<SumId> power_of_log(Simplifier& s, Op op, const Args& x) {
   return s.rooted(s.atom(f.atom).args[0], sum[0].coefficient.rational());
 }
 
+/// log(8) = 3 log(2), log(1/2) = -log(2).
+std::optional<SumId> log_of_number(Simplifier& s, const Number& n) {
+  if (!n.exact() || n.sign() <= 0) return {};
+  const mpz_class above = n.rational().get_num(), below = n.rational().get_den();
+  if (above != 1 && below != 1) return {};
+  const mpz_class& whole = below == 1 ? above : below;
+  mpz_class root = whole;
+  unsigned long power = 1;
+  for (unsigned long k = mpz_sizeinbase(whole.get_mpz_t(), 2); k > 1; --k)
+    if (mpz_root(root.get_mpz_t(), whole.get_mpz_t(), k) != 0) {
+      power = k;
+      break;
+    }
+  if (power == 1) root = whole;
+  if (power == 1 && below == 1) return {};
+  const auto exponent = static_cast<long>(power);
+  return s.scaled(s.function(Op::log, {s.number(Number(mpq_class(root)))}),
+                  Number(below == 1 ? exponent : -exponent));
+}
+
 /// log(x^q) = q log x where x must be positive for x^q to be: q odd or not whole.
 std::optional<SumId> log_of_power(Simplifier& s, Op op, const Args& x) {
   const Sum& sum = s.sum(x[0]);
+  if (op == Op::log && sum.size() == 1 && sum[0].factors.empty()) return log_of_number(s, sum[0].coefficient);
   if (op != Op::log || sum.size() != 1 || sum[0].factors.size() != 1 || !sum[0].coefficient.is(1)) return {};
   const Factor f = sum[0].factors[0];
   const bool even = f.exponent.get_den() == 1 && mpz_even_p(f.exponent.get_num_mpz_t());
@@ -99,6 +147,11 @@ std::optional<SumId> absolute_value(Simplifier& s, Op op, const Args& x) {
   if (op != Op::abs) return {};
   Sum terms = s.sum(x[0]);
   if (terms.size() != 1) {
+    const bool positive = std::all_of(terms.begin(), terms.end(), [&](const Term& t) {
+      return t.coefficient.sign() > 0 && std::all_of(t.factors.begin(), t.factors.end(),
+                                                     [&](const Factor& f) { return s.never_negative(f); });
+    });
+    if (positive) return x[0];
     const Number c = s.content(terms);
     if (c.is(1)) return {};
     return s.scaled(s.absolute(s.scaled(x[0], *Number::power(c, -1))), c);
@@ -196,10 +249,10 @@ constexpr FunctionRule functions[] = {
     {"sqrt(x) = x^(1/2)", root_is_power},
     {"f(-x) = -f(x) or f(x)", fold_parity},
     {"log(exp x) = x and the like", cancel_inverse},
-    {"sin(acos x) = √(1 - x²)", function_of_inverse},
+    {"sin(acos x) = √(1 - x²), cos(2 acos x) = 2 x² - 1", function_of_inverse},
     {"exp(c log x) = x^c", power_of_log},
-    {"log(x^3) = 3 log x", log_of_power},
-    {"|2 x² y| = 2 x² |y|", absolute_value},
+    {"log(x^3) = 3 log x, log(8) = 3 log(2)", log_of_power},
+    {"|2 x² y| = 2 x² |y|, |x² + 1| = x² + 1", absolute_value},
     {"sin(π) = 0, sin(x + π) = -sin x", multiples_of_pi},
     {"asin(√3/2) = π/3", angles_of_radicals},
     {"ifelse(c, p, p) = p", equal_branches},
@@ -240,7 +293,8 @@ bool merge_powers(Simplifier& s, Term& term) {
       const SumId scaled = s.scaled(s.atom(f.atom).args[1], Number(f.exponent));
       exponent.insert(exponent.end(), s.sum(scaled).begin(), s.sum(scaled).end());
     }
-    if (count < 2) continue;
+    const bool power = count == 1 && term.factors[i].exponent > 1;  // (x^y)² = x^(2 y)
+    if (count < 2 && !power) continue;
     std::erase_if(term.factors, [&](const Factor& f) {
       return s.atom(f.atom).kind == AtomKind::power && s.atom(f.atom).args[0] == base;
     });

@@ -208,9 +208,34 @@ std::optional<SumId> Simplifier::in_factors(SumId s) {
 }
 
 /// √(x² + 2 x + 1) = |x + 1|: the root of a sum that is an even power.
+/// √(a + b √n) = √((a + r)/2) ± √((a - r)/2) where r² = a² - n b² is the square of a rational number.
+static std::optional<SumId> nested_root(Simplifier& s, const Sum& terms) {
+  const bool first = terms[0].factors.empty();
+  const Term &number = terms[first ? 0 : 1], &root = terms[first ? 1 : 0];
+  if (!number.factors.empty() || root.factors.size() != 1 || root.factors[0].exponent != mpq_class(1, 2) ||
+      s.atom(root.factors[0].atom).kind != AtomKind::sum || !number.coefficient.exact() ||
+      !root.coefficient.exact())
+    return {};
+  const auto inside = s.constant(s.atom(root.factors[0].atom).args[0]);
+  if (!inside || !inside->exact()) return {};
+  const mpq_class a = number.coefficient.rational(), b = root.coefficient.rational();
+  const mpq_class d = a * a - b * b * inside->rational();
+  if (a <= 0 || d < 0 || mpz_perfect_square_p(d.get_num_mpz_t()) == 0 ||
+      mpz_perfect_square_p(d.get_den_mpz_t()) == 0)
+    return {};
+  const mpq_class r(sqrt(d.get_num()), sqrt(d.get_den()));
+  const mpq_class half(1, 2), larger = (a + r) / 2, smaller = (a - r) / 2;
+  Sum sum = s.sum(s.rooted(s.number(Number(larger)), half));
+  const SumId second = s.scaled(s.rooted(s.number(Number(smaller)), half), Number(b > 0 ? 1 : -1));
+  sum.insert(sum.end(), s.sum(second).begin(), s.sum(second).end());
+  return s.intern(std::move(sum));
+}
+
 std::optional<SumId> Simplifier::perfect_power(SumId base, const mpq_class& exponent) {
   constexpr std::size_t fewest = 3, most = 6;
   const Sum& terms = sum(base);
+  if (terms.size() == 2 && exponent == mpq_class(1, 2))
+    if (const auto roots = nested_root(*this, terms)) return roots;
   if (exponent.get_den() != 2 || terms.size() < fewest || terms.size() > most) return {};
   const auto squares = std::count_if(terms.begin(), terms.end(), [](const Term& t) {
     return std::all_of(t.factors.begin(), t.factors.end(), [](const Factor& f) {
