@@ -3,6 +3,7 @@
 local algebra = include "algebra/solve"
 
 local model_parts = include "algebra/model_parts"
+local text = include "algebra/solution_text"
 local entries = model_parts.entries
 
 local function parts(sys)
@@ -187,7 +188,8 @@ local function equilibria(sys, options)
       if type(key) == "string" then for x, v in pairs(point) do if x.name == key then return v end end end
     end })
   end
-  return setmetatable(list, { __tostring = list_text, __name = "equilibria" })
+  return setmetatable(list, { __tostring = list_text, __name = "equilibria",
+    __index = { latex = text.latex_of_solutions } })
 end
 
 return { equilibria = equilibria }

@@ -87,4 +87,34 @@ function text.of_solutions(list)
   return table.concat(lines, "\n")
 end
 
+-- The roots in LaTeX; what is written with abbreviations stands in full.
+function text.latex_of_roots(list, x)
+  local rows, sign = {}, latex(x) .. (list.approximate and " &\\approx " or " &= ")
+  local function in_latex(v) return math.type(v) == "float" and ("%.10g"):format(v) or latex(v) end
+  for i = 1, #list do
+    local period = list.periods and list.periods[i]
+    rows[#rows + 1] = "  " .. sign .. in_latex(list[i]) .. (period and " + k\\," .. latex(period) or "")
+  end
+  for _, pair in ipairs(list.complex) do
+    rows[#rows + 1] = "  " .. sign .. (pair.re == 0 and "" or in_latex(pair.re)) .. " \\pm "
+      .. (pair.im == 1 and "" or in_latex(pair.im) .. "\\,") .. "\\mathrm{i}"
+  end
+  if #rows == 0 then rows[1] = "  &\\text{no solution}" end
+  return "\\begin{align*}\n" .. table.concat(rows, " \\\\\n") .. "\n\\end{align*}"
+end
+
+function text.latex_of_solutions(list)
+  local rows = {}
+  for _, s in ipairs(list) do
+    local parts = {}
+    for _, x in ipairs(list.unknowns) do
+      local v = rawget(s, x)
+      if v ~= nil then parts[#parts + 1] = latex(x) .. " &= " .. latex(v) end
+    end
+    rows[#rows + 1] = "  " .. table.concat(parts, ", & ")
+  end
+  if #rows == 0 then rows[1] = "  &\\text{no solution}" end
+  return "\\begin{align*}\n" .. table.concat(rows, " \\\\\n") .. "\n\\end{align*}"
+end
+
 return text

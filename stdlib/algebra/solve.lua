@@ -251,7 +251,8 @@ local function all_solutions(equations, unknowns, asked)
     if not known then found[#found + 1] = setmetatable(s, solution_type) end
   end
   found.period, found.complex, found.approximate = notes.period, notes.complex, notes.approximate
-  return setmetatable(found, { __tostring = text.of_solutions, __name = "solutions" })
+  return setmetatable(found, { __tostring = text.of_solutions, __name = "solutions",
+    __index = { latex = text.latex_of_solutions } })
 end
 
 local function roots(e, x, asked)
@@ -262,7 +263,8 @@ local function roots(e, x, asked)
   local list = polynomial.new_list()
   one_unknown.find(residual, unknown[1], list)
   return setmetatable(text.in_order(list), {
-    __tostring = function(r) return text.of_roots(r, unknown[1]) end, __name = "roots" })
+    __tostring = function(r) return text.of_roots(r, unknown[1]) end, __name = "roots",
+    __index = { latex = function(r) return text.latex_of_roots(r, unknown[1]) end } })
 end
 
 -- solve(equation, x) gives roots, solve({ … }, { … }) solutions; the others say what they give.

@@ -1,0 +1,45 @@
+-- LaTeX of what is printed in lines: matrix forms, conditions, multistep methods.
+
+doc { name = "matrix_form:latex", module = "DAE", sig = "form:latex() -> string",
+  text = "The three blocks in LaTeX.",
+  example = 'x = var "x"  return lagrange { q = { x }, T = x.dot^2/2, V = x^2/2 }.matrix_form:latex():match "bmatrix"',
+  gives = "bmatrix",
+  function(form) return latex(form.A) .. " " .. latex(form.unknowns) .. " = " .. latex(form.c) end }
+
+doc { name = "constraints:latex", module = "DAE", sig = "sys:constraints():latex() -> string",
+  text = "The conditions on the initial values in LaTeX, one below the other.",
+  example = 'x, z = vars "x z"  return dae{ der(x) ~ z, 0 ~ x - sin(t) }:constraints():latex()',
+  gives = "\\begin{align*}\n  0 &= x - \\sin t\n\\end{align*}",
+  function(list)
+    local rows = {}
+    for i = 1, #list do rows[i] = "  0 &= " .. latex(list[i].rhs) end
+    return "\\begin{align*}\n" .. table.concat(rows, " \\\\\n") .. "\n\\end{align*}"
+  end }
+
+-- "x_{k+1} - \frac{4}{3} x_k", the coefficients times the names at k + 1, k, k - 1 …
+local function weighted(coefficients_, name)
+  local text = ""
+  for i = 1, #coefficients_ do
+    local c = coefficients_[i]
+    if c ~= 0 then
+      local shown = latex(c)
+      local minus = shown:sub(1, 1) == "-"
+      if minus then shown = shown:sub(2) end
+      local place = i == 1 and "k+1" or i == 2 and "k" or "k-" .. i - 2
+      text = text .. (text == "" and (minus and "-" or "") or minus and " - " or " + ")
+        .. (shown == "1" and "" or shown .. " ") .. name .. "_{" .. place .. "}"
+    end
+  end
+  return text
+end
+
+doc { name = "multistep:latex", module = "method theory", sig = "method:latex() -> string",
+  text = "The formula of the method in LaTeX.",
+  example = "bdf(2):latex()",
+    gives = "\\frac{3}{2} x_{k+1} - 2 x_{k} + \\frac{1}{2} x_{k-1} = \\Delta t f_{k+1}",
+  function(method)
+    local right, several = weighted(method.beta, "f"), 0
+    for i = 1, #method.beta do if method.beta[i] ~= 0 then several = several + 1 end end
+    return weighted(method.alpha, "x") .. " = \\Delta t "
+      .. (several > 1 and "\\left(" .. right .. "\\right)" or right)
+  end }
