@@ -2,7 +2,7 @@
 
 doc { name = "matrix_form:latex", module = "DAE", sig = "form:latex() -> string",
   text = "The three blocks in LaTeX.",
-  example = 'x = var "x"  return lagrange { q = { x }, T = x.dot^2/2, V = x^2/2 }.matrix_form:latex():match "bmatrix"',
+  example = 'x = var "x"  return lagrange { q = {x}, T = x.dot^2/2, V = x }.matrix_form:latex():match "bmatrix"',
   gives = "bmatrix",
   function(form) return latex(form.A) .. " " .. latex(form.unknowns) .. " = " .. latex(form.c) end }
 

@@ -87,17 +87,40 @@ function text.of_solutions(list)
   return table.concat(lines, "\n")
 end
 
--- The roots in LaTeX; what is written with abbreviations stands in full.
+local signs = { ["≥"] = "\\ge ", ["≤"] = "\\le ", ["≠"] = "\\ne ", ["π"] = "\\pi ", ["φ"] = "\\varphi ",
+  ["₀"] = "_{0}",
+  ["²"] = "^{2}", ["³"] = "^{3}", ["⁴"] = "^{4}", ["⁵"] = "^{5}", ["⁶"] = "^{6}", ["₁"] = "_{1}",
+    ["₂"] = "_{2}",
+  ["₃"] = "_{3}", ["α"] = "\\alpha ", ["β"] = "\\beta ", ["γ"] = "\\gamma ", ["λ"] = "\\lambda ",
+    ["μ"] = "\\mu ",
+  ["ω"] = "\\omega ", ["θ"] = "\\theta ", ["ρ"] = "\\rho ", ["σ"] = "\\sigma ", ["τ"] = "\\tau " }
+
+-- A condition or abbreviation, written for the terminal, in LaTeX.
+local function condition_latex(line)
+  line = line:gsub("√(%b())", function(inside) return "\\sqrt{" .. inside:sub(2, -2) .. "}" end)
+  line = line:gsub("√([%w]+)", "\\sqrt{%1}"):gsub("%((real)%)", "\\text{ (%1)}")
+  line = line:gsub(" the largest root of ", " \\text{ the largest root of } ")
+  return (line:gsub(utf8.charpattern, signs))
+end
+
+-- The roots in LaTeX, in full, with the conditions that need abbreviations.
 function text.latex_of_roots(list, x)
   local rows, sign = {}, latex(x) .. (list.approximate and " &\\approx " or " &= ")
   local function in_latex(v) return math.type(v) == "float" and ("%.10g"):format(v) or latex(v) end
   for i = 1, #list do
     local period = list.periods and list.periods[i]
     rows[#rows + 1] = "  " .. sign .. in_latex(list[i]) .. (period and " + k\\," .. latex(period) or "")
+      .. (list.when[i] and " && \\text{where } " .. condition_latex(list.when[i]) or "")
   end
   for _, pair in ipairs(list.complex) do
     rows[#rows + 1] = "  " .. sign .. (pair.re == 0 and "" or in_latex(pair.re)) .. " \\pm "
       .. (pair.im == 1 and "" or in_latex(pair.im) .. "\\,") .. "\\mathrm{i}"
+  end
+  for _, lines in ipairs { list.definitions, list.conditions } do
+    for _, line in ipairs(lines) do
+      rows[#rows + 1] = "  &\\text{" .. (lines == list.definitions and "with" or "where") .. " } "
+        .. condition_latex(line)
+    end
   end
   if #rows == 0 then rows[1] = "  &\\text{no solution}" end
   return "\\begin{align*}\n" .. table.concat(rows, " \\\\\n") .. "\n\\end{align*}"

@@ -108,9 +108,9 @@ extern const Module lti_connect_module = {
         {"lti:__pow", power, "G ^ n", "n in series; -1 is the inverse."},
         {"series", series, "series(G1, G2, …) -> G",
          "One after the other, the first acts first: series(G1, G2) is G2*G1.",
-         "series(tf({1}, {1, 1}), tf({2}, {1, 3})):dcgain()", "2/3"},
+         "series(tf({1}, {1, 1}), tf({1}, {1, 4})):dcgain()", "0.25"},
         {"parallel", parallel, "parallel(G1, G2, …) -> G", "The sum of the outputs.",
-         "parallel(tf({1}, {1, 1}), tf({2}, {1, 3})):dcgain()", "5/3"},
+         "parallel(tf({1}, {1, 1}), tf({1}, {1, 4})):dcgain()", "1.25"},
         {"feedback", feedback, "feedback(G1 [, G2 [, sign = -1]]) -> G",
          R"(The closed loop y = G1 (r + sign·G2 y); G2 is 1 if it is not given. An algebraic loop is an
             error.)",
