@@ -2,8 +2,8 @@
 
 doc { name = "matrix_form:latex", module = "DAE", sig = "form:latex() -> string",
   text = "The three blocks in LaTeX.",
-  example = 'x = var "x"  return lagrange { q = {x}, T = x.dot^2/2, V = x }.matrix_form:latex():match "bmatrix"',
-  gives = "bmatrix",
+  example = 'x = var "x"  return lagrange { q = {x}, T = x.dot^2/2, V = x }.matrix_form:latex()',
+  gives = "1 \\ddot{x} = -1",
   function(form) return latex(form.A) .. " " .. latex(form.unknowns) .. " = " .. latex(form.c) end }
 
 doc { name = "constraints:latex", module = "DAE", sig = "sys:constraints():latex() -> string",

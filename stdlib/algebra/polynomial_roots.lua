@@ -139,6 +139,9 @@ local function cubic_in_numbers(c, list)
   end
 end
 
+local function discriminant(p, q) return ratio(p*p*p, 27) + ratio(q*q, 4) end
+local function first_angle(p, q) return ratio(3*q, 2*p)*sqrt(ratio(-3, p)) end
+
 -- p, q, D and φ as symbols for texts, with what they stand for; a coefficient that is a symbol or number
 -- keeps its own name.
 local function abbreviations(c, list)
@@ -151,9 +154,9 @@ local function abbreviations(c, list)
   end
   local P, Q = short("p", p), short("q", q)
   local D, angle = abbreviation "D", abbreviation "phi"
-  table.insert(list.definitions, ("%s = %s"):format(tostring(D), tostring(P^3/27 + Q^2/4)))
-  table.insert(list.definitions, ("%s = acos(%s)"):format(tostring(angle), tostring(3*Q/(2*P)*sqrt(-3/P))))
-  return shift, { p = p, q = q, D = simplify(q^2/4 + p^3/27), angle = acos(3*q/(2*p)*sqrt(-3/p)) },
+  table.insert(list.definitions, ("%s = %s"):format(tostring(D), tostring(discriminant(P, Q))))
+  table.insert(list.definitions, ("%s = acos(%s)"):format(tostring(angle), tostring(first_angle(P, Q))))
+  return shift, { p = p, q = q, D = simplify(discriminant(p, q)), angle = acos(first_angle(p, q)) },
     { p = P, q = Q, D = D, angle = angle }
 end
 
@@ -161,16 +164,16 @@ local function minus(shift) return shift == 0 and "" or " - " .. tostring(shift)
 
 local function cubic_in_symbols(c, list)
   local shift, full, short = abbreviations(c, list)
-  local D, half = tostring(short.D), tostring(short.q/2)
+  local D, half = tostring(short.D), tostring(ratio(short.q, 2))
   local root = sqrt(full.D)
-  polynomial.add(list, odd_root(root - full.q/2, 3) - odd_root(root + full.q/2, 3) - shift,
+  polynomial.add(list, odd_root(root - ratio(full.q, 2), 3) - odd_root(root + ratio(full.q, 2), 3) - shift,
     ("∛(√%s - %s) - ∛(√%s + %s)%s"):format(D, half, D, half, minus(shift)), D .. " ≥ 0")
   for k = 0, 2 do
     local turn = k == 0 and tostring(short.angle) .. "/3" or tostring((short.angle - 2*k*pi)/3)
-    polynomial.add(list, 2*sqrt(-full.p/3)*cos((full.angle - 2*k*pi)/3) - shift,
-      ("2 %s cos(%s)%s"):format(tostring(sqrt(-short.p/3)), turn, minus(shift)), D .. " < 0")
+    polynomial.add(list, 2*sqrt(ratio(-full.p, 3))*cos((full.angle - 2*k*pi)/3) - shift,
+      ("2 %s cos(%s)%s"):format(tostring(sqrt(ratio(-short.p, 3))), turn, minus(shift)), D .. " < 0")
   end
-  polynomial.add(list, odd_root(full.q/2, 3) - shift, ("∛(%s)%s (double)"):format(half, minus(shift)),
+  polynomial.add(list, odd_root(ratio(full.q, 2), 3) - shift, ("∛(%s)%s (double)"):format(half, minus(shift)),
     D .. " = 0")
 end
 
@@ -231,8 +234,8 @@ local function quartic_in_symbols(c, list)
   local inner = polynomial.new_list()
   local cubic_shift, full, names = abbreviations(resolvent(p, q, r), inner)
   local m, D = abbreviation "m", sqrt(full.D)
-  local largest = ifelse(ge(full.D, 0), odd_root(D - full.q/2, 3) - odd_root(D + full.q/2, 3),
-    2*sqrt(-full.p/3)*cos(full.angle/3)) - cubic_shift
+  local largest = ifelse(ge(full.D, 0), odd_root(D - ratio(full.q, 2), 3) - odd_root(D + ratio(full.q, 2), 3),
+    2*sqrt(ratio(-full.p, 3))*cos(full.angle/3)) - cubic_shift
   for sign = 1, -1, -2 do
     local inside = tostring(under_root(sign, m, short[1], short[2]))
     for plus = 1, -1, -2 do

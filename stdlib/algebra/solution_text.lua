@@ -97,7 +97,10 @@ local signs = { ["≥"] = "\\ge ", ["≤"] = "\\le ", ["≠"] = "\\ne ", ["π"] 
 
 -- A condition or abbreviation, written for the terminal, in LaTeX.
 local function condition_latex(line)
-  line = line:gsub("√(%b())", function(inside) return "\\sqrt{" .. inside:sub(2, -2) .. "}" end)
+  local roots
+  repeat
+    line, roots = line:gsub("√(%b())", function(inside) return "\\sqrt{" .. inside:sub(2, -2) .. "}" end)
+  until roots == 0
   line = line:gsub("√([%w]+)", "\\sqrt{%1}"):gsub("%((real)%)", "\\text{ (%1)}")
   line = line:gsub(" the largest root of ", " \\text{ the largest root of } ")
   return (line:gsub(utf8.charpattern, signs))
@@ -106,10 +109,15 @@ end
 -- The roots in LaTeX, in full, with the conditions that need abbreviations.
 function text.latex_of_roots(list, x)
   local rows, sign = {}, latex(x) .. (list.approximate and " &\\approx " or " &= ")
-  local function in_latex(v) return math.type(v) == "float" and ("%.10g"):format(v) or latex(v) end
+  local longest = 400
+  local function in_latex(v, short)
+    local full = math.type(v) == "float" and ("%.10g"):format(v) or latex(v)
+    return short and #full > longest and condition_latex(short) or full
+  end
   for i = 1, #list do
     local period = list.periods and list.periods[i]
-    rows[#rows + 1] = "  " .. sign .. in_latex(list[i]) .. (period and " + k\\," .. latex(period) or "")
+    rows[#rows + 1] = "  " .. sign .. in_latex(list[i], list.text[i])
+      .. (period and " + k\\," .. latex(period) or "")
       .. (list.when[i] and " && \\text{where } " .. condition_latex(list.when[i]) or "")
   end
   for _, pair in ipairs(list.complex) do

@@ -367,3 +367,14 @@ test("sine and cosine at multiples of π/6 and π/4", function()
   end
   expect(tostring(simplify(cos(5*pi/6)))):equals "-√3/2"
 end)
+
+test("exact numbers have whole quotients and remainders, and stand in lists that are joined", function()
+  expect(1//rational "1/2"):equals(2)
+  expect(-7//rational "2/3"):equals(-11)
+  expect(-7 % rational "2/3"):equals(rational "1/3")
+  expect(sqrt(10)//1):equals(3)
+  expect(table.concat({ 1, rational "1/2", sqrt(2) }, ", ")):equals "1, 1/2, √2"
+  expect(function() return rational "1/2" // 0 end):fails "division by zero"
+  expect(function() return var "x" // 2 end):fails "expressions have no //; write a/b"
+  expect(function() return table.concat({ 1, {} }) end):fails "invalid value (table)"
+end)

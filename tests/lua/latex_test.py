@@ -26,7 +26,7 @@ parts[#parts + 1] = ball:structure()
 parts[#parts + 1] = ball:init { fix = { [p] = { 1, 0, 0 }, [p.dot] = { 0, 1, 0 } } }
 parts[#parts + 1] = dae { der(x) ~ y, der(y) ~ -x, 0 ~ x + y }:structure()
 local a, z = param "a", var "z"
-for _, each in ipairs { solve(y^3 + a*y + 1, y), solve(y^4 + y + 1, y), solve(sin(2*y) ~ 1/2, y), solve(y^2 ~ -4, y),
+for _, each in ipairs { solve(y^3 + a*y + 1, y), solve(y^4 + y + 1, y), solve(y^4 + a*y + 1, y), solve(a*y^4 + y^3 - y + 1, y), solve(sin(2*y) ~ 1/2, y), solve(y^2 ~ -4, y),
   solve({ a*y + z ~ 1, y - z ~ a }, { y, z }), equilibria(dae { der(y) ~ a*y - y^3 }), ball.matrix_form,
   ball:constraints(), bdf(4), multistep { name = "ab2", alpha = { 1, -1, 0 }, beta = { 0, "3/2", "-1/2" } },
   explain_step(dae { der(y) ~ z, 0 ~ z + y^3 }, bdf(3)), ball:reduce("array"), ball:reduce("array"):trace() } do

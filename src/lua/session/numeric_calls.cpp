@@ -108,6 +108,30 @@ int numeric_value(lua_State* L) {
   return call_original(L);
 }
 
+/// table.concat(list, …): exact numbers as they print, in a copy of the list.
+int joined_texts(lua_State* L) {
+  if (!lua_istable(L, 1)) return call_original(L);
+  const lua_Integer n = luaL_len(L, 1);
+  bool exact = false;
+  for (lua_Integer i = 1; i <= n && !exact; ++i) {
+    lua_geti(L, 1, i);
+    exact = constant_at(L, lua_gettop(L)).has_value() && is_object(L, lua_gettop(L));
+    lua_pop(L, 1);
+  }
+  if (!exact) return call_original(L);
+  lua_createtable(L, static_cast<int>(n), 0);
+  for (lua_Integer i = 1; i <= n; ++i) {
+    lua_geti(L, 1, i);
+    if (is_object(L, lua_gettop(L)) && constant_at(L, lua_gettop(L))) {
+      luaL_tolstring(L, -1, nullptr);
+      lua_remove(L, -2);
+    }
+    lua_seti(L, -2, i);
+  }
+  lua_replace(L, 1);
+  return call_original(L);
+}
+
 /// Replaces table[name] of the table on top by a closure over it and its name.
 void wrap(lua_State* L, const char* name, lua_CFunction function) {
   lua_getfield(L, -1, name);
@@ -125,10 +149,12 @@ void open_numeric_calls(lua_State* L) {
     wrap(L, name, guarded<numeric_function>);
   lua_getglobal(L, "string");
   wrap(L, "format", guarded<numeric_format>);
+  lua_getglobal(L, "table");
+  wrap(L, "concat", guarded<joined_texts>);
   lua_pushglobaltable(L);
   wrap(L, "tonumber", guarded<numeric_value>);
   wrap(L, "tostring", guarded<text_of_value>);
-  lua_pop(L, 3);
+  lua_pop(L, 4);
 }
 
 }  // namespace pendula::lua

@@ -345,9 +345,30 @@ int compare(Call& call, bool strict) {
 int less(Call& call) { return compare(call, true); }
 int less_or_equal(Call& call) { return compare(call, false); }
 
-int no_floor_division(Call&) { throw Error("expressions have no //; write a/b"); }
-int no_remainder(Call&) {
-  throw Error("expressions have no %; for a periodic function write sin, cos or ifelse");
+/// ⌊a/b⌋ of two numbers, exact where both are; nothing where there are symbols.
+std::optional<Expr> floor_of_quotient(Expr a, Expr b) {
+  const auto x = number_value(a), y = number_value(b);
+  if (!x || !y) return {};
+  if (*y == 0) throw Error("division by zero");
+  const mpq_class *p = exact_value(a), *q = exact_value(b);
+  if (!p || !q) return Expr(std::floor(*x / *y));
+  const mpq_class quotient = *p / *q;
+  mpz_class floor;
+  mpz_fdiv_q(floor.get_mpz_t(), quotient.get_num_mpz_t(), quotient.get_den_mpz_t());
+  return Expr(mpq_class(floor));
+}
+
+int floor_division(Call& call) {
+  const auto floor =
+      floor_of_quotient(to_expr(call.L, 1, "the left operand"), to_expr(call.L, 2, "the right operand"));
+  if (!floor) throw Error("expressions have no //; write a/b");
+  return push_expr(call.L, *floor);
+}
+int remainder(Call& call) {
+  const Expr a = to_expr(call.L, 1, "the left operand"), b = to_expr(call.L, 2, "the right operand");
+  const auto floor = floor_of_quotient(a, b);
+  if (!floor) throw Error("expressions have no %; for a periodic function write sin, cos or ifelse");
+  return push_expr(call.L, a - *floor * b);
 }
 int no_and(Call&) { throw Error("expressions have no &; for conditions write all(a, b)"); }
 int no_or(Call&) { throw Error("expressions have no |; for conditions write any(a, b)"); }
@@ -383,8 +404,8 @@ const Operator operators[] = {
     {"__bxor", equate, "lhs ~ rhs", "An equation. ~ binds weaker than + - * / and stronger than ==."},
     {"__lt", less, "a < b", "Order of numbers; for symbols an error that names lt and gt."},
     {"__le", less_or_equal, "a <= b", "Order of numbers; for symbols an error that names le and ge."},
-    {"__idiv", no_floor_division, "a // b", always_an_error},
-    {"__mod", no_remainder, "a % b", always_an_error},
+    {"__idiv", floor_division, "a // b", always_an_error},
+    {"__mod", remainder, "a % b", always_an_error},
     {"__band", no_and, "a & b", always_an_error},
     {"__bor", no_or, "a | b", always_an_error},
     {"__shl", no_shift, "a << b", always_an_error},
