@@ -8,7 +8,7 @@
 -- problems.
 local started = os.clock()
 local here = arg[0]:match "(.*/)" or "./"
-local problems = assert(loadfile(here .. "problems.lua"))()
+local problems = assert(loadfile(here .. "problems.lua"))(here)
 local parsed = os.clock()
 local wanted = table.concat(arg, " ")
 local levels = { 4, 6, 8 }
@@ -86,7 +86,7 @@ local function first(problem)
     clock = now
     return value
   end
-  local model = part("model", problem.model())
+  local model = part("model", problem.model(problem))
   local index = part("index", model:index())
   local ours = part("form", problem.ours and problem.ours(model) or index > 1 and model:reduce() or model)
   if not problem.slow then

@@ -86,9 +86,9 @@ void factorisation(int n, int per_row, LinearSolver<double>::Road road) {
 
 /// One integration of a problem of problems.lua at rtol = 1e-6; the end alone is saved.
 void integration(lua_State* L, const std::string& script) {
-  run(L, "problems = {} for _, p in ipairs(assert(loadfile '" + folder +
-             "/problems.lua')()) do problems[p.name] = p end\n"
-             "function prepare(name, to) local p = problems[name] local m = p.model()\n"
+  run(L, "problems = {} for _, p in ipairs(assert(loadfile '" + folder + "/problems.lua')('" + folder +
+             "/')) do problems[p.name] = p end\n"
+             "function prepare(name, to) local p = problems[name] local m = p.model(p)\n"
              "  local model = p.ours and p.ours(m) or m:index() > 1 and m:reduce() or m\n"
              "  local atol = p.atol and p.atol(1e-6) or 1e-6\n"
              "  return function() local sol = model:integrate { start = p.start, to = to or p.to, rtol = "
@@ -115,8 +115,8 @@ const std::vector<std::pair<std::string, Case>>& cases() {
       {"kernel_squeezer", [](lua_State* L) { kernel(L, "model = problems.squeezer()"); }},
       {"kernel_chain100",
        [](lua_State* L) {
-         kernel(L, "for _, p in ipairs(assert(loadfile '" + folder +
-                       "/problems.lua')()) do if p.name == 'chain of 1000 links' then chain = p end end\n"
+         kernel(L, "for _, p in ipairs(assert(loadfile '" + folder + "/problems.lua')('" + folder +
+                       "/')) do if p.name == 'chain of 1000 links' then chain = p end end\n"
                        "model = chain.sized(100).model():reduce 'acc'");
        }},
       {"lu_dense20", [](lua_State*) { factorisation(20, 4, Road::dense); }},

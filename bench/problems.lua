@@ -1,14 +1,20 @@
 -- The problems of bench/dae.lua. Equations, starts and reference values: docs/benchmarks.md; fields:
 --   name, to, start      as given to integrate
---   model()              what we are given: the model as one writes it, of any index
---   ours(model)          the form we integrate; without it model:reduce() where the index is above 1, else the model
+--   model(problem)       what we are given: the model as one writes it, of any index
+--   ours(model)          the form we integrate; without it model:reduce() where the index is above 1
 --   peer(model)          the form IDA integrates (it takes index 0 and 1)
 --   reference            end values of the components that count
 --   atol(rtol)           where atol = rtol would be unfair
 --   ida                  options for IDA
 --   slow                 runs only when its name is given: ./dev bench dae "10^5"
---   tolerances           those that are tried, instead of 10^(-k/2); for large models, whose runs take seconds
+--   tolerances           those that are tried, instead of 10^(-k/2); for large models
+--   source               where it is from
+--   count                names of the components that count; their values: bench/problems/references.lua
+--   breaks, stiff, precision   for bench/reference.lua: where the equations are not smooth, what method,
+--                        which tolerance
+-- More of them, by subject: bench/problems/*.lua.
 local list = {}
+local folder = (...) or arg[0]:match "(.*/)" or "./"
 
 local function add(problem) list[#list + 1] = problem end
 
@@ -194,5 +200,13 @@ add(diodes(1000, "diodes, 10^3 nodes", { sparse = true, flush = true }))
 add(diodes(10000, "diodes, 10^4 nodes", { sparse = true, flush = true }))
 add(diodes(100000, "diodes, 10^5 nodes", { sparse = true, flush = true }, true))
 add(diodes(100000, "diodes, 10^5, as shipped", { sparse = true }, true))
+
+local references = assert(loadfile(folder .. "problems/references.lua"))()
+for _, subject in ipairs { "orbits", "chemistry", "circuits", "mechanisms", "lattices" } do
+  for _, problem in ipairs(assert(loadfile(folder .. "problems/" .. subject .. ".lua"))()) do
+    problem.reference = references[problem.name]
+    add(problem)
+  end
+end
 
 return list

@@ -1,4 +1,5 @@
-// The program of bench/dae.lua: pendula with one word more, model:ida{…}, the peer on the same model.
+// The program of bench/dae.lua: pendula with two words more, model:ida{…}, the peer
+// on the same model, and model:quad{…}, reference values.
 #include <cstdio>
 #include <memory>
 
@@ -9,6 +10,7 @@
 #include "lua/core/library.hpp"
 #include "lua/core/objects.hpp"
 #include "lua/session/state.hpp"
+#include "quad.hpp"
 #include "shell/script.hpp"
 
 namespace pendula::bench {
@@ -39,30 +41,66 @@ std::string name_of(Expr leaf) {
   return s.name + std::string(static_cast<std::size_t>(s.order), '\'');
 }
 
+/// What every peer is given: the model with numbers, at its start.
+struct Given {
+  Given(Call& call, const lua::Options& options) {
+    const auto model = call.shared<dae::Model>(1, "model");
+    const dae::ConsistentStatePtr start = lua::read_start(call.L, options, model);
+    lua_settop(call.L, call.count());
+    form = dae::first_order(*model);
+    Vec parameters(static_cast<Eigen::Index>(form.p.size()));
+    for (std::size_t i = 0; i < form.p.size(); ++i)
+      parameters[static_cast<Eigen::Index>(i)] = (*start)(form.p[i]);
+    from = point_of(form, *start);
+    problem = std::make_unique<integrate::Problem>(form, parameters);
+  }
+  std::string name(std::size_t k) const {
+    return name_of(k < form.x.size() ? form.x[k] : form.z[k - form.x.size()]);
+  }
+  dae::FirstOrder form;
+  integrate::Point from;
+  std::unique_ptr<integrate::Problem> problem;
+};
+
+int quad(Call& call) {
+  const lua::Options options = call.options(
+      2, {"start", "to", "tolerance", "size", "stages", "gauss", "breaks", "inputs", "params", "from"});
+  const Given given(call, options);
+  QuadOptions o;
+  o.to = options.number("to"), o.tolerance = options.number("tolerance", o.tolerance);
+  o.size = options.number("size", o.size), o.stages = static_cast<int>(options.number("stages", 7));
+  o.gauss = options.boolean("gauss", false);
+  if (options.has("breaks")) {
+    const int list = options.push("breaks");
+    for (lua_Integer k = 1; lua_rawgeti(call.L, list, k) == LUA_TNUMBER; ++k)
+      o.breaks.push_back(lua_tonumber(call.L, -1));
+  }
+  const QuadResult result = run_quad(*given.problem, given.from, o);
+  lua_State* L = call.L;
+  lua_newtable(L);
+  for (std::size_t k = 0; k < result.y.size(); ++k) {
+    lua_pushstring(L, result.y[k].c_str());
+    lua_setfield(L, -2, given.name(k).c_str());
+  }
+  lua_pushnumber(L, static_cast<double>(result.steps)), lua_setfield(L, -2, "steps");
+  return 1;
+}
+
 int ida(Call& call) {
-  const auto model = call.shared<dae::Model>(1, "model");
   const lua::Options options = call.options(2, {"start", "to", "rtol", "atol", "sparse", "suppress",
                                                 "coefficient", "flush", "inputs", "params", "from"});
-  const dae::ConsistentStatePtr start = lua::read_start(call.L, options, model);
-  lua_settop(call.L, call.count());
-  dae::FirstOrder form = dae::first_order(*model);
-  Vec parameters(static_cast<Eigen::Index>(form.p.size()));
-  for (std::size_t i = 0; i < form.p.size(); ++i)
-    parameters[static_cast<Eigen::Index>(i)] = (*start)(form.p[i]);
-  const integrate::Point from = point_of(form, *start);
-  integrate::Problem problem(form, parameters);
+  const Given given(call, options);
   IdaOptions o;
   o.to = options.number("to"), o.rtol = options.number("rtol", 1e-6), o.atol = options.number("atol", o.rtol);
   o.sparse = options.boolean("sparse", false), o.suppress_algebraic = options.boolean("suppress", true);
   o.newton_coefficient = options.number("coefficient", 0),
   o.flush_denormals = options.boolean("flush", false);
-  const IdaResult result = run_ida(problem, from, o);
+  const IdaResult result = run_ida(*given.problem, given.from, o);
   lua_State* L = call.L;
   lua_newtable(L);
   for (Eigen::Index i = 0; i < result.y.size(); ++i) {
-    const auto k = static_cast<std::size_t>(i);
     lua_pushnumber(L, result.y[i]);
-    lua_setfield(L, -2, name_of(k < form.x.size() ? form.x[k] : form.z[k - form.x.size()]).c_str());
+    lua_setfield(L, -2, given.name(static_cast<std::size_t>(i)).c_str());
   }
   const auto set = [&](const char* key, double v) { lua_pushnumber(L, v), lua_setfield(L, -2, key); };
   set("seconds", result.seconds), set("steps", static_cast<double>(result.steps));
@@ -76,7 +114,9 @@ const lua::Module module = {
     "ida",
     "The peer",
     {{"model:ida", ida, "sys:ida(options) -> table",
-      "IDA of SUNDIALS on the same model: end values by name, seconds, steps, residuals, jacobians."}}};
+      "IDA of SUNDIALS on the same model: end values by name, seconds, steps, residuals, jacobians."},
+     {"model:quad", quad, "sys:quad(options) -> table",
+      "Collocation in quadruple precision: end values by name, as texts of 25 digits, and steps."}}};
 
 }  // namespace
 }  // namespace pendula::bench

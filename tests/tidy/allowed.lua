@@ -128,7 +128,6 @@ return {
     ["src/expr/print/print_notation.hpp fraction_or_decimal"] = 1,
   },
   width = {
-    ["bench/problems.lua"] = 2,
     ["scripts/exam/problem1.lua"] = 2,
     ["scripts/exam/problem2.lua"] = 2,
     ["scripts/exam/problem3.lua"] = 1,

@@ -82,7 +82,27 @@ std::vector<Index> pivots(Mat N, const std::vector<Index>& candidates) {
   return chosen;
 }
 
-Freedom dense_freedom(const StartSystem& s, const Mat& J, double threshold) {
+/// A fixed unknown may hide the others of a row: a stiff spring, held at 0, all that the row says about
+/// accelerations. Its column is made smaller, which changes no rank; not where the others are rounding errors.
+void uncover(const StartSystem& s, Mat& J) {
+  constexpr double noise = 1e-14;
+  const std::vector<char> fixed = s.fixed();
+  auto equations = J.topRows(static_cast<Index>(s.first_fix));
+  Vec others = Vec::Zero(equations.rows());
+  for (Index j = 0; j < J.cols(); ++j)
+    if (!fixed[j]) others = others.cwiseMax(equations.col(j).cwiseAbs());
+  for (Index j = 0; j < J.cols(); ++j) {
+    if (!fixed[j]) continue;
+    double factor = 1;
+    for (Index i = 0; i < equations.rows(); ++i)
+      if (others[i] > noise * std::fabs(equations(i, j)) && equations(i, j) != 0)
+        factor = std::min(factor, others[i] / std::fabs(equations(i, j)));
+    equations.col(j) *= factor;
+  }
+}
+
+Freedom dense_freedom(const StartSystem& s, Mat J, double threshold) {
+  uncover(s, J);
   Freedom f;
   const auto first = static_cast<Index>(s.first_fix), n = J.cols();
   RowSpace space(J.topRows(first), threshold);

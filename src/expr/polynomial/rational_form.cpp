@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <map>
+#include <utility>
 
 #include "base/error.hpp"
 #include "base/interrupt.hpp"
@@ -13,6 +14,7 @@ namespace {
 
 // Bounds that keep every answer below some ten milliseconds.
 constexpr std::size_t most_generators = 32, most_terms = 600, most_factored_terms = 120;
+constexpr double most_expanded = 20'000;
 constexpr long highest_power = 40, most_factored_degree = 24;
 
 /// Numerator and denominator; not necessarily coprime.
@@ -59,7 +61,10 @@ class Conversion {
     return {*quotient(f.above, *common), *quotient(f.below, *common)};
   }
 
-  Polynomial reduced(const Polynomial& p) const { return remainder(p, basis_); }
+  /// The relations applied; as it is where that would be far too long: (Σ dᵢ²)^(3/2) of many bodies.
+  Polynomial reduced(const Polynomial& p) const {
+    return expanded_terms(p) <= most_expanded ? remainder(p, basis_) : p;
+  }
 
   SumId sum(const Polynomial& p) {
     Sum terms;
@@ -116,6 +121,25 @@ class Conversion {
     const int depth_a = forms_.atom(a).traits.depth, depth_b = forms_.atom(b).traits.depth;
     if (ra == 0 && depth_a != depth_b) return depth_a > depth_b;
     return forms_.compare(a, b) < 0;
+  }
+
+  /// At most so many terms has p when every power of a leading generator is replaced by its relation, once.
+  double expanded_terms(const Polynomial& p) const {
+    double all = 0;
+    std::vector<std::pair<std::size_t, Monomial>> leading;
+    for (const Polynomial& relation : basis_)
+      leading.emplace_back(relation.size() - 1, relation.terms().front());
+    for (const Monomial& m : p.terms()) {
+      double terms = 1;
+      for (const auto& [others, first] : leading)
+        for (std::size_t i = 0; i < m.exponents.size(); ++i)
+          if (const unsigned long d = first.exponents[i]; d > 0 && m.exponents[i] >= d)
+            for (std::size_t k = 1; k < others;
+                 ++k)  // monomials of degree n in k variables: (n + k - 1 over k - 1)
+              terms *= 1 + static_cast<double>(m.exponents[i] / d) / static_cast<double>(k);
+      all += terms;
+    }
+    return all;
   }
 
   Polynomial generator(std::size_t place, unsigned long exponent) const {

@@ -17,6 +17,7 @@
 #include "integrate/run/method_selector.hpp"
 #include "integrate/run/run_monitors.hpp"
 #include "integrate/run/stall_detector.hpp"
+#include "integrate/solution/rounding_watch.hpp"
 
 namespace pendula::integrate {
 
@@ -38,7 +39,8 @@ class AdaptiveRun {
         modes_(state_, method_),
         monitors_(state_.problem, state_.plan, state_.finder, *state_.history),
         events_(state_, modes_, monitors_),
-        domain_(*state_.problem, state_.plan.guards, state_.plan.check_singularities) {}
+        domain_(*state_.problem, state_.plan.guards, state_.plan.check_singularities),
+        rounding_(*state_.problem, state_.plan.tolerances, state_.plan.variable_index) {}
 
   std::shared_ptr<Solution> solution() { return state_.solution; }
 
@@ -76,6 +78,7 @@ class AdaptiveRun {
     state_.problem->set_limit(std::numeric_limits<double>::infinity());
     const double seconds = static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC;
     modes_.report();
+    state_.solution->set_rounding(rounding_.remark(*state_.problem, stepper().here()));
     state_.solution->finish(std::move(outcome), state_.stats(), seconds);
   }
 
@@ -94,6 +97,8 @@ class AdaptiveRun {
     state_.view_step();
     if (events_.after_step(outcome)) return domain_.restart(stepper().here());
     state_.keep(stepper().here(), false);
+    if (!stepper().is_explicit() && rounding_.wants(state_.stats().steps))
+      rounding_.after(*state_.problem, stepper().before(), stepper().here(), state_.stats().steps);
     const bool done = stepper().here().t >= plan().to;
     if (const auto stop = monitors_.after({stepper().before(), stepper().here(), done, state_.stats()}))
       return stop_at(*stop, outcome);
@@ -204,6 +209,7 @@ class AdaptiveRun {
   AdaptiveStepMonitors monitors_;
   EventHandler events_;
   DomainMonitor domain_;
+  RoundingWatch rounding_;
   StallDetector stall_;
   Point first_;
   int since_progress_ = 0;

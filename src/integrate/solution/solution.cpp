@@ -171,6 +171,7 @@ std::string Solution::stats_text() const {
   std::string result = table.str();
   for (const MethodInUse& use : methods_in_use_)
     result += text(use.name, " from t = ", rounded(use.t, 6), ": ", use.why, "\n");
+  if (!rounding_.empty()) result += rounding_ + "\n";
   return result + borders_text();
 }
 

@@ -88,6 +88,7 @@ class Solution {
   void set_continuation(std::shared_ptr<Continuation> between) { between_ = std::move(between); }
   void add_event(EventRecord event) { events_.push_back(std::move(event)); }
   void set_borders(std::vector<BorderInUse> borders) { borders_ = std::move(borders); }
+  void set_rounding(std::string remark) { rounding_ = std::move(remark); }
   void add_method(MethodInUse use) { methods_in_use_.push_back(std::move(use)); }
   void keep_methods(std::size_t count) { methods_in_use_.resize(count); }
   void cut(double t);  ///< takes back what was filled in behind t
@@ -117,6 +118,9 @@ class Solution {
   /// The borders of piecewise equations.
   const std::vector<BorderInUse>& borders() const { return borders_; }
   std::string borders_text() const;  ///< one line each; many are counted
+
+  /// Why the digits asked for are not there; empty: nothing is known against them.
+  const std::string& rounding() const { return rounding_; }
 
   int size() const { return points_.size(); }
   const std::vector<double>& t() const { return points_.t(); }
@@ -155,6 +159,7 @@ class Solution {
   std::vector<StatesInUse> states_in_use_;
   std::vector<MethodInUse> methods_in_use_;
   std::vector<BorderInUse> borders_;
+  std::string rounding_;
   mutable std::vector<Expr>
       compiled_;  ///< what kernel_ computes: the same expressions are asked for again and again
   mutable codegen::Kernel kernel_;

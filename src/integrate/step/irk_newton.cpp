@@ -9,8 +9,6 @@
 #include "integrate/step/irk_stepper.hpp"
 
 namespace pendula::integrate {
-namespace {}  // namespace
-
 bool IrkStepper::evaluate_jacobian() {
   problem_->place(here_.t, here_.x.data(), here_.xdot.data(), here_.z.data());
   jacobian_.entries = problem_->jacobian();
@@ -276,6 +274,34 @@ double IrkStepper::error_norm(double dt, bool again) {
   const double norm = damped_error_norm(dt, again);
   if (!(norm < 1) || check_.empty() || rounding_.has_multipliers()) return norm;
   return check_.undamped_norm(norm, error_.data(), f().gamma / dt, scales_.scale, jacobian_.entries);
+}
+
+/// Over a step much longer than the last the equations may have become less stiff than the Jacobian at its start says:
+/// a matrix that is far too large makes corrections and error estimates tiny. One more correction at the end, with the
+/// Jacobian there; its norm.
+double IrkStepper::correction_at_end(double dt) {
+  constexpr double longer = 2;
+  if (!determined_ || !f().stiffly_accurate || last_.dt == 0) return 0;
+  if (iteration_.wary == 0 && dt <= longer * last_.dt) return 0;
+  problem_->place(next_.t, next_.x.data(), next_.xdot.data(), next_.z.data());
+  const std::vector<double>& entries = problem_->jacobian();
+  for (std::size_t k = 0; k < entries.size(); ++k)
+    shifted_.real[k] = rows_.in_mass[k] ? f().gamma / dt * entries[k] : entries[k];
+  problem_->residual(error_.data());
+  ++stats_.jacobians;
+  ++stats_.evaluations;
+  if (jacobian_.end.size() == 0) jacobian_.end.analyse(N_, rows_.positions);
+  if (!jacobian_.end.factorise(shifted_.real.data())) return 0;
+  jacobian_.end.solve(error_.data());
+  ErrorSum sum;
+  for (int k = 0; k < N_; ++k) sum.add(error_[k] / scales_.scale[k]);
+  const double norm = sum.norm(N_);
+  constexpr int calm = 4;  // steps until a surprise is forgotten
+  if (norm >= 1)
+    iteration_.wary = calm;
+  else if (norm < 0.1 && iteration_.wary > 0)
+    --iteration_.wary;
+  return std::isfinite(norm) ? norm : 0;
 }
 
 double IrkStepper::damped_error_norm(double dt, bool again) {

@@ -114,7 +114,7 @@ void IrkStepper::start(const Point& point, double end) {
   jacobian_.factorised_for = 0;
   iteration_.contraction = 1;
   iteration_.slow_factor = 0.5;
-  iteration_.failures = 0;
+  iteration_.failures = iteration_.wary = 0;
   rounding_.forget();
   last_.dt = 0;
   trouble_.clear();
@@ -229,6 +229,11 @@ void IrkStepper::step(double end) {
     if (error >= 1 || !(error < 1) || !complete(dt)) {
       need_jacobian = !jacobian_.fresh;
       reject(dt, error >= 1 ? Rejection::error : Rejection::unsolvable, error);
+      continue;
+    }
+    if (const double more = correction_at_end(dt); more >= 1) {
+      need_jacobian = !jacobian_.fresh;
+      reject(dt, Rejection::error, more);
       continue;
     }
     return accept(dt, error, end);

@@ -65,6 +65,7 @@ class IrkStepper final : public Stepper {
     bool fresh = false;         ///< of this step
     bool keep = false;          ///< serves the next step
     double factorised_for = 0;  ///< dt; 0: not
+    LinearSolver<double> end;   ///< of correction_at_end()
   };
   /// The entries with a factor for those of x′, and a right side.
   struct Shifted {
@@ -79,6 +80,7 @@ class IrkStepper final : public Stepper {
     double contraction = 1;    ///< Θ/(1 - Θ), an estimate where only one iteration was made
     double slow_factor = 0.5;  ///< of dt, when it was slow
     int failures = 0;          ///< since the last accepted step
+    int wary = 0;              ///< steps that are still checked: correction_at_end()
   };
   /// The tolerances of the error estimate, which is of lower order than the method, and the scales from them.
   struct Scales {
@@ -119,6 +121,7 @@ class IrkStepper final : public Stepper {
   bool residuals(double dt);
   void solve_stages();
   double error_norm(double dt, bool again);
+  double correction_at_end(double dt);
   double damped_error_norm(double dt, bool again);
   double damped_error_norm(NewtonCode& code, bool again);
   void end_step(double dt);
@@ -142,8 +145,8 @@ class IrkStepper final : public Stepper {
   Pattern rows_;
   Jacobian jacobian_;
   Shifted shifted_;
-  std::vector<Matrices> matrices_;  ///< one set per formula
-  long counted_iterations_ = 0;     ///< by NewtonCode::make
+  std::vector<Matrices> matrices_;   ///< one set per formula
+  long counted_iterations_ = 0;      ///< by NewtonCode::make
   Scales scales_;
   PredictiveController control_;
   Iteration iteration_;

@@ -20,7 +20,7 @@ namespace pendula::lua {
 
 struct SolutionStats {
   integrate::Stats counts;
-  std::string method, text, why, borders;
+  std::string method, text, why, borders, rounding;
   double seconds;
 };
 template <>
@@ -330,7 +330,7 @@ int stats(Call& call) {
     why += text(why.empty() ? "" : "\n", use.name, " from t = ", rounded(use.t, 6), ": ", use.why);
   return call.push(std::make_shared<const SolutionStats>(
       SolutionStats{solution.stats(), solution.method_name(), without_newline(solution.stats_text()), why,
-                    without_newline(solution.borders_text()), solution.cpu_seconds()}));
+                    without_newline(solution.borders_text()), solution.rounding(), solution.cpu_seconds()}));
 }
 
 /// { name = value } of every state and algebraic variable.
@@ -401,6 +401,7 @@ int stats_factorisations(Call& call) { return call.push(counted(call).counts.fac
 int stats_newton(Call& call) { return call.push(counted(call).counts.newton_iterations); }
 int stats_why(Call& call) { return call.push(counted(call).why); }
 int stats_borders(Call& call) { return call.push(counted(call).borders); }
+int stats_rounding(Call& call) { return call.push(counted(call).rounding); }
 int stats_time(Call& call) { return call.push(counted(call).seconds); }
 
 const integrate::Drift& drifted(Call& call) { return call.object<integrate::Drift>(1, "drift"); }
@@ -549,6 +550,10 @@ extern const Module integrate_module = {
          "or kink (not decided by the expressions): located.",
          "dae{ der(var 'x') ~ 2 - abs(var 'x') }:integrate{ start = { x = -1 }, to = 3 }:stats().borders",
          "border x = 0: kink, located 1 time"},
+        {"stats#rounding", stats_rounding, "stats.rounding -> string",
+         "Why the digits asked for are not there: rounding errors of the equations beside the tolerances (implicit "
+         "methods, rtol below 1e-7). Empty where they are harmless.",
+         "", ""},
         {"stats#why", stats_why, "stats.why -> string",
          "Where the method was chosen: which one from when on, and why; one line each.", "", ""},
         {"stats:__tostring", stats_text, "print(sol:stats())", "The counts, without the time.", "", ""},

@@ -1,0 +1,33 @@
+// Are the digits asked for there at all? What rounding errors of the equations become along a solution, beside the
+// tolerances at its end.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "integrate/problem/problem.hpp"
+#include "integrate/solve/tolerances.hpp"
+
+namespace pendula::integrate {
+
+/// Looks at steps 8, 16, 32, … of models of index 0 and 1 with up to some hundred unknowns, where tolerances are tight.
+/// What a step makes of the rounding errors of a residual is carried on by the linearised equations.
+class RoundingWatch {
+ public:
+  RoundingWatch(const Problem& problem, const Tolerances& tolerances, const std::vector<int>& variable_index);
+
+  bool wants(long steps) const { return active_ && steps >= next_; }
+  /// After a step of an implicit method. Cost: one Jacobian, two factorisations, nine solutions.
+  void after(Problem& problem, const Point& before, const Point& here, long steps);
+  /// What stats() says at the end of a run; empty: rounding errors are harmless.
+  std::string remark(Problem& problem, const Point& end) const;
+
+ private:
+  Tolerances tolerances_;
+  bool active_;
+  long last_ = 0, next_ = 8;
+  double t_ = 0;               ///< of the last look
+  std::vector<double> error_;  ///< of (x, z), there
+};
+
+}  // namespace pendula::integrate
