@@ -33,22 +33,78 @@ local function document_of(value)
     .. "\n\\end{document}\n"
 end
 
-doc { name = "save", module = "files", title = "Files", sig = "save(file, value)",
-  text = [[Writes a model, an expression, a matrix, an equation, a start, data, a linear system, a number, a
-    text or a table of these to a file that load turns into the same value, in a new session too. A
-    model keeps its name, parameter values and the form it was reduced to. A file named .tex is a
-    LaTeX document that compiles as it is: of whatever has latex() (models, derivations, expressions,
-    tableaus, identified models), or of a list of these and of texts. A solution is kept as a table
-    { model, t, values, status, state }: the saved times, the values by name, and the start at its end. The
-    file appears complete or not at all.]],
+-- A name that MATLAB takes: x′ is x_dot, motor.w motor_w, q[1] q_1.
+local function plain_name(name, taken)
+  local plain = name:gsub("\u{2032}", "_dot"):gsub("'", "_dot"):gsub("[^%w_]+", "_"):gsub("_+$", "")
+  if not plain:find "^%a" then plain = "x_" .. plain end
+  local free, number = plain, 1
+  while taken[free] do
+    number = number + 1
+    free = plain .. "_" .. number
+  end
+  taken[free] = true
+  return free
+end
+
+-- The columns of a solution, or the numbers, lists and matrices in a table, as a list of { name, matrix }.
+local function matrices_of(value)
+  local list, taken = {}, {}
+  local function add(name, item)
+    local good, matrix = pcall(function() return type(item) == "number" and { item } or item end)
+    if good and (type(matrix) == "table" or object_type(matrix) == "matrix") then
+      list[#list + 1] = { plain_name(name, taken), matrix }
+    end
+  end
+  if object_type(value) == "solution" then
+    add("t", value.t)
+    for _, part in ipairs { value.model.differential, value.model.algebraic } do
+      for i = 1, #part do add(tostring(part[i]), value(part[i])) end
+    end
+  elseif type(value) == "table" and getmetatable(value) == nil then
+    local names = {}
+    for name in pairs(value) do
+      if type(name) == "string" then names[#names + 1] = name end
+    end
+    table.sort(names)
+    for _, name in ipairs(names) do add(name, value[name]) end
+  else
+    add("x", value)
+  end
+  if #list == 0 then
+    fail 'save: a .mat file takes solutions, data, matrices, and tables { name = matrix }'
+  end
+  return list
+end
+
+local function save_mat(file, value)
+  if object_type(value) == "iddata" then return value:save(file) end
+  write_mat(file, matrices_of(value))
+end
+
+doc { name = "save", module = "files", title = "Files", sig = "save(file [, value])",
+  text = [[Writes a value to a file that load turns into the same value, in a new session too: models (with
+    name, parameter values and form), expressions, matrices, equations, starts, data, linear systems,
+    tableaus, distributions, solutions (with what lies between their points), figures, numbers, texts
+    and tables of these. Of any other result, such as a fit, the fields are kept, as a table. A
+    solution keeps what integrate was asked for but for Lua functions: inputs become expressions or
+    samples. A sweep lives in a store (sweep{ …, store = "runs.db" }). save "work.pend" without a
+    value keeps all variables of the session. The ending chooses other formats: .tex is a LaTeX
+    document of whatever has latex(), or of a list of these and of texts; .mat is a MATLAB file of a
+    solution, data, or a table of numbers and matrices. The file appears complete or not at all.]],
   example = [[
     x = var "x"
     name = os.tmpname() .. ".lua"
-    save(name, dae{ der(x) ~ -2*x })
-    return load(name).kind]], gives = "ODE",
-  function(file, value)
+    save(name, dae{ der(x) ~ -2*x }:integrate{ start = { x = 1 }, to = 1, rtol = 1e-9, atol = 1e-9 })
+    return ("%.6f"):format(load(name)(x, 0.5))]], gives = "0.367879",
+  function(file, ...)
     if type(file) ~= "string" then fail 'save: expected a file name first, as in save("model.lua", sys)' end
-    source_of = source_of or include "saving"
+    if select("#", ...) == 0 then
+      if file:find "%.pend$" then return save_session(file) end
+      fail 'save: expected a value second; save "work.pend" saves all variables of the session'
+    end
+    local value = ...
+    if file:find "%.mat$" then return save_mat(file, value) end
+    source_of = source_of or include("saving").text
     write_file(file, file:find "%.tex$" and document_of(value) or source_of(value), "save")
   end }
 
@@ -135,8 +191,9 @@ end
 doc { name = "load", module = "files", sig = "load(file) -> value",
   text = [[The value in a file that save wrote ("model.lua"). The file is read as data: it can name symbols,
     functions and models of the vocabulary and nothing else, so a file from somebody else can be opened
-    without looking into it; also the sweep in a store ("runs.db"). A Lua program is run by dofile. Anything
-    but a file name is Lua's own load, which compiles a chunk.]],
+    without looking into it; also the sweep in a store ("runs.db"); load "work.pend" sets the variables
+    of a session. A Lua program is run by dofile. Anything but a file name is Lua's own load, which
+    compiles a chunk.]],
   example = 'load "return 1 + 1"()', gives = "2",
   function(chunk, ...)
     if type(chunk) ~= "string" and type(chunk) ~= "function" then
@@ -144,9 +201,12 @@ doc { name = "load", module = "files", sig = "load(file) -> value",
         :format(type(chunk)))
     end
     local lone = type(chunk) == "string" and select("#", ...) == 0
-    local is_file, is_store = lone and chunk:find "^[^\n]*%.lua$", lone and chunk:find "^[^\n]*%.db$"
+    local is_store = lone and chunk:find "^[^\n]*%.db$"
+    local is_file = lone and (chunk:find "^[^\n]*%.lua$" or chunk:find "^[^\n]*%.pend$")
     if not is_file and not is_store then return lua_load(chunk, ...) end
     read_saved = read_saved or include "saved"
     if is_store then return load_sweep(chunk) end
-    return read_saved(read_file(chunk), chunk)
+    local text = read_file(chunk)
+    if text:find "^%-%- A session" then return load_session(chunk) end
+    return read_saved(text, chunk)
   end }

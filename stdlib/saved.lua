@@ -6,7 +6,7 @@
 local functions = {}              -- what may be called, besides the functions of expressions (sin, sqrt, …)
 for word in ([[var vars param params input func vec mat rational dae lagrange der diff subs solve ifelse
   lt le gt ge all any normal lognormal uniform triangular beta exponential discrete empirical
-  bdf tableau tf ss complex iddata]]):gmatch "%w+" do
+  bdf tableau tf ss complex iddata solution_of_parts figure surface]]):gmatch "[%w_]+" do
   functions[word] = true
 end
 local constants = { t = true, pi = true, e = true }
@@ -179,10 +179,19 @@ function reader:named()
   self:fail(("'%s' is no part of a saved value"):format(name))
 end
 
+-- What a function refuses is told with the line of the file.
 function reader:call(f, ...)
-  local arguments = self:arguments()
-  if select("#", ...) == 0 then return (f(table.unpack(arguments, 1, arguments.n))) end
-  return (f(..., table.unpack(arguments, 1, arguments.n)))
+  local at, arguments = self.at, self:arguments()
+  if select("#", ...) > 0 then
+    table.insert(arguments, 1, (...))
+    arguments.n = arguments.n + 1
+  end
+  local good, value = pcall(f, table.unpack(arguments, 1, arguments.n))
+  if not good then
+    self.at = at
+    self:fail(tostring(value))
+  end
+  return value
 end
 
 -- (function() local e = {} e[1] = … return … end)(): parts that occur several times, behind the first

@@ -5,6 +5,7 @@
 -- What is there before anything is typed.
 local standard = {}
 for name in pairs(_G) do standard[name] = true end
+standard.arg = true
 
 -- The variables of the session by name.
 local function variables()
@@ -124,13 +125,14 @@ doc { name = "edit", module = "session", sig = "edit(file)",
 -- ── a session in a file ────────────────────────────────────────────────────────────────────────────────────
 
 doc { name = "save_session", module = "session", sig = "save_session(file) -> names",
-  text = "Saves every variable of the session that save can save, and says which ones it cannot.",
+  text = 'Saves every variable of the session that save can save, and says which ones it cannot; the same as '
+    .. 'save "work.pend".',
   example = "return type(save_session)", gives = "function",
   function(file)
     if type(file) ~= "string" then
-      fail 'save_session: expected a file name, as in save_session "work.lua"'
+      fail 'save_session: expected a file name, as in save_session "work.pend"'
     end
-    local source_of = include "saving"
+    local source_of = include("saving").text
     local kept, names, others = {}, {}, {}
     for name, value in pairs(variables()) do
       if pcall(source_of, { value }) then
@@ -142,19 +144,25 @@ doc { name = "save_session", module = "session", sig = "save_session(file) -> na
     end
     table.sort(names)
     table.sort(others)
-    write_file(file, source_of(kept), "save_session")
+    write_file(file, "-- A session of Pendula: load sets its variables.\n" .. source_of(kept), "save_session")
     if #others > 0 then print("not saved: " .. table.concat(others, ", ")) end
     return names
   end }
 
 doc { name = "load_session", module = "session", sig = "load_session(file) -> names",
-  text = "Sets the variables in a file that save_session wrote. The file is read as data.",
+  text = "Sets the variables in a file that save_session wrote; the same as load \"work.pend\". The file is "
+    .. "read as "
+    .. "data.",
   example = "return type(load_session)", gives = "function",
   function(file)
     if type(file) ~= "string" then
-      fail 'load_session: expected a file name, as in load_session "work.lua"'
+      fail 'load_session: expected a file name, as in load_session "work.pend"'
     end
-    local values = load(file)
+    local source, why = io.open(file)
+    if not source then fail("load_session: cannot read " .. why) end
+    local text = source:read "a"
+    source:close()
+    local values = include "saved"(text, file)
     if type(values) ~= "table" or getmetatable(values) ~= nil then
       fail(("load_session: %s holds no session; its value is read by load"):format(file))
     end

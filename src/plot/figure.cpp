@@ -213,25 +213,34 @@ const std::vector<std::string>& style_names() {
   return names;
 }
 
+const std::vector<std::string>& dash_names() {
+  static const std::vector<std::string> names{"auto", "solid", "dashed", "dotted", "dashdot"};
+  return names;
+}
+
+const std::vector<std::string>& mark_names() {
+  static const std::vector<std::string> names{"auto",     "circle",  "ring", "square", "box",
+                                              "triangle", "diamond", "plus", "cross"};
+  return names;
+}
+
+const std::vector<std::string>& legend_places() {
+  static const std::vector<std::string> names{"auto",         "none",  "top left", "top right", "bottom left",
+                                              "bottom right", "above", "right",    "below"};
+  return names;
+}
+
 Style style_named(const std::string& name) {
   return static_cast<Style>(position_of(name, style_names(), "style", "Styles"));
 }
-
 Dash dash_named(const std::string& name) {
-  static const std::vector<std::string> names{"auto", "solid", "dashed", "dotted", "dashdot"};
-  return static_cast<Dash>(position_of(name, names, "dash", "Dashes"));
+  return static_cast<Dash>(position_of(name, dash_names(), "dash", "Dashes"));
 }
-
 Mark mark_named(const std::string& name) {
-  static const std::vector<std::string> names{"auto",     "circle",  "ring", "square", "box",
-                                              "triangle", "diamond", "plus", "cross"};
-  return static_cast<Mark>(position_of(name, names, "marker", "Markers"));
+  return static_cast<Mark>(position_of(name, mark_names(), "marker", "Markers"));
 }
-
 LegendPlace legend_place_named(const std::string& name) {
-  static const std::vector<std::string> names{"auto",         "none",  "top left", "top right", "bottom left",
-                                              "bottom right", "above", "right",    "below"};
-  return static_cast<LegendPlace>(position_of(name, names, "legend place", "Places"));
+  return static_cast<LegendPlace>(position_of(name, legend_places(), "legend place", "Places"));
 }
 
 std::string colour_named(const std::string& name) {

@@ -29,10 +29,13 @@ enum class Mark { automatic, circle, ring, square, box, triangle, diamond, plus,
 
 /// "line", "points", "line+points", …; throws Error with the list and "did you mean" otherwise.
 Style style_named(const std::string& name);
-const std::vector<std::string>& style_names();
+const std::vector<std::string>& style_names();  ///< in the order of Style
 /// "solid", "dashed", … and "circle", "ring", …; throw Error as style_named does.
 Dash dash_named(const std::string& name);
 Mark mark_named(const std::string& name);
+/// In the order of Dash and of Mark.
+const std::vector<std::string>& dash_names();
+const std::vector<std::string>& mark_names();
 /// "#rrggbb" of a colour's name or of itself; throws Error with the list of names.
 std::string colour_named(const std::string& name);
 
@@ -93,6 +96,7 @@ enum class LegendPlace {
   below
 };
 LegendPlace legend_place_named(const std::string& name);
+const std::vector<std::string>& legend_places();  ///< in the order of LegendPlace
 
 /// A surface on a parametric grid: node (i, j) is (x(i,j),
 /// y(i,j), z(i,j)); drawn as a mesh one can see through.

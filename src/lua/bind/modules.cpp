@@ -23,6 +23,7 @@ extern const Module tableau_module;
 extern const Module methods_module;
 extern const Module stability_module;
 extern const Module integrate_module;
+extern const Module solution_parts_module;
 extern const Module newton_module;
 extern const Module iddata_module;
 extern const Module idmodel_module;
@@ -50,19 +51,53 @@ extern const Module signals_module;
 extern const Module plot_module;
 
 const std::vector<const Module*>& modules() {
-  static const std::vector<const Module*> list = {
-      &expr_module,       &functions_module,    &polynomial_module,     &matrix_module,
-      &entries_module,    &calculus_module,     &algebra_module,        &mech_module,
-      &dae_module,        &forms_module,        &start_module,          &units_module,
-      &pencil_module,     &structure_module,    &random_module,         &distributions_module,
-      &samples_module,    &tableau_module,      &methods_module,        &stability_module,
-      &integrate_module,  &newton_module,       &gauss_newton_module,   &sweep_run_module,
-      &sweep_module,      &sweep_design_module, &shards_module,         &parallel_module,
-      &iddata_module,     &idmodel_module,      &idmodel_fields_module, &idmodel_systems_module,
-      &lsq_module,        &likelihood_module,   &validation_module,     &predictor_module,
-      &complex_module,    &lti_module,          &lti_connect_module,    &lti_analysis_module,
-      &lti_design_module, &lti_response_module, &lti_linearize_module,  &signals_module,
-      &grey_box_module,   &plot_module};
+  static const std::vector<const Module*> list = {&expr_module,
+                                                  &functions_module,
+                                                  &polynomial_module,
+                                                  &matrix_module,
+                                                  &entries_module,
+                                                  &calculus_module,
+                                                  &algebra_module,
+                                                  &mech_module,
+                                                  &dae_module,
+                                                  &forms_module,
+                                                  &start_module,
+                                                  &units_module,
+                                                  &pencil_module,
+                                                  &structure_module,
+                                                  &random_module,
+                                                  &distributions_module,
+                                                  &samples_module,
+                                                  &tableau_module,
+                                                  &methods_module,
+                                                  &stability_module,
+                                                  &integrate_module,
+                                                  &solution_parts_module,
+                                                  &newton_module,
+                                                  &gauss_newton_module,
+                                                  &sweep_run_module,
+                                                  &sweep_module,
+                                                  &sweep_design_module,
+                                                  &shards_module,
+                                                  &parallel_module,
+                                                  &iddata_module,
+                                                  &idmodel_module,
+                                                  &idmodel_fields_module,
+                                                  &idmodel_systems_module,
+                                                  &lsq_module,
+                                                  &likelihood_module,
+                                                  &validation_module,
+                                                  &predictor_module,
+                                                  &complex_module,
+                                                  &lti_module,
+                                                  &lti_connect_module,
+                                                  &lti_analysis_module,
+                                                  &lti_design_module,
+                                                  &lti_response_module,
+                                                  &lti_linearize_module,
+                                                  &signals_module,
+                                                  &grey_box_module,
+                                                  &plot_module};
   return list;
 }
 

@@ -5,6 +5,7 @@
 #pragma once
 
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "base/math.hpp"
@@ -89,6 +90,10 @@ FileColumns read_mat(const std::string& path);
 void write_csv(const IdData& d, const std::string& path);
 /// MATLAB version 5: matrices y and u, Ts, and the first rows `starts` of the experiments. throws Error.
 void write_mat(const IdData& d, const std::string& path);
+using NamedMatrices = std::vector<std::pair<std::string, Mat>>;
+/// A MATLAB file (version 5) with these matrices; the names are names of MATLAB. Throws Error where it cannot
+/// be written, and where this program was built without libmatio.
+void write_mat(const NamedMatrices& variables, const std::string& path);
 
 struct ColumnChoice {
   std::vector<std::string> y, u;  ///< names or numbers ("3"); empty: those that begin with y, u

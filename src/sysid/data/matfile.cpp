@@ -204,19 +204,12 @@ void write(mat_t* file, const char* name, const Mat& m, const std::string& path)
 }
 
 /// What libmatio writes to a file in memory: it does not say when a disk is full.
-std::string written(const IdData& d, const std::string& path) {
+std::string written(const NamedMatrices& variables, const std::string& path) {
   const MemoryFile memory;
   {
     const File file(MATIO(Mat_CreateVer)(memory.path().c_str(), nullptr, MAT_FT_MAT5), MATIO(Mat_Close));
     if (!file) throw Error(text("cannot write ", path));
-    write(file.get(), "y", d.y, path);
-    if (d.inputs() > 0) write(file.get(), "u", d.u, path);
-    write(file.get(), "Ts", Mat::Constant(1, 1, d.Ts), path);
-    if (d.experiments() > 1) {
-      Mat starts(d.experiments(), 1);
-      for (Index k = 0; k < d.experiments(); ++k) starts(k, 0) = static_cast<double>(d.starts[k] + 1);
-      write(file.get(), "starts", starts, path);
-    }
+    for (const auto& [name, matrix] : variables) write(file.get(), name.c_str(), matrix, path);
   }
   return memory.content();
 }
@@ -260,14 +253,28 @@ FileColumns read_mat(const std::string& path) {
   return table;
 }
 
-void write_mat(const IdData& d, const std::string& path) { write_file(path, written(d, path)); }
+void write_mat(const NamedMatrices& variables, const std::string& path) {
+  write_file(path, written(variables, path));
+}
 #else
 FileColumns read_mat(const std::string& path) {
   throw Error(text("cannot read ", path, ": this program was built without libmatio; save the data as CSV"));
 }
-void write_mat(const IdData&, const std::string& path) {
+void write_mat(const NamedMatrices&, const std::string& path) {
   throw Error(text("cannot write ", path, ": this program was built without libmatio; save the data as CSV"));
 }
 #endif
+
+void write_mat(const IdData& d, const std::string& path) {
+  NamedMatrices variables{{"y", d.y}};
+  if (d.inputs() > 0) variables.emplace_back("u", d.u);
+  variables.emplace_back("Ts", Mat::Constant(1, 1, d.Ts));
+  if (d.experiments() > 1) {
+    Mat starts(d.experiments(), 1);
+    for (Eigen::Index k = 0; k < d.experiments(); ++k) starts(k, 0) = static_cast<double>(d.starts[k] + 1);
+    variables.emplace_back("starts", starts);
+  }
+  write_mat(variables, path);
+}
 
 }  // namespace pendula::sysid

@@ -55,7 +55,8 @@ void push_copy(lua_State* L, int index) {
   }
 }
 
-/// Keeps the options (argument 2) of the solution on top.
+}  // namespace
+
 void remember_options(lua_State* L) {
   if (!lua_istable(L, 2)) return;
   const int solution = lua_gettop(L);
@@ -74,6 +75,8 @@ void remember_options(lua_State* L) {
   lua_rawset(L, -3);
   lua_settop(L, solution);
 }
+
+namespace {
 
 int integrate_model(Call& call) {
   refuse_after_part();

@@ -15,4 +15,7 @@ struct TypeName<integrate::Trajectory> {
   static constexpr const char* value = "solution";
 };
 
+/// Keeps the options (argument 2) of the solution on top of the stack: sol.options.
+void remember_options(lua_State* L);
+
 }  // namespace pendula::lua

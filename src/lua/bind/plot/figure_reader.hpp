@@ -20,6 +20,9 @@ struct TypeName<plot::Surface> {
 /// The table at argument 1 as a checked figure. Throws Error that names the entry.
 plot::Figure read_figure(Call& call);
 
+/// The table that read_figure makes the same figure of.
+int figure_parts(Call& call);
+
 /// Words for a label: a string, or an expression, which is called by its label and unit (x: "position [m]").
 std::string words(lua_State* L, int index, const std::string& what);
 

@@ -119,6 +119,11 @@ int surface(Call& call) {
   return call.push(std::make_shared<const plot::Surface>(std::move(s)));
 }
 
+template <Mat plot::Surface::*Grid>
+int grid(Call& call) {
+  return push_matrix(call.L, call.object<plot::Surface>(1, "surface").*Grid);
+}
+
 int surface_text(Call& call) {
   const auto& s = call.object<plot::Surface>(1, "surface");
   return call.push(text("surface: ", s.x.rows(), "×", s.x.cols(), " nodes"));
@@ -263,6 +268,9 @@ extern const Module plot_module = {
          R"(A surface for plot3{ surfaces = … }: f(x, y) returns z, or f(u, v) returns x, y, z; n pieces
             per side (24). Or surface(x, y, z) from three matrices, one entry per node.)",
          "surface(function(x, y) return x*x - y*y end, {-1, 1}, {-1, 1}, 10)", "surface: 11×11 nodes"},
+        {"surface#x", grid<&plot::Surface::x>, "surface.x -> matrix", "x at the nodes.", "", ""},
+        {"surface#y", grid<&plot::Surface::y>, "surface.y -> matrix", "y at the nodes.", "", ""},
+        {"surface#z", grid<&plot::Surface::z>, "surface.z -> matrix", "z at the nodes.", "", ""},
         {"surface:__tostring", surface_text, "tostring(surface)", "The size of its grid."},
         {"figure:show", show, "fig:show()",
          R"(Draws the figure in the terminal; in a pipe 80 columns wide, without colours. At the prompt a
@@ -277,6 +285,9 @@ extern const Module plot_module = {
             seconds apart (0.04).)"},
         {"figure:film", save_film, "fig:film({ figures }, file [, pause])",
          "Writes this figure and the others as an animated GIF, `pause` seconds apart (0.04)."},
+        {"figure:parts", figure_parts, "fig:parts() -> table",
+         "The table that figure{…} makes the same figure of: what save keeps.",
+         "return figure(plot{0, 1, 4}:parts())", "figure: 1 series, 3 points"},
         {"figure:with", with, "fig:with(other) -> figure", "The curves of both figures in one: see overlay."},
         {"figure:page", page, "fig:page(columns, { figures }) -> figure",
          "This figure and others on one page: see layout."},

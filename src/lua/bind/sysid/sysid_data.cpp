@@ -262,6 +262,23 @@ int save(Call& call) {
   return 0;
 }
 
+/// A list of { name, matrix }.
+int write_matrices(Call& call) {
+  const std::string path = call.string(1, "file");
+  call.table(2, "matrices");
+  sysid::NamedMatrices variables;
+  for (lua_Integer i = 1; lua_geti(call.L, 2, i) == LUA_TTABLE; ++i) {
+    const int pair = lua_gettop(call.L);
+    lua_geti(call.L, pair, 1);
+    const std::string name = luaL_checkstring(call.L, -1);
+    lua_geti(call.L, pair, 2);
+    variables.emplace_back(name, to_numeric_matrix(call.L, lua_gettop(call.L), name));
+    lua_settop(call.L, pair - 1);
+  }
+  sysid::write_mat(variables, path);
+  return 0;
+}
+
 int csv(Call& call) {
   sysid::write_csv(data_of(call), call.string(2, "file"));
   return 0;
@@ -341,6 +358,13 @@ extern const Module iddata_module = {
         {"iddata:select", select, "d:select{ y =, u = } -> iddata",
          "Some of the signals, by names or numbers; what is not given stays, {} leaves all out.",
          "iddata{ y = {{1, 2}, {3, 4}, {5, 6}}, u = {1, 0, 1} }:select{ y = 2 }.y.T", "2  4  6"},
+        {"write_mat", write_matrices, "write_mat(file, { { name, matrix }, … })",
+         R"(Writes numbers, lists and matrices under these names to a MATLAB file; save "run.mat" finds names
+            for the variables of a solution.)",
+         R"(
+            name = os.tmpname() .. ".mat"  write_mat(name, { { "x", { 1, 2, 3 } } })
+            return #iddata.read(name, { y = "x", Ts = 1 }).y)",
+         "3"},
         {"iddata:csv", csv, "d:csv(file)",
          R"(Writes a text table: t, the inputs, the outputs; a missing sample is an empty field.
             iddata.read reads it back.)",
