@@ -11,7 +11,8 @@
 -- sig, text, title: a line end counts as one blank, with the blanks around it. Of several lines of an example
 -- or a result the indentation that they have in common is no part of it.
 --
--- options = { { name =, type =, default =, text =, values = }, … }: as in the rows of C++ (OptionRow);
+-- options = { { name =, type =, default =, text =, values = }, … }: as in the rows of C++ (OptionRow), what is
+-- missing is "";
 -- check_options(by, options, known) refuses what is not among them.
 --
 -- An entry of a library that is seldom needed has load = function() … end instead of the value: it is made
@@ -22,6 +23,13 @@ documented = {}  -- the entries, in order
 local function lines(text)
   if not text then return "" end
   return text:find "\n" and block("\n" .. text) or text
+end
+
+local function complete(options)
+  for _, option in ipairs(options or {}) do
+    for _, key in ipairs { "type", "default", "text", "values" } do option[key] = option[key] or "" end
+  end
+  return options
 end
 
 function doc(entry)
@@ -35,7 +43,7 @@ function doc(entry)
   documented[#documented + 1] = {
     name = entry.name, sig = prose(entry.sig), text = prose(entry.text), example = lines(entry.example),
     gives = lines(entry.gives), module = entry.module or "library", title = prose(entry.title or ""),
-    value = entry[1], describe = entry.describe, options = entry.options,
+    value = entry[1], describe = entry.describe, options = complete(entry.options),
   }
   if entry.load then return install_lazy(entry.name, entry.load) end
   install(entry.name, entry[1])
