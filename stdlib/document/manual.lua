@@ -128,10 +128,11 @@ local function is_hidden(entry) return entry.sig == "" end
 local function modules()
   local list, named = {}, {}
   for _, entry in ipairs(entries()) do
-    local own = named[entry.module]
+    local key = module_file(entry.module)              -- modules that differ in case only share a page
+    local own = named[key]
     if not own then
       own = { name = entry.module, title = entry.title ~= "" and entry.title or entry.module, entries = {} }
-      named[entry.module] = own
+      named[key] = own
       list[#list + 1] = own
     end
     if own.title == own.name and entry.title ~= "" then own.title = entry.title end
