@@ -11,7 +11,7 @@ end
 
 local ideal = bridge(e.ideal_diode{ Ron = 1e-3, Goff = 1e-6 })
 print(("index %d, %d free initial value"):format(ideal:index(), ideal:dof()))
-local sol = ideal:integrate{ to = 0.1, rtol = 1e-7 }
+local sol = ideal:integrate{ to = 0.1, rtol = 1e-6 }
 print(sol.status)
 print(("ideal diodes:       %.3f V at 0.1 s"):format(sol(ideal.C.v, 0.1)))
 

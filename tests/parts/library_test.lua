@@ -14,13 +14,19 @@ for _, domain in ipairs(domains) do
       end)
       test(title .. " has the analytic solution of its example", function()
         expect(part.example ~= ""):is_true()
-        local surroundings = setmetatable({ e = components[domain] }, { __index = _G })
+        local made = {}
+        local function noted(items)
+          made[#made + 1] = model(items)
+          return made[#made]
+        end
+        local surroundings = setmetatable({ e = components[domain], model = noted }, { __index = _G })
         local value = load(part.example, title, "t", surroundings)()
         if type(value) == "number" then
           expect(value):near(tonumber(part.gives), 1e-6)
         else
           expect(tostring(value)):equals(part.gives)
         end
+        for _, m in ipairs(made) do expect(table.concat(m:flat():units(), "\n")):equals "" end
       end)
     end
   end

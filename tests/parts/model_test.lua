@@ -219,3 +219,16 @@ test("curves of parts have their paths; diagrams show signals and what is inside
   expect(source:find('subgraph "cluster inner"', 1, true) ~= nil):is_true()
   expect(source:find('"inner.P" -- "inner.K" [dir=forward', 1, true) ~= nil):is_true()
 end)
+
+test("an identified model is a part with its own sample time", function()
+  local y, u = { 0 }, {}
+  for k = 1, 60 do
+    u[k] = (k*k) % 7 - 3
+    y[k + 1] = 0.5*y[k] + u[k]
+  end
+  y[61] = nil
+  local found = arx(iddata{ y = y, u = u, Ts = 0.25 }, { na = 1, nb = 1, nk = 1 })
+  local m = model { G = found, z = components.signals.gain{}, connect("G.u", 1), connect("G.y", "z.u") }
+  local sol = m:integrate{ to = 2 }
+  for k = 1, 7 do expect(sol(m.z.y, 0.25*k + 0.1)):near(2*(1 - 0.5^k), 1e-9) end
+end)
