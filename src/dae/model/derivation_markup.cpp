@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "dae/model/equation_lines.hpp"
+#include "dae/model/truncated_text.hpp"
 #include "dae/model/latex_lines.hpp"
 #include "dae/model/lineage.hpp"
 #include "expr/print/print.hpp"
@@ -59,6 +60,7 @@ std::string written(const std::string& code, Notation notation) {
     return matrix_to_text(m, options);
   }
   const auto list = expressions(code.substr(1));
+  if (const std::string elided = unprintable(list); !elided.empty()) return elided;
   if (code[0] == 'u') return side(column(list), notation);
   return list.size() == 1 ? to_text(list[0], options) : vector_to_text(column(list), options);
 }

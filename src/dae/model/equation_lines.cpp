@@ -30,6 +30,8 @@ bool reads_as_vectors(const VecX& lhs, const VecX& rhs) {
 std::string side(const VecX& v, Notation notation) {
   PrintOptions options = default_print_options();
   options.latex = notation == Notation::latex;
+  if (const std::string elided = unprintable({v.data(), static_cast<std::size_t>(v.size())}); !elided.empty())
+    return elided;
   if (v.size() == 1) return options.latex ? to_text(v[0], options) : truncated_text(v[0], longest);
   const Index entries = nonzero(v);
   if (entries == 0) return "0";

@@ -103,16 +103,38 @@ void NumericArray::prepare() {
   row_unit_ = Vec::Ones(static_cast<Index>(rows_));
 }
 
-/// Units only where the model has sizes far from 1: nanometres, pascals.
+/// Units only where the model has sizes far from 1: nanometres, pascals. Long rows, derivatives of high order, say
+/// nothing that the equations they come from do not say; what these do not contain has the unit of its integral.
 void NumericArray::measure() {
   constexpr double usual = 300;
   constexpr std::size_t affordable = 300;  // rows
+  constexpr std::size_t many = 3000, short_row = 100;  // nodes: of all rows; of one, where they are many
   if (rows_ == 0 || columns_.empty() || rows_ > affordable) return;
-  const std::vector<Expr> rows(outputs_.begin(), outputs_.begin() + static_cast<std::ptrdiff_t>(rows_));
-  Magnitudes m = magnitudes(rows, rows_, columns_, known(0), {});
+  const bool all = topological(std::span(outputs_).first(rows_)).size() <= many;
+  std::vector<Expr> rows;
+  std::vector<Index> place;
+  for (std::size_t i = 0; i < rows_; ++i)
+    if (all || topological({&outputs_[i], 1}).size() <= short_row) {
+      rows.push_back(outputs_[i]);
+      place.push_back(static_cast<Index>(i));
+    }
+  Magnitudes m = magnitudes(rows, rows.size(), columns_, known(0), {});
+  if (rows.size() < rows_) {
+    const auto inside = leaves(rows);
+    const std::unordered_set<Expr> measured(inside.begin(), inside.end());
+    std::unordered_map<Expr, Index> column;
+    for (std::size_t j = 0; j < columns_.size(); ++j) column[columns_[j]] = static_cast<Index>(j);
+    for (std::size_t j = 0; j < columns_.size(); ++j)
+      for (int order = symbol_of(columns_[j]).order; order >= 0 && !measured.count(columns_[j]); --order) {
+        const auto lower = column.find(derivative_leaf(symbol_of(columns_[j]).base, order));
+        if (lower == column.end() || !measured.count(lower->first)) continue;
+        m.unknowns[static_cast<Index>(j)] = m.unknowns[lower->second];
+        break;
+      }
+  }
   if (m.unknowns.maxCoeff() < usual && m.unknowns.minCoeff() > 1 / usual) return;
   unit_ = std::move(m.unknowns);
-  row_unit_ = std::move(m.rows);
+  for (std::size_t k = 0; k < place.size(); ++k) row_unit_[place[k]] = m.rows[static_cast<Index>(k)];
 }
 
 Vec NumericArray::start(int seed, const std::unordered_map<Expr, double>& continued) const {

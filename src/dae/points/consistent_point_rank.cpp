@@ -12,6 +12,7 @@
 #include "dae/rank/rank_with_gap.hpp"
 #include "dae/rank/stable_values.hpp"
 #include "expr/graph/declaration.hpp"
+#include "expr/graph/taylor.hpp"
 
 namespace pendula::dae {
 namespace {
@@ -43,10 +44,13 @@ ConsistentPointRank::ConsistentPointRank(const std::vector<Expr>& residuals, std
   }
   for (Expr v : variables_) orders_.push_back(order[v]);
   if (size_ > affordable || !varies) return;
+  TaylorSeries series;
   for (std::size_t i = 0; i < residuals.size(); ++i)
     for (int k = 0; k <= offsets.c[i]; ++k) {
       if (k == 0) as_written_.push_back(rows_.size());
-      rows_.push_back(k ? total_derivative(rows_.back()) : residuals[i]);
+      rows_.push_back(k == 0 ? residuals[i]
+                      : prefers_series(residuals[i], rows_.back(), k) ? series.derivative(residuals[i], k)
+                                                                      : total_derivative(rows_.back()));
       stages_.push_back(k - offsets_.c[i]);
     }
   if (topological(rows_).size() > longest) return;
@@ -195,7 +199,7 @@ std::optional<std::unordered_map<Expr, double>> ConsistentPointRank::consistent_
   const std::vector<Expr> columns = unknowns_in(rows_, slopes_, variables_);
   const auto at = staged_values(seed, columns);
   if (!at || at->slow) return {};
-  std::unordered_map<Expr, double> values;
+  std::unordered_map<Expr, double> values = at->known;
   for (std::size_t j = 0; j < columns.size(); ++j) values[columns[j]] = at->w[static_cast<Index>(j)];
   return values;
 }
@@ -224,6 +228,14 @@ ConsistentPointRanks ConsistentPointRank::ranks(int wanted, int seeds) const {
     if (rank == size_ && proves_index(J)) ++result.index_proved;
     result.least = result.points++ ? std::min(result.least, rank) : rank;
   };
+  constexpr int more = 6, high = 5;
+  const auto take_staged = [&] {
+    for (int seed = 0; seed < more && result.most < size_; ++seed)
+      if (const auto at = staged_point(seed, columns); at && !at->slow) take(*at);
+  };
+  const bool staged_first = *std::max_element(offsets_.c.begin(), offsets_.c.end()) >= high;
+  if (staged_first) take_staged();  // derivatives of high order lead Newton's method astray
+  if (wanted == 1 && result.most == size_) return result;
   for (int seed = 0; seed < seeds && result.points < enough; ++seed) {
     const bool hold = seed % 4 == 1 && offsets_.value > 0;
     const auto at =
@@ -235,9 +247,7 @@ ConsistentPointRanks ConsistentPointRank::ranks(int wanted, int seeds) const {
       take(*at);
     if (wanted == 1 && result.most == size_) break;
   }
-  constexpr int more = 6;
-  for (int seed = 0; seed < more && result.most < size_; ++seed)
-    if (const auto at = staged_point(seed, columns); at && !at->slow) take(*at);
+  if (!staged_first) take_staged();
   if (result.points == 0) result.slow = std::max(result.slow, points_of_one_equation());
   return result;
 }

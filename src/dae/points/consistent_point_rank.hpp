@@ -41,7 +41,7 @@ class ConsistentPointRank {
   /// Ranks at `wanted` points, or all that are found from `seeds` starting values; ends with the first point
   /// of full rank if `wanted` is 1.
   ConsistentPointRanks ranks(int wanted = 1, int seeds = 20) const;
-  /// Values of the unknowns and their derivatives at the point of a seed, stage by stage; nothing if none is found.
+  /// Values of all leaves at the point of a seed, found stage by stage; nothing if there is none.
   std::optional<std::unordered_map<Expr, double>> consistent_values(int seed) const;
   /// Is there a point among the solutions where `factor` vanishes? False: none was found.
   bool reaches(Expr factor, int seeds = 8) const;

@@ -21,7 +21,9 @@ void DerivativeArray::extend() {
   const std::size_t from = rows_.size() - equations_;
   for (std::size_t i = 0; i < equations_; ++i) {
     poll_interrupt();
-    rows_.push_back(total_derivative(rows_[from + i]));
+    const Expr before = rows_[from + i];
+    rows_.push_back(prefers_series(rows_[i], before, order_ + 1) ? series_.derivative(rows_[i], order_ + 1)
+                                                                : total_derivative(before));
   }
   ++order_;
   // A new derivative is beyond x′ by as much as has been differentiated, or one less if z′ did not occur in

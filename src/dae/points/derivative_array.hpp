@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "dae/model/model.hpp"
-#include "expr/graph/derivative.hpp"
+#include "expr/graph/taylor.hpp"
 
 namespace pendula::dae {
 
@@ -33,6 +33,7 @@ class DerivativeArray {
   mutable std::size_t in_jacobian_ = 0;  ///< rows
   int order_ = 0;
   std::size_t equations_;
+  TaylorSeries series_;
   std::vector<Expr> rows_, states_, first_, higher_;
 };
 

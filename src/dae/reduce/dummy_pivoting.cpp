@@ -15,6 +15,8 @@
 #include "base/error.hpp"
 #include "base/interrupt.hpp"
 #include "base/text.hpp"
+#include "dae/model/parameter_values.hpp"
+#include "dae/points/array_points.hpp"
 #include "dae/reduce/reduced_forms.hpp"
 #include "expr/graph/declaration.hpp"
 
@@ -171,14 +173,23 @@ DummyPivoting::DummyPivoting(const ModelPtr& source) : model_(source), analysis_
       entries_.push_back(e);
       slopes.push_back(e.value);
     }
+  const NumericArray equations(DerivativeArray(residuals_at_values(*source), source->variables));
+  std::unordered_map<Expr, double> size;
+  for (std::size_t j = 0; j < equations.columns().size(); ++j)
+    size[equations.columns()[j]] = equations.unit()[static_cast<Index>(j)];
+  unit_ = Vec::Ones(static_cast<Index>(source->variables.size()));
+  for (std::size_t j = 0; j < source->variables.size(); ++j)
+    if (const auto it = size.find(source->variables[j].leaf); it != size.end())
+      unit_[static_cast<Index>(j)] = it->second;
 }
 
-/// Row by row, largest entry 1; empty where a number is not finite.
+/// Row by row, in units of the variables, largest entry 1; empty where a number is not finite.
 std::vector<DummyPivoting::Row> DummyPivoting::rows(std::span<const double> numbers) const {
   std::vector<Row> list(model_->variables.size());
   for (std::size_t k = 0; k < entries_.size(); ++k) {
     if (!std::isfinite(numbers[k])) return {};
-    if (numbers[k] != 0) list[entries_[k].row].emplace_back(entries_[k].column, numbers[k]);
+    if (numbers[k] != 0)
+      list[entries_[k].row].emplace_back(entries_[k].column, numbers[k] * unit_[entries_[k].column]);
   }
   for (Row& row : list) {
     double largest = 0;

@@ -97,7 +97,7 @@ VecX right_side(const Remainder& r) {
 Expr shorter_on_constraints(Expr e, const std::vector<Constraint>& constraints) {
   for (const Constraint& c : constraints)
     for (Expr x : leaves({&c.residual, 1})) {
-      if (!is_variable(x) || !depends_on(e, x)) continue;
+      if (!is_variable(x) || !depends_on(e, x) || !is_short(c.residual, longest_node)) continue;
       const Expr slope = simplify(partial(c.residual, x));
       if (slope.is_zero() || has_variables(slope)) continue;
       const Expr other = readable_entry(substitute(e, {{x, x - c.residual / slope}}));
@@ -120,6 +120,10 @@ Expr over_one_denominator(Expr e) {
 
 void tell_solution(const Remainder& r, const MatX& A, std::vector<std::string>& lines) {
   const VecX b = right_side(r).unaryExpr(&readable_entry);
+  if (std::any_of(b.begin(), b.end(), [](Expr e) { return !is_short(e, longest_node); })) {
+    lines.push_back(told_from(Detail::every, "     " + formula("b = ", ref(b))));
+    return;
+  }
   const VecX unknowns = column(r.unknowns);
   const MatX there = A.unaryExpr([&](Expr e) { return on_constraints(e, r.model.invariants); });
   const MatX solution = linalg::solve(there, b);
@@ -161,6 +165,7 @@ void tell_mechanics(const Model& m, std::vector<std::string>& lines) {
 Expr on_constraints(Expr e, const std::vector<Constraint>& constraints) {
   if (!has_variables(e) || !is_short(e, longest_node)) return e;
   for (const Constraint& c : constraints) {
+    if (!is_short(c.residual, longest_node)) continue;
     for (Expr x : leaves({&c.residual, 1})) {
       if (!is_variable(x)) continue;
       const Expr slope = simplify(partial(c.residual, x));

@@ -48,6 +48,7 @@ Columns range(Index from, Index to) {
 
 /// The first `count` pivots of a QR factorisation: independent columns.
 Columns pivots(const Mat& m, Index count) {
+  if (count == 0) return {};  // Eigen factorises no empty matrix
   const Eigen::ColPivHouseholderQR<Mat> qr(m);
   Columns list;
   for (Index k = 0; k < count; ++k) list.push_back(qr.colsPermutation().indices()[k]);

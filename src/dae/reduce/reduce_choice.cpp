@@ -37,6 +37,9 @@ ModelPtr checked(const ModelPtr& done, const ModelPtr& model, const std::string&
   const ModelPtr source = regular_form(original(model));
   if (done == model || done == source) return done;
   const Analysis before = analyse(*source), after = analyse(*done);
+  if (before.regular && !after.regular)
+    throw Failure(text("form \"", form, "\": the equations derived do not determine all unknowns (",
+                       why_not_regular(*done, after), "), so the form does not apply; use reduce \"acc\""));
   if (before.regular && after.regular && before.dof != after.dof)
     throw Failure(text("form \"", form, "\": the equations derived have ", after.dof,
                        after.dof == 1 ? " free initial value" : " free initial values",

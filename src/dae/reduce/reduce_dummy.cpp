@@ -12,9 +12,12 @@
 #include "dae/model/derivation_markup.hpp"
 #include "dae/model/lineage.hpp"
 #include "dae/model/make_model.hpp"
+#include "dae/model/parameter_values.hpp"
+#include "dae/points/consistent_point_rank.hpp"
 #include "dae/rank/rank.hpp"
 #include "dae/reduce/reduced_forms.hpp"
 #include "dae/regularise/regularise.hpp"
+#include "dae/structure/signature.hpp"
 #include "expr/graph/declaration.hpp"
 #include "expr/graph/derivative.hpp"
 #include "expr/linalg/linalg.hpp"
@@ -43,9 +46,32 @@ Numbers complete(const Model& m, std::span<const Expr> outputs, const Numbers& p
 
 }  // namespace
 
+namespace {
+
+/// Where a generic point is none: sinh(10⁹ x) has no value at x = 1.
+DummySelection select_at_consistent_point(const Model& m, const DummyPivoting& pivoting,
+                                          const Failure& reason) {
+  constexpr int seeds = 8;
+  const Analysis a = require_regular(m);
+  const ConsistentPointRank points(residuals_at_values(m), unknowns_of(m), a.offsets, a.jacobian);
+  for (int seed = 0; seed < seeds && points.applies(); ++seed)
+    if (const auto values = points.consistent_values(seed)) try {
+        return pivoting.best(pendula::evaluate(pivoting.slopes, complete(m, pivoting.slopes, *values)));
+      } catch (const Failure&) {  // a singular point: the next one
+      }
+  throw reason;
+}
+
+}  // namespace
+
 DummySelection select_dummies(const ModelPtr& m, const Numbers& point) {
   const DummyPivoting pivoting(m);
-  return pivoting.best(pendula::evaluate(pivoting.slopes, complete(*m, pivoting.slopes, point)));
+  try {
+    return pivoting.best(pendula::evaluate(pivoting.slopes, complete(*m, pivoting.slopes, point)));
+  } catch (const Failure& reason) {
+    if (!point.empty()) throw;
+    return select_at_consistent_point(*m, pivoting, reason);
+  }
 }
 
 double dummy_quality(const ModelPtr& m, const DummySelection& selection, const Numbers& point) {

@@ -9,6 +9,8 @@
 #include "base/text.hpp"
 #include "dae/model/derivation_markup.hpp"
 #include "dae/model/lineage.hpp"
+#include "dae/model/parameter_values.hpp"
+#include "dae/points/array_points.hpp"
 #include "dae/rank/rank.hpp"
 #include "dae/reduce/reduced_forms.hpp"
 #include "dae/regularise/regularise.hpp"
@@ -63,6 +65,24 @@ void weigh(Projection& p, const Model& m) {
   }
 }
 
+/// The units of all leaves, as far as the equations tell them; 1 where all are near 1.
+std::unordered_map<Expr, double> units(const Model& m) {
+  const NumericArray equations(DerivativeArray(residuals_at_values(m), m.variables));
+  std::unordered_map<Expr, double> size;
+  for (std::size_t j = 0; j < equations.columns().size(); ++j)
+    size[equations.columns()[j]] = equations.unit()[static_cast<Index>(j)];
+  return size;
+}
+
+/// What is least must not depend on units: every state is measured in its own.
+void weigh_by_units(Projection& p, const std::unordered_map<Expr, double>& size) {
+  std::vector<double> unit;
+  for (Expr x : p.unknowns) unit.push_back(size.count(x) ? size.at(x) : 1);
+  if (std::all_of(unit.begin(), unit.end(), [](double s) { return s == 1; })) return;
+  for (std::size_t j = 0; j < unit.size(); ++j)
+    p.weight.push_back({static_cast<int>(j), static_cast<int>(j), Expr(1 / (unit[j] * unit[j]))});
+}
+
 /// One stage for every order of differentiation, each moving states that no stage before it moved; all at
 /// once where that is not possible.
 std::vector<Projection> stages(const Model& m) {
@@ -85,7 +105,11 @@ std::vector<Projection> stages(const Model& m) {
     moved.insert(unknowns.begin(), unknowns.end());
   }
   if (!std::all_of(list.begin(), list.end(), independent)) list = {stage(all, states_in(all, m))};
-  for (Projection& p : list) weigh(p, m);
+  const auto size = units(m);
+  for (Projection& p : list) {
+    weigh(p, m);
+    if (p.weight.empty()) weigh_by_units(p, size);
+  }
   return list;
 }
 
@@ -145,7 +169,10 @@ ModelPtr reduce_project(const ModelPtr& given) {
   for (const Projection& p : done->projections)
     done->trace.push_back(text("project: after every step ", grouped_names(p.unknowns),
                                " move as little as possible",
-                               p.weight.size() ? ", measured with the mass matrix," : "", " until ",
+                               !p.weight.size()     ? ""
+                               : inner->mechanics ? ", measured with the mass matrix,"
+                                                  : ", each measured in its own unit,",
+                               " until ",
                                formula("0 = ", ref(column(p.residuals)))));
   done->trace.push_back("     The constraints are kept to rounding, so nothing drifts.");
   return done;

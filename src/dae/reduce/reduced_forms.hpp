@@ -79,10 +79,11 @@ class DummyPivoting {
   ModelPtr model_;
   Analysis analysis_;
   std::vector<Entry> entries_;
+  Vec unit_;  ///< of the variables: the choice must not depend on units
 };
 
 /// The best selection at a point. `model` is the one to be reduced; the point gives states, parameters,
-/// inputs and t of it; empty: a generic point.
+/// inputs and t of it; empty: a generic point, or a consistent one where the equations have no value there.
 DummySelection select_dummies(const ModelPtr& model, const std::unordered_map<Expr, double>& point);
 double dummy_quality(const ModelPtr& model, const DummySelection& selection,
                      const std::unordered_map<Expr, double>& point);

@@ -8,6 +8,7 @@
 #include "base/error.hpp"
 #include "base/text.hpp"
 #include "dae/model/lineage.hpp"
+#include "dae/model/truncated_text.hpp"
 #include "dae/singular/singularity_conditions.hpp"
 #include "dae/start/start_system.hpp"
 #include "expr/print/print.hpp"
@@ -182,7 +183,7 @@ std::vector<std::string> violations_of_given_values(const StartSystem& s, const 
       continue;
     const double value = pendula::evaluate({&e, 1}, point)[0];
     if (std::fabs(value) > 1e-9 * std::max(1.0, size_of_terms(e, point)))
-      lines.push_back(text(short_label(s, i), ":  0 ≠ ", rounded(value, 6), " = ", to_text(e), "  at ",
+      lines.push_back(text(short_label(s, i), ":  0 ≠ ", rounded(value, 6), " = ", truncated_text(e), "  at ",
                            values_of(inside, point)));
   }
   return lines;
@@ -205,13 +206,13 @@ std::vector<std::string> violations(const StartSystem& s, const Conflict& confli
     for (Expr e : conditions_on_fixed(s, equations, fixed, point))
       if (std::isfinite(value(e)) && std::fabs(value(e)) > rounding(e))
         lines.push_back(
-            text(join(labels, ", "), ":  0 ≠ ", rounded(value(e), 6), " = ", to_text(simplify(e))));
+            text(join(labels, ", "), ":  0 ≠ ", rounded(value(e), 6), " = ", truncated_text(tidied(e))));
   if (lines.empty()) lines = violations_of_given_values(s, conflict);
   if (!lines.empty()) return lines;
   for (std::size_t k = 0; k < equations.size() && k < readable; ++k)
     if (std::fabs(value(equations[k])) > rounding(equations[k]))
       lines.push_back(text(labels[k], ":  0 ≠ ", rounded(value(equations[k]), 6), " = ",
-                           to_text(equations[k]), "  at ", values_of(unknowns_in(s, equations[k]), point)));
+                           truncated_text(equations[k]), "  at ", values_of(unknowns_in(s, equations[k]), point)));
   return lines;
 }
 
@@ -315,7 +316,7 @@ void explain_undefined(const StartSystem& s) {
   const auto bad = undefined_at(s, point);
   if (!bad)
     throw Failure("no consistent start was found: the equations have no finite values near the guess");
-  const std::string equation = text(s.label(bad->row), "  0 = ", to_text(s.rows[bad->row]));
+  const std::string equation = text(s.label(bad->row), "  0 = ", truncated_text(s.rows[bad->row]));
   std::vector<Expr> guilty = bad->slope ? std::vector<Expr>{bad->node} : unknowns_in(s, bad->node);
   const std::string at = guilty.empty() ? "" : " at " + values_of(guilty, point);
   const bool held = !guilty.empty() && s.fixed()[*s.position(guilty[0])];
@@ -332,7 +333,7 @@ void explain_undefined(const StartSystem& s) {
 void explain_stuck(const StartSystem& s, std::size_t row) {
   const auto point = s.point(first_point(s, 0));
   const auto inside = unknowns_in(s, s.rows[row]);
-  throw Failure(text("no consistent start was found: ", s.label(row), "  0 = ", to_text(s.rows[row]),
+  throw Failure(text("no consistent start was found: ", s.label(row), "  0 = ", truncated_text(s.rows[row]),
                      " does not hold at the values given, and none of its unknowns changes it to first order "
                      "there (its gradient "
                      "is 0 at ",
@@ -351,7 +352,7 @@ void explain_conflict(const ModelPtr& model, const StartSystem& s, const StartSo
     const auto point = s.point(failed.w);
     const double value = pendula::evaluate({&s.rows[row], 1}, point)[0];
     throw Failure(text("no consistent start was found; the worst residual remains in ", s.label(row),
-                       ":  0 ≠ ", rounded(value, 4), " = ", to_text(s.rows[row]),
+                       ":  0 ≠ ", rounded(value, 4), " = ", truncated_text(s.rows[row]),
                        ". Give a guess near the solution: guess = { … }"));
   }
   const Conflict conflict = smallest_conflict(s, failed);

@@ -7,6 +7,7 @@
 
 #include "base/decompositions.hpp"
 #include "base/interrupt.hpp"
+#include "dae/rank/rank_with_gap.hpp"
 #include "dae/start/start_system.hpp"
 
 namespace pendula::dae {
@@ -314,11 +315,64 @@ Freedom sparse_freedom(const StartSystem& s, const Sparse& J) {
   return f;
 }
 
+/// Factors for the columns that make the largest entries of all rows and columns 1.
+static Vec column_scales(Mat J) {
+  constexpr int sweeps = 3;
+  Vec scale = Vec::Ones(J.cols());
+  for (int sweep = 0; sweep < sweeps; ++sweep) {
+    for (Index i = 0; i < J.rows(); ++i)
+      if (const double largest = J.row(i).cwiseAbs().maxCoeff(); largest > 0) J.row(i) /= largest;
+    for (Index j = 0; j < J.cols(); ++j)
+      if (const double largest = J.col(j).cwiseAbs().maxCoeff(); largest > 0) {
+        J.col(j) /= largest;
+        scale[j] /= largest;
+      }
+  }
+  return scale;
+}
+
+/// Does every level (levels_of) determine what is new in it, with the fixes and guesses of these unknowns? Then nothing
+/// is open, whatever rounding makes of all levels together. docs/derivations.md#start.
+static bool is_determined_by_levels(const StartSystem& s, const Mat& J) {
+  const StartLevels levels = levels_of(s);
+  if (levels.highest < StartLevels::high) return false;
+  std::vector<char> given = s.fixed();
+  const auto guessed = s.guessed();
+  for (std::size_t j = 0; j < given.size(); ++j) given[j] = given[j] || guessed[j];
+  for (int level = 0; level <= levels.highest + 1; ++level) {
+    std::vector<Index> rows, columns;
+    for (std::size_t i = 0; i < s.first_fix; ++i)
+      if (levels.of_row[i] == level) rows.push_back(static_cast<Index>(i));
+    for (std::size_t j = 0; j < given.size(); ++j)
+      if (levels.of_unknown[j] == level && !given[j]) columns.push_back(static_cast<Index>(j));
+    if (rank_with_gap(J(rows, columns)).rank < static_cast<int>(columns.size())) return false;
+  }
+  return true;
+}
+
+/// In the units of the unknowns; where that leaves something open, also in those for which the entries are alike: the
+/// tenth derivative of an equation has entries between 1 and 10⁹.
+static Freedom small_freedom(const StartSystem& s, const Mat& J, double threshold) {
+  Freedom f = dense_freedom(s, J, threshold);
+  if (f.count == 0) return f;
+  const Vec scale = column_scales(J);
+  Freedom other = dense_freedom(s, J * scale.asDiagonal(), threshold);
+  if (other.count > 0 && is_determined_by_levels(s, J)) {
+    other.count = 0;
+    other.rank_equations = static_cast<int>(s.first_fix);
+    other.undetermined.resize(J.cols(), 0);
+    return other;
+  }
+  if (other.count >= f.count) return f;
+  other.undetermined = (scale.asDiagonal() * other.undetermined).colwise().normalized();
+  return other;
+}
+
 Freedom freedom(const StartSystem& s, const Vec& w, bool slow) {
   Sparse J = s.jacobian(w);
   for (Index k = 0; k < J.nonZeros(); ++k)  // √x at a fixed 0: what counts is that x occurs
     if (!std::isfinite(J.valuePtr()[k])) J.valuePtr()[k] = 1;
-  return w.size() <= dense_up_to ? dense_freedom(s, Mat(J), slow ? independent_at_double_root : independent)
+  return w.size() <= dense_up_to ? small_freedom(s, Mat(J), slow ? independent_at_double_root : independent)
                                  : sparse_freedom(s, J);
 }
 

@@ -232,23 +232,50 @@ Vec first_point(const StartSystem& s, int attempt, const Selection& selection, b
   return w;
 }
 
-/// Large systems level by level: conditions on positions, then those on velocities …, then everything. Far
-/// from a solution, accelerations and multipliers would only be in the way.
+StartLevels levels_of(const StartSystem& s) {
+  StartLevels levels;
+  const auto& invariants = s.low->invariants;
+  if (s.request.keep_invariants)
+    for (const Constraint& c : invariants) levels.of_row.push_back(c.derivative);
+  for (int level : levels.of_row) levels.highest = std::max(levels.highest, level);
+  levels.of_row.resize(s.first_fix, levels.highest + 1);
+  levels.of_unknown.assign(s.unknowns.size(), levels.highest + 1);
+  for (std::size_t i = 0; i < s.first_fix; ++i)
+    for (Expr leaf : leaves({&s.rows[i], 1}))
+      if (const auto j = s.position(leaf))
+        levels.of_unknown[*j] = std::min(levels.of_unknown[*j], levels.of_row[i]);
+  return levels;
+}
+
+/// The rows of all levels up to this one, or of it alone with everything held that belongs to lower ones.
+static Selection part_of(const StartSystem& s, const StartLevels& levels, int level, Selection part, bool alone) {
+  if (part.rows.empty()) part.rows.assign(s.rows.size(), 1);
+  for (std::size_t i = 0; i < s.first_fix; ++i)
+    if (levels.of_row[i] > level || (alone && levels.of_row[i] < level)) part.rows[i] = 0;
+  if (!alone) return part;
+  if (part.held.empty()) part.held.assign(s.unknowns.size(), 0);
+  for (std::size_t j = 0; j < s.unknowns.size(); ++j)
+    if (levels.of_unknown[j] < level) part.held[j] = 1;
+  for (std::size_t k = 0; k < s.fixes(); ++k)
+    if (const auto j = s.fixed_unknown(k); j && levels.of_unknown[*j] < level) part.rows[s.first_fix + k] = 0;
+  return part;
+}
+
+/// Large systems, and conditions of high order, level by level: conditions on positions, then those on velocities …,
+/// then everything. Far from a solution, accelerations and multipliers would only be in the way.
 static StartSolution by_levels(const StartSystem& s, Vec w, const Selection& selection) {
-  if (w.size() > dense_up_to && s.request.keep_invariants) {
-    const auto& invariants = s.low->invariants;
-    int highest = -1;
-    for (const Constraint& c : invariants) highest = std::max(highest, c.derivative);
-    for (int level = 0; level <= highest; ++level) {
-      Selection part = selection;
-      if (part.rows.empty()) part.rows.assign(s.rows.size(), 1);
-      for (std::size_t i = 0; i < s.first_fix; ++i)
-        if (i >= invariants.size() || invariants[i].derivative > level) part.rows[i] = 0;
-      const StartSolution next = gauss_newton(s, w, part);
+  const StartLevels levels = levels_of(s);
+  const bool high = levels.highest >= StartLevels::high;
+  if ((w.size() > dense_up_to || high) && s.request.keep_invariants) {
+    for (int level = 0; level <= levels.highest; ++level) {
+      StartSolution next =
+          high ? gauss_newton(s, w, part_of(s, levels, level, selection, true)) : StartSolution{};
+      if (!next.solved) next = gauss_newton(s, w, part_of(s, levels, level, selection, false));
       if (!next.solved) break;
       w = next.w;
     }
-    Selection rest = selection;  // accelerations and multipliers, where the states are
+    // accelerations and multipliers, where the states are
+    Selection rest = high ? part_of(s, levels, levels.highest + 1, selection, true) : selection;
     if (rest.held.empty()) rest.held.assign(s.unknowns.size(), 0);
     std::fill_n(rest.held.begin(), s.state_count, 1);
     if (const StartSolution next = gauss_newton(s, w, rest); next.solved) w = next.w;

@@ -65,6 +65,16 @@ struct Selection {
   std::vector<char> rows, held;
 };
 
+/// Conditions by how often equations were differentiated for them, then the equations of index 1; an unknown belongs
+/// to the first level that contains it. Where that is often, each level is solved with those below it held, as Pryce
+/// (BIT 41(2), 2001, §3) solves for Taylor coefficients: the ninth derivative has terms of all sizes.
+struct StartLevels {
+  static constexpr int high = 5;        ///< derivatives from which on levels are held
+  int highest = -1;                     ///< of the conditions; the equations are highest + 1
+  std::vector<int> of_row, of_unknown;  ///< rows that are no fixes; unknowns
+};
+StartLevels levels_of(const StartSystem& s);
+
 struct StartSolution {
   Vec w;
   Vec residual;  ///< |r_i| relative to the size of the row's own terms

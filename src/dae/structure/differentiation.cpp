@@ -9,6 +9,7 @@
 #include "dae/model/equation_lines.hpp"
 #include "dae/model/lineage.hpp"
 #include "dae/model/solved_rows.hpp"
+#include "expr/graph/taylor.hpp"
 #include "expr/print/print.hpp"
 #include "expr/rewrite/rewrite.hpp"
 
@@ -57,6 +58,8 @@ class Differentiation {
  public:
   Differentiation(const Model& model, const Offsets& o) : m_(model), o_(o), known_(kinematics(model)) {
     for (Expr leaf : m_.top_derivatives()) top_.insert(leaf);
+    keep_in_one_row();
+    series_ = TaylorSeries(known_);
     std::size_t first = 0;
     for (std::size_t b = 0; b < m_.blocks.size(); ++b) {
       const auto rows = static_cast<std::size_t>(m_.blocks[b].lhs.size());
@@ -70,6 +73,18 @@ class Differentiation {
   Differentiated result;
 
  private:
+  /// x_j′ = f is put into other rows only where it stands in no other row that has to be differentiated: such a row
+  /// and x_j′ = f are two conditions on x_j′ (x′ = x - y, x′ = x), and both are differentiated.
+  void keep_in_one_row() {
+    std::unordered_map<Expr, std::size_t> defined_by;
+    for (const Solved& row : solved_rows(m_)) defined_by[row.derivative] = row.residual;
+    for (std::size_t i = 0; i < m_.residuals.size(); ++i) {
+      if (o_.c[i] == 0) continue;
+      for (Expr leaf : leaves({&m_.residuals[i], 1}))
+        if (const auto it = known_.find(leaf); it != known_.end() && defined_by.at(leaf) != i) known_.erase(it);
+    }
+  }
+
   bool substituted(std::size_t i) const {
     for (Expr leaf : leaves({&m_.residuals[i], 1}))
       if (known_.count(leaf)) return top_.count(leaf) > 0;
@@ -107,13 +122,14 @@ class Differentiation {
                                            : n == 2 ? "twice"
                                                     : text(n, " times")));
     tell_why(residual, lines_of_rows);
+    const VecX given = residual;
     for (int k = 0; k < most; ++k) {
       for (std::size_t r = 0; r < rows; ++r) {
         if (k >= times(first + r)) continue;
         Expr& e = residual[static_cast<Eigen::Index>(r)];
         result.constraints.push_back(
             {e, static_cast<int>(b), static_cast<int>(r), k, constraint_label(m_, first + r, k)});
-        e = simplify(substitute(total_derivative(e), known_));
+        e = next_derivative(given[static_cast<Eigen::Index>(r)], e, k + 1);
       }
       for (std::size_t r = 0; r < lines_of_rows.size(); ++r)
         if (k < times(first + r))
@@ -139,6 +155,12 @@ class Differentiation {
       if (by_row) block.rewritten[r] = differentiated(number(r), times(first + r));
     }
     result.blocks.push_back(std::move(block));
+  }
+
+  /// The derivative of order k, from the one before it or by Taylor arithmetic.
+  Expr next_derivative(Expr given, Expr before, int k) {
+    return prefers_series(given, before, k) ? series_.derivative(given, k)
+                                            : simplify(substitute(total_derivative(before), known_));
   }
 
   /// A list of scalar equations is told row by row; a column that reads as a vector, and a long one, stay whole.
@@ -174,6 +196,7 @@ class Differentiation {
   const Offsets& o_;
   static constexpr int most_told = 60;  // equations; a reader of thousands has understood
   Substitution known_;
+  TaylorSeries series_;  ///< along the rows of known_
   std::unordered_set<Expr> top_;
   int told_ = 0;
 };
