@@ -107,7 +107,7 @@ void NumericArray::prepare() {
 /// nothing that the equations they come from do not say; what these do not contain has the unit of its integral.
 void NumericArray::measure() {
   constexpr double usual = 300;
-  constexpr std::size_t affordable = 300;  // rows
+  constexpr std::size_t affordable = 300;              // rows
   constexpr std::size_t many = 3000, short_row = 100;  // nodes: of all rows; of one, where they are many
   if (rows_ == 0 || columns_.empty() || rows_ > affordable) return;
   const bool all = topological(std::span(outputs_).first(rows_)).size() <= many;

@@ -48,7 +48,7 @@ ConsistentPointRank::ConsistentPointRank(const std::vector<Expr>& residuals, std
   for (std::size_t i = 0; i < residuals.size(); ++i)
     for (int k = 0; k <= offsets.c[i]; ++k) {
       if (k == 0) as_written_.push_back(rows_.size());
-      rows_.push_back(k == 0 ? residuals[i]
+      rows_.push_back(k == 0                                          ? residuals[i]
                       : prefers_series(residuals[i], rows_.back(), k) ? series.derivative(residuals[i], k)
                                                                       : total_derivative(rows_.back()));
       stages_.push_back(k - offsets_.c[i]);

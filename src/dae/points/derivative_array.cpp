@@ -23,7 +23,7 @@ void DerivativeArray::extend() {
     poll_interrupt();
     const Expr before = rows_[from + i];
     rows_.push_back(prefers_series(rows_[i], before, order_ + 1) ? series_.derivative(rows_[i], order_ + 1)
-                                                                : total_derivative(before));
+                                                                 : total_derivative(before));
   }
   ++order_;
   // A new derivative is beyond x′ by as much as has been differentiated, or one less if z′ did not occur in

@@ -36,6 +36,7 @@ struct ArrayAt {
   Vec w;
   Mat J;
   Index states, first;
+  std::unordered_map<Expr, double> known;  ///< t, inputs, parameters
 };
 
 Mat columns_of(const Mat& J, const Columns& list) { return J(Eigen::all, list); }
@@ -72,7 +73,7 @@ std::unordered_map<Expr, double> known_values(const NumericArray& numeric, const
 std::optional<ArrayAt> regular_point(const Model& m, int order,
                                      const std::unordered_map<Expr, double>& near) {
   constexpr int seeds = 16;
-  ArrayAt best{DerivativeArray(m.residuals, m.variables), {}, {}, {}, 0, 0};
+  ArrayAt best{DerivativeArray(m.residuals, m.variables), {}, {}, {}, 0, 0, {}};
   for (int k = 0; k < order; ++k) best.array.extend();
   best.columns = best.array.columns();
   best.states = static_cast<Index>(best.array.states().size());
@@ -88,6 +89,7 @@ std::optional<ArrayAt> regular_point(const Model& m, int order,
     if (ranks.y != best.first + ranks.higher || ranks.y < best.first || ranks.all <= most) continue;
     most = ranks.all;
     best.w = at->w;
+    best.known = known;
     best.J = equilibrated(numeric.jacobian(at->w, known));
     if (most == static_cast<int>(best.array.rows().size()) || !near.empty()) break;
   }
@@ -236,6 +238,14 @@ ModelPtr made_of(const ModelPtr& source, const ArrayAt& a, const ArraySelection&
 }
 
 }  // namespace
+
+std::unordered_map<Expr, double> values_at_regular_point(const Model& m, int order) {
+  const auto at = regular_point(m, order, {});
+  if (!at) return {};
+  auto values = at->known;
+  for (std::size_t j = 0; j < at->columns.size(); ++j) values[at->columns[j]] = at->w[static_cast<Index>(j)];
+  return values;
+}
 
 ModelPtr reduce_array(const ModelPtr& model, const ReduceOptions& options) {
   const ModelPtr source = to_first_order(original(model));

@@ -12,12 +12,9 @@
 #include "dae/model/derivation_markup.hpp"
 #include "dae/model/lineage.hpp"
 #include "dae/model/make_model.hpp"
-#include "dae/model/parameter_values.hpp"
-#include "dae/points/consistent_point_rank.hpp"
 #include "dae/rank/rank.hpp"
 #include "dae/reduce/reduced_forms.hpp"
 #include "dae/regularise/regularise.hpp"
-#include "dae/structure/signature.hpp"
 #include "expr/graph/declaration.hpp"
 #include "expr/graph/derivative.hpp"
 #include "expr/linalg/linalg.hpp"
@@ -49,18 +46,7 @@ Numbers complete(const Model& m, std::span<const Expr> outputs, const Numbers& p
 namespace {
 
 /// Where a generic point is none: sinh(10⁹ x) has no value at x = 1.
-DummySelection select_at_consistent_point(const Model& m, const DummyPivoting& pivoting,
-                                          const Failure& reason) {
-  constexpr int seeds = 8;
-  const Analysis a = require_regular(m);
-  const ConsistentPointRank points(residuals_at_values(m), unknowns_of(m), a.offsets, a.jacobian);
-  for (int seed = 0; seed < seeds && points.applies(); ++seed)
-    if (const auto values = points.consistent_values(seed)) try {
-        return pivoting.best(pendula::evaluate(pivoting.slopes, complete(m, pivoting.slopes, *values)));
-      } catch (const Failure&) {  // a singular point: the next one
-      }
-  throw reason;
-}
+Numbers consistent_point(const Model& m) { return values_at_regular_point(m, require_regular(m).index); }
 
 }  // namespace
 
@@ -68,9 +54,10 @@ DummySelection select_dummies(const ModelPtr& m, const Numbers& point) {
   const DummyPivoting pivoting(m);
   try {
     return pivoting.best(pendula::evaluate(pivoting.slopes, complete(*m, pivoting.slopes, point)));
-  } catch (const Failure& reason) {
-    if (!point.empty()) throw;
-    return select_at_consistent_point(*m, pivoting, reason);
+  } catch (const Failure&) {
+    const Numbers there = point.empty() ? consistent_point(*m) : Numbers{};
+    if (there.empty()) throw;
+    return pivoting.best(pendula::evaluate(pivoting.slopes, complete(*m, pivoting.slopes, there)));
   }
 }
 

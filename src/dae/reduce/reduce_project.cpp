@@ -169,11 +169,10 @@ ModelPtr reduce_project(const ModelPtr& given) {
   for (const Projection& p : done->projections)
     done->trace.push_back(text("project: after every step ", grouped_names(p.unknowns),
                                " move as little as possible",
-                               !p.weight.size()     ? ""
+                               !p.weight.size()   ? ""
                                : inner->mechanics ? ", measured with the mass matrix,"
                                                   : ", each measured in its own unit,",
-                               " until ",
-                               formula("0 = ", ref(column(p.residuals)))));
+                               " until ", formula("0 = ", ref(column(p.residuals)))));
   done->trace.push_back("     The constraints are kept to rounding, so nothing drifts.");
   return done;
 }

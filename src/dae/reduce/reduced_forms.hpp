@@ -45,6 +45,8 @@ double project(const Model& model, std::unordered_map<Expr, double>& values);
 /// requires  a model without unspecified functions; throws Failure where no regular point is found
 /// see       Kunkel & Mehrmann, Differential-Algebraic Equations, 2006, §6.2; Mattsson & Söderlind 1993
 ModelPtr reduce_array(const ModelPtr& model, const ReduceOptions& options);
+/// Values of all leaves at a point of F_order = 0 where x′ is determined; empty where none is found.
+std::unordered_map<Expr, double> values_at_regular_point(const Model& model, int order);
 
 /// "minimal": constraints are solved for dependent variables, which are substituted; what remains moves
 /// freely. requires  every constraint linear in some coordinate

@@ -248,7 +248,8 @@ StartLevels levels_of(const StartSystem& s) {
 }
 
 /// The rows of all levels up to this one, or of it alone with everything held that belongs to lower ones.
-static Selection part_of(const StartSystem& s, const StartLevels& levels, int level, Selection part, bool alone) {
+static Selection part_of(const StartSystem& s, const StartLevels& levels, int level, Selection part,
+                         bool alone) {
   if (part.rows.empty()) part.rows.assign(s.rows.size(), 1);
   for (std::size_t i = 0; i < s.first_fix; ++i)
     if (levels.of_row[i] > level || (alone && levels.of_row[i] < level)) part.rows[i] = 0;

@@ -81,7 +81,8 @@ class Differentiation {
     for (std::size_t i = 0; i < m_.residuals.size(); ++i) {
       if (o_.c[i] == 0) continue;
       for (Expr leaf : leaves({&m_.residuals[i], 1}))
-        if (const auto it = known_.find(leaf); it != known_.end() && defined_by.at(leaf) != i) known_.erase(it);
+        if (const auto it = known_.find(leaf); it != known_.end() && defined_by.at(leaf) != i)
+          known_.erase(it);
     }
   }
 

@@ -23,14 +23,12 @@ Expr TaylorSeries::derivative(Expr e, int k) {
 
 Expr TaylorSeries::coefficient(Expr e, int k) {
   if (e.is_constant()) return k == 0 ? e : Expr(0);
-  if (const auto known = series_.find(e); known != series_.end() && known->second.size() > std::size_t(k))
-    return known->second[static_cast<std::size_t>(k)];
-  for (int order = 0; order <= k; ++order) {
-    if (series_[e].size() > static_cast<std::size_t>(order)) continue;
+  const auto known = [&] { return static_cast<int>(series_[e].size()); };
+  for (int order = known(); order <= k; ++order) {
     const Expr next = e.is_symbol() ? leaf_coefficient(e, order) : operation_coefficient(e, order);
-    if (series_[e].size() == static_cast<std::size_t>(order)) series_[e].push_back(next);
+    if (known() == order) series_[e].push_back(next);
   }
-  return series_[e][static_cast<std::size_t>(k)];
+  return series_[e][k];
 }
 
 Expr TaylorSeries::leaf_coefficient(Expr leaf, int k) {
