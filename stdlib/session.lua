@@ -110,6 +110,22 @@ doc { name = "record", module = "session", sig = 'record "session.lua", record(f
     record_file = file:sub(1, 1) == "/" and file or working_folder() .. "/" .. file
   end }
 
+-- The journal of a session that was cut off, as the prompt found it.
+left_over = false
+
+doc { name = "recover", module = "session", sig = "recover(), recover(false)",
+  text = "Runs the entries of a session that did not end by itself (the terminal was closed, the machine went "
+    .. "down) in this one; recover(false) forgets them. The prompt says when there is one.",
+  example = "return type(recover)", gives = "function",
+  function(wanted)
+    local file = left_over
+    if not file then fail "recover: no session was cut off" end
+    left_over = false
+    if wanted == false then return os.remove(file) and nil end
+    dofile(file)
+    os.remove(file)
+  end }
+
 doc { name = "edit", module = "session", sig = "edit(file)",
   text = "Opens a file in $VISUAL or $EDITOR and runs it afterwards, if it is a Lua script.",
   example = "return type(edit)", gives = "function",

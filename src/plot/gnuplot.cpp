@@ -16,10 +16,19 @@ using Eigen::Index;
 
 const char* const gnuplot_axes[] = {"x", "y"};
 
+/// How many numbers the x axis has room for: a number takes some 55 pixels, what stands beside the frame 140.
+int room_for_numbers(const Figure& f) {
+  const double width = (f.size[0] > 0 ? f.size[0] : 800) - 140,
+               height = (f.size[1] > 0 ? f.size[1] : 500) - 110;
+  const double frame =
+      f.equal ? std::min(width, height * visible(f, 0).span() / visible(f, 1).span()) : width;
+  return std::clamp(static_cast<int>(frame / 55), 3, 9);
+}
+
 std::string axis_lines(const Figure& f, int a) {
   const Axis& axis = f.axes[static_cast<size_t>(a)];
   const Range r = visible(f, a);
-  const Ticks t = ticks(axis, r, a == 0 ? 9 : 7);
+  const Ticks t = ticks(axis, r, a == 0 ? room_for_numbers(f) : 7);
   const std::string name = gnuplot_axes[a];
   std::string out = "set " + name + "range [" + shortest(axis.reversed ? r.high : r.low) + ":" +
                     shortest(axis.reversed ? r.low : r.high) + "]\n";
@@ -266,8 +275,9 @@ static std::string panels_script(const Figure& figure, const std::string& format
 /// The colours of a light page become those of a dark one; curves keep theirs, but for black.
 static std::string darkened(std::string script) {
   static const std::pair<const char*, const char*> colours[] = {
-      {"#FFFFFF", "#14171A"}, {"#333333", "#E6E6E6"}, {"#666666", "#A0A4A8"}, {"#555555", "#B4B8BC"},
-      {"#DDDDDD", "#33383D"}, {"#000000", "#F2F2F2"}, {"#0072B2", "#4DA3D9"}};
+      {"#FFFFFF", "#14171A"}, {"#333333", "#E6E6E6"}, {"#666666", "#A0A4A8"},
+      {"#555555", "#B4B8BC"}, {"#DDDDDD", "#33383D"}, {"#F7F7F7", "#1E2327"},
+      {"#D0D0D0", "#3A4046"}, {"#000000", "#F2F2F2"}, {"#0072B2", "#4DA3D9"}};
   std::string out;
   for (size_t at = 0; at < script.size();) {
     const auto* found = std::find_if(std::begin(colours), std::end(colours), [&](const auto& pair) {

@@ -18,6 +18,7 @@
 #include "shell/completion/names.hpp"
 #include "shell/echo.hpp"
 #include "shell/entry.hpp"
+#include "shell/input/journal.hpp"
 #include "shell/input/reader.hpp"
 #include "shell/input/signals.hpp"
 #include "shell/input/terminal.hpp"
@@ -73,15 +74,18 @@ class Session {
   bool evaluate(const std::string& entry) { return evaluate(entry, entry); }
   bool evaluate(const std::string& entry, const std::string& script);
   void record(const std::string& entry);
+  void begin_journal();
   void report(const std::string& entry);
 
   lua_State* L_;
   std::unique_ptr<Reader> reader_;
-  std::string pending_;  ///< the lines of an entry that is not complete yet
+  std::unique_ptr<Journal> journal_;  ///< of a person's session
+  std::string pending_;               ///< the lines of an entry that is not complete yet
   bool leave_ = false;
 };
 
 void Session::run() {
+  begin_journal();
   while (!leave_) {
     const Line line = reader_->read(pending_);
     if (line.kind == Line::Kind::text) {
@@ -178,18 +182,37 @@ bool Session::evaluate(const std::string& entry, const std::string& script) {
   return good;
 }
 
-/// Appends the entry to the file that record "session.lua" named; an expression becomes print(expression).
+/// What runs the entry again, in a script: an expression is printed there.
+std::string as_script(lua_State* L, const std::string& entry) {
+  const bool statement = luaL_loadstring(L, entry.c_str()) == LUA_OK;
+  lua_pop(L, 1);
+  return statement ? entry : "print(" + entry.substr(entry.find_first_not_of("= ")) + ")";
+}
+
+/// Appends the entry to the journal, and to the file that record "session.lua" named.
 void Session::record(const std::string& entry) {
+  if (entry.find("record") != entry.npos || entry.find("recover") != entry.npos) return;
+  const std::string script = as_script(L_, entry);
+  if (journal_) journal_->add(script);
   const int top = lua_gettop(L_);
   lua::push_stdlib_environment(L_);
   lua_pushliteral(L_, "record_file");
-  if (lua_rawget(L_, -2) == LUA_TSTRING && entry.find("record") == entry.npos) {
-    std::ofstream file(lua_tostring(L_, -1), std::ios::app);
-    const bool statement = luaL_loadstring(L_, entry.c_str()) == LUA_OK;
-    const std::string expression = entry.substr(entry.find_first_not_of("= "));
-    file << (statement ? entry : "print(" + expression + ")") << "\n";
-  }
+  if (lua_rawget(L_, -2) == LUA_TSTRING) std::ofstream(lua_tostring(L_, -1), std::ios::app) << script << "\n";
   lua_settop(L_, top);
+}
+
+/// Begins the journal of a person's session, and tells of one that was left behind.
+void Session::begin_journal() {
+  if (!is_terminal(STDIN_FILENO)) return;
+  journal_ = std::make_unique<Journal>();
+  const std::string left = Journal::left_over();
+  if (left.empty()) return;
+  lua::push_stdlib_environment(L_);
+  lua_pushstring(L_, left.c_str());
+  lua_setfield(L_, -2, "left_over");
+  lua_pop(L_, 1);
+  lua::show_text(
+      "A session did not end by itself. recover() runs its entries again, recover(false) forgets them.\n");
 }
 
 /// The position "stdin:1:" says nothing about an entry of one line; of several, the line is worth knowing.

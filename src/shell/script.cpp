@@ -98,6 +98,19 @@ Status report_error(lua_State* L) {
   return error.interrupted ? interrupted : failed;
 }
 
+/// What a script requires may stand beside it, wherever it was called from.
+static void look_beside(lua_State* L, const std::string& script) {
+  const auto slash = script.rfind('/');
+  if (slash == script.npos) return;
+  const std::string folder = script.substr(0, slash + 1);
+  lua_getglobal(L, "package");
+  lua_getfield(L, -1, "path");
+  const std::string path = folder + "?.lua;" + folder + "?/init.lua;" + lua_tostring(L, -1);
+  lua_pushlstring(L, path.data(), path.size());
+  lua_setfield(L, -3, "path");
+  lua_pop(L, 2);
+}
+
 void set_arguments(lua_State* L, const std::vector<std::string>& before, const std::string& script,
                    const std::vector<std::string>& arguments) {
   lua_createtable(L, static_cast<int>(arguments.size()), static_cast<int>(before.size() + 1));
@@ -111,6 +124,7 @@ void set_arguments(lua_State* L, const std::vector<std::string>& before, const s
   if (!script.empty()) set(script, 0);
   for (std::size_t i = 0; i < arguments.size(); ++i) set(arguments[i], static_cast<lua_Integer>(i + 1));
   lua_setglobal(L, "arg");
+  look_beside(L, script);
 }
 
 bool run_text(lua_State* L, std::string source, const std::string& chunk,

@@ -26,20 +26,22 @@ return function(text)
   end
   local found = {}
   for place, entry in ipairs(entries()) do
-    local fits, sum = 0, 0
+    local fits, sum, partial = 0, 0, false
     for _, word in ipairs(words) do
       local own = rank(entry, word)
       if own then
         fits = fits + 1
         sum = sum + own
+        partial = partial or own == 5
       end
     end
     if fits > 0 and not entry.name:find(":__", 1, true) then
-      found[#found + 1] = { entry = entry, key = { -fits, sum + (entry.is_concept and -0.5 or 0), place } }
+      found[#found + 1] = { entry = entry, key = { -fits, sum + (entry.is_concept and -0.5 or 0), place }, partial = partial }
     end
   end
-  local most = #found > 0 and math.huge or 0
+  local most, whole = #found > 0 and math.huge or 0, false
   for _, each in ipairs(found) do most = math.min(most, each.key[1]) end
+  for _, each in ipairs(found) do whole = whole or each.key[1] == most and not each.partial end
   table.sort(found, function(a, b)
     for k = 1, 3 do
       if a.key[k] ~= b.key[k] then return a.key[k] < b.key[k] end
@@ -48,7 +50,7 @@ return function(text)
   end)
   local list = {}
   for _, each in ipairs(found) do
-    if each.key[1] == most then list[#list + 1] = each.entry end
+    if each.key[1] == most and not (whole and each.partial) then list[#list + 1] = each.entry end
   end
   return list
 end

@@ -169,8 +169,9 @@ local function round_levels(low, high, n)
   return levels
 end
 
--- From dark blue to yellow as in heatmap.
-local colours = { "#440154", "#3B528B", "#21918C", "#5EC962", "#D8C219" }
+-- From dark blue to yellow as in heatmap; on a dark page none is darker than can be seen.
+local shades = { light = { "#440154", "#3B528B", "#21918C", "#5EC962", "#D8C219" },
+  dark = { "#9B7FC9", "#6F8FD6", "#2FB5AC", "#5EC962", "#FDE725" } }
 
 local contour_options = options.joined(options.flat, { options.row("levels", "number or list",
   "values of the lines, or about how many", "10"),
@@ -191,7 +192,7 @@ doc { name = "contour", module = "plot", sig = "contour(x, y, z [, options]) -> 
     end
     local levels = chosen.levels or 10
     if type(levels) ~= "table" then levels = round_levels(low, high, levels) end
-    local series = {}
+    local series, colours = {}, shades[chosen.theme] or shades.light
     for k, level in ipairs(levels) do
       local px, py, breaks = M.level_line(x, y, z, level)
       if #px > 0 then

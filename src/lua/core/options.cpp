@@ -22,6 +22,15 @@ int push_option(lua_State* L, int table, const char* key) {
   return lua_rawget(L, table);
 }
 
+/// What is an option of another function.
+const char* elsewhere(const std::string& key, const std::vector<std::string>& known) {
+  const bool makes_model = std::find(known.begin(), known.end(), "multipliers") != known.end();
+  if (key == "inputs" && makes_model)
+    return " A force as a function of t belongs to integrate{ inputs = { F = sin(t) } }; one that depends on the "
+           "motion closes the loop: dae{ model, F ~ -10*x - x.dot }.";
+  return "";
+}
+
 [[noreturn]] void refuse(std::vector<std::string> unknown, const std::vector<std::string>& known) {
   std::sort(unknown.begin(), unknown.end());
   std::string hints;
@@ -32,6 +41,7 @@ int push_option(lua_State* L, int table, const char* key) {
                                  : text(hints.empty() ? " Did you mean " : ", ", nearest, " for '", key, "'");
   }
   if (unknown.size() > 1 && !hints.empty()) hints += "?";
+  for (const std::string& key : unknown) hints += elsewhere(key, known);
   throw Error(text(unknown.size() == 1 ? "unknown option '" : "unknown options '", join(unknown, "', '"),
                    "'.", hints, " (options: ", join(known, ", "), ")"));
 }

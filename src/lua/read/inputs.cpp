@@ -131,7 +131,8 @@ void give(const std::vector<Expr>& leaves_given, const MatX& value, const std::s
     for (Expr leaf : leaves({&e, 1}))
       if (symbol_of(leaf).kind == Kind::variable)
         throw Error(text("input '", key, "' = ", to_text(e), " depends on the unknown '", to_text(leaf),
-                         "'; write that as an equation of the model"));
+                         "'; that is an equation, which closes the loop: dae{ model, ", key, " ~ ",
+                         to_text(e), " }"));
     out[leaves_given[i]] = e;
   }
 }

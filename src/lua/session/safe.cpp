@@ -2,6 +2,7 @@
 
 #include <clocale>
 #include <cstdio>
+#include <cstdlib>
 #include <cstring>
 #include <string>
 
@@ -146,7 +147,10 @@ void secure_package(lua_State* L) {
     lua_pushnil(L);
     lua_rawseti(L, -2, i);
   }
-  lua_pushliteral(L, "./?.lua;./?/init.lua");
+  const char* home = std::getenv("HOME");  // files of one's own that every script may use
+  const std::string own = home && *home ? std::string(home) + "/.local/share/pendula/?.lua" : "";
+  const std::string path = "./?.lua;./?/init.lua" + (own.empty() ? "" : ";" + own);
+  lua_pushlstring(L, path.data(), path.size());
   lua_setfield(L, -3, "path");
   lua_pop(L, 2);
   remove_fields(L, "package", {"loadlib", "cpath"});

@@ -29,7 +29,20 @@ int vec(Call& call) {
   return push_matrix(call.L, m.cols() == 1 ? m : MatX(m.transpose()));
 }
 
-int mat(Call& call) { return push_matrix(call.L, to_matrix(call.L, 1, "the matrix")); }
+/// A list without rows is not taken: mat{1,2;3,4} of MATLAB is such a list, the semicolon being a comma in Lua.
+int mat(Call& call) {
+  lua_State* L = call.L;
+  if (lua_istable(L, 1) && lua_rawlen(L, 1) > 1) {
+    lua_rawgeti(L, 1, 1);
+    const bool entry =
+        lua_type(L, -1) == LUA_TNUMBER || lua_type(L, -1) == LUA_TSTRING || is_expression(L, -1);
+    lua_pop(L, 1);
+    if (entry)
+      throw Error(
+          "a matrix is written by its rows, mat{{1, 2}, {3, 4}}; a column is vec{1, 2}, a row mat{{1, 2}}");
+  }
+  return push_matrix(L, to_matrix(L, 1, "the matrix"));
+}
 
 int eye(Call& call) {
   const long n = size_argument(call, 1, "n", -1);
