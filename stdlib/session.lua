@@ -114,7 +114,8 @@ doc { name = "record", module = "session", sig = 'record "session.lua", record(f
 left_over = false
 
 doc { name = "recover", module = "session", sig = "recover(), recover(false)",
-  text = "Runs the entries of a session that did not end by itself (the terminal was closed, the machine went "
+  text = "Runs the entries of a session that did not end by itself (the terminal was closed, the "
+    .. "machine went "
     .. "down) in this one; recover(false) forgets them. The prompt says when there is one.",
   example = "return type(recover)", gives = "function",
   function(wanted)

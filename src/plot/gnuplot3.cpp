@@ -89,8 +89,10 @@ void add_box(Picture& picture, const View& view, const std::array<Ticks, 3>& num
   picture.add(edges, line_style("#666666", 1));
 }
 
-/// Numbers and label of one axis, outside its edge.
-void add_axis(Picture& picture, const View& view, int axis, const std::string& name, const Ticks& t) {
+/// Numbers and label of one axis, outside its edge. letters: their size in the picture beside that in one of 500
+/// pixels.
+void add_axis(Picture& picture, const View& view, int axis, const std::string& name, const Ticks& t,
+              double letters) {
   const auto a = static_cast<size_t>(axis);
   auto edge = view.numbered_edge(axis);
   edge[a] = -1;
@@ -111,7 +113,7 @@ void add_axis(Picture& picture, const View& view, int axis, const std::string& n
     const double s = (t.at[k] - view.range(axis).low) / view.range(axis).span();
     const double x = low.right + s * dx, y = low.up + s * dy;
     segment(marks, {x, y, 0}, {x + 0.02 * nx, y + 0.02 * ny, 0});
-    picture.label(x + 0.05 * nx, y + 0.05 * ny, t.text[k], anchor);
+    picture.label(x + 0.05 * letters * nx, y + 0.05 * letters * ny, t.text[k], anchor);
     widest = std::max(widest, t.text[k].size());
   }
   picture.add(marks, line_style("#666666", 1));
@@ -120,7 +122,7 @@ void add_axis(Picture& picture, const View& view, int axis, const std::string& n
   double angle = characters(words).size() < 3 ? 0 : std::atan2(dy, dx) * 180 / std::numbers::pi;
   if (angle > 90.5) angle -= 180;
   if (angle < -89.5) angle += 180;
-  const double away = anchor == "center" ? 0.14 : 0.1 + 0.018 * static_cast<double>(widest);
+  const double away = letters * (anchor == "center" ? 0.14 : 0.1 + 0.018 * static_cast<double>(widest));
   picture.label((low.right + high.right) / 2 + away * nx, (low.up + high.up) / 2 + away * ny, words, "center",
                 angle);
 }
@@ -229,13 +231,15 @@ std::string solid_script(const Figure& f) {
   const DepthMap depth(f, view);
   Picture picture;
   std::array<Ticks, 3> numbers;
+  const double letters = f.size[1] > 0 ? std::max(1.0, 500.0 / f.size[1]) : 1.0;
   for (int a = 0; a < 3; ++a) {
-    const int count = std::clamp(static_cast<int>(7 * view.side(a)), 2, 6);
+    const int count = std::clamp(static_cast<int>(7 * view.side(a) / letters), 2, 6);
     numbers[static_cast<size_t>(a)] = ticks(f.axes[static_cast<size_t>(a)], view.range(a), count);
   }
   add_box(picture, view, numbers);
   for (int a = 0; a < 3; ++a)
-    add_axis(picture, view, a, f.axes[static_cast<size_t>(a)].label, numbers[static_cast<size_t>(a)]);
+    add_axis(picture, view, a, f.axes[static_cast<size_t>(a)].label, numbers[static_cast<size_t>(a)],
+             letters);
 
   std::vector<Block> seen;
   for (size_t k = 0; k < f.series.size(); ++k) {
@@ -251,8 +255,9 @@ std::string solid_script(const Figure& f) {
 
   const Extent e = view.extent();
   std::string out = "unset border\nunset tics\nset size ratio -1\n";
-  out += text("set xrange [", rounded(-e.right - 0.28, 8), ":", rounded(e.right + 0.28, 8), "]\n");
-  out += text("set yrange [", rounded(-e.up - 0.14, 8), ":", rounded(e.up + 0.06, 8), "]\n");
+  out += text("set xrange [", rounded(-e.right - 0.28 * letters, 8), ":",
+              rounded(e.right + 0.28 * letters, 8), "]\n");
+  out += text("set yrange [", rounded(-e.up - 0.14 * letters, 8), ":", rounded(e.up + 0.06, 8), "]\n");
   out += text("set lmargin 1\nset rmargin 1\nset bmargin ", 1 + f.notes.size(), "\n");
   out += has_legend(f) ? "set key top right vertical Left reverse noenhanced samplen 2.5 spacing 1.15\n"
                        : "unset key\n";

@@ -184,6 +184,7 @@ std::string_view by_message(std::string_view source, std::string_view error,
     return "an equation is written with ~ (lhs ~ rhs), a comparison with ==";
   if (lua::contains(error, "near '='"))
     return "a key that is no plain name stands in brackets: { x = 1, [x.dot] = 0 }";
+  if (lua::contains(error, "']' expected near ','")) return "an entry of a matrix is A(1, 2), a row A[1]";
   if (lua::contains(error, "'then' expected")) return "a condition is written if … then … end";
   if (lua::contains(error, "'do' expected"))
     return "a loop is written while … do … end or for i = 1, 3 do … end";

@@ -36,7 +36,8 @@ return function(text)
       end
     end
     if fits > 0 and not entry.name:find(":__", 1, true) then
-      found[#found + 1] = { entry = entry, key = { -fits, sum + (entry.is_concept and -0.5 or 0), place }, partial = partial }
+      found[#found + 1] = { entry = entry, key = { -fits, sum + (entry.is_concept and -0.5 or 0), place },
+        partial = partial }
     end
   end
   local most, whole = #found > 0 and math.huge or 0, false

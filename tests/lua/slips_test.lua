@@ -77,6 +77,11 @@ local errors = {
   { "x(0)", "is an expression and no function", "sol(x, t)" },
   { "x''", "x.ddot" },
   { "sol(1)", "expected an expression", "sol(x, 1)" },
+  { "mat{1, 2; 3, 4}", "mat{{1, 2}, {3, 4}}" },
+  { "mat{x, y}", "mat{{1, 2}, {3, 4}}", "vec{1, 2}" },
+  { "lagrange{ q = q, T = 0, V = 0, inputs = { u = -x } }", "dae{ model, F ~" },
+  { "dae{ der(x) ~ u }:integrate{ start = { x = 1 }, to = 1, inputs = { u = -10*x } }",
+    "dae{ model, u ~ -10 x }" },
   -- derivatives and equations
   { "diff(x, t)", "der(e)" },
   { "diff(x^2*y, t)", "der(e)" },
@@ -192,6 +197,7 @@ end)
 local syntax = {
   { "s = { x = 1, x.dot = 0 }", "[x.dot] = 0" },
   { "y = A'", "A.T" },
+  { "y = A[1, 2]", "A(1, 2)" },
   { "y = A\\b", "solve(A, b)" },
   { "v = [1 2 3]", "{ 1, 2, 3 }" },
   { "v = [1, 2, 3]", "{ 1, 2, 3 }" },

@@ -42,6 +42,15 @@ def test_code(terminal, home):
     check(run("-e", "print 'π'").stdout, "π\n")
 
 
+def test_require_looks_beside_the_script_and_in_the_folder_of_the_user(terminal, home):
+    os.makedirs(os.path.join(home, "course"))
+    os.makedirs(os.path.join(home, ".local/share/pendula"))
+    write(home, "course/motor.lua", "return 'motor'")
+    write(home, ".local/share/pendula/own.lua", "return 'own'")
+    write(home, "course/exam.lua", "print((require 'motor'), (require 'own'))\n")
+    check(run(os.path.join(home, "course/exam.lua"), cwd="/", env={**os.environ, "HOME": home}).stdout, "motor own\n")
+
+
 def test_errors_name_the_callers(terminal, home):
     path = write(home, "calls.lua", "local function f() return nil + 1 end\nlocal function g()\n  local v = f()\n"
                                     "  return v\nend\ng()\n")

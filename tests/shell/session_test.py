@@ -434,6 +434,27 @@ def test_what_is_there_and_where_one_is(terminal, home):
         check(file.read().split("\n")[1:], ["print(6*mass)", "half = mass/2", ""])
 
 
+def test_a_session_that_was_cut_off_comes_back(terminal, home):
+    w = started(terminal)
+    w.enter("mass = 12")
+    w.enter("no_such_thing")
+    w.enter("mass/2")
+    w.wait("^6.0$", pattern=True)
+    w.close()  # the terminal goes away
+    folder = os.path.join(home, ".local/state/pendula/sessions")
+    check(len(os.listdir(folder)), 1)
+    time.sleep(0.5)  # until the program has gone, too
+    w = terminal()
+    w.wait("did not end by itself")
+    w.enter("recover()")
+    w.wait("^6.0$", pattern=True)
+    w.enter("mass, 'kg'")
+    w.wait("^12 +kg$", pattern=True)
+    w.enter("exit")
+    w.wait("[ended with 0]")
+    check(os.listdir(folder), [])
+
+
 def test_text_fits_the_window(terminal, home):
     for columns in (40, 80, 200):
         w = started(terminal, columns=columns, rows=60)

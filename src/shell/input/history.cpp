@@ -36,24 +36,25 @@ std::string unescaped(const std::string& line) {
   return entry;
 }
 
-void rewrite(const std::string& path, const std::vector<std::string>& entries) {
-  const std::string fresh = path + "." + std::to_string(getpid());
-  std::string text;
-  for (const auto& entry : entries) text += escaped(entry) + "\n";
-  std::error_code ignored;
-  if (append_private(fresh, text)) std::filesystem::rename(fresh, path, ignored);
-  std::filesystem::remove(fresh, ignored);
-}
-
-}  // namespace
-
-bool append_private(const std::string& path, const std::string& text) {
+/// Appends to `path`, which only the user may read: what one types may be private.
+bool append(const std::string& path, const std::string& text) {
   const int fd = open(path.c_str(), O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC, 0600);
   if (fd < 0) return false;
   const bool written = write(fd, text.data(), text.size()) == static_cast<ssize_t>(text.size());
   close(fd);
   return written;
 }
+
+void rewrite(const std::string& path, const std::vector<std::string>& entries) {
+  const std::string fresh = path + "." + std::to_string(getpid());
+  std::string text;
+  for (const auto& entry : entries) text += escaped(entry) + "\n";
+  std::error_code ignored;
+  if (append(fresh, text)) std::filesystem::rename(fresh, path, ignored);
+  std::filesystem::remove(fresh, ignored);
+}
+
+}  // namespace
 
 std::string history_path() {
   const char* state = std::getenv("XDG_STATE_HOME");
@@ -78,7 +79,7 @@ void append_history(const std::string& path, const std::string& entry) {
   if (path.empty()) return;
   std::error_code ignored;
   std::filesystem::create_directories(std::filesystem::path(path).parent_path(), ignored);
-  append_private(path, escaped(entry) + "\n");
+  append(path, escaped(entry) + "\n");
 }
 
 }  // namespace pendula::shell

@@ -18,7 +18,4 @@ std::vector<std::string> load_history(const std::string& path, std::size_t newes
 /// written is no reason to disturb the user.
 void append_history(const std::string& path, const std::string& entry);
 
-/// Appends to a file that only the user may read: what one types may be private.
-bool append_private(const std::string& path, const std::string& text);
-
 }  // namespace pendula::shell

@@ -1,10 +1,10 @@
 #include "shell/input/journal.hpp"
 
-#include <signal.h>
+#include <fcntl.h>
+#include <sys/file.h>
 #include <unistd.h>
 
-#include <cerrno>
-#include <cstdlib>
+#include <ctime>
 #include <filesystem>
 
 #include "shell/input/history.hpp"
@@ -19,37 +19,44 @@ fs::path folder() {
   return history.empty() ? fs::path() : fs::path(history).parent_path() / "sessions";
 }
 
-bool is_running(long process) { return kill(static_cast<pid_t>(process), 0) == 0 || errno == EPERM; }
+/// Whoever writes a journal holds its lock, which goes with the process, however that ends.
+bool is_locked(const fs::path& path) {
+  const int fd = open(path.c_str(), O_RDONLY | O_CLOEXEC);
+  if (fd < 0) return true;
+  const bool locked = flock(fd, LOCK_EX | LOCK_NB) != 0;
+  close(fd);
+  return locked;
+}
 
 }  // namespace
 
-Journal::Journal() {
-  const fs::path place = folder();
-  if (!place.empty()) path_ = (place / (std::to_string(getpid()) + ".lua")).string();
-}
-
 Journal::~Journal() {
   std::error_code ignored;
-  if (!path_.empty()) fs::remove(path_, ignored);
+  if (fd_ >= 0) fs::remove(path_, ignored);
+  if (fd_ >= 0) close(fd_);
 }
 
+/// The first entry makes the file, which only the user may read.
 void Journal::add(const std::string& entry) {
-  if (path_.empty()) return;
-  std::error_code ignored;
-  fs::create_directories(folder(), ignored);
-  append_private(path_, entry + "\n");
+  if (fd_ < 0) {
+    const fs::path place = folder();
+    if (place.empty()) return;
+    std::error_code ignored;
+    fs::create_directories(place, ignored);
+    path_ = (place / (std::to_string(std::time(nullptr)) + "-" + std::to_string(getpid()) + ".lua")).string();
+    fd_ = open(path_.c_str(), O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC, 0600);
+    if (fd_ >= 0) flock(fd_, LOCK_EX | LOCK_NB);
+  }
+  const std::string line = entry + "\n";
+  // What cannot be written is no reason to disturb the user.
+  if (fd_ >= 0) (void)!write(fd_, line.data(), line.size());
 }
 
 std::string Journal::left_over() {
   std::error_code ignored;
   fs::path newest;
-  for (const auto& entry : fs::directory_iterator(folder(), ignored)) {
-    const long process = std::strtol(entry.path().stem().c_str(), nullptr, 10);
-    if (process <= 0 || is_running(process)) continue;
-    const bool newer =
-        newest.empty() || entry.last_write_time(ignored) > fs::last_write_time(newest, ignored);
-    if (newer) newest = entry.path();
-  }
+  for (const auto& entry : fs::directory_iterator(folder(), ignored))
+    if (!is_locked(entry.path()) && entry.path() > newest) newest = entry.path();
   return newest.string();
 }
 

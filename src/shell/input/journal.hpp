@@ -1,5 +1,5 @@
-// The entries of a running session in a file of its own, so that a session whose terminal or machine went away can be
-// made again.
+// The entries of a running session in a file of its own, so that a session whose terminal or machine went away
+// can be made again.
 #pragma once
 
 #include <string>
@@ -8,19 +8,19 @@ namespace pendula::shell {
 
 class Journal {
  public:
-  /// Begins a file beside the history; without a home, or where it cannot be written, nothing is kept.
-  Journal();
-  /// A session that ends by itself needs none.
-  ~Journal();
+  Journal() = default;
+  ~Journal();  ///< a session that ends by itself leaves none
   Journal(const Journal&) = delete;
   Journal& operator=(const Journal&) = delete;
 
+  /// Appends to a file beside the history; without a home, or where it cannot be written, nothing is kept.
   void add(const std::string& entry);
 
-  /// The journal of a session that did not end by itself, the newest one, or "".
+  /// The journal of the newest session that did not end by itself, or "".
   static std::string left_over();
 
  private:
+  int fd_ = -1;
   std::string path_;
 };
 
