@@ -11,9 +11,8 @@
 -- sig, text, title: a line end counts as one blank, with the blanks around it. Of several lines of an example
 -- or a result the indentation that they have in common is no part of it.
 --
--- options = { { name =, type =, default =, text =, values = }, … }: as in the rows of C++ (OptionRow), what is
--- missing is "";
--- check_options(by, options, known) refuses what is not among them.
+-- options = { { name =, type =, default =, text =, values = }, … }: as in the rows of C++ (OptionRow);
+-- what is missing is "". check_options(by, options, known) refuses what is not among them.
 --
 -- An entry of a library that is seldom needed has load = function() … end instead of the value: it is made
 -- when first touched. describe = function(entry) … end sets text and example when they are first read.
