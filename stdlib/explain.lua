@@ -35,7 +35,7 @@ local forms = {
   ggl = { [[constraints and their derivatives stay equations; q′ = v - (∂C/∂q)ᵀ μ with multipliers μ that
     vanish on the exact solution; index 2]],
     "Gear, Leimkuhler & Gupta, J. Comput. Appl. Math. 12-13, 1985" },
-  baumgarte = { [[0 = C″ + 2α C′ + β² C in place of 0 = C″: what violates the constraint decays; α and β are
+  baumgarte = { [[0 = C″ + 2α C′ + β² C in place of 0 = C″: a violation of the constraint decays; α and β are
     no part of the physics]],
     "Baumgarte, Comput. Methods Appl. Mech. Eng. 1, 1972" },
   project = { [[the explicit (or index-1) form, and after every step the smallest change of the states that
@@ -151,7 +151,7 @@ local errors = {
       meet.]],
     "help \"reduce\"" },
   { "free initial values, but",
-    "A form must have as many free initial values as the model it was made of. One that has not is refused.",
+    "A form must have as many free initial values as the model it was made of. A form with another number is refused.",
     "Use reduce \"acc\" or \"project\".", "help \"reduce\"" },
 }
 
@@ -203,7 +203,7 @@ source
       if explain_text(value) then return end
       local known = named(value)
       if known ~= nil then return help(value) end
-      fail("explain: this text is no error of the models' part; help \"word\" explains a word, apropos "
+      fail("explain: this text is not an error message about models; help \"word\" explains a word, apropos "
         .. "\"word\" searches")
     end
     if not kind then return help(value) end

@@ -165,7 +165,7 @@ function reader:named()
   if library[name] and self:accept "." then
     local member = self.value
     if not library[name][member] then
-      self:fail(("'%s.%s' is no part of a saved value"):format(name, member))
+      self:fail(("'%s.%s' is not part of a saved value"):format(name, member))
     end
     self:next()
     local good, value = pcall(function() return named(name)[member] end)
@@ -176,7 +176,7 @@ function reader:named()
   end
   if constants[name] then return named(name) end
   if functions[name] and self:is_call() then return self:call(named(name)) end
-  self:fail(("'%s' is no part of a saved value"):format(name))
+  self:fail(("'%s' is not part of a saved value"):format(name))
 end
 
 -- What a function refuses is told with the line of the file.
@@ -229,14 +229,14 @@ function reader:primary()
     self:expect ")"
     return value
   end
-  if self.kind ~= "name" then self:fail(("'%s' is no part of a saved value"):format(tostring(self.value))) end
+  if self.kind ~= "name" then self:fail(("'%s' is not part of a saved value"):format(tostring(self.value))) end
   return self:named()
 end
 
 function reader:member(value, allowed)
   local name = self.value
   if self.kind ~= "name" or not allowed[name] or not object_type(value) then
-    self:fail(("'%s' is no part of a saved value"):format(tostring(name)))
+    self:fail(("'%s' is not part of a saved value"):format(tostring(name)))
   end
   self:next()
   local good, member = pcall(function() return value[name] end)
@@ -316,6 +316,6 @@ return function(text, file, locals)
   end
   self:expect "return"
   local value = self:value_of()
-  if self.kind ~= "end" then self:fail(("'%s' is no part of a saved value"):format(tostring(self.value))) end
+  if self.kind ~= "end" then self:fail(("'%s' is not part of a saved value"):format(tostring(self.value))) end
   return value
 end

@@ -35,7 +35,7 @@ local function check_pending()
   pending = nil
   if forgotten then
     failed(forgotten.where,
-      "expect(…) says nothing by itself; add :near(b, tol), :equals(v), :fails \"text\" or :is_true()")
+      "expect(…) checks nothing by itself; add :near(b, tol), :equals(v), :fails \"text\" or :is_true()")
   end
 end
 

@@ -252,7 +252,7 @@ class Judge {
     const std::string where = text("No convergence: at iterate ", last(),
                                    " no step along Δx reduces ‖r‖ = ", rounded(run_.norm.back(), 3));
     if (c.smallest < flat)
-      return text(where, ": a minimum of ‖r‖ that is no root. ∂r/∂x is nearly singular there",
+      return text(where, ": a minimum of ‖r‖ that is not a root. ∂r/∂x is nearly singular there",
                   null_words(c.null_vector), ". Start elsewhere.");
     return text(where,
                 settings_.jacobian == JacobianKind::exact

@@ -205,7 +205,7 @@ VecX symbolic_solution(const System& g, const VecX& x0, const VecX& u) {
     const auto terms = dae::forcing_of(u[j], &culprit);
     if (!terms)
       throw Error(text("the input ", pendula::to_text(culprit),
-                       " is no polynomial, exponential, sine or cosine of t; use lsim(G, u, t) for it"));
+                       " is not a polynomial, exponential, sine or cosine of t; use lsim(G, u, t) for it"));
     for (const dae::ForcingGroup& group : dae::grouped(*terms))
       x_p += particular(g.ss.A, g.ss.B.col(j), group);
   }

@@ -120,7 +120,7 @@ Expansion expand(const dae::Model& model, const Point& point, const std::vector<
       const Symbol& s = symbol_of(leaf);
       if (s.kind == Kind::variable && std::find(columns.begin(), columns.end(), leaf) == columns.end())
         throw Error(text("the output ", to_text(outputs[k]), " contains '", to_text(leaf),
-                         "', which is no unknown of the model"));
+                         "', which is not an unknown of the model"));
     }
   const auto entries = sparse_jacobian(all, columns);
   std::vector<Expr> values;

@@ -75,7 +75,7 @@ void check_axes(const Figure& f) {
         text("view = {", shortest(f.tilt), ", ", shortest(f.turn),
              "}: the tilt must lie between 0 (from above) and 90 degrees, the turn be a number of degrees"));
   for (const Rule& rule : f.rules)
-    if (!std::isfinite(rule.at)) throw Error("a line across the figure must stand at a finite number");
+    if (!std::isfinite(rule.at)) throw Error("a line across the figure needs a finite position");
   if (f.right && !(f.right->limits && f.right->limits->low < f.right->limits->high))
     throw Error("y2lim: the first limit must be below the second");
   for (int n : f.size)

@@ -183,7 +183,7 @@ std::string_view by_message(std::string_view source, std::string_view error,
   if (lua::contains(error, "near '='") && !has_dotted_key(tokens))
     return "an equation is written with ~ (lhs ~ rhs), a comparison with ==";
   if (lua::contains(error, "near '='"))
-    return "a key that is no plain name stands in brackets: { x = 1, [x.dot] = 0 }";
+    return "a key that is not a plain name is written in brackets: { x = 1, [x.dot] = 0 }";
   if (lua::contains(error, "']' expected near ','")) return "an entry of a matrix is A(1, 2), a row A[1]";
   if (lua::contains(error, "'then' expected")) return "a condition is written if … then … end";
   if (lua::contains(error, "'do' expected"))

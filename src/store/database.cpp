@@ -72,7 +72,7 @@ void Database::fail(const std::string& doing) const {
                   ": there is no such file or folder, or it may not be used");
     case SQLITE_NOTADB:
     case SQLITE_CORRUPT:
-      throw Error(what + " is no store of runs, or it is damaged; give store another name");
+      throw Error(what + " is not a store of runs, or it is damaged; give store another name");
     case SQLITE_BUSY:
     case SQLITE_LOCKED:
       throw Error(what + " is being used by another program; wait until it is done");

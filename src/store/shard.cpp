@@ -122,7 +122,7 @@ Ranges read_ranges(const std::string& text) {
     char dash = 0;
     std::istringstream parts(word);
     if (!(parts >> first >> dash >> last) || parts.get() != EOF || dash != '-' || first < 1 || last < first)
-      throw Error("'" + word + "' is no range of runs such as 1-20");
+      throw Error("'" + word + "' is not a range of runs such as 1-20");
     ranges.emplace_back(first - 1, last);
   }
   if (ranges.empty()) throw Error("it names no runs");

@@ -47,7 +47,7 @@ local function read_script(path)
   local source = file and file:read "a"
   if file then file:close() end
   if not source then
-    fail("report: cannot read '" .. path .. "': " .. (why or "it is no file"):gsub("^.-: ", ""))
+    fail("report: cannot read '" .. path .. "': " .. (why or "it is not a file"):gsub("^.-: ", ""))
   end
   return source, "@" .. path
 end

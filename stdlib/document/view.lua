@@ -26,7 +26,7 @@ local function check_frames(x, options)
   end
   for i, each in ipairs(x) do
     if object_type(each) ~= "figure" then
-      fail(("view: entry %d of the list is no figure but %s"):format(i, object_type(each) or type(each)))
+      fail(("view: entry %d of the list is not a figure but %s"):format(i, object_type(each) or type(each)))
     end
   end
   if type(options.slider) ~= "string" then fail("view: slider is the name of what changes" .. usage) end

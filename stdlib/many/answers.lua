@@ -20,7 +20,7 @@ function answers.probability(s, condition, t, options)
     local value = holds[i]
     if value == value then
       if value ~= 0 and value ~= 1 then
-        fail(("probability: %s is no condition; write lt(x, 0.2), gt(x, 1), all(…, …)"):format(
+        fail(("probability: %s is not a condition; write lt(x, 0.2), gt(x, 1), all(…, …)"):format(
           tostring(condition)))
       end
       n = n + 1

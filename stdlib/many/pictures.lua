@@ -30,7 +30,7 @@ function pictures.fan(s, e, levels)
   local times, rows = s.t, s(e)
   local figures, median = {}, {}
   for _, p in ipairs(levels) do
-    if not (p > 0 and p < 0.5) then fail(("fan: %g is no share between 0 and 0.5"):format(p)) end
+    if not (p > 0 and p < 0.5) then fail(("fan: %g is not a share between 0 and 0.5"):format(p)) end
     local low, high = {}, {}
     for i = 1, #times do
       local q = quantile(rows[i], { p, 1 - p })

@@ -11,7 +11,7 @@ local adapt = {}
 
 local function check_form(model)
   if model.form ~= "" then
-    fail(("a model in the form \"%s\" is no part: its conditions on the start would be lost; use the model "
+    fail(("a model in the form \"%s\" cannot be a part: its conditions on the start would be lost; use the model "
       .. "that it was "
       .. "made from, and reduce the model of parts"):format(model.form))
   end

@@ -51,7 +51,7 @@ end
 
 local function check_name(d, name)
   if type(name) ~= "string" or not name:find "^[%a_\x80-\xff][%w_\x80-\xff]*$" then
-    fail(("'%s' is no name for a part or a variable: use letters, digits and _"):format(tostring(name)))
+    fail(("'%s' is not a name for a part or a variable: use letters, digits and _"):format(tostring(name)))
   end
   if d.names[name] ~= nil then
     fail(("%s has two things called '%s'"):format(d.path ~= "" and d.path or "the model", name))

@@ -39,7 +39,7 @@ local function velocity(model, x, y, at)
     end
   end
   for k, state in ipairs { x, y } do
-    if not found[k] then fail(("phase: %s is no state of the model"):format(tostring(state))) end
+    if not found[k] then fail(("phase: %s is not a state of the model"):format(tostring(state))) end
   end
   return fn(inner, found[1]), fn(inner, found[2])
 end

@@ -96,7 +96,7 @@ local function collocation_lines(tab, lines)
   end
   lines[#lines + 1] = "orthogonality    ∫₀¹ ∏(τ - cᵢ) τᵏ dτ = " .. table.concat(values, ", ")
     .. " for k = 0, 1, …"
-  lines[#lines + 1] = ("                 (71a) holds for the first %d: order s + %d = %d"):format(zero, zero,
+  lines[#lines + 1] = ("                 zero for the first %d: order s + %d = %d"):format(zero, zero,
     tab.stages + zero)
 end
 

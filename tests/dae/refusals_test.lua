@@ -63,13 +63,13 @@ refused("the pencil of a model with an open parameter", function()
 local oscillator = dae { der(x) ~ y, der(y) ~ -2*x + input "u" }
 refused("a forcing without a closed answer", function()
   return oscillator:pencil():solution({ x = 0, y = 0 }, { inputs = { u = tan(t) } }) end,
-  "the forcing tan(t) is no polynomial, exponential, sine or cosine of t; use sys:integrate{ … } for it")
+  "the forcing tan(t) is not a polynomial, exponential, sine or cosine of t; use sys:integrate{ … } for it")
 refused("a forcing that grows like a mode with a root", function()
   return dae { der(x) ~ y, der(y) ~ 2*x + input "u" }:pencil():solution({ x = 0, y = 0 },
     { inputs = { u = exp(sqrt(2)*t) } })
 end, "the forcing exp(√2 t) meets a mode of the system, and its rates are not rational; use rational ones")
 refused("a start of a derivative", function() return oscillator:pencil():solution { [der(x)] = 1 } end,
-  "x0: 'x′' is no state of this system; its states are x, y")
+  "x0: 'x′' is not a state of this system; its states are x, y")
 refused("too many initial values", function() return oscillator:pencil():solution { 1, 2, 3 } end,
   "x0 has 3 entries for 2 unknowns; a table { x = 1 } gives only some of them")
 refused("a column of another size", function() local q = var("q",

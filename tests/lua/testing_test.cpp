@@ -82,7 +82,7 @@ undefined_thing()
 a.lua:6: broken: attempt to perform arithmetic on a nil value
 a.lua:7: swallowed: expected 2, got 1
 a.lua:8: expected 4, got 3
-a.lua:10: forgotten: expect(…) says nothing by itself; add :near(b, tol), :equals(v), :fails "text" or :is_true()
+a.lua:10: forgotten: expect(…) checks nothing by itself; add :near(b, tol), :equals(v), :fails "text" or :is_true()
 a.lua:11: exit: os.exit would end the test run; return from the file instead
 a.lua:12: thrown: {1}
 a.lua:13: helper: expected true, got false

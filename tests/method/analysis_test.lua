@@ -150,7 +150,7 @@ test("order conditions: counts of trees, residuals of a method that misses them"
   expect(function() rk.rk4:conditions(3, { embedded = true }) end):fails "no embedded method"
 end)
 
-test("orthogonality (71a) and Lagrange polynomials", function()
+test("orthogonality and Lagrange polynomials", function()
   expect(rk.collocation { 0, 1 }:orthogonality()[1]):equals(-1 / 6)
   local gauss, radau = rk.gauss(3):orthogonality(4), rk.radau(3):orthogonality(4)
   for k = 1, 4 do

@@ -75,7 +75,7 @@ Block written_row(const AffineRow& row, const Elimination& e, const Substitution
   const std::string note = m.blocks[m.origin[i].first].note;
   throw Error(
       text("equation ", m.label(i), note.empty() ? "" : " (" + note + ")", ", ", m.equation_text(i), ", ",
-           value.is_zero() ? "follows from the others: it says nothing new, and some unknown has no equation"
+           value.is_zero() ? "follows from the others: it is redundant, and some unknown has no equation"
                            : text("contradicts the others: with them it reads 0 = ", truncated_text(value))));
 }
 

@@ -70,7 +70,7 @@ void resolve_chains(Substitution& laws) {
     if (mentions(law, laws)) names.push_back(to_text(input));
   std::sort(names.begin(), names.end());
   throw Error(text("the equations for the inputs ", join(names, ", "),
-                   " depend on each other in a circle; declare one of them as a variable: var \"", names[0],
+                   " form a cycle; declare one of them as a variable: var \"", names[0],
                    "\""));
 }
 

@@ -76,7 +76,7 @@ class Differential {
         throw Error(text("the input '", symbol_of(leaf).name, "' needs an expression in t: { inputs = { ",
                          symbol_of(leaf).name, " = sin(t) } }"));
     throw Error(text("the forcing ", to_text(culprit),
-                     " is no polynomial, exponential, sine or cosine of t; use sys:integrate{ … } for it"));
+                     " is not a polynomial, exponential, sine or cosine of t; use sys:integrate{ … } for it"));
   }
 
   /// The group as y₀ of yⱼ′ = a yⱼ + zⱼ + yⱼ₊₁, zⱼ′ = a zⱼ - b² yⱼ + zⱼ₊₁, appended to M.
@@ -177,7 +177,7 @@ VecX start(const Pencil& p, const SolutionRequest& request, const VecX& shift) {
     const auto it = std::find(p.form.x.begin(), p.form.x.end(), leaf);
     if (it == p.form.x.end())
       throw Error(
-          text("x0: '", to_text(leaf), "' is no state of this system; its states are ", names(p.form.x)));
+          text("x0: '", to_text(leaf), "' is not a state of this system; its states are ", names(p.form.x)));
     const int j = static_cast<int>(it - p.form.x.begin());
     given.set(i, 0, p.T.block(j, 0, 1, p.dof));
     shifts[i] = shift[j];

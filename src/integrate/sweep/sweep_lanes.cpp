@@ -107,7 +107,7 @@ std::shared_ptr<const LaneSweep> LaneSweep::make(const SweepRequest& request,
   const Problem& problem = *found->run.problem;
   why = objection(problem, found->plan);
   if (!why.empty()) return nullptr;
-  why = "the equations cannot be solved everywhere, which is watched step by step";
+  why = "the equations cannot be solved everywhere, which is monitored step by step";
   if (!guards_of(request.model, request.simulation.inputs, problem, false).empty()) return nullptr;
   if (!blocks_of(request.model, request.simulation.inputs, problem).empty()) return nullptr;
   why = text("the method is ", found->choice.family->name, ": ", found->choice.why);

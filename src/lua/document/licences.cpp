@@ -44,7 +44,7 @@ std::string licences_text() {
       if (name == part.name) text += std::string(part.text) + "\n\n";
   return text +
          "libstdc++ and libgcc: GPL-3.0-or-later with the GCC Runtime Library Exception. glibc: LGPL-2.1-or-later.\n"
-         "gnuplot, chromium and other programs are started where they are installed and are no part of it.\n";
+         "gnuplot, chromium and other programs are started where they are installed and are not part of it.\n";
 }
 
 }  // namespace pendula::lua

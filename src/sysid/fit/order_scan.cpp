@@ -97,7 +97,7 @@ double value_of(const ScanEntry& s, const std::string& criterion) {
 
 void check(const Range& r, const char* name, int least) {
   if (r.from < least || r.to < r.from)
-    throw Error(text(name, " = {", r.from, ", ", r.to, "} is no range; give {from, to} with ", least,
+    throw Error(text(name, " = {", r.from, ", ", r.to, "} is not a range; give {from, to} with ", least,
                      " ≤ from ≤ to"));
   if (r.to > 200) throw Error(text(name, " = ", r.to, " is too large for a scan"));
 }

@@ -156,7 +156,7 @@ void check(const IdData& d, const SubspaceOptions& o) {
   if (o.order < 0 || o.order > 100) throw Error(text("order must lie between 1 and 100, got ", o.order));
   if (o.least < 1 || o.most < o.least || o.most > 100)
     throw Error(
-        text("order = {", o.least, ", ", o.most, "} is no range; give {from, to} with 1 ≤ from ≤ to ≤ 100"));
+        text("order = {", o.least, ", ", o.most, "} is not a range; give {from, to} with 1 ≤ from ≤ to ≤ 100"));
 }
 
 void check_size(const IdData& d, Index i, int order) {
@@ -249,8 +249,8 @@ IdModel subspace(const IdData& data, const SubspaceOptions& o) {
   check_size(d, m.horizon, o.order > 0 ? o.order : o.least);
   const Hankel h = hankel(d, m.horizon);
   if (!(h.R23.norm() > 1e-9 * h.y_size))
-    throw Error(text("the data carry no model of order ", std::max(1, o.order),
-                     ": the past says nothing about the outputs that the inputs do not say; excite the "
+    throw Error(text("the data do not determine a model of order ", std::max(1, o.order),
+                     ": the past adds nothing to what the inputs say about the outputs; excite the "
                      "input, or take fir"));
   const bool exact = h.R33.norm() <= 1e-9 * h.y_size;
   if (exact && m.weighting == "CVA") m.weighting = "MOESP";  // there is no noise to weigh by
@@ -263,7 +263,7 @@ IdModel subspace(const IdData& data, const SubspaceOptions& o) {
     n = std::min(n, (m.horizon - 1) * p);
   }
   if (part.S.size() < n || !(part.S[n - 1] > 1e-14 * part.S[0]))
-    throw Error(text("the data carry no model of order ", n, "; lower the order"));
+    throw Error(text("the data do not determine a model of order ", n, "; lower the order"));
   const Vec root = part.S.head(n).cwiseSqrt();
   const Mat gamma = part.inverse_left * part.U.leftCols(n) * root.asDiagonal();
   const Index rows = (m.horizon - 1) * p;

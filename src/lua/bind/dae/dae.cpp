@@ -420,7 +420,7 @@ extern const Module dae_module = {
         {"model#events", events, "sys.events -> list of { when =, direction =, action =, reset = }",
          "The events that belong to the model and happen in every run.", "", ""},
         {"model#start_values", start_values, "sys.start_values -> table",
-         "Values that a start of the model has where it says nothing else.", "", ""},
+         "Values that a start of the model has unless it is given another.", "", ""},
         {"model#start_guesses", start_guesses, "sys.start_guesses -> table",
          "Where the search for a start begins.", "", ""},
         {"model:semi_explicit", to_semi_explicit, "sys:semi_explicit() -> model",

@@ -159,7 +159,7 @@ extern const Module forms_module = {
          R"(The same model without the unknowns that an equation defines: aliases x = ±y, constants, sums, and
             what is used once. Their values can still be asked for: sol(x). Exact: nothing that depends on time
             is divided by, and no solution is lost or gained. zero: parameters that are the number 0 from here
-            on; the terms with them are gone.)",
+            on; their terms are removed.)",
          R"(x, y, z = vars "x y z"  return #dae{ der(x) ~ -y, y ~ 2*z, z ~ x }:eliminate().equations)", "1",
          &eliminate_options},
         {"model:reduce", reduce, "sys:reduce([form [, { alpha =, beta =, at = start }]]) -> model",
@@ -168,7 +168,7 @@ extern const Module forms_module = {
             lets violations decay (gains alpha, beta), "ggl" keeps C = 0 and C′ = 0 with additional
             multipliers (index 2), "dummy" makes dependent derivatives algebraic, chosen at a start,
             "minimal" substitutes dependent coordinates (of a quadratic constraint the root of the start
-            at), "array" takes rows of the derivative array and needs an index only. Without an argument, the
+            at), "array" takes rows of the derivative array and needs nothing but an index. Without an argument, the
             form best suited to simulation; trace() says which and why.)",
          R"(x, z = vars "x z"  return dae{ der(x) ~ z, 0 ~ x - sin(t) }:reduce("acc"):index())", "1",
          &reduce_options},

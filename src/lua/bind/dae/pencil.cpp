@@ -207,7 +207,7 @@ extern const Module pencil_module = {
         {"model:characteristic", characteristic, "sys:characteristic() -> expression, list",
          R"(det(sE - A) up to its sign for a linear model with parameters as symbols, and its coefficients from
             s⁰ on. Its degree is the number of free initial values where the last coefficient is not 0; where
-            that is 0, the degree, the index and what may be fixed are others.)",
+            that is 0, the degree, the index and the values that may be fixed differ.)",
          "x, y = vars \"x y\"  a, e = params \"a e\"  p, c = dae{ der(x) ~ y, e*der(y) ~ -x - a*y }:"
          "characteristic()  return #c - 1, c[2]",
          "2 a"},

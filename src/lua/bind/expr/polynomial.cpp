@@ -48,7 +48,7 @@ int together(Call& call) {
 int coefficients(Call& call) {
   const Expr e = to_expr(call.L, 1, "e"), x = leaf(call, 2, "x");
   const auto list = polynomial_coefficients(e, x);
-  if (!list) throw Error(text(to_text(e), " is no polynomial in ", to_text(x)));
+  if (!list) throw Error(text(to_text(e), " is not a polynomial in ", to_text(x)));
   lua_createtable(call.L, static_cast<int>(list->size()), 0);
   for (std::size_t k = 0; k < list->size(); ++k) {
     push_expr(call.L, (*list)[k]);

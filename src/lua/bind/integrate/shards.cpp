@@ -174,7 +174,7 @@ extern const Module shards_module = {
     "",
     {
         {"shards.write", write_shards, "shards.write(file, count) -> integer",
-         R"(Divides the runs that a store has not into shards: files 1, 2, … in the folder file.d, which any process
+         R"(Divides the runs that are missing in a store into shards: files 1, 2, … in the folder file.d, which any process
             makes by `pendula shard runs.db.d/17` (shards.run). The number of shards.)",
          R"(
             x, k, file = var "x", param "k", os.tmpname() .. ".db"

@@ -370,7 +370,7 @@ extern const Module stability_module = {
             for rational and quadratic nodes.)",
          "rk.radau(2):lagrange().ell[1]", "3/2 - 3 τ/2"},
         {"tableau:orthogonality", orthogonality, "tab:orthogonality([count]) -> list",
-         R"(The integrals (71a) ∫₀¹ ∏(τ - cᵢ) τ^k dτ for k = 0, 1 and so on: the first q vanish if the
+         R"(The integrals ∫₀¹ ∏(τ - cᵢ) τ^k dτ for k = 0, 1 and so on: the first q vanish if the
             quadrature has order s + q.)",
          "rk.trapezoid:orthogonality()[1]", "-1/6"},
         {"tableau#dense", dense, "tab.dense -> table or nil",

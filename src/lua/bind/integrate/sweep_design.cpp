@@ -41,7 +41,7 @@ int unit(Call& call) {
   const auto& d = space_of(call).design();
   const long run = call.integer(2, "run"), dimension = call.integer(3, "dimension");
   if (!d || run < 1 || run > d->runs() || dimension < 1 || dimension > d->request().dimensions)
-    throw Error(text("run ", run, ", dimension ", dimension, " is no coordinate of this sweep's design"));
+    throw Error(text("run ", run, ", dimension ", dimension, " is not a coordinate of this sweep's design"));
   return call.push(d->unit(run - 1, static_cast<int>(dimension - 1)));
 }
 
