@@ -136,17 +136,39 @@ function equation.nonzero(e)
   if product ~= 1 then return tostring(product) .. " ≠ 0" end
 end
 
--- "e ≥ 0" without factors whose sign is known; nothing where that is certain.
-function equation.not_negative(e)
-  local product, rest = 1, 1
-  for _, each in ipairs(factors(e)) do
-    rest = rest*each[1]^each[2]
-    local sign = each[2] % 2 == 0 and 1 or equation.sign_of(each[1])
-    product = product*(sign or each[1])
+-- The factors of e whose sign is not known, multiplied, and the sign of the others.
+local function undecided(e)
+  local product, rest, sign = 1, 1, 1
+  local numerator, denominator = fraction(e)
+  for _, part in ipairs { numerator, denominator } do
+    for _, each in ipairs(factors(part)) do
+      rest = part == numerator and rest*each[1]^each[2] or rest/each[1]^each[2]
+      if each[2] % 2 ~= 0 then
+        local known = equation.sign_of(each[1])
+        if known then sign = sign*known else product = product*each[1] end
+      end
+    end
   end
-  local number = simplify(e/rest)
-  if equation.is_number(number) and equation.sign_of(number) == -1 then product = -product end
-  if not equation.is_number(product) then return tostring(factor(product)) .. " ≥ 0" end
+  local number = simplify(together(e/rest))
+  if not equation.is_number(number) then return e, 1 end
+  return product, sign*equation.sign_of(number)
 end
+
+local function compared(product, sign, above, below)
+  local e = factor(product)
+  if tostring(e):sub(1, 1) == "-" and not tostring(e):find " [+-] " then e, sign = simplify(-e), -sign end
+  return tostring(e) .. (sign > 0 and above or below)
+end
+
+-- "e ≥ 0", "e > 0" and "e < 0" without factors whose sign is known; nothing where that is certain.
+function equation.not_negative(e)
+  local product, sign = undecided(e)
+  if not equation.is_number(product) then return compared(product, sign, " ≥ 0", " ≤ 0") end
+end
+function equation.positive(e)
+  local product, sign = undecided(e)
+  if not equation.is_number(product) then return compared(product, sign, " > 0", " < 0") end
+end
+function equation.negative(e) return equation.positive(-e) end
 
 return equation

@@ -1,6 +1,7 @@
 -- Equilibria of a model in symbols or numbers, with their linearisation and stability.
 
 local algebra = include "algebra/solve"
+local equation = include "algebra/equation"
 
 local model_parts = include "algebra/model_parts"
 local text = include "algebra/solution_text"
@@ -48,14 +49,6 @@ local function hurwitz(c)
   return list
 end
 
--- 1, -1 or 0 where the sign of e is known, from numbers and parameters that are declared positive.
-local function sign_of(e)
-  if type(e) == "number" then return e > 0 and 1 or e < 0 and -1 or 0 end
-  local size = simplify(abs(e))
-  if size == simplify(e) then return 1 end
-  if size == simplify(-e) then return -1 end
-end
-
 local function judge_by_eigenvalues(A)
   local eigenvalues = eig(evaluate(A))
   local worst, zero = -math.huge, 0
@@ -71,16 +64,28 @@ local function judge_by_eigenvalues(A)
   return true, "asymptotically stable", eigenvalues
 end
 
+-- With an eigenvalue on the imaginary axis: unstable where a coefficient of the characteristic polynomial is
+-- negative (Stodola), else not decided.
+local function judge_on_the_axis(c)
+  local where = {}
+  for k = 2, #c do
+    if equation.sign_of(c[k]) == nil then where[#where + 1] = equation.negative(c[k]) end
+  end
+  local undecided = "not decided by the linearisation (an eigenvalue on the imaginary axis)"
+  if #where == 0 then return undecided end
+  return ("unstable where %s; else %s"):format(table.concat(where, " or "), undecided)
+end
+
 local function judge(A)
   if #symbols_in(A) == 0 then return judge_by_eigenvalues(A) end
-  local all, zero = {}, false
-  for _, e in ipairs(hurwitz(entries(charpoly(A)))) do
-    local sign = sign_of(e)
+  local all, zero, c = {}, false, entries(charpoly(A))
+  for _, e in ipairs(hurwitz(c)) do
+    local sign = equation.sign_of(e)
     if sign == -1 then return false, ("unstable (%s < 0)"):format(tostring(e)) end
     zero = zero or sign == 0
-    if not sign then all[#all + 1] = tostring(e) .. " > 0" end
+    if not sign then equation.add_condition(all, equation.positive(e)) end
   end
-  if zero then return nil, "not decided by the linearisation (an eigenvalue on the imaginary axis)" end
+  if zero then return nil, judge_on_the_axis(c) end
   if #all == 0 then return true, "asymptotically stable" end
   return nil, "asymptotically stable where " .. table.concat(all, ", ")
 end
@@ -95,6 +100,7 @@ local function polynomial_text(c)
       local minus = shown:sub(1, 1) == "-" and not shown:find(" [+-] ")
       if minus then shown = shown:sub(2) end
       if power ~= "" and shown == "1" then shown = "" end
+      if shown:sub(1, 1) == "-" and power == "" then shown = "(" .. shown .. ")" end
       if power ~= "" and shown ~= "" then
         shown = (shown:find "[/+-]" and "(" .. shown .. ")" or shown) .. " "
       end
@@ -136,7 +142,7 @@ local function list_text(list)
     end
     lines[#lines + 1] = "     " .. point.verdict
   end
-  if #list == 0 then lines[1] = list.none end
+  if #list == 0 then return list.none end
   if list.period then lines[#lines + 1] = "angles " .. list.period end
   if #list.conditions > 0 then lines[#lines + 1] = "where " .. table.concat(list.conditions, ", ") end
   return table.concat(lines, "\n")
@@ -171,7 +177,7 @@ local function equilibria(sys, options)
   local slope = linearisation(p)
   if slope then slope = put(slope) end
   local list = { unknowns = unknowns, conditions = found.conditions, period = found.period,
-    none = tostring(found) }
+    none = tostring(found):gsub("^no solution\n.*", "no equilibrium") }
   for k, s in ipairs(found) do
     local point = {}
     for _, x in ipairs(unknowns) do point[x] = rawget(s, x) end

@@ -53,8 +53,8 @@ test("values of parameters come with the parts", function()
 end)
 
 test("what cannot be put together is refused", function()
-  expect(function() dae { cart, F ~ F + q[1] } end):fails "in a circle"
-  expect(function() dae { cart, F ~ G, G ~ F } end):fails "F, G depend on each other in a circle"
+  expect(function() dae { cart, F ~ F + q[1] } end):fails "form a cycle"
+  expect(function() dae { cart, F ~ G, G ~ F } end):fails "F, G form a cycle"
   expect(function() dae { cart, F ~ 1, F ~ 2 } end):fails "two equations for the input 'F'"
   local x, z = vars "x z"
   local low = dae { der(x) ~ z, 0 ~ x - sin(t) }:reduce()

@@ -72,7 +72,7 @@ test("equilibria with linearisation and stability", function()
   expect(#fork):equals(3)
   expect(fork[1].x):equals(0)
   expect(fork[1].A(1, 1)):equals(r)
-  expect(tostring(fork)):matches "asymptotically stable where %-r > 0"
+  expect(tostring(fork)):matches "asymptotically stable where r < 0"
   local lotka = equilibria(dae { der(x) ~ x - x*y, der(y) ~ x*y - y })
   expect(lotka[1].stable):equals(false)
   expect(lotka[2].stable):equals(nil)

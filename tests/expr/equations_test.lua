@@ -85,7 +85,7 @@ test("conditions on the parameters, none where their sign is declared", function
     "x = (d - 2 b)/(a d - b c),  y = (2 a - c)/(a d - b c)",
     "where a d - b c ≠ 0")
   shows(solve(sqrt(x + a) ~ x, x), "x = (√(4 a + 1) + 1)/2",
-    "x = (1 - √(4 a + 1))/2   where 1 - √(4 a + 1) ≥ 0",
+    "x = (1 - √(4 a + 1))/2   where √(4 a + 1) - 1 ≤ 0",
     "where 4 a + 1 ≥ 0 (real)")
 end)
 
@@ -118,4 +118,18 @@ test("refusals name the function that was typed", function()
   expect(function() solve(a*x ~ y) end):fails "the unknowns are missing"
   expect(function() equilibria(dae { der(x) ~ x*exp(x) - 1 }) end):fails "equilibria: no closed form"
   expect(function() roots({ 1, 0, -1 }, x) end):fails "roots(x^2 - 2, x)"
+end)
+
+test("where equilibria are stable: signs of parameters that are declared are used", function()
+  local m, g, R = param("m", { positive = true }), param("g", { positive = true }),
+    param("R", { positive = true })
+  local w, th = param("omega", { positive = true }), var "theta"
+  local bead = tostring(equilibria(lagrange { q = { th }, V = -m*g*R*cos(th),
+    T = m/2*(R^2*th.dot^2 + R^2*w^2*sin(th)^2) }))
+  expect(bead):matches "unstable where g %- R ω² < 0; else not decided"
+  expect(bead):matches "unstable where g %- R ω² > 0; else not decided"
+  expect(tostring(equilibria(dae { der(x) ~ a*x }))):matches "asymptotically stable where a < 0"
+  shows(solve(x^2 ~ 1/a - 1/b, x), "x = √(1/a - 1/b)   where a b (a - b) ≤ 0",
+    "x = -√(1/a - 1/b)   where a b (a - b) ≤ 0",
+    "where a b ≠ 0")
 end)

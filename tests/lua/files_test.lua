@@ -74,7 +74,7 @@ test("explain knows models, forms, starts, solutions, tableaus and error texts",
     local _, message = pcall(call)
     explain(message)
   end
-  expect(function() explain "no such thing at all" end):fails "this text is no error"
+  expect(function() explain "no such thing at all" end):fails "this text is not an error"
   expect(function() explain() end):fails "expected a value"
 end)
 

@@ -146,8 +146,8 @@ TEST_CASE("another sweep, another file, another writer") {
   std::ofstream(text.name)
       << "this is a text that is long enough not to be taken for an empty file, whatever it says "
          "about itself in its first hundred bytes\n";
-  CHECK_THROWS_WITH_AS(RunStore(text.name, description()), doctest::Contains("no store of runs"), Error);
+  CHECK_THROWS_WITH_AS(RunStore(text.name, description()), doctest::Contains("not a store of runs"), Error);
   text.remove();
   Database(text.name, true).run("CREATE TABLE mine (a)");
-  CHECK_THROWS_WITH_AS(RunStore(text.name, description()), doctest::Contains("no store of runs"), Error);
+  CHECK_THROWS_WITH_AS(RunStore(text.name, description()), doctest::Contains("not a store of runs"), Error);
 }

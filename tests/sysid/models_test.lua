@@ -77,7 +77,7 @@ test("scans find the orders, comparisons the better model", function()
   local c = compare(v, { arx = arx(e, { na = 2, nb = 2 }), oe = oe(e, { nb = 2, nf = 2 }) })
   expect(c.oe.simulation > c.arx.simulation - 1):is_true()
   expect(function() order_scan(e, { criterion = "fit" }) end):fails "needs validation data"
-  expect(function() order_scan(e, v, { na = { 3, 1 } }) end):fails "is no range"
+  expect(function() order_scan(e, v, { na = { 3, 1 } }) end):fails "is not a range"
   expect(function() order_scan(e, v, { na = 1, nb = 1, nk = { 1, 400 } }) end):fails "too large"
 end)
 

@@ -134,7 +134,7 @@ end)
 
 test("bad input is refused with the reason", function()
   expect(function() n4sid(clean, 0) end):fails "order must lie between 1 and 100"
-  expect(function() n4sid(clean, { order = { 3, 1 } }) end):fails "is no range"
+  expect(function() n4sid(clean, { order = { 3, 1 } }) end):fails "is not a range"
   expect(function() n4sid(clean, { order = 2, weight = "cvx" }) end):fails "Did you mean 'CVA'"
   expect(function() n4sid(clean, { order = 20, horizon = 3 }) end):fails "horizon"
   expect(function() n4sid(clean:slice(1, 20), 3) end):fails "too few"

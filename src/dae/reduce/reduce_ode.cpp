@@ -213,11 +213,23 @@ std::vector<std::string> eliminated_variables(const Model& low, const Substituti
   return lines;
 }
 
+/// Whether every row is x′ = f as it is written, or stands with a factor that may pass 0 and is not divided by.
+bool is_solved(const Model& m) {
+  const auto slopes = top_jacobian(m);
+  if (std::any_of(slopes.begin(), slopes.end(), [](const Entry& e) { return moves(e.value); })) return true;
+  const auto top = m.top_derivatives();
+  const std::unordered_set<Expr> derivatives(top.begin(), top.end());
+  for (const Block& b : m.blocks)
+    for (Index i = 0; i < b.lhs.size(); ++i)
+      if (!derivatives.count(b.lhs[i]) || depends_on_any(b.rhs[i], derivatives)) return false;
+  return true;
+}
+
 }  // namespace
 
 ModelPtr reduce_ode(const ModelPtr& model) {
   const ModelPtr low = reduce_acc(model);
-  if (low->kind == ModelKind::ode && low == model) return model;
+  if (low->kind == ModelKind::ode && low == model && is_solved(*low)) return model;
   const Elimination e(*low);
   ModelOptions options = child_of(low);
   options.form = "ode";
