@@ -123,7 +123,7 @@ void RunStore::read_description() {
       "SELECT count(*) FROM sqlite_master WHERE name IN ('sweep', 'quantity', 'time', 'runs', 'saved')");
   tables.step();
   if (tables.integer(0) != 5)
-    throw Error("'" + file() + "' is a database, but no store of runs; give store another name");
+    throw Error("'" + file() + "' is a database, but not a store of runs; give store another name");
   if (found.integer(0) != version)
     throw Error(text("'", file(), "' was made by another version of pendula (tables ", found.integer(0),
                      ", known are ", version, ")"));

@@ -144,5 +144,5 @@ test("bad input is refused with the reason", function()
     1) end):fails "d:fill()"
   local flat = {}
   for t = 1, 60 do flat[t] = 1 end
-  expect(function() n4sid(iddata { y = flat, u = flat }, 1) end):fails "no model of order 1"
+  expect(function() n4sid(iddata { y = flat, u = flat }, 1) end):fails "do not determine a model of order 1"
 end)
