@@ -131,3 +131,15 @@ test("a Butterworth ladder and an inverting differentiator are exact", function(
     connect("V.n", "A.p", "gnd.p") }
   expect(tostring(d:tf(u, d.A.out.v)):find("-6 s", 1, true) ~= nil):is_true()
 end)
+
+test("two inertias and an ideal gear, Modia's TestTwoInertiasAndIdealGear, at 4 s", function()
+  local pulse = ifelse(lt(t, 1), 1, ifelse(lt(t, 2), 0, ifelse(lt(t, 3), -1, 0)))
+  local m = model { T = r.torque{ tau = pulse }, J1 = r.inertia{ J = 0.0025 }, g = r.gear{ ratio = 105 },
+    J2 = r.inertia{ J = 170, phi0 = 0.5, w0 = 0 }, connect("T.flange", "J1.flange", "g.a"),
+    connect("g.b", "J2.flange") }
+  expect(m:index()):equals(3)
+  local sol = m:integrate{ to = 4, rtol = 1e-9 }
+  expect(sol(m.J2.phi, 4)):near(1.5628074713622309, 2e-4)   -- that tool steps over the edges of the pulses
+  expect(sol(m.J2.phi, 4)):near(0.5 + 2*105/(170 + 0.0025*105^2), 1e-8)
+  expect(sol(m.J2.w, 4)):near(0, 1e-8)
+end)
