@@ -76,6 +76,18 @@ end, { text = "A spring and a damper side by side.", source = "Kelvin and Voigt"
                 connect("w.flange", "c.a"), connect("c.b", "J.flange") }
     return x:integrate{ to = 1 }(x.J.phi, 1)]], gives = "0.7357588824" })
 
+m.stop = component("stop", { c = { 1e4, unit = "N*m/rad", text = "stiffness in contact" },
+  d = { 1, unit = "N*m*s/rad", text = "viscosity in contact" },
+  phi0 = { 0, unit = "rad", text = "angle of the contact" } }, function(self)
+  local phi, tau, list = two_flanges(self)
+  return with(list, tau ~ ifelse(lt(phi, self.phi0), min(0, self.c*(phi - self.phi0) + self.d*der(phi)), 0))
+end, { text = "An elastic contact: pushes where the angle is less than phi0, never pulls.",
+  source = "Kelvin and Voigt, without adhesion",
+  example = [[
+    x = model { w = e.fixed{}, S = e.stop{ c = 100, d = 0 }, J = e.inertia{ J = 1, phi0 = 1, w0 = -1 },
+                connect("w.flange", "S.a"), connect("S.b", "J.flange") }
+    return x:integrate{ to = 3, rtol = 1e-9 }(x.J.phi, 3) + math.pi/10]], gives = "2.0" })
+
 m.torque = component("torque", { tau = { 0, unit = "N*m", text = "torque, a number or an expression in t" } },
   function(self)
     self.flange = m.flange
