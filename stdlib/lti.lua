@@ -1,5 +1,7 @@
 -- Figures of linear systems: responses in time, Bode and Nyquist curves, pole-zero maps (src/lua/bind/lti/lti_response.cpp).
 
+local figure_options = include("plot/options").flat
+
 local unpack = table.unpack
 
 local function copy(into, options)
@@ -22,7 +24,7 @@ end
 -- r:plot(), r:show() and r:save() of a type whose picture is make(r, options); what: the picture in the text of help.
 local function drawn_as(name, what, make, plot)
   local module = "lti responses"
-  doc { name = name .. ":plot", module = module, sig = "r:plot([options]) -> figure", text = plot.text, example = plot.example,
+  doc { name = name .. ":plot", module = module, sig = "r:plot([options]) -> figure", options = figure_options, text = plot.text, example = plot.example,
     gives = plot.gives, make }
   doc { name = name .. ":show", module = module, sig = "r:show()", text = "Draws " .. what .. " in the terminal.",
     function(r) return make(r):show() end }
@@ -102,11 +104,11 @@ local function check_system(by, G)
   return G
 end
 
-doc { name = "nyquist", module = "lti responses", sig = "nyquist(G [, frequencies [, options]]) -> figure",
+doc { name = "nyquist", module = "lti responses", sig = "nyquist(G [, frequencies [, options]]) -> figure", options = figure_options,
   text = "G(iω) in the complex plane, its mirror image for ω < 0, and the point -1. The closed loop's stability: margin(G).",
   example = "return nyquist(tf({4}, {1, 3, 3, 1})).title", gives = "Nyquist curve",
   function(G, ...) return nyquist_figure(check_system("nyquist", G), ...) end }
-doc { name = "lti:nyquist", module = "lti responses", sig = "G:nyquist([frequencies [, options]]) -> figure",
+doc { name = "lti:nyquist", module = "lti responses", sig = "G:nyquist([frequencies [, options]]) -> figure", options = figure_options,
   text = "The same as nyquist(G).", nyquist_figure }
 
 doc { name = "bode", module = "lti responses", sig = "bode(G [, frequencies or { from, to }]) -> frequency response",
@@ -157,7 +159,7 @@ local function map_of(by, G, options)
                        ylabel = "Im " .. (discrete and "z" or "s"), equal = true }, options))
 end
 
-doc { name = "pzmap", module = "lti responses", sig = "pzmap(G [, options]) -> figure",
+doc { name = "pzmap", module = "lti responses", sig = "pzmap(G [, options]) -> figure", options = figure_options,
   text = "Poles × and zeros ○ in the complex plane; in discrete time with the unit circle.",
   example = "return pzmap(tf({1, 2}, {1, 2, 5}))", gives = "figure 'Poles and zeros': 2 series, 3 points",
   function(G, options) return map_of("pzmap", G, options) end }
@@ -246,7 +248,7 @@ local function root_locus(G, gains, options)
                        ylabel = "Im " .. v, equal = true, legend = false }, options))
 end
 
-doc { name = "rlocus", module = "lti responses", sig = "rlocus(G [, gains [, options]]) -> figure",
+doc { name = "rlocus", module = "lti responses", sig = "rlocus(G [, gains [, options]]) -> figure", options = figure_options,
   text = "The poles of the closed loop G/(1 + k G) for k from 0 on, or for a list of gains, with the poles "
     .. "and zeros of G. Points beyond three times the farthest pole or zero are left out.",
   example = "return rlocus(tf({1, 2}, {1, 1, 0})).title", gives = "Root locus",
@@ -273,7 +275,7 @@ doc { name = "pade", module = "lti", sig = "pade(T [, n = 1]) -> G",
 
 -- ── spectra ─────────────────────────────────────────────────────────────────────────────────────────────────────────
 
-doc { name = "spectrum:plot", module = "signals", sig = "s:plot([options]) -> figure",
+doc { name = "spectrum:plot", module = "signals", sig = "s:plot([options]) -> figure", options = figure_options,
   text = "The periodogram over the frequency in Hz, in dB; lines below 10⁻¹² of the largest are left out.",
   example = "return periodogram(prbs(31)):plot().title", gives = "Periodogram",
   function(s, options)

@@ -1,6 +1,8 @@
 -- Pictures of data, validations and parameter sets.
 
 
+local figure_options = include("plot/options").flat
+
 local function joined(y, u)
   local names = {}
   for _, name in ipairs(y) do names[#names + 1] = name end
@@ -35,6 +37,7 @@ local function column(m, i)
 end
 
 doc { name = "iddata:plot", module = "identification", sig = "d:plot([options]) -> figure",
+  options = figure_options,
   text = "Outputs and inputs against time; options as in plot.",
   example = "iddata{ y = {0, 1, 2}, u = {1, 1, 0} }:plot()", gives = "figure: 2 series, 6 points",
   function(d, options)
@@ -47,6 +50,7 @@ doc { name = "iddata:plot", module = "identification", sig = "d:plot([options]) 
   end }
 
 doc { name = "idmodel:plot", module = "identification", sig = "mod:plot(d [, options]) -> figure",
+  options = figure_options,
   text = "The measured output and the simulated one, with the fit in the title. Options as in plot; of "
     .. "several outputs { output = name or number }.",
   example = "d = iddata{ y = {0, 2, 1, 4}, u = {1, 0.5, 2, 1} }\nfir(d, { nb = 1 }):plot(d)",
@@ -61,7 +65,8 @@ doc { name = "idmodel:plot", module = "identification", sig = "mod:plot(d [, opt
         ylabel = d.y_names[i], style = "line", title = ("simulation, fit %.4g %%"):format(fit) }, rest))
   end }
 
-doc { name = "validation:plot", module = "identification", sig = "v:plot([\"auto\" | \"cross\" [, options]]) -> figure",
+doc { name = "validation:plot", module = "identification",
+  sig = "v:plot([\"auto\" | \"cross\" [, options]]) -> figure",
   text = "The autocorrelation of the residuals, or their correlation with the inputs, with 99 % bounds.",
   example = "u, y = {}, {}\nfor t = 1, 40 do u[t] = (-1)^(t*t//3); y[t] = u[t] + ((7*t) % 5)/9 end\n"
     .. "d = iddata{ y = y, u = u }\nfir(d, { nb = 1, nk = 0 }):validate(d):plot().title",
@@ -108,7 +113,8 @@ end
 local function column_of(set, which, fallback)
   if which == nil then return fallback end
   for i, name in ipairs(set.names) do if name == which or i == which then return i end end
-  fail(("set:plot: there is no parameter '%s' (parameters: %s)"):format(tostring(which), table.concat(set.names, ", ")))
+  fail(("set:plot: there is no parameter '%s' (parameters: %s)"):format(tostring(which),
+    table.concat(set.names, ", ")))
 end
 
 doc { name = "parameter_set:plot", module = "identification", sig = "set:plot([p, q]) -> figure",
@@ -127,11 +133,13 @@ doc { name = "parameter_set:plot", module = "identification", sig = "set:plot([p
     x[#x + 1], y[#y + 1] = x[1], y[1]
     local center = set.center
     return named "plot" (x, y, { center[i] }, { center[j] },
-      { xlabel = set.names[i], ylabel = set.names[j], labels = { "the set", "Chebyshev centre" }, style = { "line", "points" },
+      { xlabel = set.names[i], ylabel = set.names[j], labels = { "the set", "Chebyshev centre" },
+        style = { "line", "points" },
         title = ("parameters that explain all %d rows"):format(set.rows) })
   end }
 
 doc { name = "fit_result:plot", module = "identification", sig = "r:plot([options]) -> figure",
+  options = figure_options,
   text = "The measured outputs and those of the fitted model.",
   example = "x, k = var \"x\", param(\"k\", 1)\nd = iddata{ y = {1, 0.6, 0.4}, Ts = 1 }\n"
     .. "fit(dae{ der(x) ~ -k*x }, { params = {k}, data = d, y = x, start = { x = 1 } }):plot()",
@@ -147,7 +155,8 @@ doc { name = "fit_result:plot", module = "identification", sig = "r:plot([option
 
 -- What a linear system answers, asked of an estimated model.
 for _, row in ipairs {
-  { "poles", "mod:poles() -> roots", "Poles of the transfer function from u to y, with sampling time: inside the unit circle is stable." },
+  { "poles", "mod:poles() -> roots",
+    "Poles of the transfer function from u to y, with sampling time: inside the unit circle is stable." },
   { "zeros", "mod:zeros() -> roots", "Its zeros." },
   { "dcgain", "mod:dcgain() -> number or matrix", "Its static gain G(1)." },
   { "step", "mod:step([to or times]) -> response", "Its step response." },
@@ -166,8 +175,10 @@ for _, row in ipairs {
 end
 
 doc { name = "order_scan_result:plot", module = "identification", sig = "s:plot([options]) -> figure",
+  options = figure_options,
   text = "For every number of parameters the best loss, and the best loss on the validation data.",
-  example = "u, y = {}, {}\nfor t = 1, 60 do u[t] = (-1)^(t*t//3); y[t] = 0.5*(y[t-1] or 0) + (u[t-2] or 0) + ((7*t) % 5)/50 end\n"
+  example = "u, y = {}, {}\nfor t = 1, 60 do u[t] = (-1)^(t*t//3); y[t] = 0.5*(y[t-1] or 0) + (u[t-2] or 0) "
+    .. "+ ((7*t) % 5)/50 end\n"
     .. "order_scan(iddata{ y = y, u = u }, { na = {1, 2}, nb = 1, nk = {1, 3} }):plot()",
   gives = "figure 'order scan: best model of every size': 1 series, 2 points",
   function(s, options)
@@ -185,12 +196,14 @@ doc { name = "order_scan_result:plot", module = "identification", sig = "s:plot(
     local arguments = { sizes, loss }
     if #loss_v > 0 then arguments[3], arguments[4] = sizes, loss_v end
     arguments[#arguments + 1] = with_options("s:plot",
-      { title = "order scan: best model of every size", xlabel = "parameters", ylabel = "loss", style = "line",
+      { title = "order scan: best model of every size", xlabel = "parameters", ylabel = "loss",
+        style = "line",
         labels = #loss_v > 0 and { "estimation", "validation" } or { "estimation" } }, options)
     return named "plot" (table.unpack(arguments))
   end }
 
 doc { name = "comparison:plot", module = "identification", sig = "c:plot([options]) -> figure",
+  options = figure_options,
   text = "The measured output and the simulation of every model, with its fit in the legend. Options as in "
     .. "plot; of several outputs { output = name or number }.",
   example = "d = iddata{ y = {0, 2, 1, 4, 2}, u = {1, 0.5, 2, 1, 0} }\ncompare(d, fir(d, { nb = 1 })):plot()",
@@ -206,7 +219,8 @@ doc { name = "comparison:plot", module = "identification", sig = "c:plot([option
       arguments[#arguments + 1], arguments[#arguments + 2] = d.t, column(c.models[i]:simulate(d), j)
       labels[#labels + 1] = ("%s, %.4g %%"):format(c[i].name, fit)
     end
-    arguments[#arguments + 1] = with_options("c:plot", { title = "simulation", labels = labels, xlabel = "t [s]",
+    arguments[#arguments + 1] = with_options("c:plot",
+      { title = "simulation", labels = labels, xlabel = "t [s]",
       ylabel = d.y_names[j], style = "line" }, rest)
     return named "plot" (table.unpack(arguments))
   end }
@@ -235,7 +249,9 @@ doc { name = "idmodel:latex", module = "identification", sig = "mod:latex() -> s
   gives = "\\begin{aligned} y(t) &= B(q)\\,u(t) + e(t) \\\\ B(q) &= 2\\,q^{-1} \\end{aligned}",
   function(m)
     if m.kind == "state space" then return m:ss():latex() end
-    if #m.y_names > 1 then fail "mod:latex is for models with one output; mod:ss():latex() gives the state space" end
+    if #m.y_names > 1 then
+      fail "mod:latex is for models with one output; mod:ss():latex() gives the state space"
+    end
     local B, F, lines = entries_of(m.B), entries_of(m.F), {}
     local function name(letter, i) return #B > 1 and letter .. "_{" .. i .. "}(q)" or letter .. "(q)" end
     local right = {}

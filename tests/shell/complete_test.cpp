@@ -32,6 +32,15 @@ struct State {
 
 }  // namespace
 
+TEST_CASE("complete: options of every kind of function") {
+  State s("d = iddata{ y = { 1, 2 } }");
+  CHECK(s.words("prbs(31, { ho") == Words{"hold"});
+  CHECK(s.words("lsq(A, y, { co") == Words{"covariance"});
+  CHECK(s.words("d:resample(0.5, { method = \"l") == Words{"linear", "lowpass"});
+  CHECK(s.words("dae.linear{ E = E, na") == Words{"name"});
+  CHECK(s.words("d:plot{ the") == Words{"theme"});
+}
+
 TEST_CASE("complete: globals and keywords") {
   State s("wagon_mass = 1 wagon_length = 2 _hidden = 3");
   CHECK(s.words("wagon_") == Words{"wagon_length", "wagon_mass"});

@@ -209,7 +209,7 @@ int make(Call& call) {
 }
 
 int make_semi_explicit(Call& call) {
-  const Options o = call.options(1, {"x", "z", "u", "f", "g", "name"});
+  const Options o = call.options(1);
   if (!o.has("x") || !o.has("f")) throw Error("expected { x =, z =, u =, f =, g = }: x and f are required");
   return call.push(dae::semi_explicit(option_column(call, o, "x"), option_column(call, o, "z"),
                                       option_column(call, o, "u"), option_column(call, o, "f"),
@@ -217,7 +217,7 @@ int make_semi_explicit(Call& call) {
 }
 
 int make_implicit(Call& call) {
-  const Options o = call.options(1, {"x", "z", "u", "F", "name"});
+  const Options o = call.options(1);
   if (!o.has("F")) throw Error("expected { x =, z =, u =, F = }: F(x′, x, z, u) is required");
   return call.push(dae::implicit(option_column(call, o, "x"), option_column(call, o, "z"),
                                  option_column(call, o, "u"), option_column(call, o, "F"),
@@ -225,7 +225,7 @@ int make_implicit(Call& call) {
 }
 
 int make_linear(Call& call) {
-  const Options o = call.options(1, {"E", "A", "B", "x", "u", "name"});
+  const Options o = call.options(1);
   if (!o.has("E") || !o.has("A")) throw Error("expected { E =, A =, B =, u = }: E and A are required");
   return call.push(dae::linear(option_matrix(call, o, "E"), option_matrix(call, o, "A"),
                                option_matrix(call, o, "B"), option_column(call, o, "x"),
@@ -372,6 +372,25 @@ int constraints_item(Call& call) {
   return push_equation(call.L, {zero, residual});
 }
 
+const OptionTable semi_explicit_options = {
+    {"x", "column or list", "", "the states"},   {"z", "column or list", "{}", "the algebraic variables"},
+    {"u", "column or list", "{}", "the inputs"}, {"f", "column or list", "", "x′"},
+    {"g", "column or list", "{}", "what is 0"},  {"name", "string", "", "the name of the model"},
+};
+const OptionTable implicit_options = {
+    {"x", "column or list", "", "the states"},       {"z", "column or list", "{}", "the algebraic variables"},
+    {"u", "column or list", "{}", "the inputs"},     {"F", "column or list", "", "what is 0, in x′, x, z, u"},
+    {"name", "string", "", "the name of the model"},
+};
+const OptionTable linear_options = {
+    {"E", "matrix", "", "of x′"},
+    {"A", "matrix", "", "of x"},
+    {"B", "matrix", "", "of u"},
+    {"x", "column", "", "the variables; made if they are not given"},
+    {"u", "column", "", "the inputs; made if they are not given"},
+    {"name", "string", "", "the name of the model"},
+};
+
 }  // namespace
 
 extern const Module dae_module = {
@@ -390,13 +409,13 @@ extern const Module dae_module = {
          "dae.semi_explicit{ x =, z =, u =, f =, g =, name = } -> model",
          "x′ = f(x, z, u), 0 = g(x, z, u). Symbols that are not declared in x, z, u are refused.",
          R"(x, z = vars "x z"  return dae.semi_explicit{ x = x, z = z, f = z - x, g = x + 2*z }:index())",
-         "1"},
+         "1", &semi_explicit_options},
         {"dae.implicit", make_implicit, "dae.implicit{ x =, z =, u =, F =, name = } -> model",
          "F(x′, x, z, u) = 0.", R"(x = var "x"  return dae.implicit{ x = x, F = der(x)^3 + x }.kind)",
-         "implicit ODE"},
+         "implicit ODE", &implicit_options},
         {"dae.linear", make_linear, "dae.linear{ E =, A =, B =, x =, u = } -> model",
          "E x′ = A x + B u; x and u are made if they are not given.",
-         "return #dae.linear{ E = {{1, 0}, {0, 0}}, A = eye(2) }.differential", "1"},
+         "return #dae.linear{ E = {{1, 0}, {0, 0}}, A = eye(2) }.differential", "1", &linear_options},
         {"model#kind", kind, "sys.kind -> string",
          R"("ODE", "implicit ODE", "semi-explicit" or "fully implicit".)", "", ""},
         {"model#name", name, "sys.name -> string", "The name given to the model.", "", ""},

@@ -35,7 +35,7 @@ Multistep::Fractions read_fractions(lua_State* L, int index, const std::string& 
 }
 
 int make_multistep(Call& call) {
-  const Options options = call.options(1, {"name", "alpha", "beta"});
+  const Options options = call.options(1);
   if (!options.has("alpha") || !options.has("beta"))
     throw Error("expected { alpha = {…}, beta = {…} }, the coefficients of the points x₊₁, x, x₋₁, …");
   const auto alpha = read_fractions(call.L, options.push("alpha"), "alpha");
@@ -132,8 +132,7 @@ int ms_boundary(Call& call) {
 const Rosenbrock& rosenbrock(Call& call) { return call.object<Rosenbrock>(1, "method"); }
 
 int make_rosenbrock(Call& call) {
-  const Options options = call.options(1, {"name", "text", "cite", "gamma", "A", "C", "m", "mhat", "dense",
-                                           "order", "embedded", "dense_order", "dae_order"});
+  const Options options = call.options(1);
   for (const char* key : {"gamma", "A", "C", "m"})
     if (!options.has(key))
       throw Error(text(key, " is missing; expected { gamma =, A = {…}, C = {…}, m = {…} }"));
@@ -199,6 +198,27 @@ int method_families(Call& call) {
   return 1;
 }
 
+const OptionTable multistep_options = {
+    {"alpha", "list", "", "α₀ … α_k, the new point first"},
+    {"beta", "list", "", "β₀ … β_k"},
+    {"name", "string", "", "the name of the method"},
+};
+const OptionTable rosenbrock_options = {
+    {"gamma", "number", "", "γ, the diagonal"},
+    {"A", "list of lists", "", "aᵢⱼ, below the diagonal"},
+    {"C", "list of lists", "", "cᵢⱼ"},
+    {"m", "list", "", "the weights"},
+    {"mhat", "list", "", "those of the embedded method"},
+    {"dense", "list of lists", "", "coefficients of the dense output"},
+    {"name", "string", "", "the name of the method"},
+    {"text", "string", "", "what it is good for"},
+    {"cite", "string", "", "where it comes from"},
+    {"order", "integer", "", "a claim, which is proved"},
+    {"embedded", "integer", "", "the order of the embedded method"},
+    {"dense_order", "integer", "", "the order of the dense output"},
+    {"dae_order", "integer", "", "the order on DAEs of index 1"},
+};
+
 }  // namespace
 
 extern const Module methods_module = {
@@ -220,7 +240,7 @@ extern const Module methods_module = {
             point first.)",
          "multistep{ name = \"adams_bashforth2\", alpha = {1, -1, 0}, beta = {0, \"3/2\", \"-1/2\"} "
          "}:order()",
-         "2"},
+         "2", &multistep_options},
         {"multistep#name", ms_name, "method.name -> string", "The name of the method.", "", ""},
         {"multistep#steps", ms_steps, "method.steps -> integer", "The number of steps k.", "", ""},
         {"multistep#alpha", ms_alpha, "method.alpha -> column", "Coefficients of xₖ₊₁, xₖ, xₖ₋₁ and so on.",
@@ -250,7 +270,7 @@ extern const Module methods_module = {
         {"rosenbrock", make_rosenbrock, "rosenbrock{ gamma =, A =, C =, m =, mhat =, dense = } -> rosenbrock",
          R"(A Rosenbrock method from the coefficients a program uses (Hairer & Wanner II, (7.25)); claims
             of order are proved.)",
-         R"(rosenbrock{ gamma = "1/2", A = {{}}, C = {{}}, m = {2} }:order())", "2"},
+         R"(rosenbrock{ gamma = "1/2", A = {{}}, C = {{}}, m = {2} }:order())", "2", &rosenbrock_options},
         {"rosenbrock#name", ros_name, "method.name -> string", "The name of the method.", "", ""},
         {"rosenbrock#text", ros_note, "method.text -> string", "What the method is good for.", "", ""},
         {"rosenbrock#cite", ros_cite, "method.cite -> string", "Where the method comes from.", "", ""},

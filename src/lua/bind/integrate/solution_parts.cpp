@@ -223,7 +223,12 @@ extern const Module solution_parts_module = {
         {"solution_of_parts", solution_of_parts, "solution_of_parts(model, options, parts) -> solution",
          R"(The way back from sol:parts(): a solution of the model with what integrate was asked for (start,
             to, params, inputs, events). Nothing is integrated. What load uses.)",
-         "", "", &integrate_option_rows()},
+         R"(
+            x = var "x"  m = dae{ der(x) ~ -x }
+            sol = m:integrate{ start = { x = 1 }, to = 1, rtol = 1e-9 }
+            back = solution_of_parts(m, sol.options, sol:parts())
+            print(math.abs(back(x, 0.3) - sol(x, 0.3)) < 1e-9))",
+         "true", &integrate_option_rows()},
     }};
 
 }  // namespace pendula::lua

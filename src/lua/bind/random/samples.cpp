@@ -71,7 +71,7 @@ int smooth_density(Call& call) {
 
 int interval(Call& call) {
   const long k = call.integer(1, "k"), n = call.integer(2, "n");
-  const Options o = call.options(3, {"confidence", "method"});
+  const Options o = call.options(3);
   const double confidence = o.number("confidence", 0.95);
   const std::string method = o.string("method", "wilson");
   if (n < 1 || k < 0 || k > n) throw Error(text(k, " of ", n, " is not a share; expected 0 ≤ k ≤ n with n ≥ 1"));
@@ -98,6 +98,11 @@ int goodness(Call& call) {
   return call.push(random::kolmogorov_smirnov_p(D, static_cast<long>(sorted.size()))) + 1;
 }
 
+const OptionTable interval_options = {
+    {"confidence", "number", "0.95", "how often the interval holds the probability"},
+    {"method", "string", "", "how it is found", "wilson|clopper-pearson"},
+};
+
 }  // namespace
 
 extern const Module samples_module = {
@@ -120,7 +125,7 @@ extern const Module samples_module = {
         {"share_interval", interval, "share_interval(k, n [, { confidence = 0.95, method = }]) -> low, high",
          R"(An interval for a probability of which k of n trials were successes: "wilson" or "clopper-pearson" (exact,
             never too short).)",
-         "print((\"%.6f %.6f\"):format(share_interval(3, 20)))", "0.052369 0.360419"},
+         "print((\"%.6f %.6f\"):format(share_interval(3, 20)))", "0.052369 0.360419", &interval_options},
         {"ks_test", goodness, "ks_test(data, distribution) -> D, p",
          R"(Kolmogorov–Smirnov: the largest distance between the shares of the data and the distribution function,
             and how likely a larger one is if the data come from it.)",

@@ -19,7 +19,7 @@ int push_signal(Call& call, const Vec& u) { return push_matrix(call.L, Mat(u)); 
 
 int prbs(Call& call) {
   const long n = call.integer(1, "samples");
-  const Options o = call.options(2, {"order", "hold", "low", "high", "seed"});
+  const Options o = call.options(2);
   sysid::Prbs p;
   p.order = static_cast<int>(o.integer("order", 0));
   p.hold = static_cast<int>(o.integer("hold", 1));
@@ -32,7 +32,7 @@ int prbs(Call& call) {
 
 int multisine(Call& call) {
   const long n = call.integer(1, "samples");
-  const Options o = call.options(2, {"lines", "amplitudes", "phases", "peak", "seed"});
+  const Options o = call.options(2);
   sysid::Multisine m;
   if (o.has("lines")) {
     for (int k : to_whole_numbers(call.L, o.push("lines"), "lines")) m.lines.push_back(k);
@@ -52,7 +52,7 @@ int multisine(Call& call) {
 int chirp(Call& call) {
   const long n = call.integer(1, "samples");
   call.table(2, "options");
-  const Options o = call.options(2, {"from", "to", "Ts", "amplitude", "method"});
+  const Options o = call.options(2);
   sysid::Chirp c;
   c.from = o.number("from");
   c.to = o.number("to");
@@ -67,7 +67,7 @@ int chirp(Call& call) {
 
 sysid::Periodic read_periodic(Call& call, double duty) {
   call.table(2, "options");
-  const Options o = call.options(2, {"period", "low", "high", "duty"});
+  const Options o = call.options(2);
   return {o.number("period"), o.number("low", -1), o.number("high", 1), o.number("duty", duty)};
 }
 int square(Call& call) {
@@ -112,6 +112,34 @@ int excitation(Call& call) {
 }
 int crest(Call& call) { return call.push(sysid::crest_factor(read_signal(call, 1, nullptr))); }
 
+const OptionTable prbs_options = {
+    {"order", "integer", "", "length of the shift register; without it as long as the samples need"},
+    {"hold", "integer", "1", "samples that a bit lasts"},
+    {"low", "number", "-1", "value of the bit 0"},
+    {"high", "number", "1", "value of the bit 1"},
+    {"seed", "integer", "1", "where the register begins"},
+};
+const OptionTable multisine_options = {
+    {"lines", "list", "", "the periods in the record, 1 to samples/4 unless told"},
+    {"amplitudes", "list", "", "one for each line; 1 unless told"},
+    {"phases", "string or list", "\"schroeder\"", "in rad, or how they are chosen", "schroeder|zero|random"},
+    {"peak", "number", "1", "the largest value; 0: as the amplitudes say"},
+    {"seed", "integer", "1", "of random phases"},
+};
+const OptionTable chirp_options = {
+    {"from", "number", "", "the frequency at the beginning, in Hz"},
+    {"to", "number", "", "the frequency at the end, in Hz"},
+    {"Ts", "number", "1", "the sampling time, in s"},
+    {"amplitude", "number", "1", "the largest value"},
+    {"method", "string", "\"linear\"", "how the frequency runs", "linear|exponential"},
+};
+const OptionTable wave_options = {
+    {"period", "number", "", "in samples"},
+    {"duty", "number", "", "the part of a period that is high (square, 0.5) or rises (sawtooth, 1)"},
+    {"low", "number", "-1", "the lowest value"},
+    {"high", "number", "1", "the highest value"},
+};
+
 }  // namespace
 
 extern const Module signals_module = {
@@ -122,23 +150,24 @@ extern const Module signals_module = {
          R"(A pseudo-random binary sequence of a shift register of maximum length, every bit held for
             `hold` samples. Its period is hold (2^order - 1) samples; without an order the shortest that is
             not below `samples`.)",
-         "u = prbs(15)  return sum(u), excitation_order(prbs(62, { order = 5 }))", "1.0 31"},
+         "u = prbs(15)  return sum(u), excitation_order(prbs(62, { order = 5 }))", "1.0 31", &prbs_options},
         {"multisine", multisine,
          R"(multisine(samples [, { lines =, amplitudes =, phases = "schroeder", peak = 1, seed = 1 }]) ->
             column)",
          R"(A sum of cosines at the lines k, which have k periods in the record (1 to samples/4 unless
             told). Schroeder's phases (or "zero", "random") keep the peak low.)",
          "u = multisine(64, { lines = {1, 3, 5} })  return excitation_order(u), crest_factor(u) < 2",
-         "6 true"},
+         "6 true", &multisine_options},
         {"chirp", chirp,
          R"(chirp(samples, { from =, to =, Ts = 1, amplitude = 1, method = "linear" }) -> column)",
          "A cosine whose frequency in Hz runs from one value to another, linearly or exponentially.",
-         "chirp(4, { from = 0.25, to = 0.25 }).T", "1  0  -1  0"},
+         "chirp(4, { from = 0.25, to = 0.25 }).T", "1  0  -1  0", &chirp_options},
         {"square", square, "square(samples, { period =, duty = 0.5, low = -1, high = 1 }) -> column",
-         "A square wave; the period in samples.", "square(4, { period = 2 }).T", "1  -1  1  -1"},
+         "A square wave; the period in samples.", "square(4, { period = 2 }).T", "1  -1  1  -1",
+         &wave_options},
         {"sawtooth", sawtooth, "sawtooth(samples, { period =, duty = 1, low = -1, high = 1 }) -> column",
          "A sawtooth that rises over the part `duty` of the period; 0.5 is a triangle.",
-         "sum(sawtooth(8, { period = 4, low = 0, high = 4 }))", "12.0"},
+         "sum(sawtooth(8, { period = 4, low = 0, high = 4 }))", "12.0", &wave_options},
         {"periodogram", periodogram, "periodogram(u [, Ts = 1]) -> spectrum",
          R"(|U(ω)|² with U(ω) = N^(-1/2) Σ u(t) e^{-iωt} at the frequencies k/(N Ts). Its mean over all N
             is the mean square of u. u is a column, a list or data. Fields: .f in Hz, .w in rad/s, .power,

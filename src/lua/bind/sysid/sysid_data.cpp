@@ -128,7 +128,7 @@ std::vector<std::string> words_option(Call& call, const Options& o, const char* 
 
 int make(Call& call) {
   if (!lua_istable(call.L, 1)) call.wrong(1, "data", "a table { y =, u =, Ts = }");
-  const Options o = call.options(1, {"y", "u", "Ts", "yname", "uname", "y_names", "u_names"});
+  const Options o = call.options(1);
   if (!o.has("y")) throw Error("y is missing; give iddata{ y = { … }, u = { … }, Ts = 1 }");
   IdData d;
   d.y = to_data(call.L, o.push("y"), "y");
@@ -142,7 +142,7 @@ int make(Call& call) {
 
 int read(Call& call) {
   const std::string path = call.string(1, "file");
-  const Options o = call.options(2, {"y", "u", "Ts"});
+  const Options o = call.options(2);
   sysid::ColumnChoice choice;
   choice.y = words_option(call, o, "y"), choice.u = words_option(call, o, "u");
   choice.Ts = o.number("Ts", 0);
@@ -169,7 +169,7 @@ int split(Call& call) {
 int detrend(Call& call) {
   const IdData& d = data_of(call);
   if (call.has(2) && lua_istable(call.L, 2)) {
-    const Options o = call.options(2, {"y", "u"});
+    const Options o = call.options(2);
     const auto offsets = [&](const char* key, Index n) {
       if (!o.has(key)) return Vec(Vec::Zero(n));
       const Vec v = to_data(call.L, o.push(key), key).reshaped();
@@ -194,7 +194,7 @@ int detrend(Call& call) {
 
 int resample(Call& call) {
   const bool table = call.has(2) && lua_istable(call.L, 2);
-  const Options o = table ? call.options(2, {"Ts", "method"}) : call.options(3, {"method"});
+  const Options o = table ? call.options(2) : call.options(3);
   const std::string how = o.string("method", "lowpass");
   const double Ts = table ? o.number("Ts") : call.number(2, "Ts");
   if (how == "lowpass") return push(call, sysid::resample(data_of(call), Ts, sysid::Resampling::lowpass));
@@ -248,7 +248,7 @@ std::vector<Index> wanted(Call& call, const Options& o, const char* key,
 int select(Call& call) {
   const IdData& d = data_of(call);
   call.table(2, "signals");
-  const Options o = call.options(2, {"y", "u"});
+  const Options o = call.options(2);
   return push(call, sysid::select(d, wanted(call, o, "y", d.y_names), wanted(call, o, "u", d.u_names)));
 }
 
@@ -307,6 +307,34 @@ int field_offsets(Call& call) {
 }
 int to_text(Call& call) { return call.push(sysid::describe(data_of(call))); }
 
+const OptionTable iddata_options = {
+    {"y", "list or matrix", "", "the outputs: a list, a list of rows or columns, or a matrix"},
+    {"u", "list or matrix", "", "the inputs, in the same way"},
+    {"Ts", "number", "1", "the sampling time, in s"},
+    {"yname", "string or list", "\"y\"", "the names of the outputs"},
+    {"uname", "string or list", "\"u\"", "the names of the inputs"},
+    {"y_names", "string or list", "", "the same as yname"},
+    {"u_names", "string or list", "", "the same as uname"},
+};
+const OptionTable read_options = {
+    {"y", "string, number or list", "", "the columns of the outputs, by name or number"},
+    {"u", "string, number or list", "", "the columns of the inputs"},
+    {"Ts", "number", "", "the sampling time, in s; without it that of a column t"},
+};
+const OptionTable detrend_options = {
+    {"1", "string", "\"mean\"", "what is removed", "mean|linear"},
+    {"y", "number or list", "", "offsets of the outputs"},
+    {"u", "number or list", "", "offsets of the inputs"},
+};
+const OptionTable resample_options = {
+    {"Ts", "number", "", "the new sampling time, in s"},
+    {"method", "string", "\"lowpass\"", "how values between samples are found", "lowpass|linear|hold"},
+};
+const OptionTable select_options = {
+    {"y", "string, number or list", "", "the outputs that stay"},
+    {"u", "string, number or list", "", "the inputs that stay"},
+};
+
 }  // namespace
 
 extern const Module iddata_module = {
@@ -321,7 +349,8 @@ extern const Module iddata_module = {
             data: 3 samples, Ts = 0.1, 1 output, 1 input
                          min  max      mean
               output  y    0    1  0.533333
-              input   u   -1    1         0)"},
+              input   u   -1    1         0)",
+         &iddata_options},
         {"iddata.read", read, "iddata.read(file [, { y =, u =, Ts = }]) -> iddata",
          R"(Reads columns of a text file (commas, semicolons, tabs or blanks; with or without a header;
             empty fields, NaN, NA: missing) or of a MATLAB .mat file. y and u name columns, or number them;
@@ -331,7 +360,7 @@ extern const Module iddata_module = {
             name = os.tmpname()  f = io.open(name, "w")  f:write "t;u;y\n0;1;0,5\n2;0;\n"  f:close()
             d = iddata.read(name)  os.remove(name)
             d.Ts, d.missing)",
-         "2.0 1"},
+         "2.0 1", &read_options},
         {"iddata:slice", slice, "d:slice(first, last) -> iddata",
          "Samples first to last, counted from 1, both included.",
          "iddata{ y = {5, 6, 7, 8} }:slice(2, 3).y[1]", "6.0"},
@@ -343,11 +372,12 @@ extern const Module iddata_module = {
          "2 2"},
         {"iddata:detrend", detrend, R"(d:detrend(["mean" | "linear" | { y =, u = }]) -> iddata)",
          "Removes the means, the least-squares lines, or the given offsets of all signals.",
-         "iddata{ y = {1, 2, 3} }:detrend().y[1]", "-1.0"},
+         "iddata{ y = {1, 2, 3} }:detrend().y[1]", "-1.0", &detrend_options},
         {"iddata:resample", resample,
          R"(d:resample(Ts [, { method = "lowpass" | "linear" | "hold" }]) -> iddata)",
          "The data on a new sampling time; lowpass keeps frequencies above the new Nyquist frequency out.",
-         R"(#iddata{ y = {1, 2, 3, 4}, Ts = 1 }:resample(0.5, { method = "linear" }))", "7"},
+         R"(#iddata{ y = {1, 2, 3, 4}, Ts = 1 }:resample(0.5, { method = "linear" }))", "7",
+         &resample_options},
         {"merge", merge, "merge(d1, d2, …) -> iddata",
          "Several experiments as one data set: no row of a regressor reaches from one into the next.",
          "merge(iddata{ y = {1, 2} }, iddata{ y = {3} }).experiments", "2"},
@@ -357,7 +387,8 @@ extern const Module iddata_module = {
          "iddata{ y = {1, 0/0, 3} }:fill().y[2]", "2.0"},
         {"iddata:select", select, "d:select{ y =, u = } -> iddata",
          "Some of the signals, by names or numbers; what is not given stays, {} leaves all out.",
-         "iddata{ y = {{1, 2}, {3, 4}, {5, 6}}, u = {1, 0, 1} }:select{ y = 2 }.y.T", "2  4  6"},
+         "iddata{ y = {{1, 2}, {3, 4}, {5, 6}}, u = {1, 0, 1} }:select{ y = 2 }.y.T", "2  4  6",
+         &select_options},
         {"write_mat", write_matrices, "write_mat(file, { { name, matrix }, … })",
          R"(Writes numbers, lists and matrices under these names to a MATLAB file; save "run.mat" finds names
             for the variables of a solution.)",

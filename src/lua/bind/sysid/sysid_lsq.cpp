@@ -42,7 +42,7 @@ int lsq(Call& call) {
   lua_State* L = call.L;
   const Mat A = to_data(L, 1, "A");
   const Vec y = to_data(L, 2, "y").reshaped();
-  const Options o = call.options(3, {"covariance", "weights", "names", "noise"});
+  const Options o = call.options(3);
   if (o.has("covariance") && o.has("weights"))
     throw Error("give covariance or weights, not both (weights = 1/variance)");
   // A list of n numbers is a column, but beside a single observation it is that row.
@@ -129,6 +129,13 @@ int to_text(Call& call) {
   return call.push(out);
 }
 
+const OptionTable lsq_options = {
+    {"covariance", "matrix", "", "S, that of the noise"},
+    {"weights", "list", "", "1/variances of the rows, up to a common factor"},
+    {"names", "list", "", "of the parameters, for printing"},
+    {"noise", "density", "", "maximum likelihood for it; uniform(low, high) gives the set"},
+};
+
 }  // namespace
 
 extern const Module lsq_module = {
@@ -147,7 +154,8 @@ extern const Module lsq_module = {
               b  1
               the data are reproduced exactly (to rounding)
               the estimate shown is the one of minimum norm
-                a is not identifiable)"},
+                a is not identifiable)",
+         &lsq_options},
         {"lsq_result#theta", theta, "r.theta -> column", "The estimate.", "", ""},
         {"lsq_result#covariance", covariance, "r.covariance -> matrix", "Its covariance.", "", ""},
         {"lsq_result#cov", covariance, "r.cov -> matrix", "Its covariance.", "", ""},

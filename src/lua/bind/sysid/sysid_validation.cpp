@@ -42,7 +42,7 @@ namespace {
 int validate(Call& call) {
   const IdModel& m = call.object<IdModel>(1, "idmodel");
   const IdData& d = call.object<IdData>(2, "data");
-  const Options o = call.options(3, {"lags"});
+  const Options o = call.options(3);
   std::optional<Index> lags;
   if (o.has("lags")) lags = o.integer("lags", 25);
   if (lags && (*lags < 1 || *lags > 10000))
@@ -95,7 +95,7 @@ int order_scan(Call& call) {
   const bool has_validation = call.is<IdData>(2);
   const bool has_place =
       has_validation || (lua_isnil(call.L, 2) && call.has(3));  // order_scan(e, nil, { … })
-  const Options o = call.options(has_place ? 3 : 2, {"na", "nb", "nk", "criterion"});
+  const Options o = call.options(has_place ? 3 : 2);
   const IdData* v = has_validation ? &call.object<IdData>(2, "validation data") : nullptr;
   std::string criterion = o.string("criterion", v ? "fit" : "aic");
   if (criterion == "mdl") criterion = "bic";
@@ -232,6 +232,16 @@ int comparison_entry(Call& call) {
 }
 int comparison_text(Call& call) { return call.push(call.object<Comparison>(1, "comparison").text); }
 
+const OptionTable validate_options = {
+    {"lags", "integer", "25", "how far correlations reach, in samples"},
+};
+const OptionTable scan_options = {
+    {"na", "integer or list", "{1, 10}", "{ least, most }: the order of A"},
+    {"nb", "integer or list", "{1, 10}", "the same of B"},
+    {"nk", "integer or list", "{1, 5}", "the same of the delay, in samples"},
+    {"criterion", "string", "", "what decides: fit on the validation data, else AIC", "fit|fpe|aic|bic"},
+};
+
 }  // namespace
 
 extern const Module validation_module = {
@@ -247,7 +257,7 @@ extern const Module validation_module = {
             for t = 1, 40 do u[t] = (-1)^(t*t//3); y[t] = 0.5*(y[t-1] or 0) + (u[t-1] or 0) end
             d = iddata{ y = y, u = u }
             print(arx(d, { na = 1, nb = 1 }):validate(d).white))",
-         "true"},
+         "true", &validate_options},
         {"validation#white", white, "v.white -> boolean", "Ljung–Box p ≥ 1 %.", "", ""},
         {"validation#independent", independent, "v.independent -> boolean",
          "No correlation with past inputs beyond chance.", "", ""},
@@ -277,7 +287,7 @@ extern const Module validation_module = {
          "s = order_scan(iddata{ y = y, u = u }:detrend(), { na = {1, 2}, nb = 1, nk = {1, 3}, criterion = "
          "\"bic\" })\n"
          "s.best.na, s.best.nb, s.best.nk",
-         "1 1 2"},
+         "1 1 2", &scan_options},
         {"order_scan_result#best", best, "s.best -> { na =, nb =, nk = }",
          "The orders that win, as arx takes them.", "", ""},
         {"order_scan_result#fpe", best_by<by_fpe>, "s.fpe -> orders", "The best by final prediction error.",
