@@ -56,24 +56,13 @@ function process.realisation(self, seed_)
   end)
 end
 
--- Options of sweep with parameters in the place of processes.
-function process.expand(options)
-  local result, inputs, params = {}, {}, {}
-  for key, value in pairs(options) do result[key] = value end
-  for key, value in pairs(options.params or {}) do params[key] = value end
-  for key, value in pairs(options.inputs) do
-    if object_type(value) == "random_process" then
-      local self, name = contents("random_process", value), tostring(key):gsub("[^%w_]", "")
-      value = signal(self, function(part, k)
-        local amplitude = ("%s_%s%04d"):format(name, part, k)
-        params[amplitude] = normal(0, 1)
-        return param(amplitude, 0)
-      end)
-    end
-    inputs[key] = value
-  end
-  result.inputs, result.params = inputs, params
-  return result
+-- The process as an expression whose amplitudes are parameters, which params gets as normal numbers.
+function process.expand(self, name, params)
+  return signal(self, function(part, k)
+    local amplitude = ("%s_%s%04d"):format(name, part, k)
+    params[amplitude] = normal(0, 1)
+    return param(amplitude, 0)
+  end)
 end
 
 return process

@@ -20,7 +20,7 @@ const OptionTable& integrate_option_rows() {
   static const OptionTable rows = {
       {"start", "start or table", "",
        "where it begins: a result of init or sol:state(), or { x = 1, [x.dot] = 0 }", "@variables"},
-      {"from", "number", "0", "the time of the start, in s"},
+      {"from", "number", "0", "the time of the start, in s; in sweep also a fit, whose estimates are drawn"},
       {"to", "number", "", "the end of the interval, in s; required unless times says it"},
       {"times", "list of numbers", "", "the times at which points are saved; without it every step"},
       {"method", "string or tableau", "\"auto\"",

@@ -246,7 +246,7 @@ std::string range_text(const SweepRecord& record, std::size_t c) {
   if (column.joint) {
     const auto& m = column.joint->mean();
     const double sigma = std::sqrt(column.joint->covariance()(column.component, column.component));
-    return text("normal(", shortest(m[column.component]), ", ", rounded(sigma, 6), ") correlated");
+    return text("normal(", rounded(m[column.component], 6), ", ", rounded(sigma, 6), ") correlated");
   }
   const auto [low, high] = std::minmax_element(column.list.begin(), column.list.end());
   return text(rounded(*low, 6), *low == *high ? "" : " … " + rounded(*high, 6));

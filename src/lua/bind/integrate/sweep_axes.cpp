@@ -31,7 +31,14 @@ int AxisReader::original(const char* key) {
   return lua_gettop(L_);
 }
 
+void AxisReader::note(Expr leaf) {
+  if (std::find(given_.begin(), given_.end(), leaf) != given_.end())
+    throw Error(text(leaf_name(leaf), " is given twice, by its name and by a fit; leave one of them out"));
+  given_.push_back(leaf);
+}
+
 void AxisReader::add(Expr leaf, bool parameter, random::Column column) {
+  note(leaf);
   column.name = leaf_name(leaf);
   axes_.push_back({std::move(column), leaf, parameter, false});
 }
@@ -94,6 +101,7 @@ void AxisReader::sort(const SymbolEntry& entry, const std::string& what, bool pa
                      " = {…} }"));
   lua_rawgeti(L_, LUA_REGISTRYINDEX, fixed);
   for (std::size_t i = 0; i < entry.leaves.size(); ++i) {
+    note(entry.leaves[i]);
     push_expr(L_, entry.leaves[i]);
     push_expr(L_, value.data()[i]);
     lua_rawset(L_, -3);

@@ -26,6 +26,7 @@ class AxisReader {
   void read_params();
   void read_start();
   const std::vector<SweepAxis>& axes() const { return axes_; }
+  std::vector<Expr> given_;
   /// start is a table of names and values.
   bool has_keyed_start() const { return keyed_start_; }
   /// Pushes an option as it was given; its place on the stack.
@@ -36,6 +37,7 @@ class AxisReader {
   int fixed_start() const { return fixed_start_; }
 
  private:
+  void note(Expr leaf);  ///< throws where the leaf was given before
   void add(Expr leaf, bool parameter, random::Column column);
   void order_by_name(std::size_t first);
   bool sort_drawn(const SymbolEntry& entry, const std::string& what, bool parameter);

@@ -16,7 +16,8 @@ namespace {
 const OptionTable& own_rows() {
   static const OptionTable rows = {
       {"grid", "boolean", "false", "all combinations of the lists in params and start, instead of pairs"},
-      {"runs", "integer", "", "how many runs are drawn where params or start name distributions"},
+      {"runs", "integer", "",
+       "how many runs are drawn where params or start name distributions, or from = a fit"},
       {"seed", "integer", "0", "of the numbers that are drawn; those of a run depend on seed and run only"},
       {"design", "string", "\"monte carlo\"", "how runs fill the distributions",
        "monte carlo|latin hypercube|sobol|halton|grid|star|saltelli|morris"},

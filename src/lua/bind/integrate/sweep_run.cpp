@@ -95,17 +95,18 @@ void hand_over(Call& call, const store::RunStore& store, const Elsewhere& elsewh
   lua_settop(L, call.count());
 }
 
-/// Random processes among the inputs become expressions whose parameters are drawn.
-void expand_processes(Call& call) {
+/// Random processes among the inputs become expressions whose parameters are drawn, from = fit its params.
+void expand_options(Call& call) {
   lua_State* L = call.L;
   if (!lua_istable(L, 2)) return;
-  bool found = false;
+  lua_getfield(L, 2, "from");
+  bool found = object_type(L, lua_gettop(L)) == "fit_result";
   if (lua_getfield(L, 2, "inputs") == LUA_TTABLE)
     for (lua_pushnil(L); lua_next(L, -2) != 0; lua_pop(L, 1))
       found = found || object_type(L, lua_gettop(L)) == "random_process";
   lua_settop(L, call.count());
   if (!found) return;
-  include_embedded(L, "many/process");
+  include_embedded(L, "many/options");
   lua_getfield(L, -1, "expand");
   lua_pushvalue(L, 2);
   protected_call(L, 1, 1);
@@ -115,7 +116,7 @@ void expand_processes(Call& call) {
 
 int sweep(Call& call) {
   refuse_after_part();
-  expand_processes(call);
+  expand_options(call);
   auto record = std::make_shared<SweepRecord>();
   std::string file;
   bool open = false, retry = false;
