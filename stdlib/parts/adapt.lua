@@ -11,9 +11,8 @@ local adapt = {}
 
 local function check_form(model)
   if model.form ~= "" then
-    fail(("a model in the form \"%s\" cannot be a part: its conditions on the start would be lost; use the model "
-      .. "that it was "
-      .. "made from, and reduce the model of parts"):format(model.form))
+    fail(("a model in the form \"%s\" cannot be a part: its conditions on the start would be lost; use "
+      .. "the model that it was made from, and reduce the model of parts"):format(model.form))
   end
 end
 

@@ -215,7 +215,7 @@ class ReportTest(unittest.TestCase):
         page = self.report('view({ plot({1, 2}), plot({2, 1}) }, { slider = "k", values = { 1, 2 } })')
         self.assertEqual(page.count("svg"), 2)             # both are there without a script
         self.assertIn("k = 2", page.text("p"))
-        for wrong, words in (('view({ 1 }, { slider = "k" })', "no figure"),
+        for wrong, words in (('view({ 1 }, { slider = "k" })', "not a figure"),
                              ('view({ plot{1, 2} }, { slider = "k", values = { 1, 2 } })', "1 figures need"),
                              ('view(plot{1, 2}, { slider = "k" })', "list of figures"),
                              ('view(1, { fil = "x" })', "Did you mean 'file'"), ("view(nil)", "nothing to show")):
