@@ -91,6 +91,8 @@ std::vector<Expr> leaves_named(const std::string& word, const std::string& what,
   components.erase(std::unique(components.begin(), components.end()), components.end());
   if (!components.empty()) return whole_column(components, name.base);
   if (const std::string marked = with_marks(word); !marked.empty()) return leaves_named(marked, what, known);
+  for (Expr leaf : known)  // as it is printed: θ₁′
+    if (to_text(leaf) == word) return {leaf};
   const std::vector<std::string> names = names_of(known);
   const std::string hint = derivative_hint(word, names);
   throw Error(text(what, ": unknown symbol '", word, "'.", hint.empty() ? did_you_mean(word, names) : hint));
