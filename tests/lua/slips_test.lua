@@ -24,8 +24,8 @@ end
 
 local accepted = {
   -- names as they are typed and as they are printed
-  { 'dae { der(var "theta_1") ~ -var "theta_1" }:init { fix = { ["θ₁"] = 2 } }("theta_1")', "2" },
-  { 'dae { der(var "theta") ~ -var "theta" }:init { fix = { theta = 2 } }("θ′")', "-2" },
+  { 'dae { der(var "theta_1") ~ -var "theta_1" }:init { fix = { ["θ₁"] = 2 } }("theta_1")', "2.0" },
+  { 'dae { der(var "theta") ~ -var "theta" }:init { fix = { theta = 2 } }("θ′")', "-2.0" },
   -- exact numbers are numbers
   { '("%.4f"):format(sqrt(5))', "2.2361" },
   { '("%.3f"):format(pi/4)', "0.785" },
