@@ -248,7 +248,15 @@ local function all_solutions(equations, unknowns, asked)
   for _, s in ipairs(search(numerators, list, notes, 1)) do
     local known = not satisfies(residuals, s)
     for _, other in ipairs(found) do known = known or same(s, other, list) end
-    if not known then found[#found + 1] = setmetatable(s, solution_type) end
+    if not known then
+      found[#found + 1] = setmetatable(s, solution_type)
+      for _, v in pairs(s) do                       -- 1/(2 a) with a free
+        local _, denominator = fraction(v)
+        if #equation.unknowns_in(denominator, list) > 0 then
+          equation.add_condition(notes.conditions, equation.nonzero(denominator))
+        end
+      end
+    end
   end
   found.period, found.complex, found.approximate = notes.period, notes.complex, notes.approximate
   return setmetatable(found, { __tostring = text.of_solutions, __name = "solutions",

@@ -68,3 +68,15 @@ test("ggl of the squeezing mechanism: a stall at the rounding of its terms is co
   local coarse, fine = off(2e-4), off(1e-4)
   expect(math.log(coarse/fine, 2)):near(5, 0.1)              -- order 5 of its positions: 2s - 1
 end)
+
+test("rows that depend on each other on the solutions only: started and integrated by the derivative array",
+  function()
+  local x1, x2, u = var "x1", var "x2", input "u"
+  local model = dae { der(x1) + u + x1 + x2 ~ 0, u + x2 + der(x2)*(der(x1) + u + x1 + x2) + u^2 ~ 0 }
+  expect(function() model:reduce "acc" end):fails 'reduce "array" does without it'
+  local at = model:init { fix = { [x1] = 1 }, guess = { [x2] = 0 }, inputs = { [u] = sin(t) } }
+  expect(at(der(x1))):near(-1, 1e-12)
+  local sol = model:integrate { start = { [x1] = 1, [x2] = 0 }, to = 1, inputs = { [u] = sin(t) },
+    rtol = 1e-8 }
+  expect(sol:final(x2)):near(-math.sin(1)^2 - math.sin(1), 1e-6)
+end)

@@ -35,7 +35,7 @@ std::vector<Expr> unknowns_of_step(const Model& low) {
 Mat top_jacobian_at(const StartSystem& s, const Vec& w) {
   const std::vector<Entry> entries = top_jacobian(*s.low);
   std::vector<Expr> slopes;
-  for (const Entry& e : entries) slopes.push_back(e.value);
+  for (const Entry& e : entries) slopes.push_back(s.with_inputs(e.value));
   const auto [value, noise] = evaluate_stable(slopes, s.unknowns, w, s.known, s.unit);
   const auto first_row = static_cast<Index>(s.low->invariants.size());
   const auto n = static_cast<Index>(s.low->variables.size()),

@@ -42,6 +42,8 @@ class StartSystem {
   /// ∂(r_i/σ_i)/∂(w_j/s_j).
   Eigen::SparseMatrix<double> jacobian(const Vec& w) const;
   std::unordered_map<Expr, double> point(const Vec& w) const;
+  /// e with the expressions that were given for inputs.
+  Expr with_inputs(Expr e) const { return substitute(e, inputs_); }
 
  private:
   void add(Expr e);
