@@ -9,7 +9,7 @@ include "session"    -- who, cd, ls, record, edit
 include "explain"    -- explain
 include "plot"       -- plot, plot3, semilogy, semilogx, loglog, spy
 include "sysid"      -- d:plot, mod:plot, v:plot, set:plot
-include "spectral"   -- spa
+include "identification/init"  -- spa, impulse_estimate, rarx, tfest, uncertain …
 include "lti"        -- step, bode, nyquist, pzmap … as figures
 include "tableaus/init"  -- rk.euler, rk.rk4, …
 include "laboratory"  -- pictures of newton and basins

@@ -100,7 +100,8 @@ local function nyquist_figure(G, frequencies, options)
 end
 
 local function check_system(by, G)
-  if object_type(G) ~= "lti" then fail(by .. ": expected a linear system (ss, tf, zpk)") end
+  local kind = object_type(G)
+  if kind ~= "lti" and kind ~= "delay system" then fail(by .. ": expected a linear system (ss, tf, zpk)") end
   return G
 end
 
@@ -129,7 +130,9 @@ end
 -- ── the complex plane ───────────────────────────────────────────────────────────────────────────────────────────────
 
 local function map_of(by, G, options)
-  check_system(by, G)
+  if object_type(check_system(by, G)) == "delay system" then
+    fail(by .. ": a delay in a loop has infinitely many poles; pade(G, n) has finitely many")
+  end
   options = check_options(by, options)
   local series, discrete = {}, G.Ts ~= 0
   for _, each in ipairs { { G:poles(), "poles", "cross" }, { G:zeros(), "zeros", "ring" } } do
@@ -254,12 +257,14 @@ doc { name = "rlocus", module = "lti responses", sig = "rlocus(G [, gains [, opt
   example = "return rlocus(tf({1, 2}, {1, 1, 0})).title", gives = "Root locus",
   root_locus }
 
-doc { name = "pade", module = "lti", sig = "pade(T [, n = 1]) -> G",
+doc { name = "pade", module = "lti", sig = "pade(T [, n = 1]) or pade(G [, n = 1]) -> G",
   text = "The Padé approximant of the delay exp(-T s), order n in numerator and denominator: |G(iω)| = 1, "
-    .. "and the phase is right up to about ω = n/T. T may be a parameter.",
+    .. "and the phase is right up to about ω = n/T. T may be a parameter. Of a "
+    .. "system with delays: every delay so.",
   example = "return pade(2, 2):dcgain()", gives = "1",
   function(T, n)
     n = n or 1
+    if object_type(T) == "delay system" then return T:pade(n) end
     if math.type(n) ~= "integer" or n < 1 or n > 10 then
       fail "pade: the order n is a whole number from 1 to 10"
     end

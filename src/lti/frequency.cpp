@@ -221,9 +221,10 @@ Vec phase(const FrequencyResponse& r, int i, int j) {
   Vec p = phase(r.channel(i, j));
   const System& all = *r.system;
   const auto expected = sheet(all.siso() ? all : select(all, {i}, {j}), r.w);
-  if (!expected) return p;
+  if (!expected || !r.sheet_known) return p;
   for (Index k = 0; k < p.size(); ++k)
-    if (std::isfinite(p[k])) p[k] += 360 * std::round(((*expected)[k] - p[k]) / 360);
+    if (std::isfinite(p[k]))
+      p[k] += 360 * std::round(((*expected)[k] - r.w[k] * r.delay * 180 / M_PI - p[k]) / 360);
   return p;
 }
 

@@ -13,6 +13,9 @@ struct FrequencyResponse {
   SystemPtr system;
   Vec w;
   std::vector<ComplexVec> G;  ///< by channel: outputs × inputs, row by row
+  double delay = 0;           ///< of a system times one delay: what it turns the phase by, in seconds
+  bool delayed = false;       ///< margins of `system` are not those of this response
+  bool sheet_known = true;    ///< poles and zeros of `system` (and delay) say which sheet the phase is on
   const ComplexVec& channel(int i, int j) const;
 };
 FrequencyResponse frequency_response(const System& g, const Vec& w);

@@ -82,7 +82,7 @@ test("scans find the orders, comparisons the better model", function()
 end)
 
 test("bad input is refused with the reason", function()
-  expect(function() oe(iddata { y = { 1, 0/0, 3, 4, 5, 6, 7, 8 }, u = { 1, 2, 3, 4, 5, 6, 7, 8 } },
+  expect(function() oe(iddata { y = { 1, 2, 3, 4, 5, 6, 7, 8 }, u = { 1, 0/0, 3, 4, 5, 6, 7, 8 } },
     { nb = 1, nf = 1 }) end)
     :fails "d:fill()"
   expect(function() oe(d, { nf = 2 }) end):fails "nf without nb"

@@ -140,7 +140,7 @@ test("bad input is refused with the reason", function()
   expect(function() n4sid(clean:slice(1, 20), 3) end):fails "too few"
   expect(function() return n4sid(clean, 3).theta end):fails "depend on the coordinates"
   expect(function() return arx(clean, { na = 1, nb = 1 }).K end):fails "belongs to state-space models"
-  expect(function() n4sid(iddata { y = { 1, 0/0, 3, 1, 2, 3 }, u = { 1, 2, 3, 4, 5, 6 } },
+  expect(function() n4sid(iddata { y = { 1, 2, 3, 1, 2, 3 }, u = { 1, 0/0, 3, 4, 5, 6 } },
     1) end):fails "d:fill()"
   local flat = {}
   for t = 1, 60 do flat[t] = 1 end

@@ -35,12 +35,14 @@ extern const Module gauss_newton_module;
 extern const Module validation_module;
 extern const Module predictor_module;
 extern const Module grey_box_module;
+extern const Module search_module;
 extern const Module complex_module;
 extern const Module lti_module;
 extern const Module lti_connect_module;
 extern const Module lti_analysis_module;
 extern const Module lti_design_module;
 extern const Module lti_response_module;
+extern const Module lti_delay_module;
 extern const Module lti_linearize_module;
 extern const Module sweep_module;
 extern const Module sweep_run_module;
@@ -97,6 +99,8 @@ const std::vector<const Module*>& modules() {
                                                   &lti_linearize_module,
                                                   &signals_module,
                                                   &grey_box_module,
+                                                  &search_module,
+                                                  &lti_delay_module,
                                                   &plot_module};
   return list;
 }

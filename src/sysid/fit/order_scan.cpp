@@ -114,7 +114,9 @@ OrderScan order_scan(const IdData& e, const IdData* v, Range na, Range nb, Range
   if (inputs == 0) nb = nk = {0, 0};
   const Factored fe = factored(e, largest), fv = v ? factored(*v, largest) : Factored{};
   OrderScan scan;
-  scan.na = na, scan.nb = nb, scan.nk = nk;
+  scan.na = na;
+  scan.nb = nb;
+  scan.nk = nk;
   scan.criterion = criterion, scan.rows = fe.rows, scan.validation_rows = fv.rows, scan.outputs = e.outputs();
   for (int a = na.from; a <= na.to; ++a)
     for (int b = nb.from; b <= nb.to; ++b)
@@ -148,7 +150,9 @@ std::string on_the_edge(const OrderScan& s, const ScanEntry& e) {
     if (r.from < r.to && (value == r.to || (value == r.from && value > least)))
       words.push_back(text(name, " = ", value));
   };
-  add("na", s.na, e.na, 0), add("nb", s.nb, e.nb, 1), add("nk", s.nk, e.nk, 0);
+  add("na", s.na, e.na, 0);
+  add("nb", s.nb, e.nb, 1);
+  add("nk", s.nk, e.nk, 0);
   return words.empty() ? "" : text(" (", join(words, ", "), ": at the end of the range)");
 }
 

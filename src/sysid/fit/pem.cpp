@@ -1,12 +1,15 @@
 #include "sysid/fit/pem.hpp"
 
 #include <cmath>
+#include <limits>
 
 #include "base/decompositions.hpp"
 #include "base/error.hpp"
 #include "base/interrupt.hpp"
 #include "base/least_squares.hpp"
 #include "base/text.hpp"
+#include "sysid/fit/bounded_search.hpp"
+#include "sysid/model/kalman_errors.hpp"
 
 namespace pendula::sysid {
 namespace {
@@ -148,11 +151,48 @@ PredictionErrors evaluate(const std::vector<Part>& parts, const Orders& orders, 
   return out;
 }
 
+/// ε and its gradient where samples of y are missing: the whitened errors of the Kalman filter, scaled so that
+/// their sum of squares is the likelihood with its variance eliminated.
+PredictionErrors evaluate_with_gaps(const std::vector<Part>& parts, const Orders& orders, const Vec& theta,
+                                    InitialCondition start) {
+  double unit = 1;
+  const auto errors = [&](const Vec& at) {
+    PolyModel m;
+    m.p = polynomials_of(at, orders);
+    if (!admissible(m.p)) return Vec(Vec::Constant(1, std::numeric_limits<double>::quiet_NaN()));
+    const StateSpaceModel model = innovations_form(m);
+    Vec all(0);
+    double log_det = 0;
+    for (const Part& part : parts) {
+      IdData d;
+      d.y = part.y;
+      d.u.resize(part.y.size(), static_cast<Index>(part.u.size()));
+      for (Index i = 0; i < d.u.cols(); ++i) d.u.col(i) = part.u[i];
+      const KalmanErrors e =
+          kalman_errors(model, Mat::Ones(1, 1), d,
+                        start == InitialCondition::zero ? FirstState::zero : FirstState::estimated);
+      all.conservativeResize(all.size() + e.whitened.size());
+      all.tail(e.whitened.size()) = e.whitened;
+      log_det += e.log_det;
+    }
+    unit = std::exp(log_det / (2 * static_cast<double>(all.size())));
+    return Vec(unit * all);
+  };
+  PredictionErrors out;
+  out.e = errors(theta);
+  out.unit = unit;
+  out.J = difference_jacobian(errors, theta, Vec::Constant(theta.size(), 0.1), {});
+  out.rows = out.e.size();
+  if (start != InitialCondition::zero)
+    out.free_start = polynomials_of(theta, orders).memory() * static_cast<Index>(parts.size());
+  return out;
+}
+
 /// The search for one minimum, with the last evaluation kept: usually it is the one at the minimum.
 class Search {
  public:
-  Search(const std::vector<Part>& parts, const Orders& orders, const PemOptions& o)
-      : parts_(parts), orders_(orders), o_(o) {}
+  Search(const std::vector<Part>& parts, const Orders& orders, const PemOptions& o, bool gaps)
+      : parts_(parts), orders_(orders), o_(o), gaps_(gaps) {}
 
   /// Where the loss is finite at `start`; gives up with Ending::known when it comes within 0.1 % of `known`.
   std::optional<Minimum> run(const Vec& start, const Vec& known) {
@@ -166,6 +206,10 @@ class Search {
     if (!first || !std::isfinite(first->value) || !first->R.allFinite()) return {};
     MinimiserOptions options;
     options.iterations = o_.iterations;
+    if (gaps_) {  // J by differences
+      options.noise = 1e-12;
+      options.accuracy = 1e-9;
+    }
     options.is_known = [&](const Vec& theta, const Vec& scale) {
       return known.size() == theta.size() &&
              (theta - known).cwiseProduct(scale).norm() < 1e-3 * known.cwiseProduct(scale).norm();
@@ -175,7 +219,8 @@ class Search {
 
   PredictionErrors& errors(const Vec& theta) {
     if (last_.size() != theta.size() || last_ != theta) {
-      at_ = evaluate(parts_, orders_, theta, o_.start, true);
+      at_ = gaps_ ? evaluate_with_gaps(parts_, orders_, theta, o_.start)
+                  : evaluate(parts_, orders_, theta, o_.start, true);
       last_ = theta;
     }
     return at_;
@@ -185,6 +230,7 @@ class Search {
   const std::vector<Part>& parts_;
   const Orders& orders_;
   const PemOptions& o_;
+  bool gaps_;
   Vec last_;
   PredictionErrors at_;
 };
@@ -252,7 +298,7 @@ void forget_noise(PolyModel& m, Mat& J) {
 }
 
 void complete(PolyModel& m, const IdData& d, PredictionErrors& at) {
-  const Vec y = d.y.col(m.output);
+  const Vec y = d.y.col(m.output).array().isNaN().select(0, d.y.col(m.output));
   const double sse = at.e.squaredNorm();
   m.exact = std::sqrt(sse) <= 1e-13 * std::sqrt(static_cast<double>(m.theta.size())) * 10 * y.norm();
   if (m.exact) forget_noise(m, at.J);
@@ -271,6 +317,12 @@ void complete(PolyModel& m, const IdData& d, PredictionErrors& at) {
   else if (ls.rank < m.theta.size())
     m.advice = {
         "the gradient does not separate these parameters: lower the orders, or excite the input more"};
+  if (at.unit != 1) {
+    const double sigma2 = m.quality.sigma2 / (at.unit * at.unit);
+    m.quality = criteria(sse / (at.unit * at.unit), at.rows, ls.rank, compared_variation(d, m));
+    m.quality.sigma2 = sigma2;
+    m.quality.fit = predict(m, d, 1, Seed::estimate).fit;
+  }
   m.simulation_start = seed_text(m, Seed::estimate);
   m.simulation_fit = simulation_fit(m, d, Seed::estimate);
 }
@@ -287,7 +339,7 @@ double compared_variation(const IdData& d, const PolyModel& m) {
   for (Index k = 0; k < d.experiments(); ++k) {
     const Index skipped = m.start == InitialCondition::drop ? m.p.memory() : 0;
     for (Index t = std::min(d.starts[k] + skipped, d.end(k)); t < d.end(k); ++t)
-      kept.push_back(d.y(t, m.output));
+      if (!std::isnan(d.y(t, m.output))) kept.push_back(d.y(t, m.output));
   }
   const auto y = Eigen::Map<const Vec>(kept.data(), static_cast<Index>(kept.size()));
   return kept.empty() ? 0 : (y.array() - y.mean()).matrix().squaredNorm();
@@ -296,9 +348,8 @@ double compared_variation(const IdData& d, const PolyModel& m) {
 PolyModel pem(const IdData& d, Index output, const Orders& wanted, const std::string& kind,
               const PemOptions& options) {
   const Orders orders = checked(wanted, d);
-  const std::string gaps = missing_text(d);
-  if (!gaps.empty())
-    throw Error(text(gaps, "; this model needs every sample: d:fill(), or merge(d:slice(…), d:slice(…))"));
+  require_inputs(d);
+  const bool gaps = d.y.col(output).hasNaN();
   for (std::size_t i = 0; i < orders.nb.size(); ++i)
     if (orders.nb[i] == 0 && orders.nf[i] > 0)
       throw Error(text("nf without nb: input ", d.u_names[i], " has no numerator; give nb ≥ 1"));
@@ -310,8 +361,8 @@ PolyModel pem(const IdData& d, Index output, const Orders& wanted, const std::st
   if (options.theta)
     starts = {{*options.theta, "the given one"}};
   else
-    starts = starting_values(d, output, orders);
-  Search search(parts, orders, options);
+    starts = starting_values(gaps ? fill(d, Filling::linear) : d, output, orders);
+  Search search(parts, orders, options, gaps);
   std::optional<Minimum> best;
   std::vector<Attempt> attempts;
   for (const auto& [start, name] : starts) {
@@ -338,9 +389,9 @@ PolyModel pem(const IdData& d, Index output, const Orders& wanted, const std::st
   m.names = parameter_names(orders, d.u_names);
   m.search.iterations = std::max(1, best->iterations);
   const std::string ending = ending_text(*best);
-  m.search.method =
-      text("Gauss–Newton (", m.search.iterations, m.search.iterations == 1 ? " iteration" : " iterations",
-           ending.empty() ? ")" : "; " + ending + ")");
+  m.search.method = text(gaps ? "Gauss–Newton on the samples that are there (" : "Gauss–Newton (",
+                         m.search.iterations, m.search.iterations == 1 ? " iteration" : " iterations",
+                         ending.empty() ? ")" : "; " + ending + ")");
   complete(m, d, search.errors(best->theta));
   m.search.warnings = warnings(m);
   m.search.angle = m.exact ? 0 : best->angle;

@@ -21,6 +21,7 @@ struct PredictionErrors {
   Mat J;                 ///< N×d
   Index free_start = 0;  ///< number of initial values fitted
   Index rows = 0;        ///< rows that count
+  double unit = 1;       ///< e and J are in units of 1/unit (missing samples)
 };
 PredictionErrors prediction_errors(const IdData& d, Index output, const Orders& orders, const Vec& theta,
                                    InitialCondition start, bool gradient);
@@ -33,7 +34,8 @@ struct PemOptions {
   int iterations = 200;
   std::optional<Vec> theta;  ///< where to begin; otherwise from linear estimates
 };
-/// kind: for the heading. throws Error on missing samples, Failure when the search cannot begin.
+/// kind: for the heading. Missing samples of y are bridged by a Kalman filter (ic = "drop" then estimates, too).
+/// throws Error on missing inputs, Failure when the search cannot begin.
 /// Cost per iteration: N (filters + d²).
 PolyModel pem(const IdData& d, Index output, const Orders& orders, const std::string& kind,
               const PemOptions& options);

@@ -38,6 +38,8 @@ PolyModel pem(const IdData& d, Index output, const Orders& orders, const std::st
     throw Error(text(
         "this noise leaves a set or a corner of parameters, which is found for models that are linear in θ "
         "only: arx, fir, lsq, p:fit of a linear predictor"));
+  if (const std::string gaps = missing_text(d); !gaps.empty())
+    throw Error(text(gaps, "; a density of the noise needs every sample: d:fill(), or d:slice(…)"));
   PolyModel m = pem(d, output, orders, kind, options);
   if (m.rank < m.theta.size() || m.exact) return m;
   const NegativeLogarithm f = negative_logarithm(density);

@@ -6,7 +6,9 @@
 #include "base/error.hpp"
 #include "base/interrupt.hpp"
 #include "base/text.hpp"
+#include "sysid/fit/state_space_pem.hpp"
 #include "sysid/fit/subspace.hpp"
+#include "sysid/model/kalman_errors.hpp"
 #include "sysid/model/state_space_fit.hpp"
 
 namespace pendula::sysid {
@@ -149,10 +151,7 @@ Index default_horizon(const IdData& d, const SubspaceOptions& o) {
 }
 
 void check(const IdData& d, const SubspaceOptions& o) {
-  const std::string gaps = missing_text(d);
-  if (!gaps.empty())
-    throw Error(
-        text(gaps, "; a subspace method needs every sample: d:fill(), or merge(d:slice(…), d:slice(…))"));
+  require_inputs(d);
   if (o.order < 0 || o.order > 100) throw Error(text("order must lie between 1 and 100, got ", o.order));
   if (o.least < 1 || o.most < o.least || o.most > 100)
     throw Error(
@@ -235,8 +234,11 @@ Mat kalman_gain(const Mat& A, const Mat& C, const Mat& Q, const Mat& S, const Ma
   return K;
 }
 
-IdModel subspace(const IdData& data, const SubspaceOptions& o) {
-  check(data, o);
+IdModel subspace(const IdData& given, const SubspaceOptions& o) {
+  check(given, o);
+  if (missing(given) > 0)  // near enough to begin with; the likelihood of what is there has no bias
+    return refined(*subspace(fill(given, Filling::linear), o).state_space, given);
+  const IdData& data = given;
   const Scaled s = scaled(data);
   const IdData& d = s.d;
   StateSpaceModel m;

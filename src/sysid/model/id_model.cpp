@@ -6,7 +6,7 @@
 #include "base/error.hpp"
 #include "base/interrupt.hpp"
 #include "base/text.hpp"
-#include "sysid/model/state_space.hpp"
+#include "sysid/model/kalman_errors.hpp"
 
 namespace pendula::sysid {
 
@@ -38,7 +38,7 @@ IdModel arx(const IdData& d, const std::vector<Orders>& orders,
       }
     m.outputs.push_back(arx(channel(d, i, m.coupled), i, o, start));
   }
-  if (m.coupled && missing(d) == 0) {  // all outputs together, not one of them given the others
+  if (m.coupled && !d.u.hasNaN()) {  // all outputs together, not one of them given the others
     std::vector<Response> free;
     try {
       free = predict(m, d, 0, start == InitialCondition::zero ? Seed::zero : Seed::data);
@@ -185,15 +185,61 @@ std::vector<Response> predict(const IdModel& m, const IdData& d, Index horizon, 
     throw Error(text("the model has ", m.outputs.size(), " output(s) and ", m.inputs, " input(s), the data ",
                      d.outputs(), " and ", d.inputs()));
   if (m.state_space) return predict(*m.state_space, d, horizon, seed);
-  if (m.coupled && horizon == 0) {
-    if (missing(d) > 0) throw Error(text(missing_text(d), "; fill them first: d:fill()"));
-    return simulate_coupled(m, d, seed);
+  if (m.coupled && missing(d) > 0) {
+    const auto [model, Lambda] = innovations_form(m);
+    return predict_with_gaps(model, Lambda, d, horizon, seed);
   }
+  if (m.coupled && horizon == 0) return simulate_coupled(m, d, seed);
   if (m.coupled && horizon > 1)
     throw Error("a coupled model predicts one step or simulates; give horizon = 1");
   std::vector<Response> out;
   for (Index i = 0; i < d.outputs(); ++i)
     out.push_back(predict(m.outputs[i], channel(d, i, m.coupled), horizon, seed));
+  return out;
+}
+
+namespace {
+
+std::vector<Mat*> entries_of(StateSpaceModel& s) {
+  std::vector<Mat*> out{&s.A, &s.B, &s.C};
+  if (s.feedthrough) out.push_back(&s.D);
+  if (!s.K.isZero(0)) out.push_back(&s.K);
+  return out;
+}
+
+}  // namespace
+
+Vec all_parameters(const IdModel& m) {
+  std::vector<double> all;
+  if (m.state_space) {
+    StateSpaceModel s = *m.state_space;
+    for (const Mat* M : entries_of(s)) all.insert(all.end(), M->data(), M->data() + M->size());
+  } else {
+    for (const PolyModel& row : m.outputs) all.insert(all.end(), row.theta.begin(), row.theta.end());
+  }
+  return Eigen::Map<const Vec>(all.data(), static_cast<Index>(all.size()));
+}
+
+IdModel with_parameters(const IdModel& m, const Vec& theta) {
+  const Index need = all_parameters(m).size();
+  if (theta.size() != need)
+    throw Error(text("theta has ", theta.size(), " numbers, the model ", need, " parameters"));
+  IdModel out = m;
+  Index at = 0;
+  if (m.state_space) {
+    StateSpaceModel s = *m.state_space;
+    for (Mat* M : entries_of(s)) {
+      *M = theta.segment(at, M->size()).reshaped(M->rows(), M->cols());
+      at += M->size();
+    }
+    out.state_space = std::make_shared<const StateSpaceModel>(std::move(s));
+    return out;
+  }
+  for (PolyModel& row : out.outputs) {
+    row.theta = theta.segment(at, row.theta.size());
+    row.p = polynomials_of(row.theta, row.orders);
+    at += row.theta.size();
+  }
   return out;
 }
 

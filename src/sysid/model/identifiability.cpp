@@ -23,7 +23,11 @@ bool touches(const PolyModel& m, char letter) {
 std::pair<double, double> mean_and_deviation(const Eigen::Ref<const Vec>& x) {
   double n = 0, mean = 0, square = 0;
   for (const double v : x)
-    if (std::isfinite(v)) n += 1, square += (v - mean) * (v - mean) * (n - 1) / n, mean += (v - mean) / n;
+    if (std::isfinite(v)) {
+      n += 1;
+      square += (v - mean) * (v - mean) * (n - 1) / n;
+      mean += (v - mean) / n;
+    }
   return {mean, n > 1 ? std::sqrt(square / (n - 1)) : 0};
 }
 
@@ -37,9 +41,8 @@ std::vector<std::string> offsets_in(const IdData& d, Index output) {
     if (std::isfinite(v)) nearest = std::min(nearest, std::copysign(1, mean) * v);
   if (!(std::abs(mean) > 3 * deviation && nearest > deviation) || deviation == 0 || d.samples() < 20)
     return {};
-  return {text(d.y_names[static_cast<std::size_t>(output)], " has the mean ", rounded(mean, 4),
-               " and deviates from it by ", rounded(deviation, 3),
-               "; the model has no term for an offset: d:detrend() removes it")};
+  return {text(d.y_names[output], " has the mean ", rounded(mean, 4), " and deviates from it by ",
+               rounded(deviation, 3), "; the model has no term for an offset: d:detrend() removes it")};
 }
 
 std::vector<std::string> why_not_identifiable(const IdData& d, const PolyModel& m, Index rows) {

@@ -185,7 +185,7 @@ PolyModel arx(const IdData& d, Index output, const Orders& wanted, InitialCondit
   m.simulation_fit = std::numeric_limits<double>::quiet_NaN();
   const Seed seed = start == InitialCondition::zero ? Seed::zero : Seed::data;
   m.simulation_start = seed_text(m, seed);
-  if (missing(d) == 0 && d.samples() > m.p.memory()) m.simulation_fit = simulation_fit(m, d, seed);
+  if (!d.u.hasNaN() && d.samples() > m.p.memory()) m.simulation_fit = simulation_fit(m, d, seed);
   return m;
 }
 

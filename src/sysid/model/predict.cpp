@@ -10,7 +10,7 @@
 #include "base/error.hpp"
 #include "base/interrupt.hpp"
 #include "base/text.hpp"
-#include "sysid/model/model.hpp"
+#include "sysid/model/kalman_errors.hpp"
 
 namespace pendula::sysid {
 
@@ -230,11 +230,14 @@ Response predict(const PolyModel& m, const IdData& d, Index horizon, Seed seed) 
                      d.inputs()));
   if (m.output >= d.outputs())
     throw Error(text("the data has ", d.outputs(), " outputs, the model needs output ", m.output + 1));
-  const std::string gaps = missing_text(d);
-  if (!gaps.empty())
-    throw Error(text(gaps, "; a prediction cannot run across them: use d:fill() or d:slice(…)"));
   if (horizon < 0 || horizon > 100000)
     throw Error(text("horizon must lie between 1 and 100000, got ", horizon));
+  if (missing(d) > 0) {
+    IdData one = d;
+    one.y = d.y.col(m.output);
+    const double variance = m.quality.sigma2 > 0 ? m.quality.sigma2 : 1;
+    return predict_with_gaps(innovations_form(m), Mat::Constant(1, 1, variance), one, horizon, seed)[0];
+  }
   Response out;
   out.values = d.y.col(m.output);
   std::vector<double> errors, compared;

@@ -9,6 +9,7 @@
 #include "base/interrupt.hpp"
 #include "base/text.hpp"
 #include "lti/system.hpp"
+#include "sysid/model/kalman_errors.hpp"
 #include "sysid/model/state_space_fit.hpp"
 
 namespace pendula::sysid {
@@ -80,11 +81,12 @@ Mat ahead(const StateSpaceModel& m, const Mat& e, Index horizon) {
 }  // namespace
 
 std::vector<Response> predict(const StateSpaceModel& m, const IdData& d, Index horizon, Seed seed) {
-  const std::string gaps = missing_text(d);
-  if (!gaps.empty())
-    throw Error(text(gaps, "; a prediction cannot run across them: use d:fill() or d:slice(…)"));
   if (horizon < 0 || horizon > 100000)
     throw Error(text("horizon must lie between 1 and 100000, got ", horizon));
+  if (missing(d) > 0) {
+    const Mat one = Mat::Identity(d.outputs(), d.outputs());
+    return predict_with_gaps(m, m.innovations.size() > 0 ? m.innovations : one, d, horizon, seed);
+  }
   const Recursion r = recursion(m, horizon == 0);
   Mat e(d.samples(), d.outputs());
   for (Index k = 0; k < d.experiments(); ++k) {
@@ -152,27 +154,27 @@ IdModel completed(StateSpaceModel m, const IdData& d, bool exact) {
     free = predict(m, d, 0, Seed::estimate);
   } catch (const Failure&) {  // unstable: there is no simulation to compare
   }
-  Mat e(d.samples(), d.outputs());
+  Mat e = Mat::Zero(d.samples(), d.outputs());
   IdModel out;
   out.inputs = d.inputs();
   const Index share = (m.parameters() + d.outputs() - 1) / d.outputs();
   for (Index j = 0; j < d.outputs(); ++j) {
     const auto i = static_cast<std::size_t>(j);
-    e.col(j) = one[i].errors;
+    e.col(j)(one[i].rows) = one[i].errors;
     PolyModel row;
     row.kind = "state space", row.estimated = true, row.Ts = d.Ts, row.output = j,
     row.start = InitialCondition::estimate;
     row.y_name = d.y_names[i], row.u_names = d.u_names, row.samples = d.samples();
     row.rank = m.parameters();
     const Vec& y = one[i].compared;
-    row.quality = criteria(one[i].errors.squaredNorm(), d.samples(), share,
+    row.quality = criteria(one[i].errors.squaredNorm(), one[i].errors.size(), share,
                            (y.array() - y.mean()).matrix().squaredNorm());
     row.exact = exact && one[i].errors.norm() <= 1e-9 * y.norm();
     row.simulation_fit = free.empty() ? -std::numeric_limits<double>::infinity() : free[i].fit;
     row.simulation_start = "initial state estimated";
     out.outputs.push_back(std::move(row));
   }
-  m.innovations = e.transpose() * e / static_cast<double>(d.samples());
+  if (missing(d) == 0) m.innovations = e.transpose() * e / static_cast<double>(d.samples());
   out.state_space = std::make_shared<const StateSpaceModel>(std::move(m));
   return out;
 }
@@ -267,9 +269,9 @@ std::string describe_state_space(const IdModel& model) {
   const StateSpaceModel& s = *model.state_space;
   const bool noise = !s.K.isZero(0);
   const PolyModel& first = model.outputs[0];
-  std::string out =
-      text("state-space model of order ", s.order(), ", estimated from ", first.samples,
-           " samples by the subspace method (", s.weighting, " weighting, ", s.horizon, " block rows)\n");
+  std::string out = text("state-space model of order ", s.order(), ", estimated from ", first.samples,
+                         " samples by the subspace method (", s.weighting, " weighting, ", s.horizon,
+                         " block rows)", s.refinement.empty() ? "" : ", " + s.refinement, "\n");
   const bool inputs = model.inputs > 0;
   out += text("  x(t+1) = A x(t)", inputs ? " + B u(t)" : "", noise ? " + K e(t)" : "", ",  y(t) = C x(t)",
               s.feedthrough ? " + D u(t)" : "", " + e(t)\n");

@@ -17,6 +17,8 @@ struct StateSpaceModel {
   std::string weighting, choice;  ///< which weighting; how the order was chosen, in words
   Mat innovations;                ///< covariance of e
   bool feedthrough = false;
+  std::string refinement;  ///< in words, where prediction errors were minimised
+  Mat covariance;          ///< then of the entries of A, B, C, D, K, column by column; coordinates stay free
   std::vector<std::string> free_inputs;  ///< combinations of the columns of B that the inputs leave open
   Index order() const { return A.rows(); }
   /// Free parameters, coordinates of the state not counted: n (2 p + m) + p m, without K n (p + m) + p m.

@@ -17,6 +17,24 @@ double correlation(const Vec& a, const Vec& b, Index lag) {  // Σ a(t) b(t - la
   return lag >= 0 ? a.tail(n).dot(b.head(n)) : a.head(n).dot(b.tail(n));
 }
 
+/// Errors over all samples from the first compared one, 0 where there is none, and 1 where there is.
+struct Series {
+  Vec e, there;
+};
+Series series(const Response& r) {
+  if (r.rows.empty()) return {};
+  const Index first = r.rows.front();
+  const Index size = r.rows.back() - first + 1;
+  Series out{Vec::Zero(size), Vec::Zero(size)};
+  const double mean = r.errors.mean();
+  for (Index i = 0; i < r.errors.size(); ++i) {
+    const Index t = r.rows[i] - first;
+    out.e[t] = r.errors[i] - mean;
+    out.there[t] = 1;
+  }
+  return out;
+}
+
 /// The least q with P(X > q) < 1 % for X ~ binomial(n, 0.01).
 int chance(Index n) {
   double term = std::pow(0.99, static_cast<double>(n)), sum = term;
@@ -83,7 +101,8 @@ Validation validate(const IdModel& model, Index output, const IdData& data, std:
     v.simulation_fit = -std::numeric_limits<double>::infinity();
   }
   v.fit_label = seed_text(m, seed);
-  const Vec e = one.errors.array() - one.errors.mean();
+  const auto [e, there] = series(one);
+  const bool gaps = e.size() != one.errors.size();
   const double power = e.squaredNorm();
   const auto N = static_cast<double>(v.rows);
   if (power <= 1e-26 * (1e-300 + one.compared.squaredNorm())) {
@@ -96,7 +115,9 @@ Validation validate(const IdModel& model, Index output, const IdData& data, std:
   v.bound = level / std::sqrt(N);
   v.allowed = chance(v.lags);
   for (Index k = 1; k <= v.lags; ++k) {
-    const double r = correlation(e, e, k) / power;
+    double r = correlation(e, e, k) / power;
+    // of fewer pairs: scaled so that its variance is 1/N again
+    if (gaps) r *= std::sqrt((N - static_cast<double>(k)) / std::max(1.0, correlation(there, there, k)));
     v.autocorrelation[k - 1] = r;
     v.Q += N * (N + 2) * r * r / (N - static_cast<double>(k));
     if (std::abs(r) > v.bound) ++v.outside;
@@ -107,9 +128,8 @@ Validation validate(const IdModel& model, Index output, const IdData& data, std:
   v.cross.resize(2 * v.lags + 1, d.inputs()), v.cross_bound.resize(d.inputs());
   v.independent = true;
   for (Index i = 0; i < d.inputs(); ++i) {
-    v.direct.push_back(model.state_space ? model.state_space->feedthrough
-                                         : m.p.B[static_cast<std::size_t>(i)][0] != 0);
-    Vec u = d.u.col(i)(one.rows);
+    v.direct.push_back(model.state_space ? model.state_space->feedthrough : m.p.B[i][0] != 0);
+    Vec u = d.u.col(i).segment(one.rows.front(), e.size());
     u.array() -= u.mean();
     const double size = u.norm() * std::sqrt(power);
     double P = 1;
@@ -196,7 +216,8 @@ std::vector<ComparisonRow> compare(const std::vector<std::pair<std::string, cons
       free = predict(*model, d, 0, seed);
     } catch (const Failure&) {
     }
-    row.predictions.resize(d.outputs()), row.simulations.resize(d.outputs());
+    row.predictions.resize(d.outputs());
+    row.simulations.resize(d.outputs());
     for (std::size_t i = 0; i < one.size(); ++i) {
       row.predictions[static_cast<Index>(i)] = one[i].fit;
       row.simulations[static_cast<Index>(i)] =

@@ -321,6 +321,13 @@ void collect(Polytope& p, const FeasibleSet& s, std::vector<std::vector<Index>> 
   for (std::size_t i = 0; i < kept.size(); ++i) p.vertices.row(static_cast<Index>(i)) = kept[i].transpose();
 }
 
+/// The same of a set in other units.
+void collect_scaled(Polytope& p, const FeasibleSet& s, std::vector<std::vector<Index>> sets,
+                    const Vec& unit) {
+  collect(p, s, std::move(sets));
+  p.vertices = (p.vertices * unit.cwiseInverse().asDiagonal()).eval();
+}
+
 void collect_exact(Polytope& p, const ExactStrips& s, const std::vector<std::vector<Index>>& sets) {
   std::vector<std::pair<std::vector<mpq_class>, std::vector<Index>>> all;
   for (const auto& set : sets) {
@@ -400,7 +407,7 @@ Polytope polytope(const FeasibleSet& given, const std::optional<ExactStrips>& ex
   if (exact && static_cast<Index>(sets.size()) * s.Phi.rows() <= 200000)
     collect_exact(p, *exact, sets);
   else
-    collect(p, s, sets), p.vertices = (p.vertices * unit.cwiseInverse().asDiagonal()).eval();
+    collect_scaled(p, s, sets, unit);
   turn(p);
   return p;
 }

@@ -63,6 +63,12 @@ int named(Call& call) {
         pendula::apply(op, lua_tonumber(call.L, 1), arity > 1 ? lua_tonumber(call.L, 2) : 0, 0);
     if (std::isfinite(value)) return info(op).style == Style::cond ? call.push(value != 0) : call.push(value);
   }
+  // A type may say what a function of one argument does with it: exp(-2*s) of a linear system is a delay.
+  if (arity == 1 && luaL_getmetafield(call.L, 1, text("__", info(op).name).c_str()) != LUA_TNIL) {
+    lua_pushvalue(call.L, 1);
+    protected_call(call.L, 1, 1);
+    return 1;
+  }
   std::vector<Value> operands;
   for (int i = 1; i <= arity; ++i)
     operands.push_back(to_value(call.L, i, arity == 1 ? "the argument" : text("argument ", i)));

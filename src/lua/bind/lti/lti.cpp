@@ -227,6 +227,11 @@ int tf(Call& call) {
       for (Expr leaf : leaves({&e, 1}))
         if (symbol_of(leaf).name == "s" || symbol_of(leaf).name == "z") s = leaf;
     if (s.is_zero() && !call.has(2)) return push_system(call, lti::make_tf({{{e}, {1}}}, 1, 1));
+    if (lti::has_delay(e, s)) {
+      lti::DelaySystem g = lti::delay_system_of(e, s);
+      if (g.delays.empty()) return push_system(call, std::move(g.core));
+      return call.push(std::make_shared<const lti::DelaySystem>(std::move(g)));
+    }
     return push_system(call, lti::make_tf({lti::fraction_of(e, s)}, 1, 1, sampling_argument(call, 3)));
   }
   if (first_type(L, 1) == LUA_TTABLE)

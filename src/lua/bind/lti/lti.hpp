@@ -1,7 +1,7 @@
 // What the bindings of linear systems share.
 #pragma once
 
-#include "lti/system.hpp"
+#include "lti/delay.hpp"
 #include "lua/bind/expr/expr.hpp"
 #include "lua/core/values.hpp"
 
@@ -11,6 +11,21 @@ template <>
 struct TypeName<lti::System> {
   static constexpr const char* value = "lti";
 };
+
+template <>
+struct TypeName<lti::DelaySystem> {
+  static constexpr const char* value = "delay system";
+};
+template <>
+struct TypeName<lti::Response> {
+  static constexpr const char* value = "response";
+};
+template <>
+struct TypeName<lti::FrequencyResponse> {
+  static constexpr const char* value = "frequency response";
+};
+/// An operation ('*', '/', '+', '-', 'f' for feedback, 'c' for c2d) of which one operand has delays (lti_delay.cpp).
+int delayed_operator(Call& call, char operation);
 
 /// A complex number with exact or approximate parts.
 struct ComplexNumber {

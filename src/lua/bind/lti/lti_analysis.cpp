@@ -210,6 +210,9 @@ int norm(Call& call) {
 }
 
 int margin(Call& call) {
+  if (call.is<lti::DelaySystem>(1))
+    return call.push(
+        std::make_shared<const lti::Margins>(lti::margins(call.object<lti::DelaySystem>(1, "G"))));
   return call.push(std::make_shared<const lti::Margins>(lti::margins(read_system(call, 1, "G"))));
 }
 int push_optional(Call& call, const std::optional<double>& v) {

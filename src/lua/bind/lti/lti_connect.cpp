@@ -24,21 +24,25 @@ System operand(Call& call, int i, const char* name, int channels) {
 }
 
 int multiply(Call& call) {
+  if (call.is<lti::DelaySystem>(2)) return delayed_operator(call, '*');
   const int channels = call.is<System>(1) ? (is_scalar(call, 2) ? system_of(call).inputs : 1)
                                           : call.object<System>(2, "the right operand").outputs;
   return push_system(call, lti::series(operand(call, 1, "the left operand", channels),
                                        operand(call, 2, "the right operand", channels)));
 }
 int divide(Call& call) {
+  if (call.is<lti::DelaySystem>(2)) return delayed_operator(call, '/');
   const System a = read_system(call, 1, "the left operand"),
                b = operand(call, 2, "the right operand", a.inputs);
   return push_system(call, lti::series(operand(call, 1, "the left operand", b.outputs), lti::inverse(b)));
 }
 int add(Call& call) {
+  if (call.is<lti::DelaySystem>(2)) return delayed_operator(call, '+');
   return push_system(call, lti::parallel(read_system(call, 1, "the left operand"),
                                          read_system(call, 2, "the right operand")));
 }
 int subtract(Call& call) {
+  if (call.is<lti::DelaySystem>(2)) return delayed_operator(call, '-');
   return push_system(call, lti::parallel(read_system(call, 1, "the left operand"),
                                          lti::negative(read_system(call, 2, "the right operand"))));
 }
@@ -60,6 +64,7 @@ int parallel(Call& call) {
   return push_system(call, std::move(g));
 }
 int feedback(Call& call) {
+  if (call.is<lti::DelaySystem>(1) || call.is<lti::DelaySystem>(2)) return delayed_operator(call, 'f');
   const System g = read_system(call, 1, "G1");
   const System h = call.has(2) ? operand(call, 2, "G2", std::max(g.inputs, g.outputs))
                                : lti::make_gain(MatX::Identity(g.inputs, g.outputs));
@@ -74,6 +79,7 @@ int append(Call& call) {
 }
 
 int c2d(Call& call) {
+  if (call.is<lti::DelaySystem>(1)) return delayed_operator(call, 'c');
   const System g = read_system(call, 1, "G");
   if (!call.has(2)) call.wrong(2, "Ts", "a sampling time");
   double prewarp = 0;

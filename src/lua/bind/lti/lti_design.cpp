@@ -3,6 +3,7 @@
 
 #include "base/text.hpp"
 #include "expr/linalg/linalg.hpp"
+#include "lti/design/kalman_filter.hpp"
 #include "lti/design/placement.hpp"
 #include "lti/design/reduction.hpp"
 #include "lti/design/riccati.hpp"
@@ -185,6 +186,66 @@ int kalman(Call& call) {
   return 4;
 }
 
+/// G in discrete time; y and u from data, or lists.
+int kalman_filter(Call& call) {
+  const System g = lti::to_ss(lti::with_numbers(read_system(call, 1, "G")));
+  const Index n = g.ss.order();
+  const Mat Q = weight(call, 2, "Q", n), R = weight(call, 3, "R", g.outputs);
+  const Options o = call.options(4);
+  const auto signal = [&](const char* key, int columns) {
+    if (!o.has(key)) return Mat();
+    Mat m = to_numeric_matrix(call.L, o.push(key), key);
+    lua_settop(call.L, call.count());
+    if (m.cols() != columns && m.rows() == columns) m.transposeInPlace();
+    return m;
+  };
+  const Mat y = signal("y", g.outputs);
+  if (y.size() == 0) throw Error("y is missing: kalman_filter(G, Q, R, { y = …, u = … })");
+  Mat u = signal("u", g.inputs);
+  if (u.size() == 0) u = Mat::Zero(y.rows(), g.inputs);
+  Vec x0 = Vec::Zero(n);
+  if (o.has("x0")) x0 = to_numbers(call.L, o.push("x0"), "x0");
+  Mat P0 = Mat::Zero(n, n);
+  if (o.has("P0")) {
+    const int at = o.push("P0");
+    P0 = lua_type(call.L, at) == LUA_TNUMBER ? Mat(lua_tonumber(call.L, at) * Mat::Identity(n, n))
+                                             : to_numeric_matrix(call.L, at, "P0");
+  }
+  lua_settop(call.L, call.count());
+  const bool smooth = o.boolean("smooth", false);
+  const lti::FilterRun run = lti::kalman_filter(g, Q, R, u, y, x0, P0, smooth);
+  lua_createtable(call.L, 0, 10);
+  const auto set = [&](const char* key, const Mat& m) {
+    push_matrix(call.L, m);
+    lua_setfield(call.L, -2, key);
+  };
+  set("predicted", run.predicted);
+  set("x", smooth ? run.smoothed : run.filtered);
+  set("std", smooth ? run.smoothed_std : run.std);
+  set("y", run.y);
+  set("innovations", run.innovations);
+  set("next", Mat(run.next));
+  set("P", run.P);
+  lua_createtable(call.L, static_cast<int>(run.gains.size()), 0);
+  lua_Integer k = 0;
+  for (const Mat& gain : run.gains) {
+    push_matrix(call.L, gain);
+    lua_rawseti(call.L, -2, ++k);
+  }
+  lua_setfield(call.L, -2, "gains");
+  lua_pushnumber(call.L, run.log_likelihood);
+  lua_setfield(call.L, -2, "log_likelihood");
+  return 1;
+}
+
+const OptionTable kalman_filter_options = {
+    {"y", "matrix", "", "the measured outputs, one row per sample; NaN: missing"},
+    {"u", "matrix", "0", "the inputs, one row per sample"},
+    {"x0", "column", "0", "mean of the state at the first sample"},
+    {"P0", "number or matrix", "0", "its covariance"},
+    {"smooth", "boolean", "false", "x and std given all samples, not only the past ones"},
+};
+
 // ── reduction ──
 
 int balreal(Call& call) {
@@ -245,6 +306,14 @@ extern const Module lti_design_module = {
         {"kalman", kalman, "kalman(G, Q, R) -> estimator, L, P, poles",
          "The same as lqe, and the filter as a system with the inputs u, y and the outputs ŷ, x̂.",
          "kalman(ss({{0}}, {1}, {1}), 1, 1):poles()", "poles: -1"},
+        {"kalman_filter", kalman_filter,
+         "kalman_filter(G, Q, R, { y =, u =, x0 =, P0 =, smooth = false }) -> table",
+         R"(The time-varying Kalman filter of a discrete G over measured samples, from a state of mean x0 and covariance
+            P0; missing samples (NaN) are bridged. .x .std (filtered states and their deviations; smoothed ones
+            with smooth = true) .predicted .y (one step ahead) .innovations .gains .P .next .log_likelihood.)",
+         "r = kalman_filter(ss({{1}}, {1}, {1}, {0}, 1), 0, 1, { y = {1, 3}, P0 = 1e9 })\nreturn math.abs(r.x(2, 1) - "
+         "2) < 1e-8, math.abs(r.std(2, 1)^2 - 0.5) < 1e-8",
+         "true true", &kalman_filter_options},
         {"balreal", balreal, "balreal(G) -> G, hankel, T",
          R"(A balanced realisation x = T x̃: both Gramians are diag(hankel), the Hankel singular values. G must be
             stable and minimal.)",

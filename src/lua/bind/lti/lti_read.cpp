@@ -11,6 +11,8 @@ namespace pendula::lua {
 
 lti::System read_system(Call& call, int i, const char* name) {
   if (call.is<lti::System>(i)) return call.object<lti::System>(i, name);
+  if (call.is<lti::DelaySystem>(i))
+    throw Error(text(name, " has delays; pade(", name, ", n) makes it rational"));
   if (!call.has(i) || (!is_expression(call.L, i) && !lua_istable(call.L, i) && !call.is<Matrix>(i)))
     call.wrong(i, name, "a linear system (ss, tf, zpk) or a gain");
   return lti::make_gain(to_matrix(call.L, i, name));

@@ -8,15 +8,6 @@
 
 namespace pendula::lua {
 
-template <>
-struct TypeName<lti::Response> {
-  static constexpr const char* value = "response";
-};
-template <>
-struct TypeName<lti::FrequencyResponse> {
-  static constexpr const char* value = "frequency response";
-};
-
 namespace {
 
 using lti::System;
@@ -167,6 +158,7 @@ const lti::CurveFacts& only_curve(Call& call) {
   const auto& r = response(call);
   if (r.kind != "step")
     throw Error(text("only step responses have this value; this is a response of kind \"", r.kind, "\""));
+  if (r.facts.empty() && r.settles) throw Error("with delays nothing is read off the curve; see r.y");
   if (r.facts.empty()) throw Error("some poles do not decay: there is no final value");
   if (r.facts.size() != 1 || r.facts[0].size() != 1)
     throw Error("of several channels: choose one with G:channel(i, j):step()");
@@ -250,7 +242,7 @@ int frequency_text(Call& call) {
   const auto& r = frequency(call);
   std::string out = text("frequency response: ", r.w.size(), " frequencies, ", rounded(r.w[0], 6), " ≤ ω ≤ ",
                          rounded(r.w[r.w.size() - 1], 6), " rad/s");
-  if (r.system->siso()) {
+  if (r.system->siso() && !r.delayed) {
     Eigen::Index at = 0;
     r.G[0].cwiseAbs().maxCoeff(&at);
     out += text("\n  largest |G| = ", rounded(std::abs(r.G[0][at]), 4), " at ω = ", rounded(r.w[at], 4));

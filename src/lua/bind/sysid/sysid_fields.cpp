@@ -17,6 +17,12 @@ using sysid::StateSpaceModel;
 namespace {
 
 /// θ and what belongs to it: a state-space model has none.
+/// Entries of a state-space model whose prediction errors were minimised, with their covariance.
+const Mat* refined_covariance(Call& call) {
+  const IdModel& m = idmodel_of(call);
+  return m.state_space && m.state_space->covariance.size() > 0 ? &m.state_space->covariance : nullptr;
+}
+
 void require_parameters(Call& call, const char* what) {
   if (idmodel_of(call).state_space)
     throw Error(
@@ -58,10 +64,13 @@ int push_polynomials(lua_State* L, const std::vector<Vec>& list) {
 }
 
 int theta(Call& call) {
+  if (refined_covariance(call)) return push_matrix(call.L, Mat(sysid::all_parameters(idmodel_of(call))));
   require_parameters(call, "theta");
   return each_output(call, [&](const PolyModel& m) { return push_matrix(call.L, Mat(m.theta)); });
 }
 int std_(Call& call) {
+  if (const Mat* cov = refined_covariance(call))
+    return push_matrix(call.L, Mat(cov->diagonal().cwiseMax(0.0).cwiseSqrt()));
   require_parameters(call, "std");
   for (const PolyModel& m : idmodel_of(call).outputs)
     if (m.std.size() == 0)
@@ -71,6 +80,7 @@ int std_(Call& call) {
   return each_output(call, [&](const PolyModel& m) { return push_matrix(call.L, Mat(m.std)); });
 }
 int cov(Call& call) {
+  if (const Mat* covariance = refined_covariance(call)) return push_matrix(call.L, *covariance);
   require_parameters(call, "cov");
   for (const PolyModel& m : idmodel_of(call).outputs)
     if (m.covariance.size() == 0)

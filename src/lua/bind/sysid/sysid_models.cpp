@@ -5,7 +5,10 @@
 #include "base/text.hpp"
 #include "lua/bind/sysid/sysid.hpp"
 #include "lua/core/objects.hpp"
+#include "sysid/fit/instrumental.hpp"
 #include "sysid/fit/pem.hpp"
+#include "sysid/fit/regularised_arx.hpp"
+#include "sysid/fit/state_space_pem.hpp"
 
 namespace pendula::lua {
 
@@ -101,6 +104,20 @@ int estimate_weighted(Call& call, const Options& o, const sysid::Orders& orders,
   return call.push(std::make_shared<const IdModel>(std::move(m)));
 }
 
+/// kernel = "TC" or "DC": one model with one output.
+int estimate_regularised(Call& call, const Options& o, const sysid::Orders& orders,
+                         sysid::InitialCondition start) {
+  const IdData& d = call.object<IdData>(1, "data");
+  for (const char* key : {"noise", "weights", "covariance", "start"})
+    if (o.has(key)) throw Error(text("give kernel or ", key, ", not both"));
+  if (d.outputs() > 1) throw Error("kernels are for data with one output; take one: d:select{ y = 1 }");
+  if (start == sysid::InitialCondition::estimate) throw Error("with a kernel ic is \"drop\" or \"zero\"");
+  IdModel m;
+  m.inputs = d.inputs();
+  m.outputs.push_back(sysid::regularised_arx(d, 0, orders, start, sysid::kernel_named(o.string("kernel"))));
+  return call.push(std::make_shared<const IdModel>(std::move(m)));
+}
+
 int estimate_arx(Call& call, const Options& o) {
   const IdData& d = call.object<IdData>(1, "data");
   std::vector<sysid::Orders> orders;
@@ -110,6 +127,7 @@ int estimate_arx(Call& call, const Options& o) {
     couplings.push_back(read_coupling(call, o, d, i));
   }
   const sysid::InitialCondition start = read_ic(call, o, "drop");
+  if (o.has("kernel")) return estimate_regularised(call, o, orders[0], start);
   if (o.has("weights") || o.has("covariance")) return estimate_weighted(call, o, orders[0], start);
   if (const auto noise = read_noise(call, o)) {
     if (d.outputs() > 1)
@@ -128,6 +146,16 @@ int arx(Call& call) {
   call.object<IdData>(1, "data");
   call.table(2, "orders");
   return estimate_arx(call, call.options(2));
+}
+
+int iv4(Call& call) {
+  const IdData& d = call.object<IdData>(1, "data");
+  call.table(2, "orders");
+  const Options o = call.options(2);
+  IdModel m;
+  m.inputs = d.inputs();
+  for (Index i = 0; i < d.outputs(); ++i) m.outputs.push_back(sysid::iv4(d, i, read_orders(call, o, d, i)));
+  return call.push(std::make_shared<const IdModel>(std::move(m)));
 }
 
 int fir(Call& call) {
@@ -193,6 +221,14 @@ int bj(Call& call) {
 }
 
 int pem(Call& call) {
+  if (call.is<IdModel>(2)) {
+    const IdModel& m = call.object<IdModel>(2, "model");
+    const auto iterations = static_cast<int>(call.options(3, {"iterations"}).integer("iterations", 100));
+    if (!m.state_space)
+      throw Error("pem(d, mod) refines state-space models; give orders: pem(d, { na = …, nb = … })");
+    const IdData& d = call.object<IdData>(1, "data");
+    return call.push(std::make_shared<const IdModel>(sysid::refined(*m.state_space, d, iterations)));
+  }
   check_estimation(call);
   return estimate_pem(call, call.options(2), "polynomial");
 }
@@ -278,15 +314,31 @@ int fit(Call& call) {
   return 2;
 }
 
+int rmse(Call& call) {
+  const auto r = respond(call, 1);
+  Vec all(static_cast<Index>(r.size()));
+  for (Index i = 0; i < all.size(); ++i)
+    all[i] =
+        std::sqrt(r[i].errors.squaredNorm() / static_cast<double>(std::max<Index>(1, r[i].errors.size())));
+  return push_value(call.L, Mat(all));
+}
+
 const OptionTable arx_options = {
     {"na", "integer", "", "past outputs: coefficients of A(q)"},
     {"nb", "integer or list", "", "past inputs: coefficients of B(q), one number per input"},
     {"nk", "integer or list", "1", "delay of the inputs, in samples"},
     {"ic", "string", "\"drop\"", "what happens before the first sample", "drop|zero|estimate"},
     {"noise", "density", "", "maximum likelihood: gaussian(s), laplace(s), uniform(a, b)"},
+    {"kernel", "string", "", "regularised: impulse responses smooth and decaying", "TC|DC"},
     {"weights", "column", "", "1/variance of each row"},
     {"covariance", "matrix", "", "of the noise"},
     {"start", "column", "", "θ to begin with; else linear estimates"},
+};
+
+const OptionTable iv4_options = {
+    {"na", "integer", "", "past outputs: coefficients of A(q)"},
+    {"nb", "integer or list", "", "past inputs: coefficients of B(q), one number per input"},
+    {"nk", "integer or list", "1", "delay of the inputs, in samples"},
 };
 
 const OptionTable fir_options = {
@@ -294,6 +346,7 @@ const OptionTable fir_options = {
     {"nk", "integer or list", "1", "delay of the inputs, in samples"},
     {"ic", "string", "\"drop\"", "what happens before the first sample", "drop|zero|estimate"},
     {"noise", "density", "", "maximum likelihood: gaussian(s), laplace(s), uniform(a, b)"},
+    {"kernel", "string", "", "regularised: impulse responses smooth and decaying", "TC|DC"},
     {"weights", "column", "", "1/variance of each row"},
     {"covariance", "matrix", "", "of the noise"},
     {"start", "column", "", "θ to begin with; else linear estimates"},
@@ -365,12 +418,22 @@ extern const Module idmodel_module = {
             delay of nk samples; b_k multiplies u(t-k). Several inputs: lists nb, nk; several outputs:
             matrices. ic says what happens before the first sample: "drop" the rows that need it, "zero",
             or "estimate". noise: maximum likelihood for that density; uniform(low, high) gives the set of
-            parameters. weights (1/variance) or the covariance of the noise: weighted least squares.)",
+            parameters. weights (1/variance) or the covariance of the noise: weighted least squares. kernel
+            = "TC" or "DC": long models with a prior that impulse responses are smooth and decay, its
+            hyperparameters by empirical Bayes.)",
          R"(
             d = iddata{ y = {0, 1, .6, -.7, 1.5, 1.9}, u = {1, 0, -1, 2, 1, 0} }
             m = arx(d, { na = 1, nb = 1, nk = 1 })
             print(m.theta.T))",
          "-0.6031634446  0.985940246", &arx_options},
+        {"iv4", iv4, "iv4(d, { na =, nb =, nk = 1 }) -> idmodel",
+         R"(An ARX model by instrumental variables in four steps: consistent whatever the colour of the noise,
+            where arx is biased; the input must not depend on the noise (no feedback).)",
+         R"(
+            u, y = {}, {}
+            for t = 1, 40 do u[t] = (-1)^(t*t//3); y[t] = 0.5*(y[t-1] or 0) + (u[t-1] or 0) end
+            print(("%.6f"):format(iv4(iddata{ y = y, u = u }, { na = 1, nb = 1 }).theta[1])))",
+         "-0.500000", &iv4_options},
         {"fir", fir, R"(fir(d, { nb =, nk = 1, ic = "drop" }) -> idmodel)",
          "Least-squares estimate of the impulse response y(t) = Σ b_k u(t-k) + e(t).",
          "print(fir(iddata{ y = {0, 2, 1, 4}, u = {1, 0.5, 2, 1} }, { nb = 1 }).theta)", "2", &fir_options},
@@ -408,8 +471,12 @@ extern const Module idmodel_module = {
             m = bj(iddata{ y = y, u = u }, { nb = 1, nf = 1, nc = 0, nd = 1 })
             print(("%.6f"):format(m.B[2])))",
          "1.000000", &bj_options},
-        {"pem", pem, "pem(d, { na =, nb =, nc =, nd =, nf =, nk = 1, ic =, start = }) -> idmodel",
-         "Prediction-error estimate of A(q) y(t) = B(q)/F(q) u(t) + C(q)/D(q) e(t) with any orders.",
+        {"pem", pem,
+         R"(pem(d, { na =, nb =, nc =, nd =, nf =, nk = 1, ic =, start = }) or pem(d, n4sid(d, …) [, { iterations =
+            100 }]) -> idmodel)",
+         R"(Prediction-error estimate of A(q) y(t) = B(q)/F(q) u(t) + C(q)/D(q) e(t) with any orders. Of a
+            state-space model: all its entries, for several outputs together, missing samples of y bridged by
+            a Kalman filter.)",
          R"(
             d = iddata{ y = {0, 1, .6, -.7, 1.5, 1.9}, u = {1, 0, -1, 2, 1, 0} }
             print(("%.6f"):format(pem(d, { na = 1, nb = 1, ic = "drop" }).theta[1])))",
@@ -441,6 +508,12 @@ extern const Module idmodel_module = {
             d = iddata{ y = {0, 2, 1, 4}, u = {1, 0.5, 2, 1} }
             print(fir(d, { nb = 1 }):fit(d)))",
          "100.0 % fit, 1-step prediction, 3 samples"},
+        {"idmodel:rmse", rmse, R"(mod:rmse(d [, horizon | "simulation" | { horizon =, ic = }]) -> number)",
+         "√(mean (y - ŷ)²) on the compared samples, in the unit of y; a column for several outputs.",
+         R"(
+            d = iddata{ y = {0, 2, 1, 4}, u = {1, 0.5, 2, 1} }
+            print(fir(d, { nb = 1 }):rmse(d)))",
+         "0.0"},
         {"idmodel:__tostring", to_text, "print(mod)",
          "The polynomials, the difference equation, parameters ± standard deviation, criteria and fit.", "",
          ""},

@@ -1,0 +1,185 @@
+// Least squares on any function, refinement of state-space models, forecasts. Reads arguments, calls src/sysid.
+#include <cmath>
+
+#include "base/text.hpp"
+#include "lua/bind/sysid/sysid.hpp"
+#include "lua/core/objects.hpp"
+#include "sysid/fit/bounded_search.hpp"
+#include "sysid/fit/continuous.hpp"
+#include "sysid/model/kalman_errors.hpp"
+
+namespace pendula::lua {
+
+using Eigen::Index;
+using sysid::IdData;
+using sysid::IdModel;
+
+namespace {
+
+Vec numbers_option(Call& call, const Options& o, const char* key) {
+  if (!o.has(key)) return {};
+  const Vec v = to_numeric_matrix(call.L, o.push(key), key).reshaped();
+  lua_settop(call.L, call.count());
+  return v;
+}
+
+/// r(θ) as a column.
+sysid::Residuals residuals_of(lua_State* L, int index) {
+  return [L, index](const Vec& theta) {
+    lua_pushvalue(L, index);
+    push_matrix(L, Mat(theta));
+    protected_call(L, 1, 1);
+    const Vec r = to_data(L, lua_gettop(L), "the residuals").reshaped();
+    lua_pop(L, 1);
+    return r;
+  };
+}
+
+void set(lua_State* L, const char* key, const Mat& m) {
+  push_matrix(L, m);
+  lua_setfield(L, -2, key);
+}
+void set(lua_State* L, const char* key, double v) {
+  lua_pushnumber(L, v);
+  lua_setfield(L, -2, key);
+}
+
+int nlsq(Call& call) {
+  call.function(1, "r");
+  const Vec start = to_numeric_matrix(call.L, 2, "start").reshaped();
+  const Options o = call.options(3);
+  sysid::Bounds bounds{numbers_option(call, o, "lower"), numbers_option(call, o, "upper")};
+  const double infinity = std::numeric_limits<double>::infinity();
+  if (bounds.lower.size() == 0 && bounds.upper.size() > 0)
+    bounds.lower = Vec::Constant(start.size(), -infinity);
+  if (bounds.upper.size() == 0 && bounds.lower.size() > 0)
+    bounds.upper = Vec::Constant(start.size(), infinity);
+  const Vec scale = numbers_option(call, o, "scale");
+  const auto iterations = static_cast<int>(o.integer("iterations", 100));
+  const sysid::BoundedMinimum m =
+      sysid::least_squares_within(residuals_of(call.L, 1), start, bounds, scale, iterations);
+  const sysid::SearchCovariance c = sysid::covariance_of(m);
+  lua_State* L = call.L;
+  lua_createtable(L, 0, 12);
+  set(L, "theta", Mat(m.search.theta));
+  set(L, "std", Mat(c.covariance.diagonal().cwiseMax(0.0).cwiseSqrt()));
+  set(L, "cov", c.covariance);
+  set(L, "residuals", Mat(m.residuals));
+  set(L, "J", m.J);
+  set(L, "sse", m.residuals.squaredNorm());
+  set(L, "sigma2", c.sigma2);
+  set(L, "slope", m.search.angle);
+  lua_pushinteger(L, m.search.iterations);
+  lua_setfield(L, -2, "iterations");
+  lua_pushinteger(L, c.rank);
+  lua_setfield(L, -2, "rank");
+  lua_pushboolean(L, m.search.converged());
+  lua_setfield(L, -2, "converged");
+  call.push(m.search.converged() ? "a minimum" : ending_text(m.search));
+  lua_setfield(L, -2, "verdict");
+  lua_createtable(L, static_cast<int>(m.active.size()), 0);
+  lua_Integer k = 0;
+  for (const Index i : m.active) {
+    lua_pushinteger(L, i + 1);
+    lua_rawseti(L, -2, ++k);
+  }
+  lua_setfield(L, -2, "active");
+  return 1;
+}
+
+int with_theta(Call& call) {
+  const Vec theta = to_numeric_matrix(call.L, 2, "theta").reshaped();
+  return call.push(std::make_shared<const IdModel>(sysid::with_parameters(idmodel_of(call), theta)));
+}
+
+int forecast(Call& call) {
+  const IdData& d = call.object<IdData>(2, "data");
+  const long steps = call.integer(3, "steps");
+  const Options o = call.options(4, {"u"});
+  Mat u(steps > 0 ? steps : 0, d.inputs());
+  if (o.has("u"))
+    u = to_data(call.L, o.push("u"), "u");
+  else if (d.inputs() > 0)
+    throw Error(text("the model has inputs: give those of the future, mod:forecast(d, ", steps,
+                     ", { u = … }), one row per step"));
+  if (u.rows() != steps && u.cols() == steps) u.transposeInPlace();  // a list of signals
+  lua_settop(call.L, call.count());
+  const sysid::Forecast f = sysid::forecast(idmodel_of(call), d, u, steps);
+  push_matrix(call.L, f.y);
+  push_matrix(call.L, f.std);
+  return 2;
+}
+
+sysid::ContinuousModel continuous_model(Call& call, int i) {
+  return {to_numeric_matrix(call.L, i, "num").reshaped(), to_numeric_matrix(call.L, i + 1, "den").reshaped(),
+          call.number(i + 2, "delay")};
+}
+
+int held_response(Call& call) {
+  const Vec u = to_data(call.L, 4, "u").reshaped();
+  const double Ts = call.number(5, "Ts");
+  if (!(Ts > 0)) throw Error("Ts must be positive");
+  const sysid::ContinuousModel m = continuous_model(call, 1);
+  if (!(m.delay >= 0)) throw Error("the delay must not be negative");
+  return push_matrix(call.L, Mat(sysid::simulate_held(m, u, Ts)));
+}
+
+int continuous_errors(Call& call) {
+  const IdData& d = call.object<IdData>(4, "data");
+  if (d.inputs() != 1 || d.outputs() != 1)
+    throw Error("one input and one output; choose: d:select{ y = 1, u = 1 }");
+  const bool free = call.string(5, "ic", "zero") == "estimate";
+  return push_matrix(call.L, Mat(sysid::continuous_errors(continuous_model(call, 1), d, free)));
+}
+
+const OptionTable nlsq_options = {
+    {"lower", "column", "", "least values of the parameters (-math.huge: none)"},
+    {"upper", "column", "", "largest values of the parameters (math.huge: none)"},
+    {"scale", "column", "1", "sizes that matter, for the steps of the difference quotients"},
+    {"iterations", "integer", "100", "most steps of Gauss-Newton"},
+};
+
+}  // namespace
+
+extern const Module search_module = {
+    "identification",
+    "",
+    {
+        {"nlsq", nlsq, "nlsq(r, start [, { lower =, upper =, scale =, iterations = 100 }]) -> table",
+         R"(Minimises Σ rᵢ(θ)² for a function r that gives a column of residuals, by Gauss–Newton steps in a trust
+            region with difference quotients, within bounds if they are given: .theta .std .cov .sse .sigma2
+            .residuals .J .rank .converged .verdict .slope (0 at a minimum) .active (parameters that rest on a
+            bound; their deviation is 0).)",
+         R"(
+            r = nlsq(function(p) return { p[1] - 1, p[1]*p[2] - 6, p[2] - 5.9 } end, { 1, 1 }, { upper = { 9, 5 } })
+            print(r.active[1], r.theta[2]))",
+         "2 5.0", &nlsq_options},
+        {"held_response", held_response, "held_response(num, den, delay, u, Ts) -> column",
+         R"(The output of num(s)/den(s) e^{-delay s} from rest at samples Ts apart, exact for an input that is constant
+            between them; the delay may be any fraction of Ts.)",
+         "return math.abs(held_response({1}, {1, 1}, 0.5, {1, 1, 1}, 1)[3] - (1 - math.exp(-1.5))) < 1e-14",
+         "true"},
+        {"continuous_errors", continuous_errors,
+         R"(continuous_errors(num, den, delay, d [, ic = "zero"]) -> column)",
+         R"(y - G u of data with one input and output for a transfer function in continuous time, at the samples that
+            are there; ic = "estimate" fits the initial state.)",
+         "d = iddata{ y = {0, 0.5, 1}, u = {1, 1, 1} }\nreturn continuous_errors({1}, {1, 0}, 0, d)[2]",
+         "-0.5"},
+        {"idmodel:with_theta", with_theta, "mod:with_theta(theta) -> idmodel",
+         R"(The model with other parameters, in the order of mod.theta (of a state-space model the entries of A, B,
+            C, D where it has one, and K, column by column).)",
+         R"(
+            d = iddata{ y = {0, 2, 1, 4}, u = {1, 0.5, 2, 1} }
+            print(fir(d, { nb = 1 }):with_theta{ 3 }.B))",
+         "0  3"},
+        {"idmodel:forecasts", forecast, "mod:forecasts(d, steps [, { u = }]) -> y, std",
+         R"(What comes after the data, ŷ(N + k | N) with its standard deviation, one row per step: mod:forecast(d,
+            steps) with a picture.)",
+         R"(
+            d = iddata{ y = {8, 4, 2, 1} }
+            y, s = arx(d, { na = 1 }):forecasts(d, 2)
+            print(y.T))",
+         "0.5  0.25"},
+    }};
+
+}  // namespace pendula::lua

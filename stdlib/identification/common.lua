@@ -1,0 +1,162 @@
+-- What estimates without a parametric model share: signals as lists, options, Fourier transforms, tails.
+local common = {}
+
+function common.options(by, given, known)
+  if given ~= nil and (type(given) ~= "table" or object_type(given)) then
+    fail(("%s: options are a table { %s = … }"):format(by, known[1]))
+  end
+  for key in pairs(given or {}) do
+    local found = false
+    for _, name in ipairs(known) do found = found or key == name end
+    if not found then
+      fail(("%s: unknown option '%s'.%s (options: %s)"):format(by, tostring(key),
+        did_you_mean(tostring(key), known),
+        table.concat(known, ", ")))
+    end
+  end
+  return given or {}
+end
+
+function common.data(by, d)
+  if object_type(d) ~= "iddata" then fail(by .. ": expected data, iddata{ y = …, u = …, Ts = … }") end
+  return d
+end
+
+-- One experiment with an input.
+function common.one_record(by, d)
+  common.data(by, d)
+  if #d.u_names == 0 then
+    fail(by .. ": the data has no input; periodogram(y) gives the spectrum of a signal")
+  end
+  if d.experiments and d.experiments > 1 then fail(by .. ": take one experiment with d:slice(…)") end
+  return d
+end
+
+-- A column of a matrix as a list without its mean.
+function common.centred(by, m, column)
+  local list, sum = {}, 0
+  for k = 1, m.rows do
+    local v = m(k, column) + 0.0
+    if v ~= v then fail(by .. ": samples are missing; fill them first: d:fill()") end
+    list[k], sum = v, sum + v
+  end
+  for k = 1, #list do list[k] = list[k] - sum / #list end
+  return list
+end
+
+-- A list of numbers from a list, a column or a row.
+function common.list(by, x)
+  local list = {}
+  if object_type(x) == "matrix" then
+    if x.rows ~= 1 and x.cols ~= 1 then fail(by .. ": expected one signal, a list or a column of numbers") end
+    for k = 1, x.rows * x.cols do list[k] = evaluate(x[k]) + 0.0 end
+    return list
+  end
+  if type(x) ~= "table" then fail(by .. ": expected one signal, a list or a column of numbers") end
+  for k, v in ipairs(x) do
+    if type(v) ~= "number" then fail(by .. ": expected one signal, a list or a column of numbers") end
+    list[k] = v
+  end
+  return list
+end
+
+local function index_of(names, which)
+  for k, name in ipairs(names) do if which == k or which == name then return k end end
+end
+
+-- y and u of the data, means removed, and their numbers.
+function common.signals(by, d, options)
+  options = options or {}
+  local i, o = index_of(d.u_names, options.input or 1), index_of(d.y_names, options.output or 1)
+  if not i then fail(("%s: there is no input %s"):format(by, tostring(options.input))) end
+  if not o then fail(("%s: there is no output %s"):format(by, tostring(options.output))) end
+  return common.centred(by, d.y, o), common.centred(by, d.u, i), i, o
+end
+
+-- Powers of 2 by the algorithm of Cooley and Tukey, in place.
+local function radix2(re, im, sign)
+  local n, j = #re, 1
+  for i = 1, n - 1 do
+    if i < j then re[i], re[j], im[i], im[j] = re[j], re[i], im[j], im[i] end
+    local m = n // 2
+    while m >= 1 and j > m do j, m = j - m, m // 2 end
+    j = j + m
+  end
+  local size = 2
+  while size <= n do
+    local half = size // 2
+    for k = 0, half - 1 do
+      local angle = sign * 2 * math.pi * k / size
+      local c, s = math.cos(angle), math.sin(angle)
+      for a = k + 1, n, size do
+        local b = a + half
+        local xr, xi = re[b] * c - im[b] * s, re[b] * s + im[b] * c
+        re[b], im[b], re[a], im[a] = re[a] - xr, im[a] - xi, re[a] + xr, im[a] + xi
+      end
+    end
+    size = size * 2
+  end
+end
+
+-- Σ x(t) e^{-2πi k t/N}, k = 0 …, of a real list of any length (Bluestein, 1970).
+function common.dft(x)
+  local N, re, im = #x, {}, {}
+  if N & (N - 1) == 0 then
+    for t = 1, N do re[t], im[t] = x[t], 0 end
+    radix2(re, im, -1)
+    return re, im
+  end
+  local M = 1
+  while M < 2 * N do M = 2 * M end
+  local cosine, sine, br, bi = {}, {}, {}, {}
+  for t = 1, M do re[t], im[t], br[t], bi[t] = 0, 0, 0, 0 end
+  for t = 0, N - 1 do
+    local angle = math.pi * (t * t % (2 * N)) / N
+    cosine[t], sine[t] = math.cos(angle), math.sin(angle)
+    re[t + 1], im[t + 1] = x[t + 1] * cosine[t], -x[t + 1] * sine[t]
+    br[t + 1], bi[t + 1] = cosine[t], sine[t]
+    if t > 0 then br[M - t + 1], bi[M - t + 1] = cosine[t], sine[t] end
+  end
+  radix2(re, im, -1)
+  radix2(br, bi, -1)
+  for t = 1, M do re[t], im[t] = re[t] * br[t] - im[t] * bi[t], re[t] * bi[t] + im[t] * br[t] end
+  radix2(re, im, 1)
+  local outr, outi = {}, {}
+  for k = 0, N - 1 do
+    local a, b = re[k + 1] / M, im[k + 1] / M
+    outr[k + 1], outi[k + 1] = a * cosine[k] + b * sine[k], b * cosine[k] - a * sine[k]
+  end
+  return outr, outi
+end
+
+-- Ticks of a phase: every 45°, or 90° where the range is large.
+function common.phase_step(degrees)
+  local low, high = math.huge, -math.huge
+  for _, v in ipairs(degrees) do low, high = math.min(low, v), math.max(high, v) end
+  return high - low > 400 and 90 or 45
+end
+
+-- q with P(|X| > q) = 1 - level for a normal X (Acklam's approximation, relative error 1e-9).
+function common.normal_quantile(level)
+  local p = (1 + level) / 2
+  local a = { -39.69683028665376, 220.9460984245205, -275.9285104469687, 138.3577518672690,
+    -30.66479806614716,
+    2.506628277459239 }
+  local b = { -54.47609879822406, 161.5858368580409, -155.6989798598866, 66.80131188771972,
+    -13.28068155288572 }
+  local c = { -0.007784894002430293, -0.3223964580411365, -2.400758277161838, -2.549732539343734,
+    4.374664141464968,
+    2.938163982698783 }
+  local d = { 0.007784695709041462, 0.3224671290700398, 2.445134137142996, 3.754408661907416 }
+  if p > 0.97575 then
+    local q = math.sqrt(-2 * math.log(1 - p))
+    return -(((((c[1] * q + c[2]) * q + c[3]) * q + c[4]) * q + c[5]) * q + c[6])
+      / ((((d[1] * q + d[2]) * q + d[3]) * q + d[4]) * q + 1)
+  end
+  local q = p - 0.5
+  local r = q * q
+  return (((((a[1] * r + a[2]) * r + a[3]) * r + a[4]) * r + a[5]) * r + a[6]) * q
+    / (((((b[1] * r + b[2]) * r + b[3]) * r + b[4]) * r + b[5]) * r + 1)
+end
+
+return common

@@ -1,0 +1,127 @@
+-- Impulse responses with bounds, and the delay of an input.
+local common = include "identification/common"
+
+local estimate = { __name = "impulse estimate" }
+
+function estimate.__tostring(r)
+  local first
+  for k, lag in ipairs(r.lags) do
+    if not first and lag >= 0 and math.abs(r.g[k]) > r.bound[k] then first = lag end
+  end
+  return ("impulse response from %s to %s by %s: lags %d … %d, %s"):format(r.input, r.output, r.method,
+    r.lags[1],
+    r.lags[#r.lags], first and ("beyond the 99 %% bound first at lag %d"):format(first)
+      or "nowhere beyond the 99 % bound")
+end
+
+estimate.__index = { plot = function(r, options)
+  local low = {}
+  for k, b in ipairs(r.bound) do low[k] = -b end
+  local base = { by = "plot", title = "Impulse response", xlabel = "lag",
+    ylabel = r.output .. " from " .. r.input,
+    series = { { x = r.lags, y = r.bound, lower = low, labels = { "99 % if there is none" }, style = "fill" },
+               { x = r.lags, y = r.g, labels = { r.method }, style = "impulses" } } }
+  for key, value in pairs(options or {}) do base[key] = value end
+  return figure(base)
+end }
+
+local z99 = common.normal_quantile(0.99)
+
+local function check_lags(by, lags, N, fallback)
+  lags = lags or fallback
+  if math.type(lags) ~= "integer" or lags < 1 or lags > N // 3 then
+    fail(("%s: lags is a whole number from 1 to %d"):format(by, N // 3))
+  end
+  return lags
+end
+
+-- The coefficients of A(q) of an AR model of a list, {1, a1, …}.
+local function autoregression(x, order)
+  local A = named "arx" (named "iddata" { y = x }, { na = order }).A
+  local list = {}
+  for k = 1, order + 1 do list[k] = evaluate(A[k]) + 0.0 end
+  return list
+end
+
+local function filtered(a, x)
+  local out = {}
+  for t = 1, #x do
+    local sum = 0
+    for k = 1, math.min(#a, t) do sum = sum + a[k] * x[t - k + 1] end
+    out[t] = sum
+  end
+  return out
+end
+
+-- A FIR model on data filtered by the noise model of a long ARX, so that what is left is white.
+local function impulse_estimate(d, options)
+  options = common.options("impulse_estimate", options, { "lags", "kernel", "whiten", "input", "output" })
+  common.one_record("impulse_estimate", d)
+  local y, u, i, o = common.signals("impulse_estimate", d, options)
+  local lags = check_lags("impulse_estimate", options.lags, #y, math.max(1, math.min(40, #y // 5)))
+  local order = options.whiten or math.min(10, #y // 20)
+  if math.type(order) ~= "integer" or order < 0 then fail "impulse_estimate: whiten is an order ≥ 0" end
+  if order > 0 then
+    local A = named "arx" (named "iddata" { y = y, u = u }, { na = order, nb = order, nk = 0 }).A
+    local a = {}
+    for k = 1, order + 1 do a[k] = evaluate(A[k]) + 0.0 end
+    y, u = filtered(a, y), filtered(a, u)
+  end
+  local m = named "fir" (named "iddata" { y = y, u = u, Ts = d.Ts },
+    { nb = lags + 1, nk = 0, kernel = options.kernel })
+  local r = setmetatable({ lags = {}, g = {}, std = {}, bound = {}, input = d.u_names[i],
+    output = d.y_names[o],
+    method = options.kernel and "regularised FIR (" .. options.kernel .. ")" or "FIR" }, estimate)
+  for k = 0, lags do
+    r.lags[k + 1], r.g[k + 1], r.std[k + 1] = k, m.theta[k + 1], m.std[k + 1]
+    r.bound[k + 1] = z99 * r.std[k + 1]
+  end
+  return r
+end
+
+-- Correlation analysis: u made white by an AR model of it, then g(k) = R_yu(k)/R_u(0).
+local function correlation_analysis(d, options)
+  options = common.options("cra", options, { "lags", "whiten", "input", "output" })
+  common.one_record("cra", d)
+  local y, u, i, o = common.signals("cra", d, options)
+  local N = #y
+  local lags = check_lags("cra", options.lags, N, math.max(1, math.min(20, N // 5)))
+  local order = options.whiten or math.min(10, N // 20)
+  if order > 0 then
+    local a = autoregression(u, order)
+    y, u = filtered(a, y), filtered(a, u)
+  end
+  local function covariance(a, b, lag)
+    local sum = 0
+    for t = math.max(1, 1 + lag), math.min(N, N + lag) do sum = sum + a[t] * b[t - lag] end
+    return sum / N
+  end
+  local Ru, Ry = covariance(u, u, 0), covariance(y, y, 0)
+  if Ru == 0 then fail(("cra: the input %s does not vary"):format(d.u_names[i])) end
+  local r = setmetatable({ lags = {}, g = {}, std = {}, bound = {}, input = d.u_names[i],
+    output = d.y_names[o],
+    method = "correlation analysis" }, estimate)
+  for lag = -(lags // 4), lags do
+    local n = #r.lags + 1
+    r.lags[n], r.g[n] = lag, covariance(y, u, lag) / Ru
+    r.std[n] = math.sqrt(Ry / (N * Ru))                  -- of a white u that has nothing to do with y
+    r.bound[n] = z99 * r.std[n]
+  end
+  return r
+end
+
+-- The delay nk of the ARX model that explains most, all delays on the same rows.
+local function delay_estimate(d, options)
+  options = common.options("delay_estimate", options, { "na", "nb", "range", "input", "output" })
+  common.one_record("delay_estimate", d)
+  local range = options.range or { 0, math.min(20, d.y.rows // 10) }
+  local one = d:select { y = options.output or 1, u = options.input or 1 }
+  local s = named "order_scan" (one, nil, { na = options.na or 2, nb = options.nb or 2, nk = range,
+    criterion = "aic" })
+  local losses = {}
+  for k = 1, #s do losses[s[k].nk] = s[k].loss end
+  local next_best = s[2] and s[2].loss / s[1].loss or math.huge
+  return s[1].nk, { losses = losses, ratio = next_best }
+end
+
+return { impulse_estimate = impulse_estimate, cra = correlation_analysis, delay_estimate = delay_estimate }
