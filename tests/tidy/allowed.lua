@@ -69,7 +69,7 @@ return {
     ["src/lua/bind/sysid/sysid_grey.cpp"] = 1,
     ["src/lua/bind/sysid/sysid_models.cpp"] = 2,
     ["src/lua/bind/sysid/sysid_predictor.cpp"] = 4,
-    ["src/lua/bind/sysid/sysid_validation.cpp"] = 7,
+    ["src/lua/bind/sysid/sysid_validation.cpp"] = 6,
     ["src/plot/braille3.cpp"] = 1,
     ["src/plot/figure.cpp"] = 1,
     ["src/sysid/data/datafile.cpp"] = 4,

@@ -512,8 +512,8 @@ extern const Module idmodel_module = {
          "√(mean (y - ŷ)²) on the compared samples, in the unit of y; a column for several outputs.",
          R"(
             d = iddata{ y = {0, 2, 1, 4}, u = {1, 0.5, 2, 1} }
-            print(fir(d, { nb = 1 }):rmse(d)))",
-         "0.0"},
+            return fir(d, { nb = 1 }):rmse(d) < 1e-12)",
+         "true"},
         {"idmodel:__tostring", to_text, "print(mod)",
          "The polynomials, the difference equation, parameters ± standard deviation, criteria and fit.", "",
          ""},
