@@ -54,6 +54,15 @@ drawn_as("response", "r:plot()", response_figure, { text = "The outputs over tim
 
 -- ── frequency ───────────────────────────────────────────────────────────────────────────────────────────────────────
 
+-- Ticks every 45°, or 90° where the phase turns far.
+local function phase_step(curves)
+  local low, high = math.huge, -math.huge
+  for _, c in ipairs(curves) do
+    for _, v in ipairs(c.y) do if v == v then low, high = math.min(low, v), math.max(high, v) end end
+  end
+  return high - low > 400 and 90 or 45
+end
+
 local function bode_figure(r, options)
   options = check_options("plot", options)
   local labels, gain, angle = r.labels, {}, {}
@@ -63,7 +72,7 @@ local function bode_figure(r, options)
   end
   local legend = #labels > 1
   local below = figure { by = "bode", series = angle, xlog = true, xlabel = "ω [rad/s]", ylabel = "phase [°]", legend = false,
-    ystep = 45 }
+    ystep = phase_step(angle) }
   return figure(copy({ by = "bode", series = gain, xlog = true, title = "Bode diagram", ylabel = "gain [dB]", legend = legend,
                        below = { below } }, options))
 end

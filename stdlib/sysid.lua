@@ -36,17 +36,28 @@ local function column(m, i)
   return values
 end
 
+local function each_column(t, m, names, style)
+  local series = {}
+  for i, name in ipairs(names) do
+    series[i] = { x = t, y = column(m, i), labels = { name }, style = style }
+  end
+  return series
+end
+
 doc { name = "iddata:plot", module = "identification", sig = "d:plot([options]) -> figure",
   options = figure_options,
-  text = "Outputs and inputs against time; options as in plot.",
-  example = "iddata{ y = {0, 1, 2}, u = {1, 1, 0} }:plot()", gives = "figure: 2 series, 6 points",
+  text = "The outputs against time, and below them the inputs as stairs; options as in figures.",
+  example = "iddata{ y = {0, 1, 2}, u = {1, 1, 0} }:plot()", gives = "figure: 1 series, 3 points, 2 panels",
   function(d, options)
-    local pairs_list = { d.t, d.y }
-    local names = joined(d.y_names, d.u_names)
-    if #d.u_names > 0 then pairs_list[3], pairs_list[4] = d.t, d.u end
-    pairs_list[#pairs_list + 1] =
-      with_options("d:plot", { labels = names, xlabel = "t [s]", style = "line" }, options)
-    return named "plot" (table.unpack(pairs_list))
+    local t = column(d.t, 1)
+    local base = { by = "d:plot", series = each_column(t, d.y, d.y_names, "line"), legend = #d.y_names > 1,
+      ylabel = #d.y_names == 1 and d.y_names[1] or nil, xlabel = #d.u_names == 0 and "t [s]" or nil }
+    if #d.u_names > 0 then
+      base.below = { figure { by = "d:plot", series = each_column(t, d.u, d.u_names, "steps"),
+        xlabel = "t [s]",
+        ylabel = #d.u_names == 1 and d.u_names[1] or nil, legend = #d.u_names > 1 } }
+    end
+    return figure(with_options("d:plot", base, options))
   end }
 
 doc { name = "idmodel:plot", module = "identification", sig = "mod:plot(d [, options]) -> figure",
@@ -82,10 +93,14 @@ doc { name = "validation:plot", module = "identification",
     for k = first, n do lags[#lags + 1] = k end
     local bound = what == "auto" and v.bound or v.cross_bound
     if object_type(bound) == "matrix" then bound = bound[1] end
-    return named "plot" (lags, values, { first, n }, { bound, bound }, { first, n }, { -bound, -bound },
-      with_options("v:plot", { xlabel = "lag", legend = false,
-        title = what == "auto" and "autocorrelation of the residuals" or "residuals and inputs",
-        style = { "impulses", "line", "line" } }, options))
+    local series = { { x = { first, n }, y = { bound, bound }, lower = { -bound, -bound }, style = "fill",
+      labels = { "99 % by chance" } } }
+    for i = 1, values.cols do
+      series[#series + 1] = { x = lags, y = column(values, i), style = "impulses",
+        labels = { what == "auto" and "residuals" or values.cols > 1 and "input " .. i or "input" } }
+    end
+    return figure(with_options("v:plot", { by = "v:plot", xlabel = "lag", series = series,
+      title = what == "auto" and "autocorrelation of the residuals" or "residuals and inputs" }, options))
   end }
 
 -- The convex hull of points in the plane, counter-clockwise (Andrew's monotone chain).
@@ -176,11 +191,12 @@ end
 
 doc { name = "order_scan_result:plot", module = "identification", sig = "s:plot([options]) -> figure",
   options = figure_options,
-  text = "For every number of parameters the best loss, and the best loss on the validation data.",
+  text = "For every number of parameters the best loss, and the best loss on the validation data; the least "
+    .. "is marked.",
   example = "u, y = {}, {}\nfor t = 1, 60 do u[t] = (-1)^(t*t//3); y[t] = 0.5*(y[t-1] or 0) + (u[t-2] or 0) "
     .. "+ ((7*t) % 5)/50 end\n"
     .. "order_scan(iddata{ y = y, u = u }, { na = {1, 2}, nb = 1, nk = {1, 3} }):plot()",
-  gives = "figure 'order scan: best model of every size': 1 series, 2 points",
+  gives = "figure 'order scan: best model of every size': 2 series, 3 points",
   function(s, options)
     local best, best_v, sizes = {}, {}, {}
     for i = 1, #s do
@@ -195,10 +211,15 @@ doc { name = "order_scan_result:plot", module = "identification", sig = "s:plot(
     for i, d in ipairs(sizes) do loss[i], loss_v[i] = best[d], best_v[d] end
     local arguments = { sizes, loss }
     if #loss_v > 0 then arguments[3], arguments[4] = sizes, loss_v end
-    arguments[#arguments + 1] = with_options("s:plot",
-      { title = "order scan: best model of every size", xlabel = "parameters", ylabel = "loss",
-        style = "line",
-        labels = #loss_v > 0 and { "estimation", "validation" } or { "estimation" } }, options)
+    local judged = #loss_v > 0 and loss_v or loss
+    local least = 1
+    for i = 2, #judged do if judged[i] < judged[least] then least = i end end
+    arguments[#arguments + 1], arguments[#arguments + 2] = { sizes[least] }, { judged[least] }
+    local labels = #loss_v > 0 and { "estimation", "validation" } or { "estimation" }
+    local style = #loss_v > 0 and { "line", "line", "points" } or { "line", "points" }
+    labels[#labels + 1] = ("least: %d parameters"):format(sizes[least])
+    arguments[#arguments + 1] = with_options("s:plot", { title = "order scan: best model of every size",
+      xlabel = "parameters", ylabel = "loss", style = style, labels = labels }, options)
     return named "plot" (table.unpack(arguments))
   end }
 

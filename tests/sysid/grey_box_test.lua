@@ -105,3 +105,32 @@ test("initial values that the start leaves open are estimated", function()
   expect(function() fit(osc, { params = { k }, data = d, y = x,
     start = { x = 1, v = 1, [v.dot] = 7 } }) end):fails "7"
 end)
+
+test("bounds, several experiments, profiles", function()
+  local function noisy(rate, start, n, s)
+    local y = {}
+    for i = 1, n do y[i] = start * math.exp(-rate * (i - 1)) + 0.02 * math.sin(s * i * i) end
+    return iddata { y = y }
+  end
+  local d = noisy(0.3, 2, 20, 5)
+  local free = fit(decay, { params = { k, x }, data = d, y = x })
+  local held = fit(decay, { params = { k, x }, data = d, y = x, bounds = { k = { 0, 0.2 } } })
+  expect(held(k)):near(0.2, 1e-9)
+  expect(held.active[1]):equals "k"
+  expect(#free.active):equals(0)
+  local wide = fit(decay, { params = { k, x }, data = d, y = x, bounds = { k = { 0, 5 }, x = { 1, 3 } } })
+  expect(wide.theta):near(free.theta, 1e-6)
+  expect(function() fit(decay, { params = { k }, data = d, y = x, start = { x = 2 },
+    bounds = { k = { 2, 1 } } }) end)
+    :fails "least, largest"
+  -- one rate, two starts
+  local both = fit(decay, { params = { k }, data = merge(d, noisy(0.3, 5, 15, 3)), y = x })
+  expect(both(k)):near(0.3, 0.01)
+  expect(#both.names):equals(3)
+  expect(both.theta[2]):near(2, 0.03)
+  expect(both.theta[3]):near(5, 0.03)
+  -- the profile of a nearly linear parameter is its normal interval
+  local p = free:profile(k)
+  expect(p.low):near(free(k) - 1.96 * free.std[1], 0.1 * free.std[1])
+  expect(p.high):near(free(k) + 1.96 * free.std[1], 0.1 * free.std[1])
+end)

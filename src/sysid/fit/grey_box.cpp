@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <map>
 
 #include "base/decompositions.hpp"
 #include "base/error.hpp"
@@ -33,23 +35,31 @@ integrate::Problem::Input sampled(const Vec& u, double from, double Ts, bool hol
 
 class Experiment {
  public:
-  explicit Experiment(const GreyBoxRequest& r) : r_(r), model_(r.model) {
+  Experiment(const GreyBoxRequest& r, Index number) : r_(r), number_(number), model_(r.model) {
     const dae::Analysis analysis = dae::analyse(*model_);
     if (analysis.regular && analysis.index > 1) {
       model_ = dae::reduce(model_, "");
       form = model_->name.empty() ? "reduced to index 1" : model_->name;
     }
-    for (Index k = 0; k < r.data.samples(); ++k)
-      times_.push_back(r.from + static_cast<double>(k) * r.data.Ts);
+    first_ = r.data.starts[number];
+    for (Index k = first_; k < r.data.end(number); ++k)
+      times_.push_back(r.from + static_cast<double>(k - first_) * r.data.Ts);
+    const Index rows = r.data.end(number) - first_;
     for (const auto& [leaf, column] : r.inputs)
-      inputs_.emplace_back(leaf, sampled(r.data.u.col(column), r.from, r.data.Ts, r.hold));
+      inputs_.emplace_back(leaf,
+                           sampled(r.data.u.col(column).segment(first_, rows), r.from, r.data.Ts, r.hold));
   }
+
+  Index first() const { return first_; }
+  /// Does parameter i belong to this experiment?
+  bool owns(std::size_t i) const { return r_.owner.empty() || r_.owner[i] < 0 || r_.owner[i] == number_; }
 
   /// The start at θ.
   dae::StartRequest start_at(const Vec& theta) const {
     dae::StartRequest start = r_.start;
     start.t = r_.from;
     for (std::size_t i = 0; i < r_.parameters.size(); ++i) {
+      if (!owns(i)) continue;
       const Expr p = r_.parameters[i];
       const double value = theta[static_cast<Index>(i)];
       if (is_parameter(p)) {
@@ -84,7 +94,7 @@ class Experiment {
       };
       for (const Expr x : r_.model->states())
         if (!known(x)) guessed.push_back(x);
-      for (const Expr x : guessed) start.guess.emplace_back(x, first_value(r_, x));
+      for (const Expr x : guessed) start.guess.emplace_back(x, first_value(r_, x, number_));
       dae::LeafValues open;
       try {
         const dae::ConsistentStatePtr at = dae::init(model_, start);
@@ -99,8 +109,9 @@ class Experiment {
     }
   }
 
-  /// Simulates at θ; values N×ny, and the gradient of all samples of output j in rows j N … .
-  void run(const Vec& theta, Mat& values, Mat* J) {
+  /// Simulates at θ: the rows of this experiment in values (N×ny), and the gradient of all samples of output j in
+  /// rows j N … .
+  void run(const Vec& theta, Mat& values, Mat& J) {
     poll_interrupt();
     integrate::Simulation s;
     const dae::StartRequest start = start_at(theta);
@@ -117,19 +128,20 @@ class Experiment {
       s.method = r_.method;
       s.rtol.all = r_.rtol, s.atol.all = r_.atol;
     }
-    if (J) s.sensitivities = r_.parameters;
+    for (std::size_t i = 0; i < r_.parameters.size(); ++i)
+      if (owns(i)) s.sensitivities.push_back(r_.parameters[i]);
     const integrate::TrajectoryPtr run = integrate::simulate(model_, s);
     if (run->solution().ending() == integrate::Ending::interrupted) throw Interrupted();
     method = run->solution().method_name();
     if (run->solution().t().size() != times_.size())
       throw Failure(text("the simulation ", run->solution().status()));
-    values = run->values(r_.outputs);
-    if (!J) return;
-    const Index N = values.rows(), ny = values.cols();
-    J->resize(N * ny, theta.size());
+    const Mat here = run->values(r_.outputs);
+    const Index N = values.rows();
+    values.middleRows(first_, here.rows()) = here;
     for (Index i = 0; i < theta.size(); ++i) {
+      if (!owns(static_cast<std::size_t>(i))) continue;
       const Mat slope = run->sensitivity(r_.outputs, r_.parameters[i]);
-      J->col(i) = slope.reshaped();
+      for (Index j = 0; j < slope.cols(); ++j) J.col(i).segment(j * N + first_, slope.rows()) = slope.col(j);
     }
   }
 
@@ -137,6 +149,7 @@ class Experiment {
 
  private:
   const GreyBoxRequest& r_;
+  Index number_, first_ = 0;
   dae::ModelPtr model_;
   std::vector<double> times_;
   std::vector<std::pair<Expr, integrate::Problem::Input>> inputs_;
@@ -150,10 +163,11 @@ struct Point {
   double sse = 0;
 };
 
-Point evaluate(Experiment& experiment, const GreyBoxRequest& r, const Vec& theta) {
+Point evaluate(std::vector<Experiment>& experiments, const GreyBoxRequest& r, const Vec& theta) {
   Point p;
-  Mat J;
-  experiment.run(theta, p.values, &J);
+  p.values = Mat::Zero(r.data.samples(), r.data.outputs());
+  Mat J = Mat::Zero(p.values.size(), theta.size());
+  for (Experiment& experiment : experiments) experiment.run(theta, p.values, J);
   const Vec e = (r.data.y - p.values).reshaped();
   std::vector<Index> rows;
   for (Index i = 0; i < e.size(); ++i)
@@ -166,7 +180,7 @@ Point evaluate(Experiment& experiment, const GreyBoxRequest& r, const Vec& theta
 
 /// Minimises the squared errors of the simulation from out.theta. Steps at which the model cannot be
 /// integrated are refused; V is known to the accuracy of the integration.
-void search(Experiment& experiment, const GreyBoxRequest& r, GreyBoxFit& out, Point& at) {
+void search(std::vector<Experiment>& experiments, const GreyBoxRequest& r, GreyBoxFit& out, Point& at) {
   if (out.theta.size() == 0) {
     out.converged = true;
     out.losses = {at.sse};
@@ -174,12 +188,17 @@ void search(Experiment& experiment, const GreyBoxRequest& r, GreyBoxFit& out, Po
   }
   Vec last = out.theta;
   const auto loss = [&](Vec& theta) -> std::optional<QuadraticModel> {
+    theta = r.bounds.nearest(theta);
     try {
-      if (theta != last) at = evaluate(experiment, r, theta), last = theta;
+      if (last.size() != theta.size() || theta != last) at = evaluate(experiments, r, theta);
+      last = theta;
     } catch (const UserFacing&) {
+      last.resize(0);
       return {};
     }
-    return gauss_newton_model(-at.J, at.e);
+    Mat J = -at.J;
+    r.bounds.hold(theta, J, at.e);
+    return gauss_newton_model(J, at.e);
   };
   MinimiserOptions options;
   options.iterations = r.iterations;
@@ -190,14 +209,15 @@ void search(Experiment& experiment, const GreyBoxRequest& r, GreyBoxFit& out, Po
   out.ending = ending_text(m);
   out.losses.clear();
   for (const double value : m.values) out.losses.push_back(2 * value);
-  if (last != m.theta) at = evaluate(experiment, r, m.theta);
+  if (last.size() != m.theta.size() || last != m.theta) at = evaluate(experiments, r, m.theta);
+  Mat J = -at.J;
+  out.active = r.bounds.hold(m.theta, J, at.e);
 }
 
 void check(const GreyBoxRequest& r) {
   if (static_cast<Index>(r.outputs.size()) != r.data.outputs())
     throw Error(text("y names ", r.outputs.size(), " expression(s), but the data has ", r.data.outputs(),
                      " output(s)"));
-  if (r.data.experiments() != 1) throw Error("fit works on one experiment; take one with d:slice(…)");
   if (r.data.u.array().isNaN().any())
     throw Error(text(missing_text(r.data), "; inputs must be complete: d:fill()"));
   if (r.data.samples() < 2) throw Error("the data has one sample only");
@@ -209,9 +229,10 @@ void check(const GreyBoxRequest& r) {
 
 }  // namespace
 
-double first_value(const GreyBoxRequest& r, Expr state) {
+double first_value(const GreyBoxRequest& r, Expr state, Index experiment) {
+  const Index first = r.data.starts[experiment];
   for (std::size_t j = 0; j < r.outputs.size(); ++j) {
-    const auto y = r.data.y.col(static_cast<Index>(j));
+    const auto y = r.data.y.col(static_cast<Index>(j)).segment(first, r.data.end(experiment) - first);
     const bool slope = symbol_of(state).order == 1 && symbol_of(state).base == r.outputs[j];
     if (r.outputs[j] == state && std::isfinite(y[0])) return y[0];
     if (slope && y.size() > 1 && std::isfinite(y[1] - y[0])) return (y[1] - y[0]) / r.data.Ts;
@@ -219,27 +240,70 @@ double first_value(const GreyBoxRequest& r, Expr state) {
   return 0;
 }
 
+namespace {
+
+void add_parameter(GreyBoxRequest& r, Expr p, double value, Index owner) {
+  r.parameters.push_back(p);
+  r.owner.push_back(owner);
+  const Index n = r.guess.size();
+  r.guess.conservativeResize(n + 1);
+  r.guess[n] = value;
+  if (!r.bounds.any()) return;
+  r.bounds.lower.conservativeResize(n + 1);
+  r.bounds.upper.conservativeResize(n + 1);
+  r.bounds.lower[n] = -std::numeric_limits<double>::infinity();
+  r.bounds.upper[n] = std::numeric_limits<double>::infinity();
+}
+
+/// Initial values belong to their experiment: those among the parameters, and those that the start leaves open.
+GreyBoxRequest complete(const GreyBoxRequest& given) {
+  GreyBoxRequest r = given;
+  const auto count = given.parameters.size();
+  r.owner.assign(count, -1);
+  const Index experiments = given.data.experiments();
+  for (std::size_t i = 0; i < count && experiments > 1; ++i) {
+    if (is_parameter(given.parameters[i])) continue;
+    r.owner[i] = 0;
+    for (Index k = 1; k < experiments; ++k)
+      add_parameter(r, given.parameters[i], first_value(given, given.parameters[i], k), k);
+  }
+  for (Index k = 0; k < experiments; ++k)
+    for (const auto& [state, value] : Experiment(given, k).open_values(given.guess))
+      add_parameter(r, state, value, experiments > 1 ? k : -1);
+  return r;
+}
+
+std::string name_of(const GreyBoxRequest& r, std::size_t i) {
+  const Expr p = r.parameters[i];
+  if (is_parameter(p)) return to_text(p);
+  return to_text(p) + (r.owner[i] < 0 ? "(0)" : text("(0) of experiment ", r.owner[i] + 1));
+}
+
+/// σ² (JᵀJ)⁻¹ of what does not rest on a bound.
+void find_covariance(GreyBoxFit& out, const Point& at, double accuracy) {
+  Mat J = at.J;
+  for (const Index i : out.active) J.col(i).setZero();
+  out.ls = solve_triangular(triangular_factor(J, at.e).R(), at.e.size(), accuracy);
+}
+
+}  // namespace
+
 GreyBoxFit fit(const GreyBoxRequest& given) {
   check(given);
-  GreyBoxRequest request = given;
-  for (const auto& [state, value] : Experiment(given).open_values(given.guess)) {
-    request.parameters.push_back(state);
-    request.guess.conservativeResize(request.guess.size() + 1);
-    request.guess[request.guess.size() - 1] = value;
-  }
+  const GreyBoxRequest request = complete(given);
   GreyBoxFit out;
   out.request = request;
-  for (const Expr p : request.parameters)
-    out.names.push_back(is_parameter(p) ? to_text(p) : to_text(p) + "(0)");
+  for (std::size_t i = 0; i < request.parameters.size(); ++i) out.names.push_back(name_of(request, i));
   for (const Expr y : request.outputs) out.output_names.push_back(to_text(y));
-  Experiment experiment(request);
-  out.theta = request.guess;
-  Point at = evaluate(experiment, request, out.theta);
-  search(experiment, request, out, at);
-  out.form = experiment.form, out.method = experiment.method;
+  std::vector<Experiment> experiments;
+  for (Index k = 0; k < request.data.experiments(); ++k) experiments.emplace_back(request, k);
+  out.theta = request.bounds.nearest(request.guess);
+  Point at = evaluate(experiments, request, out.theta);
+  search(experiments, request, out, at);
+  out.form = experiments[0].form;
+  out.method = experiments[0].method;
   constexpr double growth = 10;  // of the errors of a simulation over its steps
-  out.ls = solve_triangular(triangular_factor(at.J, at.e).R(), at.e.size(),
-                            request.dt > 0 ? 1e-9 : growth * request.rtol);
+  find_covariance(out, at, request.dt > 0 ? 1e-9 : growth * request.rtol);
   double variation = 0;
   for (Index j = 0; j < request.data.outputs(); ++j) {
     std::vector<double> y, e;
@@ -258,12 +322,110 @@ GreyBoxFit fit(const GreyBoxRequest& given) {
   out.covariance = (out.exact ? 0 : out.quality.sigma2) * out.ls.inverse;
   out.std = standard_deviations(out.ls, out.covariance);
   out.unidentifiable = free_directions(out.ls.null_space, out.names);
+  for (const Index i : out.active) {
+    out.std[i] = 0;
+    std::erase_if(out.unidentifiable,
+                  [&](const std::string& line) { return line.starts_with(out.names[i] + " is"); });
+  }
   out.simulated = at.values, out.residuals = at.e;
   dae::ParameterValues values;
   for (std::size_t i = 0; i < request.parameters.size(); ++i)
     if (is_parameter(request.parameters[i]))
       values[request.parameters[i]] = Expr(out.theta[static_cast<Index>(i)]);
   out.fitted = values.empty() ? request.model : dae::with_values(request.model, values);
+  return out;
+}
+
+namespace {
+
+/// SSE with the parameter held at a value, the others fitted from θ, which is left at their estimates.
+double held_loss(const GreyBoxFit& f, Index held, double value, Vec& theta) {
+  GreyBoxRequest r = f.request;
+  const Expr p = r.parameters[held];
+  if (is_parameter(p)) {
+    r.start.parameters[p] = Expr(value);
+  } else {
+    std::erase_if(r.start.fix, [&](const auto& fix) { return fix.first == p; });
+    std::erase_if(r.start.guess, [&](const auto& guess) { return guess.first == p; });
+    r.start.fix.emplace_back(p, value);
+  }
+  std::vector<Index> others;
+  for (Index i = 0; i < theta.size(); ++i)
+    if (i != held) others.push_back(i);
+  r.parameters.erase(r.parameters.begin() + held);
+  r.owner.erase(r.owner.begin() + held);
+  if (r.bounds.any()) {
+    r.bounds.lower = r.bounds.lower(others).eval();
+    r.bounds.upper = r.bounds.upper(others).eval();
+  }
+  r.guess = theta(others);
+  std::vector<Experiment> experiments;
+  for (Index k = 0; k < r.data.experiments(); ++k) experiments.emplace_back(r, k);
+  GreyBoxFit out;
+  out.theta = r.guess;
+  Point at = evaluate(experiments, r, out.theta);
+  if (!others.empty()) search(experiments, r, out, at);
+  theta[held] = value;
+  for (std::size_t i = 0; i < others.size(); ++i) theta[others[i]] = out.theta[static_cast<Index>(i)];
+  return at.sse;
+}
+
+}  // namespace
+
+Profile profile(const GreyBoxFit& f, Expr parameter, double quantile) {
+  const auto found = std::find(f.request.parameters.begin(), f.request.parameters.end(), parameter);
+  if (found == f.request.parameters.end())
+    throw Error(text(to_text(parameter), " was not estimated (params: ", join(f.names, ", "), ")"));
+  const Index held = found - f.request.parameters.begin();
+  if (f.request.owner[held] >= 0)
+    throw Error("profile: an initial value of one experiment of several has no profile; fit that experiment alone");
+  const double sse = f.residuals.squaredNorm(), estimate = f.theta[held];
+  const auto left = static_cast<double>(std::max<Index>(1, f.residuals.size() - f.ls.rank));
+  Profile out{f.names[held], {}, {}, estimate, sse * (1 + quantile / left), 0, 0};
+  const bool known = std::isfinite(f.std[held]) && f.std[held] > 0;
+  const double unit = known ? f.std[held] : 0.1 * std::max(std::abs(estimate), 1e-6);
+  std::map<double, double> points{{estimate, sse}};
+  const auto search_side = [&](double sign) {
+    Vec theta = f.theta;
+    double inside = 0;
+    double step = 0.5;
+    while (step < 2000) {  // in units
+      double loss = std::numeric_limits<double>::infinity();
+      Vec there = theta;
+      try {
+        loss = held_loss(f, held, estimate + sign * step * unit, there);
+      } catch (const UserFacing&) {
+      }
+      if (std::isfinite(loss)) points[estimate + sign * step * unit] = loss;
+      if (loss > out.threshold) {
+        double outside = step;
+        for (int k = 0; k < 12; ++k) {
+          const double middle = 0.5 * (inside + outside);
+          Vec between = theta;
+          double value = std::numeric_limits<double>::infinity();
+          try {
+            value = held_loss(f, held, estimate + sign * middle * unit, between);
+          } catch (const UserFacing&) {
+          }
+          (value > out.threshold ? outside : inside) = middle;
+        }
+        return estimate + sign * 0.5 * (inside + outside) * unit;
+      }
+      theta = there;
+      inside = step;
+      step *= 1.6;
+    }
+    return sign * std::numeric_limits<double>::infinity();
+  };
+  out.low = search_side(-1);
+  out.high = search_side(1);
+  out.values.resize(static_cast<Index>(points.size()));
+  out.losses.resize(out.values.size());
+  Index k = 0;
+  for (const auto& [value, loss] : points) {
+    out.values[k] = value;
+    out.losses[k++] = loss;
+  }
   return out;
 }
 
@@ -278,9 +440,10 @@ std::string describe(const GreyBoxFit& f) {
   for (std::size_t i = 0; i < f.names.size(); ++i) {
     const auto k = static_cast<Index>(i);
     table.row({f.names[i], rounded(f.theta[k], f.exact ? 6 : 7),
-               !std::isfinite(f.std[k]) ? "not identifiable"
-               : f.exact                ? ""
-                                        : "± " + rounded(f.std[k], 4)});
+               std::find(f.active.begin(), f.active.end(), k) != f.active.end() ? "on its bound"
+               : !std::isfinite(f.std[k])                                       ? "not identifiable"
+               : f.exact                                                        ? ""
+                         : "± " + rounded(f.std[k], 4)});
   }
   out += table.str(4);
   if (f.exact)

@@ -6,6 +6,7 @@
 #include <functional>
 
 #include "integrate/run/simulate.hpp"
+#include "sysid/fit/bounded_search.hpp"
 #include "sysid/model/model.hpp"
 #include "sysid/regression/least_squares.hpp"
 
@@ -25,11 +26,13 @@ struct GreyBoxRequest {
   double rtol = 1e-8, atol = 1e-10;
   int iterations = 100;
   double from = 0;
+  Bounds bounds;               ///< on the parameters, in their order; empty: none
+  std::vector<Index> owner{};  ///< per parameter: its experiment, or -1 for all; fit() fills it
 };
 
 /// Where the search for the initial value of a state begins: the first measurement of it (of its derivative:
 /// the slope of the first two), else 0.
-double first_value(const GreyBoxRequest& request, Expr state);
+double first_value(const GreyBoxRequest& request, Expr state, Index experiment = 0);
 
 struct GreyBoxFit {
   GreyBoxRequest request;
@@ -44,6 +47,7 @@ struct GreyBoxFit {
   std::vector<double> fit;     ///< per output, simulation
   std::vector<double> losses;  ///< SSE after each iteration, the start first
   std::vector<std::string> unidentifiable;
+  std::vector<Index> active;  ///< parameters that rest on a bound
   bool exact = false, converged = false;
   std::string ending;        ///< of a search that did not converge, in words
   std::string method, form;  ///< of the integration; the reduced form, or ""
@@ -52,7 +56,18 @@ struct GreyBoxFit {
 /// is simulated and compared.
 /// throws Error for names that are no parameters, sizes, a start that cannot be made; Failure when the model
 /// cannot be integrated at the first guess. Cost: one integration with sensitivities per step.
+/// Several experiments share the parameters; initial values belong to each (the start holds for all).
 GreyBoxFit fit(const GreyBoxRequest& request);
+
+/// How the loss grows when one parameter is held at other values and the others are fitted anew (Raue et al.,
+/// Bioinformatics 25(15), 2009). low, high: where it reaches SSE (1 + q/(N - d)), q the quantile of χ²₁; infinite where
+/// it does not within a thousand deviations (or decades): the data do not bound the parameter.
+struct Profile {
+  std::string name;
+  Vec values, losses;  ///< SSE, by increasing value
+  double estimate = 0, threshold = 0, low = 0, high = 0;
+};
+Profile profile(const GreyBoxFit& f, Expr parameter, double quantile);
 std::string describe(const GreyBoxFit& f);
 
 }  // namespace pendula::sysid

@@ -1,5 +1,6 @@
 // fit: parameters of a DAE from data. Reads arguments, calls src/sysid/fit/grey_box.
 #include <algorithm>
+#include <limits>
 
 #include "base/text.hpp"
 #include "expr/print/print.hpp"
@@ -99,6 +100,27 @@ void read_guess(Call& call, const Options& o, GreyBoxRequest& r) {
   }
 }
 
+/// bounds = { k = {0, 1} }; infinite where nothing is said.
+void read_bounds(Call& call, const Options& o, GreyBoxRequest& r) {
+  if (!o.has("bounds")) return;
+  const double infinity = std::numeric_limits<double>::infinity();
+  const auto n = static_cast<Index>(r.parameters.size());
+  r.bounds = {Vec::Constant(n, -infinity), Vec::Constant(n, infinity)};
+  const std::vector<Expr> known = everything(*r.model);
+  each_symbol_entry(call.L, o.push("bounds"), "bounds", known, [&](const SymbolEntry& entry) {
+    const Vec range = to_numbers(call.L, entry.value, "bounds of " + entry.key);
+    if (range.size() != 2 || !(range[0] <= range[1]))
+      throw Error(text("bounds: ", entry.key, " needs { least, largest }"));
+    for (const Expr leaf : entry.leaves) {
+      const auto found = std::find(r.parameters.begin(), r.parameters.end(), leaf);
+      if (found == r.parameters.end()) throw Error(text("bounds: ", entry.key, " is not among params"));
+      r.bounds.lower[found - r.parameters.begin()] = range[0];
+      r.bounds.upper[found - r.parameters.begin()] = range[1];
+    }
+  });
+  lua_settop(call.L, call.count());
+}
+
 int fit(Call& call) {
   lua_State* L = call.L;
   GreyBoxRequest r;
@@ -124,6 +146,7 @@ int fit(Call& call) {
   read_start_of(call, o, r);
   read_inputs_of(call, o, r);
   read_guess(call, o, r);
+  read_bounds(call, o, r);
   const std::string hold = o.string("hold", "zero");
   if (hold != "zero" && hold != "linear")
     throw Error(text("hold: \"zero\" (constant between samples) or \"linear\", got \"", hold, "\""));
@@ -219,6 +242,36 @@ int refit(Call& call) {
   return call.push(std::make_shared<const GreyBoxFit>(sysid::fit(r)));
 }
 
+int active(Call& call) {
+  std::vector<std::string> names;
+  for (const Index i : fit_of(call).active) names.push_back(fit_of(call).names[i]);
+  return push_words(call.L, names);
+}
+
+int profile(Call& call) {
+  const GreyBoxFit& f = fit_of(call);
+  const std::vector<Expr> wanted = to_leaves(call.L, 2, "parameter", everything(*f.request.model));
+  if (wanted.size() != 1) throw Error("profile: one parameter at a time");
+  const double quantile = call.number(3, "quantile", 3.841458820694124);
+  const sysid::Profile p = sysid::profile(f, wanted[0], quantile);
+  lua_createtable(call.L, 0, 7);
+  const auto number = [&](const char* key, double v) {
+    lua_pushnumber(call.L, v);
+    lua_setfield(call.L, -2, key);
+  };
+  push_matrix(call.L, Mat(p.values));
+  lua_setfield(call.L, -2, "values");
+  push_matrix(call.L, Mat(p.losses));
+  lua_setfield(call.L, -2, "losses");
+  call.push(p.name);
+  lua_setfield(call.L, -2, "name");
+  number("low", p.low);
+  number("high", p.high);
+  number("estimate", p.estimate);
+  number("threshold", p.threshold);
+  return 1;
+}
+
 int to_text_(Call& call) { return call.push(sysid::describe(fit_of(call))); }
 
 const OptionTable fit_options = {
@@ -227,6 +280,7 @@ const OptionTable fit_options = {
     {"y", "expression or list", "", "what of the model corresponds to the outputs of the data", "@variables"},
     {"start", "table", "", "a result of init, or the values that are known: { x = 2 }", "@variables"},
     {"guess", "table", "", "where the search begins: { m = 1 }", "@parameters"},
+    {"bounds", "table", "", "{ k = {0, 1} }: least and largest value of a parameter", "@parameters"},
     {"inputs", "table", "", "{ [u] = … } as in integrate; else the inputs of the data", "@inputs"},
     {"hold", "string", "\"zero\"", "inputs between samples", "zero|linear"},
     {"method", "string or tableau", "\"auto\"", "of the integration", "@methods"},
@@ -250,12 +304,13 @@ extern const Module grey_box_module = {
     "",
     {
         {"fit", fit,
-         R"(fit(sys, { params =, data =, y =, start =, guess =, inputs =, hold = "zero", method =, dt =,
+         R"(fit(sys, { params =, data =, y =, start =, guess =, bounds =, inputs =, hold = "zero", method =, dt =,
             rtol = 1e-8 }) -> fit_result)",
          R"(Estimates parameters of a model from data by Gauss–Newton with exact sensitivities. y: the
             expression that was measured, or a list; a state among params stands for its initial value;
             start as in integrate, solved anew for every θ; initial values that it leaves open are
-            estimated too; measured inputs are those of the data. The search begins at guess, or at the
+            estimated too; measured inputs are those of the data; several experiments (merge) share the
+            parameters and have initial values of their own. The search stays within bounds, and begins at guess, or at the
             values the parameters have.)",
          R"(
             x, k = var "x", param("k", 1)
@@ -297,6 +352,19 @@ extern const Module grey_box_module = {
             r = fit(sys, { params = { k, x }, data = d, y = x })
             print(r:refit{ fixed = { x = 1 } }.loss >= r.loss))",
          "true", &refit_options},
+        {"fit_result#active", active, "r.active -> list", "The parameters that rest on a bound.", "", ""},
+        {"fit_result:profile", profile, "r:profile(p [, quantile = 3.84]) -> table",
+         R"(Profile likelihood: the least SSE when one parameter is held at other values. .values .losses, .low
+            and .high where it crosses .threshold = SSE (1 + quantile/(N - d)) (χ² with one degree of freedom:
+            95 %), infinite where the data do not bound the parameter.)",
+         R"(
+            x, k = var "x", param("k", 1)
+            y = {}
+            for i = 0, 10 do y[i+1] = 2*math.exp(-0.3*i) + 0.02*math.sin(5*i*i) end
+            r = fit(dae{ der(x) ~ -k*x }, { params = {k}, data = iddata{ y = y }, y = x, start = { x = 2 } })
+            p = r:profile(k)
+            return math.abs((p.high - p.low)/(2*1.96*r.std[1]) - 1) < 0.05)",
+         "true"},
         {"fit_result:__call", estimate, "r(m) -> number", "The estimate of a parameter by symbol or name.",
          "", ""},
         {"fit_result:__tostring", to_text_, "print(r)", "Estimates ± standard deviation, loss, fit.", "", ""},

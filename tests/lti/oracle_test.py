@@ -1,0 +1,162 @@
+"""Linear systems against scipy: 200 random systems and the classical ill-conditioned examples.
+
+Riccati and Lyapunov equations, sampling, responses, norms, placements; CAREX (Benner, Laub & Mehrmann, TU Chemnitz,
+1995) and DAREX examples with known solutions; exponentials of Ward (SIAM J. Numer. Anal. 14, 1977), square roots and
+logarithms of matrices as in Kenney & Laub (SIAM J. Matrix Anal. Appl. 10, 1989). Skipped where python3-scipy is not
+installed.   usage: oracle_test.py path/to/pendula [number of systems]
+"""
+import os
+import subprocess
+import sys
+import tempfile
+
+try:
+    import numpy as np
+    import scipy.linalg as la
+    import scipy.signal as sig
+except ImportError:
+    if sys.executable != "/usr/bin/python3" and os.path.exists("/usr/bin/python3") and not os.environ.get("ORACLE"):
+        os.environ["ORACLE"] = "1"
+        os.execv("/usr/bin/python3", ["/usr/bin/python3", *sys.argv])
+    print("skipped: python3-scipy is not installed")
+    sys.exit(0)
+
+PENDULA = sys.argv[1]
+COUNT = int(sys.argv[2]) if len(sys.argv) > 2 else 200
+rng = np.random.default_rng(18)
+problems, checks = [], []
+
+
+def lua(m):
+    return "{" + ", ".join("{" + ", ".join(repr(float(v)) for v in row) + "}" for row in np.atleast_2d(m)) + "}"
+
+
+def ask(expression, check):
+    """expression: Lua that gives a number or a matrix; check(value) -> relative error."""
+    problems.append(expression)
+    checks.append(check)
+
+
+def close(reference):
+    return lambda value: la.norm(value - reference) / max(1e-300, la.norm(reference))
+
+
+def random_systems():
+    for _ in range(COUNT):
+        n, m, p = rng.integers(1, 8), rng.integers(1, 3), rng.integers(1, 3)
+        A = rng.normal(size=(n, n)) * 10 ** rng.uniform(-2, 2)
+        A -= (max(la.eigvals(A).real.max(), 0) + 0.1 * la.norm(A)) * np.eye(n)
+        B, C = rng.normal(size=(n, m)), rng.normal(size=(p, n))
+        yield A, B, C, np.zeros((p, m))
+
+
+def care_residual(A, B, Q, R):
+    def error(X):
+        terms = [A.T @ X, X @ A, X @ B @ la.solve(R, B.T @ X), Q]
+        return la.norm(terms[0] + terms[1] - terms[2] + terms[3]) / max(la.norm(t) for t in terms)
+    return error
+
+
+def one_system(A, B, C, D):
+    n, m = B.shape
+    G = f"ss({lua(A)}, {lua(B)}, {lua(C)}, {lua(D)})"
+    Q, R = np.eye(n), np.eye(m)
+    Ts = 0.5 / max(1e-9, np.abs(la.eigvals(A)).max())
+    ask(f"(care({lua(A)}, {lua(B)}, 1, 1))", care_residual(A, B, Q, R))
+    Ad, Bd, *_ = sig.cont2discrete((A, B, C, D), Ts, "zoh")
+    ask(f"(dare({lua(Ad)}, {lua(Bd)}, 1, 1))", close(la.solve_discrete_are(Ad, Bd, Q, R)))
+    ask(f"lyap({lua(A)}, {lua(Q)})", close(la.solve_continuous_lyapunov(A, -Q)))
+    ask(f"dlyap({lua(Ad)}, {lua(Q)})", close(la.solve_discrete_lyapunov(Ad, Q)))
+    ask(f"expm({lua(A * Ts)})", close(la.expm(A * Ts)))
+    for method, name in (("zoh", "zoh"), ("foh", "foh"), ("bilinear", "tustin")):
+        reference = sig.cont2discrete((A, B, C, D), Ts, method)
+        z = np.exp(0.7j)
+        value = reference[2] @ la.solve(z * np.eye(n) - reference[0], reference[1]) + reference[3]
+        ask(f"c2d({G}, {Ts!r}, '{name}'):freqresp{{{0.7 / Ts!r}}}.mag(1, 1)", close(np.abs(value[0, 0])))
+    P = la.solve_continuous_lyapunov(A, -B @ B.T)
+    ask(f"{G}:norm(2)", close(np.sqrt(np.trace(C @ P @ C.T))))
+    w = np.logspace(-3, 3, 4000) * np.abs(la.eigvals(A)).max()
+    peak = max(la.svdvals(C @ la.solve(1j * x * np.eye(n) - A, B))[0] for x in [0, *w[::10]])
+    ask(f"({G}:norm('inf'))", lambda value: max(0.0, 1 - float(value) / peak))  # a grid sees less than the maximum
+    t = np.linspace(0, 5 / np.abs(la.eigvals(A).real).max(), 5)
+    step = la.solve(A, (la.expm(A * t[-1]) - np.eye(n)) @ B[:, :1])
+    times = "{" + ", ".join(repr(v) for v in t) + "}"
+    ask(f"{G}:step({times}).y(5, 1)", close((C @ step)[0, 0]))
+    poles = -np.sort(rng.uniform(0.5, 3, n)) * la.norm(A) / np.sqrt(n)
+    if n >= 2 and m == 1:
+        return
+    wanted = "{" + ", ".join(repr(float(v)) for v in poles) + "}"
+    ask(f"(place({lua(A)}, {lua(B)}, {wanted}))",
+        lambda K: la.norm(np.sort(la.eigvals(A - B @ np.atleast_2d(K)).real) - np.sort(poles)) / la.norm(poles) / 1e4)
+
+
+def classical():
+    ask("(care({{0, 1}, {0, 0}}, {0, 1}, {{1, 0}, {0, 2}}, {{1}}))", close(np.array([[2, 1], [1, 2]])))  # CAREX 1.1
+    ask("(care({{4, 3}, {-4.5, -3.5}}, {1, -1}, {{9, 6}, {6, 4}}, {{1}}))",
+        close((1 + np.sqrt(2)) * np.array([[9, 6], [6, 4]])))  # CAREX 1.2
+    for e in (1e-1, 1e-3, 1e-6):  # CAREX 2.1: nearly uncontrollable
+        r = np.sqrt(1 + e * e)
+        X = np.array([[(1 + r) / e**2, 1 / (2 + r)], [0, 0]])
+        X[1, 0], X[1, 1] = X[0, 1], 0.25 * (1 - e**2 * X[0, 1] ** 2)
+        ask(f"(care({{{{1, 0}}, {{0, -2}}}}, {{{e!r}, 0}}, {{{{1, 1}}, {{1, 1}}}}, {{{{1}}}}))",
+            lambda v, X=X: np.abs((v - X) / X).max())
+    ask("(dare({{4, 3}, {-4.5, -3.5}}, {1, -1}, {{9, 6}, {6, 4}}, {{1}}))",
+        close((1 + np.sqrt(5)) / 2 * np.array([[9, 6], [6, 4]])))  # DAREX 1.1
+    ward = [np.array([[4, 2, 0], [1, 4, 1], [1, 1, 4]]),
+            np.array([[29.87942128909879, .7815750847907159, -2.289519314033932],
+                      [.7815750847907159, 25.72656945571064, 8.680737820540137],
+                      [-2.289519314033932, 8.680737820540137, 34.39400925519054]]),
+            np.array([[-131.0, 19, 18], [-390, 56, 54], [-387, 57, 52]])]
+    exact = [np.array([[147.866622446369, 183.765138646367, 71.797032399996],
+                       [127.781085523181, 183.765138646367, 91.882569323184],
+                       [127.781085523181, 163.679601723179, 111.968106246371]]), None,
+             np.array([[-1.50964415879218, 0.3678794391096522, 0.1353352811751005],
+                       [-5.632570799891, 1.471517758499875, 0.406005843524598],
+                       [-4.934938326088, 1.103638317328798, 0.541341126763207]])]
+    for A, E in zip(ward, exact):
+        ask(f"expm({lua(A)})", close(la.expm(A) if E is None else E))
+    for scale in (1e-9, 1, 1e9):
+        A = scale * np.array([[4.0, 1, 1], [2, 4, 1], [0, 1, 4]])
+        ask(f"sqrtm({lua(A)})", lambda X, A=A: la.norm(X @ X - A) / la.norm(A))
+
+
+def main():
+    for system in random_systems():
+        one_system(*system)
+    classical()
+    with tempfile.NamedTemporaryFile("w", suffix=".lua", delete=False) as f:
+        f.write("""local function out(v)
+  v = evaluate(v)
+  if type(v) == "number" then print(("1 1 %.17g"):format(v)) return end
+  local m = {}
+  for i = 1, v.rows do for j = 1, v.cols do m[#m + 1] = ("%.17g"):format(v(i, j)) end end
+  print(v.rows .. " " .. v.cols .. " " .. table.concat(m, " "))
+end
+local function try(f) local ok, v = pcall(f) if ok then out(v) else print("error " .. tostring(v)) end end
+""")
+        for expression in problems:
+            f.write(f"try(function() return {expression} end)\n")
+    run = subprocess.run([PENDULA, f.name], capture_output=True, text=True, timeout=600)
+    os.unlink(f.name)
+    lines = run.stdout.splitlines()
+    if run.returncode or len(lines) != len(problems):
+        print("pendula failed:", run.stderr[-500:], len(lines), "of", len(problems))
+        return 1
+    bad, worst = 0, 0.0
+    for line, expression, check in zip(lines, problems, checks):
+        words = line.split()
+        if words[0] == "error":
+            error = float("inf")
+        else:
+            value = np.array([float(v) for v in words[2:]]).reshape(int(words[0]), int(words[1]))
+            error = float(check(value if value.size > 1 else value[0, 0] if value.shape == (1, 1) else value))
+        worst = max(worst, error if np.isfinite(error) else 0)
+        if not error <= 1e-8:
+            bad += 1
+            if bad <= 5:
+                print(f"{error:.2e}: {expression[:300]}\n    {line[:200]}")
+    print(f"{len(problems) - bad} of {len(problems)} agree with scipy; largest error {worst:.1e}")
+    return bad > 0
+
+
+sys.exit(main())
