@@ -22,9 +22,10 @@ test("separation: the poles of regulator and observer together", function()
   local L = place(G.A.T, G.C.T, { -4, -5 }).T
   local est = estimator(pendulum, L, { y = th })
   local loop = pendulum:close { u = -K * est.x, est }
-  local at = loop:init { fix = { theta = 0, [th.dot] = 0, theta_hat = 0, [est.x[2]] = 0 } }
+  local at = loop:init { fix = { theta = 0, [th.dot] = 0, [est.x[1]] = 0, [est.x[2]] = 0 } }
   expect(loop:linearize(at):poles()):near({ -5, -4, -2, -1 }, 1e-6)
-  local run = loop:integrate { start = { theta = 0.3, [th.dot] = 0, theta_hat = 0, [est.x[2]] = 0 }, to = 15 }
+  local run = loop:integrate { start = { theta = 0.3, [th.dot] = 0, [est.x[1]] = 0, [est.x[2]] = 0 },
+    to = 15 }
   expect(math.abs(run(th, 15)) < 1e-3):is_true()
   local linear = estimator(G, L)
   expect(linear:poles()):near({ -5, -4 }, 1e-9)
