@@ -165,7 +165,7 @@ test("models are linear systems, and say how they were made", function()
   local c = compare(d, { arx = m, oe = oe(d, { nb = 2, nf = 2 }) })
   expect(tostring(c:plot()):find "3 series" ~= nil):is_true()
   expect(tostring(order_scan(d, { na = { 1, 3 }, nb = { 1, 3 },
-    nk = 1 }):plot()):find "1 series" ~= nil):is_true()
+    nk = 1 }):plot()):find "2 series" ~= nil):is_true()
 end)
 
 test("exact data: the smallest model wins a scan, and nothing is said about noise that is not there",
