@@ -118,6 +118,9 @@ local function model_estimator(sys, L, options)
 end
 
 local function estimator(plant, L, options)
+  for key in pairs(type(options) == "table" and options or {}) do
+    if key ~= "y" then fail(("estimator: unknown option '%s' (options: y)"):format(tostring(key))) end
+  end
   if object_type(plant) == "lti" then return linear_estimator(plant, L) end
   if not is_model(plant) then fail "estimator: expected a model or a linear system" end
   return model_estimator(plant, L, options)
