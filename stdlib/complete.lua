@@ -29,7 +29,7 @@ local function methods()
     local name = row.name:match "^rk%.(.+)$"
     if name then words[#words + 1] = name end
   end
-  for _, family in ipairs { "radau", "bdf", "rodas", "gauss" } do words[#words + 1] = family end
+  for _, family in ipairs { "radau", "bdf", "rodas", "gauss", "rkc" } do words[#words + 1] = family end
   return words
 end
 

@@ -5,7 +5,9 @@
 #include <functional>
 
 #include "integrate/problem/rhs_solver.hpp"
+#include "integrate/solve/band_lu.hpp"
 #include "integrate/step/bdf_stepper.hpp"
+#include "integrate/step/chebyshev_stepper.hpp"
 #include "integrate/step/explicit_stepper.hpp"
 #include "integrate/step/irk_stepper.hpp"
 #include "integrate/step/rosenbrock_stepper.hpp"
@@ -47,7 +49,12 @@ std::shared_ptr<Stepper> make_rosenbrock(const StepperRequest& q) {
                                              q.stats);
 }
 
+std::shared_ptr<Stepper> make_chebyshev(const StepperRequest& q) {
+  return std::make_shared<ChebyshevStepper>(q.problem, q.tolerances, limits(q.plan), q.stats);
+}
+
 std::string none(const Method&) { return ""; }
+std::string needs_x_and_z(const Method&) { return "is explicit and needs x′ and z from the equations"; }
 
 }  // namespace
 
@@ -62,9 +69,7 @@ const MethodFamily explicit_pair{.name = "explicit",
                                  .instead = "rk.rk4",
                                  .default_method = "",
                                  .make = make_explicit,
-                                 .objection_to_index_2 = [](const Method&) -> std::string {
-                                   return "is explicit and needs x′ and z from the equations";
-                                 }};
+                                 .objection_to_index_2 = needs_x_and_z};
 
 const MethodFamily collocation{
     .name = "gauss",
@@ -116,11 +121,25 @@ const MethodFamily rosenbrock{
     .make = make_rosenbrock,
     .objection_to_index_2 = [](const Method&) -> std::string { return "is for index 0 and 1"; }};
 
+const MethodFamily chebyshev{
+    .name = "rkc",
+    .alias = {},
+    .text =
+        "Runge-Kutta-Chebyshev of order 2, explicit with many stages, for diffusion on grids and few digits",
+    .listed = true,
+    .is_explicit = true,
+    .one_step = false,
+    .instead = "rk.rk4",
+    .default_method = "",
+    .make = make_chebyshev,
+    .objection_to_index_2 = needs_x_and_z};
+
 }  // namespace family
 
 std::span<const MethodFamily* const> families() {
-  static constexpr const MethodFamily* all[] = {&family::explicit_pair, &family::radau, &family::collocation,
-                                                &family::bdf, &family::rosenbrock};
+  static constexpr const MethodFamily* all[] = {&family::explicit_pair, &family::radau,
+                                                &family::collocation,   &family::bdf,
+                                                &family::rosenbrock,    &family::chebyshev};
   return all;
 }
 
@@ -212,6 +231,26 @@ bool is_stiff(const Rates& rates, double span, int unknowns) {
   return rates.damped * span > many * implicit_cost(unknowns) && rates.damped > dominant * rates.growing;
 }
 
+/// Whether a Chebyshev method is faster than an implicit one: the spectrum is that of diffusion, few digits are asked
+/// for, and the operations of both, counted on this model, are far apart. Sizes of steps, iterations and speeds as
+/// measured on grids and lines of points (bench/problems/lattices.lua).
+bool is_diffusion(const Problem& problem, const Rates& rates, double span, double rtol) {
+  constexpr double loosest_digits = 5e-5, real = 1.05, shrinking = 0.01, vectorised = 0.2, clearly = 2;
+  constexpr int many = 200;
+  const int n = problem.n();
+  if (!problem.is_ode() || n < many || rtol < loosest_digits) return false;
+  if (rates.fastest > real * rates.damped || rates.growing > shrinking * rates.damped) return false;
+  std::vector<Position> positions;
+  for (const Problem::Entry& e : problem.pattern())
+    positions.push_back({e.row, e.column < n ? e.column : e.column - n});
+  const auto band = BandOrder::find(n, positions);
+  const double width = band ? band->below : std::sqrt(n);  // without a band: the separators of a grid
+  const double evaluation = static_cast<double>(problem.operations()) + 8.0 * n;
+  const double steps = 3 / std::cbrt(rtol), stages = steps * std::sqrt(1 + 1.5 * rates.damped * span / steps);
+  const double factorisations = 10 * (1.25 * n * width * width + 80 * n * width);
+  return clearly * vectorised * stages * evaluation < factorisations + 250 * evaluation;
+}
+
 /// The problem whose eigenvalues are looked at: of a large model that is at rest almost everywhere, a part.
 std::pair<ProblemPtr, Point> probed(const ProblemPtr& problem, const Point& start,
                                     const DependencyGraph* couplings) {
@@ -253,6 +292,9 @@ Choice choose(const ProblemPtr& whole, const Method& method, const Plan& plan, c
   const double span = plan.to - plan.from;
   const int size = problem->n() + problem->m();
   if (!problem->has_dense_jacobian()) {
+    if (!couplings && is_stiff(*here, span, size) && is_diffusion(*whole, *here, span, rtol))
+      return {&family::chebyshev, nullptr,
+              "stiff by diffusion: many stages cost less than factorisations for so few digits"};
     if (is_stiff(*here, span, size))
       return {&implicit_family(*whole, method, plan), nullptr,
               "stiff: an eigenvalue of ∂x′/∂x at the start is large beside 1/(to - from)"};

@@ -35,7 +35,7 @@ struct MethodFamily {
 };
 
 namespace family {
-extern const MethodFamily explicit_pair, collocation, radau, bdf, rosenbrock;
+extern const MethodFamily explicit_pair, collocation, radau, bdf, rosenbrock, chebyshev;
 }
 std::span<const MethodFamily* const> families();
 /// By name or alias; none: null.

@@ -288,17 +288,6 @@ void ExplicitStepper::step(double end) {
   }
 }
 
-/// Cubic Hermite interpolation between the ends of a step.
-void ExplicitStepper::hermite(const StepView& step, double t, Point& out) const {
-  const double h = step.to.t - step.from.t, u = (t - step.from.t) / h, v = 1 - u;
-  const double a = v * v * (1 + 2 * u), b = u * u * (3 - 2 * u), c = h * u * v * v, d = -h * u * u * v;
-  const double da = 6 * u * v / h, dc = v * (1 - 3 * u), dd = u * (3 * u - 2);
-  const Point &p = step.from, &q = step.to;
-  out.x = a * p.x + b * q.x + c * p.xdot + d * q.xdot;
-  out.xdot = da * (q.x - p.x) + dc * p.xdot + dd * q.xdot;
-  out.z = v * p.z + u * q.z;
-}
-
 void ExplicitStepper::interpolate(const StepView& step, double t, Detail detail, Point& out) {
   const double dt = t - step.from.t;
   if (t >= step.to.t || dt <= 0) {

@@ -61,7 +61,6 @@ class ExplicitStepper final : public Stepper {
   bool complete();
   bool is_smooth() const;
   void watch_stiffness(double dt);
-  void hermite(const StepView& step, double t, Point& out) const;
 
   TableauPtr tableau_;
   Controller controller_;

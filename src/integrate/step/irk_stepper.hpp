@@ -145,8 +145,8 @@ class IrkStepper final : public Stepper {
   Pattern rows_;
   Jacobian jacobian_;
   Shifted shifted_;
-  std::vector<Matrices> matrices_;   ///< one set per formula
-  long counted_iterations_ = 0;      ///< by NewtonCode::make
+  std::vector<Matrices> matrices_;  ///< one set per formula
+  long counted_iterations_ = 0;     ///< by NewtonCode::make
   Scales scales_;
   PredictiveController control_;
   Iteration iteration_;

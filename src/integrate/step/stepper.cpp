@@ -24,6 +24,17 @@ double Stepper::cautious_step(double end) const {
                                   std::min(end - here_.t, limits_.dt_max));
 }
 
+void hermite(const StepView& step, double t, Point& out) {
+  const double h = step.to.t - step.from.t, u = (t - step.from.t) / h, v = 1 - u;
+  const double a = v * v * (1 + 2 * u), b = u * u * (3 - 2 * u), c = h * u * v * v, d = -h * u * u * v;
+  const double da = 6 * u * v / h, dc = v * (1 - 3 * u), dd = u * (3 * u - 2);
+  const Point &p = step.from, &q = step.to;
+  out.t = t;
+  out.x = a * p.x + b * q.x + c * p.xdot + d * q.xdot;
+  out.xdot = da * (q.x - p.x) + dc * p.xdot + dd * q.xdot;
+  out.z = v * p.z + u * q.z;
+}
+
 Failure Stepper::vanished(const Eigen::Ref<const Vec>& error, const std::string& reason) const {
   int worst = -1;
   double largest = 0;

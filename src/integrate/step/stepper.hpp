@@ -100,4 +100,7 @@ class Stepper {
   double dt_ = 0;
 };
 
+/// Cubic Hermite interpolation between the ends of a step; z linear.
+void hermite(const StepView& step, double t, Point& out);
+
 }  // namespace pendula::integrate

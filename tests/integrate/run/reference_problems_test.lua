@@ -33,7 +33,7 @@ end
 
 local implicit = {}
 for _, family in ipairs(method_families()) do
-  if family.listed then implicit[#implicit + 1] = family.name end
+  if family.listed and not family.explicit then implicit[#implicit + 1] = family.name end
 end
 
 local count = 0

@@ -8,7 +8,7 @@ local unfit = { robot_arm = true,        -- its reduction takes seconds
 
 local names = { "auto" }
 for _, family in ipairs(method_families()) do
-  if family.listed and family.name ~= "gauss" then names[#names + 1] = family.name end
+  if family.listed and not family.explicit and family.name ~= "gauss" then names[#names + 1] = family.name end
 end
 
 for _, p in ipairs(problems.list()) do
