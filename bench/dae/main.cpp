@@ -1,8 +1,9 @@
-// The program of bench/dae.lua: pendula with two words more, model:ida{…}, the peer
-// on the same model, and model:quad{…}, reference values.
+// The program of bench/dae.lua: pendula with words for its peers on the same model,
+// model:ida{…}, :cvode{…}, :adams{…}, :erk{…}, and model:quad{…}, reference values.
 #include <cstdio>
 #include <memory>
 
+#include "cvode.hpp"
 #include "dae/model/first_order.hpp"
 #include "expr/graph/derivative.hpp"
 #include "ida.hpp"
@@ -86,16 +87,7 @@ int quad(Call& call) {
   return 1;
 }
 
-int ida(Call& call) {
-  const lua::Options options = call.options(2, {"start", "to", "rtol", "atol", "sparse", "suppress",
-                                                "coefficient", "flush", "inputs", "params", "from"});
-  const Given given(call, options);
-  IdaOptions o;
-  o.to = options.number("to"), o.rtol = options.number("rtol", 1e-6), o.atol = options.number("atol", o.rtol);
-  o.sparse = options.boolean("sparse", false), o.suppress_algebraic = options.boolean("suppress", true);
-  o.newton_coefficient = options.number("coefficient", 0),
-  o.flush_denormals = options.boolean("flush", false);
-  const IdaResult result = run_ida(*given.problem, given.from, o);
+int push(Call& call, const Given& given, const IdaResult& result) {
   lua_State* L = call.L;
   lua_newtable(L);
   for (Eigen::Index i = 0; i < result.y.size(); ++i) {
@@ -110,11 +102,37 @@ int ida(Call& call) {
   return 1;
 }
 
+int ida(Call& call) {
+  const lua::Options options = call.options(2, {"start", "to", "rtol", "atol", "sparse", "suppress",
+                                                "coefficient", "flush", "inputs", "params", "from"});
+  const Given given(call, options);
+  IdaOptions o;
+  o.to = options.number("to"), o.rtol = options.number("rtol", 1e-6), o.atol = options.number("atol", o.rtol);
+  o.sparse = options.boolean("sparse", false), o.suppress_algebraic = options.boolean("suppress", true);
+  o.newton_coefficient = options.number("coefficient", 0),
+  o.flush_denormals = options.boolean("flush", false);
+  return push(call, given, run_ida(*given.problem, given.from, o));
+}
+
+template <OdePeer peer>
+int ode_peer(Call& call) {
+  const lua::Options options = call.options(2, {"start", "to", "rtol", "atol", "inputs", "params", "from"});
+  const Given given(call, options);
+  IdaOptions o;
+  o.to = options.number("to"), o.rtol = options.number("rtol", 1e-6), o.atol = options.number("atol", o.rtol);
+  return push(call, given, run_ode_peer(*given.problem, given.from, peer, o));
+}
+
 const lua::Module module = {
     "ida",
     "The peer",
     {{"model:ida", ida, "sys:ida(options) -> table",
       "IDA of SUNDIALS on the same model: end values by name, seconds, steps, residuals, jacobians."},
+     {"model:cvode", ode_peer<OdePeer::bdf>, "sys:cvode(options) -> table",
+      "CVODE, BDF with dense matrices, on x′ = f(t, x): as sys:ida."},
+     {"model:adams", ode_peer<OdePeer::adams>, "sys:adams(options) -> table", "CVODE, Adams: as sys:ida."},
+     {"model:erk", ode_peer<OdePeer::erk>, "sys:erk(options) -> table",
+      "ARKODE, explicit, order 8: as sys:ida."},
      {"model:quad", quad, "sys:quad(options) -> table",
       "Collocation in quadruple precision: end values by name, as texts of 25 digits, and steps."}}};
 

@@ -28,7 +28,8 @@ test("a mode of the heat equation decays as it should, in few evaluations", func
     expect(sol:stats().jacobians):equals(0)
   end
   local few = model:integrate { start = start, to = 0.3, rtol = 1e-3, method = "rkc" }:stats()
-  expect(few.evaluations < 500):is_true()         -- stability asks a method of six stages for 0.3·8·13²/4 · 6 = 600
+  -- stability asks a method of six stages for 0.3·8·13²/4 · 6 = 600
+  expect(few.evaluations < 500):is_true()
 end)
 
 test("order 2, also where t occurs and for algebraic variables", function()
@@ -61,7 +62,9 @@ end)
 test("what it cannot treat, it refuses; events and sensitivities work", function()
   local x, y = vars "x y"
   local high = dae { der(x) ~ y, 0 ~ x - sin(t) }
-  expect(function() high:integrate { start = { x = 0 }, to = 1, method = "rkc", direct = true } end):fails "rkc"
+  expect(function()
+    high:integrate { start = { x = 0 }, to = 1, method = "rkc", direct = true }
+  end):fails "rkc"
   local fall = dae { der(x) ~ -100*(x - 2 + t) }
   local sol = fall:integrate { start = { x = 2 }, to = 5, method = "rkc", rtol = 1e-6,
     events = { { when = x - 1, action = "stop" } } }
