@@ -1,4 +1,5 @@
--- Figures of linear systems: responses in time, Bode and Nyquist curves, pole-zero maps (src/lua/bind/lti/lti_response.cpp).
+-- Figures of linear systems: responses in time, Bode and Nyquist curves, pole-zero maps
+-- (src/lua/bind/lti/lti_response.cpp).
 
 local figure_options = include("plot/options").flat
 
@@ -21,38 +22,45 @@ local function column(matrix, j)
   return values
 end
 
--- r:plot(), r:show() and r:save() of a type whose picture is make(r, options); what: the picture in the text of help.
+-- r:plot(), r:show() and r:save() of a type whose picture is make(r, options); what: the picture in the text
+-- of help.
 local function drawn_as(name, what, make, plot)
   local module = "lti responses"
-  doc { name = name .. ":plot", module = module, sig = "r:plot([options]) -> figure", options = figure_options, text = plot.text, example = plot.example,
+  doc { name = name .. ":plot", module = module, sig = "r:plot([options]) -> figure",
+    options = figure_options, text = plot.text, example = plot.example,
     gives = plot.gives, make }
-  doc { name = name .. ":show", module = module, sig = "r:show()", text = "Draws " .. what .. " in the terminal.",
+  doc { name = name .. ":show", module = module, sig = "r:show()",
+    text = "Draws " .. what .. " in the terminal.",
     function(r) return make(r):show() end }
-  doc { name = name .. ":save", module = module, sig = "r:save(file) -> r", text = "Writes " .. what .. " to a file.",
+  doc { name = name .. ":save", module = module, sig = "r:save(file) -> r",
+    text = "Writes " .. what .. " to a file.",
     function(r, file)
       make(r):save(file)
       return r
     end }
 end
 
--- ── time ────────────────────────────────────────────────────────────────────────────────────────────────────────────
+-- ── time ───────────────────────────────────────────────────────────────────────────────────────────────────
 
-local titles = { step = "Step response", impulse = "Impulse response", initial = "Response to the initial state",
+local titles = { step = "Step response", impulse = "Impulse response",
+  initial = "Response to the initial state",
                  lsim = "Simulation" }
 
 local function response_figure(r, options)
   local labels, series = r.labels, {}
   for j = 1, #labels do
-    series[j] = { x = r.t, y = column(r.y, j), labels = { labels[j] }, style = r.discrete and "steps" or "line" }
+    series[j] = { x = r.t, y = column(r.y, j), labels = { labels[j] },
+      style = r.discrete and "steps" or "line" }
   end
   return figure(copy({ by = "plot", series = series, title = titles[r.kind], xlabel = "t",
-                       ylabel = #labels == 1 and labels[1] or nil, legend = #labels > 1 }, check_options("plot", options)))
+                       ylabel = #labels == 1 and labels[1] or nil, legend = #labels > 1 },
+                         check_options("plot", options)))
 end
 
 drawn_as("response", "r:plot()", response_figure, { text = "The outputs over time; options as in plot.",
   example = "return tf({1}, {1, 1}):step(5):plot()", gives = "figure 'Step response': 1 series, 301 points" })
 
--- ── frequency ───────────────────────────────────────────────────────────────────────────────────────────────────────
+-- ── frequency ──────────────────────────────────────────────────────────────────────────────────────────────
 
 -- Ticks every 45°, or 90° where the phase turns far.
 local function phase_step(curves)
@@ -71,14 +79,18 @@ local function bode_figure(r, options)
     angle[j] = { x = r.w, y = column(r.phase, j), labels = { labels[j] } }
   end
   local legend = #labels > 1
-  local below = figure { by = "bode", series = angle, xlog = true, xlabel = "ω [rad/s]", ylabel = "phase [°]", legend = false,
+  local below = figure { by = "bode", series = angle, xlog = true, xlabel = "ω [rad/s]", ylabel = "phase [°]",
+    legend = false,
     ystep = phase_step(angle) }
-  return figure(copy({ by = "bode", series = gain, xlog = true, title = "Bode diagram", ylabel = "gain [dB]", legend = legend,
+  return figure(copy({ by = "bode", series = gain, xlog = true, title = "Bode diagram", ylabel = "gain [dB]",
+    legend = legend,
                        below = { below } }, options))
 end
 
-drawn_as("frequency response", "the Bode diagram", bode_figure, { text = "The Bode diagram: gain in dB, and the phase below it.",
-  example = "return tf({1}, {1, 1}):bode({0.1, 1, 10}):plot()", gives = "figure 'Bode diagram': 1 series, 3 points, 2 panels" })
+drawn_as("frequency response", "the Bode diagram", bode_figure,
+  { text = "The Bode diagram: gain in dB, and the phase below it.",
+  example = "return tf({1}, {1, 1}):bode({0.1, 1, 10}):plot()",
+    gives = "figure 'Bode diagram': 1 series, 3 points, 2 panels" })
 
 -- The curve and its mirror image; a pole on the axis sends it to infinity, so far-away points are left out.
 local function nyquist_figure(G, frequencies, options)
@@ -103,8 +115,10 @@ local function nyquist_figure(G, frequencies, options)
     end
   end
   series[#series + 1] = { x = { -1 }, y = { 0 }, labels = { "-1" }, style = "points" }
-  local notes = left_out > 0 and { ("%d frequencies with |G| > %.3g are left out"):format(left_out, far) } or nil
-  return figure(copy({ by = "nyquist", series = series, title = "Nyquist curve", xlabel = "Re G", ylabel = "Im G", equal = true,
+  local notes = left_out > 0 and { ("%d frequencies with |G| > %.3g are left out"):format(left_out, far) }
+    or nil
+  return figure(copy({ by = "nyquist", series = series, title = "Nyquist curve", xlabel = "Re G",
+    ylabel = "Im G", equal = true,
                        notes = notes }, options))
 end
 
@@ -114,14 +128,18 @@ local function check_system(by, G)
   return G
 end
 
-doc { name = "nyquist", module = "lti responses", sig = "nyquist(G [, frequencies [, options]]) -> figure", options = figure_options,
-  text = "G(iω) in the complex plane, its mirror image for ω < 0, and the point -1. The closed loop's stability: margin(G).",
+doc { name = "nyquist", module = "lti responses", sig = "nyquist(G [, frequencies [, options]]) -> figure",
+  options = figure_options,
+  text = "G(iω) in the complex plane, its mirror image for ω < 0, and the point -1. The closed loop's "
+    .. "stability: margin(G).",
   example = "return nyquist(tf({4}, {1, 3, 3, 1})).title", gives = "Nyquist curve",
   function(G, ...) return nyquist_figure(check_system("nyquist", G), ...) end }
-doc { name = "lti:nyquist", module = "lti responses", sig = "G:nyquist([frequencies [, options]]) -> figure", options = figure_options,
+doc { name = "lti:nyquist", module = "lti responses", sig = "G:nyquist([frequencies [, options]]) -> figure",
+  options = figure_options,
   text = "The same as nyquist(G).", nyquist_figure }
 
-doc { name = "bode", module = "lti responses", sig = "bode(G [, frequencies or { from, to }]) -> frequency response",
+doc { name = "bode", module = "lti responses",
+  sig = "bode(G [, frequencies or { from, to }]) -> frequency response",
   text = "The same as G:bode(): gain, phase and margins; :plot() is the diagram.",
   example = "return bode(tf({1}, {1, 1}), {1}).phase(1, 1)", gives = "-45.0",
   function(G, ...) return check_system("bode", G):bode(...) end }
@@ -136,7 +154,7 @@ for _, kind in ipairs { "step", "impulse" } do
     end }
 end
 
--- ── the complex plane ───────────────────────────────────────────────────────────────────────────────────────────────
+-- ── the complex plane ──────────────────────────────────────────────────────────────────────────────────────
 
 local function map_of(by, G, options)
   if object_type(check_system(by, G)) == "delay system" then
@@ -147,7 +165,8 @@ local function map_of(by, G, options)
   for _, each in ipairs { { G:poles(), "poles", "cross" }, { G:zeros(), "zeros", "ring" } } do
     local roots, name, marker = unpack(each)
     if #roots > 0 then
-      series[#series + 1] = { x = roots.re, y = roots.im, labels = { name }, style = "points", marker = marker }
+      series[#series + 1] = { x = roots.re, y = roots.im, labels = { name }, style = "points",
+        marker = marker }
     end
   end
   if discrete then
@@ -166,16 +185,19 @@ local function map_of(by, G, options)
     end
   end
   local margin = 0.15 * math.max(high - low, 2 * top, 1e-9)
-  return figure(copy({ by = by, series = series, xlim = { low - margin, high + margin }, ylim = { -top - margin, top + margin },
+  return figure(copy({ by = by, series = series, xlim = { low - margin, high + margin },
+    ylim = { -top - margin, top + margin },
                        title = "Poles and zeros", xlabel = "Re " .. (discrete and "z" or "s"),
                        ylabel = "Im " .. (discrete and "z" or "s"), equal = true }, options))
 end
 
-doc { name = "pzmap", module = "lti responses", sig = "pzmap(G [, options]) -> figure", options = figure_options,
+doc { name = "pzmap", module = "lti responses", sig = "pzmap(G [, options]) -> figure",
+  options = figure_options,
   text = "Poles × and zeros ○ in the complex plane; in discrete time with the unit circle.",
   example = "return pzmap(tf({1, 2}, {1, 2, 5}))", gives = "figure 'Poles and zeros': 2 series, 3 points",
   function(G, options) return map_of("pzmap", G, options) end }
-doc { name = "lti:pzmap", module = "lti responses", sig = "G:pzmap([options]) -> figure", text = "The same as pzmap(G).",
+doc { name = "lti:pzmap", module = "lti responses", sig = "G:pzmap([options]) -> figure",
+  text = "The same as pzmap(G).",
   function(G, options) return map_of("pzmap", G, options) end }
 
 -- ── root loci and delays ────────────────────────────────────────────────────────────────────────────────
@@ -260,7 +282,8 @@ local function root_locus(G, gains, options)
                        ylabel = "Im " .. v, equal = true, legend = false }, options))
 end
 
-doc { name = "rlocus", module = "lti responses", sig = "rlocus(G [, gains [, options]]) -> figure", options = figure_options,
+doc { name = "rlocus", module = "lti responses", sig = "rlocus(G [, gains [, options]]) -> figure",
+  options = figure_options,
   text = "The poles of the closed loop G/(1 + k G) for k from 0 on, or for a list of gains, with the poles "
     .. "and zeros of G. Points beyond three times the farthest pole or zero are left out.",
   example = "return rlocus(tf({1, 2}, {1, 1, 0})).title", gives = "Root locus",
@@ -287,9 +310,10 @@ doc { name = "pade", module = "lti", sig = "pade(T [, n = 1]) or pade(G [, n = 1
     return named "tf" (above, below)
   end }
 
--- ── spectra ─────────────────────────────────────────────────────────────────────────────────────────────────────────
+-- ── spectra ────────────────────────────────────────────────────────────────────────────────────────────────
 
-doc { name = "spectrum:plot", module = "signals", sig = "s:plot([options]) -> figure", options = figure_options,
+doc { name = "spectrum:plot", module = "signals", sig = "s:plot([options]) -> figure",
+  options = figure_options,
   text = "The periodogram over the frequency in Hz, in dB; lines below 10⁻¹² of the largest are left out.",
   example = "return periodogram(prbs(31)):plot().title", gives = "Periodogram",
   function(s, options)
@@ -297,10 +321,14 @@ doc { name = "spectrum:plot", module = "signals", sig = "s:plot([options]) -> fi
     for k = 1, s.power.rows do top = math.max(top, s.power[k]) end
     if top == 0 then fail "plot: the signal is zero" end
     for k = 1, s.power.rows do
-      if s.power[k] > 1e-12 * top then f[#f + 1], power[#power + 1] = s.f[k], 10 * math.log(s.power[k], 10) end
+      if s.power[k] > 1e-12 * top then
+        f[#f + 1], power[#power + 1] = s.f[k], 10 * math.log(s.power[k], 10)
+      end
     end
-    return figure(copy({ by = "plot", series = { { x = f, y = power, style = #f <= 64 and "points" or "line" } },
-                         title = "Periodogram", xlabel = "f [Hz]", ylabel = "power [dB]" }, check_options("plot", options)))
+    return figure(copy({ by = "plot", series = {
+      { x = f, y = power, style = #f <= 64 and "points" or "line" } },
+                         title = "Periodogram", xlabel = "f [Hz]", ylabel = "power [dB]" },
+                           check_options("plot", options)))
   end }
 doc { name = "spectrum:show", module = "signals", sig = "s:show()", text = "Draws s:plot() in the terminal.",
   function(s) return s:plot():show() end }

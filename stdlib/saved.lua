@@ -229,7 +229,9 @@ function reader:primary()
     self:expect ")"
     return value
   end
-  if self.kind ~= "name" then self:fail(("'%s' is not part of a saved value"):format(tostring(self.value))) end
+  if self.kind ~= "name" then
+    self:fail(("'%s' is not part of a saved value"):format(tostring(self.value)))
+  end
   return self:named()
 end
 
