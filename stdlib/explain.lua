@@ -151,7 +151,7 @@ local errors = {
       meet.]],
     "help \"reduce\"" },
   { "free initial values, but",
-    "A form must have as many free initial values as the model it was made of. A form with another number is refused.",
+    "A form must have as many free initial values as the model it was made of; any other is refused.",
     "Use reduce \"acc\" or \"project\".", "help \"reduce\"" },
 }
 

@@ -29,7 +29,8 @@ test("inputs", function()
   expect(tostring(p:solution({ x = 0 }, { inputs = { [u] = function(t)
     return exp(t) end } })[1])):equals "t exp(t)"
   expect(function() p:solution { x = 1 } end):fails "the input 'u' needs an expression in t"
-  expect(function() p:solution({ x = 1 }, { inputs = { u = tanh(t) } }) end):fails "tanh(t) is not a polynomial"
+  expect(function() p:solution({ x = 1 }, {
+    inputs = { u = tanh(t) } }) end):fails "tanh(t) is not a polynomial"
   expect(function() p:solution({ x = 1 }, { input = {} }) end):fails "Did you mean 'inputs'?"
 end)
 
