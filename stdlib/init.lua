@@ -5,6 +5,7 @@ include "testing"    -- test, expect
 include "files"      -- save, load
 include "json"       -- json
 include "models"     -- form:solve
+include "redundant"   -- sys:independent
 include "session"    -- who, cd, ls, record, edit
 include "explain"    -- explain
 include "plot"       -- plot, plot3, semilogy, semilogx, loglog, spy

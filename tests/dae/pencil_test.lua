@@ -72,3 +72,31 @@ test("det(sE - A) in symbols is that of the pencil with numbers in place of them
   end
   expect(function() dae { der(x) ~ -x^2 }:characteristic() end):fails "that of x is 2 x"
 end)
+
+test("a pencil with symbols: determinant, and the values for which index and freedom differ", function()
+  local x, y, z, w = vars "x y z w"
+  local eps, k, a1, a5 = params "eps k a1 a5"
+  local sys = dae { der(x) ~ y, eps*der(y) ~ z - x, 0 ~ x - sin(t) + k*z }
+  local p = sys:pencil()
+  expect(tostring(p.det)):equals(tostring((sys:characteristic())))
+  expect(p.index):equals(1)
+  expect(p.dof):equals(2)
+  local text = tostring(p)
+  expect(text:find("for almost all values of the parameters: index 1, 2 free initial values", 1, true) ~= nil):equals(true)
+  expect(text:find("for eps = 0: index 2, 0 free initial values", 1, true) ~= nil):equals(true)
+  expect(text:find("for k = 0: index 3, 0 free initial values", 1, true) ~= nil):equals(true)
+  expect(function() return p.modes end):fails "sys:with{"
+  expect(sys:with{ eps = 2, k = 1 }:pencil().dof):equals(2)            -- numbers: as before
+  -- also where the model has values that are not the exceptional ones
+  local valued = tostring(sys:with{ eps = 2, k = 1 }:structure())
+  expect(valued:find("for eps = 0: index 2", 1, true) ~= nil):equals(true)
+  expect(valued:find("for k = 0: index 3", 1, true) ~= nil):equals(true)
+  -- a factor of two parameters, and a structure that fails
+  local two = dae { der(x) + a1*der(y) ~ z, der(x) + a5*der(y) ~ w - x, 0 ~ x + y - z, 0 ~ x + a1*y - w }
+  local cases = tostring(two:structure())
+  expect((cases:find("for a₁ = a₅: ", 1, true) or cases:find("for a₅ = a₁: ", 1, true)) ~= nil):equals(true)
+  local fails = dae { der(x) + der(y) ~ a1*z, der(x) + der(y) ~ a5*y, 0 ~ x - w, z ~ k*w }
+  expect(tostring(fails:structure()):find("for a₁ = ", 1, true) ~= nil
+    or tostring(fails:structure()):find("for k = ", 1, true) ~= nil
+    or tostring(fails:structure()):find("for a₅ = ", 1, true) ~= nil):equals(true)
+end)

@@ -257,10 +257,14 @@ std::string conditions_text(const DeterminantFactors& v, std::optional<Determina
 
 std::optional<std::pair<Expr, Expr>> exceptional_value(Expr factor) {
   const auto inside = leaves({&factor, 1});
-  if (inside.size() != 1 || symbol_of(inside[0]).kind != Kind::parameter) return {};
-  const Expr slope = simplify(partial(factor, inside[0]));
-  if (!slope.is_constant()) return {};
-  return std::pair(inside[0], simplify(-substitute(factor, {{inside[0], Expr(0)}}) / slope));
+  if (!std::all_of(inside.begin(), inside.end(), [](Expr p) { return symbol_of(p).kind == Kind::parameter; }))
+    return {};
+  for (Expr p : inside) {
+    const Expr slope = simplify(partial(factor, p));
+    if (slope.is_zero() || !slope.is_constant()) continue;
+    return std::pair(p, simplify(-substitute(factor, {{p, Expr(0)}}) / slope));
+  }
+  return {};
 }
 
 }  // namespace pendula::dae

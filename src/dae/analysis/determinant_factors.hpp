@@ -49,7 +49,8 @@ Blocks blocks_of(const Model& model, const Analysis& analysis);
 std::string conditions_text(const DeterminantFactors& validity,
                             std::optional<DeterminantFactor::Kind> kind = {});
 
-/// The parameter and its value for which a factor vanishes, where it contains nothing else and is linear.
+/// A parameter and the value for which a factor vanishes (a₅ = a₁), where it is linear in one and contains parameters
+/// only.
 std::optional<std::pair<Expr, Expr>> exceptional_value(Expr factor);
 
 }  // namespace pendula::dae

@@ -5,9 +5,12 @@
 #include "base/error.hpp"
 #include "base/text.hpp"
 #include "dae/index/differentiation_index.hpp"
+#include "dae/model/parameter_values.hpp"
+#include "dae/pencil/pencil_polynomial.hpp"
 #include "dae/rank/rank.hpp"
 #include "dae/structure/signature.hpp"
 #include "expr/print/print.hpp"
+#include "expr/rewrite/rewrite.hpp"
 
 namespace pendula::dae {
 namespace {
@@ -64,28 +67,58 @@ Model without_value(const Model& m, std::optional<Expr> p) {
 
 constexpr std::size_t affordable_cases = 12;  // unknowns of a model that is analysed for other values
 
-/// What holds for the parameter values for which det J vanishes, or for all others if the model has these.
+/// Factors of det J, and for linear models those of the leading coefficient of det(sE - A), which tells more where
+/// the structure fails.
+std::vector<Expr> factors_that_decide(const StructureReport& s) {
+  std::vector<Expr> factors;
+  for (const DeterminantFactor& c : s.validity.conditions) factors.push_back(c.factor);
+  try {
+    const std::vector<Expr> coefficients = pencil_polynomial(*s.model);
+    if (coefficients.empty()) return factors;
+    for (Expr f : vanishing_factors(coefficients.back()))
+      if (std::find(factors.begin(), factors.end(), f) == factors.end()) factors.push_back(f);
+  } catch (const UserFacing&) {  // not linear with constant coefficients
+  }
+  return factors;
+}
+
+/// The model at a value of a parameter, which may contain others.
+Model with_value(const Model& m, Expr p, Expr value) {
+  Model there = m;
+  if (value.is_constant()) {
+    there.values[p] = value;
+    return there;
+  }
+  there.values.erase(p);
+  for (Expr& residual : there.residuals) residual = simplify(substitute(residual, {{p, value}}));
+  return there;
+}
+
+/// What holds where one of these factors vanishes, or for all other values if the model has such values. For values that
+/// the model does not have, only what differs and exists is told.
 void parameter_cases(StructureReport& s) {
+  constexpr std::size_t most_cases = 4;
   const Model& m = *s.model;
   if (m.variables.size() > affordable_cases) return;
-  int cases = 0;
-  for (const DeterminantFactor& c : s.validity.conditions) {
-    const auto exception = exceptional_value(c.factor);
-    if (!exception || cases == 2) continue;
+  const std::string here = answer_of(m);
+  std::vector<std::string> told;
+  const auto tell = [&](const std::string& where, const std::string& answer, bool always) {
+    const std::string line = "for " + where + ": " + answer;
+    const bool new_line = std::find(told.begin(), told.end(), line) == told.end();
+    if (told.size() < most_cases && new_line && (always || (answer != here && answer != "no index")))
+      told.push_back(line);
+  };
+  for (Expr factor : factors_that_decide(s)) {
+    const auto exception = exceptional_value(factor);
+    if (!exception) continue;
     const auto& [p, value] = *exception;
-    const auto own = m.values.find(p);
-    if (own == m.values.end()) {
-      Model there = m;
-      there.values[p] = value;
-      s.notes.push_back(text("for ", to_text(p), " = ", to_text(value), ": ", answer_of(there)));
-    } else if (own->second == value) {
-      s.notes.push_back(
-          text("for ", to_text(p), " ≠ ", to_text(value), ": ", answer_of(without_value(m, p))));
-    } else {
-      continue;
-    }
-    ++cases;
+    const Expr at_hand = at_values(std::vector<Expr>{factor}, m.values)[0];
+    if (at_hand.is_zero())
+      tell(text(to_text(p), " ≠ ", to_text(value)), answer_of(without_value(m, p)), m.values.count(p) > 0);
+    else
+      tell(text(to_text(p), " = ", to_text(value)), answer_of(with_value(m, p, value)), !m.values.count(p));
   }
+  s.notes.insert(s.notes.end(), told.begin(), told.end());
 }
 
 /// Where the structure says nothing, the index may still be that of these parameter values only.
@@ -140,6 +173,7 @@ StructureReport structure(const ModelPtr& model, const ConsistentStatePtr& at) {
   if (at) look_at(s, *at);
   if (s.analysis.standing == Standing::identically) {
     s.verdict = Verdict::identically_singular;
+    parameter_cases(s);
     return s;
   }
   s.validity = determinant_factors(m, s.analysis, s.blocks);

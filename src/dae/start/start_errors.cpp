@@ -212,7 +212,8 @@ std::vector<std::string> violations(const StartSystem& s, const Conflict& confli
   for (std::size_t k = 0; k < equations.size() && k < readable; ++k)
     if (std::fabs(value(equations[k])) > rounding(equations[k]))
       lines.push_back(text(labels[k], ":  0 ≠ ", rounded(value(equations[k]), 6), " = ",
-                           truncated_text(equations[k]), "  at ", values_of(unknowns_in(s, equations[k]), point)));
+                           truncated_text(equations[k]), "  at ",
+                           values_of(unknowns_in(s, equations[k]), point)));
   return lines;
 }
 
@@ -367,6 +368,12 @@ void explain_conflict(const ModelPtr& model, const StartSystem& s, const StartSo
       "nearest = true"));
 }
 
+static std::vector<Expr> leaves_of(const StartSystem& s, const std::vector<Index>& places) {
+  std::vector<Expr> list;
+  for (Index j : places) list.push_back(s.unknowns[j]);
+  return list;
+}
+
 void explain_freedom(const ModelPtr& model, const StartSystem& s, const Vec& w, const Freedom& open) {
   const auto name = [&](Index j) { return to_text(s.unknowns[j]); };
   constexpr std::size_t most = 24;
@@ -401,7 +408,8 @@ void explain_freedom(const ModelPtr& model, const StartSystem& s, const Vec& w, 
   throw Error(text(open.count, open.count == 1 ? " initial value is" : " initial values are",
                    " neither fixed nor determined.\n  candidates: ", join(candidates, ", "), why, "\n  ",
                    example,
-                   "\n  (or a guess for them, which chooses the values nearest to it: guess = { … })"));
+                   "\n  (or a guess for them, which chooses the values nearest to it: guess = { … })",
+                   redundancy_hint(model, leaves_of(s, open.open))));
 }
 
 }  // namespace pendula::dae

@@ -133,6 +133,16 @@ Continuation smooth_continuation(const StartSystem& s, const Vec& w) {
 
 }  // namespace
 
+std::string redundancy_hint(const ModelPtr& model, const std::vector<Expr>& open) {
+  const ModelPtr given = original(model);
+  if (!given->mechanics || open.empty()) return "";
+  const VecX& z = given->mechanics->multipliers;
+  const auto is_multiplier = [&](Expr leaf) { return std::find(z.begin(), z.end(), leaf) != z.end(); };
+  if (!std::all_of(open.begin(), open.end(), is_multiplier)) return "";
+  return "\n  The gradients of the constraints depend on each other here, so that their forces are not unique. If that "
+         "is so wherever the mechanism moves, sys:independent{ fix = …, guess = … } is the model to take.";
+}
+
 void require_regular_point(const ModelPtr& model, const StartSystem& s, const Vec& w, bool is_determined) {
   if (s.low->variables.size() > most_by_svd || !s.request.keep_invariants) return;
   const Mat J = top_jacobian_at(s, w);
@@ -153,7 +163,7 @@ void require_regular_point(const ModelPtr& model, const StartSystem& s, const Ve
       "the start lies on a singular point", where.empty() ? "" : " (" + where + ")",
       ": the equations do not determine ", names_of(open), " there (rank ", rank.rank, " of ", J.rows(), ").",
       smooth.text.empty() ? "" : "\n  The solution that continues smoothly has " + smooth.text + ".",
-      "\n  Start beside it: another time, or other values in fix or guess"));
+      "\n  Start beside it: another time, or other values in fix or guess", redundancy_hint(model, open)));
 }
 
 }  // namespace pendula::dae

@@ -130,6 +130,9 @@ ConsistentStatePtr start_in_region(const ModelPtr& model, const StartRequest& re
 /// (`is_determined`), only if there is one. Small models only.
 void require_regular_point(const ModelPtr& model, const StartSystem& s, const Vec& w, bool is_determined);
 
+/// A sentence for a mechanism of which multipliers alone are not determined: its constraints depend on each other.
+std::string redundancy_hint(const ModelPtr& model, const std::vector<Expr>& open);
+
 /// The contradictory fixes moved onto the constraints: min Σ ((w_j - fix_j)/s_j)² subject to the equations.
 /// Throws Failure where no stationary point was found.
 StartSolution nearest_start(const StartSystem& s);

@@ -291,6 +291,10 @@ int events(Call& call) {
   return 1;
 }
 
+int parameter_values(Call& call) {
+  const auto& values = model_of(call).values;
+  return push_values(call.L, {values.begin(), values.end()}), 1;
+}
 int start_values(Call& call) { return push_values(call.L, model_of(call).start_values), 1; }
 int start_guesses(Call& call) { return push_values(call.L, model_of(call).start_guesses), 1; }
 
@@ -438,6 +442,9 @@ extern const Module dae_module = {
          "The equations as they were written; equation i is number (i).", "", ""},
         {"model#events", events, "sys.events -> list of { when =, direction =, action =, reset = }",
          "The events that belong to the model and happen in every run.", "", ""},
+        {"model#values", parameter_values, "sys.values -> table",
+         "The values of the parameters, by symbol: those they were made with, or those of sys:with.",
+         "k = param(\"k\", 2)  x = var \"x\"  return dae{ der(x) ~ -k*x }:with{ k = 3 }.values[k]", "3"},
         {"model#start_values", start_values, "sys.start_values -> table",
          "Values that a start of the model has unless it is given another.", "", ""},
         {"model#start_guesses", start_guesses, "sys.start_guesses -> table",

@@ -2,10 +2,12 @@
 #include <algorithm>
 
 #include "base/text.hpp"
+#include "dae/index/differentiation_index.hpp"
 #include "dae/model/forms.hpp"
 #include "dae/pencil/pencil.hpp"
 #include "dae/pencil/pencil_polynomial.hpp"
 #include "dae/pencil/pencil_shuffle.hpp"
+#include "dae/report/structure_report.hpp"
 #include "expr/print/print.hpp"
 #include "lua/bind/dae/dae.hpp"
 #include "lua/core/values.hpp"
@@ -15,8 +17,9 @@ namespace pendula::lua {
 
 /// A pencil and the model it belongs to.
 struct ModelPencil {
-  dae::Pencil pencil;
+  dae::Pencil pencil;  ///< of numbers
   dae::ModelPtr model;
+  std::optional<Expr> det = {};  ///< parameters are symbols: this is all that is known
 };
 template <>
 struct TypeName<ModelPencil> {
@@ -25,7 +28,16 @@ struct TypeName<ModelPencil> {
 
 namespace {
 
-const ModelPencil& pencil_of(Call& call) { return call.object<ModelPencil>(1, "pencil"); }
+const ModelPencil& any_pencil(Call& call) { return call.object<ModelPencil>(1, "pencil"); }
+
+const ModelPencil& pencil_of(Call& call) {
+  const ModelPencil& p = any_pencil(call);
+  if (p.det)
+    throw Error(
+        "the pencil has parameters without value: it has det, index, dof and cases, printed by print(p); "
+        "the rest needs numbers, as in sys:with{ a = 1 }:pencil()");
+  return p;
+}
 
 /// Of what exists for regular pencils only.
 const dae::Pencil& regular(Call& call, const char* what) {
@@ -35,40 +47,85 @@ const dae::Pencil& regular(Call& call, const char* what) {
   return p;
 }
 
+Expr polynomial_in_s(const std::vector<Expr>& coefficients) {
+  const Expr s = symbol(Kind::parameter, "s");
+  Expr sum(0), power(1);
+  for (Expr c : coefficients) {
+    sum = sum + c * power;
+    power = power * s;
+  }
+  return sum;
+}
+
+/// det(sE - A) in symbols; nothing where the model is not linear or too large for it.
+std::optional<Expr> polynomial_if_any(const dae::Model& m) {
+  try {
+    return polynomial_in_s(dae::pencil_polynomial(m));
+  } catch (const UserFacing&) {
+    return {};
+  }
+}
+
 int make_pencil(Call& call) {
   auto result = std::make_shared<ModelPencil>();
   result->model = call.shared<dae::Model>(1, "model");
-  result->pencil = dae::pencil(*result->model);
+  const dae::Model& m = *result->model;
+  try {
+    result->pencil = dae::pencil(m);
+  } catch (const UserFacing&) {
+    const bool open = std::any_of(m.parameters.begin(), m.parameters.end(),
+                                  [&](Expr p) { return !m.values.count(p) && !symbol_of(p).value; });
+    if (open) result->det = polynomial_if_any(m);
+    if (!result->det) throw;
+  }
   return call.push(std::shared_ptr<const ModelPencil>(result));
 }
 
 int characteristic(Call& call) {
   const std::vector<Expr> coefficients = dae::pencil_polynomial(*call.shared<dae::Model>(1, "model"));
-  const Expr s = symbol(Kind::parameter, "s");
-  Expr sum(0), power(1);
+  push_expr(call.L, polynomial_in_s(coefficients));
   lua_createtable(call.L, static_cast<int>(coefficients.size()), 0);
   for (std::size_t k = 0; k < coefficients.size(); ++k) {
     push_expr(call.L, coefficients[k]);
     lua_rawseti(call.L, -2, static_cast<lua_Integer>(k) + 1);
-    sum = sum + coefficients[k] * power;
-    power = power * s;
   }
-  push_expr(call.L, sum);
-  lua_insert(call.L, -2);
   return 2;
+}
+
+/// det(sE - A), index and free initial values for almost all values of the parameters, then the exceptions.
+std::string symbolic_text(const ModelPencil& p) {
+  std::string out = "det(sE - A) = " + to_text(*p.det) + ", up to its sign";
+  if (p.det->is_zero()) return out + "\nthe pencil is singular for all values of its parameters";
+  const dae::StructureReport report = dae::structure(p.model);
+  if (report.index)
+    out += text("\nfor almost all values of the parameters: index ", *report.index, ", ", *report.dof,
+                *report.dof == 1 ? " free initial value" : " free initial values");
+  for (const std::string& note : report.notes) out += "\n" + note;
+  return out;
 }
 
 int push_rational(Call& call, const dae::RationalMatrix& m) {
   return push_matrix(call.L, dae::expressions(m));
 }
 
-int is_regular(Call& call) { return call.push(pencil_of(call).pencil.regular); }
+int is_regular(Call& call) {
+  const ModelPencil& p = any_pencil(call);
+  return call.push(p.det ? !p.det->is_zero() : p.pencil.regular);
+}
 int rank(Call& call) { return call.push(pencil_of(call).pencil.rank); }
 int det(Call& call) {
-  return push_expr(call.L, dae::expression(pencil_of(call).pencil.det, symbol(Kind::parameter, "s")));
+  const ModelPencil& p = any_pencil(call);
+  return push_expr(call.L, p.det ? *p.det : dae::expression(p.pencil.det, symbol(Kind::parameter, "s")));
 }
-int dof(Call& call) { return call.push(regular(call, "degrees of freedom").dof); }
-int index(Call& call) { return call.push(regular(call, "index").index); }
+int dof(Call& call) {
+  const ModelPencil& p = any_pencil(call);
+  return call.push(p.det ? dae::differentiation_index(*p.model).dof
+                         : regular(call, "degrees of freedom").dof);
+}
+int index(Call& call) {
+  const ModelPencil& p = any_pencil(call);
+  return call.push(p.det ? dae::differentiation_index(*p.model).index : regular(call, "index").index);
+}
 int E(Call& call) { return push_rational(call, pencil_of(call).pencil.form.E); }
 int A(Call& call) { return push_rational(call, pencil_of(call).pencil.form.A); }
 int B(Call& call) { return push_rational(call, pencil_of(call).pencil.form.B); }
@@ -188,7 +245,8 @@ int solution(Call& call) {
 
 int to_string(Call& call) {
   collect_aliases(call.L);
-  return call.push(dae::describe(pencil_of(call).pencil));
+  const ModelPencil& p = any_pencil(call);
+  return call.push(p.det ? symbolic_text(p) : dae::describe(p.pencil));
 }
 
 }  // namespace
@@ -200,7 +258,8 @@ extern const Module pencil_module = {
         {"model:pencil", make_pencil, "sys:pencil() -> pencil",
          R"(E x′ = A x + B u + f(t) over the rational numbers: det(sE - A), modes, index, Weierstrass form,
             constraints and solutions. Parameters have their values; an equation that is not linear is
-            named.)",
+            named. With parameters without value: det(sE - A), index and free initial values as they are for
+            almost all values, and for which values they differ.)",
          "x = var(\"x\", 3)  p = dae{ mat{{1,1,0},{0,0,1},{1,1,1}} * der(x) ~ x }:pencil()  return "
          "p.index, p.dof, p.det",
          "2 1 2 s - 1"},

@@ -1,0 +1,68 @@
+-- Linkages whose constraints depend on each other wherever they move.
+
+-- A parallelogram with a third crank: cranks of length L at 0, D, 2 D, one coupler. It moves as one crank does:
+-- all angles are equal, the coupler stays level, 2 L² a″ = -14.715 L cos a.
+local function parallelogram(L, D, name)
+  local q = var(name, 4)
+  local function pin(k, a) return k * D + L * cos(a), L * sin(a) end
+  local x1, y1 = pin(0, q[1])
+  local x2, y2 = pin(1, q[2])
+  local x3, y3 = pin(2, q[3])
+  local b = q[4]
+  local C = { x1 + D*cos(b) - x2, y1 + D*sin(b) - y2, x1 + 2*D*cos(b) - x3, y1 + 2*D*sin(b) - y3 }
+  local T = L^2*(q[1].dot^2 + q[2].dot^2 + q[3].dot^2)/6 + D^2*b.dot^2/3 + L^2*q[1].dot^2/2
+  return lagrange { q = q, T = T, V = 9.81*(y1 + y2 + y3)/2, C = C }, q
+end
+
+local function near(q) return { [q[2]] = 1, [q[3]] = 1, [q[4]] = 0 } end
+
+test("a third crank: index, degrees of freedom and every form, whatever the lengths are measured in", function()
+  for _, lengths in ipairs { { 1, 2 }, { 1, 3 }, { 1e-3, 2e-3 }, { 1e3, 3e3 }, { 10, 7 } } do
+    local L, D = lengths[1], lengths[2]
+    local given, q = parallelogram(L, D, "angle")
+    local linkage = given:independent { fix = { [q[1]] = 1 }, guess = near(q) }
+    expect(linkage:index()):equals(3)
+    expect(linkage:dof()):equals(2)
+    local a, to = var "alpha", 0.3 * math.sqrt(L)
+    local wanted = dae { der(a, 2) ~ -14.715*cos(a)/(2*L) }
+      :integrate { start = { alpha = 1, [a.dot] = 0 }, to = to, rtol = 1e-10, atol = 1e-12 }(a, to)
+    local start = linkage:init { fix = { [q[1]] = 1, [q[1].dot] = 0 }, guess = near(q) }
+    for _, form in ipairs { "acc", "project", "baumgarte", "ggl", "dummy", "ode" } do
+      local sol = linkage:reduce(form):integrate { start = start, to = to, rtol = 1e-9, atol = 1e-10 }
+      expect(form .. " " .. sol.status):equals(form .. " finished")
+      expect(math.abs(sol(q[1], to) - wanted) < 1e-8):equals(true)
+      expect(math.abs(sol(q[4], to)) < 1e-8):equals(true)
+    end
+    -- multipliers of least norm have no share in what (∂C/∂q)ᵀ cannot feel: the null vector of its columns
+    local z, s, c = given.multipliers, math.sin(1), math.cos(1)
+    local null = { 2*c/s, 2, -c/s, -1 }
+    local share, size = 0, 0
+    for k = 1, 4 do
+      share = share + null[k] * start(z[k])
+      size = size + math.abs(null[k] * start(z[k]))
+    end
+    expect(math.abs(share) <= 1e-9 * size):equals(true)
+  end
+end)
+
+test("parameters keep their values", function()
+  local q, L = var("angle", 4), param("length", 1)
+  local C = { L*cos(q[1]) + 2*cos(q[4]) - 2 - L*cos(q[2]), L*sin(q[1]) + 2*sin(q[4]) - L*sin(q[2]),
+    L*cos(q[1]) + 4*cos(q[4]) - 4 - L*cos(q[3]), L*sin(q[1]) + 4*sin(q[4]) - L*sin(q[3]) }
+  local given = lagrange { q = q, T = dot(q.dot, q.dot)/2, V = 9.81*sin(q[1]), C = C }
+  local linkage = given:with{ length = 0.5 }:independent { fix = { [q[1]] = 1 }, guess = near(q) }
+  expect(linkage.values[L]):equals(0.5)
+  expect(linkage:dof()):equals(2)
+end)
+
+test("a start names the remedy, and what is no redundancy is refused", function()
+  local given, q = parallelogram(1, 2, "angle")
+  expect(function() given:init { fix = { [q[1]] = 1 }, guess = near(q) } end):fails "sys:independent{"
+  local x, y = vars "x y"
+  local pendulum = lagrange { q = vec{x, y}, T = (x.dot^2 + y.dot^2)/2, V = y, C = { x^2 + y^2 - 1 } }
+  expect(function() pendulum:independent { guess = { x = 0.6, y = 0.8 } } end):fails
+    "the gradients of the 1 constraints are independent"
+  expect(function() given:independent { guess = { [q[1]] = 0, [q[2]] = 0, [q[3]] = 0, [q[4]] = 0 } } end)
+    :fails "singular"
+  expect(function() dae { der(x) ~ y, 0 ~ x - y }:independent{} end):fails "expected a model made by lagrange"
+end)
