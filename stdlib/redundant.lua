@@ -1,6 +1,6 @@
 -- Overconstrained mechanisms: constraints that depend on each other wherever the mechanism can move.
 
-local negligible = 1e-7                            -- of a row of ∂C/∂q; consistent positions are known to 1e-10
+local negligible = 1e-7                            -- of a row of ∂C/∂q; positions are known to 1e-8 and better
 
 local function product(a, b)
   local sum = 0
@@ -13,7 +13,7 @@ local function remove(row, unit)
   for j = 1, #row do row[j] = row[j] - share * unit[j] end
 end
 
--- Gram-Schmidt, the longest remainder first: the numbers of independent rows, and an orthonormal basis of all.
+-- Gram-Schmidt, the longest remainder first: numbers of independent rows, and an orthonormal basis of all.
 local function independent_rows(rows)
   local rest, chosen, basis = {}, {}, {}
   for i, row in ipairs(rows) do
@@ -37,8 +37,8 @@ local function independent_rows(rows)
   return chosen, basis
 end
 
--- A position near the given values (keys: coordinates or names), and the gradients of the constraints there as
--- lists of numbers.
+-- A position near the given values (keys: coordinates or names), and the gradients of the constraints there
+-- as lists of numbers.
 local function position(sys, near, params)
   local C, q, start = {}, {}, {}
   for i = 1, #sys.C do C[i] = sys.C[i] end
@@ -116,7 +116,8 @@ local function independent_at(sys, request)
   return chosen
 end
 
-doc { name = "model:independent", module = "mech", sig = "sys:independent{ fix =, guess =, params = } -> model",
+doc { name = "model:independent", module = "mech",
+  sig = "sys:independent{ fix =, guess =, params = } -> model",
   text = [[The same motion by independent constraints, for a mechanism made by lagrange whose constraints depend
     on each other wherever it can move (Bricard's linkage, a parallelogram with a third crank): index,
     degrees of freedom and all forms of reduce are right for it. Forces of dependent constraints are not
@@ -148,7 +149,7 @@ doc { name = "model:independent", module = "mech", sig = "sys:independent{ fix =
       at_start[own] = 0
     end
     equations[#equations + 1] = z ~ G * (kept.T * y)
-    local model = dae { equations, start = at_start, notes = { ("gradients of the constraints: rank %d of %d"):format(
-      #chosen, #C) } }
+    local note = ("gradients of the constraints: rank %d of %d"):format(#chosen, #C)
+    local model = dae { equations, start = at_start, notes = { note } }
     return next(sys.values) and model:with(sys.values) or model
   end }

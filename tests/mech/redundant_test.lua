@@ -1,7 +1,7 @@
 -- Linkages whose constraints depend on each other wherever they move.
 
--- A parallelogram with a third crank: cranks of length L at 0, D, 2 D, one coupler. It moves as one crank does:
--- all angles are equal, the coupler stays level, 2 L² a″ = -14.715 L cos a.
+-- A parallelogram with a third crank: cranks of length L at 0, D, 2 D, one coupler. It moves as one crank
+-- does: all angles are equal, the coupler stays level, 2 L² a″ = -14.715 L cos a.
 local function parallelogram(L, D, name)
   local q = var(name, 4)
   local function pin(k, a) return k * D + L * cos(a), L * sin(a) end
