@@ -1,6 +1,6 @@
 -- Overconstrained mechanisms: constraints that depend on each other wherever the mechanism can move.
 
-local negligible = 1e-7                            -- of a row of ∂C/∂q; positions are known to 1e-8 and better
+local negligible = 1e-7                         -- of a row of ∂C/∂q; positions are known to 1e-8 and better
 
 local function product(a, b)
   local sum = 0
