@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <set>
 
 #include "base/decompositions.hpp"
@@ -31,25 +32,29 @@ mpq_class determinant(std::vector<std::vector<mpq_class>> m) {
   return det;
 }
 
+/// The vertices on each facet.
+std::vector<VertexSet> facets_of(const Polytope& p) {
+  std::vector<std::pair<Index, Index>> incidence;
+  for (std::size_t v = 0; v < p.active.size(); ++v)
+    for (const Index c : p.active[v]) incidence.emplace_back(c, static_cast<Index>(v));
+  std::sort(incidence.begin(), incidence.end());
+  std::set<VertexSet> distinct;
+  for (std::size_t i = 0; i < incidence.size();) {
+    VertexSet on;
+    const Index c = incidence[i].first;
+    for (; i < incidence.size() && incidence[i].first == c; ++i) on.push_back(incidence[i].second);
+    distinct.insert(std::move(on));
+  }
+  return {distinct.begin(), distinct.end()};
+}
+
 /// Splits a polytope into simplices that share an apex at every level and hands each to `visit` (d + 1
 /// vertices).
 template <class Visit>
 class Splitter {
  public:
-  Splitter(const Polytope& p, Visit visit) : d_(p.vertices.cols()), visit_(std::move(visit)) {
-    std::vector<std::pair<Index, Index>> incidence;
-    for (std::size_t v = 0; v < p.active.size(); ++v)
-      for (const Index c : p.active[v]) incidence.emplace_back(c, static_cast<Index>(v));
-    std::sort(incidence.begin(), incidence.end());
-    std::set<VertexSet> distinct;
-    for (std::size_t i = 0; i < incidence.size();) {
-      VertexSet on;
-      const Index c = incidence[i].first;
-      for (; i < incidence.size() && incidence[i].first == c; ++i) on.push_back(incidence[i].second);
-      distinct.insert(std::move(on));
-    }
-    facets_.assign(distinct.begin(), distinct.end());
-  }
+  Splitter(const Polytope& p, Visit visit)
+      : d_(p.vertices.cols()), visit_(std::move(visit)), facets_(facets_of(p)) {}
 
   void run(Index vertices) {
     VertexSet all(static_cast<std::size_t>(vertices));
@@ -88,21 +93,75 @@ class Splitter {
   long calls_ = 0;
 };
 
-double factorial(Index n) { return n <= 1 ? 1 : static_cast<double>(n) * factorial(n - 1); }
+}  // namespace
+
+namespace {
+
+/// Volumes of faces from those of their facets, V = Σ height · V(facet) / dimension over the facets that do not hold
+/// the apex; a face that several others share is computed once (Büeler, Enge & Fukuda, in: Polytopes – Combinatorics
+/// and Computation, 2000, §3).
+class FaceVolumes {
+ public:
+  explicit FaceVolumes(const Mat& vertices) : x_(vertices.transpose()) {}
+
+  double of(const VertexSet& face, const std::vector<VertexSet>& facets, Index dimension) {
+    if (dimension == 0) return 1;
+    const auto known = volumes_.find(face);
+    if (known != volumes_.end()) return known->second;
+    if (volumes_.size() % 256 == 0) poll_interrupt();
+    if (volumes_.size() > most_faces)
+      throw Failure(text("the volume of a set with ", x_.cols(), " vertices in ", x_.rows(),
+                         " parameters needs more than ", most_faces,
+                         " faces; see set.box, or fewer parameters"));
+    double sum = 0;
+    for (const VertexSet& facet : facets) {
+      if (facet[0] == face[0] || static_cast<Index>(facet.size()) < dimension) continue;
+      std::set<VertexSet> below;
+      for (const VertexSet& other : facets) {
+        VertexSet common;
+        std::set_intersection(facet.begin(), facet.end(), other.begin(), other.end(),
+                              std::back_inserter(common));
+        if (common.size() < facet.size() && static_cast<Index>(common.size()) >= dimension - 1 &&
+            !common.empty())
+          below.insert(std::move(common));
+      }
+      sum += height(face[0], facet) * of(facet, {below.begin(), below.end()}, dimension - 1);
+    }
+    return volumes_[face] = sum / static_cast<double>(dimension);
+  }
+
+ private:
+  /// Distance of a vertex from the affine hull of a face.
+  double height(Index apex, const VertexSet& face) const {
+    Vec from = x_.col(apex) - x_.col(face[0]);
+    if (face.size() == 1) return from.norm();
+    Mat edges = x_(Eigen::all, VertexSet(face.begin() + 1, face.end()));
+    edges.colwise() -= x_.col(face[0]);
+    Eigen::ColPivHouseholderQR<Mat> qr;
+    qr.setThreshold(1e-11);
+    qr.compute(edges);
+    const Vec turned = qr.householderQ().transpose() * from;
+    return turned.tail(turned.size() - qr.rank()).norm();
+  }
+
+  static constexpr std::size_t most_faces = 400000;
+  Mat x_;
+  std::map<VertexSet, double> volumes_;
+};
 
 }  // namespace
 
 double volume(const Polytope& p) {
   const Index d = p.vertices.cols();
   if (p.vertices.rows() <= d) return 0;
-  double sum = 0;
-  Mat edges(d, d);
-  const auto add = [&](const VertexSet& s) {
-    for (Index i = 0; i < d; ++i) edges.row(i) = p.vertices.row(s[i + 1]) - p.vertices.row(s[0]);
-    sum += std::abs(edges.determinant());
-  };
-  Splitter(p, add).run(p.vertices.rows());
-  return sum / factorial(d);
+  // In units of the extents, so that ranks do not depend on those of the parameters.
+  const Vec low = p.vertices.colwise().minCoeff();
+  Vec size = p.vertices.colwise().maxCoeff().transpose() - low;
+  if (!(size.minCoeff() > 0)) return 0;
+  const Mat scaled = (p.vertices.rowwise() - low.transpose()) * size.cwiseInverse().asDiagonal();
+  VertexSet all(static_cast<std::size_t>(p.vertices.rows()));
+  for (std::size_t i = 0; i < all.size(); ++i) all[i] = static_cast<Index>(i);
+  return size.prod() * FaceVolumes(scaled).of(all, facets_of(p), d);
 }
 
 mpq_class exact_volume(const Polytope& p) {
