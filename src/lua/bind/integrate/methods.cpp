@@ -228,7 +228,7 @@ extern const Module methods_module = {
         {"method_families", method_families, "method_families() -> { family, … }",
          R"(The families of adaptive methods: name, text, explicit; listed: method = name chooses it; index_2: it
             treats models of index 2 and 3 as they stand; default: the method behind the name. See methods().)",
-         "#method_families()", "5"},
+         "#method_families()", "6"},
         {"bdf", bdf, "bdf(steps) -> multistep",
          "The backward differentiation formula with 1 to 6 steps, its coefficients derived exactly.",
          "bdf(2)", R"(
