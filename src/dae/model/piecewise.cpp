@@ -8,10 +8,10 @@
 namespace pendula::dae {
 namespace {
 
-constexpr std::size_t most_pieces = 3;
+constexpr std::size_t most_choices = 3;
 
 /// A choice that the equations contain: what it becomes and where.
-struct Piece {
+struct Found {
   Expr node, first, second;
   std::string where_first, where_second;
   Expr margin;  ///< positive where the first one holds, negative where the second one does
@@ -30,57 +30,92 @@ Expr margin_of(Expr condition) {
   return ifelse(condition, Expr(1), Expr(-1));
 }
 
-std::optional<Piece> piece_of(Expr node) {
+std::optional<Found> piece_of(Expr node) {
   if (node.is_constant() || node.is_symbol()) return {};
   const auto x = node.operands();
   const auto order = [&](Expr low, Expr high) { return to_text(low) + " < " + to_text(high); };
   switch (node.op()) {
     case Op::ifelse:
-      return Piece{node, x[1], x[2], to_text(x[0]), negated(x[0]), margin_of(x[0])};
+      return Found{node, x[1], x[2], to_text(x[0]), negated(x[0]), margin_of(x[0])};
     case Op::abs:
-      return Piece{node, x[0], -x[0], to_text(x[0]) + " > 0", to_text(x[0]) + " < 0", x[0]};
+      return Found{node, x[0], -x[0], to_text(x[0]) + " > 0", to_text(x[0]) + " < 0", x[0]};
     case Op::min:
-      return Piece{node, x[0], x[1], order(x[0], x[1]), order(x[1], x[0]), x[1] - x[0]};
+      return Found{node, x[0], x[1], order(x[0], x[1]), order(x[1], x[0]), x[1] - x[0]};
     case Op::max:
-      return Piece{node, x[0], x[1], order(x[1], x[0]), order(x[0], x[1]), x[0] - x[1]};
+      return Found{node, x[0], x[1], order(x[1], x[0]), order(x[0], x[1]), x[0] - x[1]};
     default:
       return {};
   }
 }
 
-std::vector<Expr> with_choice(std::vector<Expr> e, const std::vector<Piece>& pieces, unsigned choice) {
-  for (std::size_t k = pieces.size();
-       k-- > 0;) {  // the outermost first: what it leaves out need not be chosen
-    const Expr chosen = choice >> k & 1 ? pieces[k].second : pieces[k].first;
-    e = substitute(e, {{pieces[k].node, chosen}});
+}  // namespace
+
+Choices::Choices(const Model& model) : model_(model) {
+  for (Expr node : topological(model.residuals)) {
+    const auto found = piece_of(node);
+    if (!found) continue;
+    bool reversed = false;
+    const std::size_t choice = choice_of(found->margin, found->where_first, found->where_second, reversed);
+    pieces_.push_back({node, found->first, found->second, choice, reversed});
   }
-  for (std::size_t k = 0; k < pieces.size(); ++k)  // and inside what was put in
-    e = substitute(e, {{pieces[k].node, choice >> k & 1 ? pieces[k].second : pieces[k].first}});
+}
+
+std::size_t Choices::choice_of(Expr margin, const std::string& first, const std::string& second,
+                               bool& reversed) {
+  const Expr other = -margin;
+  for (std::size_t k = 0; k < margins_.size(); ++k) {
+    reversed = margins_[k] == other;
+    if (reversed || margins_[k] == margin) return k;
+  }
+  reversed = false;
+  margins_.push_back(margin);
+  where_.emplace_back(first, second);
+  return margins_.size() - 1;
+}
+
+std::vector<Expr> Choices::with(std::vector<Expr> e, std::uint64_t choice) const {
+  const auto chosen = [&](const Piece& piece) {
+    const bool second = (choice >> piece.choice & 1) != 0;
+    return second != piece.reversed ? piece.second : piece.first;
+  };
+  for (std::size_t k = pieces_.size();
+       k-- > 0;)  // the outermost first: what it leaves out need not be chosen
+    e = substitute(e, {{pieces_[k].node, chosen(pieces_[k])}});
+  for (const Piece& piece : pieces_)
+    e = substitute(e, {{piece.node, chosen(piece)}});  // inside what was put in
   return e;
 }
 
-}  // namespace
+Region Choices::region(std::uint64_t choice) const {
+  Region r{"", model_, {}};
+  std::vector<std::string> where;
+  for (std::size_t k = 0; k < margins_.size(); ++k) {
+    const bool second = (choice >> k & 1) != 0;
+    where.push_back(second ? where_[k].second : where_[k].first);
+    r.margins.push_back(second ? -margins_[k] : margins_[k]);
+  }
+  r.where = join(where, ", ");
+  r.model.residuals = with(model_.residuals, choice);
+  return r;
+}
+
+std::uint64_t Choices::active(const std::unordered_map<Expr, double>& values) const {
+  std::unordered_map<Expr, double> all = values;
+  for (Expr leaf : leaves(margins_))
+    if (symbol_of(leaf).kind == Kind::variable) all.try_emplace(leaf, 0.0);
+  const std::vector<double> at = pendula::evaluate(margins_, all);
+  std::uint64_t choice = 0;
+  for (std::size_t k = 0; k < at.size(); ++k)
+    if (at[k] < 0) choice |= std::uint64_t{1} << k;
+  return choice;
+}
 
 std::vector<Region> regions(const Model& m) {
-  std::vector<Piece> pieces;
-  for (Expr node : topological(m.residuals)) {
-    if (auto piece = piece_of(node)) pieces.push_back(std::move(*piece));
-    if (pieces.size() > most_pieces) return {};
-  }
   std::vector<Region> list;
-  if (pieces.empty()) return list;
-  for (unsigned choice = 0; choice < 1u << pieces.size(); ++choice) {
-    Region r{"", m, {}};
-    std::vector<std::string> where;
-    for (std::size_t k = 0; k < pieces.size(); ++k) {
-      const bool second = choice >> k & 1;
-      where.push_back(second ? pieces[k].where_second : pieces[k].where_first);
-      r.margins.push_back(second ? -pieces[k].margin : pieces[k].margin);
-    }
-    r.where = join(where, ", ");
-    r.model.residuals = with_choice(m.residuals, pieces, choice);
-    list.push_back(std::move(r));
-  }
+  const Choices choices(m);
+  if (choices.size() == 0 || choices.size() > most_choices) return list;
+  for (std::uint64_t choice = 0; choice < std::uint64_t{1} << choices.size(); ++choice)
+    list.push_back(choices.region(choice));
   return list;
 }
 

@@ -1,7 +1,9 @@
 // Models with ifelse, abs, min and max: the index in each of their regions.
 #pragma once
 
+#include <cstdint>
 #include <string>
+#include <unordered_map>
 #include <vector>
 
 #include "dae/model/model.hpp"
@@ -15,7 +17,33 @@ struct Region {
   std::vector<Expr> margins;  ///< not negative in the region; may contain other pieces
 };
 
-/// All combinations of at most three conditions; empty if there are none, or more.
+/// What a model can choose between: every ifelse, abs, min and max is one of two expressions. Nodes with one
+/// border are one choice.
+class Choices {
+ public:
+  explicit Choices(const Model& model);
+  std::size_t size() const { return margins_.size(); }
+  /// Bit k of `choice`: the second side of choice k.
+  Region region(std::uint64_t choice) const;
+  /// The sides that are in force at values; leaves without value count as 0.
+  std::uint64_t active(const std::unordered_map<Expr, double>& values) const;
+
+ private:
+  struct Piece {
+    Expr node, first, second;
+    std::size_t choice;  ///< which decides about it
+    bool reversed;       ///< the first side is the choice's second
+  };
+  std::size_t choice_of(Expr margin, const std::string& first, const std::string& second, bool& reversed);
+  std::vector<Expr> with(std::vector<Expr> e, std::uint64_t choice) const;
+
+  Model model_;
+  std::vector<Piece> pieces_;  ///< operands first
+  std::vector<Expr> margins_;  ///< of each choice: positive on its first side
+  std::vector<std::pair<std::string, std::string>> where_;
+};
+
+/// All combinations of at most three choices; empty if there are none, or more.
 std::vector<Region> regions(const Model& model);
 
 }  // namespace pendula::dae

@@ -1,59 +1,18 @@
 // Starts of piecewise models (ifelse, abs, min, max) whose regions differ in index: the region that is active at the
 // start decides which hidden constraints hold there.
 #include <algorithm>
-#include <cmath>
 
 #include "base/error.hpp"
 #include "base/text.hpp"
-#include "dae/analysis/analysis.hpp"
-#include "dae/model/lineage.hpp"
-#include "dae/model/make_model.hpp"
-#include "dae/model/piecewise.hpp"
+#include "dae/start/regimes.hpp"
 #include "dae/start/start_system.hpp"
 
 namespace pendula::dae {
 namespace {
 
-constexpr std::size_t affordable = 12;  // unknowns of a model whose regions are solved one by one
-
-/// The model in one region, with all unknowns of the piecewise one.
-ModelPtr region_model(const ModelPtr& model, const Region& region) {
-  ModelOptions options = child_of(model);
-  options.trace.push_back("in the region " + region.where);
-  declare_unknowns(options, *model);
-  std::vector<Block> blocks;
-  std::size_t next = 0;
-  for (const Block& b : model->blocks) {
-    Block own{VecX::Zero(b.lhs.size()), VecX::Zero(b.lhs.size()), b.note, b.rewritten};
-    for (Eigen::Index row = 0; row < b.lhs.size(); ++row) own.rhs[row] = region.model.residuals[next++];
-    blocks.push_back(std::move(own));
-  }
-  return make_model(std::move(blocks), std::move(options));
-}
-
-std::string answer(const Model& m) {
-  const Analysis a = analyse(m);
-  return a.regular ? text(a.index, " ", a.dof) : "singular";
-}
-
-/// A margin at values; leaves without value (derivatives that nothing asked for) count as 0.
-double at(Expr e, std::unordered_map<Expr, double> values) {
-  for (Expr leaf : leaves({&e, 1}))
-    if (symbol_of(leaf).kind == Kind::variable) values.try_emplace(leaf, 0.0);
-  return pendula::evaluate({&e, 1}, values)[0];
-}
-
-/// Does the start lie in the region, and on its border not move out of it?
-bool stays_in(const Region& region, const ConsistentState& start) {
-  constexpr double border = 1e-9;
-  for (Expr margin : region.margins) {
-    const double size = border * (1 + size_of_terms(margin, start.values)), here = at(margin, start.values);
-    if (!(here >= -size)) return false;
-    if (here > size || margin.op() == Op::ifelse) continue;
-    if (!(at(total_derivative(margin), start.values) >= -border)) return false;
-  }
-  return true;
-}
+constexpr std::size_t affordable = 40;  // unknowns of a model whose regions are solved one by one
+constexpr std::size_t most_choices = 8;
+constexpr std::size_t most_reasons = 8;  // that an error lists
 
 /// Regions that time and parameters exclude already.
 bool excluded(const Region& region, const StartRequest& request, const Model& m) {
@@ -74,31 +33,32 @@ bool excluded(const Region& region, const StartRequest& request, const Model& m)
 ConsistentStatePtr start_in_region(const ModelPtr& model, const StartRequest& request) {
   if (!model->form.empty() || !model->invariants.empty() || model->variables.size() > affordable)
     return nullptr;
-  if (model->residuals.size() != model->variables.size()) return nullptr;
-  const std::vector<Region> all = regions(*model);
-  std::vector<ModelPtr> models;
-  bool differ = false;
-  const std::string whole = all.empty() ? "" : answer(*model);
-  for (const Region& region : all) {
-    models.push_back(region_model(model, region));
-    differ = differ || answer(*models.back()) != whole;
-  }
-  if (!differ) return nullptr;
+  Regimes regimes(model);
+  if (regimes.choices() > most_choices || !regimes.differ()) return nullptr;
   std::string why;
-  for (std::size_t k = 0; k < all.size(); ++k) {
-    if (excluded(all[k], request, *model)) continue;
+  std::size_t reasons = 0;
+  const auto refused = [&](const Regime& regime, const std::string& reason) {
+    if (++reasons <= most_reasons) why += text("\n  where ", regime.region.where, ": ", reason);
+  };
+  for (std::uint64_t choice = 0; choice < std::uint64_t{1} << regimes.choices(); ++choice) {
+    const Regime& regime = regimes.regime(choice);
+    if (excluded(regime.region, request, *model)) continue;
+    if (!regime.model) {
+      refused(regime, "the equations are singular");
+      continue;
+    }
     try {
-      auto found = std::make_shared<ConsistentState>(*init(models[k], request));
-      if (stays_in(all[k], *found)) {
+      auto found = std::make_shared<ConsistentState>(*init(regime.model, request));
+      if (stays_in(regime.region, *found)) {
         found->model = model;
         return found;
       }
-      why += text("\n  where ", all[k].where,
-                  ": its solution for these values lies or moves outside this region");
+      refused(regime, "its solution for these values lies or moves outside this region");
     } catch (const UserFacing& e) {
-      why += text("\n  where ", all[k].where, ": ", e.what());
+      refused(regime, e.what());
     }
   }
+  if (reasons > most_reasons) why += text("\n  and ", reasons - most_reasons, " more");
   throw Error("no region of this piecewise model has a consistent start for these values." + why);
 }
 

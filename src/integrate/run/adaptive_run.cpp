@@ -13,10 +13,10 @@
 #include "expr/print/print.hpp"
 #include "integrate/event/jumps.hpp"
 #include "integrate/event/monitor/domain_monitor.hpp"
+#include "integrate/plan/run_monitors.hpp"
+#include "integrate/plan/stall_detector.hpp"
 #include "integrate/run/event_handler.hpp"
 #include "integrate/run/method_selector.hpp"
-#include "integrate/run/run_monitors.hpp"
-#include "integrate/run/stall_detector.hpp"
 #include "integrate/solution/rounding_watch.hpp"
 
 namespace pendula::integrate {

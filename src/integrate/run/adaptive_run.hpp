@@ -1,7 +1,7 @@
 // The driver of every method that chooses its steps: times, events, dense output, statistics, interruption.
 #pragma once
 
-#include "integrate/run/plan.hpp"
+#include "integrate/plan/plan.hpp"
 #include "integrate/solution/solution.hpp"
 
 namespace pendula::integrate {

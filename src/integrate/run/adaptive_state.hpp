@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "integrate/event/events.hpp"
-#include "integrate/run/plan.hpp"
+#include "integrate/plan/plan.hpp"
 #include "integrate/solution/output_writer.hpp"
 #include "integrate/solution/step_history.hpp"
 

@@ -8,7 +8,7 @@
 
 #include "integrate/event/zeno_detector.hpp"
 #include "integrate/run/mode_tracker.hpp"
-#include "integrate/run/run_monitors.hpp"
+#include "integrate/plan/run_monitors.hpp"
 
 namespace pendula::integrate {
 

@@ -7,7 +7,7 @@
 #include "base/interrupt.hpp"
 #include "base/text.hpp"
 #include "integrate/problem/rhs_solver.hpp"
-#include "integrate/run/run_monitors.hpp"
+#include "integrate/plan/run_monitors.hpp"
 #include "method/collocation.hpp"
 
 namespace pendula::integrate {

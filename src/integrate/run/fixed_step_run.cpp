@@ -8,7 +8,7 @@
 
 #include "base/interrupt.hpp"
 #include "base/text.hpp"
-#include "integrate/run/run_monitors.hpp"
+#include "integrate/plan/run_monitors.hpp"
 #include "integrate/solution/output_writer.hpp"
 
 namespace pendula::integrate {

@@ -1,7 +1,7 @@
 // The driver for steps of a fixed length.
 #pragma once
 
-#include "integrate/run/plan.hpp"
+#include "integrate/plan/plan.hpp"
 #include "integrate/solution/solution.hpp"
 #include "integrate/step/runge_kutta.hpp"
 

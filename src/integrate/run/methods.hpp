@@ -5,7 +5,7 @@
 #include <string_view>
 
 #include "integrate/problem/active_subsystem.hpp"
-#include "integrate/run/plan.hpp"
+#include "integrate/plan/plan.hpp"
 
 namespace pendula::integrate {
 

@@ -5,6 +5,7 @@
 #include "integrate/run/fixed_bdf.hpp"
 #include "integrate/run/fixed_step_run.hpp"
 #include "integrate/run/problem_setup.hpp"
+#include "integrate/run/regime_run.hpp"
 #include "integrate/run/state_reselection.hpp"
 
 namespace pendula::integrate {
@@ -12,6 +13,7 @@ namespace pendula::integrate {
 TrajectoryPtr simulate(const dae::ModelPtr& model, const Simulation& simulation) {
   const bool one_choice = simulation.plan.stop_when || !simulation.sensitivities.empty();
   if (chooses_states(*model) && !one_choice) return simulate_reselecting(model, simulation);
+  if (changes_regime(*model, simulation)) return simulate_regimes(model, simulation);
   require_low_index(*model, simulation.plan.direct);
   const ProblemSetup run = set_up_problem(model, simulation);
   const auto wrap = [&](SolutionPtr solution) {

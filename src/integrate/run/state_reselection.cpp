@@ -10,6 +10,7 @@
 #include "dae/model/lineage.hpp"
 #include "dae/reduce/reduced_forms.hpp"
 #include "expr/print/print.hpp"
+#include "integrate/run/pieces.hpp"
 #include "integrate/run/problem_setup.hpp"
 
 namespace pendula::integrate {
@@ -27,56 +28,6 @@ std::vector<Expr> original_leaves(const dae::Model& model, const Problem& proble
   for (Expr z : form.z) list.push_back(dae::original_leaf(model, z));
   return list;
 }
-
-Point point_of(double t, const Vec& values, int n) {
-  return {t, values.head(n), values.segment(n, n), values.tail(values.size() - 2 * n)};
-}
-
-/// A part of the trajectory with one choice of states.
-struct Piece {
-  dae::ModelPtr model;
-  dae::DummySelection selection;
-  SolutionPtr solution;
-  double from = 0;
-};
-
-/// One solution made of pieces: times between saved points are asked of the piece they belong to.
-class Pieces : public Continuation {
- public:
-  Pieces(dae::ModelPtr model, const Problem& problem, const Substitution& inputs)
-      : n_(problem.n()), leaves_(original_leaves(*model, problem)), inputs_(inputs) {}
-
-  void add(Piece piece) {
-    std::vector<Expr> own;
-    for (Expr leaf : leaves_) own.push_back(substitute(dae::resolve(*piece.model, leaf), inputs_));
-    expressions_.push_back(std::move(own));
-    pieces_.push_back(std::move(piece));
-  }
-  const Piece& last() const { return pieces_.back(); }
-
-  /// A point of the last piece in the unknowns of the first model.
-  Point translated(const Point& point) const {
-    return point_of(point.t, last().solution->values(expressions_.back(), point), n_);
-  }
-
-  std::pair<double, double> interval(const Points& saved) const override {
-    if (pieces_.empty()) return Continuation::interval(saved);
-    return {pieces_.front().solution->t().front(), pieces_.back().solution->t().back()};
-  }
-
-  Point at(const Points&, double t) override {
-    std::size_t k = pieces_.size() - 1;
-    while (k > 0 && pieces_[k].from > t) --k;
-    return point_of(t, pieces_[k].solution->values(expressions_[k], t), n_);
-  }
-
- private:
-  int n_;
-  std::vector<Expr> leaves_;
-  Substitution inputs_;
-  std::vector<Piece> pieces_;
-  std::vector<std::vector<Expr>> expressions_;
-};
 
 /// Compares the choice in use with the best one at a point of its problem.
 class ChoiceMonitor {
@@ -118,11 +69,7 @@ class StateReselection {
         simulation_(simulation),
         source_(dae::original(model)),
         pivoting_(source_),
-        problem_(make_problem(model, simulation)),
-        pieces_(std::make_shared<Pieces>(model, *problem_, simulation.inputs)),
-        merged_(std::make_shared<Solution>(problem_)) {
-    if (simulation_.plan.times) times_ = *simulation_.plan.times;
-  }
+        whole_(model, simulation, original_leaves(*model, *make_problem(model, simulation))) {}
 
   TrajectoryPtr run() {
     dae::ModelPtr model = first_;
@@ -131,33 +78,34 @@ class StateReselection {
     std::vector<std::pair<Expr, double>> values;  // of original leaves, where the next piece begins
     RunOutcome outcome{Ending::stop_when, ""};
     if (const auto better = ChoiceMonitor(pivoting_, model, selection, simulation_).better(beginning())) {
-      for (Expr leaf : original_leaves(*model, *problem_))
+      for (Expr leaf : original_leaves(*model, whole_.problem()))
         if (const auto value = simulation_.start->value_for(*source_, leaf))
           values.emplace_back(leaf, *value);
       selection = *better;
       model = dae::reduce_dummy(source_, selection);
     }
-    bool first = true;
     for (long k = 0; k < most_switches && outcome.ending == Ending::stop_when; ++k) {
-      outcome = piece(model, selection, t, values, std::exchange(first, false));
-      if (pieces_->last().solution->size() == 0) break;
+      outcome = piece(model, selection, t, values);
+      if (whole_.pieces().last().solution->size() == 0) break;
       const auto next = outcome.ending == Ending::finished ? std::nullopt : next_;
       if (!next) continue;
-      if (outcome.ending != Ending::stop_when && t == pieces_->last().solution->t().back())
+      if (outcome.ending != Ending::stop_when && t == whole_.pieces().last().solution->t().back())
         break;  // no step was possible
       outcome = {Ending::stop_when, ""};
       selection = *next;
       model = dae::reduce_dummy(source_, selection);
-      t = pieces_->last().solution->t().back();
+      t = whole_.pieces().last().solution->t().back();
     }
-    finish(outcome);
-    return std::make_shared<const Trajectory>(first_, simulation_.inputs, merged_, simulation_.events);
+    if (outcome.ending == Ending::stop_when)
+      outcome = stopped_at(whole_.pieces().last().solution->t().back(),
+                           text("the states were switched ", most_switches, " times"));
+    return whole_.finish(outcome);
   }
 
  private:
   /// Integrates until the choice of states degrades; what to go on with is in next_.
   RunOutcome piece(const dae::ModelPtr& model, const dae::DummySelection& selection, double from,
-                   std::vector<std::pair<Expr, double>>& values, bool first) {
+                   std::vector<std::pair<Expr, double>>& values) {
     Simulation part = simulation_;
     part.plan.from = from;
     part.plan.times.reset();
@@ -170,9 +118,8 @@ class StateReselection {
     };
     const TrajectoryPtr trajectory = simulate(model, part);
     const SolutionPtr solution(trajectory, &trajectory->solution());
-    pieces_->add({model, selection, solution, from});
-    merged_->add_states({from, states_text(*model)});
-    keep(*solution, first);
+    whole_.solution().add_states({from, states_text(*model)});
+    whole_.add({model, solution, from}, simulation_.events.size());
     const std::vector<Expr> leaves = original_leaves(*model, solution->problem());
     const Point end = solution->final();
     if (solution->ending() == Ending::stopped) next_ = monitor->better(end, 0.999);
@@ -187,7 +134,7 @@ class StateReselection {
 
   /// Where the first model begins.
   Point beginning() const {
-    const dae::FirstOrder& form = problem_->model();
+    const dae::FirstOrder& form = whole_.problem().model();
     const auto values = [&](const std::vector<Expr>& list) {
       Vec v = Vec::Zero(static_cast<Eigen::Index>(list.size()));
       for (std::size_t i = 0; i < list.size(); ++i)
@@ -207,53 +154,12 @@ class StateReselection {
     return at;
   }
 
-  void keep(const Solution& solution, bool first) {
-    for (int i = first ? 0 : 1; !simulation_.plan.times && i < solution.size(); ++i)
-      merged_->save(pieces_->translated(solution.point(i)));
-    const double end = solution.t().back(), rounding = 1e-14 * (1 + std::fabs(end));
-    for (; next_time_ < times_.size() && times_[next_time_] <= end + rounding; ++next_time_) {
-      Point point = pieces_->translated(solution.at(std::min(times_[next_time_], end)));
-      point.t = times_[next_time_];
-      merged_->save(point);
-    }
-    for (EventRecord event : solution.events()) {
-      event.before = pieces_->translated(event.before);
-      event.after = pieces_->translated(event.after);
-      merged_->add_event(event);
-    }
-    const Stats& s = solution.stats();
-    stats_.steps += s.steps;
-    stats_.rejected += s.rejected;
-    stats_.evaluations += s.evaluations;
-    stats_.jacobians += s.jacobians;
-    stats_.factorisations += s.factorisations;
-    stats_.newton_iterations += s.newton_iterations;
-    seconds_ += solution.cpu_seconds();
-  }
-
-  void finish(const RunOutcome& outcome) {
-    const Solution& last = *pieces_->last().solution;
-    merged_->set_method(last.method_name(), last.dt());
-    merged_->set_continuation(pieces_);
-    const bool endless = outcome.ending == Ending::stop_when;
-    merged_->finish(
-        endless ? stopped_at(last.t().back(), text("the states were switched ", most_switches, " times"))
-                : outcome,
-        stats_, seconds_);
-  }
-
   dae::ModelPtr first_;
   const Simulation& simulation_;
   dae::ModelPtr source_;
   dae::DummyPivoting pivoting_;
-  ProblemPtr problem_;
-  std::shared_ptr<Pieces> pieces_;
-  std::shared_ptr<Solution> merged_;
-  std::vector<double> times_;
-  std::size_t next_time_ = 0;
+  PiecewiseSolution whole_;
   std::optional<dae::DummySelection> next_;
-  Stats stats_;
-  double seconds_ = 0;
 };
 
 }  // namespace

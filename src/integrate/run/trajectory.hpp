@@ -3,7 +3,7 @@
 
 #include "dae/start/start.hpp"
 #include "integrate/problem/sensitivity.hpp"
-#include "integrate/run/plan.hpp"
+#include "integrate/plan/plan.hpp"
 #include "integrate/solution/drift.hpp"
 
 namespace pendula::integrate {

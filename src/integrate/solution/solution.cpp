@@ -172,7 +172,18 @@ std::string Solution::stats_text() const {
   for (const MethodInUse& use : methods_in_use_)
     result += text(use.name, " from t = ", rounded(use.t, 6), ": ", use.why, "\n");
   if (!rounding_.empty()) result += rounding_ + "\n";
-  return result + borders_text();
+  return result + regimes_text() + borders_text();
+}
+
+std::string Solution::regimes_text() const {
+  constexpr std::size_t most = 12;  // lines
+  const std::size_t count = regimes_in_use_.size(), first = count > most ? count - most : 0;
+  std::string result;
+  if (first > 0) result = text(count, " regimes, the last of them:\n");
+  for (std::size_t k = first; k < count; ++k)
+    result +=
+        text("regime ", regimes_in_use_[k].regime, " from t = ", rounded(regimes_in_use_[k].t, 6), "\n");
+  return result;
 }
 
 std::string Solution::borders_text() const {

@@ -72,6 +72,12 @@ struct StatesInUse {
   std::string states;
 };
 
+/// From a time on, the equations of this regime held: "x < la (index 3)".
+struct RegimeInUse {
+  double t = 0;
+  std::string regime;
+};
+
 /// From a time on, the solution was computed by this method, which was chosen.
 struct MethodInUse {
   double t = 0;
@@ -93,6 +99,7 @@ class Solution {
   void keep_methods(std::size_t count) { methods_in_use_.resize(count); }
   void cut(double t);  ///< takes back what was filled in behind t
   void add_states(StatesInUse use) { states_in_use_.push_back(std::move(use)); }
+  void add_regime(RegimeInUse use) { regimes_in_use_.push_back(std::move(use)); }
   void finish(RunOutcome outcome, const Stats& stats, double seconds);
 
   const RunOutcome& outcome() const { return outcome_; }
@@ -112,11 +119,15 @@ class Solution {
   /// Which states were in use from when on; more than one where they were switched. Empty: always the same.
   const std::vector<StatesInUse>& states_in_use() const { return states_in_use_; }
 
+  /// Regimes of a piecewise model whose index changes; empty for other models.
+  const std::vector<RegimeInUse>& regimes_in_use() const { return regimes_in_use_; }
+
   /// Method "auto": what was chosen, when and why.
   const std::vector<MethodInUse>& methods_in_use() const { return methods_in_use_; }
 
   /// The borders of piecewise equations.
   const std::vector<BorderInUse>& borders() const { return borders_; }
+  std::string regimes_text() const;  ///< one line each; of many, the last ones
   std::string borders_text() const;  ///< one line each; many are counted
 
   /// Why the digits asked for are not there; empty: nothing is known against them.
@@ -157,6 +168,7 @@ class Solution {
   Points points_;
   std::vector<EventRecord> events_;
   std::vector<StatesInUse> states_in_use_;
+  std::vector<RegimeInUse> regimes_in_use_;
   std::vector<MethodInUse> methods_in_use_;
   std::vector<BorderInUse> borders_;
   std::string rounding_;

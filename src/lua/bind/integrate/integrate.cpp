@@ -372,7 +372,7 @@ int events(Call& call) {
   return 1;
 }
 
-/// A list of { t =, states = }.
+/// A list of { t =, states = } or { t =, regime = }.
 int switches(Call& call) {
   lua_newtable(call.L);
   int i = 0;
@@ -382,6 +382,14 @@ int switches(Call& call) {
     lua_setfield(call.L, -2, "t");
     lua_pushlstring(call.L, use.states.data(), use.states.size());
     lua_setfield(call.L, -2, "states");
+    lua_rawseti(call.L, -2, ++i);
+  }
+  for (const integrate::RegimeInUse& use : trajectory_of(call).solution().regimes_in_use()) {
+    lua_createtable(call.L, 0, 2);
+    lua_pushnumber(call.L, use.t);
+    lua_setfield(call.L, -2, "t");
+    lua_pushlstring(call.L, use.regime.data(), use.regime.size());
+    lua_setfield(call.L, -2, "regime");
     lua_rawseti(call.L, -2, ++i);
   }
   return 1;
@@ -525,9 +533,10 @@ extern const Module integrate_module = {
          R"(Steps, evaluations, Jacobians, factorisations, Newton iterations; .time is the CPU time in
             seconds.)",
          "", ""},
-        {"solution:switches", switches, "sol:switches() -> list of { t =, states = }",
+        {"solution:switches", switches, "sol:switches() -> list of { t =, states = } or { t =, regime = }",
          R"(Form "dummy": which states were in use from when on. The first entry is the choice at the
-            start, every further one a switch to a choice that was clearly better there.)",
+            start, every further one a switch to a choice that was clearly better there.
+            Models whose regimes differ in index (0 ~ min(a, b)): which regime held from when on.)",
          "", ""},
         {"solution:drift", drift, "sol:drift() -> drift",
          R"(For each constraint C(0), C′(0), the straight line that an inconsistent start causes, the

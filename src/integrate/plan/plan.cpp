@@ -1,4 +1,4 @@
-#include "integrate/run/plan.hpp"
+#include "integrate/plan/plan.hpp"
 
 #include <cmath>
 

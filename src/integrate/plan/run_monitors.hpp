@@ -8,7 +8,7 @@
 #include "integrate/event/monitor/root_branch_monitor.hpp"
 #include "integrate/event/monitor/singularity_monitor.hpp"
 #include "integrate/event/monitor/tangency_monitor.hpp"
-#include "integrate/run/plan.hpp"
+#include "integrate/plan/plan.hpp"
 
 namespace pendula::integrate {
 

@@ -1,0 +1,83 @@
+#include "integrate/run/pieces.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "dae/model/lineage.hpp"
+#include "integrate/run/problem_setup.hpp"
+
+namespace pendula::integrate {
+
+static Point point_of(double t, const Vec& values, int n) {
+  return {t, values.head(n), values.segment(n, n), values.tail(values.size() - 2 * n)};
+}
+
+void Pieces::add(Piece piece) {
+  std::vector<Expr> own;
+  for (Expr leaf : leaves_) own.push_back(substitute(dae::resolve(*piece.model, leaf), inputs_));
+  expressions_.push_back(std::move(own));
+  pieces_.push_back(std::move(piece));
+}
+
+Point Pieces::translated(const Point& point) const {
+  return point_of(point.t, last().solution->values(expressions_.back(), point), n_);
+}
+
+std::pair<double, double> Pieces::interval(const Points& saved) const {
+  if (pieces_.empty()) return Continuation::interval(saved);
+  return {pieces_.front().solution->t().front(), pieces_.back().solution->t().back()};
+}
+
+Point Pieces::at(const Points&, double t) {
+  std::size_t k = pieces_.size() - 1;
+  while (k > 0 && pieces_[k].from > t) --k;
+  return point_of(t, pieces_[k].solution->values(expressions_[k], t), n_);
+}
+
+PiecewiseSolution::PiecewiseSolution(dae::ModelPtr model, const Simulation& simulation,
+                                     std::vector<Expr> leaves)
+    : model_(std::move(model)),
+      simulation_(simulation),
+      problem_(make_problem(model_, simulation)),
+      pieces_(std::make_shared<Pieces>(std::move(leaves), problem_->n(), simulation.inputs)),
+      merged_(std::make_shared<Solution>(problem_)) {
+  if (simulation.plan.times) times_ = *simulation.plan.times;
+}
+
+void PiecewiseSolution::add(Piece piece, std::size_t shown) {
+  const bool first = pieces_->empty();
+  const SolutionPtr solution = piece.solution;
+  pieces_->add(std::move(piece));
+  for (int i = first ? 0 : 1; !simulation_.plan.times && i < solution->size(); ++i)
+    merged_->save(pieces_->translated(solution->point(i)));
+  const double end = solution->t().back(), rounding = 1e-14 * (1 + std::fabs(end));
+  for (; next_time_ < times_.size() && times_[next_time_] <= end + rounding; ++next_time_) {
+    Point point = pieces_->translated(solution->at(std::min(times_[next_time_], end)));
+    point.t = times_[next_time_];
+    merged_->save(point);
+  }
+  for (EventRecord event : solution->events()) {
+    if (static_cast<std::size_t>(event.which) >= shown) continue;
+    event.before = pieces_->translated(event.before);
+    event.after = pieces_->translated(event.after);
+    merged_->add_event(event);
+  }
+  const Stats& s = solution->stats();
+  stats_.steps += s.steps;
+  stats_.rejected += s.rejected;
+  stats_.evaluations += s.evaluations;
+  stats_.jacobians += s.jacobians;
+  stats_.factorisations += s.factorisations;
+  stats_.newton_iterations += s.newton_iterations;
+  seconds_ += solution->cpu_seconds();
+}
+
+TrajectoryPtr PiecewiseSolution::finish(const RunOutcome& outcome) {
+  const Solution& last = *pieces_->last().solution;
+  merged_->set_method(last.method_name(), last.dt());
+  merged_->set_continuation(pieces_);
+  merged_->finish(outcome, stats_, seconds_);
+  return std::make_shared<const Trajectory>(model_, simulation_.inputs, merged_, simulation_.events);
+}
+
+}  // namespace pendula::integrate

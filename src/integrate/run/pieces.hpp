@@ -1,0 +1,67 @@
+// One solution made of runs of different models with the same leaves: forms "dummy" with other states,
+// regimes with other equations.
+#pragma once
+
+#include "integrate/run/simulate.hpp"
+
+namespace pendula::integrate {
+
+/// A part of the trajectory.
+struct Piece {
+  dae::ModelPtr model;
+  SolutionPtr solution;
+  double from = 0;
+};
+
+/// Times between saved points are asked of the piece they belong to.
+class Pieces : public Continuation {
+ public:
+  /// The leaves of the problem, in the order x, x′, z, that all pieces can express.
+  Pieces(std::vector<Expr> leaves, int states, const Substitution& inputs)
+      : n_(states), leaves_(std::move(leaves)), inputs_(inputs) {}
+
+  void add(Piece piece);
+  const Piece& last() const { return pieces_.back(); }
+  bool empty() const { return pieces_.empty(); }
+  const std::vector<Expr>& leaves() const { return leaves_; }
+  /// A point of the last piece in the unknowns of the first model.
+  Point translated(const Point& point) const;
+
+  std::pair<double, double> interval(const Points& saved) const override;
+  Point at(const Points&, double t) override;
+
+ private:
+  int n_;
+  std::vector<Expr> leaves_;
+  Substitution inputs_;
+  std::vector<Piece> pieces_;
+  std::vector<std::vector<Expr>> expressions_;
+};
+
+/// Collects pieces into a solution in the unknowns of the model that the run was asked for.
+class PiecewiseSolution {
+ public:
+  /// leaves: of the problem of `model`, see Pieces.
+  PiecewiseSolution(dae::ModelPtr model, const Simulation& simulation, std::vector<Expr> leaves);
+
+  const Problem& problem() const { return *problem_; }
+  Pieces& pieces() { return *pieces_; }
+  Solution& solution() { return *merged_; }
+  const Stats& stats() const { return stats_; }
+  /// Events with a number from `shown` on are not the user's.
+  void add(Piece piece, std::size_t shown);
+  TrajectoryPtr finish(const RunOutcome& outcome);
+
+ private:
+  dae::ModelPtr model_;
+  const Simulation& simulation_;
+  ProblemPtr problem_;
+  std::shared_ptr<Pieces> pieces_;
+  std::shared_ptr<Solution> merged_;
+  std::vector<double> times_;
+  std::size_t next_time_ = 0;
+  Stats stats_;
+  double seconds_ = 0;
+};
+
+}  // namespace pendula::integrate

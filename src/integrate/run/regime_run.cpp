@@ -1,0 +1,165 @@
+#include "integrate/run/regime_run.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "base/text.hpp"
+#include "dae/model/lineage.hpp"
+#include "dae/start/regimes.hpp"
+#include "integrate/event/zeno_detector.hpp"
+#include "integrate/run/pieces.hpp"
+#include "integrate/run/problem_setup.hpp"
+
+namespace pendula::integrate {
+namespace {
+
+constexpr long most_regimes = 100'000;
+
+/// The leaves of a problem of the model itself, in the order x, x′, z.
+std::vector<Expr> own_leaves(const Problem& problem) {
+  const dae::FirstOrder& form = problem.model();
+  std::vector<Expr> list = form.x;
+  for (Expr x : form.x) list.push_back(derivative_leaf(x));
+  list.insert(list.end(), form.z.begin(), form.z.end());
+  return list;
+}
+
+class RegimeRun {
+ public:
+  RegimeRun(const dae::ModelPtr& model, const Simulation& simulation)
+      : model_(model),
+        simulation_(simulation),
+        regimes_(model),
+        whole_(model, simulation, own_leaves(*make_problem(model, simulation))),
+        t_(simulation.plan.from) {}
+
+  TrajectoryPtr run() {
+    std::string why;
+    for (const auto& list : {model_->states(), model_->top_derivatives(), model_->algebraic()})
+      for (Expr leaf : list)
+        if (const auto value = simulation_.start->value_for(*model_, leaf)) values_[leaf] = *value;
+    auto next = regimes_.enter(request(), regimes_.active(simulation_.start->values), {}, why);
+    if (!next)
+      throw Error(text("at the start, t = ", rounded(t_, 6),
+                       ", no regime of this piecewise model goes on from ", "these values.", why));
+    RunOutcome outcome;
+    for (long k = 0; next; ++k) {
+      outcome = piece(*next);
+      const bool stuck = outcome.ending == Ending::stopped;  // where events accumulate, for example
+      if ((!left_ && !stuck) || k == most_regimes) break;
+      why.clear();
+      const std::uint64_t here = next->regime->choice;
+      const double interval = simulation_.plan.to - simulation_.plan.from;
+      const bool accumulates = zeno_.add(t_, whole_.stats().steps, interval) || stuck;
+      if (accumulates) zeno_ = {};
+      next = regimes_.enter(request(), here, accumulates ? std::optional(here) : std::nullopt, why);
+      if (!next && !stuck)
+        outcome = stopped_at(t_, "no regime of this piecewise model goes on from here." + why);
+    }
+    return whole_.finish(outcome);
+  }
+
+ private:
+  /// Integrates in one regime; left_: it ended where the regime does.
+  RunOutcome piece(const dae::RegimeStart& start) {
+    const dae::Regime& regime = *start.regime;
+    Simulation part = simulation_;
+    part.plan.from = t_;
+    part.plan.times.reset();
+    const std::size_t asked = part.events.size();
+    for (std::size_t i = 0; i < regime.region.margins.size(); ++i) {
+      ModelEvent end;
+      end.when = regime.region.margins[i] + Expr(start.slack[i]);
+      end.direction = -1;
+      end.stop = true;
+      part.events.push_back(std::move(end));
+    }
+    part.start = translated(start.at, regime.form);
+    if (const std::string where = text(regime.region.where, " (index ", regime.index, ")"); where != regime_)
+      whole_.solution().add_regime({t_, regime_ = where});
+    const TrajectoryPtr trajectory = simulate(regime.form, part);
+    const SolutionPtr solution(trajectory, &trajectory->solution());
+    const std::vector<EventRecord>& events = solution->events();
+    left_ = solution->ending() == Ending::event && !events.empty() &&
+            std::any_of(events.begin(), events.end(), [&](const EventRecord& e) {
+              return static_cast<std::size_t>(e.which) >= asked && e.t == events.back().t;
+            });
+    if (solution->ending() == Ending::event && stops_by_user(events, asked)) left_ = false;
+    whole_.add({regime.form, solution, t_}, asked);
+    const Point end = whole_.pieces().translated(solution->final());
+    remember(end);
+    return solution->outcome();
+  }
+
+  static bool stops_by_user(const std::vector<EventRecord>& events, std::size_t asked) {
+    return std::any_of(events.begin(), events.end(), [&](const EventRecord& e) {
+      return static_cast<std::size_t>(e.which) < asked && e.action == "stop";
+    });
+  }
+
+  void remember(const Point& end) {
+    t_ = end.t;
+    const std::vector<Expr>& leaves = whole_.pieces().leaves();
+    const Eigen::Index n = end.x.size();
+    for (std::size_t i = 0; i < leaves.size(); ++i) {
+      const auto k = static_cast<Eigen::Index>(i);
+      if (k >= n && k < 2 * n && values_.count(leaves[i]) &&
+          std::find(leaves.begin(), leaves.begin() + n, leaves[i]) != leaves.begin() + n)
+        continue;  // x′ that is a state itself
+      values_[leaves[i]] = k < n ? end.x[k] : k < 2 * n ? end.xdot[k - n] : end.z[k - 2 * n];
+    }
+  }
+
+  /// The states as fixes, everything else as guesses.
+  dae::StartRequest request() const {
+    dae::StartRequest request;
+    request.t = t_;
+    for (Expr x : model_->states()) request.fix.emplace_back(x, values_.at(x));
+    for (const auto& list : {model_->top_derivatives(), model_->algebraic()})
+      for (Expr leaf : list)
+        if (const auto at = values_.find(leaf); at != values_.end())
+          request.guess.emplace_back(leaf, at->second);
+    request.parameters = simulation_.parameters;
+    request.inputs = simulation_.inputs;
+    for (const auto& [leaf, function] : simulation_.numeric_inputs) {
+      request.inputs[leaf] = Expr(function(t_));
+      request.numeric_inputs.push_back(leaf);
+    }
+    return request;
+  }
+
+  /// The start of a regime in the unknowns of its form.
+  static dae::ConsistentStatePtr translated(const dae::ConsistentStatePtr& at, const dae::ModelPtr& form) {
+    if (at->model == form) return at;
+    auto there = std::make_shared<dae::ConsistentState>(*at);
+    there->model = form;
+    for (const auto& list : {form->states(), form->top_derivatives(), form->algebraic()})
+      for (Expr leaf : list)
+        if (const auto value = at->value_for(*form, leaf)) there->values[leaf] = *value;
+    return there;
+  }
+
+  dae::ModelPtr model_;
+  const Simulation& simulation_;
+  dae::Regimes regimes_;
+  PiecewiseSolution whole_;
+  std::unordered_map<Expr, double> values_;  ///< of the model's leaves, where the next piece begins
+  double t_;
+  std::string regime_;
+  bool left_ = false;
+  ZenoDetector zeno_;
+};
+
+}  // namespace
+
+bool changes_regime(const dae::Model& model, const Simulation& simulation) {
+  if (simulation.plan.dt || simulation.plan.direct || !simulation.sensitivities.empty()) return false;
+  if (!model.form.empty() || !model.invariants.empty() || simulation.plan.stop_when) return false;
+  return dae::Regimes(std::make_shared<const dae::Model>(model)).differ();
+}
+
+TrajectoryPtr simulate_regimes(const dae::ModelPtr& model, const Simulation& simulation) {
+  return RegimeRun(model, simulation).run();
+}
+
+}  // namespace pendula::integrate

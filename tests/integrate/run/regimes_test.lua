@@ -1,0 +1,168 @@
+-- Piecewise models whose regimes differ in index: contact and ideal diodes written as 0 ~ min(a, b).
+local x, y, v, w, la, mu, u, i, th, om = vars "x y v w la mu u i th om"
+local g = 10
+local methods = { "auto", "dopri5", "radau", "bdf" }
+
+local function regimes(sol)
+  local list = {}
+  for _, use in ipairs(sol:switches()) do list[#list + 1] = use.t end
+  return list
+end
+
+local ball = dae { der(x) ~ v, der(v) ~ -g + la, 0 ~ min(x, la) }
+
+test("the index and the free values of every regime are listed", function()
+  local text = tostring(ball:structure())
+  expect(text):matches "index 3, 0 free initial values where x < la; index 1, 2 free .* where la < x"
+end)
+
+test("a ball falls onto the floor and stays there", function()
+  for _, method in ipairs(methods) do
+    local sol = ball:integrate { start = { x = 0.8, v = 0 }, to = 1, method = method, rtol = 1e-8,
+      atol = 1e-10 }
+    expect(method .. sol.status):equals(method .. "finished")
+    expect(regimes(sol)):near({ 0, 0.4 }, 1e-6)
+    expect(sol(x, 0.3)):near(0.35, 1e-6)
+    expect({ sol(x, 0.7), sol(v, 0.7), sol(la, 0.7), sol(la, 0.2) }):near({ 0, 0, g, 0 }, 1e-9)
+  end
+end)
+
+test("a law of restitution, and rest after infinitely many bounces", function()
+  for _, e in ipairs { 0.5, 0.8 } do
+    local sol = ball:integrate { start = { x = 0.8, v = 0 }, to = 5,
+      events = { { when = x, direction = -1, reset = { [v] = -e*v } } } }
+    expect(sol.status):equals "finished"
+    local switches = regimes(sol)
+    expect(switches[#switches]):near(0.4*(1 + e)/(1 - e), 1e-5)
+    for k = 1, 5 do expect(sol.events[k].t):near(0.4*(1 + 2*e*(1 - e^(k - 1))/(1 - e)), 1e-6) end
+    expect({ sol(x, 5), sol(v, 5), sol(la, 5) }):near({ 0, 0, g }, 1e-9)
+  end
+end)
+
+test("units change nothing", function()
+  for _, size in ipairs { 1e-6, 1e-3, 1e3, 1e6 } do
+    local m = dae { der(x) ~ v, der(v) ~ -g*size + la, 0 ~ min(x, la) }
+    local sol = m:integrate { start = { x = 0.8*size, v = 0 }, to = 1, atol = 1e-12*size }
+    expect(sol.status):equals "finished"
+    expect(regimes(sol)):near({ 0, 0.4 }, 1e-6)
+    expect(sol(la, 0.7)/size):near(g, 1e-6)
+  end
+end)
+
+test("lift-off where the force that presses ends", function()
+  local m = dae { der(x) ~ v, der(v) ~ la + 3*(t - 1), 0 ~ min(x, la) }
+  local sol = m:integrate { start = { x = 0, v = 0 }, to = 2, rtol = 1e-8 }
+  expect(sol.status):equals "finished"
+  expect(regimes(sol)):near({ 0, 1 }, 1e-7)
+  expect(sol(la, 0.5)):near(1.5, 1e-8)
+  expect(sol(x, 2)):near(0.5, 1e-6)
+end)
+
+test("plastic impacts keep momentum", function()
+  local m = dae { der(x) ~ v, der(y) ~ w, 2*der(v) ~ -la, der(w) ~ la, 0 ~ min(y - x, la) }
+  local sol = m:integrate { start = { x = 0, y = 1, v = 3, w = 0 }, to = 2 }
+  expect(sol.status):equals "finished"
+  expect(regimes(sol)):near({ 0, 1/3 }, 1e-9)
+  expect({ sol(v, 2), sol(w, 2), sol(x, 2) }):near({ 2, 2, 1 + 2*(2 - 1/3) }, 1e-8)
+end)
+
+test("capacitors that are connected keep their charge, coils their flux", function()
+  local a, b, k = vars "a b k"
+  local m = dae { der(a) ~ -k, 2*der(b) ~ k, 0 ~ ifelse(lt(t, 1), k, a - b) }
+  local sol = m:integrate { start = { a = 3, b = 0 }, to = 2 }
+  expect({ sol(a, 0.5), sol(a, 2), sol(b, 2) }):near({ 3, 1, 1 }, 1e-9)
+  -- two coils, in series from t = 1 on: L₁ i₁ + L₂ i₂ is kept, then decays with R/L
+  local coils = dae { 2*der(a) ~ k - a, 3*der(b) ~ -k - b, 0 ~ ifelse(lt(t, 1), k, a - b) }
+  local run = coils:integrate { start = { a = 1, b = 1 }, to = 1.5, rtol = 1e-9, atol = 1e-12 }
+  local a1, b1 = math.exp(-1/2), math.exp(-1/3)
+  local after = (2*a1 + 3*b1)/5
+  expect(run.status):equals "finished"
+  expect({ run(a, 1.5), run(b, 1.5) }):near({ after*math.exp(-0.2), after*math.exp(-0.2) }, 1e-7)
+end)
+
+test("a constraint that begins at a time", function()
+  local late = dae { der(x) ~ y, 0 ~ ifelse(lt(t, 1), y - 1, x - 1 - sin(t - 1)) }
+  local sol = late:integrate { start = { x = 0 }, to = 2, rtol = 1e-8 }
+  expect(sol.status):equals "finished"
+  expect(sol(x, 2)):near(1 + math.sin(1), 1e-8)
+  expect(sol(y, 1.5)):near(math.cos(0.5), 1e-7)
+end)
+
+test("an ideal diode bridge", function()
+  local p, a, b, j = vars "p a b j"
+  local d = var("d", 4)
+  local E = 10*sin(100*t)
+  local bridge = dae { 1e-3*der(p) ~ d[1] + d[2] - p/100, a - b ~ E - j, j ~ d[1] - d[3], -j ~ d[2] - d[4],
+    0 ~ min(d[1], p - a), 0 ~ min(d[2], p - b), 0 ~ min(d[3], a), 0 ~ min(d[4], b) }
+  local sol = bridge:integrate { start = { p = 0 }, to = 0.1, rtol = 1e-9, atol = 1e-11 }
+  expect(sol.status):equals "finished"
+  -- the same by hand: the source charges through 1 Ω while |E| > p
+  local by_hand = dae { 1e-3*der(p) ~ max(0, abs(E) - p) - p/100 }:integrate { start = { p = 0 }, to = 0.1,
+    rtol = 1e-11, atol = 1e-13 }
+  for _, at in ipairs { 0.01, 0.03, 0.05, 0.0777, 0.1 } do expect(sol(p, at)):near(by_hand(p, at), 1e-7) end
+end)
+
+test("a rectifier without resistance: the voltage follows the source, then the load", function()
+  local m = dae { 1e-3*der(u) ~ i - u/1000, v ~ sin(100*t) - u, 0 ~ min(i, -v) }
+  local sol = m:integrate { start = { u = 0 }, to = 0.07, rtol = 1e-9, atol = 1e-12 }
+  expect(sol.status):equals "finished"
+  local off = (math.pi/2 + math.atan(0.01))/100       -- C u' + u/R = 0 with u = sin(100 t)
+  expect(regimes(sol)):near({ 0, off }, 1e-8)
+  expect(sol(u, 0.01)):near(math.sin(1), 1e-9)
+  expect(sol(u, 0.06)):near(math.sin(100*off)*math.exp(-(0.06 - off)), 1e-7)
+end)
+
+test("a rocking block: every impact takes the same share of its speed", function()
+  -- half width B, half height H, moment of inertia J, smooth floor: ω⁺/ω⁻ = (J - B²)/(J + B²)
+  local B, H, J = 1, 2, 5/3
+  local left, right = y - H*cos(th) - B*sin(th), y - H*cos(th) + B*sin(th)
+  local block = dae { der(y) ~ w, der(th) ~ om, der(w) ~ -g + la + mu,
+    J*der(om) ~ la*(H*sin(th) - B*cos(th)) + mu*(H*sin(th) + B*cos(th)),
+    0 ~ min(left, la), 0 ~ min(right, mu) }
+  local a = 0.1
+  local sol = block:integrate { start = { y = H*math.cos(a) + B*math.sin(a), th = a, w = 0, om = 0 }, to = 1,
+    rtol = 1e-9, atol = 1e-11 }
+  expect(sol.status):equals "finished"
+  local at = regimes(sol)
+  for k = 2, 4 do
+    expect(sol(om, at[k] + 1e-9)/sol(om, at[k] - 1e-9)):near((J - B^2)/(J + B^2), 1e-4)
+  end
+  expect({ sol(th, 1), sol(om, 1), sol(y, 1), sol(la, 1), sol(mu, 1) }):near({ 0, 0, H, g/2, g/2 }, 1e-6)
+end)
+
+test("a ball in a box", function()
+  local l = var("l", 4)
+  local box = dae { der(x) ~ v, der(y) ~ w, der(v) ~ l[1] - l[2], der(w) ~ -g + l[3] - l[4],
+    0 ~ min(x, l[1]), 0 ~ min(1 - x, l[2]), 0 ~ min(y, l[3]), 0 ~ min(1 - y, l[4]) }
+  local start = { x = 0.5, y = 0.5, v = 1, w = 0 }
+  local sol = box:integrate { start = start, to = 2 }
+  expect(sol.status):equals "finished"
+  expect({ sol(x, 2), sol(y, 2), sol(l[3], 2), sol(l[2], 2) }):near({ 1, 0, g, 0 }, 1e-7)
+  local walls = {}
+  for wall, speed in pairs { [x] = v, [1 - x] = v, [y] = w, [1 - y] = w } do
+    walls[#walls + 1] = { when = wall, direction = -1, reset = { [speed] = -speed/2 } }
+  end
+  sol = box:integrate { start = start, to = 2.3, events = walls }
+  expect(sol.status):equals "finished"
+  -- right at 0.5, left at 2.5; the floor bears it from 3 √0.1 on
+  expect({ sol(x, 2.3), sol(y, 2.3), sol(l[3], 2) }):near({ 0.1, 0, g }, 1e-6)
+  expect(sol(y, 0.5)):near(math.sqrt(10)/2*(0.5 - math.sqrt(0.1)) - 5*(0.5 - math.sqrt(0.1))^2, 1e-6)
+end)
+
+test("saved times, events that stop, another start", function()
+  local sol = ball:integrate { start = { x = 0.8, v = 0 }, to = 1, times = { 0.1, 0.4, 0.9 } }
+  expect(sol(x)):near({ 0.75, 0, 0 }, 1e-6)
+  sol = ball:integrate { start = { x = 0.8, v = 0 }, to = 1,
+    events = { { when = x - 0.35, action = "stop" } } }
+  expect(sol.status):equals "event"
+  expect(sol.t[#sol.t]):near(0.3, 1e-6)
+  sol = ball:integrate { start = { x = 0, v = 2 }, to = 1 }
+  expect(regimes(sol)):near({ 0, 0.4 }, 1e-6)
+end)
+
+test("a start respects the regime", function()
+  expect(ball:init { fix = { x = 0, v = 0 } } (la)):near(g, 1e-12)
+  expect(ball:init { fix = { x = 0, v = 1 } } (la)):near(0, 1e-12)
+  expect(function() ball:init { fix = { x = 0, v = -1 } } end):fails "no region of this piecewise model"
+  expect(function() ball:init { fix = { x = -1, v = 0 } } end):fails "where x < la"
+end)
