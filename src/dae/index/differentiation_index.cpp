@@ -275,16 +275,19 @@ std::string answer_in(const Model& m) {
   }
 }
 
-/// Notes where the regions of a piecewise model do not all have one answer.
-void compare_regions(const Model& m, IndexResult& t) {
-  if (m.variables.size() > array_affordable) return;
+/// Notes where the regions of a piecewise model do not all have one answer; true where they do not.
+bool compare_regions(const Model& m, IndexResult& t) {
+  if (m.variables.size() > array_affordable) return false;
   std::vector<std::string> answers, words;
   for (const Region& r : regions(m)) {
     const std::string answer = answer_in(r.model);
     words.push_back(answer + " where " + r.where);
     if (std::find(answers.begin(), answers.end(), answer) == answers.end()) answers.push_back(answer);
   }
-  if (answers.size() > 1) t.notes.push_back("the model is piecewise: " + join(words, "; "));
+  if (answers.size() < 2) return false;
+  t.notes = {"the model is piecewise: " +
+             join(words, "; ")};  // what was found at single points is in one region
+  return true;
 }
 
 std::string answer_text(int index, int dof) {
@@ -390,8 +393,7 @@ IndexResult differentiation_index(const Model& m, const Analysis& a) {
     Outcome outcome;
     try {
       outcome.result = find(m, a);
-      if (m.invariants.empty()) {
-        compare_regions(m, *outcome.result);
+      if (m.invariants.empty() && !compare_regions(m, *outcome.result)) {
         compare_without_rounding(m, *outcome.result);
         if (m.form.empty()) compare_numerically(m, a, *outcome.result);
       }

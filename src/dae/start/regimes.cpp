@@ -42,13 +42,14 @@ int sign_after(Expr margin, const ConsistentState& start, const Values& impulses
   if (std::fabs(impulse) > border * (1 + largest)) return impulse > 0 ? 1 : -1;
   Expr e = margin;
   for (int order = 0; order <= highest; ++order) {
-    double here = 0;
+    double here = 0, size = 0;
     try {
       here = start(e);
-    } catch (const UserFacing&) {
-      return 0;
+      size = size_of_terms(e, start.values);
+    } catch (const UserFacing&) {  // a derivative that nothing determines, or a size that contains one
+      if (here == 0) return 0;
     }
-    if (std::fabs(here) > border * (1 + size_of_terms(e, start.values))) return here > 0 ? 1 : -1;
+    if (std::fabs(here) > border * (1 + size)) return here > 0 ? 1 : -1;
     if (margin.op() == Op::ifelse) return 1;
     e = total_derivative(e);
   }
@@ -279,9 +280,17 @@ std::optional<RegimeStart> Regimes::enter_one(const StartRequest& before, std::u
     }
   try {
     auto at = std::make_shared<ConsistentState>(*consistent(regime.model, request));
-    const std::vector<int> signs = signs_after(regime.region, *at, jumps ? jump->impulses : Values{});
-    if (std::find(signs.begin(), signs.end(), -1) != signs.end())
-      return refused("its solution from these values moves outside this region");
+    std::vector<int> signs = signs_after(regime.region, *at, jumps ? jump->impulses : Values{});
+    const auto leaves = [&] { return std::find(signs.begin(), signs.end(), -1) != signs.end(); };
+    if (leaves()) return refused("its solution from these values moves outside this region");
+    if (jumps) {
+      signs = signs_after(regime.region, *at);
+      if (leaves()) {  // an impact, and off again
+        auto next = enter(request, choice, choice, why);
+        if (next) next->jumps = true;
+        return next;
+      }
+    }
     std::vector<double> slack;
     for (std::size_t k = 0; k < signs.size(); ++k)
       slack.push_back(signs[k] > 0 ? 0.0

@@ -191,6 +191,7 @@ ConsistentStatePtr init(const ModelPtr& model, const StartRequest& request) {
     const Expr residual = substitute(c.residual, request.inputs);
     at->constraints.push_back({c, pendula::evaluate({&residual, 1}, at->values)[0]});
   }
+  if (ConsistentStatePtr decided = start_on_signs(model, request, *at)) return decided;
   return at;
 }
 

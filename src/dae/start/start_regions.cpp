@@ -31,6 +31,14 @@ bool excluded(const Region& region, const StartRequest& request, const Model& m)
 }  // namespace
 
 ConsistentStatePtr start_in_region(const ModelPtr& model, const StartRequest& request) {
+  if (request.nearest) {  // values that some region takes as they are do not move onto another one
+    StartRequest exact = request;
+    exact.nearest = false;
+    try {
+      return start_in_region(model, exact);
+    } catch (const Error&) {
+    }
+  }
   if (!model->form.empty() || !model->invariants.empty() || model->variables.size() > affordable)
     return nullptr;
   Regimes regimes(model);

@@ -125,6 +125,11 @@ Freedom sparse_freedom(const StartSystem& s, const Eigen::SparseMatrix<double>& 
 /// throws    Error that says for every region why it has no consistent start
 ConsistentStatePtr start_in_region(const ModelPtr& model, const StartRequest& request);
 
+/// Where arguments of sign are 0 at a start that takes sign(0) = 0: the start at which they are 1, -1, or what
+/// keeps the argument 0; nullptr where there is nothing to decide, or no such start.
+ConsistentStatePtr start_on_signs(const ModelPtr& model, const StartRequest& request,
+                                  const ConsistentState& plain);
+
 /// Throws Error where the equations of index 1 do not determine x′ and z at this point, with what vanishes there and
 /// the values of a solution that continues smoothly, if there is one; where the values are not all determined yet
 /// (`is_determined`), only if there is one. Small models only.

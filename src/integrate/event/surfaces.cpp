@@ -61,7 +61,9 @@ std::vector<Expr> equations_of(const dae::FirstOrder& form) {
 PiecewiseForm::PiecewiseForm(dae::FirstOrder form, std::span<const double> values) : form_(std::move(form)) {
   const std::vector<Expr> equations = equations_of(form_);
   const std::vector<Expr> nodes = topological(equations);
-  if (std::none_of(nodes.begin(), nodes.end(), [](Expr e) { return switches(e.op()); })) return;
+  if (std::none_of(nodes.begin(), nodes.end(),
+                   [](Expr e) { return switches(e.op()) || e.op() == Op::atan2; }))
+    return;
   find_branches(nodes);
   if (surfaces_.empty()) return;
   number_modes(std::vector<char>(surfaces_.size(), 1));
@@ -70,6 +72,7 @@ PiecewiseForm::PiecewiseForm(dae::FirstOrder form, std::span<const double> value
   const std::vector<char> freeze = may_be_frozen(substitute(equations, all));
   for (std::size_t k = 0; k < surfaces_.size(); ++k) {
     Surface& surface = surfaces_[k];
+    if (surface.modes.empty()) continue;
     surface.smoothness = smoothness(substitute(surface.when, all), surface.modes);
   }
   number_modes(freeze);
@@ -78,6 +81,10 @@ PiecewiseForm::PiecewiseForm(dae::FirstOrder form, std::span<const double> value
 void PiecewiseForm::find_branches(const std::vector<Expr>& nodes) {
   for (Expr node : nodes) {
     const Op op = node.op();
+    if (op == Op::atan2 && !node.operand(0).is_constant()) {  // the cut; no branch of it can be held fixed
+      bool reversed = false;
+      surface_of(node.operand(0), reversed);
+    }
     if (!switches(op)) continue;
     const bool two = op != Op::abs && op != Op::sign;
     const Expr when = node.operand(0) - (two ? node.operand(1) : Expr());

@@ -40,13 +40,16 @@ bool EventHandler::handle(const EventFinder::Hit& hit, RunOutcome& outcome) {
       return true;
     return end_before(hit, *end, outcome);
   }
-  bool surface = false, may_jump = false, frozen = true;
+  bool surface = false, may_jump = false, frozen = true, beyond = false;
   for (const auto& crossing : hit.list) {
     const Event& event = event_of(crossing);
     surface = surface || event.surface;
     frozen = frozen && (!event.surface || !event.modes.empty());
+    beyond = beyond || (event.surface && event.modes.empty() && event.leaves < 0);
     may_jump = may_jump || event.call || !event.reset.empty();
   }
+  // a branch that is not held fixed has been evaluated beyond the border: the step has to end there
+  if (beyond && first_in_step_ && repeated_up_to(hit.t)) return true;
   Point point = s.inside(surface && !frozen ? hit.before : hit.t, Detail::full);
   if (is_contradictory(hit, point)) {
     if (first_in_step_ && repeated_shorter()) return true;
@@ -155,10 +158,21 @@ bool EventHandler::end_before(const EventFinder::Hit& hit, const Event& event, R
 }
 
 bool EventHandler::repeated_shorter() {
+  const double dt = (state_.stepper().here().t - state_.stepper().before().t) / 4;
+  return dt >= 1e-10 * state_.interval() && repeated(dt);
+}
+
+bool EventHandler::repeated_up_to(double t) {
+  constexpr double at_the_end = 1e-6;  // of a step
+  const double from = state_.view.from.t, to = state_.view.to.t;
+  if (to - t <= at_the_end * (to - from) || t - from <= 1e-12 * state_.interval()) return false;
+  state_.end = t;
+  return repeated(t - from);
+}
+
+bool EventHandler::repeated(double dt) {
   Stepper& stepper = state_.stepper();
   const Point start = stepper.before();
-  const double dt = (stepper.here().t - start.t) / 4;
-  if (dt < 1e-10 * state_.interval()) return false;
   --state_.stats().steps;
   ++state_.stats().rejected;
   stepper.suggest(dt);

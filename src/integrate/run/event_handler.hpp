@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "integrate/event/zeno_detector.hpp"
-#include "integrate/run/mode_tracker.hpp"
 #include "integrate/plan/run_monitors.hpp"
+#include "integrate/run/mode_tracker.hpp"
 
 namespace pendula::integrate {
 
@@ -37,6 +37,8 @@ class EventHandler {
   const Event& event_of(const EventFinder::Crossing& crossing) const {
     return state_.plan.events.list[crossing.which];
   }
+  bool repeated_up_to(double t);
+  bool repeated(double dt);
   bool handle(const EventFinder::Hit& hit, RunOutcome& outcome);
   const Event* terminating(const EventFinder::Hit& hit) const;
   bool end_before(const EventFinder::Hit& hit, const Event& event, RunOutcome& outcome);

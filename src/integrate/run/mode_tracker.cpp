@@ -131,6 +131,11 @@ void ModeTracker::use(const std::vector<double>& sides) {
 }
 
 bool ModeTracker::differ() const {
+  constexpr double outside = -1e-6;  // of a weight in [0, 1]
+  for (const Border& border : borders_)
+    if (border.treatment == Treatment::sliding && border.exits >= 0)
+      for (int k : {0, 1})
+        if (state_.finder.values()[border.exits + k] < outside) return true;
   for (std::size_t i = 0; i < borders_.size(); ++i) {
     const double side = state_.finder.side(static_cast<int>(i));
     if (side == 0 || !is_frozen(i)) continue;

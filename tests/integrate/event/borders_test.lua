@@ -196,3 +196,24 @@ test("a branch that is not chosen may be singular", function()
     expect(sol(x, 5)):near(-5/6, 1e-4)
   end
 end)
+
+test("a step ends at a border whose branches are not held fixed", function()
+  -- ∫√|t|: the slope is infinite at 0
+  for _, size in ipairs { 1e-3, 1, 1e3 } do
+    local root = dae { der(x) ~ sqrt(abs(t/size))/size }
+    local sol = root:integrate { start = { x = 0 }, from = -size, to = 2*size, rtol = 1e-8, atol = 1e-10 }
+    expect(sol.status):equals "finished"
+    expect(sol:final(x)):near((2 + 2*2^1.5)/3, 2e-6)
+  end
+end)
+
+test("the cut of atan2 is a border", function()
+  local m = dae { der(x) ~ 1, der(y) ~ atan2(sin(x), cos(x)) }
+  for _, method in ipairs(all) do
+    local sol = m:integrate { start = { x = 0, y = 0 }, to = 7, method = method, rtol = 1e-8, atol = 1e-10 }
+    expect(sol.status):equals "finished"
+    -- t²/2 to π, then (t - 2π)²/2 - π²/2 more
+    expect(sol(y, 7)):near((7 - 2*math.pi)^2/2, 1e-5)
+    expect(sol:stats().borders):matches "border sin"
+  end
+end)

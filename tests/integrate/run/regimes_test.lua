@@ -49,6 +49,32 @@ test("units change nothing", function()
   end
 end)
 
+test("an impact on a wall from which the solution leaves again at once", function()
+  -- a pendulum: plastic impact at sin θ = -1/5, then gravity takes it back; energy on the way out from rest
+  local wall = dae { der(th) ~ om, der(om) ~ -g*sin(th) + la*cos(th), 0 ~ min(sin(th) + 0.2, la) }
+  local sol = wall:integrate { start = { th = 1, om = 0 }, to = 3, rtol = 1e-9, atol = 1e-11 }
+  expect(sol.status):equals "finished"
+  local hit = sol.t[1]
+  for _, at in ipairs(sol.t) do if sol(sin(th), at) < -0.2 + 1e-9 then hit = at break end end
+  expect(sol(om^2/2 - g*cos(th), hit + 0.2)):near(-g*math.cos(math.asin(0.2)), 1e-6)
+  for _, at in ipairs { 1, 2, 3 } do expect(sol(la, at)):near(0, 1e-9) end
+end)
+
+test("a state of a run in the air is a start in the air", function()
+  local sol = ball:integrate { start = { x = 0.8, v = 0 }, to = 0.2 }
+  local on = sol:continue { to = 1 }
+  expect(on(x, 0.3)):near(0.35, 1e-6)
+  expect({ on(x, 1), on(la, 1) }):near({ 0, g }, 1e-9)
+end)
+
+test("friction with the force of the contact", function()
+  -- falls for 0.2 s; the impact takes 0.5·2 from its speed of 3, then friction 5 does
+  local slide = dae { der(x) ~ v, der(y) ~ w, der(v) ~ -0.5*la*sign(v), der(w) ~ -g + la, 0 ~ min(y, la) }
+  local sol = slide:integrate { start = { x = 0, y = 0.2, v = 3, w = 0 }, to = 2, rtol = 1e-9, atol = 1e-11 }
+  expect(sol.status):equals "finished"
+  expect({ sol(x, 2), sol(v, 0.4), sol(v, 2) }):near({ 1, 1, 0 }, 1e-8)
+end)
+
 test("lift-off where the force that presses ends", function()
   local m = dae { der(x) ~ v, der(v) ~ la + 3*(t - 1), 0 ~ min(x, la) }
   local sol = m:integrate { start = { x = 0, v = 0 }, to = 2, rtol = 1e-8 }
@@ -165,4 +191,19 @@ test("a start respects the regime", function()
   expect(ball:init { fix = { x = 0, v = 1 } } (la)):near(0, 1e-12)
   expect(function() ball:init { fix = { x = 0, v = -1 } } end):fails "no region of this piecewise model"
   expect(function() ball:init { fix = { x = -1, v = 0 } } end):fails "where x < la"
+end)
+
+test("a start at rest finds friction that sticks, and friction that does not suffice", function()
+  local function block(F) return dae { der(x) ~ v, 2*der(v) ~ F - 3*sign(v) } end
+  for _, case in ipairs { { 2, 0 }, { -2, 0 }, { 0, 0 }, { 5, 1 }, { -7, -2 }, { 3, 0 } } do
+    local at = block(case[1]):init { fix = { x = 0, v = 0 } }
+    expect(at(v.dot)):near(case[2], 1e-12)
+  end
+  expect(block(2):init { fix = { x = 0, v = 1 } } (v.dot)):near(-0.5, 1e-12)
+  -- two blocks with friction between them, pulled: they stick to each other while 2 F/3 < 1
+  local function pair(F) return dae { der(v) ~ F - sign(v - w), 2*der(w) ~ sign(v - w) } end
+  local at = pair(1.2):init { fix = { v = 1, w = 1 } }
+  expect({ at(v.dot), at(w.dot) }):near({ 0.4, 0.4 }, 1e-12)
+  at = pair(2):init { fix = { v = 1, w = 1 } }
+  expect({ at(v.dot), at(w.dot) }):near({ 1, 0.5 }, 1e-12)
 end)

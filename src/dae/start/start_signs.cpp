@@ -1,0 +1,92 @@
+// Starts on the border of a sign: dry friction at rest is any force up to the limit that keeps it at rest, or the limit
+// where it does not.
+#include <algorithm>
+#include <cmath>
+
+#include "base/error.hpp"
+#include "base/text.hpp"
+#include "dae/model/lineage.hpp"
+#include "dae/model/make_model.hpp"
+#include "dae/start/regimes.hpp"
+#include "dae/start/start_system.hpp"
+#include "expr/print/print.hpp"
+
+namespace pendula::dae {
+namespace {
+
+constexpr std::size_t most_signs = 4;
+
+/// The sign functions whose arguments are 0 at a start.
+std::vector<Expr> signs_at_zero(const Model& model, const ConsistentState& at) {
+  constexpr double rounding = 1e-12;
+  std::vector<Expr> nodes;
+  for (Expr node : topological(model.residuals)) {
+    if (node.op() != Op::sign) continue;
+    const Expr argument = node.operand(0);
+    if (std::fabs(at(argument)) <= rounding * (1 + size_of_terms(argument, at.values))) nodes.push_back(node);
+  }
+  return nodes;
+}
+
+/// Each sign is 1, -1, or an unknown between them whose argument stays 0.
+struct Trial {
+  ModelPtr model;
+  Region region;
+};
+
+Trial trial(const ModelPtr& model, const std::vector<Expr>& signs, int which) {
+  const std::vector<Expr> unknowns = new_variables(*model, "friction", signs.size());
+  ModelOptions options = child_of(model);
+  declare_unknowns(options, *model);
+  Region region{"", *model, {}};
+  Substitution values;
+  std::vector<Block> more;
+  for (std::size_t k = 0; k < signs.size(); ++k, which /= 3) {
+    const Expr argument = signs[k].operand(0);
+    if (which % 3 < 2) {
+      const Expr side(which % 3 == 0 ? 1 : -1);
+      values[signs[k]] = side;
+      region.margins.push_back(side * argument);
+      continue;
+    }
+    values[signs[k]] = unknowns[k];
+    options.z.push_back(unknowns[k]);
+    more.push_back({VecX::Zero(1), VecX::Constant(1, argument), "", {}});
+    region.margins.push_back(Expr(1) - unknowns[k]);
+    region.margins.push_back(Expr(1) + unknowns[k]);
+  }
+  std::vector<Block> blocks = model->blocks;
+  for (Block& b : blocks) {
+    for (auto* side : {&b.lhs, &b.rhs})
+      for (Expr& e : *side) e = substitute(e, values);
+  }
+  blocks.insert(blocks.end(), more.begin(), more.end());
+  return {make_model(std::move(blocks), std::move(options)), std::move(region)};
+}
+
+}  // namespace
+
+ConsistentStatePtr start_on_signs(const ModelPtr& model, const StartRequest& request,
+                                  const ConsistentState& plain) {
+  if (!model->form.empty() || !model->invariants.empty()) return nullptr;
+  const std::vector<Expr> signs = signs_at_zero(*model, plain);
+  if (signs.empty() || signs.size() > most_signs) return nullptr;
+  const int count = static_cast<int>(std::lround(std::pow(3.0, static_cast<double>(signs.size()))));
+  for (int which = 0; which < count; ++which) {
+    try {
+      const Trial tried = trial(model, signs, which);
+      auto found = std::make_shared<ConsistentState>(*init(tried.model, request));
+      if (!stays_in(tried.region, *found)) continue;
+      found->model = model;
+      std::erase_if(found->rows, [&](const LedgerRow& row) {
+        return std::none_of(plain.rows.begin(), plain.rows.end(),
+                            [&](const LedgerRow& own) { return own.leaf == row.leaf; });
+      });
+      return found;
+    } catch (const UserFacing&) {  // this one has no start: another may
+    }
+  }
+  return nullptr;
+}
+
+}  // namespace pendula::dae
