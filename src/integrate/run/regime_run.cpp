@@ -7,8 +7,8 @@
 #include "dae/model/lineage.hpp"
 #include "dae/start/regimes.hpp"
 #include "integrate/event/zeno_detector.hpp"
-#include "integrate/run/pieces.hpp"
 #include "integrate/run/problem_setup.hpp"
+#include "integrate/run/run_parts.hpp"
 
 namespace pendula::integrate {
 namespace {
@@ -142,7 +142,7 @@ class RegimeRun {
   dae::ModelPtr model_;
   const Simulation& simulation_;
   dae::Regimes regimes_;
-  PiecewiseSolution whole_;
+  SolutionInParts whole_;
   std::unordered_map<Expr, double> values_;  ///< of the model's leaves, where the next piece begins
   double t_;
   std::string regime_;

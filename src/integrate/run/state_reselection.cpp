@@ -10,8 +10,8 @@
 #include "dae/model/lineage.hpp"
 #include "dae/reduce/reduced_forms.hpp"
 #include "expr/print/print.hpp"
-#include "integrate/run/pieces.hpp"
 #include "integrate/run/problem_setup.hpp"
+#include "integrate/run/run_parts.hpp"
 
 namespace pendula::integrate {
 namespace {
@@ -158,7 +158,7 @@ class StateReselection {
   const Simulation& simulation_;
   dae::ModelPtr source_;
   dae::DummyPivoting pivoting_;
-  PiecewiseSolution whole_;
+  SolutionInParts whole_;
   std::optional<dae::DummySelection> next_;
 };
 

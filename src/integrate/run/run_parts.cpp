@@ -1,4 +1,4 @@
-#include "integrate/run/pieces.hpp"
+#include "integrate/run/run_parts.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -12,39 +12,38 @@ static Point point_of(double t, const Vec& values, int n) {
   return {t, values.head(n), values.segment(n, n), values.tail(values.size() - 2 * n)};
 }
 
-void Pieces::add(Piece piece) {
+void RunParts::add(RunPart piece) {
   std::vector<Expr> own;
   for (Expr leaf : leaves_) own.push_back(substitute(dae::resolve(*piece.model, leaf), inputs_));
   expressions_.push_back(std::move(own));
   pieces_.push_back(std::move(piece));
 }
 
-Point Pieces::translated(const Point& point) const {
+Point RunParts::translated(const Point& point) const {
   return point_of(point.t, last().solution->values(expressions_.back(), point), n_);
 }
 
-std::pair<double, double> Pieces::interval(const Points& saved) const {
+std::pair<double, double> RunParts::interval(const Points& saved) const {
   if (pieces_.empty()) return Continuation::interval(saved);
   return {pieces_.front().solution->t().front(), pieces_.back().solution->t().back()};
 }
 
-Point Pieces::at(const Points&, double t) {
+Point RunParts::at(const Points&, double t) {
   std::size_t k = pieces_.size() - 1;
   while (k > 0 && pieces_[k].from > t) --k;
   return point_of(t, pieces_[k].solution->values(expressions_[k], t), n_);
 }
 
-PiecewiseSolution::PiecewiseSolution(dae::ModelPtr model, const Simulation& simulation,
-                                     std::vector<Expr> leaves)
+SolutionInParts::SolutionInParts(dae::ModelPtr model, const Simulation& simulation, std::vector<Expr> leaves)
     : model_(std::move(model)),
       simulation_(simulation),
       problem_(make_problem(model_, simulation)),
-      pieces_(std::make_shared<Pieces>(std::move(leaves), problem_->n(), simulation.inputs)),
+      pieces_(std::make_shared<RunParts>(std::move(leaves), problem_->n(), simulation.inputs)),
       merged_(std::make_shared<Solution>(problem_)) {
   if (simulation.plan.times) times_ = *simulation.plan.times;
 }
 
-void PiecewiseSolution::add(Piece piece, std::size_t shown) {
+void SolutionInParts::add(RunPart piece, std::size_t shown) {
   const bool first = pieces_->empty();
   const SolutionPtr solution = piece.solution;
   pieces_->add(std::move(piece));
@@ -72,7 +71,7 @@ void PiecewiseSolution::add(Piece piece, std::size_t shown) {
   seconds_ += solution->cpu_seconds();
 }
 
-TrajectoryPtr PiecewiseSolution::finish(const RunOutcome& outcome) {
+TrajectoryPtr SolutionInParts::finish(const RunOutcome& outcome) {
   const Solution& last = *pieces_->last().solution;
   merged_->set_method(last.method_name(), last.dt());
   merged_->set_continuation(pieces_);

@@ -7,21 +7,21 @@
 namespace pendula::integrate {
 
 /// A part of the trajectory.
-struct Piece {
+struct RunPart {
   dae::ModelPtr model;
   SolutionPtr solution;
   double from = 0;
 };
 
 /// Times between saved points are asked of the piece they belong to.
-class Pieces : public Continuation {
+class RunParts : public Continuation {
  public:
   /// The leaves of the problem, in the order x, x′, z, that all pieces can express.
-  Pieces(std::vector<Expr> leaves, int states, const Substitution& inputs)
+  RunParts(std::vector<Expr> leaves, int states, const Substitution& inputs)
       : n_(states), leaves_(std::move(leaves)), inputs_(inputs) {}
 
-  void add(Piece piece);
-  const Piece& last() const { return pieces_.back(); }
+  void add(RunPart piece);
+  const RunPart& last() const { return pieces_.back(); }
   bool empty() const { return pieces_.empty(); }
   const std::vector<Expr>& leaves() const { return leaves_; }
   /// A point of the last piece in the unknowns of the first model.
@@ -34,29 +34,29 @@ class Pieces : public Continuation {
   int n_;
   std::vector<Expr> leaves_;
   Substitution inputs_;
-  std::vector<Piece> pieces_;
+  std::vector<RunPart> pieces_;
   std::vector<std::vector<Expr>> expressions_;
 };
 
 /// Collects pieces into a solution in the unknowns of the model that the run was asked for.
-class PiecewiseSolution {
+class SolutionInParts {
  public:
-  /// leaves: of the problem of `model`, see Pieces.
-  PiecewiseSolution(dae::ModelPtr model, const Simulation& simulation, std::vector<Expr> leaves);
+  /// leaves: of the problem of `model`, see RunParts.
+  SolutionInParts(dae::ModelPtr model, const Simulation& simulation, std::vector<Expr> leaves);
 
   const Problem& problem() const { return *problem_; }
-  Pieces& pieces() { return *pieces_; }
+  RunParts& pieces() { return *pieces_; }
   Solution& solution() { return *merged_; }
   const Stats& stats() const { return stats_; }
   /// Events with a number from `shown` on are not the user's.
-  void add(Piece piece, std::size_t shown);
+  void add(RunPart piece, std::size_t shown);
   TrajectoryPtr finish(const RunOutcome& outcome);
 
  private:
   dae::ModelPtr model_;
   const Simulation& simulation_;
   ProblemPtr problem_;
-  std::shared_ptr<Pieces> pieces_;
+  std::shared_ptr<RunParts> pieces_;
   std::shared_ptr<Solution> merged_;
   std::vector<double> times_;
   std::size_t next_time_ = 0;
