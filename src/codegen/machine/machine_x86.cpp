@@ -22,7 +22,8 @@ namespace {
 using namespace asmjit;
 
 JitRuntime& runtime() {
-  static JitRuntime runtime;
+  static JitRuntime& runtime =
+      *new JitRuntime;  // for ever: caches that end with the process give their code back
   return runtime;
 }
 
