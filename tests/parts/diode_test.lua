@@ -78,3 +78,22 @@ end)
 test("eliminate{ zero = … } names what it does not know", function()
   expect(function() return loaded():flat():eliminate{ zero = { "R.Q" } } end):fails "R.Q"
 end)
+
+-- The pulses of current are shorter than the steps between them: a step must not pass over one.
+test("a bridge of ideal diodes keeps its tolerance with every method", function()
+  local e, diode = components.electrical, components.electrical.ideal_diode{ Ron = 1e-3, Goff = 1e-6 }
+  local bridge = model {
+    V = e.source{ v = 10*sin(2*pi*50*t) }, R = e.resistor{ R = 100 }, Ri = e.resistor{ R = 1 },
+    C = e.capacitor{ C = 1e-3, v0 = 0 }, gnd = e.ground{},
+    D1 = diode, D2 = diode, D3 = diode, D4 = diode,
+    connect("V.p", "Ri.p"), connect("Ri.n", "D1.p", "D2.n"), connect("V.n", "D3.p", "D4.n"),
+    connect("D1.n", "D3.n", "C.p", "R.p"), connect("D2.p", "D4.p", "C.n", "R.n", "gnd.p") }
+  local exact = 9.25785734                                 -- radau, rtol = 1e-10, and dopri5, 1e-9
+  for _, rtol in ipairs { 1e-3, 1e-4, 1e-6, 1e-8 } do
+    for _, method in ipairs { "auto", "dopri5", "radau", "bdf" } do
+      local sol = bridge:integrate{ to = 0.1, rtol = rtol, method = method }
+      expect(sol.status):equals "finished"
+      expect(sol(bridge.C.v, 0.1)/exact):near(1, 10*rtol + 1e-8)
+    end
+  end
+end)

@@ -95,6 +95,7 @@ class AdaptiveRun {
     if (!plan().monitored_inputs.empty() && repeated_up_to_jump()) return;
     if (has_passed_pole(outcome)) return;
     state_.view_step();
+    if (modes_.has_missed_excursion() && events_.repeated_shorter()) return;
     if (events_.after_step(outcome)) return domain_.restart(stepper().here());
     state_.keep(stepper().here(), false);
     if (!stepper().is_explicit() && rounding_.wants(state_.stats().steps))

@@ -9,7 +9,11 @@
 namespace pendula::integrate {
 
 ModeTracker::ModeTracker(AdaptiveState& state, MethodSelector& method)
-    : state_(state), method_(method), jump_(state), borders_(state.plan.events.list.size()) {}
+    : state_(state),
+      method_(method),
+      jump_(state),
+      excursions_(state),
+      borders_(state.plan.events.list.size()) {}
 
 void ModeTracker::initialise(const Point& point) {
   if (state_.plan.modes == 0) return;
@@ -330,6 +334,9 @@ void ModeTracker::rebuild(const Point& point) {
   method_.renew();
   state_.history->use_modes(state_.problem, modes_);
   renew_exits();
+  std::vector<char> thawed(events().size(), 0);
+  for (std::size_t i = 0; i < borders_.size(); ++i) thawed[i] = borders_[i].treatment == Treatment::thawed;
+  excursions_.watch(std::move(thawed));
 }
 
 std::string ModeTracker::treatment_text(const Border& border) const {

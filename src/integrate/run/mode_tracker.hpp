@@ -21,6 +21,7 @@
 #include "integrate/problem/rhs_solver.hpp"
 #include "integrate/run/adaptive_state.hpp"
 #include "integrate/run/border_jump.hpp"
+#include "integrate/run/excursions.hpp"
 #include "integrate/run/method_selector.hpp"
 
 namespace pendula::integrate {
@@ -39,6 +40,8 @@ class ModeTracker {
   void begin(const Point& point, const Crossings& crossed);
   /// After a step without events: a crossing was missed, or the solution has left a surface it was on.
   bool differ() const;
+  /// Whether the step in state.view was on the other side of a thawed border and came back.
+  bool has_missed_excursion() { return excursions_.in_last_step(); }
   /// Counts the crossings; thaws borders that are crossed too often. The run must begin again afterwards.
   void count(const Crossings& crossed, const Point& point);
   /// Thaws those of the borders among the crossings that can be; false if there are none.
@@ -85,6 +88,7 @@ class ModeTracker {
   AdaptiveState& state_;
   MethodSelector& method_;
   BorderJump jump_;
+  Excursions excursions_;
   std::vector<double> modes_;
   std::vector<Border> borders_;  ///< of every event of the plan; exits stand behind them
   std::vector<Expr> weights_;    ///< of the borders that slide, in the order of their surfaces
