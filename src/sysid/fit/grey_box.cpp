@@ -336,12 +336,11 @@ GreyBoxFit fit(const GreyBoxRequest& given) {
   return out;
 }
 
-namespace {
-
-/// SSE with the parameter held at a value, the others fitted from θ, which is left at their estimates.
-double held_loss(const GreyBoxFit& f, Index held, double value, Vec& theta) {
-  GreyBoxRequest r = f.request;
+void hold(GreyBoxRequest& r, Index held, double value) {
   const Expr p = r.parameters[held];
+  if (r.owner[held] >= 0)
+    throw Error(text(to_text(p), " is the initial value of one experiment of several and cannot be held; ",
+                     "fit that experiment alone"));
   if (is_parameter(p)) {
     r.start.parameters[p] = Expr(value);
   } else {
@@ -350,7 +349,7 @@ double held_loss(const GreyBoxFit& f, Index held, double value, Vec& theta) {
     r.start.fix.emplace_back(p, value);
   }
   std::vector<Index> others;
-  for (Index i = 0; i < theta.size(); ++i)
+  for (Index i = 0; i < r.guess.size(); ++i)
     if (i != held) others.push_back(i);
   r.parameters.erase(r.parameters.begin() + held);
   r.owner.erase(r.owner.begin() + held);
@@ -358,75 +357,7 @@ double held_loss(const GreyBoxFit& f, Index held, double value, Vec& theta) {
     r.bounds.lower = r.bounds.lower(others).eval();
     r.bounds.upper = r.bounds.upper(others).eval();
   }
-  r.guess = theta(others);
-  std::vector<Experiment> experiments;
-  for (Index k = 0; k < r.data.experiments(); ++k) experiments.emplace_back(r, k);
-  GreyBoxFit out;
-  out.theta = r.guess;
-  Point at = evaluate(experiments, r, out.theta);
-  if (!others.empty()) search(experiments, r, out, at);
-  theta[held] = value;
-  for (std::size_t i = 0; i < others.size(); ++i) theta[others[i]] = out.theta[static_cast<Index>(i)];
-  return at.sse;
-}
-
-}  // namespace
-
-Profile profile(const GreyBoxFit& f, Expr parameter, double quantile) {
-  const auto found = std::find(f.request.parameters.begin(), f.request.parameters.end(), parameter);
-  if (found == f.request.parameters.end())
-    throw Error(text(to_text(parameter), " was not estimated (params: ", join(f.names, ", "), ")"));
-  const Index held = found - f.request.parameters.begin();
-  if (f.request.owner[held] >= 0)
-    throw Error("profile: an initial value of one experiment of several has no profile; fit that experiment alone");
-  const double sse = f.residuals.squaredNorm(), estimate = f.theta[held];
-  const auto left = static_cast<double>(std::max<Index>(1, f.residuals.size() - f.ls.rank));
-  Profile out{f.names[held], {}, {}, estimate, sse * (1 + quantile / left), 0, 0};
-  const bool known = std::isfinite(f.std[held]) && f.std[held] > 0;
-  const double unit = known ? f.std[held] : 0.1 * std::max(std::abs(estimate), 1e-6);
-  std::map<double, double> points{{estimate, sse}};
-  const auto search_side = [&](double sign) {
-    Vec theta = f.theta;
-    double inside = 0;
-    double step = 0.5;
-    while (step < 2000) {  // in units
-      double loss = std::numeric_limits<double>::infinity();
-      Vec there = theta;
-      try {
-        loss = held_loss(f, held, estimate + sign * step * unit, there);
-      } catch (const UserFacing&) {
-      }
-      if (std::isfinite(loss)) points[estimate + sign * step * unit] = loss;
-      if (loss > out.threshold) {
-        double outside = step;
-        for (int k = 0; k < 12; ++k) {
-          const double middle = 0.5 * (inside + outside);
-          Vec between = theta;
-          double value = std::numeric_limits<double>::infinity();
-          try {
-            value = held_loss(f, held, estimate + sign * middle * unit, between);
-          } catch (const UserFacing&) {
-          }
-          (value > out.threshold ? outside : inside) = middle;
-        }
-        return estimate + sign * 0.5 * (inside + outside) * unit;
-      }
-      theta = there;
-      inside = step;
-      step *= 1.6;
-    }
-    return sign * std::numeric_limits<double>::infinity();
-  };
-  out.low = search_side(-1);
-  out.high = search_side(1);
-  out.values.resize(static_cast<Index>(points.size()));
-  out.losses.resize(out.values.size());
-  Index k = 0;
-  for (const auto& [value, loss] : points) {
-    out.values[k] = value;
-    out.losses[k++] = loss;
-  }
-  return out;
+  r.guess = r.guess(others).eval();
 }
 
 std::string describe(const GreyBoxFit& f) {

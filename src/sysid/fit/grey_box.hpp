@@ -59,15 +59,8 @@ struct GreyBoxFit {
 /// Several experiments share the parameters; initial values belong to each (the start holds for all).
 GreyBoxFit fit(const GreyBoxRequest& request);
 
-/// How the loss grows when one parameter is held at other values and the others are fitted anew (Raue et al.,
-/// Bioinformatics 25(15), 2009). low, high: where it reaches SSE (1 + q/(N - d)), q the quantile of χ²₁; infinite where
-/// it does not within a thousand deviations (or decades): the data do not bound the parameter.
-struct Profile {
-  std::string name;
-  Vec values, losses;  ///< SSE, by increasing value
-  double estimate = 0, threshold = 0, low = 0, high = 0;
-};
-Profile profile(const GreyBoxFit& f, Expr parameter, double quantile);
+/// One parameter of a request keeps a value and is no longer sought.
+void hold(GreyBoxRequest& request, Index parameter, double value);
 std::string describe(const GreyBoxFit& f);
 
 }  // namespace pendula::sysid

@@ -201,21 +201,6 @@ int estimate(Call& call) {
   return push_value(call.L, Mat(values));
 }
 
-/// A parameter that keeps its value: of the model, or the initial value of a state.
-void hold_fixed(GreyBoxRequest& r, Expr leaf, double value) {
-  const auto at = std::find(r.parameters.begin(), r.parameters.end(), leaf);
-  if (at == r.parameters.end())
-    throw Error(text("fixed: ", to_text(leaf), " was not estimated; only what was can be held"));
-  const Index i = at - r.parameters.begin(), behind = r.guess.size() - i - 1;
-  r.parameters.erase(at);
-  r.guess.segment(i, behind) = r.guess.tail(behind).eval();
-  r.guess.conservativeResize(i + behind);
-  if (symbol_of(leaf).kind == Kind::parameter)
-    r.start.parameters[leaf] = Expr(value);
-  else
-    r.start.fix.emplace_back(leaf, value);
-}
-
 int refit(Call& call) {
   const GreyBoxFit& f = fit_of(call);
   GreyBoxRequest r = f.request;
@@ -232,12 +217,13 @@ int refit(Call& call) {
     return o.has(key) ? to_symbol_numbers(call.L, o.push(key), key, everything(*r.model))
                       : std::vector<std::pair<Expr, double>>();
   };
-  for (const auto& [leaf, value] : leaves("guess")) {
+  const auto place = [&](const char* key, Expr leaf) {
     const auto at = std::find(r.parameters.begin(), r.parameters.end(), leaf);
-    if (at == r.parameters.end()) throw Error(text("guess: ", to_text(leaf), " was not estimated"));
-    r.guess[at - r.parameters.begin()] = value;
-  }
-  for (const auto& [leaf, value] : leaves("fixed")) hold_fixed(r, leaf, value);
+    if (at == r.parameters.end()) throw Error(text(key, ": ", to_text(leaf), " was not estimated"));
+    return static_cast<Index>(at - r.parameters.begin());
+  };
+  for (const auto& [leaf, value] : leaves("guess")) r.guess[place("guess", leaf)] = value;
+  for (const auto& [leaf, value] : leaves("fixed")) sysid::hold(r, place("fixed", leaf), value);
   lua_settop(call.L, call.count());
   return call.push(std::make_shared<const GreyBoxFit>(sysid::fit(r)));
 }
@@ -246,30 +232,6 @@ int active(Call& call) {
   std::vector<std::string> names;
   for (const Index i : fit_of(call).active) names.push_back(fit_of(call).names[i]);
   return push_words(call.L, names);
-}
-
-int profile(Call& call) {
-  const GreyBoxFit& f = fit_of(call);
-  const std::vector<Expr> wanted = to_leaves(call.L, 2, "parameter", everything(*f.request.model));
-  if (wanted.size() != 1) throw Error("profile: one parameter at a time");
-  const double quantile = call.number(3, "quantile", 3.841458820694124);
-  const sysid::Profile p = sysid::profile(f, wanted[0], quantile);
-  lua_createtable(call.L, 0, 7);
-  const auto number = [&](const char* key, double v) {
-    lua_pushnumber(call.L, v);
-    lua_setfield(call.L, -2, key);
-  };
-  push_matrix(call.L, Mat(p.values));
-  lua_setfield(call.L, -2, "values");
-  push_matrix(call.L, Mat(p.losses));
-  lua_setfield(call.L, -2, "losses");
-  call.push(p.name);
-  lua_setfield(call.L, -2, "name");
-  number("low", p.low);
-  number("high", p.high);
-  number("estimate", p.estimate);
-  number("threshold", p.threshold);
-  return 1;
 }
 
 int to_text_(Call& call) { return call.push(sysid::describe(fit_of(call))); }
@@ -353,18 +315,6 @@ extern const Module grey_box_module = {
             print(r:refit{ fixed = { x = 1 } }.loss >= r.loss))",
          "true", &refit_options},
         {"fit_result#active", active, "r.active -> list", "The parameters that rest on a bound.", "", ""},
-        {"fit_result:profile", profile, "r:profile(p [, quantile = 3.84]) -> table",
-         R"(Profile likelihood: the least SSE when one parameter is held at other values. .values .losses, .low
-            and .high where it crosses .threshold = SSE (1 + quantile/(N - d)) (χ² with one degree of freedom:
-            95 %), infinite where the data do not bound the parameter.)",
-         R"(
-            x, k = var "x", param("k", 1)
-            y = {}
-            for i = 0, 10 do y[i+1] = 2*math.exp(-0.3*i) + 0.02*math.sin(5*i*i) end
-            r = fit(dae{ der(x) ~ -k*x }, { params = {k}, data = iddata{ y = y }, y = x, start = { x = 2 } })
-            p = r:profile(k)
-            return math.abs((p.high - p.low)/(2*1.96*r.std[1]) - 1) < 0.05)",
-         "true"},
         {"fit_result:__call", estimate, "r(m) -> number", "The estimate of a parameter by symbol or name.",
          "", ""},
         {"fit_result:__tostring", to_text_, "print(r)", "Estimates ± standard deviation, loss, fit.", "", ""},
