@@ -6,6 +6,7 @@ include "files"      -- save, load
 include "json"       -- json
 include "models"     -- form:solve
 include "redundant"   -- sys:independent
+include "prepare"    -- sys:prepare
 include "session"    -- who, cd, ls, record, edit
 include "explain"    -- explain
 include "plot"       -- plot, plot3, semilogy, semilogx, loglog, spy

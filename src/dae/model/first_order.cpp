@@ -5,6 +5,7 @@
 #include <unordered_set>
 
 #include "base/error.hpp"
+#include "base/lru_cache.hpp"
 #include "base/text.hpp"
 #include "dae/model/occurrence.hpp"
 #include "dae/model/solved_rows.hpp"
@@ -71,6 +72,14 @@ FirstOrder first_order(const Model& m) {
       fo.u.push_back(leaf);
   fill_explicit_form(m, fo);
   return fo;
+}
+
+std::shared_ptr<const FirstOrder> shared_first_order(const ModelPtr& model) {
+  constexpr std::size_t equations = 200'000;
+  static LruCache<ModelPtr, std::shared_ptr<const FirstOrder>> known(equations);
+  if (const auto* found = known.find(model)) return *found;
+  return known.insert(model, std::make_shared<const FirstOrder>(first_order(*model)),
+                      20 + model->residuals.size());
 }
 
 }  // namespace pendula::dae

@@ -5,6 +5,7 @@
 // by the trivial equation Kᵢ - q′ᵢ = 0, which stands first in F.
 #pragma once
 
+#include <memory>
 #include <optional>
 #include <string>
 #include <utility>
@@ -34,5 +35,7 @@ struct FirstOrder {
 
 /// The lowering for the integrators. Throws Error unless there are as many equations as unknowns.
 FirstOrder first_order(const Model& model);
+/// The same, remembered for the models in use.
+std::shared_ptr<const FirstOrder> shared_first_order(const ModelPtr& model);
 
 }  // namespace pendula::dae

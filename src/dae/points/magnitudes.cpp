@@ -173,13 +173,15 @@ Vec least_absolute(const std::vector<Form>& equations, const std::vector<double>
   I.setIdentity();
   Vec b(rows), x = Vec::Zero(n), w(rows);
   for (Index i = 0; i < rows; ++i) b[i] = -equations[i].constant;
+  Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> factors;  // of one pattern in all sweeps
   for (int sweep = 0; sweep < sweeps; ++sweep) {
     const Vec off = A * x - b;
     for (Index i = 0; i < rows; ++i) w[i] = weight[i] / (sweep == 0 ? 1 : 0.1 + std::fabs(off[i]));
     const Eigen::SparseMatrix<double> weighted = w.asDiagonal() * A;
     const Eigen::SparseMatrix<double> product = A.transpose() * weighted;
     const Eigen::SparseMatrix<double> N = product + slight * I;
-    const Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> factors(N);
+    if (sweep == 0) factors.analyzePattern(N);
+    factors.factorize(N);
     const Vec next = factors.solve(A.transpose() * w.cwiseProduct(b));
     if (!next.allFinite()) break;
     x = next;

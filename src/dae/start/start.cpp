@@ -111,18 +111,19 @@ std::optional<double> value_of(Expr p, const Model& model, const StartRequest& r
   std::optional<Expr> value = symbol_of(p).value;
   if (const auto own = model.values.find(p); own != model.values.end()) value = own->second;
   if (const auto it = request.parameters.find(p); it != request.parameters.end()) value = it->second;
-  return value ? std::optional(pendula::evaluate({&*value, 1}, {})[0]) : std::nullopt;
+  if (!value) return {};
+  return value->is_constant() ? constant_value(*value) : pendula::evaluate({&*value, 1}, {})[0];
 }
 
 /// x′ = f(t, x) with every state given is a start as it stands: no system to solve. Nothing where anything
-/// else is asked for or f is not finite, and for small models, where the system costs nothing either.
+/// else is asked for or f is not finite.
 ConsistentStatePtr explicit_start(const ModelPtr& model, const StartRequest& request) {
-  constexpr std::size_t few = 20;
   const std::vector<Expr> states = model->states();
-  if (states.size() < few || request.fix.size() != states.size() || !request.guess.empty()) return nullptr;
+  if (states.empty() || request.fix.size() != states.size() || !request.guess.empty()) return nullptr;
   if (request.nearest || !model->invariants.empty() || !model->projections.empty()) return nullptr;
-  const FirstOrder form = first_order(*model);
-  if (!form.is_ode() || form.x != states || form.u.size() != request.inputs.size()) return nullptr;
+  const std::shared_ptr<const FirstOrder> all = shared_first_order(model);
+  const FirstOrder& form = *all;
+  if (!form.is_ode() || form.x != states) return nullptr;
   auto at = std::make_shared<ConsistentState>();
   at->model = model;
   at->t = request.t;
@@ -133,22 +134,22 @@ ConsistentStatePtr explicit_start(const ModelPtr& model, const StartRequest& req
   if (at->values.size() != states.size() + 1) return nullptr;
   for (const auto& [leaf, value] : at->values)
     if (leaf != time_symbol() && !known.count(leaf)) return nullptr;
-  std::vector<Expr> parameters = form.p;
+  std::vector<Expr> parameters = form.p, leaves_given, inputs;
   for (const auto& [leaf, e] : request.inputs) {
-    if (symbol_of(leaf).order != 0) return nullptr;
-    for (Expr inside : leaves({&e, 1}))
-      if (symbol_of(inside).kind == Kind::parameter) parameters.push_back(inside);
+    leaves_given.push_back(leaf);
+    inputs.push_back(e);
   }
+  for (Expr inside : leaves(inputs))
+    if (symbol_of(inside).kind == Kind::parameter) parameters.push_back(inside);
   for (Expr p : parameters) {
     const auto value = value_of(p, *model, request);
     if (!value) return nullptr;
     at->values[p] = *value;
   }
-  for (Expr u : form.u) {
-    const auto input = request.inputs.find(u);
-    if (input == request.inputs.end()) return nullptr;
-    at->values[u] = pendula::evaluate({&input->second, 1}, at->values)[0];
-  }
+  const std::vector<double> at_start = pendula::evaluate(inputs, at->values);
+  for (std::size_t i = 0; i < inputs.size(); ++i) at->values[leaves_given[i]] = at_start[i];
+  for (Expr u : form.u)
+    if (!request.inputs.count(u)) return nullptr;
   const std::vector<double> f = pendula::evaluate(form.f, at->values);
   for (Expr state : states) at->rows.push_back({state, at->values.at(state), Origin::fixed});
   for (std::size_t i = 0; i < states.size(); ++i) {

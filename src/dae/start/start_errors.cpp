@@ -46,10 +46,10 @@ struct Undefined {
 
 std::optional<Undefined> undefined_at(const StartSystem& s, const std::unordered_map<Expr, double>& point) {
   for (std::size_t i = 0; i < s.rows.size(); ++i)
-    if (const auto node = first_undefined(s.rows[i], point)) return Undefined{*node, i, false};
+    if (const auto node = first_undefined(s.equation(i), point)) return Undefined{*node, i, false};
   for (std::size_t i = 0; i < s.rows.size(); ++i)
     for (Expr leaf : unknowns_in(s, s.rows[i])) {
-      const Expr slope = partial(s.rows[i], leaf);
+      const Expr slope = partial(s.equation(i), leaf);
       if (first_undefined(slope, point)) return Undefined{leaf, i, true};
     }
   return {};
@@ -223,7 +223,8 @@ std::vector<std::string> given_by_equations(const StartSystem& s, const Conflict
   for (std::size_t i : conflict.fixes) {
     if (!unknowns_in(s, s.rows[i]).empty()) continue;
     const auto& [leaf, value] = s.request.fix[i - s.first_fix];
-    const double excess = pendula::evaluate({&s.rows[i], 1}, s.known)[0];
+    const Expr row = s.equation(i);
+    const double excess = pendula::evaluate({&row, 1}, s.known)[0];
     lines.push_back(text("the equations give ", to_text(leaf), " = ", to_text(resolve(s.model, leaf)), " = ",
                          rounded(value + excess, 6)));
   }
@@ -317,7 +318,7 @@ void explain_undefined(const StartSystem& s) {
   const auto bad = undefined_at(s, point);
   if (!bad)
     throw Failure("no consistent start was found: the equations have no finite values near the guess");
-  const std::string equation = text(s.label(bad->row), "  0 = ", truncated_text(s.rows[bad->row]));
+  const std::string equation = text(s.label(bad->row), "  0 = ", truncated_text(s.equation(bad->row)));
   std::vector<Expr> guilty = bad->slope ? std::vector<Expr>{bad->node} : unknowns_in(s, bad->node);
   const std::string at = guilty.empty() ? "" : " at " + values_of(guilty, point);
   const bool held = !guilty.empty() && s.fixed()[*s.position(guilty[0])];
@@ -334,7 +335,7 @@ void explain_undefined(const StartSystem& s) {
 void explain_stuck(const StartSystem& s, std::size_t row) {
   const auto point = s.point(first_point(s, 0));
   const auto inside = unknowns_in(s, s.rows[row]);
-  throw Failure(text("no consistent start was found: ", s.label(row), "  0 = ", truncated_text(s.rows[row]),
+  throw Failure(text("no consistent start was found: ", s.label(row), "  0 = ", truncated_text(s.equation(row)),
                      " does not hold at the values given, and none of its unknowns changes it to first order "
                      "there (its gradient "
                      "is 0 at ",

@@ -1,10 +1,13 @@
 #include "dae/start/start_system.hpp"
 
 #include <algorithm>
-#include <cmath>
+#include <cstdint>
+#include <map>
+#include <unordered_set>
 #include <utility>
 
 #include "base/error.hpp"
+#include "base/lru_cache.hpp"
 #include "base/text.hpp"
 #include "dae/model/lineage.hpp"
 #include "dae/reduce/reduce.hpp"
@@ -51,45 +54,195 @@ static StartRequest with_own_guesses(const Model& m, StartRequest r) {
   return r;
 }
 
-StartSystem::StartSystem(const ModelPtr& m, const StartRequest& r)
-    : low(index_one_form(m, values_near(r))), model(*m), request(with_own_guesses(*m, r)), inputs_(r.inputs) {
-  for (const auto& list : {low->states(), low->top_derivatives(), low->algebraic()})
-    unknowns.insert(unknowns.end(), list.begin(), list.end());
-  for (std::size_t j = 0; j < unknowns.size(); ++j) column_[unknowns[j]] = static_cast<Index>(j);
-  state_count = low->states().size();
-  bind();
-  if (request.keep_invariants)
-    for (const Constraint& c : low->invariants) {
-      add(c.residual);
-      labels_.push_back(c.label);
+namespace {
+
+std::string missing_input(Expr leaf, const Substitution& inputs) {
+  const Symbol& s = symbol_of(leaf);
+  const std::string name = to_text(s.base);
+  if (!s.order || !inputs.count(s.base))
+    return text("input '", to_text(leaf), "' has no value; give inputs = { ", s.name,
+                " = function(t) … end }",
+                s.order ? " as an expression in t, so that it can be differentiated" : "");
+  const std::string key = s.order == 1   ? name + ".dot"
+                          : s.order == 2 ? name + ".ddot"
+                                         : text("der(", name, ", ", s.order, ")");
+  return text(
+      "input '", to_text(leaf), "' has no value: the function given for ", name,
+      " could not be followed symbolically, so its derivative is not known. Give it by name, inputs = { [",
+      name, "] = …, [", key, "] = value or function }, or give ", name, " as an expression in t");
+}
+
+/// Writes StartEquations.
+class Builder {
+ public:
+  Builder(const ModelPtr& model, const ModelPtr& low, const StartRequest& request,
+          const std::unordered_map<Expr, double>& known)
+      : request_(request), inputs_(request.inputs), made_(std::make_shared<StartEquations>()) {
+    made_->model = model;
+    made_->low = low;
+    for (const auto& [leaf, value] : known) made_->given.push_back(leaf);
+  }
+
+  StartEquationsPtr operator()() {
+    const Model& low = *made_->low;
+    for (const auto& list : {low.states(), low.top_derivatives(), low.algebraic()})
+      made_->unknowns.insert(made_->unknowns.end(), list.begin(), list.end());
+    for (std::size_t j = 0; j < made_->unknowns.size(); ++j)
+      made_->column[made_->unknowns[j]] = static_cast<Index>(j);
+    made_->state_count = low.states().size();
+    add_equations(low);
+    made_->first_fix = made_->rows.size();
+    add_fixes();
+    check_known();
+    compile();
+    return made_;
+  }
+
+ private:
+  void add_equations(const Model& low) {
+    if (request_.keep_invariants)
+      for (const Constraint& c : low.invariants) {
+        add(c.residual);
+        made_->labels.push_back(c.label);
+      }
+    for (std::size_t i = 0; i < low.residuals.size(); ++i) {
+      const auto [block, row] = low.origin[i];
+      const Block& b = low.blocks[block];  // 0 = C reads better than 0 = -C
+      add(b.lhs[row].is_zero() ? b.rhs[row] : low.residuals[i]);
+      made_->labels.push_back("equation " + low.label(i));
     }
-  for (std::size_t i = 0; i < low->residuals.size(); ++i) {
-    const auto [block, row] = low->origin[i];
-    const Block& b = low->blocks[block];  // 0 = C reads better than 0 = -C
-    add(b.lhs[row].is_zero() ? b.rhs[row] : low->residuals[i]);
-    labels_.push_back("equation " + low->label(i));
   }
-  first_fix = rows.size();
-  for (const auto& [leaf, value] : request.fix) add(resolve(model, leaf) - Expr(value));
-  const std::span<const Expr> all(rows);  // only the fixes differ from start to start
-  jacobian_ = sparse_jacobian(all.first(first_fix), unknowns);
-  for (Entry e : sparse_jacobian(all.subspan(first_fix), unknowns)) {
-    e.row += static_cast<int>(first_fix);
-    jacobian_.push_back(e);
+
+  void add_fixes() {
+    for (const auto& [leaf, value] : request_.fix) {
+      const Expr number = symbol(Kind::slot, text("fixed_", made_->fixed.size() + 1));
+      made_->fixed.push_back(number);
+      made_->given.push_back(number);
+      add(resolve(*made_->model, leaf) - number);
+    }
   }
-  check_known();
-  compile();
+
+  void add(Expr e) {
+    differentiate_inputs(e);
+    made_->rows.push_back(substitute(e, inputs_));
+  }
+
+  /// Derivatives of inputs that are known as expressions, where reduction needs them.
+  void differentiate_inputs(Expr e) {
+    for (Expr leaf : leaves({&e, 1})) {
+      const Symbol& s = symbol_of(leaf);
+      if (s.kind != Kind::input || inputs_.count(leaf) || !inputs_.count(s.base)) continue;
+      const auto& numeric = request_.numeric_inputs;
+      if (std::find(numeric.begin(), numeric.end(), s.base) != numeric.end()) continue;
+      inputs_[leaf] = total_derivative(inputs_.at(s.base), s.order);
+    }
+  }
+
+  void check_known() const {
+    const std::unordered_set<Expr> given(made_->given.begin(), made_->given.end());
+    for (Expr leaf : leaves(made_->rows)) {
+      const Symbol& s = symbol_of(leaf);
+      if (given.count(leaf) || made_->column.count(leaf) || s.kind == Kind::constant) continue;
+      if (s.kind == Kind::input) throw Error(missing_input(leaf, inputs_));
+      std::vector<std::string> names;
+      for (Expr e : made_->unknowns) names.push_back(symbol_of(e).name);
+      throw Error(
+          text("'", to_text(leaf), "' is not an unknown of this model.", did_you_mean(s.name, names)));
+    }
+  }
+
+  void compile() {
+    made_->jacobian = sparse_jacobian(made_->rows, made_->unknowns);
+    std::vector<Expr> leaves = made_->unknowns, slopes;
+    leaves.insert(leaves.end(), made_->given.begin(), made_->given.end());
+    for (const Entry& entry : made_->jacobian) slopes.push_back(entry.value);
+    made_->values.emplace(made_->rows, leaves);
+    made_->slopes.emplace(slopes, leaves);
+  }
+
+  const StartRequest& request_;
+  Substitution inputs_;
+  std::shared_ptr<StartEquations> made_;
+};
+
+/// Values of t and of the parameters, those in the expressions of inputs included.
+std::unordered_map<Expr, double> parameter_values(const Model& low, const Model& model,
+                                                  const StartRequest& request) {
+  std::unordered_map<Expr, double> known{{time_symbol(), request.t}};
+  std::vector<Expr> parameters = low.parameters;
+  for (const auto& [leaf, e] : request.inputs)
+    for (Expr p : leaves({&e, 1}))
+      if (symbol_of(p).kind == Kind::parameter) parameters.push_back(p);
+  for (Expr p : parameters) {
+    const auto given = request.parameters.find(p), own = model.values.find(p);
+    std::optional<Expr> value = symbol_of(p).value;
+    if (own != model.values.end()) value = own->second;
+    if (given != request.parameters.end()) value = given->second;
+    if (!value)
+      throw Error(text("parameter '", symbol_of(p).name, "' has no value; give one: sys:with{ ",
+                       symbol_of(p).name, " = … } or params = { ", symbol_of(p).name, " = … }"));
+    known[p] = value->is_constant() ? constant_value(*value) : pendula::evaluate({&*value, 1}, {})[0];
+  }
+  return known;
+}
+
+using Words = std::vector<std::uint32_t>;
+
+void add_address(Words& key, const void* at) {
+  const auto address = static_cast<std::uint64_t>(reinterpret_cast<std::uintptr_t>(at));
+  key.insert(key.end(), {static_cast<std::uint32_t>(address), static_cast<std::uint32_t>(address >> 32)});
+}
+
+StartEquationsPtr start_equations(const ModelPtr& model, const ModelPtr& low, const StartRequest& request,
+                                  const std::unordered_map<Expr, double>& known) {
+  constexpr std::size_t equations = 200'000;
+  static LruCache<Words, StartEquationsPtr, WordsHash> remembered(equations);
+  Words key{request.keep_invariants};
+  add_address(key, model.get());
+  add_address(key, low.get());
+  for (const auto& [leaf, value] : request.fix) key.push_back(leaf.id());
+  std::map<std::uint32_t, std::uint32_t> inputs;
+  for (const auto& [leaf, e] : request.inputs) inputs[leaf.id()] = e.id();
+  key.push_back(static_cast<std::uint32_t>(inputs.size()));
+  for (const auto& [leaf, e] : inputs) key.insert(key.end(), {leaf, e});
+  for (Expr leaf : request.numeric_inputs) key.push_back(leaf.id());
+  if (const StartEquationsPtr* found = remembered.find(key)) return *found;
+  const StartEquationsPtr made = Builder(model, low, request, known)();
+  return remembered.insert(key, made, 20 + made->rows.size());
+}
+
+}  // namespace
+
+StartSystem::StartSystem(const ModelPtr& m, const StartRequest& r)
+    : low(index_one_form(m, values_near(r))),
+      model(*m),
+      request(with_own_guesses(*m, r)),
+      known(parameter_values(*low, *m, r)),
+      equations_(start_equations(m, low, r, known)),
+      unknowns(equations_->unknowns),
+      rows(equations_->rows),
+      state_count(equations_->state_count),
+      first_fix(equations_->first_fix) {
+  std::unordered_map<Expr, double> values = known;
+  for (std::size_t k = 0; k < request.fix.size(); ++k) values[equations_->fixed[k]] = request.fix[k].second;
+  for (Expr leaf : equations_->given) given_.push_back(values.at(leaf));
   LeafValues anchors;
   for (const auto& list : {request.fix, request.guess})
     for (const auto& [leaf, value] : list) anchors.push_back({resolve(model, leaf), value});
-  Magnitudes m_units = magnitudes(rows, first_fix, unknowns, known, anchors);
+  Magnitudes m_units = magnitudes(rows, first_fix, unknowns, values, anchors);
   unit = std::move(m_units.unknowns);
   row_unit = std::move(m_units.rows);
 }
 
+Expr StartSystem::equation(std::size_t row) const {
+  if (row < first_fix) return rows[row];
+  const std::size_t k = row - first_fix;
+  return substitute(rows[row], {{equations_->fixed[k], Expr(request.fix[k].second)}});
+}
+
 std::optional<Index> StartSystem::position(Expr leaf) const {
-  const auto it = column_.find(leaf);
-  return it == column_.end() ? std::nullopt : std::optional(it->second);
+  const auto it = equations_->column.find(leaf);
+  return it == equations_->column.end() ? std::nullopt : std::optional(it->second);
 }
 
 std::optional<Index> StartSystem::fixed_unknown(std::size_t k) const {
@@ -111,31 +264,20 @@ std::vector<char> StartSystem::fixed() const {
 }
 
 Vec StartSystem::residual(const Vec& w) const {
-  const auto values = (*rows_)(leaf_values(w));
+  const auto values = (*equations_->values)(leaf_values(w));
   return Eigen::Map<const Vec>(values.data(), static_cast<Index>(values.size())).cwiseQuotient(row_unit);
 }
 
 Eigen::SparseMatrix<double> StartSystem::jacobian(const Vec& w) const {
-  const auto values = (*slopes_)(leaf_values(w));
+  const auto values = (*equations_->slopes)(leaf_values(w));
   std::vector<Eigen::Triplet<double>> entries;
   for (std::size_t k = 0; k < values.size(); ++k) {
-    const auto [i, j] = std::pair(jacobian_[k].row, jacobian_[k].column);
+    const auto [i, j] = std::pair(equations_->jacobian[k].row, equations_->jacobian[k].column);
     entries.emplace_back(i, j, values[k] * (unit[j] / row_unit[i]));
   }
   Eigen::SparseMatrix<double> J(static_cast<Index>(rows.size()), w.size());
   J.setFromTriplets(entries.begin(), entries.end());
   return J;
-}
-
-void StartSystem::compile() {
-  std::vector<Expr> leaves = unknowns, slopes;
-  for (const auto& [leaf, value] : known) {
-    leaves.push_back(leaf);
-    given_.push_back(value);
-  }
-  for (const auto& entry : jacobian_) slopes.push_back(entry.value);
-  rows_.emplace(rows, leaves);
-  slopes_.emplace(slopes, leaves);
 }
 
 std::vector<double> StartSystem::leaf_values(const Vec& w) const {
@@ -150,73 +292,10 @@ std::unordered_map<Expr, double> StartSystem::point(const Vec& w) const {
   return p;
 }
 
-/// Derivatives of inputs that are known as expressions, where reduction needs them.
-void StartSystem::differentiate_inputs(Expr e) {
-  for (Expr leaf : leaves({&e, 1})) {
-    const Symbol& s = symbol_of(leaf);
-    if (s.kind != Kind::input || inputs_.count(leaf) || !inputs_.count(s.base)) continue;
-    const auto& numeric = request.numeric_inputs;
-    if (std::find(numeric.begin(), numeric.end(), s.base) != numeric.end()) continue;
-    inputs_[leaf] = total_derivative(inputs_.at(s.base), s.order);
-  }
-}
-
 std::string StartSystem::label(std::size_t row) const {
-  if (row < first_fix) return labels_[row];
+  if (row < first_fix) return equations_->labels[row];
   const auto& [leaf, value] = request.fix[row - first_fix];
   return text(to_text(leaf), " = ", rounded(value));
-}
-
-void StartSystem::add(Expr e) {
-  differentiate_inputs(e);
-  rows.push_back(substitute(e, inputs_));
-}
-
-void StartSystem::bind() {
-  known[time_symbol()] = request.t;
-  std::vector<Expr> parameters = low->parameters;
-  for (const auto& [leaf, e] : inputs_)  // an input's expression has parameters of its own
-    for (Expr p : leaves({&e, 1}))
-      if (symbol_of(p).kind == Kind::parameter) parameters.push_back(p);
-  for (Expr p : parameters) {
-    const auto given = request.parameters.find(p), own = model.values.find(p);
-    if (given != request.parameters.end())
-      known[p] = pendula::evaluate({&given->second, 1}, {})[0];
-    else if (own != model.values.end())
-      known[p] = pendula::evaluate({&own->second, 1}, {})[0];
-    else if (symbol_of(p).value)
-      known[p] = pendula::evaluate({&*symbol_of(p).value, 1}, {})[0];
-    else
-      throw Error(text("parameter '", symbol_of(p).name, "' has no value; give one: sys:with{ ",
-                       symbol_of(p).name, " = … } or params = { ", symbol_of(p).name, " = … }"));
-  }
-}
-
-std::string StartSystem::missing_input(Expr leaf) const {
-  const Symbol& s = symbol_of(leaf);
-  const std::string name = to_text(s.base);
-  if (!s.order || !inputs_.count(s.base))
-    return text("input '", to_text(leaf), "' has no value; give inputs = { ", s.name,
-                " = function(t) … end }",
-                s.order ? " as an expression in t, so that it can be differentiated" : "");
-  const std::string key = s.order == 1   ? name + ".dot"
-                          : s.order == 2 ? name + ".ddot"
-                                         : text("der(", name, ", ", s.order, ")");
-  return text(
-      "input '", to_text(leaf), "' has no value: the function given for ", name,
-      " could not be followed symbolically, so its derivative is not known. Give it by name, inputs = { [",
-      name, "] = …, [", key, "] = value or function }, or give ", name, " as an expression in t");
-}
-
-void StartSystem::check_known() const {
-  for (Expr leaf : leaves(rows)) {
-    const Symbol& s = symbol_of(leaf);
-    if (known.count(leaf) || column_.count(leaf) || s.kind == Kind::constant) continue;
-    if (s.kind == Kind::input) throw Error(missing_input(leaf));
-    std::vector<std::string> names;
-    for (Expr e : unknowns) names.push_back(symbol_of(e).name);
-    throw Error(text("'", to_text(leaf), "' is not an unknown of this model.", did_you_mean(s.name, names)));
-  }
 }
 
 }  // namespace pendula::dae

@@ -6,6 +6,8 @@
 #pragma once
 
 #include <Eigen/SparseCore>
+#include <memory>
+#include <optional>
 
 #include "base/math.hpp"
 #include "dae/points/magnitudes.hpp"
@@ -14,6 +16,20 @@
 
 namespace pendula::dae {
 
+/// What of a StartSystem depends on which values are fixed, not on the values: starts of one kind share it.
+struct StartEquations {
+  ModelPtr model, low;
+  std::vector<Expr> unknowns, rows;
+  std::vector<Expr> fixed;  ///< what stands for the values in the rows of the fixes
+  std::vector<Expr> given;  ///< leaves with a value of their own: t, parameters, `fixed`
+  std::size_t state_count = 0, first_fix = 0;
+  std::unordered_map<Expr, Eigen::Index> column;
+  std::vector<Entry> jacobian;
+  std::optional<Evaluator> values, slopes;  ///< of rows and jacobian, in unknowns and `given`
+  std::vector<std::string> labels;          ///< of the rows before the fixes
+};
+using StartEquationsPtr = std::shared_ptr<const StartEquations>;
+
 class StartSystem {
  public:
   /// Throws Error naming parameters, inputs and symbols without value. Keeps references to its arguments.
@@ -21,14 +37,21 @@ class StartSystem {
 
   ModelPtr low;
   const Model& model;
-  const StartRequest request;  ///< its guesses in unknowns of the model
-  std::vector<Expr> unknowns, rows;
-  std::size_t state_count = 0, first_fix = 0;
+  const StartRequest request;              ///< its guesses in unknowns of the model
   std::unordered_map<Expr, double> known;  ///< parameters, t
-  Vec unit, row_unit;                      ///< s, σ
+
+ private:
+  StartEquationsPtr equations_;
+
+ public:
+  const std::vector<Expr>&unknowns, &rows;
+  const std::size_t state_count, first_fix;
+  Vec unit, row_unit;  ///< s, σ
 
   /// Of a row: "(3)′", "equation (3)", "x = 3".
   std::string label(std::size_t row) const;
+  /// A row with the number that is fixed, for messages.
+  Expr equation(std::size_t row) const;
   std::size_t fixes() const { return rows.size() - first_fix; }
   std::optional<Eigen::Index> position(Expr leaf) const;
   /// The unknown that fix k (guess k) is about; nothing if it is an expression in several.
@@ -46,20 +69,9 @@ class StartSystem {
   Expr with_inputs(Expr e) const { return substitute(e, inputs_); }
 
  private:
-  void add(Expr e);
-  void bind();
-  void differentiate_inputs(Expr e);
-  void check_known() const;
-  void compile();
   std::vector<double> leaf_values(const Vec& w) const;
-  std::string missing_input(Expr leaf) const;
 
-  Substitution inputs_;
-  std::unordered_map<Expr, Eigen::Index> column_;
-  std::vector<Entry> jacobian_;
-  std::vector<double> given_;  ///< the values of `known`, behind the unknowns
-  std::optional<Evaluator> rows_, slopes_;
-  std::vector<std::string> labels_;  ///< of the rows before the fixes
+  std::vector<double> given_;  ///< values
 };
 
 /// Which rows take part, and which unknowns are held where they are; empty: all, none.

@@ -30,31 +30,36 @@ bool has_large_solve(const std::vector<Expr>& f) {
 }  // namespace
 
 Problem::Problem(dae::FirstOrder model, Vec parameters, std::vector<Input> inputs)
-    : model_(std::move(model)), inputs_(std::move(inputs)) {
-  const std::size_t n = model_.x.size(), m = model_.z.size();
-  PENDULA_ASSERT(model_.xdot.size() == n && model_.F.size() == n + m, "a first-order form with wrong sizes");
-  PENDULA_ASSERT(!model_.is_ode() || model_.f.size() == n, "an explicit form with wrong sizes");
-  if (parameters.size() != static_cast<Eigen::Index>(model_.p.size())) {
-    throw Error(text("", parameters.size(), " values for ", model_.p.size(), " parameters"));
-  }
-  for (std::size_t i = 0; i < model_.p.size(); ++i)
+    : equations_(std::make_shared<Equations>()) {
+  const std::size_t n = model.x.size(), m = model.z.size();
+  PENDULA_ASSERT(model.xdot.size() == n && model.F.size() == n + m, "a first-order form with wrong sizes");
+  PENDULA_ASSERT(!model.is_ode() || model.f.size() == n, "an explicit form with wrong sizes");
+  std::vector<Expr>& arguments = equations_->arguments;
+  arguments = {time_symbol()};
+  for (const auto* group : {&model.x, &model.xdot, &model.z, &model.u, &model.p})
+    arguments.insert(arguments.end(), group->begin(), group->end());
+  equations_->model = std::move(model);
+  values_.assign(arguments.size(), 0);
+  set_numbers(parameters, std::move(inputs));
+  F_ = codegen::Kernel(this->model().F, arguments);
+  if (!is_ode()) return;
+  f_ = codegen::Kernel(this->model().f, arguments);
+  equations_->dense_jacobian = has_large_solve(this->model().f);
+}
+
+void Problem::set_numbers(const Vec& parameters, std::vector<Input> inputs) {
+  const auto& p = model().p;
+  if (parameters.size() != static_cast<Eigen::Index>(p.size()))
+    throw Error(text("", parameters.size(), " values for ", p.size(), " parameters"));
+  for (std::size_t i = 0; i < p.size(); ++i)
     if (!std::isfinite(parameters[static_cast<Eigen::Index>(i)]))
-      throw Error(text("the parameter ", leaf_name(model_.p[i]), " is not a finite number"));
-  for (std::size_t i = inputs_.size(); i < model_.u.size(); ++i) {
-    const std::string name = leaf_name(model_.u[i]);
+      throw Error(text("the parameter ", leaf_name(p[i]), " is not a finite number"));
+  inputs_ = std::move(inputs);
+  for (std::size_t i = inputs_.size(); i < model().u.size(); ++i) {
+    const std::string name = leaf_name(model().u[i]);
     throw Error(text("the input ", name, " has no values; give inputs = { ", name, " = function(t) … end }"));
   }
-  arguments_ = {time_symbol()};
-  for (const auto* group : {&model_.x, &model_.xdot, &model_.z, &model_.u, &model_.p})
-    arguments_.insert(arguments_.end(), group->begin(), group->end());
-  values_.assign(arguments_.size(), 0);
   std::copy(parameters.begin(), parameters.end(), values_.end() - parameters.size());
-
-  F_ = codegen::Kernel(model_.F, arguments_);
-  if (is_ode()) {
-    f_ = codegen::Kernel(model_.f, arguments_);
-    dense_jacobian_ = has_large_solve(model_.f);
-  }
 }
 
 void Problem::accelerate() {
@@ -64,25 +69,16 @@ void Problem::accelerate() {
   J_.accelerate();
 }
 
-/// On first use: explicit methods need no Jacobian, and that of a large reduced model may be dense.
-void Problem::need_pattern() const {
-  if (has_pattern_) return;
-  has_pattern_ = true;
-  const std::span<const Expr> unknowns(arguments_.data() + 1, 2 * model_.x.size() + model_.z.size());
-  for (const pendula::Entry& entry : sparse_jacobian(model_.F, unknowns)) {
-    pattern_.push_back({entry.row, entry.column});
-    partials_.push_back(entry.value);
+const Problem::Derivatives& Problem::derivatives() const {
+  Equations& all = *equations_;
+  if (all.derivatives) return *all.derivatives;
+  const std::span<const Expr> unknowns(all.arguments.data() + 1, 2 * all.model.x.size() + all.model.z.size());
+  Derivatives found;
+  for (const pendula::Entry& entry : sparse_jacobian(all.model.F, unknowns)) {
+    found.pattern.push_back({entry.row, entry.column});
+    found.partials.push_back(entry.value);
   }
-}
-
-const std::vector<Problem::Entry>& Problem::pattern() const {
-  need_pattern();
-  return pattern_;
-}
-
-const std::vector<Expr>& Problem::partials() const {
-  need_pattern();
-  return partials_;
+  return all.derivatives.emplace(std::move(found));
 }
 
 void Problem::place(double t, const double* x, const double* xdot, const double* z) {
@@ -98,16 +94,17 @@ void Problem::set_time(double t) {
   if (inputs_.empty()) return;
   if (t >= limit_) t = std::nextafter(limit_, -std::numeric_limits<double>::infinity());
   double* to = values_.data() + 1 + 2 * n() + m();
-  for (std::size_t i = 0; i < model_.u.size(); ++i, ++to) {
+  for (std::size_t i = 0; i < model().u.size(); ++i, ++to) {
     *to = inputs_[i](t);
     if (!std::isfinite(*to))
-      throw Failure(text("the input ", leaf_name(model_.u[i]), " is ", *to, " at t = ", t));
+      throw Failure(text("the input ", leaf_name(model().u[i]), " is ", *to, " at t = ", t));
   }
 }
 
 void Problem::set_projections(const std::vector<dae::Projection>& stages) {
   projections_ = stages;
-  for (const dae::Projection& stage : stages) projectors_.emplace_back(stage, model_.x, arguments_);
+  projectors_.reserve(stages.size());
+  for (const dae::Projection& stage : stages) projectors_.emplace_back(stage, model().x, arguments());
 }
 
 void Problem::project(double t, Vec& x) {
@@ -144,29 +141,29 @@ void Problem::rhs(double* f) { f_(values_.data(), f); }
 const std::vector<double>& Problem::jacobian() {
   if (!has_jacobian_) {
     has_jacobian_ = true;
-    J_ = codegen::Kernel(partials(), arguments_);
+    J_ = codegen::Kernel(partials(), arguments());
     if (accelerated_) J_.accelerate();
-    jacobian_values_.resize(partials_.size());
+    jacobian_values_.resize(partials().size());
   }
   J_(values_.data(), jacobian_values_.data());
   return jacobian_values_;
 }
 
-std::string Problem::x_name(int i) const { return leaf_name(model_.x[i]); }
+std::string Problem::x_name(int i) const { return leaf_name(model().x[i]); }
 
 std::string Problem::xdot_name(int i) const {
-  const Expr leaf = model_.xdot[i];
+  const Expr leaf = model().xdot[i];
   return symbol_of(leaf).kind == Kind::slot ? x_name(i) + "′" : leaf_name(leaf);
 }
 
-std::string Problem::z_name(int i) const { return leaf_name(model_.z[i]); }
+std::string Problem::z_name(int i) const { return leaf_name(model().z[i]); }
 
 std::string Problem::equation_name(int row) const {
   const auto i = static_cast<std::size_t>(row);
-  const bool labelled = i < model_.label.size() && !model_.label[i].empty();
-  const std::string name = labelled ? model_.label[i] : text("equation ", row + 1);
-  if (i >= model_.sides.size() || !model_.sides[i]) return name;
-  const auto& [left, right] = *model_.sides[i];
+  const bool labelled = i < model().label.size() && !model().label[i].empty();
+  const std::string name = labelled ? model().label[i] : text("equation ", row + 1);
+  if (i >= model().sides.size() || !model().sides[i]) return name;
+  const auto& [left, right] = *model().sides[i];
   return text(name, ": ", to_text(left), " = ", to_text(right));
 }
 

@@ -4,6 +4,7 @@
 #include <functional>
 #include <limits>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -21,7 +22,7 @@ struct Point {
 };
 
 /// F(t, x, x′, z, u, p) = 0 and, for explicit ODEs, f(t, x, u, p). Evaluation is place() and then any of the
-/// functions. Not for two threads at once: copy the problem.
+/// functions. Not for two threads at once. Copies share the equations and their functions.
 class Problem {
  public:
   using Input = std::function<double(double)>;
@@ -31,10 +32,14 @@ class Problem {
   /// value.
   Problem(dae::FirstOrder model, Vec parameters, std::vector<Input> inputs = {});
 
-  const dae::FirstOrder& model() const { return model_; }
-  int n() const { return static_cast<int>(model_.x.size()); }
-  int m() const { return static_cast<int>(model_.z.size()); }
-  bool is_ode() const { return model_.is_ode(); }
+  const dae::FirstOrder& model() const { return equations_->model; }
+  /// One address for all copies: what follows from the equations can be remembered by it.
+  std::shared_ptr<const dae::FirstOrder> shared_model() const { return {equations_, &equations_->model}; }
+  int n() const { return static_cast<int>(model().x.size()); }
+  int m() const { return static_cast<int>(model().z.size()); }
+  bool is_ode() const { return model().is_ode(); }
+  /// Other numbers; checked as by the constructor.
+  void set_numbers(const Vec& parameters, std::vector<Input> inputs);
   /// How many of x and z are the user's: what stands behind them (sensitivities) is not shown.
   int shown_n() const { return shown_n_ < 0 ? n() : shown_n_; }
   int shown_m() const { return shown_m_ < 0 ? m() : shown_m_; }
@@ -71,19 +76,19 @@ class Problem {
   struct Entry {
     int row, column;
   };
-  const std::vector<Entry>& pattern() const;
+  const std::vector<Entry>& pattern() const { return derivatives().pattern; }
   /// The entries as expressions, in the same order.
-  const std::vector<Expr>& partials() const;
+  const std::vector<Expr>& partials() const { return derivatives().partials; }
   /// A large model made explicit by linear solves: every x′ depends on every x, and the Jacobian must not be
   /// asked for.
-  bool has_dense_jacobian() const { return dense_jacobian_; }
+  bool has_dense_jacobian() const { return equations_->dense_jacobian; }
   /// Makes machine code at once: thousands of evaluations are to come.
   void accelerate();
   const std::vector<double>& jacobian();
 
   /// The leaves [t, x, x′, z, u, p], the arguments of every kernel of this problem, and their values at the
   /// point.
-  const std::vector<Expr>& arguments() const { return arguments_; }
+  const std::vector<Expr>& arguments() const { return equations_->arguments; }
   const std::vector<double>& values() const { return values_; }
 
   std::string x_name(int i) const;
@@ -92,18 +97,24 @@ class Problem {
   std::string equation_name(int row) const;  ///< the label, or "equation 3"
 
  private:
-  void need_pattern() const;
-  dae::FirstOrder model_;
+  struct Derivatives {
+    std::vector<Entry> pattern;
+    std::vector<Expr> partials;
+  };
+  struct Equations {
+    dae::FirstOrder model;
+    std::vector<Expr> arguments;
+    bool dense_jacobian = false;
+    std::optional<Derivatives>
+        derivatives;  ///< on first use: explicit methods need none, and they may be dense
+  };
+  const Derivatives& derivatives() const;
+  std::shared_ptr<Equations> equations_;
   std::vector<Input> inputs_;
-  std::vector<Expr> arguments_;
   std::vector<double> values_;
-  mutable std::vector<double> jacobian_values_;
-  mutable std::vector<Entry> pattern_;
-  mutable std::vector<Expr> partials_;
-  codegen::Kernel F_, f_;
-  mutable codegen::Kernel J_;
-  bool accelerated_ = false, dense_jacobian_ = false;
-  mutable bool has_pattern_ = false, has_jacobian_ = false;
+  std::vector<double> jacobian_values_;
+  codegen::Kernel F_, f_, J_;
+  bool accelerated_ = false, has_jacobian_ = false;
   std::vector<dae::Projection> projections_;
   std::vector<Projector> projectors_;
   int shown_n_ = -1, shown_m_ = -1;

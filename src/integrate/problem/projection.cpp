@@ -32,7 +32,6 @@ Projector::Projector(const dae::Projection& stage, std::span<const Expr> states,
   }
   kernel_ = codegen::Kernel(outputs, arguments);
   residual_kernel_ = codegen::Kernel(stage.residuals, arguments);
-  prepare();
 }
 
 Projector::Projector(const Projector& other)
@@ -43,11 +42,10 @@ Projector::Projector(const Projector& other)
       residuals_(other.residuals_),
       kernel_(other.kernel_),
       residual_kernel_(other.residual_kernel_),
-      last_jacobian_(other.last_jacobian_) {
-  prepare();
-}
+      last_jacobian_(other.last_jacobian_) {}
 
 void Projector::prepare() {
+  if (!matrix_.empty()) return;
   const int n = static_cast<int>(moved_.size()), size = n + static_cast<int>(residuals_);
   std::vector<Position> pattern;
   for (const Position& p : jacobian_) {
@@ -67,6 +65,7 @@ void Projector::prepare() {
 bool Projector::holds(const std::vector<double>& values, std::size_t first_state, const Vec& rtol,
                       const Vec& atol, double share) {
   if (last_jacobian_.empty()) return false;
+  prepare();
   residual_kernel_(values.data(), conditions_now_.data());
   std::fill(right_.begin(), right_.end(), 0.0);
   for (std::size_t k = 0; k < jacobian_.size(); ++k) {
@@ -113,6 +112,7 @@ std::string Projector::conditions() const {
 
 void Projector::run(std::vector<double>& values, std::size_t first_state) {
   constexpr int most_steps = 30;
+  prepare();
   for (int k = 0; k < most_steps; ++k) {
     double moved = 0, largest = 0;
     if (!correct(values, first_state, moved, largest)) break;

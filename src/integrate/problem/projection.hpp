@@ -30,9 +30,9 @@ class Projector {
 
  private:
   bool correct(std::vector<double>& values, std::size_t first_state, double& moved, double& largest);
-  void prepare();
-  std::string conditions() const;             ///< for messages
-  dae::Projection stage_;                     ///< kept: a copy compiles its own workspace
+  void prepare();                  ///< on first use: most copies never project
+  std::string conditions() const;  ///< for messages
+  dae::Projection stage_;
   std::vector<std::size_t> moved_;            ///< positions in the states
   std::vector<Position> jacobian_, weights_;  ///< of the nonzero entries of ∂G/∂x and W
   std::size_t residuals_;

@@ -12,6 +12,7 @@
 #include "integrate/event/pulses.hpp"
 #include "integrate/event/resets.hpp"
 #include "integrate/run/methods.hpp"
+#include "integrate/run/preparation.hpp"
 
 namespace pendula::integrate {
 
@@ -42,52 +43,15 @@ void require_low_index(const dae::Model& model, bool direct) {
 }
 
 static double parameter_value(Expr p, const dae::Model& model, const Simulation& simulation) {
-  const std::string name = to_text(p);
   std::optional<Expr> value = symbol_of(p).value;
   if (const auto it = model.values.find(p); it != model.values.end()) value = it->second;
   if (const auto it = simulation.parameters.find(p); it != simulation.parameters.end()) value = it->second;
   if (!value) {
+    const std::string name = to_text(p);
     throw Error(text("the parameter '", name, "' has no value; give params = { ", name,
                      " = … } or use sys:with{ ", name, " = … }"));
   }
-  return evaluate(std::span(&*value, 1), {})[0];
-}
-
-/// Writes known inputs into the equations: their leaves are gone, parameters in their expressions are new.
-static void insert_inputs(dae::FirstOrder& form, const Substitution& inputs) {
-  std::erase_if(form.u, [&](Expr u) { return inputs.count(u) > 0; });
-  if (inputs.empty()) return;
-  for (auto* equations : {&form.F, &form.f, &form.g}) *equations = substitute(*equations, inputs);
-  for (Expr leaf : leaves(form.F)) {
-    const bool parameter = symbol_of(leaf).kind == Kind::parameter;
-    if (parameter && std::find(form.p.begin(), form.p.end(), leaf) == form.p.end()) form.p.push_back(leaf);
-  }
-}
-
-/// Inputs that only conditions, events or a question to the solution contain.
-static void add_inputs(dae::FirstOrder& form, const dae::Model& model, const Simulation& simulation) {
-  std::vector<Expr> conditions;
-  for (const dae::Projection& stage : model.projections)
-    conditions.insert(conditions.end(), stage.residuals.begin(), stage.residuals.end());
-  for (const dae::Constraint& c : model.invariants) conditions.push_back(c.residual);
-  const std::vector<Expr> used = leaves(conditions);
-  for (const auto& [leaf, function] : simulation.numeric_inputs) {
-    const bool wanted = symbol_of(leaf).order == 0 || std::find(used.begin(), used.end(), leaf) != used.end();
-    if (wanted && std::find(form.u.begin(), form.u.end(), leaf) == form.u.end()) form.u.push_back(leaf);
-  }
-}
-
-/// Parameters that occur in events alone are parameters of the problem as well.
-static void add_event_parameters(dae::FirstOrder& form, const std::vector<ModelEvent>& events) {
-  std::vector<Expr> all;
-  for (const ModelEvent& event : events) {
-    all.push_back(event.when);
-    for (const auto& [state, value] : event.reset) all.push_back(value);
-  }
-  for (Expr leaf : leaves(all))
-    if (symbol_of(leaf).kind == Kind::parameter &&
-        std::find(form.p.begin(), form.p.end(), leaf) == form.p.end())
-      form.p.push_back(leaf);
+  return value->is_constant() ? constant_value(*value) : evaluate(std::span(&*value, 1), {})[0];
 }
 
 static Problem::Input input_of(Expr leaf, const Simulation& simulation) {
@@ -119,17 +83,6 @@ static Point starting_point(const dae::ConsistentState& start, const dae::FirstO
   }
   for (std::size_t i = 0; i < form.z.size(); ++i) point.z[static_cast<Eigen::Index>(i)] = value(form.z[i]);
   return point;
-}
-
-/// The model's projections with known inputs written into them.
-static std::vector<dae::Projection> projections(const dae::Model& model, const Substitution& inputs) {
-  std::vector<dae::Projection> stages = model.projections;
-  for (dae::Projection& stage : stages) {
-    stage.residuals = substitute(stage.residuals, inputs);
-    for (Entry& e : stage.jacobian) e.value = substitute(e.value, inputs);
-    for (Entry& e : stage.weight) e.value = substitute(e.value, inputs);
-  }
-  return stages;
 }
 
 /// One number per unknown of (x, z).
@@ -342,18 +295,6 @@ static void extend_start(Point& start, const Variational& all, const dae::Model&
   start.x.tail(all.n * k) = S.reshaped();
 }
 
-/// The model's equations with its inputs, and a number for every parameter.
-static dae::FirstOrder form_of(const dae::Model& model, const Simulation& simulation, Vec& parameters) {
-  dae::FirstOrder form = dae::first_order(model);
-  insert_inputs(form, simulation.inputs);
-  add_event_parameters(form, simulation.events);
-  parameters.resize(static_cast<Eigen::Index>(form.p.size()));
-  for (std::size_t i = 0; i < form.p.size(); ++i)
-    parameters[static_cast<Eigen::Index>(i)] = parameter_value(form.p[i], model, simulation);
-  add_inputs(form, model, simulation);
-  return form;
-}
-
 static void refuse_calls(const std::vector<ModelEvent>& events) {
   for (const ModelEvent& event : events)
     if (event.call)
@@ -362,53 +303,39 @@ static void refuse_calls(const std::vector<ModelEvent>& events) {
 }
 
 ProblemSetup set_up_problem(const dae::ModelPtr& model, const Simulation& simulation) {
-  Vec parameters;
-  dae::FirstOrder form = form_of(*model, simulation, parameters);
+  if (!simulation.sensitivities.empty()) refuse_calls(simulation.events);
+  const PreparationPtr all = prepared(model, simulation);
+  Vec parameters(static_cast<Eigen::Index>(all->form.p.size()));
+  for (std::size_t i = 0; i < all->form.p.size(); ++i)
+    parameters[static_cast<Eigen::Index>(i)] = parameter_value(all->form.p[i], *model, simulation);
   std::vector<Problem::Input> inputs;
-  for (Expr u : form.u) inputs.push_back(input_of(u, simulation));
+  for (Expr u : all->form.u) inputs.push_back(input_of(u, simulation));
+  if (!all->serves(parameters)) complete(*all, parameters, simulation);
   ProblemSetup result;
-  result.start = starting_point(*simulation.start, form);
-  const int n = static_cast<int>(form.x.size()), m = static_cast<int>(form.z.size());
-  std::size_t surfaces = 0;
-  if (!simulation.plan.dt) {
-    result.piecewise = std::make_shared<const PiecewiseForm>(
-        form, std::span<const double>(parameters.data(), form.p.size()));
-    surfaces = result.piecewise->surfaces().size();
-    form = result.piecewise->form(std::vector<Treatment>(surfaces, Treatment::frozen)).form;
-    parameters.conservativeResize(static_cast<Eigen::Index>(form.p.size()));
-    parameters.tail(result.piecewise->modes()).setOnes();
-  }
-  std::vector<Expr> own;
-  if (!simulation.sensitivities.empty()) {
-    refuse_calls(simulation.events);
-    for (Expr p : simulation.sensitivities) own.push_back(dae::resolve(*model, p));
-    result.variational = std::make_shared<const Variational>(variational(form, own));
-    extend_start(result.start, *result.variational, *model, simulation, parameters);
-    form = result.variational->form;
-  }
-  const auto make = [parameters, inputs, n, m, stages = projections(*model, simulation.inputs)](
-                        dae::FirstOrder equations, std::optional<dae::Projection> border = {}) {
-    auto problem = std::make_shared<Problem>(std::move(equations), parameters, inputs);
-    problem->show(n, m);
-    std::vector<dae::Projection> all = stages;
-    if (border) all.push_back(std::move(*border));
-    problem->set_projections(all);
-    return problem;
+  result.piecewise = all->piecewise;
+  result.variational = all->variational;
+  result.start = starting_point(*simulation.start, all->form);
+  const int modes = all->piecewise ? all->piecewise->modes() : 0;
+  parameters.conservativeResize(parameters.size() + modes);
+  parameters.tail(modes).setOnes();
+  if (all->variational) extend_start(result.start, *all->variational, *model, simulation, parameters);
+  result.problem = std::make_shared<Problem>(*all->problem);
+  result.problem->set_numbers(parameters, inputs);
+  if (!all->piecewise || all->piecewise->surfaces().empty()) return result;
+  result.treat = [all, parameters, inputs, piecewise = all->piecewise, variational = all->variational](
+                     const std::vector<Treatment>& treatment,
+                     const std::unordered_map<Expr, double>& at) -> TreatedProblem {
+    SlidingForm treated = piecewise->form(treatment, at);
+    std::vector<dae::Projection> stages = all->stages;
+    if (!treated.conditions.empty())
+      stages.push_back(
+          {treated.form.x, treated.conditions, sparse_jacobian(treated.conditions, treated.form.x), {}});
+    if (variational) treated.form = integrate::variational(treated.form, variational->with_respect_to).form;
+    auto problem = std::make_shared<Problem>(std::move(treated.form), parameters, inputs);
+    problem->show(all->problem->shown_n(), all->problem->shown_m());
+    problem->set_projections(stages);
+    return {problem, treated.weights};
   };
-  result.problem = make(std::move(form));
-  if (surfaces > 0)
-    result.treat = [make, own, piecewise = result.piecewise](
-                       const std::vector<Treatment>& treatment,
-                       const std::unordered_map<Expr, double>& at) -> TreatedProblem {
-      SlidingForm treated = piecewise->form(treatment, at);
-      std::optional<dae::Projection> border;
-      if (!treated.conditions.empty())
-        border = dae::Projection{
-            treated.form.x, treated.conditions, sparse_jacobian(treated.conditions, treated.form.x), {}};
-      dae::FirstOrder& equations = treated.form;
-      return {make(own.empty() ? std::move(equations) : variational(equations, own).form, std::move(border)),
-              treated.weights};
-    };
   return result;
 }
 

@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <mutex>
 
 #include "base/four.hpp"
+#include "base/lru_cache.hpp"
 #include "base/text.hpp"
 
 namespace pendula::integrate {
@@ -63,9 +65,10 @@ ExplicitStepper::ExplicitStepper(ProblemPtr problem, TableauPtr tableau, Toleran
                                  StepLimits limits, Stats& stats)
     : Stepper(std::move(problem), std::move(tolerances), limits, stats),
       tableau_(std::move(tableau)),
-      controller_(StepRules(checked(*tableau_)), n()),
+      scheme_(scheme_of(tableau_)),
+      controller_(scheme_->rules, n()),
       rhs_(problem_, stats),
-      rows_(rows_of(*tableau_, controller_.rules().stiff_stage)) {
+      rows_(scheme_->rows) {
   const int stages = tableau_->stages();
   code_ = ExplicitCode::make(*problem_, *tableau_, controller_.rules().stiff_stage, tolerances_);
   stages_.K.resize(static_cast<std::size_t>((stages + 3) * n()));
@@ -79,13 +82,23 @@ ExplicitStepper::ExplicitStepper(ProblemPtr problem, TableauPtr tableau, Toleran
   }
 }
 
-const Tableau& ExplicitStepper::checked(const Tableau& rk) {
+void ExplicitStepper::check(const Tableau& rk) {
   if (!rk.is_explicit()) throw Error(text("the method ", rk.name(), " is not explicit"));
   if (!rk.bhat())
     throw Error(text("the method ", rk.name(),
                      " has no embedded method to estimate its error: give dt = 0.01 "
                      "for fixed steps, or choose \"dopri5\", \"tsit5\", \"dop853\", \"radau\" or \"bdf\""));
-  return rk;
+}
+
+std::shared_ptr<const ExplicitStepper::Scheme> ExplicitStepper::scheme_of(const TableauPtr& rk) {
+  constexpr std::size_t methods = 16;
+  static LruCache<TableauPtr, std::shared_ptr<const Scheme>> known(methods);
+  static std::mutex mutex;
+  const std::lock_guard lock(mutex);
+  if (const auto* found = known.find(rk)) return *found;
+  check(*rk);
+  const StepRules rules(*rk);
+  return known.insert(rk, std::make_shared<const Scheme>(Scheme{rules, rows_of(*rk, rules.stiff_stage)}));
 }
 
 ExplicitStepper::Rows ExplicitStepper::rows_of(const Tableau& rk, int stiff_stage) {

@@ -40,6 +40,11 @@ class ExplicitStepper final : public Stepper {
     Row stiff;  ///< b minus the row of the second stage at the end of the step
     std::vector<double> c;
   };
+  /// What follows from the tableau alone.
+  struct Scheme {
+    StepRules rules;
+    Rows rows;
+  };
   /// The step in hand, stage by stage; not used where it is done by code.
   struct Stages {
     std::vector<double> K, Z;  ///< stage after stage; K goes on with behind_stages()
@@ -47,8 +52,10 @@ class ExplicitStepper final : public Stepper {
   };
   enum class Attempt { accepted, rejected, not_finite };
 
-  static const Tableau& checked(const Tableau& rk);
+  static void check(const Tableau& rk);
   static Rows rows_of(const Tableau& rk, int stiff_stage);
+  /// Remembered: the stability limit takes longer to find than a short run.
+  static std::shared_ptr<const Scheme> scheme_of(const TableauPtr& rk);
   double first_step(double end);
   bool compute(const Point& from, double dt);
   Attempt attempt(double dt);
@@ -63,10 +70,11 @@ class ExplicitStepper final : public Stepper {
   void watch_stiffness(double dt);
 
   TableauPtr tableau_;
+  std::shared_ptr<const Scheme> scheme_;
   Controller controller_;
   StepState<double> control_;
   RhsSolver rhs_;
-  Rows rows_;
+  const Rows& rows_;
   std::shared_ptr<ExplicitCode> code_;
   ExplicitCode::End end_{};
   bool coded_ = false;  ///< the last step was: end_ holds it, not stages_

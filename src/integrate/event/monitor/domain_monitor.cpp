@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/lru_cache.hpp"
 #include "expr/graph/derivative.hpp"
 #include "integrate/event/monitor/monitor.hpp"
 
@@ -66,9 +67,19 @@ class PoleTest {
 
 }  // namespace
 
+/// Remembered for the runs of one model: they pass over all its equations.
+static std::vector<dae::DomainCondition> conditions_of(const Problem& problem) {
+  constexpr std::size_t models = 16;
+  using Conditions = std::vector<dae::DomainCondition>;
+  static LruCache<std::shared_ptr<const dae::FirstOrder>, Conditions> known(models);
+  const auto equations = problem.shared_model();
+  if (const Conditions* found = known.find(equations)) return *found;
+  return known.insert(equations, dae::domain_conditions(equations->F));
+}
+
 DomainMonitor::DomainMonitor(const Problem& problem, const std::vector<Guard>& guards, bool wanted) {
   if (!wanted) return;
-  conditions_ = dae::domain_conditions(problem.model().F);
+  conditions_ = conditions_of(problem);
   std::erase_if(conditions_, [&](const dae::DomainCondition& c) {
     return std::any_of(guards.begin(), guards.end(), [&](const Guard& g) { return g.factor == c.factor; });
   });

@@ -1,0 +1,135 @@
+#include "integrate/run/preparation.hpp"
+
+#include <algorithm>
+#include <cstdint>
+#include <map>
+
+#include "base/lru_cache.hpp"
+#include "dae/model/first_order.hpp"
+#include "dae/model/lineage.hpp"
+
+namespace pendula::integrate {
+
+/// Writes known inputs into the equations: their leaves are gone, parameters in their expressions are new.
+static void insert_inputs(dae::FirstOrder& form, const Substitution& inputs) {
+  std::erase_if(form.u, [&](Expr u) { return inputs.count(u) > 0; });
+  if (inputs.empty()) return;
+  for (auto* equations : {&form.F, &form.f, &form.g}) *equations = substitute(*equations, inputs);
+  for (Expr leaf : leaves(form.F)) {
+    const bool parameter = symbol_of(leaf).kind == Kind::parameter;
+    if (parameter && std::find(form.p.begin(), form.p.end(), leaf) == form.p.end()) form.p.push_back(leaf);
+  }
+}
+
+/// Inputs that only conditions, events or a question to the solution contain.
+static void add_inputs(dae::FirstOrder& form, const dae::Model& model, const Simulation& simulation) {
+  std::vector<Expr> conditions;
+  for (const dae::Projection& stage : model.projections)
+    conditions.insert(conditions.end(), stage.residuals.begin(), stage.residuals.end());
+  for (const dae::Constraint& c : model.invariants) conditions.push_back(c.residual);
+  const std::vector<Expr> used = leaves(conditions);
+  for (const auto& [leaf, function] : simulation.numeric_inputs) {
+    const bool wanted = symbol_of(leaf).order == 0 || std::find(used.begin(), used.end(), leaf) != used.end();
+    if (wanted && std::find(form.u.begin(), form.u.end(), leaf) == form.u.end()) form.u.push_back(leaf);
+  }
+}
+
+/// Parameters that occur in events alone are parameters of the problem as well.
+static void add_event_parameters(dae::FirstOrder& form, const std::vector<ModelEvent>& events) {
+  std::vector<Expr> all;
+  for (const ModelEvent& event : events) {
+    all.push_back(event.when);
+    for (const auto& [state, value] : event.reset) all.push_back(value);
+  }
+  for (Expr leaf : leaves(all))
+    if (symbol_of(leaf).kind == Kind::parameter &&
+        std::find(form.p.begin(), form.p.end(), leaf) == form.p.end())
+      form.p.push_back(leaf);
+}
+
+/// The model's projections with known inputs written into them.
+static std::vector<dae::Projection> projections(const dae::Model& model, const Substitution& inputs) {
+  std::vector<dae::Projection> stages = model.projections;
+  if (inputs.empty()) return stages;
+  for (dae::Projection& stage : stages) {
+    stage.residuals = substitute(stage.residuals, inputs);
+    for (Entry& e : stage.jacobian) e.value = substitute(e.value, inputs);
+    for (Entry& e : stage.weight) e.value = substitute(e.value, inputs);
+  }
+  return stages;
+}
+
+namespace {
+
+/// Everything that a Preparation depends on.
+std::vector<std::uint32_t> preparation_key(const dae::ModelPtr& model, const Simulation& simulation) {
+  const auto address = reinterpret_cast<std::uintptr_t>(model.get());
+  std::vector<std::uint32_t> key{static_cast<std::uint32_t>(address),
+                                 static_cast<std::uint32_t>(static_cast<std::uint64_t>(address) >> 32),
+                                 simulation.plan.dt.has_value()};
+  const auto begin_list = [&key](std::size_t size) { key.push_back(static_cast<std::uint32_t>(size)); };
+  const std::map<std::uint32_t, std::uint32_t> inputs = [&] {
+    std::map<std::uint32_t, std::uint32_t> sorted;
+    for (const auto& [leaf, e] : simulation.inputs) sorted[leaf.id()] = e.id();
+    return sorted;
+  }();
+  begin_list(inputs.size());
+  for (const auto& [leaf, e] : inputs) key.insert(key.end(), {leaf, e});
+  begin_list(simulation.numeric_inputs.size());
+  for (const auto& [leaf, function] : simulation.numeric_inputs) key.push_back(leaf.id());
+  begin_list(simulation.sensitivities.size());
+  for (Expr p : simulation.sensitivities) key.push_back(p.id());
+  for (const ModelEvent& event : simulation.events) {
+    begin_list(event.reset.size());
+    key.push_back(event.when.id());
+    for (const auto& [state, value] : event.reset) key.insert(key.end(), {state.id(), value.id()});
+  }
+  return key;
+}
+
+}  // namespace
+
+PreparationPtr prepared(const dae::ModelPtr& model, const Simulation& simulation) {
+  constexpr std::size_t equations = 200'000;
+  static LruCache<std::vector<std::uint32_t>, PreparationPtr, WordsHash> known(equations);
+  const auto key = preparation_key(model, simulation);
+  if (const PreparationPtr* found = known.find(key)) return *found;
+  auto made = std::make_shared<Preparation>();
+  made->model = model;
+  made->form = *dae::shared_first_order(model);
+  insert_inputs(made->form, simulation.inputs);
+  add_event_parameters(made->form, simulation.events);
+  made->stages = projections(*model, simulation.inputs);
+  add_inputs(made->form, *model, simulation);
+  return known.insert(key, made, 20 + made->form.F.size());
+}
+
+void complete(Preparation& all, const Vec& parameters, const Simulation& simulation) {
+  dae::FirstOrder form = all.form;
+  Vec values = parameters;
+  all.problem.reset();
+  if (!simulation.plan.dt) {
+    all.piecewise = std::make_shared<const PiecewiseForm>(
+        form, std::span<const double>(parameters.data(), form.p.size()));
+    const std::vector<Treatment> frozen(all.piecewise->surfaces().size(), Treatment::frozen);
+    form = all.piecewise->form(frozen).form;
+    values.conservativeResize(static_cast<Eigen::Index>(form.p.size()));
+    values.tail(all.piecewise->modes()).setOnes();
+  }
+  const int n = static_cast<int>(form.x.size()), m = static_cast<int>(form.z.size());
+  if (!simulation.sensitivities.empty()) {
+    std::vector<Expr> own;
+    for (Expr p : simulation.sensitivities) own.push_back(dae::resolve(*all.model, p));
+    all.variational = std::make_shared<const Variational>(variational(form, own));
+    form = all.variational->form;
+  }
+  const std::vector<Problem::Input> no_inputs(form.u.size(),
+                                              [](double) { return 0.0; });  // those of a run end with it
+  auto problem = std::make_shared<Problem>(std::move(form), values, no_inputs);
+  problem->show(n, m);
+  problem->set_projections(all.stages);
+  all.parameters = parameters;
+  all.problem = std::move(problem);
+}
+
+}  // namespace pendula::integrate

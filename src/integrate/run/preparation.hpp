@@ -1,0 +1,33 @@
+// What of a run contains no numbers, kept for the next run of the same equations.
+#pragma once
+
+#include "integrate/event/surfaces.hpp"
+#include "integrate/problem/sensitivity.hpp"
+#include "integrate/run/simulate.hpp"
+
+namespace pendula::integrate {
+
+/// The part of a set-up that contains no numbers, so that the next run of the same equations need not make it.
+struct Preparation {
+  dae::ModelPtr model;
+  dae::FirstOrder form;  ///< with the inputs that are expressions
+  std::vector<dae::Projection> stages;
+  // of the latest parameters; the same for others where no side of a border depends on them
+  Vec parameters;
+  std::shared_ptr<const PiecewiseForm> piecewise;
+  std::shared_ptr<const Variational> variational;
+  std::shared_ptr<const Problem> problem;
+
+  bool serves(const Vec& values) const {
+    const bool same = values.size() == parameters.size() && values == parameters;
+    return problem && (same || !piecewise || piecewise->surfaces().empty());
+  }
+};
+using PreparationPtr = std::shared_ptr<Preparation>;
+
+/// Of the model with these inputs, events and sensitivities; made where there is none yet, without a problem.
+PreparationPtr prepared(const dae::ModelPtr& model, const Simulation& simulation);
+/// Problem, borders and sensitivities for these parameters.
+void complete(Preparation& all, const Vec& parameters, const Simulation& simulation);
+
+}  // namespace pendula::integrate

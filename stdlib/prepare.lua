@@ -1,0 +1,86 @@
+-- sys:prepare{ … }: a run whose equations, form and method are fixed, to be called with other numbers.
+
+-- What is fixed; everything else that integrate takes may be given with every call.
+local fixed = { form = true, method = true, inputs = true, events = true, sensitivities = true, direct = true,
+  guards = true }
+
+local numbers = { start = true, from = true, to = true, times = true, params = true, rtol = true, atol = true,
+  dt = true, dt0 = true, dtmax = true, max_steps = true }
+
+local function names(set)
+  local list = {}
+  for name in pairs(set) do list[#list + 1] = name end
+  table.sort(list)
+  return list
+end
+
+local Run = { __name = "prepared run" }
+Run.__index = Run
+
+function Run:__call(options)
+  if type(options) ~= "table" or getmetatable(options) then
+    fail "a prepared run: write run{ start = { x = 1 }, to = 10 }"
+  end
+  local all = {}
+  for name, value in pairs(self.options) do all[name] = value end
+  for name, value in pairs(options) do
+    if fixed[name] then
+      fail(("a prepared run: '%s' was fixed by prepare; make another one, sys:prepare{ %s = … }, or give it "
+        .. "to sys:integrate"):format(name, name))
+    elseif not numbers[name] then
+      fail(("a prepared run: unknown option '%s'.%s (options: %s)"):format(tostring(name),
+        did_you_mean(tostring(name), names(numbers)), table.concat(names(numbers), ", ")))
+    end
+    all[name] = value
+  end
+  return self.model:integrate(all)
+end
+
+function Run:__tostring()
+  local given = {}
+  for _, name in ipairs(names(self.options)) do given[#given + 1] = name end
+  return ("prepared run of a model with %d equations%s%s: run{ start =, to =, … }"):format(
+    #self.model.equations, self.model.form ~= "" and ', form "' .. self.model.form .. '"' or "",
+    #given > 0 and ", given: " .. table.concat(given, ", ") or "")
+end
+
+doc { name = "model:prepare", module = "integrate",
+  sig = "sys:prepare{ form =, method =, inputs =, events =, sensitivities =, direct =, guards =, … } -> run",
+  text = [[
+    A run to be repeated with other numbers: run{ start =, params =, rtol =, to = } is what
+    sys:reduce(form):integrate{ … } with all these options gives. The form is derived once; what depends on
+    the equations alone is kept as long as the run is. Numbers given to prepare hold where a call gives
+    none. run.model is the model that is integrated, run.options what was given.]],
+  example = [[
+    x, k = var "x", param "k"
+    run = dae{ der(x) ~ -k*x }:prepare{ to = 1, rtol = 1e-10 }
+    list = {}
+    for rate = 1, 3 do
+      list[rate] = ("%.4f"):format(run{ start = { x = 1 }, params = { k = rate } }:final(x))
+    end
+    return table.concat(list, " ")]],
+  gives = "0.3679 0.1353 0.0498",
+  function(sys, options)
+    options = options == nil and {} or options
+    if type(options) ~= "table" or getmetatable(options) then
+      fail 'prepare: write sys:prepare{ form = "project", method = "radau" }'
+    end
+    local given = {}
+    for name, value in pairs(options) do
+      if not fixed[name] and not numbers[name] then
+        local all = names(fixed)
+        for _, other in ipairs(names(numbers)) do all[#all + 1] = other end
+        fail(("prepare: unknown option '%s'.%s (options: %s)"):format(tostring(name),
+          did_you_mean(tostring(name), all), table.concat(all, ", ")))
+      end
+      given[name] = value
+    end
+    local model = sys
+    if options.form ~= nil then
+      model, given.form = sys:reduce(options.form), nil
+    elseif not options.direct and sys.form == "" and sys:index() > 1 then
+      fail('prepare: the model has index ' .. sys:index() .. '; give the form that is integrated, '
+        .. 'form = "project", or direct = true')
+    end
+    return setmetatable({ model = model, options = given }, Run)
+  end }
