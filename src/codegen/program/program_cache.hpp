@@ -30,11 +30,12 @@ class Memory {
   }
   void add(const Key& key, std::shared_ptr<Value> value, std::size_t size) {
     constexpr std::size_t most = 1'000'000;  // instructions: some 60 MB
+    constexpr std::size_t entry = 400;       // what else an entry holds, machine code on a page of its own
     if (const auto old = where_.find(key); old != where_.end()) {
       total_ -= old->second->size;
       items_.erase(old->second);
     }
-    items_.push_front({key, std::move(value), size + key.size()});
+    items_.push_front({key, std::move(value), entry + size + key.size()});
     where_[key] = items_.begin();
     total_ += items_.front().size;
     while (total_ > most && items_.size() > 1) {

@@ -75,11 +75,11 @@ FirstOrder first_order(const Model& m) {
 }
 
 std::shared_ptr<const FirstOrder> shared_first_order(const ModelPtr& model) {
-  constexpr std::size_t equations = 200'000;
+  constexpr std::size_t equations = 200'000;  // an entry counts as 1000 more
   static LruCache<ModelPtr, std::shared_ptr<const FirstOrder>> known(equations);
   if (const auto* found = known.find(model)) return *found;
   return known.insert(model, std::make_shared<const FirstOrder>(first_order(*model)),
-                      20 + model->residuals.size());
+                      1000 + model->residuals.size());
 }
 
 }  // namespace pendula::dae

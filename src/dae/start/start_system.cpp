@@ -195,7 +195,7 @@ void add_address(Words& key, const void* at) {
 
 StartEquationsPtr start_equations(const ModelPtr& model, const ModelPtr& low, const StartRequest& request,
                                   const std::unordered_map<Expr, double>& known) {
-  constexpr std::size_t equations = 200'000;
+  constexpr std::size_t equations = 200'000;  // an entry counts as 1000 more
   static LruCache<Words, StartEquationsPtr, WordsHash> remembered(equations);
   Words key{request.keep_invariants};
   add_address(key, model.get());
@@ -208,7 +208,7 @@ StartEquationsPtr start_equations(const ModelPtr& model, const ModelPtr& low, co
   for (Expr leaf : request.numeric_inputs) key.push_back(leaf.id());
   if (const StartEquationsPtr* found = remembered.find(key)) return *found;
   const StartEquationsPtr made = Builder(model, low, request, known)();
-  return remembered.insert(key, made, 20 + made->rows.size());
+  return remembered.insert(key, made, 1000 + made->rows.size());
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-#include "integrate/run/fixed_bdf.hpp"
+#include "integrate/run/fixed_step_run.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -90,7 +90,7 @@ std::vector<std::uint32_t> preparation_key(const dae::ModelPtr& model, const Sim
 }  // namespace
 
 PreparationPtr prepared(const dae::ModelPtr& model, const Simulation& simulation) {
-  constexpr std::size_t equations = 200'000;
+  constexpr std::size_t equations = 200'000;  // an entry counts as 1000 more
   static LruCache<std::vector<std::uint32_t>, PreparationPtr, WordsHash> known(equations);
   const auto key = preparation_key(model, simulation);
   if (const PreparationPtr* found = known.find(key)) return *found;
@@ -101,7 +101,7 @@ PreparationPtr prepared(const dae::ModelPtr& model, const Simulation& simulation
   add_event_parameters(made->form, simulation.events);
   made->stages = projections(*model, simulation.inputs);
   add_inputs(made->form, *model, simulation);
-  return known.insert(key, made, 20 + made->form.F.size());
+  return known.insert(key, made, 1000 + made->form.F.size());
 }
 
 void complete(Preparation& all, const Vec& parameters, const Simulation& simulation) {

@@ -2,7 +2,6 @@
 
 #include "integrate/event/monitor/guards.hpp"
 #include "integrate/run/adaptive_run.hpp"
-#include "integrate/run/fixed_bdf.hpp"
 #include "integrate/run/fixed_step_run.hpp"
 #include "integrate/run/problem_setup.hpp"
 #include "integrate/run/regime_run.hpp"

@@ -69,12 +69,12 @@ class PoleTest {
 
 /// Remembered for the runs of one model: they pass over all its equations.
 static std::vector<dae::DomainCondition> conditions_of(const Problem& problem) {
-  constexpr std::size_t models = 16;
+  constexpr std::size_t size = 200'000;  // in equations; an entry counts as 1000 more
   using Conditions = std::vector<dae::DomainCondition>;
-  static LruCache<std::shared_ptr<const dae::FirstOrder>, Conditions> known(models);
+  static LruCache<std::shared_ptr<const dae::FirstOrder>, Conditions> known(size);
   const auto equations = problem.shared_model();
   if (const Conditions* found = known.find(equations)) return *found;
-  return known.insert(equations, dae::domain_conditions(equations->F));
+  return known.insert(equations, dae::domain_conditions(equations->F), 1000 + equations->F.size());
 }
 
 DomainMonitor::DomainMonitor(const Problem& problem, const std::vector<Guard>& guards, bool wanted) {
