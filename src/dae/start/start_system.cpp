@@ -95,6 +95,7 @@ class Builder {
     add_fixes();
     check_known();
     compile();
+    made_->inputs = std::move(inputs_);
     return made_;
   }
 

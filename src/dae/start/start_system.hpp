@@ -27,6 +27,7 @@ struct StartEquations {
   std::vector<Entry> jacobian;
   std::optional<Evaluator> values, slopes;  ///< of rows and jacobian, in unknowns and `given`
   std::vector<std::string> labels;          ///< of the rows before the fixes
+  Substitution inputs;                      ///< with the derivatives that the rows needed
 };
 using StartEquationsPtr = std::shared_ptr<const StartEquations>;
 
@@ -66,7 +67,7 @@ class StartSystem {
   Eigen::SparseMatrix<double> jacobian(const Vec& w) const;
   std::unordered_map<Expr, double> point(const Vec& w) const;
   /// e with the expressions that were given for inputs.
-  Expr with_inputs(Expr e) const { return substitute(e, inputs_); }
+  Expr with_inputs(Expr e) const { return substitute(e, equations_->inputs); }
 
  private:
   std::vector<double> leaf_values(const Vec& w) const;
