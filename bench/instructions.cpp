@@ -10,7 +10,7 @@
 #include <random>
 #include <string>
 
-#include "integrate/run/state_reselection.hpp"
+#include "integrate/simulation/state_reselection.hpp"
 #include "integrate/solve/linear_solver.hpp"
 #include "lua/bind/dae/dae.hpp"
 #include "lua/core/objects.hpp"

@@ -44,7 +44,7 @@ local function position(sys, near, params)
   for i = 1, #sys.C do C[i] = sys.C[i] end
   for j = 1, #sys.q do
     q[j] = sys.q[j]
-    start[j] = near[q[j]] or near[tostring(q[j]:code():match '"(.-)"')] or 0
+    start[j] = near[q[j]] or near[q[j].name] or 0
   end
   local values = sys.values
   for key, value in pairs(params or {}) do values[key] = value end

@@ -10,7 +10,7 @@ local drop = ball:integrate { start = { x = 1, v = 0 }, to = 6,
 local regimes = drop:switches()
 print(drop.status)
 local last = regimes[#regimes]
-print(string.format("%s from t = %.4f on, height %.6f, force %.4f", last.regime, last.t, drop(x, 6), drop(la, 6)))
+print(("%s from t = %.4f on, height %.6f, force %.4f"):format(last.regime, last.t, drop(x, 6), drop(la, 6)))
 
 -- ── a rocking block on a smooth floor: two contacts, one of them ends where the other begins ──
 local B, H, J = 1, 2, 5/3

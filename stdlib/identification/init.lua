@@ -70,8 +70,8 @@ row("rarmax", "rarmax(d, { na =, nb =, nc = 1, nk = 1, forgetting = 1, … }) ->
   swing .. "return #rarmax(d, { na = 1, nb = 1, nc = 1 }).names", "3")
 row("process_model", "process_model(d, type [, { ic = \"estimate\", max_delay = }]) -> continuous model",
   [[K (1 + Tz s)/((1 + T1 s)(1 + T2 s) …) e^(-L s) from samples of a held input. type: "P" and the number of
-    poles, then D (delay L), Z (zero), I (integrator), U (a complex pair, Tw and ζ): "P1D", "P2ZU". .theta .std .names
-    .system .fit; :plot(d); uncertain(r).]], "continuous",
+    poles, then D (delay L), Z (zero), I (integrator), U (a complex pair, Tw and ζ): "P1D", "P2ZU".
+    .theta .std .names .system .fit; :plot(d); uncertain(r).]], "continuous",
   "u, y = {}, {}\nfor t = 1, 40 do u[t] = (t // 7) % 2 end\ny = held_response({2}, {3, 1}, 0.5, u, 1)\n"
     .. "r = process_model(iddata{ y = y, u = u }, \"P1D\", { ic = \"zero\" })\n"
     .. "print((\"%.4f %.4f %.4f\"):format(r.theta[1], r.theta[2], r.theta[3]))", "2.0000 3.0000 0.5000")

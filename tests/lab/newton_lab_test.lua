@@ -89,7 +89,7 @@ test("absent convergence is explained", function()
   expect(newton { r = exp(-x), start = {0} }.converged):equals(false)
   local minimum = newton { r = x^2 + 1, start = {0.5}, alpha = "line search" }
   expect(minimum.status):equals "line search stalled"
-  expect(minimum.verdict:find "minimum of ‖r‖ that is no root" ~= nil):is_true()
+  expect(minimum.verdict:find "minimum of ‖r‖ that is not a root" ~= nil):is_true()
   local slow = newton { r = x^2 - 2, start = {1}, alpha = 0.1, max = 20 }
   expect(slow.verdict:find "raise max" ~= nil):is_true()
   expect(newton { r = x^2 - 2, start = {1}, alpha = 0.1, max = 400 }.converged):is_true()

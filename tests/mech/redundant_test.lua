@@ -57,7 +57,8 @@ end)
 
 test("a start names the remedy, and what is no redundancy is refused", function()
   local given, q = parallelogram(1, 2, "angle")
-  expect(function() given:init { fix = { [q[1]] = 1, [q[1].dot] = 0 }, guess = near(q) } end):fails "sys:independent{"
+  expect(function() given:init { fix = { [q[1]] = 1, [q[1].dot] = 0 }, guess = near(q) } end)
+    :fails "sys:independent{"
   local x, y = vars "x y"
   local pendulum = lagrange { q = vec{x, y}, T = (x.dot^2 + y.dot^2)/2, V = y, C = { x^2 + y^2 - 1 } }
   expect(function() pendulum:independent { guess = { x = 0.6, y = 0.8 } } end):fails

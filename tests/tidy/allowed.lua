@@ -44,7 +44,7 @@ return {
     ["src/integrate/problem/active_subsystem.cpp"] = 7,
     ["src/integrate/problem/problem.hpp"] = 1,
     ["src/integrate/problem/rhs_solver.cpp"] = 3,
-    ["src/integrate/run/trajectory.cpp"] = 1,
+    ["src/integrate/simulation/trajectory.cpp"] = 1,
     ["src/integrate/solution/solution.hpp"] = 1,
     ["src/integrate/solve/band_order.cpp"] = 4,
     ["src/integrate/solve/linear_solver.cpp"] = 4,

@@ -116,18 +116,15 @@ std::vector<std::string> ggl_derivation(const std::vector<Chain>& positions, con
                                    " more than unknowns. ", one ? "A new multiplier " : "New multipliers ",
                                    grouped_names(mu), one ? " acts" : " act", " on q′ as z acts on v′:")));
   lines.push_back(text("     ", formula("q′ = v - Cqᵀ μ,  Cq = ∂C/∂q")));
-  lines.push_back(told_from(
-      Detail::full,
-      "     On the exact solution μ = 0: C = 0 gives 0 = Cq q′ = Cq v - Cq Cqᵀ μ, the new equation is "
-      "0 = Cq v,"));
+  const char* gives = "     On the exact solution μ = 0: C = 0 gives 0 = Cq q′ = Cq v - Cq Cqᵀ μ,";
+  lines.push_back(told_from(Detail::full, text(gives, " the new equation is 0 = Cq v,")));
   lines.push_back(told_from(
       Detail::full, "     and Cq Cqᵀ μ = 0 implies μ = 0 where Cq has full row rank. So q′ = v, as before."));
   if (const std::string gram = gram_matrix(positions); !gram.empty())
     lines.push_back(told_from(Detail::every, "     " + gram));
-  lines.push_back(told_from(
-      Detail::full,
-      "     One more differentiation of C = 0 and Cq v = 0 contains Cq Cqᵀ μ and Cq W⁻¹ Cqᵀ z, which "
-      "determine μ and z."));
+  const char* more =
+      "     One more differentiation of C = 0 and Cq v = 0 contains Cq Cqᵀ μ and Cq W⁻¹ Cqᵀ z,";
+  lines.push_back(told_from(Detail::full, text(more, " which determine μ and z.")));
   lines.push_back(
       "     The index is 2. Both conditions are equations, so nothing drifts. Suited to Radau IIA methods.");
   return lines;

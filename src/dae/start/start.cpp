@@ -166,7 +166,10 @@ ConsistentStatePtr explicit_start(const ModelPtr& model, const StartRequest& req
 }  // namespace
 
 ConsistentStatePtr init(const ModelPtr& model, const StartRequest& request) {
-  if (ConsistentStatePtr at = explicit_start(model, request)) return at;
+  if (ConsistentStatePtr at = explicit_start(model, request)) {
+    if (ConsistentStatePtr decided = start_on_signs(model, request, *at)) return decided;
+    return at;
+  }
   if (const ModelPtr relative = sparse_relative(model)) return init_by(relative, model, request);
   if (ConsistentStatePtr at = start_in_region(model, request)) return at;
   const StartSystem s(model, request);

@@ -162,10 +162,19 @@ bool EventHandler::repeated_shorter() {
   return dt >= 1e-10 * state_.interval() && repeated(dt);
 }
 
+bool EventHandler::is_defined(const Point& point) const {
+  Problem& problem = *state_.problem;
+  problem.place(point.t, point.x.data(), point.xdot.data(), point.z.data());
+  std::vector<double> residual(static_cast<std::size_t>(problem.n() + problem.m()));
+  problem.residual(residual.data());
+  return std::all_of(residual.begin(), residual.end(), [](double r) { return std::isfinite(r); });
+}
+
 bool EventHandler::repeated_up_to(double t) {
   constexpr double at_the_end = 1e-6;  // of a step
   const double from = state_.view.from.t, to = state_.view.to.t;
   if (to - t <= at_the_end * (to - from) || t - from <= 1e-12 * state_.interval()) return false;
+  if (!is_defined(state_.inside(t, Detail::full))) return false;  // x log|x| at 0: only beside it
   state_.end = t;
   return repeated(t - from);
 }

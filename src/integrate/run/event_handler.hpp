@@ -37,6 +37,8 @@ class EventHandler {
   const Event& event_of(const EventFinder::Crossing& crossing) const {
     return state_.plan.events.list[crossing.which];
   }
+  /// The equations have finite values there.
+  bool is_defined(const Point& point) const;
   bool repeated_up_to(double t);
   bool repeated(double dt);
   bool handle(const EventFinder::Hit& hit, RunOutcome& outcome);

@@ -7,7 +7,7 @@
 // simulate() itself.
 #pragma once
 
-#include "integrate/run/simulate.hpp"
+#include "integrate/simulation/simulate.hpp"
 #include "integrate/sweep/run_results.hpp"
 #include "store/record.hpp"
 

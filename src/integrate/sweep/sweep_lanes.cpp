@@ -10,8 +10,8 @@
 #include "integrate/event/monitor/guards.hpp"
 #include "integrate/run/adaptive_run.hpp"
 #include "integrate/run/methods.hpp"
-#include "integrate/run/problem_setup.hpp"
-#include "integrate/run/state_reselection.hpp"
+#include "integrate/simulation/problem_setup.hpp"
+#include "integrate/simulation/state_reselection.hpp"
 #include "integrate/sweep/pole_signs.hpp"
 
 namespace pendula::integrate {

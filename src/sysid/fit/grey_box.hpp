@@ -5,7 +5,7 @@
 
 #include <functional>
 
-#include "integrate/run/simulate.hpp"
+#include "integrate/simulation/simulate.hpp"
 #include "sysid/fit/bounded_search.hpp"
 #include "sysid/model/model.hpp"
 #include "sysid/regression/least_squares.hpp"

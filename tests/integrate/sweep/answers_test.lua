@@ -124,7 +124,7 @@ test("quantiles, probabilities, pictures", function()
     expect(tostring(figure)):matches "figure"
   end
   expect(s:probability(all(lt(x, math.exp(-1.25)), gt(x, math.exp(-1.75))), 1).p):near(0.5, 0.002)
-  expect(function() s:probability(x) end):fails "is no condition"
+  expect(function() s:probability(x) end):fails "is not a condition"
   expect(function() s:sobol(x) end):fails 'design = "saltelli"'
   expect(function() s:morris(x) end):fails 'design = "morris"'
   expect(function() s:fan(x, 0.7) end):fails "0.7"

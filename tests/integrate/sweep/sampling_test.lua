@@ -74,7 +74,8 @@ test("numbers that vary together, by component, by vector, by a fit", function()
   expect(s.params.k[1] ~= r.theta[1]):equals(true)
   local same = sweep(decay, { from = r, to = 1, runs = 4096, design = "sobol" })
   expect(same:final(x)):near(s:final(x), 0)
-  for _, twice in ipairs { { params = { k = 0.5 } }, { start = { x = 1 } }, { params = { k = normal(1, 2) } } } do
+  for _, twice in ipairs { { params = { k = 0.5 } }, { start = { x = 1 } },
+    { params = { k = normal(1, 2) } } } do
     twice.from, twice.to, twice.runs = r, 1, 8
     expect(function() sweep(decay, twice) end):fails "given twice"
   end

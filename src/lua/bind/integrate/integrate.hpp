@@ -1,7 +1,7 @@
 // What other bindings need to know about tableaus and solutions in Lua.
 #pragma once
 
-#include "integrate/run/simulate.hpp"
+#include "integrate/simulation/simulate.hpp"
 #include "lua/core/call.hpp"
 
 namespace pendula::lua {

@@ -1,5 +1,5 @@
 // What a saved file keeps of a solution, and the way back: sol:parts(), solution_of_parts(model, options, parts).
-#include "integrate/run/problem_setup.hpp"
+#include "integrate/simulation/problem_setup.hpp"
 #include "integrate/solution/pieces.hpp"
 #include "lua/bind/integrate/integrate.hpp"
 #include "lua/bind/integrate/integrate_options.hpp"

@@ -2,7 +2,7 @@
 // regimes with other equations.
 #pragma once
 
-#include "integrate/run/simulate.hpp"
+#include "integrate/simulation/simulate.hpp"
 
 namespace pendula::integrate {
 

@@ -1,10 +1,10 @@
-#include "integrate/run/run_parts.hpp"
+#include "integrate/simulation/run_parts.hpp"
 
 #include <algorithm>
 #include <cmath>
 
 #include "dae/model/lineage.hpp"
-#include "integrate/run/problem_setup.hpp"
+#include "integrate/simulation/problem_setup.hpp"
 
 namespace pendula::integrate {
 

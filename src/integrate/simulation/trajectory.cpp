@@ -1,4 +1,4 @@
-#include "integrate/run/trajectory.hpp"
+#include "integrate/simulation/trajectory.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -8,8 +8,8 @@
 #include "dae/reduce/reduce.hpp"
 #include "expr/graph/derivative.hpp"
 #include "expr/print/print.hpp"
-#include "integrate/run/problem_setup.hpp"
-#include "integrate/run/state_reselection.hpp"
+#include "integrate/simulation/problem_setup.hpp"
+#include "integrate/simulation/state_reselection.hpp"
 
 namespace pendula::integrate {
 

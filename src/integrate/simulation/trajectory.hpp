@@ -2,8 +2,8 @@
 #pragma once
 
 #include "dae/start/start.hpp"
-#include "integrate/problem/sensitivity.hpp"
 #include "integrate/plan/plan.hpp"
+#include "integrate/problem/sensitivity.hpp"
 #include "integrate/solution/drift.hpp"
 
 namespace pendula::integrate {

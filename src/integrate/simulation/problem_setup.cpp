@@ -1,4 +1,4 @@
-#include "integrate/run/problem_setup.hpp"
+#include "integrate/simulation/problem_setup.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -12,7 +12,7 @@
 #include "integrate/event/pulses.hpp"
 #include "integrate/event/resets.hpp"
 #include "integrate/run/methods.hpp"
-#include "integrate/run/preparation.hpp"
+#include "integrate/simulation/preparation.hpp"
 
 namespace pendula::integrate {
 

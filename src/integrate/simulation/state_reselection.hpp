@@ -7,7 +7,7 @@
 // as algebraic variables, so that the pieces make one solution in the unknowns of the first model.
 #pragma once
 
-#include "integrate/run/simulate.hpp"
+#include "integrate/simulation/simulate.hpp"
 
 namespace pendula::integrate {
 

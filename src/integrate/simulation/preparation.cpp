@@ -1,4 +1,4 @@
-#include "integrate/run/preparation.hpp"
+#include "integrate/simulation/preparation.hpp"
 
 #include <algorithm>
 #include <cstdint>

@@ -7,7 +7,7 @@
 // regime is left, too.
 #pragma once
 
-#include "integrate/run/simulate.hpp"
+#include "integrate/simulation/simulate.hpp"
 
 namespace pendula::integrate {
 

@@ -3,7 +3,7 @@
 
 #include "integrate/event/surfaces.hpp"
 #include "integrate/problem/sensitivity.hpp"
-#include "integrate/run/simulate.hpp"
+#include "integrate/simulation/simulate.hpp"
 
 namespace pendula::integrate {
 

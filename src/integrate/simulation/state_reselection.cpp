@@ -1,4 +1,4 @@
-#include "integrate/run/state_reselection.hpp"
+#include "integrate/simulation/state_reselection.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -10,8 +10,8 @@
 #include "dae/model/lineage.hpp"
 #include "dae/reduce/reduced_forms.hpp"
 #include "expr/print/print.hpp"
-#include "integrate/run/problem_setup.hpp"
-#include "integrate/run/run_parts.hpp"
+#include "integrate/simulation/problem_setup.hpp"
+#include "integrate/simulation/run_parts.hpp"
 
 namespace pendula::integrate {
 namespace {

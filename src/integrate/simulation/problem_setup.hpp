@@ -2,7 +2,7 @@
 #pragma once
 
 #include "integrate/event/surfaces.hpp"
-#include "integrate/run/simulate.hpp"
+#include "integrate/simulation/simulate.hpp"
 
 namespace pendula::integrate {
 

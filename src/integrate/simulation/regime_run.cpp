@@ -1,4 +1,4 @@
-#include "integrate/run/regime_run.hpp"
+#include "integrate/simulation/regime_run.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -7,8 +7,8 @@
 #include "dae/model/lineage.hpp"
 #include "dae/start/regimes.hpp"
 #include "integrate/event/zeno_detector.hpp"
-#include "integrate/run/problem_setup.hpp"
-#include "integrate/run/run_parts.hpp"
+#include "integrate/simulation/problem_setup.hpp"
+#include "integrate/simulation/run_parts.hpp"
 
 namespace pendula::integrate {
 namespace {

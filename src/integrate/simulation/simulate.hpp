@@ -1,7 +1,7 @@
 // From a model and a request to a trajectory.
 #pragma once
 
-#include "integrate/run/trajectory.hpp"
+#include "integrate/simulation/trajectory.hpp"
 
 namespace pendula::integrate {
 

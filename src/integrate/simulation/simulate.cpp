@@ -1,11 +1,11 @@
-#include "integrate/run/simulate.hpp"
+#include "integrate/simulation/simulate.hpp"
 
 #include "integrate/event/monitor/guards.hpp"
 #include "integrate/run/adaptive_run.hpp"
 #include "integrate/run/fixed_step_run.hpp"
-#include "integrate/run/problem_setup.hpp"
-#include "integrate/run/regime_run.hpp"
-#include "integrate/run/state_reselection.hpp"
+#include "integrate/simulation/problem_setup.hpp"
+#include "integrate/simulation/regime_run.hpp"
+#include "integrate/simulation/state_reselection.hpp"
 
 namespace pendula::integrate {
 
