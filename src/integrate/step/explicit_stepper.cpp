@@ -308,14 +308,19 @@ void ExplicitStepper::interpolate(const StepView& step, double t, Detail detail,
     return;
   }
   out.t = t;
-  if (detail == Detail::sketch || !compute(step.from, dt)) return hermite(step, t, out);
-  out.x.resize(n());
-  std::copy_n(end_of_step(), n(), out.x.data());
+  const bool computed = detail != Detail::sketch && compute(step.from, dt);
+  if (computed) {
+    out.x.resize(n());
+    std::copy_n(end_of_step(), n(), out.x.data());
+  } else {
+    hermite(step, t, out);
+    if (detail == Detail::sketch) return;
+  }
   if (problem_->projects()) problem_->project_if_needed(t, out.x, tolerances_.rtol, tolerances_.atol, 1e-3);
   if (detail == Detail::state) return;
-  out.xdot = step.to.xdot;
+  out.xdot = step.to.xdot;  // where stages fail, polynomials through the ends of the step say nothing of z
   out.z = step.to.z;
-  if (!coded_)
+  if (computed && !coded_)
     std::copy_n(stages_.Z.data() + static_cast<std::ptrdiff_t>(tableau_->stages() - 1) * m(), m(),
                 out.z.data());  // near t
   rhs_.require(t, out.x.data(), out.xdot.data(), out.z.data());
