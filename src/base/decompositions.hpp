@@ -58,8 +58,6 @@ PENDULA_FACTORISATIONS(extern template)
 PENDULA_SPECTRA(extern template)
 
 extern template class JacobiSVD<MatrixXd>;
-extern template class JacobiSVD<MatrixXd, HouseholderQRPreconditioner>;
-extern template class JacobiSVD<MatrixXd, FullPivHouseholderQRPreconditioner>;
 extern template class JacobiSVD<MatrixXcd>;
 extern template class BDCSVD<MatrixXd>;
 

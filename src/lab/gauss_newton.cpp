@@ -183,8 +183,8 @@ class Solver {
     Vec length = J_.colwise().norm();
     for (double& s : length) s = s > 1e-14 * scale_.maxCoeff() ? s : 1;
     const Mat scaled = J_ * length.cwiseInverse().asDiagonal();
-    const Eigen::JacobiSVD<Mat, Eigen::HouseholderQRPreconditioner> svd(
-        scaled.rows() >= scaled.cols() ? scaled : padded(scaled), Eigen::ComputeThinU | Eigen::ComputeThinV);
+    const Eigen::JacobiSVD<Mat> svd(scaled.rows() >= scaled.cols() ? scaled : padded(scaled),
+                                    Eigen::ComputeThinU | Eigen::ComputeThinV);
     const Vec& sigma = svd.singularValues();
     run_.rank = 0;
     for (double s : sigma) run_.rank += s > rank_threshold * std::max(sigma[0], 1e-300) && s > 0;

@@ -11,8 +11,8 @@ end
 doc { name = "model:close", module = "lti design",
   sig = "sys:close{ u = law, …, [estimator, equations …] } -> model",
   text = [[The model with a law for its inputs, expressions of its variables:
-    sys:close{ u = -K*(x - x0) }. DAEs of any index; estimators and equations of a controller stand beside the laws.
-    The same as dae{ sys, u ~ law }.]],
+    sys:close{ u = -K*(x - x0) }. DAEs of any index; estimators and equations of a controller stand beside
+    the laws. The same as dae{ sys, u ~ law }.]],
   example = "x, u = var \"x\", input \"u\"\nloop = dae{ der(x) ~ x + u }:close{ u = -3*x }\n"
     .. "print(loop.equations[1], #loop.inputs)",
   gives = "x′ = -2 x 0", late "close" }

@@ -33,13 +33,13 @@ local function check_file(file, bare, seen)
   end
 end
 
---- bares: [file] = text without comments and strings. Bindings are compiled one by one.
+--- bares: [file] = text without comments and strings.
 function together.check(bares)
   local files, folders = {}, {}
   for file in pairs(bares) do files[#files + 1] = file end
   table.sort(files)
   for _, file in ipairs(files) do
-    if file:find "^src/.*%.cpp$" and not file:find "^src/lua/bind/" then
+    if file:find "^src/.*%.cpp$" then
       local folder = file:match "^(.*)/"
       folders[folder] = folders[folder] or {}
       check_file(file, bares[file], folders[folder])

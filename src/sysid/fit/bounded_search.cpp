@@ -110,7 +110,7 @@ SearchCovariance covariance_of(const BoundedMinimum& m) {
   SearchCovariance out;
   out.covariance = Mat::Zero(n, n);
   const LeastSquares ls =
-      solve_triangular(triangular_factor(m.J(Eigen::all, free), m.residuals).R(), m.J.rows(), 1e-9);
+      solve_triangular(pendula::triangular_factor(m.J(Eigen::all, free), m.residuals).R(), m.J.rows(), 1e-9);
   out.rank = ls.rank;
   const Index left = m.J.rows() - ls.rank;
   out.sigma2 = left > 0 ? m.residuals.squaredNorm() / static_cast<double>(left) : 0;

@@ -283,7 +283,7 @@ std::string name_of(const GreyBoxRequest& r, std::size_t i) {
 void find_covariance(GreyBoxFit& out, const Point& at, double accuracy) {
   Mat J = at.J;
   for (const Index i : out.active) J.col(i).setZero();
-  out.ls = solve_triangular(triangular_factor(J, at.e).R(), at.e.size(), accuracy);
+  out.ls = solve_triangular(pendula::triangular_factor(J, at.e).R(), at.e.size(), accuracy);
 }
 
 }  // namespace

@@ -154,8 +154,8 @@ void check(const IdData& d, const SubspaceOptions& o) {
   require_inputs(d);
   if (o.order < 0 || o.order > 100) throw Error(text("order must lie between 1 and 100, got ", o.order));
   if (o.least < 1 || o.most < o.least || o.most > 100)
-    throw Error(
-        text("order = {", o.least, ", ", o.most, "} is not a range; give {from, to} with 1 ≤ from ≤ to ≤ 100"));
+    throw Error(text("order = {", o.least, ", ", o.most,
+                     "} is not a range; give {from, to} with 1 ≤ from ≤ to ≤ 100"));
 }
 
 void check_size(const IdData& d, Index i, int order) {
@@ -202,7 +202,8 @@ Mat observer_gain(const Mat& A, const Mat& C) {
 /// Which columns of B linearly dependent inputs do not tell apart.
 std::vector<std::string> dependent_inputs(const IdData& d) {
   if (d.inputs() < 2) return {};
-  const LeastSquares ls = solve_triangular(triangular_factor(d.u, Vec::Zero(d.samples())).R(), d.samples());
+  const LeastSquares ls =
+      solve_triangular(pendula::triangular_factor(d.u, Vec::Zero(d.samples())).R(), d.samples());
   std::vector<std::string> names;
   for (const std::string& u : d.u_names) names.push_back("B(" + u + ")");
   return free_directions(ls.null_space, names);

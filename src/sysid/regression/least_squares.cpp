@@ -143,8 +143,8 @@ LeastSquares solve_triangular(const Mat& R, Index rows, double accuracy) {
     out.null_space.resize(0, 0);
     return out;
   }
-  const Eigen::JacobiSVD<Mat, Eigen::FullPivHouseholderQRPreconditioner> svd(
-      U * scaling.cwiseInverse().asDiagonal(), Eigen::ComputeFullU | Eigen::ComputeFullV);
+  const Eigen::JacobiSVD<Mat> svd(U * scaling.cwiseInverse().asDiagonal(),
+                                  Eigen::ComputeFullU | Eigen::ComputeFullV);
   const Vec s = svd.singularValues();
   const double tolerance = std::max(static_cast<double>(std::max(rows, d)) * eps, accuracy) * s[0];
   while (out.rank < d && s[out.rank] > tolerance) ++out.rank;

@@ -117,12 +117,12 @@ int det(Call& call) {
   const ModelPencil& p = any_pencil(call);
   return push_expr(call.L, p.det ? *p.det : dae::expression(p.pencil.det, symbol(Kind::parameter, "s")));
 }
-int dof(Call& call) {
+int pencil_dof(Call& call) {
   const ModelPencil& p = any_pencil(call);
   return call.push(p.det ? dae::differentiation_index(*p.model).dof
                          : regular(call, "degrees of freedom").dof);
 }
-int index(Call& call) {
+int pencil_index(Call& call) {
   const ModelPencil& p = any_pencil(call);
   return call.push(p.det ? dae::differentiation_index(*p.model).index : regular(call, "index").index);
 }
@@ -170,8 +170,10 @@ int push_constraints(Call& call, const std::vector<dae::Constraint>& list) {
   value->list = list;
   return call.push(std::shared_ptr<const Constraints>(value));
 }
-int constraints(Call& call) { return push_constraints(call, regular(call, "constraints").constraints); }
-int algebraic(Call& call) { return push_constraints(call, regular(call, "constraints").algebraic); }
+int pencil_constraints(Call& call) {
+  return push_constraints(call, regular(call, "constraints").constraints);
+}
+int pencil_algebraic(Call& call) { return push_constraints(call, regular(call, "constraints").algebraic); }
 
 int shuffle(Call& call) {
   regular(call, "shuffle");
@@ -274,10 +276,10 @@ extern const Module pencil_module = {
          ""},
         {"pencil#rank", rank, "p.rank -> integer", "The rank of sE - A at almost every s.", "", ""},
         {"pencil#det", det, "p.det -> expression", "det(sE - A), a polynomial in the parameter s.", "", ""},
-        {"pencil#dof", dof, "p.dof -> integer", "The number of free initial values: the degree of p.det.", "",
-         ""},
-        {"pencil#degree", dof, "p.degree -> integer", "The degree of p.det.", "", ""},
-        {"pencil#index", index, "p.index -> integer",
+        {"pencil#dof", pencil_dof, "p.dof -> integer",
+         "The number of free initial values: the degree of p.det.", "", ""},
+        {"pencil#degree", pencil_dof, "p.degree -> integer", "The degree of p.det.", "", ""},
+        {"pencil#index", pencil_index, "p.index -> integer",
          "The nilpotency index of N: the differentiation index of the system.", "", ""},
         {"pencil#modes", modes, "p.modes -> list of { re =, im =, multiplicity =, exact = }",
          "The zeros of p.det: exact where they are rational or quadratic, else decimals.",
@@ -299,11 +301,11 @@ extern const Module pencil_module = {
         {"pencil#N", N, "p.N -> matrix", "N x₂′ = x₂ + …, nilpotent, in Jordan form.", "", ""},
         {"pencil#basis", basis, "p.basis -> matrix", "Columns that span the consistent x(0) without inputs.",
          "", ""},
-        {"pencil#constraints", constraints, "p.constraints -> constraints",
+        {"pencil#constraints", pencil_constraints, "p.constraints -> constraints",
          "What every start must satisfy, explicit and hidden, in the states.",
          "x = var(\"x\", 3)  return dae{ mat{{1,1,0},{0,0,1},{1,1,1}} * der(x) ~ x }:pencil().constraints[2]",
          "0 = x₁ - x₂"},
-        {"pencil#algebraic", algebraic, "p.algebraic -> constraints",
+        {"pencil#algebraic", pencil_algebraic, "p.algebraic -> constraints",
          "The conditions from which the algebraic variables follow.", "", ""},
         {"pencil:solution", solution, "p:solution([x0 [, { inputs =, from = 0 }]]) -> column",
          R"(x(t) as expressions in t. x0 is a column or a table with as many values as are free; without it

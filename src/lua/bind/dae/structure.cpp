@@ -126,8 +126,8 @@ int structural_dof(Call& call) {
   return push_known(call, s.verdict == dae::Verdict::structurally_singular ? std::nullopt
                                                                            : std::optional(s.structural_dof));
 }
-int index(Call& call) { return push_known(call, report_of(call).index); }
-int dof(Call& call) { return push_known(call, report_of(call).dof); }
+int structure_index(Call& call) { return push_known(call, report_of(call).index); }
+int structure_dof(Call& call) { return push_known(call, report_of(call).dof); }
 int verdict(Call& call) { return call.push(dae::verdict_name(report_of(call).verdict)); }
 int valid(Call& call) { return call.push(report_of(call).verdict == dae::Verdict::valid); }
 
@@ -228,9 +228,9 @@ extern const Module structure_module = {
          "max c, plus one if some d is 0.", "", ""},
         {"structure#structural_dof", structural_dof, "s.structural_dof -> integer or nil", "Σ d - Σ c.", "",
          ""},
-        {"structure#index", index, "s.index -> integer or nil",
+        {"structure#index", structure_index, "s.index -> integer or nil",
          "The differentiation index where the analysis is valid.", "", ""},
-        {"structure#dof", dof, "s.dof -> integer or nil",
+        {"structure#dof", structure_dof, "s.dof -> integer or nil",
          "The number of free initial values where the analysis is valid.", "", ""},
         {"structure#verdict", verdict, "s.verdict -> string",
          R"("valid", "valid but singular at this point", "identically singular" or "structurally singular".)",

@@ -229,7 +229,7 @@ Value as_column(Call& call, int i, const char* name) {
   return vector(call, i, name);
 }
 
-int dot(Call& call) {
+int matrix_dot(Call& call) {
   Value a = as_column(call, 1, "a"), b = as_column(call, 2, "b");
   if (shape(a) != shape(b)) throw Error(text("a ", shape(a), " and a ", shape(b), " have no inner product"));
   Value row = std::visit(
@@ -295,7 +295,7 @@ extern const Module matrix_module = {
          "sum{1, 2, 3.5}", "6.5"},
         {"map", map, "map(list, f) -> list", "f(entry, i) for every entry of a list or a matrix.",
          "map({1, 2, 3}, function(x) return x^2 end)[3]", "9.0"},
-        {"dot", dot, "dot(a, b) -> scalar", "The inner product aᵀb.", "dot({1, 2}, {3, 4})", "11"},
+        {"dot", matrix_dot, "dot(a, b) -> scalar", "The inner product aᵀb.", "dot({1, 2}, {3, 4})", "11"},
         {"cross", cross, "cross(a, b) -> column", "The vector product of two vectors with three entries.",
          "cross({1, 0, 0}, {0, 1, 0})[3]", "1"},
         {"norm", norm, "norm(v) -> scalar", "The Euclidean length √(vᵀv).", "norm{3, 4}", "5"},

@@ -18,7 +18,7 @@ Eigen::Index position(lua_Integer i, Eigen::Index n, const std::string& what, co
                    i == 0 ? " (the first is 1)" : ""));
 }
 
-int index(Call& call) {
+int matrix_index(Call& call) {
   if (!lua_isinteger(call.L, 2)) {
     if (lua_type(call.L, 2) == LUA_TNUMBER)
       throw Error(text("the index ", lua_tonumber(call.L, 2), " is not an integer"));
@@ -99,7 +99,7 @@ int column_of(Call& call) {
   });
 }
 
-int equal(Call& call) {
+int matrix_equal(Call& call) {
   if (!call.is<Matrix>(1) || !call.is<Matrix>(2)) return call.push(false);
   const auto &a = call.object<Matrix>(1, "left"), &b = call.object<Matrix>(2, "right");
   if (a.rows() != b.rows() || a.cols() != b.cols()) return call.push(false);
@@ -134,7 +134,7 @@ int walk(Call& call) {
   return 3;
 }
 
-int to_string(Call& call) {
+int matrix_to_string(Call& call) {
   collect_aliases(call.L);
   return visit(call, [&](const auto& m) { return call.push(shown(m)); });
 }
@@ -156,13 +156,13 @@ extern const Module entries_module = {
         {"matrix:block", block, "A:block(r1, r2, c1, c2) -> matrix", "Rows r1 to r2, columns c1 to c2.",
          "eye(4):block(1, 2, 1, 3).cols", "3"},
         {"matrix:col", column_of, "A:col(j) -> column", "Column j.", "eye(3):col(2)[2]", "1"},
-        {"matrix:__index", index, "v[i]",
+        {"matrix:__index", matrix_index, "v[i]",
          "Entry i of a vector, row i of a matrix; out of range is an error."},
         {"matrix:__call", entry, "A(i, j)", "The entry in row i and column j."},
         {"matrix:__len", length, "#v", "The number of entries of a vector, of rows of a matrix."},
-        {"matrix:__eq", equal, "a == b", "Same shape and same entries (structure, not value)."},
+        {"matrix:__eq", matrix_equal, "a == b", "Same shape and same entries (structure, not value)."},
         {"matrix:__pairs", walk, "for i, e in pairs(v)", "Entries of a vector, rows of a matrix, in order."},
-        {"matrix:__tostring", to_string, "tostring(A)",
+        {"matrix:__tostring", matrix_to_string, "tostring(A)",
          "A column as a vector expression by names, a matrix as a grid."},
     }};
 

@@ -3,6 +3,7 @@
 
 #include "base/text.hpp"
 #include "lab/gauss_newton.hpp"
+#include "lua/bind/integrate/iterates.hpp"
 #include "lua/read/traced.hpp"
 
 namespace pendula::lua {
@@ -73,17 +74,9 @@ const lab::GaussNewtonRun& run_of(Call& call) {
   return call.object<LeastSquaresRecord>(1, "gauss_newton").run;
 }
 
-int push_column(Call& call, const std::vector<double>& values) {
-  return push_matrix(call.L,
-                     Mat(Eigen::Map<const Vec>(values.data(), static_cast<Eigen::Index>(values.size()))));
-}
 int push_or_nil(Call& call, bool known, const Mat& value) {
   if (!known) return lua_pushnil(call.L), 1;
   return push_value(call.L, value);
-}
-int push_or_nil(Call& call, bool known, double value) {
-  if (!known) return lua_pushnil(call.L), 1;
-  return call.push(value);
 }
 
 int solution(Call& call) { return push_value(call.L, Mat(run_of(call).x.back())); }

@@ -322,7 +322,7 @@ int times(Call& call) {
 
 int model(Call& call) { return call.push(trajectory_of(call).model()); }
 
-int status(Call& call) { return call.push(trajectory_of(call).solution().status()); }
+int solution_status(Call& call) { return call.push(trajectory_of(call).solution().status()); }
 
 int solution_text(Call& call) { return call.push(without_newline(trajectory_of(call).solution().str())); }
 
@@ -492,7 +492,7 @@ extern const Module integrate_module = {
         {"solution#model", model, "sol.model -> model", "The model that was integrated.", "", ""},
         {"solution#options", asked_options, "sol.options -> table",
          "What integrate was asked for; nil for a run of a sweep.", "", ""},
-        {"solution#status", status, "sol.status -> string",
+        {"solution#status", solution_status, "sol.status -> string",
          R"("finished", "event", "interrupted", or "stopped at t = …: why".)", "", ""},
         {"solution#events", events, "sol.events -> list",
          R"(One entry per event in order of time: t, which (its number in the list of events), action,

@@ -4,6 +4,7 @@
 
 #include "base/text.hpp"
 #include "lab/newton_lab.hpp"
+#include "lua/bind/integrate/iterates.hpp"
 #include "lua/read/traced.hpp"
 
 namespace pendula::lua {
@@ -139,20 +140,15 @@ int newton(Call& call) {
 
 const NewtonRecord& newton_of(Call& call) { return call.object<NewtonRecord>(1, "newton"); }
 
-int push_column(Call& call, const std::vector<double>& values) {
-  return push_matrix(call.L,
-                     Mat(Eigen::Map<const Vec>(values.data(), static_cast<Eigen::Index>(values.size()))));
-}
-
-int solution(Call& call) { return push_value(call.L, Mat(newton_of(call).run.x.back())); }
-int converged(Call& call) { return call.push(newton_of(call).run.converged()); }
-int status(Call& call) { return call.push(ending_name(newton_of(call).run.ending)); }
-int iterations(Call& call) { return call.push(newton_of(call).run.iterations()); }
-int verdict(Call& call) { return call.push(newton_of(call).run.verdict); }
-int residuals(Call& call) { return push_column(call, newton_of(call).run.norm); }
+int newton_solution(Call& call) { return push_value(call.L, Mat(newton_of(call).run.x.back())); }
+int newton_converged(Call& call) { return call.push(newton_of(call).run.converged()); }
+int newton_status(Call& call) { return call.push(ending_name(newton_of(call).run.ending)); }
+int newton_iterations(Call& call) { return call.push(newton_of(call).run.iterations()); }
+int newton_verdict(Call& call) { return call.push(newton_of(call).run.verdict); }
+int newton_residuals(Call& call) { return push_column(call, newton_of(call).run.norm); }
 int steps(Call& call) { return push_column(call, newton_of(call).run.alpha); }
 
-int iterates(Call& call) {
+int newton_iterates(Call& call) {
   const auto& x = newton_of(call).run.x;
   lua_createtable(call.L, static_cast<int>(x.size()), 0);
   for (std::size_t k = 0; k < x.size(); ++k) {
@@ -162,20 +158,16 @@ int iterates(Call& call) {
   return 1;
 }
 
-int push_or_nil(Call& call, bool known, double value) {
-  if (!known) return lua_pushnil(call.L), 1;
-  return call.push(value);
-}
-int order(Call& call) {
+int newton_order(Call& call) {
   return push_or_nil(call, newton_of(call).run.observed.order > 0, newton_of(call).run.observed.order);
 }
-int rate(Call& call) {
+int newton_rate(Call& call) {
   return push_or_nil(call, newton_of(call).run.observed.rate > 0, newton_of(call).run.observed.rate);
 }
-int predicted(Call& call) {
+int newton_predicted(Call& call) {
   return push_or_nil(call, newton_of(call).run.predicted >= 0, newton_of(call).run.predicted);
 }
-int errors(Call& call) {
+int newton_errors(Call& call) {
   const auto& run = newton_of(call).run;
   if (run.observed.error.empty()) return lua_pushnil(call.L), 1;
   return push_column(call, run.observed.error);
@@ -324,28 +316,29 @@ extern const Module newton_module = {
             k = newton{ r = x^2 - 2, start = {1} }
             print(("%.9f"):format(k.x), k.converged))",
          "1.414213562 true", &newton_options},
-        {"newton#x", solution, "k.x -> column or number", "The last iterate.", "", ""},
-        {"newton#converged", converged, "k.converged -> boolean",
+        {"newton#x", newton_solution, "k.x -> column or number", "The last iterate.", "", ""},
+        {"newton#converged", newton_converged, "k.converged -> boolean",
          "‖r‖ ≤ tol, or at the rounding level of its terms.", "", ""},
-        {"newton#status", status, "k.status -> string",
+        {"newton#status", newton_status, "k.status -> string",
          R"("converged", "singular Jacobian", "cycle", "diverged", "undefined", "line search stalled", "no
             root" or "not converged".)",
          "", ""},
-        {"newton#iterations", iterations, "k.iterations -> integer", "Steps taken.", "", ""},
-        {"newton#iterates", iterates, "k.iterates -> list of columns", "iterates[1] is the start.", "", ""},
-        {"newton#residuals", residuals, "k.residuals -> column",
+        {"newton#iterations", newton_iterations, "k.iterations -> integer", "Steps taken.", "", ""},
+        {"newton#iterates", newton_iterates, "k.iterates -> list of columns", "iterates[1] is the start.", "",
+         ""},
+        {"newton#residuals", newton_residuals, "k.residuals -> column",
          "‖r‖ of every iterate, for semilogy(k.residuals).", "", ""},
-        {"newton#errors", errors, "k.errors -> column",
+        {"newton#errors", newton_errors, "k.errors -> column",
          "‖x - x⋆‖ of every iterate, x⋆ found by further exact steps; nil without convergence.", "", ""},
-        {"newton#order", order, "k.order -> number",
+        {"newton#order", newton_order, "k.order -> number",
          R"(The slope of log ‖e₊‖ over log ‖e‖ through the last pairs of errors above rounding; nil if
             there are too few.)",
          "", ""},
-        {"newton#rate", rate, "k.rate -> number",
+        {"newton#rate", newton_rate, "k.rate -> number",
          R"(The last measured ‖e₊‖/‖e‖ where convergence is linear, ‖e₊‖/‖e‖² otherwise; nil if there is
             none.)",
          "", ""},
-        {"newton#predicted_rate", predicted, "k.predicted_rate -> number",
+        {"newton#predicted_rate", newton_predicted, "k.predicted_rate -> number",
          R"(The spectral radius of I - α M⁻¹ ∂r/∂x at the solution, M the Jacobian used: the linear rate to
             expect.)",
          "", ""},
@@ -353,7 +346,7 @@ extern const Module newton_module = {
         {"newton#null_vector", null_vector, "k.null_vector -> column",
          "Where ∂r/∂x is singular (the last iterate or the root): the direction it does not see; else nil.",
          "", ""},
-        {"newton#verdict", verdict, "k.verdict -> string",
+        {"newton#verdict", newton_verdict, "k.verdict -> string",
          "Why convergence is quadratic, linear or absent, in words.", "", ""},
         {"newton:basins", basins, "k:basins{ x = { low, high }, y = { low, high }, n = 60 } -> basins",
          R"(Which root the method finds from every start of a grid (two unknowns); :plot() draws the

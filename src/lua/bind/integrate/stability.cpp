@@ -64,7 +64,7 @@ int alpha(Call& call) { return call.push(stability_of(call).alpha_degrees()); }
 int infinity(Call& call) { return call.push(stability_of(call).at_infinity()); }
 int a_stable(Call& call) { return call.push(stability_of(call).is_a_stable()); }
 int l_stable(Call& call) { return call.push(stability_of(call).is_l_stable()); }
-int order(Call& call) { return call.push(stability_of(call).order()); }
+int stability_order(Call& call) { return call.push(stability_of(call).order()); }
 
 int error_constant(Call& call) {
   const Surd constant = stability_of(call).error_constant();
@@ -72,7 +72,7 @@ int error_constant(Call& call) {
   return call.push(constant.value());
 }
 
-int value(Call& call) {
+int stability_value(Call& call) {
   const std::complex<double> z(call.number(2, "x"), call.number(3, "y", 0));
   const std::complex<double> r = stability_of(call)(z);
   call.push(r.real());
@@ -328,11 +328,11 @@ extern const Module stability_module = {
          "|R| ≤ 1 in the left half-plane.", "", ""},
         {"stability_function#L_stable", l_stable, "stability.L_stable -> boolean", "A-stable and R(∞) = 0.",
          "", ""},
-        {"stability_function#order", order, "stability.order -> integer",
+        {"stability_function#order", stability_order, "stability.order -> integer",
          "q in e^z - R(z) = C z^(q+1) + higher powers.", "", ""},
         {"stability_function#error_constant", error_constant, "stability.error_constant -> number",
          "C of the same.", "", ""},
-        {"stability_function:__call", value, "stability(x [, y]) -> R or Re R, Im R",
+        {"stability_function:__call", stability_value, "stability(x [, y]) -> R or Re R, Im R",
          "R at a real z = x, or its two parts at z = x + iy.", "rk.implicit_euler:stability()(-1)", "0.5"},
         {"stability_function:boundary", boundary, "stability:boundary([angles]) -> matrix",
          R"(Points with |R| = 1 as rows (Re z, Im z): closed curves, with a row of NaN between one and the

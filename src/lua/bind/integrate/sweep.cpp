@@ -36,7 +36,7 @@ namespace {
 const SweepRecord& record_of(Call& call) { return call.object<SweepRecord>(1, "sweep"); }
 const integrate::Sweep& sweep_of(Call& call) { return *record_of(call).sweep; }
 
-std::vector<Expr> read_expressions(Call& call, int i) {
+std::vector<Expr> read_sweep_expressions(Call& call, int i) {
   if (lua_type(call.L, i) == LUA_TSTRING)
     return to_leaves(call.L, i, "expression", known_leaves(*sweep_of(call).request().model));
   const MatX e = to_matrix(call.L, i, "expression");
@@ -45,16 +45,18 @@ std::vector<Expr> read_expressions(Call& call, int i) {
 
 /// At the end of every run, or at time t (argument i + 1).
 Mat values(Call& call, int i) {
-  const auto expressions = read_expressions(call, i);
+  const auto expressions = read_sweep_expressions(call, i);
   if (!call.has(i + 1)) return sweep_of(call).final(expressions);
   return sweep_of(call).at(expressions, to_number(call.L, i + 1, "t"));
 }
 
-int final(Call& call) { return push_matrix(call.L, sweep_of(call).final(read_expressions(call, 2))); }
+int sweep_final(Call& call) {
+  return push_matrix(call.L, sweep_of(call).final(read_sweep_expressions(call, 2)));
+}
 
-int value(Call& call) {
+int sweep_value(Call& call) {
   if (call.has(3)) return push_matrix(call.L, values(call, 2));
-  const auto expressions = read_expressions(call, 2);
+  const auto expressions = read_sweep_expressions(call, 2);
   if (expressions.size() != 1)
     throw Error(
         "s(e) takes one expression (its columns are the runs); for several at one time write s(e, t)");
@@ -68,13 +70,13 @@ int value(Call& call) {
   return push_matrix(call.L, table);
 }
 
-int times(Call& call) {
+int sweep_times(Call& call) {
   const auto& t = sweep_of(call).times();
   return push_matrix(call.L, Mat(Eigen::Map<const Vec>(t.data(), static_cast<Eigen::Index>(t.size()))));
 }
 
 integrate::SampleStatistics statistics(Call& call) {
-  const auto expressions = read_expressions(call, 2);
+  const auto expressions = read_sweep_expressions(call, 2);
   if (expressions.size() != 1) throw Error(text("expected one expression, got ", expressions.size()));
   std::optional<double> t;
   if (call.has(3)) t = to_number(call.L, 3, "t");
@@ -99,21 +101,21 @@ int push_statistics(Call& call) {
   return 1;
 }
 
-int stats(Call& call) {
+int stats_of_sweep(Call& call) {
   const auto& s = sweep_of(call);
   return call.push(std::make_shared<const SweepStats>(SweepStats{s.counts(), s.runs(), s.lanes(), s.why()}));
 }
-const SweepStats& counted(Call& call) { return call.object<SweepStats>(1, "stats"); }
+const SweepStats& sweep_counted(Call& call) { return call.object<SweepStats>(1, "stats"); }
 int push_count(Call& call, double count) { return call.push(static_cast<long>(count)); }
-int stats_runs(Call& call) { return call.push(counted(call).runs); }
-int stats_failures(Call& call) { return push_count(call, counted(call).counts.failures); }
-int stats_steps(Call& call) { return push_count(call, counted(call).counts.steps); }
-int stats_rejected(Call& call) { return push_count(call, counted(call).counts.rejected); }
-int stats_evaluations(Call& call) { return push_count(call, counted(call).counts.evaluations); }
-int stats_lanes(Call& call) { return call.push(counted(call).lanes); }
-int stats_why(Call& call) { return call.push(counted(call).why); }
-int stats_text(Call& call) {
-  const SweepStats& s = counted(call);
+int stats_runs(Call& call) { return call.push(sweep_counted(call).runs); }
+int stats_failures(Call& call) { return push_count(call, sweep_counted(call).counts.failures); }
+int sweep_stats_steps(Call& call) { return push_count(call, sweep_counted(call).counts.steps); }
+int sweep_stats_rejected(Call& call) { return push_count(call, sweep_counted(call).counts.rejected); }
+int sweep_stats_evaluations(Call& call) { return push_count(call, sweep_counted(call).counts.evaluations); }
+int stats_lanes(Call& call) { return call.push(sweep_counted(call).lanes); }
+int sweep_stats_why(Call& call) { return call.push(sweep_counted(call).why); }
+int sweep_stats_text(Call& call) {
+  const SweepStats& s = sweep_counted(call);
   Table lines({false, true});
   lines.row({"runs", std::to_string(s.runs)});
   for (const auto& [name, count] :
@@ -181,7 +183,7 @@ int failures(Call& call) {
   return 1;
 }
 
-int solution(Call& call) {
+int sweep_solution(Call& call) {
   const long i = call.integer(2, "index");
   const auto& s = sweep_of(call);
   if (i < 1 || i > s.runs())
@@ -217,7 +219,7 @@ int table(Call& call) {
   const auto& columns = record.space->columns();
   for (const random::Column& column : columns) head.push_back(column.name);
   if (call.has(2)) {
-    expressions = read_expressions(call, 2);
+    expressions = read_sweep_expressions(call, 2);
     for (Expr e : expressions) head.push_back(e.is_symbol() ? heading(e) : to_text(e));
   } else {
     for (Expr e : expressions) head.push_back(heading(e));
@@ -291,13 +293,14 @@ extern const Module sweep_module = {
     "sweep",
     "Parameter sweeps",
     {
-        {"sweep:__call", value, "s(e [, t]) -> matrix",
+        {"sweep:__call", sweep_value, "s(e [, t]) -> matrix",
          R"(s(e, t): one row per run at time t, nan where a run failed or ended before. s(e): one row per
             saved time, one column per run, for plot(s.t, s(x)).)",
          "", ""},
-        {"sweep:final", final, "s:final(e) -> column",
+        {"sweep:final", sweep_final, "s:final(e) -> column",
          "The value at the end of every run; nan where it failed.", "", ""},
-        {"sweep#t", times, "s.t -> column", "The saved times: the option times, or about a hundred.", "", ""},
+        {"sweep#t", sweep_times, "s.t -> column", "The saved times: the option times, or about a hundred.",
+         "", ""},
         {"sweep#params", params, "s.params -> table",
          "s.params.m: what varied, one value per run; initial values too.", "", ""},
         {"sweep#names", names, "s.names -> list", "The names of what varied.", "", ""},
@@ -307,7 +310,7 @@ extern const Module sweep_module = {
          "", ""},
         {"sweep:statistics", push_statistics, "s:statistics(e [, t]) -> table",
          "mean, std, min, max and count over the runs that did not fail, at the end or at time t.", "", ""},
-        {"sweep:stats", stats, "s:stats() -> sweep_stats",
+        {"sweep:stats", stats_of_sweep, "s:stats() -> sweep_stats",
          R"(How the runs were made and what they cost: runs, failures, steps, rejected, evaluations, lanes,
             why.)",
          R"(
@@ -317,17 +320,17 @@ extern const Module sweep_module = {
          "one run after another: lanes = 1 was asked for"},
         {"sweep_stats#runs", stats_runs, "stats.runs -> integer", "How many runs.", "", ""},
         {"sweep_stats#failures", stats_failures, "stats.failures -> integer", "Runs that failed.", "", ""},
-        {"sweep_stats#steps", stats_steps, "stats.steps -> integer", "Steps of all runs that did not fail.",
-         "", ""},
-        {"sweep_stats#rejected", stats_rejected, "stats.rejected -> integer",
+        {"sweep_stats#steps", sweep_stats_steps, "stats.steps -> integer",
+         "Steps of all runs that did not fail.", "", ""},
+        {"sweep_stats#rejected", sweep_stats_rejected, "stats.rejected -> integer",
          "Steps that were tried and repeated.", "", ""},
-        {"sweep_stats#evaluations", stats_evaluations, "stats.evaluations -> integer",
+        {"sweep_stats#evaluations", sweep_stats_evaluations, "stats.evaluations -> integer",
          "Evaluations of the equations for these steps.", "", ""},
         {"sweep_stats#lanes", stats_lanes, "stats.lanes -> integer",
          "How many runs advanced together on SIMD lanes; 1: none.", "", ""},
-        {"sweep_stats#why", stats_why, "stats.why -> string",
+        {"sweep_stats#why", sweep_stats_why, "stats.why -> string",
          "In words: lanes and method, or why there were no lanes.", "", ""},
-        {"sweep_stats:__tostring", stats_text, "print(s:stats())", "The counts.", "", ""},
+        {"sweep_stats:__tostring", sweep_stats_text, "print(s:stats())", "The counts.", "", ""},
         {"sweep:mean", push_mean, "s:mean(e [, t]) -> number", "The mean over the runs.", "", ""},
         {"sweep:std", push_deviation, "s:std(e [, t]) -> number",
          "The standard deviation over the runs (n - 1).", "", ""},
@@ -335,8 +338,8 @@ extern const Module sweep_module = {
         {"sweep:max", push_greatest, "s:max(e [, t]) -> number", "The largest value.", "", ""},
         {"sweep:table", table, "s:table([expressions]) -> string",
          "One line per run: what varied and the values at the end.", "", ""},
-        {"sweep:__index", solution, "s[i] -> solution", "The whole solution of run i (integrated again).", "",
-         ""},
+        {"sweep:__index", sweep_solution, "s[i] -> solution",
+         "The whole solution of run i (integrated again).", "", ""},
         {"sweep:__len", length, "#s", "The number of runs.", "", ""},
         {"sweep:__tostring", sweep_text, "print(s)",
          "Statistics of the final values, and the first failures.", "", ""},

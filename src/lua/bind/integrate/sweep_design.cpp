@@ -45,7 +45,9 @@ int unit(Call& call) {
   return call.push(d->unit(run - 1, static_cast<int>(dimension - 1)));
 }
 
-int model(Call& call) { return call.push(call.object<SweepRecord>(1, "sweep").sweep->request().model); }
+int design_model(Call& call) {
+  return call.push(call.object<SweepRecord>(1, "sweep").sweep->request().model);
+}
 
 int random_at(Call& call) {
   return call.push(
@@ -65,7 +67,7 @@ extern const Module sweep_design_module = {
         {"sweep#correlated", correlated, "s.correlated -> boolean", "Some quantities vary together.", "", ""},
         {"sweep#distributions", distributions, "s.distributions -> table", "By name: what was drawn from.",
          "", ""},
-        {"sweep#model", model, "s.model -> model", "The model.", "", ""},
+        {"sweep#model", design_model, "s.model -> model", "The model.", "", ""},
         {"sweep:unit", unit, "s:unit(run, dimension) -> number",
          "The number between 0 and 1 that the value of a run was made from.", "", ""},
         {"random_at", random_at, "random_at(seed, number) -> number",

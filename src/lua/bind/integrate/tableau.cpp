@@ -202,10 +202,10 @@ int bhat2(Call& call) {
 }
 
 int name(Call& call) { return call.push(tableau_of(call).name()); }
-int note(Call& call) { return call.push(tableau_of(call).data().text); }
+int tableau_note(Call& call) { return call.push(tableau_of(call).data().text); }
 int cite(Call& call) { return call.push(tableau_of(call).data().cite); }
 int stages(Call& call) { return call.push(tableau_of(call).stages()); }
-int order(Call& call) { return call.push(tableau_of(call).order()); }
+int tableau_order(Call& call) { return call.push(tableau_of(call).order()); }
 int proved(Call& call) { return push_new(call, tableau_of(call).proved()); }
 int stage_order(Call& call) { return call.push(tableau_of(call).stage_order()); }
 int is(Call& call) { return call.push(tableau_of(call).is(call.string(2, "property"))); }
@@ -277,10 +277,10 @@ extern const Module tableau_module = {
         {"tableau#bhat2", bhat2, "tab.bhat2 -> column or nil",
          "The weights of a second embedded method (dop853).", "", ""},
         {"tableau#name", name, "tab.name -> string", "The name of the method.", "", ""},
-        {"tableau#text", note, "tab.text -> string", "What the method is good for.", "", ""},
+        {"tableau#text", tableau_note, "tab.text -> string", "What the method is good for.", "", ""},
         {"tableau#cite", cite, "tab.cite -> string", "Where the method comes from.", "", ""},
         {"tableau#stages", stages, "tab.stages -> integer", "The number of stages s.", "", ""},
-        {"tableau:order", order, "tab:order() -> integer",
+        {"tableau:order", tableau_order, "tab:order() -> integer",
          "The order, decided from the coefficients by simplifying assumptions and rooted trees.", "", ""},
         {"tableau:proved", proved, "tab:proved() -> tableau",
          R"(The same tableau with its claims (order, embedded order, order of the dense output) proved once

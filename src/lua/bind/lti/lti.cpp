@@ -377,7 +377,7 @@ int channel(Call& call) {
 }
 
 int latex(Call& call) { return call.push(lti::latex(system_of(call))); }
-int shown(Call& call) { return call.push(lti::describe(system_of(call))); }
+int system_shown(Call& call) { return call.push(lti::describe(system_of(call))); }
 
 }  // namespace
 
@@ -446,7 +446,7 @@ extern const Module lti_module = {
         {"lti:channel", channel, "G:channel(output, input) -> G", "One channel, by numbers or names."},
         {"lti:latex", latex, "G:latex() -> string", "The system in LaTeX.", "tf({1}, {1, 2}):latex()",
          "G(s) = \\frac{1}{s + 2}"},
-        {"lti:__tostring", shown, "print(G)", "The matrices as one table, or fractions with a rule."},
+        {"lti:__tostring", system_shown, "print(G)", "The matrices as one table, or fractions with a rule."},
     }};
 
 }  // namespace pendula::lua

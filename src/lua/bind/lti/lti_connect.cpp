@@ -23,31 +23,31 @@ System operand(Call& call, int i, const char* name, int channels) {
   return g;
 }
 
-int multiply(Call& call) {
+int system_multiply(Call& call) {
   if (call.is<lti::DelaySystem>(2)) return delayed_operator(call, '*');
   const int channels = call.is<System>(1) ? (is_scalar(call, 2) ? system_of(call).inputs : 1)
                                           : call.object<System>(2, "the right operand").outputs;
   return push_system(call, lti::series(operand(call, 1, "the left operand", channels),
                                        operand(call, 2, "the right operand", channels)));
 }
-int divide(Call& call) {
+int system_divide(Call& call) {
   if (call.is<lti::DelaySystem>(2)) return delayed_operator(call, '/');
   const System a = read_system(call, 1, "the left operand"),
                b = operand(call, 2, "the right operand", a.inputs);
   return push_system(call, lti::series(operand(call, 1, "the left operand", b.outputs), lti::inverse(b)));
 }
-int add(Call& call) {
+int system_add(Call& call) {
   if (call.is<lti::DelaySystem>(2)) return delayed_operator(call, '+');
   return push_system(call, lti::parallel(read_system(call, 1, "the left operand"),
                                          read_system(call, 2, "the right operand")));
 }
-int subtract(Call& call) {
+int system_subtract(Call& call) {
   if (call.is<lti::DelaySystem>(2)) return delayed_operator(call, '-');
   return push_system(call, lti::parallel(read_system(call, 1, "the left operand"),
                                          lti::negative(read_system(call, 2, "the right operand"))));
 }
-int negative(Call& call) { return push_system(call, lti::negative(system_of(call))); }
-int power(Call& call) {
+int system_negative(Call& call) { return push_system(call, lti::negative(system_of(call))); }
+int system_power(Call& call) {
   const long n = call.integer(2, "exponent");
   if (std::labs(n) > 100) throw Error("the exponent of a system must be an integer of at most 100");
   return push_system(call, lti::power(system_of(call), static_cast<int>(n)));
@@ -105,13 +105,13 @@ extern const Module lti_connect_module = {
     "lti",
     "",
     {
-        {"lti:__mul", multiply, "G1 * G2",
+        {"lti:__mul", system_multiply, "G1 * G2",
          "In series: the output of G2 is the input of G1. Numbers and matrices are gains."},
-        {"lti:__div", divide, "G1 / G2", "G1 times the inverse of G2."},
-        {"lti:__add", add, "G1 + G2", "In parallel."},
-        {"lti:__sub", subtract, "G1 - G2", "In parallel, the second with the opposite sign."},
-        {"lti:__unm", negative, "-G", "The opposite sign."},
-        {"lti:__pow", power, "G ^ n", "n in series; -1 is the inverse."},
+        {"lti:__div", system_divide, "G1 / G2", "G1 times the inverse of G2."},
+        {"lti:__add", system_add, "G1 + G2", "In parallel."},
+        {"lti:__sub", system_subtract, "G1 - G2", "In parallel, the second with the opposite sign."},
+        {"lti:__unm", system_negative, "-G", "The opposite sign."},
+        {"lti:__pow", system_power, "G ^ n", "n in series; -1 is the inverse."},
         {"series", series, "series(G1, G2, …) -> G",
          "One after the other, the first acts first: series(G1, G2) is G2*G1.",
          "series(tf({1}, {1, 1}), tf({1}, {1, 4})):dcgain()", "0.25"},

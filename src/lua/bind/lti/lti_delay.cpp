@@ -14,7 +14,6 @@ using Eigen::Index;
 using lti::DelaySystem;
 using lti::System;
 
-
 namespace {
 
 DelaySystem read_delayed(Call& call, int i, const char* name, int channels = 1) {
@@ -39,25 +38,25 @@ int delayed(Call& call) {
 }
 int exponential(Call& call) { return push_delayed(call, lti::exponential_of(system_of(call))); }
 
-int multiply(Call& call) {
+int lti_delay_multiply(Call& call) {
   const int a = call.is<DelaySystem>(2) ? call.object<DelaySystem>(2, "G").outputs() : 1;
   const int b = call.is<DelaySystem>(1) ? call.object<DelaySystem>(1, "G").inputs() : 1;
   return push_delayed(call, lti::series(read_delayed(call, 1, "the left operand", a),
                                         read_delayed(call, 2, "the right operand", b)));
 }
-int divide(Call& call) {
+int lti_delay_divide(Call& call) {
   return push_delayed(call, lti::series(read_delayed(call, 1, "the left operand"),
                                         lti::inverse(read_delayed(call, 2, "the right operand"))));
 }
-int add(Call& call) {
+int lti_delay_add(Call& call) {
   return push_delayed(call, lti::parallel(read_delayed(call, 1, "the left operand"),
                                           read_delayed(call, 2, "the right operand")));
 }
-int subtract(Call& call) {
+int lti_delay_subtract(Call& call) {
   return push_delayed(call, lti::parallel(read_delayed(call, 1, "the left operand"),
                                           lti::negative(read_delayed(call, 2, "the right operand"))));
 }
-int negative(Call& call) { return push_delayed(call, lti::negative(delayed_of(call))); }
+int lti_delay_negative(Call& call) { return push_delayed(call, lti::negative(delayed_of(call))); }
 
 int closed(Call& call) {
   const DelaySystem g = read_delayed(call, 1, "G1");
@@ -139,7 +138,7 @@ int lsim(Call& call) {
   return push_response(call, lti::simulate(g, line, t, {t.begin(), t.end()}));
 }
 
-int dcgain(Call& call) {
+int lti_delay_dcgain(Call& call) {
   const DelaySystem& g = delayed_of(call);
   if (g.product) {
     const MatX K = lti::dcgain(g.core);
@@ -175,14 +174,14 @@ int delays(Call& call) {
   const auto& list = delayed_of(call).delays;
   return push_matrix(call.L, Mat(Eigen::Map<const Vec>(list.data(), static_cast<Index>(list.size()))));
 }
-int Ts(Call& call) { return push_number_or_expression(call.L, 0); }
+int lti_delay_Ts(Call& call) { return push_number_or_expression(call.L, 0); }
 int push_channels(Call& call, int n, const char* letter) {
   std::vector<std::string> names;
   for (int k = 1; k <= n; ++k) names.push_back(n == 1 ? letter : letter + std::to_string(k));
   return push_names(call.L, names);
 }
-int inputs(Call& call) { return push_channels(call, delayed_of(call).inputs(), "u"); }
-int outputs(Call& call) { return push_channels(call, delayed_of(call).outputs(), "y"); }
+int lti_delay_inputs(Call& call) { return push_channels(call, delayed_of(call).inputs(), "u"); }
+int lti_delay_outputs(Call& call) { return push_channels(call, delayed_of(call).outputs(), "y"); }
 int to_text(Call& call) { return call.push(lti::describe(delayed_of(call))); }
 
 }  // namespace
@@ -190,13 +189,13 @@ int to_text(Call& call) { return call.push(lti::describe(delayed_of(call))); }
 int delayed_operator(Call& call, char operation) {
   switch (operation) {
     case '*':
-      return multiply(call);
+      return lti_delay_multiply(call);
     case '/':
-      return divide(call);
+      return lti_delay_divide(call);
     case '+':
-      return add(call);
+      return lti_delay_add(call);
     case '-':
-      return subtract(call);
+      return lti_delay_subtract(call);
     case 'c':
       return sampled(call);
     default:
@@ -217,17 +216,21 @@ extern const Module lti_delay_module = {
          "2 true"},
         {"lti:__exp", exponential, "exp(-T*s) -> G", R"(The delay of T seconds, with s = tf "s".)",
          "s = tf \"s\"  return (exp(-2*s)/(s + 1)).delays[1]", "2.0"},
-        {"delay system:__mul", multiply, "G1 * G2", "In series."},
-        {"delay system:__div", divide, "G1 / G2", "G1 times the inverse of G2, which has no delay."},
-        {"delay system:__add", add, "G1 + G2", "In parallel."},
-        {"delay system:__sub", subtract, "G1 - G2", "In parallel, the second with the opposite sign."},
-        {"delay system:__unm", negative, "-G", "The opposite sign."},
+        {"delay system:__mul", lti_delay_multiply, "G1 * G2", "In series."},
+        {"delay system:__div", lti_delay_divide, "G1 / G2",
+         "G1 times the inverse of G2, which has no delay."},
+        {"delay system:__add", lti_delay_add, "G1 + G2", "In parallel."},
+        {"delay system:__sub", lti_delay_subtract, "G1 - G2",
+         "In parallel, the second with the opposite sign."},
+        {"delay system:__unm", lti_delay_negative, "-G", "The opposite sign."},
         {"delay system:__call", evaluate_at, "G(s) -> number", "The value at a complex number."},
         {"delay system:__tostring", to_text, "print(G)", "The rational part and the delays."},
-        {"delay system:feedback", closed, "G:feedback([H [, sign]]) -> G", "The closed loop, delays in it exact.",
-         "return delayed(tf({1}, {1, 1}), 1):feedback():dcgain()", "0.5"},
-        {"delay system:freqresp", freqresp, "G:freqresp([frequencies]) -> frequency response", "G(iω), exact.",
-         "return delayed(tf({1}, {1}), 1):freqresp{1}.phase(1, 1) + 180/math.pi < 1e-12", "true"},
+        {"delay system:feedback", closed, "G:feedback([H [, sign]]) -> G",
+         "The closed loop, delays in it exact.", "return delayed(tf({1}, {1, 1}), 1):feedback():dcgain()",
+         "0.5"},
+        {"delay system:freqresp", freqresp, "G:freqresp([frequencies]) -> frequency response",
+         "G(iω), exact.", "return delayed(tf({1}, {1}), 1):freqresp{1}.phase(1, 1) + 180/math.pi < 1e-12",
+         "true"},
         {"delay system:bode", freqresp, "G:bode([frequencies or { from, to }]) -> frequency response",
          "Gain and phase over the frequency; :plot()."},
         {"delay system:step", step, "G:step([to or times]) -> response",
@@ -238,7 +241,7 @@ extern const Module lti_delay_module = {
          "The response from rest to a function of t, or to samples at the times joined by straight lines.",
          "return math.abs(delayed(tf({1}, {1, 0}), 1):lsim(function(t) return t end, {0, 3}).y(2, 1) - 2) < 1e-12",
          "true"},
-        {"delay system:dcgain", dcgain, "G:dcgain() -> number or matrix", "The static gain."},
+        {"delay system:dcgain", lti_delay_dcgain, "G:dcgain() -> number or matrix", "The static gain."},
         {"delay system:pade", pade, "G:pade([n = 1]) -> G", "Every delay as its Padé approximant of order n.",
          "return delayed(tf({1}, {1}), 2):pade():zeros().re[1]", "1"},
         {"delay system:c2d", sampled, "G:c2d(Ts) -> G",
@@ -247,9 +250,9 @@ extern const Module lti_delay_module = {
         {"delay system#rational", rational_part, "G.rational -> G",
          "The system without its delays; where they lie in loops, with a channel for each."},
         {"delay system#delays", delays, "G.delays -> column", "The delays in seconds."},
-        {"delay system#Ts", Ts, "G.Ts -> number", "0: continuous time."},
-        {"delay system#inputs", inputs, "G.inputs -> list", "Names of the inputs."},
-        {"delay system#outputs", outputs, "G.outputs -> list", "Names of the outputs."},
+        {"delay system#Ts", lti_delay_Ts, "G.Ts -> number", "0: continuous time."},
+        {"delay system#inputs", lti_delay_inputs, "G.inputs -> list", "Names of the inputs."},
+        {"delay system#outputs", lti_delay_outputs, "G.outputs -> list", "Names of the outputs."},
     }};
 
 }  // namespace pendula::lua

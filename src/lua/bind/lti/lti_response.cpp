@@ -12,7 +12,7 @@ namespace {
 
 using lti::System;
 
-int push_response(Call& call, lti::Response r) {
+int response_push_response(Call& call, lti::Response r) {
   return call.push(std::make_shared<const lti::Response>(std::move(r)));
 }
 
@@ -36,13 +36,13 @@ Vec read_times(Call& call, int i, const System& g) {
   return m.col(0);
 }
 
-int step(Call& call) {
+int response_step(Call& call) {
   const System g = read_system(call, 1, "G");
-  return push_response(call, lti::step(g, read_times(call, 2, g)));
+  return response_push_response(call, lti::step(g, read_times(call, 2, g)));
 }
 int impulse(Call& call) {
   const System g = read_system(call, 1, "G");
-  return push_response(call, lti::impulse(g, read_times(call, 2, g)));
+  return response_push_response(call, lti::impulse(g, read_times(call, 2, g)));
 }
 Vec read_x0(Call& call, int i, const System& g) {
   if (!call.has(i)) return Vec::Zero(g.ss.order());
@@ -52,7 +52,7 @@ Vec read_x0(Call& call, int i, const System& g) {
 int initial(Call& call) {
   const System g = lti::to_ss(read_system(call, 1, "G"));
   if (!call.has(2)) call.wrong(2, "x0", "a column of initial states, or a table by their names");
-  return push_response(call, lti::initial(g, read_x0(call, 2, g), read_times(call, 3, g)));
+  return response_push_response(call, lti::initial(g, read_x0(call, 2, g), read_times(call, 3, g)));
 }
 
 /// One value per input from the value on top of the stack, which is popped.
@@ -105,7 +105,7 @@ bool is_formula(Call& call, int i, int inputs) {
   return false;
 }
 
-int lsim(Call& call) {
+int response_lsim(Call& call) {
   const System given = read_system(call, 1, "G"), g = lti::to_ss(given);
   if (!call.has(2)) call.wrong(2, "u", "an expression in t, a function, or data with one row per time");
   if (!call.has(3) && !lua_isfunction(call.L, 2) && g.continuous())
@@ -116,7 +116,8 @@ int lsim(Call& call) {
     throw Error(text("option 'between' must be \"linear\" or \"hold\", got '", between, "'"));
   if (is_formula(call, 2, g.inputs)) {
     const Vec t = read_times(call, 3, g);
-    return push_response(call, lti::simulate(g, read_function(call, 2, g.inputs), t, read_x0(call, 4, g)));
+    return response_push_response(call,
+                                  lti::simulate(g, read_function(call, 2, g.inputs), t, read_x0(call, 4, g)));
   }
   Mat u = to_numeric_matrix(call.L, 2, "u");
   if (g.inputs == 1 && u.cols() != 1 && u.rows() == 1) u.transposeInPlace();
@@ -125,7 +126,7 @@ int lsim(Call& call) {
     t = read_times(call, 3, g);
   else
     t = Vec::LinSpaced(u.rows(), 0, static_cast<double>(u.rows() - 1) * lti::number(g.Ts));
-  return push_response(call, lti::simulate(g, u, t, read_x0(call, 4, g), between == "hold"));
+  return response_push_response(call, lti::simulate(g, u, t, read_x0(call, 4, g), between == "hold"));
 }
 
 // ── fields of a response ──
@@ -179,7 +180,7 @@ int response_text(Call& call) { return call.push(lti::describe(response(call)));
 
 // ── frequency ──
 
-int freqresp(Call& call) {
+int response_freqresp(Call& call) {
   const System g = read_system(call, 1, "G");
   Vec w = lti::bode_frequencies(g);
   if (call.has(2)) {
@@ -221,10 +222,10 @@ int phase(Call& call) {
     for (int i = 0; i < r.system->outputs; ++i) m.col(column++) = lti::phase(r, i, j);
   return push_matrix(call.L, m);
 }
-int re(Call& call) {
+int response_re(Call& call) {
   return push_curves(call, [](const lti::ComplexVec& g) { return Vec(g.real()); });
 }
-int im(Call& call) {
+int response_im(Call& call) {
   return push_curves(call, [](const lti::ComplexVec& g) { return Vec(g.imag()); });
 }
 int channels(Call& call) {
@@ -260,7 +261,7 @@ extern const Module lti_response_module = {
     "lti responses",
     "Linear systems: responses in time and frequency",
     {
-        {"lti:step", step, "G:step([to or times]) -> response",
+        {"lti:step", response_step, "G:step([to or times]) -> response",
          R"(The response to a unit step, exact at the sampling points. .t .y .x, and .final .rise_time
             .settling_time .overshoot .peak .peak_time; :plot() :show() :save(file).)",
          "r = tf({4}, {1, 2, 4}):step(8)  return #r.t, math.abs(r.overshoot - "
@@ -272,13 +273,15 @@ extern const Module lti_response_module = {
         {"lti:initial", initial, "G:initial(x0 [, to or times]) -> response",
          "The response to an initial state without inputs.",
          "ss({{-1}}, {1}):initial({2}, {0, 1}).y(2, 1) == 2*math.exp(-1)", "true"},
-        {"lsim", lsim, R"(lsim(G, u, t [, x0 [, { between = "linear" or "hold" }]]) -> response)",
+        {"lsim", response_lsim,
+         R"(response_lsim(G, u, t [, x0 [, { between = "linear" or "hold" }]]) -> response)",
          R"(The response to any input. u: an expression in t or a function (integrated by Gauss' formula
             between the times), or data with one row per time, joined by straight lines or held.)",
-         "r = lsim(tf({1}, {1, 1}), sin(t), linspace(0, 2, 21))  return math.abs(r.y(21, 1) - "
+         "r = response_lsim(tf({1}, {1, 1}), sin(t), linspace(0, 2, 21))  return math.abs(r.y(21, 1) - "
          "(math.exp(-2) + math.sin(2) - math.cos(2))/2) < 1e-12",
          "true"},
-        {"lti:lsim", lsim, "G:lsim(u, t [, x0 [, options]]) -> response", "The same as lsim(G, u, t, x0)."},
+        {"lti:lsim", response_lsim, "G:lsim(u, t [, x0 [, options]]) -> response",
+         "The same as response_lsim(G, u, t, x0)."},
         {"response#t", times, "r.t -> column", "The times."},
         {"response#y", y, "r.y -> matrix",
          "The outputs, one row per time; with several inputs those of the first come first."},
@@ -294,11 +297,11 @@ extern const Module lti_response_module = {
          "Until it stays within 2 % of the final value."},
         {"response#overshoot", overshoot, "r.overshoot -> number", "Overshoot in percent."},
         {"response:__tostring", response_text, "print(r)", "What is read off the curves."},
-        {"lti:freqresp", freqresp, "G:freqresp([frequencies]) -> frequency response",
+        {"lti:freqresp", response_freqresp, "G:freqresp([frequencies]) -> frequency response",
          "G(iω), in discrete time G(e^{iωTs}). .w .mag .db .phase .re .im.",
          "r = tf({1}, {1, 1}):freqresp({1})  return math.abs(r.mag(1, 1)^2 - 0.5) < 1e-15, r.phase(1, 1)",
          "true -45.0"},
-        {"lti:bode", freqresp, "G:bode([frequencies or { from, to }]) -> frequency response",
+        {"lti:bode", response_freqresp, "G:bode([frequencies or { from, to }]) -> frequency response",
          R"(Gain and phase over the frequency: .w .mag .db .phase, margins in print; :plot() :show()
             :save(file) draw both.)"},
         {"frequency response#w", w, "r.w -> column", "Frequencies in rad/s."},
@@ -306,8 +309,8 @@ extern const Module lti_response_module = {
         {"frequency response#magnitude", mag, "r.magnitude -> matrix", "The same as r.mag."},
         {"frequency response#db", db, "r.db -> matrix", "20 log₁₀|G|."},
         {"frequency response#phase", phase, "r.phase -> matrix", "The phase in degrees, without jumps."},
-        {"frequency response#re", re, "r.re -> matrix", "Real parts."},
-        {"frequency response#im", im, "r.im -> matrix", "Imaginary parts."},
+        {"frequency response#re", response_re, "r.re -> matrix", "Real parts."},
+        {"frequency response#im", response_im, "r.im -> matrix", "Imaginary parts."},
         {"frequency response#labels", channels, "r.labels -> list",
          "The channels, in the order of the columns."},
         {"frequency response#system", system_field, "r.system -> G", "The system."},

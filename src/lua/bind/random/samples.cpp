@@ -18,7 +18,7 @@ std::vector<double> sample_of(Call& call, int i) {
   return sorted;
 }
 
-int quantile(Call& call) {
+int sample_quantile_of(Call& call) {
   const std::vector<double> sorted = sample_of(call, 1);
   const bool one = lua_type(call.L, 2) == LUA_TNUMBER;
   Mat p = one ? Mat::Constant(1, 1, call.number(2, "p")) : to_numeric_matrix(call.L, 2, "p");
@@ -74,7 +74,8 @@ int interval(Call& call) {
   const Options o = call.options(3);
   const double confidence = o.number("confidence", 0.95);
   const std::string method = o.string("method", "wilson");
-  if (n < 1 || k < 0 || k > n) throw Error(text(k, " of ", n, " is not a share; expected 0 ≤ k ≤ n with n ≥ 1"));
+  if (n < 1 || k < 0 || k > n)
+    throw Error(text(k, " of ", n, " is not a share; expected 0 ≤ k ≤ n with n ≥ 1"));
   if (!(confidence > 0 && confidence < 1))
     throw Error(text("confidence = ", shortest(confidence), "; it must lie between 0 and 1"));
   if (method != "wilson" && method != "clopper-pearson")
@@ -109,10 +110,11 @@ extern const Module samples_module = {
     "random",
     "",
     {
-        {"quantile", quantile, "quantile(data, p) -> number or matrix",
+        {"quantile", sample_quantile_of, "quantile(data, p) -> number or matrix",
          R"(The value below which the share p of the data lies, linear between them; p may be a list. What is nan
             does not count.)",
-         "print(quantile({1, 2, 3, 4}, 0.5), quantile({1, 2, 3, 4}, {0, 1}).T)", "2.5 1  4"},
+         "print(sample_quantile_of({1, 2, 3, 4}, 0.5), sample_quantile_of({1, 2, 3, 4}, {0, 1}).T)",
+         "2.5 1  4"},
         {"bin", bin, "bin(data [, bins]) -> { edges =, counts = }",
          R"(Counts the data in cells of one width; without a number of cells it follows from the quartiles
             (Freedman & Diaconis). histogram draws them.)",

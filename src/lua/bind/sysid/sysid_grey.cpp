@@ -163,15 +163,15 @@ int fit(Call& call) {
 }
 
 const GreyBoxFit& fit_of(Call& call) { return call.object<GreyBoxFit>(1, "fit_result"); }
-int theta(Call& call) { return push_matrix(call.L, Mat(fit_of(call).theta)); }
+int grey_theta(Call& call) { return push_matrix(call.L, Mat(fit_of(call).theta)); }
 int deviations(Call& call) { return push_matrix(call.L, Mat(fit_of(call).std)); }
-int cov(Call& call) { return push_matrix(call.L, fit_of(call).covariance); }
-int names(Call& call) { return push_words(call.L, fit_of(call).names); }
+int grey_cov(Call& call) { return push_matrix(call.L, fit_of(call).covariance); }
+int grey_names(Call& call) { return push_words(call.L, fit_of(call).names); }
 int loss(Call& call) { return call.push(fit_of(call).quality.loss); }
 int sigma2(Call& call) { return call.push(fit_of(call).quality.sigma2); }
 int fpe(Call& call) { return call.push(fit_of(call).quality.fpe); }
 int aic(Call& call) { return call.push(fit_of(call).quality.aic); }
-int rank(Call& call) { return call.push(static_cast<long>(fit_of(call).ls.rank)); }
+int grey_rank(Call& call) { return call.push(static_cast<long>(fit_of(call).ls.rank)); }
 int converged(Call& call) { return call.push(fit_of(call).converged); }
 int simulated(Call& call) { return push_matrix(call.L, fit_of(call).simulated); }
 int residuals(Call& call) { return push_matrix(call.L, Mat(fit_of(call).residuals)); }
@@ -182,7 +182,7 @@ int losses(Call& call) {
 int iterations(Call& call) { return call.push(static_cast<long>(fit_of(call).losses.size()) - 1); }
 int fitted_model(Call& call) { return call.push(fit_of(call).fitted); }
 int data(Call& call) { return call.push(std::make_shared<const sysid::IdData>(fit_of(call).request.data)); }
-int unidentifiable(Call& call) { return push_words(call.L, fit_of(call).unidentifiable); }
+int grey_unidentifiable(Call& call) { return push_words(call.L, fit_of(call).unidentifiable); }
 int fit_percent(Call& call) {
   const auto& f = fit_of(call).fit;
   return push_value(call.L, Mat(Eigen::Map<const Vec>(f.data(), static_cast<Index>(f.size()))));
@@ -282,16 +282,16 @@ extern const Module grey_box_module = {
             r = fit(sys, { params = {k}, data = iddata{ y = y, Ts = 1 }, y = x, start = { x = 2 } })
             print(("%.6f"):format(r.theta[1])))",
          "0.300000", &fit_options},
-        {"fit_result#theta", theta, "r.theta -> column",
+        {"fit_result#theta", grey_theta, "r.theta -> column",
          "The estimates, in the order of params, then the initial values that were open.", "", ""},
         {"fit_result#std", deviations, "r.std -> column", "Their standard deviations.", "", ""},
-        {"fit_result#cov", cov, "r.cov -> matrix", "Their covariance σ̂²(JᵀJ)⁻¹.", "", ""},
-        {"fit_result#names", names, "r.names -> list", "Their names.", "", ""},
+        {"fit_result#cov", grey_cov, "r.cov -> matrix", "Their covariance σ̂²(JᵀJ)⁻¹.", "", ""},
+        {"fit_result#names", grey_names, "r.names -> list", "Their names.", "", ""},
         {"fit_result#loss", loss, "r.loss -> number", "SSE/samples.", "", ""},
         {"fit_result#sigma2", sigma2, "r.sigma2 -> number", "SSE/(samples - rank).", "", ""},
         {"fit_result#fpe", fpe, "r.fpe -> number", "Final prediction error V (1 + d/N)/(1 - d/N).", "", ""},
         {"fit_result#aic", aic, "r.aic -> number", "Akaike's criterion N ln V + 2d.", "", ""},
-        {"fit_result#rank", rank, "r.rank -> integer", "Rank of the sensitivities.", "", ""},
+        {"fit_result#rank", grey_rank, "r.rank -> integer", "Rank of the sensitivities.", "", ""},
         {"fit_result#converged", converged, "r.converged -> boolean", "The steps became negligible.", "", ""},
         {"fit_result#fit", fit_percent, "r.fit -> number", "Simulation fit in %, per output.", "", ""},
         {"fit_result#simulated", simulated, "r.simulated -> matrix",
@@ -303,7 +303,7 @@ extern const Module grey_box_module = {
         {"fit_result#model", fitted_model, "r.model -> model", "The model with the estimated parameters.", "",
          ""},
         {"fit_result#data", data, "r.data -> iddata", "The data.", "", ""},
-        {"fit_result#unidentifiable", unidentifiable, "r.unidentifiable -> list",
+        {"fit_result#unidentifiable", grey_unidentifiable, "r.unidentifiable -> list",
          "Free combinations in words.", "", ""},
         {"fit_result:refit", refit, "r:refit{ fixed =, guess =, y = } -> fit_result",
          "The same fit once more with some parameters held, from another guess, or to other outputs.",

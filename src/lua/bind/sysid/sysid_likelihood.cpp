@@ -176,7 +176,7 @@ int box(Call& call) {
 
 int center(Call& call) { return push_matrix(call.L, Mat(bounded(call, "centre").center)); }
 int radius(Call& call) { return call.push(bounded(call, "radius").radius); }
-int theta(Call& call) { return push_matrix(call.L, Mat(set_of(call).center)); }
+int likelihood_theta(Call& call) { return push_matrix(call.L, Mat(set_of(call).center)); }
 
 int volume(Call& call) {
   const ParameterSet& s = set_of(call);
@@ -186,9 +186,9 @@ int volume(Call& call) {
   return push_expr(call.L, Expr(sysid::exact_volume(s.polytope)));
 }
 
-int names(Call& call) { return push_words(call.L, set_of(call).regression.names); }
-int unidentifiable(Call& call) { return push_words(call.L, set_of(call).free); }
-int rows(Call& call) { return call.push(static_cast<long>(set_of(call).regression.y.size())); }
+int likelihood_names(Call& call) { return push_words(call.L, set_of(call).regression.names); }
+int likelihood_unidentifiable(Call& call) { return push_words(call.L, set_of(call).free); }
+int likelihood_rows(Call& call) { return call.push(static_cast<long>(set_of(call).regression.y.size())); }
 
 sysid::SmallestBound smallest(const ParameterSet& s) {
   if (s.smallest.theta.size() > 0) return s.smallest;
@@ -225,7 +225,7 @@ int contains(Call& call) {
   return 2;
 }
 
-int to_text(Call& call) { return call.push(sysid::describe(set_of(call))); }
+int likelihood_text(Call& call) { return call.push(sysid::describe(set_of(call))); }
 
 }  // namespace
 
@@ -278,17 +278,18 @@ extern const Module likelihood_module = {
          "The centre of the largest ball inside (Chebyshev centre, the minimax estimate).", "", ""},
         {"parameter_set#centre", center, "set.centre -> column", "The same as set.center.", "", ""},
         {"parameter_set#radius", radius, "set.radius -> number", "The radius of that ball.", "", ""},
-        {"parameter_set#theta", theta, "set.theta -> column",
+        {"parameter_set#theta", likelihood_theta, "set.theta -> column",
          R"(One point of the set: the Chebyshev centre; of an empty set, the point of the smallest feasible
             bound.)",
          "", ""},
         {"parameter_set#volume", volume, "set.volume -> number",
          "Volume (area for two parameters); 0 if empty, inf if unbounded.", "", ""},
         {"parameter_set#area", volume, "set.area -> number", "The same as set.volume.", "", ""},
-        {"parameter_set#names", names, "set.names -> list", "The names of the parameters.", "", ""},
-        {"parameter_set#unidentifiable", unidentifiable, "set.unidentifiable -> list",
+        {"parameter_set#names", likelihood_names, "set.names -> list", "The names of the parameters.", "",
+         ""},
+        {"parameter_set#unidentifiable", likelihood_unidentifiable, "set.unidentifiable -> list",
          "The unbounded directions in words.", "", ""},
-        {"parameter_set#rows", rows, "set.rows -> integer", "The number of rows.", "", ""},
+        {"parameter_set#rows", likelihood_rows, "set.rows -> integer", "The number of rows.", "", ""},
         {"parameter_set#smallest_bound", smallest_bound, "set.smallest_bound -> number",
          "The smallest γ for which |e - (low + high)/2| ≤ γ leaves a point.", "", ""},
         {"parameter_set#deciding", deciding, "set.deciding -> list",
@@ -299,7 +300,7 @@ extern const Module likelihood_module = {
             s = lsq({1, 1}, {0.5, 1.25}, { noise = uniform(-1, 1) })
             s:contains {1}, s:contains {0})",
          "true false 2"},
-        {"parameter_set:__tostring", to_text, "print(set)",
+        {"parameter_set:__tostring", likelihood_text, "print(set)",
          "Vertices, intervals, centre, volume; or why it is empty.", "", ""},
     }};
 

@@ -71,31 +71,31 @@ int lsq(Call& call) {
 }
 
 const LsqResult& result_of(Call& call) { return call.object<LsqResult>(1, "lsq_result"); }
-int theta(Call& call) { return push_matrix(call.L, Mat(result_of(call).fit.theta)); }
+int lsq_theta(Call& call) { return push_matrix(call.L, Mat(result_of(call).fit.theta)); }
 int covariance(Call& call) {
   if (result_of(call).fit.covariance.size() == 0)
     throw Error("this estimate has no covariance: it lies in a corner of the feasible set");
   return push_matrix(call.L, result_of(call).fit.covariance);
 }
-int deviations(Call& call) {
+int lsq_deviations(Call& call) {
   if (result_of(call).fit.covariance.size() == 0)
     throw Error("this estimate has no standard deviation: it lies in a corner of the feasible set");
   return push_matrix(call.L,
                      Mat(sysid::standard_deviations(result_of(call).fit, result_of(call).fit.covariance)));
 }
-int rank(Call& call) { return call.push(static_cast<long>(result_of(call).fit.rank)); }
-int sigma2(Call& call) { return call.push(result_of(call).fit.sigma2); }
+int lsq_rank(Call& call) { return call.push(static_cast<long>(result_of(call).fit.rank)); }
+int lsq_sigma2(Call& call) { return call.push(result_of(call).fit.sigma2); }
 int sse(Call& call) { return call.push(result_of(call).fit.sse); }
-int residuals(Call& call) { return push_matrix(call.L, Mat(result_of(call).fit.residuals)); }
+int lsq_residuals(Call& call) { return push_matrix(call.L, Mat(result_of(call).fit.residuals)); }
 int null_space(Call& call) { return push_matrix(call.L, result_of(call).fit.null_space); }
-int exact(Call& call) { return call.push(result_of(call).fit.exact()); }
-int unidentifiable(Call& call) {
+int lsq_exact(Call& call) { return call.push(result_of(call).fit.exact()); }
+int lsq_unidentifiable(Call& call) {
   return push_words(call.L, sysid::free_directions(result_of(call).fit.null_space, result_of(call).names));
 }
 
-int log_likelihood(Call& call) { return call.push(result_of(call).log_likelihood); }
+int lsq_log_likelihood(Call& call) { return call.push(result_of(call).log_likelihood); }
 
-int to_text(Call& call) {
+int lsq_text(Call& call) {
   const auto& fit = result_of(call).fit;
   const auto& names = result_of(call).names;
   const bool corner = fit.covariance.size() == 0, likelihood = !result_of(call).noise.empty();
@@ -156,24 +156,24 @@ extern const Module lsq_module = {
               the estimate shown is the one of minimum norm
                 a is not identifiable)",
          &lsq_options},
-        {"lsq_result#theta", theta, "r.theta -> column", "The estimate.", "", ""},
+        {"lsq_result#theta", lsq_theta, "r.theta -> column", "The estimate.", "", ""},
         {"lsq_result#covariance", covariance, "r.covariance -> matrix", "Its covariance.", "", ""},
         {"lsq_result#cov", covariance, "r.cov -> matrix", "Its covariance.", "", ""},
-        {"lsq_result#std", deviations, "r.std -> column", "Standard deviations; inf where not identifiable.",
+        {"lsq_result#std", lsq_deviations, "r.std -> column",
+         "Standard deviations; inf where not identifiable.", "", ""},
+        {"lsq_result#rank", lsq_rank, "r.rank -> integer", "The rank of A.", "", ""},
+        {"lsq_result#sigma2", lsq_sigma2, "r.sigma2 -> number", "SSE/(rows - rank), in units of the weights.",
          "", ""},
-        {"lsq_result#rank", rank, "r.rank -> integer", "The rank of A.", "", ""},
-        {"lsq_result#sigma2", sigma2, "r.sigma2 -> number", "SSE/(rows - rank), in units of the weights.", "",
-         ""},
         {"lsq_result#sse", sse, "r.sse -> number", "The weighted sum of squares.", "", ""},
-        {"lsq_result#residuals", residuals, "r.residuals -> column", "y - Aθ.", "", ""},
+        {"lsq_result#residuals", lsq_residuals, "r.residuals -> column", "y - Aθ.", "", ""},
         {"lsq_result#null_space", null_space, "r.null_space -> matrix",
          "θ + null_space α predicts the same for every α.", "", ""},
-        {"lsq_result#exact", exact, "r.exact -> boolean", "The residual is rounding.", "", ""},
-        {"lsq_result#log_likelihood", log_likelihood, "r.log_likelihood -> number",
+        {"lsq_result#exact", lsq_exact, "r.exact -> boolean", "The residual is rounding.", "", ""},
+        {"lsq_result#log_likelihood", lsq_log_likelihood, "r.log_likelihood -> number",
          "With noise = …: ln L at θ.", "", ""},
-        {"lsq_result#unidentifiable", unidentifiable, "r.unidentifiable -> list",
+        {"lsq_result#unidentifiable", lsq_unidentifiable, "r.unidentifiable -> list",
          "The free combinations in words; empty at full rank.", "", ""},
-        {"lsq_result:__tostring", to_text, "print(r)",
+        {"lsq_result:__tostring", lsq_text, "print(r)",
          "Estimate ± standard deviation, rank and free combinations.", "", ""},
     }};
 

@@ -233,7 +233,7 @@ int pem(Call& call) {
   return estimate_pem(call, call.options(2), "polynomial");
 }
 
-int to_text(Call& call) { return call.push(sysid::describe(idmodel_of(call))); }
+int model_text(Call& call) { return call.push(sysid::describe(idmodel_of(call))); }
 
 // ── methods ──
 
@@ -297,9 +297,9 @@ int push_columns(Call& call, const std::vector<sysid::Response>& r, Vec sysid::R
 
 int predict(Call& call) { return push_columns(call, respond(call, 1), &sysid::Response::values); }
 int simulate(Call& call) { return push_columns(call, respond(call, 0), &sysid::Response::values); }
-int residuals(Call& call) { return push_columns(call, respond(call, 1), &sysid::Response::errors); }
+int model_residuals(Call& call) { return push_columns(call, respond(call, 1), &sysid::Response::errors); }
 
-int fit(Call& call) {
+int model_fit(Call& call) {
   const Mode mode = read_mode(call, 1);
   const auto r = respond(call, 1);
   if (r.size() == 1) {
@@ -495,13 +495,13 @@ extern const Module idmodel_module = {
             d = iddata{ y = {1, .5, .25, .125}, u = {0, 0, 0, 0} }
             print(arx(d, { na = 1 }):simulate(d).T))",
          "1  0.5  0.25  0.125"},
-        {"idmodel:residuals", residuals, "mod:residuals(d [, horizon]) -> column",
+        {"idmodel:residuals", model_residuals, "mod:residuals(d [, horizon]) -> column",
          "y - ŷ at the samples that are compared: those after the first ones that seed the predictor.",
          R"(
             d = iddata{ y = {0, 2, 1, 4}, u = {1, 0.5, 2, 1} }
             #fir(d, { nb = 1 }):residuals(d))",
          "3"},
-        {"idmodel:fit", fit,
+        {"idmodel:fit", model_fit,
          R"(mod:fit(d [, horizon | "simulation" | { horizon =, ic = }]) -> percent, label)",
          "100 (1 - ‖y - ŷ‖/‖y - ȳ‖) on the compared samples, and in words what was compared.",
          R"(
@@ -514,7 +514,7 @@ extern const Module idmodel_module = {
             d = iddata{ y = {0, 2, 1, 4}, u = {1, 0.5, 2, 1} }
             return fir(d, { nb = 1 }):rmse(d) < 1e-12)",
          "true"},
-        {"idmodel:__tostring", to_text, "print(mod)",
+        {"idmodel:__tostring", model_text, "print(mod)",
          "The polynomials, the difference equation, parameters ± standard deviation, criteria and fit.", "",
          ""},
     }};

@@ -247,7 +247,7 @@ int fit_cov(Call& call) {
 int fit_rank(Call& call) { return call.push(static_cast<long>(fitted(call).ls.rank)); }
 int fit_loss(Call& call) { return call.push(fitted(call).quality.loss); }
 int fit_sigma2(Call& call) { return call.push(fitted(call).quality.sigma2); }
-int fit_percent(Call& call) { return call.push(fitted(call).quality.fit); }
+int predictor_fit_percent(Call& call) { return call.push(fitted(call).quality.fit); }
 int fit_residuals(Call& call) { return push_matrix(call.L, Mat(fitted(call).residuals)); }
 int fit_predictions(Call& call) { return push_matrix(call.L, Mat(fitted(call).predictions)); }
 int fit_log_likelihood(Call& call) { return call.push(fitted(call).log_likelihood); }
@@ -356,7 +356,8 @@ extern const Module predictor_module = {
         {"predictor_fit#rank", fit_rank, "f.rank -> integer", "Rank of the gradient.", "", ""},
         {"predictor_fit#loss", fit_loss, "f.loss -> number", "SSE/rows.", "", ""},
         {"predictor_fit#sigma2", fit_sigma2, "f.sigma2 -> number", "SSE/(rows - rank).", "", ""},
-        {"predictor_fit#fit_percent", fit_percent, "f.fit_percent -> number", "One-step fit in %.", "", ""},
+        {"predictor_fit#fit_percent", predictor_fit_percent, "f.fit_percent -> number", "One-step fit in %.",
+         "", ""},
         {"predictor_fit#residuals", fit_residuals, "f.residuals -> column", "y - ŷ at the rows used.", "",
          ""},
         {"predictor_fit#predictions", fit_predictions, "f.predictions -> column", "ŷ at the rows used.", "",

@@ -1,0 +1,20 @@
+// What the results of newton and gauss_newton have in common: numbers of every iterate, and such that may be unknown.
+#pragma once
+
+#include <vector>
+
+#include "lua/core/values.hpp"
+
+namespace pendula::lua {
+
+inline int push_column(Call& call, const std::vector<double>& values) {
+  return push_matrix(call.L,
+                     Mat(Eigen::Map<const Vec>(values.data(), static_cast<Eigen::Index>(values.size()))));
+}
+
+inline int push_or_nil(Call& call, bool known, double value) {
+  if (!known) return lua_pushnil(call.L), 1;
+  return call.push(value);
+}
+
+}  // namespace pendula::lua
