@@ -34,6 +34,6 @@ doc { name = "ekf", module = "lti design",
     Q: covariance that a sample adds to the states, R: of the measurements (numbers, variances or matrices);
     inputs are held; missing samples are bridged. .x .std (a list per sample) .t .names .innovations
     .log_likelihood; :plot().]],
-  example = "x = var \"x\"\nr = ekf(dae{ der(x) ~ 0*x }, { data = iddata{ y = {1, 3}, Ts = 1 }, y = x, Q = 0, "
-    .. "R = 1,\n  start = { x = 0 }, P0 = 1e9 })\nreturn math.abs(r.x[2][1] - 2) < 1e-6",
+  example = "x = var \"x\"\nr = ekf(dae{ der(x) ~ 0*x }, { data = iddata{ y = {1, 3}, Ts = 1 }, y = x, "
+    .. "Q = 0, R = 1,\n  start = { x = 0 }, P0 = 1e9 })\nreturn math.abs(r.x[2][1] - 2) < 1e-6",
   gives = "true", late "ekf" }

@@ -97,6 +97,6 @@ row("uncertain", "uncertain(mod [, build] [, { level = 0.95, input =, output = }
   "r = fir(iddata{ y = {0, 2.1, 0.9, 4.1, 1.9}, u = {1, 0.5, 2, 1, 0} }, { nb = 1 })\n"
     .. "b = uncertain(r):bode{ 1 }\nreturn math.abs(b.mag_std[1] - r.std[1]) < 1e-9", "true")
 row("idmodel:forecast", "mod:forecast(d, steps [, { u =, level = 0.95 }]) -> forecast",
-  [[What comes after the data, with its standard deviation and a picture: .t .y .std, :plot(). The future inputs
-    are needed where the model has some.]], "uncertain",
+  [[What comes after the data, with its standard deviation and a picture: .t .y .std, :plot(). The future
+    inputs are needed where the model has some.]], "uncertain",
   "d = iddata{ y = {8, 4, 2, 1} }\nprint(arx(d, { na = 1 }):forecast(d, 2).y.T)", "0.5  0.25", "forecast")
