@@ -136,7 +136,6 @@ class Derivation {
 
   void virtual_work() {
     if (!has_forces()) return tell(Detail::full, "No forces besides those of V: " + formula("Q = 0") + ".");
-    const auto delta = [](const VecX& q) { return formula("δW = Qᵀ δq, q = ", ref(q)); };
     tell(Detail::full, "Generalised forces, from the virtual work  " + formula("δW = Qᵀ δq") + ":");
     for (const auto& [p, F] : mech_.forces) {
       const MatX slope = jacobian(entries(p), entries(mech_.q)).unaryExpr([](Expr e) { return simplify(e); });

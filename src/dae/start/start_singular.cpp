@@ -120,10 +120,10 @@ Continuation smooth_continuation(const StartSystem& s, const Vec& w) {
     std::vector<std::string> words;
     Continuation found{"", true};
     for (std::size_t j = 0; j < asked.size(); ++j) {
-      const Index k = held + static_cast<Index>(j);
-      words.push_back(text(to_text(asked[j]), " = ", rounded(solution->w[k], 6)));
-      found.is_here =
-          found.is_here && std::fabs(solution->w[k] - start[k]) <= 1e-6 * (s.unit[k] + std::fabs(start[k]));
+      const Index at = held + static_cast<Index>(j);
+      words.push_back(text(to_text(asked[j]), " = ", rounded(solution->w[at], 6)));
+      found.is_here = found.is_here &&
+                      std::fabs(solution->w[at] - start[at]) <= 1e-6 * (s.unit[at] + std::fabs(start[at]));
     }
     found.text = join(words, ", ");
     return found;

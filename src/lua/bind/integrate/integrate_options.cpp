@@ -98,7 +98,11 @@ Method named_method(lua_State* L, const std::string& wanted, bool fixed) {
   if (wanted == "auto") return automatic_method(L);
   const integrate::MethodFamily* family = integrate::family_named(wanted);
   const bool complete = family && family->listed && family->default_method.empty();
-  if (!fixed && complete) return Method{.family = family};
+  if (!fixed && complete) {
+    Method method;
+    method.family = family;
+    return method;
+  }
   if (TableauPtr tableau = library_tableau(L, wanted)) return integrate::method_of(std::move(tableau));
   if (!fixed) {
     const std::string name(family && !family->default_method.empty() ? family->default_method : wanted);

@@ -274,14 +274,14 @@ extern const Module lti_response_module = {
          "The response to an initial state without inputs.",
          "ss({{-1}}, {1}):initial({2}, {0, 1}).y(2, 1) == 2*math.exp(-1)", "true"},
         {"lsim", response_lsim,
-         R"(response_lsim(G, u, t [, x0 [, { between = "linear" or "hold" }]]) -> response)",
+         R"(lsim(G, u, t [, x0 [, { between = "linear" or "hold" }]]) -> response)",
          R"(The response to any input. u: an expression in t or a function (integrated by Gauss' formula
             between the times), or data with one row per time, joined by straight lines or held.)",
-         "r = response_lsim(tf({1}, {1, 1}), sin(t), linspace(0, 2, 21))  return math.abs(r.y(21, 1) - "
+         "r = lsim(tf({1}, {1, 1}), sin(t), linspace(0, 2, 21))  return math.abs(r.y(21, 1) - "
          "(math.exp(-2) + math.sin(2) - math.cos(2))/2) < 1e-12",
          "true"},
         {"lti:lsim", response_lsim, "G:lsim(u, t [, x0 [, options]]) -> response",
-         "The same as response_lsim(G, u, t, x0)."},
+         "The same as lsim(G, u, t, x0)."},
         {"response#t", times, "r.t -> column", "The times."},
         {"response#y", y, "r.y -> matrix",
          "The outputs, one row per time; with several inputs those of the first come first."},
