@@ -70,8 +70,7 @@ void resolve_chains(Substitution& laws) {
     if (mentions(law, laws)) names.push_back(to_text(input));
   std::sort(names.begin(), names.end());
   throw Error(text("the equations for the inputs ", join(names, ", "),
-                   " form a cycle; declare one of them as a variable: var \"", names[0],
-                   "\""));
+                   " form a cycle; declare one of them as a variable: var \"", names[0], "\""));
 }
 
 void add_part(const Model& part, std::vector<Block>& blocks, ModelOptions& options) {

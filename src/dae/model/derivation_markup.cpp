@@ -6,9 +6,9 @@
 #include <utility>
 
 #include "dae/model/equation_lines.hpp"
-#include "dae/model/truncated_text.hpp"
 #include "dae/model/latex_lines.hpp"
 #include "dae/model/lineage.hpp"
+#include "dae/model/truncated_text.hpp"
 #include "expr/print/print.hpp"
 
 namespace pendula::dae {

@@ -75,8 +75,9 @@ class Differential {
       if (symbol_of(leaf).kind == Kind::input || symbol_of(leaf).kind == Kind::variable)
         throw Error(text("the input '", symbol_of(leaf).name, "' needs an expression in t: { inputs = { ",
                          symbol_of(leaf).name, " = sin(t) } }"));
-    throw Error(text("the forcing ", to_text(culprit),
-                     " is not a polynomial, exponential, sine or cosine of t; use sys:integrate{ … } for it"));
+    throw Error(
+        text("the forcing ", to_text(culprit),
+             " is not a polynomial, exponential, sine or cosine of t; use sys:integrate{ … } for it"));
   }
 
   /// The group as y₀ of yⱼ′ = a yⱼ + zⱼ + yⱼ₊₁, zⱼ′ = a zⱼ - b² yⱼ + zⱼ₊₁, appended to M.

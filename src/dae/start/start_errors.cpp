@@ -335,12 +335,12 @@ void explain_undefined(const StartSystem& s) {
 void explain_stuck(const StartSystem& s, std::size_t row) {
   const auto point = s.point(first_point(s, 0));
   const auto inside = unknowns_in(s, s.rows[row]);
-  throw Failure(text("no consistent start was found: ", s.label(row), "  0 = ", truncated_text(s.equation(row)),
-                     " does not hold at the values given, and none of its unknowns changes it to first order "
-                     "there (its gradient "
-                     "is 0 at ",
-                     values_of(inside, point),
-                     "). Points that should be apart coincide? Give values with more digits"));
+  throw Failure(text(
+      "no consistent start was found: ", s.label(row), "  0 = ", truncated_text(s.equation(row)),
+      " does not hold at the values given, and none of its unknowns changes it to first order "
+      "there (its gradient "
+      "is 0 at ",
+      values_of(inside, point), "). Points that should be apart coincide? Give values with more digits"));
 }
 
 void explain_conflict(const ModelPtr& model, const StartSystem& s, const StartSolution& failed) {

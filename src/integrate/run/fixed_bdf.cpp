@@ -6,8 +6,8 @@
 
 #include "base/interrupt.hpp"
 #include "base/text.hpp"
-#include "integrate/problem/rhs_solver.hpp"
 #include "integrate/plan/run_monitors.hpp"
+#include "integrate/problem/rhs_solver.hpp"
 #include "method/collocation.hpp"
 
 namespace pendula::integrate {

@@ -4,8 +4,8 @@
 #include <span>
 #include <string_view>
 
-#include "integrate/problem/active_subsystem.hpp"
 #include "integrate/plan/plan.hpp"
+#include "integrate/problem/active_subsystem.hpp"
 
 namespace pendula::integrate {
 

@@ -273,8 +273,7 @@ extern const Module lti_response_module = {
         {"lti:initial", initial, "G:initial(x0 [, to or times]) -> response",
          "The response to an initial state without inputs.",
          "ss({{-1}}, {1}):initial({2}, {0, 1}).y(2, 1) == 2*math.exp(-1)", "true"},
-        {"lsim", response_lsim,
-         R"(lsim(G, u, t [, x0 [, { between = "linear" or "hold" }]]) -> response)",
+        {"lsim", response_lsim, R"(lsim(G, u, t [, x0 [, { between = "linear" or "hold" }]]) -> response)",
          R"(The response to any input. u: an expression in t or a function (integrated by Gauss' formula
             between the times), or data with one row per time, joined by straight lines or held.)",
          "r = lsim(tf({1}, {1, 1}), sin(t), linspace(0, 2, 21))  return math.abs(r.y(21, 1) - "
