@@ -133,3 +133,11 @@ test("where equilibria are stable: signs of parameters that are declared are use
     "x = -√(1/a - 1/b)   where a b (a - b) ≤ 0",
     "where a b ≠ 0")
 end)
+
+test("lists of expressions and their unknowns are read as they are", function()
+  local x, y = vars "x y"
+  local found = solve({ x + y - 3, x - y - 1 }, { x, y })
+  expect(tostring(found)):matches "2"
+  expect(function() solve({ x + y, {} }, { {}, x }) end):fails "."
+  expect(function() solve({ x^2 - 4 }, { 3, x }) end):fails "."
+end)

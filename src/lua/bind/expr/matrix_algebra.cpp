@@ -88,7 +88,8 @@ int inv(Call& call) {
 std::optional<Expr> entry(Call& call, int index, lua_Integer i) {
   std::optional<Expr> e;
   lua_geti(call.L, index, i);
-  if (object_type(call.L, -1) == TypeName<Expr>::value) e = *static_cast<Expr*>(lua_touserdata(call.L, -1));
+  if (const auto* held = object_at(call.L, lua_gettop(call.L), TypeName<Expr>::value))
+    e = *static_cast<const Expr*>(held->get());
   lua_pop(call.L, 1);
   return e;
 }
