@@ -112,6 +112,9 @@ local function of_fit(name, sig, text, options, example, gives)
       local arguments = { ... }
       local last = math.max(#arguments, name == "profile" and 2 or 1)
       if name == "profile" and arguments[1] == nil then fail "profile: which parameter? r:profile(k)" end
+      if arguments[last] ~= nil and type(arguments[last]) ~= "table" then
+        fail(("%s: options are a table, { %s = … }"):format(name, options[1].name))
+      end
       arguments[last] = plotting.arguments.check_options(name, arguments[last], options)
       return parts.refits[name](r, table.unpack(arguments, 1, last))
     end }

@@ -233,7 +233,14 @@ function refits.starts(r, given)
   local options = with_defaults(given, { runs = 20, spread = 1 })
   whole("starts", "runs", options.runs, 1)
   local lower, upper = options.lower or {}, options.upper or {}
-  local function bound(list, i) return list[r.names[i]] or list[key_of(r, i)] end
+  for _, list in ipairs { lower, upper } do
+    for parameter in pairs(list) do place_of("starts", r, parameter) end
+  end
+  local function bound(list, i)
+    for parameter, value in pairs(list) do
+      if place_of("starts", r, parameter) == i then return value end
+    end
+  end
   local list, failed = fits(r, options.runs, options, function()
     local guess = {}
     for i = 1, #r.names do

@@ -74,4 +74,7 @@ test("starts: the better of two minima is found, and said", function()
   expect(found.best(w)):near(3, 1e-6)
   expect(#found.minima > 1):is_true()
   expect(tostring(found)):matches "better than the fit so far"
+  expect(function() first:starts{ lower = { q = 1 }, upper = { q = 2 } } end):fails "q was not estimated"
+  expect(first:starts{ runs = 3, lower = { [w] = 2.9 }, upper = { [w] = 3.1 } }.best(w)):near(3, 1e-6)
+  expect(function() first:bootstrap(100) end):fails "{ runs = "
 end)
