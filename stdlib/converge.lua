@@ -2,7 +2,7 @@
 
 local known_options = { "start", "to", "from", "methods", "method", "dt", "rtol", "atol", "exact",
   "reference", "inputs",
-                        "params", "direct", "over" }
+                        "params", "direct", "over", "workers", "limit" }
 local eps = 2.220446049250313e-16
 
 local function checked_options(sys, options)
@@ -209,19 +209,6 @@ local function errors_of(sol, quantities, reference, over)
   return errors
 end
 
--- e(h) ≈ |x_h - x_{h/2}| / (1 - 2^-p): the next step is taken from the list where it is there.
-local function errors_against_itself(sys, options, method, key, h, quantities, cache)
-  local function run(step)
-    if not cache[step] then
-      cache[step] = values_at_end(integrate_with(sys, options, method.method, key, step), quantities)
-    end
-    return cache[step]
-  end
-  local coarse, fine, errors = run(h), run(h/2), {}
-  for i = 1, #quantities do errors[i] = math.abs(coarse[i] - fine[i]) / (1 - 2^-(method.order or 1)) end
-  return errors
-end
-
 local function reference_values(sys, options, quantities)
   local reference = options.reference
   if object_type(reference) == "solution" then return values_at_end(reference, quantities) end
@@ -232,7 +219,7 @@ end
 
 -- ── slopes ─────────────────────────────────────────────────────────────────────────────────────────────────
 
--- Errors at the level of rounding say nothing about the order.
+-- Errors at the level of rounding say nothing about the order; NaN is no error at all.
 local function visible(error, scale, steps) return error > 100 * eps * scale * math.sqrt(steps) end
 
 local function slopes_of(steps, errors, scale, interval, by_tolerance)
@@ -255,16 +242,16 @@ local function group_of(study, wanted)
   for i, q in ipairs(quantities) do
     if wanted(q) then
       group.names[#group.names + 1] = tostring(q.what)
-      scale = math.max(scale, study.scales[i])
+      scale = math.max(scale, study.scales[i] or 0)
     end
   end
   if #group.names == 0 then return nil end
   for m, method in ipairs(study.methods) do
     group.errors[m] = {}
     for k = 1, #steps do
-      local parts = {}
+      local parts, run = {}, study.runs[m][k]
       for i, q in ipairs(quantities) do
-        if wanted(q) then parts[#parts + 1] = study.runs[m][k].errors[i] end
+        if wanted(q) then parts[#parts + 1] = run and run.errors[i] or 0/0 end
       end
       group.errors[m][k] = norm_of(parts)
     end
@@ -291,6 +278,7 @@ local function number_text(value) return ("%.3g"):format(value) end
 
 -- Three digits where rounding leaves them.
 local function error_text(error, scale, steps)
+  if error ~= error then return "–" end
   if not visible(error, scale, steps) then return "rounding" end
   return (visible(error/100, scale, steps) and "%.2e" or "%.0e"):format(error)
 end
@@ -343,6 +331,10 @@ local function text_of(study)
   for _, group in ipairs { study.main, study.other } do
     parts[#parts + 1] = title_of(study, group.names) .. "\n" .. group_text(study, group)
   end
+  for _, each in ipairs(study.failures) do
+    parts[#parts + 1] = ("  %s with %s = %g failed: %s"):format(each.method, study.key, each.step, each.why)
+  end
+  if study.left > 0 then parts[#parts + 1] = ("  interrupted: %d runs were not made"):format(study.left) end
   return table.concat(parts, "\n")
 end
 
@@ -370,28 +362,89 @@ local function figure_of(study)
     ylabel = "error", title = "Convergence" }
 end
 
--- One run: errors by quantity, the values at the end, and what it cost.
-local function one_run(sys, options, method, h, study, cache)
+-- ── the runs ───────────────────────────────────────────────────────────────────────────────────────────────
+
+local costs = { "evaluations", "newton", "factorisations", "time", "steps" }
+
+-- One run as a list of numbers, since it may be made in a worker process: values at the end, errors by
+-- quantity (none against the method itself), costs.
+local function one_run(sys, options, study, method, h)
   local sol = integrate_with(sys, options, method.method, study.key, h)
-  local values, stats = values_at_end(sol, study.quantities), sol:stats()
-  cache[h] = values
-  local errors = study.against == "self"
-    and errors_against_itself(sys, options, method, study.key, h, study.quantities, cache)
-    or errors_of(sol, study.quantities, study.reference, options.over)
-  return { errors = errors, values = values, evaluations = stats.evaluations, newton = stats.newton,
-    factorisations = stats.factorisations, time = stats.time, steps = stats.steps }
+  local numbers, stats = values_at_end(sol, study.quantities), sol:stats()
+  if study.against ~= "self" then
+    local errors = errors_of(sol, study.quantities, study.reference, study.over)
+    table.move(errors, 1, #errors, #numbers + 1, numbers)
+  end
+  for _, cost in ipairs(costs) do numbers[#numbers + 1] = stats[cost] end
+  return numbers
 end
 
--- Integrates with every method and step: study.runs[m][k], and the largest value of every quantity.
-local function run_all(sys, options, study)
-  study.runs, study.scales, study.scale = {}, {}, 0
+local function run_of(numbers, study)
+  local count, run = #study.quantities, {}
+  local function taken(from)
+    local list = {}
+    for i = 1, count do list[i] = numbers[from + i] end
+    return list
+  end
+  run.values = taken(0)
+  if study.against ~= "self" then run.errors = taken(count) end
+  for k, cost in ipairs(costs) do
+    local value = numbers[#numbers - #costs + k]
+    run[cost] = cost == "time" and value or math.tointeger(value)
+  end
+  return run
+end
+
+-- Every method with every step, and with half of it where the method is compared with itself.
+local function asked_runs(study)
+  local asked, place = {}, {}
   for m, method in ipairs(study.methods) do
-    local cache = {}
+    place[m] = {}
+    local function ask(h)
+      if place[m][h] then return end
+      asked[#asked + 1] = { method = method, step = h }
+      place[m][h] = #asked
+    end
+    for _, h in ipairs(study.dt) do
+      ask(h)
+      if study.against == "self" then ask(h/2) end
+    end
+  end
+  return asked, place
+end
+
+-- e(h) ≈ |x_h - x_{h/2}| / (1 - 2^-p)
+local function errors_against_itself(coarse, fine, order)
+  local errors = {}
+  for i = 1, #coarse.values do
+    errors[i] = math.abs(coarse.values[i] - fine.values[i]) / (1 - 2^-(order or 1))
+  end
+  return errors
+end
+
+-- Integrates with every method and step: study.runs[m][k], false where a run failed or was not made, and the
+-- largest value of every quantity.
+local function run_all(sys, options, study)
+  local asked, place = asked_runs(study)
+  local results, failures, left = parallel_calls(#asked, function(i)
+    return one_run(sys, options, study, asked[i].method, asked[i].step)
+  end, { workers = options.workers, limit = options.limit, title = "converge" })
+  if #failures == #asked then one_run(sys, options, study, asked[1].method, asked[1].step) end
+  study.runs, study.scales, study.scale, study.failures, study.left = {}, {}, 0, {}, left
+  for _, each in ipairs(failures) do
+    local run = asked[each.index]
+    study.failures[#study.failures + 1] = { method = run.method.name, step = run.step, why = each.why }
+  end
+  for m, method in ipairs(study.methods) do
     study.runs[m] = {}
     for k, h in ipairs(study.dt) do
-      local run = one_run(sys, options, method, h, study, cache)
-      study.runs[m][k] = run
-      for i, v in ipairs(run.values) do
+      local numbers, finer = results[place[m][h]], results[place[m][h/2]]
+      local run = numbers and run_of(numbers, study)
+      if run and study.against == "self" then
+        run.errors = finer and errors_against_itself(run, run_of(finer, study), method.order)
+      end
+      study.runs[m][k] = run and run.errors and run
+      for i, v in ipairs(run and run.values or {}) do
         study.scales[i] = math.max(study.scales[i] or 0, math.abs(v))
         study.scale = math.max(study.scale, study.scales[i])
       end
@@ -422,13 +475,14 @@ end
 
 doc { name = "converge", module = "integrate",
   sig = [[converge(sys, { start =, to =, methods = {…}, dt = {…}, exact = e | reference = "self" | solution,
-    over = "end" | "all", params =, inputs =, direct = }) -> convergence]],
+    over = "end" | "all", params =, inputs =, direct =, workers =, limit = }) -> convergence]],
   text = [[Integrates with every method and every step and measures the error: a table with the slope of log
     error over log dt between the two finest steps above rounding, beside the order of the method. exact: an
     expression in t for one state, a list in the order of sys.differential, or { x = …, z = … }; without it
     each run is compared with the same method at half the step. Differential and algebraic variables are
     measured separately. rtol = {…} instead of dt: the error against the tolerance of adaptive methods.
-    plot(t) draws errors and order lines.]],
+    The runs are made in worker processes (workers = 1: here), each within limit seconds; one that fails is a
+    gap in the table and in t.failures. plot(t) draws errors and order lines.]],
   example = [[
     x = var "x"
     t4 = converge(dae{ der(x) ~ -2*x },
@@ -447,7 +501,7 @@ local function run_field(name, key, sig, text)
     local lists = {}
     for m, runs in ipairs(study.runs) do
       lists[m] = {}
-      for k, run in ipairs(runs) do lists[m][k] = run[key] end
+      for k, run in ipairs(runs) do lists[m][k] = run and run[key] end
     end
     return lists
   end)
@@ -474,6 +528,9 @@ end)
 field("algebraic", "t.algebraic -> table",
   "errors, slopes and orders of the algebraic variables; nil if the model has none.",
   function(study) return study.other end)
+field("failures", "t.failures[i] -> { method =, step =, why = }",
+  "The runs that failed; their errors are NaN. Where all runs fail, converge does.",
+  function(study) return study.failures end)
 run_field("evaluations", "evaluations", "t.evaluations[i][k] -> integer", "Evaluations of the equations.")
 run_field("newton", "newton", "t.newton[i][k] -> integer", "Newton iterations.")
 run_field("factorisations", "factorisations", "t.factorisations[i][k] -> integer", "LU factorisations.")

@@ -2,14 +2,15 @@
 -- in a worker process; what comes back are its loss and its estimates.
 local refits = {}
 
--- loss and estimates of n fits; what(i) gives the options of r:refit. Fits that fail are counted.
+-- loss and estimates of n fits; what(i) gives the options of r:refit. Fits that fail are counted, and so are
+-- those that Ctrl-C left.
 local function fits(r, n, options, what)
-  local results, failures = parallel_calls(n, function(i)
+  local results, failures, left = parallel_calls(n, function(i)
     local one = r:refit(what(i))
     local numbers = { one.loss }
     for j = 1, #one.theta do numbers[j + 1] = one.theta[j] end
     return numbers
-  end, { seed = options.seed, workers = options.workers })
+  end, { seed = options.seed, workers = options.workers, title = "fits" })
   local list = {}
   for i = 1, n do
     if results[i] then
@@ -19,7 +20,13 @@ local function fits(r, n, options, what)
     end
   end
   if #list == 0 then fail("every fit failed; the first: " .. failures[1].why) end
-  return list, #failures
+  return list, #failures, left
+end
+
+-- ", 2 failed, 5 not made (interrupted)"
+local function lost_text(failed, left)
+  return (failed > 0 and (", %d failed"):format(failed) or "")
+    .. (left > 0 and (", %d not made (interrupted)"):format(left) or "")
 end
 
 local function with_defaults(given, defaults)
@@ -74,12 +81,12 @@ function refits.profile(r, parameter, given)
   if not (deviation > 0 and deviation < math.huge) then deviation = best ~= 0 and math.abs(best)/4 or 1 end
   local low, high = best - 2*limit*deviation, best + 2*limit*deviation
   if options.range then low, high = options.range[1], options.range[2] end
-  local points, failed = { { value = best, z = 0, loss = r.loss } }, 0
+  local points, failed, left = { { value = best, z = 0, loss = r.loss } }, 0, 0
   local function add(from, to)
-    local list, lost = fits(r, options.points, options, function(i)
+    local list, lost, unmade = fits(r, options.points, options, function(i)
       return { fixed = { [key] = from + (to - from)*(i - 1)/(options.points - 1) } }
     end)
-    failed = failed + lost
+    failed, left = failed + lost, left + unmade
     for _, one in ipairs(list) do
       local value = from + (to - from)*(one.index - 1)/(options.points - 1)
       points[#points + 1] = { value = value, loss = one.loss, theta = one.theta,
@@ -91,7 +98,7 @@ function refits.profile(r, parameter, given)
   local from, to
   for _ = 1, options.range and 1 or 4 do                -- wider, by a factor of 2, where a side stays open
     from, to = crossing(points, -1, limit), crossing(points, 1, limit)
-    if from and to or options.range then break end
+    if from and to or options.range or left > 0 then break end
     local width = high - low
     if not from then add(low - width, low) low = low - width end
     if not to then add(high, high + width) high = high + width end
@@ -107,7 +114,7 @@ function refits.profile(r, parameter, given)
   end
   local lines = { ("%s = %.6g; %g %% interval by profile likelihood: %s … %s"):format(r.names[place], best,
     100*options.confidence, border(from, "below"), border(to, "above")) }
-  if not (from and to) then
+  if not (from and to) and left == 0 then
     lines[#lines + 1] = ("  not identifiable on the open side: the other parameters make up for %s")
       :format(r.names[place])
   end
@@ -115,7 +122,9 @@ function refits.profile(r, parameter, given)
     lines[#lines + 1] = ("  a better fit exists: V = %.6g < %.6g at %s = %.6g; fit again from there"):format(
       better.loss, r.loss, r.names[place], better.value)
   end
-  if failed > 0 then lines[#lines + 1] = ("  %d fits failed"):format(failed) end
+  if failed + left > 0 then
+    lines[#lines + 1] = ("  %d fits%s"):format(#points - 1, lost_text(failed, left))
+  end
   return record("profile_result", { name = r.names[place], best = best, low = from, high = to,
     values = values, losses = losses, level = r.loss*math.exp(limit^2/N), failed = failed,
     text = table.concat(lines, "\n") })
@@ -154,7 +163,7 @@ function refits.bootstrap(r, given)
   whole("bootstrap", "runs", options.runs, 10)
   if #r.residuals <= r.rank then fail "bootstrap: there are no more samples than estimates" end
   local noise, y = noise_of(r), r.data.y
-  local list, failed = fits(r, options.runs, options, function()
+  local list, failed, left = fits(r, options.runs, options, function()
     local rows = {}
     for i = 1, y.rows do
       rows[i] = {}
@@ -181,8 +190,7 @@ function refits.bootstrap(r, given)
     lines[k] = ("  %s  %.6g ± %.4g (bias %.2g), %g %%: %.6g … %.6g"):format(name, r.theta[k], std[k],
       mean - r.theta[k], 100*options.confidence, q[1], q[2])
   end
-  table.insert(lines, 1, ("bootstrap of %d fits%s"):format(#list, failed > 0
-    and (", %d failed"):format(failed) or ""))
+  table.insert(lines, 1, ("bootstrap of %d fits%s"):format(#list, lost_text(failed, left)))
   return record("bootstrap_result", { names = r.names, std = std, low = low, high = high, values = thetas,
     failed = failed, text = table.concat(lines, "\n") })
 end
@@ -197,7 +205,7 @@ function refits.cross_validate(r, given)
     fail(("cross_validate: folds = %d, but there are %d samples"):format(options.folds, y.rows))
   end
   local function left_out(i, fold) return (i - 1)*options.folds//y.rows + 1 == fold end
-  local results, failures = parallel_calls(options.folds, function(fold)
+  local results, failures, left = parallel_calls(options.folds, function(fold)
     local rows = {}
     for i = 1, y.rows do
       rows[i] = {}
@@ -212,7 +220,8 @@ function refits.cross_validate(r, given)
       end
     end
     return { square, count }
-  end, { workers = options.workers })
+  end, { workers = options.workers, title = "folds" })
+  if left > 0 then fail(("cross_validate: interrupted; %d of %d fits were made"):format(options.folds - left, options.folds)) end
   if #failures > 0 then
     fail(("cross_validate: the fit without fold %d failed: %s"):format(failures[1].index, failures[1].why))
   end
@@ -241,7 +250,7 @@ function refits.starts(r, given)
       if place_of("starts", r, parameter) == i then return value end
     end
   end
-  local list, failed = fits(r, options.runs, options, function()
+  local list, failed, left = fits(r, options.runs, options, function()
     local guess = {}
     for i = 1, #r.names do
       local low, high, best = bound(lower, i), bound(upper, i), r.theta[i]
@@ -266,8 +275,8 @@ function refits.starts(r, given)
   local guess = {}
   for i = 1, #r.names do guess[key_of(r, i)] = minima[1].theta[i] end
   local best = minima[1].loss < r.loss*(1 - 1e-9) and r:refit{ guess = guess } or r
-  local lines = { ("%d fits from random guesses%s: %d different minima"):format(#list, failed > 0
-    and (", %d failed"):format(failed) or "", #minima) }
+  local lines = { ("%d fits from random guesses%s: %d different minima"):format(#list,
+    lost_text(failed, left), #minima) }
   for i = 1, math.min(#minima, 5) do
     local parts = {}
     for k, name in ipairs(r.names) do parts[k] = ("%s = %.6g"):format(name, minima[i].theta[k]) end

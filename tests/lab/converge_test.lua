@@ -112,3 +112,34 @@ test("errors say what to write instead", function()
     { start = { x = 1 }, to = 4, methods = { rk.implicit_euler }, dt = { 0.1, 0.05 } }) end)
     :fails "converge: implicit_euler with dt = 0.1: stopped at"
 end)
+
+test("worker processes give the numbers of one process, bit for bit; a run that fails is a gap", function()
+  local own = { start = { x = 1 }, to = 2, methods = { rk.rk4, rk.gauss(2), "dopri5" },
+    dt = { 0.1, 0.05, 0.02 } }
+  local adaptive = { start = { x = 1 }, to = 2, methods = { "radau", "bdf" }, rtol = { 1e-4, 1e-6, 1e-9 },
+    exact = { x = exp(-2*t) } }
+  for _, run in ipairs { own, adaptive } do
+    run.workers = 1
+    local one = converge(decay, run)
+    for workers = 2, 3 do
+      run.workers = workers
+      local many = converge(decay, run)
+      expect(many.errors):equals(one.errors)
+      expect(many.evaluations):equals(one.evaluations)
+      expect(tostring(many)):equals(tostring(one))
+    end
+  end
+  local r = input "r"
+  local driven = dae { der(x) ~ r - x }
+  local function ends(time) return math.abs(time - 0.025) < 1e-9 and error "no value here" or 0 end
+  local c = converge(driven, { start = { x = 1 }, to = 1, methods = { rk.heun }, dt = { 0.1, 0.05, 0.025 },
+    inputs = { [r] = ends }, exact = exp(-t) })
+  expect(c.slopes[1]):near(2, 0.1)
+  expect(#c.failures):equals(1)
+  expect(c.failures[1].step):equals(0.025)
+  expect(tostring(c)):matches "heun with dt = 0.025 failed: .*no value here"
+  expect(function()
+    converge(driven, { start = { x = 1 }, to = 1, methods = { rk.heun }, dt = { 0.1, 0.05 }, exact = exp(-t),
+      inputs = { [r] = function() error "no value at all" end } })
+  end):fails "no value at all"
+end)

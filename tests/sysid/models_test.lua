@@ -81,6 +81,19 @@ test("scans find the orders, comparisons the better model", function()
   expect(function() order_scan(e, v, { na = 1, nb = 1, nk = { 1, 400 } }) end):fails "too large"
 end)
 
+test("a scan in worker processes is the scan of one process", function()
+  local ranges = { na = { 1, 6 }, nb = { 1, 8 }, nk = { 1, 8 }, workers = 1 }
+  local one = order_scan(d, ranges)
+  ranges.workers = 3
+  local many = order_scan(d, ranges)
+  expect(#many):equals(6*8*8)
+  expect(tostring(many)):equals(tostring(one))
+  for i = 1, #one do
+    for key, value in pairs(one[i]) do expect(many[i][key] == value or value ~= value):is_true() end
+  end
+  expect(function() order_scan(d, { workers = 0 }) end):fails "workers = 0"
+end)
+
 test("bad input is refused with the reason", function()
   expect(function() oe(iddata { y = { 1, 2, 3, 4, 5, 6, 7, 8 }, u = { 1, 0/0, 3, 4, 5, 6, 7, 8 } },
     { nb = 1, nf = 1 }) end)

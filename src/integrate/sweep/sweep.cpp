@@ -20,9 +20,6 @@ constexpr std::size_t head = store::Record::head;
 constexpr double most_kept = 2e7;  ///< numbers kept without being asked for: 160 MB
 constexpr int usual_times = 101;
 
-/// Runs so short that starting processes would cost more than they save are done here.
-constexpr double worth_a_process = 0.02;  // seconds in all
-
 bool stopped_by_event(const Solution& solution) {
   return solution.ending() == Ending::event && !solution.events().empty();
 }
@@ -171,30 +168,6 @@ bool Sweep::run_on_lanes(SharedSlots& slots, const std::vector<double>& times,
   return complete;
 }
 
-/// A few runs in this process: they fill the caches that the workers inherit, and tell how long a run takes.
-bool Sweep::run_here_first(SharedSlots& slots, const std::function<void(int, double*)>& one,
-                           const Progress& progress, double& seconds) const {
-  const std::clock_t begin = std::clock();
-  int tried = 0;
-  for (int task = 0; task < slots.tasks() && tried < 3; ++task) {
-    if (slots.state(task) != SharedSlots::State::waiting) continue;
-    try {
-      slots.set(task, SharedSlots::State::running);
-      one(task, slots.numbers(task));
-      slots.set(task, SharedSlots::State::done);
-    } catch (const UserFacing& error) {
-      slots.set(task, SharedSlots::State::failed, error.what());
-    } catch (const Interrupted&) {
-      slots.set(task, SharedSlots::State::waiting);
-      return false;
-    }
-    ++tried;
-    seconds = static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC / tried;
-    if (progress) progress(slots.finished());
-  }
-  return true;
-}
-
 bool Sweep::run_singly(SharedSlots& slots, const std::vector<double>& times, const Progress& progress) const {
   std::vector<double> wanted = times;
   const double to = request_.simulation.plan.to;
@@ -207,12 +180,7 @@ bool Sweep::run_singly(SharedSlots& slots, const std::vector<double>& times, con
     if (!has_end || !solution.outcome().is_complete()) throw Failure(solution.status());
     keep(*result, times, numbers);
   };
-  double seconds = worth_a_process;  // per run
-  if (request_.limit <= 0 && !run_here_first(slots, one, progress, seconds)) return false;
-  const int left = slots.tasks() - slots.finished();
-  if (left == 0) return true;
-  const bool here = request_.limit <= 0 && seconds * left < worth_a_process;
-  return run_tasks(slots, {here ? 1 : std::min(request_.workers, left), request_.limit, progress}, one);
+  return run_tasks_here_first(slots, {request_.workers, request_.limit, progress}, one);
 }
 
 std::string Sweep::why() const {

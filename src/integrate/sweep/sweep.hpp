@@ -93,8 +93,6 @@ class Sweep {
   bool run_all(SharedSlots& slots, const std::vector<double>& times, const Progress& progress) const;
   bool run_on_lanes(SharedSlots& slots, const std::vector<double>& times, const Progress& progress) const;
   bool run_singly(SharedSlots& slots, const std::vector<double>& times, const Progress& progress) const;
-  bool run_here_first(SharedSlots& slots, const std::function<void(int, double*)>& one,
-                      const Progress& progress, double& seconds) const;
   void visit(const RunResults& results, std::span<const Expr> expressions, std::size_t place,
              const Visitor& visitor) const;
   Mat table(const RunResults& results, std::span<const Expr> expressions, std::size_t place) const;

@@ -6,6 +6,8 @@
 #include <csignal>
 #include <cstdio>
 #include <cstring>
+#include <ctime>
+#include <limits>
 
 #include <sched.h>
 #include <sys/mman.h>
@@ -19,7 +21,8 @@
 
 namespace pendula::integrate {
 
-struct alignas(64) SharedSlots::Head {  // numbers follow it
+struct alignas(64)
+    SharedSlots::Head {  // all of them before all numbers: pages of tasks not done stay untouched
   std::atomic<int> state, worker;
   char failure[longest_text];
 };
@@ -49,10 +52,8 @@ bool is_final(int state) {
 }  // namespace
 
 SharedSlots::SharedSlots(std::vector<int> runs, std::size_t numbers)
-    : runs_(std::move(runs)),
-      numbers_(numbers),
-      stride_((sizeof(Head) + numbers * sizeof(double) + 63) / 64 * 64) {
-  bytes_ = front + runs_.size() * stride_;
+    : runs_(std::move(runs)), numbers_(numbers), stride_((numbers * sizeof(double) + 63) / 64 * 64) {
+  bytes_ = front + runs_.size() * (sizeof(Head) + stride_);
   void* memory =
       mmap(nullptr, bytes_, PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
   if (memory == MAP_FAILED)
@@ -64,9 +65,12 @@ SharedSlots::SharedSlots(std::vector<int> runs, std::size_t numbers)
 SharedSlots::~SharedSlots() { munmap(memory_, bytes_); }
 
 SharedSlots::Head* SharedSlots::head(int task) const {
-  return reinterpret_cast<Head*>(memory_ + front + static_cast<std::size_t>(task) * stride_);
+  return reinterpret_cast<Head*>(memory_ + front) + task;
 }
-double* SharedSlots::numbers(int task) const { return reinterpret_cast<double*>(head(task) + 1); }
+double* SharedSlots::numbers(int task) const {
+  char* all = memory_ + front + runs_.size() * sizeof(Head);
+  return reinterpret_cast<double*>(all + static_cast<std::size_t>(task) * stride_);
+}
 SharedSlots::State SharedSlots::state(int task) const { return static_cast<State>(head(task)->state.load()); }
 std::string SharedSlots::failure(int task) const { return head(task)->failure; }
 
@@ -117,10 +121,12 @@ bool work(TaskQueue& queue, const std::function<void(TaskQueue&)>& drain) {
   }
 }
 
-/// Task after task.
+/// Task after task, at most `most`.
 void drain_singly(SharedSlots& slots, TaskQueue& queue, const std::function<void(int, double*)>& run,
-                  const std::function<void(int)>& progress) {
-  for (int i = queue.next(); i >= 0; i = queue.next()) {
+                  const std::function<void(int)>& progress, int most = std::numeric_limits<int>::max()) {
+  for (int k = 0; k < most; ++k) {
+    const int i = queue.next();
+    if (i < 0) return;
     try {
       poll_interrupt();
       run(i, slots.numbers(i));
@@ -281,6 +287,23 @@ bool run_tasks(SharedSlots& slots, const Labour& labour, const std::function<voi
     drain_singly(slots, queue, run, getpid() == here ? labour.progress : nullptr);
   };
   return share_out(slots, labour, drain, false);
+}
+
+bool run_tasks_here_first(SharedSlots& slots, const Labour& labour,
+                          const std::function<void(int, double*)>& run) {
+  if (slots.finished() == slots.tasks()) return true;
+  if (labour.limit > 0) return run_tasks(slots, labour, run);
+  constexpr int few = 3;
+  const int before = slots.finished();
+  const std::clock_t begin = std::clock();
+  TaskQueue queue(slots);
+  queue.begin_again();
+  if (!work(queue, [&](TaskQueue& q) { drain_singly(slots, q, run, labour.progress, few); })) return false;
+  const int left = slots.tasks() - slots.finished();
+  if (left == 0) return true;
+  const double seconds = static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC;
+  const bool here = seconds / (slots.finished() - before) * left < worth_a_process;
+  return run_tasks(slots, {here ? 1 : std::min(labour.workers, left), 0, labour.progress}, run);
 }
 
 bool run_queue(SharedSlots& slots, const Labour& labour, const std::function<void(TaskQueue&)>& drain) {

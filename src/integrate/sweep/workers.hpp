@@ -72,6 +72,14 @@ struct Labour {
 /// false when Ctrl-C stopped it: the tasks that are done stay done.
 bool run_tasks(SharedSlots& slots, const Labour& labour, const std::function<void(int, double*)>& run);
 
+/// The same after a few tasks in this process, which fill caches that the workers inherit and tell how long a task
+/// takes: where processes would cost more than they save, all tasks are done here. With a limit none is.
+bool run_tasks_here_first(SharedSlots& slots, const Labour& labour,
+                          const std::function<void(int, double*)>& run);
+
+/// Tasks so short that starting processes for them would cost more than they save.
+constexpr double worth_a_process = 0.02;  // seconds in all
+
 /// The same for tasks that are worked on several at a time: drain(queue) is called in every worker and takes
 /// tasks until there is none. It sets their states; when it throws Interrupted, none of its tasks may be left
 /// running. Tasks of a process that dies are `apart` afterwards.

@@ -70,10 +70,10 @@ Running::~Running() {
   if (outer_ && interrupt_requested.load(std::memory_order_relaxed)) stop_running();
 }
 
-void keep_part(lua_State* L) {
+void keep_part(lua_State* L, int level) {
   interrupt_requested = false;
   lua_Debug caller;
-  part.entry = function_at(L, 1, caller);
+  part.entry = function_at(L, level, caller);
   part.line = caller.currentline;
   lua_sethook(L, stop_loop, LUA_MASKLINE, 0);
 }

@@ -12,6 +12,10 @@ namespace pendula::lua {
 /// the value of the line; anywhere else the interrupt goes on and stops the script.
 bool typed_at_prompt(lua_State* L);
 
+/// The level of the stack at which a line typed at the prompt waits for the running function, with functions of the
+/// library alone between them; 0: there is none.
+int level_of_prompt(lua_State* L);
+
 /// One line on standard error that tells how far a computation is, written over again and again and gone at
 /// the end; nothing where standard error is no terminal.
 class ProgressLine {
@@ -32,6 +36,20 @@ class ProgressLine {
   Milliseconds between_;
   bool terminal_, shown_ = false;
   std::chrono::steady_clock::time_point next_;
+};
+
+/// "sweep: 120 of 1000 runs, 35/s, 25 s left".
+class CountProgress {
+ public:
+  /// title: "sweep"; what is counted: "runs".
+  CountProgress(std::string title, std::string what, int count);
+  void operator()(int done);
+
+ private:
+  std::string title_, what_;
+  int count_, first_ = -1, last_ = -1;
+  ProgressLine line_;
+  std::chrono::steady_clock::time_point begin_;
 };
 
 }  // namespace pendula::lua

@@ -1,9 +1,10 @@
 #include <algorithm>
 #include <cmath>
+#include <cstring>
+#include <numeric>
 
 #include "base/decompositions.hpp"
 #include "base/error.hpp"
-#include "base/interrupt.hpp"
 #include "base/text.hpp"
 #include "sysid/fit/order_scan.hpp"
 #include "sysid/regression/structured.hpp"
@@ -102,10 +103,53 @@ void check(const Range& r, const char* name, int least) {
   if (r.to > 200) throw Error(text(name, " = ", r.to, " is too large for a scan"));
 }
 
+/// One model of the scan, and the columns of the largest regressor that it uses.
+struct Candidate {
+  int na, nb, nk;
+  std::vector<Index> columns;
+};
+
+std::vector<Candidate> candidates(const Range& na, const Range& nb, const Range& nk, const Orders& largest,
+                                  std::size_t inputs) {
+  std::vector<Candidate> out;
+  for (int a = na.from; a <= na.to; ++a)
+    for (int b = nb.from; b <= nb.to; ++b)
+      for (int k = nk.from; k <= nk.to; ++k) {
+        std::vector<Index> columns = columns_of(a, b, k, largest, inputs);
+        if (!columns.empty()) out.push_back({a, b, k, std::move(columns)});
+      }
+  if (out.empty()) throw Error("no model has a parameter");
+  return out;
+}
+
+/// Fills entries, failures and left.
+void make_models(OrderScan& scan, const std::vector<Candidate>& models, const Factored& fe,
+                 const Factored& fv, const integrate::Labour& labour) {
+  static_assert(std::is_trivially_copyable_v<ScanEntry>);
+  std::vector<int> all(models.size());
+  std::iota(all.begin(), all.end(), 0);
+  integrate::SharedSlots slots(std::move(all), (sizeof(ScanEntry) + 7) / 8);
+  integrate::run_tasks_here_first(slots, labour, [&](int i, double* numbers) {
+    const Candidate& m = *(models.begin() + i);
+    const ScanEntry entry = entry_of(m.na, m.nb, m.nk, m.columns, fe, fv);
+    std::memcpy(numbers, &entry, sizeof entry);
+  });
+  for (int i = 0; i < slots.tasks(); ++i) {
+    const Candidate& m = *(models.begin() + i);
+    if (slots.state(i) == integrate::SharedSlots::State::done) {
+      std::memcpy(&scan.entries.emplace_back(), slots.numbers(i), sizeof(ScanEntry));
+    } else if (slots.state(i) == integrate::SharedSlots::State::failed) {
+      scan.failures.push_back(text("na = ", m.na, ", nb = ", m.nb, ", nk = ", m.nk, ": ", slots.failure(i)));
+    } else {
+      ++scan.left;
+    }
+  }
+}
+
 }  // namespace
 
 OrderScan order_scan(const IdData& e, const IdData* v, Range na, Range nb, Range nk,
-                     const std::string& criterion) {
+                     const std::string& criterion, const integrate::Labour& labour) {
   check(na, "na", 0), check(nb, "nb", e.inputs() ? 1 : 0), check(nk, "nk", 0);
   if (v && (v->outputs() != e.outputs() || v->inputs() != e.inputs()))
     throw Error("estimation and validation data differ in their signals");
@@ -118,14 +162,9 @@ OrderScan order_scan(const IdData& e, const IdData* v, Range na, Range nb, Range
   scan.nb = nb;
   scan.nk = nk;
   scan.criterion = criterion, scan.rows = fe.rows, scan.validation_rows = fv.rows, scan.outputs = e.outputs();
-  for (int a = na.from; a <= na.to; ++a)
-    for (int b = nb.from; b <= nb.to; ++b)
-      for (int k = nk.from; k <= nk.to; ++k) {
-        poll_interrupt();
-        const std::vector<Index> columns = columns_of(a, b, k, largest, inputs);
-        if (!columns.empty()) scan.entries.push_back(entry_of(a, b, k, columns, fe, fv));
-      }
-  if (scan.entries.empty()) throw Error("no model has a parameter");
+  make_models(scan, candidates(na, nb, nk, largest, inputs), fe, fv, labour);
+  if (scan.entries.empty() && scan.left > 0) throw Interrupted();
+  if (scan.entries.empty()) throw Error(text("no model could be made; the first: ", scan.failures.front()));
   const auto better = [](const std::string& name) {
     return [name](const ScanEntry& x, const ScanEntry& y) {
       const double a = value_of(x, name), b = value_of(y, name);
@@ -192,6 +231,8 @@ std::string describe(const OrderScan& s) {
     out += text("  best by ", name == "fit" ? "validation fit" : name, ": na = ", e.na, ", nb = ", e.nb,
                 ", nk = ", e.nk, on_the_edge(s, e), "\n");
   }
+  if (s.left > 0) out += text("  interrupted: ", s.left, " models were not made\n");
+  for (const std::string& failure : s.failures) out += text("  failed: ", failure, "\n");
   out.pop_back();
   return out;
 }

@@ -3,6 +3,7 @@
 
 #include <map>
 
+#include "integrate/sweep/workers.hpp"
 #include "sysid/model/id_model.hpp"
 
 namespace pendula::sysid {
@@ -21,12 +22,15 @@ struct OrderScan {
   Index rows = 0, validation_rows = 0, outputs = 1;
   Range na, nb, nk;
   std::map<std::string, std::size_t> best;  ///< per criterion: index into entries
+  std::vector<std::string> failures;        ///< models whose worker process died, with the reason
+  std::size_t left = 0;                     ///< models not made: Ctrl-C
 };
 /// All ARX models na × nb × nk on the rows that the largest one can use; one factorisation of the largest
 /// regressor, then a small one per model. Several inputs share nb and nk; several outputs share na, feed each
-/// other, and are judged by det(EᵀE/N) and the mean fit. criterion: "fpe", "aic", "bic", "fit" (validation).
+/// other, and are judged by det(EᵀE/N) and the mean fit. criterion: "fpe", "aic", "bic", "fit" (validation). Where it
+/// pays, worker processes make the models; the result does not depend on them.
 OrderScan order_scan(const IdData& e, const IdData* v, Range na, Range nb, Range nk,
-                     const std::string& criterion);
+                     const std::string& criterion, const integrate::Labour& labour = {});
 std::string describe(const OrderScan& s);
 
 }  // namespace pendula::sysid

@@ -1,6 +1,5 @@
 // sweep(sys, …): makes the runs, or has them made, and store_info. Reads arguments, calls src/integrate.
 #include <algorithm>
-#include <chrono>
 #include <cstdio>
 
 #include "base/text.hpp"
@@ -17,29 +16,6 @@
 namespace pendula::lua {
 namespace {
 
-/// "sweep: 120 of 1000 runs, 35/s, 25 s left".
-class SweepProgress {
- public:
-  explicit SweepProgress(int runs)
-      : runs_(runs), line_(std::chrono::seconds(1), std::chrono::milliseconds(0)), begin_(Clock::now()) {}
-  void operator()(int done) {
-    if (first_ < 0) first_ = done;
-    if (done == last_ || !line_.due()) return;
-    last_ = done;
-    const double seconds = std::chrono::duration<double>(Clock::now() - begin_).count();
-    const double rate = (done - first_) / seconds;
-    std::string out = text("sweep: ", done, " of ", runs_, " runs");
-    if (rate > 0) out += text(", ", rounded(rate, 2), "/s, ", rounded((runs_ - done) / rate, 2), " s left");
-    line_.show(out);
-  }
-
- private:
-  using Clock = std::chrono::steady_clock;
-  int runs_, first_ = -1, last_ = -1;
-  ProgressLine line_;
-  Clock::time_point begin_;
-};
-
 /// Goes on with the runs of a store, unless it is only to be opened.
 void run_in_store(integrate::Sweep& sweep, const std::shared_ptr<store::RunStore>& store, bool open,
                   bool retry) {
@@ -47,7 +23,7 @@ void run_in_store(integrate::Sweep& sweep, const std::shared_ptr<store::RunStore
   if (!open) {
     const store::RunStore::Lock lock(*store);
     if (retry) store->forget_failures();
-    SweepProgress progress(sweep.runs());
+    CountProgress progress("sweep", "runs", sweep.runs());
     complete = sweep.run_into(*store, 0, sweep.runs(), [&](int done) { progress(done); });
   } else {
     const auto finished = store->finished();
@@ -139,7 +115,7 @@ int sweep(Call& call) {
   const Elsewhere elsewhere = read_elsewhere(call, file);
   auto made = std::make_shared<integrate::Sweep>(read_sweep(call, record->space), !file.empty());
   if (file.empty()) {
-    SweepProgress progress(made->runs());
+    CountProgress progress("sweep", "runs", made->runs());
     made->run([&](int done) { progress(done); });
   } else {
     auto store = open ? std::make_shared<store::RunStore>(file)

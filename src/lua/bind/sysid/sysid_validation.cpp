@@ -3,10 +3,13 @@
 #include "sysid/model/validation.hpp"
 
 #include <algorithm>
+#include <cstdio>
 
 #include "base/text.hpp"
 #include "lua/bind/sysid/sysid.hpp"
+#include "lua/core/interrupts.hpp"
 #include "lua/core/objects.hpp"
+#include "lua/screen/terminal.hpp"
 
 namespace pendula::lua {
 
@@ -91,6 +94,7 @@ sysid::Range range_option(Call& call, const Options& o, const char* key, sysid::
 }
 
 int order_scan(Call& call) {
+  refuse_after_part();
   const IdData& e = call.object<IdData>(1, "estimation data");
   const bool has_validation = call.is<IdData>(2);
   const bool has_place =
@@ -106,9 +110,19 @@ int order_scan(Call& call) {
                      " (fpe, aic, bic, fit)"));
   if (criterion == "fit" && !v)
     throw Error("criterion \"fit\" needs validation data: order_scan(e, v, { … })");
-  return call.push(std::make_shared<const OrderScan>(
+  const long workers = o.integer("workers", integrate::available_workers());
+  if (workers < 1 || workers > 1024)
+    throw Error(text("workers = ", workers, "; the number of processes must lie between 1 and 1024"));
+  const auto scan = std::make_shared<const OrderScan>(
       sysid::order_scan(e, v, range_option(call, o, "na", {1, 10}), range_option(call, o, "nb", {1, 10}),
-                        range_option(call, o, "nk", {1, 5}), criterion)));
+                        range_option(call, o, "nk", {1, 5}), criterion, {static_cast<int>(workers), 0, {}}));
+  if (scan->left > 0) {
+    const int level = level_of_prompt(call.L);
+    if (level == 0) throw Interrupted();
+    keep_part(call.L, level);
+    std::fprintf(stderr, "\ninterrupted; the models that are done are the result\n");
+  }
+  return call.push(scan);
 }
 
 const OrderScan& scanned(Call& call) { return call.object<OrderScan>(1, "order_scan_result"); }
@@ -240,6 +254,7 @@ const OptionTable scan_options = {
     {"nb", "integer or list", "{1, 10}", "the same of B"},
     {"nk", "integer or list", "{1, 5}", "the same of the delay, in samples"},
     {"criterion", "string", "", "what decides: fit on the validation data, else AIC", "fit|fpe|aic|bic"},
+    {"workers", "integer", "", "worker processes; 1: none. Without it one for each processor"},
 };
 
 }  // namespace
@@ -277,7 +292,7 @@ extern const Module validation_module = {
          ""},
         {"validation:__tostring", validation_text, "print(v)", "The tests in words.", "", ""},
         {"order_scan", order_scan,
-         R"(order_scan(e [, v], { na = {1, 10}, nb = {1, 10}, nk = {1, 5}, criterion = }) ->
+         R"(order_scan(e [, v], { na = {1, 10}, nb = {1, 10}, nk = {1, 5}, criterion =, workers = }) ->
             order_scan_result)",
          R"(All ARX models in the ranges, estimated on e and validated on v, all on the same rows.
             criterion: "fit" (on v), "fpe", "aic", "bic".)",
