@@ -10,11 +10,13 @@
 #include <benchmark/benchmark.h>
 #include <unistd.h>
 
+#include "sysid/fit/order_scan.hpp"
 #include "sysid/fit/pem.hpp"
-#include "sysid/fit/structured.hpp"
+#include "sysid/fit/subspace.hpp"
 #include "sysid/model/state_space.hpp"
 #include "sysid/model/validation.hpp"
 #include "sysid/noise/likelihood.hpp"
+#include "sysid/regression/structured.hpp"
 
 using namespace pendula;
 using namespace pendula::sysid;
@@ -53,7 +55,7 @@ const IdData& million() {
 void arx_million(benchmark::State& state) {
   const IdData& d = million();
   for (auto _ : state) {
-    const Regressor regressor(d, 0, orders(10, 10, 0, 0), Start::drop);
+    const Regressor regressor(d, 0, orders(10, 10, 0, 0), InitialCondition::drop);
     benchmark::DoNotOptimize(solve_regression(regressor).theta.data());
   }
 }
@@ -62,7 +64,7 @@ BENCHMARK(arx_million)->Unit(benchmark::kMillisecond);
 void arx_million_blocked_qr(benchmark::State& state) {
   const IdData& d = million();
   for (auto _ : state) {
-    const Regressor regressor(d, 0, orders(10, 10, 0, 0), Start::drop);
+    const Regressor regressor(d, 0, orders(10, 10, 0, 0), InitialCondition::drop);
     benchmark::DoNotOptimize(solve_blocked(regressor).theta.data());
   }
 }
@@ -86,7 +88,7 @@ void arx_million_numpy(benchmark::State& state) {
       "range(1,n+1)]); "
       "r=y[n:].copy(); t=time.perf_counter(); th=np.linalg.lstsq(P,r,rcond=None)[0]; "
       "print(repr(time.perf_counter()-t)); [print(repr(float(x))) for x in th]";
-  const Vec ours = solve_regression(Regressor(d, 0, orders(10, 10, 0, 0), Start::drop)).theta;
+  const Vec ours = solve_regression(Regressor(d, 0, orders(10, 10, 0, 0), InitialCondition::drop)).theta;
   double difference = 0;
   for (auto _ : state) {
     FILE* pipe = popen(

@@ -136,27 +136,21 @@ function common.phase_step(degrees)
   return high - low > 400 and 90 or 45
 end
 
--- q with P(|X| > q) = 1 - level for a normal X (Acklam's approximation, relative error 1e-9).
-function common.normal_quantile(level)
-  local p = (1 + level) / 2
-  local a = { -39.69683028665376, 220.9460984245205, -275.9285104469687, 138.3577518672690,
-    -30.66479806614716,
-    2.506628277459239 }
-  local b = { -54.47609879822406, 161.5858368580409, -155.6989798598866, 66.80131188771972,
-    -13.28068155288572 }
-  local c = { -0.007784894002430293, -0.3223964580411365, -2.400758277161838, -2.549732539343734,
-    4.374664141464968,
-    2.938163982698783 }
-  local d = { 0.007784695709041462, 0.3224671290700398, 2.445134137142996, 3.754408661907416 }
-  if p > 0.97575 then
-    local q = math.sqrt(-2 * math.log(1 - p))
-    return -(((((c[1] * q + c[2]) * q + c[3]) * q + c[4]) * q + c[5]) * q + c[6])
-      / ((((d[1] * q + d[2]) * q + d[3]) * q + d[4]) * q + 1)
+-- q with P(|X| > q) = 1 - level for a normal X.
+function common.normal_quantile(level) return named "normal" (0, 1):quantile((1 + level) / 2) end
+
+-- |zeros of 1 + c₁ q⁻¹ + …| < 1 (Schur and Cohn).
+function common.stable(c)
+  local a = { 1, table.unpack(c) }
+  while #a > 1 do
+    local n = #a
+    local k = a[n] / a[1]
+    if not (math.abs(k) < 1) then return false end
+    local b = {}
+    for i = 1, n - 1 do b[i] = a[i] - k * a[n - i + 1] end
+    a = b
   end
-  local q = p - 0.5
-  local r = q * q
-  return (((((a[1] * r + a[2]) * r + a[3]) * r + a[4]) * r + a[5]) * r + a[6]) * q
-    / (((((b[1] * r + b[2]) * r + b[3]) * r + b[4]) * r + b[5]) * r + 1)
+  return true
 end
 
 return common

@@ -28,19 +28,6 @@ local function rational(b, f, nk, v)
   return w
 end
 
-local function stable(f)
-  local a = { 1, table.unpack(f) }
-  while #a > 1 do
-    local n = #a
-    local k = a[n] / a[1]
-    if not (math.abs(k) < 1) then return false end
-    local b = {}
-    for i = 1, n - 1 do b[i] = a[i] - k * a[n - i + 1] end
-    a = b
-  end
-  return true
-end
-
 local function combined(c, columns)
   local out = {}
   for t = 1, #columns[1] do
@@ -71,7 +58,7 @@ end
 
 local function simulate(p, o, columns)
   local b, f, c, dd = pieces(p, o)
-  if not stable(f) then return nil end
+  if not common.stable(f) then return nil end
   local w = rational(b, f, o.nk, combined(c, columns))
   if not o.output then return w end
   local y = {}
@@ -142,7 +129,7 @@ local function start_values(d, o, columns)
   end
   local f = { table.unpack(p, o.nb + 1, o.nb + o.nf) }
   for _ = 1, 200 do
-    if stable(f) then break end
+    if common.stable(f) then break end
     for k = 1, #f do f[k] = f[k] * 0.95^k end
   end
   for k = 1, #f do p[o.nb + k] = f[k] end

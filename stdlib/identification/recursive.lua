@@ -36,20 +36,6 @@ local function whole(by, options, name, fallback)
   return v
 end
 
--- |zeros of 1 + c₁ q⁻¹ + …| < 1 (Schur and Cohn).
-local function stable(c)
-  local a = { 1, table.unpack(c) }
-  while #a > 1 do
-    local n = #a
-    local k = a[n] / a[1]
-    if not (math.abs(k) < 1) then return false end
-    local b = {}
-    for i = 1, n - 1 do b[i] = a[i] - k * a[n - i + 1] end
-    a = b
-  end
-  return true
-end
-
 local function setup(by, d, options, nc)
   common.one_record(by, d)
   if #d.y_names > 1 or #d.u_names > 1 then
@@ -136,7 +122,7 @@ local function run(by, d, options, nc)
       local K = gain(P, psi, o)
       local moved = {}
       for i = 1, o.d do moved[i] = theta[i] + K[i] * error end
-      if nc == 0 or stable({ table.unpack(moved, o.na + o.nb + 1) }) then theta = moved end
+      if nc == 0 or common.stable({ table.unpack(moved, o.na + o.nb + 1) }) then theta = moved end
       local after = y[t]
       for i = 1, o.d do after = after - theta[i] * phi[i] end
       e[t], filtered[t] = after, psi

@@ -80,7 +80,7 @@ return {
     ["src/sysid/fit/pem_likelihood.cpp"] = 3,
     ["src/sysid/fit/pem_start.cpp"] = 5,
     ["src/sysid/fit/predictor_fit.cpp"] = 4,
-    ["src/sysid/fit/subspace.cpp"] = 6,
+    ["src/sysid/fit/subspace.cpp"] = 5,
     ["src/sysid/model/model.cpp"] = 8,
     ["src/sysid/model/predict.cpp"] = 1,
     ["src/sysid/model/state_space.cpp"] = 7,

@@ -6,6 +6,7 @@
 #include "base/error.hpp"
 #include "base/interrupt.hpp"
 #include "base/text.hpp"
+#include "sysid/fit/hankel.hpp"
 #include "sysid/fit/state_space_pem.hpp"
 #include "sysid/fit/subspace.hpp"
 #include "sysid/model/kalman_errors.hpp"
@@ -34,50 +35,6 @@ Scaled scaled(const IdData& d) {
   return s;
 }
 
-/// Future inputs, past inputs and outputs, future outputs around row t: one row of [U_f W_p Y_f].
-void window(const IdData& d, Index t, Index i, Eigen::Ref<Eigen::RowVectorXd> row) {
-  Index at = 0;
-  for (Index k = 0; k < i; ++k, at += d.inputs()) row.segment(at, d.inputs()) = d.u.row(t + k);
-  for (Index k = 1; k <= i; ++k) {
-    row.segment(at, d.inputs()) = d.u.row(t - k);
-    row.segment(at + d.inputs(), d.outputs()) = d.y.row(t - k);
-    at += d.inputs() + d.outputs();
-  }
-  for (Index k = 0; k < i; ++k, at += d.outputs()) row.segment(at, d.outputs()) = d.y.row(t + k);
-}
-
-/// The triangular factor of all windows, in the blocks R = [R11 R12 R13; 0 R22 R23; 0 0 R33].
-struct Hankel {
-  Mat R12, R22, R23, R33;
-  double y_size = 0;  ///< ‖Y_f‖
-  Index windows = 0;
-};
-
-Hankel hankel(const IdData& d, Index i) {
-  const Index f = d.inputs() * i, p = (d.inputs() + d.outputs()) * i, y = d.outputs() * i, c = f + p + y;
-  TriangularFactor factor(c);
-  const Index size = std::max<Index>(256, 2 * c);
-  Mat block(size, c);
-  Eigen::RowVectorXd row(c);
-  Index n = 0;
-  const auto flush = [&] {
-    if (n == 0) return;
-    poll_interrupt();
-    factor.add(block.topRows(n));
-    n = 0;
-  };
-  for (Index k = 0; k < d.experiments(); ++k)
-    for (Index t = d.starts[k] + i; t + i <= d.end(k); ++t) {
-      window(d, t, i, row);
-      block.row(n) = row;
-      if (++n == size) flush();
-    }
-  flush();
-  const Mat& R = factor.R();
-  return {R.block(0, f, f, p),         R.block(f, f, p, p),   R.block(f, f + p, p, y),
-          R.block(f + p, f + p, y, y), R.rightCols(y).norm(), factor.rows()};
-}
-
 /// Weighted singular value decomposition of the future given the past: W₁ R₂₃ᵀ (W₂) = U S Vᵀ.
 struct Decomposed {
   Mat left, inverse_left;  ///< W₁ and its inverse on the range
@@ -87,15 +44,15 @@ struct Decomposed {
 
 /// R₂₃ᵀ R₂₂⁻ᵀ: the future outputs that the past predicts, per entry of w_p; R₂₂ may be singular.
 Mat predicted_by_past(const Hankel& h) {
-  return h.R22.completeOrthogonalDecomposition().solve(h.R23).transpose();
+  return h.R22().completeOrthogonalDecomposition().solve(h.R23()).transpose();
 }
 
 Decomposed decompose(const Hankel& h, const std::string& weighting) {
   Decomposed out;
-  const Index y = h.R23.cols();
+  const Index y = h.y();
   if (weighting == "CVA") {  // W₁ = (Y_f Π Y_fᵀ)^(-1/2) from the singular values of [R23; R33]
-    Mat both(h.R23.rows() + h.R33.rows(), y);
-    both << h.R23, h.R33;
+    Mat both(h.past() + y, y);
+    both << h.R23(), h.R33();
     const Svd svd(both, Eigen::ComputeThinV);
     const Vec s = svd.singularValues();
     Index r = 0;
@@ -105,11 +62,11 @@ Decomposed decompose(const Hankel& h, const std::string& weighting) {
   } else {
     out.left = out.inverse_left = Mat::Identity(y, y);
   }
-  Mat O = h.R23.transpose();
+  Mat O = h.R23().transpose();
   if (weighting == "N4SID") {
     const Mat L = predicted_by_past(h);
-    O.resize(y, h.R12.rows() + h.R22.rows());
-    O << L * h.R12.transpose(), L * h.R22.transpose();
+    O.resize(y, h.R12().rows() + h.R22().rows());
+    O << L * h.R12().transpose(), L * h.R22().transpose();
   }
   const Svd svd(out.left * O, Eigen::ComputeThinU);
   out.U = svd.matrixU(), out.S = svd.singularValues();
@@ -167,29 +124,23 @@ void check_size(const IdData& d, Index i, int order) {
                      " block rows: ", need + 2 * i - 1, " are needed; lower the order or the horizon"));
 }
 
-/// K from the residuals of x̂(t+1) and y(t) given x̂(t) and u(t), where x̂(t) = L w_p(t).
-Mat noise_gain(const IdData& d, const Mat& A, const Mat& C, const Mat& L, Index i) {
-  const Index n = A.rows(), m = d.inputs(), p = d.outputs(), width = n + m + p + n;
-  const Index f = m * i, past = (m + p) * i;
-  TriangularFactor factor(width);
-  Mat block(512, width);
-  Eigen::RowVectorXd row(f + past + p * i);
-  Index count = 0;
-  for (Index k = 0; k < d.experiments(); ++k) {
-    Vec x;
-    for (Index t = d.starts[k] + i; t + i <= d.end(k); ++t) {
-      window(d, t, i, row);
-      const Vec next = L * row.segment(f, past).transpose();
-      if (x.size() > 0) {
-        block.row(count) << x.transpose(), d.u.row(t - 1), d.y.row(t - 1), next.transpose();
-        if (++count == block.rows()) poll_interrupt(), factor.add(block), count = 0;
-      }
-      x = next;
-    }
-  }
-  if (count > 0) factor.add(block.topRows(count));
+/// K from the residuals of x̂(t+1) and y(t) given x̂(t) and u(t), where x̂(t) = L w_p(t); w_p(t+1) is w_p(t) after
+/// u(t) and y(t), without the oldest.
+Mat noise_gain(const Hankel& h, const Mat& A, const Mat& C, const Mat& L) {
+  const Index n = A.rows(), m = h.inputs, p = h.outputs, past = h.past();
+  Mat S(h.shorter.rows(), past + m + p);  // [w_p u y]
+  S << h.shorter.middleCols(h.future(), past), h.shorter.leftCols(m),
+      h.shorter.middleCols(h.future() + past, p);
+  Mat T = Mat::Zero(S.cols(), n + m + p + n);  // [x u y x⁺] = [w_p u y] T
+  T.topLeftCorner(past, n) = L.transpose();
+  T.block(past, n, m + p, m + p).setIdentity();
+  T.block(0, n + m + p, past - m - p, n) = L.rightCols(past - m - p).transpose();
+  T.bottomRightCorner(m + p, n) = L.leftCols(m + p).transpose();
+  TriangularFactor factor(T.cols());
+  factor.add(S * T);
   const Mat tail = factor.R().bottomRightCorner(p + n, p + n);
-  const Mat cov = tail.transpose() * tail / static_cast<double>(std::max<Index>(1, factor.rows() - n - m));
+  const Mat cov =
+      tail.transpose() * tail / static_cast<double>(std::max<Index>(1, h.windows - h.ends - n - m));
   return kalman_gain(A, C, cov.bottomRightCorner(n, n), cov.bottomLeftCorner(n, p), cov.topLeftCorner(p, p));
 }
 
@@ -251,11 +202,11 @@ IdModel subspace(const IdData& given, const SubspaceOptions& o) {
                      ", order = ", o.order, " needs horizon ≥ ", (o.order + p - 1) / p + 1));
   check_size(d, m.horizon, o.order > 0 ? o.order : o.least);
   const Hankel h = hankel(d, m.horizon);
-  if (!(h.R23.norm() > 1e-9 * h.y_size))
+  if (!(h.R23().norm() > 1e-9 * h.y_size()))
     throw Error(text("the data do not determine a model of order ", std::max(1, o.order),
                      ": the past adds nothing to what the inputs say about the outputs; excite the "
                      "input, or take fir"));
-  const bool exact = h.R33.norm() <= 1e-9 * h.y_size;
+  const bool exact = h.R33().norm() <= 1e-9 * h.y_size();
   if (exact && m.weighting == "CVA") m.weighting = "MOESP";  // there is no noise to weigh by
   const Decomposed part = decompose(h, m.weighting);
   m.singular_values = part.S;
@@ -277,7 +228,7 @@ IdModel subspace(const IdData& given, const SubspaceOptions& o) {
   if (exact)
     m.K = observer_gain(m.A, m.C);
   else if (o.noise)
-    m.K = noise_gain(d, m.A, m.C, L, m.horizon);
+    m.K = noise_gain(h, m.A, m.C, L);
   else
     m.K = spectral_radius(m.A) < 1 ? Mat::Zero(n, p) : observer_gain(m.A, m.C);
   if (!m.K.allFinite() || !(spectral_radius(m.A - m.K * m.C) < 1)) m.K = observer_gain(m.A, m.C);

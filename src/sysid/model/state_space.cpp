@@ -35,23 +35,29 @@ Recursion recursion(const StateSpaceModel& m, bool simulation) {
 
 /// y - ŷ with the state x at the first row.
 Mat errors_from(const Recursion& r, const Eigen::Ref<const Mat>& y, const Eigen::Ref<const Mat>& u, Vec x) {
-  Mat e(y.rows(), y.cols());
+  Mat e = y;
+  Vec next(x.size());
   for (Index t = 0; t < y.rows(); ++t) {
     if (t % 4096 == 0) poll_interrupt();
-    const Vec input = u.row(t).transpose(), output = y.row(t).transpose();
-    e.row(t) = (output - r.C * x - r.D * input).transpose();
-    x = (r.F * x + r.G * input + r.K * output).eval();
+    e.row(t).transpose() -= r.C.lazyProduct(x) + r.D.lazyProduct(u.row(t).transpose());
+    next.noalias() =
+        r.F.lazyProduct(x) + r.G.lazyProduct(u.row(t).transpose()) + r.K.lazyProduct(y.row(t).transpose());
+    x.swap(next);
   }
   return e;
 }
 
-/// The initial state that makes the errors least: e(t) - C Fᵗ x.
-Vec initial_state(const Recursion& r, const Mat& e) {
+/// Where C Fᵗ has died out against rounding, its share of errors and of their sums, too.
+constexpr double died_out = 1e-20;
+
+/// The initial state that makes the errors e(t) - C Fᵗ x least, and how many rows depend on it.
+std::pair<Vec, Index> initial_state(const Recursion& r, const Mat& e) {
   const Index n = r.F.rows(), p = e.cols();
   TriangularFactor factor(n + 1);
   Mat observed = r.C;
   const Index rows = std::max<Index>(1, 512 / p);
-  for (Index t = 0; t < e.rows(); t += rows) {
+  Index t = 0;
+  while (t < e.rows() && observed.norm() > died_out * r.C.norm()) {
     const Index count = std::min(rows, e.rows() - t);
     Mat block(count * p, n + 1);
     for (Index k = 0; k < count; ++k) {
@@ -59,11 +65,11 @@ Vec initial_state(const Recursion& r, const Mat& e) {
       block.block(k * p, n, p, 1) = e.row(t + k).transpose();
       observed = (observed * r.F).eval();
     }
-    if (!block.allFinite()) break;
+    if (!block.allFinite()) return {solve_triangular(factor.R(), e.size()).theta, e.rows()};
     factor.add(block);
-    if (observed.norm() < 1e-300) observed.setZero();
+    t += count;
   }
-  return solve_triangular(factor.R(), e.size()).theta;
+  return {solve_triangular(factor.R(), e.size()).theta, t};
 }
 
 /// The h-step errors Σ_j H_j e(t - j) with H_0 = I, H_j = C A^(j-1) K.
@@ -93,9 +99,11 @@ std::vector<Response> predict(const StateSpaceModel& m, const IdData& d, Index h
     const Index from = d.starts[k], n = d.end(k) - from;
     const auto y = d.y.middleRows(from, n);
     const auto u = d.u.middleRows(from, n);
-    Vec x = Vec::Zero(m.order());
-    if (seed != Seed::zero) x = initial_state(r, errors_from(r, y, u, x));
-    const Mat one = errors_from(r, y, u, x);
+    Mat one = errors_from(r, y, u, Vec::Zero(m.order()));
+    if (seed != Seed::zero) {
+      const auto [x, rows] = initial_state(r, one);
+      one.topRows(rows) = errors_from(r, y.topRows(rows), u.topRows(rows), x);
+    }
     e.middleRows(from, n) = horizon > 1 ? ahead(m, one, horizon) : one;
   }
   if (!e.allFinite())
@@ -114,37 +122,84 @@ std::vector<Response> predict(const StateSpaceModel& m, const IdData& d, Index h
   return out;
 }
 
-void fit_inputs(StateSpaceModel& m, const IdData& d) {
-  const Index n = m.order(), p = d.outputs(), inputs = d.inputs(), nb = n * inputs;
-  const Index nd = m.feedthrough ? p * inputs : 0, width = nb + nd + n * d.experiments() + 1;
-  const Mat F = m.A - m.K * m.C;
-  TriangularFactor factor(width);
-  const Index rows = std::max<Index>(1, 512 / p);
-  Mat block(rows * p, width);
-  Index count = 0;
-  for (Index k = 0; k < d.experiments(); ++k) {
-    Mat X = Mat::Zero(n, width);  // columns: the state's response to each unknown; last: to the outputs
-    X.middleCols(nb + nd + k * n, n).setIdentity();
-    for (Index t = d.starts[k]; t < d.end(k); ++t) {
-      Mat row = m.C * X;
-      for (Index j = 0; j < inputs; ++j)
-        for (Index i = 0; i < (nd > 0 ? p : 0); ++i) row(i, nb + j * p + i) += d.u(t, j);
-      row.col(width - 1) = d.y.row(t).transpose() - row.col(width - 1);
-      block.middleRows(count * p, p) = row;
-      if (++count == rows) poll_interrupt(), factor.add(block), count = 0;
-      X = (F * X).eval();
-      for (Index j = 0; j < inputs; ++j) {
-        X.middleCols(j * n, n).diagonal().array() += d.u(t, j);
-        if (nd > 0) X.middleCols(nb + j * p, p) -= d.u(t, j) * m.K;
-      }
-      X.col(width - 1) += m.K * d.y.row(t).transpose();
-    }
+namespace {
+
+/// Regressors of the one-step errors in B, D, x0, and what is left of y, row by row. With z_jk the response of
+/// (qI - Fᵀ)⁻¹ Cᵀ to input k at output j, the response of y_j to B is zᵀ, to D it is u - zᵀ K, to x0 it is C Fᵗ.
+class InputRegression {
+ public:
+  InputRegression(const StateSpaceModel& m, const IdData& d)
+      : m_(m), d_(d), Ft_((m.A - m.K * m.C).transpose()), Ct_(m.C.transpose()) {}
+  Index nb() const { return m_.order() * d_.inputs(); }
+  Index nd() const { return m_.feedthrough ? d_.outputs() * d_.inputs() : 0; }
+
+  void start() {
+    Z_ = Mat::Zero(m_.order(), d_.outputs() * d_.inputs());
+    observed_ = Ct_, x_ = Vec::Zero(m_.order());
   }
-  if (count > 0) factor.add(block.topRows(count * p));
+  bool depends_on_start() const { return observed_.norm() > died_out * Ct_.norm(); }
+
+  /// p rows: B, D, y - ŷ; into `start` those of x0.
+  void fill(Index t, Eigen::Ref<Mat> rows, Eigen::Ref<Mat> start) {
+    const Index n = m_.order(), p = d_.outputs(), inputs = d_.inputs();
+    for (Index j = 0; j < p; ++j) {
+      for (Index k = 0; k < inputs; ++k) {
+        const auto z = Z_.col(k * p + j);
+        rows.row(j).segment(k * n, n) = z.transpose();
+        for (Index i = 0; nd() > 0 && i < p; ++i)
+          rows(j, nb() + k * p + i) = (i == j ? d_.u(t, k) : 0.0) - z.dot(m_.K.col(i));
+      }
+      rows(j, rows.cols() - 1) = d_.y(t, j) - Ct_.col(j).dot(x_);
+    }
+    if (start.cols() > 0) start = observed_.transpose();
+  }
+  void advance(Index t) {
+    next_.noalias() = Ft_.lazyProduct(Z_);
+    for (Index k = 0; k < d_.inputs(); ++k)
+      next_.middleCols(k * d_.outputs(), d_.outputs()) += d_.u(t, k) * Ct_;
+    Z_.swap(next_);
+    x_ = (Ft_.transpose().lazyProduct(x_) + m_.K.lazyProduct(d_.y.row(t).transpose())).eval();
+    if (depends_on_start()) observed_ = (Ft_ * observed_).eval();
+  }
+
+ private:
+  const StateSpaceModel& m_;
+  const IdData& d_;
+  Mat Ft_, Ct_, Z_, next_, observed_;
+  Vec x_;
+};
+
+}  // namespace
+
+void fit_inputs(StateSpaceModel& m, const IdData& d) {
+  InputRegression regression(m, d);
+  const Index n = m.order(), p = d.outputs(), inputs = d.inputs(), nb = regression.nb(), nd = regression.nd();
+  const Index common = nb + nd, states = n * d.experiments(), size = std::max<Index>(1, 256 / p);
+  // Columns x0, B, D, y; once the start has died out, the last three alone.
+  TriangularFactor factor(states + common + 1);
+  for (Index k = 0; k < d.experiments(); ++k) {
+    TriangularFactor later(common + 1);
+    regression.start();
+    for (Index t = d.starts[k]; t < d.end(k);) {
+      poll_interrupt();
+      const Index count = std::min(size, d.end(k) - t);
+      const bool early = regression.depends_on_start();
+      Mat block = Mat::Zero(count * p, (early ? states : 0) + common + 1);
+      for (Index row = 0; row < count; ++row, ++t) {
+        regression.fill(t, block.block(row * p, block.cols() - common - 1, p, common + 1),
+                        block.block(row * p, early ? k * n : 0, p, early ? n : 0));
+        regression.advance(t);
+      }
+      (early ? factor : later).add(block);
+    }
+    Mat rest = Mat::Zero(common + 1, states + common + 1);
+    rest.rightCols(common + 1) = later.R();
+    factor.add(rest);
+  }
   const Vec theta = solve_triangular(factor.R(), d.y.size()).theta;
-  m.B = theta.head(nb).reshaped(n, inputs);
-  m.D = nd > 0 ? Mat(theta.segment(nb, nd).reshaped(p, inputs)) : Mat::Zero(p, inputs);
-  for (Index k = 0; k < d.experiments(); ++k) m.x0.push_back(theta.segment(nb + nd + k * n, n));
+  m.B = theta.segment(states, nb).reshaped(n, inputs);
+  m.D = nd > 0 ? Mat(theta.tail(nd).reshaped(p, inputs)) : Mat::Zero(p, inputs);
+  for (Index k = 0; k < d.experiments(); ++k) m.x0.push_back(theta.segment(k * n, n));
 }
 
 IdModel completed(StateSpaceModel m, const IdData& d, bool exact) {

@@ -48,6 +48,19 @@ std::vector<VertexSet> facets_of(const Polytope& p) {
   return {distinct.begin(), distinct.end()};
 }
 
+/// The facets of a facet: what it shares with the others, of at least `dimension` vertices.
+std::vector<VertexSet> facets_of_face(const VertexSet& face, const std::vector<VertexSet>& neighbours,
+                                      Index dimension) {
+  std::set<VertexSet> distinct;
+  for (const VertexSet& other : neighbours) {
+    VertexSet common;
+    std::set_intersection(face.begin(), face.end(), other.begin(), other.end(), std::back_inserter(common));
+    if (common.size() < face.size() && static_cast<Index>(common.size()) >= dimension && !common.empty())
+      distinct.insert(std::move(common));
+  }
+  return {distinct.begin(), distinct.end()};
+}
+
 /// Splits a polytope into simplices that share an apex at every level and hands each to `visit` (d + 1
 /// vertices).
 template <class Visit>
@@ -71,16 +84,7 @@ class Splitter {
     } else {
       for (const VertexSet& facet : facets) {
         if (facet[0] == face[0] || static_cast<Index>(facet.size()) < dimension) continue;
-        std::set<VertexSet> below;
-        for (const VertexSet& other : facets) {
-          VertexSet common;
-          std::set_intersection(facet.begin(), facet.end(), other.begin(), other.end(),
-                                std::back_inserter(common));
-          if (common.size() < facet.size() && static_cast<Index>(common.size()) >= dimension - 1 &&
-              !common.empty())
-            below.insert(std::move(common));
-        }
-        split(facet, {below.begin(), below.end()}, dimension - 1);
+        split(facet, facets_of_face(facet, facets, dimension - 1), dimension - 1);
       }
     }
     apex_.pop_back();
@@ -92,10 +96,6 @@ class Splitter {
   VertexSet apex_;
   long calls_ = 0;
 };
-
-}  // namespace
-
-namespace {
 
 /// Volumes of faces from those of their facets, V = Σ height · V(facet) / dimension over the facets that do not hold
 /// the apex; a face that several others share is computed once (Büeler, Enge & Fukuda, in: Polytopes – Combinatorics
@@ -116,16 +116,7 @@ class FaceVolumes {
     double sum = 0;
     for (const VertexSet& facet : facets) {
       if (facet[0] == face[0] || static_cast<Index>(facet.size()) < dimension) continue;
-      std::set<VertexSet> below;
-      for (const VertexSet& other : facets) {
-        VertexSet common;
-        std::set_intersection(facet.begin(), facet.end(), other.begin(), other.end(),
-                              std::back_inserter(common));
-        if (common.size() < facet.size() && static_cast<Index>(common.size()) >= dimension - 1 &&
-            !common.empty())
-          below.insert(std::move(common));
-      }
-      sum += height(face[0], facet) * of(facet, {below.begin(), below.end()}, dimension - 1);
+      sum += height(face[0], facet) * of(facet, facets_of_face(facet, facets, dimension - 1), dimension - 1);
     }
     return volumes_[face] = sum / static_cast<double>(dimension);
   }
