@@ -90,7 +90,8 @@ bool by_moments(Hankel& h, const IdData& d) {
   if (!R) return false;
   const auto S = cholesky(order * shorter * order.transpose());
   if (!S) return false;
-  h.R = *R, h.shorter = *S;
+  h.R = *R;
+  h.shorter = *S;
   return true;
 }
 
