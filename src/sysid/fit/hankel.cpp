@@ -132,7 +132,8 @@ Hankel hankel(const IdData& d, Index i) {
   Hankel h{i, d.inputs(), d.outputs(), {}, {}};
   for (Index k = 0; k < d.experiments(); ++k) {
     const Index windows = std::max<Index>(0, d.end(k) - d.starts[k] - 2 * i + 1);
-    h.windows += windows, h.ends += windows > 0 ? 1 : 0;
+    h.windows += windows;
+    h.ends += windows > 0 ? 1 : 0;
   }
   if (!by_moments(h, d)) by_rows(h, d);
   return h;
