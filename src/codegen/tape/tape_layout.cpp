@@ -10,49 +10,6 @@
 namespace pendula::codegen {
 namespace {
 
-/// Places in the workspace, taken and given back; the one given back last is taken first while it is still in
-/// the cache.
-class Workspace {
- public:
-  explicit Workspace(Slot first) : end_(first) {}
-  Slot take(Slot size) {
-    for (std::size_t k = free_.size(); k-- > 0;) {
-      if (free_[k].size < size) continue;
-      const Slot at = free_[k].at;
-      free_[k].at += size;
-      free_[k].size -= size;
-      if (free_[k].size == 0) free_.erase(free_.begin() + static_cast<std::ptrdiff_t>(k));
-      return at;
-    }
-    const Slot at = end_;
-    end_ += size;
-    return at;
-  }
-  void give(Slot at, Slot size) {
-    for (std::size_t k = 0; k < free_.size(); ++k) {  // joined with its neighbours
-      Hole& hole = free_[k];
-      if (hole.at + hole.size != at && at + size != hole.at) continue;
-      at = std::min(at, hole.at);
-      size += hole.size;
-      free_.erase(free_.begin() + static_cast<std::ptrdiff_t>(k));
-      k = static_cast<std::size_t>(-1);
-    }
-    free_.push_back({at, size});
-    constexpr std::size_t many = 64;  // small holes are forgotten
-    if (free_.size() > many)
-      free_.erase(std::min_element(free_.begin(), free_.end(),
-                                   [](const Hole& p, const Hole& q) { return p.size < q.size; }));
-  }
-  Slot end() const { return end_; }
-
- private:
-  struct Hole {
-    Slot at, size;
-  };
-  std::vector<Hole> free_;
-  Slot end_;
-};
-
 Slot rounded(Slot size) { return (size + 7) / 8 * 8; }  // loops begin with a line of the cache
 
 /// Items that run together: those of one fused loop, or operations without pattern of one kind, or one linear
@@ -143,6 +100,49 @@ std::vector<std::vector<Dead>> dead_after(const Program& p, const TapeItems& mad
 }
 
 }  // namespace
+
+/// Places in the workspace, taken and given back; the one given back last is taken first while it is still in
+/// the cache.
+class Workspace {
+ public:
+  explicit Workspace(Slot first) : end_(first) {}
+  Slot take(Slot size) {
+    for (std::size_t k = free_.size(); k-- > 0;) {
+      if (free_[k].size < size) continue;
+      const Slot at = free_[k].at;
+      free_[k].at += size;
+      free_[k].size -= size;
+      if (free_[k].size == 0) free_.erase(free_.begin() + static_cast<std::ptrdiff_t>(k));
+      return at;
+    }
+    const Slot at = end_;
+    end_ += size;
+    return at;
+  }
+  void give(Slot at, Slot size) {
+    for (std::size_t k = 0; k < free_.size(); ++k) {  // joined with its neighbours
+      Hole& hole = free_[k];
+      if (hole.at + hole.size != at && at + size != hole.at) continue;
+      at = std::min(at, hole.at);
+      size += hole.size;
+      free_.erase(free_.begin() + static_cast<std::ptrdiff_t>(k));
+      k = static_cast<std::size_t>(-1);
+    }
+    free_.push_back({at, size});
+    constexpr std::size_t many = 64;  // small holes are forgotten
+    if (free_.size() > many)
+      free_.erase(std::min_element(free_.begin(), free_.end(),
+                                   [](const Hole& p, const Hole& q) { return p.size < q.size; }));
+  }
+  Slot end() const { return end_; }
+
+ private:
+  struct Hole {
+    Slot at, size;
+  };
+  std::vector<Hole> free_;
+  Slot end_;
+};
 
 /// Writes the steps onto the tape, one after the other, and gives results their places.
 class Tape::Emitter {

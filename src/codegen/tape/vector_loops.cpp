@@ -29,7 +29,7 @@ template <std::size_t sa, std::size_t sb, class F>
 [[gnu::always_inline]] inline void strided(std::size_t n, const double* a, const double* b,
                                            double* __restrict r, const F& f) {
   std::size_t k = 0;
-  Four x, y, result;
+  Four x{}, y{}, result;
   for (; k + 4 <= n; k += 4) {
     gather<sa>(a + k * sa, x);
     gather<sb>(b + k * sb, y);

@@ -23,8 +23,8 @@ namespace {
 using Index = Eigen::Index;
 
 constexpr std::size_t most_variables = 40;
-constexpr Index largest = 3;          // of a matrix that is shown with its determinant
-constexpr int widest = 140;           // characters of a formula that explains something
+constexpr Index largest_shown = 3;    // of a matrix that is shown with its determinant
+constexpr int widest_shown = 140;     // characters of a formula that explains something
 constexpr double longest_node = 400;  // nodes that are simplified for it
 
 bool is_variable(Expr leaf) { return symbol_of(leaf).kind == Kind::variable; }
@@ -36,7 +36,7 @@ bool has_variables(Expr e) {
 
 Expr readable_entry(Expr e) { return is_short(e, longest_node) ? simplify(e) : e; }
 
-bool is_readable(Expr e) { return is_short(e, longest_node) && display_width(to_text(e)) <= widest; }
+bool is_readable(Expr e) { return is_short(e, longest_node) && display_width(to_text(e)) <= widest_shown; }
 
 /// The unknowns that are left when rows x′ = f have been put into the others.
 struct Remainder {
@@ -62,7 +62,7 @@ struct Remainder {
   }
 
   bool is_small() const {
-    return !unknowns.empty() && static_cast<Index>(unknowns.size()) <= largest &&
+    return !unknowns.empty() && static_cast<Index>(unknowns.size()) <= largest_shown &&
            rows.size() == unknowns.size();
   }
 

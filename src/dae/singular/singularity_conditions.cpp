@@ -144,14 +144,14 @@ bool floats(const Mechanics& mechanics, const ParameterValues& values,
 /// nothing. det of what is coupled, up to four coordinates. Consistent points decide up to `searched`
 /// coordinates; beyond them what vanishes counts.
 void add_mass_factors(const Model& m, const Analysis& a, std::vector<Factor>& list) {
-  constexpr std::size_t written_out = 4;
+  constexpr std::size_t most_coordinates = 4;
   constexpr Eigen::Index searched = 40;
   const Mechanics& mechanics = *m.mechanics;
   const auto n = static_cast<std::size_t>(mechanics.q.size());
   std::vector<std::vector<const Entry*>> row(n);
   for (const Entry& e : mechanics.M) row[e.row].push_back(&e);
   for (const std::vector<int>& part : coupled(mechanics)) {
-    if (part.size() > written_out) continue;
+    if (part.size() > most_coordinates) continue;
     const auto size = static_cast<Eigen::Index>(part.size());
     MatX W = MatX::Zero(size, size);
     bool constant = true;

@@ -18,6 +18,8 @@
 namespace pendula::dae {
 namespace {
 
+using Sparse = Eigen::SparseMatrix<double>;
+
 using Index = Eigen::Index;
 
 class Nearest {
@@ -122,7 +124,6 @@ class Nearest {
 /// Large systems: the constraints linearised, second derivatives left out (which is exact where nothing has
 /// to move, and converges linearly with the size of the moves): [W Jᵀ; J 0] [d; λ] = [-W (w - fix); -r].
 StartSolution sparse_nearest(const StartSystem& s) {
-  using Sparse = Eigen::SparseMatrix<double>;
   constexpr double slight = 1e-10, redundant = 1e-12;  // hold what nothing determines; equations that depend
   constexpr int most_steps = 60;
   const auto n = static_cast<Index>(s.unknowns.size()), m = static_cast<Index>(s.first_fix);

@@ -40,12 +40,12 @@ std::vector<Expr> expressions(const Problem& problem) {
 struct Layout {
   std::size_t n, p, u, times, parts;
 
-  Layout(const Problem& problem, std::size_t times, std::size_t parts)
+  Layout(const Problem& problem, std::size_t time_points, std::size_t time_parts)
       : n(static_cast<std::size_t>(problem.n())),
         p(parameter_count(problem)),
         u(input_count(problem)),
-        times(times),
-        parts(parts) {}
+        times(time_points),
+        parts(time_parts) {}
   std::size_t x() const { return 1; }
   std::size_t slope() const { return x() + n; }
   std::size_t parameters() const { return slope() + n; }

@@ -193,7 +193,8 @@ Formula LaneEmitter::is_smooth(Writer& w, const Lane& s, const Slots& x1, const 
     changes.push_back((change * change).slot(w));
     sizes.push_back((size * size).slot(w));
   }
-  return Formula(w, w.sum(changes)) <= Controller::smooth * Controller::smooth * Formula(w, w.sum(sizes));
+  return Formula(w, w.sum(changes)) <=
+         Controller::smooth_change * Controller::smooth_change * Formula(w, w.sum(sizes));
 }
 
 /// The stages whose slopes a step uses.

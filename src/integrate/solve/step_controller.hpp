@@ -187,7 +187,7 @@ class StepController {
 
   static constexpr double enough_hits = 25;
   /// Change of x′ in a step, relative, below which the step is smooth.
-  static constexpr double smooth = 0.02;
+  static constexpr double smooth_change = 0.02;
 
  private:
   static constexpr double safety = 0.9, least_error = 1e-4, calm_enough = 6;

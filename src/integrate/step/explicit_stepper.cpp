@@ -252,7 +252,7 @@ bool ExplicitStepper::is_smooth() const {
     change += d * d;
     size += s * s;
   }
-  return change <= Controller::smooth * Controller::smooth * size;
+  return change <= Controller::smooth_change * Controller::smooth_change * size;
 }
 
 void ExplicitStepper::watch_stiffness(double dt) {

@@ -10,8 +10,8 @@
 
 namespace pendula::integrate {
 
-constexpr double share = 0.006;  // of the time of the steps, for looks
-constexpr long long_wait = 32;   // steps
+constexpr double share_of_time = 0.006;  // of the steps, for looks
+constexpr long long_wait = 32;           // steps
 constexpr double forever = std::numeric_limits<double>::infinity();
 
 /// One block.
@@ -39,7 +39,7 @@ struct RankMonitor::Part {
   /// Steps until the next look, at so many operations in a step.
   long wait(double operations) {
     const auto affordable = [&](double cost) {
-      return static_cast<long>(std::min(cost / (share * operations), 1000.0)) + 1;
+      return static_cast<long>(std::min(cost / (share_of_time * operations), 1000.0)) + 1;
     };
     if (jacobian) rest = affordable(jacobian->cost());
     if (!gradients) return jacobian ? rest : long_wait;
