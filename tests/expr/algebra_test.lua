@@ -28,6 +28,18 @@ test("square roots of whole numbers have one form", function()
   zero(det(mat { { sqrt(2), sqrt(6) }, { 1, sqrt(3) } }))
 end)
 
+test("a square leaves the root whichever term comes first", function()
+  local orders = { "abc", "acb", "bac", "bca", "cab", "cba" }
+  for k, order in ipairs(orders) do                      -- declared in this order
+    local s = {}
+    for name in order:gmatch "." do s[name] = param("order" .. k .. name) end
+    local root = simplify(sqrt(4*s.a^2 - 4*s.c^2 + 4*s.b^2))
+    expect(tostring(root)):matches "^2 √"
+    expect(simplify(root^2 - 4*(s.a^2 - s.c^2 + s.b^2))):equals(0)
+    expect(tostring(simplify(sqrt(9*s.c - 9*s.b - 9)))):matches "^3 √"
+  end
+end)
+
 test("roots of one equation, with conditions", function()
   shows(roots(x^3 - x, x), "x = -1\nx = 0\nx = 1")
   shows(roots(x^2 ~ 2, x), "x = -√2\nx = √2")
@@ -85,6 +97,17 @@ test("equilibria with linearisation and stability", function()
   expect(pendulum[2].theta):equals(pi)
   local p = var("p", 2)
   local ball = lagrange { q = p, T = (p.dot.T*p.dot)/2, V = p[2], C = { (p.T*p - 1)/2 } }
+  local b, y, z = params "b", vars "y z"
+  local lorenz = equilibria(dae { der(x) ~ 10*(y - x), der(y) ~ x*(28 - z) - y, der(z) ~ x*y - b*z })
+  expect(lorenz[1].stable):equals(false)                 -- whatever b is: λ = (-11 + √1201)/2
+  expect(tostring(lorenz[1])):matches "x = 0,  y = 0,  z = 0\n"
+  expect(lorenz[1].verdict):equals "unstable (the factor s² + 11 s - 270)"
+  local two = equilibria(dae { der(x) ~ r*x + y, der(y) ~ b*y, der(z) ~ -z })
+  expect(two[1].verdict):matches "where r < 0, b < 0"    -- each block on its own
+  for _, rate in ipairs { 1e-12, 1, 1e9 } do             -- per second, per hour, …
+    local focus = equilibria(dae { der(x) ~ rate*y, der(y) ~ rate*(-x - 0.01*y) })
+    expect(focus[1].verdict):equals "asymptotically stable"
+  end
   local resting = equilibria(ball)                       -- index 3: points, no linearisation
   expect(#resting):equals(2)
   expect(resting[1].A):equals(nil)

@@ -46,6 +46,13 @@ test("the cart with a pendulum, both equilibria", function()
   -- 3.2
   expect(G.A):equals(mat{{0, 0, 1, 0}, {0, 0, 0, 1}, {0, 5, 0, 0}, {0, -15, 0, 0}})
   expect(G.B):equals(vec{0, 0, "1/2", "-1/2"})
+  local there = { x = 0, theta = 0, F = 0, [x.dot] = 0, [th.dot] = 0 }
+  expect(cart:linearize(there).A):equals(G.A)             -- a point holds inputs, too
+  there.F, there[F] = nil, 0
+  expect(cart:linearize(there).B):equals(G.B)
+  expect(function() cart:init{ fix = { theta = 0, F = 0 } } end):fails
+    "fix: 'F' is an input of the model; its value goes into inputs = { F = … }"
+  expect(function() cart:init{ fix = { [m] = 0 } } end):fails "'m' is a parameter of the model"
   local up = cart:init{ fix = { x = 0, theta = pi, [x.dot] = 0, [th.dot] = 0 }, inputs = { [F] = 0 } }
   local H = cart:linearize(up)
   expect(H:poles()):near({ -math.sqrt(15), 0, 0, math.sqrt(15) }, 1e-12)

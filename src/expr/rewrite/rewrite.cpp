@@ -172,11 +172,25 @@ Term Simplifier::take_common(Sum& terms) const {
   return common;
 }
 
+/// -4 (c² - a²) = 4 (a² - c²). False if the coefficient is negative and no sum takes its sign.
+bool Simplifier::turn_positive(Term& term) {
+  if (term.coefficient.sign() >= 0) return true;
+  const auto odd_sum = std::find_if(term.factors.begin(), term.factors.end(), [&](const Factor& f) {
+    return atom(f.atom).kind == AtomKind::sum && f.exponent.get_den() == 1 &&
+           mpz_odd_p(f.exponent.get_num_mpz_t()) != 0;
+  });
+  if (odd_sum == term.factors.end()) return false;
+  odd_sum->atom = sum_atom(scaled(atom(odd_sum->atom).args[0], -1));
+  term.coefficient = -term.coefficient;
+  collect(term);
+  return true;
+}
+
 /// (c Π fᵉ)^q with q not whole: c^q goes outside where it is rational, fᵉ where it cannot be negative, as
 /// |f|^(e q); so does a single remaining factor, which cannot be negative where the root is defined.
 void Simplifier::multiply_root(Term& term, SumId base, const mpq_class& q) {
   Sum terms = sum(base);
-  if (terms.empty() || (terms.size() == 1 && terms[0].coefficient.sign() < 0))
+  if (terms.empty() || (terms.size() == 1 && !turn_positive(terms[0])))
     return NormalForms::multiply_root(term, base, q);
   const Number c = terms.size() == 1 ? terms[0].coefficient : content(terms);
   Number inside = c;

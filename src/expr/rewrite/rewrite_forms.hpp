@@ -63,6 +63,7 @@ class Simplifier : public NormalForms {
   SumId rewritten_sum(SumId s) override;
 
  private:
+  bool turn_positive(Term& term);
   SumId by_sum_rules(SumId s);
   std::optional<Sum> by_squares(const OrderedTerms& terms);
   std::optional<Sum> by_angle_sums(const OrderedTerms& terms);

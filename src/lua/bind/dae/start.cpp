@@ -16,7 +16,33 @@
 
 namespace pendula::lua {
 
+/// The leaf that a key of a table means, if it means one of these.
+static std::optional<Expr> leaf_of_key(lua_State* L, int key, const std::vector<Expr>& leaves) {
+  const Expr* symbol = object<Expr>(L, key);
+  const bool named = lua_type(L, key) == LUA_TSTRING;
+  for (Expr leaf : leaves)
+    if ((symbol && *symbol == leaf) || (named && symbol_of(leaf).name == lua_tostring(L, key))) return leaf;
+  return std::nullopt;
+}
+
+/// Inputs and parameters have tables of their own.
+static void refuse_known(lua_State* L, int table, const std::string& what, const dae::Model& model) {
+  const std::vector<Expr> variables = known_leaves(model);
+  table = lua_absindex(L, table);
+  lua_pushnil(L);
+  while (lua_next(L, table) != 0) {
+    lua_pop(L, 1);
+    if (leaf_of_key(L, lua_gettop(L), variables)) continue;
+    for (const auto& [leaves, kind, option] : {std::tuple{&model.inputs, "an input", "inputs"},
+                                               std::tuple{&model.parameters, "a parameter", "params"}})
+      if (const auto leaf = leaf_of_key(L, lua_gettop(L), *leaves))
+        throw Error(text(what, ": '", to_text(*leaf), "' is ", kind, " of the model; its value goes into ",
+                         option, " = { ", leaf_name(*leaf), " = … }"));
+  }
+}
+
 dae::LeafValues read_leaf_values(lua_State* L, int index, const std::string& what, const dae::Model& model) {
+  if (lua_istable(L, index)) refuse_known(L, index, what, model);
   return to_symbol_numbers(L, index, what, known_leaves(model));
 }
 

@@ -1,4 +1,5 @@
 // sys:linearize(at). Reads arguments, calls src/lti.
+#include <algorithm>
 #include <cstdio>
 
 #include "base/text.hpp"
@@ -9,14 +10,42 @@
 namespace pendula::lua {
 namespace {
 
-/// A start of this model or a relative of it, or a table of conditions that init completes.
+/// Splits a point { theta = 0, F = 0 } into its state and what inputs are there: the tables `start` and `inputs` of
+/// the table of options.
+void split_point(lua_State* L, int point, int options, const dae::Model& model) {
+  lua_newtable(L);
+  const int start = lua_gettop(L);
+  lua_newtable(L);
+  const int inputs = start + 1;
+  bool any = false;
+  lua_pushnil(L);
+  while (lua_next(L, point) != 0) {
+    const bool is_input = std::any_of(model.inputs.begin(), model.inputs.end(), [&](Expr u) {
+      const Expr* symbol = object<Expr>(L, -2);
+      return symbol ? *symbol == u : lua_type(L, -2) == LUA_TSTRING && leaf_name(u) == lua_tostring(L, -2);
+    });
+    any = any || is_input;
+    lua_pushvalue(L, -2);
+    lua_insert(L, -2);
+    lua_rawset(L, is_input ? inputs : start);
+  }
+  if (any) lua_setfield(L, options, "inputs");
+  lua_settop(L, start);
+  lua_setfield(L, options, "start");
+}
+
+/// A start of this model or a relative, or a table of conditions that init completes.
 dae::ConsistentStatePtr read_point(Call& call, const dae::ModelPtr& model) {
   if (!call.has(2)) call.wrong(2, "at", "a start: sys:linearize(sys:init{ … })");
   lua_State* L = call.L;
   lua_createtable(L, 0, 4);
   const int table = lua_gettop(L);
-  lua_pushvalue(L, 2);
-  lua_setfield(L, table, "start");
+  if (lua_istable(L, 2)) {
+    split_point(L, 2, table, *model);
+  } else {
+    lua_pushvalue(L, 2);
+    lua_setfield(L, table, "start");
+  }
   if (lua_istable(L, 3))
     for (const char* key : {"params", "from", "guess"}) {
       lua_getfield(L, 3, key);
@@ -70,8 +99,8 @@ extern const Module lti_linearize_module = {
     "Linear systems from models",
     {
         {"model:linearize", linearize, "sys:linearize(at [, { inputs =, outputs = }]) -> G",
-         R"(The state space of small deviations from a start, with its states by name: directly for index ≤
-            1, at an equilibrium of a model of higher index by its pencil (as many states as there are
+         R"(The state space of small deviations from a start, or from a point { theta = 0, F = 0 } of states
+            and inputs, with its states by name: directly for index ≤ 1, at an equilibrium of a model of higher index by its pencil (as many states as there are
             degrees of freedom), else on the tangent of its constraints. inputs: inputs or parameters;
             outputs: any expressions, multipliers and accelerations included; without them the states. A
             point that is no equilibrium gives a warning. (To linearise a model.))",
