@@ -11,7 +11,7 @@ date=$(LC_ALL=C date -u -R -d "@$(git -C "$root" log -1 --format=%ct 2>/dev/null
   printf '\n -- The Pendula maintainers <maintainers@pendula.invalid>  %s\n' "$date"
 } | gzip -9nc >"$folder/changelog.gz"
 {
-  printf 'Pendula %s\n\nCopyright © 2026 the authors of Pendula.\n\n' "$version"
+  printf 'Pendula %s\n\nCopyright © 2026 the authors of Pendula. No licence has been chosen yet.\n\n' "$version"
   "$program" --licences
   printf '\nThe GNU licences are in /usr/share/common-licenses (GPL-2, GPL-3, LGPL-2.1, LGPL-3).\n'
 } >"$folder/copyright"

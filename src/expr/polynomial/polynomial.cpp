@@ -24,13 +24,17 @@ struct Library {
         exact_memory::allocate, all_zero,
         [](void* old, size_t size) { return exact_memory::reallocate(old, 0, size); }, std::free);
   }
+#ifdef PENDULA_FLINT
   void* handle = dlopen(PENDULA_FLINT, RTLD_NOW | RTLD_LOCAL);
+  static constexpr const char* remedy = PENDULA_FLINT ", which is not there (Debian: apt-get install libflint17)";
+#else
+  void* handle = nullptr;
+  static constexpr const char* remedy = "FLINT, which this program was built without (-DPENDULA_FLINT=OFF)";
+#endif
   template <class F>
   F* function(F*, const char* name) const {
     void* address = handle ? dlsym(handle, name) : nullptr;
-    if (!address)
-      throw Error(text("common factors of polynomials need the library ", PENDULA_FLINT,
-                       ", which is not there (Debian: apt-get install libflint17)"));
+    if (!address) throw Error(text("common factors of polynomials need the library ", remedy));
     return reinterpret_cast<F*>(address);
   }
 };

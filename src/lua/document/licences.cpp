@@ -19,6 +19,10 @@ constexpr Part parts[] = {
     {"klu",
      "SuiteSparse (libklu, libbtf, libsuitesparseconfig: LGPL-2.1-or-later or BSD-3-Clause; libamd, libcolamd: "
      "BSD-3-Clause). © Timothy A. Davis, Eka Palamadai and others"},
+    {"flint",
+     "FLINT (libflint, opened when polynomials are factored, with libmpfr: LGPL-3.0-or-later, libntl: "
+     "LGPL-2.1-or-later): LGPL-2.1-or-later. Debian's libntl loads libgf2x: GPL-2.0-or-later; "
+     "cmake -DPENDULA_FLINT=OFF builds without it. © William Hart, Fredrik Johansson and others"},
     {"sqlite", "SQLite (libsqlite3): public domain"},
     {"zlib", "zlib (libz): Zlib. © Jean-loup Gailly and Mark Adler"},
     {"asmjit", "AsmJit (libasmjit): Zlib. © Petr Kobalicek"},
