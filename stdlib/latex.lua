@@ -1,10 +1,18 @@
 -- LaTeX of what is printed in lines: matrix forms, conditions, multistep methods.
 
+-- A column as it stands in an equation; alone it is written in a line, (a, b).
+local function upright(column)
+  if #column == 1 then return latex(column) end
+  local rows = {}
+  for i = 1, #column do rows[i] = latex(column[i]) end
+  return "\\begin{bmatrix} " .. table.concat(rows, " \\\\ ") .. " \\end{bmatrix}"
+end
+
 doc { name = "matrix_form:latex", module = "DAE", sig = "form:latex() -> string",
   text = "The three blocks in LaTeX.",
   example = 'x = var "x"  return lagrange { q = {x}, T = x.dot^2/2, V = x }.matrix_form:latex()',
   gives = "1 \\ddot{x} = -1",
-  function(form) return latex(form.A) .. " " .. latex(form.unknowns) .. " = " .. latex(form.c) end }
+  function(form) return latex(form.A) .. " " .. upright(form.unknowns) .. " = " .. upright(form.c) end }
 
 doc { name = "constraints:latex", module = "DAE", sig = "sys:constraints():latex() -> string",
   text = "The conditions on the initial values in LaTeX, one below the other.",

@@ -290,7 +290,7 @@ function commands.text(r) return words(r:raw()) end
 commands.textrm, commands.mbox, commands.textit = commands.text, commands.text, commands.text
 function commands.mathrm(r) return mi(r:raw():gsub("\\_", "_"), 'mathvariant="normal"') end
 commands.mathsf, commands.mathit = commands.mathrm, commands.mathrm
-function commands.operatorname(r) return mi(r:raw(), 'mathvariant="normal"') .. mo "\u{2061}" end
+function commands.operatorname(r) return mi(r:raw(), 'mathvariant="normal"') end
 function commands.tag(r)
   r.tag = r:raw()
   return ""
@@ -313,7 +313,7 @@ function Reader:command(name)
   if name == "top" then return mi("⊤") end
   if identifiers[name] then return mi(identifiers[name]) end
   if operators[name] then return mo(operators[name]) end
-  if functions[name] then return mi(name) .. mo "\u{2061}" end
+  if functions[name] then return mi(name) end
   if large[name] then
     local letters = large[name]:find "^%a"
     return letters and mo(large[name], 'movablelimits="true" form="prefix"') or mo(large[name])
@@ -343,8 +343,23 @@ function Reader:atom()
     return mo(token)
   end
   if token == "~" then return '<mspace width="0.33em"></mspace>' end
+  if token == "/" then return mo("/", 'lspace="0" rspace="0"') end
   return mo(signs[token] or token, (token == "(" or token == ")" or token == "|") and 'stretchy="false"'
     or nil)
+end
+
+local thin = '<mspace width="0.17em"></mspace>'
+
+-- Whether what follows a node is an operand: a sign there stands for itself, x = -y, a(-b).
+local function awaits_operand(node)
+  return node == nil or node:find "</mo>$" ~= nil and not node:find "[])|}]</mo>$"
+end
+
+-- The name of a function, with its scripts, behind the node before it and in front of `follower`.
+local function applied(node, before, follower)
+  if not awaits_operand(before) then node = thin .. node end
+  local opens = follower == "(" or follower == "\\left" or follower == "[" or follower == "|"
+  return node .. mo "\u{2061}" .. ((opens or not follower or not follower:find "[%w\\]") and "" or thin)
 end
 
 local primes = { "′", "″", "‴", "⁗" }
@@ -390,10 +405,11 @@ function Reader:nodes(closing)
       self.at = self.at + 1                          -- closes what was never opened
       if token == "\\right" or token == "\\end" then self:raw() end
     else
-      local leads = (token == "-" or token == "+") and (#nodes == 0 or nodes[#nodes]:find "</mo>$")
+      local leads = (token == "-" or token == "+") and awaits_operand(nodes[#nodes])
       local node, name = self:atom()
       if leads then node = node:gsub("^<mo>", '<mo form="prefix">') end
       node = self:scripts(node, name)
+      if functions[name] or name == "operatorname" then node = applied(node, nodes[#nodes], self:peek()) end
       if node ~= "" then nodes[#nodes + 1] = node end
     end
   end

@@ -14,8 +14,19 @@ local function lines_of(words)
   return lines
 end
 
+local drawing = "\xE2[\x8E\x94-\x96\xA0-\xA3]"       -- tall brackets, lines and boxes, braille dots
+
+-- Lines without columns and drawings may be broken where they are too long for the page.
+local function is_prose(lines, first, last)
+  for i = first, last do
+    if lines[i]:find "%S   " or lines[i]:find(drawing) then return false end
+  end
+  return true
+end
+
 local function pre(lines, first, last)
-  return '<pre class="text" tabindex="0">' .. text.escaped(table.concat(lines, "\n", first, last)) .. "</pre>"
+  return ('<pre class="text%s" tabindex="0">'):format(is_prose(lines, first, last) and " prose" or "")
+    .. text.escaped(table.concat(lines, "\n", first, last)) .. "</pre>"
 end
 
 -- Text as it is; of many lines the first, and the rest behind a fold.
@@ -227,20 +238,11 @@ function kinds.predictor(value, latex)
   return mathml.formula(latex, true) .. (rest and M.text_block(rest) or ""), "block"
 end
 function kinds.trace(value, latex) return mathml.lines(latex), "block" end
-
--- Values without a LaTeX text of their own that are made of what has one.
-local composed = {}
-function composed.matrix_form(form)
-  return latex_of(form.A) .. latex_of(form.unknowns) .. " = " .. latex_of(form.c)
-end
+function kinds.matrix_form(_, latex) return mathml.formula(latex, true), "block" end
 
 -- HTML of a value and how it stands: "inline", "block"; or nil where print's text is all there is to show.
 function M.html(value)
   local kind = object_type(value)
-  if composed[kind] then
-    local good, latex = pcall(composed[kind], value)
-    if good then return mathml.formula(latex, true), "block" end
-  end
   if kind and kinds[kind] then
     if kind == "matrix" and numeric(value) then return kinds.matrix(value) end
     local latex = latex_of(value)

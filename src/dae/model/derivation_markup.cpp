@@ -84,10 +84,21 @@ constexpr std::array signs{
     Sign{"₉", "_{9}"},
 };
 
-const Sign* sign_at(const std::string& s, std::size_t i) {
-  for (const Sign& sign : signs)
-    if (s.compare(i, std::char_traits<char>::length(sign.sign), sign.sign) == 0) return &sign;
-  return nullptr;
+/// What letters mean in a formula, but not between words.
+constexpr std::array in_formulas{
+    Sign{"[W Cqᵀ; Cq 0]", "\\begin{bmatrix} W & C_q^{\\mathsf T} \\\\ C_q & 0 \\end{bmatrix}"},
+    Sign{"Cq", "C_q"},
+    Sign{"det ", "\\det "},
+};
+
+const Sign* sign_at(const std::string& s, std::size_t i, bool inside) {
+  const auto stands_here = [&](const Sign& sign) {
+    return s.compare(i, std::char_traits<char>::length(sign.sign), sign.sign) == 0;
+  };
+  if (inside)
+    if (const auto it = std::ranges::find_if(in_formulas, stands_here); it != in_formulas.end()) return &*it;
+  const auto it = std::ranges::find_if(signs, stands_here);
+  return it == signs.end() ? nullptr : &*it;
 }
 
 /// A prime carries its own exponent: what it follows must be closed first.
@@ -140,7 +151,7 @@ std::string latex_words(const std::string& words, bool inside) {
   for (std::size_t i = 0; i < words.size();) {
     std::string mathematics;
     while (i < words.size()) {
-      const Sign* sign = sign_at(words, i);
+      const Sign* sign = sign_at(words, i, inside);
       if (!sign) break;
       mathematics += sign->latex;
       i += std::char_traits<char>::length(sign->sign);

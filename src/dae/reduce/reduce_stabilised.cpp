@@ -116,15 +116,19 @@ std::vector<std::string> ggl_derivation(const std::vector<Chain>& positions, con
                                    " more than unknowns. ", one ? "A new multiplier " : "New multipliers ",
                                    grouped_names(mu), one ? " acts" : " act", " on q′ as z acts on v′:")));
   lines.push_back(text("     ", formula("q′ = v - Cqᵀ μ,  Cq = ∂C/∂q")));
-  const char* gives = "     On the exact solution μ = 0: C = 0 gives 0 = Cq q′ = Cq v - Cq Cqᵀ μ,";
-  lines.push_back(told_from(Detail::full, text(gives, " the new equation is 0 = Cq v,")));
   lines.push_back(told_from(
-      Detail::full, "     and Cq Cqᵀ μ = 0 implies μ = 0 where Cq has full row rank. So q′ = v, as before."));
+      Detail::full,
+      text("     On the exact solution ", formula("μ = 0"), ": ", formula("C = 0"), " gives ",
+           formula("0 = Cq q′ = Cq v - Cq Cqᵀ μ"), ", the new equation is ", formula("0 = Cq v"), ",")));
+  lines.push_back(told_from(
+      Detail::full, text("     and ", formula("Cq Cqᵀ μ = 0"), " implies ", formula("μ = 0"), " where ",
+                         formula("Cq"), " has full row rank. So ", formula("q′ = v"), ", as before.")));
   if (const std::string gram = gram_matrix(positions); !gram.empty())
     lines.push_back(told_from(Detail::every, "     " + gram));
-  const char* more =
-      "     One more differentiation of C = 0 and Cq v = 0 contains Cq Cqᵀ μ and Cq W⁻¹ Cqᵀ z,";
-  lines.push_back(told_from(Detail::full, text(more, " which determine μ and z.")));
+  lines.push_back(told_from(
+      Detail::full, text("     One more differentiation of ", formula("C = 0"), " and ", formula("Cq v = 0"),
+                         " contains ", formula("Cq Cqᵀ μ"), " and ", formula("Cq W⁻¹ Cqᵀ z"),
+                         ", which determine ", formula("μ"), " and ", formula("z"), ".")));
   lines.push_back(
       "     The index is 2. Both conditions are equations, so nothing drifts. Suited to Radau IIA methods.");
   return lines;

@@ -135,7 +135,8 @@ class Differentiation {
       for (std::size_t r = 0; r < lines_of_rows.size(); ++r)
         if (k < times(first + r))
           tell(r,
-               text("     ", k == 0 ? "d/dt" : text("d", superscript(k + 1), "/dt", superscript(k + 1)),
+               text("     ",
+                    k == 0 ? formula("d/dt") : formula("d", superscript(k + 1), "/dt", superscript(k + 1)),
                     ":  "),
                "");
     }
