@@ -5,6 +5,7 @@
 doc { name = "newton:plot", module = "newton", sig = "k:plot() -> figure",
   text = [[‖r‖ of every iterate on a logarithmic axis: a straight line is linear convergence, a falling
     parabola quadratic.]],
+  example = [[x = var "x"  return newton{ r = x^2 - 2, x = x, start = 3 }:plot()]], gives = "",
   function(k)
     local residuals, iterations, values = k.residuals, {}, {}
     for i = 1, #residuals do

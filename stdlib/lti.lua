@@ -198,6 +198,7 @@ doc { name = "pzmap", module = "lti responses", sig = "pzmap(G [, options]) -> f
   function(G, options) return map_of("pzmap", G, options) end }
 doc { name = "lti:pzmap", module = "lti responses", sig = "G:pzmap([options]) -> figure",
   text = "The same as pzmap(G).",
+  example = [[G = tf({1}, {1, 1, 1})  return G:pzmap()]], gives = "",
   function(G, options) return map_of("pzmap", G, options) end }
 
 -- ── root loci and delays ────────────────────────────────────────────────────────────────────────────────

@@ -121,6 +121,7 @@ doc { name = "multistep:verify", module = "stability", title = title, sig = "met
   text = [[Measures the order of a BDF formula on nonlinear, non-autonomous, stiff and DAE problems (index 2
     and 3 as they stand).]],
   example = "bdf(2):verify().ok", gives = "true",
+  example = [[return rk.radau(2):report()]], gives = "",
   function(self) return analysis().verify_multistep(self) end }
 
 doc { name = "tableau:verify", module = "stability", title = title, sig = "tab:verify() -> verification",
@@ -149,6 +150,10 @@ doc { name = "rk.table", module = "rk", title = "Butcher tableaus", sig = [[rk.t
   comparison]],
   text = "All methods, or those of the list, side by side: stages, orders, stability limits, properties.",
   example = "#rk.table{ rk.euler, rk.rk4 }.rows", gives = "3",
+  example = [[return rosenbrock.rodas4:plot()]], gives = "",
+  example = [[return rk.rk4:stability():plot()]], gives = "",
+  example = [[return rk.radau(2):plot()]], gives = "",
+  example = [[return bdf(3):plot()]], gives = "",
   function(list) return analysis().compare(require_tableaus("rk.table", list)) end }
 doc { name = "rk.stages_for_order", module = "rk", title = "Butcher tableaus",
   sig = "rk.stages_for_order() -> comparison",

@@ -450,10 +450,26 @@ extern const Module dae_module = {
         {"model#start_guesses", start_guesses, "sys.start_guesses -> table",
          "Where the search for a start begins.", "", ""},
         {"model:semi_explicit", to_semi_explicit, "sys:semi_explicit() -> model",
-         "x′ = f, 0 = g. A fully implicit model gets x′ = δ with new algebraic variables δ.", "", ""},
-        {"model:implicit", to_implicit, "sys:implicit() -> model", "0 = F(x′, x, z, u).", "", ""},
+         "x′ = f, 0 = g. A fully implicit model gets x′ = δ with new algebraic variables δ.",
+         R"(x = var "x"  return dae{ der(x)^2 ~ x }:semi_explicit())",
+         R"(semi-explicit DAE, 1 differential + 1 algebraic variables, index 1, 1 free initial value
+  (1)  x′ = δ_x
+  (2)  0 = δ_x² - x
+  differential  x
+  algebraic     δ_x)"},
+        {"model:implicit", to_implicit, "sys:implicit() -> model", "0 = F(x′, x, z, u).",
+         R"(x = var "x"  sys = dae{ der(x) ~ -x }  return sys:implicit())",
+         R"(implicit ODE, 1 differential variable, index 0, 1 free initial value
+  (1)  0 = x′ + x
+  differential  x
+  ∂F/∂x′        nonsingular (rank 1): an implicit ODE)"},
         {"model:first_order", to_first_order, "sys:first_order() -> model",
-         "Derivatives of order two and more become new variables.", "", ""},
+         "Derivatives of order two and more become new variables.",
+         R"(x = var "x"  return dae{ der(x, 2) ~ -x }:first_order())",
+         R"(ODE, 2 differential variables, index 0, 2 free initial values
+  (1)  x′ = v
+  (2)  v′ = -x
+  differential  x, v)"},
         {"model:index", index, "sys:index() -> integer",
          "The differentiation index, from structure and checked by the rank of the system Jacobian.",
          R"(x, z = vars "x z"  return dae{ der(x) ~ z, 0 ~ x - sin(t) }:index())", "2"},
@@ -464,8 +480,8 @@ extern const Module dae_module = {
             came from.)",
          R"(x, z = vars "x z"  return dae{ der(x) ~ z, 0 ~ x - sin(t) }:constraints())",
          "(2):  0 = x - sin(t)  from (2)"},
-        {"model:with", with, "sys:with{ m = 2 } -> model", "The same model with other parameter values.", "",
-         ""},
+        {"model:with", with, "sys:with{ m = 2 } -> model", "The same model with other parameter values.",
+         R"(x, k = var "x", param "k=1"  return dae{ der(x) ~ -k*x }:with{ k = 3 }.values[k])", "3"},
         {"model:__tostring", model_text, "print(sys)", "Header, numbered equations, unknowns and parameters.",
          "", ""},
         {"constraints:__tostring", constraints_text, "print(sys:constraints())", "One condition per line.",

@@ -412,7 +412,14 @@ extern const Module start_module = {
          "The value of any expression at the start, accelerations and multipliers included.", "", ""},
         {"start#model", start_model, "at.model -> model", "The model that the start was made for.", "", ""},
         {"start:ledger", start_ledger, "at:ledger() -> string",
-         "Every variable: fixed, free, computed; the residual of every constraint.", "", ""},
+         "Every variable: fixed, free, computed; the residual of every constraint.",
+         R"(x, z = vars "x z"  return dae{ der(x) ~ z, 0 ~ x - sin(t) }:init{}:ledger())",
+         R"(consistent start at t = 0: 0 free initial values
+  x   0  computed
+  x′  1  computed
+  z   1  computed
+constraints
+  (2)  ≤ 1e-12  0 = x - sin(t))"},
         {"start:latex", start_latex, "at:latex() -> string",
          "The ledger in LaTeX: a fragment for amsmath; save \"x.tex\" makes a document of it.", "", ""},
         {"start#free", start_free, "at.free -> integer", "The number of initial values that could be chosen.",

@@ -505,7 +505,9 @@ extern const Module integrate_module = {
          "event 1.000000 -2.000000"},
         {"solution:final", final, "sol:final([expression]) -> column or number",
          "The states at the end, in the order of model.differential, or the value of an expression there.",
-         "", ""},
+         R"(x = var "x"  sol = dae{ der(x) ~ -x }:integrate{ start = { x = 1 }, to = 1 }
+return ("%.4f"):format(sol:final(x)))",
+         "0.3679"},
         {"solution:sensitivity", sensitivity,
          "sol:sensitivity(expression, parameter [, t]) -> column or number",
          R"(The derivative of any expression along the solution with respect to a parameter, or to the
@@ -532,7 +534,9 @@ extern const Module integrate_module = {
         {"solution:stats", stats, "sol:stats() -> stats",
          R"(Steps, evaluations, Jacobians, factorisations, Newton iterations; .time is the CPU time in
             seconds.)",
-         "", ""},
+         R"(x = var "x"  sol = dae{ der(x) ~ -x }:integrate{ start = { x = 1 }, to = 1 }
+return sol:stats().steps > 1)",
+         "true"},
         {"solution:switches", switches, "sol:switches() -> list of { t =, states = } or { t =, regime = }",
          R"(Form "dummy": which states were in use from when on. The first entry is the choice at the
             start, every further one a switch to a choice that was clearly better there.
@@ -541,7 +545,10 @@ extern const Module integrate_module = {
         {"solution:drift", drift, "sol:drift() -> drift",
          R"(For each constraint C(0), C′(0), the straight line that an inconsistent start causes, the
             numerical part, and the verdict in words.)",
-         "", ""},
+         R"(x, y, z = vars "x y z"
+sol = dae{ der(x) ~ y, der(y) ~ z, 0 ~ x - sin(t) }:reduce "project":integrate{ start = {}, to = 1 }
+return sol:drift())",
+         ""},
         {"solution:__tostring", solution_text, "print(sol)", "Method, interval, status and the final values.",
          "", ""},
         {"stats#method", stats_method, "stats.method -> string", "The name of the method.", "", ""},

@@ -281,20 +281,28 @@ extern const Module tableau_module = {
         {"tableau#cite", cite, "tab.cite -> string", "Where the method comes from.", "", ""},
         {"tableau#stages", stages, "tab.stages -> integer", "The number of stages s.", "", ""},
         {"tableau:order", tableau_order, "tab:order() -> integer",
-         "The order, decided from the coefficients by simplifying assumptions and rooted trees.", "", ""},
+         "The order, decided from the coefficients by simplifying assumptions and rooted trees.",
+         "return rk.gauss(3):order()", "6"},
         {"tableau:proved", proved, "tab:proved() -> tableau",
          R"(The same tableau with its claims (order, embedded order, order of the dense output) proved once
             more: those of the methods that come with the program are proved by its tests, not at every
             start.)",
          "rk.dop853:proved():order()", "8"},
         {"tableau:stage_order", stage_order, "tab:stage_order() -> integer",
-         "The largest q with C(q) and B(q): the order of each stage.", "", ""},
+         "The largest q with C(q) and B(q): the order of each stage.", "return rk.gauss(3):stage_order()",
+         "3"},
         {"tableau:is", is, "tab:is(property) -> boolean",
          R"("explicit", "implicit", "diagonally implicit", "singly diagonally implicit", "FSAL", "stiffly
             accurate", "collocation", "A-stable", "A(α)-stable", "L-stable", "I-stable", "algebraically
             stable", "symplectic" or "symmetric".)",
          R"(rk.gauss(3):is "symplectic")", "true"},
-        {"tableau:latex", latex, "tab:latex() -> string", "The tableau as a LaTeX array.", "", ""},
+        {"tableau:latex", latex, "tab:latex() -> string", "The tableau as a LaTeX array.",
+         "return rk.midpoint:latex()", R"(\begin{array}{c|cc}
+0 &  &  \\
+\frac{1}{2} & \frac{1}{2} &  \\
+\hline
+ & 0 & 1
+\end{array})"},
         {"tableau:__tostring", drawn, "print(tab)", "The tableau as a book draws it.", "", ""},
     }};
 

@@ -422,8 +422,14 @@ extern const Module lti_module = {
          "return ss({{0, 1}, {-2, -3}}, {0, 1}, {1, 0}):tf()(0)", "1/2"},
         {"lti:ss", ss, "G:ss() -> G",
          R"(A state space: of a fraction the controllable canonical form, of a matrix of fractions a
-            minimal realisation.)"},
-        {"lti:zpk", zpk, "G:zpk() -> G", "The same as zeros, poles and gain."},
+            minimal realisation.)",
+         "G = tf({1}, {1, 1, 1})  return G:ss().A", R"(⎡ 0   1⎤
+⎣-1  -1⎦)"},
+        {"lti:zpk", zpk, "G:zpk() -> G", "The same as zeros, poles and gain.",
+         "return tf({1}, {1, 3, 2}):zpk()", R"(zeros, poles, gain, continuous time
+        1
+  ──────────────
+  (s + 2)(s + 1))"},
         {"lti#A", A, "G.A -> matrix", "A of a state space."},
         {"lti#B", B, "G.B -> matrix", "B of a state space."},
         {"lti#C", C, "G.C -> matrix", "C of a state space."},

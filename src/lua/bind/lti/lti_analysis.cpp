@@ -373,7 +373,12 @@ extern const Module lti_analysis_module = {
               ─────
               s + 2
               minimal: 1 common factor removed)"},
-        {"lti:minreal", minreal, "G:minreal([tol]) -> G", "The same as minreal(G, tol)."},
+        {"lti:minreal", minreal, "G:minreal([tol]) -> G", "The same as minreal(G, tol).",
+         "return tf({1, 1}, {1, 3, 2}):minreal()", R"(transfer function, continuous time
+    1
+  ─────
+  s + 2
+  minimal: 1 common factor removed)"},
         {"lti:gram", gram, R"(G:gram(["c" or "o"]) -> matrix)",
          "The controllability (observability) Gramian of a stable system.",
          R"(ss({{-1}}, {1}, {1}):gram "c")", "(1/2)"},
@@ -392,7 +397,10 @@ extern const Module lti_analysis_module = {
             gain margin   2 (6.021 dB) at ω = 1.73205
             phase margin  27.1416° at ω = 1.23282
             closed loop   asymptotically stable)"},
-        {"lti:margin", margin, "G:margin() -> margins", "The same as margin(G)."},
+        {"lti:margin", margin, "G:margin() -> margins", "The same as margin(G).",
+         "return tf({1}, {1, 2, 1, 0}):margin()", R"(gain margin   2 (6.021 dB) at ω = 1
+phase margin  21.3864° at ω = 0.682328
+closed loop   asymptotically stable)"},
         {"margins#gain", gain_margin, "m.gain -> number", "The gain margin as a factor."},
         {"margins#phase", phase_margin, "m.phase -> number", "The phase margin in degrees."},
         {"margins#gain_at", gain_at, "m.gain_at -> number", "The frequency at which the phase is -180°."},

@@ -127,7 +127,11 @@ extern const Module lti_connect_module = {
               s + 2)"},
         {"append", append, "append(G1, G2, …) -> G", "Side by side: block diagonal.",
          "#append(tf({1}, {1, 1}), ss({{-2}}, {1}, {1})).inputs", "2"},
-        {"lti:feedback", feedback, "G:feedback([G2 [, sign]]) -> G", "The same as feedback(G, G2, sign)."},
+        {"lti:feedback", feedback, "G:feedback([G2 [, sign]]) -> G", "The same as feedback(G, G2, sign).",
+         "return tf({1}, {1, 1}):feedback()", R"(transfer function, continuous time
+    1
+  ─────
+  s + 2)"},
         {"c2d", c2d, R"(c2d(G, Ts [, method = "zoh" [, { prewarp = ω }]]) -> G)",
          R"(Sampling: "zoh" (inputs held), "foh" (straight lines), "tustin", "euler", "backward",
             "impulse", "matched" (poles and zeros go to e^{s Ts}). Exact where the result is rational or
@@ -139,8 +143,16 @@ extern const Module lti_connect_module = {
             axis have no "zoh".)",
          "d2c(c2d(tf({1}, {1, 2}), 0.5)):poles()", "poles: -2"},
         {"lti:c2d", c2d, "G:c2d(Ts [, method [, { prewarp = ω }]]) -> G", "The same as c2d(G, Ts, method).",
-         "", "", &c2d_options},
-        {"lti:d2c", d2c, "G:d2c([method]) -> G", "The same as d2c(G, method)."},
+         "return tf({1}, {1, 1}):c2d(0.1)", R"(transfer function, sampling time 0.1
+   0.09516258196
+  ───────────────
+  z - 0.904837418)",
+         &c2d_options},
+        {"lti:d2c", d2c, "G:d2c([method]) -> G", "The same as d2c(G, method).",
+         "return tf({1}, {1, 1}):c2d(0.1):d2c()", R"(transfer function, continuous time
+    1
+  ─────
+  s + 1)"},
     }};
 
 }  // namespace pendula::lua
