@@ -221,7 +221,9 @@ function refits.cross_validate(r, given)
     end
     return { square, count }
   end, { workers = options.workers, title = "folds" })
-  if left > 0 then fail(("cross_validate: interrupted; %d of %d fits were made"):format(options.folds - left, options.folds)) end
+  if left > 0 then
+    fail(("cross_validate: interrupted; %d of %d fits were made"):format(options.folds - left, options.folds))
+  end
   if #failures > 0 then
     fail(("cross_validate: the fit without fold %d failed: %s"):format(failures[1].index, failures[1].why))
   end
