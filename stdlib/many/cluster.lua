@@ -172,8 +172,19 @@ local function progress(text)
   if os.execute "test -t 2" then io.stderr:write("\r", text, "\27[K") end
 end
 
+-- Shards that nobody has been asked to make: takes what is finished, and says what is not.
+local function follow_by_hand(file)
+  local state = shards.collect(file)
+  local missing = state.open[1]
+  if missing then
+    io.stderr:write(("sweep: %d of %d shards are not finished; each is made by pendula shard %s.d/%d\n"):format(
+      #state.open, state.shards, file, missing))
+  end
+end
+
 -- Until all shards are collected.
 function cluster.follow(file)
+  if shards.note(file, "on") == "" then return follow_by_hand(file) end
   require_slurm()
   local folder = file .. ".d"
   local on = include "saved" (shards.note(file, "on"), file)

@@ -202,7 +202,8 @@ doc { name = "slurm:__tostring", module = "sweep", sig = "print(on)", text = "In
   end }
 doc { name = "attach", module = "sweep", sig = "attach(file) -> sweep",
   text = [[Follows a sweep that a cluster makes until it is finished (Ctrl-C leaves it to the cluster) and
-    gives it back; lost tasks are submitted again. Also `pendula sweep attach runs.db`.]],
+    gives it back; lost tasks are submitted again. Of shards that are made by hand it takes those that are
+    finished. Also `pendula sweep attach runs.db`.]],
   example = "print(type(attach))", gives = "function",
   function(file)
     parts.cluster = parts.cluster or include "many/cluster"

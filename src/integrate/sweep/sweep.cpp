@@ -256,6 +256,7 @@ Sweep::Counts Sweep::counts() const {
   Counts counts;
   counts.failures = static_cast<double>(results_->failures().size());
   results_->visit(0, [&](int, const double* numbers, const double*) {
+    ++counts.done;
     counts.steps += numbers[1];
     counts.rejected += numbers[2];
     counts.evaluations += numbers[3];

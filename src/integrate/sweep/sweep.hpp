@@ -80,7 +80,7 @@ class Sweep {
   TrajectoryPtr trajectory(int run) const;
 
   struct Counts {
-    double steps = 0, rejected = 0, evaluations = 0, failures = 0;
+    double done = 0, steps = 0, rejected = 0, evaluations = 0, failures = 0;
   };
   Counts counts() const;
   /// How many runs advance together, 1: none; and in words how the runs are made.

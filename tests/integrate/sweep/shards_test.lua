@@ -16,18 +16,23 @@ test("shards made one after another equal the sweep in one piece", function()
     times = { 0.5, 1 } }
   local plain = sweep(decay, options)
   options.store, options.shards = file, 7
-  expect(#sweep(decay, options).failures):equals(0)
+  local none = sweep(decay, options)
+  expect(#none.failures):equals(0)
+  expect(tostring(none)):matches ": 0 finished, 101 not made$"
   expect(store_info(file).done):equals(0)
   for number = 7, 1, -1 do
     expect(shards.run(file .. ".d/" .. number)):equals "done"
     expect(shards.run(file .. ".d/" .. number)):equals "done before"
-    if number == 4 then expect(#shards.collect(file).open):equals(3) end
+    if number == 4 then
+      expect(#shards.collect(file).open):equals(3)
+      expect(tostring(attach(file))):matches "finished, %d+ not made"
+    end
   end
   local state = shards.collect(file)
   expect(state.done):equals(101)
   expect(#state.open):equals(0)
   expect(shards.collect(file).done):equals(101)
-  local s = load(file)
+  local s = attach(file)
   expect(s:final(x)):equals(plain:final(x))
   expect(s(x, 0.5)):equals(plain(x, 0.5))
   os.execute("rm -rf '" .. file .. "'*")
@@ -45,6 +50,7 @@ end)
 
 test("what is wrong is named", function()
   local file = temporary()
+  expect(function() load(file) end):fails(("load: cannot open '%s'"):format(file))
   local function try(change)
     local options = { start = { x = 1 }, to = 1, params = { k = { 1, 2 } } }
     for key, value in pairs(change) do options[key] = value end

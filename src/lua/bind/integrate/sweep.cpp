@@ -263,10 +263,13 @@ int sweep_text(Call& call) {
   const std::size_t told = columns.size() > most ? most - 2 : columns.size();
   for (std::size_t c = 0; c < told; ++c) over.push_back(text(columns[c].name, " = ", range_text(record, c)));
   if (told < columns.size()) over.push_back(text(columns.size() - told, " more"));
-  const int failed = static_cast<int>(s.counts().failures);
+  std::vector<int> failures = s.failures();
+  if (!s.complete()) std::erase_if(failures, [&](int run) { return s.failure(run).empty(); });  // not made
+  const int failed = static_cast<int>(failures.size()), done = static_cast<int>(s.counts().done);
+  const int left = s.runs() - done - failed;
   std::string out = text("sweep of ", s.runs(), s.runs() == 1 ? " run" : " runs", " over ", join(over, ", "),
-                         ": ", s.runs() - failed, " finished", failed ? text(", ", failed, " failed") : "",
-                         s.complete() ? "" : " (interrupted)", "\n");
+                         ": ", done, " finished", failed ? text(", ", failed, " failed") : "",
+                         left ? text(", ", left, " not made") : "", "\n");
   Table lines({false, true, true, true, true});
   lines.row({"at the end", "mean", "std", "min", "max"});
   for (Expr e : unknowns(s)) {
@@ -275,9 +278,9 @@ int sweep_text(Call& call) {
       lines.row({heading(e), rounded(st.mean, 8), rounded(st.deviation, 6), rounded(st.min, 8),
                  rounded(st.max, 8)});
   }
-  if (failed < s.runs()) out += lines.str(2);
+  if (done > 0) out += lines.str(2);
   int shown = 0;
-  for (int run : s.failures()) {
+  for (int run : failures) {
     if (++shown > 5) break;
     out +=
         text("  failed: run ", run + 1, " (", set_text(record, run), "): ", first_line(s.failure(run)), "\n");
