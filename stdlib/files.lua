@@ -177,7 +177,8 @@ local read_saved
 
 -- The sweep in a store, without making any run.
 local function load_sweep(file)
-  local there = io.open(file, "rb") or fail(("load: cannot open '%s': there is no such file or folder"):format(file))
+  local there = io.open(file, "rb")
+    or fail(("load: cannot open '%s': there is no such file or folder"):format(file))
   there:close()
   local info = store_info(file)
   if info.hidden:find "inputs" then

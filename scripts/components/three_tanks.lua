@@ -16,4 +16,5 @@ for _, tank in ipairs { "T1", "T3", "T2" } do print(("%s: %.6f m"):format(tank, 
 -- at rest each orifice carries the pump's flow: h = (q/(Cd A))²/(2 g) over the next level
 local head = (3e-5/(0.5*5e-5))^2/(2*9.81)
 local out = (3e-5/(0.6*5e-5))^2/(2*9.81)
+print(("T1 at 200 s: %.9f m (scipy, equations by hand: 0.332417712)"):format(sol(plant.T1.h, 200)))
 print(("at rest: T2 = %.6f, T3 = %.6f, T1 = %.6f"):format(out, out + head, out + 2*head))

@@ -71,6 +71,22 @@ end, { text = "v = L i′. Current sources and inductors that alone meet at a no
                 connect("V.p", "L.p"), connect("V.n", "L.n", "gnd.p") }
     return m:integrate{ to = 6 }(m.L.i, 6)]], gives = "4.0" })
 
+e.saturating_inductor = component("saturating_inductor",
+  { L = { 1e-3, unit = "H", text = "inductance at small flux" },
+  psis = { 1, unit = "V*s", text = "flux where the current is twice that of L" },
+  knee = { 8, text = "its sharpness: an even power" },
+  psi0 = { 0, unit = "V*s", text = "flux linkage at the start: remanence" } }, function(self)
+  local v, i, list = two_pins(self)
+  local psi = self:var("psi", { unit = "V*s", text = "flux linkage" })
+  self:start(psi, self.psi0)
+  return with(list, v ~ der(psi), i ~ psi/self.L*(1 + (psi/self.psis)^self.knee))
+end, { text = "A coil whose iron saturates: v = psi′, i = psi/L (1 + (psi/psis)ⁿ).",
+  source = "Hayashi, Nonlinear Oscillations in Physical Systems, 1964: currents as odd powers of the flux",
+  example = [[
+    m = model { V = e.source{ v = 2 }, L = e.saturating_inductor{ L = 2, psis = 2 }, gnd = e.ground{},
+                connect("V.p", "L.p"), connect("V.n", "L.n", "gnd.p") }
+    return m:integrate{ to = 1 }(m.L.i, 1)]], gives = "2.0" })
+
 e.source = component("source", { v = { 1, unit = "V", text = "voltage, a number or an expression in t" } },
   function(self)
     self.p, self.n = e.pin, e.pin

@@ -1,6 +1,7 @@
 -- Tanks, pipes and pumps: ports with a pressure p and a volume flow q into the part.
 local component, connector = named "component", named "connector"
 local h = use "components/library" ("hydraulic", "incompressible flow; q counts into the part")
+local translational = use "components/translational"
 
 h.port = connector("hydraulic port", { across = { p = "Pa" }, through = { q = "m^3/s" } })
 
@@ -133,5 +134,58 @@ end, { text = "An elastic volume: C p′ = q.", source = "Hooke, for fluids",
     x = model { A = e.ambient{}, P = e.pump{ q = 4 }, V = e.accumulator{ C = 2, p0 = 1 },
                 connect("A.port", "P.a"), connect("P.b", "V.port") }
     return x:integrate{ to = 3 }(x.V.p, 3)]], gives = "7.0" })
+
+-- ── oil hydraulics ─────────────────────────────────────────────────────────────────────────────────────────
+
+h.servo_valve = component("servo_valve", { K = { 1e-7, unit = "m^3/(s*Pa^(1/2))",
+  text = "flow coefficient of an edge, wide open" },
+  dp0 = { 1, unit = "Pa", text = "laminar below this pressure drop" } }, function(self)
+  self.supply, self.tank, self.a, self.b = h.port, h.port, h.port, h.port
+  local u = self:input("u", { text = "-1 … 1; positive: from the supply to a, from b to the tank" })
+  local open, back = max(u, 0), max(-u, 0)
+  local function edge(opening, from, to) return self.K*opening*signed_root(from.p - to.p, self.dp0) end
+  local pa, pb = edge(open, self.supply, self.a), edge(back, self.supply, self.b)
+  local at, bt = edge(back, self.a, self.tank), edge(open, self.b, self.tank)
+  return { self.supply.q ~ pa + pb, self.tank.q ~ -at - bt, self.a.q ~ at - pa, self.b.q ~ bt - pb }
+end, { text = "Four edges, no overlap: u > 0 joins the supply with a and b with the tank, u < 0 the "
+  .. "other way.",
+  source = "Merritt, Hydraulic Control Systems, 1967, ch. 5",
+  example = [[
+    x = model { P = e.ambient{ p = 1e8 }, T = e.ambient{}, V = e.servo_valve{ K = 0.01 },
+                R = e.pipe{ R = 1e-3 },
+                connect("V.u", -0.5), connect("P.port", "V.supply"), connect("T.port", "V.tank"),
+                connect("V.a", "R.a"), connect("V.b", "R.b") }
+    return ("%.4f"):format(x:init{}(x.R.q))]], gives = "-35.3553" })
+
+h.cylinder = component("cylinder", { A = { 1e-3, unit = "m^2", text = "area of the piston on the side of a" },
+  Ab = { false, unit = "m^2", text = "area on the side of b; A if not given" },
+  stroke = { 1, unit = "m" }, V0 = { 1e-4, unit = "m^3", text = "volume of oil on each side at its end" },
+  bulk = { 1e9, unit = "Pa", text = "bulk modulus of the oil" },
+  pa0 = { 0, unit = "Pa", text = "pressure at a at the start" },
+  pb0 = { 0, unit = "Pa", text = "pressure at b at the start" } }, function(self)
+  self.a, self.b, self.rod = h.port, h.port, translational.flange
+  local s, pa, pb = self:var("s", { unit = "m", text = "travel: 0 … stroke" }),
+    self:var("pa", { unit = "Pa" }),
+    self:var("pb", { unit = "Pa" })
+  self:start(pa, self.pa0)
+  self:start(pb, self.pb0)
+  local Ab = self.given.Ab and self.Ab or self.A
+  return { s ~ self.rod.s, pa ~ self.a.p, pb ~ self.b.p,
+    (self.V0 + self.A*s)/self.bulk*der(pa) ~ self.a.q - self.A*der(s),
+    (self.V0 + Ab*(self.stroke - s))/self.bulk*der(pb) ~ self.b.q + Ab*der(s),
+    self.rod.f ~ Ab*pb - self.A*pa }
+end, { text = "Double acting, with compressible oil; the rod is a flange, the stops at the ends are "
+  .. "other parts.",
+  source = "Merritt, Hydraulic Control Systems, 1967, ch. 6",
+  example = [[
+    l = components.translational
+    x = model { P = e.ambient{ p = 5e5 }, T = e.ambient{}, C = e.cylinder{ A = 2e-3, pa0 = 5e5 },
+                w = l.fixed{},
+                c = l.spring{ k = 1e4 }, d = l.damper{ d = 1e4 }, m = l.mass{ m = 10, s0 = 0, v0 = 0 },
+                connect("P.port", "C.a"), connect("T.port", "C.b"),
+                connect("C.rod", "m.flange", "c.b", "d.b"),
+                connect("w.flange", "c.a", "d.a") }
+    return ("%.6f"):format(x:integrate{ to = 20 }(x.m.s, 20))]],
+  gives = "0.100000" })
 
 return h

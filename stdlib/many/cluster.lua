@@ -177,8 +177,8 @@ local function follow_by_hand(file)
   local state = shards.collect(file)
   local missing = state.open[1]
   if missing then
-    io.stderr:write(("sweep: %d of %d shards are not finished; each is made by pendula shard %s.d/%d\n"):format(
-      #state.open, state.shards, file, missing))
+    io.stderr:write(("sweep: %d of %d shards are not finished; each is made by pendula shard %s.d/%d\n")
+      :format(#state.open, state.shards, file, missing))
   end
 end
 

@@ -87,6 +87,11 @@ end
 local function own_symbol(scope, symbol, name)
   local d = data(scope)
   local known = d.names[name]
+  if type(known) == "table" then
+    local what = scopes.is(known) and "a part" or scopes.is_pin(known) and "a connector" or "a list of parts"
+    fail(("'%s' is %s of %s and a symbol in its equations; give one of them another name"):format(name, what,
+      scopes.title(scope)))
+  end
   if known ~= nil then return known end
   local kind, full, made = symbol.kind, join(d.path, name), symbol
   if kind == "input" and d.laws and d.laws[name] then kind = "variable" end

@@ -25,6 +25,18 @@ test("sources that contradict each other are named with their connections", func
     connect("V.n", "R.n", "g.p", "h.p") }, "of g, h, connect(V.n, g.p), connect(V.n, h.p)")
 end)
 
+test("a part and a symbol of one name", function()
+  local F = input "F"
+  fails({ m = l.mass{ s0 = 0, v0 = 0 }, F = l.signal_force{}, connect("F.flange", "m.flange"),
+    connect("F.f", F) },
+    "'F' is a part of this model and a symbol in its equations; give one of them another name")
+  fails({ m = l.mass{ s0 = 0, v0 = 0 }, F = { l.force{ f = 1 } }, connect("F[1].flange", "m.flange"),
+    var "F" ~ 1 },
+    "'F' is a list of parts of this model")
+  fails({ p = h.port, T = h.temperature{}, connect("p", "T.port"), var "p" ~ 1 },
+    "'p' is a connector of this model")
+end)
+
 test("what is inside a part is not connected from outside", function()
   local inner = model { T = h.temperature{}, G = h.conductor{}, connect("T.port", "G.a"), connect "G.b" }
   fails({ a = inner, b = h.temperature{ T = 3 }, connect("a.T.port", "b.port") },
