@@ -156,12 +156,9 @@ end
 
 -- ── the complex plane ──────────────────────────────────────────────────────────────────────────────────────
 
-local function map_of(by, G, options)
-  if object_type(check_system(by, G)) == "delay system" then
-    fail(by .. ": a delay in a loop has infinitely many poles; pade(G, n) has finitely many")
-  end
-  options = check_options(by, options)
-  local series, discrete = {}, G.Ts ~= 0
+-- Poles as × and zeros as ○.
+local function marked_roots(G)
+  local series = {}
   for _, each in ipairs { { G:poles(), "poles", "cross" }, { G:zeros(), "zeros", "ring" } } do
     local roots, name, marker = unpack(each)
     if #roots > 0 then
@@ -169,11 +166,41 @@ local function map_of(by, G, options)
         marker = marker }
     end
   end
-  if discrete then
-    local x, y = {}, {}
-    for k = 0, 180 do x[k + 1], y[k + 1] = math.cos(k * math.pi / 90), math.sin(k * math.pi / 90) end
-    series[#series + 1] = { x = x, y = y, labels = { "unit circle" }, style = "dots" }
+  return series
+end
+
+local function unit_circle()
+  local x, y = {}, {}
+  for k = 0, 180 do x[k + 1], y[k + 1] = math.cos(k * math.pi / 90), math.sin(k * math.pi / 90) end
+  return { x = x, y = y, labels = { "unit circle" }, style = "dots" }
+end
+
+-- The numbers of poles and zeros that coincide, beside them.
+local function multiple(G, margin)
+  local texts = {}
+  for _, roots in ipairs { G:poles(), G:zeros() } do
+    local counted = {}
+    for k = 1, #roots do
+      local x, y, known = evaluate(roots.re[k]), evaluate(roots.im[k]), nil
+      for _, c in ipairs(counted) do
+        if math.abs(c[1] - x) + math.abs(c[2] - y) < 1e-3 * margin then known = c end
+      end
+      if known then known[3] = known[3] + 1 else counted[#counted + 1] = { x, y, 1 } end
+    end
+    for _, c in ipairs(counted) do
+      if c[3] > 1 then texts[#texts + 1] = { c[1] + 0.1 * margin, c[2] + 0.25 * margin, tostring(c[3]) } end
+    end
   end
+  return #texts > 0 and texts or nil
+end
+
+local function map_of(by, G, options)
+  if object_type(check_system(by, G)) == "delay system" then
+    fail(by .. ": a delay in a loop has infinitely many poles; pade(G, n) has finitely many")
+  end
+  options = check_options(by, options)
+  local series, discrete = marked_roots(G), G.Ts ~= 0
+  if discrete then series[#series + 1] = unit_circle() end
   if #series == 0 then fail(by .. ": a gain has neither poles nor zeros") end
   local low, high, top = discrete and -1 or 0, discrete and 1 or 0, discrete and 1 or 0
   for _, each in ipairs(series) do
@@ -185,7 +212,9 @@ local function map_of(by, G, options)
     end
   end
   local margin = 0.15 * math.max(high - low, 2 * top, 1e-9)
-  return figure(copy({ by = by, series = series, xlim = { low - margin, high + margin },
+  local axes = not discrete and { 0 } or nil
+  return figure(copy({ by = by, series = series, hlines = axes, vlines = axes, texts = multiple(G, margin),
+    xlim = { low - margin, high + margin },
     ylim = { -top - margin, top + margin },
                        title = "Poles and zeros", xlabel = "Re " .. (discrete and "z" or "s"),
                        ylabel = "Im " .. (discrete and "z" or "s"), equal = true }, options))
@@ -272,15 +301,12 @@ local function root_locus(G, gains, options)
   for i, b in ipairs(branches) do
     if #b.x > 0 then series[#series + 1] = { x = b.x, y = b.y, labels = { "branch " .. i } } end
   end
-  for _, each in ipairs { { poles, "poles" }, { zeros, "zeros" } } do
-    local roots, name = unpack(each)
-    if #roots > 0 then
-      series[#series + 1] = { x = roots.re, y = roots.im, labels = { name }, style = "points" }
-    end
-  end
-  local v = G.Ts ~= 0 and "z" or "s"
+  for _, each in ipairs(marked_roots(G)) do series[#series + 1] = each end
+  local v, axes = G.Ts ~= 0 and "z" or "s", G.Ts == 0 and { 0 } or nil
+  if G.Ts ~= 0 then series[#series + 1] = unit_circle() end
   return figure(copy({ by = "rlocus", series = series, title = "Root locus", xlabel = "Re " .. v,
-                       ylabel = "Im " .. v, equal = true, legend = false }, options))
+                       ylabel = "Im " .. v, equal = true, legend = false, hlines = axes, vlines = axes },
+    options))
 end
 
 doc { name = "rlocus", module = "lti responses", sig = "rlocus(G [, gains [, options]]) -> figure",

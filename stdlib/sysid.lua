@@ -96,7 +96,7 @@ doc { name = "validation:plot", module = "identification",
     local series = { { x = { first, n }, y = { bound, bound }, lower = { -bound, -bound }, style = "fill",
       labels = { "99 % by chance" } } }
     for i = 1, values.cols do
-      series[#series + 1] = { x = lags, y = column(values, i), style = "impulses",
+      series[#series + 1] = { x = lags, y = column(values, i), style = "impulses", marker = "circle",
         labels = { what == "auto" and "residuals" or values.cols > 1 and "input " .. i or "input" } }
     end
     return figure(with_options("v:plot", { by = "v:plot", xlabel = "lag", series = series,

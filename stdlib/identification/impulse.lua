@@ -20,7 +20,8 @@ estimate.__index = { plot = function(r, options)
   local base = { by = "plot", title = "Impulse response", xlabel = "lag",
     ylabel = r.output .. " from " .. r.input,
     series = { { x = r.lags, y = r.bound, lower = low, labels = { "99 % if there is none" }, style = "fill" },
-               { x = r.lags, y = r.g, labels = { r.method }, style = "impulses" } } }
+               { x = r.lags, y = r.g, labels = { r.method }, style = "impulses",
+                 marker = "circle" } } }
   for key, value in pairs(options or {}) do base[key] = value end
   return figure(base)
 end }

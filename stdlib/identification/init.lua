@@ -66,7 +66,8 @@ row("rarx", "rarx(d, { na =, nb =, nk = 1, forgetting = 1, drift = 0, theta0 =, 
     .std (a list per sample) .errors; :plot(). Missing samples teach nothing.]], "recursive",
   swing .. "r = rarx(d, { na = 1, nb = 1 })\nprint((\"%.4f\"):format(r.theta[127][1]))", "-0.5000")
 row("rarmax", "rarmax(d, { na =, nb =, nc = 1, nk = 1, forgetting = 1, … }) -> recursive estimate",
-  [[The same for ARMAX by recursive prediction errors, C kept stable (Ljung, 2nd ed., §11.4).]], "recursive",
+  [[The same for ARMAX by recursive prediction errors, C kept stable (Ljung, 2nd ed., §11.4). With
+    forgetting = 1 the first hundred samples count less: their gradients belong to a poor C.]], "recursive",
   swing .. "return #rarmax(d, { na = 1, nb = 1, nc = 1 }).names", "3")
 row("process_model", "process_model(d, type [, { ic = \"estimate\", max_delay = }]) -> continuous model",
   [[K (1 + Tz s)/((1 + T1 s)(1 + T2 s) …) e^(-L s) from samples of a held input. type: "P" and the number of

@@ -61,9 +61,16 @@ local function setup(by, d, options, nc)
   return o
 end
 
+-- Without forgetting and with C in the model: λ(t) = 0.99 λ(t-1) + 0.01 from 0.95 on, since the gradients of
+-- the first samples belong to a poor C and would count for ever (Söderström, Ljung & Gustavsson, Automatica
+-- 14(3), 1978).
+local function forgetting(o, t)
+  return o.nc > 0 and o.lambda == 1 and o.drift == 0 and 1 - 0.05 * 0.99^t or o.lambda
+end
+
 -- K = P ψ/(λ + ψᵀPψ) of unit noise; P is updated in place.
-local function gain(P, psi, o)
-  local n, Ppsi, denominator = #psi, {}, o.lambda
+local function gain(P, psi, o, lambda)
+  local n, Ppsi, denominator = #psi, {}, lambda
   for i = 1, n do
     local sum = 0
     for j = 1, n do sum = sum + P[i][j] * psi[j] end
@@ -73,7 +80,7 @@ local function gain(P, psi, o)
   for i = 1, n do K[i] = Ppsi[i] / denominator end
   for i = 1, n do
     for j = 1, i do
-      P[i][j] = (P[i][j] - K[i] * Ppsi[j]) / o.lambda + (i == j and o.drift or 0)
+      P[i][j] = (P[i][j] - K[i] * Ppsi[j]) / lambda + (i == j and o.drift or 0)
       P[j][i] = P[i][j]
     end
   end
@@ -119,10 +126,15 @@ local function run(by, d, options, nc)
     if complete then
       local error = y[t] - prediction
       r.errors[t] = error
-      local K = gain(P, psi, o)
-      local moved = {}
-      for i = 1, o.d do moved[i] = theta[i] + K[i] * error end
-      if nc == 0 or common.stable({ table.unpack(moved, o.na + o.nb + 1) }) then theta = moved end
+      local K = gain(P, psi, o, forgetting(o, t))
+      for step = 0, 5 do                                         -- C stays stable: shorter steps
+        local moved = {}
+        for i = 1, o.d do moved[i] = theta[i] + 0.5^step * K[i] * error end
+        if nc == 0 or common.stable({ table.unpack(moved, o.na + o.nb + 1) }) then
+          theta = moved
+          break
+        end
+      end
       local after = y[t]
       for i = 1, o.d do after = after - theta[i] * phi[i] end
       e[t], filtered[t] = after, psi

@@ -47,15 +47,24 @@ end
 -- Gain with ± 2 σ as a band where a deviation is known, and the phase below.
 local function picture(r, options)
   local db, low, high, degrees, series = {}, {}, {}, {}, {}
+  local phase_low, phase_high, phases = {}, {}, {}
   for k = 1, #r.w do
     local function decibels(v) return 20 * math.log(math.max(v, 1e-6 * r.mag[k]), 10) end
     db[k], degrees[k] = decibels(r.mag[k]), r.phase[k]
-    if r.std then low[k], high[k] = decibels(r.mag[k] - 2 * r.std[k]), decibels(r.mag[k] + 2 * r.std[k]) end
+    if r.std then
+      low[k], high[k] = decibels(r.mag[k] - 2 * r.std[k]), decibels(r.mag[k] + 2 * r.std[k])
+      -- along and across G the deviation is the same; beyond half a turn nothing is known
+      local turn = r.mag[k] > 0 and math.min(180, 2 * r.std[k] / r.mag[k] * 180 / math.pi) or 180
+      phase_low[k], phase_high[k] = r.phase[k] - turn, r.phase[k] + turn
+    end
   end
-  if r.std then series[1] = { x = r.w, y = high, lower = low, labels = { "± 2 σ" }, style = "fill" } end
+  if r.std then
+    series[1] = { x = r.w, y = high, lower = low, labels = { "± 2 σ" }, style = "fill" }
+    phases[1] = { x = r.w, y = phase_high, lower = phase_low, style = "fill" }
+  end
   series[#series + 1] = { x = r.w, y = db, labels = { r.output .. "/" .. r.input } }
-  local below = figure { by = "plot", series = { { x = r.w, y = degrees, labels = { "phase" } } },
-    xlog = true,
+  phases[#phases + 1] = { x = r.w, y = degrees, labels = { "phase" } }
+  local below = figure { by = "plot", series = phases, xlog = true,
     xlabel = "ω [rad/s]", ylabel = "phase [°]", legend = false, ystep = common.phase_step(degrees) }
   local base = { by = "plot", xlog = true, title = r.title, ylabel = "gain [dB]", below = { below },
     series = series }
@@ -218,10 +227,12 @@ function coherence_estimate.__tostring(r)
     :format(r.input, r.output, r.segments, r.segment, r.bound)
 end
 coherence_estimate.__index = { plot = function(r, options)
-  local base = { title = "Coherence", xlabel = "f [Hz]", ylabel = "κ²", ylim = { 0, 1 }, style = "line",
-    hlines = { { at = r.bound, label = "99 % of what chance gives" } } }
+  local base = { by = "plot", title = "Coherence", xlabel = "f [Hz]", ylabel = "κ²", ylim = { 0, 1 },
+    series = { { x = r.f, y = r.value, labels = { r.output .. ", " .. r.input } },
+      { x = { r.f[1], r.f[#r.f] }, y = { r.bound, r.bound }, labels = { "99 % by chance" },
+        dash = "dashed" } } }
   for key, value in pairs(options or {}) do base[key] = value end
-  return named "plot" (r.f, r.value, base)
+  return figure(base)
 end }
 
 local function coherence(d, options)

@@ -40,10 +40,10 @@ end
 local function entry(cov, i, j) return type(cov) == "table" and cov[i][j] or cov(i, j) end
 
 -- Covariances of the numbers value(θ) (a list), one matrix entry function per pair asked for.
-local function propagated(u, value)
+local function propagated(u, value, share)
   local slopes = {}
   for i = 1, #u.theta do
-    local h = 0.1 * math.sqrt(math.max(0, entry(u.cov, i, i)))
+    local h = (share or 0.1) * math.sqrt(math.max(0, entry(u.cov, i, i)))
     if h == 0 or h == math.huge or h ~= h then slopes[i] = false
     else
       local ahead, behind = { table.unpack(u.theta) }, { table.unpack(u.theta) }
@@ -116,7 +116,7 @@ local step_band = bands("uncertain step response", function(r)
 end, function(r, options)
   local low, high = {}, {}
   for k = 1, #r.t do low[k], high[k] = r.y[k] - r.z * r.std[k], r.y[k] + r.z * r.std[k] end
-  return figure(with(options, { by = "plot", title = "Step response with its uncertainty", xlabel = "t",
+  return figure(with(options, { by = "plot", title = "Step response with its uncertainty", xlabel = "t [s]",
     series = { { x = r.t, y = high, lower = low, labels = { ("%g %%"):format(100 * r.level) },
       style = "fill" },
                { x = r.t, y = r.y, labels = { "y" }, style = r.discrete and "steps" or "line" } } }))
@@ -149,8 +149,11 @@ end, function(r, options)
   local series = { { x = r.re, y = r.im, labels = { "poles" }, style = "points", marker = "cross" } }
   local radius = math.sqrt(-2 * math.log(1 - r.level))
   for k = 1, #r.re do
-    local x, y = ellipse(r.re[k], r.im[k], r.covariances[k], radius)
-    series[#series + 1] = { x = x, y = y, labels = { k == 1 and ("%g %%"):format(100 * r.level) or "" } }
+    if r.std_re[k] > 0 or r.std_im[k] > 0 then
+      local x, y = ellipse(r.re[k], r.im[k], r.covariances[k], radius)
+      series[#series + 1] = { x = x, y = y, colour = "orange",
+        labels = { #series == 1 and ("%g %%"):format(100 * r.level) or "" } }
+    end
   end
   if r.discrete then
     local x, y = {}, {}
@@ -158,7 +161,7 @@ end, function(r, options)
     series[#series + 1] = { x = x, y = y, labels = { "unit circle" }, style = "dots" }
   end
   return figure(with(options, { by = "pzmap", series = series, title = "Poles with their uncertainty",
-    xlabel = "Re", ylabel = "Im", equal = true }))
+    xlabel = r.discrete and "Re z" or "Re s", ylabel = r.discrete and "Im z" or "Im s", equal = true }))
 end)
 
 local nyquist_band = bands("uncertain Nyquist curve", function(r)
@@ -169,9 +172,9 @@ end, function(r, options)
   for k = 1, #r.w, each do
     local x, y = ellipse(r.re[k], r.im[k], r.covariances[k], radius)
     series[#series + 1] = { x = x, y = y, labels = { k == 1 and ("%g %%"):format(100 * r.level) or "" },
-      style = "dots" }
+      colour = "orange" }
   end
-  series[#series + 1] = { x = { -1 }, y = { 0 }, labels = { "-1" }, style = "points" }
+  series[#series + 1] = { x = { -1 }, y = { 0 }, labels = { "-1" }, style = "points", marker = "plus" }
   return figure(with(options, { by = "nyquist", series = series, title = "Nyquist curve with its uncertainty",
     xlabel = "Re G", ylabel = "Im G", equal = true }))
 end)
@@ -267,7 +270,7 @@ function methods.poles(u)
     local out = {}
     for k, z in ipairs(sorted_poles(G, first)) do out[k], out[n + k] = z[1], z[2] end
     return out
-  end)
+  end, 1e-4)  -- a pair that is nearly real must not become real on the way
   local r = setmetatable({ re = {}, im = {}, std_re = {}, std_im = {}, covariances = {}, level = u.level,
     discrete = u.system.Ts ~= 0 }, pole_band)
   for k, z in ipairs(first) do

@@ -144,3 +144,29 @@ test("regularised FIR is nearer than least squares, in every unit", function()
   end
   expect(function() fir(d, { nb = 5, kernel = "XX" }) end):fails "unknown kernel"
 end)
+
+-- What is drawn: every estimate has a picture, bands where deviations are known.
+test("pictures of estimates", function()
+  local m = armax(d, { na = 2, nb = 1, nc = 1, nk = 3 })
+  local u = uncertain(m)
+  expect(tostring(coherence(d):plot())):equals "figure 'Coherence': 2 series, 130 points"
+  for _, r in ipairs { spa(d), etfe(d), cra(d), impulse_estimate(d), welch(d.y.T), u:bode(), u:step(),
+    u:nyquist(), rarx(d, { na = 1, nb = 1 }), m:forecast(d, 3, { u = { 1, 1, 1 } }), m:validate(d) } do
+    expect(tostring(r:plot()):find "^figure" ~= nil):is_true()
+  end
+end)
+
+test("the regions of conjugate poles are mirror images, also where they are nearly real", function()
+  local b, a, e, us, ys = { 1, 0.5 }, { -1.3, 0.4227 }, randn(400), {}, {}
+  local w, p = {}, randn(400)
+  for t = 1, 400 do
+    us[t] = p[t]
+    w[t] = b[1] * (us[t-1] or 0) + b[2] * (us[t-2] or 0) - a[1] * (w[t-1] or 0) - a[2] * (w[t-2] or 0)
+    ys[t] = w[t] + 0.5 * e[t]
+  end
+  local r = uncertain(oe(iddata { y = ys, u = us }, { nb = 2, nf = 2 })):poles()
+  if r.im[1] ~= 0 then
+    expect(r.std_re[1]):near(r.std_re[2], 1e-6)
+    expect(r.covariances[1][2]):near(-r.covariances[2][2], 1e-6 * r.covariances[1][3])
+  end
+end)
