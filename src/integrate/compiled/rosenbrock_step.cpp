@@ -57,26 +57,30 @@ class RosenbrockEmitter {
         at_rest_(n_, w_.constant(0)),
         F_(codegen::lower(model_.F, q_.problem.arguments())) {}
 
-  /// Out: y₁ | x₁′ | scaled error | K₁ … Kᵣ | sum and largest | growth.
+  /// Out: y₁ | x₁′ | scaled error | K₁ … Kᵣ | right side of the error | sum and largest | growth.
   Program step() {
     Slot growth = 0;
     const Slots factors = factorise(growth);
     slopes_in_time();
-    for (int i = 0; i < rk_.stages(); ++i)
-      U_.push_back(q_.pivots.write_solution(w_, factors, right(i), false));
+    Table rights;
+    for (int i = 0; i < rk_.stages(); ++i) {
+      rights.push_back(right(i));
+      U_.push_back(q_.pivots.write_solution(w_, factors, rights.back(), false));
+    }
     const Slots end = point(numbers(rk_.m()));
     Table dense;
     for (Eigen::Index r = 0; r < rk_.dense().rows(); ++r) {
       dense.emplace_back();
-      for (std::size_t k = 0; k < N_; ++k) dense.back().push_back(sum(numbers(rk_.dense().row(r)), k));
+      for (std::size_t k = 0; k < N_; ++k) dense.back().push_back(sum(numbers(rk_.dense().row(r)), U_, k));
     }
     Slots results = end, squares;
     append(results, velocity(end, dense));
     for (std::size_t k = 0; k < N_; ++k) {
-      results.push_back(w_.put(Op::mul, sum(numbers(*rk_.e()), k), weight(end, k)));
+      results.push_back(w_.put(Op::mul, sum(numbers(*rk_.e()), U_, k), weight(end, k)));
       squares.push_back(w_.put(Op::mul, results.back(), results.back()));
     }
     for (const Slots& row : dense) append(results, row);
+    for (std::size_t k = 0; k < N_; ++k) results.push_back(sum(numbers(*rk_.e()), rights, k));
     results.push_back(w_.sum(squares)), results.push_back(w_.largest(squares)), results.push_back(growth);
     return w_.finish(std::move(results));
   }
@@ -128,16 +132,16 @@ class RosenbrockEmitter {
     for (Slot& entry : slope_) entry = w_.put(Op::mul, entry, h_);
   }
 
-  /// Σ factorsⱼ uⱼ, component k.
-  Slot sum(std::vector<double> factors, std::size_t k) {
+  /// Σ factorsⱼ vectorsⱼ, component k.
+  Slot sum(std::vector<double> factors, const Table& vectors, std::size_t k) {
     Slots terms;
-    for (const Slots& u : U_) terms.push_back(u[k]);
+    for (const Slots& u : vectors) terms.push_back(u[k]);
     factors.resize(terms.size());
     return w_.combination(factors, terms);
   }
   Slots point(const std::vector<double>& factors) {
     Slots result;
-    for (std::size_t k = 0; k < N_; ++k) result.push_back(w_.put(Op::add, y_[k], sum(factors, k)));
+    for (std::size_t k = 0; k < N_; ++k) result.push_back(w_.put(Op::add, y_[k], sum(factors, U_, k)));
     return result;
   }
   /// The right side of stage i (rosenbrock_stepper.hpp).
@@ -145,7 +149,7 @@ class RosenbrockEmitter {
     std::vector<double> c = numbers(rk_.C().row(i).head(i));
     for (double& factor : c) factor = -factor;
     Slots xdot = at_rest_;
-    for (std::size_t k = 0; k < n_ && i > 0; ++k) xdot[k] = w_.put(Op::mul, sum(c, k), inverse_h_);
+    for (std::size_t k = 0; k < n_ && i > 0; ++k) xdot[k] = w_.put(Op::mul, sum(c, U_, k), inverse_h_);
     const Slots y = i == 0 ? y_ : point(numbers(rk_.A().row(i).head(i)));
     Slots result = w_.inlined(F_, arguments_at(rk_.alpha()[i], y, xdot));
     for (std::size_t k = 0; k < N_; ++k) {
@@ -232,7 +236,7 @@ std::shared_ptr<RosenbrockCode> RosenbrockCode::make(const Request& q) {
   code->n_ = static_cast<std::size_t>(q.problem.n()), code->N_ = at.N;
   code->stages_ = at.stages, code->slope_ = at.slope;
   code->in_.resize(at.end);
-  code->out_.resize(at.N * (2 + static_cast<std::size_t>(q.method.dense().rows())) + code->n_ + 3);
+  code->out_.resize(at.N * (3 + static_cast<std::size_t>(q.method.dense().rows())) + code->n_ + 3);
   code->work_.resize(code->machine_->workspace_size());
   double* const weights = code->in_.data() + at.atol;
   std::copy_n(q.tolerances.rtol.data(), at.N, std::copy_n(q.tolerances.atol.data(), at.N, weights));
@@ -250,7 +254,7 @@ RosenbrockCode::End RosenbrockCode::run(Problem& problem, const Point& from, dou
   machine_->run(in_.data(), out_.data(), work_.data());
   const double *y = out_.data(), *xdot = y + N_, *scaled = xdot + n_, *dense = scaled + N_;
   const double* norms = out_.data() + out_.size() - 3;
-  return {y, xdot, scaled, dense, norms[0], norms[1], norms[2] <= 1};
+  return {y, xdot, scaled, dense, norms - N_, norms[0], norms[1], norms[2] <= 1};
 }
 
 }  // namespace pendula::integrate

@@ -24,10 +24,10 @@ class RosenbrockCode {
     const Tolerances& tolerances;
   };
   /// The end of a step: y₁ = (x, z), x₁′, the scaled error, K₁ … Kᵣ of the dense output one after the other;
-  /// sum and largest of the squares of the scaled error. regular: the pivots suit this matrix; the other
-  /// values mean nothing otherwise.
+  /// sum and largest of the squares of the scaled error; the right side that the error solves. regular: the
+  /// pivots suit this matrix; the other values mean nothing otherwise.
   struct End {
-    const double *y, *xdot, *scaled, *dense;
+    const double *y, *xdot, *scaled, *dense, *undamped;
     double sum, largest;
     bool regular;
   };

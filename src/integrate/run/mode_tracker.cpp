@@ -158,22 +158,30 @@ bool ModeTracker::is_continuous(const Crossings& crossed) const {
   });
 }
 
+/// Borders that are crossed too often are integrated through where the slopes agree, too. Kinks are not: the error
+/// estimate of a long step does not see one that lies between two of its stages, and a rectifier that blocks and
+/// conducts once in a step of high order loses all digits. (Kinks that the solution crosses by rounding alone
+/// accumulate: ZenoDetector.)
 void ModeTracker::count(const Crossings& crossed, const Point& point) {
   constexpr long quick = 2;  // steps between two crossings: the restart at one of them was of no use
   constexpr long often = 6;  // in a row: fewer happen by chance where a solution oscillates about a border
   const long steps = state_.stats().steps;
   Crossings much;
+  bool smooth = true;
   for (const auto& crossing : crossed) {
     if (!events()[crossing.which].surface || events()[crossing.which].leaves >= 0) continue;
     Border& border = borders_[crossing.which];
     ++border.crossings;
     border.quick = steps - border.last_step <= quick ? border.quick + 1 : 0;
     border.last_step = steps;
-    if (border.quick >= often) much.push_back(crossing);
+    if (events()[crossing.which].smoothness != Smoothness::smooth)
+      smooth = false;
+    else if (border.quick >= often)
+      much.push_back(crossing);
   }
   constexpr long enough = 40;  // crossings: fewer cost little in any case
-  if (is_continuous(crossed) && ++crossings_ >= enough && 4 * crossings_ > steps)
-    thaw_all(point);
+  if (smooth && is_continuous(crossed) && ++crossings_ >= enough && 4 * crossings_ > steps)
+    thaw_all(point, Smoothness::smooth);
   else if (!much.empty())
     thaw(much, point);
 }
@@ -185,10 +193,10 @@ bool ModeTracker::thaw(const Crossings& crossed, const Point& point) {
   return any;
 }
 
-bool ModeTracker::thaw_all(const Point& point) {
+bool ModeTracker::thaw_all(const Point& point, Smoothness least) {
   bool any = false;
   for (std::size_t i = 0; i < borders_.size(); ++i)
-    any = (events()[i].smoothness != Smoothness::open && thaw_one(static_cast<int>(i), point)) || any;
+    any = (events()[i].smoothness <= least && thaw_one(static_cast<int>(i), point)) || any;
   if (any) rebuild(point);
   return any;
 }

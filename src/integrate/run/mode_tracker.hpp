@@ -46,8 +46,8 @@ class ModeTracker {
   void count(const Crossings& crossed, const Point& point);
   /// Thaws those of the borders among the crossings that can be; false if there are none.
   bool thaw(const Crossings& crossed, const Point& point);
-  /// After a failure of a step: all on which the equations are known to be continuous.
-  bool thaw_all(const Point& point);
+  /// After a failure of a step: all on which the equations are known to be so smooth.
+  bool thaw_all(const Point& point, Smoothness least = Smoothness::kink);
   /// Where crossings accumulate: the solution slides along all borders that were crossed of late; false if
   /// it cannot.
   bool slide_where_crossed(const Point& point);

@@ -13,9 +13,11 @@
 namespace pendula::integrate {
 
 RoundingFloor::RoundingFloor(std::vector<int> index, int states) : index_(std::move(index)) {
-  for (std::size_t k = 0; k < index_.size(); ++k)
-    raisable_.push_back(k >= static_cast<std::size_t>(states) && index_[k] > 1);
-  has_multipliers_ = std::any_of(raisable_.begin(), raisable_.end(), [](char r) { return r; });
+  for (std::size_t k = 0; k < index_.size(); ++k) {
+    raisable_.push_back(k >= static_cast<std::size_t>(states));
+    has_algebraic_ = has_algebraic_ || raisable_[k];
+    has_multipliers_ = has_multipliers_ || (raisable_[k] && index_[k] > 1);
+  }
 }
 
 /// ε Σ |∂F_i/∂y_j y_j| with signs of three patterns, solved for.
@@ -81,9 +83,8 @@ double RoundingFloor::least(int k, double dt) const {
 }
 
 std::string raised_text() {
-  return "Rounding errors in the equations, divided by the steps, are all that is left of the multipliers: "
-         "the "
-         "solution is singular here, or the tolerances ask for more digits than there are";
+  return "Rounding errors in the equations, divided by the steps, are all that is left of algebraic "
+         "unknowns: the solution is singular here, or the tolerances ask for more digits than there are";
 }
 
 std::string rounding_text(const RoundingFloor& rounding, const std::string& name) {

@@ -18,7 +18,7 @@ class RoundingFloor {
   enum class Answer {
     no,        ///< the corrections are more than rounding, or more of it than the tolerances allow
     accepted,  ///< converged as far as it can
-    raised     ///< so are the tolerances of multipliers, to what can be reached: try again
+    raised     ///< so are the tolerances of z, to what can be reached: try again
   };
 
   /// The iteration matrix in the order of the unknowns y = (x, z), for x′ and y at hand.
@@ -31,10 +31,13 @@ class RoundingFloor {
 
   RoundingFloor() = default;
   /// index: of every unknown, 1 … 3; the first `states` have an x′. Only tolerances of others are raised: an
-  /// error in x stays, one in a multiplier is gone with the next step.
+  /// error in x stays, one in z is gone with the next step.
   RoundingFloor(std::vector<int> index, int states);
   bool raised() const { return !least_.empty(); }
   bool has_multipliers() const { return has_multipliers_; }
+  /// Is a rejected step a reason to look? After the first one where there are multipliers, after the second where
+  /// there are other unknowns without x′.
+  bool may_raise(bool repeated) const { return has_multipliers_ || (repeated && has_algebraic_); }
   void forget() { least_.clear(), trouble = 0, worst = -1; }
 
   /// length: the last correction, or the estimated error, in units of the tolerances `scale`; stages: what
@@ -53,7 +56,7 @@ class RoundingFloor {
   void measure(const Matrix& matrix, const double* y, const double* xdot);
   std::vector<int> index_;
   std::vector<char> raisable_;
-  bool has_multipliers_ = false;
+  bool has_multipliers_ = false, has_algebraic_ = false;
   std::vector<double> open_;   ///< by rounding, of every unknown
   std::vector<double> least_;  ///< tolerances times dt^(index - 1); empty: as given
 };

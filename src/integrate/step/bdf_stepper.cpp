@@ -90,6 +90,21 @@ void BdfStepper::start(const Point& point, double end) {
   std::copy_n(here_.x.data(), n(), D(0));
   std::copy_n(here_.z.data(), m(), D(0) + n());
   for (int k = 0; k < n(); ++k) D(1)[k] = dt_ * here_.xdot[k];
+  z_slopes_known_ = m() == 0 || !determined_;
+}
+
+/// A first step, of whose z no slope is known, must not change z by more than its tolerance, and is lost beside t where
+/// z changes fast. Then: a longer one, with a difference for the slopes; false if there is none.
+bool BdfStepper::predict_algebraic(double end) {
+  constexpr double longer = 1e6;  // than the smallest visible one
+  if (z_slopes_known_) return false;
+  z_slopes_known_ = true;
+  rescale(std::min(longer * dt_, end - here_.t) / dt_);
+  const Vec x = here_.x + dt_ * here_.xdot;
+  Vec xdot = here_.xdot, z = here_.z;
+  if (!rhs_(here_.t + dt_, x.data(), xdot.data(), z.data()) || !z.allFinite()) return false;
+  Eigen::Map<Vec>(D(1) + n(), m()) = z - here_.z;
+  return true;
 }
 
 /// The differences for a step size `factor` times as large.
@@ -186,6 +201,22 @@ bool BdfStepper::plausible() {
   return check_.plausible(dt_, attempt_.scale, jacobian_.entries);
 }
 
+/// An old Jacobian that is far too large, from before the end of a stiff phase, makes corrections tiny: is a residual
+/// left that would be seen without it?
+bool BdfStepper::is_hidden() {
+  if (jacobian_.fresh || !determined_ ||
+      !check_.is_visible(attempt_.c, attempt_.residual.data(), attempt_.scale, jacobian_.entries))
+    return false;
+  double* at = problem_->unknowns();
+  for (int k = 0; k < N_; ++k) {
+    at[k < n() ? k : n() + k] = attempt_.y[k];
+    if (k < n()) at[n() + k] = (attempt_.psi[k] + attempt_.d[k]) / attempt_.c;
+  }
+  problem_->residual(attempt_.r.data());
+  ++stats_.evaluations;
+  return check_.is_visible(attempt_.c, attempt_.r.data(), attempt_.scale, jacobian_.entries);
+}
+
 /// F(t, y⁰ + d, (ψ + d)/c) = 0 for d.
 BdfStepper::Newton BdfStepper::newton(double t) {
   problem_->set_time(t);
@@ -224,7 +255,7 @@ BdfStepper::Newton BdfStepper::newton(double t) {
     if (small && ((iteration_.count > 1 && rate < 0.5) || plausible())) {
       for (std::size_t i = 0; i < attempt_.d.size(); ++i)
         attempt_.y[i] = attempt_.predicted[i] + attempt_.d[i];
-      return Newton::converged;
+      return is_hidden() ? Newton::slow : Newton::converged;
     }
     before = length;
   }
@@ -310,9 +341,11 @@ void BdfStepper::step(double end) {
     const double dt = fitted(dt_, end);
     if (dt != dt_) rescale(dt / dt_);
     dt_ = dt;
-    if ((dt != end - here_.t || rejected_) && !is_visible(dt))
+    if ((dt != end - here_.t || rejected_) && !is_visible(dt)) {
+      if (predict_algebraic(end)) continue;
       throw vanished(Eigen::Map<const Vec>(attempt_.d.data(), trouble_.empty() ? N_ : 0),
                      trouble_.empty() && rounding_.raised() ? raised_text() : trouble_);
+    }
     trouble_.clear();
     const double t = dt == end - here_.t ? end : here_.t + dt;
     predict();
@@ -332,7 +365,7 @@ void BdfStepper::step(double end) {
     }
     const double error = scaled_norm(attempt_.d.data(), error_constant(history_.order));
     if (error <= 1) return accept(t, error);
-    if (rounding_.has_multipliers() && at_rounding(error) == RoundingFloor::Answer::raised) continue;
+    if (rounding_.may_raise(rejected_) && at_rounding(error) == RoundingFloor::Answer::raised) continue;
     const double factor = safety_factor() * std::pow(error, -1.0 / (history_.order + 1));
     reject(std::isfinite(error) ? std::max(0.2, factor) : 0.2);
   }
@@ -350,6 +383,7 @@ void BdfStepper::accept(double t, double error) {
   ++stats_.steps;
   ++history_.equal_steps;
   jacobian_.fresh = false;
+  z_slopes_known_ = true;
   update_differences();
   last_.order = history_.order;
   last_.t = t;

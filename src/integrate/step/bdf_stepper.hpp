@@ -60,9 +60,11 @@ class BdfStepper final : public Stepper {
 
   double* D(int j) { return history_.differences.data() + static_cast<std::ptrdiff_t>(j) * N_; }
   void rescale(double factor);
+  bool predict_algebraic(double end);
   void predict();
   Newton newton(double t);
   bool plausible();
+  bool is_hidden();
   Newton solve_step(double t);
   RoundingFloor::Answer at_rounding(double length);
   void solve(double* right);
@@ -80,7 +82,8 @@ class BdfStepper final : public Stepper {
   int N_, highest_;
   std::vector<int> index_;
   RhsSolver rhs_;
-  bool determined_ = true;  ///< x′ and z follow from (t, x)
+  bool z_slopes_known_ = true;  ///< a step has been made since the start
+  bool determined_ = true;      ///< x′ and z follow from (t, x)
   Pattern rows_;
   Jacobian jacobian_;
   LinearSolver<double> solver_;

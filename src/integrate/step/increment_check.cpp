@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <unordered_set>
 
 #include "integrate/solve/tolerances.hpp"
@@ -19,24 +20,29 @@ IncrementCheck::IncrementCheck(const Problem& problem) {
     });
   };
   std::vector<Row> rows(static_cast<std::size_t>(n + problem.m()));
-  std::vector<char> suits(rows.size(), 1);
+  std::vector<char> suits(rows.size(), 1), varies(rows.size(), 0);
   for (std::size_t k = 0; k < problem.pattern().size(); ++k) {
     const Problem::Entry e = problem.pattern()[k];
     const bool mass = e.column >= n && e.column < 2 * n;
     Row& row = rows[e.row];
     row.row = e.row;
     (mass ? row.mass : row.other).push_back({e.column < n ? e.column : e.column - n, k});
-    if (mass && !is_constant(problem.partials()[k])) suits[e.row] = 0;
+    if (is_constant(problem.partials()[k])) continue;
+    varies[e.row] = 1;
+    if (mass) suits[e.row] = 0;
   }
   for (std::size_t r = 0; r < rows.size(); ++r)
-    if (suits[r] && !rows[r].mass.empty()) rows_.push_back(std::move(rows[r]));
+    if (rows[r].mass.empty() ? varies[r] : suits[r])
+      (rows[r].mass.empty() ? algebraic_ : rows_).push_back(std::move(rows[r]));
   slopes_.resize(rows_.size());
   values_.resize(rows_.size());
+  residuals_.resize(rows_.size() + algebraic_.size());
 }
 
 void IncrementCheck::begin() {
   std::fill(slopes_.begin(), slopes_.end(), 0.0);
   std::fill(values_.begin(), values_.end(), 0.0);
+  std::fill(residuals_.begin(), residuals_.end(), 0.0);
 }
 
 void IncrementCheck::add(const double* xdot, double unit, const double* F, std::ptrdiff_t stride,
@@ -46,7 +52,14 @@ void IncrementCheck::add(const double* xdot, double unit, const double* F, std::
     for (const Term& term : rows_[i].mass) slope += entries[term.entry] * xdot[term.column * stride];
     slope *= unit;
     slopes_[i] = std::max(slopes_[i], std::fabs(slope));
-    values_[i] = std::max(values_[i], std::fabs(slope - F[rows_[i].row * stride]));
+    const double residual = F[rows_[i].row * stride];
+    values_[i] = std::max(values_[i], std::fabs(slope - residual));
+    residuals_[i] = std::max(residuals_[i], std::fabs(residual));
+  }
+  double* largest = residuals_.data() + rows_.size();
+  for (const Row& row : algebraic_) {
+    *largest = std::max(*largest, std::fabs(F[row.row * stride]));
+    ++largest;
   }
 }
 
@@ -65,6 +78,37 @@ bool IncrementCheck::plausible(double dt, std::span<const double> scale,
     if (slopes_[i] > weights * values_[i] && dt * slopes_[i] > visible * scale_of(rows_[i], scale, entries))
       return false;
   return true;
+}
+
+/// The change of a row without x′ by the tolerance of the unknown of which it depends least.
+double IncrementCheck::least_change(const Row& row, std::span<const double> scale,
+                                    std::span<const double> entries) {
+  double least = std::numeric_limits<double>::infinity();
+  for (const Term& term : row.other)
+    if (entries[term.entry] != 0)
+      least = std::min(least, std::fabs(entries[term.entry]) * scale[term.column]);
+  return least;
+}
+
+bool IncrementCheck::is_visible(double dt, const double* F, std::span<const double> scale,
+                                std::span<const double> entries) const {
+  return std::any_of(rows_.begin(), rows_.end(),
+                     [&](const Row& row) {
+                       return !(dt * std::fabs(F[row.row]) <= scale_of(row, scale, entries));
+                     }) ||
+         std::any_of(algebraic_.begin(), algebraic_.end(), [&](const Row& row) {
+           return !(std::fabs(F[row.row]) <= least_change(row, scale, entries));
+         });
+}
+
+bool IncrementCheck::leaves_visible(double dt, std::span<const double> scale,
+                                    std::span<const double> entries) const {
+  std::size_t i = 0;
+  for (const Row& row : rows_)
+    if (dt * residuals_[i++] > scale_of(row, scale, entries)) return true;
+  for (const Row& row : algebraic_)
+    if (residuals_[i++] > least_change(row, scale, entries)) return true;
+  return false;
 }
 
 double IncrementCheck::undamped_norm(double norm, const double* e, double factor,

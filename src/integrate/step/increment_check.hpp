@@ -31,6 +31,13 @@ class IncrementCheck {
   /// |M (x₁ - x₀)| ≤ h max |fᵢ|.
   bool plausible(double dt, std::span<const double> scale, std::span<const double> entries) const;
 
+  /// Would the right side F, of a correction or an error estimate, move an unknown by more than its tolerance in the
+  /// step if no matrix damped it?
+  bool is_visible(double dt, const double* F, std::span<const double> scale,
+                  std::span<const double> entries) const;
+  /// The same of the residuals of the stages that were added.
+  bool leaves_visible(double dt, std::span<const double> scale, std::span<const double> entries) const;
+
   /// An error estimate e, the solution of (factor M + J) e = r: its norm, or that of r/factor where e points against
   /// r (cosine below -1/2), which is a sign of growth in more than a step. scale: of the unknowns.
   double undamped_norm(double norm, const double* e, double factor, std::span<const double> scale,
@@ -47,9 +54,11 @@ class IncrementCheck {
     std::vector<Term> other;  ///< ∂F/∂(x, z): columns of (x, z)
   };
   double scale_of(const Row& row, std::span<const double> scale, std::span<const double> entries) const;
+  static double least_change(const Row& row, std::span<const double> scale, std::span<const double> entries);
 
   std::vector<Row> rows_;
-  std::vector<double> slopes_, values_;  ///< largest of |M x′| and |f| so far, of every row
+  std::vector<Row> algebraic_;                       ///< rows without x′ whose Jacobian varies
+  std::vector<double> slopes_, values_, residuals_;  ///< largest of |M x′|, |f| and |F| so far, row by row
 };
 
 }  // namespace pendula::integrate

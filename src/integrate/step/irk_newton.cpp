@@ -276,20 +276,30 @@ double IrkStepper::error_norm(double dt, bool again) {
   return check_.undamped_norm(norm, error_.data(), f().gamma / dt, scales_.scale, jacobian_.entries);
 }
 
-/// Over a step much longer than the last the equations may have become less stiff than the Jacobian at its start says:
-/// a matrix that is far too large makes corrections and error estimates tiny. One more correction at the end, with the
-/// Jacobian there; its norm.
+/// Where the equations have become less stiff along the step than the Jacobian at hand says, a matrix that is far too
+/// large makes corrections and error estimates tiny. Over a step much longer than the last, and where a residual is left
+/// that would be seen without the matrix: one more correction of the last stage, with the Jacobian there; its norm.
 double IrkStepper::correction_at_end(double dt) {
   constexpr double longer = 2;
-  if (!determined_ || !f().stiffly_accurate || last_.dt == 0) return 0;
-  if (iteration_.wary == 0 && dt <= longer * last_.dt) return 0;
-  problem_->place(next_.t, next_.x.data(), next_.xdot.data(), next_.z.data());
+  if (!determined_) return 0;
+  const bool due = last_.dt > 0 && (iteration_.wary > 0 || dt > longer * last_.dt);
+  const double gh = dt / f().gamma;
+  if (!due && !check_.leaves_visible(gh, scales_.scale, jacobian_.entries)) return 0;
+  const int last = f().s - 1;
+  const double* Z = Z_.data() + static_cast<std::ptrdiff_t>(last) * N_;
+  double* at = problem_->unknowns();
+  problem_->set_time(here_.t + f().c[last] * dt);
+  for (int k = 0; k < N_; ++k) at[k < n() ? k : n() + k] = y_[k] + Z[k];
+  for (int j = 0; j <= last; ++j) work_.weights[j] = f().W(last, j) / dt;
+  combine(n(), nullptr, work_.weights, Z_.data(), N_, at + n());
+  problem_->residual(error_.data());
+  ++stats_.evaluations;
+  if (!due && !check_.is_visible(gh, error_.data(), scales_.scale, jacobian_.entries)) return 0;
   const std::vector<double>& entries = problem_->jacobian();
   for (std::size_t k = 0; k < entries.size(); ++k)
-    shifted_.real[k] = rows_.in_mass[k] ? f().gamma / dt * entries[k] : entries[k];
-  problem_->residual(error_.data());
+    shifted_.real[k] = rows_.in_mass[k] ? entries[k] / gh : entries[k];
   ++stats_.jacobians;
-  ++stats_.evaluations;
+  ++stats_.factorisations;
   if (jacobian_.end.size() == 0) jacobian_.end.analyse(N_, rows_.positions);
   if (!jacobian_.end.factorise(shifted_.real.data())) return 0;
   jacobian_.end.solve(error_.data());

@@ -224,7 +224,8 @@ void IrkStepper::step(double end) {
       continue;
     }
     const double error = error_norm(dt, control_.first || control_.repeated);
-    if (error >= 1 && rounding_.has_multipliers() && at_rounding(dt, error) == RoundingFloor::Answer::raised)
+    if (error >= 1 && rounding_.may_raise(control_.repeated) &&
+        at_rounding(dt, error) == RoundingFloor::Answer::raised)
       continue;
     if (error >= 1 || !(error < 1) || !complete(dt)) {
       need_jacobian = !jacobian_.fresh;

@@ -22,16 +22,19 @@ RosenbrockStepper::RosenbrockStepper(ProblemPtr problem, RosenbrockPtr method, T
     : Stepper(std::move(problem), std::move(tolerances), limits, stats),
       method_(std::move(method)),
       N_(n() + m()),
-      rhs_(problem_, stats) {
+      rhs_(problem_, stats),
+      check_(*problem_) {
   if (!method_->e())
     throw Error(text("the method ", method_->name(), " has no embedded method to estimate its error"));
   if (!method_->error_sees_linear())
     throw Error(text("the error estimate of ", method_->name(),
                      " is zero for every linear equation: it cannot choose steps; take method = \"rodas\""));
   require_constant_mass();
+  in_mass_row_.assign(static_cast<std::size_t>(N_), false);
   for (const Problem::Entry& e : problem_->pattern()) {
     const bool mass = e.column >= n() && e.column < 2 * n();
     in_mass_.push_back(mass);
+    if (mass) in_mass_row_[e.row] = true;
     positions_.push_back({e.row, e.column < n() ? e.column : e.column - n()});
   }
   matrix_.resize(positions_.size());
@@ -43,7 +46,8 @@ RosenbrockStepper::RosenbrockStepper(ProblemPtr problem, RosenbrockPtr method, T
       !model.u.empty() || std::any_of(slopes.begin(), slopes.end(), [](Expr e) { return !e.is_zero(); });
   time_kernel_ = codegen::Kernel(slopes, problem_->arguments());
   const auto size = static_cast<std::size_t>(N_);
-  for (auto* v : {&y_, &Ft_, &R_, &scaled_}) v->assign(size, 0.0);
+  for (auto* v : {&y_, &Ft_, &R_, &scaled_, &at_end_.undamped, &at_end_.weights, &at_end_.bounds})
+    v->assign(size, 0.0);
   U_.assign(size * static_cast<std::size_t>(method_->stages()), 0.0);
   last_.dense.assign(size * (2 + static_cast<std::size_t>(method_->dense().rows())), 0.0);
   for (Point* p : {&next_, &before_}) p->x.resize(n()), p->xdot.resize(n()), p->z.resize(m());
@@ -68,6 +72,7 @@ void RosenbrockStepper::start(const Point& point, double end) {
     throw Failure(rhs_.reason());
   control_.start();
   trouble_.clear();
+  entries_at_ = NAN;
   dt_ = limits_.dt_first > 0 ? limits_.dt_first : cautious_step(end);
   prepare_code();
 }
@@ -107,10 +112,11 @@ bool RosenbrockStepper::time_derivative(const Point& at) {
 void RosenbrockStepper::begin_step() {
   std::copy_n(here_.x.data(), n(), y_.data());
   std::copy_n(here_.z.data(), m(), y_.data() + n());
-  ++stats_.jacobians;
-  if (code_) return;
-  problem_->place(here_.t, here_.x.data(), here_.xdot.data(), here_.z.data());
-  entries_ = problem_->jacobian();
+  if (code_) {
+    ++stats_.jacobians;
+  } else if (entries_at_ != here_.t) {
+    keep_jacobian(here_, entries_);
+  }
 }
 
 /// A step of this size: the norm of its error, or NaN.
@@ -121,6 +127,7 @@ double RosenbrockStepper::attempt(double dt) {
     ++stats_.factorisations;
     stats_.evaluations += method_->stages();
     std::copy_n(end_.scaled, N_, scaled_.data());
+    std::copy_n(end_.undamped, N_, at_end_.undamped.data());
     return ErrorSum::norm(end_.sum, end_.largest, N_);
   }
   code_ = nullptr;  // these pivots do not suit, or something is not finite
@@ -161,6 +168,7 @@ bool RosenbrockStepper::stages(double dt) {
   const auto size = static_cast<std::size_t>(N_);
   const int s = method_->stages(), states = n();
   double* at = problem_->unknowns();
+  std::fill(at_end_.undamped.begin(), at_end_.undamped.end(), 0.0);
   for (int i = 0; i < s; ++i) {
     problem_->set_time(here_.t + method_->alpha()[i] * dt);
     for (int k = 0; k < N_; ++k) {
@@ -181,7 +189,11 @@ bool RosenbrockStepper::stages(double dt) {
     ++stats_.evaluations;
     const double factor = depends_on_time_ ? method_->gammas()[i] * dt : 0;
     double sum = 0;
-    for (std::size_t k = 0; k < size; ++k) u[k] = -u[k] - factor * Ft_[k], sum += u[k] * 0;
+    for (std::size_t k = 0; k < size; ++k) {
+      u[k] = -u[k] - factor * Ft_[k];
+      at_end_.undamped[k] += (*method_->e())[i] * u[k];
+      sum += u[k] * 0;
+    }
     if (sum != 0) return false;
     solver_.solve(u);
   }
@@ -204,6 +216,58 @@ double RosenbrockStepper::error_norm() {
     sum.add(scaled_[k]);
   }
   return sum.norm(N_);
+}
+
+/// The estimate is a solution with the matrix at the beginning, which is far too large where stiffness ends within the
+/// step: then it says nothing, and neither did the stages. The same right side solved with the matrix at the end: its
+/// norm; 0 where it is seen without solving that it is small, or no other than before.
+double RosenbrockStepper::error_at_end(double dt) {
+  const double gh = method_->gamma() * dt;
+  for (int k = 0; k < N_; ++k)
+    at_end_.weights[k] =
+        weight(k, std::max(std::fabs(y_[k]), std::fabs(k < n() ? next_.x[k] : next_.z[k - n()])));
+  if (!check_.is_visible(gh, at_end_.undamped.data(), at_end_.weights, entries_)) return 0;
+  if (entries_at_ != here_.t) keep_jacobian(here_, entries_);
+  keep_jacobian(next_, at_end_.entries);
+  if (!jacobian_has_changed(gh)) return 0;
+  for (std::size_t k = 0; k < entries_.size(); ++k)
+    matrix_[k] = in_mass_[k] ? at_end_.entries[k] / gh : at_end_.entries[k];
+  ++stats_.factorisations;
+  if (at_end_.solver.size() == 0) at_end_.solver.analyse(N_, positions_);
+  if (!at_end_.solver.factorise(matrix_.data())) return 0;
+  at_end_.solver.solve(at_end_.undamped.data());
+  ErrorSum sum;
+  for (int k = 0; k < N_; ++k) sum.add(at_end_.undamped[k] / at_end_.weights[k]);
+  const double norm = sum.norm(N_);
+  return std::isfinite(norm) ? norm : 0;
+}
+
+void RosenbrockStepper::keep_jacobian(const Point& at, std::vector<double>& entries) {
+  problem_->place(at.t, at.x.data(), at.xdot.data(), at.z.data());
+  entries = problem_->jacobian();
+  entries_at_ = at.t;
+  ++stats_.jacobians;
+}
+
+/// Does J e, e the estimated error, differ between beginning and end by more than the tolerances? In rows without x′:
+/// by more than a tenth of what the tolerances change.
+bool RosenbrockStepper::jacobian_has_changed(double gh) {
+  constexpr double tenth = 0.1;
+  std::fill(R_.begin(), R_.end(), 0.0);
+  std::fill(at_end_.bounds.begin(), at_end_.bounds.end(), 0.0);
+  for (std::size_t k = 0; k < entries_.size(); ++k) {
+    const auto [row, column] = positions_[k];
+    if (in_mass_[k]) {
+      at_end_.bounds[row] += std::fabs(at_end_.entries[k]) * at_end_.weights[column] / gh;
+      continue;
+    }
+    R_[row] += (at_end_.entries[k] - entries_[k]) * scaled_[column] * at_end_.weights[column];
+    if (!in_mass_row_[row])
+      at_end_.bounds[row] += tenth * std::fabs(at_end_.entries[k]) * at_end_.weights[column];
+  }
+  for (std::size_t row = 0; row < R_.size(); ++row)
+    if (!(std::fabs(R_[row]) <= at_end_.bounds[row])) return true;
+  return false;
 }
 
 /// The new point and the coefficients of the dense output.
@@ -252,7 +316,7 @@ bool RosenbrockStepper::complete(double dt) {
 }
 
 void RosenbrockStepper::step(double end) {
-  constexpr double safety = PredictiveController::safety, smallest = 1.0 / 6, largest = 5;
+  constexpr double safety = PredictiveController::safety, smallest = 1.0 / 6, largest = 5, surprising = 3;
   if (!code_) use_code();  // with other pivots than the code that did not suit
   begin_step();
   if (!time_derivative(here_))
@@ -272,6 +336,12 @@ void RosenbrockStepper::step(double end) {
       control_.repeated = true;
       continue;
     }
+    if (const double more = error_at_end(dt); more > surprising) {
+      ++stats_.rejected;
+      dt_ = dt / std::clamp(root(more, order) / safety, 2.0, 1 / smallest);
+      control_.repeated = true;
+      continue;
+    }
     const double quotient = control_.quotient(dt, error, order, safety, 1 / largest, 1 / smallest);
     const double proposed = control_.propose(dt, quotient);
     control_.accept(dt, error);
@@ -281,6 +351,7 @@ void RosenbrockStepper::step(double end) {
     last_.dt = dt;
     std::swap(before_, here_);
     std::swap(here_, next_);
+    if (entries_at_ == here_.t) entries_.swap(at_end_.entries);
     ++stats_.steps;
     return;
   }

@@ -9,6 +9,7 @@
 #include "integrate/compiled/rosenbrock_step.hpp"
 #include "integrate/problem/rhs_solver.hpp"
 #include "integrate/solve/predictive_controller.hpp"
+#include "integrate/step/increment_check.hpp"
 #include "integrate/step/stepper.hpp"
 #include "method/rosenbrock.hpp"
 
@@ -39,6 +40,9 @@ class RosenbrockStepper final : public Stepper {
   bool factorise(double dt);
   bool stages(double dt);
   double error_norm();
+  double error_at_end(double dt);
+  void keep_jacobian(const Point& at, std::vector<double>& entries);
+  bool jacobian_has_changed(double gh);
   void end_step(double dt);
   bool complete(double dt);
   bool refine(const StepView& step, double t, Point& out);
@@ -47,12 +51,22 @@ class RosenbrockStepper final : public Stepper {
   int N_;
   RhsSolver rhs_;
   std::vector<Position> positions_;
-  std::vector<char> in_mass_;
+  std::vector<char> in_mass_, in_mass_row_;  ///< by entry, by row
   std::vector<double> entries_, matrix_;
+  double entries_at_ = std::numeric_limits<double>::quiet_NaN();  ///< t of the Jacobian that is known last
   LinearSolver<double> solver_;
+  IncrementCheck check_;
   codegen::Kernel time_kernel_;
   bool depends_on_time_ = false;
   std::vector<double> y_, U_, Ft_, R_, scaled_;
+  /// Of error_at_end().
+  struct AtEnd {
+    std::vector<double> entries;          ///< of the Jacobian
+    std::vector<double> undamped;         ///< what the estimated error solves: Σ eᵢ times the right sides
+    std::vector<double> weights, bounds;  ///< of the unknowns, of the rows
+    LinearSolver<double> solver;
+  };
+  AtEnd at_end_;
   struct LastStep {
     double t = 0, dt = 0;
     std::vector<double> dense;  ///< y₀, y₁, K₁ …

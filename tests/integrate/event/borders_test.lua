@@ -217,3 +217,38 @@ test("the cut of atan2 is a border", function()
     expect(sol:stats().borders):matches "border sin"
   end
 end)
+
+test("rectifiers: every crossing is located, and every digit kept", function()
+  local q, r = vars "q r"
+  local e = 10*sin(20*t + 0.3)
+  local rectifiers = {
+    { der(q) ~ 50*max(0, abs(e) - q) - q/2, der(r) ~ q - r },
+    { der(q) ~ 50*max(0, sqrt(e^2 + 1e-12) - q) - q/2, der(r) ~ 50*max(0, -e - r) - r },
+    { der(q) ~ z - q/2, der(r) ~ q - r, z ~ 50*max(0, max(e, -e) - q) },
+  }
+  for _, equations in ipairs(rectifiers) do
+    local circuit = dae(equations)
+    local start = { q = 0, r = 0 }
+    local exact = circuit:integrate { start = start, to = 2, rtol = 1e-11, atol = 1e-12, method = "dopri5" }
+    for _, method in ipairs { "auto", "verner87", "dop853", "radau", "rodas", "bdf" } do
+      for _, rtol in ipairs { 1e-5, 1e-7, 1e-9 } do
+        local sol = circuit:integrate { start = start, to = 2, rtol = rtol, atol = rtol, method = method }
+        expect(sol.status):equals "finished"
+        local lost = math.max(math.abs(sol:final(q) - exact:final(q)),
+          math.abs(sol:final(r) - exact:final(r)))
+        if not (lost < 300*rtol) then
+          expect(("%s, rtol = %g: error %.1e"):format(method, rtol, lost)):equals "smaller"
+        end
+      end
+    end
+  end
+end)
+
+test("bdf begins behind a kink at every tolerance, however fast the current rises", function()
+  local q = var "q"
+  local diode = dae { der(q) ~ z - q, 0 ~ min(z, q - 5*sin(6*t) + 0.01*z) }
+  for _, rtol in ipairs { 1e-8, 1e-10, 1e-12 } do
+    local sol = diode:integrate { start = { q = 0 }, to = 1.5, rtol = rtol, atol = rtol, method = "bdf" }
+    expect(sol.status):equals "finished"
+  end
+end)

@@ -48,3 +48,17 @@ test("towards a singular position the run ends with the cause: flat at t = π - 
   expect(last > 2.1 and last < math.pi - 1):is_true()
   expect(sol:final(a1)):near(1 + last, 1e-9)
 end)
+
+test("an algebraic unknown that is the rest of a sum is not asked for more than its rounding", function()
+  local y1, y2, y3 = vars "y1 y2 y3"
+  for _, unit in ipairs { 1, 1e6, 1e-9 } do
+    local robertson = dae { der(y1) ~ -0.04*y1 + 1e4/unit*y2*y3,
+      der(y2) ~ 0.04*y1 - 1e4/unit*y2*y3 - 3e7/unit*y2^2, 0 ~ y1 + y2 + y3 - unit }
+    for _, rtol in ipairs { 1e-8, 1e-9, 1e-11 } do
+      local sol = robertson:integrate { start = { y1 = unit, y2 = 0, y3 = 0 }, to = 40, rtol = rtol,
+        atol = 1e-6*rtol*unit, method = "bdf" }
+      expect(sol.status):equals "finished"
+      expect(sol:final(y1)/unit):near(0.71582706871881, 300*rtol)
+    end
+  end
+end)
