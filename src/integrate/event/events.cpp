@@ -229,18 +229,26 @@ EventFinder::Root EventFinder::locate(Stepper& stepper, const StepView& step, in
   return root(b);
 }
 
-/// Where g touches or crosses zero between two samples of one sign, by the sign of its slope.
+/// Where g touches or crosses zero between two samples of one sign, by the sign of its slope. Nowhere, where even the
+/// tangents at both sides meet well above zero: a curve that bends upwards lies above them.
 std::optional<double> EventFinder::dip(Stepper& stepper, const StepView& step, int which, const Sample& a,
                                        const Sample& b) {
+  constexpr double well = 0.5;  // of the smaller value
   const auto i = static_cast<std::size_t>(which);
   const double sign = b.g[i] > 0 ? 1 : -1;
-  double low = a.t, high = b.t;
-  for (int k = 0; k < 40 && high - low > 4 * eps * std::max(std::fabs(low), std::fabs(high)); ++k) {
-    const double t = (low + high) / 2;
-    const double g = value(stepper, step, which, t);
-    if (g * sign < 0) return t;
+  struct Side {
+    double t, g, slope;
+  };
+  Side low{a.t, sign * a.g[i], sign * a.slope[i]}, high{b.t, sign * b.g[i], sign * b.slope[i]};
+  for (int k = 0; k < 40 && high.t - low.t > 4 * eps * std::max(std::fabs(low.t), std::fabs(high.t)); ++k) {
+    const double to_meeting = (high.g - low.g - high.slope * (high.t - low.t)) / (low.slope - high.slope);
+    if (low.g + low.slope * to_meeting > well * std::min(low.g, high.g)) return {};
+    const double t = (low.t + high.t) / 2;
+    const double g = sign * value(stepper, step, which, t);
+    if (g < 0) return t;
     if (measured_[i]) measure_slopes(stepper, step, t, probe_);
-    (probe_.slope[i] * sign < 0 ? low : high) = t;
+    const Side middle{t, g, sign * probe_.slope[i]};
+    (middle.slope < 0 ? low : high) = middle;
   }
   return {};
 }

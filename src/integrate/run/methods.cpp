@@ -225,17 +225,20 @@ std::optional<Rates> rates_ahead(RhsSolver& derivative, const Point& start, doub
 /// Whether an implicit method would be faster from here on. An explicit one takes some |λ|T/5 steps for
 /// stability alone, an implicit one a few dozen, each of which costs as much as 5 explicit steps for a
 /// handful of unknowns, and 20 … 50 where there are many (brusselator, heat equation; docs/performance.md).
-/// Where something grows nearly as fast as other things decay, accuracy asks for small steps anyway.
-bool is_stiff(const Rates& rates, double span, int unknowns) {
-  constexpr double many = 300, dominant = 4;
-  return rates.damped * span > many * implicit_cost(unknowns) && rates.damped > dominant * rates.growing;
+/// Where something grows nearly as fast as other things decay, accuracy asks for small steps anyway. iterates: every
+/// evaluation of x′ takes an iteration for z, so that a stage of an explicit step costs as much as one of an implicit
+/// step.
+bool is_stiff(const Rates& rates, double span, int unknowns, bool iterates) {
+  constexpr double many = 300, few = 60, dominant = 4;
+  const double steps = iterates ? few : many;
+  return rates.damped * span > steps * implicit_cost(unknowns) && rates.damped > dominant * rates.growing;
 }
 
 /// Whether a Chebyshev method is faster than an implicit one: the spectrum is that of diffusion, few digits are asked
 /// for, and the operations of both, counted on this model, are far apart. Sizes of steps, iterations and speeds as
 /// measured on grids and lines of points (bench/problems/lattices.lua).
 bool is_diffusion(const Problem& problem, const Rates& rates, double span, double rtol) {
-  constexpr double loosest_digits = 5e-5, real = 1.05, shrinking = 0.01, vectorised = 0.2, clearly = 2;
+  constexpr double loosest_digits = 0.99e-5, real = 1.05, shrinking = 0.01, vectorised = 0.2, clearly = 2;
   constexpr int many = 200;
   const int n = problem.n();
   if (!problem.is_ode() || n < many || rtol < loosest_digits) return false;
@@ -291,14 +294,15 @@ Choice choose(const ProblemPtr& whole, const Method& method, const Plan& plan, c
   if (!here) return {&family::radau, nullptr, "no eigenvalues of ∂x′/∂x were found at the start"};
   const double span = plan.to - plan.from;
   const int size = problem->n() + problem->m();
+  const bool iterates = !derivative.is_linear();
   if (!problem->has_dense_jacobian()) {
-    if (!couplings && is_stiff(*here, span, size) && is_diffusion(*whole, *here, span, rtol))
+    if (!couplings && is_stiff(*here, span, size, iterates) && is_diffusion(*whole, *here, span, rtol))
       return {&family::chebyshev, nullptr,
               "stiff by diffusion: many stages cost less than factorisations for so few digits"};
-    if (is_stiff(*here, span, size))
+    if (is_stiff(*here, span, size, iterates))
       return {&implicit_family(*whole, method, plan), nullptr,
               "stiff: an eigenvalue of ∂x′/∂x at the start is large beside 1/(to - from)"};
-    if (const auto later = rates_ahead(derivative, at, span); later && is_stiff(*later, span, size))
+    if (const auto later = rates_ahead(derivative, at, span); later && is_stiff(*later, span, size, iterates))
       return {&implicit_family(*whole, method, plan), nullptr,
               "stiff: an eigenvalue of ∂x′/∂x soon becomes large beside 1/(to - from)"};
   }
