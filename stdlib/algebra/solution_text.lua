@@ -13,7 +13,9 @@ end
 local function multiple(period)
   local turns = simplify(period/pi)
   if not equation.is_number(turns) then return "k " .. tostring(period) end
-  return turns == 1 and "k π" or tostring(turns) .. " k π"
+  local above, below = fraction(turns)
+  local text = above == 1 and "k π" or tostring(above) .. " k π"
+  return below == 1 and text or text .. "/" .. tostring(below)
 end
 
 function text.period(period) return "+ " .. multiple(period) end

@@ -29,7 +29,7 @@ MatX two_by_two(Expr a, Expr b, Expr c, Expr d) {
 
 TEST_CASE("exact values: sin, cos and tan at multiples of pi are the numbers that doubles are near to") {
   for (long k = -30; k <= 30; ++k)
-    for (long below : {1, 2, 3, 4, 6}) {
+    for (long below : {1, 2, 3, 4, 5, 6, 8, 10, 12}) {
       const Expr angle = fraction(k, below) * pi();
       const double x = static_cast<double>(k) / static_cast<double>(below) * std::acos(-1.0);
       for (Op op : {Op::sin, Op::cos}) {
@@ -46,7 +46,9 @@ TEST_CASE("exact values: sin, cos and tan at multiples of pi are the numbers tha
   CHECK(cos(pi()) == Expr(-1));
   CHECK(sin(-pi()) == Expr(0));
   CHECK(cos(2 * pi() / 3) == fraction(-1, 2));
-  CHECK(cos(pi() / 5).op() == Op::cos);
+  CHECK(simplify(cos(pi() / 5)) == simplify((1 + sqrt(Expr(5))) / 4));
+  CHECK(cos(pi() / 7).op() == Op::cos);
+  CHECK(sin(pi() / 24).op() == Op::sin);
   CHECK_THROWS_AS(tan(pi() / 2), Error);
 }
 
@@ -103,6 +105,19 @@ TEST_CASE("simplify: squares and products of sines and cosines with coefficients
   CHECK(generic::is_zero(sin(a + pi()) + sin(a)));
   CHECK(generic::is_zero(cos(a - pi() / 2) - sin(a)));
   CHECK_FALSE(generic::is_zero(cos(a - pi() / 2) + sin(a)));
+}
+
+TEST_CASE("simplify: a symbol is neither its exponential nor the tangent of its half") {
+  const Expr a = symbol(Kind::variable, "exa"), b = symbol(Kind::parameter, "exm");
+  for (Expr x : {a, b, a + 2 * b, 3 * a}) {
+    const Expr never[] = {x - exp(x), 2 * x - sinh(x) - cosh(x), sin(x) - 2 * x / (1 + x * x), x - tan(x / 2),
+                          exp(x) - 2 * x / (1 + x * x)};
+    for (Expr e : never) {
+      CHECK_FALSE(generic::is_zero(e));
+      CHECK_FALSE(simplify(e).is_zero());
+    }
+  }
+  CHECK_FALSE(generic::is_zero(exp(Expr(1)) - 1));
 }
 
 TEST_CASE("simplify: fractions have one denominator where that is shorter") {

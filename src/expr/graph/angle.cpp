@@ -1,61 +1,78 @@
 #include "expr/graph/angle.hpp"
 
+#include <array>
+
 #include "base/error.hpp"
 #include "base/text.hpp"
 
 namespace pendula {
 namespace {
 
-/// sin(k π/12), 0 ≤ k ≤ 6.
-std::optional<Expr> first_quadrant(unsigned long k) {
-  switch (k) {
-    case 0:
-      return Expr(0);
-    case 2:
-      return Expr(1) / Expr(2);
-    case 3:
-      return sqrt(Expr(2)) / Expr(2);
-    case 4:
-      return sqrt(Expr(3)) / Expr(2);
-    case 6:
-      return Expr(1);
-    default:
-      return {};
-  }
+Expr root(long n) { return sqrt(Expr(n)); }
+
+/// sin(q π) and tan(q π) for 0 < q < 1/2: all angles whose values are at most a root over a root.
+struct KnownAngle {
+  mpq_class half_turns;
+  Expr sine, tangent;
+};
+
+const std::array<KnownAngle, 11>& known_angles() {
+  static const std::array<KnownAngle, 11> angles = {{
+      {mpq_class(1, 12), (root(6) - root(2)) / 4, 2 - root(3)},
+      {mpq_class(1, 10), (root(5) - 1) / 4, sqrt(25 - 10 * root(5)) / 5},
+      {mpq_class(1, 8), sqrt(2 - root(2)) / 2, root(2) - 1},
+      {mpq_class(1, 6), Expr(1) / 2, root(3) / 3},
+      {mpq_class(1, 5), sqrt(10 - 2 * root(5)) / 4, sqrt(5 - 2 * root(5))},
+      {mpq_class(1, 4), root(2) / 2, Expr(1)},
+      {mpq_class(3, 10), (1 + root(5)) / 4, sqrt(25 + 10 * root(5)) / 5},
+      {mpq_class(1, 3), root(3) / 2, root(3)},
+      {mpq_class(3, 8), sqrt(2 + root(2)) / 2, 1 + root(2)},
+      {mpq_class(2, 5), sqrt(10 + 2 * root(5)) / 4, sqrt(5 + 2 * root(5))},
+      {mpq_class(5, 12), (root(6) + root(2)) / 4, 2 + root(3)},
+  }};
+  return angles;
+}
+
+constexpr unsigned long most_below = 12;  // the greatest denominator of a known angle
+
+const KnownAngle* find_angle(const mpq_class& half_turns) {
+  for (const KnownAngle& angle : known_angles())
+    if (angle.half_turns == half_turns) return &angle;
+  return nullptr;
+}
+
+/// q modulo 1, 2, …
+mpq_class modulo(const mpq_class& q, unsigned long n) {
+  const mpz_class period = n * q.get_den();
+  mpz_class above;
+  mpz_fdiv_r(above.get_mpz_t(), q.get_num_mpz_t(), period.get_mpz_t());
+  mpq_class rest(above, q.get_den());
+  rest.canonicalize();
+  return rest;
 }
 
 std::optional<Expr> sine(const mpq_class& half_turns) {
-  const mpq_class twelfths = half_turns * 12;
-  if (twelfths.get_den() != 1) return {};
-  const unsigned long k = mpz_fdiv_ui(twelfths.get_num_mpz_t(), 24), half = k % 12;
-  const auto value = first_quadrant(half <= 6 ? half : 12 - half);
-  if (!value) return {};
-  return k < 12 ? *value : -*value;
+  if (half_turns.get_den() > most_below) return {};
+  mpq_class q = modulo(half_turns, 2);
+  const bool minus = q > 1;
+  if (minus) q -= 1;
+  if (2 * q > 1) q = 1 - q;
+  const KnownAngle* angle = find_angle(q);
+  if (!angle && q != 0 && 2 * q != 1) return {};
+  const Expr value = angle ? angle->sine : q == 0 ? Expr(0) : Expr(1);
+  return minus ? -value : value;
 }
 
 std::optional<Expr> tangent(const mpq_class& half_turns) {
-  const mpq_class twelfths = half_turns * 12;
-  if (twelfths.get_den() != 1) return {};
-  switch (mpz_fdiv_ui(twelfths.get_num_mpz_t(), 12)) {
-    case 0:
-      return Expr(0);
-    case 2:
-      return sqrt(Expr(3)) / Expr(3);
-    case 3:
-      return Expr(1);
-    case 4:
-      return sqrt(Expr(3));
-    case 6:
-      throw Error(text("tan(", half_turns.get_str(), " pi) has no finite real value"));
-    case 8:
-      return -sqrt(Expr(3));
-    case 9:
-      return Expr(-1);
-    case 10:
-      return -(sqrt(Expr(3)) / Expr(3));
-    default:
-      return {};
-  }
+  if (half_turns.get_den() > most_below) return {};
+  mpq_class q = modulo(half_turns, 1);
+  if (q == 0) return Expr(0);
+  if (2 * q == 1) throw Error(text("tan(", half_turns.get_str(), " pi) has no finite real value"));
+  const bool minus = 2 * q > 1;
+  if (minus) q = 1 - q;
+  const KnownAngle* angle = find_angle(q);
+  if (!angle) return {};
+  return minus ? -angle->tangent : angle->tangent;
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-// The values of the schoolbook: sin, cos and tan at multiples of π/6 and π/4, and their inverses.
+// The values of the schoolbook: sin, cos and tan at multiples of π/5, π/8, π/10 and π/12, and their inverses.
 #pragma once
 
 #include <optional>
@@ -10,7 +10,7 @@ namespace pendula {
 /// q where e is q π with a rational q; nothing for everything else. 0 is 0 π.
 std::optional<mpq_class> half_turns(Expr e);
 
-/// sin, cos or tan of q π where it is a schoolbook value: 0, 1/2, √2/2, √3/2, 1, √3/3, √3 with their signs.
+/// sin, cos or tan of q π where it is a schoolbook value: 0, 1/2, √2/2, (1 + √5)/4, √(2 - √2)/2, … with their signs.
 /// Throws Error for tan at its poles.
 std::optional<Expr> trigonometric_value(Op op, const mpq_class& half_turns);
 

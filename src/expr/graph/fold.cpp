@@ -123,12 +123,18 @@ std::optional<Expr> negated(Expr e) {
   return {};
 }
 
+/// Whether e is 1 or 0, true or false; the value of "x and 1" is not x.
+bool is_condition(Expr e) {
+  return e.op() == Op::lt || e.op() == Op::le || e.op() == Op::both || e.op() == Op::either;
+}
+
 std::optional<Expr> fold_sum(Op op, Expr a, Expr b) {
   if (op == Op::add) {
     if (a.is_zero()) return b;
     if (b.is_zero()) return a;
     if (a == b) return Expr(2) * a;
-    if (const auto n = negated(b)) return a - *n;
+    // c - x and -x + c stay what they are: operands of a sum have no order.
+    if (const auto n = negated(b); n && !a.is_constant()) return a - *n;
     if (const auto n = negated(a); n && !b.is_constant()) return b - *n;
     return {};
   }
@@ -212,12 +218,15 @@ std::optional<Expr> fold(Op op, Expr a, Expr b, Expr c) {
     case Op::max:
       return a == b ? std::optional<Expr>{a} : std::nullopt;
     case Op::both:
-      if (a.is_constant()) return a.is_zero() ? a : b;
-      if (b.is_constant()) return b.is_zero() ? b : a;
+      if (a.is_zero() || b.is_zero()) return Expr(0);
+      if (a.is_constant() && is_condition(b)) return b;
+      if (b.is_constant() && is_condition(a)) return a;
       return {};
     case Op::either:
-      if (a.is_constant()) return a.is_zero() ? b : a;
-      if (b.is_constant()) return b.is_zero() ? a : b;
+      if (a.is_constant() && !a.is_zero()) return Expr(1);
+      if (b.is_constant() && !b.is_zero()) return Expr(1);
+      if (a.is_zero() && is_condition(b)) return b;
+      if (b.is_zero() && is_condition(a)) return a;
       return {};
     default:
       return {};

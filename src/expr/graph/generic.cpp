@@ -124,6 +124,11 @@ class Point {
   static constexpr int deepest = 200;  // of a sum inside a sine; below that the sum is drawn as one angle
 
   Residue drawn(Expr node) const { return {random_bits(seed_, node) % prime}; }
+  /// exp(x) and the tangent of x/2: numbers of their own, since x - exp(x) is not 0.
+  static constexpr std::uint64_t of_exponential = 0xd1342543de82ef95ull, of_angle = 0xaf251af3b0f025b5ull;
+  Residue drawn(Expr node, std::uint64_t function) const {
+    return {random_bits(seed_ ^ function, node) % prime};
+  }
 
   /// A function without identities: the same value for the same values of its arguments.
   Residue hashed(Expr node) const {
@@ -229,14 +234,15 @@ class Point {
   }
 
   Rotation angle_of(Expr e) {
-    const Residue h = drawn(e), square = h * h, low = Residue{1} + square;  // the tangent of half the angle
+    const Residue h = drawn(e, of_angle), square = h * h,
+                  low = Residue{1} + square;  // the tangent of half the angle
     return {quotient(Residue{1} - square, low), quotient(h + h, low)};
   }
 
   Residue exponential(Expr e, int depth) {
     if (e.is_zero()) return Residue{1};
     if (const auto n = multiple_of_unit(e)) {
-      const Residue whole = power(drawn(Expr(1)), static_cast<std::uint64_t>(std::labs(*n)));
+      const Residue whole = power(drawn(Expr(1), of_exponential), static_cast<std::uint64_t>(std::labs(*n)));
       return *n > 0 ? whole : quotient(Residue{1}, whole);
     }
     if (depth < deepest) {
@@ -250,7 +256,7 @@ class Point {
         return n > 0 ? whole : quotient(Residue{1}, whole);
       }
     }
-    return drawn(e);
+    return drawn(e, of_exponential);
   }
 
   Residue hyperbolic(Expr e, bool odd) {

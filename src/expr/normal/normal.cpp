@@ -1,5 +1,6 @@
 #include "expr/normal/normal.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 namespace pendula {
@@ -8,11 +9,20 @@ namespace {
 constexpr long power_limit = 64;         // (2x)^n is written 2^n x^n up to this n
 constexpr long simple_denominator = 20;  // 9.81 is not a multiple of 1/100 to a reader
 
+constexpr unsigned long small_squares[] = {4, 9, 25, 49};
+
 std::size_t combine(std::size_t seed, std::size_t value) {
   return seed ^ (value + 0x9e3779b97f4a7c15ull + (seed << 6) + (seed >> 2));
 }
 
 std::size_t hash_number(double value) { return std::hash<double>()(value); }
+
+/// cos(asin x) counts as much as what it is, √(1 - x²); cos(2 atan x) as (1 - x²)/(1 + x²).
+constexpr double arc_tokens = 5;
+bool is_arc(const Atom& a) {
+  constexpr Op arcs[] = {Op::asin, Op::acos, Op::atan, Op::asinh, Op::acosh, Op::atanh};
+  return a.kind == AtomKind::function && std::find(std::begin(arcs), std::end(arcs), a.op) != std::end(arcs);
+}
 
 std::size_t hash_of(const Sum& terms) {
   std::size_t h = terms.size();
@@ -107,6 +117,25 @@ void NormalForms::collect(Term& term) const {
   term.factors = std::move(merged);
 }
 
+/// What a reader expects otherwise counts more: √2/2 for 1/√2 and √(1/2), 2 √2 for √8, a b/(a + b) for 1/(1/a + 1/b).
+double NormalForms::irregular_tokens(const Factor& f) const {
+  const Atom& a = atoms_[f.atom];
+  if (a.kind != AtomKind::sum) return 0;
+  const Sum& inside = sum(a.args[0]);
+  if (f.exponent < 0 && f.exponent.get_den() == 1)
+    return 2 * static_cast<double>(std::count_if(inside.begin(), inside.end(), [](const Term& t) {
+             return std::any_of(t.factors.begin(), t.factors.end(),
+                                [](const Factor& g) { return g.exponent < 0; });
+           }));
+  if (f.exponent.get_den() == 1 || a.traits.level >= 0) return 0;
+  if (f.exponent < 0) return 1;
+  if (inside.size() != 1 || !inside[0].factors.empty() || !inside[0].coefficient.exact()) return 0;
+  const mpq_class& q = inside[0].coefficient.rational();
+  return q.get_den() != 1 ||
+         std::any_of(std::begin(small_squares), std::end(small_squares),
+                     [&](unsigned long n) { return mpz_divisible_ui_p(q.get_num_mpz_t(), n) != 0; });
+}
+
 Traits NormalForms::traits_of(const Term& term) const {
   Traits t;
   t.tokens = !term.coefficient.is(1) && !term.coefficient.is(-1);
@@ -117,6 +146,7 @@ Traits NormalForms::traits_of(const Term& term) const {
     if (part.level >= t.level) degree += f.exponent.get_d() * part.degree;
     t.include(part);
     t.tokens += f.exponent != 1 && f.exponent != -1;
+    t.tokens += irregular_tokens(f);
   }
   t.tokens = std::max(t.tokens, 1.0);
   t.degree = degree;
@@ -161,7 +191,7 @@ AtomId NormalForms::intern(Atom a) {
   for (SumId s : a.args) a.traits.include(traits(s));
   if (a.kind != AtomKind::sum) a.traits.degree = a.kind == AtomKind::leaf ? 1 : 0;
   a.traits.depth += 1;
-  a.traits.tokens += a.kind != AtomKind::sum;
+  a.traits.tokens += a.kind == AtomKind::sum ? 0 : is_arc(a) ? arc_tokens : 1;
   atoms_.push_back(std::move(a));
   const auto id = static_cast<AtomId>(atoms_.size() - 1);
   atom_table_.emplace(h, id);

@@ -77,7 +77,7 @@ struct Traits {
   int order = 0;   ///< highest time derivative in it
   int level = -1;  ///< 2 has variables, 1 has inputs or t, 0 has parameters, -1 numbers only
   int depth = 0;
-  double tokens = 0;  ///< length when written out as a tree
+  double tokens = 0;  ///< length when written out as a tree; arcus functions and what is irregular count more
   double degree = 0;  ///< in leaves of that level, outside functions: x sin(x) has degree 1, 1/x degree -1
   void include(const Traits& part);
 };
@@ -174,6 +174,7 @@ class NormalForms {
   };
   enum class Role : std::uint8_t { sum, product, other };
   static Role role(Expr e);
+  double irregular_tokens(const Factor& f) const;
   SumId form_of_head(Expr e);
   SumId form_of_sum(Expr e);
   SumId form_of_product(Expr e);

@@ -20,6 +20,7 @@ constexpr std::size_t most_expanded_terms = 100'000;
 constexpr double most_expanded_products = 2e6;
 constexpr std::size_t most_rounds = 12;
 constexpr int most_product_rules = 40;
+constexpr long simple_denominator = 20;  // √9.81 stays
 
 /// The d-th root of a positive rational, if it is rational.
 std::optional<mpq_class> exact_root(const mpq_class& q, unsigned long d) {
@@ -121,10 +122,29 @@ SumId Simplifier::function(Op op, std::vector<SumId> args) {
   return single(function_atom(op, std::move(args)));
 }
 
+/// b^(x log c/log b) = c^x.
+std::optional<SumId> Simplifier::exchanged_base(SumId base, SumId exponent) {
+  const Sum& terms = sum(exponent);
+  if (terms.size() != 1) return {};
+  Term rest = terms[0];
+  const SumId log_of_base = function(Op::log, {base});
+  const auto below = std::find_if(rest.factors.begin(), rest.factors.end(), [&](const Factor& f) {
+    return f.exponent == -1 && single(f.atom) == log_of_base;
+  });
+  const auto above = std::find_if(rest.factors.begin(), rest.factors.end(), [&](const Factor& f) {
+    return f.exponent == 1 && is_function(f.atom, Op::log);
+  });
+  if (below == rest.factors.end() || above == rest.factors.end()) return {};
+  const AtomId logs[] = {below->atom, above->atom};
+  std::erase_if(rest.factors, [&](const Factor& f) { return f.atom == logs[0] || f.atom == logs[1]; });
+  return power(atom(logs[1]).args[0], intern(Sum{std::move(rest)}));
+}
+
 SumId Simplifier::power(SumId base, SumId exponent) {
   if (const auto q = constant(exponent); q && q->exact() && !sum(base).empty())
     return rooted(base, q->rational());
   if (const auto b = constant(base); b && b->is(1)) return number(1);
+  if (const auto other = exchanged_base(base, exponent)) return *other;
   // (p^a)^b = p^(a b) for p > 0
   if (const auto a = lone_atom(base); a && atom(*a).kind == AtomKind::power) {
     const SumId inner = atom(*a).args[0], above = atom(*a).args[1];
@@ -201,6 +221,7 @@ void Simplifier::multiply_root(Term& term, SumId base, const mpq_class& q) {
     }
   }
   if (terms.size() == 1 && terms[0].factors.empty() && inside.exact() && inside.rational().get_den() != 1 &&
+      inside.rational().get_den() <= simple_denominator &&
       abs(q) == mpq_class(1, 2)) {  // √(1/2) = √2/2, 1/√(2/3) = √6/2
     const mpq_class r = inside.rational();
     const mpz_class below = q > 0 ? r.get_den() : r.get_num();

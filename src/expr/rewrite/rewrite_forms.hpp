@@ -47,6 +47,9 @@ class Simplifier : public NormalForms {
   SumId absolute(SumId s) { return function(Op::abs, {s}); }
   SumId rooted(SumId s, const mpq_class& exponent);
   SumId minus(SumId s) { return scaled(s, -1); }
+  Term with_factor(Term term, AtomId atom, const mpq_class& exponent) const;
+  /// The multiple of π among the terms of a sum.
+  std::optional<std::size_t> term_of_pi(const Sum& sum);
   SumId function(Op op, std::vector<SumId> args) override;
   SumId power(SumId base, SumId exponent) override;
 
@@ -64,12 +67,25 @@ class Simplifier : public NormalForms {
 
  private:
   bool turn_positive(Term& term);
+  struct Shifted {
+    SumId rest = 0;
+    mpq_class half_turns;
+    bool turned = false;
+  };
+  Shifted shifted(SumId angle);
+  std::optional<SumId> exchanged_base(SumId base, SumId exponent);
   SumId by_sum_rules(SumId s);
   std::optional<Sum> by_squares(const OrderedTerms& terms);
   std::optional<Sum> by_angle_sums(const OrderedTerms& terms);
   std::optional<Sum> by_tangents(const OrderedTerms& terms);
   std::optional<Sum> by_logarithms(const OrderedTerms& terms);
+  std::optional<Sum> by_arcs(const OrderedTerms& terms);
+  std::optional<Sum> by_extremes(const OrderedTerms& terms);
   std::optional<SumId> with_single_angles(SumId s);
+  std::optional<SumId> with_common_shift(SumId s);
+  std::optional<SumId> with_common_base(SumId s);
+  std::optional<SumId> with_logarithms(SumId s);
+  std::vector<SumId> with_related_arguments(SumId s);  ///< what these four find
   std::optional<SumId> perfect_power(SumId base, const mpq_class& exponent);
   std::optional<SumId> over_common_denominator(SumId s);
   std::optional<SumId> in_factors(SumId s);

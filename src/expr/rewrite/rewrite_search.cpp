@@ -266,10 +266,13 @@ SumId Simplifier::rewritten_sum(SumId s) {
     const std::vector<SumId> written(
         candidates.begin(), candidates.begin() + std::min<std::ptrdiff_t>(2, std::ssize(candidates)));
     for (SumId c : written)
-      if (const auto single = with_single_angles(c)) candidates.push_back(*single);
-    if (const auto single = with_single_angles(best)) {
-      candidates.push_back(*single);
-      expanded(*single, candidates);
+      for (SumId related : with_related_arguments(c)) {
+        candidates.push_back(related);
+        expanded(related, candidates);
+      }
+    for (SumId related : with_related_arguments(best)) {
+      candidates.push_back(related);
+      expanded(related, candidates);
     }
     SumId shortest = best;
     for (SumId c : candidates)

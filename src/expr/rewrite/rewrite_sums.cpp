@@ -1,4 +1,5 @@
-// Rules for pairs of terms of a sum: squares of sine and cosine, products of them at two angles, fractions.
+// Rules for pairs of terms of a sum: squares of sine and cosine, products of them at two angles, logarithms, arcs,
+// fractions.
 #include <algorithm>
 
 #include "expr/graph/mix.hpp"
@@ -25,12 +26,6 @@ Sum without_two(const OrderedTerms& terms, Index i, Index j) {
   for (Index k = 0; k < terms.size(); ++k)
     if (k != i && k != j) rest.push_back(terms[k]);
   return rest;
-}
-
-Term with_factor(const NormalForms& forms, Term term, AtomId atom, const mpq_class& exponent) {
-  term.factors.push_back({atom, exponent});
-  forms.collect(term);
-  return term;
 }
 
 }  // namespace
@@ -71,11 +66,11 @@ std::optional<Sum> Simplifier::by_squares(const OrderedTerms& terms) {
         const bool is_f = is_function(f.atom, rule.f), is_g = is_function(f.atom, rule.g);
         if ((!is_f && !is_g) || f.exponent < 2) continue;
         const int mine = is_f ? rule.alpha : rule.beta, theirs = is_f ? rule.beta : rule.alpha;
-        Term rest = with_factor(*this, t, f.atom, -2);  // t = mine · c R · square
+        Term rest = with_factor(t, f.atom, -2);  // t = mine · c R · square
         rest.coefficient = rest.coefficient * Number(mine);
         Term other = rest;  // theirs · c R · other square
         other.coefficient = other.coefficient * Number(theirs);
-        other = with_factor(*this, other, function_atom(is_f ? rule.g : rule.f, atom(f.atom).args), 2);
+        other = with_factor(other, function_atom(is_f ? rule.g : rule.f, atom(f.atom).args), 2);
         if (const Index j = terms.place_of(other, i); j != nowhere) return replaced(i, j, rest);
         Term opposite = rest;
         opposite.coefficient = -opposite.coefficient;
@@ -105,9 +100,9 @@ std::optional<Sum> Simplifier::by_angle_sums(const OrderedTerms& terms) {
         if (!both_cos && !is_function(x.atom, Op::sin)) continue;
         const SumId a = atom(x.atom).args[0], b = atom(y.atom).args[0];
         if (a == b) continue;
-        const Term rest = with_factor(*this, with_factor(*this, t, x.atom, -1), y.atom, -1);
-        Term other = with_factor(*this, rest, function_atom(both_cos ? Op::sin : Op::cos, {a}), 1);
-        other = with_factor(*this, other, function_atom(Op::sin, {b}), 1);
+        const Term rest = with_factor(with_factor(t, x.atom, -1), y.atom, -1);
+        Term other = with_factor(rest, function_atom(both_cos ? Op::sin : Op::cos, {a}), 1);
+        other = with_factor(other, function_atom(Op::sin, {b}), 1);
         Index j = terms.place_of(other, i);
         const bool same = j != nowhere;
         other.coefficient = -other.coefficient;
@@ -134,7 +129,7 @@ std::optional<Sum> Simplifier::by_tangents(const OrderedTerms& terms) {
     for (const Factor& f : terms[i].factors) {
       const bool circular = is_function(f.atom, Op::tan);
       if (f.exponent != 2 || (!circular && !is_function(f.atom, Op::tanh))) continue;
-      Term rest = with_factor(*this, terms[i], f.atom, -2);
+      Term rest = with_factor(terms[i], f.atom, -2);
       if (!circular) rest.coefficient = -rest.coefficient;
       const Index j = terms.place_of(rest, i);
       if (j == nowhere) continue;
@@ -153,11 +148,11 @@ std::optional<Sum> Simplifier::by_logarithms(const OrderedTerms& terms) {
   for (Index i = 0; i < terms.size(); ++i)
     for (const Factor& f : terms[i].factors) {
       if (f.exponent != 1 || !is_function(f.atom, Op::log)) continue;
-      const Term rest = with_factor(*this, terms[i], f.atom, -1);
+      const Term rest = with_factor(terms[i], f.atom, -1);
       for (Index j = i + 1; j < terms.size(); ++j)
         for (const Factor& g : terms[j].factors) {
           if (g.exponent != 1 || !is_function(g.atom, Op::log)) continue;
-          const Term other = with_factor(*this, terms[j], g.atom, -1);
+          const Term other = with_factor(terms[j], g.atom, -1);
           Term opposite = other;
           opposite.coefficient = -opposite.coefficient;
           if (!(other == rest) && !(opposite == rest)) continue;
@@ -175,48 +170,61 @@ std::optional<Sum> Simplifier::by_logarithms(const OrderedTerms& terms) {
   return {};
 }
 
-/// sin 2A, cos 3A … in powers of sin A and cos A, where these occur too: 2 sin x cos x - sin 2x = 0.
-std::optional<SumId> Simplifier::with_single_angles(SumId s) {
-  constexpr std::size_t most = 12;
-  const Sum terms = sum(s);
-  if (terms.size() > most) return {};
-  std::vector<SumId> angles;
-  for (const Term& t : terms)
-    for (const Factor& f : t.factors)
-      if (is_function(f.atom, Op::sin) || is_function(f.atom, Op::cos))
-        angles.push_back(atom(f.atom).args[0]);
-  const auto multiple = [&](SumId angle) -> std::optional<std::pair<SumId, int>> {
-    for (SumId a : angles)
-      for (int k : {2, 3})
-        if (scaled(a, k) == angle) return std::pair{a, k};
-    return {};
-  };
-  Sum whole;
-  bool changed = false;
-  for (const Term& t : terms) {
-    const auto at = std::find_if(t.factors.begin(), t.factors.end(), [&](const Factor& f) {
-      return (is_function(f.atom, Op::sin) || is_function(f.atom, Op::cos)) && f.exponent == 1 &&
-             multiple(atom(f.atom).args[0]);
-    });
-    if (at == t.factors.end()) {
-      whole.push_back(t);
-      continue;
+/// c R asin u + c R acos u = c R π/2, c R atan u + c R atan(1/u) = c R π sign(u)/2. Numbers a, b of one sign before
+/// asin and acos: what one of them has more than the other stays.
+std::optional<Sum> Simplifier::by_arcs(const OrderedTerms& terms) {
+  for (Index i = 0; i < terms.size(); ++i)
+    for (const Factor& f : terms[i].factors) {
+      const bool sine = is_function(f.atom, Op::asin);
+      if (f.exponent != 1 || (!sine && !is_function(f.atom, Op::atan))) continue;
+      const SumId u = atom(f.atom).args[0];
+      Term other = with_factor(terms[i], f.atom, -1);
+      Term by = other;
+      multiply(other, function(sine ? Op::acos : Op::atan, {sine ? u : rooted(u, -1)}), 1);
+      collect(other);
+      const Index j = sine ? terms.place_of_factors(other, i) : terms.place_of(other, i);
+      if (j == nowhere) continue;
+      const Number &a = terms[i].coefficient, &b = terms[j].coefficient;
+      if (!a.exact() || !b.exact() || a.sign() != b.sign()) continue;
+      const bool first = abs(a.rational()) > abs(b.rational());
+      by.coefficient = first ? b : a;
+      Sum shorter = without_two(terms, i, j);
+      shorter.push_back({(first ? a : b) + -by.coefficient, terms[first ? i : j].factors});
+      multiply(by, scaled(single(leaf_atom(pi())), Number(mpq_class(1, 2))), 1);
+      const auto lone = lone_atom(u);
+      if (!sine && !(lone && never_negative({*lone, 1}))) multiply(by, function(Op::sign, {u}), 1);
+      const SumId p = product(std::move(by));
+      shorter.insert(shorter.end(), sum(p).begin(), sum(p).end());
+      return shorter;
     }
-    const auto [a, k] = *multiple(atom(at->atom).args[0]);
-    const bool sine = is_function(at->atom, Op::sin);
-    const AtomId si = function_atom(Op::sin, {a}), co = function_atom(Op::cos, {a});
-    const Term rest = with_factor(*this, t, at->atom, -1);
-    // sin 2A = 2 s c, cos 2A = 2 c² - 1, sin 3A = 3 s - 4 s³, cos 3A = 4 c³ - 3 c
-    Sum by = sine     ? k == 2 ? Sum{{2, {{si, 1}, {co, 1}}}} : Sum{{3, {{si, 1}}}, {-4, {{si, 3}}}}
-                 : k == 2 ? Sum{{2, {{co, 2}}}, {-1, {}}}
-                      : Sum{{4, {{co, 3}}}, {-3, {{co, 1}}}};
-    for (Term& part : by) {
-      collect(part);
-      whole.push_back(times(rest, part));
+  return {};
+}
+
+/// c R max(x, y) + c R min(x, y) = c R (x + y), c R max(x, y) - c R min(x, y) = c R |x - y|.
+std::optional<Sum> Simplifier::by_extremes(const OrderedTerms& terms) {
+  for (Index i = 0; i < terms.size(); ++i)
+    for (const Factor& f : terms[i].factors) {
+      if (f.exponent != 1 || !is_function(f.atom, Op::max)) continue;
+      const SumId x = atom(f.atom).args[0], y = atom(f.atom).args[1];
+      Term by = with_factor(terms[i], f.atom, -1);
+      Index j = terms.place_of(with_factor(by, function_atom(Op::min, {x, y}), 1), i);
+      if (j == nowhere) j = terms.place_of(with_factor(by, function_atom(Op::min, {y, x}), 1), i);
+      const bool plus = j != nowhere;
+      Term opposite = by;
+      opposite.coefficient = -opposite.coefficient;
+      if (!plus) j = terms.place_of(with_factor(opposite, function_atom(Op::min, {x, y}), 1), i);
+      if (j == nowhere) continue;
+      Sum both = sum(x);
+      const SumId other = plus ? y : minus(y);
+      both.insert(both.end(), sum(other).begin(), sum(other).end());
+      const SumId whole = intern(std::move(both));
+      multiply(by, plus ? whole : absolute(whole), 1);
+      Sum shorter = without_two(terms, i, j);
+      const SumId p = product(std::move(by));
+      shorter.insert(shorter.end(), sum(p).begin(), sum(p).end());
+      return shorter;
     }
-    changed = true;
-  }
-  return changed ? std::optional(intern(std::move(whole))) : std::nullopt;
+  return {};
 }
 
 SumId Simplifier::by_sum_rules(SumId id) {
@@ -227,6 +235,8 @@ SumId Simplifier::by_sum_rules(SumId id) {
     if (!shorter) shorter = by_angle_sums(terms);
     if (!shorter) shorter = by_tangents(terms);
     if (!shorter) shorter = by_logarithms(terms);
+    if (!shorter) shorter = by_arcs(terms);
+    if (!shorter) shorter = by_extremes(terms);
     if (!shorter) break;
     id = intern(std::move(*shorter));
   }
@@ -243,7 +253,7 @@ std::optional<SumId> Simplifier::over_common_denominator(SumId s) {
       if (atom(f.atom).kind != AtomKind::sum || f.exponent != -1) continue;
       Sum numerator;
       for (const Term& u : terms) {
-        const auto out = multiplied_out(with_factor(*this, u, f.atom, 1), most * most);
+        const auto out = multiplied_out(with_factor(u, f.atom, 1), most * most);
         if (!out) return {};
         numerator.insert(numerator.end(), out->begin(), out->end());
       }
