@@ -49,8 +49,8 @@ local function hurwitz(c)
   return list
 end
 
--- Real parts below this share of the largest eigenvalue are zero: rounding of size ε moves a simple eigenvalue of a
--- matrix with a condition of eigenvectors up to 10⁴ by no more.
+-- Real parts below this share of the largest eigenvalue are zero: rounding of size ε moves a simple
+-- eigenvalue of a matrix with a condition of eigenvectors up to 10⁴ by no more.
 local rounding = 1e-12
 
 local function judge_by_eigenvalues(A)
@@ -90,7 +90,8 @@ local function polynomial_text(c)
     local e, power = c[k + 1], n - k == 0 and "" or tostring((param "s")^(n - k))
     if e ~= 0 then
       local shown = tostring(e)
-      local minus = shown:sub(1, 1) == "-" and not shown:find(" [+-] ")
+      local op = operation(e)
+      local minus = shown:sub(1, 1) == "-" and op ~= "add" and op ~= "sub"
       if minus then shown = shown:sub(2) end
       if power ~= "" and shown == "1" then shown = "" end
       if shown:sub(1, 1) == "-" and power == "" then shown = "(" .. shown .. ")" end
@@ -110,7 +111,8 @@ local function characteristic_factors(A)
   local list = {}
   for _, each in ipairs(factors((fraction(together(sum))))) do
     local ascending, monic = coefficients(each[1], s), {}
-    for k = #ascending, 1, -1 do monic[#monic + 1] = simplify(together(ascending[k]/ascending[#ascending])) end
+    local highest = ascending[#ascending]
+    for k = #ascending, 1, -1 do monic[#monic + 1] = simplify(together(ascending[k]/highest)) end
     if #monic > 1 then list[#list + 1] = monic end
   end
   return list

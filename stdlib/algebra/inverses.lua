@@ -120,8 +120,24 @@ local function multiple_angle(n, c, s)
   return re, n < 0 and -im or im
 end
 
--- e as a polynomial in sin(u), cos(u), with the u of all angles.
-local function in_sine_and_cosine(e, inside, s, c)
+-- Of a u and b u: the greater of the whole multiples of a common unit.
+local function common_multiple(a, b)
+  local _, multiples = common_unit { a, b }
+  return multiples and math.max(math.abs(multiples[1]), math.abs(multiples[2])) or math.huge
+end
+
+-- The arguments without what they are at x = 0: of x + π/3 and 2 x these are x, 2 x and π/3, 0.
+local function without_shifts(arguments, x)
+  local rest, shifts = {}, {}
+  for i, a in ipairs(arguments) do
+    shifts[i] = subs(a, { [x] = 0 })
+    rest[i] = simplify(a - shifts[i])
+  end
+  return rest, shifts
+end
+
+-- e as a polynomial in sin(u), cos(u), with the u of all angles; shifts by the addition theorems.
+local function in_sine_and_cosine(e, inside, s, c, x)
   local arguments, values = {}, {}
   for i, f in ipairs(inside) do
     local op, a = operation(f)
@@ -129,21 +145,53 @@ local function in_sine_and_cosine(e, inside, s, c)
     arguments[i] = a
   end
   local u, multiples = common_unit(arguments)
+  local shifts = {}
+  if not u then
+    arguments, shifts = without_shifts(arguments, x)
+    u, multiples = common_unit(arguments)
+  end
   if not u then return nil end
   for i, f in ipairs(inside) do
     local cosine, sine = multiple_angle(multiples[i], c, s)
     if not cosine then return nil end
+    if shifts[i] and shifts[i] ~= 0 then
+      local cs, sn = cos(shifts[i]), sin(shifts[i])
+      cosine, sine = cosine*cs - sine*sn, sine*cs + cosine*sn
+    end
     local op = operation(f)
     values[f] = op == "sin" and sine or op == "cos" and cosine or sine/cosine
   end
-  return (fraction(subs(e, values))), u
+  local good, polynomial = pcall(function() return (fraction(subs(e, values))) end)
+  if good then return polynomial, u end                       -- roots of numbers may be too many for factors
+end
+
+-- sin A ± sin B = 0, cos A ± sin B = 0, … with shifts or high multiples: A = B + 2 k π or A = π - B + 2 k π.
+local function two_waves(e, inside, x)
+  if #inside ~= 2 then return nil end
+  local angles, rest = {}, e
+  for i, f in ipairs(inside) do
+    local op, a = operation(f)
+    local weight = simplify(diff(subs(e, { [f] = symbol }), symbol))
+    local slope = simplify(diff(a, x))
+    if op ~= "sin" and op ~= "cos" or not is_number(weight) or not is_number(slope) then return nil end
+    angles[i] = { op == "cos" and a + pi/2 or a, weight, slope, a - slope*x }
+    rest = subs(rest, { [f] = 0 })
+  end
+  local A, B = angles[1], angles[2]
+  local ratio = simplify(A[2]/B[2])
+  local plain = simplify(A[4]) == 0 and simplify(B[4]) == 0
+  if simplify(rest) ~= 0 or ratio ~= 1 and ratio ~= -1 or plain and common_multiple(A[3], B[3]) <= 3 then
+    return nil
+  end
+  local other = ratio == 1 and B[1] + pi or B[1]
+  return { families = { { simplify(A[1] - other), 0 }, { simplify(A[1] + other), pi } } }
 end
 
 -- cos²(u) = 1 - sin²(u) or the reverse where the other occurs in even powers only; t = tan(u) where all terms
 -- have the same degree in sin(u), cos(u); else t = tan(u/2).
 local function angles(e, inside, x)
   local s, c, T = param "pendula_sin", param "pendula_cos", symbol
-  local polynomial, u = in_sine_and_cosine(e, inside, s, c)
+  local polynomial, u = in_sine_and_cosine(e, inside, s, c, x)
   if not polynomial or depends(polynomial, x) then return nil end
   for _, pair in ipairs { { c, s, sin }, { s, c, cos } } do
     local powers, even = coefficients(polynomial, pair[1]), true
@@ -162,7 +210,8 @@ local function angles(e, inside, x)
     return { symbol = T, reduced = highest,
       back = function(v) return { argument = u, value = atan(v), period = pi } end }
   end
-  return { symbol = T, reduced = subs(polynomial, { [s] = 2*T/(1 + T^2), [c] = (1 - T^2)/(1 + T^2) }),
+  local reduced = subs(polynomial, { [s] = 2*T/(1 + T^2), [c] = (1 - T^2)/(1 + T^2) })
+  return { symbol = T, reduced = reduced,
     back = function(v) return { argument = u, value = 2*atan(v), period = 2*pi } end,
     extra = { { argument = u, value = pi, period = 2*pi } } }
 end
@@ -196,6 +245,20 @@ local function exponentials(e, inside, x)
     local ok, condition = above(v, 0, " > 0", true)
     if ok then return { argument = unit, value = log(v), condition = condition } end
   end }
+end
+
+-- sinh, cosh and tanh beside other functions by exponentials.
+local function hyperbolic(e, inside)
+  local values, found = {}, false
+  for _, f in ipairs(inside) do
+    local op, a = operation(f)
+    local up, down = exp(a), exp(-a)
+    local by = op == "sinh" and (up - down)/2 or op == "cosh" and (up + down)/2
+      or op == "tanh" and (up - down)/(up + down)
+    if by then values[f], found = by, true end
+  end
+  if not found or #inside < 2 then return nil end
+  return { checked = fraction(subs(e, values)) }
 end
 
 -- Σ cᵢ log(uᵢ) = v: ∏ uᵢ^cᵢ = exp(v), with whole numbers cᵢ.
@@ -233,6 +296,6 @@ local function radicals(e, inside, x)
   if #c == 2 then return { checked = expand((-c[1])^n - c[2]^n*u), root = -c[1]/c[2] } end
 end
 
-inverses.substitutions = { angles, exponentials, logarithms, radicals }
+inverses.substitutions = { two_waves, angles, exponentials, hyperbolic, logarithms, radicals }
 
 return inverses

@@ -75,8 +75,15 @@ local function add_argument(argument, v, period, x, list, depth)
     local root = shifted[i]
     local at_zero = simplify(subs(root, { [k] = 0 }))
     local slope = simplify(diff(root, k))
+    if is_number(slope) and value(slope) < 0 then slope = -slope end       -- k runs over all whole numbers
     if is_number(slope) and is_number(at_zero) then at_zero = within_period(at_zero, slope) end
     polynomial.add(list, at_zero)
+    for i = 1, #list < first and #list or 0 do   -- of another family: the next one
+      local known = list[i] == at_zero and list.periods[i]
+      if known and is_number(slope) and simplify(known - slope) ~= 0 then
+        polynomial.add(list, simplify(at_zero + slope))
+      end
+    end
     if #list >= first then
       list.periods[#list] = not depends(slope, k) and slope or nil
       if depends(slope, k) then list.text[#list] = tostring(root):gsub("pendula_k", "k") end
@@ -137,6 +144,10 @@ local function by_substitution(e, inside, x, list, depth)
     if found and not (found.reduced and depends(found.reduced, x)) then
       if found.checked then
         add_checked(e, found, x, list, depth)
+      elseif found.families then
+        for _, each in ipairs(found.families) do
+          if depends(each[1], x) then add_argument(each[1], each[2], 2*pi, x, list, depth + 1) end
+        end
       else
         for_each_value(found.reduced, found.symbol, list, function(v)
           local back = found.back(v)
@@ -160,7 +171,8 @@ end
 function find(e, x, list, depth)
   depth = depth or 1
   if depth > deepest then equation.refuse "the equation is nested too deeply" end
-  local numerator, denominator = fraction(e)
+  local good, numerator, denominator = pcall(fraction, e)
+  if not good then no_closed_form(e, x) end                     -- too long, or too many roots of numbers
   if numerator == 0 then
     equation.refuse(("the equation holds for every %s"):format(tostring(x)))
   end
@@ -176,7 +188,9 @@ function find(e, x, list, depth)
       polynomial_roots(base, x, parts[k][2], list)
     elseif not (#inside == 1 and invert(base, inside[1], x, list, depth))
       and not by_substitution(base, inside, x, list, depth) then
-      no_closed_form(base, x)
+      local simple = simplify(base)
+      if simple == base then no_closed_form(base, x) end
+      find(simple, x, list, depth + 1)
     end
   end
   if depends(denominator, x) then

@@ -13,7 +13,9 @@ end
 local function multiple(period)
   local turns = simplify(period/pi)
   if not equation.is_number(turns) then return "k " .. tostring(period) end
-  local above, below = fraction(turns)
+  local below = 1
+  while below < 1000 and math.type(simplify(turns*below)) ~= "integer" do below = below + 1 end
+  local above = simplify(turns*below)
   local text = above == 1 and "k π" or tostring(above) .. " k π"
   return below == 1 and text or text .. "/" .. tostring(below)
 end

@@ -172,3 +172,19 @@ test("simplify leaves relations of roots aside where they would be far too long"
   local at = { [p] = linspace(1, 2, N), [q] = linspace(0, 3, N) }
   expect(evaluate(simple, at)):near(evaluate(force, at), 1e-12)
 end)
+
+test("trigonometric equations with shifts, and of two waves", function()
+  shows(roots(sin(x + pi/3) + sin(x), x), "x = -π/6 + k π")
+  shows(roots(cos(x) + cos(x + pi/3), x), "x = π/3 + k π")
+  shows(roots(sin(x) ~ cos(x + pi/6), x), "x = π/6 + k π")
+  shows(roots(sin(x - pi/6) + cos(x - pi/3) ~ sqrt(3)/2, x), "x = π/6 + 2 k π\nx = 5 π/6 + 2 k π")
+  shows(roots(cos(5*x) ~ cos(2*x), x), "x = 2 k π/3\nx = 2 π/7 + 2 k π/7")
+  shows(roots(sin(2*x + pi/3) ~ cos(x), x), "x = π/18 + 2 k π/3\nx = π/6 + 2 k π")
+  shows(roots(sin(5*x), x), "x = 2 k π/5\nx = π/5 + 2 k π/5")
+  shows(roots(sin(x) ~ sin(pi/7), x), "x = π/7 + 2 k π\nx = 6 π/7 + 2 k π")
+  shows(roots(sin(x) - sqrt(3)*cos(x) ~ 1, x), "x = -5 π/6 + 2 k π\nx = π/2 + 2 k π")
+  shows(roots(cos(x + pi/5) ~ cos(pi/5), x), "x = -2 π/5 + 2 k π\nx = 2 k π")
+  shows(roots(sinh(x) + cosh(x) ~ 2, x), "x = log(2)")
+  shows(roots(asin(x) + acos(x) ~ x, x), "x = π/2")
+  expect(function() roots(sin(x + pi/4)*cos(x) ~ "1/2", x) end):fails "newton"
+end)

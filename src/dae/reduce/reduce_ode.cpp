@@ -101,7 +101,7 @@ class Elimination {
                                             : linear_solution(A, b, definite);
     Substitution values;
     for (Index j = 0; j < n; ++j) values[unknowns[j]] = w[j];
-    for (auto& [leaf, f] : solved) f = substitute(f, values);
+    for (auto& [leaf, f] : solved) f = expanded ? tidied(substitute(f, values)) : substitute(f, values);
     solved.insert(values.begin(), values.end());
   }
 
@@ -118,19 +118,21 @@ class Elimination {
     return n <= few && std::all_of(A.begin(), A.end(), [](const Entry& e) { return is_short(e.value, 60); });
   }
 
-  /// Written out if it stays readable. A matrix that changes along a solution has to be a mass matrix, whose
-  /// determinant is positive: any other keeps its pivots.
+  /// Written out if it stays readable. A matrix that changes along a solution has to be definite, as mass matrices
+  /// and Cq W⁻¹ Cqᵀ are: any other keeps its pivots.
   VecX written_solution(Index n) {
     constexpr int widest = 200;
     const bool moving = std::any_of(A.begin(), A.end(), [](const Entry& e) { return moves(e.value); });
     const bool mass_matrix = m_.mechanics && m_.mechanics->C.size() == 0;
-    if (moving && (n > 2 || !mass_matrix)) return linear_solution(A, b, definite);
+    if (moving && (n > 2 || !(mass_matrix || definite))) return linear_solution(A, b, definite);
     const VecX w = exact_solution(n);
     expanded = std::all_of(w.begin(), w.end(), [&](Expr e) {
       return is_short(e, 300) && (!moving || display_width(to_text(e)) <= widest);
     });
     return expanded ? w : linear_solution(A, b, definite);
   }
+
+  static Expr tidied(Expr e) { return is_short(e, 400) ? simplify(e) : e; }
 
   VecX exact_solution(Index n) {
     MatX matrix = MatX::Zero(n, n);

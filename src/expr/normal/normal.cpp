@@ -18,7 +18,7 @@ std::size_t combine(std::size_t seed, std::size_t value) {
 std::size_t hash_number(double value) { return std::hash<double>()(value); }
 
 /// cos(asin x) counts as much as what it is, √(1 - x²); cos(2 atan x) as (1 - x²)/(1 + x²).
-constexpr double arc_tokens = 5;
+constexpr double arc_tokens = 8;
 bool is_arc(const Atom& a) {
   constexpr Op arcs[] = {Op::asin, Op::acos, Op::atan, Op::asinh, Op::acosh, Op::atanh};
   return a.kind == AtomKind::function && std::find(std::begin(arcs), std::end(arcs), a.op) != std::end(arcs);

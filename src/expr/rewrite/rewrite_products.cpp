@@ -173,24 +173,35 @@ bool cancel_common_factors(Simplifier& s, Term& term) {
   return false;
 }
 
-/// 1/(1/a + 1/b) = a b/(a + b), where that is not longer.
+/// The highest powers below the line in the terms of a sum, as positive exponents.
+std::vector<Factor> denominators(const Sum& terms) {
+  std::vector<Factor> below;
+  for (const Term& t : terms)
+    for (const Factor& g : t.factors) {
+      if (g.exponent >= 0 || g.exponent.get_den() != 1) continue;
+      const auto known =
+          std::find_if(below.begin(), below.end(), [&](const Factor& b) { return b.atom == g.atom; });
+      if (known == below.end())
+        below.push_back({g.atom, -g.exponent});
+      else if (known->exponent < -g.exponent)
+        known->exponent = -g.exponent;
+    }
+  return below;
+}
+
+/// 1/(1/a + 1/b) = a b/(a + b), a b (1/a - 1/b) = b - a, where that is not longer.
 bool clear_denominators(Simplifier& s, Term& term) {
   for (std::size_t i = 0; i < term.factors.size(); ++i) {
     const Factor f = term.factors[i];
-    if (f.exponent >= 0 || f.exponent.get_den() != 1 || s.atom(f.atom).kind != AtomKind::sum) continue;
+    if (f.exponent.get_den() != 1 || s.atom(f.atom).kind != AtomKind::sum) continue;
     Sum inside = s.sum(s.atom(f.atom).args[0]);
-    std::vector<Factor> below;  // the highest powers in denominators, as positive exponents
-    for (const Term& t : inside)
-      for (const Factor& g : t.factors) {
-        if (g.exponent >= 0 || g.exponent.get_den() != 1) continue;
-        const auto known =
-            std::find_if(below.begin(), below.end(), [&](const Factor& b) { return b.atom == g.atom; });
-        if (known == below.end())
-          below.push_back({g.atom, -g.exponent});
-        else if (known->exponent < -g.exponent)
-          known->exponent = -g.exponent;
-      }
-    if (below.empty()) continue;
+    const std::vector<Factor> below = denominators(inside);
+    const bool outside = std::all_of(below.begin(), below.end(), [&](const Factor& b) {
+      return std::any_of(term.factors.begin(), term.factors.end(), [&](const Factor& g) {
+        return g.atom == b.atom && g.exponent >= b.exponent * f.exponent;
+      });
+    });
+    if (below.empty() || (f.exponent > 0 && !outside)) continue;
     for (Term& t : inside) {
       t.factors.insert(t.factors.end(), below.begin(), below.end());
       s.collect(t);
@@ -202,6 +213,37 @@ bool clear_denominators(Simplifier& s, Term& term) {
     s.collect(cleared);
     if (s.traits_of(cleared).tokens > s.traits_of(term).tokens) continue;
     term = std::move(cleared);
+    return true;
+  }
+  return false;
+}
+
+/// (1 + √3)/(1 - √3) = -2 - √3: a sum of two roots below the line by its conjugate, where that is not longer.
+bool rationalise(Simplifier& s, Term& term) {
+  const auto numeric = [&](const Factor& f, int exponent) {
+    return f.exponent == exponent && s.atom(f.atom).kind == AtomKind::sum &&
+           s.atom(f.atom).traits.level < 0 && s.sum(s.atom(f.atom).args[0]).size() == 2;
+  };
+  for (const Factor& f : term.factors) {
+    if (!numeric(f, -1)) continue;
+    Sum conjugate = s.sum(s.atom(f.atom).args[0]);
+    conjugate[1].coefficient = -conjugate[1].coefficient;
+    const AtomId other = s.sum_atom(s.intern(std::move(conjugate)));
+    Term product{1, {{f.atom, 1}, {other, 1}}}, above{1, {{other, 1}}};
+    s.collect(product);
+    auto below = s.multiplied_out(product, 4);
+    const auto number = below ? s.constant(s.intern(std::move(*below))) : std::nullopt;
+    if (!number || !number->exact() || number->sign() == 0) continue;
+    Term rest{term.coefficient * *Number::power(*number, -1), {}};
+    for (const Factor& g : term.factors)
+      if (g.atom != f.atom) (numeric(g, 1) ? above : rest).factors.push_back(g);
+    s.collect(above);
+    auto numerator = s.multiplied_out(above, 8);
+    if (!numerator) continue;
+    s.multiply(rest, s.intern(std::move(*numerator)), 1);
+    s.collect(rest);
+    if (s.traits_of(rest).tokens > s.traits_of(term).tokens) continue;
+    term = std::move(rest);
     return true;
   }
   return false;
@@ -301,6 +343,7 @@ constexpr ProductRule products[] = {
     {"(x² - 1)/(x - 1) = x + 1", divide_sums},
     {"(x³ - 1)/(x² - 1) = (x² + x + 1)/(x + 1)", cancel_common_factors},
     {"1/(1/a + 1/b) = a b/(a + b)", clear_denominators},
+    {"(1 + √3)/(1 - √3) = -2 - √3", rationalise},
 };
 
 }  // namespace
