@@ -24,7 +24,7 @@ end
 
 -- The symbols of r as they are written elsewhere: dt, x_new, x_old_a, x_old_b … are Δt, x_{k+1}, x_{k-1} …
 local function in_notation(text)
-  text = text:gsub("([xz])_new", "%1_{k+1}"):gsub("x_old_(%l)", function(letter)
+  text = text:gsub("([xzu])_new", "%1_{k+1}"):gsub("x_old_(%l)", function(letter)
     return "x_{k-" .. letter:byte() - 96 .. "}"
   end)
   return (text:gsub("%f[%w_]dt%f[^%w_]", "Δt"))
@@ -42,7 +42,8 @@ local function written(result)
   if result.r and #result.r <= most_written then
     local names = {}
     for i = 1, #result.w do names[i] = tostring(result.w[i]) end
-    text = text .. "\nWritten out, with w = (" .. table.concat(names, ", ") .. "):"
+    text = text .. "\nWritten out, with w = (" .. table.concat(names, ", ") .. ")"
+      .. (result.inputs and " and uᵢ the input at stage i:" or ":")
     for i = 1, #result.r do text = text .. "\n     0 = " .. tostring(result.r[i]) end
   end
   return in_notation(text)
@@ -78,6 +79,7 @@ local function explain_step(sys, method)
   local lines = make(p, method, result)
   table.insert(lines, 1, heading(p, method))
   result.text = table.concat(lines, "\n")
+  result.inputs = object_type(method) == "tableau" and #p.inputs > 0
   function result.latex()
     if not result.r then return "" end
     local rows, longest = {}, 1500

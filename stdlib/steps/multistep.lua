@@ -23,8 +23,9 @@ local function bdf_step(p, method, result)
   local x1, z1 = stand_ins("x_new", p.x), stand_ins("z_new", p.z)
   local old = {}
   for j = 1, m do old[j] = stand_ins(j == 1 and "x_k" or "x_old_" .. ("abcde"):sub(j - 1, j - 1), p.x) end
-  local replacements = pairing(p.z, z1, pairing(p.x, x1, {}))
   local dt, r, w = param "dt", {}, {}
+  local replacements = pairing(p.z, z1, pairing(p.x, x1, { [pendula.t] = param "t_k" + dt }))
+  pairing(p.inputs, stand_ins("u_new", p.inputs), replacements)
   local minus = history:sub(1, 1) == "-" and " - " .. history:sub(2) or " + " .. history
   local step = b == 1 and "Δt" or tostring(b) .. " Δt"
   local differences = {}
@@ -33,7 +34,8 @@ local function bdf_step(p, method, result)
     for j = 1, m do differences[i] = differences[i] + past[j]*old[j][i] end
   end
   if p.F then
-    add(("     F((x_{k+1}%s)/(%s), x_{k+1}%s, u_{k+1}) = 0"):format(minus, step, z and ", z_{k+1}" or ""))
+    add(("     F((x_{k+1}%s)/(%s), x_{k+1}%s%s) = 0"):format(minus, step, z and ", z_{k+1}" or "",
+      #p.inputs > 0 and ", u_{k+1}" or ""))
     for i, x in ipairs(p.x) do replacements[der(x)] = differences[i]/(b*dt) end
     for _, e in ipairs(put(p.F, replacements)) do r[#r + 1] = e end
   else

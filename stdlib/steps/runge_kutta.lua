@@ -19,6 +19,8 @@ local function stages_of(p, tab, dt)
     end
     pairing(p.x, X, replacements)
     pairing(p.z, z[i], replacements)
+    pairing(p.inputs, stand_ins("u" .. i, p.inputs), replacements)
+    replacements[pendula.t] = param "t_k" + tab.c[i]*dt
     local function add(list) for _, e in ipairs(list) do r[#r + 1] = e end end
     if p.F then
       for k, x in ipairs(p.x) do replacements[der(x)] = K[i][k] end
