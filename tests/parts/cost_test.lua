@@ -35,6 +35,35 @@ test("ladders and rods become the equations of their states", function()
   end
 end)
 
+test("what is left is what one would write: differences first, no product that cancels", function()
+  local function rc(n)
+    local R, C, list, low = {}, {}, {}, { "V.n", "gnd.p" }
+    for k = 1, n do
+      R[k], C[k] = e.resistor{}, e.capacitor{ v0 = 0 }
+      list[#list + 1] = connect(("R[%d].n"):format(k), ("C[%d].p"):format(k))
+      if k < n then list[#list + 1] = connect(("C[%d].p"):format(k), ("R[%d].p"):format(k + 1)) end
+      low[#low + 1] = ("C[%d].n"):format(k)
+    end
+    list[#list + 1], list[#list + 2] = connect(table.unpack(low)), connect("V.p", "R[1].p")
+    return model { V = e.source{ v = sin(t) }, R = R, C = C, gnd = e.ground{}, list }
+  end
+  for _, n in ipairs { 3, 12, 40 } do                -- the node of the ground has n + 2 currents
+    local equations = rc(n):dae().equations
+    expect(#equations):equals(n)
+    expect(tostring(equations[2])):equals
+      "C[2].C C[2].v′ = (C[1].v - C[2].v)/R[2].R + (C[3].v - C[2].v)/R[3].R"
+    expect(equations[1].rhs:code():find("R[1].R\", 1)*(", 1, true)):equals(nil)
+  end
+  local l = components.translational
+  local car = model { body = l.mass{ s0 = 1, v0 = 0 }, wheel = l.mass{ s0 = 0, v0 = 0 },
+    strut = l.spring_damper{},
+    bump = l.stop{}, tyre = l.spring{}, road = l.fixed{},
+      connect("wheel.flange", "strut.a", "bump.a", "tyre.b"),
+    connect("body.flange", "strut.b", "bump.b"), connect("road.flange", "tyre.a") }
+  expect(car:dae().kind):equals "ODE"                -- the force of the stop, in two sums, is no unknown
+  expect(tostring(car:dae().differential)):equals "(body.s, wheel.s, body.s′, wheel.s′)"
+end)
+
 test("four times as many parts take four times as long, about", function()
   local function seconds(make, n)
     collectgarbage()

@@ -27,13 +27,23 @@ Expr scaled(Expr a, Expr b) {
   if (b.is_one()) return a;
   if (a == Expr(-1)) return -b;
   if (b == Expr(-1)) return -a;
+  if (a.op() == Op::neg) return -scaled(a.operand(0), b);
+  if (b.op() == Op::neg) return -scaled(a, b.operand(0));
+  if (b.op() == Op::div && b.operand(1) == a) return b.operand(0);
+  if (a.op() == Op::div && a.operand(1) == b) return a.operand(0);
+  if (a.op() == Op::div && a.operand(0).is_one()) return b / a.operand(1);
   return a * b;
 }
 
 Expr divided(Expr a, Expr b) {
   if (b.is_one()) return a;
   if (b == Expr(-1)) return -a;
-  return a == b ? Expr(1) : a / b;
+  if (a == b) return 1;
+  if (a.op() == Op::neg) return -divided(a.operand(0), b);
+  if (a.is_constant() && !b.is_constant() && constant_value(a) < 0) return -divided(-a, b);
+  if (a.op() == Op::mul && a.operand(0) == b) return a.operand(1);
+  if (a.op() == Op::mul && a.operand(1) == b) return a.operand(0);
+  return a / b;
 }
 
 static auto place_of(const std::vector<AffineRow::Term>& terms, int unknown) {

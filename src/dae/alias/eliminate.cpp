@@ -43,6 +43,58 @@ Substitution relations_of(const Elimination& e) {
   return relations;
 }
 
+bool is_negative(Expr c) {
+  return c.op() == Op::neg || c == Expr(-1) || (c.is_constant() && constant_value(c) < 0);
+}
+
+/// The summands of a coefficient, each with its sign.
+void split(Expr c, bool minus, std::vector<std::pair<Expr, bool>>& out) {
+  if (c.op() == Op::neg) {
+    split(c.operand(0), !minus, out);
+  } else if (c.op() == Op::add || c.op() == Op::sub) {
+    split(c.operand(0), minus, out);
+    split(c.operand(1), (c.op() == Op::sub) != minus, out);
+  } else {
+    out.emplace_back(c, minus);
+  }
+}
+
+/// sum - Σ c x. Unknowns that share a summand of their coefficients stand together: (u - v)/R + (w - v)/S and not
+/// u/R - (1/R + 1/S) v + w/S, which costs more, and rounds large numbers before it subtracts them.
+Expr without_terms(Expr sum, const std::vector<std::pair<Expr, Expr>>& terms) {
+  std::unordered_map<Expr, std::vector<std::pair<Expr, bool>>> users;  // summand -> unknown, minus
+  std::vector<std::vector<std::pair<Expr, bool>>> parts(terms.size());
+  for (std::size_t k = 0; k < terms.size(); ++k) {
+    split(terms[k].first, true, parts[k]);
+    for (const auto& [part, minus] : parts[k])
+      if (!part.is_constant()) users[part].emplace_back(terms[k].second, minus);
+  }
+  for (std::size_t k = 0; k < terms.size(); ++k) {
+    const auto& [coefficient, x] = terms[k];
+    Expr left = 0;
+    bool shares = false;
+    for (const auto& [part, minus] : parts[k]) {
+      const auto shared = users.find(part);
+      if (shared == users.end() || shared->second.size() == 1) {
+        left = minus ? left - part : left + part;
+        continue;
+      }
+      shares = true;
+      auto& members = shared->second;
+      if (members.empty() || members.front().first != x) continue;  // written with the first of them
+      const bool turned = std::all_of(members.begin(), members.end(), [](const auto& m) { return m.second; });
+      Expr inner = 0;
+      for (bool subtracted : {false, true})
+        for (const auto& [unknown, is_minus] : members)
+          if ((is_minus != turned) == subtracted) inner = subtracted ? inner - unknown : inner + unknown;
+      sum = turned ? sum - scaled(part, inner) : sum + scaled(part, inner);
+    }
+    const Expr c = shares ? -left : coefficient;
+    sum = is_negative(c) ? sum + scaled(-c, x) : sum - scaled(c, x);
+  }
+  return sum;
+}
+
 /// top derivatives = the rest, or 0 = …
 Block written_row(const AffineRow& row, const Elimination& e, const Substitution& relations) {
   const UnknownNumbers& numbers = e.numbers();
@@ -52,19 +104,17 @@ Block written_row(const AffineRow& row, const Elimination& e, const Substitution
   });
   const int top = terms.empty() ? 0 : numbers.order(terms[0].unknown);
   const Expr rest = substitute(row.rest, relations);
-  const bool turn =
-      !terms.empty() && (terms[0].coefficient.op() == Op::neg ||
-                         (terms[0].coefficient.is_constant() && constant_value(terms[0].coefficient) < 0));
+  const bool turn = !terms.empty() && is_negative(terms[0].coefficient);
   Expr left = 0, right = turn ? rest : -rest;
+  std::vector<std::pair<Expr, Expr>> others;
   for (const AffineRow::Term& t : terms) {
     const Expr c = turn ? -t.coefficient : t.coefficient, leaf = numbers.leaf(t.unknown);
     if (top > 0 && numbers.order(t.unknown) == top)
       left += scaled(c, leaf);
-    else if (c.op() == Op::neg || c == Expr(-1) || (c.is_constant() && constant_value(c) < 0))
-      right += scaled(-c, leaf);
     else
-      right -= scaled(c, leaf);
+      others.emplace_back(c, leaf);
   }
+  right = without_terms(right, others);
   Block block;
   block.lhs = VecX::Constant(1, left);
   block.rhs = VecX::Constant(1, right);

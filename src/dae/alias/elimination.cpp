@@ -42,20 +42,24 @@ Elimination::Elimination(const Model& model)
 }
 
 void Elimination::run() {
-  for (std::size_t i = 0; i < rows_.size(); ++i) consider_row(static_cast<int>(i));
-  std::size_t left = rows_.size();
-  while (!queue_.empty() && left > 1) {
-    const Candidate c = queue_.top();
-    queue_.pop();
-    const auto now = candidate(c.row, c.unknown);
-    if (!now) continue;
-    if (now->cost > c.cost) {
-      queue_.push(*now);
-      continue;
+  std::size_t left = rows_.size(), before = 0;
+  do {  // again: a derivative that was the highest may be a state now, and a force that depends on it may go
+    before = left;
+    for (std::size_t i = 0; i < rows_.size(); ++i)
+      if (alive_[i]) consider_row(static_cast<int>(i));
+    while (!queue_.empty() && left > 1) {
+      const Candidate c = queue_.top();
+      queue_.pop();
+      const auto now = candidate(c.row, c.unknown);
+      if (!now) continue;
+      if (now->cost > c.cost) {
+        queue_.push(*now);
+        continue;
+      }
+      eliminate(c.row, c.unknown);
+      --left;
     }
-    eliminate(c.row, c.unknown);
-    --left;
-  }
+  } while (left < before);
 }
 
 std::optional<int> Elimination::raised_orders(const AffineRow& row, int x, int times) const {
@@ -121,11 +125,14 @@ std::optional<Elimination::Candidate> Elimination::candidate(int row, int x) con
                            std::any_of(r.inside.begin(), r.inside.end(), top);
   if (derivatives && times == 0 && (others > 1 || nonlinear > 0)) return {};
   if (wanted_[x] == 2 && terms > 1 && !follows_from_states(r, x)) return {};
-  const bool buries = nonlinear > 0 && terms > 1;  // a variable that Newton's method had better see
+  // a variable that Newton's method had better see; what states give it never looks for
+  const bool buries = nonlinear > 0 && terms > 1 && !follows_from_states(r, x);
   // (u - v)/R in two sums leaves what R divides, and rounds, in both: their own small terms are lost
   const bool rounds = *pivot > 1 && others > 1;
-  const long cost = 16 * fill + 64 * buries + 4 * *pivot + 80 * rounds + 32 * derivatives + 2 * terms +
-                    3 * (wanted_[x] > 0) + 8 * *raised;
+  // what nothing else needs goes first, however long its row: the current into the ground of a large circuit
+  const long written_terms = others > 0 ? terms : std::min(terms, 1L);
+  const long cost = 16 * fill + 64 * buries + 4 * *pivot + 80 * rounds + 32 * derivatives +
+                    2 * written_terms + 3 * (wanted_[x] > 0) + 8 * *raised;
   const std::string& name = symbol_of(numbers_.leaf(x)).name;
   return Candidate{cost, static_cast<int>(std::count(name.begin(), name.end(), '.')), row, x};
 }

@@ -19,18 +19,23 @@ constexpr std::size_t most_pulses = 200;  // more are an oscillation, which no s
 /// Sums, products, sines of a smooth argument have no short pulse without an oscillation, and the borders of
 /// abs, min, max and ifelse are located.
 bool can_pulse(Expr e) {
+  const auto varies = [](Expr part) {
+    const std::vector<Expr> all = leaves({&part, 1});
+    return std::find(all.begin(), all.end(), time_symbol()) != all.end();
+  };
   const std::vector<Expr> nodes = topological({&e, 1});
-  return std::any_of(nodes.begin(), nodes.end(), [](Expr node) {
+  return std::any_of(nodes.begin(), nodes.end(), [&](Expr node) {
     if (node.is_symbol() || node.is_constant()) return false;
     switch (node.op()) {
       case Op::exp:
       case Op::tanh:
       case Op::cosh:
+        return varies(node.operand(0));
       case Op::div:
-        return true;
+        return varies(node.operand(1));
       case Op::pow: {
         const mpq_class* n = exact_value(node.operand(1));
-        return !n || n->get_den() != 1 || *n < 0;
+        return !n || n->get_den() != 1 || (*n < 0 && varies(node.operand(0)));
       }
       default:
         return false;
