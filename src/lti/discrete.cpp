@@ -48,10 +48,28 @@ System with_hold(const System& g, Expr Ts, bool first_order) {
                  tidy(MatX(g.ss.D + product(g.ss.C, G2))), Ts);
 }
 
+/// D⁻¹ M D.
+MatX in_units(MatX M, const Vec& d) {
+  for (Index i = 0; i < M.rows(); ++i)
+    for (Index j = 0; j < M.cols(); ++j)
+      if (!M(i, j).is_zero()) M(i, j) = Expr(mpq_class(d[j] / d[i])) * M(i, j);
+  return M;
+}
+
+/// M⁻¹, computed in the units of the states in which M is balanced: the companion matrix of a transfer function in
+/// nanoseconds has entries 1e9ⁿ apart.
+std::optional<MatX> inverse(const MatX& M) {
+  if (field(M) == Field::symbolic) return solve(M, identity(M.rows()));
+  const Vec d = linalg::balancing(numbers(M));
+  const auto back = solve(in_units(M, d), identity(M.rows()));
+  if (!back) return {};
+  return in_units(*back, d.cwiseInverse());
+}
+
 /// x₊ - x = h (A ((1-α) x + α x₊) + …): α = 0 Euler, 1/2 Tustin, 1 backward Euler.
 System by_quadrature(const System& g, Expr Ts, Expr alpha, Expr h) {
   const Index n = g.ss.order();
-  const auto back = solve(identity(n) - scaled(alpha * h, g.ss.A), identity(n));
+  const auto back = inverse(identity(n) - scaled(alpha * h, g.ss.A));
   if (!back)
     throw Error(text("the method does not exist for this sampling time: I - ", pendula::to_text(alpha),
                      " Ts A is singular"));
@@ -169,7 +187,7 @@ System from_hold(const System& g) {
 
 System from_tustin(const System& g) {
   const Index n = g.ss.order();
-  const auto half = solve(MatX(g.ss.A + identity(n)), identity(n));
+  const auto half = inverse(g.ss.A + identity(n));
   if (!half) throw Error("z = -1 is a pole: s = 2/Ts (z-1)/(z+1) is infinite there");
   const Expr h = g.Ts;
   const MatX ima = scaled(2, *half);  // I - h/2 A

@@ -197,3 +197,20 @@ test("Padé approximants of a delay", function()
   end
   expect(function() return pade(1, 0) end):fails "from 1 to 10"
 end)
+
+test("Riccati equations at the borders of what has a solution", function()
+  -- discrete time: inputs may cost nothing
+  local X, K = dare({ { 2, -1 }, { 1, 0 } }, { 1, 0 }, { { 0, 0 }, { 0, 1 } }, 0)
+  for i = 1, 2 do for j = 1, 2 do expect(X(i, j)):near(i == j and 1 or 0, 1e-10) end end
+  expect(K(1, 1)):near(2, 1e-10)
+  local _, L = dare({ { 1, 0.5 }, { 0, 1 } }, { { 1, 0 }, { 0, 1 } }, 1, { { 0, 0 }, { 0, 1 } })
+  expect(L(1, 1)):near(1, 1e-8)                                      -- what costs nothing is used wholly
+  expect(function() dare({ { 1 } }, { 1 }, 1, -1) end):fails "semidefinite"
+  expect(function() dare({ { 0.5 } }, { 0 }, 1, 0) end):fails "R + BᵀXB is singular"
+  expect(function() care({ { 1 } }, { 1 }, 1, 0) end):fails "positive definite"
+  -- continuous time: unstable and with costs six decades apart, of any units
+  for _, e in ipairs { 1e-6, 1, 1e6 } do
+    local v = care({ { 3 * e } }, { 1 }, e, e)
+    expect(v(1, 1)):near(3 * e^2 + e * math.sqrt(9 * e^2 + 1), 1e-12 * e * (6 * e + 1))
+  end
+end)

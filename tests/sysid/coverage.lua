@@ -179,7 +179,8 @@ local hold = held(white(150))
 local first = held_response({ 3 }, { 5, 1 }, 1.3, hold, 1)
 local second = held_response({ 2, 1 }, { 3, 2, 1 }, 0, hold, 0.7)
 case("process model", 4, function()
-  return both(process_model(iddata { y = noisy(first, 0.1), u = hold }, "P1D", { ic = "zero" }), { 3, 5, 1.3 })
+  local d = iddata { y = noisy(first, 0.1), u = hold }
+  return both(process_model(d, "P1D", { ic = "zero" }), { 3, 5, 1.3 })
 end)
 case("tfest", 4, function()
   local m = tfest(iddata { y = noisy(second, 0.1), u = hold, Ts = 0.7 }, { np = 2, nz = 1, ic = "zero" })
@@ -191,7 +192,8 @@ local decay = dae { der(x) ~ -k * x }
 case("grey box: decay with an unknown start", 6, function()
   local e, y = randn(40), {}
   for i = 0, 39 do y[i + 1] = 2 * math.exp(-0.5 * i * 0.1) + 0.05 * e[i + 1] end
-  local r = fit(decay, { params = { k, x }, data = iddata { y = y, Ts = 0.1 }, y = x, guess = { k = 0.4, x = 1.5 } })
+  local d = iddata { y = y, Ts = 0.1 }
+  local r = fit(decay, { params = { k, x }, data = d, y = x, guess = { k = 0.4, x = 1.5 } })
   return both(r, { 0.5, 2 })
 end)
 local q, v = vars "q v"
@@ -202,9 +204,11 @@ case("grey box: damped oscillation", 4, function()
   local omega = math.sqrt(4 / 1.2 - delta^2)
   for i = 0, 79 do
     local t = 0.1 * i
-    y[i + 1] = math.exp(-delta * t) * (math.cos(omega * t) + delta / omega * math.sin(omega * t)) + 0.05 * e[i + 1]
+    y[i + 1] = math.exp(-delta * t) * (math.cos(omega * t) + delta / omega * math.sin(omega * t))
+      + 0.05 * e[i + 1]
   end
-  local r = fit(swing, { params = { m, c }, data = iddata { y = y, Ts = 0.1 }, y = q, start = { q = 1, v = 0 } })
+  local d = iddata { y = y, Ts = 0.1 }
+  local r = fit(swing, { params = { m, c }, data = d, y = q, start = { q = 1, v = 0 } })
   return both(r, { 1.2, 0.25 })
 end)
 
@@ -227,7 +231,8 @@ case("hammerstein", 4, function()
   local u, v = white(300), {}
   for t = 1, 300 do v[t] = u[t] + 0.3 * u[t]^2 end
   local d = iddata { u = u, y = noisy(filtered({ 1 }, { -0.5 }, v), 0.2) }
-  local r = hammerstein(d, { nb = 1, nf = 1, input = { function(s) return s end, function(s) return s^2 end } })
+  local basis = { function(s) return s end, function(s) return s^2 end }
+  local r = hammerstein(d, { nb = 1, nf = 1, input = basis })
   return { r.theta[1], r.theta[2], r.theta[3] }, r.std, { 1, -0.5, 0.3 }
 end)
 
@@ -256,7 +261,8 @@ function coverage.campaign(runs, name)
       local share = coverage.share(one, runs)
       local good = math.abs(share - 0.95) <= coverage.slack(runs)
       if not good then wrong = wrong + 1 end
-      print(("%5.1f %%  %s%s  (%.0f s)"):format(100 * share, one.name, good and "" or "  outside", os.clock() - from))
+      print(("%5.1f %%  %s%s  (%.0f s)"):format(100 * share, one.name, good and "" or "  outside",
+        os.clock() - from))
     end
   end
   print(("%d runs each, %d outside %.1f … %.1f %%"):format(runs, wrong, 95 - 100 * coverage.slack(runs),

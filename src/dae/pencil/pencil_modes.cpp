@@ -36,9 +36,34 @@ std::vector<long double> in_doubles(const Polynomial& p) {
   return d;
 }
 
-/// Zeros of a monic polynomial without multiple zeros: eigenvalues of its companion matrix, sharpened by
-/// Newton.
-std::vector<std::complex<double>> zeros(const Polynomial& p) {
+/// k with 2^k near the geometric mean of the moduli of the zeros that are not 0.
+long binary_size(const Polynomial& p) {
+  std::size_t low = 0;
+  while (low + 1 < p.size() && p[low] == 0) ++low;
+  if (low + 1 == p.size()) return 0;
+  const mpq_class q = abs(p[low]);
+  const auto bits = static_cast<long>(mpz_sizeinbase(q.get_num_mpz_t(), 2)) -
+                    static_cast<long>(mpz_sizeinbase(q.get_den_mpz_t(), 2));
+  return std::lround(static_cast<double>(bits) / static_cast<double>(p.size() - 1 - low));
+}
+
+/// p(2^k s) / 2^(kn), monic again.
+Polynomial in_units(Polynomial p, long k) {
+  for (std::size_t i = 0; i < p.size(); ++i) {
+    const long shift = k * static_cast<long>(p.size() - 1 - i);
+    if (shift >= 0)
+      mpq_div_2exp(p[i].get_mpq_t(), p[i].get_mpq_t(), static_cast<mp_bitcnt_t>(shift));
+    else
+      mpq_mul_2exp(p[i].get_mpq_t(), p[i].get_mpq_t(), static_cast<mp_bitcnt_t>(-shift));
+  }
+  return p;
+}
+
+/// Zeros of a monic polynomial without multiple zeros: eigenvalues of its companion matrix in units of their size,
+/// sharpened by Newton.
+std::vector<std::complex<double>> zeros(const Polynomial& given) {
+  const long unit = binary_size(given);
+  const Polynomial p = in_units(given, unit);
   const auto n = static_cast<Eigen::Index>(p.size()) - 1;
   Mat companion = Mat::Zero(n, n);
   for (Eigen::Index i = 0; i < n; ++i) {
@@ -65,6 +90,7 @@ std::vector<std::complex<double>> zeros(const Polynomial& p) {
       s -= change;
       if (std::abs(change) < 1e-18L * std::abs(s)) break;
     }
+    s = {std::ldexp(s.real(), static_cast<int>(unit)), std::ldexp(s.imag(), static_cast<int>(unit))};
     list.emplace_back(static_cast<double>(s.real()), static_cast<double>(s.imag()));
     if (std::fabs(list.back().imag()) < 1e-14 * std::abs(list.back())) list.back().imag(0);
   }

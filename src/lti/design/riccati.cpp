@@ -26,6 +26,8 @@ void require_symmetric(const Mat& m, const char* name) {
     throw Error(text(name, " must be symmetric"));
 }
 
+bool definite(const Mat& R) { return Eigen::LLT<Mat>(R).info() == Eigen::Success; }
+
 void check(RiccatiProblem& p) {
   const Index n = p.A.rows(), m = p.B.cols();
   if (n == 0) throw Error("the system has no states");
@@ -38,8 +40,11 @@ void check(RiccatiProblem& p) {
   require_size(p.S, "N", n, m);
   require_symmetric(p.Q, "Q");
   require_symmetric(p.R, "R");
-  if (Eigen::LLT<Mat>(p.R).info() != Eigen::Success)
-    throw Error("R must be positive definite: every input needs a weight");
+  if (definite(p.R)) return;
+  if (p.continuous) throw Error("R must be positive definite: every input needs a weight");
+  if (Eigen::SelfAdjointEigenSolver<Mat>(p.R, Eigen::EigenvaluesOnly).eigenvalues().minCoeff() <
+      -1e-12 * p.R.norm())
+    throw Error("R must be positive semidefinite: no input may have a negative weight");
 }
 
 /// Without the cross term: u = v - R⁻¹Sᵀx.
@@ -70,33 +75,48 @@ std::optional<Mat> doubled(Mat A, Mat G, Mat H) {
   return {};
 }
 
-std::optional<Mat> first_solution(const RiccatiProblem& p) {
-  Reduced r = without_cross_term(p);
-  const double g = r.G.norm(), h = r.H.norm();
-  const double scale = g > 0 && h > 0 ? std::sqrt(h / g) : 1;  // X = scale X̃ makes G and H equally large
-  r.G *= scale;
-  r.H /= scale;
-  std::optional<Mat> X;
-  if (!p.continuous) {
-    X = doubled(r.A, r.G, r.H);
-  } else {
-    const Index n = p.A.rows();
-    const double size = std::sqrt((2 * r.A.squaredNorm() + r.G.squaredNorm() + r.H.squaredNorm()) /
-                                  static_cast<double>(2 * n));
-    for (const double factor : {1.0, 1.37, 0.61, 4.3, 0.23}) {  // γ must not be an eigenvalue
-      const double gamma = factor * (size > 0 ? size : 1);
-      const Mat I = Mat::Identity(n, n);
-      const Eigen::PartialPivLU<Mat> shifted(r.A - gamma * I);
-      const Eigen::PartialPivLU<Mat> W((r.A - gamma * I).transpose() + r.H * shifted.solve(r.G));
-      if (!(shifted.rcond() > 1e-14) || !(W.rcond() > 1e-14)) continue;
-      const Mat inverse = W.inverse();
-      X = doubled(I + 2 * gamma * inverse.transpose(), symmetric(2 * gamma * shifted.solve(r.G) * inverse),
-                  symmetric(2 * gamma * inverse * r.H * shifted.inverse()));
-      if (X) break;
-    }
+/// After a Cayley transform where time is continuous.
+std::optional<Mat> by_doubling(const Reduced& r, bool continuous) {
+  if (!continuous) return doubled(r.A, r.G, r.H);
+  const Index n = r.A.rows();
+  const double size =
+      std::sqrt((2 * r.A.squaredNorm() + r.G.squaredNorm() + r.H.squaredNorm()) / static_cast<double>(2 * n));
+  for (const double factor : {1.0, 1.37, 0.61, 4.3, 0.23}) {  // γ must not be an eigenvalue
+    const double gamma = factor * (size > 0 ? size : 1);
+    const Mat I = Mat::Identity(n, n);
+    const Eigen::PartialPivLU<Mat> shifted(r.A - gamma * I);
+    const Eigen::PartialPivLU<Mat> W((r.A - gamma * I).transpose() + r.H * shifted.solve(r.G));
+    if (!(shifted.rcond() > 1e-14) || !(W.rcond() > 1e-14)) continue;
+    const Mat inverse = W.inverse();
+    const auto X =
+        doubled(I + 2 * gamma * inverse.transpose(), symmetric(2 * gamma * shifted.solve(r.G) * inverse),
+                symmetric(2 * gamma * inverse * r.H * shifted.inverse()));
+    if (X) return X;
   }
-  if (X) *X *= scale;
-  return X;
+  return {};
+}
+
+/// The stable subspace of the Hamiltonian matrix by its sign, Z ← (c Z + (c Z)⁻¹)/2 (Byers, Linear Algebra Appl. 85,
+/// 1987): also where X hardly depends on H, so that doubling starts from nothing. Continuous time.
+std::optional<Mat> by_sign(const Reduced& r) {
+  const Index n = r.A.rows();
+  Mat Z(2 * n, 2 * n);
+  Z << r.A, -r.G, -r.H, -r.A.transpose();
+  for (int k = 0; k < 100; ++k) {
+    poll_interrupt();
+    const Mat inverse = Z.inverse();
+    if (!inverse.allFinite()) return {};
+    const double c = k < 20 ? std::sqrt(inverse.norm() / Z.norm()) : 1;
+    const Mat next = 0.5 * (c * Z + inverse / c);
+    const double change = (next - Z).norm();
+    Z = next;
+    if (change <= 1e-13 * Z.norm()) break;
+  }
+  // sign(Z) [I; X] = -[I; X]
+  Mat left(2 * n, n), right(2 * n, n);
+  left << Z.topRightCorner(n, n), Z.bottomRightCorner(n, n) + Mat::Identity(n, n);
+  right << -Z.topLeftCorner(n, n) - Mat::Identity(n, n), -Z.bottomLeftCorner(n, n);
+  return symmetric(left.colPivHouseholderQr().solve(right));
 }
 
 Mat gain(const RiccatiProblem& p, const Mat& X) {
@@ -126,8 +146,9 @@ ComplexVec eigenvalues(const Mat& A) { return Eigen::EigenSolver<Mat>(A, false).
 
 /// Newton's method from a stabilising X: (A - BK)ᵀD + D(A - BK) + residual = 0, as long as the residual falls.
 void refine(const RiccatiProblem& p, RiccatiSolution& s) {
+  constexpr int most_steps = 50;  // near the boundary of stability errors are halved, no more
   Residual now = residual(p, s.X, s.K);
-  for (int k = 0; k < 10 && now.relative > 0; ++k) {
+  for (int k = 0; k < most_steps && now.relative > 0; ++k) {
     const Mat closed = p.A - p.B * s.K;
     Mat D;
     try {
@@ -144,6 +165,40 @@ void refine(const RiccatiProblem& p, RiccatiSolution& s) {
   }
   s.residual = now.relative;
   s.poles = eigenvalues(p.A - p.B * s.K);
+}
+
+/// A stabilising solution to begin with.
+std::optional<RiccatiSolution> first_solution(const RiccatiProblem& p) {
+  Reduced r = without_cross_term(p);
+  const double g = r.G.norm(), h = r.H.norm();
+  const double scale = g > 0 && h > 0 ? std::sqrt(h / g) : 1;  // X = scale X̃ makes G and H equally large
+  r.G *= scale;
+  r.H /= scale;
+  for (const bool sign : {false, true}) {
+    if (sign && !p.continuous) break;
+    const auto X = sign ? by_sign(r) : by_doubling(r, p.continuous);
+    if (!X || !X->allFinite()) continue;
+    RiccatiSolution s{scale * *X, gain(p, scale * *X), {}, 0};
+    if (s.K.allFinite() && stabilises(p, eigenvalues(p.A - p.B * s.K))) return s;
+  }
+  return {};
+}
+
+/// R singular, discrete time: any weights give gains that stabilise; the cost of those gains is a start for Newton's
+/// method, which needs R + BᵀXB only (Hewer, IEEE Trans. Autom. Control 16, 1971).
+std::optional<RiccatiSolution> start_without_weight(const RiccatiProblem& p) {
+  RiccatiProblem weighted = p;
+  const double size = std::max({p.R.norm(), p.Q.norm() * p.B.squaredNorm(), 1e-300});
+  weighted.R.diagonal().array() += size;
+  auto s = first_solution(weighted);
+  if (!s) return {};
+  const Mat closed = p.A - p.B * s->K;
+  const Mat cost = p.Q + s->K.transpose() * p.R * s->K - p.S * s->K - (p.S * s->K).transpose();
+  s->X = numbers(lyapunov(expressions(closed.transpose()), expressions(symmetric(cost)), false));
+  s->K = gain(p, s->X);
+  if (!s->K.allFinite() || !stabilises(p, eigenvalues(p.A - p.B * s->K)))
+    throw Error("R + BᵀXB is singular: give the inputs that cost nothing a weight in R");
+  return s;
 }
 
 [[noreturn]] void no_solution(const RiccatiProblem& p) {
@@ -166,6 +221,7 @@ namespace {
 /// Units of the states, x = D x̃ with powers of two, in which the Hamiltonian matrix [A -G; -H -Aᵀ] is balanced
 /// (Benner, Linear Algebra Appl. 323, 2001: the similarity must be diag(D, D⁻¹)).
 Vec units(const RiccatiProblem& p) {
+  if (!definite(p.R)) return Vec::Ones(p.A.rows());
   const Reduced r = without_cross_term(p);
   const Index n = p.A.rows();
   Mat hamiltonian(2 * n, 2 * n);
@@ -185,10 +241,9 @@ RiccatiSolution riccati(RiccatiProblem p) {
   p.B = inverse.asDiagonal() * p.B;
   p.Q = d.asDiagonal() * p.Q * d.asDiagonal();
   p.S = d.asDiagonal() * p.S;
-  const auto X = first_solution(p);
-  if (!X) no_solution(p);
-  RiccatiSolution s{*X, gain(p, *X), {}, 0};
-  if (!s.K.allFinite() || !stabilises(p, eigenvalues(p.A - p.B * s.K))) no_solution(p);
+  const auto first = definite(p.R) ? first_solution(p) : start_without_weight(p);
+  if (!first) no_solution(p);
+  RiccatiSolution s = *first;
   refine(p, s);
   if (!stabilises(p, s.poles) || s.residual > 1e-6) no_solution(p);
   s.X = inverse.asDiagonal() * s.X * inverse.asDiagonal();

@@ -15,7 +15,7 @@ namespace pendula::lti {
 
 struct RiccatiProblem {
   Mat A, B;  ///< n×n, n×m
-  Mat Q, R;  ///< n×n symmetric; m×m symmetric positive definite
+  Mat Q, R;  ///< n×n symmetric; m×m symmetric positive definite, in discrete time semidefinite
   Mat S;     ///< n×m; empty: 0
   bool continuous = true;
 };
@@ -26,7 +26,7 @@ struct RiccatiSolution {
   double residual = 0;  ///< ‖equation‖ / ‖its largest term‖
 };
 
-/// throws  Error on wrong sizes, Q or R not symmetric, R not positive definite, a pair (A, B) that cannot be
+/// throws  Error on wrong sizes, Q or R not symmetric, R not definite as required, a pair (A, B) that cannot be
 /// stabilised (naming the mode), modes on the stability boundary that Q does not see
 RiccatiSolution riccati(RiccatiProblem p);
 
