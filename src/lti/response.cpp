@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 
+#include "base/counted.hpp"
 #include "base/decompositions.hpp"
 #include "base/error.hpp"
 #include "base/interrupt.hpp"
@@ -291,7 +292,7 @@ Response simulate(const System& g, const Mat& u, const Vec& t, const Vec& x0, bo
                      ", but it is ", u.rows(), "×", u.cols()));
   if (!u.allFinite()) throw Error("u has entries that are not finite numbers");
   if (x0.size() != s.A.rows())
-    throw Error(text("x0 has ", x0.size(), " entries for ", s.A.rows(), " states"));
+    throw Error(text("x0 has ", counted(x0.size(), "entry"), " for ", counted(s.A.rows(), "state")));
   Response r = make("lsim", g, t);
   Hold hold(s, !hold_constant);
   keep(r, run(
@@ -304,7 +305,7 @@ Response simulate(const System& g, const std::function<Vec(double)>& u, const Ve
   const Numbers s = numbers_of(g);
   check_times(s, t);
   if (x0.size() != s.A.rows())
-    throw Error(text("x0 has ", x0.size(), " entries for ", s.A.rows(), " states"));
+    throw Error(text("x0 has ", counted(x0.size(), "entry"), " for ", counted(s.A.rows(), "state")));
   Response r = make("lsim", g, t);
   Quadrature quadrature(s);
   const auto next = [&](const Vec& x, Index k) -> Vec {

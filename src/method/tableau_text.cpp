@@ -6,6 +6,7 @@
 #include <optional>
 #include <sstream>
 
+#include "base/counted.hpp"
 #include "base/error.hpp"
 #include "base/text.hpp"
 #include "expr/print/print.hpp"
@@ -176,7 +177,8 @@ Expr entry_of_line(const Line& line, const std::string& entry) {
 
 VecX weights(const Line& line, Eigen::Index s) {
   if (static_cast<Eigen::Index>(line.right.size()) != s) {
-    throw Error(text("line ", line.number, " has ", line.right.size(), " weights for ", s, " stages"));
+    throw Error(text("line ", line.number, " has ", counted(line.right.size(), "weight"), " for ",
+                     counted(s, "stage")));
   }
   VecX b(s);
   for (Eigen::Index j = 0; j < s; ++j) b[j] = entry_of_line(line, line.right[j]);
@@ -269,7 +271,8 @@ TableauData parse_tableau(const std::string& drawing) {
     if (line.left.size() != 1)
       throw Error(text("line ", line.number, " has ", line.left.size(), " entries left of '|', not 1"));
     if (static_cast<Eigen::Index>(line.right.size()) > s) {
-      throw Error(text("line ", line.number, " has ", line.right.size(), " entries for ", s, " stages"));
+      throw Error(text("line ", line.number, " has ", counted(line.right.size(), "entry"), " for ",
+                       counted(s, "stage")));
     }
     (*data.c)[i] = entry_of_line(line, line.left[0]);
     for (std::size_t j = 0; j < line.right.size(); ++j)

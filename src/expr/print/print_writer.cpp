@@ -1,5 +1,6 @@
 #include "expr/print/print_writer.hpp"
 
+#include "base/counted.hpp"
 #include "base/error.hpp"
 #include "expr/graph/solve.hpp"
 
@@ -146,7 +147,8 @@ Piece Writer::atom(AtomId id) {
   if (a.op == Op::solve) return notation_.solution(component_of(a.node) + 1);
   const bool hidden = eliding_ && ((nesting_ > shown_nesting && a.traits.tokens > small_part) ||
                                    (written_ > shown_pieces && a.traits.tokens > 3));
-  if (hidden || a.kind == AtomKind::opaque) return notation_.elided(text(operations(a), " operations"));
+  if (hidden || a.kind == AtomKind::opaque)
+    return notation_.elided(text(counted(operations(a), "operation")));
   ++nesting_;
   Piece p;
   switch (a.kind) {

@@ -9,6 +9,7 @@ extern const Module matrix_module;
 extern const Module entries_module;
 extern const Module calculus_module;
 extern const Module algebra_module;
+extern const Module factors_module;
 extern const Module dae_module;
 extern const Module forms_module;
 extern const Module start_module;
@@ -60,6 +61,7 @@ const std::vector<const Module*>& modules() {
                                                   &entries_module,
                                                   &calculus_module,
                                                   &algebra_module,
+                                                  &factors_module,
                                                   &mech_module,
                                                   &dae_module,
                                                   &forms_module,

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "base/counted.hpp"
 #include "base/error.hpp"
 #include "base/interrupt.hpp"
 #include "base/text.hpp"
@@ -55,7 +56,8 @@ namespace {
 void check(const Vec& start, const Bounds& bounds, const Vec& scale) {
   const auto size = [&](const Vec& v, const char* what) {
     if (v.size() != start.size())
-      throw Error(text(what, " has ", v.size(), " numbers for ", start.size(), " parameters"));
+      throw Error(
+          text(what, " has ", counted(v.size(), "number"), " for ", counted(start.size(), "parameter")));
   };
   size(scale, "scale");
   if (!bounds.any()) return;

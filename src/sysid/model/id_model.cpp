@@ -3,6 +3,7 @@
 #include <cmath>
 #include <limits>
 
+#include "base/counted.hpp"
 #include "base/error.hpp"
 #include "base/interrupt.hpp"
 #include "base/text.hpp"
@@ -223,7 +224,8 @@ Vec all_parameters(const IdModel& m) {
 IdModel with_parameters(const IdModel& m, const Vec& theta) {
   const Index need = all_parameters(m).size();
   if (theta.size() != need)
-    throw Error(text("theta has ", theta.size(), " numbers, the model ", need, " parameters"));
+    throw Error(
+        text("theta has ", counted(theta.size(), "number"), ", the model ", counted(need, "parameter")));
   IdModel out = m;
   Index at = 0;
   if (m.state_space) {

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 
+#include "base/counted.hpp"
 #include "base/decompositions.hpp"
 #include "base/error.hpp"
 #include "base/interrupt.hpp"
@@ -138,7 +139,7 @@ std::string seed_text(const PolyModel& m, Seed seed) {
   const Index n = m.p.memory();
   return n == 0   ? "without memory"
          : n == 1 ? "seeded with the first sample"
-                  : text("seeded with the first ", n, " samples");
+                  : text("seeded with the first ", counted(n, "sample"));
 }
 
 namespace {

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <limits>
 
+#include "base/counted.hpp"
 #include "base/decompositions.hpp"
 #include "base/epsilon.hpp"
 #include "base/error.hpp"
@@ -170,7 +171,8 @@ LeastSquares solve_triangular(const Mat& R, Index rows, double accuracy) {
 }
 
 WeightedLeastSquares least_squares(const Mat& A, const Vec& y, const Weighting& weighting) {
-  if (A.rows() != y.size()) throw Error(text("A has ", A.rows(), " rows but y has ", y.size(), " entries"));
+  if (A.rows() != y.size())
+    throw Error(text("A has ", counted(A.rows(), "row"), " but y has ", counted(y.size(), "entry")));
   if (A.rows() == 0 || A.cols() == 0) throw Error("A is empty: there is nothing to estimate");
   require_finite(A, "A");
   require_finite(y, "y");

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <unordered_map>
 
+#include "base/counted.hpp"
 #include "base/interrupt.hpp"
 #include "base/text.hpp"
 #include "codegen/kernel/kernel.hpp"
@@ -246,7 +247,8 @@ int call_compiled(Call& call) {
 
 int compiled_to_string(Call& call) {
   const auto& f = call.object<CompiledFunction>(1, "function");
-  return call.push(text("fn(", join(f.names, ", "), "): compiled, ", f.kernel.operations(), " operations"));
+  return call.push(
+      text("fn(", join(f.names, ", "), "): compiled, ", counted(f.kernel.operations(), "operation")));
 }
 
 }  // namespace pendula::lua

@@ -61,7 +61,7 @@ int ones(Call& call) { return constant(call, 1); }
 int linspace(Call& call) {
   const double from = to_number(call.L, 1, "from"), to = to_number(call.L, 2, "to");
   const long n = call.integer(3, "n");
-  if (n < 2) throw Error(text("linspace needs at least 2 points, not ", n));
+  if (n < 2) throw Error(text("expected at least 2 points, not ", n));
   check_size(n, 1);
   if (!std::isfinite(from) || !std::isfinite(to)) throw Error("from and to must be finite");
   Vec v(n);
@@ -70,6 +70,12 @@ int linspace(Call& call) {
     v[i] = i == n - 1 ? to : from + s * (to - from);
   }
   return push_matrix(call.L, Mat(v));
+}
+
+int logspace(Call& call) {
+  linspace(call);
+  const Mat exponents = to_numeric_matrix(call.L, -1, "exponents");
+  return push_matrix(call.L, Mat(exponents.unaryExpr([](double e) { return std::pow(10.0, e); })));
 }
 
 // ── joining ──
@@ -256,7 +262,16 @@ int cross(Call& call) {
   return push_matrix(call.L, c);
 }
 
+/// Linear systems have norms of their own: norm(G, "inf") is G:norm "inf".
+int norm_of_system(Call& call) {
+  lua_getfield(call.L, 1, "norm");
+  lua_insert(call.L, 1);
+  protected_call(call.L, call.count(), LUA_MULTRET);
+  return lua_gettop(call.L);
+}
+
 int norm(Call& call) {
+  if (object_type(call.L, 1) == std::string("lti")) return norm_of_system(call);
   if (call.is<Matrix>(1) && call.object<Matrix>(1, "v").numeric()) {
     const Mat& m = std::get<Mat>(call.object<Matrix>(1, "v").store);
     if (m.cols() == 1 || m.rows() == 1) return call.push(m.norm());
@@ -286,6 +301,8 @@ extern const Module matrix_module = {
          "2"},
         {"linspace", linspace, "linspace(from, to, n) -> column",
          "n numbers at equal distances, both ends included.", "linspace(0, 1, 11)[4]", "0.3"},
+        {"logspace", logspace, "logspace(from, to, n) -> column",
+         "n numbers from 10^from to 10^to at equal ratios.", "logspace(-1, 1, 3)", "0.1 1 10"},
         {"vstack", vstack, "vstack(a, b, …) -> matrix", "One above the other.", "#vstack(vec{1, 2}, 3)", "3"},
         {"hstack", hstack, "hstack(a, b, …) -> matrix", "Side by side.", "hstack(eye(2), vec{5, 6})(2, 3)",
          "6"},
@@ -298,7 +315,8 @@ extern const Module matrix_module = {
         {"dot", matrix_dot, "dot(a, b) -> scalar", "The inner product aᵀb.", "dot({1, 2}, {3, 4})", "11"},
         {"cross", cross, "cross(a, b) -> column", "The vector product of two vectors with three entries.",
          "cross({1, 0, 0}, {0, 1, 0})[3]", "1"},
-        {"norm", norm, "norm(v) -> scalar", "The Euclidean length √(vᵀv).", "norm{3, 4}", "5"},
+        {"norm", norm, "norm(v) -> scalar",
+         "The Euclidean length √(vᵀv); of a linear system G:norm(), norm(G, \"inf\").", "norm{3, 4}", "5"},
     }};
 
 }  // namespace pendula::lua

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdio>
 
+#include "base/counted.hpp"
 #include "base/text.hpp"
 #include "dae/model/lineage.hpp"
 #include "expr/graph/derivative.hpp"
@@ -91,7 +92,7 @@ int integrate_model(Call& call) {
         if (!line.due()) return;
         const auto percent = std::lrint(100 * (t - from) / (to - from));
         line.show(text("integrate: t = ", rounded(t, 5), " of ", rounded(to, 5), " (", percent, " %), ",
-                       stats.steps, " steps"));
+                       counted(stats.steps, "step")));
       };
     return integrate::simulate(model, simulation);
   }();

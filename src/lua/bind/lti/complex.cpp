@@ -1,6 +1,7 @@
 // Complex numbers, and lists of poles and zeros.
 #include <cmath>
 
+#include "base/counted.hpp"
 #include "base/text.hpp"
 #include "expr/print/print.hpp"
 #include "expr/rewrite/rewrite.hpp"
@@ -15,8 +16,8 @@ ComplexNumber read_complex(lua_State* L, int index, const std::string& what) {
   if (lua_istable(L, index)) {
     const VecX parts = to_column(L, index, what);
     if (parts.size() != 2)
-      throw Error(
-          text(what, ": a complex number is complex(re, im) or { re, im }, got ", parts.size(), " entries"));
+      throw Error(text(what, ": a complex number is complex(re, im) or { re, im }, got ",
+                       counted(parts.size(), "entry")));
     return {parts[0], parts[1]};
   }
   return {to_expr(L, index, what), 0};

@@ -1,4 +1,5 @@
 // lsq: linear least squares with weights or a covariance. Reads arguments, calls src/sysid/regression/least_squares.
+#include "base/counted.hpp"
 #include "base/text.hpp"
 #include "lua/bind/sysid/sysid.hpp"
 
@@ -21,7 +22,8 @@ namespace {
 
 /// noise = a density: the set of uniform noise, or the maximum-likelihood estimate in place of least squares.
 int with_density(Call& call, LsqResult result, const Mat& A, const Vec& y, const sysid::Density& noise) {
-  if (A.rows() != y.size()) throw Error(text("A has ", A.rows(), " rows but y has ", y.size(), " entries"));
+  if (A.rows() != y.size())
+    throw Error(text("A has ", counted(A.rows(), "row"), " but y has ", counted(y.size(), "entry")));
   sysid::Regression r{A, y, result.names, {}};
   for (Index i = 1; i <= y.size(); ++i) r.sample.push_back(i);
   if (noise.kind == sysid::Density::Kind::uniform) return push_parameter_set(call, std::move(r), noise);

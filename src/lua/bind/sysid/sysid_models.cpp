@@ -2,6 +2,7 @@
 #include <cmath>
 #include <limits>
 
+#include "base/counted.hpp"
 #include "base/text.hpp"
 #include "lua/bind/sysid/sysid.hpp"
 #include "lua/core/objects.hpp"
@@ -310,7 +311,7 @@ int model_fit(Call& call) {
     push_matrix(call.L, Mat(all));
   }
   const std::string what = mode.horizon == 0 ? "simulation" : text(mode.horizon, "-step prediction");
-  call.push(text("% fit, ", what, ", ", r[0].rows.size(), " samples"));
+  call.push(text("% fit, ", what, ", ", counted(r[0].rows.size(), "sample")));
   return 2;
 }
 
