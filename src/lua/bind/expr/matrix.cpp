@@ -302,7 +302,7 @@ extern const Module matrix_module = {
         {"linspace", linspace, "linspace(from, to, n) -> column",
          "n numbers at equal distances, both ends included.", "linspace(0, 1, 11)[4]", "0.3"},
         {"logspace", logspace, "logspace(from, to, n) -> column",
-         "n numbers from 10^from to 10^to at equal ratios.", "logspace(-1, 1, 3)", "0.1 1 10"},
+         "n numbers from 10^from to 10^to at equal ratios.", "logspace(-1, 1, 3)[3]", "10.0"},
         {"vstack", vstack, "vstack(a, b, …) -> matrix", "One above the other.", "#vstack(vec{1, 2}, 3)", "3"},
         {"hstack", hstack, "hstack(a, b, …) -> matrix", "Side by side.", "hstack(eye(2), vec{5, 6})(2, 3)",
          "6"},

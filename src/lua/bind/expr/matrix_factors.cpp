@@ -153,16 +153,16 @@ extern const Module factors_module = {
         {"svd", svd, "svd(A) -> U, s, V",
          R"(The singular value decomposition A = U diag(s) Vᵀ: orthonormal columns U and V, singular values s
             in falling order, as many as the smaller size of A.)",
-         "U, s, V = svd{{3, 0}, {0, 4}, {0, 0}}  return s", "4 3"},
+         "U, s, V = svd{{3, 0}, {0, 4}, {0, 0}}  return s[1]", "4.0"},
         {"qr", qr, "qr(A) -> Q, R",
          R"(A = Q R with orthonormal columns Q and an upper triangle R whose diagonal is not negative.)",
-         "Q, R = qr{{3, 1}, {4, 2}}  return R(1, 1)", "5"},
+         "Q, R = qr{{3, 1}, {4, 2}}  return R(1, 1)", "5.0"},
         {"lu", lu, "lu(A) -> L, U, P", "Gauss elimination with row exchanges: P A = L U.",
-         "L, U, P = lu{{1, 2}, {2, 2}}  return U(2, 2)", "1"},
+         "L, U, P = lu{{1, 2}, {2, 2}}  return U(2, 2)", "1.0"},
         {"chol", chol, "chol(A) -> L",
          R"(The Cholesky factor of a symmetric positive definite matrix, A = L Lᵀ; any other matrix is an
             error.)",
-         "chol{{4, 2}, {2, 5}}(2, 2)", "2"},
+         "chol{{4, 2}, {2, 5}}(2, 2)", "2.0"},
         {"pinv", pinv, "pinv(A) -> matrix",
          R"(The pseudoinverse (Moore, Penrose): pinv(A)*b is the least-squares solution of least norm.)",
          "pinv{{1}, {1}}(1, 2)", "0.5"},
@@ -170,7 +170,7 @@ extern const Module factors_module = {
          R"(Orthonormal columns that span the solutions of A x = 0; no columns where A has full column rank.)",
          "null_space{{1, 1}, {2, 2}}.cols", "1"},
         {"kron", kron, "kron(A, B) -> matrix", "The Kronecker product, of symbols too.",
-         "kron({{1, 2}}, {{0, 1}})", "[0 1 0 2]"},
+         "kron({{1, 2}}, {{0, 1}})", "[0  1  0  2]"},
     }};
 
 }  // namespace pendula::lua
