@@ -6,6 +6,7 @@
 #include <cstring>
 #include <deque>
 #include <memory>
+#include <optional>
 #include <tuple>
 #include <unordered_map>
 
@@ -87,6 +88,16 @@ struct Graph {
     const auto [it, made] = exact_constants.try_emplace(q.get_str());
     if (made) it->second = leaf(Op::constant, constants, Constant{q, nearest_double(q)});
     return it->second;
+  }
+
+  /// Small whole numbers, which derivatives and rules write all the time, without their digits.
+  Expr whole(long value) {
+    constexpr long most = 16;
+    if (value < -most || value > most) return exact(mpq_class(value));
+    static std::array<std::optional<Expr>, 2 * most + 1> known;
+    auto& found = known[static_cast<std::size_t>(value + most)];
+    if (!found) found = exact(mpq_class(value));
+    return *found;
   }
 
   template <class T>
@@ -192,8 +203,7 @@ std::span<const Expr> Expr::operands() const {
 
 Expr::Expr(int value) : Expr(static_cast<long>(value)) {}
 Expr::Expr(long value)
-    : Expr(value == 0 || value == 1 ? at(static_cast<std::uint32_t>(value))
-                                    : graph().exact(mpq_class(value))) {}
+    : Expr(value == 0 || value == 1 ? at(static_cast<std::uint32_t>(value)) : graph().whole(value)) {}
 Expr::Expr(const mpq_class& value) : Expr(graph().exact(value)) {}
 
 Expr::Expr(double value) {

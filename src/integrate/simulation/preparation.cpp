@@ -104,6 +104,18 @@ PreparationPtr prepared(const dae::ModelPtr& model, const Simulation& simulation
   return known.insert(key, made, 1000 + made->form.F.size());
 }
 
+void watch_singularities(Plan& plan, const dae::ModelPtr& model, const Simulation& simulation,
+                         const Problem& problem) {
+  const PreparationPtr kept = prepared(model, simulation);
+  if (!kept->guards) {
+    // All of them: no consistent point with w y = 1 has y = 0, and yet y can pass 0 through a pole of w.
+    kept->guards = guards_of(model, simulation.inputs, problem, true);
+    kept->blocks = blocks_of(model, simulation.inputs, problem);
+  }
+  plan.guards = *kept->guards;
+  plan.blocks = kept->blocks;
+}
+
 void complete(Preparation& all, const Vec& parameters, const Simulation& simulation) {
   dae::FirstOrder form = all.form;
   Vec values = parameters;

@@ -1,6 +1,9 @@
 // What of a run contains no numbers, kept for the next run of the same equations.
 #pragma once
 
+#include <optional>
+
+#include "integrate/event/monitor/guards.hpp"
 #include "integrate/event/surfaces.hpp"
 #include "integrate/problem/sensitivity.hpp"
 #include "integrate/simulation/simulate.hpp"
@@ -17,6 +20,9 @@ struct Preparation {
   std::shared_ptr<const PiecewiseForm> piecewise;
   std::shared_ptr<const Variational> variational;
   std::shared_ptr<const Problem> problem;
+  // what its equations need to be solvable; on first use
+  std::optional<std::vector<Guard>> guards;
+  std::vector<dae::LargeBlock> blocks;
 
   bool serves(const Vec& values) const {
     const bool same = values.size() == parameters.size() && values == parameters;
@@ -27,6 +33,9 @@ using PreparationPtr = std::shared_ptr<Preparation>;
 
 /// Of the model with these inputs, events and sensitivities; made where there is none yet, without a problem.
 PreparationPtr prepared(const dae::ModelPtr& model, const Simulation& simulation);
+/// The plan watches what the equations of the problem need to be solvable.
+void watch_singularities(Plan& plan, const dae::ModelPtr& model, const Simulation& simulation,
+                         const Problem& problem);
 /// Problem, borders and sensitivities for these parameters.
 void complete(Preparation& all, const Vec& parameters, const Simulation& simulation);
 

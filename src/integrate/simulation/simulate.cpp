@@ -1,8 +1,8 @@
 #include "integrate/simulation/simulate.hpp"
 
-#include "integrate/event/monitor/guards.hpp"
 #include "integrate/run/adaptive_run.hpp"
 #include "integrate/run/fixed_step_run.hpp"
+#include "integrate/simulation/preparation.hpp"
 #include "integrate/simulation/problem_setup.hpp"
 #include "integrate/simulation/regime_run.hpp"
 #include "integrate/simulation/state_reselection.hpp"
@@ -21,11 +21,7 @@ TrajectoryPtr simulate(const dae::ModelPtr& model, const Simulation& simulation)
                                               simulation.start);
   };
   Plan plan = simulation.plan;
-  if (plan.check_singularities) {
-    // All of them: no consistent point with w y = 1 has y = 0, and yet y can pass 0 through a pole of w.
-    plan.guards = guards_of(model, simulation.inputs, *run.problem, true);
-    plan.blocks = blocks_of(model, simulation.inputs, *run.problem);
-  }
+  if (plan.check_singularities) watch_singularities(plan, model, simulation, *run.problem);
   if (plan.dt)
     return wrap(simulation.method.multistep
                     ? integrate_bdf(run.problem, simulation.method.multistep, run.start, plan)

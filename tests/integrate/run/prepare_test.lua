@@ -101,3 +101,16 @@ test("what is fixed, unknown or missing is said", function()
   local high = dae { der(x) ~ v, 0 ~ x - 1 }
   expect(function() high:prepare {} end):fails "index 2"
 end)
+
+test("a start of a relative is translated once, and again where it or the model is another", function()
+  local q, w, lam = vars "q w lam"
+  local swing = dae { der(q) ~ w, der(w) ~ -lam, 0 ~ lam - sin(q) }
+  local low = swing:eliminate()
+  for _, angle in ipairs { 0.3, 0.7 } do
+    local at = swing:init { fix = { q = angle, w = 0 } }
+    for _ = 1, 3 do
+      expect(low:integrate { start = at, to = 1 }(q, 0)):near(angle, 1e-14)
+      expect(swing:integrate { start = at, to = 1 }(q, 0)):near(angle, 1e-14)
+    end
+  end
+end)

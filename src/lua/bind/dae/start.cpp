@@ -3,6 +3,7 @@
 #include <cmath>
 #include <cstdio>
 
+#include "base/lru_cache.hpp"
 #include "base/text.hpp"
 #include "dae/model/lineage.hpp"
 #include "dae/reduce/reduced_forms.hpp"
@@ -158,10 +159,20 @@ static void require_same_branch(const dae::ConsistentState& at, const dae::Consi
   }
 }
 
-/// A start of a relative, in the leaves of this model.
+/// A start of a relative, in the leaves of this model. The last ones are kept: a loop begins again and again there.
 dae::ConsistentStatePtr translated(const dae::ConsistentStatePtr& at, const dae::ModelPtr& model) {
   if (at->model == model) return at;
-  return model->form == "dummy" ? translated_to_dummies(at, model) : translated_states(at, model);
+  constexpr std::size_t few = 8;
+  using Pair = std::pair<dae::ConsistentStatePtr, dae::ModelPtr>;
+  struct Hash {
+    std::size_t operator()(const Pair& pair) const {
+      return std::hash<dae::ConsistentStatePtr>()(pair.first) ^ 31 * std::hash<dae::ModelPtr>()(pair.second);
+    }
+  };
+  static LruCache<Pair, dae::ConsistentStatePtr, Hash> known(few);
+  if (const auto* found = known.find({at, model})) return *found;
+  return known.insert(
+      {at, model}, model->form == "dummy" ? translated_to_dummies(at, model) : translated_states(at, model));
 }
 
 static dae::ConsistentStatePtr translated_states(const dae::ConsistentStatePtr& at,
