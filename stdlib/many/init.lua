@@ -206,6 +206,9 @@ doc { name = "attach", module = "sweep", sig = "attach(file) -> sweep",
     finished. Also `pendula sweep attach runs.db`.]],
   example = "print(type(attach))", gives = "function",
   function(file)
+    if type(file) ~= "string" then
+      fail 'attach: expected the file of a sweep{ …, on = slurm{ … } }, as in attach "runs.db"'
+    end
     parts.cluster = parts.cluster or include "many/cluster"
     parts.cluster.follow(file)
     return load(file)

@@ -35,6 +35,27 @@ def words():
     return path
 
 
+def examples():
+    """The examples of the documentation, as the session shows them."""
+    done = subprocess.run([program, "-e", "for name in pairs(pendula) do pcall(examples, name) end"],
+                          capture_output=True, text=True, timeout=120)
+    path = os.path.join(work, "examples.txt")
+    with open(path, "w") as file:
+        file.write(done.stdout)
+    return path
+
+
+def at_work():
+    """What examples.lua was running."""
+    path = os.path.join(work, "last.lua")
+    if not os.path.exists(path):
+        return ""
+    with open(path) as file:
+        code = file.read()
+    os.remove(path)
+    return "\n  " + code.replace("\n", "\n  ")
+
+
 def attempt(script, seed, number, extra, limit):
     """One process; its working folder is empty, so that calls that write files write them there."""
     command = [program, os.path.join(ROOT, "tests/fuzz", script), str(seed), str(number), *extra]
@@ -43,11 +64,11 @@ def attempt(script, seed, number, extra, limit):
         done = subprocess.run(command, capture_output=True, text=True, errors="replace", timeout=limit, cwd=work,
                               stdin=subprocess.DEVNULL, env=environment)
     except subprocess.TimeoutExpired:
-        findings.append(f"no end within {limit} s: {' '.join(command)}")
+        findings.append(f"no end within {limit} s: {' '.join(command)}{at_work()}")
         return 0
     last = done.stdout.strip().splitlines()[-1:] or [""]
     if done.returncode != 0:
-        findings.append(f"status {done.returncode}: {' '.join(command)}\n  {last[0]}\n  {done.stderr.strip()[-600:]}")
+        findings.append(f"status {done.returncode}: {' '.join(command)}\n  {last[0]}\n  {done.stderr.strip()[-600:]}{at_work()}")
         return 0
     return int(re.match(r"(\d+)", last[0]).group(1)) if last[0] else 0
 
@@ -65,10 +86,11 @@ if reader:
     count("inputs of readers", int(runs[-1]) if runs else 0)
     if done.returncode != 0:
         findings.append(f"reader: status {done.returncode}\n{done.stderr[-1500:]}")
-names, seed = words(), first
+names, shown, seed = words(), examples(), first
 last = int(os.environ.get("FUZZ_LAST", "1000000000"))
 while time.time() - begin < seconds and len(findings) < 20 and seed <= last:
     count("calls", attempt("calls.lua", seed, 1500, [names], 300))
+    count("changed examples", attempt("examples.lua", seed, 300, [shown], 300))
     count("numerical runs", attempt("numbers.lua", seed, 15, [], 300))
     seed += 1
 print(f"{time.time() - begin:.0f} s, seeds {first} … {seed - 1}: "

@@ -112,6 +112,8 @@ test("acker is exact, and takes parameters and repeated poles", function()
   local k = param "k"
   expect(tostring(acker({{0, 1}, {-k, 0}}, {0, 1}, {-1, -1})) == "[1 - k  2]"):is_true()
   expect(function() return acker({{0, 1}, {0, 0}}, {{1, 0}, {0, 1}}, {-1, -2}) end):fails "one input"
+  expect(function() return acker(tf({2}, {1}), {}) end):fails "no poles to place"
+  expect(function() return acker(tf(1/(2*t)), {-1}) end):fails "no poles to place"
 end)
 
 test("Kalman filters", function()

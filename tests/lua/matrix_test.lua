@@ -171,3 +171,33 @@ test("implicit_jacobian", function()
   fails(function() implicit_jacobian(y + 0*x, x, y) end, "not regular")
   fails(function() implicit_jacobian({ x, y }, x, y) end, "r has 2 equations but z has 1 unknown")
 end)
+
+test("large matrices are computed in a process of their own, with the same results", function()
+  math.randomseed(4)
+  local n, rows = 240, {}
+  for i = 1, n do
+    rows[i] = {}
+    for j = 1, n do rows[i][j] = math.random() - 0.5 end
+    rows[i][i] = rows[i][i] + 0.1*n
+  end
+  local A = evaluate(mat(rows))
+  local e = eig(A)
+  local sum = 0
+  for i = 1, n do sum = sum + e.re[i] - rows[i][i] end
+  expect(sum):near(0, 1e-9*n)                           -- 40 n³ > 10⁹: in a child
+  expect(rank(A)):equals(n)
+  local back = expm(A/(10*n))*expm(-A/(10*n))
+  expect(back(1, 1)):near(1, 1e-10)
+  expect(back(n, 1)):near(0, 1e-10)
+  for _, size in ipairs { 2, 40, 720 } do
+    local singular = {}
+    for i = 1, size do
+      singular[i] = {}
+      for j = 1, size do singular[i][j] = i == j and i < size and 1 or 0 end
+    end
+    singular = evaluate(mat(singular))                  -- one pivot is exactly 0
+    expect(function() return inv(singular) end):fails "singular to working precision"
+    expect(function() return solve(singular, ones(size, 1)) end):fails "singular to working precision"
+    expect(rank(singular)):equals(size - 1)
+  end
+end)

@@ -5,6 +5,7 @@
 
 #include "base/decompositions.hpp"
 #include "base/error.hpp"
+#include "base/stoppable.hpp"
 #include "base/text.hpp"
 #include "expr/linalg/linalg.hpp"
 
@@ -19,15 +20,20 @@ void require_finite(const Mat& a) {
   if (!a.allFinite()) throw Error("the matrix has entries that are not finite numbers");
 }
 
+/// What computing with an n×n matrix costs: factor n³.
+double cubic(const Mat& a, double factor) { return factor * std::pow(static_cast<double>(a.rows()), 3); }
+
 /// LU with partial pivoting if the matrix is regular to
 /// working precision, else an error with the null vector.
 Eigen::PartialPivLU<Mat> regular_lu(const Mat& a) {
   require_square(a);
   require_finite(a);
   Eigen::PartialPivLU<Mat> lu(a);
-  const double rcond = a.size() == 0 ? 1 : lu.rcond();
+  if (a.size() == 0) return lu;
+  const bool zero_pivot = (lu.matrixLU().diagonal().array() == 0).any();  // the estimate does not see it
+  const double rcond = zero_pivot ? 0 : lu.rcond();
   if (rcond > std::numeric_limits<double>::epsilon() / 4) return lu;  // NaN fails too
-  const Eigen::JacobiSVD<Mat> svd(a, Eigen::ComputeFullV);
+  const Eigen::BDCSVD<Mat> svd(a, Eigen::ComputeFullV);
   Vec v = svd.matrixV().rightCols(1);
   Eigen::Index largest = 0;
   v.cwiseAbs().maxCoeff(&largest);
@@ -44,16 +50,21 @@ Eigen::PartialPivLU<Mat> regular_lu(const Mat& a) {
 int rank(const Mat& a) {
   require_finite(a);
   if (a.size() == 0) return 0;
-  const Vec s = Eigen::JacobiSVD<Mat>(a).singularValues();
-  const double threshold =
-      static_cast<double>(std::max(a.rows(), a.cols())) * std::numeric_limits<double>::epsilon() * s[0];
+  const double longer = static_cast<double>(std::max(a.rows(), a.cols()));
+  const double shorter = static_cast<double>(std::min(a.rows(), a.cols()));
+  const Vec s = stoppable(40 * longer * shorter * shorter,
+                          [&] { return std::vector<Mat>{Eigen::BDCSVD<Mat>(a).singularValues()}; })[0];
+  const double threshold = longer * std::numeric_limits<double>::epsilon() * s[0];
   return static_cast<int>((s.array() > threshold).count());
 }
 
 double determinant(const Mat& a) {
   require_square(a);
   require_finite(a);
-  return a.size() == 0 ? 1 : a.partialPivLu().determinant();
+  if (a.size() == 0) return 1;
+  return stoppable(cubic(a, 0.7), [&] {
+    return std::vector<Mat>{Mat::Constant(1, 1, a.partialPivLu().determinant())};
+  })[0](0, 0);
 }
 
 Mat solve(const Mat& a, const Mat& b) {
@@ -61,20 +72,22 @@ Mat solve(const Mat& a, const Mat& b) {
   if (a.rows() != b.rows())
     throw Error(text("the matrix has ", a.rows(), " rows but the right-hand side has ", b.rows()));
   require_finite(b);
-  return regular_lu(a).solve(b);
+  const double n = static_cast<double>(a.rows());
+  return stoppable(cubic(a, 0.7) + 2 * n * n * static_cast<double>(b.cols()),
+                   [&] { return std::vector<Mat>{regular_lu(a).solve(b)}; })[0];
 }
 
 Mat inverse(const Mat& a) {
   require_square(a);
-  return regular_lu(a).inverse();
+  return stoppable(cubic(a, 2.7), [&] { return std::vector<Mat>{regular_lu(a).inverse()}; })[0];
 }
 
-Eigensystem eigensystem(const Mat& a) {
-  require_square(a);
-  require_finite(a);
+namespace {
+
+/// Re λ, Im λ, Re V, Im V, sorted.
+std::vector<Mat> sorted_eigensystem(const Mat& a) {
   const Eigen::Index n = a.rows();
-  Eigensystem e{Vec(n), Vec(n), Mat(n, n), Mat(n, n)};
-  if (n == 0) return e;
+  std::vector<Mat> e{Mat(n, 1), Mat(n, 1), Mat(n, n), Mat(n, n)};
   Eigen::VectorXcd values;
   Eigen::MatrixXcd vectors;
   if (a == a.transpose()) {  // orthonormal vectors, real values: no rounding into the complex plane
@@ -94,12 +107,22 @@ Eigensystem eigensystem(const Mat& a) {
   });
   for (Eigen::Index k = 0; k < n; ++k) {
     const Eigen::Index i = order[k];
-    e.re[k] = values[i].real();
-    e.im[k] = values[i].imag();
-    e.vectors_re.col(k) = vectors.col(i).real();
-    e.vectors_im.col(k) = vectors.col(i).imag();
+    e[0](k) = values[i].real();
+    e[1](k) = values[i].imag();
+    e[2].col(k) = vectors.col(i).real();
+    e[3].col(k) = vectors.col(i).imag();
   }
   return e;
+}
+
+}  // namespace
+
+Eigensystem eigensystem(const Mat& a) {
+  require_square(a);
+  require_finite(a);
+  if (a.size() == 0) return {Vec(0), Vec(0), Mat(0, 0), Mat(0, 0)};
+  auto e = stoppable(cubic(a, 40), [&] { return sorted_eigensystem(a); });
+  return {e[0], e[1], std::move(e[2]), std::move(e[3])};
 }
 
 }  // namespace pendula::linalg

@@ -15,6 +15,7 @@
 #include "base/decompositions.hpp"
 #include "base/error.hpp"
 #include "base/interrupt.hpp"
+#include "base/stoppable.hpp"
 #include "base/text.hpp"
 #include "expr/linalg/linalg.hpp"
 
@@ -331,6 +332,10 @@ BoundedExponential bounded_exponential(const Mat& a) {
   return out;
 }
 
-Mat exponential(const Mat& a) { return bounded_exponential(a).value; }
+Mat exponential(const Mat& a) {
+  const double products = 100;  // some twenty, of values and of bounds
+  return stoppable(products * std::pow(static_cast<double>(a.rows()), 3),
+                   [&] { return std::vector<Mat>{bounded_exponential(a).value}; })[0];
+}
 
 }  // namespace pendula::linalg

@@ -11,6 +11,7 @@
 
 #include "base/decompositions.hpp"
 #include "base/error.hpp"
+#include "base/stoppable.hpp"
 #include "base/text.hpp"
 #include "expr/linalg/linalg.hpp"
 
@@ -98,6 +99,9 @@ void require_principal(const Eigen::VectorXcd& eigenvalues, const Mat& a, const 
   }
 }
 
+/// Operations; a complex one is four.
+double schur_cost(const Mat& a) { return 100 * std::pow(static_cast<double>(a.rows()), 3); }
+
 template <class Function>
 Mat by_schur_form(const Mat& a, const char* what, bool zero, const Function& f) {
   require_square_and_finite(a);
@@ -115,11 +119,17 @@ Mat by_schur_form(const Mat& a, const char* what, bool zero, const Function& f) 
 }  // namespace
 
 Mat logarithm(const Mat& a) {
-  return by_schur_form(a, "logarithm", false, [](const ComplexMat& T) { return triangular_log(T); });
+  return stoppable(schur_cost(a), [&] {
+    return std::vector<Mat>{
+        by_schur_form(a, "logarithm", false, [](const ComplexMat& T) { return triangular_log(T); })};
+  })[0];
 }
 
 Mat square_root(const Mat& a) {
-  return by_schur_form(a, "square root", true, [](const ComplexMat& T) { return triangular_root(T); });
+  return stoppable(schur_cost(a), [&] {
+    return std::vector<Mat>{
+        by_schur_form(a, "square root", true, [](const ComplexMat& T) { return triangular_root(T); })};
+  })[0];
 }
 
 }  // namespace pendula::linalg

@@ -337,7 +337,7 @@ std::optional<std::vector<Expr>> polynomial_coefficients(Expr e, Expr x) {
     long degree = 0;
     for (auto f = t.factors.begin(); f != t.factors.end(); ++f) {
       if (f->atom != leaf) continue;
-      if (f->exponent < 0 || f->exponent.get_den() != 1) return {};
+      if (f->exponent < 0 || f->exponent.get_den() != 1 || f->exponent > 1'000'000) return {};
       degree = f->exponent.get_num().get_si();
       t.factors.erase(f);
       break;

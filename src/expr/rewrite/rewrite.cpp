@@ -214,7 +214,8 @@ void Simplifier::multiply_root(Term& term, SumId base, const mpq_class& q) {
     return NormalForms::multiply_root(term, base, q);
   const Number c = terms.size() == 1 ? terms[0].coefficient : content(terms);
   Number inside = c;
-  if (const auto root = c.exact() ? exact_root(c.rational(), q.get_den().get_ui()) : std::nullopt) {
+  const bool has_root = c.exact() && q.get_den().fits_ulong_p();
+  if (const auto root = has_root ? exact_root(c.rational(), q.get_den().get_ui()) : std::nullopt) {
     if (const auto outside = Number::power(Number(*root), q.get_num())) {
       term.coefficient = term.coefficient * *outside;
       inside = 1;

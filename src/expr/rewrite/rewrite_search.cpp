@@ -1,4 +1,6 @@
 // Shorter forms of a sum: multiplied out where terms then cancel, grouped where a factor is common.
+#include <cmath>
+
 #include "base/interrupt.hpp"
 #include "expr/polynomial/rational_form.hpp"
 #include "expr/rewrite/rewrite_forms.hpp"
@@ -20,7 +22,7 @@ double multiplied_size(const NormalForms& forms, const Term& term) {
     if (!forms.multiplies_out(f)) continue;
     const Atom& a = forms.atom(f.atom);
     const double n = static_cast<double>(forms.sum(a.args[0]).size());
-    for (mpz_class k = 0; k < f.exponent.get_num() && size < 1e9; ++k) size *= n;
+    size *= std::pow(n, f.exponent.get_num().get_d());
   }
   return size;
 }
@@ -59,6 +61,7 @@ std::optional<Sum> Simplifier::multiplied_out(const Term& term, std::size_t limi
       done.push_back(std::move(t));
     } else {
       const SumId inside = atom(it->atom).args[0];
+      if (it->exponent > limit) return {};  // a step for each power, even where the sum has one term
       it->exponent -= 1;
       if (it->exponent == 0) t.factors.erase(it);
       for (const Term& part : sum(inside)) {

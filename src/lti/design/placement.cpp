@@ -231,6 +231,7 @@ MatX acker(const MatX& A, const MatX& B, const std::vector<Expr>& polynomial) {
   if (A.cols() != n || B.rows() != n || B.cols() != 1)
     throw Error(text("acker is for one input: A n×n and B n×1, but they are ", A.rows(), "×", A.cols(),
                      " and ", B.rows(), "×", B.cols(), "; for several inputs: place(A, B, poles)"));
+  if (n == 0) throw Error("a system without states has no poles to place");
   if (static_cast<Index>(polynomial.size()) != n + 1)
     throw Error(text("expected ", n, " poles, one per state, got ", polynomial.size() - 1));
   MatX phi = MatX::Zero(n, n);

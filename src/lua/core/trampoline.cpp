@@ -114,6 +114,25 @@ std::string user_position(lua_State* L) {
   return "";
 }
 
+std::string blamed_on_caller(lua_State* L, const std::string& message) {
+  const auto line = message.find(".lua:");
+  const auto end = line == message.npos ? line : message.find(": ", line + 5);
+  if (!message.starts_with("stdlib/") || end == message.npos) return message;
+  const std::string what = message.substr(end + 2);
+  std::string name;
+  lua_Debug frame;
+  for (int level = 0; lua_getstack(L, level, &frame) != 0; ++level) {
+    lua_getinfo(L, "Sln", &frame);
+    const bool ours = std::strncmp(frame.source, "=stdlib/", 8) == 0;
+    if (frame.currentline > 0 && !ours) break;
+    if (ours) name = frame.name ? frame.name : "";  // of the outermost one; unknown after a tail call
+  }
+  if (what.starts_with("bad argument")) return user_position(L) + what;
+  if (name.empty()) return text(user_position(L), "an argument does not fit: ", what);
+  return text(user_position(L), name, ": an argument does not fit: ", what, "; help \"", name,
+              "\" says what is expected");
+}
+
 std::string error_text(lua_State* L, int index) {
   if (lua_type(L, index) == LUA_TSTRING || lua_type(L, index) == LUA_TNUMBER) {
     lua_pushvalue(L, index);  // lua_tolstring would change a number in place

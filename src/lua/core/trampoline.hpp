@@ -22,6 +22,9 @@ std::string user_position(lua_State* L);
 
 /// The text of any error value: a string as it is; a value with __tostring by that; else what it is.
 std::string error_text(lua_State* L, int index);
+/// What Lua says of a line of the stdlib ("stdlib/x.lua:7: attempt to …") about the call in the user's file that led
+/// there; other messages as they are. To be called in a message handler, while that call is on the stack.
+std::string blamed_on_caller(lua_State* L, const std::string& message);
 
 /// Pops the error value on top and remembers it beside its text, so that a table raised by a callback arrives
 /// at the pcall outside as the same table.

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/interrupt.hpp"
 #include "expr/graph/derivative.hpp"
 #include "expr/print/print.hpp"
 #include "lua/core/objects.hpp"
@@ -60,6 +61,7 @@ void each_entry(lua_State* L, int list, const std::string& what, const Visit& vi
   luaL_checkstack(L, 8, nullptr);
   const lua_Integer n = list_size(L, list, what);
   for (lua_Integer i = 1; i <= n; ++i) {
+    poll_interrupt();
     lua_rawgeti(L, list, i);
     visit(i);
     lua_pop(L, 1);
@@ -137,12 +139,16 @@ double number_in(Expr e, const std::string& what) {
 
 Mat numeric_of(const MatX& m, const std::string& what) {
   Mat values(m.rows(), m.cols());
-  for (Eigen::Index j = 0; j < m.cols(); ++j)
+  for (Eigen::Index j = 0; j < m.cols(); ++j) {
+    poll_interrupt();
     for (Eigen::Index i = 0; i < m.rows(); ++i) {
-      const std::string where =
-          m.cols() == 1 ? entry_of(i + 1, what) : text("entry (", i + 1, ", ", j + 1, ") of ", what);
-      values(i, j) = number_in(m(i, j), where);
+      const auto value = number_value(m(i, j));
+      const auto where = [&] {
+        return m.cols() == 1 ? entry_of(i + 1, what) : text("entry (", i + 1, ", ", j + 1, ") of ", what);
+      };
+      values(i, j) = value ? *value : number_in(m(i, j), where());
     }
+  }
   return values;
 }
 

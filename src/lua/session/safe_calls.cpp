@@ -2,6 +2,7 @@
 // is never handed to the script but raised again.
 #include "lua/session/safe_calls.hpp"
 #include "lua/core/interrupts.hpp"
+#include "lua/core/trampoline.hpp"
 
 namespace pendula::lua {
 
@@ -18,11 +19,21 @@ int finish(lua_State* L, int status, lua_KContext extra) {
   return lua_gettop(L) - static_cast<int>(extra);
 }
 
+/// The message handler of pcall: no line of the stdlib is shown.
+int blame_caller(lua_State* L) {
+  if (lua_type(L, 1) != LUA_TSTRING) return 1;
+  const std::string message = blamed_on_caller(L, lua_tostring(L, 1));
+  lua_pushlstring(L, message.data(), message.size());
+  return 1;
+}
+
 int safe_pcall(lua_State* L) {
   luaL_checkany(L, 1);
-  lua_pushboolean(L, 1);
+  lua_pushcfunction(L, guarded<blame_caller>);
   lua_insert(L, 1);
-  return finish(L, lua_pcallk(L, lua_gettop(L) - 2, LUA_MULTRET, 0, 0, finish), 0);
+  lua_pushboolean(L, 1);
+  lua_insert(L, 2);
+  return finish(L, lua_pcallk(L, lua_gettop(L) - 3, LUA_MULTRET, 1, 1, finish), 1);
 }
 
 /// The user's message handler (upvalue) does not see interrupts.

@@ -93,12 +93,10 @@ std::string callers(lua_State* L) {
 int explain_error(lua_State* L) {
   if (is_interrupt_marker(L, 1)) return 1;
   std::string message = error_text(L, 1);
-  const bool ours = message.starts_with("stdlib/");
   const bool bare =
       message.starts_with("C stack overflow") || message.starts_with("attempt to load a binary");
-  if (ours && message.find(": bad argument") != message.npos)
-    message.erase(0, message.find(": bad argument") + 2);
-  if (ours || bare || lua_type(L, 1) != LUA_TSTRING) message = user_position(L) + message;
+  if (bare || lua_type(L, 1) != LUA_TSTRING) message = user_position(L) + message;
+  message = blamed_on_caller(L, message);
   message += callers(L);
   lua_pushlstring(L, message.data(), message.size());
   return 1;
