@@ -16,7 +16,8 @@ function process.read(options)
     end
   end
   local band, lines = options.band, options.lines or 32
-  if type(band) ~= "table" or #band ~= 2 or not (band[1] >= 0 and band[2] > band[1]) then
+  local low, high = table.unpack(type(band) == "table" and band or {})
+  if type(low) ~= "number" or type(high) ~= "number" or #band ~= 2 or not (low >= 0 and high > low) then
     fail "random_process: band = { 0.1, 5 } must be two frequencies in Hz, ascending"
   end
   if (options.std == nil) == (options.spectrum == nil) then

@@ -36,6 +36,11 @@ local function values_of(by, x, y, f)
   return z
 end
 
+local function cells(by, n)
+  if math.type(n) == "integer" and n >= 2 and n <= 10000 then return n end
+  fail(("%s: n = %s; it must be a whole number of cells from 2 to 10000"):format(by, tostring(n)))
+end
+
 -- { low, high } becomes n numbers, a list or column stays.
 local function axis_of(by, name, values, n, f)
   if values == nil then fail(("%s: %s is missing: { from, to } or a list of numbers"):format(by, name)) end
@@ -70,7 +75,7 @@ doc { name = "heatmap", module = "plot", sig = "heatmap(x, y, z [, options]) -> 
   gives = "figure: 1 series, 100 points", options = map_options,
   function(x, y, f, given)
     local chosen = arguments.check_options("heatmap", given, map_options)
-    local n = chosen.n or 60
+    local n = cells("heatmap", chosen.n or 60)
     x, y = axis_of("heatmap", "x", x, n, f), axis_of("heatmap", "y", y, n, f)
     local z = values_of("heatmap", x, y, callable(f))
     local px, py, values = {}, {}, {}
@@ -183,7 +188,7 @@ doc { name = "contour", module = "plot", sig = "contour(x, y, z [, options]) -> 
   gives = "0.5", options = contour_options,
   function(x, y, f, given)
     local chosen = arguments.check_options("contour", given, contour_options)
-    local n = chosen.n or 80
+    local n = cells("contour", chosen.n or 80)
     x, y = axis_of("contour", "x", x, n, f), axis_of("contour", "y", y, n, f)
     local z = values_of("contour", x, y, callable(f))
     local low, high = math.huge, -math.huge

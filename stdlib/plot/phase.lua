@@ -113,7 +113,8 @@ local phase_options = options.joined(options.named { "title", "xlabel", "ylabel"
 
 local function range_option(chosen, name)
   local range = chosen[name]
-  if type(range) ~= "table" or not range[1] or not range[2] or range[1] >= range[2] then
+  local low, high = table.unpack(type(range) == "table" and range or {})
+  if type(low) ~= "number" or type(high) ~= "number" or not (low < high) then
     fail(("phase: %s = { low, high } is missing"):format(name))
   end
   return { tonumber(range[1]), tonumber(range[2]) }

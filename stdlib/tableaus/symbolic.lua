@@ -224,6 +224,9 @@ function methods.latex(tab)
 end
 
 local function symbolic_tableau(data)
+  if type(data) ~= "table" or type(data.A) ~= "table" or type(data.b) ~= "table" then
+    fail "symbolic_tableau: expected symbolic_tableau{ A = {{0, 0}, {a, 0}}, b = {1 - b, b}, c = {0, a} }"
+  end
   local s = #data.b
   local A, b, c = {}, {}, {}
   local function read(e)

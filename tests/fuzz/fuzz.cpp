@@ -14,7 +14,7 @@
 
 namespace {
 
-/// What each kind of text goes through. An error is an answer; "internal error" is a finding.
+/// What each kind of text goes through. An error is an answer; "internal error … (please report)" is a finding.
 constexpr const char* readers[] = {
     "local text, file = ... return load(file)",     // saved values, expressions, code()
     "local text, file = ... return tableau(text)",  // a tableau as text
@@ -55,7 +55,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   lua_pushlstring(L, file.data(), file.size());
   if (!pendula::lua::run(L, 2, 0)) {
     const char* message = lua_tostring(L, -1);
-    if (message && std::string(message).find("internal error") != std::string::npos) {
+    if (message && std::string(message).find("(please report)") != std::string::npos) {
       std::fprintf(stderr, "%s\n", message);
       std::abort();
     }

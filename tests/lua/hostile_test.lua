@@ -317,3 +317,20 @@ test("what a line of the stdlib stumbles over is said of the user's call", funct
   end
   fails("file of a sweep", function() return attach(print) end)
 end)
+
+test("data without a single measured sample", function()
+  local x, k = var "x_nd", param("k_nd", 0.3)
+  local y = {}
+  for i = 1, 10 do y[i] = 0/0 end
+  fails("no measured output", fit, dae { der(x) ~ -k*x },
+    { params = { k }, data = iddata { y = y, Ts = 1 }, y = x, start = { [x] = 2 } })
+end)
+
+test("options and tables of functions written in Lua are looked at before they are used", function()
+  local x, y = var "x_lo", var "y_lo"
+  fails("symbolic_tableau{", symbolic_tableau, { A = { { 0 } } })
+  fails("whole number of cells", heatmap, { 0, 1 }, { 0, 1 }, function(a, b) return a*b end, { n = -2.5 })
+  fails("whole number of cells", contour, { 0, 1 }, { 0, 1 }, function(a, b) return a*b end, { n = 0/0 })
+  fails("two frequencies", random_process, { band = { 0.1, print }, std = 2 })
+  fails("missing", phase, dae { der(x) ~ y, der(y) ~ -x }, { x = { {}, 1 }, y = { 0, 1 } })
+end)

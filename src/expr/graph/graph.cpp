@@ -183,7 +183,10 @@ const OpInfo& info(Op op) {
 #undef OP
   };
   static const OpInfo solve = {"solve", 0, Style::named, 0, 0, "solve", "component of a linear system"};
-  return op == Op::solve ? solve : table[static_cast<int>(op) - static_cast<int>(first_op)];
+  static const OpInfo call = {"call", 0, Style::named, 0, 0, "call", "unspecified function"};
+  if (op == Op::solve || op == Op::call) return op == Op::solve ? solve : call;
+  PENDULA_ASSERT(op >= first_op, "information about a symbol or a constant");
+  return table[static_cast<int>(op) - static_cast<int>(first_op)];
 }
 
 Op Expr::op() const { return graph().nodes[id_].op; }

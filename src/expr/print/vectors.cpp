@@ -1,5 +1,6 @@
 #include "expr/print/vectors.hpp"
 
+#include <functional>
 #include <map>
 
 namespace pendula {
@@ -25,7 +26,7 @@ class Pool {
   static std::size_t hash(const Term& t) {
     std::size_t h = 1;
     for (const Factor& f : t.factors)
-      h = h * 1000003 + (std::size_t{f.atom} << 8) + static_cast<std::size_t>(f.exponent.get_d() * 4);
+      h = h * 1000003 + (std::size_t{f.atom} << 8) + std::hash<double>{}(f.exponent.get_d());
     return h;
   }
   const std::vector<Term>& terms_;

@@ -172,6 +172,7 @@ Point evaluate(std::vector<Experiment>& experiments, const GreyBoxRequest& r, co
   std::vector<Index> rows;
   for (Index i = 0; i < e.size(); ++i)
     if (!std::isnan(r.data.y.reshaped()[i])) rows.push_back(i);
+  if (rows.empty()) throw Error("the data have no measured output: all samples of y are missing (NaN)");
   p.e = e(rows), p.J = J(rows, Eigen::all);
   p.sse = p.e.squaredNorm();
   if (!p.e.allFinite() || !p.J.allFinite()) throw Failure("the simulation is not finite");

@@ -265,7 +265,7 @@ std::vector<Response> predict_with_gaps(const StateSpaceModel& m, const Mat& Lam
       if (!std::isnan(d.y(t, j))) one.rows.push_back(t);
     one.compared = d.y.col(j)(one.rows);
     one.errors = one.compared - one.values(one.rows);
-    one.fit = one.rows.empty() ? 0 : fit_percent(one.compared, one.errors);
+    one.fit = fit_percent(one.compared, one.errors);
     out.push_back(std::move(one));
   }
   return out;

@@ -39,6 +39,7 @@ Criteria criteria(double sse, Index rows, Index parameters, double y_variation) 
 }
 
 double fit_percent(const Vec& y, const Vec& e) {
+  if (y.size() == 0) return 0;
   const double variation = (y.array() - y.mean()).matrix().norm();
   if (variation == 0) return e.norm() == 0 ? 100 : -std::numeric_limits<double>::infinity();
   return 100 * (1 - e.norm() / variation);

@@ -257,7 +257,7 @@ Response predict(const PolyModel& m, const IdData& d, Index horizon, Seed seed) 
     throw Failure(
         "the response grows beyond all numbers: the model is unstable; simulate fewer samples or predict "
         "with a short horizon");
-  out.fit = out.errors.size() == 0 ? 0 : fit_percent(out.compared, out.errors);
+  out.fit = fit_percent(out.compared, out.errors);
   return out;
 }
 
