@@ -17,7 +17,7 @@ local function fragment_of(value)
   end
   local is_inner = latex:find "^%s*\\begin{aligned}" or latex:find "^%s*\\begin{array}"
   local is_page = not is_inner and (latex:find "^%s*\\begin{align" or latex:find "\\begin{equation"
-    or latex:find "\\\\\n%a")
+    or latex:find "\\\\\n%a" or latex:find "\\noindent" or latex:find "\\begin{center}")
   return is_page and latex or "\\begin{equation*}\n" .. latex .. "\n\\end{equation*}"
 end
 

@@ -32,6 +32,20 @@ for _, each in ipairs { solve(y^3 + a*y + 1, y), solve(y^4 + y + 1, y), solve(y^
   explain_step(dae { der(y) ~ z, 0 ~ z + y^3 }, bdf(3)), ball:reduce("array"), ball:reduce("array"):trace() } do
   parts[#parts + 1] = each
 end
+local d = iddata { y = { 0, 1, 0.5, 2, 1, 0, 1, 3, 1 }, u = { 1, 0, 2, 1, 0, 1, 3, 1, 0 } }
+local near = newton { r = { x^2 - y, y - 1 }, x = { x, y }, start = { 2, 1 } }
+for _, each in ipairs { near, near:basins { x = { -2, 2 }, y = { -2, 2 }, n = 5 },
+  gauss_newton { R = { x - 1, y - 2, x*y - 3 }, x = { x, y }, start = { 1, 1 } },
+  dae { der(x) + der(y) ~ x, 0 ~ x - y }:pencil(), lsq({ { 1, 0 }, { 1, 1 }, { 1, 2 } }, { 1, 2, 4 }),
+  rk.rk4:stability(), order_conditions(4), rosenbrock.rodas4, tf({ 1 }, { 1, 3, 2 }):poles(),
+  margin(tf({ 2 }, { 1, 2, 1, 0 })), eig(mat { { 0, 1 }, { -2, -3 } }),
+  compare(d, { arx = arx(d, { na = 1, nb = 1, nk = 1 }) }), arx(d, { na = 1, nb = 1, nk = 1, noise = uniform(-1, 1) }),
+  order_scan(d, d, { na = { 1, 2 }, nb = { 1, 1 }, nk = { 1, 1 } }),
+  dae { der(y) ~ -y }:integrate { start = { y = 1 }, to = 1 }:check(), cart:structure(), idpoly { A = { 1, a }, B = { 0, 1 } } } do
+  local latex = each:latex()
+  assert(not latex:find("?", 1, true), latex)
+  parts[#parts + 1] = each
+end
 save(arg[1], parts)
 """
 
