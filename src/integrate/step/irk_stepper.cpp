@@ -6,6 +6,7 @@
 #include "base/epsilon.hpp"
 #include "base/interrupt.hpp"
 #include "base/text.hpp"
+#include "integrate/solve/vector_sums.hpp"
 
 namespace pendula::integrate {
 namespace {
@@ -38,7 +39,6 @@ IrkStepper::IrkStepper(std::string name, ProblemPtr problem,
   shifted_.real.resize(rows_.positions.size());
   shifted_.complex.resize(rows_.positions.size());
   matrices_.resize(formulas_.size());
-  dense_.resize(formulas_.size());
   const auto size = static_cast<std::size_t>(N_);
   for (auto* v : {&y_, &scales_.scale, &scales_.inverse, &error_, &work_.velocity, &last_.y}) v->resize(size);
   shifted_.right.resize(size);
@@ -340,26 +340,62 @@ void IrkStepper::interpolate(const StepView& step, double t, Detail detail, Poin
     out.xdot[k] = slope / dt;
   }
   if (detail == Detail::sketch) return;
-  refine(step, level, t, out);
+  refine(step, static_cast<int>(level), t, out);
 }
 
 /// The method itself from the beginning of the step to t: of the order of the method, where that is
 /// affordable.
-void IrkStepper::refine(const StepView& step, std::size_t level, double t, Point& out) {
+void IrkStepper::refine(const StepView& step, int level, double t, Point& out) {
   constexpr int affordable = 150;
-  const IrkFormula& formula = *formulas_[level];
-  if (formula.s * N_ <= affordable) {
-    if (!dense_[level]) dense_[level] = std::make_shared<RungeKutta>(problem_, formula.tableau, !determined_);
-    Point better;
-    try {
-      dense_[level]->step(step.from, t - step.from.t, better, false);
-      better.t = t;
-      out = better;
+  if (formulas_[level]->s * N_ <= affordable) {
+    if (!inside_)
+      inside_ =
+          std::make_shared<IrkStepper>(name_, problem_, formulas_, index_, tolerances_, limits_, unused_);
+    inside_->determined_ = determined_;
+    if (inside_->reaches(step, level, t)) {
+      out = inside_->next_;
+      out.t = t;
       return;
-    } catch (const Failure&) {  // the polynomial stays
     }
-  }
+  }  // else the polynomial stays
   if (determined_) rhs_(t, out.x.data(), out.xdot.data(), out.z.data());
+}
+
+/// A step to t from the beginning of this one, to next_; its collocation polynomial gives the starting values, and
+/// Newton's iteration goes on until neighbours are as smooth as rounding lets them be.
+bool IrkStepper::reaches(const StepView& step, int level, double t) {
+  constexpr double sharper = 1e-6;
+  if (level_ != level) use(level);
+  here_ = step.from;
+  std::copy_n(here_.x.data(), n(), y_.data());
+  std::copy_n(here_.z.data(), m(), y_.data() + n());
+  const double dt = dt_ = t - here_.t;
+  if (!matrices().code) prepare_code();
+  if (!evaluate_jacobian() || !factorise(dt)) return false;
+  set_scales(dt);
+  const double *record = step.record + 3, *Z = record + N_;  // record(): level, t, dt, y, Z
+  for (int i = 0; i < f().s; ++i) {
+    f().lagrange((here_.t + f().c[i] * dt - step.record[1]) / step.record[2], work_.lagrange.data());
+    double* Zi = Z_.data() + static_cast<std::ptrdiff_t>(i) * N_;
+    for (int k = 0; k < N_; ++k) Zi[k] = record[k] - y_[k];
+    combine(N_, Zi, std::span<const double>(work_.lagrange).subspan(1, static_cast<std::size_t>(f().s)), Z,
+            N_, Zi);
+  }
+  NewtonCode* code = matrices().code.get();
+  if (code) {
+    code->begin(*problem_, here_.t, dt, y_.data(), scales_.scale.data());
+    code->set(Z_.data());
+  }
+  const double enough = iteration_.tolerance;
+  iteration_.contraction = 1;
+  const double relative = std::max(scales_.rtol.maxCoeff(), scales_.atol.maxCoeff());
+  iteration_.tolerance = std::clamp(100 * eps / relative, sharper * enough, enough);
+  const Newton outcome = newton(dt);
+  iteration_.tolerance = enough;
+  const bool close = outcome != Newton::not_finite && iteration_.length <= 1e-2 * enough;
+  if (outcome != Newton::converged && !close) return false;
+  if (code) end_ = code->end();
+  return complete(dt);
 }
 
 }  // namespace pendula::integrate

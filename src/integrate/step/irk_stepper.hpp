@@ -13,7 +13,6 @@
 #include "integrate/solve/predictive_controller.hpp"
 #include "integrate/solve/rounding_floor.hpp"
 #include "integrate/step/increment_check.hpp"
-#include "integrate/step/runge_kutta.hpp"
 #include "integrate/step/stepper.hpp"
 #include "method/irk_formula.hpp"
 
@@ -131,7 +130,8 @@ class IrkStepper final : public Stepper {
   double safety_factor() const;
   void choose_order(double quotient);
   void reject(double dt, Rejection why, double error = 0);
-  void refine(const StepView& step, std::size_t level, double t, Point& out);
+  void refine(const StepView& step, int level, double t, Point& out);
+  bool reaches(const StepView& step, int level, double t);
   RoundingFloor::Answer at_rounding(double dt, double length);
   std::string blame() const;
 
@@ -158,7 +158,8 @@ class IrkStepper final : public Stepper {
   Point next_;
   LastStep last_;
   std::string trouble_;
-  std::vector<std::shared_ptr<RungeKutta>> dense_;
+  std::shared_ptr<IrkStepper> inside_;  ///< makes steps to times inside of a step
+  Stats unused_;                        ///< of inside_
 };
 
 }  // namespace pendula::integrate
