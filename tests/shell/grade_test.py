@@ -101,6 +101,32 @@ found, _ = graded(tasks, right, almost)
 assert all(a["verdict"] in ("right", "equivalent") for a in found["right.lua"]["answers"]), found["right.lua"]
 assert all(a["verdict"] == "wrong" for a in found["almost.lua"]["answers"]), found["almost.lua"]
 
+# Values beyond every number are near no number; branches that are right only where one looks are wrong.
+tasks_inf = write("tasks_inf.lua", """local x = var "x"
+task { "n", answer = 3 }
+task { "e", answer = x^2 + 1 }
+task { "f", answer = abs(x) }
+task { "g", answer = tf({ 1 }, { 1, 3, 2 }) }""")
+infinite = write("infinite.lua", """local x = var "x"
+n = 1/0
+e = ifelse(lt(x, 100), x^2 + 1, 0)
+f = ifelse(lt(x, 0), -x, 2*x - x*(1 + 1e-3))
+g = tf({ 1, 5 }, { 1, 8, 17, 11 })""")
+exact = write("exact.lua", """local x = var "x"
+n = rational(10)^100000
+e = ifelse(lt(abs(x), 1e-5), 0, x^2 + 1)
+f = x*sign(x)
+g = -2*math.huge""")
+fine = write("fine.lua", """local x = var "x"
+n = 3.0
+e = ifelse(lt(x, 0), x^2 + 1, 1 + x*x)
+f = ifelse(lt(x, 0), -x, x)
+g = tf({ 1, 5 }, { 1, 8, 17, 10 })""")
+found, _ = graded(tasks_inf, infinite, exact, fine)
+assert all(a["verdict"] == "wrong" for a in found["infinite.lua"]["answers"]), found["infinite.lua"]
+assert [a["verdict"] for a in found["exact.lua"]["answers"]] == ["wrong", "wrong", "equivalent", "wrong"], found["exact.lua"]
+assert all(a["verdict"] in ("right", "equivalent") for a in found["fine.lua"]["answers"]), found["fine.lua"]
+
 # Crashes, bombs, tricks: each costs one submission.
 folder = os.path.join(work, "many")
 os.mkdir(folder)

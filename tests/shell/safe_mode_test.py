@@ -74,6 +74,8 @@ for name in (secret, "/etc/passwd", "/proc/self/environ", "/proc/self/mem", "/pr
           end""", *options)
         assert "OPENED" not in report["output"], report
 safe(f"io.open '{secret}'", status=3, call="io.open")
+for name in ("io.lines", "io.input", "io.output", "dofile"):
+    safe(f"pcall({name}, '{secret}')", status=3, call=name)
 for code in (f"assert(io.open('{work}/new', 'w'))", f"save('{work}/new.lua', var 'x')", f"os.remove '{secret}'",
              f"os.rename('b.lua', '{work}/new')", f"os.rename('{secret}', 'c.lua')", f"io.output '{work}/new'",
              "os.tmpname()", "io.tmpfile()", "assert(io.open('link.txt', 'w')):write 'gone'"):

@@ -127,7 +127,7 @@ std::string blamed_on_caller(lua_State* L, const std::string& message) {
     if (frame.currentline > 0 && !ours) break;
     if (ours) name = frame.name ? frame.name : "";  // of the outermost one; unknown after a tail call
   }
-  if (what.starts_with("bad argument")) return user_position(L) + what;
+  if (!what.starts_with("attempt to ")) return user_position(L) + what;  // it was written for a person
   if (name.empty()) return text(user_position(L), "an argument does not fit: ", what);
   return text(user_position(L), name, ": an argument does not fit: ", what, "; help \"", name,
               "\" says what is expected");

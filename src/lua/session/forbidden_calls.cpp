@@ -1,6 +1,7 @@
 #include "lua/session/forbidden_calls.hpp"
 
 #include <cerrno>
+#include <cstring>
 
 #include "base/error.hpp"
 #include "lua/core/memory.hpp"
@@ -38,12 +39,25 @@ int watch(lua_State* L) {
   return lua_gettop(L);
 }
 
-void replace(lua_State* L, const char* library, const char* function, const Tell& tell, bool entirely) {
+/// The same of a function that raises its errors.
+int watch_raised(lua_State* L) {
+  const int arguments = lua_gettop(L);
+  const std::string file = arguments > 0 && lua_type(L, 1) == LUA_TSTRING ? lua_tostring(L, 1) : "";
+  lua_pushvalue(L, lua_upvalueindex(3));
+  lua_insert(L, 1);
+  if (lua_pcall(L, arguments, LUA_MULTRET, 0) == LUA_OK) return lua_gettop(L);
+  const std::string message = lua_type(L, -1) == LUA_TSTRING ? lua_tostring(L, -1) : "";
+  if (message.find(std::strerror(EACCES)) == message.npos || file.empty()) return lua_error(L);
+  tell_of(L)(text(lua_tostring(L, lua_upvalueindex(2)), " '", file, "'"));
+  throw Error(message);
+}
+
+void replace(lua_State* L, const char* library, const char* function, const Tell& tell, lua_CFunction by) {
   lua_getglobal(L, library);
   lua_pushlightuserdata(L, const_cast<Tell*>(&tell));
-  lua_pushstring(L, text(library, ".", function).c_str());
-  if (!entirely) lua_getfield(L, -3, function);
-  lua_pushcclosure(L, entirely ? guarded<refuse> : watch, entirely ? 2 : 3);
+  lua_pushstring(L, text(std::strcmp(library, "_G") == 0 ? "" : text(library, "."), function).c_str());
+  lua_getfield(L, -3, function);
+  lua_pushcclosure(L, by, 3);
   lua_setfield(L, -2, function);
   lua_pop(L, 1);
 }
@@ -51,10 +65,13 @@ void replace(lua_State* L, const char* library, const char* function, const Tell
 }  // namespace
 
 void forbid_calls(lua_State* L, const Tell& tell, std::size_t memory) {
-  for (const char* function : {"execute", "tmpname"}) replace(L, "os", function, tell, true);
-  for (const char* function : {"popen", "tmpfile"}) replace(L, "io", function, tell, true);
-  for (const char* function : {"remove", "rename"}) replace(L, "os", function, tell, false);
-  replace(L, "io", "open", tell, false);
+  for (const char* function : {"execute", "tmpname"}) replace(L, "os", function, tell, guarded<refuse>);
+  for (const char* function : {"popen", "tmpfile"}) replace(L, "io", function, tell, guarded<refuse>);
+  for (const char* function : {"remove", "rename"}) replace(L, "os", function, tell, watch);
+  replace(L, "io", "open", tell, watch);
+  for (const char* function : {"lines", "input", "output"})
+    replace(L, "io", function, tell, guarded<watch_raised>);
+  replace(L, "_G", "dofile", tell, guarded<watch_raised>);
   lua_pushglobaltable(L);
   lua_pushliteral(L, "debug");
   lua_pushnil(L);
