@@ -91,10 +91,9 @@ local function polynomial_text(c)
     if e ~= 0 then
       local shown = tostring(e)
       local op = operation(e)
-      local minus = shown:sub(1, 1) == "-" and op ~= "add" and op ~= "sub"
+      local minus = shown:sub(1, 1) == "-" and (power == "" or op ~= "add" and op ~= "sub")
       if minus then shown = shown:sub(2) end
       if power ~= "" and shown == "1" then shown = "" end
-      if shown:sub(1, 1) == "-" and power == "" then shown = "(" .. shown .. ")" end
       if power ~= "" and shown ~= "" then
         shown = (shown:find "[/+-]" and "(" .. shown .. ")" or shown) .. " "
       end

@@ -20,10 +20,21 @@ local function times_cosine(waves, b, phase)
   return list
 end
 
+-- sinh and cosh as exponentials.
+local function in_exponentials(e, x)
+  local values = {}
+  for _, f in ipairs(include "algebra/roots".functions_of(e, x, {})) do
+    local op, a = operation(f)
+    if op == "sinh" then values[f] = (exp(a) - exp(-a))/2 end
+    if op == "cosh" then values[f] = (exp(a) + exp(-a))/2 end
+  end
+  return next(values) and subs(e, values) or e
+end
+
 -- e as a list of { c =, n =, lambda =, b =, kind = "cos" or "sin" }.
 local function decompose(e, x, what)
   local list = {}
-  for _, term in ipairs(terms(expand(e), x)) do
+  for _, term in ipairs(terms(expand(in_exponentials(e, x)), x)) do
     local c, n, lambda, waves = term[1], 0, 0, nil
     for k = 2, #term do
       local base, exponent = term[k][1], term[k][2]

@@ -188,3 +188,15 @@ test("trigonometric equations with shifts, and of two waves", function()
   shows(roots(asin(x) + acos(x) ~ x, x), "x = π/2")
   expect(function() roots(sin(x + pi/4)*cos(x) ~ "1/2", x) end):fails "newton"
 end)
+
+test("conditions with one symbol and characteristic polynomials as on paper", function()
+  local u, v, w = vars "u v w"
+  local K, R, g, W = params "K R g Omega"
+  local third = equilibria(dae { der(u) ~ v, der(v) ~ w, der(w) ~ -3*w - 2*v - K*u })
+  expect(third[1].verdict):equals "asymptotically stable where K > 0, K < 6"
+  local hoop = tostring(equilibria(dae { der(u) ~ v, R*der(v) ~ (R*W^2*cos(u) - g)*sin(u) }))
+  expect(hoop:find("s² - Ω² - g/R", 1, true) ~= nil):is_true()
+  shows(laplace_transform(cosh(3*t), t, s), "s/((s + 3) (s - 3))")
+  shows(inverse_laplace(1/(s^2 + 3*s + 1), s, t), "2 √5 sinh(√5 t/2) exp(-3 t/2)/5")
+  shows(integral(x*sinh(x), x), "(x + 1) exp(-x)/2 + (x - 1) exp(x)/2")
+end)

@@ -247,7 +247,7 @@ struct NumbersOfForms {
     if (depth > deepest || !seen_.insert(sum).second) return;
     for (const Term& t : forms.sum(sum)) {
       note(t.coefficient);
-      all_finite = all_finite && !is_angle(forms, t);
+      all_finite = all_finite && !is_exact(forms, t);
       for (const Factor& f : t.factors) {
         only_numbers = false;
         for (SumId part : forms.atom(f.atom).args) visit(forms, part, depth + 1);
@@ -256,12 +256,17 @@ struct NumbersOfForms {
   }
 
  private:
-  /// 2 π/5 is an angle; 0.314 π is not.
-  static bool is_angle(const NormalForms& forms, const Term& t) {
+  /// 2 π/5 is an angle, and 2 √5 x/5 has an exact root in it; 0.314 π is a measured number.
+  static bool is_exact(const NormalForms& forms, const Term& t) {
     constexpr long most_below = 60;
-    return t.factors.size() == 1 && t.factors[0].exponent == 1 &&
-           forms.atom(t.factors[0].atom).node == pi() && t.coefficient.exact() &&
-           t.coefficient.rational().get_den() != 1 && t.coefficient.rational().get_den() <= most_below;
+    const bool root = std::any_of(t.factors.begin(), t.factors.end(), [&](const Factor& f) {
+      return f.exponent.get_den() != 1 && forms.atom(f.atom).traits.level < 0;
+    });
+    const bool angle =
+        t.factors.size() == 1 && t.factors[0].exponent == 1 && forms.atom(t.factors[0].atom).node == pi();
+    const Number& c = t.coefficient;
+    return (root || angle) && c.exact() && c.rational().get_den() != 1 &&
+           c.rational().get_den() <= most_below;
   }
   void note(const Number& n) {
     if (!n.exact() || n.rational().get_den() == 1) return;
