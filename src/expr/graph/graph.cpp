@@ -95,7 +95,7 @@ struct Graph {
     constexpr long most = 16;
     if (value < -most || value > most) return exact(mpq_class(value));
     static std::array<std::optional<Expr>, 2 * most + 1> known;
-    auto& found = known[static_cast<std::size_t>(value + most)];
+    std::optional<Expr>& found = *(known.begin() + most + value);
     if (!found) found = exact(mpq_class(value));
     return *found;
   }

@@ -348,12 +348,13 @@ void IrkStepper::interpolate(const StepView& step, double t, Detail detail, Poin
 void IrkStepper::refine(const StepView& step, int level, double t, Point& out) {
   constexpr int affordable = 150;
   if (formulas_[level]->s * N_ <= affordable) {
-    if (!inside_)
-      inside_ =
-          std::make_shared<IrkStepper>(name_, problem_, formulas_, index_, tolerances_, limits_, unused_);
-    inside_->determined_ = determined_;
-    if (inside_->reaches(step, level, t)) {
-      out = inside_->next_;
+    std::shared_ptr<IrkStepper>& inside = inside_.stepper;
+    if (!inside)
+      inside = std::make_shared<IrkStepper>(name_, problem_, formulas_, index_, tolerances_, limits_,
+                                            inside_.unused);
+    inside->determined_ = determined_;
+    if (inside->reaches(step, level, t)) {
+      out = inside->next_;
       out.t = t;
       return;
     }

@@ -158,8 +158,12 @@ class IrkStepper final : public Stepper {
   Point next_;
   LastStep last_;
   std::string trouble_;
-  std::shared_ptr<IrkStepper> inside_;  ///< makes steps to times inside of a step
-  Stats unused_;                        ///< of inside_
+  /// Makes steps to times inside of a step.
+  struct Inside {
+    std::shared_ptr<IrkStepper> stepper;
+    Stats unused;
+  };
+  Inside inside_;
 };
 
 }  // namespace pendula::integrate
