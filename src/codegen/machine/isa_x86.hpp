@@ -1,4 +1,4 @@
-// The x86-64 instructions of machine_x86.cpp, in four kinds.
+// The x86-64 instructions of the emitter, in four kinds.
 #pragma once
 
 #include <asmjit/x86.h>
