@@ -10,6 +10,7 @@ extern const Module entries_module;
 extern const Module calculus_module;
 extern const Module algebra_module;
 extern const Module factors_module;
+extern const Module model_input_module;
 extern const Module dae_module;
 extern const Module forms_module;
 extern const Module start_module;
@@ -63,6 +64,7 @@ const std::vector<const Module*>& modules() {
                                                   &algebra_module,
                                                   &factors_module,
                                                   &mech_module,
+                                                  &model_input_module,
                                                   &dae_module,
                                                   &forms_module,
                                                   &start_module,

@@ -17,6 +17,7 @@
 
 #include "shell/input/entry_view.hpp"
 #include "shell/input/history.hpp"
+#include "shell/input/lines_of_entry.hpp"
 #include "shell/input/reader.hpp"
 #include "shell/input/signals.hpp"
 #include "shell/input/terminal.hpp"
@@ -43,14 +44,8 @@ class ReadlineReader : public Reader {
 
   // The keys of a block.
   static int enter(int count, int key);
-  static int new_line(int count, int key);
-  static int up(int count, int key);
-  static int down(int count, int key);
   static int right(int count, int key);
   static int line_end(int count, int key);
-  static int line_begin(int count, int key);
-  static int kill_to_end(int count, int key);
-  static int kill_to_begin(int count, int key);
   static int delete_or_give_up(int count, int key);
   static int clear(int count, int key);
   static void redraw();
@@ -81,18 +76,6 @@ class ReadlineReader : public Reader {
 
 ReadlineReader* ReadlineReader::active_ = nullptr;
 
-std::string_view typed() { return {rl_line_buffer, static_cast<std::size_t>(rl_end)}; }
-std::string_view before_cursor() { return typed().substr(0, static_cast<std::size_t>(rl_point)); }
-
-int begin_of_line(int at) {
-  while (at > 0 && rl_line_buffer[at - 1] != '\n') --at;
-  return at;
-}
-int end_of_line(int at) {
-  while (at < rl_end && rl_line_buffer[at] != '\n') ++at;
-  return at;
-}
-
 ReadlineReader::ReadlineReader(Knowledge knowledge) : knowledge_(std::move(knowledge)) {
   active_ = this;
   rl_readline_name = "pendula";
@@ -117,15 +100,6 @@ ReadlineReader::ReadlineReader(Knowledge knowledge) : knowledge_(std::move(knowl
     bind_keys();
   }
   load();
-}
-
-/// Keys that ~/.inputrc gave to something else keep it.
-void rebind(const char* map_name, const char* keys, rl_command_func_t* usual, rl_command_func_t* now) {
-  const Keymap map = rl_get_keymap_by_name(map_name);
-  std::array<char, 32> bytes = {};
-  int length = 0;
-  rl_translate_keyseq(keys, bytes.data(), &length);
-  if (rl_function_of_keyseq(bytes.data(), map, nullptr) == usual) rl_bind_keyseq_in_map(keys, now, map);
 }
 
 void ReadlineReader::bind_keys() {
@@ -289,27 +263,6 @@ int ReadlineReader::clear(int, int) {
 
 // ── keys of a block ────────────────────────────────────────────────────────────────────────────────────────
 
-/// Is more input there already? Then lines are pasted, with their own blanks in front.
-bool more_is_coming() {
-  pollfd input{STDIN_FILENO, POLLIN, 0};
-  return poll(&input, 1, 0) > 0;
-}
-
-/// A line that only closes a block or bracket goes to where that was opened.
-void align_line() {
-  const int begin = begin_of_line(rl_point);
-  const auto above = typed().substr(0, static_cast<std::size_t>(begin));
-  const auto line = before_cursor().substr(above.size());
-  const auto blanks = line.find_first_not_of(' ');
-  if (begin == 0 || blanks == line.npos || !begins_with_end(line)) return;
-  const std::size_t deep = indentation(above), wanted = deep < 2 ? 0 : deep - 2;
-  const int behind = rl_point - static_cast<int>(blanks) + static_cast<int>(wanted);
-  rl_delete_text(begin, begin + static_cast<int>(blanks));
-  rl_point = begin;
-  rl_insert_text(std::string(wanted, ' ').c_str());
-  rl_point = behind;
-}
-
 int ReadlineReader::enter(int count, int key) {
   auto& self = *active_;
   if (!self.knowledge_.is_complete(std::string(typed()))) return new_line(count, key);
@@ -318,51 +271,6 @@ int ReadlineReader::enter(int count, int key) {
   self.finish();
   self.done_ = false;
   rl_done = 1;
-  return 0;
-}
-
-/// A line break with the blanks that the block asks for.
-int ReadlineReader::new_line(int, int) {
-  const bool pasted = more_is_coming();
-  rl_begin_undo_group();
-  if (!pasted) align_line();
-  rl_insert_text(("\n" + std::string(pasted ? 0 : indentation(before_cursor()), ' ')).c_str());
-  rl_end_undo_group();
-  return 0;
-}
-
-/// Characters of UTF-8, for keeping the column.
-int characters(int begin, int end) {
-  int count = 0;
-  for (int i = begin; i < end; ++i) count += (rl_line_buffer[i] & 0xC0) != 0x80;
-  return count;
-}
-
-void go_to_column(int begin, int column) {
-  rl_point = begin;
-  for (const int end = end_of_line(begin); rl_point < end && column > 0; --column) {
-    ++rl_point;
-    while (rl_point < end && (rl_line_buffer[rl_point] & 0xC0) == 0x80) ++rl_point;
-  }
-}
-
-/// To the line above; on the first one to the entry before, at the end of its first line, so that the key goes on
-/// through the history and Down goes through the lines.
-int ReadlineReader::up(int count, int key) {
-  const int begin = begin_of_line(rl_point);
-  if (begin > 0) {
-    go_to_column(begin_of_line(begin - 1), characters(begin, rl_point));
-    return 0;
-  }
-  const int result = rl_get_previous_history(count, key);
-  rl_point = end_of_line(0);
-  return result;
-}
-
-int ReadlineReader::down(int count, int key) {
-  const int begin = begin_of_line(rl_point), end = end_of_line(rl_point);
-  if (end == rl_end) return rl_get_next_history(count, key);
-  go_to_column(end + 1, characters(begin, rl_point));
   return 0;
 }
 
@@ -378,24 +286,6 @@ int ReadlineReader::right(int count, int key) {
 
 int ReadlineReader::line_end(int, int) {
   if (!active_->accept_suggestion()) rl_point = end_of_line(rl_point);
-  return 0;
-}
-
-int ReadlineReader::line_begin(int, int) {
-  rl_point = begin_of_line(rl_point);
-  return 0;
-}
-
-/// At the end of a line its line break goes, too.
-int ReadlineReader::kill_to_end(int, int) {
-  const int end = end_of_line(rl_point);
-  return rl_kill_text(rl_point, end == rl_point && end < rl_end ? end + 1 : end);
-}
-
-int ReadlineReader::kill_to_begin(int, int) {
-  const int begin = begin_of_line(rl_point), end = rl_point;
-  rl_kill_text(begin, end);
-  rl_point = begin;
   return 0;
 }
 
