@@ -219,7 +219,7 @@ Basins basins(const NumericFunction& r, const NewtonSettings& settings, const Ve
     return std::fabs(p[0] - q[0]) > 1e-5 * (1 + std::fabs(p[0])) ? p[0] < q[0] : p[1] < q[1];
   });
   for (std::size_t k = 0; k < order.size(); ++k) {
-    place[static_cast<std::size_t>(order[k]) + 1] = static_cast<int>(k) + 1;
+    place[order[k] + 1] = static_cast<int>(k) + 1;
     result.roots.push_back(found[order[k]]);
   }
   for (int& root : result.root.reshaped()) root = place[root];

@@ -17,39 +17,60 @@ using Eigen::Index;
 constexpr double flat = 1e-3;            ///< scaled singular value below which a root may be singular
 constexpr double visibly_linear = 1e-3;  ///< a predicted rate above this is linear convergence one can see
 
-class Judge {
- public:
-  Judge(const NumericFunction& r, const NewtonSettings& settings, NewtonRun& run)
-      : r_(r), settings_(settings), run_(run), root_(run.x.back()) {}
+double step(const NewtonRun& run, int k) { return (run.x[k + 1] - run.x[k]).norm(); }
 
-  void converged() {
-    if (no_root_near()) {
-      run_.ending = Ending::vanishing;
-      run_.verdict =
-          text("No root is near: ‖r‖ falls below tol, but the steps do not become shorter (the last one is ",
-               rounded(step(last() - 1), 3), " long); r tends to zero only as x moves away.");
-      return;
-    }
-    if (last() == 0) {
-      run_.verdict = "Nothing to do: the start satisfies the equations within tol.";
-      return;
-    }
-    const Mat at_start = derivative(run_.x.front()), J = derivative(root_);
-    const Conditioning here = conditioning(J, at_start.cwiseAbs());
-    run_.singular_root = here.smallest < flat && last() > 2 && steps_ratio() > 0.3;
-    if (run_.singular_root) {
-      run_.null_vector = here.null_vector;
-      extrapolate();
-    } else {
-      polish();
-    }
-    const Mat final_J = derivative(root_);
-    run_.condition = conditioning(final_J).condition();
-    predict(final_J);
-    measure(final_J);
-    run_.verdict = words(at_start, final_J);
+/// Of the last two steps; 0 where there are fewer.
+double steps_ratio(const NewtonRun& run) {
+  const int last = run.iterations();
+  return last >= 2 ? step(run, last - 1) / step(run, last - 2) : 0;
+}
+
+bool no_root_near(const NewtonRun& run) {
+  const int last = run.iterations();
+  return last >= 3 && steps_ratio(run) > 0.9 && step(run, last - 1) > 1e-3 * (1 + run.x.back().norm());
+}
+
+/// ∂r/∂x, by differences where there is no Jacobian.
+Mat derivative(const NumericFunction& f, const Vec& x) {
+  Mat J(f.outputs, f.n());
+  if (f.jacobian) {
+    f.jacobian(x, J);
+  } else {
+    Vec r(f.outputs);
+    f.value(x, r);
+    difference_jacobian(f, x, r, 0, J);
   }
+  return J;
+}
 
+/// What is said of a run that has been judged.
+class Words {
+ public:
+  Words(const NumericFunction& r, const NewtonSettings& settings, const NewtonRun& run)
+      : r_(r), settings_(settings), run_(run) {}
+
+  std::string converged(const Mat& at_start, const Mat& J) const {
+    if (run_.singular_root) return singular_root_words();
+    if (run_.predicted > visibly_linear) return linear_words();
+    const bool exact = settings_.jacobian == JacobianKind::exact;
+    const std::string conditions =
+        text(exact ? "the Jacobian is exact" : "the " + jacobian_words() + " is very nearly exact",
+             ", full steps α = 1 are taken, and ∂r/∂x is regular at the solution (condition number ",
+             condition_text(run_.condition), ")");
+    if (last() == 1 && (J - at_start).norm() <= 1e-12 * J.norm())
+      return "Converged in one step: the equations are linear, and a full Newton step solves them exactly.";
+    if (run_.observed.order >= 2.6)
+      return text("Converged faster than quadratically, observed order ", order_text(),
+                  ": the second-order term of the error vanishes at this solution; ", conditions, ".",
+                  damping_words());
+    if (run_.observed.order >= 1.5)
+      return text("Converged quadratically: ‖e₊‖ ≈ ", rounded(run_.observed.rate, 3),
+                  " ‖e‖², observed order ", order_text(), "; ", conditions,
+                  ". Every step doubles the number of correct digits.", damping_words());
+    return text("Converged. Convergence is quadratic in theory, since ", conditions,
+                "; the iterates above rounding are too few or too far away to measure the order.",
+                damping_words());
+  }
   std::string not_converged() const {
     switch (run_.ending) {
       case Ending::singular:
@@ -75,72 +96,6 @@ class Judge {
 
  private:
   int last() const { return run_.iterations(); }
-  double step(int k) const { return (run_.x[k + 1] - run_.x[k]).norm(); }
-  double steps_ratio() const { return last() >= 2 ? step(last() - 1) / step(last() - 2) : 0; }
-  bool no_root_near() const {
-    return last() >= 3 && steps_ratio() > 0.9 && step(last() - 1) > 1e-3 * (1 + run_.x.back().norm());
-  }
-
-  Mat derivative(const Vec& x) const {
-    Mat J(r_.outputs, r_.n());
-    if (r_.jacobian) {
-      r_.jacobian(x, J);
-    } else {
-      Vec r(r_.outputs);
-      r_.value(x, r);
-      difference_jacobian(r_, x, r, 0, J);
-    }
-    return J;
-  }
-
-  /// x⋆ by exact full steps from the last iterate, until they no longer become shorter.
-  void polish() {
-    Vec r(r_.outputs);
-    double previous = std::numeric_limits<double>::infinity();
-    for (int k = 0; k < 60; ++k) {
-      r_.value(root_, r);
-      const Vec correction = derivative(root_).partialPivLu().solve(r);
-      const double length = correction.norm();
-      if (!std::isfinite(length) || length >= previous) return;
-      root_ -= correction;
-      previous = length;
-      if (length <= 2 * eps * root_.norm()) return;
-    }
-  }
-
-  /// x⋆ of a linearly convergent sequence: the rest of the geometric series (Aitken).
-  void extrapolate() {
-    const double q = std::min(steps_ratio(), 0.99);
-    const auto k = static_cast<std::size_t>(last());
-    root_ = run_.x[k] + (run_.x[k] - run_.x[k - 1]) * (q / (1 - q));
-  }
-
-  /// The matrix of the last step at the root, and the spectral radius of I - α M⁻¹ J there.
-  void predict(const Mat& J) {
-    if (run_.singular_root || !J.allFinite()) return;
-    Mat M = J;
-    if (settings_.jacobian == JacobianKind::given) settings_.given(root_, M);
-    if (settings_.jacobian == JacobianKind::frozen) M = derivative(run_.x.front());
-    if (settings_.jacobian == JacobianKind::finite_difference) {
-      Vec r(r_.outputs);
-      r_.value(root_, r);
-      difference_jacobian(r_, root_, r, settings_.difference, M);
-    }
-    const Mat map = Mat::Identity(J.rows(), J.rows()) - run_.alpha.back() * M.partialPivLu().solve(J);
-    if (map.allFinite()) run_.predicted = map.eigenvalues().cwiseAbs().maxCoeff();
-  }
-
-  void measure(const Mat& J) {
-    const bool linear = run_.singular_root || run_.predicted > visibly_linear;
-    double noise = 4 * eps * root_.norm();
-    if (run_.singular_root)  // the extrapolated x⋆ is no better than the last iterates
-      noise = 5 * (run_.x.back() - root_).norm() / above_noise;
-    else
-      noise += (J.inverse().cwiseAbs() * (8 * eps * (J.cwiseAbs() * root_.cwiseAbs()))).norm();
-    run_.observed = observe(run_.x, root_, noise, linear);
-  }
-
-  // ── words ──
 
   std::string jacobian_words() const {
     switch (settings_.jacobian) {
@@ -169,28 +124,6 @@ class Judge {
     return text(" The line search shortened ", counted(damped, "step"), "; near the solution α = 1.");
   }
 
-  std::string words(const Mat& at_start, const Mat& J) const {
-    if (run_.singular_root) return singular_root_words();
-    if (run_.predicted > visibly_linear) return linear_words();
-    const bool exact = settings_.jacobian == JacobianKind::exact;
-    const std::string conditions =
-        text(exact ? "the Jacobian is exact" : "the " + jacobian_words() + " is very nearly exact",
-             ", full steps α = 1 are taken, and ∂r/∂x is regular at the solution (condition number ",
-             condition_text(run_.condition), ")");
-    if (last() == 1 && (J - at_start).norm() <= 1e-12 * J.norm())
-      return "Converged in one step: the equations are linear, and a full Newton step solves them exactly.";
-    if (run_.observed.order >= 2.6)
-      return text("Converged faster than quadratically, observed order ", order_text(),
-                  ": the second-order term of the error vanishes at this solution; ", conditions, ".",
-                  damping_words());
-    if (run_.observed.order >= 1.5)
-      return text("Converged quadratically: ‖e₊‖ ≈ ", rounded(run_.observed.rate, 3),
-                  " ‖e‖², observed order ", order_text(), "; ", conditions,
-                  ". Every step doubles the number of correct digits.", damping_words());
-    return text("Converged. Convergence is quadratic in theory, since ", conditions,
-                "; the iterates above rounding are too few or too far away to measure the order.",
-                damping_words());
-  }
   std::string order_text() const {
     char buffer[32];
     std::snprintf(buffer, sizeof buffer, "%.2f", run_.observed.order);
@@ -216,7 +149,8 @@ class Judge {
   }
 
   std::string singular_root_words() const {
-    const double alpha = run_.alpha.back(), q = run_.observed.rate > 0 ? run_.observed.rate : steps_ratio();
+    const double alpha = run_.alpha.back(),
+                 q = run_.observed.rate > 0 ? run_.observed.rate : steps_ratio(run_);
     const int multiplicity = static_cast<int>(std::lround(alpha / (1 - q)));
     return text("Converged linearly to a singular solution: ‖e₊‖ ≈ ", rounded(q, 3),
                 " ‖e‖, because ∂r/∂x is singular there", null_words(run_.null_vector),
@@ -247,8 +181,8 @@ class Judge {
   }
 
   std::string stuck_words() const {
-    const Mat J = derivative(run_.x.back());
-    const Conditioning c = conditioning(J, derivative(run_.x.front()).cwiseAbs());
+    const Mat J = derivative(r_, run_.x.back());
+    const Conditioning c = conditioning(J, derivative(r_, run_.x.front()).cwiseAbs());
     const std::string where = text("No convergence: at iterate ", last(),
                                    " no step along Δx reduces ‖r‖ = ", rounded(run_.norm.back(), 3));
     if (c.smallest < flat)
@@ -285,6 +219,95 @@ class Judge {
 
   const NumericFunction& r_;
   const NewtonSettings& settings_;
+  const NewtonRun& run_;
+};
+
+/// Finds the solution behind the iterates, measures errors and rate against it, and says why.
+class Judge {
+ public:
+  Judge(const NumericFunction& r, const NewtonSettings& settings, NewtonRun& run)
+      : r_(r), settings_(settings), run_(run), root_(run.x.back()) {}
+
+  void converged() {
+    if (no_root_near(run_)) {
+      run_.ending = Ending::vanishing;
+      run_.verdict =
+          text("No root is near: ‖r‖ falls below tol, but the steps do not become shorter (the last one is ",
+               rounded(step(run_, last() - 1), 3), " long); r tends to zero only as x moves away.");
+      return;
+    }
+    if (last() == 0) {
+      run_.verdict = "Nothing to do: the start satisfies the equations within tol.";
+      return;
+    }
+    const Mat at_start = derivative(r_, run_.x.front()), J = derivative(r_, root_);
+    const Conditioning here = conditioning(J, at_start.cwiseAbs());
+    run_.singular_root = here.smallest < flat && last() > 2 && steps_ratio(run_) > 0.3;
+    if (run_.singular_root) {
+      run_.null_vector = here.null_vector;
+      extrapolate();
+    } else {
+      polish();
+    }
+    const Mat final_J = derivative(r_, root_);
+    run_.condition = conditioning(final_J).condition();
+    predict(final_J);
+    measure(final_J);
+    run_.verdict = Words(r_, settings_, run_).converged(at_start, final_J);
+  }
+
+ private:
+  int last() const { return run_.iterations(); }
+
+  /// x⋆ by exact full steps from the last iterate, until they no longer become shorter.
+  void polish() {
+    Vec r(r_.outputs);
+    double previous = std::numeric_limits<double>::infinity();
+    for (int k = 0; k < 60; ++k) {
+      r_.value(root_, r);
+      const Vec correction = derivative(r_, root_).partialPivLu().solve(r);
+      const double length = correction.norm();
+      if (!std::isfinite(length) || length >= previous) return;
+      root_ -= correction;
+      previous = length;
+      if (length <= 2 * eps * root_.norm()) return;
+    }
+  }
+
+  /// x⋆ of a linearly convergent sequence: the rest of the geometric series (Aitken).
+  void extrapolate() {
+    const double q = std::min(steps_ratio(run_), 0.99);
+    const auto k = static_cast<std::size_t>(last());
+    root_ = run_.x[k] + (run_.x[k] - run_.x[k - 1]) * (q / (1 - q));
+  }
+
+  /// The matrix of the last step at the root, and the spectral radius of I - α M⁻¹ J there.
+  void predict(const Mat& J) {
+    if (run_.singular_root || !J.allFinite()) return;
+    Mat M = J;
+    if (settings_.jacobian == JacobianKind::given) settings_.given(root_, M);
+    if (settings_.jacobian == JacobianKind::frozen) M = derivative(r_, run_.x.front());
+    if (settings_.jacobian == JacobianKind::finite_difference) {
+      Vec r(r_.outputs);
+      r_.value(root_, r);
+      difference_jacobian(r_, root_, r, settings_.difference, M);
+    }
+    const Mat map = Mat::Identity(J.rows(), J.rows()) - run_.alpha.back() * M.partialPivLu().solve(J);
+    if (map.allFinite()) run_.predicted = map.eigenvalues().cwiseAbs().maxCoeff();
+  }
+
+  void measure(const Mat& J) {
+    const bool linear = run_.singular_root || run_.predicted > visibly_linear;
+    double noise = 4 * eps * root_.norm();
+    if (run_.singular_root)  // the extrapolated x⋆ is no better than the last iterates
+      noise = 5 * (run_.x.back() - root_).norm() / above_noise;
+    else
+      noise += (J.inverse().cwiseAbs() * (8 * eps * (J.cwiseAbs() * root_.cwiseAbs()))).norm();
+    run_.observed = observe(run_.x, root_, noise, linear);
+  }
+
+  const NumericFunction& r_;
+  const NewtonSettings& settings_;
   NewtonRun& run_;
   Vec root_;
 };
@@ -292,11 +315,10 @@ class Judge {
 }  // namespace
 
 void judge(const NumericFunction& r, const NewtonSettings& settings, NewtonRun& run) {
-  Judge judge(r, settings, run);
   if (run.converged())
-    judge.converged();
+    Judge(r, settings, run).converged();
   else
-    run.verdict = judge.not_converged();
+    run.verdict = Words(r, settings, run).not_converged();
 }
 
 }  // namespace pendula::lab

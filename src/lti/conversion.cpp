@@ -147,7 +147,8 @@ StateSpace phase_variables(const Polynomial& den, const std::vector<Polynomial>&
       s.C(i, j) = bj - d * den[j];
     }
   }
-  s.A = tidy(s.A), s.C = tidy(s.C);
+  s.A = tidy(s.A);
+  s.C = tidy(s.C);
   return s;
 }
 
@@ -198,14 +199,16 @@ System to_tf(const System& g) {
     throw Error(text("a system without ", g.inputs == 0 ? "inputs" : "outputs",
                      " has no transfer function; give B and C, as in ss(A, B, C)"));
   System h = g.form == Form::ss ? tf_of_ss(g) : tf_of_zpk(g);
-  h.input_names = g.input_names, h.output_names = g.output_names;
+  h.input_names = g.input_names;
+  h.output_names = g.output_names;
   return h;
 }
 
 System to_ss(const System& g) {
   if (g.form == Form::ss) return g;
   System h = ss_of_tf(to_tf(g));
-  h.input_names = g.input_names, h.output_names = g.output_names;
+  h.input_names = g.input_names;
+  h.output_names = g.output_names;
   return h;
 }
 
@@ -225,7 +228,9 @@ System to_zpk(const System& given) {
     list.push_back(std::move(entry));
   }
   System h = make_zpk(std::move(list), g.outputs, g.inputs, g.Ts);
-  h.input_names = g.input_names, h.output_names = g.output_names, h.notes = g.notes;
+  h.input_names = g.input_names;
+  h.output_names = g.output_names;
+  h.notes = g.notes;
   return h;
 }
 

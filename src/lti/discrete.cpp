@@ -38,7 +38,8 @@ System with_hold(const System& g, Expr Ts, bool first_order) {
   const Index n = g.ss.order(), m = g.inputs;
   const Index size = n + m + (first_order ? m : 0);
   MatX M = zeros_of(size, size);
-  M.topLeftCorner(n, n) = g.ss.A, M.block(0, n, n, m) = g.ss.B;
+  M.topLeftCorner(n, n) = g.ss.A;
+  M.block(0, n, n, m) = g.ss.B;
   if (first_order) M.block(n, n + m, m, m) = scaled(1 / Ts, identity(m));
   const MatX F = sampled_exponential(M, Ts);
   const MatX Phi = F.topLeftCorner(n, n), G1 = F.block(0, n, n, m);
@@ -130,8 +131,13 @@ System by_matching(const System& given, double Ts) {
 }
 
 System named_like(System h, const System& g) {
-  h.state_names = g.state_names, h.input_names = g.input_names, h.output_names = g.output_names;
-  if (g.form != Form::ss) h.state_names.clear(), h = to_tf(h);
+  h.state_names = g.state_names;
+  h.input_names = g.input_names;
+  h.output_names = g.output_names;
+  if (g.form != Form::ss) {
+    h.state_names.clear();
+    h = to_tf(h);
+  }
   if (g.form == Form::zpk) h = to_zpk(h);
   return h;
 }

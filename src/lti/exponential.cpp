@@ -169,7 +169,10 @@ VecX particular(const MatX& A, const VecX& b, const dae::ForcingGroup& g) {
     M(i, n + i) = g.frequency, M(n + i, i) = -g.frequency;
   }
   const bool still = g.frequency.is_zero();
-  if (still) M = MatX(M.topLeftCorner(n, n)), last = MatX::Zero(n, 1);
+  if (still) {
+    M = MatX(M.topLeftCorner(n, n));
+    last = MatX::Zero(n, 1);
+  }
   const Expr t = time_symbol();
   VecX x = VecX::Zero(n);
   for (std::size_t k = g.p.size(); k-- > 0;) {
@@ -237,7 +240,9 @@ VecX solution(const System& given, const VecX& x0, const VecX& u) {
   }
   // The pencil of x′ = A x + f(t) knows the rest.
   dae::LinearForm form;
-  form.E = dae::RationalMatrix::identity(n), form.A = rational(g.ss.A), form.B = dae::RationalMatrix(n, 0);
+  form.E = dae::RationalMatrix::identity(n);
+  form.A = rational(g.ss.A);
+  form.B = dae::RationalMatrix(n, 0);
   form.x = symbol_vector(Kind::variable, "x", n);
   form.f = VecX(product(g.ss.B, u));
   for (int i = 0; i < n; ++i) {

@@ -32,7 +32,10 @@ class Evaluator {
       D_ = numbers(g_.ss.D).cast<Complex>();
     } else {
       if (g_.form == Form::zpk) g_ = to_tf(g_);
-      for (const Fraction& f : g_.tf) num_.push_back(numbers(f.num)), den_.push_back(numbers(f.den));
+      for (const Fraction& f : g_.tf) {
+        num_.push_back(numbers(f.num));
+        den_.push_back(numbers(f.den));
+      }
     }
   }
   double Ts() const { return Ts_; }
@@ -80,9 +83,10 @@ double bisect(const std::function<double(double)>& f, double a, double b) {
   double fa = f(a);
   for (int k = 0; k < 200 && std::fabs(b - a) > 1e-15 * std::fabs(b); ++k) {
     const double c = std::sqrt(a * b), fc = f(c);
-    if ((fc < 0) == (fa < 0))
-      a = c, fa = fc;
-    else
+    if ((fc < 0) == (fa < 0)) {
+      a = c;
+      fa = fc;
+    } else
       b = c;
   }
   return std::sqrt(a * b);
@@ -99,11 +103,17 @@ Vec bode_frequencies(const System& given) {
   double low = Ts > 0 ? top / 10 : 1, high = Ts > 0 ? top : 1;
   if (!list.empty()) {
     low = high = list[0].first;
-    for (const auto& [w, zeta] : list) low = std::min(low, w), high = std::max(high, w);
+    for (const auto& [w, zeta] : list) {
+      low = std::min(low, w);
+      high = std::max(high, w);
+    }
   }
-  low = std::pow(10, std::floor(std::log10(low) - 0.99)),
+  low = std::pow(10, std::floor(std::log10(low) - 0.99));
   high = std::pow(10, std::ceil(std::log10(high) + 0.99));
-  if (Ts > 0) high = top, low = std::min(low, top / 100);
+  if (Ts > 0) {
+    high = top;
+    low = std::min(low, top / 100);
+  }
   std::vector<double> w;
   const double decades = std::log10(high / low);
   const int count = static_cast<int>(std::clamp(60 * decades, 200.0, 1000.0));
@@ -263,7 +273,10 @@ Margins margins(const System& given) {
       const double x = bisect(size, w[k], w[k + 1]);
       double margin = 180 + std::arg(at(x)(0, 0)) * 180 / M_PI;
       if (margin > 180) margin -= 360;
-      if (!m.phase || std::fabs(margin) < std::fabs(*m.phase)) m.phase = margin, m.phase_at = x;
+      if (!m.phase || std::fabs(margin) < std::fabs(*m.phase)) {
+        m.phase = margin;
+        m.phase_at = x;
+      }
     }
     const double noise = 1e-13;
     if ((a.imag() < 0) != (b.imag() < 0) && a.real() + b.real() < 0 &&
@@ -272,8 +285,10 @@ Margins margins(const System& given) {
       const Complex v = at(x)(0, 0);
       if (!(v.real() < 0) || std::fabs(v.imag()) > 1e-6 * std::abs(v)) continue;
       const double margin = 1 / std::abs(v);
-      if (!m.gain || std::fabs(std::log(margin)) < std::fabs(std::log(*m.gain)))
-        m.gain = margin, m.gain_at = x;
+      if (!m.gain || std::fabs(std::log(margin)) < std::fabs(std::log(*m.gain))) {
+        m.gain = margin;
+        m.gain_at = x;
+      }
     }
   }
   // The ends of the curve, where G is real: a pole of the closed loop crosses the axis there, too.

@@ -100,9 +100,12 @@ void check_inputs(const dae::Model& model, const std::vector<Expr>& inputs) {
 Expansion expand(const dae::Model& model, const Point& point, const std::vector<Expr>& inputs,
                  const std::vector<Expr>& outputs) {
   Expansion x;
-  x.states = model.states(), x.top = model.top_derivatives(), x.algebraic = model.algebraic(),
+  x.states = model.states();
+  x.top = model.top_derivatives();
+  x.algebraic = model.algebraic();
   x.inputs = inputs;
-  x.equations = static_cast<int>(model.residuals.size()), x.outputs = static_cast<int>(outputs.size());
+  x.equations = static_cast<int>(model.residuals.size());
+  x.outputs = static_cast<int>(outputs.size());
   std::vector<Expr> all = model.residuals;
   all.insert(all.end(), outputs.begin(), outputs.end());
   // Derivatives of inputs that the model contains are inputs of their own.
@@ -135,7 +138,9 @@ Expansion expand(const dae::Model& model, const Point& point, const std::vector<
     first += n;
     return MatX(J.middleCols(first - n, n));
   };
-  x.by_state = take(x.states), x.by_top = take(x.top), x.by_algebraic = take(x.algebraic),
+  x.by_state = take(x.states);
+  x.by_top = take(x.top);
+  x.by_algebraic = take(x.algebraic);
   x.by_input = take(x.inputs);
   for (Index i = 0; i < rows; ++i) x.explicit_time = x.explicit_time || !J(i, J.cols() - 1).is_zero();
   return x;
@@ -173,7 +178,8 @@ System solved(const Expansion& x) {
     }
     const auto top = std::find(x.top.begin(), x.top.end(), next) - x.top.begin();
     PENDULA_ASSERT(top < d, "a state without derivative");
-    A.row(i) = P->row(top).head(n), B.row(i) = P->row(top).tail(m);
+    A.row(i) = P->row(top).head(n);
+    B.row(i) = P->row(top).tail(m);
   }
   const MatX h = product(G.bottomRows(x.outputs), *P) + right.bottomRows(x.outputs);
   System g = make_ss(A, B, h.leftCols(n), h.rightCols(m));
@@ -188,7 +194,8 @@ dae::LinearForm linear_form(const Expansion& x) {
   const int size = n + nz + x.outputs, ties = n - static_cast<int>(x.top.size()),
             rows = ties + x.equations + x.outputs;
   dae::LinearForm f;
-  f.E = f.A = dae::RationalMatrix(rows, size), f.B = dae::RationalMatrix(rows, m);
+  f.E = f.A = dae::RationalMatrix(rows, size);
+  f.B = dae::RationalMatrix(rows, m);
   const auto column_of = [&](Expr leaf) {
     return static_cast<int>(std::find(x.states.begin(), x.states.end(), leaf) - x.states.begin());
   };
@@ -307,7 +314,8 @@ System by_pencil(const Expansion& x, const std::vector<Expr>& outputs) {
 
 dae::ConsistentStatePtr start_of_relative(const dae::ModelPtr& low, const dae::ConsistentState& at) {
   dae::StartRequest request;
-  request.t = at.t, request.keep_invariants = false;
+  request.t = at.t;
+  request.keep_invariants = false;
   for (Expr leaf : low->states())
     if (const auto v = at.value_for(*low, leaf)) request.fix.push_back({leaf, *v});
   for (Expr leaf : low->algebraic())
@@ -366,12 +374,15 @@ System along_trajectory(const dae::ModelPtr& model, const dae::ConsistentState& 
   std::vector<std::string> names;
   for (Index i = 0; i < k; ++i) {
     const int row = rows[i];
-    A.row(i) = g.ss.A.row(row), B.row(i) = g.ss.B.row(row), names.push_back(g.state_names[row]);
+    A.row(i) = g.ss.A.row(row);
+    B.row(i) = g.ss.B.row(row);
+    names.push_back(g.state_names[row]);
   }
   System h = make_ss(tidy(product(A, V)), B,
                      request.outputs.empty() ? MatX(MatX::Identity(k, k)) : tidy(product(g.ss.C, V)),
                      request.outputs.empty() ? MatX(MatX::Zero(k, g.inputs)) : g.ss.D);
-  h.state_names = names, h.input_names = g.input_names,
+  h.state_names = names;
+  h.input_names = g.input_names;
   h.output_names = request.outputs.empty() ? names : g.output_names;
   h.notes = g.notes;
   h.notes.insert(h.notes.begin(), text(k, k == 1 ? " state" : " states", " of ", n,
@@ -399,7 +410,9 @@ System linearize(const dae::ModelPtr& model, const dae::ConsistentState& at,
   g.output_names = request.output_names;
   if (request.outputs.empty()) {  // the states themselves
     const int n = g.ss.order();
-    g.ss.C = MatX::Identity(n, n), g.ss.D = MatX::Zero(n, g.inputs), g.outputs = n;
+    g.ss.C = MatX::Identity(n, n);
+    g.ss.D = MatX::Zero(n, g.inputs);
+    g.outputs = n;
     g.output_names = g.state_names;
   } else if (g.output_names.empty()) {
     for (Expr e : request.outputs) g.output_names.push_back(to_text(e));

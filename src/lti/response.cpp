@@ -60,10 +60,13 @@ class Hold {
   void prepare(double h) {
     const Index n = s_.A.rows(), m = s_.B.cols();
     Mat M = Mat::Zero(n + 2 * m, n + 2 * m);
-    M.topLeftCorner(n, n) = s_.A * h, M.block(0, n, n, m) = s_.B * h;
+    M.topLeftCorner(n, n) = s_.A * h;
+    M.block(0, n, n, m) = s_.B * h;
     M.block(n, n + m, m, m).setIdentity();
     const Mat F = linalg::exponential(M);
-    Phi_ = F.topLeftCorner(n, n), G1_ = F.block(0, n, n, m), G2_ = F.block(0, n + m, n, m);
+    Phi_ = F.topLeftCorner(n, n);
+    G1_ = F.block(0, n, n, m);
+    G2_ = F.block(0, n + m, n, m);
     h_ = h;
   }
   const Numbers& s_;
@@ -165,7 +168,8 @@ CurveFacts facts(const Vec& t, const Vec& y, double final) {
   Index at = 0;
   const double sign = final < 0 ? -1 : 1;
   (sign * y).maxCoeff(&at);
-  f.peak = y[at], f.peak_time = t[at];
+  f.peak = y[at];
+  f.peak_time = t[at];
   if (std::fabs(final) < 1e-12) return f;
   const Vec scaled_y = y / final;
   const auto low = crossing(t, scaled_y, 0.1), high = crossing(t, scaled_y, 0.9);
@@ -186,7 +190,9 @@ CurveFacts facts(const Vec& t, const Vec& y, double final) {
 
 Response make(const char* kind, const System& g, const Vec& t) {
   Response r;
-  r.kind = kind, r.system = std::make_shared<const System>(g), r.t = t;
+  r.kind = kind;
+  r.system = std::make_shared<const System>(g);
+  r.t = t;
   const System values = with_numbers(g);
   r.settles = true;
   for (const dae::Mode& m : poles(values))
@@ -194,7 +200,10 @@ Response make(const char* kind, const System& g, const Vec& t) {
   return r;
 }
 
-void keep(Response& r, Run&& one) { r.y.push_back(std::move(one.y)), r.x.push_back(std::move(one.x)); }
+void keep(Response& r, Run&& one) {
+  r.y.push_back(std::move(one.y));
+  r.x.push_back(std::move(one.x));
+}
 
 }  // namespace
 
@@ -350,7 +359,8 @@ std::string describe(const Response& r) {
       for (Index i = 0; i < r.y[j].cols(); ++i) {
         Index low = 0, high = 0;
         const Vec y = r.y[j].col(i);
-        y.minCoeff(&low), y.maxCoeff(&high);
+        y.minCoeff(&low);
+        y.maxCoeff(&high);
         const std::string name = output_name(g, static_cast<int>(i)) +
                                  (r.y.size() == 1 ? "" : " from " + input_name(g, static_cast<int>(j)));
         table.row({name, pendula::rounded(y[low], 4), pendula::rounded(r.t[low], 4),

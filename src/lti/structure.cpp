@@ -75,7 +75,8 @@ Split split(const MatX& A, const MatX& B, double tol = 0) {
 System transformed(const System& g, const Split& s, int keep) {
   const MatX A = product(s.back, product(g.ss.A, s.V)), B = product(s.back, g.ss.B), C = product(g.ss.C, s.V);
   System h = make_ss(A.topLeftCorner(keep, keep), B.topRows(keep), C.leftCols(keep), g.ss.D, g.Ts);
-  h.input_names = g.input_names, h.output_names = g.output_names;
+  h.input_names = g.input_names;
+  h.output_names = g.output_names;
   return h;
 }
 
@@ -276,7 +277,8 @@ System minimal(const System& g, double tol) {
   if (unobservable > 0) {
     System dual = transformed(t, o, o.dimension);
     System back = transposed(dual);
-    back.input_names = g.input_names, back.output_names = g.output_names;
+    back.input_names = g.input_names;
+    back.output_names = g.output_names;
     h = std::move(back);
   }
   if (h.ss.order() != g.ss.order()) h.state_names.clear();

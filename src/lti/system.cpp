@@ -78,7 +78,8 @@ System make_ss(MatX A, MatX B, MatX C, MatX D, Expr Ts) {
   if (D.rows() != C.rows() || D.cols() != B.cols())
     throw Error(text("D must be ", C.rows(), "×", B.cols(), " (outputs × inputs), but it is ", size(D)));
   System g;
-  g.outputs = static_cast<int>(D.rows()), g.inputs = static_cast<int>(D.cols());
+  g.outputs = static_cast<int>(D.rows());
+  g.inputs = static_cast<int>(D.cols());
   g.ss = {std::move(A), std::move(B), std::move(C), std::move(D)};
   g.Ts = Ts;
   return g;
@@ -89,9 +90,13 @@ System make_tf(std::vector<Fraction> entries, int outputs, int inputs, Expr Ts) 
   PENDULA_ASSERT(static_cast<int>(entries.size()) == outputs * inputs,
                  "a matrix of fractions of another size");
   System g;
-  g.form = Form::tf, g.outputs = outputs, g.inputs = inputs, g.Ts = Ts;
+  g.form = Form::tf;
+  g.outputs = outputs;
+  g.inputs = inputs;
+  g.Ts = Ts;
   for (Fraction& f : entries) {
-    f.num = tidy(std::move(f.num)), f.den = tidy(std::move(f.den));
+    f.num = tidy(std::move(f.num));
+    f.den = tidy(std::move(f.den));
     if (f.den.empty()) throw Error("the denominator is zero");
     if (f.num.empty()) f.den = {1};
   }
@@ -102,7 +107,10 @@ System make_tf(std::vector<Fraction> entries, int outputs, int inputs, Expr Ts) 
 System make_zpk(std::vector<Factored> entries, int outputs, int inputs, Expr Ts) {
   check_sampling(Ts);
   System g;
-  g.form = Form::zpk, g.outputs = outputs, g.inputs = inputs, g.Ts = Ts;
+  g.form = Form::zpk;
+  g.outputs = outputs;
+  g.inputs = inputs;
+  g.Ts = Ts;
   for (const Factored& f : entries)
     for (const auto& [what, list] : {std::pair{"zero", &f.zeros}, std::pair{"pole", &f.poles}}) {
       std::vector<std::pair<Expr, Expr>> open;  // without partner so far
@@ -138,8 +146,14 @@ std::string output_name(const System& g, int i) { return name_or(g.output_names,
 std::vector<Expr> entries(const System& g) {
   std::vector<Expr> all;
   const auto add = [&](const auto& list) { all.insert(all.end(), list.data(), list.data() + list.size()); };
-  add(g.ss.A), add(g.ss.B), add(g.ss.C), add(g.ss.D);
-  for (const Fraction& f : g.tf) add(f.num), add(f.den);
+  add(g.ss.A);
+  add(g.ss.B);
+  add(g.ss.C);
+  add(g.ss.D);
+  for (const Fraction& f : g.tf) {
+    add(f.num);
+    add(f.den);
+  }
   for (const Factored& f : g.zpk) {
     all.push_back(f.gain);
     for (const auto* list : {&f.zeros, &f.poles})
@@ -161,7 +175,8 @@ System rebuilt(System g, const std::vector<Expr>& values) {
   for (Fraction& f : g.tf) {
     for (Polynomial* p : {&f.num, &f.den})
       for (Expr& c : *p) c = values[at++];
-    f.num = tidy(f.num), f.den = tidy(f.den);
+    f.num = tidy(f.num);
+    f.den = tidy(f.den);
     if (f.den.empty()) throw Error("with these values the denominator is zero");
   }
   for (Factored& f : g.zpk) {

@@ -36,7 +36,7 @@ std::vector<Complex> zeros(std::vector<Complex> c) {
   const auto n = static_cast<Eigen::Index>(c.size()) - 1;
   if (n < 1) return {};
   Eigen::MatrixXcd M = Eigen::MatrixXcd::Zero(n, n);
-  for (Eigen::Index i = 0; i < n; ++i) M(0, i) = -c[static_cast<std::size_t>(i) + 1] / c[0];
+  for (Eigen::Index i = 0; i < n; ++i) M(0, i) = -c[i + 1] / c[0];
   for (Eigen::Index i = 1; i < n; ++i) M(i, i - 1) = 1;
   const Eigen::VectorXcd values = Eigen::ComplexEigenSolver<Eigen::MatrixXcd>(M, false).eigenvalues();
   std::vector<Complex> result(values.data(), values.data() + values.size());

@@ -98,7 +98,7 @@ std::span<const RootedTree> rooted_trees(int order) {
 
 TreeRange trees_of_order(int order) {
   const Forest& trees = forest(order);
-  return {trees.first[static_cast<std::size_t>(order) - 1], trees.first[order]};
+  return {trees.first[order - 1], trees.first[order]};
 }
 
 std::string tree_name(int tree) {

@@ -40,7 +40,10 @@ void write_beside(Canvas& canvas, Spot at, int side, int rows_below, const std::
 void draw_axis(Canvas& canvas, const Stage& stage, int axis) {
   const auto a = static_cast<size_t>(axis);
   auto edge = stage.view.numbered_edge(axis);
-  const auto end = [&](int sign) { return edge[a] = sign, stage.spot(stage.view.corner(edge)); };
+  const auto end = [&](int sign) {
+    edge[a] = sign;
+    return stage.spot(stage.view.corner(edge));
+  };
   const Spot low = end(-1), high = end(1);
   const double length = std::hypot(high.x - low.x, high.y - low.y);
   if (length < 8) return;  // seen end-on

@@ -145,7 +145,10 @@ bool near(double value, Range r) {
 std::optional<Range> extent(const Figure& f, int axis, bool limited) {
   constexpr double inf = std::numeric_limits<double>::infinity();
   Range r{inf, -inf};
-  const auto take = [&](double v) { r.low = std::min(r.low, v), r.high = std::max(r.high, v); };
+  const auto take = [&](double v) {
+    r.low = std::min(r.low, v);
+    r.high = std::max(r.high, v);
+  };
   for (const Series& s : f.series) {
     bool any = false;
     for (Index i = 0; i < s.x.size(); ++i)

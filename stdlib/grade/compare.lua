@@ -39,9 +39,10 @@ local function random_point(names, random, range)
   return at
 end
 
-local function union(a, b)
+-- The names of several lists, each once, in order.
+local function union(...)
   local set, list = {}, {}
-  for _, names in ipairs { a, b } do
+  for _, names in ipairs { ... } do
     for _, name in ipairs(names) do
       if not set[name] then list[#list + 1] = name end
       set[name] = true
@@ -240,16 +241,11 @@ local function vanish(rows, points_of, names, fixed)
 end
 
 local function base_names(model)
-  local list, set = {}, {}
+  local names = {}
   for _, part in ipairs { model.differential, model.algebraic } do
-    for i = 1, #part do
-      local name = part[i].name:gsub("'", "")
-      if not set[name] then list[#list + 1] = name end
-      set[name] = true
-    end
+    for i = 1, #part do names[#names + 1] = part[i].name:gsub("'", "") end
   end
-  table.sort(list)
-  return list
+  return union(names)
 end
 
 -- Renamings of the unknowns of one model into those of the other: of what both do not share.

@@ -440,6 +440,8 @@ def test_a_session_that_was_cut_off_comes_back(terminal, home):
     w.enter("no_such_thing")
     w.enter("mass/2")
     w.wait("^6.0$", pattern=True)
+    w.enter("1 + 1")
+    w.wait("^2$", pattern=True)  # what came before is in the journal now
     w.close()  # the terminal goes away
     folder = os.path.join(home, ".local/state/pendula/sessions")
     check(len(os.listdir(folder)), 1)

@@ -126,7 +126,10 @@ class Markowitz {
       }
       for (int j : rows_[at(i)]) change(j);
     }
-    for (int j : changed) best_[at(j)] = best_of(j), stale_[at(j)] = 0;
+    for (int j : changed) {
+      best_[at(j)] = best_of(j);
+      stale_[at(j)] = 0;
+    }
   }
 
   void collect() {

@@ -34,7 +34,7 @@ std::string sigma_table(const StructureReport& s) {
     row.resize(static_cast<std::size_t>(n) + 1, "·");
     for (const SignatureEntry& e : a.sigma[i]) {
       const bool chosen = offsets_known && a.offsets.equation_of[e.variable] == static_cast<int>(i);
-      row[static_cast<std::size_t>(e.variable) + 1] = text(e.order, chosen ? "*" : "");
+      row[e.variable + 1] = text(e.order, chosen ? "*" : "");
     }
     if (offsets_known) row.push_back(std::to_string(a.offsets.c[i]));
     table.row(row);

@@ -79,8 +79,7 @@ bool reachable(const Model& m, const Analysis& a, Expr factor, const Accept& acc
       const auto numbers = evaluate(w);
       const Vec r = Eigen::Map<const Vec>(numbers.data(), n);
       Mat J = Mat::Zero(n, k);
-      for (std::size_t s = 0; s < slopes.size(); ++s)
-        J(slopes[s].row, slopes[s].column) = numbers[static_cast<std::size_t>(n) + s];
+      for (std::size_t s = 0; s < slopes.size(); ++s) J(slopes[s].row, slopes[s].column) = numbers[n + s];
       if (!r.allFinite() || !J.allFinite()) break;
       const Vec step = Eigen::CompleteOrthogonalDecomposition<Mat>(J).solve(-r);
       Eigen::Map<Vec> moved(w.data(), k);

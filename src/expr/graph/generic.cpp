@@ -31,8 +31,10 @@ std::uint64_t random_bits(std::uint64_t seed, Expr e) {
 
 Residue power(Residue base, std::uint64_t n) {
   Residue result{1};
-  for (; n > 0; n /= 2, base = base * base)
+  for (; n > 0; n /= 2) {
     if (n % 2 == 1) result = result * base;
+    base = base * base;
+  }
   return result;
 }
 

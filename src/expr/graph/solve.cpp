@@ -52,7 +52,10 @@ struct Systems {
     const Key matrix = key_of(entries, false);
     LinearSystem s;
     s.size = static_cast<int>(b.size());
-    for (const Entry& e : entries) s.places.emplace_back(e.row, e.column), s.operands.push_back(e.value);
+    for (const Entry& e : entries) {
+      s.places.emplace_back(e.row, e.column);
+      s.operands.push_back(e.value);
+    }
     s.operands.insert(s.operands.end(), b.begin(), b.end());
     Key whole = matrix;
     for (Expr e : b) whole.push_back(e.id());
@@ -326,8 +329,7 @@ std::vector<double> solution_value(Expr head, const std::function<double(Expr)>&
   }
   std::vector<double> A(n * n, 0), pivot(n), x(numbers.end() - s.size, numbers.end());
   for (std::size_t k = 0; k < s.entries(); ++k)
-    A[static_cast<std::size_t>(s.places[k].first) * n + static_cast<std::size_t>(s.places[k].second)] =
-        numbers[k];
+    A[s.places[k].first * n + static_cast<std::size_t>(s.places[k].second)] = numbers[k];
   lu_factor(A.data(), pivot.data(), s.size);
   lu_solve(A.data(), pivot.data(), x.data(), s.size, false);
   return x;

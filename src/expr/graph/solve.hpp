@@ -105,11 +105,15 @@ std::vector<T> eliminate(const LinearSystem& system, const std::vector<T>& numbe
         const auto old = row.find(j);
         const T now = (old == row.end() ? T{} : old->second) - factor * value;
         if (strength(now) == 0) {
-          if (old != row.end()) row.erase(old), users[at(j)].erase(i);
+          if (old != row.end()) {
+            row.erase(old);
+            users[at(j)].erase(i);
+          }
         } else if (old != row.end()) {
           old->second = now;
         } else {
-          row.emplace(j, now), users[at(j)].insert(i);
+          row.emplace(j, now);
+          users[at(j)].insert(i);
         }
       }
       b[at(i)] = b[at(i)] - factor * b[at(best)];

@@ -17,20 +17,22 @@ bool all_digits(const std::string& s) {
   return !s.empty() && s.find_first_not_of("0123456789") == std::string::npos;
 }
 
+/// The powers of 2 and 5 in a denominator; q is a finite decimal where there is nothing else.
+struct Tens {
+  explicit Tens(mpz_class rest) {
+    for (; rest % 2 == 0; rest /= 2) ++twos;
+    for (; rest % 5 == 0; rest /= 5) ++fives;
+    finite = rest == 1;
+  }
+  int twos = 0, fives = 0;
+  bool finite;
+};
+
 /// q as a decimal if it has a finite one of at most 12 digits.
 std::string decimal(const mpq_class& q) {
-  mpz_class rest = q.get_den();
-  int twos = 0, fives = 0;
-  while (rest % 2 == 0) {
-    rest /= 2;
-    ++twos;
-  }
-  while (rest % 5 == 0) {
-    rest /= 5;
-    ++fives;
-  }
-  const int places = std::max(twos, fives);
-  if (rest != 1 || places > 12) return "";
+  const Tens tens(q.get_den());
+  const int places = std::max(tens.twos, tens.fives);
+  if (!tens.finite || places > 12) return "";
   mpz_class scale;
   mpz_ui_pow_ui(scale.get_mpz_t(), 10, static_cast<unsigned long>(places));
   std::string digits = mpz_class(q.get_num() * scale / q.get_den()).get_str();
@@ -42,17 +44,8 @@ std::string decimal(const mpq_class& q) {
 
 /// A decimal number of more than six places, such as 3e-9: an exponent reads better.
 bool is_long_decimal(const mpq_class& q) {
-  mpz_class rest = q.get_den();
-  int twos = 0, fives = 0;
-  while (rest % 2 == 0) {
-    rest /= 2;
-    ++twos;
-  }
-  while (rest % 5 == 0) {
-    rest /= 5;
-    ++fives;
-  }
-  return rest == 1 && (fives > 6 || (fives > 0 && twos > 6));
+  const Tens tens(q.get_den());
+  return tens.finite && (tens.fives > 6 || (tens.fives > 0 && tens.twos > 6));
 }
 
 std::string primes(int order) {

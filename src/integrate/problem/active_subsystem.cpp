@@ -13,7 +13,7 @@ namespace {
 void group(int count, const std::vector<std::pair<int, int>>& pairs, std::vector<int>& start,
            std::vector<int>& entries) {
   start.assign(static_cast<std::size_t>(count) + 1, 0);
-  for (const auto& pair : pairs) ++start[static_cast<std::size_t>(pair.first) + 1];
+  for (const auto& pair : pairs) ++start[pair.first + 1];
   for (std::size_t k = 1; k < start.size(); ++k) start[k] += start[k - 1];
   std::vector<int> next(start.begin(), start.end() - 1);
   entries.resize(pairs.size());
@@ -68,7 +68,10 @@ std::shared_ptr<const DependencyGraph> DependencyGraph::of(const Problem& proble
     }
     std::sort(own.begin(), own.end());
     own.erase(std::unique(own.begin(), own.end()), own.end());
-    for (int unknown : own) contains.emplace_back(row, unknown), users.emplace_back(unknown, row);
+    for (int unknown : own) {
+      contains.emplace_back(row, unknown);
+      users.emplace_back(unknown, row);
+    }
     auto& list = determines[row];
     std::sort(list.begin(), list.end(), [](const auto& a, const auto& b) { return a.variable < b.variable; });
     result->free_.push_back(free);
@@ -91,7 +94,10 @@ std::vector<int> DependencyGraph::order(Problem& problem, const Point& point, in
     const auto k = static_cast<std::size_t>(row);
     bool rests = free_[k] && residual[k] == 0;
     for (int j : integrate::of(row_start_, unknowns_, row)) rests = rests && (j >= n || point.xdot[j] == 0);
-    if (!rests) seen[k] = 1, order.push_back(row);
+    if (!rests) {
+      seen[k] = 1;
+      order.push_back(row);
+    }
   }
   active = static_cast<int>(order.size());
   for (std::size_t k = 0; k < order.size(); ++k)
@@ -117,15 +123,20 @@ ProblemPtr problem_of(const ProblemPtr& whole, const Point& rest, const std::vec
                       const std::vector<int>& x, const std::vector<int>& z) {
   const dae::FirstOrder& all = whole->model();
   dae::FirstOrder some;
-  some.x = picked(all.x, x), some.xdot = picked(all.xdot, x), some.z = picked(all.z, z);
-  some.F = picked(all.F, rows), some.label = picked(all.label, rows), some.sides = picked(all.sides, rows);
+  some.x = picked(all.x, x);
+  some.xdot = picked(all.xdot, x);
+  some.z = picked(all.z, z);
+  some.F = picked(all.F, rows);
+  some.label = picked(all.label, rows);
+  some.sides = picked(all.sides, rows);
   some.p = all.p;
   some.semi_explicit = all.semi_explicit && (all.z.empty() || !z.empty());
   if (all.is_ode()) some.f = picked(all.f, x);
   std::unordered_map<Expr, double> outside;
   for (std::size_t i = 0; i < all.x.size(); ++i) {
     const auto k = static_cast<Eigen::Index>(i);
-    outside[all.x[i]] = rest.x[k], outside[all.xdot[i]] = rest.xdot[k];
+    outside[all.x[i]] = rest.x[k];
+    outside[all.xdot[i]] = rest.xdot[k];
   }
   for (std::size_t i = 0; i < all.z.size(); ++i) outside[all.z[i]] = rest.z[static_cast<Eigen::Index>(i)];
   for (const auto* inside : {&some.x, &some.xdot, &some.z})
@@ -152,7 +163,10 @@ Subsystem::Subsystem(const DependencyGraph& couplings, const ProblemPtr& all, co
   whole = 2 * count > N || count == 0;
   std::vector<char> inside(static_cast<std::size_t>(N), whole);  // by equation
   std::vector<int> rows(order.begin(), order.begin() + count), unknowns;
-  for (int row : rows) inside[row] = 1, unknowns.push_back(couplings.unknown_of_[row]);
+  for (int row : rows) {
+    inside[row] = 1;
+    unknowns.push_back(couplings.unknown_of_[row]);
+  }
   if (whole)
     for (unknowns.clear(); static_cast<int>(unknowns.size()) < N;)
       unknowns.push_back(static_cast<int>(unknowns.size()));
@@ -179,7 +193,8 @@ void Subsystem::put(const Point& some, Point& all) const {
   all.t = some.t;
   for (std::size_t k = 0; k < x.size(); ++k) {
     const auto i = static_cast<Eigen::Index>(k);
-    all.x[x[k]] = some.x[i], all.xdot[x[k]] = some.xdot[i];
+    all.x[x[k]] = some.x[i];
+    all.xdot[x[k]] = some.xdot[i];
   }
   for (std::size_t k = 0; k < z.size(); ++k) all.z[z[k]] = some.z[static_cast<Eigen::Index>(k)];
 }

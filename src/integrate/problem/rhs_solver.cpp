@@ -81,7 +81,10 @@ bool RhsSolver::solve(double t, const double* x, double* xdot, double* z, bool n
     for (culprit_ = 0; std::isfinite(xdot[culprit_]);) ++culprit_;
     return false;
   }
-  if (version_ != problem_->version()) version_ = problem_->version(), ready_ = false;
+  if (version_ != problem_->version()) {
+    version_ = problem_->version();
+    ready_ = false;
+  }
   std::copy_n(xdot, n, at + n);
   std::copy_n(z, m, at + 2 * n);
   return newton(xdot, z, near);
@@ -95,7 +98,8 @@ double RhsSolver::correct(double* xdot, double* z) {
   ++stats_.evaluations;
   for (int i = 0; i < N; ++i) {
     if (std::isfinite(r_[i])) continue;
-    trouble_ = Trouble::not_finite, culprit_ = i;
+    trouble_ = Trouble::not_finite;
+    culprit_ = i;
     return NAN;
   }
   solver_.solve(r_.data());
@@ -160,7 +164,8 @@ std::string RhsSolver::reason() const {
 bool RhsSolver::settle(Point& point) {
   Vec xdot = point.xdot, z = point.z;
   if (solve(point.t, point.x.data(), xdot.data(), z.data(), false) && is_regular()) {
-    point.xdot = xdot, point.z = z;
+    point.xdot = xdot;
+    point.z = z;
     return true;
   }
   if (!is_singular()) throw Failure(reason());

@@ -17,7 +17,9 @@ Vec Trajectory::gradient(Expr cost, const std::vector<Expr>& with_respect_to) co
   if (!start_) throw Error("a solution whose states were switched has no adjoint; integrate another form");
   const Problem& problem = solution_->problem();
   Variational all;  // the form itself, without its variational equations
-  all.form = problem.model(), all.n = problem.n(), all.m = problem.m();
+  all.form = problem.model();
+  all.n = problem.n();
+  all.m = problem.m();
   std::vector<Expr> parameters;
   const auto contains = [](const std::vector<Expr>& list, Expr e) {
     return std::find(list.begin(), list.end(), e) != list.end();

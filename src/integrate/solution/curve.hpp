@@ -1,4 +1,4 @@
-// A solution as it is drawn: so many points that the polyline through them is the curve.
+// A solution as it is drawn: points so dense that the polyline through them looks like the curve.
 //
 // The points an integrator saves are as far apart as its error allows, up to a turn of an oscillation: joined
 // by straight lines they are a polygon. Here every piece between two saved points is divided, by the method's

@@ -83,7 +83,7 @@ bool StepHistory::interpolate(double t, Point& out) {
   const int i = std::min(mesh_.index_at(t, 0), mesh_.size() - 1);
   mesh_.get(i, out);
   if (i + 1 >= mesh_.size() || t <= out.t) return true;
-  const Step& step = steps_[static_cast<std::size_t>(i) + 1];
+  const Step& step = steps_[i + 1];
   if (step.stepper < 0) return true;
   StepView view;
   mesh_.get(i, view.from);
@@ -124,7 +124,7 @@ Point StepHistory::at(const Points& saved, double t) {
                           std::max(std::fabs(mesh_.t().front()), std::fabs(mesh_.t().back()));
   const int i = mesh_.index_at(t, rounding);
   if (std::fabs(t - mesh_.t()[i]) <= rounding || i + 1 >= mesh_.size()) return mesh_[i];
-  const Step& step = steps_[static_cast<std::size_t>(i) + 1];
+  const Step& step = steps_[i + 1];
   if (step.stepper < 0) return mesh_[i];
   if (viewed_ != i) {
     mesh_.get(i, view_.from);

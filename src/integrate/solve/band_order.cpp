@@ -68,7 +68,10 @@ class Matching {
         path.push_back({row_of[slot(j)], columns_of_.begin(row_of[slot(j)])});
         continue;
       }
-      for (const Place& p : path) row_of[slot(*p.next)] = p.row, column_of_[slot(p.row)] = *p.next;
+      for (const Place& p : path) {
+        row_of[slot(*p.next)] = p.row;
+        column_of_[slot(p.row)] = *p.next;
+      }
       return true;
     }
     return false;
@@ -86,7 +89,8 @@ class Matching {
 /// the last level.
 int walk(const Lists& graph, int from, std::vector<int>& order, std::vector<char>& seen) {
   std::size_t level = order.size(), done = level;
-  order.push_back(from), seen[slot(from)] = 1;
+  order.push_back(from);
+  seen[slot(from)] = 1;
   while (done < order.size()) {
     level = done;
     for (const std::size_t end = order.size(); done < end; ++done) {
@@ -149,7 +153,8 @@ std::optional<BandOrder> found(int n, const std::vector<Position>& positions) {
   }
   for (const Position& p : positions) {
     const int distance = place[slot(vertex[slot(p.row)])] - place[slot(p.column)];
-    result.below = std::max(result.below, distance), result.above = std::max(result.above, -distance);
+    result.below = std::max(result.below, distance);
+    result.above = std::max(result.above, -distance);
   }
   if (result.below > BandOrder::widest || result.above > BandOrder::widest) return {};
   return result;
@@ -164,8 +169,10 @@ struct Answer {
 std::shared_ptr<const BandOrder> BandOrder::find(int n, const std::vector<Position>& positions) {
   if (positions.size() > slot(n) * (2 * widest + 1)) return nullptr;
   codegen::Key key{static_cast<std::uint32_t>(n)};
-  for (const Position& p : positions)
-    key.push_back(static_cast<std::uint32_t>(p.row)), key.push_back(static_cast<std::uint32_t>(p.column));
+  for (const Position& p : positions) {
+    key.push_back(static_cast<std::uint32_t>(p.row));
+    key.push_back(static_cast<std::uint32_t>(p.column));
+  }
   static std::mutex mutex;
   static codegen::Memory<Answer> answers;
   const std::lock_guard lock(mutex);

@@ -2,11 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
 #include <mutex>
 
 #include <Eigen/OrderingMethods>
 #include <Eigen/SparseCore>
+
+#include "base/lru_cache.hpp"
 
 namespace pendula::integrate {
 
@@ -36,17 +37,15 @@ GramFactor::GramFactor(int rows, int columns, const std::vector<Position>& posit
 
 GramFactor GramFactor::remembered(int rows, int columns, const std::vector<Position>& positions) {
   static std::mutex mutex;
-  static std::map<std::vector<int>, GramFactor> known;
+  static LruCache<std::vector<int>, GramFactor, WordsHash> known(16);
   std::vector<int> key{rows, columns};
   for (const Position& p : positions) {
     key.push_back(p.row);
     key.push_back(p.column);
   }
   const std::lock_guard lock(mutex);
-  const auto at = known.find(key);
-  if (at != known.end()) return at->second;
-  if (known.size() >= 16) known.clear();
-  return known.emplace(std::move(key), GramFactor(rows, columns, positions)).first->second;
+  if (const GramFactor* found = known.find(key)) return *found;
+  return known.insert(key, GramFactor(rows, columns, positions));
 }
 
 void GramFactor::order(const std::vector<Position>& positions) {
@@ -84,8 +83,7 @@ void GramFactor::fill(std::vector<std::vector<int>> below) {
 
 /// Where L(i, j), i > j, is.
 int GramFactor::slot(int i, int j) const {
-  const auto first = entry_row_.begin() + start_[j],
-             last = entry_row_.begin() + start_[static_cast<std::size_t>(j) + 1];
+  const auto first = entry_row_.begin() + start_[j], last = entry_row_.begin() + start_[j + 1];
   return rows_ + static_cast<int>(std::lower_bound(first, last, i) - entry_row_.begin());
 }
 
@@ -111,7 +109,7 @@ bool GramFactor::factorise(const double* given) {
       v[k] = rounding;
       regular = false;
     }
-    const int end = start_[static_cast<std::size_t>(k) + 1];
+    const int end = start_[k + 1];
     for (int a = start_[k]; a < end; ++a) {
       const double factor = off[a] / v[k];
       for (int b = a; b < end; ++b) v[*target++] -= factor * off[b];

@@ -76,8 +76,10 @@ void subtract_row(std::complex<double>* row, std::complex<double> factor, const 
 using Use = PatternUse;
 std::shared_ptr<Use> use_of(int n, const std::vector<Position>& positions, bool complex) {
   codegen::Key key{static_cast<std::uint32_t>(n), complex};
-  for (const Position& p : positions)
-    key.push_back(static_cast<std::uint32_t>(p.row)), key.push_back(static_cast<std::uint32_t>(p.column));
+  for (const Position& p : positions) {
+    key.push_back(static_cast<std::uint32_t>(p.row));
+    key.push_back(static_cast<std::uint32_t>(p.column));
+  }
   static std::mutex mutex;
   static codegen::Memory<Use> uses;
   const std::lock_guard lock(mutex);
@@ -140,7 +142,7 @@ struct LinearSolver<Scalar>::Sparse {
       const Position p = positions[k];
       if (p.row != last.row || p.column != last.column) {
         row.push_back(p.row);
-        ++column_start[static_cast<std::size_t>(p.column) + 1];
+        ++column_start[p.column + 1];
         last = p;
       }
       target[k] = static_cast<int>(row.size()) - 1;
@@ -245,10 +247,13 @@ void LinearSolver<Scalar>::analyse(int n, const std::vector<Position>& positions
     use_ =
         road == Road::straight ? std::make_shared<PatternUse>() : use_of(n, positions_, is_complex<Scalar>);
   }
-  count_ = plans_ = 0, next_plan_ = 0, first_plan_ = road == Road::straight ? 0 : often(n),
+  count_ = plans_ = 0;
+  next_plan_ = 0;
+  first_plan_ = road == Road::straight ? 0 : often(n);
   use_straight_ = false;
   const bool dense = n <= dense_limit || is_full(n, positions_, full, full_limit);
-  sparse_ = nullptr, band_ = nullptr;
+  sparse_ = nullptr;
+  band_ = nullptr;
   if (road == Road::band || (road == Road::chosen && !dense)) {
     if (auto order = BandOrder::find(n, positions_))
       band_ = std::make_unique<BandLU<Scalar>>(positions_, std::move(order));
@@ -335,7 +340,10 @@ bool LinearSolver<Scalar>::factorise_dense(const Scalar* values) {
     double best_size = 0;
     for (int i = k; i < n; ++i) {
       const double size = magnitude(a[i * n + k]) * row_scale_[i];
-      if (size > best_size) best_size = size, best = i;
+      if (size > best_size) {
+        best_size = size;
+        best = i;
+      }
     }
     weakest_ = std::min(weakest_, best_size);
     if (best_size <= n * eps * eps) return false;

@@ -19,12 +19,17 @@ Ensemble::Ensemble(std::shared_ptr<const LaneCode> code, EnsemblePlan plan)
   const auto W = static_cast<std::size_t>(W_), n = static_cast<std::size_t>(n_);
   const std::size_t size = static_cast<std::size_t>(code_->size()) * W;
   const std::size_t changing = static_cast<std::size_t>(code_->changing()) * W;
-  state_.assign(size, 0), ready_.assign(size, 0);
-  out_.assign(changing + W, 0), ready_out_.assign(changing, 0);
-  between_.assign((2 + 2 * n + static_cast<std::size_t>(p_)) * W, 0), between_out_.assign(2 * n * W, 0);
+  state_.assign(size, 0);
+  ready_.assign(size, 0);
+  out_.assign(changing + W, 0);
+  ready_out_.assign(changing, 0);
+  between_.assign((2 + 2 * n + static_cast<std::size_t>(p_)) * W, 0);
+  between_out_.assign(2 * n * W, 0);
   work_.assign(code_->workspace_size(), 0);
   row_.assign(2 * n + static_cast<std::size_t>(p_), 0);
-  set_.assign(W, -1), place_.assign(W, 0), ready_set_.assign(W, -1);
+  set_.assign(W, -1);
+  place_.assign(W, 0);
+  ready_set_.assign(W, -1);
   next_ready_ = W_;
   for (Numbers* numbers : {&state_, &ready_})
     for (int l = 0; l < W_; ++l) {
@@ -38,7 +43,8 @@ Ensemble::Ensemble(std::shared_ptr<const LaneCode> code, EnsemblePlan plan)
         at(*numbers, code_->atol() + k, l) = plan_.atol[k];
       }
     }
-  wanted_.reserve(W), done_.reserve(2 * W);
+  wanted_.reserve(W);
+  done_.reserve(2 * W);
 }
 
 /// Starts the next sets, as many as there are lanes; false: there is none.
@@ -152,7 +158,8 @@ void Ensemble::look(EnsembleClient& client, int l, std::vector<int>& free) {
   if (t >= plan_.to) {
     tell(client, out_, code_->x(), l, state_, code_->p(), set, -1, t);
     Stats stats;
-    stats.steps = std::lround(steps), stats.rejected = std::lround(at(out_, lane::rejected, l));
+    stats.steps = std::lround(steps);
+    stats.rejected = std::lround(at(out_, lane::rejected, l));
     stats.evaluations = 2 + (stats.steps + stats.rejected) * plan_.evaluations_per_step;
     if (wanted_.empty())
       client.finished(set, stats);
@@ -167,8 +174,10 @@ void Ensemble::look(EnsembleClient& client, int l, std::vector<int>& free) {
 }
 
 void Ensemble::run(EnsembleClient& client) {
-  ready_set_.assign(static_cast<std::size_t>(W_), -1), next_ready_ = W_;
-  wanted_.clear(), done_.clear();
+  ready_set_.assign(static_cast<std::size_t>(W_), -1);
+  next_ready_ = W_;
+  wanted_.clear();
+  done_.clear();
   std::vector<int> free;
   free.reserve(static_cast<std::size_t>(W_));
   for (int l = 0; l < W_; ++l) load(client, l);

@@ -219,7 +219,8 @@ class LaneSweep::Client : public EnsembleClient {
   }
   void finished(int run, const Stats& stats) override {
     double* numbers = slots_.numbers(run);
-    numbers[1] = static_cast<double>(stats.steps), numbers[2] = static_cast<double>(stats.rejected);
+    numbers[1] = static_cast<double>(stats.steps);
+    numbers[2] = static_cast<double>(stats.rejected);
     numbers[3] = static_cast<double>(stats.evaluations);
     end(run, poles_.changed(run) ? SharedSlots::State::apart : SharedSlots::State::done);
   }

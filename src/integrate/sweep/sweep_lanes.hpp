@@ -16,7 +16,7 @@ class LaneSweep {
   int lanes() const { return code_->lanes(); }
   const std::string& method() const { return method_; }
 
-  /// Takes sets from the queue until none is left, or `most` were taken; a set that needs the ordinary road
+  /// Takes sets from the queue until none is left, or `most` were taken; a set that needs a run of its own
   /// is `apart` afterwards. slots: head() numbers, then the arguments at the end and at each of the times.
   /// Throws Interrupted.
   void drain(SharedSlots& slots, TaskQueue& queue, const std::vector<double>& times, int most,

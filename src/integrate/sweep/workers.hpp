@@ -17,7 +17,7 @@ namespace pendula::integrate {
 /// One slot of numbers per task, shared with the workers.
 class SharedSlots {
  public:
-  enum class State : int { waiting = 0, running, done, failed, apart };  ///< apart: left for another road
+  enum class State : int { waiting = 0, running, done, failed, apart };  ///< apart: left for a run of its own
   static constexpr int longest_text = 480;                               ///< of a failure, in bytes
 
   /// runs: what each task stands for. Throws Error when the memory is not there.

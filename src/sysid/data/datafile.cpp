@@ -40,7 +40,8 @@ std::vector<std::string> fields(const std::string& line, char separator) {
   for (const char c : line) {
     if (c == '"') quoted = !quoted;
     if (c == separator && !quoted) {
-      out.push_back(trimmed(current)), current.clear();
+      out.push_back(trimmed(current));
+      current.clear();
     } else {
       current += c;
     }
@@ -85,7 +86,8 @@ Lines lines_of(const std::string& content) {
     const std::string bare = trimmed(line);
     if (bare.empty() || bare[0] == '#' || bare[0] == '%') continue;
     while (!line.empty() && line.back() == '\r') line.pop_back();
-    lines.text.push_back(line), lines.number.push_back(number);
+    lines.text.push_back(line);
+    lines.number.push_back(number);
   }
   return lines;
 }
@@ -158,7 +160,10 @@ FileColumns parse_table(const std::string& content, const std::string& path) {
   const std::vector<std::string> first = fields(lines.text[0], separator);
   const bool header = std::any_of(first.begin(), first.end(),
                                   [&](const std::string& w) { return !read_number(w, comma, value); });
-  if (header) table.names = first, row = 1;
+  if (header) {
+    table.names = first;
+    row = 1;
+  }
   for (std::size_t j = table.names.size(); j < first.size(); ++j)
     table.names.push_back("column" + std::to_string(j + 1));
   table.columns.resize(table.names.size());
@@ -282,7 +287,8 @@ IdData from_columns(const FileColumns& table, const ColumnChoice& choice, const 
   for (std::size_t i = 0; i < y.size(); ++i) first[i] = i, d.y_names.push_back(chosen.names[i]);
   for (std::size_t i = 0; i < u.size(); ++i)
     second[i] = y.size() + i, d.u_names.push_back(chosen.names[y.size() + i]);
-  d.y = gather(chosen, first), d.u = gather(chosen, second);
+  d.y = gather(chosen, first);
+  d.u = gather(chosen, second);
   d.starts = experiment_starts(table, d.y.rows());
   for (std::size_t i = 0; i < table.names.size(); ++i)
     if (choice.Ts == 0 && is_time(table.names[i]))

@@ -19,7 +19,10 @@ int excitation_order(const IdData& d, Index input, int limit) {
       const auto window = u.segment(t - n + 1, n);
       if (!window.allFinite()) continue;
       block.row(rows++) = window.reverse().transpose();
-      if (rows == block.rows()) factor.add(block), rows = 0;
+      if (rows == block.rows()) {
+        factor.add(block);
+        rows = 0;
+      }
     }
   if (rows > 0) factor.add(block.topRows(rows));
   const double tolerance =

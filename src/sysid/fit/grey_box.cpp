@@ -119,14 +119,17 @@ class Experiment {
     s.inputs = r_.start.inputs;
     for (const auto& [leaf, function] : inputs_) s.numeric_inputs.emplace_back(leaf, function);
     s.start = dae::init(model_, start);
-    s.plan.from = r_.from, s.plan.to = times_.back(), s.plan.times = times_;
+    s.plan.from = r_.from;
+    s.plan.to = times_.back();
+    s.plan.times = times_;
     if (r_.dt > 0) {
       static const auto gauss = std::make_shared<const integrate::Tableau>(integrate::gauss(3));
       s.method = integrate::method_of(gauss);
       s.plan.dt = r_.dt;
     } else {
       s.method = r_.method;
-      s.rtol.all = r_.rtol, s.atol.all = r_.atol;
+      s.rtol.all = r_.rtol;
+      s.atol.all = r_.atol;
     }
     for (std::size_t i = 0; i < r_.parameters.size(); ++i)
       if (owns(i)) s.sensitivities.push_back(r_.parameters[i]);
@@ -173,7 +176,8 @@ Point evaluate(std::vector<Experiment>& experiments, const GreyBoxRequest& r, co
   for (Index i = 0; i < e.size(); ++i)
     if (!std::isnan(r.data.y.reshaped()[i])) rows.push_back(i);
   if (rows.empty()) throw Error("the data have no measured output: all samples of y are missing (NaN)");
-  p.e = e(rows), p.J = J(rows, Eigen::all);
+  p.e = e(rows);
+  p.J = J(rows, Eigen::all);
   p.sse = p.e.squaredNorm();
   if (!p.e.allFinite() || !p.J.allFinite()) throw Failure("the simulation is not finite");
   return p;
@@ -206,7 +210,8 @@ void search(std::vector<Experiment>& experiments, const GreyBoxRequest& r, GreyB
   options.noise = r.dt > 0 ? 1e-12 : std::clamp(10 * r.rtol, 1e-12, 1e-3);
   options.accuracy = r.dt > 0 ? 1e-11 : std::clamp(r.rtol, 1e-11, 1e-4);
   const Minimum m = minimise(loss, out.theta, options);
-  out.theta = m.theta, out.converged = m.converged();
+  out.theta = m.theta;
+  out.converged = m.converged();
   out.ending = ending_text(m);
   out.losses.clear();
   for (const double value : m.values) out.losses.push_back(2 * value);
@@ -328,7 +333,8 @@ GreyBoxFit fit(const GreyBoxRequest& given) {
     std::erase_if(out.unidentifiable,
                   [&](const std::string& line) { return line.starts_with(out.names[i] + " is"); });
   }
-  out.simulated = at.values, out.residuals = at.e;
+  out.simulated = at.values;
+  out.residuals = at.e;
   dae::ParameterValues values;
   for (std::size_t i = 0; i < request.parameters.size(); ++i)
     if (is_parameter(request.parameters[i]))

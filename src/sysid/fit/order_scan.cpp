@@ -24,7 +24,8 @@ Orders largest_orders(const IdData& e, const Range& na, const Range& nb, const R
   Orders o;
   o.na = na.to;
   const auto inputs = static_cast<std::size_t>(e.inputs());
-  o.nb.assign(inputs, nk.to - nk.from + nb.to), o.nk.assign(inputs, nk.from);
+  o.nb.assign(inputs, nk.to - nk.from + nb.to);
+  o.nk.assign(inputs, nk.from);
   for (Index j = 1; j < e.outputs(); ++j) o.nb.push_back(na.to), o.nk.push_back(1);
   o.nf.assign(o.nb.size(), 0);
   return o;
@@ -150,7 +151,9 @@ void make_models(OrderScan& scan, const std::vector<Candidate>& models, const Fa
 
 OrderScan order_scan(const IdData& e, const IdData* v, Range na, Range nb, Range nk,
                      const std::string& criterion, const integrate::Labour& labour) {
-  check(na, "na", 0), check(nb, "nb", e.inputs() ? 1 : 0), check(nk, "nk", 0);
+  check(na, "na", 0);
+  check(nb, "nb", e.inputs() ? 1 : 0);
+  check(nk, "nk", 0);
   if (v && (v->outputs() != e.outputs() || v->inputs() != e.inputs()))
     throw Error("estimation and validation data differ in their signals");
   const auto inputs = static_cast<std::size_t>(e.inputs());
@@ -161,7 +164,10 @@ OrderScan order_scan(const IdData& e, const IdData* v, Range na, Range nb, Range
   scan.na = na;
   scan.nb = nb;
   scan.nk = nk;
-  scan.criterion = criterion, scan.rows = fe.rows, scan.validation_rows = fv.rows, scan.outputs = e.outputs();
+  scan.criterion = criterion;
+  scan.rows = fe.rows;
+  scan.validation_rows = fv.rows;
+  scan.outputs = e.outputs();
   make_models(scan, candidates(na, nb, nk, largest, inputs), fe, fv, labour);
   if (scan.entries.empty() && scan.left > 0) throw Interrupted();
   if (scan.entries.empty()) throw Error(text("no model could be made; the first: ", scan.failures.front()));

@@ -145,7 +145,8 @@ PredictionErrors evaluate(const std::vector<Part>& parts, const Orders& orders, 
     const Index n = part.y.size();
     Evaluator(part, orders, p, start)
         .run(out.e.segment(first, n), gradient ? &out.J : nullptr, first, free_start, skipped);
-    out.free_start += free_start, out.rows += n - skipped;
+    out.free_start += free_start;
+    out.rows += n - skipped;
     first += n;
   }
   return out;
@@ -303,7 +304,8 @@ void complete(PolyModel& m, const IdData& d, PredictionErrors& at) {
   m.exact = std::sqrt(sse) <= 1e-13 * std::sqrt(static_cast<double>(m.theta.size())) * 10 * y.norm();
   if (m.exact) forget_noise(m, at.J);
   const LeastSquares ls = solve_triangular(pendula::triangular_factor(at.J, -at.e).R(), at.rows);
-  m.rank = ls.rank, m.null_space = ls.null_space;
+  m.rank = ls.rank;
+  m.null_space = ls.null_space;
   m.unidentifiable = free_directions(ls.null_space, m.names);
   m.quality = criteria(sse, at.rows, ls.rank, compared_variation(d, m));
   const Index left = at.rows - ls.rank - at.free_start;
@@ -381,10 +383,16 @@ PolyModel pem(const IdData& d, Index output, const Orders& wanted, const std::st
   if (!best)
     throw Failure("the loss is not finite at any start: is the data constant, or its size beyond 1e150?");
   PolyModel m;
-  m.kind = kind, m.orders = orders, m.theta = best->theta, m.output = output;
+  m.kind = kind;
+  m.orders = orders;
+  m.theta = best->theta;
+  m.output = output;
   m.p = polynomials_of(best->theta, orders);
-  m.Ts = d.Ts, m.start = options.start, m.samples = d.samples();
-  m.y_name = d.y_names[output], m.u_names = d.u_names;
+  m.Ts = d.Ts;
+  m.start = options.start;
+  m.samples = d.samples();
+  m.y_name = d.y_names[output];
+  m.u_names = d.u_names;
   m.estimated = true;
   m.names = parameter_names(orders, d.u_names);
   m.search.iterations = std::max(1, best->iterations);

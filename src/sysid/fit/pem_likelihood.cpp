@@ -59,19 +59,22 @@ PolyModel pem(const IdData& d, Index output, const Orders& orders, const std::st
     MinimiserOptions search;
     search.iterations = 500;
     const Minimum best = minimise(minus_log_likelihood, m.theta, search);
-    m.theta = best.theta, value = best.value, steps = best.iterations;
+    m.theta = best.theta;
+    value = best.value;
+    steps = best.iterations;
   }
   const PredictionErrors at = errors(m.theta);
   const auto N = static_cast<double>(at.rows);
   LikelihoodFit fit;
   fit.theta = m.theta;
   double information = 0;  // of one sample, in units of the scale
-  if (density.kind == Density::Kind::gaussian)
-    fit.scale = density.scale.value_or(std::sqrt(at.e.squaredNorm() / N)),
+  if (density.kind == Density::Kind::gaussian) {
+    fit.scale = density.scale.value_or(std::sqrt(at.e.squaredNorm() / N));
     information = 1 / (fit.scale * fit.scale);
-  else if (density.kind == Density::Kind::laplace)
-    fit.scale = density.scale.value_or(at.e.lpNorm<1>() / N), information = 1 / (fit.scale * fit.scale);
-  else
+  } else if (density.kind == Density::Kind::laplace) {
+    fit.scale = density.scale.value_or(at.e.lpNorm<1>() / N);
+    information = 1 / (fit.scale * fit.scale);
+  } else
     for (const double e : at.e) information += std::pow(f(e)[1], 2) / N;
   if (density.kind == Density::Kind::gaussian)
     m.log_likelihood =

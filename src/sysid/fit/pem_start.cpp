@@ -11,7 +11,8 @@ namespace {
 /// The same record with other signals.
 IdData with_signals(const IdData& like, const Vec& y, const Mat& u) {
   IdData d = like;
-  d.y = y, d.u = u;
+  d.y = y;
+  d.u = u;
   d.y_names = {"y"};
   d.u_names.assign(static_cast<std::size_t>(u.cols()), "u");
   return d;
@@ -46,8 +47,9 @@ Vec filtered_parts(const IdData& d, const Vec& num, const Vec& den, const Vec& x
 Vec innovations(const IdData& d, int order) {
   Orders o;
   o.na = order;
-  o.nb.assign(static_cast<std::size_t>(d.inputs()), order), o.nk.assign(o.nb.size(), 0),
-      o.nf.assign(o.nb.size(), 0);
+  o.nb.assign(static_cast<std::size_t>(d.inputs()), order);
+  o.nk.assign(o.nb.size(), 0);
+  o.nf.assign(o.nb.size(), 0);
   const Regressor regressor(d, 0, o, InitialCondition::drop);
   Vec e = Vec::Zero(d.samples());
   if (regressor.rows() <= regressor.columns()) return e;
@@ -72,7 +74,9 @@ void equation_error_start(const IdData& d, const Orders& orders, const Vec& e, P
     with.u.conservativeResize(Eigen::NoChange, d.inputs() + 1);
     with.u.rightCols(1) = e;
     with.u_names.push_back("e");
-    o.nb.push_back(orders.nc), o.nk.push_back(1), o.nf.push_back(0);
+    o.nb.push_back(orders.nc);
+    o.nk.push_back(1);
+    o.nf.push_back(0);
   }
   if (o.parameters() == 0) return;
   const Polynomials found = polynomials_of(regress(with, o), o);
@@ -99,7 +103,11 @@ void rational_start(const IdData& d, const Vec& y, Index input, const Orders& or
     const Polynomials found = polynomials_of(regress(pre, o), o);
     now = stabilised(found.A);
     const double sse = (y - filtered_parts(d, found.B[0], now, u)).squaredNorm();
-    if (std::isfinite(sse) && sse < best) best = sse, B = found.B[0], F = now;
+    if (std::isfinite(sse) && sse < best) {
+      best = sse;
+      B = found.B[0];
+      F = now;
+    }
   }
 }
 
@@ -189,7 +197,8 @@ std::vector<StartingValues> starting_values(const IdData& data, Index output, co
       Orders plain = orders;
       plain.nc = 0;
       equation_error_start(d, plain, {}, p);
-      p.C = Vec::Zero(orders.nc + 1), p.C[0] = 1;
+      p.C = Vec::Zero(orders.nc + 1);
+      p.C[0] = 1;
       out.push_back({parameters_of(p, orders), "ARX with C = 1"});
     }
     return out;

@@ -75,16 +75,20 @@ class Recursion {
         for (Index i = 0; i < n; ++i) slope(i, t) = out[i + 1];
         for (std::size_t j = 0; j < fed_back_.size(); ++j) {
           const Index s = t - p_.terms[fed_back_[j]].lag;
-          if (s >= begin) slope.col(t) += out[static_cast<std::size_t>(n + 1) + j] * slope.col(s);
+          if (s >= begin) slope.col(t) += out[n + 1 + j] * slope.col(s);
         }
         if (std::isfinite(d_.y(t, 0)) && (std::isfinite(all[t]) || p_.recursive)) rows.push_back(t);
       }
     }
     rows_ = rows;
-    e.resize(static_cast<Index>(rows.size())), J.resize(e.size(), n), yhat.resize(e.size());
+    e.resize(static_cast<Index>(rows.size()));
+    J.resize(e.size(), n);
+    yhat.resize(e.size());
     for (Index i = 0; i < e.size(); ++i) {
       const Index t = rows[i];
-      yhat[i] = all[t], e[i] = d_.y(t, 0) - all[t], J.row(i) = slope.col(t).transpose();
+      yhat[i] = all[t];
+      e[i] = d_.y(t, 0) - all[t];
+      J.row(i) = slope.col(t).transpose();
     }
   }
 
@@ -204,7 +208,8 @@ PredictorFit fit(const Predictor& p, const IdData& d, InitialCondition start, co
     f.ending = ending_text(m);
     f.ls = linearised(J, e);
   }
-  f.ls.theta = f.theta, f.ls.sse = e.squaredNorm();
+  f.ls.theta = f.theta;
+  f.ls.sse = e.squaredNorm();
   const Vec y = e + yhat;
   f.ls.y_norm = y.norm();
   f.exact = f.ls.exact();
@@ -212,7 +217,8 @@ PredictorFit fit(const Predictor& p, const IdData& d, InitialCondition start, co
   f.covariance = (f.exact ? 0 : f.quality.sigma2) * f.ls.inverse;
   f.std = standard_deviations(f.ls, f.covariance);
   f.unidentifiable = free_directions(f.ls.null_space, f.names);
-  f.residuals = e, f.predictions = yhat;
+  f.residuals = e;
+  f.predictions = yhat;
   f.first = start == InitialCondition::zero ? 0 : p.memory();
   if (density) {
     const Regression r = regression(p, d, start);

@@ -28,10 +28,14 @@ Scaled scaled(const IdData& d) {
   const auto scale = [](Mat& m, Vec& by) {
     for (Index j = 0; j < m.cols(); ++j) {
       const double size = m.col(j).norm() / std::sqrt(static_cast<double>(m.rows()));
-      if (size > 0) by[j] = size, m.col(j) /= size;
+      if (size > 0) {
+        by[j] = size;
+        m.col(j) /= size;
+      }
     }
   };
-  scale(s.d.y, s.y), scale(s.d.u, s.u);
+  scale(s.d.y, s.y);
+  scale(s.d.u, s.u);
   return s;
 }
 
@@ -69,7 +73,8 @@ Decomposed decompose(const Hankel& h, const std::string& weighting) {
     O << L * h.R12().transpose(), L * h.R22().transpose();
   }
   const Svd svd(out.left * O, Eigen::ComputeThinU);
-  out.U = svd.matrixU(), out.S = svd.singularValues();
+  out.U = svd.matrixU();
+  out.S = svd.singularValues();
   for (Index j = 0; j < out.U.cols(); ++j) {  // signs are free: the largest entry is positive
     Index at = 0;
     out.U.col(j).cwiseAbs().maxCoeff(&at);
@@ -94,7 +99,10 @@ int choose_order(const Vec& S, const SubspaceOptions& o, const IdData& d, Index 
   for (int n = o.least; n <= limit; ++n) {
     const double value =
         S[n] * S[n] + static_cast<double>(n * (2 * d.outputs() + d.inputs())) * std::log(N) / N;
-    if (value < least) least = value, best = n;
+    if (value < least) {
+      least = value;
+      best = n;
+    }
   }
   words = text("the least σ²(n+1) + d(n) ln N / N for n = ", o.least, " … ", limit);
   return best;
@@ -194,7 +202,8 @@ IdModel subspace(const IdData& given, const SubspaceOptions& o) {
   const Scaled s = scaled(data);
   const IdData& d = s.d;
   StateSpaceModel m;
-  m.feedthrough = o.feedthrough, m.weighting = o.weighting;
+  m.feedthrough = o.feedthrough;
+  m.weighting = o.weighting;
   m.horizon = o.horizon > 0 ? o.horizon : default_horizon(d, o);
   const Index p = d.outputs();
   if (o.order > (m.horizon - 1) * p)

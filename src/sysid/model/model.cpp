@@ -28,7 +28,9 @@ bool Polynomials::equation_error() const {
 Criteria criteria(double sse, Index rows, Index parameters, double y_variation) {
   const auto N = static_cast<double>(rows), d = static_cast<double>(parameters);
   Criteria c;
-  c.sse = sse, c.rows = rows, c.parameters = parameters;
+  c.sse = sse;
+  c.rows = rows;
+  c.parameters = parameters;
   c.loss = sse / N;
   c.sigma2 = rows > parameters ? sse / (N - d) : 0;
   c.fpe = rows > parameters ? c.loss * (1 + d / N) / (1 - d / N) : std::numeric_limits<double>::infinity();
@@ -61,7 +63,8 @@ Polynomials polynomials_of(const Vec& theta, const Orders& o) {
     at += o.nb[i];
     p.B.push_back(o.nb[i] ? b : Vec::Zero(1));
   }
-  p.C = monic(o.nc), p.D = monic(o.nd);
+  p.C = monic(o.nc);
+  p.D = monic(o.nd);
   for (const int f : o.nf) p.F.push_back(monic(f));
   return p;
 }
@@ -75,7 +78,8 @@ Vec parameters_of(const Polynomials& p, const Orders& o) {
   };
   take(p.A, 1, o.na);
   for (std::size_t i = 0; i < o.nb.size(); ++i) take(p.B[i], p.B[i].size() - o.nb[i], o.nb[i]);
-  take(p.C, 1, o.nc), take(p.D, 1, o.nd);
+  take(p.C, 1, o.nc);
+  take(p.D, 1, o.nd);
   for (std::size_t i = 0; i < o.nf.size(); ++i) take(p.F[i], 1, o.nf[i]);
   return theta;
 }
@@ -88,7 +92,8 @@ std::vector<std::string> parameter_names(const Orders& o, const std::vector<std:
   };
   add("a", 1, o.na, "");
   for (std::size_t i = 0; i < o.nb.size(); ++i) add("b", o.nk[i], o.nb[i], of(i));
-  add("c", 1, o.nc, ""), add("d", 1, o.nd, "");
+  add("c", 1, o.nc, "");
+  add("d", 1, o.nd, "");
   for (std::size_t i = 0; i < o.nf.size(); ++i) add("f", 1, o.nf[i], of(i));
   return names;
 }
@@ -169,13 +174,19 @@ PolyModel arx(const IdData& d, Index output, const Orders& wanted, InitialCondit
     throw Failure("the sums of squares overflow: scale the data, for example to values near 1");
   m.kind = m.orders.na == 0 ? "FIR" : d.inputs() == 0 ? "AR" : "ARX";
   m.p = polynomials_of(ls.theta, m.orders);
-  m.Ts = d.Ts, m.output = output, m.start = start;
-  m.y_name = d.y_names[output], m.u_names = d.u_names;
+  m.Ts = d.Ts;
+  m.output = output;
+  m.start = start;
+  m.y_name = d.y_names[output];
+  m.u_names = d.u_names;
   m.estimated = true;
   m.names = regressor.names();
-  m.theta = ls.theta, m.rank = ls.rank, m.null_space = ls.null_space;
+  m.theta = ls.theta;
+  m.rank = ls.rank;
+  m.null_space = ls.null_space;
   m.exact = ls.exact();
-  m.samples = d.samples(), m.left_out = regressor.left_out();
+  m.samples = d.samples();
+  m.left_out = regressor.left_out();
   m.quality = criteria(ls.sse, ls.rows, ls.rank, variation(regressor));
   m.covariance = (m.exact ? 0 : m.quality.sigma2) * ls.inverse;
   m.std = standard_deviations(ls, m.covariance);

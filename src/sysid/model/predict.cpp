@@ -48,7 +48,10 @@ void all_pole(const Vec& den, Index n, double* y) {
 void filter(const Vec& num, const Vec& den, const double* x, Index n, double* y) {
   const double scale = den[0];
   std::vector<double> copy;
-  if (x == y) copy.assign(x, x + n), x = copy.data();
+  if (x == y) {
+    copy.assign(x, x + n);
+    x = copy.data();
+  }
   for (Index t = 0; t < n; ++t) y[t] = num[0] / scale * x[t];
   for (Index k = 1; k < std::min(num.size(), n); ++k) {
     const double b = num[k] / scale;

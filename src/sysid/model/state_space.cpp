@@ -113,7 +113,9 @@ std::vector<Response> predict(const StateSpaceModel& m, const IdData& d, Index h
   std::vector<Response> out;
   for (Index j = 0; j < d.outputs(); ++j) {
     Response one;
-    one.compared = d.y.col(j), one.errors = e.col(j), one.values = one.compared - one.errors;
+    one.compared = d.y.col(j);
+    one.errors = e.col(j);
+    one.values = one.compared - one.errors;
     one.rows.resize(static_cast<std::size_t>(d.samples()));
     for (Index t = 0; t < d.samples(); ++t) one.rows[t] = t;
     one.fit = fit_percent(one.compared, one.errors);
@@ -135,7 +137,8 @@ class InputRegression {
 
   void start() {
     Z_ = Mat::Zero(m_.order(), d_.outputs() * d_.inputs());
-    observed_ = Ct_, x_ = Vec::Zero(m_.order());
+    observed_ = Ct_;
+    x_ = Vec::Zero(m_.order());
   }
   bool depends_on_start() const { return observed_.norm() > died_out * Ct_.norm(); }
 
@@ -217,9 +220,14 @@ IdModel completed(StateSpaceModel m, const IdData& d, bool exact) {
     const auto i = static_cast<std::size_t>(j);
     e.col(j)(one[i].rows) = one[i].errors;
     PolyModel row;
-    row.kind = "state space", row.estimated = true, row.Ts = d.Ts, row.output = j,
+    row.kind = "state space";
+    row.estimated = true;
+    row.Ts = d.Ts;
+    row.output = j;
     row.start = InitialCondition::estimate;
-    row.y_name = d.y_names[i], row.u_names = d.u_names, row.samples = d.samples();
+    row.y_name = d.y_names[i];
+    row.u_names = d.u_names;
+    row.samples = d.samples();
     row.rank = m.parameters();
     const Vec& y = one[i].compared;
     row.quality = criteria(one[i].errors.squaredNorm(), one[i].errors.size(), share,
@@ -260,7 +268,10 @@ StateSpaceModel observer_form(const IdModel& m) {
   };
   StateSpaceModel s;
   const Index n = p * length;
-  s.A = Mat::Zero(n, n), s.B = Mat::Zero(n, m.inputs), s.C = Mat::Zero(p, n), s.K = Mat::Zero(n, p);
+  s.A = Mat::Zero(n, n);
+  s.B = Mat::Zero(n, m.inputs);
+  s.C = Mat::Zero(p, n);
+  s.K = Mat::Zero(n, p);
   s.D = blocks(0).second;
   s.feedthrough = !s.D.isZero(0);
   if (n > 0) s.C.leftCols(p).setIdentity();
@@ -292,8 +303,12 @@ std::string matrices(const IdModel& model) {
   const bool noise = !s.K.isZero(0);
   const Index p = s.C.rows(), inputs = s.B.cols();
   Mat B(s.order(), inputs + (noise ? p : 0)), D(p, B.cols());
-  B.leftCols(inputs) = s.B, D.leftCols(inputs) = s.D;
-  if (noise) B.rightCols(p) = s.K, D.rightCols(p) = Mat::Identity(p, p);
+  B.leftCols(inputs) = s.B;
+  D.leftCols(inputs) = s.D;
+  if (noise) {
+    B.rightCols(p) = s.K;
+    D.rightCols(p) = Mat::Identity(p, p);
+  }
   if (B.cols() == 0) return "";
   lti::System g = lti::make_ss(presentable(s.A), presentable(B), presentable(s.C), presentable(D),
                                Expr(model.outputs[0].Ts));

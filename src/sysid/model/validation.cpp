@@ -62,7 +62,8 @@ double chi_square_tail(double x, double dof) {
   for (int k = 1; k < 10000; ++k) {
     const double an = -k * (k - a);
     b += 2;
-    d = 1 / (an * d + b), c = b + an / c;
+    d = 1 / (an * d + b);
+    c = b + an / c;
     h *= d * c;
     if (std::abs(d * c - 1) < 1e-16) break;
   }
@@ -77,61 +78,46 @@ Index noise_parameters(const IdModel& m, const PolyModel& row) {
   return row.p.A.size() + row.p.C.size() + row.p.D.size() - 3;
 }
 
-}  // namespace
+/// Residuals of rounding errors alone: nothing to test.
+void reproduce_exactly(Validation& v, Index inputs) {
+  v.autocorrelation = Vec::Zero(v.lags);
+  v.cross = Mat::Zero(2 * v.lags + 1, inputs);
+  v.cross_bound = Vec::Zero(inputs);
+  v.cross_outside.assign(static_cast<std::size_t>(inputs), 0);
+  v.white = v.independent = true;
+  v.p = 1;
+}
 
-Validation validate(const IdModel& model, Index output, const IdData& data, std::optional<Index> lags) {
-  Validation v;
-  const auto index = static_cast<std::size_t>(output);
-  const PolyModel& m = model.outputs[index];
-  const IdData d = channel(data, output, model.coupled);
-  const bool equation = !model.state_space && m.p.equation_error();
-  const Seed seed = equation ? Seed::data : Seed::estimate;
-  const Response one = predict(model, data, 1, seed)[index];
-  v.y_name = m.y_name, v.u_names = d.u_names, v.state_space = model.state_space != nullptr;
-  v.rows = one.errors.size();
-  if (v.rows < 8) throw Error(text("validation needs at least 8 residuals, the data gives ", v.rows));
-  v.lags = lags.value_or(std::min<Index>(25, v.rows / 4));
-  if (v.lags > v.rows - 4)
-    throw Error(
-        text("lags = ", v.lags, " is too many for ", v.rows, " residuals; give at most ", v.rows - 4));
-  v.fit = one.fit, v.residuals = one.errors;
-  try {
-    v.simulation_fit = predict(model, data, 0, seed)[index].fit;
-  } catch (const Failure&) {
-    v.simulation_fit = -std::numeric_limits<double>::infinity();
-  }
-  v.fit_label = seed_text(m, seed);
-  const auto [e, there] = series(one);
-  const bool gaps = e.size() != one.errors.size();
-  const double power = e.squaredNorm();
+/// The autocorrelation of e and the test of Ljung and Box; `there`: 1 where a residual exists, 0 in gaps.
+void test_whiteness(Validation& v, const Vec& e, const Vec* there, Index noise_parameters) {
   const auto N = static_cast<double>(v.rows);
-  if (power <= 1e-26 * (1e-300 + one.compared.squaredNorm())) {
-    v.autocorrelation = Vec::Zero(v.lags), v.cross = Mat::Zero(2 * v.lags + 1, d.inputs());
-    v.cross_bound = Vec::Zero(d.inputs()), v.cross_outside.assign(static_cast<std::size_t>(d.inputs()), 0);
-    v.white = v.independent = true, v.p = 1;
-    return v;
-  }
+  const double power = e.squaredNorm();
   v.autocorrelation.resize(v.lags);
   v.bound = level / std::sqrt(N);
   v.allowed = chance(v.lags);
   for (Index k = 1; k <= v.lags; ++k) {
     double r = correlation(e, e, k) / power;
     // of fewer pairs: scaled so that its variance is 1/N again
-    if (gaps) r *= std::sqrt((N - static_cast<double>(k)) / std::max(1.0, correlation(there, there, k)));
+    if (there) r *= std::sqrt((N - static_cast<double>(k)) / std::max(1.0, correlation(*there, *there, k)));
     v.autocorrelation[k - 1] = r;
     v.Q += N * (N + 2) * r * r / (N - static_cast<double>(k));
     if (std::abs(r) > v.bound) ++v.outside;
   }
-  v.dof = static_cast<double>(std::max<Index>(1, v.lags - noise_parameters(model, m)));
+  v.dof = static_cast<double>(std::max<Index>(1, v.lags - noise_parameters));
   v.p = chi_square_tail(v.Q, v.dof);
   v.white = v.p >= 0.01;
-  v.cross.resize(2 * v.lags + 1, d.inputs()), v.cross_bound.resize(d.inputs());
+}
+
+/// The correlations of e with every input, later ones (feedback) included.
+void test_inputs(Validation& v, const Vec& e, const Mat& inputs) {
+  const auto N = static_cast<double>(v.rows);
+  v.cross.resize(2 * v.lags + 1, inputs.cols());
+  v.cross_bound.resize(inputs.cols());
   v.independent = true;
-  for (Index i = 0; i < d.inputs(); ++i) {
-    v.direct.push_back(model.state_space ? model.state_space->feedthrough : m.p.B[i][0] != 0);
-    Vec u = d.u.col(i).segment(one.rows.front(), e.size());
+  for (Index i = 0; i < inputs.cols(); ++i) {
+    Vec u = inputs.col(i);
     u.array() -= u.mean();
-    const double size = u.norm() * std::sqrt(power);
+    const double size = u.norm() * e.norm();
     double P = 1;
     if (size > 0)
       for (Index k = 1; k <= v.lags; ++k)
@@ -147,6 +133,46 @@ Validation validate(const IdModel& model, Index output, const IdData& data, std:
     v.independent = v.independent && count <= chance(v.lags + 1);
     v.feedback = v.feedback || back > chance(v.lags);
   }
+}
+
+}  // namespace
+
+Validation validate(const IdModel& model, Index output, const IdData& data, std::optional<Index> lags) {
+  Validation v;
+  const auto index = static_cast<std::size_t>(output);
+  const PolyModel& m = model.outputs[index];
+  const IdData d = channel(data, output, model.coupled);
+  const bool equation = !model.state_space && m.p.equation_error();
+  const Seed seed = equation ? Seed::data : Seed::estimate;
+  const Response one = predict(model, data, 1, seed)[index];
+  v.y_name = m.y_name;
+  v.u_names = d.u_names;
+  v.state_space = model.state_space != nullptr;
+  v.rows = one.errors.size();
+  if (v.rows < 8) throw Error(text("validation needs at least 8 residuals, the data gives ", v.rows));
+  v.lags = lags.value_or(std::min<Index>(25, v.rows / 4));
+  if (v.lags > v.rows - 4)
+    throw Error(
+        text("lags = ", v.lags, " is too many for ", v.rows, " residuals; give at most ", v.rows - 4));
+  v.fit = one.fit;
+  v.residuals = one.errors;
+  try {
+    v.simulation_fit = predict(model, data, 0, seed)[index].fit;
+  } catch (const Failure&) {
+    v.simulation_fit = -std::numeric_limits<double>::infinity();
+  }
+  v.fit_label = seed_text(m, seed);
+  const auto [e, there] = series(one);
+  const bool gaps = e.size() != one.errors.size();
+  const double power = e.squaredNorm();
+  if (power <= 1e-26 * (1e-300 + one.compared.squaredNorm())) {
+    reproduce_exactly(v, d.inputs());
+    return v;
+  }
+  test_whiteness(v, e, gaps ? &there : nullptr, noise_parameters(model, m));
+  for (Index i = 0; i < d.inputs(); ++i)
+    v.direct.push_back(model.state_space ? model.state_space->feedthrough : m.p.B[i][0] != 0);
+  test_inputs(v, e, d.u.middleRows(one.rows.front(), e.size()));
   return v;
 }
 

@@ -145,7 +145,8 @@ bool reweight(const Regression& r, const NegativeLog& f, Vec& theta, double& val
     const double now = objective(r, f, next).value;
     if (!(now < value)) break;
     const bool settled = value - now <= 1e-15 * std::abs(value);
-    theta = next, value = now;
+    theta = next;
+    value = now;
     if (settled) break;
   }
   const Vec e = r.y - r.Phi * theta;
@@ -158,7 +159,8 @@ bool reweight(const Regression& r, const NegativeLog& f, Vec& theta, double& val
     const Vec corner = lu.solve(Vec(r.y(order)));
     const double now = objective(r, f, corner).value;
     if (now <= value + 1e-13 * std::abs(value)) {
-      theta = corner, value = now;
+      theta = corner;
+      value = now;
       return true;
     }
   }
@@ -277,7 +279,8 @@ NegativeLogarithm negative_logarithm(const Density& f) {
 
 ParameterSet parameter_set(Regression r, double low, double high) {
   ParameterSet s;
-  s.low = low, s.high = high;
+  s.low = low;
+  s.high = high;
   s.strips = {r.Phi, r.y.array() - high, r.y.array() - low};
   const LeastSquares ls = ordinary(r);
   s.bounded = ls.rank == r.Phi.cols();
@@ -297,7 +300,8 @@ ParameterSet parameter_set(Regression r, double low, double high) {
   if (!s.feasible) return s;
   if (s.bounded) {
     const Ball ball = largest_ball(s.strips, s.polytope);
-    s.center = ball.center, s.radius = ball.radius;
+    s.center = ball.center;
+    s.radius = ball.radius;
     s.box.resize(s.center.size(), 2);
     s.box << s.polytope.vertices.colwise().minCoeff().transpose(),
         s.polytope.vertices.colwise().maxCoeff().transpose();

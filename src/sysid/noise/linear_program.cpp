@@ -28,7 +28,8 @@ Scaled scaled(const LinearProgram& lp, double size) {
     const double norm = lp.G.row(i).norm();
     const double by = norm > 0 ? norm : 1;
     s.rows.col(i) = lp.G.row(i).transpose() / by;
-    s.h[i] = lp.h[i] / by, s.norm[i] = by;
+    s.h[i] = lp.h[i] / by;
+    s.norm[i] = by;
   }
   for (Index i = 0; i < n; ++i)
     for (const Index k : {0, 1}) s.rows(i, m + 2 * i + k) = k == 0 ? 1 : -1, s.h[m + 2 * i + k] = size;
@@ -75,7 +76,10 @@ LinearSolution solve(const LinearProgram& lp) {
     for (Index i = 0; i < n; ++i) {
       if (!(weight[i] > 1e-11)) continue;
       const double ratio = out.multipliers[i] / weight[i];
-      if (ratio < best || (ratio == best && weight[i] > weight[leave])) best = ratio, leave = i;
+      if (ratio < best || (ratio == best && weight[i] > weight[leave])) {
+        best = ratio;
+        leave = i;
+      }
     }
     if (leave < 0) {
       out.status = LinearSolution::Status::infeasible;
@@ -114,6 +118,22 @@ std::vector<Index> starting_rows(const Mat& Phi, const Vec& e) {
   return rows;
 }
 
+/// Along which basic residual leaves 0, and to which side.
+struct Edge {
+  Index row = -1;  ///< -1: none lowers the cost
+  double sign = 1, rate = 0;
+};
+
+/// With g = Bᵀ z, θ - B⁻¹ e_i s makes residual i equal to s and changes the cost at the rate below.
+Edge steepest_edge(const Vec& z, double up, double down) {
+  Edge best;
+  best.rate = -1e-10 * (up + down);
+  for (Index i = 0; i < z.size(); ++i)
+    for (const double s : {1.0, -1.0})
+      if (const double rate = -s * z[i] + (s > 0 ? up : down); rate < best.rate) best = {i, s, rate};
+  return best;
+}
+
 }  // namespace
 
 Vec least_absolute(const Mat& Phi, const Vec& measured, double up, double down) {
@@ -136,7 +156,9 @@ Vec least_absolute(const Mat& Phi, const Vec& measured, double up, double down) 
     std::vector<bool> basic(static_cast<std::size_t>(N), false);
     for (Index i = 0; i < n; ++i) {
       const Index row = rows[i];
-      B.row(i) = Phi.row(row), rhs[i] = y[row], basic[row] = true;
+      B.row(i) = Phi.row(row);
+      rhs[i] = y[row];
+      basic[row] = true;
     }
     const Eigen::PartialPivLU<Mat> lu(B);
     theta = lu.solve(rhs);
@@ -150,17 +172,9 @@ Vec least_absolute(const Mat& Phi, const Vec& measured, double up, double down) 
     }
     if (!(cost < previous * (1 - 1e-15))) break;
     previous = cost;
-    // Moving so that basic residual i becomes +s or -s changes the cost at the rate below.
-    const Vec z = lu.transpose().solve(g);  // g = Bᵀ z; θ' = θ - B⁻¹ e_i s makes e_i = s
-    Index edge = -1;
-    double steepest = -1e-10 * (up + down), sign = 1;
-    for (Index i = 0; i < n; ++i)
-      for (const double s : {1.0, -1.0}) {
-        const double rate = -s * z[i] + (s > 0 ? up : down);
-        if (rate < steepest) steepest = rate, edge = i, sign = s;
-      }
-    if (edge < 0) break;
-    const Vec direction = -sign * lu.solve(Vec::Unit(n, edge));
+    const Edge edge = steepest_edge(lu.transpose().solve(g), up, down);
+    if (edge.row < 0) break;
+    const Vec direction = -edge.sign * lu.solve(Vec::Unit(n, edge.row));
     const Vec change = -(Phi * direction);  // of e per unit step
     crossings.clear();
     for (Index t = 0; t < N; ++t) {
@@ -168,7 +182,7 @@ Vec least_absolute(const Mat& Phi, const Vec& measured, double up, double down) 
       crossings.emplace_back(-e[t] / change[t], static_cast<double>(t));
     }
     std::sort(crossings.begin(), crossings.end());
-    double slope = steepest;
+    double slope = edge.rate;
     Index stop = -1;
     for (const auto& [at, row] : crossings) {
       stop = static_cast<Index>(row);
@@ -176,10 +190,13 @@ Vec least_absolute(const Mat& Phi, const Vec& measured, double up, double down) 
       if (slope >= 0) break;
     }
     if (stop < 0) throw Failure("least absolute deviations: the problem is unbounded");
-    rows[edge] = stop;
+    rows[edge.row] = stop;
   }
   Vec rhs(n);
-  for (Index i = 0; i < n; ++i) B.row(i) = Phi.row(rows[i]), rhs[i] = measured[rows[i]];
+  for (Index i = 0; i < n; ++i) {
+    B.row(i) = Phi.row(rows[i]);
+    rhs[i] = measured[rows[i]];
+  }
   return B.partialPivLu().solve(rhs);
 }
 

@@ -70,10 +70,12 @@ class DoubleDescription {
     Mat B(d_, d_);
     for (Index i = 0; i < d_; ++i) B.row(i) = s.Phi.row(basis[i]);
     const Mat rows = (B.transpose().partialPivLu().solve(s.Phi.transpose()));  // d×N
-    g_.resize(d_, 2 * s.Phi.rows()), h_.resize(2 * s.Phi.rows());
+    g_.resize(d_, 2 * s.Phi.rows());
+    h_.resize(2 * s.Phi.rows());
     for (Index r = 0; r < s.Phi.rows(); ++r) {
       const double norm = rows.col(r).norm(), scale = norm > 0 ? 1 / norm : 1;
-      g_.col(2 * r + 1) = rows.col(r) * scale, g_.col(2 * r) = -rows.col(r) * scale;
+      g_.col(2 * r + 1) = rows.col(r) * scale;
+      g_.col(2 * r) = -rows.col(r) * scale;
       const double size = std::max({std::abs(s.lower[r]), std::abs(s.upper[r]), s.upper[r] - s.lower[r]});
       const auto key = static_cast<std::uint64_t>(2 * r);
       h_[2 * r + 1] = scale * (s.upper[r] + relaxation * size * (1 + fraction(key + 1)));
@@ -98,7 +100,9 @@ class DoubleDescription {
   }
 
   Index add(std::vector<Index> on, std::vector<Index> to) {
-    active_.push_back(std::move(on)), neighbour_.push_back(std::move(to)), alive_.push_back(true);
+    active_.push_back(std::move(on));
+    neighbour_.push_back(std::move(to));
+    alive_.push_back(true);
     return count_++;
   }
 
@@ -138,7 +142,10 @@ class DoubleDescription {
         const double* const x = x_.data() + v * d_;
         double value = 0;
         for (Index i = 0; i < d_; ++i) value += g[i] * x[i];
-        if (value > best && alive_[v]) best = value, c.witness = v;
+        if (value > best && alive_[v]) {
+          best = value;
+          c.witness = v;
+        }
       }
       if (best > bound) break;
     }
@@ -220,16 +227,21 @@ class DoubleDescription {
       if (!alive_[from]) continue;
       if (n != v) {
         x_.col(n) = x_.col(v);
-        active_[to] = std::move(active_[from]), neighbour_[to] = std::move(neighbour_[from]);
+        active_[to] = std::move(active_[from]);
+        neighbour_[to] = std::move(neighbour_[from]);
       }
       moved[from] = n++;
     }
     const auto size = static_cast<std::size_t>(n);
-    active_.resize(size), neighbour_.resize(size), alive_.assign(size, true);
+    active_.resize(size);
+    neighbour_.resize(size);
+    alive_.assign(size, true);
     for (auto& list : neighbour_)
       for (Index& w : list) w = moved[w];
     for (Candidate& c : candidates) c.witness = moved[c.witness];
-    count_ = n, dead_ = 0, first_new_ = n;
+    count_ = n;
+    dead_ = 0;
+    first_new_ = n;
   }
 
   Index d_, count_ = 0, dead_ = 0, first_new_ = 0;
@@ -247,7 +259,8 @@ Vec solved(const FeasibleSet& s, const std::vector<Index>& active) {
   Vec rhs(d);
   for (Index i = 0; i < d; ++i) {
     const Index c = active[i];
-    B.row(i) = s.Phi.row(c / 2), rhs[i] = c % 2 ? s.upper[c / 2] : s.lower[c / 2];
+    B.row(i) = s.Phi.row(c / 2);
+    rhs[i] = c % 2 ? s.upper[c / 2] : s.lower[c / 2];
   }
   return B.partialPivLu().solve(rhs);
 }
@@ -315,7 +328,8 @@ void collect(Polytope& p, const FeasibleSet& s, std::vector<std::vector<Index>> 
       unite(p.active.back(), set);
       continue;
     }
-    kept.push_back(x), p.active.push_back(set);
+    kept.push_back(x);
+    p.active.push_back(set);
   }
   p.vertices.resize(static_cast<Index>(kept.size()), s.Phi.cols());
   for (std::size_t i = 0; i < kept.size(); ++i) p.vertices.row(static_cast<Index>(i)) = kept[i].transpose();
@@ -336,7 +350,10 @@ void collect_exact(Polytope& p, const ExactStrips& s, const std::vector<std::vec
   }
   std::sort(all.begin(), all.end());
   for (const auto& [x, set] : all) {
-    if (p.exact.empty() || p.exact.back() != x) p.exact.push_back(x), p.active.emplace_back();
+    if (p.exact.empty() || p.exact.back() != x) {
+      p.exact.push_back(x);
+      p.active.emplace_back();
+    }
     unite(p.active.back(), set);
   }
   p.vertices.resize(static_cast<Index>(p.exact.size()),
@@ -381,7 +398,8 @@ std::optional<ExactStrips> exact_strips(const Mat& Phi, const Vec& y, double low
       if (!q) return {};
       row.push_back(*q);
     }
-    out.lower.push_back(row.back() - *to), out.upper.push_back(row.back() - *from);
+    out.lower.push_back(row.back() - *to);
+    out.upper.push_back(row.back() - *from);
     row.pop_back();
     out.Phi.push_back(std::move(row));
   }

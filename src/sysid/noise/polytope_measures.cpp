@@ -22,7 +22,10 @@ mpq_class determinant(std::vector<std::vector<mpq_class>> m) {
     std::size_t p = k;
     while (p < m.size() && m[p][k] == 0) ++p;
     if (p == m.size()) return 0;
-    if (p != k) std::swap(m[p], m[k]), det = -det;
+    if (p != k) {
+      std::swap(m[p], m[k]);
+      det = -det;
+    }
     det *= m[k][k];
     for (std::size_t i = k + 1; i < m.size(); ++i) {
       const mpq_class factor = m[i][k] / m[k][k];
@@ -185,7 +188,8 @@ Ball largest_ball(const FeasibleSet& s, const Polytope& p) {
   const double least = size.minCoeff();
   LinearProgram lp;
   lp.c = -Vec::Unit(d + 1, d);
-  lp.G.resize(static_cast<Index>(facets.size()), d + 1), lp.h.resize(lp.G.rows());
+  lp.G.resize(static_cast<Index>(facets.size()), d + 1);
+  lp.h.resize(lp.G.rows());
   Index i = 0;
   for (const Index c : facets) {
     const double sign = c % 2 ? 1 : -1;
@@ -205,13 +209,15 @@ SmallestBound smallest_bound(const Mat& Phi, const Vec& mid) {
   const Vec scale = Phi.colwise().norm().cwiseMax(1e-300);
   LinearProgram lp;
   lp.c = Vec::Unit(d + 1, d);
-  lp.G.resize(2 * N, d + 1), lp.h.resize(2 * N);
+  lp.G.resize(2 * N, d + 1);
+  lp.h.resize(2 * N);
   const double size = std::max(mid.cwiseAbs().maxCoeff(), 1e-300);
   for (Index t = 0; t < N; ++t) {
     const Eigen::RowVectorXd phi = Phi.row(t).cwiseQuotient(scale.transpose());
     lp.G.row(2 * t) << phi, -1;
     lp.G.row(2 * t + 1) << -phi, -1;
-    lp.h[2 * t] = mid[t] / size, lp.h[2 * t + 1] = -mid[t] / size;
+    lp.h[2 * t] = mid[t] / size;
+    lp.h[2 * t + 1] = -mid[t] / size;
   }
   const LinearSolution best = solve(lp);
   SmallestBound out;
@@ -230,11 +236,13 @@ Mat intervals(const FeasibleSet& s) {
   Mat box(d, 2);
   const Vec scale = s.Phi.colwise().norm();
   LinearProgram lp;
-  lp.G.resize(2 * N, d), lp.h.resize(2 * N);
+  lp.G.resize(2 * N, d);
+  lp.h.resize(2 * N);
   for (Index t = 0; t < N; ++t) {
     for (Index j = 0; j < d; ++j) lp.G(2 * t, j) = scale[j] > 0 ? s.Phi(t, j) / scale[j] : 0;
     lp.G.row(2 * t + 1) = -lp.G.row(2 * t);
-    lp.h[2 * t] = s.upper[t], lp.h[2 * t + 1] = -s.lower[t];
+    lp.h[2 * t] = s.upper[t];
+    lp.h[2 * t + 1] = -s.lower[t];
   }
   for (Index i = 0; i < d; ++i)
     for (const Index side : {0, 1}) {

@@ -147,7 +147,7 @@ int condition_item(Call& call) {
   const long i = call.integer(2, "index");
   if (i < 1 || i > static_cast<long>(list.size()))
     throw Error(text("there are ", list.size(), " conditions; number ", i, " does not exist"));
-  const integrate::OrderCondition& c = list[static_cast<std::size_t>(i) - 1];
+  const integrate::OrderCondition& c = list[i - 1];
   lua_createtable(call.L, 0, 7);
   lua_pushinteger(call.L, c.order);
   lua_setfield(call.L, -2, "order");

@@ -144,7 +144,8 @@ int read(Call& call) {
   const std::string path = call.string(1, "file");
   const Options o = call.options(2);
   sysid::ColumnChoice choice;
-  choice.y = words_option(call, o, "y"), choice.u = words_option(call, o, "u");
+  choice.y = words_option(call, o, "y");
+  choice.u = words_option(call, o, "u");
   choice.Ts = o.number("Ts", 0);
   if (o.has("Ts") && !(choice.Ts > 0)) throw Error(text("Ts must be positive, got ", shortest(choice.Ts)));
   std::string ending = path.substr(path.find_last_of('.') + 1);

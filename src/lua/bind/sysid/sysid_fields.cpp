@@ -190,13 +190,18 @@ int orders(Call& call) {
       lua_pushinteger(L, value);
       lua_setfield(L, -2, key);
     };
-    whole("na", o.na), whole("nc", o.nc), whole("nd", o.nd);
+    whole("na", o.na);
+    whole("nc", o.nc);
+    whole("nd", o.nd);
     if (o.nb.empty()) return 1;
-    push_integers(L, o.nb), lua_setfield(L, -2, "nb");
-    push_integers(L, o.nk), lua_setfield(L, -2, "nk");
+    push_integers(L, o.nb);
+    lua_setfield(L, -2, "nb");
+    push_integers(L, o.nk);
+    lua_setfield(L, -2, "nk");
     for (const int f : o.nf)
       if (f > 0) {
-        push_integers(L, o.nf), lua_setfield(L, -2, "nf");
+        push_integers(L, o.nf);
+        lua_setfield(L, -2, "nf");
         break;
       }
     return 1;
@@ -226,7 +231,8 @@ void read_order(Call& call, const Options& o, sysid::SubspaceOptions& s) {
   if (v.size() > 2)
     throw Error(text("order: expected a number or a range {from, to}, got ", v.size(), " numbers"));
   if (v.size() == 2) {
-    s.least = v[0], s.most = v[1];
+    s.least = v[0];
+    s.most = v[1];
   } else if ((s.order = v[0]) < 1) {
     throw Error(text("order must be at least 1, got ", v[0]));
   }
@@ -252,7 +258,8 @@ int n4sid(Call& call) {
   if (o.has("horizon") && (horizon < 2 || horizon > 1000))
     throw Error(text("horizon must lie between 2 and 1000 block rows, got ", horizon));
   s.horizon = static_cast<int>(horizon);
-  s.feedthrough = o.boolean("D", false), s.noise = o.boolean("K", true);
+  s.feedthrough = o.boolean("D", false);
+  s.noise = o.boolean("K", true);
   return call.push(std::make_shared<const IdModel>(sysid::subspace(d, s)));
 }
 

@@ -151,7 +151,8 @@ int fit(Call& call) {
   if (hold != "zero" && hold != "linear")
     throw Error(text("hold: \"zero\" (constant between samples) or \"linear\", got \"", hold, "\""));
   r.hold = hold == "zero";
-  r.rtol = o.number("rtol", 1e-8), r.atol = o.number("atol", r.rtol * 1e-2);
+  r.rtol = o.number("rtol", 1e-8);
+  r.atol = o.number("atol", r.rtol * 1e-2);
   if (!(r.rtol > 0) || !(r.atol > 0)) throw Error("rtol and atol must be positive");
   // Steps end at the samples, where a held input jumps.
   const bool stepped = r.hold && !r.inputs.empty();

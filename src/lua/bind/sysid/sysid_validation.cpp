@@ -139,7 +139,10 @@ void set_number(lua_State* L, const char* key, double value) {
 int push_orders(lua_State* L, const sysid::ScanEntry& s) {
   lua_createtable(L, 0, 3);
   set_integer(L, "na", s.na);
-  if (s.nb > 0) set_integer(L, "nb", s.nb), set_integer(L, "nk", s.nk);
+  if (s.nb > 0) {
+    set_integer(L, "nb", s.nb);
+    set_integer(L, "nk", s.nk);
+  }
   return 1;
 }
 
@@ -164,11 +167,15 @@ int scan_entry(Call& call) {
     throw Error(text("there are ", s.entries.size(), " models; number ", i, " does not exist"));
   const sysid::ScanEntry& e = s.entries[i - 1];
   push_orders(call.L, e);
-  set_number(call.L, "loss", e.estimation.loss), set_number(call.L, "fpe", e.estimation.fpe);
-  set_integer(call.L, "parameters", e.estimation.parameters), set_number(call.L, "aic", e.estimation.aic),
-      set_number(call.L, "bic", e.estimation.bic);
-  if (s.validation_rows > 0)
-    set_number(call.L, "validation_loss", e.validation_loss), set_number(call.L, "fit", e.validation_fit);
+  set_number(call.L, "loss", e.estimation.loss);
+  set_number(call.L, "fpe", e.estimation.fpe);
+  set_integer(call.L, "parameters", e.estimation.parameters);
+  set_number(call.L, "aic", e.estimation.aic);
+  set_number(call.L, "bic", e.estimation.bic);
+  if (s.validation_rows > 0) {
+    set_number(call.L, "validation_loss", e.validation_loss);
+    set_number(call.L, "fit", e.validation_fit);
+  }
   return 1;
 }
 int scan_length(Call& call) { return call.push(static_cast<long>(scanned(call).entries.size())); }
@@ -204,7 +211,10 @@ int compare(Call& call) {
   }
   if (models.empty()) throw Error("compare(d, m1, m2, …) needs models");
   std::vector<std::pair<std::string, const IdModel*>> list;
-  for (const auto& [name, model] : models) list.emplace_back(name, model.get()), c.models.push_back(model);
+  for (const auto& [name, model] : models) {
+    list.emplace_back(name, model.get());
+    c.models.push_back(model);
+  }
   c.rows = sysid::compare(list, *c.data);
   c.text = sysid::describe(c.rows, *c.data);
   return call.push(std::make_shared<const Comparison>(std::move(c)));
@@ -237,7 +247,8 @@ int comparison_entry(Call& call) {
     lua_setfield(call.L, -2, "prediction");
     push_value(call.L, Mat(c.rows[i].simulations));
     lua_setfield(call.L, -2, "simulation");
-    set_number(call.L, "fpe", c.rows[i].fpe), set_number(call.L, "aic", c.rows[i].aic);
+    set_number(call.L, "fpe", c.rows[i].fpe);
+    set_number(call.L, "aic", c.rows[i].aic);
     set_integer(call.L, "parameters", c.rows[i].parameters);
     return 1;
   }
