@@ -49,7 +49,6 @@ return {
     ["src/dae/reduce/reduce_project.cpp"] = 1,
     ["src/dae/report/structure_text.cpp"] = 1,
     ["src/dae/start/start_errors.cpp"] = 3,
-    ["src/integrate/solve/rounding_floor.cpp"] = 1,
     ["src/lti/connect.cpp"] = 1,
     ["src/lti/exponential.cpp"] = 2,
     ["src/lti/structure.cpp"] = 1,
