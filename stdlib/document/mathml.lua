@@ -8,8 +8,9 @@ local deepest = 100                                  -- braces within braces
 local signs_of = document.mathml_signs
 local greek, operators, identifiers, functions = signs_of.greek, signs_of.operators, signs_of.identifiers,
   signs_of.functions
-local large, integrals, accents, spaces = signs_of.large, signs_of.integrals, signs_of.accents, signs_of.spaces
-local sized, alphabets, in_alphabet = signs_of.sized, signs_of.alphabets, signs_of.in_alphabet
+local large, integrals, accents = signs_of.large, signs_of.integrals, signs_of.accents
+local spaces, sized, alphabets, in_alphabet = signs_of.spaces, signs_of.sized, signs_of.alphabets,
+  signs_of.in_alphabet
 
 -- ── reading ────────────────────────────────────────────────────────────────────────────────────────────────
 

@@ -9,9 +9,6 @@ return {
     ["src/method/exact/precise.hpp"] = 2,
     ["src/method/order_conditions.hpp"] = 1,
   },
-  class_lines = {
-    ["src/lab/newton_verdict.cpp Judge"] = 271,
-  },
   class_members = {
     ["src/integrate/compiled/newton_step.hpp NewtonCode"] = 33,
     ["src/integrate/step/irk_stepper.hpp IrkStepper"] = 28,
