@@ -183,7 +183,7 @@ local function load_sweep(file)
   local info = store_info(file)
   if info.hidden:find "inputs" then
     fail(("load: the store '%s' does not hold %s, Lua functions of the script that made it; call the sweep "
-      .. "of that script again: what is there is not computed twice"):format(file, info.hidden))
+      .. "of that script again: stored runs are not computed again"):format(file, info.hidden))
   end
   local sys = read_saved(info.model, file)
   local options = read_saved(info.options, file, { sys = sys })

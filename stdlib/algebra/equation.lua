@@ -159,7 +159,8 @@ local function compared(product, sign, above, below)
   if tostring(e):sub(1, 1) == "-" and not tostring(e):find " [+-] " then e, sign = simplify(-e), -sign end
   local symbols = symbols_in(e)
   local good, c = pcall(coefficients, e, symbols[1])
-  if #symbols == 1 and good and #c == 2 and c[2] == 1 and equation.is_number(c[1]) and c[1] ~= 0 then     -- K < 6 and not K - 6 < 0
+  if #symbols == 1 and good and #c == 2 and c[2] == 1 and equation.is_number(c[1]) and c[1] ~= 0 then
+    -- K < 6 and not K - 6 < 0
     return tostring(symbols[1]) .. (sign > 0 and above or below):gsub("0", tostring(simplify(-c[1])))
   end
   return tostring(e) .. (sign > 0 and above or below)

@@ -34,7 +34,7 @@ return function(words)
     fail(("sweep: unknown command '%s'.%s"):format(verb,
       did_you_mean(verb, { "status", "collect", "attach", "cancel" })))
   end
-  if not file then fail(("sweep: which file? pendula sweep %s runs.db"):format(verb)) end
+  if not file then fail(("sweep: the file is missing: pendula sweep %s runs.db"):format(verb)) end
   verbs[verb](include "many/cluster", file)
   return 0
 end

@@ -17,7 +17,8 @@ local function translated_event(scope, event)
       if type(key) == "string" then
         symbol = names.navigate(scope, key)
         if symbol == nil then
-          fail(("an event of %s resets '%s', which is nothing there"):format(scopes.title(scope), key))
+          fail(("an event of %s resets '%s', but that part has no variable of this name")
+            :format(scopes.title(scope), key))
         end
       else symbol = names.translate(scope, key) end
       own.reset[symbol] = names.translate(scope, value)

@@ -86,3 +86,32 @@ test("two masses on a rod", function()
   has(ode, "x₁″ = F/(m₁ + m₂)", "x₂″ = F/(m₁ + m₂)")
   has(ode:trace(), "z = F m₂/(m₁ + m₂)")
 end)
+
+test("friction, rolling, rotating frames and several multipliers", function()
+  local x2, x3, y1, y2 = vars "x2 x3 y1 y2"
+  local c, mu, al, Om, rho, m3 = params "c mu alpha Omega rho m3"
+  local p = vec { x*cos(al), -x*sin(al) }
+  has(lagrange { q = { x }, T = m/2*x.dot^2, V = -m*g*x*sin(al),
+    Q = generalized_force({ x }, { { p, -mu*m*g*cos(al)*vec { cos(al), -sin(al) } } }) },
+    "m x″ = m g (sin(α) - μ cos(α))")
+  has(lagrange { q = { x, th }, T = m/2*x.dot^2 + m*R^2/4*th.dot^2, V = -m*g*x*sin(al), C = { x - R*th } }
+    :reduce "ode", "x″ = 2 g sin(α)/3")
+  has(lagrange { q = { th }, T = m*l^2/2*th.dot^2, V = -m*g*l*cos(th), Q = { -c*th.dot } },
+    "m l² θ″ = -c θ′ - m g l sin(θ)")
+  has(lagrange { q = { th }, T = m*R^2/2*(th.dot^2 + Om^2*sin(th)^2), V = -m*g*R*cos(th) },
+    "m R² θ″ = m R (R Ω² cos(θ) - g) sin(θ)")
+  has(lagrange { q = { th }, T = 3*m/4*(R - rho)^2*th.dot^2, V = -m*g*(R - rho)*cos(th) }:reduce "ode",
+    "θ″ = -2 g sin(θ)/(3 (R - ρ))")
+  has(lagrange { q = { th }, T = m*l^2/6*th.dot^2, V = m*g*l/2*cos(th) }:reduce "ode",
+    "θ″ = 3 g sin(θ)/(2 l)")
+  has(lagrange { q = { x, x2 }, T = m/2*(x.dot^2 + x2.dot^2), V = k/2*x^2 + k/2*(x2 - x)^2 + k/2*x2^2 },
+    "m x″ = k (x₂ - 2 x)")
+  local A, om, f = param "A", param "omega", input "f"
+  local swing = vec { A*cos(om*t) + l*sin(th), -l*cos(th) }
+  has(lagrange { q = { th }, T = m/2*der(swing).T*der(swing), V = m*g*swing[2] },
+    "m l² θ″ = m l (A ω² cos(θ) cos(ω t) - g sin(θ))")
+  has(lagrange { q = { x, x2, x3 }, T = (m1*x.dot^2 + m2*x2.dot^2 + m3*x3.dot^2)/2, V = 0,
+    C = { x - x2, x2 - x3 }, Q = { f, 0, 0 } }:reduce "ode", "x″ = f/(m₁ + m₂ + m₃)")
+  has(lagrange { q = { x, y1, x2, y2 }, T = m/2*(x.dot^2 + y1.dot^2 + x2.dot^2 + y2.dot^2), V = m*g*(y1 + y2),
+    C = { y1, ((x2 - x)^2 + (y2 - y1)^2 - l^2)/2 } }:reduce "ode", "y₁″ = 0")
+end)

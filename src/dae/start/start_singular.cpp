@@ -140,7 +140,7 @@ std::string redundancy_hint(const ModelPtr& model, const std::vector<Expr>& open
   const auto is_multiplier = [&](Expr leaf) { return std::find(z.begin(), z.end(), leaf) != z.end(); };
   if (!std::all_of(open.begin(), open.end(), is_multiplier)) return "";
   return "\n  The gradients of the constraints depend on each other here, so that their forces are not unique. If that "
-         "is so wherever the mechanism moves, sys:independent{ fix = …, guess = … } is the model to take.";
+         "is so wherever the mechanism moves, use sys:independent{ fix = …, guess = … }.";
 }
 
 void require_regular_point(const ModelPtr& model, const StartSystem& s, const Vec& w, bool is_determined) {

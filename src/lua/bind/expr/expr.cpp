@@ -466,7 +466,7 @@ std::vector<Row> rows() {
       {"expr#kind", kind_of, "x.kind",
        "\"variable\", \"input\", \"parameter\", \"time\", or \"expression\"."},
       {"expr#unit", unit_of, "x.unit", "The unit given with the symbol, or \"\"."},
-      {"expr#label", label, "x.label", "What stands on an axis: text or name, with the unit."},
+      {"expr#label", label, "x.label", "The label of an axis: text or name, with the unit."},
       {"expr#value", default_of, "m.value", "The default value of a parameter, or nil."},
       {"expr:__len", one, "#e", "1 for a scalar."},
       {"expr:__index", index, "e[1]", "The scalar itself."},

@@ -21,7 +21,7 @@ const OptionTable& parallel_option_rows() {
       {"workers", "integer", "", "worker processes; 1: none. Without it one for each processor"},
       {"limit", "number", "", "seconds that one call may take; a longer one is a failure"},
       {"seed", "integer", "0", "of rand and randn in the calls: their numbers depend on seed and i only"},
-      {"title", "string", "\"parallel_calls\"", "what the line that shows the progress begins with"},
+      {"title", "string", "\"parallel_calls\"", "the first words of the progress line"},
   };
   return rows;
 }

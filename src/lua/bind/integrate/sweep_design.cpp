@@ -65,7 +65,7 @@ extern const Module sweep_design_module = {
          "How the distributions were drawn from; nil: lists.", "", ""},
         {"sweep#dimensions", dimensions, "s.dimensions -> integer", "How many numbers a run draws.", "", ""},
         {"sweep#correlated", correlated, "s.correlated -> boolean", "Some quantities vary together.", "", ""},
-        {"sweep#distributions", distributions, "s.distributions -> table", "By name: what was drawn from.",
+        {"sweep#distributions", distributions, "s.distributions -> table", "The distributions by the names of what they vary.",
          "", ""},
         {"sweep#model", design_model, "s.model -> model", "The model.", "", ""},
         {"sweep:unit", unit, "s:unit(run, dimension) -> number",

@@ -27,13 +27,13 @@ const OptionTable& own_rows() {
       {"workers", "integer", "", "worker processes; 1: none. Without it one for each processor"},
       {"limit", "number", "", "seconds that one run may take; a longer one is a failure"},
       {"store", "string", "",
-       "file that takes the results, \"runs.db\"; what is there is not computed again"},
+       "file that takes the results, \"runs.db\"; stored runs are not computed again"},
       {"retry", "boolean", "false", "store: runs that failed are made again"},
       {"shards", "integer", "",
        "store: the runs are left to others, divided into so many shards (pendula shard)"},
       {"on", "slurm", "",
        "store: the runs are made by a cluster, slurm{ partition = …, tasks = 64, time = \"2h\" }"},
-      {"open", "boolean", "false", "store: only what is there, no run is made"},
+      {"open", "boolean", "false", "store: only the stored runs; none is computed"},
       {"lanes", "integer", "", "runs that advance together on SIMD lanes: 1, 4 or 8"},
   };
   return rows;

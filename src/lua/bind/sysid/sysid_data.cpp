@@ -387,7 +387,7 @@ extern const Module iddata_module = {
          "Replaces missing samples by interpolation or by the last one before.",
          "iddata{ y = {1, 0/0, 3} }:fill().y[2]", "2.0"},
         {"iddata:select", select, "d:select{ y =, u = } -> iddata",
-         "Some of the signals, by names or numbers; what is not given stays, {} leaves all out.",
+         "Some of the signals, by name or number; a list that is not given keeps all, {} leaves all out.",
          "iddata{ y = {{1, 2}, {3, 4}, {5, 6}}, u = {1, 0, 1} }:select{ y = 2 }.y.T", "2  4  6",
          &select_options},
         {"write_mat", write_matrices, "write_mat(file, { { name, matrix }, … })",
