@@ -12,6 +12,9 @@ local function parts_of(sys)
   p = p or model_parts.implicit(sys)
   p.inputs, p.rates = model_parts.entries(sys.inputs), {}
   for i, x in ipairs(p.x) do p.rates[i] = der(x) end
+  for _, list in ipairs { p.f or {}, p.g or {}, p.F or {} } do
+    for _, e in ipairs(list) do p.timed = p.timed or subs(e, { [pendula.t] = param "t_k" }) ~= e end
+  end
   return p
 end
 

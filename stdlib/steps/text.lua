@@ -60,10 +60,10 @@ local function stage_text(row, names)
   return "x_k + Δt " .. (count == 1 and row[1] == 1 and sum or "(" .. sum .. ")")
 end
 
--- ", u(t_k + 1/2 Δt)" where there are inputs.
+-- ", u(t_k + 1/2 Δt)" where there are inputs, ", t_k + 1/2 Δt" where the time occurs.
 local function input_text(p, c)
-  if #p.inputs == 0 then return "" end
-  return ", u(t_k" .. (c == 0 and "" or " + " .. weighted_sum({ c }, { "Δt" })) .. ")"
+  local at = "t_k" .. (c == 0 and "" or " + " .. weighted_sum({ c }, { "Δt" }))
+  return (#p.inputs > 0 and ", u(" .. at .. ")" or "") .. (p.timed and ", " .. at or "")
 end
 
 local function row_of(matrix, i)
