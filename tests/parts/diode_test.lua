@@ -101,3 +101,29 @@ test("a bridge of ideal diodes keeps its tolerance with every method", function(
     end
   end
 end)
+
+-- While a rectifier blocks, a step of high order spans periods of its source: no pulse of current may be lost
+-- in it.
+test("a bridge conducts in every half period, whatever the tolerance and the frequency", function()
+  local function bridge(f, peak)
+    local D = e.ideal_diode{ Ron = 1e-3, Goff = 1e-6 }
+    return model { V = e.source{ v = peak*sin(2*pi*f*t) }, R = e.resistor{ R = 100 },
+      Ri = e.resistor{ R = 1 },
+      C = e.capacitor{ C = 0.05/f, v0 = 0 }, gnd = e.ground{}, D1 = D, D2 = D, D3 = D, D4 = D,
+      connect("V.p", "Ri.p"), connect("Ri.n", "D1.p", "D2.n"), connect("V.n", "D3.p", "D4.n"),
+      connect("D1.n", "D3.n", "C.p", "R.p"), connect("D2.p", "D4.p", "C.n", "R.n", "gnd.p") }
+  end
+  local curve                                          -- the same in f t and v/peak
+  for _, case in ipairs { { 50, 10, 1e-9 }, { 50, 10, 1e-4 }, { 50, 10, 1e-5 }, { 50, 10, 1e-6 },
+    { 50, 10, 1e-7 },
+    { 400, 325, 1e-6 }, { 0.02, 1, 1e-6 } } do
+    local f, peak, rtol = table.unpack(case)
+    local m = bridge(f, peak)
+    local sol = m:integrate{ to = 5/f, rtol = rtol, atol = 1e-2*rtol*peak }
+    expect(sol.status):equals "finished"
+    local values = {}
+    for k = 1, 100 do values[k] = sol(m.C.v, k/20/f)/peak end
+    curve = curve or values
+    for k = 1, 100 do expect(values[k]):near(curve[k], 100*rtol) end
+  end
+end)

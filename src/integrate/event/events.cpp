@@ -24,6 +24,7 @@ EventFinder::EventFinder(const ProblemPtr& problem, const std::vector<Event>& ev
   ignored_.assign(events.size(), 0);
   finite_ = ignored_;
   resumed_ = ignored_;
+  largest_.assign(events.size(), 0);
   if (events.empty()) return;
   const dae::FirstOrder& model = problem->model();
   const std::vector<Expr>& arguments = problem->arguments();
@@ -59,14 +60,19 @@ EventFinder::EventFinder(const ProblemPtr& problem, const std::vector<Event>& ev
     });
   };
   std::vector<Expr> phases;
-  for (std::size_t i = 0; i < events.size(); ++i)
-    for (Expr node : topological(std::vector{events[i].when})) {
+  bool whole = false;  // sines of the equations: a voltage turns, and with it the unknowns in conditions
+  for (std::size_t i = 0; i < events.size(); ++i) {
+    std::vector<Expr> sources{events[i].when};
+    if (measured_[i] && !whole) sources.insert(sources.end(), model.F.begin(), model.F.end());
+    whole = whole || measured_[i];
+    for (Expr node : topological(sources)) {
       if (node.op() != Op::sin && node.op() != Op::cos && node.op() != Op::tan) continue;
       const Expr phase = total_derivative(node.operand(0));
       if (!is_known(phase) && !(problem->is_ode() && slope_known_[i])) continue;
       phases_.push_back(i);
       phases.push_back(phase);
     }
+  }
   outputs.insert(outputs.end(), slopes.begin(), slopes.end());
   outputs.insert(outputs.end(), phases.begin(), phases.end());
   for (Expr leaf : leaves(slopes)) needs_derivatives_ = needs_derivatives_ || late.count(leaf);
@@ -93,7 +99,10 @@ void EventFinder::evaluate(const Point& point, Sample& out) {
     if (std::isfinite(rate)) out.rate[phases_[k]] = std::max(out.rate[phases_[k]], rate);
   }
   for (std::size_t i = 0; i < events_->size(); ++i)
-    if (std::isfinite(out.g[i])) finite_[i] = 1;
+    if (std::isfinite(out.g[i])) {
+      finite_[i] = 1;
+      largest_[i] = std::max(largest_[i], std::fabs(out.g[i]));
+    }
   for (std::size_t i = 0; i < ignored_.size(); ++i)
     if (ignored_[i]) {
       out.g[i] = 1;
@@ -172,6 +181,7 @@ int EventFinder::never_finite() const {
 void EventFinder::take_over(const EventFinder& before, std::size_t events) {
   std::copy_n(before.ignored_.begin(), events, ignored_.begin());
   std::copy_n(before.finite_.begin(), events, finite_.begin());
+  std::copy_n(before.largest_.begin(), events, largest_.begin());
   end_ = before.end_;
 }
 
@@ -195,8 +205,12 @@ void EventFinder::start(const Point& point, const std::vector<Crossing>& crossed
   // A root by the continuous extension may be far from one by the slope of the solution, near points at which
   // events accumulate: the condition is then not small beside its slope, but the root has been dealt with.
   resumed_.assign(events_->size(), 0);
-  for (const Crossing& c : crossed)
-    resumed_[c.which] = std::fabs(last_.g[c.which] - c.g) <= 1e-3 * std::fabs(c.g);
+  for (const Crossing& c : crossed) {
+    double& g = last_.g[c.which];
+    resumed_[c.which] = std::fabs(g - c.g) <= 1e-3 * std::fabs(c.g);
+    // an unknown that is solved for anew, in another branch, is 0 up to the rounding of its equations
+    if (measured_[c.which] && std::fabs(g) <= 64 * eps * largest_[c.which]) g = 0;
+  }
   for (std::size_t i = 0; i < events_->size(); ++i)
     if (resumed_[i] || is_zero(i, last_))
       last_.g[i] = last_.slope[i] == 0 ? 0.0 : std::copysign(tiny, last_.slope[i]);
@@ -230,7 +244,8 @@ EventFinder::Root EventFinder::locate(Stepper& stepper, const StepView& step, in
 }
 
 /// Where g touches or crosses zero between two samples of one sign, by the sign of its slope. Nowhere, where even the
-/// tangents at both sides meet well above zero: a curve that bends upwards lies above them.
+/// tangents at both sides meet well above zero: a curve that bends upwards lies above them. One that bends both ways
+/// between the sides, as a sine does, need not: its chord is steeper than a tangent.
 std::optional<double> EventFinder::dip(Stepper& stepper, const StepView& step, int which, const Sample& a,
                                        const Sample& b) {
   constexpr double well = 0.5;  // of the smaller value
@@ -241,8 +256,10 @@ std::optional<double> EventFinder::dip(Stepper& stepper, const StepView& step, i
   };
   Side low{a.t, sign * a.g[i], sign * a.slope[i]}, high{b.t, sign * b.g[i], sign * b.slope[i]};
   for (int k = 0; k < 40 && high.t - low.t > 4 * eps * std::max(std::fabs(low.t), std::fabs(high.t)); ++k) {
+    const double chord = (high.g - low.g) / (high.t - low.t);
+    const bool bends_up = low.slope <= chord && chord <= high.slope;
     const double to_meeting = (high.g - low.g - high.slope * (high.t - low.t)) / (low.slope - high.slope);
-    if (low.g + low.slope * to_meeting > well * std::min(low.g, high.g)) return {};
+    if (bends_up && low.g + low.slope * to_meeting > well * std::min(low.g, high.g)) return {};
     const double t = (low.t + high.t) / 2;
     const double g = sign * value(stepper, step, which, t);
     if (g < 0) return t;

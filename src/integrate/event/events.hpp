@@ -137,6 +137,7 @@ class EventFinder {
   std::vector<std::size_t> phases_;  ///< the event of each of those arguments
   std::vector<char> slope_known_;    ///< dg/dt contains nothing but known leaves
   std::vector<char> measured_;       ///< its slope is a difference along the step
+  std::vector<double> largest_;      ///< |g| so far
   bool measures_ = false;
   bool fresh_ = true;        ///< no step since the last start
   std::vector<char> clock_;  ///< g depends on time alone
