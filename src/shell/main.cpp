@@ -2,6 +2,7 @@
 #include <unistd.h>
 
 #include <cerrno>
+#include <csignal>
 #include <cstdio>
 #include <cstring>
 #include <memory>
@@ -85,6 +86,7 @@ int grade(const Options& options) {
 int dispatch(const Options& options) {
   if (!options.colour) refuse_colour();
   catch_broken_pipe();
+  std::signal(SIGXFSZ, SIG_IGN);  // ulimit -f: the write fails instead, as on a full disk
   switch (options.action) {
     case Options::Action::version:
       std::printf("pendula %s (%s%s)\n", PENDULA_VERSION, LUA_RELEASE,
@@ -110,8 +112,10 @@ int dispatch(const Options& options) {
 
 /// A full disk must not look like success.
 int check_output(int status) {
-  if (std::fflush(stdout) == 0 && !std::ferror(stdout)) return status;
-  complain(std::string("pendula: cannot write standard output: ") + std::strerror(errno) + ".");
+  const bool flushed = std::fflush(stdout) == 0;
+  if (flushed && !std::ferror(stdout)) return status;
+  const char* why = flushed ? "a write failed" : std::strerror(errno);  // of earlier ones errno says nothing
+  complain(std::string("pendula: cannot write standard output: ") + why + ".");
   return status == ok ? static_cast<int>(failed) : status;
 }
 

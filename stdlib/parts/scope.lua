@@ -159,6 +159,10 @@ end
 
 local function array(scope, name, list)
   local entries, n = {}, 0
+  if select(2, name:gsub("%[", "")) > 20 then
+    fail(("'%s' has lists inside lists, more than 20 levels deep: does a list contain itself?"):format(
+      name:match "^[^%[]*"))
+  end
   for key in pairs(list) do
     if math.type(key) ~= "integer" then
       fail(("%s is a list of parts with the key '%s'; parts by name stand in model{ … }"):format(name,

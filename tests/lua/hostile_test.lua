@@ -334,3 +334,11 @@ test("options and tables of functions written in Lua are looked at before they a
   fails("two frequencies", random_process, { band = { 0.1, print }, std = 2 })
   fails("missing", phase, dae { der(x) ~ y, der(y) ~ -x }, { x = { {}, 1 }, y = { 0, 1 } })
 end)
+
+test("systems without states, lists of parts that contain themselves", function()
+  fails("no states", balred, tf({ 2 }, { 1 }), 0)
+  fails("no states", balreal, ss(zeros(0, 0), zeros(0, 1), zeros(1, 0), { { 3 } }))
+  local cyclic = {}
+  cyclic[1] = cyclic
+  fails("contain itself", model, { R = cyclic })
+end)

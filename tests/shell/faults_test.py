@@ -68,6 +68,8 @@ for code in ("save('/dev/full', var 'x')", "iddata{ y = { 1, 2 }, Ts = 1 }:csv '
 with open("/dev/full", "w") as full:
     done = subprocess.run([PROGRAM, "-e", "print(('x'):rep(1e5))"], stdout=full, stderr=subprocess.PIPE, text=True)
 assert done.returncode == 1 and "standard output" in done.stderr, done
+done = subprocess.run(f"ulimit -f 0; {PROGRAM} -e \"save('{work}/limit.lua', 1)\"", shell=True, capture_output=True, text=True)
+assert done.returncode == 1 and "too large" in done.stderr.lower(), done
 done = subprocess.run(f"{PROGRAM} -e 'for i = 1, 1e6 do print(i) end' | head -1", shell=True, capture_output=True, text=True)
 assert done.stdout == "1\n" and done.stderr == "", done
 

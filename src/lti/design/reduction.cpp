@@ -22,6 +22,7 @@ struct Projection {
 };
 
 Projection projection(const System& g, Index order) {
+  if (g.ss.order() == 0) throw Error("the system has no states");
   const Mat Lc = root(numbers(gramian(g, true))), Lo = root(numbers(gramian(g, false)));
   const Eigen::JacobiSVD<Mat> svd(Lo.transpose() * Lc, Eigen::ComputeFullU | Eigen::ComputeFullV);
   const Vec sigma = svd.singularValues();
