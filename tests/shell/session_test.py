@@ -479,7 +479,7 @@ def test_long_text_comes_a_screen_at_a_time(terminal, home):
     w.wait("-- more")
     check_in("sys:integrate{", w.screen())
     w.key("Space")
-    w.wait("rtol = 1e-3")
+    w.wait("rtol = 1e-6")
     w.key("q")
     w.wait("^>$", pattern=True)
     w.enter("'still ' .. 'here'")

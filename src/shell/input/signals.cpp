@@ -115,7 +115,12 @@ int PromptSignals::wait(int fd) const {
   // after it. ppoll alone would report the input and leave the signal pending.
   const timespec at_once{0, 0};
   if (ppoll(nullptr, 0, &at_once, &open) < 0 && errno == EINTR) return arrived;
+  const bool terminal = isatty(fd);
   if (ppoll(&input, 1, nullptr, &open) < 0 && errno == EINTR) return arrived;
+  // A terminal that goes away ends the input a moment before SIGHUP: that is no Ctrl-D of the user.
+  const timespec soon{0, 100'000'000};
+  if (terminal && (input.revents & POLLHUP) && ppoll(nullptr, 0, &soon, &open) < 0 && errno == EINTR)
+    return arrived;
   return 0;
 }
 
