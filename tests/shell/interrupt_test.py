@@ -16,6 +16,7 @@ SETUP = """x, y, z, v, k, g = var "x", var "y", var "z", var "v", param("k", 1),
 fall = dae{ der(x) ~ v, der(v) ~ -k*x }
 ring = dae{ der(x, 2) ~ -z*x, der(y, 2) ~ -z*y - g, 0 ~ x^2 + y^2 - 1 }
 d = iddata{ y = vec(table.pack((function(n) local l = {} for i = 1, n do l[i] = math.sin(0.3*i) + 0.1*math.cos(i*i) end return table.unpack(l) end)(200))), Ts = 1 }
+rows = {} for i = 1, 500 do rows[i] = {} for j = 1, 500 do rows[i][j] = math.sin(i*i + 3*j) end end large = evaluate(mat(rows))
 function probe() local s = ring:reduce():integrate{ start = { x = 1, y = 0, [der(x)] = 0, [der(y)] = 0 }, to = 0.5 } return ("%.9f %d"):format(s:final(y), ring:index()) end"""
 
 WORK = (
@@ -34,6 +35,7 @@ WORK = (
     'string.find(("a"):rep(100), ("a*"):rep(40) .. "b")',
     'while true do factor(expand((x + 1)^20*(y - 2)^10)) end',
     'while true do eig(mat{{1, 2, 3}, {4, 5, 6}, {7, 8, 10}}) end',
+    'while true do eig(large) end',
     'while true do plot(fall:integrate{ start = { x = 1, v = 0 }, to = 50 }, x) end',
 )
 
