@@ -32,33 +32,40 @@ function source.lines(text)                                  -- for number, line
   end
 end
 
--- Where the comment, string or directive that begins at `at` ends; nil if none begins there.
+-- Where the comment, string or directive that begins at `at` ends; nil if none begins there. `begins`: the
+-- characters at which one can begin.
 local skip = {}
+local begins = { cpp = "[\"'/#]", lua = "[\"'%-%[]" }
 
 local function end_of_string(text, at, quote)
-  local stop = at + 1
-  while text:sub(stop, stop) ~= quote and stop < #text do
-    stop = stop + (text:sub(stop, stop) == "\\" and 2 or 1)
-  end
+  local stop, ends = at, "[\\\n" .. quote .. "]"
+  repeat
+    stop = text:find(ends, stop + 1) or #text
+    local found = text:byte(stop)
+    if found == 92 then stop = stop + 1 end                    -- a backslash, and what it protects
+  until found ~= 92 or stop >= #text
   return stop
 end
 
 function skip.cpp(text, at)
-  local before = text:sub(at - 1, at - 1)
-  local delimiter = text:match('^R"([^(\n]*)%(', at)
-  if delimiter and not before:find "[%w_]" then
-    return select(2, text:find(")" .. delimiter .. '"', at, true))
-  end
-  if text:find("^//", at) then return (text:find("\n", at, true) or #text + 1) - 1 end
-  if text:find("^/%*", at) then return select(2, text:find("*/", at + 2, true)) end
-  if text:find("^[ \t]*#", at) and (at == 1 or before == "\n") then
+  local first, before = text:sub(at, at), text:sub(at - 1, at - 1)
+  if first == "/" then
+    if text:find("^//", at) then return (text:find("\n", at, true) or #text + 1) - 1 end
+    return text:find("^/%*", at) and select(2, text:find("*/", at + 2, true))
+  elseif first == "#" then
+    if not text:sub(math.max(at - 40, 1), at - 1):find "^[ \t]*$"
+      and not text:sub(math.max(at - 40, 1), at - 1):find "\n[ \t]*$" then return nil end
     local stop = at
     repeat stop = (text:find("\n", stop + 1, true) or #text + 1) until text:sub(stop - 1, stop - 1) ~= "\\"
     return stop - 1
+  elseif first == "'" then
+    return not before:find "[%w_]" and end_of_string(text, at, first) or nil        -- 10'000 is one number
   end
-  local quote = text:match("^[\"']", at)
-  if not quote or (quote == "'" and before:find "[%w_]") then return nil end     -- 10'000 is one number
-  return end_of_string(text, at, quote)
+  if before == "R" and not text:sub(at - 2, at - 2):find "[%w_]" then
+    local delimiter = text:match('^"([^(\n]*)%(', at)
+    return select(2, text:find(")" .. delimiter .. '"', at, true))
+  end
+  return end_of_string(text, at, first)
 end
 
 function skip.lua(text, at)
@@ -71,18 +78,18 @@ end
 
 --- The text with everything skipped blanked out; lines stay where they are. language: "cpp" or "lua".
 function source.code(text, language)
-  local out, at = {}, 1
-  while at <= #text do
+  local out, from = {}, 1                                      -- written out up to `from`
+  local at = text:find(begins[language])
+  while at do
     local stop = skip[language](text, at)
     if stop then
+      out[#out + 1] = text:sub(from, at - 1)
       out[#out + 1] = text:sub(at, stop):gsub("[^\n]", " ")
-    else
-      stop = select(2, text:find("^[%w_]+", at)) or at
-      if text:find('^R"', at) then stop = at end
-      out[#out + 1] = text:sub(at, stop)
+      from = stop + 1
     end
-    at = stop + 1
+    at = text:find(begins[language], (stop or at) + 1)
   end
+  out[#out + 1] = text:sub(from)
   return table.concat(out)
 end
 

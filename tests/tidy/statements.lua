@@ -18,7 +18,7 @@ end
 function statements.check_commas(file, bare)
   local number, line = 0, 1
   local first
-  for statement, last in bare:gmatch "([^;{}]*)([;{}])" do
+  for statement, last in (bare .. "}"):gmatch "([^;{}]*)([;{}])" do  -- an end for tables without one
     if last == ";" and statement:find "," and is_comma_statement(statement) then
       number = number + 1
       first = first or line + select(2, statement:match("^%s*"):gsub("\n", ""))
