@@ -7,6 +7,7 @@
 
 #include "base/error.hpp"
 #include "codegen/kernel/kernel.hpp"
+#include "expr/graph/declaration.hpp"
 #include "expr/graph/derivative.hpp"
 #include "expr/graph/graph.hpp"
 #include "expr/graph/matrix.hpp"
@@ -38,6 +39,17 @@ std::vector<Expr> chain(int n) {
 }
 
 }  // namespace
+
+TEST_CASE("symbols stand in the order of their declaration, known before or not") {
+  const Expr known = symbol(Kind::parameter, "ordered_known");
+  newly_declared({known});
+  begin_declarations();
+  const Expr made = symbol(Kind::parameter, "ordered_made");  // before the list is declared
+  newly_declared({known, made});
+  CHECK(declaration_of(known) < declaration_of(made));
+  newly_declared({made, known});
+  CHECK(declaration_of(known) < declaration_of(made));  // declaring again moves nothing
+}
 
 TEST_CASE("interning: structurally equal expressions are the same node") {
   CHECK(sin(x) * y == sin(x) * y);

@@ -10,9 +10,11 @@
 namespace pendula {
 namespace {
 
-/// Places in the order of declarations; making a symbol declares it.
+/// Places in the order of declarations. A symbol that was only made gets its place when it is declared, so that in
+/// params "a d" a known a stands before a new d.
 struct Declared {
   std::uint64_t first, latest;
+  bool only_made;
 };
 
 struct Declarations {
@@ -42,18 +44,25 @@ void sort_by(std::vector<Expr>& leaves, Place place) {
 
 }  // namespace
 
+void newly_made(Expr symbol) {
+  Declarations& d = declarations();
+  ++d.count;
+  d.places.try_emplace(symbol, Declared{d.count, d.count, true});
+}
+
 std::vector<Expr> newly_declared(std::vector<Expr> symbols) {
   Declarations& d = declarations();
   for (Expr leaf : symbols) {
-    ++d.count;
-    const auto [it, made] = d.places.try_emplace(leaf, Declared{d.count, d.count});
-    it->second.latest = d.count;
-    if (it->second.first <= d.session_begin) it->second.first = d.count;
+    Declared& place = d.places.at(leaf);
+    place.latest = ++d.count;
+    if (place.only_made || place.first <= d.session_begin) place.first = d.count;
+    place.only_made = false;
   }
   return symbols;
 }
 
 void begin_declarations() { declarations().session_begin = declarations().count; }
+std::uint64_t session_of_declarations() { return declarations().session_begin; }
 
 std::uint64_t declaration_of(Expr leaf) { return place_of(symbol_of(leaf).base).first; }
 std::uint64_t latest_declaration_of(Expr leaf) { return place_of(symbol_of(leaf).base).latest; }

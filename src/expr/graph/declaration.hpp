@@ -14,10 +14,14 @@
 
 namespace pendula {
 
+/// A symbol that did not exist before; its place holds until it is declared.
+void newly_made(Expr symbol);
 /// The symbols, declared in this order; returns them.
 std::vector<Expr> newly_declared(std::vector<Expr> symbols);
 /// A new session begins: what was declared before it does not count.
 void begin_declarations();
+/// A number that differs between sessions with declarations in them.
+std::uint64_t session_of_declarations();
 
 /// Place of a leaf in the order of first declarations; a derivative stands where its base does.
 std::uint64_t declaration_of(Expr leaf);

@@ -247,7 +247,7 @@ static Expr leaf_of(Symbol s) {
     it->second = g.leaf(Op::symbol, g.symbols, std::move(s));
     if (g.symbols.back().order == 0) {
       g.symbols.back().base = it->second;
-      newly_declared({it->second});
+      newly_made(it->second);
     }
     PENDULA_ASSERT(g.symbols.back().order == 0 || base.is_symbol(), "a derivative leaf needs its base");
   }

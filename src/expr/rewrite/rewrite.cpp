@@ -6,6 +6,7 @@
 #include "base/error.hpp"
 #include "base/interrupt.hpp"
 #include "expr/graph/assumption.hpp"
+#include "expr/graph/declaration.hpp"
 #include "expr/graph/derivative.hpp"
 #include "expr/graph/generic.hpp"
 #include "expr/print/print.hpp"
@@ -275,7 +276,7 @@ SumId Simplifier::rewritten_product(Term term) {
 
 namespace {
 
-// Nodes are never changed, so neither are their simple forms.
+// Nodes are never changed, so neither are their simple forms, while the order of the symbols stays.
 class Known {
  public:
   std::optional<Expr> find(Expr e) const {
@@ -359,11 +360,11 @@ Expr simplified_or_zero(Expr e) {
 Expr simplify(Expr e) {
   static thread_local Known known;
   static thread_local RewrittenPatterns patterns;
-  static thread_local std::size_t assumptions = 0;
-  if (assumptions != assumptions_made()) {
+  static thread_local std::pair<std::size_t, std::uint64_t> known_under;
+  if (const std::pair now(assumptions_made(), session_of_declarations()); known_under != now) {
     known = {};
     patterns = {};
-    assumptions = assumptions_made();
+    known_under = now;
   }
   if (e.is_constant()) return simplified(e);
   if (const auto simple = known.find(e)) return *simple;
