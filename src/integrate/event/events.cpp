@@ -244,11 +244,12 @@ EventFinder::Root EventFinder::locate(Stepper& stepper, const StepView& step, in
 }
 
 /// Where g touches or crosses zero between two samples of one sign, by the sign of its slope. Nowhere, where even the
-/// tangents at both sides meet well above zero: a curve that bends upwards lies above them. One that bends both ways
+/// tangents at both sides of a small part meet well above zero: a curve that bends upwards lies above them. One that bends both ways
 /// between the sides, as a sine does, need not: its chord is steeper than a tangent.
 std::optional<double> EventFinder::dip(Stepper& stepper, const StepView& step, int which, const Sample& a,
                                        const Sample& b) {
-  constexpr double well = 0.5;  // of the smaller value
+  constexpr double well = 0.5;   // of the smaller value
+  constexpr int small_part = 6;  // halvings: over a long step a curve may bend as it likes
   const auto i = static_cast<std::size_t>(which);
   const double sign = b.g[i] > 0 ? 1 : -1;
   struct Side {
@@ -259,7 +260,8 @@ std::optional<double> EventFinder::dip(Stepper& stepper, const StepView& step, i
     const double chord = (high.g - low.g) / (high.t - low.t);
     const bool bends_up = low.slope <= chord && chord <= high.slope;
     const double to_meeting = (high.g - low.g - high.slope * (high.t - low.t)) / (low.slope - high.slope);
-    if (bends_up && low.g + low.slope * to_meeting > well * std::min(low.g, high.g)) return {};
+    const bool small = k >= small_part;
+    if (small && bends_up && low.g + low.slope * to_meeting > well * std::min(low.g, high.g)) return {};
     const double t = (low.t + high.t) / 2;
     const double g = sign * value(stepper, step, which, t);
     if (g < 0) return t;

@@ -294,7 +294,7 @@ Choice choose(const ProblemPtr& whole, const Method& method, const Plan& plan, c
   if (!here) return {&family::radau, nullptr, "no eigenvalues of ∂x′/∂x were found at the start"};
   const double span = plan.to - plan.from;
   const int size = problem->n() + problem->m();
-  const bool iterates = !derivative.is_linear();
+  const bool iterates = !derivative.is_linear() && plan.modes == 0;  // else few: branches are often linear
   if (!problem->has_dense_jacobian()) {
     if (!couplings && is_stiff(*here, span, size, iterates) && is_diffusion(*whole, *here, span, rtol))
       return {&family::chebyshev, nullptr,

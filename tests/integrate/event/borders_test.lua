@@ -252,3 +252,21 @@ test("bdf begins behind a kink at every tolerance, however fast the current rise
     expect(sol.status):equals "finished"
   end
 end)
+
+test("ideal diodes conduct for a moment within a long step", function()
+  local e = components.electrical
+  for _, numbers in ipairs { { f = 50, C = 1e-3 }, { f = 60, C = 2e-3 }, { f = 50, C = 3e-4 } } do
+    local function diode() return e.ideal_diode { Ron = 1e-3, Goff = 1e-6 } end
+    local bridge = _G.model { V = e.source { v = 10*sin(2*pi*numbers.f*t) }, R = e.resistor { R = 100 },
+      Ri = e.resistor { R = 1 }, C = e.capacitor { C = numbers.C, v0 = 0 }, gnd = e.ground {},
+      D1 = diode(), D2 = diode(), D3 = diode(), D4 = diode(),
+      connect("V.p", "Ri.p"), connect("Ri.n", "D1.p", "D2.n"), connect("V.n", "D3.p", "D4.n"),
+      connect("D1.n", "D3.n", "C.p", "R.p"), connect("D2.p", "D4.p", "C.n", "R.n", "gnd.p") }
+    local exact = bridge:integrate { to = 0.1, rtol = 1e-9 }(bridge.C.v, 0.1)
+    for _, rtol in ipairs { 1e-5, 1e-6, 1e-7 } do
+      local sol = bridge:integrate { to = 0.1, rtol = rtol }
+      expect(sol.status):equals "finished"
+      expect(sol(bridge.C.v, 0.1)):near(exact, 200*rtol)
+    end
+  end
+end)
