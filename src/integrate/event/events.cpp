@@ -243,9 +243,9 @@ EventFinder::Root EventFinder::locate(Stepper& stepper, const StepView& step, in
   return root(b);
 }
 
-/// Where g touches or crosses zero between two samples of one sign, by the sign of its slope. Nowhere, where even the
-/// tangents at both sides of a small part meet well above zero: a curve that bends upwards lies above them. One that bends both ways
-/// between the sides, as a sine does, need not: its chord is steeper than a tangent.
+/// Where g touches or crosses zero between two samples of one sign, by the sign of its slope. Nowhere, where even
+/// the tangents at both sides of a small part meet well above zero: a curve that bends upwards lies above them. One
+/// that bends both ways between the sides, as a sine does, need not: its chord is steeper than a tangent.
 std::optional<double> EventFinder::dip(Stepper& stepper, const StepView& step, int which, const Sample& a,
                                        const Sample& b) {
   constexpr double well = 0.5;   // of the smaller value
