@@ -44,6 +44,16 @@ function common.centred(by, m, column)
   return list
 end
 
+-- An input that varies, and enough samples to say something about it.
+function common.informative(by, d, u, i, least)
+  local varies = false
+  for t = 2, #u do varies = varies or u[t] ~= u[1] end
+  if not varies then fail(("%s: the input %s does not vary"):format(by, d.u_names[i])) end
+  if #u < least then
+    fail(("%s: %d samples are too few; at least %d are needed"):format(by, #u, least))
+  end
+end
+
 -- A list of numbers from a list, a column or a row.
 function common.list(by, x)
   local list = {}
@@ -65,12 +75,14 @@ local function index_of(names, which)
 end
 
 -- y and u of the data, means removed, and their numbers.
-function common.signals(by, d, options)
+function common.signals(by, d, options, least)
   options = options or {}
   local i, o = index_of(d.u_names, options.input or 1), index_of(d.y_names, options.output or 1)
   if not i then fail(("%s: there is no input %s"):format(by, tostring(options.input))) end
   if not o then fail(("%s: there is no output %s"):format(by, tostring(options.output))) end
-  return common.centred(by, d.y, o), common.centred(by, d.u, i), i, o
+  local y, u = common.centred(by, d.y, o), common.centred(by, d.u, i)
+  common.informative(by, d, u, i, least or 1)
+  return y, u, i, o
 end
 
 -- Powers of 2 by the algorithm of Cooley and Tukey, in place.

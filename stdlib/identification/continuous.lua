@@ -61,17 +61,29 @@ local function prepare(by, d)
   if #d.y_names > 1 or #d.u_names > 1 then
     fail(by .. " is for one input and one output; choose: d:select{ y = 1, u = 1 }")
   end
-  local sizes = { y = 0, u = 0, n = 0 }
+  local sizes, first = { y = 0, u = 0, n = 0, constant = true }, d.u(1, 1)
   for t = 1, d.y.rows do
     local y, u = d.y(t, 1), d.u(t, 1)
     if u ~= u then fail(by .. ": the input must be known at every sample: d:fill()") end
     if y == y then sizes.y, sizes.n = sizes.y + y * y, sizes.n + 1 end
-    sizes.u = sizes.u + u * u
+    sizes.u, sizes.constant = sizes.u + u * u, sizes.constant and u == first
   end
   if sizes.u == 0 then fail(("%s: the input %s is zero"):format(by, d.u_names[1])) end
   if sizes.y == 0 then fail(("%s: the output %s is zero"):format(by, d.y_names[1])) end
   sizes.y, sizes.u = math.sqrt(sizes.y / sizes.n), math.sqrt(sizes.u / d.y.rows)
   return sizes
+end
+
+local function require_information(by, d, sizes, parameters, poles, ic)
+  local free = parameters + (ic == "estimate" and poles or 0)
+  if sizes.n <= free then
+    fail(("%s: %d samples are too few for %d unknowns (%d parameters%s)"):format(by, sizes.n, free,
+      parameters, ic == "estimate" and (", %d initial values; ic = \"zero\": none"):format(poles) or ""))
+  end
+  if ic == "estimate" and sizes.constant then
+    fail(("%s: the input %s does not vary, and from an unknown state that says nothing; ic = \"zero\" if "
+      .. "the data begin at rest"):format(by, d.u_names[1]))
+  end
 end
 
 local function ic_of(by, options)
@@ -174,6 +186,7 @@ local function process_model(d, kind, options)
   local sizes, ic = prepare("process_model", d), ic_of("process_model", options)
   local names, build = process_parameters(order, has), nil
   build = process_system(names, has)
+  require_information("process_model", d, sizes, #names, order + (has.I and 1 or 0), ic)
   local span = d.Ts * d.y.rows
   local longest = options.max_delay or 0.3 * span
   local unit = sizes.y / sizes.u / (has.I and span / 10 or 1)
@@ -255,6 +268,7 @@ local function tfest(d, options)
     fail "tfest: with as many zeros as poles the delay is a multiple of Ts"
   end
   local sizes, ic = prepare("tfest", d), ic_of("tfest", options)
+  require_information("tfest", d, sizes, np + nz + 1, np, ic)
   local starts, T = {}, 1
   local function add(num, den)                                    -- as found in s, den[1] ≠ 0
     local start = {}

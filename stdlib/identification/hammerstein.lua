@@ -157,6 +157,7 @@ local function hammerstein(d, options)
       fail "hammerstein: samples are missing; fill them first: d:fill()"
     end
   end
+  common.informative("hammerstein", d, u, 1, o.nb + o.nf + #o.input + (o.output and #o.output or 0) + 1)
   local columns = basis_columns(o.input, u)
   local start = start_values(d, o, columns)
   local r = named "nlsq" (function(p)

@@ -58,7 +58,7 @@ end
 local function impulse_estimate(d, options)
   options = common.options("impulse_estimate", options, { "lags", "kernel", "whiten", "input", "output" })
   common.one_record("impulse_estimate", d)
-  local y, u, i, o = common.signals("impulse_estimate", d, options)
+  local y, u, i, o = common.signals("impulse_estimate", d, options, 12)
   local lags = check_lags("impulse_estimate", options.lags, #y, math.max(1, math.min(40, #y // 5)))
   local order = options.whiten or math.min(10, #y // 20)
   if math.type(order) ~= "integer" or order < 0 then fail "impulse_estimate: whiten is an order ≥ 0" end
@@ -84,7 +84,7 @@ end
 local function correlation_analysis(d, options)
   options = common.options("cra", options, { "lags", "whiten", "input", "output" })
   common.one_record("cra", d)
-  local y, u, i, o = common.signals("cra", d, options)
+  local y, u, i, o = common.signals("cra", d, options, 12)
   local N = #y
   local lags = check_lags("cra", options.lags, N, math.max(1, math.min(20, N // 5)))
   local order = options.whiten or math.min(10, N // 20)
@@ -98,7 +98,6 @@ local function correlation_analysis(d, options)
     return sum / N
   end
   local Ru, Ry = covariance(u, u, 0), covariance(y, y, 0)
-  if Ru == 0 then fail(("cra: the input %s does not vary"):format(d.u_names[i])) end
   local r = setmetatable({ lags = {}, g = {}, std = {}, bound = {}, input = d.u_names[i],
     output = d.y_names[o],
     method = "correlation analysis" }, estimate)
@@ -116,6 +115,7 @@ local function delay_estimate(d, options)
   options = common.options("delay_estimate", options, { "na", "nb", "range", "input", "output" })
   common.one_record("delay_estimate", d)
   local range = options.range or { 0, math.min(20, d.y.rows // 10) }
+  common.signals("delay_estimate", d, options, 12)
   local one = d:select { y = options.output or 1, u = options.input or 1 }
   local s = named "order_scan" (one, nil, { na = options.na or 2, nb = options.nb or 2, nk = range,
     criterion = "aic" })

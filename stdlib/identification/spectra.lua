@@ -85,11 +85,10 @@ end
 local function spectral_analysis(d, options)
   common.one_record("spa", d)
   local N = d.y.rows
+  local y, u, i, o = common.signals("spa", d, options, 20)
   local M = read_options(options, N)
   local given = options and options.w
-  local y, u, i, o = common.signals("spa", d, options)
   local Ry, Ru, Ryu = covariance(y, y, M), covariance(u, u, M), covariance(y, u, M)
-  if Ru[0] == 0 then fail(("spa: the input %s does not vary"):format(d.u_names[i])) end
   local window, squares = {}, 0
   for lag = -M, M do
     window[lag] = 0.5 * (1 + math.cos(math.pi * lag / (M + 1)))
@@ -128,13 +127,12 @@ local function etfe(d, options)
   common.one_record("etfe", d)
   local h = options.smooth or 0
   if math.type(h) ~= "integer" or h < 0 then fail "etfe: smooth is a whole number of neighbours ≥ 0" end
-  local y, u, i, o = common.signals("etfe", d, options)
+  local y, u, i, o = common.signals("etfe", d, options, 4)
   local N = #y
   local yr, yi = common.dft(y)
   local ur, ui = common.dft(u)
   local half, largest = N // 2, 0
   for k = 2, half + 1 do largest = math.max(largest, ur[k]^2 + ui[k]^2) end
-  if largest == 0 then fail(("etfe: the input %s does not vary"):format(d.u_names[i])) end
   local r = setmetatable({ w = {}, re = {}, im = {}, mag = {}, phase = {}, samples = N,
     title = "Empirical transfer function",
     input = d.u_names[i], output = d.y_names[o] }, spectral_estimate)
@@ -238,7 +236,7 @@ end }
 local function coherence(d, options)
   options = common.options("coherence", options, { "segment", "input", "output" })
   common.one_record("coherence", d)
-  local y, u, i, o = common.signals("coherence", d, options)
+  local y, u, i, o = common.signals("coherence", d, options, 8)
   local a = averages("coherence", y, u, d.Ts, options)
   if a.segments < 2 then fail "coherence: one segment always has coherence 1; give a shorter segment" end
   local r = setmetatable({ f = a.f, value = {}, segments = a.segments, segment = a.segment,

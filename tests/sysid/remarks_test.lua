@@ -110,3 +110,41 @@ test("the verdict of a search", function()
   for t = 1, 200 do u[t] = (-1)^((t * t // 3 + t // 7) % 2); y[t] = 1.1 * (y[t-1] or 0) + (u[t-1] or 0) end
   said(oe(iddata { y = y, u = u }, { nb = 1, nf = 1 }), "zero of F on the unit circle")
 end)
+
+-- Too little to say anything: every estimator refuses in its own words.
+test("three samples, constant inputs and gaps are refused by name", function()
+  local three, u, y = iddata { y = { 1, 2, 3 }, u = { 1, 0, 1 } }, {}, {}
+  for t = 1, 60 do u[t], y[t] = 2, 1 + t % 3 / 10 end
+  local constant = iddata { y = y, u = u }
+  for t = 1, 60 do u[t] = (t * t // 3) % 2 end
+  u[30] = 0/0
+  local gap = iddata { y = y, u = u }
+  local basis = { nb = 1, nf = 1, input = { function(v) return v end, function(v) return v^2 end } }
+  local all = { { tfest, "tfest", { np = 2 } }, { process_model, "process_model", "P1D" }, { spa, "spa" },
+    { etfe, "etfe" }, { cra, "cra" }, { impulse_estimate, "impulse_estimate" }, { coherence, "coherence" },
+    { hammerstein, "hammerstein", basis } }
+  for _, each in ipairs(all) do
+    local f, name, options = table.unpack(each)
+    if name ~= "hammerstein" and name ~= "etfe" then
+      expect(function() f(three, options) end):fails(name .. ": 3 samples are too few")
+    end
+    expect(function() f(constant, options) end):fails(name .. ": the input u does not vary")
+    expect(function() f(gap, options) end):fails(name)
+  end
+  expect(function() delay_estimate(constant) end):fails "delay_estimate: the input u does not vary"
+  expect(process_model(iddata { y = y, u = constant.u }, "P1", { ic = "zero" }).theta[1] > 0):is_true()
+end)
+
+test("a search that starts beside where residuals exist says so", function()
+  expect(function() nlsq(function(p) return { math.sqrt(p[1]) - 1, p[1] } end, { 0 }) end):fails "beside it"
+end)
+
+test("state-space models are told of offsets, too", function()
+  local u, y = {}, {}
+  for t = 1, 120 do
+    u[t] = (t * t // 3) % 2
+    y[t] = 50 + 0.5 * ((y[t-1] or 50) - 50) + (u[t-1] or 0) + (t * 7 % 5) / 50
+  end
+  expect(tostring(n4sid(iddata { y = y, u = u }, 1)):find("d:detrend()", 1, true) ~= nil):is_true()
+  expect(tostring(n4sid(iddata { y = y, u = u }:detrend(), 1)):find("d:detrend()", 1, true) == nil):is_true()
+end)

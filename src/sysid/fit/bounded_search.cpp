@@ -96,7 +96,17 @@ BoundedMinimum least_squares_within(const Residuals& r, const Vec& given, const 
   options.iterations = iterations;
   options.noise = 1e-12;
   options.accuracy = accuracy;
-  out.search = minimise(loss, start, options);
+  Vec begin = start;
+  std::optional<QuadraticModel> model = loss(begin);
+  if (!model)
+    throw Failure(
+        "the residuals have no derivatives at the start: beside it they are not finite; begin elsewhere");
+  const auto from_there = [&](Vec& theta) {  // the start is not evaluated twice
+    std::optional<QuadraticModel> here;
+    here.swap(model);
+    return here ? here : loss(theta);
+  };
+  out.search = minimise(from_there, begin, options);
   out.residuals = r(out.search.theta);
   out.J = difference_jacobian(r, out.search.theta, scale, bounds);
   Mat J = out.J;

@@ -235,6 +235,7 @@ IdModel completed(StateSpaceModel m, const IdData& d, bool exact) {
     row.exact = exact && one[i].errors.norm() <= 1e-9 * y.norm();
     row.simulation_fit = free.empty() ? -std::numeric_limits<double>::infinity() : free[i].fit;
     row.simulation_start = "initial state estimated";
+    row.search.warnings = offsets_in(d, j);
     out.outputs.push_back(std::move(row));
   }
   if (missing(d) == 0) m.innovations = e.transpose() * e / static_cast<double>(d.samples());
@@ -370,6 +371,7 @@ std::string describe_state_space(const IdModel& model) {
         "  ", name, "fit on the estimation data: ", rounded(row.quality.fit, 6), " % (1-step prediction), ",
         std::isfinite(row.simulation_fit) ? rounded(row.simulation_fit, 6) + " %" : std::string("diverges"),
         " (simulation, initial state estimated)\n");
+    for (const std::string& line : row.search.warnings) out += text("  warning: ", line, "\n");
   }
   out.pop_back();
   return out;
