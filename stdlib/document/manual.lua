@@ -18,6 +18,8 @@ local pages = {
   { "index", "Pendula", "docs/manual/index.md" },
   { "tutorial", "Tutorial", "docs/manual/tutorial.md" },
   { "concepts", "Concepts", "docs/manual/concepts.md" },
+  { "control", "Control", "docs/manual/control.md" },
+  { "identification", "Identification", "docs/manual/identification.md" },
   { "cookbook", "Cookbook", "docs/manual/cookbook.md" },
   { "gallery", "Gallery", "docs/manual/gallery.md" },
   { "coming-from", "Coming from …", "docs/manual/coming-from.md" },

@@ -95,8 +95,8 @@ class BrowserTest(unittest.TestCase):
         browser = self.browser
         browser.media()
         browser.size(1000, 900)
-        for name in ("index", "tutorial", "concepts", "cookbook", "gallery", "coming-from", "language", "reference",
-                     "glossary", "derivations", "ref-dae", "ref-lti-responses"):
+        for name in ("index", "tutorial", "concepts", "control", "identification", "cookbook", "gallery", "coming-from",
+                     "language", "reference", "glossary", "derivations", "ref-dae", "ref-lti-responses"):
             browser.open(os.path.join(folder, name + ".html"))
             self.assertEqual(browser.complaints(), [], name)
             self.assertTrue(all(w > 3 and h > 8 for w, h in visible(browser, "math")), name)

@@ -30,6 +30,7 @@ extern const Module newton_module;
 extern const Module iddata_module;
 extern const Module idmodel_module;
 extern const Module idmodel_fields_module;
+extern const Module idmodel_predict_module;
 extern const Module idmodel_systems_module;
 extern const Module lsq_module;
 extern const Module likelihood_module;
@@ -88,6 +89,7 @@ const std::vector<const Module*>& modules() {
                                                   &parallel_module,
                                                   &iddata_module,
                                                   &idmodel_module,
+                                                  &idmodel_predict_module,
                                                   &idmodel_fields_module,
                                                   &idmodel_systems_module,
                                                   &lsq_module,
