@@ -30,7 +30,7 @@ return {
     ["src/integrate/step/rosenbrock_stepper.cpp"] = 3,
     ["src/integrate/step/spectrum.cpp"] = 1,
     ["src/lua/bind/plot/plot.cpp"] = 1,
-    ["src/lua/bind/sysid/sysid_models.cpp"] = 2,
+    ["src/lua/bind/sysid/sysid_models.cpp"] = 1,
     ["src/lua/bind/sysid/sysid_predictor.cpp"] = 4,
   },
   no_header = {
