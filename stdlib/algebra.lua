@@ -40,7 +40,11 @@ lazy({ name = "equilibria", sig = "equilibria(sys [, { params =, inputs =, unkno
     stability: by the eigenvalues where they are numbers, else the conditions of Hurwitz. list[1][x],
     list[1].A, list[1].stable.]],
   example = 'x = var "x"  r = param "r"  return #equilibria(dae { der(x) ~ r*x - x^3 })',
-  gives = "3" },
+  gives = "3",
+  options = { option("params", "table or boolean", "values of parameters; true: those of the model", "",
+      "@parameters"),
+    option("inputs", "table", "values of inputs", "", "@inputs"),
+    option("unknowns", "list of symbols", "instead of all states") }, options_at = 2 },
   "algebra/equilibria")
 
 lazy({ name = "apart", sig = "apart(e, x) -> expression",
@@ -94,4 +98,4 @@ lazy({ name = "symbolic_tableau", sig = "symbolic_tableau{ A =, b =, c = } -> ta
     tab:latex().]],
   example = 'a = param "a"  return symbolic_tableau { A = { {0, 0}, {a, 0} }, b = { 1 - 1/(2*a), 1/(2*a) } }'
     .. ':stability_function(param "z")',
-  gives = "z²/2 + z + 1" }, "tableaus/symbolic")
+  gives = "z²/2 + z + 1", options = options_of "tableau", options_at = 1 }, "tableaus/symbolic")

@@ -86,6 +86,9 @@ doc { name = "solution:check", module = "integrate", sig = "sol:check([{ method 
   example = [[x = var "x"
 c = dae{ der(x) ~ -x }:integrate{ start = { x = 1 }, to = 1 }:check()
 return c.good, #c, c[1].name]], gives = "true 1 x",
+  options = { option("method", "string or tableau", "of the second run; else one of another kind", "",
+    "@methods") },
+  options_at = 2,
   function(sol, given)
     if object_type(sol) ~= "solution" then
       fail "check: expected a solution before the colon, as in sol:check()"

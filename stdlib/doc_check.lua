@@ -3,7 +3,7 @@
 
 -- Splits "statements; expression" so that the expression's value can be printed: tries every separator from
 -- the end.
-local function compile(code, env)
+function compiled_example(code, env)
   local chunk = load("return " .. code, "=example", "t", env)
   if chunk then return chunk end
   for at = #code, 1, -1 do
@@ -30,7 +30,7 @@ local function output_of(code)
   local stdlib_print = print
   print = write  -- help() and its like print from stdlib code
   local results = table.pack(pcall(function()
-    local chunk, problem = compile(code, env)
+    local chunk, problem = compiled_example(code, env)
     if not chunk then error(problem, 0) end
     return chunk()
   end))

@@ -85,9 +85,10 @@ doc { name = "save", module = "files", title = "Files", sig = "save(file [, valu
   text = [[Writes a value to a file that load turns into the same value, in a new session too: models (with
     name, parameter values and form), expressions, matrices, equations, starts, data, linear systems,
     tableaus, distributions, solutions (with what lies between their points), figures, numbers, texts
-    and tables of these. Of any other result, such as a fit, the fields are kept, as a table. A
+    and tables of these. Estimates (fit, arx, spa, …), newton, converge and sweeps in memory are kept as the
+    call that made them, which load makes again. Of any other result the fields are kept, as a table. A
     solution keeps what integrate was asked for but for Lua functions: inputs become expressions or
-    samples. A sweep lives in a store (sweep{ …, store = "runs.db" }). save "work.pend" without a
+    samples. A sweep in a store (sweep{ …, store = "runs.db" }) is there already. save "work.pend" without a
     value keeps all variables of the session. The ending chooses other formats: .tex is a LaTeX
     document of whatever has latex(), or of a list of these and of texts; .mat is a MATLAB file of a
     solution, data, or a table of numbers and matrices. The file appears complete or not at all.]],

@@ -22,5 +22,6 @@ include "latex"       -- form:latex, bdf(2):latex
 include "check"       -- sol:check
 include "algebra"     -- roots, equilibria, apart, integral, Laplace transforms
 include "problems/init"  -- problems.pendulum, problems.akzo, …
+include "asked"       -- what results were asked for
 include "document"    -- view; reports and notebooks behind it
 include "parts"       -- component, connect, model; components.electrical, …

@@ -1,19 +1,13 @@
 -- Figures of linear systems: responses in time, Bode and Nyquist curves, pole-zero maps
 -- (src/lua/bind/lti/lti_response.cpp).
 
-local figure_options = include("plot/options").flat
+local figure_options = include("plot/options").frame
 
 local unpack = table.unpack
 
 local function copy(into, options)
   for key, value in pairs(options or {}) do into[key] = value end
   return into
-end
-
--- options of figure{}, without what a figure of this kind sets by itself
-local function check_options(by, options)
-  if options ~= nil and type(options) ~= "table" then fail(by .. ": options are a table { title = … }") end
-  return options or {}
 end
 
 local function column(matrix, j)
@@ -54,7 +48,7 @@ local function response_figure(r, options)
   end
   return figure(copy({ by = "plot", series = series, title = titles[r.kind], xlabel = "t",
                        ylabel = #labels == 1 and labels[1] or nil, legend = #labels > 1 },
-                         check_options("plot", options)))
+                         check_options("plot", options, figure_options)))
 end
 
 drawn_as("response", "r:plot()", response_figure, { text = "The outputs over time; options as in plot.",
@@ -72,7 +66,7 @@ local function phase_step(curves)
 end
 
 local function bode_figure(r, options)
-  options = check_options("plot", options)
+  options = check_options("plot", options, figure_options)
   local labels, gain, angle = r.labels, {}, {}
   for j = 1, #labels do
     gain[j] = { x = r.w, y = column(r.db, j), labels = { labels[j] } }
@@ -94,7 +88,7 @@ drawn_as("frequency response", "the Bode diagram", bode_figure,
 
 -- The curve and its mirror image; a pole on the axis sends it to infinity, so far-away points are left out.
 local function nyquist_figure(G, frequencies, options)
-  options = check_options("nyquist", options)
+  options = check_options("nyquist", options, figure_options)
   local r = G:freqresp(frequencies)
   local labels, series, left_out = r.labels, {}, 0
   local far = 0
@@ -136,7 +130,8 @@ doc { name = "nyquist", module = "lti responses", sig = "nyquist(G [, frequencie
   function(G, ...) return nyquist_figure(check_system("nyquist", G), ...) end }
 doc { name = "lti:nyquist", module = "lti responses", sig = "G:nyquist([frequencies [, options]]) -> figure",
   options = figure_options,
-  text = "The same as nyquist(G).", nyquist_figure }
+  text = "The same as nyquist(G).",
+  example = "return tf({1}, {1, 1}):nyquist().title", gives = "Nyquist curve", nyquist_figure }
 
 doc { name = "bode", module = "lti responses",
   sig = "bode(G [, frequencies or { from, to }]) -> frequency response",
@@ -198,7 +193,7 @@ local function map_of(by, G, options)
   if object_type(check_system(by, G)) == "delay system" then
     fail(by .. ": a delay in a loop has infinitely many poles; pade(G, n) has finitely many")
   end
-  options = check_options(by, options)
+  options = check_options(by, options, figure_options)
   local series, discrete = marked_roots(G), G.Ts ~= 0
   if discrete then series[#series + 1] = unit_circle() end
   if #series == 0 then fail(by .. ": a gain has neither poles nor zeros") end
@@ -226,8 +221,8 @@ doc { name = "pzmap", module = "lti responses", sig = "pzmap(G [, options]) -> f
   example = "return pzmap(tf({1, 2}, {1, 2, 5}))", gives = "figure 'Poles and zeros': 2 series, 3 points",
   function(G, options) return map_of("pzmap", G, options) end }
 doc { name = "lti:pzmap", module = "lti responses", sig = "G:pzmap([options]) -> figure",
-  text = "The same as pzmap(G).",
-  example = [[G = tf({1}, {1, 1, 1})  return G:pzmap()]], gives = "",
+  text = "The same as pzmap(G).", options = figure_options,
+  example = "return tf({1, 2}, {1, 2, 5}):pzmap().title", gives = "Poles and zeros",
   function(G, options) return map_of("pzmap", G, options) end }
 
 -- ── root loci and delays ────────────────────────────────────────────────────────────────────────────────
@@ -273,7 +268,7 @@ local function root_locus(G, gains, options)
   if #G.inputs ~= 1 or #G.outputs ~= 1 then
     fail "rlocus is for one input and one output; choose one with G:channel(i, j)"
   end
-  options = check_options("rlocus", options)
+  options = check_options("rlocus", options, figure_options)
   local g, evaluate = G:ss(), named "evaluate"
   if g.A.rows == 0 then fail "rlocus: a gain has no poles" end
   local S = { A = evaluate(g.A) * 1.0, B = evaluate(g.B) * 1.0, C = evaluate(g.C) * 1.0,
@@ -355,7 +350,7 @@ doc { name = "spectrum:plot", module = "signals", sig = "s:plot([options]) -> fi
     return figure(copy({ by = "plot", series = {
       { x = f, y = power, style = #f <= 64 and "points" or "line" } },
                          title = "Periodogram", xlabel = "f [Hz]", ylabel = "power [dB]" },
-                           check_options("plot", options)))
+                           check_options("plot", options, figure_options)))
   end }
 doc { name = "spectrum:show", module = "signals", sig = "s:show()", text = "Draws s:plot() in the terminal.",
   function(s) return s:plot():show() end }

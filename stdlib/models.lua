@@ -33,7 +33,8 @@ doc { name = "solution:state", module = "integrate", sig = "sol:state([t [, { in
     m = dae{ der(x) ~ -x }
     sol = m:integrate{ start = { x = 1 }, to = 1, rtol = 1e-10, atol = 1e-10 }
     return ("%.6f"):format(m:integrate{ start = sol:state(), to = 2, rtol = 1e-10, atol = 1e-10 }(x, 2))]],
-  gives = "0.135335",
+  gives = "0.135335", options = { option("inputs", "table", "as in integrate", "", "@inputs") },
+  options_at = 3,
   function(sol, time, options)
     local model, fix, guess = sol.model, {}, {}
     time = time or sol.t[#sol.t]
@@ -51,10 +52,10 @@ doc { name = "solution:continue", module = "integrate", sig = "sol:continue{ to 
     x = var "x"
     sol = dae{ der(x) ~ -x }:integrate{ start = { x = 1 }, to = 1, rtol = 1e-10, atol = 1e-10 }
     return ("%.6f"):format(sol:continue{ to = 2, rtol = 1e-10, atol = 1e-10 }(x, 2))]], gives = "0.135335",
+  options = options_of "model:integrate", options_at = 2,
   function(sol, options)
-    if type(options) ~= "table" then fail "continue: write sol:continue{ to = 20 }" end
     local all = {}
     for key, value in pairs(options) do all[key] = value end
-    all.start = sol:state(nil, options)
+    all.start = sol:state(nil, { inputs = options.inputs })
     return sol.model:integrate(all)
   end }

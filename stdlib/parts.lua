@@ -41,6 +41,10 @@ doc { name = "connector", module = module, title = title,
     reference = true where one potential must be fixed, as in circuits.]],
   example = 'connector("shaft", { across = { w = "rad/s" }, through = { tau = "N*m" } })',
   gives = "connector shaft: across w [rad/s], through tau [N*m]",
+  options = { option("across", "list or table", 'variables that are equal where connected: { v = "V" }'),
+    option("through", "list or table", "variables that add up to 0 there"),
+    option("reference", "string or boolean", "the across variable that is 0 at the ground"),
+    option("pairs", "table", "which through variable belongs to an across variable") }, options_at = 2,
   function(...) return parts().connector(...) end }
 
 doc { name = "connect", module = module, title = title,

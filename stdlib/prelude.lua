@@ -11,8 +11,9 @@
 -- sig, text, title: a line end counts as one blank, with the blanks around it. Of several lines of an example
 -- or a result the indentation that they have in common is no part of it.
 --
--- options = { { name =, type =, default =, text =, values = }, … }: as in the rows of C++ (OptionRow);
--- what is missing is "". check_options(by, options, known) refuses what is not among them.
+-- options = { option("runs", "integer", "how many", "1000"), … }: as in the rows of C++ (OptionRow). With
+-- options_at = 2 the second argument is checked by them (check_options) before the function gets it, and is
+-- {} where it is missing; a function that has its options in several places calls check_options itself.
 --
 -- An entry of a library that is seldom needed has load = function() … end instead of the value: it is made
 -- when first touched. describe = function(entry) … end sets text and example when they are first read.
@@ -24,11 +25,33 @@ local function lines(text)
   return text:find "\n" and block("\n" .. text) or text
 end
 
-local function complete(options)
-  for _, option in ipairs(options or {}) do
-    for _, key in ipairs { "type", "default", "text", "values" } do option[key] = option[key] or "" end
+function option(name, type, text, default, values)
+  return { name = name, type = type, text = text, default = default or "", values = values or "" }
+end
+
+-- Two tables of options; a text for a row that means something else here: { runs = "samples of a level" }.
+function joined_options(first, more, texts)
+  local rows = {}
+  for _, list in ipairs { first, more } do
+    for _, row in ipairs(list) do
+      local text = texts and texts[row.name] or row.text
+      rows[#rows + 1] = option(row.name, row.type, text, row.default, row.values)
+    end
   end
-  return options
+  return rows
+end
+
+local unpack, pack, most = table.unpack, table.pack, math.max
+
+-- The function behind a check of its options.
+local function checked(entry)
+  local f, at, rows, by = entry[1], entry.options_at, entry.options, entry.name:match "[^:.]+$"
+  if not at then return f end
+  return function(...)
+    local arguments = pack(...)
+    arguments[at] = check_options(by, arguments[at], rows)
+    return f(unpack(arguments, 1, most(arguments.n, at)))
+  end
 end
 
 function doc(entry)
@@ -42,9 +65,11 @@ function doc(entry)
   documented[#documented + 1] = {
     name = entry.name, sig = prose(entry.sig), text = prose(entry.text), example = lines(entry.example),
     gives = lines(entry.gives), module = entry.module or "library", title = prose(entry.title or ""),
-    value = entry[1], describe = entry.describe, options = complete(entry.options),
+    describe = entry.describe, options = entry.options,
   }
   if entry.load then return install_lazy(entry.name, entry.load) end
-  install(entry.name, entry[1])
-  return entry[1]
+  local value = checked(entry)
+  documented[#documented].value = value
+  install(entry.name, value)
+  return value
 end

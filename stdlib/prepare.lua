@@ -4,9 +4,6 @@
 local fixed = { form = true, method = true, inputs = true, events = true, sensitivities = true, direct = true,
   guards = true }
 
-local numbers = { start = true, from = true, to = true, times = true, params = true, rtol = true, atol = true,
-  dt = true, dt0 = true, dtmax = true, max_steps = true }
-
 local function names(set)
   local list = {}
   for name in pairs(set) do list[#list + 1] = name end
@@ -14,22 +11,19 @@ local function names(set)
   return list
 end
 
+local of_integrate = options_of "model:integrate"
+
 local Run = { __name = "prepared run" }
 Run.__index = Run
 
 function Run:__call(options)
-  if type(options) ~= "table" or getmetatable(options) then
-    fail "a prepared run: write run{ start = { x = 1 }, to = 10 }"
-  end
+  options = check_options("a prepared run", options, of_integrate)
   local all = {}
   for name, value in pairs(self.options) do all[name] = value end
   for name, value in pairs(options) do
     if fixed[name] then
       fail(("a prepared run: '%s' was fixed by prepare; make another one, sys:prepare{ %s = … }, or give it "
         .. "to sys:integrate"):format(name, name))
-    elseif not numbers[name] then
-      fail(("a prepared run: unknown option '%s'.%s (options: %s)"):format(tostring(name),
-        did_you_mean(tostring(name), names(numbers)), table.concat(names(numbers), ", ")))
     end
     all[name] = value
   end
@@ -55,22 +49,12 @@ doc { name = "model:prepare", module = "integrate",
     x, k = var "x", param "k"
     run = dae{ der(x) ~ -k*x }:prepare{ to = 1, rtol = 1e-10 }
     return ("%.4f"):format(run{ start = { x = 1 }, params = { k = 2 } }:final(x))]],
-  gives = "0.1353",
+  gives = "0.1353", options_at = 2,
+  options = joined_options({ option("form", "string", "the form that is integrated; else the model itself") },
+    of_integrate),
   function(sys, options)
-    options = options == nil and {} or options
-    if type(options) ~= "table" or getmetatable(options) then
-      fail 'prepare: write sys:prepare{ form = "project", method = "radau" }'
-    end
     local given = {}
-    for name, value in pairs(options) do
-      if not fixed[name] and not numbers[name] then
-        local all = names(fixed)
-        for _, other in ipairs(names(numbers)) do all[#all + 1] = other end
-        fail(("prepare: unknown option '%s'.%s (options: %s)"):format(tostring(name),
-          did_you_mean(tostring(name), all), table.concat(all, ", ")))
-      end
-      given[name] = value
-    end
+    for name, value in pairs(options) do given[name] = value end
     local model = sys
     if options.form ~= nil then
       model, given.form = sys:reduce(options.form), nil

@@ -130,7 +130,10 @@ doc { name = "model:independent", module = "mech",
     linkage = lagrange{ q = a, T = dot(a.dot, a.dot)/2, V = 9.81*sin(a[1]), C = C }
     free = linkage:independent{ fix = { a1 = 1 }, guess = { a2 = 1, a3 = 1, a4 = 0 } }
     return free:index(), free:dof() ]],
-  gives = "3 2",
+  gives = "3 2", options = {
+    option("fix", "table", "coordinates that are given there: { a1 = 1 }", "", "@variables"),
+    option("guess", "table", "where the search for the others begins", "", "@variables"),
+    option("params", "table", "values of parameters: { m = 2 }", "", "@parameters") }, options_at = 2,
   function(sys, request)
     if object_type(sys) ~= "model" or not pcall(function() return sys.C[1] end) then
       fail "independent: expected a model made by lagrange{ …, C = { … } }"

@@ -9,6 +9,7 @@ for word in ([[var vars param params input func vec mat rational dae lagrange de
   bdf tableau tf ss complex iddata solution_of_parts figure surface]]):gmatch "[%w_]+" do
   functions[word] = true
 end
+for word in pairs(remembered) do functions[word] = true end
 local constants = { t = true, pi = true, e = true }
 local methods = { init = true, reduce = true, first_order = true, eliminate = true, semi_explicit = true,
   implicit = true,
@@ -160,6 +161,7 @@ function reader:named()
   self:next()
   local known = self.locals[name]
   if known ~= nil then return known end
+  if name == "nil" then return nil end
   if name == "true" then return true end
   if name == "false" then return false end
   if library[name] and self:accept "." then
@@ -182,6 +184,13 @@ end
 -- What a function refuses is told with the line of the file.
 function reader:call(f, ...)
   local at, arguments = self.at, self:arguments()
+  for i = 1, arguments.n do                      -- a sweep that writes files or submits jobs
+    local given = arguments[i]
+    if type(given) == "table" and (given.store ~= nil or given.on ~= nil) then
+      self.at = at
+      self:fail "'store' and 'on' are not part of a saved value"
+    end
+  end
   if select("#", ...) > 0 then
     table.insert(arguments, 1, (...))
     arguments.n = arguments.n + 1

@@ -293,6 +293,27 @@ function kinds.solution(self, value)
   end)
 end
 
+-- The call that made a result, where all its arguments can be written.
+local function call_text(self, value)
+  local call = asked[value]
+  if not call then return nil end
+  local place, arguments = self.place, {}
+  local good, why = pcall(function()
+    for i = 1, call.n do
+      local options = type(call[i]) == "table" and call[i]
+      if call.name == "sweep" and options and (options.store or options.on) then
+        self:fail 'this sweep lives in a store; load reads it: load "runs.db"'
+      end
+      arguments[i] = call[i] == nil and "nil" or self:at(i, call[i])
+    end
+  end)
+  self.place = place
+  if not good then return nil, why end
+  return self:local_name(value, function(name)
+    return ("local %s = %s(%s)"):format(name, call.name, table.concat(arguments, ", "))
+  end)
+end
+
 -- The fields of any other result, as a plain table: what it says is kept, its methods are not.
 local function record(self, value, kind)
   local fields = { { "type", string_text(kind) } }
@@ -308,8 +329,6 @@ local function record(self, value, kind)
   fields[#fields + 1] = { "text", string_text(tostring(value)) }
   return fields_text(fields)
 end
-
-local remedies = { sweep = 'a sweep lives in a store: sweep{ …, store = "runs.db" }, then load "runs.db"' }
 
 -- ── plain values ───────────────────────────────────────────────────────────────────────────────────────────
 
@@ -340,12 +359,15 @@ function writer:text(value)
   local kind = object_type(value)
   if kind then
     if kinds[kind] then return kinds[kind](self, value) end
-    if self.opaque or remedies[kind] then
-      self:fail(("a %s cannot be written%s"):format(kind, remedies[kind] and "; " .. remedies[kind] or ""))
-    end
+    if self.opaque then self:fail(("a %s cannot be written"):format(kind)) end
+    local call, why = call_text(self, value)
+    if call then return call end
+    if kind == "sweep" then fail(tostring(why or "save: this sweep was not made by a call of sweep")) end
     return record(self, value, kind)
   end
   if plain[type(value)] then return plain[type(value)](value) end
+  local call = asked[value] and call_text(self, value)
+  if call then return call end
   if type(value) == "table" and (getmetatable(value) == nil or self.opaque) then return self:table(value) end
   if type(value) == "function" and self.opaque then return self:callback(value) end
   self:fail(("a %s cannot be saved"):format(type(value)))

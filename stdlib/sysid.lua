@@ -1,7 +1,9 @@
 -- Pictures of data, validations and parameter sets.
 
 
-local figure_options = include("plot/options").flat
+local figures = include "plot/options"
+local of_output = joined_options({ option("output", "integer or string", "which output, by number or name") },
+  figures.flat)
 
 local function joined(y, u)
   local names = {}
@@ -11,9 +13,7 @@ local function joined(y, u)
 end
 
 -- The options of a picture with those that the user gives.
-local function with_options(by, base, options)
-  if options == nil then return base end
-  if type(options) ~= "table" then fail(by .. ": options are a table { title = … }") end
+local function with_options(base, options)
   for key, value in pairs(options) do base[key] = value end
   return base
 end
@@ -45,7 +45,7 @@ local function each_column(t, m, names, style)
 end
 
 doc { name = "iddata:plot", module = "identification", sig = "d:plot([options]) -> figure",
-  options = figure_options,
+  options = figures.frame, options_at = 2,
   text = "The outputs against time, and below them the inputs as stairs; options as in figures.",
   example = "iddata{ y = {0, 1, 2}, u = {1, 1, 0} }:plot()", gives = "figure: 1 series, 3 points, 2 panels",
   function(d, options)
@@ -57,11 +57,11 @@ doc { name = "iddata:plot", module = "identification", sig = "d:plot([options]) 
         xlabel = "t [s]",
         ylabel = #d.u_names == 1 and d.u_names[1] or nil, legend = #d.u_names > 1 } }
     end
-    return figure(with_options("d:plot", base, options))
+    return figure(with_options(base, options))
   end }
 
 doc { name = "idmodel:plot", module = "identification", sig = "mod:plot(d [, options]) -> figure",
-  options = figure_options,
+  options = of_output, options_at = 3,
   text = "The measured output and the simulated one, with the fit in the title. Options as in plot; of "
     .. "several outputs { output = name or number }.",
   example = "d = iddata{ y = {0, 2, 1, 4}, u = {1, 0.5, 2, 1} }\nfir(d, { nb = 1 }):plot(d)",
@@ -72,7 +72,7 @@ doc { name = "idmodel:plot", module = "identification", sig = "mod:plot(d [, opt
     local fit = mod:fit(d, "simulation")
     if object_type(fit) == "matrix" then fit = fit[i] end
     return named "plot" (d.t, column(d.y, i), d.t, column(mod:simulate(d), i),
-      with_options("mod:plot", { labels = { "measured", "simulated" }, xlabel = "t [s]",
+      with_options({ labels = { "measured", "simulated" }, xlabel = "t [s]",
         ylabel = d.y_names[i], style = "line", title = ("simulation, fit %.4g %%"):format(fit) }, rest))
   end }
 
@@ -81,9 +81,10 @@ doc { name = "validation:plot", module = "identification",
   text = "The autocorrelation of the residuals, or their correlation with the inputs, with 99 % bounds.",
   example = "u, y = {}, {}\nfor t = 1, 40 do u[t] = (-1)^(t*t//3); y[t] = u[t] + ((7*t) % 5)/9 end\n"
     .. "d = iddata{ y = y, u = u }\nfir(d, { nb = 1, nk = 0 }):validate(d):plot().title",
-  gives = "autocorrelation of the residuals",
+  gives = "autocorrelation of the residuals", options = figures.frame,
   function(v, what, options)
     if type(what) == "table" then what, options = nil, what end
+    options = check_options("plot", options, figures.frame)
     what = what or "auto"
     if what ~= "auto" and what ~= "cross" then fail "v:plot: expected \"auto\" or \"cross\"" end
     local values = what == "auto" and v.autocorrelation or v.crosscorrelation
@@ -99,7 +100,7 @@ doc { name = "validation:plot", module = "identification",
       series[#series + 1] = { x = lags, y = column(values, i), style = "impulses", marker = "circle",
         labels = { what == "auto" and "residuals" or values.cols > 1 and "input " .. i or "input" } }
     end
-    return figure(with_options("v:plot", { by = "v:plot", xlabel = "lag", series = series,
+    return figure(with_options({ by = "v:plot", xlabel = "lag", series = series,
       title = what == "auto" and "autocorrelation of the residuals" or "residuals and inputs" }, options))
   end }
 
@@ -154,7 +155,7 @@ doc { name = "parameter_set:plot", module = "identification", sig = "set:plot([p
   end }
 
 doc { name = "fit_result:plot", module = "identification", sig = "r:plot([options]) -> figure",
-  options = figure_options,
+  options = figures.flat, options_at = 2,
   text = "The measured outputs and those of the fitted model.",
   example = "x, k = var \"x\", param(\"k\", 1)\nd = iddata{ y = {1, 0.6, 0.4}, Ts = 1 }\n"
     .. "fit(dae{ der(x) ~ -k*x }, { params = {k}, data = d, y = x, start = { x = 1 } }):plot()",
@@ -165,7 +166,7 @@ doc { name = "fit_result:plot", module = "identification", sig = "r:plot([option
     for _, name in ipairs(d.y_names) do labels[#labels + 1] = name end
     for _, name in ipairs(d.y_names) do labels[#labels + 1] = name .. " fitted" end
     return named "plot" (d.t, d.y, d.t, r.simulated,
-      with_options("r:plot", { labels = labels, xlabel = "t [s]", style = { "points", "line" } }, options))
+      with_options({ labels = labels, xlabel = "t [s]", style = { "points", "line" } }, options))
   end }
 
 -- What a linear system answers, asked of an estimated model.
@@ -190,7 +191,7 @@ for _, row in ipairs {
 end
 
 doc { name = "order_scan_result:plot", module = "identification", sig = "s:plot([options]) -> figure",
-  options = figure_options,
+  options = figures.flat, options_at = 2,
   text = "For every number of parameters the best loss, and the best loss on the validation data; the least "
     .. "is marked.",
   example = "u, y = {}, {}\nfor t = 1, 60 do u[t] = (-1)^(t*t//3); y[t] = 0.5*(y[t-1] or 0) + (u[t-2] or 0) "
@@ -218,13 +219,13 @@ doc { name = "order_scan_result:plot", module = "identification", sig = "s:plot(
     local labels = #loss_v > 0 and { "estimation", "validation" } or { "estimation" }
     local style = #loss_v > 0 and { "line", "line", "points" } or { "line", "points" }
     labels[#labels + 1] = ("least: %d parameters"):format(sizes[least])
-    arguments[#arguments + 1] = with_options("s:plot", { title = "order scan: best model of every size",
+    arguments[#arguments + 1] = with_options({ title = "order scan: best model of every size",
       xlabel = "parameters", ylabel = "loss", style = style, labels = labels }, options)
     return named "plot" (table.unpack(arguments))
   end }
 
 doc { name = "comparison:plot", module = "identification", sig = "c:plot([options]) -> figure",
-  options = figure_options,
+  options = of_output, options_at = 2,
   text = "The measured output and the simulation of every model, with its fit in the legend. Options as in "
     .. "plot; of several outputs { output = name or number }.",
   example = "d = iddata{ y = {0, 2, 1, 4, 2}, u = {1, 0.5, 2, 1, 0} }\ncompare(d, fir(d, { nb = 1 })):plot()",
@@ -240,7 +241,7 @@ doc { name = "comparison:plot", module = "identification", sig = "c:plot([option
       arguments[#arguments + 1], arguments[#arguments + 2] = d.t, column(c.models[i]:simulate(d), j)
       labels[#labels + 1] = ("%s, %.4g %%"):format(c[i].name, fit)
     end
-    arguments[#arguments + 1] = with_options("c:plot",
+    arguments[#arguments + 1] = with_options(
       { title = "simulation", labels = labels, xlabel = "t [s]",
       ylabel = d.y_names[j], style = "line" }, rest)
     return named "plot" (table.unpack(arguments))

@@ -25,7 +25,8 @@ doc { name = "estimator", module = "lti design",
     outputs ŷ, x̂. L: the transpose of place(G.A.T, G.C.T, poles), or lqe.]],
   example = "x, u = var \"x\", input \"u\"\nsys = dae{ der(x) ~ x + u }\n"
     .. "est = estimator(sys, 5, { y = x })\nprint(#sys:close{ u = -3*est.x[1], est }.equations)",
-  gives = "2", late "estimator" }
+  gives = "2", options = { option("y", "expression or list", "what is measured, of the model's variables") },
+  options_at = 3, late "estimator" }
 
 doc { name = "ekf", module = "lti design",
   sig = "ekf(sys, { data =, y =, Q =, R =, start =, P0 = 0, rtol = 1e-8, method = }) -> filtered states",
@@ -36,4 +37,13 @@ doc { name = "ekf", module = "lti design",
     .log_likelihood; :plot().]],
   example = "x = var \"x\"\nr = ekf(dae{ der(x) ~ 0*x }, { data = iddata{ y = {1, 3}, Ts = 1 }, y = x, "
     .. "Q = 0, R = 1,\n  start = { x = 0 }, P0 = 1e9 })\nreturn math.abs(r.x[2][1] - 2) < 1e-6",
-  gives = "true", late "ekf" }
+  gives = "true", options = {
+    option("data", "iddata", "the samples"),
+    option("y", "expression or list", "what they measure, of the model's variables"),
+    option("Q", "number or matrix", "covariance that a sample adds to the states"),
+    option("R", "number or matrix", "covariance of the measurements"),
+    option("start", "table", "the states at the first sample: { x = 1 }", "", "@variables"),
+    option("P0", "number or matrix", "their covariance", "0"),
+    option("rtol", "number", "relative tolerance of the integration", "1e-8"),
+    option("method", "string or tableau", "of the integration", "", "@methods") },
+  options_at = 2, late "ekf" }

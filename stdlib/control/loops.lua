@@ -118,9 +118,6 @@ local function model_estimator(sys, L, options)
 end
 
 local function estimator(plant, L, options)
-  for key in pairs(type(options) == "table" and options or {}) do
-    if key ~= "y" then fail(("estimator: unknown option '%s' (options: y)"):format(tostring(key))) end
-  end
   if object_type(plant) == "lti" then return linear_estimator(plant, L) end
   if not is_model(plant) then fail "estimator: expected a model or a linear system" end
   return model_estimator(plant, L, options)
@@ -217,21 +214,13 @@ filtered.__index = { plot = function(r, options)
   return named "plot" (table.unpack(arguments))
 end }
 
-local known = { "data", "y", "Q", "R", "start", "P0", "rtol", "method" }
-
 local function read_ekf(sys, options)
   if not is_model(sys) then fail "ekf: expected a model" end
-  if type(options) ~= "table" then
-    fail "ekf: write ekf(sys, { data = d, y = x, Q = …, R = …, start = { x = 1 }, P0 = … })"
-  end
-  for key in pairs(options) do
-    local found = false
-    for _, name in ipairs(known) do found = found or key == name end
-    if not found then fail(("ekf: unknown option '%s'.%s (options: %s)"):format(tostring(key),
-      did_you_mean(tostring(key), known), table.concat(known, ", "))) end
-  end
   for _, key in ipairs { "data", "y", "Q", "R", "start" } do
-    if options[key] == nil then fail(("ekf: %s is missing"):format(key)) end
+    if options[key] == nil then
+      fail(("ekf: %s is missing; write ekf(sys, { data = d, y = x, Q = …, R = …, start = { x = 1 } })")
+        :format(key))
+    end
   end
   local d = options.data
   if object_type(d) ~= "iddata" then fail "ekf: data must be iddata" end

@@ -1,17 +1,7 @@
 -- view(x): a page of one value, in the browser.
 local recording, page = document.recording, document.page
 
-local known = { "file", "open", "slider", "values" }
-
-local function check_options(x, options)
-  if type(options) ~= "table" then fail 'view: options are a table, as in view(x, { file = "x.html" })' end
-  local allowed = {}
-  for _, key in ipairs(known) do allowed[key] = true end
-  for key in pairs(options) do
-    if not allowed[key] then
-      fail(("view: unknown option '%s'.%s"):format(tostring(key), did_you_mean(tostring(key), known)))
-    end
-  end
+local function check_arguments(x, options)
   if options.file ~= nil and (type(options.file) ~= "string" or not options.file:find "%.html?$") then
     fail 'view: file must be the name of a page, as in view(x, { file = "x.html" })'
   end
@@ -41,8 +31,7 @@ local function check_frames(x, options)
 end
 
 return function(x, options)
-  options = options or {}
-  check_options(x, options)
+  check_arguments(x, options)
   local record = document.recorder
   local inside = record and not options.file
   if not inside then record = recording.new() end

@@ -1,22 +1,6 @@
 -- What estimates without a parametric model share: signals as lists, options, Fourier transforms, tails.
 local common = {}
 
-function common.options(by, given, known)
-  if given ~= nil and (type(given) ~= "table" or object_type(given)) then
-    fail(("%s: options are a table { %s = … }"):format(by, known[1]))
-  end
-  for key in pairs(given or {}) do
-    local found = false
-    for _, name in ipairs(known) do found = found or key == name end
-    if not found then
-      fail(("%s: unknown option '%s'.%s (options: %s)"):format(by, tostring(key),
-        did_you_mean(tostring(key), known),
-        table.concat(known, ", ")))
-    end
-  end
-  return given or {}
-end
-
 function common.data(by, d)
   if object_type(d) ~= "iddata" then fail(by .. ": expected data, iddata{ y = …, u = …, Ts = … }") end
   return d

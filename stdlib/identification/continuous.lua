@@ -182,7 +182,6 @@ end
 
 local function process_model(d, kind, options)
   local order, has = read_type(kind)
-  options = common.options("process_model", options, { "ic", "max_delay" })
   local sizes, ic = prepare("process_model", d), ic_of("process_model", options)
   local names, build = process_parameters(order, has), nil
   build = process_system(names, has)
@@ -253,7 +252,6 @@ end
 
 -- Coefficients in the time unit of the data, so that they are of size 1: s = σ/T.
 local function tfest(d, options)
-  options = common.options("tfest", options, { "np", "nz", "delay", "ic" })
   local np = options.np
   if math.type(np) ~= "integer" or np < 1 or np > 10 then
     fail "tfest: np, the number of poles, is from 1 to 10"

@@ -139,7 +139,6 @@ local function start_values(d, o, columns)
 end
 
 local function hammerstein(d, options)
-  options = common.options("hammerstein", options, { "nb", "nf", "nk", "input", "output" })
   common.one_record("hammerstein", d)
   if #d.y_names > 1 or #d.u_names > 1 then fail "hammerstein is for one input and one output" end
   local o = { nb = options.nb, nf = options.nf or 0, nk = options.nk or 1 }

@@ -56,7 +56,6 @@ end
 
 -- A FIR model on data filtered by the noise model of a long ARX, so that what is left is white.
 local function impulse_estimate(d, options)
-  options = common.options("impulse_estimate", options, { "lags", "kernel", "whiten", "input", "output" })
   common.one_record("impulse_estimate", d)
   local y, u, i, o = common.signals("impulse_estimate", d, options, 12)
   local lags = check_lags("impulse_estimate", options.lags, #y, math.max(1, math.min(40, #y // 5)))
@@ -82,7 +81,6 @@ end
 
 -- Correlation analysis: u made white by an AR model of it, then g(k) = R_yu(k)/R_u(0).
 local function correlation_analysis(d, options)
-  options = common.options("cra", options, { "lags", "whiten", "input", "output" })
   common.one_record("cra", d)
   local y, u, i, o = common.signals("cra", d, options, 12)
   local N = #y
@@ -112,7 +110,6 @@ end
 
 -- The delay nk of the ARX model that explains most, all delays on the same rows.
 local function delay_estimate(d, options)
-  options = common.options("delay_estimate", options, { "na", "nb", "range", "input", "output" })
   common.one_record("delay_estimate", d)
   local range = options.range or { 0, math.min(20, d.y.rows // 10) }
   common.signals("delay_estimate", d, options, 12)

@@ -9,8 +9,53 @@ local function late(part, name)
   end
 end
 
+-- The options of each, and which argument they are.
+local input, output = option("input", "integer or string", "which input, by number or name", "1"),
+  option("output", "integer or string", "which output", "1")
+local segment = option("segment", "integer", "samples of the pieces that are averaged")
+local level = option("level", "number", "probability of the bands", "0.95")
+local ic = option("ic", "string", "what stands before the first sample", '"estimate"', "zero|estimate")
+local recursive = { option("na", "integer", "past outputs: coefficients of A(q)"),
+  option("nb", "integer", "past inputs: coefficients of B(q)"),
+  option("nk", "integer", "delay of the input, in samples", "1"),
+  option("forgetting", "number", "weight of a sample for the next one, λ", "1"),
+  option("drift", "number or list", "variance per sample of parameters that walk, in units of the noise",
+    "0"),
+  option("theta0", "list", "parameters to begin with"),
+  option("P0", "number", "their variance", "1e6") }
+
+local rows_of = {
+  spa = { 2, option("window", "integer", "lags that are weighted: more show sharper peaks and more noise"),
+    option("w", "list", "frequencies, in rad/s"), input, output },
+  etfe = { 2, option("smooth", "integer", "neighbours on both sides that are averaged", "0"), input, output },
+  welch = { 2, segment, option("Ts", "number", "the sampling time, in s", "1") },
+  coherence = { 2, segment, input, output },
+  impulse_estimate = { 2, option("lags", "integer", "how long the response is, in samples"),
+    option("kernel", "string", "regularised: smooth and decaying", '"TC"', "TC|DC|none"),
+    option("whiten", "integer", "order of the ARX model of the noise", "10"), input, output },
+  cra = { 2, option("lags", "integer", "how long the response is, in samples", "20"),
+    option("whiten", "integer", "order of the AR model of the input", "10"), input, output },
+  delay_estimate = { 2, option("na", "integer", "past outputs of the models", "2"),
+    option("nb", "integer", "past inputs of the models", "2"),
+    option("range", "list", "the least and the largest delay, in samples", "{0, 20}"), input, output },
+  rarx = { 2, table.unpack(recursive) },
+  rarmax = { 2, option("nc", "integer", "coefficients of C(q)", "1"), table.unpack(recursive) },
+  process_model = { 3, ic, option("max_delay", "number", "the longest delay that is tried, in s") },
+  tfest = { 2, option("np", "integer", "poles"), option("nz", "integer", "zeros", "np - 1"),
+    option("delay", "number", "in s", "0"), ic },
+  hammerstein = { 2, option("nb", "integer", "coefficients of B(q)"),
+    option("nf", "integer", "coefficients of F(q)", "0"),
+    option("nk", "integer", "delay of the input, in samples", "1"),
+    option("input", "list or function", "functions gᵢ of the input"),
+    option("output", "list or function", "functions hⱼ of the linear output") },
+  uncertain = { false, level, input, output },
+  ["idmodel:forecast"] = { 4, option("u", "list or matrix", "future inputs, one row per step"), level },
+}
+
 local function row(name, sig, text, part, example, gives, internal)
+  local rows = rows_of[name]
   doc { name = name, module = "identification", sig = sig, text = text, example = example, gives = gives,
+    options = rows and table.move(rows, 2, #rows, 1, {}), options_at = rows and rows[1],
     late(part, internal or name) }
 end
 

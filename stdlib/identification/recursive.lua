@@ -152,15 +152,11 @@ local function run(by, d, options, nc)
   return r
 end
 
-local known = { "na", "nb", "nk", "forgetting", "drift", "theta0", "P0" }
-
 local function rarx(d, options)
-  return run("rarx", d, common.options("rarx", options, known), 0)
+  return run("rarx", d, options, 0)
 end
 
 local function rarmax(d, options)
-  options = common.options("rarmax", options, { "na", "nb", "nc", "nk", "forgetting", "drift", "theta0",
-    "P0" })
   local nc = whole("rarmax", options, "nc", 1)
   return run("rarmax", d, options, nc)
 end

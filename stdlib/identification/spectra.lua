@@ -74,7 +74,6 @@ end
 spectral_estimate.__index = { plot = picture }
 
 local function read_options(options, N)
-  options = common.options("spa", options, { "window", "w", "input", "output" })
   local M = options.window or math.min(30, N // 10)
   if math.type(M) ~= "integer" or M < 2 or M >= N then
     fail(("spa: window, the width of the lag window, is a whole number from 2 to %d"):format(N - 1))
@@ -123,7 +122,6 @@ end
 -- unbiased where u is periodic, else noisy; frequencies at which u has less than 10⁻⁴ of its largest power
 -- are left out.
 local function etfe(d, options)
-  options = common.options("etfe", options, { "smooth", "input", "output" })
   common.one_record("etfe", d)
   local h = options.smooth or 0
   if math.type(h) ~= "integer" or h < 0 then fail "etfe: smooth is a whole number of neighbours ≥ 0" end
@@ -211,7 +209,6 @@ density.__index = { plot = function(r, options)
 end }
 
 local function welch(x, options)
-  options = common.options("welch", options, { "segment", "Ts" })
   local Ts = options.Ts or 1
   if not (type(Ts) == "number" and Ts > 0) then fail "welch: Ts is a positive number" end
   local a = averages("welch", common.list("welch", x), nil, Ts, options)
@@ -234,7 +231,6 @@ coherence_estimate.__index = { plot = function(r, options)
 end }
 
 local function coherence(d, options)
-  options = common.options("coherence", options, { "segment", "input", "output" })
   common.one_record("coherence", d)
   local y, u, i, o = common.signals("coherence", d, options, 8)
   local a = averages("coherence", y, u, d.Ts, options)

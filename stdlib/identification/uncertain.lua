@@ -288,9 +288,13 @@ function uncertain.__tostring(u)
 end
 uncertain.__index = methods
 
+local rows = { option("level", "number", "probability of the bands", "0.95"),
+  option("input", "integer or string", "which input, by number or name", "1"),
+  option("output", "integer or string", "which output", "1") }
+
 local function make(m, build, options)
   if type(build) == "table" then build, options = nil, build end
-  options = common.options("uncertain", options, { "level", "input", "output" })
+  options = check_options("uncertain", options, rows)
   local level = options.level or 0.95
   if type(level) ~= "number" or not (level > 0 and level < 1) then
     fail "uncertain: level is between 0 and 1, such as 0.95"
@@ -327,7 +331,6 @@ prediction.__index = { plot = function(r, options)
 end }
 
 local function forecast(m, d, steps, options)
-  options = common.options("mod:forecast", options, { "u", "level" })
   local y, std = m:forecasts(d, steps, { u = options.u })
   local level, t = options.level or 0.95, {}
   local last = d.t[d.y.rows]

@@ -28,26 +28,9 @@ end
 
 -- ── the options of slurm{ … } ──────────────────────────────────────────────────────────────────────────────
 
-local known = { partition = "string", account = "string", time = "string", memory = "string",
-  modules = "table",
-  options = "table", program = "string", tasks = "number", shards = "number", cpus = "number",
-    retries = "number" }
-
 function cluster.read(options)
-  local names = {}
-  for name in pairs(known) do names[#names + 1] = name end
-  table.sort(names)
-  for key, value in pairs(options) do
-    local kind = known[key]
-    if not kind then
-      fail(("slurm: unknown option '%s'.%s (options: %s)"):format(tostring(key),
-        did_you_mean(tostring(key), names), table.concat(names, ", ")))
-    end
-    if kind == "table" and type(value) == "string" then options[key] = { value } end
-    if type(options[key]) ~= kind then
-      fail(("slurm: %s must be a %s, got a %s"):format(key, kind == "table" and "list of strings" or kind,
-        type(value)))
-    end
+  for _, key in ipairs { "modules", "options" } do
+    if type(options[key]) == "string" then options[key] = { options[key] } end
   end
   for _, key in ipairs { "tasks", "shards", "cpus" } do
     if options[key] and (math.type(options[key]) ~= "integer" or options[key] < 1) then

@@ -9,22 +9,42 @@ local function late(part, name)
   end
 end
 
-local function method(name, sig, text, part)
-  doc { name = "sweep:" .. name, module = "sweep", sig = sig, text = text, late(part, name) }
+local function method(name, sig, text, part, rows, example, gives)
+  doc { name = "sweep:" .. name, module = "sweep", sig = sig, text = text, example = example, gives = gives,
+    options = rows, options_at = rows and 3, late(part, name) }
+end
+
+local workers = option("workers", "integer", "worker processes; without it one for each processor")
+local seed_row = option("seed", "integer", "of the random numbers", "0")
+local confidence = option("confidence", "number", "of the interval", "0.95")
+local at_time = option("t", "number", "the time of the value; without it the end")
+
+local function runs(design)
+  return ([[
+    x, k = var "x", param "k"
+    s = sweep(dae{ der(x) ~ -k*x }, { start = { x = 1 }, to = 1, params = { k = normal(1, 0.1) }, runs = 64,
+      design = "%s" })
+]]):format(design)
 end
 
 method("quantile", "s:quantile(e, p [, t]) -> number or column",
   [[The value of an expression below which the share p of the runs lies, at the end or at time t; p may be a
     list.]], "answers")
-method("probability",
-  "s:probability(condition [, t] [, { confidence = 0.95, method = \"wilson\" }]) -> probability",
-  [[The share of the runs for which a condition such as lt(x, 0.2) holds at the end (or at time t), with an
-    interval ("wilson" or "clopper-pearson"): .p .low .high .count .n. Independent runs (design "monte
-    carlo") only have that interval; for even designs it is too long.]], "answers")
+doc { name = "sweep:probability", module = "sweep",
+  sig = "s:probability(condition [, t] [, { confidence = 0.95, method = \"wilson\" }]) -> probability",
+  text = [[The share of the runs for which a condition such as lt(x, 0.2) holds at the end (or at time t),
+    with an interval ("wilson" or "clopper-pearson"): .p .low .high .count .n. Independent runs (design "monte
+    carlo") only have that interval; for even designs it is too long.]],
+  example = runs "monte carlo" .. "print(s:probability(lt(x, 0.5), { confidence = 0.9 }).n)", gives = "64",
+  options = options_of "share_interval", late("answers", "probability") }
 method("histogram", "s:histogram(e [, { t =, bins = }]) -> figure",
-  "Draws how often the values of an expression lie in cells of one width.", "pictures")
+  "Draws how often the values of an expression lie in cells of one width.", "pictures",
+  { at_time, option("bins", "integer or list", "how many cells, or their edges") },
+  runs "monte carlo" .. "print(s:histogram(x, { bins = 5 }))", "figure: 2 series, 20 points")
 method("density", "s:density(e [, { t =, bandwidth = }]) -> figure",
-  "Draws the density of the values by Gaussian kernels.", "pictures")
+  "Draws the density of the values by Gaussian kernels.", "pictures",
+  { at_time, option("bandwidth", "number", "of the kernels") },
+  runs "monte carlo" .. "print(s:density(x, { bandwidth = 0.1 }).title)", "")
 method("fan", "s:fan(e [, { 0.05, 0.25 }]) -> figure",
   [[The median over time between the quantiles p and 1 - p; needs saved times.]], "pictures")
 method("scatter", "s:scatter{ e, … } -> figure",
@@ -36,7 +56,9 @@ method("sobol", "s:sobol(e [, { t =, bootstrap = 200, confidence = 0.95, seed = 
   [[Shares of the variance of an expression that each quantity explains alone (first) and with all others
     (total), with bootstrap intervals. Needs design = "saltelli" with runs = a power of 2 of base points.
     Estimators: Saltelli et al., Comput. Phys. Commun. 181, 2010 (first), Jansen, Comput. Phys. Commun. 117,
-    1999 (total).]], "sensitivity")
+    1999 (total).]], "sensitivity",
+  { at_time, option("bootstrap", "integer", "repetitions for the intervals", "200"), confidence, seed_row },
+  runs "saltelli" .. "print(s:sobol(x, { bootstrap = 20 }).total[1] > 0.9)", "true")
 method("morris", "s:morris(e [, t]) -> morris_effects",
   [[Mean μ, mean of the sizes μ* and deviation σ of the elementary effects of each quantity: which matter at
     all. Needs design = "morris" (Morris, Technometrics 33(2), 1991).]], "sensitivity")
@@ -44,7 +66,8 @@ method("chaos", "s:chaos(e [, { degree = 3, t = }]) -> chaos",
   [[A polynomial in what varies, orthonormal for its distributions, fitted to the runs with few terms:
     c.mean, c.std, c.loo (leave-one-out error, as a share of the variance), c.terms, c:sobol(), c{ k = 1.2 }.
     Blatman & Sudret, J. Comput. Phys. 230(6), 2011 (there by least angles; here by orthogonal matching
-    pursuit).]], "chaos")
+    pursuit).]], "chaos", { at_time, option("degree", "integer", "the highest degree of a term", "3") },
+  runs "halton" .. 'print(("%.2f"):format(s:chaos(x, { degree = 2 }).mean))', "0.37")
 method("csv", "s:csv(file [, { expressions }])",
   [[Writes one line per run: what varied, the values at the end, and why it failed.]], "tables")
 method("json", "s:json(file [, { expressions }])",
@@ -63,7 +86,11 @@ doc { name = "reliability", module = "sweep",
     r = reliability(decay, { start = { x = 1 }, to = 1, params = { k = normal(1, 0.1) },
       limit_state = x - 0.3, runs = 500, rtol = 1e-8 })
     print(r.p > 0.01 and r.p < 0.04)]], gives = "true",      -- exact: P(k > -ln 0.3) = 0.0206
-  late("reliability", "reliability") }
+  options = joined_options(options_of "sweep", {
+    option("limit_state", "expression", "g, which is < 0 at failure"),
+    option("p0", "number", "share of the samples that go on to the next level", "0.1"),
+    option("t", "number", "when g counts; without it the end") }, { runs = "samples of a level" }),
+  options_at = 2, late("reliability", "reliability") }
 
 -- ── what the computations return ───────────────────────────────────────────────────────────────────────────
 
@@ -97,13 +124,6 @@ doc { name = "chaos:__call", module = "sweep", sig = "c{ k = 1.2, … } -> numbe
 
 -- ── many fits ──────────────────────────────────────────────────────────────────────────────────────────────
 
-local function option(name, type, text, default)
-  return { name = name, type = type, text = text, default = default or "" }
-end
-local workers = option("workers", "integer", "worker processes; without it one for each processor")
-local seed_row = option("seed", "integer", "of the random numbers", "0")
-local confidence = option("confidence", "number", "of the interval", "0.95")
-
 local function of_fit(name, sig, text, options, example, gives)
   doc { name = "fit_result:" .. name, module = "identification", sig = sig, text = text, options = options,
     example = example, gives = gives,
@@ -115,7 +135,7 @@ local function of_fit(name, sig, text, options, example, gives)
       if arguments[last] ~= nil and type(arguments[last]) ~= "table" then
         fail(("%s: options are a table, { %s = … }"):format(name, options[1].name))
       end
-      arguments[last] = plotting.arguments.check_options(name, arguments[last], options)
+      arguments[last] = check_options(name, arguments[last], options)
       return parts.refits[name](r, table.unpack(arguments, 1, last))
     end }
 end
@@ -164,6 +184,8 @@ fields("profile_result", { { "best", "number", "The estimate." },
   { "level", "number", "The loss at the ends of the interval." } })
 doc { name = "profile_result:plot", module = "identification", sig = "p:plot([options]) -> figure",
   text = "The loss against the parameter, with the level at the ends of the interval.",
+  options = include("plot/options").flat, options_at = 2,
+  example = decay_fit .. "print(r:profile(k, { points = 5 }):plot())", gives = "",
   function(self, options)
     parts.refits = parts.refits or include "many/refits"
     return parts.refits.plot_profile(contents("profile_result", self), options)
@@ -187,11 +209,20 @@ doc { name = "slurm", module = "sweep",
     submitted again, at most `retries` times. Nothing but the queue and the folder runs.db.d connects the two
     sides: the session may end, attach "runs.db" goes on.]],
   example = [[print(slurm{ tasks = 4, time = "10min" })]], gives = "slurm: 4 tasks at a time",
+  options = { option("partition", "string", "where the jobs run"),
+    option("account", "string", "who pays"),
+    option("time", "string", "limit of a task, as sbatch reads it or \"2h\""),
+    option("memory", "string", "of a task: \"4G\""),
+    option("modules", "string or list", "what is loaded before"),
+    option("options", "string or list", "more options of sbatch"),
+    option("program", "string", "the path of pendula on the nodes"),
+    option("tasks", "integer", "tasks at a time", "16"),
+    option("shards", "integer", "pieces of the work"),
+    option("cpus", "integer", "processors of a task"),
+    option("retries", "integer", "how often what is lost is submitted again", "3") },
+  options_at = 1,
   function(options)
     parts.cluster = parts.cluster or include "many/cluster"
-    if type(options) ~= "table" then
-      fail "slurm: expected a table, slurm{ partition = \"short\", tasks = 64 }"
-    end
     return record("slurm", parts.cluster.read(options))
   end }
 doc { name = "slurm:__tostring", module = "sweep", sig = "print(on)", text = "In words.",
@@ -228,11 +259,13 @@ doc { name = "random_process", module = "sweep",
     S(f) in unit²/Hz; a sum of `lines` sines that repeats after lines/(high - low) seconds.
     p:realisation(seed) is one of them as an expression of t, for integrate.]],
   example = "random_process{ band = { 0.1, 5 }, std = 2 }", gives = "random process of 32 lines, std 2",
+  options = { option("band", "list", "{ low, high }, in Hz"),
+    option("std", "number", "standard deviation, of an even spectrum"),
+    option("spectrum", "function", "one-sided, in unit²/Hz, a function of f"),
+    option("lines", "integer", "sines", "32"), option("mean", "number", "its mean", "0") },
+  options_at = 1,
   function(options)
     parts.process = parts.process or include "many/process"
-    if type(options) ~= "table" then
-      fail "random_process: expected a table, random_process{ band = { 0.1, 5 }, std = 1 }"
-    end
     return record("random_process", parts.process.read(options))
   end }
 doc { name = "random_process:realisation", module = "sweep", sig = "p:realisation([seed]) -> expression",

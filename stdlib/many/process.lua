@@ -6,15 +6,7 @@
 -- and again the same after 1/Δf.
 local process = {}
 
-local known = { band = true, std = true, spectrum = true, lines = true, mean = true }
-
 function process.read(options)
-  for key in pairs(options) do
-    if not known[key] then
-      fail(("random_process: unknown option '%s'.%s (options: band, lines, mean, spectrum, std)"):format(
-        tostring(key), did_you_mean(tostring(key), { "band", "lines", "mean", "spectrum", "std" })))
-    end
-  end
   local band, lines = options.band, options.lines or 32
   local low, high = table.unpack(type(band) == "table" and band or {})
   if type(low) ~= "number" or type(high) ~= "number" or #band ~= 2 or not (low >= 0 and high > low) then

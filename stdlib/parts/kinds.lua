@@ -46,15 +46,6 @@ function kinds.connector(name, options)
   if type(name) ~= "string" then
     fail "connector: the first argument is a name, as in connector(\"pin\", { … })"
   end
-  if type(options) ~= "table" then
-    fail "connector: expected { across = { v = \"V\" }, through = { i = \"A\" } }"
-  end
-  for key in pairs(options) do
-    if key ~= "across" and key ~= "through" and key ~= "reference" and key ~= "pairs" then
-      fail(("connector: unknown option '%s'."):format(tostring(key))
-        .. did_you_mean(tostring(key), { "across", "pairs", "reference", "through" }))
-    end
-  end
   return setmetatable({ name = name, across = variables(name, "across", options.across or {}),
     through = variables(name, "through", options.through or {}), reference = options.reference or false,
     pairs = options.pairs or {} }, Kind)

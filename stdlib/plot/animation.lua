@@ -3,12 +3,12 @@
 local arguments, options = plotting.arguments, plotting.options
 
 local animation_options = options.joined(options.named { "title", "size", "xlim", "ylim", "theme" }, {
-  options.row("seconds", "number", "how long it takes; without it as long as in reality, between 2 and 20 s"),
-  options.row("fps", "integer", "pictures per second", "25"),
-  options.row("base", "list or boolean", "where the first bar begins, or false: no bar from there", "{0, 0}"),
-  options.row("bars", "boolean", "lines from point to point", "true"),
-  options.row("trail", "boolean", "the path of the last point", "true"),
-  options.row("view", "list", "{ tilt, turn } in degrees, for points in space", "{60, 30}") })
+  option("seconds", "number", "how long it takes; without it as long as in reality, between 2 and 20 s"),
+  option("fps", "integer", "pictures per second", "25"),
+  option("base", "list or boolean", "where the first bar begins, or false: no bar from there", "{0, 0}"),
+  option("bars", "boolean", "lines from point to point", "true"),
+  option("trail", "boolean", "the path of the last point", "true"),
+  option("view", "list", "{ tilt, turn } in degrees, for points in space", "{60, 30}") })
 
 -- ── what is seen ───────────────────────────────────────────────────────────────────────────────────────────
 
@@ -264,7 +264,7 @@ doc { name = "animate", module = "plot", sig = "animate(sol, { p1, p2, … } [, 
   options = animation_options,
   function(sol, what, given)
     if not arguments.is_solution(sol) then fail "animate: expected a solution: animate(sol, { p1, p2 })" end
-    local chosen = arguments.check_options("animate", given, animation_options)
+    local chosen = check_options("animate", given, animation_options)
     local points = points_in(what)
     local from, to = sol.t[1], sol.t[#sol.t]
     local seconds = chosen.seconds or math.max(2, math.min(20, to - from))

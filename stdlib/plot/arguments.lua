@@ -9,31 +9,6 @@ local function is_options(value, count)
   return type(value) == "table" and value[1] == nil and (next(value) ~= nil or count > 2)
 end
 
-local function sorted_keys(t)
-  local keys = {}
-  for key in pairs(t) do keys[#keys + 1] = tostring(key) end
-  table.sort(keys)
-  return keys
-end
-
--- Refuses what is not among the rows of options.
-function M.check_options(by, options, known)
-  if options == nil then return {} end
-  if type(options) ~= "table" then fail(("%s: options are a table { title = … }"):format(by)) end
-  local names, allowed = {}, {}
-  for i, option in ipairs(known) do
-    names[i] = option.name
-    allowed[option.name] = true
-  end
-  for _, key in ipairs(sorted_keys(options)) do
-    if not allowed[key] then
-      fail(("%s: unknown option '%s'.%s (options: %s)"):format(by, key, did_you_mean(key, names),
-        table.concat(names, ", ")))
-    end
-  end
-  return options
-end
-
 -- The arguments without the table of options at their end; the options, checked.
 function M.split_options(by, known, ...)
   local arguments = table.pack(...)
@@ -45,7 +20,7 @@ function M.split_options(by, known, ...)
     options = arguments[arguments.n]
     arguments[arguments.n], arguments.n = nil, arguments.n - 1
   end
-  return arguments, M.check_options(by, options, known)
+  return arguments, check_options(by, options, known)
 end
 
 function M.is_solution(value) return object_type(value) == "solution" end

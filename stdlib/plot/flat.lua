@@ -41,7 +41,7 @@ doc { name = "plot", module = "plot", title = "Looking at things",
 
 doc { name = "semilogy", module = "plot", sig = "semilogy(x, y [, options]) -> figure",
   text = "plot with a logarithmic y axis. What is not positive is left out and counted in a note.",
-  example = "semilogy({1, 0.1, 1e-3, 1e-7})", gives = "figure: 1 series, 4 points",
+  example = "semilogy({1, 2, 3, 4}, {1, 0.1, 1e-3, 1e-7})", gives = "figure: 1 series, 4 points",
   options = options.flat,
   function(...) return plot_with("semilogy", { ylog = true }, ...) end }
 

@@ -64,8 +64,8 @@ end
 
 local map_options = options.joined(options.named { "title", "xlabel", "ylabel", "xlim", "ylim", "size",
   "notes",
-  "equal", "theme" }, { options.row("n", "integer", "cells in each direction where a range is given", "60"),
-  options.row("label", "string", "what the colours mean") })
+  "equal", "theme" }, { option("n", "integer", "cells in each direction where a range is given", "60"),
+  option("label", "string", "what the colours mean") })
 
 doc { name = "heatmap", module = "plot", sig = "heatmap(x, y, z [, options]) -> figure",
   text = "The values z of a function f(x, y), or of a matrix with one row per y, as colours over the plane. "
@@ -74,7 +74,7 @@ doc { name = "heatmap", module = "plot", sig = "heatmap(x, y, z [, options]) -> 
   example = "heatmap({0, 1}, {0, 1}, function(x, y) return x*y end, { n = 10 })",
   gives = "figure: 1 series, 100 points", options = map_options,
   function(x, y, f, given)
-    local chosen = arguments.check_options("heatmap", given, map_options)
+    local chosen = check_options("heatmap", given, map_options)
     local n = cells("heatmap", chosen.n or 60)
     x, y = axis_of("heatmap", "x", x, n, f), axis_of("heatmap", "y", y, n, f)
     local z = values_of("heatmap", x, y, callable(f))
@@ -178,16 +178,16 @@ end
 local shades = { light = { "#440154", "#3B528B", "#21918C", "#5EC962", "#D8C219" },
   dark = { "#9B7FC9", "#6F8FD6", "#2FB5AC", "#5EC962", "#FDE725" } }
 
-local contour_options = options.joined(options.flat, { options.row("levels", "number or list",
+local contour_options = options.joined(options.flat, { option("levels", "number or list",
   "values of the lines, or about how many", "10"),
-    options.row("n", "integer", "cells in each direction", "80") })
+    option("n", "integer", "cells in each direction", "80") })
 
 doc { name = "contour", module = "plot", sig = "contour(x, y, z [, options]) -> figure",
   text = "Lines of equal value of a function f(x, y), or of a matrix with one row per y.",
   example = "contour({-1, 1}, {-1, 1}, function(x, y) return x^2 + y^2 end, { levels = {0.5, 1} }).labels[1]",
   gives = "0.5", options = contour_options,
   function(x, y, f, given)
-    local chosen = arguments.check_options("contour", given, contour_options)
+    local chosen = check_options("contour", given, contour_options)
     local n = cells("contour", chosen.n or 80)
     x, y = axis_of("contour", "x", x, n, f), axis_of("contour", "y", y, n, f)
     local z = values_of("contour", x, y, callable(f))

@@ -3,8 +3,8 @@
 local arguments, curves, options = plotting.arguments, plotting.series, plotting.options
 
 local own = options.joined(options.flat, {
-  options.row("bins", "integer or list", "how many intervals, or their ends; else by Freedman and Diaconis"),
-  options.row("density", "boolean", "areas add up to 1, to compare with a probability density", "false") })
+  option("bins", "integer or list", "how many intervals, or their ends; else by Freedman and Diaconis"),
+  option("density", "boolean", "areas add up to 1, to compare with a probability density", "false") })
 
 local function numbers(by, values)
   local kind = object_type(values)
@@ -61,7 +61,7 @@ doc { name = "histogram", module = "plot", sig = "histogram(values [, options]) 
   example = "histogram({1, 2, 2, 3, 3, 3}, { bins = 3 })", gives = "figure: 1 series, 12 points",
   options = own,
   function(values, given)
-    local chosen = arguments.check_options("histogram", given, own)
+    local chosen = check_options("histogram", given, own)
     local sorted = numbers("histogram", values)
     local edges = edges_of("histogram", sorted, chosen.bins)
     local counts = counts_of(sorted, edges)

@@ -1,49 +1,24 @@
 -- The options of figures, one row each: errors, help and Tab read them here.
 
-local function row(name, kind, text, default, values)
-  return { name = name, type = kind, text = text, default = default or "", values = values or "" }
-end
-
 local styles = "line|points|line+points|dots|impulses|steps|cells|fill"
-local places = "top left|top right|bottom left|bottom right|above|right|below"
 
-local all = {
-  row("title", "string", "the title above the frame"),
-  row("xlabel", "string or expression", "the label of the axis; an expression brings its unit"),
-  row("ylabel", "string or expression", "the same of the y axis"),
-  row("zlabel", "string or expression", "the same of the z axis"),
-  row("labels", "list", "names of the curves in the legend"),
-  row("legend", "boolean or string", "whether there is one, or its place", "", places),
-  row("xlim", "list", "{ low, high }: the range that is shown"),
-  row("ylim", "list", "the same of the y axis"),
-  row("zlim", "list", "the same of the z axis"),
-  row("xlog", "boolean", "logarithmic axis", "false"),
-  row("ylog", "boolean", "logarithmic axis", "false"),
-  row("xstep", "number", "distance of the ticks"),
-  row("ystep", "number", "distance of the ticks"),
-  row("style", "string or list", "how curves are drawn", "", styles),
-  row("colour", "string or list", "a name or \"#rrggbb\", for all curves or one for each"),
-  row("color", "string or list", "the same"),
-  row("dash", "string or list", "how lines are broken", "", "solid|dashed|dotted|dashdot"),
-  row("width", "number or list", "of lines, in pixels"),
-  row("marker", "string or list", "of points", "", "circle|ring|square|box|triangle|diamond|plus|cross"),
-  row("grid", "boolean", "thin lines at the ticks", "true"),
-  row("hlines", "list", "lines across the frame: { 0, { 1, \"limit\" } }"),
-  row("vlines", "list", "the same from bottom to top"),
-  row("texts", "list", "words at places: { { x, y, \"words\" } }"),
-  row("equal", "boolean", "one unit is equally long on all axes"),
-  row("size", "list", "{ width, height } in pixels"),
-  row("notes", "list", "small lines of text below the frame"),
-  row("view", "list", "{ tilt, turn } in degrees: where it is seen from", "{60, 30}"),
-  row("surfaces", "list", "nets one can see through: { sphere(1) }"),
-  row("theme", "string", "colours of the page", "\"light\"", "light|dark"),
-  row("right", "list", "numbers of the curves that belong to an axis on the right"),
-  row("y2label", "string or expression", "the label of that axis"),
-  row("y2lim", "list", "its range"),
+-- What plot and its relatives add to figure{…}.
+local own = {
+  option("labels", "string, expression or list", "names of the curves in the legend"),
+  option("style", "string or list", "how curves are drawn", "", styles),
+  option("colour", "string or list", "a name or \"#rrggbb\", for all curves or one for each"),
+  option("color", "string or list", "the same"),
+  option("dash", "string or list", "how lines are broken", "", "solid|dashed|dotted|dashdot"),
+  option("width", "number or list", "of lines, in pixels"),
+  option("marker", "string or list", "of points", "", "circle|ring|square|box|triangle|diamond|plus|cross"),
+  option("right", "list", "numbers of the curves that belong to an axis on the right"),
+  option("y2lim", "list", "the range of the axis on the right"),
 }
 
 local by_name = {}
-for _, option in ipairs(all) do by_name[option.name] = option end
+for _, list in ipairs { options_of "figure", own } do
+  for _, option in ipairs(list) do by_name[option.name] = option end
+end
 
 local M = {}
 
@@ -56,17 +31,16 @@ function M.named(names)
   return rows
 end
 
-function M.joined(first, more)
-  local rows = table.move(first, 1, #first, 1, {})
-  return table.move(more, 1, #more, #rows + 1, rows)
-end
+M.joined = joined_options
 
 M.flat = M.named { "title", "xlabel", "ylabel", "labels", "legend", "xlim", "ylim", "style", "equal", "size",
   "notes", "colour", "color", "dash", "width", "marker", "grid", "hlines", "vlines", "texts", "xlog", "ylog",
   "xstep", "ystep", "theme", "right", "y2label", "y2lim" }
+-- Of what is drawn with colours and widths of its own.
+M.frame = M.named { "title", "xlabel", "ylabel", "legend", "xlim", "ylim", "equal", "size", "notes", "grid",
+  "hlines", "vlines", "texts", "xlog", "ylog", "xstep", "ystep", "theme" }
 M.space = M.named { "title", "xlabel", "ylabel", "zlabel", "labels", "legend", "xlim", "ylim", "zlim",
   "style",
   "equal", "size", "notes", "view", "surfaces", "colour", "color", "width", "theme" }
-M.row = row
 
 return M

@@ -103,13 +103,13 @@ end
 local phase_options = options.joined(options.named { "title", "xlabel", "ylabel", "size", "notes", "equal",
   "legend",
   "theme", "grid" }, {
-  options.row("xlim", "list", "{ low, high } of the first state; required"),
-  options.row("ylim", "list", "{ low, high } of the second state; required"),
-  options.row("start", "list", "where trajectories begin: { { x, y }, … }"),
-  options.row("to", "number", "the end of the trajectories, in s", "20"),
-  options.row("params", "table", "values of parameters: { m = 2 }", "", "@parameters"),
-  options.row("n", "integer", "arrows in each direction", "20"),
-  options.row("nullclines", "boolean", "the lines on which a derivative vanishes", "true") })
+  option("xlim", "list", "{ low, high } of the first state; required"),
+  option("ylim", "list", "{ low, high } of the second state; required"),
+  option("start", "list", "where trajectories begin: { { x, y }, … }"),
+  option("to", "number", "the end of the trajectories, in s", "20"),
+  option("params", "table", "values of parameters: { m = 2 }", "", "@parameters"),
+  option("n", "integer", "arrows in each direction", "20"),
+  option("nullclines", "boolean", "the lines on which a derivative vanishes", "true") })
 
 local function range_option(chosen, name)
   local range = chosen[name]
@@ -133,7 +133,7 @@ doc { name = "phase", module = "plot", sig = "phase(sys, x, y, { xlim =, ylim =,
     if object_type(model) ~= "model" then
       fail "phase: expected a model: phase(sys, x, y, { xlim =, ylim = })"
     end
-    local chosen = arguments.check_options("phase", given, phase_options)
+    local chosen = check_options("phase", given, phase_options)
     if #model.differential ~= 2 then
       fail(("phase: the model has %d states; a phase portrait shows two, plot(sol, x, y) any pair along a "
         .. "solution")
@@ -190,7 +190,7 @@ local function crossings(sol, expression, direction)
 end
 
 local poincare_options = options.joined(options.flat, {
-  options.row("direction", "integer", "crossings upwards (1), downwards (-1) or both (0)", "1") })
+  option("direction", "integer", "crossings upwards (1), downwards (-1) or both (0)", "1") })
 
 doc { name = "poincare", module = "plot", sig = "poincare(sol, section, x, y [, options]) -> figure",
   text = "The points (x, y) of a solution at the times when the expression `section` passes zero (upwards, "
@@ -205,7 +205,7 @@ doc { name = "poincare", module = "plot", sig = "poincare(sol, section, x, y [, 
     if not arguments.is_solution(sol) then
       fail "poincare: expected a solution: poincare(sol, section, x, y)"
     end
-    local chosen = arguments.check_options("poincare", given, poincare_options)
+    local chosen = check_options("poincare", given, poincare_options)
     local times = crossings(sol, section, chosen.direction or 1)
     if #times == 0 then
       fail(("poincare: %s does not pass zero in that direction along this solution"):format(

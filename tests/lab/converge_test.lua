@@ -103,11 +103,11 @@ test("errors say what to write instead", function()
   fails({ exact = { 1, 2 } }, "exact gives 2 expressions for 1 states (x)")
   fails({ exact = { y = 1 } }, "'y' is not a variable of the model")
   fails({ exact = function(time) return time < 1 and 1 or 0 end }, "cannot be followed with the symbol t")
-  fails({ reference = 3 }, 'reference must be "self" or a solution')
-  fails({ over = "most" }, 'over must be "end"')
+  fails({ reference = 3 }, '("self" (the method at half the step) or a solution)')
+  fails({ over = "most" }, 'must be "end"')
   fails({ exat = 1 }, "unknown option 'exat'. Did you mean 'exact'?")
   expect(function() converge(3, {}) end):fails "expected a model first"
-  expect(function() converge(decay) end):fails "expected a table of options"
+  expect(function() converge(decay) end):fails "the end is missing"
   expect(function() converge(dae { der(x) ~ x^2 },
     { start = { x = 1 }, to = 4, methods = { rk.implicit_euler }, dt = { 0.1, 0.05 } }) end)
     :fails "converge: implicit_euler with dt = 0.1: stopped at"

@@ -100,7 +100,7 @@ TEST_CASE("options: unknown names, wrong types, strange keys") {
       {"configure{ dt = 'x' }", "user.lua:1: configure: option 'dt': expected a number, got a string"},
       {"configure{ steps = 1.5 }", "user.lua:1: configure: option 'steps': expected an integer, got 1.5"},
       {"configure{ exact = 1 }",
-       "user.lua:1: configure: option 'exact': expected true or false, got a number"},
+       "user.lua:1: configure: option 'exact': expected true or false, got a number (whether exact)"},
       {"configure{ form = 1 }", "user.lua:1: configure: option 'form': expected a string, got a number"},
       {"configure(3)",
        "user.lua:1: configure: bad argument #1 'options': expected a table of options, got a number (usage: "
@@ -117,7 +117,7 @@ TEST_CASE("exceptions: each kind reads as it should") {
       {"go_wrong 'interrupt'", "interrupted"},
       {"pcall(go_wrong, 'interrupt')", "interrupted"},
       {"go_wrong 'assert'",
-       "user.lua:1: internal error in go_wrong: this cannot be [widgets.cpp:62] (please report)"},
+       "user.lua:1: internal error in go_wrong: this cannot be [widgets.cpp:69] (please report)"},
       {"go_wrong 'other'", "user.lua:1: internal error in go_wrong: unforeseen (please report)"},
       {"return select(2, pcall(go_wrong, 'error'))", "user.lua:1: go_wrong: the matrix is singular"},
   });

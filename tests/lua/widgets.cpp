@@ -37,8 +37,15 @@ int index(Call& call) {
   return call.push(static_cast<double>(call.integer(2, "i")) * call.object<Widget>(1, "widget").size);
 }
 
+const OptionTable configure_options = {
+    {"steps", "integer", "3", ""},
+    {"dt", "number", "0.5", ""},
+    {"form", "string", "\"acc\"", ""},
+    {"exact", "boolean", "false", "whether exact"},
+};
+
 int configure(Call& call) {
-  const Options options = call.options(1, {"steps", "dt", "form", "exact"});
+  const Options options = call.options(1, configure_options);
   return call.push(text(options.integer("steps", 3), " ", options.number("dt", 0.5), " ",
                         options.string("form", "acc"), " ", options.boolean("exact", false)));
 }

@@ -60,7 +60,7 @@ test("a second axis", function()
 end)
 
 test("themes", function()
-  expect(function() plot({ 0, 1 }, { theme = "black" }) end):fails 'themes are "light" and "dark"'
+  expect(function() plot({ 0, 1 }, { theme = "black" }) end):fails 'must be "light" or "dark", not "black"'
   expect(tostring(plot({ 0, 1 }, { theme = "dark" }))):equals "figure: 1 series, 2 points"
 end)
 

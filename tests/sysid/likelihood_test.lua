@@ -167,7 +167,7 @@ test("gaussian and a user density agree with least squares", function()
   expect(function() uniform(1, -1) end):fails "low must be below high"
   expect(function() gaussian(-1) end):fails "positive"
   expect(function() density(function(e) return 1 end) end):fails "does not depend on e"
-  expect(function() arx(d, with(3)) end):fails "noise must be a density"
+  expect(function() arx(d, with(3)) end):fails "got a number (maximum likelihood: gaussian(s)"
   expect(function() arx(d, with(density(function(e)
     return ifelse(lt(abs(e), 0.01), 1 + e, 0) end))) end):fails "zero or undefined"
 end)

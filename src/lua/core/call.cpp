@@ -11,12 +11,12 @@
 
 namespace pendula::lua {
 
-namespace {
-
 std::string with_article(const std::string& noun) {
   const bool vowel = !noun.empty() && std::strchr("aeioAEIO", noun[0]) != nullptr;
   return (vowel ? "an " : "a ") + noun;
 }
+
+namespace {
 
 /// What the row's name says about its arguments.
 struct Kind {

@@ -3,7 +3,7 @@
 //
 //   int reduce(Call& call) {
 //     const auto& system = call.object<dae::Model>(1, "system");
-//     const Options options = call.options(2, {"form", "gains"});
+//     const Options options = call.options(2);  // by the rows of options of this function
 //     return call.push(dae::reduce(system, options.string("form", "acc")));
 //   }
 //
@@ -36,9 +36,9 @@
 #pragma once
 
 #include <functional>
-#include <initializer_list>
 #include <memory>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include <lua.hpp>
@@ -55,7 +55,8 @@ using Function = int (*)(Call&);
 /// row. A name that is a number is no option but that argument of the call, a word to choose (reduce "acc").
 struct OptionRow {
   const char* name;
-  const char* type;      ///< "number", "boolean", "string", "table", "expression", "1 or 2 numbers", …
+  const char*
+      type;  ///< what admits() knows, with " or " between: "number", "integer or list", "list of symbols"
   const char* fallback;  ///< as it would be written; "": none, or it depends
   const char* text;      ///< what it does, with its unit
   /// What the value can be: words with | between them, or where they come from: "@methods" (names of methods),
@@ -65,6 +66,13 @@ struct OptionRow {
 using OptionTable = std::vector<OptionRow>;
 /// The rows of two tables.
 OptionTable joined(const OptionTable& first, const OptionTable& more);
+
+/// Whether the value at `index` can be of a row's type: "number", "integer", "boolean", "string", "function" and
+/// "expression" are what Lua says (an expression can be a number); all others are tables or objects. What is in
+/// them is for the reader to say.
+bool admits(std::string_view type, lua_State* L, int index);
+/// Throws where the table at `index` has a key that is no row's name, or a value that no row admits.
+void check_options(lua_State* L, int index, const OptionTable& known);
 
 struct Row {
   const char* name;
@@ -142,11 +150,10 @@ class Call {
     return std::static_pointer_cast<const T>(required(i, TypeName<T>::value, name));
   }
 
-  /// The table of options at argument i (absent or nil: all fallbacks). Throws on
-  /// keys that are not among the known ones.
-  Options options(int i, std::initializer_list<const char*> known) const;
-  /// The same with the options of the row.
+  /// The table of options at argument i (absent or nil: all fallbacks), by the rows of this function.
   Options options(int i) const;
+  /// The same by other rows: of an argument that has options of its own.
+  Options options(int i, const OptionTable& known) const;
 
   [[noreturn]] void wrong(int i, const char* name, const std::string& expected) const;
   /// " (usage: sin(x))", for the end of an error text; "" for rows without a signature.
@@ -165,7 +172,6 @@ class Call {
   }
 
  private:
-  Options checked_options(int i, const std::vector<std::string>& names) const;
   std::shared_ptr<const void>* test(int i, const char* type) const;
   std::shared_ptr<const void> required(int i, const char* type, const char* name) const;
   static void push_shared(lua_State* L, std::shared_ptr<const void> object, const char* type);
@@ -176,6 +182,8 @@ class Call {
 /// Pushes a userdata that shares ownership of the object (for code outside a Call).
 void push_object(lua_State* L, std::shared_ptr<const void> object, const char* type);
 
+/// "a number", "an integer".
+std::string with_article(const std::string& noun);
 /// The type name of the value at `index` as a user would say it: "a number", "nil", "a solution".
 std::string describe(lua_State* L, int index);
 

@@ -1,11 +1,14 @@
 #include "lua/core/documentation.hpp"
 
 #include <algorithm>
+#include <array>
+#include <sstream>
 #include <string>
 #include <vector>
 
 #include "base/draft.hpp"
 #include "base/text.hpp"
+#include "lua/core/call.hpp"
 #include "lua/core/library.hpp"
 #include "lua/core/objects.hpp"
 #include "lua/core/table_text.hpp"
@@ -123,6 +126,18 @@ int all_rows(lua_State* L) {
   return 1;
 }
 
+/// options_of(name): the rows of options of a function of C++, to be read by one of Lua, too.
+int options_of(lua_State* L) {
+  const std::string_view name = luaL_checkstring(L, 1);
+  for (const Module* module : added_modules(L))
+    for (const Row& row : module->rows)
+      if (row.name == name && row.options) {
+        push_options(L, *row.options);
+        return 1;
+      }
+  throw Error(text(name, " has no rows of options"));
+}
+
 int all_types(lua_State* L) {
   push_strings(L, type_names(L));
   return 1;
@@ -172,6 +187,63 @@ int write_whole_file(lua_State* L) {
 }
 
 int fail(lua_State* L) { throw Error(error_text(L, 1)); }
+
+std::string field(lua_State* L, int table, const char* key) {
+  const bool there = lua_getfield(L, table, key) == LUA_TSTRING;
+  const std::string value = there ? lua_tostring(L, -1) : "";
+  lua_pop(L, 1);
+  return value;
+}
+
+/// The words of a row "acc|ggl".
+std::vector<std::string> words_of(const std::string& values) {
+  std::vector<std::string> words;
+  std::istringstream parts(values);
+  for (std::string word; std::getline(parts, word, '|');) words.push_back(word);
+  return words;
+}
+
+/// A text that must be one of the words of its row.
+void check_word(const OptionRow& row, const std::string& given) {
+  const std::vector<std::string> words = words_of(row.values);
+  if (std::string_view(row.type) != "string" || words.empty() || words[0][0] == '@' ||
+      std::find(words.begin(), words.end(), given) != words.end())
+    return;
+  throw Error(text("option '", row.name, "' must be \"", join(words, "\" or \""), "\", not \"", given, "\".",
+                   did_you_mean(given, words)));
+}
+
+/// check_options(by, options, rows)
+int checked_table(lua_State* L) {
+  const std::string by = luaL_checkstring(L, 1);
+  luaL_checktype(L, 3, LUA_TTABLE);
+  lua_settop(L, 3);
+  if (lua_isnil(L, 2)) {
+    lua_newtable(L);
+    return 1;
+  }
+  const auto count = static_cast<lua_Integer>(lua_rawlen(L, 3));
+  std::vector<std::array<std::string, 4>> texts;
+  for (lua_Integer i = 1; i <= count; ++i, lua_settop(L, 3)) {
+    lua_rawgeti(L, 3, i);
+    texts.push_back({field(L, 4, "name"), field(L, 4, "type"), field(L, 4, "text"), field(L, 4, "values")});
+  }
+  if (!lua_istable(L, 2))
+    throw Error(text(by, ": options are a table { ", texts.empty() ? "name" : texts[0][0], " = … }, not ",
+                     describe(L, 2)));
+  OptionTable rows;
+  for (const auto& [name, type, meaning, values] : texts)
+    rows.push_back({name.c_str(), type.c_str(), "", meaning.c_str(), values.c_str()});
+  try {
+    check_options(L, 2, rows);
+    for (const OptionRow& row : rows)
+      if (lua_getfield(L, 2, row.name) == LUA_TSTRING) check_word(row, lua_tostring(L, -1));
+  } catch (const Error& e) {
+    throw Error(text(by, ": ", e.what()));
+  }
+  lua_settop(L, 2);
+  return 1;
+}
 
 int load_check(lua_State* L) {
   include_embedded(L, "doc_check");
@@ -242,12 +314,14 @@ void open_documentation(lua_State* L) {
                                                              {"install_lazy", guarded<install_loader>},
                                                              {"named", guarded<named_value>},
                                                              {"rows", guarded<all_rows>},
+                                                             {"options_of", guarded<options_of>},
                                                              {"types", guarded<all_types>},
                                                              {"members", guarded<members_of>},
                                                              {"object_type", guarded<type_of>},
                                                              {"did_you_mean", guarded<nearest>},
                                                              {"position", guarded<position>},
                                                              {"fail", guarded<fail>},
+                                                             {"check_options", guarded<checked_table>},
                                                              {"width", guarded<columns>},
                                                              {"write_file", guarded<write_whole_file>},
                                                              {"prose", guarded<laid_out<prose>>},

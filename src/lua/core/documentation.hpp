@@ -7,11 +7,13 @@
 //   install_lazy(name, function)  the same for an entry of a library; the function makes it when it is first read
 //   named(name)                   what a row name stands for, or nil
 //   rows()                        a list of { name, sig, text, example, gives, module, title }: all C++ rows
+//   options_of(name)              the rows of options of a function of C++
 //   types()                       the names of all types
 //   members(type)                 the sorted names of a type's methods and fields
 //   object_type(value)            "model", …, or nil if the value is not one of ours
 //   did_you_mean(word, list)      " Did you mean 'x'?" or ""
 //   position()                    "exam.lua:12: ", the user's innermost line, or ""
+//   check_options(by, options, rows)   the options (nil: none); refuses what the rows do not know or admit
 //   fail(message)                 raises an error at that position
 //   write_file(name, text, by)    a file that appears complete or not at all; `by` begins the error text
 //   width(text)                   the columns that a text takes on a terminal

@@ -5,6 +5,7 @@
 
 #include "base/text.hpp"
 #include "lua/core/call.hpp"
+#include "lua/core/documentation.hpp"
 #include "lua/core/values.hpp"
 
 namespace pendula::lua {
@@ -46,6 +47,14 @@ const char* elsewhere(const std::string& key, const std::vector<std::string>& kn
                    "'.", hints, " (options: ", join(known, ", "), ")"));
 }
 
+/// What is said of the value on top of the stack.
+std::string wrong_type(lua_State* L, const OptionRow& row) {
+  const std::string_view type = row.type;
+  return text("option '", row.name, "': expected ",
+              type == "boolean" ? "true or false" : with_article(row.type), ", got ", describe(L, -1),
+              *row.text ? text(" (", prose(row.text), ")") : "");
+}
+
 }  // namespace
 
 OptionTable joined(const OptionTable& first, const OptionTable& more) {
@@ -54,38 +63,61 @@ OptionTable joined(const OptionTable& first, const OptionTable& more) {
   return all;
 }
 
-Options Call::options(int i, std::initializer_list<const char*> known) const {
-  return checked_options(i, std::vector<std::string>(known.begin(), known.end()));
+bool admits(std::string_view type, lua_State* L, int index) {
+  const int given = lua_type(L, index);
+  const bool object = given == LUA_TUSERDATA, table = given == LUA_TTABLE;
+  for (std::string_view rest = type; !rest.empty();) {
+    const std::size_t end = std::min(rest.find(" or "), rest.find(", "));
+    const std::string_view word = rest.substr(0, end);
+    rest.remove_prefix(end == rest.npos ? rest.size() : end + (rest[end] == ',' ? 2 : 4));
+    const bool good = word == "number" || word == "integer" ? object || given == LUA_TNUMBER
+                      : word == "boolean"                   ? given == LUA_TBOOLEAN
+                      : word == "string"                    ? given == LUA_TSTRING
+                      : word == "function"                  ? object || table || given == LUA_TFUNCTION
+                      : word == "expression" ? object || given == LUA_TNUMBER || given == LUA_TSTRING
+                      : word == "matrix"     ? object || table || given == LUA_TNUMBER
+                                             : object || table;
+    if (good) return true;
+  }
+  return false;
 }
 
-Options Call::options(int i) const {
-  PENDULA_ASSERT(row.options != nullptr, "a row without a table of options reads options");
+void check_options(lua_State* L, int index, const OptionTable& known) {
   std::vector<std::string> names;
-  for (const OptionRow& option : *row.options)
+  for (const OptionRow& option : known)
     if (!std::isdigit(static_cast<unsigned char>(option.name[0]))) names.emplace_back(option.name);
-  return checked_options(i, names);
-}
-
-Options Call::checked_options(int i, const std::vector<std::string>& names) const {
-  if (!has(i)) return {this, 0};
-  if (!lua_istable(L, i)) wrong(i, "options", "a table of options");
-  std::vector<std::string> positions,
-      unknown;  // all of them, sorted: the order of a table's keys is nobody's
+  std::vector<std::string> positions, unknown, wrong;  // sorted: the order of a table's keys is nobody's
   lua_pushnil(L);
-  while (lua_next(L, i) != 0) {
+  while (lua_next(L, index) != 0) {
+    const std::string key = luaL_tolstring(L, -2, nullptr);
     lua_pop(L, 1);
-    const std::string key = luaL_tolstring(L, -1, nullptr);
-    lua_pop(L, 1);
-    if (lua_type(L, -1) != LUA_TSTRING)
+    const auto row =
+        std::find_if(known.begin(), known.end(), [&](const OptionRow& option) { return option.name == key; });
+    if (lua_type(L, -2) != LUA_TSTRING)
       positions.push_back(key);
-    else if (std::find(names.begin(), names.end(), key) == names.end())
+    else if (row == known.end())
       unknown.push_back(key);
+    else if (!admits(row->type, L, -1))
+      wrong.push_back(wrong_type(L, *row));
+    lua_pop(L, 1);
   }
   if (!positions.empty())
     throw Error(text("options are written { name = value }, but this table has the key [",
                      *std::min_element(positions.begin(), positions.end()),
                      "]; known options: ", join(names, ", ")));
   if (!unknown.empty()) refuse(std::move(unknown), names);
+  if (!wrong.empty()) throw Error(*std::min_element(wrong.begin(), wrong.end()));
+}
+
+Options Call::options(int i) const {
+  PENDULA_ASSERT(row.options != nullptr, "a row without a table of options reads options");
+  return options(i, *row.options);
+}
+
+Options Call::options(int i, const OptionTable& known) const {
+  if (!has(i)) return {this, 0};
+  if (!lua_istable(L, i)) wrong(i, "options", "a table of options");
+  check_options(L, i, known);
   return {this, i};
 }
 

@@ -62,7 +62,7 @@ test("what is wrong is named", function()
   expect(try { on = slurm { tasks = 2 } }):fails "store"
   expect(function() slurm { task = 2 } end):fails "Did you mean 'tasks'?"
   expect(function() slurm { tasks = 0 } end):fails "tasks = 0"
-  expect(function() slurm { time = 3 } end):fails "time must be a string"
+  expect(function() slurm { time = 3 } end):fails "option 'time': expected a string, got a number"
   expect(function() shards.run "/nowhere/3" end):fails "there is no '/nowhere/model.lua'"
   expect(try { shards = 2, store = file, events = { { when = x - 0.5, call = function() end } } })
     :fails "cannot be sent to another process"

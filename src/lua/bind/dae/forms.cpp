@@ -78,6 +78,12 @@ dae::Detail detail_named(const std::string& name) {
                    " A derivation is \"short\", \"full\" or \"every step\""));
 }
 
+const OptionTable trace_options = {
+    {"1", "string", "\"full\"", "how much of the derivation is told", "short|full|every step|latex"},
+    {"detail", "string", "\"full\"", "the same in the table", "short|full|every step"},
+    {"latex", "boolean", "false", "as a text in LaTeX"},
+};
+
 /// trace(), trace "short", trace("full", { latex = true }), trace { detail = "short" }, trace "latex".
 int trace(Call& call) {
   collect_aliases(call.L);
@@ -89,8 +95,8 @@ int trace(Call& call) {
     latex = word == "latex";
     if (!latex) derivation.detail = detail_named(word);
   }
-  if (const int at = named ? 3 : 2; call.has(at)) {
-    const Options o = call.options(at, {"latex", "detail"});
+  if (const int at = named || !call.has(2) ? 3 : 2; call.has(at)) {
+    const Options o = call.options(at);
     latex = latex || o.boolean("latex", false);
     if (o.has("detail")) derivation.detail = detail_named(o.string("detail", ""));
   }
@@ -181,7 +187,7 @@ extern const Module forms_module = {
             search its text.)",
          "x, z = vars \"x z\"  return dae{ der(x) ~ z, 0 ~ x - sin(t) }:reduce(\"acc\"):trace():match "
          "\"^[^\\n]*\"",
-         "(2)  0 = x - sin(t)   is differentiated once"},
+         "(2)  0 = x - sin(t)   is differentiated once", &trace_options},
         {"model:latex", model_latex, "sys:latex() -> string", "The equations in LaTeX, with their numbers.",
          R"(x = var "x"  return dae{ der(x) ~ -2*x }:latex())",
          R"(

@@ -222,12 +222,17 @@ void read_x0(Call& call, const ModelPencil& p, dae::SolutionRequest& request) {
   });
 }
 
+const OptionTable solution_options = {
+    {"inputs", "table", "", "expressions in t: { u = sin(t) }", "@inputs"},
+    {"from", "number", "0", "the time of x0, a rational number, in s"},
+};
+
 int solution(Call& call) {
   const ModelPencil& p = pencil_of(call);
   dae::SolutionRequest request;
   request.general = !call.has(2);
   if (call.has(3)) {
-    const Options o = call.options(3, {"inputs", "from"});
+    const Options o = call.options(3);
     const Inputs inputs = read_inputs(o, *p.model, call.L);
     if (!inputs.numeric.empty())
       throw Error(text("input '", to_text(inputs.numeric[0].leaf),
@@ -313,7 +318,7 @@ extern const Module pencil_module = {
             decimals.)",
          "x = var(\"x\", 3)  p = dae{ mat{{1,1,0},{0,0,1},{1,1,1}} * der(x) ~ x }:pencil()  return "
          "p:solution{ x1 = 1 }[3]",
-         "2 exp(t/2)"},
+         "2 exp(t/2)", &solution_options},
         {"pencil:shuffle", shuffle, "p:shuffle() -> string",
          "The reduction to a semi-explicit form by combining and differentiating equations, step by step.",
          "", ""},

@@ -20,11 +20,15 @@ struct TypeName<dae::StructureReport> {
 
 namespace {
 
+const OptionTable structure_options = {
+    {"at", "start", "", "a result of init: ranks are also checked there"},
+};
+
 int structure(Call& call) {
   if (const auto* held = object_at(call.L, 2, TypeName<dae::ConsistentState>::value))  // sys:structure(at)
     return call.push(std::make_shared<const dae::StructureReport>(dae::structure(
         call.shared<dae::Model>(1, "model"), std::static_pointer_cast<const dae::ConsistentState>(*held))));
-  const Options o = call.options(2, {"at"});
+  const Options o = call.options(2);
   dae::ConsistentStatePtr at;
   if (o.has("at")) {
     const auto* held = object_at(call.L, o.push("at"), TypeName<dae::ConsistentState>::value);
@@ -219,7 +223,8 @@ extern const Module structure_module = {
         {"model:structure", structure, "sys:structure([start] or { at = start }) -> structure",
          R"(Σ matrix, offsets, blocks, structural index, and whether all that may be believed: the rank of
             the system Jacobian, exactly, and numerically at a start.)",
-         R"(x, z = vars "x z"  return dae{ der(x) ~ z, 0 ~ x - sin(t) }:structure().verdict)", "valid"},
+         R"(x, z = vars "x z"  return dae{ der(x) ~ z, 0 ~ x - sin(t) }:structure().verdict)", "valid",
+         &structure_options},
         {"structure#sigma", sigma, "s.sigma -> list of rows",
          "σ_ij: highest derivative of unknown j in equation i, -inf where absent.", "", ""},
         {"structure#c", c, "s.c -> list", "How often every equation is differentiated.", "", ""},

@@ -31,8 +31,14 @@ struct Attributes {
   std::optional<bool> positive;
 };
 
+const OptionTable symbol_options = {
+    {"unit", "string", "", "the unit, as in \"m/s\": on axes, in ledgers, for units = \"check\""},
+    {"text", "string", "", "what it is, in a few words: on axes and in ledgers"},
+    {"positive", "boolean", "", "true: greater than 0, |L| = L and √(L²) = L"},
+};
+
 Attributes read_attributes(Call& call, int index) {
-  const Options options = call.options(index, {"unit", "text", "positive"});
+  const Options options = call.options(index);
   Attributes given{call.has(index), options.string("unit", ""), options.string("text", ""), {}};
   if (options.has("positive")) given.positive = options.boolean("positive", false);
   return given;
@@ -424,24 +430,24 @@ std::vector<Row> rows() {
        "An unknown function of time, or a column of them: var(\"q\", 3) has the entries q1, q2, q3. Unit and "
        "text "
        "appear on axes and in ledgers.",
-       "q = var(\"q\", 3); q.T*q", "qᵀq"},
-      {"vars", vars, "vars \"x y z\" -> x, y, z", "Several unknown functions of time.",
-       "x, y = vars \"x y\"; diff(x^2*y, x)", "2 x y"},
+       "q = var(\"q\", 3); q.T*q", "qᵀq", &symbol_options},
+      {"vars", vars, "vars(\"x y z\" [, {unit =, text =}]) -> x, y, z", "Several unknown functions of time.",
+       "x, y = vars \"x y\"; diff(x^2*y, x)", "2 x y", &symbol_options},
       {"param", param, "param(name [, value] [, {unit =, text =, positive =}]) -> symbol or column",
        "A constant with a default value: a number, \"1/3\", or a list for a column; also param \"L=2\". With "
        "positive = true simplify knows that it is greater than 0: |L| = L, √(L²) = L. "
        "Without a value it must "
        "be given "
        "later.",
-       "L = param(\"L\", 2); evaluate(L^2)", "4.0"},
+       "L = param(\"L\", 2); evaluate(L^2)", "4.0", &symbol_options},
       {"params", params, "params(\"m=1 g=9.81 L\" [, {positive =}]) -> m, g, L",
        "Several constants, with or without default values; positive = true says that all are greater than 0.",
-       "m, g = params \"m=1/2 g=9.81\"; evaluate(m*g)", "4.905"},
+       "m, g = params \"m=1/2 g=9.81\"; evaluate(m*g)", "4.905", &symbol_options},
       {"input", input, "input(name [, size] [, {unit =, text =}]) -> symbol or column",
        "A known function of time (or a column), given at init and integration.", "u = input(\"u\", 2); #u",
-       "2"},
-      {"inputs", inputs, "inputs \"u w\" -> u, w", "Several known functions of time.",
-       "u, w = inputs \"u w\"; der(u*w)", "w u′ + u w′"},
+       "2", &symbol_options},
+      {"inputs", inputs, "inputs(\"u w\" [, {unit =, text =}]) -> u, w", "Several known functions of time.",
+       "u, w = inputs \"u w\"; der(u*w)", "w u′ + u w′", &symbol_options},
       {"func", func, "func(name [, outputs]) -> function",
        "An unspecified function: g(x, z) is an expression with formal partial derivatives; arguments are "
        "scalars or "

@@ -211,6 +211,16 @@ integrate::CurvePlan curve_plan(Call& call, const Options& o, int columns) {
   return plan;
 }
 
+const OptionTable curve_options = {
+    {"coordinates", "integer", "", "2 or 3: the expressions are the coordinates of one curve, without t"},
+    {"xlim", "list", "", "{ low, high }: the range that is shown"},
+    {"ylim", "list", "", "the same of the y axis"},
+    {"zlim", "list", "", "the same of the z axis"},
+    {"xlog", "boolean", "false", "logarithmic axis"},
+    {"ylog", "boolean", "false", "logarithmic axis"},
+    {"size", "list", "{800, 500}", "{ width, height } in pixels"},
+};
+
 int push_rows(lua_State* L, const std::vector<Eigen::Index>& rows) {
   lua_createtable(L, static_cast<int>(rows.size()), 0);
   for (std::size_t k = 0; k < rows.size(); ++k) {
@@ -223,7 +233,7 @@ int push_rows(lua_State* L, const std::vector<Eigen::Index>& rows) {
 /// sol:curve(expressions [, options]): columns for plot, where the line is interrupted, what was saved.
 int curve(Call& call) {
   std::vector<Expr> wanted = read_expressions(call, 2);
-  const Options o = call.options(3, {"coordinates", "xlim", "ylim", "zlim", "xlog", "ylog", "size"});
+  const Options o = call.options(3);
   const long coordinates = o.integer("coordinates", 0);
   if (coordinates == 0) wanted.insert(wanted.begin(), time_symbol());
   if (coordinates != 0 &&
@@ -488,7 +498,8 @@ extern const Module integrate_module = {
          "a pixel; the rows before which a jump interrupts the line; the rows that are saved points. With "
          "coordinates = 2 or 3 the expressions are the coordinates of one curve, without t. xlim, ylim, zlim, "
          "xlog, ylog and size are those of the figure.",
-         "return #dae{der(var \"x\") ~ -var \"x\"}:integrate{start = {x = 1}, to = 1}:curve \"x\"", "2"},
+         "return #dae{der(var \"x\") ~ -var \"x\"}:integrate{start = {x = 1}, to = 1}:curve \"x\"", "2",
+         &curve_options},
         {"solution#t", times, "sol.t -> column", "The saved times.", "", ""},
         {"solution#model", model, "sol.model -> model", "The model that was integrated.", "", ""},
         {"solution#options", asked_options, "sol.options -> table",

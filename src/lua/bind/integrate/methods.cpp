@@ -204,7 +204,7 @@ const OptionTable multistep_options = {
     {"name", "string", "", "the name of the method"},
 };
 const OptionTable rosenbrock_options = {
-    {"gamma", "number", "", "γ, the diagonal"},
+    {"gamma", "number or string", "", "γ, the diagonal"},
     {"A", "list of lists", "", "aᵢⱼ, below the diagonal"},
     {"C", "list of lists", "", "cᵢⱼ"},
     {"m", "list", "", "the weights"},

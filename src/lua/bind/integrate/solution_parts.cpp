@@ -185,12 +185,25 @@ void read_ending(Call& call, const Options& options, integrate::Solution& soluti
   solution.finish(outcome, stats, options.number("seconds", 0));
 }
 
+/// What sol:parts() returns.
+const OptionTable part_options = {
+    {"points", "matrix", "", "t and the variables, one row per point"},
+    {"pieces", "matrix", "", "dense output: polynomials by pieces"},
+    {"ending", "string", "", "how the run ended"},
+    {"message", "string", "", "why it stopped"},
+    {"method", "string", "", "its name"},
+    {"dt", "number", "0", "a fixed step, in s"},
+    {"seconds", "number", "0", "what it took"},
+    {"stats", "table", "", "counts"},
+    {"events", "list", "", "what happened"},
+    {"methods", "list", "", "families that took turns"},
+};
+
 /// What is evaluated, not integrated: the model with parameters and inputs, and the points that were computed.
 int solution_of_parts(Call& call) {
   const auto model = call.shared<dae::Model>(1, "model");
   const integrate::Simulation simulation = read_simulation(call, call.options(2), model);
-  const Options saved = call.options(
-      3, {"points", "pieces", "ending", "message", "method", "dt", "seconds", "stats", "events", "methods"});
+  const Options saved = call.options(3, part_options);
   auto solution = std::make_shared<integrate::Solution>(integrate::make_problem(model, simulation));
   const int n = solution->problem().n(), m = solution->problem().m();
   const Mat points = matrix_field(call, saved, "points");

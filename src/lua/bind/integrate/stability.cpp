@@ -123,10 +123,14 @@ int stability_text(Call& call) {
 
 const Conditions& conditions(Call& call) { return call.object<Conditions>(1, "conditions"); }
 
+const OptionTable condition_options = {
+    {"embedded", "boolean", "false", "those of the embedded method"},
+};
+
 int order_conditions(Call& call) {
   const Tableau& tab = call.object<Tableau>(1, "tableau");
   const long fallback = std::min(tab.order() + 1, 6);
-  const Options options = call.options(3, {"embedded"});
+  const Options options = call.options(3);
   auto list = std::make_shared<Conditions>();
   list->method = tab.name();
   list->list = integrate::order_conditions(tab, static_cast<int>(call.integer(2, "order", fallback)),
@@ -343,7 +347,7 @@ extern const Module stability_module = {
          "tab:conditions([order [, { embedded = true }]]) -> conditions",
          R"(The order conditions of all trees up to an order (default: one more than the order, at most 6)
             with values and residuals.)",
-         "#rk.rk4:conditions(5), rk.rk4:conditions(5)[9].met", "17 false"},
+         "#rk.rk4:conditions(5), rk.rk4:conditions(5)[9].met", "17 false", &condition_options},
         {"conditions:__index", condition_item, "conditions[i] -> table",
          R"(Condition i: order, tree, formula, target, value, residual, met; text and residual_text for
             printing.)",

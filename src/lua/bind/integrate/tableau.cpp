@@ -147,6 +147,7 @@ bool has_symbols(const integrate::TableauData& data) {
 int make(Call& call) {
   if (!lua_isstring(call.L, 1)) {
     call.table(1, "tableau");
+    call.options(1);
     if (has_symbols(read_fields(call))) {
       push_named(call.L, "symbolic_tableau");
       lua_pushvalue(call.L, 1);
@@ -242,10 +243,12 @@ extern const Module tableau_module = {
             stage and a last line '| b b …'. Entries are numbers or strings such as "sqrt(3)/6"; c defaults
             to the row sums of A. An order that is claimed is proved.)",
          R"(
-            tableau [[ 0   |
+            midpoint = tableau{ A = { {}, {"1/2"} }, b = {0, 1} }
+            drawn = tableau [[ 0   |
             1/2 | 1/2
-                | 0  1 ]]:order())",
-         "2", &tableau_options},
+                | 0  1 ]]
+            midpoint:order(), drawn:order())",
+         "2 2", &tableau_options},
         {"rk.gauss", gauss, "rk.gauss(stages) -> tableau",
          R"(Gauss-Legendre collocation of order 2s: the nodes are the zeros of the shifted Legendre
             polynomial.)",

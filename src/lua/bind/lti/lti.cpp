@@ -51,9 +51,24 @@ void name_channels(System& g, const Options& o, lua_State* L) {
   read("outputs", static_cast<std::size_t>(g.outputs), g.output_names);
 }
 
+const OptionTable name_options = {
+    {"states", "string or list of strings", "", "names of the states"},
+    {"inputs", "string or list of strings", "", "names of the inputs"},
+    {"outputs", "string or list of strings", "", "names of the outputs"},
+};
+const OptionTable ss_options = joined(
+    {
+        {"A", "matrix", "", "of x′ = A x + B u"},
+        {"B", "matrix", "", "without it there are no inputs"},
+        {"C", "matrix", "", "of y = C x + D u; without it the outputs are the states"},
+        {"D", "matrix", "0", "the direct way from u to y"},
+        {"Ts", "number", "0", "the sampling time, in s; 0: continuous"},
+    },
+    name_options);
+
 System ss_from_options(Call& call) {
   lua_State* L = call.L;
-  const Options o = call.options(1, {"A", "B", "C", "D", "Ts", "states", "inputs", "outputs"});
+  const Options o = call.options(1);
   const auto matrix = [&](const char* key) {
     const MatX m = to_matrix(L, o.push(key), key);
     lua_pop(L, 1);
@@ -347,7 +362,7 @@ int with(Call& call) {
 
 int named(Call& call) {
   System g = system_of(call);
-  name_channels(g, call.options(2, {"states", "inputs", "outputs"}), call.L);
+  name_channels(g, call.options(2), call.L);
   return push_system(call, std::move(g));
 }
 
@@ -391,14 +406,15 @@ extern const Module lti_module = {
          R"(The state space x′ = A x + B u, y = C x + D u; with a sampling time Ts x⁺ = A x + B u. Without
             C the outputs are the states, without D it is zero. Entries stay exact or symbolic. ss(G)
             converts, ss(D) is a gain.)",
-         "ss({{0, 1}, {-2, -3}}, {0, 1}, {1, 0})",
+         "ss{ A = {{0, 1}, {-2, -3}}, B = {0, 1}, C = {1, 0} }",
          R"(
             state space: 2 states, 1 input, 1 output, continuous time
                    x₁  x₂ │ u
               x₁′   0   1 │ 0
               x₂′  -2  -3 │ 1
               ────────────┼──
-              y     1   0 │ 0)"},
+              y     1   0 │ 0)",
+         &ss_options},
         {"tf", tf, R"(tf(num, den [, Ts]) or tf(expression, s [, Ts]) or tf "s" -> G)",
          R"(A transfer function from coefficients, highest power first; a matrix of them from lists of
             lists of coefficients, or from a list of rows of systems. s = tf "s" (z = tf("z", Ts)) makes
@@ -448,7 +464,9 @@ extern const Module lti_module = {
         {"lti:with", with, "G:with{ k = 2 } -> G", "The same system with values for parameters.",
          R"(k = param "k"  return tf({k}, {1, k}):with{ k = 3 }:dcgain())", "1"},
         {"lti:named", named, "G:named{ states =, inputs =, outputs = } -> G",
-         "The same system with names for its signals."},
+         "The same system with names for its signals.",
+         "tf({1}, {1, 2}):ss():named{ states = {'v'}, inputs = {'F'}, outputs = {'y'} }.inputs[1]", "F",
+         &name_options},
         {"lti:channel", channel, "G:channel(output, input) -> G", "One channel, by numbers or names."},
         {"lti:latex", latex, "G:latex() -> string", "The system in LaTeX.", "tf({1}, {1, 2}):latex()",
          "G(s) = \\frac{1}{s + 2}"},

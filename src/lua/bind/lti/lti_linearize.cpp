@@ -34,7 +34,17 @@ void split_point(lua_State* L, int point, int options, const dae::Model& model) 
   lua_setfield(L, options, "start");
 }
 
-/// A start of this model or a relative, or a table of conditions that init completes.
+/// The conditions of a point as read_start reads them.
+const OptionTable point_options = {
+    {"start", "start or table", "", "a result of init, or values", "@variables"},
+    {"params", "table", "", "values of parameters: { m = 2 }", "@parameters"},
+    {"from", "number", "0", "the time of the point, in s"},
+    {"guess", "table", "", "where the search for values that are not given begins", "@variables"},
+    {"fix", "table", "", "values that are given", "@variables"},
+    {"inputs", "table", "", "values of the inputs", "@inputs"},
+};
+
+/// A start of this model or a relative of it, or a table of conditions that init completes.
 dae::ConsistentStatePtr read_point(Call& call, const dae::ModelPtr& model) {
   if (!call.has(2)) call.wrong(2, "at", "a start: sys:linearize(sys:init{ … })");
   lua_State* L = call.L;
@@ -52,7 +62,7 @@ dae::ConsistentStatePtr read_point(Call& call, const dae::ModelPtr& model) {
       lua_setfield(L, table, key);
     }
   lua_replace(L, 2);
-  return read_start(L, call.options(2, {"start", "params", "from", "guess", "fix", "inputs"}), model);
+  return read_start(L, call.options(2, point_options), model);
 }
 
 std::vector<Expr> read_inputs_of(lua_State* L, int index, const dae::Model& model) {
@@ -85,8 +95,8 @@ int linearize(Call& call) {
 }
 
 const OptionTable linearize_options = {
-    {"inputs", "list", "", "inputs or parameters of the model; without it its inputs"},
-    {"outputs", "list", "", "any expressions of the model; without it the states"},
+    {"inputs", "string or list", "", "inputs or parameters of the model; without it its inputs"},
+    {"outputs", "expression or list", "", "any expressions of the model; without it the states"},
     {"params", "table", "", "values of parameters: { m = 2 }", "@parameters"},
     {"from", "number", "0", "the time of the point, in s"},
     {"guess", "table", "", "where the search for values that are not given begins", "@variables"},

@@ -16,11 +16,20 @@ int response_push_response(Call& call, lti::Response r) {
   return call.push(std::make_shared<const lti::Response>(std::move(r)));
 }
 
+const OptionTable time_options = {
+    {"to", "number", "", "the end, in s; else until the response has settled"},
+    {"times", "list of numbers", "", "the times, in s"},
+};
+
+const OptionTable lsim_options = {
+    {"between", "string", "\"linear\"", "how data go on between the times", "linear|hold"},
+};
+
 /// Nothing, an end time, a list of times, or { to = 10 } or { times = … }.
 Vec read_times(Call& call, int i, const System& g) {
   if (!call.has(i)) return lti::response_times(g);
   if (lua_istable(call.L, i) && lua_rawlen(call.L, i) == 0) {
-    const Options o = call.options(i, {"to", "times"});
+    const Options o = call.options(i, time_options);
     if (o.has("times")) {
       const Vec t = to_numbers(call.L, o.push("times"), "times");
       lua_settop(call.L, call.count());
@@ -111,7 +120,7 @@ int response_lsim(Call& call) {
   if (!call.has(3) && !lua_isfunction(call.L, 2) && g.continuous())
     call.wrong(3, "t", "a list of times such as linspace(0, 10, 101)");
   std::string between = "linear";
-  if (call.has(5)) between = call.options(5, {"between"}).string("between", "linear");
+  if (call.has(5)) between = call.options(5).string("between", "linear");
   if (between != "linear" && between != "hold")
     throw Error(text("option 'between' must be \"linear\" or \"hold\", got '", between, "'"));
   if (is_formula(call, 2, g.inputs)) {
@@ -278,10 +287,10 @@ extern const Module lti_response_module = {
             between the times), or data with one row per time, joined by straight lines or held.)",
          "r = lsim(tf({1}, {1, 1}), sin(t), linspace(0, 2, 21))  return math.abs(r.y(21, 1) - "
          "(math.exp(-2) + math.sin(2) - math.cos(2))/2) < 1e-12",
-         "true"},
+         "true", &lsim_options},
         {"lti:lsim", response_lsim, "G:lsim(u, t [, x0 [, options]]) -> response",
          "The same as lsim(G, u, t, x0).",
-         "times = linspace(0, 10, 101)  return tf({1}, {1, 1}):lsim(map(times, math.sin), times):plot()", ""},
+         "times = linspace(0, 10, 101)  return tf({1}, {1, 1}):lsim(map(times, math.sin), times):plot()", "", &lsim_options},
         {"response#t", times, "r.t -> column", "The times."},
         {"response#y", y, "r.y -> matrix",
          "The outputs, one row per time; with several inputs those of the first come first."},

@@ -283,14 +283,50 @@ void read_theme(const Options& o, plot::Figure& f) {
 
 }  // namespace
 
+const OptionTable& figure_option_rows() {
+  static const OptionTable rows = {
+      {"series", "list of tables", "", "the curves: { { x =, y =, labels =, style = }, … }"},
+      {"title", "string or expression", "", "the title above the frame"},
+      {"xlabel", "string or expression", "", "the label of the axis; an expression brings its unit"},
+      {"ylabel", "string or expression", "", "the same of the y axis"},
+      {"zlabel", "string or expression", "", "the same of the z axis"},
+      {"legend", "boolean or string", "", "whether there is one, or its place",
+       "top left|top right|bottom left|bottom right|above|right|below|none"},
+      {"xlim", "list", "", "{ low, high }: the range that is shown"},
+      {"ylim", "list", "", "the same of the y axis"},
+      {"zlim", "list", "", "the same of the z axis"},
+      {"xlog", "boolean", "false", "logarithmic axis"},
+      {"ylog", "boolean", "false", "logarithmic axis"},
+      {"xwhole", "boolean", "false", "ticks at whole numbers only"},
+      {"ywhole", "boolean", "false", "ticks at whole numbers only"},
+      {"yreversed", "boolean", "false", "the axis points downwards"},
+      {"xstep", "number", "", "distance of the ticks"},
+      {"ystep", "number", "", "distance of the ticks"},
+      {"grid", "boolean", "true", "thin lines at the ticks"},
+      {"hlines", "number or list", "", "lines across the frame: { 0, { 1, \"limit\" } }"},
+      {"vlines", "number or list", "", "the same from bottom to top"},
+      {"texts", "list", "", "words at places: { { x, y, \"words\" } }"},
+      {"equal", "boolean", "false", "one unit is equally long on all axes"},
+      {"size", "list", "{800, 500}", "{ width, height } in pixels"},
+      {"notes", "list", "", "small lines of text below the frame"},
+      {"three_d", "boolean", "false", "points have three coordinates"},
+      {"view", "list", "{60, 30}", "{ tilt, turn } in degrees: where it is seen from"},
+      {"surfaces", "list", "", "nets one can see through: { sphere(1) }"},
+      {"theme", "string", "\"light\"", "colours of the page", "light|dark"},
+      {"right", "list", "", "{ low, high }: the range of an axis on the right"},
+      {"y2label", "string or expression", "", "the label of that axis"},
+      {"value_label", "string or expression", "", "the label of the scale of colours"},
+      {"below", "list", "", "figures that are panels under this one"},
+      {"columns", "integer", "1", "how many panels stand beside each other"},
+      {"by", "string", "", "the name of the function in errors"},
+  };
+  return rows;
+}
+
 plot::Figure read_figure(Call& call) {
   lua_State* L = call.L;
   call.table(1, "description");
-  const Options o = call.options(
-      1, {"series", "surfaces", "title",  "xlabel", "ylabel",    "zlabel",     "xlim",   "ylim",    "zlim",
-          "xlog",   "ylog",     "xwhole", "ywhole", "yreversed", "view",       "size",   "three_d", "equal",
-          "legend", "notes",    "by",     "below",  "columns",   "grid",       "hlines", "vlines",  "texts",
-          "xstep",  "ystep",    "theme",  "right",  "y2label",   "value_label"});
+  const Options o = call.options(1);
   plot::Figure f;
   f.title = words_option(call, o, "title");
   f.three_d = o.boolean("three_d", false);

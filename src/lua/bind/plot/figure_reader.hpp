@@ -17,6 +17,9 @@ struct TypeName<plot::Surface> {
   static constexpr const char* value = "surface";
 };
 
+/// The options of figure{…}; stdlib/plot/options.lua takes those of plot from them.
+const OptionTable& figure_option_rows();
+
 /// The table at argument 1 as a checked figure. Throws Error that names the entry.
 plot::Figure read_figure(Call& call);
 

@@ -254,13 +254,10 @@ extern const Module plot_module = {
     {
         {"figure", figure, "figure{ series = { { x =, y =, labels =, style = }, … }, … } -> figure",
          R"(What plot, plot3 and the others make, written out: every series has columns x and y (and z, or
-            points = n×3 matrix, with three_d = true); y may have several columns. Options: title, xlabel,
-            ylabel, zlabel, xlim, ylim, zlim, xlog, ylog, xwhole, ywhole, yreversed, equal, legend, view =
-            { tilt, turn }, size = { width, height }, surfaces, notes, below = { figures } (panels under
-            this one).)",
+            points = n×3 matrix, with three_d = true); y may have several columns.)",
          "figure{ series = { { x = {1, 2, 3}, y = {1, 4, 9}, labels = {\"squares\"} } }, title = "
          "\"Powers\" }",
-         "figure 'Powers': 1 series, 3 points"},
+         "figure 'Powers': 1 series, 3 points", &figure_option_rows()},
         {"sphere", sphere, "sphere(radius [, center]) -> surface",
          "A sphere for plot3{ surfaces = … }. The radius may be a parameter with a default value.",
          "sphere(1)", "surface: 25×49 nodes"},

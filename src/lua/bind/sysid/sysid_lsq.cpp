@@ -134,8 +134,8 @@ int lsq_text(Call& call) {
 const OptionTable lsq_options = {
     {"covariance", "matrix", "", "S, that of the noise"},
     {"weights", "list", "", "1/variances of the rows, up to a common factor"},
-    {"names", "list", "", "of the parameters, for printing"},
-    {"noise", "density", "", "maximum likelihood for it; uniform(low, high) gives the set"},
+    {"names", "string or list", "", "of the parameters, for printing"},
+    {"noise", "density or function", "", "maximum likelihood for it; uniform(low, high) gives the set"},
 };
 
 }  // namespace

@@ -216,10 +216,14 @@ int bj(Call& call) {
   return estimate_pem(call, call.options(2), "BJ");
 }
 
+const OptionTable refined_options = {
+    {"iterations", "integer", "100", "most iterations of Gauss-Newton"},
+};
+
 int pem(Call& call) {
   if (call.is<IdModel>(2)) {
     const IdModel& m = call.object<IdModel>(2, "model");
-    const auto iterations = static_cast<int>(call.options(3, {"iterations"}).integer("iterations", 100));
+    const auto iterations = static_cast<int>(call.options(3, refined_options).integer("iterations", 100));
     if (!m.state_space)
       throw Error("pem(d, mod) refines state-space models; give orders: pem(d, { na = …, nb = … })");
     const IdData& d = call.object<IdData>(1, "data");
@@ -232,19 +236,19 @@ int pem(Call& call) {
 int model_text(Call& call) { return call.push(sysid::describe(idmodel_of(call))); }
 
 const OptionTable arx_options = {
-    {"na", "integer", "", "past outputs: coefficients of A(q)"},
+    {"na", "integer or list", "", "past outputs: coefficients of A(q)"},
     {"nb", "integer or list", "", "past inputs: coefficients of B(q), one number per input"},
     {"nk", "integer or list", "1", "delay of the inputs, in samples"},
     {"ic", "string", "\"drop\"", "what happens before the first sample", "drop|zero|estimate"},
-    {"noise", "density", "", "maximum likelihood: gaussian(s), laplace(s), uniform(a, b)"},
+    {"noise", "density or function", "", "maximum likelihood: gaussian(s), laplace(s), uniform(a, b)"},
     {"kernel", "string", "", "regularised: impulse responses smooth and decaying", "TC|DC"},
     {"weights", "column", "", "1/variance of each row"},
     {"covariance", "matrix", "", "of the noise"},
-    {"start", "column", "", "θ to begin with; else linear estimates"},
+    {"start", "column or string", "", "θ to begin with; else linear estimates"},
 };
 
 const OptionTable iv4_options = {
-    {"na", "integer", "", "past outputs: coefficients of A(q)"},
+    {"na", "integer or list", "", "past outputs: coefficients of A(q)"},
     {"nb", "integer or list", "", "past inputs: coefficients of B(q), one number per input"},
     {"nk", "integer or list", "1", "delay of the inputs, in samples"},
 };
@@ -253,30 +257,30 @@ const OptionTable fir_options = {
     {"nb", "integer or list", "", "past inputs: coefficients of B(q), one number per input"},
     {"nk", "integer or list", "1", "delay of the inputs, in samples"},
     {"ic", "string", "\"drop\"", "what happens before the first sample", "drop|zero|estimate"},
-    {"noise", "density", "", "maximum likelihood: gaussian(s), laplace(s), uniform(a, b)"},
+    {"noise", "density or function", "", "maximum likelihood: gaussian(s), laplace(s), uniform(a, b)"},
     {"kernel", "string", "", "regularised: impulse responses smooth and decaying", "TC|DC"},
     {"weights", "column", "", "1/variance of each row"},
     {"covariance", "matrix", "", "of the noise"},
-    {"start", "column", "", "θ to begin with; else linear estimates"},
+    {"start", "column or string", "", "θ to begin with; else linear estimates"},
 };
 
 const OptionTable regressor_options = {
-    {"na", "integer", "", "past outputs: coefficients of A(q)"},
+    {"na", "integer or list", "", "past outputs: coefficients of A(q)"},
     {"nb", "integer or list", "", "past inputs: coefficients of B(q), one number per input"},
     {"nk", "integer or list", "1", "delay of the inputs, in samples"},
     {"ic", "string", "\"drop\"", "what happens before the first sample", "drop|zero|estimate"},
-    {"start", "column", "", "θ to begin with; else linear estimates"},
+    {"start", "column or string", "", "θ to begin with; else linear estimates"},
 };
 
 const OptionTable armax_options = {
-    {"na", "integer", "", "past outputs: coefficients of A(q)"},
+    {"na", "integer or list", "", "past outputs: coefficients of A(q)"},
     {"nb", "integer or list", "", "past inputs: coefficients of B(q), one number per input"},
     {"nc", "integer", "", "coefficients of C(q), the colour of the noise"},
     {"nk", "integer or list", "1", "delay of the inputs, in samples"},
     {"ic", "string", "\"estimate\"", "what happens before the first sample", "drop|zero|estimate"},
-    {"start", "column", "", "θ to begin with; else linear estimates"},
+    {"start", "column or string", "", "θ to begin with; else linear estimates"},
     {"iterations", "integer", "", "most steps of Gauss-Newton"},
-    {"noise", "density", "", "maximum likelihood: gaussian(s), laplace(s), uniform(a, b)"},
+    {"noise", "density or function", "", "maximum likelihood: gaussian(s), laplace(s), uniform(a, b)"},
 };
 
 const OptionTable oe_options = {
@@ -284,9 +288,9 @@ const OptionTable oe_options = {
     {"nf", "integer or list", "", "coefficients of F(q), the poles of the inputs"},
     {"nk", "integer or list", "1", "delay of the inputs, in samples"},
     {"ic", "string", "\"estimate\"", "what happens before the first sample", "drop|zero|estimate"},
-    {"start", "column", "", "θ to begin with; else linear estimates"},
+    {"start", "column or string", "", "θ to begin with; else linear estimates"},
     {"iterations", "integer", "", "most steps of Gauss-Newton"},
-    {"noise", "density", "", "maximum likelihood: gaussian(s), laplace(s), uniform(a, b)"},
+    {"noise", "density or function", "", "maximum likelihood: gaussian(s), laplace(s), uniform(a, b)"},
 };
 
 const OptionTable bj_options = {
@@ -296,22 +300,22 @@ const OptionTable bj_options = {
     {"nf", "integer or list", "", "coefficients of F(q), the poles of the inputs"},
     {"nk", "integer or list", "1", "delay of the inputs, in samples"},
     {"ic", "string", "\"estimate\"", "what happens before the first sample", "drop|zero|estimate"},
-    {"start", "column", "", "θ to begin with; else linear estimates"},
+    {"start", "column or string", "", "θ to begin with; else linear estimates"},
     {"iterations", "integer", "", "most steps of Gauss-Newton"},
-    {"noise", "density", "", "maximum likelihood: gaussian(s), laplace(s), uniform(a, b)"},
+    {"noise", "density or function", "", "maximum likelihood: gaussian(s), laplace(s), uniform(a, b)"},
 };
 
 const OptionTable pem_options = {
-    {"na", "integer", "", "past outputs: coefficients of A(q)"},
+    {"na", "integer or list", "", "past outputs: coefficients of A(q)"},
     {"nb", "integer or list", "", "past inputs: coefficients of B(q), one number per input"},
     {"nc", "integer", "", "coefficients of C(q), the colour of the noise"},
     {"nd", "integer", "", "coefficients of D(q), the poles of the noise"},
     {"nf", "integer or list", "", "coefficients of F(q), the poles of the inputs"},
     {"nk", "integer or list", "1", "delay of the inputs, in samples"},
     {"ic", "string", "\"estimate\"", "what happens before the first sample", "drop|zero|estimate"},
-    {"start", "column", "", "θ to begin with; else linear estimates"},
+    {"start", "column or string", "", "θ to begin with; else linear estimates"},
     {"iterations", "integer", "", "most steps of Gauss-Newton"},
-    {"noise", "density", "", "maximum likelihood: gaussian(s), laplace(s), uniform(a, b)"},
+    {"noise", "density or function", "", "maximum likelihood: gaussian(s), laplace(s), uniform(a, b)"},
 };
 
 }  // namespace

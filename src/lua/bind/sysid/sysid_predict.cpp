@@ -19,6 +19,13 @@ struct Mode {
   sysid::Seed seed = sysid::Seed::data;
 };
 
+const OptionTable mode_options = {
+    {"3", "integer or string", "1", "the horizon, or what is computed", "prediction|simulation"},
+    {"horizon", "integer or string", "1", "steps ahead, or \"simulation\"", "prediction|simulation"},
+    {"ic", "string", "", "what stands before the first sample", "data|zero|estimate"},
+    {"init", "string", "", "the name of ic in earlier versions", "data|zero|estimate"},
+};
+
 /// Argument 3: nothing, a horizon, "simulation", or { horizon =, ic = }.
 Mode read_mode(Call& call, Index horizon) {
   Mode mode;
@@ -43,7 +50,7 @@ Mode read_mode(Call& call, Index horizon) {
     else
       mode.horizon = positive(call.integer(3, "horizon"));
   } else {
-    const Options o = call.options(3, {"horizon", "ic", "init"});
+    const Options o = call.options(3);
     if (o.has("horizon")) {
       const int at = o.push("horizon");
       if (lua_type(call.L, at) == LUA_TSTRING)
@@ -114,32 +121,32 @@ extern const Module idmodel_predict_module = {
          R"(
             d = iddata{ y = {0, 2, 1, 4}, u = {1, 0.5, 2, 1} }
             print(fir(d, { nb = 1 }):predict(d).T))",
-         "0  2  1  4"},
+         "0  2  1  4", &mode_options},
         {"idmodel:simulate", simulate, "mod:simulate(d [, { ic = }]) -> column",
          "The output computed from the input alone; ic as in predict.",
          R"(
             d = iddata{ y = {1, .5, .25, .125}, u = {0, 0, 0, 0} }
             print(arx(d, { na = 1 }):simulate(d).T))",
-         "1  0.5  0.25  0.125"},
-        {"idmodel:residuals", model_residuals, "mod:residuals(d [, horizon]) -> column",
+         "1  0.5  0.25  0.125", &mode_options},
+        {"idmodel:residuals", model_residuals, "mod:residuals(d [, horizon | { horizon = 1, ic = }]) -> column",
          "y - ŷ at the samples that are compared: those after the first ones that seed the predictor.",
          R"(
             d = iddata{ y = {0, 2, 1, 4}, u = {1, 0.5, 2, 1} }
             #fir(d, { nb = 1 }):residuals(d))",
-         "3"},
+         "3", &mode_options},
         {"idmodel:fit", model_fit,
          R"(mod:fit(d [, horizon | "simulation" | { horizon =, ic = }]) -> percent, label)",
          "100 (1 - ‖y - ŷ‖/‖y - ȳ‖) on the compared samples, and in words what was compared.",
          R"(
             d = iddata{ y = {0, 2, 1, 4}, u = {1, 0.5, 2, 1} }
             print(fir(d, { nb = 1 }):fit(d)))",
-         "100.0 % fit, 1-step prediction, 3 samples"},
+         "100.0 % fit, 1-step prediction, 3 samples", &mode_options},
         {"idmodel:rmse", rmse, R"(mod:rmse(d [, horizon | "simulation" | { horizon =, ic = }]) -> number)",
          "√(mean (y - ŷ)²) on the compared samples, in the unit of y; a column for several outputs.",
          R"(
             d = iddata{ y = {0, 2, 1, 4}, u = {1, 0.5, 2, 1} }
             return fir(d, { nb = 1 }):rmse(d) < 1e-12)",
-         "true"},
+         "true", &mode_options},
     }};
 
 }  // namespace pendula::lua

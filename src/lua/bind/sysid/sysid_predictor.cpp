@@ -79,8 +79,19 @@ VecX delayed(const VecX& b, int nk) {
   return out;
 }
 
+const OptionTable idpoly_options = {
+    {"A", "list", "{1}", "coefficients of A(q), beginning with 1: A y = B/F u + C/D e"},
+    {"B", "list", "", "of B(q); for several inputs a list of lists"},
+    {"C", "list", "{1}", "of C(q), beginning with 1"},
+    {"D", "list", "{1}", "of D(q), beginning with 1"},
+    {"F", "list", "{1}", "of F(q), beginning with 1; for several inputs a list of lists"},
+    {"nk", "integer or list", "0", "delay of the inputs, in samples"},
+    {"Ts", "number", "1", "the sampling time, in s"},
+    {"inputs", "string or list of strings", "", "names of the inputs"},
+};
+
 int idpoly(Call& call) {
-  const Options o = call.options(1, {"A", "B", "C", "D", "F", "nk", "Ts", "inputs"});
+  const Options o = call.options(1);
   IdPoly m;
   m.p.A = monic(call, o, "A"), m.p.C = monic(call, o, "C"), m.p.D = monic(call, o, "D");
   m.p.B = per_input(call, o, "B"), m.p.F = per_input(call, o, "F");
@@ -127,12 +138,17 @@ sysid::PolyModel numeric(Call& call, const IdData& d) {
   return out;
 }
 
+const OptionTable response_options = {
+    {"horizon", "integer", "", "steps ahead; 0: simulation"},
+    {"init", "string", "\"zero\"", "what stands before the first sample", "data|zero|estimate"},
+};
+
 int push_response(Call& call, Index fallback) {
   const IdData& d = call.object<IdData>(2, "data");
   Index horizon = fallback;
   std::string init = "zero";
   if (call.has(3) && lua_istable(call.L, 3)) {
-    const Options o = call.options(3, {"horizon", "init"});
+    const Options o = call.options(3);
     horizon = o.integer("horizon", horizon), init = o.string("init", init);
   } else if (call.has(3)) {
     horizon = call.integer(3, "horizon");
@@ -197,10 +213,16 @@ int predictor_text(Call& call) { return call.push(sysid::describe(predictor_of(c
 
 int latex(Call& call) { return call.push("\\hat y(t) = " + to_latex(predictor_of(call).expression)); }
 
+const OptionTable predictor_options = {
+    {"start", "list or table", "", "θ to begin with: a list, or { a = 0.5 }"},
+    {"ic", "string", "\"drop\"", "what happens before the first sample", "drop|zero|estimate"},
+    {"noise", "density or function", "", "maximum likelihood: gaussian(s), laplace(s), uniform(a, b)"},
+};
+
 int fit_predictor(Call& call) {
   const Predictor& p = predictor_of(call);
   const IdData& d = call.object<IdData>(2, "data");
-  const Options o = call.options(3, {"start", "ic", "noise"});
+  const Options o = call.options(3);
   Vec theta = Vec::Zero(static_cast<Index>(p.parameters.size()));
   for (std::size_t i = 0; i < p.parameters.size(); ++i)
     if (const auto& value = symbol_of(p.parameters[i]).value)
@@ -269,7 +291,8 @@ extern const Module predictor_module = {
          R"(
             ARX model
               A(q) = 1 + a₁ q⁻¹
-              B(q) = b₀)"},
+              B(q) = b₀)",
+         &idpoly_options},
         {"idpoly:predictor", poly_predictor, "m:predictor() -> predictor",
          R"(The one-step predictor from H ŷ = G u + (H - 1) y, whether it is linear in the parameters, and
             its regressor.)",
@@ -297,11 +320,11 @@ extern const Module predictor_module = {
          R"(m:predict(d [, horizon | { horizon = 1, init = "zero" }]) -> column)",
          "ŷ(t|t-horizon) of a model with numbers.",
          "print(idpoly{ A = {1, -0.5}, B = {1} }:predict(iddata{ y = {1, 2, 3}, u = {1, 1, 1} }).T)",
-         "1  1.5  2"},
+         "1  1.5  2", &response_options},
         {"idpoly:simulate", poly_simulate, R"(m:simulate(d [, { init = "zero" }]) -> column)",
          "The output from the input alone.",
          "print(idpoly{ A = {1, -0.5}, B = {1} }:simulate(iddata{ y = {0, 0, 0}, u = {1, 1, 1} }).T)",
-         "1  1.5  1.75"},
+         "1  1.5  1.75", &response_options},
         {"idpoly#kind", poly_kind, "m.kind -> string", "ARX, ARMAX, OE, BJ and so on.", "", ""},
         {"idpoly#A", poly_field<&sysid::SymbolicPolynomials::A>, "m.A -> row", "Coefficients of A(q).", "",
          ""},
@@ -331,9 +354,12 @@ extern const Module predictor_module = {
             y, u = func "y", func "u"
             a, b = params "a b"
             print(predictor(a*y(t-1) + b*u(t-1)):fit(iddata{ y = {0, 1}, u = {1, 0} }).theta.T))",
-         "0  1"},
+         "0  1", &predictor_options},
         {"predictor:estimate", fit_predictor, "p:estimate(d [, options]) -> predictor_fit",
-         "The same as p:fit.", "", ""},
+         "The same as p:fit.",
+         "y = func 'y'  a = param 'a'\n"
+         "print(predictor(a*y(t-1)):estimate(iddata{ y = {8, 4, 2} }).theta.T)",
+         "0.5", &predictor_options},
         {"predictor#expression", expression, "p.expression -> expression", "ŷ(t).", "", ""},
         {"predictor#linear", is_linear, "p.linear -> boolean", "Linear in the parameters.", "", ""},
         {"predictor#recursive", is_recursive, "p.recursive -> boolean", "Earlier predictions enter.", "", ""},

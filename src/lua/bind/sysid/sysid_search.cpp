@@ -92,10 +92,14 @@ int with_theta(Call& call) {
   return call.push(std::make_shared<const IdModel>(sysid::with_parameters(idmodel_of(call), theta)));
 }
 
+const OptionTable forecast_options = {
+    {"u", "list or matrix", "", "future inputs, one row per step"},
+};
+
 int forecast(Call& call) {
   const IdData& d = call.object<IdData>(2, "data");
   const long steps = call.integer(3, "steps");
-  const Options o = call.options(4, {"u"});
+  const Options o = call.options(4);
   Mat u(steps > 0 ? steps : 0, d.inputs());
   if (o.has("u"))
     u = to_data(call.L, o.push("u"), "u");
@@ -179,7 +183,7 @@ extern const Module search_module = {
             d = iddata{ y = {8, 4, 2, 1} }
             y, s = arx(d, { na = 1 }):forecasts(d, 2)
             print(y.T))",
-         "0.5  0.25"},
+         "0.5  0.25", &forecast_options},
     }};
 
 }  // namespace pendula::lua
