@@ -86,6 +86,19 @@ drawn_as("frequency response", "the Bode diagram", bode_figure,
   example = "return tf({1}, {1, 1}):bode({0.1, 1, 10}):plot()",
     gives = "figure 'Bode diagram': 1 series, 3 points, 2 panels" })
 
+-- The head of an arrow in the middle of a curve, which is `size` long.
+local function arrow_head(x, y, size)
+  local length, half, k = { 0 }, 0, 2
+  for i = 2, #x do length[i] = length[i - 1] + math.sqrt((x[i] - x[i - 1])^2 + (y[i] - y[i - 1])^2) end
+  half = length[#x]/2
+  while k < #x and length[k] < half do k = k + 1 end
+  local angle = math.atan(y[k] - y[k - 1], x[k] - x[k - 1])
+  local function corner(turn) return x[k] - size*math.cos(angle + turn), y[k] - size*math.sin(angle + turn) end
+  local ax, ay = corner(0.4)
+  local bx, by = corner(-0.4)
+  return { x = { ax, x[k], bx }, y = { ay, y[k], by }, labels = { "" }, colour = "grey" }
+end
+
 -- The curve and its mirror image; a pole on the axis sends it to infinity, so far-away points are left out.
 local function nyquist_figure(G, frequencies, options)
   options = check_options("nyquist", options, figure_options)
@@ -105,15 +118,19 @@ local function nyquist_figure(G, frequencies, options)
     end
     if #x > 0 then
       series[#series + 1] = { x = x, y = y, labels = { labels[j] .. "(iω), ω > 0" } }
-      series[#series + 1] = { x = x, y = mirrored, labels = { labels[j] .. "(iω), ω < 0" }, style = "dots" }
+      series[#series + 1] = { x = x, y = mirrored, labels = { labels[j] .. "(iω), ω < 0" }, dash = "dashed" }
+      if #x > 2 then
+        local size = 0
+        for k = 1, #x do size = math.max(size, math.abs(y[k]), math.abs(x[k])) end
+        series[#series + 1] = arrow_head(x, y, 0.08*size)
+      end
     end
   end
   series[#series + 1] = { x = { -1 }, y = { 0 }, labels = { "-1" }, style = "points" }
   local notes = left_out > 0 and { ("%d frequencies with |G| > %.3g are left out"):format(left_out, far) }
     or nil
   return figure(copy({ by = "nyquist", series = series, title = "Nyquist curve", xlabel = "Re G",
-    ylabel = "Im G", equal = true,
-                       notes = notes }, options))
+    ylabel = "Im G", equal = true, legend = "right", notes = notes }, options))
 end
 
 local function check_system(by, G)

@@ -146,7 +146,7 @@ function reader:arguments()
   if not self:is ")" then
     repeat
       list.n = list.n + 1
-      list[list.n] = self:value_of()
+      if self:is "nil" then self:next() else list[list.n] = self:value_of() end
     until not self:accept ","
   end
   self:expect ")"
@@ -161,7 +161,6 @@ function reader:named()
   self:next()
   local known = self.locals[name]
   if known ~= nil then return known end
-  if name == "nil" then return nil end
   if name == "true" then return true end
   if name == "false" then return false end
   if library[name] and self:accept "." then

@@ -205,9 +205,8 @@ integrate::CurvePlan curve_plan(Call& call, const Options& o, int columns) {
   for (std::size_t a = 0; a < plan.axes.size(); ++a) {
     plan.axes[a].pixels = a == 0 ? size.first : size.second;
     plan.axes[a].limits = pair_option(call, o, limits[a]);
+    if (a < 2) plan.axes[a].log = o.boolean(a == 0 ? "xlog" : "ylog", false);
   }
-  plan.axes[0].log = o.boolean("xlog", false);
-  plan.axes[1].log = o.boolean("ylog", false);
   return plan;
 }
 
