@@ -93,7 +93,9 @@ local function arrow_head(x, y, size)
   half = length[#x]/2
   while k < #x and length[k] < half do k = k + 1 end
   local angle = math.atan(y[k] - y[k - 1], x[k] - x[k - 1])
-  local function corner(turn) return x[k] - size*math.cos(angle + turn), y[k] - size*math.sin(angle + turn) end
+  local function corner(turn)
+    return x[k] - size*math.cos(angle + turn), y[k] - size*math.sin(angle + turn)
+  end
   local ax, ay = corner(0.4)
   local bx, by = corner(-0.4)
   return { x = { ax, x[k], bx }, y = { ay, y[k], by }, labels = { "" }, colour = "grey" }
@@ -103,7 +105,7 @@ end
 local function nyquist_figure(G, frequencies, options)
   options = check_options("nyquist", options, figure_options)
   local r = G:freqresp(frequencies)
-  local labels, series, left_out = r.labels, {}, 0
+  local labels, series, heads, left_out = r.labels, {}, {}, 0
   local far = 0
   for j = 1, #labels do
     local sizes = column(r.mag, j)
@@ -122,11 +124,12 @@ local function nyquist_figure(G, frequencies, options)
       if #x > 2 then
         local size = 0
         for k = 1, #x do size = math.max(size, math.abs(y[k]), math.abs(x[k])) end
-        series[#series + 1] = arrow_head(x, y, 0.08*size)
+        heads[#heads + 1] = arrow_head(x, y, 0.08*size)
       end
     end
   end
   series[#series + 1] = { x = { -1 }, y = { 0 }, labels = { "-1" }, style = "points" }
+  table.move(heads, 1, #heads, #series + 1, series)
   local notes = left_out > 0 and { ("%d frequencies with |G| > %.3g are left out"):format(left_out, far) }
     or nil
   return figure(copy({ by = "nyquist", series = series, title = "Nyquist curve", xlabel = "Re G",

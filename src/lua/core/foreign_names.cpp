@@ -59,6 +59,28 @@ constexpr Remedy foreign_globals[] = {
      "write a loop: for i, v in ipairs(list) do … end; a function is function(x) return x^2 end"},
     {"enumerate", "write for i, v in ipairs(list) do … end"},
     {"sum_list cumsum", "write a loop, or sum(…)"},
+    {"zip", "write for i = 1, #a do … a[i], b[i] … end"},
+    {"dict", "a table with names is { a = 1, b = 2 }"},
+    {"sort sorted", "write table.sort(list)"},
+    {"round", "write math.floor(x + 0.5)"},
+    {"where", "a choice between expressions is ifelse(lt(x, 0), a, b)"},
+    {"vpa N evalf", "the number of an expression is evaluate(e), with values evaluate(e, { x = 2 })"},
+    {"lambdify matlabFunction build_function", "write function(v) return evaluate(e, { x = v }) end"},
+    {"format", "write (\"%.10g\"):format(x)"},
+    {"time", "the time is t"},
+    // events, Modelica, ModelingToolkit
+    {"when reinit pre edge change",
+     "write integrate{ …, events = { { when = x, direction = -1, reset = { [v] = -0.9*v } } } }"},
+    {"noEvent smooth", "write the expression alone; borders of ifelse and abs are found without it"},
+    {"homotopy",
+     "where the search for a start begins is guess: sys:init{ fix = { x = 1 }, guess = { z = 0 } }"},
+    {"Real Integer Variable", "a variable is x = var \"x\", a constant m = param(\"m\", 1)"},
+    {"structural_simplify mtkcompile dae_index_lowering", "the index is lowered by sys:reduce()"},
+    {"remake", "other values are sys:with{ m = 2 }, or integrate{ …, params = { m = 2 } }"},
+    {"Tsit5 Vern7 Vern9 Rodas4 Rodas5 Rodas5P Rosenbrock23 TRBDF2 CVODE_BDF IDA DP5 RK4",
+     "a method is an option: integrate{ …, method = \"tsit5\" }; their names are printed by methods()"},
+    {"ode_solve rk4 euler heun",
+     "write sys:integrate{ start = { x = 1 }, to = 10, method = rk.rk4, dt = 0.01 }"},
     {"linspace_", "write linspace(from, to, n)"},
     // printing, files, session
     {"disp println display puts echo", "write print(x)"},
@@ -85,7 +107,14 @@ constexpr Remedy foreign_globals[] = {
     // linear systems and identification
     {"TransferFunction", "write tf({1}, {1, 1})"},
     {"StateSpace", "write ss(A, B, C, D)"},
-    {"zeros_of poles_of", "write G:poles() or G:zeros()"},
+    {"zeros_of poles_of pole zero isstable", "write G:poles() or G:zeros()"},
+    {"ssdata", "write g = G:ss(), then g.A, g.B, g.C, g.D"},
+    {"tfdata", "write G:tf().num and G:tf().den"},
+    {"ssest", "write n4sid(d, 2), refined by pem(d, n4sid(d, 2))"},
+    {"resid", "write mod:validate(d)"},
+    {"present", "write print(mod)"},
+    {"polydata", "write mod.A, mod.B"},
+    {"fplot ezplot", "write x = linspace(0, 10, 201), then plot(x, map(x, math.sin))"},
 };
 
 constexpr Remedy model_members[] = {
@@ -135,15 +164,58 @@ constexpr Remedy expr_members[] = {
     {"simplify expand factor", "write simplify(e)"},
 };
 
-std::string remedy_in(const Remedy* first, const Remedy* last, std::string_view name) {
-  for (; first != last; ++first) {
-    std::string_view names = first->names;
-    while (!names.empty()) {
-      const std::size_t end = std::min(names.find(' '), names.size());
-      if (names.substr(0, end) == name) return std::string(first->text);
-      names.remove_prefix(std::min(end + 1, names.size()));
-    }
+constexpr Remedy data_members[] = {
+    {"InputData Inputs inputs", "the inputs are d.u"},
+    {"OutputData Outputs outputs", "the outputs are d.y"},
+    {"SamplingInstants time", "the times are d.t"},
+};
+
+constexpr Remedy idmodel_members[] = {
+    {"Report report summary", "write print(mod)"},
+    {"a", "the coefficients are mod.A, mod.B"},
+    {"sim", "write mod:simulate(d)"},
+};
+
+/// Options of other programs, and how they are called here.
+struct OptionRemedy {
+  std::string_view names, option, text;
+};
+
+constexpr OptionRemedy foreign_options[] = {
+    {"tspan t_span timespan tstop stopTime StopTime t_end tend tf", "to",
+     "to = 10 is the end, from = 0 the begin"},
+    {"x0 y0 u0 initial initial_values", "start", "write start = { x = 1 }"},
+    {"solver Solver alg algorithm integrator", "method", "write method = \"radau\""},
+    {"RelTol rel_tol tolerance tol", "rtol", "write rtol = 1e-6"},
+    {"AbsTol abs_tol", "atol", "write atol = 1e-9"},
+    {"t_eval saveat tout", "times", "write times = linspace(0, 10, 101)"},
+    {"step h stepsize", "dt", "a fixed step is dt = 0.01, the largest of chosen ones dtmax = 0.1"},
+    {"MaxStep max_step dt_max", "dtmax", "write dtmax = 0.1"},
+    {"p parameters Parameters", "params", "write params = { m = 2 }"},
+    {"callback callbacks Events", "events", "write events = { { when = x, direction = -1 } }"},
+    {"linewidth lw LineWidth", "width", "write width = 2"},
+    {"linestyle ls LineStyle", "dash", "write dash = \"dashed\""},
+    {"c", "colour", "write colour = \"red\""},
+    {"label", "labels", "write labels = { \"a\", \"b\" }"},
+    {"loc location Location", "legend", "write legend = \"top left\""},
+    {"xscale", "xlog", "write xlog = true"},
+    {"yscale", "ylog", "write ylog = true"},
+    {"figsize", "size", "write size = { 800, 500 }, in pixels"},
+    {"orders", "na", "write na = 2, nb = 2, nk = 1"},
+};
+
+bool among(std::string_view names, std::string_view name) {
+  while (!names.empty()) {
+    const std::size_t end = std::min(names.find(' '), names.size());
+    if (names.substr(0, end) == name) return true;
+    names.remove_prefix(std::min(end + 1, names.size()));
   }
+  return false;
+}
+
+std::string remedy_in(const Remedy* first, const Remedy* last, std::string_view name) {
+  for (; first != last; ++first)
+    if (among(first->names, name)) return std::string(first->text);
   return "";
 }
 
@@ -159,7 +231,16 @@ std::string remedy_for_member(std::string_view type, std::string_view name) {
   if (type == "matrix") return remedy_in(std::begin(matrix_members), std::end(matrix_members), name);
   if (type == "matrix_form") return remedy_in(std::begin(form_members), std::end(form_members), name);
   if (type == "sweep") return remedy_in(std::begin(sweep_members), std::end(sweep_members), name);
+  if (type == "iddata") return remedy_in(std::begin(data_members), std::end(data_members), name);
+  if (type == "idmodel") return remedy_in(std::begin(idmodel_members), std::end(idmodel_members), name);
   if (type == "expr") return remedy_in(std::begin(expr_members), std::end(expr_members), name);
+  return "";
+}
+
+std::string remedy_for_option(std::string_view name, const std::vector<std::string>& known) {
+  for (const OptionRemedy& remedy : foreign_options)
+    if (among(remedy.names, name) && std::find(known.begin(), known.end(), remedy.option) != known.end())
+      return std::string(remedy.text);
   return "";
 }
 

@@ -6,6 +6,7 @@
 #include "base/text.hpp"
 #include "lua/core/call.hpp"
 #include "lua/core/documentation.hpp"
+#include "lua/core/foreign_names.hpp"
 #include "lua/core/values.hpp"
 
 namespace pendula::lua {
@@ -23,13 +24,14 @@ int push_option(lua_State* L, int table, const char* key) {
   return lua_rawget(L, table);
 }
 
-/// What is an option of another function.
-const char* elsewhere(const std::string& key, const std::vector<std::string>& known) {
+/// What is an option of another function or of another program.
+std::string elsewhere(const std::string& key, const std::vector<std::string>& known) {
   const bool makes_model = std::find(known.begin(), known.end(), "multipliers") != known.end();
   if (key == "inputs" && makes_model)
     return " A force as a function of t belongs to integrate{ inputs = { F = sin(t) } }; one that depends on the "
            "motion closes the loop: dae{ model, F ~ -10*x - x.dot }.";
-  return "";
+  const std::string remedy = remedy_for_option(key, known);
+  return remedy.empty() ? "" : text(" Here: ", remedy, ".");
 }
 
 [[noreturn]] void refuse(std::vector<std::string> unknown, const std::vector<std::string>& known) {
@@ -37,7 +39,7 @@ const char* elsewhere(const std::string& key, const std::vector<std::string>& kn
   std::string hints;
   for (const std::string& key : unknown) {
     const std::string nearest = nearest_word(key, known);
-    if (nearest.empty()) continue;
+    if (nearest.empty() || !elsewhere(key, known).empty()) continue;
     hints += unknown.size() == 1 ? did_you_mean(key, known)
                                  : text(hints.empty() ? " Did you mean " : ", ", nearest, " for '", key, "'");
   }

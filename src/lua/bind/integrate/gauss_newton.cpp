@@ -140,7 +140,7 @@ int run_text(Call& call) {
 const OptionTable gauss_newton_options = {
     {"R", "list or function", "", "the residuals R(x); ½‖R(x)‖² is minimised"},
     {"x", "list of symbols", "", "the unknowns, in this order; else in order of declaration"},
-    {"start", "list or table", "", "where it begins"},
+    {"start", "number, list or table", "", "where it begins"},
     {"alpha", "number or string", "", "length of the step; by default it is halved where needed",
      "line search"},
     {"method", "string", "", "which steps are taken", "gauss-newton|levenberg-marquardt"},

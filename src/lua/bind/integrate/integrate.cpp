@@ -299,8 +299,7 @@ int sensitivity(Call& call) {
   return push_matrix(call.L, result);
 }
 
-/// sol:gradient(cost [, {p, …}]): of a cost at the end, by sensitivities if
-/// there are any, else by the adjoint.
+/// sol:gradient(cost [, {p, …}]): of a cost at the end, by sensitivities if any, else by the adjoint.
 int gradient(Call& call) {
   const MatX cost = read_expression(call, 2);
   if (cost.size() != 1) throw Error("the cost must be one number, an expression evaluated at the end");

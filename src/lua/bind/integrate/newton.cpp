@@ -289,7 +289,7 @@ int basin_text(Call& call) {
 const OptionTable newton_options = {
     {"r", "list or function", "", "the equations r(x) = 0: expressions, equations or a Lua function"},
     {"x", "list of symbols", "", "the unknowns, in this order; else in order of declaration"},
-    {"start", "list or table", "", "where it begins"},
+    {"start", "number, list or table", "", "where it begins"},
     {"alpha", "number or string", "1", "length of the step, or a line search", "line search"},
     {"tol", "number", "1e-12", "it ends where ‖r‖ ≤ tol"},
     {"jacobian", "string or matrix", "\"exact\"", "how ∂r/∂x is found", "exact|finite difference|frozen"},
