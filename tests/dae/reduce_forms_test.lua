@@ -52,7 +52,7 @@ test("reduce() names its choice; unknown forms and options are refused", functio
   expect(function() ball:reduce "minimal" end):fails "is quadratic in p, and which root holds depends"
   expect(function() ball:reduce("acc", { alpha = 1 }) end):fails "has none"
   expect(function() ball:reduce("baumgarte", { alpha = -1 }) end):fails "must be positive"
-  expect(function() ball:reduce("dummy", { at = 3 }) end):fails "at must be a start"
+  expect(function() ball:reduce("dummy", { at = 3 }) end):fails "expected a start, got"
 end)
 
 -- A step of 1e-4 makes velocities of lengths that are known to 1e-17: rounding of 1e-13, against which some

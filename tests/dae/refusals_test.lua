@@ -90,7 +90,7 @@ refused("dummy of an ODE", function() return dae { der(x) ~ -x }:reduce "dummy" 
   "no equation that has to be differentiated; it can be integrated as it stands")
 refused("dummy at something else", function() return dae { der(x) ~ y, 0 ~ x - sin(t) }:reduce("dummy",
   { at = 3 }) end,
-  "at must be a start: at = sys:init{ … }")
+  "at = sys:init{ … })")
 refused("dummy at the start of another model", function()
   return dae { der(x) ~ y, 0 ~ x - sin(t) }:reduce("dummy",
     { at = dae { der(w) ~ -w }:init { fix = { w = 1 } } })

@@ -33,5 +33,5 @@ end)
 test("what is not understood is said", function()
   local sol = spring:integrate { start = { x = 1, v = 0 }, to = 1 }
   expect(function() spring:integrate { start = sol, to = 2 } end):fails "sol:state()"
-  expect(function() sol:continue(2) end):fails "sol:continue{ to = 20 }"
+  expect(function() sol:continue(2) end):fails "options are a table"
 end)

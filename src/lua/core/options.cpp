@@ -77,8 +77,10 @@ bool admits(std::string_view type, lua_State* L, int index) {
                       : word == "string"                    ? given == LUA_TSTRING
                       : word == "function"                  ? object || table || given == LUA_TFUNCTION
                       : word == "expression" ? object || given == LUA_TNUMBER || given == LUA_TSTRING
-                      : word == "matrix"     ? object || table || given == LUA_TNUMBER
-                                             : object || table;
+                      : word == "matrix" || word == "list of numbers"
+                          ? object || table || given == LUA_TNUMBER
+                      : word == "list of symbols" ? object || table || given == LUA_TSTRING
+                                                  : object || table;
     if (good) return true;
   }
   return false;

@@ -152,7 +152,7 @@ const OptionTable reduce_options = {
      "acc|ggl|baumgarte|project|dummy|minimal|ode|array"},
     {"alpha", "expression", "", "baumgarte: gain of C, in 1/s²"},
     {"beta", "expression", "", "baumgarte: gain of C′, in 1/s"},
-    {"at", "start", "", "the point at which a choice is made (dummy, minimal, array)"},
+    {"at", "start", "", "the point at which a choice is made (dummy, minimal, array): at = sys:init{ … }"},
 };
 
 }  // namespace

@@ -138,7 +138,7 @@ int run_text(Call& call) {
 }
 
 const OptionTable gauss_newton_options = {
-    {"R", "list or function", "", "the residuals R(x); ½‖R(x)‖² is minimised"},
+    {"R", "expression, list or function", "", "the residuals R(x); ½‖R(x)‖² is minimised"},
     {"x", "list of symbols", "", "the unknowns, in this order; else in order of declaration"},
     {"start", "number, list or table", "", "where it begins"},
     {"alpha", "number or string", "", "length of the step; by default it is halved where needed",
