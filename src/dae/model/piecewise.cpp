@@ -50,6 +50,11 @@ std::optional<Found> piece_of(Expr node) {
 
 }  // namespace
 
+bool is_complementarity(Expr residual) {
+  if (residual.op() == Op::neg) residual = residual.operand(0);
+  return residual.op() == Op::min || residual.op() == Op::max;
+}
+
 Choices::Choices(const Model& model) : model_(model) {
   for (Expr node : topological(model.residuals)) {
     const auto found = piece_of(node);
@@ -96,6 +101,13 @@ Region Choices::region(std::uint64_t choice) const {
   }
   r.where = join(where, ", ");
   r.model.residuals = with(model_.residuals, choice);
+  for (Expr residual : model_.residuals)
+    for (const Piece& piece : pieces_)
+      if (is_complementarity(residual) && (residual == piece.node || residual == -piece.node)) {
+        const bool first = ((choice >> piece.choice & 1) != 0) == piece.reversed;
+        const Expr other = first ? piece.second : piece.first;
+        r.margins[piece.choice] = piece.node.op() == Op::min ? other : -other;
+      }
   return r;
 }
 

@@ -12,9 +12,10 @@ namespace pendula::dae {
 
 /// A region of a piecewise model, and the equations that hold there.
 struct Region {
-  std::string where;          ///< "x < 0, z ≥ 0"
-  Model model;                ///< residuals without the pieces
-  std::vector<Expr> margins;  ///< not negative in the region; may contain other pieces
+  std::string where;  ///< "x < 0, z ≥ 0"
+  Model model;        ///< residuals without the pieces
+  /// Not negative in the region; may contain other pieces. Of 0 = min(a, b) where a < b: b itself, in its own units.
+  std::vector<Expr> margins;
 };
 
 /// What a model can choose between: every ifelse, abs, min and max is one of two expressions. Nodes with one
@@ -42,6 +43,9 @@ class Choices {
   std::vector<Expr> margins_;  ///< of each choice: positive on its first side
   std::vector<std::pair<std::string, std::string>> where_;
 };
+
+/// 0 = min(a, b) or 0 = max(a, b), up to a sign.
+bool is_complementarity(Expr residual);
 
 /// All combinations of at most three choices; empty if there are none, or more.
 std::vector<Region> regions(const Model& model);

@@ -30,26 +30,74 @@ double value_at(Expr e, Values values) {
   return pendula::evaluate({&e, 1}, values)[0];
 }
 
-/// -1, 0, 1: the sign of a margin just after the start.
-int sign_after(Expr margin, const ConsistentState& start, const Values& impulses) {
-  constexpr int highest = 4;  // derivative
-  double impulse = 0, largest = 0;
-  for (const auto& [leaf, size] : impulses) {
-    const double part = value_at(partial(margin, leaf), start.values) * size;
-    impulse += part;
-    largest = std::max(largest, std::fabs(size));
+/// x⁺ - x⁻, and the impulses Λ of z and Δx of x′, with what their rounding is measured by.
+struct Jump {
+  Vec change;
+  Values impulses, sizes;
+  bool jumps = false;
+};
+
+/// What the rounding of leaves is measured by.
+struct Sizes {
+  Values of;
+  double rate = 1;  ///< 1/time: of derivatives that have no size of their own
+
+  double operator()(Expr leaf) const {
+    if (const auto at = of.find(leaf); at != of.end()) return std::fabs(at->second);
+    const Symbol& symbol = symbol_of(leaf);
+    const auto base = of.find(symbol.base);
+    return symbol.order == 0 || base == of.end() ? 0 : std::fabs(base->second) * std::pow(rate, symbol.order);
   }
-  if (std::fabs(impulse) > border * (1 + largest)) return impulse > 0 ? 1 : -1;
+};
+
+/// Values, what they have been before, and the units of those that were computed.
+Sizes sizes_at(const ConsistentState& start) {
+  Sizes sizes{start.values};
+  const auto enlarge = [&](Expr leaf, double size) {
+    if (const auto at = sizes.of.find(leaf); at != sizes.of.end())
+      at->second = std::max(std::fabs(at->second), size);
+  };
+  for (const auto& [leaf, size] : start.request.sizes) enlarge(leaf, size);
+  for (const auto& [leaf, unit] : start.units) enlarge(leaf, unit);
+  double fastest = 0;
+  for (Expr x : start.model->states()) {
+    const double size = sizes(x), slope = sizes.of.count(derivative_leaf(x)) ? sizes(derivative_leaf(x)) : 0;
+    if (size > 0) fastest = std::max(fastest, slope / size);
+  }
+  if (fastest > 0) sizes.rate = fastest;
+  return sizes;
+}
+
+/// Σ |∂e/∂y| s over the leaves y of an expression, s their sizes.
+double size_of(Expr e, const Values& values, const Sizes& sizes) {
+  double sum = 0;
+  for (Expr leaf : leaves({&e, 1}))
+    if (const double size = sizes(leaf); size > 0)
+      sum += std::fabs(value_at(partial(e, leaf), values)) * size;
+  return sum;
+}
+
+/// -1, 0, 1: the sign of a margin just after the start.
+int sign_after(Expr margin, const ConsistentState& start, const Jump& jump) {
+  constexpr int highest = 4;  // derivative
+  double impulse = 0, noise = 0;
+  for (const auto& [leaf, size] : jump.impulses) {
+    const double slope = value_at(partial(margin, leaf), start.values);
+    impulse += slope * size;
+    noise += std::fabs(slope) * jump.sizes.at(leaf);
+  }
+  if (std::fabs(impulse) > border * noise) return impulse > 0 ? 1 : -1;
+  const Sizes sizes = sizes_at(start);
   Expr e = margin;
   for (int order = 0; order <= highest; ++order) {
     double here = 0, size = 0;
     try {
       here = start(e);
-      size = size_of_terms(e, start.values);
+      size = size_of(e, start.values, sizes);
     } catch (const UserFacing&) {  // a derivative that nothing determines, or a size that contains one
       if (here == 0) return 0;
     }
-    if (std::fabs(here) > border * (1 + size)) return here > 0 ? 1 : -1;
+    if (std::fabs(here) > border * size) return here > 0 ? 1 : -1;
     if (margin.op() == Op::ifelse) return 1;
     e = total_derivative(e);
   }
@@ -61,21 +109,11 @@ std::string answer(const Model& m) {
   return a.regular ? text(a.index, " ", a.dof) : "singular";
 }
 
-/// 0 = min(a, b), up to a sign.
-bool is_complementarity(Expr residual) {
-  if (residual.op() == Op::neg) residual = residual.operand(0);
-  return residual.op() == Op::min || residual.op() == Op::max;
-}
-
-/// x⁺, and the impulses Λ of z and Δx of x′.
-struct Jump {
-  Vec change;
-  Values impulses;
-};
-
+/// x⁺ = x⁻ + Δx, with impulses Λ of z.
 class JumpSystem {
  public:
-  JumpSystem(const Regime& regime, const FirstOrder& form, Values before)
+  /// sizes: of states, what they have been before
+  JumpSystem(const Regime& regime, const FirstOrder& form, Values before, const LeafValues& sizes)
       : regime_(regime), form_(form), values_(std::move(before)) {
     for (Expr leaf : leaves(form.F)) values_.try_emplace(leaf, 0.0);
     n_ = static_cast<Eigen::Index>(form.x.size());
@@ -83,6 +121,16 @@ class JumpSystem {
     const Mat all = jacobian(form.F, unknowns_of_impulses());
     E_ = all.leftCols(n_);
     B_ = all.rightCols(m_);
+    sizes_.of = values_;
+    for (const auto& [leaf, size] : sizes) sizes_.of[leaf] = std::max(size, sizes_(leaf));
+    size_ = Vec(n_);
+    for (Eigen::Index i = 0; i < n_; ++i) size_[i] = sizes_(form.x[i]);
+    // an impulse is compared with what would change the states by their sizes
+    impulse_size_ = Vec::Zero(m_);
+    const Vec momentum = E_.cwiseAbs() * size_;
+    for (Eigen::Index j = 0; j < m_; ++j)
+      for (Eigen::Index i = 0; i < B_.rows(); ++i)
+        if (B_(i, j) != 0) impulse_size_[j] = std::max(impulse_size_[j], momentum[i] / std::fabs(B_(i, j)));
   }
 
   /// Nothing where no impulse leads onto the conditions.
@@ -92,7 +140,8 @@ class JumpSystem {
     if (rows == 0) return jump;
     Vec impulse = Vec::Zero(m_);
     const Values start = values_;
-    for (int k = 0; k < 20; ++k) {
+    const int most = obeys_conditions(1e-13) ? 0 : 20;
+    for (int k = 0; k < most; ++k) {
       const Vec G = residuals();
       Mat K = Mat::Zero(E_.rows() + rows, n_ + m_);
       K.topLeftCorner(E_.rows(), n_) = E_;
@@ -100,13 +149,15 @@ class JumpSystem {
       K.bottomLeftCorner(rows, n_) = jacobian(regime_.conditions, form_.x);
       Vec right(K.rows());
       right << -(E_ * jump.change + B_ * impulse), -G;
-      const Vec weight = K.rowwise().norm().unaryExpr([](double s) { return s > 0 ? 1 / s : 1.0; });
-      const Vec step =
-          (weight.asDiagonal() * K).completeOrthogonalDecomposition().solve(weight.cwiseProduct(right));
+      const Vec step = least_step(K, right);
       jump.change += step.head(n_);
       impulse += step.tail(m_);
       move(start, jump.change);
-      if (step.norm() <= 1e-14 * (1 + jump.change.norm() + impulse.norm())) break;
+      const auto is_small = [](const Vec& d, const Vec& whole, const Vec& size) {
+        return ((d.cwiseAbs() - 1e-14 * (whole.cwiseAbs() + size)).array() <= 0).all();
+      };
+      if (is_small(step.head(n_), jump.change, size_) && is_small(step.tail(m_), impulse, impulse_size_))
+        break;
     }
     if (!lands(jump.change, impulse)) return {};
     for (int k = 0; k < 3; ++k) {  // what rounding and the errors of steps have left, the shortest way
@@ -117,8 +168,15 @@ class JumpSystem {
     for (Eigen::Index i = 0; i < n_; ++i)
       if (const double x = start.at(form_.x[i]); std::fabs(x + jump.change[i]) <= 1e-12 * std::fabs(x))
         jump.change[i] = -x;
-    for (Eigen::Index j = 0; j < m_; ++j) jump.impulses[form_.z[j]] = impulse[j];
-    for (Eigen::Index i = 0; i < n_; ++i) jump.impulses[form_.xdot[i]] = jump.change[i];
+    for (Eigen::Index i = 0; i < n_; ++i) {
+      jump.jumps = jump.jumps || std::fabs(jump.change[i]) > close * size_[i];
+      jump.impulses[form_.xdot[i]] = jump.change[i];
+      jump.sizes[form_.xdot[i]] = size_[i];
+    }
+    for (Eigen::Index j = 0; j < m_; ++j) {
+      jump.impulses[form_.z[j]] = impulse[j];
+      jump.sizes[form_.z[j]] = impulse_size_[j];
+    }
     return jump;
   }
 
@@ -143,22 +201,39 @@ class JumpSystem {
   }
   /// Both parts of the equations hold.
   bool lands(const Vec& change, const Vec& impulse) const {
-    constexpr double close = 1e-7;
     const Vec r = E_ * change + B_ * impulse;
-    const Vec size = E_.cwiseAbs() * change.cwiseAbs() + B_.cwiseAbs() * impulse.cwiseAbs();
+    const Vec size =
+        E_.cwiseAbs() * (size_ + change.cwiseAbs()) + B_.cwiseAbs() * (impulse_size_ + impulse.cwiseAbs());
     for (Eigen::Index i = 0; i < r.size(); ++i)
-      if (!(std::fabs(r[i]) <= close * (1 + size[i]))) return false;
+      if (!(std::fabs(r[i]) <= close * size[i])) return false;
+    return obeys_conditions(close);
+  }
+  bool obeys_conditions(double share) const {
     const Vec G = residuals();
     for (Eigen::Index i = 0; i < G.size(); ++i)
-      if (!(std::fabs(G[i]) <= close * (1 + size_of_terms(regime_.conditions[i], values_)))) return false;
+      if (!(std::fabs(G[i]) <= share * size_of(regime_.conditions[i], values_, sizes_))) return false;
     return true;
+  }
+  /// The least solution of K y = right, rows and columns in units of their own; what is 0 to rounding is 0.
+  static Vec least_step(const Mat& K, const Vec& right) {
+    const auto inverse = [](double s) { return s > 0 ? 1 / s : 1.0; };
+    const Vec row = K.rowwise().norm().unaryExpr(inverse);
+    const Mat scaled = row.asDiagonal() * K;
+    const Vec column = scaled.colwise().norm().transpose().unaryExpr(inverse);
+    const Vec y =
+        (scaled * column.asDiagonal()).completeOrthogonalDecomposition().solve(row.cwiseProduct(right));
+    const double rounding = 1e-14 * y.cwiseAbs().maxCoeff();
+    return y.unaryExpr([&](double v) { return std::fabs(v) <= rounding ? 0.0 : v; }).cwiseProduct(column);
   }
 
   const Regime& regime_;
   const FirstOrder& form_;
+  static constexpr double close = 1e-7;
   Values values_;
+  Sizes sizes_;
   Eigen::Index n_ = 0, m_ = 0;
   Mat E_, B_;
+  Vec size_, impulse_size_;  ///< of x, of Λ
 };
 
 /// Values before a jump, of all leaves that a regime knows.
@@ -208,14 +283,14 @@ ModelPtr region_model(const ModelPtr& model, const Region& region) {
   return make_model(std::move(blocks), std::move(options));
 }
 
-std::vector<int> signs_after(const Region& region, const ConsistentState& start, const Values& impulses) {
+static std::vector<int> signs_after(const Region& region, const ConsistentState& start, const Jump& jump) {
   std::vector<int> signs;
-  for (Expr margin : region.margins) signs.push_back(sign_after(margin, start, impulses));
+  for (Expr margin : region.margins) signs.push_back(sign_after(margin, start, jump));
   return signs;
 }
 
 bool stays_in(const Region& region, const ConsistentState& start) {
-  const std::vector<int> signs = signs_after(region, start);
+  const std::vector<int> signs = signs_after(region, start, {});
   return std::find(signs.begin(), signs.end(), -1) == signs.end();
 }
 
@@ -268,23 +343,19 @@ std::optional<RegimeStart> Regimes::enter_one(const StartRequest& before, std::u
   };
   if (!regime.model) return refused("the equations are singular");
   const FirstOrder form = first_order(*regime.model);
-  const auto jump = JumpSystem(regime, form, values_before(*regime.model, before)).solve();
+  const auto jump = JumpSystem(regime, form, values_before(*regime.model, before), before.sizes).solve();
   if (!jump) return refused("no impulse that the equations allow leads onto the constraints");
   StartRequest request = before;
-  bool jumps = false;
   for (auto& [leaf, value] : request.fix)
-    if (const auto at = std::find(form.x.begin(), form.x.end(), leaf); at != form.x.end()) {
-      const double change = jump->change[at - form.x.begin()];
-      jumps = jumps || std::fabs(change) > 1e-7 * (1 + std::fabs(value));
-      value += change;
-    }
+    if (const auto at = std::find(form.x.begin(), form.x.end(), leaf); at != form.x.end())
+      value += jump->change[at - form.x.begin()];
   try {
     auto at = std::make_shared<ConsistentState>(*consistent(regime.model, request));
-    std::vector<int> signs = signs_after(regime.region, *at, jumps ? jump->impulses : Values{});
+    std::vector<int> signs = signs_after(regime.region, *at, jump->jumps ? *jump : Jump{});
     const auto leaves = [&] { return std::find(signs.begin(), signs.end(), -1) != signs.end(); };
     if (leaves()) return refused("its solution from these values moves outside this region");
-    if (jumps) {
-      signs = signs_after(regime.region, *at);
+    if (jump->jumps) {
+      signs = signs_after(regime.region, *at, {});
       if (leaves()) {  // an impact, and off again
         auto next = enter(request, choice, choice, why);
         if (next) next->jumps = true;
@@ -292,10 +363,13 @@ std::optional<RegimeStart> Regimes::enter_one(const StartRequest& before, std::u
       }
     }
     std::vector<double> slack;
-    for (std::size_t k = 0; k < signs.size(); ++k)
-      slack.push_back(signs[k] > 0 ? 0.0
-                                   : 10 * border * (1 + size_of_terms(regime.region.margins[k], at->values)));
-    return RegimeStart{&regime, at, jumps, slack};
+    const Sizes sizes = sizes_at(*at);
+    for (std::size_t k = 0; k < signs.size(); ++k) {
+      const Expr margin = regime.region.margins[k];
+      const double here = std::fabs(value_at(margin, at->values));
+      slack.push_back(signs[k] > 0 ? 0.0 : 2 * here + border * size_of(margin, at->values, sizes));
+    }
+    return RegimeStart{&regime, at, jump->jumps, slack};
   } catch (const UserFacing& e) {
     return refused(e.what());
   }

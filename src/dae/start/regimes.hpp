@@ -53,7 +53,8 @@ class Regimes {
   }
 
   /// The consistent regime with the fewest other sides than `near`, from states before (request.fix; z as
-  /// guesses). without: a regime that is not to be taken. why: what was wrong with those that were tried.
+  /// guesses; request.sizes). without: a regime that is not to be taken. why: what was wrong with those that
+  /// were tried.
   std::optional<RegimeStart> enter(const StartRequest& request, std::uint64_t near,
                                    std::optional<std::uint64_t> without, std::string& why);
 
@@ -68,11 +69,7 @@ class Regimes {
 /// The model in one region, with all unknowns of the piecewise one.
 ModelPtr region_model(const ModelPtr& model, const Region& region);
 
-/// For each margin of a region -1, 0 or 1: its sign at a start and just after it. impulses: of algebraic
-/// variables and derivatives at that moment.
-std::vector<int> signs_after(const Region& region, const ConsistentState& start,
-                             const std::unordered_map<Expr, double>& impulses = {});
-/// None of them is negative.
+/// No margin is negative at a start and just after it.
 bool stays_in(const Region& region, const ConsistentState& start);
 
 }  // namespace pendula::dae

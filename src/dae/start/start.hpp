@@ -25,7 +25,8 @@ struct StartRequest {
   double t = 0;
   std::vector<Expr> numeric_inputs;  ///< those whose value at t is all that is known: no derivatives
   bool keep_invariants =
-      true;              ///< false: a reduced form may start off the constraints it no longer imposes (drift)
+      true;          ///< false: a reduced form may start off the constraints it no longer imposes (drift)
+  LeafValues sizes;  ///< how large values have been on the way here, where a run asks: what 0 is measured by
   bool nearest = false;  ///< contradictory fixes move as little as possible, in units of their own
 };
 
@@ -55,6 +56,8 @@ class ConsistentState {
   ModelPtr model;
   double t = 0;
   std::unordered_map<Expr, double> values;  ///< states, top derivatives, algebraic, inputs, parameters, t
+  std::unordered_map<Expr, double>
+      units;  ///< of values that were computed: what their rounding is measured by
   std::vector<LedgerRow> rows;
   std::vector<std::pair<Constraint, double>> constraints;  ///< with the residual at the start
   int free = 0;                                            ///< number of initial values that could be chosen

@@ -228,8 +228,11 @@ StartSystem::StartSystem(const ModelPtr& m, const StartRequest& r)
   for (std::size_t k = 0; k < request.fix.size(); ++k) values[equations_->fixed[k]] = request.fix[k].second;
   for (Expr leaf : equations_->given) given_.push_back(values.at(leaf));
   LeafValues anchors;
-  for (const auto& list : {request.fix, request.guess})
-    for (const auto& [leaf, value] : list) anchors.push_back({resolve(model, leaf), value});
+  const auto anchor = [&](Expr leaf, double value) { anchors.emplace_back(resolve(model, leaf), value); };
+  const std::unordered_map<Expr, double> sizes(request.sizes.begin(), request.sizes.end());
+  for (const auto& [leaf, value] : request.fix) anchor(leaf, sizes.count(leaf) ? sizes.at(leaf) : value);
+  if (sizes.empty())  // of a run they may be rounding errors
+    for (const auto& [leaf, value] : request.guess) anchor(leaf, value);
   Magnitudes m_units = magnitudes(rows, first_fix, unknowns, values, anchors);
   unit = std::move(m_units.unknowns);
   row_unit = std::move(m_units.rows);

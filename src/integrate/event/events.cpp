@@ -183,13 +183,32 @@ void EventFinder::take_over(const EventFinder& before, std::size_t events) {
   std::copy_n(before.finite_.begin(), events, finite_.begin());
   std::copy_n(before.largest_.begin(), events, largest_.begin());
   end_ = before.end_;
+  span_ = before.span_;
 }
 
-void EventFinder::set_side(int which, int side) { last_.g[which] = std::copysign(tiny, side); }
+void EventFinder::set_side(int which, int side) {
+  last_.g[which] = std::copysign(tiny, side);
+  blur_[which] = rounding(static_cast<std::size_t>(which));
+}
+
+/// A few ulp of the terms of a surface function at the point that was evaluated last.
+double EventFinder::rounding(std::size_t i) {
+  if (!(*events_)[i].surface || !slope_known_[i]) return 0;
+  if (terms_.empty()) terms_.resize(events_->size());
+  if (terms_[i].outputs() == 0) {
+    Expr sum;
+    const Expr when = (*events_)[i].when;
+    for (Expr leaf : leaves({&when, 1})) sum += abs(partial(when, leaf) * leaf);
+    terms_[i] = codegen::Kernel(std::vector{sum}, problem_->arguments());
+  }
+  double size = 0;
+  terms_[i](problem_->values().data(), &size);
+  return std::isfinite(size) ? 8 * eps * size : 0;
+}
 
 /// To rounding: what g changes by in a few ulp of t.
 bool EventFinder::is_zero(std::size_t i, const Sample& at) const {
-  const double size = slope_known_[i] ? std::fabs(at.slope[i]) * std::max(1.0, std::fabs(at.t)) : 0;
+  const double size = slope_known_[i] ? std::fabs(at.slope[i]) * std::max(span_, std::fabs(at.t)) : 0;
   return at.g[i] == 0 || std::fabs(at.g[i]) <= 64 * eps * size;
 }
 
@@ -211,9 +230,17 @@ void EventFinder::start(const Point& point, const std::vector<Crossing>& crossed
     // an unknown that is solved for anew, in another branch, is 0 up to the rounding of its equations
     if (measured_[c.which] && std::fabs(g) <= 64 * eps * largest_[c.which]) g = 0;
   }
-  for (std::size_t i = 0; i < events_->size(); ++i)
-    if (resumed_[i] || is_zero(i, last_))
-      last_.g[i] = last_.slope[i] == 0 ? 0.0 : std::copysign(tiny, last_.slope[i]);
+  blur_.assign(events_->size(), 0.0);
+  for (std::size_t i = 0; i < events_->size(); ++i) {
+    if (!resumed_[i] && !is_zero(i, last_)) continue;
+    last_.g[i] = last_.slope[i] == 0 ? 0.0 : std::copysign(tiny, last_.slope[i]);
+    blur_[i] = rounding(i);
+  }
+}
+
+/// The solution began on the border and is still there to rounding.
+bool EventFinder::stays_on_border(std::size_t i, const Sample& a, const Sample& b) const {
+  return blur_[i] > 0 && std::fabs(a.g[i]) == tiny && std::fabs(b.g[i]) <= blur_[i];
 }
 
 /// Illinois-safeguarded secant between points of opposite sign; the end where the sign has changed.
@@ -277,6 +304,7 @@ std::optional<EventFinder::Root> EventFinder::root_between(Stepper& stepper, con
   const auto i = static_cast<std::size_t>(which);
   double left = a.t, ga = a.g[i], right = b.t, gb = b.g[i];
   bool rising = ga < 0;
+  if (stays_on_border(i, a, b)) return {};
   if (ends_at_zero(i, a, b)) return wanted(i, rising) ? std::optional(Root{b.t, b.t, rising}) : std::nullopt;
   if (gb == 0 && right >= step.to.t)
     return ga != 0 && wanted(i, rising) ? std::optional(Root{b.t, b.t, rising}) : std::nullopt;
@@ -418,7 +446,10 @@ void EventFinder::make_exact(Stepper& stepper, const StepView& step, Sample& at)
 /// A sample that happens to be a root without counting as one has the sign of g just after it.
 void EventFinder::settle_zeros(const Sample& a, Sample& b) const {
   for (std::size_t i = 0; i < events_->size(); ++i)
-    if (b.g[i] == 0) b.g[i] = a.g[i] == 0 ? 0.0 : std::copysign(tiny, b.slope[i]);
+    if (stays_on_border(i, a, b))
+      b.g[i] = a.g[i];
+    else if (b.g[i] == 0)
+      b.g[i] = a.g[i] == 0 ? 0.0 : std::copysign(tiny, b.slope[i]);
 }
 
 std::optional<EventFinder::Hit> EventFinder::find(Stepper& stepper, const StepView& step) {

@@ -66,8 +66,11 @@ class EventFinder {
     std::vector<Crossing> list;  ///< in the order of the events
   };
   bool empty() const { return events_->empty(); }
-  /// The run ends at this time: a condition that is 0 there to rounding is a root.
-  void set_end(double t) { end_ = t; }
+  /// The times of the run. A condition that is 0 to rounding at its end is a root.
+  void set_interval(double from, double to) {
+    end_ = to;
+    span_ = std::max(std::fabs(from), std::fabs(to));
+  }
   /// The first event whose condition has been a number at no point that was looked at; -1 if there is none.
   int never_finite() const;
   /// Inputs jump there: see Problem.
@@ -112,6 +115,8 @@ class EventFinder {
     bool rising;
   };
   bool is_zero(std::size_t i, const Sample& at) const;
+  double rounding(std::size_t i);
+  bool stays_on_border(std::size_t i, const Sample& a, const Sample& b) const;
   bool wanted(std::size_t i, bool rising) const;
   bool oscillates(const Sample& a, const Sample& b, int depth) const;
   bool ends_at_zero(std::size_t i, const Sample& a, const Sample& b) const;
@@ -143,7 +148,10 @@ class EventFinder {
   std::vector<char> clock_;  ///< g depends on time alone
   std::vector<char> ignored_, finite_;
   std::vector<char> resumed_;  ///< the run has begun again at a root of this event
+  std::vector<double> blur_;   ///< of a condition that was 0 at the last start: what rounding makes of it
+  std::vector<codegen::Kernel> terms_;  ///< Σ |∂g/∂y y|, of each event where it was asked for
   double end_ = std::numeric_limits<double>::infinity();
+  double span_ = 1;  ///< times are rounded to ulp of it
   bool needs_derivatives_ = false;
   Sample last_;   ///< at the last point looked at; signs of zeros are those just after
   Sample floor_;  ///< the last exact sample before those of the step that are sketches

@@ -20,7 +20,7 @@ AdaptiveState::AdaptiveState(ProblemPtr given, const Plan& asked)
       finder(problem, plan.events.list) {
   if (plan.times) history->may_forget();
   solution->set_continuation(history);
-  finder.set_end(plan.to);
+  finder.set_interval(plan.from, plan.to);
 }
 
 void AdaptiveState::use(ProblemPtr other) {

@@ -8,10 +8,10 @@
 namespace pendula::integrate {
 namespace {
 
-/// A point is on the border to a few ulp of its unknowns: δ must be well above that, and a root of it well
-/// below what δ itself shrinks by.
-constexpr double far = 1e-3, near = 1e-9;
-constexpr double shrunk = 0.01;  // √(near/far) = 10⁻³ and less
+/// The two points must be on different sides of the border, to which the given one is moved first; δ begins as small
+/// as rounding may allow, and a root of it is to be well below what δ itself shrinks by.
+constexpr double far = 1e-3, nearest = 1e-9, farthest = 1e-8;
+constexpr double shrunk = 0.01;  // √(10⁻⁸/10⁻³) and less
 constexpr double floor = 1e-10;  // of the terms of F: rounding of long sums
 
 }  // namespace
@@ -24,7 +24,12 @@ bool BorderJump::is_continuous(int event, const Point& point) {
   }
   const Vec n = direction(event, point);
   if (!n.allFinite() || n.isZero(0)) return false;
-  const Vec wide = difference(point, n, far), narrow = difference(point, n, near), least = rounding(point);
+  const Eigen::Map<const Vec> slopes(directions_.at(event).numbers.data(), n.size());
+  const Point on = moved(point, -condition(event, point) / slopes.dot(n) * n);
+  double near = nearest;
+  while (condition(event, moved(on, near * n)) * condition(event, moved(on, -near * n)) >= 0)
+    if ((near *= 10) > farthest) return false;  // rounding hides the border
+  const Vec wide = difference(on, n, far), narrow = difference(on, n, near), least = rounding(on);
   for (Eigen::Index i = 0; i < narrow.size(); ++i) {
     const double allowed = std::max(std::isfinite(wide[i]) ? shrunk * std::fabs(wide[i]) : 0.0, least[i]);
     if (!(std::fabs(narrow[i]) <= allowed)) return false;
@@ -40,9 +45,10 @@ Vec BorderJump::direction(int event, const Point& point) {
     std::vector<Expr> unknowns{time_symbol()};
     for (const auto* group : {&model.x, &model.xdot, &model.z})
       unknowns.insert(unknowns.end(), group->begin(), group->end());
-    kernel =
-        codegen::Kernel(gradient(state_.plan.events.list[event].when, unknowns), state_.problem->arguments());
-    numbers.resize(unknowns.size());
+    std::vector<Expr> outputs = gradient(state_.plan.events.list[event].when, unknowns);
+    outputs.push_back(state_.plan.events.list[event].when);
+    kernel = codegen::Kernel(outputs, state_.problem->arguments());
+    numbers.resize(outputs.size());
   }
   live_->place(point.t, point.x.data(), point.xdot.data(), point.z.data());
   kernel(live_->values().data(), numbers.data());
@@ -64,14 +70,25 @@ Vec BorderJump::direction(int event, const Point& point) {
   return size.cwiseProduct(scaled) / largest;
 }
 
-Vec BorderJump::difference(const Point& point, const Vec& direction, double distance) {
+Point BorderJump::moved(const Point& point, const Vec& by) {
   const Eigen::Index n = point.x.size(), m = point.z.size();
-  Vec result = Vec::Zero(n + m), F(n + m);
+  return {point.t + by[0], point.x + by.segment(1, n), point.xdot + by.segment(1 + n, n),
+          point.z + by.tail(m)};
+}
+
+double BorderJump::condition(int event, const Point& point) {
+  auto& [kernel, numbers] = directions_.at(event);
+  std::vector<double> all(numbers.size());
+  live_->place(point.t, point.x.data(), point.xdot.data(), point.z.data());
+  kernel(live_->values().data(), all.data());
+  return all.back();
+}
+
+Vec BorderJump::difference(const Point& point, const Vec& direction, double distance) {
+  Vec result = Vec::Zero(point.x.size() + point.z.size()), F = result;
   for (const double side : {1.0, -1.0}) {
-    const Vec moved = side * distance * direction;
-    const Vec x = point.x + moved.segment(1, n), xdot = point.xdot + moved.segment(1 + n, n),
-              z = point.z + moved.tail(m);
-    live_->place(point.t + moved[0], x.data(), xdot.data(), z.data());
+    const Point there = moved(point, side * distance * direction);
+    live_->place(there.t, there.x.data(), there.xdot.data(), there.z.data());
     live_->residual(F.data());
     result += side * F;
   }

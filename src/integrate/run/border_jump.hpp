@@ -20,12 +20,14 @@ class BorderJump {
   bool is_continuous(int event, const Point& point);
 
  private:
-  /// The surface function and its derivatives with respect to t, x, x′, z.
+  /// The derivatives of the surface function with respect to t, x, x′, z, and the function.
   struct Direction {
     codegen::Kernel kernel;
     std::vector<double> numbers;
   };
   Vec direction(int event, const Point& point);
+  static Point moved(const Point& point, const Vec& by);
+  double condition(int event, const Point& point);
   Vec difference(const Point& point, const Vec& direction, double distance);
   Vec rounding(const Point& point);
 

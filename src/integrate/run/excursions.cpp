@@ -10,7 +10,9 @@ void Excursions::watch(std::vector<char> thawed) {
   thawed_ = std::move(thawed);
   any_ = std::find(thawed_.begin(), thawed_.end(), 1) != thawed_.end();
   finder_.reset();
-  if (any_) finder_.emplace(state_.problem, state_.plan.events.list);
+  if (!any_) return;
+  finder_.emplace(state_.problem, state_.plan.events.list);
+  finder_->set_interval(state_.plan.from, state_.plan.to);
 }
 
 bool Excursions::in_last_step() {

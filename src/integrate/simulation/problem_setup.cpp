@@ -85,13 +85,25 @@ static Point starting_point(const dae::ConsistentState& start, const dae::FirstO
   return point;
 }
 
+/// atol/rtol where nothing was asked for: 10⁻³, or a hundredth of the size of the unknown where that is
+/// less: a model in metres whose lengths are nanometres must not be at rest within its tolerance.
+static Vec usual_share(const Point& start, double interval) {
+  constexpr double share = 1e-3, rounding = 1e-12;  // a start that is 0 to rounding says nothing about sizes
+  Vec size(start.x.size() + start.z.size());
+  size << start.x.cwiseAbs().cwiseMax(interval * start.xdot.cwiseAbs()), start.z.cwiseAbs();
+  const double largest = size.size() && size.allFinite() ? size.maxCoeff() : 0;
+  if (!(largest > 0)) return Vec::Constant(size.size(), share);
+  return size.unaryExpr(
+      [&](double s) { return std::min(share, 1e-2 * (s > rounding * largest ? s : largest)); });
+}
+
 /// One number per unknown of (x, z).
-static Vec tolerance(const ToleranceRequest& request, double fallback, const dae::Model& model,
+static Vec tolerance(const ToleranceRequest& request, const Vec& usual, const dae::Model& model,
                      const Problem& problem, const std::string& what) {
   const dae::FirstOrder& form = problem.model();
   std::vector<Expr> unknowns = form.x;
   unknowns.insert(unknowns.end(), form.z.begin(), form.z.end());
-  Vec result = Vec::Constant(static_cast<Eigen::Index>(unknowns.size()), request.all.value_or(fallback));
+  Vec result = request.all ? Vec::Constant(usual.size(), *request.all) : usual;
   if (!request.list.empty()) {
     const auto given = request.list.size(), n = static_cast<std::size_t>(problem.shown_n()),
                m = static_cast<std::size_t>(problem.shown_m());
@@ -246,10 +258,11 @@ static void add_pulses(Plan& plan, const Problem& problem) {
 
 void complete_plan(Plan& plan, const dae::ModelPtr& model, const Simulation& simulation,
                    const ProblemSetup& run, const std::shared_ptr<TrajectoryPtr>& so_far) {
-  const double usual = 1e-6;  // rtol
-  plan.tolerances.rtol = tolerance(simulation.rtol, usual, *model, *run.problem, "rtol");
-  plan.tolerances.atol =
-      tolerance(simulation.atol, 1e-3 * simulation.rtol.all.value_or(usual), *model, *run.problem, "atol");
+  const double rtol = simulation.rtol.all.value_or(1e-6);
+  const Vec share = usual_share(run.start, plan.to - plan.from);
+  plan.tolerances.rtol =
+      tolerance(simulation.rtol, Vec::Constant(share.size(), rtol), *model, *run.problem, "rtol");
+  plan.tolerances.atol = tolerance(simulation.atol, rtol * share, *model, *run.problem, "atol");
   scale_sensitivities(plan.tolerances, *run.problem, run.variational.get());
   if (plan.direct || model->form == "ggl") plan.variable_index = variable_indices(*model, *run.problem);
   require_convergence(simulation.method, plan.variable_index);

@@ -86,6 +86,8 @@ class RegimeRun {
             });
     if (solution->ending() == Ending::event && stops_by_user(events, asked)) left_ = false;
     whole_.add({regime.form, solution, t_}, asked);
+    const int apart = 1 + solution->size() / 100;
+    for (int i = 0; i < solution->size(); i += apart) measure(whole_.pieces().translated(solution->point(i)));
     const Point end = whole_.pieces().translated(solution->final());
     remember(end);
     return solution->outcome();
@@ -95,6 +97,18 @@ class RegimeRun {
     return std::any_of(events.begin(), events.end(), [&](const EventRecord& e) {
       return static_cast<std::size_t>(e.which) < asked && e.action == "stop";
     });
+  }
+
+  /// What values of the leaves are measured by from now on.
+  void measure(const Point& point) {
+    const std::vector<Expr>& leaves = whole_.pieces().leaves();
+    const Eigen::Index n = point.x.size();
+    for (std::size_t i = 0; i < leaves.size(); ++i) {
+      const auto k = static_cast<Eigen::Index>(i);
+      const double value = k < n ? point.x[k] : k < 2 * n ? point.xdot[k - n] : point.z[k - 2 * n];
+      double& size = sizes_[leaves[i]];
+      if (std::isfinite(value)) size = std::max(size, std::fabs(value));
+    }
   }
 
   void remember(const Point& end) {
@@ -119,6 +133,7 @@ class RegimeRun {
       for (Expr leaf : list)
         if (const auto at = values_.find(leaf); at != values_.end())
           request.guess.emplace_back(leaf, at->second);
+    request.sizes.assign(sizes_.begin(), sizes_.end());
     request.parameters = simulation_.parameters;
     request.inputs = simulation_.inputs;
     for (const auto& [leaf, function] : simulation_.numeric_inputs) {
@@ -144,6 +159,7 @@ class RegimeRun {
   dae::Regimes regimes_;
   SolutionInParts whole_;
   std::unordered_map<Expr, double> values_;  ///< of the model's leaves, where the next piece begins
+  std::unordered_map<Expr, double> sizes_;   ///< the largest they have been
   double t_;
   std::string regime_;
   bool left_ = false;

@@ -49,7 +49,8 @@ void SolutionInParts::add(RunPart piece, std::size_t shown) {
   pieces_->add(std::move(piece));
   for (int i = first ? 0 : 1; !simulation_.plan.times && i < solution->size(); ++i)
     merged_->save(pieces_->translated(solution->point(i)));
-  const double end = solution->t().back(), rounding = 1e-14 * (1 + std::fabs(end));
+  const double end = solution->t().back(),
+               rounding = 1e-14 * std::max(std::fabs(solution->t().front()), std::fabs(end));
   for (; next_time_ < times_.size() && times_[next_time_] <= end + rounding; ++next_time_) {
     Point point = pieces_->translated(solution->at(std::min(times_[next_time_], end)));
     point.t = times_[next_time_];
