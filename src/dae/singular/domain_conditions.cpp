@@ -79,7 +79,10 @@ class Collector {
 }  // namespace
 
 std::string DomainCondition::reason() const {
-  return text(truncated_text(factor), " = 0 there, and ", truncated_text(term, 60), " is not defined");
+  const bool has_value = term.op() == Op::sqrt || term.op() == Op::asin || term.op() == Op::acos ||
+                         (term.op() == Op::pow && sign_of(term.operand(1)) > 0);
+  return text(truncated_text(factor), " = 0 there, and ", truncated_text(term, 60),
+              has_value ? " has no derivative" : " is not defined");
 }
 
 std::vector<DomainCondition> domain_conditions(const std::vector<Expr>& equations) {

@@ -11,13 +11,15 @@
 namespace pendula::integrate {
 bool IrkStepper::evaluate_jacobian() {
   problem_->place(here_.t, here_.x.data(), here_.xdot.data(), here_.z.data());
+  jacobian_.entries.swap(jacobian_.before);
   jacobian_.entries = problem_->jacobian();
   ++stats_.jacobians;
   jacobian_.fresh = true;
   for (std::size_t k = 0; k < jacobian_.entries.size(); ++k) {
     if (std::isfinite(jacobian_.entries[k])) continue;
     trouble_ = text("the Jacobian of ", problem_->equation_name(rows_.positions[k].row), " is not finite");
-    return false;
+    jacobian_.entries.swap(jacobian_.before);
+    return jacobian_.entries.size() == rows_.positions.size();
   }
   return true;
 }

@@ -61,10 +61,11 @@ class IrkStepper final : public Stepper {
   };
   struct Jacobian {
     std::vector<double> entries;
-    bool fresh = false;         ///< of this step
-    bool keep = false;          ///< serves the next step
-    double factorised_for = 0;  ///< dt; 0: not
-    LinearSolver<double> end;   ///< of correction_at_end()
+    std::vector<double> before;  ///< the one before, finite; serves where √|x| has no derivative
+    bool fresh = false;          ///< of this step
+    bool keep = false;           ///< serves the next step
+    double factorised_for = 0;   ///< dt; 0: not
+    LinearSolver<double> end;    ///< of correction_at_end()
   };
   /// The entries with a factor for those of x′, and a right side.
   struct Shifted {
