@@ -69,7 +69,10 @@ class Search {
   Search(const SmoothFunction& V, Vec start, const MinimiserOptions& options)
       : V_(V), options_(options), D_(Vec::Zero(start.size())) {
     auto first = V_(start);
-    PENDULA_ASSERT(first && std::isfinite(first->value), "a search that starts where V is not defined");
+    if (!first || !std::isfinite(first->value))
+      throw Error(
+          "the sum of squares is not finite where the search starts: begin elsewhere, or scale the data "
+          "(numbers above 1e154 overflow when they are squared)");
     out_.theta = std::move(start);
     at_ = std::move(*first);
     out_.values.push_back(at_.value);

@@ -178,8 +178,8 @@ double turn(Complex z, double w, double Ts) {
 
 /// The continuous phase in degrees at all ω from poles, zeros and the sign of the gain at low frequencies.
 std::optional<Vec> sheet(const System& given, const Vec& w) {
-  constexpr int most_states = 60;
-  if (order(given) > most_states) return {};
+  constexpr int largest_order = 60;
+  if (order(given) > largest_order) return {};
   const System g = with_numbers(given);
   const double Ts = sampling(g);
   std::vector<dae::Mode> up, down;

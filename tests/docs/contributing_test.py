@@ -68,13 +68,17 @@ ModelPtr reduce_docs(const ModelPtr& model) { return reduce_acc(model); }
     "a model class": ({
         "src/lua/bind/sysid/sysid_models.cpp": [
             (r"\nint pem\(Call& call\) {", None, """
+const OptionTable docs_options = {{"na", "number", "1", "order of A"},
+                                  {"nb", "number", "1", "order of B"},
+                                  {"nd", "number", "1", "order of D"},
+                                  {"nk", "number", "1", "delay"}};
 int docs_ararx(Call& call) {
   check_estimation(call);
-  return estimate_pem(call, call.options(2, {"na", "nb", "nd", "nk", "ic"}), "ARARX");
+  return estimate_pem(call, call.options(2), "ARARX");
 }
 """),
             (r'\n        {"bj", ', None, """
-        {"docs_ararx", docs_ararx, "docs_ararx(d, { na =, nb =, nd =, nk = 1 }) -> idmodel", "A y = B u + e/D.", "", ""},"""),
+        {"docs_ararx", docs_ararx, "docs_ararx(d, { na =, nb =, nd =, nk = 1 }) -> idmodel", "A y = B u + e/D.", "", "", &docs_options},"""),
         ],
     }, [("#docs_ararx(iddata.read('ROOT/scripts/data/hairdryer.csv', { y = 'y_temp', u = 'u_voltage', Ts = 0.08 })"
          ":detrend(), { na = 1, nb = 1, nd = 1, nk = 3 }).theta", "3")]),

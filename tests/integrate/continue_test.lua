@@ -33,5 +33,6 @@ end)
 test("what is not understood is said", function()
   local sol = spring:integrate { start = { x = 1, v = 0 }, to = 1 }
   expect(function() spring:integrate { start = sol, to = 2 } end):fails "sol:state()"
-  expect(function() sol:continue(2) end):fails "options are a table"
+  expect(function() sol:continue(2) end):fails "options are a table { to = … }"
+  expect(function() sol:continue{ to = 2, start = { x = 1 } } end):fails "unknown option 'start'"
 end)

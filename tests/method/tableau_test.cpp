@@ -159,7 +159,7 @@ TEST_CASE("tableau: what the constructor refuses, and why") {
         "tableau 'x': row 4 of A sums to 10/9, but c[4] = 1");
   CHECK(refusal("0 | \n 1 | 1 \n | 1/2 1/3") == "tableau 'x': b sums to 5/6, not 1");
   CHECK(refusal("0 | \n 1 | 1 \n | 1/2 1/2 \n | 1 1") == "tableau 'x': bhat sums to 2, not 1");
-  CHECK(refusal("0 | \n 1 | 1 \n | 1") == "line 3 has 1 weights for 2 stages");
+  CHECK(refusal("0 | \n 1 | 1 \n | 1") == "line 3 has 1 weight for 2 stages");
   CHECK(refusal("0 | \n 1 | 1 0 0 \n | 1 0") == "line 2 has 3 entries for 2 stages");
   CHECK(refusal("0 | 0") == "the weights are missing; add a last line '| b1 b2 …'");
   CHECK(refusal("") == "no line of the form 'c | a …' found");

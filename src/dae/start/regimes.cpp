@@ -136,7 +136,7 @@ class JumpSystem {
   /// Nothing where no impulse leads onto the conditions.
   std::optional<Jump> solve() {
     const auto rows = static_cast<Eigen::Index>(regime_.conditions.size());
-    Jump jump{Vec::Zero(n_), {}};
+    Jump jump{Vec::Zero(n_), {}, {}};
     if (rows == 0) return jump;
     Vec impulse = Vec::Zero(m_);
     const Values start = values_;

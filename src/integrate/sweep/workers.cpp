@@ -121,10 +121,10 @@ bool work(TaskQueue& queue, const std::function<void(TaskQueue&)>& drain) {
   }
 }
 
-/// Task after task, at most `most`.
+/// Task after task, at most `limit`.
 void drain_singly(SharedSlots& slots, TaskQueue& queue, const std::function<void(int, double*)>& run,
-                  const std::function<void(int)>& progress, int most = std::numeric_limits<int>::max()) {
-  for (int k = 0; k < most; ++k) {
+                  const std::function<void(int)>& progress, int limit = std::numeric_limits<int>::max()) {
+  for (int k = 0; k < limit; ++k) {
     const int i = queue.next();
     if (i < 0) return;
     try {

@@ -138,7 +138,7 @@ void make_models(OrderScan& scan, const std::vector<Candidate>& models, const Fa
   for (int i = 0; i < slots.tasks(); ++i) {
     const Candidate& m = *(models.begin() + i);
     if (slots.state(i) == integrate::SharedSlots::State::done) {
-      std::memcpy(&scan.entries.emplace_back(), slots.numbers(i), sizeof(ScanEntry));
+      std::memcpy(static_cast<void*>(&scan.entries.emplace_back()), slots.numbers(i), sizeof(ScanEntry));
     } else if (slots.state(i) == integrate::SharedSlots::State::failed) {
       scan.failures.push_back(text("na = ", m.na, ", nb = ", m.nb, ", nk = ", m.nk, ": ", slots.failure(i)));
     } else {

@@ -95,11 +95,11 @@ void rational_start(const IdData& d, const Vec& y, Index input, const Orders& or
   const auto i = static_cast<std::size_t>(input);
   Orders o;
   o.na = orders.nf[i], o.nb = {orders.nb[i]}, o.nk = {orders.nk[i]}, o.nf = {0};
-  const Vec u = d.u.col(input), one = Vec::Ones(1);
+  const Vec u = d.u.col(input), unity = Vec::Ones(1);
   double best = (y - filtered_parts(d, B, F, u)).squaredNorm();
   Vec now = F;
   for (int round = 0; round < rounds; ++round) {
-    const IdData pre = with_signals(d, filtered_parts(d, one, now, y), filtered_parts(d, one, now, u));
+    const IdData pre = with_signals(d, filtered_parts(d, unity, now, y), filtered_parts(d, unity, now, u));
     const Polynomials found = polynomials_of(regress(pre, o), o);
     now = stabilised(found.A);
     const double sse = (y - filtered_parts(d, found.B[0], now, u)).squaredNorm();

@@ -94,10 +94,10 @@ test("what is fixed, unknown or missing is said", function()
   expect(function() run { start = { x = 1 }, method = "bdf" } end):fails "'method' was fixed by prepare"
   expect(function() run { start = { x = 1 }, events = {} } end):fails "'events' was fixed by prepare"
   expect(function() run { start = { x = 1 }, too = 1 } end):fails "Did you mean 'to'?"
-  expect(function() run(1) end):fails "run{ start ="
+  expect(function() run(1) end):fails "options are a table { start = … }"
   expect(function() run { start = { x = 1 } } end):fails "the end is missing"
   expect(function() decay:prepare { metod = "radau" } end):fails "Did you mean 'method'?"
-  expect(function() decay:prepare "radau" end):fails 'sys:prepare{ form = "project"'
+  expect(function() decay:prepare "radau" end):fails 'options are a table { form = … }'
   local high = dae { der(x) ~ v, 0 ~ x - 1 }
   expect(function() high:prepare {} end):fails "index 2"
 end)

@@ -129,8 +129,9 @@ int sweep(Call& call) {
   }
   record->sweep = std::move(made);
   if (!record->sweep->complete() && !open) {
-    if (!typed_at_prompt(call.L)) throw Interrupted();
-    keep_part(call.L);
+    const int level = level_of_prompt(call.L);
+    if (level == 0) throw Interrupted();
+    keep_part(call.L, level);
     std::fprintf(stderr, "\ninterrupted; the runs that are done are the result\n");
   }
   return call.push(std::shared_ptr<const SweepRecord>(std::move(record)));
