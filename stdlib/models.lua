@@ -60,7 +60,7 @@ doc { name = "solution:continue", module = "integrate", sig = "sol:continue{ to 
     x = var "x"
     sol = dae{ der(x) ~ -x }:integrate{ start = { x = 1 }, to = 1, rtol = 1e-10, atol = 1e-10 }
     return ("%.6f"):format(sol:continue{ to = 2, rtol = 1e-10, atol = 1e-10 }(x, 2))]], gives = "0.135335",
-  options = options_behind_a_start(), options_at = 2,
+  options = options_behind_a_start, options_at = 2,
   function(sol, options)
     local all = {}
     for key, value in pairs(options) do all[key] = value end

@@ -14,6 +14,7 @@
 -- options = { option("runs", "integer", "how many", "1000"), … }: as in the rows of C++ (OptionRow). With
 -- options_at = 2 the second argument is checked by them (check_options) before the function gets it, and is
 -- {} where it is missing; a function that has its options in several places calls check_options itself.
+-- options = function() … end makes the rows when they are first read, not at every start.
 --
 -- An entry of a library that is seldom needed has load = function() … end instead of the value: it is made
 -- when first touched. describe = function(entry) … end sets text and example when they are first read.
@@ -43,13 +44,27 @@ end
 
 local unpack, pack, most = table.unpack, table.pack, math.max
 
+-- What is documented is laid out when it is first read: a start reads nothing of it.
+local laid_out = { sig = prose, text = prose, title = prose, example = lines, gives = lines }
+local documentation = { __index = function(row, key)
+  local source, value = rawget(row, "source"), nil
+  if key == "options" then
+    value = source.options
+    if type(value) == "function" then value = value() end
+  elseif laid_out[key] then
+    value = laid_out[key](source[key] or "")
+  end
+  row[key] = value
+  return value
+end }
+
 -- The function behind a check of its options.
-local function checked(entry)
-  local f, at, rows, by = entry[1], entry.options_at, entry.options, entry.name:match "[^:.]+$"
+local function checked(entry, row)
+  local f, at, by = entry[1], entry.options_at, entry.name:match "[^:.]+$"
   if not at then return f end
   return function(...)
     local arguments = pack(...)
-    arguments[at] = check_options(by, arguments[at], rows)
+    arguments[at] = check_options(by, arguments[at], row.options)
     return f(unpack(arguments, 1, most(arguments.n, at)))
   end
 end
@@ -62,14 +77,12 @@ function doc(entry)
   if entry[1] == nil and not entry.load then
     fail("doc: the function itself is missing (the last item of the table)")
   end
-  documented[#documented + 1] = {
-    name = entry.name, sig = prose(entry.sig), text = prose(entry.text), example = lines(entry.example),
-    gives = lines(entry.gives), module = entry.module or "library", title = prose(entry.title or ""),
-    describe = entry.describe, options = entry.options,
-  }
+  local row = setmetatable({ name = entry.name, module = entry.module or "library", describe = entry.describe,
+    source = entry }, documentation)
+  documented[#documented + 1] = row
   if entry.load then return install_lazy(entry.name, entry.load) end
-  local value = checked(entry)
-  documented[#documented].value = value
+  local value = checked(entry, row)
+  row.value = value
   install(entry.name, value)
   return value
 end

@@ -11,13 +11,17 @@ local function names(set)
   return list
 end
 
-local of_integrate = options_of "model:integrate"
+local rows_of_integrate
+local function of_integrate()
+  rows_of_integrate = rows_of_integrate or options_of "model:integrate"
+  return rows_of_integrate
+end
 
 local Run = { __name = "prepared run" }
 Run.__index = Run
 
 function Run:__call(options)
-  options = check_options("a prepared run", options, of_integrate)
+  options = check_options("a prepared run", options, of_integrate())
   local all = {}
   for name, value in pairs(self.options) do all[name] = value end
   for name, value in pairs(options) do
@@ -50,8 +54,10 @@ doc { name = "model:prepare", module = "integrate",
     run = dae{ der(x) ~ -k*x }:prepare{ to = 1, rtol = 1e-10 }
     return ("%.4f"):format(run{ start = { x = 1 }, params = { k = 2 } }:final(x))]],
   gives = "0.1353", options_at = 2,
-  options = joined_options({ option("form", "string", "the form that is integrated; else the model itself") },
-    of_integrate),
+  options = function()
+    return joined_options({ option("form", "string", "the form that is integrated; else the model itself") },
+      of_integrate())
+  end,
   function(sys, options)
     local given = {}
     for name, value in pairs(options) do given[name] = value end

@@ -30,7 +30,7 @@ class Steps {
     for (Index i = 0; i < sigma_.size(); ++i) {
       if (sigma_[i] == 0) continue;
       const double s2 = sigma_[i] * sigma_[i];
-      sum += c_[i] * c_[i] * (1 - std::pow(lambda / (s2 + lambda), 2)) / 2;
+      sum += c_[i] * c_[i] * s2 * (s2 + 2 * lambda) / std::pow(s2 + lambda, 2) / 2;
     }
     return sum;
   }
@@ -132,7 +132,8 @@ class Search {
         if (!defined || next->value > at_.value * (1 + options_.noise)) return end(Ending::converged);
         return accept(there, length, std::move(*next));
       }
-      const double gain = defined ? (at_.value - next->value) / steps.promise(lambda) : -1;
+      const double promise = steps.promise(lambda);  // 0 where it underflows
+      const double gain = defined && promise > 0 ? (at_.value - next->value) / promise : -1;
       refused = !defined;
       radius_ = gain < 0.25 ? 0.25 * length : gain > 0.75 ? std::max(radius_, 3 * length) : radius_;
       if (gain > 1e-4) return accept(there, length, std::move(*next));

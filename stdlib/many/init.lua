@@ -86,10 +86,12 @@ doc { name = "reliability", module = "sweep",
     r = reliability(decay, { start = { x = 1 }, to = 1, params = { k = normal(1, 0.1) },
       limit_state = x - 0.3, runs = 500, rtol = 1e-8 })
     print(r.p > 0.01 and r.p < 0.04)]], gives = "true",      -- exact: P(k > -ln 0.3) = 0.0206
-  options = joined_options(options_of "sweep", {
-    option("limit_state", "expression", "g, which is < 0 at failure"),
-    option("p0", "number", "share of the samples that go on to the next level", "0.1"),
-    option("t", "number", "when g counts; without it the end") }, { runs = "samples of a level" }),
+  options = function()
+    return joined_options(options_of "sweep", {
+      option("limit_state", "expression", "g, which is < 0 at failure"),
+      option("p0", "number", "share of the samples that go on to the next level", "0.1"),
+      option("t", "number", "when g counts; without it the end") }, { runs = "samples of a level" })
+  end,
   options_at = 2, late("reliability", "reliability") }
 
 -- ── what the computations return ───────────────────────────────────────────────────────────────────────────

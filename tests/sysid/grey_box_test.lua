@@ -134,3 +134,19 @@ test("bounds, several experiments, profiles", function()
   expect(p.low):near(free(k) - 1.96 * free.std[1], 0.1 * free.std[1])
   expect(p.high):near(free(k) + 1.96 * free.std[1], 0.1 * free.std[1])
 end)
+
+test("a fit that can only flee ends, and says that it has not converged", function()
+  local x, k = var "x", param("k", 0.3)
+  local y = {}
+  for i = 0, 9 do y[i + 1] = 2*math.exp(-0.5*i) end
+  for _, start in ipairs { -2, -1e-6 } do                 -- of the other sign: k = ∞ is best
+    local r = fit(dae { der(x) ~ -k*x }, { params = { k }, data = iddata { y = y, Ts = 1 }, y = x,
+      start = { x = start } })
+    expect(r(k) > 20):equals(true)
+    expect(r.converged):equals(false)
+  end
+  expect(function()
+    y[1] = 1e300
+    fit(dae { der(x) ~ -k*x }, { params = { k }, data = iddata { y = y, Ts = 1 }, y = x, start = { x = 2 } })
+  end):fails "scale the data"
+end)
