@@ -128,7 +128,8 @@ extern const Module idmodel_predict_module = {
             d = iddata{ y = {1, .5, .25, .125}, u = {0, 0, 0, 0} }
             print(arx(d, { na = 1 }):simulate(d).T))",
          "1  0.5  0.25  0.125", &mode_options},
-        {"idmodel:residuals", model_residuals, "mod:residuals(d [, horizon | { horizon = 1, ic = }]) -> column",
+        {"idmodel:residuals", model_residuals,
+         "mod:residuals(d [, horizon | { horizon = 1, ic = }]) -> column",
          "y - ŷ at the samples that are compared: those after the first ones that seed the predictor.",
          R"(
             d = iddata{ y = {0, 2, 1, 4}, u = {1, 0.5, 2, 1} }
