@@ -287,7 +287,8 @@ int basin_text(Call& call) {
 }
 
 const OptionTable newton_options = {
-    {"r", "expression, list or function", "", "the equations r(x) = 0: expressions, equations or a Lua function"},
+    {"r", "expression, list or function", "",
+     "the equations r(x) = 0: expressions, equations or a Lua function"},
     {"x", "list of symbols", "", "the unknowns, in this order; else in order of declaration"},
     {"start", "number, list or table", "", "where it begins"},
     {"alpha", "number or string", "1", "length of the step, or a line search", "line search"},
