@@ -51,3 +51,10 @@ test("redundant constraints are named", function()
     C = { (q[1]^2 + q[2]^2 - 1)/2, ((q[3] - 1)^2 + q[4]^2 - 1)/2, q[3] - q[1] - 1, q[4] - q[2] } }
   expect(function() return sys:index() end):fails "(2a), (2b), (2c), (2d) depend on each other"
 end)
+
+test("a name that is near no other is refused with the names there are", function()
+  local x, v = vars "x v"
+  local sys = dae { der(x) ~ v, der(v) ~ -x }
+  expect(function() sys:integrate { start = { pressure = 1 }, to = 1 } end):fails
+    "start: unknown symbol 'pressure'. Known here: x, v."
+end)

@@ -74,6 +74,8 @@ test("Kronecker products of symbols; logarithmic spacing; norms of systems", fun
   local function stacked(M) return vec{ M(1, 1), M(2, 1), M(1, 2), M(2, 2) } end
   expect(largest(evaluate(kron(B.T, A)*stacked(X) - stacked(A*X*B)))):near(0, 1e-14)   -- vec(A X B)
   expect(logspace(-2, 2, 5)):near({ 0.01, 0.1, 1, 10, 100 }, 1e-14)
+  expect(function() logspace(0, 400, 3) end):fails "to is an exponent of 10"
+  expect(function() svd{{1, 2}, {5}} end):fails "row 2 of A has 1 entry but row 1 has 2"
   expect(norm(tf({1}, {1, 1}), 2)^2):near(0.5, 1e-14)
   expect(norm(tf({1}, {1, 0.2, 1}), "inf")):near(1/(0.2*math.sqrt(1 - 0.01)), 1e-9)    -- 1/(2ζ√(1 - ζ²))
 end)

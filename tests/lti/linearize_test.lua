@@ -48,7 +48,10 @@ test("the cart with a pendulum, both equilibria", function()
   expect(G.B):equals(vec{0, 0, "1/2", "-1/2"})
   local there = { x = 0, theta = 0, F = 0, [x.dot] = 0, [th.dot] = 0 }
   expect(cart:linearize(there).A):equals(G.A)             -- a point holds inputs, too
-  there.F, there[F] = nil, 0
+  there.F = nil
+  expect(function() cart:linearize(there) end):fails
+    "the point gives no value of the input 'F'; write sys:linearize{ …, F = 0 }"
+  there[F] = 0
   expect(cart:linearize(there).B):equals(G.B)
   expect(function() cart:init{ fix = { theta = 0, F = 0 } } end):fails
     "fix: 'F' is an input of the model; its value goes into inputs = { F = … }"

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/counted.hpp"
 #include "base/interrupt.hpp"
 #include "expr/graph/derivative.hpp"
 #include "expr/print/print.hpp"
@@ -92,8 +93,8 @@ MatX on_top(const std::vector<MatX>& blocks, const std::string& what) {
   rows = 0;
   for (std::size_t i = 0; i < blocks.size(); ++i) {
     if (blocks[i].cols() != all.cols())
-      throw Error(text("row ", i + 1, " of ", what, " has ", blocks[i].cols(), " entries but row 1 has ",
-                       all.cols()));
+      throw Error(text("row ", i + 1, " of ", what, " has ", counted(blocks[i].cols(), "entry"),
+                       " but row 1 has ", all.cols()));
     all.middleRows(rows, blocks[i].rows()) = blocks[i];
     rows += blocks[i].rows();
   }

@@ -68,6 +68,23 @@ std::string derivative_hint(const std::string& word, const std::vector<std::stri
   return "";
 }
 
+/// Where no name is near: which there are.
+std::string symbols_at_hand(std::span<const Expr> known) {
+  constexpr std::size_t most = 8;
+  std::vector<std::string> names;
+  for (Expr leaf : known) {
+    const std::string name = to_text(leaf);
+    if (symbol_of(leaf).order == 0 && std::find(names.begin(), names.end(), name) == names.end())
+      names.push_back(name);
+  }
+  if (names.empty()) return "";
+  if (names.size() > most) {
+    names.resize(most);
+    names.back() = "…";
+  }
+  return text(" Known here: ", join(names, ", "), ".");
+}
+
 std::vector<Expr> leaves_named(const std::string& word, const std::string& what,
                                std::span<const Expr> known) {
   const Name name = split_name(word);
@@ -95,7 +112,9 @@ std::vector<Expr> leaves_named(const std::string& word, const std::string& what,
     if (to_text(leaf) == word) return {leaf};
   const std::vector<std::string> names = names_of(known);
   const std::string hint = derivative_hint(word, names);
-  throw Error(text(what, ": unknown symbol '", word, "'.", hint.empty() ? did_you_mean(word, names) : hint));
+  std::string remedy = hint.empty() ? did_you_mean(word, names) : hint;
+  if (remedy.empty()) remedy = symbols_at_hand(known);
+  throw Error(text(what, ": unknown symbol '", word, "'.", remedy));
 }
 
 std::vector<Expr> leaves_of_list(lua_State* L, int list, const std::string& what,

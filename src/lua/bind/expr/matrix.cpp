@@ -73,6 +73,11 @@ int linspace(Call& call) {
 }
 
 int logspace(Call& call) {
+  constexpr double largest = 307;  // 10^308 is near the end of doubles
+  for (const auto& [i, name] : {std::pair{1, "from"}, std::pair{2, "to"}})
+    if (std::fabs(to_number(call.L, i, name)) > largest)
+      throw Error(
+          text(name, " is an exponent of 10, between -307 and 307: logspace(-1, 2, 4) is 0.1, 1, 10, 100"));
   linspace(call);
   const Mat exponents = to_numeric_matrix(call.L, -1, "exponents");
   return push_matrix(call.L, Mat(exponents.unaryExpr([](double e) { return std::pow(10.0, e); })));

@@ -32,6 +32,9 @@ void split_point(lua_State* L, int point, int options, const dae::Model& model) 
   if (any) lua_setfield(L, options, "inputs");
   lua_settop(L, start);
   lua_setfield(L, options, "start");
+  if (!any && !model.inputs.empty())
+    throw Error(text("the point gives no value of the input '", leaf_name(model.inputs[0]),
+                     "'; write sys:linearize{ …, ", leaf_name(model.inputs[0]), " = 0 }"));
 }
 
 /// The conditions of a point as read_start reads them.
