@@ -10,6 +10,7 @@
 #include <random>
 #include <string>
 
+#include "integrate/simulation/problem_setup.hpp"
 #include "integrate/simulation/state_reselection.hpp"
 #include "integrate/solve/linear_solver.hpp"
 #include "lua/bind/dae/dae.hpp"

@@ -27,24 +27,28 @@ lazy({ name = "roots", sig = "roots(e, x) -> list",
   "algebra/solve")
 
 lazy({ name = "solve_equations", sig = "solve_equations({ equations }, { unknowns }) -> list of solutions",
-  text = [[All solutions of a system of polynomial or triangular equations in closed form: factors are taken
-    apart, equations that are linear in an unknown are solved for it, resultants eliminate what is
-    left. A solution answers s[x] and s.x. solve(equations, unknowns) is the same.]],
+  text = [[All solutions of a system of polynomial or triangular equations in closed form: each factor is
+    solved separately, equations that are linear in an unknown are solved for it, resultants eliminate what is
+    left; a root that only Cardano or Ferrari writes keeps its name and its equation. A solution answers s[x]
+    and s.x. solve(equations, unknowns) is the same.]],
   example = 'x, y = vars "x y"  return solve_equations({ x + y ~ 3, x*y ~ 2 }, { x, y })',
   gives = "x = 2,  y = 1\nx = 1,  y = 2" },
   "algebra/solve")
 
-lazy({ name = "equilibria", sig = "equilibria(sys [, { params =, inputs =, unknowns = }]) -> list",
-  text = [[The points where nothing moves: all derivatives 0. In symbols where no values are given (params =
-    true takes those of the model); each with its linearisation A, the characteristic polynomial, and
-    stability: by the eigenvalues where they are numbers, else the conditions of Hurwitz. list[1][x],
-    list[1].A, list[1].stable.]],
+lazy({ name = "equilibria", sig = "equilibria(sys [, { params =, inputs =, within = }]) -> list",
+  text = [[The points at which all derivatives are 0. In symbols where no values are given (params =
+    true takes those of the model); each with its linearisation A and the characteristic polynomial, for
+    mechanisms with constraints in any form det(s E - A) of what they leave free, and stability: by the
+    eigenvalues where they are numbers, else the conditions of Hurwitz. list[1][x], list[1].A,
+    list[1].modes, list[1].stable. Where there is no closed form, within = { T = { 300, 450 }, … } searches a
+    box in numbers, by Newton's method from many points of it.]],
   example = 'x = var "x"  r = param "r"  return #equilibria(dae { der(x) ~ r*x - x^3 })',
   gives = "3",
   options = { option("params", "table or boolean", "values of parameters; true: those of the model", "",
       "@parameters"),
     option("inputs", "table", "values of inputs", "", "@inputs"),
-    option("unknowns", "list of symbols", "instead of all states") }, options_at = 2 },
+    option("within", "table", "{ lower, upper } of each unknown: a search in numbers", "", "@states") },
+    options_at = 2 },
   "algebra/equilibria")
 
 lazy({ name = "apart", sig = "apart(e, x) -> expression",

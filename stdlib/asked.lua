@@ -29,10 +29,10 @@ remembered = {}
 for name in ([[fit arx iv4 fir armax oe bj pem n4sid compare order_scan lsq spa etfe welch coherence
   impulse_estimate cra rarx rarmax process_model tfest periodogram newton gauss_newton converge sweep]])
     :gmatch "%S+" do
-  remembered[name] = true
-  local with_memory = remembering(name, named(name))
-  install(name, with_memory)
-  for _, row in ipairs(documented) do
-    if row.name == name then row.value = with_memory end
-  end
+  remembered[name] = remembering(name, named(name))
+  install(name, remembered[name])
+end
+for i = 1, #documented do
+  local row = documented[i]
+  row.value = remembered[row.name] or row.value
 end

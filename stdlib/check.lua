@@ -116,6 +116,10 @@ return c.good, #c, c[1].name]], gives = "true 1 x",
 
 doc { name = "check:__index", module = "integrate", sig = "c[i]",
   text = "A component, or a field of the check.",
+  example = [[
+    x, k = var "x", param "k"
+    c = dae{ der(x) ~ -x }:integrate{ start = { x = 1 }, to = 1 }:check()
+    c[1].name, c.good]], gives = "x true",
   function(self, key) return contents("check", self)[key] end }
 doc { name = "check:__len", module = "integrate", sig = "#c", text = "The number of components.",
   function(self) return #contents("check", self) end }

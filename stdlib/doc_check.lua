@@ -1,21 +1,6 @@
 -- The doctest of the documentation: runs every example and compares what it prints. Loaded by
 -- check_documentation (src/lua/core/documentation.hpp), not at start-up.
 
--- Splits "statements; expression" so that the expression's value can be printed: tries every separator from
--- the end.
-function compiled_example(code, env)
-  local chunk = load("return " .. code, "=example", "t", env)
-  if chunk then return chunk end
-  for at = #code, 1, -1 do
-    local c = code:sub(at, at)
-    if c == "\n" or c == ";" then
-      chunk = load(code:sub(1, at) .. " return " .. code:sub(at + 1), "=example", "t", env)
-      if chunk then return chunk end
-    end
-  end
-  return load(code, "=example", "t", env)
-end
-
 local function tidy(text) return (text:gsub("[ \t]+\n", "\n"):gsub("%s+$", "")) end
 
 -- What an example prints, its last value included; or nil and the error.
@@ -43,11 +28,50 @@ local function output_of(code)
   return table.concat(lines, "\n")
 end
 
+local values = {}                                    -- of the specimens, by type
+
+-- The specimen of a type, which is made once, in its environment; or nil and what is wrong.
+local function made(type)
+  local own = values[type]
+  if own then return own end
+  own = setmetatable({}, { __index = _G })
+  values[type] = own
+  local good, problem = pcall(load(specimens[type][2], "=example", "t", own))
+  if good then return own end
+  return nil, "the specimen fails: " .. problem
+end
+
+local function read_of_specimen(type, shows)
+  local own, problem = made(type)
+  if not own then return problem end
+  local good
+  good, problem = pcall(load("return tostring((" .. shows .. "))", "=example", "t", own))
+  if not good then return shows .. " fails: " .. tostring(problem) end
+end
+
+-- Every type says what one does with it next, and that works.
+local function check_next(complaints)
+  local next_steps = include "help/next"
+  for type in pairs(specimens) do
+    if not next_steps[type] then table.insert(complaints, type .. ": is missing in stdlib/help/next.lua") end
+    for _, step in ipairs(next_steps[type] or {}) do
+      local problem = not step:find "…" and read_of_specimen(type, step:gsub("^print", ""))
+      if problem then complaints[#complaints + 1] = type .. ": " .. problem end
+    end
+  end
+end
+
 local function complaint(entry)
   if entry.sig == "" or entry.text == "" then return "signature and text must not be empty" end
   if not entry.text:find "[.!?:)]$" then return "the text must end with a full stop" end
-  local is_function = (entry.separator == "" or entry.separator == ".") and not entry.is_value
-  if entry.example == "" then return is_function and "a function needs an example" or nil end
+  if entry.text:find "^%l%l+[ ,;.]" and not entry.is_concept then
+    return "the text must begin with a capital"
+  end
+  if entry.example == "" then
+    return entry.separator == "#" and "the type needs a specimen (stdlib/help/specimens.lua)"
+      or "a function needs an example"
+  end
+  if entry.by_specimen then return read_of_specimen(entry.owner, entry.by_specimen) end
   local printed, problem = output_of(entry.example)
   if not printed then return "the example fails: " .. problem end
   if entry.gives ~= "" and tidy(printed) ~= tidy(entry.gives) then
@@ -62,5 +86,6 @@ return function()
     local text = complaint(entry)
     if text then complaints[#complaints + 1] = entry.name .. ": " .. text end
   end
+  check_next(complaints)
   return complaints
 end

@@ -18,7 +18,7 @@ doc { name = "view", module = "plot",
     page = view(x^2/3, { file = os.tmpname() .. ".html", open = false })
     return io.open(page):read "a":match "<mfrac>.-</mfrac>"]],
   gives = "<mfrac><msup><mi>x</mi><mn>2</mn></msup><mn>3</mn></mfrac>",
-  options = { option("file", "string", "the name of the page; without it one that is thrown away"),
+  options = { option("file", "string", "the name of the page; without it a temporary file"),
     option("open", "boolean", "whether the browser shows it", "true"),
     option("slider", "string", "of a list of figures: the name of what changes"),
     option("values", "list", "its values, one for each figure") }, options_at = 2,

@@ -84,12 +84,15 @@ local function explain_step(sys, method)
   result.text = table.concat(lines, "\n")
   result.inputs = object_type(method) == "tableau" and #p.inputs > 0
   function result.latex()
-    if not result.r then return "" end
-    local rows, longest = {}, 1500
-    for i = 1, #result.r do rows[i] = "  0 &= " .. latex(result.r[i]) end
+    local report = include "latex_report"
+    local told = report.fragment(in_notation(result.text))
+    if not result.r or #result.r > most_written then return told end
+    local rows, longest = {}, 600            -- a wider matrix leaves the page
+    for i = 1, #result.r do rows[i] = "  0 &= " .. report.broken(latex(result.r[i])) end
     local M = result.M:latex()
     if #M <= longest then rows[#rows + 1] = "  \\frac{\\partial r}{\\partial w} &= " .. M end
-    return "\\begin{align*}\n" .. in_latex_notation(table.concat(rows, " \\\\\n")) .. "\n\\end{align*}"
+    return told .. "\n\\noindent Written out:\n\\begin{align*}\n"
+      .. in_latex_notation(table.concat(rows, " \\\\\n")) .. "\n\\end{align*}"
   end
   return setmetatable(result, { __tostring = written, __name = "step" })
 end

@@ -11,9 +11,10 @@ local function fragment_of(value)
     good, latex = pcall(value.latex, value)
   end
   if not good then
-    fail("save: " .. (object_type(value) or type(value))
-      .. " has no latex(); a .tex file takes models, derivations, "
-      .. "expressions, tableaus, identified models, or a list of these and of texts")
+    local reason = tostring(latex):match "latex: (.*)"
+      or "a " .. (object_type(value) or type(value)) .. " has no latex()"
+    fail("save: " .. reason .. "; a .tex file takes every result that has latex(), "
+      .. "figures, or a list of these and of texts")
   end
   local is_inner = latex:find "^%s*\\begin{aligned}" or latex:find "^%s*\\begin{array}"
   local is_page = not is_inner and (latex:find "^%s*\\begin{align" or latex:find "\\begin{equation"
@@ -21,12 +22,24 @@ local function fragment_of(value)
   return is_page and latex or "\\begin{equation*}\n" .. latex .. "\n\\end{equation*}"
 end
 
-local function document_of(value)
+-- Figure k of a document is a PDF file beside it, answer-1.pdf beside answer.tex.
+local function picture_of(figure, file, k)
+  local name = file:gsub("%.tex$", "-" .. k .. ".pdf")
+  figure:save(name)
+  return "\\begin{center}\\includegraphics[width=0.8\\textwidth]{" .. name:match "[^/]*$" .. "}\\end{center}"
+end
+
+local function document_of(value, file)
   local is_list = type(value) == "table" and getmetatable(value) == nil
-  local parts = {}
-  for _, part in ipairs(is_list and value or { value }) do parts[#parts + 1] = fragment_of(part) end
+  local parts, pictures = {}, 0
+  for _, part in ipairs(is_list and value or { value }) do
+    if object_type(part) == "figure" then pictures = pictures + 1 end
+    parts[#parts + 1] = object_type(part) == "figure" and picture_of(part, file, pictures)
+      or fragment_of(part)
+  end
   local preamble = {
-    "\\documentclass[11pt,a4paper]{article}", "\\usepackage[T1]{fontenc}", "\\usepackage{amsmath}",
+    "\\documentclass[11pt,a4paper]{article}", "\\usepackage[T1]{fontenc}",
+    "\\usepackage{amsmath" .. (pictures > 0 and ",graphicx" or "") .. "}",
     "\\usepackage[margin=25mm]{geometry}", "\\setlength{\\parindent}{0pt}", "\\allowdisplaybreaks",
   }
   return table.concat(preamble, "\n") .. "\n\\begin{document}\n" .. table.concat(parts, "\n\n")
@@ -90,9 +103,9 @@ doc { name = "save", module = "files", title = "Files", sig = "save(file [, valu
     solution keeps what integrate was asked for but for Lua functions: inputs become expressions or
     samples. A sweep in a store (sweep{ …, store = "runs.db" }) is there already. save "work.pend" without a
     value keeps all variables of the session. The ending chooses other formats: .tex is a LaTeX
-    document of whatever has latex(), or of a list of these and of texts; .mat is a MATLAB file of a
-    solution, data, or a table of numbers and matrices. The file appears complete or not at all.]],
-  example = [[
+    document of whatever has latex(), or of a list of these, of figures (PDF files beside it) and of texts;
+    .mat is a MATLAB file of a solution, data, or a table of numbers and matrices. The file appears
+  complete or not at all.]], example = [[
     x = var "x"
     name = os.tmpname() .. ".lua"
     save(name, dae{ der(x) ~ -2*x }:integrate{ start = { x = 1 }, to = 1, rtol = 1e-9, atol = 1e-9 })
@@ -106,7 +119,7 @@ doc { name = "save", module = "files", title = "Files", sig = "save(file [, valu
     local value = ...
     if file:find "%.mat$" then return save_mat(file, value) end
     source_of = source_of or include("saving").text
-    write_file(file, file:find "%.tex$" and document_of(value) or source_of(value), "save")
+    write_file(file, file:find "%.tex$" and document_of(value, file) or source_of(value), "save")
   end }
 
 -- A column title is quoted where it contains a comma or a quote.
@@ -116,10 +129,10 @@ local function quoted(title)
 end
 
 -- The columns of a table of values: t, then every entry of every expression.
-local function csv_columns(sol, list)
-  local titles, columns = { "t" }, { sol.t }
+local function csv_columns(sol, list, times)
+  local titles, columns = { "t" }, { times or sol.t }
   for _, expression in ipairs(list) do
-    local values = sol(expression)
+    local values = times and sol(expression, times) or sol(expression)
     local entries = values.cols == 1 and { expression } or expression
     for j = 1, values.cols do
       titles[#titles + 1] = tostring(entries[j])
@@ -129,16 +142,21 @@ local function csv_columns(sol, list)
   return titles, columns
 end
 
-doc { name = "solution:csv", module = "files", sig = 'sol:csv(file [, { expressions }])',
+local csv_options = { option("times", "list", "the times of the rows; without it those that were saved") }
+
+doc { name = "solution:csv", module = "files", sig = 'sol:csv(file [, { expressions }] [, { times = }])',
   text = [[Writes the saved times and values as a table with commas and a line of titles: the states and
     algebraic variables, or the expressions that are named. 17 digits, so that reading it gives the same
-    numbers.]],
+    numbers. iddata reads tables with equal steps: sol:csv("run.csv", { times = linspace(0, 10, 201) }).]],
+  options = csv_options,
   example = [[x = var "x"
 sol = dae{ der(x) ~ -2*x }:integrate{ start = { x = 1 }, to = 1, dt = 0.5, method = rk.euler }
 name = os.tmpname()
 sol:csv(name)
 for line in io.lines(name) do print(line) end]], gives = "t,x\n0,1\n0.5,0\n1,0",
-  function(sol, file, list)
+  function(sol, file, list, options)
+    if options == nil and type(list) == "table" and #list == 0 then list, options = nil, list end
+    local times = check_options("csv", options or {}, csv_options).times
     if object_type(sol) ~= "solution" then fail 'csv: expected a solution, as in sol:csv "run.csv"' end
     if type(file) ~= "string" then fail 'csv: expected a file name, as in sol:csv "run.csv"' end
     if list == nil then
@@ -149,10 +167,10 @@ for line in io.lines(name) do print(line) end]], gives = "t,x\n0,1\n0.5,0\n1,0",
     elseif object_type(list) then
       list = { list }
     end
-    local titles, columns = csv_columns(sol, list)
+    local titles, columns = csv_columns(sol, list, times)
     for j, title in ipairs(titles) do titles[j] = quoted(title) end
     local lines = { table.concat(titles, ",") }
-    for i = 1, #sol.t do
+    for i = 1, #columns[1] do
       local row = {}
       for j, column in ipairs(columns) do row[j] = ("%.17g"):format(column[i]) end
       lines[#lines + 1] = table.concat(row, ",")
@@ -195,7 +213,8 @@ end
 doc { name = "load", module = "files", sig = "load(file) -> value",
   text = [[The value in a file that save wrote ("model.lua"). The file is read as data: it can name symbols,
     functions and models of the vocabulary and nothing else, so a file from somebody else can be opened
-    without looking into it; also the sweep in a store ("runs.db"); load "work.pend" sets the variables
+    without looking into it; also the sweep in a store ("runs.db"); load "run.mat" gives the
+    matrices of a MATLAB file by name, iddata(load "d.mat") data; load "work.pend" sets the variables
     of a session. A Lua program is run by dofile. Anything but a file name is Lua's own load, which
     compiles a chunk.]],
   example = 'load "return 1 + 1"()', gives = "2",
@@ -205,6 +224,7 @@ doc { name = "load", module = "files", sig = "load(file) -> value",
         :format(type(chunk)))
     end
     local lone = type(chunk) == "string" and select("#", ...) == 0
+    if lone and chunk:find "^[^\n]*%.mat$" then return read_mat(chunk) end
     local is_store = lone and chunk:find "^[^\n]*%.db$"
     local is_file = lone and (chunk:find "^[^\n]*%.lua$" or chunk:find "^[^\n]*%.pend$")
     if not is_file and not is_store then return lua_load(chunk, ...) end

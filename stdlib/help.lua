@@ -33,6 +33,8 @@ local function split_name(name)
   return nil, "", name
 end
 
+include "help/examples"
+
 local cache, cached_count
 
 -- All documented things: C++ rows in the order of the modules, then the stdlib's own. `value` is what the
@@ -40,6 +42,7 @@ local cache, cached_count
 function entries()
   if cache and cached_count == #documented then return cache end
   cache, cached_count = {}, #documented
+  specimens = rawget(_ENV, "specimens") or include "help/specimens"
   for _, row in ipairs(rows()) do
     row.is_value = row.name:sub(1, 1) == "="
     row.name = row.name:gsub("^=", "")
@@ -55,6 +58,7 @@ function entries()
   for _, page in ipairs(rawget(_ENV, "concepts") or include "concepts/init") do cache[#cache + 1] = page end
   for _, row in ipairs(cache) do
     row.owner, row.separator, row.member = split_name(row.name)
+    if row.example == "" then shown_by_specimen(row) end
     if row.value == nil then row.value = named(row.name) end
   end
   return cache
@@ -82,13 +86,16 @@ local function wrapped(s, columns)
   return lines
 end
 
--- Two columns: { left, right } pairs, the right one wrapped. Wide left cells get a line of their own.
+-- Two columns: { left, right } pairs, the right one wrapped. Wide left cells get a line of their own, and in
+-- a
+-- narrow window all of them.
 local function print_pairs(pairs_list, indent)
-  local left_width = 0
+  local narrow, left_width = columns() < 60, 0
   for _, pair in ipairs(pairs_list) do
     local w = width(pair[1])
-    if w <= 36 then left_width = math.max(left_width, w) end
+    if w <= 36 and not narrow then left_width = math.max(left_width, w) end
   end
+  if narrow then left_width = 2 end
   local margin = (" "):rep(indent)
   for _, pair in ipairs(pairs_list) do
     local lines = wrapped(pair[2], columns() - indent - left_width - 2)
@@ -108,7 +115,7 @@ local function first_sentence(text) return (text:match "^(.-[.!?])%s" or text):g
 
 local function print_example(entry, indent)
   local margin = (" "):rep(indent)
-  for line in entry.example:gmatch "[^\n]+" do say(margin .. "> " .. line:gsub("^return ", "")) end
+  for line in typed_example(entry.example):gmatch "[^\n]+" do say(margin .. "> " .. line) end
   for line in entry.gives:gmatch "[^\n]+" do say(margin .. line) end
 end
 
@@ -190,7 +197,11 @@ local function find(name)
   return found
 end
 
-local search = include "help/search"
+local searcher
+local function search(words)
+  searcher = searcher or include "help/search"
+  return searcher(words)
+end
 
 local function members_of_type(type_name)
   return all(function(e) return is_member(e) and e.owner == type_name and not is_metamethod(e) end)
@@ -222,6 +233,8 @@ local function help_type(type_name)
   local operators = all(function(e) return is_metamethod(e) and e.owner == type_name and e.sig ~= "" end)
   if #members + #operators == 0 then return false end
   say(type_name)
+  local specimen = specimens[type_name] and specimens[type_name][2] or ""
+  for line in specimen:gmatch "[^\n]+" do say("    > " .. line) end
   for _, part in ipairs { { "fields", "#" }, { "methods", ":" } } do
     local list = {}
     for _, entry in ipairs(members) do
@@ -332,23 +345,6 @@ local function help_name(name)
        .. ' (search: apropos "' .. name .. '")')
 end
 
--- What one does with a value next.
-local next_steps = {
-  model = { "sys:structure()", "sys:init{ fix = … }", "sys:reduce()", "sys:integrate{ start =, to = }",
-    "sys:linearize(at)" },
-  start = { "at(x)", "at:ledger()", "sys:integrate{ start = at, to = 10 }" },
-  solution = { "plot(sol, { x })", "sol(x, 0.5)", "sol:final(x)", "sol:stats()", "sol:drift()",
-    "sol:continue{ to = 20 }" },
-  figure = { "fig:show()", 'fig:save "figure.svg"', "overlay(fig, other)", "layout({ 1, 2 }, fig, other)" },
-  iddata = { "d:detrend()", "d:split(0.5)", "arx(d, { na = 2, nb = 2, nk = 1 })", "fit(sys, { … })" },
-  idmodel = { "mod:fit(v)", "mod:validate(v)", "mod:plot(v)", "mod:ss()" },
-  lti = { "G:poles()", "G:step()", "G:bode()", "c2d(G, 0.1)", "lqr(G, Q, R)" },
-  tableau = { "tab:report()", "tab:plot()", "sys:integrate{ start =, to =, method = tab, dt = 0.01 }" },
-  sweep = { "runs:final(x)", "runs:plot(x)", "plot(runs.t, runs(x))", "histogram(runs:final(x))" },
-  expr = { "der(e)", "diff(e, x)", "simplify(e)", "evaluate(e, { x = 1 })", "e:latex()" },
-  matrix = { "A(1, 2)", "A.T", "det(A)", "inv(A)", "solve(A, b)" },
-}
-
 -- The calls of a list in lines; a call is not broken.
 local function say_next(calls)
   local line = "next  "
@@ -373,6 +369,7 @@ local function help_value(value)
       count = count + 1
       if count <= most_lines then say(line) elseif count == most_lines + 1 then say "…" end
     end
+    local next_steps = include "help/next"
     if next_steps[type_name] then say_next(next_steps[type_name]) end
     say()
     if not help_type(type_name) then say(type_name .. ": a value without fields or methods") end
@@ -430,7 +427,9 @@ doc { name = "examples", module = "help", sig = "examples(name)",
     local uses = "%f[%w_]" .. member:gsub("%W", "%%%0") .. "%f[^%w_]"
     local own = {}
     for _, entry in ipairs(found) do own[entry] = true end
-    local list = all(function(e) return e.example ~= "" and (own[e] or e.example:find(uses) ~= nil) end)
+    local list = all(function(e)
+      return e.example ~= "" and (own[e] or not e.by_specimen and e.example:find(uses) ~= nil)
+    end)
     if #list == 0 then return print("no examples of " .. name) end
     shown_page(function()
       for i, entry in ipairs(list) do

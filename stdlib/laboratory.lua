@@ -16,7 +16,12 @@ doc { name = "newton:plot", module = "newton", sig = "k:plot() -> figure",
   end }
 
 doc { name = "basins:plot", module = "newton", sig = "b:plot() -> figure",
-  text = "The starts coloured by the root they lead to; starts that lead nowhere stay white.",
+  text = "The starts coloured by the root they lead to; starts that do not converge stay white.",
+  example = [[
+    x, y = vars "x y"
+    k = newton{ r = { x^2 - y^2 - 1, 2*x*y }, x = { x, y }, start = { 1, 1 } }
+    k:basins{ x = { -2, 2 }, y = { -2, 2 }, n = 40 }:plot()]],
+  gives = "figure 'Basins of Newton's method': 2 series, 1600 points",
   function(b)
     local u, v, root, series = b.first, b.second, b.root, {}
     for number, point in ipairs(b.roots) do
@@ -42,6 +47,10 @@ doc { name = "basins:plot", module = "newton", sig = "b:plot() -> figure",
 doc { name = "sweep:plot", module = "sweep", sig = "s:plot(e [, t]) -> figure",
   text = [[The value of an expression at the end (or at time t) over what varied first. Trajectories:
     plot(s.t, s(e)).]],
+  example = [[
+    x, k = var "x", param "k"
+    s = sweep(dae{ der(x) ~ -k*x }, { start = { x = 1 }, to = 1, params = { k = {1, 2, 3} } })
+    s:plot(x)]], gives = "figure: 1 series, 3 points",
   function(s, e, at)
     if e == nil then fail "plot: what is to be drawn? write s:plot(x)" end
     local name, values = s.names[1], at and s(e, at) or s:final(e)

@@ -17,17 +17,17 @@ local function column(matrix, j)
 end
 
 -- r:plot(), r:show() and r:save() of a type whose picture is make(r, options); what: the picture in the text
--- of help.
-local function drawn_as(name, what, make, plot)
+-- of help; value: one, for the examples.
+local function drawn_as(name, what, make, plot, value)
   local module = "lti responses"
   doc { name = name .. ":plot", module = module, sig = "r:plot([options]) -> figure",
     options = figure_options, text = plot.text, example = plot.example,
     gives = plot.gives, make }
   doc { name = name .. ":show", module = module, sig = "r:show()",
-    text = "Draws " .. what .. " in the terminal.",
+    text = "Draws " .. what .. " in the terminal.", example = value .. ":show()",
     function(r) return make(r):show() end }
   doc { name = name .. ":save", module = module, sig = "r:save(file) -> r",
-    text = "Writes " .. what .. " to a file.",
+    text = "Writes " .. what .. " to a file.", example = value .. ':save(os.tmpname() .. ".svg")',
     function(r, file)
       make(r):save(file)
       return r
@@ -52,7 +52,8 @@ local function response_figure(r, options)
 end
 
 drawn_as("response", "r:plot()", response_figure, { text = "The outputs over time; options as in plot.",
-  example = "return tf({1}, {1, 1}):step(5):plot()", gives = "figure 'Step response': 1 series, 301 points" })
+  example = "return tf({1}, {1, 1}):step(5):plot()", gives = "figure 'Step response': 1 series, 301 points" },
+  "tf({1}, {1, 1}):step(5)")
 
 -- ── frequency ──────────────────────────────────────────────────────────────────────────────────────────────
 
@@ -84,7 +85,7 @@ end
 drawn_as("frequency response", "the Bode diagram", bode_figure,
   { text = "The Bode diagram: gain in dB, and the phase below it.",
   example = "return tf({1}, {1, 1}):bode({0.1, 1, 10}):plot()",
-    gives = "figure 'Bode diagram': 1 series, 3 points, 2 panels" })
+    gives = "figure 'Bode diagram': 1 series, 3 points, 2 panels" }, "tf({1}, {1, 1}):bode()")
 
 -- The head of an arrow in the middle of a curve, which is `size` long.
 local function arrow_head(x, y, size)
@@ -106,7 +107,7 @@ local function nyquist_figure(G, frequencies, options)
   options = check_options("nyquist", options, figure_options)
   local r = G:freqresp(frequencies)
   local labels, series, heads, left_out = r.labels, {}, {}, 0
-  local far = 0
+  local far, height, left, right = 0, 0, -1, -1
   for j = 1, #labels do
     local sizes = column(r.mag, j)
     table.sort(sizes)
@@ -121,9 +122,15 @@ local function nyquist_figure(G, frequencies, options)
     if #x > 0 then
       series[#series + 1] = { x = x, y = y, labels = { labels[j] .. "(iω), ω > 0" } }
       series[#series + 1] = { x = x, y = mirrored, labels = { labels[j] .. "(iω), ω < 0" }, dash = "dashed" }
-      if #x > 2 then
-        local size = 0
-        for k = 1, #x do size = math.max(size, math.abs(y[k]), math.abs(x[k])) end
+      local size, moved = 0, 0
+      for k = 1, #x do
+        size, height = math.max(size, math.abs(y[k]), math.abs(x[k])), math.max(height, math.abs(y[k]))
+        moved = math.max(moved, math.abs(x[k] - x[1]), math.abs(y[k] - y[1]))
+        left, right = math.min(left, x[k]), math.max(right, x[k])
+      end
+      if moved <= 1e-6*size then
+        series[#series].style, series[#series - 1].style = "points", "points"
+      elseif #x > 2 then
         heads[#heads + 1] = arrow_head(x, y, 0.08*size)
       end
     end
@@ -132,13 +139,21 @@ local function nyquist_figure(G, frequencies, options)
   table.move(heads, 1, #heads, #series + 1, series)
   local notes = left_out > 0 and { ("%d frequencies with |G| > %.3g are left out"):format(left_out, far) }
     or nil
-  return figure(copy({ by = "nyquist", series = series, title = "Nyquist curve", xlabel = "Re G",
+  local span = math.max(right - left, 1)  -- a curve on the real axis has a frame around it
+  local ylim = height < 0.1*span and { -0.25*span, 0.25*span } or nil
+  return figure(copy({ by = "nyquist", ylim = ylim, series = series, title = "Nyquist curve", xlabel = "Re G",
     ylabel = "Im G", equal = true, legend = "right", notes = notes }, options))
 end
 
 local function check_system(by, G)
   local kind = object_type(G)
+  if kind == "model" then
+    fail(by .. ": a model becomes a linear system at a point: G = sys:linearize(at)")
+  end
   if kind ~= "lti" and kind ~= "delay system" then fail(by .. ": expected a linear system (ss, tf, zpk)") end
+  if kind == "lti" and #G.inputs == 0 then
+    fail(by .. ': the system has no input; a model gets one by u = input "u" in its equations')
+  end
   return G
 end
 
@@ -373,4 +388,5 @@ doc { name = "spectrum:plot", module = "signals", sig = "s:plot([options]) -> fi
                            check_options("plot", options, figure_options)))
   end }
 doc { name = "spectrum:show", module = "signals", sig = "s:show()", text = "Draws s:plot() in the terminal.",
+  example = "periodogram(prbs(31)):show()",
   function(s) return s:plot():show() end }

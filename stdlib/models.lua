@@ -12,6 +12,43 @@ doc { name = "matrix_form:solve", module = "mech", sig = "form:solve() -> column
     return solve(form.A, form.c)
   end }
 
+-- ── what is read by a name or a number that is no member ──
+
+local function contains(column, name)
+  for i = 1, #column do
+    if tostring(column[i]) == name then return true end
+  end
+end
+
+doc { name = "model:__index", module = "DAE", sig = "sys.m",
+  text = "Always an error that says where the values of parameters and variables are.",
+  example = "return pcall(function() return dae{ der(var 'x') ~ 1 }.x end)",
+  gives = "false example:1: 'x' is a variable of the model: its values are those of a start or a solution, "
+    .. "sol(x)",
+  function(sys, key)
+    if type(key) ~= "string" then return nil end
+    if contains(sys.parameters, key) then
+      fail(("'%s' is a parameter: its value is sys.values.%s, others sys:with{ %s = 2 }"):format(key, key,
+        key))
+    elseif contains(sys.differential, key) or contains(sys.algebraic, key) then
+      fail(("'%s' is a variable of the model: its values are those of a start or a solution, sol(%s)"):format(
+        key, key))
+    end
+  end }
+
+doc { name = "solution:__index", module = "integrate", sig = "sol.x",
+  text = "Always an error: the values of a variable are sol(x), those at a time sol(x, 2).",
+  example = "x = var 'x'  sol = dae{ der(x) ~ 1 }:integrate{ start = { x = 1 }, to = 1 }\n"
+    .. "return select(2, pcall(function() return sol.x end))",
+  gives = "example:2: 'x' is a variable: its values are sol(x), at a time sol(x, 2)",
+  function(sol, key)
+    if type(key) == "number" then
+      fail(("a solution has no entries: the values of x are sol(x), the times sol.t[%s]"):format(key))
+    elseif contains(sol.model.differential, key) or contains(sol.model.algebraic, key) then
+      fail(("'%s' is a variable: its values are sol(%s), at a time sol(%s, 2)"):format(key, key, key))
+    end
+  end }
+
 -- ── going on from a solution ───────────────────────────────────────────────────────────────────────────────
 
 -- The values of the parameters of a run.
@@ -54,7 +91,7 @@ local function options_behind_a_start()
 end
 
 doc { name = "solution:continue", module = "integrate", sig = "sol:continue{ to =, … } -> solution",
-  text = "Integrates on from the end of a solution; the options are those of integrate, without start "
+  text = "Continues a solution from its end; the options are those of integrate, without start "
     .. "and from.",
   example = [[
     x = var "x"

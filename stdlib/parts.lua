@@ -62,7 +62,7 @@ doc { name = "model", module = module, title = title,
   text = [[Parts by name, connections and equations. The names of variables are paths: m.C.v is C.v in
     equations, ledgers, plots and errors. Parts are components, models of parts, dae, lagrange, ss and tf
     models, and lists of these; each entry is a copy of its own. Everything that a dae model answers, m
-    answers: m:index() and m:structure() speak of all equations, m:reduce(), m:init() and m:integrate() of
+    answers: m:index() and m:structure() refer to all equations, m:reduce(), m:init() and m:integrate() to
     those left after aliases and trivial equations are eliminated. m:tree() and m:diagram() show it.]],
   example = [[
     e = components.electrical

@@ -1,5 +1,5 @@
--- Pictures: what a user hands over becomes the table that figure{…} reads (src/lua/bind/plot). Columns are lists
--- of numbers or numeric matrices; a matrix of several columns is several curves.
+-- Pictures: what a user hands over becomes the table that figure{…} reads (src/lua/bind/plot). Columns are
+-- lists of numbers or numeric matrices; a matrix of several columns is several curves.
 
 plotting = {}                                    -- what the files of stdlib/plot share
 plotting.options = include "plot/options"        -- one row per option

@@ -32,12 +32,11 @@ end
 
 -- Two tables of options; a text for a row that means something else here: { runs = "samples of a level" }.
 function joined_options(first, more, texts)
-  local rows = {}
-  for _, list in ipairs { first, more } do
-    for _, row in ipairs(list) do
-      local text = texts and texts[row.name] or row.text
-      rows[#rows + 1] = option(row.name, row.type, text, row.default, row.values)
-    end
+  local rows, count = {}, #first
+  for i = 1, count + #more do
+    local row = first[i] or more[i - count]
+    rows[i] = not (texts and texts[row.name]) and row
+      or option(row.name, row.type, texts[row.name], row.default, row.values)
   end
   return rows
 end
@@ -60,8 +59,9 @@ end }
 
 -- The function behind a check of its options.
 local function checked(entry, row)
-  local f, at, by = entry[1], entry.options_at, entry.name:match "[^:.]+$"
+  local f, at = entry[1], entry.options_at
   if not at then return f end
+  local by = entry.name:match "[^:.]+$"
   return function(...)
     local arguments = pack(...)
     arguments[at] = check_options(by, arguments[at], row.options)
@@ -71,18 +71,25 @@ end
 
 function doc(entry)
   if type(entry) ~= "table" then fail("doc: expected a table { name =, sig =, text =, function … end }") end
-  for _, key in ipairs { "name", "sig", "text" } do
-    if type(entry[key]) ~= "string" then fail("doc: '" .. key .. "' must be a string") end
+  local name, sig, text = entry.name, entry.sig, entry.text
+  if not (type(name) == "string" and type(sig) == "string" and type(text) == "string") then
+    fail "doc: name, sig and text must be strings"
   end
   if entry[1] == nil and not entry.load then
     fail("doc: the function itself is missing (the last item of the table)")
   end
-  local row = setmetatable({ name = entry.name, module = entry.module or "library", describe = entry.describe,
-    source = entry }, documentation)
+  local row = setmetatable({ name = name, module = entry.module or "library", describe = entry.describe,
+    source = entry, value = entry[1] }, documentation)
   documented[#documented + 1] = row
-  if entry.load then return install_lazy(entry.name, entry.load) end
+  if entry.load then return install_lazy(name, entry.load) end
   local value = checked(entry, row)
   row.value = value
-  install(entry.name, value)
+  install(name, value)
   return value
 end
+
+-- "1 pole", "2 poles".
+function counted(n, noun) return n .. " " .. noun .. (n == 1 and "" or "s") end
+
+-- What print says of a result in LaTeX: the method latex of results that are tables.
+function report_latex(value) return include "latex_report".fragment(tostring(value)) end

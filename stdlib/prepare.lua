@@ -19,6 +19,7 @@ end
 
 local Run = { __name = "prepared run" }
 Run.__index = Run
+function Run.latex() fail "latex: a prepared run has no LaTeX text; its model and its solutions have" end
 
 function Run:__call(options)
   options = check_options("a prepared run", options, of_integrate())
@@ -37,8 +38,9 @@ end
 function Run:__tostring()
   local given = {}
   for _, name in ipairs(names(self.options)) do given[#given + 1] = name end
-  return ("prepared run of a model with %d equations%s%s: run{ start =, to =, … }"):format(
-    #self.model.equations, self.model.form ~= "" and ', form "' .. self.model.form .. '"' or "",
+  return ("prepared run of a model with %s%s%s: run{ start =, to =, … }"):format(
+    counted(#self.model.equations, "equation"), self.model.form ~= "" and ', form "' .. self.model.form
+      .. '"' or "",
     #given > 0 and ", given: " .. table.concat(given, ", ") or "")
 end
 

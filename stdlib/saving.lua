@@ -302,7 +302,7 @@ local function call_text(self, value)
     for i = 1, call.n do
       local options = type(call[i]) == "table" and call[i]
       if call.name == "sweep" and options and (options.store or options.on) then
-        self:fail 'this sweep lives in a store; load reads it: load "runs.db"'
+        self:fail 'this sweep is kept in a store; load reads it: load "runs.db"'
       end
       arguments[i] = call[i] == nil and "nil" or self:at(i, call[i])
     end

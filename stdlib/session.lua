@@ -21,7 +21,7 @@ end
 -- One line about a value: the first line of its text, shortened.
 local function summary(value, room)
   local text = shown(value):match "[^\n]*"
-  if width(text) > room then text = text:sub(1, (utf8.offset(text, room) or #text + 1) - 1) .. " …" end
+  if width(text) > room then text = text:sub(1, (utf8.offset(text, room - 1) or #text + 1) - 1) .. " …" end
   return text
 end
 
@@ -32,11 +32,15 @@ doc { name = "who", module = "session", title = "The session", sig = "who()",
     local names = {}
     for name in pairs(variables()) do names[#names + 1] = name end
     table.sort(names)
-    local lines = { { "name", "type", "value" } }
-    for _, name in ipairs(names) do
+    local lines, widest = { { "name", "type", "value" } }, { 4, 4 }
+    for i, name in ipairs(names) do
       local value = rawget(_G, name)
-      lines[#lines + 1] = { name, object_type(value) or type(value), summary(value, 50) }
+      lines[i + 1] = { name, object_type(value) or type(value), value }
+      for k = 1, 2 do widest[k] = math.max(widest[k], width(lines[i + 1][k])) end
     end
+    local screen = screen_width()
+    local room = math.max(10, (screen == 0 and 80 or math.min(screen, 110)) - widest[1] - widest[2] - 6)
+    for i = 2, #lines do lines[i][3] = summary(lines[i][3], room) end
     if #lines == 1 then return print "no variables yet" end
     local layout = include "layout"
     print(layout(lines))
@@ -112,19 +116,19 @@ doc { name = "record", module = "session", sig = 'record "session.lua", record(f
 
 -- The journal of a session that was cut off, as the prompt found it.
 left_over = false
+recovering = false  -- the journal whose entries the prompt runs next (src/shell/repl.cpp)
 
 doc { name = "recover", module = "session", sig = "recover(), recover(false)",
-  text = "Runs the entries of a session that did not end by itself (the terminal was closed, the "
-    .. "machine went "
-    .. "down) in this one; recover(false) forgets them. The prompt says when there is one.",
+  text = "Runs the entries of a session that did not end by itself (the terminal was closed, the machine went "
+    .. "down) in this one, each by itself: one that fails is told, and the next one runs. recover(false) forgets "
+    .. "them. The prompt says when there is one.",
   example = "return type(recover)", gives = "function",
   function(wanted)
     local file = left_over
     if not file then fail "recover: no session was cut off" end
     left_over = false
     if wanted == false then return os.remove(file) and nil end
-    dofile(file)
-    os.remove(file)
+    recovering = file
   end }
 
 doc { name = "edit", module = "session", sig = "edit(file)",
@@ -135,7 +139,7 @@ doc { name = "edit", module = "session", sig = "edit(file)",
     if not os.execute "test -t 0 -a -t 1" then fail "edit: an editor needs a terminal" end
     local editor = os.getenv "VISUAL" or os.getenv "EDITOR" or "vi"
     local good = os.execute(("%s '%s'"):format(editor, (file:gsub("'", "'\\''"))))
-    if not good then fail(("edit: %s did not end well"):format(editor)) end
+    if not good then fail(("edit: %s ended with an error"):format(editor)) end
     if file:find "%.lua$" and io.open(file) then return dofile(file) end
   end }
 

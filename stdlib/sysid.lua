@@ -5,29 +5,12 @@ local figures = include "plot/options"
 local of_output = joined_options({ option("output", "integer or string", "which output, by number or name") },
   figures.flat)
 
-local function joined(y, u)
-  local names = {}
-  for _, name in ipairs(y) do names[#names + 1] = name end
-  for _, name in ipairs(u) do names[#names + 1] = name end
-  return names
-end
+local function by_output(...) return include "identification/panels".by_output(...) end
 
 -- The options of a picture with those that the user gives.
 local function with_options(base, options)
   for key, value in pairs(options) do base[key] = value end
   return base
-end
-
--- Which output to show of several: the option `output`, a number or a name; the other options.
-local function chosen_output(by, names, options)
-  local rest, which = {}, nil
-  for key, value in pairs(options or {}) do
-    if key == "output" then which = value else rest[key] = value end
-  end
-  if which == nil and #names == 1 then which = 1 end
-  for i, name in ipairs(names) do if which == i or which == name then return i, rest end end
-  fail(("%s: there are the outputs %s; choose one with { output = \"%s\" }")
-    :format(by, table.concat(names, ", "), names[1]))
 end
 
 local function column(m, i)
@@ -36,44 +19,46 @@ local function column(m, i)
   return values
 end
 
-local function each_column(t, m, names, style)
-  local series = {}
+-- One figure for each signal.
+local function each_signal(t, m, names, style)
+  local all = {}
   for i, name in ipairs(names) do
-    series[i] = { x = t, y = column(m, i), labels = { name }, style = style }
+    all[i] = { by = "d:plot", ylabel = name, legend = false,
+      series = { { x = t, y = column(m, i), labels = { name }, style = style } } }
   end
-  return series
+  return all
 end
 
 doc { name = "iddata:plot", module = "identification", sig = "d:plot([options]) -> figure",
   options = figures.frame, options_at = 2,
-  text = "The outputs against time, and below them the inputs as stairs; options as in figures.",
+  text = "The outputs against time, and below them the inputs as stairs, each in its panel; options as in "
+    .. "figures, for the first panel.",
   example = "iddata{ y = {0, 1, 2}, u = {1, 1, 0} }:plot()", gives = "figure: 1 series, 3 points, 2 panels",
   function(d, options)
-    local t = column(d.t, 1)
-    local base = { by = "d:plot", series = each_column(t, d.y, d.y_names, "line"), legend = #d.y_names > 1,
-      ylabel = #d.y_names == 1 and d.y_names[1] or nil, xlabel = #d.u_names == 0 and "t [s]" or nil }
-    if #d.u_names > 0 then
-      base.below = { figure { by = "d:plot", series = each_column(t, d.u, d.u_names, "steps"),
-        xlabel = "t [s]",
-        ylabel = #d.u_names == 1 and d.u_names[1] or nil, legend = #d.u_names > 1 } }
-    end
-    return figure(with_options(base, options))
+    local t, below = column(d.t, 1), {}
+    local panels = each_signal(t, d.y, d.y_names, "line")
+    for _, panel in ipairs(each_signal(t, d.u, d.u_names, "steps")) do panels[#panels + 1] = panel end
+    panels[#panels].xlabel = "t [s]"
+    for i = 2, #panels do below[i - 1] = figure(panels[i]) end
+    panels[1].below = below
+    return figure(with_options(panels[1], options))
   end }
 
 doc { name = "idmodel:plot", module = "identification", sig = "mod:plot(d [, options]) -> figure",
   options = of_output, options_at = 3,
-  text = "The measured output and the simulated one, with the fit in the title. Options as in plot; of "
-    .. "several outputs { output = name or number }.",
+  text = "The measured output and the simulated one, with the fit in the title. Options as in plot; several "
+    .. "outputs have a panel each, { output = name or number } shows one.",
   example = "d = iddata{ y = {0, 2, 1, 4}, u = {1, 0.5, 2, 1} }\nfir(d, { nb = 1 }):plot(d)",
   gives = "figure 'simulation, fit 100 %': 2 series, 8 points",
   function(mod, d, options)
     if object_type(d) ~= "iddata" then fail "mod:plot(d) needs the data to compare with" end
-    local i, rest = chosen_output("mod:plot", d.y_names, options)
-    local fit = mod:fit(d, "simulation")
-    if object_type(fit) == "matrix" then fit = fit[i] end
-    return named "plot" (d.t, column(d.y, i), d.t, column(mod:simulate(d), i),
-      with_options({ labels = { "measured", "simulated" }, xlabel = "t [s]",
-        ylabel = d.y_names[i], style = "line", title = ("simulation, fit %.4g %%"):format(fit) }, rest))
+    local fit, simulated = mod:fit(d, "simulation"), mod:simulate(d)
+    return by_output("mod:plot", d.y_names, options, function(i, rest)
+      local own = object_type(fit) == "matrix" and fit[i] or fit
+      return named "plot" (d.t, column(d.y, i), d.t, column(simulated, i),
+        with_options({ labels = { "measured", "simulated" }, xlabel = "t [s]", ylabel = d.y_names[i],
+          style = "line", title = ("simulation, fit %.4g %%"):format(own) }, rest))
+    end)
   end }
 
 doc { name = "validation:plot", module = "identification",
@@ -134,7 +119,8 @@ local function column_of(set, which, fallback)
 end
 
 doc { name = "parameter_set:plot", module = "identification", sig = "set:plot([p, q]) -> figure",
-  text = "The set in the plane of two parameters (for more than two: its shadow), with the Chebyshev centre.",
+  text = "The set in the plane of two parameters (for more than two: its projection), with the Chebyshev "
+    .. "centre.",
   example = "d = iddata{ u = {1,-1,2,0,-2,1,3,-1}, y = {1.2,-.1,1.9,.4,-2.1,-.2,2.6,.5} }\n"
     .. "arx(d, { na = 1, nb = 1, nk = 0, noise = uniform(-1, 1), ic = \"zero\" }):plot()",
   gives = "figure 'parameters that explain all 8 rows': 2 series, 6 points",
@@ -155,35 +141,38 @@ doc { name = "parameter_set:plot", module = "identification", sig = "set:plot([p
   end }
 
 doc { name = "fit_result:plot", module = "identification", sig = "r:plot([options]) -> figure",
-  options = figures.flat, options_at = 2,
-  text = "The measured outputs and those of the fitted model.",
+  options = of_output, options_at = 2,
+  text = "The measured outputs and those of the fitted model, a panel each; { output = name or number } shows "
+    .. "one.",
   example = "x, k = var \"x\", param(\"k\", 1)\nd = iddata{ y = {1, 0.6, 0.4}, Ts = 1 }\n"
     .. "fit(dae{ der(x) ~ -k*x }, { params = {k}, data = d, y = x, start = { x = 1 } }):plot()",
   gives = "figure: 2 series, 6 points",
   function(r, options)
     local d = r.data
-    local labels = {}
-    for _, name in ipairs(d.y_names) do labels[#labels + 1] = name end
-    for _, name in ipairs(d.y_names) do labels[#labels + 1] = name .. " fitted" end
-    return named "plot" (d.t, d.y, d.t, r.simulated,
-      with_options({ labels = labels, xlabel = "t [s]", style = { "points", "line" } }, options))
+    return by_output("r:plot", d.y_names, options, function(i, rest)
+      return named "plot" (d.t, column(d.y, i), d.t, column(r.simulated, i),
+        with_options({ labels = { d.y_names[i], d.y_names[i] .. " fitted" }, xlabel = "t [s]",
+          style = { "points", "line" } }, rest))
+    end)
   end }
 
 -- What a linear system answers, asked of an estimated model.
 for _, row in ipairs {
-  { "poles", "mod:poles() -> roots",
+  { "poles", "() -> roots",
     "Poles of the transfer function from u to y, with sampling time: inside the unit circle is stable." },
-  { "zeros", "mod:zeros() -> roots", "Its zeros." },
-  { "dcgain", "mod:dcgain() -> number or matrix", "Its static gain G(1)." },
-  { "step", "mod:step([to or times]) -> response", "Its step response." },
-  { "impulse", "mod:impulse([to or times]) -> response", "Its impulse response." },
-  { "bode", "mod:bode([ω]) -> frequency response", "Its frequency response." },
-  { "freqresp", "mod:freqresp([ω]) -> frequency response", "The same as mod:bode." },
-  { "nyquist", "mod:nyquist([ω]) -> figure", "Its Nyquist curve." },
-  { "pzmap", "mod:pzmap() -> figure", "Its poles and zeros in the plane." },
+  { "zeros", "() -> roots", "Its zeros." },
+  { "dcgain", "() -> number or matrix", "Its static gain G(1)." },
+  { "step", "([to or times]) -> response", "Its step response.", "(10)" },
+  { "impulse", "([to or times]) -> response", "Its impulse response.", "(10)" },
+  { "bode", "([ω]) -> frequency response", "Its frequency response." },
+  { "freqresp", "([ω]) -> frequency response", "The same as mod:bode.", "{ 0.1, 0.3, 1 }" },
+  { "nyquist", "([ω]) -> figure", "Its Nyquist curve." },
+  { "pzmap", "() -> figure", "Its poles and zeros in the plane." },
 } do
-  local name, sig, text = table.unpack(row)
-  doc { name = "idmodel:" .. name, module = "identification", sig = sig, text = text,
+  local name, sig, text, arguments = table.unpack(row)
+  doc { name = "idmodel:" .. name, module = "identification", sig = "mod:" .. name .. sig, text = text,
+    example = "d = iddata{ y = {0, 2, 1, 4, 2, 3}, u = {1, 0.5, 2, 1, 0, 1}, Ts = 1 }\n"
+      .. "return arx(d, { na = 1, nb = 2 }):" .. name .. (arguments or "()"),
     function(m, ...)
       local G = (m.kind == "state space" or #m.y_names > 1) and m:ss() or m:tf()
       return G[name](G, ...)
@@ -227,24 +216,24 @@ doc { name = "order_scan_result:plot", module = "identification", sig = "s:plot(
 doc { name = "comparison:plot", module = "identification", sig = "c:plot([options]) -> figure",
   options = of_output, options_at = 2,
   text = "The measured output and the simulation of every model, with its fit in the legend. Options as in "
-    .. "plot; of several outputs { output = name or number }.",
+    .. "plot; several outputs have a panel each, { output = name or number } shows one.",
   example = "d = iddata{ y = {0, 2, 1, 4, 2}, u = {1, 0.5, 2, 1, 0} }\ncompare(d, fir(d, { nb = 1 })):plot()",
   gives = "figure 'simulation': 2 series, 10 points",
   function(c, options)
     local d = c.data
-    local j, rest = chosen_output("c:plot", d.y_names, options)
-    local arguments, labels = { d.t, column(d.y, j) }, { "measured" }
-    for i = 1, #c do
-      local fit = c.models[i]:fit(d, "simulation")
-      if object_type(fit) == "matrix" then fit = fit[j] end
-      if #d.y_names == 1 then fit = c[i].simulation end
-      arguments[#arguments + 1], arguments[#arguments + 2] = d.t, column(c.models[i]:simulate(d), j)
-      labels[#labels + 1] = ("%s, %.4g %%"):format(c[i].name, fit)
-    end
-    arguments[#arguments + 1] = with_options(
-      { title = "simulation", labels = labels, xlabel = "t [s]",
-      ylabel = d.y_names[j], style = "line" }, rest)
-    return named "plot" (table.unpack(arguments))
+    local simulated = {}
+    for i = 1, #c do simulated[i] = c.models[i]:simulate(d) end
+    return by_output("c:plot", d.y_names, options, function(j, rest)
+      local arguments, labels = { d.t, column(d.y, j) }, { "measured" }
+      for i = 1, #c do
+        local fit = #d.y_names == 1 and c[i].simulation or c.models[i]:fit(d, "simulation")[j]
+        arguments[#arguments + 1], arguments[#arguments + 2] = d.t, column(simulated[i], j)
+        labels[#labels + 1] = ("%s, %.4g %%"):format(c[i].name, fit)
+      end
+      arguments[#arguments + 1] = with_options({ title = "simulation", labels = labels, xlabel = "t [s]",
+        ylabel = d.y_names[j], style = "line" }, rest)
+      return named "plot" (table.unpack(arguments))
+    end)
   end }
 
 -- ── LaTeX ──
@@ -296,4 +285,15 @@ doc { name = "idmodel:latex", module = "identification", sig = "mod:latex() -> s
     if m.C.cols > 1 then add("C(q)", m.C) end
     if m.D.cols > 1 then add("D(q)", m.D) end
     return "\\begin{aligned} " .. table.concat(lines, " \\\\ ") .. " \\end{aligned}"
+  end }
+
+doc { name = "predictor:tf", module = "identification", sig = 'p:tf(["plant" | "noise" [, Ts = 1]]) -> G',
+  text = [[The system G from u to y, or with "noise" the system H from e to y, of a predictor that is linear
+    in u(t-k), y(t-k), yhat(t-k) and e(t-k): H ŷ = G u + (H - 1) y.]],
+  example = [[
+    y, u = func "y", func "u"
+    return predictor(y(t - 1)/2 + 3*u(t - 1)):tf()]],
+  gives = "transfer function, sampling time 1\n     3\n  ───────\n  z - 1/2",
+  function(p, which, Ts)
+    return include "identification/predictor_systems".systems(p, which or "plant", Ts or 1)
   end }

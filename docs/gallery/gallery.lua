@@ -85,9 +85,19 @@ page("band", function(o)
     plot(t, mid, o { labels = { "mean" } }))
 end)
 page("panels", function(o) return layout({ 2, 1 }, plot(hops, x, o()), plot(hops, v, o())) end)
-for name, fig in pairs { stability = rk.rk4:plot(), bode = tf({ 1 }, { 1, 0.4, 1 }):bode():plot(),
-  nyquist = tf({ 1 }, { 1, 0.4, 1 }):nyquist() } do
-  fig:save(("%s/%s-light.svg"):format(folder, name))
+local resonance = tf({ 1 }, { 1, 0.4, 1 })
+for name, fig in pairs { stability = rk.rk4:plot(), bode = resonance:bode():plot(),
+  nyquist = resonance:nyquist() } do
+  page(name, function(o)
+    local parts = fig:parts()
+    parts.theme = o().theme
+    for i, panel in ipairs(parts.below or {}) do
+      local inner = panel:parts()
+      inner.theme = parts.theme
+      parts.below[i] = figure(inner)
+    end
+    return figure(parts)
+  end)
 end
 
 -- The contact sheet: every picture on one page.

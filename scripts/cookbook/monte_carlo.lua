@@ -5,13 +5,9 @@ osc = dae { der(x) ~ v, m*der(v) ~ -4*x - d*v }
 runs = sweep(osc, { start = { x = 1, v = 0 }, to = 10, times = linspace(0, 10, 51), runs = 400, seed = 1,
   params = { m = normal(1, 0.05), d = uniform(0.3, 0.5) } })
 print(#runs, #runs.failures)
-
-values, low, high = runs(x), {}, {}        -- one row per time, one column per run
-for i = 1, 51 do
-  local row = {}
-  for j = 1, #runs do row[j] = values(i, j) end
-  low[i], high[i] = quantile(row, 0.05), quantile(row, 0.95)
-end
-fan = overlay(band(runs.t, low, high, { title = "90 % of the runs" }), plot(runs.t, high), plot(runs.t, low))
+print("90 % of the runs end between", runs:quantile(x, 0.05), runs:quantile(x, 0.95))
+print("x > 0 at the end:", runs:probability(gt(x, 0)))
+fan = runs:fan(x, { title = "x of 400 runs" })
+fan:save "fan.svg"
 print(fan)
-histogram(runs:final(x), { xlabel = "x at t = 10" }):save "final.svg"
+runs:histogram(x, { xlabel = "x at t = 10" }):save "final.svg"

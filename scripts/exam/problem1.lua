@@ -85,13 +85,16 @@ lines:show()
 if arg and arg[1] == "show" then
   figure1:show() figure2:show() level:show()
 elseif arg and arg[1] == "save" then
-  figure1:save "sphere-consistent.svg" figure2:save "sphere-inconsistent.svg" lines:save "drift.svg" level:save "no-drift.svg"
+  figure1:save "sphere-consistent.svg"
+  figure2:save "sphere-inconsistent.svg"
+  lines:save "drift.svg"
+  level:save "no-drift.svg"
 end
 
 print [[
 
 Verdict. Two things can make the mass leave the surface.
- 1. Constraint drift: the index-1 model imposes C″ = 0 only, numerical errors are integrated twice, and C grows slowly.
-    It depends on the method and the step: see the two tables above.
+ 1. Constraint drift: the index-1 model imposes C″ = 0 only, numerical errors are integrated twice, and C
+    grows slowly. It depends on the method and the step: see the two tables above.
  2. An inconsistent start: C′(0) ≠ 0. Then C(t) = C(0) + t C′(0), a straight line, whatever the accuracy.
  Over only 10 s, starting on the sphere and leaving it at once at constant rate, the second is at play.]]

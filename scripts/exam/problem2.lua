@@ -13,7 +13,8 @@ a1, b0 = params "a1 b0"
 model = idpoly { A = { 1, a1 }, B = { b0 } }
 print(model:derivation())
 print [[
-e(t) = y(t) - ŷ(t) has density f = 1/2 on [-1, 1] and 0 outside; the samples are independent (exam (75)), so that
+e(t) = y(t) - ŷ(t) has density f = 1/2 on [-1, 1] and 0 outside; the samples are independent (exam (75)),
+so that
   max over θ of Π f(y(t) - φ(t)ᵀθ)  =  (1/2)^N if |y(t) - φ(t)ᵀθ| ≤ 1 for every t, else 0.]]
 -- exam (20) writes e = ŷ - y; only a symmetric density forgives the sign. The product over t = 0..N has N + 1
 -- factors.
@@ -65,7 +66,8 @@ end
 print "\n2(c)  min ½‖Aθ - y‖² weighted with Σ⁻¹"
 print [[
 1. The data are y = Aθ + e with e normal, centred, of covariance Σ, and nothing else; A is known exactly.
-2. θ̂ = (AᵀΣ⁻¹A)⁻¹AᵀΣ⁻¹y is linear in the random y, so cov θ̂ = (AᵀΣ⁻¹A)⁻¹ (exam (78)): here by formula and by experiment.
+2. θ̂ = (AᵀΣ⁻¹A)⁻¹AᵀΣ⁻¹y is linear in the random y, so cov θ̂ = (AᵀΣ⁻¹A)⁻¹ (exam (78)): here by formula and by
+   experiment.
 3. Σ⁻¹ weighs the errors: what is noisy or correlated counts less. Σ should be the covariance of e.]]
 A = { { 1, 0 }, { 1, 1 }, { 1, 2 }, { 1, 3 }, { 1, 4 } }
 S = mat { { 1, .9, 0, 0, 0 }, { .9, 1, 0, 0, 0 }, { 0, 0, 1, 0, 0 }, { 0, 0, 0, 4, 0 }, { 0, 0, 0, 0, 9 } }
@@ -101,7 +103,11 @@ p = predictor(a * y(t-1) + b * u(t-1))
 print(p)
 two = iddata { y = { 0, 1 }, u = { 1, 0 } }
 print(p:fit(two))
-print "One equation, y(1) = a·0 + b·1: b = 1, a is free, the estimate of minimum norm is (0, 1)."
+Phi = mat { { 0, 1 } }                             -- row t = 1: y(0), u(0)
+print("Row t = 1 is [y(0)  u(0)] θ = y(1):  Φ =", Phi, "and ΦᵀΦ ="); print(Phi.T*Phi)
+print "is singular, so (ΦᵀΦ)⁻¹Φᵀy does not exist. One equation, y(1) = a·0 + b·1: b = 1, a is free, the estimate of"
+print "minimum norm is (0, 1)."
+expect(det(Phi.T*Phi)):equals(0)
 -- exam (34) puts y(0), u(0) into the row of t = 0 and gets (a, b) = (1, 0): row t must hold y(t-1), u(t-1).
 printed = idpoly { A = { 1, -1 }, B = { 0, 0 } }
 print(("the printed solution (a, b) = (1, 0) predicts ŷ(1) = %g"):format(printed:predict(two)[2])

@@ -12,8 +12,10 @@ x, z, u = var("x", 2), var "z", input "u"          -- n_x = 2, n_z = 1, n_u = 1
 F = func("F", 3)
 implicit = dae.implicit { x = x, z = z, u = u, F = F(x.dot, x, z, u) }
 print(implicit)
--- F has to deliver x′ and z for given x and u: the matrix of the implicit function theorem must be square and
--- regular.
+print [[
+x′ has as many entries as x, so n = n_x. For given x and u the equations F = 0 have to determine x′ and z,
+n_x + n_z unknowns, so F has m = n_x + n_z rows: the implicit function theorem asks for a matrix ∂F/∂(x′, z)
+that is square and regular.]]
 J = jacobian(F(x.dot, x, z, u), vstack(x.dot, z))
 print("∂F/∂(x′, z) ="); print(J)
 print(("n = n_x = %d,  m = n_x + n_z = %d;  the matrix is %d × %d"):format(#x, #x + 1, J.rows, J.cols))

@@ -3,7 +3,8 @@
 --- ∂r/∂x Δx + r = 0, x ← x + α Δx. In (52) x⋆ is a root, r(x⋆) = 0 (missing in the print); (66) needs
 --- α > 0, since α = 0 never moves.
 --
---   pendula scripts/exam/problem4.lua              the numbers; with `show` also the pictures: … problem4.lua show
+--   pendula scripts/exam/problem4.lua              the numbers
+--   pendula scripts/exam/problem4.lua show         and the pictures
 local show = arg and arg[1] == "show"
 
 x, y = vars "x y"

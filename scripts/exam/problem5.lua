@@ -60,6 +60,9 @@ expect(by_hand):near(built_in:final(x), 1e-13)               -- the same scheme:
 print("equal to rounding: " .. tostring(norm(by_hand - built_in:final(x)) < 1e-13))
 
 print "\n5(b)  The highest order with s stages is 2s: Gauss–Legendre nodes"
+print [[
+Only one choice reaches it: the nodes are the zeros of the shifted Legendre polynomial Pₛ, and A and b are
+those of collocation, aᵢⱼ = ∫ ℓⱼ over [0, cᵢ] and bⱼ = ∫ ℓⱼ over [0, 1].]]
 for s = 1, 3 do
   local gauss = rk.gauss(s)
   local nodes = {}
@@ -78,6 +81,10 @@ for s = 1, 3 do expect(table5b.slopes[s]):near(2*s, 0.05) end
 if show then table5b:plot():show() end
 
 print "\n5(c)  Why not many stages? One factorisation costs (n s)³"
+print [[
+Every Newton step solves a system of s (n_x + n_z) equations, O(n³ s³) operations, in each of N = t_f/Δt
+steps. For an error O(Δt²ˢ) that is O(n³ s³/Δt) work: more stages pay only where they allow steps so much
+longer that s³ is outweighed. Otherwise a smaller Δt is cheaper.]]
 p, q = vars "p q"
 oscillator = dae { der(p) ~ q, der(q) ~ 3*(1 - p^2)*q - p }  -- Van der Pol, n = 2
 run = { start = { p = 2, q = 0 }, to = 5 }
@@ -135,12 +142,14 @@ f, g = func "f", func "g"
 X, K1, K2, Z1, Z2, U1, U2, h = var "xk", var "K1", var "K2", var "z1", var "z2", var "u1", var "u2", param "h"
 a = { { param "a11", param "a12" }, { param "a21", param "a22" } }
 X1, X2 = X + h*(a[1][1]*K1 + a[1][2]*K2), X + h*(a[2][1]*K1 + a[2][2]*K2)
-re = vec { K1 - f(X1, Z1, U1), g(X1, Z1, U1), K2 - f(X2, Z2, U2), g(X2, Z2, U2) }
+S1, S2 = var "X1", var "X2"                        -- the stages by name; the chain rule says what is in them
+re = vec { K1 - f(S1, Z1, U1), g(S1, Z1, U1), K2 - f(S2, Z2, U2), g(S2, Z2, U2) }
 we = vec { K1, Z1, K2, Z2 }
 print "w = (K₁, z₁, K₂, z₂), r(w) ="
 for i = 1, #re do print("  " .. tostring(re[i])) end
+print("with  X₁ =", X1); print("      X₂ =", X2)
 print "∂r/∂w ="
-print(jacobian(re, we))
+print(jacobian(re, we) + jacobian(re, vec { S1, S2 })*jacobian(vec { X1, X2 }, we))
 semi = dae.semi_explicit { x = { var "x1" }, z = { var "z1" }, u = { input "u" },
   f = f(var "x1", var "z1", input "u"), g = g(var "x1", var "z1", input "u") }
 print(explain_step(semi, rk.gauss(2)))

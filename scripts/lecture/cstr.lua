@@ -26,11 +26,17 @@ print "\nReduction: the equilibrium is differentiated once"
 low = tank:reduce "acc"
 print(low:trace())
 
-print "\nThe rate that keeps the equilibrium, R_1 = (K_eq F_a C_A0/V + k_2 C_B)/(1 + K_eq)"
+print "\nThe rate R₁ that keeps the equilibrium: d/dt (5) with (2), (3) and (6), then C_A = C_B/K_eq"
+rate = der(CA - CB/Keq)
+rate = subs(rate, { [CA.dot] = Fa/V*(CA0 - CA) - R1, [CB.dot] = -Fa/V*CB + R1 - R2 })
+print("0 =", rate)
+R1_found = solve({ subs(rate, { [R2] = k2*CB, [CA] = CB/Keq }) }, { R1 })[1][R1]
+print("R₁ =", R1_found)
+formula = (Keq*Fa*CA0/V + k2*CB)/(1 + Keq)
+expect(R1_found):equals(formula)
 feed = { [Fa] = 1, [F] = 0.5 }
 at = tank:init { fix = { V = 2, C_B = 1.5, C_C = 0.1 }, inputs = feed }
 print(at:ledger())
-formula = (Keq*Fa*CA0/V + k2*CB)/(1 + Keq)
 print(("R_1 by init %.10f, by the formula %.10f"):format(at(R1), at(formula)))
 expect(at(R1)):near(at(formula), 1e-12)
 expect(at(R1)):near(0.9, 1e-12)                    -- (3·1·2/2 + 0.4·1.5)/4

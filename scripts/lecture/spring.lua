@@ -29,7 +29,8 @@ print("x(t), x′(t) =", exact)
 sol = spring:integrate { start = { [x] = 1, [x.dot] = 0 }, to = 10, method = rk.gauss(3), dt = 0.05 }
 print(("x(10) = %.8f, cos 20 = %.8f"):format(sol(x, 10), math.cos(20)))
 expect(sol(x, 10)):near(math.cos(20), 1e-8)         -- dt⁶ ω⁷ t/100800, 4e-10
-print(("energy %.10f at the start, %.10f after 10 s: Gauss methods keep quadratic invariants"):format(sol(spring.energy, 0), sol(spring.energy, 10)))
+print(("energy %.10f at the start, %.10f after 10 s: Gauss methods keep quadratic invariants"):format(
+  sol(spring.energy, 0), sol(spring.energy, 10)))
 expect(sol(spring.energy, 10)):near(4, 1e-12)
 
 print "\nStationary, not minimal: the action along x = cos 2t + ε sin(π t/T), ends fixed"

@@ -13,7 +13,8 @@
 
 namespace pendula {
 
-/// What a user may read. Texts start with the subject, name the culprit, and end with the call that fixes it.
+/// An error whose text is written for the user. Texts start with the subject, name the culprit, and end with
+/// the call that fixes it.
 class UserFacing : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;

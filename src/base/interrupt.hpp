@@ -9,7 +9,7 @@ namespace pendula {
 /// interruption.
 extern std::atomic<bool> interrupt_requested;
 
-/// What else must happen at once, e.g. stopping a Lua loop: async-signal-safe, null if there is nothing to
+/// A further action at once, e.g. stopping a Lua loop: async-signal-safe, null if there is nothing to
 /// do. Set by the Lua layer.
 extern std::atomic<void (*)()> interrupt_action;
 

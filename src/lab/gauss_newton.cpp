@@ -78,8 +78,8 @@ class Solver {
   /// Steps become small where unknowns have lost their influence, though ‖R‖ is larger than at the start or the
   /// iterates are far away.
   bool has_run_away() const {
-    constexpr double far = 1e6;
-    if (!(R_.norm() > 10 * run_.norm.front()) && !(x_.norm() > far * (1 + run_.x.front().norm())))
+    constexpr double far = 1e6, larger = 1.001;
+    if (!(R_.norm() > larger * run_.norm.front()) && !(x_.norm() > far * (1 + run_.x.front().norm())))
       return false;
     return rank_of_jacobian() < rank_at_start_;
   }

@@ -67,7 +67,7 @@ std::string gauss_newton_text(const NumericFunction& R, const GaussNewtonSetting
 /// determined.
 std::string gauss_newton_verdict(const NumericFunction& R, const GaussNewtonRun& run);
 
-/// What the data cannot tell: "(a, b) can move along (1, -1) …; only a + b is determined".
+/// Directions that the data leave undetermined: "(a, b) can move along (1, -1) …; only a + b is determined".
 std::string undetermined_text(const std::vector<std::string>& names, const Mat& directions);
 
 }  // namespace pendula::lab

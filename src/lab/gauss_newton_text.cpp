@@ -100,7 +100,7 @@ std::string rate_text(const GaussNewtonRun& run) {
         "Converged linearly", seen.rate > 0 ? text(": ‖e₊‖ ≈ ", rounded(seen.rate, 3), " ‖e‖") : "",
         ", explained by the neglected term S = Σ Rᵢ ∇²Rᵢ: the spectral radius of (JᵀJ)⁻¹S is ",
         rounded(neglected, 3),
-        neglected > 0.7 ? "; residuals this large want Newton's method with the exact Hessian." : ".");
+        neglected > 0.7 ? "; residuals this large need Newton's method with the exact Hessian." : ".");
   if (neglected > 1e-6)
     return text("Converged fast",
                 seen.rate > 0 ? text(", in the end with ‖e₊‖ ≈ ", rounded(seen.rate, 3), " ‖e‖") : "",

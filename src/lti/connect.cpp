@@ -204,8 +204,8 @@ System inverse(const System& g) {
   const auto u = solve(a.ss.D, beside(scaled(-1, a.ss.C), MatX::Identity(g.outputs, g.outputs)));
   if (!u)
     throw Error(
-        "the inverse is not proper, since D is singular; for one input and output G:tf() has an inverse as a "
-        "fraction");
+        "the inverse is not proper, since D is singular; for one input and output "
+        "G:tf() has an inverse as a fraction");
   const MatX K = u->leftCols(a.ss.order()), L = u->rightCols(g.inputs);
   System h = make_ss(tidy(MatX(a.ss.A + product(a.ss.B, K))), tidy(product(a.ss.B, L)), K, L, g.Ts);
   h.state_names = g.state_names;

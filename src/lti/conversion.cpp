@@ -1,4 +1,6 @@
 // State space to fractions and back.
+#include "lti/system.hpp"
+
 #include <algorithm>
 
 #include "base/error.hpp"
@@ -7,7 +9,6 @@
 #include "expr/print/print.hpp"
 #include "expr/rewrite/rewrite.hpp"
 #include "lti/structure.hpp"
-#include "lti/system.hpp"
 
 namespace pendula::lti {
 namespace {

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "base/counted.hpp"
 #include "base/decompositions.hpp"
 #include "base/error.hpp"
 #include "base/interrupt.hpp"
@@ -422,10 +423,9 @@ std::string describe(const DelaySystem& g) {
   if (g.product) return text(describe(g.core), "\ntimes e^(-", pendula::rounded(g.delays[0], 6), " s)");
   std::vector<std::string> words;
   for (const double T : g.delays) words.push_back(pendula::rounded(T, 6));
-  return text("system with delays in loops or branches: ", g.inputs(),
-              g.inputs() == 1 ? " input, " : " inputs, ", g.outputs(),
-              g.outputs() == 1 ? " output, " : " outputs, ", g.core.ss.order(), " states, delays ",
-              join(words, ", "), " s");
+  return text("system with delays in loops or branches: ", counted(g.inputs(), "input"), ", ",
+              counted(g.outputs(), "output"), ", ", counted(g.core.ss.order(), "state"),
+              words.size() == 1 ? ", delay " : ", delays ", join(words, ", "), " s");
 }
 
 }  // namespace pendula::lti

@@ -42,7 +42,7 @@ DelaySystem inverse(const DelaySystem& g);
 
 ComplexMat value(const DelaySystem& g, Complex s);
 FrequencyResponse frequency_response(const DelaySystem& g, const Vec& w);
-/// Those of the rational part, up to where the longest delay turns the phase by ten turns at least.
+/// The frequencies of the rational part, up to where the longest delay turns the phase by ten turns at least.
 Vec bode_frequencies(const DelaySystem& g);
 /// Crossings on a grid that follows the phase; stable by the argument of 1 + G (Nyquist).
 Margins margins(const DelaySystem& g);

@@ -199,9 +199,8 @@ VecX symbolic_solution(const System& g, const VecX& x0, const VecX& u) {
   const auto Phi = transition(g.ss.A, t);
   if (!Phi)
     throw Error(
-        "e^{At} of this symbolic matrix has no closed form here; give values with G:with{ … }, or simulate "
-        "with "
-        "lsim(G, u, t)");
+        "e^{At} of this symbolic matrix has no closed form here; give values "
+        "with G:with{ … }, or simulate with lsim(G, u, t)");
   VecX x_p = VecX::Zero(g.ss.order());
   for (int j = 0; j < g.inputs; ++j) {
     Expr culprit;

@@ -6,6 +6,7 @@
 #include "base/decompositions.hpp"
 #include "base/error.hpp"
 #include "base/interrupt.hpp"
+#include "base/stoppable.hpp"
 #include "base/text.hpp"
 #include "expr/linalg/linalg.hpp"
 #include "lti/structure.hpp"
@@ -309,11 +310,14 @@ Margins margins(const System& given) {
 
 std::string describe(const Margins& m) {
   const auto r = [](double v) { return pendula::rounded(v, 6); };
+  const auto level = [](double v, int digits) {  // of dB and degrees: below 1e-9 is the error of bisection
+    return std::fabs(v) < 1e-9 ? std::string("0") : pendula::rounded(v, digits);
+  };
   std::string out;
-  out += m.gain ? text("gain margin   ", r(*m.gain), " (", pendula::rounded(20 * std::log10(*m.gain), 4),
+  out += m.gain ? text("gain margin   ", r(*m.gain), " (", level(20 * std::log10(*m.gain), 4),
                        " dB) at ω = ", r(*m.gain_at), "\n")
                 : "gain margin   infinite: the phase does not cross -180°\n";
-  out += m.phase ? text("phase margin  ", r(*m.phase), "° at ω = ", r(*m.phase_at), "\n")
+  out += m.phase ? text("phase margin  ", level(*m.phase, 6), "° at ω = ", r(*m.phase_at), "\n")
                  : "phase margin  infinite: |G| does not cross 1\n";
   return out + "closed loop   " +
          (m.closed_loop_stable ? "asymptotically stable" : "not asymptotically stable");
@@ -344,10 +348,15 @@ std::vector<double> level_frequencies(const System& g, double gamma) {
   Mat H(2 * n, 2 * n);
   const Mat F = A + B * Ri * D.transpose() * C;
   H << F, gamma * B * Ri * B.transpose(), -gamma * C.transpose() * Si * C, -F.transpose();
-  const Eigen::EigenSolver<Mat> solver(H, false);
+  const Mat eigenvalues = stoppable(25 * std::pow(2.0 * static_cast<double>(n), 3), [&] {
+    const ComplexVec e = Eigen::EigenSolver<Mat>(H, false).eigenvalues();
+    Mat parts(e.size(), 2);
+    parts << e.real(), e.imag();
+    return std::vector<Mat>{parts};
+  })[0];
   std::vector<double> list;
   for (Index k = 0; k < 2 * n; ++k) {
-    const Complex e = solver.eigenvalues()[k];
+    const Complex e(eigenvalues(k, 0), eigenvalues(k, 1));
     if (std::fabs(e.real()) < 1e-8 * (1 + std::abs(e)) && e.imag() >= 0) list.push_back(e.imag());
   }
   std::sort(list.begin(), list.end());
@@ -360,7 +369,9 @@ PeakGain hinf_norm(const System& given) {
   const System g = to_ss(with_numbers(given));
   if (const Stability s = stability(g); !s.asymptotic)
     throw Error(text("the H∞ norm needs an asymptotically stable system; this one is ", describe(s)));
+  poll_interrupt();
   const Evaluator at(g);
+  poll_interrupt();
   PeakGain best{peak_at(at, 0), 0};
   const auto consider = [&](double w) {
     if (const double v = peak_at(at, w); v > best.value) best = {v, w};

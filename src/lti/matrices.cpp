@@ -20,6 +20,9 @@ Field field(std::span<const Expr> entries) {
 
 MatX product(const MatX& a, const MatX& b) {
   PENDULA_ASSERT(a.cols() == b.rows(), "a product of matrices whose sizes differ");
+  constexpr Index large = 10'000;  // products of numbers; fewer keep their order of summation
+  if (a.size() * b.cols() > large && common(field(a), field(b)) == Field::numeric)
+    return expressions(Mat(numbers(a) * numbers(b)));
   MatX c = MatX::Zero(a.rows(), b.cols());
   for (Index i = 0; i < a.rows(); ++i) {
     poll_interrupt();
@@ -72,7 +75,12 @@ std::optional<MatX> solve(const MatX& a, const MatX& b) {
 }
 
 MatX expressions(const Mat& m) {
-  return m.unaryExpr([](double v) { return v == 0 ? Expr(0) : Expr(v); });
+  MatX e(m.rows(), m.cols());
+  for (Index j = 0; j < m.cols(); ++j) {
+    poll_interrupt();  // a million numbers take a second
+    for (Index i = 0; i < m.rows(); ++i) e(i, j) = m(i, j) == 0 ? Expr(0) : Expr(m(i, j));
+  }
+  return e;
 }
 
 dae::RationalMatrix rational(const MatX& m) {

@@ -7,7 +7,7 @@
 
 namespace pendula::lti {
 
-/// What is read off a curve that settles (steps) or rises and falls.
+/// Characteristic values of a curve that settles (steps) or rises and falls.
 struct CurveFacts {
   double final = 0, peak = 0, peak_time = 0;
   std::optional<double> rise_time, settling_time,

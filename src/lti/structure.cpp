@@ -7,6 +7,7 @@
 #include "base/counted.hpp"
 #include "base/decompositions.hpp"
 #include "base/error.hpp"
+#include "base/stoppable.hpp"
 #include "base/text.hpp"
 #include "expr/linalg/linalg.hpp"
 #include "expr/print/print.hpp"
@@ -54,10 +55,10 @@ struct Split {
   int dimension;
 };
 
-/// Coordinates in which the reachable states come first. tol ≤ 0: n·1e-12.
+/// Coordinates in which the reachable states come first. tol ≤ 0: exact for exact entries, else n·1e-12.
 Split split(const MatX& A, const MatX& B, double tol = 0) {
   const Index n = A.rows();
-  if (common(field(A), field(B)) == Field::exact && n <= most_exact_pairs) {
+  if (tol <= 0 && common(field(A), field(B)) == Field::exact && n <= most_exact_pairs) {
     const RationalMatrix space = reachable(rational(A), rational(B));
     const RationalMatrix V =
         dae::beside(space, dae::complement(space, RationalMatrix::identity(static_cast<int>(n))));
@@ -65,10 +66,14 @@ Split split(const MatX& A, const MatX& B, double tol = 0) {
     PENDULA_ASSERT(back.has_value(), "a basis that is singular");
     return {dae::expressions(V), dae::expressions(*back), space.cols()};
   }
-  const Mat space = reachable(numbers(A), numbers(B), tol > 0 ? tol : 1e-12 * static_cast<double>(n));
+  const Mat a = numbers(A), b = numbers(B);
+  const double cubic = std::pow(static_cast<double>(n), 3);
+  const Mat space = stoppable(8 * cubic, [&] {
+    return std::vector<Mat>{reachable(a, b, tol > 0 ? tol : 1e-12 * static_cast<double>(n))};
+  })[0];
+  if (space.cols() == n) return {MatX(MatX::Identity(n, n)), MatX(MatX::Identity(n, n)), static_cast<int>(n)};
   Mat V(n, n);
-  const Eigen::JacobiSVD<Mat> svd(space, Eigen::ComputeFullU);
-  V << space, Mat(svd.matrixU().rightCols(n - space.cols()));
+  V << space, Mat(Mat(Eigen::HouseholderQR<Mat>(space).householderQ()).rightCols(n - space.cols()));
   return {expressions(V), expressions(Mat(V.transpose())), static_cast<int>(space.cols())};
 }
 
@@ -115,7 +120,7 @@ std::string combination(const System& g, const mpq_class& lambda, bool controlla
   if (!controllability) {
     std::vector<std::string> parts;
     for (int i = 0; i < n; ++i) parts.push_back(first(i, 0).get_str());
-    return "outputs do not see the direction (" + join(parts, ", ") + ")";
+    return "the outputs do not depend on the direction (" + join(parts, ", ") + ")";
   }
   const std::string sum = signed_sum(terms);
   const bool single = single_name(terms);
@@ -176,22 +181,23 @@ Factored without_pairs(Factored f, double tol, int& pairs) {
 }
 
 System minimal_fractions(const System& g, double tol) {
+  const double closeness = tol > 0 ? tol : 1e-8;
   System h = g;
   int removed = 0;
   if (g.form == Form::zpk) {
-    for (Factored& f : h.zpk) f = without_pairs(f, tol, removed);
+    for (Factored& f : h.zpk) f = without_pairs(f, closeness, removed);
   } else {
     for (Fraction& f : h.tf) {
       const int before = degree(f.den);
-      if (common(field(std::span<const Expr>(f.num)), field(std::span<const Expr>(f.den))) !=
-          Field::numeric) {
+      const Field kind = common(field(std::span<const Expr>(f.num)), field(std::span<const Expr>(f.den)));
+      if (kind == Field::symbolic || (kind == Field::exact && tol == 0)) {
         f = cancelled(f);
         removed += before - degree(f.den);
         continue;
       }
       int pairs = 0;
       const System factored = to_zpk(make_tf({f}, 1, 1, g.Ts));
-      const Factored z = without_pairs(factored.zpk[0], tol, pairs);
+      const Factored z = without_pairs(factored.zpk[0], closeness, pairs);
       if (pairs > 0) f = to_tf(make_zpk({z}, 1, 1, g.Ts)).tf[0];
       removed += pairs;
     }
@@ -258,7 +264,10 @@ std::string describe(const Reach& r) {
 }
 
 System minimal(const System& g, double tol) {
-  if (g.form != Form::ss) return minimal_fractions(g, tol > 0 ? tol : 1e-8);
+  if (tol > 0 && field(g) == Field::symbolic)
+    throw Error(
+        "tol compares numbers, but the system has symbols; leave it out, or give values with G:with{ … }");
+  if (g.form != Form::ss) return minimal_fractions(g, tol);
   if (field(g) == Field::symbolic) {
     if (!g.siso())
       throw Error(
@@ -322,6 +331,7 @@ Mat numeric_lyapunov(const Mat& A, const Mat& Q, bool continuous) {
   const ComplexMat &T = schur.matrixT(), &U = schur.matrixU();
   const ComplexMat F = U.adjoint() * Q.cast<Complex>() * U;
   ComplexMat Y = ComplexMat::Zero(n, n);
+  const double smallest = 1e-14 * T.norm();
   // Columns from the right: in A P + P Aᴴ + Q = 0 with T upper triangular, (T + t̄ⱼⱼ I) yⱼ = -fⱼ - Σ_{k>j} t̄ⱼₖ
   // yₖ.
   for (Index j = n; j-- > 0;) {
@@ -338,10 +348,10 @@ Mat numeric_lyapunov(const Mat& A, const Mat& Q, bool continuous) {
       M.diagonal().array() -= 1.0;
     }
     for (Index i = 0; i < n; ++i)
-      if (std::abs(M(i, i)) <= 1e-14 * T.norm())
+      if (std::abs(M(i, i)) <= smallest)
         throw Error(
-            "the Lyapunov equation has no unique solution: A has eigenvalues that are opposite to each "
-            "other");
+            "the Lyapunov equation has no unique solution: A has "
+            "eigenvalues that are opposite to each other");
     Y.col(j) = M.triangularView<Eigen::Upper>().solve(right);
   }
   const Mat P = (U * Y * U.adjoint()).real();
@@ -360,7 +370,9 @@ MatX lyapunov(const MatX& A, const MatX& Q, bool continuous) {
     return exact_lyapunov(A, Q, continuous);
   const Mat q = numbers(Q);
   if (!q.isApprox(q.transpose(), 1e-12)) throw Error("Q must be symmetric");
-  return expressions(numeric_lyapunov(numbers(A), q, continuous));
+  const double n = static_cast<double>(A.rows());
+  return expressions(stoppable(
+      100 * n * n * n, [&] { return std::vector<Mat>{numeric_lyapunov(numbers(A), q, continuous)}; })[0]);
 }
 
 MatX gramian(const System& given, bool controllability) {

@@ -1,4 +1,4 @@
-// What a linear system can be steered to and seen of: poles, zeros, controllability, minimal realisations,
+// Structure of linear systems: poles, zeros, controllability, minimal realisations,
 // Gramians.
 #pragma once
 
@@ -24,7 +24,7 @@ Polynomial characteristic(const System& g);
 MatX controllability_matrix(const System& g);
 MatX observability_matrix(const System& g);
 
-/// Which modes inputs cannot reach, or outputs cannot see.
+/// Modes that inputs cannot reach, or outputs cannot observe.
 struct Reach {
   bool controllability = true;  ///< else observability
   int order = 0, rank = 0;
@@ -45,8 +45,8 @@ std::string describe(const Reach& r);
 
 /// Without uncontrollable and unobservable modes (Kalman decomposition), fractions without common factors.
 /// `tol`: two zeros of numeric fractions cancel when closer than tol·max(1, |z|); in state space directions smaller
-/// than tol relative to ‖A‖ and ‖B‖ (‖C‖) do not count. 0: 1e-8 for fractions, n·1e-12 in state space. Exact
-/// entries need no tolerance. The notes say what was removed.
+/// than tol relative to ‖A‖ and ‖B‖ (‖C‖) do not count. 0: 1e-8 for fractions, n·1e-12 in state space; exact
+/// numbers are then compared exactly. The notes say what was removed.
 System minimal(const System& g, double tol);
 
 /// A P + P Aᵀ + Q = 0, or A P Aᵀ - P + Q = 0 in discrete time: exact for small rational matrices, else by the

@@ -6,6 +6,7 @@
 #include "base/text.hpp"
 #include "dae/model/equation_lines.hpp"
 #include "dae/model/forms.hpp"
+#include "expr/graph/depends_on.hpp"
 #include "expr/print/print.hpp"
 #include "expr/rewrite/rewrite.hpp"
 #include "expr/rewrite/tidied.hpp"
@@ -25,12 +26,65 @@ using Index = Eigen::Index;
 
 const std::string indent(5, ' ');
 
-/// A product with a sum in it is written as a sum: M L² θ′ - M L x′ sin θ, and not M L (L θ′ - x′ sin θ).
+/// The terms of a sum, those with the same motion in them as one: { θ₁″, l₁² m₁ + l₁² m₂ }.
+class Collected {
+ public:
+  explicit Collected(Expr sum) { add(sum, 1); }
+
+  Expr sum() const {
+    Expr all = 0;
+    for (const auto& [motion, coefficient] : groups_) all = all + simplify(coefficient * motion);
+    return all;
+  }
+
+ private:
+  void add(Expr e, Expr sign) {
+    switch (e.op()) {
+      case Op::add:
+        return add(e.operands()[0], sign), add(e.operands()[1], sign);
+      case Op::sub:
+        return add(e.operands()[0], sign), add(e.operands()[1], -sign);
+      case Op::neg:
+        return add(e.operands()[0], -sign);
+      default: {
+        Expr coefficient = sign, motion = 1;
+        take_apart(e, coefficient, motion);
+        const auto same = [&](const auto& group) { return group.first == motion; };
+        const auto it = std::find_if(groups_.begin(), groups_.end(), same);
+        if (it == groups_.end())
+          groups_.emplace_back(motion, coefficient);
+        else
+          it->second = it->second + coefficient;
+      }
+    }
+  }
+
+  static void take_apart(Expr e, Expr& coefficient, Expr& motion) {
+    if (e.op() == Op::mul) {
+      take_apart(e.operands()[0], coefficient, motion);
+      take_apart(e.operands()[1], coefficient, motion);
+    } else if (e.op() == Op::div && !varies(e.operands()[1])) {
+      take_apart(e.operands()[0], coefficient, motion);
+      coefficient = coefficient / e.operands()[1];
+    } else if (e.op() == Op::neg) {
+      take_apart(e.operands()[0], coefficient, motion);
+      coefficient = -coefficient;
+    } else {
+      Expr& part = varies(e) ? motion : coefficient;
+      part = part * e;
+    }
+  }
+
+  std::vector<std::pair<Expr, Expr>> groups_;
+};
+
+/// As a sum over what moves: M L² θ′ - M L x′ sin θ and not M L (L θ′ - x′ sin θ), (m + M) x″ and not m x″ + M x″.
 Expr as_terms(Expr e) {
+  constexpr double longest = 200;  // nodes; multiplied out, longer sums are no easier to read
   const Expr simple = simplify(e);
-  const bool product = simple.op() == Op::mul || simple.op() == Op::neg || simple.op() == Op::div;
-  constexpr double longest = 60;  // nodes; multiplied out, longer products are no easier to read
-  return product && is_short(simple, longest) ? expand(simple) : simple;
+  if (!is_short(simple, longest)) return simple;
+  const Expr terms = Collected(expand(simple)).sum();
+  return 2 * display_width(to_text(terms)) > 3 * display_width(to_text(simple)) ? simple : terms;
 }
 
 /// Of a column over coordinates q: as it is where the names of vectors say all of it.
@@ -42,11 +96,22 @@ VecX as_terms(const VecX& q, const VecX& v) {
 
 VecX gradient_terms(Expr e, const VecX& x) { return as_terms(x, column(gradient(e, entries(x)))); }
 
+/// The energy of positions and angles as books print it, (m₁ + m₂) l₁² θ₁′²/2 + …, where that is clearly shorter.
+Expr collected(Expr energy) {
+  const Expr simple = as_terms(energy);
+  return 10 * display_width(to_text(simple)) < 9 * display_width(to_text(energy)) ? simple : energy;
+}
+
 /// Tells the parts of a derivation in order; every part is a method.
 class Derivation {
  public:
   explicit Derivation(const dae::ModelPtr& model)
-      : model_(model), mech_(*model->mechanics), v_(dot(mech_.q)), L_(mech_.T - mech_.V) {
+      : model_(model),
+        mech_(*model->mechanics),
+        v_(dot(mech_.q)),
+        T_(collected(mech_.T)),
+        V_(collected(mech_.V)),
+        L_(T_ - V_) {
     for (Index k = 0; k < mech_.C.size(); ++k) L_ -= mech_.multipliers[k] * mech_.C[k];
     lagrange_function();
     energies_alone();
@@ -78,14 +143,19 @@ class Derivation {
                             : mech_.C.size() == 1 ? " and constraint"
                                                   : " and constraints",
                             ":"));
-    tell(Detail::full, indent + formula("T = ", ref(mech_.T)));
-    tell(Detail::full, indent + formula("V = ", ref(mech_.V)));
+    energy("T", mech_.T, T_);
+    energy("V", mech_.V, V_);
     for (Index k = 0; k < mech_.C.size(); ++k)
       tell(Detail::full, indent + formula(mech_.C.size() > 1 ? "C" + subscript(k + 1) : "C", " = ",
                                           ref(mech_.C[k]), " = 0"));
     tell(Detail::brief, mech_.C.size() ? "Lagrange function  " + formula("L = T - V - zᵀC") + ":"
                                        : "Lagrange function  " + formula("L = T - V") + ":");
     tell(Detail::brief, indent + formula("L = ", ref(L_)));
+  }
+
+  void energy(const std::string& name, Expr given, Expr collected) {
+    tell(Detail::full, indent + formula(name, " = ", ref(given)));
+    if (collected != given) tell(Detail::full, indent + "  " + formula("= ", ref(collected)));
   }
 
   void energies_alone() {
@@ -205,7 +275,7 @@ class Derivation {
   const dae::ModelPtr& model_;
   const dae::Mechanics& mech_;
   VecX v_;
-  Expr L_;
+  Expr T_, V_, L_;
 };
 
 /// The model that lagrange() returned, among this one and those it was made from; null if there is none.

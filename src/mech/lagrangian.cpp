@@ -70,8 +70,8 @@ void check_constraints(const Lagrangian& s) {
                        " depends on no coordinate of q; C(q) = 0 has to restrict q"));
     if (depends_on_any(c, velocities))
       throw Error(text("constraint C[", i + 1, "] = ", to_text(c),
-                       " contains velocities; only C(q) = 0 has a multiplier of this kind. Write the "
-                       "equations with dae{ … }"));
+                       " contains velocities; only C(q) = 0 has a multiplier of this "
+                       "kind. Write the equations with dae{ … }"));
   }
 }
 

@@ -188,10 +188,10 @@ Tableau precise_tableau(TableauData data, const RealVector& nodes, Family family
       rk.A(i, j) = scheme.a(static_cast<std::size_t>(i), static_cast<std::size_t>(j));
       if (abs(rk.A(i, j)) < unit)
         rk.A(i, j) = 0;  // a zero of the family: first row of IIIA, last column of IIIB
-      data.A(i, j) = Expr(nearest_double(rk.A(i, j)));
+      data.A(i, j) = Expr(rounded_coefficient(rk.A(i, j)));
     }
-    data.b[i] = Expr(nearest_double(rk.b[i]));
-    (*data.c)[i] = Expr(nearest_double(nodes[i]));
+    data.b[i] = Expr(rounded_coefficient(rk.b[i]));
+    (*data.c)[i] = Expr(rounded_coefficient(nodes[i]));
   }
   return Tableau(std::move(data), std::move(rk));
 }

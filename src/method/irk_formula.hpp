@@ -1,4 +1,4 @@
-// What a fully implicit Runge-Kutta method needs beside its tableau to be solved by simplified Newton
+// A fully implicit Runge-Kutta method with everything that is needed to solve it by simplified Newton
 // iterations: A⁻¹ in real block-diagonal form, the error estimate, the collocation polynomial.
 #pragma once
 

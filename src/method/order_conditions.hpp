@@ -11,7 +11,7 @@ struct ExactCoefficients {
   int stages = 0;
   std::vector<Surd> A, b, c;
   std::optional<std::vector<Surd>> bhat;
-  const Surd& a(int i, int j) const { return A[static_cast<std::size_t>(i) * stages + j]; }
+  const Surd& a(int i, int j) const { return A[i * stages + j]; }
 };
 std::optional<ExactCoefficients> exact_coefficients(const Tableau& rk);
 

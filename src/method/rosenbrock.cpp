@@ -81,13 +81,13 @@ std::vector<RealVector> stage_weights(const RealMatrix& alpha, const RealMatrix&
 Mat rounded_matrix(const RealMatrix& M) {
   Mat result(M.size(), M.size());
   for (int i = 0; i < M.size(); ++i)
-    for (int j = 0; j < M.size(); ++j) result(i, j) = nearest_double(M(i, j));
+    for (int j = 0; j < M.size(); ++j) result(i, j) = rounded_coefficient(M(i, j));
   return result;
 }
 
 Vec rounded_vector(const RealVector& v) {
   Vec result(static_cast<Eigen::Index>(v.size()));
-  for (std::size_t i = 0; i < v.size(); ++i) result[static_cast<Eigen::Index>(i)] = nearest_double(v[i]);
+  for (std::size_t i = 0; i < v.size(); ++i) result[static_cast<Eigen::Index>(i)] = rounded_coefficient(v[i]);
   return result;
 }
 
@@ -126,7 +126,7 @@ void Rosenbrock::transform() {
   }
   dense_ = Mat(data_.dense.rows(), s);
   for (Eigen::Index i = 0; i < dense_.size(); ++i)
-    dense_.data()[i] = nearest_double(value(data_.dense.data()[i]));
+    dense_.data()[i] = rounded_coefficient(value(data_.dense.data()[i]));
   // What 16-digit coefficients leave of an order condition after Γ was inverted: 2⁻⁵³ times a few hundred.
   unit_ = error > 0 ? std::max(512 * error, 0x1p-100) : 0x1p-100;
 
@@ -139,7 +139,7 @@ void Rosenbrock::transform() {
   if (data_.mhat) real_bhat_ = times(mhat, real_gamma_);
 
   const RealVector ones(static_cast<std::size_t>(s), Real(1, bits));
-  gamma_ = nearest_double(gamma);
+  gamma_ = rounded_coefficient(gamma);
   A_ = rounded_matrix(A);
   C_ = -rounded_matrix(inverse);
   C_.diagonal().setZero();

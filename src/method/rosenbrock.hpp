@@ -5,7 +5,7 @@
 //     kᵢ = Δt f(tₖ + αᵢΔt, xₖ + Σⱼ αᵢⱼkⱼ) + Δt J Σⱼ γᵢⱼkⱼ + γᵢ Δt² ∂f/∂t,    xₖ₊₁ = xₖ + Σᵢ bᵢkᵢ,
 //     γᵢᵢ = γ, αᵢ = Σⱼ αᵢⱼ, γᵢ = Σⱼ γᵢⱼ, βᵢⱼ = αᵢⱼ + γᵢⱼ
 //
-// What a program does, in the variables u = Γk (ibid. (7.25)):
+// The computation of a step, in the variables u = Γk (ibid. (7.25)):
 //
 //     (1/(γΔt) M - J) uᵢ = f(tₖ + αᵢΔt, xₖ + Σⱼ aᵢⱼuⱼ) + M Σⱼ (cᵢⱼ/Δt) uⱼ + γᵢ Δt ∂f/∂t
 //     xₖ₊₁ = xₖ + Σ mᵢuᵢ,   error = Σ eᵢuᵢ

@@ -16,7 +16,9 @@ struct StepRules {
   double slowest, fastest;  ///< between these factors
   double stability_limit;   ///< the largest y with |R(-y')| ≤ 1 for all 0 ≤ y' ≤ y
   bool fsal;
-  int stiff_stage = -1;  ///< a second stage at the end of the step, or -1
+  int stiff_stage = -1;  ///< g, a second stage at the end of the step, or -1
+  double resolution =
+      0;  ///< beyond this share of h (x₁′ - x₀′), x₁ - g says that the stages have missed something
 };
 
 }  // namespace pendula::integrate

@@ -235,12 +235,12 @@ void Tableau::round() {
   const int s = coefficients_.stages();
   const auto column = [&](const RealVector& v) {
     Vec result(s);
-    for (int i = 0; i < s; ++i) result[i] = nearest_double(v[i]);
+    for (int i = 0; i < s; ++i) result[i] = rounded_coefficient(v[i]);
     return result;
   };
   A_.resize(s, s);
   for (int i = 0; i < s; ++i)
-    for (int j = 0; j < s; ++j) A_(i, j) = nearest_double(coefficients_.A(i, j));
+    for (int j = 0; j < s; ++j) A_(i, j) = rounded_coefficient(coefficients_.A(i, j));
   b_ = column(coefficients_.b);
   c_ = column(coefficients_.c);
   if (data_.bhat) bhat_ = column(coefficients_.bhat);

@@ -14,8 +14,8 @@ struct Terminal {
   Palette palette = Palette::none;
 };
 
-/// What is behind a file descriptor: its size and colours if it is a terminal (no colours when NO_COLOR is
-/// set or TERM is "dumb"), otherwise 80 columns without colours.
+/// Properties of the terminal behind a file descriptor: its size and colours if it is a terminal (no colours
+/// when NO_COLOR is set or TERM is "dumb"), otherwise 80 columns without colours.
 Terminal terminal_of(int descriptor);
 
 /// The figure as text, every line ended by a newline, no

@@ -11,7 +11,7 @@
 
 namespace pendula::plot {
 
-/// What colours the terminal has.
+/// The colours of the terminal.
 enum class Palette { none, ansi8, ansi256 };
 
 /// Colour of a cell: `ink` is the terminal's own foreground,

@@ -29,7 +29,7 @@ void wait_until(std::chrono::steady_clock::time_point then) {
 
 }  // namespace
 
-void play(const std::vector<Figure>& figures, double pause) {
+void play(const std::vector<Figure>& figures, double pause, std::string (*spelled)(const std::string&)) {
   if (figures.empty()) return;
   const Terminal terminal = terminal_of(STDOUT_FILENO);
   if (!isatty(STDOUT_FILENO)) {
@@ -40,7 +40,7 @@ void play(const std::vector<Figure>& figures, double pause) {
   auto next = std::chrono::steady_clock::now();
   long rows = 0;
   for (const Figure& figure : figures) {
-    const std::string picture = draw(figure, terminal);
+    const std::string picture = spelled(draw(figure, terminal));
     if (rows > 0) std::printf("\033[%ldA", rows);  // back to the first row of the figure before
     std::fwrite(picture.data(), 1, picture.size(), stdout);
     std::fflush(stdout);

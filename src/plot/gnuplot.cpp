@@ -25,10 +25,16 @@ int room_for_numbers(const Figure& f) {
   return std::clamp(static_cast<int>(frame / 55), 3, 9);
 }
 
+/// The same of an upright axis: a number takes a line of 40 pixels, what stands above and below the frame 80.
+int room_for_lines(const Figure& f) {
+  const int height = f.size[1] > 0 ? f.size[1] : 500;
+  return std::clamp((height - 80) / 40, 3, 7);
+}
+
 std::string axis_lines(const Figure& f, int a) {
   const Axis& axis = f.axes[static_cast<size_t>(a)];
   const Range r = visible(f, a);
-  const Ticks t = ticks(axis, r, a == 0 ? room_for_numbers(f) : 7);
+  const Ticks t = ticks(axis, r, a == 0 ? room_for_numbers(f) : room_for_lines(f));
   const std::string name = gnuplot_axes[a];
   std::string out = "set " + name + "range [" + shortest(axis.reversed ? r.high : r.low) + ":" +
                     shortest(axis.reversed ? r.low : r.high) + "]\n";
@@ -178,7 +184,7 @@ std::string rule_lines(const Figure& f) {
 std::string right_axis_lines(const Figure& f) {
   if (!f.right) return "unset y2tics\nunset y2label\n";
   const Range r = *f.right->limits;
-  const Ticks t = ticks(*f.right, r, 7);
+  const Ticks t = ticks(*f.right, r, room_for_lines(f));
   std::string out =
       text("set border 11\nset y2range [", shortest(r.low), ":", shortest(r.high), "]\nset y2tics (");
   for (size_t k = 0; k < t.at.size(); ++k)
@@ -256,7 +262,8 @@ static std::string panels_script(const Figure& figure, const std::string& format
   page.title.clear();
   std::string out =
       preamble(page, format) + text("set multiplot layout ", rows, ",", columns, "\n") + "set lmargin 10\n";
-  const auto add = [&](const Figure& panel) {
+  const auto add = [&](Figure panel) {
+    panel.size = {page.size[0] / columns, page.size[1] / rows};
     out +=
         "unset logscale\nunset label\nunset arrow\nunset title\nunset xlabel\nunset ylabel\nset tmargin\n"
         "set bmargin\nset rmargin\nset size noratio\n";

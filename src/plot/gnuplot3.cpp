@@ -1,6 +1,8 @@
 // 3-D figures as gnuplot scripts. We project, hide and order ourselves (view.hpp), so that a file shows what
 // the terminal shows, and hand gnuplot plain lines and polygons: back walls with their grid, what lies behind
 // a surface, the surface as a translucent skin, its net, what lies before it.
+#include "plot/script.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -8,7 +10,6 @@
 #include "base/error.hpp"
 #include "base/text.hpp"
 #include "plot/canvas.hpp"
-#include "plot/script.hpp"
 #include "plot/ticks.hpp"
 #include "plot/view.hpp"
 
@@ -83,8 +84,8 @@ void add_box(Picture& picture, const View& view, const std::array<Ticks, 3>& num
     segment(edges, view.corner(from), view.corner(to));
   }
   picture.add(walls,
-              "with filledcurves closed fillcolor rgb '#F7F7F7' fillstyle solid border linecolor rgb "
-              "'#D0D0D0' notitle");
+              "with filledcurves closed fillcolor rgb '#F7F7F7' fillstyle solid "
+              "border linecolor rgb '#D0D0D0' notitle");
   picture.add(grid, line_style("#DDDDDD", 0.6));
   picture.add(edges, line_style("#666666", 1));
 }

@@ -146,7 +146,7 @@ void run_gnuplot(const std::string& script, const std::string& path) {
   poll_interrupt();  // Ctrl-C reaches gnuplot as well: its death is then no failure
   if (!WIFEXITED(status) || WEXITSTATUS(status) != 0 || draft.is_empty())
     throw Failure("gnuplot could not write '" + path +
-                  "': " + (said.empty() ? "it ended without a word" : last_line(said)));
+                  "': " + (said.empty() ? "it ended without a message" : last_line(said)));
   draft.publish();
 }
 

@@ -82,8 +82,8 @@ std::string preamble(const Figure& figure, const std::string& format) {
                 " fixed rounded noenhanced font 'DejaVu Sans,Arial,sans-serif,14' background '#FFFFFF'\n");
   else if (format == "png")  // twice the size, so that it stays sharp on dense screens and in print
     out += text("set terminal pngcairo size ", 2 * width, ",", 2 * height,
-                " rounded noenhanced font 'DejaVu Sans,11' fontscale 2 linewidth 2 pointscale 2 background "
-                "'#FFFFFF'\n");
+                " rounded noenhanced font 'DejaVu Sans,11' fontscale 2 linewidth 2 "
+                "pointscale 2 background '#FFFFFF'\n");
   else
     out += text("set terminal pdfcairo size ", width / 96.0, "in,", height / 96.0,
                 "in rounded noenhanced font 'DejaVu Sans,11' background '#FFFFFF'\n");

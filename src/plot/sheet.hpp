@@ -1,4 +1,4 @@
-// What 2-D and 3-D drawings in a terminal share: pens and marks that tell series apart, the lines above the
+// Shared by 2-D and 3-D drawings in a terminal: pens and marks that tell series apart, the lines above the
 // picture (title, legend) and below it (notes).
 #pragma once
 

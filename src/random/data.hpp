@@ -1,4 +1,4 @@
-// What a sample says: quantiles, densities, intervals.
+// Sample statistics: quantiles, densities, intervals.
 #pragma once
 
 #include <span>

@@ -15,7 +15,7 @@ using Block = std::array<std::uint32_t, 4>;
 /// The ten rounds of Philox4x32.
 Block philox4x32(Block counter, std::array<std::uint32_t, 2> key);
 
-/// What a number is used for: different uses of one seed share no numbers.
+/// Purpose of a random number: different uses of one seed share no numbers.
 enum class Use : std::uint32_t { design = 1, permutation, scrambling, script, bootstrap, process, noise };
 
 /// Number `number` of the series `series` under a seed. `use` keeps consumers apart.

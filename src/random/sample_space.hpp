@@ -1,4 +1,4 @@
-// What the runs of a sweep are: columns of numbers, one value per run, as lists or drawn from distributions.
+// The runs of a sweep as data: columns of numbers, one value per run, as lists or drawn from distributions.
 #pragma once
 
 #include <optional>

@@ -26,6 +26,8 @@ bool is_file_name(std::string_view text) {
   return operators.find(text[0]) == operators.npos;
 }
 
+bool is_session(std::string_view file) { return file.size() > 5 && file.substr(file.size() - 5) == ".pend"; }
+
 std::string list_of(const std::string& folder) { return "print(table.concat(ls(" + folder + "), '  '))"; }
 
 /// Shows how long the body takes; its values are the values of the entry.
@@ -47,12 +49,13 @@ Command command_of(lua_State* L, const std::string& entry) {
   const auto end = std::min(text.find_first_of(" \t\n"), text.size());
   const std::string word = text.substr(0, end);
   const std::string_view rest = trimmed(std::string_view(text).substr(end));
-  constexpr std::array<std::string_view, 8> words = {"who",  "pwd",  "ls",    "cd",
-                                                     "edit", "time", "reset", "log"};
+  constexpr std::array<std::string_view, 10> words = {"who",  "pwd",   "ls",  "cd",   "edit",
+                                                      "time", "reset", "log", "save", "load"};
   if (std::find(words.begin(), words.end(), word) == words.end()) return {};
   if (name_kind(L, word) == NameKind::own) return {};
   if (rest.empty()) {
-    if (word == "who" || word == "pwd" || word == "reset") return {word + "()", ""};
+    if (word == "who" || word == "pwd") return {word + "()", ""};
+    if (word == "reset") return {"reset()", "reset()"};
     if (word == "ls") return {list_of(""), ""};
     if (word == "cd") return {"cd()", "cd()"};
     return {};
@@ -62,12 +65,19 @@ Command command_of(lua_State* L, const std::string& entry) {
     return {reads(L, value) ? value : timed(globalize(rest)), std::string(rest)};
   }
   if (!is_file_name(rest)) return {};
+  if ((word == "save" || word == "load") && quoted(rest) != rest && is_session(rest)) {
+    const std::string call = word + " " + quoted(rest);
+    return {call, call};
+  }
   if (word == "ls") return {list_of(quoted(rest)), ""};
   if (word == "cd") {
     const std::string call = "cd(" + quoted(rest) + ")";
     return {call, call};
   }
-  if (word == "edit") return {"edit(" + quoted(rest) + ")", ""};
+  if (word == "edit") {  // a record runs the file
+    const std::string file = quoted(rest);
+    return {"edit(" + file + ")", file.find(".lua") == file.npos ? "" : "dofile(" + file + ")"};
+  }
   if (word == "log" && quoted(rest) == rest) return {"record(" + std::string(rest) + ")", ""};
   return {};
 }

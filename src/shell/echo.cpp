@@ -1,5 +1,6 @@
 #include "shell/echo.hpp"
 
+#include <algorithm>
 #include <cstdio>
 
 #include "lua/core/table_text.hpp"
@@ -24,6 +25,20 @@ std::string approximation(lua_State* L, int index) {
   const std::string text = lua_tostring(L, -1);
   lua_pop(L, 1);
   return text.empty() ? "" : " " + text;
+}
+
+/// The entries of a column whose text is the name of the variable that holds it: " = (q₁, q₂)", else "".
+std::string entries_of_column(lua_State* L, int index, const std::string& text) {
+  if (type_of(L, index) != "matrix" || text.find_first_of("([ \n") != text.npos) return "";
+  const lua_Integer n = luaL_len(L, index);
+  constexpr lua_Integer most = 12;
+  std::string list;
+  for (lua_Integer i = 1; i <= std::min(n, most); ++i) {
+    lua_geti(L, index, i);
+    list += (i > 1 ? ", " : "") + lua::shown_text(L, -1);
+    lua_pop(L, 1);
+  }
+  return " = (" + list + (n > most ? ", …)" : ")");
 }
 
 bool is_figure(lua_State* L, int index) { return type_of(L, index) == "figure"; }
@@ -62,7 +77,7 @@ int echo_values(lua_State* L) {
   for (int i = 1; i <= count; ++i) {
     const std::string text = lua::shown_text(L, i);
     if (lua_type(L, i) != LUA_TSTRING || text.find('\n') != text.npos) fits = false;
-    line += (i > 1 ? "  " : "") + text + approximation(L, i);
+    line += (i > 1 ? "  " : "") + text + entries_of_column(L, i, text) + approximation(L, i);
   }
   const lua::ScreenSize screen = lua::screen_size();
   lua::show_text((fits ? line : lua::fitted(line, screen.columns)) + "\n");

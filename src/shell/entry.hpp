@@ -1,4 +1,4 @@
-// What was typed at the prompt, made into something Lua can run.
+// Turns an entry at the prompt into a chunk that Lua can run.
 //
 // An entry is one or several lines. It is read as an expression first (its values are echoed), then as
 // statements, then as statements with an expression behind the last semicolon ("x = 2; x^2").

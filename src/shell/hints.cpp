@@ -130,10 +130,12 @@ std::string_view by_first_word(const std::vector<Token>& tokens) {
   if (first == "syms" || first == "sym" || first == "@") return "symbols are written x, y = vars \"x y\"";
   if (first == "%") return "a comment begins with --";
   if (first == "#") return "a comment begins with --";
+  if (first == "!") return "cd, ls and pwd are commands; programs are run by os.execute \"…\"";
   if (first == "//" || first == "/") return "a comment begins with --, over several lines --[[ … ]]";
   if (first == "print" && tokens.size() > 1 && tokens[1].kind == TokenKind::name) return "write print(x)";
   if (first == "plot" && tokens.size() > 1 && tokens[1].kind == TokenKind::name) return "write plot(x, y)";
-  if (first == "hold" || first == "close" || first == "clear" || first == "clc" || first == "format")
+  if (first == "clear") return "reset() forgets the variables, x = nil one of them";
+  if (first == "hold" || first == "close" || first == "clc" || first == "format")
     return "there are no commands, only calls: f(x)";
   return {};
 }
@@ -149,6 +151,8 @@ std::string_view by_turn(std::string_view source, const std::vector<Token>& toke
       return "a list is written { 1, 2, 3 }, a column vec{1, 2, 3}, a matrix mat{{1, 2}, {3, 4}}";
     if (tokens[i].kind == TokenKind::number && tokens[i + 1].kind == TokenKind::name && adjacent)
       return "a product is written 2*x";
+    if (is(tokens, i, ":") && tokens[i + 1].kind == TokenKind::number)
+      return "equal steps are linspace(0, 10, 101), a loop for i = 1, 10 do … end";
     if (is(tokens, i, "-") && is(tokens, i + 1, ">"))
       return "a function is written function(x) return x^2 end";
     if (is(tokens, i, "=") && is(tokens, i + 1, ">"))

@@ -1,4 +1,4 @@
-// What people write when they come from C, Python, MATLAB or a PDF, and what Lua wants instead.
+// Syntax of C, Python, MATLAB or a PDF, and its counterpart in Lua.
 #pragma once
 
 #include <string>

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <filesystem>
 #include <fstream>
 
 #include "base/interrupt.hpp"
@@ -75,6 +76,7 @@ class Session {
   bool evaluate(const std::string& entry, const std::string& script);
   void record(const std::string& entry);
   void begin_journal();
+  void recover();
   void report(const std::string& entry);
 
   lua_State* L_;
@@ -82,6 +84,7 @@ class Session {
   std::unique_ptr<Journal> journal_;  ///< of a person's session
   std::string pending_;               ///< the lines of an entry that is not complete yet
   bool leave_ = false;
+  bool stopped_ = false;  ///< the last entry that failed was ended by Ctrl-C
 };
 
 void Session::run() {
@@ -90,6 +93,7 @@ void Session::run() {
     const Line line = reader_->read(pending_);
     if (line.kind == Line::Kind::text) {
       feed(line.text);
+      recover();
       continue;
     }
     // Ctrl-D gives up an unfinished entry; only on a fresh prompt it leaves.
@@ -215,9 +219,29 @@ void Session::begin_journal() {
       "A session did not end by itself. recover() runs its entries again, recover(false) forgets them.\n");
 }
 
+/// If the entry before was recover(): runs the entries of the session that was cut off, each by itself, so that
+/// what fails costs no more than itself. They enter the journal of this session.
+void Session::recover() {
+  lua::push_stdlib_environment(L_);
+  lua_getfield(L_, -1, "recovering");
+  const std::string path = lua_isstring(L_, -1) ? lua_tostring(L_, -1) : "";
+  lua_pushboolean(L_, 0);
+  lua_setfield(L_, -3, "recovering");
+  lua_pop(L_, 2);
+  if (path.empty()) return;
+  stopped_ = false;
+  for (const std::string& entry : Journal::entries(path)) {
+    evaluate(std::string(trimmed(entry)));
+    if (stopped_) return;  // by Ctrl-C: the journal stays
+  }
+  std::error_code ignored;
+  std::filesystem::remove(path, ignored);
+}
+
 /// The position "stdin:1:" says nothing about an entry of one line; of several, the line is worth knowing.
 void Session::report(const std::string& entry) {
-  if (lua::is_interrupt(L_, -1)) {
+  stopped_ = lua::is_interrupt(L_, -1);
+  if (stopped_) {
     // The terminal has just shown ^C.
     complain(is_terminal(STDIN_FILENO) ? "\ninterrupted" : "interrupted");
     return;
@@ -231,8 +255,7 @@ void Session::report(const std::string& entry) {
       message = (several ? "line " + message.substr(chunk.size(), end - chunk.size()) + ": " : "") +
                 message.substr(end + 2);
   }
-  const lua::ScreenSize screen = lua::screen_size();
-  complain(screen.columns > 0 ? lua::fitted(message, screen.columns) : message);
+  complain(message);
 }
 
 }  // namespace
@@ -240,10 +263,11 @@ void Session::report(const std::string& entry) {
 void run_session(lua_State* L) {
   use_utf8();
   if (is_terminal(STDIN_FILENO))
-    lua::show_text(lua::fitted(text("Pendula ", PENDULA_VERSION,
-                                    ", Lua for dynamic systems.  help() shows the way, ", "Ctrl-D leaves."),
-                               lua::screen_size().columns) +
-                   "\n");
+    lua::show_text(
+        lua::fitted(text("Pendula ", PENDULA_VERSION, ", Lua for dynamic systems. help() gives an overview, ",
+                         "Ctrl-D leaves."),
+                    lua::screen_size().columns) +
+        "\n");
   catch_interrupt_in_session();
   lua::page_long_text();
   Session(L).run();

@@ -11,6 +11,7 @@
 #include "base/error.hpp"
 #include "base/interrupt.hpp"
 #include "base/text.hpp"
+#include "lua/screen/pager.hpp"
 #include "lua/session/state.hpp"
 #include "shell/hints.hpp"
 #include "shell/input/terminal.hpp"
@@ -67,19 +68,21 @@ Status cannot_read(const std::string& path, int error) {
   return failed;
 }
 
-/// Takes the error text from the stack and puts it back with a hint.
-void add_hint(lua_State* L, const std::string& source) {
-  const std::string error = lua_tostring(L, -1);
-  const std::string hint = syntax_hint(source, error);
-  lua_pushlstring(L, hint.data(), hint.size());
-  lua_concat(L, 2);
+/// Takes the error text of the parser from the stack and puts it back with a hint; what it says of too many
+/// brackets has no place.
+void add_hint(lua_State* L, const std::string& source, const std::string& chunk) {
+  std::string error = lua_tostring(L, -1);
+  if (error.starts_with("C stack overflow"))
+    error = chunk.substr(1) + ": brackets, functions or blocks are nested more than 190 deep";
+  error += syntax_hint(source, error);
+  lua_pushlstring(L, error.data(), error.size());
 }
 
 }  // namespace
 
 void complain(const std::string& message) {
   std::fflush(stdout);
-  const std::string line = red(message, STDERR_FILENO) + "\n";
+  const std::string line = red(lua::for_errors(message), STDERR_FILENO) + "\n";
   std::fwrite(line.data(), 1, line.size(), stderr);
 }
 
@@ -98,19 +101,6 @@ Status report_error(lua_State* L) {
   return error.interrupted ? interrupted : failed;
 }
 
-/// What a script requires may stand beside it, wherever it was called from.
-static void look_beside(lua_State* L, const std::string& script) {
-  const auto slash = script.rfind('/');
-  if (slash == script.npos) return;
-  const std::string folder = script.substr(0, slash + 1);
-  lua_getglobal(L, "package");
-  lua_getfield(L, -1, "path");
-  const std::string path = folder + "?.lua;" + folder + "?/init.lua;" + lua_tostring(L, -1);
-  lua_pushlstring(L, path.data(), path.size());
-  lua_setfield(L, -3, "path");
-  lua_pop(L, 2);
-}
-
 void set_arguments(lua_State* L, const std::vector<std::string>& before, const std::string& script,
                    const std::vector<std::string>& arguments) {
   lua_createtable(L, static_cast<int>(arguments.size()), static_cast<int>(before.size() + 1));
@@ -124,7 +114,7 @@ void set_arguments(lua_State* L, const std::vector<std::string>& before, const s
   if (!script.empty()) set(script, 0);
   for (std::size_t i = 0; i < arguments.size(); ++i) set(arguments[i], static_cast<lua_Integer>(i + 1));
   lua_setglobal(L, "arg");
-  look_beside(L, script);
+  lua::look_beside(L, script);
 }
 
 bool run_text(lua_State* L, std::string source, const std::string& chunk,
@@ -135,7 +125,7 @@ bool run_text(lua_State* L, std::string source, const std::string& chunk,
     return false;
   }
   if (luaL_loadbufferx(L, source.data(), source.size(), chunk.c_str(), "t") != LUA_OK) {
-    add_hint(L, source);
+    add_hint(L, source, chunk);
     return false;
   }
   if (!lua_checkstack(L, static_cast<int>(arguments.size()) + 10)) {

@@ -24,7 +24,7 @@ std::string chunk_name(const std::string& path);
 bool run_text(lua_State* L, std::string source, const std::string& chunk,
               const std::vector<std::string>& arguments);
 
-/// What went wrong, popped from the stack.
+/// The error message, popped from the stack.
 struct ScriptError {
   std::string text;
   bool interrupted;

@@ -1,6 +1,7 @@
 #include "store/database.hpp"
 
 #include <cmath>
+#include <filesystem>
 #include <limits>
 
 #include <sqlite3.h>
@@ -32,9 +33,20 @@ bool is_on_network(const std::string& file) {
   }
 }
 
+/// SQLite would wait for somebody to write into a pipe.
+void require_regular(const std::string& file) {
+  std::error_code ignored;
+  const auto kind = std::filesystem::status(file, ignored).type();
+  if (kind != std::filesystem::file_type::regular && kind != std::filesystem::file_type::not_found &&
+      kind != std::filesystem::file_type::none)
+    throw Error("cannot open '" + file +
+                "': it is a folder, a pipe or a device, and runs are kept in a file");
+}
+
 }  // namespace
 
 Database::Database(const std::string& file, bool may_create) : file_(file) {
+  require_regular(file);
   const int flags = SQLITE_OPEN_READWRITE | (may_create ? SQLITE_OPEN_CREATE : 0);
   int status = sqlite3_open_v2(file.c_str(), &handle_, flags, nullptr);
   if (status != SQLITE_OK && !may_create) {

@@ -15,7 +15,7 @@
 
 namespace pendula::store {
 
-/// What the runs of a store have in common.
+/// Data common to the runs of a store.
 struct Description {
   std::string fingerprint;     ///< of everything that the results depend on
   std::string program;         ///< name and version of what made them

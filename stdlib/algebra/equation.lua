@@ -163,6 +163,9 @@ local function compared(product, sign, above, below)
     -- K < 6 and not K - 6 < 0
     return tostring(symbols[1]) .. (sign > 0 and above or below):gsub("0", tostring(simplify(-c[1])))
   end
+  local turned = sign < 0 and simplify(-e)                    -- b² - 4 a c ≥ 0 and not 4 a c - b² ≤ 0
+  local said = tostring(turned or "-")
+  if not said:find "^-" and not said:find "^%d+ -" then e, sign = turned, 1 end
   return tostring(e) .. (sign > 0 and above or below)
 end
 

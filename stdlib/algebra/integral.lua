@@ -110,7 +110,9 @@ local function integral(e, x, a, b)
   if a == nil then return F end
   if b == nil then fail "integral: give both borders: integral(x^2, x, 0, 1)" end
   check_poles(list or {}, x, a, b)
-  return simplify(subs(F, { [x] = b }) - subs(F, { [x] = a }))
+  local value = simplify(subs(F, { [x] = b }) - subs(F, { [x] = a }))
+  local good, fraction = pcall(together, value)                 -- (k sin(k) + cos(k) - 1)/k²
+  return good and utf8.len(tostring(fraction)) < utf8.len(tostring(value)) and fraction or value
 end
 
 return { integral = integral }

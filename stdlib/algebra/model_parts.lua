@@ -25,12 +25,13 @@ local function semi_explicit(sys)
   local low = sys:semi_explicit()
   local x, z, f, g = entries(low.differential), entries(low.algebraic), {}, {}
   local left, right = rows(low)
-  local of = {}
+  local place = {}
+  for i, state in ipairs(x) do place[der(state)] = i end
   for i = 1, #left do
-    if left[i] == 0 then g[#g + 1] = right[i] else of[left[i]] = right[i] end
+    local k = place[left[i]]
+    if k then f[k] = right[i] else g[#g + 1] = left[i] == 0 and right[i] or right[i] - left[i] end
   end
   for i, state in ipairs(x) do
-    f[i] = of[der(state)]
     if f[i] == nil then return nil, der(state) end
   end
   return { model = low, x = x, z = z, f = f, g = g }

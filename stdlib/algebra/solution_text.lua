@@ -74,14 +74,25 @@ function text.of_roots(list, x)
   return table.concat(lines, "\n")
 end
 
+-- The variable that a model of first order has for θ′.
+local function name_of(x) return (tostring(x):gsub("_dot$", "′")) end
+
+-- "x = 2", "x free", "x with x³ + a x + b = 0".
+function text.of_unknown(x, v, roots)
+  if v == nil and roots and roots[x] then return name_of(x) .. " with " .. tostring(roots[x]) .. " = 0" end
+  return name_of(x) .. (v == nil and " free" or (math.type(v) == "float" and " ≈ " or " = ") .. shown(v))
+end
+function text.latex_of_unknown(x, v, roots, equals)
+  if v == nil and roots and roots[x] then return latex(roots[x]) .. equals .. "0" end
+  return latex(x) .. (v == nil and "\\ \\text{free}" or equals .. latex(v))
+end
+
 function text.of_solutions(list)
   local lines = {}
   for _, s in ipairs(list) do
     local parts = {}
     for _, x in ipairs(list.unknowns) do
-      local v = rawget(s, x)
-      parts[#parts + 1] = tostring(x) .. (v == nil and " free" or (math.type(v) == "float" and " ≈ " or " = ")
-        .. shown(v))
+      parts[#parts + 1] = text.of_unknown(x, rawget(s, x), list.roots)
     end
     lines[#lines + 1] = table.concat(parts, ",  ")
   end
@@ -144,7 +155,9 @@ function text.latex_of_solutions(list)
     local parts = {}
     for _, x in ipairs(list.unknowns) do
       local v = rawget(s, x)
-      if v ~= nil then parts[#parts + 1] = latex(x) .. " &= " .. latex(v) end
+      if v ~= nil or list.roots[x] then
+        parts[#parts + 1] = text.latex_of_unknown(x, v, list.roots, " &= ")
+      end
     end
     rows[#rows + 1] = "  " .. table.concat(parts, ", & ")
   end

@@ -90,6 +90,13 @@ local function by_one_unknown(equations, unknowns, notes, depth)
     if #inside == 1 then
       local list, solutions = polynomial.new_list(), {}
       one_unknown.find(e, inside[1], list)
+      -- Cardano, Ferrari: the root keeps its name and is told by its equation
+      if #list.definitions > 0 then
+        notes.roots[inside[1]] = e
+        local others = {}
+        for _, x in ipairs(unknowns) do if x ~= inside[1] then others[#others + 1] = x end end
+        return search(without(equations, i), others, notes, depth + 1)
+      end
       for _, condition in ipairs(list.conditions) do equation.add_condition(notes.conditions, condition) end
       if list.periods and next(list.periods) then
         notes.period = text.period(select(2, next(list.periods)))
@@ -205,17 +212,39 @@ function search(equations, unknowns, notes, depth)
   return append(solutions, search(rest, unknowns, notes, depth + 1))
 end
 
--- Whether a solution satisfies the equations: exactly, or in numbers at arbitrary values of the
--- parameters.
-local function satisfies(residuals, solution)
+-- Arbitrary values of the symbols; of one that is the root of an equation a root for these values, or nothing
+-- where it has none.
+local function test_point(symbols, roots, scale)
+  local point = {}
+  for k, s in ipairs(symbols) do if not roots[s] then point[s] = scale*(0.3 + 0.37*k) end end
+  for x, e in pairs(roots) do
+    local list = polynomial.new_list()
+    for k, s in ipairs(symbols_in(e)) do
+      if s ~= x and not point[s] then point[s] = scale*(0.3 + 0.37*k) end
+    end
+    local good = pcall(function() one_unknown.find(subs(e, point), x, list) end)
+    if not good or #list == 0 then return end
+    point[x] = evaluate(list[1])
+  end
+  return point
+end
+
+-- Whether a solution satisfies the equations: exactly, or in numbers at arbitrary values of the parameters,
+-- of
+-- both signs where a root or a logarithm needs one of them.
+local function satisfies(residuals, solution, roots)
   for _, e in ipairs(residuals) do
     local good, left = pcall(function() return next(solution) and simplify(subs(e, solution)) or e end)
     if not good then return false end                      -- a denominator vanishes
-    if left ~= 0 then
-      local point, size = {}, 0
-      for k, s in ipairs(symbols_in(left)) do point[s] = 0.3 + 0.37*k end
-      local number = next(point) and evaluate(left, point) or value(left)
-      if number == number and math.abs(number) > 1e-8 then return false end
+    for _, scale in ipairs(left == 0 and {} or #symbols_in(left) == 0 and { 1 } or { 1, -1 }) do
+      local point = test_point(symbols_in(left), roots, scale)
+      local finite, number = pcall(function()
+        return point and (next(point) and evaluate(left, point) or value(left)) or 0
+      end)
+      if finite and number == number then
+        if math.abs(number) > 1e-8 then return false end
+        break
+      end
     end
   end
   return true
@@ -243,10 +272,10 @@ local function all_solutions(equations, unknowns, asked)
     local numerator = fraction(e)
     if numerator ~= 0 then numerators[#numerators + 1] = numerator end
   end
-  local notes = { conditions = {} }
-  local found = { unknowns = list, conditions = notes.conditions }
+  local notes = { conditions = {}, roots = {} }
+  local found = { unknowns = list, conditions = notes.conditions, roots = notes.roots }
   for _, s in ipairs(search(numerators, list, notes, 1)) do
-    local known = not satisfies(residuals, s)
+    local known = not satisfies(residuals, s, notes.roots)
     for _, other in ipairs(found) do known = known or same(s, other, list) end
     if not known then
       found[#found + 1] = setmetatable(s, solution_type)

@@ -120,6 +120,16 @@ end, { text = "A voltage that a signal gives: connect(controller.y, source.v).",
                 connect("V.p", "R.p"), connect("V.n", "R.n", "gnd.p") }
     return m:init{ inputs = { u = 5 } }(m.R.i)]], gives = "2.5" })
 
+e.signal_current = component("signal_current", {}, function(self)
+  self.p, self.n = e.pin, e.pin
+  local i, v = self:input("i", { unit = "A" }), self:var("v", { unit = "V", text = "voltage" })
+  return { v ~ self.p.v - self.n.v, self.p.i ~ i, 0 ~ self.p.i + self.n.i }
+end, { text = "A current that a signal gives, from p through the source to n.", source = "definition",
+  example = [[
+    m = model { I = e.signal_current{}, C = e.capacitor{ C = 2, v0 = 0 }, gnd = e.ground{},
+                connect("I.i", 4*t), connect("I.n", "C.p"), connect("I.p", "C.n", "gnd.p") }
+    return m:integrate{ to = 2 }(m.C.v, 2)]], gives = "4.0" })
+
 -- ── sensors ────────────────────────────────────────────────────────────────────────────────────────────────
 
 e.voltmeter = component("voltmeter", {}, function(self)
@@ -173,8 +183,9 @@ end, { text = "A characteristic of two straight lines, blocking and conducting; 
     return m:init{}(m.D.i)]], gives = "-0.5" })
 
 e.mosfet = component("mosfet", { K = { 1e-3, unit = "A/V^2", text = "transconductance" },
-  Vth = { 1, unit = "V", text = "threshold" }, lambda = { 0, unit = "1/V",
-    text = "channel length modulation" } },
+  Vth = { 1, unit = "V", text = "threshold" },
+  lambda = { 0, unit = "1/V", text = "channel length modulation" },
+  G = { 1e-9, unit = "S", text = "conductance beside the channel: what two in series share when cut off" } },
   function(self)
     self.d, self.g, self.s = e.pin, e.pin, e.pin
     local i = self:var("i", { unit = "A", text = "drain current" })
@@ -183,7 +194,8 @@ e.mosfet = component("mosfet", { K = { 1e-3, unit = "A/V^2", text = "transconduc
       local triode = self.K*(over*v - v^2/2)
       return ifelse(le(over, 0), 0, ifelse(lt(v, over), triode, self.K/2*over^2)*(1 + self.lambda*v))
     end
-    return { i ~ ifelse(lt(vds, 0), -drain(vgs - vds - self.Vth, -vds), drain(vgs - self.Vth, vds)),
+    return { i ~ self.G*vds + ifelse(lt(vds, 0), -drain(vgs - vds - self.Vth, -vds),
+      drain(vgs - self.Vth, vds)),
       self.d.i ~ i, self.s.i ~ -i, self.g.i ~ 0 }
   end, { text = "n-channel, level 1: cut off, triode, saturated; symmetric in drain and source.",
     source = "Shichman & Hodges, IEEE J. Solid-State Circuits 3(3), 1968",
@@ -228,9 +240,13 @@ e.opamp_limited = component("opamp_limited", { A = { 1e5, text = "gain" },
   function(self)
     self.p, self.n, self.out = e.pin, e.pin, e.pin
     self:reference(self.out)
-    return { self.p.i ~ 0, self.n.i ~ 0,
-      self.out.v ~ min(self.Vmax, max(self.Vmin, self.A*(self.p.v - self.n.v))) }
-  end, { text = "Finite gain and an output that saturates.",
+    local s = self:var("s", { unit = "V",
+      text = "the output without limits" })
+    self:guess(s, 0)                                   -- an unknown of its own: loops are solved for it
+    return { self.p.i ~ 0, self.n.i ~ 0, self.out.v ~ min(self.Vmax, max(self.Vmin, s)),
+      s ~ self.A*(self.p.v - self.n.v) }
+  end, { text = "Finite gain and an output that saturates; loops are solved for the output without "
+    .. "limits.",
     source = "Horowitz & Hill, The Art of Electronics, ch. 4",
     example = [[
       m = model { V = e.source{ v = 1 }, A = e.opamp_limited{}, gnd = e.ground{}, R = e.resistor{},

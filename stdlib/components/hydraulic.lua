@@ -110,6 +110,16 @@ h.pump = component("pump", {
                 connect("A.port", "P.a"), connect("P.b", "R.a"), connect("R.b", "B.port") }
     return x:init{}(x.P.b.p)]], gives = "6.0" })
 
+h.signal_pump = component("signal_pump", {}, function(self)
+  self.a, self.b = h.port, h.port
+  local q = self:input("q", { unit = "m^3/s" })
+  return { self.a.q ~ q, self.b.q ~ -q }
+end, { text = "A flow that a signal gives: connect(controller.y, pump.q).", source = "definition",
+  example = [[
+    x = model { A = e.ambient{}, P = e.signal_pump{}, T = e.tank{ A = 2, h0 = 1 }, connect("P.q", 4*t),
+                connect("A.port", "P.a"), connect("P.b", "T.port") }
+    return x:integrate{ to = 2 }(x.T.h, 2)]], gives = "5.0" })
+
 h.centrifugal_pump = component("centrifugal_pump",
   { p0 = { 1e5, unit = "Pa", text = "pressure without flow" },
   qmax = { 1e-3, unit = "m^3/s", text = "flow without pressure" } }, function(self)

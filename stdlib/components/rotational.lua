@@ -278,7 +278,9 @@ end, { text = "Permanent magnets on the rotor, in its coordinates d, q; the magn
 
 m.friction = component("friction", { tau0 = { 1, unit = "N*m", text = "torque when it slides" },
   taus = { false, unit = "N*m", text = "largest torque at rest; tau0 if not given" },
-  mode0 = { 0, text = "at the start: 0 sticks, 1 and -1 slide" } }, function(self)
+  rest = { 1e-6, unit = "rad/s", text = "slower than this counts as at rest" },
+  mode0 = { 0, text = "at the start: 0 sticks, 1 and -1 slide; speeds decide where they differ" } },
+  function(self)
   local phi, tau, list = two_flanges(self)
   local w = self:var("w", { unit = "rad/s", text = "sliding speed" })
   local static = self.given.taus and self.taus or self.tau0
@@ -293,7 +295,9 @@ end, { text = "Dry friction between two shafts, or of a bearing, with stick.",
 
 m.clutch = component("clutch", { tau0 = { 1, unit = "N*m", text = "torque it carries where u = 1, sliding" },
   peak = { 1, text = "torque at rest over torque sliding, 1 or more" },
-  mode0 = { 0, text = "at the start: 0 sticks, 1 and -1 slide" } }, function(self)
+  rest = { 1e-6, unit = "rad/s", text = "slower than this counts as at rest" },
+  mode0 = { 0, text = "at the start: 0 sticks, 1 and -1 slide; speeds decide where they differ" } },
+  function(self)
   local phi, tau, list = two_flanges(self)
   local u = self:input("u", { text = "pressure: 0 open … 1" })
   local w = self:var("w", { unit = "rad/s", text = "sliding speed" })

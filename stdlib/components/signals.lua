@@ -48,7 +48,7 @@ end, { text = "u, kept between low and high.", source = "definition",
 s.dead_zone = component("dead_zone", { low = -1, high = 1 }, function(self)
   local u, y = block(self)
   return { y ~ max(u - self.high, 0) + min(u - self.low, 0) }
-end, { text = "0 between low and high, what is beyond else.", source = "definition",
+end, { text = "0 between low and high, else the distance beyond the limit.", source = "definition",
   example = [[
     x = model { D = e.dead_zone{}, connect("D.u", t - 1), z = e.integrator{}, connect("D.y", "z.u") }
     return x:integrate{ to = 4 }(x.z.y, 4)]], gives = "2.0" })
@@ -214,6 +214,20 @@ end, { text = "The sample before: y_k = u_{k-1}.",
   example = [[
     x = model { d = e.unit_delay{}, connect("d.u", t), z = e.integrator{}, connect("d.y", "z.u") }
     return x:integrate{ to = 4 }(x.z.y, 4)]], gives = "3.0" })
+
+s.pulse = component("pulse", { period = { 1, unit = "s" },
+  width = { 0.5, text = "part of the period in which it is high" }, low = { 0 }, high = { 1 },
+  t0 = { 0, unit = "s", text = "first rise" } }, function(self)
+  local y, on = self:output "y", self:discrete("on", 0)
+  local tick = self:discrete("tick", self.t0, { unit = "s", text = "next change" })
+  local lasts = self.period*(self.width + (1 - 2*self.width)*on)
+  self:event { when = t - tick, direction = 2, reset = { [on] = 1 - on, [tick] = tick + lasts } }
+  return { y ~ self.low + (self.high - self.low)*on }
+end, { text = "Rectangles: high for a part of every period, from t0 on.", source = "definition",
+  example = [[
+    x = model { P = e.pulse{ period = 2, width = 0.25, high = 6, t0 = 1 }, z = e.integrator{},
+                connect("P.y", "z.u") }
+    return x:integrate{ to = 5 }(x.z.y, 5)]], gives = "6.0" })
 
 s.relay = component("relay", { low = { -1, text = "switches off below" },
   high = { 1, text = "switches on above" },

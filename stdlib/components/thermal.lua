@@ -79,6 +79,16 @@ h.heat_flow = component("heat_flow", {
                 connect("Q.port", "R.a"), connect("R.b", "B.port") }
     return x:init{}(x.Q.port.T)]], gives = "312.0" })
 
+h.signal_heat_flow = component("signal_heat_flow", {}, function(self)
+  self.port = h.port
+  local Q = self:input("Q", { unit = "W" })
+  return { self.port.Q ~ -Q }
+end, { text = "A heat flow that a signal gives.", source = "definition",
+  example = [[
+    x = model { Q = e.signal_heat_flow{}, C = e.capacity{ C = 2, T0 = 300 }, connect("Q.Q", 6*t),
+                connect("Q.port", "C.port") }
+    return x:integrate{ to = 2 }(x.C.T, 2)]], gives = "306.0" })
+
 h.sensor = component("sensor", {}, function(self)
   self.port = h.port
   local T = self:output("T", { unit = "K" })

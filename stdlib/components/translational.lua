@@ -149,7 +149,9 @@ end, { text = "A mass between two walls with impacts, v⁺ = -e v⁻.", source =
 
 m.friction = component("friction", { F = { 1, unit = "N", text = "force when it slides" },
   Fs = { false, unit = "N", text = "largest force at rest; F if not given" },
-  mode0 = { 0, text = "at the start: 0 sticks, 1 and -1 slide" } }, function(self)
+  rest = { 1e-6, unit = "m/s", text = "slower than this counts as at rest" },
+  mode0 = { 0, text = "at the start: 0 sticks, 1 and -1 slide; speeds decide where they differ" } },
+  function(self)
   local s, f, list = two_flanges(self)
   local v = self:var("v", { unit = "m/s", text = "sliding velocity" })
   local static = self.given.Fs and self.Fs or self.F

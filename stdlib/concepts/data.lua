@@ -3,7 +3,7 @@
 concept { name = "transfer function", see = "tf ss lti:poles lti:bode",
   words = "laplace poles zeros tf frequency",
   text = [[tf(num, den) or tf(expression, s): G(s) as a fraction of polynomials, exact. ss, zpk and tf
-    change the form; poles, zeros, bode, step and margin look at it.]],
+    change the form; poles, zeros, bode, step and margin analyse it.]],
   example = [[
     return tf({1}, {1, 3, 2}):poles()
   ]],
@@ -104,8 +104,8 @@ concept { name = "phase portraits", see = "phase poincare",
 
 concept { name = "animations", see = "animate",
   words = "animate movie gif moving mechanism",
-  text = [[animate(sol, { p1, p2 }) moves points with bars: :show() in the terminal, :save "a.svg", .html
-    or .gif.]],
+  text = [[animate(sol, { p1, p2 }) draws moving points joined by bars: :show() in the terminal, :save
+    "a.svg", .html or .gif.]],
   example = [[
     th = var "theta"
     s = dae{ der(th, 2) ~ -sin(th) }:integrate{ start = { [th] = 1, [th.dot] = 0 }, to = 2 }
@@ -127,8 +127,8 @@ concept { name = "saving", see = "save load solution:csv",
 
 concept { name = "ans", see = "help",
   words = "last result previous answer",
-  text = [[At the prompt ans is the first value of the last line that had one. An expression is shown
-    without print; = in front is allowed.]],
+  text = [[At the prompt, ans is the first value of the last line that had one. An expression is shown
+    without print; a leading = is allowed.]],
   example = [[
     ans = 6*7
     return ans + 1
@@ -138,7 +138,7 @@ concept { name = "ans", see = "help",
 concept { name = "keys", see = "help",
   words = "keyboard shortcuts history completion tab ctrl-c prompt",
   text = [[Tab completes names, fields, options and their values; twice lists them. Up and Down recall
-    entries, Ctrl-R searches them. Ctrl-C gives up a line or stops a computation, Ctrl-D leaves. word? is
+    entries, Ctrl-R searches them. Ctrl-C discards a line or stops a computation, Ctrl-D quits. word? is
     help "word".]],
   example = [[
     return #"Tab"
@@ -148,7 +148,7 @@ concept { name = "keys", see = "help",
 concept { name = "testing", see = "test expect",
   words = "test expect unit test check",
   text = [[test("name", function() … end) and expect(a):near(b, tol), :equals, :fails "words": pendula
-    test folder runs them. A comparison has a tolerance with a reason.]],
+    test folder runs them. Give every tolerance a reason.]],
   example = [[
     expect(0.1 + 0.2):near(0.3, 1e-12)
     return "passed"

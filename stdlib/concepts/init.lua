@@ -20,5 +20,6 @@ end
 include "concepts/models"
 include "concepts/integration"
 include "concepts/data"
+include "concepts/tasks"
 
 return concepts

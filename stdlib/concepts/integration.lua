@@ -4,7 +4,7 @@ concept { name = "stiffness", see = "model:integrate methods solution:stats",
   words = "stiff implicit method slow many steps",
   text = [[A problem is stiff where stability, not accuracy, limits the step of explicit methods: fast
     modes that have died out. Implicit methods (radau, bdf, rodas) take large steps there. Without a method,
-    integrate looks at the eigenvalues and chooses; sol:stats() says why.]],
+    integrate chooses by the eigenvalues at the start; sol:stats() says why.]],
   example = [[
     x = var "x"
     sol = dae{ der(x) ~ -1e6*(x - cos(t)) }:integrate{ start = { x = 1 }, to = 1 }
@@ -14,9 +14,9 @@ concept { name = "stiffness", see = "model:integrate methods solution:stats",
 
 concept { name = "tolerances", see = "model:integrate",
   words = "tolerance rtol atol accuracy error control precision",
-  text = [[Every step errs by less than atol + rtol |x|: rtol is relative (1e-3: three digits), atol says
-    what is small in units of the variable. The error at the end is usually larger by a factor of ten;
-    halving both and comparing shows it.]],
+  text = [[The estimated error of every step stays below atol + rtol |x|: rtol is relative (1e-3: three
+    digits), atol says what is small in units of the variable. The error at the end is usually some ten
+    times larger; a second run with smaller tolerances shows it.]],
   example = [[
     x = var "x"
     m = dae{ der(x) ~ -x }
@@ -42,8 +42,8 @@ concept { name = "methods", see = "methods rk bdf rosenbrock",
 
 concept { name = "fixed steps", see = "model:integrate rk converge",
   words = "dt step size fixed constant step",
-  text = [[With dt = the step is fixed, for any tableau: to study a method, or where time is real. The
-    order shows in how the error falls with dt: converge measures it.]],
+  text = [[With dt = the step is fixed, for any tableau: to study a method, or for real-time simulation. How
+    fast the error falls with dt is the order: converge measures it.]],
   example = [[
     x = var "x"
     s = dae{ der(x) ~ -x }:integrate{ start = { x = 1 }, to = 1, dt = 0.25, method = rk.euler }
@@ -53,8 +53,9 @@ concept { name = "fixed steps", see = "model:integrate rk converge",
 
 concept { name = "events", see = "model:integrate",
   words = "event zero crossing bounce reset stop condition terminate",
-  text = [[A zero of an expression along the solution, located to rounding. action = "stop" ends the run,
-    reset sets states (a bounce), call runs a Lua function. direction = -1 takes falling zeros only.]],
+  text = [[A zero of an expression along the solution, located to rounding accuracy. action = "stop" ends
+    the run, reset sets states (a bounce), call runs a Lua function. direction = -1 takes falling zeros
+    only.]],
   example = [[
     h, v = vars "h v"
     ball = dae{ der(h) ~ v, der(v) ~ -9.81 }

@@ -1,7 +1,7 @@
 -- Concepts of models, index and starts.
 
 concept { name = "model", see = "dae lagrange model",
-  words = "system equations dae",
+  words = "system equations dae ode differential equation",
   text = [[A model is a list of equations between unknown functions of time, with parameters and inputs.
     What is differentiated is a differential variable, the rest is algebraic. A model is a value: every
     operation (with, reduce, first_order) returns a new one.]],
@@ -17,7 +17,7 @@ concept { name = "index", see = "model:index model:structure model:reduce",
   text = [[The differentiation index says how often equations must be differentiated until they determine
     the derivatives of all unknowns. 0: an explicit or implicit ODE; 1: algebraic equations that can be
     solved for their unknowns; 3: mechanisms with position constraints. From index 2 on there are hidden
-    constraints, and integrators want a reduced form.]],
+    constraints, and integrators need a reduced form.]],
   example = [[
     x, y, z = vars "x y z"
     pendulum = dae{ der(x, 2) ~ -z*x, der(y, 2) ~ -z*y - 9.81, 0 ~ x^2 + y^2 - 1 }
@@ -27,8 +27,8 @@ concept { name = "index", see = "model:index model:structure model:reduce",
 
 concept { name = "structural index", see = "model:structure",
   words = "signature matrix sigma method pryce pantelides",
-  text = [[The index as the pattern of the equations shows it (signature method): fast, but a bound only
-    where equations cancel. sys:structure() says whether it is proved to be the differentiation index.]],
+  text = [[The index by the pattern of the equations (signature method): fast, but only a bound where terms
+    cancel. sys:structure() says whether it is proved to be the differentiation index.]],
   example = [[
     x, z = vars "x z"
     s = dae{ der(x) ~ z, 0 ~ x - sin(t) }:structure()
@@ -60,7 +60,7 @@ concept { name = "index reduction", see = "model:reduce model:trace",
   gives = "acc" }
 
 concept { name = "degrees of freedom", see = "model:dof model:init",
-  words = "dof free initial values",
+  words = "dof number of free initial values",
   text = [[The number of initial values that can be chosen freely. A pendulum in Cartesian coordinates
     has four differential variables, but two degrees of freedom.]],
   example = [[
@@ -70,7 +70,8 @@ concept { name = "degrees of freedom", see = "model:dof model:init",
   gives = "2" }
 
 concept { name = "consistent start", see = "model:init start start:ledger",
-  words = "initial values initialization consistency initial conditions",
+  words = "initial values initial value initialization initialisation consistency "
+    .. "initial condition conditions",
   text = [[Initial values that satisfy all equations, hidden ones included. init takes what is fixed and
     what is guessed, and computes the rest; errors name the conflict or what is still free.]],
   example = [[
@@ -118,8 +119,8 @@ concept { name = "inputs", see = "input inputs model:integrate",
 
 concept { name = "nested models", see = "dae",
   words = "compose composition subsystem feedback loop closed loop",
-  text = [[Models may stand among the equations of another one; inputs are given by equations. So a
-    controller closes the loop of a plant, without writing the plant again.]],
+  text = [[A model may stand among the equations of another one, whose equations then determine its
+    inputs: so a controller is connected to a plant without repeating the plant's equations.]],
   example = [[
     x, u = var "x", input "u"
     plant = dae{ der(x) ~ x + u }
@@ -130,7 +131,8 @@ concept { name = "nested models", see = "dae",
 
 concept { name = "units and labels", see = "var param",
   words = "unit label axis names",
-  text = [[A symbol may carry a unit and words for axes and ledgers. Units are shown, not computed with.]],
+  text = [[A symbol may have a unit and a description for axes and ledgers. Units are shown; sys:units()
+    checks equations for them.]],
   example = [[
     s = var("s", { unit = "m", text = "position" })
     return plot({ 0, 1 }, { 0, 1 }, { ylabel = s })

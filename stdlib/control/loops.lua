@@ -201,7 +201,7 @@ function filtered.__tostring(r)
   end
   return table.concat(lines, "\n")
 end
-filtered.__index = { plot = function(r, options)
+filtered.__index = { latex = report_latex, plot = function(r, options)
   local arguments = {}
   for k in ipairs(r.names) do
     local column = {}

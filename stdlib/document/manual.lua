@@ -23,10 +23,10 @@ local pages = {
   { "cookbook", "Cookbook", "docs/manual/cookbook.md" },
   { "gallery", "Gallery", "docs/manual/gallery.md" },
   { "coming-from", "Coming from …", "docs/manual/coming-from.md" },
-  { "language", "The language", "docs/language.md", shown_only = true },
+  { "language", "The language", "docs/language.md", shown_only = true, weight = 0 },
   { "reference", "Reference" },
   { "glossary", "Glossary", "docs/glossary.md" },
-  { "derivations", "Derivations", "docs/derivations.md" },
+  { "derivations", "Derivations", "docs/derivations.md", weight = -4 },
 }
 
 local by_source = {}
@@ -81,7 +81,11 @@ local function write_page(file, title, body)
   write_file(build.folder .. "/" .. file .. ".html", (template:gsub("{(%l+)}", parts)), "manual")
 end
 
-local function note(title, words, address) table.insert(build.found, { title, words, address }) end
+-- What the search finds: a title, a line below it, where it stands; more words, how much its kind counts, and
+-- words that are as good as the title.
+local function note(title, words, address, more, weight, names)
+  table.insert(build.found, { title, words, address, more, weight, names or "" })
+end
 
 -- ── pages of Markdown ──────────────────────────────────────────────────────────────────────────────────────
 
@@ -104,11 +108,40 @@ local function run_blocks(own, place)
   end
 end
 
+-- The text below each heading, in order, and the rows of its tables.
+local function sections(source)
+  local list, fenced = {}, false
+  for line in source:gmatch "[^\n]+" do
+    if line:find "^```" then fenced = not fenced end
+    if line:find "^#+ " and not fenced then
+      list[#list + 1] = { rows = {} }
+    elseif #list > 0 then
+      table.insert(list[#list], line)
+      local there, here = line:match "^| (.-) | (.*) |$"
+      if there and not there:find "^there" then table.insert(list[#list].rows, { there, here }) end
+    end
+  end
+  return list
+end
+
+local most_words = 700                               -- bytes of a section that the search knows
+
 local function markdown_page(own)
   local place = { session = session.new() }
-  local html = markdown.html(embedded(own[3]), { link = resolve, code = run_blocks(own, place),
+  local source = embedded(own[3])
+  local texts, count = sections(source), 0
+  local html = markdown.html(source, { link = resolve, code = run_blocks(own, place),
     heading = function(level, title, id)
-      if level <= 3 then note(title, own[2], own[1] .. ".html#" .. id) end
+      count = count + 1
+      local address, below = own[1] .. ".html#" .. id, texts[count] or { rows = {} }
+      if level <= 3 then
+        note(title, own[2], address, table.concat(below, " "):sub(1, most_words), own.weight or 1)
+      end
+      if own[1] == "coming-from" then
+        for _, row in ipairs(below.rows) do
+          note((row[1]:gsub("`", "")), title .. ": " .. row[2]:gsub("`", ""), address, "", 0)
+        end
+      end
     end })
   place.session:close()
   local record = place.session.record
@@ -118,107 +151,6 @@ local function markdown_page(own)
     return shows ~= "" and '\n<section class="output">' .. shows .. "</section>" or ""
   end)
   write_page(own[1], own[2], html)
-end
-
--- ── reference ──────────────────────────────────────────────────────────────────────────────────────────────
-
-local function module_file(name) return "ref-" .. name:gsub("%W+", "-"):lower() end
-
-local function is_hidden(entry) return entry.sig == "" end
-
--- The entries of each module, in order.
-local function modules()
-  local list, named = {}, {}
-  for _, entry in ipairs(entries()) do
-    local key = module_file(entry.module)              -- modules that differ in case only share a page
-    local own = named[key]
-    if not own then
-      own = { name = entry.module, title = entry.title ~= "" and entry.title or entry.module, entries = {} }
-      named[key] = own
-      list[#list + 1] = own
-    end
-    if own.title == own.name and entry.title ~= "" then own.title = entry.title end
-    if not is_hidden(entry) then own.entries[#own.entries + 1] = entry end
-  end
-  return list
-end
-
-local function example_html(entry, record, drawn, number)
-  local shows = number and record:html(number, drawn) or ""
-  local output = shows ~= "" and '<section class="output">' .. shows .. "</section>" or ""
-  return '<pre class="code" tabindex="0"><code>' .. code.highlighted(entry.example) .. "</code></pre>"
-    .. output
-end
-
--- Runs the examples of a module, each in a session of its own but with one record, so that figures are
--- drawn at once.
-local function run_examples(module)
-  local record = document.recording.new()
-  local numbers = {}
-  for i, entry in ipairs(module.entries) do
-    if entry.example ~= "" then
-      local own = session.new()
-      own.record, own.count = record, i - 1
-      local problem, stopped = own:run(entry.example, "=" .. entry.name)
-      own:close()
-      if stopped then error(problem, 0) end
-      if problem then table.insert(build.problems, entry.name .. ": " .. problem) end
-      numbers[entry] = i
-    end
-  end
-  return record, numbers
-end
-
-local function options_html(entry)
-  if not entry.options or #entry.options == 0 then return "" end
-  local out = {}
-  for _, option in ipairs(entry.options) do
-    local default = option.default ~= "" and " = " .. option.default or ""
-    local choices = option.values:find "^[^@]" and ' "' .. option.values:gsub("|", '", "') .. '"' or ""
-    out[#out + 1] = ("<tr><th><code>%s</code></th><td>%s (%s)</td></tr>"):format(
-      text.escaped(option.name .. default), text.escaped(option.text .. choices), text.escaped(option.type))
-  end
-  return '<details><summary>options</summary><table class="facts">' .. table.concat(out)
-    .. "</table></details>"
-end
-
-local function entry_html(entry, record, drawn, number)
-  local example = entry.example ~= "" and example_html(entry, record, drawn, number) or ""
-  return ('<section class="entry" id="%s"><h2><code>%s</code></h2><p>%s</p>%s%s</section>'):format(
-    text.escaped(entry.name), text.escaped(entry.sig), text.escaped(entry.text), options_html(entry), example)
-end
-
-local function module_page(module)
-  local record, numbers = run_examples(module)
-  local drawn = record:drawings()
-  local out = { "<h1>" .. text.escaped(module.title) .. "</h1>", '<ul class="names">' }
-  for _, entry in ipairs(module.entries) do
-    out[#out + 1] = ('<li><a href="#%s">%s</a></li>'):format(text.escaped(entry.name),
-      text.escaped(entry.name))
-    note(entry.name, entry.sig .. " " .. entry.text:match "^[^.]*",
-      module_file(module.name) .. ".html#" .. entry.name)
-  end
-  out[#out + 1] = "</ul>"
-  for _, entry in ipairs(module.entries) do
-    out[#out + 1] = entry_html(entry, record, drawn, numbers[entry])
-  end
-  write_page(module_file(module.name), module.title, table.concat(out, "\n"))
-end
-
-local function reference_page(list)
-  local out = { "<h1>Reference</h1><p>Every function, value and member, by subject. At the prompt "
-    .. "<code>help \"name\"</code> says the same.</p>" }
-  for _, module in ipairs(list) do
-    local file = module_file(module.name) .. ".html"
-    out[#out + 1] = ('<h2><a href="%s">%s</a></h2><ul class="names">'):format(file,
-      text.escaped(module.title))
-    for _, entry in ipairs(module.entries) do
-      out[#out + 1] = ('<li><a href="%s#%s">%s</a></li>'):format(file, text.escaped(entry.name),
-        text.escaped(entry.name))
-    end
-    out[#out + 1] = "</ul>"
-  end
-  write_page("reference", "Reference", table.concat(out, "\n"))
 end
 
 -- ── the folder ─────────────────────────────────────────────────────────────────────────────────────────────
@@ -231,7 +163,8 @@ end
 local function write_index()
   local lines = {}
   for _, each in ipairs(build.found) do
-    lines[#lines + 1] = ("[%s,%s,%s]"):format(json(each[1]), json(each[2]), json(each[3]))
+    lines[#lines + 1] = ("[%s,%s,%s,%s,%d,%s]"):format(json(each[1]), json(each[2]), json(each[3]),
+      json(each[4]), each[5], json(each[6]))
   end
   write_file(build.folder .. "/index.js", "var pendulaIndex = [\n" .. table.concat(lines, ",\n") .. "\n];\n",
     "manual")
@@ -239,13 +172,11 @@ end
 
 local function make(folder)
   os.execute("mkdir -p " .. page.quoted(folder))
-  build = { folder = folder, found = {}, problems = {} }
+  build = { folder = folder, found = {}, problems = {}, write_page = write_page, note = note }
   for _, each in ipairs(pages) do
     if each[3] then markdown_page(each) end
   end
-  local list = modules()
-  for _, module in ipairs(list) do module_page(module) end
-  reference_page(list)
+  document.reference(build)
   write_index()
   for _, file in ipairs { "page.js", "manual.css", "manual.js", "math.woff2" } do
     write_file(folder .. "/" .. file, embedded("document/" .. file), "manual")

@@ -23,6 +23,8 @@ local function tokens_of(latex)
       or latex:match("^'+", at) or latex:match("^[%z\1-\127\194-\244][\128-\191]*", at) or latex:sub(at, at)
     if not token:find "^%s" then list[#list + 1] = { token = token, first = at, last = at + #token - 1 } end
     at = at + #token
+    local distance = token == "\\\\" and latex:match("^%[[%d.]+ex%]", at)         -- of rows, \\[1ex]
+    if distance then at = at + #distance end
   end
   return list
 end
@@ -389,7 +391,8 @@ local function line_html(line)
       :gsub("\\textquotesingle%s?", "'"):gsub("\\([%%#_&${}])", "%1")
     html[#html + 1] = text.escaped(plain)
     if not first then break end
-    html[#html + 1] = M.formula(inside)
+    local formula, large = inside:gsub("^\\displaystyle%s*", "")
+    html[#html + 1] = M.formula(formula, large > 0 and "large")
     at = last + 1
   end
   return '<p class="step">' .. table.concat(html) .. "</p>"
@@ -397,6 +400,7 @@ end
 
 local function add_lines(latex, out)
   if not latex:find "%S" then return end
+  latex = latex:gsub("\\\\%[1ex%]\n", "\\\\\n")              -- the distance below fractions in a line
   for line in (latex:gsub("\\\\%s*$", "") .. "\\\\\n"):gmatch "(.-)\\\\\n" do
     out[#out + 1] = line_html(line)
   end
@@ -409,7 +413,8 @@ function M.lines(latex)
     local first, last, inside = latex:find("\\begin{equation%*}%s*(.-)%s*\\end{equation%*}", at)
     add_lines(latex:sub(at, (first or 0) - 1), out)
     if not first then return table.concat(out, "\n") end
-    out[#out + 1] = M.formula(inside, true)
+    local numbered = inside:find("\\tag{", 1, true)
+    out[#out + 1] = M.formula(numbered and latex:sub(first, last) or inside, true)
     at = last + 1
   end
 end

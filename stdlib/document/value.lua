@@ -238,6 +238,25 @@ function kinds.predictor(value, latex)
   return mathml.formula(latex, true) .. (rest and M.text_block(rest) or ""), "block"
 end
 function kinds.trace(value, latex) return mathml.lines(latex), "block" end
+-- Each condition with the equation it came from, which print says.
+function kinds.constraints(value)
+  local out = {}
+  for i, line in ipairs(lines_of(tostring(value))) do
+    local name, rest = line:match "^(.-):%s+(.*)$"
+    if not name or i > #value then return nil end
+    local from = rest:match "%s%s+(.*)$"
+    out[i] = ("%s:\\quad $%s$%s"):format(name, value[i]:latex(), from and "\\quad " .. from or "")
+  end
+  return mathml.lines(table.concat(out, "\\\\\n")), "block"
+end
+
+-- A report: words with formulas, indented as print does.
+function kinds.pencil(_, latex)
+  latex = latex:gsub("\\noindent%s*", "")
+    :gsub("\\hspace%*{(%d+)em}", function(n) return ("\\quad "):rep(n) end)
+  return mathml.lines((latex:gsub("\n%s*\n", "\\\\\n"))), "block"
+end
+kinds.structure, kinds.roots = kinds.pencil, kinds.pencil
 function kinds.matrix_form(_, latex) return mathml.formula(latex, true), "block" end
 
 -- HTML of a value and how it stands: "inline", "block"; or nil where print's text is all there is to show.

@@ -1,66 +1,46 @@
 -- When are two answers the same? As they stand, after simplification, or as functions at random points.
 
+local points, models = include "grade/points", include "grade/models"
 local compare = {}
-local samples = 24                -- random points at which two expressions are compared
+local samples = 32                -- random points at which two expressions are compared
 
--- A sequence of its own (Park and Miller, 1988), so that a verdict does not depend on anything else.
-local function generator(seed)
-  local state = seed
-  return function(low, high)
-    state = state*48271 % 2147483647
-    return low + (high - low)*state/2147483647
-  end
-end
-
-local function close(a, b, tolerance)
-  if a ~= a or b ~= b then return a ~= a and b ~= b end
-  if a == b then return true end
-  if math.max(math.abs(a), math.abs(b)) == math.huge then return false end   -- ∞ is within ∞ of everything
-  return math.abs(a - b) <= tolerance*math.max(1, math.abs(a), math.abs(b))
-end
-
--- The value of e where its symbols, by name, are those in `at`; nan where it has none.
-local function value_at(e, at)
-  if type(e) == "number" then return e end
-  local inside = {}
-  for _, name in ipairs(leaves_of { e }) do inside[name] = at[name] end
-  local good, value = pcall(evaluate, e, inside)
-  return good and type(value) == "number" and value or 0/0
+-- Within `tolerance` of the larger one, or within the rounding of numbers as large as `scale`; a reference of
+-- exactly 0 has the size 1.
+local function close(answer, wanted, tolerance, scale)
+  if answer == wanted then return true end
+  local larger = math.max(math.abs(answer), math.abs(wanted))
+  if larger ~= larger or larger == math.huge then return false end   -- ∞ is within ∞ of everything
+  local difference = math.abs(answer - wanted)
+  return difference <= tolerance*(wanted == 0 and 1 or larger) or difference <= 1e-12*(scale or 0)
 end
 
 local function names_in(list) return (leaves_of(list)) end
 
-local function random_point(names, random, range)
-  local at = {}
+-- A point inside `range`, or one of symbols of both signs and several sizes; is it all positive?
+local function random_point(names, random, range, k)
+  local at, positive = {}, true
   for _, name in ipairs(names) do
     local limits = range and range[name] or { 0.2, 1.8 }
     at[name] = random(limits[1], limits[2])
-  end
-  return at
-end
-
--- The names of several lists, each once, in order.
-local function union(...)
-  local set, list = {}, {}
-  for _, names in ipairs { ... } do
-    for _, name in ipairs(names) do
-      if not set[name] then list[#list + 1] = name end
-      set[name] = true
+    if not range then
+      if k % 4 == 3 then at[name] = 5*at[name] end
+      if k % 2 == 0 and random(-1, 1) < 0 then at[name], positive = -at[name], false end
     end
   end
-  table.sort(list)
-  return list
+  return at, positive
 end
 
 -- An answer with branches could be right near the random points only: points of every size.
-local function same_far_away(a, b, all, random, task)
-  local function branches(e) return type(e) ~= "number" and e:code():find "ifelse" end
-  if task.range or not (branches(a) or branches(b)) then return true end
+local function same_far_away(a, b, all, task)
+  local random = points.generator(30011)
+  if task.range or not (points.branches(a.e) or points.branches(b.e)) then return true end
   for exponent = -8, 8 do
-    for _, sign in ipairs { 1, -1 } do
-      local at = random_point(all, random)
-      for _, name in ipairs(all) do at[name] = sign*10.0^exponent*at[name] end
-      local x, y = value_at(a, at), value_at(b, at)
+    for _ = 1, 4 do
+      local at = {}
+      for _, name in ipairs(all) do
+        at[name] = (random(-1, 1) < 0 and -1 or 1)*10.0^exponent*random(0.2, 1.8)
+      end
+      local x, y = a.value(at), b.value(at)
       local finite = math.abs(x) < math.huge and math.abs(y) < math.huge
       if finite and not close(x, y, task.tolerance or 1e-6) then return false end
     end
@@ -68,27 +48,52 @@ local function same_far_away(a, b, all, random, task)
   return true
 end
 
--- Equal as functions of their symbols, which are the same when their names are?
+-- Equal as functions of their symbols, which are the same when their names are? Where some symbol is
+-- negative, one of them may have no value, as √l √g where √(l g) has one.
 local function same_function(a, b, task)
-  local of_a, of_b = names_in { a }, names_in { b }
-  local all, random, defined = union(of_a, of_b), generator(20011), 0
+  local all, random = points.union(a.names, b.names), points.generator(20011)
+  local compared, sizes = {}, {}
   for k = 1, samples do
-    local at = random_point(all, random, task.range)
-    if not task.range and k % 2 == 0 then
-      for _, name in ipairs(all) do at[name] = -at[name] end
+    local at, positive = random_point(all, random, task.range, k)
+    local x, y = a.value(at), b.value(at)
+    if x == x and y == y then
+      compared[#compared + 1], sizes[#sizes + 1] = { x, y }, math.abs(y)
+    elseif x ~= x and y == y and (positive or task.range) then
+      return false
     end
-    local x, y = value_at(a, at), value_at(b, at)
-    if not close(x, y, task.tolerance or 1e-9) then return false end
-    if x == x then defined = defined + 1 end
   end
-  return defined >= 3 and same_far_away(a, b, all, random, task)
+  if #compared < 3 then return false end
+  table.sort(sizes)
+  local typical, tolerance = sizes[(#sizes + 1)//2], task.tolerance or 1e-9
+  for _, pair in ipairs(compared) do
+    local near = math.abs(pair[1] - pair[2]) <= tolerance*typical and typical < math.huge
+    if not near and not close(pair[1], pair[2], tolerance) then return false end
+  end
+  return same_far_away(a, b, all, task)
+end
+
+-- An expression as a function of values by name; renamed: its names in those of the other one.
+local function function_of(e, renamed)
+  local names = {}
+  for i, name in ipairs(names_in { e }) do names[i] = renamed and renamed[name] or name end
+  return { e = e, names = names, value = function(at)
+    if not renamed then return points.value_at(e, at) end
+    local own = {}
+    for _, name in ipairs(names_in { e }) do own[name] = at[renamed[name] or name] end
+    return points.value_at(e, own)
+  end }
 end
 
 local function same_expression(a, b, task)
   if a == b then return "right" end
   local good, difference = pcall(function() return simplify(a - b) end)
   if good and difference == 0 then return "equivalent" end
-  return same_function(a, b, task) and "equivalent"
+  if same_function(function_of(a), function_of(b), task) then return "equivalent" end
+  if not task.any_names then return false end
+  for _, names in ipairs(points.renamings(names_in { a }, names_in { b }, true)) do
+    if same_function(function_of(a, names), function_of(b), task) then return "equivalent" end
+  end
+  return false
 end
 
 local function is_number(value)
@@ -100,22 +105,50 @@ local same
 
 local function worse(a, b) return (a == "equivalent" or b == "equivalent") and "equivalent" or "right" end
 
-local function same_matrix(a, b, task)
-  if a.rows ~= b.rows or a.cols ~= b.cols then return false end
-  local verdict = "right"
-  for i = 1, a.rows do
-    for j = 1, a.cols do
-      local one = same(a(i, j), b(i, j), task)
-      if not one then return false end
-      verdict = worse(verdict, one)
-    end
+-- A matrix as a list, row after row; a list as it is.
+local function entries(list)
+  if object_type(list) ~= "matrix" then return list end
+  local out = {}
+  for i = 1, list.rows do
+    for j = 1, list.cols do out[#out + 1] = list(i, j) end
   end
-  return verdict
+  return out
 end
 
--- Lists entry by entry, or in any order.
+-- The same task, with the size of the largest number of a list: what is rounding there.
+local function scaled(list, task)
+  local scale = 0
+  local function look(value)
+    local size = is_number(value)
+    if size and math.abs(size) < math.huge then scale = math.max(scale, math.abs(size)) end
+  end
+  for _, value in ipairs(list) do
+    if object_type(value) == "complex" then
+      look(value.re)
+      look(value.im)
+    else
+      look(value)
+    end
+  end
+  return setmetatable({ scale = scale }, { __index = task })
+end
+
+local function all_equations(list)
+  for i = 1, #list do
+    if object_type(list[i]) ~= "equation" then return false end
+  end
+  return #list > 0
+end
+
+-- Lists entry by entry, or in any order; equations in any order are a system.
 local function same_list(a, b, task)
   if #a ~= #b then return false end
+  if task.any_order then
+    if all_equations(a) and all_equations(b) and models.same_equations(a, b, task) then
+      return "equivalent"
+    end
+    task = scaled(b, task)
+  end
   local verdict, used = "right", {}
   for i = 1, #a do
     local found
@@ -140,20 +173,10 @@ local function same_list(a, b, task)
   return verdict
 end
 
--- The permutations of 1 … n, one after the other.
-local function permutations(n)
-  local function go(list, k)
-    if k == n then coroutine.yield(list) end
-    for i = k, n do
-      list[k], list[i] = list[i], list[k]
-      if k < n then go(list, k + 1) end
-      if k < n then list[k], list[i] = list[i], list[k] end
-      if k == n then break end
-    end
-  end
-  local list = {}
-  for i = 1, n do list[i] = i end
-  return coroutine.wrap(function() go(list, 1) end)
+local function same_matrix(a, b, task)
+  if a.rows ~= b.rows or a.cols ~= b.cols then return false end
+  local list = entries(b)
+  return same_list(entries(a), list, setmetatable({ any_order = false }, { __index = scaled(list, task) }))
 end
 
 -- Stages may be numbered in another order.
@@ -176,119 +199,8 @@ local function same_tableau(a, b, task)
   for i = 1, n do identity[i] = i end
   if fits(identity) then return "right" end
   if n > 6 then return false end
-  for order in permutations(n) do
+  for order in points.permutations(n) do
     if fits(order) then return "equivalent" end
-  end
-  return false
-end
-
--- ── models: the same set of (t, x, x′, z) ──────────────────────────────────────────────────────────────────
-
-local function residuals(model)
-  local list = {}
-  for _, equation in ipairs(model.equations) do
-    local lhs, rhs = equation.lhs, equation.rhs
-    for i = 1, #lhs do list[#list + 1] = lhs[i] - rhs[i] end
-  end
-  return list
-end
-
-local function renamed(name, names)
-  local base, primes = name:match "^(.-)('*)$"
-  return (names[base] or base) .. primes
-end
-
--- Points on rows = 0, as values by name: by Gauss–Newton from random starts.
-local function points_on(rows, fixed, seed)
-  local names, leaves = leaves_of(rows)
-  local random, found = generator(seed), {}
-  for _ = 1, 8 do
-    local at, unknowns, start, values, place = {}, {}, {}, {}, {}
-    for k, name in ipairs(names) do
-      at[name] = fixed[name] or random(-1.5, 1.5)
-      if fixed[name] then
-        values[leaves[k]] = at[name]
-      else
-        unknowns[#unknowns + 1], start[#start + 1], place[#place + 1] = leaves[k], at[name], name
-      end
-    end
-    local inserted = {}
-    for i, e in ipairs(rows) do inserted[i] = subs(e, values) end
-    local good, k = pcall(gauss_newton, { R = inserted, x = unknowns, start = start, tol = 1e-12 })
-    if good and k.converged then
-      for i, name in ipairs(place) do at[name] = k.x[i] end
-      local residual = 0
-      for _, e in ipairs(rows) do residual = math.max(residual, math.abs(value_at(e, at))) end
-      if residual < 1e-8 then found[#found + 1] = at end
-    end
-    if #found == 3 then break end
-  end
-  return found
-end
-
--- Do the rows vanish at these points, whose names are translated first?
-local function vanish(rows, points_of, names, fixed)
-  local of_rows, random = names_in(rows), generator(401)
-  for _, at in ipairs(points_of) do
-    local there = {}
-    for name, value in pairs(at) do there[renamed(name, names)] = value end
-    for _, name in ipairs(of_rows) do there[name] = there[name] or fixed[name] or random(-1.5, 1.5) end
-    for _, e in ipairs(rows) do
-      if not (math.abs(value_at(e, there)) < 1e-6) then return false end
-    end
-  end
-  return #points_of > 0
-end
-
-local function base_names(model)
-  local names = {}
-  for _, part in ipairs { model.differential, model.algebraic } do
-    for i = 1, #part do names[#names + 1] = part[i].name:gsub("'", "") end
-  end
-  return union(names)
-end
-
--- Renamings of the unknowns of one model into those of the other: of what both do not share.
-local function renamings(a, b)
-  local of_a, of_b, only_a, only_b, shared = base_names(a), base_names(b), {}, {}, {}
-  for _, name in ipairs(of_b) do shared[name] = true end
-  for _, name in ipairs(of_a) do
-    if shared[name] then shared[name] = 2 else only_a[#only_a + 1] = name end
-  end
-  for _, name in ipairs(of_b) do
-    if shared[name] ~= 2 then only_b[#only_b + 1] = name end
-  end
-  return coroutine.wrap(function()
-    if #only_a ~= #only_b or #only_a > 6 then return end
-    if #only_a == 0 then return coroutine.yield({}, {}) end
-    for order in permutations(#only_a) do
-      local there, back = {}, {}
-      for i, name in ipairs(only_a) do
-        there[name], back[only_b[order[i]]] = only_b[order[i]], name
-      end
-      coroutine.yield(there, back)
-    end
-  end)
-end
-
-local function same_model(a, b)
-  if #a.differential ~= #b.differential or #a.algebraic ~= #b.algebraic then return false end
-  if a:code() == b:code() then return "right" end
-  local rows_a, rows_b = residuals(a), residuals(b)
-  if #rows_a ~= #rows_b then return false end
-  local fixed, random = {}, generator(77)
-  for _, model in ipairs { a, b } do
-    for _, part in ipairs { model.parameters, model.inputs } do
-      for i = 1, #part do
-        local name = part[i].name
-        fixed[name] = fixed[name] or random(0.5, 1.5)
-      end
-    end
-  end
-  fixed.t = 0.7
-  local on_a, on_b = points_on(rows_a, fixed, 101), points_on(rows_b, fixed, 211)
-  for there, back in renamings(a, b) do
-    if vanish(rows_b, on_a, there, fixed) and vanish(rows_a, on_b, back, fixed) then return "equivalent" end
   end
   return false
 end
@@ -296,8 +208,7 @@ end
 local function same_equation(a, b, task)
   local verdict = same(a.lhs, b.lhs, task) and same(a.rhs, b.rhs, task)
   if verdict then return verdict end
-  local one, other = a.lhs - a.rhs, b.lhs - b.rhs
-  return (same(one, other, task) or same(-one, other, task)) and "equivalent"
+  return models.same_equations({ a }, { b }, task)
 end
 
 -- The transfer function without common factors.
@@ -306,35 +217,95 @@ local function lowest(g)
   return (good and minimal or g):tf()
 end
 
-local kinds = { matrix = same_matrix, tableau = same_tableau, model = same_model, equation = same_equation,
-  complex = function(a, b, task)
+-- Coefficients from the highest power on, in units of the frequency at which the first and the last term of
+-- the denominator are as large: what is large and small among them is comparable then.
+local function balanced(list, degree, frequency)
+  local out = {}
+  for k = 1, #list do out[k] = is_number(list[k])/frequency^(degree - #list + k) end
+  return out
+end
+
+local function same_coefficients(a, b, tolerance)
+  local scale = 0
+  for i = 1, #b do scale = math.max(scale, math.abs(b[i])) end
+  for i = 1, #b do
+    if not (math.abs(a[i] - b[i]) <= tolerance*scale) then return false end
+  end
+  return #a == #b
+end
+
+-- The same response, whatever the realisation.
+local function same_response(a, b, task)
+  local x, y = lowest(a), lowest(b)
+  if #x.num ~= #y.num or #x.den ~= #y.den then return false end
+  for _, list in ipairs { x.num, x.den, y.num, y.den } do
+    for i = 1, #list do
+      if not is_number(list[i]) then
+        return same(x.num*y.den[1], y.num*x.den[1], task) and same(x.den*y.den[1], y.den*x.den[1], task)
+      end
+    end
+  end
+  local degree, frequency, leading = #y.den - 1, 1, is_number(y.den[1])
+  for k = 1, degree do
+    local ratio = math.abs(is_number(y.den[k + 1])/leading)
+    if ratio > 0 then frequency = ratio^(1/k) end
+  end
+  local function lists(g)
+    local first = is_number(g.den[1])
+    return balanced(g.num/first, degree, frequency), balanced(g.den/first, degree, frequency)
+  end
+  local num, den = lists(x)
+  local wanted_num, wanted_den = lists(y)
+  local tolerance = task.tolerance or 1e-6
+  return same_coefficients(num, wanted_num, tolerance) and same_coefficients(den, wanted_den, tolerance)
+end
+
+local function same_lti(a, b, task)
+  if a.Ts ~= b.Ts then return false end
+  local good, num = pcall(function() return a.num, b.num end)
+  if good and num and same(a.num, b.num, task) and same(a.den, b.den, task) then return "right" end
+  return same_response(a, b, task) and "equivalent"
+end
+
+-- Complex numbers within the tolerance of their modulus.
+local function same_complex(a, b, task)
+  local x, y, u, v = is_number(a.re), is_number(a.im), is_number(b.re), is_number(b.im)
+  if not (x and y and u and v) then
     local re, im = same(a.re, b.re, task), same(a.im, b.im, task)
     return re and im and worse(re, im)
-  end,
-  lti = function(a, b, task)
-    if a.Ts ~= b.Ts then return false end
-    local good, num = pcall(function() return a.num, b.num end)
-    if good and num and same(a.num, b.num, task) and same(a.den, b.den, task) then return "right" end
-    local x, y = lowest(a), lowest(b)                 -- the same response, whatever the realisation
-    return #x.num == #y.num and same(x.num*y.den[1], y.num*x.den[1], task)
-      and same(x.den*y.den[1], y.den*x.den[1], task) and "equivalent"
-  end }
+  end
+  if x == u and y == v then return "right" end
+  local size = math.max(math.sqrt(u*u + v*v), 1e-6*(task.scale or 0))
+  local distance = math.sqrt((x - u)^2 + (y - v)^2)
+  return distance <= (task.tolerance or 1e-6)*(size > 0 and size or 1) and "equivalent"
+end
+
+local kinds = { matrix = same_matrix, tableau = same_tableau, model = models.same, equation = same_equation,
+  complex = same_complex,
+  lti = same_lti }
 
 -- "right", "equivalent" or false. `wanted` is the reference.
 function same(answer, wanted, task)
+  if type(answer) == "string" and is_number(wanted) then          -- "1/3", as tableaus have it
+    local good, value = pcall(rational, answer)
+    if good then answer = value end
+  end
   local x, y = is_number(answer), is_number(wanted)
   if x and y then
     if math.type(x) == "integer" and x == y then return "right" end
-    return close(x, y, task.tolerance or 1e-6) and (answer == wanted and "right" or "equivalent")
+    return close(x, y, task.tolerance or 1e-6, task.scale) and (answer == wanted and "right" or "equivalent")
   end
   local kind, other = object_type(answer), object_type(wanted)
   if (kind == "expr" or type(answer) == "number") and (other == "expr" or type(wanted) == "number") then
     return same_expression(answer, wanted, task)
   end
   if kind and kind == other then return kinds[kind] and kinds[kind](answer, wanted, task) end
-  local column = kind == "matrix" and answer.cols == 1 or other == "matrix" and wanted.cols == 1
-  if column and (type(answer) == "table" or type(wanted) == "table") then
-    return same_list(answer, wanted, task)
+  if kind == "matrix" and answer.cols == 1 and type(wanted) == "table" then
+    return same_list(entries(answer), wanted, task)
+  end
+  if other == "matrix" and type(answer) == "table" then        -- rows as tables, or a column
+    local good, matrix = pcall(type(answer[1]) == "table" and mat or vec, answer)
+    return good and same_matrix(matrix, wanted, task) and "equivalent"
   end
   if type(answer) == "table" and type(wanted) == "table" then return same_list(answer, wanted, task) end
   if type(answer) == "string" and type(wanted) == "string" then

@@ -20,12 +20,19 @@ local function numbers(list)
   return out[1] and out or { 1 }
 end
 
+-- A, C, D and F begin with 1: what is multiplied by anything else makes the errors as small as one likes.
+local function monic(list, name)
+  local out = numbers(list)
+  if out[1] ~= 1 then fail(("the polynomial %s of a model of data begins with 1"):format(name)) end
+  return out
+end
+
 -- 100 (1 - ‖ε‖/‖y - ȳ‖) % of the one-step prediction, one input and one output.
 function fit.percent(model, d)
   local y, u = {}, {}
   for i = 1, #d.y do y[i], u[i] = d.y[i], d.u[i] end
-  local A, B, C = numbers(model.A), numbers(model.B), numbers(model.C)
-  local D, F = numbers(model.D), numbers(model.F)
+  local A, B, C = monic(model.A, "A"), numbers(model.B or { 0 }), monic(model.C, "C")
+  local D, F = monic(model.D, "D"), monic(model.F, "F")
   local left, right = filter(A, { 1 }, y), filter(B, F, u)
   for t = 1, #y do left[t] = left[t] - right[t] end
   local errors, mean = filter(D, C, left), 0

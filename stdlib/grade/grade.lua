@@ -5,7 +5,8 @@ local grade = { text_of = values.text_of }
 local tasks, by_name, title = {}, {}, ""
 
 local options = { name = "string", points = "number", text = "string", tolerance = "number", range = "table",
-  any_order = "boolean", right = "string", wrong = "string", mistakes = "table", check = "function",
+  any_order = "boolean", any_names = "boolean", right = "string", wrong = "string", mistakes = "table",
+  check = "function",
   least = "number", fit = true, answer = true }
 
 local function add_task(given)
@@ -16,8 +17,8 @@ local function add_task(given)
   for key, value in pairs(given) do
     local kind = key == 1 and "string" or options[key]
     if not kind then
-      fail(("task: unknown option '%s' (options: answer, any_order, check, fit, least, mistakes, name, "
-        .. "points, range, right, text, tolerance, wrong)"):format(tostring(key)))
+      fail(("task: unknown option '%s' (options: answer, any_names, any_order, check, fit, least, mistakes, "
+        .. "name, points, range, right, text, tolerance, wrong)"):format(tostring(key)))
     end
     if kind ~= true and type(value) ~= kind then
       fail(("task: option '%s': expected a %s, got a %s"):format(tostring(key), kind, type(value)))
@@ -64,7 +65,8 @@ end
 
 local function judge_fit(task, answer)
   if type(answer) ~= "table" then return "wrong", 0, "a model of data was expected, as arx(d, …) gives it" end
-  local percent = include "grade/fit".percent(answer, task.fit)
+  local good, percent = pcall(include "grade/fit".percent, answer, task.fit)
+  if not good then return "wrong", 0, tostring(percent) end
   local least = task.least or 80
   if percent >= least then return "right", task.points, ("fit %.2f %%"):format(percent) end
   return "wrong", 0, ("fit %.2f %%, wanted %g %%"):format(percent, least)

@@ -25,6 +25,7 @@ local function answer_of(value, depth)
   local kind = object_type(value)
   if answers[kind] or kind == "model" and depth == 0 then return value end
   if kind == "idmodel" or kind == "idpoly" then return polynomials(value) end
+  if kind == "eigenvalues" then return answer_of(value.values, depth + 1) end
   if kind == "model" then fail "a model inside a list cannot be graded" end
   if kind then fail(("a %s cannot be an answer"):format(kind)) end
   if type(value) ~= "table" then return value end

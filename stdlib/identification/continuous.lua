@@ -15,23 +15,28 @@ local function shown(r)
     r.ic == "estimate" and "initial state estimated" or "from rest")
   lines[#lines + 1] = ("  search: %s, the best of %d starts"):format(r.verdict, r.starts)
   for _, name in ipairs(r.active) do
-    lines[#lines + 1] = ("  warning: %s rests on the end of its range"):format(name)
+    lines[#lines + 1] = ("  warning: %s lies at the end of its range"):format(name)
   end
   return table.concat(lines, "\n")
 end
 estimated.__tostring = shown
 
 estimated.__index = {
+  latex = report_latex,
   plot = function(r, d, options)
     if object_type(d) ~= "iddata" then fail "r:plot(d) needs the data to compare with" end
-    local y = {}
-    for t = 1, d.y.rows do y[t] = d.y(t, 1) end
-    local errors = named "continuous_errors" (r.num, r.den, r.delay, d:fill(), r.ic)
-    local model, filled = {}, d:fill()
-    for t = 1, d.y.rows do model[t] = filled.y(t, 1) - errors[t] end
+    local filled, y, model, mean = d:fill(), {}, {}, 0
+    local errors = named "continuous_errors" (r.num, r.den, r.delay, filled, r.ic)
+    for t = 1, d.y.rows do
+      y[t], model[t] = d.y(t, 1), filled.y(t, 1) - errors[t]
+      mean = mean + filled.y(t, 1) / d.y.rows
+    end
+    local sse, variation = 0, 0
+    for t = 1, d.y.rows do
+      if y[t] == y[t] then sse, variation = sse + errors[t]^2, variation + (y[t] - mean)^2 end
+    end
     local base = { labels = { "measured", "simulated" }, xlabel = "t [s]", ylabel = d.y_names[1],
-      style = "line",
-      title = ("simulation, fit %.4g %%"):format(r.fit) }
+      style = "line", title = ("simulation, fit %.4g %%"):format(100 * (1 - math.sqrt(sse / variation))) }
     for key, value in pairs(options or {}) do base[key] = value end
     return named "plot" (d.t, y, d.t, model, base)
   end,
@@ -81,7 +86,8 @@ local function require_information(by, d, sizes, parameters, poles, ic)
       parameters, ic == "estimate" and (", %d initial values; ic = \"zero\": none"):format(poles) or ""))
   end
   if ic == "estimate" and sizes.constant then
-    fail(("%s: the input %s does not vary, and from an unknown state that says nothing; ic = \"zero\" if "
+    fail(("%s: the input %s does not vary, and with an unknown initial state such data carry no information; "
+      .. "ic = \"zero\" if "
       .. "the data begin at rest"):format(by, d.u_names[1]))
   end
 end
@@ -137,7 +143,8 @@ end
 local function read_type(kind)
   local order, letters = tostring(kind):match "^P([0-3])([DZIU]*)$"
   if not order then
-    fail(("process_model: '%s' is no type; write \"P1D\": the number of poles, D for a delay, Z for a zero, "
+    fail(("process_model: '%s' is not a type; write \"P1D\": the number of poles, D for a delay, Z for "
+      .. "a zero, "
       .. "I for an "
       .. "integrator, U for a complex pair"):format(tostring(kind)))
   end
@@ -311,7 +318,8 @@ local function tfest(d, options)
     std[i], cov[i] = math.abs(unit[i]) * r.std[i], {}
     for j = 1, #names do cov[i][j] = unit[i] * unit[j] * r.cov(i, j) end
   end
-  return finish(r, d, ic, ("transfer function with %d poles, %d zeros"):format(np, nz), names, values,
+  return finish(r, d, ic, ("transfer function with %s, %s"):format(counted(np, "pole"), counted(nz, "zero")),
+    names, values,
     { std = std, cov = cov }, build)
 end
 

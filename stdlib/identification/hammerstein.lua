@@ -189,6 +189,7 @@ local function hammerstein(d, options)
 end
 
 estimated.__index = {
+  latex = report_latex,
   simulate = function(r, d)
     common.data("r:simulate", d)
     local u = {}

@@ -14,7 +14,7 @@ function estimate.__tostring(r)
       or "nowhere beyond the 99 % bound")
 end
 
-estimate.__index = { plot = function(r, options)
+estimate.__index = { latex = report_latex, plot = function(r, options)
   local low = {}
   for k, b in ipairs(r.bound) do low[k] = -b end
   local base = { by = "plot", title = "Impulse response", xlabel = "lag",

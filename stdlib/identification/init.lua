@@ -19,7 +19,8 @@ local recursive = { option("na", "integer", "past outputs: coefficients of A(q)"
   option("nb", "integer", "past inputs: coefficients of B(q)"),
   option("nk", "integer", "delay of the input, in samples", "1"),
   option("forgetting", "number", "weight of a sample for the next one, λ", "1"),
-  option("drift", "number or list", "variance per sample of parameters that walk, in units of the noise",
+  option("drift", "number or list",
+    "variance per sample of a random walk of the parameters, in units of the noise",
     "0"),
   option("theta0", "list", "parameters to begin with"),
   option("P0", "number", "their variance", "1e6") }
@@ -107,9 +108,10 @@ row("delay_estimate",
 row("rarx", "rarx(d, { na =, nb =, nk = 1, forgetting = 1, drift = 0, theta0 =, P0 = 1e6 }) -> recursive "
   .. "estimate",
   [[ARX parameters sample by sample: recursive least squares with exponential forgetting, or, with drift, the
-    Kalman filter of parameters that walk with that variance per sample (in units of the noise). .theta and
-    .std (a list per sample) .errors; :plot(). Missing samples teach nothing.]], "recursive",
-  swing .. "r = rarx(d, { na = 1, nb = 1 })\nprint((\"%.4f\"):format(r.theta[127][1]))", "-0.5000")
+    Kalman filter of parameters in a random walk with that variance per sample (in units of the noise).
+    .theta and .std (a list per sample) .errors; :plot(). Missing samples leave the estimate as it is.]],
+  "recursive", swing .. "r = rarx(d, { na = 1, nb = 1 })\nprint((\"%.4f\"):format(r.theta[127][1]))",
+    "-0.5000")
 row("rarmax", "rarmax(d, { na =, nb =, nc = 1, nk = 1, forgetting = 1, … }) -> recursive estimate",
   [[The same for ARMAX by recursive prediction errors, C kept stable (Ljung, 2nd ed., §11.4). With
     forgetting = 1 the first hundred samples count less: their gradients belong to a poor C.]], "recursive",

@@ -16,7 +16,7 @@ function track.__tostring(r)
   return table.concat(lines, "\n")
 end
 
-track.__index = { plot = function(r, options)
+track.__index = { latex = report_latex, plot = function(r, options)
   local times, arguments = {}, {}
   for t = 1, #r.theta do times[t] = (t - 1) * r.Ts end
   for k in ipairs(r.names) do

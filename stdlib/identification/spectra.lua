@@ -71,7 +71,7 @@ local function picture(r, options)
   for key, value in pairs(options or {}) do base[key] = value end
   return figure(base)
 end
-spectral_estimate.__index = { plot = picture }
+spectral_estimate.__index = { plot = picture, latex = report_latex }
 
 local function read_options(options, N)
   local M = options.window or math.min(30, N // 10)
@@ -202,7 +202,7 @@ function density.__tostring(r)
   return ("power density by Welch's averages: %d segments of %d samples, %d frequencies up to %.4g Hz")
     :format(r.segments, r.segment, #r.f, r.f[#r.f])
 end
-density.__index = { plot = function(r, options)
+density.__index = { latex = report_latex, plot = function(r, options)
   local base = { title = "Power density", xlabel = "f [Hz]", ylabel = "power/Hz", style = "line" }
   for key, value in pairs(options or {}) do base[key] = value end
   return named "semilogy" (r.f, r.power, base)
@@ -221,7 +221,7 @@ function coherence_estimate.__tostring(r)
     .. "frequencies")
     :format(r.input, r.output, r.segments, r.segment, r.bound)
 end
-coherence_estimate.__index = { plot = function(r, options)
+coherence_estimate.__index = { latex = report_latex, plot = function(r, options)
   local base = { by = "plot", title = "Coherence", xlabel = "f [Hz]", ylabel = "κ²", ylim = { 0, 1 },
     series = { { x = r.f, y = r.value, labels = { r.output .. ", " .. r.input } },
       { x = { r.f[1], r.f[#r.f] }, y = { r.bound, r.bound }, labels = { "99 % by chance" },

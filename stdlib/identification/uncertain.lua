@@ -72,7 +72,7 @@ local function siso(G)
 end
 
 local function bands(name, text, draw)
-  local t = { __name = name, __tostring = text, __index = { plot = draw } }
+  local t = { __name = name, __tostring = text, __index = { plot = draw, latex = report_latex } }
   return t
 end
 
@@ -207,7 +207,7 @@ local function complex_response(u, w)
   end
 end
 
-local methods = {}
+local methods = { latex = report_latex }
 
 function methods.bode(u, w)
   local list, re, im, f, cov = complex_response(u, w)
@@ -311,23 +311,33 @@ end
 
 local prediction = { __name = "forecast" }
 function prediction.__tostring(r)
-  return ("forecast of %s, %d steps; the last %.6g ± %.3g"):format(r.names[1], #r.t, r.y(#r.t, 1),
-    r.std(#r.t, 1))
+  local lines = {}
+  for i, name in ipairs(r.names) do
+    lines[i] = ("forecast of %s, %d steps; the last %.6g ± %.3g"):format(name, #r.t, r.y(#r.t, i),
+      r.std(#r.t, i))
+  end
+  return table.concat(lines, "\n")
 end
-prediction.__index = { plot = function(r, options)
+
+local function forecast_panel(r, i, options)
   local x, y, low, high, past, before = {}, {}, {}, {}, {}, {}
   for k = 1, #r.t do
-    x[k], y[k] = r.t[k], r.y(k, 1)
-    low[k], high[k] = y[k] - r.z * r.std(k, 1), y[k] + r.z * r.std(k, 1)
+    x[k], y[k] = r.t[k], r.y(k, i)
+    low[k], high[k] = y[k] - r.z * r.std(k, i), y[k] + r.z * r.std(k, i)
   end
   local N = r.data.y.rows
   for t = math.max(1, N - 4 * #r.t), N do
-    past[#past + 1], before[#before + 1] = r.data.t[t], r.data.y(t, 1)
+    past[#past + 1], before[#before + 1] = r.data.t[t], r.data.y(t, i)
   end
-  return figure(with(options, { by = "plot", title = "Forecast", xlabel = "t [s]", ylabel = r.names[1],
+  return figure(with(options, { by = "plot", title = "Forecast", xlabel = "t [s]", ylabel = r.names[i],
     series = { { x = x, y = high, lower = low, labels = { ("%g %%"):format(100 * r.level) }, style = "fill" },
                { x = past, y = before, labels = { "measured" } },
                  { x = x, y = y, labels = { "forecast" } } } }))
+end
+
+prediction.__index = { latex = report_latex, plot = function(r, options)
+  return include "identification/panels".by_output("r:plot", r.names, options,
+    function(i, rest) return forecast_panel(r, i, rest) end)
 end }
 
 local function forecast(m, d, steps, options)

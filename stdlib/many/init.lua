@@ -19,17 +19,29 @@ local seed_row = option("seed", "integer", "of the random numbers", "0")
 local confidence = option("confidence", "number", "of the interval", "0.95")
 local at_time = option("t", "number", "the time of the value; without it the end")
 
+-- Rows of a picture's own options, with those of every figure behind them.
+local function pictured(rows)
+  return function() return joined_options(rows, plotting.options.frame) end
+end
+
 local function runs(design)
   return ([[
-    x, k = var "x", param "k"
-    s = sweep(dae{ der(x) ~ -k*x }, { start = { x = 1 }, to = 1, params = { k = normal(1, 0.1) }, runs = 64,
-      design = "%s" })
+x, k = var "x", param "k"
+s = sweep(dae{ der(x) ~ -k*x }, { start = { x = 1 }, to = 1, params = { k = normal(1, 0.1) }, runs = 64,
+  design = "%s" })
 ]]):format(design)
 end
+local three_runs = [[
+x, k = var "x", param "k"
+s = sweep(dae{ der(x) ~ -k*x }, { start = { x = 1 }, to = 1, params = { k = {1, 2, 3} } })
+]]
 
 method("quantile", "s:quantile(e, p [, t]) -> number or column",
   [[The value of an expression below which the share p of the runs lies, at the end or at time t; p may be a
-    list.]], "answers")
+    list.]], "answers", nil,
+  runs "sobol" .. [[
+low, high = s:quantile(x, 0.05), s:quantile(x, 0.95)
+return low < s:mean(x) and s:mean(x) < high]], "true")
 doc { name = "sweep:probability", module = "sweep",
   sig = "s:probability(condition [, t] [, { confidence = 0.95, method = \"wilson\" }]) -> probability",
   text = [[The share of the runs for which a condition such as lt(x, 0.2) holds at the end (or at time t),
@@ -38,20 +50,30 @@ doc { name = "sweep:probability", module = "sweep",
   example = runs "monte carlo" .. "print(s:probability(lt(x, 0.5), { confidence = 0.9 }).n)", gives = "64",
   options = options_of "share_interval", late("answers", "probability") }
 method("histogram", "s:histogram(e [, { t =, bins = }]) -> figure",
-  "Draws how often the values of an expression lie in cells of one width.", "pictures",
-  { at_time, option("bins", "integer or list", "how many cells, or their edges") },
+  "A histogram of the values of an expression over the runs.", "pictures",
+  pictured { at_time, option("bins", "integer or list", "how many cells, or their edges") },
   runs "monte carlo" .. "print(s:histogram(x, { bins = 5 }))", "figure: 2 series, 20 points")
 method("density", "s:density(e [, { t =, bandwidth = }]) -> figure",
   "Draws the density of the values by Gaussian kernels.", "pictures",
-  { at_time, option("bandwidth", "number", "of the kernels") },
+  pictured { at_time, option("bandwidth", "number", "of the kernels") },
   runs "monte carlo" .. "print(s:density(x, { bandwidth = 0.1 }).title)", "")
-method("fan", "s:fan(e [, { 0.05, 0.25 }]) -> figure",
-  [[The median over time between the quantiles p and 1 - p; needs saved times.]], "pictures")
+doc { name = "sweep:fan", module = "sweep", sig = "s:fan(e [, { 0.05, 0.25, title = }]) -> figure",
+  text = "The median over time between the quantiles p and 1 - p; needs saved times.",
+  example = [[
+x, k = var "x", param "k"
+s = sweep(dae{ der(x) ~ -k*x }, { start = { x = 1 }, to = 1, times = linspace(0, 1, 21),
+  params = { k = normal(1, 0.2) }, runs = 64 })
+return s:fan(x, { 0.05, 0.25, title = "Decay" })]], gives = "figure 'Decay': 3 series, 63 points",
+  options = pictured {}, late("pictures", "fan") }
 method("scatter", "s:scatter{ e, … } -> figure",
-  "One panel for each expression against each of what varies.", "pictures")
+  "One panel for each expression against each of what varies.", "pictures", nil, [[
+x, k, a = var "x", params "k a"
+s = sweep(dae{ der(x) ~ a - k*x }, { start = { x = 1 }, to = 1, runs = 64,
+  params = { k = normal(1, 0.1), a = uniform(0, 1) } })
+return s:scatter{ x }]], "figure: 1 series, 64 points, 2 panels")
 method("convergence", "s:convergence(e [, t]) -> figure",
   [[The mean over the first n runs with its 95 % interval, against n: what more runs would change.]],
-    "pictures")
+  "pictures", nil, runs "monte carlo" .. "return s:convergence(x)")
 method("sobol", "s:sobol(e [, { t =, bootstrap = 200, confidence = 0.95, seed = 0 }]) -> sobol_indices",
   [[Shares of the variance of an expression that each quantity explains alone (first) and with all others
     (total), with bootstrap intervals. Needs design = "saltelli" with runs = a power of 2 of base points.
@@ -61,7 +83,12 @@ method("sobol", "s:sobol(e [, { t =, bootstrap = 200, confidence = 0.95, seed = 
   runs "saltelli" .. "print(s:sobol(x, { bootstrap = 20 }).total[1] > 0.9)", "true")
 method("morris", "s:morris(e [, t]) -> morris_effects",
   [[Mean μ, mean of the sizes μ* and deviation σ of the elementary effects of each quantity: which matter at
-    all. Needs design = "morris" (Morris, Technometrics 33(2), 1991).]], "sensitivity")
+    all. Needs design = "morris" (Morris, Technometrics 33(2), 1991).]], "sensitivity", nil, [[
+x, k, a = var "x", params "k a"
+s = sweep(dae{ der(x) ~ a - k*x }, { start = { x = 1 }, to = 1, runs = 30, design = "morris",
+  params = { k = uniform(1, 2), a = uniform(0, 0.1) } })
+m = s:morris(x)
+return m.names[2], m.mu_star[2] > 3*m.mu_star[1] ]], "k true")
 method("chaos", "s:chaos(e [, { degree = 3, t = }]) -> chaos",
   [[A polynomial in what varies, orthonormal for its distributions, fitted to the runs with few terms:
     c.mean, c.std, c.loo (leave-one-out error, as a share of the variance), c.terms, c:sobol(), c{ k = 1.2 }.
@@ -69,9 +96,16 @@ method("chaos", "s:chaos(e [, { degree = 3, t = }]) -> chaos",
     pursuit).]], "chaos", { at_time, option("degree", "integer", "the highest degree of a term", "3") },
   runs "halton" .. 'print(("%.2f"):format(s:chaos(x, { degree = 2 }).mean))', "0.37")
 method("csv", "s:csv(file [, { expressions }])",
-  [[Writes one line per run: what varied, the values at the end, and why it failed.]], "tables")
-method("json", "s:json(file [, { expressions }])",
-  "The same as JSON: a list of objects.", "tables")
+  [[Writes one line per run: what varied, the values at the end, and why it failed.]], "tables",
+  nil, three_runs .. [[
+name = os.tmpname()
+s:csv(name, { x })
+for line in io.lines(name) do print(line) end]])
+method("json", "s:json([file] [, { expressions }]) -> string",
+  "The same as JSON: a list of objects.", "tables", nil, three_runs .. [[
+name = os.tmpname()
+s:json(name, { x })
+for line in io.lines(name) do print(line) end]])
 
 doc { name = "reliability", module = "sweep",
   sig = "reliability(sys, { params =, start =, to =, limit_state = g, runs = 1000, p0 = 0.1, seed = 0, t = "
@@ -105,8 +139,8 @@ local function fields(type, list)
     function(self) return contents(type, self).text end }
 end
 
-fields("probability", { { "p", "number", "The share." }, { "low", "number", "Begin of the interval." },
-  { "high", "number", "End of the interval." }, { "count", "integer", "Runs for which it holds." },
+fields("probability", { { "p", "number", "The share." }, { "low", "number", "Lower end of the interval." },
+  { "high", "number", "Upper end of the interval." }, { "count", "integer", "Runs for which it holds." },
   { "n", "integer", "Runs with a value." } })
 fields("sobol_indices", { { "names", "list", "What varies." }, { "first", "list", "First-order indices." },
   { "total", "list", "Total indices." }, { "first_interval", "list", "{ low, high } of each first index." },
@@ -120,9 +154,20 @@ fields("chaos", { { "mean", "number", "The mean." }, { "std", "number", "The sta
   { "loo", "number", "Leave-one-out error, a share of the variance." },
   { "terms", "integer", "Terms that were kept." } })
 doc { name = "chaos:sobol", module = "sweep", sig = "c:sobol() -> sobol_indices",
-  text = "Sobol' indices from the coefficients.", late("chaos", "indices") }
+  text = "Sobol' indices from the coefficients.",
+  example = [[
+    x, k = var "x", param "k"
+    s = sweep(dae{ der(x) ~ -k*x }, { start = { x = 1 }, to = 1, params = { k = normal(1, 0.1) }, runs = 64,
+      design = "halton" })
+    s:chaos(x, { degree = 2 }):sobol().total[1] ]], gives = "1.0", late("chaos", "indices") }
 doc { name = "chaos:__call", module = "sweep", sig = "c{ k = 1.2, … } -> number",
-  text = "The value of the polynomial.", late("chaos", "value") }
+  text = "The value of the polynomial.",
+  example = [[
+    x, k = var "x", param "k"
+    s = sweep(dae{ der(x) ~ -k*x }, { start = { x = 1 }, to = 1, params = { k = normal(1, 0.1) }, runs = 64,
+      design = "halton" })
+    c = s:chaos(x, { degree = 3 })
+    math.abs(c{ k = 1.1 } - math.exp(-1.1)) < 1e-4]], gives = "true", late("chaos", "value") }
 
 -- ── many fits ──────────────────────────────────────────────────────────────────────────────────────────────
 
@@ -181,7 +226,8 @@ of_fit("starts", "r:starts{ runs = 20, spread = 1, lower =, upper =, seed = 0 } 
   decay_fit .. "print(#r:starts{ runs = 5 }.minima)", "1")
 
 fields("profile_result", { { "best", "number", "The estimate." },
-  { "low", "number or nil", "Begin of the interval." }, { "high", "number or nil", "End of the interval." },
+  { "low", "number or nil", "Lower end of the interval." },
+    { "high", "number or nil", "Upper end of the interval." },
   { "values", "list", "Values of the parameter." }, { "losses", "list", "The least losses." },
   { "level", "number", "The loss at the ends of the interval." } })
 doc { name = "profile_result:plot", module = "identification", sig = "p:plot([options]) -> figure",
@@ -193,8 +239,8 @@ doc { name = "profile_result:plot", module = "identification", sig = "p:plot([op
     return parts.refits.plot_profile(contents("profile_result", self), options)
   end }
 fields("bootstrap_result", { { "names", "list", "The estimates." },
-  { "std", "list", "Their standard deviations." }, { "low", "list", "Begins of their intervals." },
-  { "high", "list", "Ends of their intervals." }, { "values", "list", "All estimates, a list each." } })
+  { "std", "list", "Their standard deviations." }, { "low", "list", "Lower ends of their intervals." },
+  { "high", "list", "Upper ends of their intervals." }, { "values", "list", "All estimates, a list each." } })
 fields("cross_validation", { { "rmse", "number", "Of the samples left out." },
   { "folds", "list", "The same by block." } })
 fields("starts_result", { { "best", "fit_result", "The best fit." },
@@ -272,6 +318,9 @@ doc { name = "random_process", module = "sweep",
   end }
 doc { name = "random_process:realisation", module = "sweep", sig = "p:realisation([seed]) -> expression",
   text = "One of its signals, as an expression of t.",
+  example = [[
+    w = random_process{ band = { 0.1, 5 }, std = 2, lines = 2 }
+    evaluate(w:realisation(1), { t = 0 }) ~= evaluate(w:realisation(2), { t = 0 })]], gives = "true",
   function(self, seed_)
     parts.process = parts.process or include "many/process"
     return parts.process.realisation(contents("random_process", self), seed_ or 0)

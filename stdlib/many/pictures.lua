@@ -4,8 +4,15 @@ local pictures = {}
 
 local function title(e) return tostring(e) end
 
+-- Options of a figure that a picture was given, before what it says by itself.
+local function framed(given, own)
+  for _, row in ipairs(plotting.options.frame) do
+    if given[row.name] ~= nil then own[row.name] = given[row.name] end
+  end
+  return own
+end
+
 function pictures.histogram(s, e, options)
-  options = options or {}
   local cells = bin(answers.values(s, e, options.t), options.bins)
   local x, y, n = {}, {}, #cells.counts
   for i = 1, n do
@@ -14,29 +21,38 @@ function pictures.histogram(s, e, options)
   end
   local zero = {}
   for i = 1, #x do zero[i] = 0 end
-  return overlay(band(x, zero, y, { xlabel = title(e), ylabel = "runs" }), plot(x, y))
+  return overlay(band(x, zero, y, framed(options, { xlabel = title(e), ylabel = "runs" })), plot(x, y))
 end
 
 function pictures.density(s, e, options)
-  options = options or {}
   local sample = answers.values(s, e, options.t)
   local curve = smooth_density(sample, nil, options.bandwidth)
-  return plot(curve.x, curve.f, { xlabel = title(e), ylabel = "density" })
+  return plot(curve.x, curve.f, framed(options, { xlabel = title(e), ylabel = "density" }))
 end
 
-function pictures.fan(s, e, levels)
-  levels = levels or { 0.05, 0.25 }
-  if type(levels) == "number" then levels = { levels } end
+-- The list and the options of { 0.05, 0.25, title = "…" }.
+local function levels_of(given)
+  local levels, options = {}, {}
+  for key, value in pairs(type(given) == "table" and given or { given }) do
+    (math.type(key) == "integer" and levels or options)[key] = value
+  end
+  return #levels > 0 and levels or { 0.05, 0.25 }, check_options("fan", options, plotting.options.frame)
+end
+
+function pictures.fan(s, e, given)
+  local levels, options = levels_of(given)
   local times, rows = s.t, s(e)
   local figures, median = {}, {}
   for _, p in ipairs(levels) do
-    if not (p > 0 and p < 0.5) then fail(("fan: %g is not a share between 0 and 0.5"):format(p)) end
+    if type(p) ~= "number" or not (p > 0 and p < 0.5) then
+      fail(("fan: %s is not a share between 0 and 0.5"):format(tostring(p)))
+    end
     local low, high = {}, {}
     for i = 1, #times do
       local q = quantile(rows[i], { p, 1 - p })
       low[i], high[i] = q[1], q[2]
     end
-    figures[#figures + 1] = band(times, low, high, { xlabel = "t", ylabel = title(e) })
+    figures[#figures + 1] = band(times, low, high, framed(options, { xlabel = "t", ylabel = title(e) }))
   end
   for i = 1, #times do median[i] = quantile(rows[i], 0.5) end
   figures[#figures + 1] = plot(times, median)

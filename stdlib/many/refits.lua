@@ -115,7 +115,7 @@ function refits.profile(r, parameter, given)
   local lines = { ("%s = %.6g; %g %% interval by profile likelihood: %s … %s"):format(r.names[place], best,
     100*options.confidence, border(from, "below"), border(to, "above")) }
   if not (from and to) and left == 0 then
-    lines[#lines + 1] = ("  not identifiable on the open side: the other parameters make up for %s")
+    lines[#lines + 1] = ("  not identifiable on the open side: the other parameters compensate for %s")
       :format(r.names[place])
   end
   if better then
@@ -277,8 +277,8 @@ function refits.starts(r, given)
   local guess = {}
   for i = 1, #r.names do guess[key_of(r, i)] = minima[1].theta[i] end
   local best = minima[1].loss < r.loss*(1 - 1e-9) and r:refit{ guess = guess } or r
-  local lines = { ("%d fits from random guesses%s: %d different minima"):format(#list,
-    lost_text(failed, left), #minima) }
+  local lines = { ("%d fits from random guesses%s: %s"):format(#list, lost_text(failed, left),
+    #minima == 1 and "one minimum" or #minima .. " different minima") }
   for i = 1, math.min(#minima, 5) do
     local parts = {}
     for k, name in ipairs(r.names) do parts[k] = ("%s = %.6g"):format(name, minima[i].theta[k]) end

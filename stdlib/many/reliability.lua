@@ -130,8 +130,8 @@ function reliability.reliability(sys, given)
     if last then
       return record("reliability_result", { p = p, cov = math.sqrt(square), levels = level,
         runs = problem.runs,
-        text = ("probability of failure %.4g (coefficient of variation about %.2g), %d levels, %d runs")
-          :format(p, math.sqrt(square), level, problem.runs) })
+        text = ("probability of failure %.4g (coefficient of variation about %.2g), %s, %d runs")
+          :format(p, math.sqrt(square), counted(level, "level"), problem.runs) })
     end
     local seeds, g_seeds = {}, {}
     for i = 1, keep do seeds[i], g_seeds[i] = points[order[i]], g[order[i]] end

@@ -57,12 +57,12 @@ end
 
 -- The rows of a table of indices.
 function sensitivity.text(names, first, total, first_interval, total_interval)
-  local lines = { ("%-12s %8s %18s %8s %18s"):format("", "first", "", "total", "") }
+  local lines = { ("%-12s %8s %18s %8s %18s"):format("", "first", "interval", "total", "interval") }
   for j, name in ipairs(names) do
     local function between(list)
       return list and ("%8.4f…%7.4f"):format(list[j][1], list[j][2]) or ""
     end
-    lines[#lines + 1] = ("%-12s %8.4f %18s %8.4f %18s"):format(name, first[j], between(first_interval),
+    lines[#lines + 1] = ("%-12s %8.4f %20s %8.4f %20s"):format(name, first[j], between(first_interval),
       total[j],
       between(total_interval)):gsub("%s+$", "")
   end
@@ -120,7 +120,7 @@ function sensitivity.morris(s, e, t)
       end
     end
   end
-  local mu, star, sigma, lines = {}, {}, {}, { ("%-12s %12s %12s %12s"):format("", "μ", "μ*", "σ") }
+  local mu, star, sigma, lines = {}, {}, {}, { ("%-12s %13s %13s %13s"):format("", "μ", "μ*", "σ") }
   for j = 1, d do
     if n[j] == 0 then fail "morris: no trajectory has a value; see s.failures" end
     mu[j], star[j] = sum[j]/n[j], size[j]/n[j]

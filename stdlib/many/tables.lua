@@ -55,7 +55,10 @@ local function json_text(text)
 end
 
 function tables.json(s, file, list)
-  if type(file) ~= "string" then fail 'json: expected a file name, as in s:json "runs.json"' end
+  if list == nil and type(file) ~= "string" then file, list = nil, file end
+  if file ~= nil and type(file) ~= "string" then
+    fail 'json: expected a file name first, as in s:json("runs.json", { x })'
+  end
   local titles, values, why = columns(s, list)
   local lines = {}
   for run = 1, #s do
@@ -68,7 +71,9 @@ function tables.json(s, file, list)
     if why[run] then parts[#parts + 1] = '"failure": ' .. json_text(why[run]) end
     lines[run] = "  { " .. table.concat(parts, ", ") .. " }"
   end
-  write_file(file, "[\n" .. table.concat(lines, ",\n") .. "\n]\n", "json")
+  local text = "[\n" .. table.concat(lines, ",\n") .. "\n]\n"
+  if file then write_file(file, text, "json") end
+  return text
 end
 
 return tables

@@ -103,9 +103,34 @@ local function driven_and_said(top)
   return words
 end
 
+-- "equations of motor: …; unknowns of its own: x, y", where they are not as many as each other.
+local function own_equations(scope)
+  local d, rows, said, unknowns = data(scope), 0, {}, {}
+  for _, entry in ipairs(d.equations) do
+    if entry[2] == nil then                          -- connections have a note
+      rows = rows + entry[1].lhs.rows*entry[1].lhs.cols
+      said[#said + 1] = tostring(entry[1])
+    end
+  end
+  local size = 0
+  for _, symbol in ipairs(d.vars) do
+    if not (object_type(symbol) == "expr" and symbol.kind == "input") then
+      unknowns[#unknowns + 1] = tostring(symbol)
+      size = size + (object_type(symbol) == "matrix" and #symbol or 1)
+    end
+  end
+  if rows == size then return nil end
+  local function few(list)
+    return #list == 0 and "none" or table.concat(list, ", ", 1, math.min(#list, 6)) .. (#list > 6 and ", …"
+      or "")
+  end
+  return ("%s: equations of its own: %s; unknowns of its own: %s"):format(scopes.title(scope), few(said),
+    few(unknowns))
+end
+
 -- Equations that are too many or too few, by the parts they are in.
 local function check_count(top, all)
-  local rows, unknowns, seen = 0, 0, {}
+  local rows, unknowns = 0, 0
   for _, equation in ipairs(all.equations) do
     rows = rows + equation.lhs.rows * equation.lhs.cols
   end
@@ -123,20 +148,13 @@ local function check_count(top, all)
   local words = {}
   local function explain(scope)
     local d = data(scope)
-    if d.class.items and #d.vars > 0 then
-      for _, symbol in ipairs(d.vars) do
-        if not seen[symbol] then seen[symbol], words[#words + 1] = true, tostring(symbol) end
-      end
-    end
+    if d.class.items or #d.parts > 0 then words[#words + 1] = own_equations(scope) end
     for _, sub in ipairs(d.parts) do explain(sub) end
   end
   explain(top)
-  fail(("the model has %d equations for %d unknowns: %d too %s"):format(rows, unknowns,
-    math.abs(rows - unknowns),
-    rows > unknowns and "many" or "few") .. (#words > 0 and "; its own equations have the unknowns "
-    .. table.concat(words, ", ", 1, math.min(#words, 12))
-      or "; a component with parts has equations of its own "
-    .. "that are too " .. (rows > unknowns and "many" or "few")))
+  fail(("the model has %d equations for %d unknowns: %d too %s\n  %s"):format(rows, unknowns,
+    math.abs(rows - unknowns), rows > unknowns and "many" or "few",
+    table.concat(words, "\n  ", 1, math.min(#words, 6))))
 end
 
 -- A dae model of everything as it stands.

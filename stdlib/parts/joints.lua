@@ -53,14 +53,28 @@ local function own_pin(scope, pin)
     pin_data(pin).path:sub(#data(whole).path + 2), scopes.title(whole), data(whole).name))
 end
 
+local function no_connector(scope, path, found)
+  local before, last = path:match "^(.*)%.([^.]+)$"
+  local at = scopes.is(found) and found or before and names.navigate(scope, before)
+  if not scopes.is(at) then return names.missing(scope, path) end
+  local known = {}
+  for _, pin in ipairs(data(at).pins) do known[#known + 1] = pin_data(pin).name end
+  for _, given in ipairs(data(at).inputs) do known[#known + 1] = given.name end
+  for _, name in pairs(data(at).outputs or {}) do known[#known + 1] = name end
+  table.sort(known)
+  if at == found then
+    return ("'%s' is a whole part; name one of its connectors: %s"):format(path, table.concat(known, ", "))
+  end
+  return scopes.absent(at, last, "connector", known)
+end
+
 -- An end of a connection as a connector or an expression of this place.
 local function resolve(scope, e)
   if type(e) == "string" then
     local found = names.navigate(scope, e)
     if scopes.is_pin(found) then return own_pin(scope, found) end
     if object_type(found) == "expr" then return found end
-    fail(("connect: %s has no connector '%s'"):format(scopes.title(scope), e)
-      .. (scopes.is(found) and "; that is a whole part: name one of its connectors" or ""))
+    fail("connect: " .. no_connector(scope, e, found))
   end
   if scopes.is_pin(e) then return own_pin(scope, placed_pin(scope, e)) end
   return names.translate(scope, e)
@@ -85,8 +99,8 @@ end
 local function check_kinds(a, b)
   local ka, kb = pin_data(a).kind, pin_data(b).kind
   if ka == kb then return end
-  fail(("connect: %s and %s cannot be joined: %s against %s"):format(describe(a), describe(b), units(ka),
-    units(kb)))
+  fail(("connect: %s and %s cannot be joined: %s against %s; a part that has a connector of each kind goes "
+    .. "between them"):format(describe(a), describe(b), units(ka), units(kb)))
 end
 
 -- Inputs and outputs. What gives the others their value: an output, a number, an expression, t or an input of
@@ -95,7 +109,9 @@ local function source_of(scope, ends)
   local driver, weak
   for _, e in ipairs(ends) do
     if scopes.is_pin(e) then
-      fail(("connect: %s is a connector and %s a signal"):format(describe(e),
+      fail(("connect: %s is a connector and %s a signal; a sensor makes a signal of a connector, a "
+        .. "source with "
+        .. "an input (signal_source, signal_force) gives a signal to one"):format(describe(e),
         tostring(ends[1] == e and ends[2] or ends[1])))
     end
     local of_part = joints.signals(scope, "outputs")[e]

@@ -12,10 +12,16 @@ function names.register(scope)
   if d.path ~= "" then home[d.path] = scope end
 end
 
--- "r2" is the second entry of the column r.
-local function entry_of_column(scope, key)
+-- What a part or a connector calls so; "r2" is the second entry of the column r.
+local function member(at, key)
+  local function called(name)
+    if scopes.is(at) then return scopes.member(at, name) end
+    return rawget(at, name)
+  end
+  local whole = called(key)
+  if whole ~= nil then return whole end
   local column, number = key:match "^(.-)(%d+)$"
-  local value = column and column ~= "" and scopes.member(scope, column)
+  local value = column and column ~= "" and called(column)
   return object_type(value) == "matrix" and value[math.tointeger(tonumber(number))] or nil
 end
 
@@ -26,9 +32,8 @@ function names.navigate(scope, path)
     local name, number = step:match "^(.-)%[(%d+)%]$"
     local key = name or step
     if type(at) ~= "table" then return nil end
-    if scopes.is(at) then at = scopes.member(at, key) or entry_of_column(at, key)
-    elseif scopes.is_pin(at) then at = rawget(at, key)
-    else return nil end
+    if not scopes.is(at) and not scopes.is_pin(at) then return nil end
+    at = member(at, key)
     if at == nil then return nil end
     if number then
       if type(at) ~= "table" then return nil end
@@ -36,6 +41,15 @@ function names.navigate(scope, path)
     end
   end
   return at
+end
+
+-- What is wrong with a path that names nothing: the step that fails, and what there is.
+function names.missing(scope, path)
+  local before, last = path:match "^(.*)%.([^.]+)$"
+  local at = before and names.navigate(scope, before)
+  if scopes.is(at) then return scopes.absent(at, last) end
+  if before and not at then return names.missing(scope, before) end
+  return scopes.absent(scope, path)
 end
 
 -- The places of a part directly below a scope, models without a name included.
@@ -127,6 +141,8 @@ local function lookup(scope, symbol)
   local result = placed(scope, name)
   if result == nil and name:find("[.%[]") then
     result = around(scope, symbol, name) and symbol or names.navigate(scope, name)
+    local first = scopes.member(scope, name:match "^[^.%[]+")
+    if result == nil and scopes.is(first) then fail(names.missing(scope, name)) end
   end
   if result == nil then result = own_symbol(scope, symbol, name) end
   d.translated[key] = result

@@ -15,6 +15,23 @@ function place.new_part(class, given)
   return setmetatable({ [P] = { class = class, given = given, serial = serial } }, scopes.Part)
 end
 
+-- A parameter whose default is a number, or that has a unit, is a number or an expression.
+local function check_value(class, key, value)
+  local default = class.defaults[key]
+  if not default.unit and type(default.value) ~= "number" then return end
+  local kind, got = object_type(value), nil
+  if type(value) == "string" then got = ("the text '%s'"):format(value)
+  elseif value == true or type(value) == "function" then got = "a " .. type(value)
+  elseif type(value) == "number" and (value ~= value
+    or math.abs(value) == math.huge and math.abs(default.value or 0) ~= math.huge) then
+    got = value ~= value and "nan" or "infinity"
+  elseif type(value) == "table" and getmetatable(value) ~= nil and not kind then got = "a part" end
+  if not got or type(value) == "string" and pcall(rational, value) then return end
+  local unit = default.unit and default.unit ~= "" and " [" .. default.unit .. "]" or ""
+  fail(("%s: %s%s must be a number or an expression, not %s%s"):format(class.name, key, unit, got,
+    type(value) == "function" and ": of the time, write it with t, as in sin(2*t)" or ""))
+end
+
 local function with_defaults(class, given, usage)
   if given ~= nil and (type(given) ~= "table" or getmetatable(given) ~= nil) then
     fail(("%s: parameters are a table, %s{ %s }"):format(class.name, class.name, usage))
@@ -30,6 +47,7 @@ local function with_defaults(class, given, usage)
         .. did_you_mean(tostring(key), known)
         .. (#known > 0 and " (parameters: " .. table.concat(known, ", ") .. ")" or " (it has none)"))
     end
+    check_value(class, key, value)
     values[key] = value
   end
   return values
@@ -46,7 +64,7 @@ function place.copy(part, changes)
   local given = {}
   for key, value in pairs(d.given) do given[key] = value end
   for key, value in pairs(changes or {}) do
-    if d.class.defaults[key] == nil then with_defaults(d.class, { [key] = value }, "") end
+    with_defaults(d.class, { [key] = value }, "")
     given[key] = value
   end
   return place.new_part(d.class, given)
@@ -158,7 +176,7 @@ local function add_item(scope, item, i, depth)
   if not part then
     fail(("entry %d of %s must be an equation, a connection or a part, not %s"):format(i, scopes.title(scope),
       type(item) == "boolean" and "a boolean: write ~, not == or =" or kind and "a " .. kind
-        or type(item) == "table" and tostring(getmetatable(item)) or tostring(item)))
+        or type(item) == "table" and tostring(getmetatable(item)) or "a " .. type(item)))
   end
   local class = rawget(part, P).class
   if class.items then
@@ -178,7 +196,7 @@ local function symbol_pairs(scope, what, given)
     if type(key) == "string" then
       symbol = names.navigate(scope, key)
       if symbol == nil then
-        fail(("%s: %s has nothing called '%s'"):format(what, scopes.title(scope), key))
+        fail(what .. ": " .. names.missing(scope, key))
       end
     else symbol = names.translate(scope, key) end
     list[#list + 1] = { symbol, names.translate(scope, value) }
@@ -245,6 +263,17 @@ local function check_balance(scope)
       d.rows == 1 and "" or "s", wanted))
 end
 
+-- What the function of a component returns; an error in it names the part.
+local function called(scope, body)
+  local good, result = pcall(body, scope)
+  if good then return result end
+  local d = data(scope)
+  if type(result) == "string" and d.depth < 10 and not result:find("\n  in ", 1, true) then
+    result = ("%s\n  in %s (component %s)"):format(result, scopes.title(scope), d.class.name)
+  end
+  error(result, 0)
+end
+
 -- Runs what the part says, at this place.
 local function fill(scope)
   local d = data(scope)
@@ -252,7 +281,7 @@ local function fill(scope)
     absorb(scope, d.class.items)
     if d.class.ports then d.class.ports(scope) end
   else
-    local list = d.class.body(scope)
+    local list = called(scope, d.class.body)
     if object_type(list) == "equation" or type(list) == "table" and getmetatable(list) == "connection" then
       list = { list }
     end

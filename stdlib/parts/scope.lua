@@ -35,15 +35,15 @@ function scopes.is_reserved(name)
   if not words[1] then
     words[1] = true
     for _, row in ipairs(rows()) do
-      words[row.name:match "^model:([%a_]+)$" or 1] = "something that every model answers"
+      words[row.name:match "^model:([%a_]+)$" or 1] = "a method of every model"
     end
     for _, row in ipairs(documented) do
-      words[row.name:match "^model:([%a_]+)$" or 1] = "something that every model answers"
+      words[row.name:match "^model:([%a_]+)$" or 1] = "a method of every model"
     end
     for word in ("kind name form parameters inputs equations differential algebraic domain flat dae tree "
       .. "diagram tf")
       :gmatch "%a+" do
-      words[word] = "something that every model answers"
+      words[word] = "a method of every model"
     end
   end
   return words[name]
@@ -103,20 +103,38 @@ end
 
 -- ── what a scope answers ───────────────────────────────────────────────────────────────────────────────────
 
+local function is_expression(value) return object_type(value) == "expr" and #symbols(value) > 0 end
+
+-- { 1, 2, 0 } or { sin(t), 0, 0 }: numbers and expressions, and nothing else.
+local function is_vector(value)
+  if type(value) ~= "table" or getmetatable(value) ~= nil or #value == 0 then return false end
+  for _, entry in ipairs(value) do
+    if type(entry) ~= "number" and object_type(entry) ~= "expr" then return false end
+  end
+  return true
+end
+
 -- A parameter is a symbol with the part's path; what is given as an expression is that expression.
 local function parameter(d, key)
   local default, raw = d.class.defaults[key], d.given[key]
   local path = join(d.path, key)
+  if type(raw) == "string" and (default.unit or type(default.value) == "number") then raw = rational(raw) end
   local kind = object_type(raw)
-  if kind == "expr" and #symbols(raw) > 0 or kind == "matrix" then
-    return d.parent and d.translate and d.translate(d.parent, raw) or raw
+  local function from_outside(value)
+    return d.parent and d.translate and d.translate(d.parent, value) or value
+  end
+  if is_expression(raw) or kind == "matrix" then
+    return from_outside(raw)
   elseif type(raw) == "number" or kind == "expr" then
     local symbol = param(path, raw, { unit = default.unit or "", text = default.text or "" })
     d.parameters[#d.parameters + 1] = symbol
     return symbol
-  elseif type(raw) == "table" and getmetatable(raw) == nil and #raw > 0 and type(raw[1]) == "number" then
+  elseif is_vector(raw) then
     local column = {}
-    for i, value in ipairs(raw) do column[i] = param(path .. i, value, { unit = default.unit or "" }) end
+    for i, value in ipairs(raw) do
+      column[i] = is_expression(value) and from_outside(value)
+        or param(path .. i, value, { unit = default.unit or "" })
+    end
     return vec(column)
   end
   return raw
@@ -125,9 +143,20 @@ end
 local function known_names(d)
   local known = {}
   for name in pairs(d.names) do known[#known + 1] = name end
-  for name in pairs(d.class.defaults) do known[#known + 1] = name end
+  for name in pairs(d.class.defaults) do if d.names[name] == nil then known[#known + 1] = name end end
   table.sort(known)
   return known
+end
+
+-- "motor has no part, connector or variable 'x'. Did you mean …?", or what it has.
+function scopes.absent(scope, key, what, known)
+  known = known or known_names(rawget(scope, P))
+  local hint = did_you_mean(key, known)
+  if hint == "" and #known > 0 then
+    hint = " It has " .. table.concat(known, ", ", 1, math.min(#known, 12)) .. (#known > 12 and ", …" or ".")
+  end
+  return ("%s has no %s '%s'."):format(scopes.title(scope), what or "part, connector or variable", key)
+    .. hint
 end
 
 function scopes.member(scope, key)
@@ -151,8 +180,7 @@ function Scope:__index(key)
   if type(key) ~= "string" then
     fail(("%s cannot be indexed with %s"):format(scopes.title(self), tostring(key)))
   end
-  fail(("%s has no part, connector or variable '%s'."):format(scopes.title(self), key)
-    .. did_you_mean(key, known_names(d)))
+  fail(scopes.absent(self, key))
 end
 
 -- ── what a scope is made of ────────────────────────────────────────────────────────────────────────────────

@@ -3,7 +3,7 @@
 local arguments, options = plotting.arguments, plotting.options
 
 local animation_options = options.joined(options.named { "title", "size", "xlim", "ylim", "theme" }, {
-  option("seconds", "number", "how long it takes; without it as long as in reality, between 2 and 20 s"),
+  option("seconds", "number", "duration; without it that of the run, between 2 and 20 s"),
   option("fps", "integer", "pictures per second", "25"),
   option("base", "list or boolean", "where the first bar begins, or false: no bar from there", "{0, 0}"),
   option("bars", "boolean", "lines from point to point", "true"),
@@ -17,12 +17,15 @@ local function points_in(what)
   if type(what) ~= "table" or #what == 0 then
     fail "animate: expected points: animate(sol, { p1, p2 }) with p1 = vec(x, y)"
   end
+  local points = {}
   for i, point in ipairs(what) do
+    if type(point) == "table" then point = vec(point) end
+    points[i] = point
     if object_type(point) ~= "matrix" or not (point.rows*point.cols == 2 or point.rows*point.cols == 3) then
       fail(("animate: entry %d of the list must be a point vec(x, y) or vec(x, y, z)"):format(i))
     end
   end
-  return what
+  return points
 end
 
 -- Right and up on the sheet, as plot3 sees it: turned about the z axis, then tilted.
@@ -71,9 +74,13 @@ end
 
 local film_type = { __name = "animation" }
 film_type.__index = film_type
+function film_type.latex()
+  fail 'latex: an animation has no LaTeX text; film:save "x.html" shows it'
+end
 film_type.__tostring = function(film)
-  return ('animation: %d points, %d pictures, %.3g s; :show(), :save "file.svg" (.svg, .html, .gif)')
-    :format(#film.frames[1], #film.frames, film.seconds)
+  local points = #film.frames[1]
+  return ('animation: %d point%s, %d pictures, %.3g s; :show(), :save "file.svg" (.svg, .html, .gif)')
+    :format(points, points == 1 and "" or "s", #film.frames, film.seconds)
 end
 
 -- The points of the bars at frame k: the base, then every point.
@@ -260,7 +267,7 @@ doc { name = "animate", module = "plot", sig = "animate(sol, { p1, p2, … } [, 
     th = var "theta"
     sol = dae{ der(th, 2) ~ -9.81*sin(th) }:integrate{ start = { [th] = 1, [th.dot] = 0 }, to = 2 }
     return animate(sol, { vec(sin(th), -cos(th)) })]],
-  gives = 'animation: 1 points, 51 pictures, 2 s; :show(), :save "file.svg" (.svg, .html, .gif)',
+  gives = 'animation: 1 point, 51 pictures, 2 s; :show(), :save "file.svg" (.svg, .html, .gif)',
   options = animation_options,
   function(sol, what, given)
     if not arguments.is_solution(sol) then fail "animate: expected a solution: animate(sol, { p1, p2 })" end

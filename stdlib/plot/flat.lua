@@ -5,11 +5,11 @@ local arguments, curves, options = plotting.arguments, plotting.series, plotting
 local twin = include "plot/twin"
 
 local function plot_with(by, axes, ...)
-  if select("#", ...) == 1 then  -- figures, tableaus, tables of errors know how to draw themselves
-    local only = ...
-    local kind = object_type(only)
-    if kind == "figure" then return only end
-    if kind and kind ~= "matrix" and named(kind .. ":plot") then return only:plot() end
+  local first = ...  -- figures, tableaus, sweeps, data, tables of errors know how to draw themselves
+  local kind = object_type(first)
+  if kind == "figure" and select("#", ...) == 1 then return first end
+  if kind and kind ~= "matrix" and kind ~= "solution" and named(kind .. ":plot") then
+    return first:plot(select(2, ...))
   end
   local given, chosen = arguments.split_options(by, options.flat, ...)
   for key, value in pairs(axes) do
@@ -30,7 +30,8 @@ end
 doc { name = "plot", module = "plot", title = "Looking at things",
     sig = "plot(x, y [, x2, y2 …] [, options]) -> figure",
   text = "A figure of curves: plot(y), plot(x, y), plot(x, {y1, y2}); plot(sol, {x, y}) for any expressions "
-    .. "along a solution, plot(sol, x, y) for y against x, plot({sol1, sol2}, x) for several solutions. "
+    .. "along a solution, plot(sol) for its variables, plot(sol, x, y) for y against x, "
+    .. "plot({sol1, sol2}, x) for several solutions. Other results draw themselves: plot(d, …) is d:plot(…). "
     .. "A line along a solution follows it between the saved points and breaks where it "
     .. "jumps. At the prompt the figure is drawn when it is the value of the line; in a script by :show() "
     .. "and :save \"file.svg\".",
@@ -39,21 +40,31 @@ doc { name = "plot", module = "plot", title = "Looking at things",
   options = options.flat,
   function(...) return plot_with("plot", {}, ...) end }
 
+doc { name = "solution:plot", module = "plot", sig = "sol:plot([what] [, options]) -> figure",
+  text = "The same as plot(sol, what, options).",
+  example = "x = var 'x'  return dae{ der(x) ~ -x }:integrate{ start = { x = 1 }, to = 1, dt = 0.1, method = "
+    .. "rk.rk4 }:plot()",
+  options = options.flat,
+  function(sol, what, ...)
+    if what == nil then return plot_with("plot", {}, sol, ...) end
+    return plot_with("plot", {}, sol, what, ...)
+  end }
+
 doc { name = "semilogy", module = "plot", sig = "semilogy(x, y [, options]) -> figure",
-  text = "plot with a logarithmic y axis. What is not positive is left out and counted in a note.",
+  text = "Like plot, with a logarithmic y axis. What is not positive is left out and counted in a note.",
   example = "semilogy({1, 2, 3, 4}, {1, 0.1, 1e-3, 1e-7})", gives = "figure: 1 series, 4 points",
   options = options.flat,
   function(...) return plot_with("semilogy", { ylog = true }, ...) end }
 
 doc { name = "semilogx", module = "plot", sig = "semilogx(x, y [, options]) -> figure",
-  text = "plot with a logarithmic x axis.", example = "semilogx({1, 10, 100}, {1, 2, 3})", gives = "figure: "
-    .. "1 series, 3 points",
+  text = "Like plot, with a logarithmic x axis.", example = "semilogx({1, 10, 100}, {1, 2, 3})",
+  gives = "figure: 1 series, 3 points",
   options = options.flat,
   function(...) return plot_with("semilogx", { xlog = true }, ...) end }
 
 doc { name = "loglog", module = "plot", sig = "loglog(x, y [, options]) -> figure",
-  text = "plot with two logarithmic axes: the slope of a straight line is the power, such as the order of a "
-    .. "method.",
+  text = "Like plot, with two logarithmic axes: the slope of a straight line is the power, such as the "
+    .. "order of a method.",
   example = "loglog({0.1, 0.05}, {1e-4, 6.25e-6})", gives = "figure: 1 series, 2 points",
   options = options.flat,
   function(...) return plot_with("loglog", { xlog = true, ylog = true }, ...) end }

@@ -29,7 +29,9 @@ function M.check_column(by, what, value)
     fail(("%s: %s is the expression %s; to draw it along a solution write %s(sol, %s)"):format(
       by, what, tostring(value), by, tostring(value)))
   end
-  fail(("%s: %s must be a list of numbers or a column, not a %s"):format(by, what, kind))
+  fail(("%s: %s must be a list of numbers or a column, not %s %s%s"):format(by, what,
+    kind:find "^[aeiou]" and "an" or "a", kind,
+    kind == "function" and ": write x = linspace(0, 1, 101), then plot(x, map(x, f))" or ""))
 end
 
 -- {y1, y2} are two curves, but a list of n rows beside n values of x is a matrix.
@@ -69,7 +71,7 @@ end
 local function sheet_of(options, more)
   local sheet = { xlim = options.xlim, ylim = options.ylim, xlog = options.xlog, ylog = options.ylog,
     size = options.size }
-  for key, value in pairs(more or {}) do sheet[key] = value end
+  for key, value in pairs(more or {}) do sheet[key] = value or nil end
   return sheet
 end
 
@@ -79,6 +81,28 @@ function M.curve_of(by, solution, list, sheet)
   if found[1] then return table.unpack(found, 2, found.n) end
   if type(found[2]) ~= "string" then error(found[2], 0) end  -- an interrupt
   fail(by .. ": " .. found[2]:gsub("^.-curve: ", "", 1))
+end
+
+-- Every curve with the limits of its own axis.
+local function add_on_two_axes(by, series, solution, list, options, suffix)
+  local on_right = {}
+  for _, number in ipairs(type(options.right) == "table" and options.right or { options.right }) do
+    on_right[number] = true
+  end
+  for _, expression in ipairs(list) do
+    local group, parts = #series + 1, { expression }
+    if object_type(expression) == "matrix" then
+      for i = 1, arguments.size(expression) do parts[i] = expression[i] end
+    end
+    for _, part in ipairs(parts) do
+      local limits = on_right[#series + 1] and options.y2lim
+      if not on_right[#series + 1] then limits = options.ylim end
+      local columns, breaks, saved = M.curve_of(by, solution, { part },
+        sheet_of(options, { ylim = limits or false }))
+      series[#series + 1] = { x = columns[1], y = columns[2], labels = labels_of(part, {}), count = 1,
+        breaks = breaks, marked = saved, group = group, suffix = suffix, style = "line" }
+    end
+  end
 end
 
 -- Expressions over time along a solution; `suffix` tells solutions apart.
@@ -93,6 +117,7 @@ local function add_along_solution(by, series, solution, what, options, suffix)
     end
     return
   end
+  if options.right then return add_on_two_axes(by, series, solution, list, options, suffix) end
   local columns, breaks, saved = M.curve_of(by, solution, list, sheet_of(options))
   local at = 1
   for _, expression in ipairs(list) do
@@ -126,13 +151,30 @@ local function add_against(by, series, solution, x, y, options, suffix)
   return names
 end
 
+-- What plot(sol) draws: the variables of the model without their derivatives, the algebraic ones where there
+-- are
+-- no others.
+local function variables_of(by, solution)
+  local model, list, most = solution.model, {}, 12
+  for _, column in ipairs { model.differential, model.algebraic } do
+    for i = 1, #list == 0 and #column or 0 do
+      if select(2, undifferentiated(column[i])) == 0 then list[#list + 1] = column[i] end
+    end
+  end
+  if #list > most then
+    fail(("%s: the solution has %d variables; choose: %s(sol, { %s, %s })"):format(by, #list, by,
+      tostring(list[1]), tostring(list[2])))
+  end
+  return list
+end
+
 -- The pairs of plot(y), plot(x, y, …), plot(sol, expressions, …) and the triple plot(sol, x, y).
 function M.read_series(by, arguments, options)
   local series, axes, bare = {}, nil, false
   local n = arguments.n
   if n == 0 then fail(by .. ": nothing to draw: write " .. by .. "(x, y)") end
   if n == 1 and solutions_in(arguments[1]) then
-    fail(("%s: what is to be drawn of this solution? write %s(sol, { x, y })"):format(by, by))
+    arguments[2], n = variables_of(by, solutions_in(arguments[1])[1]), 2
   end
   if n == 1 then
     bare = true

@@ -80,7 +80,7 @@ end
 doc { name = "plot3", module = "plot", sig = "plot3(x, y, z [, options]) -> figure",
   text = "Curves in space: plot3(x, y, z), plot3(sol, p) or plot3(sol, {p1, p2}) for points p along a "
     .. "solution, plot3(m) for an n×3 matrix. Options as in plot, and zlabel, zlim, view = {tilt, turn} in "
-    .. "degrees, and surfaces = { sphere(1) }: nets one can see through. With surfaces or a solution one "
+    .. "degrees, and surfaces = { sphere(1) }: transparent nets. With surfaces or a solution one "
     .. "unit is equally long on all axes (equal = false: fill the frame).",
   example = "plot3({0, 1, 2}, {0, 1, 0}, {1, 2, 3}, { surfaces = { sphere(1) } })",
   gives = "3-D figure: 1 series, 3 points, 1 surface",

@@ -62,7 +62,7 @@ local function bdf_step(p, method, result)
       add(indented(jacobian(vec(p.g), vec(p.x)), "g_x = "))
       add(indented(jacobian(vec(p.g), vec(p.z)), "g_z = "))
       add(text.regularity(jacobian(vec(p.g), vec(p.z)), p.z)
-        or "     regular for small Δt where g_z is (index 1).")
+        or "     regular for small Δt where g_z is regular (index 1).")
     end
   end
   text.newton_lines(add, "the values extrapolated from the last steps")

@@ -48,7 +48,7 @@ local function matrix_lines(p, gamma, add)
   add "     M = B - Δt γ J,  B = diag(I, 0),  J = [ f_x, f_z;  g_x, g_z ] at (t_k, x_k, z_k)"
   add(indented(J, "J = "))
   add(text.regularity(jacobian(vec(p.g), vec(p.z)), p.z)
-    or "     regular for small Δt where g_z is (index 1).")
+    or "     regular for small Δt where g_z is regular (index 1).")
   return mat(B) - param "dt"*param "gamma"*J
 end
 

@@ -236,18 +236,18 @@ local function verify_problem(problem, tab, result)
     row.measured = lists and slope_of(lists[i], floor_of(measure))
     row.errors = lists and lists[i]
     if row.expected <= 0 then
-      row.ok, row.verdict = true, "no convergence is promised"
+      row.ok, row.verdict = true, "convergence is not guaranteed"
     elseif not lists then
       row.ok, row.verdict = false, "failed: " .. failure
     elseif not row.measured then
       row.ok = #lists[i] > 0
-      row.verdict = row.ok and "too exact to measure" or "failed: " .. tostring(failure)
+      row.verdict = row.ok and "errors at the level of rounding" or "failed: " .. tostring(failure)
     else
       row.ok = row.measured >= row.expected - shortfall(row.expected)
       local seen = 0
       for _, e in ipairs(row.errors) do seen = seen + (e > 10 * floor_of(measure) and 1 or 0) end
       if not row.ok and seen < 4 then
-        row.ok, row.verdict = true, "too exact to measure"
+        row.ok, row.verdict = true, "errors at the level of rounding"
       else
         row.verdict = row.ok and "✓" or "✗ below the expected order"
       end
@@ -264,6 +264,7 @@ end
 
 local verification = {
   __name = "verification",
+  __index = { latex = report_latex },
   __tostring = function(self)
     local rows = { { "problem", "quantity", "expected", "measured", "" } }
     for _, row in ipairs(self.rows) do
@@ -304,56 +305,10 @@ function analysis.verify(tab)
   return result
 end
 
--- ── pictures ───────────────────────────────────────────────────────────────────────────────────────────────
-
--- Closed curves as x, y lists, cut at NaN and where they leave the frame.
-local function curves(rows, reach)
-  local list, xs, ys = {}, {}, {}
-  local function finish()
-    if #xs > 1 then
-      list[#list + 1] = xs
-      list[#list + 1] = ys
-    end
-    xs, ys = {}, {}
-  end
-  for i = 1, rows.rows do
-    local x, y = rows(i, 1), rows(i, 2)
-    if x ~= x or x * x + y * y > reach * reach then
-      finish()
-    else
-      xs[#xs + 1], ys[#ys + 1] = x, y
-    end
-  end
-  finish()
-  return list
-end
-
-local function picture(rows, reach, title)
-  local arguments = curves(rows, reach)
-  local labels = {}
-  for i = 1, #arguments // 2 do labels[i] = i == 1 and "|R(z)| = 1" or "" end
-  if #arguments == 0 then fail(title .. ": no boundary within |z| ≤ " .. short(reach)) end
-  arguments[#arguments + 1] = { title = title, xlabel = "Re z", ylabel = "Im z", equal = true,
-    labels = labels, legend = false }
-  return plot(table.unpack(arguments))
-end
-
-function analysis.plot_stability(stability, name)
-  local where = stability.A_stable and "stable outside" or "stable inside"
-  if stability.imaginary == math.huge and stability.real == -math.huge
-    and math.abs(stability.infinity) == 1 then
-    where = "stable in the left half-plane"
-  end
-  return picture(stability:boundary(720), 60, ("%s: |R(z)| = 1, %s"):format(name, where))
-end
-
-function analysis.plot_multistep(method)
-  return picture(method:boundary(1441), 60, method.name .. ": root locus, stable outside")
-end
-
 -- ── comparisons ────────────────────────────────────────────────────────────────────────────────────────────
 
-local comparison = { __name = "comparison", __tostring = function(self) return self.text end }
+local comparison = { __name = "comparison", __index = { latex = report_latex },
+  __tostring = function(self) return self.text end }
 
 function analysis.compare(list)
   local rows = { { "method", "s", "p", "p̂", "q", "kind", "real", "imaginary", "stability", "properties" } }

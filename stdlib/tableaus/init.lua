@@ -3,8 +3,8 @@
 local libraries = {
   { library = "rk", folder = "explicit",
     "euler", "midpoint", "heun", "ralston", "kutta3", "heun3", "ralston3", "ssprk33", "bogacki_shampine",
-    "rk4", "kutta38", "fehlberg45", "cash_karp", "dopri5", "tsit5", "butcher6", "verner65", "verner76", "verner87",
-    "dop853", "verner98" },
+    "rk4", "kutta38", "fehlberg45", "cash_karp", "dopri5", "tsit5", "butcher6", "verner65", "verner76",
+    "verner87", "dop853", "verner98" },
   { library = "rk", folder = "implicit",
     "implicit_euler", "implicit_midpoint", "trapezoid", "sdirk2", "crouzeix", "crouzeix4", "qin_zhang",
     "sdirk3", "sdirk4", "tr_bdf2", "esdirk32", "esdirk43" },
@@ -116,44 +116,70 @@ end
 local title = "Stability and order of methods"
 doc { name = "tableau:report", module = "stability", title = title, sig = "tab:report() -> string",
   text = [[The tableau drawn, its kind, the order conditions met and missed, R(z), stability, and the order to
-    expect on DAEs of index 1, 2 and 3.]], function(tab) return analysis().report(tab) end }
+    expect on DAEs of index 1, 2 and 3.]],
+  example = "rk.heun:report()", gives = [=[
+    heun: 2 stages, order 2, explicit
+
+    0 │
+    1 │ 1
+    ──┼─────────
+      │ 1/2  1/2
+
+    Explicit trapezoidal rule: the mean of the slopes at both ends.
+    (Heun, Z. Math. Phys. 45, 1900; Runge, Math. Annalen 46, 1895)
+
+    kind             explicit
+    order            2: every condition of the trees with at most 2 vertices holds
+    missed           2 of order 3:
+                     [[τ]]  bᵀAc = 1/6  residual -1/6
+                     [τ²]   bᵀc² = 1/3  residual 1/6
+    stage order      1;  B(2), C(1), D(1) hold
+    R(z) = 1 + z + z²/2
+    real axis        |R| ≤ 1 on [-2, 0]
+    imaginary axis   |R| ≤ 1 for no interval
+    at infinity      R(∞) = ∞
+    A-stable         no
+    L-stable         no
+    error            e^z - R(z) = 1/6·z³ + …
+    index 1          x 2, z 2 (x′ and z at mesh points solve the equations)
+    index 2, 3       not applicable as they stand: the stages do not determine z; reduce the index
+    work             2 evaluations per step]=], function(tab) return analysis().report(tab) end }
 doc { name = "multistep:verify", module = "stability", title = title, sig = "method:verify() -> verification",
   text = [[Measures the order of a BDF formula on nonlinear, non-autonomous, stiff and DAE problems (index 2
     and 3 as they stand).]],
   example = "bdf(2):verify().ok", gives = "true",
-  example = [[return rk.radau(2):report()]], gives = "",
   function(self) return analysis().verify_multistep(self) end }
 
 doc { name = "tableau:verify", module = "stability", title = title, sig = "tab:verify() -> verification",
   text = [[Measures the order on nonlinear, non-autonomous, stiff and DAE problems (index 1, 2, 3) and
-    compares, one-sided, with what the coefficients promise; order reduction is explained. Fields: ok, rows,
-    notes.]],
+    compares, one-sided, with what the order conditions predict; order reduction is explained. Fields: ok,
+    rows, notes.]],
   example = "rk.heun:verify().ok", gives = "true", function(tab) return analysis().verify(tab) end }
 doc { name = "tableau:plot", module = "stability", title = title, sig = "tab:plot() -> figure",
-  text = "The boundary |R(z)| = 1 of the stability region.", function(tab)
-    return analysis().plot_stability(tab:stability(), tab.name)
+  text = "The boundary |R(z)| = 1 of the stability region.",
+  example = "rk.rk4:plot()", function(tab)
+    return include "tableaus/stability_figure".one_step(tab:stability(), tab.name)
   end }
 doc { name = "stability_function:plot", module = "stability", title = title,
   sig = "stability:plot() -> figure",
-  text = "The boundary |R(z)| = 1 of the stability region.", function(st)
-    return analysis().plot_stability(st, "R")
+  text = "The boundary |R(z)| = 1 of the stability region.",
+  example = "rk.radau(2):stability():plot()", function(st)
+    return include "tableaus/stability_figure".one_step(st, "R")
   end }
 doc { name = "rosenbrock:plot", module = "stability", title = title, sig = "method:plot() -> figure",
-  text = "The boundary |R(z)| = 1 of the stability region.", function(m)
-    return analysis().plot_stability(m:stability(), m.name)
+  text = "The boundary |R(z)| = 1 of the stability region.",
+  example = "rosenbrock.rodas4:plot()", function(m)
+    return include "tableaus/stability_figure".one_step(m:stability(), m.name)
   end }
 doc { name = "multistep:plot", module = "stability", title = title, sig = "method:plot() -> figure",
-  text = "The root locus, which bounds the stability region.", function(m)
-    return analysis().plot_multistep(m)
+  text = "The root locus, which bounds the stability region.",
+  example = "bdf(3):plot()", function(m)
+    return include "tableaus/stability_figure".multistep(m)
   end }
 doc { name = "rk.table", module = "rk", title = "Butcher tableaus", sig = [[rk.table([{ tableau, … }]) ->
   comparison]],
   text = "All methods, or those of the list, side by side: stages, orders, stability limits, properties.",
   example = "#rk.table{ rk.euler, rk.rk4 }.rows", gives = "3",
-  example = [[return rosenbrock.rodas4:plot()]], gives = "",
-  example = [[return rk.rk4:stability():plot()]], gives = "",
-  example = [[return rk.radau(2):plot()]], gives = "",
-  example = [[return bdf(3):plot()]], gives = "",
   function(list) return analysis().compare(require_tableaus("rk.table", list)) end }
 doc { name = "rk.stages_for_order", module = "rk", title = "Butcher tableaus",
   sig = "rk.stages_for_order() -> comparison",

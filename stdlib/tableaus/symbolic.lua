@@ -99,7 +99,7 @@ local function conditions(tab, p)
     result[#result + 1] = condition
   end
   return setmetatable(result, { __name = "order_conditions",
-    __index = { latex = function(all) return include "latex_report".fragment(tostring(all)) end },
+    __index = { latex = report_latex },
     __tostring = function(all)
     local lines, widest = {}, 0
     for _, c in ipairs(all) do widest = math.max(widest, utf8.len(c.text)) end

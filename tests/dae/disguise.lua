@@ -181,7 +181,10 @@ function disguise.check(seed, wrong, forms)
   local begin = start("start", sys, { fix = free, guess = guess })
   if not begin then return end
   for _, form in ipairs(forms or every_form) do
-    local made, low = pcall(function() return form == "auto" and sys:reduce() or sys:reduce(form) end)
+    local made, low = pcall(function()
+      if form == "auto" then return sys:reduce() end
+      return sys:reduce(form, form == "array" and { at = begin } or nil)   -- the rows that suit this start
+    end)
     if not made then
       if not is_refusal(low) then wrong("reduce " .. form, first_line(low)) end
     else

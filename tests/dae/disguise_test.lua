@@ -17,6 +17,10 @@ test("every form of disguises of index 0 to 6 follows the solution", function()
   for _, seed in ipairs { 2, 3, 8, 10, 14, 16, 17, 25, 26, 58 } do check(seed) end
 end)
 
+test("hyperbolic functions in units of 10⁻⁹ and less: starts and explicit forms", function()
+  for _, seed in ipairs { 213, 289, 348, 407, 553 } do check(seed, { "auto", "minimal", "ode" }) end
+end)
+
 test("linear disguises of all indices in units between 10⁻¹² and 10¹²", function()
   for seed = 60, 480, 60 do check(seed, { "auto", "array" }) end
 end)

@@ -43,7 +43,7 @@ test("too few: candidates, directions, and a call that works", function()
 end)
 
 test("a singular point: what is determined twice, and the null vector", function()
-  says({ "y = -1, v = 0 are determined by the rest already", "x may move alone" }, ball,
+  says({ "y = -1, v = 0 are already determined by the rest", "x may move alone" }, ball,
     { fix = { y = -1, v = 0 } })
   local flat = dae { der(a) ~ -a, 0 ~ (2*b + c)*a, 0 ~ b*a - c*a*a }     -- at a = 0 nothing holds b and c
   says({ "The equations are singular here", "may move alone" }, flat, { fix = { a = 0 } })

@@ -119,6 +119,20 @@ test("a start at a singular point is refused, with the values that continue smoo
     :fails "the start lies on a singular point (t = 0)"
 end)
 
+test("a run that stops at a singular point says how solutions go on there", function()
+  local function stops(words, sys, at, method)
+    at.method, at.to = method, 3
+    at.start = sys:init { fix = at.fix, guess = at.guess }
+    at.fix, at.guess = nil, nil
+    has(sys:integrate(at).status, words)
+  end
+  local fold = dae { der(x)^2 ~ 1 - x^2 }                     -- x = sin t, or x = 1 from then on
+  for _, method in ipairs { "auto", "dopri5", "radau" } do
+    stops("solutions go on there with x″ = -1 or x″ = 0", fold, { fix = { x = 0 }, guess = { [x.dot] = 1 } },
+      method)
+  end
+end)
+
 test("a branch that leaves unknowns open is no start", function()
   -- on y = 0, z is free and x = y - z - z′ whatever z does
   local sys = dae { der(y) + y ~ 0, y*z ~ 0, der(z) ~ y - x - z }
@@ -146,6 +160,33 @@ test("fixed values that contradict", function()
   expect(function() circle:init { fix = { x = 2 } } end):fails "contradict"    -- 3 + y² is 0 for no y
   local linear = dae { der(x) ~ z - x, 0 ~ x - 2*z }
   expect(function() linear:init { fix = { x = 1, z = 1 } } end):fails "contradict"
+end)
+
+local function pendula(unit)
+  local X, Y, Z = vars "X Y Z"
+  local k = unit or 1
+  return dae { der(x, 2) + x*la ~ 0, der(y, 2) + y*la - k ~ 0, x^2 + y^2 - k^2 ~ 0, der(X, 2) + X*Z ~ 0,
+    der(Y, 2) + Y*Z - k ~ 0, X^2 + Y^2 - k^2*(1 + 0.1*la)^2 ~ 0 }, X, Y
+end
+
+test("what is not proved is no contradiction: two pendula, with the first at its right-most point", function()
+  for _, k in ipairs { 1, 1e-3, 1e3 } do
+    local sys, X, Y = pendula(k)                              -- y = 0, y′ is free, la = (y′)² ≥ 1
+    expect(function() sys:init { fix = { x = k, [x.dot] = 0, [X] = 1.1*k } } end)
+      :fails "2 initial values are neither fixed nor determined"
+    local at = sys:init { fix = { x = k, [x.dot] = 0, [X] = 1.1*k, [Y] = 0, [Y.dot] = 0 } }
+    expect(math.abs(at(la) - 1) < 1e-9):equals(true)
+  end
+end)
+
+test("contradictions are proved by intervals and elimination; else they are not claimed", function()
+  local function refused(words, sys, fix) expect(function() sys:init { fix = fix } end):fails(words) end
+  for _, g in ipairs { exp(z) + x, sin(z) + x, sqrt(z) + x, log(z^2 + 1) + x, z^2 - 2*z + x, z^4 - 3*z + x,
+    abs(z) + x, max(z, 1) + x } do
+    refused("contradict", dae { der(x) ~ z - x, 0 ~ g }, { x = 3 })
+  end
+  refused("contradict", dae { der(x) ~ z - x, 0 ~ z + u - x, 0 ~ z + u + 1 - 2*x + v, 0 ~ v - 1 }, { x = 3 })
+  refused("that there is none is not proved", dae { der(x) ~ z, 0 ~ sin(z)*cos(z) + x }, { x = 0.9 })
 end)
 
 test("inputs are suggested where they lead to a solution", function()

@@ -91,7 +91,7 @@ test("a large start that no step can improve says which equation, at once", func
   local sys = lagrange { q = vstack(x, y), T = T, V = V, C = C }
   expect(function() sys:init {
     guess = guess } end):fails "C₁  0 = (x₁² + y₁² - 1)/2 does not hold at the values given"
-  expect(function() sys:init { guess = guess } end):fails "Points that should be apart coincide"
+  expect(function() sys:init { guess = guess } end):fails "Do points coincide that should be apart"
   for i = 1, N do guess[x[i]] = i == 4 and 3 or i end       -- one pair alone is moved apart by its neighbours
   expect(sys:init { guess = guess }((x[4] - x[3])^2 + (y[4] - y[3])^2)):near(1, 1e-9)
 end)
@@ -105,4 +105,24 @@ test("index, dof and structure() of a cascade form no derivatives: the 49th of s
   expect(sys:structure().structural_index):equals(50)
   expect(sys:index()):equals(50)
   expect(sys:dof()):equals(0)
+end)
+
+test("hidden relations of 50 nonlinear pairs in a ring", function()
+  local n = 50
+  local x, y = var("x", n), var("y", n)
+  local function index_of(pair)
+    local e = {}
+    for k = 1, n do
+      local next = k % n + 1
+      for _, equation in ipairs(pair(x[k], y[k], x[next], y[next])) do e[#e + 1] = equation end
+    end
+    local sys = dae(e)
+    return ("%d, %d"):format(sys:index(), sys:dof())
+  end
+  expect(index_of(function(a, b, c, d)
+    return { der(a) + b*der(b) ~ sin(c) - a, der(a) + b*der(b) ~ b^3 + d }
+  end)):equals "1, 50"
+  expect(index_of(function(a, b, c, d)
+    return { der(a) + der(b) + 0.1*der(c) ~ sin(d) - a, 0 ~ a + b + 0.1*c - sin(t) }
+  end)):equals "2, 0"
 end)

@@ -100,3 +100,14 @@ test("a pencil with symbols: determinant, and the values for which index and fre
     or tostring(fails:structure()):find("for k = ", 1, true) ~= nil
     or tostring(fails:structure()):find("for a₅ = ", 1, true) ~= nil):equals(true)
 end)
+
+test("a start by init, consistent to rounding, is one of a pencil", function()
+  local x, y = vars "x y"
+  local sys = dae { der(x) ~ -x + y, 0 ~ x - 3*y }
+  for _, x0 in ipairs { 0.1, 1/7, 1e-9/3, 1e7/3 } do
+    local at = sys:init { fix = { x = x0 } }
+    local exact = sys:pencil():solution { [x] = at(x), [y] = at(y) }
+    expect(evaluate(exact[1], { t = 1 })):near(x0*math.exp(-2/3), 1e-9*x0)
+  end
+  expect(function() sys:pencil():solution { [x] = 0.1, [y] = 0.0333333 } end):fails "not consistent"
+end)

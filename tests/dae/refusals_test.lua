@@ -117,3 +117,19 @@ refused("fewer right sides than states", function() return dae.semi_explicit { x
 refused("a constraint that is not there", function()
   return dae { der(x) ~ y, 0 ~ x - sin(t) }:constraints()[3] end,
   "there is 1 constraint; number 3 does not exist")
+
+-- starts
+for _, form in ipairs { "ode", "project" } do
+  refused("a start where form " .. form .. " has divided by zero", function()
+    local low = dae { der(y) + y ~ 0, y*z ~ 0, der(z) ~ y - x - z }:reduce(form)
+    return low:init { guess = { y = 0.7, z = 0.9 } }
+  end, "the start lies on a singular point (y = 0), where form \"" .. form .. "\" is not equivalent to the model")
+end
+local bob = dae { der(x, 2) ~ -z*x, der(y, 2) ~ -z*y - 9.81, 0 ~ x^2 + y^2 - 1 }
+refused("a conflict names what violates the equation that is shown", function()
+  return bob:init { fix = { x = 1, y = 1, [x.dot] = 2 } } end,
+  "conflict: x = 1, y = 1\n  violated: (3):  0 ≠ 1 = x² + y² - 1")
+refused("a conflict of three among five", function()
+  return dae { 0 ~ x + y + z - w, der(x) ~ -x, der(y) ~ -y, der(z) ~ z }
+    :init { fix = { x = 1, y = 2, z = 3, w = 7, [x.dot] = -1 } } end,
+  "conflict: x = 1, y = 2, z = 3, w = 7\n  violated: (1):  0 ≠ -1 = x + y + z - w")

@@ -11,8 +11,9 @@ test("a derivation names equations by their numbers, in text and in LaTeX", func
   has(story, "(3)  0 = (pᵀp - L²)/2   is differentiated twice")
   has(story, "substituting (1)  p′ = v")
   local latex = story:latex()
-  has(latex, [[(3)  $0 = \frac{\mathbf{p}^\top \mathbf{p} - L^2}{2}$   is differentiated twice\\]])
-  has(latex, [[$d^{2}/dt^{2}$:  $0 = \mathbf{p}^\top \dot{\mathbf{v}} + \mathbf{v}^\top \mathbf{v}$\\]])
+  has(latex, [[(3)  $\displaystyle 0 = \frac{\mathbf{p}^\top \mathbf{p} - L^2}{2}$   is differentiated]])
+  has(latex, [[neither $\dot{p}$, $\dot{v}$ nor $z$]])
+  has(latex, [[$\mathrm{d}^2/\mathrm{d}t^2$:  $0 = \mathbf{p}^\top \dot{\mathbf{v}} + ]])
   expect(ball:reduce "acc":trace { latex = true }):equals(latex)
   expect(latex:find("[\x1c-\x1f]")):equals(nil)           -- no mark is left
   expect(tostring(story):find("[\x1c-\x1f]")):equals(nil)

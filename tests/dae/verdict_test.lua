@@ -255,7 +255,8 @@ test("Campbell & Griepentrog 1995: two-link flexible arm on a prescribed path, t
   local sys = dae { der(x1) ~ x4, der(x2) ~ x5, der(x3) ~ x6,
     der(x4) ~ 2*c*(x4 + x6)^2 + x4^2*e + (2*x3 - x2)*(a + 2*b) + a*(u1 - u2),
     der(x5) ~ -2*c*(x4 + x6)^2 - x4^2*e + (2*x3 - x2)*(1 - 3*a - 2*b) - a*u1 + (a + 1)*u2,
-    der(x6) ~ -2*c*(x4 + x6)^2 - x4^2*e + (x2 - 2*x3)*(a - 9*b) - 2*x4^2*c - (x4 + x6)^2*e - (a + b)*(u1 - u2),
+    der(x6) ~ -2*c*(x4 + x6)^2 - x4^2*e + (x2 - 2*x3)*(a - 9*b) - 2*x4^2*c - (x4 + x6)^2*e
+      - (a + b)*(u1 - u2),
     0 ~ cos(x1) + cos(x1 + x3) - cos(exp(t) - 1) - cos(t - 1),
     0 ~ sin(x1) + sin(x1 + x3) - sin(1 - exp(t)) - sin(1 - t) }
   local s = answers(sys, 5, 0)
@@ -422,4 +423,21 @@ test("a nonlinear pair of shared unknowns", function()
   expect(sys:index()):equals(3)
   expect(sys:dof()):equals(0)
   expect(#sys:constraints()):equals(3)
+end)
+
+test("an equation without a solution gives no index, and is named", function()
+  local x, y, z, w = vars "x y z w"
+  local function none(sys, words)
+    for _, call in ipairs { sys.index, sys.dof } do
+      expect(function() call(sys) end):fails(words)
+    end
+    has(sys:structure(), words)
+  end
+  none(dae { 0 ~ exp(y/3), 0 ~ y + 2*z - sin(y), der(z) ~ z + w + exp(y/3), der(w) ~ sin(x) },
+    "equation (1)  0 = exp(y/3) has no solution")
+  none(dae { der(x) ~ y, 0 ~ exp(x) + 1 }, "equation (2)  0 = exp(x) + 1 has no solution")
+  none(dae { der(x) ~ y, 0 ~ 1e12*x^2 + 1e-6 }, "has no solution")
+  none(dae { der(x) ~ y, der(w) ~ z, 0 ~ x^2 + y^2 - 1, 0 ~ w^2 + exp(x) - exp(-y) + 5 },
+    "the equations (3), (4) have no solution in common")
+  expect(dae { der(x) ~ y, 0 ~ exp(x) - 1 }:index()):equals(2)
 end)

@@ -73,7 +73,7 @@ class ManualTest(unittest.TestCase):
             self.assertTrue(name in titles or name in libraries, name)
         self.assertIn("model:reduce", titles)
         self.assertIn("3 A consistent start", titles)
-        for _, _, address in index:
+        for _, _, address, *_ in index:
             file, _, anchor = address.partition("#")
             self.assertIn(file, self.pages)
             self.assertIn('id="%s"' % anchor.replace("&", "&amp;"), self.pages[file].html)

@@ -68,6 +68,23 @@ class ReportTest(unittest.TestCase):
             self.bytes = file.read()
         return Page(self.bytes.decode()) if suffix == ".html" else None
 
+    def test_reports_are_mathematics(self):
+        page = self.report("""x = var("x", 3)
+p = dae{ mat{{1, 1, 0}, {0, 0, 1}, {1, 1, 1}}*der(x) ~ x }
+print(p:pencil())
+print(p:structure())
+print(tf({1}, {1, 2, 5}):poles())
+print(p:constraints())
+q = var("q", 2)
+print(lagrange{ q = q, T = q.dot.T*q.dot, V = q[2], C = { (q.T*q - 1)/2 } }:constraints())
+""")
+        self.assertGreaterEqual(page.count("math"), 10)
+        for expected in ("finite modes", "index 2", "poles:", "(1c) - (1a) - (1b):", "from (2)",
+                         "(2) differentiated"):
+            self.assertIn(expected, page.text("main"))
+        for markup in ("noindent", "hspace", "quad", "\\\\"):
+            self.assertNotIn(markup, page.text("main"))
+
     def test_text_code_mathematics_and_figure(self):
         page = self.report('--- # Length of a **rod**\n--- where $a^2 = b_1$\nx = var "x"  -- the place\n'
                            'print(x^2/3)\nplot({1, 4, 9}, { title = "Squares" }):show()\n')

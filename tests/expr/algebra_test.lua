@@ -108,10 +108,11 @@ test("equilibria with linearisation and stability", function()
     local focus = equilibria(dae { der(x) ~ rate*y, der(y) ~ rate*(-x - 0.01*y) })
     expect(focus[1].verdict):equals "asymptotically stable"
   end
-  local resting = equilibria(ball)                       -- index 3: points, no linearisation
+  local resting = equilibria(ball)                       -- index 3: the modes that the constraint leaves
   expect(#resting):equals(2)
   expect(resting[1].A):equals(nil)
-  expect(resting[1].verdict):matches "index is above 1"
+  expect(resting[1].modes):equals "det(s E - A) = s² + 1"
+  expect(resting[2].stable):equals(false)
   local numbers = equilibria(dae { der(x) ~ a - x }, { params = { a = 2 } })
   expect(numbers[1].x):equals(2)
   expect(numbers[1].stable):equals(true)

@@ -8,7 +8,8 @@ local function pick(list) return list[random(#list)] end
 
 -- ── what can be called ──
 local functions = {}
-local never = { edit = 1, help = 1, apropos = 1, examples = 1, view = 1, dofile = 1, test = 1, expect = 1,
+local never = { edit = 1, cd = 1,
+  help = 1, apropos = 1, examples = 1, view = 1, dofile = 1, test = 1, expect = 1,
   load = 1,
   save = 1,
   manual = 1, explain = 1 }
@@ -80,9 +81,13 @@ end
 
 -- ── calls ──
 local made, failed = 0, 0
+local accepted = {}               -- calls; changed in one argument they get farther than random ones
 local function attempt(name, f, ...)
   made = made + 1
   local results = table.pack(pcall(f, ...))
+  if results[1] and select("#", ...) > 0 then
+    accepted[#accepted < 400 and #accepted + 1 or random(400)] = { name, f, table.pack(...) }
+  end
   if not results[1] then
     failed = failed + 1
     local text = tostring(results[2])
@@ -114,13 +119,19 @@ local operators = {
 while made < calls do
   local arguments = {}
   for i = 1, random(0, 3) do arguments[i] = value(0) end
-  local kind = random(10)
-  if kind <= 5 or #words == 0 then
+  local kind = random(14)
+  if kind > 10 and #accepted > 0 then
+    local call = pick(accepted)
+    local changed = table.move(call[3], 1, call[3].n, 1, {})
+    changed[random(call[3].n + 1)] = value(0)
+    attempt(call[1], call[2], table.unpack(changed, 1, call[3].n + 1))
+  elseif kind <= 5 or #words == 0 then
     local f = pick(functions)
     attempt(f[1], f[2], table.unpack(arguments))
   elseif kind <= 9 then
-    local object, word = pick(pool), pick(words)
-    attempt(":" .. word, function(...) return object[word](object, ...) end, table.unpack(arguments))
+    local word = pick(words)
+    attempt(":" .. word, function(object, ...) return object[word](object, ...) end, pick(pool),
+      table.unpack(arguments))
   else
     local a, b = value(0), value(0)
     attempt("an operator", pick(operators), a, b)

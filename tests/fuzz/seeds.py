@@ -34,6 +34,10 @@ SEEDS = [
     (3, MAT + matrix(6, 268435460, 1, doubles(1, 2, 3, 4))),  # asked for 2 GiB
     (4, b"(3-sqrt(3))/6"),
     (5, b"local function f(...) return ... end"),
+    (5, b"x = " + b"("*3000 + b"1" + b")"*3000),  # deeper than the parser goes
+    (0, b"return " + b"{"*3000 + b"}"*3000),
+    (0, b'local value1 = vec{1, 1e999}\nreturn { A = value1, s = "text", list = { 1, { k = "a" } } }\n'),
+    (4, b"1"*5000 + b"/3"),
 ]
 
 

@@ -30,9 +30,22 @@ test("reduced forms go on from their ends", function()
   end
 end)
 
+test("a solution is a start: its end", function()
+  local sol = spring:integrate(with { start = { x = 1, v = 0 }, to = 1, params = { k = 9 } })
+  local more = spring:integrate(with { start = sol, to = 2 })
+  expect(more.t[1]):equals(1.0)
+  expect(more(x, 2)):near(math.cos(6), 1e-6)
+  local r = input "r"
+  local driven = dae { der(x) ~ r - x }
+  local first = driven:integrate { start = { x = 0 }, to = 1, inputs = { [r] = 1 }, rtol = 1e-9, atol = 1e-9 }
+  expect(driven:integrate { start = first, to = 2, inputs = { [r] = 1 }, rtol = 1e-9, atol = 1e-9 }(x, 2))
+    :near(1 - math.exp(-2), 1e-7)
+  expect(function() driven:integrate { start = first, to = 2 } end):fails "input"
+end)
+
 test("what is not understood is said", function()
   local sol = spring:integrate { start = { x = 1, v = 0 }, to = 1 }
-  expect(function() spring:integrate { start = sol, to = 2 } end):fails "sol:state()"
+  expect(function() spring:integrate { start = sol:stats(), to = 2 } end):fails "a solution or a table"
   expect(function() sol:continue(2) end):fails "options are a table { to = … }"
   expect(function() sol:continue{ to = 2, start = { x = 1 } } end):fails "unknown option 'start'"
 end)

@@ -53,3 +53,13 @@ test("Gauss-Newton whose unknowns lose their influence far away has diverged, wh
   expect(run.converged):equals(false)
   expect(tostring(run)):matches "Diverged: ‖x‖ has grown from 0.707 to"
 end)
+
+test("Gauss-Newton that flees to a larger ‖R‖ has not converged, however little it grows", function()
+  local a, b = vars "a b"
+  for _, unit in ipairs { 1, 1e3, 1e-3 } do
+    local R = {}
+    for i = 1, 5 do R[i] = atan(a/unit + b*i/unit) end
+    local run = gauss_newton { R = R, x = { a, b }, start = { -2.5*unit, 2.5*unit }, alpha = 1 }
+    expect(run.status):equals "diverged"
+  end
+end)

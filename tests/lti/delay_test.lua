@@ -86,3 +86,22 @@ test("what has no delay form says so", function()
   expect(function() return 1 / (exp(-s) / (s + 1)) end):fails "looks ahead"
   expect(function() return delayed(tf({1}, {1, 1}, 0.1), 1) end):fails "1/z^d"
 end)
+
+test("responses of systems with delays take what others take", function()
+  local s = tf "s"
+  local G = exp(-s/2)*tf({1}, {1, 1})
+  for _, H in ipairs { G, feedback(G) } do
+    local r = H:step { to = 4 }
+    expect(r.t[#r.t]):equals(4.0)
+    expect(H:step { times = { 0, 1, 4 } }.y[3]):near(H:step(r.t).y[#r.t], 1e-10)
+    expect(H:step { 0, 1, 4 }.y.rows):equals(3)
+    expect(function() H:step { upto = 4 } end):fails "upto"
+  end
+end)
+
+test("a negative delay is refused in the words of the user", function()
+  local s = tf "s"
+  local done, why = pcall(function() return exp(0.4*s)/(s + 1) end)
+  expect(done):equals(false)
+  expect(why:find("exp: exp(0.4 s) looks ahead in time", 1, true) ~= nil and not why:find "__"):is_true()
+end)

@@ -216,3 +216,23 @@ test("Riccati equations at the borders of what has a solution", function()
     expect(v(1, 1)):near(3 * e^2 + e * math.sqrt(9 * e^2 + 1), 1e-12 * e * (6 * e + 1))
   end
 end)
+
+test("margins at the border are 0 dB and 0 degrees", function()
+  for _, w in ipairs { 1e-6, 1, 7, 1e9 } do                      -- 2 w³/(s (s + w)²) reaches -1 at s = i w
+    local text = tostring(margin(tf({2*w^3}, {1, 2*w, w^2, 0})))
+    expect(text:find("1 (0 dB)", 1, true) ~= nil):is_true()
+    expect(text:find "phase margin  0°" ~= nil):is_true()
+  end
+end)
+
+test("minreal: a tolerance that is given holds for exact numbers, too", function()
+  local G = tf({1, 1.0001}, {1, 3, 2})
+  expect(#minreal(G):poles()):equals(2)
+  local near = minreal(G, 1e-3)
+  expect(#near:poles()):equals(1)
+  expect(near:poles().re[1]):near(-2, 1e-9)
+  expect(#minreal(G, 1e-6):poles()):equals(2)
+  expect(#minreal(tf({1, 1}, {1, 3, 2}), 1e-9):poles()):equals(1)
+  local a = param "a"
+  expect(function() minreal(tf({1}, {1, a}), 1e-3) end):fails "tol compares numbers"
+end)

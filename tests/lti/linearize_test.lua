@@ -51,6 +51,14 @@ test("the cart with a pendulum, both equilibria", function()
   there.F = nil
   expect(function() cart:linearize(there) end):fails
     "the point gives no value of the input 'F'; write sys:linearize{ …, F = 0 }"
+  local r1, r2 = input "r1", input "r2"
+  local x1 = var "x1"
+  local two = dae { der(x1) ~ -x1 + r1 + 2*r2 }
+  expect(function() two:linearize{ x1 = 0, r1 = 1 } end):fails
+    "the point gives no value of the input 'r2'; write sys:linearize{ …, r2 = 0 }"
+  expect(function() two:linearize{ x1 = 0 } end):fails
+    "no value of the inputs 'r1', 'r2'; write sys:linearize{ …, r1 = 0, r2 = 0 }"
+  expect(two:linearize{ x1 = 0, [r1] = 0, r2 = 0 }.B):equals(mat{{1, 2}})
   there[F] = 0
   expect(cart:linearize(there).B):equals(G.B)
   expect(function() cart:init{ fix = { theta = 0, F = 0 } } end):fails

@@ -156,11 +156,13 @@ test("controllability and the mode that no input reaches", function()
   expect(c.modes):near({ -1 }, 0)
   expect(tostring(c)):equals(
     "not controllable: the controllability matrix has rank 1 of 2\n"
-    .. "  uncontrollable mode -1  no input reaches h1 - h2: (h1 - h2)′ = -1 (h1 - h2)\nstabilizable: these modes decay")
+    .. "  uncontrollable mode -1  no input reaches h1 - h2: (h1 - h2)′ = -1 (h1 - h2)\nstabilizable: these "
+      .. "modes decay")
   expect(o.rank):equals(1)
   expect(tostring(o)):equals(
     "not observable: the observability matrix has rank 1 of 2\n"
-    .. "  unobservable mode -1  outputs do not see the direction (0, 1)\ndetectable: these modes decay")
+    .. "  unobservable mode -1  the outputs do not depend on the direction (0, 1)\ndetectable: these "
+      .. "modes decay")
   expect(G:minreal().order):equals(1)
   expect(ctrb(G)):equals(mat{{1, -1}, {1, -1}})
   expect(ss({{1, 0}, {0, 2}}, {0, 1}, {1, 1}):controllability().stable):equals(false)
@@ -175,6 +177,12 @@ test("a minimal realisation has the same transfer function", function()
   expect(G:tf().notes[1]):equals "cancelled: (s² + 3 s + 2), not controllable or not observable"
   local D = ss(evaluate(G.A), evaluate(G.B), evaluate(G.C), evaluate(G.D))
   expect(D:minreal().order):equals(1)
+  for _, small in ipairs { 1e-6, 1e-9 } do             -- a tolerance holds for exact entries, too
+    local weak = ss({{-1, 0}, {0, -2}}, {{1}, {small}}, {{1, 1}}, {{0}})
+    expect(weak:minreal().order):equals(2)
+    expect(minreal(weak, 1e-3).order):equals(1)
+    expect(minreal(weak, small/100).order):equals(2)
+  end
   expect(minreal(zpk({-1.0000000001}, {-1, -2}, 1)):poles()):near({ -2 }, 1e-9)
 end)
 

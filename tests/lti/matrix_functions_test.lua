@@ -112,3 +112,35 @@ test("entries beyond what double precision can follow are refused, at every size
   end
   expect(expm(mat{{0, 1e300}, {0, 0}})):equals(mat{{1, 1e300}, {0, 1}})
 end)
+
+test("exact forms of close eigenvalues do not cancel when they are evaluated", function()
+  -- values in 50 digits: the gap of the eigenvalues, e^A(1, 2), e^A(1, 3), y(1) of 1/((s + 1)(s + 1 + gap))
+  local cases = {
+    { 1/1000.0, 0.36769556274877158, 0.55126769497799089, 0.26416083524454159 },
+    { 1e-5, 0.36787760178036777, 0.55181364360080087, 0.26424031464504344 },
+    { 1e-7, 0.36787942277747088, 0.5518191065752508, 0.26424110962697583 },
+  }
+  for i, case in ipairs(cases) do
+    local gap = 1/expand(({ 1000, 100000, 10000000 })[i])
+    local E = evaluate(expm(mat{{-1, 1, 1}, {0, -1 - gap, 1}, {0, 0, -1 - 2*gap}}))
+    expect(near(E(1, 2), case[2], 15)):is_true()
+    expect(near(E(1, 3), case[3], 15)):is_true()
+    local G = tf({1}, {1, 2 + gap, 1 + gap}):ss()
+    local y = (G.C * G:solution({ 0, 0 }, { 1 }))[1]
+    expect(near(evaluate(y, { t = 1 }), case[4], 15)):is_true()
+    expect(near(evaluate(subs(y, { t = 1 })), case[4], 15)):is_true()
+  end
+end)
+
+test("sums that cancel, in every scale", function()
+  local x = var "x"
+  for _, h in ipairs { 1e-3, 1e-6, 1e-9, 1e-12 } do
+    expect(near(evaluate((exp(x) - 1)/x, { x = h }), 1 + h/2 + h^2/6 + h^3/24, 12)):is_true()
+    expect(near(evaluate((1 - cos(x))/x^2, { x = h }), 0.5 - h^2/24, 12)):is_true()
+    expect(near(evaluate(log(1 + x)/x, { x = h }), 1 - h/2 + h^2/3, 9)):is_true()
+    expect(near(evaluate((sinh(x) - x)/x^3, { x = h }), 1/6 + h^2/120, 12)):is_true()
+    expect(near(evaluate(sqrt(x^2 + 1) - x, { x = 1/h }), h/2 - h^3/8, 6)):is_true()
+  end
+  expect(evaluate(sqrt(x)^2 - x, { x = 2 })):equals(0.0)
+  expect(evaluate(x - 3*x/3, { x = 0.1 })):equals(0.0)
+end)

@@ -126,9 +126,9 @@ TEST_CASE("exceptions: each kind reads as it should") {
 TEST_CASE("callbacks: errors keep their own position, objects their identity") {
   check_all({
       {"return call_back(function() return 5 end)", "5"},
-      {"call_back(function()\n error 'inside'\nend)", "user.lua:2: inside"},
+      {"call_back(function()\n error 'inside'\nend)", "user.lua:2: inside\n  called from user.lua:1"},
       {"call_back(function()\n local t = nil\n return t.x\nend)",
-       "user.lua:3: attempt to index a nil value (local 't')"},
+       "user.lua:3: attempt to index a nil value (local 't')\n  called from user.lua:1"},
       {"local e = {} local _, got = pcall(call_back, function() error(e) end) return got == e", "true"},
       {"return call_back(function() return call_back(function() go_wrong 'error' end) end)",
        "user.lua:1: go_wrong: the matrix is singular"},

@@ -39,7 +39,8 @@ TEST_CASE("documentation: examples that lie, fail or are missing are found") {
                                      {"two", nullptr, "two()", "Two.", "nothing_here", ""},
                                      {"three", nullptr, "three()", "Three.", "", ""},
                                      {"four", nullptr, "", "Four.", "1", "1"},
-                                     {"five.six", nullptr, "five.six()", "Six"}}};
+                                     {"five.six", nullptr, "five.six()", "Six"},
+                                     {"six#seven", nullptr, "s.seven", "Seven."}}};
   lua::Session session;
   lua::add_module(session.L, liars);
   const std::vector<std::string> complaints = lua::check_documentation(session.L);
@@ -49,6 +50,7 @@ TEST_CASE("documentation: examples that lie, fail or are missing are found") {
   CHECK(found("one: the example prints\n2\nbut the documentation says\n3"));
   CHECK(found("two: the example fails: example:1: undefined variable 'nothing_here'."));
   CHECK(found("three: a function needs an example"));
+  CHECK(found("six#seven: the type needs a specimen (stdlib/help/specimens.lua)"));
   CHECK(found("four: signature and text must not be empty"));
   CHECK(found("five.six: the text must end with a full stop"));
 }

@@ -368,6 +368,15 @@ test("sine and cosine at multiples of π/12", function()
   expect(tostring(simplify(cos(5*pi/6)))):equals "-√3/2"
 end)
 
+test("exact numbers are compared with math.huge, as floats are", function()
+  local third, worst = rational "1/3", math.huge
+  if third < worst then worst = third end
+  expect(worst):equals(third)
+  expect(sqrt(2) >= -math.huge):is_true()
+  expect(pi < 0/0):is_false()
+  expect(function() return var "x" < math.huge end):fails "a condition on symbols is an expression"
+end)
+
 test("exact numbers have whole quotients and remainders, and stand in lists that are joined", function()
   expect(1//rational "1/2"):equals(2)
   expect(-7//rational "2/3"):equals(-11)

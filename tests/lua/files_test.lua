@@ -335,3 +335,36 @@ test("a saved file that was cut or altered is refused with its line", function()
   out:close()
   expect(function() load(file) end):fails "2: 'store' and 'on' are not part of a saved value"
 end)
+
+test("a solution is written at equal times, and read back", function()
+  local x, k = var "x", param("k", 2)
+  local sol = dae{ der(x) ~ -k*x }:integrate { start = { x = 1 }, to = 1 }
+  local name = os.tmpname() .. ".csv"
+  sol:csv(name, { times = linspace(0, 1, 11) })
+  local d = iddata.read(name, { y = "x" })
+  expect(d.N):equals(11)
+  expect(d.y[11]):near(sol(x, 1), 1e-12)
+  sol:csv(name, { x^2 }, { times = { 0, 0.5, 1 } })
+  expect(iddata.read(name, { y = "x²" }).y[2]):near(sol(x, 0.5)^2, 1e-12)
+  expect(function() sol:csv(name, { x }, { time = 1 }) end):fails "times"
+  sol:csv(name)
+  expect(function() iddata.read(name, { y = "x" }) end):fails "times = linspace"
+  os.remove(name)
+end)
+
+test("a MATLAB file is loaded by names", function()
+  local x, name = var "x", os.tmpname() .. ".mat"
+  local sol = dae{ der(x, 2) ~ -x }:integrate { start = { x = 1, [x.dot] = 0 }, to = 1 }
+  save(name, sol)
+  local back = load(name)
+  expect(back.t.rows):equals(#sol.t)
+  expect(back.x_dot[#sol.t]):near(sol:final(x.dot), 1e-14)
+  save(name, { a = 2.5, B = mat{{1, 2}, {3, 4}} })
+  back = load(name)
+  expect(back.a):equals(2.5)
+  expect(back.B(2, 1)):equals(3.0)
+  save(name, iddata{ y = { 1, 2, 3 }, u = { 0, 1, 0 }, Ts = 0.5 })
+  expect(iddata(load(name)).Ts):equals(0.5)
+  expect(function() load "nothing.mat" end):fails "there is no such file"
+  os.remove(name)
+end)

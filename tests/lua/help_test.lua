@@ -38,7 +38,7 @@ end)
 test("every page leads on to names that exist", function()
   local text = shown [[
     local see = {}
-    for _, file in ipairs { "models", "integration", "data" } do
+    for _, file in ipairs { "models", "integration", "data", "tasks" } do
       local text = io.open("stdlib/concepts/" .. file .. ".lua"):read "a"
       for names in text:gmatch 'see = "(.-)"' do see[#see + 1] = names end
     end

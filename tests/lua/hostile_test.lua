@@ -246,7 +246,28 @@ test("nesting of functions costs its length, not its square", function()
   expect(os.clock() - begin < 5):is_true()
 end)
 
+test("the index of deeply nested functions costs their depth, not its square", function()
+  local x, began = var "x_nested", os.clock()
+  for _, f in ipairs { sin, function(e) return exp(-e) end, function(e) return cos(2*e) end } do
+    local e = x
+    for _ = 1, 2000 do e = f(e) end
+    expect(dae { der(x) ~ e }:index()):equals(0)
+  end
+  expect(os.clock() - began < 5):equals(true)
+end)
+
+test("an input that integrates its own model ends at the depth that Lua allows", function()
+  local x, u = var "x_self", input "u_self"
+  local model = dae { der(x) ~ u - x }
+  local function again() return model:integrate { start = { [x] = 1 }, to = 1, inputs = { [u] = again } } end
+  fails("stack overflow", again)
+end)
+
 test("sums of exact texts; what load does not take", function()
+  fails("beyond all numbers", rational, "1e400")        -- was inf in silence
+  fails("beyond all numbers", rational, ("7"):rep(5000) .. "/3")
+  fails("…' is not a number", subs, var "x_long", { x_long = ("("):rep(100000) })
+  expect(tonumber(rational(("1"):rep(300)))):near(1.11111111111e299, 1e-9)
   expect(sum { "1/2", "1/3" }):equals(rational(5, 6))
   fails("entry 2 of the list", sum, { 1, "a b" })
   fails("load: expected a file name", load, {})
@@ -341,4 +362,12 @@ test("systems without states, lists of parts that contain themselves", function(
   local cyclic = {}
   cyclic[1] = cyclic
   fails("contain itself", model, { R = cyclic })
+end)
+
+test("matrices without columns and searches without unknowns", function()
+  fails("100 000 000", randn, 1 << 40, 0)
+  fails("100 000 000", rand, 0, 1 << 40)
+  fails("100 000 000", rand, 1 << 32, 1 << 32)
+  fails("nothing can be varied", nlsq, function() return { 1, 2 } end, {})
+  fails("empty list", nlsq, function() return {} end, { 1 })
 end)

@@ -5,10 +5,7 @@ local m, g, R, L = params "m=1 g=9.81 R=1 L=0.5"
 local chain = lagrange { q = q, T = m/2*q.dot.T*q.dot, V = m*g*(p1[3] + p2[3]),
   C = { (p1.T*p1 - R^2)/2, (norm(p2 - p1)^2 - L^2)/2 } }
 
-local function has(text, words)
-  local said = tostring(text)
-  if not said:find(words, 1, true) then error("'" .. words .. "' is not in\n" .. said, 2) end
-end
+local has = require "printed"
 local function lacks(text, words) expect(tostring(text):find(words, 1, true)):equals(nil) end
 
 test("two masses on a sphere: every line that a sheet has", function()
@@ -123,4 +120,30 @@ test("every form is derived: conditions row by row, why they suffice, what follo
   local at = low:init { fix = { x = 0.1, [x.dot] = 1 }, guess = { y = -1 }, params = { L = 1 } }
   local minimal = tostring(low:reduce("minimal", { at = at }):trace())
   expect(minimal):matches "What remains of the equations:"
+end)
+
+test("a derivation in LaTeX: dots and no primes, numbers as tags, numerators that fit the line", function()
+  local text = chain:trace():latex()
+  has(text, [[\frac{\mathrm d}{\mathrm dt} \frac{\partial L}{\partial \dot{q}} - ]],
+    [[0 = \frac{\mathbf{p}_1^\top \mathbf{p}_1 - R^2}{2} \tag{2a}]], [[$\displaystyle W(q) \ddot{q} + ]])
+  expect(text:find "q'"):is_nil()
+  has(chain:reduce "ode":trace():match "ode: .*", "⎣p1ᵀ(p1 - p2)/m  2 (p1 - p2)ᵀ(p1 - p2)/m⎦")
+  has(chain:reduce "acc":trace():latex(), [[$\ddot{q}_{1}$, $\ddot{q}_{2}$]],
+    [[is differentiated twice because it contains neither $\ddot{q}$ nor $z$]])
+  local l1, l2, m1, m2, g1 = params "l1 l2 m1 m2 g1"
+  local th1, th2 = vars "theta1 theta2"
+  local p = vec { l1*sin(th1), -l1*cos(th1) }
+  local r = p + vec { l2*sin(th2), -l2*cos(th2) }
+  local double = lagrange { q = { th1, th2 }, T = m1/2*der(p).T*der(p) + m2/2*der(r).T*der(r),
+    V = m1*g1*p[2] + m2*g1*r[2] }
+  has(double:reduce "ode":latex(), [[\frac{\begin{gathered} ]])
+  expect(double:latex():find "gathered"):is_nil()
+end)
+
+test("a derivation in a page: equations with their numbers, fractions in full size, no LaTeX left", function()
+  local page = view(chain:reduce "acc":trace "every step", { file = os.tmpname() .. ".html", open = false })
+  local html = io.open(page):read "a"
+  has(html, [[class="tag"><mtext>(2a)</mtext>]], [[<math displaystyle="true">]])
+  expect(html:find("1ex", 1, true)):is_nil()
+  expect(html:match "<p class=\"step\">[^\n]*\\[^\n]*"):is_nil()
 end)

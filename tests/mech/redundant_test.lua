@@ -17,7 +17,7 @@ end
 local function near(q) return { [q[2]] = 1, [q[3]] = 1, [q[4]] = 0 } end
 
 test("a third crank: index, degrees of freedom and every form, in any unit of length", function()
-  for _, lengths in ipairs { { 1, 2 }, { 1, 3 }, { 1e-3, 2e-3 }, { 10, 20 } } do
+  for _, lengths in ipairs { { 1, 2 }, { 1, 3 }, { 1e-3, 2e-3 }, { 10, 20 }, { 1e3, 3e3 } } do
     local L, D = lengths[1], lengths[2]
     local given, q = parallelogram(L, D, "angle")
     local linkage = given:independent { fix = { [q[1]] = 1 }, guess = near(q) }

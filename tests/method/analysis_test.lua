@@ -282,3 +282,14 @@ test("every method has a report and a picture", function()
   expect(#rosenbrock.rodas4:report() > 200):is_true()
   expect(rk.stages_for_order().rows[7][2]):equals "7"
 end)
+
+test("coefficients beyond the range of doubles are refused", function()
+  expect(function() return rk.collocation { 1e-160, 2e-160, 3e-160 } end):fails "beyond the range of doubles"
+  -- Weights of 1e250 and more; an infinity in GMP's numbers ends the program.
+  for _, nodes in ipairs { { 1e-200, 1e-150, 1e-100 }, { 1e-300, 2e-300 }, { 5e-324, 1e-300, 1 } } do
+    local made, tableau = pcall(rk.collocation, nodes)
+    local text = tostring(made and tableau:stability() or tableau)
+    expect(made or text:find "range" ~= nil):is_true()
+  end
+  expect(#tostring(rk.collocation { 1e-300, 1/3 }:stability()) > 0):is_true()
+end)

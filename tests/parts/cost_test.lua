@@ -64,6 +64,39 @@ test("what is left is what one would write: differences first, no product that c
   expect(tostring(car:dae().differential)):equals "(body.s, wheel.s, body.s′, wheel.s′)"
 end)
 
+test("positions stay, distances go: shafts behind gears, capacitors in a loop, frames at rest", function()
+  local r, p = components.rotational, components.planar
+  local function shafts(part)
+    return model { G = r.inertia{ J = 0.1, phi0 = 0, w0 = 10 }, g = r.gear{ ratio = 3 }, c = part,
+      L = r.inertia{ J = 2, phi0 = 0, w0 = 0 }, connect("G.flange", "g.a"), connect("g.b", "c.a"),
+      connect("c.b", "L.flange") }:dae()
+  end
+  for _, part in ipairs { r.spring{ c = 50 }, r.spring_damper{ c = 50, d = 0.2 }, r.damper{ d = 0.2 } } do
+    expect(shafts(part).kind):equals "ODE"
+    expect(tostring(shafts(part).differential):find "G.phi, L.phi" ~= nil):is_true()
+  end
+  local C = e.capacitor
+  local ring = model { V = e.source{ v = sin(t) }, R1 = e.resistor{}, R2 = e.resistor{}, gnd = e.ground{},
+    C1 = C{ v0 = 0 }, C2 = C{}, C3 = C{ v0 = 0 }, connect("V.p", "R1.p"), connect("R1.n", "C1.p", "C2.p"),
+    connect("C2.n", "C3.p", "R2.p"), connect("V.n", "C1.n", "C3.n", "R2.n", "gnd.p") }
+  expect(#ring:dae().equations):equals(2)              -- the current through C2 is no unknown
+  local engine = model { A = p.fixed{ phi = 0.3 }, j = p.prismatic{ nx = 0.6, ny = 0.8, s0 = 0, v0 = 1 },
+    B = p.body{}, connect("A.frame", "j.a"), connect("j.b", "B.frame") }
+  expect(#engine:dae().equations):equals(1)
+  local sol = engine:integrate{ to = 1, rtol = 1e-9 }
+  local slope = math.sin(0.3)*0.6 + math.cos(0.3)*0.8
+  expect(sol(engine.j.s, 1)):near(1 - 9.81*slope/2, 1e-8)
+end)
+
+test("an input that only what is eliminated depends on is still an input", function()
+  local u = input "u"
+  local x, y = vars "x y"
+  local low = dae { der(x) ~ -x, y ~ 3*u }:eliminate()
+  expect(tostring(low.inputs)):equals "(u)"
+  expect(low:integrate{ start = { x = 1 }, to = 1, inputs = { u = t } }(y, 1)):near(3, 1e-12)
+  expect(function() low:integrate{ start = { x = 1 }, to = 1 }(y, 1) end):fails "'u' has no value"
+end)
+
 test("four times as many parts take four times as long, about", function()
   local function seconds(make, n)
     collectgarbage()

@@ -25,6 +25,65 @@ test("sources that contradict each other are named with their connections", func
     connect("V.n", "R.n", "g.p", "h.p") }, "of g, h, connect(V.n, g.p), connect(V.n, h.p)")
 end)
 
+test("a connector or variable that is not there: where the path ends, and what there is", function()
+  local R, V, g = e.resistor{ R = 2 }, e.source{ v = 1 }, e.ground{}
+  local function circuit(...) return { R = R, V = V, g = g, connect("V.n", "R.n", "g.p"), ... } end
+  fails(circuit(connect("V.p", "R.x")), "connect: R has no connector 'x'. It has n, p.")
+  fails(circuit(connect("V.p", "R.P")), "connect: R has no connector 'P'. It has n, p.")
+  fails(circuit(connect("V.p", "S.p")),
+    "connect: this model has no part, connector or variable 'S'. It has R, V, g.")
+  fails(circuit(connect("V.p", "R")), "connect: 'R' is a whole part; name one of its connectors: n, p")
+  fails(circuit(connect("V.p", "R.p"), var "R.ii" ~ 3),
+    "R has no part, connector or variable 'ii'. Did you mean 'i'?")
+  local started = circuit(connect("V.p", "R.p"))
+  started.start = { ["R.u"] = 0 }
+  fails(started, "start: R has no part, connector or variable 'u'")
+  fails({ cell = { s.gain{}, s.gain{} }, connect(1, "cell[1].u"), connect("cell[1].y", "cell[2].x") },
+    "cell[2] has no connector 'x'. It has u, y.")
+  expect(function() return R.m end)
+    :fails "resistor has no part, connector or variable 'm'. It has R, i, n, p, v."
+  fails(circuit(connect("V.p", "R.p"), var "R.i" ~ 3),
+    "this model: equations of its own: R.i = 3; unknowns of its own: none")
+end)
+
+test("parameters are numbers or expressions, said where they are given", function()
+  local function refused(make, words) expect(make):fails(words) end
+  refused(function() return e.resistor{ R = "big" } end,
+    "resistor: R [Ohm] must be a number or an expression, not the text 'big'")
+  refused(function() return e.resistor{ R = true } end, "not a boolean")
+  refused(function() return e.resistor{}{ R = 0/0 } end, "not nan")
+  refused(function() return e.inductor{ L = 1/0 } end,
+    "inductor: L [H] must be a number or an expression, not infinity")
+  refused(function() return e.source{ v = function(time) return time end } end,
+    "source: v [V] must be a number or an expression, not a function: of the time, write it with t")
+  refused(function() return e.capacitor{ v0 = "zero" } end, "capacitor: v0 [V]")
+  refused(function() return l.mass{ m = e.ground{} } end,
+    "mass: m [kg] must be a number or an expression, not a part")
+  fails({ R = e.resistor{ R = { 1, 2 } }, connect "R.p", connect "R.n" }, "in R (component resistor)")
+  local m = model { R = e.resistor{ R = "1/3" }, V = e.source{ v = 1 }, g = e.ground{}, connect("V.p", "R.p"),
+    connect("V.n", "R.n", "g.p") }
+  expect(m:init{}(m.R.i)):equals(3)                    -- text that is a number is exact, and a parameter
+  expect(m:init{ params = { ["R.R"] = 2 } }(m.R.i)):equals(0.5)
+end)
+
+test("errors inside a component name the part", function()
+  local bad = component("bad", {}, function(self)
+    self.p = e.pin
+    return { self.q.v ~ 0 }
+  end)
+  for _, words in ipairs { "x has no part, connector or variable 'q'. It has p.", "in x (component bad)" } do
+    expect(function() return model { x = bad{}, connect "x.p" } end):fails(words)
+  end
+end)
+
+test("signals and connectors", function()
+  fails({ R = e.resistor{}, G = s.gain{}, connect("R.p", "G.u") },
+    "R.p (electrical pin) is a connector and G.u a signal",
+    "a sensor makes a signal of a connector")
+  fails({ J = components.rotational.inertia{}, m = l.mass{}, connect("J.flange", "m.flange") },
+    "a part that has a connector of each kind goes between them")
+end)
+
 test("a part and a symbol of one name", function()
   local F = input "F"
   fails({ m = l.mass{ s0 = 0, v0 = 0 }, F = l.signal_force{}, connect("F.flange", "m.flange"),

@@ -91,6 +91,44 @@ local cases = {
     { { "x1.port", "x2.a" }, { "x2.b", "x3.a" }, { "x3.b", "x4.port" } }) },
 }
 
+-- Several domains. A motor differentiates the angle of its flange: 2, with rotor and load rigidly coupled 3;
+-- a
+-- given current takes its state. Heat and current meet in a resistor that becomes warm.
+local function drive(source, ...)
+  local parts, ends = { source, r.dc_motor{}, G, ... },
+    { { "x1.p", "x2.p" }, { "x1.n", "x2.n", "x3.p" } }
+  return parts, ends
+end
+local function motor(source, parts, ends)
+  local all, list = drive(source, table.unpack(parts))
+  for _, more in ipairs(ends) do list[#list + 1] = more end
+  return chain(all, list)
+end
+local warm = h.heating_resistor{ R = 2, alpha = 0.01 }
+local mixed = {
+  { "motor and load", 2, 3, motor(V, { J }, { { "x2.flange", "x4.flange" } }) },
+  { "motor, gear and rigid load", 3, 3, motor(V, { J, r.gear{ ratio = 5 }, J },
+    { { "x2.flange", "x4.flange", "x5.a" }, { "x5.b", "x6.flange" } }) },
+  { "motor, elastic shaft and load", 2, 5, motor(V, { J, r.spring{}, J },
+    { { "x2.flange", "x4.flange", "x5.a" }, { "x5.b", "x6.flange" } }) },
+  { "motor with a given current", 2, 2, chain({ I, r.dc_motor{}, G, J },
+    { { "x1.p", "x2.p" }, { "x1.n", "x2.n", "x3.p" }, { "x2.flange", "x4.flange" } }) },
+  { "motor that turns a rack and a mass", 3, 3, motor(V, { J, r.rack{ r = 0.1 }, m },
+    { { "x2.flange", "x4.flange", "x5.flange" }, { "x5.slide", "x6.flange" } }) },
+  { "motor whose shaft is held", 2, 1, motor(V, { r.fixed{} }, { { "x2.flange", "x4.flange" } }) },
+  { "warm resistor and its capacity", 1, 1, chain({ V, warm, G, cap, h.conductor{}, h.temperature{} },
+    { { "x1.p", "x2.p" }, { "x1.n", "x2.n", "x3.p" }, { "x2.port", "x4.port", "x5.a" },
+    { "x5.b", "x6.port" } }) },
+  { "warm resistor at a temperature", 1, 0, chain({ V, warm, G, h.temperature{} },
+    { { "x1.p", "x2.p" }, { "x1.n", "x2.n", "x3.p" }, { "x2.port", "x4.port" } }) },
+  { "pump into a tank", 1, 1, chain({ w.ambient{}, w.pump{ q = 1 }, tank },
+    { { "x1.port", "x2.a" }, { "x2.b", "x3.port" } }) },
+  { "tank at a pressure", 2, 0, chain({ w.ambient{ p = t }, tank }, { { "x1.port", "x2.port" } }) },
+  { "tank, inertance, tank", 1, 3, chain({ tank, w.inertance{}, tank },
+    { { "x1.port", "x2.a" }, { "x2.b", "x3.port" } }) },
+}
+table.move(mixed, 1, #mixed, #cases + 1, cases)
+
 for _, case in ipairs(cases) do
   local name, index, dof, network = table.unpack(case)
   test(("%s: index %d, %d free initial values"):format(name, index, dof), function()

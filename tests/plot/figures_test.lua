@@ -87,3 +87,39 @@ test("animations", function()
   expect(function() animate(swing, { th }) end):fails "must be a point"
   expect(function() animate(swing, { vec(th, 0) }, { fsp = 3 }) end):fails "Did you mean 'fps'?"
 end)
+
+test("regions of stability are shaded on their side of the boundary", function()
+  local function styles(fig)
+    local list = {}
+    for i, each in ipairs(fig:parts().series) do list[i] = each.style end
+    return table.concat(list, " ")
+  end
+  expect(styles(rk.rk4:plot())):equals "line fill"
+  expect(styles(rk.dopri5:plot())):equals "line line line fill fill fill"  -- with its islands
+  expect(styles(rk.radau(3):plot())):equals "line fill fill"
+  expect(styles(bdf(2):plot())):equals "line"
+  local shade = rk.implicit_euler:plot():parts().series[2]
+  for i = 1, shade.x.rows do  -- above the circle |z - 1| = 1
+    local x = shade.x(i, 1)
+    local circle = math.abs(x - 1) <= 1 and math.sqrt(1 - (x - 1)^2) or 0
+    expect(shade.lower(i, 1)):near(circle, 2e-2)
+  end
+  local half = rk.gauss(2):plot():parts()
+  expect(half.series[2].x(1, 1)):equals(half.xlim[1])
+  expect(half.series[2].x(2, 1)):equals(0.0)
+end)
+
+test("Nyquist curves on the real axis have a frame, lines of orders the colours of their points",
+  function()
+    local flat = nyquist(tf({ 5 }, { 5 })):parts()
+    expect(flat.ylim[1]):equals(-0.5)
+    expect(#flat.series):equals(3)
+    expect(flat.series[1].style):equals "points"
+    expect(#nyquist(tf({ 1 }, { 1, 1 })):parts().series):equals(4)
+    local study = converge(oscillator, { start = { x = 1, v = 0 }, to = 1, dt = { 0.1, 0.05, 0.025 },
+      methods = { rk.rk4, rk.heun } })
+    local series = study:plot():parts().series
+    for m = 1, 2 do expect(series[2*m - 1].colour):equals(series[2*m].colour) end
+    expect(series[1].colour ~= series[3].colour):equals(true)
+    expect(series[2].dash):equals "dashed"
+  end)

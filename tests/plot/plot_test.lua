@@ -90,7 +90,8 @@ end)
 test("saving says what is wrong and returns the figure", function()
   local f = plot(x, y)
   expect(function() f:save "a.jpg" end):fails "unknown extension '.jpg'; the extension says the format: .svg, .png or .pdf"
-  expect(function() f:save "/nowhere/at/all/a.svg" end):fails "there is no folder '/nowhere/at/all/'; make it first"
+  expect(function() f:save "/nowhere/at/all/a.svg" end)
+    :fails "there is no folder '/nowhere/at/all/'; make it first"
   expect(function() f:save() end):fails "bad argument #1 'file': expected a string"
   local name = os.tmpname()
   expect(f:save(name .. ".svg")):equals(f)

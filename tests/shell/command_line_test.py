@@ -58,6 +58,25 @@ def test_errors_name_the_callers(terminal, home):
     check(error.startswith(path + ":1: "), True, error)
     check_in(f"called from {path}:3", error)
     check_in(f"called from {path}:6", error)
+    path = write(home, "callback.lua", """local function force(t) return t .. nil end
+local function law(t)
+  local u = force(t)
+  return 2*u
+end
+x, u = var "x", input "u"
+local function run()
+  local s = dae{ der(x) ~ u - x }:integrate{ start = { x = 1 }, to = 1, inputs = { u = law } }
+  return s
+end
+for i = 1, 2 do print(i == 1 and pcall(run) or run()) end
+""")
+    error = run(path, expect=1).stderr
+    check(error.splitlines(), [f"{path}:1: attempt to concatenate a nil value"]
+          + [f"  called from {path}:{line}" for line in (3, 8, 11)], "through a callback")
+    path = write(home, "order.lua", "list = { 3, 1, 2, 5, 4 }\ntable.sort(list, function() return true end)\n")
+    check_in(f"{path}:2: invalid order function", run(path, expect=1).stderr)
+    path = write(home, "brackets.lua", "x = " + "("*100000 + "1" + ")"*100000)
+    check_in(f"{path}: brackets, functions or blocks are nested more than", run(path, expect=1).stderr)
     path = write(home, "flat.lua", "print(nil + 1)\n")
     check("called from" in run(path, expect=1).stderr, False)
 

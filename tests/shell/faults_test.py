@@ -43,6 +43,11 @@ long_work = (
     "local x = var 'x' while true do dae{ der(x) ~ -x }:integrate{ start = { x = 1 }, to = 100, rtol = 1e-12 } end",
     "local e = var 'x' for i = 1, 20000 do e = sin(e) end dae{ der(var 'x') ~ e }:index()",
     "coroutine.wrap(function() while true do pcall(error) end end)()",
+    "io.open('/dev/zero'):read 'a'",
+    "while true do io.open('/dev/zero'):read(10^9) end",
+    "io.open('/dev/zero'):read 'l'",
+    "for line in io.lines '/dev/zero' do end",
+    "io.input '/dev/zero' io.read 'L'",
 )
 for code in long_work:
     status, errors = interrupted(code)
@@ -51,9 +56,38 @@ for sent in (signal.SIGTERM, signal.SIGHUP):
     status, _ = interrupted("while true do end", sent)
     assert status == -sent, status
 
+# What was read before is read as ever: lines, counts, numbers, seeking, the rest.
+done = subprocess.run([PROGRAM, "-e", """local name = os.tmpname() local f = io.open(name, 'w') f:write('one\\n2.5 x\\nlast') f:close()
+f = io.open(name) print(f:read('l', 'n', 1, 'L', 'a', 'l')) print(f:seek('set', 4), f:read 'n', f:close(), pcall(f.read, f))
+for line in io.lines(name) do io.write(line, ';') end print(io.input(name) == io.input(), io.read 'a', io.open('/none') == nil)"""],
+                      capture_output=True, text=True, cwd=work)
+assert done.stdout == ("one 2.5   x\n last nil\n4 2.5 true false attempt to use a closed file\n"
+                       "one;2.5 x;last;true one\n2.5 x\nlast true\n"), done
+
+# Temporary files go with the program, however that ends, and with them what was written beside.
+folder = os.path.join(work, "temporary")
+os.mkdir(folder)
+made = "local n = os.tmpname() local f = io.open(n .. '.svg', 'w') f:write 'x' f:close() io.write 'go\\n' io.flush() "
+for ending, sent in (("", None), ("os.exit(0)", None), ("os.exit(3)", None), ("error 'x'", None),
+                     ("parallel_calls(3, function(i) return os.tmpname() end)", None),
+                     *[("while true do end", sent) for sent in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)]):
+    process = start(made + ending, env=dict(os.environ, TMPDIR=folder))
+    process.stdout.readline()
+    if sent:
+        process.send_signal(sent)
+    process.communicate(timeout=20)
+    assert os.listdir(folder) == [], (ending, sent, os.listdir(folder))
+process = start(made + "while true do print(1) end", env=dict(os.environ, TMPDIR=folder))
+process.stdout.readline()
+process.stdout.close()
+process.wait(timeout=20)
+assert os.listdir(folder) == [], "after SIGPIPE"
+os.rmdir(folder)
+
 # A file is the old one or the new one, and its draft goes with the process, whenever that ends.
 saving = ("local x = var 'x' local long = dae{ der(x) ~ -x + expand((x + 1)^40) } save('m.lua', x) "
           "while true do save('m.lua', long) save('m.lua', x) end")
+subprocess.run([PROGRAM, "-e", "save('m.lua', var 'x')"], cwd=work, check=True)
 for k in range(12):
     interrupted(saving, (signal.SIGTERM, signal.SIGHUP, signal.SIGINT)[k % 3])
     done = subprocess.run([PROGRAM, "-e", "print(load 'm.lua')"], capture_output=True, text=True, cwd=work)

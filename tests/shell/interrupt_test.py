@@ -36,6 +36,11 @@ WORK = (
     'while true do factor(expand((x + 1)^20*(y - 2)^10)) end',
     'while true do eig(mat{{1, 2, 3}, {4, 5, 6}, {7, 8, 10}}) end',
     'while true do eig(large) end',
+    'while true do lqr(large, eye(500), eye(500), eye(500)) end',
+    'while true do minreal(ss(large, ones(500), ones(1, 500), {{0}})) end',
+    'while true do place(large, eye(500), linspace(-1, -2, 500)) end',
+    'local file = os.tmpname() while true do save(file, large) end',
+    'local e = x for i = 1, 3000 do e = sin(e) end while true do dae{ der(x) ~ e }:structure() end',
     'while true do plot(fall:integrate{ start = { x = 1, v = 0 }, to = 50 }, x) end',
 )
 

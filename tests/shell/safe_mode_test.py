@@ -133,6 +133,10 @@ safe("print '\\xff\\0\\1\"\\\\'", status=0)
 safe("x = = 1", status=1, contains="unexpected symbol")
 
 
+# FLINT is a library that is opened when it is needed: before the walls stand.
+safe("local x = var 'x' print(#solve(x^2 + 3*x + 2, x), factor(x^2 - 1))", status=0)
+
+
 def plain(*arguments, status, text=None):
     done = subprocess.run([PROGRAM, *arguments], capture_output=True, text=True, timeout=60, stdin=subprocess.DEVNULL)
     assert done.returncode == status, (arguments, done)

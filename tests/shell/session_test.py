@@ -3,7 +3,6 @@ import os
 import re
 import subprocess
 import sys
-import time
 
 from terminal import PROGRAM, Suite, check, check_in, quoted
 
@@ -81,8 +80,7 @@ def test_entry_of_several_lines(terminal, home):
 def test_a_block_is_edited_as_a_whole(terminal, home):
     w = started(terminal)
     for line in ("function mean(list)", "local sum = 0", "for i, v in ipairs(list) do", "sum = sum + v", "end"):
-        w.type(line)
-        w.key("Enter")
+        w.enter(line)
         w.wait("^…\\Z", pattern=True)  # only then the next letters are no paste, which has its own blanks
     w.type("return sum/(#list)")
     w.wait("^> function mean\\(list\\)\n…   local sum = 0\n…   for i, v in ipairs\\(list\\) do\n…     sum = sum \\+ v\n"
@@ -321,6 +319,7 @@ def test_history_across_sessions(terminal, home):
     w.enter("function area(r)")
     w.wait("^…\\Z", pattern=True)
     w.enter("return 'r\\\\' .. r  -- a backslash, \"quotes\"")
+    w.wait("^…\\Z", pattern=True)
     w.enter("end")
     w.enter("area(2)")
     w.wait("^r\\\\2$", pattern=True)
@@ -432,29 +431,6 @@ def test_what_is_there_and_where_one_is(terminal, home):
     w.wait_prompt("record(false)")
     with open(os.path.join(home, "session.lua")) as file:
         check(file.read().split("\n")[1:], ["print(6*mass)", "half = mass/2", ""])
-
-
-def test_a_session_that_was_cut_off_comes_back(terminal, home):
-    w = started(terminal)
-    w.enter("mass = 12")
-    w.enter("no_such_thing")
-    w.enter("mass/2")
-    w.wait("^6.0$", pattern=True)
-    w.enter("1 + 1")
-    w.wait("^2$", pattern=True)  # what came before is in the journal now
-    w.close()  # the terminal goes away
-    folder = os.path.join(home, ".local/state/pendula/sessions")
-    check(len(os.listdir(folder)), 1)
-    time.sleep(0.5)  # until the program has gone, too
-    w = terminal()
-    w.wait("did not end by itself")
-    w.enter("recover()")
-    w.wait("^6.0$", pattern=True)
-    w.enter("mass, 'kg'")
-    w.wait("^12 +kg$", pattern=True)
-    w.enter("exit")
-    w.wait("[ended with 0]")
-    check(os.listdir(folder), [])
 
 
 def test_text_fits_the_window(terminal, home):

@@ -86,7 +86,7 @@ test("continuous time: process models and transfer functions", function()
   local y = noisy(list(held_response({3, 1}, {1, 0.5, 1}, 0, u, 0.3)))
   local r = tfest(iddata { y = y, u = u, Ts = 0.3 }, { np = 2 })
   for k, v in ipairs { 3, 1, 0.5, 1 } do expect(math.abs(r.theta[k] - v) < 5 * r.std[k]):is_true() end
-  expect(function() process_model(d, "Q1") end):fails "is no type"
+  expect(function() process_model(d, "Q1") end):fails "is not a type"
 end)
 
 test("Hammerstein–Wiener with given bases", function()

@@ -255,3 +255,33 @@ test("maximum likelihood of models that are not linear in θ", function()
   expect(armax(d, { na = 2, nb = 2, nc = 2, noise = laplace() }).rank):equals(6)
   expect(function() oe(d, { nb = 2, nf = 2, noise = uniform(-1, 1) }) end):fails "linear in θ"
 end)
+
+test("volumes in twelve dimensions", function()
+  for _, d in ipairs { 5, 9, 12 } do
+    seed(d)
+    local A, y = randn(d, d), {}
+    for i = 1, d do y[i] = i end
+    local rows = {}
+    for i = 1, d do
+      rows[i] = {}
+      for j = 1, d do rows[i][j] = A(i, j) * (j == 2 and 1e9 or 1) end
+    end
+    local s = lsq(rows, y, { noise = uniform(-1, 2) })           -- a parallelepiped
+    expect(s.vertices.rows):equals(2^d)
+    expect(s.volume * math.abs(det(mat(rows))) / 3^d):near(1, 1e-9)
+  end
+end)
+
+test("a polytope that is no box, by two ways", function()
+  seed(6)
+  local e, u, y = rand(60), {}, {}
+  for t = 1, 60 do u[t] = math.sin(t * t * 1.7) end
+  for t = 1, 60 do
+    y[t] = 0.2 * (e[t] - 0.5)
+    for k = 1, 12 do y[t] = y[t] + 0.8^k * (u[t - k] or 0) end
+  end
+  local s = fir(iddata { y = y, u = u }, { nb = 12, noise = uniform(-0.1, 0.1) })
+  expect(s.volume / 1.0136022412523e-23):near(1, 1e-9)
+  expect(function() fir(iddata { y = y, u = u }, { nb = 15, noise = uniform(-0.1, 0.1) }) end)
+    :fails "200000 vertices"
+end)

@@ -45,3 +45,31 @@ test("ARMAX of the heating system settles under every initial condition", functi
     expect(tostring(m):find "stopped" == nil):is_true()
   end
 end)
+
+test("Box–Jenkins of a lightly damped arm: no start of its own is worse than the truth", function()
+  -- two resonances near the circle, a periodic sweep, noise of its own: the landscape of a flexible robot arm
+  for trial = 1, 4 do
+    seed(trial)
+    local N, u, w, v, y, e = 512, {}, {}, {}, {}, randn(512)
+    local f = { -3.2559, 4.5804, -3.2315, 0.98526 }
+    local b = { -0.24, 0.67, -0.89, 0.68, -0.24 }
+    for t = 1, N do
+      local k = (t - 1) % 128
+      u[t] = math.sin(math.pi * k * (0.02 + 0.45 * k / 128)) + 0.0
+      w[t] = 0
+      for i = 1, 5 do w[t] = w[t] + b[i] * (u[t + 1 - i] or 0) end
+      for i = 1, 4 do w[t] = w[t] - f[i] * (w[t - i] or 0) end
+      v[t] = 1.3265 * (v[t - 1] or 0) - 0.8985 * (v[t - 2] or 0)
+        + 0.02 * (e[t] + 0.27 * (t > 2 and e[t - 2] or 0))
+      y[t] = w[t] + v[t]
+    end
+    local d = iddata { y = y, u = u }
+    local orders = { nb = 5, nc = 2, nd = 2, nf = 4, nk = 0, ic = "zero" }
+    local own = bj(d, orders)
+    orders.start = { -0.24, 0.67, -0.89, 0.68, -0.24, 0, 0.27, -1.3265, 0.8985, -3.2559, 4.5804, -3.2315,
+      0.98526 }
+    local best = bj(d, orders)
+    expect(own.loss <= best.loss * (1 + 1e-6)):is_true()
+    expect(tostring(own):find("search: a minimum", 1, true) ~= nil):is_true()
+  end
+end)

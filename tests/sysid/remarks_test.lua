@@ -148,3 +148,58 @@ test("state-space models are told of offsets, too", function()
   expect(tostring(n4sid(iddata { y = y, u = u }, 1)):find("d:detrend()", 1, true) ~= nil):is_true()
   expect(tostring(n4sid(iddata { y = y, u = u }:detrend(), 1)):find("d:detrend()", 1, true) == nil):is_true()
 end)
+
+test("a model estimated from rest reports a simulation from rest", function()
+  local u, y = {}, {}
+  for t = 1, 100 do
+    u[t] = math.sin(t * t)
+    y[t] = 0.5 * (y[t-1] or 0) + (u[t-1] or 0) + 0.1 * math.cos(t^3)
+  end
+  local d = iddata { y = y, u = u }
+  local orders = { arx = { na = 1, nb = 1 }, armax = { na = 1, nb = 1, nc = 1 }, oe = { nb = 1, nf = 1 },
+    bj = { nb = 1, nf = 1, nc = 1, nd = 1 } }
+  for name, o in pairs(orders) do
+    o.ic = "zero"
+    local m = _G[name](d, o)
+    said(m, ("%.6g %% (simulation, from rest)"):format(m:fit(d, { horizon = "simulation", ic = "zero" })))
+    o.ic = nil
+    expect(tostring(_G[name](d, o)):find "from rest"):equals(nil)
+  end
+end)
+
+test("data whose squares overflow, in every estimator", function()
+  for _, unit in ipairs { 1e160, 1e200 } do
+    local u, y = {}, {}
+    for t = 1, 100 do
+      u[t] = math.sin(t * t)
+      y[t] = unit * (0.5 * (y[t-1] or 0) / unit + (u[t-1] or 0) + 0.1 * math.cos(t^3))
+    end
+    local d = iddata { y = y, u = u }
+    expect(function() arx(d, { na = 1, nb = 1 }) end):fails "scale the data"
+    expect(function() armax(d, { na = 1, nb = 1, nc = 1 }) end):fails "scale the data"
+    expect(function() oe(d, { nb = 1, nf = 1 }) end):fails "scale the data"
+  end
+end)
+
+test("feedback in the data is said with its statistic", function()
+  local u, y = {}, {}
+  seed(4)
+  local e = randn(500)
+  for t = 1, 500 do
+    u[t] = -0.5 * (y[t-1] or 0) + 0.3 * (-1)^(t * t // 7)
+    y[t] = 0.8 * (y[t-1] or 0) + (u[t-1] or 0) + 0.5 * e[t]
+  end
+  local text = tostring(arx(iddata { y = y, u = u }, { na = 1, nb = 1 }):validate(iddata { y = y, u = u }))
+  local outside, lags = text:match "later inputs are correlated %(u: (%d+) of (%d+) correlations outside ±"
+  expect(tonumber(outside) > 1):is_true()
+  expect(tonumber(lags)):equals(25)
+  said(text, "may have been taken in closed loop")
+end)
+
+test("ic and its former name are one option", function()
+  local d = iddata { y = { 1, 2, 3 }, u = { 1, 1, 1 } }
+  local m = idpoly { A = {1, -0.5}, B = {1} }
+  expect(m:predict(d, { ic = "zero" })):near(m:predict(d, { init = "zero" }), 0)
+  expect(function() m:predict(d, { ic = "zero", init = "data" }) end):fails "give ic alone"
+  expect(function() m:simulate(d, { ic = "nought" }) end):fails "unknown ic"
+end)

@@ -70,8 +70,79 @@ local calls = {
   rlocus = function() rlocus(G, nil, { surplus = 1 }) end,
   spa_plot = function() spa(d):plot { surplus = 1 } end,
   uncertain_plot = function() uncertain(m):bode():plot { surplus = 1 } end,
+  read = function() iddata.read("scripts/data/hairdryer.csv", { y = 1, u = 2, surplus = 1 }) end,
+  idpoly = function() idpoly { A = {1, 0.5}, B = {1}, surplus = 1 } end,
+  idpoly_predict = function() idpoly { A = {1, 0.5}, B = {1} }:predict(d, { surplus = 1 }) end,
+  prbs = function() prbs(15, { surplus = 1 }) end,
+  multisine = function() multisine(64, { surplus = 1 }) end,
+  chirp = function() chirp(64, { from = 0.1, to = 0.2, surplus = 1 }) end,
+  square = function() square(64, { period = 8, surplus = 1 }) end,
+  sawtooth = function() sawtooth(64, { period = 8, surplus = 1 }) end,
+  detrend = function() d:detrend { surplus = 1 } end,
+  resample = function() d:resample(2, { surplus = 1 }) end,
+  method_c2d = function() G:c2d(0.1, "tustin", { surplus = 1 }) end,
+  method_lsim = function() G:lsim(y, linspace(0, 1, 120), nil, { surplus = 1 }) end,
+  method_nyquist = function() G:nyquist(nil, { surplus = 1 }) end,
+  method_pzmap = function() G:pzmap { surplus = 1 } end,
+  profile = function() r:profile(k, { surplus = 1 }) end,
+  estimate = function()
+    local Y, U = func "y", func "u"
+    predictor(k * Y(t - 1) + U(t - 1)):estimate(d, { surplus = 1 })
+  end,
 }
 
 for name, call in pairs(calls) do
   test(name .. " refuses an option it does not know", function() expect(call):fails "surplus" end)
 end
+
+-- ── is every function here that has options? ───────────────────────────────────────────────────────────────
+
+-- What another process of this program prints.
+local function shown(lines)
+  local path = os.tmpname()
+  local f = io.open(path, "w")
+  f:write(table.concat(lines, "\n"))
+  f:close()
+  local pipe = io.popen("/proc/$PPID/exe " .. path)
+  local all = pipe:read "a"
+  pipe:close()
+  return all
+end
+
+-- The help of each name, by name.
+local function pages(names)
+  local lines, found = {}, {}
+  for _, name in ipairs(names) do lines[#lines + 1] = ("print '\\1%s' help %q"):format(name, name) end
+  for name, page in shown(lines):gmatch "\1(%S+)\n([^\1]*)" do found[name] = page end
+  return found
+end
+
+test("every function and method with options is called above", function()
+  local names, section, types = {}, "", {}
+  for line in shown { "help()" }:gmatch "[^\n]+" do
+    local head, rest = line:match "^(%S.-)%s%s+(.*)$"
+    if line:find "^%S" then section = head or line else rest = line end
+    if section:find "^Identification" or section:find "^Linear systems" or section:find "^Input signals" then
+      for name in (rest or ""):gmatch "%S+" do names[#names + 1] = name end
+    end
+  end
+  expect(#names > 80):is_true()
+  for _, name in ipairs { "idmodel", "iddata", "lti", "validation", "order_scan_result", "comparison",
+    "fit_result", "response", "predictor", "idpoly", "parameter_set" } do
+    types[#types + 1] = name
+  end
+  local methods = {}
+  for name, page in pairs(pages(types)) do
+    local own = page:match("\n" .. name .. "\n(.*)$") or page     -- behind a function of that name
+    for method in own:gmatch "\n  %w+:([%w_]+)%(" do methods[#methods + 1] = name .. ":" .. method end
+  end
+  expect(#methods > 60):is_true()
+  table.move(methods, 1, #methods, #names + 1, names)
+  local text, missing = io.open "tests/sysid/surplus_test.lua":read "a", {}
+  for name, page in pairs(pages(names)) do
+    local called = name:find ":" and name:match ":.*" or "[^%w_]" .. name:gsub("%.", "%%.")
+    if page:find "\n  options\n" and not text:find(called .. "%s*[%({]") then missing[#missing + 1] = name end
+  end
+  table.sort(missing)
+  expect(table.concat(missing, ", ")):equals ""
+end)

@@ -1,7 +1,7 @@
 -- Who may include whom. A folder may include whatever its arrows reach; `shell` stops at its arrows: it sees
 -- the core through lua.
-local source, ratchet = require "source", require "ratchet"
-local report = ratchet.report
+local source, findings = require "source", require "findings"
+local report = findings.report
 local architecture = {}
 
 -- Between layers, and between the folders of a layer, from the block "arrows" of docs/architecture.md.
@@ -47,7 +47,6 @@ local function check_prints(file, bare)
   end
 end
 
-local against = {}                                  -- "dae/rank -> dae/index" -> { number, file, line }
 
 function architecture.check_file(file, text, bare)
   local layer, folder = split(file:sub(#"src/" + 1))
@@ -66,10 +65,7 @@ function architecture.check_file(file, text, bare)
       local to, into = split(path)
       if not may[to] then report(file, number, layer .. " may not know " .. to) end
       if to == layer and within and not within[into] and not path:find "%.def$" then
-        local arrow = ("%s/%s -> %s/%s"):format(layer, folder, to, into)
-        local place = against[arrow] or { number = 0, file = file, line = number }
-        place.number = place.number + 1
-        against[arrow] = place
+        report(file, number, ("breaks the order of folders: %s/%s -> %s/%s"):format(layer, folder, to, into))
       end
     end
   end
@@ -92,7 +88,7 @@ local function check_header_of(file, text, sources)
     if path == folder then beside = beside + 1 end
   end
   if beside == 1 or (first and first:match "^(.*)/[^/]*$" == folder) then return end
-  ratchet.check("no_header", file, 1, file, 1,
+  report(file, 1,
     "implements which header? None has its name; include the one beside it that it implements first")
 end
 
@@ -111,13 +107,9 @@ local function check_readme()
   end
 end
 
---- Arrows against the order, folders that are too full, files nobody includes, the tree in README.md.
+--- Folders that are too full, files that nobody includes, the tree in README.md.
 function architecture.check_all(sources)
   check_readme()
-  for arrow, place in pairs(against) do
-    ratchet.check("arrows", arrow, place.number, place.file, place.line,
-      "breaks the order of folders: " .. arrow)
-  end
   local included, full = {}, {}
   for file, text in pairs(sources) do
     for path in text:gmatch '#%s*include%s+"([^"]+)"' do included["src/" .. path] = true end
@@ -132,7 +124,7 @@ function architecture.check_all(sources)
   end
   for folder, number in pairs(full) do
     if number > most_files then
-      ratchet.check("full_folders", folder, number, folder, 1,
+      report(folder, 1,
         ("%d files; the ceiling is %d: divide the folder"):format(number, most_files))
     end
   end

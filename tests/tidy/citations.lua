@@ -1,7 +1,7 @@
 -- What is cited exists: sections of docs/, files named in docs/, functions named in docs/architecture.md.
 -- Nothing outside of the repository is cited but books and papers.
-local source, ratchet = require "source", require "ratchet"
-local report, lines = ratchet.report, source.lines
+local source, findings = require "source", require "findings"
+local report, lines = findings.report, source.lines
 local citations = {}
 
 -- The anchors of a Markdown file: <a id="name">, and headings as GitHub links them.

@@ -1,19 +1,19 @@
 -- What the rules of tidy find, and what they leave alone: each is tried on a few lines before it is used.
-local source, ratchet = require "source", require "ratchet"
+local source, findings = require "source", require "findings"
 local lengths, statements, citations = require "lengths", require "statements", require "citations"
 
 local function number_found(rule)
   local number = 0
-  ratchet.recorder = function() number = number + 1 end
+  findings.recorder = function() number = number + 1 end
   rule()
-  ratchet.recorder = nil
+  findings.recorder = nil
   return number
 end
 
 local function expect(count, name, rule)
   local found = number_found(rule)
   if found ~= count then
-    ratchet.report("tests/tidy/examples.lua", 1, ("%s: %d findings, expected %d"):format(name, found, count))
+    findings.report("tests/tidy/examples.lua", 1, ("%s: %d findings, expected %d"):format(name, found, count))
   end
 end
 
@@ -71,4 +71,6 @@ expect(0, "a section that is there",
 
 local function widths(text) return function() lengths.check_text("x.md", text) end end
 expect(1, "111 characters", widths(("a"):rep(111) .. "\n"))
+expect(0, "a long message in quotes", widths('print "' .. ("a"):rep(150) .. '"\n'))
+expect(1, "code around a message", widths(('print(b, "a") '):rep(9) .. "x\n"))
 expect(0, "110 characters, and a table", widths(("é"):rep(110) .. "\n|" .. ("a"):rep(200) .. "|\n"))

@@ -1,6 +1,6 @@
 -- Ways to write C++ that we do not want, functions nobody calls, and names that collide.
-local source, ratchet = require "source", require "ratchet"
-local lines = source.lines
+local source, findings = require "source", require "findings"
+local report, lines = findings.report, source.lines
 local statements = {}
 
 -- An expression statement with a comma outside all brackets, `a = 1, b = 2;`. Declarations begin with two
@@ -16,41 +16,35 @@ local function is_comma_statement(statement)
 end
 
 function statements.check_commas(file, bare)
-  local number, line = 0, 1
-  local first
+  local line = 1
   for statement, last in (bare .. "}"):gmatch "([^;{}]*)([;{}])" do  -- an end for tables without one
     if last == ";" and statement:find "," and is_comma_statement(statement) then
-      number = number + 1
-      first = first or line + select(2, statement:match("^%s*"):gsub("\n", ""))
+      local blank = select(2, statement:match("^%s*"):gsub("\n", ""))
+      report(file, line + blank, "statements joined by commas")
     end
     line = line + select(2, statement:gsub("\n", ""))
   end
-  ratchet.check("commas", file, number, file, first or 1, "statements joined by commas")
 end
 
 function statements.check_casts(file, bare)
-  local number, first = 0, nil
   for at, line in lines(bare) do
     if line:find "%[%s*static_cast<std::size_t>%(" then
-      number = number + 1
-      first = first or at
+      report(file, at, "a cast to std::size_t in a subscript")
     end
   end
-  ratchet.check("casts", file, number, file, first or 1, "casts to std::size_t in subscripts")
 end
 
 -- The last line of a literal that was cut for its width, with hardly anything left in it.
 function statements.check_torn_strings(file, text)
-  local number, first, before = 0, nil, ""
+  local before = ""
   for at, line in lines(text) do
     local rest = line:match '^%s*"([^"]*)"[,;)}%s]*$'
-    if rest and #rest <= 24 and before:find '[^"]"$' and not before:find '\\n"$' and not before:find "//" then
-      number = number + 1
-      first = first or at
+    local goes_on = before:find '[^"]"$' and not before:find '\\n"$' and not before:find "//"
+    if rest and goes_on and #rest <= 24 and not rest:find "^\\n" then
+      report(file, at, "the torn-off end of a string literal")
     end
     before = line
   end
-  ratchet.check("torn_strings", file, number, file, first or 1, "string literals with a torn-off end")
 end
 
 ------------------------------------------------------------------------------------------- unused functions
@@ -99,7 +93,7 @@ function statements.check_unused(bares, texts)
   for name, file in pairs(places) do
     local class = name:find "^%u" or name:find "~" or name == "operator"
     if not class and (uses[name] or 0) <= defined[name] then
-      ratchet.check("unused", file .. " " .. name, 1, file, 1, name .. "() is declared and never used")
+      report(file, 1, name .. "() is declared and never used")
     end
   end
 end
@@ -114,7 +108,7 @@ function statements.check_type_names(sources)
       for number, line in lines(sources[file]) do
         local name = line:match '^%s*static constexpr const char%* value = "([^"]+)"'
         if name and where[name] then
-          ratchet.report(file, number, ("the type name '%s' is taken by %s"):format(name, where[name]))
+          report(file, number, ("the type name '%s' is taken by %s"):format(name, where[name]))
         end
         if name then where[name] = file end
       end

@@ -1,6 +1,6 @@
 -- Files of a folder are compiled together (pendula_unity in CMakeLists.txt), so what one keeps to itself
 -- must not have the name of what another one beside it keeps to itself.
-local source, ratchet = require "source", require "ratchet"
+local source, findings = require "source", require "findings"
 local together = {}
 
 -- What a line at the left margin defines: a constant, a type, or a function with its parameters (overloads
@@ -25,7 +25,7 @@ local function check_file(file, bare, seen)
     inside = inside or line:find "^namespace {" ~= nil
     local name = inside and defined_by(line)
     if name and seen[name] and seen[name] ~= file then
-      ratchet.report(file, number, name .. " is defined in " .. seen[name]
+      findings.report(file, number, name .. " is defined in " .. seen[name]
         .. " too, and both are compiled together: share it, or choose another name")
     elseif name then
       seen[name] = file

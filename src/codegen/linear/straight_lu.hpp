@@ -48,8 +48,8 @@ class StraightLU {
   /// For programs that solve on the way, with these pivots, in real or complex numbers (pairs), whichever the
   /// plan was made for.
   std::size_t factor_count() const { return factors_; }
-  /// What factorise() does with these values, in the order of the positions: the factors, and growth ≤ 1 if
-  /// they can be used (it is not finite where they are not).
+  /// The program of factorise() for these values, in the order of the positions: the factors, and growth ≤ 1
+  /// if they can be used (it is not finite where they are not).
   std::vector<Slot> write_factors(Writer& writer, std::span<const Slot> values, bool complex,
                                   Slot& growth) const;
   /// x with A x = b from values that hold the factors.

@@ -1,4 +1,4 @@
-// What machine code calls: one function per operation of ops.def that is not a machine instruction, and the
+// Functions that machine code calls: one per operation of ops.def that is not a machine instruction, and the
 // steps of linear systems.
 #pragma once
 

@@ -1,4 +1,4 @@
-// What is fast and not exact to the last bit: products and sums in one operation, reciprocals.
+// Contractions, fast and not exact to the last bit: products and sums in one operation, reciprocals.
 #pragma once
 
 #include "codegen/program/program.hpp"

@@ -13,8 +13,8 @@ namespace pendula::codegen {
 
 using Slot = std::uint32_t;
 
-/// What is more than one operation: parts of a linear system, whose matrix is factored once, every right side
-/// solved, components taken out; a product and a sum in one.
+/// Instructions of more than one operation: parts of a linear system, whose matrix is factored once, every
+/// right side solved, components taken out; a product and a sum in one.
 enum class Part : std::uint8_t { none, factor, solve, component, fused };
 
 /// An operation on earlier values.

@@ -1,4 +1,4 @@
-// What was compiled before, by what it depends on.
+// LRU cache of compiled programs; the key is everything that a program depends on.
 #pragma once
 
 #include <cstdint>

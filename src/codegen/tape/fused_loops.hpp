@@ -30,7 +30,7 @@ struct FusedLoop {
 /// Inputs are read from `in`, as in run_piece.
 void run_loop(const FusedLoop& loop, Slot inputs, const double* in, double* workspace);
 
-/// What a tape does, in an order that respects dependences; every result has a range of slots of its own.
+/// The items of a tape, in an order that respects dependences; every result has a range of slots of its own.
 struct Item {
   bool is_loop = false;
   VectorLoop loop{};  ///< if it is one; else an operation without pattern or a linear system

@@ -105,8 +105,8 @@ namespace {
 /// Which nodes contain unknowns, and residuals taken apart into sums.
 class RowReader {
  public:
-  RowReader(const Model& model, const UnknownNumbers& numbers) : numbers_(numbers) {
-    for (Expr node : topological(model.residuals)) {
+  RowReader(std::span<const Expr> residuals, const UnknownNumbers& numbers) : numbers_(numbers) {
+    for (Expr node : topological(residuals)) {
       char& here = unknown_[node];
       here = numbers_.of(node) >= 0;
       if (node.is_symbol() || node.is_constant()) continue;
@@ -176,11 +176,15 @@ class RowReader {
 }  // namespace
 
 std::vector<AffineRow> affine_rows(const Model& model, const UnknownNumbers& numbers) {
-  RowReader reader(model, numbers);
+  RowReader reader(model.residuals, numbers);
   std::vector<AffineRow> rows;
   rows.reserve(model.residuals.size());
   for (Expr residual : model.residuals) rows.push_back(reader.read(residual));
   return rows;
+}
+
+AffineRow affine_row(Expr residual, const UnknownNumbers& numbers) {
+  return RowReader({&residual, 1}, numbers).read(residual);
 }
 
 }  // namespace pendula::dae

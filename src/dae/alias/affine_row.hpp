@@ -49,6 +49,7 @@ struct AffineRow {
 
 /// The rows of all residuals of a model. Cost: linear in the size of the expressions.
 std::vector<AffineRow> affine_rows(const Model& model, const UnknownNumbers& numbers);
+AffineRow affine_row(Expr residual, const UnknownNumbers& numbers);
 
 /// a·b and a/b, without factors of ±1, signs in front, and what cancels cancelled: R (u/R) is u.
 Expr scaled(Expr a, Expr b);

@@ -6,6 +6,7 @@
 
 #include "dae/alias/pivot.hpp"
 #include "expr/graph/declaration.hpp"
+#include "expr/graph/depends_on.hpp"
 
 namespace pendula::dae {
 
@@ -75,7 +76,7 @@ std::optional<int> Elimination::raised_orders(const AffineRow& row, int x, int t
   if (!std::all_of(row.inside.begin(), row.inside.end(), enter)) return {};
   for (const AffineRow::Term& t : row.terms) {
     if (t.unknown == x) continue;
-    if (!enter(t.unknown) || !is_constant_coefficient(t.coefficient)) return {};
+    if (!enter(t.unknown) || varies(t.coefficient)) return {};
   }
   return raised;
 }
@@ -123,16 +124,25 @@ std::optional<Elimination::Candidate> Elimination::candidate(int row, int x) con
   const bool derivatives = std::any_of(r.terms.begin(), r.terms.end(),
                                        [&](const auto& t) { return occurrences_.is_top(t.unknown); }) ||
                            std::any_of(r.inside.begin(), r.inside.end(), top);
-  if (derivatives && times == 0 && (others > 1 || nonlinear > 0)) return {};
+  if (derivatives && times == 0 && (others > 2 || nonlinear > 0)) return {};
   if (wanted_[x] == 2 && terms > 1 && !follows_from_states(r, x)) return {};
+  const bool sum = terms > 1;  // x = c·y goes first: a position is that of another body, no difference of two
   // a variable that Newton's method had better see; what states give it never looks for
-  const bool buries = nonlinear > 0 && terms > 1 && !follows_from_states(r, x);
+  const bool buries = nonlinear > 0 && sum && !follows_from_states(r, x);
   // (u - v)/R in two sums leaves what R divides, and rounds, in both: their own small terms are lost
   const bool rounds = *pivot > 1 && others > 1;
+  // x″ = y″ - z″ in the place of x″ couples the accelerations; let a distance go rather than a position
+  const auto accelerates = [&](int u) {
+    return u != x && numbers_.order(u) + times >= occurrences_.highest(numbers_.base(u));
+  };
+  const bool couples = times > 0 && sum && std::any_of(r.terms.begin(), r.terms.end(), [&](const auto& t) {
+                         return accelerates(t.unknown);
+                       });
   // what nothing else needs goes first, however long its row: the current into the ground of a large circuit
   const long written_terms = others > 0 ? terms : std::min(terms, 1L);
-  const long cost = 16 * fill + 64 * buries + 4 * *pivot + 80 * rounds + 32 * derivatives +
-                    2 * written_terms + 3 * (wanted_[x] > 0) + 8 * *raised;
+  const long cost = 16 * fill + 64 * buries + (sum ? 8 + 4 * *pivot : *pivot) + 80 * rounds +
+                    32 * (couples || derivatives) + 256 * (derivatives && others > 1) + 2 * written_terms +
+                    3 * (wanted_[x] > 0) + 8 * *raised;
   const std::string& name = symbol_of(numbers_.leaf(x)).name;
   return Candidate{cost, static_cast<int>(std::count(name.begin(), name.end(), '.')), row, x};
 }
@@ -216,6 +226,7 @@ void Elimination::write_into_others(int x, const AffineRow& e) {
       r.take_inside(x);
       for (const AffineRow::Term& t : e.terms) r.put_inside(t.unknown);
       for (int u : e.inside) r.put_inside(u);
+      if (e.terms.empty() && e.inside.empty()) read_again(r);
     }
     occurrences_.enter(r, 1);
     changed_[i] = 1;
@@ -225,6 +236,13 @@ void Elimination::write_into_others(int x, const AffineRow& e) {
     else
       for (const AffineRow::Term& t : e.terms) consider(i, t.unknown);
   }
+}
+
+void Elimination::read_again(AffineRow& row) const {
+  const AffineRow now = affine_row(in_remaining(row.rest), numbers_);
+  row.rest = 0;
+  row.inside.clear();
+  row.add(now, 1);
 }
 
 void Elimination::reconsider(int unknown) {

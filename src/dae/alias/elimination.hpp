@@ -43,7 +43,7 @@ class Elimination {
   /// May a differentiated x be replaced? Derivatives that come in through its definition must not outnumber
   /// those of x that go: how many do, or nothing.
   std::optional<int> raised_orders(const AffineRow& row, int x, int times) const;
-  /// What has a guess is better seen by Newton's method, unless states give its value.
+  /// Unknowns with a guess are left to Newton's method, unless states give their value.
   bool follows_from_states(const AffineRow& row, int x) const;
   /// A state that events reset may only be replaced by another state.
   bool loses_reset(const AffineRow& row, int x) const;
@@ -58,7 +58,9 @@ class Elimination {
   void eliminate(int row, int x);
   void pass_guard(int x, const AffineRow& e);
   void write_into_others(int x, const AffineRow& e);
-  /// What occurs in fewer rows now may have become cheap.
+  /// A product may be linear now that a factor is known: cos(phi) f with the angle of a frame at rest.
+  void read_again(AffineRow& row) const;
+  /// Unknowns that occur in fewer rows now may have become cheap to eliminate.
   void reconsider(int unknown);
 
   const Model& model_;

@@ -5,14 +5,9 @@
 #include <vector>
 
 #include "expr/graph/declaration.hpp"
+#include "expr/graph/depends_on.hpp"
 
 namespace pendula::dae {
-
-bool is_constant_coefficient(Expr c) {
-  for (Expr leaf : leaves({&c, 1}))
-    if (symbol_of(leaf).kind != Kind::parameter && symbol_of(leaf).kind != Kind::constant) return false;
-  return true;
-}
 
 static bool is_nonzero_product(const Model& model, Expr c) {
   if (c.is_constant()) return constant_value(c) != 0;
@@ -40,7 +35,7 @@ static bool is_nonzero_product(const Model& model, Expr c) {
 /// A sum of parameters that is not 0 at their values, nor what is left of larger terms.
 static bool is_nonzero_sum(const Model& model, Expr c) {
   constexpr double cancelled = 1e-3;
-  if ((c.op() != Op::add && c.op() != Op::sub) || !is_constant_coefficient(c)) return false;
+  if ((c.op() != Op::add && c.op() != Op::sub) || varies(c)) return false;
   std::unordered_map<Expr, double> values;
   for (Expr leaf : leaves({&c, 1})) {
     const auto value = model.values.find(leaf);

@@ -1,4 +1,4 @@
-// What may be divided by.
+// Pivots of symbolic elimination: coefficients that are not zero anywhere.
 #pragma once
 
 #include <optional>
@@ -6,9 +6,6 @@
 #include "dae/model/model.hpp"
 
 namespace pendula::dae {
-
-/// Does a coefficient contain parameters and constants only?
-bool is_constant_coefficient(Expr c);
 
 /// 0: ±1, 1: another number, 2: a product of parameters that is not 0 at their values, 3: a sum of such; nothing
 /// else divides.

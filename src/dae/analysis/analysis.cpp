@@ -5,6 +5,7 @@
 
 #include "base/error.hpp"
 #include "base/text.hpp"
+#include "dae/analysis/unsolvable.hpp"
 #include "dae/model/model_key.hpp"
 #include "dae/model/parameter_values.hpp"
 #include "dae/model/solved_rows.hpp"
@@ -138,6 +139,8 @@ std::vector<Constraint> hidden_constraints_by_offsets(const Model& m, const Anal
 
 std::string why_not_regular(const Model& m, const Analysis& a) {
   const auto n = m.variables.size();
+  if (a.standing != Standing::unmatched)
+    if (const std::string why = why_unsolvable(m); !why.empty()) return why;
   switch (a.standing) {
     case Standing::unmatched:
       return imbalance(m);
@@ -146,8 +149,8 @@ std::string why_not_regular(const Model& m, const Analysis& a) {
                   "): the structural index ", a.offsets.index(), " is not valid");
     case Standing::at_values:
       return text(
-          "for these parameter values the system Jacobian of the structural analysis is singular; "
-          "the structural index ",
+          "for these parameter values the system Jacobian of the structural "
+          "analysis is singular; the structural index ",
           a.offsets.index(), " holds for almost all other values only");
     case Standing::on_solutions:
       return text(
@@ -159,7 +162,7 @@ std::string why_not_regular(const Model& m, const Analysis& a) {
           ": the structural index ", a.offsets.index(), " is not valid",
           a.solutions && a.solutions->slow > 0 && a.solutions->points == 0
               ? ". At the points found the gradient of an equation vanishes, as that of C² = 0 does. Write C = 0"
-              : "; reduce \"array\" does without it");
+              : "");
     case Standing::regular:
       break;
   }
@@ -168,7 +171,10 @@ std::string why_not_regular(const Model& m, const Analysis& a) {
 
 Analysis require_regular(const Model& m) {
   Analysis a = analyse(m);
-  if (!a.regular) throw Failure("no index is given: " + why_not_regular(m, a));
+  const bool array_serves = a.standing == Standing::on_solutions && a.solutions && a.solutions->points > 0;
+  if (!a.regular)
+    throw Failure(text("the structural analysis fails: ", why_not_regular(m, a),
+                       array_serves ? "; reduce \"array\" does not need it" : ""));
   return a;
 }
 

@@ -16,7 +16,7 @@
 
 namespace pendula::dae {
 
-/// What the system Jacobian J says about the structural answer.
+/// Verdict of the system Jacobian J on the structural answer.
 enum class Standing {
   regular,       ///< full rank: the structural answer is valid
   at_values,     ///< full rank for almost all parameter values, but not for those of this model
@@ -52,7 +52,7 @@ Analysis require_regular(const Model& model);
 /// (`differentiate`). Remembered. Cost: derivatives are formed and simplified, index 11 means the tenth.
 std::vector<Constraint> hidden_constraints_by_offsets(const Model& model, const Analysis& analysis);
 
-/// What `require_regular` throws, and index(), dof() where nothing leads to an index.
+/// Thrown by `require_regular`, and by index() and dof() where no method finds the index.
 std::string why_not_regular(const Model& model, const Analysis& analysis);
 
 }  // namespace pendula::dae

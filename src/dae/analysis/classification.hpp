@@ -1,4 +1,4 @@
-// What kind of DAE a model is and what its index depends on, in the words of a textbook
+// Class of a DAE and the conditions of its index, in the words of a textbook
 // (Brenan, Campbell & Petzold §1.2 and §2.5).
 #pragma once
 

@@ -7,6 +7,7 @@
 #include "base/text.hpp"
 #include "dae/model/parameter_values.hpp"
 #include "dae/points/consistent_point_rank.hpp"
+#include "expr/graph/depends_on.hpp"
 #include "expr/linalg/linalg.hpp"
 #include "expr/print/print.hpp"
 #include "expr/rewrite/rewrite.hpp"
@@ -207,11 +208,7 @@ DeterminantFactor::Kind kind_of(Expr factor) {
   const auto nodes = topological({&factor, 1});
   if (std::any_of(nodes.begin(), nodes.end(), [](Expr e) { return !e.is_constant() && e.op() == Op::call; }))
     return DeterminantFactor::Kind::functions;
-  for (Expr leaf : leaves({&factor, 1})) {
-    const auto kind = symbol_of(leaf).kind;
-    if (kind != Kind::parameter && kind != Kind::constant) return DeterminantFactor::Kind::state;
-  }
-  return DeterminantFactor::Kind::parameters;
+  return varies(factor) ? DeterminantFactor::Kind::state : DeterminantFactor::Kind::parameters;
 }
 
 bool has_variable(Expr e) {

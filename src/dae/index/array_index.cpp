@@ -212,8 +212,10 @@ Determination determine_at_points(DerivativeArray array, const ArrayOptions& opt
   PointSet points;
   int next_seed = 0;
   for (int k = 0; k <= options.max_order; ++k, array.extend()) {
-    if (static_cast<int>(array.columns().size()) > options.max_columns) {
-      d.why = text("F", subscript(k), " has ", array.columns().size(), " columns");
+    // F₀ alone decides little: its points would be searched in vain where F₁ is too large
+    const std::size_t columns = array.columns().size() + (k == 0 ? array.first().size() : 0);
+    if (static_cast<int>(columns) > options.max_columns) {
+      d.why = text("F", subscript(std::max(k, 1)), " has ", columns, " columns");
       return d;
     }
     if (topological(array.rows()).size() > most_nodes) {

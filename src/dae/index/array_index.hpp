@@ -64,7 +64,7 @@ bool exactly_linear(const std::vector<Expr>& residuals, const Model& model);
 
 struct ArrayOptions {
   int max_order = 8;      ///< nonlinear systems: F_k with k up to this; linear ones go up to their size
-  int max_columns = 260;  ///< of ∂F_k/∂(x, y) for numeric ranks (singular values cost O(n³))
+  int max_columns = 420;  ///< of ∂F_k/∂(x, y) for numeric ranks (cost O(n³))
   int max_exact_columns = 6000;
   int points = 3;
   /// Where to look for points first: a seed and values.

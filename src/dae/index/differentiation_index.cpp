@@ -6,6 +6,7 @@
 #include "base/error.hpp"
 #include "base/text.hpp"
 #include "dae/analysis/determinant_factors.hpp"
+#include "dae/analysis/unsolvable.hpp"
 #include "dae/index/array_index.hpp"
 #include "dae/index/hidden_constraints.hpp"
 #include "dae/index/structural_index_check.hpp"
@@ -197,6 +198,11 @@ IndexResult without_regular_structure(const ModelPtr& model, const Analysis& a, 
   t.conditions = IndexResult::Conditions::of_regularised;
   t.index = regularised->differentiations;
   t.index_is_bound = t.index > 1;
+  if (!t.index_is_bound) return t;
+  if (const int points = points_beyond(*model, t.index - 1); points > 1) {  // at one it may be an accident
+    t.evidence += text(", and derivative array at ", points, " points");
+    t.index_is_bound = false;
+  }
   return t;
 }
 
@@ -209,6 +215,9 @@ IndexResult find(const Model& m, const Analysis& a) {
   }
   if (a.standing == Standing::unmatched) fail_no_index(m, a, nullptr, {});
   if (auto t = from_pencil(m)) return *t;
+  if (a.regular)  // else fail_no_index() says it
+    if (const std::string why = why_unsolvable(m); !why.empty())
+      throw Failure("no index can be given: " + why);
   if (a.regular && m.variables.size() > array_affordable) return confirmed_structure(m, a);
   if (const int points = a.regular ? points_of_agreement(m, a) : 0)
     return from_structure(a, text("structure and derivative array, ranks at ", points, " points"));

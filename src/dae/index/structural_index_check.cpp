@@ -54,4 +54,25 @@ int points_of_agreement(const Model& m, const Analysis& a) {
   return points == wanted ? points : 0;
 }
 
+int points_beyond(const Model& m, int k) {
+  constexpr std::size_t most_columns = 620, many = 300;
+  DerivativeArray array(without_calls(residuals_at_values(m)), m.variables);
+  for (int i = 0; i < k; ++i) array.extend();
+  if (array.columns().size() > most_columns) return 0;
+  const NumericArray numeric(array);
+  const auto first = static_cast<int>(array.first().size());
+  const int enough = array.columns().size() > many ? 2 : wanted;
+  int points = 0;
+  for (int seed = 0; seed < seeds && points < enough; ++seed) {
+    const auto known = numeric.known(seed);
+    const auto solution = numeric.project(numeric.start(seed), known, 0);
+    if (!solution || solution->slow) continue;
+    const ArrayRanks ranks = numeric.ranks(*solution, known);
+    if (!(ranks.gap >= clear_gap)) continue;
+    if (ranks.y >= first && ranks.y == first + ranks.higher) return 0;
+    ++points;
+  }
+  return points;
+}
+
 }  // namespace pendula::dae

@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <array>
+#include <cctype>
 #include <cstdlib>
+#include <cstring>
 #include <utility>
 
 #include "dae/model/equation_lines.hpp"
@@ -81,11 +83,18 @@ constexpr std::array signs{
     Sign{"⁷", "^{7}"},    Sign{"⁸", "^{8}"},       Sign{"⁹", "^{9}"},       Sign{"₀", "_{0}"},
     Sign{"₁", "_{1}"},    Sign{"₂", "_{2}"},       Sign{"₃", "_{3}"},       Sign{"₄", "_{4}"},
     Sign{"₅", "_{5}"},    Sign{"₆", "_{6}"},       Sign{"₇", "_{7}"},       Sign{"₈", "_{8}"},
-    Sign{"₉", "_{9}"},
+    Sign{"₉", "_{9}"},    Sign{"…", "\\ldots "},
 };
 
 /// What letters mean in a formula, but not between words.
 constexpr std::array in_formulas{
+    Sign{"d/dt ∂L/∂q′", "\\frac{\\mathrm d}{\\mathrm dt} \\frac{\\partial L}{\\partial \\dot{q}}"},
+    Sign{"∂L/∂q", "\\frac{\\partial L}{\\partial q}"},
+    Sign{"(∂C/∂q)ᵀ", "\\left(\\frac{\\partial C}{\\partial q}\\right)^{\\mathsf T}"},
+    Sign{"∂²T/∂q′²", "\\frac{\\partial^2 T}{\\partial \\dot{q}^2}"},
+    Sign{"∂C/∂q", "\\frac{\\partial C}{\\partial q}"},
+    Sign{"d²/dt²", "\\mathrm{d}^2/\\mathrm{d}t^2"},
+    Sign{"d/dt", "\\mathrm{d}/\\mathrm{d}t"},
     Sign{"[W Cqᵀ; Cq 0]", "\\begin{bmatrix} W & C_q^{\\mathsf T} \\\\ C_q & 0 \\end{bmatrix}"},
     Sign{"Cq", "C_q"},
     Sign{"det ", "\\det "},
@@ -113,6 +122,50 @@ std::string two_indices_as_one(std::string latex) {
         k += 3;
     }
   return latex;
+}
+
+/// Primes behind a letter and its index as dots above the letter: q_{1}'' is \ddot{q}_{1}.
+std::string with_dots(std::string latex) {
+  constexpr std::array accents{"\\dot{", "\\ddot{", "\\dddot{"};
+  for (std::size_t at = 0; (at = latex.find('\'', at)) != std::string::npos;) {
+    const std::size_t primes = latex.find_first_not_of('\'', at) - at;
+    std::size_t end = at;
+    if (end > 0 && latex[end - 1] == '}') end = latex.rfind("_{", end);
+    const std::size_t count = std::min(primes, latex.size() - at);
+    if (end == 0 || end == std::string::npos || count > accents.size() ||
+        std::isalpha(static_cast<unsigned char>(latex[end - 1])) == 0) {
+      at += count;
+      continue;
+    }
+    latex.erase(at, count);
+    const std::string accent = accents[count - 1];
+    latex.insert(end, "}").insert(end - 1, accent);
+    at += accent.size() + 1;
+  }
+  return latex;
+}
+
+/// Removes the symbol that `text` ends with, x or C_A, and returns it; nothing where it ends otherwise.
+std::string taken_symbol(std::string& text) {
+  const auto is_letter = [&](std::size_t i) {
+    return std::isalnum(static_cast<unsigned char>(text[i])) != 0;
+  };
+  std::size_t last = text.size();
+  while (last > 0 && is_letter(last - 1)) --last;
+  std::string index = text.substr(last);
+  std::size_t first = last;
+  if (last > 2 && text.compare(last - 2, 2, "\\_") == 0) {
+    first = last - 2;
+    while (first > 0 && is_letter(first - 1)) --first;
+    index = "_{\\mathrm{" + index + "}}";
+  } else {
+    index.clear();
+    last = text.size();
+  }
+  const std::string letter = text.substr(first, (index.empty() ? last : last - 2) - first);
+  if (letter.size() != 1 || std::isalpha(static_cast<unsigned char>(letter[0])) == 0) return "";
+  text.erase(first);
+  return letter + index;
 }
 
 std::string escaped(char c, bool inside) {
@@ -146,6 +199,15 @@ bool is_told(const std::string& line, Detail detail) {
   return line[0] != from_every && (detail == Detail::full || line[0] != from_full);
 }
 
+/// Whether the letter at `i` is a word of its own that names a quantity: "neither q nor z".
+static bool is_symbol_alone(const std::string& words, std::size_t i) {
+  const auto borders = [&](std::size_t k, const char* marks) {
+    return k >= words.size() || std::strchr(marks, words[k]) != nullptr;
+  };
+  return std::strchr("CLQTVWpqruvwxyz", words[i]) != nullptr && borders(i - 1, " (") &&
+         borders(i + 1, " ,.:;)");
+}
+
 std::string latex_words(const std::string& words, bool inside) {
   std::string out;
   for (std::size_t i = 0; i < words.size();) {
@@ -157,13 +219,21 @@ std::string latex_words(const std::string& words, bool inside) {
       i += std::char_traits<char>::length(sign->sign);
     }
     if (!mathematics.empty()) {
+      if (!inside) mathematics = with_dots(taken_symbol(out) + mathematics);
       mathematics = two_indices_as_one(mathematics);
       out += inside ? mathematics : "$" + mathematics + "$";
     } else {
-      out += escaped(words[i++], inside);
+      const bool symbol = !inside && is_symbol_alone(words, i);
+      const std::string sign = escaped(words[i++], inside);
+      out += symbol ? "$" + sign + "$" : sign;
     }
   }
-  return out;
+  return inside ? with_dots(out) : out;
+}
+
+/// A formula that fills its line: it is displayed.
+static bool is_display(const std::string& line) {
+  return line.size() > 1 && line.front() == begin_formula && line.find(end_formula) == line.size() - 1;
 }
 
 /// The lines of a grid below each other, where `before` stands on the left of it.
@@ -179,6 +249,7 @@ std::string rendered(const std::string& line, Notation notation) {
   const bool latex = notation == Notation::latex;
   std::string out, words;
   bool inside = false;
+  std::size_t start = 0;  // of the formula
   const auto flush = [&] {
     out += latex ? latex_words(words, inside) : words;
     words.clear();
@@ -188,13 +259,17 @@ std::string rendered(const std::string& line, Notation notation) {
     if (line[i] == begin_formula || line[i] == end_formula) {
       flush();
       inside = line[i] == begin_formula;
+      if (!inside && !is_display(line) && out.find("\\frac", start) != std::string::npos)
+        out.insert(start, "\\displaystyle ");
       if (latex) out += "$";
+      start = out.size();
     } else if (line[i] == begin_ref) {
       flush();
       const std::size_t end = line.find(end_ref, i);
       std::string e = written(line.substr(i + 1, end - i - 1), notation);
       if (!latex) e = aligned(e, out);
-      out += latex && !inside ? "$" + e + "$" : e;
+      const bool tall = latex && !inside && e.find("\\frac") != std::string::npos;
+      out += latex && !inside ? text("$", tall ? "\\displaystyle " : "", e, "$") : e;
       i = end;
     } else {
       words += line[i];
@@ -206,29 +281,55 @@ std::string rendered(const std::string& line, Notation notation) {
 
 namespace {
 
-/// A formula that fills its line: it is displayed.
-bool is_display(const std::string& line) {
-  return line.size() > 1 && line.front() == begin_formula && line.find(end_formula) == line.size() - 1;
+/// "2a" of a line "(2a)  formula", else nothing.
+std::string label_of_formula(const std::string& line) {
+  const std::size_t close = line.find(')'), open = line.find(begin_formula);
+  const bool only = open != std::string::npos && is_display(line.substr(open));
+  if (line[0] != '(' || !only || line.find_first_not_of(' ', close + 1) != open) return "";
+  return line.substr(1, close - 1);
 }
+
+constexpr const char *line_end = "\\\\\n", *tall_line = "\\\\[1ex]\n";
 
 std::string latex_line(std::string line) {
   if (!line.empty() && (line[0] == from_full || line[0] == from_every)) line.erase(0, 1);
   const std::size_t first = line.find_first_not_of(' ');
   if (first == std::string::npos) return "";
   line.erase(0, first);
+  const std::string label = label_of_formula(line);
+  if (!label.empty()) line.erase(0, line.find(begin_formula));
   const std::string set = rendered(line, Notation::latex);
   if (is_display(line))
     return text("\\begin{equation*}\n", broken_equation(set.substr(1, set.size() - 2)),
-                "\n\\end{equation*}\n");
-  return text(first > 0 ? "\\quad " : "", set, "\\\\\n");
+                label.empty() ? "" : " \\tag{" + label + "}", "\n\\end{equation*}\n");
+  const bool tall =
+      set.find("\\displaystyle") != std::string::npos && set.find("\\frac") != std::string::npos;
+  return text(first > 0 ? "\\quad " : "", set, tall ? tall_line : line_end);
+}
+
+/// Appends a line; what continues the sentence of the line before stays in its paragraph.
+void append_latex(std::string& out, const std::string& line) {
+  const std::string set = latex_line(line), indented = "\\quad ";
+  const std::string paragraph = out.ends_with(tall_line) ? tall_line : line_end;
+  const std::size_t start = set.compare(0, indented.size(), indented) == 0 ? indented.size() : 0;
+  const bool goes_on = start < set.size() && std::islower(static_cast<unsigned char>(set[start])) != 0 &&
+                       out.size() > paragraph.size() && out.ends_with(paragraph) &&
+                       std::isalpha(static_cast<unsigned char>(out[out.size() - paragraph.size() - 1])) != 0;
+  if (goes_on) out.replace(out.size() - paragraph.size(), paragraph.size(), " ");
+  out += goes_on ? set.substr(start) : set;
 }
 
 }  // namespace
 
 std::string written_out(const std::vector<std::string>& lines, Detail detail, Notation notation) {
   std::string out;
-  for (const std::string& line : lines)
-    if (is_told(line, detail)) out += notation == Notation::latex ? latex_line(line) : rendered(line) + "\n";
+  for (const std::string& line : lines) {
+    if (!is_told(line, detail)) continue;
+    if (notation == Notation::latex)
+      append_latex(out, line);
+    else
+      out += rendered(line) + "\n";
+  }
   return out;
 }
 

@@ -1,5 +1,7 @@
 #include "dae/model/latex_lines.hpp"
 
+#include <algorithm>
+#include <array>
 #include <cctype>
 
 #include "base/text.hpp"
@@ -19,22 +21,66 @@ int nesting(const std::string& s, std::size_t i) {
   return 0;
 }
 
-/// Characters of a formula on paper, roughly: a command counts as one sign, a fraction as its wider part.
+/// Signs that a command shows: sin as three letters, brackets and accents by what they are around.
+int shown_letters(const std::string& command) {
+  constexpr std::array functions{"sin",  "cos",  "tan",    "exp",    "log",   "sinh",
+                                 "cosh", "tanh", "arcsin", "arccos", "arctan"};
+  constexpr std::array none{"left", "right", "dot", "ddot", "dddot", "mathbf", "mathrm", "sqrt"};
+  if (std::ranges::find(none, command) != none.end()) return 0;
+  return std::ranges::find(functions, command) == functions.end() ? 1 : static_cast<int>(command.size());
+}
+
+/// Where the brace that is open before `i` is closed.
+std::size_t end_of_group(const std::string& s, std::size_t i) {
+  for (int depth = 1; i < s.size(); ++i) {
+    depth += (s[i] == '{') - (s[i] == '}');
+    if (depth == 0) break;
+  }
+  return i;
+}
+
+/// Characters of a formula on paper, roughly: a fraction counts as its wider part.
 int visible_width(const std::string& s) {
   int width = 0;
   for (std::size_t i = 0; i < s.size(); ++i) {
     const auto c = static_cast<unsigned char>(s[i]);
-    if (s.compare(i, 5, "\\frac") == 0) {
-      width -= 2;
-      i += 4;
-    } else if (c == '\\') {
-      ++width;
-      while (i + 1 < s.size() && std::isalpha(static_cast<unsigned char>(s[i + 1]))) ++i;
+    if (c == '\\') {
+      std::size_t end = i + 1;
+      while (end < s.size() && std::isalpha(static_cast<unsigned char>(s[end]))) ++end;
+      const std::string command = s.substr(i + 1, end - i - 1);
+      if (command == "frac") {
+        const std::size_t middle = end_of_group(s, end + 1), last = end_of_group(s, middle + 2);
+        width += std::max(visible_width(s.substr(end + 1, middle - end - 1)),
+                          visible_width(s.substr(middle + 2, last - middle - 2)));
+        i = last;
+      } else {
+        width += shown_letters(command);
+        i = std::max(end, i + 2) - 1;
+      }
     } else if (c != '{' && c != '}' && c != '^' && c != '_' && c != ' ' && (c & 0xC0) != 0x80) {
       ++width;
     }
   }
   return width;
+}
+
+constexpr int beside_fraction = 10;  ///< characters for the left side and the number of an equation
+
+/// A term whose fractions have their numerators in several lines where one would be too wide.
+std::string with_broken_numerators(const std::string& term, int widest) {
+  std::string out;
+  int depth = 0;
+  for (std::size_t i = 0; i < term.size(); ++i) {
+    depth += nesting(term, i);
+    out += term[i];
+    if (depth != 1 || term[i] != '{' || i < 5 || term.compare(i - 5, 5, "\\frac") != 0) continue;
+    const std::size_t end = end_of_group(term, i + 1);
+    const auto pieces = line_pieces(term.substr(i + 1, end - i - 1), widest);
+    out += pieces.size() == 1 ? pieces[0]
+                              : text("\\begin{gathered} ", join(pieces, " \\\\ "), " \\end{gathered}");
+    i = end - 1;
+  }
+  return out;
 }
 
 }  // namespace
@@ -50,7 +96,9 @@ std::vector<std::string> line_pieces(const std::string& latex, int widest) {
     terms.back() += latex[i];
   }
   std::vector<std::string> pieces{""};
-  for (const std::string& term : terms) {
+  for (std::string& term : terms) {
+    const int inside = widest - beside_fraction;
+    if (visible_width(term) > inside) term = with_broken_numerators(term, inside);
     if (!pieces.back().empty() && visible_width(pieces.back() + term) > widest) pieces.emplace_back();
     pieces.back() += pieces.back().empty() && pieces.size() > 1 ? term.substr(1) : term;
   }
@@ -61,7 +109,7 @@ std::string broken_equation(const std::string& equation) {
   const std::size_t equals = equation.find(" = ");
   if (equals == std::string::npos) return equation;
   const auto pieces = line_pieces(equation.substr(equals + 3));
-  if (pieces.size() == 1) return equation;
+  if (pieces.size() == 1) return equation.substr(0, equals + 3) + pieces[0];
   return text("\\begin{aligned}\n", equation.substr(0, equals), " &= ", join(pieces, " \\\\\n&\\quad "),
               "\n\\end{aligned}");
 }

@@ -96,8 +96,11 @@ void collect_symbols(Model& m, const ModelOptions& options) {
   }
   for (const auto* starts : {&m.start_values, &m.start_guesses})
     for (const auto& [leaf, value] : *starts) meanings.push_back(value);
-  for (Expr leaf : leaves(meanings))
+  for (Expr leaf : leaves(meanings)) {
     if (symbol_of(leaf).kind == Kind::parameter) parameters.push_back(leaf);
+    if (symbol_of(leaf).kind == Kind::input && m.relations.count(leaf) == 0)
+      inputs.insert(symbol_of(leaf).base);  // what was eliminated still depends on it
+  }
   for (Expr base : bases) m.variables.push_back({base, order.at(base)});
   m.inputs.assign(inputs.begin(), inputs.end());
   sort_by_latest_declaration(m.inputs);

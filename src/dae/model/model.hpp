@@ -52,7 +52,7 @@ struct Constraint {
   std::string label;  ///< "C₁", "C₁′" …
 };
 
-/// What the lagrange front end knows beyond the equations.
+/// Mechanical quantities of a model made by lagrange, beside its equations.
 struct Mechanics {
   VecX q;
   Expr T, V;
@@ -90,12 +90,12 @@ struct Projection {
   std::vector<Entry> weight;    ///< W, n×n; empty: the identity
 };
 
-/// What tells the rows of equation (3) apart: "b" in (3b); ".27" where letters do not suffice.
+/// The suffix that distinguishes the rows of equation (3): "b" in (3b); ".27" where letters do not suffice.
 std::string row_letter(int row, Eigen::Index rows);
 /// Of row `row` of equation `block` (from 0): "(3)", "(3b)", "(3b*)" if it is not the one that was written.
 std::string row_label(const Block& b, int block, int row);
 
-/// What a model does by itself where an expression becomes zero: an event that belongs to its equations.
+/// An event that belongs to the equations of a model: its action where an expression becomes zero.
 struct Transition {
   Expr when;  ///< its roots are the moments; in leaves of the model or of its lineage, t too
   int direction =
@@ -108,7 +108,7 @@ struct Transition {
 enum class ModelKind { ode, implicit_ode, semi_explicit, fully_implicit };
 const char* kind_name(ModelKind kind);
 
-/// What distinguishes a model from a bare list of equations.
+/// Everything that a model has beside its list of equations.
 struct ModelAttributes {
   std::string name;
   ParameterValues values;  ///< of parameters; what is missing must be given later

@@ -18,7 +18,7 @@ struct Region {
   std::vector<Expr> margins;
 };
 
-/// What a model can choose between: every ifelse, abs, min and max is one of two expressions. Nodes with one
+/// The branches of a piecewise model: every ifelse, abs, min and max is one of two expressions. Nodes with one
 /// border are one choice.
 class Choices {
  public:

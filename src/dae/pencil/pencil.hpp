@@ -44,7 +44,8 @@ struct LinearForm {
 std::optional<LinearForm> linear_form(const Model& model, std::string* reason = nullptr,
                                       const ParameterValues& values = {}, int most = 300);
 
-/// What index analysis needs, without transformations: fast and sparse (a second for a hundred equations).
+/// The quantities that index analysis needs, without transformations: fast and sparse (a second for a hundred
+/// equations).
 struct LinearIndex {
   bool regular = false;  ///< the rest is meaningless if not
   int index = 0, dof = 0;
@@ -90,7 +91,7 @@ Pencil pencil(const Model& model);
 /// print(pencil).
 std::string describe(const Pencil& p);
 
-/// What rows and columns of a singular pencil mean: "(3) - (1) - (2) reads 0 = f3 - f1 - f2 …".
+/// Interpretation of the rows and columns of a singular pencil: "(3) - (1) - (2) reads 0 = f3 - f1 - f2 …".
 std::string describe_singular(const Pencil& p);
 
 // ── solution (pencil_solution.cpp) ──

@@ -2,19 +2,12 @@
 
 #include <algorithm>
 
+#include "expr/graph/depends_on.hpp"
 #include "expr/graph/derivative.hpp"
 #include "expr/rewrite/rewrite.hpp"
 
 namespace pendula::dae {
 namespace {
-
-bool constant_in_time(Expr e) {
-  for (Expr leaf : leaves({&e, 1})) {
-    const Kind kind = symbol_of(leaf).kind;
-    if (kind != Kind::parameter && kind != Kind::constant) return false;
-  }
-  return true;
-}
 
 Forcing constant(Expr c) { return {{0, 0, 0, c, 0}}; }
 
@@ -50,16 +43,16 @@ Forcing product(const Forcing& left, const Forcing& right) {
 /// slope·t + offset
 std::optional<std::pair<Expr, Expr>> line(Expr e) {
   const Expr slope = simplify(partial(e, time_symbol()));
-  if (!constant_in_time(slope)) return {};
+  if (varies(slope)) return {};
   const Expr offset = simplify(substitute(e, {{time_symbol(), 0}}));
-  if (!constant_in_time(offset)) return {};
+  if (varies(offset)) return {};
   return std::pair{slope, offset};
 }
 
 class Reader {
  public:
   std::optional<Forcing> read(Expr e) {
-    if (constant_in_time(e)) return constant(e);
+    if (!varies(e)) return constant(e);
     if (e == time_symbol()) return Forcing{{1, 0, 0, 1, 0}};
     switch (e.op()) {
       case Op::add:
@@ -69,7 +62,7 @@ class Reader {
       case Op::mul:
         return read_product(e.operand(0), e.operand(1));
       case Op::div:
-        if (constant_in_time(e.operand(1))) return read_product(e.operand(0), 1 / e.operand(1));
+        if (!varies(e.operand(1))) return read_product(e.operand(0), 1 / e.operand(1));
         break;
       case Op::pow:
         if (auto power = read_power(e)) return power;
@@ -113,7 +106,7 @@ class Reader {
 
   std::optional<Forcing> read_power(Expr e) {
     const Expr base = e.operand(0), exponent = e.operand(1);
-    if (constant_in_time(base)) {  // 2^t = e^{t log 2}
+    if (!varies(base)) {  // 2^t = e^{t log 2}
       const auto argument = line(exponent);
       if (!argument) return {};
       return read_function(Op::exp, argument->first * log(base), argument->second * log(base));

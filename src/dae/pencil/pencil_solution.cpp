@@ -1,6 +1,7 @@
 // x = T (x₁, x₂): x₁ by the exponential of J, inputs as outputs of further linear equations; x₂ by
 // differentiation.
 #include <algorithm>
+#include <cmath>
 
 #include "base/error.hpp"
 #include "base/text.hpp"
@@ -162,6 +163,21 @@ std::string names(const std::vector<Expr>& list) {
                    " follows from the constraints; see p.constraints, or leave one of these values out"));
 }
 
+/// Is y · right 0 but for rounding errors of its terms? A start by init has them.
+bool is_rounding(const RationalMatrix& y, const VecX& right) {
+  constexpr double rounding = 1e-12;
+  double sum = 0, size = 0;
+  for (Index i = 0; i < right.size(); ++i) {
+    const Expr e = right[i];
+    for (Expr leaf : leaves({&e, 1}))
+      if (symbol_of(leaf).kind != Kind::constant) return false;
+    const double term = y(0, static_cast<int>(i)).get_d() * pendula::evaluate({&e, 1}, {})[0];
+    sum += term;
+    size += std::fabs(term);
+  }
+  return std::fabs(sum) <= rounding * size;
+}
+
 /// c with T₁ c + shift = x0 in the given components.
 VecX start(const Pencil& p, const SolutionRequest& request, const VecX& shift) {
   if (request.general) {  // scalars: "c₁ cos(t) + …", and not multiples of a column c
@@ -188,7 +204,8 @@ VecX start(const Pencil& p, const SolutionRequest& request, const VecX& shift) {
   const int rank = static_cast<int>(r.pivots.size());
   for (int i = rank; i < rows; ++i) {
     const RationalMatrix y = r.form.block(i, p.dof, 1, rows);
-    if (!generic::is_zero(product(y, right)[0])) contradiction(request, y, product(y, shifts)[0]);
+    if (!generic::is_zero(product(y, right)[0]) && !is_rounding(y, right))
+      contradiction(request, y, product(y, shifts)[0]);
   }
   if (rank < p.dof) {
     std::vector<Expr> candidates;
@@ -210,8 +227,8 @@ VecX start(const Pencil& p, const SolutionRequest& request, const VecX& shift) {
 VecX solution(const Pencil& p, const SolutionRequest& request) {
   if (!p.regular)
     throw Error(
-        "the pencil is singular: solutions do not exist for every input, or are not unique; print(p) says "
-        "which "
+        "the pencil is singular: solutions do not exist for every input, or "
+        "are not unique; print(p) says which "
         "equations and unknowns are the cause");
   const int n = p.form.size(), m = n - p.dof;
   const Expr from = Expr(request.from), t = time_symbol();

@@ -26,6 +26,10 @@ double scaled_size(const Vec& r, const Mat& J, const Vec& w) {
                   : 0;
 }
 
+Mat without_small(const Mat& J, double negligible) {
+  return J.unaryExpr([&](double v) { return std::fabs(v) <= negligible ? 0.0 : v; });
+}
+
 /// Least-norm Newton steps with one Jacobian, in unknowns and equations scaled to unit size: neither units
 /// nor the growth of high derivatives matter.
 class NewtonStep {
@@ -107,9 +111,8 @@ void NumericArray::prepare() {
 /// nothing that the equations they come from do not say; what these do not contain has the unit of its integral.
 void NumericArray::measure() {
   constexpr double usual = 300;
-  constexpr std::size_t affordable = 300;              // rows
   constexpr std::size_t many = 3000, short_row = 100;  // nodes: of all rows; of one, where they are many
-  if (rows_ == 0 || columns_.empty() || rows_ > affordable) return;
+  if (rows_ == 0 || columns_.empty() || rows_ > most_measured) return;
   const bool all = topological(std::span(outputs_).first(rows_)).size() <= many;
   std::vector<Expr> rows;
   std::vector<Index> place;
@@ -189,7 +192,7 @@ void NumericArray::evaluate_at(const Vec& w, const std::unordered_map<Expr, doub
 
 std::optional<NumericArray::Solution> NumericArray::project(Vec w,
                                                             const std::unordered_map<Expr, double>& known,
-                                                            Index held) const {
+                                                            Index held, double negligible) const {
   Vec r, next_r;
   Mat J, next_J;
   evaluate_at(w, known, r, J);
@@ -198,7 +201,7 @@ std::optional<NumericArray::Solution> NumericArray::project(Vec w,
   for (int iteration = 0; iteration < max_iterations; ++iteration) {
     poll_interrupt();
     if (!r.allFinite() || !J.allFinite()) return {};
-    const NewtonStep newton(J, held);
+    const NewtonStep newton(without_small(J, negligible), held);
     const Vec s = newton.scaled(r), step = newton.step(s), omega = w.cwiseQuotient(unit_);
     if (!step.allFinite()) return {};
     const bool solved = scaled_size(r, J, omega) < solved_below;

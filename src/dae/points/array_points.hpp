@@ -31,6 +31,9 @@ struct ArrayRanks {
 /// The numeric derivative array at one k. All functions of time but the unknowns get values of their own.
 class NumericArray {
  public:
+  /// Rows; units of unknowns are not looked for in more.
+  static constexpr std::size_t most_measured = 300;
+
   explicit NumericArray(const DerivativeArray& array);
   /// Any equations in any unknowns.
   NumericArray(std::vector<Expr> rows, std::vector<Expr> columns);
@@ -38,13 +41,15 @@ class NumericArray {
   /// Values for t, inputs, parameters without value: drawn from the seed and the name, the same for every k.
   std::unordered_map<Expr, double> known(int seed) const;
 
-  /// From `w` to a solution of F_k = 0, the first `held` unknowns kept; nothing if there is none near.
+  /// From `w` to a solution of F_k = 0, the first `held` unknowns kept; nothing if there is none near. negligible: what
+  /// counts as 0 in the scaled Jacobian: beside a singular point, coefficients that vanish there would determine the
+  /// highest derivatives from rounding errors.
   struct Solution {
     Vec w;
     bool slow;
   };
-  std::optional<Solution> project(Vec w, const std::unordered_map<Expr, double>& known,
-                                  Eigen::Index held) const;
+  std::optional<Solution> project(Vec w, const std::unordered_map<Expr, double>& known, Eigen::Index held,
+                                  double negligible = 0) const;
 
   /// `y_only`: the point was found with x held, so that ranks of y are what can be said.
   ArrayRanks ranks(const Solution& at, const std::unordered_map<Expr, double>& known) const;

@@ -23,8 +23,8 @@ class RationalMatrix {
 
   int rows() const { return rows_; }
   int cols() const { return cols_; }
-  mpq_class& operator()(int i, int j) { return data_[static_cast<std::size_t>(i) * cols_ + j]; }
-  const mpq_class& operator()(int i, int j) const { return data_[static_cast<std::size_t>(i) * cols_ + j]; }
+  mpq_class& operator()(int i, int j) { return data_[i * cols_ + j]; }
+  const mpq_class& operator()(int i, int j) const { return data_[i * cols_ + j]; }
   bool is_zero() const;
 
   RationalMatrix block(int row, int col, int rows, int cols) const;
@@ -64,7 +64,7 @@ std::optional<RationalMatrix> inverse(const RationalMatrix& a);             ///<
 RationalMatrix kernel(const RationalMatrix& a);                             ///< {x : a x = 0}
 RationalMatrix span(const RationalMatrix& a);                               ///< the column space
 RationalMatrix preimage(const RationalMatrix& a, const RationalMatrix& b);  ///< {x : a x ∈ span b}
-/// Those columns of `candidates`, from the left, that extend `known` to the span of both.
+/// The columns of `candidates`, from the left, that extend `known` to the span of both.
 RationalMatrix complement(const RationalMatrix& known, const RationalMatrix& candidates);
 
 /// The factor that makes the entries of a row or column coprime integers, the first nonzero one positive.

@@ -185,10 +185,14 @@ std::vector<std::string> rank_reason(const Model& low) {
   std::vector<std::string> lines;
   if (low.variables.size() > most_variables) return lines;
   tell_mechanics(low, lines);
-  const Remainder r(low);
+  Remainder r(low);
   if (!r.is_small()) return lines;
   const auto n = static_cast<Index>(r.unknowns.size());
-  const MatX A = jacobian(r.rows, r.unknowns).unaryExpr(&readable_entry);
+  MatX A = jacobian(r.rows, r.unknowns).unaryExpr(&readable_entry);
+  if (n == 1 && to_text(A(0, 0)).starts_with("-")) {  // one equation: it may change its sign
+    r.rows[0] = -r.rows[0];
+    A(0, 0) = readable_entry(-A(0, 0));
+  }
   const std::unordered_set<Expr> unknown(r.unknowns.begin(), r.unknowns.end());
   if (std::any_of(A.reshaped().begin(), A.reshaped().end(),
                   [&](Expr e) { return depends_on_any(e, unknown) || !is_readable(e); }))
@@ -208,7 +212,8 @@ std::vector<std::string> rank_reason(const Model& low) {
     if (n > 1) lines.push_back(told_from(Detail::full, "     " + formula("det A = ", ref(determinant))));
     const std::string where = conditions(determinant, low);
     if (!where.empty())
-      lines.push_back(told_from(Detail::full, text("     A is regular where  ", where, ".")));
+      lines.push_back(
+          told_from(Detail::full, text("     ", formula("A"), " is regular where  ", where, ".")));
   }
   tell_solution(r, A, lines);
   return lines;

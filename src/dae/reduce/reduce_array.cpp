@@ -68,6 +68,34 @@ std::unordered_map<Expr, double> known_values(const NumericArray& numeric, const
   return known;
 }
 
+/// Points of F_0 = 0, then F_1 = 0 … up to F_k = 0, each from the one before: where Newton's method finds no point of F_k = 0
+/// at once.
+class StagedPoints {
+ public:
+  StagedPoints(const Model& m, int order) : model_(m) {
+    DerivativeArray array(m.residuals, m.variables);
+    for (int k = 0; k <= order; ++k) {
+      stages_.emplace_back(array);
+      if (k < order) array.extend();
+    }
+  }
+
+  std::optional<NumericArray::Solution> point(int seed, std::unordered_map<Expr, double> values) const {
+    std::optional<NumericArray::Solution> at;
+    for (const NumericArray& stage : stages_) {
+      at = stage.project(stage.start(seed, values), known_values(stage, model_, seed, values), 0);
+      if (!at) return {};
+      for (std::size_t j = 0; j < stage.columns().size(); ++j)
+        values[stage.columns()[j]] = at->w[static_cast<Index>(j)];
+    }
+    return at;
+  }
+
+ private:
+  const Model& model_;
+  std::vector<NumericArray> stages_;
+};
+
 /// A point of F_k = 0 where x′ is determined and the rows are as independent as at the best point found: near
 /// the given values first, then anywhere.
 std::optional<ArrayAt> regular_point(const Model& m, int order,
@@ -81,9 +109,12 @@ std::optional<ArrayAt> regular_point(const Model& m, int order,
   if (best.columns.size() > most_columns) return {};
   const NumericArray numeric(best.array);
   int most = -1;
-  for (int seed = 0; seed < seeds; ++seed) {
+  std::optional<StagedPoints> staged;
+  for (int attempt = 0; attempt < 2 * seeds && !(attempt >= seeds && most >= 0); ++attempt) {
+    const int seed = attempt % seeds;
+    if (attempt == seeds) staged.emplace(m, order);
     const auto known = known_values(numeric, m, seed, near);
-    const auto at = numeric.project(numeric.start(seed, near), known, 0);
+    const auto at = staged ? staged->point(seed, near) : numeric.project(numeric.start(seed, near), known, 0);
     if (!at || at->slow) continue;
     const ArrayRanks ranks = numeric.ranks(*at, known);
     if (ranks.y != best.first + ranks.higher || ranks.y < best.first || ranks.all <= most) continue;

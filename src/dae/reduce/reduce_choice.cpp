@@ -71,8 +71,8 @@ ModelPtr best_by_structure(const ModelPtr& given) {
                  is_explicit
                      ? "the explicit form \"ode\": x′ = f(t, x) suits explicit methods of high order, which "
                        "are the fastest for models that are not stiff"
-                     : "form \"acc\": its equations are not linear in the derivatives, so there is no "
-                       "explicit form",
+                     : "form \"acc\": its equations are not linear in the "
+                       "derivatives, so there is no explicit form",
                  "; the projection keeps the constraints, which would drift otherwise."));
 }
 

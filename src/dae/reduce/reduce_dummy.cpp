@@ -233,10 +233,9 @@ ModelPtr reduce_dummy(const ModelPtr& model, const ReduceOptions& options) {
   const ModelPtr done = reduce_dummy(model, selection);
   if (!options.at.empty()) return done;
   auto copy = std::make_shared<Model>(*done);
-  copy->trace.push_back(
-      told_from(Detail::full,
-                "     The states were chosen at a generic point; reduce(\"dummy\", { at = sys:init{ … } }) "
-                "chooses them at a start."));
+  copy->trace.push_back(told_from(Detail::full,
+                                  "     The states were chosen at a generic point; reduce(\"dummy\", { at = "
+                                  "sys:init{ … } }) chooses them at a start."));
   return copy;
 }
 

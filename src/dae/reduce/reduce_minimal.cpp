@@ -17,6 +17,7 @@
 #include "dae/reduce/reduced_forms.hpp"
 #include "dae/regularise/regularise.hpp"
 #include "dae/structure/differentiation.hpp"
+#include "expr/graph/depends_on.hpp"
 #include "expr/graph/generic.hpp"
 #include "expr/print/print.hpp"
 #include "expr/rewrite/rewrite.hpp"
@@ -36,14 +37,6 @@ bool has_unknown(Expr e) {
   const auto inside = leaves({&e, 1});
   return std::any_of(inside.begin(), inside.end(),
                      [](Expr leaf) { return symbol_of(leaf).kind == Kind::variable; });
-}
-
-bool varies(Expr e) {
-  const auto inside = leaves({&e, 1});
-  return std::any_of(inside.begin(), inside.end(), [](Expr leaf) {
-    const auto kind = symbol_of(leaf).kind;
-    return kind != Kind::parameter && kind != Kind::constant;
-  });
 }
 
 double strength_at(Expr slope, const Model& m, const std::unordered_map<Expr, double>& at) {
@@ -254,15 +247,19 @@ std::vector<Block> remaining(const Model& m, const std::vector<Chain>& removed, 
                       [&](const Chain& c) { return c.block == b && c.row == r; }))
         continue;
       const Expr l = substitute(m.blocks[b].lhs[r], dependent), e = substitute(m.blocks[b].rhs[r], dependent);
-      if (generic::is_zero(substitute(substitute(l - e, known), dependent))) {  // y′ = v_y of a dependent y
-        const Expr before = m.blocks[b].lhs[r] - m.blocks[b].rhs[r];
-        const auto inside = leaves({&before, 1});
-        if (std::any_of(inside.begin(), inside.end(),
-                        [&](Expr leaf) { return dependent.count(leaf) > 0 && symbol_of(leaf).order > 0; }))
-          continue;
-      }
-      left.push_back(simplify(l));
-      right.push_back(simplify(e));
+      const Expr before = m.blocks[b].lhs[r] - m.blocks[b].rhs[r];
+      const auto inside = leaves({&before, 1});
+      const auto contains = [&](bool derivative) {
+        return std::any_of(inside.begin(), inside.end(), [&](Expr leaf) {
+          return dependent.count(leaf) > 0 && (!derivative || symbol_of(leaf).order > 0);
+        });
+      };
+      // y′ = v_y of a dependent y; x′ = u of a dependent u stays, although it is known
+      if (contains(true) && generic::is_zero(substitute(substitute(l - e, known), dependent))) continue;
+      const Expr shown = simplify(l), of = simplify(e);
+      if (contains(false) && shown == of) continue;  // a constraint that another one contained
+      left.push_back(shown);
+      right.push_back(of);
       kept.push_back(how[r]);
     }
     if (!left.empty()) blocks.push_back({column(left), column(right), m.blocks[b].note, kept});

@@ -16,6 +16,7 @@
 #include "expr/graph/solve.hpp"
 #include "expr/linalg/linalg.hpp"
 #include "expr/print/print.hpp"
+#include "expr/rewrite/one_fraction.hpp"
 #include "expr/rewrite/rewrite.hpp"
 #include "expr/rewrite/tidied.hpp"
 
@@ -23,7 +24,7 @@ namespace pendula::dae {
 namespace {
 
 /// Simplified if it is short enough to be read; long ones would cost more than the rest of the reduction.
-Expr readable(Expr e) { return is_short(e, 60) ? simplify(e) : e; }
+Expr readable(Expr e) { return is_short(e, 60) ? one_fraction(simplify(e)) : e; }
 
 using Index = Eigen::Index;
 
@@ -37,15 +38,6 @@ bool vanishes(Expr slope, const Model& m) {
     values[leaf] = pendula::evaluate({&it->second, 1}, {})[0];
   }
   return pendula::evaluate({&slope, 1}, values)[0] == 0;
-}
-
-/// sin(t): it may pass 0, where a linear solve with pivots takes another row.
-bool moves(Expr slope) {
-  const auto inside = leaves({&slope, 1});
-  return std::any_of(inside.begin(), inside.end(), [](Expr leaf) {
-    const auto kind = symbol_of(leaf).kind;
-    return kind != Kind::parameter && kind != Kind::constant;
-  });
 }
 
 /// Elimination of everything that stands at the top of an index-1 model.
@@ -75,7 +67,7 @@ class Elimination {
     std::unordered_set<std::size_t> used;
     for (const Solved& row : solved_rows(m_)) {
       const Expr slope = partial(m_.residuals[row.residual], row.derivative);
-      if (depends_on_any(row.f, top_) || moves(slope) || vanishes(slope, m_)) continue;
+      if (depends_on_any(row.f, top_) || varies(slope) || vanishes(slope, m_)) continue;
       solved[row.derivative] = row.f;
       used.insert(row.residual);
     }
@@ -112,17 +104,19 @@ class Elimination {
            std::all_of(A.begin(), A.end(), [](const Entry& e) { return exact_value(e.value) != nullptr; });
   }
 
-  /// A few unknowns with short coefficients: a formula is what a reader expects.
+  /// A few unknowns with short coefficients, or a short chain of them: a formula is what a reader expects.
   bool is_small(Index n) const {
-    constexpr Index few = 3;
-    return n <= few && std::all_of(A.begin(), A.end(), [](const Entry& e) { return is_short(e.value, 60); });
+    constexpr Index few = 3, short_chain = 6;
+    const bool chain = n <= short_chain && A.size() <= 3 * static_cast<std::size_t>(n);
+    return (n <= few || chain) &&
+           std::all_of(A.begin(), A.end(), [](const Entry& e) { return is_short(e.value, 60); });
   }
 
   /// Written out if it stays readable. A matrix that changes along a solution has to be definite, as mass matrices
   /// and Cq W⁻¹ Cqᵀ are: any other keeps its pivots.
   VecX written_solution(Index n) {
-    constexpr int widest = 200;
-    const bool moving = std::any_of(A.begin(), A.end(), [](const Entry& e) { return moves(e.value); });
+    constexpr int widest = 400;
+    const bool moving = std::any_of(A.begin(), A.end(), [](const Entry& e) { return varies(e.value); });
     const bool mass_matrix = m_.mechanics && m_.mechanics->C.size() == 0;
     if (moving && (n > 2 || !(mass_matrix || definite))) return linear_solution(A, b, definite);
     const VecX w = exact_solution(n);
@@ -132,13 +126,13 @@ class Elimination {
     return expanded ? w : linear_solution(A, b, definite);
   }
 
-  static Expr tidied(Expr e) { return is_short(e, 400) ? simplify(e) : e; }
+  static Expr tidied(Expr e) { return is_short(e, 400) ? one_fraction(simplify(e)) : e; }
 
   VecX exact_solution(Index n) {
     MatX matrix = MatX::Zero(n, n);
     for (const Entry& a : A) matrix(a.row, a.column) = a.value;
     expanded = true;
-    return linalg::solve(matrix, b).col(0).unaryExpr([](Expr e) { return simplify(e); });
+    return linalg::solve(matrix, b).col(0).unaryExpr([](Expr e) { return one_fraction(simplify(e)); });
   }
 
   void check_linear() const {
@@ -178,11 +172,11 @@ std::vector<std::string> derivation(const Elimination& e, const Model& low) {
   const bool one = e.unknowns.size() == 1;
   lines.push_back(text("ode: ", join(labels, ", "), labels.size() == 1 ? " is" : " are", " linear in ",
                        one ? formula(ref(e.unknowns[0]), ":  A ", ref(e.unknowns[0]), " = b")
-                           : text("w = (", grouped_names(e.unknowns), "):  A w = b")));
+                           : text(formula("w = ", ref(column(e.unknowns))), ":  ", formula("A w = b"))));
   constexpr Index widest = 8;
   if (e.b.size() <= widest) {
     MatX A = MatX::Zero(e.b.size(), e.b.size());
-    for (const Entry& a : e.A) A(a.row, a.column) = a.value;
+    for (const Entry& a : e.A) A(a.row, a.column) = is_short(a.value, 400) ? simplify(a.value) : a.value;
     lines.push_back("     " + formula("A = ", one ? ref(A(0, 0)) : ref(A)));
     lines.push_back("     " + formula("b = ", ref(e.b)));
   }
@@ -218,7 +212,7 @@ std::vector<std::string> eliminated_variables(const Model& low, const Substituti
 /// Whether every row is x′ = f as it is written, or stands with a factor that may pass 0 and is not divided by.
 bool is_solved(const Model& m) {
   const auto slopes = top_jacobian(m);
-  if (std::any_of(slopes.begin(), slopes.end(), [](const Entry& e) { return moves(e.value); })) return true;
+  if (std::any_of(slopes.begin(), slopes.end(), [](const Entry& e) { return varies(e.value); })) return true;
   const auto top = m.top_derivatives();
   const std::unordered_set<Expr> derivatives(top.begin(), top.end());
   for (const Block& b : m.blocks)
@@ -256,8 +250,8 @@ ModelPtr reduce_ode(const ModelPtr& model) {
   options.u = low->inputs;
   if (blocks.empty())
     throw Error(
-        "form \"ode\": the model has no differential variable; its equations are algebraic, and "
-        "sys:init{…} solves them");
+        "form \"ode\": the model has no differential variable; its equations are "
+        "algebraic, and sys:init{…} solves them");
   const auto eliminated = eliminated_variables(*low, z);
   options.trace.insert(options.trace.end(), eliminated.begin(), eliminated.end());
   options.trace.push_back("     The model is an explicit ODE: index 0.");

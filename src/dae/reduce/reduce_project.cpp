@@ -67,6 +67,7 @@ void weigh(Projection& p, const Model& m) {
 
 /// The units of all leaves, as far as the equations tell them; 1 where all are near 1.
 std::unordered_map<Expr, double> units(const Model& m) {
+  if (m.residuals.size() > NumericArray::most_measured) return {};
   const NumericArray equations(DerivativeArray(residuals_at_values(m), m.variables));
   std::unordered_map<Expr, double> size;
   for (std::size_t j = 0; j < equations.columns().size(); ++j)
@@ -156,8 +157,8 @@ ModelPtr reduce_project(const ModelPtr& given) {
   }
   if (inner->invariants.empty())
     throw Error(text("form \"project\": the model has index ", require_regular(*model).index,
-                     " and no constraint that could drift, so there is nothing to project onto; integrate it "
-                     "as it stands"));
+                     " and no constraint that could drift, so there is nothing to "
+                     "project onto; integrate it as it stands"));
   auto done = std::make_shared<Model>(*inner);
   done->parent = inner;
   done->form = "project";

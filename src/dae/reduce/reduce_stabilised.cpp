@@ -11,6 +11,7 @@
 #include "dae/reduce/reduced_forms.hpp"
 #include "dae/regularise/regularise.hpp"
 #include "dae/structure/differentiation.hpp"
+#include "expr/graph/depends_on.hpp"
 #include "expr/print/print.hpp"
 #include "expr/rewrite/rewrite.hpp"
 #include "expr/rewrite/tidied.hpp"
@@ -178,10 +179,9 @@ Gains gains(const ReduceOptions& options) {
     if (gain.is_constant() && constant_value(gain) <= 0)
       throw Error(text("form \"baumgarte\": ", name, " = ", to_text(gain),
                        " must be positive: otherwise the violation of a constraint does not decay"));
-    for (Expr leaf : leaves({&gain, 1}))
-      if (symbol_of(leaf).kind != Kind::parameter && symbol_of(leaf).kind != Kind::constant)
-        throw Error(text("form \"baumgarte\": ", name, " = ", to_text(gain),
-                         " must be a number or made of parameters"));
+    if (varies(gain))
+      throw Error(text("form \"baumgarte\": ", name, " = ", to_text(gain),
+                       " must be a number or made of parameters"));
   }
   return g;
 }

@@ -89,7 +89,7 @@ class DummyPivoting {
 DummySelection select_dummies(const ModelPtr& model, const std::unordered_map<Expr, double>& point);
 double dummy_quality(const ModelPtr& model, const DummySelection& selection,
                      const std::unordered_map<Expr, double>& point);
-/// What a leaf of a model of form "dummy" is in the model it was made from: x_dot is x′.
+/// The meaning of a leaf of form "dummy" in the model it was made from: x_dot is x′.
 Expr original_leaf(const Model& dummy, Expr leaf);
 /// The selection that a model of form "dummy" was made with.
 DummySelection selection_of(const Model& dummy);

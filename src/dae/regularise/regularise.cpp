@@ -12,11 +12,12 @@
 namespace pendula::dae {
 namespace {
 
-constexpr int max_conversions = 30;
+constexpr int conversions_of_one_part = 30;
 
 /// Steps until the structure is regular; false if that is not reached.
 bool make_regular(Equations& e, Structure& s, Regularised& r) {
-  for (int step = 0; step < max_conversions; ++step) {
+  const int most = conversions_of_one_part + static_cast<int>(e.residuals.size());  // pairs take one each
+  for (int step = 0; step < most; ++step) {
     poll_interrupt();
     if (!s.matched) {
       r.log.push_back("no unknown is left for equation " + e.labels[s.offsets.unmatched[0]] +
@@ -28,7 +29,7 @@ bool make_regular(Equations& e, Structure& s, Regularised& r) {
     if (done == Step::nothing && s.singular_on_solutions) {
       r.log.push_back(
           "the system Jacobian is regular in general, but singular wherever the equations hold: it contains "
-          "the equations themselves, and what the structure says is wrong");
+          "the equations themselves, and the structural result is wrong");
       return false;
     }
     if (done == Step::nothing) done = eliminate_constant_rows(e, s, r.log);
@@ -56,7 +57,7 @@ bool make_regular(Equations& e, Structure& s, Regularised& r) {
                              : std::string(s.matched ? ", still singular" : ""),
                          unknowns == e.variables.size() ? "" : " (with the new unknowns)"));
   }
-  r.log.push_back(text("given up after ", max_conversions, " conversions"));
+  r.log.push_back(text("given up after ", most, " conversions"));
   return false;
 }
 

@@ -72,7 +72,7 @@ class SharedCombination {
       const Expr changed = without_cancelled(substitute(e.residuals[i], put), e.variables);
       if (changed == e.residuals[i]) continue;
       e.residuals[i] = changed;
-      e.notes[i] = "with the new unknowns put in";
+      e.notes[i] = "with the new unknowns substituted";
       log.push_back(text(e.labels[i], " becomes  0 = ", to_text(changed)));
     }
   }
@@ -178,7 +178,7 @@ Expr introduce(Equations& e, const SharedPair& p, std::vector<std::string>& log)
   e.variables.push_back(w);
   for (std::size_t i : p.rows) {
     e.residuals[i] = without_cancelled(substitute(e.residuals[i], {{u, w - other}}), e.variables);
-    e.notes[i] = "with the new unknown put in";
+    e.notes[i] = "with the new unknown substituted";
   }
   e.residuals.push_back(w - value);
   e.labels.push_back(text("(", e.labels.size() + 1, ")"));

@@ -81,11 +81,19 @@ std::string grouped(const std::vector<Expr>& list) {
   return join(names, ", ");
 }
 
+/// A value of a parameter: a short decimal where it has one, L = 0.5 beside g = 9.81.
+std::string value_text(Expr value) {
+  const mpz_class six_places = 1'000'000;
+  const mpq_class* q = exact_value(value);
+  const bool decimal = q && q->get_den() != 1 && six_places % q->get_den() == 0;
+  return decimal ? rounded(constant_value(value), 10) : to_text(value);
+}
+
 std::string parameter_values(const Model& m) {
   std::vector<std::string> words;
   for (Expr p : m.parameters) {
     const auto it = m.values.find(p);
-    words.push_back(to_text(p) + (it == m.values.end() ? " (no value)" : " = " + to_text(it->second)));
+    words.push_back(to_text(p) + (it == m.values.end() ? " (no value)" : " = " + value_text(it->second)));
   }
   return join(words, ", ");
 }

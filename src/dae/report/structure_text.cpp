@@ -116,8 +116,8 @@ std::string verdict_text(const StructureReport& s) {
   const std::size_t n = s.model->variables.size();
   switch (s.verdict) {
     case Verdict::structurally_singular:
-      return "structurally singular: no unknown can be assigned to every equation, so there is no structural "
-             "index";
+      return "structurally singular: no unknown can be assigned to every "
+             "equation, so there is no structural index";
     case Verdict::identically_singular:
       return singular_text(s);
     case Verdict::singular_here:

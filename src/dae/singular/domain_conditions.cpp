@@ -1,35 +1,26 @@
 #include "dae/singular/domain_conditions.hpp"
 
 #include <algorithm>
-#include <unordered_map>
 #include <unordered_set>
 
 #include "base/error.hpp"
+#include "base/lru_cache.hpp"
 #include "dae/analysis/determinant_factors.hpp"
 #include "dae/model/truncated_text.hpp"
+#include "expr/graph/depends_on.hpp"
 #include "expr/graph/derivative.hpp"
 
 namespace pendula::dae {
 namespace {
 
-bool varies(Expr e) {
-  const std::vector<Expr> inside = leaves({&e, 1});
-  return std::any_of(inside.begin(), inside.end(), [](Expr leaf) {
-    const Kind kind = symbol_of(leaf).kind;
-    return kind != Kind::parameter && kind != Kind::constant;
-  });
-}
-
 /// What must vanish where a denominator does. Long ones are taken as they are: to factor them takes longer
 /// than it helps.
-const std::vector<Expr>& factors_of(Expr denominator) {
+std::vector<Expr> factors_of(Expr denominator) {
   constexpr std::size_t long_expression = 60, most = 20000;  // nodes; denominators remembered
-  static std::unordered_map<Expr, std::vector<Expr>> known;
-  const auto found = known.find(denominator);
-  if (found != known.end()) return found->second;
-  if (known.size() >= most) known.clear();
+  static LruCache<Expr, std::vector<Expr>> known(most);
+  if (const auto* factors = known.find(denominator)) return *factors;
   const bool is_long = topological(std::vector{denominator}).size() > long_expression;
-  return known[denominator] = is_long ? std::vector{denominator} : vanishing_factors(denominator);
+  return known.insert(denominator, is_long ? std::vector{denominator} : vanishing_factors(denominator));
 }
 
 class Collector {

@@ -22,7 +22,7 @@ struct LargeBlock {
   /// J itself, which must be regular; no rows where that follows from the gradients (`definite`) or J is
   /// constant.
   Matrix jacobian;
-  /// What is needed to say what is lost: names of all equations of the block, and what they determine.
+  /// For messages about a lost rank: names of all equations of the block, and what they determine.
   Matrix all;
   std::vector<std::string> equations;
   std::vector<Expr> determined;

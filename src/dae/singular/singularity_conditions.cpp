@@ -15,6 +15,7 @@
 #include "dae/rank/rank.hpp"
 #include "dae/regularise/regularise.hpp"
 #include "dae/structure/balance.hpp"
+#include "expr/graph/depends_on.hpp"
 #include "expr/graph/evaluator.hpp"
 #include "expr/linalg/linalg.hpp"
 #include "expr/print/print.hpp"
@@ -56,10 +57,8 @@ bool reachable(const Model& m, const Analysis& a, Expr factor, const Accept& acc
   }
   rows = at_values(rows, m.values);
   std::vector<Expr> unknowns;
-  for (Expr leaf : leaves(rows)) {
-    const auto kind = symbol_of(leaf).kind;
-    if (kind != Kind::parameter && kind != Kind::constant) unknowns.push_back(leaf);
-  }
+  for (Expr leaf : leaves(rows))
+    if (is_varying(leaf)) unknowns.push_back(leaf);
   if (unknowns.empty()) return false;  // at the values of the parameters the factor is a number
   const std::vector<Entry> slopes = sparse_jacobian(rows, unknowns);
   std::vector<Expr> outputs = rows;

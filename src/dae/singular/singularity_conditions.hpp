@@ -13,13 +13,13 @@
 
 namespace pendula::dae {
 
-/// What a form divided by (Model::singularity_conditions), and the factors of the determinant of the system Jacobian of the
-/// model that it was made from: where one of them vanishes, derivatives or algebraic variables are no longer
-/// determined, whatever the form. Factors of parameters alone, and factors that no consistent point makes 0
-/// at the model's parameter values, are left out; `all`: the latter are kept, for other values.
-/// Written in unknowns of `model`. Empty where the analysis is not regular. Not covered: blocks of more than
-/// four equations, but for factors of the mass matrix of up to four coupled coordinates. Cost: that of
-/// determinant_factors(), remembered.
+/// Divisors of a form (Model::singularity_conditions), and the factors of the determinant of the system
+/// Jacobian of the model that it was made from: where one of them vanishes, derivatives or algebraic
+/// variables are no longer determined, whatever the form. Factors of parameters alone, and factors that no
+/// consistent point makes 0 at the model's parameter values, are left out; `all`: the latter are kept, for
+/// other values. Written in unknowns of `model`. Empty where the analysis is not regular. Not covered: blocks
+/// of more than four equations, but for factors of the mass matrix of up to four coupled coordinates. Cost:
+/// that of determinant_factors(), remembered.
 std::vector<SingularityCondition> singularity_conditions(const ModelPtr& model, bool all = false);
 
 /// "x ≠ 0, y ≠ 0": what the form divided by.

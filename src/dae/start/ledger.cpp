@@ -83,9 +83,10 @@ std::optional<double> ConsistentState::value_for(const Model& other, Expr leaf) 
   };
   if (const auto here = known(leaf)) return here;
   if (const auto here = known(resolve(*model, leaf))) return here;
-  for (const auto& [old, meaning] : other.relations)  // `other` renamed it: v for q′
-    if (meaning == leaf)
-      if (const auto here = known(resolve(*model, old))) return here;
+  for (const Model* form = &other; form; form = form->parent.get())
+    for (const auto& [old, meaning] : form->relations)  // the form renamed it: v for q′
+      if (meaning == leaf)
+        if (const auto here = known(resolve(*model, old))) return here;
   return {};
 }
 

@@ -11,6 +11,7 @@
 #include "dae/model/first_order.hpp"
 #include "dae/model/lineage.hpp"
 #include "dae/model/make_model.hpp"
+#include "dae/model/model_key.hpp"
 #include "dae/reduce/reduce.hpp"
 #include "dae/start/start_system.hpp"
 #include "expr/graph/derivative.hpp"
@@ -296,17 +297,25 @@ bool stays_in(const Region& region, const ConsistentState& start) {
 
 Regimes::Regimes(ModelPtr model) : model_(std::move(model)), choices_(*model_) {}
 
-bool Regimes::differ() const {
-  constexpr std::size_t few = 3, most = 20, affordable = 100;  // choices; unknowns
-  const Model& m = *model_;
-  if (choices_.size() == 0 || choices_.size() > most || m.variables.size() > affordable) return false;
-  if (m.residuals.size() != m.variables.size()) return false;
+static bool find_difference(const Model& m) {
+  constexpr std::size_t few = 3, most = 20;
+  const Choices choices(m);
+  if (choices.size() == 0 || choices.size() > most) return false;
   if (std::any_of(m.residuals.begin(), m.residuals.end(), is_complementarity)) return true;
-  if (choices_.size() > few) return false;
+  if (choices.size() > few) return false;
   const std::string whole = answer(m);
-  for (std::uint64_t choice = 0; choice < std::uint64_t{1} << choices_.size(); ++choice)
-    if (answer(choices_.region(choice).model) != whole) return true;
+  for (std::uint64_t choice = 0; choice < std::uint64_t{1} << choices.size(); ++choice)
+    if (answer(choices.region(choice).model) != whole) return true;
   return false;
+}
+
+bool regimes_differ(const Model& m) {
+  constexpr std::size_t affordable = 100;
+  if (m.variables.size() > affordable || m.residuals.size() != m.variables.size()) return false;
+  static ModelCache<bool> known(cached_models);
+  const ModelKey key = key_of(m);
+  if (const bool* differ = known.find(key)) return *differ;
+  return known.insert(key, find_difference(m));
 }
 
 const Regime& Regimes::regime(std::uint64_t choice) {

@@ -38,14 +38,15 @@ struct RegimeStart {
   std::vector<double> slack;  ///< of each margin: what rounding may take from one that stays 0
 };
 
+/// Some regimes have another index, or fewer degrees of freedom, than the model as a whole; also where an equation
+/// is 0 = min(…) or 0 = max(…). Models of more than 100 unknowns or 20 choices are not asked.
+bool regimes_differ(const Model& model);
+
 class Regimes {
  public:
   /// A model as it was written: no reduced form.
   explicit Regimes(ModelPtr model);
 
-  /// Some regimes have another index, or fewer degrees of freedom, than the model as a whole; also where an
-  /// equation is 0 = min(…) or 0 = max(…).
-  bool differ() const;
   std::size_t choices() const { return choices_.size(); }
   const Regime& regime(std::uint64_t choice);
   std::uint64_t active(const std::unordered_map<Expr, double>& values) const {

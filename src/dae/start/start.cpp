@@ -176,8 +176,10 @@ ConsistentStatePtr init(const ModelPtr& model, const StartRequest& request) {
   StartSolution solution = solve_start(s);
   if (!solution.solved && !solution.defined) explain_undefined(s);
   if (!solution.solved && solution.stuck >= 0) explain_stuck(s, static_cast<std::size_t>(solution.stuck));
+  if (!solution.solved)
+    if (StartSolution other = solve_from_afar(model, s); other.solved) solution = std::move(other);
   if (!solution.solved && request.nearest) solution = nearest_start(s);
-  if (!solution.solved) explain_conflict(model, s, solution);
+  if (!solution.solved) explain_conflict(s, solution);
   clean(s, solution.w, solution.slow);
   const Freedom open = freedom(s, solution.w, solution.slow);
   if (!request.nearest && !solution.slow) require_regular_point(model, s, solution.w, open.count == 0);

@@ -3,7 +3,8 @@
 // start_system: the equations of a start (index-1 form, invariants, fixed values) in units of their own, estimated in
 // start_magnitudes. start_solve: damped Gauss-Newton through a list of attempts. start_freedom: which values are
 // still free. start_nearest: contradictory values moved as little as possible. start_branches: other solutions for
-// the same fixed values. start_errors: messages. ledger: the printed table.
+// the same fixed values. start_conflict: values without
+// a start, interval_proof: whether that is proved. start_errors: other messages. ledger: the printed table.
 //
 // A consistent start has values of every state, derivative and algebraic variable that satisfy the equations and all
 // hidden constraints. `fix` is a condition, `guess` only a starting point; nothing else ever becomes an

@@ -42,7 +42,7 @@ ConsistentStatePtr start_in_region(const ModelPtr& model, const StartRequest& re
   if (!model->form.empty() || !model->invariants.empty() || model->variables.size() > affordable)
     return nullptr;
   Regimes regimes(model);
-  if (regimes.choices() > most_choices || !regimes.differ()) return nullptr;
+  if (regimes.choices() > most_choices || !regimes_differ(*model)) return nullptr;
   std::string why;
   std::size_t reasons = 0;
   const auto refused = [&](const Regime& regime, const std::string& reason) {

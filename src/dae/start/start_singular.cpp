@@ -80,6 +80,14 @@ bool stays_singular(const ModelPtr& model, const std::unordered_map<Expr, double
   return false;
 }
 
+/// x′ = f of a form: f was divided by what vanishes there, and says nothing about the model.
+void refuse_division(const ModelPtr& model, const std::unordered_map<Expr, double>& point) {
+  if (!stays_singular(model, point)) return;
+  throw Error(text("the start lies on a singular point (", vanishing(model, point), "), where form \"",
+                   model->form, "\" is not equivalent to the model: it has divided by what is 0 there.\n",
+                   "  Start beside it: other values in fix or guess"));
+}
+
 /// x′ and z of the solution that continues smoothly, if the differentiated equations determine them at the point
 /// with these states: t x′ = -x + 2 t at t = 0 differentiated gives x′ = 1.
 struct Continuation {
@@ -121,7 +129,8 @@ Continuation smooth_continuation(const StartSystem& s, const Vec& w) {
     Continuation found{"", true};
     for (std::size_t j = 0; j < asked.size(); ++j) {
       const Index at = held + static_cast<Index>(j);
-      words.push_back(text(to_text(asked[j]), " = ", rounded(solution->w[at], 6)));
+      const double value = solution->w[at], noise = 1e-12 * s.unit[at];
+      words.push_back(text(to_text(asked[j]), " = ", rounded(std::fabs(value) <= noise ? 0 : value, 6)));
       found.is_here = found.is_here &&
                       std::fabs(solution->w[at] - start[at]) <= 1e-6 * (s.unit[at] + std::fabs(start[at]));
     }
@@ -148,6 +157,8 @@ void require_regular_point(const ModelPtr& model, const StartSystem& s, const Ve
   const Mat J = top_jacobian_at(s, w);
   if (J.size() == 0 || !J.allFinite()) return;
   const RankGap rank = rank_with_gap(J);
+  if (rank.rank == J.rows() && s.low->kind == ModelKind::ode && !s.low->form.empty())
+    refuse_division(model, s.point(w));
   if (rank.rank == J.rows() || !(rank.gap >= clear_gap)) return;
   const std::vector<Expr> unknowns = unknowns_of_step(*s.low);
   std::vector<Expr> open;

@@ -7,6 +7,7 @@
 #include "base/decompositions.hpp"
 #include "base/interrupt.hpp"
 #include "dae/model/lineage.hpp"
+#include "dae/points/interval_proof.hpp"
 #include "dae/start/start_system.hpp"
 
 namespace pendula::dae {
@@ -360,6 +361,36 @@ StartSolution solve_start(const StartSystem& s, const Selection& selection) {
   }
   best.defined = defined;
   return best;
+}
+
+/// Intervals prove that the rows have no solution at the fixed values.
+static bool is_impossible(const StartSystem& s) {
+  auto known = s.known;
+  for (std::size_t k = 0; k < s.fixes(); ++k)
+    if (const auto j = s.fixed_unknown(k)) known[s.unknowns[*j]] = s.request.fix[k].second;
+  return has_no_solution({s.rows.data(), s.first_fix}, known);
+}
+
+StartSolution solve_from_afar(const ModelPtr& model, const StartSystem& s) {
+  constexpr std::size_t most_unknowns = 60;
+  constexpr int most_points = 48;
+  constexpr double sizes[] = {1, -1, 3, -3, 0.3, -0.3};  // in units
+  if (s.unknowns.size() > most_unknowns || is_impossible(s)) return {};
+  const std::vector<char> fixed = s.fixed(), guessed = s.guessed();
+  std::vector<Index> open;
+  for (std::size_t j = 0; j < s.unknowns.size(); ++j)
+    if (!fixed[j] && !guessed[j]) open.push_back(static_cast<Index>(j));
+  int points = 0;
+  for (double size : sizes)
+    for (Index j : open) {
+      if (++points > most_points) return {};
+      StartRequest request = s.request;
+      request.guess.emplace_back(s.unknowns[j], size * s.unit[j]);
+      const StartSystem near(model, request);
+      StartSolution found = gauss_newton(near, first_point(near, 0), {{}, fixed});
+      if (found.solved) return found;
+    }
+  return {};
 }
 
 }  // namespace pendula::dae

@@ -16,7 +16,8 @@
 
 namespace pendula::dae {
 
-/// What of a StartSystem depends on which values are fixed, not on the values: starts of one kind share it.
+/// The part of a StartSystem that depends on which values are fixed, not on the values: starts of one kind
+/// share it.
 struct StartEquations {
   ModelPtr model, low;
   std::vector<Expr> unknowns, rows;
@@ -109,10 +110,13 @@ constexpr Eigen::Index dense_up_to = 250;
 /// the opposite signs, and further away.
 StartSolution solve_start(const StartSystem& s, const Selection& selection = {});
 constexpr int start_attempts = 5;
+/// Where the guess leads nowhere: with a guess for one more unknown after the other. Small models only, and not where
+/// intervals prove that there is no solution.
+StartSolution solve_from_afar(const ModelPtr& model, const StartSystem& s);
 /// Values that are fixed, unless their row is not selected, are as given; guesses too at the first attempt.
 Vec first_point(const StartSystem& s, int attempt, const Selection& selection = {}, bool keep_guess = false);
 
-/// What a start leaves open, from the Jacobian at it.
+/// Values that a start leaves free, from the Jacobian at it.
 struct Freedom {
   std::vector<char> redundant;     ///< by fix: determined by the equations and the fixes before it
   int rank_equations = 0;          ///< of the rows that are no fixes
@@ -127,10 +131,10 @@ Freedom freedom(const StartSystem& s, const Vec& w, bool slow = false);
 /// The same by sparse elimination, for large systems; without `undetermined`.
 Freedom sparse_freedom(const StartSystem& s, const Eigen::SparseMatrix<double>& J);
 
-/// Errors. What each says: start_errors.cpp.
+/// Errors. What each says: start_errors.cpp, start_conflict.cpp.
 [[noreturn]] void explain_undefined(const StartSystem& s);
 [[noreturn]] void explain_stuck(const StartSystem& s, std::size_t row);
-[[noreturn]] void explain_conflict(const ModelPtr& model, const StartSystem& s, const StartSolution& failed);
+[[noreturn]] void explain_conflict(const StartSystem& s, const StartSolution& failed);
 [[noreturn]] void explain_freedom(const ModelPtr& model, const StartSystem& s, const Vec& w,
                                   const Freedom& open);
 
@@ -155,6 +159,9 @@ std::string redundancy_hint(const ModelPtr& model, const std::vector<Expr>& open
 /// Throws Failure where no stationary point was found.
 StartSolution nearest_start(const StartSystem& s);
 
+std::vector<Expr> unknowns_in(const StartSystem& s, Expr e);
+/// "x = 3, y = 0.5"
+std::string values_of(const std::vector<Expr>& list, const std::unordered_map<Expr, double>& point);
 /// How a leaf is written as a key of fix and guess: "x = ", "[q[3].dot] = ".
 std::string key_text(Expr leaf);
 /// "sys:init{ fix = { x = 0.6, [x.dot] = 0 } }".

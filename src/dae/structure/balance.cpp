@@ -119,8 +119,10 @@ std::string imbalance(const Model& m) {
   if (!blocks.over.rows.empty() && origins(m, blocks.over.rows).empty())
     out +=
         "\n  Remove one of the equations that are too many, or declare what should follow from it with var.";
-  else if (!blocks.over.rows.empty())
+  else if (!blocks.over.rows.empty()) {
     out += "\n  These parts fix the same quantity twice: remove one, or put another part between them.";
+    if (equations == unknowns) return out;  // without it what is too few has its equation again
+  }
   if (blocks.under.columns.empty()) return out;
   std::vector<std::string> calls;
   std::vector<int> given = possible_inputs(m, blocks);

@@ -1,4 +1,4 @@
-// Which equations are too many and which unknowns have none, in the user's words.
+// Surplus equations and unknowns without an equation, in the user's words.
 #pragma once
 
 #include "dae/model/model.hpp"

@@ -9,16 +9,12 @@
 #include "dae/model/equation_lines.hpp"
 #include "dae/model/lineage.hpp"
 #include "dae/model/solved_rows.hpp"
+#include "expr/graph/depends_on.hpp"
 #include "expr/graph/taylor.hpp"
 #include "expr/print/print.hpp"
 #include "expr/rewrite/rewrite.hpp"
 
 namespace pendula::dae {
-
-static bool varies(Expr leaf) {
-  const auto kind = symbol_of(leaf).kind;
-  return kind != Kind::parameter && kind != Kind::constant;
-}
 
 Substitution kinematics(const Model& m) {
   const auto z = m.algebraic(), top = m.top_derivatives();
@@ -26,11 +22,8 @@ Substitution kinematics(const Model& m) {
   unknown.insert(top.begin(), top.end());
   Substitution known;
   for (const Solved& row : solved_rows(m)) {
-    const auto inside = leaves({&row.f, 1}), divisor = leaves({&row.slope, 1});
-    if (std::any_of(divisor.begin(), divisor.end(), varies))
-      continue;  // t x′ = f says nothing about x′ at t = 0
-    if (std::none_of(inside.begin(), inside.end(), [&](Expr leaf) { return unknown.count(leaf) > 0; }))
-      known[row.derivative] = row.f;
+    if (varies(row.slope)) continue;  // t x′ = f says nothing about x′ at t = 0
+    if (!depends_on_any(row.f, unknown)) known[row.derivative] = row.f;
   }
   return known;
 }
@@ -122,7 +115,7 @@ class Differentiation {
              text("   is differentiated ", n == 1   ? "once"
                                            : n == 2 ? "twice"
                                                     : text(n, " times")));
-    tell_why(residual, lines_of_rows);
+    if (told_ < most_told) tell_why(residual, lines_of_rows);
     const VecX given = residual;
     for (int k = 0; k < most; ++k) {
       for (std::size_t r = 0; r < rows; ++r) {

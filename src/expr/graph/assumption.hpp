@@ -1,4 +1,4 @@
-// What the user knows about a symbol: that it is greater than 0, as masses, lengths and stiffnesses are.
+// Assumptions about a symbol: that it is greater than 0, as masses, lengths and stiffnesses are.
 #pragma once
 
 #include "expr/graph/graph.hpp"

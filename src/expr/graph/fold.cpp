@@ -57,6 +57,30 @@ std::optional<mpq_class> exact_root(const mpq_class& q) {
   return mpq_class(sqrt(q.get_num()), sqrt(q.get_den()));
 }
 
+/// The largest s for which s² divides n, by factors up to 1000.
+mpz_class square_part(mpz_class n) {
+  constexpr unsigned long last = 1000;
+  mpz_class square = 1;
+  for (unsigned long p = 2; p <= last && n >= p * p; ++p)
+    while (mpz_divisible_ui_p(n.get_mpz_t(), p * p) != 0) {
+      n /= p * p;
+      square *= p;
+    }
+  return square;
+}
+
+/// √8 = 2 √2, √(3/4) = √3/2; nothing where no square can be taken out, or in a measured √9.81.
+std::optional<Expr> without_squares(const mpq_class& q) {
+  constexpr std::size_t longest = 64;  // bits
+  if (mpz_sizeinbase(q.get_num_mpz_t(), 2) > longest || mpz_sizeinbase(q.get_den_mpz_t(), 2) > longest ||
+      mpz_divisible_ui_p(q.get_den_mpz_t(), 5) != 0)
+    return {};
+  const mpq_class outside(square_part(q.get_num()), square_part(q.get_den()));
+  if (outside == 1) return {};
+  return Expr(mpq_class(outside.get_num())) * sqrt(Expr(mpq_class(q / (outside * outside)))) /
+         Expr(mpq_class(outside.get_den()));
+}
+
 /// The exact result of an operation on rationals, where it is rational.
 std::optional<mpq_class> exact_result(Op op, const mpq_class& a, const mpq_class& b) {
   switch (op) {
@@ -108,6 +132,8 @@ std::optional<Expr> fold_constants(Op op, Expr a, Expr b) {
     if (!std::isfinite(value)) undefined(op, a, b);
     if (!binary)
       if (const auto angle = known_angle(op, *qa)) return angle;
+    if (op == Op::sqrt)
+      if (const auto root = without_squares(*qa)) return root;
     if (keeps_exact(op) && std::fabs(value) < 1e300) return {};
     return Expr(value);
   }
@@ -331,12 +357,13 @@ std::optional<mpq_class> simplest_rational(double value) {
 Expr parse_number(const std::string& word) {
   std::string number = word;
   std::erase_if(number, [](char ch) { return ch == ' '; });
+  const std::string shown = word.size() > 60 ? word.substr(0, 40) + "…" : word;
   const auto bad = [&]() -> Error {
-    return Error(text("'", word, "' is not a number; write 3, 1/3, 0.25 or 1e-3"));
+    return Error(text("'", shown, "' is not a number; write 3, 1/3, 0.25 or 1e-3"));
   };
   if (const auto slash = number.find('/'); slash != std::string::npos) {
     const Expr low = parse_number(number.substr(slash + 1));
-    if (low.is_zero()) throw Error(text("'", word, "' divides by zero"));
+    if (low.is_zero()) throw Error(text("'", shown, "' divides by zero"));
     return parse_number(number.substr(0, slash)) / low;
   }
   std::string digits;
@@ -368,6 +395,8 @@ Expr parse_number(const std::string& word) {
   const mpz_class mantissa(digits, 10);  // base 10: by itself GMP reads "025" as octal
   mpq_class q = exponent < 0 ? mpq_class(mantissa, scale) : mpq_class(mantissa * scale);
   q.canonicalize();
+  if (!std::isfinite(q.get_d()))
+    throw Error(text("'", shown, "' is beyond all numbers (at most 1.8e308): choose other units"));
   return Expr(q);
 }
 

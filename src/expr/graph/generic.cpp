@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <unordered_map>
 
 #include "base/error.hpp"
@@ -298,9 +299,18 @@ struct Real {
   bool is_zero() const { return std::fabs(value) <= 16 * error; }
 };
 
-/// An operation with its rounding and the operands' errors times the slopes.
+/// exp(-800) is not 0, nor is 1/cosh(800): what lies outside the range of doubles.
+bool is_out_of_range(Op op, double value, const std::array<Real, 3>& x, int arity) {
+  if (std::fabs(value) >= std::numeric_limits<double>::min()) return false;
+  if (op != Op::exp && op != Op::mul && op != Op::div && op != Op::pow) return false;
+  return std::all_of(x.begin(), x.begin() + arity,
+                     [&](const Real& r) { return r.value != 0 || op == Op::exp; });
+}
+
+/// An operation with its rounding and the operands' errors times the slopes; NaN outside the range of doubles.
 Real operation(Op op, const std::array<Real, 3>& x, int arity) {
   const double value = apply(op, x[0].value, x[1].value, x[2].value);
+  if (is_out_of_range(op, value, x, arity)) return {std::numeric_limits<double>::quiet_NaN(), 0};
   double error = unit * std::fabs(value);
   for (int i = 0; i < arity; ++i) {
     if (x[i].error == 0) continue;

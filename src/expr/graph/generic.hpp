@@ -1,4 +1,4 @@
-// What is true of an expression at almost all values of its symbols, found at random points.
+// Generic properties: true at almost all values of the symbols, found at random points.
 //
 // Expressions are evaluated modulo the prime 2⁶¹ - 1: exact, so that elimination may run on the values. A
 // rational function that is not identically zero vanishes there with probability below degree/10¹⁸ (Schwartz,
@@ -27,7 +27,7 @@ struct Residue {
 /// The outputs at a random point. Throws Error if one divides by what vanishes for all values.
 std::vector<Residue> residues(std::span<const Expr> outputs);
 
-/// What stands for ifelse, abs, sign, min and max: a value of its own, or one of the two regions.
+/// The substitute of ifelse, abs, sign, min and max: a value of its own, or one of the two regions.
 enum class Pieces { drawn, first, second };
 
 /// The outputs at the point of a seed; empty if they are not defined there (a division by zero).

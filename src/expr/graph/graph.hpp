@@ -222,9 +222,13 @@ class NodeMap {
   T& operator[](Expr e) {
     if (e.id() >= stamps_.size()) {
       const std::size_t size = std::max(graph_size(), std::size_t{e.id()} + 1);
-      stamps_.resize(size + size / 2, 0), values_.resize(size + size / 2);
+      stamps_.resize(size + size / 2, 0);
+      values_.resize(size + size / 2);
     }
-    if (stamps_[e.id()] != stamp_) stamps_[e.id()] = stamp_, values_[e.id()] = T();
+    if (stamps_[e.id()] != stamp_) {
+      stamps_[e.id()] = stamp_;
+      values_[e.id()] = T();
+    }
     return values_[e.id()];
   }
 

@@ -1,4 +1,4 @@
-// What rewriting and code generation ask of a row of ops.def, beside what graph.hpp knows.
+// Properties of operations for rewriting and code generation, beside those in graph.hpp.
 #pragma once
 
 #include "expr/graph/graph.hpp"

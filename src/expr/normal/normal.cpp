@@ -247,6 +247,24 @@ Number NormalForms::take_content(Sum& terms) const {
   return c;
 }
 
+/// With ±(a + b) as a and b: what is left of (x + (a + b)/2) when 1/2 is taken out.
+static Sum flattened(const NormalForms& forms, Sum terms) {
+  constexpr std::size_t most = 64;
+  Sum flat;
+  for (Term& t : terms) {
+    const bool unit = t.coefficient.is(1) || t.coefficient.is(-1);
+    const bool alone = unit && t.factors.size() == 1 && t.factors[0].exponent == 1 &&
+                       forms.atom(t.factors[0].atom).kind == AtomKind::sum;
+    const Sum* inside = alone ? &forms.sum(forms.atom(t.factors[0].atom).args[0]) : nullptr;
+    if (!inside || inside->size() > most) {
+      flat.push_back(std::move(t));
+      continue;
+    }
+    for (const Term& part : *inside) flat.push_back({t.coefficient * part.coefficient, part.factors});
+  }
+  return flat;
+}
+
 void NormalForms::multiply(Term& term, SumId base, const mpq_class& exponent) {
   if (exponent.get_den() != 1) return multiply_root(term, base, exponent);
   const Sum& terms = sum(base);
@@ -272,7 +290,7 @@ void NormalForms::multiply(Term& term, SumId base, const mpq_class& exponent) {
     }
     term.coefficient = term.coefficient * *c;
     for (const Factor& f : common.factors) term.factors.push_back({f.atom, f.exponent * exponent});
-    term.factors.push_back({sum_atom(intern(std::move(rest))), exponent});
+    term.factors.push_back({sum_atom(intern(flattened(*this, std::move(rest)))), exponent});
   }
 }
 

@@ -72,7 +72,7 @@ struct Term {
 
 using Sum = std::vector<Term>;  ///< by factors, coefficients not zero; empty is 0
 
-/// What ordering and eliding need to know about an atom or a sum.
+/// Properties of an atom or a sum that ordering and eliding use.
 struct Traits {
   int order = 0;   ///< highest time derivative in it
   int level = -1;  ///< 2 has variables, 1 has inputs or t, 0 has parameters, -1 numbers only
@@ -92,7 +92,7 @@ struct Atom {
   Traits traits;
 };
 
-/// What decides the place of a term among others, computed once per term.
+/// Sort key of a term, computed once per term.
 struct TermKey {
   Traits traits;
   std::vector<Factor> leaves[3];  ///< leaf factors by level, highest derivative first

@@ -42,9 +42,8 @@ SumId NormalForms::form(Expr e) {
     for (Expr operand : node.operands())
       if (r == Role::other || role(operand) != r) head[operand] = true;
   }
-  std::size_t count = 0;
   for (Expr node : order) {
-    if (++count % 256 == 0) poll_interrupt();
+    poll_interrupt();
     if (head.contains(node) && !memo_.contains(node)) {
       const SumId s = rewritten_sum(form_of_head(node));
       memo_[node] = s;

@@ -50,7 +50,7 @@ class Polynomial {
   friend std::optional<Polynomial> gcd(const Polynomial& a, const Polynomial& b);
   /// a/b where b divides a, else nothing.
   friend std::optional<Polynomial> quotient(const Polynomial& a, const Polynomial& b);
-  /// What remains of a modulo the ideal of a Gröbner basis.
+  /// Normal form of a modulo the ideal of a Gröbner basis.
   friend Polynomial remainder(const Polynomial& a, std::span<const Polynomial> basis);
   /// Irreducible over ℚ, with multiplicities, and the constant; nothing where FLINT gives up.
   struct Factors;

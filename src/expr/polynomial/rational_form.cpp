@@ -81,6 +81,10 @@ class Conversion {
   }
 
   Polynomial constant(const mpq_class& c) const { return Polynomial::constant(ring_, c); }
+  /// Whether p is written with a minus first: -p reads better, -1/(a - b).
+  bool leads_with_minus(const Polynomial& p) {
+    return forms_.ordered_terms(sum(p))[0].coefficient.sign() < 0;
+  }
 
  private:
   bool is_inner_sum(const Factor& f) const {
@@ -221,12 +225,16 @@ void append(RationalForm& form, Conversion& conversion, const Polynomial& p, lon
     form.coefficient *= sign > 0 ? c : 1 / c;
     return;
   }
+  const auto put = [&](const Polynomial& base, long n) {
+    const bool turned = conversion.leads_with_minus(base);
+    if (turned && n % 2 != 0) form.coefficient = -form.coefficient;
+    form.powers.push_back({conversion.sum(turned ? conversion.constant(-1) * base : base), sign * n});
+  };
   if (const auto factors = factor && is_factorable(p) ? p.factors() : std::nullopt) {
     form.coefficient *= sign > 0 ? factors->constant : 1 / factors->constant;
-    for (const auto& [base, n] : factors->powers)
-      form.powers.push_back({conversion.sum(base), sign * static_cast<long>(n)});
+    for (const auto& [base, n] : factors->powers) put(base, static_cast<long>(n));
   } else {
-    form.powers.push_back({conversion.sum(p), sign});
+    put(p, 1);
   }
 }
 
@@ -303,7 +311,8 @@ Quotient quotient_of(Expr e) {
     conversion.prepare({&s, 1});
     const Fraction f = shortest(conversion, conversion.fraction(s));
     if (f.above.is_zero()) return {0, 1};
-    return {forms.build(conversion.sum(f.above)), forms.build(conversion.sum(f.below))};
+    const Polynomial sign = conversion.constant(conversion.leads_with_minus(f.below) ? -1 : 1);
+    return {forms.build(conversion.sum(sign * f.above)), forms.build(conversion.sum(sign * f.below))};
   } catch (const Unsuitable&) {
     refuse();
   }

@@ -5,6 +5,7 @@
 #include "base/error.hpp"
 #include "base/text.hpp"
 #include "expr/graph/derivative.hpp"
+#include "expr/print/cancellation.hpp"
 
 namespace pendula {
 
@@ -13,7 +14,7 @@ std::string decimal_approximation(Expr e) {
   for (Expr node : topological({&e, 1}))
     if (node.op() == Op::call || (node.is_symbol() && symbol_of(node).kind != Kind::constant)) return "";
   try {
-    const double value = evaluate({&e, 1}, {})[0];
+    const double value = value_without_cancellation(e, {}).value_or(evaluate({&e, 1}, {})[0]);
     return std::isfinite(value) ? "≈ " + rounded(value, 10) : "";
   } catch (const Error&) {  // a linear system that is singular
     return "";

@@ -71,11 +71,6 @@ class Latex final : public Notation {
     return "\\left(" + inside + "\\right)";
   }
 
-  std::string fraction_or_decimal(const Number& magnitude) const override {
-    const NumberText n = numbers(magnitude);
-    return n.below.empty() ? n.above : "\\frac" + braced(n.above) + braced(n.below);
-  }
-
   Piece symbol(const Symbol& s) const override {
     if (s.component > 0) {
       const SplitName name = split_name(s.vector);

@@ -1,5 +1,7 @@
 #include "expr/print/print.hpp"
 
+#include <algorithm>
+
 #include "base/text.hpp"
 #include "expr/print/print_writer.hpp"
 
@@ -43,10 +45,18 @@ std::string grid(const std::vector<std::vector<std::string>>& cells) {
   return join(lines, "\n");
 }
 
+/// amsmath's matrices have ten columns at most, an array as many as it says.
 std::string bmatrix(const std::vector<std::vector<std::string>>& cells) {
   std::vector<std::string> rows;
   for (const auto& row : cells) rows.push_back(join(row, " & "));
-  return "\\begin{bmatrix} " + join(rows, " \\\\ ") + " \\end{bmatrix}";
+  const bool tall = std::any_of(rows.begin(), rows.end(), [](const std::string& row) {
+    return row.find("\\frac") != std::string::npos;
+  });
+  const std::string body = join(rows, tall ? " \\\\[1ex] " : " \\\\ ");
+  if (!cells.empty() && cells[0].size() > 10)
+    return "\\left[\\begin{array}{" + std::string(cells[0].size(), 'c') + "} " + body +
+           " \\end{array}\\right]";
+  return "\\begin{bmatrix} " + body + " \\end{bmatrix}";
 }
 
 }  // namespace

@@ -22,7 +22,6 @@ class Notation {
  public:
   virtual ~Notation() = default;
 
-  virtual std::string fraction_or_decimal(const Number& magnitude) const = 0;  ///< requires a number ≥ 0
   virtual Piece symbol(const Symbol& s) const = 0;
   virtual Piece column(const std::string& name, int order) const = 0;
   virtual Piece unit_vector(int i) const = 0;

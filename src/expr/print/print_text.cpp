@@ -65,11 +65,6 @@ class Unicode final : public Notation {
  public:
   std::string parenthesised(const std::string& inside) const override { return "(" + inside + ")"; }
 
-  std::string fraction_or_decimal(const Number& magnitude) const override {
-    const NumberText n = number_text(magnitude);
-    return n.below.empty() ? n.above : n.above + "/" + n.below;
-  }
-
   Piece symbol(const Symbol& s) const override {
     std::string name = pretty_name(s.name);
     if (s.component > 0) name = column_name(s.vector) + subscript(s.component);
@@ -96,7 +91,8 @@ class Unicode final : public Notation {
 
   Piece product(const Number& coefficient, std::vector<Piece> above,
                 std::vector<Piece> below) const override {
-    const NumberText c = above.empty() ? number_text(coefficient) : coefficient_text(coefficient);
+    const NumberText c =
+        above.empty() && below.empty() ? number_text(coefficient) : coefficient_text(coefficient);
     if (c.above != "1" || above.empty()) above.insert(above.begin(), {c.above});
     if (!c.below.empty()) below.insert(below.begin(), {c.below});
     if (above.size() == 1 && below.empty()) return above[0];

@@ -14,14 +14,14 @@ constexpr int shown_nesting = 8;
 constexpr std::size_t shown_pieces = 400;
 constexpr double small_part = 60;
 
-/// A term that starts a sum with a minus gives way to a positive one of the same rank.
+/// A term that starts a sum with a minus gives way to a positive one; -x² - x + 1 keeps its order.
 void positive_first(const NormalForms& forms, std::vector<Item>& list) {
   if (list.size() < 2 || list[0].term.coefficient.sign() > 0) return;
   const Traits first = forms.traits_of(list[0].whole);
   for (std::size_t i = 1; i < list.size(); ++i) {
     const Traits t = forms.traits_of(list[i].whole);
-    if (list[i].term.coefficient.sign() < 0 || t.order != first.order) continue;
-    if (t.level != first.level && list.size() > 2) continue;
+    if (list[i].term.coefficient.sign() < 0) continue;
+    if (list.size() > 2 && first.order == 0 && t.level != first.level) continue;
     std::rotate(list.begin(), list.begin() + static_cast<long>(i), list.begin() + static_cast<long>(i) + 1);
     return;
   }

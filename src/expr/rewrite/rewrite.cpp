@@ -1,10 +1,10 @@
 #include "expr/rewrite/rewrite.hpp"
 
 #include <optional>
-#include <unordered_map>
 
 #include "base/error.hpp"
 #include "base/interrupt.hpp"
+#include "base/lru_cache.hpp"
 #include "expr/graph/assumption.hpp"
 #include "expr/graph/declaration.hpp"
 #include "expr/graph/derivative.hpp"
@@ -276,23 +276,6 @@ SumId Simplifier::rewritten_product(Term term) {
 
 namespace {
 
-// Nodes are never changed, so neither are their simple forms, while the order of the symbols stays.
-class Known {
- public:
-  std::optional<Expr> find(Expr e) const {
-    const auto at = simple_.find(e);
-    return at == simple_.end() ? std::nullopt : std::optional(at->second);
-  }
-  Expr add(Expr e, Expr simple) {
-    constexpr std::size_t most = 1'000'000;
-    if (simple_.size() > most) simple_.clear();
-    return simple_[e] = simple;
-  }
-
- private:
-  std::unordered_map<Expr, Expr> simple_;
-};
-
 Expr simplified(Expr e) {
   // Rounds until nothing changes. If forms alternate, the shortest of them is taken, whichever came first.
   std::vector<std::pair<double, Expr>> seen;
@@ -358,20 +341,22 @@ Expr simplified_or_zero(Expr e) {
 }  // namespace
 
 Expr simplify(Expr e) {
-  static thread_local Known known;
+  // Nodes are never changed, so neither are their simple forms, while the order of the symbols stays.
+  constexpr std::size_t most = 250'000;  // expressions
+  static thread_local LruCache<Expr, Expr> known(most);
   static thread_local RewrittenPatterns patterns;
   static thread_local std::pair<std::size_t, std::uint64_t> known_under;
   if (const std::pair now(assumptions_made(), session_of_declarations()); known_under != now) {
-    known = {};
+    known = LruCache<Expr, Expr>(most);
     patterns = {};
     known_under = now;
   }
   if (e.is_constant()) return simplified(e);
-  if (const auto simple = known.find(e)) return *simple;
+  if (const Expr* simple = known.find(e)) return *simple;
   const auto pattern = pattern_of(e);
-  if (!pattern) return known.add(e, simplified_or_zero(e));
-  if (const auto simple = patterns.find(*pattern)) return known.add(e, *simple);
-  const Expr simple = known.add(e, simplified_or_zero(e));
+  if (!pattern) return known.insert(e, simplified_or_zero(e));
+  if (const auto simple = patterns.find(*pattern)) return known.insert(e, *simple);
+  const Expr simple = known.insert(e, simplified_or_zero(e));
   patterns.add(*pattern, simple);
   return simple;
 }

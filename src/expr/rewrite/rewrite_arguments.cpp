@@ -54,7 +54,8 @@ std::vector<SumId> Simplifier::with_related_arguments(SumId s) {
   return written;
 }
 
-/// sin 2A, cos 3A … in powers of sin A and cos A, where these occur too: 2 sin x cos x - sin 2x = 0.
+/// sin 2A, cos 3A … in powers of sin A and cos A, where these occur too: 2 sin x cos x - sin 2x = 0; cos 2x also
+/// alone: 1 - cos 2x = 2 sin² x.
 std::optional<SumId> Simplifier::with_single_angles(SumId s) {
   const Sum terms = sum(s);
   if (terms.size() > most_related_terms) return {};
@@ -63,10 +64,17 @@ std::optional<SumId> Simplifier::with_single_angles(SumId s) {
     for (const Factor& f : t.factors)
       if (is_function(f.atom, Op::sin) || is_function(f.atom, Op::cos))
         angles.push_back(atom(f.atom).args[0]);
+  std::map<SumId, std::pair<SumId, int>> multiples;  // of an angle that occurs, too
+  for (SumId a : angles)
+    for (int k : {2, 3}) multiples.try_emplace(scaled(a, k), a, k);
   const auto multiple = [&](SumId angle) -> std::optional<std::pair<SumId, int>> {
-    for (SumId a : angles)
-      for (int k : {2, 3})
-        if (scaled(a, k) == angle) return std::pair{a, k};
+    if (const auto known = multiples.find(angle); known != multiples.end()) return known->second;
+    const Sum& inside = sum(angle);
+    const bool even = std::all_of(inside.begin(), inside.end(), [](const Term& t) {
+      return t.coefficient.exact() && t.coefficient.rational().get_den() == 1 &&
+             mpz_even_p(t.coefficient.rational().get_num_mpz_t()) != 0;
+    });
+    if (even) return std::pair{scaled(angle, Number(mpq_class(1, 2))), 2};
     return {};
   };
   Sum whole;

@@ -1,6 +1,7 @@
 #include "expr/rewrite/rewrite_patterns.hpp"
 
 #include <algorithm>
+#include <unordered_map>
 
 #include "expr/graph/declaration.hpp"
 
@@ -64,12 +65,12 @@ std::optional<Pattern> pattern_of(Expr e) {
   return p;
 }
 
-std::optional<Expr> RewrittenPatterns::find(const Pattern& pattern) const {
-  const auto at = known_.find(pattern.key);
-  if (at == known_.end()) return std::nullopt;
+std::optional<Expr> RewrittenPatterns::find(const Pattern& pattern) {
+  const std::vector<Node>* program = known_.find(pattern.key);
+  if (!program) return std::nullopt;
   std::vector<Expr> values;
-  values.reserve(at->second.size());
-  for (const Node& n : at->second) {
+  values.reserve(program->size());
+  for (const Node& n : *program) {
     if (n.op == Op::symbol) {
       const Expr base = pattern.variables[n.operand[0]];
       values.push_back(n.operand[1] == 0 ? base : derivative_leaf(base, static_cast<int>(n.operand[1])));
@@ -85,8 +86,6 @@ std::optional<Expr> RewrittenPatterns::find(const Pattern& pattern) const {
 }
 
 void RewrittenPatterns::add(const Pattern& pattern, Expr result) {
-  constexpr std::size_t most = 20'000;
-  if (known_.size() > most) known_.clear();
   std::vector<Node> program;
   std::unordered_map<Expr, std::uint32_t> number;
   for (Expr node : topological({&result, 1})) {
@@ -107,7 +106,7 @@ void RewrittenPatterns::add(const Pattern& pattern, Expr result) {
     number[node] = static_cast<std::uint32_t>(program.size());
     program.push_back(n);
   }
-  known_[pattern.key] = std::move(program);
+  known_.insert(pattern.key, std::move(program));
 }
 
 }  // namespace pendula

@@ -3,9 +3,9 @@
 #pragma once
 
 #include <optional>
-#include <unordered_map>
 #include <vector>
 
+#include "base/lru_cache.hpp"
 #include "expr/graph/graph.hpp"
 
 namespace pendula {
@@ -24,7 +24,7 @@ std::optional<Pattern> pattern_of(Expr e);
 class RewrittenPatterns {
  public:
   /// The result for the variables of this pattern.
-  std::optional<Expr> find(const Pattern& pattern) const;
+  std::optional<Expr> find(const Pattern& pattern);
   void add(const Pattern& pattern, Expr result);
 
  private:
@@ -33,14 +33,8 @@ class RewrittenPatterns {
     Expr leaf;                 ///< of constants, parameters …
     std::uint32_t operand[3];  ///< earlier nodes; of a variable: its number and the order of its derivative
   };
-  struct Hash {
-    std::size_t operator()(const std::vector<std::uint32_t>& key) const {
-      std::size_t h = key.size();
-      for (std::uint32_t word : key) h = (h ^ word) * 1099511628211ULL;
-      return h;
-    }
-  };
-  std::unordered_map<std::vector<std::uint32_t>, std::vector<Node>, Hash> known_;
+  static constexpr std::size_t most_ = 20'000;  ///< patterns
+  LruCache<std::vector<std::uint32_t>, std::vector<Node>, WordsHash> known_{most_};
 };
 
 }  // namespace pendula

@@ -19,7 +19,7 @@ std::optional<SumId> fold_parity(Simplifier& s, Op op, const Args& x) {
   return p == Parity::even ? positive : s.minus(positive);
 }
 
-/// outer(inner(x)) = x.
+/// outer(inner(x)) = x; acosh(cosh x) = |x|.
 struct Inverse {
   Op outer, inner;
 };
@@ -31,6 +31,7 @@ constexpr Inverse inverses[] = {{Op::log, Op::exp},    {Op::exp, Op::log},    {O
 std::optional<SumId> cancel_inverse(Simplifier& s, Op op, const Args& x) {
   const auto a = s.lone_atom(x[0]);
   if (!a) return {};
+  if (op == Op::acosh && s.is_function(*a, Op::cosh)) return s.function(Op::abs, {s.atom(*a).args[0]});
   for (const Inverse& pair : inverses)
     if (pair.outer == op && s.is_function(*a, pair.inner)) return s.atom(*a).args[0];
   return {};

@@ -1,19 +1,21 @@
 #include "expr/rewrite/tidied.hpp"
 
-#include <unordered_map>
+#include <span>
+#include <vector>
 
 #include "expr/rewrite/rewrite.hpp"
 
 namespace pendula {
 
 bool is_short(Expr e, double nodes) {
-  std::unordered_map<Expr, double> size;
-  for (Expr node : topological({&e, 1})) {
-    double sum = 1;
-    for (Expr operand : node.operands()) sum += size[operand];
-    size[node] = sum;
+  std::vector<Expr> open{e};
+  for (double seen = 1; !open.empty(); ++seen) {  // of the tree; of a long one no more than what decides
+    const std::span<const Expr> operands = open.back().operands();
+    open.pop_back();
+    if (seen + static_cast<double>(open.size() + operands.size()) > nodes) return false;
+    open.insert(open.end(), operands.begin(), operands.end());
   }
-  return size[e] <= nodes;
+  return true;
 }
 
 Expr tidied(Expr e) { return is_short(e) ? simplify(e) : e; }

@@ -164,7 +164,8 @@ class ExplicitEmitter {
 
 Key key_of(const Problem& problem, const Tableau& rk, int stiff_stage) {
   Key key{0, static_cast<std::uint32_t>(rk.stages()), static_cast<std::uint32_t>(stiff_stage)};
-  add(key, problem.model().f), add(key, problem.arguments());
+  add(key, problem.model().f);
+  add(key, problem.arguments());
   for (int i = 0; i < rk.stages(); ++i) {
     add(key, rk.c()[i]);
     for (int j = 0; j < i; ++j) add(key, rk.A()(i, j));
@@ -173,9 +174,11 @@ Key key_of(const Problem& problem, const Tableau& rk, int stiff_stage) {
       add(key, row ? (*row)[i] : 0);
   }
   for (const dae::Projection& stage : problem.projections()) {
-    add(key, stage.residuals), add(key, stage.unknowns);
+    add(key, stage.residuals);
+    add(key, stage.unknowns);
     for (const pendula::Entry& e : stage.jacobian) {
-      key.push_back(static_cast<std::uint32_t>(e.row)), key.push_back(static_cast<std::uint32_t>(e.column));
+      key.push_back(static_cast<std::uint32_t>(e.row));
+      key.push_back(static_cast<std::uint32_t>(e.column));
       key.push_back(e.value.id());
     }
   }

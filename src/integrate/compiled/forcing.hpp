@@ -1,5 +1,6 @@
-// What of the equations depends on time alone: the forces of a driven system. The stages of a step need it at
-// times that are known before the step, so that one program computes it for several stages at once, in lanes.
+// The part of the equations that depends on time alone: the forces of a driven system. The stages of a step
+// need it at times that are known before the step, so that one program computes it for several stages at
+// once, in lanes.
 #pragma once
 
 #include <memory>

@@ -71,7 +71,7 @@ class LaneEmitter {
                    std::vector<char> wanted) const;
   std::vector<char> wanted() const;
   Formula error_norm(Writer& w, PairEmitter& pair, const Slots& weight) const;
-  Formula is_smooth(Writer& w, const Lane& s, const Slots& x1, const Slots& slope) const;
+  StepSigns<Formula> signs(Writer& w, PairEmitter& pair, const Lane& s) const;
   static State choose_state(Formula condition, const State& yes, const State& no);
 
   const Problem& problem_;
@@ -183,8 +183,9 @@ Formula LaneEmitter::error_norm(Writer& w, PairEmitter& pair, const Slots& weigh
   return rk_.bhat2() ? combined_error(first, of(rk_.bhat2())) : first;
 }
 
-/// As ExplicitStepper::is_smooth.
-Formula LaneEmitter::is_smooth(Writer& w, const Lane& s, const Slots& x1, const Slots& slope) const {
+/// As ExplicitStepper::signs.
+StepSigns<Formula> LaneEmitter::signs(Writer& w, PairEmitter& pair, const Lane& s) const {
+  const Slots x1 = pair.end(), slope = pair.slope_at_end(), weights = pair.weights(s.rtol, s.atol);
   Slots changes, sizes;
   for (std::size_t k = 0; k < n_; ++k) {
     const Formula x(w, x1[k]), before(w, s.xdot[k]), after(w, slope[k]);
@@ -193,8 +194,8 @@ Formula LaneEmitter::is_smooth(Writer& w, const Lane& s, const Slots& x1, const 
     changes.push_back((change * change).slot(w));
     sizes.push_back((size * size).slot(w));
   }
-  return Formula(w, w.sum(changes)) <=
-         Controller::smooth_change * Controller::smooth_change * Formula(w, w.sum(sizes));
+  const auto d = pair.differences(controller_.rules().stiff_stage, slope, weights);
+  return {{w, d.slopes}, {w, d.points}, {w, w.sum(changes)}, {w, w.sum(sizes)}};
 }
 
 /// The stages whose slopes a step uses.
@@ -226,15 +227,19 @@ Program LaneEmitter::step() {
   const Formula left = end - t, h = fitted_step(before.dt, left, value(s.given[lane::dt_max]));
   const Formula arrival = choose(left <= h, end, t + h);
   PairEmitter step = pair(w, t, h, arrival, s, wanted());
-  const Slots x1 = step.end(), slope = step.slope_at_end(), weight = step.weights(s.rtol, s.atol);
-  const Formula error = error_norm(w, step, weight);
-  const Formula defined = both(error <= std::numeric_limits<double>::max(), defect(w, slope) <= 0.0);
+  const Slots x1 = step.end(), slope = step.slope_at_end();
+  const Formula estimate = error_norm(w, step, step.weights(s.rtol, s.atol));
+  const Formula defined = both(estimate <= std::numeric_limits<double>::max(), defect(w, slope) <= 0.0);
+  const bool watches = controller_.watches_stiffness();
+  const StepSigns<Formula> seen = watches ? signs(w, step, s) : StepSigns<Formula>{};
+  const Formula error = watches ? choose(estimate <= 1.0,
+                                         choose(controller_.resolves(h, seen), estimate,
+                                                Formula(w, w.constant(Controller::unresolved))),
+                                         estimate)
+                                : estimate;
   const Formula accepted = both(error <= 1.0, defined);
   State onward = controller_.accept(before, h, error);
-  if (controller_.watches_stiffness()) {
-    const auto d = step.differences(controller_.rules().stiff_stage, slope, weight);
-    onward = controller_.watch(onward, h, value(d.slopes), value(d.points), is_smooth(w, s, x1, slope));
-  }
+  if (watches) onward = controller_.watch(onward, h, seen);
   const State again =
       choose_state(defined, controller_.reject(before, h, error), controller_.undefined(before, h));
   const State after = choose_state(accepted, onward, again);
@@ -265,7 +270,9 @@ codegen::Key key_of(const Problem& problem, const Tableau& rk, bool watch, int l
   for (int i = 0; i < rk.stages(); ++i) {
     add(key, rk.c()[i]);
     for (int j = 0; j < i; ++j) add(key, rk.A()(i, j));
-    add(key, rk.b()[i]), add(key, (*rk.bhat())[i]), add(key, rk.bhat2() ? (*rk.bhat2())[i] : 0);
+    add(key, rk.b()[i]);
+    add(key, (*rk.bhat())[i]);
+    add(key, rk.bhat2() ? (*rk.bhat2())[i] : 0);
   }
   return key;
 }

@@ -97,7 +97,8 @@ class NewtonCode::Programs {
     if (f_.stiffly_accurate) slopes = row_of(f_.W, f_.s - 1, f_.s);
     for (std::size_t k = 0; k < at_.n; ++k)
       results.push_back(w.put(Op::mul, mixed(w, slopes, k), w.input(0)));
-    results.push_back(w.sum(squares)), results.push_back(w.largest(squares));
+    results.push_back(w.sum(squares));
+    results.push_back(w.largest(squares));
     return w.finish(std::move(results));
   }
 
@@ -126,7 +127,8 @@ std::shared_ptr<NewtonCode> NewtonCode::make(const Request& q, long iterations, 
   const std::size_t pairs = q.formula.pairs.size();
   if (!Machine::available(lanes) || pairs >= lanes || q.formula.c.size() > most_stages) return nullptr;
   Key key{1, static_cast<std::uint32_t>(q.formula.s)};
-  add(key, q.problem.model().F), add(key, q.problem.arguments());
+  add(key, q.problem.model().F);
+  add(key, q.problem.arguments());
   for (double c : q.formula.c) add(key, c);
   for (double w : q.formula.W.reshaped()) add(key, w);
   for (double d : q.formula.end) add(key, d);
@@ -156,9 +158,11 @@ std::shared_ptr<NewtonCode> NewtonCode::make(const Request& q, long iterations, 
     entry->wanted = 0;
   }
   std::shared_ptr<NewtonCode> code(new NewtonCode(Layout(q), q));
-  code->residuals_ = entry->machines[0], code->factor_ = entry->machines[1],
-  code->solve_ = entry->machines[2];
-  code->weigh_ = entry->machines[3], code->end_ = entry->machines[4];
+  code->machines_.residuals = entry->machines[0];
+  code->machines_.factor = entry->machines[1];
+  code->machines_.solve = entry->machines[2];
+  code->machines_.weigh = entry->machines[3];
+  code->machines_.end = entry->machines[4];
   std::size_t work = 0;
   for (const auto& machine : entry->machines) work = std::max(work, machine->workspace_size());
   code->work_ = codegen::LaneArray(work);
@@ -167,10 +171,8 @@ std::shared_ptr<NewtonCode> NewtonCode::make(const Request& q, long iterations, 
 
 NewtonCode::NewtonCode(const Layout& at, const Request& q)
     : at_(at),
-      T_(8 * at.s),
-      T_inverse_(8 * at.s),
-      W_(8 * at.s),
-      l_(8 * (at.s + 1)),
+      columns_{codegen::LaneArray(8 * at.s), codegen::LaneArray(8 * at.s), codegen::LaneArray(8 * at.s),
+               codegen::LaneArray(8 * (at.s + 1))},
       in_mass_(q.in_mass),
       residual_(8 * at.N),
       system_(lanes * at.system_size()),
@@ -200,10 +202,10 @@ NewtonCode::NewtonCode(const Layout& at, const Request& q)
     const auto J = static_cast<Eigen::Index>(j);
     for (std::size_t i = 0; i < at_.s; ++i) {
       const auto I = static_cast<Eigen::Index>(i);
-      T_inverse_.data()[8 * j + rows[i].lane] = rows[i].sign * f.T_inverse(I, J);
-      T_.data()[8 * j + i] = -rows[j].sign * f.T(I, J);
-      W_.data()[8 * j + i] = f.W(I, J);
-      l_.data()[8 * at_.s + i] = 1;
+      columns_.T_inverse.data()[8 * j + rows[i].lane] = rows[i].sign * f.T_inverse(I, J);
+      columns_.T.data()[8 * j + i] = -rows[j].sign * f.T(I, J);
+      columns_.W.data()[8 * j + i] = f.W(I, J);
+      columns_.l.data()[8 * at_.s + i] = 1;
     }
     Z_at_.push_back(stage(j / lanes, at_.stage_Z()) + j % lanes);
     residual_at_.push_back(residual_.data() + j / lanes * lanes * at_.N + j % lanes);
@@ -211,10 +213,12 @@ NewtonCode::NewtonCode(const Layout& at, const Request& q)
   }
   past_at_.resize(at_.s + 1);
   double* const right = system(at_.right());
-  slopes_ = {{W_.data(), Z_at_.data(), at_.s, lanes, at_.n}, all_stages(at_.stage_x())};
-  right_ = {{T_inverse_.data(), residual_at_.data(), at_.s, lanes, at_.N}, {right, right + lanes, 2 * lanes}};
-  change_ = {{T_.data(), step_at_.data(), at_.s, 2 * lanes, at_.N}, all_stages(at_.stage_Z())};
-  start_ = {{l_.data(), past_at_.data(), at_.s + 1, 1, at_.N}, all_stages(at_.stage_Z())};
+  products_.slopes = {{columns_.W.data(), Z_at_.data(), at_.s, lanes, at_.n}, all_stages(at_.stage_x())};
+  products_.right = {{columns_.T_inverse.data(), residual_at_.data(), at_.s, lanes, at_.N},
+                     {right, right + lanes, 2 * lanes}};
+  products_.change = {{columns_.T.data(), step_at_.data(), at_.s, 2 * lanes, at_.N},
+                      all_stages(at_.stage_Z())};
+  products_.start = {{columns_.l.data(), past_at_.data(), at_.s + 1, 1, at_.N}, all_stages(at_.stage_Z())};
 }
 
 void NewtonCode::spread(std::size_t slot, double value) {
@@ -225,7 +229,7 @@ bool NewtonCode::factorise(const std::vector<double>& entries, double dt) {
   for (std::size_t l = 0; l < lanes; ++l)
     system(0)[l] = lambda_[l].real() / dt, system(1)[l] = lambda_[l].imag() / dt;
   for (std::size_t k = 0; k < entries.size(); ++k) std::fill_n(system(at_.jacobian() + k), lanes, entries[k]);
-  factor_->run(system_.data(), system(at_.factor()), work_.data());
+  machines_.factor->run(system_.data(), system(at_.factor()), work_.data());
   for (std::size_t k = 0; k < at_.factors; ++k) end_in_[at_.end_factor() + k] = *system(at_.factor() + 2 * k);
   const double* growth = system(at_.right() - 1);
   return std::all_of(growth, growth + lanes, [](double g) { return g <= 1; });  // false for NaN
@@ -253,14 +257,14 @@ void NewtonCode::predict(double ratio, const double* y, const double* Z) {
   std::fill_n(weigh_in_.data(), lanes, ratio);
   for (std::size_t pass = 0; pass < stages_.size(); ++pass) {
     std::copy_n(c_.begin() + static_cast<std::ptrdiff_t>(pass * lanes), lanes, weigh_in_.data() + lanes);
-    weigh_->run(weigh_in_.data(), weigh_out_.data(), work_.data());
+    machines_.weigh->run(weigh_in_.data(), weigh_out_.data(), work_.data());
     for (std::size_t j = 0; j < at_.s; ++j)
-      std::copy_n(weigh_out_.data() + j * lanes, lanes, l_.data() + 8 * j + pass * lanes);
+      std::copy_n(weigh_out_.data() + j * lanes, lanes, columns_.l.data() + 8 * j + pass * lanes);
   }
   for (std::size_t k = 0; k < at_.N; ++k) shift_[k] = y[k] - end_in_[1 + k];  // the polynomials add up to 1
   for (std::size_t j = 0; j < at_.s; ++j) past_at_[j] = Z + j * at_.N;
   past_at_.back() = shift_.data();
-  codegen::assign_lane_product(start_.terms, start_.to);
+  codegen::assign_lane_product(products_.start.terms, products_.start.to);
 }
 
 void NewtonCode::set(const double* Z) {
@@ -269,19 +273,19 @@ void NewtonCode::set(const double* Z) {
 }
 
 void NewtonCode::iterate(double& sum, double& largest) {
-  codegen::assign_lane_product(slopes_.terms, slopes_.to);
+  codegen::assign_lane_product(products_.slopes.terms, products_.slopes.to);
   for (std::size_t pass = 0; pass < stages_.size(); ++pass)
-    residuals_->run(stage(pass, 0), residual_.data() + pass * lanes * at_.N, work_.data());
-  codegen::assign_lane_product(right_.terms, right_.to);
-  solve_->run(system_.data(), solution_.data(), work_.data());
-  codegen::add_lane_product(change_.terms, r_.data(), change_.to, sum, largest);
+    machines_.residuals->run(stage(pass, 0), residual_.data() + pass * lanes * at_.N, work_.data());
+  codegen::assign_lane_product(products_.right.terms, products_.right.to);
+  machines_.solve->run(system_.data(), solution_.data(), work_.data());
+  codegen::add_lane_product(products_.change.terms, r_.data(), products_.change.to, sum, largest);
 }
 
 NewtonCode::End NewtonCode::end() {
   double* const Z = end_in_.data() + at_.end_Z();
   for (std::size_t i = 0; i < at_.s; ++i)
     for (std::size_t k = 0; k < at_.N; ++k) Z[i * at_.N + k] = Z_at_[i][k * lanes];
-  end_->run(end_in_.data(), end_out_.data(), work_.data());
+  machines_.end->run(end_in_.data(), end_out_.data(), work_.data());
   const double *error = end_out_.data(), *y = error + at_.N, *xdot = y + at_.N, *norm = xdot + at_.n;
   return {error, Z, y, xdot, norm[0], norm[1]};
 }

@@ -25,8 +25,8 @@ namespace pendula::integrate {
 
 class NewtonCode {
  public:
-  /// What the code is made for. `bare`: rows that the error estimate leaves out; in_mass: which entries of
-  /// the Jacobian belong to ∂F/∂x′; pivots: of γ/h M + J, taken for all systems.
+  /// Everything the code depends on. `bare`: rows that the error estimate leaves out; in_mass: which entries
+  /// of the Jacobian belong to ∂F/∂x′; pivots: of γ/h M + J, taken for all systems.
   struct Request {
     const Problem& problem;
     const IrkFormula& formula;
@@ -56,7 +56,7 @@ class NewtonCode {
   void set(const double* Z);
   /// Z ← Z + ΔZ; sum and largest of the squares of ΔZ in units of the scales.
   void iterate(double& sum, double& largest);
-  /// What the last iteration began with, at a stage: h x′ and F, every `lanes`-th number.
+  /// Starting point of the last iteration, at a stage: h x′ and F, every `lanes`-th number.
   struct Stage {
     const double *slope, *residual;
   };
@@ -110,7 +110,10 @@ class NewtonCode {
   void spread(std::size_t slot, double value);
 
   Layout at_;
-  codegen::LaneArray T_, T_inverse_, W_, l_;  ///< columns
+  struct Columns {  ///< l: values of the basis polynomials of the last step
+    codegen::LaneArray T, T_inverse, W, l;
+  };
+  Columns columns_;
   std::vector<std::complex<double>> lambda_;  ///< of the systems
   std::vector<char> in_mass_;
   std::vector<codegen::LaneArray> stages_;  ///< in of the stages, four at a time
@@ -120,9 +123,15 @@ class NewtonCode {
     codegen::LaneTerms terms;
     codegen::LaneRows to;
   };
-  Product slopes_{}, right_{}, change_{}, start_{};  ///< W Z, T⁻¹ R, T Δ, and the last polynomial continued
+  struct Products {  ///< W Z, T⁻¹ R, T Δ, and the last polynomial continued
+    Product slopes, right, change, start;
+  };
+  Products products_{};
   std::vector<double> c_, times_, r_, end_in_, end_out_, shift_;
-  std::shared_ptr<const codegen::Machine> residuals_, factor_, solve_, weigh_, end_;
+  struct Machines {
+    std::shared_ptr<const codegen::Machine> residuals, factor, solve, weigh, end;
+  };
+  Machines machines_;
 };
 
 }  // namespace pendula::integrate

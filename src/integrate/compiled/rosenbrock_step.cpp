@@ -81,7 +81,9 @@ class RosenbrockEmitter {
     }
     for (const Slots& row : dense) append(results, row);
     for (std::size_t k = 0; k < N_; ++k) results.push_back(sum(numbers(*rk_.e()), rights, k));
-    results.push_back(w_.sum(squares)), results.push_back(w_.largest(squares)), results.push_back(growth);
+    results.push_back(w_.sum(squares));
+    results.push_back(w_.largest(squares));
+    results.push_back(growth);
     return w_.finish(std::move(results));
   }
 
@@ -204,11 +206,16 @@ class RosenbrockEmitter {
 Key key_of(const Request& q) {
   const Rosenbrock& method = q.method;
   Key key{2, static_cast<std::uint32_t>(method.stages())};
-  add(key, q.problem.model().F), add(key, q.problem.arguments());
+  add(key, q.problem.model().F);
+  add(key, q.problem.arguments());
   add(key, method.gamma());
   for (int i = 0; i < method.stages(); ++i) {
-    for (int j = 0; j < i; ++j) add(key, method.A()(i, j)), add(key, method.C()(i, j));
-    add(key, method.m()[i]), add(key, (*method.e())[i]);
+    for (int j = 0; j < i; ++j) {
+      add(key, method.A()(i, j));
+      add(key, method.C()(i, j));
+    }
+    add(key, method.m()[i]);
+    add(key, (*method.e())[i]);
   }
   for (double d : method.dense().reshaped()) add(key, d);
   add(key, std::bit_cast<double>(reinterpret_cast<std::uint64_t>(q.pivots.pivots().get())));
@@ -233,8 +240,10 @@ std::shared_ptr<RosenbrockCode> RosenbrockCode::make(const Request& q) {
   auto code = std::make_shared<RosenbrockCode>();
   code->machine_ = entry->machines[0];
   code->c_ = nodes_of(q.method);
-  code->n_ = static_cast<std::size_t>(q.problem.n()), code->N_ = at.N;
-  code->stages_ = at.stages, code->slope_ = at.slope;
+  code->n_ = static_cast<std::size_t>(q.problem.n());
+  code->N_ = at.N;
+  code->stages_ = at.stages;
+  code->slope_ = at.slope;
   code->in_.resize(at.end);
   code->out_.resize(at.N * (3 + static_cast<std::size_t>(q.method.dense().rows())) + code->n_ + 3);
   code->work_.resize(code->machine_->workspace_size());

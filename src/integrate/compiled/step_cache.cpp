@@ -11,7 +11,8 @@ using codegen::Writer;
 
 void add(Key& key, double value) {
   const auto bits = std::bit_cast<std::uint64_t>(value);
-  key.push_back(static_cast<std::uint32_t>(bits)), key.push_back(static_cast<std::uint32_t>(bits >> 32));
+  key.push_back(static_cast<std::uint32_t>(bits));
+  key.push_back(static_cast<std::uint32_t>(bits >> 32));
 }
 
 void add(Key& key, std::span<const Expr> list) {

@@ -20,7 +20,7 @@ constexpr std::size_t longest_step_program = 6000;
 void add(codegen::Key& key, double value);
 void add(codegen::Key& key, std::span<const Expr> list);
 
-/// What was compiled, or how often it was wanted so far.
+/// Compiled programs, or the number of requests so far.
 struct StepEntry {
   std::vector<std::shared_ptr<const codegen::Machine>> machines;
   long wanted = 0;

@@ -12,6 +12,7 @@ namespace pendula::integrate {
 namespace {
 
 constexpr double tiny = std::numeric_limits<double>::min();  // a sign without a size
+constexpr double rounding_of_solved = 64 * eps;              // of an unknown that Newton's method finds
 constexpr int pieces = 4;  // a step is looked at in so many places, and in halves of them
 constexpr int deepest = 3, deepest_clock = 8;
 
@@ -23,7 +24,7 @@ EventFinder::EventFinder(const ProblemPtr& problem, const std::vector<Event>& ev
     : problem_(std::make_shared<Problem>(*problem)), events_(&events) {
   ignored_.assign(events.size(), 0);
   finite_ = ignored_;
-  resumed_ = ignored_;
+  beginnings_.resize(events.size());
   largest_.assign(events.size(), 0);
   if (events.empty()) return;
   const dae::FirstOrder& model = problem->model();
@@ -114,7 +115,8 @@ void EventFinder::evaluate(const Point& point, Sample& out) {
 
 void EventFinder::sample(Stepper& stepper, const StepView& step, double t, Detail detail, Sample& out) {
   if (t >= step.to.t) return evaluate(step.to, out);
-  point_.xdot = step.to.xdot, point_.z = step.to.z;
+  point_.xdot = step.to.xdot;
+  point_.z = step.to.z;
   if (detail == Detail::state && needs_derivatives_) detail = Detail::full;
   stepper.interpolate(step, t, detail, point_);
   evaluate(point_, out);
@@ -191,9 +193,16 @@ void EventFinder::set_side(int which, int side) {
   blur_[which] = rounding(static_cast<std::size_t>(which));
 }
 
-/// A few ulp of the terms of a surface function at the point that was evaluated last.
+/// A reset may throw the solution back from where the condition is 0.
+bool EventFinder::turns_back(std::size_t i) const {
+  const Event& event = (*events_)[i];
+  return !event.surface && (event.call || !event.reset.empty());
+}
+
+/// A few ulp of the terms of an event function at the point that was evaluated last.
 double EventFinder::rounding(std::size_t i) {
-  if (!(*events_)[i].surface || !slope_known_[i]) return 0;
+  if (!slope_known_[i]) return measured_[i] && turns_back(i) ? rounding_of_solved * largest_[i] : 0;
+  if (!(*events_)[i].surface && !turns_back(i)) return 0;
   if (terms_.empty()) terms_.resize(events_->size());
   if (terms_[i].outputs() == 0) {
     Expr sum;
@@ -212,6 +221,12 @@ bool EventFinder::is_zero(std::size_t i, const Sample& at) const {
   return at.g[i] == 0 || std::fabs(at.g[i]) <= 64 * eps * size;
 }
 
+/// The height of a bounce that its height above 0 hides; the speed of a surface that begins to slide.
+bool EventFinder::is_invisible(std::size_t i) {
+  const double g = std::fabs(last_.g[i]);
+  return g <= 1e-12 * largest_[i] && g <= rounding(i);
+}
+
 bool EventFinder::wanted(std::size_t i, bool rising) const {
   return (*events_)[i].direction == 0 || ((*events_)[i].direction > 0) == rising;
 }
@@ -223,18 +238,20 @@ void EventFinder::start(const Point& point, const std::vector<Crossing>& crossed
   fresh_ = true;
   // A root by the continuous extension may be far from one by the slope of the solution, near points at which
   // events accumulate: the condition is then not small beside its slope, but the root has been dealt with.
-  resumed_.assign(events_->size(), 0);
+  beginnings_.assign(events_->size(), {});
   for (const Crossing& c : crossed) {
     double& g = last_.g[c.which];
-    resumed_[c.which] = std::fabs(g - c.g) <= 1e-3 * std::fabs(c.g);
+    beginnings_[c.which] = {std::fabs(g - c.g) <= 1e-3 * std::fabs(c.g), c.rising ? -1 : 1};
     // an unknown that is solved for anew, in another branch, is 0 up to the rounding of its equations
-    if (measured_[c.which] && std::fabs(g) <= 64 * eps * largest_[c.which]) g = 0;
+    if (measured_[c.which] && std::fabs(g) <= rounding_of_solved * largest_[c.which]) g = 0;
   }
   blur_.assign(events_->size(), 0.0);
   for (std::size_t i = 0; i < events_->size(); ++i) {
-    if (!resumed_[i] && !is_zero(i, last_)) continue;
-    last_.g[i] = last_.slope[i] == 0 ? 0.0 : std::copysign(tiny, last_.slope[i]);
+    if (!beginnings_[i].resumed && !is_zero(i, last_) && !is_invisible(i)) continue;
     blur_[i] = rounding(i);
+    // friction that begins to slide: the velocity is rounding, and so is its slope
+    const bool level = (*events_)[i].surface && std::fabs(last_.slope[i]) * 1e-6 * span_ <= blur_[i];
+    last_.g[i] = level || last_.slope[i] == 0 ? 0.0 : std::copysign(tiny, last_.slope[i]);
   }
 }
 
@@ -243,9 +260,10 @@ bool EventFinder::stays_on_border(std::size_t i, const Sample& a, const Sample& 
   return blur_[i] > 0 && std::fabs(a.g[i]) == tiny && std::fabs(b.g[i]) <= blur_[i];
 }
 
-/// Illinois-safeguarded secant between points of opposite sign; the end where the sign has changed.
+/// Illinois-safeguarded secant between points of opposite sign; the end where the sign has changed. What is smaller
+/// than the blur is still on the side of ga.
 EventFinder::Root EventFinder::locate(Stepper& stepper, const StepView& step, int which, double a, double ga,
-                                      double b, double gb) {
+                                      double b, double gb, double blur) {
   int side = 0;
   const double smallest = 2 * eps * std::max(std::fabs(a), std::fabs(b));
   const auto root = [&](double t) {
@@ -256,13 +274,15 @@ EventFinder::Root EventFinder::locate(Stepper& stepper, const StepView& step, in
     double t = k % 4 == 3 ? (a + b) / 2 : b - gb * (b - a) / (gb - ga);
     t = std::clamp(t, a + smallest / 2, b - smallest / 2);
     const double g = value(stepper, step, which, t);
-    if (g == 0) return root(t);
-    if (opposite(g, gb)) {
-      a = t, ga = g;
+    if (g == 0 && blur == 0) return root(t);
+    if (opposite(g, gb) || std::fabs(g) <= blur) {
+      a = t;
+      ga = opposite(g, gb) ? g : std::copysign(tiny, -gb);
       if (side == -1) gb /= 2;
       side = -1;
     } else {
-      b = t, gb = g;
+      b = t;
+      gb = g;
       if (side == 1) ga /= 2;
       side = 1;
     }
@@ -314,27 +334,34 @@ std::optional<EventFinder::Root> EventFinder::root_between(Stepper& stepper, con
     if (!bottom) return {};
     const double below = value(stepper, step, which, *bottom);
     if (wanted(i, rising)) {
-      right = *bottom, gb = below;
+      right = *bottom;
+      gb = below;
     } else {  // the way back is asked for
-      left = *bottom, ga = below, rising = !rising;
+      left = *bottom;
+      ga = below;
+      rising = !rising;
     }
   } else if (!wanted(i, rising)) {
     return {};
   }
-  // `a` may be a root itself: step back towards it until its sign just after is seen.
+  // `a` may be a root itself: step back towards it until its sign just after is seen. What is smaller than the
+  // rounding of g there belongs to that root: a ball on a moving table would be thrown back while it still rises.
+  const double blur = std::fabs(ga) <= tiny && turns_back(i) ? blur_[i] : 0;
   double t = left;
   for (int k = 0; std::fabs(ga) <= tiny; ++k) {
     // no sign of it: g turns at once; that is another root where the step began at one, else noise
-    if (k == 48) return resumed_[i] ? std::optional(Root{left, right, rising}) : std::nullopt;
+    if (k == 48) return beginnings_[i].resumed ? std::optional(Root{left, right, rising}) : std::nullopt;
     t = left + (right - left) / 2;
     const double g = value(stepper, step, which, t);
-    if (opposite(g, gb)) {
-      left = t, ga = g;
+    if (opposite(g, gb) || (blur > 0 && std::fabs(g) <= blur)) {
+      left = t;
+      ga = opposite(g, gb) ? g : std::copysign(2 * tiny, -gb);
     } else {
-      right = t, gb = g;
+      right = t;
+      gb = g;
     }
   }
-  Root root = locate(stepper, step, which, left, ga, right, gb);
+  Root root = locate(stepper, step, which, left, ga, right, gb, blur);
   root.rising = rising;
   return root;
 }
@@ -452,13 +479,33 @@ void EventFinder::settle_zeros(const Sample& a, Sample& b) const {
       b.g[i] = a.g[i] == 0 ? 0.0 : std::copysign(tiny, b.slope[i]);
 }
 
+/// The slope of a condition that is 0 where the search begins, extrapolated from the two closest values that can be
+/// told from that one: the step may be longer than the excursion that begins here. Where the slope cannot be told
+/// from 0, a reset has thrown the solution back.
+double EventFinder::slope_after(Stepper& stepper, const StepView& step, std::size_t i) {
+  constexpr double closer = 8;
+  const double invisible = rounding_of_solved * largest_[i];
+  double slope = last_.slope[i], chord = 0;
+  sample(stepper, step, last_.t, Detail::full, probe_);
+  const double begin = probe_.g[i];
+  for (double apart = (step.to.t - last_.t) / 64; apart > 4 * eps * span_; apart /= closer) {
+    sample(stepper, step, last_.t + apart, Detail::full, probe_);
+    if (!(std::fabs(probe_.g[i] - begin) > invisible)) break;
+    const double next = (probe_.g[i] - begin) / apart;
+    slope = chord == 0 ? next : (closer * next - chord) / (closer - 1);
+    chord = next;
+  }
+  const bool level = std::fabs(slope) * 1e-7 * span_ <= invisible;
+  return level && turns_back(i) && beginnings_[i].from != 0 ? beginnings_[i].from : slope;
+}
+
 std::optional<EventFinder::Hit> EventFinder::find(Stepper& stepper, const StepView& step) {
   const double from = last_.t, length = step.to.t - from;
   if (measures_ && fresh_) {
     measure_slopes(stepper, step, from, last_);
     for (std::size_t i = 0; i < events_->size(); ++i)
       if (measured_[i] && last_.g[i] == 0 && last_.slope[i] != 0)
-        last_.g[i] = std::copysign(tiny, last_.slope[i]);
+        last_.g[i] = std::copysign(tiny, slope_after(stepper, step, i));
   }
   fresh_ = false;
   floor_ = last_;

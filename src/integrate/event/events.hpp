@@ -12,7 +12,7 @@
 
 namespace pendula::integrate {
 
-/// What a callback wants done after it has seen the event.
+/// Request of a callback after the event.
 struct EventReply {
   bool stop = false;
   std::vector<std::pair<Expr, double>> reset;  ///< state -> new value
@@ -90,6 +90,10 @@ class EventFinder {
   double side(int which) const;
   /// Every g at the last point looked at.
   const std::vector<double>& values() const { return last_.g; }
+  /// After start(): the event function is 0 there, to rounding.
+  bool is_on_border(std::size_t which) const {
+    return std::fabs(last_.g[which]) <= std::numeric_limits<double>::min();
+  }
   /// dg/dt at a point, 0 if it is not known: where g contains x′ or z, x″ or z′ would appear in it.
   double slope(int which, const Point& point);
   /// dg/dt between two points of a solution that are close to each other; where it is known, at the second.
@@ -115,7 +119,10 @@ class EventFinder {
     bool rising;
   };
   bool is_zero(std::size_t i, const Sample& at) const;
+  bool turns_back(std::size_t i) const;
   double rounding(std::size_t i);
+  bool is_invisible(std::size_t i);
+  double slope_after(Stepper& stepper, const StepView& step, std::size_t i);
   bool stays_on_border(std::size_t i, const Sample& a, const Sample& b) const;
   bool wanted(std::size_t i, bool rising) const;
   bool oscillates(const Sample& a, const Sample& b, int depth) const;
@@ -127,7 +134,8 @@ class EventFinder {
   void settle_zeros(const Sample& a, Sample& b) const;
   std::optional<Root> root_between(Stepper& stepper, const StepView& step, int which, const Sample& a,
                                    const Sample& b);
-  Root locate(Stepper& stepper, const StepView& step, int which, double a, double ga, double b, double gb);
+  Root locate(Stepper& stepper, const StepView& step, int which, double a, double ga, double b, double gb,
+              double blur);
   std::optional<double> dip(Stepper& stepper, const StepView& step, int which, const Sample& a,
                             const Sample& b);
   double value(Stepper& stepper, const StepView& step, int which, double t);
@@ -147,8 +155,12 @@ class EventFinder {
   bool fresh_ = true;        ///< no step since the last start
   std::vector<char> clock_;  ///< g depends on time alone
   std::vector<char> ignored_, finite_;
-  std::vector<char> resumed_;  ///< the run has begun again at a root of this event
-  std::vector<double> blur_;   ///< of a condition that was 0 at the last start: what rounding makes of it
+  struct Beginning {
+    bool resumed = false;  ///< the run has begun again at a root of this event
+    int from = 0;          ///< and this is the side it came from
+  };
+  std::vector<Beginning> beginnings_;
+  std::vector<double> blur_;  ///< of a condition that was 0 at the last start: what rounding makes of it
   std::vector<codegen::Kernel> terms_;  ///< Σ |∂g/∂y y|, of each event where it was asked for
   double end_ = std::numeric_limits<double>::infinity();
   double span_ = 1;  ///< times are rounded to ulp of it

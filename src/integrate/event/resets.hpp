@@ -1,4 +1,4 @@
-// What a reset of states does to the others: conditions of the model hold again after it.
+// Resets of states: the other states are adapted so that the conditions of the model hold again.
 #pragma once
 
 #include <functional>

@@ -30,7 +30,7 @@
 
 namespace pendula::integrate {
 
-/// What a branch of the equations became: a number that is constant between crossings.
+/// The replacement of a branch of the equations: a number that is constant between crossings.
 struct Mode {
   enum class Kind {
     sign,          ///< -1, 0, 1: the sign of the surface function

@@ -1,4 +1,4 @@
-// What a run is asked for: the interval, the method, the tolerances, what to save and what to react to.
+// The request for a run: the interval, the method, the tolerances, what to save and what to react to.
 #pragma once
 
 #include <functional>
@@ -33,8 +33,10 @@ struct Plan {
   /// Asked after every step; true ends the run there (Ending::stop_when).
   std::function<bool(const Point&)> stop_when;
 
-  bool check_singularities = true;      ///< false: no guards, no blocks
-  std::vector<Guard> guards;            ///< where one vanishes, the run stops
+  bool check_singularities = true;  ///< false: no guards, no blocks
+  std::vector<Guard> guards;        ///< where one vanishes, the run stops
+  /// Asked where a run stops since a guard vanishes: "; solutions go on with z′ = -1 or z′ = 1", or "".
+  std::function<std::string(const Point&)> ways_on;
   std::vector<dae::LargeBlock> blocks;  ///< where one loses its rank, the run stops (rank_monitor.hpp)
 
   // ── chosen steps only ──

@@ -43,7 +43,10 @@ class Problem {
   /// How many of x and z are the user's: what stands behind them (sensitivities) is not shown.
   int shown_n() const { return shown_n_ < 0 ? n() : shown_n_; }
   int shown_m() const { return shown_m_ < 0 ? m() : shown_m_; }
-  void show(int n, int m) { shown_n_ = n, shown_m_ = m; }
+  void show(int n, int m) {
+    shown_n_ = n;
+    shown_m_ = m;
+  }
   /// Gives the last parameters new values: the modes of piecewise equations (surfaces.hpp).
   void set_modes(const std::vector<double>& modes);
   /// Another number after every change of the modes: what was factorised before is stale.

@@ -48,6 +48,9 @@ RhsSolver::RhsSolver(ProblemPtr problem, Stats& stats)
   jacobian_ = codegen::Kernel(partials, problem_->arguments());
   entries_.resize(partials.size());
   r_.resize(unknowns.size());
+  changed_.resize(unknowns.size());
+  rounding_.resize(unknowns.size());
+  values_.resize(unknowns.size() + model.x.size());
   solver_.analyse(static_cast<int>(unknowns.size()), positions_);
 }
 
@@ -118,26 +121,59 @@ double RhsSolver::correct(double* xdot, double* z) {
   return largest;
 }
 
+/// F is what its own rounding leaves: it changes by as much where the last bits of x, x′ and z do. Where the terms
+/// of a small x′ are large, corrections never become small beside x′ itself.
+bool RhsSolver::solved_to_rounding() {
+  constexpr double last_bits = 4 * std::numeric_limits<double>::epsilon();
+  double* at = problem_->unknowns();
+  problem_->residual(r_.data());
+  std::copy_n(at, values_.size(), values_.begin());
+  std::fill(rounding_.begin(), rounding_.end(), 0.0);
+  for (std::size_t run : {1, 2}) {  // two patterns of signs: + - + - and + + - -
+    for (std::size_t j = 0; j < values_.size(); ++j)
+      at[j] = values_[j] * (1 + (j / run % 2 == 0 ? last_bits : -last_bits));
+    problem_->residual(changed_.data());
+    for (std::size_t i = 0; i < r_.size(); ++i) rounding_[i] += std::fabs(changed_[i] - r_[i]);
+  }
+  std::copy(values_.begin(), values_.end(), at);
+  stats_.evaluations += 3;
+  for (std::size_t i = 0; i < r_.size(); ++i)
+    if (!(std::fabs(r_[i]) <= rounding_[i])) return false;
+  return true;
+}
+
 bool RhsSolver::newton(double* xdot, double* z, bool near) {
-  constexpr double rounding = 1e-14, stagnation = 1e-11, slowest = 0.5, small = 1e-6;
+  constexpr double rounding = 1e-14, stagnation = 1e-11, fast = 0.25, small = 1e-6;
   if (linear_) {
     if ((!constant_ || !ready_) && !assemble()) return false;
     return !std::isnan(correct(xdot, z));
   }
   double previous = std::numeric_limits<double>::infinity();
+  double slowest = 0.5;
   for (int k = 0; k < 40; ++k) {
     // A new matrix at the first point, after a long way (an old one may lead to another root), and whenever
     // the old one does not contract well.
     constexpr double far = 0.1;
-    if ((!ready_ || previous > far || k > 2) && !assemble()) return false;
+    const bool fresh = !ready_ || previous > far || k > 2;
+    if (fresh && !assemble()) return false;
     const double now = correct(xdot, z);
     if (std::isnan(now)) return ready_ = false;
     if (now <= rounding || (now <= stagnation && now >= previous / 2)) return true;
+    // With matrices of this point, what does not shrink is rounding, of lengths of kilometres whose difference is an
+    // unknown; at a double root it would be halved.
+    if (k >= 4 && now <= small && now >= 0.75 * previous) return true;
     if (k > 20 && now > 1e3) break;
     if (near && k > 0 && previous > small && now > slowest * previous) {
-      trouble_ = Trouble::far;
-      return ready_ = false;
+      ready_ = false;
+      if (fresh) {
+        if (k > 2 && solved_to_rounding()) return true;
+        trouble_ = Trouble::far;
+        return false;
+      }
+      slowest = fast;  // an old matrix contracts slowly on the right branch, too; new ones have to do better
     }
+    if (k >= 6 && now > slowest * previous && solved_to_rounding())
+      return true;  // with new matrices all the way
     previous = now;
   }
   trouble_ = Trouble::diverged;

@@ -37,11 +37,12 @@ class RhsSolver {
   bool solve(double t, const double* x, double* xdot, double* z, bool near);
   bool newton(double* xdot, double* z, bool near);
   double correct(double* xdot, double* z);
+  bool solved_to_rounding();
   ProblemPtr problem_;
   Stats& stats_;
   codegen::Kernel jacobian_;
   std::vector<Position> positions_;
-  std::vector<double> entries_, r_;
+  std::vector<double> entries_, r_, changed_, rounding_, values_;
   LinearSolver<double> solver_;
   bool ode_, linear_ = true, constant_ = true, ready_ = false;
   enum class Trouble { none, not_finite, singular, diverged, far } trouble_ = Trouble::none;

@@ -1,5 +1,6 @@
 #include "integrate/run/adaptive_run.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <ctime>
 #include <limits>
@@ -58,12 +59,13 @@ class AdaptiveRun {
     state_.writer.begin(first_);
     monitors_.start(first_);
     domain_.start(first_);
-    events_.settle();
+    ended_ = events_.settle();
   }
 
   void go() {
     const std::clock_t begin = std::clock();
     RunOutcome outcome;
+    if (ended_) outcome.ending = Ending::event;
     try {
       while (outcome.ending == Ending::running) advance(outcome);
     } catch (const Interrupted&) {
@@ -79,6 +81,8 @@ class AdaptiveRun {
     const double seconds = static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC;
     modes_.report();
     state_.solution->set_rounding(rounding_.remark(*state_.problem, stepper().here()));
+    if (outcome.ending == Ending::stopped && plan().ways_on && names_factor(outcome.message))
+      outcome.message += plan().ways_on(point_near(outcome.t));
     state_.solution->finish(std::move(outcome), state_.stats(), seconds);
   }
 
@@ -112,7 +116,7 @@ class AdaptiveRun {
       if (plan().stop_when && plan().stop_when(stepper().here()))
         outcome.ending = Ending::stop_when;
       else
-        method_.change_if_stiff();
+        method_.change_if_it_pays();
     }
   }
 
@@ -191,6 +195,25 @@ class AdaptiveRun {
     stepper().suggest(0);
   }
 
+  /// Does a reason say that something vanishes, as those of guards do?
+  static bool names_factor(const std::string& reason) {
+    return reason.find(" = 0 there, and ") != std::string::npos ||
+           reason.find(" almost 0 there; ") != std::string::npos;
+  }
+
+  /// The solution at the time at which the run stops, or the last steps continued to it.
+  Point point_near(double t) {
+    try {
+      return state_.solution->at(t);
+    } catch (const UserFacing&) {  // the run did not come so far
+    }
+    const Point &from = stepper().before(), &to = stepper().here();
+    if (!(to.t > from.t) || from.x.size() != to.x.size()) return to;
+    Point point;
+    hermite(from, to, std::clamp((t - from.t) / (to.t - from.t), 0.0, 2.0), point);
+    return point;
+  }
+
   /// After a failure: what the equations need and has almost vanished at the last point.
   std::string singularity_nearby(double almost) {
     if (plan().guards.empty() && plan().blocks.empty()) return domain_.almost_outside(stepper().here());
@@ -212,6 +235,7 @@ class AdaptiveRun {
   DomainMonitor domain_;
   RoundingWatch rounding_;
   StallDetector stall_;
+  bool ended_ = false;  ///< by an event at the start
   Point first_;
   int since_progress_ = 0;
 };

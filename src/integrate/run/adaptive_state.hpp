@@ -1,4 +1,4 @@
-// What the parts of an adaptive run share: where it is, and what it has produced so far.
+// State shared by the parts of an adaptive run: its position, and its results so far.
 #pragma once
 
 #include <limits>

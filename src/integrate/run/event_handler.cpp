@@ -80,7 +80,7 @@ bool EventHandler::handle(const EventFinder::Hit& hit, RunOutcome& outcome) {
   }
   if (may_jump && !changed && s.plan.times) s.writer.begin(point);  // held back, but nothing has jumped
   write_records(point);
-  if (settle_after) settle();
+  if (settle_after && settle()) stop = true;
   if (stop) outcome.ending = Ending::event;
   if (!stop && at_end) outcome.ending = Ending::finished;
   const bool ends_step = stop || changed || surface || at_end;
@@ -94,16 +94,17 @@ std::optional<int> EventHandler::overdue() const {
   for (std::size_t i = 0; i < events.size(); ++i) {
     if (std::abs(events[i].direction) < 2) continue;
     const double g = state_.finder.values()[i];
-    if (events[i].direction > 0 ? g >= 0 : g <= 0) return static_cast<int>(i);
+    const double beyond = events[i].direction > 0 ? g : -g;
+    if (events[i].stop ? beyond > 0 : beyond >= 0) return static_cast<int>(i);
   }
   return {};
 }
 
-void EventHandler::settle() {
+bool EventHandler::settle() {
   constexpr int most = 1000;  // events at one time
   for (int count = 0;; ++count) {
     const auto which = state_.finder.empty() ? std::nullopt : overdue();
-    if (!which) return;
+    if (!which) return false;
     const Event& event = state_.plan.events.list[*which];
     Point point = state_.stepper().here();
     if (count == most)
@@ -113,9 +114,14 @@ void EventHandler::settle() {
     const Point before = point;
     const EventFinder::Crossing crossing{*which, event.direction > 0, 0};
     state_.keep(point, true);
-    if (apply(crossing, point).reset.empty()) {
+    const EventReply reply = apply(crossing, point);
+    if (reply.stop) {
+      write_records(point);
+      return true;
+    }
+    if (reply.reset.empty()) {
       records_.clear();
-      return;
+      return false;
     }
     restart(point, before, {point.t, point.t, {crossing}});
     point = state_.stepper().here();

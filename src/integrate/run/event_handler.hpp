@@ -1,4 +1,4 @@
-// What happens at an event of an adaptive run: callbacks, resets, restarts, the end of the run.
+// Actions at an event of an adaptive run: callbacks, resets, restarts, the end of the run.
 #pragma once
 
 #include <functional>
@@ -23,8 +23,8 @@ class EventHandler {
   bool after_step(RunOutcome& outcome);
 
   /// After a start or a restart: events of direction ±2 whose condition is beyond its root already happen now,
-  /// one after the other. Throws Failure where they set each other off without end.
-  void settle();
+  /// one after the other; true where one of them ends the run. Throws Failure where they set each other off without end.
+  bool settle();
 
   /// Begins anew at a point where the equations or the states have jumped.
   void begin_again(const Point& point, const ModeTracker::Crossings& crossed);

@@ -1,5 +1,7 @@
 #include "integrate/run/method_selector.hpp"
 
+#include <algorithm>
+
 #include "base/error.hpp"
 #include "base/text.hpp"
 #include "integrate/run/methods.hpp"
@@ -60,14 +62,47 @@ void MethodSelector::step() {
   }
 }
 
-void MethodSelector::change_if_stiff() {
+void MethodSelector::change_if_it_pays() {
+  if (!is_automatic() || state_.problem->has_dense_jacobian()) return;
+  if (!state_.stepper().is_explicit())
+    leave_implicit();
+  else if (state_.stepper().is_stiff())
+    leave_explicit();
+}
+
+void MethodSelector::leave_explicit() {
   const Problem& problem = *state_.problem;
-  if (!is_automatic() || problem.has_dense_jacobian() || !state_.stepper().is_stiff()) return;
   const double next = state_.stepper().next_dt();
   const double worth = 100 * implicit_cost(problem.n() + problem.m());  // steps
   if (state_.plan.to - state_.stepper().here().t < worth * next) return;
+  look_ = {state_.stats().steps + look_.apart, look_.apart, 0};
   change(implicit_family(problem, method_, state_.plan), next,
          "stiff: stability, not accuracy, limited the steps");
+}
+
+/// Eigenvalues are looked at seldom, and twice, some steps apart: where a relaxation oscillation jumps it is not stiff
+/// for a moment. Every change makes the next one less likely.
+void MethodSelector::leave_implicit() {
+  constexpr long few = 10, seldom = 400;  // steps
+  constexpr double worth = 50;            // steps that remain
+  const long steps = state_.stats().steps;
+  if (steps < look_.next) return;
+  const bool high_index = std::any_of(state_.plan.variable_index.begin(), state_.plan.variable_index.end(),
+                                      [](int i) { return i > 1; });
+  if (high_index || couplings_ || method_.explicit_choice.empty() || state_.problem->n() == 0) return;
+  const Point& here = state_.stepper().here();
+  const double dt = here.t - state_.stepper().before().t;
+  if (state_.plan.to - here.t < worth * dt || !is_cheaper_explicit(state_.problem, here, dt)) {
+    look_.apart = std::min(2 * look_.apart, seldom);
+    look_.next = steps + look_.apart;
+    look_.favourable = 0;
+    return;
+  }
+  look_.next = steps + few;
+  if (++look_.favourable < 2) return;
+  look_.apart = 4 * look_.apart;
+  method_.tableau = explicit_pair_for(method_, state_.plan);
+  change(family::explicit_pair, 0, "no longer stiff: eigenvalues of ∂x′/∂x are small beside 1/(step size)");
 }
 
 }  // namespace pendula::integrate

@@ -1,4 +1,4 @@
-// The method of an adaptive run: chosen at the start, changed where it turns out to be unsuitable.
+// The method of an adaptive run: chosen at the start, changed where another one becomes cheaper.
 #pragma once
 
 #include <string>
@@ -19,19 +19,26 @@ class MethodSelector {
   void renew();
   /// One step; where "auto" has chosen an explicit method that cannot go on, an implicit one may.
   void step();
-  /// Explicit → implicit, when it pays: many more steps of this size would follow.
-  void change_if_stiff();
+  /// Explicit → implicit where stiffness begins, and back where it ends, when it pays: many more steps of this size
+  /// would follow.
+  void change_if_it_pays();
 
  private:
   bool is_automatic() const { return !method_.family; }
   void use(const MethodFamily& family, const Point& point, const std::string& why);
   void change(const MethodFamily& family, double dt, const std::string& why);
+  void leave_explicit();
+  void leave_implicit();
 
   AdaptiveState& state_;
   Method method_;
   std::shared_ptr<const DependencyGraph> couplings_;  ///< of a large model
   const MethodFamily* family_ = nullptr;              ///< in use
   std::string name_;                                  ///< of all methods so far
+  /// Looks at the stiffness of an implicit method's steps: the next one, steps between two, favourable in a row.
+  struct {
+    long next = 25, apart = 25, favourable = 0;
+  } look_;
 };
 
 }  // namespace pendula::integrate

@@ -268,6 +268,20 @@ std::pair<ProblemPtr, Point> probed(const ProblemPtr& problem, const Point& star
 
 }  // namespace
 
+/// The pair for this relative tolerance.
+static TableauPtr explicit_pair_for(const Method& method, double rtol) {
+  const std::size_t last = method.explicit_choice.size() - 1,
+                    which = std::min(explicit_choice_at(rtol), last);
+  auto suits = method.explicit_choice.begin() + static_cast<std::ptrdiff_t>(which);
+  if (!*suits)
+    suits = std::find_if(method.explicit_choice.begin(), method.explicit_choice.end() - 1, std::identity());
+  return *suits;
+}
+
+TableauPtr explicit_pair_for(const Method& method, const Plan& plan) {
+  return explicit_pair_for(method, tightest(plan));
+}
+
 double implicit_cost(int unknowns) {
   constexpr double least = 15, most = 75;
   return std::clamp(unknowns / least, 1.0, most / least);
@@ -311,12 +325,23 @@ Choice choose(const ProblemPtr& whole, const Method& method, const Plan& plan, c
       rtol > 1e-11)
     return {&family::explicit_pair, method.explicit_choice.back(),
             "explicit: fast oscillations limit the step, and this method is stable on the imaginary axis"};
-  const std::size_t last = method.explicit_choice.size() - 1,
-                    which = std::min(explicit_choice_at(rtol), last);
-  auto suits = method.explicit_choice.begin() + static_cast<std::ptrdiff_t>(which);
-  if (!*suits)
-    suits = std::find_if(method.explicit_choice.begin(), method.explicit_choice.end() - 1, std::identity());
-  return {&family::explicit_pair, *suits, "explicit: not stiff at the start, order for this tolerance"};
+  return {&family::explicit_pair, explicit_pair_for(method, rtol),
+          "explicit: not stiff at the start, order for this tolerance"};
+}
+
+bool is_cheaper_explicit(const ProblemPtr& problem, const Point& at, double dt) {
+  constexpr double stability = 3;  // |hλ| of the explicit pairs
+  constexpr double implicit_step = 5, iterating = 5, clearly = 2;
+  Stats unused;
+  RhsSolver derivative(problem, unused);
+  Point here = at;
+  if (!derivative(here.t, here.x.data(), here.xdot.data(), here.z.data()) || !derivative.is_regular())
+    return false;
+  const auto now = rates(derivative, here);
+  if (!now) return false;
+  const double cost =
+      implicit_step * implicit_cost(problem->n() + problem->m()) / (derivative.is_linear() ? 1 : iterating);
+  return clearly * now->fastest * dt < stability * cost;
 }
 
 }  // namespace pendula::integrate

@@ -9,7 +9,7 @@
 
 namespace pendula::integrate {
 
-/// What a stepper is made of.
+/// The ingredients of a stepper.
 struct StepperRequest {
   ProblemPtr problem;
   const Method& method;
@@ -63,7 +63,7 @@ double implicit_cost(int unknowns);
 /// The implicit family that "auto" takes for a stiff model: Radau IIA, or Rosenbrock where that is faster.
 const MethodFamily& implicit_family(const Problem& problem, const Method& method, const Plan& plan);
 
-/// What "auto" begins with for a model and its tolerances, at a start.
+/// The first method of "auto" for a model, its tolerances and a start.
 struct Choice {
   const MethodFamily* family = nullptr;
   TableauPtr tableau;
@@ -71,5 +71,11 @@ struct Choice {
 };
 Choice choose(const ProblemPtr& problem, const Method& method, const Plan& plan, const Point& start,
               const std::shared_ptr<const DependencyGraph>& couplings = nullptr);
+
+/// The explicit pair that "auto" takes for these tolerances.
+TableauPtr explicit_pair_for(const Method& method, const Plan& plan);
+/// Whether steps of an explicit pair, of the size that stability allows at this point, would clearly cost less than
+/// implicit ones of length dt. cost: that of rates() (step/spectrum.hpp).
+bool is_cheaper_explicit(const ProblemPtr& problem, const Point& at, double dt);
 
 }  // namespace pendula::integrate

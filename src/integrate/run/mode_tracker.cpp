@@ -30,13 +30,51 @@ Failure ModeTracker::chattering(const Event& surface) {
 
 void ModeTracker::begin(const Point& point, const Crossings& crossed) {
   if (point.t >= state_.end) state_.aim(point.t);
+  const double first = on_unfrozen_border(point, crossed) ? step_beside_root(point) : 0;
+  if (first > 0) state_.stepper().suggest(first);
   if (state_.plan.modes == 0) {
     state_.stepper().start(point, state_.end);
     state_.finder.start(state_.stepper().here(), crossed);
-    return;
+  } else {
+    begin_in_some_mode(point, crossed);
+    for (Border& border : borders_) border.released = 0;
   }
-  begin_in_some_mode(point, crossed);
-  for (Border& border : borders_) border.released = 0;
+  if (first > 0) state_.stepper().suggest(0);
+}
+
+/// On the border of a branch that is never held fixed, since a root depends on it.
+bool ModeTracker::on_unfrozen_border(const Point& point, const Crossings& crossed) {
+  const auto is_one = [](const Event& e) { return e.surface && e.modes.empty() && e.leaves < 0; };
+  if (std::none_of(events().begin(), events().end(), is_one)) return false;
+  state_.finder.start(point, crossed);
+  for (std::size_t i = 0; i < borders_.size(); ++i)
+    if (is_one(events()[i]) && state_.finder.is_on_border(i)) return true;
+  return false;
+}
+
+/// Behind √|g| = 0 no error estimate has an order, and those of high order see the root least. A step in which x′
+/// changes x by a tolerance only; 0 where any step does.
+double ModeTracker::step_beside_root(const Point& point) {
+  constexpr double longest = 1e-2;  // of the interval
+  constexpr int decades = 12;
+  Point here = point;
+  RhsSolver& derivative = this->derivative();
+  const auto solve = [&](Point& at) { return derivative(at.t, at.x.data(), at.xdot.data(), at.z.data()); };
+  if (!solve(here)) return 0;
+  const Tolerances& tolerances = state_.plan.tolerances;
+  double dt = longest * state_.interval();
+  for (int k = 0; k < decades; ++k, dt /= 10) {
+    Point ahead = here;
+    ahead.t += dt;
+    ahead.x += dt * here.xdot;
+    if (!solve(ahead)) continue;
+    double change = 0;
+    for (Eigen::Index i = 0; i < here.x.size(); ++i)
+      change = std::max(change, dt * std::fabs(ahead.xdot[i] - here.xdot[i]) /
+                                    (tolerances.atol[i] + tolerances.rtol[i] * std::fabs(here.x[i])));
+    if (change <= 1) return k == 0 ? 0 : dt;
+  }
+  return dt;
 }
 
 void ModeTracker::begin_in_some_mode(Point point, const Crossings& crossed) {
@@ -86,11 +124,15 @@ void ModeTracker::start_finder(const Point& point, const Crossings& crossed) {
     if (borders_[i].released != 0) state_.finder.set_side(static_cast<int>(i), borders_[i].released);
 }
 
+RhsSolver& ModeTracker::derivative() {
+  if (!derivative_) derivative_ = std::make_unique<RhsSolver>(state_.problem, state_.stats());
+  return *derivative_;
+}
+
 /// The side on which a solution goes on that is on a surface and does not leave it to first order: where x″
 /// takes it.
 double ModeTracker::side_ahead(int which, const Point& point) {
-  if (!derivative_) derivative_ = std::make_unique<RhsSolver>(state_.problem, state_.stats());
-  RhsSolver& derivative = *derivative_;
+  RhsSolver& derivative = this->derivative();
   Point ahead = point;
   const auto solve = [&] { return derivative(ahead.t, ahead.x.data(), ahead.xdot.data(), ahead.z.data()); };
   if (!solve()) return 0;

@@ -76,6 +76,9 @@ class ModeTracker {
   std::vector<int> set_modes(const Point& point, const Crossings& crossed);
   void use(const std::vector<double>& sides);
   void start_finder(const Point& point, const Crossings& crossed);
+  RhsSolver& derivative();
+  bool on_unfrozen_border(const Point& point, const Crossings& crossed);
+  double step_beside_root(const Point& point);
   double side_ahead(int which, const Point& point);
   bool thaw_one(int which, const Point& point);
   bool slide(int which, Point& point);

@@ -1,4 +1,4 @@
-// What of a run contains no numbers, kept for the next run of the same equations.
+// The preparation of a run that does not depend on numbers, cached for the next run of the same equations.
 #pragma once
 
 #include <optional>

@@ -15,22 +15,13 @@ namespace {
 
 constexpr long most_regimes = 100'000;
 
-/// The leaves of a problem of the model itself, in the order x, x′, z.
-std::vector<Expr> own_leaves(const Problem& problem) {
-  const dae::FirstOrder& form = problem.model();
-  std::vector<Expr> list = form.x;
-  for (Expr x : form.x) list.push_back(derivative_leaf(x));
-  list.insert(list.end(), form.z.begin(), form.z.end());
-  return list;
-}
-
 class RegimeRun {
  public:
   RegimeRun(const dae::ModelPtr& model, const Simulation& simulation)
       : model_(model),
         simulation_(simulation),
         regimes_(model),
-        whole_(model, simulation, own_leaves(*make_problem(model, simulation))),
+        whole_(model, simulation, leaves_of(*make_problem(model, simulation))),
         t_(simulation.plan.from) {}
 
   TrajectoryPtr run() {
@@ -70,7 +61,7 @@ class RegimeRun {
     for (std::size_t i = 0; i < regime.region.margins.size(); ++i) {
       ModelEvent end;
       end.when = regime.region.margins[i] + Expr(start.slack[i]);
-      end.direction = -1;
+      end.direction = is_reset(end.when) ? -2 : -1;
       end.stop = true;
       part.events.push_back(std::move(end));
     }
@@ -91,6 +82,14 @@ class RegimeRun {
     const Point end = whole_.pieces().translated(solution->final());
     remember(end);
     return solution->outcome();
+  }
+
+  /// May an event carry it across 0?
+  bool is_reset(Expr margin) const {
+    for (const ModelEvent& event : simulation_.events)
+      for (const auto& [state, value] : event.reset)
+        if (depends_on(margin, dae::resolve(*model_, state))) return true;
+    return false;
   }
 
   static bool stops_by_user(const std::vector<EventRecord>& events, std::size_t asked) {
@@ -171,7 +170,7 @@ class RegimeRun {
 bool changes_regime(const dae::Model& model, const Simulation& simulation) {
   if (simulation.plan.dt || simulation.plan.direct || !simulation.sensitivities.empty()) return false;
   if (!model.form.empty() || !model.invariants.empty() || simulation.plan.stop_when) return false;
-  return dae::Regimes(std::make_shared<const dae::Model>(model)).differ();
+  return dae::regimes_differ(model);
 }
 
 TrajectoryPtr simulate_regimes(const dae::ModelPtr& model, const Simulation& simulation) {

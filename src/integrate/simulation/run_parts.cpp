@@ -8,6 +8,14 @@
 
 namespace pendula::integrate {
 
+std::vector<Expr> leaves_of(const Problem& problem) {
+  const dae::FirstOrder& form = problem.model();
+  std::vector<Expr> list = form.x;
+  for (Expr x : form.x) list.push_back(derivative_leaf(x));
+  list.insert(list.end(), form.z.begin(), form.z.end());
+  return list;
+}
+
 static Point point_of(double t, const Vec& values, int n) {
   return {t, values.head(n), values.segment(n, n), values.tail(values.size() - 2 * n)};
 }

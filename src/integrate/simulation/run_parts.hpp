@@ -6,6 +6,9 @@
 
 namespace pendula::integrate {
 
+/// The leaves of a problem of the model itself, in the order x, x′, z.
+std::vector<Expr> leaves_of(const Problem& problem);
+
 /// A part of the trajectory.
 struct RunPart {
   dae::ModelPtr model;

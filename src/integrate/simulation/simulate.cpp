@@ -2,6 +2,7 @@
 
 #include "integrate/run/adaptive_run.hpp"
 #include "integrate/run/fixed_step_run.hpp"
+#include "integrate/simulation/branch_run.hpp"
 #include "integrate/simulation/preparation.hpp"
 #include "integrate/simulation/problem_setup.hpp"
 #include "integrate/simulation/regime_run.hpp"
@@ -10,6 +11,7 @@
 namespace pendula::integrate {
 
 TrajectoryPtr simulate(const dae::ModelPtr& model, const Simulation& simulation) {
+  if (simulation.branch) return simulate_branches(model, simulation);
   const bool one_choice = simulation.plan.stop_when || !simulation.sensitivities.empty();
   if (chooses_states(*model) && !one_choice) return simulate_reselecting(model, simulation);
   if (changes_regime(*model, simulation)) return simulate_regimes(model, simulation);
@@ -28,6 +30,8 @@ TrajectoryPtr simulate(const dae::ModelPtr& model, const Simulation& simulation)
                     : integrate(run.problem, simulation.method.tableau, run.start, plan));
   const auto so_far = std::make_shared<TrajectoryPtr>();
   complete_plan(plan, model, simulation, run, so_far);
+  if (plan.check_singularities && simulation.start)
+    plan.ways_on = [&](const Point& p) { return ways_on_text(model, simulation, (*so_far)->solution(), p); };
   const SolutionPtr solution =
       integrate_adaptive(run.problem, simulation.method, run.start, plan,
                          [&](SolutionPtr running) { *so_far = wrap(std::move(running)); });

@@ -12,6 +12,11 @@ struct ToleranceRequest {
   std::vector<double> list;  ///< instead: in the order of the states, then the algebraic variables
 };
 
+/// What a run does where several solutions go on from a point: smoothly, or with the derivatives nearest to these.
+struct BranchChoice {
+  std::vector<std::pair<Expr, double>> derivatives;  ///< leaves of any order; empty: smoothly
+};
+
 struct Simulation {
   dae::ConsistentStatePtr start;    ///< of this model; x is taken from it, x′ and z as starting values
   dae::ParameterValues parameters;  ///< override those of the model
@@ -21,7 +26,8 @@ struct Simulation {
   Plan plan;      ///< its tolerances, variable indices and events are filled in from what follows
   ToleranceRequest rtol, atol;
   std::vector<ModelEvent> events;
-  std::vector<Expr> sensitivities;  ///< parameters, and states that stand for their initial values
+  std::optional<BranchChoice> branch;  ///< absent: the run stops there
+  std::vector<Expr> sensitivities;     ///< parameters, and states that stand for their initial values
 };
 
 /// Integrates a model.

@@ -43,7 +43,7 @@ class Trajectory {
   /// The expressions in the unknowns and parameters of the solution, inputs put in.
   std::vector<Expr> resolved(std::span<const Expr> expressions) const;
 
-  /// What the solution has sensitivities to.
+  /// Parameters and initial values whose sensitivities were integrated.
   const std::vector<Expr>& sensitivities() const { return asked_; }
   /// d expression/dp for p in sensitivities(): one row per saved time, or at time t. Throws Error naming what
   /// was not asked for when the model was integrated.

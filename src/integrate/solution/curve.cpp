@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
 
 #include "base/interrupt.hpp"
@@ -44,14 +45,17 @@ class Sheet {
  public:
   Sheet(const CurvePlan& plan, const std::vector<Node>& nodes) : plan_(plan) {
     for (const auto& curve : plan.curves)
-      for (std::size_t k = 0; k < curve.size(); ++k) measure(static_cast<std::size_t>(curve[k]), k, nodes);
+      for (std::size_t k = 0; k < curve.size(); ++k) measure(curve, k, nodes);
   }
 
-  /// The largest distance in pixels of p from the chord between a and b, over all curves.
-  double distance(const Node& a, const Node& b, const Node& p) const {
-    double largest = 0;
-    for (const auto& curve : plan_.curves) largest = std::max(largest, distance(curve, a, b, p));
-    return largest;
+  /// Does p, at this share of the time from a to b, lie on the chord in all curves, and where even motion along the
+  /// chord would take it? A steep front hides in its chord where it turns back.
+  bool on_chord(const Node& a, const Node& b, const Node& p, double share) const {
+    constexpr double uneven = 1;  // pixels along the chord
+    return std::all_of(plan_.curves.begin(), plan_.curves.end(), [&](const std::vector<int>& curve) {
+      const Offset off = offset(curve, a, b, p, share);
+      return off.across <= plan_.tolerance && off.along <= uneven;
+    });
   }
   /// The longest chord in pixels.
   double length(const Node& a, const Node& b) const {
@@ -68,12 +72,24 @@ class Sheet {
   }
 
  private:
-  void measure(std::size_t column, std::size_t axis, const std::vector<Node>& nodes) {
+  /// Is the point within the limits of the axes but this one?
+  bool is_seen(const std::vector<int>& curve, std::size_t axis, const Node& node) const {
+    for (std::size_t k = 0; k < curve.size(); ++k) {
+      const auto& limits = plan_.axes[k].limits;
+      const double v = node.values[curve[k]];
+      if (k != axis && limits && (v < limits->first || v > limits->second)) return false;
+    }
+    return true;
+  }
+
+  /// The axis has the range of what is seen.
+  void measure(const std::vector<int>& curve, std::size_t axis, const std::vector<Node>& nodes) {
+    const auto column = static_cast<std::size_t>(curve[axis]);
     const SheetAxis& a = plan_.axes[axis];
     double low = std::numeric_limits<double>::infinity(), high = -low;
     for (const Node& node : nodes) {
-      const double v = scaled(node.values[static_cast<Eigen::Index>(column)], a.log);
-      if (std::isfinite(v)) {
+      const double v = scaled(node.values[curve[axis]], a.log);
+      if (std::isfinite(v) && is_seen(curve, axis, node)) {
         low = std::min(low, v);
         high = std::max(high, v);
       }
@@ -93,7 +109,11 @@ class Sheet {
     const auto column = static_cast<std::size_t>(curve[k]);
     return scaled(node.values[curve[k]], plan_.axes[k].log) * per_unit_[k][column];
   }
-  double distance(const std::vector<int>& curve, const Node& a, const Node& b, const Node& p) const {
+  struct Offset {
+    double across, along;  ///< pixels; 0 where a point is not drawn
+  };
+  Offset offset(const std::vector<int>& curve, const Node& a, const Node& b, const Node& p,
+                double share) const {
     double along = 0, chord = 0, offset = 0;
     for (std::size_t k = 0; k < curve.size(); ++k) {
       const double u = place(curve, k, b) - place(curve, k, a), v = place(curve, k, p) - place(curve, k, a);
@@ -103,7 +123,9 @@ class Sheet {
     }
     const double s = chord > 0 ? std::clamp(along / chord, 0.0, 1.0) : 0;
     const double square = offset - 2 * s * along + s * s * chord;
-    return std::isfinite(square) ? std::sqrt(std::max(square, 0.0)) : 0;
+    if (!std::isfinite(square)) return {0, 0};
+    const double length = std::sqrt(chord);
+    return {std::sqrt(std::max(square, 0.0)), length > 0 ? std::abs(along / length - share * length) : 0};
   }
 
   const CurvePlan& plan_;
@@ -125,6 +147,7 @@ class Refinement {
       if (i > 0 && !saved_[i].lifted) add_between(saved_[i - 1], saved_[i], pieces, coarse);
       coarse.push_back(saved_[i]);
     }
+    add_where_seen(coarse);
     const Sheet sheet(plan_, coarse);
     std::vector<Node> result;
     for (std::size_t i = 0; i < coarse.size(); ++i) {
@@ -161,19 +184,42 @@ class Refinement {
     }
   }
 
+  /// Where limits of the time axis show a part of few steps, points in it tell the range of the values.
+  void add_where_seen(std::vector<Node>& nodes) {
+    const auto& limits = plan_.axes[0].limits;
+    const bool over_time = expressions_[0] == time_symbol();
+    if (!limits || !over_time || many_saved() || nodes.empty()) return;
+    constexpr int pieces = 200;
+    const double low = std::max(limits->first, nodes.front().t),
+                 high = std::min(limits->second, nodes.back().t);
+    std::vector<Node> more;
+    for (int k = 0; k <= pieces && low < high; ++k) {
+      const double t = low + k * (high - low) / pieces;
+      const auto next = std::lower_bound(nodes.begin(), nodes.end(), t,
+                                         [](const Node& node, double time) { return node.t < time; });
+      if (next != nodes.end() && next->t == t) continue;
+      if (auto node = at(t)) more.push_back(std::move(*node));
+    }
+    std::vector<Node> all;
+    std::merge(nodes.begin(), nodes.end(), more.begin(), more.end(), std::back_inserter(all),
+               [](const Node& a, const Node& b) { return a.t < b.t; });
+    nodes = std::move(all);
+  }
+
   void divide(const Sheet& sheet, const Node& a, const Node& b, int depth, std::vector<Node>& to) {
     if (depth == 0 || !(b.t > a.t)) return;
     // Of few points every piece is looked at: the curve may turn back between neighbours.
     if (many_saved() && is_finite(a.values) && is_finite(b.values) && sheet.length(a, b) < one_pixel) return;
-    const auto p = at(a.t + 0.31 * (b.t - a.t)), q = at(a.t + 0.64 * (b.t - a.t));
+    constexpr double first = 0.31, second = 0.64;
+    const auto p = at(a.t + first * (b.t - a.t)), q = at(a.t + second * (b.t - a.t));
     if (!p || !q) return;
-    const double off = std::max(sheet.distance(a, b, *p), sheet.distance(a, b, *q));
+    const bool straight = sheet.on_chord(a, b, *p, first) && sheet.on_chord(a, b, *q, second);
     const bool far = sheet.length(a, b) > long_piece && depth == deepest;
     const bool defined =
         is_finite(a.values) && is_finite(b.values) && is_finite(p->values) && is_finite(q->values);
     const bool undefined =
         !is_finite(a.values) && !is_finite(b.values) && !is_finite(p->values) && !is_finite(q->values);
-    if (undefined || (defined && off <= plan_.tolerance && !far)) return;
+    if (undefined || (defined && straight && !far)) return;
     divide(sheet, a, *p, depth - 1, to);
     to.push_back(*p);
     divide(sheet, *p, *q, depth - 1, to);

@@ -4,7 +4,7 @@
 //
 //     C(t) = Σ_{k<d} C⁽ᵏ⁾(0) tᵏ/k!        (d = 2, mechanisms: the straight line C(0) + t C′(0))
 //
-// What the solution shows beyond that polynomial is the work of the integrator.
+// The difference between the solution and that polynomial is due to the integrator.
 #pragma once
 
 #include <string>

@@ -20,10 +20,11 @@ enum class Ending {
 struct RunOutcome {
   Ending ending = Ending::running;
   std::string message;  ///< of `stopped`: "stopped at t = 0.98: why"
+  double t = 0;         ///< of `stopped`
 
   /// The run has reached an end that was asked for.
   bool is_complete() const { return ending == Ending::finished || ending == Ending::event; }
-  /// What users read: the message, or the name of the ending.
+  /// The text for users: the message, or the name of the ending.
   std::string text() const {
     switch (ending) {
       case Ending::running:
@@ -45,7 +46,7 @@ struct RunOutcome {
 
 /// "stopped at t = 0.98: why", the time with so many digits.
 inline RunOutcome stopped_at(double t, const std::string& why, int digits = 6) {
-  return {Ending::stopped, "stopped at t = " + rounded(t, digits) + ": " + why};
+  return {Ending::stopped, "stopped at t = " + rounded(t, digits) + ": " + why, t};
 }
 /// Times by interpolation between fixed steps have four digits.
 inline RunOutcome stopped_at(const Stop& stop, int digits = 4) {

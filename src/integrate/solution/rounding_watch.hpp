@@ -11,7 +11,7 @@
 namespace pendula::integrate {
 
 /// Looks at steps 8, 16, 32, … of models of index 0 and 1 with up to some hundred unknowns, where tolerances are tight.
-/// What a step makes of the rounding errors of a residual is carried on by the linearised equations.
+/// The effect of rounding errors of a residual in a step is propagated by the linearised equations.
 class RoundingWatch {
  public:
   RoundingWatch(const Problem& problem, const Tolerances& tolerances, const std::vector<int>& variable_index);
@@ -19,7 +19,7 @@ class RoundingWatch {
   bool wants(long steps) const { return active_ && steps >= next_; }
   /// After a step of an implicit method. Cost: one Jacobian, two factorisations, nine solutions.
   void after(Problem& problem, const Point& before, const Point& here, long steps);
-  /// What stats() says at the end of a run; empty: rounding errors are harmless.
+  /// The line of stats() at the end of a run; empty: rounding errors are harmless.
   std::string remark(Problem& problem, const Point& end) const;
 
  private:

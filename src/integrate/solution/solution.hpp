@@ -41,7 +41,7 @@ struct BorderInUse {
   std::string treatment;  ///< "kink, located 3 times"
 };
 
-/// What lies between the points.
+/// The continuous extension between the points.
 class Continuation {
  public:
   virtual ~Continuation() = default;
@@ -90,7 +90,10 @@ class Solution {
 
   // ── what the driver fills in ──
   void save(const Point& point) { points_.add(point); }
-  void set_method(std::string name, double dt) { method_ = std::move(name), dt_ = dt; }
+  void set_method(std::string name, double dt) {
+    method_ = std::move(name);
+    dt_ = dt;
+  }
   void set_continuation(std::shared_ptr<Continuation> between) { between_ = std::move(between); }
   void add_event(EventRecord event) { events_.push_back(std::move(event)); }
   void set_borders(std::vector<BorderInUse> borders) { borders_ = std::move(borders); }

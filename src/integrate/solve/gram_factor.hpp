@@ -27,7 +27,7 @@ class GramFactor {
   double least(Vec& u, Vec& w, int iterations) const;
   /// The entries as they were factorised, rows scaled.
   const std::vector<double>& scaled() const { return scaled_; }
-  /// What a row is divided by.
+  /// The divisor of a row.
   double scale(int row) const { return 1 / scale_[row]; }
   int rows() const { return rows_; }
   int columns() const { return columns_; }

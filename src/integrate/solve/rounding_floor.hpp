@@ -38,7 +38,11 @@ class RoundingFloor {
   /// Is a rejected step a reason to look? After the first one where there are multipliers, after the second where
   /// there are other unknowns without x′.
   bool may_raise(bool repeated) const { return has_multipliers_ || (repeated && has_algebraic_); }
-  void forget() { least_.clear(), trouble = 0, worst = -1; }
+  void forget() {
+    least_.clear();
+    trouble = 0;
+    worst = -1;
+  }
 
   /// length: the last correction, or the estimated error, in units of the tolerances `scale`; stages: what
   /// the method makes of rounding in one residual. Cost: three solutions.

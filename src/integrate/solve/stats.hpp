@@ -1,4 +1,4 @@
-// What an integration cost.
+// Cost of an integration, in counts.
 #pragma once
 
 namespace pendula::integrate {

@@ -75,7 +75,7 @@ Number fitted_step(Number planned, Number left, Number dt_max) {
 
 // ── the controller ──
 
-/// What the controller remembers between attempts.
+/// State of the controller between attempts.
 template <class Number>
 struct StepState {
   Number dt = 0.0;        ///< of the next attempt
@@ -98,6 +98,13 @@ struct StepState {
       &StepState::rejected_dt, &StepState::longest, &StepState::alike};
 };
 
+/// What a step with a second stage g at its end shows beside its error: sums of squares in units of the tolerance.
+template <class Number>
+struct StepSigns {
+  Number slopes = 0.0, points = 0.0;  ///< of f(x₁) - f(g) and x₁ - g
+  Number change = 0.0, size = 0.0;    ///< of x₁′ - x₀′ and x₁′
+};
+
 template <class Number>
 class StepController {
  public:
@@ -105,7 +112,8 @@ class StepController {
   using Condition = decltype(Number(0.0) < Number(0.0));
 
   /// unknowns: of the model.
-  StepController(const StepRules& rules, int unknowns) : rules_(rules), large_(unknowns >= many_unknowns) {}
+  StepController(const StepRules& rules, int unknowns)
+      : rules_(rules), unknowns_(unknowns), large_(unknowns >= many_unknowns) {}
   const StepRules& rules() const { return rules_; }
 
   State start(Number dt) const {
@@ -165,13 +173,25 @@ class StepController {
   bool watches_stiffness() const { return rules_.stiff_stage >= 0; }
   static Condition is_stiff(const State& s) { return enough_hits <= s.hits; }
 
-  /// After an accepted step that accept() has seen: is stability what limits it? slopes, points: sums of the squares
-  /// of f(x₁) - f(g) and x₁ - g, their quotient estimates λ² (Hairer & Wanner II, §IV.2). smooth: x′ hardly changes in
-  /// the step, but accuracy would turn it by some tenths; at tight tolerances such steps settle well inside the
-  /// stability region.
-  State watch(State s, Number dt, Number slopes, Number points, Condition smooth) const {
+  /// Is the error estimate of a step of length dt to be believed? It is one number, and vanishes by chance where the
+  /// stages jump over a pulse or from one oscillation to another. Then x₁ and g, of different orders, are as far
+  /// apart as the slopes would take them, or further; where the step follows the solution, they are much closer.
+  Condition resolves(Number dt, const StepSigns<Number>& signs) const {
+    constexpr double least = 0.01;  // of x′: it may change and come back
+    const double share = rules_.resolution * rules_.resolution;
+    const Number slopes = multiply_add(least, signs.size, signs.slopes + signs.change);
+    return either(signs.points <= unknowns_, signs.points <= slopes * (dt * dt) * share);
+  }
+  /// The error of a step that does not.
+  static constexpr double unresolved = 1e10;
+
+  /// After an accepted step that accept() has seen: is stability what limits it? The quotient of f(x₁) - f(g) and
+  /// x₁ - g estimates λ (Hairer & Wanner II, §IV.2). Where x′ hardly changes in the step, accuracy would turn it by some
+  /// tenths; at tight tolerances such steps settle well inside the stability region.
+  State watch(State s, Number dt, const StepSigns<Number>& signs) const {
     const double edge = 0.95 * rules_.stability_limit, inside = 0.3 * rules_.stability_limit;
-    const Number h_lambda = slopes * (dt * dt);  // squared, times `points`
+    const Number points = signs.points, h_lambda = signs.slopes * (dt * dt);  // squared, times `points`
+    const Condition smooth = signs.change <= smooth_change * smooth_change * signs.size;
     const Condition hit =
         either(edge * edge * points < h_lambda, both(inside * inside * points < h_lambda, smooth));
     const Condition counts = both(both(0.0 < points, 10.0 <= s.accepted), s.hits < enough_hits);
@@ -186,10 +206,9 @@ class StepController {
   }
 
   static constexpr double enough_hits = 25;
-  /// Change of x′ in a step, relative, below which the step is smooth.
-  static constexpr double smooth_change = 0.02;
 
  private:
+  static constexpr double smooth_change = 0.02;  ///< of x′ in a step, relative: below, the step is smooth
   static constexpr double safety = 0.9, least_error = 1e-4, calm_enough = 6;
   /// Accepted steps until a new try beyond the ceiling is worth a rejection.
   static constexpr double soon = 60;
@@ -199,6 +218,7 @@ class StepController {
   static constexpr double again = 12, enough_alike = 8;
 
   StepRules rules_;
+  double unknowns_;
   bool large_;
 };
 

@@ -411,8 +411,12 @@ void BdfStepper::interpolate(const StepView& step, double t, Detail detail, Poin
   const double end = step.record[1], dt = step.record[2];
   const double* differences = step.record + 3;
   out.t = t;
-  out.x.resize(n()), out.xdot.resize(n()), out.z.resize(m());
-  out.x.setZero(), out.xdot.setZero(), out.z.setZero();
+  out.x.resize(n());
+  out.xdot.resize(n());
+  out.z.resize(m());
+  out.x.setZero();
+  out.xdot.setZero();
+  out.z.setZero();
   double factor = 1, slope = 0;
   for (int j = 0; j <= k; ++j) {
     if (j > 0) {

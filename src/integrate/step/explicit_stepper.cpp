@@ -73,6 +73,7 @@ ExplicitStepper::ExplicitStepper(ProblemPtr problem, TableauPtr tableau, Toleran
   code_ = ExplicitCode::make(*problem_, *tableau_, controller_.rules().stiff_stage, tolerances_);
   stages_.K.resize(static_cast<std::size_t>((stages + 3) * n()));
   stages_.Z.resize(static_cast<std::size_t>(stages * m()));
+  largest_z_.setZero(m());
   stages_.inverse_weight.resize(static_cast<std::size_t>(n()));
   scaled_.resize(static_cast<std::size_t>(n()));
   for (Point* p : {&next_, &before_}) {
@@ -123,6 +124,7 @@ ExplicitStepper::Rows ExplicitStepper::rows_of(const Tableau& rk, int stiff_stag
 
 void ExplicitStepper::start(const Point& point, double end) {
   here_ = point;
+  largest_z_.setZero();
   rhs_.require(here_.t, here_.x.data(), here_.xdot.data(), here_.z.data());
   control_ = controller_.start(limits_.dt_first > 0 ? limits_.dt_first : first_step(end));
   dt_ = control_.dt;
@@ -204,7 +206,32 @@ double ExplicitStepper::error_norm() {
     sum.add(scaled_[k]);
     second.add(other[k] * w);
   }
-  return combined(sum.norm(size), second.norm(size));
+  return std::max(combined(sum.norm(size), second.norm(size)), unresolved());
+}
+
+/// Whether the stages resolve a z that equations are not linear in: by the error estimate of ∫z dt beside the square
+/// root of the tolerances, and by its change beside the largest z so far. z does not act back on x, but where it
+/// swings between two stages, what it switches on may lie between them: the pulse of current that charges a
+/// capacitor behind a rectifier.
+double ExplicitStepper::unresolved() {
+  if (m() == 0 || rhs_.is_linear()) return 0;
+  constexpr double most = 0.5;  // of the largest z: a sine is seen six times in a period or more
+  double largest = 0;
+  for (int k = 0; k < m(); ++k) {
+    const auto z = [&](int stage) { return stages_.Z.data()[stage * m() + k]; };
+    double error = 0, least = here_.z[k], greatest = here_.z[k];
+    for (const Term& term : rows_.error) error += term.factor * z(term.stage);
+    for (int i = 0; i < tableau_->stages(); ++i) {
+      least = std::min(least, z(i));
+      greatest = std::max(greatest, z(i));
+    }
+    const double known = largest_z_[k], rtol = tolerances_.rtol[n() + k];
+    const double w = weight(n() + k, std::max({known, -least, greatest}));
+    largest = std::max(largest, std::fabs(error) * std::sqrt(rtol) / w);
+    if (known > 0) largest = std::max(largest, (greatest - least) * rtol / (most * w));
+    if (largest <= 1) largest_z_[k] = std::max({known, -least, greatest});
+  }
+  return largest;
 }
 
 ExplicitStepper::Attempt ExplicitStepper::attempt(double dt) {
@@ -214,7 +241,12 @@ ExplicitStepper::Attempt ExplicitStepper::attempt(double dt) {
   if (!(error_now_ <= std::numeric_limits<double>::max())) return Attempt::not_finite;
   if (error_now_ > 1) return Attempt::rejected;
   next_.t = here_.t + dt;
-  return complete() ? Attempt::accepted : Attempt::not_finite;
+  if (!complete()) return Attempt::not_finite;
+  if (!controller_.watches_stiffness()) return Attempt::accepted;
+  signs_ = signs(dt);
+  if (controller_.resolves(dt, signs_)) return Attempt::accepted;
+  error_now_ = Controller::unresolved;
+  return Attempt::rejected;
 }
 
 /// Projection, x′ and z at the new point.
@@ -243,38 +275,32 @@ bool ExplicitStepper::complete() {
   return false;
 }
 
-/// x′ hardly changes in the step.
-bool ExplicitStepper::is_smooth() const {
-  double change = 0, size = 0;
+/// Of a complete step.
+StepSigns<double> ExplicitStepper::signs(double dt) {
+  StepSigns<double> signs;
   for (int k = 0; k < n(); ++k) {
     const double w = 1 / weight(k, std::fabs(next_.x[k]));
     const double d = (next_.xdot[k] - here_.xdot[k]) * w, s = next_.xdot[k] * w;
-    change += d * d;
-    size += s * s;
+    signs.change += d * d;
+    signs.size += s * s;
   }
-  return change <= Controller::smooth_change * Controller::smooth_change * size;
-}
-
-void ExplicitStepper::watch_stiffness(double dt) {
-  if (!controller_.watches_stiffness() || is_stiff()) return;
-  double slopes = 0, points = 0;
   if (coded_) {
-    slopes = end_.slope_change;
-    points = end_.change;
-  } else {
-    const int size = n();
-    double* difference = behind_stages(1);  // (x₁ - g)/h; the error estimate is not needed any more
-    std::fill_n(difference, size, 0.0);
-    combine(size, difference, 1, rows_.stiff, stages_.K.data(), difference);
-    const double* K = stages_.K.data() + static_cast<std::ptrdiff_t>(controller_.rules().stiff_stage) * size;
-    for (int k = 0; k < size; ++k) {
-      const double w = stages_.inverse_weight[k];
-      const double f = (next_.xdot[k] - K[k]) * w, d = dt * difference[k] * w;
-      slopes += f * f;
-      points += d * d;
-    }
+    signs.slopes = end_.slope_change;
+    signs.points = end_.change;
+    return signs;
   }
-  control_ = controller_.watch(control_, dt, slopes, points, is_smooth());
+  const int size = n();
+  double* difference = behind_stages(1);  // (x₁ - g)/h; the error estimate is not needed any more
+  std::fill_n(difference, size, 0.0);
+  combine(size, difference, 1, rows_.stiff, stages_.K.data(), difference);
+  const double* K = stages_.K.data() + static_cast<std::ptrdiff_t>(controller_.rules().stiff_stage) * size;
+  for (int k = 0; k < size; ++k) {
+    const double w = stages_.inverse_weight[k];
+    const double f = (next_.xdot[k] - K[k]) * w, d = dt * difference[k] * w;
+    signs.slopes += f * f;
+    signs.points += d * d;
+  }
+  return signs;
 }
 
 void ExplicitStepper::step(double end) {
@@ -291,7 +317,7 @@ void ExplicitStepper::step(double end) {
       continue;
     }
     control_ = controller_.accept(control_, dt, error_now_);
-    watch_stiffness(dt);
+    if (controller_.watches_stiffness()) control_ = controller_.watch(control_, dt, signs_);
     dt_ = control_.dt;
     if (end - next_.t <= 0 || dt == end - here_.t) next_.t = end;
     std::swap(before_, here_);

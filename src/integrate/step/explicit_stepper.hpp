@@ -40,7 +40,7 @@ class ExplicitStepper final : public Stepper {
     Row stiff;  ///< b minus the row of the second stage at the end of the step
     std::vector<double> c;
   };
-  /// What follows from the tableau alone.
+  /// Quantities that follow from the tableau alone.
   struct Scheme {
     StepRules rules;
     Rows rows;
@@ -60,14 +60,14 @@ class ExplicitStepper final : public Stepper {
   bool compute(const Point& from, double dt);
   Attempt attempt(double dt);
   double error_norm();
+  double unresolved();
   /// 0: x at the end of the step, 1 and 2: its error estimates.
   double* behind_stages(int which) {
     return stages_.K.data() + static_cast<std::ptrdiff_t>(tableau_->stages() + which) * n();
   }
   const double* end_of_step() { return coded_ ? end_.x : behind_stages(0); }
   bool complete();
-  bool is_smooth() const;
-  void watch_stiffness(double dt);
+  StepSigns<double> signs(double dt);
 
   TableauPtr tableau_;
   std::shared_ptr<const Scheme> scheme_;
@@ -80,7 +80,9 @@ class ExplicitStepper final : public Stepper {
   bool coded_ = false;  ///< the last step was: end_ holds it, not stages_
   Stages stages_;
   std::vector<double> scaled_;  ///< the error, in units of the tolerance
+  Vec largest_z_;               ///< so far
   double error_now_ = 0;
+  StepSigns<double> signs_;
   Point next_;
   std::string trouble_;
 };

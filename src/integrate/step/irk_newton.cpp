@@ -29,8 +29,8 @@ bool IrkStepper::evaluate_jacobian() {
 bool IrkStepper::use_code(double dt, bool now) {
   const codegen::StraightLU* pivots = matrices().real.straight();
   if (!pivots) return false;
-  const long iterations = stats_.newton_iterations - counted_iterations_;
-  counted_iterations_ = stats_.newton_iterations;
+  const long iterations = stats_.newton_iterations - iteration_.counted;
+  iteration_.counted = stats_.newton_iterations;
   matrices().code = NewtonCode::make({*problem_, f(), rows_.bare, rows_.in_mass, *pivots}, iterations, now);
   if (matrices().code && !matrices().code->factorise(jacobian_.entries, dt)) matrices().code = nullptr;
   return matrices().code != nullptr;
@@ -81,7 +81,7 @@ bool IrkStepper::factorise_pairs(double dt) {
 void IrkStepper::start_iteration(double dt) {
   NewtonCode* code = matrices().code.get();
   if (code) code->begin(*problem_, here_.t, dt, y_.data(), scales_.scale.data());
-  if (code && last_.dt > 0 && last_.level == level_) {
+  if (code && last_.dt > 0 && last_.level == order_.level) {
     code->predict(dt / last_.dt, last_.y.data(), last_.Z.data());
     return;
   }
@@ -95,8 +95,7 @@ void IrkStepper::predict(double dt) {
   if (last_.dt == 0) {
     std::fill(Z_.begin(), Z_.end(), 0.0);
     for (int i = 0; i < f().s; ++i)  // equations that are not linear in x′ need x′ to begin with
-      for (int k = 0; k < n(); ++k)
-        Z_[static_cast<std::size_t>(i) * size + static_cast<std::size_t>(k)] = f().c[i] * dt * here_.xdot[k];
+      for (int k = 0; k < n(); ++k) Z_[i * size + k] = f().c[i] * dt * here_.xdot[k];
     return;
   }
   // The Lagrange polynomials add up to 1: p(θ) - y₀ = Σ lⱼ(θ) Zⱼ - (y₀ - its value at the old start).

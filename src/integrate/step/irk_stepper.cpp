@@ -51,7 +51,7 @@ IrkStepper::IrkStepper(std::string name, ProblemPtr problem,
 }
 
 void IrkStepper::use(int level) {
-  level_ = next_level_ = level;
+  order_.level = order_.next = level;
   const auto stages = static_cast<std::size_t>(f().s), size = static_cast<std::size_t>(N_);
   for (auto* array : {&Z_, &work_.R, &work_.transformed}) array->assign(stages * size, 0.0);
   if (matrices().real.size() == 0) {
@@ -64,7 +64,7 @@ void IrkStepper::use(int level) {
   work_.lagrange.resize(stages + 1);
   work_.weights.resize(stages);
   jacobian_.factorised_for = 0;
-  since_order_change_ = 0;
+  order_.since_change = 0;
   prepare_tolerances();
 }
 
@@ -118,7 +118,7 @@ void IrkStepper::start(const Point& point, double end) {
   rounding_.forget();
   last_.dt = 0;
   trouble_.clear();
-  if (level_ != first_level()) use(first_level());
+  if (order_.level != first_level()) use(first_level());
   dt_ = limits_.dt_first > 0 ? limits_.dt_first : cautious_step(end);
   prepare_code();
 }
@@ -149,8 +149,7 @@ void IrkStepper::end_step(double dt) {
   for (int i = 0; i < s; ++i) {
     const double* Zi = Z_.data() + static_cast<std::size_t>(i) * size;
     const double weight = f().stiffly_accurate ? (i == s - 1 ? 1 : 0) : f().end[i];
-    const double slope =
-        f().stiffly_accurate ? f().W(s - 1, i) : work_.lagrange[static_cast<std::size_t>(i) + 1];
+    const double slope = f().stiffly_accurate ? f().W(s - 1, i) : work_.lagrange[i + 1];
     if (weight != 0) {
       add_multiple(next_.x.data(), weight, Zi, n());
       add_multiple(next_.z.data(), weight, Zi + n(), m());
@@ -257,8 +256,8 @@ void IrkStepper::reject(double dt, Rejection why, double error) {
     return;
   }
   dt_ = why == Rejection::slow ? dt * iteration_.slow_factor : dt / 2;
-  if (level_ > 0 && iteration_.failures >= 4) {  // a lower order has smaller systems to converge
-    use(level_ - 1);
+  if (order_.level > 0 && iteration_.failures >= 4) {  // a lower order has smaller systems to converge
+    use(order_.level - 1);
     iteration_.failures = 0;
   }
 }
@@ -279,7 +278,7 @@ void IrkStepper::accept(double dt, double error, double end) {
   if (dt == end - here_.t) next_.t = end;
   last_.t = here_.t;
   last_.dt = dt;
-  last_.level = level_;
+  last_.level = order_.level;
   last_.y = y_;
   last_.Z.swap(Z_);
   Z_.resize(last_.Z.size());
@@ -287,18 +286,20 @@ void IrkStepper::accept(double dt, double error, double end) {
   std::swap(here_, next_);
   if (next_.x.size() == 0) next_ = here_;
   ++stats_.steps;
-  if (next_level_ != level_) use(next_level_);
+  if (order_.next != order_.level) use(order_.next);
 }
 
 void IrkStepper::choose_order(double change) {
-  ++since_order_change_;
+  ++order_.since_change;
   const int top = static_cast<int>(formulas_.size()) - 1;
   const bool calm = change > order_quotient_low && change < order_quotient_high;
-  int wanted = level_;
-  if (level_ < top && since_order_change_ >= 10 && iteration_.theta <= order_up && calm) wanted = level_ + 1;
-  if (level_ > 0 && since_order_change_ >= 3 && iteration_.theta >= order_down) wanted = level_ - 1;
-  if (wanted == level_) return;
-  next_level_ = wanted;  // step() changes over when the stages have been kept for the continuous extension
+  int wanted = order_.level;
+  if (order_.level < top && order_.since_change >= 10 && iteration_.theta <= order_up && calm)
+    wanted = order_.level + 1;
+  if (order_.level > 0 && order_.since_change >= 3 && iteration_.theta >= order_down)
+    wanted = order_.level - 1;
+  if (wanted == order_.level) return;
+  order_.next = wanted;  // step() changes over when the stages have been kept for the continuous extension
 }
 
 std::size_t IrkStepper::record_size() const { return 3 + last_.y.size() + last_.Z.size(); }
@@ -325,12 +326,14 @@ void IrkStepper::interpolate(const StepView& step, double t, Detail detail, Poin
   formula.lagrange((t - t0) / dt, l.data());
   formula.lagrange_slopes((t - t0) / dt, slopes.data());
   out.t = t;
-  out.x.resize(n()), out.xdot.resize(n()), out.z.resize(m());
+  out.x.resize(n());
+  out.xdot.resize(n());
+  out.z.resize(m());
   for (int k = 0; k < N_; ++k) {
     double value = y[k], slope = 0;  // the polynomials add up to 1
     for (int j = 0; j < formula.s; ++j) {
-      value += l[static_cast<std::size_t>(j) + 1] * Z[j * N_ + k];
-      slope += slopes[static_cast<std::size_t>(j) + 1] * Z[j * N_ + k];
+      value += l[j + 1] * Z[j * N_ + k];
+      slope += slopes[j + 1] * Z[j * N_ + k];
     }
     if (k >= n()) {
       out.z[k - n()] = value;
@@ -366,7 +369,7 @@ void IrkStepper::refine(const StepView& step, int level, double t, Point& out) {
 /// Newton's iteration goes on until neighbours are as smooth as rounding lets them be.
 bool IrkStepper::reaches(const StepView& step, int level, double t) {
   constexpr double sharper = 1e-6;
-  if (level_ != level) use(level);
+  if (order_.level != level) use(level);
   here_ = step.from;
   std::copy_n(here_.x.data(), n(), y_.data());
   std::copy_n(here_.z.data(), m(), y_.data() + n());

@@ -81,6 +81,11 @@ class IrkStepper final : public Stepper {
     double slow_factor = 0.5;  ///< of dt, when it was slow
     int failures = 0;          ///< since the last accepted step
     int wary = 0;              ///< steps that are still checked: correction_at_end()
+    long counted = 0;          ///< of Stats::newton_iterations, by NewtonCode::make
+  };
+  /// Which of the formulas makes this step and the next, and the steps since the last change.
+  struct OrderChoice {
+    int level = 0, next = 0, since_change = 0;
   };
   /// The tolerances of the error estimate, which is of lower order than the method, and the scales from them.
   struct Scales {
@@ -98,8 +103,8 @@ class IrkStepper final : public Stepper {
     std::vector<double> weights;  ///< of a sum over the stages
   };
 
-  const IrkFormula& f() const { return *formulas_[level_]; }
-  Matrices& matrices() { return matrices_[level_]; }
+  const IrkFormula& f() const { return *formulas_[order_.level]; }
+  Matrices& matrices() { return matrices_[order_.level]; }
   int most_iterations() const { return 7 + (f().s - 3) * 5 / 2; }
   void use(int level);
   int first_level() const;
@@ -139,7 +144,7 @@ class IrkStepper final : public Stepper {
   std::string name_;
   std::vector<std::shared_ptr<const IrkFormula>> formulas_;
   std::vector<int> index_;
-  int level_ = 0, next_level_ = 0, since_order_change_ = 0;
+  OrderChoice order_;
   int N_;
   RhsSolver rhs_;
   bool determined_ = true;  ///< x′ and z follow from (t, x)
@@ -147,7 +152,6 @@ class IrkStepper final : public Stepper {
   Jacobian jacobian_;
   Shifted shifted_;
   std::vector<Matrices> matrices_;  ///< one set per formula
-  long counted_iterations_ = 0;     ///< by NewtonCode::make
   Scales scales_;
   PredictiveController control_;
   Iteration iteration_;

@@ -106,7 +106,10 @@ bool RosenbrockStepper::time_derivative(const Point& at) {
     for (std::size_t k = 0; k < Ft_.size(); ++k) Ft_[k] = (Ft_[k] - R_[k]) / delta;
     stats_.evaluations += 2;
   }
-  return std::all_of(Ft_.begin(), Ft_.end(), [](double v) { return std::isfinite(v); });
+  trouble_ = "the derivative of the equations with respect to t is not finite";
+  if (!std::all_of(Ft_.begin(), Ft_.end(), [](double v) { return std::isfinite(v); })) return false;
+  trouble_.clear();
+  return true;
 }
 
 void RosenbrockStepper::begin_step() {
@@ -128,11 +131,12 @@ double RosenbrockStepper::attempt(double dt) {
     stats_.evaluations += method_->stages();
     std::copy_n(end_.scaled, N_, scaled_.data());
     std::copy_n(end_.undamped, N_, at_end_.undamped.data());
-    return ErrorSum::norm(end_.sum, end_.largest, N_);
+    const double error = ErrorSum::norm(end_.sum, end_.largest, N_);
+    if (std::isfinite(error)) return error;
   }
   code_ = nullptr;  // these pivots do not suit, or something is not finite
   begin_step();
-  return time_derivative(here_) ? attempt_apart(dt) : NAN;
+  return attempt_apart(dt);
 }
 
 /// An infinite ∂f/∂x, at the border of a domain, would hold the solution there.
@@ -145,8 +149,20 @@ bool RosenbrockStepper::jacobian_is_finite() {
   return true;
 }
 
+/// The derivatives at the beginning of the step or, where they are infinite (√|x| at 0), in its middle.
+bool RosenbrockStepper::linearise(double dt) {
+  if (entries_at_ != here_.t) keep_jacobian(here_, entries_);
+  if (jacobian_is_finite() && time_derivative(here_)) return true;
+  Point middle = here_;
+  middle.t += dt / 2;
+  middle.x += dt / 2 * here_.xdot;
+  keep_jacobian(middle, entries_);
+  entries_at_ = NAN;
+  return jacobian_is_finite() && time_derivative(middle);
+}
+
 double RosenbrockStepper::attempt_apart(double dt) {
-  if (!jacobian_is_finite()) return NAN;
+  if (!linearise(dt)) return NAN;
   if (!factorise(dt)) {
     trouble_ = "the matrix of the linear systems is singular";
     return NAN;
@@ -174,12 +190,13 @@ bool RosenbrockStepper::stages(double dt) {
     for (int k = 0; k < N_; ++k) {
       double value = y_[k], slope = 0;
       for (int j = 0; j < i; ++j) {
-        const double u = U_[static_cast<std::size_t>(j) * size + static_cast<std::size_t>(k)];
+        const double u = U_[j * size + k];
         value += method_->A()(i, j) * u;
         slope -= method_->C()(i, j) * u;
       }
       if (k < states) {
-        at[k] = value, at[states + k] = slope / dt;
+        at[k] = value;
+        at[states + k] = slope / dt;
       } else {
         at[states + k] = value;
       }
@@ -206,7 +223,7 @@ double RosenbrockStepper::error_norm() {
   for (int k = 0; k < N_; ++k) {
     double value = y_[k], error = 0;
     for (int i = 0; i < method_->stages(); ++i) {
-      const double u = U_[static_cast<std::size_t>(i) * size + static_cast<std::size_t>(k)];
+      const double u = U_[i * size + k];
       value += method_->m()[i] * u;
       error += (*method_->e())[i] * u;
     }
@@ -289,7 +306,7 @@ void RosenbrockStepper::end_step(double dt) {
     for (std::size_t r = 0; r < rows; ++r) {
       double sum = 0;
       for (int i = 0; i < method_->stages(); ++i)
-        sum += method_->dense()(static_cast<Eigen::Index>(r), i) * U_[static_cast<std::size_t>(i) * size + c];
+        sum += method_->dense()(static_cast<Eigen::Index>(r), i) * U_[i * size + c];
       last_.dense[size * (2 + r) + c] = sum;
       slope -= sum;
     }
@@ -319,8 +336,7 @@ void RosenbrockStepper::step(double end) {
   constexpr double safety = PredictiveController::safety, smallest = 1.0 / 6, largest = 5, surprising = 3;
   if (!code_) use_code();  // with other pivots than the code that did not suit
   begin_step();
-  if (!time_derivative(here_))
-    throw Failure("the derivative of the equations with respect to t is not finite");
+  if (!time_derivative(here_)) code_ = nullptr;
   const int order = std::min(method_->order(), method_->embedded_order()) + 1;
   for (;;) {
     poll_interrupt();
@@ -368,7 +384,8 @@ bool RosenbrockStepper::refine(const StepView& step, double t, Point& out) {
   if (!code_ || !time_derivative(step.from)) return false;
   const RosenbrockCode::End end = code_->run(*problem_, step.from, t - step.from.t, Ft_.data());
   out.t = t;
-  out.x = Eigen::Map<const Vec>(end.y, n()), out.z = Eigen::Map<const Vec>(end.y + n(), m());
+  out.x = Eigen::Map<const Vec>(end.y, n());
+  out.z = Eigen::Map<const Vec>(end.y + n(), m());
   out.xdot = Eigen::Map<const Vec>(end.xdot, n());
   return end.regular && out.x.allFinite() && out.z.allFinite() && out.xdot.allFinite();
 }
@@ -384,7 +401,9 @@ void RosenbrockStepper::interpolate(const StepView& step, double t, Detail detai
   const double u = (t - t0) / dt, v = 1 - u;
   const auto rows = method_->dense().rows();
   out.t = t;
-  out.x.resize(n()), out.xdot.resize(n()), out.z.resize(m());
+  out.x.resize(n());
+  out.xdot.resize(n());
+  out.z.resize(m());
   for (int k = 0; k < N_; ++k) {
     double inner = 0, slope = 0;  // K₁ + θ(K₂ + …) and its derivative
     for (Eigen::Index r = rows; r-- > 0;) {

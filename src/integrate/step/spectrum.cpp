@@ -80,7 +80,8 @@ void balance(Mat& A) {
       if (!(column > 0 && row > 0)) continue;
       const double factor = std::exp2(std::round(0.5 * std::log2(row / column)));
       if (!(column * factor + row / factor < 0.95 * (column + row))) continue;
-      A.col(i) *= factor, A.row(i) /= factor;
+      A.col(i) *= factor;
+      A.row(i) /= factor;
       changed = true;
     }
   }

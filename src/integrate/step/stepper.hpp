@@ -86,7 +86,7 @@ class Stepper {
     const double smallest = 10 * std::numeric_limits<double>::epsilon() * std::fabs(here_.t);
     return std::fabs(dt) > smallest && std::fabs(dt) > 1e-300;
   }
-  /// What to throw when the step vanished beside t. `error`: scaled errors that name the culprit, may be
+  /// The error of a step that vanished beside t. `error`: scaled errors that name the culprit, may be
   /// empty.
   Failure vanished(const Eigen::Ref<const Vec>& error, const std::string& reason) const;
   /// "x", "z[2]": an entry of y = (x, z).

@@ -13,7 +13,7 @@
 
 namespace pendula::integrate {
 
-/// What distinguishes one run from the others.
+/// The values that distinguish one run from the others.
 struct SweepSet {
   std::vector<std::pair<Expr, double>> parameters;
   dae::LeafValues start;       ///< replace or extend what the start fixes
@@ -26,7 +26,7 @@ struct SweepRequest {
   int runs = 0;
   std::function<SweepSet(int)> set;  ///< what distinguishes run number 0 … runs - 1
   bool own_starts = false;           ///< sets have an `at`
-  /// What varies, in numbers, for the records of a store.
+  /// The varying values, for the records of a store.
   std::function<std::vector<double>(int)> varied;
   int workers = 0;   ///< 0: as many as there are processors
   double limit = 0;  ///< seconds that one run may take; 0: any time

@@ -6,7 +6,7 @@
 
 namespace pendula::integrate {
 
-/// What the runs of a sweep have in common when they run on lanes.
+/// Common data of the runs of a sweep on lanes.
 class LaneSweep {
  public:
   /// arguments: the leaves whose values are stored per point. Nothing where the runs must be made one after

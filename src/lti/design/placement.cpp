@@ -5,6 +5,7 @@
 
 #include "base/decompositions.hpp"
 #include "base/error.hpp"
+#include "base/stoppable.hpp"
 #include "base/text.hpp"
 #include "lti/structure.hpp"
 
@@ -187,9 +188,7 @@ double condition(const Mat& X) {
   return s[0] / s[s.size() - 1];
 }
 
-}  // namespace
-
-Placement place(const Mat& A, const Mat& B, const ComplexVec& wanted) {
+Placement placed(const Mat& A, const Mat& B, const ComplexVec& wanted) {
   const Index n = A.rows(), m = B.cols();
   if (A.cols() != n || B.rows() != n || m == 0)
     throw Error(
@@ -204,7 +203,7 @@ Placement place(const Mat& A, const Mat& B, const ComplexVec& wanted) {
   require_multiplicity(poles, rank);
   if (rank < m) {  // inputs that are combinations of others stay at zero
     const Mat kept = B * qr.colsPermutation() * Mat::Identity(m, rank);
-    Placement p = place(A, kept, wanted);
+    Placement p = placed(A, kept, wanted);
     Mat K = Mat::Zero(m, n);
     K.topRows(rank) = p.K;
     p.K = qr.colsPermutation() * K;
@@ -224,6 +223,22 @@ Placement place(const Mat& A, const Mat& B, const ComplexVec& wanted) {
                        pendula::rounded(out.condition, 3),
                        "; place them farther apart or nearer to those of A"));
   return out;
+}
+
+}  // namespace
+
+Placement place(const Mat& A, const Mat& B, const ComplexVec& wanted) {
+  const double n = static_cast<double>(A.rows());
+  const double sweeps = B.cols() > 1 ? 10 * n : 0;  // of a factorisation for each eigenvector
+  const std::vector<Mat> parts = stoppable((100 + sweeps) * n * n * n, [&] {
+    const Placement p = placed(A, B, wanted);
+    Mat poles(p.poles.size(), 2);
+    poles << p.poles.real(), p.poles.imag();
+    return std::vector<Mat>{p.K, poles, Mat::Constant(1, 1, p.condition)};
+  });
+  ComplexVec poles(parts[1].rows());
+  for (Index i = 0; i < poles.size(); ++i) poles[i] = {parts[1](i, 0), parts[1](i, 1)};
+  return {parts[0], poles, parts[2](0, 0)};
 }
 
 MatX acker(const MatX& A, const MatX& B, const std::vector<Expr>& polynomial) {

@@ -66,7 +66,7 @@ Balanced balanced(const System& given) {
   const Projection p = projection(g, -1);
   if (p.T.cols() < g.ss.order())
     throw Error(text("a balanced realisation needs a minimal system, but only ", p.T.cols(), " of ",
-                     g.ss.order(), " states can be both steered and seen: minreal(G) first"));
+                     g.ss.order(), " states are both controllable and observable: minreal(G) first"));
   return {transformed(g, p), p.hankel, p.T};
 }
 

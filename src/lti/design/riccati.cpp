@@ -5,6 +5,7 @@
 #include "base/decompositions.hpp"
 #include "base/error.hpp"
 #include "base/interrupt.hpp"
+#include "base/stoppable.hpp"
 #include "base/text.hpp"
 #include "expr/linalg/linalg.hpp"
 #include "lti/structure.hpp"
@@ -232,10 +233,7 @@ Vec units(const RiccatiProblem& p) {
   return out;
 }
 
-}  // namespace
-
-RiccatiSolution riccati(RiccatiProblem p) {
-  check(p);
+RiccatiSolution solution(RiccatiProblem p) {
   const Vec d = units(p), inverse = d.cwiseInverse();
   p.A = inverse.asDiagonal() * p.A * d.asDiagonal();
   p.B = inverse.asDiagonal() * p.B;
@@ -249,6 +247,22 @@ RiccatiSolution riccati(RiccatiProblem p) {
   s.X = inverse.asDiagonal() * s.X * inverse.asDiagonal();
   s.K = s.K * inverse.asDiagonal();
   return s;
+}
+
+}  // namespace
+
+RiccatiSolution riccati(RiccatiProblem p) {
+  check(p);
+  const double n = static_cast<double>(p.A.rows());
+  const std::vector<Mat> parts = stoppable(300 * n * n * n, [&] {
+    const RiccatiSolution s = solution(p);
+    Mat poles(s.poles.size(), 2);
+    poles << s.poles.real(), s.poles.imag();
+    return std::vector<Mat>{s.X, s.K, poles, Mat::Constant(1, 1, s.residual)};
+  });
+  ComplexVec poles(parts[2].rows());
+  for (Index i = 0; i < poles.size(); ++i) poles[i] = {parts[2](i, 0), parts[2](i, 1)};
+  return {parts[0], parts[1], poles, parts[3](0, 0)};
 }
 
 namespace {

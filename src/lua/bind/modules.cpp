@@ -2,6 +2,7 @@
 
 namespace pendula::lua {
 
+extern const Module symbols_module;
 extern const Module expr_module;
 extern const Module polynomial_module;
 extern const Module functions_module;
@@ -25,6 +26,8 @@ extern const Module tableau_module;
 extern const Module methods_module;
 extern const Module stability_module;
 extern const Module integrate_module;
+extern const Module solution_module;
+extern const Module run_records_module;
 extern const Module solution_parts_module;
 extern const Module newton_module;
 extern const Module iddata_module;
@@ -56,7 +59,8 @@ extern const Module signals_module;
 extern const Module plot_module;
 
 const std::vector<const Module*>& modules() {
-  static const std::vector<const Module*> list = {&expr_module,
+  static const std::vector<const Module*> list = {&symbols_module,
+                                                  &expr_module,
                                                   &functions_module,
                                                   &polynomial_module,
                                                   &matrix_module,
@@ -79,6 +83,8 @@ const std::vector<const Module*>& modules() {
                                                   &methods_module,
                                                   &stability_module,
                                                   &integrate_module,
+                                                  &solution_module,
+                                                  &run_records_module,
                                                   &solution_parts_module,
                                                   &newton_module,
                                                   &gauss_newton_module,

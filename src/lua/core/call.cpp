@@ -174,11 +174,15 @@ std::string describe(lua_State* L, int index) {
 }
 
 void protected_call(lua_State* L, int arguments, int results) {
+  const int handler = lua_gettop(L) - arguments;
+  lua_pushcfunction(L, guarded<keep_error>);
+  lua_insert(L, handler);
   int status = LUA_OK;
   {
     const Running running(L);
-    status = lua_pcall(L, arguments, results, 0);
+    status = lua_pcall(L, arguments, results, handler);
   }
+  lua_remove(L, handler);
   if (status == LUA_OK) return;
   if (is_interrupt_marker(L, -1)) {
     lua_pop(L, 1);
@@ -189,7 +193,7 @@ void protected_call(lua_State* L, int arguments, int results) {
     throw std::bad_alloc();
   }
   const std::string message = error_text(L, -1);
-  keep_error_object(L, message);
+  lua_pop(L, 1);
   throw LuaError(message);
 }
 

@@ -59,7 +59,7 @@ struct OptionRow {
       type;  ///< what admits() knows, with " or " between: "number", "integer or list", "list of symbols"
   const char* fallback;  ///< as it would be written; "": none, or it depends
   const char* text;      ///< what it does, with its unit
-  /// What the value can be: words with | between them, or where they come from: "@methods" (names of methods),
+  /// The admitted values: words with | between them, or where they come from: "@methods" (names of methods),
   /// "@variables", "@parameters", "@inputs" (keys of a table, or a list, of symbols of the model).
   const char* values = "";
 };

@@ -13,6 +13,7 @@
 #include "lua/core/objects.hpp"
 #include "lua/core/table_text.hpp"
 #include "lua/core/trampoline.hpp"
+#include "lua/screen/fit_text.hpp"
 #include "lua/screen/pager.hpp"
 
 namespace pendula::lua {
@@ -292,11 +293,11 @@ int columns(lua_State* L) {
   return 1;
 }
 
-/// page(text): shown at once, or a screen at a time where a person waits at the prompt.
+/// page(text): fitted to the screen; shown at once, or a screen at a time where a person waits at the prompt.
 int page(lua_State* L) {
   std::size_t size = 0;
   const char* bytes = luaL_checklstring(L, 1, &size);
-  show_text({bytes, size});
+  show_text(fitted({bytes, size}, screen_size().columns));
   return 0;
 }
 

@@ -1,4 +1,4 @@
-// What users of MATLAB, Python, Julia, Maple and Modelica type first: the names that are something else here.
+// Names that users of MATLAB, Python, Julia, Maple and Modelica type first, with their counterparts here.
 #pragma once
 
 #include <string>
@@ -7,7 +7,7 @@
 
 namespace pendula::lua {
 
-/// What to write instead of a global `name` of another language, "" if nothing is known about it.
+/// The counterpart of a global `name` of another language, "" if nothing is known about it.
 std::string remedy_for_name(std::string_view name);
 
 /// The same for a field or a method `name` of a value of the type.

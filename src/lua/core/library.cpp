@@ -265,6 +265,8 @@ void open_library(lua_State* L) {
 
 void push_stdlib_environment(lua_State* L) { push_registry(L, &environment_key); }
 
+void push_vocabulary(lua_State* L, const std::string& name) { push_global(L, name); }
+
 bool is_vocabulary_function(lua_State* L, const std::string& name) {
   const bool function = push_global(L, name) == LUA_TFUNCTION;
   lua_pop(L, 1);

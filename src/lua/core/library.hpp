@@ -37,6 +37,9 @@ void push_stdlib_environment(lua_State* L);
 
 /// The names a global lookup can find now, for "did you mean" and completion.
 std::vector<std::string> global_names(lua_State* L);
+/// Pushes an entry of the vocabulary, whatever the user's variable of that name is; nil if there is none.
+void push_vocabulary(lua_State* L, const std::string& name);
+
 /// Is there a global function of the vocabulary by this name?
 bool is_vocabulary_function(lua_State* L, const std::string& name);
 

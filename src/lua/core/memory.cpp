@@ -1,6 +1,7 @@
 #include "lua/core/memory.hpp"
 
 #include <fcntl.h>
+#include <malloc.h>
 #include <sys/resource.h>
 #include <unistd.h>
 
@@ -120,13 +121,21 @@ std::string memory_message(lua_State* L) {
 Reserve::Reserve(lua_State* L) : cap_(&budget_of(L).cap) { *cap_ += reserve_size; }
 Reserve::~Reserve() { *cap_ -= reserve_size; }
 
+void collect(lua_State* L) {
+  lua_gc(L, LUA_GCCOLLECT);
+#if defined(__GLIBC__)
+  malloc_trim(
+      0);  // else what has been freed stays resident, and the limit of collect_if_grown() runs away with it
+#endif
+}
+
 void collect_if_grown(lua_State* L) {
   constexpr size_t look_every = 64;
   static thread_local size_t pushed = 0;
   static thread_local size_t limit = 256 * MiB;
   if (++pushed % look_every != 0) return;
   if (resident() < limit) return;
-  lua_gc(L, LUA_GCCOLLECT);
+  collect(L);
   limit = std::max(256 * MiB, 2 * resident());
 }
 

@@ -36,6 +36,9 @@ class Reserve {
   size_t* cap_;
 };
 
+/// A full collection; what it frees goes back to the system.
+void collect(lua_State* L);
+
 /// Called whenever an object is handed to Lua. The collector sees only small handles;
 /// every 64 objects this looks at the resident size of the process and runs a full
 /// collection when it has doubled since the last one.

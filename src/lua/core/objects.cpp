@@ -50,6 +50,7 @@ int index_object(lua_State* L) {
       lua_call(L, 1, 1);
       return 1;
     }
+    if (std::strcmp(lua_tostring(L, 2), "json") == 0) return push_vocabulary(L, "json"), 1;  // any x:json()
   }
   lua_settop(L, 2);
   if (lua_rawgetp(L, lua_upvalueindex(3), &fallback_key) != LUA_TNIL) {
@@ -134,7 +135,9 @@ namespace {
 [[noreturn]] void unknown(lua_State* L, const char* type) {
   const std::string hint = text(" (list: help \"", type, "\")");
   if (lua_type(L, 2) != LUA_TSTRING) {
-    throw Error(text(describe(L, 1), " cannot be indexed with ", describe(L, 2), hint));
+    const bool solution = std::strcmp(type, "solution") == 0;
+    throw Error(text(describe(L, 1), " cannot be indexed with ", describe(L, 2),
+                     solution ? ": its values are sol(x), at a time sol(x, 2)" : "", hint));
   }
   const std::string name = lua_tostring(L, 2);
   if (const std::string remedy = remedy_for_member(type, name); !remedy.empty())

@@ -1,10 +1,11 @@
 // Options: the table of named arguments that most calls take last.
+#include "lua/core/call.hpp"
+
 #include <algorithm>
 #include <cctype>
 #include <vector>
 
 #include "base/text.hpp"
-#include "lua/core/call.hpp"
 #include "lua/core/documentation.hpp"
 #include "lua/core/foreign_names.hpp"
 #include "lua/core/values.hpp"
@@ -45,6 +46,8 @@ std::string elsewhere(const std::string& key, const std::vector<std::string>& kn
   }
   if (unknown.size() > 1 && !hints.empty()) hints += "?";
   for (const std::string& key : unknown) hints += elsewhere(key, known);
+  if (hints.empty() && std::find(known.begin(), known.end(), "start") != known.end())
+    hints = text(" An initial value stands in start = { ", unknown[0], " = 1 }.");
   throw Error(text(unknown.size() == 1 ? "unknown option '" : "unknown options '", join(unknown, "', '"),
                    "'.", hints, " (options: ", join(known, ", "), ")"));
 }

@@ -2,7 +2,10 @@
 
 #include <algorithm>
 #include <set>
+#include <utility>
 #include <vector>
+
+#include "base/text.hpp"
 
 namespace pendula::lua {
 namespace {
@@ -31,7 +34,7 @@ std::string plain_text(lua_State* L, int index) {
   const char* text = luaL_tolstring(L, index, &length);
   std::string result(text, length);
   lua_pop(L, 1);
-  return result;
+  return result.starts_with("file (0x") ? "file" : result;
 }
 
 std::string quoted(const std::string& text) {
@@ -120,6 +123,74 @@ std::string table_text(lua_State* L, int index, int depth) {
   return text + "}";
 }
 
+// ── lists of records ──
+
+lua_Integer count_of_keys(lua_State* L, int table) {
+  lua_Integer count = 0;
+  lua_pushnil(L);
+  for (; lua_next(L, table); ++count) lua_pop(L, 1);
+  return count;
+}
+
+std::string cell_text(lua_State* L, int index) {
+  const bool real = lua_type(L, index) == LUA_TNUMBER && !lua_isinteger(L, index);
+  return real ? rounded(lua_tonumber(L, index), 8) : plain_text(L, index);
+}
+
+using Cells = std::vector<std::pair<std::string, std::string>>;  // key and text, by key
+
+/// The cells of a record: { t = 1, values = { x = 2 } } has t and values.x. Nothing where the table at the top is no
+/// record of short values.
+bool read_record(lua_State* L, const std::string& prefix, Cells& cells) {
+  constexpr std::size_t longest = 40;
+  luaL_checkstack(L, 8, nullptr);
+  if (!is_plain_table(L, -1) || lua_rawlen(L, -1) > 0) return false;
+  const int table = lua_gettop(L);
+  bool good = true;
+  lua_pushnil(L);
+  while (good && lua_next(L, table)) {
+    good = lua_type(L, -2) == LUA_TSTRING;
+    if (good && is_plain_table(L, -1)) {
+      good = prefix.empty() && read_record(L, std::string(lua_tostring(L, -2)) + ".", cells);
+    } else if (good) {
+      cells.emplace_back(prefix + lua_tostring(L, -2), cell_text(L, lua_gettop(L)));
+      good = cells.back().second.size() <= longest && cells.back().second.find('\n') == std::string::npos;
+    }
+    lua_pop(L, 1);
+  }
+  lua_settop(L, table);
+  std::sort(cells.begin(), cells.end());
+  return good && !cells.empty();
+}
+
+/// A list of records with the same keys, one below the other under their names; "" for any other table.
+std::string record_table(lua_State* L, int index) {
+  constexpr lua_Integer most = 1000;
+  const int list = lua_absindex(L, index);
+  const auto n = static_cast<lua_Integer>(lua_rawlen(L, list));
+  if (n < 1 || n > most || count_of_keys(L, list) != n) return "";
+  std::vector<Cells> rows;
+  for (lua_Integer i = 1; i <= n; ++i) {
+    lua_rawgeti(L, list, i);
+    rows.emplace_back();
+    const bool good = read_record(L, "", rows.back());
+    lua_pop(L, 1);
+    const auto same_key = [](const auto& a, const auto& b) { return a.first == b.first; };
+    const Cells &first = rows.front(), &row = rows.back();
+    if (!good || !std::equal(row.begin(), row.end(), first.begin(), first.end(), same_key)) return "";
+  }
+  Table table;
+  std::vector<std::string> head;
+  for (const auto& [key, value] : rows.front()) head.push_back(key);
+  table.row(head);
+  for (const Cells& row : rows) {
+    std::vector<std::string> cells;
+    for (const auto& [key, value] : row) cells.push_back(value);
+    table.row(cells);
+  }
+  return without_newline(table.str());
+}
+
 }  // namespace
 
 std::string without_newline(const std::string& lines) {
@@ -127,7 +198,9 @@ std::string without_newline(const std::string& lines) {
 }
 
 std::string shown_text(lua_State* L, int index) {
-  return is_plain_table(L, index) ? table_text(L, index, 0) : plain_text(L, index);
+  if (!is_plain_table(L, index)) return plain_text(L, index);
+  const std::string records = record_table(L, index);
+  return records.empty() ? table_text(L, index, 0) : records;
 }
 
 }  // namespace pendula::lua

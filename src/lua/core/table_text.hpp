@@ -11,7 +11,7 @@ namespace pendula::lua {
 /// and that functions have no addresses.
 std::string shown_text(lua_State* L, int index);
 
-/// What print is given ends without a line end; print adds one.
+/// Texts for print have no line end; print adds one.
 std::string without_newline(const std::string& lines);
 
 }  // namespace pendula::lua

@@ -4,29 +4,72 @@
 #include <map>
 #include <new>
 #include <stdexcept>
+#include <utility>
 
 #include "base/interrupt.hpp"
 #include "lua/core/interrupts.hpp"
+#include "lua/core/signature.hpp"
 
 namespace pendula::lua {
 
 namespace {
 
+/// The last error of a callback: { text =, value =, callers = }, and passed = true once it has gone on to the
+/// lines that called the function of the library.
 char kept_error_key;
 
-/// Pushes the error object that belongs to this text if protected_call kept one, else the text.
-void push_lua_error(lua_State* L, const char* message) {
+/// Pushes the kept error if its text is `message`; else nothing.
+bool push_kept_error(lua_State* L, const char* message) {
   if (lua_rawgetp(L, LUA_REGISTRYINDEX, &kept_error_key) == LUA_TTABLE) {
     lua_getfield(L, -1, "text");
     const char* kept = lua_tostring(L, -1);
     const bool same = kept && std::strcmp(kept, message) == 0;
     lua_pop(L, 1);
-    if (same) {
-      lua_getfield(L, -1, "value");
-      return;
-    }
+    if (same) return true;
   }
-  lua_pushstring(L, message);
+  lua_pop(L, 1);
+  return false;
+}
+
+/// Whether this error came through a callback; then its callers are on the stack.
+bool push_callers_of_callback(lua_State* L, const char* message) {
+  if (!push_kept_error(L, message)) return false;
+  lua_getfield(L, -1, "passed");
+  lua_getfield(L, -2, "callers");
+  const bool passed = lua_toboolean(L, -2) && lua_isstring(L, -1);
+  lua_replace(L, -3);
+  lua_pop(L, passed ? 1 : 2);
+  return passed;
+}
+
+/// Pushes the error object that belongs to this text if protected_call kept one, else the text.
+void push_lua_error(lua_State* L, const char* message) {
+  if (!push_kept_error(L, message)) {
+    lua_pushstring(L, message);
+    return;
+  }
+  lua_pushboolean(L, 1);
+  lua_setfield(L, -2, "passed");
+  lua_getfield(L, -1, "value");
+}
+
+/// Arguments that no form of the function takes: norm(b, 1) must not be taken for norm(b).
+void refuse_more_arguments(lua_State* L, const Row& row) {
+  auto most = static_cast<int>(lua_tointeger(L, lua_upvalueindex(2)));
+  if (most < 0) {  // not counted yet
+    most = most_arguments(row.name, row.signature);
+    lua_pushinteger(L, most);
+    lua_replace(L, lua_upvalueindex(2));
+  }
+  int given = lua_gettop(L);
+  while (given > most && lua_isnil(L, given)) --given;
+  if (given <= most) return;
+  const int object = std::strchr(row.name, ':') ? 1 : 0;
+  // The function itself says best what its table is: integrate(0, 1).
+  if (most - object == 1 && std::strchr(row.signature, '{') && !lua_istable(L, most)) return;
+  throw Error(text("expected ", most == object ? "no" : text(most - object),
+                   most - object == 1 ? " argument" : " arguments", ", got ", given - object,
+                   " (usage: ", row.signature, ")"));
 }
 
 void push_message(lua_State* L, const std::string& name, const std::string& what) {
@@ -60,6 +103,7 @@ int trampoline(lua_State* L) {
   try {
     poll_interrupt();
     luaL_checkstack(L, 40, "too many arguments");
+    refuse_more_arguments(L, row);
     Call call(L, row);
     return row.function(call);
   } catch (const std::exception&) {  // not (...): Lua's own errors pass through
@@ -81,7 +125,8 @@ int guard(lua_State* L, int (*body)(lua_State*)) {
 
 void push_row(lua_State* L, const Row& row) {
   lua_pushlightuserdata(L, const_cast<Row*>(&row));
-  lua_pushcclosure(L, trampoline, 1);
+  lua_pushinteger(L, -1);
+  lua_pushcclosure(L, trampoline, 2);
 }
 
 std::string shown_name(const std::string& row_name) {
@@ -92,7 +137,8 @@ std::string shown_name(const std::string& row_name) {
       {"__len", "#"},   {"__eq", "=="},    {"__lt", "<"},
       {"__le", "<="},   {"__bxor", "~"},   {"__band", "&"},
       {"__bor", "|"},   {"__shl", "<<"},   {"__shr", ">>"},
-      {"__bnot", "~"},  {"__index", "[]"}, {"__tostring", "tostring"}};
+      {"__bnot", "~"},  {"__index", "[]"}, {"__tostring", "tostring"},
+      {"__exp", "exp"}};
   if (!row_name.empty() && row_name[0] == '=') return shown_name(row_name.substr(1));
   const size_t separator = row_name.find_first_of(":#");
   if (separator == std::string::npos) return row_name;
@@ -114,10 +160,31 @@ std::string user_position(lua_State* L) {
   return "";
 }
 
+static  /// What Lua's own words do not tell somebody who called or measured a value of the wrong kind.
+    std::string
+    remedy_for_lua_error(const std::string& message) {
+  const auto quoted = [&] {
+    const auto begin = message.find('\'') + 1;
+    return message.substr(begin, message.find('\'', begin) - begin);
+  };
+  const auto says = [&](const char* words) { return message.find(words) != message.npos; };
+  if (says("attempt to get length of a solution")) return ": the number of saved points is #sol.t";
+  if (!says("attempt to call a") || says("attempt to call a nil")) return "";
+  if (says("(method '")) return text(": ", quoted(), " is a value, not a function: write it without ( )");
+  if (says("call a number value")) return ": a product is written with *, as in 2*(x + 1)";
+  if (says("call a model value")) return ": it is integrated by sys:integrate{ start = { x = 1 }, to = 10 }";
+  if (says("call a tableau value"))
+    return ": a method is an option: sys:integrate{ …, method = rk.euler, dt = 0.01 }";
+  if (says("call a rk value")) return ": a tableau of your own is tableau{ A = …, b = … }";
+  if (says("call a matrix value")) return ": a product is written with *, as in A*(x + y)";
+  if (says("call a table value") && says("'")) return text(": an entry of a list is ", quoted(), "[1]");
+  return "";
+}
+
 std::string blamed_on_caller(lua_State* L, const std::string& message) {
   const auto line = message.find(".lua:");
   const auto end = line == message.npos ? line : message.find(": ", line + 5);
-  if (!message.starts_with("stdlib/") || end == message.npos) return message;
+  if (!message.starts_with("stdlib/") || end == message.npos) return message + remedy_for_lua_error(message);
   const std::string what = message.substr(end + 2);
   std::string name;
   lua_Debug frame;
@@ -152,16 +219,44 @@ std::string error_text(lua_State* L, int index) {
   return text("error() was called with ", describe(L, index), " instead of a message");
 }
 
-void keep_error_object(lua_State* L, const std::string& message) {
-  if (lua_type(L, -1) != LUA_TSTRING) {
-    lua_createtable(L, 0, 2);
-    lua_pushlstring(L, message.data(), message.size());
-    lua_setfield(L, -2, "text");
-    lua_pushvalue(L, -2);
-    lua_setfield(L, -2, "value");
-    lua_rawsetp(L, LUA_REGISTRYINDEX, &kept_error_key);
+std::string callers(lua_State* L, const std::string& message) {
+  if (push_callers_of_callback(L, message.c_str())) {
+    const std::string kept = lua_tostring(L, -1);
+    lua_pop(L, 1);
+    return kept;
   }
-  lua_pop(L, 1);
+  constexpr int most = 8;
+  constexpr int deepest = 1000;  // lua_getstack counts from the top: all levels cost their square
+  std::string lines, last;
+  lua_Debug frame;
+  int found = 0;
+  for (int level = 0; lua_getstack(L, level, &frame) != 0; ++level) {
+    if (level == deepest) return lines + "\n  …";
+    lua_getinfo(L, "Sl", &frame);
+    if (frame.currentline <= 0 || std::strncmp(frame.source, "=stdlib/", 8) == 0) continue;
+    const std::string place = text(frame.source + 1, ":", frame.currentline);
+    if (place == std::exchange(last, place)) continue;
+    if (++found == 1) continue;  // the line that the message begins with
+    if (found > most + 1) return lines + "\n  …";
+    if (frame.source[0] == '@') lines += "\n  called from " + place;
+  }
+  return lines;
+}
+
+int keep_error(lua_State* L) {
+  if (is_interrupt_marker(L, 1)) return 1;
+  const std::string message = error_text(L, 1);
+  const std::string lines = callers(L, message);
+  lua_createtable(L, 0, 4);
+  lua_pushlstring(L, message.data(), message.size());
+  lua_setfield(L, -2, "text");
+  lua_pushlstring(L, lines.data(), lines.size());
+  lua_setfield(L, -2, "callers");
+  lua_pushvalue(L, 1);
+  lua_setfield(L, -2, "value");
+  lua_rawsetp(L, LUA_REGISTRYINDEX, &kept_error_key);
+  lua_settop(L, 1);
+  return 1;
 }
 
 }  // namespace pendula::lua

@@ -22,13 +22,18 @@ std::string user_position(lua_State* L);
 
 /// The text of any error value: a string as it is; a value with __tostring by that; else what it is.
 std::string error_text(lua_State* L, int index);
-/// What Lua says of a line of the stdlib ("stdlib/x.lua:7: attempt to …") about the call in the user's file that led
-/// there; other messages as they are. To be called in a message handler, while that call is on the stack.
+/// Rewrites an error at a line of the stdlib ("stdlib/x.lua:7: attempt to …") about the call in the user's
+/// file that led there; other messages as they are. To be called in a message handler, while that call is on
+/// the stack.
 std::string blamed_on_caller(lua_State* L, const std::string& message);
 
-/// Pops the error value on top and remembers it beside its text, so that a table raised by a callback arrives
-/// at the pcall outside as the same table.
-void keep_error_object(lua_State* L, const std::string& message);
+/// "\n  called from exam.lua:20" for every line of the user's files that led to the innermost one, also from
+/// inside a callback that raised `message` and is no longer on the stack.
+std::string callers(lua_State* L, const std::string& message);
+/// The message handler of protected_call: remembers the error value beside its text, so that a table raised by
+/// a callback arrives at the pcall outside as the same table, and its callers, as the stack does not outlive
+/// the callback.
+int keep_error(lua_State* L);
 
 /// Runs `body` and turns exceptions into Lua errors "position + message".
 int guard(lua_State* L, int (*body)(lua_State*));

@@ -16,7 +16,9 @@ namespace {
 char interned_key;  // registry: the weak table id -> userdata
 
 [[noreturn]] void must_be(lua_State* L, int index, const std::string& what, const std::string& expected) {
-  throw Error(text(what, " must be ", expected, ", not ", describe(L, index)));
+  const char* remedy =
+      lua_isboolean(L, index) ? ": == compares at once; an equation is lhs ~ rhs, a condition lt(a, b)" : "";
+  throw Error(text(what, " must be ", expected, ", not ", describe(L, index), remedy));
 }
 
 /// Leaves the table of interned expressions on the stack.
@@ -262,7 +264,12 @@ MatX exact(const Matrix& m, const std::string& what) {
   if (!m.numeric()) return std::get<MatX>(m.store);
   const Mat& values = std::get<Mat>(m.store);
   if (!values.allFinite()) throw Error(text(what, " has an entry that is not a finite number"));
-  return values.unaryExpr([](double v) { return Expr(v); });
+  MatX e(values.rows(), values.cols());
+  for (Eigen::Index j = 0; j < values.cols(); ++j) {
+    poll_interrupt();  // a million numbers take a second
+    for (Eigen::Index i = 0; i < values.rows(); ++i) e(i, j) = Expr(values(i, j));
+  }
+  return e;
 }
 
 MatX to_matrix(lua_State* L, int index, const std::string& what) {

@@ -348,7 +348,8 @@ void names_in_globals(lua_State* L, Aliases& aliases) {
   lua_pushglobaltable(L);
   lua_pushnil(L);
   while (lua_next(L, -2) != 0) {
-    if (lua_type(L, -2) == LUA_TSTRING) offer_name(L, lua_tostring(L, -2), aliases);
+    const bool named = lua_type(L, -2) == LUA_TSTRING && std::strcmp(lua_tostring(L, -2), "ans") != 0;
+    if (named) offer_name(L, lua_tostring(L, -2), aliases);
     lua_pop(L, 1);
   }
   lua_pop(L, 1);

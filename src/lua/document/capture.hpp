@@ -1,4 +1,4 @@
-// What this process, and the programs it starts, write to standard output and standard error.
+// Captures the standard output and standard error of this process and of the programs it starts.
 #pragma once
 
 #include <string>
@@ -14,7 +14,7 @@ class Capture {
   Capture(const Capture&) = delete;
   Capture& operator=(const Capture&) = delete;
 
-  /// What has been written since the last call, in order. Throws Failure.
+  /// The output since the last call, in order. Throws Failure.
   std::string take();
 
  private:

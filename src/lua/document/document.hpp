@@ -1,4 +1,4 @@
-// What stdlib/document needs of C++ to make reports, the manual and notebooks.
+// C++ functions for the reports, manual and notebooks of stdlib/document.
 //
 // open_document adds these functions to the environment of the stdlib; scripts do not see them:
 //

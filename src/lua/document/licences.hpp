@@ -1,4 +1,4 @@
-// What the program is linked with, and the licences of that.
+// The libraries that the program is linked with, and their licences.
 #pragma once
 
 #include <string>

@@ -66,15 +66,31 @@ bool is_operator(const Line& line, std::size_t blank) {
   return glyph == "=" || glyph == "+" || glyph == "-" || glyph == "~" || glyph == "−";
 }
 
-bool has_operators(const Line& line) {
-  for (std::size_t i = 0; i < line.size(); ++i)
-    if (is_blank(line, i) && is_operator(line, i)) return true;
-  return false;
+bool is_letter(std::string_view glyph) {
+  return glyph.size() == 1 && (glyph[0] | 0x20) >= 'a' && (glyph[0] | 0x20) <= 'z';
 }
 
-/// The blank in (from, to) at which the line is best broken: late, outside brackets, in front of an operator;
-/// `to` if there is none.
-std::size_t best_break(const Line& line, std::size_t from, std::size_t to, bool formula) {
+/// How a line is read: a sentence may contain x = 1, an equation sin and cos.
+enum class Reading { words, formula };
+
+/// A formula has operators, and fewer words of three letters that are no functions than two for each of them.
+Reading reading_of(const Line& line) {
+  int operators = 0, words = 0;
+  for (std::size_t i = 0; i < line.size(); ++i) {
+    operators += is_blank(line, i) && is_operator(line, i);
+    std::size_t end = i;
+    while (end < line.size() && is_letter(line[end].bytes)) ++end;
+    if (end == i) continue;
+    const bool function = end < line.size() && line[end].bytes == "(";
+    words += end - i >= 3 && !function;
+    i = end - 1;
+  }
+  return operators > 0 && words < 2 * operators ? Reading::formula : Reading::words;
+}
+
+/// The blank in (from, to) at which the line is best broken: late, outside brackets, in front of an operator of a
+/// formula, not beside one in a sentence; `to` if there is none.
+std::size_t best_break(const Line& line, std::size_t from, std::size_t to, Reading reading) {
   constexpr int per_depth = 12, inside_product = 25;  // cells that a break may come earlier to avoid these
   std::size_t best = to;
   int least = 0, depth = 0;
@@ -82,8 +98,9 @@ std::size_t best_break(const Line& line, std::size_t from, std::size_t to, bool 
     depth = std::max(0, depth + bracket(line[i].bytes));
     if (!is_blank(line, i) || i == from) continue;
     const bool after_comma = line[i - 1].bytes == ",";
-    const int cost = static_cast<int>(to - i) + per_depth * depth +
-                     (formula && !is_operator(line, i) && !after_comma ? inside_product : 0);
+    const bool before = is_operator(line, i), behind = i > 1 && is_operator(line, i - 2);
+    const bool torn = reading == Reading::formula ? !before && !after_comma : before || behind;
+    const int cost = static_cast<int>(to - i) + per_depth * depth + (torn ? inside_product : 0);
     if (best == to || cost <= least) {
       best = i;
       least = cost;
@@ -94,7 +111,7 @@ std::size_t best_break(const Line& line, std::size_t from, std::size_t to, bool 
 
 std::string folded(const Line& line, int columns) {
   if (width_of(line) <= columns) return joined(line, 0, line.size());
-  const bool formula = has_operators(line);
+  const Reading reading = reading_of(line);
   const std::size_t indent = hanging_indent(line, columns);
   std::string out;
   std::size_t from = 0;
@@ -106,14 +123,14 @@ std::string folded(const Line& line, int columns) {
     std::size_t first_word = from;
     while (first_word < to && is_blank(line, first_word)) ++first_word;
     if (to < line.size() && !is_blank(line, to)) {
-      const std::size_t at = best_break(line, first_word, to, formula);
+      const std::size_t at = best_break(line, first_word, to, reading);
       if (at < to) {
         to = at;
       } else {  // one word: it stays whole
         while (to < line.size() && !is_blank(line, to)) ++to;
       }
-    } else if (to < line.size() && formula && !is_operator(line, to)) {
-      to = best_break(line, first_word, to + 1, formula);
+    } else if (to < line.size() && (reading == Reading::formula) != is_operator(line, to)) {
+      to = best_break(line, first_word, to + 1, reading);
     }
     if (!out.empty()) out += "\n" + std::string(indent, ' ');
     out += joined(line, from, to);
@@ -228,30 +245,63 @@ std::string fitted(const std::string& text, int columns) {
   return out;
 }
 
+/// A cell of a drawing by its upper and lower dots (U+2800 and the bits of the dots).
+static const char* braille_in_ascii(std::string_view bytes) {
+  const unsigned dots =
+      (static_cast<unsigned char>(bytes[1]) & 3u) << 6 | (static_cast<unsigned char>(bytes[2]) & 63u);
+  constexpr unsigned upper = 0b00011011, lower = 0b11100100;
+  if (dots & upper && dots & lower) return ":";
+  return dots & upper ? "'" : dots & lower ? "." : " ";
+}
+
 std::string in_ascii(const std::string& text) {
   struct Spelling {
     const char *shown, *plain;
   };
   static constexpr Spelling signs[] = {
-      {"′", "'"},      {"″", "''"},    {"‴", "'''"},   {"√", "sqrt "},  {"≈", "~="},      {"≤", "<="},
-      {"≥", ">="},     {"≠", "!="},    {"∞", "inf"},   {"∂", "d"},      {"∇", "grad "},   {"Σ", "Sum"},
-      {"·", "*"},      {"×", "x"},     {"±", "+-"},    {"…", "..."},    {"⋯", "..."},     {"–", "-"},
-      {"—", "-"},      {"−", "-"},     {"→", "->"},    {"←", "<-"},     {"‖", "||"},      {"½", "1/2"},
-      {"⎡", "["},      {"⎢", "["},     {"⎣", "["},     {"⎤", "]"},      {"⎥", "]"},       {"⎦", "]"},
-      {"│", "|"},      {"─", "-"},     {"┼", "+"},     {"┌", "+"},      {"┐", "+"},       {"└", "+"},
-      {"┘", "+"},      {"ᵀ", "^T"},    {"⁻", "^-"},    {"∈", "in"},     {"⁰", "^0"},      {"¹", "^1"},
-      {"²", "^2"},     {"³", "^3"},    {"⁴", "^4"},    {"⁵", "^5"},     {"⁶", "^6"},      {"⁷", "^7"},
-      {"⁸", "^8"},     {"⁹", "^9"},    {"₀", "0"},     {"₁", "1"},      {"₂", "2"},       {"₃", "3"},
-      {"₄", "4"},      {"₅", "5"},     {"₆", "6"},     {"₇", "7"},      {"₈", "8"},       {"₉", "9"},
-      {"α", "alpha"},  {"β", "beta"},  {"γ", "gamma"}, {"δ", "delta"},  {"ε", "epsilon"}, {"ζ", "zeta"},
-      {"η", "eta"},    {"θ", "theta"}, {"κ", "kappa"}, {"λ", "lambda"}, {"μ", "mu"},      {"ν", "nu"},
-      {"ξ", "xi"},     {"π", "pi"},    {"ρ", "rho"},   {"σ", "sigma"},  {"τ", "tau"},     {"φ", "phi"},
-      {"χ", "chi"},    {"ψ", "psi"},   {"ω", "omega"}, {"Δ", "Delta"},  {"Φ", "Phi"},     {"Ω", "Omega"},
-      {"Λ", "Lambda"}, {"Γ", "Gamma"}, {"Θ", "Theta"}};
+      {"§", "sec. "}, {"°", " deg"},   {"¬", "not "},    {"Å", "A"},     {"ß", "ss"},     {"á", "a"},
+      {"ä", "a"},     {"è", "e"},      {"é", "e"},       {"í", "i"},     {"ó", "o"},      {"ö", "o"},
+      {"ü", "u"},     {"ø", "o"},      {"ł", "l"},       {"÷", "/"},     {"Ĝ", "G^"},     {"ŷ", "y^"},
+      {"ẑ", "z^"},    {"ȳ", "y-"},     {"Ξ", "Xi"},      {"Π", "Pi"},    {"Ψ", "Psi"},    {"Υ", "Upsilon"},
+      {"ϑ", "theta"}, {"ϕ", "phi"},    {"ᴿ", "^R"},      {"ᵏ", "^k"},    {"ᵖ", "^p"},     {"ᵗ", "^t"},
+      {"ᵘ", "^u"},    {"ʳ", "^r"},     {"ⁿ", "^n"},      {"⁺", "^+"},    {"⁽", "^("},     {"⁾", ")"},
+      {"ᵢ", "_i"},    {"ᵣ", "_r"},     {"ₐ", "_a"},      {"ₑ", "_e"},    {"ₒ", "_o"},     {"ₓ", "_x"},
+      {"ₕ", "_h"},    {"ₖ", "_k"},     {"ₗ", "_l"},      {"ₘ", "_m"},    {"ₙ", "_n"},     {"ₚ", "_p"},
+      {"ₛ", "_s"},    {"ₜ", "_t"},     {"ⱼ", "_j"},      {"₊", "+"},     {"₋", "-"},      {"₍", "("},
+      {"₎", ")"},     {"’", "'"},      {"‘", "'"},       {"“", "\""},    {"”", "\""},     {"„", "\""},
+      {"•", "*"},     {"⁗", "''''"},   {"ℝ", "R"},       {"ℚ", "Q"},     {"ℂ", "C"},      {"ℓ", "l"},
+      {"ℏ", "hbar"},  {"↦", "|->"},    {"⇌", "<=>"},     {"⇒", "=>"},    {"⇔", "<=>"},    {"∀", "for all "},
+      {"∏", "Prod"},  {"∑", "Sum"},    {"∓", "-+"},      {"∗", "*"},     {"⋅", "*"},      {"∘", "o"},
+      {"∛", "cbrt "}, {"∝", "~"},      {"∠", "angle "},  {"∣", "|"},     {"∥", "||"},     {"∧", "and"},
+      {"∨", "or"},    {"∩", "&"},      {"∪", "|"},       {"∫", "int "},  {"∼", "~"},      {"≡", "=="},
+      {"≪", "<<"},    {"≫", ">>"},     {"⊗", "x"},       {"⊥", "_|_"},   {"⟂", "_|_"},    {"⋆", "*"},
+      {"⋮", ":"},     {"⋱", "."},      {"⟨", "<"},       {"⟩", ">"},     {"⌈", "["},      {"⌉", "]"},
+      {"⌊", "["},     {"⌋", "]"},      {"├", "+"},       {"┤", "+"},     {"┬", "+"},      {"┴", "+"},
+      {"○", "o"},     {"●", "*"},      {"×", "x"},       {"✓", "ok"},    {"✗", "no"},     {"′", "'"},
+      {"″", "''"},    {"‴", "'''"},    {"√", "sqrt "},   {"≈", "~="},    {"≤", "<="},     {"≥", ">="},
+      {"≠", "!="},    {"∞", "inf"},    {"∂", "d"},       {"∇", "grad "}, {"Σ", "Sum"},    {"·", "*"},
+      {"±", "+-"},    {"…", "..."},    {"⋯", "..."},     {"–", "-"},     {"—", "-"},      {"−", "-"},
+      {"→", "->"},    {"←", "<-"},     {"‖", "||"},      {"½", "1/2"},   {"⎡", "["},      {"⎢", "["},
+      {"⎣", "["},     {"⎤", "]"},      {"⎥", "]"},       {"⎦", "]"},     {"│", "|"},      {"─", "-"},
+      {"┼", "+"},     {"┌", "+"},      {"┐", "+"},       {"└", "+"},     {"┘", "+"},      {"ᵀ", "^T"},
+      {"⁻", "^-"},    {"∈", "in"},     {"⁰", "^0"},      {"¹", "^1"},    {"²", "^2"},     {"³", "^3"},
+      {"⁴", "^4"},    {"⁵", "^5"},     {"⁶", "^6"},      {"⁷", "^7"},    {"⁸", "^8"},     {"⁹", "^9"},
+      {"₀", "0"},     {"₁", "1"},      {"₂", "2"},       {"₃", "3"},     {"₄", "4"},      {"₅", "5"},
+      {"₆", "6"},     {"₇", "7"},      {"₈", "8"},       {"₉", "9"},     {"α", "alpha"},  {"β", "beta"},
+      {"γ", "gamma"}, {"δ", "delta"},  {"ε", "epsilon"}, {"ζ", "zeta"},  {"η", "eta"},    {"θ", "theta"},
+      {"κ", "kappa"}, {"λ", "lambda"}, {"μ", "mu"},      {"ν", "nu"},    {"ξ", "xi"},     {"π", "pi"},
+      {"ρ", "rho"},   {"σ", "sigma"},  {"τ", "tau"},     {"φ", "phi"},   {"χ", "chi"},    {"ψ", "psi"},
+      {"ω", "omega"}, {"Δ", "Delta"},  {"Φ", "Phi"},     {"Ω", "Omega"}, {"Λ", "Lambda"}, {"Γ", "Gamma"},
+      {"Θ", "Theta"}};
   std::string out;
   for (const Glyph& g : glyphs(text)) {
     if (g.bytes.size() == 1) {
       out += g.bytes;
+      continue;
+    }
+    if (g.width == 0) continue;  // an accent of its own
+    if (g.bytes.size() == 3 && g.bytes >= "\u2800" && g.bytes <= "\u28FF") {
+      out += braille_in_ascii(g.bytes);
       continue;
     }
     const auto* sign = std::find_if(std::begin(signs), std::end(signs),

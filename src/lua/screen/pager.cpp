@@ -101,18 +101,37 @@ bool only_ascii() {
 
 }  // namespace
 
-ScreenSize screen_size() {
-  if (!isatty(STDOUT_FILENO)) return {};
+static ScreenSize size_of_terminal(int descriptor) {
+  if (!isatty(descriptor)) return {};
   winsize size{};
-  if (ioctl(STDOUT_FILENO, TIOCGWINSZ, &size) != 0 || size.ws_col == 0) return {};
+  if (ioctl(descriptor, TIOCGWINSZ, &size) != 0 || size.ws_col == 0) return {};
   return {size.ws_col, size.ws_row};
+}
+
+ScreenSize screen_size() { return size_of_terminal(STDOUT_FILENO); }
+
+static std::string spelled(const std::string& text, int descriptor) {
+  return only_ascii() && isatty(descriptor) ? in_ascii(text) : text;
+}
+
+std::string showable(const std::string& text) { return spelled(text, STDOUT_FILENO); }
+
+std::string for_errors(const std::string& text) {
+  const int columns = size_of_terminal(STDERR_FILENO).columns;
+  const std::string shown = spelled(text, STDERR_FILENO);
+  return columns == 0 ? shown : fitted(shown, columns);
+}
+
+void warn(const std::string& text) {
+  std::fflush(stdout);
+  std::fputs((for_errors("warning: " + text) + "\n").c_str(), stderr);
 }
 
 void page_long_text() { a_person_waits = true; }
 
 void show_text(const std::string& text) {
   const ScreenSize screen = screen_size();
-  const std::string shown = screen.columns > 0 && only_ascii() ? in_ascii(text) : text;
+  const std::string shown = showable(text);
   std::string_view rest = shown;
   constexpr int longest_measured = 1 << 22;  // bytes
   const bool paged = a_person_waits && screen.rows > 4 && isatty(STDIN_FILENO) && !input_waits() &&

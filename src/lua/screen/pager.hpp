@@ -1,4 +1,4 @@
-// What is said at a terminal: fitted to its width, and a screen at a time where it is longer.
+// Output at a terminal: fitted to its width, and a screen at a time where it is longer.
 #pragma once
 
 #include <string>
@@ -10,6 +10,16 @@ struct ScreenSize {
   int columns = 0, rows = 0;
 };
 ScreenSize screen_size();
+
+/// The text in ASCII where standard output is a terminal whose locale has nothing else, else unchanged.
+std::string showable(const std::string& text);
+
+/// The text as the terminal on standard error shows it: fitted to its width, in ASCII where nothing else can be
+/// shown. Unchanged where standard error is no terminal.
+std::string for_errors(const std::string& text);
+
+/// "warning: …" on standard error.
+void warn(const std::string& text);
 
 /// From now on a person waits at a prompt for what is shown.
 void page_long_text();

@@ -1,4 +1,4 @@
-// What long computations say on a terminal.
+// Progress of long computations on a terminal.
 #pragma once
 
 #include <chrono>

@@ -4,6 +4,7 @@
 #include <cstring>
 
 #include "base/error.hpp"
+#include "expr/polynomial/polynomial.hpp"
 #include "lua/core/memory.hpp"
 #include "lua/core/trampoline.hpp"
 
@@ -65,6 +66,7 @@ void replace(lua_State* L, const char* library, const char* function, const Tell
 }  // namespace
 
 void forbid_calls(lua_State* L, const Tell& tell, std::size_t memory) {
+  have_polynomials();  // FLINT is opened while files can be: solve, factor and roots are made of it
   for (const char* function : {"execute", "tmpname"}) replace(L, "os", function, tell, guarded<refuse>);
   for (const char* function : {"popen", "tmpfile"}) replace(L, "io", function, tell, guarded<refuse>);
   for (const char* function : {"remove", "rename"}) replace(L, "os", function, tell, watch);

@@ -1,4 +1,4 @@
-// What a script that nobody trusts does not find: other programs, the debug library; and a note of what it tried.
+// Functions removed for untrusted scripts (other programs, the debug library), and a record of attempts.
 // This is for the error with its line. What holds it back is the operating system (shell/sandbox).
 #pragma once
 

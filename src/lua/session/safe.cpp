@@ -7,6 +7,7 @@
 #include <string>
 
 #include "base/error.hpp"
+#include "base/temporary.hpp"
 #include "lua/core/table_text.hpp"
 #include "lua/core/trampoline.hpp"
 #include "lua/screen/fit_text.hpp"
@@ -15,6 +16,7 @@
 #include "lua/session/numeric_calls.hpp"
 #include "lua/session/patterns.hpp"
 #include "lua/session/safe_calls.hpp"
+#include "lua/session/streams.hpp"
 
 namespace pendula::lua {
 
@@ -69,6 +71,12 @@ int safe_exit(lua_State* L) {
   return 0;
 }
 
+/// os.tmpname(): a new file, which goes when the program ends.
+int temporary_name(lua_State* L) {
+  lua_pushstring(L, temporary_file().c_str());
+  return 1;
+}
+
 /// print(…): values with a blank between them, tables that are lists of results written out; on a terminal what
 /// is no string is fitted to its width.
 int print_values(lua_State* L) {
@@ -79,7 +87,7 @@ int print_values(lua_State* L) {
     const int type = lua_type(L, i);
     only_strings = only_strings && type != LUA_TUSERDATA && type != LUA_TTABLE;
     if (i > 1) line += ' ';
-    if (type == LUA_TTABLE || type == LUA_TNUMBER) {
+    if (type != LUA_TSTRING && type != LUA_TUSERDATA) {
       line += shown_text(L, i);
     } else {
       std::size_t size = 0;
@@ -180,6 +188,7 @@ void open_safe_libraries(lua_State* L) {
   open_numeric_calls(L);
   open_patterns(L);
   open_long_calls(L);
+  open_streams(L);
   lua_pushglobaltable(L);
   wrap_field(L, "load", safe_load);
   lua_pushcfunction(L, guarded<print_values>);
@@ -190,6 +199,8 @@ void open_safe_libraries(lua_State* L) {
   lua_getfield(L, -1, "os");
   wrap_field(L, "exit", safe_exit);
   wrap_field(L, "setlocale", safe_setlocale);
+  lua_pushcfunction(L, guarded<temporary_name>);
+  lua_setfield(L, -2, "tmpname");
   lua_pop(L, 2);
   remove_fields(L, "string", {"dump"});
   secure_package(L);

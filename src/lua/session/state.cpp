@@ -1,7 +1,6 @@
 #include "lua/session/state.hpp"
 
 #include <cstdio>
-#include <cstring>
 
 #ifdef __GLIBC__
 #include <malloc.h>
@@ -72,32 +71,17 @@ int open_everything(lua_State* L) {
   return 0;
 }
 
-/// "\n  called from exam.lua:20" for every line of the user's files that led to the innermost one.
-std::string callers(lua_State* L) {
-  constexpr int most = 8;
-  std::string lines;
-  lua_Debug frame;
-  int found = 0;
-  for (int level = 0; lua_getstack(L, level, &frame) != 0; ++level) {
-    lua_getinfo(L, "Sl", &frame);
-    if (frame.currentline <= 0 || std::strncmp(frame.source, "=stdlib/", 8) == 0) continue;
-    if (++found == 1) continue;  // the line that the message begins with
-    if (found > most + 1) return lines + "\n  …";
-    if (frame.source[0] == '@') lines += text("\n  called from ", frame.source + 1, ":", frame.currentline);
-  }
-  return lines;
-}
-
 /// Turns whatever was raised into the text for the user. Messages of the user's own lines pass unchanged; an
 /// error of our stdlib is blamed on the user's line that called it.
 int explain_error(lua_State* L) {
   if (is_interrupt_marker(L, 1)) return 1;
   std::string message = error_text(L, 1);
-  const bool bare =
-      message.starts_with("C stack overflow") || message.starts_with("attempt to load a binary");
+  const std::string lines = callers(L, message);
+  // Lua names no line where one of its C functions fails (table.sort).
+  const bool bare = message.starts_with("C stack overflow") || message.starts_with("attempt to ") ||
+                    message.starts_with("invalid order function");
   if (bare || lua_type(L, 1) != LUA_TSTRING) message = user_position(L) + message;
-  message = blamed_on_caller(L, message);
-  message += callers(L);
+  message = blamed_on_caller(L, message) + lines;
   lua_pushlstring(L, message.data(), message.size());
   return 1;
 }
@@ -161,6 +145,18 @@ int load_part(lua_State* L) {
 }
 
 }  // namespace
+
+void look_beside(lua_State* L, const std::string& script) {
+  const auto slash = script.rfind('/');
+  if (slash == script.npos) return;
+  const std::string folder = script.substr(0, slash + 1);
+  lua_getglobal(L, "package");
+  lua_getfield(L, -1, "path");
+  const std::string path = folder + "?.lua;" + folder + "?/init.lua;" + lua_tostring(L, -1);
+  lua_pushlstring(L, path.data(), path.size());
+  lua_setfield(L, -3, "path");
+  lua_pop(L, 2);
+}
 
 void push_part(lua_State* L, const std::string& name) {
   lua_pushcfunction(L, guarded<load_part>);

@@ -21,6 +21,9 @@ lua_State* new_state();
 /// results are on the stack. False: the error text (or the interrupt marker) is on top.
 bool run(lua_State* L, int arguments, int results);
 
+/// What the script requires may stand beside it, wherever it was called from.
+void look_beside(lua_State* L, const std::string& script);
+
 /// Pushes what the file stdlib/<name>.lua returns. Throws Error.
 void push_part(lua_State* L, const std::string& name);
 

@@ -63,6 +63,7 @@ bool load_and_run(lua_State* L, const std::string& file) {
   lua_pushstring(L, file.c_str());
   lua_rawseti(L, -2, 0);
   lua_setglobal(L, "arg");
+  look_beside(L, file);
   if (luaL_loadfilex(L, file.c_str(), "t") == LUA_OK) return run(L, 0, 0);
   const std::string message = error_text(L, -1);
   if (message.starts_with("attempt to load a binary chunk")) {

@@ -19,8 +19,8 @@ class RealMatrix {
   explicit RealMatrix(int size = 0, mp_bitcnt_t bits = 64)
       : size_(size), entries_(static_cast<std::size_t>(size) * size, Real(0, bits)) {}
   int size() const { return size_; }
-  Real& operator()(int i, int j) { return entries_[static_cast<std::size_t>(i) * size_ + j]; }
-  const Real& operator()(int i, int j) const { return entries_[static_cast<std::size_t>(i) * size_ + j]; }
+  Real& operator()(int i, int j) { return entries_[i * size_ + j]; }
+  const Real& operator()(int i, int j) const { return entries_[i * size_ + j]; }
 
  private:
   int size_;
@@ -34,7 +34,10 @@ class RealMatrix {
 /// is a number.
 Real precise_value(Expr e, mp_bitcnt_t bits, double& error);
 
-/// The double nearest to the value.
+/// The double nearest to the value; infinite where it is beyond the largest one.
 double nearest_double(const Real& value);
+
+/// The double nearest to a coefficient. Throws Error where it is beyond the largest one.
+double rounded_coefficient(const Real& value);
 
 }  // namespace pendula::integrate

@@ -1,4 +1,4 @@
-// Which call the cursor stands in: `sol:plot(s, { title = "a` is the value of the option title of a call of
+// The call that the cursor is in: `sol:plot(s, { title = "a` is the value of the option title of a call of
 // sol:plot with s as its first argument.
 #pragma once
 

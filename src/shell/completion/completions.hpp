@@ -1,4 +1,4 @@
-// What Tab offers, between the one who finds it and the one who shows it.
+// Completions as data, from the finder to the line editor.
 #pragma once
 
 #include <functional>
@@ -8,7 +8,7 @@
 
 namespace pendula::shell {
 
-/// What may stand at the end of the text typed so far.
+/// Completions of the end of the text typed so far.
 struct Completions {
   std::size_t begin = 0;           ///< offset in the text of the word to complete
   std::vector<std::string> words;  ///< replacements for the word, sorted

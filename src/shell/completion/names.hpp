@@ -1,4 +1,4 @@
-// What a global name means at the prompt.
+// Global names at the prompt.
 #pragma once
 
 #include <lua.hpp>

@@ -124,7 +124,7 @@ Picture picture(const Entry& entry, int columns) {
     if (at == entry.cursor) painter.mark_cursor();
     if (entry.text[at] == '\n') {
       painter.row(false);
-      painter.put_all(next_prompt, prompt_colour);
+      painter.put_all(next_prompt(), prompt_colour);
       ++at;
     } else {
       painter.put(entry.text, at, entry.coloured ? colour(entry.styles[at]) : plain);

@@ -1,4 +1,4 @@
-// What an entry of one or several lines looks like while it is typed, and how the screen is made to show it.
+// The view of an entry of one or several lines while it is typed, and the bytes that update the screen.
 #pragma once
 
 #include <cstddef>
@@ -29,8 +29,8 @@ struct Picture {
 
 Picture picture(const Entry& entry, int columns);
 
-/// What the terminal shows of an entry. Its functions return the bytes that make the terminal show the next
-/// thing: written at once, nothing flickers.
+/// The part of an entry that the terminal shows. Its functions return the bytes that make the terminal show
+/// the next thing: written at once, nothing flickers.
 class EntryView {
  public:
   /// The cursor stands at the beginning of an empty row, and nothing of an entry is above it.

@@ -1,4 +1,4 @@
-// Which parts of an entry are shown how, and how deep its next line is indented.
+// Highlighting of an entry, and the indentation of its next line.
 #pragma once
 
 #include <cstddef>
@@ -26,7 +26,8 @@ std::size_t indentation(std::string_view text);
 /// Does the line begin with what closes a block or bracket, or with else?
 bool begins_with_end(std::string_view line);
 
-/// What opens (+1) or closes (-1) a block; `for` and `while` count by their `do`, `elseif` by its `if`.
+/// +1 for words that open a block, -1 for those that close one; `for` and `while` count by their `do`,
+/// `elseif` by its `if`.
 int block_step(const lua::Token& token);
 /// The same of brackets.
 int bracket_step(const lua::Token& token);

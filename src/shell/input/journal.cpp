@@ -6,6 +6,7 @@
 
 #include <ctime>
 #include <filesystem>
+#include <fstream>
 
 #include "shell/input/history.hpp"
 
@@ -13,6 +14,8 @@ namespace pendula::shell {
 namespace {
 
 namespace fs = std::filesystem;
+
+constexpr const char* end_of_entry = "-- end of the entry";  ///< a line of its own
 
 fs::path folder() {
   const std::string history = history_path();
@@ -47,7 +50,7 @@ void Journal::add(const std::string& entry) {
     fd_ = open(path_.c_str(), O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC, 0600);
     if (fd_ >= 0) flock(fd_, LOCK_EX | LOCK_NB);
   }
-  const std::string line = entry + "\n";
+  const std::string line = entry + "\n" + end_of_entry + "\n";
   // What cannot be written is no reason to disturb the user.
   if (fd_ >= 0) (void)!write(fd_, line.data(), line.size());
 }
@@ -58,6 +61,21 @@ std::string Journal::left_over() {
   for (const auto& entry : fs::directory_iterator(folder(), ignored))
     if (!is_locked(entry.path()) && entry.path() > newest) newest = entry.path();
   return newest.string();
+}
+
+std::vector<std::string> Journal::entries(const std::string& path) {
+  std::ifstream file(path);
+  std::vector<std::string> all;
+  std::string entry;
+  for (std::string line; std::getline(file, line);) {
+    if (line != end_of_entry) {
+      entry += line + "\n";
+      continue;
+    }
+    all.push_back(std::move(entry));
+    entry.clear();
+  }
+  return all;  // what the machine wrote half is no entry
 }
 
 }  // namespace pendula::shell

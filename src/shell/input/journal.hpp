@@ -3,6 +3,7 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 namespace pendula::shell {
 
@@ -18,6 +19,8 @@ class Journal {
 
   /// The journal of the newest session that did not end by itself, or "".
   static std::string left_over();
+  /// The entries of a journal, in order.
+  static std::vector<std::string> entries(const std::string& path);
 
  private:
   int fd_ = -1;

@@ -1,6 +1,8 @@
+#include "shell/input/reader.hpp"
+
 #include <unistd.h>
 
-#include "shell/input/reader.hpp"
+#include "lua/screen/pager.hpp"
 #include "shell/input/terminal.hpp"
 
 namespace pendula::shell {
@@ -11,6 +13,11 @@ bool has_line_editing() {
 #else
   return false;
 #endif
+}
+
+std::string_view next_prompt() {
+  static const bool ascii = lua::showable("…") != "…";
+  return ascii ? ". " : "… ";
 }
 
 std::unique_ptr<Reader> open_reader([[maybe_unused]] Knowledge knowledge) {

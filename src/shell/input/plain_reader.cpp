@@ -12,7 +12,7 @@ namespace {
 class PlainReader : public Reader {
  public:
   Line read(const std::string& pending) override {
-    const auto prompt = pending.empty() ? first_prompt : next_prompt;
+    const auto prompt = pending.empty() ? first_prompt : next_prompt();
     std::fwrite(prompt.data(), 1, prompt.size(), stdout);
     std::fflush(stdout);
     PromptSignals signals;

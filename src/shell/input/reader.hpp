@@ -33,7 +33,7 @@ class Reader {
   virtual void remember(const std::string& entry) = 0;
 };
 
-/// What a reader that edits wants to know of the language.
+/// Services of the language for a reader with editing.
 struct Knowledge {
   Completer complete;
   std::function<bool(const std::string& entry)> is_complete;  ///< or do more lines belong to it?
@@ -51,6 +51,7 @@ std::unique_ptr<Reader> open_plain_reader();
 std::unique_ptr<Reader> open_readline_reader(Knowledge knowledge);  ///< only with PENDULA_READLINE
 
 inline constexpr std::string_view first_prompt = "> ";
-inline constexpr std::string_view next_prompt = "… ";
+/// In front of the further lines of an entry; ASCII where the terminal shows nothing else.
+std::string_view next_prompt();
 
 }  // namespace pendula::shell

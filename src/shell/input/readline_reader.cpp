@@ -129,7 +129,7 @@ void ReadlineReader::load() {
 // ── reading ────────────────────────────────────────────────────────────────────────────────────────────────
 
 std::string ReadlineReader::prompt(bool first) const {
-  const std::string text(first ? first_prompt : next_prompt);
+  const std::string text(first ? first_prompt : next_prompt());
   return colour_ && !block_ ? "\001\033[1;34m\002" + text + "\001\033[0m\002" : text;
 }
 

@@ -9,6 +9,7 @@
 
 #include "base/draft.hpp"
 #include "base/interrupt.hpp"
+#include "base/temporary.hpp"
 
 namespace pendula::shell {
 namespace {
@@ -42,10 +43,16 @@ bool broken(int fd) {
   return poll(&p, 1, 0) > 0 && (p.revents & POLLERR);
 }
 
+void remove_unfinished_files() {
+  remove_drafts();
+  remove_temporary_files();
+}
+
 extern "C" void leave_broken_pipe(int signal) {
   const int saved = errno;
   // Raised again with the default action, it ends the process as soon as this handler returns.
   if (broken(STDOUT_FILENO) || broken(STDERR_FILENO)) {
+    remove_unfinished_files();
     std::signal(signal, SIG_DFL);
     raise(signal);
   }
@@ -53,7 +60,7 @@ extern "C" void leave_broken_pipe(int signal) {
 }
 
 extern "C" void end_without_drafts(int signal) {
-  remove_drafts();
+  remove_unfinished_files();
   raise(signal);  // its action is the default one again
 }
 

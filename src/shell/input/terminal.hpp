@@ -1,4 +1,4 @@
-// What the program knows about the terminal it runs in.
+// Properties of the terminal that the program runs in.
 #pragma once
 
 #include <string>

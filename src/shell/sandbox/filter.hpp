@@ -1,4 +1,4 @@
-// Which system calls a confined process may make.
+// The system calls that a confined process may make.
 #pragma once
 
 #include <string>

@@ -58,7 +58,7 @@ class Reporter {
 
 using Work = std::function<bool()>;  ///< true: finished; false: failed, message() was called
 using Prepare = std::function<Work(Reporter&)>;
-/// What the child prints: descriptor 1 or 2, bytes.
+/// Output of the child: descriptor 1 or 2, bytes.
 using Print = std::function<void(int, const char*, std::size_t)>;
 
 /// Requires empty buffers of stdio. Several threads may call it. Throws Error where the system cannot confine a

@@ -119,9 +119,11 @@ double time_step(const std::vector<double>& t, const std::string& path) {
   const double median = steps[steps.size() / 2];  // one gap does not move it
   for (std::size_t i = 1; i < t.size(); ++i)
     if (!(std::abs(t[i] - t[i - 1] - median) <= 1e-3 * std::abs(median)))
-      throw Error(text(path, ": the times are not equidistant: from sample ", i, " to ", i + 1,
-                       " they step by ", rounded(t[i] - t[i - 1], 6), ", mostly by ", rounded(median, 6),
-                       "; give Ts = … to use the samples as they stand"));
+      throw Error(
+          text(path, ": the times are not equidistant: from sample ", i, " to ", i + 1, " they step by ",
+               rounded(t[i] - t[i - 1], 6), ", mostly by ", rounded(median, 6),
+               "; give Ts = … to use the samples as they stand. A solution is written at equal times by "
+               "sol:csv(\"run.csv\", { times = linspace(0, 10, 201) })"));
   return mean;
 }
 

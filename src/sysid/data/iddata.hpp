@@ -67,7 +67,7 @@ IdData fill(const IdData& d, Filling how);
 Index missing(const IdData& d);
 std::string missing_text(const IdData& d);
 
-/// What print shows: sizes, sampling, ranges of the signals, missing values, removed offsets.
+/// The text of print: sizes, sampling, ranges of the signals, missing values, removed offsets.
 std::string describe(const IdData& d);
 
 // ── files ──
@@ -93,6 +93,8 @@ void write_mat(const IdData& d, const std::string& path);
 using NamedMatrices = std::vector<std::pair<std::string, Mat>>;
 /// A MATLAB file (version 5) with these matrices; the names are names of MATLAB. Throws Error where it cannot
 /// be written, and where this program was built without libmatio.
+/// Every real matrix of numbers in a MATLAB file; the fields of structures count as variables.
+NamedMatrices read_matrices(const std::string& path);
 void write_mat(const NamedMatrices& variables, const std::string& path);
 
 struct ColumnChoice {

@@ -161,9 +161,9 @@ std::vector<double> numbers(const matvar_t& v) {
   }
 }
 
-void collect(const matvar_t& v, const std::string& name, FileColumns& table, int depth);
+void collect(const matvar_t& v, const std::string& name, NamedMatrices& found, int depth);
 
-void collect_fields(const matvar_t& v, FileColumns& table, int depth) {
+void collect_fields(const matvar_t& v, NamedMatrices& found, int depth) {
   constexpr int deepest = 32;
   if (depth >= deepest) throw Error("structures inside structures, more than 32 deep");
   if (!v.data || shape_of(v).size() != 1) return;
@@ -172,26 +172,35 @@ void collect_fields(const matvar_t& v, FileColumns& table, int depth) {
   if (!names) return;
   for (unsigned i = 0, n = MATIO(Mat_VarGetNumberOfFields)(structure); i < n; ++i) {
     const matvar_t* const field = MATIO(Mat_VarGetStructFieldByIndex)(structure, i, 0);
-    if (field && names[i]) collect(*field, names[i], table, depth + 1);
+    if (field && names[i]) collect(*field, names[i], found, depth + 1);
   }
 }
 
-/// Vectors are columns; a matrix gives name1, name2, …; the fields of a structure count as variables.
-void collect(const matvar_t& v, const std::string& name, FileColumns& table, int depth) {
-  if (v.class_type == MAT_C_STRUCT) return collect_fields(v, table, depth);
-  constexpr std::size_t most_columns = 10'000;
-  Shape shape = shape_of(v);
-  if (shape.rows == 1) std::swap(shape.rows, shape.cols);
-  if (shape.cols > most_columns)
-    throw Error(
-        text("'", name, "' is a matrix of ", shape.cols, " columns; data have at most ", most_columns));
+/// The fields of a structure count as variables.
+void collect(const matvar_t& v, const std::string& name, NamedMatrices& found, int depth) {
+  if (v.class_type == MAT_C_STRUCT) return collect_fields(v, found, depth);
+  const Shape shape = shape_of(v);
   const std::vector<double> all = numbers(v);
   if (all.empty()) return;
-  for (std::size_t j = 0; j < shape.cols; ++j) {
-    table.names.push_back(shape.cols == 1 ? name : name + std::to_string(j + 1));
-    table.columns.emplace_back(all.begin() + static_cast<std::ptrdiff_t>(j * shape.rows),
-                               all.begin() + static_cast<std::ptrdiff_t>((j + 1) * shape.rows));
+  found.emplace_back(name, Eigen::Map<const Mat>(all.data(), static_cast<Eigen::Index>(shape.rows),
+                                                 static_cast<Eigen::Index>(shape.cols)));
+}
+
+/// Vectors are columns; a matrix gives name1, name2, …
+FileColumns columns_of(const NamedMatrices& variables) {
+  constexpr Eigen::Index most_columns = 10'000;
+  FileColumns table;
+  for (const auto& [name, matrix] : variables) {
+    const Mat m = matrix.rows() == 1 ? Mat(matrix.transpose()) : matrix;
+    if (m.cols() > most_columns)
+      throw Error(
+          text("'", name, "' is a matrix of ", m.cols(), " columns; data have at most ", most_columns));
+    for (Eigen::Index j = 0; j < m.cols(); ++j) {
+      table.names.push_back(m.cols() == 1 ? name : name + std::to_string(j + 1));
+      table.columns.emplace_back(m.col(j).begin(), m.col(j).end());
+    }
   }
+  return table;
 }
 
 void write(mat_t* file, const char* name, const Mat& m, const std::string& path) {
@@ -231,17 +240,19 @@ void check_sizes(mat_t* file, std::uintmax_t bytes) {
 
 }  // namespace
 
-FileColumns read_mat(const std::string& path) {
+NamedMatrices read_matrices(const std::string& path) {
   if (!std::filesystem::is_regular_file(path))
-    throw Error(text("cannot open ", path, " as a MATLAB file: there is no such file"));
+    throw Error(
+        text("cannot open ", path, " as a MATLAB file: ",
+             std::filesystem::exists(path) ? "it is a folder, a pipe or a device" : "there is no such file"));
   const File file(MATIO(Mat_Open)(path.c_str(), MAT_ACC_RDONLY), MATIO(Mat_Close));
   if (!file) throw Error(text("cannot open ", path, " as a MATLAB file"));
-  FileColumns table;
+  NamedMatrices found;
   try {
     check_sizes(file.get(), std::filesystem::file_size(path));
     while (matvar_t* raw = MATIO(Mat_VarReadNext)(file.get())) {
       const Variable variable(raw, MATIO(Mat_VarFree));
-      if (raw->name) collect(*raw, raw->name, table, 0);
+      if (raw->name) collect(*raw, raw->name, found, 0);
     }
   } catch (const Error& e) {
     throw Error(text(path, ": ", e.what()));
@@ -249,17 +260,27 @@ FileColumns read_mat(const std::string& path) {
     throw Error(
         text(path, " says that it holds more than there is memory: it is damaged, or not for this machine"));
   }
-  if (table.names.empty()) throw Error(text(path, " holds no real matrix of numbers"));
-  return table;
+  if (found.empty()) throw Error(text(path, " holds no real matrix of numbers"));
+  return found;
+}
+
+FileColumns read_mat(const std::string& path) {
+  const NamedMatrices found = read_matrices(path);
+  try {
+    return columns_of(found);
+  } catch (const Error& e) {
+    throw Error(text(path, ": ", e.what()));
+  }
 }
 
 void write_mat(const NamedMatrices& variables, const std::string& path) {
   write_file(path, written(variables, path));
 }
 #else
-FileColumns read_mat(const std::string& path) {
+NamedMatrices read_matrices(const std::string& path) {
   throw Error(text("cannot read ", path, ": this program was built without libmatio; save the data as CSV"));
 }
+FileColumns read_mat(const std::string& path) { return (read_matrices(path), FileColumns{}); }
 void write_mat(const NamedMatrices&, const std::string& path) {
   throw Error(text("cannot write ", path, ": this program was built without libmatio; save the data as CSV"));
 }

@@ -59,6 +59,7 @@ void check(const Vec& start, const Bounds& bounds, const Vec& scale) {
       throw Error(
           text(what, " has ", counted(v.size(), "number"), " for ", counted(start.size(), "parameter")));
   };
+  if (start.size() == 0) throw Error("start has no numbers: nothing can be varied");
   size(scale, "scale");
   if (!bounds.any()) return;
   size(bounds.lower, "lower");

@@ -94,7 +94,7 @@ PolyModel iv4(const IdData& given, Index output, const Orders& wanted) {
   d.y = given.y.col(output);
   d.y_names = {given.y_names[output]};
   PolyModel m = arx(d, 0, wanted, InitialCondition::drop);
-  if (m.rank < m.theta.size() || m.exact) return m;
+  if (m.identifiability.rank < m.theta.size() || m.exact) return m;
   const auto instruments = [&](const Polynomials& p) {
     IdData z = d;
     z.y.col(0) = simulated(d, p);
@@ -116,7 +116,7 @@ PolyModel iv4(const IdData& given, Index output, const Orders& wanted) {
   const Vec y = regressor.targets();
   const double variation = (y.array() - y.mean()).matrix().squaredNorm();
   m.quality = criteria((y - regressor.matrix() * m.theta).squaredNorm(), y.size(), m.theta.size(), variation);
-  m.simulation_fit = simulation_fit(m, given, Seed::data);
+  m.simulation.percent = simulation_fit(m, given, Seed::data);
   return m;
 }
 

@@ -304,20 +304,21 @@ void complete(PolyModel& m, const IdData& d, PredictionErrors& at) {
   m.exact = std::sqrt(sse) <= 1e-13 * std::sqrt(static_cast<double>(m.theta.size())) * 10 * y.norm();
   if (m.exact) forget_noise(m, at.J);
   const LeastSquares ls = solve_triangular(pendula::triangular_factor(at.J, -at.e).R(), at.rows);
-  m.rank = ls.rank;
-  m.null_space = ls.null_space;
-  m.unidentifiable = free_directions(ls.null_space, m.names);
+  m.identifiability.rank = ls.rank;
+  m.identifiability.null_space = ls.null_space;
+  m.identifiability.directions = free_directions(ls.null_space, m.names);
   m.quality = criteria(sse, at.rows, ls.rank, compared_variation(d, m));
   const Index left = at.rows - ls.rank - at.free_start;
   m.quality.sigma2 = left > 0 ? sse / static_cast<double>(left) : 0;
   m.covariance = (m.exact ? 0 : m.quality.sigma2) * ls.inverse;
   m.std = standard_deviations(ls, m.covariance);
   if (ls.rank < m.theta.size() - m.orders.nc - m.orders.nd && m.exact)
-    m.advice = {"the data follow a model of lower order exactly: common factors are free; lower the orders"};
+    m.identifiability.advice = {
+        "the data follow a model of lower order exactly: common factors are free; lower the orders"};
   else if (ls.rank < m.theta.size() && m.exact)
-    m.advice = {"there is no noise in the data from which C and D could be found"};
+    m.identifiability.advice = {"there is no noise in the data from which C and D could be found"};
   else if (ls.rank < m.theta.size())
-    m.advice = {
+    m.identifiability.advice = {
         "the gradient does not separate these parameters: lower the orders, or excite the input more"};
   if (at.unit != 1) {
     const double sigma2 = m.quality.sigma2 / (at.unit * at.unit);
@@ -325,8 +326,9 @@ void complete(PolyModel& m, const IdData& d, PredictionErrors& at) {
     m.quality.sigma2 = sigma2;
     m.quality.fit = predict(m, d, 1, Seed::estimate).fit;
   }
-  m.simulation_start = seed_text(m, Seed::estimate);
-  m.simulation_fit = simulation_fit(m, d, Seed::estimate);
+  const Seed seed = seed_of_estimation(m);
+  m.simulation.start = seed_text(m, seed);
+  m.simulation.percent = simulation_fit(m, d, seed);
 }
 
 }  // namespace
@@ -371,8 +373,9 @@ PolyModel pem(const IdData& d, Index output, const Orders& wanted, const std::st
     if (start.size() != orders.parameters())
       throw Error(text("start: expected ", orders.parameters(), " numbers (",
                        join(parameter_names(orders, d.u_names), ", "), "), got ", start.size()));
-    for (Index i = 0; i < start.size(); ++i)
+    for (Index i = 0; options.theta && i < start.size(); ++i)
       if (!std::isfinite(start[i])) throw Error(text("start: entry ", i + 1, " is not a finite number"));
+    if (!start.allFinite()) continue;
     if (options.theta && !admissible(polynomials_of(start, orders)))
       throw Error("start: C and F must be stable (zeros inside the unit circle)");
     auto m = search.run(start, best ? best->theta : Vec());
@@ -381,7 +384,8 @@ PolyModel pem(const IdData& d, Index output, const Orders& wanted, const std::st
     if (m->ending != Ending::known && (!best || m->value < best->value)) best = std::move(m);
   }
   if (!best)
-    throw Failure("the loss is not finite at any start: is the data constant, or its size beyond 1e150?");
+    throw Failure(
+        "the sums of squares overflow at every start: scale the data, for example to values near 1");
   PolyModel m;
   m.kind = kind;
   m.orders = orders;

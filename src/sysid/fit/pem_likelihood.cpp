@@ -41,7 +41,7 @@ PolyModel pem(const IdData& d, Index output, const Orders& orders, const std::st
   if (const std::string gaps = missing_text(d); !gaps.empty())
     throw Error(text(gaps, "; a density of the noise needs every sample: d:fill(), or d:slice(…)"));
   PolyModel m = pem(d, output, orders, kind, options);
-  if (m.rank < m.theta.size() || m.exact) return m;
+  if (m.identifiability.rank < m.theta.size() || m.exact) return m;
   const NegativeLogarithm f = negative_logarithm(density);
   const auto errors = [&](const Vec& theta) {
     return prediction_errors(d, output, m.orders, theta, options.start, true);
@@ -91,7 +91,7 @@ PolyModel pem(const IdData& d, Index output, const Orders& orders, const std::st
   m.search.method =
       text("maximum likelihood (", std::max(steps, 1), " weighted Gauss–Newton step", steps > 1 ? "s)" : ")");
   m.quality = criteria(at.e.squaredNorm(), at.rows, m.theta.size(), compared_variation(d, m));
-  m.simulation_fit = simulation_fit(m, d, Seed::estimate);
+  m.simulation.percent = simulation_fit(m, d, seed_of_estimation(m));
   return m;
 }
 

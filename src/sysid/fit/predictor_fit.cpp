@@ -121,8 +121,8 @@ LeastSquares linearised(const Mat& J, const Vec& e) {
   return solve_triangular(pendula::triangular_factor(J, e).R(), e.size());
 }
 
-/// Minimises ½‖y - ŷ(θ)‖² from theta; e, J and yhat belong to the minimum.
-Minimum search(Recursion& recursion, Vec& theta, Vec& e, Mat& J, Vec& yhat) {
+/// Minimises ½‖y - ŷ(θ)‖² from theta; e, J and yhat belong to the minimum, one row of `iterates` to each point on the way.
+Minimum search(Recursion& recursion, Vec& theta, Vec& e, Mat& J, Vec& yhat, Mat& iterates) {
   const auto loss = [&](Vec& at) -> std::optional<QuadraticModel> {
     recursion.run(at, e, J, yhat);
     if (!e.allFinite() || !J.allFinite()) return {};
@@ -132,6 +132,11 @@ Minimum search(Recursion& recursion, Vec& theta, Vec& e, Mat& J, Vec& yhat) {
     throw Failure("the predictor is not finite at the start; give start = { … } nearer to the solution");
   MinimiserOptions options;
   options.iterations = 500;
+  options.is_known = [&iterates](const Vec& at, const Vec&) {
+    iterates.conservativeResize(iterates.rows() + 1, at.size());
+    iterates.bottomRows(1) = at.transpose();
+    return false;
+  };
   Minimum m = minimise(loss, theta, options);
   theta = m.theta;
   recursion.run(theta, e, J, yhat);
@@ -203,7 +208,10 @@ PredictorFit fit(const Predictor& p, const IdData& d, InitialCondition start, co
     f.ls = linearised(J, e);
     recursion.run(f.theta, e, J, yhat);
   } else {
-    const Minimum m = search(recursion, f.theta, e, J, yhat);
+    const Minimum m = search(recursion, f.theta, e, J, yhat, f.iterates);
+    const auto accepted = static_cast<Index>(m.values.size());
+    if (f.iterates.rows() > accepted) f.iterates.conservativeResize(accepted, Eigen::NoChange);
+    f.losses = 2 * Eigen::Map<const Vec>(m.values.data(), static_cast<Index>(m.values.size()));
     f.iterations = m.iterations;
     f.ending = ending_text(m);
     f.ls = linearised(J, e);

@@ -17,6 +17,8 @@ struct PredictorFit {
   Criteria quality;
   bool exact = false;
   int iterations = 0;
+  Mat iterates;  ///< θ at the start and after each iteration, one per row; no rows where the problem is linear
+  Vec losses;    ///< SSE of these
   std::string ending;  ///< of a search that did not converge, in words
   std::vector<std::string> unidentifiable;
   Vec predictions, residuals;  ///< at the rows used

@@ -25,8 +25,8 @@ PolyModel regularised_arx(const IdData& d, Index output, const Orders& orders, I
   m.std = fit.covariance.diagonal().cwiseMax(0.0).cwiseSqrt();
   m.p = polynomials_of(m.theta, m.orders);
   m.exact = false;
-  m.unidentifiable.clear();
-  m.advice.clear();
+  m.identifiability.directions.clear();
+  m.identifiability.advice.clear();
   const auto N = static_cast<double>(factor.rows());
   const double variation = m.quality.fit < 100 ? m.quality.sse / std::pow(1 - m.quality.fit / 100, 2)
                                                : factor.R().col(factor.R().cols() - 1).squaredNorm();
@@ -43,7 +43,7 @@ PolyModel regularised_arx(const IdData& d, Index output, const Orders& orders, I
                      join(groups, "; "), "; ", rounded(fit.effective, 3), " effective parameters)");
   m.log_likelihood = fit.log_likelihood;
   if (!d.u.hasNaN() && d.samples() > m.p.memory())
-    m.simulation_fit = simulation_fit(m, d, start == InitialCondition::zero ? Seed::zero : Seed::data);
+    m.simulation.percent = simulation_fit(m, d, start == InitialCondition::zero ? Seed::zero : Seed::data);
   return m;
 }
 

@@ -46,7 +46,7 @@ IdModel arx(const IdData& d, const std::vector<Orders>& orders,
     } catch (const Failure&) {
     }
     for (std::size_t i = 0; i < m.outputs.size(); ++i)
-      m.outputs[i].simulation_fit = free.empty() ? -std::numeric_limits<double>::infinity() : free[i].fit;
+      m.outputs[i].simulation.percent = free.empty() ? -std::numeric_limits<double>::infinity() : free[i].fit;
   }
   return m;
 }
@@ -91,25 +91,25 @@ PolyModel arx(const IdData& d, Index output, const Orders& orders, InitialCondit
   choose_rows(weighting, r, d.samples());
   const WeightedLeastSquares fit = least_squares(r.Phi, r.y, weighting);
   m.theta = fit.theta;
-  m.rank = fit.rank;
-  m.null_space = fit.null_space;
+  m.identifiability.rank = fit.rank;
+  m.identifiability.null_space = fit.null_space;
   m.covariance = fit.covariance;
   m.std = standard_deviations(fit, fit.covariance);
   m.p = polynomials_of(m.theta, m.orders);
-  m.unidentifiable = free_directions(fit.null_space, m.names);
+  m.identifiability.directions = free_directions(fit.null_space, m.names);
   m.weighting =
       fit.known_noise ? "least squares with the given covariance of the noise" : "weighted least squares";
   m.quality = criteria((r.y - r.Phi * m.theta).squaredNorm(), r.y.size(), fit.rank,
                        (r.y.array() - r.y.mean()).matrix().squaredNorm());
   if (missing(d) == 0)
-    m.simulation_fit = simulation_fit(m, d, start == InitialCondition::zero ? Seed::zero : Seed::data);
+    m.simulation.percent = simulation_fit(m, d, start == InitialCondition::zero ? Seed::zero : Seed::data);
   return m;
 }
 
 PolyModel arx(const IdData& d, Index output, const Orders& orders, InitialCondition start,
               const Density& density) {
   PolyModel m = arx(d, output, orders, start);
-  if (m.rank < m.theta.size()) return m;  // the rank report says what to change first
+  if (m.identifiability.rank < m.theta.size()) return m;  // the rank report says what to change first
   const Regression r = regression(d, output, m.orders, start);
   const LikelihoodFit fit = maximise(r, density);
   m.theta = fit.theta;
@@ -123,7 +123,7 @@ PolyModel arx(const IdData& d, Index output, const Orders& orders, InitialCondit
                        (r.y.array() - r.y.mean()).matrix().squaredNorm());
   m.noise = described(density, fit);
   if (missing(d) == 0)
-    m.simulation_fit = simulation_fit(m, d, start == InitialCondition::zero ? Seed::zero : Seed::data);
+    m.simulation.percent = simulation_fit(m, d, start == InitialCondition::zero ? Seed::zero : Seed::data);
   return m;
 }
 
@@ -154,7 +154,7 @@ void simulate_experiment(const IdModel& m, const IdData& d, Index from, Index en
 
 std::vector<Response> simulate_coupled(const IdModel& m, const IdData& d, Seed seed) {
   if (seed == Seed::estimate)
-    throw Error("the simulation of a coupled model starts with init = \"data\" or \"zero\"");
+    throw Error("the simulation of a coupled model starts with ic = \"data\" or \"zero\"");
   Index memory = 0;
   for (const PolyModel& row : m.outputs) memory = std::max(memory, row.p.memory());
   Mat y = d.y;

@@ -14,8 +14,8 @@ const char* excitation_words(int order) {
 }
 
 bool touches(const PolyModel& m, char letter) {
-  for (Index i = 0; i < m.null_space.rows(); ++i)
-    if (m.names[i][0] == letter && m.null_space.row(i).cwiseAbs().maxCoeff() > 0) return true;
+  for (Index i = 0; i < m.identifiability.null_space.rows(); ++i)
+    if (m.names[i][0] == letter && m.identifiability.null_space.row(i).cwiseAbs().maxCoeff() > 0) return true;
   return false;
 }
 

@@ -182,22 +182,22 @@ PolyModel arx(const IdData& d, Index output, const Orders& wanted, InitialCondit
   m.estimated = true;
   m.names = regressor.names();
   m.theta = ls.theta;
-  m.rank = ls.rank;
-  m.null_space = ls.null_space;
+  m.identifiability.rank = ls.rank;
+  m.identifiability.null_space = ls.null_space;
   m.exact = ls.exact();
   m.samples = d.samples();
   m.left_out = regressor.left_out();
   m.quality = criteria(ls.sse, ls.rows, ls.rank, variation(regressor));
   m.covariance = (m.exact ? 0 : m.quality.sigma2) * ls.inverse;
   m.std = standard_deviations(ls, m.covariance);
-  m.unidentifiable = free_directions(ls.null_space, m.names);
-  if (ls.rank < regressor.columns()) m.advice = why_not_identifiable(d, m, ls.rows);
+  m.identifiability.directions = free_directions(ls.null_space, m.names);
+  if (ls.rank < regressor.columns()) m.identifiability.advice = why_not_identifiable(d, m, ls.rows);
   m.search.warnings = offsets_in(d, output);
   if (start == InitialCondition::estimate) m.initial_past = past_outputs(d, m);
-  m.simulation_fit = std::numeric_limits<double>::quiet_NaN();
-  const Seed seed = start == InitialCondition::zero ? Seed::zero : Seed::data;
-  m.simulation_start = seed_text(m, seed);
-  if (!d.u.hasNaN() && d.samples() > m.p.memory()) m.simulation_fit = simulation_fit(m, d, seed);
+  m.simulation.percent = std::numeric_limits<double>::quiet_NaN();
+  const Seed seed = seed_of_estimation(m);
+  m.simulation.start = seed_text(m, seed);
+  if (!d.u.hasNaN() && d.samples() > m.p.memory()) m.simulation.percent = simulation_fit(m, d, seed);
   return m;
 }
 

@@ -31,7 +31,7 @@ Criteria criteria(double sse, Index rows, Index parameters, double y_variation);
 /// 100 (1 - ‖e‖/‖y - ȳ‖); -inf when y does not vary.
 double fit_percent(const Vec& y, const Vec& e);
 
-/// What a nonlinear search says about its result.
+/// Report of a nonlinear search on its result.
 struct SearchReport {
   int iterations = 0;   ///< 0: one linear least-squares problem
   std::string method;   ///< with the iterations, and how it ended if it did not converge
@@ -39,6 +39,19 @@ struct SearchReport {
   bool settled = true;  ///< a minimum inside the region of stable predictors was reached
   double angle = 0;     ///< cosine between residual and tangent plane: 0 at a minimum
   std::vector<std::string> warnings;
+};
+
+struct SimulationFit {
+  double percent = 0;  ///< NaN: there is none; -inf: the simulation diverges
+  std::string start;   ///< in words: how that simulation begins
+};
+
+/// Identifiability from the data: the rank of the regression, the directions of θ without effect, in numbers
+/// and in words, and what to do about it.
+struct Identifiability {
+  Index rank = 0;
+  Mat null_space;
+  std::vector<std::string> directions, advice;
 };
 
 struct PolyModel {
@@ -55,14 +68,11 @@ struct PolyModel {
   Vec theta, std;
   Mat covariance;
   Criteria quality;
-  double simulation_fit = 0;     ///< NaN: there is none; -inf: the simulation diverges
-  std::string simulation_start;  ///< in words: how that simulation begins
+  SimulationFit simulation;
   Index samples = 0, left_out = 0;
   InitialCondition start = InitialCondition::drop;
   bool exact = false;
-  Index rank = 0;
-  std::vector<std::string> unidentifiable, advice;
-  Mat null_space;
+  Identifiability identifiability;
   SearchReport search;
   std::string weighting;  ///< of a weighted estimate, in words
   std::string noise;      ///< maximum likelihood: the density in words, with what was estimated of it
@@ -103,6 +113,8 @@ struct Response {
 };
 /// "seeded with the first 4 samples", …
 std::string seed_text(const PolyModel& m, Seed seed);
+/// How a model simulates the data that it was estimated from: as its ic was.
+Seed seed_of_estimation(const PolyModel& m);
 /// ŷ(t | t - horizon): horizon 1 is the one-step prediction, 0 stands for simulation (only u is used).
 /// throws Error where samples are missing or the data does not fit the model.
 Response predict(const PolyModel& m, const IdData& d, Index horizon, Seed seed);

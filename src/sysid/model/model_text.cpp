@@ -138,20 +138,20 @@ std::string numbers(const PolyModel& m) {
                 ", AIC = ", number_or(q.aic, 7, "–"), ", BIC = ", number_or(q.bic, 7, "–"), "\n");
     if (q.rows > q.parameters) out += text("  noise variance SSE/(rows - d) = ", rounded(q.sigma2, 8), "\n");
     out += text("  fit on the estimation data: ", number_or(q.fit, 6, "–"), " % (1-step prediction)");
-    if (std::isfinite(m.simulation_fit))
-      out += text(", ", rounded(m.simulation_fit, 6), " % (simulation, ", m.simulation_start, ")");
-    else if (!std::isnan(m.simulation_fit))
-      out += text(", diverges (simulation, ", m.simulation_start, ": the model is unstable)");
+    if (std::isfinite(m.simulation.percent))
+      out += text(", ", rounded(m.simulation.percent, 6), " % (simulation, ", m.simulation.start, ")");
+    else if (!std::isnan(m.simulation.percent))
+      out += text(", diverges (simulation, ", m.simulation.start, ": the model is unstable)");
     out += "\n";
   }
   if (!m.search.verdict.empty()) out += "  search: " + m.search.verdict + "\n";
   for (const std::string& line : m.search.warnings) out += text("  warning: ", line, "\n");
-  if (!m.unidentifiable.empty()) {
-    out += text("  rank ", m.rank, " of ", m.names.size(),
+  if (!m.identifiability.directions.empty()) {
+    out += text("  rank ", m.identifiability.rank, " of ", m.names.size(),
                 m.search.iterations > 0 ? ": other parameters explain the data equally well\n"
                                         : ": the estimate shown is the one of minimum norm\n");
-    for (const std::string& line : m.unidentifiable) out += "    " + line + "\n";
-    for (const std::string& line : m.advice) out += "    why: " + line + "\n";
+    for (const std::string& line : m.identifiability.directions) out += "    " + line + "\n";
+    for (const std::string& line : m.identifiability.advice) out += "    why: " + line + "\n";
   }
   return out;
 }

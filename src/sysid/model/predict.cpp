@@ -132,8 +132,13 @@ Seed seed_named(const std::string& name) {
   if (name == "drop") return Seed::data;
   throw Error(text("unknown ic '", name, "'.", did_you_mean(name, {"zero", "data", "estimate"}),
                    " (ic = \"data\": the first measured samples seed the filters; \"zero\": from rest; "
-                   "\"estimate\": the "
-                   "initial state is fitted)"));
+                   "\"estimate\": "
+                   "the initial state is fitted)"));
+}
+
+Seed seed_of_estimation(const PolyModel& m) {
+  if (m.start == InitialCondition::zero) return Seed::zero;
+  return m.p.equation_error() ? Seed::data : Seed::estimate;
 }
 
 std::string seed_text(const PolyModel& m, Seed seed) {
@@ -258,8 +263,8 @@ Response predict(const PolyModel& m, const IdData& d, Index horizon, Seed seed) 
   out.compared = Eigen::Map<Vec>(compared.data(), static_cast<Index>(compared.size()));
   if (!out.values.allFinite())
     throw Failure(
-        "the response grows beyond all numbers: the model is unstable; simulate fewer samples or predict "
-        "with a short horizon");
+        "the response grows beyond all numbers: the model is unstable; simulate fewer "
+        "samples or predict with a short horizon");
   out.fit = fit_percent(out.compared, out.errors);
   return out;
 }

@@ -108,8 +108,8 @@ std::vector<Response> predict(const StateSpaceModel& m, const IdData& d, Index h
   }
   if (!e.allFinite())
     throw Failure(
-        "the response grows beyond all numbers: the model is unstable; simulate fewer samples or predict "
-        "with a short horizon");
+        "the response grows beyond all numbers: the model is unstable; simulate fewer "
+        "samples or predict with a short horizon");
   std::vector<Response> out;
   for (Index j = 0; j < d.outputs(); ++j) {
     Response one;
@@ -228,13 +228,13 @@ IdModel completed(StateSpaceModel m, const IdData& d, bool exact) {
     row.y_name = d.y_names[i];
     row.u_names = d.u_names;
     row.samples = d.samples();
-    row.rank = m.parameters();
+    row.identifiability.rank = m.parameters();
     const Vec& y = one[i].compared;
     row.quality = criteria(one[i].errors.squaredNorm(), one[i].errors.size(), share,
                            (y.array() - y.mean()).matrix().squaredNorm());
     row.exact = exact && one[i].errors.norm() <= 1e-9 * y.norm();
-    row.simulation_fit = free.empty() ? -std::numeric_limits<double>::infinity() : free[i].fit;
-    row.simulation_start = "initial state estimated";
+    row.simulation.percent = free.empty() ? -std::numeric_limits<double>::infinity() : free[i].fit;
+    row.simulation.start = "initial state estimated";
     row.search.warnings = offsets_in(d, j);
     out.outputs.push_back(std::move(row));
   }
@@ -367,10 +367,11 @@ std::string describe_state_space(const IdModel& model) {
     out +=
         text("  ", name, "loss V = ", rounded(row.quality.loss, 8), ", FPE = ", rounded(row.quality.fpe, 8),
              ", AIC = ", rounded(row.quality.aic, 7), ", BIC = ", rounded(row.quality.bic, 7), "\n");
-    out += text(
-        "  ", name, "fit on the estimation data: ", rounded(row.quality.fit, 6), " % (1-step prediction), ",
-        std::isfinite(row.simulation_fit) ? rounded(row.simulation_fit, 6) + " %" : std::string("diverges"),
-        " (simulation, initial state estimated)\n");
+    out += text("  ", name, "fit on the estimation data: ", rounded(row.quality.fit, 6),
+                " % (1-step prediction), ",
+                std::isfinite(row.simulation.percent) ? rounded(row.simulation.percent, 6) + " %"
+                                                      : std::string("diverges"),
+                " (simulation, initial state estimated)\n");
     for (const std::string& line : row.search.warnings) out += text("  warning: ", line, "\n");
   }
   out.pop_back();

@@ -130,6 +130,7 @@ void test_inputs(Validation& v, const Vec& e, const Mat& inputs) {
       if (std::abs(r) > v.cross_bound[i]) ++(k >= 0 ? count : back);
     }
     v.cross_outside.push_back(count);
+    v.later_outside.push_back(back);
     v.independent = v.independent && count <= chance(v.lags + 1);
     v.feedback = v.feedback || back > chance(v.lags);
   }
@@ -200,6 +201,15 @@ std::string without_delay(const Validation& v) {
   return out;
 }
 
+std::string feedback_remark(const Validation& v) {
+  std::vector<std::string> counts;
+  for (std::size_t i = 0; i < v.u_names.size(); ++i)
+    counts.push_back(text(v.u_names[i], ": ", v.later_outside[i], " of ", v.lags, " correlations outside ±",
+                          rounded(v.cross_bound[static_cast<Index>(i)], 3)));
+  return text("  residuals and later inputs are correlated (", join(counts, ", "),
+              "): the data may have been taken in closed loop\n");
+}
+
 }  // namespace
 
 std::string describe(const Validation& v) {
@@ -223,8 +233,7 @@ std::string describe(const Validation& v) {
     out += text("  the input explains more than the model uses: raise ",
                 v.state_space ? "the order\n" : "nb, nf, or lower nk\n");
   out += without_delay(v);
-  if (v.feedback)
-    out += "  residuals and later inputs are correlated: the data may have been taken in closed loop\n";
+  if (v.feedback) out += feedback_remark(v);
   out.pop_back();
   return out;
 }

@@ -26,8 +26,9 @@ struct Validation {
   std::vector<int> cross_outside;  ///< per input, lags ≥ 0
   int allowed = 0;                 ///< number outside that chance explains at 99 %
   bool state_space = false;
-  bool feedback = false;     ///< correlation at negative lags
-  std::vector<bool> direct;  ///< per input: the model has a term without delay
+  std::vector<int> later_outside;  ///< per input, lags < 0
+  bool feedback = false;           ///< more of them than chance explains
+  std::vector<bool> direct;        ///< per input: the model has a term without delay
   bool white = false, independent = false;
   double fit = 0, simulation_fit = 0;
   Vec residuals;

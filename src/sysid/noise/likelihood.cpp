@@ -61,8 +61,8 @@ LikelihoodFit exponential(const Regression& r, const Density& f) {
   const LinearSolution best = solve(lp);
   if (best.status == LinearSolution::Status::infeasible)
     throw Failure(
-        "exponential noise: no θ makes all errors y - Φθ positive; for noise of both signs take laplace() or "
-        "gaussian()");
+        "exponential noise: no θ makes all errors y - Φθ positive; for noise of "
+        "both signs take laplace() or gaussian()");
   if (best.status == LinearSolution::Status::unbounded)
     throw Failure(
         "exponential noise: the likelihood has no maximum: some direction of θ lowers Σ e without end");
@@ -196,13 +196,13 @@ LikelihoodFit user(const Regression& r, const Density& density) {
   const Minimum m = minimise(negative_log_likelihood, out.theta, options);
   out.theta = m.theta;
   out.iterations = m.iterations;
-  if (m.ending == Ending::iterations) throw Failure("the likelihood did not settle in 500 Newton steps");
+  if (m.ending == Ending::iterations) throw Failure("the likelihood did not converge in 500 Newton steps");
   double value = m.value;
   if (!m.converged()) {
     if (reweight(r, f, out.theta, value)) return kinked(r, f, std::move(out), value);
     throw Failure(
-        "the likelihood cannot be increased along any direction, but its slope is not zero: is the density "
-        "smooth?");
+        "the likelihood cannot be increased along any direction, but its slope "
+        "is not zero: is the density smooth?");
   }
   const Objective now = objective(r, f, out.theta);
   const Eigen::LLT<Mat> llt(now.hessian);
@@ -401,7 +401,7 @@ std::string describe(const ParameterSet& s) {
     out += text("  Chebyshev centre (", join(at, ", "), "), radius ", rounded(s.radius, 7), "\n");
     if (d == 2)
       out += text("  area ",
-                  s.polytope.exact.empty() ? rounded(volume(s.polytope), 9)
+                  s.polytope.exact.empty() ? rounded(volume(s.strips, s.polytope), 9)
                                            : text(exact_volume(s.polytope).get_str(), " = ",
                                                   rounded(exact_volume(s.polytope).get_d(), 9)),
                   "\n");

@@ -59,7 +59,7 @@ LinearSolution solve(const LinearProgram& lp) {
   for (Index iteration = 0;; ++iteration) {
     if (iteration % 16 == 0) poll_interrupt();
     if (iteration > 2000 + 50 * n)
-      throw Failure("the linear program does not settle: the data are nearly degenerate");
+      throw Failure("the linear program does not converge: the data are nearly degenerate");
     for (Index i = 0; i < n; ++i) B.row(i) = s.rows.col(out.active[i]).transpose();
     const Eigen::PartialPivLU<Mat> lu(B);
     Vec h(n);

@@ -69,14 +69,17 @@ class DoubleDescription {
   void transform(const FeasibleSet& s, const std::vector<Index>& basis) {
     Mat B(d_, d_);
     for (Index i = 0; i < d_; ++i) B.row(i) = s.Phi.row(basis[i]);
-    const Mat rows = (B.transpose().partialPivLu().solve(s.Phi.transpose()));  // d×N
+    Mat rows = B.transpose().partialPivLu().solve(s.Phi.transpose());  // d×N
+    for (Index i = 0; i < d_; ++i) rows.col(basis[i]) = Vec::Unit(d_, i);
     g_.resize(d_, 2 * s.Phi.rows());
     h_.resize(2 * s.Phi.rows());
+    size_.resize(2 * s.Phi.rows());
     for (Index r = 0; r < s.Phi.rows(); ++r) {
       const double norm = rows.col(r).norm(), scale = norm > 0 ? 1 / norm : 1;
       g_.col(2 * r + 1) = rows.col(r) * scale;
       g_.col(2 * r) = -rows.col(r) * scale;
       const double size = std::max({std::abs(s.lower[r]), std::abs(s.upper[r]), s.upper[r] - s.lower[r]});
+      size_[2 * r] = size_[2 * r + 1] = scale * size;
       const auto key = static_cast<std::uint64_t>(2 * r);
       h_[2 * r + 1] = scale * (s.upper[r] + relaxation * size * (1 + fraction(key + 1)));
       h_[2 * r] = scale * (-s.lower[r] + relaxation * size * (1 + fraction(key)));
@@ -121,7 +124,7 @@ class DoubleDescription {
     return out;
   }
 
-  double tolerance(Index c) const { return 1e-13 * std::max(1e-300, std::abs(h_[c])); }
+  double tolerance(Index c) const { return 1e-13 * std::max(1e-300, size_[c]); }
 
   /// Candidates whose witness was cut away look for another one; those that find none are redundant.
   void refresh(std::vector<Candidate>& candidates) {
@@ -245,8 +248,8 @@ class DoubleDescription {
   }
 
   Index d_, count_ = 0, dead_ = 0, first_new_ = 0;
-  Mat g_, x_;  ///< constraints, vertices: one per column
-  Vec h_;
+  Mat g_, x_;     ///< constraints, vertices: one per column
+  Vec h_, size_;  ///< bounds, and how large the numbers are that they come from
   std::vector<std::vector<Index>> active_, neighbour_;
   std::vector<bool> alive_;
   std::unordered_multimap<std::uint64_t, std::pair<Index, Index>> half_edges_;

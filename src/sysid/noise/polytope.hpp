@@ -44,8 +44,12 @@ struct Polytope {
 /// vertices.
 Polytope polytope(const FeasibleSet& s, const std::optional<ExactStrips>& exact = {});
 
-/// Volume by splitting into simplices (Cohen & Hickey, J. ACM 26(3), 1979).
-double volume(const Polytope& p);
+/// By simple_volume() where it applies, else from the volumes of faces; throws Failure where these are too many.
+double volume(const FeasibleSet& s, const Polytope& p);
+/// Where every vertex lies on exactly d constraints (else nothing, or where it is flat): in more digits than doubles
+/// have, so that the result is right to rounding of the data. Cost: d³ operations of 256 bits for each vertex.
+/// see    Lawrence, Math. Comp. 57, 1991
+std::optional<double> simple_volume(const FeasibleSet& s, const Polytope& p);
 /// The same in rational numbers. Requires exact vertices.
 mpq_class exact_volume(const Polytope& p);
 

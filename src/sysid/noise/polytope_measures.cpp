@@ -145,9 +145,10 @@ class FaceVolumes {
 
 }  // namespace
 
-double volume(const Polytope& p) {
+double volume(const FeasibleSet& s, const Polytope& p) {
   const Index d = p.vertices.cols();
   if (p.vertices.rows() <= d) return 0;
+  if (const auto simple = simple_volume(s, p)) return *simple;
   // In units of the extents, so that ranks do not depend on those of the parameters.
   const Vec low = p.vertices.colwise().minCoeff();
   Vec size = p.vertices.colwise().maxCoeff().transpose() - low;

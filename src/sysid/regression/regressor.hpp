@@ -10,7 +10,7 @@
 
 namespace pendula::sysid {
 
-/// What happens at the start of an experiment, where φ(t) needs samples before the first one: rows left out;
+/// Treatment of the start of an experiment, where φ(t) needs samples before the first one: rows left out;
 /// those samples taken as zero; or those of y estimated with θ and those of u taken as zero.
 enum class InitialCondition { drop, zero, estimate };
 InitialCondition initial_condition_named(const std::string& name);

@@ -2,7 +2,7 @@ return {
   title = "An index that depends on a parameter",
   source = "constructed for this library",
   statement = [[With ε ≠ 0 an ODE in disguise, index 1; with ε = 0 the model x = sin t, z = x′ of index 2.
-    Structure, which does not look at values, says 1.]],
+    The structural index, which ignores values, is 1.]],
   tags = "linear singular",
   index = 1, dof = 1, structural_index = 1, structural_dof = 1, verdict = "valid",
   variants = { { params = { epsilon = 0 }, index = 2, dof = 0 } },

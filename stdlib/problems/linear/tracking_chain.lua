@@ -1,5 +1,5 @@
 return {
-  title = "A chain of integrators told where to go",
+  title = "A chain of integrators with a prescribed output",
   source = [[Brenan, Campbell & Petzold, Numerical Solution of Initial-Value Problems in DAEs, SIAM 1996, §2
     (Hessenberg form)]],
   statement = [[Three integrators between the unknown control u and the prescribed x₁: Hessenberg form of size

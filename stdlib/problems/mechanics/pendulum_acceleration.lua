@@ -1,8 +1,8 @@
 return {
   title = "Planar pendulum with the constraint on its acceleration",
   source = "Hairer & Wanner, Solving ODEs II, 2nd ed., §VII.1",
-  statement = [[The constraint differentiated twice: index 1. Nothing keeps length and tangential velocity but
-    the start and the accuracy.]],
+  statement = [[The constraint differentiated twice: index 1. Length and tangential velocity are kept only
+    by the start and the accuracy.]],
   tags = "mechanics nonlinear",
   index = 1, dof = 4, structural_index = 1, structural_dof = 4, verdict = "valid",
   to = 10, dt = 0.02,

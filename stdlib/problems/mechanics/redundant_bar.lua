@@ -3,7 +3,7 @@ return {
   source = [[Haug, Computer Aided Kinematics and Dynamics, 1989, §3.6 (redundant constraints); García de Jalón
     & Gutiérrez-López, Multibody Syst. Dyn. 30, 2013]],
   statement = [[Two masses on rods of equal length, joined by a bar that keeps both coordinates: on the set
-    that the four constraints describe, one of them says nothing, the motion is determined and the four
+    that the four constraints describe, one of them is redundant, the motion is determined and the four
     multipliers are not.]],
   tags = "mechanics nonlinear failure",
   why = [[the gradients of the constraints depend on each other wherever they hold, so the multipliers are not

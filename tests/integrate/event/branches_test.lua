@@ -49,3 +49,24 @@ test("branches that come near each other and do not meet", function()
   runs({ der(x) ~ v, der(v) ~ -x, 0 ~ z^2 - x^2 - 0.04 }, { x = 1, v = 0 }, { z = 1 }, 4*math.pi,
     finishes(z, math.sqrt(1.04)))
 end)
+
+-- Steps as long as the distance between two crossings: their ends do not show that z has turned in between.
+test("branches that cross inside long steps, right at the start or before the end", function()
+  local sys = dae { der(x) ~ 1, 0 ~ z^2 - sin(x)^2 }
+  for _, method in ipairs { "dopri5", "tsit5", "verner98" } do
+    for _, d in ipairs { 0.001, 1 } do
+      for _, to in ipairs { 1, 5 } do
+        for _, rtol in ipairs { 1e-4, 1e-9 } do
+          local sol = sys:integrate { start = { x = d, z = math.sin(d) }, to = math.pi - d + to, rtol = rtol,
+            method = method }
+          expect(("%s %g %g: %s"):format(method, d, to, sol.status)):matches "stopped at t = "
+          expect(sol(x):slice(#sol.t, #sol.t)[1] < math.pi + 0.01):equals(true)
+        end
+      end
+    end
+  end
+  local at = math.pi + 0.001                             -- steps shrink to the rounding of t there
+  local sol = sys:integrate { start = { x = at, z = math.sin(at) }, to = math.pi + 2, rtol = 1e-9,
+    method = "verner98" }
+  expect(sol.status):matches "stopped at t = 3%.14"
+end)

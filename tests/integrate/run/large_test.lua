@@ -84,3 +84,14 @@ test("with given times memory is flat over 3·10⁶ steps, and what was not kept
   expect(sol(x, 3000)):near(math.cos(3000), 1e-6)
   expect(function() return sol(x, 700) end):fails "not one of the times"
 end)
+
+test("reduce() of a chain grows with its length, not with a power of it", function()
+  local function seconds(N)
+    local model = chain(N)
+    local before = os.clock()
+    expect(tostring(model:reduce())):matches "ODE"
+    return os.clock() - before
+  end
+  seconds(50)
+  expect(seconds(800) < 12*seconds(200) + 0.1):is_true()      -- 4 where it is linear, 30 and more before
+end)

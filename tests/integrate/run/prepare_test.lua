@@ -84,7 +84,7 @@ test("what is not fixed may be given beforehand, and overridden", function()
   local run = dae { der(x) ~ -k*x } :prepare { to = 1, rtol = 1e-10, start = { x = 1 } }
   expect(run {} :final(x)):near(math.exp(-2), 1e-9)
   expect(run { to = 2 } :final(x)):near(math.exp(-4), 1e-9)
-  expect(tostring(run)):equals("prepared run of a model with 1 equations, given: rtol, start, to: "
+  expect(tostring(run)):equals("prepared run of a model with 1 equation, given: rtol, start, to: "
     .. "run{ start =, to =, … }")
 end)
 

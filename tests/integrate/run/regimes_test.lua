@@ -207,3 +207,65 @@ test("a start at rest finds friction that sticks, and friction that does not suf
   at = pair(2):init { fix = { v = 1, w = 1 } }
   expect({ at(v.dot), at(w.dot) }):near({ 1, 0.5 }, 1e-12)
 end)
+
+-- The woodpecker toy, in the states of Eich-Soellner & Führer, Numerical Methods in Multibody Dynamics, 1998:
+-- a sleeve that tilts and jams on its pole, and a bird on a spring. z: height, p: angle of the
+-- sleeve, b: of the bird; mode is 1
+-- where the sleeve is jammed, by the forces la at its edge and mu along the pole.
+test("a woodpecker toy: a reset carries it into the other regime, whose index is another one", function()
+  local z, p, b, vz, vp, vb, mode = vars "z p b vz vp vb mode"
+  local mS, JS, mB, JB, c, g = 3e-4, 5e-9, 4.5e-3, 7e-7, 5.6e-3, 9.81
+  local r0, rS, hS, lS, lG, hB, lB = 2.5e-3, 3.1e-3, 5.8e-3, 1e-2, 1.5e-2, 2e-2, 2.01e-2
+  local bird, limit, beak = JB + mB*lG^2, (rS - r0)/hS, (lS + lG - lB - r0)/hB
+  local function motion(edge, pole)
+    return { der(z) ~ vz, der(p) ~ vp, der(b) ~ vb,
+      (mS + mB)*der(vz) + mB*lS*der(vp) + mB*lG*der(vb) ~ -(mS + mB)*g - pole,
+      mB*lS*der(vz) + (JS + mB*lS^2)*der(vp) + mB*lS*lG*der(vb) ~ c*(b - p) - mB*lS*g - hS*edge - rS*pole,
+      mB*lG*der(vz) + mB*lS*lG*der(vp) + (JB + mB*lG^2)*der(vb) ~ c*(p - b) - mB*lG*g }
+  end
+  local kept = vb + (mB*lG*vz + mB*lS*lG*vp)/bird           -- the bird keeps its angular momentum
+  local peck = { when = b - beak, direction = 1, reset = { [vb] = -vb } }
+  local free = lt(mode, 0.5)
+  local toy = dae { motion(la, mu), der(mode) ~ 0, 0 ~ ifelse(free, la, vp), 0 ~ ifelse(free, mu, vz) }
+  local jam = { [vz] = 0, [vp] = 0, [vb] = kept, [mode] = 1 }
+  local start = { z = 0, p = -limit, b = -5*limit, vz = 0, vp = 0, vb = 0 }
+  local whole = { mode = 1 }
+  for name, value in pairs(start) do whole[name] = value end
+  local sol = toy:integrate { start = whole, to = 0.3, rtol = 1e-9, atol = 1e-12, events = { peck,
+    { when = la, reset = { [mode] = 0 } },
+    { when = p - limit - 10*ifelse(free, 0, 1), direction = 1, reset = jam },
+    { when = p + limit + 10*ifelse(free, 0, 1), direction = -1, reset = jam } } }
+  expect(sol.status):equals "finished"
+  local at = {}
+  for _, s in ipairs(sol:switches()) do at[#at + 1] = s.t end
+
+  -- the same by hand: two models in turn
+  local jammed = dae { motion(la, mu), 0 ~ vp, 0 ~ vz }:reduce()
+  local loose = dae(motion(0, 0))
+  local now, time, wanted = start, 0, { 0 }
+  while time < 0.3 do
+    local is_jammed = #wanted % 2 == 1
+    local run = (is_jammed and jammed or loose):integrate { start = now, from = time, to = 0.3, rtol = 1e-10,
+      atol = 1e-13, events = is_jammed and { peck, { when = la, action = "stop" } }
+        or { peck, { when = p - limit, direction = 1, action = "stop" },
+          { when = p + limit, direction = -1, action = "stop" } } }
+    time, now = run.t[#run.t], {}
+    for name, leaf in pairs { z = z, p = p, b = b, vz = vz, vp = vp, vb = vb } do
+      now[name] = run(leaf, time)
+    end
+    if run.status == "finished" then break end
+    if not is_jammed then now.vb, now.vz, now.vp = run(kept, time), 0, 0 end
+    wanted[#wanted + 1] = time
+  end
+  expect(#at):equals(#wanted)
+  expect(at):near(wanted, 1e-6)
+  expect(sol(z, 0.3)):near(now.z, 1e-6)
+  -- the first release in closed form: the bird swings about b₀, and la is linear in b
+  local b0, omega = -limit - mB*lG*g/c, math.sqrt(c/bird)
+  local function edge(angle)
+    local rate = (c*(-limit - angle) - mB*lG*g)/bird
+    return c*(angle + limit) - mB*lS*g + rS*((mS + mB)*g + mB*lG*rate) - mB*lS*lG*rate
+  end
+  local released = -edge(0)/(edge(1) - edge(0))
+  expect(at[2]):near(math.acos((released - b0)/(-5*limit - b0))/omega, 1e-9)
+end)

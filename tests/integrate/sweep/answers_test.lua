@@ -128,6 +128,12 @@ test("quantiles, probabilities, pictures", function()
   expect(function() s:sobol(x) end):fails 'design = "saltelli"'
   expect(function() s:morris(x) end):fails 'design = "morris"'
   expect(function() s:fan(x, 0.7) end):fails "0.7"
+  expect(tostring(s:fan(x, { title = "Decay" }))):equals(tostring(s:fan(x)):gsub("figure", "figure 'Decay'"))
+  expect(tostring(s:fan(x, { 0.1, title = "Decay" }))):matches "2 series"
+  expect(tostring(s:histogram(x, { title = "Ends", bins = 3 }))):matches "figure 'Ends'"
+  expect(s:density(x, { xlabel = "x(1)" }):svg()):matches "x%(1%)"
+  expect(function() s:fan(x, { titel = "Decay" }) end):fails "Did you mean 'title'"
+  expect(function() s:histogram(x, { colour = "red" }) end):fails "unknown option 'colour'"
 end)
 
 test("tables, and the call that makes a failed run again", function()

@@ -188,6 +188,9 @@ std::string DomainMonitor::almost_outside(const Point& point) {
   }
   if (least >= gone) return "";
   std::string reason = conditions_[closest].reason();
+  const double g = out_[closest];
+  evaluate(all, a_moment_after(point));
+  if (!(out_[closest] * g > 0)) return ". " + reason;
   const std::string zero = " = 0 there, and ";
   return ". " + reason.replace(reason.find(zero), zero.size(), " is almost 0 there; where it is 0, ");
 }

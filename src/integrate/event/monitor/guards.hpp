@@ -1,5 +1,5 @@
-// What the equations of a run need to be solvable: divisors that must not vanish, blocks that must keep their
-// rank.
+// Conditions for the equations of a run to be solvable: divisors that must not vanish, blocks that must keep
+// their rank.
 #pragma once
 
 #include <string>
@@ -17,7 +17,7 @@ struct Guard {
   bool root = false;   ///< factor = √D stands for one of two roots that meet where D touches 0
 };
 
-/// What the model's form was divided by, and what its equations need to be solvable.
+/// The divisors of the model's form, and the solvability conditions of its equations.
 /// all: also what no consistent point makes 0, at the parameter values that the form was made with.
 std::vector<Guard> guards_of(const dae::ModelPtr& model, const Substitution& inputs, const Problem& problem,
                              bool all);

@@ -36,7 +36,7 @@ struct MonitoredStep {
   const Stats& stats;  ///< of the run so far
 };
 
-/// What lies between mesh points.
+/// The dense output between mesh points.
 class StepInterpolation {
  public:
   virtual ~StepInterpolation() = default;
@@ -58,5 +58,9 @@ class Monitor {
 
 /// A point at a share of a step: cubic Hermite interpolation of x, linear interpolation of x′ and z.
 void hermite(const Point& from, const Point& to, double share, Point& out);
+
+/// The point a few roundings of t later, x along x′. An expression that changes its sign up to there is 0 at a time
+/// that cannot be told from t.
+Point a_moment_after(const Point& point);
 
 }  // namespace pendula::integrate

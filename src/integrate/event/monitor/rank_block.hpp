@@ -1,4 +1,4 @@
-// What the monitors of one large block share: its numbers at a point, and the words for a lost rank.
+// Shared by the monitors of one large block: its numbers at a point, and the message for a lost rank.
 #pragma once
 
 #include <functional>

@@ -108,6 +108,7 @@ std::string SingularityMonitor::almost_zero(const Point& point, double almost, b
     const bool small = std::fabs(there.g[i]) <= almost * std::fabs(first_[i]);
     if (!small && (ahead < 0) == (there.g[i] < 0)) continue;
     std::string reason = guards_[i].reason;
+    if (none && !(evaluate(a_moment_after(point)).g[i] * there.g[i] > 0)) return ". " + reason;
     const std::string zero = " = 0 there, and ";
     const std::string now = none    ? " is almost 0 there"
                             : small ? " is only " + rounded(there.g[i], 1) + " there"

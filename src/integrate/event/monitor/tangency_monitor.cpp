@@ -47,6 +47,9 @@ std::optional<Stop> TangencyMonitor::after(const MonitoredStep& step) {
                   step.before.t};
     if (turned && !stop && with_z_[i] && has_previous_)
       if (const auto t = time_of_zero(i, step)) stop = Stop{*t, reason, previous_.t};
+    if (with_z_[i] && !stop)
+      if (const auto t = zero_inside(i, step, fresh ? INFINITY : size))
+        stop = Stop{*t, reason, *t < step.before.t ? previous_.t : step.before.t};
     seen.before = fresh ? 0 : seen.last;
     seen.last = g[i];
     seen.largest = std::max(seen.largest, std::fabs(g[i]));
@@ -78,31 +81,67 @@ double TangencyMonitor::size_between(std::size_t which, const Point& from, const
   return std::fabs(g);
 }
 
-/// Golden section in the last two steps; 0 is what is less than 10⁻⁶ of the values at the ends.
+/// Golden section in the last two steps.
 std::optional<double> TangencyMonitor::time_of_zero(std::size_t which, const MonitoredStep& step) {
-  constexpr double golden = 0.3819660112501051, zero = 1e-6;
-  using Ends = std::pair<const Point*, const Point*>;
-  for (const Ends& part : {Ends{&previous_, &step.before}, Ends{&step.before, &step.here}}) {
-    const Point *from = part.first, *to = part.second;
-    const auto size = [&](double share) { return size_between(which, *from, *to, share); };
-    const double ends = std::max(size(0), size(1));
-    double low = 0, high = 1, l = golden, r = 1 - golden, at_l = size(l), at_r = size(r);
-    for (int k = 0; k < 50 && std::min(at_l, at_r) > 0; ++k) {
-      if (at_l < at_r) {
-        high = std::exchange(r, l);
-        l = low + golden * (high - low);
-        at_r = std::exchange(at_l, size(l));
-      } else {
-        low = std::exchange(l, r);
-        r = high - golden * (high - low);
-        at_l = std::exchange(at_r, size(r));
-      }
+  if (const auto t = least_between(which, previous_, step.before, 0, 1)) return t;
+  return least_between(which, step.before, step.here, 0, 1);
+}
+
+/// Points inside every step, more of them inside the long steps of a run, and one before its end: where |g| is less than
+/// at both neighbours, it is looked at closely. before: |g| at the beginning of the step, infinite where the last step is
+/// not known.
+std::optional<double> TangencyMonitor::zero_inside(std::size_t which, const MonitoredStep& step,
+                                                   double before) {
+  constexpr double almost_end = 0.999, long_step = 0.1;  // of the time so far
+  const Point &from = step.before, &to = step.here;
+  if (!begin_) begin_ = from.t;
+  const int parts = to.t - from.t > long_step * (to.t - *begin_) ? 12 : 3;
+  const auto size = [&](int k) { return size_between(which, from, to, static_cast<double>(k) / parts); };
+  const auto share = [&](int k) { return static_cast<double>(k) / parts; };
+  inside_.resize(events_.size(), {INFINITY, 0});
+  const auto [last, last_share] = inside_[which];
+  double left = last, middle = std::isfinite(before) ? before : size(0);
+  std::optional<double> t;
+  for (int k = 0; k < parts; ++k) {  // middle: at share(k)
+    const double right = k + 1 < parts ? size(k + 1) : std::fabs(finder_.values()[which]);
+    if (!t && middle <= left && middle < right) {
+      if (k == 0 && has_previous_) t = least_between(which, previous_, from, last_share, 1);
+      if (!t) t = least_between(which, from, to, share(std::max(k - 1, 0)), share(k + 1));
     }
-    const double share = at_l < at_r ? l : r;
-    const double around = std::max(size(share - 1e-3), size(share + 1e-3));  // a failure alone proves nothing
-    if (std::min(at_l, at_r) <= zero * ends && around <= 0.1 * ends)
-      return from->t + share * (to->t - from->t);
+    left = std::exchange(middle, right);
   }
+  inside_[which] = {left, share(parts - 1)};
+  if (!t && step.last && middle < left && size_between(which, from, to, almost_end) < middle)
+    t = least_between(which, from, to, share(parts - 1), 1);
+  return t;
+}
+
+/// Golden section in a part of a step; 0 is what is less than 10⁻⁶ of the values at its ends, or rounding.
+std::optional<double> TangencyMonitor::least_between(std::size_t which, const Point& from, const Point& to,
+                                                     double low, double high) {
+  constexpr double golden = 0.3819660112501051, least = 1e-6, most = 1e-2, epsilon = 2.2e-16;
+  const auto size = [&](double share) { return size_between(which, from, to, share); };
+  // in a step that is hardly longer than the rounding of t, |g| comes no nearer to 0 than it changes in that
+  const double rounding = 16 * epsilon * std::max(std::fabs(from.t), std::fabs(to.t)) / (to.t - from.t);
+  const double zero = std::clamp(rounding, least, most);
+  const double ends = std::max(size(low), size(high)), width = high - low;
+  double l = low + golden * width, r = high - golden * width, at_l = size(l), at_r = size(r);
+  for (int k = 0; k < 50 && std::min(at_l, at_r) > 0; ++k) {
+    if (at_l < at_r) {
+      high = std::exchange(r, l);
+      l = low + golden * (high - low);
+      at_r = std::exchange(at_l, size(l));
+    } else {
+      low = std::exchange(l, r);
+      r = high - golden * (high - low);
+      at_l = std::exchange(at_r, size(r));
+    }
+  }
+  const double share = at_l < at_r ? l : r, beside = 1e-3 * width;
+  const double around =
+      std::max(size(share - beside), size(share + beside));  // a failure alone proves nothing
+  if (std::min(at_l, at_r) <= zero * ends && around > 0 && around <= 0.1 * ends)
+    return from.t + share * (to.t - from.t);
   return {};
 }
 

@@ -5,10 +5,13 @@
 //
 // Branches of 0 = z² - x² cross at x = 0: a step from one side to the other solves for z on the branch that it
 // started on, by the sign of z, and not on the one that continues smoothly. z then turns at 0 between two mesh
-// points: where a divisor with z in it has turned, its least value is looked for between them.
+// points, or inside a step that is longer than the distance between two crossings: where a divisor with z in it has
+// turned, its least value is looked for between them.
 #pragma once
 
 #include <memory>
+#include <optional>
+#include <utility>
 #include <vector>
 
 #include "codegen/kernel/kernel.hpp"
@@ -29,6 +32,8 @@ class TangencyMonitor : public Monitor {
   void start(const Point&) override { restart(); }
   void restart() override {
     seen_.clear();
+    inside_.clear();
+    begin_.reset();
     has_previous_ = false;
   }
   /// The event whose |g| had a minimum at the beginning of the step, below ten times its uncertainty there, or
@@ -41,6 +46,9 @@ class TangencyMonitor : public Monitor {
   };
   double uncertainty(std::size_t which, const Point& point);
   std::optional<double> time_of_zero(std::size_t which, const MonitoredStep& step);
+  std::optional<double> zero_inside(std::size_t which, const MonitoredStep& step, double before);
+  std::optional<double> least_between(std::size_t which, const Point& from, const Point& to, double low,
+                                      double high);
   double size_between(std::size_t which, const Point& from, const Point& to, double share);
   ProblemPtr problem_;
   const std::vector<Event>& events_;
@@ -51,6 +59,9 @@ class TangencyMonitor : public Monitor {
   Point previous_;            ///< two steps before the last point, if any has z
   bool has_previous_ = false;
   std::vector<Values> seen_;
+  std::vector<std::pair<double, double>>
+      inside_;                               ///< |g| at the last point inside the last step, and its share
+  std::optional<double> begin_;              ///< of the run, if any has z
   std::vector<codegen::Kernel> conditions_;  ///< made when needed
   Stats ignored_;
   std::unique_ptr<RhsSolver> solver_;

@@ -1,8 +1,6 @@
 // What a model answers: its parts, conversions, index and conditions. Reads arguments, calls src/dae.
 #include "lua/bind/dae/dae.hpp"
 
-#include <cstdio>
-
 #include "base/text.hpp"
 #include "dae/index/differentiation_index.hpp"
 #include "dae/model/forms.hpp"
@@ -13,6 +11,7 @@
 #include "lua/core/objects.hpp"
 #include "lua/core/values.hpp"
 #include "lua/read/inputs.hpp"
+#include "lua/screen/pager.hpp"
 
 namespace pendula::lua {
 namespace {
@@ -92,7 +91,7 @@ int to_first_order(Call& call) { return call.push(dae::to_first_order(model_ptr(
 /// A bare number cannot say that it holds on one branch or in one region only: that goes to the error stream.
 static dae::IndexResult index_with_warnings(Call& call) {
   dae::IndexResult known = dae::differentiation_index(model_of(call));
-  for (const std::string& note : known.notes) std::fprintf(stderr, "warning: %s\n", note.c_str());
+  for (const std::string& note : known.notes) warn(note);
   return known;
 }
 
@@ -236,8 +235,11 @@ extern const Module dae_module = {
         {"constraints:__tostring", constraints_text, "print(sys:constraints())", "One condition per line.",
          "", ""},
         {"constraints:__len", constraints_length, "#sys:constraints()", "Their number.", "", ""},
-        {"constraints:__index", constraints_item, "sys:constraints()[i] -> equation", "0 ~ condition.", "",
-         ""},
+        {"constraints:__index", constraints_item, "sys:constraints()[i] -> equation", "0 ~ condition.", R"(
+             x, z = vars "x z"
+             c = dae{ der(x) ~ z, 0 ~ x - sin(t) }:constraints()
+             #c, c[1])",
+         "1 0 = x - sin(t)"},
     }};
 
 }  // namespace pendula::lua

@@ -1,4 +1,4 @@
-// What other bindings need to know about models and starts in Lua.
+// Models and starts in Lua, for other bindings.
 #pragma once
 
 #include "dae/start/start.hpp"
@@ -51,5 +51,8 @@ dae::ConsistentStatePtr translated(const dae::ConsistentStatePtr& at, const dae:
 /// contradicts only the invariants of a reduced form is accepted with a warning on stderr: its drift is what
 /// drift() explains. Throws Error when it is absent.
 dae::ConsistentStatePtr read_start(lua_State* L, const Options& options, const dae::ModelPtr& model);
+
+/// Pushes the option start; of a solution the start at its end. Returns its place on the stack.
+int push_start(lua_State* L, const Options& options);
 
 }  // namespace pendula::lua

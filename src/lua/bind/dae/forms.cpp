@@ -79,7 +79,7 @@ dae::Detail detail_named(const std::string& name) {
 }
 
 const OptionTable trace_options = {
-    {"1", "string", "\"full\"", "how much of the derivation is told", "short|full|every step|latex"},
+    {"1", "string", "\"full\"", "how much of the derivation is printed", "short|full|every step|latex"},
     {"detail", "string", "\"full\"", "the same in the table", "short|full|every step"},
     {"latex", "boolean", "false", "as a text in LaTeX"},
 };
@@ -205,14 +205,36 @@ extern const Module forms_module = {
               der(x) ~ -2*x,
             })"},
         {"trace:latex", trace_latex, "trace:latex() -> string",
-         "The derivation in LaTeX, a line for each step.", "", ""},
+         "The derivation in LaTeX, a line for each step.", R"(
+             x, z = vars "x z"
+             dae{ der(x) ~ z, 0 ~ x - sin(t) }:reduce("acc"):trace():latex())"},
         {"trace:find", trace_find, "trace:find(pattern [, from [, plain]]) -> integers",
-         "string.find in the text of the derivation; match, gmatch and gsub work too.", "", ""},
-        {"trace:match", trace_match, "trace:match(pattern) -> strings", "string.match in the text.", "", ""},
-        {"trace:gmatch", trace_gmatch, "trace:gmatch(pattern) -> iterator", "string.gmatch in the text.", "",
-         ""},
-        {"trace:gsub", trace_gsub, "trace:gsub(pattern, replacement) -> string", "string.gsub in the text.",
-         "", ""},
+         "Like string.find in the text of the derivation; match, gmatch and gsub work too.", R"(
+             x, z = vars "x z"
+             tr = dae{ der(x) ~ z, 0 ~ x - sin(t) }:reduce("acc"):trace()
+             tr:find "index" ~= nil)",
+         "true"},
+        {"trace:match", trace_match, "trace:match(pattern) -> strings",
+         "Like string.match in the text of the derivation.", R"(
+             x, z = vars "x z"
+             tr = dae{ der(x) ~ z, 0 ~ x - sin(t) }:reduce("acc"):trace()
+             tr:match "[^\n]*")",
+         "(2)  0 = x - sin(t)   is differentiated once"},
+        {"trace:gmatch", trace_gmatch, "trace:gmatch(pattern) -> iterator",
+         "Like string.gmatch in the text of the derivation.", R"(
+             x, z = vars "x z"
+             tr = dae{ der(x) ~ z, 0 ~ x - sin(t) }:reduce("acc"):trace()
+             count = 0
+             for line in tr:gmatch "[^\n]+" do count = count + 1 end
+             count)",
+         "8"},
+        {"trace:gsub", trace_gsub, "trace:gsub(pattern, replacement) -> string",
+         "Like string.gsub in the text of the derivation.",
+         R"(
+             x, z = vars "x z"
+             tr = dae{ der(x) ~ z, 0 ~ x - sin(t) }:reduce("acc"):trace()
+             print((tr:gsub("\n.*", " …"))))",
+         "(2)  0 = x - sin(t)   is differentiated once …"},
         {"trace:__len", trace_length, "#trace", "The number of lines.", "", ""},
         {"trace:__tostring", trace_text, "print(sys:trace())", "The derivation as text.", "", ""},
     }};

@@ -187,8 +187,8 @@ extern const Module mech_module = {
          "-m g l sin(θ)", &lagrange_options},
         {"generalized_force", generalized_force, "generalized_force(q, { {p, F}, … }) -> column",
          "Virtual work: Q = Σ (∂p/∂q)ᵀ F for forces F at points p(q).",
-         "th = var \"theta\"  F = param \"F\"  return generalized_force({th}, { {vec{sin(th), -cos(th)}, "
-         "vec{F, 0}} })[1]",
+         "th = var \"theta\"  F = param \"F\"  return generalized_force({th}, { "
+         "{vec{sin(th), -cos(th)}, vec{F, 0}} })[1]",
          "F cos(θ)"},
         {"model#M", M, "sys.M -> matrix", "The mass matrix W(q) = ∂²L/∂q′².", "", ""},
         {"model#rhs", rhs, "sys.rhs -> column", "W(q) q″ + (∂C/∂q)ᵀ z = rhs.", "", ""},

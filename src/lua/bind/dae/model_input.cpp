@@ -6,10 +6,12 @@
 #include "dae/model/compose.hpp"
 #include "dae/model/forms.hpp"
 #include "dae/model/make_model.hpp"
+#include "expr/graph/depends_on.hpp"
 #include "expr/print/print.hpp"
 #include "lua/bind/dae/dae.hpp"
 #include "lua/bind/dae/transitions.hpp"
 #include "lua/core/library.hpp"
+#include "lua/core/memory.hpp"
 #include "lua/core/objects.hpp"
 #include "lua/core/values.hpp"
 #include "lua/read/inputs.hpp"
@@ -72,6 +74,8 @@ class ModelReader {
     return known;
   }
   dae::ModelPtr model(dae::ModelOptions options) {
+    constexpr std::size_t large = 20'000;  // equations: what their making has left is as large as the model
+    if (blocks_.size() > large) collect(L_);
     return nested_ ? dae::compose(parts_, std::move(blocks_), std::move(options))
                    : dae::make_model(std::move(blocks_), std::move(options));
   }
@@ -111,7 +115,7 @@ std::vector<std::pair<Expr, Expr>> read_start_expressions(lua_State* L, int inde
   std::vector<std::pair<Expr, Expr>> values = read_reset(L, index, known, what);
   for (const auto& [leaf, value] : values)
     for (Expr inside : leaves({&value, 1}))
-      if (symbol_of(inside).kind != Kind::parameter && symbol_of(inside).kind != Kind::constant)
+      if (is_varying(inside))
         throw Error(text(what, ": the value of '", leaf_name(leaf), "' must be a number or an expression in ",
                          "parameters, not ", to_text(value)));
   return values;

@@ -8,6 +8,7 @@
 #include "dae/pencil/pencil_polynomial.hpp"
 #include "dae/pencil/pencil_shuffle.hpp"
 #include "dae/report/structure_report.hpp"
+#include "expr/graph/depends_on.hpp"
 #include "expr/print/print.hpp"
 #include "lua/bind/dae/dae.hpp"
 #include "lua/core/values.hpp"
@@ -188,7 +189,7 @@ int shuffle(Call& call) {
 
 Expr constant_entry(Expr e, const std::string& what) {
   for (Expr leaf : leaves({&e, 1}))
-    if (symbol_of(leaf).kind != Kind::parameter && symbol_of(leaf).kind != Kind::constant)
+    if (is_varying(leaf))
       throw Error(text(what, " must not depend on ", to_text(leaf), ", got ", to_text(e)));
   return e;
 }
@@ -267,8 +268,8 @@ extern const Module pencil_module = {
             constraints and solutions. Parameters have their values; an equation that is not linear is
             named. With parameters without value: det(sE - A), index and free initial values as they are for
             almost all values, and for which values they differ.)",
-         "x = var(\"x\", 3)  p = dae{ mat{{1,1,0},{0,0,1},{1,1,1}} * der(x) ~ x }:pencil()  return "
-         "p.index, p.dof, p.det",
+         "x = var(\"x\", 3)  p = dae{ mat{{1,1,0},{0,0,1},{1,1,1}} * der(x) ~ x "
+         "}:pencil()  return p.index, p.dof, p.det",
          "2 1 2 s - 1"},
         {"model:characteristic", characteristic, "sys:characteristic() -> expression, list",
          R"(det(sE - A) up to its sign for a linear model with parameters as symbols, and its coefficients from
@@ -316,12 +317,27 @@ extern const Module pencil_module = {
          R"(x(t) as expressions in t. x0 is a column or a table with as many values as are free; without it
             the solution has constants c1, c2 …. Exact where the modes are rational or quadratic, else
             decimals.)",
-         "x = var(\"x\", 3)  p = dae{ mat{{1,1,0},{0,0,1},{1,1,1}} * der(x) ~ x }:pencil()  return "
-         "p:solution{ x1 = 1 }[3]",
+         "x = var(\"x\", 3)  p = dae{ mat{{1,1,0},{0,0,1},{1,1,1}} * der(x) ~ x "
+         "}:pencil()  return p:solution{ x1 = 1 }[3]",
          "2 exp(t/2)", &solution_options},
         {"pencil:shuffle", shuffle, "p:shuffle() -> string",
          "The reduction to a semi-explicit form by combining and differentiating equations, step by step.",
-         "", ""},
+         R"(
+             x = var("x", 2)
+             dae{ der(x[1]) ~ x[2], 0 ~ x[1] - sin(t) }:pencil():shuffle())",
+         R"(
+               (a)  x₁′ = x₂
+               (b)  0 = x₁ - sin(t)
+             E has rank 1 of 2
+               (b) has no derivative:  0 = x₁ - sin(t)
+               differentiate (b):      x₁′ = cos(t)     (c)
+             E has rank 1 of 2
+               (c) - (a):          0 = x₂ - cos(t)  the new (c)
+               differentiate (c):  x₂′ = -sin(t)    (d)
+             E has rank 2 of 2: regular after 2 shuffles, so the index is 2
+             Semi-explicit form:
+               0 = x₁ - sin(t)
+               0 = x₂ - cos(t))"},
         {"pencil:__tostring", to_string, "print(p)",
          "Determinant, modes, constraints, consistent starts and the Weierstrass form.", "", ""},
     }};

@@ -14,6 +14,7 @@
 #include "lua/core/objects.hpp"
 #include "lua/core/values.hpp"
 #include "lua/read/inputs.hpp"
+#include "lua/screen/pager.hpp"
 
 namespace pendula::lua {
 
@@ -227,26 +228,38 @@ static std::vector<Expr> without_start(const dae::Model& model) {
                    "nothing gives a value to ", dae::grouped_names(states), more ? ", …" : ""));
 }
 
+int push_start(lua_State* L, const Options& options) {
+  const int index = options.push("start");
+  if (object_type(L, index) != "solution") return index;
+  lua_getfield(L, index, "state");  // sol:state(nil, { inputs = … })
+  lua_pushvalue(L, index);
+  lua_pushnil(L);
+  lua_createtable(L, 0, 1);
+  if (options.has("inputs")) {
+    options.push("inputs");
+    lua_setfield(L, -2, "inputs");
+  }
+  protected_call(L, 3, 1);
+  lua_replace(L, index);
+  return index;
+}
+
 dae::ConsistentStatePtr read_start(lua_State* L, const Options& options, const dae::ModelPtr& model) {
   if (const std::vector<Expr> open = without_start(*model); !options.has("start") && !open.empty())
     refuse_without_start(open);
-  const int index = options.push("start");
+  const int index = push_start(L, options);
   if (lua_isuserdata(L, index)) {
     const auto* held = object_at(L, index, TypeName<dae::ConsistentState>::value);
     if (!held)
-      throw Error(text("start must be a result of init or a table { x = 1, … }, got ", describe(L, index),
-                       object_type(L, index) == "solution"
-                           ? "; its end is sol:state(), and sol:continue{ to = … } goes on from there"
-                           : ""));
+      throw Error(text("start must be a result of init, a solution or a table { x = 1, … }, got ",
+                       describe(L, index)));
     const auto at = std::static_pointer_cast<const dae::ConsistentState>(*held);
     lua_pop(L, 1);
     return translated(at, model);
   }
   if (!lua_istable(L, index) && !lua_isnil(L, index))
-    throw Error(text("start must be a result of init or a table { x = 1, … }, got ", describe(L, index),
-                     object_type(L, index) == "solution"
-                         ? "; its end is sol:state(), and sol:continue{ to = … } goes on from there"
-                         : ""));
+    throw Error(
+        text("start must be a result of init, a solution or a table { x = 1, … }, got ", describe(L, index)));
   dae::StartRequest request = read_start_request(L, options, *model);
   if (lua_istable(L, index)) request.fix = read_leaf_values(L, index, "start", *model);
   add_declared(request, *model);
@@ -266,8 +279,7 @@ dae::ConsistentStatePtr read_start(lua_State* L, const Options& options, const d
     std::vector<std::string> broken;
     for (const auto& [c, value] : at->constraints)
       if (std::fabs(value) > 1e-9) broken.push_back(text(c.label, " = ", rounded(value, 4)));
-    std::fprintf(stderr, "warning: the start is inconsistent: %s; sol:drift() shows what follows from it\n",
-                 join(broken, ", ").c_str());
+    warn(text("the start is inconsistent: ", join(broken, ", "), "; sol:drift() shows what follows from it"));
     return at;
   }
 }
@@ -420,7 +432,11 @@ extern const Module start_module = {
          R"(x, z = vars "x z"  return dae{ der(x) ~ z - x, 0 ~ x + 2*z }:init{ fix = { x = 2 } }(z))", "-1.0",
          &init_options},
         {"start:__call", start_value, "at(expression) -> number or matrix",
-         "The value of any expression at the start, accelerations and multipliers included.", "", ""},
+         "The value of any expression at the start, accelerations and multipliers included.", R"(
+             x, z = vars "x z"
+             at = dae{ der(x) ~ z, 0 ~ x - sin(t) }:init{}
+             at(z), at(2*z + der(x)))",
+         "1.0 3.0"},
         {"start#model", start_model, "at.model -> model", "The model that the start was made for.", "", ""},
         {"start:ledger", start_ledger, "at:ledger() -> string",
          "Every variable: fixed, free, computed; the residual of every constraint.",
@@ -432,7 +448,9 @@ extern const Module start_module = {
 constraints
   (2)  ≤ 1e-12  0 = x - sin(t))"},
         {"start:latex", start_latex, "at:latex() -> string",
-         "The ledger in LaTeX: a fragment for amsmath; save \"x.tex\" makes a document of it.", "", ""},
+         "The ledger in LaTeX: a fragment for amsmath; save \"x.tex\" makes a document of it.", R"(
+             x, z = vars "x z"
+             dae{ der(x) ~ z, 0 ~ x - sin(t) }:init{}:latex())"},
         {"start#free", start_free, "at.free -> integer", "The number of initial values that could be chosen.",
          "", ""},
         {"start#moved", start_moved, "at.moved -> list of { variable =, from =, to = }",

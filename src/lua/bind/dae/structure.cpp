@@ -221,7 +221,7 @@ extern const Module structure_module = {
     "Structural analysis",
     {
         {"model:structure", structure, "sys:structure([start] or { at = start }) -> structure",
-         R"(Σ matrix, offsets, blocks, structural index, and whether all that may be believed: the rank of
+         R"(Σ matrix, offsets, blocks, structural index, and whether they are confirmed: the rank of
             the system Jacobian, exactly, and numerically at a start.)",
          R"(x, z = vars "x z"  return dae{ der(x) ~ z, 0 ~ x - sin(t) }:structure().verdict)", "valid",
          &structure_options},
@@ -230,7 +230,7 @@ extern const Module structure_module = {
         {"structure#c", c, "s.c -> list", "How often every equation is differentiated.", "", ""},
         {"structure#d", d, "s.d -> list", "Highest derivative of every unknown after that.", "", ""},
         {"structure#structural_index", structural_index, "s.structural_index -> integer or nil",
-         "max c, plus one if some d is 0.", "", ""},
+         "The maximum of c, plus one if some d is 0.", "", ""},
         {"structure#structural_dof", structural_dof, "s.structural_dof -> integer or nil", "Σ d - Σ c.", "",
          ""},
         {"structure#index", structure_index, "s.index -> integer or nil",
@@ -259,7 +259,9 @@ extern const Module structure_module = {
          "The square blocks, each solvable after those before it.", "", ""},
         {"structure:latex", structure_latex, "s:latex() -> string",
          "Σ, offsets and verdict in LaTeX: a fragment for amsmath; save \"x.tex\" makes a document of it.",
-         "", ""},
+         R"(
+             x, z = vars "x z"
+             dae{ der(x) ~ z, 0 ~ x - sin(t) }:structure():latex())"},
         {"structure:__tostring", structure_text, "print(sys:structure())", "The whole report.", "", ""},
     }};
 

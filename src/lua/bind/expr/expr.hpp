@@ -1,4 +1,4 @@
-// What the binding files of the expression vocabulary share: values of any shape and their arithmetic.
+// Shared by the binding files of the expression vocabulary: values of any shape and their arithmetic.
 //
 // A Lua float stays a double as long as it meets doubles only; whatever meets a symbol
 // becomes an exact constant. In a product of an exact matrix of constants and a matrix of

@@ -94,8 +94,8 @@ Value scaled(const Value& factor, const Value& m) {
   const auto column = [](const Value& v) { return shape(v).ends_with("column"); };
   if (column(a) && column(b)) advice = "; for the inner product write a.T*b or dot(a, b)";
   throw Error(text("a ", shape(a), " and a ", shape(b),
-                   " cannot be multiplied: the columns of the first must match the rows "
-                   "of the second",
+                   " cannot be multiplied: the columns of the "
+                   "first must match the rows of the second",
                    advice));
 }
 
@@ -148,8 +148,7 @@ Value to_value(lua_State* L, int index, const std::string& what) {
   }
   if (lua_type(L, index) != LUA_TNUMBER && lua_type(L, index) != LUA_TSTRING &&
       !object_at(L, index, TypeName<Expr>::value))
-    throw Error(
-        text(what, " must be a number, an expression, a vector or a matrix, not ", describe(L, index)));
+    to_matrix(L, index, what);  // says what it must be
   return to_expr(L, index, what);
 }
 

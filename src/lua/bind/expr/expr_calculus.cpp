@@ -1,9 +1,9 @@
 // The `calculus` module: partial derivatives, substitution, rewriting,
 // evaluation, and the text of expressions.
 #include <algorithm>
-#include <cstdio>
 #include <unordered_set>
 
+#include "base/interrupt.hpp"
 #include "base/text.hpp"
 #include "dae/points/rank_on_zero_set.hpp"
 #include "expr/graph/derivative.hpp"
@@ -14,6 +14,7 @@
 #include "lua/bind/expr/expr_evaluate.hpp"
 #include "lua/bind/expr/expr_subs.hpp"
 #include "lua/core/objects.hpp"
+#include "lua/screen/pager.hpp"
 
 namespace pendula::lua {
 namespace {
@@ -111,17 +112,13 @@ int push_implicit_jacobian(Call& call) {
   const dae::ZeroSetRanks there = dae::rank_on_zero_set({r.data(), r.data() + r.size()}, z);
   if (there.regular == 0 && there.singular > 1)
     throw Error(
-        "∂r/∂z is regular in general, but singular at every point found where r = 0: the rank condition "
-        "fails on "
-        "the whole solution set and the formula does not apply (a z(y) may exist all the same: the condition "
-        "is "
-        "sufficient, not necessary). Does an equation hold with a vanishing gradient, as C^2 = 0 does? Write "
-        "C");
+        "∂r/∂z is regular in general, but singular at every point found where r = 0: the rank "
+        "condition fails on the whole solution set and the formula does not apply (a z(y) may "
+        "exist all the same: the condition is sufficient, not necessary). Does an equation hold "
+        "with a vanishing gradient, as C^2 = 0 does? Write C");
   if (there.singular > 0)
-    std::fprintf(
-        stderr,
-        "warning: implicit_jacobian: r = 0 also has points where ∂r/∂z is singular; the formula does not "
-        "apply there\n");
+    warn(
+        "implicit_jacobian: r = 0 also has points where ∂r/∂z is singular; the formula does not apply there");
   return push_value(call.L, slope);
 }
 
@@ -139,6 +136,7 @@ int push_expanded(Call& call) {
 std::string joined_code(const MatX& m) {
   std::string code = m.cols() == 1 ? "vec{" : "mat{";
   for (Eigen::Index i = 0; i < m.rows(); ++i) {
+    poll_interrupt();
     code += i ? ", " : "";
     code += m.cols() == 1 ? "" : "{";
     for (Eigen::Index j = 0; j < m.cols(); ++j) code += (j ? ", " : "") + to_code(m(i, j));
@@ -169,6 +167,14 @@ int latex(Call& call) {
   if (call.is<Equation>(1)) {
     const auto& equation = call.object<Equation>(1, "equation");
     return call.push(side_text(equation.lhs, true) + " = " + side_text(equation.rhs, true));
+  }
+  const std::string type = object_type(call.L, 1);
+  const bool plain = type.empty() || type == "expr" || type == "matrix";
+  if (!plain && has_method(call.L, type.c_str(), "latex")) {  // models, derivations, tableaus
+    lua_getfield(call.L, 1, "latex");
+    lua_pushvalue(call.L, 1);
+    lua_call(call.L, 1, 1);
+    return 1;
   }
   return call.push(side_text(to_matrix(call.L, 1, "e"), true));
 }
@@ -227,7 +233,7 @@ extern const Module calculus_module = {
          R"(x = var "x"; latex(x))", "x"},
         {"evaluate", push_evaluated, "evaluate(e [, {x = 0.5, …}]) -> number or matrix",
          R"(The value; keys are names or symbols, columns take lists. Parameters without an entry have
-            their default values.)",
+            their default values. Where large terms cancel, the value comes from 320 bits.)",
          R"(x = var "x"; evaluate(x^2, {x = 0.5}))", "0.25"},
         {"fn", push_compiled, "fn(arguments, e) -> function  ·  fn(function(x, y) … end)",
          R"(A compiled numeric function: arguments are symbols or columns; f(1, 2) is a number or a matrix.
@@ -256,9 +262,18 @@ extern const Module calculus_module = {
         {"equation#rhs", rhs, "equation.rhs", "The right side."},
         {"equation:residual", residual, "equation:residual()", "Left side minus right side.",
          R"(x = var "x"; (x ~ 2):residual() == x - 2)", "true"},
-        {"equation:__eq", equal, "a == b", "Same sides (structure)."},
-        {"equation:__tostring", equation_to_string, "tostring(equation)", "lhs = rhs."},
-        {"fn:__call", call_compiled, "f(1, 2)", "The value at one point, or one row per point."},
+        {"equation:__eq", equal, "a == b", "Same sides (structure).",
+         R"(
+             x = var "x"
+             print((x ~ 2) == (x ~ 2)))",
+         "true"},
+        {"equation:__tostring", equation_to_string, "tostring(equation)", "Both sides: lhs = rhs."},
+        {"fn:__call", call_compiled, "f(1, 2)", "The value at one point, or one row per point.",
+         R"(
+             x, y = vars "x y"
+             f = fn({ x, y }, x + 2*y)
+             f(1, 2), f(mat{{1, 2}, {3, 4}}).T)",
+         "5.0 5  11"},
         {"fn:__tostring", compiled_to_string, "tostring(f)", "Arguments and size."},
     }};
 

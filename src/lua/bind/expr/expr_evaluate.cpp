@@ -9,6 +9,7 @@
 #include "base/text.hpp"
 #include "codegen/kernel/kernel.hpp"
 #include "expr/graph/derivative.hpp"
+#include "expr/print/cancellation.hpp"
 #include "expr/print/print.hpp"
 #include "lua/bind/expr/expr.hpp"
 #include "lua/read/traced.hpp"
@@ -196,9 +197,11 @@ int push_evaluated(Call& call) {
     for (const auto& [leaf, value] : to_symbol_numbers(call.L, 2, "the table", nameable(entries(e))))
       point[leaf] = value;
   complete(point, entries(e), "give it in the table: evaluate(e, { x = 1 })");
-  const auto values = evaluate(entries(e), point);
-  for (std::size_t k = 0; k < values.size(); ++k)
+  auto values = evaluate(entries(e), point);
+  for (std::size_t k = 0; k < values.size(); ++k) {
     if (!std::isfinite(values[k])) undefined(entries(e)[k], point);
+    if (const auto careful = value_without_cancellation(entries(e)[k], point)) values[k] = *careful;
+  }
   return push_value(call.L, Mat(Eigen::Map<const Mat>(values.data(), e.rows(), e.cols())));
 }
 

@@ -2,6 +2,7 @@
 //
 // Numbers in, numbers out: sin(0.5) is a Lua float. Integers and number strings are exact: sqrt(2), sin(1)
 // stay symbols with a value (printed √2) and sqrt(4) is 2; where a number is needed they give it.
+#include <cctype>
 #include <cmath>
 #include <cstdio>
 #include <deque>
@@ -158,6 +159,12 @@ std::string number(double value) {
   return digits.find_first_of(".e") == std::string::npos ? digits + ".0" : digits;
 }
 
+/// A help text of ops.def as a sentence; one that begins with the call itself stays as it is.
+std::string sentence(std::string words) {
+  if (words.find('(') > words.find(' ')) words[0] = static_cast<char>(std::toupper(words[0]));
+  return words;
+}
+
 std::vector<Row> function_rows() {
   static std::deque<std::string> texts;  // a Row holds pointers
   const auto keep = [](std::string s) { return texts.emplace_back(std::move(s)).c_str(); };
@@ -184,7 +191,7 @@ std::vector<Row> function_rows() {
       example = "string.format(\"%.6f\", " + example + "))";
       gives = digits;
     }
-    add(name, function_of(op), argument_names(op), row.help + std::string("; of matrices entry by entry."),
+    add(name, function_of(op), argument_names(op), sentence(row.help) + "; of matrices entry by entry.",
         example, gives);
   }
   add("gt", swapped<Op::lt>, "a, b", "Condition a > b; of matrices entry by entry.", "gt(1, 2)", "false");

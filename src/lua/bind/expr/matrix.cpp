@@ -275,8 +275,22 @@ int norm_of_system(Call& call) {
   return lua_gettop(call.L);
 }
 
+/// ‖v‖₁ = Σ|vᵢ|, ‖v‖₂, ‖v‖∞ = max |vᵢ|.
+int other_norm(Call& call) {
+  const VecX size = to_column(call.L, 1, "v").unaryExpr([](const Expr& e) { return abs(e); });
+  const bool text = lua_type(call.L, 2) == LUA_TSTRING;
+  const double p = text && call.string(2, "p") == "inf" ? HUGE_VAL : text ? 0 : call.number(2, "p");
+  if (p == 1) return push_expr(call.L, size.sum());
+  if (p == 2) return push_expr(call.L, sqrt(multiply(size.transpose(), size)(0, 0)));
+  if (p != HUGE_VAL) call.wrong(2, "p", "1, 2 or \"inf\"");
+  Expr largest = 0;
+  for (const Expr& e : size) largest = max(largest, e);
+  return push_expr(call.L, largest);
+}
+
 int norm(Call& call) {
   if (object_type(call.L, 1) == std::string("lti")) return norm_of_system(call);
+  if (call.has(2)) return other_norm(call);
   if (call.is<Matrix>(1) && call.object<Matrix>(1, "v").numeric()) {
     const Mat& m = std::get<Mat>(call.object<Matrix>(1, "v").store);
     if (m.cols() == 1 || m.rows() == 1) return call.push(m.norm());
@@ -313,15 +327,17 @@ extern const Module matrix_module = {
          "6"},
         {"blkdiag", blkdiag, "blkdiag(A, B, …) -> matrix", "Blocks on the diagonal, zeros elsewhere.",
          "blkdiag(eye(2), 7)(3, 3)", "7"},
-        {"sum", sum_of, "sum(list) -> value", "The sum of a list or of all entries of a matrix.",
-         "sum{1, 2, 3.5}", "6.5"},
+        {"sum", sum_of, "sum(list) or sum{a, b, c} -> value",
+         "The sum of a list or of all entries of a matrix.", "sum{1, 2, 3.5}", "6.5"},
         {"map", map, "map(list, f) -> list", "f(entry, i) for every entry of a list or a matrix.",
          "map({1, 2, 3}, function(x) return x^2 end)[3]", "9.0"},
         {"dot", matrix_dot, "dot(a, b) -> scalar", "The inner product aᵀb.", "dot({1, 2}, {3, 4})", "11"},
         {"cross", cross, "cross(a, b) -> column", "The vector product of two vectors with three entries.",
          "cross({1, 0, 0}, {0, 1, 0})[3]", "1"},
-        {"norm", norm, "norm(v) -> scalar",
-         "The Euclidean length √(vᵀv); of a linear system G:norm(), norm(G, \"inf\").", "norm{3, 4}", "5"},
+        {"norm", norm, "norm(v [, p]) -> scalar",
+         "The Euclidean length √(vᵀv); with p = 1 the sum of the sizes, with p = \"inf\" the largest; of a linear "
+         "system G:norm(), norm(G, \"inf\").",
+         "norm{3, 4}, norm({3, -4}, 1), norm({3, -4}, \"inf\")", "5 7 4"},
     }};
 
 }  // namespace pendula::lua

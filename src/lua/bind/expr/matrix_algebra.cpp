@@ -176,14 +176,17 @@ int expm(Call& call) {
     if (auto exact = lti::exponential(e)) return push_value(call.L, *exact);
   if (const auto values = in_doubles(e)) return push_value(call.L, linalg::exponential(*values));
   throw Error(
-      "this exponential has no exact form here: it needs a nilpotent matrix or A*t with rational "
-      "eigenvalues; "
+      "this exponential has no exact form here: it needs a nilpotent "
+      "matrix or A*t with rational eigenvalues; "
       "for numbers write expm(evaluate(A, {…}))");
 }
 
 // ── eigenvalues ──
 
 int eig(Call& call) {
+  if (object_type(call.L, 1) == "lti") throw Error("the poles of a linear system are G:poles(), or eig(G.A)");
+  if (object_type(call.L, 1) == "model")
+    throw Error("the eigenvalues of a model are those of sys:linearize(at): eig(sys:linearize(at).A)");
   const Value a = square_matrix(call, 1);
   auto result = std::make_shared<Eigenvalues>();
   if (const Mat* m = std::get_if<Mat>(&a)) {

@@ -35,6 +35,8 @@ int matrix_index(Call& call) {
 }
 
 int entry(Call& call) {
+  if (call.count() == 1 || (call.count() == 2 && call.is<Matrix>(2)))  // A:T() is A.T(A)
+    throw Error("A.T is a value: write it without ( )");
   if (call.count() != 3)
     throw Error("expected a row and a column, as in A(2, 3); entry i of a column is q[i]");
   const long i = call.integer(2, "row"), j = call.integer(3, "column");
@@ -157,11 +159,20 @@ extern const Module entries_module = {
          "eye(4):block(1, 2, 1, 3).cols", "3"},
         {"matrix:col", column_of, "A:col(j) -> column", "Column j.", "eye(3):col(2)[2]", "1"},
         {"matrix:__index", matrix_index, "v[i]",
-         "Entry i of a vector, row i of a matrix; out of range is an error."},
-        {"matrix:__call", entry, "A(i, j)", "The entry in row i and column j."},
+         "Entry i of a vector, row i of a matrix; out of range is an error.",
+         R"(
+             A = mat{{1, 2}, {3, 4}}
+             A[2], A[2][1])",
+         "[3  4] 3"},
+        {"matrix:__call", entry, "A(i, j)", "The entry in row i and column j.", "mat{{1, 2}, {3, 4}}(1, 2)",
+         "2"},
         {"matrix:__len", length, "#v", "The number of entries of a vector, of rows of a matrix."},
-        {"matrix:__eq", matrix_equal, "a == b", "Same shape and same entries (structure, not value)."},
-        {"matrix:__pairs", walk, "for i, e in pairs(v)", "Entries of a vector, rows of a matrix, in order."},
+        {"matrix:__eq", matrix_equal, "a == b", "Same shape and same entries (structure, not value).",
+         "vec{1, 2} == vec{1, 2}, vec{1, 2} == vec{2, 1}", "true false"},
+        {"matrix:__pairs", walk, "for i, e in pairs(v)", "Entries of a vector, rows of a matrix, in order.",
+         "for i, e in pairs(vec{5, 7}) do print(i, e) end", R"(
+             1 5
+             2 7)"},
         {"matrix:__tostring", matrix_to_string, "tostring(A)",
          "A column as a vector expression by names, a matrix as a grid."},
     }};

@@ -2,6 +2,8 @@
 #include <cmath>
 
 #include "base/decompositions.hpp"
+#include "base/interrupt.hpp"
+#include "base/stoppable.hpp"
 #include "base/text.hpp"
 #include "expr/linalg/linalg.hpp"
 #include "lua/bind/expr/matrix.hpp"
@@ -23,14 +25,24 @@ Mat finite_square(Call& call, int i, const char* name) {
   return A;
 }
 
+/// Of a factorisation: `factor` times the longer size of A times the square of the shorter one.
+double operations(const Mat& A, double factor) {
+  const double longer = static_cast<double>(std::max(A.rows(), A.cols()));
+  const double shorter = static_cast<double>(std::min(A.rows(), A.cols()));
+  return factor * longer * shorter * shorter;
+}
+
 /// A = U diag(s) Vᵀ with as many columns as the smaller size of A; the largest entry of every column of V is positive.
 struct SingularValues {
   explicit SingularValues(const Mat& A) {
-    const Eigen::BDCSVD<Mat> svd(A, Eigen::ComputeThinU | Eigen::ComputeThinV);
-    if (svd.info() != Eigen::Success) throw Error("the singular values did not converge");
-    U = svd.matrixU();
-    V = svd.matrixV();
-    s = svd.singularValues();
+    const std::vector<Mat> parts = stoppable(operations(A, 40), [&] {
+      const Eigen::BDCSVD<Mat> svd(A, Eigen::ComputeThinU | Eigen::ComputeThinV);
+      if (svd.info() != Eigen::Success) throw Error("the singular values did not converge");
+      return std::vector<Mat>{svd.matrixU(), svd.matrixV(), svd.singularValues()};
+    });
+    U = parts[0];
+    V = parts[1];
+    s = parts[2];
     for (Eigen::Index k = 0; k < V.cols(); ++k) {
       Eigen::Index largest = 0;
       V.col(k).cwiseAbs().maxCoeff(&largest);
@@ -78,10 +90,13 @@ int null_space(Call& call) {
 int qr(Call& call) {
   const Mat A = finite_matrix(call, 1, "A");
   const Eigen::Index k = std::min(A.rows(), A.cols());
-  const Eigen::HouseholderQR<Mat> factors(A);
-  Mat Q = Mat::Identity(A.rows(), k);
-  Q.applyOnTheLeft(factors.householderQ());
-  Mat R = factors.matrixQR().topRows(k);
+  const std::vector<Mat> parts = stoppable(operations(A, 6), [&] {
+    const Eigen::HouseholderQR<Mat> factors(A);
+    Mat thin = Mat::Identity(A.rows(), k);
+    thin.applyOnTheLeft(factors.householderQ());
+    return std::vector<Mat>{thin, factors.matrixQR().topRows(k)};
+  });
+  Mat Q = parts[0], R = parts[1];
   for (Eigen::Index i = 0; i < k; ++i) {
     R.row(i).head(i).setZero();
     if (R(i, i) >= 0) continue;
@@ -95,14 +110,16 @@ int qr(Call& call) {
 
 int lu(Call& call) {
   const Mat A = finite_square(call, 1, "A");
-  const Eigen::PartialPivLU<Mat> factors(A);
+  const std::vector<Mat> parts = stoppable(operations(A, 0.7), [&] {
+    const Eigen::PartialPivLU<Mat> factors(A);
+    return std::vector<Mat>{factors.matrixLU(), Mat(factors.permutationP())};
+  });
   Mat L = Mat::Identity(A.rows(), A.cols()), U = Mat::Zero(A.rows(), A.cols());
   for (Eigen::Index j = 0; j < A.cols(); ++j) {
-    U.col(j).head(j + 1) = factors.matrixLU().col(j).head(j + 1);
-    L.col(j).tail(A.rows() - j - 1) = factors.matrixLU().col(j).tail(A.rows() - j - 1);
+    U.col(j).head(j + 1) = parts[0].col(j).head(j + 1);
+    L.col(j).tail(A.rows() - j - 1) = parts[0].col(j).tail(A.rows() - j - 1);
   }
-  Mat P = Mat::Zero(A.rows(), A.rows());
-  for (Eigen::Index i = 0; i < A.rows(); ++i) P(factors.permutationP().indices()[i], i) = 1;
+  const Mat& P = parts[1];
   push_matrix(call.L, L);
   push_matrix(call.L, U);
   push_matrix(call.L, P);
@@ -120,6 +137,7 @@ int chol(Call& call) {
                          "; its symmetric part is (A + A.T)/2"));
   Mat L = Mat::Zero(A.rows(), A.cols());
   for (Eigen::Index j = 0; j < A.cols(); ++j) {  // by columns, so that the error can name the minor
+    poll_interrupt();
     const double pivot = A(j, j) - L.row(j).head(j).squaredNorm();
     if (!(pivot > 0))
       throw Error(text("A is not positive definite: its leading minor of size ", j + 1, " is ",

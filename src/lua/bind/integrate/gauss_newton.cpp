@@ -158,7 +158,7 @@ extern const Module gauss_newton_module = {
         {"gauss_newton", gauss_newton,
          R"(gauss_newton{ R =, x =, start =, alpha = number | "line search", method = "gauss-newton" |
             "levenberg-marquardt", tol = 1e-10, max = 200, params = } -> gauss_newton)",
-         R"(min ½‖R(x)‖², with the Hessian approximated by JᵀJ, J = ∂R/∂x (the term Σ Rᵢ ∇²Rᵢ is
+         R"(Solves min ½‖R(x)‖², with the Hessian approximated by JᵀJ, J = ∂R/∂x (the term Σ Rᵢ ∇²Rᵢ is
             neglected). By default steps are halved where ‖R‖ would not fall, and Levenberg–Marquardt steps
             help where that is not enough; alpha = 1 takes full steps as they are. print shows the
             iterates, each parameter ± standard deviation, and whether the neglected term explains the

@@ -1,4 +1,4 @@
-// What other bindings need to know about tableaus and solutions in Lua.
+// Tableaus and solutions in Lua, for other bindings.
 #pragma once
 
 #include "integrate/simulation/simulate.hpp"
@@ -14,6 +14,9 @@ template <>
 struct TypeName<integrate::Trajectory> {
   static constexpr const char* value = "solution";
 };
+
+/// At the prompt a run that did not reach its end says so, and so does what is asked about its last point.
+void tell_early_end(Call& call, const char* what, const integrate::Solution& run);
 
 /// Keeps the options (argument 2) of the solution on top of the stack: sol.options.
 void remember_options(lua_State* L);

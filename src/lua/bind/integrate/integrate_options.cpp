@@ -1,5 +1,6 @@
 #include "lua/bind/integrate/integrate_options.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 #include "base/text.hpp"
@@ -35,6 +36,10 @@ const OptionTable& integrate_option_rows() {
       {"params", "table", "", "values of parameters for this run: { m = 2 }", "@parameters"},
       {"events", "list of tables", "",
        "{ when = e, direction = -1, 0 or 1, action = \"stop\", reset = { [v] = … } or call = function(sol) … end }"},
+      {"branch", "string or table", "",
+       "where branches of solutions meet: \"smooth\" goes on smoothly, { [z.dot] = 1 } with the derivative nearest to "
+       "that; without it the run stops there",
+       "@variables"},
       {"sensitivities", "list of symbols", "", "parameters, and states that stand for their initial values",
        "@parameters"},
       {"dt0", "number", "", "length of the first step, in s"},
@@ -234,6 +239,37 @@ std::vector<ModelEvent> read_events(Call& call, const Options& options, const da
   return events;
 }
 
+// ── branches ──
+
+std::optional<integrate::BranchChoice> read_branch(Call& call, const Options& options,
+                                                   const dae::Model& model) {
+  if (!options.has("branch")) return {};
+  constexpr int highest = 3;
+  integrate::BranchChoice choice;
+  const int index = options.push("branch");
+  if (lua_type(call.L, index) == LUA_TSTRING) {
+    if (const std::string word = lua_tostring(call.L, index); word != "smooth")
+      throw Error(text(
+          "branch = \"", word,
+          "\": write branch = \"smooth\", or the derivative that chooses: branch = ", "{ [z.dot] = 1 }"));
+  } else if (lua_istable(call.L, index) && object_type(call.L, index).empty()) {
+    std::vector<Expr> known = known_leaves(model);
+    for (const dae::Model* m = &model; m; m = m->parent.get())
+      for (const auto& v : m->variables)
+        for (int k = 1; k <= std::max(v.order, 1) + highest; ++k)
+          if (const Expr leaf = derivative_leaf(v.leaf, k);
+              std::find(known.begin(), known.end(), leaf) == known.end())
+            known.push_back(leaf);
+    choice.derivatives = to_symbol_numbers(call.L, index, "branch", known);
+    if (choice.derivatives.empty())
+      throw Error("branch is empty: write branch = \"smooth\" or branch = { [z.dot] = 1 }");
+  } else {
+    throw Error(text("branch must be \"smooth\" or a table { [z.dot] = 1 }, got ", describe(call.L, index)));
+  }
+  lua_settop(call.L, call.count());
+  return choice;
+}
+
 // ── the rest ──
 
 void refuse_contradictions(const Options& options) {
@@ -276,7 +312,8 @@ integrate::Plan read_plan(Call& call, const Options& options, double from) {
 /// Parameters: what a start was computed with holds for what begins there, params of this call come first.
 dae::ParameterValues read_all_parameters(Call& call, const Options& options, const dae::Model& model) {
   dae::ParameterValues values;
-  if (const auto* held = object_at(call.L, options.push("start"), TypeName<dae::ConsistentState>::value)) {
+  if (const auto* held =
+          object_at(call.L, push_start(call.L, options), TypeName<dae::ConsistentState>::value)) {
     values = parameter_overrides(*std::static_pointer_cast<const dae::ConsistentState>(*held));
   }
   if (options.has("params")) {
@@ -366,6 +403,7 @@ integrate::Simulation read_simulation(Call& call, const Options& options, const 
   for (ModelEvent& asked : read_events(call, options, model)) simulation.events.push_back(std::move(asked));
   if (simulation.plan.dt && !simulation.events.empty())
     throw Error("events need steps chosen by the error: leave dt out and give rtol = 1e-8");
+  simulation.branch = read_branch(call, options, *model);
   if (options.has("sensitivities")) {
     std::vector<Expr> known = known_leaves(*model);
     known.insert(known.end(), model->parameters.begin(), model->parameters.end());

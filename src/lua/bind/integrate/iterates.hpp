@@ -1,4 +1,4 @@
-// What the results of newton and gauss_newton have in common: numbers of every iterate, and such that may be unknown.
+// Common parts of the results of newton and gauss_newton: numbers of every iterate, some of them unknown.
 #pragma once
 
 #include <vector>

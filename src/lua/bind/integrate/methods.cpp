@@ -238,8 +238,8 @@ extern const Module methods_module = {
         {"multistep", make_multistep, "multistep{ alpha =, beta =, name = } -> multistep",
          R"(A linear multistep method Σ αᵢ xₖ₊₁₋ᵢ = Δt Σ βᵢ fₖ₊₁₋ᵢ from its exact coefficients, the new
             point first.)",
-         "multistep{ name = \"adams_bashforth2\", alpha = {1, -1, 0}, beta = {0, \"3/2\", \"-1/2\"} "
-         "}:order()",
+         "multistep{ name = \"adams_bashforth2\", alpha = {1, -1, 0}, "
+         "beta = {0, \"3/2\", \"-1/2\"} }:order()",
          "2", &multistep_options},
         {"multistep#name", ms_name, "method.name -> string", "The name of the method.", "", ""},
         {"multistep#steps", ms_steps, "method.steps -> integer", "The number of steps k.", "", ""},
@@ -255,7 +255,7 @@ extern const Module methods_module = {
          R"("explicit", "implicit", "BDF", "zero-stable", "A-stable", "A(α)-stable" or "L-stable".)",
          R"(return bdf(3):is "A-stable")", "false"},
         {"multistep:stability", ms_stability, "method:stability() -> table",
-         "alpha in degrees, real (the left end of the stable interval), zero_stable, A_stable, L_stable.",
+         "A table: alpha in degrees, real (the left end of the stable interval), zero_stable, A_stable, L_stable.",
          "print(bdf(3):stability())",
          R"(
             zero-stable      yes
@@ -264,7 +264,10 @@ extern const Module methods_module = {
             L-stable         no
             at infinity      stable)"},
         {"multistep:boundary", ms_boundary, "method:boundary([points]) -> matrix",
-         "The root locus ρ(ζ)/σ(ζ), |ζ| = 1, which bounds the stability region: rows (Re z, Im z).", "", ""},
+         "The root locus ρ(ζ)/σ(ζ), |ζ| = 1, which bounds the stability region: rows (Re z, Im z).", R"(
+             b = bdf(2):boundary(9)
+             b.rows, b(1, 1))",
+         "9 0.0"},
         {"multistep:report", ms_report, "method:report() -> string",
          "Formula, order, error constant, zero-stability, linear stability, what to expect on DAEs.",
          "return bdf(2):report()", ""},
@@ -284,14 +287,29 @@ extern const Module methods_module = {
         {"rosenbrock:order", ros_order, "method:order() -> integer", "The order by rooted trees.",
          "return rosenbrock.rodas4:order()", "4"},
         {"rosenbrock:embedded_order", ros_embedded, "method:embedded_order() -> integer",
-         "The order of the embedded method; 0 if there is none.", "", ""},
+         "The order of the embedded method; 0 if there is none.", "rosenbrock.rodas4:embedded_order()", "3"},
         {"rosenbrock:dense_order", ros_dense_order, "method:dense_order() -> integer",
-         "The order of the dense output; 0 if there is none.", "", ""},
+         "The order of the dense output; 0 if there is none.", "rosenbrock.rodas4:dense_order()", "3"},
         {"rosenbrock:dae_order", ros_dae_order, "method:dae_order() -> integer",
-         "The order on DAEs of index 1, checked up to 4.", "", ""},
+         "The order on DAEs of index 1, checked up to 4.", "rosenbrock.rodas4:dae_order()", "4"},
         {"rosenbrock:report", ros_report, "method:report() -> string",
-         "Coefficients, orders (ODE, embedded, dense output, index 1), stiff accuracy, work per step.", "",
-         ""},
+         "Coefficients, orders (ODE, embedded, dense output, index 1), stiff accuracy, work per step.",
+         "rosenbrock.ros2:report()", R"(
+             ros2: Rosenbrock method, 2 stages, order 2 (embedded 1), γ = 0.29289322
+
+             αᵢⱼ
+               1
+             γᵢⱼ
+                0.292893
+               -0.585786  0.292893
+             bᵢ
+               0.5 0.5
+
+             order            2 by rooted trees: β = α + γ below a vertex with one child, α below one with several
+             embedded         order 1, for the error estimate
+             index 1          order 2 for x and z
+             stiffly accurate no
+             work per step    one Jacobian, one factorisation, 2 solves; no Newton iteration, so the Jacobian must be exact)"},
         {"rosenbrock:__tostring", ros_text, "print(method)", "Name, stages and order.", "", ""},
     }};
 

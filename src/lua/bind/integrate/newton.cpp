@@ -345,14 +345,22 @@ extern const Module newton_module = {
          "", ""},
         {"newton#alphas", steps, "k.alphas -> column", "The step length of every iteration.", "", ""},
         {"newton#null_vector", null_vector, "k.null_vector -> column",
-         "Where ∂r/∂x is singular (the last iterate or the root): the direction it does not see; else nil.",
+         "Where ∂r/∂x is singular (the last iterate or the root): the direction in which it does not change r; else nil.",
          "", ""},
         {"newton#verdict", newton_verdict, "k.verdict -> string",
          "Why convergence is quadratic, linear or absent, in words.", "", ""},
         {"newton:basins", basins, "k:basins{ x = { low, high }, y = { low, high }, n = 60 } -> basins",
          R"(Which root the method finds from every start of a grid (two unknowns); :plot() draws the
             picture.)",
-         "", ""},
+         R"(
+             x, y = vars "x y"
+             k = newton{ r = { x^2 - y, y - 1 }, x = { x, y }, start = { 1, 1 } }
+             k:basins{ x = { -2, 2 }, y = { -2, 2 }, n = 20 })",
+         R"(
+             basins of Newton's method on 20×20 starts in (x, y): 2 roots
+                  root     starts  mean iterations
+               1  (-1, 1)    50 %                5
+               2  (1, 1)     50 %                5)"},
         {"newton:__tostring", newton_text, "print(k)", "The table of iterates and the verdict.", "", ""},
         {"basins#roots", basin_roots, "b.roots -> list of columns",
          "The roots found, ordered by the first unknown.", "", ""},

@@ -196,7 +196,7 @@ const OptionTable part_options = {
     {"seconds", "number", "0", "what it took"},
     {"stats", "table", "", "counts"},
     {"events", "list", "", "what happened"},
-    {"methods", "list", "", "families that took turns"},
+    {"methods", "list", "", "method families used in turn"},
 };
 
 /// What is evaluated, not integrated: the model with parameters and inputs, and the points that were computed.

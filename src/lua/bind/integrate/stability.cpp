@@ -341,7 +341,10 @@ extern const Module stability_module = {
         {"stability_function:boundary", boundary, "stability:boundary([angles]) -> matrix",
          R"(Points with |R| = 1 as rows (Re z, Im z): closed curves, with a row of NaN between one and the
             next.)",
-         "", ""},
+         R"(
+             b = rk.rk4:stability():boundary(100)
+             b.cols)",
+         "2"},
         {"stability_function:__tostring", stability_text, "print(stability)", "R and the verdicts.", "", ""},
         {"tableau:conditions", order_conditions,
          "tab:conditions([order [, { embedded = true }]]) -> conditions",
@@ -351,11 +354,17 @@ extern const Module stability_module = {
         {"conditions:__index", condition_item, "conditions[i] -> table",
          R"(Condition i: order, tree, formula, target, value, residual, met; text and residual_text for
             printing.)",
-         "", ""},
+         R"(
+             c = rk.rk4:conditions(4)
+             c[2].formula, c[2].target, c[2].met)",
+         "bᵀc 1/2 true"},
         {"conditions:__len", condition_count, "#conditions", "The number of conditions.", "", ""},
         {"conditions:__tostring", conditions_text, "print(conditions)", "The table of conditions.", "", ""},
         {"tableau:simplifying", simplifying, "tab:simplifying() -> { B =, C =, D = }",
-         "The largest p, q, r for which the simplifying assumptions B(p), C(q), D(r) hold.", "", ""},
+         "The largest p, q, r for which the simplifying assumptions B(p), C(q), D(r) hold.", R"(
+             s = rk.radau(2):simplifying()
+             s.B, s.C, s.D)",
+         "3 2 1"},
         {"tableau:dae_orders", dae_orders, "tab:dae_orders() -> table",
          R"(The orders to expect on DAEs of index 1 (x1, z1), 2 (x2, z2) and 3 (x3, v3, z3) solved as they
             stand; 0: no convergence in general, -1: not applicable.)",
@@ -367,8 +376,8 @@ extern const Module stability_module = {
          "The order of the interpolant that belongs to the method; 0 without one.", "rk.dop853:dense_order()",
          "7"},
         {"tableau:error_norm", error_norm, "tab:error_norm() -> number",
-         "The norm of the residuals of order p + 1, divided by σ(τ): how large the leading error is.", "",
-         ""},
+         "The norm of the residuals of order p + 1, divided by σ(τ): how large the leading error is.",
+         "rk.rk4:error_norm() > rk.dopri5:error_norm()", "true"},
         {"tableau:lagrange", lagrange, "tab:lagrange() -> { ell = {…}, L = {…} }",
          R"(The Lagrange polynomials of the nodes and their integrals from 0, as expressions in tau; exact
             for rational and quadratic nodes.)",

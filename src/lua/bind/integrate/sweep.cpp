@@ -299,9 +299,17 @@ extern const Module sweep_module = {
         {"sweep:__call", sweep_value, "s(e [, t]) -> matrix",
          R"(s(e, t): one row per run at time t, nan where a run failed or ended before. s(e): one row per
             saved time, one column per run, for plot(s.t, s(x)).)",
-         "", ""},
+         R"(
+             x, k = var "x", param "k"
+             s = sweep(dae{ der(x) ~ -k*x }, { start = { x = 1 }, to = 1, params = { k = {1, 2, 3} } })
+             s(x).cols, ("%.4f"):format(s(x, 0.5)[1]))",
+         "3 0.6065"},
         {"sweep:final", sweep_final, "s:final(e) -> column",
-         "The value at the end of every run; nan where it failed.", "", ""},
+         "The value at the end of every run; nan where it failed.", R"(
+             x, k = var "x", param "k"
+             s = sweep(dae{ der(x) ~ -k*x }, { start = { x = 1 }, to = 1, params = { k = {1, 2, 3} } })
+             print(("%.4f %.4f %.4f"):format(s:final(x)[1], s:final(x)[2], s:final(x)[3])))",
+         "0.3679 0.1353 0.0498"},
         {"sweep#t", sweep_times, "s.t -> column", "The saved times: the option times, or about a hundred.",
          "", ""},
         {"sweep#params", params, "s.params -> table",
@@ -312,7 +320,13 @@ extern const Module sweep_module = {
             sweep, makes that run again, as far as it came.)",
          "", ""},
         {"sweep:statistics", push_statistics, "s:statistics(e [, t]) -> table",
-         "mean, std, min, max and count over the runs that did not fail, at the end or at time t.", "", ""},
+         "The fields mean, std, min, max and count over the runs that did not fail, at the end or at time t.",
+         R"(
+             x, k = var "x", param "k"
+             s = sweep(dae{ der(x) ~ -k*x }, { start = { x = 1 }, to = 1, params = { k = {1, 2, 3} } })
+             st = s:statistics(x)
+             st.count, ("%.4f ± %.4f"):format(st.mean, st.std))",
+         "3 0.1843 ± 0.1646"},
         {"sweep:stats", stats_of_sweep, "s:stats() -> sweep_stats",
          R"(How the runs were made and what they cost: runs, failures, steps, rejected, evaluations, lanes,
             why.)",
@@ -334,15 +348,43 @@ extern const Module sweep_module = {
         {"sweep_stats#why", sweep_stats_why, "stats.why -> string",
          "In words: lanes and method, or why there were no lanes.", "", ""},
         {"sweep_stats:__tostring", sweep_stats_text, "print(s:stats())", "The counts.", "", ""},
-        {"sweep:mean", push_mean, "s:mean(e [, t]) -> number", "The mean over the runs.", "", ""},
+        {"sweep:mean", push_mean, "s:mean(e [, t]) -> number", "The mean over the runs.", R"(
+             x, k = var "x", param "k"
+             s = sweep(dae{ der(x) ~ -k*x }, { start = { x = 1 }, to = 1, params = { k = {1, 2, 3} } })
+             print(("%.4f"):format(s:mean(x))))",
+         "0.1843"},
         {"sweep:std", push_deviation, "s:std(e [, t]) -> number",
-         "The standard deviation over the runs (n - 1).", "", ""},
-        {"sweep:min", push_least, "s:min(e [, t]) -> number", "The smallest value.", "", ""},
-        {"sweep:max", push_greatest, "s:max(e [, t]) -> number", "The largest value.", "", ""},
+         "The standard deviation over the runs (n - 1).", R"(
+             x, k = var "x", param "k"
+             s = sweep(dae{ der(x) ~ -k*x }, { start = { x = 1 }, to = 1, params = { k = {1, 2, 3} } })
+             print(("%.4f"):format(s:std(x))))",
+         "0.1646"},
+        {"sweep:min", push_least, "s:min(e [, t]) -> number", "The smallest value.", R"(
+             x, k = var "x", param "k"
+             s = sweep(dae{ der(x) ~ -k*x }, { start = { x = 1 }, to = 1, params = { k = {1, 2, 3} } })
+             print(("%.4f"):format(s:min(x))))",
+         "0.0498"},
+        {"sweep:max", push_greatest, "s:max(e [, t]) -> number", "The largest value.", R"(
+             x, k = var "x", param "k"
+             s = sweep(dae{ der(x) ~ -k*x }, { start = { x = 1 }, to = 1, params = { k = {1, 2, 3} } })
+             print(("%.4f"):format(s:max(x, 0.5))))",
+         "0.6065"},
         {"sweep:table", table, "s:table([expressions]) -> string",
-         "One line per run: what varied and the values at the end.", "", ""},
+         "One line per run: what varied and the values at the end.", R"(
+             x, k = var "x", param "k"
+             s = sweep(dae{ der(x) ~ -k*x }, { start = { x = 1 }, to = 1, params = { k = {1, 2, 3} } })
+             s:table{ x, k*x })",
+         R"(
+             run  k            x         k x
+               1  1   0.36787944  0.36787944
+               2  2   0.13533528  0.27067056
+               3  3  0.049787065   0.1493612)"},
         {"sweep:__index", sweep_solution, "s[i] -> solution",
-         "The whole solution of run i (integrated again).", "", ""},
+         "The whole solution of run i (integrated again).", R"(
+             x, k = var "x", param "k"
+             s = sweep(dae{ der(x) ~ -k*x }, { start = { x = 1 }, to = 1, params = { k = {1, 2, 3} } })
+             print(("%.4f"):format(s[2](x, 0.5))))",
+         "0.3679"},
         {"sweep:__len", length, "#s", "The number of runs.", "", ""},
         {"sweep:__tostring", sweep_text, "print(s)",
          "Statistics of the final values, and the first failures.", "", ""},

@@ -1,4 +1,4 @@
-// What varies from run to run: lists and distributions in params and start of sweep.
+// The axes of a sweep: lists and distributions in params and start of sweep.
 #pragma once
 
 #include "dae/model/model.hpp"

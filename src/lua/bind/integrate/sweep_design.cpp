@@ -69,7 +69,12 @@ extern const Module sweep_design_module = {
          "The distributions by the names of what they vary.", "", ""},
         {"sweep#model", design_model, "s.model -> model", "The model.", "", ""},
         {"sweep:unit", unit, "s:unit(run, dimension) -> number",
-         "The number between 0 and 1 that the value of a run was made from.", "", ""},
+         "The number between 0 and 1 that the value of a run was made from.", R"(
+             x, k = var "x", param "k"
+             s = sweep(dae{ der(x) ~ -k*x }, { start = { x = 1 }, to = 1, params = { k = normal(1, 0.1) }, runs = 64 })
+             u = s:unit(1, 1)
+             0 < u and u < 1)",
+         "true"},
         {"random_at", random_at, "random_at(seed, number) -> number",
          R"(Number `number` of sequence `seed`, between 0 and 1: the same wherever and whenever it is asked for.)",
          "print(random_at(1, 5) == random_at(1, 5))", "true"},

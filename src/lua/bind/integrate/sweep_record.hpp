@@ -1,4 +1,4 @@
-// What stands behind the type "sweep" of Lua.
+// The object of the Lua type "sweep".
 #pragma once
 
 #include "integrate/sweep/sweep.hpp"

@@ -20,7 +20,7 @@ std::string fingerprint_of(const std::string& model, const std::string& options,
 /// Of arguments 1 and 2 of sweep, as they were given.
 SweepText read_sweep_text(Call& call);
 
-/// What a store says about a sweep before its runs.
+/// The description of a sweep in its store, written before its runs.
 store::Description describe_store(const integrate::Sweep& sweep, const random::SampleSpace& space,
                                   const SweepText& text);
 

@@ -1,4 +1,4 @@
-// What the bindings of methods share: their Lua types, and reading coefficients.
+// Shared by the bindings of methods: their Lua types, and reading coefficients.
 #pragma once
 
 #include "lua/bind/integrate/integrate.hpp"

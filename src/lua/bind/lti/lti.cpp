@@ -251,8 +251,8 @@ int tf(Call& call) {
   }
   if (first_type(L, 1) == LUA_TTABLE)
     throw Error(
-        "num is a list of lists; a matrix of transfer functions has lists of coefficients as entries: { { "
-        "{1}, {1, 2} } }");
+        "num is a list of lists; a matrix of transfer functions has lists of "
+        "coefficients as entries: { { {1}, {1, 2} } }");
   lti::Fraction f{read_polynomial(L, 1, "num"),
                   call.has(2) ? read_polynomial(L, 2, "den") : lti::Polynomial{1}};
   return push_system(call, lti::make_tf({std::move(f)}, 1, 1, sampling_argument(call, 3)));
@@ -467,7 +467,11 @@ extern const Module lti_module = {
          "The same system with names for its signals.",
          "tf({1}, {1, 2}):ss():named{ states = {'v'}, inputs = {'F'}, outputs = {'y'} }.inputs[1]", "F",
          &name_options},
-        {"lti:channel", channel, "G:channel(output, input) -> G", "One channel, by numbers or names."},
+        {"lti:channel", channel, "G:channel(output, input) -> G", "One channel, by numbers or names.",
+         R"(
+             G = ss({{-1, 0}, {0, -2}}, {{1, 0}, {0, 1}}, {{1, 0}, {0, 1}})
+             G:channel(2, 2):poles())",
+         "poles: -2, -1"},
         {"lti:latex", latex, "G:latex() -> string", "The system in LaTeX.", "tf({1}, {1, 2}):latex()",
          "G(s) = \\frac{1}{s + 2}"},
         {"lti:__tostring", system_shown, "print(G)", "The matrices as one table, or fractions with a rule."},

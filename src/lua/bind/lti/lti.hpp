@@ -1,5 +1,8 @@
-// What the bindings of linear systems share.
+// Shared by the bindings of linear systems.
 #pragma once
+
+#include <functional>
+#include <optional>
 
 #include "lti/delay.hpp"
 #include "lua/bind/expr/expr.hpp"
@@ -24,6 +27,9 @@ template <>
 struct TypeName<lti::FrequencyResponse> {
   static constexpr const char* value = "frequency response";
 };
+/// When a response is asked for: nothing, an end time, a list of times, { to = 10 } or { times = … }; `until` makes
+/// the times up to an end, or as far as it sees fit.
+Vec read_times(Call& call, int i, const std::function<Vec(std::optional<double>)>& until);
 /// An operation ('*', '/', '+', '-', 'f' for feedback, 'c' for c2d) of which one operand has delays (lti_delay.cpp).
 int delayed_operator(Call& call, char operation);
 

@@ -2,6 +2,7 @@
 #include <cmath>
 
 #include "base/text.hpp"
+#include "expr/graph/depends_on.hpp"
 #include "expr/linalg/linalg.hpp"
 #include "expr/print/print.hpp"
 #include "lti/exponential.hpp"
@@ -249,8 +250,7 @@ int solution(Call& call) {
   const VecX u = call.has(3) ? to_column(call.L, 3, "u") : VecX(VecX::Zero(g.inputs));
   for (const VecX* v : {&x0, &u})
     for (Expr leaf : leaves(entries(*v)))
-      if (symbol_of(leaf).kind != Kind::parameter && symbol_of(leaf).kind != Kind::constant &&
-          !(v == &u && leaf == time_symbol()))
+      if (is_varying(leaf) && !(v == &u && leaf == time_symbol()))
         throw Error(text(v == &u ? "u" : "x0", " must not depend on ", to_text(leaf),
                          v == &u ? ": write an expression in t" : ""));
   return push_matrix(call.L, MatX(lti::solution(g, x0, u)));
@@ -363,9 +363,9 @@ extern const Module lti_analysis_module = {
             ⎣0  1⎦)"},
         {"minreal", minreal, "minreal(G [, tol]) -> G",
          R"(A minimal realisation: without uncontrollable and unobservable states, without common factors.
-            Exact for exact systems; tol is for decimals: zeros and poles closer than tol·max(1, |z|) cancel
-            (1e-8 if it is not given), states that inputs reach or outputs see with less than tol·‖A‖ are
-            removed (n·1e-12).)",
+            Exact for exact systems where tol is not given. With tol, zeros and poles closer than
+            tol·max(1, |z|) cancel (1e-8 for decimals), states that inputs reach or outputs see with less
+            than tol·‖A‖ are removed (n·1e-12).)",
          "minreal(tf({1, 1}, {1, 3, 2}))",
          R"(
             transfer function, continuous time

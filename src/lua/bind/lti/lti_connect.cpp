@@ -106,14 +106,41 @@ extern const Module lti_connect_module = {
     "",
     {
         {"lti:__mul", system_multiply, "G1 * G2",
-         "In series: the output of G2 is the input of G1. Numbers and matrices are gains."},
-        {"lti:__div", system_divide, "G1 / G2", "G1 times the inverse of G2."},
-        {"lti:__add", system_add, "G1 + G2", "In parallel."},
-        {"lti:__sub", system_subtract, "G1 - G2", "In parallel, the second with the opposite sign."},
-        {"lti:__unm", system_negative, "-G", "The opposite sign."},
-        {"lti:__pow", system_power, "G ^ n", "n in series; -1 is the inverse."},
+         "In series: the output of G2 is the input of G1. Numbers and matrices are gains.",
+         "tf({1}, {1, 1})*tf({2}, {1, 3})", R"(
+             transfer function, continuous time
+                    2
+               ────────────
+               s² + 4 s + 3)"},
+        {"lti:__div", system_divide, "G1 / G2", "G1 times the inverse of G2.",
+         "tf({1}, {1, 1})/tf({1, 2}, {1, 3})", R"(
+             transfer function, continuous time
+                  s + 3
+               ────────────
+               s² + 3 s + 2)"},
+        {"lti:__add", system_add, "G1 + G2", "In parallel.", "tf({1}, {1, 1}) + tf({1}, {1, 2})", R"(
+             transfer function, continuous time
+                 2 s + 3
+               ────────────
+               s² + 3 s + 2)"},
+        {"lti:__sub", system_subtract, "G1 - G2", "In parallel, the second with the opposite sign.",
+         "1 - tf({1}, {1, 1})", R"(
+             transfer function, continuous time
+                 s
+               ─────
+               s + 1)"},
+        {"lti:__unm", system_negative, "-G", "The opposite sign.", "-tf({1}, {1, 1})", R"(
+             transfer function, continuous time
+                -1
+               ─────
+               s + 1)"},
+        {"lti:__pow", system_power, "G ^ n", "n in series; -1 is the inverse.", "tf({1}, {1, 1})^2", R"(
+             transfer function, continuous time
+                    1
+               ────────────
+               s² + 2 s + 1)"},
         {"series", series, "series(G1, G2, …) -> G",
-         "One after the other, the first acts first: series(G1, G2) is G2*G1.",
+         "A series connection, the first system first: series(G1, G2) is G2*G1.",
          "series(tf({1}, {1, 1}), tf({1}, {1, 4})):dcgain()", "0.25"},
         {"parallel", parallel, "parallel(G1, G2, …) -> G", "The sum of the outputs.",
          "parallel(tf({1}, {1, 1}), tf({1}, {1, 4})):dcgain()", "1.25"},

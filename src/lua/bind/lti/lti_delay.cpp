@@ -84,33 +84,32 @@ int freqresp(Call& call) {
       std::make_shared<const lti::FrequencyResponse>(lti::frequency_response(g, frequencies(call, 2, g))));
 }
 
-/// A time or a list of times; else as far as the rational part and three times the delays.
-Vec read_times(Call& call, int i, const DelaySystem& g) {
-  double to = 0;
-  if (call.has(i) && !is_expression(call.L, i)) return to_numbers(call.L, i, "t");
-  if (call.has(i)) {
-    to = to_number(call.L, i, "to");
-  } else {
-    const Vec t = lti::response_times(lti::to_ss(g.core));
-    to = t[t.size() - 1];
-    for (const double T : g.delays) to += 5 * T;
-  }
-  if (!(to > 0)) throw Error("the end of the response must be positive");
-  return Vec::LinSpaced(601, 0, to);
+/// Without an end as far as the rational part and five times the delays.
+Vec delay_times(Call& call, int i, const DelaySystem& g) {
+  return read_times(call, i, [&](std::optional<double> given) {
+    double to = given.value_or(0);
+    if (!given) {
+      const Vec t = lti::response_times(lti::to_ss(g.core));
+      to = t[t.size() - 1];
+      for (const double T : g.delays) to += 5 * T;
+    }
+    if (!(to > 0)) throw Error("the end of the response must be positive");
+    return Vec(Vec::LinSpaced(601, 0, to));
+  });
 }
 int push_response(Call& call, lti::Response r) {
   return call.push(std::make_shared<const lti::Response>(std::move(r)));
 }
 int step(Call& call) {
   const DelaySystem& g = delayed_of(call);
-  return push_response(call, lti::step(g, read_times(call, 2, g)));
+  return push_response(call, lti::step(g, delay_times(call, 2, g)));
 }
 
 /// u: a function of t, an expression in t, or samples at the times (lines between them).
 int lsim(Call& call) {
   const DelaySystem& g = delayed_of(call);
   lua_State* L = call.L;
-  const Vec t = read_times(call, 3, g);
+  const Vec t = delay_times(call, 3, g);
   if (lua_isfunction(L, 2)) {
     const auto u = [L, &g](double at) {
       lua_pushvalue(L, 2);
@@ -216,14 +215,19 @@ extern const Module lti_delay_module = {
          "2 true"},
         {"lti:__exp", exponential, "exp(-T*s) -> G", R"(The delay of T seconds, with s = tf "s".)",
          "s = tf \"s\"  return (exp(-2*s)/(s + 1)).delays[1]", "2.0"},
-        {"delay system:__mul", lti_delay_multiply, "G1 * G2", "In series."},
-        {"delay system:__div", lti_delay_divide, "G1 / G2",
-         "G1 times the inverse of G2, which has no delay."},
-        {"delay system:__add", lti_delay_add, "G1 + G2", "In parallel."},
+        {"delay system:__mul", lti_delay_multiply, "G1 * G2", "In series.",
+         "(delayed(tf({1}, {1, 1}), 1)*delayed(tf({1}, {1}), 2)):dcgain()", "1"},
+        {"delay system:__div", lti_delay_divide, "G1 / G2", "G1 times the inverse of G2, which has no delay.",
+         "(delayed(tf({1}, {1, 1}), 1)/tf({2}, {1})):dcgain()", "0.5"},
+        {"delay system:__add", lti_delay_add, "G1 + G2", "In parallel.",
+         "(delayed(tf({1}, {1, 1}), 1) + 2):dcgain()", "3.0"},
         {"delay system:__sub", lti_delay_subtract, "G1 - G2",
-         "In parallel, the second with the opposite sign."},
-        {"delay system:__unm", lti_delay_negative, "-G", "The opposite sign."},
-        {"delay system:__call", evaluate_at, "G(s) -> number", "The value at a complex number."},
+         "In parallel, the second with the opposite sign.", "(1 - delayed(tf({1}, {1, 1}), 1)):dcgain()",
+         "0.0"},
+        {"delay system:__unm", lti_delay_negative, "-G", "The opposite sign.",
+         "(-delayed(tf({1}, {1, 1}), 1)):dcgain()", "-1"},
+        {"delay system:__call", evaluate_at, "G(s) -> number", "The value at a complex number.",
+         "delayed(tf({1}, {1, 1}), 1)(0)", "1"},
         {"delay system:__tostring", to_text, "print(G)", "The rational part and the delays."},
         {"delay system:feedback", closed, "G:feedback([H [, sign]]) -> G",
          "The closed loop, delays in it exact.", "return delayed(tf({1}, {1, 1}), 1):feedback():dcgain()",
@@ -232,7 +236,7 @@ extern const Module lti_delay_module = {
          "G(iω), exact.", "return delayed(tf({1}, {1}), 1):freqresp{1}.phase(1, 1) + 180/math.pi < 1e-12",
          "true"},
         {"delay system:bode", freqresp, "G:bode([frequencies or { from, to }]) -> frequency response",
-         "Gain and phase over the frequency; :plot()."},
+         "Gain and phase over the frequency; :plot().", "delayed(tf({1}, {1, 1}), 1):bode()"},
         {"delay system:step", step, "G:step([to or times]) -> response",
          "The step response by the method of steps, to about 12 digits.",
          "return math.abs(delayed(tf({1}, {1, 1}), 1):step({0, 3}).y(2, 1) - (1 - math.exp(-2))) < 1e-11",
@@ -241,7 +245,8 @@ extern const Module lti_delay_module = {
          "The response from rest to a function of t, or to samples at the times joined by straight lines.",
          "return math.abs(delayed(tf({1}, {1, 0}), 1):lsim(function(t) return t end, {0, 3}).y(2, 1) - 2) < 1e-12",
          "true"},
-        {"delay system:dcgain", lti_delay_dcgain, "G:dcgain() -> number or matrix", "The static gain."},
+        {"delay system:dcgain", lti_delay_dcgain, "G:dcgain() -> number or matrix", "The static gain.",
+         "delayed(tf({6}, {1, 3}), 1):dcgain()", "2"},
         {"delay system:pade", pade, "G:pade([n = 1]) -> G", "Every delay as its Padé approximant of order n.",
          "return delayed(tf({1}, {1}), 2):pade():zeros().re[1]", "1"},
         {"delay system:c2d", sampled, "G:c2d(Ts) -> G",

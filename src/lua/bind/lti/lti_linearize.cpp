@@ -1,11 +1,11 @@
 // sys:linearize(at). Reads arguments, calls src/lti.
 #include <algorithm>
-#include <cstdio>
 
 #include "base/text.hpp"
 #include "lti/linearize.hpp"
 #include "lua/bind/dae/dae.hpp"
 #include "lua/bind/lti/lti.hpp"
+#include "lua/screen/pager.hpp"
 
 namespace pendula::lua {
 namespace {
@@ -17,24 +17,28 @@ void split_point(lua_State* L, int point, int options, const dae::Model& model) 
   const int start = lua_gettop(L);
   lua_newtable(L);
   const int inputs = start + 1;
-  bool any = false;
+  std::vector<Expr> missing = model.inputs;
   lua_pushnil(L);
   while (lua_next(L, point) != 0) {
-    const bool is_input = std::any_of(model.inputs.begin(), model.inputs.end(), [&](Expr u) {
+    const auto named = std::erase_if(missing, [&](Expr u) {
       const Expr* symbol = object<Expr>(L, -2);
       return symbol ? *symbol == u : lua_type(L, -2) == LUA_TSTRING && leaf_name(u) == lua_tostring(L, -2);
     });
-    any = any || is_input;
     lua_pushvalue(L, -2);
     lua_insert(L, -2);
-    lua_rawset(L, is_input ? inputs : start);
+    lua_rawset(L, named > 0 ? inputs : start);
   }
-  if (any) lua_setfield(L, options, "inputs");
+  if (!model.inputs.empty()) lua_setfield(L, options, "inputs");
   lua_settop(L, start);
   lua_setfield(L, options, "start");
-  if (!any && !model.inputs.empty())
-    throw Error(text("the point gives no value of the input '", leaf_name(model.inputs[0]),
-                     "'; write sys:linearize{ …, ", leaf_name(model.inputs[0]), " = 0 }"));
+  if (missing.empty()) return;
+  std::vector<std::string> names, values;
+  for (Expr u : missing) {
+    names.push_back("'" + leaf_name(u) + "'");
+    values.push_back(leaf_name(u) + " = 0");
+  }
+  throw Error(text("the point gives no value of the input", names.size() > 1 ? "s " : " ", join(names, ", "),
+                   "; write sys:linearize{ …, ", join(values, ", "), " }"));
 }
 
 /// The conditions of a point as read_start reads them.
@@ -93,7 +97,7 @@ int linearize(Call& call) {
   collect_aliases(L);
   lti::System g = lti::linearize(model, *at, request);
   for (const std::string& note : g.notes)
-    if (note.starts_with("no equilibrium")) std::fprintf(stderr, "warning: linearize: %s\n", note.c_str());
+    if (note.starts_with("no equilibrium")) warn("linearize: " + note);
   return push_system(call, std::move(g));
 }
 

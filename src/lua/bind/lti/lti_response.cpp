@@ -25,9 +25,10 @@ const OptionTable lsim_options = {
     {"between", "string", "\"linear\"", "how data go on between the times", "linear|hold"},
 };
 
-/// Nothing, an end time, a list of times, or { to = 10 } or { times = … }.
-Vec read_times(Call& call, int i, const System& g) {
-  if (!call.has(i)) return lti::response_times(g);
+}  // namespace
+
+Vec read_times(Call& call, int i, const std::function<Vec(std::optional<double>)>& until) {
+  if (!call.has(i)) return until({});
   if (lua_istable(call.L, i) && lua_rawlen(call.L, i) == 0) {
     const Options o = call.options(i, time_options);
     if (o.has("times")) {
@@ -35,9 +36,9 @@ Vec read_times(Call& call, int i, const System& g) {
       lua_settop(call.L, call.count());
       return t;
     }
-    return o.has("to") ? lti::response_times(g, o.number("to")) : lti::response_times(g);
+    return until(o.has("to") ? std::optional(o.number("to")) : std::nullopt);
   }
-  if (is_expression(call.L, i)) return lti::response_times(g, to_number(call.L, i, "to"));
+  if (is_expression(call.L, i)) return until(to_number(call.L, i, "to"));
   Mat m = to_numeric_matrix(call.L, i, "t");
   if (m.cols() != 1) m.transposeInPlace();
   if (m.cols() != 1)
@@ -45,13 +46,21 @@ Vec read_times(Call& call, int i, const System& g) {
   return m.col(0);
 }
 
+namespace {
+
+Vec times_of(Call& call, int i, const System& g) {
+  return read_times(call, i, [&](std::optional<double> to) {
+    return to ? lti::response_times(g, *to) : lti::response_times(g);
+  });
+}
+
 int response_step(Call& call) {
   const System g = read_system(call, 1, "G");
-  return response_push_response(call, lti::step(g, read_times(call, 2, g)));
+  return response_push_response(call, lti::step(g, times_of(call, 2, g)));
 }
 int impulse(Call& call) {
   const System g = read_system(call, 1, "G");
-  return response_push_response(call, lti::impulse(g, read_times(call, 2, g)));
+  return response_push_response(call, lti::impulse(g, times_of(call, 2, g)));
 }
 Vec read_x0(Call& call, int i, const System& g) {
   if (!call.has(i)) return Vec::Zero(g.ss.order());
@@ -61,7 +70,7 @@ Vec read_x0(Call& call, int i, const System& g) {
 int initial(Call& call) {
   const System g = lti::to_ss(read_system(call, 1, "G"));
   if (!call.has(2)) call.wrong(2, "x0", "a column of initial states, or a table by their names");
-  return response_push_response(call, lti::initial(g, read_x0(call, 2, g), read_times(call, 3, g)));
+  return response_push_response(call, lti::initial(g, read_x0(call, 2, g), times_of(call, 3, g)));
 }
 
 /// One value per input from the value on top of the stack, which is popped.
@@ -124,7 +133,7 @@ int response_lsim(Call& call) {
   if (between != "linear" && between != "hold")
     throw Error(text("option 'between' must be \"linear\" or \"hold\", got '", between, "'"));
   if (is_formula(call, 2, g.inputs)) {
-    const Vec t = read_times(call, 3, g);
+    const Vec t = times_of(call, 3, g);
     return response_push_response(call,
                                   lti::simulate(g, read_function(call, 2, g.inputs), t, read_x0(call, 4, g)));
   }
@@ -132,7 +141,7 @@ int response_lsim(Call& call) {
   if (g.inputs == 1 && u.cols() != 1 && u.rows() == 1) u.transposeInPlace();
   Vec t;
   if (call.has(3))
-    t = read_times(call, 3, g);
+    t = times_of(call, 3, g);
   else
     t = Vec::LinSpaced(u.rows(), 0, static_cast<double>(u.rows() - 1) * lti::number(g.Ts));
   return response_push_response(call, lti::simulate(g, u, t, read_x0(call, 4, g), between == "hold"));
@@ -306,7 +315,7 @@ extern const Module lti_response_module = {
         {"response#settling_time", settling_time, "r.settling_time -> number",
          "Until it stays within 2 % of the final value."},
         {"response#overshoot", overshoot, "r.overshoot -> number", "Overshoot in percent."},
-        {"response:__tostring", response_text, "print(r)", "What is read off the curves."},
+        {"response:__tostring", response_text, "print(r)", "The values read from the curves."},
         {"lti:freqresp", response_freqresp, "G:freqresp([frequencies]) -> frequency response",
          "G(iω), in discrete time G(e^{iωTs}). .w .mag .db .phase .re .im.",
          "r = tf({1}, {1, 1}):freqresp({1})  return math.abs(r.mag(1, 1)^2 - 0.5) < 1e-15, r.phase(1, 1)",

@@ -311,7 +311,7 @@ const OptionTable& figure_option_rows() {
       {"notes", "list", "", "small lines of text below the frame"},
       {"three_d", "boolean", "false", "points have three coordinates"},
       {"view", "list", "{60, 30}", "{ tilt, turn } in degrees: where it is seen from"},
-      {"surfaces", "list", "", "nets one can see through: { sphere(1) }"},
+      {"surfaces", "list", "", "transparent nets: { sphere(1) }"},
       {"theme", "string", "\"light\"", "colours of the page", "light|dark"},
       {"right", "list", "", "{ low, high }: the range of an axis on the right"},
       {"y2label", "string or expression", "", "the label of that axis"},

@@ -9,6 +9,7 @@
 #include "lua/core/objects.hpp"
 #include "lua/core/trampoline.hpp"
 #include "lua/core/values.hpp"
+#include "lua/screen/pager.hpp"
 #include "plot/braille.hpp"
 #include "plot/figure.hpp"
 #include "plot/film.hpp"
@@ -83,8 +84,9 @@ void call_node(Call& call, plot::Surface& s, Index i, Index j, double u, double 
     s.z(i, j) = p[2];
   } else {
     if (results != 3) throw Error(text("f must return z or x, y, z, but it returned ", results, " values"));
-    s.x(i, j) = to_number(L, top + 1, "x"), s.y(i, j) = to_number(L, top + 2, "y"),
-           s.z(i, j) = to_number(L, top + 3, "z");
+    s.x(i, j) = to_number(L, top + 1, "x");
+    s.y(i, j) = to_number(L, top + 2, "y");
+    s.z(i, j) = to_number(L, top + 3, "z");
   }
   lua_settop(L, top);
 }
@@ -134,7 +136,7 @@ int surface_text(Call& call) {
 const plot::Figure& figure_of(Call& call) { return call.object<plot::Figure>(1, "figure"); }
 
 int show(Call& call) {
-  const std::string drawing = plot::draw(figure_of(call), plot::terminal_of(STDOUT_FILENO));
+  const std::string drawing = showable(plot::draw(figure_of(call), plot::terminal_of(STDOUT_FILENO)));
   std::fwrite(drawing.data(), 1, drawing.size(), stdout);
   std::fflush(stdout);
   return 0;
@@ -200,7 +202,7 @@ double pause_of(Call& call, int argument) {
 }
 
 int play(Call& call) {
-  plot::play(film(call), pause_of(call, 3));
+  plot::play(film(call), pause_of(call, 3), showable);
   return 0;
 }
 
@@ -271,23 +273,36 @@ extern const Module plot_module = {
         {"surface:__tostring", surface_text, "tostring(surface)", "The size of its grid."},
         {"figure:show", show, "fig:show()",
          R"(Draws the figure in the terminal; in a pipe 80 columns wide, without colours. At the prompt a
-            figure that is the value of a line is shown by itself.)"},
+            figure that is the value of a line is shown by itself.)",
+         R"(plot({0, 1, 4, 9}, { title = "Squares" }):show())"},
         {"figure:save", save, "fig:save(file) -> fig",
-         "Writes the figure to a file through gnuplot; the extension says the format: .svg, .png or .pdf."},
+         "Writes the figure to a file through gnuplot; the extension says the format: .svg, .png or .pdf.",
+         R"(plot({0, 1, 4, 9}):save(os.tmpname() .. ".svg"))", "figure: 1 series, 4 points"},
         {"figure:svg", svg, "fig:svg([{ others }]) -> string, or list of strings",
          R"(The SVG text that :save "file.svg" writes; with a list of other figures the texts of this one and
-            of those, for which gnuplot is started once.)"},
+            of those, for which gnuplot is started once.)",
+         R"(plot({0, 1, 4, 9}):svg():match "<svg")", "<svg"},
         {"figure:play", play, "fig:play({ figures } [, pause])",
          R"(Draws this figure and the others one after the other in the same place of the terminal, `pause`
-            seconds apart (0.04).)"},
+            seconds apart (0.04).)",
+         R"(
+             frames = {}
+             for k = 1, 3 do frames[k] = plot({0, k, 4*k}) end
+             plot({0, 0, 0}):play(frames, 0.01))"},
         {"figure:film", save_film, "fig:film({ figures }, file [, pause])",
-         "Writes this figure and the others as an animated GIF, `pause` seconds apart (0.04)."},
+         "Writes this figure and the others as an animated GIF, `pause` seconds apart (0.04).",
+         R"(
+             frames = {}
+             for k = 1, 3 do frames[k] = plot({0, k, 4*k}) end
+             plot({0, 0, 0}):film(frames, os.tmpname() .. ".gif", 0.1))"},
         {"figure:parts", figure_parts, "fig:parts() -> table",
          "The table that figure{…} makes the same figure of: what save keeps.",
          "return figure(plot{0, 1, 4}:parts())", "figure: 1 series, 3 points"},
-        {"figure:with", with, "fig:with(other) -> figure", "The curves of both figures in one: see overlay."},
+        {"figure:with", with, "fig:with(other) -> figure", "The curves of both figures in one: see overlay.",
+         "plot({0, 1, 4}):with(plot({4, 1, 0}))", "figure: 2 series, 6 points"},
         {"figure:page", page, "fig:page(columns, { figures }) -> figure",
-         "This figure and others on one page: see layout."},
+         "This figure and others on one page: see layout.", "plot({0, 1, 4}):page(2, { plot({4, 1, 0}) })",
+         "figure: 1 series, 3 points, 2 panels"},
         {"label_text", label_text, "label_text(expression) -> string",
          "The words that axes and legends show for an expression: its label and unit where it is a variable.",
          "label_text(var(\"p\", { text = \"pressure\", unit = \"bar\" }))", "pressure [bar]"},

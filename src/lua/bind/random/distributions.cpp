@@ -185,7 +185,10 @@ extern const Module distributions_module = {
          "component 2 of a normal distribution of 2 numbers"},
         {"joint_distribution:__len", joint_length, "#d", "How many numbers.", "", ""},
         {"joint_distribution:__eq", same_joint, "d == e -> boolean",
-         "The same numbers, not only numbers of the same distribution.", "", ""},
+         "The same numbers, not only numbers of the same distribution.", R"(
+             n = normal({ 1, 2 }, {{0.04, 0.01}, {0.01, 0.09}})
+             n == n, n == normal({ 1, 2 }, {{0.04, 0.01}, {0.01, 0.09}}))",
+         "true false"},
         {"joint_distribution#mean", joint_mean, "d.mean -> column", "The means.", "", ""},
         {"joint_distribution#cov", joint_covariance, "d.cov -> matrix", "The covariance.", "", ""},
         {"joint_distribution:__tostring", joint_text, "print(d)", "What it is.", "", ""},

@@ -38,7 +38,7 @@ int push_numbers(Call& call, double (*make)(ScriptNumbers&)) {
   if (!call.has(1)) return call.push(make(numbers));
   const long rows = call.integer(1, "n"), cols = call.integer(2, "m", 1);
   if (rows < 0 || cols < 0) throw Error(text("a matrix cannot have ", rows, " rows and ", cols, " columns"));
-  if (rows > 0 && cols > most_numbers / rows)
+  if (rows > most_numbers || cols > most_numbers || rows * cols > most_numbers)
     throw Error("more than 100 000 000 numbers; make them in parts");
   Mat m(rows, cols);
   for (double& x : m.reshaped<Eigen::RowMajor>()) x = make(numbers);

@@ -177,7 +177,7 @@ extern const Module signals_module = {
         {"spectrum#w", w, "s.w -> column", "Frequencies in rad/s."},
         {"spectrum#power", power, "s.power -> column", "|U(ω)|²."},
         {"spectrum#mean_square", mean_square, "s.mean_square -> number", "The mean square of the signal."},
-        {"spectrum:__tostring", spectrum_text, "print(s)", "Size, mean square and the strongest line."},
+        {"spectrum:__tostring", spectrum_text, "print(s)", "Size, mean square and the largest line."},
         {"excitation_order", excitation, "excitation_order(u [, limit]) -> integer",
          R"(The order of persistent excitation: as many parameters of an FIR model can be found from this
             input. Not looked for beyond limit (half the samples; at least 50, less in long records).)",

@@ -1,4 +1,4 @@
-// What the binding files of identification share.
+// Shared by the binding files of identification.
 #pragma once
 
 #include "lua/bind/expr/expr.hpp"
@@ -47,6 +47,9 @@ std::vector<int> to_whole_numbers(lua_State* L, int index, const std::string& wh
 
 /// na, nb, nc, nd, nf, nk of a call's table for one output; MIMO: row `output` of a matrix of orders.
 sysid::Orders read_orders(Call& call, const Options& options, const sysid::IdData& d, Eigen::Index output);
+
+/// What stands before the first sample: the option `ic`, or `init`, its name in earlier versions.
+sysid::Seed read_seed(const Options& options, sysid::Seed fallback);
 
 int push_words(lua_State* L, const std::vector<std::string>& words);
 inline int push_row(lua_State* L, const Vec& v) { return push_matrix(L, Mat(v.transpose())); }

@@ -280,6 +280,22 @@ int write_matrices(Call& call) {
   return 0;
 }
 
+/// { name = matrix or number }
+int read_matrices(Call& call) {
+  const sysid::NamedMatrices found = sysid::read_matrices(call.string(1, "file"));
+  lua_createtable(call.L, 0, static_cast<int>(found.size()));
+  for (const auto& [name, matrix] : found) {
+    lua_pushlstring(call.L, name.data(), name.size());
+    if (matrix.size() == 1) {
+      lua_pushnumber(call.L, matrix(0, 0));
+    } else {
+      push_matrix(call.L, matrix);
+    }
+    lua_rawset(call.L, -3);
+  }
+  return 1;
+}
+
 int csv(Call& call) {
   sysid::write_csv(data_of(call), call.string(2, "file"));
   return 0;
@@ -382,7 +398,10 @@ extern const Module iddata_module = {
         {"merge", merge, "merge(d1, d2, …) -> iddata",
          "Several experiments as one data set: no row of a regressor reaches from one into the next.",
          "merge(iddata{ y = {1, 2} }, iddata{ y = {3} }).experiments", "2"},
-        {"iddata:merge", merge, "d:merge(d2, …) -> iddata", "The same as merge(d, d2, …).", "", ""},
+        {"iddata:merge", merge, "d:merge(d2, …) -> iddata", "The same as merge(d, d2, …).", R"(
+             a, b = iddata{ y = {1, 2, 3} }, iddata{ y = {4, 5} }
+             a:merge(b).experiments)",
+         "2"},
         {"iddata:fill", fill, R"(d:fill(["linear" | "previous"]) -> iddata)",
          "Replaces missing samples by interpolation or by the last one before.",
          "iddata{ y = {1, 0/0, 3} }:fill().y[2]", "2.0"},
@@ -397,6 +416,11 @@ extern const Module iddata_module = {
             name = os.tmpname() .. ".mat"  write_mat(name, { { "x", { 1, 2, 3 } } })
             return #iddata.read(name, { y = "x", Ts = 1 }).y)",
          "3"},
+        {"read_mat", read_matrices, "read_mat(file) -> { name = matrix }",
+         "The matrices and numbers in a MATLAB file by name; the same as load \"run.mat\".", R"(
+            name = os.tmpname() .. ".mat"  write_mat(name, { { "x", { 1, 2, 3 } } })
+            return read_mat(name).x.T)",
+         "1  2  3"},
         {"iddata:csv", csv, "d:csv(file)",
          R"(Writes a text table: t, the inputs, the outputs; a missing sample is an empty field.
             iddata.read reads it back.)",
@@ -405,7 +429,12 @@ extern const Module iddata_module = {
             f = io.open(name)  print(f:read "a")  f:close()  os.remove(name))",
          "t,u,y\n0,3,1\n0.5,4,\n"},
         {"iddata:save", save, "d:save(file)",
-         "As a MATLAB file (y, u, Ts) if the name ends in .mat, else as d:csv.", "", ""},
+         "As a MATLAB file (y, u, Ts) if the name ends in .mat, else as d:csv.", R"(
+             d = iddata{ y = {0, 2, 1, 4, 2, 3}, u = {1, 0.5, 2, 1, 0, 1}, Ts = 1 }
+             name = os.tmpname() .. ".mat"
+             d:save(name)
+             iddata.read(name).N)",
+         "6"},
         {"iddata#y", field_y, "d.y -> matrix", "The outputs, one column each.", "", ""},
         {"iddata#u", field_u, "d.u -> matrix", "The inputs, one column each.", "", ""},
         {"iddata#t", field_t, "d.t -> column", "The sampling times, from 0.", "", ""},

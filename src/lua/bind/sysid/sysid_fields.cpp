@@ -25,10 +25,9 @@ const Mat* refined_covariance(Call& call) {
 
 void require_parameters(Call& call, const char* what) {
   if (idmodel_of(call).state_space)
-    throw Error(
-        text("a state-space model has no ", what,
-             ": its entries depend on the coordinates of the state; see mod.A, mod.B, mod.C, mod.D, mod.K "
-             "and mod:tf()"));
+    throw Error(text("a state-space model has no ", what,
+                     ": its entries depend on the coordinates of the state; see mod.A, "
+                     "mod.B, mod.C, mod.D, mod.K and mod:tf()"));
 }
 
 const StateSpaceModel& state_space(Call& call, const char* field) {
@@ -75,8 +74,8 @@ int std_(Call& call) {
   for (const PolyModel& m : idmodel_of(call).outputs)
     if (m.std.size() == 0)
       throw Error(
-          "this estimate has no standard deviation: it lies in a corner of the feasible set and converges "
-          "like 1/N");
+          "this estimate has no standard deviation: it lies in a corner of the "
+          "feasible set and converges like 1/N");
   return each_output(call, [&](const PolyModel& m) { return push_matrix(call.L, Mat(m.std)); });
 }
 int cov(Call& call) {
@@ -130,16 +129,18 @@ int rows(Call& call) {
   return each_output(call, [&](const PolyModel& m) { return call.push(static_cast<long>(m.quality.rows)); });
 }
 int rank(Call& call) {
-  return each_output(call, [&](const PolyModel& m) { return call.push(static_cast<long>(m.rank)); });
+  return each_output(
+      call, [&](const PolyModel& m) { return call.push(static_cast<long>(m.identifiability.rank)); });
 }
 int exact(Call& call) {
   return each_output(call, [&](const PolyModel& m) { return call.push(m.exact); });
 }
 int unidentifiable(Call& call) {
-  return each_output(call, [&](const PolyModel& m) { return push_words(call.L, m.unidentifiable); });
+  return each_output(call,
+                     [&](const PolyModel& m) { return push_words(call.L, m.identifiability.directions); });
 }
 int advice(Call& call) {
-  return each_output(call, [&](const PolyModel& m) { return push_words(call.L, m.advice); });
+  return each_output(call, [&](const PolyModel& m) { return push_words(call.L, m.identifiability.advice); });
 }
 int kind(Call& call) { return call.push(idmodel_of(call).outputs[0].kind); }
 int Ts(Call& call) { return call.push(idmodel_of(call).outputs[0].Ts); }
@@ -210,7 +211,7 @@ int orders(Call& call) {
 
 int samples(Call& call) { return call.push(static_cast<long>(idmodel_of(call).outputs[0].samples)); }
 int simulation_percent(Call& call) {
-  return each_output(call, [&](const PolyModel& m) { return call.push(m.simulation_fit); });
+  return each_output(call, [&](const PolyModel& m) { return call.push(m.simulation.percent); });
 }
 int y_names(Call& call) {
   std::vector<std::string> out;
@@ -278,7 +279,8 @@ extern const Module idmodel_fields_module = {
     "",
     {
         {"n4sid", n4sid,
-         R"(n4sid(d, order | { order =, weight = "CVA", horizon =, D = false, K = true }) -> idmodel)",
+         R"(n4sid(d, order [, { weight =, … }]) or n4sid(d, { order =, weight = "CVA", horizon =, D = false, K =
+            true }) -> idmodel)",
          R"(State-space model x(t+1) = A x + B u + K e, y = C x + D u + e by a subspace method: no search,
             no starting values, any number of inputs and outputs. order: a number, or a range {1, 10} to
             choose from (also without it). weight: "CVA", "MOESP" or "N4SID"; horizon: block rows of past
@@ -291,11 +293,24 @@ extern const Module idmodel_fields_module = {
             print(("%.6f %.6f"):format(m.A[1], m.C[1]*m.B[1])))",
          "0.500000 1.000000", &n4sid_options},
         {"idmodel#K", K, "mod.K -> matrix", "State space: the gain of the noise, that of the Kalman filter.",
-         "", ""},
+         R"(
+             u, y = {}, {}
+             for i = 1, 60 do u[i] = (-1)^(i*i//3); y[i] = 0.5*(y[i-1] or 0) + (u[i-1] or 0) end
+             n4sid(iddata{ y = y, u = u }, 1).K.rows)",
+         "1"},
         {"idmodel#x0", x0, "mod.x0 -> column",
-         "State space: the estimated state at the first sample, a column per experiment.", "", ""},
+         "State space: the estimated state at the first sample, a column per experiment.", R"(
+             u, y = {}, {}
+             for i = 1, 60 do u[i] = (-1)^(i*i//3); y[i] = 0.5*(y[i-1] or 0) + (u[i-1] or 0) end
+             #n4sid(iddata{ y = y, u = u }, 1).x0)",
+         "1"},
         {"idmodel#singular_values", singular_values, "mod.singular_values -> column",
-         "State space: by which the order is judged.", "", ""},
+         "State space: by which the order is judged.", R"(
+             u, y = {}, {}
+             for i = 1, 60 do u[i] = (-1)^(i*i//3); y[i] = 0.5*(y[i-1] or 0) + (u[i-1] or 0) end
+             m = n4sid(iddata{ y = y, u = u }, 1)
+             m.singular_values[1] > 1e3*m.singular_values[2])",
+         "true"},
         {"idmodel#noise_variance", innovations, "mod.noise_variance -> number or matrix",
          "Variance of e(t), of several outputs their covariance.", "", ""},
         {"idmodel#orders", orders, "mod.orders -> { na =, nb =, … }",

@@ -315,9 +315,15 @@ extern const Module grey_box_module = {
             r = fit(sys, { params = { k, x }, data = d, y = x })
             print(r:refit{ fixed = { x = 1 } }.loss >= r.loss))",
          "true", &refit_options},
-        {"fit_result#active", active, "r.active -> list", "The parameters that rest on a bound.", "", ""},
+        {"fit_result#active", active, "r.active -> list", "The parameters that lie on a bound.", "", ""},
         {"fit_result:__call", estimate, "r(m) -> number", "The estimate of a parameter by symbol or name.",
-         "", ""},
+         R"(
+             x, k = var "x", param("k", 1)
+             y = {}
+             for i = 0, 10 do y[i + 1] = 2*math.exp(-0.3*i) end
+             r = fit(dae{ der(x) ~ -k*x }, { params = { k }, data = iddata{ y = y, Ts = 1 }, y = x, start = { x = 2 } })
+             print(("%.4f"):format(r(k))))",
+         "0.3000"},
         {"fit_result:__tostring", to_text_, "print(r)", "Estimates ± standard deviation, loss, fit.", "", ""},
     }};
 

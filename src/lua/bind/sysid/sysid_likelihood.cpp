@@ -182,7 +182,7 @@ int volume(Call& call) {
   const ParameterSet& s = set_of(call);
   if (!s.feasible) return call.push(0);
   if (!s.bounded) return call.push(HUGE_VAL);
-  if (s.polytope.exact.empty()) return call.push(sysid::volume(s.polytope));
+  if (s.polytope.exact.empty()) return call.push(sysid::volume(s.strips, s.polytope));
   return push_expr(call.L, Expr(sysid::exact_volume(s.polytope)));
 }
 

@@ -25,7 +25,7 @@ std::vector<int> order_row(Call& call, const Options& o, const char* key, Index 
     if (v != std::round(v))
       throw Error(text(key, " must be a whole number, got ", shortest(v)));
     else if (!(std::abs(v) < 1e6))
-      throw Error(text(key, " = ", shortest(v), " is more than any data can tell (at most 999999)"));
+      throw Error(text(key, " = ", shortest(v), " is more than data can determine (at most 999999)"));
   std::vector<int> out;
   // Rows are outputs; nb = {{1}, {1}} of one input is a matrix, too, whereas {1, 1} lists two inputs.
   const bool per_output = m.cols() > 1 || one_per_output;
@@ -47,7 +47,8 @@ sysid::Orders read_orders(Call& call, const Options& o, const IdData& d, Index o
     if (row.size() != 1) throw Error(text(key, " must be one whole number, got ", row.size()));
     return row[0];
   };
-  orders.nc = single("nc"), orders.nd = single("nd");
+  orders.nc = single("nc");
+  orders.nd = single("nd");
   const std::vector<int> na = order_row(call, o, "na", output, ny, 0);
   if (na.size() != 1 && static_cast<Index>(na.size()) != ny)
     throw Error(text("na must be one whole number", ny > 1 ? text(" or a ", ny, "×", ny, " matrix") : "",
@@ -351,7 +352,7 @@ extern const Module idmodel_module = {
          "print(fir(iddata{ y = {0, 2, 1, 4}, u = {1, 0.5, 2, 1} }, { nb = 1 }).theta)", "2", &fir_options},
         {"regressor", regressor, R"(regressor(d, { na =, nb =, nk = 1, ic = "drop" }) -> Phi, y, names)",
          R"(The matrix Φ with the rows φ(t)ᵀ = [-y(t-1) … u(t-nk) …], the outputs y(t) it explains, and the
-            names of its columns: what arx solves, for lsq and for a look.)",
+            names of its columns: what arx solves: for lsq, or to inspect it.)",
          R"(
             Phi, y = regressor(iddata{ y = {0, 1}, u = {1, 0} }, { na = 1, nb = 1 })
             print(Phi, y))",

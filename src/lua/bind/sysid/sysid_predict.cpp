@@ -12,6 +12,12 @@ namespace pendula::lua {
 using Eigen::Index;
 using sysid::IdData;
 
+sysid::Seed read_seed(const Options& options, sysid::Seed fallback) {
+  if (options.has("ic") && options.has("init")) throw Error("ic and init mean the same; give ic alone");
+  if (options.has("init")) return sysid::seed_named(options.string("init"));
+  return options.has("ic") ? sysid::seed_named(options.string("ic")) : fallback;
+}
+
 namespace {
 
 struct Mode {
@@ -61,8 +67,7 @@ Mode read_mode(Call& call, Index horizon) {
         mode.horizon = positive(o.integer("horizon", 1));
       lua_settop(call.L, call.count());
     }
-    // `init` is the name of earlier versions.
-    if (o.has("ic") || o.has("init")) mode.seed = sysid::seed_named(o.string(o.has("ic") ? "ic" : "init"));
+    mode.seed = read_seed(o, mode.seed);
   }
   return mode;
 }

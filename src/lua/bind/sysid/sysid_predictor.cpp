@@ -93,8 +93,11 @@ const OptionTable idpoly_options = {
 int idpoly(Call& call) {
   const Options o = call.options(1);
   IdPoly m;
-  m.p.A = monic(call, o, "A"), m.p.C = monic(call, o, "C"), m.p.D = monic(call, o, "D");
-  m.p.B = per_input(call, o, "B"), m.p.F = per_input(call, o, "F");
+  m.p.A = monic(call, o, "A");
+  m.p.C = monic(call, o, "C");
+  m.p.D = monic(call, o, "D");
+  m.p.B = per_input(call, o, "B");
+  m.p.F = per_input(call, o, "F");
   if (m.p.F.empty()) m.p.F.assign(m.p.B.size(), VecX::Constant(1, Expr(1)));
   if (m.p.F.size() != m.p.B.size())
     throw Error(text("there are ", m.p.B.size(), " polynomials B but ", m.p.F.size(), " F"));
@@ -133,28 +136,32 @@ sysid::PolyModel numeric(Call& call, const IdData& d) {
   if (d.inputs() != static_cast<Index>(m.p.B.size()))
     throw Error(text("the model has ", m.p.B.size(), " inputs, the data ", d.inputs()));
   sysid::PolyModel out;
-  out.kind = m.p.class_name(), out.p = m.p.values(), out.y_name = d.y_names[0], out.u_names = d.u_names,
+  out.kind = m.p.class_name();
+  out.p = m.p.values();
+  out.y_name = d.y_names[0];
+  out.u_names = d.u_names;
   out.Ts = m.Ts;
   return out;
 }
 
 const OptionTable response_options = {
     {"horizon", "integer", "", "steps ahead; 0: simulation"},
-    {"init", "string", "\"zero\"", "what stands before the first sample", "data|zero|estimate"},
+    {"ic", "string", "\"zero\"", "what stands before the first sample", "data|zero|estimate"},
+    {"init", "string", "", "the name of ic in earlier versions", "data|zero|estimate"},
 };
 
 int push_response(Call& call, Index fallback) {
   const IdData& d = call.object<IdData>(2, "data");
   Index horizon = fallback;
-  std::string init = "zero";
+  sysid::Seed seed = sysid::Seed::zero;
   if (call.has(3) && lua_istable(call.L, 3)) {
     const Options o = call.options(3);
-    horizon = o.integer("horizon", horizon), init = o.string("init", init);
+    horizon = o.integer("horizon", horizon);
+    seed = read_seed(o, seed);
   } else if (call.has(3)) {
     horizon = call.integer(3, "horizon");
   }
-  return push_matrix(call.L,
-                     Mat(sysid::predict(numeric(call, d), d, horizon, sysid::seed_named(init)).values));
+  return push_matrix(call.L, Mat(sysid::predict(numeric(call, d), d, horizon, seed).values));
 }
 int poly_predict(Call& call) { return push_response(call, 1); }
 int poly_simulate(Call& call) { return push_response(call, 0); }
@@ -255,6 +262,8 @@ int fit_predictor(Call& call) {
 }
 
 const PredictorFit& fitted(Call& call) { return call.object<PredictorFit>(1, "predictor_fit"); }
+int fit_iterates(Call& call) { return push_matrix(call.L, fitted(call).iterates); }
+int fit_losses(Call& call) { return push_matrix(call.L, Mat(fitted(call).losses)); }
 int fit_theta(Call& call) { return push_matrix(call.L, Mat(fitted(call).theta)); }
 int fit_std(Call& call) {
   if (fitted(call).std.size() == 0)
@@ -317,11 +326,11 @@ extern const Module predictor_module = {
               not linear in θ = (b₁, f₁): earlier predictions ŷ(t-k) depend on θ themselves
               least squares is a nonlinear problem (Gauss–Newton))"},
         {"idpoly:predict", poly_predict,
-         R"(m:predict(d [, horizon | { horizon = 1, init = "zero" }]) -> column)",
+         R"(m:predict(d [, horizon | { horizon = 1, ic = "zero" }]) -> column)",
          "ŷ(t|t-horizon) of a model with numbers.",
          "print(idpoly{ A = {1, -0.5}, B = {1} }:predict(iddata{ y = {1, 2, 3}, u = {1, 1, 1} }).T)",
          "1  1.5  2", &response_options},
-        {"idpoly:simulate", poly_simulate, R"(m:simulate(d [, { init = "zero" }]) -> column)",
+        {"idpoly:simulate", poly_simulate, R"(m:simulate(d [, { ic = "zero" }]) -> column)",
          "The output from the input alone.",
          "print(idpoly{ A = {1, -0.5}, B = {1} }:simulate(iddata{ y = {0, 0, 0}, u = {1, 1, 1} }).T)",
          "1  1.5  1.75", &response_options},
@@ -376,6 +385,9 @@ extern const Module predictor_module = {
         {"predictor:__tostring", predictor_text, "print(p)",
          "The predictor, its regressor, and the kind of problem.", "", ""},
         {"predictor_fit#theta", fit_theta, "f.theta -> column", "The estimate.", "", ""},
+        {"predictor_fit#iterates", fit_iterates, "f.iterates -> matrix",
+         "θ at the start and after every iteration of Gauss–Newton, one per row.", "", ""},
+        {"predictor_fit#losses", fit_losses, "f.losses -> column", "SSE of the iterates.", "", ""},
         {"predictor_fit#std", fit_std, "f.std -> column", "Standard deviations; inf where not identifiable.",
          "", ""},
         {"predictor_fit#cov", fit_cov, "f.cov -> matrix", "Covariance.", "", ""},

@@ -152,7 +152,7 @@ extern const Module search_module = {
         {"nlsq", nlsq, "nlsq(r, start [, { lower =, upper =, scale =, iterations = 100 }]) -> table",
          R"(Minimises Σ rᵢ(θ)² for a function r that gives a column of residuals, by Gauss–Newton steps in a trust
             region with difference quotients, within bounds if they are given: .theta .std .cov .sse .sigma2
-            .residuals .J .rank .converged .verdict .slope (0 at a minimum) .active (parameters that rest on a
+            .residuals .J .rank .converged .verdict .slope (0 at a minimum) .active (parameters that lie on a
             bound; their deviation is 0).)",
          R"(
             r = nlsq(function(p) return { p[1] - 1, p[1]*p[2] - 6, p[2] - 5.9 } end, { 1, 1 }, { upper = { 9, 5 } })

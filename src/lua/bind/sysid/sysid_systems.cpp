@@ -111,9 +111,17 @@ extern const Module idmodel_systems_module = {
               ───────
               z - 1/2)"},
         {"idmodel:ss", model_ss, R"(mod:ss(["plant" | "noise"]) -> G)",
-         "The same in state space; of n4sid its own matrices.", "", ""},
+         "The same in state space; of n4sid its own matrices.", R"(
+             d = iddata{ y = {0, 2, 1, 4, 2, 3}, u = {1, 0.5, 2, 1, 0, 1}, Ts = 1 }
+             arx(d, { na = 1, nb = 1 }):ss().form)",
+         "ss"},
         {"idmodel:predictor", model_predictor, "mod:predictor() -> predictor",
-         "The one-step predictor ŷ(t) with the estimated numbers.", "", ""},
+         "The one-step predictor ŷ(t) with the estimated numbers.", R"(
+             d = iddata{ y = {0, 2, 1, 4, 2, 3}, u = {1, 0.5, 2, 1, 0, 1}, Ts = 1 }
+             arx(d, { na = 1, nb = 1 }):predictor())",
+         R"(
+             ŷ(t) = 230 u(t - 1)/143 + 0.3496503497 y(t - 1)
+               no parameters)"},
     }};
 
 }  // namespace pendula::lua

@@ -315,7 +315,7 @@ extern const Module validation_module = {
          "s.best.na, s.best.nb, s.best.nk",
          "1 1 2", &scan_options},
         {"order_scan_result#best", best, "s.best -> { na =, nb =, nk = }",
-         "The orders that win, as arx takes them.", "", ""},
+         "The best orders, as arx takes them.", "", ""},
         {"order_scan_result#fpe", best_by<by_fpe>, "s.fpe -> orders", "The best by final prediction error.",
          "", ""},
         {"order_scan_result#aic", best_by<by_aic>, "s.aic -> orders", "The best by Akaike's criterion.", "",
@@ -326,10 +326,16 @@ extern const Module validation_module = {
          "The best by fit on the validation data.", "", ""},
         {"order_scan_result#rows", scan_rows, "s.rows -> integer", "The rows that all models share.", "", ""},
         {"order_scan_result:__index", scan_entry, "s[i] -> table",
-         "Model i, best first: na, nb, nk, parameters, loss, fpe, aic, bic, fit.", "", ""},
+         "Model i, best first: na, nb, nk, parameters, loss, fpe, aic, bic, fit.", R"(
+             u, y = {}, {}
+             for i = 1, 60 do u[i] = (-1)^(i*i//3); y[i] = 0.5*(y[i-1] or 0) + (u[i-1] or 0) + ((7*i) % 5)/50 end
+             d = iddata{ y = y, u = u }
+             s = order_scan(d, d, { na = {1, 2}, nb = {1, 2}, nk = {1, 1} })
+             s[1].fit > 90)",
+         "true"},
         {"order_scan_result:__len", scan_length, "#s", "The number of models.", "", ""},
         {"order_scan_result:__tostring", scan_text, "print(s)",
-         "The ten best and the winners by every criterion.", "", ""},
+         "The ten best models, and the best by every criterion.", "", ""},
         {"compare", compare, "compare(d, m1, m2, …) or compare(d, { name = m1, … }) -> comparison",
          "Prediction and simulation fit of several models on the same samples.",
          R"(
@@ -342,7 +348,11 @@ extern const Module validation_module = {
         {"comparison:__index", comparison_entry, "c[i] -> table",
          R"(Row i, or the row of a name: prediction, simulation (columns where there are several outputs), fpe,
             aic.)",
-         "", ""},
+         R"(
+             d = iddata{ y = {0, 2, 1, 4, 2, 3}, u = {1, 0.5, 2, 1, 0, 1}, Ts = 1 }
+             c = compare(d, { arx = arx(d, { na = 1, nb = 1 }), fir = fir(d, { nb = 1 }) })
+             c.arx.prediction > c.fir.prediction, c[1].aic < c[2].aic)",
+         "true false"},
         {"comparison#models", comparison_models, "c.models -> list", "The models, in the order of the rows.",
          "", ""},
         {"comparison#data", comparison_data, "c.data -> iddata", "The data they were compared on.", "", ""},

@@ -1,0 +1,261 @@
+#include "dae/points/interval_proof.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <vector>
+
+#include "expr/graph/derivative.hpp"
+
+namespace pendula::dae {
+namespace {
+
+constexpr double infinite = std::numeric_limits<double>::infinity();
+
+struct Interval {
+  double lo = -infinite, hi = infinite;
+  bool contains(double v) const { return lo <= v && v <= hi; }
+  bool is_bounded() const { return std::isfinite(lo) && std::isfinite(hi); }
+  /// No number lies in it.
+  bool is_empty() const { return !(lo <= hi) || lo == infinite || hi == -infinite; }
+};
+
+Interval intersection(Interval a, Interval b) { return {std::max(a.lo, b.lo), std::min(a.hi, b.hi)}; }
+
+/// Values with a relative error of some units in the last place, rounded outward. What overflows is no number,
+/// what underflows is 0.
+Interval outward(double lo, double hi) {
+  constexpr double error = 2e-15;
+  const auto down = [](double v) { return std::nextafter(v - error * std::fabs(v), -infinite); };
+  if (lo == 0 && hi == 0) return {0, 0};
+  return {std::isfinite(lo) ? down(lo) : lo, std::isfinite(hi) ? -down(-hi) : hi};
+}
+Interval not_negative(Interval a) { return {std::max(a.lo, 0.0), a.hi}; }
+
+Interval operator+(Interval a, Interval b) { return outward(a.lo + b.lo, a.hi + b.hi); }
+Interval operator-(Interval a) { return {-a.hi, -a.lo}; }
+Interval operator-(Interval a, Interval b) { return a + -b; }
+
+Interval operator*(Interval a, Interval b) {
+  const auto product = [](double x, double y) { return x == 0 || y == 0 ? 0.0 : x * y; };
+  const auto [lo, hi] =
+      std::minmax({product(a.lo, b.lo), product(a.lo, b.hi), product(a.hi, b.lo), product(a.hi, b.hi)});
+  return outward(lo, hi);
+}
+
+/// All q with q b in a for some b ≠ 0.
+Interval operator/(Interval a, Interval b) {
+  if (b.lo == 0 && b.hi == 0) return {1, -1};
+  if (b.lo < 0 && b.hi > 0) return {};
+  if (b.lo == 0) return a * Interval{b.hi == infinite ? 0 : outward(1 / b.hi, 0).lo, infinite};
+  if (b.hi == 0) return a * Interval{-infinite, b.lo == -infinite ? 0 : outward(0, 1 / b.lo).hi};
+  return a * outward(1 / b.hi, 1 / b.lo);
+}
+
+template <class F>
+Interval increasing(F f, Interval a) {
+  return outward(f(a.lo), f(a.hi));
+}
+
+Interval absolute(Interval a) {
+  if (a.lo >= 0) return a;
+  if (a.hi <= 0) return -a;
+  return {0, std::max(-a.lo, a.hi)};
+}
+
+/// cos on an interval: 1 and -1 where it contains multiples of π.
+Interval cosine(Interval a) {
+  constexpr double pi = std::numbers::pi, most = 1e6;  // beyond, multiples of π are not told apart
+  if (!a.is_bounded() || a.hi - a.lo >= 2 * pi || absolute(a).hi > most) return {-1, 1};
+  const auto contains = [&](double first) {
+    return std::floor((a.hi + 1e-9 - first) / (2 * pi)) >= std::ceil((a.lo - 1e-9 - first) / (2 * pi));
+  };
+  const Interval ends = outward(std::min(std::cos(a.lo), std::cos(a.hi)) - 1e-15,
+                                std::max(std::cos(a.lo), std::cos(a.hi)) + 1e-15);
+  return {contains(pi) ? -1 : std::max(ends.lo, -1.0), contains(0) ? 1 : std::min(ends.hi, 1.0)};
+}
+
+Interval power(Interval a, double n) {
+  const auto f = [n](double v) { return std::pow(v, n); };
+  if (n < 0) return Interval{1, 1} / power(a, -n);
+  if (n != std::round(n)) return not_negative(increasing(f, not_negative(a)));
+  return std::fmod(n, 2) == 0 ? not_negative(increasing(f, absolute(a))) : increasing(f, a);
+}
+
+/// Where the n-th power of a number of `now` lies in r.
+Interval root(Interval r, double n, Interval now) {
+  const auto f = [n](double v) { return std::copysign(std::pow(std::fabs(v), 1 / n), v); };
+  if (n < 0) return root(Interval{1, 1} / r, -n, now);
+  if (n == std::round(n) && std::fmod(n, 2) != 0) return increasing(f, r);
+  const Interval size = not_negative(increasing(f, not_negative(r)));
+  if (r.hi < 0) return {1, -1};
+  if (n != std::round(n) || now.lo >= 0) return size;
+  return now.hi <= 0 ? -size : Interval{-size.hi, size.hi};
+}
+
+class Propagation {
+ public:
+  Propagation(std::span<const Expr> rows, const std::unordered_map<Expr, double>& known)
+      : nodes_(topological(rows)) {
+    for (std::size_t k = 0; k < nodes_.size(); ++k) {
+      const Expr e = nodes_[k];
+      place_[e] = k;
+      const auto it = known.find(e);
+      value_.push_back(it != known.end() ? Interval{1 - 1e-12, 1 + 1e-12} * Interval{it->second, it->second}
+                       : e.is_constant() ? outward(constant_value(e), constant_value(e))
+                       : e == pi()       ? outward(std::numbers::pi, std::numbers::pi)
+                                         : Interval{});
+    }
+    for (Expr row : rows) zero_.push_back(place_.at(row));
+  }
+
+  /// Also in both halves of an interval that contains 0 inside, `depth` times.
+  bool finds_empty(int depth) {
+    if (propagation_empties()) return true;
+    if (depth == 0) return false;
+    const auto split = [&](std::size_t k) {
+      const Interval v = value_[k];
+      return nodes_[k].is_symbol() && v.is_bounded() && v.lo < 0 && v.hi > 0 && v.hi - v.lo > 1e-6;
+    };
+    for (std::size_t k = 0; k < nodes_.size(); ++k) {
+      if (!split(k)) continue;
+      for (const Interval half : {Interval{value_[k].lo, 0}, Interval{0, value_[k].hi}}) {
+        Propagation part = *this;
+        part.value_[k] = half;
+        if (!part.finds_empty(depth - 1)) return false;
+      }
+      return true;
+    }
+    return false;
+  }
+
+ private:
+  bool propagation_empties() {
+    constexpr int most_sweeps = 100;
+    for (int sweep = 0; sweep < most_sweeps; ++sweep) {
+      shrunk_ = false;
+      for (std::size_t k = 0; k < nodes_.size(); ++k) narrow(k, forward(nodes_[k]));
+      for (std::size_t k : zero_) narrow(k, {0, 0});
+      for (std::size_t k = nodes_.size(); k-- > 0;) backward(nodes_[k]);
+      if (empty_ || !shrunk_) return empty_;
+    }
+    return false;
+  }
+
+  Interval& of(Expr e) { return value_[place_.at(e)]; }
+
+  void narrow(std::size_t k, Interval next) {
+    constexpr double visible = 1e-3;  // share of a bounded interval
+    Interval& now = value_[k];
+    const Interval old = now;
+    now = intersection(now, next);
+    empty_ = empty_ || now.is_empty();
+    const bool bounded = old.is_bounded();
+    if (bounded ? now.hi - now.lo < (1 - visible) * (old.hi - old.lo) : now.lo > old.lo || now.hi < old.hi)
+      shrunk_ = true;
+  }
+  void narrow(Expr e, Interval next) { narrow(place_.at(e), next); }
+
+  Interval forward(Expr e) {
+    const auto a = [&] { return of(e.operand(0)); };
+    const auto b = [&] { return of(e.operand(1)); };
+    switch (e.op()) {
+      case Op::neg:
+        return -a();
+      case Op::add:
+        return a() + b();
+      case Op::sub:
+        return e.operand(0) == e.operand(1) ? Interval{0, 0} : a() - b();
+      case Op::mul:
+        return e.operand(0) == e.operand(1) ? power(a(), 2) : a() * b();
+      case Op::div:
+        return a() / b();
+      case Op::pow:
+        return e.operand(1).is_constant() ? power(a(), constant_value(e.operand(1))) : Interval{};
+      case Op::sin:
+        return cosine(a() - outward(std::numbers::pi / 2, std::numbers::pi / 2));
+      case Op::cos:
+        return cosine(a());
+      case Op::exp:
+        return not_negative(increasing([](double v) { return std::exp(v); }, a()));
+      case Op::log:
+        return increasing([](double v) { return std::log(v); }, not_negative(a()));
+      case Op::sqrt:
+        return not_negative(increasing([](double v) { return std::sqrt(v); }, not_negative(a())));
+      case Op::abs:
+        return absolute(a());
+      case Op::sinh:
+        return increasing([](double v) { return std::sinh(v); }, a());
+      case Op::cosh:
+        return intersection({1, infinite}, increasing([](double v) { return std::cosh(v); }, absolute(a())));
+      case Op::tanh:
+        return intersection({-1, 1}, increasing([](double v) { return std::tanh(v); }, a()));
+      case Op::atan:
+        return increasing([](double v) { return std::atan(v); }, a());
+      case Op::asinh:
+        return increasing([](double v) { return std::asinh(v); }, a());
+      case Op::sign:
+        return {a().lo > 0 ? 1.0 : -1.0, a().hi < 0 ? -1.0 : 1.0};
+      case Op::min:
+        return {std::min(a().lo, b().lo), std::min(a().hi, b().hi)};
+      case Op::max:
+        return {std::max(a().lo, b().lo), std::max(a().hi, b().hi)};
+      default:
+        return {};
+    }
+  }
+
+  void backward(Expr e) {
+    if (e.operands().empty() || empty_) return;
+    const Interval r = of(e);
+    const Expr a = e.operand(0), b = e.operands().size() > 1 ? e.operand(1) : a;
+    switch (e.op()) {
+      case Op::neg:
+        return narrow(a, -r);
+      case Op::add:
+        narrow(a, r - of(b));
+        return narrow(b, r - of(a));
+      case Op::sub:
+        narrow(a, r + of(b));
+        return narrow(b, of(a) - r);
+      case Op::mul:
+        if (a == b) return narrow(a, root(r, 2, of(a)));
+        if (!(r.contains(0) && of(b).contains(0))) narrow(a, r / of(b));
+        if (!(r.contains(0) && of(a).contains(0))) narrow(b, r / of(a));
+        return;
+      case Op::div:
+        narrow(a, r * of(b));
+        if (!(r.contains(0) && of(a).contains(0))) narrow(b, of(a) / r);
+        return;
+      case Op::pow:
+        if (b.is_constant() && constant_value(b) != 0) narrow(a, root(r, constant_value(b), of(a)));
+        return;
+      case Op::sqrt:
+        return narrow(a, not_negative(power(not_negative(r), 2)));
+      case Op::exp:
+        return narrow(a, increasing([](double v) { return std::log(v); }, not_negative(r)));
+      case Op::log:
+        return narrow(a, not_negative(increasing([](double v) { return std::exp(v); }, r)));
+      case Op::abs:
+        return narrow(a, {-r.hi, r.hi});
+      default:
+        return;
+    }
+  }
+
+  std::vector<Expr> nodes_;
+  std::vector<Interval> value_;
+  std::unordered_map<Expr, std::size_t> place_;
+  std::vector<std::size_t> zero_;
+  bool empty_ = false, shrunk_ = false;
+};
+
+}  // namespace
+
+bool has_no_solution(std::span<const Expr> rows, const std::unordered_map<Expr, double>& known) {
+  constexpr int halvings = 3;
+  return Propagation(rows, known).finds_empty(halvings);
+}
+
+}  // namespace pendula::dae

@@ -1,0 +1,305 @@
+#include "dae/start/continuations.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "base/decompositions.hpp"
+#include "base/error.hpp"
+#include "base/text.hpp"
+#include "dae/points/array_points.hpp"
+#include "dae/points/derivative_array.hpp"
+#include "dae/rank/rank.hpp"
+#include "dae/rank/rank_with_gap.hpp"
+#include "dae/reduce/reduce.hpp"
+#include "expr/print/print.hpp"
+
+namespace pendula::dae {
+namespace {
+
+using Index = Eigen::Index;
+
+constexpr double vanishing =
+    1e-5;                        // coefficients where branches meet: the time of that is known to some digits
+constexpr double nearby = 2e-3;  // in units: how far the states of a point found may be from the given one
+constexpr double same = 1e-2;    // in units: multiple roots are found to some digits only
+
+/// Points of F_k = 0 near the given one. exact: it is the singular point to rounding; else the states are moved, since
+/// beside it every branch is regular and attracts what is near.
+std::vector<Vec> points_near(const NumericArray& numeric, Index states, const PointValues& point,
+                             bool exact) {
+  constexpr int attempts = 32;
+  constexpr double golden = 0.6180339887498949;
+  auto known = numeric.known(0);
+  for (auto& [leaf, value] : known) {
+    const auto given = point.find(leaf);
+    if (given == point.end()) return {};
+    value = given->second;
+  }
+  std::vector<Vec> found;
+  for (int attempt = 0; attempt < attempts; ++attempt) {
+    Vec w(static_cast<Index>(numeric.columns().size()));
+    for (Index j = 0; j < w.size(); ++j) {
+      const auto given = point.find(numeric.columns()[j]);
+      const bool keep = given != point.end() && (j < states || attempt % 2 == 0);
+      const double drawn = 4 * std::fmod((attempt + 1) * golden * static_cast<double>(j + 1), 1.0) - 2;
+      w[j] = keep ? given->second : drawn * numeric.unit()[j];
+      if (keep && j < states && !exact) w[j] += (attempt % 4 < 2 ? 1e-7 : 5e-4) * drawn * numeric.unit()[j];
+    }
+    const auto at = numeric.project(w, known, 0, exact ? vanishing : 0);
+    if (!at) continue;
+    const Vec moved = (at->w - w).head(states).cwiseAbs();
+    const Vec size = numeric.unit().head(states) + w.head(states).cwiseAbs();
+    if ((moved.array() <= nearby * size.array()).all()) found.push_back(at->w);
+  }
+  return found;
+}
+
+/// Values of some unknowns that several points share.
+struct Cluster {
+  Vec values;
+  Vec point;  ///< the first of them, whole
+  int count = 1;
+};
+
+std::vector<Cluster> clusters(const std::vector<Vec>& points, const std::vector<Index>& columns,
+                              const Vec& unit) {
+  std::vector<Cluster> list;
+  for (const Vec& w : points) {
+    const Vec values = w(columns), size = unit(columns);
+    const auto near = std::find_if(list.begin(), list.end(), [&](const Cluster& c) {
+      return ((values - c.values).array().abs() <= same * (size + values.cwiseAbs()).array()).all();
+    });
+    if (near == list.end())
+      list.push_back({values, w});
+    else
+      ++near->count;
+  }
+  return list;
+}
+
+std::string text_of(const Cluster& c, const std::vector<Cluster>& all, const std::vector<Expr>& leaves,
+                    const Vec& size) {
+  std::vector<std::string> words;
+  for (Index j = 0; j < c.values.size(); ++j) {
+    const bool differs = std::any_of(all.begin(), all.end(), [&](const Cluster& other) {
+      return std::fabs(other.values[j] - c.values[j]) > same * (size[j] + std::fabs(c.values[j]));
+    });
+    const bool zero = std::fabs(c.values[j]) <= same * size[j];
+    if (differs) words.push_back(text(to_text(leaves[j]), " = ", rounded(zero ? 0 : c.values[j], 3)));
+  }
+  return join(words, ", ");
+}
+
+/// The derivatives of one order that the array has, and their columns.
+struct Order {
+  std::vector<Index> columns;
+  std::vector<Expr> leaves;
+};
+
+Order of_order(const DerivativeArray& array, const std::vector<Expr>& all, int order) {
+  Order found;
+  for (Expr state : array.states()) {
+    const auto at = std::find(all.begin(), all.end(), derivative_leaf(state, order));
+    if (at == all.end() || std::find(found.leaves.begin(), found.leaves.end(), *at) != found.leaves.end())
+      continue;
+    found.columns.push_back(at - all.begin());
+    found.leaves.push_back(*at);
+  }
+  return found;
+}
+
+/// The states are those of the point: the search has moved them a little.
+std::vector<WayOn> ways_of(const std::vector<Cluster>& found, const Order& order, const NumericArray& numeric,
+                           const PointValues& point, std::size_t states) {
+  const auto& all = numeric.columns();
+  const Vec size = numeric.unit()(order.columns);
+  std::vector<WayOn> ways;
+  for (const Cluster& c : found) {
+    WayOn way{text_of(c, found, order.leaves, size), point};
+    for (std::size_t j = states; j < all.size(); ++j) way.values[all[j]] = c.point[static_cast<Index>(j)];
+    ways.push_back(std::move(way));
+  }
+  std::sort(ways.begin(), ways.end(), [](const WayOn& a, const WayOn& b) { return a.text < b.text; });
+  return ways;
+}
+
+/// F_k = 0 near given values, and the columns that it leaves open.
+struct SolvedArray {
+  Vec w;
+  std::vector<char> open;
+};
+
+/// The first `held` columns keep their values; the first `states` count as known when it is asked what is open.
+std::optional<SolvedArray> solved_near(const NumericArray& numeric, Index held, Index states,
+                                       const PointValues& values, double negligible) {
+  auto known = numeric.known(0);
+  for (auto& [leaf, value] : known) {
+    const auto given = values.find(leaf);
+    if (given == values.end()) return {};
+    value = given->second;
+  }
+  const auto& columns = numeric.columns();
+  Vec w = Vec::Zero(static_cast<Index>(columns.size()));
+  for (std::size_t j = 0; j < columns.size(); ++j)
+    if (const auto given = values.find(columns[j]); given != values.end())
+      w[static_cast<Index>(j)] = given->second;
+  const auto at = numeric.project(w, known, held, negligible);
+  if (!at) return {};
+  const Mat J = numeric.jacobian(at->w, known).unaryExpr([&](double v) {
+    return std::fabs(v) <= negligible ? 0.0 : v;
+  });
+  const Mat N = null_space(equilibrated(J.rightCols(J.cols() - states)));
+  SolvedArray solved{at->w, std::vector<char>(columns.size(), 0)};
+  for (Index j = 0; j < N.rows() && N.cols() > 0; ++j) solved.open[j + states] = N.row(j).norm() > 1e-6;
+  return solved;
+}
+
+/// Up to which order, at most k, every derivative of every unknown is determined.
+int determined_orders(const DerivativeArray& array, const std::vector<Expr>& columns,
+                      const SolvedArray& solved, int k) {
+  for (int order = 1; order <= k; ++order) {
+    const Order derivatives = of_order(array, columns, order);
+    const auto& list = derivatives.columns;
+    if (list.empty() || std::any_of(list.begin(), list.end(), [&](Index j) { return solved.open[j] != 0; }))
+      return order - 1;
+  }
+  return k;
+}
+
+}  // namespace
+
+std::vector<WayOn> ways_on(const Model& m, const PointValues& point) {
+  constexpr int most_derivatives = 4;
+  constexpr std::size_t affordable = 12, most = 4;
+  if (m.variables.size() > affordable || !m.inputs.empty() || m.residuals.size() != m.variables.size())
+    return {};
+  std::vector<WayOn> only;
+  for (const bool exact : {true, false}) {
+    DerivativeArray array(m.residuals, m.variables);
+    for (int k = 1; k <= most_derivatives; ++k) {
+      array.extend();
+      const NumericArray numeric(array);
+      const std::vector<Vec> points =
+          points_near(numeric, static_cast<Index>(array.states().size()), point, exact);
+      for (int order = 1; order <= k && !points.empty(); ++order) {
+        const Order derivatives = of_order(array, numeric.columns(), order);
+        std::vector<Cluster> found = clusters(points, derivatives.columns, numeric.unit());
+        if (found.size() == 1) {
+          if (order == 1) only = ways_of(found, derivatives, numeric, point, array.states().size());
+          continue;
+        }
+        only.clear();
+        const auto alone = std::erase_if(found, [](const Cluster& c) { return c.count == 1; });
+        const bool clear = found.size() >= 2 && found.size() <= most && 3 * alone <= points.size();
+        if (clear) return ways_of(found, derivatives, numeric, point, array.states().size());
+        break;
+      }
+    }
+  }
+  return only;
+}
+
+std::optional<double> meeting_time(const Model& m, const WayExpansion& way, const PointValues& others,
+                                   double to) {
+  constexpr int samples = 64, halvings = 80;
+  constexpr double vanished = 1e-5;  // of the largest
+  const std::vector<Entry> entries = top_jacobian(m);
+  std::vector<Expr> slopes;
+  for (const Entry& e : entries) slopes.push_back(e.value);
+  const auto n = static_cast<Index>(m.variables.size());
+  const auto size = [&](double t) {
+    PointValues values = others;
+    for (const auto& [leaf, value] : way.at(t)) values[leaf] = value;
+    const auto numbers = pendula::evaluate(slopes, values);
+    Mat J = Mat::Zero(n, n);
+    for (std::size_t k = 0; k < entries.size(); ++k) J(entries[k].row, entries[k].column) = numbers[k];
+    return std::fabs(J.determinant());
+  };
+  const double step = (to - way.t) / samples;
+  int lowest = 0;
+  double least = INFINITY, largest = 0;
+  for (int i = 0; i <= samples; ++i) {
+    const double here = size(way.t + i * step);
+    if (here < least) lowest = i;
+    least = std::min(least, here);
+    largest = std::max(largest, here);
+  }
+  double a = way.t + std::max(lowest - 1, 0) * step, b = way.t + std::min(lowest + 1, samples) * step;
+  constexpr double golden = 0.6180339887498949;
+  for (int i = 0; i < halvings; ++i) {
+    const double left = b - golden * (b - a), right = a + golden * (b - a);
+    (size(left) < size(right) ? b : a) = size(left) < size(right) ? right : left;
+  }
+  const double t = (a + b) / 2;
+  if (!(size(t) <= vanished * largest)) return {};
+  return t;
+}
+
+PointValues WayExpansion::at(double time) const {
+  PointValues values{{time_symbol(), time}};
+  const double h = time - t;
+  for (const auto& [leaf, d] : derivatives)
+    for (std::size_t order = 0; order < d.size(); ++order) {
+      double value = 0;
+      for (std::size_t k = d.size(); k-- > order;)
+        value = d[k] + value * h / static_cast<double>(k - order + 1);
+      // x′ that is a state itself has one term more than the derivative of x
+      if (order == 0)
+        values[leaf] = value;
+      else
+        values.try_emplace(derivative_leaf(leaf, static_cast<int>(order)), value);
+    }
+  return values;
+}
+
+double WayExpansion::last_terms(std::size_t leaf, double distance) const {
+  const auto& d = derivatives[leaf].second;
+  double power = 1, before = 0, last = 0;
+  for (std::size_t k = 1; k < d.size(); ++k) {
+    power *= std::fabs(distance) / static_cast<double>(k);
+    before = std::exchange(last, power * std::fabs(d[k]));
+  }
+  return std::max(before, last);
+}
+
+std::optional<WayExpansion> expansion(const Model& m, const WayOn& way, bool at_meeting) {
+  constexpr int most_derivatives = 7;
+  constexpr std::size_t long_rows = 1'000;  // nodes
+  DerivativeArray array(m.residuals, m.variables);
+  std::vector<Expr> held = m.states();
+  std::optional<WayExpansion> best;
+  int reached = 0;
+  for (int k = 1; k <= most_derivatives; ++k) {
+    array.extend();
+    if (topological(array.rows()).size() > long_rows) break;
+    std::vector<Expr> columns = held;
+    for (Expr leaf : array.columns())
+      if (std::find(held.begin(), held.end(), leaf) == held.end()) columns.push_back(leaf);
+    const NumericArray numeric(array.rows(), columns);
+    const double negligible = at_meeting ? vanishing : 0;
+    const auto states = static_cast<Index>(array.states().size());
+    auto solved = solved_near(numeric, static_cast<Index>(held.size()), states, way.values, negligible);
+    if (!solved && k == 1) {  // hidden conditions on the states, known to some digits
+      held.clear();
+      solved = solved_near(numeric, 0, states, way.values, negligible);
+    }
+    if (!solved) continue;
+    const int order = determined_orders(array, columns, *solved, k);
+    if (order <= reached) continue;
+    reached = order;
+    best = WayExpansion{way.values.at(time_symbol()), {}};
+    for (Expr state : array.states()) {
+      std::vector<double> d;
+      for (int i = 0; i <= order; ++i) {
+        const auto column = std::find(columns.begin(), columns.end(), derivative_leaf(state, i));
+        if (column == columns.end()) break;
+        d.push_back(solved->w[column - columns.begin()]);
+      }
+      best->derivatives.emplace_back(state, std::move(d));
+    }
+  }
+  return best;
+}
+
+}  // namespace pendula::dae

@@ -1,0 +1,46 @@
+// How solutions can go on from a singular point.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <unordered_map>
+#include <vector>
+
+#include "dae/model/model.hpp"
+
+namespace pendula::dae {
+
+using PointValues = std::unordered_map<Expr, double>;
+
+/// A solution through a point at which the equations do not determine x′ and z.
+struct WayOn {
+  std::string text;    ///< the lowest derivatives in which it differs from the others: "z′ = -1"
+  PointValues values;  ///< of t, everything that the point gave, and the first derivatives
+};
+
+/// The solutions through a singular point. The equations and their derivatives up to the fourth are solved near the point
+/// from several values of the derivatives (Gauss-Newton, array_points.hpp).
+///
+/// point    values of t, states, z and parameters, right to some percent
+/// returns  one to four of them, "z′ = -1" and "z′ = 1" where z² = x² and x′ = 1 at 0; none where fewer or more were
+///          found, and for large models or those with inputs
+std::vector<WayOn> ways_on(const Model& model, const PointValues& point);
+
+/// The Taylor polynomial of a way at its point: of every state and algebraic variable, the derivatives of order 0, 1 … p
+/// as far as the equations and their derivatives determine all of them. at_meeting: its point is where branches meet.
+struct WayExpansion {
+  double t = 0;
+  std::vector<std::pair<Expr, std::vector<double>>> derivatives;
+  /// Values and derivatives at another time.
+  PointValues at(double time) const;
+  /// The larger of the last two terms of a leaf at a distance from t: what is left out is smaller.
+  double last_terms(std::size_t leaf, double distance) const;
+};
+std::optional<WayExpansion> expansion(const Model& model, const WayOn& way, bool at_meeting);
+
+/// When x′ and z of a solution are no longer determined: the zero of the determinant of ∂F/∂(x′, z) along its polynomial
+/// before `to`, whether it changes its sign there or not. others: values of parameters. Nothing where there is none.
+std::optional<double> meeting_time(const Model& model, const WayExpansion& way, const PointValues& others,
+                                   double to);
+
+}  // namespace pendula::dae

@@ -1,0 +1,324 @@
+// Fixed values without a start: the fewest that conflict, whether that is proved, and the error that says so.
+#include <algorithm>
+#include <cmath>
+#include <unordered_set>
+#include <utility>
+
+#include "base/error.hpp"
+#include "base/text.hpp"
+#include "dae/model/lineage.hpp"
+#include "dae/model/truncated_text.hpp"
+#include "dae/points/interval_proof.hpp"
+#include "dae/start/start_system.hpp"
+#include "expr/print/print.hpp"
+#include "expr/rewrite/rewrite.hpp"
+#include "expr/rewrite/tidied.hpp"
+
+namespace pendula::dae {
+namespace {
+
+using Index = Eigen::Index;
+
+bool takes_part(double residual) { return residual > 1e-8; }
+
+/// Rows that still contain unknowns that are not fixed are solved for these and substituted, as long as they
+/// are linear in them and `may_divide` by the slope.
+template <class Fixed, class MayDivide>
+std::vector<Expr> eliminated(const StartSystem& s, std::vector<Expr> rows, const Fixed& is_fixed,
+                             const MayDivide& may_divide) {
+  for (bool again = true; again;) {
+    again = false;
+    for (std::size_t i = 0; i < rows.size() && !again; ++i)
+      for (Expr leaf : unknowns_in(s, rows[i])) {
+        if (is_fixed(leaf)) continue;
+        const Expr slope = simplify(partial(rows[i], leaf));
+        if (slope.is_zero() || depends_on(slope, leaf)) continue;
+        if (!may_divide(rows, slope)) continue;
+        const Expr solution = -substitute(rows[i], {{leaf, Expr(0)}}) / slope;
+        rows.erase(rows.begin() + static_cast<std::ptrdiff_t>(i));
+        for (Expr& other : rows) other = tidied(substitute(other, {{leaf, solution}}));
+        again = true;
+        break;
+      }
+  }
+  return rows;
+}
+
+/// What is left are conditions on the fixed values alone.
+std::vector<Expr> conditions_on_fixed(const StartSystem& s, std::vector<Expr> rows,
+                                      const std::vector<Expr>& fixed,
+                                      const std::unordered_map<Expr, double>& point) {
+  const auto is_fixed = [&](Expr leaf) { return std::find(fixed.begin(), fixed.end(), leaf) != fixed.end(); };
+  rows = eliminated(s, std::move(rows), is_fixed, [&](const std::vector<Expr>&, Expr slope) {
+    const double value = pendula::evaluate({&slope, 1}, point)[0];
+    return std::isfinite(value) && std::fabs(value) >= 1e-9;
+  });
+  std::erase_if(rows, [&](Expr e) {
+    const auto inside = unknowns_in(s, e);
+    return !is_short(e, 200) || !std::all_of(inside.begin(), inside.end(), is_fixed);
+  });
+  return rows;
+}
+
+struct Conflict {
+  std::vector<std::size_t> fixes, equations;  ///< rows of the system
+};
+
+/// Is it proved that these equations hold nowhere at these fixed values? By intervals, also for what is left when
+/// unknowns are eliminated. Numbers as they are typed are exact, others have rounding errors.
+bool is_proved(const StartSystem& s, const Conflict& conflict) {
+  constexpr std::size_t most_eliminated = 20;
+  std::vector<Expr> rows;
+  std::unordered_map<Expr, double> known;
+  Substitution exact;
+  const auto give = [&](Expr leaf, double value) {
+    if (exact_value(Expr(value)))
+      exact[leaf] = Expr(value);
+    else
+      known[leaf] = value;
+  };
+  for (const auto& [leaf, value] : s.known) give(leaf, value);
+  for (std::size_t i : conflict.equations) rows.push_back(s.rows[i]);
+  for (std::size_t i : conflict.fixes) {
+    const std::size_t k = i - s.first_fix;
+    const auto j = s.fixed_unknown(k);
+    if (j && !exact.count(s.unknowns[*j]) && !known.count(s.unknowns[*j]))
+      give(s.unknowns[*j], s.request.fix[k].second);
+    else
+      rows.push_back(s.equation(i));
+  }
+  for (Expr& row : rows) row = tidied(substitute(row, exact));
+  if (has_no_solution(rows, known)) return true;
+  if (rows.size() > most_eliminated) return false;
+  const auto is_never_zero = [&](std::vector<Expr> equations, Expr slope) {
+    equations.push_back(slope);
+    return has_no_solution(equations, known);
+  };
+  const auto is_fixed = [&](Expr leaf) { return known.count(leaf) > 0; };
+  return has_no_solution(eliminated(s, rows, is_fixed, is_never_zero), known);
+}
+
+/// Fixes, then equations, that are not needed for a proof are left out; nothing where there is no proof.
+std::optional<Conflict> proved_conflict(const StartSystem& s) {
+  constexpr std::size_t most_rows = 200;
+  Conflict conflict;
+  for (std::size_t i = 0; i < s.rows.size(); ++i)
+    (i < s.first_fix ? conflict.equations : conflict.fixes).push_back(i);
+  if (s.rows.size() > most_rows || !is_proved(s, conflict)) return {};
+  for (auto* list : {&conflict.fixes, &conflict.equations})
+    for (std::size_t k = list->size(); k-- > 0;) {
+      const std::size_t row = (*list)[k];
+      list->erase(list->begin() + static_cast<std::ptrdiff_t>(k));
+      if (!is_proved(s, conflict)) list->insert(list->begin() + static_cast<std::ptrdiff_t>(k), row);
+    }
+  return conflict;
+}
+
+/// The equation with the fewest unknowns, all of them fixed, that the given values violate; nothing where there is none.
+std::optional<Conflict> conflict_in_one_equation(const StartSystem& s) {
+  std::unordered_map<Expr, std::size_t> fixed;
+  for (std::size_t k = 0; k < s.fixes(); ++k)
+    if (const auto j = s.fixed_unknown(k)) fixed[s.unknowns[*j]] = s.first_fix + k;
+  std::optional<Conflict> best;
+  for (std::size_t i = 0; i < s.first_fix; ++i) {
+    const auto inside = unknowns_in(s, s.rows[i]);
+    Conflict here{{}, {i}};
+    for (Expr leaf : inside)
+      if (const auto it = fixed.find(leaf); it != fixed.end()) here.fixes.push_back(it->second);
+    if (here.fixes.size() < inside.size() || (best && best->fixes.size() <= here.fixes.size())) continue;
+    if (!is_proved(s, here)) continue;
+    std::sort(here.fixes.begin(), here.fixes.end());
+    best = std::move(here);
+  }
+  return best;
+}
+
+/// Drops every fix that is not needed for the contradiction; then the rows in which something is left.
+Conflict smallest_conflict(const StartSystem& s, const StartSolution& failed) {
+  constexpr std::size_t most_trials = 40;
+  Selection selection{std::vector<char>(s.rows.size(), 1), {}};
+  std::vector<std::size_t> candidates;
+  for (std::size_t i = s.first_fix; i < s.rows.size(); ++i) candidates.push_back(i);
+  if (candidates.size() > most_trials)  // where the least-squares solution leaves nothing, nothing conflicts
+    std::erase_if(candidates, [&](std::size_t i) {
+      const bool quiet = !takes_part(failed.residual[static_cast<Index>(i)]);
+      if (quiet) selection.rows[i] = 0;
+      return quiet;
+    });
+  if (!selection.rows.empty() && solve_start(s, selection).solved) selection.rows.assign(s.rows.size(), 1);
+  if (candidates.size() > most_trials) candidates.resize(most_trials);
+  const auto filtered = [&](Selection trial) {
+    for (std::size_t i : candidates) {
+      trial.rows[i] = 0;
+      if (solve_start(s, trial).solved) trial.rows[i] = 1;  // needed for the contradiction
+    }
+    return trial;
+  };
+  const auto size = [](const Selection& trial) {
+    return std::count(trial.rows.begin(), trial.rows.end(), 1);
+  };
+  const Selection forward = filtered(selection);
+  std::reverse(candidates.begin(), candidates.end());
+  selection = filtered(selection);
+  if (size(forward) < size(selection)) selection = forward;
+  const StartSolution least = solve_start(s, selection);
+  Conflict conflict;
+  for (std::size_t i = s.first_fix; i < s.rows.size(); ++i)
+    if (selection.rows[i]) conflict.fixes.push_back(i);
+  for (std::size_t i = 0; i < s.first_fix; ++i)
+    if (takes_part(least.residual[static_cast<Index>(i)])) conflict.equations.push_back(i);
+  if (conflict.equations.size() > most_trials) return conflict;
+  const auto all = conflict.equations;
+  for (auto i = all.rbegin(); i != all.rend(); ++i) {  // what was written by the user stays longest
+    selection.rows[*i] = 0;
+    if (solve_start(s, selection).solved)
+      selection.rows[*i] = 1;
+    else
+      std::erase(conflict.equations, *i);
+  }
+  return conflict;
+}
+
+/// The equations at the fixed values, with the other unknowns as near to a solution as they come.
+std::unordered_map<Expr, double> nearest_miss(const StartSystem& s, const Conflict& conflict) {
+  Selection selection{std::vector<char>(s.rows.size(), 1), std::vector<char>(s.unknowns.size(), 0)};
+  for (std::size_t i = s.first_fix; i < s.rows.size(); ++i) selection.rows[i] = 0;
+  Vec w = first_point(s, 0);
+  for (std::size_t i : conflict.fixes) {
+    const std::size_t k = i - s.first_fix;
+    if (const auto j = s.fixed_unknown(k)) {
+      w[*j] = s.request.fix[k].second;
+      selection.held[*j] = 1;
+    }
+  }
+  w = gauss_newton(s, w, selection).w;
+  const auto size = [&] { return s.residual(w).head(static_cast<Index>(s.first_fix)).norm(); };
+  for (Index j = 0; j < w.size() && w.size() <= dense_up_to;
+       ++j) {  // minima are flat: 0 reads better than 1e-4
+    if (selection.held[j] || std::fabs(w[j]) > 0.01 * s.unit[j]) continue;
+    const double before = size(), old = std::exchange(w[j], 0);
+    if (!(size() <= before * 1.001)) w[j] = old;
+  }
+  return s.point(w);
+}
+
+std::string short_label(const StartSystem& s, std::size_t row) {
+  constexpr std::string_view word = "equation ";
+  const std::string label = s.label(row);
+  return label.starts_with(word) ? label.substr(word.size()) : label;
+}
+
+/// Equations all of whose unknowns are fixed, where the given values violate them.
+std::vector<std::string> violations_of_given_values(const StartSystem& s, const Conflict& conflict) {
+  Vec w = first_point(s, 0);
+  std::unordered_set<Expr> fixed;
+  for (std::size_t i : conflict.fixes)
+    if (const auto j = s.fixed_unknown(i - s.first_fix)) {
+      w[*j] = s.request.fix[i - s.first_fix].second;
+      fixed.insert(s.unknowns[*j]);
+    }
+  const auto point = s.point(w);
+  std::vector<std::string> lines;
+  for (std::size_t i : conflict.equations) {
+    const Expr e = s.rows[i];
+    const auto inside = unknowns_in(s, e);
+    if (!std::all_of(inside.begin(), inside.end(), [&](Expr leaf) { return fixed.count(leaf) > 0; }))
+      continue;
+    const double value = pendula::evaluate({&e, 1}, point)[0];
+    if (std::fabs(value) > 1e-9 * std::max(1.0, size_of_terms(e, point)))
+      lines.push_back(text(short_label(s, i), ":  0 ≠ ", rounded(value, 6), " = ", truncated_text(e), "  at ",
+                           values_of(inside, point)));
+  }
+  return lines;
+}
+
+std::vector<std::string> violations(const StartSystem& s, const Conflict& conflict) {
+  const auto point = nearest_miss(s, conflict);
+  std::vector<Expr> equations, fixed;
+  std::vector<std::string> labels, lines;
+  for (std::size_t i : conflict.equations) {
+    equations.push_back(s.rows[i]);
+    labels.push_back(short_label(s, i));
+  }
+  for (std::size_t i : conflict.fixes)
+    if (const auto j = s.fixed_unknown(i - s.first_fix)) fixed.push_back(s.unknowns[*j]);
+  const auto value = [&](Expr e) { return pendula::evaluate({&e, 1}, point)[0]; };
+  const auto rounding = [&](Expr e) { return 1e-12 * std::min(1.0, size_of_terms(e, point)); };
+  constexpr std::size_t readable = 8;
+  if (equations.size() <= readable)
+    for (Expr e : conditions_on_fixed(s, equations, fixed, point))
+      if (std::isfinite(value(e)) && std::fabs(value(e)) > rounding(e))
+        lines.push_back(
+            text(join(labels, ", "), ":  0 ≠ ", rounded(value(e), 6), " = ", truncated_text(tidied(e))));
+  if (lines.empty()) lines = violations_of_given_values(s, conflict);
+  if (!lines.empty()) return lines;
+  for (std::size_t k = 0; k < equations.size() && k < readable; ++k)
+    if (std::fabs(value(equations[k])) > rounding(equations[k]))
+      lines.push_back(text(labels[k], ":  0 ≠ ", rounded(value(equations[k]), 6), " = ",
+                           truncated_text(equations[k]), "  at ",
+                           values_of(unknowns_in(s, equations[k]), point)));
+  return lines;
+}
+
+/// Fixed values of what the equations give as a number.
+std::vector<std::string> given_by_equations(const StartSystem& s, const Conflict& conflict) {
+  std::vector<std::string> lines;
+  for (std::size_t i : conflict.fixes) {
+    if (!unknowns_in(s, s.rows[i]).empty()) continue;
+    const auto& [leaf, value] = s.request.fix[i - s.first_fix];
+    const Expr row = s.equation(i);
+    const double excess = pendula::evaluate({&row, 1}, s.known)[0];
+    lines.push_back(text("the equations give ", to_text(leaf), " = ", to_text(resolve(s.model, leaf)), " = ",
+                         rounded(value + excess, 6)));
+  }
+  return lines;
+}
+
+}  // namespace
+
+void explain_conflict(const StartSystem& s, const StartSolution& failed) {
+  Selection only_equations{std::vector<char>(s.rows.size(), 1), {}};
+  for (std::size_t i = s.first_fix; i < s.rows.size(); ++i) only_equations.rows[i] = 0;
+  const bool solvable = s.fixes() > 0 && solve_start(s, only_equations).solved;
+  Conflict conflict = solvable ? smallest_conflict(s, failed) : Conflict{};
+  bool proved = solvable && is_proved(s, conflict);
+  if (auto one = conflict_in_one_equation(s);
+      one && (!proved || one->fixes.size() <= conflict.fixes.size())) {
+    conflict = std::move(*one);
+    proved = true;
+  }
+  if (const auto other = proved ? std::nullopt : proved_conflict(s)) {
+    conflict = *other;
+    proved = true;
+  }
+  if (!solvable && !proved) {
+    Index worst = 0;
+    failed.residual.head(static_cast<Index>(s.first_fix)).maxCoeff(&worst);
+    const auto row = static_cast<std::size_t>(worst);
+    const auto point = s.point(failed.w);
+    const double value = pendula::evaluate({&s.rows[row], 1}, point)[0];
+    throw Failure(text("no consistent start was found; the worst residual remains in ", s.label(row),
+                       ":  0 ≠ ", rounded(value, 4), " = ", truncated_text(s.rows[row]),
+                       ". Give a guess near the solution: guess = { … }"));
+  }
+  std::vector<std::string> fixes;
+  for (std::size_t i : conflict.fixes) fixes.push_back(s.label(i));
+  auto violated = violations(s, conflict);
+  if (violated.empty()) violated = given_by_equations(s, conflict);
+  const std::string list = join(fixes, ", ");
+  if (proved && fixes.empty())
+    throw Error(text("no consistent start was found: the equations have no solution",
+                     violated.empty() ? "" : ":\n  " + join(violated, "\n  ")));
+  if (proved)
+    throw Error(text("the fixed values contradict each other and the constraints.\n  conflict: ", list,
+                     violated.empty() ? "" : "\n  violated: " + join(violated, "\n            "),
+                     "\n  Leave one of them out of fix, move it to guess, or move all as little as possible:",
+                     " nearest = true"));
+  throw Failure(text("no start was found with all of the fixed values; that there is none is not proved.",
+                     "\n  not found together: ", list,
+                     violated.empty() ? "" : "\n  closest:  " + join(violated, "\n            "),
+                     "\n  Give guesses near a solution: guess = { … }; or leave one of them out of fix,",
+                     " or move all as little as possible: nearest = true"));
+}
+
+}  // namespace pendula::dae

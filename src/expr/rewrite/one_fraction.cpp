@@ -1,0 +1,69 @@
+#include "expr/rewrite/one_fraction.hpp"
+
+#include <algorithm>
+
+#include "base/error.hpp"
+#include "base/text.hpp"
+#include "expr/polynomial/rational_form.hpp"
+#include "expr/print/print.hpp"
+#include "expr/rewrite/rewrite.hpp"
+#include "expr/rewrite/tidied.hpp"
+
+namespace pendula {
+namespace {
+
+bool is_sum(Expr e) { return e.op() == Op::add || e.op() == Op::sub; }
+
+bool has_sum(Expr e) {
+  const auto nodes = topological({&e, 1});
+  return std::any_of(nodes.begin(), nodes.end(), is_sum);
+}
+
+bool has_quotient(Expr e, bool by_sum_only) {
+  for (Expr node : topological({&e, 1}))
+    if (node.op() == Op::div && (!by_sum_only || is_sum(node.operands()[1]))) return true;
+  return false;
+}
+
+/// Whether a factor of numerator or denominator is a sum with such quotients in it.
+bool is_nested(Expr e, bool below = false) {
+  switch (e.op()) {
+    case Op::neg:
+      return is_nested(e.operands()[0], below);
+    case Op::mul:
+      return is_nested(e.operands()[0], below) || is_nested(e.operands()[1], below);
+    case Op::div:
+      return is_nested(e.operands()[0], below) || is_nested(e.operands()[1], true);
+    case Op::pow:
+      return is_nested(e.operands()[0], below);
+    case Op::add:
+    case Op::sub:
+      return has_quotient(e, !below);
+    default:
+      return false;
+  }
+}
+
+/// r θ′² - G (m₁ + m₂)/r² and not (r³ θ′² - m₁ G - m₂ G)/r²: divided term by term where that is shorter.
+Expr divided(Expr fraction) {
+  if (fraction.op() != Op::div || has_sum(fraction.operands()[1])) return fraction;
+  const Expr terms = simplify(expand(fraction));
+  return display_width(to_text(terms)) < display_width(to_text(fraction)) ? terms : fraction;
+}
+
+}  // namespace
+
+Expr one_fraction(Expr e) {
+  constexpr double longest = 400;
+  if (!is_short(e, longest) || !is_nested(e)) return e;
+  try {
+    const Expr fraction = divided(simplify(factored(e)));
+    const int before = display_width(to_text(e)), after = display_width(to_text(fraction));
+    const bool longer = is_sum(e) ? after > before : 2 * after > 3 * before + 40;
+    return longer || is_nested(fraction) ? e : fraction;
+  } catch (const Error&) {  // doubles, or no FLINT: e as it is
+    return e;
+  }
+}
+
+}  // namespace pendula

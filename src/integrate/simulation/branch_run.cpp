@@ -1,0 +1,340 @@
+#include "integrate/simulation/branch_run.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "base/text.hpp"
+#include "dae/model/lineage.hpp"
+#include "dae/start/continuations.hpp"
+#include "expr/graph/depends_on.hpp"
+#include "expr/graph/derivative.hpp"
+#include "expr/print/print.hpp"
+#include "integrate/simulation/problem_setup.hpp"
+#include "integrate/simulation/run_parts.hpp"
+#include "integrate/solution/pieces.hpp"
+
+namespace pendula::integrate {
+namespace {
+
+constexpr long most_branches = 10'000;
+
+dae::PointValues values_at(const Problem& problem, const dae::ConsistentState& start, const Point& point) {
+  dae::PointValues values = start.values;
+  const dae::FirstOrder& form = problem.model();
+  values[time_symbol()] = point.t;
+  for (std::size_t j = 0; j < form.x.size(); ++j)
+    values[derivative_leaf(form.x[j])] = point.xdot[static_cast<Eigen::Index>(j)];
+  for (std::size_t j = 0; j < form.x.size(); ++j) values[form.x[j]] = point.x[static_cast<Eigen::Index>(j)];
+  for (std::size_t j = 0; j < form.z.size(); ++j) values[form.z[j]] = point.z[static_cast<Eigen::Index>(j)];
+  return values;
+}
+
+/// The end of a run that was stopped where branches meet, by Taylor polynomials from a regular point before it: its last
+/// steps may have changed the branch already, or may end before the point.
+class Approach {
+ public:
+  Approach(const dae::Model& model, const Problem& problem, const Simulation& simulation)
+      : model_(model), problem_(problem), simulation_(simulation) {}
+
+  /// stop: where the run says that it has stopped. Returns why the point was not found, or "".
+  std::string follow(const Solution& piece, double stop, int most_steps) {
+    constexpr double back = 0.02, beyond = 0.05;  // of the time since the start of the piece
+    constexpr std::size_t affordable = 12;        // unknowns: derivatives of high order are written out
+    if (model_.variables.size() > affordable || !model_.inputs.empty())
+      return "the model is too large for that";
+    measure(piece);
+    steps_.clear();
+    const double begin = piece.t().front(), last = piece.t().back(), since = std::max(stop, last) - begin;
+    dae::PointValues here =
+        values_at(problem_, *simulation_.start, piece.at(std::min(last, begin + (1 - back) * since)));
+    const double end = std::min(begin + (1 + beyond) * since, simulation_.plan.to);
+    for (int k = 0; k < most_steps; ++k) {
+      const auto way = dae::expansion(model_, {"", here}, false);
+      if (!way) return "its derivatives were not found";
+      arrived_ = *way;
+      const double distance = std::min(distance_of(*way), end - way->t);
+      if (!(distance > 0)) return "the equations are not singular there, or the solution changes too fast";
+      const auto meeting = dae::meeting_time(model_, *way, simulation_.start->values, way->t + distance);
+      const double to = meeting.value_or(way->t + distance);
+      steps_.emplace_back(*way, to);
+      for (const auto& [leaf, value] : way->at(to)) here[leaf] = value;
+      if (meeting) return at_meeting(std::move(here));
+    }
+    return "too many steps";
+  }
+
+  const std::vector<dae::WayOn>& ways() const { return ways_; }
+  const std::vector<dae::WayExpansion>& expansions() const { return expansions_; }
+  /// The polynomials up to the point, each with its end.
+  const std::vector<std::pair<dae::WayExpansion, double>>& steps() const { return steps_; }
+  double meeting() const { return steps_.back().second; }
+  const dae::WayExpansion& arrived() const { return arrived_; }
+
+  double size_of(Expr leaf) const {
+    const auto it = sizes_.find(leaf);
+    return it != sizes_.end() && it->second > 0 ? it->second : 1;
+  }
+
+  /// How far a polynomial serves; 0: not far enough to leave the point.
+  double distance_of(const dae::WayExpansion& way) const {
+    constexpr double share = 0.1, first = 0.05, least = 1e-6;  // of the tolerance; of the interval
+    const double rtol = simulation_.rtol.all.value_or(1e-6);
+    const double interval = simulation_.plan.to - simulation_.plan.from;
+    const auto serves = [&](double distance) {
+      for (std::size_t j = 0; j < way.derivatives.size(); ++j)
+        if (!(way.last_terms(j, distance) <= share * rtol * size_of(way.derivatives[j].first))) return false;
+      return true;
+    };
+    for (double distance = first * interval; distance >= least * interval; distance /= 2)
+      if (serves(distance)) return distance;
+    return 0;
+  }
+
+ private:
+  /// The largest values of x and z so far.
+  void measure(const Solution& piece) {
+    for (int i = 0; i < piece.size(); ++i)
+      for (const auto& [leaf, value] : values_at(problem_, *simulation_.start, piece.point(i)))
+        sizes_[leaf] = std::max(sizes_[leaf], std::fabs(value));
+  }
+
+  std::string at_meeting(dae::PointValues here) {
+    expansions_.clear();
+    ways_ = dae::ways_on(model_, here);
+    if (ways_.empty()) return "no way on was found";
+    for (const dae::WayOn& way : ways_) {
+      const auto expansion = dae::expansion(model_, way, true);
+      if (!expansion) return "the derivatives of " + way.text + " were not found";
+      expansions_.push_back(*expansion);
+    }
+    return "";
+  }
+
+  const dae::Model& model_;
+  const Problem& problem_;
+  const Simulation& simulation_;
+  dae::PointValues sizes_;
+  std::vector<std::pair<dae::WayExpansion, double>> steps_;
+  dae::WayExpansion arrived_;  ///< the last of them
+  std::vector<dae::WayOn> ways_;
+  std::vector<dae::WayExpansion> expansions_;
+};
+
+class BranchRun {
+ public:
+  BranchRun(const dae::ModelPtr& model, const Simulation& simulation)
+      : model_(model),
+        simulation_(simulation),
+        part_(simulation),
+        problem_(make_problem(model, simulation)),
+        whole_(model, simulation, leaves_of(*problem_)),
+        approach_(*model_, *problem_, simulation) {
+    part_.branch.reset();
+    part_.plan.times.reset();
+  }
+
+  TrajectoryPtr run() {
+    RunOutcome outcome;
+    for (long k = 0; k < most_branches; ++k) {
+      TrajectoryPtr trajectory;
+      try {
+        trajectory = simulate(model_, part_);
+      } catch (const Failure& e) {
+        if (k == 0) throw;
+        outcome = stopped_at(part_.plan.from, e.what());
+        break;
+      }
+      const SolutionPtr piece(trajectory, &trajectory->solution());
+      outcome = piece->outcome();
+      whole_.add({model_, piece, part_.plan.from}, part_.events.size());
+      if (outcome.ending != Ending::stopped) break;
+      if (const std::string why = go_on(*piece); !why.empty()) {
+        outcome.message += "; branch: " + why;
+        break;
+      }
+      if (part_.plan.from >= simulation_.plan.to) {
+        outcome = {Ending::finished, "", 0};
+        break;
+      }
+    }
+    return whole_.finish(outcome);
+  }
+
+ private:
+  /// Beyond the point where a piece has stopped; why not, if that is not possible.
+  std::string go_on(const Solution& piece) {
+    if (const std::string why = approach_.follow(piece, piece.outcome().t, 1000); !why.empty()) return why;
+    std::string why;
+    const auto chosen = simulation_.branch->derivatives.empty() ? smooth(why) : asked_for(why);
+    if (!chosen) return why;
+    const dae::WayExpansion& way = approach_.expansions()[*chosen];
+    const double distance = approach_.distance_of(way);
+    if (distance == 0) return "the solution " + approach_.ways()[*chosen].text + " changes too fast";
+    return begin_at(way, std::min(way.t + distance, simulation_.plan.to), piece.t().back());
+  }
+
+  /// The way whose polynomial is that of the solution up to here.
+  std::optional<std::size_t> smooth(std::string& why) const {
+    constexpr double clearly = 0.1;
+    std::vector<double> miss;
+    const double meeting = approach_.meeting();
+    for (const dae::WayExpansion& way : approach_.expansions()) {
+      const double back = std::min(approach_.distance_of(way), approach_.distance_of(approach_.arrived()));
+      const auto expected = way.at(meeting - back), values = approach_.arrived().at(meeting - back);
+      double worst = back > 0 ? 0 : INFINITY;
+      for (const auto& [leaf, derivatives] : way.derivatives)
+        worst = std::max(worst, std::fabs(values.at(leaf) - expected.at(leaf)) / approach_.size_of(leaf));
+      miss.push_back(worst);
+    }
+    return clear_least(miss, clearly, "which of them goes on smoothly is not clear", why);
+  }
+
+  /// The way with the derivatives that were asked for.
+  std::optional<std::size_t> asked_for(std::string& why) const {
+    constexpr double clearly = 0.5;
+    const auto& ways = approach_.ways();
+    std::vector<double> miss(ways.size(), 0);
+    for (const auto& [leaf, value] : simulation_.branch->derivatives) {
+      const Expr own = dae::resolve(*model_, leaf);
+      std::vector<double> here;
+      double size = std::fabs(value);
+      for (const dae::WayOn& way : ways) {
+        for (Expr inside : leaves({&own, 1}))
+          if (symbol_of(inside).kind != Kind::constant && !way.values.count(inside)) {
+            why = to_text(leaf) + " does not tell them apart";
+            return {};
+          }
+        here.push_back(evaluate({&own, 1}, way.values)[0]);
+        size = std::max(size, std::fabs(here.back()));
+      }
+      for (std::size_t k = 0; k < ways.size() && size > 0; ++k) miss[k] += std::fabs(here[k] - value) / size;
+    }
+    const auto best = clear_least(miss, clearly, "none of them is clearly the one that was asked for", why);
+    if (best && ways.size() == 1 && miss[0] > clearly) {
+      why = "the one that was asked for does not exist here";
+      return {};
+    }
+    return best;
+  }
+
+  static std::optional<std::size_t> clear_least(const std::vector<double>& miss, double clearly,
+                                                const char* not_clear, std::string& why) {
+    const auto best = std::min_element(miss.begin(), miss.end());
+    for (auto other = miss.begin(); other != miss.end(); ++other)
+      if (other != best && !(*best < clearly * *other)) {
+        why = not_clear;
+        return {};
+      }
+    return static_cast<std::size_t>(best - miss.begin());
+  }
+
+  /// Prepares the next piece from a time on the way; what lies before it is polynomials.
+  std::string begin_at(const dae::WayExpansion& way, double to, double reached) {
+    dae::StartRequest request;
+    request.t = to;
+    auto there = way.at(to);
+    constexpr double rounding = 1e-14;
+    for (auto& [leaf, value] : there)
+      if (std::fabs(value) < rounding * approach_.size_of(leaf)) value = 0;
+    for (Expr leaf : model_->states()) request.fix.emplace_back(leaf, there.at(leaf));
+    for (const auto& list : {model_->top_derivatives(), model_->algebraic()})
+      for (Expr leaf : list)
+        if (const auto value = there.find(leaf); value != there.end())
+          request.guess.emplace_back(leaf, value->second);
+    request.parameters = simulation_.parameters;
+    request.inputs = simulation_.inputs;
+    request.nearest = true;
+    try {
+      part_.start = dae::init(model_, request);
+    } catch (const UserFacing& e) {
+      return text("no start on the way on: ", e.what());
+    }
+    for (const auto& [step, end] : approach_.steps())
+      if (end > reached) add_polynomial(step, std::max(step.t, reached), end);
+    add_polynomial(way, std::max(way.t, reached), to);
+    part_.plan.from = to;
+    return "";
+  }
+
+  void add_polynomial(const dae::WayExpansion& way, double from, double to) {
+    constexpr Eigen::Index count = 9;  // Chebyshev points: more than the polynomial has terms
+    const auto leaves = leaves_of(*problem_);
+    const auto values = [&](double t) {
+      const auto at = way.at(t);
+      Vec list(static_cast<Eigen::Index>(leaves.size()));
+      for (std::size_t j = 0; j < leaves.size(); ++j) list[static_cast<Eigen::Index>(j)] = at.at(leaves[j]);
+      return list;
+    };
+    const Eigen::Index n = problem_->n();
+    const auto point = [&](double t) {
+      const Vec all = values(t);
+      return Point{t, all.head(n), all.segment(n, n), all.tail(all.size() - 2 * n)};
+    };
+    Piece piece{from, to, Mat(static_cast<Eigen::Index>(leaves.size()), count)};
+    for (Eigen::Index k = 0; k < count; ++k) {
+      const double angle = (2.0 * static_cast<double>(k) + 1) * std::numbers::pi / (2.0 * count);
+      piece.values.col(k) = values(from + (to - from) * (1 - std::cos(angle)) / 2);
+    }
+    const auto solution = std::make_shared<Solution>(problem_);
+    solution->save(point(from));
+    solution->save(point(to));
+    solution->set_continuation(continuation_of({piece}, problem_->n(), problem_->m()));
+    solution->finish({Ending::finished, "", 0}, {}, 0);
+    whole_.add({model_, solution, from}, 0);
+  }
+
+  dae::ModelPtr model_;
+  const Simulation& simulation_;
+  Simulation part_;
+  ProblemPtr problem_;
+  SolutionInParts whole_;
+  Approach approach_;
+};
+
+/// x′ = f(t, x): where f has no value, no solution goes on.
+bool is_explicit(const dae::Model& model) {
+  if (!model.algebraic().empty()) return false;
+  const std::vector<Expr> top = model.top_derivatives();
+  const std::vector<Entry> slopes = sparse_jacobian(model.residuals, top);
+  return std::none_of(slopes.begin(), slopes.end(), [](const Entry& e) { return varies(e.value); });
+}
+
+/// Some x′ is so much larger than the change of its x so far that no solution goes on: x = √(1 - 2 t) at 1/2.
+bool is_pole(const Solution& solution, const Point& end) {
+  constexpr double beyond = 1e5;
+  const Point start = solution.point(0);
+  for (Eigen::Index i = 0; i < end.xdot.size(); ++i) {
+    const double size = std::max(std::fabs(start.x[i]), std::fabs(end.x[i]));
+    if (std::fabs(end.xdot[i]) * (end.t - start.t) > beyond * size) return true;
+  }
+  return false;
+}
+
+}  // namespace
+
+std::string ways_on_text(const dae::ModelPtr& model, const Simulation& simulation, const Solution& solution,
+                         const Point& point) {
+  if (is_explicit(*model) || is_pole(solution, point)) return "";
+  Approach approach(*model, solution.problem(), simulation);
+  std::vector<dae::WayOn> ways;
+  try {
+    if (approach.follow(solution, point.t, 4).empty()) ways = approach.ways();
+  } catch (const UserFacing&) {  // nothing is known about a point beside it
+  }
+  if (ways.size() < 2) ways = dae::ways_on(*model, values_at(solution.problem(), *simulation.start, point));
+  if (ways.size() < 2) return "";
+  std::vector<std::string> words;
+  for (const dae::WayOn& way : ways) words.push_back(way.text);
+  return text("; solutions go on there with ", join(words, " or "), " (branch = … follows one)");
+}
+
+TrajectoryPtr simulate_branches(const dae::ModelPtr& model, const Simulation& simulation) {
+  if (simulation.plan.dt)
+    throw Error("branch = … needs steps chosen by the error: leave dt out and give rtol = 1e-8");
+  if (!simulation.sensitivities.empty())
+    throw Error("sensitivities do not follow a solution through branch = …; leave one of them out");
+  return BranchRun(model, simulation).run();
+}
+
+}  // namespace pendula::integrate

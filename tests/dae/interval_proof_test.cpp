@@ -1,0 +1,51 @@
+#include "dae/points/interval_proof.hpp"
+
+#include <doctest/doctest.h>
+
+#include "expr/graph/graph.hpp"
+
+using namespace pendula;
+
+namespace {
+
+Expr x() { return symbol(Kind::variable, "x"); }
+Expr y() { return symbol(Kind::variable, "y"); }
+Expr z() { return symbol(Kind::variable, "z"); }
+
+bool impossible(std::vector<Expr> rows) { return dae::has_no_solution(rows, {{x(), 3.0}}); }
+
+}  // namespace
+
+TEST_CASE("equations without solution at x = 3 are proved to have none") {
+  CHECK(impossible({x() * x() + y() * y() - 1}));
+  CHECK(impossible({pow(x(), 2) + pow(y(), 4) - 8.9}));
+  CHECK(impossible({exp(y()) + x()}));
+  CHECK(impossible({exp(y() / 3)}));  // never 0
+  CHECK(impossible({sin(y()) + x()}));
+  CHECK(impossible({sqrt(y()) + x()}));
+  CHECK(impossible({log(y() * y() + 1) + x()}));
+  CHECK(impossible({pow(y(), 4) - 3 * y() + x()}));
+  CHECK(impossible({pow(y(), 2) - 2 * y() + x()}));
+  CHECK(impossible({x() * y(), y() - 1}));
+  CHECK(impossible({x() / y()}));
+  CHECK(impossible({abs(y()) - 2, y() * z() - 1, z() - x()}));
+  CHECK(impossible({max(y(), x()) - 2}));
+  // y = ±1 leaves z = ±1 and its sign: both halves are looked at
+  CHECK(impossible({y() * y() - 1, z() - y(), y() * z() + 1}));
+}
+
+TEST_CASE("nothing is proved where there is a solution, at bounds and double roots either") {
+  CHECK_FALSE(impossible({x() * x() + y() * y() - 9}));        // y = 0
+  CHECK_FALSE(impossible({pow(y(), 2) - 2 * y() + x() - 2}));  // y = 1, twice
+  CHECK_FALSE(impossible({exp(y()) - x()}));
+  CHECK_FALSE(impossible({sin(y()) - 1}));
+  CHECK_FALSE(impossible({cos(y()) + 1, y() - 3.141592653589793}));
+  CHECK_FALSE(impossible({sqrt(y()), y()}));
+  CHECK_FALSE(impossible({x() * y(), y() * z()}));
+  CHECK_FALSE(impossible({y() / x() - 1 / x(), y() - 1}));
+  CHECK_FALSE(impossible({atan2(y(), x())}));
+  CHECK_FALSE(impossible({abs(y()) - 2, y() + 2}));
+  CHECK_FALSE(impossible({min(y(), x()) - 2, y() - 2}));
+  CHECK_FALSE(impossible({pow(y(), -1) - 1e300, y() - 1e-300}));
+  CHECK_FALSE(impossible({Expr(0.1) * x() + Expr(0.2) * x() - Expr(0.3) * x()}));
+}

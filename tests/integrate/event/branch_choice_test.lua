@@ -1,0 +1,79 @@
+-- Where branches of solutions meet, `branch =` says which one a run follows. Solutions in closed form.
+local x, z, v = vars "x z v"
+local methods = { "auto", "dopri5", "tsit5", "verner76", "radau", "bdf", "rodas", "gauss" }
+
+-- Exact before, at and behind the points where branches meet, for every method.
+local function follows(sys, start, to, branch, exact, unit)
+  for _, method in ipairs(methods) do
+    for _, rtol in ipairs { 1e-4, 1e-8 } do
+      local sol = sys:integrate { start = start, to = to, rtol = rtol, method = method, branch = branch }
+      expect(method .. " " .. sol.status):equals(method .. " finished")
+      for k = 1, 20 do expect(sol(z, k*to/20) / unit):near(exact(k*to/20), 30*rtol) end
+    end
+  end
+end
+
+test("crossing branches, in three units", function()
+  for _, u in ipairs { 1e-6, 1, 1e6 } do
+    local sys = dae { der(x) ~ u, 0 ~ z^2 - x^2 }
+    local start = { x = -u, z = -u }
+    follows(sys, start, 2, "smooth", function(t) return t - 1 end, u)
+    follows(sys, start, 2, { [z.dot] = u }, function(t) return t - 1 end, u)
+    follows(sys, start, 2, { [z.dot] = -u }, function(t) return t < 1 and t - 1 or 1 - t end, u)
+    expect(sys:integrate { start = start, to = 2 }.status):matches(
+      "z = 0 there, and %(2%) no longer determines z.*solutions go on there with z′ = %-[^ ]+ or z′ = [^ ]+ %(branch = ")
+  end
+end)
+
+test("branches that cross again and again; times that are asked for lie on them, too", function()
+  local sys = dae { der(x) ~ 1, 0 ~ z^2 - sin(x)^2 }
+  local start, times = { x = -1, z = -math.sin(1) }, { 0.5, 1, 1.0001, 4, 11 }
+  local smooth = sys:integrate { start = start, times = times, rtol = 1e-6, branch = "smooth" }
+  local above = sys:integrate { start = start, times = times, rtol = 1e-6, branch = { [z.dot] = 1 } }
+  expect(smooth.status .. ", " .. above.status):equals "finished, finished"
+  for k, time in ipairs(times) do
+    expect(smooth(z)[k]):near(math.sin(time - 1), 1e-4)
+    -- z′ = cos at the zero is +1 or -1; +1 is the branch that rises
+    expect(above(z)[k]):near(time < 1 and math.sin(time - 1) or math.abs(math.sin(time - 1)), 1e-4)
+  end
+end)
+
+test("branches that touch differ in the second derivative", function()
+  local sys = dae { der(x) ~ 1, 0 ~ z*(z - x^2) }
+  local start = { x = -1, z = 1 }
+  expect(sys:integrate { start = start, to = 2 }.status):matches "go on there with z″ = 0 or z″ = 2 "
+  expect(sys:integrate { start = start, to = 2, branch = "smooth" }(z, 1.7)):near(0.49, 1e-5)
+  expect(sys:integrate { start = start, to = 2, branch = { [der(z, 2)] = 0 } }(z, 1.7)):near(0, 1e-5)
+end)
+
+test("a fold that the solution touches: from z = -√x to z = √x, or to rest", function()
+  local sys = dae { der(x) ~ z, 0 ~ z^2 - x }
+  for _, method in ipairs { "auto", "dopri5", "radau" } do
+    for _, branch in ipairs { "smooth", { [z.dot] = 0.5 } } do
+      local sol = sys:integrate { start = { x = 1, z = -1 }, to = 5, method = method, branch = branch }
+      expect(sol.status):equals "finished"
+      expect(sol(x, 5)):near(2.25, 1e-4)
+    end
+  end
+  expect(sys:integrate { start = { x = 1, z = -1 }, to = 5, branch = { [z.dot] = 0 } }(x, 5)):near(0, 1e-5)
+  local circle = dae { der(x) ~ z, 0 ~ z^2 + x^2 - 1 }      -- x = sin t, at rest at x = 1, or back
+  local swing = circle:integrate { start = { x = 0, z = 1 }, to = 5, branch = "smooth" }
+  expect(swing(x, 5)):near(math.sin(5), 1e-4)
+end)
+
+test("what cannot be followed is said", function()
+  local sys = dae { der(x) ~ 1, 0 ~ z^2 - x^2 }
+  local function run(options)
+    options.start, options.to = { x = -1, z = -1 }, 2
+    return sys:integrate(options)
+  end
+  expect(run { branch = { z = 1 } }.status):matches "branch: none of them is clearly the one that was asked for"
+  expect(run { branch = { [x.dot] = 1 } }.status):matches "branch: none of them is clearly"
+  expect(function() run { branch = "left" } end):fails 'branch = "smooth"'
+  expect(function() run { branch = {} } end):fails "branch is empty"
+  expect(function() run { branch = { q = 1 } } end):fails "unknown symbol 'q'"
+  expect(function() run { branch = "smooth", dt = 0.1, method = rk.rk4 } end):fails "leave dt out"
+  local pole = dae { der(x) ~ 1, z*v ~ 1, v ~ x }           -- z = 1/x: no branch leads across
+  local sol = pole:integrate { start = { x = -1, v = -1, z = -1 }, to = 2, branch = "smooth" }
+  expect(sol.status):matches "stopped at t = "
+end)
