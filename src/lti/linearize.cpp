@@ -29,7 +29,7 @@ Expr snapped(double v, double scale) {
 /// All leaves of the model at the start.
 class Point {
  public:
-  Point(const dae::Model& model, const dae::ConsistentState& at) : model_(model) {
+  Point(const dae::Model& model, const dae::ConsistentState& at) {
     double scale = 1;
     for (const auto& [leaf, v] : at.values) scale = std::max(scale, std::fabs(v));
     for (const auto& [leaf, v] : at.values) values_[leaf] = snapped(v, scale);
@@ -69,7 +69,6 @@ class Point {
     if (!std::isfinite(v)) throw Failure("a derivative of the model is not finite at this point");
     return Expr(v);
   }
-  const dae::Model& model_;
   Substitution values_;
   double motion_ = 0;
 };

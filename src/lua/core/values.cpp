@@ -189,12 +189,12 @@ lua_Integer list_size(lua_State* L, int list, const std::string& what) {
     ++count;
     largest = std::max(largest, lua_tointeger(L, -1));
   }
-  for (lua_Integer i = 1; count < largest; ++i) {
+  if (count == largest) return count;
+  for (lua_Integer i = 1;; ++i) {  // one of the keys 1 … largest is missing
     const bool missing = lua_rawgeti(L, list, i) == LUA_TNIL;
     lua_pop(L, 1);
     if (missing) throw Error(text(entry_of(i, what), " is nil"));
   }
-  return count;
 }
 
 bool is_expression(lua_State* L, int index) {
