@@ -3,13 +3,7 @@ import os
 import sys
 import time
 
-from terminal import Suite, check
-
-
-def started(terminal, **options):
-    window = terminal(**options)
-    window.wait_prompt("Pendula")
-    return window
+from terminal import Suite, check, started
 
 
 def test_a_session_that_was_cut_off_comes_back(terminal, home):

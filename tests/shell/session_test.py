@@ -4,7 +4,7 @@ import re
 import subprocess
 import sys
 
-from terminal import PROGRAM, Suite, check, check_in, quoted
+from terminal import PROGRAM, Suite, check, check_in, quoted, started
 
 
 HAS_READLINE = b"readline" in subprocess.run([PROGRAM, "--version"], stdout=subprocess.PIPE).stdout
@@ -14,12 +14,6 @@ def edits_lines(test):
     """Marks a test that a program built without readline cannot pass."""
     test.needs_readline = True
     return test
-
-
-def started(terminal, **options):
-    window = terminal(**options)
-    window.wait_prompt("Pendula")
-    return window
 
 
 def test_values_are_echoed(terminal, home):

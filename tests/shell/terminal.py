@@ -82,6 +82,13 @@ class Terminal:
         subprocess.run(["tmux", "-L", self.socket, "kill-server"], capture_output=True, timeout=60)
 
 
+def started(terminal, **options):
+    """A session at its first prompt."""
+    window = terminal(**options)
+    window.wait_prompt("Pendula")
+    return window
+
+
 def quoted(word):
     return "'" + word.replace("'", "'\\''") + "'"
 

@@ -1,7 +1,9 @@
 // Roots of event functions along a solution, and what happens there (docs/derivations.md#events).
 #pragma once
 
+#include <cmath>
 #include <functional>
+#include <limits>
 #include <optional>
 #include <string>
 #include <vector>
@@ -91,9 +93,7 @@ class EventFinder {
   /// Every g at the last point looked at.
   const std::vector<double>& values() const { return last_.g; }
   /// After start(): the event function is 0 there, to rounding.
-  bool is_on_border(std::size_t which) const {
-    return std::fabs(last_.g[which]) <= std::numeric_limits<double>::min();
-  }
+  bool is_on_border(std::size_t which) const { return std::fabs(last_.g[which]) <= tiny; }
   /// dg/dt at a point, 0 if it is not known: where g contains x′ or z, x″ or z′ would appear in it.
   double slope(int which, const Point& point);
   /// dg/dt between two points of a solution that are close to each other; where it is known, at the second.
@@ -110,6 +110,8 @@ class EventFinder {
     std::vector<double> g, slope, rate;  ///< rate: radians per time of the sines in g
     bool exact = true;                   ///< not by a sketch
   };
+  static constexpr double tiny = std::numeric_limits<double>::min();  ///< a sign without a size
+  static bool opposite(double a, double b) { return (a < 0 && b > 0) || (a > 0 && b < 0); }
   void evaluate(const Point& point, Sample& out);
   void sample(Stepper& stepper, const StepView& step, double t, Detail detail, Sample& out);
   void look(Stepper& stepper, const StepView& step, double t, Sample& out);

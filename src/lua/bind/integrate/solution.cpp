@@ -268,26 +268,24 @@ int events(Call& call) {
   return 1;
 }
 
+/// Appends { t =, [name] = text } to the list on top of the stack.
+void append_switch(lua_State* L, double t, const char* name, const std::string& text) {
+  lua_createtable(L, 0, 2);
+  lua_pushnumber(L, t);
+  lua_setfield(L, -2, "t");
+  lua_pushlstring(L, text.data(), text.size());
+  lua_setfield(L, -2, name);
+  lua_rawseti(L, -2, static_cast<lua_Integer>(lua_rawlen(L, -2)) + 1);
+}
+
 /// A list of { t =, states = } or { t =, regime = }.
 int switches(Call& call) {
+  const integrate::Solution& solution = trajectory_of(call).solution();
   lua_newtable(call.L);
-  int i = 0;
-  for (const integrate::StatesInUse& use : trajectory_of(call).solution().states_in_use()) {
-    lua_createtable(call.L, 0, 2);
-    lua_pushnumber(call.L, use.t);
-    lua_setfield(call.L, -2, "t");
-    lua_pushlstring(call.L, use.states.data(), use.states.size());
-    lua_setfield(call.L, -2, "states");
-    lua_rawseti(call.L, -2, ++i);
-  }
-  for (const integrate::RegimeInUse& use : trajectory_of(call).solution().regimes_in_use()) {
-    lua_createtable(call.L, 0, 2);
-    lua_pushnumber(call.L, use.t);
-    lua_setfield(call.L, -2, "t");
-    lua_pushlstring(call.L, use.regime.data(), use.regime.size());
-    lua_setfield(call.L, -2, "regime");
-    lua_rawseti(call.L, -2, ++i);
-  }
+  for (const integrate::StatesInUse& use : solution.states_in_use())
+    append_switch(call.L, use.t, "states", use.states);
+  for (const integrate::RegimeInUse& use : solution.regimes_in_use())
+    append_switch(call.L, use.t, "regime", use.regime);
   return 1;
 }
 

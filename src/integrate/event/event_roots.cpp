@@ -1,0 +1,159 @@
+// The first root between two samples of the event functions (docs/derivations.md#events).
+#include <algorithm>
+#include <cmath>
+
+#include "base/epsilon.hpp"
+#include "integrate/event/events.hpp"
+
+namespace pendula::integrate {
+
+/// Illinois-safeguarded secant between points of opposite sign; the end where the sign has changed. What is smaller
+/// than the blur is still on the side of ga.
+EventFinder::Root EventFinder::locate(Stepper& stepper, const StepView& step, int which, double a, double ga,
+                                      double b, double gb, double blur) {
+  int side = 0;
+  const double smallest = 2 * eps * std::max(std::fabs(a), std::fabs(b));
+  const auto root = [&](double t) {
+    return Root{std::max(a, t - smallest), t, false};
+  };  // exact zeros: a is far
+  for (int k = 0; k < 200; ++k) {
+    if (b - a <= smallest || gb == 0) break;
+    double t = k % 4 == 3 ? (a + b) / 2 : b - gb * (b - a) / (gb - ga);
+    t = std::clamp(t, a + smallest / 2, b - smallest / 2);
+    const double g = value(stepper, step, which, t);
+    if (g == 0 && blur == 0) return root(t);
+    if (opposite(g, gb) || std::fabs(g) <= blur) {
+      a = t;
+      ga = opposite(g, gb) ? g : std::copysign(tiny, -gb);
+      if (side == -1) gb /= 2;
+      side = -1;
+    } else {
+      b = t;
+      gb = g;
+      if (side == 1) ga /= 2;
+      side = 1;
+    }
+  }
+  return root(b);
+}
+
+/// Where g touches or crosses zero between two samples of one sign, by the sign of its slope. Nowhere, where even
+/// the tangents at both sides of a small part meet well above zero: a curve that bends upwards lies above them. One
+/// that bends both ways between the sides, as a sine does, need not: its chord is steeper than a tangent.
+std::optional<double> EventFinder::dip(Stepper& stepper, const StepView& step, int which, const Sample& a,
+                                       const Sample& b) {
+  constexpr double well = 0.5;   // of the smaller value
+  constexpr int small_part = 6;  // halvings: over a long step a curve may bend as it likes
+  const auto i = static_cast<std::size_t>(which);
+  const double sign = b.g[i] > 0 ? 1 : -1;
+  struct Side {
+    double t, g, slope;
+  };
+  Side low{a.t, sign * a.g[i], sign * a.slope[i]}, high{b.t, sign * b.g[i], sign * b.slope[i]};
+  for (int k = 0; k < 40 && high.t - low.t > 4 * eps * std::max(std::fabs(low.t), std::fabs(high.t)); ++k) {
+    const double chord = (high.g - low.g) / (high.t - low.t);
+    const bool bends_up = low.slope <= chord && chord <= high.slope;
+    const double to_meeting = (high.g - low.g - high.slope * (high.t - low.t)) / (low.slope - high.slope);
+    const bool small = k >= small_part;
+    if (small && bends_up && low.g + low.slope * to_meeting > well * std::min(low.g, high.g)) return {};
+    const double t = (low.t + high.t) / 2;
+    const double g = sign * value(stepper, step, which, t);
+    if (g < 0) return t;
+    if (measured_[i]) measure_slopes(stepper, step, t, probe_);
+    const Side middle{t, g, sign * probe_.slope[i]};
+    (middle.slope < 0 ? low : high) = middle;
+  }
+  return {};
+}
+
+std::optional<EventFinder::Root> EventFinder::root_between(Stepper& stepper, const StepView& step, int which,
+                                                           const Sample& a, const Sample& b) {
+  const auto i = static_cast<std::size_t>(which);
+  double left = a.t, ga = a.g[i], right = b.t, gb = b.g[i];
+  bool rising = ga < 0;
+  if (stays_on_border(i, a, b)) return {};
+  if (ends_at_zero(i, a, b)) return wanted(i, rising) ? std::optional(Root{b.t, b.t, rising}) : std::nullopt;
+  if (gb == 0 && right >= step.to.t)
+    return ga != 0 && wanted(i, rising) ? std::optional(Root{b.t, b.t, rising}) : std::nullopt;
+  if (!opposite(ga, gb)) {
+    const bool toward = a.slope[i] * gb < 0 && b.slope[i] * gb > 0 && ga != 0;
+    const auto bottom = toward ? dip(stepper, step, which, a, b) : std::nullopt;
+    if (!bottom) return {};
+    const double below = value(stepper, step, which, *bottom);
+    if (wanted(i, rising)) {
+      right = *bottom;
+      gb = below;
+    } else {  // the way back is asked for
+      left = *bottom;
+      ga = below;
+      rising = !rising;
+    }
+  } else if (!wanted(i, rising)) {
+    return {};
+  }
+  // `a` may be a root itself: step back towards it until its sign just after is seen. What is smaller than the
+  // rounding of g there belongs to that root: a ball on a moving table would be thrown back while it still rises.
+  const double blur = std::fabs(ga) <= tiny && turns_back(i) ? blur_[i] : 0;
+  double t = left;
+  for (int k = 0; std::fabs(ga) <= tiny; ++k) {
+    // no sign of it: g turns at once; that is another root where the step began at one, else noise
+    if (k == 48) return beginnings_[i].resumed ? std::optional(Root{left, right, rising}) : std::nullopt;
+    t = left + (right - left) / 2;
+    const double g = value(stepper, step, which, t);
+    if (opposite(g, gb) || (blur > 0 && std::fabs(g) <= blur)) {
+      left = t;
+      ga = opposite(g, gb) ? g : std::copysign(2 * tiny, -gb);
+    } else {
+      right = t;
+      gb = g;
+    }
+  }
+  Root root = locate(stepper, step, which, left, ga, right, gb, blur);
+  root.rising = rising;
+  return root;
+}
+
+/// The first of them. A condition that has another sign there than at `a` has a root before it.
+const std::optional<EventFinder::Root>& EventFinder::first_root(Stepper& stepper, const StepView& step,
+                                                                const Sample& a, Roots& roots) {
+  const auto earlier = [](const auto& p, const auto& q) { return p && (!q || p->t < q->t); };
+  for (std::size_t tries = 0;; ++tries) {
+    const auto& first = *std::min_element(roots.begin(), roots.end(), earlier);
+    if (!first || tries == roots.size()) return first;
+    Sample there;
+    sample(stepper, step, first->t, Detail::state, there);
+    bool again = false;
+    for (std::size_t i = 0; i < roots.size(); ++i) {
+      const bool is_first = roots[i] && roots[i]->t <= first->t;
+      if (is_first || !opposite(a.g[i], there.g[i]) || is_zero(i, there)) continue;
+      const auto root = root_between(stepper, step, static_cast<int>(i), a, there);
+      if (!earlier(root, first)) continue;
+      roots[i] = root;
+      again = true;
+    }
+    if (!again) return first;
+  }
+}
+
+/// The first root between two samples, with all others that cannot be told apart from it.
+std::optional<EventFinder::Hit> EventFinder::first_hit(Stepper& stepper, const StepView& step,
+                                                       const Sample& a, const Sample& b) {
+  Roots roots(events_->size());
+  for (std::size_t i = 0; i < events_->size(); ++i)
+    if (std::isfinite(a.g[i]) && std::isfinite(b.g[i]))
+      roots[i] = root_between(stepper, step, static_cast<int>(i), a, b);
+  const std::optional<Root>& first = first_root(stepper, step, a, roots);
+  if (!first) return {};
+  Hit hit{first->t, first->before, {}};
+  sample(stepper, step, hit.t, Detail::state, probe_);
+  const double close = 8 * eps * std::max(std::fabs(step.from.t), std::fabs(step.to.t));
+  for (std::size_t i = 0; i < events_->size(); ++i) {
+    const bool rising = roots[i] ? roots[i]->rising : a.g[i] < 0;
+    const bool same = roots[i] && roots[i]->t - hit.t <= close;
+    const bool soon = is_zero(i, probe_) && std::fabs(a.g[i]) > tiny && probe_.slope[i] * a.g[i] < 0;
+    if (same || (soon && wanted(i, rising))) hit.list.push_back({static_cast<int>(i), rising, probe_.g[i]});
+  }
+  return hit;
+}
+
+}  // namespace pendula::integrate
