@@ -40,6 +40,9 @@ dae::LeafValues read_leaf_values(lua_State* L, int index, const std::string& wha
 /// The options fix, guess, inputs, params, from.
 dae::StartRequest read_start_request(lua_State* L, const Options& options, const dae::Model& model);
 
+/// What parts of the model say about its start holds where the request says nothing about the same leaf.
+void add_declared(dae::StartRequest& request, const dae::Model& model);
+
 /// The parameters whose values at the start are not those of the start's model: they were given to init.
 dae::ParameterValues parameter_overrides(const dae::ConsistentState& at);
 
