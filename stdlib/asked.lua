@@ -29,8 +29,7 @@ remembered = {}
 for name in ([[fit arx iv4 fir armax oe bj pem n4sid compare order_scan lsq spa etfe welch coherence
   impulse_estimate cra rarx rarmax process_model tfest periodogram newton gauss_newton converge sweep]])
     :gmatch "%S+" do
-  remembered[name] = remembering(name, named(name))
-  install(name, remembered[name])
+  remembered[name] = install(name, remembering(name, named(name)))
 end
 for i = 1, #documented do
   local row = documented[i]

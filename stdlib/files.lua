@@ -210,7 +210,7 @@ local function load_sweep(file)
   return sweep(sys, options)
 end
 
-doc { name = "load", module = "files", sig = "load(file) -> value",
+doc { name = "load", module = "files", sig = "load(file) -> value or load(chunk [, name [, mode [, environment]]]) -> function",
   text = [[The value in a file that save wrote ("model.lua"). The file is read as data: it can name symbols,
     functions and models of the vocabulary and nothing else, so a file from somebody else can be opened
     without looking into it; also the sweep in a store ("runs.db"); load "run.mat" gives the

@@ -11,6 +11,7 @@
 -- sig, text, title: a line end counts as one blank, with the blanks around it. Of several lines of an example
 -- or a result the indentation that they have in common is no part of it.
 --
+-- A call with more arguments than any form of sig shows is an error; … in sig stands for any number.
 -- options = { option("runs", "integer", "how many", "1000"), … }: as in the rows of C++ (OptionRow). With
 -- options_at = 2 the second argument is checked by them (check_options) before the function gets it, and is
 -- {} where it is missing; a function that has its options in several places calls check_options itself.
@@ -82,10 +83,8 @@ function doc(entry)
     source = entry, value = entry[1] }, documentation)
   documented[#documented + 1] = row
   if entry.load then return install_lazy(name, entry.load) end
-  local value = checked(entry, row)
-  row.value = value
-  install(name, value)
-  return value
+  row.value = install(name, checked(entry, row), sig)
+  return row.value
 end
 
 -- "1 pole", "2 poles".

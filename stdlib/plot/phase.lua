@@ -4,44 +4,30 @@ local arguments, curves, options = plotting.arguments, plotting.series, plotting
 
 -- ── the right sides ────────────────────────────────────────────────────────────────────────────────────────
 
--- der(x) = f of every state, as expressions in the states and parameters, from the equations x′ = f.
-local function right_sides(model)
-  local list = {}
+-- x′ and y′ as Lua functions of numbers.
+local function velocity(model, x, y, at)
   if model.kind ~= "ODE" then
     fail(('phase: the model is of kind "%s"; a phase portrait needs x′ = f(x), as sys:reduce "ode" or '
       .. '"minimal" makes such a model'):format(model.kind))
   end
-  for _, equation in ipairs(model:semi_explicit().equations) do
-    local left, right = equation.lhs, equation.rhs
-    if object_type(left) == "matrix" then
-      for i = 1, #left do list[#list + 1] = { left[i], right[i] } end
-    else
-      list[#list + 1] = { left, right }
-    end
-  end
-  return list
-end
-
--- x′ and y′ as Lua functions of numbers.
-local function velocity(model, x, y, at)
   local values = {}
   for i = 1, #model.parameters do
     local p = model.parameters[i]
     values[p] = at(p)
   end
-  local pairs_of, inner, found = right_sides(model), { x, y }, {}
-  for _, pair in ipairs(pairs_of) do
-    if pair[1] == y then inner[2] = pair[2] end  -- θ′ has become the state ω
-  end
-  for _, pair in ipairs(pairs_of) do
-    for k, state in ipairs(inner) do
-      if pair[1] == der(state) then found[k] = subs(pair[2], values) end
+  local ode = include "algebra/model_parts".semi_explicit(model)
+  local function right_side(derivative)
+    for i, state in ipairs(ode.x) do
+      if der(state) == derivative then return ode.f[i] end
     end
   end
-  for k, state in ipairs { x, y } do
-    if not found[k] then fail(("phase: %s is not a state of the model"):format(tostring(state))) end
+  local inner, found = { x, right_side(y) or y }, {}  -- θ′ has become the state ω
+  for k, state in ipairs(inner) do
+    local f = right_side(der(state))
+    if not f then fail(("phase: %s is not a state of the model"):format(tostring(k == 1 and x or y))) end
+    found[k] = fn(inner, subs(f, values))
   end
-  return fn(inner, found[1]), fn(inner, found[2])
+  return found[1], found[2]
 end
 
 -- ── pieces of the picture ──────────────────────────────────────────────────────────────────────────────────

@@ -1,5 +1,6 @@
--- Every function is called as its example calls it, with an option that it does not know and with each of its
--- options as a value of a wrong type. Runs in the environment of the stdlib; returns the complaints.
+-- Every function is called as its example calls it, with more arguments than its signature shows, with an
+-- option that it does not know and with each of its options as a value of a wrong type. Runs in the environment
+-- of the stdlib; returns the complaints.
 
 local complaints = {}
 local function complain(entry, text) complaints[#complaints + 1] = entry.name .. ": " .. text end
@@ -55,7 +56,14 @@ local function refuses(original, arguments, place, key, value)
   return tostring(message):find(key, 1, true) ~= nil, tostring(message)
 end
 
-local function probe(entry, original, arguments)
+-- Fifteen more than the example gives: no signature has as many without "…".
+local function refuses_more(entry, original, arguments)
+  local many = table.move(arguments, 1, arguments.n, 1, { n = arguments.n + 15 })
+  for i = arguments.n + 1, many.n do many[i] = "one more" end
+  if pcall(original, table.unpack(many, 1, many.n)) then complain(entry, "ignores further arguments") end
+end
+
+local function probe_options(entry, original, arguments)
   local copy, place = with_options(entry, arguments)
   if not place then return complain(entry, "which argument has the options?") end
   local good, message = refuses(original, copy, place, "no_such_option", 1)
@@ -67,6 +75,11 @@ local function probe(entry, original, arguments)
       if not good then complain(entry, option.name .. ": " .. message) end
     end
   end
+end
+
+local function probe(entry, original, arguments)
+  if not entry.sig:find "…" and entry.name ~= "ipairs" then refuses_more(entry, original, arguments) end
+  if entry.options then probe_options(entry, original, arguments) end
 end
 
 -- Runs the example with the function replaced by one that is called again and again.
@@ -90,7 +103,7 @@ local function check(entry)
   local good, message = pcall(chunk)
   if member then install(entry.name, original) end
   if not good then complain(entry, "the example fails: " .. tostring(message)) end
-  if not called then complain(entry, "its example does not call it") end
+  if not called and entry.options then complain(entry, "its example does not call it") end
 end
 
 -- Their tables have names of the user's own for keys.
@@ -100,10 +113,13 @@ local by_names = { evaluate = true, ["model:with"] = true, ["lti:with"] = true, 
 local checked_elsewhere = { ["shards.make"] = true }
 
 for _, entry in ipairs(entries()) do
-  if entry.is_concept or entry.separator == "#" then
-    -- no function
-  elseif by_names[entry.name] or checked_elsewhere[entry.name] then -- nothing to ask
-  elseif entry.options then check(entry)
-  elseif place_of_options(entry) then complain(entry, "has no rows of options: " .. entry.sig) end
+  local called = not (entry.is_concept or entry.is_value or entry.separator == "#"
+    or entry.member:find "^__" and not entry.options)
+  if called and not (by_names[entry.name] or checked_elsewhere[entry.name]) then
+    if entry.options or type(entry.value) == "function" then check(entry) end
+    if not entry.options and place_of_options(entry) then
+      complain(entry, "has no rows of options: " .. entry.sig)
+    end
+  end
 end
 return table.concat(complaints, "\n")

@@ -36,31 +36,45 @@ int include_file(lua_State* L) {
   return 1;
 }
 
-/// A method written in Lua: what stands before the colon is checked. Upvalues: the function, type and name.
-int method_in_lua(lua_State* L) {
-  const std::string type = lua_tostring(L, lua_upvalueindex(2)), name = lua_tostring(L, lua_upvalueindex(3));
-  if (object_type(L, 1) != type)
-    throw Error(text(name, ": expected a value of type ", type, " before the colon, as in x:", name,
-                     "(…), got ", lua_gettop(L) > 0 ? describe(L, 1) : "nothing"));
+/// A function written in Lua. What stands before the colon of a method and the number of arguments are checked.
+/// Upvalues: the function, its name, its signature, the most arguments it takes (-1: not counted yet).
+int function_in_lua(lua_State* L) {
+  const std::string_view name = lua_tostring(L, lua_upvalueindex(2));
+  const std::size_t colon = name.find(':');
+  if (colon != name.npos && object_type(L, 1) != name.substr(0, colon)) {
+    const std::string_view method = name.substr(colon + 1);
+    throw Error(text(method, ": expected a value of type ", name.substr(0, colon),
+                     " before the colon, as in x:", method, "(…), got ",
+                     lua_gettop(L) > 0 ? describe(L, 1) : "nothing"));
+  }
+  try {
+    refuse_more_arguments(L, name, lua_tostring(L, lua_upvalueindex(3)), lua_upvalueindex(4));
+  } catch (const Error& e) {
+    throw Error(text(shown_name(std::string(name)), ": ", e.what()));
+  }
   lua_pushvalue(L, lua_upvalueindex(1));
   lua_insert(L, 1);
   lua_call(L, lua_gettop(L) - 1, LUA_MULTRET);
   return lua_gettop(L);
 }
 
+/// install(name, value [, signature]) -> value as it is installed
 int install_value(lua_State* L) {
-  const std::string name = luaL_checkstring(L, 1);
+  const std::string_view name = luaL_checkstring(L, 1);
   luaL_checkany(L, 2);
-  lua_settop(L, 2);
-  if (const std::size_t colon = name.find(':'); colon != name.npos && lua_isfunction(L, 2)) {
-    if (name.compare(colon, 3, ":__") != 0) {
-      lua_pushlstring(L, name.data(), colon);
-      lua_pushstring(L, name.c_str() + colon + 1);
-      lua_pushcclosure(L, guarded<method_in_lua>, 3);
-    }
+  lua_settop(L, 3);
+  if (lua_isfunction(L, 2) && name.find(":__") == name.npos) {
+    lua_pushvalue(L, 2);
+    lua_pushvalue(L, 1);
+    lua_pushstring(L, luaL_optstring(L, 3, ""));
+    lua_pushinteger(L, -1);
+    lua_pushcclosure(L, guarded<function_in_lua>, 4);
+    lua_replace(L, 2);
   }
-  install(L, name);
-  return 0;
+  lua_settop(L, 2);
+  lua_pushvalue(L, 2);
+  install(L, std::string(name));
+  return 1;
 }
 
 int install_loader(lua_State* L) {

@@ -21,6 +21,11 @@ int shown_arguments(std::string_view form) {
     if (c == '"') quoted = !quoted;
     if (!quoted && (c == ')' || c == '}') && --depth == 0) break;
     const bool outermost = depth == 1 && !quoted;
+    if (outermost && form.substr(i).starts_with("function(")) {  // its … are not those of the call
+      i = std::min(form.find(" end", i), form.size() - 4) + 3;
+      some = true;
+      continue;
+    }
     if (outermost && form.substr(i).starts_with("…")) return any_number;
     if (outermost && c == ',') ++commas;
     some = some || (depth > 0 && c != ' ' && c != '[' && c != ']');

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "base/interrupt.hpp"
+#include "lua/core/documentation.hpp"
 #include "lua/core/interrupts.hpp"
 #include "lua/core/signature.hpp"
 
@@ -53,25 +54,6 @@ void push_lua_error(lua_State* L, const char* message) {
   lua_getfield(L, -1, "value");
 }
 
-/// Arguments that no form of the function takes: norm(b, 1) must not be taken for norm(b).
-void refuse_more_arguments(lua_State* L, const Row& row) {
-  auto most = static_cast<int>(lua_tointeger(L, lua_upvalueindex(2)));
-  if (most < 0) {  // not counted yet
-    most = most_arguments(row.name, row.signature);
-    lua_pushinteger(L, most);
-    lua_replace(L, lua_upvalueindex(2));
-  }
-  int given = lua_gettop(L);
-  while (given > most && lua_isnil(L, given)) --given;
-  if (given <= most) return;
-  const int object = std::strchr(row.name, ':') ? 1 : 0;
-  // The function itself says best what its table is: integrate(0, 1).
-  if (most - object == 1 && std::strchr(row.signature, '{') && !lua_istable(L, most)) return;
-  throw Error(text("expected ", most == object ? "no" : text(most - object),
-                   most - object == 1 ? " argument" : " arguments", ", got ", given - object,
-                   " (usage: ", row.signature, ")"));
-}
-
 void push_message(lua_State* L, const std::string& name, const std::string& what) {
   const std::string message = user_position(L) + (name.empty() ? "" : name + ": ") + what;
   lua_pushlstring(L, message.data(), message.size());
@@ -103,7 +85,7 @@ int trampoline(lua_State* L) {
   try {
     poll_interrupt();
     luaL_checkstack(L, 40, "too many arguments");
-    refuse_more_arguments(L, row);
+    refuse_more_arguments(L, row.name, row.signature, lua_upvalueindex(2));
     Call call(L, row);
     return row.function(call);
   } catch (const std::exception&) {  // not (...): Lua's own errors pass through
@@ -113,6 +95,25 @@ int trampoline(lua_State* L) {
 }
 
 }  // namespace
+
+void refuse_more_arguments(lua_State* L, std::string_view name, std::string_view signature, int count) {
+  auto most = static_cast<int>(lua_tointeger(L, count));
+  if (most < 0) {  // not counted yet
+    most = most_arguments(name, signature);
+    lua_pushinteger(L, most);
+    lua_replace(L, count);
+  }
+  int given = lua_gettop(L);
+  while (given > most && lua_isnil(L, given)) --given;
+  if (given <= most) return;
+  const int object = name.find(':') == name.npos ? 0 : 1;
+  // The function itself says best what its table is: integrate(0, 1).
+  const bool table = signature.substr(0, signature.find("->")).find('{') != signature.npos;
+  if (most - object == 1 && table && !lua_istable(L, most)) return;
+  throw Error(text("expected ", most == object ? "no" : text(most - object),
+                   most - object == 1 ? " argument" : " arguments", ", got ", given - object,
+                   " (usage: ", prose(signature), ")"));
+}
 
 int guard(lua_State* L, int (*body)(lua_State*)) {
   try {

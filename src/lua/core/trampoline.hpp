@@ -3,12 +3,18 @@
 #pragma once
 
 #include <string>
+#include <string_view>
 
 #include <lua.hpp>
 
 #include "lua/core/call.hpp"
 
 namespace pendula::lua {
+
+/// Throws where the call on the stack has arguments that no form of the function takes: norm(b, 1) must not be
+/// taken for norm(b). `count` is the index of the upvalue that keeps how many there are at most; -1 before the
+/// first call.
+void refuse_more_arguments(lua_State* L, std::string_view name, std::string_view signature, int count);
 
 /// Pushes the function of a row. `row` must live as long as the state (the rows of a Module do).
 void push_row(lua_State* L, const Row& row);

@@ -117,11 +117,15 @@ bool asks_for_equations(Call& call) {
   return x && x->is_symbol() && std::find(in.begin(), in.end(), *x) != in.end();
 }
 
-/// The function of stdlib/algebra.lua, which solves equations in closed form.
+/// stdlib/algebra/solve.lua solves equations in closed form, here in the name of solve.
 int solve_equations(Call& call) {
   lua_State* L = call.L;
   lua_settop(L, 2);
-  push_named(L, "solve_equations");
+  push_stdlib_environment(L);
+  lua_getfield(L, -1, "include");
+  lua_pushliteral(L, "algebra/solve");
+  protected_call(L, 1, 1);
+  lua_getfield(L, -1, "solve_equations");
   lua_pushvalue(L, 1);
   lua_pushvalue(L, 2);
   lua_pushliteral(L, "solve");
