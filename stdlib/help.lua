@@ -113,9 +113,44 @@ end
 
 local function first_sentence(text) return (text:match "^(.-[.!?])%s" or text):gsub("%s+", " ") end
 
+-- Where a line of code is broken: behind a comma of its second half, else at its last blank; nil: nowhere.
+local function place_of_break(line, columns)
+  for _, mark in ipairs { ", ()", " ()" } do
+    local at
+    for stop in line:gmatch(mark) do
+      local before = line:sub(1, stop - 2)
+      if width(before) <= columns and (width(before) > columns/2 or mark == " ()") then at = stop end
+    end
+    if at and line:sub(1, at - 1):find "%S" then return at end
+  end
+end
+
+-- A line of code in lines of at most `columns`; a comment that does not fit beside it stands above.
+local function code_lines(line, columns)
+  local lines, margin = {}, line:match "^ *"
+  local code, comment = line:match "^(.-)%s*%-%-%s(.*)$"
+  if code and width(line) > columns then
+    for _, part in ipairs(wrapped(comment, columns - #margin - 3)) do
+      lines[#lines + 1] = margin .. "-- " .. part
+    end
+    line = code
+  end
+  margin = margin .. "    "
+  while width(line) > columns do
+    local at = place_of_break(line, columns)
+    if not at then break end
+    lines[#lines + 1] = line:sub(1, at - 2)
+    line = margin .. line:sub(at)
+  end
+  if line:find "%S" then lines[#lines + 1] = line end
+  return lines
+end
+
 local function print_example(entry, indent)
   local margin = (" "):rep(indent)
-  for line in typed_example(entry.example):gmatch "[^\n]+" do say(margin .. "> " .. line) end
+  for line in typed_example(entry.example):gmatch "[^\n]+" do
+    for _, part in ipairs(code_lines(line, columns() - indent - 2)) do say(margin .. "> " .. part) end
+  end
   for line in entry.gives:gmatch "[^\n]+" do say(margin .. line) end
 end
 
@@ -260,8 +295,11 @@ local function help_library(name)
   return true
 end
 
-local function help_module(name)
-  local list = all(function(e) return e.module == name and not is_metamethod(e) end)
+-- Members are left out where the page of their type stands above.
+local function help_module(name, below_type)
+  local list = all(function(e)
+    return e.module == name and not is_metamethod(e) and not (below_type and is_member(e))
+  end)
   if #list == 0 then return false end
   say(list[1].title ~= "" and list[1].title or name)
   print_list(list)
@@ -279,6 +317,16 @@ local function names_line(names, module)
     .. (' … and %d more: help "%s"'):format(#names - shown_of_library, module)
 end
 
+-- What the library itself is written with, and programs that drive it; help and apropos explain it.
+local seldom_typed = {}
+for name in ([[undifferentiated operation symbols_in terms share_interval bin smooth_density method_families
+  solution_of_parts store_info random_at parallel_calls read_mat write_mat continuous_errors held_response
+  label_text ipairs]]):gmatch "%S+" do seldom_typed[name] = true end
+
+local function in_overview(entry)
+  return not (is_member(entry) or seldom_typed[entry.name] or entry.owner == "shards")
+end
+
 local function overview()
   say("Lua 5.4 and a vocabulary for dynamic systems.")
   for _, line in ipairs(wrapped('help "name" explains a name or a concept, help "several words" searches, '
@@ -288,13 +336,13 @@ local function overview()
   say()
   local lines, by_module = {}, {}
   for _, entry in ipairs(entries()) do
-    if not is_member(entry) then
-      local line = by_module[entry.module]
-      if not line then
-        line = { entry.title ~= "" and entry.title or entry.module, {}, entry.module }
-        by_module[entry.module] = line
-        lines[#lines + 1] = line
-      end
+    local line = by_module[entry.module]
+    if not line then
+      line = { entry.title ~= "" and entry.title or entry.module, {}, entry.module }
+      by_module[entry.module] = line
+    end
+    if in_overview(entry) then
+      if #line[2] == 0 then lines[#lines + 1] = line end
       table.insert(line[2], entry.name)
     end
   end
@@ -317,7 +365,7 @@ local function help_name(name)
   -- A word may name a function and a type ("expr") or a library and a module ("dae"): show both.
   for _, page in ipairs { help_type, help_library, #found == 0 and help_module or nil } do
     if shown and (page == help_type and #members_of_type(name) > 0) then say() end
-    shown = page(name) or shown
+    shown = page(name, shown) or shown
   end
   if shown then return end
   if name:find "%s" then
@@ -360,6 +408,15 @@ local function say_next(calls)
 end
 
 local most_lines = 5  -- of the value itself, at the head of its page
+
+-- What the prompt shows of a function; nil of one that is not from here.
+function function_text(value)
+  for _, entry in ipairs(entries()) do
+    if not entry.is_concept and rawequal(entry.value, value) then
+      return ('a function: %s  (help "%s")'):format(entry.sig, entry.name)
+    end
+  end
+end
 
 local function help_value(value)
   local type_name = object_type(value)
@@ -427,9 +484,13 @@ doc { name = "examples", module = "help", sig = "examples(name)",
     local uses = "%f[%w_]" .. member:gsub("%W", "%%%0") .. "%f[^%w_]"
     local own = {}
     for _, entry in ipairs(found) do own[entry] = true end
-    local list = all(function(e)
-      return e.example ~= "" and (own[e] or not e.by_specimen and e.example:find(uses) ~= nil)
-    end)
+    -- What an example tests or where it puts its files says nothing of other names.
+    local function shows(e)
+      return not (own[e] or e.by_specimen) and e.example:find(uses)
+        and not (e.example:find "%f[%w]expect%(" or e.example:find "os%.tmpname" or e.example:find ":match")
+    end
+    local list = all(function(e) return own[e] and e.example ~= "" end)
+    for _, entry in ipairs(all(shows)) do list[#list + 1] = entry end
     if #list == 0 then return print("no examples of " .. name) end
     shown_page(function()
       for i, entry in ipairs(list) do

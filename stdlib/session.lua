@@ -46,6 +46,18 @@ doc { name = "who", module = "session", title = "The session", sig = "who()",
     print(layout(lines))
   end }
 
+local type_in_lua = type
+
+doc { name = "type", module = "session", sig = "type(value, …) -> string",
+  text = [[What a value is: "model", "solution", "expr" and so on; of what is not from here what Lua says:
+    "number", "table", "nil" ….]],
+  example = 'x = var "x"  return type(x), type(dae { der(x) ~ 1 }), type(1)', gives = "expr model number",
+  function(...)
+    if select("#", ...) == 0 then fail "type: expected a value" end
+    return object_type((...)) or type_in_lua((...))
+  end }
+type = type_in_lua  -- of the files of the library, which ask for "userdata"
+
 doc { name = "reset", module = "session", sig = "reset()",
   text = "Forgets the variables of the session. The folder and the history stay, and so do properties of "
     .. "symbols (positive, units).",
@@ -71,6 +83,21 @@ doc { name = "cd", module = "session", sig = "cd(folder) -> string",
     return working_folder()
   end }
 
+-- Names in lines that fit the screen.
+local names_in_lines = { __tostring = function(names)
+  local columns = screen_width() == 0 and 100 or screen_width()
+  local lines, line = {}, ""
+  for _, name in ipairs(names) do
+    if line ~= "" and width(line) + 2 + width(name) > columns then
+      lines[#lines + 1] = line
+      line = ""
+    end
+    line = line == "" and name or line .. "  " .. name
+  end
+  lines[#lines + 1] = line
+  return table.concat(lines, "\n")
+end }
+
 doc { name = "ls", module = "session", sig = "ls([folder]) -> list",
   text = "The names in a folder, folders with a slash behind them; names that begin with a dot are left out.",
   example = "return type(ls()[1])",
@@ -78,7 +105,7 @@ doc { name = "ls", module = "session", sig = "ls([folder]) -> list",
     if folder ~= nil and type(folder) ~= "string" then
       fail 'ls: expected the name of a folder, as in ls "models"'
     end
-    return folder_names(folder or ".")
+    return setmetatable(folder_names(folder or "."), names_in_lines)
   end }
 
 -- ── time ───────────────────────────────────────────────────────────────────────────────────────────────────

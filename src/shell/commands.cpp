@@ -28,7 +28,7 @@ bool is_file_name(std::string_view text) {
 
 bool is_session(std::string_view file) { return file.size() > 5 && file.substr(file.size() - 5) == ".pend"; }
 
-std::string list_of(const std::string& folder) { return "print(table.concat(ls(" + folder + "), '  '))"; }
+std::string list_of(const std::string& folder) { return "print(ls(" + folder + "))"; }
 
 /// Shows how long the body takes; its values are the values of the entry.
 std::string timed(const std::string& body) {
@@ -78,7 +78,9 @@ Command command_of(lua_State* L, const std::string& entry) {
     const std::string file = quoted(rest);
     return {"edit(" + file + ")", file.find(".lua") == file.npos ? "" : "dofile(" + file + ")"};
   }
-  if (word == "log" && quoted(rest) == rest) return {"record(" + std::string(rest) + ")", ""};
+  if (word == "log" && rest == "off") return {"record(false)", ""};
+  if (word == "log" && (quoted(rest) == rest || rest.ends_with(".lua")))
+    return {"record(" + quoted(rest) + ")", ""};
   return {};
 }
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstdio>
 
+#include "lua/core/library.hpp"
 #include "lua/core/table_text.hpp"
 #include "lua/screen/fit_text.hpp"
 #include "lua/screen/pager.hpp"
@@ -41,6 +42,18 @@ std::string entries_of_column(lua_State* L, int index, const std::string& text) 
   return " = (" + list + (n > most ? ", …)" : ")");
 }
 
+/// How a function of the library is called; else what shown_text says.
+std::string text_of(lua_State* L, int index) {
+  if (!lua_isfunction(L, index)) return lua::shown_text(L, index);
+  lua::push_stdlib_environment(L);
+  lua_getfield(L, -1, "function_text");
+  lua_pushvalue(L, index);
+  lua_call(L, 1, 1);
+  const std::string text = lua_isstring(L, -1) ? lua_tostring(L, -1) : lua::shown_text(L, index);
+  lua_pop(L, 2);
+  return text;
+}
+
 bool is_figure(lua_State* L, int index) { return type_of(L, index) == "figure"; }
 
 /// Curves that are looked at: their figure is drawn under their text.
@@ -75,7 +88,7 @@ int echo_values(lua_State* L) {
   std::string line;
   bool fits = true;  // one string is the user's own: it keeps its lines
   for (int i = 1; i <= count; ++i) {
-    const std::string text = lua::shown_text(L, i);
+    const std::string text = text_of(L, i);
     if (lua_type(L, i) != LUA_TSTRING || text.find('\n') != text.npos) fits = false;
     line += (i > 1 ? "  " : "") + text + entries_of_column(L, i, text) + approximation(L, i);
   }

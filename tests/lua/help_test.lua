@@ -57,3 +57,33 @@ test("apropos puts whole words first", function()
   local first = text:match "^%s*([^\n]*)"
   expect(first:lower():find "%f[%w]table%f[%W]" ~= nil):equals(true)
 end)
+
+local function count(text, plain)
+  local n, at = 0, 1
+  while true do
+    local first, last = text:find(plain, at, true)
+    if not first then return n end
+    n, at = n + 1, last + 1
+  end
+end
+
+test("the page of a type that is a module, too, has every member once", function()
+  local text = shown 'help "lti"'
+  expect(count(text, "G:poles() ->")):equals(1)
+  expect(count(text, "G.A ->")):equals(1)
+  expect(count(text, "series(G1, G2, …) -> G")):equals(1)
+end)
+
+test("examples show the name in use, not what a test asks", function()
+  local text = shown 'examples "plot"'
+  expect(count(text, ":match") + count(text, "expect(") + count(text, "os.tmpname")):equals(0)
+  expect(count(shown 'examples "expect"', "expect(") > 2):equals(true)
+end)
+
+test("the overview lists what users type", function()
+  local text = shown "help()"
+  for _, name in ipairs { "solution_of_parts", "shards", "label_text", "random_at", "parallel_calls" } do
+    expect(count(text, name)):equals(0)
+  end
+  expect(text):matches "\nIntegration +converge\n"
+end)

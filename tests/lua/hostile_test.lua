@@ -323,7 +323,7 @@ test("powers beyond every size are neither counted nor multiplied out", function
   local x, y, huge = var "x_hp", var "y_hp", rational(10)^300
   expect(#tostring(tf({ 1 }, { 1, 2, 1 }):feedback(pi*y^1e300/sin(x)^1e300)) > 0):is_true()
   expect(#tostring(simplify((1 + x^1e300/y^1e300)*(y^1e300 + 1))) > 0):is_true()
-  expect(type(solve(t, t^(1/(2*huge))))):equals "userdata"
+  expect(type(solve(t, t^(1/(2*huge))))):equals "expr"
   expect(#tostring(simplify(sqrt(2)*x^(1/huge))) > 0):is_true()
   fails("too long", function() return coefficients(x^huge + 1, x) end)
 end)

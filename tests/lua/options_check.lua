@@ -1,6 +1,6 @@
 -- Every function is called as its example calls it, with more arguments than its signature shows, with an
--- option that it does not know and with each of its options as a value of a wrong type. Runs in the environment
--- of the stdlib; returns the complaints.
+-- option that it does not know and with each of its options as a value of a wrong type. Runs in the
+-- environment of the stdlib; returns the complaints.
 
 local complaints = {}
 local function complain(entry, text) complaints[#complaints + 1] = entry.name .. ": " .. text end

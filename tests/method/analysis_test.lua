@@ -3,7 +3,7 @@ local x, y, z = vars "x y z"
 
 local registered = {}
 for name, tab in pairs(rk) do
-  if type(tab) == "userdata" then registered[#registered + 1] = tab end
+  if type(tab) == "tableau" then registered[#registered + 1] = tab end
 end
 table.sort(registered, function(a, b) return a.name < b.name end)
 local families = {}

@@ -164,7 +164,7 @@ def test_commands(terminal, home):
     w.enter("time for i = 1, 3 do mass = mass + i end")
     w.enter("mass, 'kg'")
     w.wait("^18 +kg$", pattern=True)
-    w.enter("record(false)")
+    w.enter("log off")
     w.enter("reset")
     w.enter("who")
     w.wait("no variables yet")

@@ -19,6 +19,7 @@ SHOWN = [
     "rk.dop853", "rk.radau(3)", "rk.gauss(2):report()", "eye(60)", "jacobian({sin(th1)*th2, x*y}, {th1, th2, x, y})",
     "mat{{1,2,3,4,5,6,7,8,9,10,11,12,13,14,15,16,17,18,19,20,21,22,23,24,25,26,27,28,29,30}}", "d", "tf({1},{1,2,1})",
     "tf({1},{1,2,1}):step()", "bode(tf({1},{1,2,1}))", "help()", "help 'integrate'", "help 'stiffness'", "help(sol)",
+    "help 'model:independent'", "arm.reduce",
     "arm:integrate{ tspan = 3 }", "arm.nonsense", "undefined_name", "arm:integrate{ start = { th1 = 0 }, to = 1 }",
     "who", "apropos 'index'", "methods()", "newton{ r = { x^2 - 2 }, x = { x }, start = { 1 } }",
     "{{ name = 'a long name of a thing', value = 1.25, text = 'some words' }, "

@@ -1,7 +1,7 @@
 -- A suite over every tableau that is registered: a new one is tested by being listed.
 local methods = {}
 for name, tab in pairs(rk) do
-  if type(tab) == "userdata" then methods[#methods + 1] = { name = name, tab = tab } end
+  if type(tab) == "tableau" then methods[#methods + 1] = { name = name, tab = tab } end
 end
 for _, tab in ipairs { rk.gauss(1), rk.gauss(2), rk.gauss(3), rk.gauss(4), rk.radau(2), rk.radau(3),
   rk.collocation { 0, "1/2", 1 } } do
