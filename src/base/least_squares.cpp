@@ -71,7 +71,7 @@ class Search {
     auto first = V_(start);
     if (!first || !std::isfinite(first->value))
       throw Error(
-          "the sum of squares is not finite where the search starts: begin elsewhere, or scale the data "
+          "the sum of squares is not finite where the search starts: start elsewhere, or scale the data "
           "(numbers above 1e154 overflow when they are squared)");
     out_.theta = std::move(start);
     at_ = std::move(*first);

@@ -307,7 +307,7 @@ System by_pencil(const Expansion& x, const std::vector<Expr>& outputs) {
   }
   g.notes.push_back(text("index ", p.index, ": ", k, k == 1 ? " state" : " states", " of ", n,
                          " variables move freely; the others follow from the constraints"));
-  if (!moved.empty()) g.notes.push_back("without what inputs change at once: " + join(moved, ", "));
+  if (!moved.empty()) g.notes.push_back("without the parts that jump with the inputs: " + join(moved, ", "));
   return g;
 }
 

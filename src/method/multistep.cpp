@@ -207,7 +207,7 @@ std::string Multistep::report() const {
   result += roots.empty() ? "the only zero of ρ is 1\n"
                           : text("the zeros of ρ are 1 and ", roots.size(), " more, the largest of modulus ",
                                  rounded(std::abs(roots[0]), 6), "\n");
-  if (!stable) return result + "                 errors grow without bound as Δt → 0: not for use";
+  if (!stable) return result + "                 errors grow without bound as Δt → 0: do not use it";
   const double alpha = alpha_degrees();
   result += alpha >= 90
                 ? text("linear stability A-stable", is_stable_at_infinity() ? " and L-stable" : "", "\n")

@@ -30,7 +30,7 @@ class Stability {
   Expr denominator(Expr z) const;
   std::complex<double> operator()(std::complex<double> z) const;
 
-  /// x < 0: |R| ≤ 1 on [x, 0] and no farther; -∞ if on the whole negative axis.
+  /// x < 0: |R| ≤ 1 on [x, 0] and no further; -∞ if on the whole negative axis.
   double real_limit() const { return real_; }
   /// y ≥ 0: |R(iη)| ≤ 1 for 0 ≤ η ≤ y and no farther; ∞ if on the whole axis.
   double imaginary_limit() const { return imaginary_; }

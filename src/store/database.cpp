@@ -78,7 +78,7 @@ void Database::fail(const std::string& doing) const {
                     "); what was written before is kept. Make room and give the same call again");
     case SQLITE_READONLY:
     case SQLITE_PERM:
-      throw Error("cannot write " + what + ": the file or its folder may only be read");
+      throw Error("cannot write " + what + ": the file or its folder is read-only");
     case SQLITE_CANTOPEN:
       throw Error("cannot " + doing + " " + what +
                   ": there is no such file or folder, or it may not be used");

@@ -189,7 +189,7 @@ end
 
 function search(equations, unknowns, notes, depth)
   if depth > deepest then
-    equation.refuse "the elimination does not end; solve a part of the equations first"
+    equation.refuse "the elimination takes too many steps; solve a part of the equations first"
   end
   if #equations == 0 then return { {} } end
   local done = by_linear_algebra(equations, unknowns, notes) or by_factors(equations, unknowns, notes, depth)

@@ -57,7 +57,7 @@ test("a swing beyond the horizontal stops there and names the forms that go on",
     local sol = low:integrate(run)
     has(sol.status, "√(L² - x²) ")
     has(sol.status, "the two roots of C for y meet, of which form \"minimal\" took one")
-    has(sol.status, "reduce \"dummy\" and reduce \"project\" divide by nothing and go on")
+    has(sol.status, "reduce \"dummy\" and reduce \"project\" divide by no expression and pass this point")
     expect(tonumber(sol.status:match "stopped at t = ([%d.]+)")):near(horizontal, run.dt and 2*run.dt or 1e-4)
     local last = sol.t[#sol.t]
     expect(last <= horizontal + 1e-4):is_true()

@@ -67,7 +67,7 @@ refused("a forcing without a closed answer", function()
 refused("a forcing that grows like a mode with a root", function()
   return dae { der(x) ~ y, der(y) ~ 2*x + input "u" }:pencil():solution({ x = 0, y = 0 },
     { inputs = { u = exp(sqrt(2)*t) } })
-end, "the forcing exp(√2 t) meets a mode of the system, and its rates are not rational; use rational ones")
+end, "the forcing exp(√2 t) is in resonance with a mode of the system, and its exponent is not rational; use rational numbers")
 refused("a start of a derivative", function() return oscillator:pencil():solution { [der(x)] = 1 } end,
   "x0: 'x′' is not a state of this system; its states are x, y")
 refused("too many initial values", function() return oscillator:pencil():solution { 1, 2, 3 } end,

@@ -6,6 +6,7 @@
 
 #include "base/text.hpp"
 #include "dae/model/equation_lines.hpp"
+#include "dae/model/linear_systems.hpp"
 
 namespace pendula::dae {
 namespace {
@@ -117,11 +118,12 @@ std::string broken_equation(const std::string& equation) {
 std::string latex(const Model& m) {
   constexpr Index most = 1000;
   std::vector<std::string> rows;
-  for (std::size_t b = 0; b < m.blocks.size(); ++b) {
-    const EquationLines lines = equation_lines(m.blocks[b], most, Notation::latex);
+  const std::vector<Block> blocks = blocks_with_names(m);
+  for (std::size_t b = 0; b < blocks.size(); ++b) {
+    const EquationLines lines = equation_lines(blocks[b], most, Notation::latex);
     for (std::size_t i = 0; i < lines.sides.size(); ++i) {
       const auto left = line_pieces(lines.sides[i].left), right = line_pieces(lines.sides[i].right);
-      std::string number = row_label(m.blocks[b], static_cast<int>(b), static_cast<int>(i));
+      std::string number = row_label(blocks[b], static_cast<int>(b), static_cast<int>(i));
       if (!lines.rows) number = text("(", b + 1, ")");
       const bool tagged = lines.rows || i == 0;
       std::vector<std::string> cut(left.begin(), left.end() - 1);
@@ -134,7 +136,8 @@ std::string latex(const Model& m) {
       rows.insert(rows.end(), cut.begin(), cut.end());
     }
   }
-  return "\\begin{align}\n  " + join(rows, " \\\\\n  ") + "\n\\end{align}";
+  const std::string systems = written_out(linear_system_lines(m), Detail::full, Notation::latex);
+  return "\\begin{align}\n  " + join(rows, " \\\\\n  ") + "\n\\end{align}" + (systems.empty() ? "" : "\n" + systems);
 }
 
 }  // namespace pendula::dae

@@ -73,7 +73,7 @@ class Dependents {
         domain.push_back(
             {factor,
              text(c.label, " cannot be solved for ", to_text(best->leaf), ", as form \"minimal\" did"),
-             "reduce \"dummy\" and reduce \"project\" divide by nothing and go on"});
+             "reduce \"dummy\" and reduce \"project\" divide by no expression and pass this point"});
     trace.push_back(text("minimal: ", c.label, " = 0 is linear in ", ref(best->leaf), ":  ",
                          formula(ref(best->leaf), " = ", ref(phi)),
                          best->safe ? "" : ",  valid where " + formula(ref(simplify(best->slope)), " ≠ 0")));
@@ -192,7 +192,7 @@ class Dependents {
     const Expr phi = number ? simplify(root - best->b / two_a) : simplify((root - best->b) / two_a);
     keep(best->leaf, phi);
     const auto name = to_text(best->leaf);
-    const std::string remedy = "reduce \"dummy\" and reduce \"project\" divide by nothing and go on";
+    const std::string remedy = "reduce \"dummy\" and reduce \"project\" divide by no expression and pass this point";
     domain.push_back(
         {pendula::sqrt(inside),
          text("the two roots of ", c.label, " for ", name, " meet, of which form \"minimal\" took one"),

@@ -183,9 +183,9 @@ std::vector<std::string> derivation(const Elimination& e, const Model& low) {
   if (e.expanded && e.unknowns.size() > 1)
     lines.push_back("     w = A⁻¹ b is written out.");
   else if (e.unknowns.size() > 1)
-    lines.push_back(text("     w = A⁻¹ b is solved numerically wherever it is needed (",
+    lines.push_back(text("     A w = b is solved numerically at every evaluation (",
                          e.definite ? "A is symmetric and definite: L D Lᵀ" : "LU with pivoting",
-                         "), never expanded."));
+                         "); the formula of w is not written out."));
   return lines;
 }
 

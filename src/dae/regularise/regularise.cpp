@@ -47,7 +47,7 @@ bool make_regular(Equations& e, Structure& s, Regularised& r) {
     const std::size_t unknowns = e.variables.size();
     s = structure_of(e);
     if (s.matched && !s.regular && s.offsets.value > before) {
-      r.log.push_back("the conversion did not lower the value of the structure: given up");
+      r.log.push_back("the conversion did not lower the number of free initial values that the structure predicts: stopped");
       return false;
     }
     r.log.push_back(text("structure: rank of the system Jacobian ", s.rank.rank, " of ", e.variables.size(),
@@ -57,7 +57,7 @@ bool make_regular(Equations& e, Structure& s, Regularised& r) {
                              : std::string(s.matched ? ", still singular" : ""),
                          unknowns == e.variables.size() ? "" : " (with the new unknowns)"));
   }
-  r.log.push_back(text("given up after ", most, " conversions"));
+  r.log.push_back(text("stopped after ", most, " conversions"));
   return false;
 }
 

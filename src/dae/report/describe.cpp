@@ -7,7 +7,9 @@
 #include "base/text.hpp"
 #include "dae/analysis/classification.hpp"
 #include "dae/index/differentiation_index.hpp"
+#include "dae/model/derivation_markup.hpp"
 #include "dae/model/equation_lines.hpp"
+#include "dae/model/linear_systems.hpp"
 #include "dae/model/model.hpp"
 #include "dae/model/parameter_values.hpp"
 #include "dae/model/truncated_text.hpp"
@@ -132,27 +134,29 @@ std::string describe(const Model& m) {
                                  : "Lagrange, L = T - V:  W(q) q″ = rhs\n";
   Table equations;
   Index written = 0;  // rows
-  for (std::size_t b = 0; b < m.blocks.size() && written < most_lines; ++b) {
-    const EquationLines lines = equation_lines(m.blocks[b], most_lines);
+  const std::vector<Block> blocks = blocks_with_names(m);
+  for (std::size_t b = 0; b < blocks.size() && written < most_lines; ++b) {
+    const EquationLines lines = equation_lines(blocks[b], most_lines);
     const auto number = [&](std::size_t i) {
-      if (lines.rows) return row_label(m.blocks[b], static_cast<int>(b), static_cast<int>(i));
-      return i > 0                         ? ""
-             : m.blocks[b].lhs.size() == 1 ? row_label(m.blocks[b], static_cast<int>(b), 0)
-                                           : text("(", b + 1, ")");
+      if (lines.rows) return row_label(blocks[b], static_cast<int>(b), static_cast<int>(i));
+      return i > 0                       ? ""
+             : blocks[b].lhs.size() == 1 ? row_label(blocks[b], static_cast<int>(b), 0)
+                                         : text("(", b + 1, ")");
     };
     const auto note = [&](std::size_t i) {
-      const auto& how = m.blocks[b].rewritten;
+      const auto& how = blocks[b].rewritten;
       if (i < how.size() && !how[i].empty()) return "[" + how[i] + "]";
-      return i == 0 && !m.blocks[b].note.empty() ? "[" + m.blocks[b].note + "]" : "";
+      return i == 0 && !blocks[b].note.empty() ? "[" + blocks[b].note + "]" : "";
     };
     for (std::size_t i = 0; i < lines.sides.size(); ++i)
       equations.row({number(i), lines.sides[i].left + " = " + lines.sides[i].right, note(i)});
-    written += lines.rows ? std::min(m.blocks[b].lhs.size(), most_lines) : m.blocks[b].lhs.size();
+    written += lines.rows ? std::min(blocks[b].lhs.size(), most_lines) : blocks[b].lhs.size();
   }
   const auto rows = static_cast<Index>(m.residuals.size());
   if (written < rows)
     equations.row({"…", text(rows - written, " more (sys.equations has all ", m.blocks.size(), ")"), ""});
   out += equations.str(2);
+  for (const std::string& line : linear_system_lines(m)) out += rendered("  " + line) + "\n";
   Table symbols;
   if (!m.states().empty()) symbols.row({"differential", grouped(m.states())});
   if (!m.algebraic().empty()) symbols.row({"algebraic", grouped(m.algebraic())});

@@ -85,7 +85,7 @@ void refuse_division(const ModelPtr& model, const std::unordered_map<Expr, doubl
   if (!stays_singular(model, point)) return;
   throw Error(text("the start lies on a singular point (", vanishing(model, point), "), where form \"",
                    model->form, "\" is not equivalent to the model: it has divided by what is 0 there.\n",
-                   "  Start beside it: other values in fix or guess"));
+                   "  Start near it: other values in fix or guess"));
 }
 
 /// x′ and z of the solution that continues smoothly, if the differentiated equations determine them at the point
@@ -174,7 +174,7 @@ void require_regular_point(const ModelPtr& model, const StartSystem& s, const Ve
       "the start lies on a singular point", where.empty() ? "" : " (" + where + ")",
       ": the equations do not determine ", names_of(open), " there (rank ", rank.rank, " of ", J.rows(), ").",
       smooth.text.empty() ? "" : "\n  The solution that continues smoothly has " + smooth.text + ".",
-      "\n  Start beside it: another time, or other values in fix or guess", redundancy_hint(model, open)));
+      "\n  Start near it: another time, or other values in fix or guess", redundancy_hint(model, open)));
 }
 
 }  // namespace pendula::dae

@@ -396,7 +396,7 @@ Expr parse_number(const std::string& word) {
   mpq_class q = exponent < 0 ? mpq_class(mantissa, scale) : mpq_class(mantissa * scale);
   q.canonicalize();
   if (!std::isfinite(q.get_d()))
-    throw Error(text("'", shown, "' is beyond all numbers (at most 1.8e308): choose other units"));
+    throw Error(text("'", shown, "' is too large for a number (at most 1.8e308): choose other units"));
   return Expr(q);
 }
 

@@ -314,7 +314,7 @@ BoundedExponential bounded_exponential(const Mat& a) {
   if (!a.allFinite()) throw Error("the matrix has entries that are not finite numbers");
   if (a.size() == 0) return {a, a};
   const auto overflows = [&] {
-    return Failure(text("the exponential cannot be had in double precision: the largest entry of A is ",
+    return Failure(text("the exponential overflows double precision: the largest entry of A is ",
                         rounded(a.cwiseAbs().maxCoeff(), 3)));
   };
   if (!std::isfinite(norm1(a))) throw overflows();

@@ -248,7 +248,7 @@ class BranchRun {
     try {
       part_.start = dae::init(model_, request);
     } catch (const UserFacing& e) {
-      return text("no start on the way on: ", e.what());
+      return text("no consistent start was found further along the branch: ", e.what());
     }
     for (const auto& [step, end] : approach_.steps())
       if (end > reached) add_polynomial(step, std::max(step.t, reached), end);

@@ -118,7 +118,7 @@ std::string RoundingWatch::remark(Problem& problem, const Point& end) const {
   const int k = static_cast<int>(worst);
   return text("rounding errors of the equations leave ",
               k < n ? problem.x_name(k) : problem.z_name(k - problem.n()), " = ", rounded(y[worst], 3),
-              " open by some ", rounded(open[worst], 1),
+              " uncertain by about ", rounded(open[worst], 1),
               ": there are not as many digits as rtol and atol ask for");
 }
 

@@ -52,7 +52,7 @@ constexpr Remedy foreign_globals[] = {
     {"int Integral quad quadgk quadl trapz cumtrapz",
      "write integral(e, x, a, b); an integral along a solution is one more state: der(J) ~ x^2"},
     {"limit Limit taylor Taylor residue",
-     "there is no such function; help \"integral\" and help \"apart\" are near"},
+     "there is no such function; the nearest are in help \"integral\" and help \"apart\""},
     {"substitute replace xreplace", "put values in by subs(e, { x = 2 })"},
     {"grad", "write gradient(e, { x, y })"},
     {"div curl laplacian", "write it by diff: diff(f, x) + diff(g, y)"},

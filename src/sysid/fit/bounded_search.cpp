@@ -66,7 +66,7 @@ void check(const Vec& start, const Bounds& bounds, const Vec& scale) {
   size(bounds.upper, "upper");
   for (Index i = 0; i < start.size(); ++i)
     if (!(bounds.lower[i] <= bounds.upper[i]))
-      throw Error(text("the bounds of parameter ", i + 1, " are no interval: ", rounded(bounds.lower[i], 6),
+      throw Error(text("the bounds of parameter ", i + 1, " are not an interval: ", rounded(bounds.lower[i], 6),
                        " … ", rounded(bounds.upper[i], 6)));
 }
 
@@ -101,7 +101,7 @@ BoundedMinimum least_squares_within(const Residuals& r, const Vec& given, const 
   std::optional<QuadraticModel> model = loss(begin);
   if (!model)
     throw Failure(
-        "the residuals have no derivatives at the start: beside it they are not finite; begin elsewhere");
+        "the residuals cannot be differentiated at the start: next to it they are not finite; start elsewhere");
   const auto from_there = [&](Vec& theta) {  // the start is not evaluated twice
     std::optional<QuadraticModel> here;
     here.swap(model);

@@ -263,7 +263,7 @@ struct Attempt {
 
 /// "a minimum (slope 2e-10), from the start of Steiglitz and McBride; 2 other starts lead there".
 std::string verdict(const PolyModel& m, const Minimum& best, const std::vector<Attempt>& attempts) {
-  if (m.exact) return "the errors are rounding";
+  if (m.exact) return "the errors are rounding errors only";
   std::string out = !best.converged()            ? "no minimum: " + ending_text(best)
                     : !m.search.warnings.empty() ? "the least value lies on the border of stable predictors"
                                                  : "a minimum";

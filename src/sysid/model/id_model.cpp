@@ -165,7 +165,7 @@ std::vector<Response> simulate_coupled(const IdModel& m, const IdData& d, Seed s
     simulate_experiment(m, d, from, d.end(k), seeded, y);
     for (Index t = from + seeded; t < d.end(k); ++t) rows.push_back(t);
   }
-  if (!y.allFinite()) throw Failure("the response grows beyond all numbers: the model is unstable");
+  if (!y.allFinite()) throw Failure("the response overflows: the model is unstable");
   std::vector<Response> out;
   for (Index i = 0; i < d.outputs(); ++i) {
     Response r;

@@ -10,7 +10,7 @@ namespace pendula::sysid {
 namespace {
 
 const char* excitation_words(int order) {
-  return order == 0 ? "is zero" : order == 1 ? "does not vary" : "takes too few frequencies";
+  return order == 0 ? "is zero" : order == 1 ? "does not vary" : "contains too few frequencies";
 }
 
 bool touches(const PolyModel& m, char letter) {

@@ -119,7 +119,7 @@ Seed seed_of_estimation(const PolyModel& m);
 /// throws Error where samples are missing or the data does not fit the model.
 Response predict(const PolyModel& m, const IdData& d, Index horizon, Seed seed);
 
-/// The fit of a simulation; -inf where it grows beyond all numbers.
+/// The fit of a simulation; -inf where it overflows.
 double simulation_fit(const PolyModel& m, const IdData& d, Seed seed);
 
 // ── filters ──

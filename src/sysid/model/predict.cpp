@@ -263,7 +263,7 @@ Response predict(const PolyModel& m, const IdData& d, Index horizon, Seed seed) 
   out.compared = Eigen::Map<Vec>(compared.data(), static_cast<Index>(compared.size()));
   if (!out.values.allFinite())
     throw Failure(
-        "the response grows beyond all numbers: the model is unstable; simulate fewer "
+        "the response overflows: the model is unstable; simulate fewer "
         "samples or predict with a short horizon");
   out.fit = fit_percent(out.compared, out.errors);
   return out;

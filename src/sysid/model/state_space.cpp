@@ -108,7 +108,7 @@ std::vector<Response> predict(const StateSpaceModel& m, const IdData& d, Index h
   }
   if (!e.allFinite())
     throw Failure(
-        "the response grows beyond all numbers: the model is unstable; simulate fewer "
+        "the response overflows: the model is unstable; simulate fewer "
         "samples or predict with a short horizon");
   std::vector<Response> out;
   for (Index j = 0; j < d.outputs(); ++j) {

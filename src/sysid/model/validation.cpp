@@ -217,7 +217,7 @@ std::string describe(const Validation& v) {
   out += text("  fit: ", rounded(v.fit, 6), " % (1-step prediction), ",
               std::isfinite(v.simulation_fit) ? rounded(v.simulation_fit, 6) + " %" : std::string("diverges"),
               " (simulation, ", v.fit_label, ")\n");
-  if (v.bound == 0) return out + "  the residuals are rounding: there is nothing to test";
+  if (v.bound == 0) return out + "  the residuals are rounding errors only: there is nothing to test";
   out += text("  residuals ", v.white ? "are white" : "are not white", ": Ljung–Box Q = ", rounded(v.Q, 5),
               " on ", rounded(v.dof, 5), " degrees of freedom, p ",
               v.p < 1e-10 ? "< 1e-10" : "= " + rounded(v.p, 3), "; ", v.outside, " of ", v.lags,

@@ -70,8 +70,8 @@ std::string RankBlock::equations_lose(const Point& point) {
 }
 
 std::string RankBlock::remedy() {
-  return "; the motion may branch there: start anew behind it, init{ fix = …, from = t } on the branch meant, "
-         "or go on without monitoring, guards = false";
+  return "; the motion may branch there: start again beyond it, init{ fix = …, from = t } on the branch meant, "
+         "or continue without monitoring: guards = false";
 }
 
 Point RankBlock::just_before(double t, double from, const SolutionBetween& between) {

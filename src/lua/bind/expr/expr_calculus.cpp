@@ -233,7 +233,7 @@ extern const Module calculus_module = {
          R"(x = var "x"; latex(x))", "x"},
         {"evaluate", push_evaluated, "evaluate(e [, {x = 0.5, …}]) -> number or matrix",
          R"(The value; keys are names or symbols, columns take lists. Parameters without an entry have
-            their default values. Where large terms cancel, the value comes from 320 bits.)",
+            their default values. Where large terms cancel, it is computed with 320 bits.)",
          R"(x = var "x"; evaluate(x^2, {x = 0.5}))", "0.25"},
         {"fn", push_compiled, "fn(arguments, e) -> function  ·  fn(function(x, y) … end)",
          R"(A compiled numeric function: arguments are symbols or columns; f(1, 2) is a number or a matrix.

@@ -273,8 +273,8 @@ extern const Module methods_module = {
          "return bdf(2):report()", ""},
         {"multistep:__tostring", ms_text, "print(method)", "Name, order and the formula.", "", ""},
         {"rosenbrock", make_rosenbrock, "rosenbrock{ gamma =, A =, C =, m =, mhat =, dense = } -> rosenbrock",
-         R"(A Rosenbrock method from the coefficients a program uses (Hairer & Wanner II, (7.25)); claims
-            of order are proved.)",
+         R"(A Rosenbrock method from its coefficients in the form that programs use (Hairer & Wanner II, (7.25)); an
+            order that is claimed is proved.)",
          R"(rosenbrock{ gamma = "1/2", A = {{}}, C = {{}}, m = {2} }:order())", "2", &rosenbrock_options},
         {"rosenbrock#name", ros_name, "method.name -> string", "The name of the method.", "", ""},
         {"rosenbrock#text", ros_note, "method.text -> string", "What the method is good for.", "", ""},

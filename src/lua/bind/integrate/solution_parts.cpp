@@ -234,7 +234,7 @@ extern const Module solution_parts_module = {
          "return dae{der(var \"x\") ~ -var \"x\"}:integrate{start = {x = 1}, to = 1}:parts().ending",
          "finished"},
         {"solution_of_parts", solution_of_parts, "solution_of_parts(model, options, parts) -> solution",
-         R"(The way back from sol:parts(): a solution of the model with what integrate was asked for (start,
+         R"(The inverse of sol:parts(): a solution of the model with what integrate was asked for (start,
             to, params, inputs, events). Nothing is integrated. What load uses.)",
          R"(
             x = var "x"  m = dae{ der(x) ~ -x }

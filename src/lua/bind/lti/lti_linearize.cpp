@@ -117,8 +117,8 @@ extern const Module lti_linearize_module = {
     {
         {"model:linearize", linearize, "sys:linearize(at [, { inputs =, outputs = }]) -> G",
          R"(The state space of small deviations from a start, or from a point { theta = 0, F = 0 } of states
-            and inputs, with its states by name: directly for index ≤ 1, at an equilibrium of a model of higher index by its pencil (as many states as there are
-            degrees of freedom), else on the tangent of its constraints. inputs: inputs or parameters;
+            and inputs, with its states by name. A model of higher index is linearised at an equilibrium, with as many
+            states as degrees of freedom, or elsewhere along the tangent of its constraints. inputs: inputs or parameters;
             outputs: any expressions, multipliers and accelerations included; without them the states. A
             point that is no equilibrium gives a warning. (To linearise a model.))",
          "th = var \"theta\"  sys = dae{ der(th, 2) ~ -4*sin(th) }  return sys:linearize(sys:init{ fix = { "

@@ -148,7 +148,7 @@ extern const Module distributions_module = {
          "exp(x) of a normal x with mean mu and standard deviation sigma.",
          "print(lognormal(0, 1):quantile(0.5))", "1.0"},
         {"uniform", uniform, "uniform(low, high) -> distribution",
-         R"(Every number of [low, high] is as likely as the others. As noise = uniform(-1, 1) of arx and lsq: the
+         R"(All numbers of [low, high] are equally likely. As noise = uniform(-1, 1) of arx and lsq: the
             likelihood is then constant on a polytope of parameters and zero outside; they return that set.)",
          R"(
             print(uniform(2, 4):quantile(0.25))
@@ -156,16 +156,16 @@ extern const Module distributions_module = {
             print(set.center.T))",
          "2.5\n0.875"},
         {"triangular", triangular, "triangular(low, mode, high) -> distribution",
-         "A density that rises from low to mode and falls to high, both straight.",
+         "A density that rises linearly from low to mode and falls linearly to high.",
          "print(triangular(0, 1, 4).mean)", "1.6666666666667"},
         {"beta", beta, "beta(a, b [, low, high]) -> distribution",
          "The beta distribution: density proportional to x^(a-1) (1-x)^(b-1), on [0, 1] or [low, high].",
          "print(beta(2, 2):cdf(0.5))", "0.5"},
         {"discrete", discrete, "discrete(values [, weights]) -> distribution",
-         "One of the values, all as likely or in proportion to the weights.",
+         "One of the values, all equally likely, or in proportion to the weights.",
          "print(discrete({10, 20}, {1, 3}).mean)", "17.5"},
         {"empirical", empirical, "empirical(data) -> distribution",
-         "One of the data, all as likely: drawing from it is resampling.",
+         "One of the data, all equally likely: drawing from it is resampling.",
          "print(empirical{3, 1, 2}:quantile(0.5))", "2.0"},
         {"distribution:quantile", quantile, "d:quantile(p) -> number or matrix",
          "The x below which lies the probability p (of every entry of a list).",

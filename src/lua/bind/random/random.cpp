@@ -62,7 +62,7 @@ extern const Module random_module = {
     "Random numbers and distributions",
     {
         {"rand", rand, "rand([n [, m]]) -> number or matrix",
-         R"(Random numbers, uniform between 0 and 1 (neither of them): one, a column of n, or an n×m matrix. The
+         R"(Random numbers, uniform between 0 and 1 (both excluded): one, a column of n, or an n×m matrix. The
             sequence is the same in every session, and begins anew with seed(k).)",
          "seed(1)\nprint((\"%.6f\"):format(rand()))", "0.978803"},
         {"randn", randn, "randn([n [, m]]) -> number or matrix",

@@ -75,7 +75,7 @@ int interval(Call& call) {
   const double confidence = o.number("confidence", 0.95);
   const std::string method = o.string("method", "wilson");
   if (n < 1 || k < 0 || k > n)
-    throw Error(text(k, " of ", n, " is not a share; expected 0 ≤ k ≤ n with n ≥ 1"));
+    throw Error(text(k, " of ", n, " is not a proportion; expected 0 ≤ k ≤ n with n ≥ 1"));
   if (!(confidence > 0 && confidence < 1))
     throw Error(text("confidence = ", shortest(confidence), "; it must lie between 0 and 1"));
   if (method != "wilson" && method != "clopper-pearson")

@@ -79,7 +79,7 @@ int detrend(Call& call) {
   if (call.has(2) && lua_type(call.L, 2) == LUA_TNUMBER) {
     const long degree = call.integer(2, "trend");
     if (degree != 0 && degree != 1)
-      throw Error(text("trend: 0 removes the means, 1 the lines; got ", degree));
+      throw Error(text("trend: 0 removes the means, 1 straight lines; got ", degree));
     return push(call, sysid::detrend(d, degree == 0 ? sysid::Trend::mean : sysid::Trend::line));
   }
   const std::string how = call.string(2, "trend", "mean");

@@ -1,0 +1,102 @@
+#include "dae/model/linear_systems.hpp"
+
+#include <algorithm>
+
+#include "base/text.hpp"
+#include "dae/model/derivation_markup.hpp"
+#include "expr/graph/solve.hpp"
+#include "expr/print/print.hpp"
+#include "expr/rewrite/rewrite.hpp"
+#include "expr/rewrite/tidied.hpp"
+
+namespace pendula::dae {
+namespace {
+
+using Index = Eigen::Index;
+
+/// Component of a solution -> the eliminated unknown that it is.
+Substitution names_of_components(const Model& m) {
+  Substitution names;
+  for (const auto& [leaf, meaning] : m.relations)
+    if (meaning.op() == Op::solve && symbol_of(leaf).order == 0) names[meaning] = leaf;
+  return names;
+}
+
+/// One system with what its components are: eliminated unknowns, or derivatives on the left of an equation.
+struct NamedSystem {
+  Expr head;
+  VecX unknowns;
+  bool complete = true;  ///< every component has a name
+};
+
+std::vector<NamedSystem> named_systems(const Model& m, Substitution names) {
+  for (const Block& b : m.blocks)
+    for (Index i = 0; i < b.rhs.size(); ++i)
+      if (b.rhs[i].op() == Op::solve) names.try_emplace(b.rhs[i], b.lhs[i]);
+  std::vector<NamedSystem> systems;
+  for (const auto& [part, name] : names) {
+    const Expr head = head_of(part);
+    auto at = std::find_if(systems.begin(), systems.end(), [&](const auto& s) { return s.head == head; });
+    if (at == systems.end())
+      at = systems.insert(systems.end(), {head, VecX::Zero(system_of(head).size), true});
+    at->unknowns[component_of(part)] = name;
+  }
+  for (NamedSystem& s : systems)
+    s.complete = std::none_of(s.unknowns.begin(), s.unknowns.end(), [](Expr e) { return e.is_zero(); });
+  std::sort(systems.begin(), systems.end(), [](const auto& a, const auto& b) { return a.head.id() < b.head.id(); });
+  return systems;
+}
+
+Expr readable(Expr e) { return is_short(e, 400) ? simplify(e) : e; }
+
+MatX matrix_of(const LinearSystem& s) {
+  MatX A = MatX::Zero(s.size, s.size);
+  for (std::size_t k = 0; k < s.entries(); ++k)
+    A(s.places[k].first, s.places[k].second) = readable(s.operands[k]);
+  return A;
+}
+
+bool fits(const std::string& line) {
+  constexpr int widest = 120;
+  const std::string shown = rendered(line);
+  for (std::size_t i = 0, end = 0; end != std::string::npos; i = end + 1) {
+    end = shown.find('\n', i);
+    if (display_width(shown.substr(i, end == std::string::npos ? end : end - i)) > widest) return false;
+  }
+  return true;
+}
+
+}  // namespace
+
+std::vector<Block> blocks_with_names(const Model& m) {
+  std::vector<Block> blocks = m.blocks;
+  const Substitution names = names_of_components(m);
+  if (names.empty()) return blocks;
+  for (Block& b : blocks) b.rhs = b.rhs.unaryExpr([&](Expr e) { return e.op() == Op::solve ? e : substitute(e, names); });
+  return blocks;
+}
+
+std::vector<std::string> linear_system_lines(const Model& m) {
+  constexpr int largest = 8;
+  std::vector<std::string> lines;
+  for (const NamedSystem& s : named_systems(m, names_of_components(m))) {
+    if (!s.complete) continue;
+    const LinearSystem& system = system_of(s.head);
+    const std::string equation = formula("A ", ref(s.unknowns), " = b");
+    const std::string size = text(system.size, " equations, solved at every evaluation");
+    std::vector<std::string> parts;
+    if (system.size <= largest) {
+      VecX b(system.size);
+      for (int i = 0; i < system.size; ++i) b[i] = readable(system.b(i));
+      parts = {"  " + formula("A = ", ref(matrix_of(system))), "  " + formula("b = ", ref(b))};
+      if (!std::all_of(parts.begin(), parts.end(), fits))
+        parts[1] = "  " + formula("b = ", ref(MatX(b)));
+    }
+    const bool shown = !parts.empty() && std::all_of(parts.begin(), parts.end(), fits);
+    lines.push_back("where " + equation + (shown ? " with" : ", " + size));
+    if (shown) lines.insert(lines.end(), parts.begin(), parts.end());
+  }
+  return lines;
+}
+
+}  // namespace pendula::dae
