@@ -22,6 +22,25 @@ local function fragment_of(value)
   return is_page and latex or "\\begin{equation*}\n" .. latex .. "\n\\end{equation*}"
 end
 
+-- A formula that is wider than its line is set smaller: nothing runs over the edge of the page.
+local fitting = [[
+\newsavebox{\formula}
+\newcommand{\fitted}[2][\linewidth]{\sbox{\formula}{$\displaystyle #2$}%
+  \ifdim\wd\formula>#1\resizebox{#1}{!}{\usebox{\formula}}\else#2\fi}]]
+
+local function fitted(latex)
+  latex = latex:gsub("\\begin{equation%*}\n(.-)\n\\end{equation%*}", function(body)
+    local formula, tag = body:match "^(.-)%s*(\\tag{[^}]*})$"
+    return ("\\begin{equation*}\n\\fitted{%s}%s\n\\end{equation*}"):format(formula or body,
+      tag and " " .. tag or "")
+  end)
+  latex = latex:gsub("(\\hspace%*{%d+em}%$)([^$\n]+)(%$)", "%1\\fitted[0.9\\linewidth]{%2}%3")
+  return (latex:gsub("\\begin{align%*?}\n.-\n\\end{align%*?}", function(rows)
+    rows = rows:gsub("(&= )([^\n]-)( \\%a*tag)", "%1\\fitted[0.7\\linewidth]{%2}%3")
+    return (rows:gsub("(\n  0 &= )([^\n\\][^\n]-)( ?\\?\\?\n)", "%1\\fitted[0.8\\linewidth]{%2}%3"))
+  end))
+end
+
 -- Figure k of a document is a PDF file beside it, answer-1.pdf beside answer.tex.
 local function picture_of(figure, file, k)
   local name = file:gsub("%.tex$", "-" .. k .. ".pdf")
@@ -35,12 +54,13 @@ local function document_of(value, file)
   for _, part in ipairs(is_list and value or { value }) do
     if object_type(part) == "figure" then pictures = pictures + 1 end
     parts[#parts + 1] = object_type(part) == "figure" and picture_of(part, file, pictures)
-      or fragment_of(part)
+      or fitted(fragment_of(part))
   end
   local preamble = {
     "\\documentclass[11pt,a4paper]{article}", "\\usepackage[T1]{fontenc}",
-    "\\usepackage{amsmath" .. (pictures > 0 and ",graphicx" or "") .. "}",
+    "\\usepackage{amsmath,graphicx}",
     "\\usepackage[margin=25mm]{geometry}", "\\setlength{\\parindent}{0pt}", "\\allowdisplaybreaks",
+    fitting,
   }
   return table.concat(preamble, "\n") .. "\n\\begin{document}\n" .. table.concat(parts, "\n\n")
     .. "\n\\end{document}\n"

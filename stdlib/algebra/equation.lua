@@ -85,6 +85,29 @@ function equation.unknowns_of(unknowns, residuals)
   equation.refuse("the unknowns are missing: solve(x^2 ~ 2, x), solve({ x + y ~ 3, x*y ~ 2 }, { x, y })")
 end
 
+-- The first number in e that is no exact one, such as math.pi; nothing where all are exact.
+local function inexact_number(e)
+  local parts = { operation(e) }
+  if #parts == 1 then return equation.is_number(e) and not pcall(fraction, e) and e or nil end
+  for k = 2, #parts do
+    local found = inexact_number(parts[k])
+    if found then return found end
+  end
+end
+
+-- The numerator of e as a polynomial, and its denominator; exact numbers are needed for that.
+function equation.numerator(e)
+  local good, numerator, denominator = pcall(fraction, e)
+  if good then return numerator, denominator end
+  local number = inexact_number(e)
+  if number then
+    equation.refuse(("%s is not an exact number; closed forms need pi, sqrt(2) or a fraction in its place; "
+      .. "newton{ r = { … }, start = { … } } solves the equations in numbers"):format(tostring(number)))
+  end
+  equation.refuse(("%s = 0 is too long for a closed form; newton{ r = { … }, start = { … } } solves the "
+    .. "equations in numbers"):format(tostring(e)))
+end
+
 -- ── conditions ─────────────────────────────────────────────────────────────
 
 function equation.add_condition(conditions, text)

@@ -24,9 +24,10 @@ local function functions_of(e, x, found)
 end
 
 local function no_closed_form(e, x)
+  local shown = tostring(e):gsub("pendula_k", "k"):gsub("pendula_function", "f")
   equation.refuse(("no closed form of the solutions of %s = 0 for %s is known; newton{ r = { … }, start = "
     .. "{ … } } "
-    .. "finds them in numbers"):format(tostring(e), tostring(x)))
+    .. "finds them in numbers"):format(shown, tostring(x)))
 end
 
 local function polynomial_roots(e, x, times, list)
@@ -172,6 +173,7 @@ function find(e, x, list, depth)
   depth = depth or 1
   if depth > deepest then equation.refuse "the equation is nested too deeply" end
   local good, numerator, denominator = pcall(fraction, e)
+  if not good and depth == 1 then equation.numerator(e) end
   if not good then no_closed_form(e, x) end                     -- too long, or too many roots of numbers
   if numerator == 0 then
     equation.refuse(("the equation holds for every %s"):format(tostring(x)))

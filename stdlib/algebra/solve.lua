@@ -269,7 +269,7 @@ local function all_solutions(equations, unknowns, asked)
   local list = equation.unknowns_of(unknowns, residuals)
   local numerators = {}
   for _, e in ipairs(residuals) do
-    local numerator = fraction(e)
+    local numerator = equation.numerator(e)
     if numerator ~= 0 then numerators[#numerators + 1] = numerator end
   end
   local notes = { conditions = {}, roots = {} }

@@ -128,7 +128,8 @@ end
 
 -- ── tables ─────────────────────────────────────────────────────────────────────────────────────────────────
 
-local enclosed = { bmatrix = { "[", "]" }, pmatrix = { "(", ")" }, vmatrix = { "|", "|" },
+local enclosed = { bmatrix = { "[", "]" }, smallmatrix = { "", "" }, pmatrix = { "(", ")" },
+  vmatrix = { "|", "|" },
   Bmatrix = { "{", "}" },
   Vmatrix = { "‖", "‖" }, cases = { "{", "" } }
 local aligned = { align = true, ["align*"] = true, aligned = true, eqnarray = true, split = true }

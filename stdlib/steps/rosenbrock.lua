@@ -52,6 +52,14 @@ local function matrix_lines(p, gamma, add)
   return mat(B) - param "dt"*param "gamma"*J
 end
 
+-- A sum that follows another term: " + 0.2 k₁", " - 0.2 k₁", nothing for 0.
+local function added(sum)
+  if sum == "0" then return "" end
+  return sum:sub(1, 1) == "-" and " - " .. sum:sub(2) or " + " .. sum
+end
+
+local widest = 110
+
 local function stage_lines(p, method, add)
   local moving = moves(p)
   local phi, state = #p.z > 0 and "φ" or "f", #p.z > 0 and "y_k" or "x_k"
@@ -63,18 +71,18 @@ local function stage_lines(p, method, add)
       inner[j], outer[j] = method.alpha(i, j), method.Gamma(i, j)
       node, slope = node + inner[j], slope + outer[j]
     end
-    local at = weighted_sum(inner, names)
-    if at == "0" then at = "" elseif at:sub(1, 1) == "-" then at = " - " .. at:sub(2) else at = " + "
-      .. at end
+    local at = added(weighted_sum(inner, names))
     local time = not moving and "" or node == 0 and "t_k, "
       or "t_k + " .. weighted_sum({ node }, { "Δt" }) .. ", "
     local line = ("     M k%s = Δt %s(%s%s%s)"):format(subscript(i), phi, time, state, at)
-    local sum = weighted_sum(outer, names)
-    if sum ~= "0" then line = line .. " + Δt " .. ("J (") .. sum .. ")" end
+    local sum, rest = weighted_sum(outer, names), ""
+    if sum ~= "0" then rest = " + Δt J (" .. sum .. ")" end
     if moving and math.abs(slope) > 1e-14 then
-      line = line .. (" + %s ∂%s/∂t"):format(weighted_sum({ slope }, { "Δt²" }), phi)
+      rest = rest .. added(weighted_sum({ slope }, { "Δt²" })) .. (" ∂%s/∂t"):format(phi)
     end
-    add(line)
+    local fits = utf8.len(line .. rest) <= widest
+    add(fits and line .. rest or line)
+    if not fits then add("           " .. rest) end
   end
   return names, state
 end
@@ -91,8 +99,7 @@ local function rosenbrock(p, method, result)
   local b = {}
   for i = 1, method.stages do b[i] = method.b[i] end
   local update = weighted_sum(b, names)
-  add(("Step:  %s = %s%s"):format(state == "y_k" and "y_{k+1}" or "x_{k+1}", state,
-    update:sub(1, 1) == "-" and " - " .. update:sub(2) or " + " .. update))
+  add(("Step:  %s = %s%s"):format(state == "y_k" and "y_{k+1}" or "x_{k+1}", state, added(update)))
   return lines
 end
 

@@ -1,5 +1,6 @@
 """save "x.tex" writes documents that pdflatex compiles: models, derivations, tableaus, steps, fits."""
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -46,6 +47,20 @@ for _, each in ipairs { near, near:basins { x = { -2, 2 }, y = { -2, 2 }, n = 5 
   assert(not latex:find("?", 1, true), latex)
   parts[#parts + 1] = each
 end
+local wide, rods, C = {}, var("r", 6), {}
+for i = 1, 8 do
+  wide[i] = {}
+  for j = 1, 8 do wide[i][j] = math.sin(i*j) end
+end
+for k = 1, 3 do
+  local a, b = rods:slice(2*k - 1, 2*k), k > 1 and rods:slice(2*k - 3, 2*k - 2) or vec { 0, 0 }
+  C[k] = (norm(a - b)^2 - L^2)/2
+end
+local three = lagrange { q = rods, T = m/2*rods.dot.T*rods.dot, V = m*g*(rods[2] + rods[4] + rods[6]), C = C }
+for _, each in ipairs { mat(wide), three.matrix_form, three:reduce "ode", problems.squeezer(),
+  explain_step(dae { der(y) ~ z - sin(t), 0 ~ z + y^3 }, rosenbrock.rodas4) } do
+  parts[#parts + 1] = each
+end
 save(arg[1], parts)
 """
 
@@ -68,4 +83,6 @@ with tempfile.TemporaryDirectory() as folder:
         print(run.stdout[-3000:])
     assert run.returncode == 0, "pdflatex fails"
     assert os.path.exists(os.path.join(folder, "answers.pdf"))
+    over = [float(by) for by in re.findall(r"Overfull \\hbox \(([\d.]+)pt", run.stdout)]
+    assert max(over, default=0) < 30, f"{max(over)} pt run over the edge of the page (its margin has 71 pt)"
 print("passed")

@@ -1,8 +1,6 @@
 #include "dae/model/latex_lines.hpp"
 
 #include <algorithm>
-#include <array>
-#include <cctype>
 
 #include "base/text.hpp"
 #include "dae/model/equation_lines.hpp"
@@ -20,49 +18,6 @@ int nesting(const std::string& s, std::size_t i) {
   if (s.compare(i, 6, "\\begin") == 0) return 1;
   if (s.compare(i, 4, "\\end") == 0) return -1;
   return 0;
-}
-
-/// Signs that a command shows: sin as three letters, brackets and accents by what they are around.
-int shown_letters(const std::string& command) {
-  constexpr std::array functions{"sin",  "cos",  "tan",    "exp",    "log",   "sinh",
-                                 "cosh", "tanh", "arcsin", "arccos", "arctan"};
-  constexpr std::array none{"left", "right", "dot", "ddot", "dddot", "mathbf", "mathrm", "sqrt"};
-  if (std::ranges::find(none, command) != none.end()) return 0;
-  return std::ranges::find(functions, command) == functions.end() ? 1 : static_cast<int>(command.size());
-}
-
-/// Where the brace that is open before `i` is closed.
-std::size_t end_of_group(const std::string& s, std::size_t i) {
-  for (int depth = 1; i < s.size(); ++i) {
-    depth += (s[i] == '{') - (s[i] == '}');
-    if (depth == 0) break;
-  }
-  return i;
-}
-
-/// Characters of a formula on paper, roughly: a fraction counts as its wider part.
-int visible_width(const std::string& s) {
-  int width = 0;
-  for (std::size_t i = 0; i < s.size(); ++i) {
-    const auto c = static_cast<unsigned char>(s[i]);
-    if (c == '\\') {
-      std::size_t end = i + 1;
-      while (end < s.size() && std::isalpha(static_cast<unsigned char>(s[end]))) ++end;
-      const std::string command = s.substr(i + 1, end - i - 1);
-      if (command == "frac") {
-        const std::size_t middle = end_of_group(s, end + 1), last = end_of_group(s, middle + 2);
-        width += std::max(visible_width(s.substr(end + 1, middle - end - 1)),
-                          visible_width(s.substr(middle + 2, last - middle - 2)));
-        i = last;
-      } else {
-        width += shown_letters(command);
-        i = std::max(end, i + 2) - 1;
-      }
-    } else if (c != '{' && c != '}' && c != '^' && c != '_' && c != ' ' && (c & 0xC0) != 0x80) {
-      ++width;
-    }
-  }
-  return width;
 }
 
 constexpr int beside_fraction = 10;  ///< characters for the left side and the number of an equation
@@ -122,7 +77,9 @@ std::string latex(const Model& m) {
   for (std::size_t b = 0; b < blocks.size(); ++b) {
     const EquationLines lines = equation_lines(blocks[b], most, Notation::latex);
     for (std::size_t i = 0; i < lines.sides.size(); ++i) {
-      const auto left = line_pieces(lines.sides[i].left), right = line_pieces(lines.sides[i].right);
+      auto left = line_pieces(lines.sides[i].left);
+      const auto right = line_pieces(lines.sides[i].right);
+      if (visible_width(left.back()) + visible_width(right[0]) > line_width) left.push_back("");
       std::string number = row_label(blocks[b], static_cast<int>(b), static_cast<int>(i));
       if (!lines.rows) number = text("(", b + 1, ")");
       const bool tagged = lines.rows || i == 0;

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "base/text.hpp"
+#include "expr/print/latex_width.hpp"
 #include "expr/print/print_writer.hpp"
 
 namespace pendula {
@@ -45,7 +46,18 @@ std::string grid(const std::vector<std::vector<std::string>>& cells) {
   return join(lines, "\n");
 }
 
-/// amsmath's matrices have ten columns at most, an array as many as it says.
+/// Each column is as wide as its widest entry, with the gap between two.
+int width_of(const std::vector<std::vector<std::string>>& cells) {
+  int width = 0;
+  for (std::size_t j = 0; !cells.empty() && j < cells[0].size(); ++j) {
+    int column = 0;
+    for (const auto& row : cells) column = std::max(column, visible_width(row[j]));
+    width += column + 2;
+  }
+  return width;
+}
+
+/// amsmath's matrices have ten columns at most, an array as many as it says. What is wider than a page is set small.
 std::string bmatrix(const std::vector<std::vector<std::string>>& cells) {
   std::vector<std::string> rows;
   for (const auto& row : cells) rows.push_back(join(row, " & "));
@@ -56,6 +68,8 @@ std::string bmatrix(const std::vector<std::vector<std::string>>& cells) {
   if (!cells.empty() && cells[0].size() > 10)
     return "\\left[\\begin{array}{" + std::string(cells[0].size(), 'c') + "} " + body +
            " \\end{array}\\right]";
+  if (width_of(cells) > line_width)
+    return "\\left[\\begin{smallmatrix} " + body + " \\end{smallmatrix}\\right]";
   return "\\begin{bmatrix} " + body + " \\end{bmatrix}";
 }
 

@@ -49,7 +49,7 @@ SumId Expander::rewritten_product(Term term) {
       poll_interrupt();
       made_ += static_cast<double>(result.size() * by.size());
       if (result.size() > limit_ || made_ > most_expanded_products)
-        throw Error(text("expand: more than ", limit_,
+        throw Error(text("more than ", limit_,
                          " terms; expand only the parts that need it, or leave the "
                          "expression factored: derivatives, fn and integrate do not need it expanded"));
       Sum product;
