@@ -183,8 +183,9 @@ VecX particular(const MatX& A, const VecX& b, const dae::ForcingGroup& g) {
     }
     const auto next = solve(M, right);
     if (!next)
-      throw Error(text("the input ", pendula::to_text(exp(g.rate * t) * cos(g.frequency * t)),
-                       " may be in resonance with a mode of the symbolic system; give values with G:with{ … }"));
+      throw Error(
+          text("the input ", pendula::to_text(exp(g.rate * t) * cos(g.frequency * t)),
+               " may be in resonance with a mode of the symbolic system; give values with G:with{ … }"));
     last = *next;
     const Expr growth = exp(g.rate * t) * (k == 0 ? Expr(1) : pow(t, Expr(static_cast<long>(k))));
     for (Index i = 0; i < n; ++i)

@@ -141,3 +141,19 @@ test("lists of expressions and their unknowns are read as they are", function()
   expect(function() solve({ x + y, {} }, { {}, x }) end):fails "."
   expect(function() solve({ x^2 - 4 }, { 3, x }) end):fails "."
 end)
+
+test("an equation with a number that is not exact is refused with that number", function()
+  local x, y = vars "x y"
+  local message = "3.1415926535898 is not an exact number; closed forms need pi, sqrt(2) or a fraction in its place"
+  expect(function() solve(x^5 - math.pi*x + 1, x) end):fails("solve: " .. message)
+  expect(function() solve({ x^3 - math.pi*x*y ~ 1, x*y^2 ~ x^2 + 1 }, { x, y }) end):fails("solve: " .. message)
+  local ok, why = pcall(equilibria, dae { der(x) ~ exp(x) - math.pi*x })
+  expect(ok):is_false()
+  expect(why:find(message .. "; equilibria(sys, { within", 1, true) ~= nil):is_true()
+  expect(select(2, why:gsub("%.lua:%d+:", "")) <= 1):is_true()          -- was twice: "…: fraction: …" inside
+end)
+
+test("helper symbols of the solver do not appear in its errors", function()
+  local x = var "x"
+  expect(function() solve(sin(x^x) ~ 0, x) end):fails "x^x - 2 π k = 0"
+end)

@@ -76,7 +76,8 @@ void resolve_chains(Substitution& laws) {
 void add_part(const Model& part, std::vector<Block>& blocks, ModelOptions& options) {
   if (!part.form.empty())
     throw Error(
-        text("reduce(\"", part.form, "\") made this part; use the model before reduce as the part, and reduce the whole model"));
+        text("reduce(\"", part.form,
+             "\") made this part; use the model before reduce as the part, and reduce the whole model"));
   blocks.insert(blocks.end(), part.blocks.begin(), part.blocks.end());
   for (const auto& [leaf, meaning] : part.relations) options.relations[leaf] = meaning;
   options.events.insert(options.events.end(), part.events.begin(), part.events.end());

@@ -94,7 +94,8 @@ std::string latex(const Model& m) {
     }
   }
   const std::string systems = written_out(linear_system_lines(m), Detail::full, Notation::latex);
-  return "\\begin{align}\n  " + join(rows, " \\\\\n  ") + "\n\\end{align}" + (systems.empty() ? "" : "\n" + systems);
+  return "\\begin{align}\n  " + join(rows, " \\\\\n  ") + "\n\\end{align}" +
+         (systems.empty() ? "" : "\n" + systems);
 }
 
 }  // namespace pendula::dae

@@ -43,7 +43,8 @@ std::vector<NamedSystem> named_systems(const Model& m, Substitution names) {
   }
   for (NamedSystem& s : systems)
     s.complete = std::none_of(s.unknowns.begin(), s.unknowns.end(), [](Expr e) { return e.is_zero(); });
-  std::sort(systems.begin(), systems.end(), [](const auto& a, const auto& b) { return a.head.id() < b.head.id(); });
+  std::sort(systems.begin(), systems.end(),
+            [](const auto& a, const auto& b) { return a.head.id() < b.head.id(); });
   return systems;
 }
 
@@ -57,7 +58,7 @@ MatX matrix_of(const LinearSystem& s) {
 }
 
 bool fits(const std::string& line) {
-  constexpr int widest = 120;
+  constexpr int widest = 160;
   const std::string shown = rendered(line);
   for (std::size_t i = 0, end = 0; end != std::string::npos; i = end + 1) {
     end = shown.find('\n', i);
@@ -72,7 +73,8 @@ std::vector<Block> blocks_with_names(const Model& m) {
   std::vector<Block> blocks = m.blocks;
   const Substitution names = names_of_components(m);
   if (names.empty()) return blocks;
-  for (Block& b : blocks) b.rhs = b.rhs.unaryExpr([&](Expr e) { return e.op() == Op::solve ? e : substitute(e, names); });
+  for (Block& b : blocks)
+    b.rhs = b.rhs.unaryExpr([&](Expr e) { return e.op() == Op::solve ? e : substitute(e, names); });
   return blocks;
 }
 
@@ -89,8 +91,7 @@ std::vector<std::string> linear_system_lines(const Model& m) {
       VecX b(system.size);
       for (int i = 0; i < system.size; ++i) b[i] = readable(system.b(i));
       parts = {"  " + formula("A = ", ref(matrix_of(system))), "  " + formula("b = ", ref(b))};
-      if (!std::all_of(parts.begin(), parts.end(), fits))
-        parts[1] = "  " + formula("b = ", ref(MatX(b)));
+      if (!std::all_of(parts.begin(), parts.end(), fits)) parts[1] = "  " + formula("b = ", ref(MatX(b)));
     }
     const bool shown = !parts.empty() && std::all_of(parts.begin(), parts.end(), fits);
     lines.push_back("where " + equation + (shown ? " with" : ", " + size));

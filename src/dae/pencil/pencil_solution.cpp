@@ -126,8 +126,9 @@ class Differential {
         last = linalg::solve(a, right);
       } catch (const Error&) {
         const Expr wave = g.frequency.is_zero() ? growth : growth * cos(g.frequency * t);
-        throw Error(text("the forcing ", to_text(wave),
-                         " is in resonance with a mode of the system, and its exponent is not rational; use rational numbers"));
+        throw Error(text(
+            "the forcing ", to_text(wave),
+            " is in resonance with a mode of the system, and its exponent is not rational; use rational numbers"));
       }
       const Expr power = k == 0 ? Expr(1) : pow(t, Expr(static_cast<long>(k)));
       for (Index i = 0; i < n; ++i)

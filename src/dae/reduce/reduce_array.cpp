@@ -178,7 +178,7 @@ void prune(ArraySelection& s, const ArrayAt& a) {
   }
 }
 
-/// x_dot, x_ddot … for derivatives that become algebraic variables; 0 for those that nothing determines.
+/// x_dot, x_ddot …, printed x′, x″, for derivatives that become algebraic variables; 0 for those that nothing determines.
 struct Replacement {
   Substitution by;
   std::vector<Expr> made;
@@ -194,7 +194,7 @@ Replacement replacement(const ArrayAt& a, const ArraySelection& s, const Model& 
     if (symbol.order > 4) dots = text("d", symbol.order, "ot");
     const std::string name = fresh_name(used, symbol.name + "_" + dots, symbol.name + "_" + dots + "_");
     used.insert(name);
-    r.by[leaf] = newly_declared({pendula::symbol(Kind::variable, name)})[0];
+    r.by[leaf] = declared_for(leaf, pendula::symbol(Kind::variable, name));
     r.made.push_back(r.by[leaf]);
   };
   for (Index j : s.dependent) introduce(derivative_leaf(a.columns[j]));

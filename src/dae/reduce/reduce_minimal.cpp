@@ -192,7 +192,8 @@ class Dependents {
     const Expr phi = number ? simplify(root - best->b / two_a) : simplify((root - best->b) / two_a);
     keep(best->leaf, phi);
     const auto name = to_text(best->leaf);
-    const std::string remedy = "reduce \"dummy\" and reduce \"project\" divide by no expression and pass this point";
+    const std::string remedy =
+        "reduce \"dummy\" and reduce \"project\" divide by no expression and pass this point";
     domain.push_back(
         {pendula::sqrt(inside),
          text("the two roots of ", c.label, " for ", name, " meet, of which form \"minimal\" took one"),

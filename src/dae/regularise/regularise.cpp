@@ -47,7 +47,8 @@ bool make_regular(Equations& e, Structure& s, Regularised& r) {
     const std::size_t unknowns = e.variables.size();
     s = structure_of(e);
     if (s.matched && !s.regular && s.offsets.value > before) {
-      r.log.push_back("the conversion did not lower the number of free initial values that the structure predicts: stopped");
+      r.log.push_back(
+          "the conversion did not lower the number of free initial values that the structure predicts: stopped");
       return false;
     }
     r.log.push_back(text("structure: rank of the system Jacobian ", s.rank.rank, " of ", e.variables.size(),

@@ -16,6 +16,7 @@
 #include "dae/rank/rank.hpp"
 #include "dae/singular/singularity_conditions.hpp"
 #include "dae/structure/balance.hpp"
+#include "expr/graph/declaration.hpp"
 #include "expr/print/print.hpp"
 
 namespace pendula::dae {
@@ -81,6 +82,13 @@ std::string grouped(const std::vector<Expr>& list) {
     }
   }
   return join(names, ", ");
+}
+
+/// Form "array": x′ among the algebraic variables is no derivative of an x that is integrated.
+std::string own_derivatives(const Model& m) {
+  const auto z = m.algebraic();
+  const bool some = std::any_of(z.begin(), z.end(), [](Expr leaf) { return stands_for(leaf).has_value(); });
+  return some ? "; the derivatives among them are unknowns of their own" : "";
 }
 
 /// A value of a parameter: a short decimal where it has one, L = 0.5 beside g = 9.81.
@@ -159,7 +167,7 @@ std::string describe(const Model& m) {
   for (const std::string& line : linear_system_lines(m)) out += rendered("  " + line) + "\n";
   Table symbols;
   if (!m.states().empty()) symbols.row({"differential", grouped(m.states())});
-  if (!m.algebraic().empty()) symbols.row({"algebraic", grouped(m.algebraic())});
+  if (!m.algebraic().empty()) symbols.row({"algebraic", grouped(m.algebraic()) + own_derivatives(m)});
   if (!m.inputs.empty()) symbols.row({"inputs", grouped(m.inputs)});
   if (!m.parameters.empty()) symbols.row({"parameters", parameter_values(m)});
   leading_rank(m, symbols);

@@ -19,6 +19,7 @@ struct Declared {
 
 struct Declarations {
   std::unordered_map<Expr, Declared> places;
+  std::unordered_map<Expr, Expr> derivatives;  ///< unknowns of reduced forms that stand for one
   std::uint64_t count = 0, session_begin = 0;
 };
 
@@ -57,8 +58,23 @@ std::vector<Expr> newly_declared(std::vector<Expr> symbols) {
     place.latest = ++d.count;
     if (place.only_made || place.first <= d.session_begin) place.first = d.count;
     place.only_made = false;
+    d.derivatives.erase(leaf);
   }
   return symbols;
+}
+
+Expr declared_for(Expr derivative, Expr unknown) {
+  Declarations& d = declarations();
+  const bool free = place_of(unknown).only_made || d.derivatives.count(unknown) != 0;
+  newly_declared({unknown});
+  if (free) d.derivatives[unknown] = derivative;
+  return unknown;
+}
+
+std::optional<Expr> stands_for(Expr unknown) {
+  const auto& known = declarations().derivatives;
+  const auto at = known.find(unknown);
+  return at == known.end() ? std::nullopt : std::optional(at->second);
 }
 
 void begin_declarations() { declarations().session_begin = declarations().count; }

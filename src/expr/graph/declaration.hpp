@@ -8,6 +8,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "expr/graph/graph.hpp"
@@ -18,6 +19,11 @@ namespace pendula {
 void newly_made(Expr symbol);
 /// The symbols, declared in this order; returns them.
 std::vector<Expr> newly_declared(std::vector<Expr> symbols);
+/// An unknown that takes the place of a derivative: it is printed like the derivative it stands for, unless the
+/// user declared a symbol of its name.
+Expr declared_for(Expr derivative, Expr unknown);
+/// The derivative that an unknown was made for.
+std::optional<Expr> stands_for(Expr unknown);
 /// A new session begins: what was declared before it does not count.
 void begin_declarations();
 /// A number that differs between sessions with declarations in them.

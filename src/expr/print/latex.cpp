@@ -7,6 +7,7 @@
 
 #include "base/error.hpp"
 #include "base/text.hpp"
+#include "expr/graph/declaration.hpp"
 #include "expr/print/print_notation.hpp"
 
 namespace pendula {
@@ -72,6 +73,7 @@ class Latex final : public Notation {
   }
 
   Piece symbol(const Symbol& s) const override {
+    if (const auto d = stands_for(s.base)) return symbol(symbol_of(derivative_leaf(*d, s.order)));
     if (s.component > 0) {
       const SplitName name = split_name(s.vector);
       const std::string below =

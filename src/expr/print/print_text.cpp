@@ -4,6 +4,7 @@
 #include <unordered_set>
 
 #include "base/text.hpp"
+#include "expr/graph/declaration.hpp"
 #include "expr/print/print_notation.hpp"
 
 namespace pendula {
@@ -66,6 +67,7 @@ class Unicode final : public Notation {
   std::string parenthesised(const std::string& inside) const override { return "(" + inside + ")"; }
 
   Piece symbol(const Symbol& s) const override {
+    if (const auto d = stands_for(s.base)) return symbol(symbol_of(derivative_leaf(*d, s.order)));
     std::string name = pretty_name(s.name);
     if (s.component > 0) name = column_name(s.vector) + subscript(s.component);
     return {name + primes(s.order), s.order < 4 ? Bind::atom : Bind::power};

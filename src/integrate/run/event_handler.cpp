@@ -6,6 +6,7 @@
 
 #include "base/error.hpp"
 #include "base/text.hpp"
+#include "dae/model/lineage.hpp"
 #include "expr/print/print.hpp"
 
 namespace pendula::integrate {
@@ -225,7 +226,8 @@ void EventHandler::reset(Point& point, const std::vector<std::pair<Expr, double>
     const auto& x = state_.problem->model().x;
     const auto at = std::find(x.begin(), x.end(), state);
     if (at == x.end())
-      throw Error(text("an event cannot reset ", to_text(state), ": it is not a state of the model"));
+      throw Error(text("an event cannot reset ", to_text(state), ": it is not a state of the model",
+                       x.size() <= 12 ? text(" (its states: ", dae::names_of(x), ")") : ""));
     if (!std::isfinite(value)) throw Failure(text("an event resets ", to_text(state), " to ", value));
     changed.push_back(static_cast<int>(at - x.begin()));
     point.x[changed.back()] = value;

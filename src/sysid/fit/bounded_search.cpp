@@ -66,8 +66,8 @@ void check(const Vec& start, const Bounds& bounds, const Vec& scale) {
   size(bounds.upper, "upper");
   for (Index i = 0; i < start.size(); ++i)
     if (!(bounds.lower[i] <= bounds.upper[i]))
-      throw Error(text("the bounds of parameter ", i + 1, " are not an interval: ", rounded(bounds.lower[i], 6),
-                       " … ", rounded(bounds.upper[i], 6)));
+      throw Error(text("the bounds of parameter ", i + 1, " are not an interval: ",
+                       rounded(bounds.lower[i], 6), " … ", rounded(bounds.upper[i], 6)));
 }
 
 }  // namespace

@@ -255,8 +255,7 @@ std::vector<Response> predict_with_gaps(const StateSpaceModel& m, const Mat& Lam
   const KalmanErrors e = kalman_errors(used, Lambda, d, first, horizon > 1);
   const Mat values = horizon > 1 ? ahead(m, e, d, horizon) : e.predicted;
   if (!values.allFinite())
-    throw Failure(
-        "the response overflows: the model is unstable; predict with a short horizon");
+    throw Failure("the response overflows: the model is unstable; predict with a short horizon");
   std::vector<Response> out;
   for (Index j = 0; j < d.outputs(); ++j) {
     Response one;

@@ -177,7 +177,8 @@ const lti::CurveFacts& only_curve(Call& call) {
   const auto& r = response(call);
   if (r.kind != "step")
     throw Error(text("only step responses have this value; this is a response of kind \"", r.kind, "\""));
-  if (r.facts.empty() && r.settles) throw Error("no characteristic values are computed for a system with delays; see r.y");
+  if (r.facts.empty() && r.settles)
+    throw Error("no characteristic values are computed for a system with delays; see r.y");
   if (r.facts.empty()) throw Error("some poles do not decay: there is no final value");
   if (r.facts.size() != 1 || r.facts[0].size() != 1)
     throw Error("of several channels: choose one with G:channel(i, j):step()");
