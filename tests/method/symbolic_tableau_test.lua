@@ -102,7 +102,7 @@ test("every method explains every model: names, DAEs by Rosenbrock, second order
   has(two, "M k₂ = Δt φ(y_k + k₁) + Δt J (-0.58578644 k₁)")
   has(explain_step(implicit, rosenbrock.ros2), "x′ = δ, 0 = F(δ, x, z)")
   has(explain_step(dae { der(p) ~ sin(t) - p }, rosenbrock.rodas3), "M k₁ = Δt f(t_k, x_k) + 0.5 Δt² ∂f/∂t")
-  has(explain_step(dae { der(p) ~ sin(t) - p }, rosenbrock.rodas4),         -- was "+ -0.1043 Δt²", in 180 columns
+  has(explain_step(dae { der(p) ~ sin(t) - p }, rosenbrock.rodas4),  -- was "+ -0.1043 Δt²"
     "x_k + 0.386 k₁) + Δt J (-0.3543 k₁) - 0.1043 Δt² ∂f/∂t")
   has(explain_step(pendulum, rk.rk4), "M is singular for every Δt: the index is above 1")
   has(explain_step(pendulum, rk.gauss(2)), "M tends to a singular matrix as Δt → 0: the index is above 1")
