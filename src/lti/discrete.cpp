@@ -21,11 +21,22 @@ MatX chosen(const std::optional<MatX>& exact, const char* what) {
   return *exact;
 }
 
+/// Can Mⁿ be 0? tr M = Σ λ and tr M² = Σ λ² say no of almost every other matrix, at the price of one product.
+bool may_be_nilpotent(const MatX& M) {
+  const dae::RationalMatrix m = rational(M);
+  mpq_class trace = 0, squares = 0;
+  for (int i = 0; i < m.rows(); ++i) {
+    trace += m(i, i);
+    for (int j = 0; j < m.cols(); ++j) squares += m(i, j) * m(j, i);
+  }
+  return trace == 0 && squares == 0;
+}
+
 /// e^{M Ts}: exact where M is nilpotent or something is symbolic, else in doubles.
 MatX sampled_exponential(const MatX& M, Expr Ts) {
   if (field(M) == Field::symbolic || !Ts.is_constant())
     return chosen(transition(M, Ts), "the matrix exponential");
-  if (field(M) == Field::exact && exact_value(Ts)) {
+  if (field(M) == Field::exact && exact_value(Ts) && may_be_nilpotent(M)) {
     MatX power = M;
     for (Index k = 1; k < M.rows(); ++k) power = product(power, M);
     if (std::all_of(power.data(), power.data() + power.size(), [](Expr e) { return e.is_zero(); }))

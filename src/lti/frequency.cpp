@@ -24,11 +24,13 @@ class Evaluator {
  public:
   explicit Evaluator(const System& given) : g_(with_numbers(given)), Ts_(sampling(g_)) {
     if (g_.form == Form::ss) {
-      const Eigen::ComplexSchur<Mat> schur(g_.ss.order() ? numbers(g_.ss.A) : Mat(Mat::Zero(1, 1)));
       if (g_.ss.order()) {
+        const Mat A = numbers(g_.ss.A);
+        const Vec d = linalg::balancing(A);
+        const Eigen::ComplexSchur<Mat> schur(linalg::similar(A, d));
         T_ = schur.matrixT();
-        B_ = schur.matrixU().adjoint() * numbers(g_.ss.B).cast<Complex>();
-        C_ = numbers(g_.ss.C).cast<Complex>() * schur.matrixU();
+        B_ = schur.matrixU().adjoint() * (d.cwiseInverse().asDiagonal() * numbers(g_.ss.B)).cast<Complex>();
+        C_ = (numbers(g_.ss.C) * d.asDiagonal()).cast<Complex>() * schur.matrixU();
       }
       D_ = numbers(g_.ss.D).cast<Complex>();
     } else {
@@ -75,7 +77,7 @@ std::vector<std::pair<double, double>> corners(const System& g) {
     if (m.value.imag() < 0 || std::abs(m.value) == 0) continue;
     const Complex s = Ts > 0 ? std::log(m.value) / Ts : m.value;
     const double w = std::abs(s);
-    if (w > 1e-12 && std::isfinite(w)) list.emplace_back(w, std::fabs(s.real()) / w);
+    if (w > 0 && std::isfinite(w)) list.emplace_back(w, std::fabs(s.real()) / w);
   }
   return list;
 }
@@ -349,7 +351,8 @@ std::vector<double> level_frequencies(const System& g, double gamma) {
   const Mat F = A + B * Ri * D.transpose() * C;
   H << F, gamma * B * Ri * B.transpose(), -gamma * C.transpose() * Si * C, -F.transpose();
   const Mat eigenvalues = stoppable(25 * std::pow(2.0 * static_cast<double>(n), 3), [&] {
-    const ComplexVec e = Eigen::EigenSolver<Mat>(H, false).eigenvalues();
+    const ComplexVec e =
+        Eigen::EigenSolver<Mat>(linalg::similar(H, linalg::balancing(H)), false).eigenvalues();
     Mat parts(e.size(), 2);
     parts << e.real(), e.imag();
     return std::vector<Mat>{parts};

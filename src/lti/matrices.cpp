@@ -10,10 +10,15 @@
 namespace pendula::lti {
 
 Field field(std::span<const Expr> entries) {
+  constexpr std::size_t most_bits = 256;
   Field f = Field::exact;
+  mpz_class common = 1;
   for (Expr e : entries) {
     if (!e.is_constant()) return Field::symbolic;
-    if (!exact_value(e)) f = Field::numeric;
+    if (f == Field::numeric) continue;
+    const mpq_class* q = exact_value(e);
+    if (q && common % q->get_den() != 0) common = lcm(common, q->get_den());
+    if (!q || mpz_sizeinbase(common.get_mpz_t(), 2) > most_bits) f = Field::numeric;
   }
   return f;
 }

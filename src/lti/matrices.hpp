@@ -2,6 +2,10 @@
 //
 // A matrix is exact (all entries rational), numeric (constants, at least one known as a double only) or
 // symbolic. Exact matrices stay exact; numeric ones are worked on in doubles; symbolic ones on the graph.
+//
+// Measured numbers above 10⁹ have so few digits behind the point that every one is the rational number of some
+// denominator (1136700163.0743). Rationals without a common denominator of 256 bits are therefore numeric: fractions
+// that someone wrote have one, and exact work on others takes minutes and shows nothing.
 #pragma once
 
 #include <complex>

@@ -24,9 +24,10 @@ std::vector<dae::Mode> sorted(std::vector<dae::Mode> list) {
   return list;
 }
 
-std::vector<dae::Mode> eigenvalues(const Mat& m) {
+std::vector<dae::Mode> eigenvalues(const Mat& given) {
   std::vector<dae::Mode> list;
-  if (m.rows() == 0) return list;
+  if (given.rows() == 0) return list;
+  const Mat m = linalg::similar(given, linalg::balancing(given));
   const auto e = linalg::eigensystem(m);
   // Parts below the backward error of the eigenvalue iteration are rounding: a pole on the axis is printed
   // there.
@@ -143,6 +144,32 @@ Quadruple<M> core(const Quadruple<M>& s, double tol) {
   return row_reduced(dual(row_reduced(s, tol)), tol);
 }
 
+/// A power of two near x > 0, else 1.
+double power_of_two(double x) { return x > 0 ? std::exp2(std::round(std::log2(x))) : 1; }
+
+/// The same system in units of time, states, inputs and outputs in which all entries are near 1, so that one tolerance
+/// fits them; s = unit·s̃.
+Quadruple<Mat> in_units(Quadruple<Mat> q, double& unit) {
+  const Vec d = linalg::balancing(q.A);
+  q.A = linalg::similar(q.A, d);
+  q.B = d.cwiseInverse().asDiagonal() * q.B;
+  q.C = q.C * d.asDiagonal();
+  unit = power_of_two(q.A.norm());
+  q.A /= unit;
+  q.B /= unit;
+  for (Index j = 0; j < q.B.cols(); ++j) {
+    const double size = power_of_two(std::max(q.B.col(j).norm(), q.D.col(j).norm()));
+    q.B.col(j) /= size;
+    q.D.col(j) /= size;
+  }
+  for (Index i = 0; i < q.C.rows(); ++i) {
+    const double size = power_of_two(std::max(q.C.row(i).norm(), q.D.row(i).norm()));
+    q.C.row(i) /= size;
+    q.D.row(i) /= size;
+  }
+  return q;
+}
+
 std::vector<dae::Mode> zeros_of(const StateSpace& g) {
   const bool exact = common(common(field(g.A), field(g.B)), common(field(g.C), field(g.D))) == Field::exact;
   if (exact && g.order() <= most_exact) {
@@ -153,11 +180,12 @@ std::vector<dae::Mode> zeros_of(const StateSpace& g) {
     PENDULA_ASSERT(back.has_value(), "the reduced system has a singular D");
     return eigenvalues(s.A - s.B * (*back * s.C));
   }
-  const Quadruple<Mat> q{numbers(g.A), numbers(g.B), numbers(g.C), numbers(g.D)};
+  double unit = 1;
+  const Quadruple<Mat> q = in_units({numbers(g.A), numbers(g.B), numbers(g.C), numbers(g.D)}, unit);
   const double size = std::max({q.A.norm(), q.B.norm(), q.C.norm(), q.D.norm()});
   const auto s = core(q, 100 * std::numeric_limits<double>::epsilon() * size);
   if (s.A.rows() == 0) return {};
-  return eigenvalues(Mat(s.A - s.B * s.D.partialPivLu().solve(s.C)));
+  return eigenvalues(Mat(unit * (s.A - s.B * s.D.partialPivLu().solve(s.C))));
 }
 
 std::vector<dae::Mode> listed(const std::vector<std::pair<Expr, Expr>>& roots) {
@@ -258,7 +286,9 @@ bool semisimple(const System& g, const dae::Mode& mode) {
   if (mode.multiplicity == 1) return true;
   if (g.form != Form::ss) return false;
   const int n = g.ss.order();
-  const ComplexMat m = numbers(g.ss.A).cast<Complex>() - mode.value * ComplexMat::Identity(n, n);
+  const Mat A = numbers(g.ss.A);
+  const ComplexMat m =
+      linalg::similar(A, linalg::balancing(A)).cast<Complex>() - mode.value * ComplexMat::Identity(n, n);
   Eigen::JacobiSVD<ComplexMat> svd(m);
   svd.setThreshold(1e-10);
   return n - svd.rank() == mode.multiplicity;

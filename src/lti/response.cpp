@@ -200,9 +200,29 @@ Response make(const char* kind, const System& g, const Vec& t) {
   return r;
 }
 
-void keep(Response& r, Run&& one) {
-  r.y.push_back(std::move(one.y));
-  r.x.push_back(std::move(one.x));
+/// Keeps the rows of the times that were asked for, the last ones.
+void keep(Response& r, const Run& one) {
+  r.y.emplace_back(one.y.bottomRows(r.t.size()));
+  r.x.emplace_back(one.x.bottomRows(r.t.size()));
+}
+
+/// The times with what lies between 0, where steps and impulses come, and the first of them.
+Vec from_zero(const Numbers& s, const Vec& t) {
+  check_times(s, t);
+  if (t[0] == 0) return t;
+  if (t[0] < 0)
+    throw Error(text("the response begins at t = 0, but t[1] = ", pendula::rounded(t[0]),
+                     "; lsim(G, u, t) begins at any time"));
+  const double steps = s.Ts > 0 ? std::round(t[0] / s.Ts) : 1;
+  if (s.Ts > 0 && std::fabs(t[0] - steps * s.Ts) > 1e-6 * s.Ts)
+    throw Error(text("the times of a discrete system are multiples of Ts = ", pendula::rounded(s.Ts),
+                     ", but t[1] = ", pendula::rounded(t[0])));
+  if (steps > 1e7) throw Error(text("t[1] = ", pendula::rounded(t[0]), " is ", steps, " samples after 0"));
+  const auto before = static_cast<Index>(steps);
+  Vec all(before + t.size());
+  for (Index k = 0; k < before; ++k) all[k] = static_cast<double>(k) * s.Ts;
+  all.tail(t.size()) = t;
+  return all;
 }
 
 }  // namespace
@@ -238,29 +258,30 @@ Vec response_times(const System& given, std::optional<double> to) {
   return Vec::LinSpaced(static_cast<Index>(wanted) + 1, 0, end);
 }
 
-Response step(const System& g, const Vec& t) {
+Response step(const System& g, const Vec& wanted) {
   const Numbers s = numbers_of(g);
-  check_times(s, t);
-  Response r = make("step", g, t);
+  const Vec t = from_zero(s, wanted);
+  Response r = make("step", g, wanted);
   Mat final;
   if (r.settles) final = numbers(dcgain(with_numbers(g)));
   for (Index j = 0; j < s.B.cols(); ++j) {
     const Vec u = Vec::Unit(s.B.cols(), j);
     Hold hold(s, false);
-    keep(r, run(
-                s, t, Vec::Zero(s.A.rows()), [&](Index) { return u; },
-                [&](const Vec& x, Index k) { return hold(x, u, u, t[k + 1] - t[k]); }));
+    const Run one = run(
+        s, t, Vec::Zero(s.A.rows()), [&](Index) { return u; },
+        [&](const Vec& x, Index k) { return hold(x, u, u, t[k + 1] - t[k]); });
+    keep(r, one);
     if (!r.settles) continue;
     r.facts.emplace_back();
-    for (Index i = 0; i < s.C.rows(); ++i) r.facts.back().push_back(facts(t, r.y.back().col(i), final(i, j)));
+    for (Index i = 0; i < s.C.rows(); ++i) r.facts.back().push_back(facts(t, one.y.col(i), final(i, j)));
   }
   return r;
 }
 
-Response impulse(const System& g, const Vec& t) {
+Response impulse(const System& g, const Vec& wanted) {
   const Numbers s = numbers_of(g);
-  check_times(s, t);
-  Response r = make("impulse", g, t);
+  const Vec t = from_zero(s, wanted);
+  Response r = make("impulse", g, wanted);
   const Vec none = Vec::Zero(s.B.cols());
   for (Index j = 0; j < s.B.cols(); ++j) {
     const Vec unit = Vec::Unit(s.B.cols(), j);
@@ -277,14 +298,14 @@ Response impulse(const System& g, const Vec& t) {
   return r;
 }
 
-Response initial(const System& given, const Vec& x0, const Vec& t) {
+Response initial(const System& given, const Vec& x0, const Vec& wanted) {
   const System g = to_ss(given);
   const Numbers s = numbers_of(g);
   if (x0.size() != s.A.rows())
     throw Error(text("x0 has ", x0.size(), x0.size() == 1 ? " entry" : " entries", " for ", s.A.rows(),
                      s.A.rows() == 1 ? " state" : " states"));
-  check_times(s, t);
-  Response r = make("initial", g, t);
+  const Vec t = from_zero(s, wanted);
+  Response r = make("initial", g, wanted);
   const Vec none = Vec::Zero(s.B.cols());
   Hold hold(s, false);
   keep(r, run(

@@ -66,7 +66,8 @@ Split split(const MatX& A, const MatX& B, double tol = 0) {
     PENDULA_ASSERT(back.has_value(), "a basis that is singular");
     return {dae::expressions(V), dae::expressions(*back), space.cols()};
   }
-  const Mat a = numbers(A), b = numbers(B);
+  const Vec d = linalg::balancing(numbers(A)), inverse = d.cwiseInverse();  // states in comparable units
+  const Mat a = linalg::similar(numbers(A), d), b = inverse.asDiagonal() * numbers(B);
   const double cubic = std::pow(static_cast<double>(n), 3);
   const Mat space = stoppable(8 * cubic, [&] {
     return std::vector<Mat>{reachable(a, b, tol > 0 ? tol : 1e-12 * static_cast<double>(n))};
@@ -74,7 +75,8 @@ Split split(const MatX& A, const MatX& B, double tol = 0) {
   if (space.cols() == n) return {MatX(MatX::Identity(n, n)), MatX(MatX::Identity(n, n)), static_cast<int>(n)};
   Mat V(n, n);
   V << space, Mat(Mat(Eigen::HouseholderQR<Mat>(space).householderQ()).rightCols(n - space.cols()));
-  return {expressions(V), expressions(Mat(V.transpose())), static_cast<int>(space.cols())};
+  return {expressions(Mat(d.asDiagonal() * V)), expressions(Mat(V.transpose() * inverse.asDiagonal())),
+          static_cast<int>(space.cols())};
 }
 
 System transformed(const System& g, const Split& s, int keep) {
@@ -137,9 +139,8 @@ Reach reach(const System& g, bool controllability) {
   Reach r;
   r.controllability = controllability;
   r.order = g.ss.order();
-  r.matrix = controllability_matrix(g);
   if (field(g) == Field::symbolic) {
-    r.rank = r.order == 0 ? 0 : linalg::rank(r.matrix);
+    r.rank = r.order == 0 ? 0 : linalg::rank(controllability_matrix(g));
     r.stable = r.rank == r.order;
     return r;
   }
@@ -159,16 +160,23 @@ Reach reach(const System& g, bool controllability) {
   return r;
 }
 
-bool near(const std::pair<Expr, Expr>& a, const std::pair<Expr, Expr>& b, double tol) {
-  const Complex x(number(a.first), number(a.second)), y(number(b.first), number(b.second));
-  return std::abs(x - y) <= tol * std::max(1.0, std::abs(x));
+Complex value_of(const std::pair<Expr, Expr>& root) { return {number(root.first), number(root.second)}; }
+
+/// Whatever the unit of time: relative to their size, and equal where both are rounding beside the largest root.
+bool near(Complex x, Complex y, double tol, double largest) {
+  const double size = std::max(std::abs(x), std::abs(y));
+  return std::abs(x - y) <= tol * size || size <= tol * tol * largest;
 }
 
 /// Pairs of zeros and poles that are as good as equal.
 Factored without_pairs(Factored f, double tol, int& pairs) {
+  double largest = 0;
+  for (const auto* roots : {&f.zeros, &f.poles})
+    for (const auto& r : *roots) largest = std::max(largest, std::abs(value_of(r)));
   for (std::size_t i = 0; i < f.zeros.size();) {
-    const auto pole =
-        std::find_if(f.poles.begin(), f.poles.end(), [&](const auto& p) { return near(f.zeros[i], p, tol); });
+    const auto pole = std::find_if(f.poles.begin(), f.poles.end(), [&](const auto& p) {
+      return near(value_of(f.zeros[i]), value_of(p), tol, largest);
+    });
     if (pole == f.poles.end()) {
       ++i;
       continue;
@@ -216,6 +224,9 @@ MatX controllability_matrix(const System& given) {
     const Mat A = numbers(g.ss.A);
     Mat all(n, n * m), part = numbers(g.ss.B);
     for (int k = 0; k < n; ++k, part = A * part) all.middleCols(k * m, m) = part;
+    if (!all.allFinite())
+      throw Failure(text("the entries of A^", n - 1,
+                         " B overflow in this unit of time; G:controllability() does not need them"));
     return expressions(all);
   }
   MatX all(n, n * m), part = g.ss.B;
@@ -230,12 +241,20 @@ MatX observability_matrix(const System& given) {
   return controllability_matrix(transposed(to_ss(given))).transpose();
 }
 
-Reach controllability(const System& g) { return reach(to_ss(g), true); }
+Reach controllability(const System& g) {
+  Reach r = reach(to_ss(g), true);
+  r.system = std::make_shared<const System>(g);
+  return r;
+}
 
 Reach observability(const System& g) {
   Reach r = reach(transposed(to_ss(g)), false);
-  r.matrix = MatX(r.matrix.transpose());
+  r.system = std::make_shared<const System>(g);
   return r;
+}
+
+MatX matrix(const Reach& r) {
+  return r.controllability ? controllability_matrix(*r.system) : observability_matrix(*r.system);
 }
 
 std::string describe(const Reach& r) {
@@ -325,11 +344,13 @@ MatX exact_lyapunov(const MatX& A, const MatX& Q, bool continuous) {
   return p->reshaped(n, n);
 }
 
-Mat numeric_lyapunov(const Mat& A, const Mat& Q, bool continuous) {
+/// In units of the states, x = D x̃: P = D P̃ D.
+Mat schur_lyapunov(const Mat& A, const Mat& Q, bool continuous, const Vec& d) {
   const Index n = A.rows();
-  const Eigen::ComplexSchur<Mat> schur(A);
+  const Vec inverse = d.cwiseInverse();
+  const Eigen::ComplexSchur<Mat> schur(linalg::similar(A, d));
   const ComplexMat &T = schur.matrixT(), &U = schur.matrixU();
-  const ComplexMat F = U.adjoint() * Q.cast<Complex>() * U;
+  const ComplexMat F = U.adjoint() * (inverse.asDiagonal() * Q * inverse.asDiagonal()).cast<Complex>() * U;
   ComplexMat Y = ComplexMat::Zero(n, n);
   const double smallest = 1e-14 * T.norm();
   // Columns from the right: in A P + P Aᴴ + Q = 0 with T upper triangular, (T + t̄ⱼⱼ I) yⱼ = -fⱼ - Σ_{k>j} t̄ⱼₖ
@@ -354,8 +375,32 @@ Mat numeric_lyapunov(const Mat& A, const Mat& Q, bool continuous) {
             "eigenvalues that are opposite to each other");
     Y.col(j) = M.triangularView<Eigen::Upper>().solve(right);
   }
-  const Mat P = (U * Y * U.adjoint()).real();
+  const Mat P = d.asDiagonal() * (U * Y * U.adjoint()).real() * d.asDiagonal();
   return (P + P.transpose()) / 2;
+}
+
+/// The largest entry of the residual relative to the sum of the sizes of its terms: whatever the units.
+double entrywise_residual(const Mat& A, const Mat& Q, const Mat& P, bool continuous) {
+  const Mat a = A.cwiseAbs(), p = P.cwiseAbs();
+  const Mat residual = continuous ? Mat(A * P + P * A.transpose() + Q) : Mat(A * P * A.transpose() - P + Q);
+  const Mat size =
+      (continuous ? Mat(a * p + p * a.transpose()) : Mat(a * p * a.transpose() + p)) + Q.cwiseAbs();
+  return (size.array() > 0).select(residual.cwiseAbs().cwiseQuotient(size), 0).maxCoeff();
+}
+
+/// In units in which A is balanced; where small entries of A are rounding (poles at 0) these are no units, and those
+/// that were given are better.
+Mat numeric_lyapunov(const Mat& A, const Mat& Q, bool continuous) {
+  const Vec d = linalg::balancing(A);
+  const Mat P = schur_lyapunov(A, Q, continuous, d);
+  const double error = entrywise_residual(A, Q, P, continuous);
+  if (d.isOnes(0) || error <= 1e-13 * static_cast<double>(A.rows())) return P;
+  try {
+    const Mat plain = schur_lyapunov(A, Q, continuous, Vec::Ones(A.rows()));
+    return entrywise_residual(A, Q, plain, continuous) < error ? plain : P;
+  } catch (const Error&) {
+    return P;
+  }
 }
 
 }  // namespace

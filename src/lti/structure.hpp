@@ -34,17 +34,19 @@ struct Reach {
   };
   std::vector<Hidden> modes;  ///< empty where rank = order, or unknown for symbolic systems
   bool stable = true;         ///< all hidden modes are: the system is stabilizable (detectable)
-  MatX matrix;
+  SystemPtr system;
 };
 /// By the rank of the matrix [B, AB, …] (exact), or, in doubles, by the staircase algorithm with a tolerance;
 /// the hidden modes are those of the quotient by the reachable subspace (Popov–Belevitch–Hautus test, Kailath
 /// §2.4.3).
 Reach controllability(const System& g);
 Reach observability(const System& g);
+/// [B, AB, …] or [C; CA; …]. throws Failure where its entries overflow
+MatX matrix(const Reach& r);
 std::string describe(const Reach& r);
 
 /// Without uncontrollable and unobservable modes (Kalman decomposition), fractions without common factors.
-/// `tol`: two zeros of numeric fractions cancel when closer than tol·max(1, |z|); in state space directions smaller
+/// `tol`: two zeros of numeric fractions cancel when closer than tol·|z|; in state space directions smaller
 /// than tol relative to ‖A‖ and ‖B‖ (‖C‖) do not count. 0: 1e-8 for fractions, n·1e-12 in state space; exact
 /// numbers are then compared exactly. The notes say what was removed.
 System minimal(const System& g, double tol);

@@ -155,3 +155,15 @@ test("errors name what does not fit", function()
   expect(function() two:linearize(start, { outputs = { w } }) end):fails "depends on derivatives of the input"
   expect(two:linearize(start, { outputs = { x } }).D(1, 1)):equals(1)
 end)
+
+test("options of linearize stand in a table of their own", function()
+  local x, v = vars "x v"
+  local F, k = input "F", param("k", 2)
+  local sys = dae { der(x) ~ v, der(v) ~ -k*x - v + F }
+  expect(function() sys:linearize{ x = 0, v = 0, outputs = x } end)
+    :fails "sys:linearize({ x = 0, … }, { outputs = … })"
+  expect(function() sys:linearize{ x = 0, v = 0, inputs = { F = 0 } } end):fails "sys:linearize{ …, F = 0 }"
+  expect(function() sys:linearize({ x = 0, v = 0 }, { inputs = { F = 0 } }) end):fails "belongs to the point"
+  expect(function() sys:linearize{ start = { x = 0 } } end):fails "the point itself is the first argument"
+  expect(#sys:linearize({ x = 0, v = 0, F = 0 }, { inputs = "F", outputs = { x } }).outputs):equals(1)
+end)

@@ -69,6 +69,8 @@ Mat square_root(const Mat& a);
 /// Powers of two d with similar rows and columns of diag(d)⁻¹ A diag(d). A column without a row (an input
 /// that is constant) is scaled to the size of the others, as is a row without a column.
 Vec balancing(const Mat& a);
+/// diag(d)⁻¹ A diag(d)
+Mat similar(const Mat& a, const Vec& d);
 
 /// -(∂r/∂z)⁻¹ ∂r/∂y: the derivative of z(y) where r(y, z) = 0, near a point at which ∂r/∂z is regular
 /// (implicit function theorem).

@@ -95,10 +95,11 @@ std::vector<Mat> sorted_eigensystem(const Mat& a) {
     values = solver.eigenvalues().cast<std::complex<double>>();
     vectors = solver.eigenvectors().cast<std::complex<double>>();
   } else {
-    const Eigen::EigenSolver<Mat> solver(a);
+    const Vec d = balancing(a);  // the error of the iteration is relative to the largest entry
+    const Eigen::EigenSolver<Mat> solver(similar(a, d));
     if (solver.info() != Eigen::Success) throw Failure("the eigenvalue iteration did not converge");
     values = solver.eigenvalues();
-    vectors = solver.eigenvectors();
+    vectors = (d.asDiagonal() * solver.eigenvectors()).colwise().normalized();
   }
   std::vector<Eigen::Index> order(static_cast<std::size_t>(n));
   std::iota(order.begin(), order.end(), 0);

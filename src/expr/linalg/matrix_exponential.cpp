@@ -27,8 +27,6 @@ constexpr double unit = std::numeric_limits<double>::epsilon() / 2;
 
 double norm1(const Mat& m) { return m.cwiseAbs().colwise().sum().maxCoeff(); }
 
-Mat similar(const Mat& A, const Vec& d) { return d.cwiseInverse().asDiagonal() * A * d.asDiagonal(); }
-
 // ── double precision ──
 
 /// A matrix with bounds of the errors of its entries.
@@ -270,44 +268,84 @@ bool lost_digits(const Bounded& x) {
 
 }  // namespace
 
-Vec balancing(const Mat& A) {
-  const Index n = A.rows();
-  Vec d = Vec::Ones(n);
-  Mat B = A.cwiseAbs();
-  B.diagonal().setZero();
-  const auto rescale = [&](Index i, int power) {
-    d[i] = std::ldexp(d[i], power);
-    B.col(i) *= std::ldexp(1.0, power);
-    B.row(i) *= std::ldexp(1.0, -power);
-  };
-  constexpr int most_sweeps = 100, most_binary = 400;
-  bool changed = true;
-  for (int sweep = 0; sweep < most_sweeps && changed; ++sweep) {
-    changed = false;
-    for (Index i = 0; i < n; ++i) {
-      const double c = B.col(i).sum(), r = B.row(i).sum();
-      if (c == 0 || r == 0) continue;
-      const int power = static_cast<int>(std::lround(0.5 * std::log2(r / c)));
-      const double f = std::ldexp(1.0, power);
-      if (power == 0 || c * f + r / f >= 0.95 * (c + r)) continue;
-      rescale(i, power);
-      changed = true;
+Mat similar(const Mat& A, const Vec& d) { return d.cwiseInverse().asDiagonal() * A * d.asDiagonal(); }
+
+namespace {
+
+/// Off-diagonal sizes in the units found so far.
+class Balance {
+ public:
+  explicit Balance(const Mat& A) : B_(A.cwiseAbs()), d_(Vec::Ones(A.rows())), kept_(Vec::Ones(A.rows())) {
+    const double diagonal = A.diagonal().cwiseAbs().maxCoeff();
+    B_.diagonal().setZero();
+    remove_ends();
+    sweep();
+    scale_ends(std::max(diagonal, kept_.cwiseProduct(B_ * kept_).maxCoeff()));
+  }
+
+  const Vec& d() const { return d_; }
+
+ private:
+  double column(Index i) const { return B_.col(i).dot(kept_); }
+  double row(Index i) const { return B_.row(i).dot(kept_); }
+
+  /// Chains end in states that act on nothing, or on which nothing acts: no loop passes through them, and their
+  /// entries must not move the units of the others (Parlett & Reinsch, Numer. Math. 13, 1969).
+  void remove_ends() {
+    for (bool found = true; found;) {
+      found = false;
+      for (Index i = 0; i < d_.size(); ++i)
+        if (kept_[i] > 0 && (row(i) == 0 || column(i) == 0)) {
+          kept_[i] = 0;
+          ends_.push_back(i);
+          found = true;
+        }
     }
   }
-  const double usual = std::max(A.diagonal().cwiseAbs().maxCoeff(), [&] {
-    double largest = 0;
-    for (Index i = 0; i < n; ++i)
-      if (B.row(i).sum() > 0 && B.col(i).sum() > 0) largest = std::max(largest, B.row(i).sum());
-    return largest;
-  }());
-  for (Index i = 0; i < n && usual > 0; ++i) {
-    const double c = B.col(i).sum(), r = B.row(i).sum();
-    if ((c == 0) == (r == 0)) continue;
-    const double size = c == 0 ? r / usual : usual / c;
-    rescale(i, std::clamp(static_cast<int>(std::lround(std::log2(size))), -most_binary, most_binary));
+
+  void sweep() {
+    constexpr int most_sweeps = 100;
+    bool changed = true;
+    for (int k = 0; k < most_sweeps && changed; ++k) {
+      changed = false;
+      for (Index i = 0; i < d_.size(); ++i) {
+        if (kept_[i] == 0) continue;
+        const double c = column(i), r = row(i);
+        const int power = static_cast<int>(std::lround(0.5 * std::log2(r / c)));
+        const double f = std::ldexp(1.0, power);
+        if (power == 0 || c * f + r / f >= 0.95 * (c + r)) continue;
+        rescale(i, power);
+        changed = true;
+      }
+    }
   }
-  return d;
-}
+
+  /// Their entries become as large as those of the others.
+  void scale_ends(double usual) {
+    constexpr int most_binary = 400;
+    for (auto end = ends_.rbegin(); end != ends_.rend(); ++end) {
+      const double c = column(*end), r = row(*end);
+      kept_[*end] = 1;
+      if (usual == 0 || (c == 0) == (r == 0)) continue;
+      const double size = c == 0 ? r / usual : usual / c;
+      rescale(*end, std::clamp(static_cast<int>(std::lround(std::log2(size))), -most_binary, most_binary));
+    }
+  }
+
+  void rescale(Index i, int power) {
+    d_[i] = std::ldexp(d_[i], power);
+    B_.col(i) *= std::ldexp(1.0, power);
+    B_.row(i) *= std::ldexp(1.0, -power);
+  }
+
+  Mat B_;
+  Vec d_, kept_;  ///< kept: 1 for states that count, else 0
+  std::vector<Index> ends_;
+};
+
+}  // namespace
+
+Vec balancing(const Mat& A) { return A.size() == 0 ? Vec(Vec::Ones(A.rows())) : Balance(A).d(); }
 
 BoundedExponential bounded_exponential(const Mat& a) {
   if (a.rows() != a.cols()) throw Error(text("the matrix must be square, not ", a.rows(), "×", a.cols()));

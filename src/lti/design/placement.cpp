@@ -7,6 +7,7 @@
 #include "base/error.hpp"
 #include "base/stoppable.hpp"
 #include "base/text.hpp"
+#include "expr/linalg/linalg.hpp"
 #include "lti/structure.hpp"
 
 namespace pendula::lti {
@@ -230,16 +231,52 @@ Placement placed(const Mat& A, const Mat& B, const ComplexVec& wanted) {
 Placement place(const Mat& A, const Mat& B, const ComplexVec& wanted) {
   const double n = static_cast<double>(A.rows());
   const double sweeps = B.cols() > 1 ? 10 * n : 0;  // of a factorisation for each eigenvector
+  const bool square = A.rows() == A.cols() && B.rows() == A.rows() && A.allFinite();
+  const Vec d = square ? linalg::balancing(A) : Vec(Vec::Ones(A.rows())), inverse = d.cwiseInverse();
   const std::vector<Mat> parts = stoppable((100 + sweeps) * n * n * n, [&] {
-    const Placement p = placed(A, B, wanted);
+    const Placement p = square ? placed(linalg::similar(A, d), inverse.asDiagonal() * B, wanted)  // x = D x̃
+                               : placed(A, B, wanted);
     Mat poles(p.poles.size(), 2);
     poles << p.poles.real(), p.poles.imag();
-    return std::vector<Mat>{p.K, poles, Mat::Constant(1, 1, p.condition)};
+    return std::vector<Mat>{p.K * inverse.asDiagonal(), poles, Mat::Constant(1, 1, p.condition)};
   });
   ComplexVec poles(parts[1].rows());
   for (Index i = 0; i < poles.size(); ++i) poles[i] = {parts[1](i, 0), parts[1](i, 1)};
   return {parts[0], poles, parts[2](0, 0)};
 }
+
+namespace {
+
+/// φ(A) = Σ cₖ Aᵏ, K = (0 … 0 1) [B AB …]⁻¹ φ(A); nothing where [B AB …] is singular.
+std::optional<MatX> ackermann(const MatX& A, const MatX& B, const std::vector<Expr>& polynomial) {
+  const Index n = A.rows();
+  MatX phi = MatX::Zero(n, n);
+  for (const Expr c : polynomial) phi = MatX(product(phi, A) + scaled(c, MatX::Identity(n, n)));
+  const System g = make_ss(A, B, MatX::Identity(n, n), MatX::Zero(n, 1));
+  MatX last = MatX::Zero(n, 1);
+  last(n - 1, 0) = 1;
+  const auto row = solve(MatX(controllability_matrix(g).transpose()), last);
+  if (!row) return {};
+  return product(MatX(row->transpose()), phi);
+}
+
+/// In doubles, in units of states (A balanced), time (‖A‖ near 1) and input (‖B‖ near 1).
+std::optional<MatX> ackermann_of_numbers(const Mat& A, const Mat& B, std::vector<Expr> polynomial) {
+  const Vec d = linalg::balancing(A), inverse = d.cwiseInverse();
+  const auto near = [](double x) { return x > 0 ? std::exp2(std::round(std::log2(x))) : 1; };
+  Mat a = linalg::similar(A, d), b = inverse.asDiagonal() * B;
+  const double rate = near(a.norm()), size = near(b.norm());
+  double power = 1;
+  for (Expr& c : polynomial) {
+    c = Expr(number(c) / power);
+    power *= rate;
+  }
+  const auto K = ackermann(expressions(a / rate), expressions(b / size), polynomial);
+  if (!K) return {};
+  return expressions(numbers(*K) * inverse.asDiagonal() * (rate / size));
+}
+
+}  // namespace
 
 MatX acker(const MatX& A, const MatX& B, const std::vector<Expr>& polynomial) {
   const Index n = A.rows();
@@ -249,14 +286,13 @@ MatX acker(const MatX& A, const MatX& B, const std::vector<Expr>& polynomial) {
   if (n == 0) throw Error("a system without states has no poles to place");
   if (static_cast<Index>(polynomial.size()) != n + 1)
     throw Error(text("expected ", n, " poles, one per state, got ", polynomial.size() - 1));
-  MatX phi = MatX::Zero(n, n);
-  for (const Expr c : polynomial) phi = MatX(product(phi, A) + scaled(c, MatX::Identity(n, n)));
-  const System g = make_ss(A, B, MatX::Identity(n, n), MatX::Zero(n, 1));
-  MatX last = MatX::Zero(n, 1);
-  last(n - 1, 0) = 1;
-  const auto row = solve(MatX(controllability_matrix(g).transpose()), last);
-  if (!row) throw Error(text("the poles cannot be placed: ", describe(controllability(g))));
-  return tidy(product(MatX(row->transpose()), phi));
+  const bool numeric = common(common(field(A), field(B)), field(polynomial)) == Field::numeric;
+  const auto K =
+      numeric ? ackermann_of_numbers(numbers(A), numbers(B), polynomial) : ackermann(A, B, polynomial);
+  if (!K)
+    throw Error(text("the poles cannot be placed: ",
+                     describe(controllability(make_ss(A, B, MatX::Identity(n, n), MatX::Zero(n, 1))))));
+  return tidy(*K);
 }
 
 }  // namespace pendula::lti

@@ -10,10 +10,14 @@
 namespace pendula::lti {
 namespace {
 
-/// L with L Lᵀ = P for a positive semidefinite P.
+/// L with L Lᵀ = P for a positive semidefinite P; rounding is relative to each diagonal entry, whatever the units.
 Mat root(const Mat& P) {
-  const Eigen::SelfAdjointEigenSolver<Mat> eigen(P);
-  return eigen.eigenvectors() * eigen.eigenvalues().cwiseMax(0.0).cwiseSqrt().asDiagonal();
+  const Vec size = P.diagonal().unaryExpr(
+      [](double p) { return p > 0 ? std::exp2(std::round(0.5 * std::log2(p))) : 1.0; });
+  const Vec inverse = size.cwiseInverse();
+  const Eigen::SelfAdjointEigenSolver<Mat> eigen(inverse.asDiagonal() * P * inverse.asDiagonal());
+  return size.asDiagonal() * eigen.eigenvectors() *
+         eigen.eigenvalues().cwiseMax(0.0).cwiseSqrt().asDiagonal();
 }
 
 struct Projection {

@@ -148,7 +148,7 @@ int observability(Call& call) {
   return call.push(std::make_shared<const lti::Reach>(lti::observability(system_of(call))));
 }
 int reach_rank(Call& call) { return call.push(reach(call).rank); }
-int reach_matrix(Call& call) { return push_entries(call.L, reach(call).matrix); }
+int reach_matrix(Call& call) { return push_entries(call.L, lti::matrix(reach(call))); }
 int reach_full(Call& call) { return call.push(reach(call).rank == reach(call).order); }
 int reach_stable(Call& call) { return call.push(reach(call).stable); }
 int reach_modes(Call& call) {
@@ -364,7 +364,7 @@ extern const Module lti_analysis_module = {
         {"minreal", minreal, "minreal(G [, tol]) -> G",
          R"(A minimal realisation: without uncontrollable and unobservable states, without common factors.
             Exact for exact systems where tol is not given. With tol, zeros and poles closer than
-            tol·max(1, |z|) cancel (1e-8 for decimals), states that inputs reach or outputs see with less
+            tol·|z| cancel (1e-8 for decimals), states that inputs reach or outputs see with less
             than tol·‖A‖ are removed (n·1e-12).)",
          "minreal(tf({1, 1}, {1, 3, 2}))",
          R"(

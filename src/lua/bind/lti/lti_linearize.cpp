@@ -10,6 +10,43 @@
 namespace pendula::lua {
 namespace {
 
+/// inputs = { F = 0 } means values at the point, inputs = { F } which of them are inputs of G.
+void refuse_values_as_inputs(lua_State* L, int index) {
+  if (!lua_istable(L, index)) return;
+  lua_pushnil(L);
+  while (lua_next(L, index) != 0) {
+    lua_pop(L, 1);
+    const Expr* symbol = object<Expr>(L, -1);
+    if (lua_type(L, -1) != LUA_TSTRING && !symbol) continue;
+    const std::string name = symbol ? leaf_name(*symbol) : lua_tostring(L, -1);
+    throw Error(text("inputs = { ", name,
+                     " = … } gives a value, which belongs to the point: sys:linearize{ …, ", name,
+                     " = 0 }; inputs = { \"", name, "\" } in a second table says which inputs G has"));
+  }
+}
+
+/// Options beside the values of a point are an error of their own: the point is the first argument.
+void refuse_options_in_point(lua_State* L, int point, const dae::Model& model) {
+  std::vector<std::string> known;
+  for (Expr v : model.states()) known.push_back(symbol_of(v).name);
+  for (Expr u : model.inputs) known.push_back(symbol_of(u).name);
+  for (const char* key : {"inputs", "outputs", "params", "from", "guess", "start", "fix"}) {
+    const bool there = lua_getfield(L, point, key) != LUA_TNIL;
+    lua_pop(L, 1);
+    if (!there || std::find(known.begin(), known.end(), key) != known.end()) continue;
+    if (key == std::string("start") || key == std::string("fix"))
+      throw Error(text("the point itself is the first argument; write sys:linearize{ ", known[0],
+                       " = 0, … } or sys:linearize(sys:init{ ", key, " = … })"));
+    if (key == std::string("inputs")) {
+      lua_getfield(L, point, key);
+      refuse_values_as_inputs(L, lua_gettop(L));
+      lua_pop(L, 1);
+    }
+    throw Error(text("'", key, "' belongs into a second table: sys:linearize({ ",
+                     known.empty() ? "…" : known[0] + " = 0, …", " }, { ", key, " = … })"));
+  }
+}
+
 /// Splits a point { theta = 0, F = 0 } into its state and what inputs are there: the tables `start` and `inputs` of
 /// the table of options.
 void split_point(lua_State* L, int point, int options, const dae::Model& model) {
@@ -58,6 +95,7 @@ dae::ConsistentStatePtr read_point(Call& call, const dae::ModelPtr& model) {
   lua_createtable(L, 0, 4);
   const int table = lua_gettop(L);
   if (lua_istable(L, 2)) {
+    refuse_options_in_point(L, 2, *model);
     split_point(L, 2, table, *model);
   } else {
     lua_pushvalue(L, 2);
@@ -84,7 +122,11 @@ int linearize(Call& call) {
   lti::LinearizeRequest request;
   if (call.has(3)) {
     const Options o = call.options(3);
-    if (o.has("inputs")) request.inputs = read_inputs_of(L, o.push("inputs"), *model);
+    if (o.has("inputs")) {
+      const int at = o.push("inputs");
+      refuse_values_as_inputs(L, at);
+      request.inputs = read_inputs_of(L, at, *model);
+    }
     if (o.has("outputs")) {
       const int at = o.push("outputs");
       const VecX list = is_expression(L, at) ? VecX(VecX::Constant(1, to_expr(L, at, "outputs")))

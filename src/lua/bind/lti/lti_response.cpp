@@ -281,7 +281,7 @@ extern const Module lti_response_module = {
     "Linear systems: responses in time and frequency",
     {
         {"lti:step", response_step, "G:step([to or times]) -> response",
-         R"(The response to a unit step, exact at the sampling points. .t .y .x, and .final .rise_time
+         R"(The response to a unit step at t = 0, exact at the times. .t .y .x, and .final .rise_time
             .settling_time .overshoot .peak .peak_time; :plot() :show() :save(file).)",
          "r = tf({4}, {1, 2, 4}):step(8)  return #r.t, math.abs(r.overshoot - "
          "100*math.exp(-math.pi/math.sqrt(3))) < 0.01",
