@@ -102,10 +102,26 @@ local function arrow_head(x, y, size)
   return { x = { ax, x[k], bx }, y = { ay, y[k], by }, labels = { "" }, colour = "grey" }
 end
 
+-- G(0), where a Nyquist curve begins; nil with an integrator, nil of what has parameters without values.
+local function static_gain(G)
+  local good, gain = pcall(function() return tonumber(evaluate(G:dcgain())) end)
+  return good and gain or nil
+end
+
+-- Frequencies from near 0: where a Nyquist curve leaves the real axis.
+local function from_zero(w)
+  local all, more = {}, 60
+  for k = 1, more do all[k] = w[1]*10^(3*(k - 1)/more - 3) end
+  for k = 1, #w do all[#all + 1] = w[k] end
+  return all
+end
+
 -- The curve and its mirror image; a pole on the axis sends it to infinity, so far-away points are left out.
 local function nyquist_figure(G, frequencies, options)
   options = check_options("nyquist", options, figure_options)
   local r = G:freqresp(frequencies)
+  local at_rest = frequencies == nil and #r.labels == 1 and static_gain(G)
+  if at_rest then r = G:freqresp(from_zero(r.w)) end
   local labels, series, heads, left_out = r.labels, {}, {}, 0
   local far, height, left, right = 0, 0, -1, -1
   for j = 1, #labels do
@@ -115,6 +131,7 @@ local function nyquist_figure(G, frequencies, options)
   end
   for j = 1, #labels do
     local re, im, x, y, mirrored = column(r.re, j), column(r.im, j), {}, {}, {}
+    if at_rest then x[1], y[1], mirrored[1] = at_rest, 0, 0 end
     for k = 1, #re do
       if re[k]^2 + im[k]^2 <= far^2 then x[#x + 1], y[#y + 1], mirrored[#mirrored + 1] = re[k], im[k], -im[k]
       else left_out = left_out + 1 end
@@ -135,7 +152,7 @@ local function nyquist_figure(G, frequencies, options)
       end
     end
   end
-  series[#series + 1] = { x = { -1 }, y = { 0 }, labels = { "-1" }, style = "points" }
+  series[#series + 1] = { x = { -1 }, y = { 0 }, labels = { "-1" }, style = "points", marker = "plus" }
   table.move(heads, 1, #heads, #series + 1, series)
   local notes = left_out > 0 and { ("%d frequencies with |G| > %.3g are left out"):format(left_out, far) }
     or nil
@@ -172,7 +189,12 @@ doc { name = "bode", module = "lti responses",
   sig = "bode(G [, frequencies or { from, to }]) -> frequency response",
   text = "The same as G:bode(): gain, phase and margins; :plot() is the diagram.",
   example = "return bode(tf({1}, {1, 1}), {1}).phase(1, 1)", gives = "-45.0",
-  function(G, ...) return check_system("bode", G):bode(...) end }
+  function(G, second, ...)
+    if object_type(second) == "lti" or object_type(second) == "delay system" then
+      fail "bode: several systems in one diagram are overlay(bode(G):plot(), bode(H):plot())"
+    end
+    return check_system("bode", G):bode(second, ...)
+  end }
 
 for _, kind in ipairs { "step", "impulse" } do
   doc { name = kind, module = "lti responses", sig = kind .. "(G [, to or times]) -> response",

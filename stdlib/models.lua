@@ -42,7 +42,9 @@ doc { name = "solution:__index", module = "integrate", sig = "sol.x",
     .. "return select(2, pcall(function() return sol.x end))",
   gives = "example:2: 'x' is a variable: its values are sol(x), at a time sol(x, 2)",
   function(sol, key)
-    if type(key) == "number" then
+    if key == "start" or key == "y0" or key == "x0" then
+      fail(("the start of a solution is sol:state(sol.t[1]), a start at any time sol:state(t)"))
+    elseif type(key) == "number" then
       fail(("a solution has no entries: the values of x are sol(x), the times sol.t[%s]"):format(key))
     elseif contains(sol.model.differential, key) or contains(sol.model.algebraic, key) then
       fail(("'%s' is a variable: its values are sol(%s), at a time sol(%s, 2)"):format(key, key, key))

@@ -58,7 +58,9 @@ page("histogram", function(o) return histogram(r, o { title = "2000 normal numbe
 local grid = linspace(-2, 2, 25)
 local function hill(a, b) return math.exp(-a*a - b*b) + 0.7*math.exp(-(a - 1)^2 - (b - 1)^2) end
 page("heat_map", function(o) return heatmap(grid, grid, hill, o { title = "Two hills" }) end)
-page("contour", function(o) return contour(grid, grid, hill, o { title = "Lines of equal height" }) end)
+page("contour", function(o)
+  return contour({ -2, 2 }, { -2, 2 }, hill, o { title = "Lines of equal height" })
+end)
 page("lorenz", function(o)
   local lorenz = dae { der(x) ~ 10*(y - x), der(y) ~ x*(28 - z) - y, der(z) ~ x*y - "8/3"*z }
   local run = lorenz:integrate { start = { x = 1, y = 1, z = 1 }, to = 20 }

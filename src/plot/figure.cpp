@@ -208,6 +208,14 @@ Range widened(Range r, bool log, double margin) {
   return {r.low - pad, r.high + pad};
 }
 
+/// The limits that were asked for, or what the data need.
+Range range_of_data(const Figure& f, int axis) {
+  if (f.axes[axis].limits) return *f.axes[axis].limits;
+  auto r = extent(f, axis, true);
+  if (!r) r = extent(f, axis, false);
+  return widened(r.value_or(Range{}), f.axes[axis].log, is_tight(f, axis) ? 0 : f.three_d ? 0.02 : 0.04);
+}
+
 }  // namespace
 
 const std::vector<std::string>& style_names() {
@@ -277,10 +285,12 @@ Figure checked(Figure f) {
 }
 
 Range visible(const Figure& f, int axis) {
-  if (f.axes[axis].limits) return *f.axes[axis].limits;
-  auto r = extent(f, axis, true);
-  if (!r) r = extent(f, axis, false);
-  return widened(r.value_or(Range{}), f.axes[axis].log, is_tight(f, axis) ? 0 : f.three_d ? 0.02 : 0.04);
+  Range own = range_of_data(f, axis);
+  if (!f.equal || f.three_d || f.axes[axis].limits) return own;
+  constexpr double narrowest = 0.3;  // of the other side: a vertical line with equal axes has a frame, too
+  const double missing = narrowest * range_of_data(f, 1 - axis).span() - own.span();
+  if (missing > 0) own = {own.low - missing / 2, own.high + missing / 2};
+  return own;
 }
 
 bool has_legend(const Figure& f) {

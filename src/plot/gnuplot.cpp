@@ -6,6 +6,7 @@
 
 #include "base/error.hpp"
 #include "base/text.hpp"
+#include "plot/canvas.hpp"
 #include "plot/script.hpp"
 #include "plot/ticks.hpp"
 
@@ -300,7 +301,21 @@ static std::string darkened(std::string script) {
   return out;
 }
 
-std::string gnuplot_script(const Figure& figure, const std::string& format) {
+/// With equal axes and without a size: a sheet that fits the frame, and the legend beside it.
+static Figure fitted(Figure f) {
+  if (!f.equal || f.three_d || f.size[0] || f.size[1]) return f;
+  const double ratio = visible(f, 0).span() / visible(f, 1).span();
+  const double width = std::min(660.0, 390 * ratio), height = std::max(width / ratio, 120.0);
+  std::size_t longest = 0;
+  for (const Series& s : f.series) longest = std::max(longest, characters(s.label).size());
+  const double legend = legend_place(f) == LegendPlace::right ? 70 + 8.5 * static_cast<double>(longest) : 0;
+  const double title = 200 + 9.0 * static_cast<double>(characters(f.title).size());
+  f.size = {static_cast<int>(std::max({width + legend + 140, title, 400.0})), static_cast<int>(height + 110)};
+  return f;
+}
+
+std::string gnuplot_script(const Figure& given, const std::string& format) {
+  const Figure figure = given.below.empty() ? fitted(given) : given;
   const std::string script =
       !figure.below.empty()
           ? panels_script(figure, format)

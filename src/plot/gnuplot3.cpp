@@ -90,8 +90,8 @@ void add_box(Picture& picture, const View& view, const std::array<Ticks, 3>& num
   picture.add(edges, line_style("#666666", 1));
 }
 
-/// Numbers and label of one axis, outside its edge. letters: their size in the picture beside that in one of 500
-/// pixels.
+/// Numbers and label of one axis, outside its edge. letters: their size in the picture beside that in one of 640
+/// pixels, the height without size.
 void add_axis(Picture& picture, const View& view, int axis, const std::string& name, const Ticks& t,
               double letters) {
   const auto a = static_cast<size_t>(axis);
@@ -123,7 +123,7 @@ void add_axis(Picture& picture, const View& view, int axis, const std::string& n
   double angle = characters(words).size() < 3 ? 0 : std::atan2(dy, dx) * 180 / std::numbers::pi;
   if (angle > 90.5) angle -= 180;
   if (angle < -89.5) angle += 180;
-  const double away = letters * (anchor == "center" ? 0.14 : 0.1 + 0.018 * static_cast<double>(widest));
+  const double away = letters * (anchor == "center" ? 0.14 : 0.12 + 0.018 * static_cast<double>(widest));
   picture.label((low.right + high.right) / 2 + away * nx, (low.up + high.up) / 2 + away * ny, words, "center",
                 angle);
 }
@@ -232,7 +232,7 @@ std::string solid_script(const Figure& f) {
   const DepthMap depth(f, view);
   Picture picture;
   std::array<Ticks, 3> numbers;
-  const double letters = f.size[1] > 0 ? std::max(1.0, 500.0 / f.size[1]) : 1.0;
+  const double letters = f.size[1] > 0 ? std::max(1.0, 640.0 / f.size[1]) : 1.0;
   for (int a = 0; a < 3; ++a) {
     const int count = std::clamp(static_cast<int>(7 * view.side(a) / letters), 2, 6);
     numbers[static_cast<size_t>(a)] = ticks(f.axes[static_cast<size_t>(a)], view.range(a), count);

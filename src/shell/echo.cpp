@@ -2,7 +2,10 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <string>
+#include <vector>
 
+#include "base/text.hpp"
 #include "lua/core/library.hpp"
 #include "lua/core/table_text.hpp"
 #include "lua/screen/fit_text.hpp"
@@ -85,13 +88,15 @@ int echo_values(lua_State* L) {
   if (all_nil) return 0;
   if (!lua_isnil(L, 1)) remember(L, 1);
   if (count == 1 && is_figure(L, 1)) return show_figure(L, 1), 0;
-  std::string line;
-  bool fits = true;  // one string is the user's own: it keeps its lines
+  std::vector<std::string> texts;
+  bool fits = true, tall = false;  // one string is the user's own: it keeps its lines
   for (int i = 1; i <= count; ++i) {
     const std::string text = text_of(L, i);
+    tall = tall || text.find('\n') != text.npos;
     if (lua_type(L, i) != LUA_TSTRING || text.find('\n') != text.npos) fits = false;
-    line += (i > 1 ? "  " : "") + text + entries_of_column(L, i, text) + approximation(L, i);
+    texts.push_back(text + entries_of_column(L, i, text) + approximation(L, i));
   }
+  const std::string line = join(texts, tall ? "\n" : "  ");  // a matrix beside a matrix cannot be read
   const lua::ScreenSize screen = lua::screen_size();
   lua::show_text((fits ? line : lua::fitted(line, screen.columns)) + "\n");
   if (count == 1 && is_response(L, 1)) show_figure(L, 1);

@@ -62,9 +62,19 @@ end
 
 -- The same expression of several solutions is told apart by the number of the solution.
 function M.add_suffixes(series)
+  local times = {}
+  for _, each in ipairs(series) do
+    for _, label in ipairs(each.suffix and each.labels or {}) do
+      local words = label_text(label)
+      times[words] = (times[words] or 0) + 1
+    end
+  end
   for _, each in ipairs(series) do
     if each.suffix then
-      for k, label in ipairs(each.labels) do each.labels[k] = label_text(label) .. each.suffix end
+      for k, label in ipairs(each.labels) do
+        local words = label_text(label)
+        if times[words] > 1 then each.labels[k] = words .. each.suffix end
+      end
       each.suffix = nil
     end
   end

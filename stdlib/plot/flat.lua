@@ -4,6 +4,19 @@ local arguments, curves, options = plotting.arguments, plotting.series, plotting
 
 local twin = include "plot/twin"
 
+-- Curves from columns and solutions, or graphs of functions; the labels of the axes, the limits of y.
+local function read(by, given, chosen)
+  if given.n == 2 and type(given[2]) == "table" then
+    local graph = include "plot/graph"
+    if graph.asked(given[1], given[2]) then
+      local series, symbol, limits = graph.series(by, given[1], given[2])
+      chosen.ylim = chosen.ylim or limits
+      return series, { symbol, #series == 1 and series[1].labels[1] or nil }
+    end
+  end
+  return curves.read_series(by, given, chosen)
+end
+
 local function plot_with(by, axes, ...)
   local first = ...  -- figures, tableaus, sweeps, data, tables of errors know how to draw themselves
   local kind = object_type(first)
@@ -15,7 +28,7 @@ local function plot_with(by, axes, ...)
   for key, value in pairs(axes) do
     if chosen[key] == nil then chosen[key] = value end
   end
-  local series, names, bare = curves.read_series(by, given, chosen)
+  local series, names, bare = read(by, given, chosen)
   arguments.add_suffixes(series)
   arguments.spread_labels(by, series, chosen)
   curves.set_looks(by, series, chosen)
@@ -31,7 +44,8 @@ doc { name = "plot", module = "plot", title = "Looking at things",
     sig = "plot(x, y [, x2, y2 …] [, options]) -> figure",
   text = "A figure of curves: plot(y), plot(x, y), plot(x, {y1, y2}); plot(sol, {x, y}) for any expressions "
     .. "along a solution, plot(sol) for its variables, plot(sol, x, y) for y against x, "
-    .. "plot({sol1, sol2}, x) for several solutions. Other results draw themselves: plot(d, …) is d:plot(…). "
+    .. "plot({sol1, sol2}, x) for several solutions; plot(sin(x), { -3, 3 }), plot({ f, g }, { 0, 1 }) for "
+    .. "graphs of expressions with one symbol and of functions. Other results draw themselves: plot(d, …) is d:plot(…). "
     .. "A line along a solution follows it between the saved points and breaks where it "
     .. "jumps. At the prompt the figure is drawn when it is the value of the line; in a script by :show() "
     .. "and :save \"file.svg\".",

@@ -178,6 +178,18 @@ end
 local shades = { light = { "#440154", "#3B528B", "#21918C", "#5EC962", "#D8C219" },
   dark = { "#9B7FC9", "#6F8FD6", "#2FB5AC", "#5EC962", "#FDE725" } }
 
+-- The colour at a share from 0 to 1 of the way along a list of colours.
+local function colour_at(colours, share)
+  local place = 1 + share*(#colours - 1)
+  local k = math.min(math.floor(place), #colours - 1)
+  local mixed = "#"
+  for at = 2, 6, 2 do
+    local from, to = tonumber(colours[k]:sub(at, at + 1), 16), tonumber(colours[k + 1]:sub(at, at + 1), 16)
+    mixed = mixed .. ("%02X"):format(math.floor(from + (place - k)*(to - from) + 0.5))
+  end
+  return mixed
+end
+
 local contour_options = options.joined(options.flat, { option("levels", "number or list",
   "values of the lines, or about how many", "10"),
     option("n", "integer", "cells in each direction", "80") })
@@ -201,7 +213,7 @@ doc { name = "contour", module = "plot", sig = "contour(x, y, z [, options]) -> 
     for k, level in ipairs(levels) do
       local px, py, breaks = M.level_line(x, y, z, level)
       if #px > 0 then
-        local colour = colours[math.min(#colours, 1 + math.floor((k - 1)/math.max(1, #levels)*#colours))]
+        local colour = colour_at(colours, (k - 1)/math.max(1, #levels - 1))
         series[#series + 1] = { x = px, y = py, breaks = breaks, style = "line",
           labels = { ("%.6g"):format(level) },
           colour = colour, dash = "solid", count = 1 }

@@ -26,12 +26,13 @@ function M.check_column(by, what, value)
   if kind == "table" or kind == "matrix" then return value end
   if kind == "number" then return { value } end
   if kind == "expr" then
-    fail(("%s: %s is the expression %s; to draw it along a solution write %s(sol, %s)"):format(
-      by, what, tostring(value), by, tostring(value)))
+    local e = tostring(value)
+    fail(("%s: %s is the expression %s; its graph is %s(%s, { -1, 1 }), along a solution write %s(sol, %s)")
+      :format(by, what, e, by, e, by, e))
   end
   fail(("%s: %s must be a list of numbers or a column, not %s %s%s"):format(by, what,
     kind:find "^[aeiou]" and "an" or "a", kind,
-    kind == "function" and ": write x = linspace(0, 1, 101), then plot(x, map(x, f))" or ""))
+    kind == "function" and (": its graph is %s(f, { 0, 1 })"):format(by) or ""))
 end
 
 -- {y1, y2} are two curves, but a list of n rows beside n values of x is a matrix.
@@ -168,6 +169,15 @@ local function variables_of(by, solution)
   return list
 end
 
+-- "r--" of other programs.
+local function refuse_style(by, last, n, after_solution)
+  local is_style = type(last) == "string" and n > 1 and last:find "^[rgbcmykw]?[-:.%+ox*^sd]*$"
+  if is_style and (n % 2 == 1 or not after_solution) and (last:find "[-:.+*]" or not after_solution) then
+    fail(('%s: "%s" is no style here: write { colour = "red", dash = "dashed", marker = "circle" }')
+      :format(by, last))
+  end
+end
+
 -- The pairs of plot(y), plot(x, y, …), plot(sol, expressions, …) and the triple plot(sol, x, y).
 function M.read_series(by, arguments, options)
   local series, axes, bare = {}, nil, false
@@ -182,7 +192,13 @@ function M.read_series(by, arguments, options)
     return series, axes, bare
   end
   local runs = solutions_in(arguments[1])
-  local function suffix(run) return #runs > 1 and (" (%d)"):format(run) or nil end
+  refuse_style(by, arguments[n], n, runs ~= nil)
+  local total, number = 0, 0
+  for i = 1, n, 2 do total = total + #(solutions_in(arguments[i]) or {}) end
+  local function suffix()
+    number = number + 1
+    return total > 1 and (" (%d)"):format(number) or nil
+  end
   if n == 3 and runs and not solutions_in(arguments[3]) then
     for k, run in ipairs(runs) do axes = add_against(by, series, run, arguments[2], arguments[3], options,
       suffix(k)) end

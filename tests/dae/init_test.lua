@@ -38,6 +38,8 @@ test("too few: candidates, directions, and a call that works", function()
   says({ "2 initial values", "candidates: x, y, u, v", "sys:init{ fix = { x = 0, u = 0 } }" }, ball, {})
   local q = var("q", 2)
   local two = dae { der(q, 2) ~ -q }
+  expect(function() two:integrate { start = { q1 = 1, q2 = 2, [q[1].dot] = 0 }, to = 1 } end)
+    :fails "as in start = { [q[1]] = 1, [q[1].dot] = 0, [q[2]] = 2, [q[2].dot] = 0 }"
   says({ "sys:init{ fix = { [q[1]] = 0, [q[2]] = 0, [q[1].dot] = 0, [q[2].dot] = 0 } }" }, two, {})
   expect(two:init { fix = { [q[1]] = 0, [q[2]] = 0, [q[1].dot] = 0, [q[2].dot] = 0 } }.free):equals(4)
 end)

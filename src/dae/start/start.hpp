@@ -28,6 +28,7 @@ struct StartRequest {
   bool keep_invariants =
       true;          ///< false: a reduced form may start off the constraints it no longer imposes (drift)
   LeafValues sizes;  ///< how large values have been on the way here, where a run asks: what 0 is measured by
+  bool of_run = false;   ///< fix came as start = { … } of a run: messages write it so
   bool nearest = false;  ///< contradictory fixes move as little as possible, in units of their own
 };
 

@@ -122,15 +122,16 @@ std::string key_text(Expr leaf) {
   return text("[", name, symbol.order == 1 ? ".dot]" : ".ddot]");
 }
 
+static std::string table_text(const LeafValues& values) {
+  std::vector<std::string> words;
+  for (const auto& [leaf, value] : values) words.push_back(text(key_text(leaf), " = ", rounded(value)));
+  return "{ " + join(words, ", ") + " }";
+}
+
 std::string call_text(const LeafValues& fix, const LeafValues& guess) {
-  const auto table = [](const LeafValues& values) {
-    std::vector<std::string> words;
-    for (const auto& [leaf, value] : values) words.push_back(text(key_text(leaf), " = ", rounded(value)));
-    return "{ " + join(words, ", ") + " }";
-  };
   std::string call = "sys:init{";
-  if (!fix.empty()) call += " fix = " + table(fix);
-  if (!guess.empty()) call += text(fix.empty() ? "" : ",", " guess = ", table(guess));
+  if (!fix.empty()) call += " fix = " + table_text(fix);
+  if (!guess.empty()) call += text(fix.empty() ? "" : ",", " guess = ", table_text(guess));
   return call + " }";
 }
 
@@ -199,12 +200,13 @@ void explain_freedom(const ModelPtr& model, const StartSystem& s, const Vec& w, 
       more_fixes && s.fixes() + more_fixes->size() <= short_list) {
     LeafValues all = s.request.fix;
     all.insert(all.end(), more_fixes->begin(), more_fixes->end());
-    example += text(", as in ", call_text(all, s.request.guess));
+    example +=
+        text(", as in ", s.request.of_run ? "start = " + table_text(all) : call_text(all, s.request.guess));
   }
+  const char* guess = s.request.of_run ? "start = sys:init{ fix =, guess = { … } }" : "guess = { … }";
   throw Error(text(open.count, open.count == 1 ? " initial value is" : " initial values are",
                    " neither fixed nor determined.\n  candidates: ", join(candidates, ", "), why, "\n  ",
-                   example,
-                   "\n  (or a guess for them, which chooses the values nearest to it: guess = { … })",
+                   example, "\n  (or a guess for them, which chooses the values nearest to it: ", guess, ")",
                    redundancy_hint(model, leaves_of(s, open.open))));
 }
 

@@ -12,7 +12,8 @@
 namespace pendula::lua {
 
 std::string with_article(const std::string& noun) {
-  const bool vowel = !noun.empty() && std::strchr("aeioAEIO", noun[0]) != nullptr;
+  const bool spelled = noun == "lti" || noun == "fn";  // an ell-tee-i
+  const bool vowel = spelled || (!noun.empty() && std::strchr("aeioAEIO", noun[0]) != nullptr);
   return (vowel ? "an " : "a ") + noun;
 }
 

@@ -165,7 +165,9 @@ constexpr Remedy foreign_globals[] = {
     {"resid", "write mod:validate(d)"},
     {"present", "write print(mod)"},
     {"polydata", "write mod.A, mod.B"},
-    {"fplot ezplot", "write x = linspace(0, 10, 201), then plot(x, map(x, math.sin))"},
+    {"fplot ezplot", "the graph of an expression or a function is plot(sin(x), { -3, 3 })"},
+    {"scatter scatter3 scatterplot", "points are plot(x, y, { style = \"points\" })"},
+    {"stepinfo", "step(G) prints them; r = step(G) has r.rise_time, r.overshoot, r.settling_time"},
 };
 
 constexpr Remedy model_members[] = {

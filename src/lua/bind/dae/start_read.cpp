@@ -257,6 +257,7 @@ dae::ConsistentStatePtr read_start(lua_State* L, const Options& options, const d
         text("start must be a result of init, a solution or a table { x = 1, … }, got ", describe(L, index)));
   dae::StartRequest request = read_start_request(L, options, *model);
   if (lua_istable(L, index)) request.fix = read_leaf_values(L, index, "start", *model);
+  request.of_run = true;
   add_declared(request, *model);
   lua_pop(L, 1);
   if (model->form == "dummy") return translated(dae::init(dae::original(model), request), model);

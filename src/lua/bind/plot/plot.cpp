@@ -212,15 +212,24 @@ int save_film(Call& call) {
   return 0;
 }
 
-/// fig:with(other): the curves of both.
-int with(Call& call) {
-  plot::Figure f = figure_of(call);
-  const auto& other = call.object<plot::Figure>(2, "other");
+/// The curves of another figure in this one, panel by panel.
+void put_into(plot::Figure& f, const plot::Figure& other) {
   if (f.three_d || other.three_d) throw Error("curves of 3-D figures cannot be put together");
+  if (f.below.size() != other.below.size())
+    throw Error(text("one figure has ", f.below.size() + 1, f.below.empty() ? " panel" : " panels",
+                     ", the other ", other.below.size() + 1));
+  for (std::size_t k = 0; k < f.below.size(); ++k) put_into(f.below[k], other.below[k]);
   f.series.insert(f.series.end(), other.series.begin(), other.series.end());
   f.rules.insert(f.rules.end(), other.rules.begin(), other.rules.end());
   f.texts.insert(f.texts.end(), other.texts.begin(), other.texts.end());
-  return call.push(std::make_shared<const plot::Figure>(plot::checked(std::move(f))));
+  f = plot::checked(std::move(f));
+}
+
+/// fig:with(other): the curves of both.
+int with(Call& call) {
+  plot::Figure f = figure_of(call);
+  put_into(f, call.object<plot::Figure>(2, "other"));
+  return call.push(std::make_shared<const plot::Figure>(std::move(f)));
 }
 
 /// fig:page(columns, { figures }): this figure and others on one page.
