@@ -214,12 +214,17 @@ end
 
 local read_saved
 
+-- What is in a store; errors in the name of the function that the user called.
+function info_of_store(by, file)
+  local good, info = pcall(store_info, file)
+  if good then return info end
+  if type(info) ~= "string" then error(info, 0) end  -- an interrupt
+  fail(by .. ": " .. info:gsub("^.-store_info: ", "", 1))
+end
+
 -- The sweep in a store, without making any run.
 local function load_sweep(file)
-  local there = io.open(file, "rb")
-    or fail(("load: cannot open '%s': there is no such file or folder"):format(file))
-  there:close()
-  local info = store_info(file)
+  local info = info_of_store("load", file)
   if info.hidden:find "inputs" then
     fail(("load: the store '%s' does not hold %s, Lua functions of the script that made it; call the sweep "
       .. "of that script again: stored runs are not computed again"):format(file, info.hidden))

@@ -288,6 +288,7 @@ doc { name = "attach", module = "sweep", sig = "attach(file) -> sweep",
     if type(file) ~= "string" then
       fail 'attach: expected the file of a sweep{ …, on = slurm{ … } }, as in attach "runs.db"'
     end
+    info_of_store("attach", file)
     parts.cluster = parts.cluster or include "many/cluster"
     parts.cluster.follow(file)
     return load(file)

@@ -56,6 +56,31 @@ for sent in (signal.SIGTERM, signal.SIGHUP):
     status, _ = interrupted("while true do end", sent)
     assert status == -sent, status
 
+
+def state_of(process):
+    with open(f"/proc/{process.pid}/stat") as file:
+        return file.read().rpartition(")")[2].split()[0]
+
+
+# A write that waits for a reader who does not read.
+for code in ("print(('x'):rep(1e7))", "io.write(('x'):rep(1e7))", "io.stdout:write(1, ('x'):rep(1e7))",
+             "while true do print 'x' end", "while true do help 'integrate' end"):
+    process = start(code)
+    asleep = 0
+    while asleep < 5:  # in its write
+        asleep = asleep + 1 if state_of(process) == "S" else 0
+        time.sleep(0.02)
+    process.send_signal(signal.SIGINT)
+    assert process.wait(timeout=10) == 130, (code, process.returncode)
+    process.stdout.close()
+    process.stderr.close()
+done = subprocess.run([PROGRAM, "-e", """local f, part = io.tmpfile(), ('ab'):rep(5000)
+print(f:write(part, 3, part) == f, f:seek 'set', f:read 'a' == part .. '3' .. part)
+print(select('#', io.write(('z'):rep(5000), '\\n')), pcall(io.write, ('z'):rep(5000), {}))"""],
+                      capture_output=True, text=True, cwd=work)
+assert done.stdout == ("true 0 true\n" + "z" * 5000 + "\n" + "z" * 5000
+                       + "1 false bad argument #2 to 'io.write' (string expected, got table)\n"), done
+
 # What was read before is read as ever: lines, counts, numbers, seeking, the rest.
 done = subprocess.run([PROGRAM, "-e", """local name = os.tmpname() local f = io.open(name, 'w') f:write('one\\n2.5 x\\nlast') f:close()
 f = io.open(name) print(f:read('l', 'n', 1, 'L', 'a', 'l')) print(f:seek('set', 4), f:read 'n', f:close(), pcall(f.read, f))
@@ -93,6 +118,13 @@ for k in range(12):
     done = subprocess.run([PROGRAM, "-e", "print(load 'm.lua')"], capture_output=True, text=True, cwd=work)
     assert done.returncode == 0, done
     assert os.listdir(work) == ["m.lua"], os.listdir(work)
+
+# Where a file of runs is expected, a pipe is refused and not waited for.
+os.mkfifo(os.path.join(work, "pipe.db"))
+for name in ("attach", "load"):
+    done = subprocess.run([PROGRAM, "-e", f"{name} 'pipe.db'"], capture_output=True, text=True, cwd=work, timeout=60)
+    assert done.returncode == 1 and f"{name}: cannot open 'pipe.db': it is a folder, a pipe" in done.stderr, done
+os.remove(os.path.join(work, "pipe.db"))
 
 # Disks and pipes.
 for code in ("save('/dev/full', var 'x')", "iddata{ y = { 1, 2 }, Ts = 1 }:csv '/dev/full'",

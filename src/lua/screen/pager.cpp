@@ -10,6 +10,7 @@
 #include <termios.h>
 #include <unistd.h>
 
+#include "base/interrupt.hpp"
 #include "base/text.hpp"
 #include "lua/screen/fit_text.hpp"
 
@@ -145,8 +146,16 @@ void show_text(const std::string& text) {
       write_rows(rest, wish == Wish::line ? 1 : screen.rows - 1, screen.columns);
     }
   }
-  std::fwrite(rest.data(), 1, rest.size(), stdout);
-  std::fflush(stdout);
+  if (write_stoppable(rest, stdout)) std::fflush(stdout);
+}
+
+bool write_stoppable(std::string_view bytes, std::FILE* file) {
+  while (!bytes.empty() && !interrupt_requested.load()) {
+    const std::string_view piece = bytes.substr(0, whole_piece);
+    if (std::fwrite(piece.data(), 1, piece.size(), file) < piece.size()) break;
+    bytes.remove_prefix(piece.size());
+  }
+  return bytes.empty();
 }
 
 }  // namespace pendula::lua

@@ -1,7 +1,9 @@
 // Output at a terminal: fitted to its width, and a screen at a time where it is longer.
 #pragma once
 
+#include <cstdio>
 #include <string>
+#include <string_view>
 
 namespace pendula::lua {
 
@@ -27,5 +29,12 @@ void page_long_text();
 /// Writes the lines to standard output. Where a person waits, text that is longer than the screen stops after
 /// every screen: Space and Enter go on, q leaves. Anywhere else everything is written at once.
 void show_text(const std::string& text);
+
+/// Bytes that a pipe takes whole or not at all (PIPE_BUF of Linux): a write of more that waits for a reader goes
+/// on after a signal, one of these ends.
+constexpr std::size_t whole_piece = 4096;
+
+/// Writes until everything is written, an error, or Ctrl-C; false: something is left.
+bool write_stoppable(std::string_view bytes, std::FILE* file);
 
 }  // namespace pendula::lua

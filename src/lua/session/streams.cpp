@@ -9,6 +9,7 @@
 #include <unistd.h>
 
 #include "base/interrupt.hpp"
+#include "lua/screen/pager.hpp"
 #include "lua/session/long_calls.hpp"
 
 namespace pendula::lua {
@@ -74,17 +75,57 @@ int input_file(lua_State* L) {
   return results;
 }
 
+/// Calls the original with the values before `first` and the bytes; true, or false with its results on the stack.
+bool write_piece(lua_State* L, int first, std::string_view bytes) {
+  const int top = lua_gettop(L);
+  lua_pushvalue(L, lua_upvalueindex(1));
+  for (int i = 1; i < first; ++i) lua_pushvalue(L, i);
+  lua_pushlstring(L, bytes.data(), bytes.size());
+  lua_call(L, first, LUA_MULTRET);
+  if (lua_isnil(L, top + 1)) return false;
+  lua_settop(L, top);
+  return true;
+}
+
+/// io.write(…) and file:write(…): long texts in pieces, so that Ctrl-C ends one that waits for a reader. `first`
+/// is the first text. Upvalue: the original.
+template <int first>
+int write_texts(lua_State* L) {
+  const int count = lua_gettop(L);
+  bool all_short = true;
+  for (int i = first; i <= count; ++i)
+    all_short = all_short && (lua_type(L, i) != LUA_TSTRING || lua_rawlen(L, i) <= whole_piece);
+  if (all_short) return call_original(L);
+  for (int i = first; i <= count; ++i) {
+    std::size_t size = 0;
+    const char* bytes = luaL_checklstring(L, i, &size);
+    for (std::size_t at = 0; at < size && !interrupt_requested.load(); at += whole_piece)
+      if (!write_piece(L, first, {bytes + at, std::min(whole_piece, size - at)}))
+        return lua_gettop(L) - count;
+  }
+  lua_settop(L, first - 1);
+  return call_original(L);  // with nothing to write: the file
+}
+
 }  // namespace
 
 void open_streams(lua_State* L) {
-  constexpr luaL_Reg replaced[] = {{"open", open_file}, {"lines", lines_of_file}, {"input", input_file}};
+  constexpr luaL_Reg replaced[] = {{"open", open_file},
+                                   {"lines", lines_of_file},
+                                   {"input", input_file},
+                                   {"write", write_texts<1>}};
   lua_getglobal(L, "io");
   for (const luaL_Reg& row : replaced) {
     lua_getfield(L, -1, row.name);
     lua_pushcclosure(L, row.func, 1);
     lua_setfield(L, -2, row.name);
   }
-  lua_pop(L, 1);
+  luaL_getmetatable(L, LUA_FILEHANDLE);
+  lua_getfield(L, -1, "__index");
+  lua_getfield(L, -1, "write");
+  lua_pushcclosure(L, write_texts<2>, 1);
+  lua_setfield(L, -2, "write");
+  lua_pop(L, 3);
 }
 
 }  // namespace pendula::lua
