@@ -33,5 +33,6 @@ for name in ([[fit arx iv4 fir armax oe bj pem n4sid compare order_scan lsq spa 
 end
 for i = 1, #documented do
   local row = documented[i]
-  row.value = remembered[row.name] or row.value
+  local value = remembered[row.name]
+  if value then row.value = value end  -- reading a value that is made later would cost here
 end
