@@ -110,10 +110,8 @@ int write_texts(lua_State* L) {
 }  // namespace
 
 void open_streams(lua_State* L) {
-  constexpr luaL_Reg replaced[] = {{"open", open_file},
-                                   {"lines", lines_of_file},
-                                   {"input", input_file},
-                                   {"write", write_texts<1>}};
+  constexpr luaL_Reg replaced[] = {
+      {"open", open_file}, {"lines", lines_of_file}, {"input", input_file}, {"write", write_texts<1>}};
   lua_getglobal(L, "io");
   for (const luaL_Reg& row : replaced) {
     lua_getfield(L, -1, row.name);
