@@ -93,6 +93,11 @@ std::string mark_of(const Series& s, size_t k) {
   return text(" pointtype ", named[static_cast<size_t>(s.mark)], " pointsize 1.1 linewidth 1.8");
 }
 
+/// Few dots can be seen, many do not cover each other.
+std::string dot_size(const Series& s) {
+  return rounded(std::clamp(4 / std::sqrt(static_cast<double>(s.x.size()) + 1), 0.15, 0.4), 2);
+}
+
 /// "with …" for one series; colour and dashes tell series apart.
 std::string with_style(const Figure& f, size_t k, Style style) {
   const Series& s = f.series[k];
@@ -110,7 +115,7 @@ std::string with_style(const Figure& f, size_t k, Style style) {
     case Style::line_points:
       return "with linespoints" + mark_of(s, k) + lines("1.5");
     case Style::dots:
-      return "with points pointtype 7 pointsize 0.15" + colour;
+      return "with points pointtype 7 pointsize " + dot_size(s) + colour;
     case Style::impulses:
       return "with impulses linewidth " + (s.width > 0 ? shortest(s.width) : std::string("1.5")) + colour;
     case Style::cells:

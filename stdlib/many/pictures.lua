@@ -13,15 +13,9 @@ local function framed(given, own)
 end
 
 function pictures.histogram(s, e, options)
-  local cells = bin(answers.values(s, e, options.t), options.bins)
-  local x, y, n = {}, {}, #cells.counts
-  for i = 1, n do
-    x[2*i - 1], y[2*i - 1] = cells.edges[i], cells.counts[i]
-    x[2*i], y[2*i] = cells.edges[i + 1], cells.counts[i]
-  end
-  local zero = {}
-  for i = 1, #x do zero[i] = 0 end
-  return overlay(band(x, zero, y, framed(options, { xlabel = title(e), ylabel = "runs" })), plot(x, y))
+  local chosen = framed(options, { xlabel = title(e), ylabel = "runs" })
+  chosen.bins = options.bins or #bin(answers.values(s, e, options.t)).counts
+  return histogram(answers.values(s, e, options.t), chosen)
 end
 
 function pictures.density(s, e, options)

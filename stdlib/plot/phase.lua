@@ -197,7 +197,8 @@ doc { name = "poincare", module = "plot", sig = "poincare(sol, section, x, y [, 
       fail(("poincare: %s does not pass zero in that direction along this solution"):format(
         tostring(section)))
     end
-    local series = { { x = sol(x, times), y = sol(y, times), style = chosen.style or "points", count = 1 } }
+    local style = chosen.style or #times > 100 and "dots" or "points"
+    local series = { { x = sol(x, times), y = sol(y, times), style = style, count = 1 } }
     if type(series[1].x) == "number" then series[1].x, series[1].y = { series[1].x }, { series[1].y } end
     chosen.style = nil
     arguments.spread_labels("poincare", series, chosen)

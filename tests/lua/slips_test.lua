@@ -117,6 +117,8 @@ local errors = {
   { "sol.y", "sol(x)" },
   { "sol.time", "sol.t" },
   { "sol.start", "sol:state(t)" },
+  { "sqrt(2):value()", "evaluate(e)" },
+  { "float(sqrt(2))", "evaluate(e)" },
   { "scatter({1, 2}, {3, 4})", 'style = "points"' },
   { "stepinfo(G)", "r.overshoot" },
   { "bode(G, G)", "overlay(bode(G):plot(), bode(H):plot())" },

@@ -143,7 +143,7 @@ constexpr Remedy foreign_globals[] = {
      "data are read by iddata.read(\"file.csv\", { y = \"…\" })"},
     {"tic toc timeit", "write t0 = os.clock() … print(os.clock() - t0)"},
     {"str string_of", "write tostring(x)"},
-    {"int float double", "write math.tointeger(x), tonumber(x) or x + 0.0"},
+    {"int float double", "write math.tointeger(x) or tonumber(x), of an expression evaluate(e)"},
     {"try except catch", "write ok, message = pcall(function() … end)"},
     {"elif elsif", "write elseif"},
     {"switch case", "write if … then … elseif … then … end"},

@@ -170,6 +170,8 @@ static  /// What Lua's own words do not tell somebody who called or measured a v
   };
   const auto says = [&](const char* words) { return message.find(words) != message.npos; };
   if (says("attempt to get length of a solution")) return ": the number of saved points is #sol.t";
+  if (says("attempt to call a nil value (method 'value')"))
+    return ": the number of an expression is evaluate(e), the default of a parameter m.value";
   if (!says("attempt to call a") || says("attempt to call a nil")) return "";
   if (says("(method '")) return text(": ", quoted(), " is a value, not a function: write it without ( )");
   if (says("call a number value")) return ": a product is written with *, as in 2*(x + 1)";
