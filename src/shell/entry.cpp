@@ -32,11 +32,12 @@ std::string message(lua_State* L) {
   return result;
 }
 
-/// Lua says "near <eof>" when the text ended too early. Two such errors more lines would not mend: "syntax
-/// error near <eof>", the last statement is an expression, and a quoted string without its end, unless a
-/// backslash continues it.
+/// Lua says "near <eof>" when the text ended too early. Three such errors more lines would not mend: "syntax
+/// error near <eof>", the last statement is an expression, a line that ends with ball:index, and a quoted string
+/// without its end, unless a backslash continues it.
 bool wants_more(std::string_view entry, std::string_view error) {
   if (!ends_with(error, "near <eof>") || ends_with(error, "syntax error near <eof>")) return false;
+  if (lua::contains(error, "function arguments expected") && !lua::contains(entry, "\n")) return false;
   return !lua::contains(error, "unfinished string") || ends_with(entry, "\\") || ends_with(entry, "\\z");
 }
 

@@ -153,6 +153,8 @@ std::string_view by_turn(std::string_view source, const std::vector<Token>& toke
       return "a product is written 2*x";
     if (is(tokens, i, ":") && tokens[i + 1].kind == TokenKind::number)
       return "equal steps are linspace(0, 10, 101), a loop for i = 1, 10 do … end";
+    if (is(tokens, i, ":") && (is(tokens, i + 1, ",") || is(tokens, i + 1, ")")))
+      return "a row of a matrix is A[1], a column A.T[1], a part A:block(1, 2, 1, 3)";
     if (is(tokens, i, "-") && is(tokens, i + 1, ">"))
       return "a function is written function(x) return x^2 end";
     if (is(tokens, i, "=") && is(tokens, i + 1, ">"))
@@ -183,6 +185,8 @@ std::string_view by_message(std::string_view source, std::string_view error,
     return "write elseif … then, with one end for all branches";
   if (lua::contains(error, "syntax error near") && has_word(tokens, "="))
     return "an equation is written with ~ (lhs ~ rhs), a comparison with ==";
+  if (lua::contains(error, "function arguments expected"))
+    return "a method is called with ( ) or { }, as in sys:index(); a field is read with a dot, sys.kind";
   if (lua::contains(error, "malformed number")) return "a product is written 2*x";
   if (lua::contains(error, "near '='") && !has_dotted_key(tokens))
     return "an equation is written with ~ (lhs ~ rhs), a comparison with ==";

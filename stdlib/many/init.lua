@@ -52,7 +52,7 @@ doc { name = "sweep:probability", module = "sweep",
 method("histogram", "s:histogram(e [, { t =, bins = }]) -> figure",
   "A histogram of the values of an expression over the runs.", "pictures",
   pictured { at_time, option("bins", "integer or list", "how many cells, or their edges") },
-  runs "monte carlo" .. "print(s:histogram(x, { bins = 5 }))", "figure: 2 series, 20 points")
+  runs "monte carlo" .. "print(s:histogram(x, { bins = 5 }))", "figure: 1 series, 20 points")
 method("density", "s:density(e [, { t =, bandwidth = }]) -> figure",
   "Draws the density of the values by Gaussian kernels.", "pictures",
   pictured { at_time, option("bandwidth", "number", "of the kernels") },

@@ -1,6 +1,7 @@
 // Text fitted to the width of a screen.
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <sstream>
 
 #include "base/text.hpp"
@@ -90,4 +91,21 @@ TEST_CASE("in_ascii: mathematics as it is typed") {
   CHECK(in_ascii("⎡1 0⎤") == "[1 0]");
   CHECK(in_ascii("plain") == "plain");
   for (char c : in_ascii("⠤ unknown ☃")) CHECK(static_cast<unsigned char>(c) < 128);
+}
+
+TEST_CASE("fitted: a tableau or a state space loses columns in the middle, all rows the same ones") {
+  const std::string tableau =
+      "0    │\n"
+      "1/5  │ 1/5\n"
+      "3/10 │ 3/40        9/40\n"
+      "4/5  │ 44/45       -56/15\n"
+      "─────┼──────────────────────────────────────────\n"
+      "     │ 35/384      0            500/1113    84";
+  CHECK(fitted(tableau, 60) == tableau);
+  const std::string text = fitted(tableau, 40);
+  CHECK(widest(text) <= 40);
+  CHECK(text.find("4/5  │ 44/45       -56/15 ⋯") != std::string::npos);
+  CHECK(text.find("     │ 35/384      0      ⋯  84") != std::string::npos);
+  CHECK(text.find("─────┼──") != std::string::npos);
+  CHECK(std::count(text.begin(), text.end(), '\n') == 5);
 }

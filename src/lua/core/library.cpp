@@ -46,7 +46,12 @@ int undefined_global(lua_State* L) {
   if (const std::string owner = type_with_method(L, name); !owner.empty())
     throw Error(text("undefined variable '", name, "'; it is a method: write x:", name, "() where x is ",
                      owner, " (help \"", name, "\")"));
-  throw Error(text("undefined variable '", name, "'.", did_you_mean(name, global_names(L))));
+  std::string hint = did_you_mean(name, global_names(L));
+  constexpr std::size_t letters = 2, symbol_like = 5;  // of the blackboard, and not declared
+  if (name.size() <= letters || (hint.empty() && name.size() <= symbol_like))
+    hint = text(" A parameter is ", name, " = param(\"", name, "\", 1), an unknown ", name, " = var \"", name,
+                "\".");
+  throw Error(text("undefined variable '", name, "'.", hint));
 }
 
 /// __index of a library table such as rk: what was installed lazily is made now. Upvalue: the table's name.

@@ -142,7 +142,14 @@ std::string folded(const Line& line, int columns) {
 
 // ── several lines: matrices and tables of numbers ──
 
-/// Columns of a group of lines: [begin, end) cells, separated by blanks that all lines share.
+/// A line "────┼────" of a table.
+bool is_rule(const Line& line) {
+  const auto first =
+      std::find_if(line.begin(), line.end(), [](const auto& glyph) { return glyph.bytes != " "; });
+  return first != line.end() && first->bytes == "─";
+}
+
+/// Columns of a group of lines: [begin, end) cells, separated by blanks that all lines but rules share.
 struct Segment {
   std::size_t begin, end;
 };
@@ -153,8 +160,9 @@ std::vector<Segment> segments(const std::vector<Line>& lines) {
   std::vector<Segment> list;
   bool inside = false;
   for (std::size_t i = 0; i < longest; ++i) {
-    const bool blank = std::all_of(lines.begin(), lines.end(),
-                                   [&](const Line& line) { return i >= line.size() || is_blank(line, i); });
+    const bool blank = std::all_of(lines.begin(), lines.end(), [&](const Line& line) {
+      return i >= line.size() || is_blank(line, i) || (is_rule(line) && line[i].bytes == "─");
+    });
     if (!blank && !inside) list.push_back({i, i});
     inside = !blank;
     if (inside) list.back().end = i + 1;
@@ -176,15 +184,21 @@ std::string elided(const std::vector<Line>& lines, int columns) {
   for (std::size_t row = 0; row < lines.size(); ++row) {
     Line line = lines[row];
     const std::size_t cut = all[kept - 1].end;
-    while (line.size() < last.end) line.push_back({" ", 1});
+    const bool rule = is_rule(line);
+    while (line.size() < last.end) line.push_back({rule ? "─" : " ", 1});
     std::string left;
     for (std::size_t i = 0; i < cut; ++i) left += line[i].bytes;
-    out += (row ? "\n" : "") + left + " ⋯  " + joined(line, last.begin, last.end);
+    out += (row ? "\n" : "") + left + (rule ? "────" : " ⋯  ") + joined(line, last.begin, last.end);
   }
   return out;
 }
 
 bool contains(std::string_view line, const char* what) { return line.find(what) != line.npos; }
+
+/// A line of a table with a rule: a tableau, a state space.
+bool is_ruled(std::string_view line) {
+  return contains(line, "│") || contains(line, "─┼─") || contains(line, "─┴─");
+}
 
 /// The number of lines from `at` that form one matrix or one table of columns; 1 if it is a line of its own.
 std::size_t group_size(const std::vector<std::string_view>& lines, std::size_t at, int columns) {
@@ -193,6 +207,8 @@ std::size_t group_size(const std::vector<std::string_view>& lines, std::size_t a
     while (end < lines.size() && !contains(lines[end], "⎣")) ++end;
     return std::min(end + 1, lines.size()) - at;
   }
+  while (end < lines.size() && is_ruled(lines[end])) ++end;
+  if (end > at) return end - at;
   while (end < lines.size() && display_width(lines[end]) > columns) ++end;
   return std::max<std::size_t>(end - at, 1);
 }
@@ -235,7 +251,8 @@ std::string fitted(const std::string& text, int columns) {
       group.push_back(glyphs(lines[i]));
       wide = wide || width_of(group.back()) > columns;
     }
-    const bool matrix = contains(lines[at], "⎡") || (n > 1 && is_numeric(lines, at, n));
+    const bool matrix =
+        contains(lines[at], "⎡") || is_ruled(lines[at]) || (n > 1 && is_numeric(lines, at, n));
     std::string part = wide && matrix ? elided(group, columns) : "";
     if (part.empty())
       for (std::size_t i = 0; i < n; ++i) part += (i ? "\n" : "") + folded(group[i], columns);

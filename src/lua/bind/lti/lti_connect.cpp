@@ -54,6 +54,11 @@ int system_power(Call& call) {
 }
 
 int series(Call& call) {
+  bool system = false;
+  for (int i = 1; i <= call.count(); ++i) system = system || call.is<System>(i);
+  if (!system && call.count() > 0)
+    throw Error(
+        "connects systems, series(G1, G2), and none of these is one; a Taylor polynomial is written by diff");
   System g = read_system(call, 1, "G1");
   for (int i = 2; i <= call.count(); ++i) g = lti::series(read_system(call, i, "G2"), g);
   return push_system(call, std::move(g));

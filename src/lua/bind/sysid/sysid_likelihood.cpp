@@ -95,6 +95,8 @@ int gaussian(Call& call) {
 int laplace(Call& call) {
   Density f;
   f.kind = Density::Kind::laplace;
+  if (object_type(call.L, 1) == "expr" && !constant_at(call.L, 1))
+    throw Error("is a density of noise; the transform of an expression is laplace_transform(e, t, s)");
   if (call.has(1)) f.scale = positive(call, 1, "b");
   return push(call, f);
 }
