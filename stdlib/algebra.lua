@@ -59,7 +59,7 @@ lazy({ name = "apart", sig = "apart(e, x) -> expression",
 
 lazy({ name = "laplace_transform", sig = "laplace_transform(e, t, s) -> expression",
   text = [[∫₀^∞ e(t) exp(-s t) dt of sums of products of powers of t, exponentials, sines and cosines.
-    Derivatives of unknowns: L{x′} = s X - x(0), with the symbols X and x0.]],
+    Derivatives of unknowns: L{x″} = s² X - s x(0) - x′(0), with the symbols X, x0, dx0.]],
   example = 's = param "s"  return laplace_transform(exp(-2*t)*sin(3*t), t, s)',
     gives = "3/(s² + 4 s + 13)" },
   "algebra/laplace")

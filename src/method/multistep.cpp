@@ -197,6 +197,29 @@ std::string Multistep::str() const {
               is_explicit() ? "explicit" : "implicit", "\n\n", formula());
 }
 
+namespace {
+
+/// "1, -1 and 0.2 ± 0.4 i", the zeros of ρ; of many the largest modulus besides 1.
+std::string zeros_text(const std::vector<Complex>& parasitic) {
+  constexpr std::size_t most = 4;
+  if (parasitic.empty()) return "the only zero of ρ is 1\n";
+  if (parasitic.size() > most)
+    return text("the zeros of ρ are 1 and ", parasitic.size(), " more, the largest of modulus ",
+                rounded(std::abs(parasitic[0]), 6), "\n");
+  std::vector<std::string> words{"1"};
+  for (const Complex& z : parasitic) {
+    const double size = std::max(1.0, std::abs(z));
+    if (z.imag() < -1e-9 * size) continue;  // its conjugate is named
+    const std::string re = rounded(std::fabs(z.real()) < 1e-12 ? 0 : z.real(), 6);
+    words.push_back(std::fabs(z.imag()) <= 1e-9 * size ? re : text(re, " ± ", rounded(z.imag(), 6), " i"));
+  }
+  const std::string last = words.back();
+  words.pop_back();
+  return text("the zeros of ρ are ", join(words, ", "), " and ", last, "\n");
+}
+
+}  // namespace
+
 std::string Multistep::report() const {
   std::string result = str() + "\n\n";
   const std::vector<Complex> roots = parasitic_roots();
@@ -204,15 +227,16 @@ std::string Multistep::report() const {
   result += text("consistency      ρ(1) = 0, ρ′(1) = σ(1); order ", order_, ", error constant ",
                  error_constant().get_str(), "\n");
   result += text("zero-stability   ", stable ? "yes" : "no", ": ");
-  result += roots.empty() ? "the only zero of ρ is 1\n"
-                          : text("the zeros of ρ are 1 and ", roots.size(), " more, the largest of modulus ",
-                                 rounded(std::abs(roots[0]), 6), "\n");
+  result += zeros_text(roots);
   if (!stable) return result + "                 errors grow without bound as Δt → 0: do not use it";
   const double alpha = alpha_degrees();
-  result += alpha >= 90
-                ? text("linear stability A-stable", is_stable_at_infinity() ? " and L-stable" : "", "\n")
-            : alpha > 0 ? text("linear stability A(α)-stable with α = ", rounded(alpha, 4), "°\n")
-                        : text("linear stability real interval (-", rounded(real_limit(), 6), ", 0)\n");
+  result +=
+      alpha >= 90 ? text("linear stability A-stable", is_stable_at_infinity() ? " and L-stable" : "", "\n")
+      : alpha > 0 ? text("linear stability A(α)-stable with α = ", rounded(alpha, 4), "°\n")
+      : real_limit() == 0
+          ? text("linear stability no interval (-x, 0): on x′ = λx with λ < 0 errors grow for every step",
+                 !roots.empty() && std::abs(roots[0]) > 1 - 1e-7 ? " (weak instability)\n" : "\n")
+          : text("linear stability real interval (-", rounded(real_limit(), 6), ", 0)\n");
   if (is_stable_at_infinity()) {
     const bool bdf = is_bdf();
     result += text("at infinity      ", bdf ? "all zeros of σ are 0: stiff components die out at once\n"

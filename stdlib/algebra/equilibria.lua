@@ -143,7 +143,8 @@ local function polynomial_text(c)
       if minus then shown = shown:sub(2) end
       if power ~= "" and shown == "1" then shown = "" end
       if power ~= "" and shown ~= "" then
-        shown = (shown:find "[/+-]" and "(" .. shown .. ")" or shown) .. " "
+        local outside = shown:gsub("%b()", "")
+        shown = (outside:find "[/+-]" and "(" .. shown .. ")" or shown) .. " "
       end
       text = text .. (text == "" and (minus and "-" or "") or minus and " - " or " + ") .. shown .. power
     end
@@ -167,7 +168,8 @@ end
 
 local function reason(e, c)
   if equation.is_number(e) then return "(the factor " .. polynomial_text(c) .. ")" end
-  return ("(%s < 0)"):format(tostring(e))
+  if #c == 2 then return ("(the eigenvalue %s is positive)"):format(tostring(simplify(-c[2]))) end
+  return ("(the factor %s: %s < 0)"):format(polynomial_text(c), tostring(e))
 end
 
 -- The matrix with this characteristic polynomial.

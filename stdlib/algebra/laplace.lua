@@ -20,7 +20,7 @@ local function transform_of_unknown(leaf, s)
   local name = base.name
   local X = s^order*param(name:upper() ~= name and name:upper() or name .. "_s")
   for k = 0, order - 1 do
-    X = X - s^(order - 1 - k)*param(name .. (k == 0 and "0" or "0_" .. ("p"):rep(k)))
+    X = X - s^(order - 1 - k)*param(("d"):rep(k) .. name .. "0")
   end
   return X
 end
@@ -64,8 +64,15 @@ local function laplace_transform(e, t, s)
   return sum == 0 and F or simplify(sum + F)
 end
 
--- (c₀ + c₁ s)/((s - p)² + w²)^k.
-local function inverse_of_pair(part, c, s, t)
+-- A symbol for a sine or cosine, so that cos(2 t) stays what it is when sums are simplified.
+local function hidden(wave, waves)
+  local symbol = param("pendula_wave" .. #waves + 1)
+  waves[#waves + 1] = { symbol, wave }
+  return symbol
+end
+
+-- (c₀ + c₁ s)/((s - p)² + w²)^k; the waves in it are hidden.
+local function inverse_of_pair(part, waves, s, t)
   local d, a = coefficients(part.base, s), part.numerator
   local scale = d[3]^part.power
   local p = simplify(-d[2]/(2*d[3]))
@@ -78,6 +85,7 @@ local function inverse_of_pair(part, c, s, t)
   local op, inside = operation(w)
   if op == "abs" then w = inside end                       -- every term is even in w
   local co, si = real and cosh(w*t) or cos(w*t), real and sinh(w*t) or sin(w*t)
+  co, si = hidden(co, waves), hidden(si, waves)
   local f
   if part.power == 1 then
     f = first*co + simplify(second/w)*si
@@ -106,7 +114,7 @@ local function inverse_laplace(F, s, t)
         :format(tostring(simplify(fractions.polynomial(whole, s)))))
     end
   end
-  local sum = 0
+  local sum, waves = 0, {}
   for _, part in ipairs(list) do
     if part.degree == 1 then
       local d = coefficients(part.base, s)
@@ -114,14 +122,16 @@ local function inverse_laplace(F, s, t)
       local n = part.power - 1
       sum = sum + simplify(part.numerator[1]/(d[2]^(n + 1)*factorial(n)))*t^n*exp(pole*t)
     elseif part.degree == 2 then
-      sum = sum + inverse_of_pair(part, nil, s, t)
+      sum = sum + inverse_of_pair(part, waves, s, t)
     else
       fail(("inverse_laplace: the factor %s of the denominator has degree %d and no factors over the "
         .. "rational numbers")
         :format(tostring(part.base), part.degree))
     end
   end
-  return simplify(sum)
+  sum = simplify(sum)
+  for _, each in ipairs(waves) do sum = subs(sum, { [each[1]] = each[2] }) end
+  return sum
 end
 
 return { laplace_transform = laplace_transform, inverse_laplace = inverse_laplace }

@@ -182,7 +182,12 @@ function methods.stability_function(tab, z)
   end
   local function determinant(rows) return #rows == 1 and rows[1][1] or det(mat(rows)) end
   local denominator = simplify(determinant(below))
-  if #symbols_in(denominator) > 0 then return simplify(determinant(above)/denominator) end
+  if #symbols_in(denominator) > 0 then                     -- P by powers of z, Q(0) = 1
+    local P, Q = fraction(determinant(above)/denominator)
+    local scale, numerator = coefficients(Q, z)[1], 0
+    for k, c in ipairs(coefficients(P, z)) do numerator = numerator + simplify(c/scale)*z^(k - 1) end
+    return numerator/simplify(factor(Q)/scale)
+  end
   local sum = 0                                            -- explicit: a polynomial, by powers of z
   for k, c in ipairs(coefficients(determinant(above), z)) do sum = sum + simplify(c/denominator)*z^(k - 1) end
   return sum

@@ -77,3 +77,18 @@ test("a symbol of the user keeps its name", function()
   expect(tostring(w_dot)):equals "w_dot"
   expect(tostring(own)):equals "u_dot"
 end)
+
+test("short solutions of the linear system are written out: Michaelis and Menten's rate", function()
+  local S, E, C, P = vars "S E C P"
+  local k1, km, k2, E0 = params "k1 k_m k2 E0"
+  local sys = dae { der(S) ~ -k1*E*S + km*C, 0 ~ k1*E*S - (km + k2)*C, der(P) ~ k2*C, 0 ~ E + C - E0 }
+  has(tostring(sys:reduce "ode"), "C = k₁ E₀ S/(k₁ S + k_m + k₂)")
+end)
+
+test("conditions that are equations of the model are named by their numbers", function()
+  local x, z = vars "x z"
+  local low = dae { der(x) ~ z, 0 ~ x - sin(t) }:reduce "acc"
+  has(tostring(low), "start must keep  (2)")
+  has(tostring(low:trace()), "The new model no longer imposes (2): the start must satisfy it.")
+  expect(tostring(low):find("(2) = 0", 1, true) == nil):is_true()
+end)

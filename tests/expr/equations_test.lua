@@ -158,3 +158,21 @@ test("helper symbols of the solver do not appear in its errors", function()
   local x = var "x"
   expect(function() solve(sin(x^x) ~ 0, x) end):fails "x^x - 2 π k = 0"
 end)
+
+test("verdicts of equilibria name the eigenvalue, coefficients have no needless parentheses", function()
+  local x, y = vars "x y"
+  local a, b, c, d = params("a b c d", { positive = true })
+  local found = equilibria(dae { der(x) ~ a*x - b*x*y, der(y) ~ c*x*y - d*y })
+  expect(found[1].verdict):equals "unstable (the eigenvalue a is positive)"
+  local z, p, q = var "z", params "p q"
+  local one = equilibria(dae { der(z, 2) ~ -p*(1/q + 1/(p + q))*z })[1]
+  expect(one.modes:find("((", 1, true) == nil):is_true()
+end)
+
+test("inverse Laplace transforms keep the frequencies of their poles", function()
+  local s = param "s"
+  local f = inverse_laplace((s + 3)/(s^2*(s^2 + 4)), s, t)
+  expect(f):equals(3*t/4 - 3*sin(2*t)/8 - cos(2*t)/4 + rational "1/4")
+  expect(tostring(f)):equals "3 t/4 - 3 sin(2 t)/8 - cos(2 t)/4 + 1/4"      -- was sin(t)²/2 - …
+  expect(tostring(laplace_transform(der(var "x", 2), t, s))):equals "s² X - s x₀ - dx₀"
+end)

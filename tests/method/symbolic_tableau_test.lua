@@ -108,3 +108,22 @@ test("every method explains every model: names, DAEs by Rosenbrock, second order
   has(explain_step(pendulum, rk.gauss(2)), "M tends to a singular matrix as Δt → 0: the index is above 1")
   has(explain_step(index1, bdf(3)), "x_{k+1} - 18 x_k/11 + 9 x_{k-1}/11 - 2 x_{k-2}/11")
 end)
+
+test("stability functions with symbols have Q(0) = 1 and P by powers of z", function()
+  local z, theta, gamma = params "z theta gamma"
+  local R = tableau { A = { { 0, 0 }, { 1 - theta, theta } }, b = { 1 - theta, theta }, c = { 0, 1 } }
+  expect(tostring(R:stability_function(z))):equals "(z (1 - θ) + 1)/(1 - z θ)"
+  local sdirk = tableau { A = { { gamma, 0 }, { 1 - 2*gamma, gamma } }, b = { "1/2", "1/2" } }
+  -- Hairer & Wanner II, §IV.6
+  local known = (1 + (1 - 2*gamma)*z + (1/2 - 2*gamma + gamma^2)*z^2)/(1 - gamma*z)^2
+  expect(simplify(together(sdirk:stability_function(z) - known))):equals(0)
+end)
+
+test("reports of multistep methods name the zeros of rho and a weak instability", function()
+  local leapfrog = multistep { name = "leapfrog", alpha = { 1, 0, -1 }, beta = { 0, 2, 0 } }:report()
+  has(leapfrog, "yes: the zeros of ρ are 1 and -1")
+  has(leapfrog, "no interval (-x, 0): on x′ = λx with λ < 0 errors grow for every step (weak instability)")
+  local explicit = multistep { name = "explicit", alpha = { 1, 4, -5 }, beta = { 0, 4, 2 } }
+  has(explicit:report(), "no: the zeros of ρ are 1 and -5")
+  has(bdf(3):report(), "the zeros of ρ are 1 and 0.318182 ± 0.283864 i")
+end)

@@ -159,7 +159,7 @@ ModelPtr without(const ModelPtr& model, std::span<const Expr> zeros) {
   for (Expr p : zeros) {
     put_in[p] = Expr(0);
     options.values[p] = Expr(0);
-    options.trace.push_back(text("put in:  ", to_text(p), " = 0"));
+    options.trace.push_back(text("substituted:  ", to_text(p), " = 0"));
   }
   move_invariants(options, put_in);
   for (const auto& [leaf, meaning] : put_in) options.relations[leaf] = meaning;

@@ -125,6 +125,10 @@ Expr resolve(const Model& model, Expr e) {
   return e;
 }
 
+std::string condition_text(const Constraint& c) {
+  return c.label.starts_with("(") ? c.label : c.label + " = 0";
+}
+
 std::string names_of(const std::vector<Expr>& list) {
   std::vector<std::string> names;
   for (Expr e : list) names.push_back(to_text(e));

@@ -54,6 +54,9 @@ ModelPtr original(const ModelPtr& m);
 /// v).
 Expr resolve(const Model& model, Expr e);
 
+/// "C₁′ = 0"; a condition that is an equation of the model by its number: "(5)′".
+std::string condition_text(const Constraint& c);
+
 /// "x, y, q": names for messages, columns by their entries.
 std::string names_of(const std::vector<Expr>& list);
 /// The same with whole columns by their names: "q, x".

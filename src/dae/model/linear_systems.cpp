@@ -5,7 +5,9 @@
 #include "base/text.hpp"
 #include "dae/model/derivation_markup.hpp"
 #include "expr/graph/solve.hpp"
+#include "expr/linalg/linalg.hpp"
 #include "expr/print/print.hpp"
+#include "expr/rewrite/one_fraction.hpp"
 #include "expr/rewrite/rewrite.hpp"
 #include "expr/rewrite/tidied.hpp"
 
@@ -67,6 +69,23 @@ bool fits(const std::string& line) {
   return true;
 }
 
+/// "so that x = …, y = …" where the formulas are short.
+std::string solution_line(const VecX& unknowns, const LinearSystem& s) {
+  constexpr int largest = 3, widest = 100;
+  constexpr double short_entry = 30;
+  if (s.size > largest ||
+      !std::all_of(s.operands.begin(), s.operands.end(), [](Expr e) { return is_short(e, short_entry); }))
+    return "";
+  VecX b(s.size);
+  for (int i = 0; i < s.size; ++i) b[i] = s.b(i);
+  const VecX x =
+      linalg::solve(matrix_of(s), b).col(0).unaryExpr([](Expr e) { return one_fraction(simplify(e)); });
+  std::vector<std::string> parts;
+  for (Index i = 0; i < x.size(); ++i) parts.push_back(formula(ref(unknowns[i]), " = ", ref(x[i])));
+  const std::string line = "so that  " + join(parts, ",  ");
+  return display_width(rendered(line)) <= widest ? line : "";
+}
+
 }  // namespace
 
 std::vector<Block> blocks_with_names(const Model& m) {
@@ -96,6 +115,8 @@ std::vector<std::string> linear_system_lines(const Model& m) {
     const bool shown = !parts.empty() && std::all_of(parts.begin(), parts.end(), fits);
     lines.push_back("where " + equation + (shown ? " with" : ", " + size));
     if (shown) lines.insert(lines.end(), parts.begin(), parts.end());
+    const std::string solved = shown ? solution_line(s.unknowns, system) : "";
+    if (!solved.empty()) lines.push_back(solved);
   }
   return lines;
 }

@@ -130,7 +130,7 @@ ModelPtr made_acc(const ModelPtr& given) {
   constexpr std::size_t most = 40;
   std::vector<std::string> conditions;
   for (const Constraint& c : done->invariants)
-    if (conditions.size() < most) conditions.push_back(c.label + " = 0");
+    if (conditions.size() < most) conditions.push_back(condition_text(c));
   if (done->invariants.size() > most) conditions.push_back(text("… ", done->invariants.size(), " in all"));
   done->trace.push_back("The new model no longer imposes " + join(conditions, ", ") +
                         ": the start must satisfy " + (conditions.size() == 1 ? "it." : "them."));

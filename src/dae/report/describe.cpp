@@ -9,6 +9,7 @@
 #include "dae/index/differentiation_index.hpp"
 #include "dae/model/derivation_markup.hpp"
 #include "dae/model/equation_lines.hpp"
+#include "dae/model/lineage.hpp"
 #include "dae/model/linear_systems.hpp"
 #include "dae/model/model.hpp"
 #include "dae/model/parameter_values.hpp"
@@ -176,7 +177,7 @@ std::string describe(const Model& m) {
   if (!m.invariants.empty()) {
     std::vector<std::string> words;
     for (const Constraint& c : m.invariants)
-      if (words.size() < most_names) words.push_back(c.label + " = 0");
+      if (words.size() < most_names) words.push_back(condition_text(c));
     if (m.invariants.size() > most_names) words.push_back(text("… ", m.invariants.size(), " in all"));
     symbols.row({"start must keep", join(words, ", ")});
   }

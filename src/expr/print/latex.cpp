@@ -27,6 +27,7 @@ std::string letters(const std::string& head) {
 std::string below_line(const std::string& below) {
   if (below.empty()) return "";
   if (below.size() == 1) return "_" + below;
+  if (!greek_letter(below).empty()) return "_{" + letters(below) + "}";
   const bool number = below.find_first_not_of("0123456789") == std::string::npos;
   std::string escaped;
   for (char c : below) escaped += c == '_' ? std::string("\\_") : std::string(1, c);

@@ -59,7 +59,8 @@ std::string pretty_name(const std::string& name) {
   const std::string letter = greek_letter(s.head), head = letter.empty() ? s.head : letter;
   if (s.below.empty()) return head;
   if (all_digits(s.below) && s.below.size() < 10) return head + subscript(std::stol(s.below));
-  return head + "_" + s.below;
+  const std::string below = greek_letter(s.below);
+  return head + "_" + (below.empty() ? s.below : below);
 }
 
 class Unicode final : public Notation {

@@ -92,7 +92,7 @@ int boundary(Call& call) {
 }
 
 std::string interval(double limit, const char* left, const char* right) {
-  return std::isinf(limit) ? left : limit == 0 ? "no interval" : text(right, rounded(std::fabs(limit), 13));
+  return std::isinf(limit) ? left : limit == 0 ? "y = 0 only" : text(right, rounded(std::fabs(limit), 13));
 }
 
 int stability_text(Call& call) {
