@@ -106,7 +106,11 @@ local function inverse_laplace(F, s, t)
     F = expression
   end
   if t == nil then fail "inverse_laplace: give the transform, s and t: inverse_laplace(1/(s + 1), s, t)" end
-  local whole, list = fractions.parts(F, s)
+  local rational_, whole, list = pcall(fractions.parts, F, s)
+  if not rational_ then
+    fail(("inverse_laplace: %s is not a fraction of polynomials in %s; a factor exp(-T %s) delays the "
+      .. "function by T: transform without it"):format(tostring(F), tostring(s), tostring(s)))
+  end
   for i = 1, #whole do
     if whole[i] ~= nil and whole[i] ~= 0 then
       fail(("inverse_laplace: the polynomial part %s means impulses at t = 0; the degree of the numerator "

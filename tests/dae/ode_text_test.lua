@@ -92,3 +92,26 @@ test("conditions that are equations of the model are named by their numbers", fu
   has(tostring(low:trace()), "The new model no longer imposes (2): the start must satisfy it.")
   expect(tostring(low):find("(2) = 0", 1, true) == nil):is_true()
 end)
+
+test("derivatives of an eliminated multiplier are values of a start and of a solution", function()
+  local p = var("p", 2)
+  local m, g, L = params "m=1 g=9.81 L=1"
+  local sys = lagrange { q = p, T = m/2*p.dot.T*p.dot, V = m*g*p[2], C = { (p.T*p - L^2)/2 } }
+  local z = sys.multipliers[1]              -- z = m (v² - g p₂)/L², z′ = -3 m g p₂′/L² since (v²)′ = -2 g p₂′
+  for _, form in ipairs { "acc", "ode", "project", "dummy" } do
+    local low = sys:reduce(form)
+    local at = low:init { fix = { [p[1]] = 0.6, [p[1].dot] = 0.8 }, guess = { [p[2]] = -0.8 } }
+    expect(at(z.dot)):near(-3*9.81*0.6, 1e-9)                  -- p₂′ = 0.6 keeps the length
+    expect(at(der(z, 2))):near(at(-3*9.81*p[2].ddot), 1e-7)
+  end
+  local ode = sys:reduce "ode"
+  local at = ode:init { fix = { [p[1]] = 0.6, [p[1].dot] = 0.8 }, guess = { [p[2]] = -0.8 } }
+  local sol = ode:integrate { start = at, to = 1, rtol = 1e-10, atol = 1e-10 }
+  expect(sol(z.dot, 0.5)):near(sol(-3*9.81*p[2].dot, 0.5), 1e-7)
+end)
+
+test("a condition names the row that it came from", function()
+  local text = tostring(rods(2):constraints())
+  has(text, "from (2a)")
+  has(text, "(2b) differentiated")
+end)

@@ -176,3 +176,9 @@ test("inverse Laplace transforms keep the frequencies of their poles", function(
   expect(tostring(f)):equals "3 t/4 - 3 sin(2 t)/8 - cos(2 t)/4 + 1/4"      -- was sin(t)²/2 - …
   expect(tostring(laplace_transform(der(var "x", 2), t, s))):equals "s² X - s x₀ - dx₀"
 end)
+
+test("inverse_laplace says what it does not transform", function()
+  local s = param "s"
+  local delayed = function() inverse_laplace(exp(-s)/s, s, t) end
+  expect(delayed):fails "exp(-s)/s is not a fraction of polynomials in s"
+end)

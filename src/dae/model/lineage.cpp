@@ -114,9 +114,23 @@ ModelPtr original(const ModelPtr& m) {
   return copy;
 }
 
+/// z′ of an eliminated z: the derivative of what z means.
+static Substitution derivatives_of_relations(const Model& model, Expr e) {
+  Substitution derivatives;
+  for (Expr leaf : leaves({&e, 1})) {
+    const Symbol& s = symbol_of(leaf);
+    if (s.order == 0 || model.relations.count(leaf) != 0) continue;
+    const auto meaning = model.relations.find(s.base);
+    if (meaning != model.relations.end()) derivatives[leaf] = total_derivative(meaning->second, s.order);
+  }
+  return derivatives;
+}
+
 Expr resolve(const Model& model, Expr e) {
   for (const Model* m = &model; m; m = m->parent.get()) {
     if (m->relations.empty()) continue;
+    if (const Substitution derivatives = derivatives_of_relations(model, e); !derivatives.empty())
+      e = substitute(e, derivatives);
     e = substitute(e, model.relations);
     break;
   }

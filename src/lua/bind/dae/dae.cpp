@@ -110,6 +110,7 @@ int constraints(Call& call) {
   dae::HiddenConstraints known = dae::hidden_constraints(model_of(call));
   list->list = std::move(known.constraints);
   list->complete = known.complete;
+  list->model = model_ptr(call);
   return call.push(std::shared_ptr<const Constraints>(list));
 }
 
@@ -126,6 +127,13 @@ int model_text(Call& call) {
 
 // ── constraints ───────────────────────────────────────────────────────────────────────────────────────
 
+/// "(2a)": the row of the equation that a condition came from.
+std::string equation_of(const dae::Constraint& c, const dae::Model* model) {
+  const auto block = static_cast<std::size_t>(c.origin);
+  const bool known = model && block < model->blocks.size() && c.row < model->blocks[block].lhs.size();
+  return known ? row_label(model->blocks[block], c.origin, c.row) : text("(", c.origin + 1, ")");
+}
+
 int constraints_text(Call& call) {
   collect_aliases(call.L);
   const auto& constraints = call.object<Constraints>(1, "constraints");
@@ -139,8 +147,8 @@ int constraints_text(Call& call) {
   for (const auto& c : list)
     table.row({c.label + ":", "0 = " + dae::truncated_text(c.residual),
                c.origin < 0        ? ""
-               : c.derivative == 0 ? text("from (", c.origin + 1, ")")
-                                   : text("(", c.origin + 1, ") differentiated",
+               : c.derivative == 0 ? "from " + equation_of(c, constraints.model.get())
+                                   : text(equation_of(c, constraints.model.get()), " differentiated",
                                           c.derivative == 1 ? "" : text(" ", c.derivative, " times"))});
   std::string out = table.str();
   return call.push(constraints.complete ? out.substr(0, out.size() - 1) : out + incomplete);

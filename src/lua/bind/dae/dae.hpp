@@ -19,6 +19,7 @@ struct TypeName<dae::ConsistentState> {
 struct Constraints {
   std::vector<dae::Constraint> list;
   bool complete = true;  ///< as many as there are conditions
+  dae::ModelPtr model;   ///< whose equations they came from
 };
 template <>
 struct TypeName<Constraints> {
