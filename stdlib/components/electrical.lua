@@ -1,5 +1,6 @@
 -- Circuits: pins with a potential v and a current i into the part.
 local component, connector = named "component", named "connector"
+local check = use "components/check"
 local e = use "components/library" ("electrical", "circuits; i counts into the part")
 
 e.pin = connector("electrical pin", { across = { v = "V" }, through = { i = "A" }, reference = true })
@@ -239,6 +240,7 @@ e.opamp_limited = component("opamp_limited", { A = { 1e5, text = "gain" },
   Vmax = { 15, unit = "V", text = "largest output" }, Vmin = { -15, unit = "V", text = "smallest output" } },
   function(self)
     self.p, self.n, self.out = e.pin, e.pin, e.pin
+    check.ordered(self, "Vmin", "Vmax")
     self:reference(self.out)
     local s = self:var("s", { unit = "V",
       text = "the output without limits" })
@@ -255,6 +257,7 @@ e.opamp_limited = component("opamp_limited", { A = { 1e5, text = "gain" },
 
 e.transformer = component("transformer", { n = { 1, text = "turns of winding 1 over those of winding 2" } },
   function(self)
+    check.not_zero(self, "n")
     self.p1, self.n1, self.p2, self.n2 = e.pin, e.pin, e.pin, e.pin
     self:isolated({ self.p1, self.n1 }, { self.p2, self.n2 })
     return { self.p1.v - self.n1.v ~ self.n*(self.p2.v - self.n2.v), self.p2.i ~ -self.n*self.p1.i,

@@ -125,13 +125,14 @@ h.centrifugal_pump = component("centrifugal_pump",
   qmax = { 1e-3, unit = "m^3/s", text = "flow without pressure" } }, function(self)
   self.a, self.b = h.port, h.port
   local q = self:var("q", { unit = "m^3/s" })
-  return { self.a.q ~ q, self.b.q ~ -q, self.b.p - self.a.p ~ self.p0*(1 - (q/self.qmax)^2) }
-end, { text = "A parabola p = p0 (1 - (q/qmax)²).", source = "Pfleiderer, Die Kreiselpumpen, 1924",
+  return { self.a.q ~ q, self.b.q ~ -q, self.b.p - self.a.p ~ self.p0*(1 - q*abs(q)/self.qmax^2) }
+end, { text = "A parabola p = p0 (1 - q |q|/qmax²): what is pressed back meets more than p0.",
+  source = "Pfleiderer, Die Kreiselpumpen, 1924",
   example = [[
     x = model { A = e.ambient{}, P = e.centrifugal_pump{ p0 = 12, qmax = 2 }, R = e.pipe{ R = 9 },
       B = e.ambient{},
                 connect("A.port", "P.a"), connect("P.b", "R.a"), connect("R.b", "B.port") }
-    return x:init{ guess = { ["P.q"] = 2 } }(x.P.q)]], gives = "1.0" })
+    return x:init{}(x.P.q)]], gives = "1.0" })
 
 h.accumulator = component("accumulator", { C = { 1e-9, unit = "m^3/Pa", text = "compliance V/K" },
   p0 = { false, unit = "Pa", text = "pressure at the start" } }, function(self)

@@ -1,5 +1,6 @@
 -- Shafts: flanges with an angle phi and a torque tau on the part.
 local component, connector = named "component", named "connector"
+local check = use "components/check"
 local m = use "components/library" ("rotational", "shafts; tau is the torque on the part")
 local translational, electrical = use "components/translational", use "components/electrical"
 
@@ -153,6 +154,7 @@ end, { text = "The speed as a signal.", source = "definition",
 -- ── transmissions ──────────────────────────────────────────────────────────────────────────────────────────
 
 m.gear = component("gear", { ratio = { 1, text = "angle of a over angle of b" } }, function(self)
+  check.not_zero(self, "ratio")
   self.a, self.b = m.flange, m.flange
   return { self.a.phi ~ self.ratio*self.b.phi, 0 ~ self.ratio*self.a.tau + self.b.tau }
 end, { text = "Ideal: phi_a = ratio phi_b; the housing is fixed.", source = euler,
@@ -163,6 +165,7 @@ end, { text = "Ideal: phi_a = ratio phi_b; the housing is fixed.", source = eule
 
 m.planetary = component("planetary", { ratio = { 2, text = "teeth of the ring over teeth of the sun" } },
   function(self)
+    check.positive(self, "ratio")
     self.sun, self.carrier, self.ring = m.flange, m.flange, m.flange
     return { (1 + self.ratio)*self.carrier.phi ~ self.sun.phi + self.ratio*self.ring.phi,
       self.ring.tau ~ self.ratio*self.sun.tau, self.carrier.tau ~ -(1 + self.ratio)*self.sun.tau }

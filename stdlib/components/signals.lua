@@ -1,5 +1,6 @@
 -- Signals: inputs and outputs that are connected by connect(a.y, b.u).
 local component = named "component"
+local check = use "components/check"
 local s = use "components/library" ("signals", "blocks with inputs u and an output y")
 
 local function block(self)
@@ -38,6 +39,7 @@ end, { text = "y = u1 u2.", source = "definition",
     return x:integrate{ to = 2 }(x.z.y, 2)]], gives = "6.0" })
 
 s.saturation = component("saturation", { low = -1, high = 1 }, function(self)
+  check.ordered(self, "low", "high")
   local u, y = block(self)
   return { y ~ min(self.high, max(self.low, u)) }
 end, { text = "u, kept between low and high.", source = "definition",
@@ -46,6 +48,7 @@ end, { text = "u, kept between low and high.", source = "definition",
     return x:integrate{ to = 1 }(x.z.y, 1)]], gives = "2.0" })
 
 s.dead_zone = component("dead_zone", { low = -1, high = 1 }, function(self)
+  check.ordered(self, "low", "high")
   local u, y = block(self)
   return { y ~ max(u - self.high, 0) + min(u - self.low, 0) }
 end, { text = "0 between low and high, else the distance beyond the limit.", source = "definition",
@@ -84,6 +87,7 @@ end, { text = "y′ = k u.", source = "definition",
 
 s.first_order = component("first_order", { k = 1, T = { 1, unit = "s", text = "time constant" }, y0 = 0 },
   function(self)
+    check.positive(self, "T")
     local u, y = block(self)
     self:start(y, self.y0)
     return { self.T*der(y) + y ~ self.k*u }
@@ -108,6 +112,7 @@ end, { text = "Low-pass of second order.", source = "Butterworth, Wireless Engin
 s.derivative = component("derivative", { k = 1,
   T = { 0.01, unit = "s", text = "time constant of its filter" } },
   function(self)
+    check.positive(self, "T")
     local u, y = block(self)
     local x = self:var "x"
     self:start(x, 0)
@@ -118,6 +123,7 @@ s.derivative = component("derivative", { k = 1,
     return x:integrate{ to = 1 }(x.D.y, 1)]], gives = "0.8646647168" })
 
 s.delay = component("delay", { T = { 1, unit = "s", text = "delay" } }, function(self)
+  check.positive(self, "T")
   local u, y = block(self)
   local x1, x2 = self:vars "x1 x2"
   self:start(x1, 0)
@@ -134,6 +140,7 @@ s.pid = component("pid", { k = { 1, text = "gain" }, Ti = { 1, unit = "s", text 
   Td = { 0, unit = "s", text = "derivative time" }, N = { 10, text = "filter of the derivative: Td/N" },
   low = { -math.huge, text = "least output" }, high = { math.huge, text = "largest output" },
   Tt = { false, unit = "s", text = "tracking time of the anti-windup; Ti if not given" } }, function(self)
+  check.ordered(self, "low", "high")
   local r, v, y = self:input "r", self:input "v", self:output "y"
   local given = self.given
   local z = self:var("z", { text = "integral part" })
@@ -166,6 +173,7 @@ end, { text = "Reference r, measurement v. The derivative sees the measurement o
 
 -- A clock: ticks at t0, t0 + Ts, …; reset says what changes at a tick.
 local function clock(self, reset)
+  check.positive(self, "Ts")
   local next_tick = self:discrete("tick", self.t0, { unit = "s", text = "next sample" })
   reset[next_tick] = next_tick + self.Ts
   self:event { when = t - next_tick, direction = 2, reset = reset }
@@ -218,6 +226,8 @@ end, { text = "The sample before: y_k = u_{k-1}.",
 s.pulse = component("pulse", { period = { 1, unit = "s" },
   width = { 0.5, text = "part of the period in which it is high" }, low = { 0 }, high = { 1 },
   t0 = { 0, unit = "s", text = "first rise" } }, function(self)
+  check.positive(self, "period")
+  check.between(self, "width", 0, 1)
   local y, on = self:output "y", self:discrete("on", 0)
   local tick = self:discrete("tick", self.t0, { unit = "s", text = "next change" })
   local lasts = self.period*(self.width + (1 - 2*self.width)*on)
@@ -234,6 +244,7 @@ s.relay = component("relay", { low = { -1, text = "switches off below" },
   off = { 0, text = "output when off" }, on = { 1, text = "output when on" },
     y0 = { 0, text = "1: on at the start" } },
   function(self)
+    check.ordered(self, "low", "high")
     local u, y = block(self)
     local state = self:discrete("state", self.y0)
     self:event { when = (1 - state)*(u - self.high) - state, direction = 2, reset = { [state] = 1 } }

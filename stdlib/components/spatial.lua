@@ -3,6 +3,7 @@
 -- generalised force that belongs to q. A torque M (in space) is n = 2 Eᵀ(q) M.
 local component, connector = named "component", named "connector"
 local s = use "components/library" ("spatial", "rigid bodies in space; gravity pulls along -z")
+local rotational = use "components/rotational"
 
 s.frame = connector("spatial frame", { across = { r = { "m", 3 }, q = { "", 4 } },
   through = { f = { "N", 3 }, n = { "N*m", 4 } }, pairs = { r = "f", q = "n" } })
@@ -22,6 +23,12 @@ rawset(s, "rotation", rotation)
 local function body_rates(q)
   local a, b, c, d = q[1], q[2], q[3], q[4]
   return mat { { -b, a, d, -c }, { -c, -d, a, b }, { -d, c, -b, a } }
+end
+
+-- The same in the axes of space: 2 E(q) q′.
+local function space_rates(q)
+  local a, b, c, d = q[1], q[2], q[3], q[4]
+  return mat { { -b, a, -d, c }, { -c, d, a, -b }, { -d, -c, b, a } }
 end
 
 local function list_of(v)
@@ -198,13 +205,48 @@ s.spring = component("spring", { k = { 1, unit = "N/m" }, d = { 0, unit = "N*s/m
                 B = e.body{ g = 0, r0 = {2, 0, 0}, v0 = {0, 0, 0}, q0 = {1, 0, 0, 0}, w0 = {0, 0, 0} } }
     return x:reduce():integrate{ to = math.pi/2, rtol = 1e-8 }(x.B.r[1], math.pi/2)]], gives = "0.0" })
 
-s.force = component("force", { f = { { 0, 0, 0 }, unit = "N" } }, function(self)
-  self.frame = s.frame
-  return { self.frame.f ~ -self.f, self.frame.n ~ zeros(4, 1) }
-end, { text = "A force that is given, in the axes of space.", source = "definition",
+s.drive = component("drive", { axis = { "z", text = "x, y or z, of both frames" },
+  phi0 = { false, unit = "rad", text = "angle at the start" },
+  w0 = { false, unit = "rad/s", text = "speed at the start" } }, function(self)
+  self.a, self.b, self.flange = s.frame, s.frame, rotational.flange
+  local a, b, flange = self.a, self.b, self.flange
+  local phi, w = self:var("phi", { unit = "rad" }), self:var("w", { unit = "rad/s" })
+  local z = self:var("z", { text = "its torque, doubled" })
+  self:start(phi, self.phi0)
+  self:start(w, self.w0)
+  if not self.given.phi0 then self:guess(phi, 0) end
+  across(self.given.axis)                                -- says which axes there are
+  local along = turn(a, b)[({ x = 1, y = 2, z = 3 })[self.given.axis]]
+  local scalar = dot(a.q, b.q)
+  local c = scalar*sin(phi/2) - along*cos(phi/2)         -- 0 where b is turned by phi against a
+  return { 0 ~ c, w ~ 2*(scalar*der(along) - along*der(scalar)), phi ~ flange.phi,
+    flange.tau ~ z*diff(c, phi), a.f ~ zeros(3, 1), b.f ~ zeros(3, 1),
+    a.n ~ z*gradient(c, a.q), b.n ~ z*gradient(c, b.q) }
+end, { text = "The turn from a to b about an axis as a flange, beside the hinge between them: for motors, "
+    .. "springs, brakes and starts.",
+  source = euler,
   example = [[
-    x = model { F = e.force{ f = {0, 0, 11.81} }, connect("F.frame", "B.frame"),
+    r = components.rotational
+    x = model { w = e.fixed{}, j = e.revolute{ axis = "z" }, D = e.drive{ phi0 = 0, w0 = 0 },
+                T = r.torque{ tau = 10 }, R = e.rod{ d = {2, 0, 0} }, B = e.body{},
+                connect("w.frame", "j.a", "D.a"), connect("j.b", "D.b", "R.a"), connect("R.b", "B.frame"),
+                connect("T.flange", "D.flange") }
+    low = x:reduce()
+    at = low:init{ guess = { ["B.q"] = {1, 0, 0, 0}, ["B.r"] = {2, 0, 0} } }
+    return low:integrate{ start = at, to = 2, rtol = 1e-8 }(x.D.phi, 2)]], gives = "4.0" })
+
+s.force = component("force", { f = { { 0, 0, 0 }, unit = "N" },
+  M = { { 0, 0, 0 }, unit = "N*m", text = "torque" } }, function(self)
+  self.frame = s.frame
+  local M = self.given.M
+  local turns = object_type(M) or M[1] ~= 0 or M[2] ~= 0 or M[3] ~= 0
+  return { self.frame.f ~ -self.f,
+    self.frame.n ~ (turns and -2*space_rates(self.frame.q).T*self.M or zeros(4, 1)) }
+end, { text = "A force and a torque that are given, in the axes of space.", source = "definition",
+  example = [[
+    x = model { F = e.force{ f = {0, 0, 11.81}, M = {0, 0, 2} }, connect("F.frame", "B.frame"),
                 B = e.body{ r0 = {0, 0, 0}, v0 = {0, 0, 0}, q0 = {1, 0, 0, 0}, w0 = {0, 0, 0} } }
-    return x:reduce():integrate{ to = 3 }(x.B.r[3], 3)]], gives = "9.0" })
+    sol = x:reduce():integrate{ to = 3 }
+    return sol(x.B.r[3], 3) + sol(x.B.w[3], 3)]], gives = "15.0" })
 
 return s

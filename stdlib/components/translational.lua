@@ -1,5 +1,6 @@
 -- Motion along a line: flanges with a position s and a force f on the part.
 local component, connector = named "component", named "connector"
+local check = use "components/check"
 local m = use "components/library" ("translational", "motion along a line; f is the force on the part")
 
 m.flange = connector("translational flange", { across = { s = "m" }, through = { f = "N" } })
@@ -110,6 +111,7 @@ end, { text = "The position as a signal.", source = "definition",
     return x:init{ from = 3 }(x.s.s)]], gives = "9.0" })
 
 m.lever = component("lever", { ratio = { 1, text = "arm of b over arm of a" } }, function(self)
+  check.not_zero(self, "ratio")
   self.a, self.b = m.flange, m.flange
   return { self.b.s ~ -self.ratio*self.a.s, self.a.f ~ self.ratio*self.b.f }
 end, { text = "Small turns about a fixed point between a and b: s_b = -ratio s_a.", source = "Archimedes",
@@ -135,6 +137,7 @@ m.stop = component("stop", { k = { 1e5, unit = "N/m", text = "stiffness in conta
 m.mass_with_stops = component("mass_with_stops", { m = { 1, unit = "kg" }, smax = { 1, unit = "m" },
   smin = { -1, unit = "m" }, e = { 0.8, text = "restitution: velocity after over before" },
   s0 = { 0, unit = "m" }, v0 = { 0, unit = "m/s" } }, function(self)
+  check.ordered(self, "smin", "smax")
   self.flange = m.flange
   local s, v = self:var("s", { unit = "m" }), self:var("v", { unit = "m/s" })
   self:start(s, self.s0)

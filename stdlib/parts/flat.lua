@@ -70,10 +70,10 @@ local function close_inputs(top, all)
       found = found or symbols_of_composites(top, {})
       if not found[symbol] then
         if entry.given.default == nil then
-          fail(("the input %s has no source; connect(source.y, \"%s\"), an equation %s ~ …, or an input of "
-            .. "the model: "
-            .. "u = input \"u\", %s ~ u"):format(tostring(symbol), tostring(symbol), tostring(symbol),
-              tostring(symbol)))
+          local name = symbol.name
+          fail(("the input %s has no source; connect(source.y, \"%s\"), an equation var \"%s\" ~ …, or an "
+            .. "input of the model: u = input \"u\", connect(u, \"%s\")"):format(tostring(symbol), name, name,
+              name))
         end
         all.equations[#all.equations + 1] = symbol ~ entry.given.default
         all.notes[#all.equations] = "default of " .. tostring(symbol)

@@ -51,7 +51,7 @@ test("what is left is what one would write: differences first, no product that c
     local equations = rc(n):dae().equations
     expect(#equations):equals(n)
     expect(tostring(equations[2])):equals
-      "C[2].C C[2].v′ = (C[1].v - C[2].v)/R[2].R + (C[3].v - C[2].v)/R[3].R"
+      "C[2].C C[2].v′ = (C[1].v - C[2].v)/R[2].R - (C[2].v - C[3].v)/R[3].R"
     expect(equations[1].rhs:code():find("R[1].R\", 1)*(", 1, true)):equals(nil)
   end
   local l = components.translational
@@ -108,5 +108,33 @@ test("four times as many parts take four times as long, about", function()
     make(10):dae()
     local few, many = seconds(make, 150), seconds(make, 600)
     expect(many/few < 8):is_true()
+  end
+end)
+
+test("a parameter that is 0 or 1 is a number in the equations, until another run gives it another value", function()
+  local p, r = components.planar, components.rotational
+  local arm = model { w = p.fixed{}, j = p.revolute{ phi0 = 0, w0 = 0 }, R = p.rod{ dx = 1, dy = 0 },
+    B = p.body{ m = 1, J = 0 }, c = r.spring{ c = 0 }, h = r.fixed{}, connect("w.frame", "j.a"),
+    connect("j.b", "R.a"), connect("R.b", "B.frame"), connect("h.flange", "c.a"), connect("c.b", "j.axis") }
+  local low = arm:dae()
+  local function angle(params)
+    return low:integrate{ to = 0.5, params = params, rtol = 1e-10 }(arm.j.phi, 0.5)
+  end
+  local first = angle()
+  for _, params in ipairs { { ["R.dy"] = 1 }, { ["c.c"] = 2 }, { ["B.m"] = 3 }, { ["B.g"] = 0 } } do
+    local now = angle(params)
+    local alone = arm:with(params)
+    expect(now):near(alone:integrate{ to = 0.5, rtol = 1e-10 }(arm.j.phi, 0.5), 1e-9)
+    expect(angle()):equals(first)
+  end
+end)
+
+test("behind a gear a spring has one difference of angles, in both equations", function()
+  local r = components.rotational
+  local train = model { A = r.inertia{ phi0 = 0, w0 = 1 }, g = r.gear{ ratio = 3 }, c = r.spring{ c = 50 },
+    B = r.inertia{ phi0 = 0, w0 = 0 }, connect("A.flange", "g.a"), connect("g.b", "c.a"),
+    connect("c.b", "B.flange") }
+  for k = 1, 2 do
+    expect(tostring(train:dae().equations[k]):find("(A.phi/g.ratio - B.phi)", 1, true) ~= nil):is_true()
   end
 end)

@@ -140,3 +140,14 @@ test("a bridge conducts in every half period, whatever the tolerance and the fre
     for k = 1, 100 do expect(values[k]):near(curve[k], 100*rtol) end
   end
 end)
+
+test("a differential pair starts: currents of mA beside a saturation current of 10⁻¹⁶ A", function()
+  local vd = 0.02
+  local m = model { VC = e.source{ v = 10 }, VE = e.source{ v = 10 }, gnd = e.ground{}, Q1 = e.npn{},
+    Q2 = e.npn{}, I = e.current{ i = 1e-3 }, R1 = e.resistor{ R = 1000 }, R2 = e.resistor{ R = 1000 },
+    B1 = e.source{ v = vd/2 }, B2 = e.source{ v = -vd/2 }, connect("VC.p", "R1.p", "R2.p"),
+    connect("R1.n", "Q1.c"), connect("R2.n", "Q2.c"), connect("Q1.e", "Q2.e", "I.p"), connect("I.n", "VE.n"),
+    connect("VE.p", "VC.n", "gnd.p", "B1.n", "B2.n"), connect("B1.p", "Q1.b"), connect("B2.p", "Q2.b") }
+  local at = m:init{}                                      -- α I tanh(vd/(2 Vt)), α = Bf/(1 + Bf)
+  expect(at(m.Q1.c.i - m.Q2.c.i)):near(1e-3*100/101*math.tanh(vd/0.05), 1e-9)
+end)

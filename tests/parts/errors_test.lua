@@ -166,3 +166,29 @@ test("starts", function()
   fails({ V = e.source{ v = 1 }, R = e.resistor{}, C = e.capacitor{}, g = e.ground{}, connect("V.p", "R.p"),
     connect("R.n", "C.p"), connect("V.n", "C.n", "g.p") }, "nothing gives a value to C.v")
 end)
+
+test("starts of parts that contradict: the part that says so, and the call that leaves it open", function()
+  local g = e.ground{}
+  fails({ V = e.source{ v = 5 }, C = e.capacitor{ v0 = 1 }, g = g, connect("V.p", "C.p"),
+    connect("V.n", "C.n", "g.p") }, "C{ v0 = false } leaves it to the other equations")
+  fails({ a = l.mass{ s0 = 0, v0 = 0 }, b = l.mass{ s0 = 1, v0 = 0 }, connect("a.flange", "b.flange") },
+    "a{ s0 = false } or b{ s0 = false }")
+  local r = components.rotational
+  fails({ I = e.current{ i = 3 }, M = r.dc_motor{}, J = r.inertia{ phi0 = 0, w0 = 0 }, g = g,
+    connect("I.n", "M.p"), connect("I.p", "M.n", "g.p"), connect("M.flange", "J.flange") }, "M{ i0 = false }")
+end)
+
+test("parameters that no part can mean", function()
+  local r = components.rotational
+  fails({ R = s.relay{ low = 1, high = -1 }, connect("R.u", t) }, "low = 1 must be less than high = -1",
+    "in R (component relay)")
+  fails({ S = s.sampler{ Ts = 0 }, connect("S.u", t) }, "Ts = 0 must be greater than 0")
+  fails({ P = s.pulse{ width = 2 } }, "width = 2 must be between 0 and 1")
+  fails({ T = r.torque{}, g = r.gear{ ratio = 0 }, J = r.inertia{}, connect("T.flange", "g.a"),
+    connect("g.b", "J.flange") }, "ratio = 0: nothing is transmitted")
+end)
+
+test("remedies name paths as they are typed", function()
+  local c = components.process
+  fails({ X = c.heat_exchanger{}, connect("X.w1", 1) }, 'connect(source.y, "X.w2")')
+end)

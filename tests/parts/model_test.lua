@@ -232,3 +232,33 @@ test("an identified model is a part with its own sample time", function()
   local sol = m:integrate{ to = 2 }
   for k = 1, 7 do expect(sol(m.z.y, 0.25*k + 0.1)):near(2*(1 - 0.5^k), 1e-9) end
 end)
+
+test("a guess is no other value of a start", function()
+  local h = components.thermal
+  local m = model { C = h.capacity{ C = 1, T0 = 300 }, G = h.conductor{}, B = h.temperature{ T = 400 },
+    connect("C.port", "G.a"), connect("G.b", "B.port") }
+  expect(m:init{ guess = { ["C.T"] = 0 } }(m.C.T)):equals(300)
+  expect(m:init{ fix = { ["C.T"] = 5 } }(m.C.T)):equals(5)
+end)
+
+test("speeds and accelerations that no equation needs can be asked for", function()
+  local p = components.planar
+  local m = model { w = p.fixed{}, j = p.revolute{ phi0 = 0.3, w0 = 2 }, crank = p.rod{ dx = 1 },
+    pin = p.revolute{}, rod = p.rod{ dx = 2 }, bolt = p.revolute{}, piston = p.body{ g = 0 },
+    slide = p.prismatic{},
+    disc = p.body{ g = 0 }, connect("w.frame", "j.a", "slide.a"), connect("j.b", "crank.a", "disc.frame"),
+    connect("crank.b", "pin.a"), connect("pin.b", "rod.a"), connect("rod.b", "bolt.a"),
+    connect("bolt.b", "slide.b", "piston.frame") }
+  local low = m:reduce()
+  local sol = low:integrate{ start = low:init{ guess = { ["pin.phi"] = -0.5, ["slide.s"] = 2.9 } }, to = 0.5,
+    rtol = 1e-10, atol = 1e-10 }
+  local h = 1e-3                                           -- central differences: h² w‴/6
+  for _, pair in ipairs { { m.pin.phi, m.pin.w }, { m.pin.w, der(m.pin.w) }, { m.bolt.w, der(m.bolt.w) } } do
+    local slope = (sol(pair[1], 0.25 + h) - sol(pair[1], 0.25 - h))/(2*h)
+    expect(sol(pair[2], 0.25)):near(slope, 1e-4)
+  end
+  local x, z = vars "x z"
+  local run = dae { der(x) ~ z - x, 0 ~ z^3 + z - sin(x) }:integrate{ start = { x = 1 }, to = 1,
+    rtol = 1e-10 }
+  expect(run(der(z), 1)):near(run(cos(x)*(z - x)/(3*z^2 + 1), 1), 1e-9)
+end)

@@ -32,6 +32,7 @@ Expr scaled(Expr a, Expr b) {
   if (b.op() == Op::div && b.operand(1) == a) return b.operand(0);
   if (a.op() == Op::div && a.operand(1) == b) return a.operand(0);
   if (a.op() == Op::div && a.operand(0).is_one()) return b / a.operand(1);
+  if (b.op() == Op::div && b.operand(0).is_one()) return a / b.operand(1);
   return a * b;
 }
 

@@ -8,6 +8,7 @@
 #include "base/error.hpp"
 #include "base/text.hpp"
 #include "dae/alias/elimination.hpp"
+#include "dae/alias/written_sum.hpp"
 #include "dae/model/lineage.hpp"
 #include "dae/model/make_model.hpp"
 #include "dae/model/truncated_text.hpp"
@@ -41,58 +42,6 @@ Substitution relations_of(const Elimination& e) {
     }
   }
   return relations;
-}
-
-bool is_negative(Expr c) {
-  return c.op() == Op::neg || c == Expr(-1) || (c.is_constant() && constant_value(c) < 0);
-}
-
-/// The summands of a coefficient, each with its sign.
-void split(Expr c, bool minus, std::vector<std::pair<Expr, bool>>& out) {
-  if (c.op() == Op::neg) {
-    split(c.operand(0), !minus, out);
-  } else if (c.op() == Op::add || c.op() == Op::sub) {
-    split(c.operand(0), minus, out);
-    split(c.operand(1), (c.op() == Op::sub) != minus, out);
-  } else {
-    out.emplace_back(c, minus);
-  }
-}
-
-/// sum - Σ c x. Unknowns that share a summand of their coefficients stand together: (u - v)/R + (w - v)/S and not
-/// u/R - (1/R + 1/S) v + w/S, which costs more, and rounds large numbers before it subtracts them.
-Expr without_terms(Expr sum, const std::vector<std::pair<Expr, Expr>>& terms) {
-  std::unordered_map<Expr, std::vector<std::pair<Expr, bool>>> users;  // summand -> unknown, minus
-  std::vector<std::vector<std::pair<Expr, bool>>> parts(terms.size());
-  for (std::size_t k = 0; k < terms.size(); ++k) {
-    split(terms[k].first, true, parts[k]);
-    for (const auto& [part, minus] : parts[k])
-      if (!part.is_constant()) users[part].emplace_back(terms[k].second, minus);
-  }
-  for (std::size_t k = 0; k < terms.size(); ++k) {
-    const auto& [coefficient, x] = terms[k];
-    Expr left = 0;
-    bool shares = false;
-    for (const auto& [part, minus] : parts[k]) {
-      const auto shared = users.find(part);
-      if (shared == users.end() || shared->second.size() == 1) {
-        left = minus ? left - part : left + part;
-        continue;
-      }
-      shares = true;
-      auto& members = shared->second;
-      if (members.empty() || members.front().first != x) continue;  // written with the first of them
-      const bool turned = std::all_of(members.begin(), members.end(), [](const auto& m) { return m.second; });
-      Expr inner = 0;
-      for (bool subtracted : {false, true})
-        for (const auto& [unknown, is_minus] : members)
-          if ((is_minus != turned) == subtracted) inner = subtracted ? inner - unknown : inner + unknown;
-      sum = turned ? sum - scaled(part, inner) : sum + scaled(part, inner);
-    }
-    const Expr c = shares ? -left : coefficient;
-    sum = is_negative(c) ? sum + scaled(-c, x) : sum - scaled(c, x);
-  }
-  return sum;
 }
 
 /// top derivatives = the rest, or 0 = …

@@ -5,6 +5,7 @@
 #include "base/error.hpp"
 #include "base/text.hpp"
 #include "expr/graph/declaration.hpp"
+#include "expr/graph/derivative.hpp"
 #include "expr/print/print.hpp"
 
 namespace pendula::dae {
@@ -114,25 +115,31 @@ ModelPtr original(const ModelPtr& m) {
   return copy;
 }
 
-/// z′ of an eliminated z: the derivative of what z means.
+/// The derivative of an unknown that is eliminated, where only the unknown itself has a relation: w = phi′ with
+/// phi = a - b means a′ - b′.
 static Substitution derivatives_of_relations(const Model& model, Expr e) {
-  Substitution derivatives;
+  Substitution result;
   for (Expr leaf : leaves({&e, 1})) {
     const Symbol& s = symbol_of(leaf);
-    if (s.order == 0 || model.relations.count(leaf) != 0) continue;
-    const auto meaning = model.relations.find(s.base);
-    if (meaning != model.relations.end()) derivatives[leaf] = total_derivative(meaning->second, s.order);
+    if (s.kind != Kind::variable || model.relations.count(leaf) > 0) continue;
+    for (int below = s.order - 1; below >= 0; --below) {
+      const auto lower = model.relations.find(derivative_leaf(s.base, below));
+      if (lower == model.relations.end()) continue;
+      result[leaf] = total_derivative(lower->second, s.order - below);
+      break;
+    }
   }
-  return derivatives;
+  return result;
 }
 
 Expr resolve(const Model& model, Expr e) {
-  for (const Model* m = &model; m; m = m->parent.get()) {
-    if (m->relations.empty()) continue;
-    if (const Substitution derivatives = derivatives_of_relations(model, e); !derivatives.empty())
-      e = substitute(e, derivatives);
+  if (model.relations.empty()) return e;
+  constexpr int most = 10;  // definitions of definitions
+  for (int pass = 0; pass < most; ++pass) {
     e = substitute(e, model.relations);
-    break;
+    const Substitution more = derivatives_of_relations(model, e);
+    if (more.empty()) break;
+    e = substitute(e, more);
   }
   // Symbols that a descendant introduced (v for q′) mean the older expression in an ancestor: the relations
   // of the descendant, read backwards, are kept by the caller that knows both models (ConsistentState::value).

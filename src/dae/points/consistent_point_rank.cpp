@@ -214,6 +214,8 @@ bool ConsistentPointRank::proves_index(const Mat& J) const {
 ConsistentPointRanks ConsistentPointRank::ranks(int wanted, int seeds) const {
   ConsistentPointRanks result;
   const std::vector<Expr> columns = unknowns_in(rows_, slopes_, variables_);
+  // integrals of nothing else are free, too, but no unknowns here: W′ = …, without W
+  const int held = std::min(offsets_.value, static_cast<int>(columns.size()));
   const int enough = std::max(wanted, size_ <= 12 ? 16 : 3);  // before the rank is called deficient
   const auto take = [&](const Point& at) {
     Mat J = Mat::Zero(size_, size_);
@@ -237,9 +239,8 @@ ConsistentPointRanks ConsistentPointRank::ranks(int wanted, int seeds) const {
   if (staged_first) take_staged();  // derivatives of high order lead Newton's method astray
   if (wanted == 1 && result.most == size_) return result;
   for (int seed = 0; seed < seeds && result.points < enough; ++seed) {
-    const bool hold = seed % 4 == 1 && offsets_.value > 0;
-    const auto at =
-        hold ? point(seed, with_held_first(columns, seed), offsets_.value) : point(seed, columns, 0);
+    const bool hold = seed % 4 == 1 && held > 0;
+    const auto at = hold ? point(seed, with_held_first(columns, seed), held) : point(seed, columns, 0);
     if (!at) continue;
     if (at->slow)
       ++result.slow;

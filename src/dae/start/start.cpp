@@ -165,7 +165,24 @@ ConsistentStatePtr explicit_start(const ModelPtr& model, const StartRequest& req
 
 }  // namespace
 
+/// With the starts of parts that have a guess; without them where that is no start.
+static ConsistentStatePtr init_with_declared(const ModelPtr& model, const StartRequest& request) {
+  StartRequest released = request;
+  released.declared.clear();
+  StartRequest held = released;
+  for (const auto& [leaf, value] : request.declared) {
+    std::erase_if(held.guess, [leaf = leaf](const auto& entry) { return entry.first == leaf; });
+    held.fix.emplace_back(leaf, value);
+  }
+  try {
+    return init(model, held);
+  } catch (const UserFacing&) {
+    return init(model, released);
+  }
+}
+
 ConsistentStatePtr init(const ModelPtr& model, const StartRequest& request) {
+  if (!request.declared.empty()) return init_with_declared(model, request);
   if (ConsistentStatePtr at = explicit_start(model, request)) {
     if (ConsistentStatePtr decided = start_on_signs(model, request, *at)) return decided;
     return at;

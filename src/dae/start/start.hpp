@@ -21,6 +21,8 @@ using LeafValues = std::vector<std::pair<Expr, double>>;
 struct StartRequest {
   LeafValues fix;
   LeafValues guess;
+  LeafValues
+      declared;  ///< starts of parts whose unknown has a guess, too: they hold where nothing contradicts
   ParameterValues parameters;  ///< override the model's
   Substitution inputs;         ///< input leaf (any order) -> expression in t and parameters
   double t = 0;

@@ -274,6 +274,37 @@ std::vector<std::string> given_by_equations(const StartSystem& s, const Conflict
   return lines;
 }
 
+/// "C{ v0 = false } or L{ i0 = false }": parts whose own values at the start are in the conflict; nothing where
+/// some of its values are asked for.
+std::string parts_to_release(const StartSystem& s, const Conflict& conflict) {
+  std::vector<std::string> words;
+  for (std::size_t i : conflict.fixes) {
+    const Expr leaf = s.request.fix[i - s.first_fix].first;
+    const auto& declared = s.model.start_values;
+    const auto own = std::find_if(declared.begin(), declared.end(),
+                                  [&](const auto& entry) { return entry.first == leaf; });
+    if (own == declared.end() || !own->second.is_symbol()) return {};
+    std::string name = symbol_of(own->second).name;
+    const std::size_t dot = name.rfind('.');
+    if (dot == std::string::npos) return {};
+    std::string key = name.substr(dot + 1);
+    if (key.size() > 2 && key[key.size() - 2] == '0') key.pop_back();  // r02 is an entry of r0
+    std::string word = text(name.substr(0, dot), "{ ", key, " = false }");
+    if (std::find(words.begin(), words.end(), word) == words.end()) words.push_back(std::move(word));
+  }
+  return join(words, " or ");
+}
+
+/// What can be done about contradicting values.
+std::string remedy(const StartSystem& s, const Conflict& conflict) {
+  const std::string parts = parts_to_release(s, conflict);
+  return parts.empty()
+             ? text("\n  Leave one of them out of fix, move it to guess, or move all as little as ",
+                    "possible: nearest = true")
+             : text("\n  ", parts, " leaves it to the other equations; nearest = true in init moves ",
+                    "all as little as possible");
+}
+
 }  // namespace
 
 void explain_conflict(const StartSystem& s, const StartSolution& failed) {
@@ -312,8 +343,7 @@ void explain_conflict(const StartSystem& s, const StartSolution& failed) {
   if (proved)
     throw Error(text("the fixed values contradict each other and the constraints.\n  conflict: ", list,
                      violated.empty() ? "" : "\n  violated: " + join(violated, "\n            "),
-                     "\n  Leave one of them out of fix, move it to guess, or move all as little as possible:",
-                     " nearest = true"));
+                     remedy(s, conflict)));
   throw Failure(text("no start was found with all of the fixed values; that there is none is not proved.",
                      "\n  not found together: ", list,
                      violated.empty() ? "" : "\n  closest:  " + join(violated, "\n            "),

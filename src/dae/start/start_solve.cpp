@@ -2,6 +2,7 @@
 #include <Eigen/SparseLU>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <optional>
 
 #include "base/decompositions.hpp"
@@ -21,7 +22,7 @@ constexpr int max_iterations = 60;
 constexpr double shortest_step = 1e-4;   // of a full step: a search that needs less has stalled
 constexpr double polishing_step = 0.75;  // at a solution: a full step that makes it no better is rounding
 constexpr double sufficient = 0.1;       // share of the predicted decrease that a step must bring
-constexpr double rounding_step = 1e-15, last_digit = 4e-16;  // relative to the size of the unknowns
+constexpr double rounding_step = 1e-15;  // relative to the size of every unknown
 // A double root halves the distance with every step; steps above `visible` count, six in a row are enough.
 constexpr double visible = 1e-7, half_low = 0.4, half_high = 0.6;
 constexpr int double_root_after = 6;
@@ -145,7 +146,17 @@ Vec least_step(const Sparse& J, const Vec& r) {
   if (J.cols() <= dense_up_to) {
     Eigen::CompleteOrthogonalDecomposition<Mat> qr;
     qr.setThreshold(1e-11);  // relative pivot below which a direction counts as undetermined
-    qr.compute(Mat(J));
+    const Mat A(J);
+    qr.compute(A);
+    if (qr.rank() < A.cols() && A.rows() >= A.cols()) {
+      // Units may be wrong by many orders (currents beside Is = 10⁻¹⁶ A). Where columns of equal length are
+      // independent the step is unique, whatever the units.
+      const Vec length = A.colwise().norm().cwiseMax(std::numeric_limits<double>::min());
+      Eigen::CompleteOrthogonalDecomposition<Mat> scaled;
+      scaled.setThreshold(qr.threshold());
+      scaled.compute(A * length.cwiseInverse().asDiagonal());
+      if (scaled.rank() == A.cols()) return Vec(scaled.solve(-r)).cwiseQuotient(length);
+    }
     return qr.solve(-r);
   }
   if (const auto exact = square_step(J, r)) return *exact;
@@ -205,8 +216,10 @@ StartSolution gauss_newton(const StartSystem& s, Vec w, const Selection& selecti
       halvings = moved > half_low * last_step && moved < half_high * last_step ? halvings + 1 : 0;
     out.slow = halvings >= double_root_after;
     last_step = moved;
-    const bool stalled = alpha <= shortest || moved <= rounding_step * far;
-    if (stalled || (out.solved && moved <= last_digit * far)) break;
+    // each unknown beside itself: units of some may be too small by many orders
+    const double digits =
+        alpha * step.cwiseQuotient(Vec::Ones(w.size()) + omega.cwiseAbs()).cwiseAbs().maxCoeff();
+    if (alpha <= shortest || digits <= rounding_step) break;
     w = trial;
   }
   return out;

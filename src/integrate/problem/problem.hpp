@@ -35,6 +35,11 @@ class Problem {
   const dae::FirstOrder& model() const { return equations_->model; }
   /// One address for all copies: what follows from the equations can be remembered by it.
   std::shared_ptr<const dae::FirstOrder> shared_model() const { return {equations_, &equations_->model}; }
+  /// F with all parameters, where some are numbers in model().F.
+  const std::vector<Expr>& symbolic_residuals() const {
+    return equations_->symbolic.empty() ? model().F : equations_->symbolic;
+  }
+  void keep_symbolic(std::vector<Expr> F) { equations_->symbolic = std::move(F); }
   int n() const { return static_cast<int>(model().x.size()); }
   int m() const { return static_cast<int>(model().z.size()); }
   bool is_ode() const { return model().is_ode(); }
@@ -107,6 +112,7 @@ class Problem {
   struct Equations {
     dae::FirstOrder model;
     std::vector<Expr> arguments;
+    std::vector<Expr> symbolic;  ///< see symbolic_residuals(), or empty
     bool dense_jacobian = false;
     std::optional<Derivatives>
         derivatives;  ///< on first use: explicit methods need none, and they may be dense

@@ -1,6 +1,7 @@
 #include "integrate/simulation/preparation.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <map>
 
@@ -66,7 +67,7 @@ std::vector<std::uint32_t> preparation_key(const dae::ModelPtr& model, const Sim
   const auto address = reinterpret_cast<std::uintptr_t>(model.get());
   std::vector<std::uint32_t> key{static_cast<std::uint32_t>(address),
                                  static_cast<std::uint32_t>(static_cast<std::uint64_t>(address) >> 32),
-                                 simulation.plan.dt.has_value()};
+                                 simulation.plan.dt.has_value(), simulation.many_parameters};
   const auto begin_list = [&key](std::size_t size) { key.push_back(static_cast<std::uint32_t>(size)); };
   const std::map<std::uint32_t, std::uint32_t> inputs = [&] {
     std::map<std::uint32_t, std::uint32_t> sorted;
@@ -116,6 +117,32 @@ void watch_singularities(Plan& plan, const dae::ModelPtr& model, const Simulatio
   plan.blocks = kept->blocks;
 }
 
+/// Writes parameters that are 0 or ±1 into the equations as numbers: a rod that has no dy costs no product with
+/// it. A parameter that another run gives another number stays a symbol from then on.
+static void fold_parameters(Preparation& all, const Vec& parameters, dae::FirstOrder& form) {
+  constexpr std::size_t largest = 200;  // equations; loops over many equal parts want them equal
+  const std::size_t count = all.form.p.size();
+  all.varies.resize(count, 0);
+  all.folded.clear();
+  if (form.F.size() > largest) return;
+  Substitution numbers;
+  for (std::size_t i = 0; i < count; ++i) {
+    const auto k = static_cast<Eigen::Index>(i);
+    if (all.parameters.size() == parameters.size() && all.parameters[k] != parameters[k]) all.varies[i] = 1;
+    if (all.varies[i] || (parameters[k] != 0 && std::abs(parameters[k]) != 1)) continue;
+    numbers[form.p[i]] = Expr(parameters[k]);
+    all.folded.push_back(i);
+  }
+  if (numbers.empty()) return;
+  try {
+    dae::FirstOrder folded = form;
+    for (auto* equations : {&folded.F, &folded.f, &folded.g}) *equations = substitute(*equations, numbers);
+    form = std::move(folded);
+  } catch (const Error&) {  // a division by such a 0: the run says where
+    all.folded.clear();
+  }
+}
+
 void complete(Preparation& all, const Vec& parameters, const Simulation& simulation) {
   dae::FirstOrder form = all.form;
   Vec values = parameters;
@@ -129,6 +156,8 @@ void complete(Preparation& all, const Vec& parameters, const Simulation& simulat
     values.tail(all.piecewise->modes()).setOnes();
   }
   const int n = static_cast<int>(form.x.size()), m = static_cast<int>(form.z.size());
+  std::vector<Expr> residuals = form.F;
+  if (simulation.sensitivities.empty() && !simulation.many_parameters) fold_parameters(all, parameters, form);
   if (!simulation.sensitivities.empty()) {
     std::vector<Expr> own;
     for (Expr p : simulation.sensitivities) own.push_back(dae::resolve(*all.model, p));
@@ -138,6 +167,7 @@ void complete(Preparation& all, const Vec& parameters, const Simulation& simulat
   const std::vector<Problem::Input> no_inputs(form.u.size(),
                                               [](double) { return 0.0; });  // those of a run end with it
   auto problem = std::make_shared<Problem>(std::move(form), values, no_inputs);
+  if (!all.folded.empty()) problem->keep_symbolic(std::move(residuals));
   problem->show(n, m);
   problem->set_projections(all.stages);
   all.parameters = parameters;

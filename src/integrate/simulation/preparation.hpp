@@ -1,6 +1,7 @@
 // The preparation of a run that does not depend on numbers, cached for the next run of the same equations.
 #pragma once
 
+#include <algorithm>
 #include <optional>
 
 #include "integrate/event/monitor/guards.hpp"
@@ -20,13 +21,20 @@ struct Preparation {
   std::shared_ptr<const PiecewiseForm> piecewise;
   std::shared_ptr<const Variational> variational;
   std::shared_ptr<const Problem> problem;
+  std::vector<char> varies;         ///< parameters with other numbers in another run
+  std::vector<std::size_t> folded;  ///< parameters that are 0, 1 or -1 in the equations of the problem
   // what its equations need to be solvable; on first use
   std::optional<std::vector<Guard>> guards;
   std::vector<dae::LargeBlock> blocks;
 
   bool serves(const Vec& values) const {
     const bool same = values.size() == parameters.size() && values == parameters;
-    return problem && (same || !piecewise || piecewise->surfaces().empty());
+    if (!problem || same) return problem != nullptr;
+    if (piecewise && !piecewise->surfaces().empty()) return false;
+    return std::all_of(folded.begin(), folded.end(), [&](std::size_t i) {
+      const auto k = static_cast<Eigen::Index>(i);
+      return values[k] == parameters[k];
+    });
   }
 };
 using PreparationPtr = std::shared_ptr<Preparation>;

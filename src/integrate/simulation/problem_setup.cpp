@@ -355,6 +355,7 @@ ProblemSetup set_up_problem(const dae::ModelPtr& model, const Simulation& simula
 ProblemPtr make_problem(const dae::ModelPtr& model, const Simulation& simulation) {
   Simulation bare = simulation;
   bare.sensitivities.clear();
+  bare.many_parameters = true;
   auto anywhere = std::make_shared<dae::ConsistentState>();
   for (Expr x : model->states()) anywhere->values[x] = 0;
   bare.start = anywhere;

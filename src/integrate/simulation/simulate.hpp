@@ -28,6 +28,7 @@ struct Simulation {
   std::vector<ModelEvent> events;
   std::optional<BranchChoice> branch;  ///< absent: the run stops there
   std::vector<Expr> sensitivities;     ///< parameters, and states that stand for their initial values
+  bool many_parameters = false;  ///< the problem is evaluated with other parameters, too: none is folded
 };
 
 /// Integrates a model.

@@ -4,9 +4,11 @@
 #include <cmath>
 
 #include "base/text.hpp"
+#include "dae/model/first_order.hpp"
 #include "dae/model/lineage.hpp"
 #include "dae/reduce/reduce.hpp"
 #include "expr/graph/derivative.hpp"
+#include "expr/graph/solve.hpp"
 #include "expr/print/print.hpp"
 #include "integrate/simulation/problem_setup.hpp"
 #include "integrate/simulation/state_reselection.hpp"
@@ -67,10 +69,50 @@ Vec Trajectory::sensitivity(std::span<const Expr> expressions, Expr p, double t)
   return solution_->values(differentiated(expressions, p), t);
 }
 
+/// Derivatives that the run itself does not need: z′ and x″ from the differentiated equations,
+/// ∂F/∂(x′, z) (x″, z′) = -∂F/∂t - ∂F/∂x x′ - ∂F/∂u u′.
+static Substitution derivatives_of_unknowns(const dae::FirstOrder& form, const Substitution& inputs) {
+  const std::vector<Expr> F = substitute(form.F, inputs);
+  std::vector<Expr> unknowns = form.xdot, moving = form.x, speeds = form.xdot;
+  unknowns.insert(unknowns.end(), form.z.begin(), form.z.end());
+  moving.push_back(time_symbol());
+  speeds.push_back(1);
+  for (Expr u : form.u) {
+    if (inputs.count(u) > 0) continue;
+    moving.push_back(u);
+    speeds.push_back(derivative_leaf(u));
+  }
+  VecX right = VecX::Constant(static_cast<Eigen::Index>(F.size()), Expr(0));
+  for (const pendula::Entry& e : sparse_jacobian(F, moving)) right[e.row] -= e.value * speeds[e.column];
+  const VecX found = linear_solution(sparse_jacobian(F, unknowns), right);
+  Substitution result;
+  for (std::size_t k = 0; k < unknowns.size(); ++k) {
+    const bool slope = k < form.x.size();
+    const Expr leaf = slope ? derivative_leaf(form.x[k], 2) : derivative_leaf(unknowns[k]);
+    result[leaf] = found[static_cast<Eigen::Index>(k)];
+  }
+  return result;
+}
+
 std::vector<Expr> Trajectory::resolved(std::span<const Expr> expressions) const {
   std::vector<Expr> result;
   for (Expr e : expressions) result.push_back(substitute(dae::resolve(*model_, e), inputs_));
-  return result;
+  const dae::FirstOrder& run = solution_->problem().model();
+  const auto known = [&](Expr leaf) {
+    const auto in = [&](const std::vector<Expr>& list) {
+      return std::find(list.begin(), list.end(), leaf) != list.end();
+    };
+    return symbol_of(leaf).kind != Kind::variable || symbol_of(leaf).order == 0 || in(run.x) ||
+           in(run.xdot) ||
+           std::any_of(run.x.begin(), run.x.end(), [&](Expr x) { return derivative_leaf(x) == leaf; });
+  };
+  const std::vector<Expr> used = leaves(result);
+  if (std::all_of(used.begin(), used.end(), known)) return result;
+  try {
+    return substitute(result, derivatives_of_unknowns(*dae::shared_first_order(model_), inputs_));
+  } catch (const Error&) {  // they are not determined: what is missing is named where it is evaluated
+    return result;
+  }
 }
 
 Mat Trajectory::values(std::span<const Expr> expressions) const {

@@ -25,7 +25,7 @@ class Sweep {
   Sweep(const ProblemPtr& problem, const std::vector<Expr>& parameters)
       : problem_(problem), n_(problem->n()), N_(problem->n() + problem->m()) {
     std::vector<Expr> partials;
-    for (const pendula::Entry& e : sparse_jacobian(problem->model().F, parameters)) {
+    for (const pendula::Entry& e : sparse_jacobian(problem->symbolic_residuals(), parameters)) {
       parameter_entries_.push_back({e.row, e.column});
       partials.push_back(e.value);
     }

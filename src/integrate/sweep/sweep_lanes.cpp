@@ -71,6 +71,7 @@ struct Probe {
 std::optional<Probe> probe(const SweepRequest& request, int number) {
   const SweepSet set = request.set(number);
   Simulation simulation = request.simulation;
+  simulation.many_parameters = true;
   try {
     for (const auto& [p, value] : set.parameters) simulation.parameters[p] = Expr(value);
     simulation.start = dae::init(request.model, start_request(request, set));

@@ -46,8 +46,11 @@ std::string elsewhere(const std::string& key, const std::vector<std::string>& kn
   }
   if (unknown.size() > 1 && !hints.empty()) hints += "?";
   for (const std::string& key : unknown) hints += elsewhere(key, known);
-  if (hints.empty() && std::find(known.begin(), known.end(), "start") != known.end())
-    hints = text(" An initial value stands in start = { ", unknown[0], " = 1 }.");
+  const bool starts = std::find(known.begin(), known.end(), "start") != known.end();
+  for (const char* word : {"fix", "guess"})
+    if (hints.empty() && starts && unknown[0] == word)
+      hints = text(" That belongs to init: start = sys:init{ ", word, " = { … } }.");
+  if (hints.empty() && starts) hints = text(" An initial value stands in start = { ", unknown[0], " = 1 }.");
   throw Error(text(unknown.size() == 1 ? "unknown option '" : "unknown options '", join(unknown, "', '"),
                    "'.", hints, " (options: ", join(known, ", "), ")"));
 }

@@ -24,7 +24,8 @@ function network:any() return random(self.nodes) end
 function network:wire(node, pin) table.insert(self.at[node], pin) end
 function network:join(...) self.items[#self.items + 1] = connect(...) end
 
--- Adds a part and its entry: powers in, what it stores, loses and keeps (functions of the part).
+-- Adds a part and its entry: powers in, what it stores, loses and keeps (functions of the part); check: how
+-- far it is from its law at a time, by the solution.
 function network:add(name, part, entry)
   self.items[name] = part
   if entry then
@@ -44,16 +45,21 @@ function network:model()
   return model(self.items)
 end
 
--- The entries that do not balance, as text; `to`: how long.
+-- The entries that do not balance, as text; `to`: how long; placed: where the nodes are is a start of theirs.
 function network:faults(to, options)
   local m = self:model()
   local low = m:dae():index() > 1 and m:reduce() or m:dae()
   local guess = {}
-  for k = 1, #low.differential do guess[low.differential[k]] = 0 end
-  for k, v in pairs(options.guess or {}) do guess[k] = v end
+  for k = 1, #low.differential do
+    local x = low.differential[k]
+    local free = not options.placed or x.name:find "^W_" or x.name:find "_m%."
+    local given = options.guess[x.name] and not tostring(x):find "′"
+    if free and not given then guess[x] = 0 end
+  end
+  for k, v in pairs(options.guess) do guess[k] = v end
   local sol = low:integrate{ start = low:init{ guess = guess }, to = to, rtol = 1e-9, atol = 1e-11 }
   local faults = {}
-  if sol.status ~= "finished" then faults[1] = sol.status end
+  if sol.status ~= "finished" then return { tostring(sol.status) } end
   for _, entry in ipairs(self.entries) do
     local part = m[entry.name]
     local stored = entry.stored and entry.stored(part) or 0
@@ -68,6 +74,10 @@ function network:faults(to, options)
       local sum = entry.kept and value(entry.kept(part), to*k/4) or 0
       if math.abs(sum) > 1e-8*scale then
         faults[#faults + 1] = ("%s keeps %g at t = %g"):format(entry.name, sum, to*k/4)
+      end
+      sum = entry.check and entry.check(sol, part, to*k/4 + 1e-3*(2 - k)) or 0
+      if math.abs(sum) > 1e-6*scale then
+        faults[#faults + 1] = ("%s is %g beside its law at t = %g"):format(entry.name, sum, to*k/4)
       end
       local loss = entry.positive and value(entry.positive(part), to*k/4) or 0
       if loss < -1e-8*scale then

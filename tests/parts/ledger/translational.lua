@@ -67,7 +67,7 @@ local motion = {
     net:wire(net:any(), name .. "_c.b")
   end,
   mass_with_stops = function(net, name)
-    at_mass(net, name, l.mass_with_stops{ m = number(), e = 0.7, v0 = 2, smax = 0.5, smin = -0.5 },
+    at_mass(net, name, l.mass_with_stops{ m = number(), e = 0.9, v0 = 2, smax = 0.5, smin = -0.5 },
       { stored = function(x) return x.m*x.v^2/2 end, at_least = true }, true)
   end,
   friction = function(net, name)

@@ -62,17 +62,18 @@ void add_declared(dae::StartRequest& request, const dae::Model& model) {
     else if (own != model.values.end())
       values[p] = number_value(own->second).value_or(0);
   }
-  const auto add = [&](const auto& declared, dae::LeafValues& target) {
-    for (const auto& [leaf, value] : declared) {
-      const auto same = [leaf = leaf](const auto& entry) { return entry.first == leaf; };
-      if (std::any_of(request.fix.begin(), request.fix.end(), same) ||
-          std::any_of(request.guess.begin(), request.guess.end(), same))
-        continue;
-      target.push_back({leaf, evaluate({&value, 1}, values)[0]});
-    }
+  const auto says = [](const dae::LeafValues& list, Expr leaf) {
+    return std::any_of(list.begin(), list.end(), [&](const auto& entry) { return entry.first == leaf; });
   };
-  add(model.start_values, request.fix);
-  add(model.start_guesses, request.guess);
+  const auto add = [&](Expr leaf, Expr value, dae::LeafValues& target) {
+    target.push_back({leaf, evaluate({&value, 1}, values)[0]});
+  };
+  for (const auto& [leaf, value] : model.start_values) {
+    if (says(request.fix, leaf)) continue;
+    add(leaf, value, says(request.guess, leaf) ? request.declared : request.fix);
+  }
+  for (const auto& [leaf, value] : model.start_guesses)
+    if (!says(request.fix, leaf) && !says(request.guess, leaf)) add(leaf, value, request.guess);
 }
 
 dae::StartRequest read_start_request(lua_State* L, const Options& options, const dae::Model& model) {
