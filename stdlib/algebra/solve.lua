@@ -113,6 +113,25 @@ local function by_one_unknown(equations, unknowns, notes, depth)
   end
 end
 
+-- An equation with an unknown inside one function, √(h₁ - h₂) = q/k: solved for it, the others as parameters.
+local function by_inversion(equations, unknowns, notes, depth)
+  for i, e in ipairs(equations) do
+    for _, x in ipairs(equation.unknowns_in(e, unknowns)) do
+      local list = polynomial.new_list()
+      local one = #one_unknown.functions_of(e, x, {}) == 1 and pcall(one_unknown.find, e, x, list)
+      if one and #list == 1 and #list.complex == 0 and not (list.periods and next(list.periods)) then
+        for _, condition in ipairs(list.conditions) do
+          local inner = false
+          for _, y in ipairs(unknowns) do inner = inner or condition:find(tostring(y), 1, true) end
+          if not inner then equation.add_condition(notes.conditions, condition) end
+        end
+        local rest = substituted(without(equations, i), x, list[1])
+        return completed(search(rest, unknowns, notes, depth + 1), x, list[1])
+      end
+    end
+  end
+end
+
 -- One equation with several unknowns left: quadratic in one of them, which the others are parameters of.
 local function by_quadratic(equations, unknowns, notes, depth)
   if #equations > 1 then return end
@@ -203,7 +222,8 @@ function search(equations, unknowns, notes, depth)
   done = by_one_unknown(equations, unknowns, notes, depth)
   if done then return done end
   if not i then
-    return by_quadratic(equations, unknowns, notes, depth) or by_resultant(equations, unknowns, notes, depth)
+    return by_inversion(equations, unknowns, notes, depth)
+      or by_quadratic(equations, unknowns, notes, depth) or by_resultant(equations, unknowns, notes, depth)
   end
   local by, rest = simplify(-c[1]/c[2]), without(equations, i)
   local solutions = completed(search(substituted(rest, x, by), unknowns, notes, depth + 1), x, by)

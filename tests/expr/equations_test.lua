@@ -182,3 +182,16 @@ test("inverse_laplace says what it does not transform", function()
   local delayed = function() inverse_laplace(exp(-s)/s, s, t) end
   expect(delayed):fails "exp(-s)/s is not a fraction of polynomials in s"
 end)
+
+test("an unknown inside one function is solved for with the others as parameters: two tanks at rest", function()
+  local h1, h2 = vars "h1 h2"
+  local q, A, k = input "q", params("A k", { positive = true })
+  local flow = k*sqrt(h1 - h2)
+  local rest = equilibria(dae { A*der(h1) ~ q - flow, A*der(h2) ~ flow - k*sqrt(h2) })
+  expect(#rest):equals(1)
+  expect(rest[1][h1]):equals(2*q^2/k^2)
+  expect(rest[1][h2]):equals(q^2/k^2)
+  expect(rest[1].verdict):equals "asymptotically stable"
+  local s = solve({ sqrt(h1 + h2) ~ 3, h1 - h2 ~ 1 }, { h1, h2 })
+  expect(s[1][h1]):equals(5)
+end)
