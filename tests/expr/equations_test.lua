@@ -183,7 +183,7 @@ test("inverse_laplace says what it does not transform", function()
   expect(delayed):fails "exp(-s)/s is not a fraction of polynomials in s"
 end)
 
-test("an unknown inside one function is solved for with the others as parameters: two tanks at rest", function()
+test("an unknown inside one function is solved for, the others as parameters: two tanks", function()
   local h1, h2 = vars "h1 h2"
   local q, A, k = input "q", params("A k", { positive = true })
   local flow = k*sqrt(h1 - h2)
