@@ -89,6 +89,20 @@ doc { name = "validation:plot", module = "identification",
       title = what == "auto" and "autocorrelation of the residuals" or "residuals and inputs" }, options))
   end }
 
+doc { name = "validations:plot", module = "identification",
+  sig = "v:plot([\"auto\" | \"cross\" [, options]]) -> figure", options = of_output, options_at = 3,
+  text = "The same of several outputs, a panel each; { output = name or number } shows one.",
+  example = "u, y = {}, {{}, {}}\nfor t = 1, 40 do u[t] = (-1)^(t*t//3) for i = 1, 2 do y[i][t] = u[t] + "
+    .. "((7*i*t) % 5)/9 end end\nd = iddata{ y = y, u = u }\nfir(d, { nb = 1, nk = 0 }):validate(d):plot()",
+  gives = "figure 'autocorrelation of the residuals': 2 series, 12 points, 2 panels",
+  function(v, what, options)
+    if type(what) == "table" then what, options = nil, what end
+    return by_output("v:plot", v.y_names, options, function(i, rest)
+      rest.ylabel = rest.ylabel or v.y_names[i]
+      return v[i]:plot(what, rest)
+    end)
+  end }
+
 -- The convex hull of points in the plane, counter-clockwise (Andrew's monotone chain).
 local function hull(points)
   table.sort(points, function(a, b) return a[1] < b[1] or (a[1] == b[1] and a[2] < b[2]) end)

@@ -57,6 +57,7 @@ return {
   iddata = { "d:detrend()", "d:split(0.5)", "d:plot()", "arx(d, { na = 2, … })", "fit(sys, { … })" },
   idmodel = { "mod:fit(d)", "mod:validate(d)", "mod:plot(d)", "mod:ss()", "mod:bode()" },
   validation = { "v:plot()", "v.white", "v.independent" },
+  validations = { "v:plot()", "v.white", "v[1]" },
   order_scan_result = { "s.best", "s[1]", "s:plot()", "arx(d, s.best)" },
   comparison = { "c[1]", "c:plot()" },
   lsq_result = { "r.theta", "r.std", "r.rank" },

@@ -98,6 +98,11 @@ r = reliability(decay, { start = { x = 1 }, to = 1, params = { k = normal(1, 0.1
   iddata = { "d", 'd = iddata{ y = { 0, 2, 1, 4 }, u = { 1, 0.5, 2, 1 }, Ts = 0.1 }' },
   idmodel = { "mod", recording .. "mod = arx(d, { na = 1, nb = 1, nk = 1 })" },
   validation = { "v", recording .. "v = arx(d, { na = 1, nb = 1, nk = 1 }):validate(d)" },
+  validations = { "v", [[
+u, y = {}, {{}, {}}
+for t = 1, 40 do u[t] = (-1)^(t*t//3) for i = 1, 2 do y[i][t] = i/3*(y[i][t-1] or 0) + (u[t-1] or 0) end end
+d = iddata{ y = y, u = u }
+v = arx(d, { na = {{1, 0}, {0, 1}}, nb = 1 }):validate(d)]] },
   order_scan_result = { "s", recording .. "s = order_scan(d, d, { na = {1, 2}, nb = {1, 2}, nk = {1, 1} })" },
   comparison = { "c", recording
     .. "c = compare(d, { arx = arx(d, { na = 1, nb = 1 }), fir = fir(d, { nb = 3 }) })" },

@@ -73,3 +73,12 @@ test("Box–Jenkins of a lightly damped arm: no start of its own is worse than t
     expect(tostring(own):find("search: a minimum", 1, true) ~= nil):is_true()
   end
 end)
+
+test("noise that was differenced: the least value lies on the border, and the remedy is said", function()
+  seed(5)
+  local e, y = randn(200), {}
+  for t = 1, 200 do y[t] = e[t] - (t > 1 and e[t - 1] or 0) end
+  local text = tostring(armax(iddata { y = y }, { na = 0, nc = 1 }))
+  expect(text:find("border of stable predictors", 1, true) ~= nil):is_true()
+  expect(text:find('ic = "drop"', 1, true) ~= nil):is_true()
+end)

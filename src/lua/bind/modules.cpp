@@ -31,6 +31,7 @@ extern const Module run_records_module;
 extern const Module solution_parts_module;
 extern const Module newton_module;
 extern const Module iddata_module;
+extern const Module prefilter_module;
 extern const Module idmodel_module;
 extern const Module idmodel_fields_module;
 extern const Module idmodel_predict_module;
@@ -87,7 +88,8 @@ const std::vector<const Module*>& modules() {
                                                   &lti_design_module,      &lti_response_module,
                                                   &lti_linearize_module,   &signals_module,
                                                   &grey_box_module,        &search_module,
-                                                  &lti_delay_module,       &plot_module};
+                                                  &lti_delay_module,       &prefilter_module,
+                                                  &plot_module};
   return list;
 }
 

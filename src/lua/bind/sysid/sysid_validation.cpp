@@ -25,6 +25,14 @@ struct Comparison {
   std::vector<std::shared_ptr<const IdModel>> models;
   std::shared_ptr<const IdData> data;
 };
+/// One for each output.
+struct Validations {
+  std::vector<std::shared_ptr<const Validation>> list;
+};
+template <>
+struct TypeName<Validations> {
+  static constexpr const char* value = "validations";
+};
 template <>
 struct TypeName<Validation> {
   static constexpr const char* value = "validation";
@@ -52,13 +60,12 @@ int validate(Call& call) {
     throw Error(text("lags must lie between 1 and 10000, got ", *lags));
   if (d.outputs() != static_cast<Index>(m.outputs.size()))
     throw Error(text("the model has ", m.outputs.size(), " outputs, the data ", d.outputs()));
-  if (m.outputs.size() > 1) lua_createtable(call.L, static_cast<int>(m.outputs.size()), 0);
-  for (std::size_t i = 0; i < m.outputs.size(); ++i) {
-    const auto output = static_cast<Index>(i);
-    call.push(std::make_shared<const Validation>(sysid::validate(m, output, d, lags)));
-    if (m.outputs.size() > 1) lua_rawseti(call.L, -2, output + 1);
-  }
-  return 1;
+  Validations all;
+  for (std::size_t i = 0; i < m.outputs.size(); ++i)
+    all.list.push_back(
+        std::make_shared<const Validation>(sysid::validate(m, static_cast<Index>(i), d, lags)));
+  if (all.list.size() == 1) return call.push(all.list[0]);
+  return call.push(std::make_shared<const Validations>(std::move(all)));
 }
 
 const Validation& checked(Call& call) { return call.object<Validation>(1, "validation"); }
@@ -81,6 +88,36 @@ int ljung_box(Call& call) {
   return 1;
 }
 int validation_text(Call& call) { return call.push(sysid::describe(checked(call))); }
+
+// ── validation of several outputs ──
+
+const std::vector<std::shared_ptr<const Validation>>& all_of(Call& call) {
+  return call.object<Validations>(1, "validations").list;
+}
+int validations_entry(Call& call) {
+  const auto& list = all_of(call);
+  for (std::size_t i = 0; i < list.size(); ++i)
+    if (lua_isinteger(call.L, 2) ? lua_tointeger(call.L, 2) == static_cast<lua_Integer>(i + 1)
+                                 : lua_type(call.L, 2) == LUA_TSTRING && list[i]->y_name == lua_tostring(call.L, 2))
+      return call.push(list[i]);
+  return lua_pushnil(call.L), 1;
+}
+int validations_length(Call& call) { return call.push(static_cast<long>(all_of(call).size())); }
+template <bool Validation::* test>
+int every(Call& call) {
+  const auto& list = all_of(call);
+  return call.push(std::all_of(list.begin(), list.end(), [](const auto& v) { return (*v).*test; }));
+}
+int validations_names(Call& call) {
+  std::vector<std::string> names;
+  for (const auto& v : all_of(call)) names.push_back(v->y_name);
+  return push_words(call.L, names);
+}
+int validations_text(Call& call) {
+  std::vector<std::string> parts;
+  for (const auto& v : all_of(call)) parts.push_back(sysid::describe(*v));
+  return call.push(join(parts, "\n"));
+}
 
 // ── order scan ──
 
@@ -277,7 +314,7 @@ extern const Module validation_module = {
         {"idmodel:validate", validate, "mod:validate(d [, { lags = 25 }]) -> validation",
          R"(Residual tests at 99 % (whiteness and independence): autocorrelation and Ljung–Box (are they white?), correlation with past
             inputs (does the input explain more?), and the fit in prediction and simulation. plot() draws
-            them.)",
+            them. Several outputs: v[1], v.name, v.white of all.)",
          R"(
             u, y = {}, {}
             for t = 1, 40 do u[t] = (-1)^(t*t//3); y[t] = 0.5*(y[t-1] or 0) + (u[t-1] or 0) end
@@ -302,6 +339,19 @@ extern const Module validation_module = {
         {"validation#ljung_box", ljung_box, "v.ljung_box -> { Q =, dof =, p = }", "The portmanteau test.", "",
          ""},
         {"validation:__tostring", validation_text, "print(v)", "The tests in words.", "", ""},
+        {"validations:__index", validations_entry, "v[i] -> validation",
+         "The validation of output i, or of the output of that name.",
+         "u, y = {}, {{}, {}}\n"
+         "for t = 1, 40 do u[t] = (-1)^(t*t//3) for i = 1, 2 do y[i][t] = i/3*(y[i][t-1] or 0) + (u[t-1] or 0) end end\n"
+         "v = arx(iddata{ y = y, u = u }, { na = {{1, 0}, {0, 1}}, nb = 1 }):validate(iddata{ y = y, u = u })\n"
+         "return v[2].white, v.y1.independent",
+         "true true"},
+        {"validations:__len", validations_length, "#v", "The number of outputs.", "", ""},
+        {"validations#white", every<&Validation::white>, "v.white -> boolean", "The residuals of all outputs are white.", "", ""},
+        {"validations#independent", every<&Validation::independent>, "v.independent -> boolean",
+         "No correlation with past inputs beyond chance, at any output.", "", ""},
+        {"validations#y_names", validations_names, "v.y_names -> list", "The names of the outputs.", "", ""},
+        {"validations:__tostring", validations_text, "print(v)", "The tests of every output in words.", "", ""},
         {"order_scan", order_scan,
          R"(order_scan(e [, v], { na = {1, 10}, nb = {1, 10}, nk = {1, 5}, criterion =, workers = }) ->
             order_scan_result)",
