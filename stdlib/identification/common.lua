@@ -38,6 +38,29 @@ function common.informative(by, d, u, i, least)
   end
 end
 
+-- What estimators of polynomial models say of a signal far from 0 (offsets_in in C++): a list of lines.
+function common.offset_remarks(d)
+  local lines = {}
+  for j, name in ipairs(d.y_names) do
+    local sum, square, count, nearest = 0, 0, 0, math.huge
+    for t = 1, d.y.rows do
+      local v = d.y(t, j) + 0.0
+      if v == v then sum, count = sum + v, count + 1 end
+    end
+    local mean = sum / count
+    for t = 1, d.y.rows do
+      local v = d.y(t, j) + 0.0
+      if v == v then square, nearest = square + (v - mean)^2, math.min(nearest, mean < 0 and -v or v) end
+    end
+    local deviation = math.sqrt(square / math.max(1, count - 1))
+    if count >= 20 and deviation > 0 and math.abs(mean) > 3 * deviation and nearest > deviation then
+      lines[#lines + 1] = ("  warning: %s has the mean %.4g and deviates from it by %.3g; the model has no term for "
+        .. "an offset: d:detrend() removes it"):format(name, mean, deviation)
+    end
+  end
+  return lines
+end
+
 -- A list of numbers from a list, a column or a row.
 function common.list(by, x)
   local list = {}

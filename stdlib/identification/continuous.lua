@@ -17,6 +17,7 @@ local function shown(r)
   for _, name in ipairs(r.active) do
     lines[#lines + 1] = ("  warning: %s lies at the end of its range"):format(name)
   end
+  table.move(r.remarks, 1, #r.remarks, #lines + 1, lines)
   return table.concat(lines, "\n")
 end
 estimated.__tostring = shown
@@ -130,7 +131,8 @@ local function finish(r, d, ic, kind, names, values, deviations, build)
     cov = deviations.cov,
     num = num, den = den, delay = delay, build = build, rows = count, ic = ic, loss = r.sse / count,
       sigma2 = r.sigma2,
-    fit = 100 * (1 - math.sqrt(r.sse / y)), verdict = r.verdict, starts = r.starts, active = {} }, estimated)
+    fit = 100 * (1 - math.sqrt(r.sse / y)), verdict = r.verdict, starts = r.starts, active = {},
+    remarks = common.offset_remarks(d) }, estimated)
   for _, k in ipairs(r.active) do out.active[#out.active + 1] = names[k] end
   out.formula = tf_text(num, den, delay)
   out.system = named "tf" (num, den)

@@ -14,6 +14,13 @@ function estimated.__tostring(r)
   lines[#lines + 1] = ("  loss V = %.8g, fit on the estimation data: %.6g %% (simulation, from rest)")
     :format(r.loss, r.fit)
   lines[#lines + 1] = "  search: " .. r.verdict
+  local open = {}
+  for k, name in ipairs(r.names) do if not (r.std[k] < math.huge) then open[#open + 1] = name end end
+  if #open > 0 then
+    lines[#lines + 1] = ("  warning: the data do not tell %s apart: functions of a basis depend on each other, or the "
+      .. "input does not excite them; give fewer"):format(table.concat(open, ", "))
+  end
+  table.move(r.remarks, 1, #r.remarks, #lines + 1, lines)
   return table.concat(lines, "\n")
 end
 
@@ -182,7 +189,7 @@ local function hammerstein(d, options)
   local out = setmetatable({ names = names, ones = ones, theta = r.theta, std = r.std, cov = r.cov, b = b,
     f = f, c = c,
     d = dd, loss = r.sse / #y, sigma2 = r.sigma2, rows = #y, fit = 100 * (1 - math.sqrt(r.sse / variation)),
-    verdict = r.verdict, converged = r.converged }, estimated)
+    verdict = r.verdict, converged = r.converged, remarks = common.offset_remarks(d) }, estimated)
   out.linear = named "tf" (named "vstack" (b), named "vstack" { 1, table.unpack(f) }, d.Ts)
   out.options = o
   return out

@@ -13,6 +13,7 @@ function track.__tostring(r)
   for k, name in ipairs(r.names) do
     lines[#lines + 1] = ("  %-4s %12.6g at the end ± %.3g"):format(name, last[k], r.std[#r.std][k])
   end
+  table.move(r.remarks, 1, #r.remarks, #lines + 1, lines)
   return table.concat(lines, "\n")
 end
 
@@ -102,7 +103,7 @@ local function run(by, d, options, nc)
   for t = 1, N do y[t], u[t] = d.y(t, 1) + 0.0, d.u(t, 1) + 0.0 end
   local r = setmetatable({ kind = nc > 0 and "recursive ARMAX" or "recursive ARX", theta = {}, std = {},
     errors = {},
-    names = o.names, Ts = d.Ts,
+    names = o.names, Ts = d.Ts, remarks = common.offset_remarks(d),
     adaptation = o.drift > 0 and ("Kalman filter, drift %.3g"):format(o.drift)
       or ("forgetting %.4g"):format(o.lambda) },
     track)

@@ -86,7 +86,12 @@ local function spectral_analysis(d, options)
   local N = d.y.rows
   local y, u, i, o = common.signals("spa", d, options, 20)
   local M = read_options(options, N)
-  local given = options and options.w
+  local given = options and options.w and common.list("spa", options.w)
+  for _, w in ipairs(given or {}) do
+    if not (w >= 0 and w <= math.pi / d.Ts * (1 + 1e-9)) then
+      fail(("spa: w = %.6g; samples know the frequencies from 0 to π/Ts = %.6g rad/s"):format(w, math.pi / d.Ts))
+    end
+  end
   local Ry, Ru, Ryu = covariance(y, y, M), covariance(u, u, M), covariance(y, u, M)
   local window, squares = {}, 0
   for lag = -M, M do
@@ -159,7 +164,8 @@ end
 -- Electroacoust. 15(2), 1967); one-sided densities per Hz.
 local function averages(by, y, u, Ts, options)
   local N = #y
-  local length = options.segment or math.max(8, math.min(256, N // 4))
+  if N < 4 then fail(("%s: %d samples are too few; at least 4 are needed"):format(by, N)) end
+  local length = options.segment or math.min(N, math.max(8, math.min(256, N // 4)))
   if math.type(length) ~= "integer" or length < 4 or length > N then
     fail(("%s: segment is a whole number of samples from 4 to %d"):format(by, N))
   end
@@ -209,6 +215,9 @@ density.__index = { latex = report_latex, plot = function(r, options)
 end }
 
 local function welch(x, options)
+  if object_type(x) == "iddata" then
+    fail "welch: choose a signal and say its sampling time: welch(d.y, { Ts = d.Ts })"
+  end
   local Ts = options.Ts or 1
   if not (type(Ts) == "number" and Ts > 0) then fail "welch: Ts is a positive number" end
   local a = averages("welch", common.list("welch", x), nil, Ts, options)

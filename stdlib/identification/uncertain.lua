@@ -15,6 +15,13 @@ end
 local function source(m, build)
   if object_type(m) == "idmodel" then
     if type(m.cov) == "table" then fail "uncertain: take one output of the model" end
+    local std = m.std
+    for k = 1, #std do
+      if not (std[k] + 0.0 < math.huge) then
+        fail("uncertain: the data do not determine all parameters (print the model: not identifiable), so that there is "
+          .. "no covariance; lower the orders, or leave inputs out that depend on others")
+      end
+    end
     local single = m.kind ~= "state space" and #m.y_names == 1
     return numbers(m.theta), m.cov, function(theta)
       local changed = m:with_theta(theta)

@@ -236,3 +236,17 @@ test("minreal: a tolerance that is given holds for exact numbers, too", function
   local a = param "a"
   expect(function() minreal(tf({1}, {1, a}), 1e-3) end):fails "tol compares numbers"
 end)
+
+test("regulators refuse rewards, filters inputs that are forgotten, zoh a prewarp", function()
+  local A, B = { { 0, 1 }, { -2, -3 } }, { 0, 1 }
+  expect(function() lqr(A, B, { { -1, 0 }, { 0, -1 } }, 1) end):fails "care(A, B, Q, R) solves"
+  expect(function() dlqr(A, B, { { 1, 0 }, { 0, -1 } }, 1) end):fails "eigenvalue -1"
+  expect(lqr(A, B, { { 1, 1 }, { 1, 1 } }, 1).cols):equals(2)          -- semidefinite
+  local G = ss({ { 0.5 } }, { 1 }, { 1 }, { 0 }, 1)
+  expect(function() kalman_filter(G, 1, 1, { y = { 1, 2 } }) end):fails "u = zeros(2, 1)"
+  expect(kalman_filter(ss({ { 0.5 } }, { 0 }, { 1 }, { 0 }, 1), 1, 1, { y = { 1, 2 } }).x.rows):equals(2)
+  expect(function() c2d(tf({ 1 }, { 1, 1 }), 0.1, "zoh", { prewarp = 3 }) end):fails [[for method "tustin"]]
+  expect(function() return tf({ 1 }, { 1, 1 }).stable end):fails "G:is_stable()"
+  expect(function() return delayed(tf({ 1 }, { 1, 1 }), 1):poles() end):fails "pade(G, 4)"
+  expect(cond { { 1, 2 }, { 2, 4 } } > 1e15):is_true()
+end)

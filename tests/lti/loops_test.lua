@@ -54,7 +54,7 @@ end)
 
 test("a smoother knows more than a filter", function()
   local D = ss({ { 1 } }, { 1 }, { 1 }, { 0 }, 1)
-  local options = { y = { 1, 3, 2, 0/0, 4 }, P0 = 1e6 }
+  local options = { u = zeros(5, 1), y = { 1, 3, 2, 0/0, 4 }, P0 = 1e6 }
   local filter = kalman_filter(D, 0.5, 1, options)
   options.smooth = true
   local smooth = kalman_filter(D, 0.5, 1, options)

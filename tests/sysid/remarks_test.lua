@@ -136,7 +136,7 @@ test("three samples, constant inputs and gaps are refused by name", function()
 end)
 
 test("a search that starts beside where residuals exist says so", function()
-  expect(function() nlsq(function(p) return { math.sqrt(p[1]) - 1, p[1] } end, { 0 }) end):fails "beside it"
+  expect(function() nlsq(function(p) return { math.sqrt(p[1]) - 1, p[1] } end, { 0 }) end):fails "next to it"
 end)
 
 test("state-space models are told of offsets, too", function()
@@ -202,4 +202,56 @@ test("ic and its former name are one option", function()
   expect(m:predict(d, { ic = "zero" })):near(m:predict(d, { init = "zero" }), 0)
   expect(function() m:predict(d, { ic = "zero", init = "data" }) end):fails "give ic alone"
   expect(function() m:simulate(d, { ic = "nought" }) end):fails "unknown ic"
+end)
+
+local function far_from_zero()
+  seed(7)
+  local r, u, y, x = randn(200), {}, {}, 0
+  for t = 1, 200 do
+    x = 0.9 * x + 0.5 * (t > 1 and r[t - 1] or 0)
+    u[t], y[t] = 1e6 + r[t], 1e6 + x
+  end
+  return iddata { y = y, u = u }
+end
+
+test("every estimator says that the data stand far from 0", function()
+  local d, same = far_from_zero(), { function(x) return x end }
+  for _, m in ipairs { rarx(d, { na = 1, nb = 1 }), process_model(d, "P1"), tfest(d, { np = 1 }),
+    hammerstein(d, { nb = 1, nf = 1, input = same }), arx(d, { na = 1, nb = 1 }) } do
+    expect(tostring(m):find("d:detrend() removes it", 1, true) ~= nil):is_true()
+  end
+end)
+
+test("inputs that depend on each other: kernels find numbers, uncertain refuses", function()
+  seed(9)
+  local N, r, s, e = 200, randn(200), randn(200), randn(200)
+  local u, y = { {}, {}, {} }, {}
+  for t = 1, N do
+    u[1][t], u[2][t], u[3][t] = r[t], s[t], 2 * r[t] - s[t]
+    y[t] = 0.7 * (y[t - 1] or 0) + (u[1][t - 1] or 0) + 0.5 * (u[2][t - 1] or 0) + 0.1 * e[t]
+  end
+  local d = iddata { y = y, u = u }
+  for _, kernel in ipairs { "TC", "DC" } do
+    local m = fir(d, { nb = { 5, 5, 5 }, kernel = kernel })
+    expect(m:fit(d) > 80):is_true()
+  end
+  expect(function() uncertain(arx(d, { na = 1, nb = { 1, 1, 1 } }), { input = 1 }) end):fails "not identifiable"
+  expect(function() return pem(d, n4sid(d, 1)).cov end):fails "the inputs depend on each other"
+end)
+
+test("functions of a basis that depend on each other", function()
+  seed(3)
+  local u, y, r = {}, {}, randn(100)
+  for t = 1, 100 do u[t], y[t] = r[t], 0.5 * (y[t - 1] or 0) + (u[t - 1] or 0) + 0.01 * math.sin(t * t) end
+  local twice = { function(x) return x end, function(x) return 2 * x end }
+  local text = tostring(hammerstein(iddata { y = y, u = u }, { nb = 1, nf = 1, input = twice }))
+  expect(text:find("functions of a basis depend on each other", 1, true) ~= nil):is_true()
+end)
+
+test("spectra: frequencies above the Nyquist frequency, records of a few samples", function()
+  local d = far_from_zero()
+  expect(function() spa(d, { w = { 1, 4 } }) end):fails "0 to π/Ts = 3.14159 rad/s"
+  expect(function() welch(d) end):fails "welch(d.y, { Ts = d.Ts })"
+  expect(function() welch({ 1, 2, 1 }) end):fails "at least 4"
+  expect(#welch({ 1, 2, 1, 3, 1 }).f):equals(3)
 end)

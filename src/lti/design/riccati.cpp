@@ -265,6 +265,15 @@ RiccatiSolution riccati(RiccatiProblem p) {
   return {parts[0], parts[1], poles, parts[3](0, 0)};
 }
 
+void require_costs(const Mat& Q, const char* equation) {
+  if (Q.rows() == 0 || Q.rows() != Q.cols() || !Q.allFinite()) return;  // the equation says it
+  const double least = Eigen::SelfAdjointEigenSolver<Mat>(Q, Eigen::EigenvaluesOnly).eigenvalues()[0];
+  if (least < -1e-10 * Q.norm())
+    throw Error(text("Q must be positive semidefinite, but it has the eigenvalue ",
+                     pendula::rounded(least, 4), ": deviations would be rewarded; ", equation,
+                     " solves the equation alone"));
+}
+
 namespace {
 
 RiccatiProblem problem_of(const System& given, const Mat& Q, const Mat& R) {

@@ -30,6 +30,10 @@ struct RiccatiSolution {
 /// stabilised (naming the mode), modes on the stability boundary that Q does not see
 RiccatiSolution riccati(RiccatiProblem p);
 
+/// A regulator needs costs that are not negative, the equation alone has solutions for others, too. throws Error that
+/// names `equation`
+void require_costs(const Mat& Q, const char* equation);
+
 /// x ↦ u = -K x of the linear-quadratic regulator with integrators of the outputs: u = -K [x; ∫(r - y)].
 RiccatiSolution lqi(const System& g, const Mat& Q, const Mat& R);
 

@@ -236,6 +236,18 @@ constexpr Remedy data_members[] = {
     {"SamplingInstants time", "the times are d.t"},
 };
 
+constexpr Remedy lti_members[] = {
+    {"stable isstable", "write G:is_stable(), or G:stability() with the reason"},
+    {"eig pole", "write G:poles()"},
+    {"zero", "write G:zeros()"},
+};
+constexpr Remedy delay_members[] = {
+    {"poles zeros damp stability is_stable rlocus",
+     "there are infinitely many poles; margin(G) says whether the closed loop is stable, pade(G, 4) is a system with "
+     "poles near those that matter"},
+    {"ss tf zpk norm gram minreal",
+     "write pade(G, 4), a system without delay that is like it at low frequencies"},
+};
 constexpr Remedy idmodel_members[] = {
     {"Report report summary", "write print(mod)"},
     {"a", "the coefficients are mod.A, mod.B"},
@@ -300,6 +312,8 @@ std::string remedy_for_member(std::string_view type, std::string_view name) {
   if (type == "sweep") return remedy_in(std::begin(sweep_members), std::end(sweep_members), name);
   if (type == "iddata") return remedy_in(std::begin(data_members), std::end(data_members), name);
   if (type == "idmodel") return remedy_in(std::begin(idmodel_members), std::end(idmodel_members), name);
+  if (type == "lti") return remedy_in(std::begin(lti_members), std::end(lti_members), name);
+  if (type == "delay system") return remedy_in(std::begin(delay_members), std::end(delay_members), name);
   if (type == "expr") return remedy_in(std::begin(expr_members), std::end(expr_members), name);
   return "";
 }

@@ -250,10 +250,11 @@ std::vector<std::string> warnings(const PolyModel& m) {
       out.push_back(text("the search ended with a zero of F on the unit circle; if ", m.u_names[i], " → ",
                          m.y_name, " is unstable or integrates, use arx or armax, whose A may be unstable"));
   if (reaches_circle(m.p.C))
-    out.push_back(m.start == InitialCondition::estimate
-                      ? "the search ended with a zero of C on the unit circle: the values before the first sample then "
-                        "explain a part of the noise that never decays; lower nc, or take ic = \"drop\""
-                      : "the search ended with a zero of C on the unit circle: lower nc, or give other orders");
+    out.push_back(
+        m.start == InitialCondition::estimate
+            ? "the search ended with a zero of C on the unit circle: the values before the first sample then "
+              "explain a part of the noise that never decays; lower nc, or take ic = \"drop\""
+            : "the search ended with a zero of C on the unit circle: lower nc, or give other orders");
   return out;
 }
 
@@ -267,10 +268,11 @@ struct Attempt {
 /// "a minimum (slope 2e-10), from the start of Steiglitz and McBride; 2 other starts lead there".
 std::string verdict(const PolyModel& m, const Minimum& best, const std::vector<Attempt>& attempts) {
   if (m.exact) return "the errors are rounding errors only";
-  std::string out = !m.search.warnings.empty() ? "no minimum inside: the loss falls up to the border of stable "
-                                                 "predictors"
-                    : !best.converged()        ? "no minimum: " + ending_text(best)
-                                               : "a minimum";
+  std::string out = !m.search.warnings.empty()
+                        ? "no minimum inside: the loss falls up to the border of stable "
+                          "predictors"
+                    : !best.converged() ? "no minimum: " + ending_text(best)
+                                        : "a minimum";
   out += best.angle < 1e-6 ? " (slope < 1e-6)" : text(" (slope ", rounded(best.angle, 1), ")");
   std::size_t same = 0;
   std::vector<std::string> higher;

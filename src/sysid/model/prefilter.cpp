@@ -39,7 +39,8 @@ Vec delayed_signal(const Vec& x, Index by, Index lost) { return x.segment(lost -
 std::vector<FilterSection> butterworth(double low, double high, int order, double Ts) {
   const double nyquist = M_PI / Ts;
   if (order < 1 || order > 20) throw Error(text("order must lie between 1 and 20, got ", order));
-  if (!(low >= 0 && low < high)) throw Error(text("w = { low, high } needs 0 ≤ low < high, got ", shortest(low), " and ", shortest(high)));
+  if (!(low >= 0 && low < high))
+    throw Error(text("w = { low, high } needs 0 ≤ low < high, got ", shortest(low), " and ", shortest(high)));
   if (low >= nyquist || (low == 0 && high >= nyquist))
     throw Error(text("a filter of all or nothing: frequencies end at π/Ts = ", rounded(nyquist, 6),
                      " rad/s; w is in rad/s"));
@@ -73,9 +74,10 @@ IdData delayed(const IdData& d, const std::vector<Index>& y, const std::vector<I
   Index total = 0;
   for (Index k = 0; k < d.experiments(); ++k) {
     if (d.end(k) - d.starts[k] <= lost)
-      throw Error(text("a delay of ", lost, " samples leaves nothing of ",
-                       d.experiments() > 1 ? text("experiment ", k + 1, ", which has ") : "the data, which have ",
-                       d.end(k) - d.starts[k], " samples"));
+      throw Error(
+          text("a delay of ", lost, " samples leaves nothing of ",
+               d.experiments() > 1 ? text("experiment ", k + 1, ", which has ") : "the data, which have ",
+               d.end(k) - d.starts[k], " samples"));
     out.starts.push_back(total);
     total += d.end(k) - d.starts[k] - lost;
   }

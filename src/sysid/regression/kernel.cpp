@@ -173,6 +173,7 @@ RegularisedFit regularised(const Mat& R, Index rows, const std::vector<Index>& s
       for (KernelGroup& g : groups) {
         Vec x{{std::log(g.size), std::log(g.decay / (1 - g.decay)), 3.0}};
         if (kernel == Kernel::dc) x[2] = std::log(g.correlation / (1 - g.correlation));
+        x = x.cwiseMax(-30).cwiseMin(30);  // a share of a group that is not needed may have rounded to 0 or 1
         const auto value = [&](const Vec& at) {
           if (at.cwiseAbs().maxCoeff() > 40) return std::numeric_limits<double>::infinity();
           g = group_of(at);

@@ -78,6 +78,14 @@ int pinv(Call& call) {
   return push_value(call.L, Mat(scaled * d.U.leftCols(r).transpose()));
 }
 
+int cond(Call& call) {
+  const Mat A = finite_matrix(call, 1, "A");
+  if (A.size() == 0) throw Error("a matrix without entries has no condition number");
+  const SingularValues d(A);
+  const double least = d.s[d.s.size() - 1];
+  return call.push(least > 0 ? d.s[0] / least : std::numeric_limits<double>::infinity());
+}
+
 int null_space(Call& call) {
   const Mat A = finite_matrix(call, 1, "A");
   Mat tall = Mat::Zero(std::max(A.rows(), A.cols()), A.cols());  // so that V is square
@@ -184,6 +192,10 @@ extern const Module factors_module = {
         {"pinv", pinv, "pinv(A) -> matrix",
          R"(The pseudoinverse (Moore, Penrose): pinv(A)*b is the least-squares solution of least norm.)",
          "pinv{{1}, {1}}(1, 2)", "0.5"},
+        {"cond", cond, "cond(A) -> number",
+         R"(The condition number, the largest over the least singular value: relative errors of b grow by up to this
+            factor in the solution of A x = b. Infinite for singular A.)",
+         "cond{{2, 0}, {0, 0.5}}", "4.0"},
         {"null_space", null_space, "null_space(A) -> matrix",
          R"(Orthonormal columns that span the solutions of A x = 0; no columns where A has full column rank.)",
          "null_space{{1, 1}, {2, 2}}.cols", "1"},

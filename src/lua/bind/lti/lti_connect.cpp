@@ -92,7 +92,10 @@ int c2d(Call& call) {
     prewarp = call.options(4).number("prewarp");
     if (!(prewarp > 0)) throw Error("option 'prewarp' must be a positive frequency in rad/s");
   }
-  return push_system(call, lti::c2d(g, to_expr(call.L, 2, "Ts"), call.string(3, "method", "zoh"), prewarp));
+  const std::string method = call.string(3, "method", "zoh");
+  if (prewarp > 0 && method != "tustin" && method != "bilinear")
+    throw Error(text("prewarp is for method \"tustin\", not for \"", method, "\""));
+  return push_system(call, lti::c2d(g, to_expr(call.L, 2, "Ts"), method, prewarp));
 }
 int d2c(Call& call) {
   return push_system(call, lti::d2c(read_system(call, 1, "G"), call.string(2, "method", "zoh")));

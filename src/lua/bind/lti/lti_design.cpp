@@ -137,6 +137,8 @@ lti::RiccatiSolution regulator(Call& call, const StateEquation& e, bool continuo
 }
 int lqr(Call& call) {
   const StateEquation e = state_equation(call);
+  lti::require_costs(weight(call, e.next, "Q", e.A.rows()),
+                     e.continuous ? "care(A, B, Q, R)" : "dare(A, B, Q, R)");
   const auto s = regulator(call, e, e.continuous);
   return push_riccati(call, s.K, s);
 }
@@ -144,6 +146,7 @@ int dlqr(Call& call) {
   const StateEquation e = state_equation(call);
   if (call.is<System>(1) && e.continuous)
     throw Error("the system is continuous: lqr(G, Q, R), or sample it first: c2d(G, Ts)");
+  lti::require_costs(weight(call, e.next, "Q", e.A.rows()), "dare(A, B, Q, R)");
   const auto s = regulator(call, e, false);
   return push_riccati(call, s.K, s);
 }
@@ -202,6 +205,11 @@ int kalman_filter(Call& call) {
   const Mat y = signal("y", g.outputs);
   if (y.size() == 0) throw Error("y is missing: kalman_filter(G, Q, R, { y = …, u = … })");
   Mat u = signal("u", g.inputs);
+  const bool driven =
+      std::any_of(g.ss.B.data(), g.ss.B.data() + g.ss.B.size(), [](Expr e) { return !e.is_zero(); });
+  if (u.size() == 0 && driven)
+    throw Error(text("u is missing: the system has ", g.inputs, g.inputs == 1 ? " input" : " inputs",
+                     "; give u = …, or u = zeros(", y.rows(), ", ", g.inputs, ") where nothing acts"));
   if (u.size() == 0) u = Mat::Zero(y.rows(), g.inputs);
   Vec x0 = Vec::Zero(n);
   if (o.has("x0")) x0 = to_numbers(call.L, o.push("x0"), "x0");

@@ -23,11 +23,18 @@ const Mat* refined_covariance(Call& call) {
   return m.state_space && m.state_space->covariance.size() > 0 ? &m.state_space->covariance : nullptr;
 }
 
+/// What is not determined has no deviation.
+void require_independent_inputs(const IdModel& m) {
+  if (m.state_space && !m.state_space->free_inputs.empty())
+    throw Error(text("the inputs depend on each other, so that the entries of B have no covariance: ",
+                     m.state_space->free_inputs[0], "; leave an input out: d:select{ u = … }"));
+}
+
 void require_parameters(Call& call, const char* what) {
   if (idmodel_of(call).state_space)
     throw Error(text("a state-space model has no ", what,
                      ": its entries depend on the coordinates of the state; see mod.A, "
-                     "mod.B, mod.C, mod.D, mod.K and mod:tf()"));
+                     "mod.B, mod.C, mod.D, mod.K and mod:tf(); pem(d, mod) gives a model with one"));
 }
 
 const StateSpaceModel& state_space(Call& call, const char* field) {
@@ -68,6 +75,7 @@ int theta(Call& call) {
   return each_output(call, [&](const PolyModel& m) { return push_matrix(call.L, Mat(m.theta)); });
 }
 int std_(Call& call) {
+  require_independent_inputs(idmodel_of(call));
   if (const Mat* cov = refined_covariance(call))
     return push_matrix(call.L, Mat(cov->diagonal().cwiseMax(0.0).cwiseSqrt()));
   require_parameters(call, "std");
@@ -79,6 +87,7 @@ int std_(Call& call) {
   return each_output(call, [&](const PolyModel& m) { return push_matrix(call.L, Mat(m.std)); });
 }
 int cov(Call& call) {
+  require_independent_inputs(idmodel_of(call));
   if (const Mat* covariance = refined_covariance(call)) return push_matrix(call.L, *covariance);
   require_parameters(call, "cov");
   for (const PolyModel& m : idmodel_of(call).outputs)

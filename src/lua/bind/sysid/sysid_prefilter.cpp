@@ -28,7 +28,8 @@ sysid::FilterSection section_of(const lti::System& given, double Ts) {
   if (const double own = lti::number(g.Ts); std::fabs(own - Ts) > 1e-9 * Ts)
     throw Error(text("the filter is sampled every ", rounded(own), " s, the data every ", rounded(Ts), " s"));
   const lti::Polynomial &num = g.tf[0].num, &den = g.tf[0].den;
-  if (num.size() > den.size()) throw Error("the filter needs future samples: its numerator has the higher degree");
+  if (num.size() > den.size())
+    throw Error("the filter needs future samples: its numerator has the higher degree");
   sysid::FilterSection f{Vec::Zero(static_cast<Index>(den.size())), Vec(static_cast<Index>(den.size()))};
   for (std::size_t k = 0; k < den.size(); ++k)
     f.den[static_cast<Index>(den.size() - 1 - k)] = lti::number(den[k]);
@@ -43,13 +44,16 @@ sysid::FilterSection section_of(const lti::System& given, double Ts) {
 int filter(Call& call) {
   const IdData& d = data_of(call);
   if (!call.has(2)) call.wrong(2, "filter", "a band { w = { low, high } } in rad/s or a system F");
-  if (call.is<lti::System>(2)) return push(call, sysid::filtered(d, {section_of(read_system(call, 2, "filter"), d.Ts)}));
+  if (call.is<lti::System>(2))
+    return push(call, sysid::filtered(d, {section_of(read_system(call, 2, "filter"), d.Ts)}));
   const Options o = call.options(2);
-  if (!o.has("w")) throw Error("w is missing: d:filter{ w = { low, high } } in rad/s, w = { 0, high } for a lowpass");
+  if (!o.has("w"))
+    throw Error("w is missing: d:filter{ w = { low, high } } in rad/s, w = { 0, high } for a lowpass");
   const Vec w = to_data(call.L, o.push("w"), "w").reshaped();
   lua_settop(call.L, call.count());
   if (w.size() != 2)
-    throw Error(text("w must be { low, high } in rad/s, got ", w.size(), w.size() == 1 ? " number" : " numbers",
+    throw Error(text("w must be { low, high } in rad/s, got ", w.size(),
+                     w.size() == 1 ? " number" : " numbers",
                      "; w = { 0, high } is a lowpass, { low, 1/0 } a highpass"));
   return push(call, sysid::filtered(
                         d, sysid::butterworth(w[0], w[1], static_cast<int>(o.integer("order", 4)), d.Ts)));
@@ -62,8 +66,8 @@ std::vector<Index> delays(Call& call, const Options& o, const char* key, Index c
   const std::vector<int> list = to_whole_numbers(call.L, o.push(key), key);
   lua_settop(call.L, call.count());
   if (list.size() != 1 && static_cast<Index>(list.size()) != count)
-    throw Error(text(key, " must be one delay, or ", count, ", one for each ", *key == 'y' ? "output" : "input",
-                     ", got ", list.size()));
+    throw Error(text(key, " must be one delay, or ", count, ", one for each ",
+                     *key == 'y' ? "output" : "input", ", got ", list.size()));
   for (std::size_t i = 0; i < out.size(); ++i) {
     out[i] = list[list.size() == 1 ? 0 : i];
     if (out[i] < 0)

@@ -97,13 +97,14 @@ const std::vector<std::shared_ptr<const Validation>>& all_of(Call& call) {
 int validations_entry(Call& call) {
   const auto& list = all_of(call);
   for (std::size_t i = 0; i < list.size(); ++i)
-    if (lua_isinteger(call.L, 2) ? lua_tointeger(call.L, 2) == static_cast<lua_Integer>(i + 1)
-                                 : lua_type(call.L, 2) == LUA_TSTRING && list[i]->y_name == lua_tostring(call.L, 2))
+    if (lua_isinteger(call.L, 2)
+            ? lua_tointeger(call.L, 2) == static_cast<lua_Integer>(i + 1)
+            : lua_type(call.L, 2) == LUA_TSTRING && list[i]->y_name == lua_tostring(call.L, 2))
       return call.push(list[i]);
   return lua_pushnil(call.L), 1;
 }
 int validations_length(Call& call) { return call.push(static_cast<long>(all_of(call).size())); }
-template <bool Validation::* test>
+template <bool Validation::*test>
 int every(Call& call) {
   const auto& list = all_of(call);
   return call.push(std::all_of(list.begin(), list.end(), [](const auto& v) { return (*v).*test; }));
@@ -347,11 +348,13 @@ extern const Module validation_module = {
          "return v[2].white, v.y1.independent",
          "true true"},
         {"validations:__len", validations_length, "#v", "The number of outputs.", "", ""},
-        {"validations#white", every<&Validation::white>, "v.white -> boolean", "The residuals of all outputs are white.", "", ""},
+        {"validations#white", every<&Validation::white>, "v.white -> boolean",
+         "The residuals of all outputs are white.", "", ""},
         {"validations#independent", every<&Validation::independent>, "v.independent -> boolean",
          "No correlation with past inputs beyond chance, at any output.", "", ""},
         {"validations#y_names", validations_names, "v.y_names -> list", "The names of the outputs.", "", ""},
-        {"validations:__tostring", validations_text, "print(v)", "The tests of every output in words.", "", ""},
+        {"validations:__tostring", validations_text, "print(v)", "The tests of every output in words.", "",
+         ""},
         {"order_scan", order_scan,
          R"(order_scan(e [, v], { na = {1, 10}, nb = {1, 10}, nk = {1, 5}, criterion =, workers = }) ->
             order_scan_result)",
