@@ -68,7 +68,7 @@ row("spa", "spa(d [, { window = M, w = frequencies, input = 1, output = 1 }]) ->
   [[The frequency response from the smoothed spectra of the data (Blackman and Tukey, Hann window of M lags):
     lists .w .mag .phase .re .im, .std of the gain, .noise (the spectrum of the disturbance) and .coherence;
     :plot() with ±2σ. A wider window shows sharper peaks and more noise. In a closed
-    loop the estimate lies between the plant and -1/controller (cra shows feedback): fit a model, arx or armax.]],
+    loop the estimate lies between the plant and -1/controller (cra shows feedback): take arx or armax.]],
   "spectra",
   "u = prbs(127)\ny = {}\nfor t = 1, 127 do y[t] = 2*u[t] end\n"
     .. "r = spa(iddata{ y = y, u = u })\nreturn math.abs(r.mag[64] - 2) < 1e-6, r.coherence[64] > 0.999",

@@ -269,8 +269,7 @@ struct Attempt {
 std::string verdict(const PolyModel& m, const Minimum& best, const std::vector<Attempt>& attempts) {
   if (m.exact) return "the errors are rounding errors only";
   std::string out = !m.search.warnings.empty()
-                        ? "no minimum inside: the loss falls up to the border of stable "
-                          "predictors"
+                        ? "no minimum inside: the loss falls up to the border of stable predictors"
                     : !best.converged() ? "no minimum: " + ending_text(best)
                                         : "a minimum";
   out += best.angle < 1e-6 ? " (slope < 1e-6)" : text(" (slope ", rounded(best.angle, 1), ")");

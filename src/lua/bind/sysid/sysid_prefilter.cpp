@@ -14,8 +14,8 @@ using sysid::IdData;
 
 namespace {
 
-const IdData& data_of(Call& call) { return call.object<IdData>(1, "iddata"); }
-int push(Call& call, IdData d) { return call.push(std::make_shared<const IdData>(std::move(d))); }
+const IdData& recorded(Call& call) { return call.object<IdData>(1, "iddata"); }
+int push_prepared(Call& call, IdData d) { return call.push(std::make_shared<const IdData>(std::move(d))); }
 
 /// num/den of a discrete system in powers of q⁻¹.
 sysid::FilterSection section_of(const lti::System& given, double Ts) {
@@ -42,10 +42,10 @@ sysid::FilterSection section_of(const lti::System& given, double Ts) {
 }
 
 int filter(Call& call) {
-  const IdData& d = data_of(call);
+  const IdData& d = recorded(call);
   if (!call.has(2)) call.wrong(2, "filter", "a band { w = { low, high } } in rad/s or a system F");
   if (call.is<lti::System>(2))
-    return push(call, sysid::filtered(d, {section_of(read_system(call, 2, "filter"), d.Ts)}));
+    return push_prepared(call, sysid::filtered(d, {section_of(read_system(call, 2, "filter"), d.Ts)}));
   const Options o = call.options(2);
   if (!o.has("w"))
     throw Error("w is missing: d:filter{ w = { low, high } } in rad/s, w = { 0, high } for a lowpass");
@@ -55,8 +55,9 @@ int filter(Call& call) {
     throw Error(text("w must be { low, high } in rad/s, got ", w.size(),
                      w.size() == 1 ? " number" : " numbers",
                      "; w = { 0, high } is a lowpass, { low, 1/0 } a highpass"));
-  return push(call, sysid::filtered(
-                        d, sysid::butterworth(w[0], w[1], static_cast<int>(o.integer("order", 4)), d.Ts)));
+  return push_prepared(
+      call,
+      sysid::filtered(d, sysid::butterworth(w[0], w[1], static_cast<int>(o.integer("order", 4)), d.Ts)));
 }
 
 /// One whole number for all signals, or one each.
@@ -77,10 +78,11 @@ std::vector<Index> delays(Call& call, const Options& o, const char* key, Index c
 }
 
 int delay(Call& call) {
-  const IdData& d = data_of(call);
+  const IdData& d = recorded(call);
   call.table(2, "delays");
   const Options o = call.options(2);
-  return push(call, sysid::delayed(d, delays(call, o, "y", d.outputs()), delays(call, o, "u", d.inputs())));
+  return push_prepared(
+      call, sysid::delayed(d, delays(call, o, "y", d.outputs()), delays(call, o, "u", d.inputs())));
 }
 
 const OptionTable filter_options = {
