@@ -119,6 +119,7 @@ results = {                                            # kind: an object of it
     "trace": "ball:reduce 'ggl':trace 'every step'",
     "uncertain system": "uncertain(m)",
     "validation": "m:validate(d)",
+    "validations": "fir(iddata{ y = { d.y, d.y }, u = d.u }, { nb = 1 }):validate(iddata{ y = { d.y, d.y }, u = d.u })",
     "verification": "rk.heun:verify()",
 }
 refused = {                                            # kind: an object, and what the error says

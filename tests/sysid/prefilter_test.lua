@@ -89,3 +89,8 @@ test("validation of several outputs is one value", function()
   local poor = arx(d, { na = { { 0, 0 }, { 0, 1 } }, nb = { { 1, 1 }, { 1, 1 } } }):validate(d)
   expect(poor[2].white and not poor[1].white and not poor.white):is_true()
 end)
+
+test("a filter that is given takes no band beside it", function()
+  expect(function() iddata { y = { 1, 2 } }:filter(tf({ 1 }, { 1, 0.5 }, 1), { w = { 0, 1 } }) end)
+    :fails "takes the filter alone"
+end)

@@ -319,7 +319,7 @@ extern const Module lti_design_module = {
          R"(The time-varying Kalman filter of a discrete G over measured samples, from a state of mean x0 and covariance
             P0; missing samples (NaN) are bridged. .x .std (filtered states and their deviations; smoothed ones
             with smooth = true) .predicted .y (one step ahead) .innovations .gains .P .next .log_likelihood.)",
-         "r = kalman_filter(ss({{1}}, {1}, {1}, {0}, 1), 0, 1, { y = {1, 3}, P0 = 1e9 })\nreturn math.abs(r.x(2, 1) - "
+         "r = kalman_filter(ss({{1}}, {0}, {1}, {0}, 1), 0, 1, { y = {1, 3}, P0 = 1e9 })\nreturn math.abs(r.x(2, 1) - "
          "2) < 1e-8, math.abs(r.std(2, 1)^2 - 0.5) < 1e-8",
          "true true", &kalman_filter_options},
         {"balreal", balreal, "balreal(G) -> G, hankel, T",

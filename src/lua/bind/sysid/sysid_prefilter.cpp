@@ -44,6 +44,9 @@ sysid::FilterSection section_of(const lti::System& given, double Ts) {
 int filter(Call& call) {
   const IdData& d = recorded(call);
   if (!call.has(2)) call.wrong(2, "filter", "a band { w = { low, high } } in rad/s or a system F");
+  if (call.is<lti::System>(2) && call.count() > 2)
+    throw Error(
+        "d:filter(F) takes the filter alone; w and order belong to the other form, d:filter{ w = { low, high } }");
   if (call.is<lti::System>(2))
     return push_prepared(call, sysid::filtered(d, {section_of(read_system(call, 2, "filter"), d.Ts)}));
   const Options o = call.options(2);
@@ -104,10 +107,8 @@ extern const Module prefilter_module = {
          R"(All signals through one filter, from rest: a Butterworth filter for frequencies in rad/s, or a system F with
             the sampling time of the data. The model from u to y stays; the fit weighs its errors by the filter
             (prefiltering, focus). Remove offsets first: d:detrend().)",
-         R"(
-            d = iddata{ y = { 1, 1, 1, 1 }, u = { 1, 0, 0, 0 } }
-            print(d:filter(tf({ 1, 0 }, { 1, -0.5 }, 1)).u.T))",
-         "1  0.5  0.25  0.125", &filter_options},
+         "print((\"%.6f\"):format(iddata{ y = { 1, 0, 0 }, Ts = 0.5 }:filter{ w = { 0, 2 }, order = 1 }.y(1, 1)))",
+         "0.353296", &filter_options},
         {"iddata:delay", delay, "d:delay{ u = { 3, 0 }, y = } -> iddata",
          R"(Signals later by whole samples, each by its own: what a model of them needs no states for (nkshift; n4sid
             of inputs with different delays). The first samples, which have no values then, are left out. Data for
