@@ -31,6 +31,15 @@ stops("x' = -1/sin x", { der(x) ~ -1/sin(x) }, { x = 1 }, 1 - math.cos(1), "sin(
 stops("x' = -1/(x (1 + x²))", { der(x) ~ -1/(x*(1 + x^2)) }, { x = 1 }, 3/4, "x")
 stops("a pole on the way of another unknown", { der(x) ~ -1, der(y) ~ 1/x }, { x = 1, y = 0 }, 1, "x")
 stops("a pole in time", { der(y) ~ 1/(t - 1) }, { y = 0 }, 1, "t - 1")
+test("a pole in time is not passed by steps of a few units in the last place", function()
+  local sys = dae { der(y) ~ 1/(t - 1) }
+  for k = 1, 60 do
+    for _, method in ipairs { "tsit5", "dopri5", "verner98" } do
+      local sol = sys:integrate { start = { y = 0 }, to = 2.5, rtol = 1e-3*(1 + k/20), method = method }
+      expect(method .. " " .. k .. " " .. sol.status):matches "stopped at t = 1: "
+    end
+  end
+end)
 stops("a tangent", { der(x) ~ 1, der(y) ~ tan(x) }, { x = 0, y = 0 }, math.pi/2, "cos(x)")
 stops("an algebraic unknown", { der(x) ~ -1, der(y) ~ z, 0 ~ z - 1/x }, { x = 1, y = 0 }, 1, "x")
 stops("an algebraic unknown, implicitly", { der(x) ~ -z, 0 ~ z*x^2 - 1 }, { x = 1 }, 1/3, "x")
