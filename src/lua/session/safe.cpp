@@ -8,6 +8,7 @@
 
 #include "base/error.hpp"
 #include "base/temporary.hpp"
+#include "base/text.hpp"
 #include "lua/core/table_text.hpp"
 #include "lua/core/trampoline.hpp"
 #include "lua/screen/fit_text.hpp"
@@ -77,22 +78,44 @@ int temporary_name(lua_State* L) {
   return 1;
 }
 
+/// Puts a value behind what is there. The lines of a matrix or a model stand under its first one; behind a long
+/// text they begin on a line of their own.
+void put_beside(std::string& line, std::string_view value, bool blank, bool tall) {
+  if (blank) line += ' ';
+  const std::size_t last = line.rfind('\n') + 1;  // npos + 1 is 0
+  if (!tall || line.size() == last) {
+    line += value;
+    return;
+  }
+  constexpr int widest = 40;
+  const int column = display_width(std::string_view(line).substr(last));
+  if (column > widest) line.back() = '\n';
+  for (const char c : value) {
+    line += c;
+    if (c == '\n' && column <= widest) line.append(static_cast<std::size_t>(column), ' ');
+  }
+}
+
 /// print(…): values with a blank between them, tables that are lists of results written out; on a terminal what
 /// is no string is fitted to its width.
 int print_values(lua_State* L) {
   const int count = lua_gettop(L);
   std::string line;
-  bool only_strings = true;
+  bool only_strings = true, blank = false;
   for (int i = 1; i <= count; ++i) {
     const int type = lua_type(L, i);
     only_strings = only_strings && type != LUA_TUSERDATA && type != LUA_TTABLE;
-    if (i > 1) line += ' ';
-    if (type != LUA_TSTRING && type != LUA_TUSERDATA) {
-      line += shown_text(L, i);
-    } else {
+    if (type == LUA_TSTRING) {
       std::size_t size = 0;
-      const char* bytes = luaL_tolstring(L, i, &size);
-      line.append(bytes, size);
+      const char* bytes = lua_tolstring(L, i, &size);
+      put_beside(line, {bytes, size}, blank, false);
+      blank = true;
+    } else {
+      const std::string shown = shown_text(L, i);
+      const bool tall = shown.find('\n') != shown.npos;
+      put_beside(line, shown, blank, tall);
+      if (tall && i < count) line += '\n';
+      blank = !tall;
     }
     lua_settop(L, count);
   }
