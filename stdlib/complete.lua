@@ -27,7 +27,7 @@ local function methods()
   end
   for _, row in ipairs(documented) do
     local name = row.name:match "^rk%.(.+)$"
-    if name then words[#words + 1] = name end
+    if name and not rawget(row, "value") then words[#words + 1] = name end
   end
   for _, family in ipairs { "radau", "bdf", "rodas", "gauss", "rkc" } do words[#words + 1] = family end
   return words
@@ -119,6 +119,7 @@ local function all_names()
   end
   for _, row in ipairs(rows()) do add(row) end
   for _, row in ipairs(documented) do add(row) end
+  for _, page in ipairs(rawget(_ENV, "concepts") or include "concepts/init") do add(page) end
   return words
 end
 

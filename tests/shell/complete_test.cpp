@@ -136,6 +136,9 @@ TEST_CASE("complete: options, their values, and symbols of the model inside a ca
   CHECK(s.words("ball:integrate { inputs = { ") == Words{"u"});
   CHECK(s.words("ball:integrate { method = \"rad") == Words{"radau"});
   CHECK(s.words("ball:integrate { method = \"dopri") == Words{"dopri5"});
+  CHECK(s.words("ball:integrate { method = \"cos").empty());  // rk.cost is no method
+  CHECK(s.words("c2d(G, 0.1, \"b") == Words{"backward", "bilinear"});
+  CHECK(s.offers("help \"stiffn", "stiffness"));
   CHECK(s.words("ball:integrate { direct = ") == Words{"false", "true"});
   CHECK(s.words("ball:reduce \"b") == Words{"baumgarte"});
   CHECK(s.words("ball:reduce(\"b") == Words{"baumgarte"});

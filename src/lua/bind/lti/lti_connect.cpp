@@ -101,11 +101,15 @@ int d2c(Call& call) {
   return push_system(call, lti::d2c(read_system(call, 1, "G"), call.string(2, "method", "zoh")));
 }
 
-const OptionTable c2d_options = {
-    {"2", "string", "\"zoh\"", "what the input does between samples, or the substitution for s",
-     "zoh|foh|tustin|bilinear|euler|backward|impulse|matched"},
-    {"prewarp", "number", "", "tustin: the frequency, in rad/s, at which both agree"},
-};
+/// place: which argument the method is.
+OptionTable c2d_options_with(const char* place) {
+  return {
+      {place, "string", "\"zoh\"", "what the input does between samples, or the substitution for s",
+       "zoh|foh|tustin|bilinear|euler|backward|impulse|matched"},
+      {"prewarp", "number", "", "tustin: the frequency, in rad/s, at which both agree"},
+  };
+}
+const OptionTable c2d_options = c2d_options_with("3"), c2d_method_options = c2d_options_with("2");
 
 }  // namespace
 
@@ -182,7 +186,7 @@ extern const Module lti_connect_module = {
    0.09516258196
   ───────────────
   z - 0.904837418)",
-         &c2d_options},
+         &c2d_method_options},
         {"lti:d2c", d2c, "G:d2c([method]) -> G", "The same as d2c(G, method).",
          "return tf({1}, {1, 1}):c2d(0.1):d2c()", R"(transfer function, continuous time
     1
