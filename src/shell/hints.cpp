@@ -183,6 +183,10 @@ std::string_view by_message(std::string_view source, std::string_view error,
                             const std::vector<Token>& tokens) {
   if (lua::contains(error, "'end' expected") && has_else_if(source))
     return "write elseif … then, with one end for all branches";
+  if (lua::contains(error, "syntax error near") && has_word(tokens, "function"))
+    return "a function gives its value by return: function f(x) return x^2 end";
+  if (lua::contains(error, "syntax error near") && (has_word(tokens, "do") || has_word(tokens, "then")))
+    return "a value alone is no statement: print(x), y = x";
   if (lua::contains(error, "syntax error near") && has_word(tokens, "="))
     return "an equation is written with ~ (lhs ~ rhs), a comparison with ==";
   if (lua::contains(error, "function arguments expected"))

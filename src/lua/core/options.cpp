@@ -46,11 +46,18 @@ std::string elsewhere(const std::string& key, const std::vector<std::string>& kn
   }
   if (unknown.size() > 1 && !hints.empty()) hints += "?";
   for (const std::string& key : unknown) hints += elsewhere(key, known);
-  const bool starts = std::find(known.begin(), known.end(), "start") != known.end();
+  const auto is_option = [&](const char* name) {
+    return std::find(known.begin(), known.end(), name) != known.end();
+  };
+  const bool starts = is_option("start");
   for (const char* word : {"fix", "guess"})
     if (hints.empty() && starts && unknown[0] == word)
       hints = text(" That belongs to init: start = sys:init{ ", word, " = { … } }.");
-  if (hints.empty() && starts) hints = text(" An initial value stands in start = { ", unknown[0], " = 1 }.");
+  if (hints.empty() && starts)
+    hints = text(
+        " An initial value stands in start = { ", unknown[0], " = 1 }",
+        is_option("params") ? text(", the value of a parameter in params = { ", unknown[0], " = 1 }") : "",
+        ".");
   throw Error(text(unknown.size() == 1 ? "unknown option '" : "unknown options '", join(unknown, "', '"),
                    "'.", hints, " (options: ", join(known, ", "), ")"));
 }
