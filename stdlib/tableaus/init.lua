@@ -136,7 +136,7 @@ doc { name = "tableau:report", module = "stability", title = title, sig = "tab:r
     stage order      1;  B(2), C(1), D(1) hold
     R(z) = 1 + z + z²/2
     real axis        |R| ≤ 1 on [-2, 0]
-    imaginary axis   |R| ≤ 1 for no interval
+    imaginary axis   |R| ≤ 1 for y = 0 only
     at infinity      R(∞) = ∞
     A-stable         no
     L-stable         no
