@@ -96,7 +96,7 @@ int echo_values(lua_State* L) {
     if (lua_type(L, i) != LUA_TSTRING || text.find('\n') != text.npos) fits = false;
     texts.push_back(text + entries_of_column(L, i, text) + approximation(L, i));
   }
-  const std::string line = join(texts, tall ? "\n" : "  ");  // a matrix beside a matrix cannot be read
+  const std::string line = join(texts, tall ? "\n\n" : "  ");  // a matrix beside a matrix cannot be read
   const lua::ScreenSize screen = lua::screen_size();
   lua::show_text((fits ? line : lua::fitted(line, screen.columns)) + "\n");
   if (count == 1 && is_response(L, 1)) show_figure(L, 1);
