@@ -125,3 +125,19 @@ test("responses begin at t = 0 whatever the first time", function()
   expect(function() G:step({ -1, 2 }) end):fails "begins at t = 0"
   expect(function() F:step({ 0.15, 0.25 }) end):fails "multiples of Ts = 0.1"
 end)
+
+test("acker of measured numbers in fast units", function()
+  seed(3)
+  for n = 3, 5 do
+    local r, A, B = randn(50), {}, {}
+    for i = 1, n do
+      A[i], B[i] = {}, 1e9 * r[40 + i]
+      for j = 1, n do A[i][j] = 1e9 * r[(i - 1) * n + j] end
+    end
+    local wanted = {}
+    for i = 1, n do wanted[i] = -1e9 * i end
+    local K = acker(A, B, wanted)
+    local p = eig(mat(A) - vec(B) * K).re
+    for i = 1, n do expect(p[i] / 1e9):near(i - n - 1, 1e-5) end
+  end
+end)

@@ -286,12 +286,14 @@ MatX acker(const MatX& A, const MatX& B, const std::vector<Expr>& polynomial) {
   if (n == 0) throw Error("a system without states has no poles to place");
   if (static_cast<Index>(polynomial.size()) != n + 1)
     throw Error(text("expected ", n, " poles, one per state, got ", polynomial.size() - 1));
-  const bool numeric = common(common(field(A), field(B)), field(polynomial)) == Field::numeric;
-  const auto K =
-      numeric ? ackermann_of_numbers(numbers(A), numbers(B), polynomial) : ackermann(A, B, polynomial);
-  if (!K)
-    throw Error(text("the poles cannot be placed: ",
-                     describe(controllability(make_ss(A, B, MatX::Identity(n, n), MatX::Zero(n, 1))))));
+  const Field kind = common(common(field(A), field(B)), field(polynomial));
+  auto K = kind == Field::numeric ? std::nullopt : ackermann(A, B, polynomial);
+  if (!K) {  // of numbers, and of fractions whose powers have too many digits to be solved exactly
+    const Reach reach = controllability(make_ss(A, B, MatX::Identity(n, n), MatX::Zero(n, 1)));
+    if (kind != Field::symbolic && reach.rank == n)
+      K = ackermann_of_numbers(numbers(A), numbers(B), polynomial);
+    if (!K) throw Error(text("the poles cannot be placed: ", describe(reach)));
+  }
   return tidy(*K);
 }
 
