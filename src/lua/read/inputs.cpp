@@ -191,17 +191,31 @@ Inputs read_inputs(const Options& options, const dae::Model& model, lua_State* L
   return inputs;
 }
 
-std::vector<Expr> input_parameters(lua_State* L, int index) {
-  std::vector<Expr> found;
-  if (!lua_istable(L, index)) return found;
-  for (lua_pushnil(L); lua_next(L, index) != 0; lua_pop(L, 1)) {
-    if (object_type(L, lua_gettop(L)) != TypeName<Expr>::value) continue;
-    const Expr e = to_expr(L, lua_gettop(L), "inputs");
-    for (Expr leaf : leaves({&e, 1}))
+/// Those in the expressions of a value, of the entries of a table, and of what functions return that can be traced.
+static void add_parameters(lua_State* L, int index, bool trace, std::vector<Expr>& found, int depth = 0) {
+  constexpr int deepest = 4;  // events: list, event, reset, column; a table may contain itself
+  const auto add = [&](const MatX& m) {
+    for (Expr leaf : leaves({m.data(), static_cast<std::size_t>(m.size())}))
       if (symbol_of(leaf).kind == Kind::parameter &&
           std::find(found.begin(), found.end(), leaf) == found.end())
         found.push_back(leaf);
+  };
+  const std::string type = object_type(L, index);
+  if (type == TypeName<Expr>::value || type == TypeName<Matrix>::value)
+    return add(to_matrix(L, index, "params"));
+  if (trace && lua_isfunction(L, index)) {
+    if (const auto e = traced(L, index, "params")) add(*e);
+    return;
   }
+  if (!lua_istable(L, index) || !type.empty() || depth == deepest) return;
+  for (lua_pushnil(L); lua_next(L, index) != 0; lua_pop(L, 1))
+    add_parameters(L, lua_gettop(L), trace, found, depth + 1);
+}
+
+std::vector<Expr> parameters_beside(lua_State* L, int inputs, int events) {
+  std::vector<Expr> found;
+  add_parameters(L, inputs, true, found);
+  add_parameters(L, events, false, found);
   return found;
 }
 

@@ -32,7 +32,7 @@ Inputs read_inputs(const Options& options, const dae::Model& model, lua_State* L
 /// Parameter overrides: params = { m = 2 }. others: names that may be given besides the parameters of the model.
 dae::ParameterValues read_parameters(lua_State* L, int index, const dae::Model& model,
                                      const std::string& what, std::span<const Expr> others = {});
-/// Parameters that the expressions of the table `inputs` at this index contain.
-std::vector<Expr> input_parameters(lua_State* L, int index);
+/// Parameters in the tables `inputs` and `events` at these indices, which the model need not contain.
+std::vector<Expr> parameters_beside(lua_State* L, int inputs, int events);
 
 }  // namespace pendula::lua

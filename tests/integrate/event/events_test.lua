@@ -171,3 +171,40 @@ test("a condition on an algebraic unknown that holds for a short time only", fun
     end
   end
 end)
+
+test("parameters of events and of functions for inputs have values, sensitivities and sweeps", function()
+  local g_, e, A, u = param "g_event", param "e_event", param "A_event", input "u_event"
+  local fall = dae { der(y) ~ v, der(v) ~ -g_ }
+  local bounce = { { when = y, direction = -1, reset = { v = -e*v } } }
+  local function height(t, gravity, restitution, from)                -- closed form, parabola by parabola
+    local fallen, speed = math.sqrt(2*from/gravity), math.sqrt(2*gravity*from)
+    if t < fallen then return from - gravity*t^2/2 end
+    t = t - fallen
+    while true do
+      speed = restitution*speed
+      if t < 2*speed/gravity then return speed*t - gravity*t^2/2 end
+      t = t - 2*speed/gravity
+    end
+  end
+  local sol = fall:integrate { start = { y = 5, v = 0 }, to = 3, rtol = 1e-11, events = bounce,
+    params = { g_event = 9.81, e_event = 0.8 }, sensitivities = { g_, e, y } }
+  local h = 1e-5                                                      -- central differences: h² ~ 1e-10 of the value
+  for _, t in ipairs { 0.5, 2.1, 2.9 } do
+    expect(sol(y, t)):near(height(t, 9.81, 0.8, 5), 1e-8)
+    for p, difference in pairs {
+      [g_] = (height(t, 9.81 + h, 0.8, 5) - height(t, 9.81 - h, 0.8, 5))/(2*h),
+      [e] = (height(t, 9.81, 0.8 + h, 5) - height(t, 9.81, 0.8 - h, 5))/(2*h),
+      [y] = (height(t, 9.81, 0.8, 5 + h) - height(t, 9.81, 0.8, 5 - h))/(2*h) } do
+      expect(sol:sensitivity(y, p, t)):near(difference, 1e-7)
+    end
+  end
+  local runs = sweep(fall, { start = { y = 5, v = 0 }, to = 2, params = { e_event = { 0.5, 0.8 }, g_event = 9.81 },
+    events = bounce })
+  expect(runs:final(y)[2]):near(height(2, 9.81, 0.8, 5), 1e-5)
+  local driven = dae { der(x) ~ u }:integrate { start = { x = 0 }, to = 1, rtol = 1e-10, params = { A_event = 2 },
+    inputs = { u_event = function(t) return A*cos(t) end }, sensitivities = { A } }
+  expect(driven:sensitivity(x, A, 1)):near(math.sin(1), 1e-9)
+  expect(function()
+    fall:integrate { start = { y = 5, v = 0 }, to = 2, params = { e_evnt = 2, g_event = 9 }, events = bounce }
+  end):fails "Did you mean 'e_event'?"
+end)

@@ -84,9 +84,10 @@ dae::StartRequest read_start_request(lua_State* L, const Options& options, const
       lua_pop(L, 1);
     }
   if (options.has("params")) {
-    const auto others = input_parameters(L, options.push("inputs"));
+    const int inputs = options.push("inputs"), events = options.push("events");
+    const auto others = parameters_beside(L, inputs, events);
     request.parameters = read_parameters(L, options.push("params"), model, "params", others);
-    lua_pop(L, 2);
+    lua_pop(L, 3);
   }
   request.t = options.number("from", 0);
   const Inputs inputs = read_inputs(options, model, L);

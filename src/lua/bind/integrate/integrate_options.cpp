@@ -317,7 +317,8 @@ dae::ParameterValues read_all_parameters(Call& call, const Options& options, con
     values = parameter_overrides(*std::static_pointer_cast<const dae::ConsistentState>(*held));
   }
   if (options.has("params")) {
-    const auto others = input_parameters(call.L, options.push("inputs"));
+    const int inputs = options.push("inputs"), events = options.push("events");
+    const auto others = parameters_beside(call.L, inputs, events);
     for (const auto& [p, value] : read_parameters(call.L, options.push("params"), model, "params", others))
       values[p] = value;
   }
@@ -407,6 +408,9 @@ integrate::Simulation read_simulation(Call& call, const Options& options, const 
   if (options.has("sensitivities")) {
     std::vector<Expr> known = known_leaves(*model);
     known.insert(known.end(), model->parameters.begin(), model->parameters.end());
+    const int inputs = options.push("inputs"), events = options.push("events");
+    for (Expr p : parameters_beside(call.L, inputs, events))
+      if (std::find(known.begin(), known.end(), p) == known.end()) known.push_back(p);
     simulation.sensitivities = to_leaves(call.L, options.push("sensitivities"), "sensitivities", known);
     lua_settop(call.L, call.count());
   }

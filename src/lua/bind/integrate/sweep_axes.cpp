@@ -174,7 +174,8 @@ int AxisReader::named_params(int params) {
 
 void AxisReader::read_params() {
   std::vector<Expr> known = model_->parameters;
-  for (Expr p : input_parameters(L_, original("inputs")))
+  const int inputs = original("inputs"), events = original("events");
+  for (Expr p : parameters_beside(L_, inputs, events))
     if (std::find(known.begin(), known.end(), p) == known.end()) known.push_back(p);
   int params = original("params");
   if (!lua_isnil(L_, params)) params = named_params(params);
