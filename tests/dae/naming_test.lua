@@ -58,3 +58,9 @@ test("a name that is near no other is refused with the names there are", functio
   expect(function() sys:integrate { start = { pressure = 1 }, to = 1 } end):fails
     "start: unknown symbol 'pressure'. Known here: x, v."
 end)
+
+test("a state whose derivative alone stands in the equations has a declared start", function()
+  local h, s = var "h_fall", var "s_fall"
+  local fall = dae { der(h) ~ s, der(s) ~ -9.81, start = { h_fall = 2 }, guess = { s_fall = 1 } }
+  expect(fall:init { fix = { s_fall = 0 } }(h)):equals(2)
+end)

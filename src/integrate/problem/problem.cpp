@@ -149,14 +149,25 @@ const std::vector<double>& Problem::jacobian() {
   return jacobian_values_;
 }
 
-std::string Problem::x_name(int i) const { return leaf_name(model().x[i]); }
+/// Number i of [x, ∂x/∂p₁, ∂x/∂p₂ …].
+static std::string name_with_sensitivities(const std::vector<Expr>& x, int shown, const std::vector<Expr>& by,
+                                           int i) {
+  if (i < shown || by.empty()) return leaf_name(x[i]);
+  return text("∂", leaf_name(x[i % shown]), "/∂", leaf_name(by[i / shown - 1]));
+}
+
+std::string Problem::x_name(int i) const {
+  return name_with_sensitivities(model().x, shown_n(), sensitivities_, i);
+}
 
 std::string Problem::xdot_name(int i) const {
   const Expr leaf = model().xdot[i];
   return symbol_of(leaf).kind == Kind::slot ? x_name(i) + "′" : leaf_name(leaf);
 }
 
-std::string Problem::z_name(int i) const { return leaf_name(model().z[i]); }
+std::string Problem::z_name(int i) const {
+  return name_with_sensitivities(model().z, shown_m(), sensitivities_, i);
+}
 
 std::string Problem::equation_name(int row) const {
   const auto i = static_cast<std::size_t>(row);

@@ -45,12 +45,15 @@ class Problem {
   bool is_ode() const { return model().is_ode(); }
   /// Other numbers; checked as by the constructor.
   void set_numbers(const Vec& parameters, std::vector<Input> inputs);
-  /// How many of x and z are the user's: what stands behind them (sensitivities) is not shown.
+  /// How many of x and z are the user's: what stands behind them, ∂x/∂p and ∂z/∂p for each p of `sensitivities`, is
+  /// not shown.
   int shown_n() const { return shown_n_ < 0 ? n() : shown_n_; }
   int shown_m() const { return shown_m_ < 0 ? m() : shown_m_; }
-  void show(int n, int m) {
+  const std::vector<Expr>& sensitivities() const { return sensitivities_; }
+  void show(int n, int m, std::vector<Expr> sensitivities) {
     shown_n_ = n;
     shown_m_ = m;
+    sensitivities_ = std::move(sensitivities);
   }
   /// Gives the last parameters new values: the modes of piecewise equations (surfaces.hpp).
   void set_modes(const std::vector<double>& modes);
@@ -99,6 +102,7 @@ class Problem {
   const std::vector<Expr>& arguments() const { return equations_->arguments; }
   const std::vector<double>& values() const { return values_; }
 
+  /// As messages name them; "∂x/∂p" behind those that are shown.
   std::string x_name(int i) const;
   std::string xdot_name(int i) const;
   std::string z_name(int i) const;
@@ -127,6 +131,7 @@ class Problem {
   std::vector<dae::Projection> projections_;
   std::vector<Projector> projectors_;
   int shown_n_ = -1, shown_m_ = -1;
+  std::vector<Expr> sensitivities_;
   unsigned version_ = 0;
   double limit_ = std::numeric_limits<double>::infinity();
 };

@@ -345,7 +345,7 @@ ProblemSetup set_up_problem(const dae::ModelPtr& model, const Simulation& simula
           {treated.form.x, treated.conditions, sparse_jacobian(treated.conditions, treated.form.x), {}});
     if (variational) treated.form = integrate::variational(treated.form, variational->with_respect_to).form;
     auto problem = std::make_shared<Problem>(std::move(treated.form), parameters, inputs);
-    problem->show(all->problem->shown_n(), all->problem->shown_m());
+    problem->show(all->problem->shown_n(), all->problem->shown_m(), all->problem->sensitivities());
     problem->set_projections(stages);
     return {problem, treated.weights};
   };

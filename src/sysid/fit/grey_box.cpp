@@ -3,221 +3,92 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <map>
+#include <optional>
 
 #include "base/decompositions.hpp"
 #include "base/error.hpp"
-#include "base/interrupt.hpp"
 #include "base/least_squares.hpp"
 #include "base/text.hpp"
-#include "dae/analysis/analysis.hpp"
 #include "dae/model/make_model.hpp"
-#include "dae/reduce/reduce.hpp"
 #include "expr/print/print.hpp"
-#include "integrate/run/methods.hpp"
-#include "method/collocation.hpp"
+#include "sysid/fit/grey_box_experiment.hpp"
 
 namespace pendula::sysid {
 namespace {
 
-bool is_parameter(Expr p) { return symbol_of(p).kind == Kind::parameter; }
-
-/// u(t) from samples; before the first and after the last the nearest one.
-integrate::Problem::Input sampled(const Vec& u, double from, double Ts, bool hold) {
-  return [u, from, Ts, hold](double t) {
-    const double s = std::clamp((t - from) / Ts, 0.0, static_cast<double>(u.size() - 1));
-    const auto k = std::min<Index>(static_cast<Index>(std::floor(s + 1e-7)), u.size() - 1);
-    if (hold || k + 1 >= u.size()) return u[k];
-    const double part = std::max(0.0, s - static_cast<double>(k));
-    return (1 - part) * u[k] + part * u[k + 1];
-  };
-}
-
-class Experiment {
- public:
-  Experiment(const GreyBoxRequest& r, Index number) : r_(r), number_(number), model_(r.model) {
-    const dae::Analysis analysis = dae::analyse(*model_);
-    if (analysis.regular && analysis.index > 1) {
-      model_ = dae::reduce(model_, "");
-      form = model_->name.empty() ? "reduced to index 1" : model_->name;
-    }
-    first_ = r.data.starts[number];
-    for (Index k = first_; k < r.data.end(number); ++k)
-      times_.push_back(r.from + static_cast<double>(k - first_) * r.data.Ts);
-    const Index rows = r.data.end(number) - first_;
-    for (const auto& [leaf, column] : r.inputs)
-      inputs_.emplace_back(leaf,
-                           sampled(r.data.u.col(column).segment(first_, rows), r.from, r.data.Ts, r.hold));
-  }
-
-  Index first() const { return first_; }
-  /// Does parameter i belong to this experiment?
-  bool owns(std::size_t i) const { return r_.owner.empty() || r_.owner[i] < 0 || r_.owner[i] == number_; }
-
-  /// The start at θ.
-  dae::StartRequest start_at(const Vec& theta) const {
-    dae::StartRequest start = r_.start;
-    start.t = r_.from;
-    for (std::size_t i = 0; i < r_.parameters.size(); ++i) {
-      if (!owns(i)) continue;
-      const Expr p = r_.parameters[i];
-      const double value = theta[static_cast<Index>(i)];
-      if (is_parameter(p)) {
-        start.parameters[p] = Expr(value);
-        continue;
-      }
-      std::erase_if(start.fix, [&](const auto& fix) { return fix.first == p; });
-      std::erase_if(start.guess, [&](const auto& guess) { return guess.first == p; });
-      start.fix.emplace_back(p, value);
-    }
-    for (const auto& [leaf, function] : inputs_) {
-      start.inputs[leaf] = Expr(function(r_.from));
-      start.numeric_inputs.push_back(leaf);
-    }
-    return start;
-  }
-
-  /// States whose initial values the start leaves open, with values to begin with; throws what init says if
-  /// that is not what is wrong with it.
-  dae::LeafValues open_values(const Vec& theta) const {
-    dae::StartRequest start = start_at(theta);
-    try {
-      dae::init(model_, start);
-      return {};
-    } catch (const Error&) {
-      std::vector<Expr> guessed;
-      const auto known = [&](Expr x) {
-        for (const auto* list : {&start.fix, &start.guess})
-          for (const auto& [leaf, value] : *list)
-            if (leaf == x) return true;
-        return false;
-      };
-      for (const Expr x : r_.model->states())
-        if (!known(x)) guessed.push_back(x);
-      for (const Expr x : guessed) start.guess.emplace_back(x, first_value(r_, x, number_));
-      dae::LeafValues open;
-      try {
-        const dae::ConsistentStatePtr at = dae::init(model_, start);
-        for (const dae::LedgerRow& row : at->rows)
-          if (row.origin == dae::Origin::chosen &&
-              std::find(guessed.begin(), guessed.end(), row.leaf) != guessed.end())
-            open.emplace_back(row.leaf, row.value);
-      } catch (const UserFacing&) {
-      }
-      if (open.empty()) throw;
-      return open;
-    }
-  }
-
-  /// Simulates at θ: the rows of this experiment in values (N×ny), and the gradient of all samples of output j in
-  /// rows j N … .
-  void run(const Vec& theta, Mat& values, Mat& J) {
-    poll_interrupt();
-    integrate::Simulation s;
-    const dae::StartRequest start = start_at(theta);
-    for (const auto& [p, value] : start.parameters) s.parameters.try_emplace(p, value);
-    s.inputs = r_.start.inputs;
-    for (const auto& [leaf, function] : inputs_) s.numeric_inputs.emplace_back(leaf, function);
-    s.start = dae::init(model_, start);
-    s.plan.from = r_.from;
-    s.plan.to = times_.back();
-    s.plan.times = times_;
-    if (r_.dt > 0) {
-      static const auto gauss = std::make_shared<const integrate::Tableau>(integrate::gauss(3));
-      s.method = integrate::method_of(gauss);
-      s.plan.dt = r_.dt;
-    } else {
-      s.method = r_.method;
-      s.rtol.all = r_.rtol;
-      s.atol.all = r_.atol;
-    }
-    for (std::size_t i = 0; i < r_.parameters.size(); ++i)
-      if (owns(i)) s.sensitivities.push_back(r_.parameters[i]);
-    const integrate::TrajectoryPtr run = integrate::simulate(model_, s);
-    if (run->solution().ending() == integrate::Ending::interrupted) throw Interrupted();
-    method = run->solution().method_name();
-    if (run->solution().t().size() != times_.size())
-      throw Failure(text("the simulation ", run->solution().status()));
-    const Mat here = run->values(r_.outputs);
-    const Index N = values.rows();
-    values.middleRows(first_, here.rows()) = here;
-    for (Index i = 0; i < theta.size(); ++i) {
-      if (!owns(static_cast<std::size_t>(i))) continue;
-      const Mat slope = run->sensitivity(r_.outputs, r_.parameters[i]);
-      for (Index j = 0; j < slope.cols(); ++j) J.col(i).segment(j * N + first_, slope.rows()) = slope.col(j);
-    }
-  }
-
-  std::string form, method;
-
- private:
-  const GreyBoxRequest& r_;
-  Index number_, first_ = 0;
-  dae::ModelPtr model_;
-  std::vector<double> times_;
-  std::vector<std::pair<Expr, integrate::Problem::Input>> inputs_;
+/// Where a search ended.
+struct Found {
+  Vec theta;
+  GreyBoxPoint at;
+  std::vector<double> losses;  ///< SSE, as in GreyBoxFit
+  std::vector<Index> active;
+  std::string ending;
+  bool converged = false;
 };
 
-/// Residuals and gradient at the samples that are there.
-struct Point {
-  Mat values;
-  Vec e;
-  Mat J;
-  double sse = 0;
-};
-
-Point evaluate(std::vector<Experiment>& experiments, const GreyBoxRequest& r, const Vec& theta) {
-  Point p;
-  p.values = Mat::Zero(r.data.samples(), r.data.outputs());
-  Mat J = Mat::Zero(p.values.size(), theta.size());
-  for (Experiment& experiment : experiments) experiment.run(theta, p.values, J);
-  const Vec e = (r.data.y - p.values).reshaped();
-  std::vector<Index> rows;
-  for (Index i = 0; i < e.size(); ++i)
-    if (!std::isnan(r.data.y.reshaped()[i])) rows.push_back(i);
-  if (rows.empty()) throw Error("the data have no measured output: all samples of y are missing (NaN)");
-  p.e = e(rows);
-  p.J = J(rows, Eigen::all);
-  p.sse = p.e.squaredNorm();
-  if (!p.e.allFinite() || !p.J.allFinite()) throw Failure("the simulation is not finite");
-  return p;
-}
-
-/// Minimises the squared errors of the simulation from out.theta. Steps at which the model cannot be
+/// Minimises the squared errors of the simulation from θ, the point at it. Steps at which the model cannot be
 /// integrated are refused; V is known to the accuracy of the integration.
-void search(std::vector<Experiment>& experiments, const GreyBoxRequest& r, GreyBoxFit& out, Point& at) {
-  if (out.theta.size() == 0) {
-    out.converged = true;
-    out.losses = {at.sse};
-    return;
-  }
-  Vec last = out.theta;
-  const auto loss = [&](Vec& theta) -> std::optional<QuadraticModel> {
-    theta = r.bounds.nearest(theta);
+Found search(std::vector<Experiment>& experiments, const GreyBoxRequest& r, const Vec& theta,
+             GreyBoxPoint at) {
+  if (theta.size() == 0) return {theta, at, {at.sse}, {}, "", true};
+  Vec last = theta;
+  const auto loss = [&](Vec& next) -> std::optional<QuadraticModel> {
+    next = r.bounds.nearest(next);
     try {
-      if (last.size() != theta.size() || theta != last) at = evaluate(experiments, r, theta);
-      last = theta;
+      if (last.size() != next.size() || next != last) at = evaluate(experiments, r, next);
+      last = next;
     } catch (const UserFacing&) {
       last.resize(0);
       return {};
     }
     Mat J = -at.J;
-    r.bounds.hold(theta, J, at.e);
+    r.bounds.hold(next, J, at.e);
     return gauss_newton_model(J, at.e);
   };
   MinimiserOptions options;
   options.iterations = r.iterations;
   options.noise = r.dt > 0 ? 1e-12 : std::clamp(10 * r.rtol, 1e-12, 1e-3);
   options.accuracy = r.dt > 0 ? 1e-11 : std::clamp(r.rtol, 1e-11, 1e-4);
-  const Minimum m = minimise(loss, out.theta, options);
-  out.theta = m.theta;
-  out.converged = m.converged();
-  out.ending = ending_text(m);
-  out.losses.clear();
-  for (const double value : m.values) out.losses.push_back(2 * value);
+  const Minimum m = minimise(loss, theta, options);
+  Found found{m.theta, {}, {}, {}, ending_text(m), m.converged()};
+  for (const double value : m.values) found.losses.push_back(2 * value);
   if (last.size() != m.theta.size() || last != m.theta) at = evaluate(experiments, r, m.theta);
   Mat J = -at.J;
-  out.active = r.bounds.hold(m.theta, J, at.e);
+  found.active = r.bounds.hold(m.theta, J, at.e);
+  found.at = std::move(at);
+  return found;
+}
+
+/// The search from the guess, over a sixteenth of every record, then from there over an eighth, …, the whole. Errors of
+/// a phase grow with time: over the whole record an oscillation of the wrong frequency has many minima, over a part of
+/// a period one. Nothing where the model cannot be integrated over a part.
+std::optional<Found> search_growing(std::vector<Experiment>& experiments, const GreyBoxRequest& r) {
+  std::optional<Found> found;
+  Vec theta = r.bounds.nearest(r.guess);
+  for (const double share : {1.0 / 16, 1.0 / 8, 1.0 / 4, 1.0 / 2, 1.0}) {
+    for (Experiment& experiment : experiments) experiment.shorten(share);
+    try {
+      found = search(experiments, r, theta, evaluate(experiments, r, theta));
+    } catch (const Failure&) {
+      for (Experiment& experiment : experiments) experiment.shorten(1);
+      return {};
+    }
+    theta = found->theta;
+  }
+  return found;
+}
+
+/// Σ (y - mean)² of what was measured.
+double variation_of(const IdData& data) {
+  double sum = 0;
+  for (Index j = 0; j < data.outputs(); ++j) {
+    std::vector<double> y;
+    for (const double value : data.y.col(j))
+      if (!std::isnan(value)) y.push_back(value);
+    const Eigen::Map<const Vec> measured(y.data(), static_cast<Index>(y.size()));
+    sum += (measured.array() - measured.mean()).matrix().squaredNorm();
+  }
+  return sum;
 }
 
 void check(const GreyBoxRequest& r) {
@@ -286,10 +157,38 @@ std::string name_of(const GreyBoxRequest& r, std::size_t i) {
 }
 
 /// σ² (JᵀJ)⁻¹ of what does not rest on a bound.
-void find_covariance(GreyBoxFit& out, const Point& at, double accuracy) {
+void find_covariance(GreyBoxFit& out, const GreyBoxPoint& at, double accuracy) {
   Mat J = at.J;
   for (const Index i : out.active) J.col(i).setZero();
   out.ls = solve_triangular(pendula::triangular_factor(J, at.e).R(), at.e.size(), accuracy);
+}
+
+/// From the guess over the whole record; where that leaves much unexplained, also over growing parts of it.
+Found best_of_searches(std::vector<Experiment>& experiments, GreyBoxFit& out, double variation) {
+  const GreyBoxRequest& r = out.request;
+  constexpr double poor = 0.25;  // of the variation: a fit of 50 %
+  const Vec guess = r.bounds.nearest(r.guess);
+  std::optional<Found> direct;
+  std::string why;
+  try {
+    direct = search(experiments, r, guess, evaluate(experiments, r, guess));
+  } catch (const Failure& failure) {
+    why = failure.what();
+  }
+  if (direct && direct->at.sse <= poor * variation) return *direct;
+  std::optional<Found> grown = search_growing(experiments, r);
+  if (!direct && !grown) {
+    std::vector<std::string> values;
+    for (std::size_t i = 0; i < out.names.size(); ++i)
+      values.push_back(text(out.names[i], " = ", rounded(guess[static_cast<Index>(i)], 4)));
+    throw Failure(text("at the guess ", join(values, ", "), " ", why,
+                       ". Give guess = { … } at which the model can be integrated"));
+  }
+  if (!direct || (grown && grown->at.sse < 0.9 * direct->at.sse)) {
+    out.grown = true;
+    return *grown;
+  }
+  return *direct;
 }
 
 }  // namespace
@@ -303,14 +202,18 @@ GreyBoxFit fit(const GreyBoxRequest& given) {
   for (const Expr y : request.outputs) out.output_names.push_back(to_text(y));
   std::vector<Experiment> experiments;
   for (Index k = 0; k < request.data.experiments(); ++k) experiments.emplace_back(request, k);
-  out.theta = request.bounds.nearest(request.guess);
-  Point at = evaluate(experiments, request, out.theta);
-  search(experiments, request, out, at);
+  const double variation = variation_of(request.data);
+  const Found found = best_of_searches(experiments, out, variation);
+  out.theta = found.theta;
+  out.converged = found.converged;
+  out.ending = found.ending;
+  out.losses = found.losses;
+  out.active = found.active;
+  const GreyBoxPoint& at = found.at;
   out.form = experiments[0].form;
   out.method = experiments[0].method;
   constexpr double growth = 10;  // of the errors of a simulation over its steps
   find_covariance(out, at, request.dt > 0 ? 1e-9 : growth * request.rtol);
-  double variation = 0;
   for (Index j = 0; j < request.data.outputs(); ++j) {
     std::vector<double> y, e;
     for (Index t = 0; t < request.data.samples(); ++t)
@@ -319,7 +222,6 @@ GreyBoxFit fit(const GreyBoxRequest& given) {
     const Vec vy = Eigen::Map<Vec>(y.data(), static_cast<Index>(y.size())),
               ve = Eigen::Map<Vec>(e.data(), vy.size());
     out.fit.push_back(fit_percent(vy, ve));
-    variation += (vy.array() - vy.mean()).matrix().squaredNorm();
   }
   out.quality = criteria(at.sse, at.e.size(), out.ls.rank, variation);
   // What the integration leaves is no noise.
@@ -391,6 +293,11 @@ std::string describe(const GreyBoxFit& f) {
                 "\n");
   for (std::size_t j = 0; j < f.fit.size(); ++j)
     out += text("  fit of ", f.output_names[j], ": ", rounded(f.fit[j], 6), " % (simulation)\n");
+  if (f.grown)
+    out += "  found over growing parts of the record; over the whole of it the guess leads elsewhere\n";
+  if (!f.exact && !f.fit.empty() && *std::min_element(f.fit.begin(), f.fit.end()) < 50)
+    out +=
+        "  a fit below 50 %: another minimum, or a model that does not describe the data; try another guess = { … }\n";
   for (const std::string& line : f.unidentifiable) out += "    " + line + "\n";
   if (!f.converged)
     out += "  the search did not converge: give a better guess = { … }, or fewer parameters\n";

@@ -22,13 +22,16 @@ struct GreyBoxRequest {
   std::vector<std::pair<Expr, Index>> inputs;  ///< input leaf, column of u
   bool hold = true;                            ///< inputs constant between samples; else linear
   integrate::Method method;                    ///< adaptive
-  double dt = 0;                               ///< > 0: fixed steps of Gauss-3
+  double dt = 0;                               ///< > 0: fixed steps of Gauss-3; not for models with events
   double rtol = 1e-8, atol = 1e-10;
   int iterations = 100;
   double from = 0;
   Bounds bounds;               ///< on the parameters, in their order; empty: none
   std::vector<Index> owner{};  ///< per parameter: its experiment, or -1 for all; fit() fills it
 };
+
+/// Fixed steps would step across its borders and events.
+bool is_piecewise(const dae::Model& model);
 
 /// Where the search for the initial value of a state begins: the first measurement of it (of its derivative:
 /// the slope of the first two), else 0.
@@ -49,11 +52,14 @@ struct GreyBoxFit {
   std::vector<std::string> unidentifiable;
   std::vector<Index> active;  ///< parameters that rest on a bound
   bool exact = false, converged = false;
-  std::string ending;        ///< of a search that did not converge, in words
+  bool grown = false;  ///< a lower minimum than from the guess at once: over growing parts of the record
+  std::string ending;  ///< of a search that did not converge, in words
   std::string method, form;  ///< of the integration; the reduced form, or ""
 };
 /// Initial values that the start leaves open are estimated too, after the parameters. Without any parameter the model
 /// is simulated and compared.
+/// Where the minimum leaves more than a quarter of the variation of y, the search is repeated over growing parts of the
+/// record.
 /// throws Error for names that are no parameters, sizes, a start that cannot be made; Failure when the model
 /// cannot be integrated at the first guess. Cost: one integration with sensitivities per step.
 /// Several experiments share the parameters; initial values belong to each (the start holds for all).

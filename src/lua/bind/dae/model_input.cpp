@@ -66,8 +66,11 @@ class ModelReader {
     for (const dae::Block& b : blocks_)
       for (const VecX* side : {&b.lhs, &b.rhs}) sides.insert(sides.end(), side->begin(), side->end());
     for (Expr leaf : leaves(sides)) {
-      known.push_back(leaf);
-      if (symbol_of(leaf).kind == Kind::variable) known.push_back(derivative_leaf(leaf));
+      const Symbol& s = symbol_of(leaf);
+      if (s.kind != Kind::variable)
+        known.push_back(leaf);
+      else  // y′ = v names y, too
+        for (int k = 0; k <= s.order + 1; ++k) known.push_back(derivative_leaf(s.base, k));
     }
     for (const dae::ModelPtr& part : parts_)
       for (Expr leaf : known_leaves(*part)) known.push_back(leaf);

@@ -144,6 +144,7 @@ int fit(Call& call) {
   lua_settop(L, call.count());
   r.from = o.number("from", 0);
   read_start_of(call, o, r);
+  add_declared(r.start, *r.model);
   read_inputs_of(call, o, r);
   read_guess(call, o, r);
   read_bounds(call, o, r);
@@ -155,9 +156,11 @@ int fit(Call& call) {
   r.atol = o.number("atol", r.rtol * 1e-2);
   if (!(r.rtol > 0) || !(r.atol > 0)) throw Error("rtol and atol must be positive");
   // Steps end at the samples, where a held input jumps.
-  const bool stepped = r.hold && !r.inputs.empty();
+  const bool stepped = r.hold && !r.inputs.empty() && !sysid::is_piecewise(*r.model);
   r.dt = o.number("dt", stepped ? r.data.Ts / 2 : 0);
   if (o.has("dt") && !(r.dt > 0)) throw Error(text("dt must be positive, got ", shortest(r.dt)));
+  if (o.has("dt") && !r.model->events.empty())
+    throw Error("events need steps chosen by the error: leave dt out and give rtol = 1e-8");
   r.method = r.dt > 0 ? integrate::Method{} : read_method(call, o, false);
   r.iterations = static_cast<int>(o.integer("iterations", 100));
   return call.push(std::make_shared<const GreyBoxFit>(sysid::fit(r)));
