@@ -188,7 +188,7 @@ test("parameters of events and of functions for inputs have values, sensitivitie
   end
   local sol = fall:integrate { start = { y = 5, v = 0 }, to = 3, rtol = 1e-11, events = bounce,
     params = { g_event = 9.81, e_event = 0.8 }, sensitivities = { g_, e, y } }
-  local h = 1e-5                                                      -- central differences: h² ~ 1e-10 of the value
+  local h = 1e-5                                            -- central differences: h² ~ 1e-10 of the value
   for _, t in ipairs { 0.5, 2.1, 2.9 } do
     expect(sol(y, t)):near(height(t, 9.81, 0.8, 5), 1e-8)
     for p, difference in pairs {
@@ -198,11 +198,11 @@ test("parameters of events and of functions for inputs have values, sensitivitie
       expect(sol:sensitivity(y, p, t)):near(difference, 1e-7)
     end
   end
-  local runs = sweep(fall, { start = { y = 5, v = 0 }, to = 2, params = { e_event = { 0.5, 0.8 }, g_event = 9.81 },
-    events = bounce })
+  local runs = sweep(fall, { start = { y = 5, v = 0 }, to = 2, events = bounce,
+    params = { e_event = { 0.5, 0.8 }, g_event = 9.81 } })
   expect(runs:final(y)[2]):near(height(2, 9.81, 0.8, 5), 1e-5)
-  local driven = dae { der(x) ~ u }:integrate { start = { x = 0 }, to = 1, rtol = 1e-10, params = { A_event = 2 },
-    inputs = { u_event = function(t) return A*cos(t) end }, sensitivities = { A } }
+  local driven = dae { der(x) ~ u }:integrate { start = { x = 0 }, to = 1, rtol = 1e-10,
+    params = { A_event = 2 }, inputs = { u_event = function(t) return A*cos(t) end }, sensitivities = { A } }
   expect(driven:sensitivity(x, A, 1)):near(math.sin(1), 1e-9)
   expect(function()
     fall:integrate { start = { y = 5, v = 0 }, to = 2, params = { e_evnt = 2, g_event = 9 }, events = bounce }
