@@ -85,6 +85,7 @@ double variation_of(const IdData& data) {
     std::vector<double> y;
     for (const double value : data.y.col(j))
       if (!std::isnan(value)) y.push_back(value);
+    if (y.empty()) continue;
     const Eigen::Map<const Vec> measured(y.data(), static_cast<Index>(y.size()));
     sum += (measured.array() - measured.mean()).matrix().squaredNorm();
   }
