@@ -80,8 +80,8 @@ doc { name = "solution:state", module = "integrate", sig = "sol:state([t [, { in
     for i = 1, #model.differential do fix[model.differential[i]] = sol(model.differential[i], time) end
     for i = 1, #model.algebraic do guess[model.algebraic[i]] = sol(model.algebraic[i], time) end
     return model:init { fix = fix, guess = guess, from = time, params = parameters_of(sol),
-      nearest = model.form == "",
-      consistent = model.form == "", inputs = options and options.inputs }
+      nearest = model.form == "", consistent = model.form == "", declared = false,
+      inputs = options and options.inputs }
   end }
 
 local function options_behind_a_start()

@@ -93,3 +93,26 @@ test("a start of the model serves its form array, also where that is of second o
     expect(angle "array"):near(angle "acc", 1e-7)
   end
 end)
+
+test("form array stops where its choice of states ends, and goes on as its message says", function()
+  -- y, v_y as states: at the lowest point they do not determine x, and the speed there is lost
+  local x, y, z = vars "x_low y_low z_low"
+  for _, L in ipairs { 1, 1e-3 } do
+    local pend = dae { der(x, 2) ~ -z*x, der(y, 2) ~ -z*y - 9.81, 0 ~ x^2 + y^2 - L^2,
+      start = { x_low = L*math.sin(1), [x.dot] = 0 }, guess = { y_low = -L/2 } }
+    local second = math.sqrt(L)
+    local expected = pend:reduce "acc":integrate { to = 0.8*second, rtol = 1e-11, atol = 1e-13*L }(x, 0.8*second)
+    for _, method in ipairs { "auto", "tsit5", "radau" } do
+      local part = pend:reduce("array", { at = pend:init {} }):integrate { to = 0.8*second, rtol = 1e-8, method = method }
+      local ends = part                                      -- a long step may come out on the right side
+      if part.status ~= "finished" then
+        expect(part.status):matches "no longer determines x_low"
+        local at = part:state()
+        ends = pend:reduce("array", { at = at }):integrate { start = at, to = 0.8*second, rtol = 1e-8 }
+      end
+      expect(ends.status):equals "finished"
+      -- the stop lies within the tolerances of y, 1e-8 L: x = √(2e-8) L, and v_x is right to that
+      expect(ends(x, 0.8*second)/L):near(expected/L, 1e-3)
+    end
+  end
+end)

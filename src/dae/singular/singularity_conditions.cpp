@@ -209,6 +209,24 @@ std::vector<SingularityCondition> singularity_conditions(const ModelPtr& model, 
   return list;
 }
 
+std::vector<SingularityCondition> choice_conditions(const ModelPtr& model) {
+  if (model->form != "array") return {};
+  std::vector<SingularityCondition> list;
+  const std::vector<SingularityCondition> known = singularity_conditions(model, true);
+  for (const Factor& f : singular_factors(model)) {
+    const auto same = [&](const SingularityCondition& c) { return c.factor == f.what.factor; };
+    if (!f.reached || std::any_of(known.begin(), known.end(), same)) continue;
+    SingularityCondition c = f.what;
+    c.remedy =
+        text("the choice of ", grouped_names(model->states()),
+             " as states ends there: go on from sol:state() with ",
+             "sys:reduce(\"array\", { at = sol:state() }), or take sys:reduce \"dummy\", which changes its ",
+             "choice on the way");
+    list.push_back(std::move(c));
+  }
+  return list;
+}
+
 std::string singularity_conditions_text(const Model& m) {
   std::vector<std::string> words;
   for (const SingularityCondition& n : m.singularity_conditions)

@@ -3,6 +3,7 @@
 
 #include <vector>
 
+#include "integrate/event/monitor/choice_monitor.hpp"
 #include "integrate/event/monitor/domain_monitor.hpp"
 #include "integrate/event/monitor/rank_monitor.hpp"
 #include "integrate/event/monitor/root_branch_monitor.hpp"
@@ -82,16 +83,19 @@ class AdaptiveStepMonitors : public MonitorList {
                        StepInterpolation& interpolation)
       : ranks_(problem, plan.blocks, plan.tolerances.rtol.minCoeff(), &interpolation),
         roots_(problem, plan.guards),
-        tangencies_(problem, plan.events.list, finder, plan.tolerances) {
+        tangencies_(problem, plan.events.list, finder, plan.tolerances),
+        choices_(problem, plan.choices, plan.tolerances) {
     if (!ranks_.empty()) add(ranks_);
     if (!roots_.empty()) add(roots_);
     if (!plan.guards.empty()) add(tangencies_);
+    if (!choices_.empty()) add(choices_);
   }
 
  private:
   RankMonitor ranks_;
   RootBranchMonitor roots_;
   TangencyMonitor tangencies_;
+  ChoiceMonitor choices_;
 };
 
 }  // namespace pendula::integrate

@@ -111,9 +111,11 @@ void watch_singularities(Plan& plan, const dae::ModelPtr& model, const Simulatio
   if (!kept->guards) {
     // All of them: no consistent point with w y = 1 has y = 0, and yet y can pass 0 through a pole of w.
     kept->guards = guards_of(model, simulation.inputs, problem, true);
+    kept->choices = choices_of(model, simulation.inputs, problem);
     kept->blocks = blocks_of(model, simulation.inputs, problem);
   }
   plan.guards = *kept->guards;
+  plan.choices = kept->choices;
   plan.blocks = kept->blocks;
 }
 

@@ -25,6 +25,7 @@ struct Preparation {
   std::vector<std::size_t> folded;  ///< parameters that are 0, 1 or -1 in the equations of the problem
   // what its equations need to be solvable; on first use
   std::optional<std::vector<Guard>> guards;
+  std::vector<Guard> choices;
   std::vector<dae::LargeBlock> blocks;
 
   bool serves(const Vec& values) const {

@@ -24,11 +24,11 @@ static bool all_known(std::span<const Expr> expressions, const Leaves& known) {
 
 bool all_known(Expr e, const Problem& problem) { return all_known({&e, 1}, arguments_of(problem)); }
 
-std::vector<Guard> guards_of(const dae::ModelPtr& model, const Substitution& inputs, const Problem& problem,
-                             bool all) {
+static std::vector<Guard> guards_of(const std::vector<dae::SingularityCondition>& conditions,
+                                    const Substitution& inputs, const Problem& problem) {
   const Leaves known = arguments_of(problem);
   std::vector<Guard> guards;
-  for (const dae::SingularityCondition& n : dae::singularity_conditions(model, all)) {
+  for (const dae::SingularityCondition& n : conditions) {
     const Expr factor = substitute(n.factor, inputs);
     if (factor.is_constant() || !all_known({&factor, 1}, known)) continue;
     const bool root = !factor.is_symbol() && factor.op() == Op::sqrt;
@@ -38,6 +38,16 @@ std::vector<Guard> guards_of(const dae::ModelPtr& model, const Substitution& inp
                       root});
   }
   return guards;
+}
+
+std::vector<Guard> guards_of(const dae::ModelPtr& model, const Substitution& inputs, const Problem& problem,
+                             bool all) {
+  return guards_of(dae::singularity_conditions(model, all), inputs, problem);
+}
+
+std::vector<Guard> choices_of(const dae::ModelPtr& model, const Substitution& inputs,
+                              const Problem& problem) {
+  return guards_of(dae::choice_conditions(model), inputs, problem);
 }
 
 std::vector<dae::LargeBlock> blocks_of(const dae::ModelPtr& model, const Substitution& inputs,

@@ -22,6 +22,9 @@ struct Guard {
 std::vector<Guard> guards_of(const dae::ModelPtr& model, const Substitution& inputs, const Problem& problem,
                              bool all);
 
+/// Where the form's choice of states ends (dae::choice_conditions).
+std::vector<Guard> choices_of(const dae::ModelPtr& model, const Substitution& inputs, const Problem& problem);
+
 /// Blocks too large for symbolic guards, with the run's inputs in their entries; only those whose entries
 /// are known where the run computes.
 std::vector<dae::LargeBlock> blocks_of(const dae::ModelPtr& model, const Substitution& inputs,

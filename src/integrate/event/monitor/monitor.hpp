@@ -8,6 +8,7 @@
 //   tangency_monitor      a divisor had a minimum that is 0 within the tolerance
 //   root_branch_monitor   y = -√D of a reduced form should continue as +√D
 //   rank_monitor          constraints become dependent, or a block of equations singular
+//   choice_monitor        the states that a form chose no longer determine the rest, within the tolerances
 //
 // With chosen steps, zeros of divisors are events with a termination_reason (events.hpp): they must be ordered
 // in time with the user's events inside a step.

@@ -17,7 +17,7 @@ int init(Call& call) {
   dae::StartRequest request = read_start_request(call.L, o, *model);
   request.keep_invariants = o.boolean("consistent", true);
   request.nearest = o.boolean("nearest", false);
-  add_declared(request, *model);
+  if (o.boolean("declared", true)) add_declared(request, *model);
   const dae::ConsistentStatePtr at = dae::init(model, request);
   std::size_t told = 0;
   constexpr std::size_t most = 20;
@@ -136,6 +136,8 @@ const OptionTable init_options = {
     {"from", "number", "0", "the time of the start, in s"},
     {"consistent", "boolean", "true",
      "false: a reduced form may start off the constraints it no longer imposes"},
+    {"declared", "boolean", "true",
+     "false: values that the model declares, dae{ …, start = { … } }, do not hold"},
     {"nearest", "boolean", "false", "move contradictory fixes onto the constraints, as little as possible"},
 };
 
@@ -146,8 +148,8 @@ extern const Module start_module = {
     "Consistent starts",
     {
         {"model:init", init,
-         R"(sys:init{ fix =, guess =, inputs =, params =, from =, nearest = false, consistent = true } ->
-            start)",
+         R"(sys:init{ fix =, guess =, inputs =, params =, from =, nearest = false, consistent = true,
+            declared = true } -> start)",
          R"(A consistent start at any index. fix is a condition, guess only a starting point. Errors name
             conflicting fixes with the equation they violate, or the candidates that are free and a call
             that works. nearest = true moves contradictory fixes onto the constraints, as little as
