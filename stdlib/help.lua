@@ -355,6 +355,22 @@ local function overview()
   print_pairs(lines, 0)
 end
 
+-- The parts of this name in the libraries of components: help "clutch", help "translational.mass".
+local function help_part(name)
+  local shown_before
+  for _, entry in ipairs(entries()) do
+    for _, part in ipairs(entry.parts or {}) do
+      local whole = entry.name .. "." .. part
+      if part == name or whole == name or whole == "components." .. name then
+        if shown_before then say() end
+        shown_before = true
+        say(entry.name .. "." .. shown(named(entry.name)[part]))
+      end
+    end
+  end
+  return shown_before
+end
+
 local function help_name(name)
   local found = find(name)
   for i, entry in ipairs(found) do
@@ -380,6 +396,7 @@ local function help_name(name)
       return print_concept(page)
     end
   end
+  if help_part(name) then return end
   local _, why = pcall(function() return _G[name] end)  -- a name of another language has a remedy
   local remedy = type(why) == "string" and why:match "undefined variable '.-': (.+)$"
   if remedy then return say(name .. ": " .. remedy) end
@@ -439,6 +456,8 @@ local function help_value(value)
     say("a function without documentation")
   elseif value == nil then
     fail 'help: got nil; write help "name" with quotes, or help() for the overview'
+  elseif type(getmetatable(value)) == "string" then  -- a library, a part: they say what they are
+    if not help_library(getmetatable(value)) then say(shown(value)) end
   else
     say("a " .. type(value) .. ": " .. shown(value))
   end

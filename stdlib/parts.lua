@@ -103,5 +103,13 @@ for _, domain in ipairs(domains) do
   doc { name = "components." .. name, module = module, title = title, sig = "components." .. name,
     text = text .. ". print(components." .. name .. ") lists the parts; print(part) has its equations.",
     example = ("return components.%s.%s ~= nil"):format(name, part), gives = "true",
+    describe = function(row)  -- help "clutch" and apropos "clutch" find the part
+      local parts, words = {}, {}
+      for part_name, made in components[name]() do
+        parts[#parts + 1] = part_name
+        words[#words + 1] = part_name:gsub("_", " ") .. " " .. (rawget(made, "text") or "")
+      end
+      row.parts, row.words = parts, table.concat(words, " ")
+    end,
     load = function() return use("components/" .. name) end }
 end

@@ -181,12 +181,14 @@ h.cylinder = component("cylinder", { A = { 1e-3, unit = "m^2", text = "area of t
   self:start(pa, self.pa0)
   self:start(pb, self.pb0)
   local Ab = self.given.Ab and self.Ab or self.A
+  local middle = self.stroke/2                       -- beyond an end the volumes mean nothing
+  self:event { when = abs(s - middle) - 1.01*middle, direction = 2, action = "stop" }
   return { s ~ self.rod.s, pa ~ self.a.p, pb ~ self.b.p,
     (self.V0 + self.A*s)/self.bulk*der(pa) ~ self.a.q - self.A*der(s),
     (self.V0 + Ab*(self.stroke - s))/self.bulk*der(pb) ~ self.b.q + Ab*der(s),
     self.rod.f ~ Ab*pb - self.A*pa }
 end, { text = "Double acting, with compressible oil; the rod is a flange, the stops at the ends are "
-  .. "other parts.",
+  .. "other parts (translational.stop): a run ends where the travel is 1 % beyond the stroke.",
   source = "Merritt, Hydraulic Control Systems, 1967, ch. 6",
   example = [[
     l = components.translational

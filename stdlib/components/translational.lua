@@ -134,18 +134,50 @@ m.stop = component("stop", { k = { 1e5, unit = "N/m", text = "stiffness in conta
                 connect("w.flange", "S.a"), connect("S.b", "m.flange") }
     return x:integrate{ to = 3, rtol = 1e-9 }(x.m.s, 3) + math.pi/10]], gives = "2.0" })
 
+-- Which wall a mass rests at, at the start.
+local function wall_at(self)
+  local given = self.given
+  if type(given.v0) ~= "number" then return 0 end
+  for _, wall in ipairs { { "smax", 1 }, { "smin", -1 } } do
+    if given.s0 == given[wall[1]] then
+      local speed = wall[2]*given.v0
+      if speed > 0 then fail(("v0 = %g leads into the wall at s0 = %s"):format(given.v0, wall[1])) end
+      if speed == 0 then return wall[2] end
+    end
+  end
+  return 0
+end
+
+-- The discrete variable wall is 1 at smax and -1 at smin while the mass rests there, else 0:
+--   wall² v′ + (1 - wall²) N = 0
+-- is v′ = 0 in the one case and no force in the other. After an impact that would leave more slowly than
+-- `rest` the mass stays, so that impacts do not accumulate; it is let go where the wall would have to pull.
 m.mass_with_stops = component("mass_with_stops", { m = { 1, unit = "kg" }, smax = { 1, unit = "m" },
   smin = { -1, unit = "m" }, e = { 0.8, text = "restitution: velocity after over before" },
+  rest = { 1e-3, unit = "m/s", text = "an impact that would leave more slowly is the last one" },
   s0 = { 0, unit = "m" }, v0 = { 0, unit = "m/s" } }, function(self)
   check.ordered(self, "smin", "smax")
+  check.within(self, "e", 0, 1)
+  check.within(self, "s0", "smin", "smax")
+  check.positive(self, "rest")
   self.flange = m.flange
   local s, v = self:var("s", { unit = "m" }), self:var("v", { unit = "m/s" })
+  local N = self:var("N", { unit = "N", text = "force of the wall it rests at" })
+  local wall = self:discrete("wall", wall_at(self), { text = "1 at smax, -1 at smin, 0 between" })
   self:start(s, self.s0)
   self:start(v, self.v0)
-  self:event { when = s - self.smax, direction = 1, reset = { [v] = -self.e*v } }
-  self:event { when = s - self.smin, direction = -1, reset = { [v] = -self.e*v } }
-  return { s ~ self.flange.s, der(s) ~ v, self.m*der(v) ~ self.flange.f }
-end, { text = "A mass between two walls with impacts, v⁺ = -e v⁻.", source = newton,
+  local held = wall^2
+  local stays = lt(self.e*abs(v), self.rest)
+  for _, side in ipairs { 1, -1 } do
+    local place = side == 1 and self.smax or self.smin
+    self:event { when = (1 - held)*(s - place) - side*held, direction = side,
+      reset = { [v] = ifelse(stays, 0, -self.e*v), [wall] = ifelse(stays, side, 0) } }
+  end
+  self:event { when = wall*N - (1 - held), direction = 2, reset = { [wall] = 0 } }
+  return { s ~ self.flange.s, der(s) ~ v, held*der(v) + (1 - held)*N ~ 0,
+    self.m*der(v) ~ self.flange.f + N }
+end, { text = "A mass between two walls: impacts with restitution, v⁺ = -e v⁻, and rest at a wall.",
+  source = newton,
   example = [[
     x = model { m = e.mass_with_stops{ v0 = 1, e = 0.5 }, connect("m.flange") }
     return x:integrate{ to = 2 }(x.m.v, 2)]], gives = "-0.5" })

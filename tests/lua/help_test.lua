@@ -87,3 +87,13 @@ test("the overview lists what users type", function()
   end
   expect(text):matches "\nIntegration +converge\n"
 end)
+
+test("parts are found by their names", function()
+  local text = shown 'help "clutch" help "rotational.spring" help(components) apropos "winding"'
+  for _, expected in ipairs { "components.rotational.clutch: A friction clutch",
+    "components.rotational.spring: ", "components.hydraulic ", "components.electrical " } do
+    expect(text:find(expected, 1, true) ~= nil):is_true()
+  end
+  expect(text:find("components.translational.spring", 1, true)):equals(nil)
+  expect(shown 'help "no_such_part"':find("there is nothing called", 1, true) ~= nil):is_true()
+end)

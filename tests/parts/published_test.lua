@@ -143,3 +143,43 @@ test("two inertias and an ideal gear, Modia's TestTwoInertiasAndIdealGear, at 4 
   expect(sol(m.J2.phi, 4)):near(0.5 + 2*105/(170 + 0.0025*105^2), 1e-8)
   expect(sol(m.J2.w, 4)):near(0, 1e-8)
 end)
+
+-- Emitter and collector of one diode, no current back.
+local transistor = component("transistor", { alpha = 0.99, beta = 1e-6, UF = 0.026 }, function(self)
+  self.c, self.b, self.e = e.pin, e.pin, e.pin
+  local g = self:var "g"
+  return { g ~ self.beta*(exp((self.b.v - self.e.v)/self.UF) - 1), self.c.i ~ self.alpha*g,
+    self.b.i ~ (1 - self.alpha)*g, self.e.i ~ -g }
+end)
+
+test("transistor amplifier of two stages, Test Set for IVP Solvers (Mazzia & Magherini, 2008), at 0.2 s",
+  function()
+  local R, C, T = e.resistor, e.capacitor, transistor
+  local r = { R = 9000 }
+  local m = model { Ue = e.source{ v = 0.1*sin(200*pi*t) }, Ub = e.source{ v = 6 }, gnd = e.ground{},
+    R0 = R{ R = 1000 }, R1 = R(r), R2 = R(r), R3 = R(r), R4 = R(r), R5 = R(r), R6 = R(r), R7 = R(r),
+    R8 = R(r), R9 = R(r), C1 = C{ C = 1e-6, v0 = -3 }, C2 = C{ C = 2e-6, v0 = 3 }, C3 = C{ C = 3e-6, v0 = 3 },
+    C4 = C{ C = 4e-6, v0 = 3 }, C5 = C{ C = 5e-6, v0 = 6 }, Q1 = T{}, Q2 = T{},
+    connect("Ue.p", "R0.p"), connect("R0.n", "C1.p"), connect("C1.n", "R1.p", "R2.n", "Q1.b"),
+    connect("Q1.e", "R3.p", "C2.p"), connect("Q1.c", "R4.n", "C3.p"), connect("C3.n", "R5.p", "R6.n", "Q2.b"),
+    connect("Q2.e", "R7.p", "C4.p"), connect("Q2.c", "R8.n", "C5.p"), connect("C5.n", "R9.p"),
+    connect("Ub.p", "R2.p", "R4.p", "R6.p", "R8.p"),
+    connect("Ub.n", "Ue.n", "R1.n", "R3.n", "C2.n", "R5.n", "R7.n", "C4.n", "R9.n", "gnd.p") }
+  expect(m:index()):equals(1)
+  local sol = m:integrate{ to = 0.2, rtol = 1e-9, atol = 1e-10 }
+  for _, row in ipairs { { m.C1.p.v, -0.5562145012262709e-2 }, { m.Q1.b.v, 3.006522471903042 },
+    { m.Q1.e.v, 2.849958788608128 }, { m.Q1.c.v, 2.926422536206241 }, { m.Q2.b.v, 2.704617865010554 },
+    { m.Q2.e.v, 2.761837778393145 }, { m.Q2.c.v, 4.770927631616772 }, { m.R9.v, 1.236995868091548 } } do
+    expect(sol(row[1], 0.2)):near(row[2], 1e-6)
+  end
+end)
+
+test("bias of an amplifier, Roberts & Sedra, SPICE, 2nd ed., example 4.9: two digits", function()
+  local m = model { Vcc = e.source{ v = 10 }, Vbb = e.source{ v = 3 }, gnd = e.ground{},
+    Q = e.npn{ Is = 1.8104e-15, Bf = 100, Vt = 0.02586 }, Rc = e.resistor{ R = 3e3 },
+    Rb = e.resistor{ R = 1e5 }, connect("Vcc.p", "Rc.p"), connect("Rc.n", "Q.c"), connect("Vbb.p", "Rb.p"),
+    connect("Rb.n", "Q.b"), connect("Vcc.n", "Vbb.n", "Q.e", "gnd.p") }
+  local at = m:init{}
+  expect(at(m.Rb.i)):near(0.023e-3, 0.5e-6)
+  expect(at(m.Rc.i)):near(2.3e-3, 0.05e-3)
+end)
