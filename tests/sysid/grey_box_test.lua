@@ -195,3 +195,20 @@ test("what a fit leaves unexplained and where a run from the guess ends is said"
       start = { x_poor = 3 }, guess = { a_poor = 5 } })                -- infinite after 1/15 s
   end):fails "at the guess a_poor = 5 the simulation stopped at t = 0.0666667"
 end)
+
+test("a switch that a held input throws is no border that the solution grazes", function()
+  local T, u, k = var "T_room", input "u_room", param "k_room"
+  local heating = dae { der(T) ~ -k*(T - 20) + ifelse(gt(u, 0.5), 30, 0) }
+  for _, Ts in ipairs { 0.1, 1/3, 1e4 } do
+    local on, temperature, values = {}, 20, {}
+    local decayed = math.exp(-0.03)                                   -- k Ts = 0.03
+    for i = 1, 60 do
+      on[i], values[i] = i % 20 < 10 and 1 or 0, temperature
+      local rest = 20 + 30*on[i]*Ts/0.03                              -- in closed form over each sample
+      temperature = rest + (temperature - rest)*decayed
+    end
+    local f = fit(heating, { data = iddata { y = values, u = on, Ts = Ts }, y = T, params = { k },
+      start = { T_room = 20 }, guess = { k_room = 0.01/Ts } })
+    expect(f(k)*Ts):near(0.03, 1e-7)
+  end
+end)

@@ -13,13 +13,17 @@
 
 namespace pendula::sysid {
 
-/// u(t) from samples; before the first and after the last the nearest one.
+/// u(t) from samples at from + k Ts, to the last digit of these times: steps end there, with the value from the left.
+/// Before the first and after the last the nearest one.
 static integrate::Problem::Input sampled(const Vec& u, double from, double Ts, bool hold) {
   return [u, from, Ts, hold](double t) {
+    const auto time = [&](Index k) { return from + static_cast<double>(k) * Ts; };
     const double s = std::clamp((t - from) / Ts, 0.0, static_cast<double>(u.size() - 1));
-    const auto k = std::min<Index>(static_cast<Index>(std::floor(s + 1e-7)), u.size() - 1);
+    auto k = static_cast<Index>(std::floor(s));
+    while (k + 1 < u.size() && time(k + 1) <= t) ++k;
+    while (k > 0 && time(k) > t) --k;
     if (hold || k + 1 >= u.size()) return u[k];
-    const double part = std::max(0.0, s - static_cast<double>(k));
+    const double part = std::clamp(s - static_cast<double>(k), 0.0, 1.0);
     return (1 - part) * u[k] + part * u[k + 1];
   };
 }
