@@ -192,3 +192,10 @@ test("remedies name paths as they are typed", function()
   local c = components.process
   fails({ X = c.heat_exchanger{}, connect("X.w1", 1) }, 'connect(source.y, "X.w2")')
 end)
+
+test("a start at which a spring has no length names the spring", function()
+  local p = components.planar
+  local m = model { w = p.fixed{}, c = p.spring{ k = 4, s0 = 1 }, connect("w.frame", "c.a"),
+    B = p.body{ x0 = 0, y0 = 0, phi0 = 0, vx0 = 0, vy0 = 0, w0 = 0 }, connect("c.b", "B.frame") }
+  expect(function() m:integrate{ to = 1 } end):fails "c.s is 0 there"
+end)

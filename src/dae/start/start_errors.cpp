@@ -135,6 +135,24 @@ std::string call_text(const LeafValues& fix, const LeafValues& guess) {
   return call + " }";
 }
 
+/// "; c.s is 0 there": variables that were eliminated and vanish inside e. Where e has no value it divides by
+/// one of them, the length of a spring for instance.
+static std::string vanishing(const StartSystem& s, Expr e, const std::unordered_map<Expr, double>& point) {
+  const std::vector<Expr> nodes = topological({&e, 1});
+  const std::unordered_set<Expr> inside(nodes.begin(), nodes.end());
+  std::vector<std::string> names;
+  for (const Model* m = &s.model; m; m = m->parent.get())
+    for (const auto& [leaf, value] : m->relations) {
+      const Expr own = resolve(s.model, leaf);
+      if (own.is_symbol() || own.is_constant() || !inside.contains(own) || evaluate({&own, 1}, point)[0] != 0) continue;
+      const std::string name = to_text(leaf);
+      if (std::find(names.begin(), names.end(), name) == names.end()) names.push_back(name);
+    }
+  if (names.empty()) return "";
+  std::sort(names.begin(), names.end());
+  return text("; ", join(names, ", "), names.size() == 1 ? " is 0 there" : " are 0 there");
+}
+
 void explain_undefined(const StartSystem& s) {
   const auto point = s.point(first_point(s, 0));
   require_nonsingular(s.model, point);
@@ -152,7 +170,8 @@ void explain_undefined(const StartSystem& s) {
   if (bad->slope)
     throw Error(
         text(equation, " has no finite derivative with respect to ", to_text(bad->node), at, "; ", advice));
-  throw Error(text(equation, " has no value", at, ": ", to_text(bad->node), " is undefined; ", advice));
+  throw Error(text(equation, " has no value", at, ": ", to_text(bad->node), " is undefined", vanishing(s, bad->node, point), "; ",
+                   advice));
 }
 
 void explain_stuck(const StartSystem& s, std::size_t row) {
