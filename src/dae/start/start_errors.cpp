@@ -144,7 +144,8 @@ static std::string vanishing(const StartSystem& s, Expr e, const std::unordered_
   for (const Model* m = &s.model; m; m = m->parent.get())
     for (const auto& [leaf, value] : m->relations) {
       const Expr own = resolve(s.model, leaf);
-      if (own.is_symbol() || own.is_constant() || !inside.contains(own) || evaluate({&own, 1}, point)[0] != 0) continue;
+      if (own.is_symbol() || own.is_constant() || !inside.contains(own) || evaluate({&own, 1}, point)[0] != 0)
+        continue;
       const std::string name = to_text(leaf);
       if (std::find(names.begin(), names.end(), name) == names.end()) names.push_back(name);
     }
@@ -170,8 +171,8 @@ void explain_undefined(const StartSystem& s) {
   if (bad->slope)
     throw Error(
         text(equation, " has no finite derivative with respect to ", to_text(bad->node), at, "; ", advice));
-  throw Error(text(equation, " has no value", at, ": ", to_text(bad->node), " is undefined", vanishing(s, bad->node, point), "; ",
-                   advice));
+  throw Error(text(equation, " has no value", at, ": ", to_text(bad->node), " is undefined",
+                   vanishing(s, bad->node, point), "; ", advice));
 }
 
 void explain_stuck(const StartSystem& s, std::size_t row) {
