@@ -356,19 +356,32 @@ local function overview()
 end
 
 -- The parts of this name in the libraries of components: help "clutch", help "translational.mass".
-local function help_part(name)
-  local shown_before
+local function parts_called(name)
+  local found = {}
   for _, entry in ipairs(entries()) do
     for _, part in ipairs(entry.parts or {}) do
       local whole = entry.name .. "." .. part
       if part == name or whole == name or whole == "components." .. name then
-        if shown_before then say() end
-        shown_before = true
-        say(entry.name .. "." .. shown(named(entry.name)[part]))
+        found[#found + 1] = { whole, named(entry.name)[part] }
       end
     end
   end
-  return shown_before
+  return found
+end
+
+-- One part has its page, several of one name a line each.
+local function help_part(name, only_lines)
+  local found = parts_called(name)
+  if #found == 1 and not only_lines then
+    say(found[1][1]:gsub("[^.]*$", "") .. shown(found[1][2]))
+  elseif #found > 0 then
+    if only_lines then say() end
+    local rows = {}
+    for _, part in ipairs(found) do rows[#rows + 1] = { part[1], part[2].text } end
+    print_pairs(rows, 0)
+    say(('  (help "%s" has its equations)'):format(found[1][1]))
+  end
+  return #found > 0
 end
 
 local function help_name(name)
@@ -393,7 +406,9 @@ local function help_name(name)
   end
   for _, page in ipairs(entries()) do  -- "stiff" is a word of the page "stiffness"
     if page.is_concept and (" " .. page.words .. " "):find(" " .. name:lower() .. " ", 1, true) then
-      return print_concept(page)
+      print_concept(page)
+      help_part(name, true)
+      return
     end
   end
   if help_part(name) then return end

@@ -8,7 +8,8 @@ return function(name, title)
     local known = {}
     for _, entry in ipairs(order) do known[#known + 1] = entry.name end
     fail(("components.%s has no part '%s'."):format(name, tostring(key))
-      .. did_you_mean(tostring(key), known))
+      .. did_you_mean(tostring(key), known)
+      .. (' (print(components.%s) lists them, help "%s" looks in all libraries)'):format(name, tostring(key)))
   end
   function library:__newindex(key, value)
     rawset(self, key, value)

@@ -118,10 +118,11 @@ concept { name = "delays", see = "delayed lti:c2d components.signals",
 
 concept { name = "networks and mechanisms", see = "model component connect components.electrical",
   words = "circuit circuits electrical friction contact spring damper motor part parts component modelica "
-    .. "hydraulic thermal simscape",
+    .. "hydraulic thermal simscape diagram tree adapter",
   text = [[A model of parts: components.electrical, translational, rotational, planar, spatial, thermal,
     hydraulic, process and signals hold resistors, springs, friction, bodies, tanks; connect joins them.
-    print(components.electrical) lists what is there.]],
+    print(components.electrical) lists what is there; m:tree() and m:diagram() show a model. What has
+    connectors of two kinds (dc_motor, rack, cylinder, heating_resistor) stands between two domains.]],
   example = [[
     m = components.translational
     cart = model { m = m.mass{ m = 2, s0 = 1, v0 = 0 }, c = m.spring{ k = 8 }, wall = m.fixed{},

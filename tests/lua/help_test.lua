@@ -95,5 +95,8 @@ test("parts are found by their names", function()
     expect(text:find(expected, 1, true) ~= nil):is_true()
   end
   expect(text:find("components.translational.spring", 1, true)):equals(nil)
+  local springs = shown 'help "spring"'
+  for _, expected in ipairs { "networks and mechanisms", "components.rotational.spring ",
+    "components.planar.spring " } do expect(springs:find(expected, 1, true) ~= nil):is_true() end
   expect(shown 'help "no_such_part"':find("there is nothing called", 1, true) ~= nil):is_true()
 end)
