@@ -155,10 +155,10 @@ void tell_mechanics(const Model& m, std::vector<std::string>& lines) {
   if (!m.mechanics || m.mechanics->C.size() == 0) return;
   lines.push_back(told_from(Detail::full,
                             text("     It is  ", formula("[W Cqᵀ; Cq 0]"), "  with  ", formula("Cq = ∂C/∂q"),
-                                 ": regular where ", formula("W > 0"), " on ker ", formula("Cq"),
-                                 " (every motion has kinetic energy) and ", formula("Cq"), " has")));
-  lines.push_back(told_from(
-      Detail::full, "     full row rank; it fails where the gradients of the constraints become dependent."));
+                                 ": regular where ", formula("W > 0"), " on ker ", formula("Cq"))));
+  lines.push_back(told_from(Detail::full, text("     (every motion has kinetic energy) and ", formula("Cq"),
+                                               " has full row rank; it fails where")));
+  lines.push_back(told_from(Detail::full, "     the gradients of the constraints become dependent."));
 }
 
 }  // namespace
