@@ -44,7 +44,10 @@ doc { name = "connector", module = module, title = title,
   options = { option("across", "list or table", 'variables that are equal where connected: { v = "V" }'),
     option("through", "list or table", "variables that add up to 0 there"),
     option("reference", "string or boolean", "the across variable that is 0 at the ground"),
-    option("pairs", "table", "which through variable belongs to an across variable") }, options_at = 2,
+    option("pairs", "table", "which through variable belongs to an across variable"),
+    option("idle", "table", "{ phi = 0 }: an angle where only parts meet that call self:idle(connector)"),
+    option("held_by", "string", 'what fixes a potential, for messages: "a fixed point or a mass"') },
+  options_at = 2,
   function(...) return parts().connector(...) end }
 
 doc { name = "connect", module = module, title = title,

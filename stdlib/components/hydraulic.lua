@@ -3,7 +3,8 @@ local component, connector = named "component", named "connector"
 local h = use "components/library" ("hydraulic", "incompressible flow; q counts into the part")
 local translational = use "components/translational"
 
-h.port = connector("hydraulic port", { across = { p = "Pa" }, through = { q = "m^3/s" } })
+h.port = connector("hydraulic port", { across = { p = "Pa" }, through = { q = "m^3/s" },
+  held_by = "an ambient, a tank or an accumulator" })
 
 local function two_ports(self)
   self.a, self.b = h.port, h.port

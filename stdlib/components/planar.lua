@@ -4,7 +4,8 @@ local p = use "components/library" ("planar", "rigid bodies in the x-y plane; gr
 local rotational, translational = use "components/rotational", use "components/translational"
 
 p.frame = connector("planar frame", { across = { x = "m", y = "m", phi = "rad" },
-  through = { fx = "N", fy = "N", tau = "N*m" }, pairs = { x = "fx", y = "fy", phi = "tau" } })
+  through = { fx = "N", fy = "N", tau = "N*m" }, pairs = { x = "fx", y = "fy", phi = "tau" },
+  idle = { phi = 0 }, held_by = "a fixed frame, or to a body" })
 
 local euler = "Newton and Euler; Schiehlen & Eberhard, Technische Dynamik, §4"
 
@@ -100,6 +101,7 @@ end, { text = "A slide along (nx, ny), a unit vector in the axes of a.", source 
 p.spring = component("spring", { k = { 1, unit = "N/m" }, d = { 0, unit = "N*s/m", text = "viscosity" },
   s0 = { 0, unit = "m", text = "length without force" } }, function(self)
   self.a, self.b = p.frame, p.frame
+  self:idle(self.a, self.b)
   local s, f = self:var("s", { unit = "m", text = "length" }), self:var("f", { unit = "N" })
   local dx, dy = self.b.x - self.a.x, self.b.y - self.a.y
   self.energy = self.k*(s - self.s0)^2/2

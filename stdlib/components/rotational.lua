@@ -4,7 +4,8 @@ local check = use "components/check"
 local m = use "components/library" ("rotational", "shafts; tau is the torque on the part")
 local translational, electrical = use "components/translational", use "components/electrical"
 
-m.flange = connector("rotational flange", { across = { phi = "rad" }, through = { tau = "N*m" } })
+m.flange = connector("rotational flange", { across = { phi = "rad" }, through = { tau = "N*m" },
+  held_by = "a fixed point or an inertia" })
 
 local euler = "Euler, Theoria motus corporum, 1765"
 

@@ -6,7 +6,8 @@ local s = use "components/library" ("spatial", "rigid bodies in space; gravity p
 local rotational = use "components/rotational"
 
 s.frame = connector("spatial frame", { across = { r = { "m", 3 }, q = { "", 4 } },
-  through = { f = { "N", 3 }, n = { "N*m", 4 } }, pairs = { r = "f", q = "n" } })
+  through = { f = { "N", 3 }, n = { "N*m", 4 } }, pairs = { r = "f", q = "n" },
+  idle = { q = vec { 1, 0, 0, 0 } }, held_by = "a fixed frame, or to a body" })
 
 local euler = "Euler parameters: Nikravesh, Computer-Aided Analysis of Mechanical Systems, ch. 6 and 11"
 
@@ -191,6 +192,7 @@ s.spring = component("spring", { k = { 1, unit = "N/m" }, d = { 0, unit = "N*s/m
   function(self)
     self.a, self.b = s.frame, s.frame
     local a, b = self.a, self.b
+    self:idle(a, b)
     local length, f = self:var("s", { unit = "m" }), self:var("f", { unit = "N" })
     local way = b.r - a.r
     self.energy = self.k*(length - self.s0)^2/2

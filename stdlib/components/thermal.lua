@@ -3,7 +3,8 @@ local component, connector = named "component", named "connector"
 local h = use "components/library" ("thermal", "heat conduction; Q counts into the part")
 local electrical = use "components/electrical"
 
-h.port = connector("heat port", { across = { T = "K" }, through = { Q = "W" } })
+h.port = connector("heat port", { across = { T = "K" }, through = { Q = "W" },
+  held_by = "a temperature or a capacity" })
 
 local fourier = "Fourier, Théorie analytique de la chaleur, 1822"
 

@@ -3,7 +3,8 @@ local component, connector = named "component", named "connector"
 local check = use "components/check"
 local m = use "components/library" ("translational", "motion along a line; f is the force on the part")
 
-m.flange = connector("translational flange", { across = { s = "m" }, through = { f = "N" } })
+m.flange = connector("translational flange", { across = { s = "m" }, through = { f = "N" },
+  held_by = "a fixed point or a mass" })
 
 local newton = "Newton, Principia, 1687"
 

@@ -30,14 +30,35 @@ local methods = {}
 function methods:flat()
   local d = rawget(self, P)
   place.outside(self)
-  d.flat = d.flat or use("parts/flat").model(self)
+  if not d.flat then d.flat, d.sets = use("parts/flat").model(self) end
   return d.flat
+end
+
+local cannot_be_solved = { "structurally singular", "depend on each other", "follows from the others",
+  "contradicts the others" }
+
+-- f(…), whose errors about too many and too few equations say which potential or position nothing fixes.
+local function explained(self, f, ...)
+  local results = table.pack(pcall(f, ...))
+  if results[1] then return table.unpack(results, 2, results.n) end
+  local message = results[2]
+  for _, words in ipairs(type(message) == "string" and cannot_be_solved or {}) do
+    if message:find(words, 1, true) then
+      local found, why = pcall(use "parts/unfixed", place.outside(self), rawget(self, P).sets or {})
+      if found and why then
+        message = message:gsub("\n  These parts fix the same quantity twice[^\n]*", "") .. "\n  " .. why
+      end
+      break
+    end
+  end
+  error(message, 0)
 end
 
 -- The equations that are left after aliases and trivial equations are eliminated: what is integrated.
 function methods:dae()
   local d = rawget(self, P)
-  d.dae = d.dae or methods.flat(self):eliminate()
+  local flat = methods.flat(self)
+  d.dae = d.dae or explained(self, flat.eliminate, flat)
   return d.dae
 end
 
@@ -110,7 +131,7 @@ local function model_member(self, key)
   return function(first, options, ...)
     if not rawequal(first, self) then return value(first, options, ...) end
     local own, rest = model_for(self, key, options)
-    return own[key](own, rest, ...)
+    return explained(self, own[key], own, rest, ...)
   end
 end
 

@@ -27,12 +27,17 @@ local function translated_event(scope, event)
   return own
 end
 
+-- All sets of connectors that are joined, of this place and those below.
+local function connected(scope, sets)
+  local d = data(scope)
+  d.connected = d.connected or joints.connect(scope)
+  for _, set in ipairs(d.connected) do sets[#sets + 1] = set end
+  for _, sub in ipairs(d.parts) do connected(sub, sets) end
+  return sets
+end
+
 local function collect(scope, all)
   local d = data(scope)
-  if not d.connected then
-    d.connected = joints.connect(scope)
-  end
-  for _, set in ipairs(d.connected) do all.sets[#all.sets + 1] = set end
   for _, sub in ipairs(d.parts) do collect(sub, all) end
   for _, entry in ipairs(d.equations) do
     all.equations[#all.equations + 1] = entry[1]
@@ -157,16 +162,18 @@ local function check_count(top, all)
     table.concat(words, "\n  ", 1, math.min(#words, 6))))
 end
 
--- A dae model of everything as it stands.
+-- A dae model of everything as it stands, and the sets of connectors that are joined.
 function flat.model(part)
   local top = data(rawget(part, P).scope)
   local scope = rawget(part, P).scope
-  local all = { equations = {}, notes = {}, events = {}, start = {}, guess = {}, inputs = {}, sets = {} }
+  local all = { equations = {}, notes = {}, events = {}, start = {}, guess = {}, inputs = {} }
   check_own_pins(scope)
+  local sets = connected(scope, {})
+  joints.settle_idle(scope, sets)
   collect(scope, all)
-  joints.check_floating(scope, all.sets)
+  joints.check_floating(scope, sets)
   close_inputs(scope, all)
-  for _, norm in ipairs(joints.norms(scope, all.sets)) do
+  for _, norm in ipairs(joints.norms(scope, sets)) do
     all.equations[#all.equations + 1] = norm[1]
     all.notes[#all.equations] = norm[2] ~= "" and norm[2] or nil
   end
@@ -181,7 +188,7 @@ function flat.model(part)
     local clashes = model:units()
     if #clashes > 0 then fail("units: equation " .. table.concat(clashes, "\n  equation ")) end
   end
-  return model
+  return model, sets
 end
 
 return flat

@@ -197,8 +197,10 @@ local function through_equations(scope, members)
       sum = sum and sum + into or into
     end
     local zero = v.size > 1 and zeros(v.size, 1) or 0
-    d.equations[#d.equations + 1] = { zero ~ sum, "sum at " .. pin_data(members[1]).path }
+    local entry = { zero ~ sum, "sum at " .. pin_data(members[1]).path }
+    d.equations[#d.equations + 1] = entry
     d.rows = d.rows + v.size
+    d.sums[#d.sums + 1] = { members = members, through = v.name, entry = entry }
   end
 end
 
@@ -286,7 +288,9 @@ local function islands_of(scope, up)
   end
   if #d.parts == 0 then
     for _, group in ipairs(groups) do
-      for i = 2, #group do join(up, group[1], group[i]) end
+      for i = 2, #group do
+        if up[group[1]] and up[group[i]] then join(up, group[1], group[i]) end
+      end
     end
   end
   for _, sub in ipairs(d.parts) do islands_of(sub, up) end
@@ -325,26 +329,65 @@ function joints.norms(top, sets)
   return list
 end
 
--- Circuits in which no potential is fixed: their equations repeat each other.
-function joints.check_floating(top, sets)
-  local up, pins, fixed = {}, {}, {}
+-- Where only parts meet that take no notice of an angle, as the ends of springs, it has its idle value, in
+-- place of one of the sums of torques, which all say 0 = 0 there.
+function joints.settle_idle(top, sets)
+  local up, turned, settled = {}, {}, {}
   each_pin(top, function(pin)
-    if pin_data(pin).kind.reference then up[pin], pins[#pins + 1] = pin, pin end
+    if next(pin_data(pin).kind.idle) then up[pin] = pin end
   end)
-  if #pins == 0 then return end
-  islands_of(top, up)
+  if not next(up) then return end
   for _, members in ipairs(sets) do
     if up[members[1]] then
       for i = 2, #members do join(up, members[1], members[i]) end
     end
   end
+  for pin in pairs(up) do
+    local d = data(pin_data(pin).scope)
+    if #d.parts == 0 and not d.idle[pin] then turned[root_of(up, pin)] = true end
+  end
+  local function settle(scope)
+    for _, sum in ipairs(data(scope).sums) do
+      local pin = sum.members[1]
+      local group, kind = up[pin] and root_of(up, pin), pin_data(pin).kind
+      for across, value in pairs(kind.idle) do
+        if group and not turned[group] and not settled[group] and kind.pairs[across] == sum.through then
+          settled[group], sum.entry[1] = true, pin[across] ~ value
+        end
+      end
+    end
+    for _, sub in ipairs(data(scope).parts) do settle(sub) end
+  end
+  settle(top)
+end
+
+-- The connectors that are wanted, and a function: which of them stands for all that hang together with it.
+function joints.islands(top, sets, is_wanted)
+  local up, pins = {}, {}
+  each_pin(top, function(pin)
+    if is_wanted(pin) then up[pin], pins[#pins + 1] = pin, pin end
+  end)
+  if #pins > 0 then islands_of(top, up) end
+  for _, members in ipairs(sets) do
+    if up[members[1]] then
+      for i = 2, #members do join(up, members[1], members[i]) end
+    end
+  end
+  return pins, function(pin) return root_of(up, pin) end
+end
+
+-- Circuits in which no potential is fixed: their equations repeat each other.
+function joints.check_floating(top, sets)
+  local fixed = {}
+  local pins, island = joints.islands(top, sets, function(pin) return pin_data(pin).kind.reference end)
+  if #pins == 0 then return end
   local function references(scope)
-    for _, pin in ipairs(data(scope).references) do fixed[root_of(up, pin)] = true end
+    for _, pin in ipairs(data(scope).references) do fixed[island(pin)] = true end
     for _, sub in ipairs(data(scope).parts) do references(sub) end
   end
   references(top)
   for _, pin in ipairs(pins) do
-    if not fixed[root_of(up, pin)] and #data(pin_data(pin).scope).references == 0 then
+    if not fixed[island(pin)] and #data(pin_data(pin).scope).references == 0 then
       local part, kind = scopes.title(pin_data(pin).scope), pin_data(pin).kind.name
       fail(("the circuit of %s floats: nothing fixes a potential (%s) in it; connect one of its points to a "
         .. "ground: "

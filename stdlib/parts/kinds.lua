@@ -48,7 +48,7 @@ function kinds.connector(name, options)
   end
   return setmetatable({ name = name, across = variables(name, "across", options.across or {}),
     through = variables(name, "through", options.through or {}), reference = options.reference or false,
-    pairs = options.pairs or {} }, Kind)
+    pairs = options.pairs or {}, idle = options.idle or {}, held_by = options.held_by or false }, Kind)
 end
 
 -- The through variable that does work along an across variable: the force to a position.

@@ -261,8 +261,8 @@ function scopes.new(part, name, parent)
     path = path, part = part, class = class, parent = parent, depth = depth, root = parent == nil,
       name = name,
     names = {}, order = {}, parts = {}, pins = {}, vars = {}, inputs = {}, parameters = {}, equations = {},
-    connections = {}, events = {}, starts = {}, guesses = {}, by_part = {}, open = {}, references = {},
-    norms = {}, rigid = {}, anchored = {},
+    connections = {}, events = {}, starts = {}, guesses = {}, by_part = {}, references = {}, sums = {},
+    norms = {}, rigid = {}, anchored = {}, idle = {},
     given = part and rawget(part, P).given or {}, unknowns = 0, through = 0, rows = 0,
   } }, Scope)
 end
@@ -346,6 +346,10 @@ end
 -- self:event{ when = v, direction = -1, reset = { [w] = -w } }
 function methods:event(event)
   local d = rawget(self, P)
+  if type(event) ~= "table" then
+    fail(("%s: an event is a table, { when = …, reset = { … } }, not %s"):format(scopes.title(self),
+      type(event) == "nil" and "nil" or "a " .. (object_type(event) or type(event))))
+  end
   d.events[#d.events + 1] = event
 end
 
@@ -383,6 +387,11 @@ end
 function methods:rigid(a, b)
   local d = rawget(self, P)
   d.rigid[#d.rigid + 1] = { a, b }
+end
+
+-- This part takes no notice of the angle of a connector and exerts no torque there: the end of a spring.
+function methods:idle(...)
+  for _, pin in ipairs { ... } do rawget(self, P).idle[pin] = true end
 end
 
 function methods:anchored(pin)

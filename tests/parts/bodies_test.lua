@@ -94,3 +94,33 @@ trials("trees of mixers keep the flow and what it carries", 4, function()
   expect(at(m[last].q)):near(q, 1e-12)
   expect(at(m[last].q*m[last].x)):near(x, 1e-10)
 end)
+
+test("springs in series without a body between them, in the plane and in space: one spring, 1/k = 1/2 + 1/3", function()
+  local s3 = components.spatial
+  local flat = model { w = p.fixed{}, c1 = p.spring{ k = 2, s0 = 1 }, c2 = p.spring{ k = 3, s0 = 1 },
+    B = p.body{ g = 0, x0 = 2.5, y0 = 0, phi0 = 0, vx0 = 0, vy0 = 0, w0 = 0 }, connect("w.frame", "c1.a"),
+    connect("c1.b", "c2.a"), connect("c2.b", "B.frame") }
+  local sol = flat:integrate{ to = 1, rtol = 1e-9, start = flat:init{ guess = { ["c1.b.x"] = 1.3 } } }
+  local s = 2 + math.cos(math.sqrt(6/5))/2
+  expect(sol(flat.B.x, 1)):near(s, 1e-7)
+  expect(sol(flat.c1.b.phi, 1)):equals(0)
+  local solid = model { w = s3.fixed{}, c1 = s3.spring{ k = 2, s0 = 1 }, c2 = s3.spring{ k = 3, s0 = 1 },
+    B = s3.body{ g = 0, r0 = { 2.5, 0, 0 }, v0 = { 0, 0, 0 }, q0 = { 1, 0, 0, 0 }, w0 = { 0, 0, 0 } },
+    connect("w.frame", "c1.a"), connect("c1.b", "c2.a"), connect("c2.b", "B.frame") }:reduce()
+  sol = solid:integrate{ to = 1, rtol = 1e-9, start = solid:init{ guess = { ["c1.b.r1"] = 1.3 } } }
+  expect(sol(var "B.r1", 1)):near(s, 1e-7)
+end)
+
+test("springs that meet inside a part with a connector of its own", function()
+  local star = component("star", {}, function(self)
+    self.p, self.c1, self.c2 = p.frame, p.spring{ k = 2 }, p.spring{ k = 2 }
+    self.A, self.B = p.fixed{ x = -1 }, p.fixed{ x = 1 }
+    return { connect(self.A.frame, self.c1.a), connect(self.B.frame, self.c2.a),
+      connect(self.c1.b, self.c2.b, self.p) }
+  end)
+  local m = model { S = star{}, c3 = p.spring{ k = 4 }, F = p.fixed{ y = -1 }, connect("S.p", "c3.a"),
+    connect("c3.b", "F.frame") }
+  local at = m:init{ guess = { ["S.p.x"] = 0.1, ["S.p.y"] = -0.4 } }
+  expect(at(m.S.p.y)):near(-0.5, 1e-9)                 -- 2 k₁ y = -k₃ (y + 1), whatever the length
+  expect(at(m.S.p.x)):near(0, 1e-9)
+end)

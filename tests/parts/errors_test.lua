@@ -199,3 +199,28 @@ test("a start at which a spring has no length names the spring", function()
     B = p.body{ x0 = 0, y0 = 0, phi0 = 0, vx0 = 0, vy0 = 0, w0 = 0 }, connect("c.b", "B.frame") }
   expect(function() m:integrate{ to = 1 } end):fails "c.s is 0 there"
 end)
+
+test("what nothing fixes, in every domain: which parts, and what holds it", function()
+  local r, p = components.rotational, components.planar
+  local pump, pipe = w.pump{ q = 1e-3 }, w.pipe{}
+  fails({ P = pump, R = pipe, connect("P.b", "R.a"), connect("R.b", "P.a") },
+    "nothing fixes p (hydraulic port) of P, R", "to an ambient, a tank or an accumulator")
+  fails({ P = w.centrifugal_pump{}, R = pipe, connect("P.b", "R.a"), connect("R.b", "P.a") },
+    "nothing fixes p (hydraulic port) of R, P")
+  fails({ Q = h.heat_flow{ Q = 3 }, G = h.conductor{}, connect("Q.port", "G.a"), connect "G.b" },
+    "nothing fixes T (heat port) of Q, G", "to a temperature or a capacity")
+  fails({ F = l.force{ f = 3 }, c = l.spring{}, H = l.force{ f = -3 }, connect("F.flange", "c.a"),
+    connect("H.flange", "c.b") }, "nothing fixes s (translational flange) of F, c, H")
+  fails({ F = r.torque{ tau = 3 }, d = r.damper{}, H = r.torque{ tau = -3 }, connect("F.flange", "d.a"),
+    connect("H.flange", "d.b") }, "nothing fixes phi (rotational flange) of F, d, H")
+  fails({ F = p.force{ fx = 1 }, c = p.spring{}, H = p.force{ fx = -1 }, connect("F.frame", "c.a"),
+    connect("H.frame", "c.b") }, "nothing fixes phi (planar frame) of F, c, H")
+  local held = model { T = w.tank{ h0 = 1 }, P = pump, R = pipe, connect("P.b", "R.a", "T.port"),
+    connect("R.b", "P.a") }
+  expect(held:dof()):equals(1)                         -- a tank holds the pressure of a loop
+end)
+
+test("an event that is no table names the part", function()
+  local odd = component("odd", {}, function(self) self:event(3) end)
+  fails({ x = odd{} }, "x: an event is a table", "in x (component odd)")
+end)

@@ -24,6 +24,19 @@ test("a mass leaves the wall where the force changes sign", function()
   expect(sol(m.m.v, 2)):near(-1/2, 1e-8)
 end)
 
+test("an event says which part it is of, in models inside models, too", function()
+  local inner = between_walls({ v0 = 1, e = 0.5 }, 0)
+  local sol = model { two = { inner, inner } }:integrate{ to = 1.5 }
+  expect(#sol.events):equals(2)
+  local parts = { [sol.events[1].part] = true, [sol.events[2].part] = true }
+  expect(parts["two[1].m"] and parts["two[2].m"]):is_true()
+  expect(tostring(sol.events[1].when):find("two[", 1, true) ~= nil):is_true()
+  local x = var "x"                                    -- an event of a run of equations is of no part
+  local plain = dae { der(x) ~ 1 }:integrate{ start = { x = 0 }, to = 2, events = { { when = x - 1 } } }
+  expect(plain.events[1].part):equals(nil)
+  expect(tostring(plain.events[1].when)):equals "x - 1"
+end)
+
 test("a ball's bounces to its rest: v0/g + 2 e v/(g (1 - e)) in all", function()
   local m = between_walls({ smin = 0, smax = 10, s0 = 1, e = 0.5, rest = 1e-6 }, -2)   -- falls 1 s, v = 2
   local sol = m:integrate{ to = 4, rtol = 1e-9 }
@@ -48,4 +61,6 @@ test("a cylinder ends its run beyond its stroke", function()
   local sol = m:integrate{ to = 2, rtol = 1e-9 }
   expect(sol.status):equals "event"                    -- 1000 N move 10 kg: s = 50 t²
   expect(sol.events[1].t):near(math.sqrt(0.1005/50), 1e-7)
+  expect(sol.events[1].part):equals "C"
+  expect(tostring(sol):find(", event of C\n", 1, true) ~= nil):is_true()
 end)

@@ -117,8 +117,30 @@ int call_library(lua_State* L) {
   return lua_gettop(L);
 }
 
+/// "components: electrical, …" and how to get help; of a table that is also a function its name.
 int library_tostring(lua_State* L) {
-  lua_pushvalue(L, lua_upvalueindex(1));
+  const std::string library = lua_tostring(L, lua_upvalueindex(1));
+  lua_settop(L, 1);
+  std::vector<std::string> names;
+  if (luaL_getmetafield(L, 1, "__call") == LUA_TNIL) {
+    lua_settop(L, 1);
+    if (luaL_getmetafield(L, 1, lazy_field) == LUA_TTABLE) append_names(L, names);
+    lua_settop(L, 1);
+    append_names(L, names);
+    std::sort(names.begin(), names.end());
+    names.erase(std::unique(names.begin(), names.end()), names.end());
+  }
+  constexpr std::size_t width = 80;
+  std::string out = library + (names.empty() ? "" : ":");
+  std::size_t column = out.size();
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    const std::string word = names[i] + (i + 1 < names.size() ? "," : "");
+    const bool fits = column + 1 + word.size() <= width;
+    out += (fits ? " " : "\n  ") + word;
+    column = (fits ? column + 1 : 2) + word.size();
+  }
+  if (!names.empty()) out += text("\nhelp(", library, ") says what they are");
+  lua_pushlstring(L, out.data(), out.size());
   return 1;
 }
 

@@ -78,7 +78,7 @@ local fluids = {
       net:wire(net:any(), name .. "_R" .. port .. ".b")
     end
     net:add(name .. "_m", l.mass{ m = 1, s0 = 0.4, v0 = 0 })
-    net:add(name .. "_c", l.spring_damper{ k = 2, d = 1, s0 = 0.4 })
+    net:add(name .. "_c", l.spring_damper{ k = 20, d = 1, s0 = 0.4 })
     net:add(name .. "_w", l.fixed{})
     net:join(name .. ".rod", name .. "_m.flange", name .. "_c.b")
     net:join(name .. "_c.a", name .. "_w.flange")

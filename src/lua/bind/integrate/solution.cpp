@@ -230,7 +230,50 @@ int model(Call& call) { return call.push(trajectory_of(call).model()); }
 
 int solution_status(Call& call) { return call.push(trajectory_of(call).solution().status()); }
 
-int solution_text(Call& call) { return call.push(without_newline(trajectory_of(call).solution().str())); }
+/// "drive.brake" of drive.brake.mode, "" of x.
+std::string path_of(Expr leaf) {
+  const std::string& name = symbol_of(leaf).name;
+  const std::size_t dot = name.rfind('.');
+  return dot == std::string::npos ? "" : name.substr(0, dot);
+}
+
+/// The path above both.
+std::string common_path(std::string a, const std::string& b) {
+  while (!a.empty() && b != a && b.compare(0, a.size() + 1, a + ".") != 0) {
+    const std::size_t dot = a.rfind('.');
+    a.resize(dot == std::string::npos ? 0 : dot);
+  }
+  return a;
+}
+
+/// The part of a model of parts that an event belongs to: where what it resets is, or what it waits for.
+std::string part_of(const integrate::ModelEvent& event) {
+  std::vector<Expr> all;
+  for (const auto& [state, value] : event.reset) all.push_back(state);
+  if (all.empty())
+    for (Expr leaf : leaves(std::vector{event.when}))
+      if (symbol_of(leaf).kind != Kind::time) all.push_back(leaf);
+  if (all.empty()) return "";
+  std::string path = path_of(all[0]);
+  for (Expr leaf : all) path = common_path(path, path_of(leaf));
+  return path;
+}
+
+const integrate::ModelEvent* asked_event(const Trajectory& trajectory, const integrate::EventRecord& event) {
+  const auto which = static_cast<std::size_t>(event.which);
+  return which < trajectory.events().size() ? &trajectory.events()[which] : nullptr;
+}
+
+/// "…, event of C" in the first line where an event of a part ended the run.
+int solution_text(Call& call) {
+  const Trajectory& trajectory = trajectory_of(call);
+  const integrate::Solution& solution = trajectory.solution();
+  std::string out = solution.str();
+  if (solution.ending() == integrate::Ending::event && !solution.events().empty())
+    if (const auto* asked = asked_event(trajectory, solution.events().back()); asked != nullptr)
+      if (const std::string part = part_of(*asked); !part.empty()) out.insert(out.find('\n'), " of " + part);
+  return call.push(without_newline(out));
+}
 
 /// { name = value } of every state and algebraic variable.
 void push_values(lua_State* L, const integrate::Problem& problem, const integrate::Point& point) {
@@ -244,17 +287,29 @@ void push_values(lua_State* L, const integrate::Problem& problem, const integrat
   for (int i = 0; i < problem.shown_m(); ++i) field(problem.z_name(i), point.z[i]);
 }
 
-/// { { t =, which =, action =, values = { x = … }, after = { x = … } }, … }
+/// Fields when and part of the table on top of the stack.
+void push_origin(lua_State* L, const integrate::ModelEvent& event) {
+  push_expr(L, event.when);
+  lua_setfield(L, -2, "when");
+  const std::string part = part_of(event);
+  if (part.empty()) return;
+  lua_pushlstring(L, part.data(), part.size());
+  lua_setfield(L, -2, "part");
+}
+
+/// { { t =, which =, when =, part =, action =, values = { x = … }, after = { x = … } }, … }
 int events(Call& call) {
   lua_State* L = call.L;
-  const integrate::Solution& solution = trajectory_of(call).solution();
+  const Trajectory& trajectory = trajectory_of(call);
+  const integrate::Solution& solution = trajectory.solution();
   const auto& events = solution.events();
   lua_createtable(L, static_cast<int>(events.size()), 0);
   for (std::size_t i = 0; i < events.size(); ++i) {
     const integrate::EventRecord& event = events[i];
-    lua_createtable(L, 0, 6);
+    lua_createtable(L, 0, 8);
     lua_pushnumber(L, event.t);
     lua_setfield(L, -2, "t");
+    if (const auto* asked = asked_event(trajectory, event); asked != nullptr) push_origin(L, *asked);
     lua_pushinteger(L, event.which + 1);
     lua_setfield(L, -2, "which");
     lua_pushlstring(L, event.action.data(), event.action.size());
@@ -314,8 +369,9 @@ extern const Module solution_module = {
         {"solution#status", solution_status, "sol.status -> string",
          R"("finished", "event", "interrupted", or "stopped at t = …: why".)"},
         {"solution#events", events, "sol.events -> list",
-         R"(One entry per event in order of time: t, which (its number in the list of events), action,
-            values before and after it by name.)",
+         R"(One entry per event in order of time: t, which (its number in the list of events), when (the
+            expression that became 0), part (in models of parts the path of the part), action, values
+            before and after it by name.)",
          R"(
             y, v = vars "y v"  sol = dae{ der(y) ~ v, der(v) ~ -2 }:integrate{ start = { y = 1, v = 0 }, to = 9,
               events = { { when = y, action = "stop" } } }
