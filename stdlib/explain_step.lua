@@ -70,6 +70,7 @@ local function named_method(name)
 end
 
 local function explain_step(sys, method)
+  sys = as_model(sys)
   if object_type(sys) ~= "model" then
     fail "explain_step: expected a model and a method: explain_step(sys, rk.gauss(2))"
   end

@@ -152,7 +152,7 @@ doc { name = "json", module = "files", sig = "json(value [, file]) -> string",
   gives = '{"a": [1, 2.5], "b": "x", "c": [[1, 2], [3, 4]]}',
   function(value, file)
     depth = 0
-    local text = encode(value)
+    local text = encode(as_model(value))
     if file == nil then return text end
     if type(file) ~= "string" then fail 'json: expected a file name second, as in json(sol, "run.json")' end
     write_file(file, text .. "\n", "json")

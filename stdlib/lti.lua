@@ -163,7 +163,7 @@ local function nyquist_figure(G, frequencies, options)
 end
 
 local function check_system(by, G)
-  local kind = object_type(G)
+  local kind = object_type(as_model(G))
   if kind == "model" then
     fail(by .. ": a model becomes a linear system at a point: G = sys:linearize(at)")
   end

@@ -14,6 +14,12 @@ end
 
 local function parts() return use "parts/api" end
 
+-- What takes a model takes a model of parts: the equations that it is integrated with.
+function as_model(value)
+  if type(value) == "table" and getmetatable(value) == "part" then return parts().as_model(value) end
+  return value
+end
+
 local module, title = "parts", "Models from parts"
 
 doc { name = "component", module = module, title = title,

@@ -356,6 +356,7 @@ function writer:table(value)
 end
 
 function writer:text(value)
+  value = as_model(value)
   local kind = object_type(value)
   if kind then
     if kinds[kind] then return kinds[kind](self, value) end
@@ -377,6 +378,7 @@ local saving = { new_writer = new_writer, number_text = number_text }
 
 -- The text of a file with this value.
 function saving.text(value)
+  value = as_model(value)
   if object_type(value) == "model" then return value:code() end
   local self = new_writer()
   local text = self:text(value)

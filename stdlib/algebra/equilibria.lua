@@ -337,6 +337,7 @@ local function points(equations, unknowns, within)
 end
 
 local function equilibria(sys, options)
+  sys = as_model(sys)
   if object_type(sys) ~= "model" then fail "equilibria: expected a model: equilibria(dae{ … })" end
   options = options or {}
   local p = parts(sys)

@@ -57,7 +57,7 @@ end, { text = "0 between low and high, else the distance beyond the limit.", sou
     return x:integrate{ to = 4 }(x.z.y, 4)]], gives = "2.0" })
 
 -- A piecewise linear function through the points (x[k], y[k]), constant outside.
-s.table = component("table", { x = { { 0, 1 } }, y = { { 0, 1 } } }, function(self)
+s.table = component("table", { x = { 0, 1 }, y = { 0, 1 } }, function(self)
   local u, y = block(self)
   local xs, ys = self.given.x, self.given.y
   if #xs ~= #ys or #xs < 2 then fail "table: x and y must be lists of the same length, two points or more" end
@@ -224,7 +224,7 @@ end, { text = "The sample before: y_k = u_{k-1}.",
     return x:integrate{ to = 4 }(x.z.y, 4)]], gives = "3.0" })
 
 s.pulse = component("pulse", { period = { 1, unit = "s" },
-  width = { 0.5, text = "part of the period in which it is high" }, low = { 0 }, high = { 1 },
+  width = { 0.5, text = "part of the period in which it is high" }, low = 0, high = 1,
   t0 = { 0, unit = "s", text = "first rise" } }, function(self)
   check.positive(self, "period")
   check.between(self, "width", 0, 1)
@@ -257,8 +257,8 @@ s.relay = component("relay", { low = { -1, text = "switches off below" },
     return x:integrate{ to = math.pi }(x.z.y, math.pi)]], gives = "2.617993878" })
 
 -- states = 3, transitions = { { from = 1, to = 2, when = function(u) return u[1] - 5 end, direction = 1 } }
-s.state_machine = component("state_machine", { states = 2, inputs = 1, initial = 1, transitions = { {} },
-  y = { {} } }, function(self)
+s.state_machine = component("state_machine", { states = 2, inputs = 1, initial = 1, transitions = {},
+  y = {} }, function(self)
   local given, u = self.given, {}
   for k = 1, given.inputs do u[k] = self:input("u" .. k) end
   local state = self:discrete("state", given.initial)

@@ -118,6 +118,7 @@ local function model_estimator(sys, L, options)
 end
 
 local function estimator(plant, L, options)
+  plant = as_model(plant)
   if object_type(plant) == "lti" then return linear_estimator(plant, L) end
   if not is_model(plant) then fail "estimator: expected a model or a linear system" end
   return model_estimator(plant, L, options)
@@ -215,6 +216,7 @@ filtered.__index = { latex = report_latex, plot = function(r, options)
 end }
 
 local function read_ekf(sys, options)
+  sys = as_model(sys)
   if not is_model(sys) then fail "ekf: expected a model" end
   for _, key in ipairs { "data", "y", "Q", "R", "start" } do
     if options[key] == nil then

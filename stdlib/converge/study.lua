@@ -295,6 +295,7 @@ local function run_all(sys, options, study)
 end
 
 local function converge(sys, options)
+  sys = as_model(sys)
   options = request.options(sys, options)
   local from = type(options.from) == "number" and options.from or 0
   local study = { methods = request.methods(options), to = options.to, over = options.over or "end",

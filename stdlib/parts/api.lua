@@ -37,19 +37,40 @@ end
 local cannot_be_solved = { "structurally singular", "depend on each other", "follows from the others",
   "contradicts the others" }
 
--- f(…), whose errors about too many and too few equations say which potential or position nothing fixes.
+-- Parameters that a part was given as 0 where its default is another value: a capacitor without capacitance.
+local function given_zeros(scope, list)
+  local d = data(scope)
+  for key, default in pairs(d.class.defaults or {}) do
+    local usual = type(default.value) == "number" and default.value or 0
+    if d.given[key] == 0 and usual ~= 0 then list[#list + 1] = scopes.join(d.path, key) end
+  end
+  for _, sub in ipairs(d.parts) do given_zeros(sub, list) end
+  table.sort(list)
+  return list
+end
+
+-- What can be done about this error of a model of parts, or nil.
+local function remedy(self, message)
+  for _, words in ipairs(cannot_be_solved) do
+    if message:find(words, 1, true) then
+      local found, why = pcall(use "parts/unfixed", place.outside(self), rawget(self, P).sets or {})
+      return found and why or nil
+    end
+  end
+  local zeros = message:find("not finite there", 1, true) and given_zeros(place.outside(self), {}) or {}
+  if #zeros == 0 then return nil end
+  return ('%s is 0 and was divided by; params = { ["%s"] = 0 } makes it the number 0 before that'):format(
+    table.concat(zeros, ", "), zeros[1])
+end
+
+-- f(…), whose errors say what can be done about them.
 local function explained(self, f, ...)
   local results = table.pack(pcall(f, ...))
   if results[1] then return table.unpack(results, 2, results.n) end
   local message = results[2]
-  for _, words in ipairs(type(message) == "string" and cannot_be_solved or {}) do
-    if message:find(words, 1, true) then
-      local found, why = pcall(use "parts/unfixed", place.outside(self), rawget(self, P).sets or {})
-      if found and why then
-        message = message:gsub("\n  These parts fix the same quantity twice[^\n]*", "") .. "\n  " .. why
-      end
-      break
-    end
+  local why = type(message) == "string" and remedy(self, message)
+  if why then
+    message = message:gsub("\n  These parts fix the same quantity twice[^\n]*", "") .. "\n  " .. why
   end
   error(message, 0)
 end
@@ -157,10 +178,22 @@ function Part:__call(changes)
   return place.copy(self, changes)
 end
 
+-- for name, part in pairs(m): what has a name in it, in order.
+function Part:__pairs()
+  local d, i = data(place.outside(self)), 0
+  return function()
+    i = i + 1
+    local name = d.order[i]
+    if name then return name, d.names[name] end
+  end
+end
+
 function Part:__tostring() return use("parts/report").text(self) end
 
 scopes.Scope.__tostring = function(self) return use("parts/report").scope_text(self) end
 place.Component.__tostring = function(self) return use("parts/report").component(self) end
 
-return { component = place.component, connector = kinds.connector, connect = place.connect,
+local function as_model(value) return scopes.is_part(value) and methods.dae(value) or value end
+
+return { as_model = as_model, component = place.component, connector = kinds.connector, connect = place.connect,
   model = place.model }

@@ -6,10 +6,18 @@ local P, data = scopes.P, scopes.data
 local report = {}
 local most_lines = 60
 
+-- "{1, 2, 3}" of a few numbers, "{…}" of anything else.
+local function list_text(list)
+  local words = {}
+  for k, entry in ipairs(list) do words[k] = type(entry) == "number" and ("%.6g"):format(entry) or nil end
+  local shown = #words == #list and #list <= 6 and (#list > 0 or next(list) == nil)
+  return shown and "{" .. table.concat(words, ", ") .. "}" or "{…}"
+end
+
 local function value_text(value)
   if type(value) == "number" then return ("%.6g"):format(value) end
   if type(value) == "function" then return "function" end
-  if type(value) == "table" and getmetatable(value) == nil then return "{…}" end
+  if type(value) == "table" and getmetatable(value) == nil then return list_text(value) end
   return tostring(value)
 end
 

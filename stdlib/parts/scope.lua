@@ -248,14 +248,17 @@ function scopes.new(part, name, parent)
   local depth = p and p.depth + 1 or 0
   local class = part and rawget(part, P).class or {}
   if depth > deepest then
-    local again, up = 0, parent
+    local count, most, up = {}, parent, parent           -- how often each component stands above this place
     while up do
-      again = again + (rawget(up, P).class == class and 1 or 0)
+      local of = rawget(up, P).class
+      count[of] = (count[of] or 0) + 1
+      if count[of] >= count[rawget(most, P).class] then most = up end
       up = rawget(up, P).parent
     end
+    local repeated = rawget(most, P).class
     fail(("parts inside parts, more than %d levels deep: %s.%s"):format(deepest,
       #path > 60 and path:sub(1, 60) .. "…" or path,
-      again > 1 and (" Does the component %s contain itself?"):format(class.name) or ""))
+      count[repeated] > 1 and (" Does the component %s contain itself?"):format(repeated.name) or ""))
   end
   return setmetatable({ [P] = {
     path = path, part = part, class = class, parent = parent, depth = depth, root = parent == nil,

@@ -116,6 +116,7 @@ doc { name = "phase", module = "plot", sig = "phase(sys, x, y, { xlim =, ylim =,
     return phase(osc, x, v, { xlim = {-2, 2}, ylim = {-2, 2}, start = { {1, 0} }, n = 10 }).labels[2] ]],
   gives = "x′ = 0", options = phase_options,
   function(model, x, y, given)
+    model = as_model(model)
     if object_type(model) ~= "model" then
       fail "phase: expected a model: phase(sys, x, y, { xlim =, ylim = })"
     end

@@ -152,6 +152,11 @@ test("definitions that contain themselves", function()
     if self.given.n > 0 then self.a = deep{ n = self.given.n - 1 } end
   end)
   fails({ x = deep{ n = 10000 } }, "Does the component deep contain itself?")
+  deep = component("deep", { n = 0 }, function(self)     -- with other parts before the one that goes down
+    self.R = e.resistor{}
+    if self.given.n > 0 then self.a = deep{ n = self.given.n - 1 } end
+  end)
+  fails({ x = deep{ n = 10000 } }, "Does the component deep contain itself?")
   local list = {}
   list[1] = list
   fails(list, "does a list contain itself?")
@@ -218,6 +223,13 @@ test("what nothing fixes, in every domain: which parts, and what holds it", func
   local held = model { T = w.tank{ h0 = 1 }, P = pump, R = pipe, connect("P.b", "R.a", "T.port"),
     connect("R.b", "P.a") }
   expect(held:dof()):equals(1)                         -- a tank holds the pressure of a loop
+end)
+
+test("a capacitor without capacitance: what to write", function()
+  local m = model { V = e.source{ v = sin(t) }, R = e.resistor{}, C = e.capacitor{ C = 0, v0 = 0 },
+    g = e.ground{}, connect("V.p", "R.p"), connect("R.n", "C.p"), connect("V.n", "C.n", "g.p") }
+  expect(function() m:integrate{ to = 1 } end):fails 'C.C is 0 and was divided by; params = { ["C.C"] = 0 }'
+  expect(m:integrate{ to = 1, params = { ["C.C"] = 0 } }(m.R.i, 1)):equals(0)
 end)
 
 test("an event that is no table names the part", function()

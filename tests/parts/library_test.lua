@@ -12,6 +12,9 @@ for _, domain in ipairs(domains) do
         expect(#part.source > 3):is_true()
         expect(tostring(part):find("source:", 1, true) ~= nil):is_true()
       end)
+      test(title .. " prints its defaults", function()
+        expect(tostring(part):find("{…}", 1, true)):equals(nil)
+      end)
       test(title .. " has the analytic solution of its example", function()
         expect(part.example ~= ""):is_true()
         local made = {}

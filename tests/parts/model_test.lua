@@ -262,3 +262,34 @@ test("speeds and accelerations that no equation needs can be asked for", functio
     rtol = 1e-10 }
   expect(run(der(z), 1)):near(run(cos(x)*(z - x)/(3*z^2 + 1), 1), 1e-9)
 end)
+
+test("what takes a model takes a model of parts", function()
+  local e, l = components.electrical, components.translational
+  local function rc(source)
+    return model { V = source, R = e.resistor{ R = 2 }, C = e.capacitor{ C = 0.5, v0 = 1 }, g = e.ground{},
+      connect("V.p", "R.p"), connect("R.n", "C.p"), connect("V.n", "C.n", "g.p") }
+  end
+  local m = rc(e.source{ v = 3 })
+  expect(tostring(equilibria(m)):find("C.v = V.v", 1, true) ~= nil):is_true()
+  expect(json(m):find('"differential": ["C.v"]', 1, true) ~= nil):is_true()
+  expect(latex(m)):equals(m:latex())
+  expect(tostring(explain_step(m, rk.euler)):find "One step of" ~= nil):is_true()
+  local errors = converge(m, { start = { ["C.v"] = 0 }, to = 1, methods = { "rk4" }, dt = { 0.1, 0.05 },
+    reference = "self" })
+  expect(tostring(errors):find "rk4" ~= nil):is_true()
+  local file = os.tmpname() .. ".lua"
+  save(file, m)
+  expect(load(file):integrate{ to = 1 }("C.v", 1)):near(m:integrate{ to = 1 }(m.C.v, 1), 1e-12)
+  os.remove(file)
+  local swing = model { m = l.mass{}, c = l.spring{}, w = l.fixed{}, connect("w.flange", "c.a"),
+    connect("c.b", "m.flange") }
+  expect(phase(swing, swing.m.s, swing.m.s.dot, { xlim = { -1, 1 }, ylim = { -1, 1 } }).labels[1] ~= nil):is_true()
+  local u = input "u"
+  local open = rc(e.signal_source{})
+  local driven = model { P = open, connect("P.V.v", u) }
+  local F = estimator(driven, mat { { 1 } }, { y = driven.P.C.v })
+  expect(#F.equations):equals(1)
+  local names = {}
+  for name in pairs(m) do names[#names + 1] = name end
+  expect(table.concat(names, " ")):equals "V R C g"
+end)

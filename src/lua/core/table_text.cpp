@@ -132,9 +132,16 @@ lua_Integer count_of_keys(lua_State* L, int table) {
   return count;
 }
 
+constexpr std::size_t longest_cell = 40;
+
+/// Expressions are cut where they are longer than a cell.
 std::string cell_text(lua_State* L, int index) {
   const bool real = lua_type(L, index) == LUA_TNUMBER && !lua_isinteger(L, index);
-  return real ? rounded(lua_tonumber(L, index), 8) : plain_text(L, index);
+  std::string out = real ? rounded(lua_tonumber(L, index), 8) : plain_text(L, index);
+  if (lua_type(L, index) != LUA_TUSERDATA || out.size() <= longest_cell) return out;
+  std::size_t end = longest_cell - 3;
+  while (end > 0 && (static_cast<unsigned char>(out[end]) & 0xC0) == 0x80) --end;  // not inside a character
+  return out.substr(0, end) + "…";
 }
 
 using Cells = std::vector<std::pair<std::string, std::string>>;  // key and text, by key
@@ -142,7 +149,6 @@ using Cells = std::vector<std::pair<std::string, std::string>>;  // key and text
 /// The cells of a record: { t = 1, values = { x = 2 } } has t and values.x. Nothing where the table at the top is no
 /// record of short values.
 bool read_record(lua_State* L, const std::string& prefix, Cells& cells) {
-  constexpr std::size_t longest = 40;
   luaL_checkstack(L, 8, nullptr);
   if (!is_plain_table(L, -1) || lua_rawlen(L, -1) > 0) return false;
   const int table = lua_gettop(L);
@@ -154,7 +160,8 @@ bool read_record(lua_State* L, const std::string& prefix, Cells& cells) {
       good = prefix.empty() && read_record(L, std::string(lua_tostring(L, -2)) + ".", cells);
     } else if (good) {
       cells.emplace_back(prefix + lua_tostring(L, -2), cell_text(L, lua_gettop(L)));
-      good = cells.back().second.size() <= longest && cells.back().second.find('\n') == std::string::npos;
+      good =
+          cells.back().second.size() <= longest_cell && cells.back().second.find('\n') == std::string::npos;
     }
     lua_pop(L, 1);
   }
@@ -163,7 +170,17 @@ bool read_record(lua_State* L, const std::string& prefix, Cells& cells) {
   return good && !cells.empty();
 }
 
-/// A list of records with the same keys, one below the other under their names; "" for any other table.
+/// All keys of the rows in order; none where a row has less than two thirds of them: no list of like records.
+std::vector<std::string> columns_of(const std::vector<Cells>& rows) {
+  std::set<std::string> keys;
+  for (const Cells& row : rows)
+    for (const auto& [key, value] : row) keys.insert(key);
+  for (const Cells& row : rows)
+    if (3 * row.size() < 2 * keys.size()) return {};
+  return {keys.begin(), keys.end()};
+}
+
+/// A list of records with like keys, one below the other under their names; "" for any other table.
 std::string record_table(lua_State* L, int index) {
   constexpr lua_Integer most = 1000;
   const int list = lua_absindex(L, index);
@@ -175,17 +192,19 @@ std::string record_table(lua_State* L, int index) {
     rows.emplace_back();
     const bool good = read_record(L, "", rows.back());
     lua_pop(L, 1);
-    const auto same_key = [](const auto& a, const auto& b) { return a.first == b.first; };
-    const Cells &first = rows.front(), &row = rows.back();
-    if (!good || !std::equal(row.begin(), row.end(), first.begin(), first.end(), same_key)) return "";
+    if (!good) return "";
   }
+  const std::vector<std::string> columns = columns_of(rows);
+  if (columns.empty()) return "";
   Table table;
-  std::vector<std::string> head;
-  for (const auto& [key, value] : rows.front()) head.push_back(key);
-  table.row(head);
+  table.row(columns);
   for (const Cells& row : rows) {
     std::vector<std::string> cells;
-    for (const auto& [key, value] : row) cells.push_back(value);
+    for (const std::string& key : columns) {
+      const auto at =
+          std::find_if(row.begin(), row.end(), [&](const auto& cell) { return cell.first == key; });
+      cells.push_back(at == row.end() ? "" : at->second);
+    }
     table.row(cells);
   }
   return without_newline(table.str());

@@ -170,7 +170,9 @@ int latex(Call& call) {
   }
   const std::string type = object_type(call.L, 1);
   const bool plain = type.empty() || type == "expr" || type == "matrix";
-  if (!plain && has_method(call.L, type.c_str(), "latex")) {  // models, derivations, tableaus
+  const bool of_parts = lua_istable(call.L, 1) && luaL_getmetafield(call.L, 1, "__model") != LUA_TNIL;
+  lua_settop(call.L, 1);
+  if (of_parts || (!plain && has_method(call.L, type.c_str(), "latex"))) {  // models, derivations, tableaus
     lua_getfield(call.L, 1, "latex");
     lua_pushvalue(call.L, 1);
     lua_call(call.L, 1, 1);
