@@ -195,5 +195,6 @@ place.Component.__tostring = function(self) return use("parts/report").component
 
 local function as_model(value) return scopes.is_part(value) and methods.dae(value) or value end
 
-return { as_model = as_model, component = place.component, connector = kinds.connector, connect = place.connect,
+return { as_model = as_model, component = place.component, connector = kinds.connector,
+  connect = place.connect,
   model = place.model }

@@ -283,7 +283,8 @@ test("what takes a model takes a model of parts", function()
   os.remove(file)
   local swing = model { m = l.mass{}, c = l.spring{}, w = l.fixed{}, connect("w.flange", "c.a"),
     connect("c.b", "m.flange") }
-  expect(phase(swing, swing.m.s, swing.m.s.dot, { xlim = { -1, 1 }, ylim = { -1, 1 } }).labels[1] ~= nil):is_true()
+  local square = { xlim = { -1, 1 }, ylim = { -1, 1 } }
+  expect(phase(swing, swing.m.s, swing.m.s.dot, square).labels[1] ~= nil):is_true()
   local u = input "u"
   local open = rc(e.signal_source{})
   local driven = model { P = open, connect("P.V.v", u) }
