@@ -2,6 +2,8 @@
 #include "lti/system.hpp"
 
 #include <algorithm>
+#include <cmath>
+#include <limits>
 
 #include "base/error.hpp"
 #include "base/interrupt.hpp"
@@ -94,6 +96,24 @@ Resolvent of_symbols(const MatX& A, const MatX& B, const MatX& C) {
 
 std::string roots_text(const Polynomial& p, const char* variable) { return "(" + to_text(p, variable) + ")"; }
 
+/// Leading coefficients c A^{k-1} b of a numerator that are rounding errors of the entries become 0: smaller than 64 ε
+/// of the same product of absolute values. Behind the first one that is not, nothing is changed.
+void drop_rounding(Polynomial& num, const StateSpace& g, Index i, Index j) {
+  if (!g.D(i, j).is_zero()) return;
+  const Mat A = numbers(g.A).cwiseAbs();
+  Vec seen = numbers(g.C).row(i).cwiseAbs().transpose();
+  const Vec b = numbers(g.B).col(j).cwiseAbs();
+  num.resize(std::min(num.size(), static_cast<std::size_t>(g.order())));
+  for (Index k = g.order() - 1; k > 0; --k) {
+    if (static_cast<Index>(num.size()) == k + 1) {
+      const double bound = 64 * std::numeric_limits<double>::epsilon() * seen.dot(b);
+      if (!(std::fabs(constant_value(num.back())) <= bound)) return;
+      num.pop_back();
+    }
+    seen = (A.transpose() * seen).eval();
+  }
+}
+
 System tf_of_ss(const System& g) {
   const int n = g.ss.order();
   const Field f = field(g);
@@ -112,6 +132,7 @@ System tf_of_ss(const System& g) {
       if (f == Field::numeric) {
         for (Polynomial* p : {&full.num, &full.den})
           for (Expr& c : *p) c = Expr(constant_value(c));
+        drop_rounding(full.num, g.ss, i, j);
         list.push_back(full);
         continue;
       }

@@ -141,6 +141,17 @@ System by_matching(const System& given, double Ts) {
   return converted;
 }
 
+/// Every pulse train Ts g(k Ts) with G proper has the factor z (partial fractions give z/(z - e^{p Ts})): what else
+/// stands at the end of a numerator is rounding.
+System with_zeros_at_the_origin(System h) {
+  for (Fraction& f : h.tf)
+    if (!f.num.empty()) {
+      f.num.front() = 0;
+      f.num = tidy(std::move(f.num));
+    }
+  return h;
+}
+
 System named_like(System h, const System& g) {
   h.state_names = g.state_names;
   h.input_names = g.input_names;
@@ -247,7 +258,11 @@ System c2d(const System& given, Expr Ts, const std::string& method, double prewa
   }
   if (method == "euler") return named_like(by_quadrature(g, Ts, 0, Ts), given);
   if (method == "backward") return named_like(by_quadrature(g, Ts, 1, Ts), given);
-  if (method == "impulse") return named_like(by_impulse(g, Ts), given);
+  if (method == "impulse") {
+    const System h = by_impulse(g, Ts);
+    if (given.form == Form::ss) return named_like(h, given);
+    return named_like(with_zeros_at_the_origin(to_tf(h)), given);
+  }
   throw Error(text("unknown method '", method, "'.", did_you_mean(method, sampling_methods()),
                    " (methods: ", join(sampling_methods(), ", "), ")"));
 }

@@ -1,4 +1,4 @@
-// Poles, invariant zeros, stability.
+// Poles and invariant zeros.
 #include <algorithm>
 #include <cmath>
 
@@ -254,108 +254,6 @@ std::optional<std::vector<Expr>> symbolic_zeros(const Polynomial& given) {
   }
   if (p.size() > 3) return {};
   return list;
-}
-
-// ── stability ──
-
-std::vector<Expr> routh(const Polynomial& p) {
-  const auto n = p.size();
-  std::vector<std::vector<Expr>> rows(2);
-  for (std::size_t k = 0; k < n; ++k) rows[k % 2].push_back(p[n - 1 - k]);
-  std::vector<Expr> first;
-  for (std::size_t i = 0; i < n; ++i) {
-    if (i >= 2) {
-      const auto &a = rows[i - 2], &b = rows[i - 1];
-      std::vector<Expr> c;
-      for (std::size_t k = 0; k + 1 < a.size(); ++k)
-        c.push_back(simplify((b[0] * a[k + 1] - a[0] * (k + 1 < b.size() ? b[k + 1] : Expr(0))) / b[0]));
-      rows.push_back(std::move(c));
-    }
-    if (rows[i].empty() || rows[i][0].is_zero())
-      throw Error(text("Routh's array has a zero in its first column (row ", i + 1,
-                       "): there are poles on or symmetric to the imaginary axis"));
-    first.push_back(rows[i][0]);
-  }
-  return first;
-}
-
-namespace {
-
-/// Is the eigenvalue λ of A semisimple, that is, without chains of generalised eigenvectors?
-bool semisimple(const System& g, const dae::Mode& mode) {
-  if (mode.multiplicity == 1) return true;
-  if (g.form != Form::ss) return false;
-  const int n = g.ss.order();
-  const Mat A = numbers(g.ss.A);
-  const ComplexMat m =
-      linalg::similar(A, linalg::balancing(A)).cast<Complex>() - mode.value * ComplexMat::Identity(n, n);
-  Eigen::JacobiSVD<ComplexMat> svd(m);
-  svd.setThreshold(1e-10);
-  return n - svd.rank() == mode.multiplicity;
-}
-
-std::string mode_text(const dae::Mode& m) {
-  const auto part = [&](bool imaginary) {
-    if (m.exact) return pendula::to_text(imaginary ? m.exact->second : m.exact->first);
-    return pendula::rounded(imaginary ? m.value.imag() : m.value.real(), 6);
-  };
-  if (m.value.imag() == 0) return part(false);
-  std::string im = part(true);
-  const bool minus = im[0] == '-';
-  if (minus) im.erase(0, 1);
-  im = im == "1" ? "i" : im + " i";
-  if (m.value.real() == 0) return (minus ? "-" : "") + im;
-  return part(false) + (minus ? " - " : " + ") + im;
-}
-
-}  // namespace
-
-Stability stability(const System& g) {
-  Stability s;
-  const std::vector<Expr> all = entries(g);
-  bool missing = false;
-  for (Expr leaf : leaves(all))
-    missing = missing || (symbol_of(leaf).kind == Kind::parameter && !symbol_of(leaf).value);
-  if (missing) {
-    if (!g.continuous()) defaults(all);  // throws: names what has no value
-    s.symbolic = true;
-    s.routh = routh(characteristic(g));
-    return s;
-  }
-  const System values = with_numbers(g);
-  std::vector<std::string> outside, on, repeated;
-  for (const dae::Mode& m : poles(values)) {
-    if (m.value.imag() < 0) continue;
-    const double x = g.continuous() ? m.value.real() : std::abs(m.value) - 1;
-    const double tol = m.exact ? 1e-15 : 1e-10 * (g.continuous() ? std::abs(m.value) : 1);
-    if (x > tol) outside.push_back(mode_text(m));
-    if (std::fabs(x) <= tol) (semisimple(values, m) ? on : repeated).push_back(mode_text(m));
-  }
-  const std::string v = g.variable(), axis = g.continuous() ? "on the imaginary axis" : "on the unit circle";
-  if (!outside.empty()) {
-    s.verdict = "unstable";
-    s.reason = text(g.continuous() ? "in the right half plane: " : "outside the unit circle: ", v, " = ",
-                    join(outside, ", "));
-  } else if (!repeated.empty()) {
-    s.verdict = "unstable";
-    s.reason = text("a repeated pole ", axis, ": ", v, " = ", join(repeated, ", "));
-  } else if (!on.empty()) {
-    s.verdict = "stable, not asymptotically";
-    s.reason = text("simple poles ", axis, ": ", v, " = ", join(on, ", "));
-  } else {
-    s.verdict = "asymptotically stable";
-    s.asymptotic = true;
-    s.reason = g.continuous() ? "all poles have negative real parts" : "all poles lie inside the unit circle";
-  }
-  return s;
-}
-
-std::string describe(const Stability& s) {
-  if (!s.symbolic) return s.verdict + ": " + s.reason;
-  std::vector<std::string> list;
-  for (Expr e : s.routh)
-    if (!(e.is_constant() && constant_value(e) > 0)) list.push_back(pendula::to_text(e) + " > 0");
-  return "asymptotically stable if and only if " + join(list, ", ") + " (Routh)";
 }
 
 }  // namespace pendula::lti

@@ -47,3 +47,9 @@ doc { name = "ekf", module = "lti design",
     option("rtol", "number", "relative tolerance of the integration", "1e-8"),
     option("method", "string or tableau", "of the integration", "", "@methods") },
   options_at = 2, late "ekf" }
+
+doc { name = "kalman_result:plot", module = "lti design", sig = "r:plot([options]) -> figure",
+  text = "The states with ± 2 standard deviations, a panel for each; options as in plot, for the first panel.",
+  options = (include "plot/options").frame, options_at = 2,
+  example = "r = kalman_filter(ss({{1}}, {0}, {1}, {0}, 1), 0, 1, { y = {1, 3, 2}, P0 = 9 })\nr:plot()",
+  gives = "figure 'states, ± 2 σ': 2 series, 6 points", late "plot_states" }

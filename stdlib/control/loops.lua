@@ -332,4 +332,28 @@ local function ekf(sys, options)
   return r
 end
 
-return { close = close, estimator = estimator, ekf = ekf }
+-- ── the Kalman filter of a linear system ──
+
+local function plot_states(r, options)
+  local x, std, panels = r.x, r.std, {}
+  local t = {}
+  for k = 1, x.rows do t[k] = r.t[k] end
+  for i, name in ipairs(r.names) do
+    local middle, low, high = {}, {}, {}
+    for k = 1, x.rows do
+      local m, s = x(k, i), std(k, i)
+      middle[k], low[k], high[k] = m, m - 2*s, m + 2*s
+    end
+    panels[i] = { by = "r:plot", ylabel = name, legend = false, series = {
+      { x = t, y = high, lower = low, style = "fill" }, { x = t, y = middle, labels = { name } } } }
+  end
+  panels[#panels].xlabel = "t [s]"
+  panels[1].title = "states, ± 2 σ"
+  local below = {}
+  for i = 2, #panels do below[i - 1] = figure(panels[i]) end
+  panels[1].below = below
+  for key, value in pairs(options or {}) do panels[1][key] = value end
+  return figure(panels[1])
+end
+
+return { close = close, estimator = estimator, ekf = ekf, plot_states = plot_states }

@@ -61,6 +61,22 @@ function common.offset_remarks(d)
   return lines
 end
 
+-- Adds what feedback in the data may mean for an estimate.
+function common.feedback_remark(lines, d, output, consequence)
+  local seen = d:feedback(output)
+  if seen then
+    lines[#lines + 1] = ("  warning: the data may have been taken in closed loop (%s of residuals and later inputs): %s")
+      :format(seen, consequence)
+  end
+  return lines
+end
+
+-- Remarks of estimates of y = G u + v that take the noise as white.
+function common.output_error_remarks(d)
+  return common.feedback_remark(common.offset_remarks(d), d, 1,
+    "the estimate may then be biased, because the noise is taken as white; arx, armax or bj are not")
+end
+
 -- A list of numbers from a list, a column or a row.
 function common.list(by, x)
   local list = {}

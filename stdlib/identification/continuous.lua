@@ -117,8 +117,7 @@ local function search(d, ic, model, starts, lower, upper)
   if not best then
     fail "the search found no start at which the model is finite; give other data or a simpler model"
   end
-  best.starts = tried
-  return best
+  return best, tried
 end
 
 local function finish(r, d, ic, kind, names, values, deviations, build)
@@ -131,8 +130,8 @@ local function finish(r, d, ic, kind, names, values, deviations, build)
     cov = deviations.cov,
     num = num, den = den, delay = delay, build = build, rows = count, ic = ic, loss = r.sse / count,
       sigma2 = r.sigma2,
-    fit = 100 * (1 - math.sqrt(r.sse / y)), verdict = r.verdict, starts = r.starts, active = {},
-    remarks = common.offset_remarks(d) }, estimated)
+    fit = 100 * (1 - math.sqrt(r.sse / y)), verdict = r.verdict, starts = deviations.starts, active = {},
+    remarks = common.output_error_remarks(d) }, estimated)
   for _, k in ipairs(r.active) do out.active[#out.active + 1] = names[k] end
   out.formula = tf_text(num, den, delay)
   out.system = named "tf" (num, den)
@@ -227,7 +226,7 @@ local function process_model(d, kind, options)
       or -math.huge
     upper[k] = name == "L" and 10 * longest / span or positive(name) and math.log(span * 1e3) or math.huge
   end
-  local r = search(d, ic, function(p)
+  local r, tried = search(d, ic, function(p)
     local list = {}
     for k = 1, #names do list[k] = p[k] end
     return build(unpacked(list))
@@ -243,7 +242,8 @@ local function process_model(d, kind, options)
     cov[i] = {}
     for j = 1, #names do cov[i][j] = slope[i] * slope[j] * r.cov(i, j) end
   end
-  return finish(r, d, ic, "process model " .. kind, names, values, { std = std, cov = cov }, build)
+  return finish(r, d, ic, "process model " .. kind, names, values,
+    { std = std, cov = cov, starts = tried }, build)
 end
 
 -- ── transfer functions ──
@@ -314,7 +314,7 @@ local function tfest(d, options)
     return v
   end
   for _, start in ipairs(starts) do for k = 1, #names do start[k] = start[k] / unit[k] end end
-  local r = search(d, ic, function(p) return build(unpacked(p)) end, starts)
+  local r, tried = search(d, ic, function(p) return build(unpacked(p)) end, starts)
   local values, std, cov = unpacked(r.theta), {}, {}
   for i = 1, #names do
     std[i], cov[i] = math.abs(unit[i]) * r.std[i], {}
@@ -322,7 +322,7 @@ local function tfest(d, options)
   end
   return finish(r, d, ic, ("transfer function with %s, %s"):format(counted(np, "pole"), counted(nz, "zero")),
     names, values,
-    { std = std, cov = cov }, build)
+    { std = std, cov = cov, starts = tried }, build)
 end
 
 return { process_model = process_model, tfest = tfest }

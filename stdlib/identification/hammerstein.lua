@@ -189,7 +189,7 @@ local function hammerstein(d, options)
   local out = setmetatable({ names = names, ones = ones, theta = r.theta, std = r.std, cov = r.cov, b = b,
     f = f, c = c,
     d = dd, loss = r.sse / #y, sigma2 = r.sigma2, rows = #y, fit = 100 * (1 - math.sqrt(r.sse / variation)),
-    verdict = r.verdict, converged = r.converged, remarks = common.offset_remarks(d) }, estimated)
+    verdict = r.verdict, converged = r.converged, remarks = common.output_error_remarks(d) }, estimated)
   out.linear = named "tf" (named "vstack" (b), named "vstack" { 1, table.unpack(f) }, d.Ts)
   out.options = o
   return out

@@ -8,10 +8,10 @@ function estimate.__tostring(r)
   for k, lag in ipairs(r.lags) do
     if not first and lag >= 0 and math.abs(r.g[k]) > r.bound[k] then first = lag end
   end
-  return ("impulse response from %s to %s by %s: lags %d … %d, %s"):format(r.input, r.output, r.method,
-    r.lags[1],
-    r.lags[#r.lags], first and ("beyond the 99 %% bound first at lag %d"):format(first)
+  local text = ("impulse response from %s to %s by %s: lags %d … %d, %s"):format(r.input, r.output, r.method,
+    r.lags[1], r.lags[#r.lags], first and ("beyond the 99 %% bound first at lag %d"):format(first)
       or "nowhere beyond the 99 % bound")
+  return table.concat({ text, table.unpack(r.remarks or {}) }, "\n")
 end
 
 estimate.__index = { latex = report_latex, plot = function(r, options)
@@ -98,7 +98,8 @@ local function correlation_analysis(d, options)
   local Ru, Ry = covariance(u, u, 0), covariance(y, y, 0)
   local r = setmetatable({ lags = {}, g = {}, std = {}, bound = {}, input = d.u_names[i],
     output = d.y_names[o],
-    method = "correlation analysis" }, estimate)
+    method = "correlation analysis", remarks = common.feedback_remark({}, d, o,
+      "the response may then be that of the loop; arx or armax take the noise into account") }, estimate)
   for lag = -(lags // 4), lags do
     local n = #r.lags + 1
     r.lags[n], r.g[n] = lag, covariance(y, u, lag) / Ru

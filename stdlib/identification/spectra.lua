@@ -30,7 +30,7 @@ end
 
 local spectral_estimate = { __name = "spectral estimate" }
 
-function spectral_estimate.__tostring(r)
+local function lines_of(r)
   if not r.coherence then
     return ("frequency response from %s to %s by Fourier transforms: %d samples, %d frequencies up to "
       .. "%.4g rad/s")
@@ -42,6 +42,15 @@ function spectral_estimate.__tostring(r)
     .. "%d frequencies up to %.4g rad/s\n  coherence at least %.3g (at ω = %.4g)"):format(r.input, r.output,
     r.samples,
     r.window, #r.w, r.w[#r.w], least, at)
+end
+
+function spectral_estimate.__tostring(r)
+  return table.concat({ lines_of(r), table.unpack(r.remarks) }, "\n")
+end
+
+local function remarks_of(d, output)
+  return common.feedback_remark({}, d, output,
+    "the estimate may then lie between the plant and -1/controller; arx or armax take the noise into account")
 end
 
 -- Gain with ± 2 σ as a band where a deviation is known, and the phase below.
@@ -99,7 +108,8 @@ local function spectral_analysis(d, options)
     squares = squares + window[lag]^2
   end
   local r = setmetatable({ w = {}, re = {}, im = {}, mag = {}, phase = {}, std = {}, noise = {},
-    coherence = {}, title = "Spectral estimate", samples = N, window = M, input = d.u_names[i],
+    coherence = {}, title = "Spectral estimate", samples = N, window = M, remarks = remarks_of(d, o),
+      input = d.u_names[i],
       output = d.y_names[o] }, spectral_estimate)
   local count, turn = given and #given or 128, 0
   for k = 1, count do
@@ -137,7 +147,7 @@ local function etfe(d, options)
   local half, largest = N // 2, 0
   for k = 2, half + 1 do largest = math.max(largest, ur[k]^2 + ui[k]^2) end
   local r = setmetatable({ w = {}, re = {}, im = {}, mag = {}, phase = {}, samples = N,
-    title = "Empirical transfer function",
+    title = "Empirical transfer function", remarks = remarks_of(d, o),
     input = d.u_names[i], output = d.y_names[o] }, spectral_estimate)
   local turn = 0
   for k = 2, half + 1 do

@@ -53,6 +53,13 @@ end
 -- The name under which r:refit knows an estimate: x(0) is the state x.
 local function key_of(r, i) return (r.names[i]:gsub("%(0%)$", "")) end
 
+-- Residuals of exact data are errors of the integration: what they say of the estimates is no interval.
+local function require_noise(name, r)
+  if not r.exact then return end
+  fail(("%s: the data are exact, the model reproduces them to the accuracy of the integration (rms residual %.2g); "
+    .. "without noise the estimates have no interval"):format(name, math.sqrt(r.loss)))
+end
+
 -- ── profile likelihood ─────────────────────────────────────────────────────────────────────────────────────
 
 -- z = ± √(N ln(V/V̂)), nearly linear in the parameter, crosses ± √χ² at the ends of the interval.
@@ -75,7 +82,7 @@ function refits.profile(r, parameter, given)
   end
   local place = place_of("profile", r, parameter)
   local key, best, N = key_of(r, place), r.theta[place], #r.residuals
-  if r.loss == 0 then fail "profile: the data are reproduced exactly; there is no noise to compare with" end
+  require_noise("profile", r)
   local limit = normal(0, 1):quantile(0.5 + options.confidence/2)
   local deviation = r.std[place]
   if not (deviation > 0 and deviation < math.huge) then deviation = best ~= 0 and math.abs(best)/4 or 1 end
@@ -161,6 +168,7 @@ end
 function refits.bootstrap(r, given)
   local options = with_defaults(given, { runs = 200, confidence = 0.95 })
   whole("bootstrap", "runs", options.runs, 10)
+  require_noise("bootstrap", r)
   if #r.residuals <= r.rank then fail "bootstrap: there are no more samples than estimates" end
   local noise, y = noise_of(r), r.data.y
   local list, failed, left = fits(r, options.runs, options, function()

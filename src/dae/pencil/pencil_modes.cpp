@@ -252,7 +252,8 @@ std::vector<Mode> modes(const std::vector<Factor>& factors) {
       PENDULA_ASSERT(exact && exact->size() == 2, "a quadratic factor has no exact zeros");
       auto z = f.zeros;
       const auto key = [](const std::complex<double>& s) { return std::pair(s.real(), s.imag()); };
-      if (z[0].imag() != 0) z[1] = {z[0].real(), z[1].imag()};  // one real part, whatever rounding says
+      if (z[0].imag() != 0)  // one real part, whatever rounding says: that of the factor
+        for (auto& each : z) each.real(-f.p[1].get_d() / 2);
       std::sort(z.begin(), z.end(), [&](auto& a, auto& b) { return key(a) < key(b); });
       std::array<Expr, 2> re{(*exact)[0].re, (*exact)[1].re};
       // -p/2 ± √… of a small zero beside a large one cancels when it is evaluated; their product does not.

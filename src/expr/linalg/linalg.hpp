@@ -37,6 +37,9 @@ std::optional<VecX> null_vector(const MatX& a);
 
 /// 1, c₁, …, cₙ with det(sI - a) = sⁿ + c₁sⁿ⁻¹ + … + cₙ (Faddeev–LeVerrier: divides by integers only).
 VecX characteristic(const MatX& a);
+/// The same of doubles, the digits that a has: exact on its entries up to 40 rows, then rounded; beyond from the
+/// eigenvalues.
+Vec characteristic(const Mat& a);
 
 struct Eigenvalue {
   Expr re, im;

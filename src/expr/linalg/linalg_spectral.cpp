@@ -4,6 +4,7 @@
 
 #include "base/error.hpp"
 #include "base/interrupt.hpp"
+#include "base/text.hpp"
 #include "expr/graph/derivative.hpp"
 #include "expr/graph/rational.hpp"
 #include "expr/linalg/linalg.hpp"
@@ -164,6 +165,28 @@ Expr value_of(const ExpPolynomial& r, Expr s) {
 }
 
 }  // namespace
+
+Vec characteristic(const Mat& a) {
+  if (a.rows() != a.cols())
+    throw Error(text("the matrix must be square, not a ", a.rows(), "×", a.cols(), " matrix"));
+  if (!a.allFinite()) throw Error("the matrix has an entry that is no finite number");
+  const Eigen::Index n = a.rows();
+  Vec c = Vec::Zero(n + 1);
+  c[0] = 1;
+  constexpr Eigen::Index most_exact = 40;
+  if (n <= most_exact) {
+    const auto exact =
+        rational::characteristic(MatX(a.unaryExpr([](double v) { return Expr(mpq_class(v)); })));
+    for (Eigen::Index k = 0; k <= n; ++k) c[k] = exact[k].get_d();
+    return c;
+  }
+  const Eigensystem e = eigensystem(a);
+  Eigen::VectorXcd p = Eigen::VectorXcd::Zero(n + 1);
+  p[0] = 1;
+  for (Eigen::Index k = 0; k < n; ++k)
+    for (Eigen::Index i = k + 1; i > 0; --i) p[i] -= std::complex(e.re[k], e.im[k]) * p[i - 1];
+  return p.real();
+}
 
 std::optional<std::vector<Eigenvalue>> exact_eigenvalues(const MatX& a) {
   std::vector<mpq_class> rest;

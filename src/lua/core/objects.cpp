@@ -143,8 +143,8 @@ namespace {
   if (const std::string remedy = remedy_for_member(type, name); !remedy.empty())
     throw Error(text(describe(L, 1), " has no field or method '", name, "': ", remedy, hint));
   if (is_vocabulary_function(L, name))
-    throw Error(text(describe(L, 1), " has no method '", name,
-                     "', but there is a function of that name: write ", name, "(…) (help \"", name, "\")"));
+    throw Error(text(describe(L, 1), " has no method '", name, "'; ", name, "(…) is a function: help \"",
+                     name, "\" shows of what", hint));
   const bool variable = std::strcmp(type, "solution") == 0;
   throw Error(text(describe(L, 1), " has no field or method '", name, "'.",
                    did_you_mean(name, member_names(L, type)),

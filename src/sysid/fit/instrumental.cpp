@@ -6,6 +6,7 @@
 #include "base/decompositions.hpp"
 #include "base/error.hpp"
 #include "base/text.hpp"
+#include "sysid/model/validation.hpp"
 #include "sysid/regression/structured.hpp"
 
 namespace pendula::sysid {
@@ -117,6 +118,12 @@ PolyModel iv4(const IdData& given, Index output, const Orders& wanted) {
   const double variation = (y.array() - y.mean()).matrix().squaredNorm();
   m.quality = criteria((y - regressor.matrix() * m.theta).squaredNorm(), y.size(), m.theta.size(), variation);
   m.simulation.percent = simulation_fit(m, given, Seed::data);
+  if (std::string line =
+          feedback_warning(given, output,
+                           "the estimate may then be biased, because inputs are its instruments; "
+                           "armax or arx are not");
+      !line.empty())
+    m.search.warnings.push_back(std::move(line));
   return m;
 }
 

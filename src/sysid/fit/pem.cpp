@@ -10,6 +10,7 @@
 #include "base/text.hpp"
 #include "sysid/fit/bounded_search.hpp"
 #include "sysid/model/kalman_errors.hpp"
+#include "sysid/model/validation.hpp"
 
 namespace pendula::sysid {
 namespace {
@@ -415,6 +416,12 @@ PolyModel pem(const IdData& d, Index output, const Orders& wanted, const std::st
   m.search.settled = best->converged() && m.search.warnings.empty();
   m.search.verdict = verdict(m, *best, attempts);
   for (std::string& line : offsets_in(d, output)) m.search.warnings.push_back(std::move(line));
+  if (m.p.A.size() + m.p.C.size() + m.p.D.size() == 3 && !m.exact)  // an output-error model
+    if (std::string line = feedback_warning(
+            d, output,
+            "B and F may then be biased, because the noise is taken as white; arx, armax or bj are not");
+        !line.empty())
+      m.search.warnings.push_back(std::move(line));
   return m;
 }
 

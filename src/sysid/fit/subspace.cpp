@@ -11,6 +11,7 @@
 #include "sysid/fit/subspace.hpp"
 #include "sysid/model/kalman_errors.hpp"
 #include "sysid/model/state_space_fit.hpp"
+#include "sysid/model/validation.hpp"
 
 namespace pendula::sysid {
 namespace {
@@ -245,7 +246,15 @@ IdModel subspace(const IdData& given, const SubspaceOptions& o) {
   m.free_inputs = dependent_inputs(data);
   if (exact && spectral_radius(m.A) < 1) m.K.setZero();
   unscale(m, s);
-  return completed(std::move(m), data, exact);
+  IdModel out = completed(std::move(m), data, exact);
+  for (Index j = 0; j < p && !exact; ++j)
+    if (std::string line =
+            feedback_warning(data, j,
+                             "A and B may then be biased, because later inputs are taken as independent "
+                             "of the noise; pem(d, m), armax or arx are not");
+        !line.empty())
+      out.outputs[static_cast<std::size_t>(j)].search.warnings.push_back(std::move(line));
+  return out;
 }
 
 }  // namespace pendula::sysid

@@ -202,11 +202,7 @@ std::string without_delay(const Validation& v) {
 }
 
 std::string feedback_remark(const Validation& v) {
-  std::vector<std::string> counts;
-  for (std::size_t i = 0; i < v.u_names.size(); ++i)
-    counts.push_back(text(v.u_names[i], ": ", v.later_outside[i], " of ", v.lags, " correlations outside ±",
-                          rounded(v.cross_bound[static_cast<Index>(i)], 3)));
-  return text("  residuals and later inputs are correlated (", join(counts, ", "),
+  return text("  residuals and later inputs are correlated (", later_inputs_text(v),
               "): the data may have been taken in closed loop\n");
 }
 

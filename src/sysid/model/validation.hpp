@@ -36,6 +36,14 @@ struct Validation {
 /// lags: nothing means 25, or a quarter of the residuals if these are fewer.
 Validation validate(const IdModel& m, Index output, const IdData& d, std::optional<Index> lags = {});
 std::string describe(const Validation& v);
+/// "u: 3 of 25 correlations outside ±0.1": of residuals and later inputs.
+std::string later_inputs_text(const Validation& v);
+
+/// The same of a long ARX model of the data, where there are more than chance explains: y may be fed back to u. Nothing
+/// ("") otherwise, and where a record is too short or has gaps. Cost: one ARX fit.
+std::string feedback_in(const IdData& d, Index output);
+/// The same as a warning that ends in what it means for an estimate.
+std::string feedback_warning(const IdData& d, Index output, const std::string& consequence);
 
 // ── comparison ──
 

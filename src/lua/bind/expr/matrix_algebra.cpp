@@ -55,6 +55,11 @@ std::optional<Mat> in_doubles(const MatX& a) {
   return values;
 }
 
+/// The matrix in doubles where exact polynomials of it take minutes and show nothing: measured numbers (lti::field).
+std::optional<Mat> measured(const MatX& a) {
+  return lti::field(a) == lti::Field::numeric ? in_doubles(a) : std::nullopt;
+}
+
 MatX simplified(const MatX& a) {
   constexpr Eigen::Index readable =
       100;  // larger results are straight lines of eliminations, not for reading
@@ -68,10 +73,20 @@ void check_cost(const MatX& a) {
                      "); evaluate(A) makes it a matrix of doubles"));
 }
 
+double finite(double v, const char* what) {
+  if (!std::isfinite(v))
+    throw Error(text(what, " overflows double precision: divide A by a number of its size first"));
+  return v;
+}
+
 int det(Call& call) {
   const Value a = square_matrix(call, 1);
-  if (const Mat* m = std::get_if<Mat>(&a)) return call.push(linalg::determinant(*m));
+  if (const Mat* m = std::get_if<Mat>(&a))
+    return call.push(finite(linalg::determinant(*m), "the determinant"));
   const MatX& e = std::get<MatX>(a);
+  constexpr Eigen::Index readable = 20;  // of more measured numbers in one exact fraction nothing can be read
+  if (const auto values = e.rows() > readable ? measured(e) : std::nullopt)
+    return call.push(finite(linalg::determinant(*values), "the determinant"));
   check_cost(e);
   const Expr d = linalg::determinant(e);
   return push_expr(call.L, e.rows() <= 6 ? simplify(d) : d);
@@ -158,10 +173,14 @@ int rank(Call& call) {
 }
 
 int charpoly(Call& call) {
-  const MatX a = to_matrix(call.L, 1, "A");
-  if (a.rows() != a.cols()) throw Error(text("the matrix must be square, not a ", shape(a)));
-  check_cost(a);
-  const VecX c = linalg::characteristic(a);
+  const Value given = square_matrix(call, 1);
+  const auto* a = std::get_if<MatX>(&given);
+  const std::optional<Mat> values = a ? measured(*a) : std::get<Mat>(given);
+  if (!values) check_cost(*a);
+  const Vec numbers = values ? linalg::characteristic(*values) : Vec();
+  for (const double v : numbers) finite(v, "a coefficient");
+  if (values && !call.has(2)) return push_matrix(call.L, Mat(numbers));
+  const VecX c = values ? VecX(lti::expressions(Mat(numbers))) : linalg::characteristic(*a);
   if (!call.has(2)) return push_matrix(call.L, MatX(c));
   const Expr s = to_expr(call.L, 2, "s");
   Expr p = 0;
@@ -174,6 +193,7 @@ int expm(Call& call) {
   if (const Mat* m = std::get_if<Mat>(&a)) return push_value(call.L, linalg::exponential(*m));
   const MatX& e = std::get<MatX>(a);
   if (e.rows() == 0) return push_matrix(call.L, e);
+  if (const auto values = measured(e)) return push_value(call.L, linalg::exponential(*values));
   check_cost(e);
   if (auto exact = linalg::exact_exponential(e)) return push_value(call.L, *exact);
   if (!in_doubles(e))
@@ -197,13 +217,14 @@ int eig(Call& call) {
     result->numeric = linalg::eigensystem(*m);
   } else {
     const MatX& e = std::get<MatX>(a);
-    check_cost(e);
+    const bool data = measured(e).has_value();
+    if (!data) check_cost(e);
     const auto values = in_doubles(e);
     if (!values)
       throw Error("eigenvalues need numbers; charpoly(A, s) is symbolic, evaluate(A, {…}) gives numbers");
     result->numeric = linalg::eigensystem(*values);
     constexpr Eigen::Index most = 30;
-    if (linalg::is_rational(e) && e.rows() > 0 && e.rows() <= most)
+    if (linalg::is_rational(e) && !data && e.rows() > 0 && e.rows() <= most)
       result->exact = linalg::exact_eigenvalues(e);
   }
   if (result->exact) {  // the decimals of the exact ones: repeated eigenvalues do not scatter

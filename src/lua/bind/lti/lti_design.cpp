@@ -10,6 +10,19 @@
 #include "lua/bind/lti/lti.hpp"
 
 namespace pendula::lua {
+
+/// What kalman_filter found for the samples y.
+struct FilteredStates {
+  lti::FilterRun run;
+  lti::System system;
+  Mat y;
+  bool smoothed = false;
+};
+template <>
+struct TypeName<FilteredStates> {
+  static constexpr const char* value = "kalman_result";
+};
+
 namespace {
 
 using Eigen::Index;
@@ -222,28 +235,57 @@ int kalman_filter(Call& call) {
   lua_settop(call.L, call.count());
   const bool smooth = o.boolean("smooth", false);
   const lti::FilterRun run = lti::kalman_filter(g, Q, R, u, y, x0, P0, smooth);
-  lua_createtable(call.L, 0, 10);
-  const auto set = [&](const char* key, const Mat& m) {
-    push_matrix(call.L, m);
-    lua_setfield(call.L, -2, key);
-  };
-  set("predicted", run.predicted);
-  set("x", smooth ? run.smoothed : run.filtered);
-  set("std", smooth ? run.smoothed_std : run.std);
-  set("y", run.y);
-  set("innovations", run.innovations);
-  set("next", Mat(run.next));
-  set("P", run.P);
-  lua_createtable(call.L, static_cast<int>(run.gains.size()), 0);
+  return call.push(std::make_shared<const FilteredStates>(FilteredStates{run, g, y, smooth}));
+}
+
+const FilteredStates& filtered(Call& call) { return call.object<FilteredStates>(1, "kalman_result"); }
+const Mat& states_of(const FilteredStates& f) { return f.smoothed ? f.run.smoothed : f.run.filtered; }
+const Mat& deviations_of(const FilteredStates& f) { return f.smoothed ? f.run.smoothed_std : f.run.std; }
+int filtered_x(Call& call) { return push_matrix(call.L, states_of(filtered(call))); }
+int filtered_std(Call& call) { return push_matrix(call.L, deviations_of(filtered(call))); }
+int filtered_predicted(Call& call) { return push_matrix(call.L, filtered(call).run.predicted); }
+int filtered_y(Call& call) { return push_matrix(call.L, filtered(call).run.y); }
+int filtered_innovations(Call& call) { return push_matrix(call.L, filtered(call).run.innovations); }
+int filtered_next(Call& call) { return push_matrix(call.L, Mat(filtered(call).run.next)); }
+int filtered_P(Call& call) { return push_matrix(call.L, filtered(call).run.P); }
+int filtered_likelihood(Call& call) { return call.push(filtered(call).run.log_likelihood); }
+int filtered_gains(Call& call) {
+  const auto& gains = filtered(call).run.gains;
+  lua_createtable(call.L, static_cast<int>(gains.size()), 0);
   lua_Integer k = 0;
-  for (const Mat& gain : run.gains) {
+  for (const Mat& gain : gains) {
     push_matrix(call.L, gain);
     lua_rawseti(call.L, -2, ++k);
   }
-  lua_setfield(call.L, -2, "gains");
-  lua_pushnumber(call.L, run.log_likelihood);
-  lua_setfield(call.L, -2, "log_likelihood");
   return 1;
+}
+int filtered_names(Call& call) {
+  const System& g = filtered(call).system;
+  std::vector<std::string> names;
+  for (int i = 0; i < g.ss.order(); ++i) names.push_back(lti::state_name(g, i));
+  return push_names(call.L, names);
+}
+int filtered_times(Call& call) {
+  const FilteredStates& f = filtered(call);
+  const double Ts = lti::number(f.system.Ts);
+  return push_matrix(call.L, Mat(Vec::LinSpaced(f.y.rows(), 0, Ts * static_cast<double>(f.y.rows() - 1))));
+}
+
+int filtered_text(Call& call) {
+  const FilteredStates& f = filtered(call);
+  const Index samples = f.y.rows(), n = f.system.ss.order(), missing = (f.y.array() != f.y.array()).count();
+  std::string out =
+      text(f.smoothed ? "Kalman smoother over " : "Kalman filter over ", samples,
+           samples == 1 ? " sample of " : " samples of ", n, n == 1 ? " state" : " states",
+           missing > 0 ? text(", ", missing, missing == 1 ? " value" : " values", " of y missing") : "",
+           ": log-likelihood ", rounded(f.run.log_likelihood, 6));
+  constexpr Index most = 20;
+  for (Index i = 0; i < std::min(n, most); ++i)
+    out += text("\n  ", lti::state_name(f.system, static_cast<int>(i)), " = ",
+                rounded(states_of(f)(samples - 1, i), 6), " ± ", rounded(deviations_of(f)(samples - 1, i), 3),
+                i == 0 ? " at the last sample" : "");
+  if (n > most) out += text("\n  … ", n - most, " more in .x and .std");
+  return call.push(out);
 }
 
 const OptionTable kalman_filter_options = {
@@ -315,13 +357,33 @@ extern const Module lti_design_module = {
          "The same as lqe, and the filter as a system with the inputs u, y and the outputs ŷ, x̂.",
          "kalman(ss({{0}}, {1}, {1}), 1, 1):poles()", "poles: -1"},
         {"kalman_filter", kalman_filter,
-         "kalman_filter(G, Q, R, { y =, u =, x0 =, P0 =, smooth = false }) -> table",
+         "kalman_filter(G, Q, R, { y =, u =, x0 =, P0 =, smooth = false }) -> kalman_result",
          R"(The time-varying Kalman filter of a discrete G over measured samples, from a state of mean x0 and covariance
-            P0; missing samples (NaN) are bridged. .x .std (filtered states and their deviations; smoothed ones
-            with smooth = true) .predicted .y (one step ahead) .innovations .gains .P .next .log_likelihood.)",
+            P0; missing samples (NaN) are bridged. r:plot() draws the states with ±2σ.)",
          "r = kalman_filter(ss({{1}}, {0}, {1}, {0}, 1), 0, 1, { y = {1, 3}, P0 = 1e9 })\nreturn math.abs(r.x(2, 1) - "
          "2) < 1e-8, math.abs(r.std(2, 1)^2 - 0.5) < 1e-8",
          "true true", &kalman_filter_options},
+        {"kalman_result#x", filtered_x, "r.x -> matrix",
+         "The states given the samples up to each one (all samples: smooth = true), a row per sample.", "",
+         ""},
+        {"kalman_result#std", filtered_std, "r.std -> matrix", "Their standard deviations.", "", ""},
+        {"kalman_result#predicted", filtered_predicted, "r.predicted -> matrix",
+         "The states given the samples before each one.", "", ""},
+        {"kalman_result#y", filtered_y, "r.y -> matrix", "The outputs given the samples before each one.", "",
+         ""},
+        {"kalman_result#innovations", filtered_innovations, "r.innovations -> matrix",
+         "The samples minus r.y; NaN where one is missing.", "", ""},
+        {"kalman_result#gains", filtered_gains, "r.gains -> list",
+         "What the states gain by an innovation, by sample.", "", ""},
+        {"kalman_result#next", filtered_next, "r.next -> column", "The state one sample behind the last one.",
+         "", ""},
+        {"kalman_result#P", filtered_P, "r.P -> matrix", "Its covariance.", "", ""},
+        {"kalman_result#log_likelihood", filtered_likelihood, "r.log_likelihood -> number",
+         "Of the samples, for normal noise.", "", ""},
+        {"kalman_result#names", filtered_names, "r.names -> list", "The names of the states.", "", ""},
+        {"kalman_result#t", filtered_times, "r.t -> column", "The times of the samples, from 0.", "", ""},
+        {"kalman_result:__tostring", filtered_text, "print(r)",
+         "The likelihood, and the states at the last sample with their deviations.", "", ""},
         {"balreal", balreal, "balreal(G) -> G, hankel, T",
          R"(A balanced realisation x = T x̃: both Gramians are diag(hankel), the Hankel singular values. G must be
             stable and minimal.)",

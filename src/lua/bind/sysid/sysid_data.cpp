@@ -5,6 +5,7 @@
 #include "base/text.hpp"
 #include "lua/bind/sysid/sysid.hpp"
 #include "lua/core/objects.hpp"
+#include "sysid/model/validation.hpp"
 
 namespace pendula::lua {
 
@@ -230,6 +231,17 @@ const OptionTable iddata_options = {
     {"y_names", "string or list", "", "the same as yname"},
     {"u_names", "string or list", "", "the same as uname"},
 };
+int feedback(Call& call) {
+  const IdData& d = call.object<IdData>(1, "d");
+  const long output = call.integer(2, "output", 1);
+  if (output < 1 || output > d.outputs())
+    throw Error(text("there is no output ", output, "; there are ", d.outputs()));
+  const std::string seen = sysid::feedback_in(d, output - 1);
+  if (!seen.empty()) return call.push(seen);
+  lua_pushnil(call.L);
+  return 1;
+}
+
 const OptionTable read_options = {
     {"y", "string, number or list", "", "the columns of the outputs, by name or number"},
     {"u", "string, number or list", "", "the columns of the inputs"},
@@ -318,6 +330,14 @@ extern const Module iddata_module = {
             name = os.tmpname() .. ".mat"  write_mat(name, { { "x", { 1, 2, 3 } } })
             return read_mat(name).x.T)",
          "1  2  3"},
+        {"iddata:feedback", feedback, "d:feedback([output = 1]) -> string or nil",
+         R"(Whether the data may have been taken in closed loop: how many correlations of the residuals of a long ARX
+            model with later inputs are outside the 99 % bound, where these are more than chance explains. nil: no
+            sign of feedback, or a record too short to say (10 samples for each of 10 (1 + inputs) parameters).)",
+         "seed(4)\nu, y, e = {}, {}, randn(500)\nfor t = 1, 500 do\n  u[t] = -0.5*(y[t-1] or 0) + 0.3*(-1)^(t*t//7)\n"
+         "  y[t] = 0.8*(y[t-1] or 0) + (u[t-1] or 0) + 0.5*e[t]\nend\n"
+         "return iddata{ y = y, u = u }:feedback() ~= nil, iddata{ y = y, u = e }:feedback()",
+         "true nil"},
         {"iddata:csv", csv, "d:csv(file)",
          R"(Writes a text table: t, the inputs, the outputs; a missing sample is an empty field.
             iddata.read reads it back.)",

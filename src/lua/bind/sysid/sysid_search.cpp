@@ -1,4 +1,5 @@
 // Least squares on any function, refinement of state-space models, forecasts. Reads arguments, calls src/sysid.
+#include <algorithm>
 #include <cmath>
 
 #include "base/text.hpp"
@@ -13,6 +14,16 @@ namespace pendula::lua {
 using Eigen::Index;
 using sysid::IdData;
 using sysid::IdModel;
+
+/// A minimum of nlsq with the covariance of its parameters.
+struct FunctionFit {
+  sysid::BoundedMinimum minimum;
+  sysid::SearchCovariance estimate;
+};
+template <>
+struct TypeName<FunctionFit> {
+  static constexpr const char* value = "nlsq_result";
+};
 
 namespace {
 
@@ -35,15 +46,6 @@ sysid::Residuals residuals_of(lua_State* L, int index) {
   };
 }
 
-void set(lua_State* L, const char* key, const Mat& m) {
-  push_matrix(L, m);
-  lua_setfield(L, -2, key);
-}
-void set(lua_State* L, const char* key, double v) {
-  lua_pushnumber(L, v);
-  lua_setfield(L, -2, key);
-}
-
 int nlsq(Call& call) {
   call.function(1, "r");
   const Vec start = to_numeric_matrix(call.L, 2, "start").reshaped();
@@ -58,33 +60,56 @@ int nlsq(Call& call) {
   const auto iterations = static_cast<int>(o.integer("iterations", 100));
   const sysid::BoundedMinimum m =
       sysid::least_squares_within(residuals_of(call.L, 1), start, bounds, scale, iterations);
-  const sysid::SearchCovariance c = sysid::covariance_of(m);
-  lua_State* L = call.L;
-  lua_createtable(L, 0, 12);
-  set(L, "theta", Mat(m.search.theta));
-  set(L, "std", Mat(c.covariance.diagonal().cwiseMax(0.0).cwiseSqrt()));
-  set(L, "cov", c.covariance);
-  set(L, "residuals", Mat(m.residuals));
-  set(L, "J", m.J);
-  set(L, "sse", m.residuals.squaredNorm());
-  set(L, "sigma2", c.sigma2);
-  set(L, "slope", m.search.angle);
-  lua_pushinteger(L, m.search.iterations);
-  lua_setfield(L, -2, "iterations");
-  lua_pushinteger(L, c.rank);
-  lua_setfield(L, -2, "rank");
-  lua_pushboolean(L, m.search.converged());
-  lua_setfield(L, -2, "converged");
-  call.push(m.search.converged() ? "a minimum" : ending_text(m.search));
-  lua_setfield(L, -2, "verdict");
-  lua_createtable(L, static_cast<int>(m.active.size()), 0);
+  return call.push(std::make_shared<const FunctionFit>(FunctionFit{m, sysid::covariance_of(m)}));
+}
+
+const FunctionFit& function_fit(Call& call) { return call.object<FunctionFit>(1, "nlsq_result"); }
+Vec deviations_of(const FunctionFit& f) { return f.estimate.covariance.diagonal().cwiseMax(0.0).cwiseSqrt(); }
+std::string verdict_of(const FunctionFit& f) {
+  return f.minimum.search.converged() ? "a minimum" : ending_text(f.minimum.search);
+}
+int minimum_theta(Call& call) { return push_matrix(call.L, Mat(function_fit(call).minimum.search.theta)); }
+int minimum_std(Call& call) { return push_matrix(call.L, Mat(deviations_of(function_fit(call)))); }
+int minimum_cov(Call& call) { return push_matrix(call.L, function_fit(call).estimate.covariance); }
+int minimum_residuals(Call& call) { return push_matrix(call.L, Mat(function_fit(call).minimum.residuals)); }
+int minimum_jacobian(Call& call) { return push_matrix(call.L, function_fit(call).minimum.J); }
+int minimum_sse(Call& call) { return call.push(function_fit(call).minimum.residuals.squaredNorm()); }
+int minimum_sigma2(Call& call) { return call.push(function_fit(call).estimate.sigma2); }
+int minimum_slope(Call& call) { return call.push(function_fit(call).minimum.search.angle); }
+int minimum_iterations(Call& call) { return call.push(function_fit(call).minimum.search.iterations); }
+int minimum_rank(Call& call) { return call.push(static_cast<long>(function_fit(call).estimate.rank)); }
+int minimum_converged(Call& call) { return call.push(function_fit(call).minimum.search.converged()); }
+int minimum_verdict(Call& call) { return call.push(verdict_of(function_fit(call))); }
+int minimum_active(Call& call) {
+  const auto& active = function_fit(call).minimum.active;
+  lua_createtable(call.L, static_cast<int>(active.size()), 0);
   lua_Integer k = 0;
-  for (const Index i : m.active) {
-    lua_pushinteger(L, i + 1);
-    lua_rawseti(L, -2, ++k);
+  for (const Index i : active) {
+    lua_pushinteger(call.L, i + 1);
+    lua_rawseti(call.L, -2, ++k);
   }
-  lua_setfield(L, -2, "active");
   return 1;
+}
+
+int minimum_text(Call& call) {
+  const FunctionFit& f = function_fit(call);
+  const Vec &theta = f.minimum.search.theta, std = deviations_of(f);
+  const Index rows = f.minimum.residuals.size();
+  std::string out = text("least squares of ", theta.size(), theta.size() == 1 ? " parameter" : " parameters",
+                         ", ", rows, rows == 1 ? " residual" : " residuals",
+                         ": SSE = ", rounded(f.minimum.residuals.squaredNorm(), 6), "\n");
+  constexpr Index most = 30;
+  for (Index i = 0; i < std::min(theta.size(), most); ++i) {
+    const auto& active = f.minimum.active;
+    const bool held = std::find(active.begin(), active.end(), i) != active.end();
+    out += text("  θ[", i + 1, "] = ", rounded(theta[i], 6),
+                held ? "  (on a bound)" : text(" ± ", rounded(std[i], 4)), "\n");
+  }
+  if (theta.size() > most) out += text("  … ", theta.size() - most, " more in .theta\n");
+  if (f.estimate.rank + static_cast<Index>(f.minimum.active.size()) < theta.size())
+    out += text("  warning: the residuals determine only ", f.estimate.rank, " of ", theta.size(),
+                " parameters\n");
+  return call.push(out + "  search: " + verdict_of(f));
 }
 
 int with_theta(Call& call) {
@@ -149,15 +174,35 @@ extern const Module search_module = {
     "identification",
     "",
     {
-        {"nlsq", nlsq, "nlsq(r, start [, { lower =, upper =, scale =, iterations = 100 }]) -> table",
+        {"nlsq", nlsq, "nlsq(r, start [, { lower =, upper =, scale =, iterations = 100 }]) -> nlsq_result",
          R"(Minimises Σ rᵢ(θ)² for a function r that gives a column of residuals, by Gauss–Newton steps in a trust
-            region with difference quotients, within bounds if they are given: .theta .std .cov .sse .sigma2
-            .residuals .J .rank .converged .verdict .slope (0 at a minimum) .active (parameters that lie on a
-            bound; their deviation is 0).)",
+            region with difference quotients, within bounds if they are given.)",
          R"(
             r = nlsq(function(p) return { p[1] - 1, p[1]*p[2] - 6, p[2] - 5.9 } end, { 1, 1 }, { upper = { 9, 5 } })
             print(r.active[1], r.theta[2]))",
          "2 5.0", &nlsq_options},
+        {"nlsq_result#theta", minimum_theta, "r.theta -> column", "The parameters.", "", ""},
+        {"nlsq_result#std", minimum_std, "r.std -> column",
+         "Their standard deviations; 0 where a parameter lies on a bound.", "", ""},
+        {"nlsq_result#cov", minimum_cov, "r.cov -> matrix", "Their covariance, σ² (JᵀJ)⁻¹.", "", ""},
+        {"nlsq_result#residuals", minimum_residuals, "r.residuals -> column", "The residuals at the minimum.",
+         "", ""},
+        {"nlsq_result#J", minimum_jacobian, "r.J -> matrix", "Their derivatives by the parameters.", "", ""},
+        {"nlsq_result#sse", minimum_sse, "r.sse -> number", "Their sum of squares.", "", ""},
+        {"nlsq_result#sigma2", minimum_sigma2, "r.sigma2 -> number", "SSE/(residuals - rank).", "", ""},
+        {"nlsq_result#rank", minimum_rank, "r.rank -> integer",
+         "The parameters that the residuals determine.", "", ""},
+        {"nlsq_result#active", minimum_active, "r.active -> list",
+         "The parameters that lie on a bound, by number.", "", ""},
+        {"nlsq_result#slope", minimum_slope, "r.slope -> number",
+         "What is left of the slope: 0 at a minimum.", "", ""},
+        {"nlsq_result#iterations", minimum_iterations, "r.iterations -> integer", "Steps that were taken.",
+         "", ""},
+        {"nlsq_result#converged", minimum_converged, "r.converged -> boolean",
+         "The search ended in a minimum.", "", ""},
+        {"nlsq_result#verdict", minimum_verdict, "r.verdict -> string", "How it ended, in words.", "", ""},
+        {"nlsq_result:__tostring", minimum_text, "print(r)",
+         "The parameters with their deviations and the verdict.", "", ""},
         {"held_response", held_response, "held_response(num, den, delay, u, Ts) -> column",
          R"(The output of num(s)/den(s) e^{-delay s} from rest at samples Ts apart, exact for an input that is constant
             between them; the delay may be any fraction of Ts.)",
