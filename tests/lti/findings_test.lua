@@ -47,7 +47,7 @@ test("exact numbers: stability is decided exactly", function()
   expect(verdict({ 1, -1.6, "1.000000000001" }, 1)):equals "unstable"
   expect(zpk({}, { complex(0, 1), complex(0, -1), -1 }, 1):stability().verdict):equals(marginal)
   local twice = { { 0, 1, 0, 0 }, { -1, 0, 0, 0 }, { 0, 0, 0, 1 }, { 0, 0, -1, 0 } }
-  twice = ss(twice, { { 0 }, { 1 }, { 0 }, { 1 } }, { { 1, 0, 1, 0 } }, { { 0 } })       -- ±i twice, semisimple
+  twice = ss(twice, { { 0 }, { 1 }, { 0 }, { 1 } }, { { 1, 0, 1, 0 } }, { { 0 } })  -- ±i twice
   expect(twice:stability().verdict):equals(marginal)
 end)
 

@@ -177,7 +177,7 @@ int fpe(Call& call) { return call.push(fit_of(call).quality.fpe); }
 int aic(Call& call) { return call.push(fit_of(call).quality.aic); }
 int grey_rank(Call& call) { return call.push(static_cast<long>(fit_of(call).ls.rank)); }
 int converged(Call& call) { return call.push(fit_of(call).converged); }
-int exact(Call& call) { return call.push(fit_of(call).exact); }
+int grey_exact(Call& call) { return call.push(fit_of(call).exact); }
 int simulated(Call& call) { return push_matrix(call.L, fit_of(call).simulated); }
 int residuals(Call& call) { return push_matrix(call.L, Mat(fit_of(call).residuals)); }
 int losses(Call& call) {
@@ -298,7 +298,7 @@ extern const Module grey_box_module = {
         {"fit_result#aic", aic, "r.aic -> number", "Akaike's criterion N ln V + 2d.", "", ""},
         {"fit_result#rank", grey_rank, "r.rank -> integer", "Rank of the sensitivities.", "", ""},
         {"fit_result#converged", converged, "r.converged -> boolean", "The steps became negligible.", "", ""},
-        {"fit_result#exact", exact, "r.exact -> boolean",
+        {"fit_result#exact", grey_exact, "r.exact -> boolean",
          "The data are reproduced to the accuracy of the integration: there is no noise.", "", ""},
         {"fit_result#fit", fit_percent, "r.fit -> number", "Simulation fit in %, per output.", "", ""},
         {"fit_result#simulated", simulated, "r.simulated -> matrix",
