@@ -104,7 +104,10 @@ struct Sides {
 /// the axis, and Cauchy's index along it counts the others (Gantmacher, §XV.3).
 Sides sides(Rationals p) {
   Sides all;
-  while (p.size() > 1 && p.front() == 0) p.erase(p.begin()), ++all.on;
+  while (p.size() > 1 && p.front() == 0) {
+    p.erase(p.begin());
+    ++all.on;
+  }
   if (p.size() < 2) return all;
   Rationals mirror = p;
   for (std::size_t k = 1; k < p.size(); k += 2) mirror[k] = -mirror[k];
