@@ -118,11 +118,9 @@ PolyModel iv4(const IdData& given, Index output, const Orders& wanted) {
   const double variation = (y.array() - y.mean()).matrix().squaredNorm();
   m.quality = criteria((y - regressor.matrix() * m.theta).squaredNorm(), y.size(), m.theta.size(), variation);
   m.simulation.percent = simulation_fit(m, given, Seed::data);
-  if (std::string line =
-          feedback_warning(given, output,
-                           "the estimate may then be biased, because inputs are its instruments; "
-                           "armax or arx are not");
-      !line.empty())
+  const char* consequence =
+      "the estimate may then be biased, because inputs are its instruments; armax or arx are not";
+  if (std::string line = feedback_warning(given, output, consequence); !line.empty())
     m.search.warnings.push_back(std::move(line));
   return m;
 }

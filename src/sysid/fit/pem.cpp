@@ -416,12 +416,12 @@ PolyModel pem(const IdData& d, Index output, const Orders& wanted, const std::st
   m.search.settled = best->converged() && m.search.warnings.empty();
   m.search.verdict = verdict(m, *best, attempts);
   for (std::string& line : offsets_in(d, output)) m.search.warnings.push_back(std::move(line));
-  if (m.p.A.size() + m.p.C.size() + m.p.D.size() == 3 && !m.exact)  // an output-error model
-    if (std::string line = feedback_warning(
-            d, output,
-            "B and F may then be biased, because the noise is taken as white; arx, armax or bj are not");
-        !line.empty())
-      m.search.warnings.push_back(std::move(line));
+  const bool output_error = m.p.A.size() + m.p.C.size() + m.p.D.size() == 3;
+  const char* consequence =
+      "B and F may then be biased, because the noise is taken as white; arx, armax or bj are not";
+  if (std::string line = output_error && !m.exact ? feedback_warning(d, output, consequence) : "";
+      !line.empty())
+    m.search.warnings.push_back(std::move(line));
   return m;
 }
 

@@ -247,13 +247,12 @@ IdModel subspace(const IdData& given, const SubspaceOptions& o) {
   if (exact && spectral_radius(m.A) < 1) m.K.setZero();
   unscale(m, s);
   IdModel out = completed(std::move(m), data, exact);
-  for (Index j = 0; j < p && !exact; ++j)
-    if (std::string line =
-            feedback_warning(data, j,
-                             "A and B may then be biased, because later inputs are taken as independent "
-                             "of the noise; pem(d, m), armax or arx are not");
-        !line.empty())
-      out.outputs[static_cast<std::size_t>(j)].search.warnings.push_back(std::move(line));
+  const char* consequence =
+      "A and B may then be biased: later inputs are taken as independent of the noise; pem(d, m) or arx are not";
+  Index j = 0;
+  for (PolyModel& row : out.outputs)
+    if (std::string line = exact ? "" : feedback_warning(data, j++, consequence); !line.empty())
+      row.search.warnings.push_back(std::move(line));
   return out;
 }
 
