@@ -61,9 +61,9 @@ local kinds = {
   { "expressions", "func" }, { "calculus", "fn" }, { "complex numbers", "complex, roots" },
   { "lti analysis", "damping, margins, lti_stability, reachability" },
   { "lti responses", "response, frequency response" }, { "lti delays", "delay system" },
-  { "signals", "spectrum" },
-  { "identification", "iddata, lsq_result, comparison, order_scan_result, parameter_set, fit_result, idpoly, "
-    .. "predictor_fit, validation, validations, density, profile_result, bootstrap_result, cross_validation, "
+  { "signals", "spectrum" }, { "lti design", "kalman_result" },
+  { "identification", "iddata, lsq_result, nlsq_result, comparison, order_scan_result, parameter_set, "
+    .. "fit_result, idpoly, predictor_fit, validation, validations, density, profile_result, bootstrap_result, cross_validation, "
     .. "starts_result" },
   { "random", "distribution, joint_distribution, joint_component" },
   { "sweep", "sweep, sweep_stats, probability, sobol_indices, morris_effects, chaos, reliability_result, "
