@@ -1,37 +1,58 @@
-"""The share of lines of src that ran, by folder: coverage.py root build. The counters are those of gcov."""
+"""The share of lines of src that ran, by folder, and files that fall behind: coverage.py root build [floor].
+
+The counters are clang's, of all programs below build, in build/profiles. Ends with 1 where a folder is below the floor.
+"""
 import collections
-import gzip
-import json
+import glob
 import os
+import shutil
 import subprocess
 import sys
-import tempfile
 
-root, build = sys.argv[1:3]
-lines = collections.defaultdict(dict)  # file -> line -> did it run?
-with tempfile.TemporaryDirectory() as work:
-    notes = [os.path.join(folder, name) for folder, _, names in os.walk(build) for name in names
-             if name.endswith(".gcno") and "/CMakeFiles/" in folder and "tests" not in folder]
-    for start in range(0, len(notes), 50):
-        subprocess.run(["gcov", "--json-format", *notes[start:start + 50]], cwd=work, capture_output=True, check=False)
-        for name in os.listdir(work):
-            with gzip.open(os.path.join(work, name)) as file:
-                report = json.load(file)
-            os.remove(os.path.join(work, name))
-            for source in report["files"]:
-                path = os.path.realpath(os.path.join(report["current_working_directory"], source["file"]))
-                if not path.startswith(os.path.realpath(os.path.join(root, "src")) + os.sep):
-                    continue
-                for line in source["lines"]:
-                    known = lines[path]
-                    known[line["line_number"]] = known.get(line["line_number"], False) or line["count"] > 0
+root, build = map(os.path.realpath, sys.argv[1:3])
+floor = float(sys.argv[3]) if len(sys.argv) > 3 else 90
+
+
+def tool(name):
+    found = shutil.which(name) or max(glob.glob(f"/usr/lib/llvm-*/bin/{name}"), default=None)
+    return found or sys.exit(f"coverage: {name} is missing; Debian's package llvm has it")
+
+
+def lines_that_ran(merged, programs):
+    """file -> line -> did it run? A line of a template ran where one of its instances did."""
+    lines = collections.defaultdict(dict)
+    for program in programs:  # llvm-cov takes only one count where programs have functions in common
+        report = subprocess.Popen([tool("llvm-cov"), "export", "-format=lcov", f"-instr-profile={merged}", program],
+                                  stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
+        known = None
+        for line in report.stdout:
+            if line.startswith("SF:"):
+                path = os.path.realpath(os.path.join(root, line[3:].strip()))
+                known = lines[path] if path.startswith(os.path.join(root, "src") + os.sep) else None
+            elif line.startswith("DA:") and known is not None:
+                number, count = line[3:].split(",")[:2]
+                known[int(number)] = known.get(int(number), False) or int(count) != 0
+        report.wait()
+    return lines
+
+
+profiles = glob.glob(os.path.join(build, "profiles", "*.profraw"))
+programs = [os.path.join(build, name) for name in ("pendula", "tests/pendula_tests", "tests/pendula_without_gpl")]
+merged = os.path.join(build, "profiles", "all.profdata")
+subprocess.run([tool("llvm-profdata"), "merge", "-sparse", "-failure-mode=all", "-o", merged, *profiles], check=True)
+lines = lines_that_ran(merged, [program for program in programs if os.path.exists(program)])
+
 folders = collections.defaultdict(lambda: [0, 0])
 for path, known in lines.items():
-    counts = folders[os.path.relpath(os.path.dirname(path), root)]
-    counts[0] += sum(known.values())
-    counts[1] += len(known)
-total = [sum(c[k] for c in folders.values()) for k in (0, 1)]
-for folder in sorted(folders):
-    ran, all_lines = folders[folder]
-    print(f"{100*ran/max(1, all_lines):6.1f} %  {ran:6} of {all_lines:6}  {folder}")
-print(f"{100*total[0]/max(1, total[1]):6.1f} %  {total[0]:6} of {total[1]:6}  src")
+    for folder in (os.path.relpath(os.path.dirname(path), root), "src: all of it"):
+        folders[folder][0] += sum(known.values())
+        folders[folder][1] += len(known)
+for folder, (ran, count) in sorted(folders.items()):
+    print(f"{100*ran/max(1, count):6.1f} %  {ran:6} of {count:6}  {folder}")
+low = [folder for folder, (ran, count) in sorted(folders.items()) if 100*ran < floor*count]
+for path, known in sorted(lines.items()):
+    if os.path.relpath(os.path.dirname(path), root) in low:
+        missing = sorted(number for number, ran in known.items() if not ran)
+        print(f"  {os.path.relpath(path, root)}: {len(missing)} of {len(known)} did not run: {missing}")
+print(f"{len(low)} of {len(folders) - 1} folders below {floor:g} %" + (": " + ", ".join(low) if low else ""))
+sys.exit(1 if low else 0)

@@ -115,9 +115,7 @@ int run_safely(const Options& options) {
     auto confined = std::make_shared<Confined>(options, sources, reporter);
     return [confined] { return confined->work(); };
   };
-  sandbox::Outcome outcome = sandbox::run(options.limits, prepare, print);
-  if (outcome.kind == sandbox::Kind::error && outcome.message.empty())
-    outcome.message = "the script left with os.exit and a status other than 0";
+  const sandbox::Outcome outcome = sandbox::run(options.limits, prepare, print);
   if (options.json) {
     auto report = json_outcome(outcome);
     report.emplace_back("output", sandbox::json_text(out));

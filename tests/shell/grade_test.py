@@ -136,6 +136,7 @@ tricks = {
     "huge": "a = var 'x' for i = 1, 20 do a = a*a + i end",
     "report": "a = 1 for fd = 3, 9 do local f = io.open('/proc/self/fd/' .. fd, 'w') if f then f:write 'R' end end",
     "exit": "a = 5 os.exit(0)",
+    "exit3": "a = 5 os.exit(3)",
     "code": "a = setmetatable({}, { __index = function() while true do end end, __len = function() return 1e9 end })",
     "bytecode": "\x1bLua",
     "empty": "",
@@ -154,6 +155,7 @@ for name in tricks:
         assert found[name + ".lua"]["points"] == 0, found[name + ".lua"]
 for k in range(12):
     assert found[f"same{k:02}.lua"]["points"] == k % 2 and found[f"same{k:02}.lua"]["answers"][0]["line"] == 3
+assert "os.exit with status 3" in found["exit3.lua"]["message"], found["exit3.lua"]
 assert "bytecode" in found["bytecode.lua"]["message"] or "binary" in found["bytecode.lua"]["message"]
 
 # Tasks that are none.

@@ -12,6 +12,7 @@
 
 #include "base/error.hpp"
 #include "base/text.hpp"
+#include "base/utf8.hpp"
 #include "expr/graph/declaration.hpp"
 #include "expr/graph/fold.hpp"
 #include "expr/graph/mix.hpp"
@@ -160,7 +161,18 @@ bool is_step(std::string_view step) {
   });
 }
 
+void check_utf8(const std::string& name) {
+  const std::size_t place = malformed_utf8(name);
+  if (place == name.size()) return;
+  std::string shown;
+  for (const char c : name) shown += static_cast<unsigned char>(c) < 0x80 ? c : '?';
+  throw Error(text("'", shown, "' is not a name: byte ", place + 1, " is ",
+                   static_cast<int>(static_cast<unsigned char>(name[place])),
+                   ", and no part of a letter in UTF-8; write the letter, or utf8.char(number of the letter)"));
+}
+
 void check_name(const std::string& name) {
+  check_utf8(name);
   bool good = true;
   for (std::size_t begin = 0; good && begin <= name.size();) {
     const std::size_t end = std::min(name.find('.', begin), name.size());

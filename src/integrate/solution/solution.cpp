@@ -152,9 +152,18 @@ std::string Solution::str() const {
     used = switches == 0 ? text("  states in use: ", states_in_use_[0].states, "\n")
                          : text("  states in use switched ", switches, switches == 1 ? " time" : " times",
                                 " (sol:switches()), at the end: ", states_in_use_.back().states, "\n");
+  const std::string errors = errors_text().empty() ? "" : "  " + errors_text();
   return text("solution by ", method_, step, ": ", stats_.steps, stats_.steps == 1 ? " step" : " steps",
-              " from t = ", rounded(t().front(), 6), " to ", rounded(end.t, 6), ", ", status(), "\n", used,
-              table.str(2));
+              " from t = ", rounded(t().front(), 6), " to ", rounded(end.t, 6), ", ", status(), "\n",
+              errors, used, table.str(2));
+}
+
+/// Every step keeps its tolerance, and where nothing damps their errors all of them are left at the end.
+std::string Solution::errors_text() const {
+  constexpr double many = 100;  // tolerances, as sol:check() judges
+  if (!outcome_.is_complete() || !(stats_.errors > many)) return "";
+  return text("the errors of the steps, each below the tolerance, add up to ", rounded(stats_.errors, 2),
+              " tolerances where nothing damps them: sol:check() tells what is left\n");
 }
 
 std::string Solution::stats_text() const {
@@ -172,6 +181,7 @@ std::string Solution::stats_text() const {
   for (const MethodInUse& use : methods_in_use_)
     result += text(use.name, " from t = ", rounded(use.t, 6), ": ", use.why, "\n");
   if (!rounding_.empty()) result += rounding_ + "\n";
+  result += errors_text();
   return result + regimes_text() + borders_text();
 }
 

@@ -155,6 +155,8 @@ class Solution {
 
   std::string str() const;         ///< method, interval, status, final values
   std::string stats_text() const;  ///< deterministic: without the time
+  /// A line that says how far the errors of all steps may add up; "" where that is less than 100 tolerances.
+  std::string errors_text() const;
 
  private:
   const codegen::Kernel& kernel(std::span<const Expr> expressions) const;

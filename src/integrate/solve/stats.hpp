@@ -10,6 +10,7 @@ struct Stats {
   long jacobians = 0;    ///< of F, one per point
   long factorisations = 0;
   long newton_iterations = 0;
+  double errors = 0;  ///< of the steps, as they are estimated, in tolerances: the sum
 };
 
 }  // namespace pendula::integrate

@@ -381,6 +381,7 @@ void BdfStepper::reject(double factor) {
 void BdfStepper::accept(double t, double error) {
   set_end(t);
   ++stats_.steps;
+  stats_.errors += error;
   ++history_.equal_steps;
   jacobian_.fresh = false;
   z_slopes_known_ = true;

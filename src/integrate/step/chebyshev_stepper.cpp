@@ -141,6 +141,7 @@ void ChebyshevStepper::step(double end) {
     std::swap(here_, next_);
     ++since_spectrum_;
     ++stats_.steps;
+    stats_.errors += norm_;
     return;
   }
 }

@@ -317,6 +317,7 @@ void ExplicitStepper::step(double end) {
       continue;
     }
     control_ = controller_.accept(control_, dt, error_now_);
+    stats_.errors += error_now_;
     if (controller_.watches_stiffness()) control_ = controller_.watch(control_, dt, signs_);
     dt_ = control_.dt;
     if (end - next_.t <= 0 || dt == end - here_.t) next_.t = end;

@@ -286,6 +286,7 @@ void IrkStepper::accept(double dt, double error, double end) {
   std::swap(here_, next_);
   if (next_.x.size() == 0) next_ = here_;
   ++stats_.steps;
+  stats_.errors += error;
   if (order_.next != order_.level) use(order_.next);
 }
 

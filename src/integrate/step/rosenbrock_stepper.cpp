@@ -369,6 +369,7 @@ void RosenbrockStepper::step(double end) {
     std::swap(here_, next_);
     if (entries_at_ == here_.t) entries_.swap(at_end_.entries);
     ++stats_.steps;
+    stats_.errors += error;
     return;
   }
 }

@@ -172,6 +172,11 @@ static  /// What Lua's own words do not tell somebody who called or measured a v
   if (says("attempt to get length of a solution")) return ": the number of saved points is #sol.t";
   if (says("attempt to call a nil value (method 'value')"))
     return ": the number of an expression is evaluate(e), the default of a parameter m.value";
+  if (says("attempt to yield across a C-call boundary"))
+    return ": a function that is called back gives its result by return, and cannot wait in coroutine.yield";
+  if (says("attempt to yield from outside a coroutine"))
+    return ": coroutine.yield works in a function that coroutine.wrap or coroutine.create runs, and not in one "
+           "that is called back";
   if (!says("attempt to call a") || says("attempt to call a nil")) return "";
   if (says("(method '")) return text(": ", quoted(), " is a value, not a function: write it without ( )");
   if (says("call a number value")) return ": a product is written with *, as in 2*(x + 1)";
@@ -187,6 +192,7 @@ static  /// What Lua's own words do not tell somebody who called or measured a v
 std::string blamed_on_caller(lua_State* L, const std::string& message) {
   const auto line = message.find(".lua:");
   const auto end = line == message.npos ? line : message.find(": ", line + 5);
+  if (message.starts_with("attempt to yield")) return user_position(L) + message + remedy_for_lua_error(message);
   if (!message.starts_with("stdlib/") || end == message.npos) return message + remedy_for_lua_error(message);
   const std::string what = message.substr(end + 2);
   std::string name;

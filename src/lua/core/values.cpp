@@ -7,6 +7,7 @@
 #include "base/interrupt.hpp"
 #include "expr/graph/derivative.hpp"
 #include "expr/print/print.hpp"
+#include "lua/core/key_text.hpp"
 #include "lua/core/objects.hpp"
 #include "lua/core/trampoline.hpp"
 
@@ -182,10 +183,8 @@ lua_Integer list_size(lua_State* L, int list, const std::string& what) {
   lua_pushnil(L);
   while (lua_next(L, list) != 0) {
     lua_pop(L, 1);
-    if (!lua_isinteger(L, -1) || lua_tointeger(L, -1) < 1) {
-      const std::string key = luaL_tolstring(L, -1, nullptr);
-      throw Error(text(what, " must be a list { a, b, … }, but it has the key '", key, "'"));
-    }
+    if (!lua_isinteger(L, -1) || lua_tointeger(L, -1) < 1)
+      throw Error(text(what, " must be a list { a, b, … }, but it has the key '", key_text(L, -1), "'"));
     ++count;
     largest = std::max(largest, lua_tointeger(L, -1));
   }

@@ -212,6 +212,8 @@ class Watch {
     }
     const bool memory = outcome_.message.find("not enough memory") != std::string::npos;
     outcome_.kind = !outcome_.forbidden.empty() ? Kind::forbidden : memory ? Kind::memory : Kind::error;
+    if (outcome_.kind == Kind::error && outcome_.message.empty())
+      outcome_.message = text("the script ended itself by os.exit with status ", WEXITSTATUS(status));
   }
 
   const Limits& limits_;

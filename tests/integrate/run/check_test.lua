@@ -45,3 +45,23 @@ test("jumps at events, parameters, inputs and lists of tolerances", function()
   local runs = sweep(dae { der(x) ~ -k*x }, { start = { [x] = 1 }, to = 1, params = { [k] = { 1, 2 } } })
   expect(#runs):equals(2)
 end)
+
+test("errors of thousands of steps: the run says how far they may add up, and by what to judge", function()
+  -- Periods that become shorter: x = x₀ + ∫ cos(eˢ) ds, every method keeps the errors of all steps.
+  local m = dae { der(x) ~ cos(y), der(y) ~ y }
+  local function run(to, more)
+    return m:integrate { start = { [x] = 0, [y] = 1 }, to = to, method = more or "dopri5" }
+  end
+  local short, long = run(1), run(9)
+  expect(short:stats().errors > 0 and short:stats().errors < 100):is_true()
+  expect(tostring(short:stats()):find "tolerances"):is_nil()
+  expect(tostring(short):find "tolerances"):is_nil()
+  local sum = long:stats().errors
+  expect(sum > 100 and sum < long:stats().steps):is_true()  -- each is below 1
+  expect(tostring(long:stats())):matches "add up to %d.* tolerances"
+  expect(tostring(long)):matches "sol:check%(%)"
+  for _, method in ipairs { "radau", "bdf", "rodas", "gauss", "tsit5" } do
+    expect(run(1, method):stats().errors > 0):is_true()
+  end
+  expect(m:integrate { start = { [x] = 0, [y] = 1 }, to = 1, method = "rk4", dt = 0.01 }:stats().errors):equals(0)
+end)

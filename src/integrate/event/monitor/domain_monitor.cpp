@@ -10,16 +10,15 @@
 namespace pendula::integrate {
 namespace {
 
-/// Do the equations grow without bound towards a zero of the factor on the straight line from one point
-/// through another? x′ and z are not continued before the first. Requires that the zero lies between them, or
-/// that the factor is 0 at the second.
+/// Do the equations grow without bound, or swing without end as cos(1/x) does, towards a zero of the factor on the
+/// straight line from one point through another? x′ and z are not continued before the first. Requires that the
+/// zero lies between them, or that the factor is 0 at the second.
 class PoleTest {
  public:
   PoleTest(Problem& equations, Expr factor, const Point& from, const Point& to)
       : equations_(equations), factor_(std::vector{factor}, equations.arguments()), from_(from), to_(to) {}
 
   bool operator()() {
-    constexpr double steep = 20;  // |F| grows by more over 10⁻³ of the distance: a pole of order above 0.43
     const double g0 = value(0), g1 = value(1);
     double low = 0, high = 1;
     for (int k = 0; k < 60; ++k) {
@@ -28,18 +27,14 @@ class PoleTest {
     }
     // what rounding leaves of a distance, as a share of the step
     const double noise = std::max(std::fabs(value(low)), std::fabs(value(high))) / std::fabs(g1 - g0);
-    const auto rows = static_cast<std::size_t>(equations_.n() + equations_.m());
-    std::vector<std::vector<double>> F(3, std::vector<double>(rows));
-    double distance = std::max(1e-2 * low, 1e8 * noise);
-    for (std::vector<double>& at : F) {
-      value(low - distance);
-      if (equations_.is_ode())
-        equations_.rhs(at.data());  // x′ of a point beside a pole would hide what the residual does
-      else
-        equations_.residual(at.data());
-      distance *= 1e-3;
-    }
-    for (std::size_t i = 0; i < rows; ++i) {
+    return grows(low, noise) || swings(low, noise);
+  }
+
+ private:
+  bool grows(double zero, double noise) {
+    constexpr double steep = 20;  // |F| grows by more over 10⁻³ of the distance: a pole of order above 0.43
+    const std::vector<std::vector<double>> F = before(zero, std::max(1e-2 * zero, 1e8 * noise), 1e-3, 3);
+    for (std::size_t i = 0; i < F[0].size(); ++i) {
       const double change = std::fabs(F[1][i] - F[0][i]);
       if (!std::isfinite(F[2][i])) continue;
       if (std::fabs(F[2][i]) > steep * std::fabs(F[1][i]) && std::fabs(F[2][i] - F[1][i]) > steep * change &&
@@ -49,7 +44,45 @@ class PoleTest {
     return false;
   }
 
- private:
+  /// Where F has a limit, or grows like a logarithm, its changes from a distance to the half of it become
+  /// smaller, or keep their sign. Those of cos(1/x) do neither. Of ODEs only: residuals of a solution are rounding.
+  bool swings(double zero, double noise) {
+    constexpr int half = 6;
+    constexpr double visible = 1e-2, matters = 1e-6;  // of x′; of x, over the step
+    if (!equations_.is_ode()) return false;
+    const double dt = std::fabs(to_.t - from_.t);
+    const std::vector<std::vector<double>> F =
+        before(zero, std::max(0.1 * zero, 1e8 * noise), 0.5, 2 * half + 1);
+    for (std::size_t i = 0; i < F[0].size(); ++i) {
+      double size = 0, early = 0, late = 0, last = 0;
+      int turns = 0;
+      for (int k = 0; k < 2 * half; ++k) {
+        const double change = F[k + 1][i] - F[k][i];
+        size = std::max(size, std::fabs(F[k][i]));
+        (k < half ? early : late) += std::fabs(change);
+        turns += k >= half && change * last < 0 ? 1 : 0;
+        last = change;
+      }
+      const double least = matters * (std::fabs(from_.x[i]) + std::fabs(to_.x[i]));
+      if (turns >= 2 && late > 0.3 * early && late > visible * size && late * dt > least) return true;
+    }
+    return false;
+  }
+
+  /// F at distances before the zero that shrink by a factor each time.
+  std::vector<std::vector<double>> before(double zero, double distance, double factor, int count) {
+    std::vector<std::vector<double>> F(count, std::vector<double>(equations_.n() + equations_.m()));
+    for (std::vector<double>& at : F) {
+      value(zero - distance);
+      if (equations_.is_ode())
+        equations_.rhs(at.data());  // x′ of a point beside a pole would hide what the residual does
+      else
+        equations_.residual(at.data());
+      distance *= factor;
+    }
+    return F;
+  }
+
   /// Places the equations there.
   double value(double share) {
     const double inside = std::max(share, 0.0);

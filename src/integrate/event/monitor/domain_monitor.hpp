@@ -5,7 +5,8 @@
 //
 // That alone is no reason to stop: sin(x)/x is bounded, 1/x may stand in a branch that is not in force. The
 // residual F decides: on a straight line through the zero of g, at distances that shrink by 10⁻³ each time, a
-// pole of order k grows by 10³ᵏ; what is bounded, or grows like a logarithm, does not.
+// pole of order k grows by 10³ᵏ; what is bounded, or grows like a logarithm, does not. What is bounded and has no limit,
+// such as cos(1/x), is no equation there either: its changes neither fade nor keep their sign.
 #pragma once
 
 #include <optional>

@@ -53,6 +53,7 @@ int stats_newton(Call& call) { return call.push(counted(call).counts.newton_iter
 int stats_why(Call& call) { return call.push(counted(call).why); }
 int stats_borders(Call& call) { return call.push(counted(call).borders); }
 int stats_rounding(Call& call) { return call.push(counted(call).rounding); }
+int stats_errors(Call& call) { return call.push(counted(call).counts.errors); }
 int stats_time(Call& call) { return call.push(counted(call).seconds); }
 
 const integrate::Drift& drifted(Call& call) { return call.object<integrate::Drift>(1, "drift"); }
@@ -127,6 +128,9 @@ return sol:drift())",
         {"stats#rounding", stats_rounding, "stats.rounding -> string",
          "Why the digits asked for are not there: rounding errors of the equations beside the tolerances (implicit "
          "methods, rtol below 1e-7). Empty where they are harmless."},
+        {"stats#errors", stats_errors, "stats.errors -> number",
+         "The estimated errors of all steps of an adaptive run, in tolerances: their sum. It bounds what is left of "
+         "them where the equations make no error grow; oscillations keep it, damping forgets most of it."},
         {"stats#why", stats_why, "stats.why -> string",
          "The choices of the method, one line each: from which time on, which method, and why."},
         {"stats:__tostring", stats_text, "print(sol:stats())", "The counts, without the time."},
