@@ -127,7 +127,7 @@ assert report["line"] == 1
 # ── what is said ──
 report = safe("\n\nerror 'own words'", status=1, outcome="error", contains="own words")
 assert report["line"] == 3
-safe("os.exit(3)", status=1, outcome="error", contains="os.exit")
+safe("os.exit(3)", status=1, outcome="error", contains="os.exit with status 3")
 safe("os.exit(0)", status=0)
 safe("print '\\xff\\0\\1\"\\\\'", status=0)
 safe("x = = 1", status=1, contains="unexpected symbol")

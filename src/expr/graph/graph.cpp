@@ -166,9 +166,10 @@ void check_utf8(const std::string& name) {
   if (place == name.size()) return;
   std::string shown;
   for (const char c : name) shown += static_cast<unsigned char>(c) < 0x80 ? c : '?';
-  throw Error(text("'", shown, "' is not a name: byte ", place + 1, " is ",
-                   static_cast<int>(static_cast<unsigned char>(name[place])),
-                   ", and no part of a letter in UTF-8; write the letter, or utf8.char(number of the letter)"));
+  throw Error(
+      text("'", shown, "' is not a name: byte ", place + 1, " is ",
+           static_cast<int>(static_cast<unsigned char>(name[place])),
+           ", and no part of a letter in UTF-8; write the letter, or utf8.char(number of the letter)"));
 }
 
 void check_name(const std::string& name) {

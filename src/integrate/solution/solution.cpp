@@ -154,8 +154,8 @@ std::string Solution::str() const {
                                 " (sol:switches()), at the end: ", states_in_use_.back().states, "\n");
   const std::string errors = errors_text().empty() ? "" : "  " + errors_text();
   return text("solution by ", method_, step, ": ", stats_.steps, stats_.steps == 1 ? " step" : " steps",
-              " from t = ", rounded(t().front(), 6), " to ", rounded(end.t, 6), ", ", status(), "\n",
-              errors, used, table.str(2));
+              " from t = ", rounded(t().front(), 6), " to ", rounded(end.t, 6), ", ", status(), "\n", errors,
+              used, table.str(2));
 }
 
 /// Every step keeps its tolerance, and where nothing damps their errors all of them are left at the end.

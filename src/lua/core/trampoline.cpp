@@ -192,7 +192,8 @@ static  /// What Lua's own words do not tell somebody who called or measured a v
 std::string blamed_on_caller(lua_State* L, const std::string& message) {
   const auto line = message.find(".lua:");
   const auto end = line == message.npos ? line : message.find(": ", line + 5);
-  if (message.starts_with("attempt to yield")) return user_position(L) + message + remedy_for_lua_error(message);
+  if (message.starts_with("attempt to yield"))
+    return user_position(L) + message + remedy_for_lua_error(message);
   if (!message.starts_with("stdlib/") || end == message.npos) return message + remedy_for_lua_error(message);
   const std::string what = message.substr(end + 2);
   std::string name;

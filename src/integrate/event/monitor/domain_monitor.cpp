@@ -16,10 +16,28 @@ namespace {
 class PoleTest {
  public:
   PoleTest(Problem& equations, Expr factor, const Point& from, const Point& to)
-      : equations_(equations), factor_(std::vector{factor}, equations.arguments()), from_(from), to_(to) {}
+      : equations_(equations),
+        factor_(std::vector{factor}, equations.arguments()),
+        from_(from),
+        to_(to),
+        beside_(Vec::Zero(from.x.size())) {}
 
   bool operator()() {
+    if (is_worse([&](double zero, double noise) { return grows(zero, noise) || swings(zero, noise); }))
+      return true;
+    // a/x is the same number on a line on which both vanish, and swings without end beside it
+    constexpr double near = 0.05, golden = 0.618;
+    for (int i = 0; i < beside_.size(); ++i)
+      beside_[i] = near * (to_.x[i] - from_.x[i]) * (std::fmod(golden * (i + 1), 1.0) - 0.5);
+    return is_worse([&](double zero, double noise) { return swings(zero, noise); });
+  }
+
+ private:
+  template <class Judge>
+  bool is_worse(const Judge& judge) {
     const double g0 = value(0), g1 = value(1);
+    if (beside_.squaredNorm() > 0 && !(g0 * g1 <= 0))
+      return false;  // a zero of the line need not lie beside it
     double low = 0, high = 1;
     for (int k = 0; k < 60; ++k) {
       const double middle = (low + high) / 2, g = value(middle);
@@ -27,10 +45,9 @@ class PoleTest {
     }
     // what rounding leaves of a distance, as a share of the step
     const double noise = std::max(std::fabs(value(low)), std::fabs(value(high))) / std::fabs(g1 - g0);
-    return grows(low, noise) || swings(low, noise);
+    return judge(low, noise);
   }
 
- private:
   bool grows(double zero, double noise) {
     constexpr double steep = 20;  // |F| grows by more over 10⁻³ of the distance: a pole of order above 0.43
     const std::vector<std::vector<double>> F = before(zero, std::max(1e-2 * zero, 1e8 * noise), 1e-3, 3);
@@ -87,7 +104,7 @@ class PoleTest {
   double value(double share) {
     const double inside = std::max(share, 0.0);
     point_.t = from_.t + share * (to_.t - from_.t);
-    point_.x = from_.x + share * (to_.x - from_.x);
+    point_.x = from_.x + share * (to_.x - from_.x) + beside_;
     point_.xdot = from_.xdot + inside * (to_.xdot - from_.xdot);
     point_.z = from_.z + inside * (to_.z - from_.z);
     equations_.place(point_.t, point_.x.data(), point_.xdot.data(), point_.z.data());
@@ -98,6 +115,7 @@ class PoleTest {
   Problem& equations_;
   codegen::Kernel factor_;
   const Point &from_, &to_;
+  Vec beside_;
   Point point_;
 };
 
