@@ -5,6 +5,7 @@
 
 #include "lua/core/documentation.hpp"
 #include "lua/core/interrupts.hpp"
+#include "lua/core/key_in_words.hpp"
 #include "lua/core/objects.hpp"
 #include "lua/core/trampoline.hpp"
 #include "lua/core/values.hpp"
@@ -172,6 +173,16 @@ std::string describe(lua_State* L, int index) {
     default:
       return with_article(luaL_typename(L, index));
   }
+}
+
+std::string key_in_words(lua_State* L, int index) {
+  const bool plain = luaL_getmetafield(L, index, "__tostring") == LUA_TNIL;
+  if (!plain) lua_pop(L, 1);
+  const int type = lua_type(L, index);
+  if (plain && type != LUA_TSTRING && type != LUA_TNUMBER && type != LUA_TBOOLEAN) return describe(L, index);
+  std::string text = luaL_tolstring(L, index, nullptr);
+  lua_pop(L, 1);
+  return text;
 }
 
 void protected_call(lua_State* L, int arguments, int results) {

@@ -6,7 +6,7 @@
 #include "base/text.hpp"
 #include "lua/core/embedded.hpp"
 #include "lua/core/foreign_names.hpp"
-#include "lua/core/key_text.hpp"
+#include "lua/core/key_in_words.hpp"
 #include "lua/core/objects.hpp"
 #include "lua/core/trampoline.hpp"
 
@@ -72,7 +72,7 @@ int unknown_entry(lua_State* L) {
     append_names(L, names);
   }
   lua_settop(L, 2);
-  const std::string key = key_text(L, 2);
+  const std::string key = key_in_words(L, 2);
   lua_pushvalue(L, 1);
   append_names(L, names);
   throw Error(text("'", library, "' has no entry '", key, "'.", did_you_mean(key, names)));

@@ -7,7 +7,7 @@
 #include "base/text.hpp"
 #include "lua/core/call.hpp"
 #include "lua/core/foreign_names.hpp"
-#include "lua/core/key_text.hpp"
+#include "lua/core/key_in_words.hpp"
 #include "lua/core/library.hpp"
 #include "lua/core/memory.hpp"
 #include "lua/core/trampoline.hpp"
@@ -64,7 +64,7 @@ int index_object(lua_State* L) {
 }
 
 int refuse_assignment(lua_State* L) {
-  const std::string key = key_text(L, 2);
+  const std::string key = key_in_words(L, 2);
   throw Error(text("cannot set '", key, "': ", describe(L, 1),
                    " is immutable; operations return a new value instead"));
 }

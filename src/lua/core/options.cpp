@@ -8,7 +8,7 @@
 #include "base/text.hpp"
 #include "lua/core/documentation.hpp"
 #include "lua/core/foreign_names.hpp"
-#include "lua/core/key_text.hpp"
+#include "lua/core/key_in_words.hpp"
 #include "lua/core/values.hpp"
 
 namespace pendula::lua {
@@ -107,7 +107,7 @@ void check_options(lua_State* L, int index, const OptionTable& known) {
   std::vector<std::string> positions, unknown, wrong;  // sorted: the order of a table's keys is nobody's
   lua_pushnil(L);
   while (lua_next(L, index) != 0) {
-    const std::string key = key_text(L, -2);
+    const std::string key = key_in_words(L, -2);
     const auto row =
         std::find_if(known.begin(), known.end(), [&](const OptionRow& option) { return option.name == key; });
     if (lua_type(L, -2) != LUA_TSTRING)

@@ -175,8 +175,7 @@ static  /// What Lua's own words do not tell somebody who called or measured a v
   if (says("attempt to yield across a C-call boundary"))
     return ": a function that is called back gives its result by return, and cannot wait in coroutine.yield";
   if (says("attempt to yield from outside a coroutine"))
-    return ": coroutine.yield works in a function that coroutine.wrap or coroutine.create runs, and not in one "
-           "that is called back";
+    return ": coroutine.yield works in what coroutine.wrap or coroutine.create runs, and not in what is called back";
   if (!says("attempt to call a") || says("attempt to call a nil")) return "";
   if (says("(method '")) return text(": ", quoted(), " is a value, not a function: write it without ( )");
   if (says("call a number value")) return ": a product is written with *, as in 2*(x + 1)";

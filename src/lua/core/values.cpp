@@ -7,7 +7,7 @@
 #include "base/interrupt.hpp"
 #include "expr/graph/derivative.hpp"
 #include "expr/print/print.hpp"
-#include "lua/core/key_text.hpp"
+#include "lua/core/key_in_words.hpp"
 #include "lua/core/objects.hpp"
 #include "lua/core/trampoline.hpp"
 
@@ -184,7 +184,7 @@ lua_Integer list_size(lua_State* L, int list, const std::string& what) {
   while (lua_next(L, list) != 0) {
     lua_pop(L, 1);
     if (!lua_isinteger(L, -1) || lua_tointeger(L, -1) < 1)
-      throw Error(text(what, " must be a list { a, b, … }, but it has the key '", key_text(L, -1), "'"));
+      throw Error(text(what, " must be a list { a, b, … }, but it has the key '", key_in_words(L, -1), "'"));
     ++count;
     largest = std::max(largest, lua_tointeger(L, -1));
   }

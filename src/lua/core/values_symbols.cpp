@@ -10,7 +10,7 @@
 #include "base/text.hpp"
 #include "expr/graph/declaration.hpp"
 #include "expr/print/print.hpp"
-#include "lua/core/key_text.hpp"
+#include "lua/core/key_in_words.hpp"
 #include "lua/core/objects.hpp"
 #include "lua/core/values.hpp"
 
@@ -140,7 +140,7 @@ std::string shown_key(lua_State* L, int key, const std::vector<Expr>& leaves) {
 void refuse_key(lua_State* L, int key, const std::string& what) {
   if (lua_type(L, key) == LUA_TSTRING || lua_type(L, key) == LUA_TUSERDATA) return;
   throw Error(text(what, " must be keyed by symbols or names, { [x] = 1 } or { x = 1 }, but it has the key [",
-                   key_text(L, key), "]"));
+                   key_in_words(L, key), "]"));
 }
 
 void refuse_repetition(std::vector<SymbolEntry>& entries, const std::string& what) {

@@ -67,9 +67,9 @@ test("fixed steps end at poles, too", function()
   end
 end)
 
--- cos(k/x) has no limit at 0. The solution is there at ∫ dx/(1 - cos(k/x)/2) from 0 to 0.8, which substituting
--- x = k/s makes k ∫ ds/(s² (1 - cos(s)/2)) from k/0.8 to infinity: by Simpson's rule over periods of s; behind the last
--- one, the mean of 1/(1 - cos(s)/2) is 2/√3. What tends to 0 with x, as x sin(1/x), goes on (below).
+-- cos(k/x) has no limit at 0. The solution is there at ∫ dx/(1 - cos(k/x)/2) from 0 to 0.8, which x = k/s
+-- makes k ∫ ds/(s² (1 - cos(s)/2)) from k/0.8 to infinity: by Simpson's rule over periods of s; behind the
+-- last one, the mean of 1/(1 - cos(s)/2) is 2/√3. What tends to 0 with x, as x sin(1/x), goes on (below).
 test("what swings without end where a divisor vanishes has no value there", function()
   local k, n, periods = 0.01, 400, 2000
   local function f(s) return 1/(s^2*(1 - math.cos(s)/2)) end
