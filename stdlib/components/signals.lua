@@ -171,12 +171,10 @@ end, { text = "Reference r, measurement v. The derivative sees the measurement o
 
 -- ── sampling, states ───────────────────────────────────────────────────────────────────────────────────────
 
--- A clock: ticks at t0, t0 + Ts, …; reset says what changes at a tick.
-local function clock(self, reset)
+-- Ticks at t0, t0 + Ts, …: what outputs become, and then what states become.
+local function clock(self, outputs, states)
   check.positive(self, "Ts")
-  local next_tick = self:discrete("tick", self.t0, { unit = "s", text = "next sample" })
-  reset[next_tick] = next_tick + self.Ts
-  self:event { when = t - next_tick, direction = 2, reset = reset }
+  use "parts/clocks".run(self, self.Ts, self.t0, outputs, states)
 end
 
 local sampling = { Ts = { 1, unit = "s", text = "sample time" },
@@ -204,7 +202,7 @@ s.discrete_pi = component("discrete_pi", sampled { k = 1, Ti = { 1, unit = "s" }
   local r, v = self:input "r", self:input "v"
   local y, z = self:discrete("y", self.y0), self:discrete("z", 0)
   self:gives(y)
-  clock(self, { [y] = self.k*(r - v) + z, [z] = z + self.k*self.Ts/self.Ti*(r - v) })
+  clock(self, { [y] = self.k*(r - v) + z }, { [z] = z + self.k*self.Ts/self.Ti*(r - v) })
 end, { text = "A PI controller that runs every Ts.",
   source = "Åström & Wittenmark, Computer-Controlled Systems, §8.3",
   example = [[
@@ -216,7 +214,7 @@ s.unit_delay = component("unit_delay", sampled(), function(self)
   local u = self:input "u"
   local y, held = self:discrete("y", self.y0), self:discrete("held", self.y0)
   self:gives(y)
-  clock(self, { [y] = held, [held] = u })
+  clock(self, { [y] = held }, { [held] = u })
 end, { text = "The sample before: y_k = u_{k-1}.",
   source = "Åström & Wittenmark, Computer-Controlled Systems, §2.4",
   example = [[

@@ -88,38 +88,46 @@ local function signals(self, declare, name, n)
   return vec(list)
 end
 
-local function linear_body(G)
+local function continuous_body(G)
   return function(self)
     local n, inputs, outputs = G.A.rows, G.D.cols, G.D.rows
-    local u, y = signals(self, "input", "u", inputs), nil
-    if n == 0 then
-      y = signals(self, "output", "y", outputs)
-      return { y ~ G.D*u }
-    end
-    local x, list = {}, {}
+    local u, x = signals(self, "input", "u", inputs), {}
     for k = 1, n do
-      x[k] = G.Ts > 0 and self:discrete("x" .. k, 0) or self:var("x" .. k)
-      if G.Ts == 0 then self:start(x[k], 0) end
+      x[k] = self:var("x" .. k)
+      self:start(x[k], 0)
     end
+    local y = signals(self, "output", "y", outputs)
+    if n == 0 then return { y ~ G.D*u } end
     x = vec(x)
-    y = signals(self, "output", "y", outputs)
-    list[1] = y ~ G.C*x + G.D*u
-    local change = G.A*x + G.B*u
-    if G.Ts == 0 then
-      list[2] = der(x) ~ change
-    else
-      local tick = self:discrete("tick", G.Ts, { unit = "s", text = "next sample" })
-      local reset = { [tick] = tick + G.Ts }
-      for k = 1, n do reset[x[k]] = change[k] end
-      self:event { when = t - tick, direction = 2, reset = reset }
+    return { y ~ G.C*x + G.D*u, der(x) ~ G.A*x + G.B*u }
+  end
+end
+
+-- y is held between the samples: y_k = C x_k + D u_k, then x_{k+1} = A x_k + B u_k.
+local function discrete_body(G)
+  return function(self)
+    local n, inputs, outputs = G.A.rows, G.D.cols, G.D.rows
+    local u, x, y = signals(self, "input", "u", inputs), {}, {}
+    for k = 1, n do x[k] = self:discrete("x" .. k, 0) end
+    for k = 1, outputs do
+      y[k] = self:discrete(outputs == 1 and "y" or "y" .. k, 0)
+      self:gives(y[k])
     end
-    return list
+    local now, change, output, state = G.D*u, nil, {}, nil
+    if n > 0 then
+      x, state = vec(x), {}
+      now, change = G.C*x + now, G.A*x + G.B*u
+      for k = 1, n do state[x[k]] = change[k] end
+    end
+    for k = 1, outputs do output[y[k]] = now[k] end
+    use "parts/clocks".run(self, G.Ts, 0, output, state)
   end
 end
 
 local function part_of_system(G)
   local H = G:ss()
-  return place.new_part({ name = "linear", defaults = {}, text = "", source = "", body = linear_body(H) }, {})
+  return place.new_part({ name = "linear", defaults = {}, text = "", source = "",
+    body = H.Ts > 0 and discrete_body(H) or continuous_body(H) }, {})
 end
 
 function adapt.part(value)

@@ -182,8 +182,16 @@ function flat.model(part)
   list.notes, list.name = all.notes, top.class.title
   if next(all.start) then list.start = all.start end
   if next(all.guess) then list.guess = all.guess end
-  if #all.events > 0 then list.events = all.events end
-  local model = dae(list)
+  local model
+  if #all.events > 0 then
+    list.events = use("parts/clocks").order(all.events, all.equations, function()
+      list.events = nil
+      local names, states = {}, dae(list).differential
+      for k = 1, #states do names[k] = symbols(states[k])[1].name end
+      return names
+    end)
+  end
+  model = dae(list)
   if top.class.items and top.class.items.units == "check" then
     local clashes = model:units()
     if #clashes > 0 then fail("units: equation " .. table.concat(clashes, "\n  equation ")) end
