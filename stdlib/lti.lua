@@ -338,6 +338,9 @@ local function root_locus(G, gains, options)
     end
   end
   if far == 0 then far = 3 end
+  for i, k in ipairs(gains or {}) do
+    if type(k) ~= "number" then fail(("rlocus: gain %d is no number"):format(i)) end
+  end
   for _, k in ipairs(gains or locus_gains(G)) do
     if 1 + k * S.D ~= 0 then
       local list = closed_loop_poles(S, k)
@@ -379,6 +382,10 @@ doc { name = "pade", module = "lti", sig = "pade(T [, n = 1]) or pade(G [, n = 1
     if math.type(n) ~= "integer" or n < 1 or n > 10 then
       fail "pade: the order n is a whole number from 1 to 10"
     end
+    if type(T) == "number" and not (T >= 0 and T < math.huge) then
+      fail(("pade: T = %g; a delay is a time of at least 0"):format(T))
+    end
+    if T == 0 then return named "tf" ({ 1 }, { 1 }) end
     local above, below = {}, {}
     local function factorial(k) local f = 1 for i = 2, k do f = f * i end return f end
     for k = n, 0, -1 do

@@ -51,10 +51,18 @@ end
 
 -- ── estimators ──
 
+-- L as a matrix: a list is a column, or a row where there is one state.
+local function gain_matrix(L, n, p)
+  if object_type(L) == "matrix" then return L end
+  if type(L) ~= "table" then return named "mat" { { L } } end
+  if type(L[1]) == "table" then return named "mat" (L) end
+  return n == 1 and p > 1 and named "mat" { L } or named "vec" (L)
+end
+
 local function linear_estimator(G, L)
   local g = G:ss()
   local n, m, p = #g.A, #G.inputs, #G.outputs
-  if object_type(L) ~= "matrix" then L = named "mat" (type(L) == "table" and L or { { L } }) end
+  L = gain_matrix(L, n, p)
   if L.rows ~= n or L.cols ~= p then
     fail(("estimator: L must be %d×%d, got %d×%d"):format(n, p, L.rows, L.cols))
   end
@@ -96,13 +104,19 @@ local function column_of(y)
   return object_type(y) == "matrix" and y or named "vec" { y }
 end
 
+local observer = { __tostring = function(est)
+  local lines = { ("observer of %s, for sys:close{ u = …, est }"):format(tostring(est.x)) }
+  for k, equation in ipairs(est.equations) do lines[k + 1] = "  " .. tostring(equation) end
+  return table.concat(lines, "\n")
+end }
+
 -- x̂′ = f(x̂, ẑ, u) + L (y - h(x̂, ẑ, u)), 0 = g(x̂, ẑ, u); y = h of the plant itself.
 local function model_estimator(sys, L, options)
   local e = explicit("estimator", sys)
   local h, subs = column_of(options and options.y), named "subs"
   local map, x, z = copies(e, "_hat")
   local n, p = #x, h.rows
-  local gain = object_type(L) == "matrix" and L or named "mat" (type(L) == "table" and L or { { L } })
+  local gain = gain_matrix(L, n, p)
   if gain.rows ~= n or gain.cols ~= p then
     fail(("estimator: L must be %d×%d (states × outputs), got %d×%d"):format(n, p, gain.rows, gain.cols))
   end
@@ -114,7 +128,8 @@ local function model_estimator(sys, L, options)
     if k <= n then equations[k] = named "der" (x[k]) ~ right + correction[k]
     else equations[k] = 0 ~ right - subs(equation.lhs, map) end
   end
-  return { equations = equations, x = named "vec" (x), z = #z > 0 and named "vec" (z) or nil }
+  return setmetatable({ equations = equations, x = named "vec" (x), z = #z > 0 and named "vec" (z) or nil },
+    observer)
 end
 
 local function estimator(plant, L, options)
@@ -189,6 +204,13 @@ local function covariance(by, value, n)
         out[i][j] = i == j and value[i] + 0.0 or 0.0
       elseif type(value) == "number" then out[i][j] = i == j and value + 0.0 or 0.0
       else fail(by .. " must be a number, a list of variances or a matrix") end
+    end
+  end
+  for i = 1, n do
+    if not (out[i][i] >= 0) then fail(("%s: variance %d is %g"):format(by, i, out[i][i])) end
+    for j = 1, i do
+      local apart = math.abs(out[i][j] - out[j][i])
+      if apart > 1e-10*(out[i][i] + out[j][j]) then fail(by .. " must be symmetric") end
     end
   end
   return out

@@ -195,6 +195,9 @@ local function process_model(d, kind, options)
   build = process_system(names, has)
   require_information("process_model", d, sizes, #names, order + (has.I and 1 or 0), ic)
   local span = d.Ts * d.y.rows
+  if options.max_delay and not (options.max_delay >= 0) then
+    fail "process_model: max_delay is a number of seconds ≥ 0"
+  end
   local longest = options.max_delay or 0.3 * span
   local unit = sizes.y / sizes.u / (has.I and span / 10 or 1)
   local function positive(name) return name:match "^T[w123]" or name == "zeta" end

@@ -60,7 +60,11 @@ local function impulse_estimate(d, options)
   local y, u, i, o = common.signals("impulse_estimate", d, options, 12)
   local lags = check_lags("impulse_estimate", options.lags, #y, math.max(1, math.min(40, #y // 5)))
   local order = options.whiten or math.min(10, #y // 20)
-  if math.type(order) ~= "integer" or order < 0 then fail "impulse_estimate: whiten is an order ≥ 0" end
+  if math.type(order) ~= "integer" or order < 0 or order > #y // 10 then
+    fail(("impulse_estimate: whiten, the order of the ARX model of the noise, is a whole number from 0 to %d"):format(
+      #y // 10))
+  end
+  local kernel = options.kernel ~= "none" and options.kernel or nil
   if order > 0 then
     local A = named "arx" (named "iddata" { y = y, u = u }, { na = order, nb = order, nk = 0 }).A
     local a = {}
@@ -68,10 +72,10 @@ local function impulse_estimate(d, options)
     y, u = filtered(a, y), filtered(a, u)
   end
   local m = named "fir" (named "iddata" { y = y, u = u, Ts = d.Ts },
-    { nb = lags + 1, nk = 0, kernel = options.kernel })
+    { nb = lags + 1, nk = 0, kernel = kernel })
   local r = setmetatable({ lags = {}, g = {}, std = {}, bound = {}, input = d.u_names[i],
     output = d.y_names[o],
-    method = options.kernel and "regularised FIR (" .. options.kernel .. ")" or "FIR" }, estimate)
+    method = kernel and "regularised FIR (" .. kernel .. ")" or "FIR" }, estimate)
   for k = 0, lags do
     r.lags[k + 1], r.g[k + 1], r.std[k + 1] = k, m.theta[k + 1], m.std[k + 1]
     r.bound[k + 1] = z99 * r.std[k + 1]
@@ -86,6 +90,9 @@ local function correlation_analysis(d, options)
   local N = #y
   local lags = check_lags("cra", options.lags, N, math.max(1, math.min(20, N // 5)))
   local order = options.whiten or math.min(10, N // 20)
+  if math.type(order) ~= "integer" or order < 0 or order > N // 10 then
+    fail(("cra: whiten, the order of the AR model of the input, is a whole number from 0 to %d"):format(N // 10))
+  end
   if order > 0 then
     local a = autoregression(u, order)
     y, u = filtered(a, y), filtered(a, u)
@@ -109,6 +116,14 @@ local function correlation_analysis(d, options)
   return r
 end
 
+local delays = { __tostring = function(r)
+  local lines, order = { ("delay of %d sample%s"):format(r.nk, r.nk == 1 and "" or "s") }, {}
+  for nk in pairs(r.losses) do order[#order + 1] = nk end
+  table.sort(order)
+  for _, nk in ipairs(order) do lines[#lines + 1] = ("  nk = %2d  loss %.6g"):format(nk, r.losses[nk]) end
+  return table.concat(lines, "\n")
+end }
+
 -- The delay nk of the ARX model that explains most, all delays on the same rows.
 local function delay_estimate(d, options)
   common.one_record("delay_estimate", d)
@@ -117,10 +132,19 @@ local function delay_estimate(d, options)
   local one = d:select { y = options.output or 1, u = options.input or 1 }
   local s = named "order_scan" (one, nil, { na = options.na or 2, nb = options.nb or 2, nk = range,
     criterion = "aic" })
-  local losses = {}
-  for k = 1, #s do losses[s[k].nk] = s[k].loss end
+  -- A model with too short a delay holds the right one as well. Of delays that explain the data equally
+  -- well, N ln(V/V₁) below the 99 % quantile of χ²(1), the longest is meant; losses of exact data are rounding
+  -- errors.
+  local losses, nk, variance = {}, s[1].nk, 0
+  local y = common.centred("delay_estimate", one.y, 1)
+  for t = 1, #y do variance = variance + y[t]^2 / #y end
+  local limit = math.max(s[1].loss, 1e-20 * variance) * math.exp(6.634896601 / s.rows)
+  for k = 1, #s do
+    losses[s[k].nk] = s[k].loss
+    if s[k].loss <= limit then nk = math.max(nk, s[k].nk) end
+  end
   local next_best = s[2] and s[2].loss / s[1].loss or math.huge
-  return s[1].nk, { losses = losses, ratio = next_best }
+  return nk, setmetatable({ losses = losses, ratio = next_best, nk = nk }, delays)
 end
 
 return { impulse_estimate = impulse_estimate, cra = correlation_analysis, delay_estimate = delay_estimate }

@@ -32,7 +32,7 @@ local rows_of = {
   welch = { 2, segment, option("Ts", "number", "the sampling time, in s", "1") },
   coherence = { 2, segment, input, output },
   impulse_estimate = { 2, option("lags", "integer", "how long the response is, in samples"),
-    option("kernel", "string", "regularised: smooth and decaying", '"TC"', "TC|DC|none"),
+    option("kernel", "string", "regularised: smooth and decaying", '"none"', "TC|DC|none"),
     option("whiten", "integer", "order of the ARX model of the noise", "10"), input, output },
   cra = { 2, option("lags", "integer", "how long the response is, in samples", "20"),
     option("whiten", "integer", "order of the AR model of the input", "10"), input, output },
@@ -92,7 +92,7 @@ row("coherence", "coherence(d [, { segment =, input = 1, output = 1 }]) -> coher
   "u = prbs(127)\ny = {}\nfor t = 1, 127 do y[t] = 2*u[t] end\nreturn coherence(iddata{ y = y, u = u "
     .. "}).value[9] > 0.999999", "true")
 row("impulse_estimate",
-  "impulse_estimate(d [, { lags =, kernel = \"TC\", whiten = 10, input = 1, output = 1 }]) -> impulse "
+  "impulse_estimate(d [, { lags =, kernel = \"none\", whiten = 10, input = 1, output = 1 }]) -> impulse "
     .. "estimate",
   [[The impulse response by a FIR model of data whose noise is made white by a long ARX model: .lags .g .std
     .bound (99 %); kernel = "TC" or "DC": regularised.]], "impulse",
@@ -104,8 +104,9 @@ row("cra", "cra(d [, { lags = 20, whiten = 10, input = 1, output = 1 }]) -> impu
   swing .. "r = cra(d, { lags = 4 })\nreturn r.lags[1], #r.g", "-1 6")
 row("delay_estimate",
   "delay_estimate(d [, { na = 2, nb = 2, range = {0, 20}, input =, output = }]) -> nk, table",
-  [[The delay in samples of the ARX model that explains most, all on the same rows; .losses by delay and
-    .ratio, the next best loss over the best.]], "impulse",
+  [[The delay in samples of the ARX model that explains most, all on the same rows; of delays that explain the
+    data equally well (at 99 %) the longest. The second result prints the losses; .losses by delay and .ratio,
+    the next best loss over the best.]], "impulse",
   swing .. "print((delay_estimate(d, { range = {0, 5}, na = 1, nb = 1 })))", "1")
 row("rarx", "rarx(d, { na =, nb =, nk = 1, forgetting = 1, drift = 0, theta0 =, P0 = 1e6 }) -> recursive "
   .. "estimate",

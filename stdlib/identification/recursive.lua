@@ -55,6 +55,7 @@ local function setup(by, d, options, nc)
     fail(by .. ": drift is the variance that θ gains per sample, ≥ 0")
   end
   if o.lambda < 1 and o.drift > 0 then fail(by .. ": give forgetting or drift, not both") end
+  if options.P0 ~= nil and not (options.P0 > 0) then fail(by .. ": P0 is a variance > 0") end
   o.names = {}
   for k = 1, o.na do o.names[k] = "a" .. k end
   for k = 0, o.nb - 1 do o.names[#o.names + 1] = "b" .. (o.nk + k) end

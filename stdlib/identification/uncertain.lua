@@ -290,7 +290,8 @@ function methods.poles(u)
 end
 
 function uncertain.__tostring(u)
-  return ("uncertain system of %d parameters, bands of %g %%\n%s"):format(#u.theta, 100 * u.level,
+  return ("uncertain system of %d parameter%s, bands of %g %%\n%s"):format(#u.theta,
+    #u.theta == 1 and "" or "s", 100 * u.level,
     tostring(u.system))
 end
 uncertain.__index = methods

@@ -113,3 +113,45 @@ test("the Kalman filter over samples has a printed form and a picture", function
   r = kalman_filter(G, 0.01, 1, { y = { 1, 3 }, P0 = 1, smooth = true })
   said(r, "Kalman smoother over 2 samples")
 end)
+
+test("what a design cannot use is refused in its own words", function()
+  local G, S = tf({ 1 }, { 1, 1 }), ss({ { 0, 1 }, { 0, 0 } }, { 0, 1 }, { 1, 0 })
+  expect(function() kalman(S, 1, 0) end):fails "every output needs a noise of its own"
+  expect(function() lqr(S, 1, 0) end):fails "every input needs a weight"
+  expect(function() kalman_filter(G, 1, 1, { y = { 1, 2 } }) end):fails "sample the system first"
+  for _, w in ipairs { math.pi, 4, 1e9 } do
+    expect(function() c2d(G, 1, "tustin", { prewarp = w }) end):fails "below π/Ts = 3.14159 rad/s"
+  end
+  expect(c2d(G, 1, "tustin", { prewarp = 3 }):is_stable()):is_true()
+  expect(function() pade(-1, 2) end):fails "a time of at least 0"
+  expect(function() pade(0/0, 2) end):fails "a time of at least 0"
+  expect(#pade(0, 3).den):equals(1)
+  expect(function() rlocus(G, { 1, "a" }) end):fails "gain 2 is no number"
+end)
+
+test("observers take a list for a column, and print their equations", function()
+  local S = ss({ { 0, 1 }, { 0, 0 } }, { 0, 1 }, { 1, 0 })
+  expect(estimator(S, { 3, 2 }).A):equals(estimator(S, vec { 3, 2 }).A)
+  expect(function() estimator(S, { 1, 2, 3 }) end):fails "L must be 2×1, got 3×1"
+  local x, v, u = var "x", var "v", input "u"
+  local sys = dae { der(x) ~ v, der(v) ~ sin(x) + u }
+  local est = estimator(sys, { 9, 20 }, { y = x })
+  said(est, "observer of %(x_hat, v_hat%)")
+  said(est, "x_hat′ = v_hat %+ 9 %(x %- x_hat%)")
+  expect(#sys:close { u = -9*est.x[1] - 6*est.x[2], est }.equations):equals(4)
+end)
+
+test("the extended Kalman filter refuses covariances that are none", function()
+  local x = var "x"
+  local function run(Q, R, P0)
+    return ekf(dae { der(x) ~ -x }, { data = iddata { y = { 1, 2 }, Ts = 0.1 }, y = x, Q = Q, R = R, P0 = P0,
+      start = { x = 1 } })
+  end
+  expect(function() run(-1, 1) end):fails "ekf: Q: variance 1 is -1"
+  expect(function() run(1, 1, { -2 }) end):fails "ekf: P0: variance 1 is -2"
+  local y, z = var "y", var "z"
+  expect(function()
+    ekf(dae { der(y) ~ -z, der(z) ~ y }, { data = iddata { y = { 1, 2 }, Ts = 0.1 }, y = y,
+      Q = { { 1, 2 }, { 3, 4 } }, R = 1, start = { y = 1, z = 0 } })
+  end):fails "ekf: Q must be symmetric"
+end)

@@ -101,3 +101,47 @@ test("the fit of rows is that of the samples that are compared", function()
   for t = 5, 40 do sum = sum + (d.y[t] - mean)^2 end
   expect(m.fit_percent):near(100*(1 - math.sqrt(m.loss*36/sum)), 1e-9)
 end)
+
+test("the delay is that of the plant, not one of the models that contain it", function()
+  for delay = 1, 4 do
+    for seeds = 1, 5 do
+      seed(seeds)
+      local u, y, e, r = {}, {}, randn(400), randn(400)
+      for t = 1, 400 do
+        u[t] = r[t]
+        y[t] = 0.7*(y[t - 1] or 0) + (t > delay and r[t - delay] or 0) + 0.1*e[t]
+      end
+      local nk, details = delay_estimate(iddata { y = y, u = u })
+      expect(nk):equals(delay)
+      said(details, ("delay of %d sample"):format(delay))
+    end
+  end
+end)
+
+test("options that mean nothing are refused", function()
+  local d = record(300, pulses)
+  local plain = impulse_estimate(d, { lags = 5 })
+  expect(impulse_estimate(d, { lags = 5, kernel = "none" }).g[2]):equals(plain.g[2])
+  said(impulse_estimate(d, { lags = 5, kernel = "TC" }), "regularised FIR (TC)")
+  for _, order in ipairs { -1, 1000 } do
+    expect(function() cra(d, { whiten = order }) end):fails "a whole number from 0 to 30"
+    expect(function() impulse_estimate(d, { whiten = order }) end):fails "a whole number from 0 to 30"
+  end
+  expect(function() rarx(d, { na = 1, nb = 1, P0 = -1 }) end):fails "P0 is a variance > 0"
+  expect(function() process_model(d, "P1D", { max_delay = -1 }) end):fails "max_delay is a number of seconds"
+  local m = arx(d, { na = 1, nb = 1 })
+  expect(function() m:forecasts(d, -3, { u = {} }) end):fails "steps must be at least 1"
+end)
+
+test("a model and data of another sampling time do not meet", function()
+  local d = record(300, pulses)
+  local y, u = {}, {}
+  for t = 1, 300 do y[t], u[t] = d.y[t], d.u[t] end
+  local other = iddata { y = y, u = u, Ts = 0.2 }
+  for _, m in ipairs { arx(d, { na = 1, nb = 1 }), oe(d, { nb = 1, nf = 1 }), n4sid(d, 1) } do
+    for _, use in ipairs { "fit", "predict", "simulate", "residuals", "validate" } do
+      expect(function() m[use](m, other) end):fails "samples 1 s apart, the data are 0.2 s apart: d:resample(1)"
+    end
+    expect(function() compare(other, m) end):fails "0.2 s apart"
+  end
+end)

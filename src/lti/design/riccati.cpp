@@ -302,6 +302,10 @@ RiccatiSolution kalman(const System& given, const Mat& Q, const Mat& R) {
   const System g = to_ss(with_numbers(given));
   p.A.transposeInPlace();
   p.B = numbers(g.ss.C).transpose();
+  require_size(p.R, "R", g.outputs, g.outputs);
+  require_symmetric(p.R, "R");
+  if (p.continuous && !definite(p.R))
+    throw Error("R must be positive definite: every output needs a noise of its own, however small");
   RiccatiSolution s = riccati(std::move(p));
   s.K.transposeInPlace();
   return s;

@@ -185,6 +185,10 @@ std::vector<Response> predict(const IdModel& m, const IdData& d, Index horizon, 
   if (static_cast<Index>(m.outputs.size()) != d.outputs() || m.inputs != d.inputs())
     throw Error(text("the model has ", m.outputs.size(), " output(s) and ", m.inputs, " input(s), the data ",
                      d.outputs(), " and ", d.inputs()));
+  const PolyModel& first = m.outputs.front();
+  if (first.estimated && std::fabs(first.Ts - d.Ts) > 1e-6 * first.Ts)
+    throw Error(text("the model was estimated from samples ", rounded(first.Ts, 6), " s apart, the data are ",
+                     rounded(d.Ts, 6), " s apart: d:resample(", rounded(first.Ts, 6), ")"));
   if (m.state_space) return predict(*m.state_space, d, horizon, seed);
   if (m.coupled && missing(d) > 0) {
     const auto [model, Lambda] = innovations_form(m);

@@ -1,5 +1,6 @@
 // Connections of linear systems, and sampling. Reads arguments, calls src/lti.
 #include <algorithm>
+#include <numbers>
 
 #include "base/text.hpp"
 #include "lti/discrete.hpp"
@@ -95,7 +96,11 @@ int c2d(Call& call) {
   const std::string method = call.string(3, "method", "zoh");
   if (prewarp > 0 && method != "tustin" && method != "bilinear")
     throw Error(text("prewarp is for method \"tustin\", not for \"", method, "\""));
-  return push_system(call, lti::c2d(g, to_expr(call.L, 2, "Ts"), method, prewarp));
+  const Expr Ts = to_expr(call.L, 2, "Ts");
+  if (prewarp > 0 && !(prewarp * lti::number(Ts) < std::numbers::pi))
+    throw Error(text("option 'prewarp': samples know the frequencies below π/Ts = ",
+                     rounded(std::numbers::pi / lti::number(Ts), 6), " rad/s, got ", rounded(prewarp, 6)));
+  return push_system(call, lti::c2d(g, Ts, method, prewarp));
 }
 int d2c(Call& call) {
   return push_system(call, lti::d2c(read_system(call, 1, "G"), call.string(2, "method", "zoh")));

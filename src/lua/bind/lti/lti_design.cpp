@@ -205,6 +205,7 @@ int kalman(Call& call) {
 /// G in discrete time; y and u from data, or lists.
 int kalman_filter(Call& call) {
   const System g = lti::to_ss(lti::with_numbers(read_system(call, 1, "G")));
+  if (g.continuous()) throw Error("the filter runs over samples: sample the system first, c2d(G, Ts)");
   const Index n = g.ss.order();
   const Mat Q = weight(call, 2, "Q", n), R = weight(call, 3, "R", g.outputs);
   const Options o = call.options(4);

@@ -124,6 +124,7 @@ const OptionTable forecast_options = {
 int forecast(Call& call) {
   const IdData& d = call.object<IdData>(2, "data");
   const long steps = call.integer(3, "steps");
+  if (steps < 1) throw Error(text("steps must be at least 1, got ", steps));
   const Options o = call.options(4);
   Mat u(steps > 0 ? steps : 0, d.inputs());
   if (o.has("u"))
