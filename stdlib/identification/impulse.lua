@@ -133,8 +133,8 @@ local function delay_estimate(d, options)
   local s = named "order_scan" (one, nil, { na = options.na or 2, nb = options.nb or 2, nk = range,
     criterion = "aic" })
   -- A model with too short a delay holds the right one as well. Of delays that explain the data equally
-  -- well, N ln(V/V₁) below the 99 % quantile of χ²(1), the longest is meant; losses of exact data are rounding
-  -- errors.
+  -- well, N ln(V/V₁) below the 99 % quantile of χ²(1), the longest is meant. Losses of exact data are
+  -- rounding errors.
   local losses, nk, variance = {}, s[1].nk, 0
   local y = common.centred("delay_estimate", one.y, 1)
   for t = 1, #y do variance = variance + y[t]^2 / #y end
