@@ -28,7 +28,7 @@ test("estimators that feedback makes wrong say so", function()
     bj(d, { nb = 1, nf = 1, nc = 1, nd = 1 }), pem(d, n4sid(d, { order = 1 })) } do
     unsaid(r, "closed loop")
   end
-  expect(d:feedback():match "^u: %d+ of 25 correlations outside ±0%.%d+$" ~= nil):is_true()
+  expect(d:feedback():match "^u: χ² = %d+ on 25 degrees of freedom$" ~= nil):is_true()
 end)
 
 test("open loops are not taken for closed ones", function()
@@ -143,5 +143,26 @@ test("a model and data of another sampling time do not meet", function()
       expect(function() m[use](m, other) end):fails "samples 1 s apart, the data are 0.2 s apart: d:resample(1)"
     end
     expect(function() compare(other, m) end):fails "0.2 s apart"
+  end
+end)
+
+-- y = B/A u + noise of its own of order 1, the input as wanted: chance may say so in 1 of 1000 records.
+test("feedback: false alarms are rare for inputs of every kind", function()
+  local kinds = { white = function(r) return r end, slow = function(r, last) return 0.9*last + r end,
+    held = function(r, last, t) return t % 10 == 1 and (r > 0 and 1 or -1) or last end }
+  for _, kind in pairs(kinds) do
+    seed(1)
+    local alarms = 0
+    for _ = 1, 100 do
+      local r, e, u, y, v, w = randn(300), randn(300), {}, {}, 0, {}
+      for t = 1, 300 do
+        u[t] = kind(r[t], u[t - 1] or 0, t)
+        w[t] = 0.8*(w[t - 1] or 0) + (u[t - 1] or 0) + 0.3*(u[t - 5] or 0)
+        v = 0.9*v + e[t]
+        y[t] = w[t] + 0.5*v
+      end
+      if iddata { y = y, u = u }:feedback() then alarms = alarms + 1 end
+    end
+    expect(alarms <= 2):is_true()                                  -- more: 1.5e-4 by chance
   end
 end)

@@ -1,10 +1,46 @@
 // Were the data taken in closed loop? Residuals of a long ARX model are the innovations whatever the loop; in open loop
-// they know nothing of later inputs (Ljung, 2nd ed., §13.4).
+// they know nothing of later inputs (Ljung, 2nd ed., §13.4). Inputs are made white first: correlations with what is new
+// in them are independent from lag to lag, so that N Σ r² is χ² distributed.
+#include "base/decompositions.hpp"
 #include "base/error.hpp"
 #include "base/text.hpp"
 #include "sysid/model/validation.hpp"
 
 namespace pendula::sysid {
+namespace {
+
+constexpr int order = 10;  // of the models of y and of u
+constexpr Index lags = 25;
+
+/// u(t) less its prediction from the last samples, 0 at the first ones; empty where u is predictable to rounding or
+/// nearly so (a sine, a sweep): it then says nothing.
+Vec innovations(Vec u) {
+  u.array() -= u.mean();
+  const Index rows = u.size() - order;
+  Mat past(rows, order);
+  for (Index k = 0; k < order; ++k) past.col(k) = u.segment(order - 1 - k, rows);
+  const Mat gram = past.transpose() * past + 1e-12 * past.squaredNorm() * Mat::Identity(order, order);
+  const Vec e = u.tail(rows) - past * gram.llt().solve(past.transpose() * u.tail(rows));
+  if (!(e.norm() > 0.05 * u.norm())) return {};
+  Vec out = Vec::Zero(u.size());
+  out.tail(rows) = e;
+  return out;
+}
+
+/// N Σ r(k)² of the residuals and inputs k = 1 … 25 samples later.
+double statistic(const Response& r, const Vec& u) {
+  double sum = 0, power = 0;
+  for (Index k = 1; k <= lags; ++k) {
+    double product = 0;
+    for (Index i = 0; i < r.errors.size(); ++i)
+      if (r.rows[i] + k < u.size()) product += r.errors[i] * u[r.rows[i] + k];
+    sum += product * product;
+  }
+  for (Index i = 0; i < r.errors.size(); ++i) power += r.errors[i] * r.errors[i];
+  return sum / (power * u.squaredNorm() / static_cast<double>(u.size() - order));
+}
+
+}  // namespace
 
 std::string later_inputs_text(const Validation& v) {
   std::vector<std::string> counts;
@@ -15,7 +51,7 @@ std::string later_inputs_text(const Validation& v) {
 }
 
 std::string feedback_in(const IdData& d, Index output) {
-  constexpr int order = 10;
+  constexpr double chance = 1e-3;
   const IdData one = channel(d, output, false);
   const Index inputs = one.inputs(), parameters = order * (1 + inputs);
   if (inputs == 0 || one.experiments() > 1 || one.samples() < 10 * parameters) return "";
@@ -31,7 +67,17 @@ std::string feedback_in(const IdData& d, Index output) {
     m.outputs = {arx(one, 0, orders, InitialCondition::drop)};
     const Validation v = validate(m, 0, one);
     // residuals that past inputs explain speak of a model that is too small, not of feedback
-    return v.feedback && v.white && v.independent ? later_inputs_text(v) : "";
+    if (v.bound == 0 || !v.white || !v.independent) return "";
+    const Response r = predict(m, one, 1, Seed::data).front();
+    std::vector<std::string> seen;
+    for (Index i = 0; i < inputs; ++i) {
+      const Vec u = innovations(one.u.col(i));
+      if (u.size() == 0) continue;
+      const double Q = statistic(r, u);
+      if (chi_square_tail(Q, lags) < chance / static_cast<double>(inputs))
+        seen.push_back(text(one.u_names[i], ": χ² = ", rounded(Q, 3), " on ", lags, " degrees of freedom"));
+    }
+    return join(seen, ", ");
   } catch (const UserFacing&) {
     return "";  // data that no such model can be estimated from say nothing
   }

@@ -331,9 +331,10 @@ extern const Module iddata_module = {
             return read_mat(name).x.T)",
          "1  2  3"},
         {"iddata:feedback", feedback, "d:feedback([output = 1]) -> string or nil",
-         R"(Whether the data may have been taken in closed loop: how many correlations of the residuals of a long ARX
-            model with later inputs are outside the 99 % bound, where these are more than chance explains. nil: no
-            sign of feedback, or a record too short to say (10 samples for each of 10 (1 + inputs) parameters).)",
+         R"(Whether the data may have been taken in closed loop: χ² of the correlations of residuals of a long ARX
+            model with what is new in inputs 1 to 25 samples later, where chance explains it in less than 0.1 % of the
+            cases. nil: no sign of feedback, or data that cannot say: fewer than 100 (1 + inputs) samples, gaps, inputs
+            that are predictable, as sines are.)",
          "seed(4)\nu, y, e = {}, {}, randn(500)\nfor t = 1, 500 do\n  u[t] = -0.5*(y[t-1] or 0) + 0.3*(-1)^(t*t//7)\n"
          "  y[t] = 0.8*(y[t-1] or 0) + (u[t-1] or 0) + 0.5*e[t]\nend\n"
          "return iddata{ y = y, u = u }:feedback() ~= nil, iddata{ y = y, u = e }:feedback()",
