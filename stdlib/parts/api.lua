@@ -49,12 +49,20 @@ local function given_zeros(scope, list)
   return list
 end
 
+-- "V, W, g, connect(V.p, W.p) fix …": where there are too many equations, which elimination does not say.
+local function fixed_twice(self)
+  local _, message = pcall(methods.flat(self).index, methods.flat(self))
+  local where = tostring(message):match "over%-determined: [^\n]- of (.-) for %d+ unknown"
+  return where and where .. " fix the same quantity twice: remove one, or put another part between them"
+end
+
 -- What can be done about this error of a model of parts, or nil.
 local function remedy(self, message)
   for _, words in ipairs(cannot_be_solved) do
     if message:find(words, 1, true) then
       local found, why = pcall(use "parts/unfixed", place.outside(self), rawget(self, P).sets or {})
-      return found and why or nil
+      if found and why then return why end
+      return not message:find("over-determined", 1, true) and fixed_twice(self) or nil
     end
   end
   local zeros = message:find("not finite there", 1, true) and given_zeros(place.outside(self), {}) or {}

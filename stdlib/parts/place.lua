@@ -224,6 +224,13 @@ local function note_law(d, item)
   end
 end
 
+-- power = R.v*R.i: an expression with a name, in the symbols of this place; P = var "P" is the symbol itself.
+local function set_value(scope, key, value)
+  local own = names.translate(scope, value)
+  if object_type(own) == "expr" and data(scope).names[key] == own then return end
+  scopes.set(scope, key, own)
+end
+
 -- Parts first, then connections and equations in order, then what is said about the start.
 function absorb(scope, items, depth)
   depth = depth or 0
@@ -231,8 +238,12 @@ function absorb(scope, items, depth)
     fail(("%s has lists inside lists, more than %d levels deep: does a list contain itself?"):format(
       scopes.title(scope), most_nested))
   end
-  for _, entry in ipairs(named_entries(items)) do scopes.set(scope, entry.key, entry.value) end
-  local n = 0
+  local values, n = {}, 0
+  for _, entry in ipairs(named_entries(items)) do
+    local kind = object_type(entry.value)
+    if kind == "expr" or kind == "matrix" then values[#values + 1] = entry
+    else scopes.set(scope, entry.key, entry.value) end
+  end
   for key in pairs(items) do if math.type(key) == "integer" then n = math.max(n, key) end end
   for i = 1, n do
     local item = items[i]
@@ -240,6 +251,7 @@ function absorb(scope, items, depth)
     if scopes.as_part(item, "") then add_item(scope, item, i, depth) end
   end
   for i = 1, n do note_law(data(scope), items[i]) end
+  for _, entry in ipairs(values) do set_value(scope, entry.key, entry.value) end
   for i = 1, n do
     if not scopes.as_part(items[i], "") then add_item(scope, items[i], i, depth) end
   end

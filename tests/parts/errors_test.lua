@@ -25,6 +25,13 @@ test("sources that contradict each other are named with their connections", func
     connect("V.n", "R.n", "g.p", "h.p") }, "of g, h, connect(V.n, g.p), connect(V.n, h.p)")
 end)
 
+test("a run of what is fixed twice says so, too", function()
+  local m = model { V = e.source{ v = 1 }, W = e.source{ v = 1 }, R = e.resistor{}, g = e.ground{},
+    connect("V.p", "W.p", "R.p"), connect("V.n", "W.n", "R.n", "g.p") }
+  expect(function() m:integrate{ to = 1 } end):fails "V, W, g, connect(V.p, W.p), connect(V.n, W.n)"
+  expect(function() m:integrate{ to = 1 } end):fails "fix the same quantity twice: remove one"
+end)
+
 test("a connector or variable that is not there: where the path ends, and what there is", function()
   local R, V, g = e.resistor{ R = 2 }, e.source{ v = 1 }, e.ground{}
   local function circuit(...) return { R = R, V = V, g = g, connect("V.n", "R.n", "g.p"), ... } end

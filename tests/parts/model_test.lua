@@ -294,3 +294,21 @@ test("what takes a model takes a model of parts", function()
   for name in pairs(m) do names[#names + 1] = name end
   expect(table.concat(names, " ")):equals "V R C g"
 end)
+
+test("an expression with a name, of parts by value or by path, in copies, and a variable", function()
+  local e, l = components.electrical, components.translational
+  local R, V = e.resistor{ R = 2 }, e.source{ v = 3 }
+  local m = model { R = R, V = V, g = e.ground{}, power = R.v*R.i, P = var "P", var "P" ~ 2*var "R.i",
+    U = var "R.v", connect("V.p", "R.p"), connect("V.n", "R.n", "g.p") }
+  local at = m:init{}
+  expect(tostring(m.power)):equals "R.v R.i"
+  expect(at(m.power)):near(4.5, 1e-12)
+  expect(at(m.P)):near(3, 1e-12)
+  expect(at(m.U)):near(3, 1e-12)
+  local two = model { a = m, b = m }
+  expect(tostring(two.b.power)):equals "b.R.v b.R.i"
+  expect(two:init{}(two.a.power + two.b.P)):near(7.5, 1e-12)
+  local moving = model { l.mass{ m = 2, s0 = 0, v0 = 3 }, T = var "mass.m"*var "mass.v"^2/2,
+    connect "mass.flange" }
+  expect(moving:integrate{ to = 1 }(moving.T, 1)):near(9, 1e-9)
+end)
