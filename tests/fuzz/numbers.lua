@@ -23,7 +23,11 @@ local function term(depth)
   if kind == 8 then return term(depth + 1)*term(depth + 1) end
   if kind == 9 then return term(depth + 1)/(1 + term(depth + 1)^2) end
   if kind == 10 then return wild and sqrt(abs(term(depth + 1))) or abs(term(depth + 1)) end
-  if kind == 11 then return term(depth + 1)/(wild and term(depth + 1) or 2 + cos(term(depth + 1))) end
+  if kind == 11 then
+    local above, below = term(depth + 1), wild and term(depth + 1) or 2 + cos(term(depth + 1))
+    local good, quotient = pcall(function() return above/below end)  -- an exact 0 is refused
+    return good and quotient or above
+  end
   return term(depth + 1) - term(depth + 1)
 end
 
