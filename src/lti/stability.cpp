@@ -42,9 +42,10 @@ using Rationals = dae::Polynomial;
 /// Is the eigenvalue λ of A semisimple, that is, without chains of generalised eigenvectors?
 bool semisimple(const System& g, const dae::Mode& mode) {
   if (mode.multiplicity == 1) return true;
-  if (g.form != Form::ss) return false;
-  const int n = g.ss.order();
-  const Mat A = numbers(g.ss.A);
+  if (g.form != Form::ss && g.siso()) return false;
+  const System s = to_ss(g);
+  const int n = s.ss.order();
+  const Mat A = numbers(s.ss.A);
   const ComplexMat m =
       linalg::similar(A, linalg::balancing(A)).cast<Complex>() - mode.value * ComplexMat::Identity(n, n);
   Eigen::JacobiSVD<ComplexMat> svd(m);

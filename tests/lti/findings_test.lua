@@ -155,3 +155,13 @@ test("the extended Kalman filter refuses covariances that are none", function()
       Q = { { 1, 2 }, { 3, 4 } }, R = 1, start = { y = 1, z = 0 } })
   end):fails "ekf: Q must be symmetric"
 end)
+
+test("channels that share a pole on the axis are semisimple; filters speak of what y sees", function()
+  local one = tf({ 1 }, { 1, 0, 1 })
+  expect(append(one, one):stability().verdict):equals "stable, not asymptotically"
+  expect((one*one):stability().verdict):equals "unstable"
+  local blind = ss({ { 1, 0 }, { 0, 2 } }, { 1, 1 }, { 1, 0 })
+  for _, design in ipairs { kalman, lqe } do
+    expect(function() design(blind, 1, 1) end):fails "y does not see a mode that does not decay: not observable"
+  end
+end)

@@ -306,9 +306,16 @@ RiccatiSolution kalman(const System& given, const Mat& Q, const Mat& R) {
   require_symmetric(p.R, "R");
   if (p.continuous && !definite(p.R))
     throw Error("R must be positive definite: every output needs a noise of its own, however small");
-  RiccatiSolution s = riccati(std::move(p));
-  s.K.transposeInPlace();
-  return s;
+  try {
+    RiccatiSolution s = riccati(std::move(p));
+    s.K.transposeInPlace();
+    return s;
+  } catch (const Error&) {  // of the transposed system: in words of the filter
+    const Reach seen = observability(g);
+    if (seen.stable) throw;
+    throw Error(text("there is no stable filter, because y does not see a mode that does not decay: ",
+                     describe(seen)));
+  }
 }
 
 System estimator(const System& given, const Mat& L) {
