@@ -46,7 +46,8 @@ class Gradients {
     }
   }
 
-  LargeBlock::Matrix matrix(std::vector<std::string>& names) const {
+  /// columns: where they stood in the rows that were given.
+  LargeBlock::Matrix matrix(std::vector<std::string>& names, std::vector<int>& columns) const {
     std::map<int, int> column;
     std::vector<Row> kept;
     for (std::size_t i = 0; i < rows_.size(); ++i) {
@@ -56,6 +57,8 @@ class Gradients {
       for (const auto& [j, value] : rows_[i])
         kept.back()[column.emplace(j, static_cast<int>(column.size())).first->second] = value;
     }
+    columns.resize(column.size());
+    for (const auto& [j, place] : column) columns[place] = j;
     return {static_cast<int>(kept.size()), static_cast<int>(column.size()), entries_of(kept)};
   }
 
@@ -286,11 +289,16 @@ std::vector<LargeBlock> found_in(const ModelPtr& source) {
     const bool decided =
         source->mechanics.has_value() ||
         (!rest.rows.empty() && Saddle(rest.rows, rest.is_gradient, source->values).gradients_decide());
-    if (!constraints.empty())
-      block.gradients = Gradients(std::move(constraints), std::move(names)).matrix(block.constraints);
+    if (!constraints.empty()) {
+      std::vector<int> columns;
+      block.gradients =
+          Gradients(std::move(constraints), std::move(names)).matrix(block.constraints, columns);
+      for (int j : columns) block.moved.push_back(block.determined[j]);
+    }
     if (all_constant(block.gradients.entries)) {
       block.gradients = {};
       block.constraints.clear();
+      block.moved.clear();
     }
     if (block.gradients.rows == 1 && decided &&
         is_distance(residual.at(block.constraints[0]), block.gradients.entries, source->values))

@@ -19,6 +19,7 @@ struct LargeBlock {
   /// q′ = v. They must be independent. No rows: none, or all of them constant.
   Matrix gradients;
   std::vector<std::string> constraints;  ///< names of the rows: "C₁", "(3)"
+  std::vector<Expr> moved;               ///< of every column of the gradients, what it determines
   /// J itself, which must be regular; no rows where that follows from the gradients (`definite`) or J is
   /// constant.
   Matrix jacobian;

@@ -42,6 +42,7 @@ struct Plan {
 
   // ── chosen steps only ──
   Tolerances tolerances;  ///< empty: rtol = 1e-6, atol = 1e-9
+  Vec sizes;              ///< natural_sizes() at the start, where blocks are watched; empty or 0: not known
   double dt_first = 0;    ///< 0: chosen
   double dt_max = std::numeric_limits<double>::infinity();
   long most_steps = 10'000'000;

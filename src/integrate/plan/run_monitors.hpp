@@ -40,7 +40,7 @@ class FixedStepMonitors : public MonitorList {
   /// Requires that the plan outlives it.
   FixedStepMonitors(const ProblemPtr& problem, const Plan& plan)
       : divisors_(problem, plan.guards),
-        ranks_(problem, plan.blocks, 1e-6),
+        ranks_(problem, plan.blocks, 1e-6, plan.sizes),
         roots_(problem, plan.guards),
         domain_(*problem, plan.guards, plan.check_singularities),
         problem_(problem),
@@ -81,9 +81,9 @@ class AdaptiveStepMonitors : public MonitorList {
   /// Requires that all of them outlive it.
   AdaptiveStepMonitors(const ProblemPtr& problem, const Plan& plan, const EventFinder& finder,
                        StepInterpolation& interpolation)
-      : ranks_(problem, plan.blocks, plan.tolerances.rtol.minCoeff(), &interpolation),
+      : ranks_(problem, plan.blocks, plan.tolerances.rtol.minCoeff(), plan.sizes, &interpolation),
         roots_(problem, plan.guards),
-        tangencies_(problem, plan.events.list, finder, plan.tolerances),
+        tangencies_(problem, plan.events.list, finder, plan.tolerances, plan.to - plan.from),
         choices_(problem, plan.choices, plan.tolerances) {
     if (!ranks_.empty()) add(ranks_);
     if (!roots_.empty()) add(roots_);

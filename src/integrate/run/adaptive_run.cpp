@@ -218,7 +218,7 @@ class AdaptiveRun {
   std::string singularity_nearby(double almost) {
     if (plan().guards.empty() && plan().blocks.empty()) return domain_.almost_outside(stepper().here());
     SingularityMonitor divisors(state_.problem, plan().guards);
-    RankMonitor ranks(state_.problem, plan().blocks, 1e-6);
+    RankMonitor ranks(state_.problem, plan().blocks, 1e-6, plan().sizes);
     divisors.start(first_);
     ranks.start(first_);
     const bool back = state_.solution->size() > 0 && state_.reached < stepper().here().t;

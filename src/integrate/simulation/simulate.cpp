@@ -3,6 +3,7 @@
 #include "integrate/run/adaptive_run.hpp"
 #include "integrate/run/fixed_step_run.hpp"
 #include "integrate/simulation/branch_run.hpp"
+#include "integrate/simulation/natural_sizes.hpp"
 #include "integrate/simulation/preparation.hpp"
 #include "integrate/simulation/problem_setup.hpp"
 #include "integrate/simulation/regime_run.hpp"
@@ -24,6 +25,8 @@ TrajectoryPtr simulate(const dae::ModelPtr& model, const Simulation& simulation)
   };
   Plan plan = simulation.plan;
   if (plan.check_singularities) watch_singularities(plan, model, simulation, *run.problem);
+  if (!plan.blocks.empty())
+    plan.sizes = natural_sizes(*run.problem, run.start, plan.from, plan.to - plan.from);
   if (plan.dt)
     return wrap(simulation.method.multistep
                     ? integrate_bdf(run.problem, simulation.method.multistep, run.start, plan)

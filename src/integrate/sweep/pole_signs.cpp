@@ -37,7 +37,9 @@ void PoleSigns::start(int run, double t, const double* x, const double* p) {
 
 void PoleSigns::look(int run, double t, const double* x, const double* p) {
   if (empty()) return;
-  Run& r = runs_[run];
+  const auto at = runs_.find(run);
+  if (at == runs_.end()) return;  // given up since; its last points are on the way
+  Run& r = at->second;
   evaluate(t, x, p);
   for (std::size_t i = 0; i < out_.size(); ++i)
     r.changed = r.changed || !(r.positive[i] ? out_[i] > 0 : out_[i] < 0);

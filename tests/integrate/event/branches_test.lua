@@ -70,3 +70,24 @@ test("branches that cross inside long steps, right at the start or before the en
     method = "verner98" }
   expect(sol.status):matches "stopped at t = 3%.14"
 end)
+
+test("starts beside a crossing stop there, as close as they may be", function()
+  local crossing = {
+    { dae { der(x) ~ 1, 0 ~ z^2 - sin(x)^2 }, math.sin },
+    { dae { der(x) ~ 1, 0 ~ z^2 - x^2 }, function(at) return at end },
+    { dae { der(x) ~ 1, 0 ~ z^3 - x^2*z }, function(at) return at end },
+  }
+  for k, case in ipairs(crossing) do
+    for _, method in ipairs { "auto", "verner98", "dopri5", "radau", "bdf" } do
+      for _, at in ipairs { -1e-6, -1e-8, -1e-9, -3e-10, -1e-10, -1e-11 } do
+        for _, rtol in ipairs { 1e-6, 1e-9 } do
+          local sol = case[1]:integrate { start = { x = at, z = case[2](at) }, to = 1, rtol = rtol,
+            method = method }
+          local who = ("%d, %s, %g, %g: "):format(k, method, at, rtol)
+          expect(who .. sol.status):matches "stopped at t = .*no longer determines? z"
+          expect(sol.t[#sol.t] < 2*math.abs(at) + 1e-9):is_true()
+        end
+      end
+    end
+  end
+end)

@@ -21,6 +21,8 @@ ConstraintRank::ConstraintRank(RankBlock& block, double tolerance)
   // measured beside kernels: 3 operations per fused multiply-add of the factor, 12 a row for its solves
   cost_ = 100 + static_cast<double>(gradients_.operations()) + 3.0 * static_cast<double>(gram_.operations()) +
           12.0 * rows;
+  const std::vector<double> units = block_.units_of_columns();
+  for (const Entry& e : block_.block().gradients.entries) unit_.push_back(units[e.column]);
   last_.u = RankBlock::generic_direction(rows) / std::sqrt(static_cast<double>(rows));
 }
 
@@ -33,6 +35,7 @@ void ConstraintRank::start(const Point& point) {
 
 double ConstraintRank::measure(const Point& p, Vec& u, Vec& w, int iterations) {
   gradients_(block_.values(p), numbers_.data());
+  for (std::size_t k = 0; k < numbers_.size(); ++k) numbers_[k] *= unit_[k];
   gram_.factorise(numbers_.data());
   return gram_.least(u, w, iterations);
 }

@@ -60,9 +60,9 @@ class ConstraintRank {
   RankBlock& block_;
   codegen::Kernel gradients_;
   GramFactor gram_;
-  std::vector<double> numbers_;
-  Look last_, next_;  ///< next_: kept for its storage
-  double near_;       ///< of the largest size: closer counts as reached
+  std::vector<double> numbers_, unit_;  ///< unit_: of every entry
+  Look last_, next_;                    ///< next_: kept for its storage
+  double near_;                         ///< of the largest size: closer counts as reached
   double largest_ = 0, first_ = 0;
   double begin_ = 0;       ///< time of the start
   double pace_ = forever;  ///< time in which w changes by half its length

@@ -7,14 +7,35 @@
 #include "base/text.hpp"
 #include "codegen/kernel/kernel.hpp"
 #include "dae/model/lineage.hpp"
+#include "expr/graph/derivative.hpp"
 
 namespace pendula::integrate {
 
 constexpr std::size_t most_names = 6;
 
-RankBlock::RankBlock(const dae::LargeBlock& block, const ProblemPtr& problem)
-    : block_(block), given_(problem), values_(problem->values()) {
+RankBlock::RankBlock(const dae::LargeBlock& block, const ProblemPtr& problem, const Vec& sizes)
+    : block_(block), given_(problem), values_(problem->values()), sizes_(sizes) {
   if (!problem->model().u.empty()) own_ = std::make_shared<Problem>(*problem);
+}
+
+std::vector<double> RankBlock::units_of_columns() const {
+  const std::vector<double> ones(static_cast<std::size_t>(block_.gradients.columns), 1.0);
+  if (block_.gradients.rows != 1) return ones;
+  const dae::FirstOrder& form = given_->model();
+  std::vector<Expr> unknowns = form.x;
+  unknowns.insert(unknowns.end(), form.z.begin(), form.z.end());
+  std::vector<double> units;
+  for (Expr leaf : block_.moved) {
+    double size = 0;
+    for (int order = symbol_of(leaf).order - 1; order >= 0 && !(size > 0); --order) {
+      const Expr state = derivative_leaf(symbol_of(leaf).base, order);  // y″ is v′ where v stands for y′
+      const auto at = std::find(unknowns.begin(), unknowns.end(), state);
+      if (at != unknowns.end() && at - unknowns.begin() < sizes_.size()) size = sizes_[at - unknowns.begin()];
+    }
+    units.push_back(size);
+  }
+  const bool known = std::all_of(units.begin(), units.end(), [](double size) { return size > 0; });
+  return known ? units : ones;
 }
 
 const double* RankBlock::values(const Point& p) {

@@ -20,10 +20,15 @@ using SolutionBetween = std::function<void(double t, Point& out)>;
 
 class RankBlock {
  public:
-  RankBlock(const dae::LargeBlock& block, const ProblemPtr& problem);
+  /// sizes: of the unknowns (x, z), or empty.
+  RankBlock(const dae::LargeBlock& block, const ProblemPtr& problem, const Vec& sizes = {});
 
   const dae::LargeBlock& block() const { return block_; }
   const std::vector<Expr>& arguments() const { return given_->arguments(); }
+  /// How large each unknown is that a column of the gradients moves, in one unit of time; 1 where it is not known, and
+  /// for several rows: a rough size would turn their smallest combination, and a passage through 0 be missed.
+  /// Gradients of y in metres and x in micrometres cannot be compared without.
+  std::vector<double> units_of_columns() const;
   /// [t, x, x′, z, u, p] at a point; valid until the next call.
   const double* values(const Point& point);
 
@@ -51,6 +56,7 @@ class RankBlock {
   const dae::LargeBlock& block_;
   ProblemPtr given_, own_;  ///< own_: a copy where there are inputs, whose evaluation changes the problem
   std::vector<double> values_;
+  Vec sizes_;
 };
 
 }  // namespace pendula::integrate

@@ -16,7 +16,8 @@ constexpr double forever = std::numeric_limits<double>::infinity();
 
 /// One block.
 struct RankMonitor::Part {
-  Part(const dae::LargeBlock& given, const ProblemPtr& problem, double tolerance) : block(given, problem) {
+  Part(const dae::LargeBlock& given, const ProblemPtr& problem, const Vec& sizes, double tolerance)
+      : block(given, problem, sizes) {
     if (given.gradients.rows > 0) gradients.emplace(block, tolerance);
     if (given.jacobian.rows > 0) jacobian.emplace(block);
   }
@@ -64,11 +65,12 @@ struct RankMonitor::Part {
 };
 
 RankMonitor::RankMonitor(const ProblemPtr& problem, const std::vector<dae::LargeBlock>& blocks,
-                         double tolerance, StepInterpolation* interpolation)
+                         double tolerance, const Vec& sizes, StepInterpolation* interpolation)
     : problem_(problem),
       blocks_(blocks),
       parts_(blocks.size()),
       tolerance_(std::min(tolerance, 1e-6)),
+      sizes_(sizes),
       interpolation_(interpolation) {}
 RankMonitor::~RankMonitor() = default;
 
@@ -83,7 +85,7 @@ void RankMonitor::start(const Point& point) {
 
 RankMonitor::Part& RankMonitor::part(std::size_t k) {
   if (!parts_[k]) {
-    parts_[k] = std::make_unique<Part>(blocks_[k], problem_, tolerance_);
+    parts_[k] = std::make_unique<Part>(blocks_[k], problem_, sizes_, tolerance_);
     parts_[k]->start(looked_);
   }
   return *parts_[k];

@@ -10,8 +10,8 @@
 namespace pendula::integrate {
 
 TangencyMonitor::TangencyMonitor(const ProblemPtr& problem, const std::vector<Event>& events,
-                                 const EventFinder& finder, const Tolerances& tolerances)
-    : problem_(problem), events_(events), finder_(finder), tolerances_(tolerances) {
+                                 const EventFinder& finder, const Tolerances& tolerances, double interval)
+    : problem_(problem), events_(events), finder_(finder), tolerances_(tolerances), interval_(interval) {
   empty_ = std::none_of(events.begin(), events.end(),
                         [](const Event& event) { return !event.termination_reason.empty(); });
   const std::vector<Expr>& z = problem->model().z;
@@ -50,7 +50,8 @@ std::optional<Stop> TangencyMonitor::after(const MonitoredStep& step) {
     if (with_z_[i] && !stop)
       if (const auto t = zero_inside(i, step, fresh ? INFINITY : size))
         stop = Stop{*t, reason, *t < step.before.t ? previous_.t : step.before.t};
-    seen.before = fresh ? 0 : seen.last;
+    const bool first = fresh && with_z_[i];  // the first step may end where branches cross
+    seen.before = first ? size_between(i, step.before, step.here, 0) : fresh ? 0 : seen.last;
     seen.last = g[i];
     seen.largest = std::max(seen.largest, std::fabs(g[i]));
   }
@@ -104,6 +105,7 @@ std::optional<double> TangencyMonitor::zero_inside(std::size_t which, const Moni
   std::optional<double> t;
   for (int k = 0; k < parts; ++k) {  // middle: at share(k)
     const double right = k + 1 < parts ? size(k + 1) : std::fabs(finder_.values()[which]);
+    if (!t && k == 0) t = near_beginning(which, step, share(1), right, middle);
     if (!t && middle <= left && middle < right) {
       if (k == 0 && has_previous_) t = least_between(which, previous_, from, last_share, 1);
       if (!t) t = least_between(which, from, to, share(std::max(k - 1, 0)), share(k + 1));
@@ -116,13 +118,34 @@ std::optional<double> TangencyMonitor::zero_inside(std::size_t which, const Moni
   return t;
 }
 
-/// Golden section in a part of a step; 0 is what is less than 10⁻⁶ of the values at its ends, or rounding.
+/// Just behind the beginning, where |g| = first: a step may be 10¹⁰ times as long as the distance to a crossing.
+/// beyond: |g| at this share of the step.
+std::optional<double> TangencyMonitor::near_beginning(std::size_t which, const MonitoredStep& step,
+                                                      double share, double beyond, double first) {
+  constexpr double closer = 0.3, closest = 1e-15, flat = 0.05;
+  double right = beyond, at = closer * share;
+  if (!(first < closer * right)) return {};
+  double middle = size_between(which, step.before, step.here, at);
+  while (at > closest) {
+    const double left = size_between(which, step.before, step.here, closer * at);
+    if (middle < left && middle < right)
+      if (const auto t = least_between(which, step.before, step.here, closer * at, at / closer)) return t;
+    if (std::fabs(left - first) <= flat * first && std::fabs(middle - first) <= flat * first) return {};
+    right = std::exchange(middle, left);
+    at *= closer;
+  }
+  return {};
+}
+
+/// Golden section in a part of a step; 0 is what is less than 10⁻⁶ of the values at its ends, than 10⁻⁹ of what |g|
+/// would become at this rate within the run, or rounding.
 std::optional<double> TangencyMonitor::least_between(std::size_t which, const Point& from, const Point& to,
                                                      double low, double high) {
-  constexpr double golden = 0.3819660112501051, least = 1e-6, most = 1e-2, epsilon = 2.2e-16;
+  constexpr double golden = 0.3819660112501051, closest = 1e-6, most = 1e-2, epsilon = 2.2e-16;
   const auto size = [&](double share) { return size_between(which, from, to, share); };
   // in a step that is hardly longer than the rounding of t, |g| comes no nearer to 0 than it changes in that
   const double rounding = 16 * epsilon * std::max(std::fabs(from.t), std::fabs(to.t)) / (to.t - from.t);
+  const double least = std::clamp(1e-9 * interval_ / ((high - low) * (to.t - from.t)), closest, 1e-3);
   const double zero = std::clamp(rounding, least, most);
   const double ends = std::max(size(low), size(high)), width = high - low;
   double l = low + golden * width, r = high - golden * width, at_l = size(l), at_r = size(r);

@@ -25,9 +25,9 @@ namespace pendula::integrate {
 class TangencyMonitor : public Monitor {
  public:
   /// Monitors the events with a termination_reason; `finder` has evaluated them at the end of every step.
-  /// Requires that events and finder outlive it.
+  /// interval: of the run. Requires that events and finder outlive it.
   TangencyMonitor(const ProblemPtr& problem, const std::vector<Event>& events, const EventFinder& finder,
-                  const Tolerances& tolerances);
+                  const Tolerances& tolerances, double interval);
 
   void start(const Point&) override { restart(); }
   void restart() override {
@@ -49,11 +49,14 @@ class TangencyMonitor : public Monitor {
   std::optional<double> zero_inside(std::size_t which, const MonitoredStep& step, double before);
   std::optional<double> least_between(std::size_t which, const Point& from, const Point& to, double low,
                                       double high);
+  std::optional<double> near_beginning(std::size_t which, const MonitoredStep& step, double share,
+                                       double beyond, double first);
   double size_between(std::size_t which, const Point& from, const Point& to, double share);
   ProblemPtr problem_;
   const std::vector<Event>& events_;
   const EventFinder& finder_;
   const Tolerances& tolerances_;
+  double interval_;
   bool empty_, any_with_z_ = false;
   std::vector<char> with_z_;  ///< z is in the condition
   Point previous_;            ///< two steps before the last point, if any has z

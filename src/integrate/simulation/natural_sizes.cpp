@@ -1,0 +1,209 @@
+#include "integrate/simulation/natural_sizes.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "base/error.hpp"
+#include "dae/structure/blocks.hpp"
+
+namespace pendula::integrate {
+namespace {
+
+/// One term of an equation: its logarithm is value + row + column - slope τ, wanted 0.
+struct Term {
+  int row, column;
+  bool slope;  ///< of x′
+  double value;
+};
+
+/// Least squares for the logarithms of rows, columns and τ, by conjugate gradients on the normal equations.
+class Scaling {
+ public:
+  Scaling(std::vector<Term> terms, int rows, int columns, double interval)
+      : terms_(std::move(terms)), rows_(rows), columns_(columns), prior_(std::log(interval)) {}
+
+  /// rows, columns, τ
+  Vec solve() const {
+    constexpr double close = 1e-8;
+    const Eigen::Index size = rows_ + columns_ + 1;
+    Vec found = Vec::Zero(size), r = right(), p = r, weight = times_diagonal();
+    Vec z = r.cwiseQuotient(weight);
+    p = z;
+    double rz = r.dot(z);
+    const double enough = close * close * rz;
+    for (Eigen::Index k = 0; k < 2 * size && rz > enough; ++k) {
+      const Vec q = times(p);
+      const double a = rz / p.dot(q);
+      found += a * p;
+      r -= a * q;
+      z = r.cwiseQuotient(weight);
+      const double next = r.dot(z);
+      p = z + next / rz * p;
+      rz = next;
+    }
+    return found;
+  }
+
+ private:
+  static constexpr double trust = 0.01;  ///< in τ = interval, beside one term: where no equation tells τ
+
+  Vec right() const {
+    Vec b = Vec::Zero(rows_ + columns_ + 1);
+    for (const Term& e : terms_) add(e, -e.value, b);
+    b[rows_ + columns_] += trust * prior_;
+    return b;
+  }
+  Vec times(const Vec& v) const {
+    Vec result = Vec::Zero(v.size());
+    const double tau = v[rows_ + columns_];
+    for (const Term& e : terms_) add(e, v[e.row] + v[rows_ + e.column] - (e.slope ? tau : 0), result);
+    result[rows_ + columns_] += trust * tau;
+    return result;
+  }
+  Vec times_diagonal() const {
+    Vec result = Vec::Zero(rows_ + columns_ + 1);
+    for (const Term& e : terms_) {
+      result[e.row] += 1;
+      result[rows_ + e.column] += 1;
+      if (e.slope) result[rows_ + columns_] += 1;
+    }
+    result[rows_ + columns_] += trust;
+    return result.cwiseMax(trust);
+  }
+  void add(const Term& e, double amount, Vec& to) const {
+    to[e.row] += amount;
+    to[rows_ + e.column] += amount;
+    if (e.slope) to[rows_ + columns_] -= amount;
+  }
+
+  std::vector<Term> terms_;
+  Eigen::Index rows_, columns_;
+  double prior_;
+};
+
+/// A point nearby: what is left of a sum that cancels is something else there.
+Point beside(const Point& at) {
+  constexpr double distance = 1e-6;
+  Point p = at;
+  double random = 0.3;
+  for (Vec* part : {&p.x, &p.xdot, &p.z})
+    for (double& value : *part) {
+      random = 3.9 * random * (1 - random);
+      value *= 1 + distance * (random - 0.5);
+    }
+  return p;
+}
+
+/// The equations of the user's unknowns at one point, as far as they have numbers there.
+class Terms {
+ public:
+  Terms(Problem& problem, const Point& at, double t)
+      : problem_(problem), n_(problem.n()), size_(problem.n() + problem.m()) {
+    const Point other = beside(at);
+    problem.place(t, other.x.data(), other.xdot.data(), other.z.data());
+    const std::vector<double> there = problem.jacobian();
+    problem.place(t, at.x.data(), at.xdot.data(), at.z.data());
+    const std::vector<double>& values = problem.jacobian();
+    const std::vector<Problem::Entry>& pattern = problem.pattern();
+    std::vector<char> foreign(static_cast<std::size_t>(size_), 0);  // those of sensitivities
+    for (const auto& e : pattern)
+      if (!is_shown(unknown(e.column))) foreign[e.row] = 1;
+    pattern_.resize(static_cast<std::size_t>(size_));
+    for (std::size_t k = 0; k < pattern.size(); ++k) {
+      const auto [row, column] = pattern[k];
+      if (foreign[row]) continue;
+      const int own = unknown(column);
+      const double value = std::fabs(values[k]);
+      if (!(value > 0) || !std::isfinite(value)) continue;
+      if (!(std::fabs(there[k] - values[k]) < 0.1 * value)) continue;  // what rounding has left of a sum
+      list_.push_back({row, own, column >= n_ && column < 2 * n_, std::log(value)});
+      if (auto& inside = pattern_[row]; std::find(inside.begin(), inside.end(), own) == inside.end())
+        inside.push_back(own);
+    }
+  }
+
+  const std::vector<Term>& list() const { return list_; }
+  bool is_shown(int unknown) const {
+    return unknown < n_ ? unknown < problem_.shown_n() : unknown - n_ < problem_.shown_m();
+  }
+
+  /// Sets of equations that determine unknowns together, each after those it depends on; all in one where the
+  /// pattern does not say which.
+  std::vector<dae::Part> blocks() const {
+    dae::Blocks found = dae::dulmage_mendelsohn(pattern_, size_);
+    std::size_t covered = 0, rows = 0;
+    for (const dae::Part& block : found.square) covered += block.rows.size();
+    for (const auto& row : pattern_) rows += !row.empty();
+    if (covered == rows) return std::move(found.square);
+    dae::Part all;
+    for (int k = 0; k < size_; ++k) {
+      all.rows.push_back(k);
+      all.columns.push_back(k);
+    }
+    return {all};
+  }
+
+ private:
+  int unknown(int column) const { return column < 2 * n_ ? column % n_ : column - n_; }
+  Problem& problem_;
+  int n_, size_;
+  dae::Pattern pattern_;
+  std::vector<Term> list_;
+};
+
+/// By how much time alone changes each residual: what its slope makes of τ, but no more than there is within the
+/// interval. Exponentials of inputs are large where the unknowns do not follow.
+Vec forcing(Problem& problem, const Point& start, double from, double interval, double tau) {
+  const Eigen::Index size = problem.n() + problem.m();
+  Vec first(size), later(size), slope, largest = Vec::Zero(size);
+  const auto change_within = [&](double time) {
+    problem.place(from + time, start.x.data(), start.xdot.data(), start.z.data());
+    problem.residual(later.data());
+    return Vec((later - first).cwiseAbs());
+  };
+  try {
+    first.setZero();
+    first = change_within(0).cwiseProduct(later.cwiseSign());
+    const double moment = 1e-6 * std::min(tau, interval);
+    slope = change_within(moment) * (tau / moment);
+    for (const double share : {0.01, 0.123, 0.37, 0.81})
+      largest = largest.cwiseMax(change_within(share * interval));
+  } catch (const Failure&) {  // an input that has no value there
+    return Vec::Zero(size);
+  }
+  return slope.cwiseMin(largest);
+}
+
+}  // namespace
+
+Vec natural_sizes(Problem& problem, const Point& start, double from, double interval) {
+  constexpr int affordable = 500;  // unknowns
+  const int n = problem.n(), size = n + problem.m();
+  Vec result = Vec::Zero(size);
+  if (size == 0 || size > affordable || problem.has_dense_jacobian() || !(interval > 0)) return result;
+  const Terms terms(problem, start, from);
+  const Vec logs = Scaling(terms.list(), size, size, interval).solve();
+  if (!logs.allFinite()) return result;
+  const double slopes = logs[2 * size], tau = std::exp(slopes);
+  std::vector<std::vector<Term>> rows(static_cast<std::size_t>(size));
+  for (const Term& e : terms.list()) rows[e.row].push_back(e);
+  const Vec forced = forcing(problem, start, from, interval, tau);
+  for (const dae::Part& block : terms.blocks()) {
+    double c = 0;
+    for (int row : block.rows) {
+      if (std::isfinite(forced[row])) c = std::max(c, forced[row] * std::exp(logs[row]));
+      for (const Term& e : rows[row])  // unknowns of blocks before this one
+        c = std::max(c, result[e.column] * std::exp(e.value + logs[row] - (e.slope ? slopes : 0)));
+    }
+    for (int i : block.columns) {
+      if (!terms.is_shown(i)) continue;
+      const double value =
+          i < n ? std::max(std::fabs(start.x[i]), tau * std::fabs(start.xdot[i])) : std::fabs(start.z[i - n]);
+      c = std::max(c, value * std::exp(-logs[size + i]));
+    }
+    for (int i : block.columns) result[i] = c * std::exp(logs[size + i]);
+  }
+  return result.allFinite() ? result : Vec::Zero(size);
+}
+
+}  // namespace pendula::integrate
