@@ -378,6 +378,11 @@ System sampled(const DelaySystem& g, double Ts) {
   const Mat A = numbers(a.ss.A), B = numbers(a.ss.B), C = numbers(a.ss.C), D = numbers(a.ss.D);
   const Index n = A.rows(), m = B.cols();
   const double T = total(g);
+  constexpr double most_samples = 1000;  // states of a dense system
+  if (!(T <= most_samples * Ts))
+    throw Error(text("the delay of ", pendula::rounded(T, 6), " s is ", pendula::rounded(T / Ts, 6),
+                     " samples of ", pendula::rounded(Ts, 6), " s; at most ", most_samples,
+                     " are stored as states: take a longer Ts, or step and lsim of the continuous system"));
   const auto d = static_cast<Index>(std::floor(T / Ts + 1e-9));
   const double f = std::max(0.0, T - static_cast<double>(d) * Ts);
   const bool fraction = f > 1e-9 * Ts;

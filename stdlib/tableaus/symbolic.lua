@@ -259,7 +259,11 @@ local function symbolic_tableau(data)
   local tab = { A = mat(A), b = vec(b), c = vec(c), stages = s, name = data.name or "tableau" }
   local function member(_, key)
     if methods[key] then return methods[key] end
-    fail(("a tableau with symbols has no '%s'; give them values first: tab:subs { … }"):format(tostring(key)))
+    local names = {}
+    for name in pairs(methods) do names[#names + 1] = ":" .. name end
+    table.sort(names)
+    fail(("a tableau with symbols has no '%s'; it has %s. Give the symbols values first: tab:subs { … }")
+      :format(tostring(key), table.concat(names, ", ")))
   end
   return setmetatable(tab, { __index = member, __tostring = drawn, __name = "symbolic tableau" })
 end

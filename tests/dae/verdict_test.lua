@@ -138,6 +138,7 @@ test("too many and too few equations are named by number and name, with what can
   expect(function() over:dof() end):fails "Remove one of the equations that are too many"
   local under = dae { der(x) ~ y + u, 0 ~ w - u }
   expect(function() under:index() end):fails "under-determined: 1 equation (1) for 2 unknowns x, y"
+  expect(function() under:integrate{ start = { x = 1 }, to = 1 } end):fails "let one of the unknowns be given"
   expect(function() under:init {} end):fails "let one of the unknowns be given: y = input \"y\""
   local s = under:structure()
   expect(s.under.equations):equals { "(1)" }

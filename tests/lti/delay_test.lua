@@ -80,6 +80,7 @@ test("other forms: Padé, samples", function()
 end)
 
 test("what has no delay form says so", function()
+  expect(function() delayed(tf({1}, {1, 1}), 2.5):c2d(1e-300) end):fails "at most 1000 are stored as states"
   expect(function() exp(2 * s) end):fails "looks ahead"
   expect(function() exp(s^2) end):fails "e^{-T s} only"
   expect(function() minreal(exp(-s) / (s + 1)) end):fails "pade(G, n)"

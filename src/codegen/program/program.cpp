@@ -7,6 +7,7 @@
 
 #include "base/error.hpp"
 #include "codegen/program/symmetric.hpp"
+#include "expr/graph/node_map.hpp"
 #include "expr/graph/solve.hpp"
 
 namespace pendula::codegen {

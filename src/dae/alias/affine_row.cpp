@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "expr/graph/declaration.hpp"
+#include "expr/graph/node_map.hpp"
 
 namespace pendula::dae {
 

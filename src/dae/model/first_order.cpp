@@ -4,6 +4,7 @@
 #include <unordered_map>
 #include <unordered_set>
 
+#include "base/counted.hpp"
 #include "base/error.hpp"
 #include "base/lru_cache.hpp"
 #include "base/text.hpp"
@@ -42,8 +43,8 @@ static void fill_explicit_form(const Model& m, FirstOrder& fo) {
 
 FirstOrder first_order(const Model& m) {
   if (m.residuals.size() != m.variables.size())
-    throw Error(text("the model has ", m.residuals.size(), " equations for ", m.variables.size(),
-                     " unknowns; it cannot be solved as it stands"));
+    throw Error(text("the model has ", counted(m.residuals.size(), "equation"), " for ",
+                     counted(m.variables.size(), "unknown"), "; sys:structure() shows what is wrong"));
   FirstOrder fo;
   fo.x = m.states();
   fo.z = m.algebraic();

@@ -92,8 +92,14 @@ std::vector<Block> blocks_with_names(const Model& m) {
   std::vector<Block> blocks = m.blocks;
   const Substitution names = names_of_components(m);
   if (names.empty()) return blocks;
+  std::vector<Expr*> places;  // all at once: the rows of a chain share one system
   for (Block& b : blocks)
-    b.rhs = b.rhs.unaryExpr([&](Expr e) { return e.op() == Op::solve ? e : substitute(e, names); });
+    for (Expr& e : b.rhs)
+      if (e.op() != Op::solve) places.push_back(&e);
+  std::vector<Expr> sides(places.size());
+  std::transform(places.begin(), places.end(), sides.begin(), [](const Expr* e) { return *e; });
+  sides = substitute(sides, names);
+  for (std::size_t i = 0; i < places.size(); ++i) *places[i] = sides[i];
   return blocks;
 }
 

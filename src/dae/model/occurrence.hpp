@@ -7,6 +7,7 @@
 #include <unordered_set>
 
 #include "expr/graph/graph.hpp"
+#include "expr/graph/node_map.hpp"
 
 namespace pendula::dae {
 

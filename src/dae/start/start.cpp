@@ -118,6 +118,7 @@ std::optional<double> value_of(Expr p, const Model& model, const StartRequest& r
 /// x′ = f(t, x) with every state given is a start as it stands: no system to solve. Nothing where anything
 /// else is asked for or f is not finite.
 ConsistentStatePtr explicit_start(const ModelPtr& model, const StartRequest& request) {
+  if (model->residuals.size() != model->variables.size()) return nullptr;  // init() says what is wrong
   const std::vector<Expr> states = model->states();
   if (states.empty() || request.fix.size() != states.size() || !request.guess.empty()) return nullptr;
   if (request.nearest || !model->invariants.empty() || !model->projections.empty()) return nullptr;

@@ -6,6 +6,7 @@
 
 #include "base/error.hpp"
 #include "base/interrupt.hpp"
+#include "expr/graph/node_map.hpp"
 #include "expr/graph/solve.hpp"
 
 namespace pendula {

@@ -9,6 +9,7 @@
 #include "base/error.hpp"
 #include "expr/graph/angle.hpp"
 #include "expr/graph/declaration.hpp"
+#include "expr/graph/node_map.hpp"
 #include "expr/graph/solve.hpp"
 
 namespace pendula::generic {

@@ -1,13 +1,9 @@
 #include "expr/graph/graph.hpp"
 
 #include <algorithm>
-#include <array>
+#include <cctype>
 #include <cmath>
-#include <cstring>
 #include <deque>
-#include <memory>
-#include <optional>
-#include <tuple>
 #include <unordered_map>
 
 #include "base/error.hpp"
@@ -15,118 +11,24 @@
 #include "base/utf8.hpp"
 #include "expr/graph/declaration.hpp"
 #include "expr/graph/fold.hpp"
-#include "expr/graph/mix.hpp"
+#include "expr/graph/node_map.hpp"
+#include "expr/graph/node_store.hpp"
 
 namespace pendula {
 namespace {
 
-struct Node {
-  Op op;
-  std::array<Expr, 3> operand;  // of a symbol or call: operand[0].id() indexes the side table
-};
-
-struct Constant {
-  std::optional<mpq_class> exact;
-  double value;
-};
-
-/// Growing array with stable addresses: operands() hands out spans that survive the making of new nodes.
-template <class T>
-class Arena {
- public:
-  static constexpr std::uint32_t chunk_bits = 14;
-  T& operator[](std::uint32_t i) { return chunks_[i >> chunk_bits][i & ((1u << chunk_bits) - 1)]; }
-  std::uint32_t push(T value) {
-    if (size_ >> chunk_bits >= chunks_.size()) chunks_.push_back(std::make_unique<T[]>(1u << chunk_bits));
-    (*this)[size_] = std::move(value);
-    return size_++;
-  }
-  std::uint32_t size() const { return size_; }
-
- private:
-  std::vector<std::unique_ptr<T[]>> chunks_;
-  std::uint32_t size_ = 0;
-};
-
-std::uint64_t hash_of(const Node& n) {
-  const std::uint64_t low = n.operand[0].id() | std::uint64_t{n.operand[1].id()} << 32;
-  return mix(low ^ mix(n.operand[2].id() | std::uint64_t{static_cast<unsigned>(n.op)} << 32));
-}
-
-/// The double nearest to q. CAUTION: mpq get_d truncates, and 981/100 would not be the 9.81 it was read from.
-double nearest_double(const mpq_class& q) {
-  const double below = q.get_d();  // towards zero
-  const double above = std::nextafter(below, q < 0 ? -HUGE_VAL : HUGE_VAL);
-  if (!std::isfinite(below) || !std::isfinite(above)) return below;
-  const int order = cmp(mpq_class(abs(q - mpq_class(below))), mpq_class(abs(mpq_class(above) - q)));
-  std::uint64_t bits;
-  std::memcpy(&bits, &below, sizeof bits);
-  const bool even = bits % 2 == 0;
-  return order < 0 || (order == 0 && even) ? below : above;
-}
-
 struct Graph {
-  Arena<Node> nodes;
-  std::deque<Constant> constants;
+  NodeStore nodes;
   std::deque<Symbol> symbols;
   std::deque<FunctionCall> calls;
-  std::vector<std::uint32_t> table = std::vector<std::uint32_t>(1 << 12, empty);  // open addressing
-  std::unordered_map<std::string, Expr> exact_constants;
-  std::unordered_map<std::uint64_t, Expr> double_constants;
   std::unordered_map<std::string, Expr> symbol_ids, call_ids;
   std::unordered_map<std::string, std::vector<Expr>> vectors;
   std::vector<std::string> vector_names;
-  static constexpr std::uint32_t empty = 0xffffffffu;
-
-  Graph() {
-    exact(0);  // the default Expr
-    exact(1);
-  }
-
-  Expr exact(const mpq_class& q) {
-    if (q == 0 && nodes.size() > 1) return Expr::at(0);
-    if (q == 1 && nodes.size() > 1) return Expr::at(1);
-    const auto [it, made] = exact_constants.try_emplace(q.get_str());
-    if (made) it->second = leaf(Op::constant, constants, Constant{q, nearest_double(q)});
-    return it->second;
-  }
-
-  /// Small whole numbers, which derivatives and rules write all the time, without their digits.
-  Expr whole(long value) {
-    constexpr long most = 16;
-    if (value < -most || value > most) return exact(mpq_class(value));
-    static std::array<std::optional<Expr>, 2 * most + 1> known;
-    std::optional<Expr>& found = *(known.begin() + most + value);
-    if (!found) found = exact(mpq_class(value));
-    return *found;
-  }
 
   template <class T>
-  Expr leaf(Op op, std::deque<T>& side_table, T entry) {
-    side_table.push_back(std::move(entry));
-    const auto index = static_cast<std::uint32_t>(side_table.size() - 1);
-    return Expr::at(nodes.push({op, {Expr::at(index), {}, {}}}));
-  }
-
-  Expr intern(const Node& n) {
-    if (nodes.size() * 2 > table.size()) grow();
-    const std::size_t mask = table.size() - 1;
-    for (std::size_t i = hash_of(n) & mask;; i = (i + 1) & mask) {
-      if (table[i] == empty) return Expr::at(table[i] = nodes.push(n));
-      const Node& there = nodes[table[i]];
-      if (there.op == n.op && there.operand == n.operand) return Expr::at(table[i]);
-    }
-  }
-
-  void grow() {
-    table.assign(table.size() * 2, empty);
-    const std::size_t mask = table.size() - 1;
-    for (std::uint32_t id = 0; id < nodes.size(); ++id) {
-      if (nodes[id].op <= Op::call) continue;  // leaves live in their own maps
-      std::size_t i = hash_of(nodes[id]) & mask;
-      while (table[i] != empty) i = (i + 1) & mask;
-      table[i] = id;
-    }
+  Expr leaf(Op op, std::deque<T>& table, T entry) {
+    table.push_back(std::move(entry));
+    return nodes.leaf(op, static_cast<std::uint32_t>(table.size() - 1));
   }
 };
 
@@ -219,36 +121,24 @@ std::span<const Expr> Expr::operands() const {
 
 Expr::Expr(int value) : Expr(static_cast<long>(value)) {}
 Expr::Expr(long value)
-    : Expr(value == 0 || value == 1 ? at(static_cast<std::uint32_t>(value)) : graph().whole(value)) {}
-Expr::Expr(const mpq_class& value) : Expr(graph().exact(value)) {}
+    : Expr(value == 0 || value == 1 ? at(static_cast<std::uint32_t>(value)) : graph().nodes.whole(value)) {}
+Expr::Expr(const mpq_class& value) : Expr(graph().nodes.exact(value)) {}
 
 Expr::Expr(double value) {
   if (!std::isfinite(value))
     throw Error(text("the number ", shortest(value), " cannot be part of an expression"));
   auto q = simplest_rational(value);
   if (!q) q = typed_decimal(value);
-  if (q) {
-    *this = graph().exact(*q);
-    return;
-  }
-  std::uint64_t bits;
-  std::memcpy(&bits, &value, sizeof bits);
-  const auto [it, made] = graph().double_constants.try_emplace(bits);
-  if (made) it->second = graph().leaf(Op::constant, graph().constants, Constant{std::nullopt, value});
-  *this = it->second;
-}
-
-static const Constant& constant_of(Expr e) {
-  return graph().constants[graph().nodes[e.id()].operand[0].id()];
+  *this = q ? graph().nodes.exact(*q) : graph().nodes.inexact(value);
 }
 
 const mpq_class* exact_value(Expr e) {
   if (!e.is_constant()) return nullptr;
-  const Constant& c = constant_of(e);
+  const Constant& c = graph().nodes.constant(e);
   return c.exact ? &*c.exact : nullptr;
 }
 
-double constant_value(Expr e) { return constant_of(e).value; }
+double constant_value(Expr e) { return graph().nodes.constant(e).value; }
 
 // ── symbols ────────────────────────────────────────────────────────────────────────────────────────────────
 
@@ -368,11 +258,11 @@ Expr make(Op op, Expr a, Expr b, Expr c) {
   if (const auto folded = fold(op, a, b, c)) return *folded;
   const bool commutes = op == Op::add || op == Op::mul || op == Op::min || op == Op::max;
   if (commutes && b.id() < a.id()) std::swap(a, b);
-  return graph().intern({op, {a, b, c}});
+  return graph().nodes.intern({op, {a, b, c}});
 }
 
 Expr solve_node(std::uint32_t system, std::uint32_t component, Expr head) {
-  return graph().intern({Op::solve, {Expr::at(system), Expr::at(component), head}});
+  return graph().nodes.intern({Op::solve, {Expr::at(system), Expr::at(component), head}});
 }
 
 SolveIndex solve_index(Expr e) {

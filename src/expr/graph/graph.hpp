@@ -213,31 +213,6 @@ bool depends_on(Expr e, Expr leaf);
 /// Number of nodes in the graph so far.
 std::size_t graph_size();
 
-/// A value for every node of the graph that a pass touches: a sparse map from Expr to T with O(1) reset.
-template <class T>
-class NodeMap {
- public:
-  void clear() { ++stamp_; }
-  bool has(Expr e) const { return e.id() < stamps_.size() && stamps_[e.id()] == stamp_; }
-  T& operator[](Expr e) {
-    if (e.id() >= stamps_.size()) {
-      const std::size_t size = std::max(graph_size(), std::size_t{e.id()} + 1);
-      stamps_.resize(size + size / 2, 0);
-      values_.resize(size + size / 2);
-    }
-    if (stamps_[e.id()] != stamp_) {
-      stamps_[e.id()] = stamp_;
-      values_[e.id()] = T();
-    }
-    return values_[e.id()];
-  }
-
- private:
-  std::vector<std::uint32_t> stamps_;
-  std::vector<T> values_;
-  std::uint32_t stamp_ = 1;
-};
-
 }  // namespace pendula
 
 template <>

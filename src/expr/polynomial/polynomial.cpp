@@ -8,7 +8,7 @@
 
 #include "base/error.hpp"
 #include "base/text.hpp"
-#include "expr/graph/exact_memory.hpp"
+#include "expr/polynomial/exact_memory.hpp"
 
 namespace pendula {
 namespace {

@@ -7,7 +7,7 @@
 #endif
 
 #include "base/interrupt.hpp"
-#include "expr/graph/exact_memory.hpp"
+#include "expr/polynomial/exact_memory.hpp"
 #include "lua/bind/modules.hpp"
 #include "lua/core/documentation.hpp"
 #include "lua/core/interrupts.hpp"

@@ -1,4 +1,4 @@
-#include "expr/graph/exact_memory.hpp"
+#include "expr/polynomial/exact_memory.hpp"
 
 #include <cstdlib>
 #include <new>
