@@ -21,12 +21,17 @@ local function velocity(model, x, y, at)
       if der(state) == derivative then return ode.f[i] end
     end
   end
+  local known, names = {}, {}
+  for _, state in ipairs(ode.x) do known[state] = true end
+  for i = 1, #model.differential do names[i] = tostring(model.differential[i]) end
   local inner, found = { x, right_side(y) or y }, {}  -- θ′ has become the state ω
   for k, state in ipairs(inner) do
-    local f = right_side(der(state))
-    if not f then fail(("phase: %s is not a state of the model"):format(tostring(k == 1 and x or y))) end
-    found[k] = fn(inner, subs(f, values))
+    if not known[state] then
+      fail(("phase: %s is not a state of the model (its states: %s)"):format(tostring(k == 1 and x or y),
+        table.concat(names, ", ")))
+    end
   end
+  for k, state in ipairs(inner) do found[k] = fn(inner, subs(right_side(der(state)), values)) end
   return found[1], found[2]
 end
 

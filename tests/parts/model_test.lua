@@ -285,6 +285,7 @@ test("what takes a model takes a model of parts", function()
     connect("c.b", "m.flange") }
   local square = { xlim = { -1, 1 }, ylim = { -1, 1 } }
   expect(phase(swing, swing.m.s, swing.m.s.dot, square).labels[1] ~= nil):is_true()
+  expect(function() phase(swing, swing.m.s, swing.m.v, square) end):fails "its states: m.s, m.s′"
   local u = input "u"
   local open = rc(e.signal_source{})
   local driven = model { P = open, connect("P.V.v", u) }
