@@ -67,6 +67,7 @@ class WithoutGplTest(unittest.TestCase):
         session.expect("interrupted")
         session.sendline("factor(x^2 - 1)")
         session.expect("built without")
+        session.expect("> ")  # Ctrl-D before the prompt stands would be lost
         session.sendeof()
         session.expect(pexpect.EOF)
         session.close()

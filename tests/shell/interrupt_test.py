@@ -81,6 +81,7 @@ for work, told in ((f"sol = {part}", "sol.t[#sol.t] > 0"), (f"do sol = {part}", 
     session.sendline(f'print("<" .. tostring({told}) .. ">")')
     session.expect("<(true|false)>")
     assert session.match.group(1) == "true", work
+session.expect("> ")  # Ctrl-D before the prompt stands would be lost
 session.sendeof()
 session.expect(pexpect.EOF)
 longest = max(waits)

@@ -44,6 +44,7 @@ def interrupted():
         session.expect(f"<{i}:\\s+(.*?)\\s+>\r\n")
         got = re.sub(r"\s+", " ", session.match.group(1))
         assert got == answer, (work, got, answer)
+    session.expect("> ")  # Ctrl-D before the prompt stands would be lost
     session.sendeof()
     session.expect(pexpect.EOF)
 
