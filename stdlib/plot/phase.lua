@@ -127,9 +127,9 @@ doc { name = "phase", module = "plot", sig = "phase(sys, x, y, { xlim =, ylim =,
     end
     local chosen = check_options("phase", given, phase_options)
     if #model.differential ~= 2 then
-      fail(("phase: the model has %d states; a phase portrait shows two, plot(sol, x, y) any pair along a "
-        .. "solution")
-        :format(#model.differential))
+      local count = #model.differential
+      fail(("phase: the model has %d state%s; a phase portrait shows two, plot(sol, x, y) any pair along a "
+        .. "solution"):format(count, count == 1 and "" or "s"))
     end
     local xlim, ylim = range_option(chosen, "xlim"), range_option(chosen, "ylim")
     local middle = { [x] = between(xlim, 1, 1), [y] = between(ylim, 1, 1) }

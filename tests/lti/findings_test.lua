@@ -90,6 +90,7 @@ test("matrices of measured numbers are worked on in doubles, at once", function(
   local x = var "x"
   expect(evaluate(charpoly({ { 0.5, 1/3 }, { 1/7, 0.25 } }, x), { x = 0 })):near(0.125 - 1/21, 1e-15)
   expect(tostring(charpoly { { 1, 2 }, { 3, "1/4" } })):equals "(1, -5/4, -23/4)"
+  expect(tostring(charpoly { { 1e-300, 1 }, { 1, 1e300 } })):equals "(1, -1e+300, 0)"
 end)
 
 test("coefficients and determinants beyond double precision are refused", function()

@@ -1,5 +1,8 @@
 #include "integrate/simulation/simulate.hpp"
 
+#include <algorithm>
+
+#include "integrate/event/monitor/rank_block.hpp"
 #include "integrate/run/adaptive_run.hpp"
 #include "integrate/run/fixed_step_run.hpp"
 #include "integrate/simulation/branch_run.hpp"
@@ -25,7 +28,7 @@ TrajectoryPtr simulate(const dae::ModelPtr& model, const Simulation& simulation)
   };
   Plan plan = simulation.plan;
   if (plan.check_singularities) watch_singularities(plan, model, simulation, *run.problem);
-  if (!plan.blocks.empty())
+  if (std::any_of(plan.blocks.begin(), plan.blocks.end(), RankBlock::needs_sizes))
     plan.sizes = natural_sizes(*run.problem, run.start, plan.from, plan.to - plan.from);
   if (plan.dt)
     return wrap(simulation.method.multistep

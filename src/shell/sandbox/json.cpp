@@ -5,37 +5,14 @@
 #include <cmath>
 #include <cstdio>
 
+#include "base/utf8.hpp"
+
 namespace pendula::shell::sandbox {
-namespace {
-
-/// The length of the UTF-8 sequence at the beginning, 0 if there is none (RFC 3629).
-std::size_t sequence(std::string_view bytes) {
-  const auto byte = [&](std::size_t k) { return static_cast<unsigned char>(bytes[k]); };
-  const unsigned first = byte(0);
-  const std::size_t length = first < 0x80   ? 1
-                             : first < 0xC2 ? 0
-                             : first < 0xE0 ? 2
-                             : first < 0xF0 ? 3
-                             : first < 0xF5 ? 4
-                                            : 0;
-  if (length == 0 || length > bytes.size()) return 0;
-  for (std::size_t k = 1; k < length; ++k)
-    if ((byte(k) & 0xC0) != 0x80) return 0;
-  if (length > 2) {  // overlong forms, surrogates, beyond U+10FFFF
-    const unsigned second = byte(1);
-    if ((first == 0xE0 && second < 0xA0) || (first == 0xED && second > 0x9F) ||
-        (first == 0xF0 && second < 0x90) || (first == 0xF4 && second > 0x8F))
-      return 0;
-  }
-  return length;
-}
-
-}  // namespace
 
 std::string json_text(std::string_view bytes) {
   std::string out = "\"";
   while (!bytes.empty()) {
-    const std::size_t length = sequence(bytes);
+    const std::size_t length = utf8_sequence(bytes);
     const auto c = static_cast<unsigned char>(bytes[0]);
     if (length == 0)
       out += "\xEF\xBF\xBD";

@@ -20,7 +20,7 @@ RankBlock::RankBlock(const dae::LargeBlock& block, const ProblemPtr& problem, co
 
 std::vector<double> RankBlock::units_of_columns() const {
   const std::vector<double> ones(static_cast<std::size_t>(block_.gradients.columns), 1.0);
-  if (block_.gradients.rows != 1) return ones;
+  if (!needs_sizes(block_)) return ones;
   const dae::FirstOrder& form = given_->model();
   std::vector<Expr> unknowns = form.x;
   unknowns.insert(unknowns.end(), form.z.begin(), form.z.end());

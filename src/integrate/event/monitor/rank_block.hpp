@@ -25,6 +25,8 @@ class RankBlock {
 
   const dae::LargeBlock& block() const { return block_; }
   const std::vector<Expr>& arguments() const { return given_->arguments(); }
+  /// Whether sizes change what is watched.
+  static bool needs_sizes(const dae::LargeBlock& block) { return block.gradients.rows == 1; }
   /// How large each unknown is that a column of the gradients moves, in one unit of time; 1 where it is not known, and
   /// for several rows: a rough size would turn their smallest combination, and a passage through 0 be missed.
   /// Gradients of y in metres and x in micrometres cannot be compared without.

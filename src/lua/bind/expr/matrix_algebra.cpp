@@ -56,8 +56,10 @@ std::optional<Mat> in_doubles(const MatX& a) {
 }
 
 /// The matrix in doubles where exact polynomials of it take minutes and show nothing: measured numbers (lti::field).
+/// Small ones are always cheap, and 10⁻³⁰⁰ is a number like any other.
 std::optional<Mat> measured(const MatX& a) {
-  return lti::field(a) == lti::Field::numeric ? in_doubles(a) : std::nullopt;
+  constexpr Eigen::Index small = 6;
+  return a.rows() > small && lti::field(a) == lti::Field::numeric ? in_doubles(a) : std::nullopt;
 }
 
 MatX simplified(const MatX& a) {
