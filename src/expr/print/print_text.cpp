@@ -1,6 +1,8 @@
 // Unicode text: x″, θ₁, p1ᵀp1, √x, {p if x < 0, else q}.
 #include <array>
 #include <cctype>
+#include <cmath>
+#include <cstdlib>
 #include <unordered_set>
 
 #include "base/text.hpp"
@@ -41,6 +43,16 @@ std::string decimal(const mpq_class& q) {
   if (static_cast<int>(digits.size()) <= places)
     digits.insert(0, static_cast<std::size_t>(places) + 1 - digits.size(), '0');
   return digits.insert(digits.size() - static_cast<std::size_t>(places), ".");
+}
+
+/// Ten digits of a number, also of one that no double holds: 2e+400.
+std::string ten_digits(const Number& n) {
+  constexpr int digits = 10, bits = 128;
+  if (!n.exact() || sgn(n.rational()) == 0 || std::isnormal(n.value())) return rounded(n.value(), digits);
+  mp_exp_t exponent;
+  std::string mantissa = mpf_class(abs(n.rational()), bits).get_str(exponent, 10, digits);
+  if (mantissa.size() > 1) mantissa.insert(1, ".");
+  return text(n.sign() < 0 ? "-" : "", mantissa, exponent > 0 ? "e+" : "e-", std::labs(exponent - 1));
 }
 
 /// A decimal number of more than six places, such as 3e-9: an exponent reads better.
@@ -204,12 +216,12 @@ SplitName split_name(const std::string& name) {
 }
 
 NumberText number_text(const Number& magnitude) {
-  if (!magnitude.exact()) return {rounded(magnitude.value(), 10), ""};
+  if (!magnitude.exact()) return {ten_digits(magnitude), ""};
   const mpq_class& q = magnitude.rational();
   const std::string above = q.get_num().get_str();
-  if (q.get_den() == 1) return {above.size() <= longest_integer ? above : rounded(magnitude.value(), 10), ""};
+  if (q.get_den() == 1) return {above.size() <= longest_integer ? above : ten_digits(magnitude), ""};
   const bool five = mpz_divisible_ui_p(q.get_den_mpz_t(), 5) != 0;
-  if (is_long_decimal(q)) return {rounded(magnitude.value(), 10), ""};
+  if (is_long_decimal(q)) return {ten_digits(magnitude), ""};
   constexpr long readable = 1024;  // 1/256 is a power of 1/2, not a measured 0.00390625
   if (!five && q.get_den() <= readable && number_style != NumberStyle::decimals)
     return {above, q.get_den().get_str()};
@@ -217,7 +229,7 @@ NumberText number_text(const Number& magnitude) {
       (five && number_style == NumberStyle::mixed))
     if (const std::string d = decimal(q); !d.empty()) return {d, ""};
   const std::string below = q.get_den().get_str();
-  if (above.size() + below.size() > longest_fraction) return {rounded(magnitude.value(), 10), ""};
+  if (above.size() + below.size() > longest_fraction) return {ten_digits(magnitude), ""};
   return {above, below};
 }
 
