@@ -122,19 +122,17 @@ void NumericArray::measure() {
       place.push_back(static_cast<Index>(i));
     }
   Magnitudes m = magnitudes(rows, rows.size(), columns_, known(0), {});
-  if (rows.size() < rows_) {
-    const auto inside = leaves(rows);
-    const std::unordered_set<Expr> measured(inside.begin(), inside.end());
-    std::unordered_map<Expr, Index> column;
-    for (std::size_t j = 0; j < columns_.size(); ++j) column[columns_[j]] = static_cast<Index>(j);
-    for (std::size_t j = 0; j < columns_.size(); ++j)
-      for (int order = symbol_of(columns_[j]).order; order >= 0 && !measured.count(columns_[j]); --order) {
-        const auto lower = column.find(derivative_leaf(symbol_of(columns_[j]).base, order));
-        if (lower == column.end() || !measured.count(lower->first)) continue;
-        m.unknowns[static_cast<Index>(j)] = m.unknowns[lower->second];
-        break;
-      }
-  }
+  const auto inside = leaves(rows);
+  const std::unordered_set<Expr> measured(inside.begin(), inside.end());
+  std::unordered_map<Expr, Index> column;
+  for (std::size_t j = 0; j < columns_.size(); ++j) column[columns_[j]] = static_cast<Index>(j);
+  for (std::size_t j = 0; j < columns_.size(); ++j)
+    for (int order = symbol_of(columns_[j]).order; order >= 0 && !measured.count(columns_[j]); --order) {
+      const auto lower = column.find(derivative_leaf(symbol_of(columns_[j]).base, order));
+      if (lower == column.end() || !measured.count(lower->first)) continue;
+      m.unknowns[static_cast<Index>(j)] = m.unknowns[lower->second];
+      break;
+    }
   if (m.unknowns.maxCoeff() < usual && m.unknowns.minCoeff() > 1 / usual) return;
   unit_ = std::move(m.unknowns);
   for (std::size_t k = 0; k < place.size(); ++k) row_unit_[place[k]] = m.rows[static_cast<Index>(k)];

@@ -183,6 +183,13 @@ DummyPivoting::DummyPivoting(const ModelPtr& source) : model_(source), analysis_
       unit_[static_cast<Index>(j)] = it->second;
 }
 
+double DummyPivoting::unit_of(Expr leaf) const {
+  const Expr base = symbol_of(leaf).base;
+  for (std::size_t j = 0; j < model_->variables.size(); ++j)
+    if (model_->variables[j].leaf == base) return unit_[static_cast<Index>(j)];
+  return 1;
+}
+
 /// Row by row, in units of the variables, largest entry 1; empty where a number is not finite.
 std::vector<DummyPivoting::Row> DummyPivoting::rows(std::span<const double> numbers) const {
   std::vector<Row> list(model_->variables.size());

@@ -80,16 +80,21 @@ class StagedPoints {
     }
   }
 
-  std::optional<NumericArray::Solution> point(int seed, std::unordered_map<Expr, double> values) const {
+  /// held: the first unknowns, which keep their values.
+  std::optional<NumericArray::Solution> point(int seed, std::unordered_map<Expr, double> values,
+                                              Index held = 0) const {
     std::optional<NumericArray::Solution> at;
     for (const NumericArray& stage : stages_) {
-      at = stage.project(stage.start(seed, values), known_values(stage, model_, seed, values), 0);
+      at = stage.project(stage.start(seed, values), known_values(stage, model_, seed, values), held);
       if (!at) return {};
       for (std::size_t j = 0; j < stage.columns().size(); ++j)
         values[stage.columns()[j]] = at->w[static_cast<Index>(j)];
     }
     return at;
   }
+
+  /// The unknowns of the last stage.
+  const std::vector<Expr>& columns() const { return stages_.back().columns(); }
 
  private:
   const Model& model_;
@@ -127,6 +132,29 @@ std::optional<ArrayAt> regular_point(const Model& m, int order,
   return most < 0 ? std::nullopt : std::optional(std::move(best));
 }
 
+/// Independent columns of ∂F_k/∂(higher derivatives), as many as the rank, low orders first: what stays open are then
+/// derivatives of highest order, in which the rows are linear. With another choice the rest solves quadratic
+/// equations, which need not have a real root.
+Columns higher_of_low_order(const ArrayAt& a) {
+  std::map<int, Columns> by_order;
+  for (Index j = a.states + a.first; j < a.J.cols(); ++j) by_order[symbol_of(a.columns[j]).order].push_back(j);
+  Columns chosen, seen;
+  for (const auto& [order, columns] : by_order) {
+    seen.insert(seen.end(), columns.begin(), columns.end());
+    const auto more = rank_with_gap(columns_of(a.J, seen)).rank - static_cast<Index>(chosen.size());
+    if (more <= 0) continue;
+    Mat rest = columns_of(a.J, columns);
+    if (!chosen.empty()) {
+      const Eigen::HouseholderQR<Mat> qr(columns_of(a.J, chosen));
+      rest = (Mat(qr.householderQ()).transpose() * rest)
+                 .bottomRows(rest.rows() - static_cast<Index>(chosen.size()))
+                 .eval();
+    }
+    for (Index j : pivots(rest, more)) chosen.push_back(columns[j]);
+  }
+  return chosen;
+}
+
 /// Which rows, which unknowns they determine, and which unknowns are states.
 struct ArraySelection {
   Columns rows, dependent, higher;
@@ -137,8 +165,7 @@ struct ArraySelection {
 ArraySelection select(const ArrayAt& a, const Model& m) {
   constexpr double prefer = 1e2;
   ArraySelection s;
-  const Mat higher = a.J.rightCols(a.J.cols() - a.states - a.first);
-  for (Index j : pivots(higher, rank_with_gap(higher).rank)) s.higher.push_back(a.states + a.first + j);
+  s.higher = higher_of_low_order(a);
   Columns y = range(a.states, a.states + a.first);
   y.insert(y.end(), s.higher.begin(), s.higher.end());
   const Mat Y = columns_of(a.J, y);
@@ -276,6 +303,20 @@ std::unordered_map<Expr, double> values_at_regular_point(const Model& m, int ord
   auto values = at->known;
   for (std::size_t j = 0; j < at->columns.size(); ++j) values[at->columns[j]] = at->w[static_cast<Index>(j)];
   return values;
+}
+
+std::unordered_map<Expr, double> derivatives_near(const ModelPtr& array,
+                                                  const std::unordered_map<Expr, double>& point) {
+  const ModelPtr source = to_first_order(original(array));
+  constexpr int trials = 4;
+  const StagedPoints stages(*source, differentiation_index(*source).index);
+  std::unordered_map<Expr, double> found;
+  const auto states = static_cast<Index>(source->variables.size());
+  for (int seed = 0; seed < trials && found.empty(); ++seed)
+    if (const auto at = stages.point(seed, point, states))
+      for (std::size_t j = 0; j < stages.columns().size(); ++j)
+        found[resolve(*array, stages.columns()[j])] = at->w[static_cast<Index>(j)];
+  return found;
 }
 
 ModelPtr reduce_array(const ModelPtr& model, const ReduceOptions& options) {

@@ -27,9 +27,13 @@ namespace {
 using Index = Eigen::Index;
 using Numbers = std::unordered_map<Expr, double>;
 
-/// Values of the leaves: the point, then the parameters, then generic numbers if no point is given.
-Numbers complete(const Model& m, std::span<const Expr> outputs, const Numbers& point) {
-  Numbers values = point.empty() ? random_point(outputs, 0) : point;
+/// Values of the leaves: the point, then the parameters, then generic numbers if no point is given, in units of the
+/// variables: exp(10⁹ x) has no value at x = 1.
+Numbers complete(const DummyPivoting& pivoting, const Model& m, const Numbers& point) {
+  const std::span<const Expr> outputs = pivoting.slopes;
+  Numbers values = point;
+  if (point.empty())
+    for (const auto& [leaf, value] : random_point(outputs, 0)) values[leaf] = value * pivoting.unit_of(leaf);
   for (Expr leaf : leaves(outputs)) {
     if (symbol_of(leaf).kind == Kind::constant || point.count(leaf)) continue;
     if (const auto it = m.values.find(leaf); it != m.values.end())
@@ -53,18 +57,18 @@ Numbers consistent_point(const Model& m) { return values_at_regular_point(m, req
 DummySelection select_dummies(const ModelPtr& m, const Numbers& point) {
   const DummyPivoting pivoting(m);
   try {
-    return pivoting.best(pendula::evaluate(pivoting.slopes, complete(*m, pivoting.slopes, point)));
+    return pivoting.best(pendula::evaluate(pivoting.slopes, complete(pivoting, *m, point)));
   } catch (const Failure&) {
     const Numbers there = point.empty() ? consistent_point(*m) : Numbers{};
     if (there.empty()) throw;
-    return pivoting.best(pendula::evaluate(pivoting.slopes, complete(*m, pivoting.slopes, there)));
+    return pivoting.best(pendula::evaluate(pivoting.slopes, complete(pivoting, *m, there)));
   }
 }
 
 double dummy_quality(const ModelPtr& m, const DummySelection& selection, const Numbers& point) {
   const DummyPivoting pivoting(m);
   return pivoting.quality(selection,
-                          pendula::evaluate(pivoting.slopes, complete(*m, pivoting.slopes, point)));
+                          pendula::evaluate(pivoting.slopes, complete(pivoting, *m, point)));
 }
 
 DummySelection selection_of(const Model& dummy) {

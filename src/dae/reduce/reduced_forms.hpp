@@ -48,6 +48,11 @@ ModelPtr reduce_array(const ModelPtr& model, const ReduceOptions& options);
 /// Values of all leaves at a point of F_order = 0 where x′ is determined; empty where none is found.
 std::unordered_map<Expr, double> values_at_regular_point(const Model& model, int order);
 
+/// The unknowns of a model of form "array" near a point that gives the unknowns of the original: derivatives order by
+/// order, since the rows of highest order are far from linear in all of them. Empty where none are found.
+std::unordered_map<Expr, double> derivatives_near(const ModelPtr& array,
+                                                  const std::unordered_map<Expr, double>& point);
+
 /// "minimal": constraints are solved for dependent variables, which are substituted; what remains moves
 /// freely. requires  every constraint linear in some coordinate
 ModelPtr reduce_minimal(const ModelPtr& model, const ReduceOptions& options);
@@ -72,6 +77,8 @@ class DummyPivoting {
   /// Throws Failure where the constraint Jacobian is singular.
   DummySelection best(std::span<const double> slope_values) const;
   double quality(const DummySelection& selection, std::span<const double> slope_values) const;
+  /// The size of a variable and of its derivatives, as far as the equations tell it; 1 of other leaves.
+  double unit_of(Expr leaf) const;
 
  private:
   using Row = std::vector<std::pair<Eigen::Index, double>>;  ///< column, value

@@ -195,6 +195,8 @@ ConsistentStatePtr init(const ModelPtr& model, const StartRequest& request) {
   if (!solution.solved && !solution.defined) explain_undefined(s);
   if (!solution.solved && solution.stuck >= 0) explain_stuck(s, static_cast<std::size_t>(solution.stuck));
   if (!solution.solved)
+    if (StartSolution other = solve_by_orders(model, s); other.solved) solution = std::move(other);
+  if (!solution.solved)
     if (StartSolution other = solve_from_afar(model, s); other.solved) solution = std::move(other);
   if (!solution.solved && request.nearest) solution = nearest_start(s);
   if (!solution.solved) explain_conflict(s, solution);

@@ -9,6 +9,7 @@
 #include "base/interrupt.hpp"
 #include "dae/model/lineage.hpp"
 #include "dae/points/interval_proof.hpp"
+#include "dae/reduce/reduced_forms.hpp"
 #include "dae/start/start_system.hpp"
 
 namespace pendula::dae {
@@ -382,6 +383,17 @@ static bool is_impossible(const StartSystem& s) {
   for (std::size_t k = 0; k < s.fixes(); ++k)
     if (const auto j = s.fixed_unknown(k)) known[s.unknowns[*j]] = s.request.fix[k].second;
   return has_no_solution({s.rows.data(), s.first_fix}, known);
+}
+
+StartSolution solve_by_orders(const ModelPtr& model, const StartSystem& s) {
+  if (s.low->form != "array") return {};
+  auto near = s.known;
+  for (const auto& list : {s.request.guess, s.request.fix})
+    for (const auto& [leaf, value] : list) near[original_leaf(s.model, leaf)] = value;
+  StartRequest request = s.request;
+  for (const auto& [leaf, value] : derivatives_near(s.low, near)) request.guess.emplace_back(leaf, value);
+  if (request.guess.size() == s.request.guess.size()) return {};
+  return solve_start(StartSystem(model, request));
 }
 
 StartSolution solve_from_afar(const ModelPtr& model, const StartSystem& s) {

@@ -113,6 +113,8 @@ constexpr int start_attempts = 5;
 /// Where the guess leads nowhere: with a guess for one more unknown after the other. Small models only, and not where
 /// intervals prove that there is no solution.
 StartSolution solve_from_afar(const ModelPtr& model, const StartSystem& s);
+/// Where the equations to be solved are of form "array": from derivatives that are found order by order.
+StartSolution solve_by_orders(const ModelPtr& model, const StartSystem& s);
 /// Values that are fixed, unless their row is not selected, are as given; guesses too at the first attempt.
 Vec first_point(const StartSystem& s, int attempt, const Selection& selection = {}, bool keep_guess = false);
 

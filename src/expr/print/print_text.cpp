@@ -52,7 +52,8 @@ std::string ten_digits(const Number& n) {
   mp_exp_t exponent;
   std::string mantissa = mpf_class(abs(n.rational()), bits).get_str(exponent, 10, digits);
   if (mantissa.size() > 1) mantissa.insert(1, ".");
-  return text(n.sign() < 0 ? "-" : "", mantissa, exponent > 0 ? "e+" : "e-", std::labs(exponent - 1));
+  return (n.sign() < 0 ? "-" : "") + mantissa + (exponent > 0 ? "e+" : "e-") +
+         std::to_string(std::labs(exponent - 1));
 }
 
 /// A decimal number of more than six places, such as 3e-9: an exponent reads better.
@@ -223,7 +224,8 @@ NumberText number_text(const Number& magnitude) {
   const bool five = mpz_divisible_ui_p(q.get_den_mpz_t(), 5) != 0;
   if (is_long_decimal(q)) return {ten_digits(magnitude), ""};
   constexpr long readable = 1024;  // 1/256 is a power of 1/2, not a measured 0.00390625
-  if (!five && q.get_den() <= readable && number_style != NumberStyle::decimals)
+  if (!five && q.get_den() <= readable && above.size() <= longest_integer &&
+      number_style != NumberStyle::decimals)
     return {above, q.get_den().get_str()};
   if (q.get_den() > 20 || number_style == NumberStyle::decimals ||
       (five && number_style == NumberStyle::mixed))
