@@ -57,6 +57,7 @@ class NumericArray {
   const std::vector<Expr>& columns() const { return columns_; }
   /// The size of every unknown, as far as the equations tell it (magnitudes.hpp); 1 where all are near 1.
   const Vec& unit() const { return unit_; }
+  const Vec& row_unit() const { return row_unit_; }  ///< of every row, in the same way
   /// ∂rows/∂columns at w, in units of rows and columns; entries that are cancellation are 0.
   Mat jacobian(const Vec& w, const std::unordered_map<Expr, double>& known) const;
 

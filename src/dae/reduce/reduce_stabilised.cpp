@@ -1,5 +1,7 @@
 // Forms that keep a solution near its constraints by changing the equations: "ggl" and "baumgarte".
 #include <algorithm>
+#include <cmath>
+#include <cstdlib>
 
 #include "base/error.hpp"
 #include "base/text.hpp"
@@ -8,6 +10,7 @@
 #include "dae/model/lineage.hpp"
 #include "dae/model/make_model.hpp"
 #include "dae/model/solved_rows.hpp"
+#include "dae/points/array_points.hpp"
 #include "dae/reduce/reduced_forms.hpp"
 #include "dae/regularise/regularise.hpp"
 #include "dae/structure/differentiation.hpp"
@@ -61,10 +64,42 @@ std::vector<Chain> position_constraints(const Model& first, const Model& low) {
   return positions;
 }
 
-/// q′ = f - (∂C/∂q)ᵀ μ in the rows of the positions.
-void add_multipliers(std::vector<Block>& blocks, const Model& first, const std::vector<Chain>& positions,
+/// The units of positions and constraints, where they are far from 1, as powers of ten: without them a multiplier acts
+/// on q′ of 10⁸ with a gradient of 10⁻¹⁸, and its column of the iteration matrix is rounding.
+class MultiplierUnits {
+ public:
+  MultiplierUnits(const Model& first, const std::vector<Chain>& positions) {
+    std::vector<Expr> rows = first.residuals, columns;
+    for (const Chain& chain : positions) rows.push_back(chain.below[0].residual);
+    for (const Variable& v : first.variables)
+      for (int k = 0; k <= v.order; ++k) columns.push_back(derivative_leaf(v.leaf, k));
+    const NumericArray numeric(rows, columns);
+    for (std::size_t j = 0; j < columns.size(); ++j)
+      position_[columns[j]] = power_of_ten(numeric.unit()[static_cast<Index>(j)]);
+    for (std::size_t k = 0; k < positions.size(); ++k)
+      constraint_.push_back(power_of_ten(numeric.row_unit()[static_cast<Index>(first.residuals.size() + k)]));
+  }
+
+  /// (∂C_k/∂q)ᵀ μ_k in these units: μ_k has none.
+  Expr factor(Expr q, std::size_t k) const {
+    const int exponent = 2 * position_.at(q) - constraint_[k];
+    mpz_class power;
+    mpz_ui_pow_ui(power.get_mpz_t(), 10, static_cast<unsigned long>(std::abs(exponent)));
+    return Expr(exponent < 0 ? mpq_class(1) / power : mpq_class(power));
+  }
+
+ private:
+  static int power_of_ten(double unit) { return static_cast<int>(std::lround(std::log10(unit))); }
+  std::unordered_map<Expr, int> position_;
+  std::vector<int> constraint_;
+};
+
+/// q′ = f - (∂C/∂q)ᵀ μ in the rows of the positions; true where units had to be taken into account.
+bool add_multipliers(std::vector<Block>& blocks, const Model& first, const std::vector<Chain>& positions,
                      const std::vector<Expr>& mu) {
   const auto rows = kinematic_rows(first);
+  const MultiplierUnits units(first, positions);
+  bool scaled = false;
   for (std::size_t k = 0; k < positions.size(); ++k) {
     const Expr C = positions[k].below[0].residual;
     for (Expr q : leaves({&C, 1})) {
@@ -80,9 +115,12 @@ void add_multipliers(std::vector<Block>& blocks, const Model& first, const std::
         block.lhs[r] = derivative_leaf(q);
         block.rhs[r] = row->second.f;
       }
-      block.rhs[r] -= partial(C, q) * mu[k];
+      const Expr factor = units.factor(q, k);
+      scaled = scaled || !factor.is_one();
+      block.rhs[r] -= factor * partial(C, q) * mu[k];
     }
   }
+  return scaled;
 }
 
 /// Cq Cqᵀ, which has to be regular, and its entries where they are short.
@@ -144,7 +182,7 @@ ModelPtr reduce_ggl(const ModelPtr& model) {
   const std::vector<Chain> positions = position_constraints(*first, *low);
   const std::vector<Expr> mu = new_variables(*first, "mu", positions.size());
   std::vector<Block> blocks = first->blocks;
-  add_multipliers(blocks, *first, positions, mu);
+  const bool scaled = add_multipliers(blocks, *first, positions, mu);
   VecX velocity(static_cast<Index>(positions.size()));
   std::vector<std::string> below;
   for (std::size_t k = 0; k < positions.size(); ++k) {
@@ -158,6 +196,10 @@ ModelPtr reduce_ggl(const ModelPtr& model) {
   declare_unknowns(options, *first);
   options.z.insert(options.z.end(), mu.begin(), mu.end());
   options.trace = ggl_derivation(positions, mu, first->blocks.size());
+  if (scaled)
+    options.trace.push_back(text("     Units of q and C are far from 1 here: Cqᵀ ", names_of(mu),
+                                 " is multiplied by powers of ten of them, so that ", names_of(mu),
+                                 mu.size() == 1 ? " has" : " have", " none."));
   return make_model(std::move(blocks), std::move(options));
 }
 
