@@ -11,6 +11,7 @@
 #include "dae/model/forms.hpp"
 #include "dae/model/lineage.hpp"
 #include "dae/model/make_model.hpp"
+#include "dae/model/solved_rows.hpp"
 #include "dae/points/array_points.hpp"
 #include "dae/points/derivative_array.hpp"
 #include "dae/points/generic_functions.hpp"
@@ -209,23 +210,49 @@ void prune(ArraySelection& s, const ArrayAt& a) {
 struct Replacement {
   Substitution by;
   std::vector<Expr> made;
+  std::vector<Expr> slopes;  ///< x′ of states that become x_dot, too: x′ = x_dot joins the equations
 };
+
+/// x′ of states stay as they are where one row x′ = f contains them. Elsewhere z would follow from x′ as a method has it,
+/// with errors of the tolerance divided by the step.
+std::vector<Expr> slopes_of_states(const ArrayAt& a, const ArraySelection& s, const Model& m) {
+  std::unordered_map<Expr, std::size_t> solved_in;
+  for (const Solved& row : solved_rows(m)) solved_in[row.derivative] = row.residual;
+  std::unordered_map<Expr, std::vector<Index>> users;
+  for (Index i : s.rows)
+    for (Expr leaf : leaves({&a.array.rows()[i], 1})) users[leaf].push_back(i);
+  std::vector<Expr> list;
+  for (Index j = 0; j < a.states; ++j) {
+    const Expr slope = derivative_leaf(a.columns[j]);
+    const auto own = solved_in.find(slope);
+    const auto& rows = users[slope];
+    const bool dependent = std::find(s.dependent.begin(), s.dependent.end(), j) != s.dependent.end();
+    if (dependent || rows.empty()) continue;
+    const bool stays =
+        rows.size() == 1 && own != solved_in.end() && rows[0] == static_cast<Index>(own->second);
+    if (!stays) list.push_back(slope);
+  }
+  return list;
+}
 
 Replacement replacement(const ArrayAt& a, const ArraySelection& s, const Model& m) {
   Replacement r;
   auto used = used_names(m);
-  const auto introduce = [&](Expr leaf) {
+  const auto introduce = [&](Expr leaf, bool printed_as_derivative = true) {
     const Symbol& symbol = symbol_of(leaf);
     std::string dots = "dot";
     for (int k = 1; k < std::min(symbol.order, 4); ++k) dots.insert(0, "d");
     if (symbol.order > 4) dots = text("d", symbol.order, "ot");
     const std::string name = fresh_name(used, symbol.name + "_" + dots, symbol.name + "_" + dots + "_");
     used.insert(name);
-    r.by[leaf] = declared_for(leaf, pendula::symbol(Kind::variable, name));
+    const Expr made = pendula::symbol(Kind::variable, name);
+    r.by[leaf] = printed_as_derivative ? declared_for(leaf, made) : newly_declared({made})[0];
     r.made.push_back(r.by[leaf]);
   };
   for (Index j : s.dependent) introduce(derivative_leaf(a.columns[j]));
   for (Index j : s.higher) introduce(a.columns[j]);
+  r.slopes = slopes_of_states(a, s, m);
+  for (Expr slope : r.slopes) introduce(slope, false);
   for (std::size_t j = static_cast<std::size_t>(a.states + a.first); j < a.columns.size(); ++j)
     if (!r.by.count(a.columns[j])) r.by[a.columns[j]] = Expr(0);
   return r;
@@ -281,6 +308,8 @@ ModelPtr made_of(const ModelPtr& source, const ArrayAt& a, const ArraySelection&
       blocks.push_back({VecX::Constant(1, Expr(0)),
                         VecX::Constant(1, tidied(substitute(a.array.rows()[i], r.by))), label});
   }
+  for (Expr slope : r.slopes)
+    blocks.push_back({VecX::Constant(1, slope), VecX::Constant(1, r.by.at(slope)), ""});
   move_invariants(options, r.by);
   for (const auto& [leaf, meaning] : r.by)
     if (!meaning.is_constant()) options.relations[leaf] = meaning;

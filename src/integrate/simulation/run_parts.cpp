@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <unordered_set>
 
 #include "dae/model/lineage.hpp"
 #include "integrate/simulation/problem_setup.hpp"
@@ -21,14 +22,32 @@ static Point point_of(double t, const Vec& values, int n) {
 }
 
 void RunParts::add(RunPart piece) {
-  std::vector<Expr> own;
-  for (Expr leaf : leaves_) own.push_back(substitute(dae::resolve(*piece.model, leaf), inputs_));
-  expressions_.push_back(std::move(own));
+  const auto& known = piece.solution->problem().arguments();
+  const std::unordered_set<Expr> has_value(known.begin(), known.end());
+  Meanings own;
+  for (std::size_t i = 0; i < leaves_.size(); ++i) {
+    Expr meaning = substitute(dae::resolve(*piece.model, leaves_[i]), inputs_);
+    const std::vector<Expr> inside = pendula::leaves({&meaning, 1});
+    if (!std::all_of(inside.begin(), inside.end(), [&](Expr leaf) {
+          return has_value.count(leaf) || symbol_of(leaf).kind == Kind::constant;
+        })) {
+      own.open.push_back(static_cast<Eigen::Index>(i));
+      meaning = Expr(0);
+    }
+    own.expressions.push_back(meaning);
+  }
+  meanings_.push_back(std::move(own));
   pieces_.push_back(std::move(piece));
 }
 
+Point RunParts::translated(std::size_t k, double t, Vec values) const {
+  for (Eigen::Index i : meanings_[k].open) values[i] = NAN;
+  return point_of(t, values, n_);
+}
+
 Point RunParts::translated(const Point& point) const {
-  return point_of(point.t, last().solution->values(expressions_.back(), point), n_);
+  return translated(pieces_.size() - 1, point.t,
+                    last().solution->values(meanings_.back().expressions, point));
 }
 
 std::pair<double, double> RunParts::interval(const Points& saved) const {
@@ -39,7 +58,7 @@ std::pair<double, double> RunParts::interval(const Points& saved) const {
 Point RunParts::at(const Points&, double t) {
   std::size_t k = pieces_.size() - 1;
   while (k > 0 && pieces_[k].from > t) --k;
-  return point_of(t, pieces_[k].solution->values(expressions_[k], t), n_);
+  return translated(k, t, pieces_[k].solution->values(meanings_[k].expressions, t));
 }
 
 SolutionInParts::SolutionInParts(dae::ModelPtr model, const Simulation& simulation, std::vector<Expr> leaves)

@@ -1,5 +1,5 @@
-// One solution made of runs of different models with the same leaves: forms "dummy" with other states,
-// regimes with other equations.
+// One solution made of runs of different models with the same leaves: forms "dummy" with other states, forms "array"
+// with other rows, regimes with other equations.
 #pragma once
 
 #include "integrate/simulation/simulate.hpp"
@@ -34,11 +34,18 @@ class RunParts : public Continuation {
   Point at(const Points&, double t) override;
 
  private:
+  /// The leaves in a piece; `open`: those that its model does not contain, which have no value there.
+  struct Meanings {
+    std::vector<Expr> expressions;
+    std::vector<Eigen::Index> open;
+  };
+  Point translated(std::size_t k, double t, Vec values) const;
+
   int n_;
   std::vector<Expr> leaves_;
   Substitution inputs_;
   std::vector<RunPart> pieces_;
-  std::vector<std::vector<Expr>> expressions_;
+  std::vector<Meanings> meanings_;  ///< of every piece
 };
 
 /// Collects pieces into a solution in the unknowns of the model that the run was asked for.

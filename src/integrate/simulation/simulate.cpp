@@ -5,6 +5,7 @@
 #include "integrate/event/monitor/rank_block.hpp"
 #include "integrate/run/adaptive_run.hpp"
 #include "integrate/run/fixed_step_run.hpp"
+#include "integrate/simulation/array_run.hpp"
 #include "integrate/simulation/branch_run.hpp"
 #include "integrate/simulation/natural_sizes.hpp"
 #include "integrate/simulation/preparation.hpp"
@@ -18,6 +19,7 @@ TrajectoryPtr simulate(const dae::ModelPtr& model, const Simulation& simulation)
   if (simulation.branch) return simulate_branches(model, simulation);
   const bool one_choice = simulation.plan.stop_when || !simulation.sensitivities.empty();
   if (chooses_states(*model) && !one_choice) return simulate_reselecting(model, simulation);
+  if (chooses_rows(*model) && !one_choice) return simulate_rechoosing(model, simulation);
   if (changes_regime(*model, simulation)) return simulate_regimes(model, simulation);
   require_low_index(*model, simulation.plan.direct);
   const ProblemSetup run = set_up_problem(model, simulation);

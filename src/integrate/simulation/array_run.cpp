@@ -1,0 +1,199 @@
+#include "integrate/simulation/array_run.hpp"
+
+#include <Eigen/LU>
+#include <cmath>
+#include <optional>
+#include <utility>
+
+#include "base/text.hpp"
+#include "codegen/kernel/kernel.hpp"
+#include "dae/model/first_order.hpp"
+#include "dae/model/forms.hpp"
+#include "dae/model/lineage.hpp"
+#include "dae/reduce/reduced_forms.hpp"
+#include "expr/print/print.hpp"
+#include "integrate/simulation/problem_setup.hpp"
+#include "integrate/simulation/run_parts.hpp"
+
+namespace pendula::integrate {
+namespace {
+
+using Index = Eigen::Index;
+using Values = std::unordered_map<Expr, double>;
+
+constexpr double worn = 0.1;  // regularity beside that of the first step: the rows are chosen again
+constexpr long most_choices = 10'000;
+
+/// How regular the Jacobian of the chosen rows is, in the units that it had at the first point asked for.
+class Regularity {
+ public:
+  Regularity(const dae::ModelPtr& model, const Simulation& simulation)
+      : problem_(make_problem(model, simulation)), entries_(dae::top_jacobian(*model)) {
+    std::vector<Expr> slopes;
+    for (const Entry& e : entries_) slopes.push_back(substitute(e.value, simulation.inputs));
+    kernel_ = codegen::Kernel(slopes, problem_->arguments());
+    const auto n = static_cast<Index>(model->residuals.size());
+    row_ = column_ = Vec::Ones(n);
+  }
+
+  double operator()(const Point& point) {
+    problem_->place(point.t, point.x.data(), point.xdot.data(), point.z.data());
+    const std::vector<double> values = kernel_(problem_->values());
+    Mat J = Mat::Zero(row_.size(), column_.size());
+    for (std::size_t k = 0; k < values.size(); ++k) J(entries_[k].row, entries_[k].column) = values[k];
+    if (J.size() == 0 || !J.allFinite()) return 0;
+    if (!std::exchange(measured_, true)) measure(J);
+    return Eigen::PartialPivLU<Mat>(row_.asDiagonal() * J * column_.asDiagonal()).rcond();
+  }
+
+ private:
+  void measure(Mat J) {
+    for (int sweep = 0; sweep < 3; ++sweep) {
+      for (Index i = 0; i < J.rows(); ++i)
+        if (const double size = J.row(i).cwiseAbs().maxCoeff(); size > 0) {
+          J.row(i) /= size;
+          row_[i] /= size;
+        }
+      for (Index j = 0; j < J.cols(); ++j)
+        if (const double size = J.col(j).cwiseAbs().maxCoeff(); size > 0) {
+          J.col(j) /= size;
+          column_[j] /= size;
+        }
+    }
+  }
+
+  ProblemPtr problem_;
+  std::vector<Entry> entries_;
+  codegen::Kernel kernel_;
+  Vec row_, column_;
+  bool measured_ = false;
+};
+
+class ArrayRun {
+ public:
+  ArrayRun(const dae::ModelPtr& model, const Simulation& simulation)
+      : first_(model),
+        simulation_(simulation),
+        source_(dae::to_first_order(dae::original(model))),
+        whole_(model, simulation, leaves_in_source(*model, *make_problem(model, simulation))) {}
+
+  TrajectoryPtr run() {
+    Simulation part = simulation_;
+    part.plan.times.reset();
+    dae::ModelPtr model = first_;
+    RunOutcome outcome;
+    for (long k = 0; k < most_choices; ++k) {
+      const double from = part.plan.from;
+      const TrajectoryPtr trajectory = piece(model, part);
+      outcome = trajectory->solution().outcome();
+      const Solution& done = *whole_.pieces().last().solution;
+      const bool broke = outcome.ending == Ending::stopped && done.size() > 0 && done.t().back() > from;
+      const auto next = outcome.ending == Ending::stop_when || broke ? chosen_anew(model, part) : std::nullopt;
+      if (k == 0 && !simulation_.plan.times && outcome.ending != Ending::stop_when &&
+          (!next || *next == model))
+        return trajectory;  // as it is, with its steps for adjoints
+      if (!next) {
+        if (outcome.ending == Ending::stop_when)
+          outcome = stopped_at(done.t().back(), "no other rows of the derivative array determine the solution");
+        break;
+      }
+      if (broke && *next == model) break;
+      if (*next != model) tell_states(*model, simulation_.plan.from, **next, done.t().back());
+      model = *next;
+    }
+    return whole_.finish(outcome);
+  }
+
+ private:
+  /// The leaves of a problem, in the order x, x′, z, as leaves of the model that the form was made from.
+  static std::vector<Expr> leaves_in_source(const dae::Model& model, const Problem& problem) {
+    std::vector<Expr> list = leaves_of(problem);
+    for (Expr& leaf : list) leaf = dae::original_leaf(model, leaf);
+    return list;
+  }
+
+  TrajectoryPtr piece(const dae::ModelPtr& model, Simulation& part) {
+    const auto regularity = std::make_shared<Regularity>(model, simulation_);
+    const auto at_first = std::make_shared<double>(0);
+    part.plan.stop_when = [regularity, at_first](const Point& point) {
+      const double here = (*regularity)(point);
+      if (*at_first == 0) *at_first = here;
+      return here < worn * *at_first;
+    };
+    const TrajectoryPtr trajectory = simulate(model, part);
+    const SolutionPtr solution(trajectory, &trajectory->solution());
+    whole_.add({model, solution, part.plan.from}, simulation_.events.size());
+    return trajectory;
+  }
+
+  /// Other rows may have the same states.
+  void tell_states(const dae::Model& before, double from, const dae::Model& next, double t) {
+    const std::string old = dae::grouped_names(before.states()), now = dae::grouped_names(next.states());
+    if (old == now) return;
+    if (!std::exchange(switched_, true)) whole_.solution().add_states({from, old});
+    whole_.solution().add_states({t, now});
+  }
+
+  /// The rows that suit the end of the last piece, and the start there in `part`; nothing where there are none.
+  std::optional<dae::ModelPtr> chosen_anew(const dae::ModelPtr& before, Simulation& part) {
+    const Solution& solution = *whole_.pieces().last().solution;
+    const Point end = solution.final();
+    dae::ReduceOptions options;
+    options.at = values_at(*before, solution.problem(), end);
+    try {
+      dae::ModelPtr model = dae::reduce_array(source_, options);
+      if (model->residuals == before->residuals) model = before;
+      part.start = dae::init(model, request(*model, options.at, end.t));
+      part.plan.from = end.t;
+      return model;
+    } catch (const UserFacing&) {
+      return {};
+    }
+  }
+
+  Values values_at(const dae::Model& model, const Problem& problem, const Point& end) const {
+    Values values = simulation_.start->values;
+    values[time_symbol()] = end.t;
+    const std::vector<Expr> leaves = leaves_in_source(model, problem);
+    const auto n = static_cast<std::size_t>(problem.n());
+    for (std::size_t i = leaves.size(); i-- > 0;) {  // x last: x′ may be a state itself
+      const auto k = static_cast<Index>(i < n ? i : i < 2 * n ? i - n : i - 2 * n);
+      values[leaves[i]] = i < n ? end.x[k] : i < 2 * n ? end.xdot[k] : end.z[k];
+    }
+    return values;
+  }
+
+  dae::StartRequest request(const dae::Model& model, const Values& values, double t) const {
+    dae::StartRequest request;
+    request.t = t;
+    request.keep_invariants = false;
+    for (Expr x : model.states()) request.fix.emplace_back(x, values.at(x));
+    for (const auto& list : {model.top_derivatives(), model.algebraic()})
+      for (Expr leaf : list)
+        if (const auto at = values.find(dae::original_leaf(model, leaf)); at != values.end())
+          request.guess.emplace_back(leaf, at->second);
+    request.parameters = simulation_.parameters;
+    request.inputs = simulation_.inputs;
+    for (const auto& [leaf, function] : simulation_.numeric_inputs) {
+      request.inputs[leaf] = Expr(function(t));
+      request.numeric_inputs.push_back(leaf);
+    }
+    return request;
+  }
+
+  dae::ModelPtr first_;
+  const Simulation& simulation_;
+  dae::ModelPtr source_;
+  SolutionInParts whole_;
+  bool switched_ = false;
+};
+
+}  // namespace
+
+bool chooses_rows(const dae::Model& model) { return model.form == "array"; }
+
+TrajectoryPtr simulate_rechoosing(const dae::ModelPtr& model, const Simulation& simulation) {
+  return ArrayRun(model, simulation).run();
+}
+
+}  // namespace pendula::integrate

@@ -1,0 +1,20 @@
+// Form "array": rows and states are chosen anew along the way.
+//
+// The rows of the derivative array that were chosen at one point need not determine the unknowns at another: a pendulum
+// with the height as its state stands still at the lowest point. After every step the Jacobian of the chosen rows is
+// compared with what it was where they were chosen, in the same units; where it has lost most of its regularity, or a
+// step fails, they are chosen again there. The pieces make one solution in the unknowns of the first choice.
+// Derivatives that only the first choice contains have no value (NaN) behind it.
+#pragma once
+
+#include "integrate/simulation/simulate.hpp"
+
+namespace pendula::integrate {
+
+/// A model of form "array".
+bool chooses_rows(const dae::Model& model);
+
+/// As simulate(), which calls it. The solution's states_in_use() tells every choice.
+TrajectoryPtr simulate_rechoosing(const dae::ModelPtr& model, const Simulation& simulation);
+
+}  // namespace pendula::integrate
