@@ -17,6 +17,12 @@ test("every form of disguises of index 0 to 6 follows the solution", function()
   for _, seed in ipairs { 2, 3, 8, 10, 14, 16, 17, 25, 26, 58 } do check(seed) end
 end)
 
+test("forms whose rows are of high order, or that meet units far from 1, begin and run", function()
+  for _, seed in ipairs { 131, 152, 271, 348, 46 } do check(seed, { "array" }) end
+  check(153, { "dummy" })
+  check(24, { "ggl" })
+end)
+
 test("hyperbolic functions in units of 10⁻⁹ and less: starts and explicit forms", function()
   for _, seed in ipairs { 213, 289, 348, 407, 553 } do check(seed, { "auto", "minimal", "ode" }) end
 end)

@@ -94,26 +94,61 @@ test("a start of the model serves its form array, also where that is of second o
   end
 end)
 
-test("form array stops where its choice of states ends, and goes on as its message says", function()
-  -- y, v_y as states: at the lowest point they do not determine x, and the speed there is lost
+test("form array chooses its states anew where they cease to determine the rest", function()
+  -- y, v_y as states: at the lowest point they do not determine x
   local x, y, z = vars "x_low y_low z_low"
   for _, L in ipairs { 1, 1e-3 } do
     local pend = dae { der(x, 2) ~ -z*x, der(y, 2) ~ -z*y - 9.81, 0 ~ x^2 + y^2 - L^2,
       start = { x_low = L*math.sin(1), [x.dot] = 0 }, guess = { y_low = -L/2 } }
-    local second = math.sqrt(L)
-    local expected = pend:reduce "acc":integrate { to = 0.8*second, rtol = 1e-11, atol = 1e-13*L }:final(x)
-    for _, method in ipairs { "auto", "tsit5", "radau" } do
-      local part = pend:reduce("array", { at = pend:init {} }):integrate { to = 0.8*second, rtol = 1e-8,
-        method = method }
-      local ends = part                                      -- a long step may come out on the right side
-      if part.status ~= "finished" then
-        expect(part.status):matches "no longer determines x_low"
-        local at = part:state()
-        ends = pend:reduce("array", { at = at }):integrate { start = at, to = 0.8*second, rtol = 1e-8 }
-      end
-      expect(ends.status):equals "finished"
-      -- the stop lies within the tolerances of y, 1e-8 L: x = √(2e-8) L, and v_x is right to that
-      expect(ends:final(x)/L):near(expected/L, 1e-3)
+    local to = 4*math.sqrt(L)
+    local expected = pend:reduce "acc":integrate { to = to, rtol = 1e-11, atol = 1e-13*L }:final(x)
+    for _, method in ipairs { "auto", "tsit5", "radau", "bdf", "rodas" } do
+      local low = pend:reduce("array", { at = pend:init {} })
+      local sol = low:integrate { to = to, rtol = 1e-8, method = method, times = { 0, to/3, to } }
+      expect(sol.status):equals "finished"
+      expect(sol:final(x)/L):near(expected/L, 1e-5)
+      expect(#sol.t):equals(3)
+      expect(#sol:switches() > 0):equals(true)
     end
   end
+end)
+
+test("the bdf methods integrate form array: x′ does not enter its algebraic equations", function()
+  local x, y, z = vars "x y z"
+  local sys = dae { der(x) ~ z, 0 ~ y*z + x - 1, 0 ~ y - sin(t) - 2, start = { x = 0 } }
+  local at = sys:init { fix = { x = 0 } }
+  local expected = sys:integrate { start = at, to = 1, method = "radau", rtol = 1e-11 }:final(x)
+  for _, method in ipairs { "bdf", "rodas", "radau" } do
+    local sol = sys:reduce "array":integrate { start = at, to = 1, method = method, rtol = 1e-7 }
+    expect(sol.status):equals "finished"
+    expect(sol:final(x)):near(expected, 1e-5)
+    expect(sol:stats().steps < 200):equals(true)
+  end
+end)
+
+test("a form whose rows are of highest order takes derivatives order by order to its start", function()
+  -- w₁ = -sin t and its derivatives, as (y₁ + y₁³/4), …: rows of order 5 are quadratic in third derivatives
+  local a, b, c, d = vars "a b c d"
+  local function cubed(w) return w + w^3/4 end
+  local sys = dae { 0 ~ cubed(a) + sin(t), der(cubed(a)) ~ cubed(b), der(cubed(b)) ~ cubed(c),
+    der(cubed(c)) ~ cubed(d) }
+  local at = sys:init { from = 0.3, guess = { a = -0.3, b = -0.8, c = 0.3, d = 0.8 } }
+  local low = sys:reduce("array", { at = at })
+  local sol = low:integrate { start = at, to = 1, rtol = 1e-8 }
+  expect(sol.status):equals "finished"
+  expect(sol:final(cubed(d))):near(math.cos(1), 1e-5)
+end)
+
+test("form ggl in units far from 1: the multiplier has none", function()
+  local x, y, v, w, z = vars "x y v w z"
+  local L, g = 1e-8, 9.81e-8
+  local sys = dae { der(x) ~ v, der(y) ~ w, der(v) ~ -z*x, der(w) ~ -z*y - g, 0 ~ 1e-9*(x^2 + y^2 - L^2) }
+  local at = sys:init { fix = { x = 0.6*L, v = 0 }, guess = { y = -0.8*L, z = 10 } }
+  local low = sys:reduce "ggl"
+  local atol = { [x] = 1e-10*L, [y] = 1e-10*L, [v] = 1e-10*L, [w] = 1e-10*L }
+  local sol = low:integrate { start = at, to = 1, rtol = 1e-8, atol = atol }
+  local expected = sys:reduce "acc":integrate { start = at, to = 1, rtol = 1e-11, atol = atol }
+  expect(sol.status):equals "finished"
+  expect(sol:final(x)/L):near(expected:final(x)/L, 1e-6)
+  expect(tostring(low:trace())):matches "powers of ten"
 end)

@@ -201,3 +201,12 @@ test("conditions with one symbol and characteristic polynomials as on paper", fu
   shows(inverse_laplace(1/(s^2 + 3*s + 1), s, t), "2 √5 sinh(√5 t/2) exp(-3 t/2)/5")
   shows(integral(x*sinh(x), x), "(x + 1) exp(-x)/2 + (x - 1) exp(x)/2")
 end)
+
+test("exact numbers that no double holds print with their exponent", function()
+  shows(det { { 1e200, 1e200 }, { 1e200, -1e200 } }, "-2e+400")
+  shows(det { { 1e-200, 1e-200 }, { 1e-200, -1e-200 } }, "-2e-400")
+  shows(det { { 1e200, 0 }, { 0, a/1e-200 } }, "1e+400 a")
+  shows(det { { 1e200, 1e200 }, { 1e200, -1e200 } }/3, "-6.666666667e+399")
+  shows(mat { { 1e-200, 0 }, { 0, 1 } }*mat { { 1e-200, 0 }, { 0, 1 } }, "⎡1e-400  0⎤\n⎣     0  1⎦")
+  expect(det { { 1e200, 1e200 }, { 1e200, -1e200 } }:latex()):equals "-2 \\cdot 10^{400}"
+end)

@@ -138,7 +138,8 @@ std::optional<ArrayAt> regular_point(const Model& m, int order,
 /// equations, which need not have a real root.
 Columns higher_of_low_order(const ArrayAt& a) {
   std::map<int, Columns> by_order;
-  for (Index j = a.states + a.first; j < a.J.cols(); ++j) by_order[symbol_of(a.columns[j]).order].push_back(j);
+  for (Index j = a.states + a.first; j < a.J.cols(); ++j)
+    by_order[symbol_of(a.columns[j]).order].push_back(j);
   Columns chosen, seen;
   for (const auto& [order, columns] : by_order) {
     seen.insert(seen.end(), columns.begin(), columns.end());

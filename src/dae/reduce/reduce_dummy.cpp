@@ -67,8 +67,7 @@ DummySelection select_dummies(const ModelPtr& m, const Numbers& point) {
 
 double dummy_quality(const ModelPtr& m, const DummySelection& selection, const Numbers& point) {
   const DummyPivoting pivoting(m);
-  return pivoting.quality(selection,
-                          pendula::evaluate(pivoting.slopes, complete(pivoting, *m, point)));
+  return pivoting.quality(selection, pendula::evaluate(pivoting.slopes, complete(pivoting, *m, point)));
 }
 
 DummySelection selection_of(const Model& dummy) {

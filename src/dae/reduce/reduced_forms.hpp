@@ -41,7 +41,8 @@ double project(const Model& model, std::unordered_map<Expr, double>& values);
 /// of all unknowns at a point, as a square system of index 1: as many unknowns become algebraic as there are
 /// conditions on them, and derivatives of these become variables of their own. Needs no structure, only an index:
 /// where x′ follows from F_k = 0, it follows from rows as many as the rank, and derivatives that no row determines
-/// may have any value (0). Valid near the point, where the chosen rows stay regular.
+/// may have any value (0). Valid near the point, where the chosen rows stay regular (integrate/simulation/array_run
+/// chooses them again). x′ of a state that not only its own row contains is an unknown of its own, x′ = x_dot.
 /// requires  a model without unspecified functions; throws Failure where no regular point is found
 /// see       Kunkel & Mehrmann, Differential-Algebraic Equations, 2006, §6.2; Mattsson & Söderlind 1993
 ModelPtr reduce_array(const ModelPtr& model, const ReduceOptions& options);

@@ -1,6 +1,7 @@
 #include "integrate/simulation/array_run.hpp"
 
 #include <Eigen/LU>
+#include <algorithm>
 #include <cmath>
 #include <optional>
 #include <utility>
@@ -88,13 +89,15 @@ class ArrayRun {
       outcome = trajectory->solution().outcome();
       const Solution& done = *whole_.pieces().last().solution;
       const bool broke = outcome.ending == Ending::stopped && done.size() > 0 && done.t().back() > from;
-      const auto next = outcome.ending == Ending::stop_when || broke ? chosen_anew(model, part) : std::nullopt;
+      const auto next =
+          outcome.ending == Ending::stop_when || broke ? chosen_anew(model, part) : std::nullopt;
       if (k == 0 && !simulation_.plan.times && outcome.ending != Ending::stop_when &&
           (!next || *next == model))
         return trajectory;  // as it is, with its steps for adjoints
       if (!next) {
         if (outcome.ending == Ending::stop_when)
-          outcome = stopped_at(done.t().back(), "no other rows of the derivative array determine the solution");
+          outcome =
+              stopped_at(done.t().back(), "no other rows of the derivative array determine the solution");
         break;
       }
       if (broke && *next == model) break;
@@ -190,7 +193,10 @@ class ArrayRun {
 
 }  // namespace
 
-bool chooses_rows(const dae::Model& model) { return model.form == "array"; }
+bool chooses_rows(const dae::Model& model, const Simulation& simulation) {
+  return model.form == "array" && std::all_of(simulation.events.begin(), simulation.events.end(),
+                                              [](const ModelEvent& event) { return event.reset.empty(); });
+}
 
 TrajectoryPtr simulate_rechoosing(const dae::ModelPtr& model, const Simulation& simulation) {
   return ArrayRun(model, simulation).run();

@@ -19,7 +19,7 @@ TrajectoryPtr simulate(const dae::ModelPtr& model, const Simulation& simulation)
   if (simulation.branch) return simulate_branches(model, simulation);
   const bool one_choice = simulation.plan.stop_when || !simulation.sensitivities.empty();
   if (chooses_states(*model) && !one_choice) return simulate_reselecting(model, simulation);
-  if (chooses_rows(*model) && !one_choice) return simulate_rechoosing(model, simulation);
+  if (!one_choice && chooses_rows(*model, simulation)) return simulate_rechoosing(model, simulation);
   if (changes_regime(*model, simulation)) return simulate_regimes(model, simulation);
   require_low_index(*model, simulation.plan.direct);
   const ProblemSetup run = set_up_problem(model, simulation);
