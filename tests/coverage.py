@@ -19,8 +19,9 @@ def tool(name):
 
 
 def lines_that_ran(merged, programs):
-    """file -> line -> did it run? A line of a template ran where one of its instances did. Lines behind a fork() count as
-    not run where every child has ended inside it: they are counted as those before it less those of the child."""
+    """file -> line -> did it run? A line of a template ran where one of its instances did. The lines behind
+    "if (…) return;" are counted as those before it less the returns. Parent and child share the counters, so that after a
+    fork() this is wrong in both: what a child does has to be a function of its own, which does not return."""
     lines = collections.defaultdict(dict)
     for program in programs:  # llvm-cov takes only one count where programs have functions in common
         report = subprocess.Popen([tool("llvm-cov"), "export", "-format=lcov", f"-instr-profile={merged}", program],

@@ -1,5 +1,5 @@
 // libFuzzer on what is read from files and texts. The first byte of an input chooses the reader.
-//   ./dev fuzz builds it with clang, address and undefined-behaviour sanitizers, and runs it on tests/fuzz/corpus
+//   ./dev fuzz builds it with clang, address and undefined-behaviour sanitizers, and runs it on build/asan/corpus
 #include <sys/mman.h>
 #include <unistd.h>
 

@@ -195,9 +195,11 @@ class Crew {
   void hire(std::size_t k) {
     counters(slots_.memory_).since[k] = 0;
     const pid_t parent = getpid();
-    const pid_t child = fork();
-    pids_[k] = child;
-    if (child != 0) return;
+    pids_[k] = fork();
+    if (pids_[k] == 0) be_worker(k, parent);
+  }
+
+  [[noreturn]] void be_worker(std::size_t k, pid_t parent) {
     prctl(PR_SET_PDEATHSIG, SIGKILL);   // nobody waits for the results of an orphan
     if (getppid() != parent) _exit(1);  // it ended before the line above
     int status = 1;
