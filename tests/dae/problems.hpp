@@ -85,7 +85,7 @@ inline dae::ModelPtr transistor_amplifier() {
   for (int i = 1; i <= 8; ++i)
     y.push_back(unknown("y" + std::to_string(i))), d.push_back(derivative_leaf(y.back()));
   const Expr Ub(6), Uf(0.026), al(0.99), be(1e-6), R0(1000), R(9000), t = time_symbol();
-  const auto C = [](int k) { return Expr(mpq_class(k, 1000000)); };
+  const auto C = [](int k) { return Expr(k) / 1000000; };
   const auto g = [&](Expr v) { return be * (exp(v / Uf) - Expr(1)); };
   const Expr Ue = Expr(0.1) * sin(Expr(200) * pi() * t), one(1);
   return model({{C(1) * (d[0] - d[1]), -(y[0] - Ue) / R0},

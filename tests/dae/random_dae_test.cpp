@@ -28,7 +28,10 @@ class Generator {
   Generator(unsigned seed, int size) : random_(seed), size_(size) {}
 
   int below(int n) { return static_cast<int>(random_() % static_cast<unsigned>(n)); }
-  Expr rational() { return Expr(mpq_class(below(2 * size_ + 1) - size_, 1 + below(size_))); }
+  Expr rational() {
+    const int above = below(2 * size_ + 1) - size_;  // in this order, whatever the compiler
+    return Expr(above) / Expr(1 + below(size_));
+  }
 
   /// Unit lower triangular times unit upper triangular: regular, with rational entries.
   MatX regular(int n) {

@@ -17,7 +17,7 @@ using namespace pendula;
 
 namespace {
 
-Expr fraction(long above, long below) { return Expr(mpq_class(above, below)); }
+Expr fraction(long above, long below) { return Expr(above) / Expr(below); }
 
 MatX two_by_two(Expr a, Expr b, Expr c, Expr d) {
   MatX m(2, 2);
