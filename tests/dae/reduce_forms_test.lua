@@ -152,3 +152,19 @@ test("form ggl in units far from 1: the multiplier has none", function()
   expect(sol:final(x)/L):near(expected:final(x)/L, 1e-6)
   expect(tostring(low:trace())):matches "powers of ten"
 end)
+
+test("tolerances by place and by name are those of the first choice of states", function()
+  local x, y, u, v, z = vars "x_tol y_tol u_tol v_tol z_tol"
+  local pend = dae { der(x) ~ u, der(y) ~ v, der(u) ~ -z*x, der(v) ~ -z*y - 9.81, 0 ~ x^2 + y^2 - 1 }
+  local at = pend:init { fix = { [x] = 1, [v] = 0 }, guess = { [y] = 0 } }
+  local expected = pend:reduce():integrate { start = at, to = 3, rtol = 1e-11 }:final(x)
+  for _, form in ipairs { "dummy", "array" } do
+    local low = pend:reduce(form, { at = at })
+    for _, atol in ipairs { { 1e-10, 1e-10 }, { [x.dot] = 1e-10, [y] = 1e-10 } } do
+      local sol = low:integrate { start = at, to = 3, rtol = 1e-8, atol = atol }
+      expect(sol.status):equals "finished"
+      expect(#sol:switches() > 1):equals(true)
+      expect(sol:final(x)):near(expected, 1e-5)
+    end
+  end
+end)

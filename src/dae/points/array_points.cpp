@@ -74,7 +74,7 @@ class NewtonStep {
 
 }  // namespace
 
-NumericArray::NumericArray(const DerivativeArray& array)
+NumericArray::NumericArray(const DerivativeArray& array, Units units)
     : columns_(array.columns()),
       outputs_(array.rows()),
       entries_(array.jacobian()),
@@ -83,10 +83,10 @@ NumericArray::NumericArray(const DerivativeArray& array)
       first_(array.first().size()),
       equations_(array.equations()) {
   prepare();
-  measure();
+  measure(units);
 }
 
-NumericArray::NumericArray(std::vector<Expr> rows, std::vector<Expr> columns)
+NumericArray::NumericArray(std::vector<Expr> rows, std::vector<Expr> columns, Units units)
     : columns_(std::move(columns)),
       outputs_(std::move(rows)),
       entries_(sparse_jacobian(outputs_, columns_)),
@@ -95,7 +95,7 @@ NumericArray::NumericArray(std::vector<Expr> rows, std::vector<Expr> columns)
       first_(0),
       equations_(rows_) {
   prepare();
-  measure();
+  measure(units);
 }
 
 void NumericArray::prepare() {
@@ -109,7 +109,7 @@ void NumericArray::prepare() {
 
 /// Units only where the model has sizes far from 1: nanometres, pascals. Long rows, derivatives of high order, say
 /// nothing that the equations they come from do not say; what these do not contain has the unit of its integral.
-void NumericArray::measure() {
+void NumericArray::measure(Units units) {
   constexpr double usual = 300;
   constexpr std::size_t many = 3000, short_row = 100;  // nodes: of all rows; of one, where they are many
   if (rows_ == 0 || columns_.empty() || rows_ > most_measured) return;
@@ -133,7 +133,8 @@ void NumericArray::measure() {
       m.unknowns[static_cast<Index>(j)] = m.unknowns[lower->second];
       break;
     }
-  if (m.unknowns.maxCoeff() < usual && m.unknowns.minCoeff() > 1 / usual) return;
+  if (units == Units::far_from_one && m.unknowns.maxCoeff() < usual && m.unknowns.minCoeff() > 1 / usual)
+    return;
   unit_ = std::move(m.unknowns);
   for (std::size_t k = 0; k < place.size(); ++k) row_unit_[place[k]] = m.rows[static_cast<Index>(k)];
 }

@@ -34,9 +34,12 @@ class NumericArray {
   /// Rows; units of unknowns are not looked for in more.
   static constexpr std::size_t most_measured = 300;
 
-  explicit NumericArray(const DerivativeArray& array);
+  /// far_from_one: units only where some are. always: coefficients that vanish are told from small ones by them.
+  enum class Units { far_from_one, always };
+
+  explicit NumericArray(const DerivativeArray& array, Units units = Units::far_from_one);
   /// Any equations in any unknowns.
-  NumericArray(std::vector<Expr> rows, std::vector<Expr> columns);
+  NumericArray(std::vector<Expr> rows, std::vector<Expr> columns, Units units = Units::far_from_one);
 
   /// Values for t, inputs, parameters without value: drawn from the seed and the name, the same for every k.
   std::unordered_map<Expr, double> known(int seed) const;
@@ -66,7 +69,7 @@ class NumericArray {
 
  private:
   void prepare();
-  void measure();
+  void measure(Units units);
   void evaluate_at(const Vec& w, const std::unordered_map<Expr, double>& known, Vec& r, Mat& J) const;
 
   std::vector<Expr> columns_, outputs_, others_;  ///< others: leaves of the outputs that are no columns

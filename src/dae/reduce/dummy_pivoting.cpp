@@ -17,6 +17,7 @@
 #include "base/text.hpp"
 #include "dae/model/parameter_values.hpp"
 #include "dae/points/array_points.hpp"
+#include "dae/rank/rank.hpp"
 #include "dae/reduce/reduced_forms.hpp"
 #include "expr/graph/declaration.hpp"
 
@@ -183,11 +184,20 @@ DummyPivoting::DummyPivoting(const ModelPtr& source) : model_(source), analysis_
       unit_[static_cast<Index>(j)] = it->second;
 }
 
-double DummyPivoting::unit_of(Expr leaf) const {
-  const Expr base = symbol_of(leaf).base;
-  for (std::size_t j = 0; j < model_->variables.size(); ++j)
-    if (model_->variables[j].leaf == base) return unit_[static_cast<Index>(j)];
-  return 1;
+std::unordered_map<Expr, double> DummyPivoting::generic_point(bool in_units_near_1) const {
+  const auto units = in_units_near_1 ? NumericArray::Units::always : NumericArray::Units::far_from_one;
+  const NumericArray equations(DerivativeArray(residuals_at_values(*model_), model_->variables), units);
+  std::unordered_map<Expr, double> unit;
+  for (std::size_t j = 0; j < equations.columns().size(); ++j)
+    unit[equations.columns()[j]] = equations.unit()[static_cast<Index>(j)];
+  auto point = random_point(slopes, 0);
+  for (auto& [leaf, value] : point) {
+    if (!leaf.is_symbol()) continue;
+    if (const auto it = unit.find(symbol_of(leaf).base); it != unit.end()) value *= it->second;
+    if (const auto own = model_->values.find(leaf); own != model_->values.end())
+      value = pendula::evaluate({&own->second, 1}, {})[0];
+  }
+  return point;
 }
 
 /// Row by row, in units of the variables, largest entry 1; empty where a number is not finite.

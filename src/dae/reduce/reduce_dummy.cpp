@@ -6,6 +6,8 @@
 // 1993): stage s takes the rows with c_i ≥ s of the system Jacobian and, among the columns of the stage
 // before, as many independent ones; of their variables the derivative of order d_j - s + 1 is a dummy.
 #include <algorithm>
+#include <exception>
+#include <functional>
 
 #include "base/error.hpp"
 #include "base/text.hpp"
@@ -27,47 +29,41 @@ namespace {
 using Index = Eigen::Index;
 using Numbers = std::unordered_map<Expr, double>;
 
-/// Values of the leaves: the point, then the parameters, then generic numbers if no point is given, in units of the
-/// variables: exp(10⁹ x) has no value at x = 1.
-Numbers complete(const DummyPivoting& pivoting, const Model& m, const Numbers& point) {
-  const std::span<const Expr> outputs = pivoting.slopes;
-  Numbers values = point;
-  if (point.empty())
-    for (const auto& [leaf, value] : random_point(outputs, 0)) values[leaf] = value * pivoting.unit_of(leaf);
-  for (Expr leaf : leaves(outputs)) {
-    if (symbol_of(leaf).kind == Kind::constant || point.count(leaf)) continue;
-    if (const auto it = m.values.find(leaf); it != m.values.end())
-      values[leaf] = pendula::evaluate({&it->second, 1}, {})[0];
-    else if (!point.empty())
+/// Values of the slopes at a point that gives the unknowns; parameters that it does not give have those of the model.
+std::vector<double> slopes_at(const DummyPivoting& pivoting, const Model& m, Numbers values) {
+  for (Expr leaf : leaves(pivoting.slopes)) {
+    if (symbol_of(leaf).kind == Kind::constant || values.count(leaf)) continue;
+    const auto it = m.values.find(leaf);
+    if (it == m.values.end())
       throw Error(text("form \"dummy\": the point gives no value for ", to_text(leaf),
                        "; pass a start: reduce(\"dummy\", { at = sys:init{ … } })"));
+    values[leaf] = pendula::evaluate({&it->second, 1}, {})[0];
   }
-  return values;
+  return pendula::evaluate(pivoting.slopes, values);
 }
-
-}  // namespace
-
-namespace {
-
-/// Where a generic point is none: sinh(10⁹ x) has no value at x = 1.
-Numbers consistent_point(const Model& m) { return values_at_regular_point(m, require_regular(m).index); }
 
 }  // namespace
 
 DummySelection select_dummies(const ModelPtr& m, const Numbers& point) {
   const DummyPivoting pivoting(m);
-  try {
-    return pivoting.best(pendula::evaluate(pivoting.slopes, complete(pivoting, *m, point)));
-  } catch (const Failure&) {
-    const Numbers there = point.empty() ? consistent_point(*m) : Numbers{};
-    if (there.empty()) throw;
-    return pivoting.best(pendula::evaluate(pivoting.slopes, complete(pivoting, *m, there)));
-  }
+  if (!point.empty()) return pivoting.best(slopes_at(pivoting, *m, point));
+  // Where a generic point is none, sinh(10⁹ x) has no value at x = 1, the next one serves.
+  const std::function<Numbers()> points[] = {
+      [&] { return pivoting.generic_point(false); }, [&] { return pivoting.generic_point(true); },
+      [&] { return values_at_regular_point(*m, require_regular(*m).index); }};
+  std::exception_ptr first;
+  for (const auto& next : points) try {
+      if (const Numbers there = next(); !there.empty()) return pivoting.best(slopes_at(pivoting, *m, there));
+    } catch (const Failure&) {
+      if (!first) first = std::current_exception();
+    }
+  std::rethrow_exception(first);
 }
 
 double dummy_quality(const ModelPtr& m, const DummySelection& selection, const Numbers& point) {
   const DummyPivoting pivoting(m);
-  return pivoting.quality(selection, pendula::evaluate(pivoting.slopes, complete(pivoting, *m, point)));
+  return pivoting.quality(selection,
+                          slopes_at(pivoting, *m, point.empty() ? pivoting.generic_point(false) : point));
 }
 
 DummySelection selection_of(const Model& dummy) {

@@ -78,8 +78,9 @@ class DummyPivoting {
   /// Throws Failure where the constraint Jacobian is singular.
   DummySelection best(std::span<const double> slope_values) const;
   double quality(const DummySelection& selection, std::span<const double> slope_values) const;
-  /// The size of a variable and of its derivatives, as far as the equations tell it; 1 of other leaves.
-  double unit_of(Expr leaf) const;
+  /// Random values of all leaves of `slopes`, variables in units of their own: exp(10⁹ x) has no value at x = 1.
+  /// in_units_near_1: also in units within a factor of 300.
+  std::unordered_map<Expr, double> generic_point(bool in_units_near_1) const;
 
  private:
   using Row = std::vector<std::pair<Eigen::Index, double>>;  ///< column, value

@@ -2,16 +2,20 @@
 
 #include <algorithm>
 #include <cmath>
+#include <unordered_set>
 #include <utility>
 
 #include "base/decompositions.hpp"
 #include "base/error.hpp"
 #include "base/text.hpp"
+#include "dae/model/lineage.hpp"
+#include "dae/model/solved_rows.hpp"
 #include "dae/points/array_points.hpp"
 #include "dae/points/derivative_array.hpp"
 #include "dae/rank/rank.hpp"
 #include "dae/rank/rank_with_gap.hpp"
 #include "dae/reduce/reduce.hpp"
+#include "dae/start/start_system.hpp"
 #include "expr/print/print.hpp"
 
 namespace pendula::dae {
@@ -78,17 +82,25 @@ std::vector<Cluster> clusters(const std::vector<Vec>& points, const std::vector<
   return list;
 }
 
-std::string text_of(const Cluster& c, const std::vector<Cluster>& all, const std::vector<Expr>& leaves,
-                    const Vec& size) {
-  std::vector<std::string> words;
+/// The derivatives in which a cluster differs from the others.
+WayOn way_of(const Cluster& c, const std::vector<Cluster>& all, const std::vector<Expr>& leaves,
+             const Vec& size, const PointValues& point) {
+  std::vector<std::string> words, keys;
+  WayOn way{"", point, {}, ""};
   for (Index j = 0; j < c.values.size(); ++j) {
     const bool differs = std::any_of(all.begin(), all.end(), [&](const Cluster& other) {
       return std::fabs(other.values[j] - c.values[j]) > same * (size[j] + std::fabs(c.values[j]));
     });
     const bool zero = std::fabs(c.values[j]) <= same * size[j];
-    if (differs) words.push_back(text(to_text(leaves[j]), " = ", rounded(zero ? 0 : c.values[j], 3)));
+    if (!differs) continue;
+    const std::string value = rounded(zero ? 0 : c.values[j], 3);
+    words.push_back(text(to_text(leaves[j]), " = ", value));
+    keys.push_back(text(key_text(leaves[j]), " = ", value));
+    way.differs.push_back(leaves[j]);
   }
-  return join(words, ", ");
+  way.text = join(words, ", ");
+  way.choice = text("{ ", join(keys, ", "), " }");
+  return way;
 }
 
 /// The derivatives of one order that the array has, and their columns.
@@ -116,7 +128,7 @@ std::vector<WayOn> ways_of(const std::vector<Cluster>& found, const Order& order
   const Vec size = numeric.unit()(order.columns);
   std::vector<WayOn> ways;
   for (const Cluster& c : found) {
-    WayOn way{text_of(c, found, order.leaves, size), point};
+    WayOn way = way_of(c, found, order.leaves, size, point);
     for (std::size_t j = states; j < all.size(); ++j) way.values[all[j]] = c.point[static_cast<Index>(j)];
     ways.push_back(std::move(way));
   }
@@ -179,7 +191,7 @@ std::vector<WayOn> ways_on(const Model& m, const PointValues& point) {
     DerivativeArray array(m.residuals, m.variables);
     for (int k = 1; k <= most_derivatives; ++k) {
       array.extend();
-      const NumericArray numeric(array);
+      const NumericArray numeric(array, NumericArray::Units::always);
       const std::vector<Vec> points =
           points_near(numeric, static_cast<Index>(array.states().size()), point, exact);
       for (int order = 1; order <= k && !points.empty(); ++order) {
@@ -198,6 +210,56 @@ std::vector<WayOn> ways_on(const Model& m, const PointValues& point) {
     }
   }
   return only;
+}
+
+std::string ways_text(const std::vector<WayOn>& ways) {
+  std::vector<std::string> words;
+  for (const WayOn& way : ways) words.push_back(way.text);
+  return join(words, " or ");
+}
+
+std::string choices_text(const std::vector<WayOn>& ways) {
+  std::vector<std::string> words;
+  for (const WayOn& way : ways) words.push_back(way.choice);
+  return join(words, " or ");
+}
+
+/// The derivatives that the values of states and algebraic variables determine where solutions meet, too: x′ = f.
+static std::unordered_set<Expr> always_determined(const Model& m) {
+  std::unordered_set<Expr> slopes;
+  for (const Solved& row : solved_rows(m))
+    if (partial(m.residuals[row.residual], row.derivative).is_constant()) slopes.insert(row.derivative);
+  return slopes;
+}
+
+std::string cannot_choose(const Model& m, Expr leaf, double value) {
+  const Expr own = resolve(m, leaf);
+  const auto slopes = always_determined(m);
+  std::unordered_map<Expr, int> orders;
+  for (const Variable& v : m.variables) orders[v.leaf] = v.order;
+  bool is_variable = false, may_differ = false;
+  for (Expr inside : leaves({&own, 1})) {
+    const Symbol& s = symbol_of(inside);
+    const auto order = orders.find(s.base);
+    if (order == orders.end()) continue;
+    is_variable = true;
+    may_differ = may_differ || (s.order >= std::max(order->second, 1) && !slopes.count(inside));
+  }
+  if (may_differ) return "";
+  std::vector<std::string> keys;
+  for (const Variable& v : m.variables)
+    if (const Expr slope = derivative_leaf(v.leaf, std::max(v.order, 1)); !slopes.count(slope))
+      keys.push_back(text("{ ", key_text(slope), " = 1 }"));
+  constexpr std::size_t most = 3;
+  if (keys.size() > most) keys.resize(most);
+  const std::string why = text("branch = { ", key_text(leaf), " = ", rounded(value), " }: ",
+                               is_variable ? "solutions that meet have the same " + to_text(leaf)
+                                           : to_text(leaf) + " is no unknown of the model");
+  if (keys.empty()) return text(why, ": its equations give every derivative, leave branch out");
+  return text(
+      why,
+      "; what they differ in is a derivative: write branch = \"smooth\", or choose by its value, branch = ",
+      join(keys, " or "));
 }
 
 std::optional<double> meeting_time(const Model& m, const WayExpansion& way, const PointValues& others,
@@ -276,7 +338,7 @@ std::optional<WayExpansion> expansion(const Model& m, const WayOn& way, bool at_
     std::vector<Expr> columns = held;
     for (Expr leaf : array.columns())
       if (std::find(held.begin(), held.end(), leaf) == held.end()) columns.push_back(leaf);
-    const NumericArray numeric(array.rows(), columns);
+    const NumericArray numeric(array.rows(), columns, NumericArray::Units::always);
     const double negligible = at_meeting ? vanishing : 0;
     const auto states = static_cast<Index>(array.states().size());
     auto solved = solved_near(numeric, static_cast<Index>(held.size()), states, way.values, negligible);

@@ -14,8 +14,10 @@ using PointValues = std::unordered_map<Expr, double>;
 
 /// A solution through a point at which the equations do not determine x′ and z.
 struct WayOn {
-  std::string text;    ///< the lowest derivatives in which it differs from the others: "z′ = -1"
-  PointValues values;  ///< of t, everything that the point gave, and the first derivatives
+  std::string text;           ///< the lowest derivatives in which it differs from the others: "z′ = -1"
+  PointValues values;         ///< of t, everything that the point gave, and the first derivatives
+  std::vector<Expr> differs;  ///< those derivatives
+  std::string choice;         ///< what chooses it: "{ [z.dot] = -1 }"
 };
 
 /// The solutions through a singular point. The equations and their derivatives up to the fourth are solved near the point
@@ -25,6 +27,14 @@ struct WayOn {
 /// returns  one to four of them, "z′ = -1" and "z′ = 1" where z² = x² and x′ = 1 at 0; none where fewer or more were
 ///          found, and for large models or those with inputs
 std::vector<WayOn> ways_on(const Model& model, const PointValues& point);
+
+/// "z′ = -1 or z′ = 1", and "{ [z.dot] = -1 } or { [z.dot] = 1 }".
+std::string ways_text(const std::vector<WayOn>& ways);
+std::string choices_text(const std::vector<WayOn>& ways);
+
+/// Why `branch = { leaf = value }` cannot tell solutions of the model that meet from each other, wherever they do, and
+/// what can; "" where it may.
+std::string cannot_choose(const Model& model, Expr leaf, double value);
 
 /// The Taylor polynomial of a way at its point: of every state and algebraic variable, the derivatives of order 0, 1 … p
 /// as far as the equations and their derivatives determine all of them. at_meeting: its point is where branches meet.

@@ -123,6 +123,7 @@ std::string ConsistentState::ledger() const {
   for (const Branch& b : other)
     out += text("  ", b.formula.empty() ? to_text(b.leaf) : b.formula, ": here ", rounded(b.here), "; ",
                 rounded(b.there), " with guess = { ", key_text(b.leaf), " = ", rounded(b.there, 4), " }\n");
+  if (const std::string meeting = crossing(); !meeting.empty()) out += meeting + "\n";
   for (const SingularityCondition& n : model->singularity_conditions)
     out +=
         text("valid while ", truncated_text(n.factor), " ≠ 0 (here ", rounded((*this)(n.factor), 4), ")\n");

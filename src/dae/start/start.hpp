@@ -77,6 +77,9 @@ class ConsistentState {
   /// Other roots that the equations have for the same fixes, found from mirrored starting points; at most a
   /// few, small models only. Cost: some further solves.
   std::vector<Branch> branches() const;
+  /// "z = 0 here, where solutions meet: …" where the equations do not determine x′ and z at this start and several
+  /// solutions go on; else "". Small models as they were given only.
+  std::string crossing() const;
 };
 using ConsistentStatePtr = std::shared_ptr<const ConsistentState>;
 

@@ -191,6 +191,17 @@ static std::vector<Expr> leaves_of(const StartSystem& s, const std::vector<Index
   return list;
 }
 
+/// Where the equations have lost rank: with what vanishes, and with the solutions that meet there.
+static std::string singular_here(const ModelPtr& model, const StartSystem& s, const Vec& w, int rank) {
+  const Crossing crossing = crossing_at(model, s, w);
+  std::string words = text("\n  The equations are singular here", crossing.factors.empty() ? "" : ", where ",
+                           crossing.factors, ": rank ", rank, " of ", s.first_fix, ". ");
+  if (crossing.ways.empty()) return words + "Another point may be regular: guess = { … }";
+  return words + text("Solutions meet here and go on with ", crossing.ways,
+                      ":\n  begin beside this point, guess = { … }, or choose one in integrate, branch = ",
+                      crossing.choices);
+}
+
 void explain_freedom(const ModelPtr& model, const StartSystem& s, const Vec& w, const Freedom& open) {
   const auto name = [&](Index j) { return to_text(s.unknowns[j]); };
   constexpr std::size_t most = 24;
@@ -202,9 +213,7 @@ void explain_freedom(const ModelPtr& model, const StartSystem& s, const Vec& w, 
     if (open.redundant[k]) redundant.push_back(s.label(s.first_fix + k));
   std::string why;
   const int more = static_cast<int>(s.first_fix) - open.rank_equations;
-  if (s.request.keep_invariants && more > 0)
-    why += text("\n  The equations are singular here: rank ", open.rank_equations, " of ", s.first_fix,
-                ". Another point may be regular: guess = { … }");
+  if (s.request.keep_invariants && more > 0) why += singular_here(model, s, w, open.rank_equations);
   if (!redundant.empty())
     why += text("\n  ", join(redundant, ", "), redundant.size() == 1 ? " is" : " are",
                 " already determined by the rest at this point, so fixing ",

@@ -14,6 +14,7 @@
 #include "dae/rank/stable_values.hpp"
 #include "dae/reduce/reduce.hpp"
 #include "dae/singular/singularity_conditions.hpp"
+#include "dae/start/continuations.hpp"
 #include "dae/start/start_system.hpp"
 #include "expr/print/print.hpp"
 
@@ -141,6 +142,31 @@ Continuation smooth_continuation(const StartSystem& s, const Vec& w) {
 }
 
 }  // namespace
+
+Crossing crossing_at(const ModelPtr& model, const StartSystem& s, const Vec& w) {
+  const auto point = s.point(w);
+  Crossing crossing{vanishing(model, point), "", ""};
+  if (!model->form.empty()) return crossing;
+  if (const std::vector<WayOn> ways = ways_on(*model, point); ways.size() > 1) {
+    crossing.ways = ways_text(ways);
+    crossing.choices = choices_text(ways);
+  }
+  return crossing;
+}
+
+std::string ConsistentState::crossing() const {
+  if (request.nearest || rows.empty() || !model->form.empty() || model->variables.size() > continued)
+    return "";
+  const StartSystem s(model, request);
+  Vec w(static_cast<Index>(s.unknowns.size()));
+  for (Index j = 0; j < w.size(); ++j) w[j] = values.at(s.unknowns[j]);
+  const Mat J = top_jacobian_at(s, w);
+  if (J.size() == 0 || !J.allFinite() || rank_with_gap(J).rank == J.rows()) return "";
+  const Crossing here = crossing_at(model, s, w);
+  if (here.ways.empty()) return "";
+  return text(here.factors.empty() ? "" : here.factors + " here, ", "where solutions meet: they go on with ",
+              here.ways, "; integrate follows one with branch = ", here.choices);
+}
 
 std::string redundancy_hint(const ModelPtr& model, const std::vector<Expr>& open) {
   const ModelPtr given = original(model);

@@ -154,6 +154,15 @@ ConsistentStatePtr start_on_signs(const ModelPtr& model, const StartRequest& req
 /// (`is_determined`), only if there is one. Small models only.
 void require_regular_point(const ModelPtr& model, const StartSystem& s, const Vec& w, bool is_determined);
 
+/// What vanishes at a point where the equations do not determine x′ and z, and how solutions go on from it: the end of a
+/// sentence such as "The equations are singular here". "" where neither is known.
+struct Crossing {
+  std::string factors;  ///< "z = 0"
+  std::string ways;     ///< "z′ = -1 or z′ = 1"
+  std::string choices;  ///< "{ [z.dot] = -1 } or { [z.dot] = 1 }"
+};
+Crossing crossing_at(const ModelPtr& model, const StartSystem& s, const Vec& w);
+
 /// A sentence for a mechanism of which multipliers alone are not determined: its constraints depend on each other.
 std::string redundancy_hint(const ModelPtr& model, const std::vector<Expr>& open);
 

@@ -123,6 +123,8 @@ class ArrayRun {
       if (*at_first == 0) *at_first = here;
       return here < worn * *at_first;
     };
+    part.rtol = whole_.tolerances_in(model, simulation_.rtol);
+    part.atol = whole_.tolerances_in(model, simulation_.atol);
     const TrajectoryPtr trajectory = simulate(model, part);
     const SolutionPtr solution(trajectory, &trajectory->solution());
     whole_.add({model, solution, part.plan.from}, simulation_.events.size());

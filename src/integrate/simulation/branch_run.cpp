@@ -50,7 +50,7 @@ class Approach {
         values_at(problem_, *simulation_.start, piece.at(std::min(last, begin + (1 - back) * since)));
     const double end = std::min(begin + (1 + beyond) * since, simulation_.plan.to);
     for (int k = 0; k < most_steps; ++k) {
-      const auto way = dae::expansion(model_, {"", here}, false);
+      const auto way = dae::expansion(model_, {"", here, {}, ""}, false);
       if (!way) return "its derivatives were not found";
       arrived_ = *way;
       const double distance = std::min(distance_of(*way), end - way->t);
@@ -64,9 +64,16 @@ class Approach {
     return "too many steps";
   }
 
+  /// As follow(), of a run that begins where branches meet.
+  std::string stand_at(const Solution& piece) {
+    measure(piece);
+    steps_.clear();
+    return at_meeting(values_at(problem_, *simulation_.start, piece.point(0)));
+  }
+
   const std::vector<dae::WayOn>& ways() const { return ways_; }
   const std::vector<dae::WayExpansion>& expansions() const { return expansions_; }
-  /// The polynomials up to the point, each with its end.
+  /// The polynomials up to the point, each with its end; none where the run begins there.
   const std::vector<std::pair<dae::WayExpansion, double>>& steps() const { return steps_; }
   double meeting() const { return steps_.back().second; }
   const dae::WayExpansion& arrived() const { return arrived_; }
@@ -141,9 +148,14 @@ class BranchRun {
       try {
         trajectory = simulate(model_, part_);
       } catch (const Failure& e) {
-        if (k == 0) throw;
-        outcome = stopped_at(part_.plan.from, e.what());
-        break;
+        if (k > 0) {
+          outcome = stopped_at(part_.plan.from, e.what());
+          break;
+        }
+        const std::string why = go_on_from_start();
+        if (why.empty()) continue;
+        if (approach_.ways().size() < 2) throw;
+        throw Failure(text(e.what(), "; branch: ", why));
       }
       const SolutionPtr piece(trajectory, &trajectory->solution());
       outcome = piece->outcome();
@@ -162,9 +174,34 @@ class BranchRun {
   }
 
  private:
+  /// Where the method cannot take a step from the start, since branches meet there.
+  std::string go_on_from_start() {
+    const auto point = std::make_shared<Solution>(problem_);
+    point->save(start_point());
+    point->finish({Ending::stopped, "", simulation_.plan.from}, {}, 0);
+    whole_.add({model_, point, simulation_.plan.from}, 0);
+    return go_on(*point);
+  }
+
+  Point start_point() const {
+    const dae::FirstOrder& form = problem_->model();
+    const auto values = [&](const std::vector<Expr>& list) {
+      Vec v = Vec::Zero(static_cast<Eigen::Index>(list.size()));
+      for (std::size_t i = 0; i < list.size(); ++i)
+        if (const auto at = simulation_.start->values.find(list[i]); at != simulation_.start->values.end())
+          v[static_cast<Eigen::Index>(i)] = at->second;
+      return v;
+    };
+    return {simulation_.plan.from, values(form.x), values(form.xdot), values(form.z)};
+  }
+
   /// Beyond the point where a piece has stopped; why not, if that is not possible.
   std::string go_on(const Solution& piece) {
-    if (const std::string why = approach_.follow(piece, piece.outcome().t, 1000); !why.empty()) return why;
+    const bool begins = piece.t().back() == piece.t().front() && whole_.pieces().is_one();
+    if (const std::string why =
+            begins ? approach_.stand_at(piece) : approach_.follow(piece, piece.outcome().t, 1000);
+        !why.empty())
+      return why;
     std::string why;
     const auto chosen = simulation_.branch->derivatives.empty() ? smooth(why) : asked_for(why);
     if (!chosen) return why;
@@ -177,6 +214,11 @@ class BranchRun {
   /// The way whose polynomial is that of the solution up to here.
   std::optional<std::size_t> smooth(std::string& why) const {
     constexpr double clearly = 0.1;
+    if (approach_.steps().empty()) {
+      why = text("the run begins there, and nothing tells which of them is smooth: write branch = ",
+                 dae::choices_text(approach_.ways()));
+      return {};
+    }
     std::vector<double> miss;
     const double meeting = approach_.meeting();
     for (const dae::WayExpansion& way : approach_.expansions()) {
@@ -197,12 +239,19 @@ class BranchRun {
     std::vector<double> miss(ways.size(), 0);
     for (const auto& [leaf, value] : simulation_.branch->derivatives) {
       const Expr own = dae::resolve(*model_, leaf);
+      const auto inside = leaves({&own, 1});
+      if (ways.size() > 1 && std::none_of(inside.begin(), inside.end(), [&](Expr e) {
+            return std::find(ways[0].differs.begin(), ways[0].differs.end(), e) != ways[0].differs.end();
+          })) {
+        why = text(to_text(leaf), " does not tell them apart; write branch = ", dae::choices_text(ways));
+        return {};
+      }
       std::vector<double> here;
       double size = std::fabs(value);
       for (const dae::WayOn& way : ways) {
-        for (Expr inside : leaves({&own, 1}))
-          if (symbol_of(inside).kind != Kind::constant && !way.values.count(inside)) {
-            why = to_text(leaf) + " does not tell them apart";
+        for (Expr e : inside)
+          if (symbol_of(e).kind != Kind::constant && !way.values.count(e)) {
+            why = text(to_text(leaf), " has no value there; write branch = ", dae::choices_text(ways));
             return {};
           }
         here.push_back(evaluate({&own, 1}, way.values)[0]);
@@ -210,7 +259,9 @@ class BranchRun {
       }
       for (std::size_t k = 0; k < ways.size() && size > 0; ++k) miss[k] += std::fabs(here[k] - value) / size;
     }
-    const auto best = clear_least(miss, clearly, "none of them is clearly the one that was asked for", why);
+    const std::string none =
+        text("none of them is clearly the one that was asked for; write branch = ", dae::choices_text(ways));
+    const auto best = clear_least(miss, clearly, none, why);
     if (best && ways.size() == 1 && miss[0] > clearly) {
       why = "the one that was asked for does not exist here";
       return {};
@@ -219,7 +270,7 @@ class BranchRun {
   }
 
   static std::optional<std::size_t> clear_least(const std::vector<double>& miss, double clearly,
-                                                const char* not_clear, std::string& why) {
+                                                const std::string& not_clear, std::string& why) {
     const auto best = std::min_element(miss.begin(), miss.end());
     for (auto other = miss.begin(); other != miss.end(); ++other)
       if (other != best && !(*best < clearly * *other)) {
@@ -324,9 +375,7 @@ std::string ways_on_text(const dae::ModelPtr& model, const Simulation& simulatio
   }
   if (ways.size() < 2) ways = dae::ways_on(*model, values_at(solution.problem(), *simulation.start, point));
   if (ways.size() < 2) return "";
-  std::vector<std::string> words;
-  for (const dae::WayOn& way : ways) words.push_back(way.text);
-  return text("; solutions go on there with ", join(words, " or "), " (branch = … follows one)");
+  return text("; solutions go on there with ", dae::ways_text(ways), " (branch = … follows one)");
 }
 
 TrajectoryPtr simulate_branches(const dae::ModelPtr& model, const Simulation& simulation) {

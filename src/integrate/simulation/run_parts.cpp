@@ -4,7 +4,9 @@
 #include <cmath>
 #include <unordered_set>
 
+#include "dae/model/first_order.hpp"
 #include "dae/model/lineage.hpp"
+#include "dae/reduce/reduced_forms.hpp"
 #include "integrate/simulation/problem_setup.hpp"
 
 namespace pendula::integrate {
@@ -68,6 +70,24 @@ SolutionInParts::SolutionInParts(dae::ModelPtr model, const Simulation& simulati
       pieces_(std::make_shared<RunParts>(std::move(leaves), problem_->n(), simulation.inputs)),
       merged_(std::make_shared<Solution>(problem_)) {
   if (simulation.plan.times) times_ = *simulation.plan.times;
+}
+
+ToleranceRequest SolutionInParts::tolerances_in(const dae::ModelPtr& part,
+                                                const ToleranceRequest& asked) const {
+  if (part == model_) return asked;
+  const dae::FirstOrder& form = *dae::shared_first_order(part);
+  std::unordered_set<Expr> unknowns(form.x.begin(), form.x.end());
+  unknowns.insert(form.z.begin(), form.z.end());
+  ToleranceRequest own;
+  own.all = asked.all;
+  const auto ask = [&](Expr leaf, double value) {
+    if (const Expr here = dae::resolve(*part, leaf); unknowns.count(here)) own.some.emplace_back(here, value);
+  };
+  const auto n = static_cast<std::size_t>(problem_->n());
+  for (std::size_t i = 0; i < asked.list.size(); ++i)
+    ask(pieces_->leaves()[i < n ? i : n + i], asked.list[i]);  // leaves: x, x′, z
+  for (const auto& [leaf, value] : asked.some) ask(dae::original_leaf(*model_, leaf), value);
+  return own;
 }
 
 void SolutionInParts::add(RunPart piece, std::size_t shown) {

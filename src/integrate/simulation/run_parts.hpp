@@ -26,6 +26,7 @@ class RunParts : public Continuation {
   void add(RunPart piece);
   const RunPart& last() const { return pieces_.back(); }
   bool empty() const { return pieces_.empty(); }
+  bool is_one() const { return pieces_.size() == 1; }
   const std::vector<Expr>& leaves() const { return leaves_; }
   /// A point of the last piece in the unknowns of the first model.
   Point translated(const Point& point) const;
@@ -58,6 +59,8 @@ class SolutionInParts {
   RunParts& pieces() { return *pieces_; }
   Solution& solution() { return *merged_; }
   const Stats& stats() const { return stats_; }
+  /// Tolerances of the run in the unknowns of a part with other states: what has become the derivative of one has none.
+  ToleranceRequest tolerances_in(const dae::ModelPtr& part, const ToleranceRequest& asked) const;
   /// Events with a number from `shown` on are not the user's.
   void add(RunPart piece, std::size_t shown);
   TrajectoryPtr finish(const RunOutcome& outcome);

@@ -1,6 +1,7 @@
 #include "integrate/simulation/simulate.hpp"
 
 #include <algorithm>
+#include <string>
 
 #include "integrate/event/monitor/rank_block.hpp"
 #include "integrate/run/adaptive_run.hpp"
@@ -14,6 +15,17 @@
 #include "integrate/simulation/state_reselection.hpp"
 
 namespace pendula::integrate {
+
+/// Of a run that cannot take its first step.
+static std::string where_solutions_meet(const Simulation& simulation) {
+  if (!simulation.start || simulation.start->t != simulation.plan.from) return "";
+  try {
+    const std::string meeting = simulation.start->crossing();
+    return meeting.empty() ? "" : ": " + meeting;
+  } catch (const UserFacing&) {  // nothing is known about the start
+    return "";
+  }
+}
 
 TrajectoryPtr simulate(const dae::ModelPtr& model, const Simulation& simulation) {
   if (simulation.branch) return simulate_branches(model, simulation);
@@ -40,9 +52,15 @@ TrajectoryPtr simulate(const dae::ModelPtr& model, const Simulation& simulation)
   complete_plan(plan, model, simulation, run, so_far);
   if (plan.check_singularities && simulation.start)
     plan.ways_on = [&](const Point& p) { return ways_on_text(model, simulation, (*so_far)->solution(), p); };
-  const SolutionPtr solution =
-      integrate_adaptive(run.problem, simulation.method, run.start, plan,
-                         [&](SolutionPtr running) { *so_far = wrap(std::move(running)); });
+  const SolutionPtr solution = [&] {
+    try {
+      return integrate_adaptive(run.problem, simulation.method, run.start, plan,
+                                [&](SolutionPtr running) { *so_far = wrap(std::move(running)); });
+    } catch (const Failure& e) {
+      so_far->reset();
+      throw Failure(e.what() + where_solutions_meet(simulation));
+    }
+  }();
   so_far->reset();  // the callbacks and the solution must not keep each other alive
   return wrap(solution);
 }

@@ -110,6 +110,8 @@ class StateReselection {
     part.plan.from = from;
     part.plan.times.reset();
     if (!values.empty()) part.start = start_at(model, from, values);
+    part.rtol = whole_.tolerances_in(model, simulation_.rtol);
+    part.atol = whole_.tolerances_in(model, simulation_.atol);
     auto monitor = std::make_shared<ChoiceMonitor>(pivoting_, model, selection, simulation_);
     next_.reset();
     part.plan.stop_when = [this, monitor](const Point& point) {

@@ -67,8 +67,14 @@ test("what cannot be followed is said", function()
     options.start, options.to = { x = -1, z = -1 }, 2
     return sys:integrate(options)
   end
-  expect(run { branch = { z = 1 } }.status):matches "branch: none of them is clearly the one that was asked for"
-  expect(run { branch = { [x.dot] = 1 } }.status):matches "branch: none of them is clearly"
+  expect(function() run { branch = { z = 3 } } end):fails(
+    'branch = { z = 3 }: solutions that meet have the same z; what they differ in is a derivative: write '
+    .. 'branch = "smooth", or choose by its value, branch = { [z.dot] = 1 }')
+  expect(function() run { branch = { [x.dot] = 1 } } end):fails "solutions that meet have the same x′"
+  expect(function() run { branch = { [v] = 1 } } end):fails "v is no unknown of the model"
+  expect(run { branch = { [z.dot] = 0 } }.status):matches(
+    "none of them is clearly the one that was asked for; write branch = { %[z.dot%] = %-1 } or ")
+  expect(run { branch = { [der(z, 2)] = 0 } }.status):matches "z″ does not tell them apart; write branch = "
   expect(function() run { branch = "left" } end):fails 'branch = "smooth"'
   expect(function() run { branch = {} } end):fails "branch is empty"
   expect(function() run { branch = { q = 1 } } end):fails "unknown symbol 'q'"
@@ -76,4 +82,36 @@ test("what cannot be followed is said", function()
   local pole = dae { der(x) ~ 1, z*v ~ 1, v ~ x }           -- z = 1/x: no branch leads across
   local sol = pole:integrate { start = { x = -1, v = -1, z = -1 }, to = 2, branch = "smooth" }
   expect(sol.status):matches "stopped at t = "
+end)
+
+test("a run that begins where branches meet follows the one that is asked for; a start there says so", function()
+  for _, u in ipairs { 1e-6, 1, 1e6 } do
+    local sys = dae { der(x) ~ u, 0 ~ z^2 - x^2 }
+    for _, method in ipairs(methods) do
+      for _, sign in ipairs { 1, -1 } do
+        local sol = sys:integrate { start = { x = 0, z = 0 }, to = 2, branch = { [z.dot] = sign*u },
+          method = method }
+        expect(method .. " " .. sol.status):equals(method .. " finished")
+        expect(sol:final(z)/u):near(2*sign, 1e-4)
+      end
+    end
+    local ends = sys:integrate { start = { x = 0, z = 0 }, to = 2, branch = "smooth" }.status
+    expect(ends):matches "the run begins there, and nothing tells which of them is smooth: write branch = { %[z"
+    expect(sys:init { fix = { x = 0, z = 0 } }:ledger()):matches(
+      "z = 0 here, where solutions meet: they go on with z′ = %-[^ ]+ or z′ = [^ ]+; integrate follows one")
+    expect(function() sys:init { fix = { x = 0 } } end):fails "are singular here, where z = 0: rank 1 of 2"
+    expect(function() sys:init { fix = { x = 0 } } end):fails "Solutions meet here and go on with z′ = -"
+  end
+end)
+
+test("branches whose equations have sizes between 1 and 300 are told by first derivatives", function()
+  for _, size in ipairs { 1, 30, 1e3, 1e5 } do
+    local sys = dae { der(x) ~ v, der(v) ~ -x, 0 ~ z^2 - size^2*x^2 }
+    for _, method in ipairs { "auto", "radau" } do
+      local sol = sys:integrate { start = { x = -1, v = 1, z = -size }, to = 2, method = method }
+      local below, above = sol.status:match "go on there with z′ = (%S+) or z′ = (%S+) "
+      expect(tonumber(below)/size):near(-math.sqrt(2), 5e-3)
+      expect(tonumber(above)/size):near(math.sqrt(2), 5e-3)
+    end
+  end
 end)

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "base/text.hpp"
+#include "dae/start/continuations.hpp"
 #include "expr/print/print.hpp"
 #include "integrate/run/methods.hpp"
 #include "lua/bind/dae/transitions.hpp"
@@ -261,6 +262,8 @@ std::optional<integrate::BranchChoice> read_branch(Call& call, const Options& op
               std::find(known.begin(), known.end(), leaf) == known.end())
             known.push_back(leaf);
     choice.derivatives = to_symbol_numbers(call.L, index, "branch", known);
+    for (const auto& [leaf, value] : choice.derivatives)
+      if (const std::string why = dae::cannot_choose(model, leaf, value); !why.empty()) throw Error(why);
     if (choice.derivatives.empty())
       throw Error("branch is empty: write branch = \"smooth\" or branch = { [z.dot] = 1 }");
   } else {
