@@ -1,5 +1,6 @@
 -- Overconstrained mechanisms: constraints that depend on each other wherever the mechanism can move.
 
+local failing = 1e-3                            -- of the terms of a constraint that the others should imply
 local negligible = 1e-7                         -- of a row of ∂C/∂q; positions are known to 1e-8 and better
 
 local function product(a, b)
@@ -90,6 +91,18 @@ local function others(count, numbers)
   return out
 end
 
+-- How large the terms of constraint k are at a position, from its gradient there; of all, where they are 0.
+local function sizes(sys, at, rows)
+  local list, largest = {}, 0
+  for k, row in ipairs(rows) do
+    list[k] = 0
+    for j = 1, #row do list[k] = list[k] + math.abs(row[j] * at[sys.q[j]]) end
+    largest = math.max(largest, list[k])
+  end
+  for k, size in ipairs(list) do if size == 0 then list[k] = largest > 0 and largest or 1 end end
+  return list
+end
+
 local function independent_at(sys, request)
   local near = {}
   for _, list in ipairs { request.guess or {}, request.fix or {} } do
@@ -113,7 +126,7 @@ local function independent_at(sys, request)
     fail(("independent: the gradients of the constraints have rank %d at this position and %d beside it: it "
       .. "is singular, and no constraint is redundant; give another one"):format(#chosen, beside))
   end
-  return chosen
+  return chosen, sizes(sys, at, rows)
 end
 
 doc { name = "model:independent", module = "mech",
@@ -122,7 +135,8 @@ doc { name = "model:independent", module = "mech",
     on each other wherever it can move (Bricard's linkage, a parallelogram with a third crank): index,
     degrees of freedom and all forms of reduce are right for it. Forces of dependent constraints are not
     unique; z are those of least norm, z = ∂C/∂q (∂C/∂q)ᵣᵀ y with the rows r that are independent. The other
-    constraints hold by themselves; `excess` is by how much they fail: 0 at every start.]],
+    constraints hold by themselves; `excess` is by how much they fail: 0 at every start. A run ends where that
+    is a thousandth of their terms: behind a position in which the chosen constraints depend on each other.]],
   example = [[
     a = var("a", 4)                     -- three cranks and their coupler, in angles
     C = { cos(a[1]) + 2*cos(a[4]) - 2 - cos(a[2]), sin(a[1]) + 2*sin(a[4]) - sin(a[2]),
@@ -138,21 +152,23 @@ doc { name = "model:independent", module = "mech",
     if object_type(sys) ~= "model" or not pcall(function() return sys.C[1] end) then
       fail "independent: expected a model made by lagrange{ …, C = { … } }"
     end
-    local chosen = independent_at(sys, request or {})
+    local chosen, size = independent_at(sys, request or {})
     local G, z, C = sys.dCdq, sys.multipliers, sys.C
     local rest, rows = others(#C, chosen), {}
     for _, k in ipairs(chosen) do rows[#rows + 1] = G[k] end
     local kept = #rows == 1 and rows[1] or vstack(table.unpack(rows))
     local y, excess = var("independent", #chosen), var("excess", #rest)
-    local equations, at_start = { sys.M * sys.q.ddot + G.T * z ~ sys.rhs }, {}
+    local equations, at_start, ends = { sys.M * sys.q.ddot + G.T * z ~ sys.rhs }, {}, {}
     for _, e in ipairs(pick(C, chosen)) do equations[#equations + 1] = 0 ~ e end
     for k, e in ipairs(pick(C, rest)) do
       local own = #rest == 1 and excess or excess[k]
       equations[#equations + 1] = own ~ e
       at_start[own] = 0
+      -- behind a position where the chosen ones depend on each other, they allow what the others do not
+      ends[k] = { when = abs(own) - failing * size[rest[k]], direction = 1, action = "stop" }
     end
     equations[#equations + 1] = z ~ G * (kept.T * y)
     local note = ("gradients of the constraints: rank %d of %d"):format(#chosen, #C)
-    local model = dae { equations, start = at_start, notes = { note } }
+    local model = dae { equations, start = at_start, notes = { note }, events = ends }
     return next(sys.values) and model:with(sys.values) or model
   end }

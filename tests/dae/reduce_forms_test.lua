@@ -168,3 +168,17 @@ test("tolerances by place and by name are those of the first choice of states", 
     end
   end
 end)
+
+test("form array that was made elsewhere chooses its rows anew at the start", function()
+  local x, y, v, w, z = vars "x_el y_el v_el w_el z_el"
+  local pend = dae { der(x) ~ v, der(y) ~ w, der(v) ~ -z*x, der(w) ~ -z*y - 9.81, 0 ~ x^2 + y^2 - 1 }
+  local side = pend:init { fix = { [y] = 0, [w] = 0 }, guess = { [x] = 1 } }
+  local below = pend:init { fix = { [x] = 0, [v] = 1 }, guess = { [y] = -1 } }
+  local low = pend:reduce("array", { at = side })            -- states y, w, which are at rest below
+  local expected = pend:reduce():integrate { start = below, to = 1, rtol = 1e-11 }:final(x)
+  for _, method in ipairs { "auto", "radau", "bdf" } do
+    local sol = low:integrate { start = below, to = 1, rtol = 1e-8, method = method }
+    expect(sol.status):equals "finished"
+    expect(sol:final(x)):near(expected, 1e-5)
+  end
+end)

@@ -45,6 +45,16 @@ test("a third crank: index, degrees of freedom and every form, in any unit of le
   end
 end)
 
+test("form array of another point says where it has to be made", function()
+  local given, q = parallelogram(1, 3, "angle")
+  local linkage = given:independent { fix = { [q[1]] = 1 }, guess = near(q) }
+  local start = linkage:init { fix = { [q[1]] = 1, [q[1].dot] = 0 }, guess = near(q) }
+  expect(function() linkage:reduce "array":integrate { start = start, to = 0.1 } end)
+    :fails 'make it there: reduce("array", { at = start })'
+  local low = linkage:reduce("array", { at = start })
+  expect(low:integrate { start = start, to = 0.1 }.status):equals "finished"
+end)
+
 test("parameters keep their values", function()
   local q, L = var("angle", 4), param("length", 1)
   local C = { L*cos(q[1]) + 2*cos(q[4]) - 2 - L*cos(q[2]), L*sin(q[1]) + 2*sin(q[4]) - L*sin(q[2]),
@@ -66,4 +76,28 @@ test("a start names the remedy, and what is no redundancy is refused", function(
   expect(function() given:independent { guess = { [q[1]] = 0, [q[2]] = 0, [q[3]] = 0, [q[4]] = 0 } } end)
     :fails "singular"
   expect(function() dae { der(x) ~ y, 0 ~ x - y }:independent{} end):fails "expected a model made by lagrange"
+end)
+
+test("a run ends where the chosen constraints allow what the others do not", function()
+  -- two cranks of one pivot and a guide: at a = 0 the chosen constraints let b go on to -a
+  local x, y, a, b, c = vars "x_cr y_cr a_cr b_cr c_cr"
+  for _, L in ipairs { 1, 1e-3 } do
+    local given = lagrange { q = { x, y, a, b, c }, T = (x.dot^2 + y.dot^2)/2, V = 9.81*y,
+      C = { x - L*sin(a), y + L*cos(a), x - L*sin(b), y + L*cos(b), x - L*sin(c) } }
+    local near = { fix = { [a] = 1, [a.dot] = 0 },
+      guess = { [x] = L*math.sin(1), [y] = -L*math.cos(1), [b] = 1, [c] = 1 } }
+    local linkage = given:independent(near)
+    local start = linkage:init(near)
+    for _, form in ipairs { "acc", "project", "baumgarte" } do
+      for _, method in ipairs { "dopri5", "radau" } do
+        local sol = linkage:reduce(form):integrate { start = start, to = math.sqrt(L), rtol = 1e-8,
+          atol = 1e-10*L, method = method, max_steps = 5000 }
+        expect(sol.status == "finished"):equals(false)
+        expect(math.abs(sol:final(a) - sol:final(b)) < 0.01):equals(true)
+        if sol.status == "event" then
+          expect(tostring(sol)):matches "event of the model: |excess₁| %- [^ ]+ = 0"
+        end
+      end
+    end
+  end
 end)

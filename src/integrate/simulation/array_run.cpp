@@ -44,7 +44,8 @@ class Regularity {
     for (std::size_t k = 0; k < values.size(); ++k) J(entries_[k].row, entries_[k].column) = values[k];
     if (J.size() == 0 || !J.allFinite()) return 0;
     if (!std::exchange(measured_, true)) measure(J);
-    return Eigen::PartialPivLU<Mat>(row_.asDiagonal() * J * column_.asDiagonal()).rcond();
+    const double rcond = Eigen::PartialPivLU<Mat>(row_.asDiagonal() * J * column_.asDiagonal()).rcond();
+    return std::isfinite(rcond) ? rcond : 0;  // a pivot that is 0 leaves no number
   }
 
  private:
@@ -88,18 +89,25 @@ class ArrayRun {
       const TrajectoryPtr trajectory = piece(model, part);
       outcome = trajectory->solution().outcome();
       const Solution& done = *whole_.pieces().last().solution;
-      const bool broke = outcome.ending == Ending::stopped && done.size() > 0 && done.t().back() > from;
-      const auto next =
-          outcome.ending == Ending::stop_when || broke ? chosen_anew(model, part) : std::nullopt;
+      const bool broke =
+          outcome.ending == Ending::stopped && done.size() > 0 && (k == 0 || done.t().back() > from);
+      const auto next = outcome.ending == Ending::stop_when || broke
+                            ? chosen_anew(model, done.problem(), done.final(), part)
+                            : std::nullopt;
       if (k == 0 && !simulation_.plan.times && outcome.ending != Ending::stop_when &&
           (!next || *next == model))
         return trajectory;  // as it is, with its steps for adjoints
-      if (!next) {
-        if (outcome.ending == Ending::stop_when)
+      if (!next && outcome.ending == Ending::stop_when) {
+        if (!keeps(model, part)) {
           outcome =
               stopped_at(done.t().back(), "no other rows of the derivative array determine the solution");
-        break;
+          break;
+        }
+        watches_ = false;  // the rows in use to their end, which says why
+        continue;
       }
+      if (!next) break;
+      watches_ = true;
       if (broke && *next == model) break;
       if (*next != model) tell_states(*model, simulation_.plan.from, **next, done.t().back());
       model = *next;
@@ -118,7 +126,8 @@ class ArrayRun {
   TrajectoryPtr piece(const dae::ModelPtr& model, Simulation& part) {
     const auto regularity = std::make_shared<Regularity>(model, simulation_);
     const auto at_first = std::make_shared<double>(0);
-    part.plan.stop_when = [regularity, at_first](const Point& point) {
+    part.plan.stop_when = [this, regularity, at_first](const Point& point) {
+      if (!watches_) return false;
       const double here = (*regularity)(point);
       if (*at_first == 0) *at_first = here;
       return here < worn * *at_first;
@@ -139,12 +148,11 @@ class ArrayRun {
     whole_.solution().add_states({t, now});
   }
 
-  /// The rows that suit the end of the last piece, and the start there in `part`; nothing where there are none.
-  std::optional<dae::ModelPtr> chosen_anew(const dae::ModelPtr& before, Simulation& part) {
-    const Solution& solution = *whole_.pieces().last().solution;
-    const Point end = solution.final();
+  /// The rows that suit a point of a run with other ones, and the start there in `part`; nothing where there are none.
+  std::optional<dae::ModelPtr> chosen_anew(const dae::ModelPtr& before, const Problem& problem,
+                                           const Point& end, Simulation& part) const {
     dae::ReduceOptions options;
-    options.at = values_at(*before, solution.problem(), end);
+    options.at = values_at(*before, problem, end);
     try {
       dae::ModelPtr model = dae::reduce_array(source_, options);
       if (model->residuals == before->residuals) model = before;
@@ -153,6 +161,19 @@ class ArrayRun {
       return model;
     } catch (const UserFacing&) {
       return {};
+    }
+  }
+
+  /// The start in `part` where the last piece has ended, with the same rows.
+  bool keeps(const dae::ModelPtr& model, Simulation& part) {
+    const Solution& solution = *whole_.pieces().last().solution;
+    const Point end = solution.final();
+    try {
+      part.start = dae::init(model, request(*model, values_at(*model, solution.problem(), end), end.t));
+      part.plan.from = end.t;
+      return true;
+    } catch (const UserFacing&) {
+      return false;
     }
   }
 
@@ -191,6 +212,7 @@ class ArrayRun {
   dae::ModelPtr source_;
   SolutionInParts whole_;
   bool switched_ = false;
+  bool watches_ = true;  ///< whether a piece ends where its rows have lost most of their regularity
 };
 
 }  // namespace

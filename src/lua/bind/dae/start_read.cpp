@@ -157,6 +157,32 @@ static void require_same_branch(const dae::ConsistentState& at, const dae::Consi
   }
 }
 
+/// Form "array" was made at another point, and its rows do not determine the unknowns at this start, where others do.
+static void require_rows_for(const dae::ConsistentStatePtr& at, const dae::ModelPtr& model) {
+  const auto serves = [&](const dae::ModelPtr& form) {
+    try {
+      translated_states(at, form);
+      return true;
+    } catch (const UserFacing&) {
+      return false;
+    }
+  };
+  if (serves(model)) return;
+  const dae::ModelPtr source = dae::original(model);
+  dae::ReduceOptions here;
+  here.at = translated(at, source)->values;
+  dae::ModelPtr other;
+  try {
+    other = dae::reduce_array(source, here);
+  } catch (const Failure&) {
+    return;
+  }
+  if (serves(other))
+    throw Error(
+        "the rows that this form \"array\" was made of do not determine the unknowns at this start; "
+        "make it there: reduce(\"array\", { at = start })");
+}
+
 /// A start of a relative, in the leaves of this model. The last ones are kept: a loop begins again and again there.
 dae::ConsistentStatePtr translated(const dae::ConsistentStatePtr& at, const dae::ModelPtr& model) {
   if (at->model == model) return at;
@@ -169,6 +195,7 @@ dae::ConsistentStatePtr translated(const dae::ConsistentStatePtr& at, const dae:
   };
   static LruCache<Pair, dae::ConsistentStatePtr, Hash> known(few);
   if (const auto* found = known.find({at, model})) return *found;
+  if (model->form == "array") require_rows_for(at, model);
   return known.insert(
       {at, model}, model->form == "dummy" ? translated_to_dummies(at, model) : translated_states(at, model));
 }

@@ -3,6 +3,7 @@
 
 #include "base/text.hpp"
 #include "dae/model/lineage.hpp"
+#include "dae/model/truncated_text.hpp"
 #include "expr/graph/derivative.hpp"
 #include "integrate/solution/curve.hpp"
 #include "lua/bind/dae/dae.hpp"
@@ -264,14 +265,22 @@ const integrate::ModelEvent* asked_event(const Trajectory& trajectory, const int
   return which < trajectory.events().size() ? &trajectory.events()[which] : nullptr;
 }
 
-/// "…, event of C" in the first line where an event of a part ended the run.
+/// What the caller did not ask for needs words: " of C", an event of a part; " of the model: h = 0".
+std::string origin_text(const Trajectory& trajectory, const integrate::ModelEvent& event) {
+  if (const std::string part = part_of(event); !part.empty()) return " of " + part;
+  for (const dae::Model* m = trajectory.model().get(); m; m = m->parent.get())
+    for (const dae::Transition& own : m->events)
+      if (own.when == event.when) return text(" of the model: ", dae::truncated_text(own.when), " = 0");
+  return "";
+}
+
 int solution_text(Call& call) {
   const Trajectory& trajectory = trajectory_of(call);
   const integrate::Solution& solution = trajectory.solution();
   std::string out = solution.str();
   if (solution.ending() == integrate::Ending::event && !solution.events().empty())
     if (const auto* asked = asked_event(trajectory, solution.events().back()); asked != nullptr)
-      if (const std::string part = part_of(*asked); !part.empty()) out.insert(out.find('\n'), " of " + part);
+      out.insert(out.find('\n'), origin_text(trajectory, *asked));
   return call.push(without_newline(out));
 }
 
