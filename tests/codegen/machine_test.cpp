@@ -1,6 +1,7 @@
 // Machine code against the tape: the same bits, on every operation and on random graphs.
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <bit>
 #include <cmath>
 #include <random>
@@ -310,6 +311,44 @@ TEST_CASE("machine code: linear systems on lanes") {
     for (std::size_t p = 0; p < 80; ++p) {
       tape.run(in.data() + 2 * p, one.data(), work.data());
       for (std::size_t k = 0; k < 3; ++k) CHECK(same(one[k], many[3 * p + k]));
+    }
+  }
+}
+
+TEST_CASE("machine code on lanes: definite systems of few diagonals") {
+  REQUIRE_CODE(4);
+  const int n = 120;  // below 100, elimination is written out
+  const Expr x[] = {symbol(Kind::variable, "mx"), symbol(Kind::variable, "my")};
+  std::vector<Entry> A;
+  VecX b(n);
+  for (int i = 0; i < n; ++i) {
+    A.push_back({i, i, x[0] + (5 + i)});
+    for (int j : {i - 2, i - 1, i + 1, i + 2})
+      if (j >= 0 && j < n) A.push_back({i, j, x[1] / (1 + std::min(i, j))});
+    b[i] = x[0] * (i + 1);
+  }
+  std::sort(A.begin(), A.end(), [](const Entry& a, const Entry& c) {
+    return std::pair(a.row, a.column) < std::pair(c.row, c.column);
+  });
+  const VecX y = linear_solution(A, b, true);
+  const codegen::Program program = codegen::lower(std::vector<Expr>(y.begin(), y.end()), x);
+  const codegen::Tape tape(program);
+  std::vector<double> in(2 * 80), one(n), work(tape.workspace_size());
+  for (std::size_t i = 0; i < in.size(); ++i) in[i] = std::sin(static_cast<double>(i));
+  for (int lanes : {4, 8}) {
+    if (!codegen::Machine::available(lanes)) continue;
+    const auto many = run_on_lanes(program, lanes, in);
+    for (std::size_t p = 0; p < 80; ++p) {
+      tape.run(in.data() + 2 * p, one.data(), work.data());
+      for (std::size_t k = 0; k < n; ++k) CHECK(same(one[k], many[n * p + k]));
+      Eigen::MatrixXd M = Eigen::MatrixXd::Zero(n, n);
+      Eigen::VectorXd r(n);
+      for (const Entry& e : A)
+        M(e.row, e.column) = evaluate({&e.value, 1}, {{x[0], in[2 * p]}, {x[1], in[2 * p + 1]}})[0];
+      for (int i = 0; i < n; ++i) r[i] = in[2 * p] * (i + 1);
+      // Rows are dominant by 2, and sums of rows are below 130: the condition is below 65.
+      CHECK((M.partialPivLu().solve(r) - Eigen::Map<Eigen::VectorXd>(one.data(), n)).norm() <=
+            1e-13 * r.norm());
     }
   }
 }

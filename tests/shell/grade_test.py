@@ -7,6 +7,8 @@ import tempfile
 PROGRAM, ROOT = os.environ["PENDULA"], os.environ["PENDULA_ROOT"]
 TASKS = os.path.join(ROOT, "scripts/grading/tasks.lua")
 COURSE = os.path.join(ROOT, "scripts/grading/submissions")
+if "PENDULA_SANITIZED" in os.environ:  # leaks cannot be sought behind the walls
+    os.environ["ASAN_OPTIONS"] += ":detect_leaks=0"
 
 
 def grade(*arguments, status=0):

@@ -57,7 +57,7 @@ constexpr Isa avx = {1,
                       {x86::Inst::kIdVfmsub231sd, x86::Inst::kIdVfmsub132sd},
                       {x86::Inst::kIdVfnmadd231sd, x86::Inst::kIdVfnmadd132sd}}};
 /// The same instructions work on registers of four and of eight numbers.
-constexpr Isa packed(int lanes) {
+consteval Isa packed(int lanes) {
   return {lanes,
           true,
           x86::Inst::kIdVmovupd,
