@@ -78,6 +78,11 @@ void Tableau::check_sizes() const {
   if (data_.c) check(*data_.c, "c");
   if (data_.bhat) check(*data_.bhat, "bhat");
   if (data_.bhat2) check(*data_.bhat2, "bhat2");
+  if (!(data_.error_scale > 0 && data_.error_scale < 1e6))
+    throw Error(text(subject(), ": error_scale = ", rounded(data_.error_scale),
+                     "; it multiplies the estimated error, for example error_scale = 2"));
+  if (data_.error_scale != 1 && !data_.bhat)
+    throw Error(text(subject(), ": error_scale multiplies the error that bhat gives; bhat is missing"));
 }
 
 void Tableau::evaluate_entries() {
@@ -244,6 +249,7 @@ void Tableau::round() {
   b_ = column(coefficients_.b);
   c_ = column(coefficients_.c);
   if (data_.bhat) bhat_ = column(coefficients_.bhat);
+  if (data_.bhat) compared_ = data_.error_scale == 1 ? *bhat_ : b_ + data_.error_scale * (*bhat_ - b_);
   if (data_.bhat2) bhat2_ = column(coefficients_.bhat2);
 }
 

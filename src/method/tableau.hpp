@@ -49,6 +49,7 @@ struct TableauData {
   std::optional<VecX> c;               ///< s; row sums of A if absent
   std::optional<VecX> bhat;            ///< s, the weights of the embedded method
   std::optional<VecX> bhat2;           ///< a second, cruder embedded method (dop853)
+  double error_scale = 1;              ///< a step is taken to err by this many times what b - bhat says
   std::optional<int> order, embedded;  ///< claims, checked
   std::optional<DenseData> dense;
   /// The claims were proved before: they are believed. Proving those of a method of order 8 takes longer than
@@ -72,6 +73,8 @@ class Tableau {
   const Vec& c() const { return c_; }
   const std::optional<Vec>& bhat() const { return bhat_; }
   const std::optional<Vec>& bhat2() const { return bhat2_; }
+  /// b + error_scale (bhat - b): the weights a step is compared with to choose its length.
+  const std::optional<Vec>& compared() const { return compared_; }
   /// The interpolant given with the coefficients; if there is none, the collocation polynomial of a
   /// collocation method (order s); else nothing.
   const std::optional<DenseOutput>& dense() const { return dense_; }
@@ -123,7 +126,7 @@ class Tableau {
   Coefficients coefficients_;
   Mat A_;
   Vec b_, c_;
-  std::optional<Vec> bhat_, bhat2_;
+  std::optional<Vec> bhat_, bhat2_, compared_;
   std::optional<DenseOutput> dense_;
   int order_ = 0;
 };

@@ -248,6 +248,14 @@ end
 
 -- ── several starts ─────────────────────────────────────────────────────────────────────────────────────────
 
+-- The same minimum: what is left of an exact fit is rounding, which tells nothing.
+local function alike(a, b)
+  for i, value in ipairs(a) do
+    if math.abs(value - b[i]) > 1e-5*math.max(math.abs(value), math.abs(b[i])) then return false end
+  end
+  return true
+end
+
 function refits.starts(r, given)
   local options = with_defaults(given, { runs = 20, spread = 1 })
   whole("starts", "runs", options.runs, 1)
@@ -276,7 +284,7 @@ function refits.starts(r, given)
   local minima = {}
   for _, one in ipairs(list) do
     local last = minima[#minima]
-    if last and one.loss <= last.loss*(1 + 1e-3) + 1e-300 then
+    if last and (one.loss <= last.loss*(1 + 1e-3) or alike(one.theta, last.theta)) then
       last.count = last.count + 1
     else
       minima[#minima + 1] = { loss = one.loss, theta = one.theta, count = 1 }

@@ -22,7 +22,8 @@ namespace {
 using Values = std::unordered_map<Expr, double>;
 
 constexpr std::size_t most_candidates = 300;
-constexpr double border = 1e-9;  // of the terms of a margin: what counts as 0
+constexpr double border = 1e-9;     // of the terms of a margin: what counts as 0
+constexpr double rounding = 1e-14;  // of the largest term: what a sum may be off by
 
 /// An expression at values; leaves without value (derivatives that nothing asked for) count as 0.
 double value_at(Expr e, Values values) {
@@ -223,8 +224,8 @@ class JumpSystem {
     const Vec column = scaled.colwise().norm().transpose().unaryExpr(inverse);
     const Vec y =
         (scaled * column.asDiagonal()).completeOrthogonalDecomposition().solve(row.cwiseProduct(right));
-    const double rounding = 1e-14 * y.cwiseAbs().maxCoeff();
-    return y.unaryExpr([&](double v) { return std::fabs(v) <= rounding ? 0.0 : v; }).cwiseProduct(column);
+    const double least = rounding * y.cwiseAbs().maxCoeff();
+    return y.unaryExpr([&](double v) { return std::fabs(v) <= least ? 0.0 : v; }).cwiseProduct(column);
   }
 
   const Regime& regime_;
@@ -376,7 +377,10 @@ std::optional<RegimeStart> Regimes::enter_one(const StartRequest& before, std::u
     for (std::size_t k = 0; k < signs.size(); ++k) {
       const Expr margin = regime.region.margins[k];
       const double here = std::fabs(value_at(margin, at->values));
-      slack.push_back(signs[k] > 0 ? 0.0 : 2 * here + border * size_of(margin, at->values, sizes));
+      const double size = size_of(margin, at->values, sizes);
+      // one that is 0 and grows like t² is rounding at first
+      const double grows = here <= border * size ? 2 * here + rounding * size : 0;
+      slack.push_back(signs[k] > 0 ? grows : 2 * here + border * size);
     }
     return RegimeStart{&regime, at, jump->jumps, slack};
   } catch (const UserFacing& e) {

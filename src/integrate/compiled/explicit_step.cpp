@@ -82,7 +82,7 @@ class ExplicitEmitter {
     PairEmitter pair(w_, rk_, Formula(w_, w_.input(0)), x_, inputs_from(w_, at_.slope(), at_.n), slope);
     const Slots x1 = pair.end(), xdot = pair.slope_at_end();
     const Slots weight = pair.weights(inputs_from(w_, at_.rtol(), at_.n), inputs_from(w_, at_.atol(), at_.n));
-    const Slots error = pair.error(rk_.bhat(), weight);
+    const Slots error = pair.error(rk_.compared(), weight);
     Slots results = x1;
     results.insert(results.end(), xdot.begin(), xdot.end());
     results.insert(results.end(), error.begin(), error.end());
@@ -170,7 +170,7 @@ Key key_of(const Problem& problem, const Tableau& rk, int stiff_stage) {
     add(key, rk.c()[i]);
     for (int j = 0; j < i; ++j) add(key, rk.A()(i, j));
     for (const auto& row :
-         {std::optional<Vec>(rk.b()), std::optional<Vec>(rk.bhat()), std::optional<Vec>(rk.bhat2())})
+         {std::optional<Vec>(rk.b()), std::optional<Vec>(rk.compared()), std::optional<Vec>(rk.bhat2())})
       add(key, row ? (*row)[i] : 0);
   }
   for (const dae::Projection& stage : problem.projections()) {

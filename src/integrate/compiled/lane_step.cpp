@@ -179,7 +179,7 @@ Formula LaneEmitter::error_norm(Writer& w, PairEmitter& pair, const Slots& weigh
     const Slots squares = pair.squares(pair.error(embedded, weight));
     return norm(w, squares, w.sum(squares));
   };
-  const Formula first = of(rk_.bhat());
+  const Formula first = of(rk_.compared());
   return rk_.bhat2() ? combined_error(first, of(rk_.bhat2())) : first;
 }
 
@@ -203,7 +203,7 @@ std::vector<char> LaneEmitter::wanted() const {
   std::vector<char> wanted;
   for (int j = 0; j < rk_.stages(); ++j) {
     const double b = rk_.b()[j];
-    const bool used = b != 0 || (*rk_.bhat())[j] != b || (rk_.bhat2() && (*rk_.bhat2())[j] != b);
+    const bool used = b != 0 || (*rk_.compared())[j] != b || (rk_.bhat2() && (*rk_.bhat2())[j] != b);
     wanted.push_back(used || j == controller_.rules().stiff_stage);
   }
   if (rk_.is_fsal()) wanted.back() = 1;
@@ -271,7 +271,7 @@ codegen::Key key_of(const Problem& problem, const Tableau& rk, bool watch, int l
     add(key, rk.c()[i]);
     for (int j = 0; j < i; ++j) add(key, rk.A()(i, j));
     add(key, rk.b()[i]);
-    add(key, (*rk.bhat())[i]);
+    add(key, (*rk.compared())[i]);
     add(key, rk.bhat2() ? (*rk.bhat2())[i] : 0);
   }
   return key;

@@ -116,7 +116,7 @@ ExplicitStepper::Rows ExplicitStepper::rows_of(const Tableau& rk, int stiff_stag
     rows.c.push_back(rk.c()[i]);
   }
   rows.b = without_zeros([&](int j) { return rk.b()[j]; });
-  rows.error = without_zeros([&](int j) { return rk.b()[j] - (*rk.bhat())[j]; });
+  rows.error = without_zeros([&](int j) { return rk.b()[j] - (*rk.compared())[j]; });
   if (rk.bhat2()) rows.second_error = without_zeros([&](int j) { return rk.b()[j] - (*rk.bhat2())[j]; });
   if (stiff_stage >= 0) rows.stiff = without_zeros([&](int j) { return rk.b()[j] - rk.A()(stiff_stage, j); });
   return rows;

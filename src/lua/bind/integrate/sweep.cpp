@@ -377,8 +377,8 @@ extern const Module sweep_module = {
          R"(
              run  k            x         k x
                1  1   0.36787944  0.36787944
-               2  2   0.13533528  0.27067056
-               3  3  0.049787065   0.1493612)"},
+               2  2   0.13533528  0.27067057
+               3  3  0.049787068   0.1493612)"},
         {"sweep:__index", sweep_solution, "s[i] -> solution",
          "The whole solution of run i (integrated again).", R"(
              x, k = var "x", param "k"

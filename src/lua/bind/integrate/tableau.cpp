@@ -129,6 +129,7 @@ integrate::TableauData read_fields(Call& call) {
   if (options.has("c")) data.c = read_list(call.L, options.push("c"), "c");
   if (options.has("bhat")) data.bhat = read_list(call.L, options.push("bhat"), "bhat");
   if (options.has("bhat2")) data.bhat2 = read_list(call.L, options.push("bhat2"), "bhat2");
+  data.error_scale = options.number("error_scale", 1);
   if (options.has("dense")) data.dense = read_dense(call.L, options.push("dense"), data.A.rows());
   lua_settop(call.L, call.count());
   return data;
@@ -222,6 +223,7 @@ const OptionTable tableau_options = {
     {"c", "list", "", "the nodes; without it the row sums of A"},
     {"bhat", "list", "", "weights of the embedded method"},
     {"bhat2", "list", "", "weights of a second embedded method"},
+    {"error_scale", "number", "1", "a step is taken to err by so many times b - bhat"},
     {"dense", "list of lists", "", "coefficients of the dense output"},
     {"name", "string", "", "as it appears in print and stats()"},
     {"text", "string", "", "one sentence about it"},
